@@ -1,0 +1,2 @@
+#![no_std]
+//! Everything the board thinks, with no hardware in it.

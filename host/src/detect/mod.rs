@@ -1,0 +1,38 @@
+//! Finding the ball in a picture.
+
+use thiserror::Error;
+
+use crate::frame::RgbdFrame;
+
+/// The ball as it is seen in a picture.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Detection {
+    /// Column of the ball's centre, pixels (the centre of the left-most pixel is 0).
+    pub u: f64,
+    /// Row of the ball's centre, pixels.
+    pub v: f64,
+    /// Radius of its disc, pixels.
+    pub radius: f64,
+    /// How sure it is, larger is surer; the scale is the detector's own.
+    pub score: f64,
+}
+
+/// Why a picture could not be searched (a picture without a ball is not an error).
+#[derive(Debug, Error)]
+pub enum DetectError {
+    /// OpenCV refused an operation.
+    #[error("OpenCV: {0}")]
+    OpenCv(#[from] opencv::Error),
+}
+
+/// Something that finds the ball.
+pub trait Detector {
+    /// Its name, as in the configuration.
+    fn name(&self) -> &'static str;
+
+    /// The ball in `frame`, or `None` where there is none.
+    ///
+    /// # Errors
+    /// Where the picture could not be searched.
+    fn detect(&mut self, frame: &RgbdFrame) -> Result<Option<Detection>, DetectError>;
+}

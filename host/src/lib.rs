@@ -1,0 +1,11 @@
+//! Plumb's host side: cameras, detection, geometry, the link to the board, and runs.
+//!
+//! ```text
+//! camera -> RgbdFrame -> detect -> Detection -> locate -> Position (rig frame) -> link -> board
+//! ```
+
+pub mod camera;
+pub mod detect;
+pub mod frame;
+pub mod locate;
+pub mod source;

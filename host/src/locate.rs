@@ -1,0 +1,1 @@
+//! From a detection to a position in the rig frame.

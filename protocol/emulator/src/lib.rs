@@ -1,0 +1,2 @@
+//! A board and a rig that are not there.
+pub mod rig;

@@ -1,0 +1,2 @@
+#![no_std]
+//! Messages, units on the wire and framing.
