@@ -1,0 +1,123 @@
+//! Framing: postcard bytes, their CRC-32 (ISO-HDLC, little endian) behind them, COBS around both, a zero at the end.
+
+use core::fmt;
+
+use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
+use heapless::Vec;
+use serde::{Serialize, de::DeserializeOwned};
+
+/// Largest frame, its closing zero included, bytes.
+pub const MAX_FRAME: usize = 256;
+
+/// Largest message, bytes of postcard: a frame less CRC, COBS overhead (1 byte up to 253) and zero.
+pub const MAX_MESSAGE: usize = 248;
+
+const CRC_LEN: usize = 4;
+const _: () = assert!(MAX_MESSAGE + CRC_LEN + 2 <= MAX_FRAME && MAX_MESSAGE + CRC_LEN < 254);
+
+// Bit by bit: 8 shifts a byte are cheaper here than a kilobyte of table in the chip's flash.
+const CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
+
+/// A whole frame, ready to be sent.
+pub type Frame = Vec<u8, MAX_FRAME>;
+
+/// The message does not fit [`MAX_MESSAGE`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct TooLong;
+
+impl fmt::Display for TooLong {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "the message is longer than {MAX_MESSAGE} bytes")
+    }
+}
+
+impl core::error::Error for TooLong {}
+
+/// The frame of `message`.
+///
+/// # Errors
+/// Where it is too long for a frame; no message of this crate is.
+pub fn encode<T: Serialize>(message: &T) -> Result<Frame, TooLong> {
+    let mut plain = [0; MAX_MESSAGE + CRC_LEN];
+    let len = postcard::to_slice(message, &mut plain[..MAX_MESSAGE]).map_err(|_| TooLong)?.len();
+    let crc = CRC.checksum(&plain[..len]).to_le_bytes();
+    plain[len..len + CRC_LEN].copy_from_slice(&crc);
+
+    let mut frame = Frame::new();
+    frame.resize_default(MAX_FRAME).map_err(|_| TooLong)?;
+    let len = cobs::encode(&plain[..len + CRC_LEN], &mut frame);
+    frame.truncate(len);
+    frame.push(0).map_err(|_| TooLong)?;
+    Ok(frame)
+}
+
+/// Why a frame was dropped.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum FrameError {
+    /// More than [`MAX_FRAME`] bytes came without a zero.
+    Overlong,
+    /// It is not COBS: torn, or bytes were lost.
+    Torn,
+    /// The CRC does not match.
+    Crc,
+    /// The bytes arrived intact, but they are no message of this schema.
+    Malformed,
+}
+
+impl fmt::Display for FrameError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Overlong => "a frame without an end",
+            Self::Torn => "a torn frame",
+            Self::Crc => "a corrupted frame (CRC)",
+            Self::Malformed => "an intact frame that is no message of this version",
+        })
+    }
+}
+
+impl core::error::Error for FrameError {}
+
+/// The message in a frame without its closing zero; `frame` is used as scratch space.
+fn decode<T: DeserializeOwned>(frame: &mut [u8]) -> Result<T, FrameError> {
+    let len = cobs::decode_in_place(frame).map_err(|_| FrameError::Torn)?;
+    let plain = frame.get(..len).ok_or(FrameError::Torn)?;
+    let (message, crc) = plain.split_last_chunk::<CRC_LEN>().ok_or(FrameError::Torn)?;
+    if CRC.checksum(message) != u32::from_le_bytes(*crc) {
+        return Err(FrameError::Crc);
+    }
+    match postcard::take_from_bytes(message) {
+        Ok((message, [])) => Ok(message),
+        _ => Err(FrameError::Malformed),
+    }
+}
+
+/// Finds the frames in a stream of bytes that may begin anywhere and be damaged anywhere: whatever came before, the
+/// next zero byte starts afresh.
+#[derive(Debug, Clone, Default)]
+pub struct Accumulator {
+    buffer: Vec<u8, MAX_FRAME>,
+    overlong: bool,
+}
+
+impl Accumulator {
+    /// An empty one.
+    pub const fn new() -> Self {
+        Self { buffer: Vec::new(), overlong: false }
+    }
+
+    /// Takes the next byte; what it completes, if anything. Empty frames (zeros in a row) are passed over: a sender
+    /// may put a zero first to end whatever was there.
+    pub fn push<T: DeserializeOwned>(&mut self, byte: u8) -> Option<Result<T, FrameError>> {
+        if byte != 0 {
+            self.overlong |= self.buffer.push(byte).is_err();
+            return None;
+        }
+        let complete = match (self.overlong, self.buffer.is_empty()) {
+            (true, _) => Some(Err(FrameError::Overlong)),
+            (false, true) => None,
+            (false, false) => Some(decode(&mut self.buffer)),
+        };
+        *self = Self::new();
+        complete
+    }
+}

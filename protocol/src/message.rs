@@ -1,0 +1,251 @@
+//! The messages in both directions.
+
+use postcard_schema::{Schema, key::Key};
+use serde::{Deserialize, Serialize};
+
+use crate::config::Config;
+use crate::units::{Micrometres, Micros, Point, Rate, Steps16};
+
+/// First bytes of every [`Hello`]: "PLMB".
+pub const MAGIC: [u8; 4] = *b"PLMB";
+
+/// Version of the protocol's meaning; the bytes are covered by [`SCHEMA`].
+pub const VERSION: u16 = 1;
+
+/// Identifies the messages' types on both sides: a hash of their schema, so any change of a message changes it.
+pub const SCHEMA: [u8; 8] = Key::for_path::<(ToBoard, FromBoard)>("plumb").to_bytes();
+
+/// A command and the number that its answer will carry.
+#[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ToBoard {
+    /// Chosen by the host, returned in [`Answer::id`].
+    pub id: u16,
+    /// What is asked for.
+    pub command: Command,
+}
+
+/// What a host can ask for. Grows at its end; the first three never change.
+#[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Command {
+    /// Who is there? Comes first; until it matches, nothing moves.
+    Hello(Hello),
+    /// Ramp down and forget the target. Always obeyed.
+    Stop,
+    /// Ramp down, then restart into the chip's bootloader.
+    Bootloader,
+    /// Take these parameters; refused while moving.
+    Configure(Config),
+    /// Where the ball was seen.
+    Position(Position),
+    /// Drive the ball here.
+    Target(Point),
+    /// Turn one motor, for commissioning.
+    Jog(Jog),
+    /// Keep the ball where it is now.
+    Hold,
+    /// Leave the fault state, at standstill.
+    ClearFault,
+    /// Send telemetry now. Also the heartbeat of a host that has nothing else to say.
+    Status,
+}
+
+/// One side's name and version. Its bytes never change.
+#[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Hello {
+    /// [`MAGIC`].
+    pub magic: [u8; 4],
+    /// [`VERSION`].
+    pub version: u16,
+    /// [`SCHEMA`].
+    pub schema: [u8; 8],
+}
+
+impl Hello {
+    /// What this side says of itself.
+    pub const OURS: Self = Self { magic: MAGIC, version: VERSION, schema: SCHEMA };
+}
+
+/// Where the ball was, in a picture taken `age_us` before this message was sent.
+#[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Position {
+    /// Number of the picture, counting up and wrapping.
+    pub sequence: u16,
+    /// From the middle of the exposure to the sending of this message, microseconds.
+    pub age_us: u32,
+    /// The ball's centre in the rig frame; `None` where the picture shows no ball.
+    pub ball: Option<Point>,
+}
+
+/// A move of one motor on its own.
+#[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Jog {
+    /// 0 = A, 1 = B, 2 = C.
+    pub motor: u8,
+    /// How far from where it is now, + pays out.
+    pub distance: Steps16,
+    /// How fast at most; above 0.
+    pub rate: Rate,
+}
+
+/// What a board says. Grows at its end; the first never changes.
+#[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
+pub enum FromBoard {
+    /// Answers a Hello.
+    Hello(BoardHello),
+    /// Answers any other command. Accepted positions go unanswered: telemetry carries their number.
+    Answer(Answer),
+    /// How things are; after every accepted position, and every 100 ms at least once greeted.
+    Telemetry(Telemetry),
+    /// The board has just stopped by itself.
+    Fault(FaultReport),
+}
+
+/// The board's name, what it was built with, and whether the host's Hello matched. Its bytes never change.
+#[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
+pub struct BoardHello {
+    /// The id of the host's Hello.
+    pub id: u16,
+    /// Magic, version and schema of the board.
+    pub hello: Hello,
+    /// Highest pulse rate of a motor that the board was built for, microsteps/s.
+    pub max_pulse_rate: u32,
+    /// Whether the board accepts this host; otherwise it will not move for it.
+    pub accepted: bool,
+}
+
+/// Whether a command was carried out.
+#[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Answer {
+    /// The command's [`ToBoard::id`].
+    pub id: u16,
+    /// Why it was not; `None` where it was.
+    pub refusal: Option<Refusal>,
+}
+
+/// Why a command was not carried out. Nothing has changed then, save what the variant says. Grows at its end.
+#[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Refusal {
+    /// No matching Hello came before.
+    NotGreeted,
+    /// The frame was intact, but it is no command of this protocol version; `id` is 0.
+    Malformed,
+    /// Configure first.
+    Unconfigured,
+    /// Not in this state; Stop first and wait for standstill.
+    Busy(State),
+    /// The board has stopped by itself; clear that first.
+    Faulted(Fault),
+    /// This part of the configuration is out of its range.
+    Config(ConfigField),
+    /// The target is outside the workspace. A board under way has stopped with [`Fault::TargetOutside`].
+    TargetOutside,
+    /// The picture is older than [`max_age`](crate::config::Deadlines::max_age).
+    PositionStale,
+    /// A newer picture's position has come before.
+    PositionOutOfOrder,
+    /// The ball is outside the workspace. It is not used, and the board stops when it happens repeatedly.
+    BallOutside,
+    /// No position is known to hold.
+    NoPosition,
+    /// No such motor.
+    NoSuchMotor,
+    /// A jog without a rate, or faster than the motor's limit.
+    JogRate,
+    /// A jog beyond the motor's travel.
+    JogTravel,
+    /// This board cannot do that.
+    Unsupported,
+}
+
+/// The part of a configuration that is out of its range.
+#[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ConfigField {
+    /// A sign other than -1, 0, +1, or a motor that moves nothing.
+    Signs,
+    /// α = 0, α > β or β above 8.
+    Bounds,
+    /// Gain 0 or above 16 steps/s a µm.
+    Gain,
+    /// A rate of 0 or above what the board was built for.
+    MaxRate,
+    /// Acceleration below 8 steps/s² or above 4 million.
+    MaxAcceleration,
+    /// A travel that does not contain the motor's position.
+    Travel,
+    /// Microsteps other than 1, 2, 4, 8, 16.
+    Microsteps,
+    /// An empty workspace, or one beyond ±4 m.
+    Workspace,
+    /// A radius of 0 or above 1 m, or 0 frames.
+    Reached,
+    /// A deadline of 0, or one above 5 s.
+    Deadlines,
+    /// A margin or time of 0.
+    Growth,
+}
+
+/// Where the board stands.
+#[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
+pub enum State {
+    /// It knows nothing of its rig.
+    Unconfigured,
+    /// It may be given a target.
+    Ready,
+    /// It drives the ball to its target.
+    Seeking,
+    /// The target is reached, and it keeps the ball there.
+    Holding,
+    /// It has stopped by itself and waits to be told to go on.
+    Fault(Fault),
+}
+
+/// Why a board stopped by itself. Grows at its end.
+#[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Fault {
+    /// Nothing valid came from the host for too long.
+    HostSilent,
+    /// No fresh position came for too long.
+    PositionLost,
+    /// The ball was seen outside the workspace repeatedly.
+    BallOutside,
+    /// A target outside the workspace was asked for while under way.
+    TargetOutside,
+    /// A motor (0 = A, 1 = B, 2 = C) would have passed its travel.
+    Travel(u8),
+    /// |e| keeps growing: a motor is swapped or reversed, or the ball is held back.
+    ErrorGrowing,
+    /// The emergency input opened.
+    EmergencyStop,
+    /// The watchdog restarted the board.
+    Watchdog,
+}
+
+/// How things are at a moment.
+#[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Telemetry {
+    /// The moment, on the board's clock.
+    pub time: Micros,
+    /// The state.
+    pub state: State,
+    /// Number of the last accepted position.
+    pub sequence: Option<u16>,
+    /// Motor positions since the board started.
+    pub motors: [Steps16; 3],
+    /// Motor rates.
+    pub rates: [Rate; 3],
+    /// e = position - target of the last accepted position; 0 without a target.
+    pub error: Point,
+    /// |e| of the filtered position; 0 without a target.
+    pub filtered_error: Micrometres,
+    /// Frames from the host that were torn, corrupted, overlong or not a command, since the start; saturating.
+    pub bad_frames: u16,
+}
+
+/// The board has stopped by itself.
+#[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
+pub struct FaultReport {
+    /// When, on the board's clock.
+    pub time: Micros,
+    /// Why.
+    pub fault: Fault,
+}

@@ -1,0 +1,77 @@
+//! The same in words: what a person reads of a refusal, a fault or a state.
+
+use core::fmt;
+
+use crate::message::{ConfigField, Fault, Refusal, State};
+
+/// The name of motor 0, 1, 2.
+fn motor(index: u8) -> char {
+    (b'A'.saturating_add(index)) as char
+}
+
+impl fmt::Display for Fault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::HostSilent => f.write_str("nothing came from the host for too long"),
+            Self::PositionLost => f.write_str("no fresh position of the ball came for too long"),
+            Self::BallOutside => f.write_str("the ball left the workspace"),
+            Self::TargetOutside => f.write_str("a target outside the workspace was asked for"),
+            Self::Travel(i) => write!(f, "motor {} would have passed its travel limit", motor(*i)),
+            Self::ErrorGrowing => f.write_str("the error keeps growing: is a motor swapped or reversed?"),
+            Self::EmergencyStop => f.write_str("the emergency input opened"),
+            Self::Watchdog => f.write_str("the watchdog restarted the board"),
+        }
+    }
+}
+
+impl fmt::Display for State {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Unconfigured => f.write_str("unconfigured"),
+            Self::Ready => f.write_str("ready"),
+            Self::Seeking => f.write_str("seeking"),
+            Self::Holding => f.write_str("holding"),
+            Self::Fault(fault) => write!(f, "fault: {fault}"),
+        }
+    }
+}
+
+impl fmt::Display for ConfigField {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Signs => "the sign pattern (entries -1, 0, +1, and every motor must move something)",
+            Self::Bounds => "the bounds (0 < alpha <= beta <= 8)",
+            Self::Gain => "the gain (above 0, at most 16 steps/s for a micrometre)",
+            Self::MaxRate => "a motor's highest rate (above 0, within what the board was built for)",
+            Self::MaxAcceleration => "a motor's acceleration (8 to 4 000 000 steps/s²)",
+            Self::Travel => "a motor's travel (it must contain 0 and the motor's present position)",
+            Self::Microsteps => "the microsteps (1, 2, 4, 8 or 16)",
+            Self::Workspace => "the workspace (min below max, within 4 m of the origin)",
+            Self::Reached => "what counts as reached (radius above 0 and at most 1 m, 1 frame or more)",
+            Self::Deadlines => "the deadlines (above 0, at most 5 s)",
+            Self::Growth => "the error's growth limit (margin and time above 0)",
+        })
+    }
+}
+
+impl fmt::Display for Refusal {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NotGreeted => f.write_str("no matching Hello came before"),
+            Self::Malformed => f.write_str("that is no command of this protocol version"),
+            Self::Unconfigured => f.write_str("the board is not configured"),
+            Self::Busy(state) => write!(f, "not while the board is moving or {state}"),
+            Self::Faulted(fault) => write!(f, "the board has stopped by itself ({fault}); clear the fault first"),
+            Self::Config(field) => write!(f, "the configuration is out of range: {field}"),
+            Self::TargetOutside => f.write_str("the target is outside the workspace"),
+            Self::PositionStale => f.write_str("the position is too old"),
+            Self::PositionOutOfOrder => f.write_str("a newer position came before"),
+            Self::BallOutside => f.write_str("the ball is outside the workspace"),
+            Self::NoPosition => f.write_str("no position of the ball is known"),
+            Self::NoSuchMotor => f.write_str("there are motors 0, 1 and 2"),
+            Self::JogRate => f.write_str("a jog needs a rate above 0 and within the motor's limit"),
+            Self::JogTravel => f.write_str("the jog would pass the motor's travel limit"),
+            Self::Unsupported => f.write_str("this board cannot do that"),
+        }
+    }
+}

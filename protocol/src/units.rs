@@ -1,0 +1,104 @@
+//! Quantities as they are on the wire and on the chip: fixed point, the unit in the type.
+//!
+//! Each type says what its least significant bit is worth (`LSB`, in SI) and how to come from and go to SI. The
+//! conversions are the host's; nothing on the board needs floating point.
+
+use postcard_schema::Schema;
+use serde::{Deserialize, Serialize};
+
+macro_rules! quantity {
+    ($(#[$doc:meta])* $name:ident($raw:ty), $lsb:expr) => {
+        $(#[$doc])*
+        #[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
+        pub struct $name(pub $raw);
+
+        impl $name {
+            /// What one unit of the raw number is worth.
+            pub const LSB: f64 = $lsb;
+
+            /// The nearest representable quantity; `None` for what is not finite or out of range.
+            pub fn from_si(value: f64) -> Option<Self> {
+                let raw = value / Self::LSB;
+                // Half away from zero, by hand: `f64::round` needs std. The cast saturates and is checked before.
+                let rounded = if raw < 0.0 { raw - 0.5 } else { raw + 0.5 };
+                let in_range = rounded > <$raw>::MIN as f64 - 1.0 && rounded < <$raw>::MAX as f64 + 1.0;
+                (in_range && value.is_finite()).then_some(Self(rounded as $raw))
+            }
+
+            /// The value in SI.
+            pub fn to_si(self) -> f64 {
+                self.0 as f64 * Self::LSB
+            }
+        }
+    };
+}
+
+quantity! {
+    /// A length or a coordinate in whole micrometres; ±2147 m.
+    Micrometres(i32), 1e-6
+}
+quantity! {
+    /// A motor position in 1/16 full steps, + pays cable out; ±134 million steps.
+    Steps16(i32), 1.0 / 16.0
+}
+quantity! {
+    /// A motor rate in full steps/s with 8 fraction bits, + pays cable out; ±8.3 million steps/s.
+    Rate(i32), 1.0 / 256.0
+}
+quantity! {
+    /// A motor acceleration in full steps/s², whole numbers.
+    Acceleration(u32), 1.0
+}
+quantity! {
+    /// A bound α or β on an entry of the Jacobian: Q16, without unit (metres of ball a metre of cable).
+    Bound(u32), 1.0 / 65536.0
+}
+quantity! {
+    /// The gain from v to motor rates, Q16: full steps/s for each micrometre of v.
+    ///
+    /// With γ in 1/s and s metres of cable a step it is γ·1 µm/s: γ = 30 /s at 0.471 mm a step is 0.0637, raw 4172.
+    Gain(u32), 1.0 / 65536.0
+}
+quantity! {
+    /// A span of time in milliseconds; at most 65.5 s.
+    Milliseconds(u16), 1e-3
+}
+
+/// A moment on the board's clock, microseconds since it started.
+#[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
+pub struct Micros(pub u64);
+
+impl Micros {
+    /// The span from `earlier` to this moment, microseconds; 0 where `earlier` is later.
+    pub const fn since(self, earlier: Self) -> u64 {
+        self.0.saturating_sub(earlier.0)
+    }
+
+    /// This moment `us` microseconds earlier, but not before the clock started.
+    pub const fn back(self, us: u64) -> Self {
+        Self(self.0.saturating_sub(us))
+    }
+}
+
+/// A point in the rig frame (z up, y along BA, C on the side of smaller x) or a difference of two, micrometres.
+#[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Point(pub [Micrometres; 3]);
+
+impl Point {
+    /// The nearest point to `metres`; `None` where a coordinate is not finite or beyond ±2147 m.
+    pub fn from_metres(metres: [f64; 3]) -> Option<Self> {
+        let [x, y, z] = metres.map(Micrometres::from_si);
+        Some(Self([x?, y?, z?]))
+    }
+
+    /// The coordinates in metres.
+    pub fn to_metres(self) -> [f64; 3] {
+        self.0.map(Micrometres::to_si)
+    }
+
+    /// The coordinates in whole micrometres.
+    pub const fn micrometres(self) -> [i32; 3] {
+        let [x, y, z] = self.0;
+        [x.0, y.0, z.0]
+    }
+}
