@@ -1,6 +1,12 @@
 //! A camera: how it projects (intrinsics), where it stands (pose in the rig frame) and how big the ball is.
 
-use nalgebra::{Isometry3, Point3};
+use std::path::Path;
+
+use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion};
+use serde::Deserialize;
+use thiserror::Error;
+
+use crate::toml_file::{Finite, Positive, TomlFileError, read_toml};
 
 /// Pinhole intrinsics of a colour picture and of the depth registered to it, without distortion.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -39,4 +45,176 @@ pub struct Camera {
     pub pose: Isometry3<f64>,
     /// Diameter of the ball, metres.
     pub ball_diameter: f64,
+}
+
+impl Camera {
+    /// The camera that the TOML file at `path` describes:
+    ///
+    /// ```toml
+    /// [intrinsics]            # pixels; depth_scale: depth units in a metre
+    /// fx = 525.0
+    /// fy = 525.0
+    /// cx = 319.5
+    /// cy = 239.5
+    /// depth_scale = 5000.0
+    /// [pose]                  # camera axes (x right, y down, z forward) into the rig frame
+    /// translation = [1.737, 0.286, 0.225]     # metres
+    /// quaternion = [-0.5, -0.5, 0.5, 0.5]     # x, y, z, w
+    /// [ball]
+    /// diameter_m = 0.06
+    /// ```
+    ///
+    /// # Errors
+    /// Where the file cannot be read, has an unknown key, lacks one, or a value is out of its range (lengths and
+    /// scales above 0, everything finite, the quaternion's norm within 1 % of 1; it is normalised then).
+    pub fn read(path: &Path) -> Result<Self, TomlFileError> {
+        read_toml::<CameraFile>(path).map(Self::from)
+    }
+}
+
+/// The camera file as it is written.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct CameraFile {
+    intrinsics: IntrinsicsTable,
+    pose: PoseTable,
+    ball: BallTable,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct IntrinsicsTable {
+    fx: Positive,
+    fy: Positive,
+    cx: Finite,
+    cy: Finite,
+    depth_scale: Positive,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct PoseTable {
+    translation: [Finite; 3],
+    quaternion: Rotation,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct BallTable {
+    diameter_m: Positive,
+}
+
+/// A unit quaternion that was written as [x, y, z, w].
+#[derive(Debug, Deserialize)]
+#[serde(try_from = "[f64; 4]")]
+struct Rotation(UnitQuaternion<f64>);
+
+/// A quaternion that is none of a rotation.
+#[derive(Debug, Error)]
+#[error("the quaternion [x, y, z, w] has norm {0}, a rotation's is 1")]
+struct NotARotation(f64);
+
+impl TryFrom<[f64; 4]> for Rotation {
+    type Error = NotARotation;
+
+    fn try_from([x, y, z, w]: [f64; 4]) -> Result<Self, NotARotation> {
+        let q = Quaternion::new(w, x, y, z);
+        let norm = q.norm();
+        // A NaN is refused too.
+        if !((norm - 1.0).abs() <= 0.01) {
+            return Err(NotARotation(norm));
+        }
+        Ok(Self(UnitQuaternion::from_quaternion(q)))
+    }
+}
+
+impl From<CameraFile> for Camera {
+    fn from(file: CameraFile) -> Self {
+        let i = &file.intrinsics;
+        let [x, y, z] = file.pose.translation.map(Finite::get);
+        Self {
+            intrinsics: Intrinsics {
+                fx: i.fx.get(),
+                fy: i.fy.get(),
+                cx: i.cx.get(),
+                cy: i.cy.get(),
+                depth_scale: i.depth_scale.get(),
+            },
+            pose: Isometry3::from_parts(Translation3::new(x, y, z), file.pose.quaternion.0),
+            ball_diameter: file.ball.diameter_m.get(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const GOOD: &str = "\
+[intrinsics]
+fx = 525.0
+fy = 524
+cx = 319.5
+cy = 239.5
+depth_scale = 5000
+[pose]
+translation = [1.0, 2.0, 3.0]
+quaternion = [-0.5, -0.5, 0.501, 0.5]
+[ball]
+diameter_m = 0.06
+";
+
+    fn read(text: &str) -> Result<Camera, String> {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("camera.toml");
+        std::fs::write(&path, text).unwrap();
+        Camera::read(&path).map_err(|e| e.to_string())
+    }
+
+    #[test]
+    fn the_camera_axes_are_mapped_into_the_rig_frame() {
+        let camera = read(GOOD).unwrap();
+        assert_eq!(camera.intrinsics.fy, 524.0);
+        assert_eq!(camera.ball_diameter, 0.06);
+        // This quaternion looks along -x with the picture's rows pointing down: right is +y, down is -z.
+        let p = camera.pose * camera.intrinsics.deproject(319.5, 239.5, 0.5);
+        assert!((p - Point3::new(0.5, 2.0, 3.0)).norm() < 2e-3, "{p}");
+        let q = camera.pose * Point3::new(0.0, 1.0, 0.0);
+        assert!((q - Point3::new(1.0, 2.0, 2.0)).norm() < 2e-3, "{q}");
+    }
+
+    #[test]
+    fn mistakes_are_named_with_file_line_and_key() {
+        let cases = [
+            ("fx = 525.0", "fx = -525.0", "camera.toml:2: ", "intrinsics.fx"),
+            (
+                "depth_scale = 5000",
+                "depth_scale = nan",
+                "camera.toml:6: ",
+                "depth_scale",
+            ),
+            ("cx = 319.5\n", "", "camera.toml:1: ", "cx"),
+            ("cx = 319.5", "cx = 319.5\nk1 = 0.1", "camera.toml:5: ", "k1"),
+            ("0.501", "0.6", "camera.toml:9: ", "quaternion"),
+            ("[ball]\ndiameter_m = 0.06\n", "", "camera.toml:9: ", "ball"),
+            (
+                "diameter_m = 0.06",
+                "diameter_m = 0",
+                "camera.toml:11: ",
+                "ball.diameter_m",
+            ),
+            (
+                "[1.0, 2.0, 3.0]",
+                "[1.0, 2.0, inf]",
+                "camera.toml:8: ",
+                "translation",
+            ),
+        ];
+        for (from, to, place, key) in cases {
+            assert!(GOOD.contains(from));
+            let error = read(&GOOD.replace(from, to)).unwrap_err();
+            assert!(error.contains(place), "{place} in {error}");
+            assert!(error.contains(key), "{key} in {error}");
+        }
+    }
 }

@@ -8,4 +8,6 @@ pub mod camera;
 pub mod detect;
 pub mod frame;
 pub mod locate;
+pub mod replay;
 pub mod source;
+pub mod toml_file;

@@ -1,1 +1,245 @@
 //! From a detection to a position in the rig frame.
+//!
+//! Every pixel of the ball says by itself how far the ball's centre is. With camera axes, c = (x, y, 1) on the ray
+//! to the centre and P = z_s (x_s, y_s, 1) the surface point that a pixel sees at depth z_s, the centre z c lies a
+//! ball's radius R from P and behind it:
+//!
+//! ```text
+//! |P - z c|² = R²   =>   z = (P·c + sqrt((P·c)² - |c|² (|P|² - R²))) / |c|²
+//! ```
+//!
+//! For a ball far away that is the way R sqrt(1 - ρ²/R²) from the surface to the centre at ρ from the middle of the
+//! disc: R in the middle, 2R/3 in the mean over the disc, R/√2 in its median. Taken pixel by pixel it is right for
+//! whatever part of the disc has depth, and the median over the pixels is then the centre's.
+
+use nalgebra::Point3;
+
+use crate::camera::{Camera, Intrinsics};
+use crate::detect::Detection;
+use crate::frame::RgbdFrame;
+
+/// Part of the disc's radius that is read: at the edge a depth camera mixes ball and background.
+const MASK: f64 = 0.85;
+/// Part of the disc's pixels that must agree on the centre's depth.
+const MIN_SUPPORT: f64 = 0.1;
+/// And so many of them at least.
+const MIN_PIXELS: usize = 5;
+/// Pixels read along the disc's diameter; larger discs are read in a coarser grid.
+const GRID: f64 = 48.0;
+
+/// Where the ball is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Located {
+    /// Depth of its centre along the optical axis, metres.
+    pub depth: f64,
+    /// Its centre in the rig frame, metres.
+    pub position: Point3<f64>,
+}
+
+/// What the depth picture says of a ball's centre.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CentreDepth {
+    /// Depth of the centre along the optical axis, metres.
+    pub depth: f64,
+    /// Part of the disc's pixels (0 to 1) that agree on it within half a ball's radius.
+    pub support: f64,
+}
+
+/// The ball's position: the median of what the valid depth pixels on its disc say of its centre, deprojected and
+/// mapped into the rig frame; `None` where too few pixels have depth or agree on it.
+pub fn locate(detection: &Detection, frame: &RgbdFrame, camera: &Camera) -> Option<Located> {
+    let centre = centre_depth(detection, frame, camera.ball_diameter / 2.0)?;
+    let point = frame
+        .intrinsics()
+        .deproject(detection.u, detection.v, centre.depth);
+    Some(Located {
+        depth: centre.depth,
+        position: camera.pose * point,
+    })
+}
+
+/// The depth of the centre of a ball of radius `ball_radius` (metres) that is seen as `detection`.
+///
+/// Of the pixels' votes the densest group is taken (things in front of the ball and behind it vote elsewhere), and
+/// of that the median. `None` where it is fewer than a tenth of the disc's pixels.
+pub fn centre_depth(detection: &Detection, frame: &RgbdFrame, ball_radius: f64) -> Option<CentreDepth> {
+    let (mut votes, pixels) = centre_votes(detection, frame, ball_radius);
+    votes.sort_by(f64::total_cmp);
+    let group = densest(&votes, ball_radius);
+    let support = group.len() as f64 / pixels.max(1) as f64;
+    if group.len() < MIN_PIXELS || support < MIN_SUPPORT {
+        return None;
+    }
+    Some(CentreDepth {
+        depth: median_of_sorted(group),
+        support,
+    })
+}
+
+/// What each pixel on the disc says of the centre's depth, metres, and how many pixels were asked.
+fn centre_votes(detection: &Detection, frame: &RgbdFrame, ball_radius: f64) -> (Vec<f64>, usize) {
+    let Detection { u, v, radius, .. } = *detection;
+    let mask = radius * MASK;
+    let step = ((2.0 * radius / GRID) as i32).max(1);
+    let span = |centre: f64| ((centre - mask).ceil() as i32, (centre + mask).floor() as i32);
+    let ((u0, u1), (v0, v1)) = (span(u), span(v));
+    let (mut votes, mut pixels) = (Vec::new(), 0);
+    for row in (v0..=v1).step_by(step as usize) {
+        for column in (u0..=u1).step_by(step as usize) {
+            let (x, y) = (f64::from(column), f64::from(row));
+            if (x - u).hypot(y - v) > mask {
+                continue;
+            }
+            pixels += 1;
+            let depth = frame.depth_at(column, row);
+            votes.extend(depth.and_then(|z| vote(frame.intrinsics(), (u, v), (x, y), z, ball_radius)));
+        }
+    }
+    (votes, pixels)
+}
+
+/// The depth of the centre, seen at pixel `centre`, of a ball whose surface is seen at `pixel` at depth `z`, metres;
+/// `None` where no ball there would be hit by that pixel's ray.
+fn vote(
+    intrinsics: &Intrinsics,
+    centre: (f64, f64),
+    pixel: (f64, f64),
+    z: f64,
+    ball_radius: f64,
+) -> Option<f64> {
+    let c = intrinsics.deproject(centre.0, centre.1, 1.0).coords;
+    let p = intrinsics.deproject(pixel.0, pixel.1, z).coords;
+    let along = p.dot(&c);
+    let discriminant = along * along - c.norm_squared() * (p.norm_squared() - ball_radius * ball_radius);
+    (discriminant >= 0.0).then(|| (along + discriminant.sqrt()) / c.norm_squared())
+}
+
+/// The longest run of `sorted` that spans no more than `width`.
+fn densest(sorted: &[f64], width: f64) -> &[f64] {
+    let (mut best, mut start) = (0..0, 0);
+    for (end, &z) in sorted.iter().enumerate() {
+        while z - sorted[start] > width {
+            start += 1;
+        }
+        if end + 1 - start > best.len() {
+            best = start..end + 1;
+        }
+    }
+    &sorted[best]
+}
+
+/// The median of a sorted slice that is not empty.
+fn median_of_sorted(sorted: &[f64]) -> f64 {
+    let n = sorted.len();
+    (sorted[(n - 1) / 2] + sorted[n / 2]) / 2.0
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{Isometry3, Vector3};
+    use opencv::core::{CV_8UC3, CV_16UC1, Mat, MatTrait, Scalar};
+    use proptest::prelude::*;
+
+    use super::*;
+
+    const INTRINSICS: Intrinsics = Intrinsics {
+        fx: 525.0,
+        fy: 520.0,
+        cx: 159.5,
+        cy: 119.5,
+        depth_scale: 10_000.0,
+    };
+
+    fn camera(ball_radius: f64) -> Camera {
+        let pose = Isometry3::new(Vector3::new(1.0, -0.5, 0.3), Vector3::new(0.3, -1.2, 0.8));
+        Camera {
+            intrinsics: INTRINSICS,
+            pose,
+            ball_diameter: 2.0 * ball_radius,
+        }
+    }
+
+    /// The depth picture of a sphere in front of a wall 3 m away; `keep` says which pixels have depth.
+    fn render(centre: &Point3<f64>, radius: f64, keep: impl Fn(i32, i32) -> Option<u16>) -> RgbdFrame {
+        let mut depth = Mat::new_rows_cols_with_default(240, 320, CV_16UC1, Scalar::all(30_000.0)).unwrap();
+        for v in 0..240 {
+            for u in 0..320 {
+                // |z d - centre| = radius, the nearer root.
+                let d = INTRINSICS.deproject(f64::from(u), f64::from(v), 1.0).coords;
+                let b = d.dot(&centre.coords);
+                let disc = b * b - d.norm_squared() * (centre.coords.norm_squared() - radius * radius);
+                let pixel = depth.at_2d_mut::<u16>(v, u).unwrap();
+                if disc >= 0.0 {
+                    let z = (b - disc.sqrt()) / d.norm_squared();
+                    *pixel = (z * INTRINSICS.depth_scale).round() as u16;
+                }
+                *pixel = keep(u, v).unwrap_or(*pixel);
+            }
+        }
+        let colour = Mat::new_rows_cols_with_default(240, 320, CV_8UC3, Scalar::all(0.0)).unwrap();
+        RgbdFrame::new(0.0, colour, depth, INTRINSICS).unwrap()
+    }
+
+    fn detection(centre: &Point3<f64>, ball_radius: f64) -> Detection {
+        let (u, v) = INTRINSICS.project(centre).unwrap();
+        Detection {
+            u,
+            v,
+            radius: 520.0 * ball_radius / centre.z,
+            score: 1.0,
+        }
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(24))]
+
+        #[test]
+        fn a_rendered_sphere_is_located_within_a_millimetre(
+            z in 0.4..2.0f64, x in -0.15..0.15f64, y in -0.1..0.1f64, radius in 0.015..0.04f64,
+            holes in 0..3i32, side in prop::bool::ANY,
+        ) {
+            let centre = Point3::new(x * z, y * z, z);
+            let middle = INTRINSICS.project(&centre).unwrap().0 as i32;
+            // Holes in a pattern, and half of the ball without depth: the rest must say the same.
+            let frame = render(&centre, radius, |u, v| {
+                let hole = (u + 2 * v) % 4 < holes || (side && u < middle);
+                hole.then_some(0)
+            });
+            let camera = camera(radius);
+            let located = locate(&detection(&centre, radius), &frame, &camera).unwrap();
+            prop_assert!((located.depth - z).abs() < 1e-3, "{} {z}", located.depth);
+            prop_assert!((located.position - camera.pose * centre).norm() < 1e-3);
+        }
+
+        #[test]
+        fn a_thing_in_front_of_a_third_of_it_does_not_matter(z in 0.5..1.5f64, near in 0.1..0.3f64) {
+            let centre = Point3::new(0.02, 0.01, z);
+            let seen = detection(&centre, 0.03);
+            let edge = (seen.u - 0.3 * seen.radius) as i32;
+            let cover = ((z - near) * INTRINSICS.depth_scale) as u16;
+            let frame = render(&centre, 0.03, |u, _| (u < edge).then_some(cover));
+            let located = locate(&seen, &frame, &camera(0.03)).unwrap();
+            prop_assert!((located.depth - z).abs() < 2e-3, "{} {z}", located.depth);
+        }
+    }
+
+    #[test]
+    fn too_little_depth_is_none() {
+        let centre = Point3::new(0.0, 0.0, 1.0);
+        let seen = detection(&centre, 0.03);
+        let dotted = |every: i32| {
+            render(&centre, 0.03, move |u, v| {
+                (u % every + v % every != 0).then_some(0)
+            })
+        };
+        assert!(locate(&seen, &dotted(2), &camera(0.03)).is_some());
+        assert!(locate(&seen, &dotted(4), &camera(0.03)).is_none());
+        let outside = Detection { u: -50.0, ..seen };
+        assert!(locate(&outside, &dotted(1), &camera(0.03)).is_none());
+        let absurd = Detection {
+            radius: f64::NAN,
+            ..seen
+        };
+        assert!(locate(&absurd, &dotted(1), &camera(0.03)).is_none());
+    }
+}

@@ -1,8 +1,13 @@
 //! Where pictures come from.
 
+use std::path::PathBuf;
+
+use opencv::core::Size;
 use thiserror::Error;
 
 use crate::frame::{FrameError, RgbdFrame};
+
+pub mod tum;
 
 /// Why a source could not give its next picture.
 #[derive(Debug, Error)]
@@ -16,6 +21,60 @@ pub enum SourceError {
         /// What is wrong with it.
         error: FrameError,
     },
+    /// A file could not be read.
+    #[error("{}: cannot be read: {error}", .path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// What the operating system said.
+        error: std::io::Error,
+    },
+    /// A file is no picture that OpenCV can decode.
+    #[error("{}: not a picture, or a damaged one", .path.display())]
+    Decode {
+        /// The file.
+        path: PathBuf,
+    },
+    /// A line of a list of pictures is not `timestamp path`.
+    #[error("{}:{line}: {text:?} is not `timestamp path` (seconds, then a file)", .path.display())]
+    Line {
+        /// The list.
+        path: PathBuf,
+        /// The line, from 1.
+        line: usize,
+        /// What stands there.
+        text: String,
+    },
+    /// A picture of another size than those before it, which the intrinsics cannot hold for.
+    #[error("{}: {}x{}, but the recording's first picture is {}x{}", .path.display(), .size.width, .size.height, .first.width, .first.height)]
+    OtherSize {
+        /// The picture.
+        path: PathBuf,
+        /// Its size, pixels.
+        size: Size,
+        /// Size of the recording's first picture, pixels.
+        first: Size,
+    },
+    /// A frame is lost, but it is known when it was taken.
+    #[error("the frame at {time:.6} s: {error}")]
+    At {
+        /// Its time stamp, seconds on the source's clock.
+        time: f64,
+        /// Why it is lost.
+        #[source]
+        error: Box<SourceError>,
+    },
+}
+
+impl SourceError {
+    /// When the frame that is lost was taken, seconds on the source's clock; `None` where no frame is lost or
+    /// its time is not known.
+    pub fn time(&self) -> Option<f64> {
+        match self {
+            Self::At { time, .. } => Some(*time),
+            _ => None,
+        }
+    }
 }
 
 /// Something that gives pictures with depth, one after the other.

@@ -1,0 +1,302 @@
+//! Detection and location on a recording: a CSV row a frame (`plumb replay`).
+//!
+//! | column | meaning |
+//! |---|---|
+//! | `t` | the colour picture's time stamp, seconds |
+//! | `u`, `v`, `radius` | the ball's centre and radius, pixels |
+//! | `depth` | of its centre along the optical axis, metres |
+//! | `x`, `y`, `z` | its centre in the rig frame, metres |
+//! | `score` | the detector's |
+//!
+//! Fields that are not known are empty: all after `t` where there is no ball or the frame is broken, `depth`, `x`,
+//! `y` and `z` where the ball has too little depth.
+
+use std::io::Write;
+use std::path::Path;
+
+use opencv::core::count_non_zero;
+use thiserror::Error;
+
+use crate::camera::Camera;
+use crate::detect::{DetectError, Detection, Detector};
+use crate::frame::RgbdFrame;
+use crate::locate::{Located, locate};
+use crate::source::tum::TumFolder;
+use crate::source::{Source, SourceError};
+
+/// The CSV's first line, field by field.
+pub const HEADER: [&str; 9] = ["t", "u", "v", "radius", "depth", "x", "y", "z", "score"];
+
+/// Why a replay ended early.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum ReplayError {
+    /// The recording could not be opened.
+    #[error(transparent)]
+    Open(#[from] SourceError),
+    /// The rows could not be written.
+    #[error("the rows cannot be written: {0}")]
+    Write(#[from] csv::Error),
+}
+
+/// What went wrong with one frame, or one line of a list; the replay goes on.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum Problem {
+    /// It could not be read.
+    #[error(transparent)]
+    Source(#[from] SourceError),
+    /// It could not be searched.
+    #[error("the frame at {time:.6} s: {error}")]
+    Detect {
+        /// Its time stamp, seconds.
+        time: f64,
+        /// What the detector said.
+        error: DetectError,
+    },
+    /// It has colour but not one pixel of depth (no depth picture near in time, for example).
+    #[error("the frame at {time:.6} s: no depth picture within 20 ms, or an empty one")]
+    NoDepth {
+        /// Its time stamp, seconds.
+        time: f64,
+    },
+}
+
+/// What a replay found.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct ReplayOutcome {
+    /// Frames in the recording, broken ones too: rows written.
+    pub frames: usize,
+    /// Frames with a ball.
+    pub detected: usize,
+    /// Frames with a ball whose position is known.
+    pub located: usize,
+    /// Frames without any depth.
+    pub without_depth: usize,
+    /// Frames that could not be read or searched, and lines that are no frame.
+    pub broken: usize,
+}
+
+/// Runs `detector` over the TUM RGB-D recording in `folder`, taken by `camera`, and writes a row a colour frame to
+/// `out`, at once. What is wrong with single frames goes to `report` and does not end it.
+///
+/// # Errors
+/// Where the recording's lists cannot be read or `out` cannot be written.
+pub fn replay_folder(
+    folder: &Path,
+    camera: &Camera,
+    detector: &mut dyn Detector,
+    out: impl Write,
+    report: impl FnMut(&Problem),
+) -> Result<ReplayOutcome, ReplayError> {
+    let mut source = TumFolder::open(folder, camera.intrinsics)?;
+    replay(&mut source, camera, detector, out, report)
+}
+
+/// As [`replay_folder`], on any source that comes to an end.
+///
+/// # Errors
+/// Where `out` cannot be written.
+pub fn replay(
+    source: &mut dyn Source,
+    camera: &Camera,
+    detector: &mut dyn Detector,
+    out: impl Write,
+    mut report: impl FnMut(&Problem),
+) -> Result<ReplayOutcome, ReplayError> {
+    let mut rows = csv::Writer::from_writer(out);
+    rows.write_record(HEADER)?;
+    let mut outcome = ReplayOutcome::default();
+    loop {
+        let (time, ball) = match source.next_frame() {
+            Ok(None) => break,
+            Ok(Some(frame)) => (
+                Some(frame.time()),
+                look(&frame, camera, detector, &mut outcome, &mut report),
+            ),
+            Err(error) => {
+                let time = error.time();
+                outcome.broken += 1;
+                report(&error.into());
+                (time, None)
+            }
+        };
+        if let Some(time) = time {
+            outcome.frames += 1;
+            rows.write_record(row(time, ball))?;
+            rows.flush().map_err(csv::Error::from)?;
+        }
+    }
+    rows.flush().map_err(csv::Error::from)?;
+    Ok(outcome)
+}
+
+/// The ball in one frame and where it is, counted in `outcome`.
+fn look(
+    frame: &RgbdFrame,
+    camera: &Camera,
+    detector: &mut dyn Detector,
+    outcome: &mut ReplayOutcome,
+    report: &mut impl FnMut(&Problem),
+) -> Option<(Detection, Option<Located>)> {
+    let time = frame.time();
+    if count_non_zero(frame.depth()).is_ok_and(|n| n == 0) {
+        outcome.without_depth += 1;
+        report(&Problem::NoDepth { time });
+    }
+    let detection = detector.detect(frame).unwrap_or_else(|error| {
+        outcome.broken += 1;
+        report(&Problem::Detect { time, error });
+        None
+    })?;
+    let located = locate(&detection, frame, camera);
+    outcome.detected += 1;
+    outcome.located += usize::from(located.is_some());
+    Some((detection, located))
+}
+
+/// The fields of a row, in the order of [`HEADER`]: pixels to 0.001, metres to 0.00001, the score to 0.0001.
+fn row(time: f64, ball: Option<(Detection, Option<Located>)>) -> [String; 9] {
+    let field =
+        |value: Option<f64>, digits: usize| value.map(|x| format!("{x:.digits$}")).unwrap_or_default();
+    let seen = ball.map(|(detection, _)| detection);
+    let located = ball.and_then(|(_, located)| located);
+    let position = |axis: usize| located.map(|l| l.position[axis]);
+    [
+        field(Some(time), 6),
+        field(seen.map(|d| d.u), 3),
+        field(seen.map(|d| d.v), 3),
+        field(seen.map(|d| d.radius), 3),
+        field(located.map(|l| l.depth), 5),
+        field(position(0), 5),
+        field(position(1), 5),
+        field(position(2), 5),
+        field(seen.map(|d| d.score), 4),
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{Isometry3, Vector3};
+    use opencv::core::{CV_8UC3, CV_16UC1, Mat, Scalar};
+    use opencv::imgcodecs::imwrite_def;
+
+    use super::*;
+    use crate::camera::Intrinsics;
+
+    /// Sees a ball where the first pixel's blue is 1, fails where it is 2.
+    struct Scripted;
+
+    impl Detector for Scripted {
+        fn name(&self) -> &'static str {
+            "scripted"
+        }
+
+        fn detect(&mut self, frame: &RgbdFrame) -> Result<Option<Detection>, DetectError> {
+            use opencv::core::MatTraitConst;
+            match frame.colour().at_2d::<opencv::core::Vec3b>(0, 0)?[0] {
+                1 => Ok(Some(Detection {
+                    u: 15.5,
+                    v: 11.5,
+                    radius: 8.0,
+                    score: 0.75,
+                })),
+                2 => Err(opencv::Error::new(-1, "scripted").into()),
+                _ => Ok(None),
+            }
+        }
+    }
+
+    fn camera() -> Camera {
+        let intrinsics = Intrinsics {
+            fx: 200.0,
+            fy: 200.0,
+            cx: 15.5,
+            cy: 11.5,
+            depth_scale: 1000.0,
+        };
+        let pose = Isometry3::new(Vector3::new(1.0, 2.0, 3.0), Vector3::zeros());
+        Camera {
+            intrinsics,
+            pose,
+            ball_diameter: 0.04,
+        }
+    }
+
+    fn recording() -> tempfile::TempDir {
+        let folder = tempfile::tempdir().unwrap();
+        let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
+        write(
+            "rgb.txt",
+            "# t\n0.000000 0.png\n0.033333 1.png\n0.066667 gone.png\n0.1 2.png\n0.2 1.png\n",
+        );
+        write(
+            "depth.txt",
+            "0.001 d.png\n0.034 d.png\n0.066667 d.png\n0.1 d.png\nx y\n",
+        );
+        let picture = |name: &str, typ: i32, value: f64| {
+            let mat = Mat::new_rows_cols_with_default(24, 32, typ, Scalar::all(value)).unwrap();
+            imwrite_def(folder.path().join(name).to_str().unwrap(), &mat).unwrap();
+        };
+        for value in 0..3 {
+            picture(&format!("{value}.png"), CV_8UC3, f64::from(value));
+        }
+        picture("d.png", CV_16UC1, 500.0);
+        folder
+    }
+
+    #[test]
+    fn there_is_a_row_a_colour_frame_and_every_problem_is_reported() {
+        let (mut out, mut problems) = (Vec::new(), Vec::new());
+        let folder = recording();
+        let report = |p: &Problem| problems.push(p.to_string());
+        let outcome = replay_folder(folder.path(), &camera(), &mut Scripted, &mut out, report).unwrap();
+        let text = String::from_utf8(out).unwrap();
+        let lines: Vec<&str> = text.lines().collect();
+        assert_eq!(lines[0], "t,u,v,radius,depth,x,y,z,score");
+        assert_eq!(lines[1], "0.000000,,,,,,,,");
+        assert!(
+            lines[2].starts_with("0.033333,15.500,11.500,8.000,0.51"),
+            "{}",
+            lines[2]
+        );
+        assert!(
+            lines[2].contains(",1.00000,2.00000,3.51") && lines[2].ends_with(",0.7500"),
+            "{}",
+            lines[2]
+        );
+        assert_eq!(lines[3], "0.066667,,,,,,,,");
+        assert_eq!(lines[4], "0.100000,,,,,,,,");
+        assert_eq!(lines[5], "0.200000,15.500,11.500,8.000,,,,,0.7500");
+        assert_eq!(lines.len(), 6);
+        let expected = ReplayOutcome {
+            frames: 5,
+            detected: 2,
+            located: 1,
+            without_depth: 1,
+            broken: 3,
+        };
+        assert_eq!(outcome, expected);
+        let named = ["depth.txt:5", "gone.png", "scripted", "0.200000 s: no depth"];
+        assert_eq!(problems.len(), named.len(), "{problems:?}");
+        for (problem, name) in problems.iter().zip(named) {
+            assert!(problem.contains(name), "{name} in {problem}");
+        }
+    }
+
+    #[test]
+    fn a_pipe_that_closes_ends_it_with_an_error() {
+        struct Closed;
+        impl Write for Closed {
+            fn write(&mut self, _: &[u8]) -> std::io::Result<usize> {
+                Err(std::io::ErrorKind::BrokenPipe.into())
+            }
+            fn flush(&mut self) -> std::io::Result<()> {
+                Ok(())
+            }
+        }
+        let folder = recording();
+        let outcome = replay_folder(folder.path(), &camera(), &mut Scripted, Closed, |_| ());
+        assert!(matches!(outcome, Err(ReplayError::Write(_))), "{outcome:?}");
+    }
+}
