@@ -1,2 +1,24 @@
+//! Everything the board thinks, with no hardware in it: the laws, the step plans, the state machine and its stops.
+//!
+//! The crate is synchronous and knows no clock, executor or HAL. The chip and the emulator give a [`Board`] the bytes
+//! that arrive and the time, call [`Board::tick`] every [`TICK_US`], and carry out what it returns. It allocates
+//! nothing, has no floating point, and does the same for the same input.
+//!
+//! ```text
+//! bytes -> Board::receive -> law -> MotorRates        (on every position)
+//! time  -> Board::tick -> Planner -> StepPlan         (every millisecond)
+//! ```
 #![no_std]
-//! Everything the board thinks, with no hardware in it.
+#![forbid(unsafe_code)]
+#![deny(missing_docs)]
+
+pub mod board;
+pub mod estimate;
+pub mod law;
+pub mod params;
+pub mod plan;
+
+pub use board::{Board, Outbox, Tick};
+pub use law::MotorRates;
+pub use params::BuildLimits;
+pub use plan::{Pulses, StepPlan, TICK_US};

@@ -1,0 +1,149 @@
+//! A configuration that was checked, and what the board was built for.
+
+use plumb_protocol::config::{Config, Deadlines, Growth, Law, Motor, Reached, Workspace};
+use plumb_protocol::message::ConfigField;
+use plumb_protocol::units::Point;
+
+use crate::law::Interval;
+
+/// Limits that no configuration can lift: what the step generation of this board was built for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct BuildLimits {
+    /// Highest pulse rate of one motor, microsteps/s.
+    pub max_pulse_rate: u32,
+}
+
+/// A configuration within its ranges: the only way to one is [`Params::check`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Params {
+    pub(crate) law: Interval,
+    pub(crate) motors: [Motor; 3],
+    pub(crate) microsteps: u8,
+    pub(crate) workspace: Workspace,
+    pub(crate) reached: Reached,
+    pub(crate) deadlines: Deadlines,
+    pub(crate) growth: Growth,
+}
+
+/// Bounds on J up to 8, Q16: what keeps the law's sums within 48 bits.
+const MAX_BOUND: u32 = 8 << 16;
+/// 16 steps/s a µm, Q16.
+const MAX_GAIN: u32 = 16 << 16;
+/// 4 m, so that a difference of two points stays below 8.39 m.
+const MAX_COORDINATE: i32 = 4_000_000;
+/// 5 s.
+const MAX_DEADLINE: u16 = 5_000;
+/// Least acceleration, steps/s²: two units of rate a tick.
+const MIN_ACCELERATION: u32 = 8;
+const MAX_ACCELERATION: u32 = 4_000_000;
+/// Travel up to ±32 million steps leaves room for the way to a stop in an i32.
+const MAX_TRAVEL: i32 = 1 << 29;
+
+impl Params {
+    /// Checks every range; `positions` are the motors' present positions in 1/16 steps.
+    ///
+    /// # Errors
+    /// The first field that is out of its range.
+    pub fn check(config: &Config, build: &BuildLimits, positions: [i32; 3]) -> Result<Self, ConfigField> {
+        let Law::Interval(interval) = &config.law;
+        check_interval(interval)?;
+        ensure(
+            matches!(config.microsteps, 1 | 2 | 4 | 8 | 16),
+            ConfigField::Microsteps,
+        )?;
+        for (motor, position) in config.motors.iter().zip(positions) {
+            check_motor(motor, position, config.microsteps, build)?;
+        }
+        check_workspace(&config.workspace)?;
+        let radius = config.reached.radius.0;
+        ensure(
+            (1..=1_000_000).contains(&radius) && config.reached.frames > 0,
+            ConfigField::Reached,
+        )?;
+        let Deadlines {
+            host,
+            position,
+            max_age,
+        } = config.deadlines;
+        let in_range = |ms: u16| (1..=MAX_DEADLINE).contains(&ms);
+        ensure(
+            in_range(host.0) && in_range(position.0) && in_range(max_age.0),
+            ConfigField::Deadlines,
+        )?;
+        ensure(
+            config.growth.margin.0 > 0 && config.growth.time.0 > 0,
+            ConfigField::Growth,
+        )?;
+        Ok(Self {
+            law: Interval::new(interval),
+            motors: config.motors,
+            microsteps: config.microsteps,
+            workspace: config.workspace,
+            reached: config.reached,
+            deadlines: config.deadlines,
+            growth: config.growth,
+        })
+    }
+
+    /// The highest rate of each motor, Q8 steps/s.
+    pub(crate) fn max_rates(&self) -> [i32; 3] {
+        self.motors.map(|m| m.max_rate.0)
+    }
+}
+
+fn ensure(condition: bool, field: ConfigField) -> Result<(), ConfigField> {
+    if condition { Ok(()) } else { Err(field) }
+}
+
+fn check_interval(law: &plumb_protocol::config::Interval) -> Result<(), ConfigField> {
+    let signs = &law.signs;
+    ensure(
+        signs.iter().flatten().all(|s| (-1..=1).contains(s)),
+        ConfigField::Signs,
+    )?;
+    ensure(
+        (0..3).all(|k| signs.iter().any(|row| row[k] != 0)),
+        ConfigField::Signs,
+    )?;
+    for ((sign, alpha), beta) in signs
+        .iter()
+        .flatten()
+        .zip(law.alpha.iter().flatten())
+        .zip(law.beta.iter().flatten())
+    {
+        ensure(
+            *sign == 0 || (0 < alpha.0 && alpha <= beta && beta.0 <= MAX_BOUND),
+            ConfigField::Bounds,
+        )?;
+    }
+    ensure((1..=MAX_GAIN).contains(&law.gain.0), ConfigField::Gain)
+}
+
+fn check_motor(motor: &Motor, position: i32, microsteps: u8, build: &BuildLimits) -> Result<(), ConfigField> {
+    let pulses_q8 = i64::from(motor.max_rate.0) * i64::from(microsteps);
+    ensure(
+        motor.max_rate.0 > 0 && pulses_q8 <= i64::from(build.max_pulse_rate) << 8,
+        ConfigField::MaxRate,
+    )?;
+    ensure(
+        (MIN_ACCELERATION..=MAX_ACCELERATION).contains(&motor.max_acceleration.0),
+        ConfigField::MaxAcceleration,
+    )?;
+    let (min, max) = (motor.travel_min.0, motor.travel_max.0);
+    let around_zero = (-MAX_TRAVEL..=0).contains(&min) && (0..=MAX_TRAVEL).contains(&max);
+    ensure(
+        around_zero && (min..=max).contains(&position),
+        ConfigField::Travel,
+    )
+}
+
+fn check_workspace(workspace: &Workspace) -> Result<(), ConfigField> {
+    let near = |p: Point| {
+        p.micrometres()
+            .iter()
+            .all(|c| (-MAX_COORDINATE..=MAX_COORDINATE).contains(c))
+    };
+    let (min, max) = (workspace.min, workspace.max);
+    let spans = (0..3).all(|i| min.0[i] < max.0[i]);
+    ensure(near(min) && near(max) && spans, ConfigField::Workspace)
+}

@@ -1,0 +1,56 @@
+//! Turning one motor by an exact number of steps, for commissioning.
+
+use super::{Planner, UNIT};
+use crate::law::MotorRates;
+
+/// A move of one motor under way.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Jogging {
+    motor: usize,
+    /// Where it ends, 1/16 steps.
+    end: i32,
+    /// Highest rate, Q8 steps/s.
+    rate: i32,
+}
+
+impl Jogging {
+    /// Turns `motor` (0..3) to `end` (1/16 steps, within its travel) at `rate` (Q8 steps/s, above 0) at most.
+    pub fn new(motor: usize, end: i32, rate: i32) -> Self {
+        Self { motor, end, rate }
+    }
+
+    /// The rates to go on with; `None` once the motor stands at the end. An end between two microsteps is rounded to
+    /// the lower one.
+    pub fn wanted(&self, planner: &Planner) -> Option<MotorRates> {
+        let axis = &planner.axes[self.motor];
+        let per_microstep = 16 / planner.microsteps;
+        let microsteps = (self.end - axis.position).div_euclid(per_microstep);
+        // To the middle of the last microstep: 32 + 18 bits. Then as a rate that would get there in one tick.
+        let units = i64::from(microsteps) * i64::from(UNIT) + i64::from(UNIT / 2 - axis.fraction);
+        let distance = units / i64::from(planner.microsteps);
+        if distance == 0 && axis.rate == 0 {
+            return None;
+        }
+        let rate = approach(distance.unsigned_abs(), axis.delta.unsigned_abs()).min(self.rate.unsigned_abs());
+        let mut rates = [0; 3];
+        rates[self.motor] = rate as i32 * distance.signum() as i32;
+        Some(MotorRates(rates))
+    }
+}
+
+/// The highest rate from which a motor can still stop within `distance`, losing `delta` a tick: the root of
+/// v²/(2 delta) + 3v/2 = distance; or the rest of the way where that is less than a tick's change.
+fn approach(distance: u64, delta: u32) -> u32 {
+    let delta = u64::from(delta);
+    if distance <= delta {
+        return distance as u32;
+    }
+    // Distances are below 2^50/1, delta below 2^20.5: the radicand stays below 2^63 for travels up to 2^42 units.
+    let margin = delta + delta / 2;
+    let root = (2 * delta)
+        .saturating_mul(distance)
+        .saturating_add(margin * margin)
+        .isqrt();
+    root.saturating_sub(margin)
+        .clamp(delta.min(u64::from(u32::MAX >> 1)), u64::from(u32::MAX >> 1)) as u32
+}
