@@ -1,0 +1,25 @@
+# The whole of what a person types. What each target does is in scripts/; ARGS="..." is handed on.
+
+PLUMB := cargo run --release --locked -p plumb --bin plumb --
+
+.DEFAULT_GOAL := help
+.PHONY: help setup demo test bench lint
+
+help: ## list the targets
+	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-6s  %s\n", $$1, $$2 }' Makefile
+
+setup: ## install what is missing (the others do it first)
+	@scripts/setup
+
+demo: setup ## drive the ball to its target, closed loop, with no hardware (ARGS="--memory" and the like)
+	@$(PLUMB) demo $(ARGS)
+
+test: setup ## all tests, and the board's crates built for a chip without std
+	@scripts/test $(ARGS)
+
+bench: setup ## reproduce the control and vision measurements
+	@$(PLUMB) bench control --suite paper $(ARGS)
+	@$(PLUMB) bench vision $(ARGS)
+
+lint: ## formatting, clippy, documentation and shell scripts, without a warning
+	@scripts/lint
