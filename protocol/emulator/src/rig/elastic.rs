@@ -1,0 +1,259 @@
+//! The rig whose ball has mass and hangs on springs that pull and do not push.
+
+use nalgebra::{Point3, Vector3};
+
+use super::error::{check, check_advance};
+use super::geometry::{Geometry, check_lengths};
+use super::{Plant, RigError};
+use equilibrium::equilibrium;
+
+mod equilibrium;
+
+/// Gravity, m/s².
+pub const GRAVITY_M_S2: f64 = 9.81;
+
+/// An internal sub-step times the highest frequency of the rig, radians.
+const SUBSTEP_RAD: f64 = 0.1;
+
+/// The longest internal sub-step, seconds.
+const LONGEST_SUBSTEP_S: f64 = 1e-3;
+
+/// Into how many parts a sub-step is cut within which a cable goes slack or taut: its pull jumps there, which would
+/// cost the method its order.
+const PARTS_AT_A_JUMP: u32 = 32;
+
+/// What the ball and the cables are made of.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ElasticParameters {
+    /// Mass of the ball, kg; > 0.
+    pub mass_kg: f64,
+    /// Stiffness of each cable, N/m whatever its length; > 0; order A, B, C.
+    pub stiffness_n_m: [f64; 3],
+    /// Damping ratio ζ of the ball on one cable alone: damping 2ζ√(km) on the stretch rate; 0 to 10.
+    pub damping_ratio: f64,
+}
+
+impl Default for ElasticParameters {
+    /// 0.2 kg, 800 N/m, ζ = 0.1: the stiffer of the two rigs of the control notes.
+    fn default() -> Self {
+        Self {
+            mass_kg: 0.2,
+            stiffness_n_m: [800.0; 3],
+            damping_ratio: 0.1,
+        }
+    }
+}
+
+impl ElasticParameters {
+    /// Refuses what is not a ball on springs.
+    fn check(&self) -> Result<(), RigError> {
+        check("mass (kg)", self.mass_kg, "greater than 0", |m| m > 0.0)?;
+        for k in self.stiffness_n_m {
+            check("stiffness (N/m)", k, "greater than 0", |k| k > 0.0)?;
+        }
+        check("damping ratio", self.damping_ratio, "between 0 and 10", |z| {
+            (0.0..=10.0).contains(&z)
+        })?;
+        Ok(())
+    }
+
+    /// The sub-step that follows the stiffest motion (all cables pulling one way) closely.
+    fn substep_s(&self) -> f64 {
+        let highest =
+            (self.stiffness_n_m.iter().sum::<f64>() / self.mass_kg).sqrt() * (1.0 + 2.0 * self.damping_ratio);
+        (SUBSTEP_RAD / highest).min(LONGEST_SUBSTEP_S)
+    }
+}
+
+/// A point mass on three unilateral spring cables, in air that does not resist.
+///
+/// A cable stretched by s > 0 pulls with max(0, k s + c ds/dt), an unstretched one not at all; c = 2ζ√(km).
+/// Integrated with the classical Runge-Kutta method of fourth order in fixed sub-steps, finer where a cable goes slack
+/// or taut; deterministic.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Elastic {
+    geometry: Geometry,
+    parameters: ElasticParameters,
+    damping_n_s_m: [f64; 3],
+    substep_s: f64,
+    start_lengths_m: [f64; 3],
+    lengths_m: [f64; 3],
+    position: Point3<f64>,
+    velocity: Vector3<f64>,
+    tensions_n: [f64; 3],
+}
+
+impl Elastic {
+    /// A rig whose ball hangs at rest on three stretched cables at `start` (metres, rig frame); the motors' zero is here.
+    ///
+    /// # Errors
+    /// [`RigError::CannotHang`] where three cables cannot hold a ball at `start`; [`RigError::OutOfRange`] for the
+    /// parameters; [`RigError::NoCable`] where a cable so soft would have to be shorter than nothing.
+    pub fn new(
+        geometry: Geometry,
+        parameters: ElasticParameters,
+        start: Point3<f64>,
+    ) -> Result<Self, RigError> {
+        parameters.check()?;
+        let per_weight = geometry.check_hangs(&start)?;
+        let straight = geometry.cable_lengths_m(&start);
+        let weight = parameters.mass_kg * GRAVITY_M_S2;
+        let lengths =
+            std::array::from_fn(|i| straight[i] - per_weight[i] * weight / parameters.stiffness_n_m[i]);
+        Self::with_position(geometry, parameters, lengths, start)
+    }
+
+    /// A rig with these unstretched cable lengths (metres; A, B, C) when the motors are at zero, its ball at rest
+    /// where it hangs; cables may be slack.
+    ///
+    /// # Errors
+    /// [`RigError::OutOfRange`], [`RigError::NoCable`].
+    pub fn with_lengths(
+        geometry: Geometry,
+        parameters: ElasticParameters,
+        lengths_m: [f64; 3],
+    ) -> Result<Self, RigError> {
+        parameters.check()?;
+        check_lengths(lengths_m)?;
+        let position = equilibrium(&geometry, &parameters, lengths_m);
+        Self::with_position(geometry, parameters, lengths_m, position)
+    }
+
+    fn with_position(
+        geometry: Geometry,
+        parameters: ElasticParameters,
+        lengths_m: [f64; 3],
+        position: Point3<f64>,
+    ) -> Result<Self, RigError> {
+        check_lengths(lengths_m)?;
+        let critical = |k: f64| 2.0 * (k * parameters.mass_kg).sqrt();
+        let mut rig = Self {
+            geometry,
+            parameters,
+            damping_n_s_m: parameters
+                .stiffness_n_m
+                .map(|k| parameters.damping_ratio * critical(k)),
+            substep_s: parameters.substep_s(),
+            start_lengths_m: lengths_m,
+            lengths_m,
+            position,
+            velocity: Vector3::zeros(),
+            tensions_n: [0.0; 3],
+        };
+        rig.tensions_n = rig.pull(&rig.position, &rig.velocity, lengths_m, [0.0; 3]).0;
+        Ok(rig)
+    }
+
+    /// The rig's geometry.
+    #[must_use]
+    pub fn geometry(&self) -> &Geometry {
+        &self.geometry
+    }
+
+    /// The ball's velocity, m/s in the rig frame.
+    #[must_use]
+    pub fn velocity(&self) -> Vector3<f64> {
+        self.velocity
+    }
+
+    /// The pull of each cable now, newtons, >= 0; order A, B, C.
+    #[must_use]
+    pub fn tensions_n(&self) -> [f64; 3] {
+        self.tensions_n
+    }
+
+    /// Tensions (N) and the ball's acceleration (m/s²) for cables of these lengths that grow at these rates.
+    fn pull(
+        &self,
+        p: &Point3<f64>,
+        v: &Vector3<f64>,
+        lengths: [f64; 3],
+        rates: [f64; 3],
+    ) -> ([f64; 3], Vector3<f64>) {
+        let mut tensions = [0.0; 3];
+        let mut force = Vector3::z() * (-GRAVITY_M_S2 * self.parameters.mass_kg);
+        for i in 0..3 {
+            let from = p - self.geometry.motors()[i];
+            let distance = from.norm();
+            let stretch = distance - lengths[i];
+            if stretch > 0.0 {
+                let outward = from / distance;
+                let rate = outward.dot(v) - rates[i];
+                tensions[i] =
+                    (self.parameters.stiffness_n_m[i] * stretch + self.damping_n_s_m[i] * rate).max(0.0);
+                force -= outward * tensions[i];
+            }
+        }
+        (tensions, force / self.parameters.mass_kg)
+    }
+
+    /// Which cables pull, the lengths growing at `rates` (m/s).
+    fn pulling(&self, rates: [f64; 3]) -> [bool; 3] {
+        self.pull(&self.position, &self.velocity, self.lengths_m, rates)
+            .0
+            .map(|tension| tension > 0.0)
+    }
+
+    /// One sub-step of `h` seconds, in smaller parts where a cable goes slack or taut in it.
+    fn careful_substep(&mut self, h: f64, rates: [f64; 3]) {
+        let before = (self.position, self.velocity, self.lengths_m);
+        let pulling = self.pulling(rates);
+        self.substep(h, rates);
+        if self.pulling(rates) != pulling {
+            (self.position, self.velocity, self.lengths_m) = before;
+            for _ in 0..PARTS_AT_A_JUMP {
+                self.substep(h / f64::from(PARTS_AT_A_JUMP), rates);
+            }
+        }
+    }
+
+    /// One Runge-Kutta sub-step of `h` seconds over which the cables go from `self.lengths_m` at `rates` (m/s).
+    fn substep(&mut self, h: f64, rates: [f64; 3]) {
+        let (p, v, start) = (self.position, self.velocity, self.lengths_m);
+        let lengths = |t: f64| -> [f64; 3] { std::array::from_fn(|i| start[i] + rates[i] * t) };
+        let (middle, end) = (lengths(h / 2.0), lengths(h));
+        let a1 = self.pull(&p, &v, start, rates).1;
+        let v2 = v + a1 * (h / 2.0);
+        let a2 = self.pull(&(p + v * (h / 2.0)), &v2, middle, rates).1;
+        let v3 = v + a2 * (h / 2.0);
+        let a3 = self.pull(&(p + v2 * (h / 2.0)), &v3, middle, rates).1;
+        let v4 = v + a3 * h;
+        let a4 = self.pull(&(p + v3 * h), &v4, end, rates).1;
+        self.position += (v + (v2 + v3) * 2.0 + v4) * (h / 6.0);
+        self.velocity += (a1 + (a2 + a3) * 2.0 + a4) * (h / 6.0);
+        self.lengths_m = end;
+    }
+}
+
+impl Plant for Elastic {
+    /// As [`Plant::advance`]; the cable lengths go linearly. With `dt_s` = 0 the motors jump and the ball stays.
+    fn advance(&mut self, dt_s: f64, motors: [f64; 3]) -> Result<(), RigError> {
+        check_advance(dt_s, motors)?;
+        let goal = self.geometry.paid_out_m(self.start_lengths_m, motors)?;
+        let mut rates = [0.0; 3];
+        if dt_s > 0.0 {
+            rates = std::array::from_fn(|i| (goal[i] - self.lengths_m[i]) / dt_s);
+            let substeps = (dt_s / self.substep_s).ceil().max(1.0);
+            let h = dt_s / substeps;
+            let mut left = substeps;
+            while left > 0.0 {
+                self.careful_substep(h, rates);
+                left -= 1.0;
+            }
+        }
+        self.lengths_m = goal;
+        self.tensions_n = self.pull(&self.position, &self.velocity, goal, rates).0;
+        Ok(())
+    }
+
+    fn ball(&self) -> Point3<f64> {
+        self.position
+    }
+
+    fn slack(&self) -> [bool; 3] {
+        self.tensions_n.map(|tension| tension <= 0.0)
+    }
+}
+
+#[cfg(test)]
+mod tests;

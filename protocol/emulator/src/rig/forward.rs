@@ -1,0 +1,316 @@
+//! Forward kinematics of three cables that pull and do not push: the lowest point within reach.
+//!
+//! A ball at rest minimises its height z subject to |p - M_i| <= l_i. The problem is convex and its solution unique:
+//! the lowest point of one sphere, of the circle where two meet, or of the two points where three meet. Each of these
+//! seven candidates has a closed form; the lowest that all cables reach is the answer, and the cables that do not
+//! define it are slack (their multiplier, which is their tension, is zero).
+
+use nalgebra::{Point3, Vector3};
+
+use super::error::{NAMES, RigError};
+use super::geometry::{Geometry, check_lengths};
+
+/// How far outside a cable's reach a candidate may be for rounding, metres.
+const REACH_TOLERANCE_M: f64 = 1e-10;
+
+/// Where the ball hangs at rest, and on which cables.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Hang {
+    /// The ball, metres in the rig frame.
+    pub ball: Point3<f64>,
+    /// Cables that bear nothing; order A, B, C.
+    pub slack: [bool; 3],
+}
+
+/// The lowest point within reach of three inextensible cables of these lengths (metres; order A, B, C).
+///
+/// # Errors
+/// [`RigError::NoCable`] for a length of zero or less, [`RigError::TooShort`] or [`RigError::TooShortTogether`] where no
+/// point is within reach of all three, [`RigError::OutOfRange`] for a length that is not finite.
+pub fn lowest_point(geometry: &Geometry, lengths_m: [f64; 3]) -> Result<Hang, RigError> {
+    check_lengths(lengths_m)?;
+    let motors = geometry.motors();
+    let within_reach = |p: &Point3<f64>| {
+        motors
+            .iter()
+            .zip(lengths_m)
+            .all(|(m, l)| (p - m).norm() <= l + REACH_TOLERANCE_M)
+    };
+    let mut best: Option<Hang> = None;
+    // Fewer cables first: of equal candidates, the one with more slack cables is kept.
+    for (candidate, slack) in candidates(motors, lengths_m) {
+        if let Some(ball) = candidate
+            && within_reach(&ball)
+            && best.is_none_or(|b| ball.z < b.ball.z)
+        {
+            best = Some(Hang { ball, slack });
+        }
+    }
+    best.ok_or_else(|| too_short(motors, lengths_m))
+}
+
+/// The seven points that can be lowest, each with the cables that would be slack there.
+fn candidates(motors: &[Point3<f64>; 3], lengths: [f64; 3]) -> [(Option<Point3<f64>>, [bool; 3]); 7] {
+    let below = |i: usize| Some(motors[i] - Vector3::z() * lengths[i]);
+    let pair = |i: usize, j: usize| lowest_on_circle((motors[i], lengths[i]), (motors[j], lengths[j]));
+    [
+        (below(0), [false, true, true]),
+        (below(1), [true, false, true]),
+        (below(2), [true, true, false]),
+        (pair(0, 1), [false, false, true]),
+        (pair(1, 2), [true, false, false]),
+        (pair(2, 0), [false, true, false]),
+        (lower_intersection(motors, lengths), [false; 3]),
+    ]
+}
+
+/// A square that is negative by rounding only is zero; one that is more negative has no root.
+fn root(square: f64, scale_m: f64) -> Option<f64> {
+    (square > -2.0 * scale_m * REACH_TOLERANCE_M).then(|| square.max(0.0).sqrt())
+}
+
+/// The lowest point of the circle where two spheres (centre, radius) meet. `None` where they don't, or where the
+/// circle is level: then the lowest point of one of them is lower or as low.
+fn lowest_on_circle(first: (Point3<f64>, f64), second: (Point3<f64>, f64)) -> Option<Point3<f64>> {
+    let between = second.0 - first.0;
+    let apart = between.norm();
+    let axis = between.try_normalize(1e-9)?;
+    let along = (apart * apart + first.1 * first.1 - second.1 * second.1) / (2.0 * apart);
+    let radius = root(first.1 * first.1 - along * along, first.1)?;
+    let down = (axis * axis.z - Vector3::z()).try_normalize(1e-9)?;
+    Some(first.0 + axis * along + down * radius)
+}
+
+/// The lower of the two points where three spheres meet (trilateration in a frame on the motors' plane).
+fn lower_intersection(motors: &[Point3<f64>; 3], lengths: [f64; 3]) -> Option<Point3<f64>> {
+    let [ab, ac] = [motors[1] - motors[0], motors[2] - motors[0]];
+    let apart = ab.norm();
+    let ex = ab.try_normalize(1e-9)?;
+    let across = ac - ex * ac.dot(&ex);
+    let ey = across.try_normalize(1e-9)?;
+    let normal = ex.cross(&ey);
+    let down = if normal.z > 0.0 { -normal } else { normal };
+    let (i, j) = (ac.dot(&ex), across.norm());
+    let [la, lb, lc] = lengths.map(|l| l * l);
+    let x = (la - lb + apart * apart) / (2.0 * apart);
+    let y = (la - lc + i * i + j * j - 2.0 * i * x) / (2.0 * j);
+    let depth = root(la - x * x - y * y, lengths[0])?;
+    Some(motors[0] + ex * x + ey * y + down * depth)
+}
+
+/// Says which cables cannot meet.
+fn too_short(motors: &[Point3<f64>; 3], lengths_m: [f64; 3]) -> RigError {
+    for (i, j) in [(0, 1), (1, 2), (2, 0)] {
+        let (sum_m, apart_m) = (lengths_m[i] + lengths_m[j], (motors[i] - motors[j]).norm());
+        if sum_m < apart_m {
+            return RigError::TooShort {
+                first: NAMES[i],
+                second: NAMES[j],
+                sum_m,
+                apart_m,
+            };
+        }
+    }
+    RigError::TooShortTogether { lengths_m }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+    use proptest::test_runner::RngSeed;
+
+    fn rig(heights: [f64; 3]) -> Geometry {
+        let [a, b, c] = *Geometry::paper().motors();
+        let up = |m: Point3<f64>, h| Point3::new(m.x, m.y, m.z + h);
+        Geometry::new(
+            [up(a, heights[0]), up(b, heights[1]), up(c, heights[2])],
+            [0.015; 3],
+        )
+        .unwrap()
+    }
+
+    /// Solves Σ a_i (M_i - p) = ẑ for the taut cables by least squares; returns (a, residual).
+    fn multipliers(g: &Geometry, hang: &Hang) -> (Vec<f64>, f64) {
+        let taut = (0..3)
+            .filter(|i| !hang.slack[*i])
+            .map(|i| g.motors()[i] - hang.ball);
+        let e = nalgebra::DMatrix::from_columns(
+            &taut
+                .map(|c| nalgebra::DVector::from_column_slice(c.as_slice()))
+                .collect::<Vec<_>>(),
+        );
+        let z = nalgebra::DVector::from_vec(vec![0.0, 0.0, 1.0]);
+        let a = e.clone().svd(true, true).solve(&z, 1e-12).unwrap();
+        let residual = (&e * &a - z).norm();
+        (a.iter().copied().collect(), residual)
+    }
+
+    #[test]
+    fn a_long_cable_hangs_slack() {
+        let g = Geometry::paper();
+        let hang = lowest_point(&g, [0.7, 0.75, 1.5]).unwrap();
+        assert_eq!(hang.slack, [false, false, true]);
+        assert!(
+            (hang.ball.x - 0.85).abs() < 1e-12,
+            "two cables hang in the plane of their motors: {}",
+            hang.ball
+        );
+        let one = lowest_point(&g, [2.0, 2.0, 0.5]).unwrap();
+        assert_eq!(one.slack, [true, true, false]);
+        assert!((one.ball - Point3::new(0.0, 0.24, 0.165)).norm() < 1e-12);
+    }
+
+    #[test]
+    fn a_motor_right_below_another_one() {
+        let [a, _, c] = *Geometry::paper().motors();
+        let beside = Point3::new(a.x + 1e-3, a.y - 0.01, a.z - 0.5);
+        let g = Geometry::new([a, beside, c], [0.015; 3]).unwrap();
+        let hang = lowest_point(&g, [0.8, 0.1, 2.0]).unwrap();
+        assert_eq!(
+            hang.slack,
+            [true, false, true],
+            "the lower motor's short cable holds the ball"
+        );
+        assert!((hang.ball - (beside - Vector3::z() * 0.1)).norm() < 1e-12);
+    }
+
+    #[test]
+    fn cables_that_cannot_meet_are_named() {
+        let g = Geometry::paper();
+        let err = lowest_point(&g, [0.3, 0.3, 1.0]).unwrap_err();
+        assert!(
+            matches!(
+                err,
+                RigError::TooShort {
+                    first: 'A',
+                    second: 'B',
+                    ..
+                }
+            ),
+            "{err}"
+        );
+        // Each two meet at the middle of an edge, all three nowhere.
+        let [a, b, c] = *g.motors();
+        let half = |p: Point3<f64>, q: Point3<f64>| 0.502 * (p - q).norm();
+        let (ab, bc, ca) = (half(a, b), half(b, c), half(c, a));
+        let err = lowest_point(&g, [ab.min(ca), ab.min(bc), bc.max(ca)]).unwrap_err();
+        assert!(
+            matches!(err, RigError::TooShortTogether { .. } | RigError::TooShort { .. }),
+            "{err}"
+        );
+        let three = lowest_point(&g, [0.46, 0.32, 0.45]).unwrap_err();
+        assert!(
+            matches!(
+                three,
+                RigError::TooShort { second: 'C', .. } | RigError::TooShort { first: 'C', .. }
+            ),
+            "{three}"
+        );
+        assert!(matches!(
+            lowest_point(&g, [0.5, -0.1, 1.0]),
+            Err(RigError::NoCable { motor: 'B', .. })
+        ));
+        assert!(matches!(
+            lowest_point(&g, [0.5, f64::NAN, 1.0]),
+            Err(RigError::OutOfRange { .. })
+        ));
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { rng_seed: RngSeed::Fixed(1), failure_persistence: None, ..Default::default() })]
+
+        /// Within reach, and lowest: gravity is borne by pulling cables only (the Karush-Kuhn-Tucker conditions of a
+        /// convex problem, necessary and sufficient).
+        #[test]
+        fn no_point_within_reach_is_lower(
+            lengths in prop::array::uniform3(0.05..2.0f64),
+            heights in prop::array::uniform3(-0.2..0.2f64),
+        ) {
+            let g = rig(heights);
+            match lowest_point(&g, lengths) {
+                Ok(hang) => {
+                    for (length, (motor, slack)) in lengths.into_iter().zip(g.motors().iter().zip(hang.slack)) {
+                        let free = length - (hang.ball - motor).norm();
+                        prop_assert!(free > -1e-9, "a cable is stretched by {free} m");
+                        prop_assert!(slack || free < 1e-9, "a cable is said to be taut, {free} m free");
+                    }
+                    let (a, residual) = multipliers(&g, &hang);
+                    prop_assert!(a.iter().all(|a| *a > -1e-6), "a cable pushes: {a:?}");
+                    prop_assert!(residual < 1e-4, "the ball is not at rest: {residual}");
+                }
+                Err(RigError::TooShort { sum_m, apart_m, .. }) => prop_assert!(sum_m < apart_m),
+                Err(RigError::TooShortTogether { .. }) => prop_assert!(!some_point_within(&g, lengths)),
+                Err(other) => prop_assert!(false, "{other}"),
+            }
+        }
+
+        #[test]
+        fn forward_of_inverse_is_the_same_point(
+            l in prop::array::uniform3(0.02..1.0f64),
+            h in 0.02..2.0f64,
+            heights in prop::array::uniform3(-0.2..0.2f64),
+        ) {
+            let (g, sum) = (rig(heights), l.iter().sum::<f64>());
+            let ball = Point3::from(g.motors().iter().zip(l).map(|(m, l)| m.coords * (l / sum)).sum::<Vector3<f64>>()) - Vector3::z() * h;
+            let hang = lowest_point(&g, g.cable_lengths_m(&ball)).unwrap();
+            prop_assert!((hang.ball - ball).norm() < 1e-8, "{} is not {ball}", hang.ball);
+            prop_assert_eq!(hang.slack, [false; 3]);
+        }
+
+        /// A micrometre of cable moves the ball little, also where a cable goes slack or two are stretched out.
+        #[test]
+        fn the_ball_does_not_jump(
+            lengths in prop::array::uniform3(0.5..2.0f64),
+            motor in 0..3usize,
+            heights in prop::array::uniform3(-0.2..0.2f64),
+        ) {
+            let g = rig(heights);
+            let mut longer = lengths;
+            longer[motor] += 1e-6;
+            if let (Ok(before), Ok(after)) = (lowest_point(&g, lengths), lowest_point(&g, longer)) {
+                // The motion is at worst that of a square root, at a stretched-out pair: sqrt(2 · 1e-6 · 2 m).
+                let moved = (after.ball - before.ball).norm();
+                prop_assert!(moved < 4e-3, "{moved} m from {} to {}", before.ball, after.ball);
+            }
+        }
+    }
+
+    /// Looks for any point within reach by relaxing towards the cable that is exceeded most.
+    fn some_point_within(g: &Geometry, lengths: [f64; 3]) -> bool {
+        let mut p = g.motors()[0];
+        for _ in 0..20_000 {
+            let over = |i: usize| (p - g.motors()[i]).norm() - lengths[i];
+            let Some(worst) = (0..3).max_by(|i, j| over(*i).total_cmp(&over(*j))) else {
+                return false;
+            };
+            let excess = over(worst);
+            if excess <= 0.0 {
+                return true;
+            }
+            p -= (p - g.motors()[worst]).normalize() * excess;
+        }
+        false
+    }
+
+    /// Walks through the points where a cable goes slack: continuous there to the length step.
+    #[test]
+    fn going_slack_is_continuous() {
+        let g = Geometry::paper();
+        let mut last = lowest_point(&g, [0.7, 0.75, 0.9]).unwrap();
+        let mut changes = 0;
+        for k in 1..=50_000 {
+            let next = lowest_point(&g, [0.7, 0.75, 0.9 + f64::from(k) * 1e-5]).unwrap();
+            assert!(
+                (next.ball - last.ball).norm() < 5e-4,
+                "jump at {k}: {} to {}",
+                last.ball,
+                next.ball
+            );
+            changes += usize::from(next.slack != last.slack);
+            last = next;
+        }
+        assert_eq!(changes, 1, "cable C goes slack once");
+        assert!(last.slack[2]);
+    }
+}

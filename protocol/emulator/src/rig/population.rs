@@ -1,0 +1,327 @@
+//! Rigs and tasks to try a law on: the paper's, and random ones.
+
+use std::ops::RangeInclusive;
+
+use nalgebra::{Point3, Rotation3, Unit, Vector3};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use super::{Geometry, RigError};
+
+/// Height of the motors of a random rig above the rig frame's origin, metres: the ball stays above zero.
+const MOTOR_HEIGHT_M: f64 = 1.2;
+
+/// A rig and where its ball is to go.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Task {
+    /// The rig.
+    pub geometry: Geometry,
+    /// Where the ball is at first, metres in the rig frame.
+    pub start: Point3<f64>,
+    /// Where it is to go, metres in the rig frame.
+    pub target: Point3<f64>,
+}
+
+impl Task {
+    /// The paper's: its rig, P0 (0.540, 0.220, 0.459) to PT (0.400, 0.400, 0.150) m.
+    #[must_use]
+    pub fn paper() -> Self {
+        Self {
+            geometry: Geometry::paper(),
+            start: Point3::new(0.540, 0.220, 0.459),
+            target: Point3::new(0.400, 0.400, 0.150),
+        }
+    }
+}
+
+/// The control notes' population of rigs and tasks: each quantity uniform in its range.
+///
+/// A rig is A (W, D, H), B (W, 0, H), C (0, tD, H). Start and target are uniform in the part of the triangle where all
+/// barycentric coordinates are at least `least_lambda`, each at its own depth below the motors' plane.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Population {
+    /// D = y_A - y_B, metres.
+    pub depth_m: RangeInclusive<f64>,
+    /// W = x_A - x_C, metres.
+    pub width_m: RangeInclusive<f64>,
+    /// t = (y_C - y_B)/D.
+    pub apex: RangeInclusive<f64>,
+    /// Pulley radius r of all three motors, metres.
+    pub pulley_radius_m: RangeInclusive<f64>,
+    /// The least barycentric coordinate of start and target; 0 to less than 1/3.
+    pub least_lambda: f64,
+    /// How far start and target are below the plane of the motors, metres.
+    pub below_m: RangeInclusive<f64>,
+    /// How the rigs differ from what the laws take for granted; by default not at all.
+    pub variations: Variations,
+}
+
+/// Rigs that are not quite built as assumed. With all of them 0 (the default) the rigs are the same as without.
+///
+/// Gravity stays along -z. Yaw and tilt turn the motors about the middle of their triangle: the rig stands askew in the
+/// frame in which positions are measured.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Variations {
+    /// The rig is turned about the vertical by up to this angle either way, uniform; radians.
+    pub yaw_rad: f64,
+    /// The motors' plane is tilted by up to this angle, uniform, about a random level axis; radians.
+    pub tilt_rad: f64,
+    /// Each motor's pulley radius is up to this fraction larger or smaller, uniform; 0.3 is ±30 %.
+    pub radius_fraction: f64,
+    /// Each motor is up to this much higher or lower, uniform; metres.
+    pub height_m: f64,
+}
+
+impl Default for Population {
+    /// D, W 0.5-1.5 m; t 0.15-0.85; r 5-30 mm; λ >= 0.05; 0.1-1 m below the motors; no variations.
+    fn default() -> Self {
+        Self {
+            depth_m: 0.5..=1.5,
+            width_m: 0.5..=1.5,
+            apex: 0.15..=0.85,
+            pulley_radius_m: 0.005..=0.030,
+            least_lambda: 0.05,
+            below_m: 0.1..=1.0,
+            variations: Variations::default(),
+        }
+    }
+}
+
+impl Population {
+    /// Task number `index` of the population with this seed. It depends on nothing else: tasks may be drawn in any order,
+    /// and a variation changes only what it says.
+    ///
+    /// # Errors
+    /// Where the ranges allow rigs that cannot be ([`Geometry::new`]).
+    pub fn sample(&self, seed: u64, index: u64) -> Result<Task, RigError> {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        rng.set_stream(index);
+        let (d, w) = (uniform(&mut rng, &self.depth_m), uniform(&mut rng, &self.width_m));
+        let t = uniform(&mut rng, &self.apex);
+        let radius = uniform(&mut rng, &self.pulley_radius_m);
+        let [from, to] = std::array::from_fn(|_| (self.lambda(&mut rng), uniform(&mut rng, &self.below_m)));
+
+        let h = MOTOR_HEIGHT_M;
+        let level = [
+            Point3::new(w, d, h),
+            Point3::new(w, 0.0, h),
+            Point3::new(0.0, t * d, h),
+        ];
+        let (motors, radii) = self.variations.apply(&mut rng, level, radius);
+        let place = |(lambda, below): ([f64; 3], f64)| {
+            let above: Vector3<f64> = motors.iter().zip(lambda).map(|(m, l)| m.coords * l).sum();
+            Point3::from(above - Vector3::z() * below)
+        };
+        Ok(Task {
+            geometry: Geometry::new(motors, radii)?,
+            start: place(from),
+            target: place(to),
+        })
+    }
+
+    /// Barycentric coordinates, uniform in the part of the triangle where all are at least `least_lambda`.
+    fn lambda(&self, rng: &mut ChaCha8Rng) -> [f64; 3] {
+        // Two cuts of the unit interval leave three parts that are uniform on the triangle.
+        let cuts: [f64; 2] = [rng.random(), rng.random()];
+        let (first, second) = (cuts[0].min(cuts[1]), cuts[0].max(cuts[1]));
+        [first, second - first, 1.0 - second]
+            .map(|part| self.least_lambda + (1.0 - 3.0 * self.least_lambda) * part)
+    }
+}
+
+impl Variations {
+    /// The motors and their pulley radii as built instead of as drawn.
+    fn apply(
+        &self,
+        rng: &mut ChaCha8Rng,
+        motors: [Point3<f64>; 3],
+        radius: f64,
+    ) -> ([Point3<f64>; 3], [f64; 3]) {
+        let yaw = self.yaw_rad * symmetric(rng);
+        let tilt = self.tilt_rad * rng.random::<f64>();
+        let heading = std::f64::consts::PI * symmetric(rng);
+        let axis = Unit::new_normalize(Vector3::new(heading.cos(), heading.sin(), 0.0));
+        let turn =
+            Rotation3::from_axis_angle(&axis, tilt) * Rotation3::from_axis_angle(&Vector3::z_axis(), yaw);
+        let middle = Point3::from(motors.iter().map(|m| m.coords / 3.0).sum::<Vector3<f64>>());
+        let radii = std::array::from_fn(|_| radius * (1.0 + self.radius_fraction * symmetric(rng)));
+        let built =
+            motors.map(|m| middle + turn * (m - middle) + Vector3::z() * (self.height_m * symmetric(rng)));
+        (built, radii)
+    }
+}
+
+/// Uniform in a range, whose bounds need not be in order or finite.
+fn uniform(rng: &mut ChaCha8Rng, range: &RangeInclusive<f64>) -> f64 {
+    range.start() + (range.end() - range.start()) * rng.random::<f64>()
+}
+
+/// Uniform from -1 to 1.
+fn symmetric(rng: &mut ChaCha8Rng) -> f64 {
+    2.0 * rng.random::<f64>() - 1.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rig::{Plant, QuasiStatic};
+
+    fn shape(g: &Geometry) -> (f64, f64, f64) {
+        let [a, b, c] = g.motors();
+        (a.y - b.y, a.x - c.x, (c.y - b.y) / (a.y - b.y))
+    }
+
+    #[test]
+    fn rigs_fill_their_ranges_and_can_do_their_tasks() {
+        let population = Population::default();
+        let tasks: Vec<Task> = (0..2000).map(|i| population.sample(42, i).unwrap()).collect();
+        let spread = |value: &dyn Fn(&Task) -> f64| {
+            tasks
+                .iter()
+                .map(value)
+                .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| {
+                    (a.min(v), b.max(v))
+                })
+        };
+        let fills = |name: &str, (least, greatest): (f64, f64), low: f64, high: f64| {
+            let margin = 0.02 * (high - low);
+            assert!(
+                (low..low + margin).contains(&least) && (high - margin..high).contains(&greatest),
+                "{name}: {least} to {greatest}"
+            );
+        };
+        fills("D", spread(&|t| shape(&t.geometry).0), 0.5, 1.5);
+        fills("W", spread(&|t| shape(&t.geometry).1), 0.5, 1.5);
+        fills("t", spread(&|t| shape(&t.geometry).2), 0.15, 0.85);
+        fills("r", spread(&|t| t.geometry.pulley_radii_m()[1]), 0.005, 0.030);
+        fills("h", spread(&|t| t.geometry.motors()[0].z - t.target.z), 0.1, 1.0);
+        for corner in 0..3 {
+            let mean = tasks
+                .iter()
+                .map(|t| t.geometry.barycentric(&t.start)[corner])
+                .sum::<f64>()
+                / 2000.0;
+            assert!(
+                (mean - 1.0 / 3.0).abs() < 0.02,
+                "λ is {mean} in the mean at corner {corner}"
+            );
+        }
+        for task in &tasks {
+            for p in [task.start, task.target] {
+                assert!(task.geometry.barycentric(&p).iter().all(|l| *l > 0.05 - 1e-9));
+                assert_eq!(QuasiStatic::new(task.geometry, p).unwrap().slack(), [false; 3]);
+            }
+        }
+    }
+
+    #[test]
+    fn a_task_is_its_seed_and_number() {
+        let population = Population::default();
+        assert_eq!(population.sample(1, 5), population.sample(1, 5));
+        assert_ne!(population.sample(1, 5), population.sample(1, 6));
+        assert_ne!(population.sample(1, 5), population.sample(2, 5));
+    }
+
+    #[test]
+    fn variations_change_what_they_say() {
+        let with = |variations| {
+            Population {
+                variations,
+                ..Population::default()
+            }
+            .sample(9, 3)
+            .unwrap()
+        };
+        let plain = with(Variations::default());
+        let radii = with(Variations {
+            radius_fraction: 0.3,
+            ..Default::default()
+        });
+        assert_eq!(
+            (radii.geometry.motors(), radii.start),
+            (plain.geometry.motors(), plain.start)
+        );
+        for (varied, nominal) in radii
+            .geometry
+            .pulley_radii_m()
+            .into_iter()
+            .zip(plain.geometry.pulley_radii_m())
+        {
+            assert!((varied / nominal - 1.0).abs() <= 0.3 && varied != nominal);
+        }
+        let yaw = with(Variations {
+            yaw_rad: 0.35,
+            ..Default::default()
+        });
+        assert!(
+            yaw.geometry
+                .motors()
+                .iter()
+                .zip(plain.geometry.motors())
+                .all(|(a, b)| a.z == b.z && a != b)
+        );
+        assert!(
+            (yaw.geometry.cable_lengths_m(&yaw.start)[0] - plain.geometry.cable_lengths_m(&plain.start)[0])
+                .abs()
+                < 1e-12
+        );
+        let heights = with(Variations {
+            height_m: 0.1,
+            ..Default::default()
+        });
+        assert!(
+            heights
+                .geometry
+                .motors()
+                .iter()
+                .all(|m| (m.z - 1.2).abs() <= 0.1 && m.z != 1.2)
+        );
+        let tilt = with(Variations {
+            tilt_rad: 0.35,
+            ..Default::default()
+        });
+        let normal = |t: &Task| {
+            let [a, b, c] = t.geometry.motors();
+            (a - c).cross(&(b - c)).normalize().z.abs()
+        };
+        assert!(normal(&tilt) < 1.0 - 1e-6 && normal(&tilt) >= 0.35f64.cos());
+    }
+
+    #[test]
+    fn varied_rigs_still_hold_their_balls() {
+        let variations = Variations {
+            yaw_rad: 0.35,
+            tilt_rad: 0.35,
+            radius_fraction: 0.3,
+            height_m: 0.1,
+        };
+        let population = Population {
+            variations,
+            ..Population::default()
+        };
+        for index in 0..500 {
+            let task = population.sample(7, index).unwrap();
+            for p in [task.start, task.target] {
+                assert_eq!(
+                    QuasiStatic::new(task.geometry, p).unwrap().slack(),
+                    [false; 3],
+                    "task {index}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn impossible_ranges_are_refused() {
+        let flat = Population {
+            width_m: 0.0..=0.0,
+            ..Population::default()
+        };
+        assert!(matches!(flat.sample(1, 1), Err(RigError::Flat { .. })));
+        let nan = Population {
+            pulley_radius_m: f64::NAN..=f64::NAN,
+            ..Population::default()
+        };
+        assert!(matches!(nan.sample(1, 1), Err(RigError::OutOfRange { .. })));
+    }
+}
