@@ -20,7 +20,7 @@ as_root() {
   elif command -v sudo >/dev/null; then
     sudo "$@"
   else
-    say "This needs root, and there is no sudo. As root, run: $*"
+    say "This needs root, and there is no sudo: $*"
     return 2
   fi
 }
