@@ -1,0 +1,118 @@
+//! The figures of a run, drawn like the paper's figures 4 and 5.
+
+mod panels;
+mod path;
+mod projection;
+
+use nalgebra::Point3;
+use plotters::drawing::DrawingAreaErrorKind;
+use plotters::style::{Color, RGBColor, ShapeStyle};
+
+use super::{Row, Scene};
+
+pub(super) use panels::over_frames;
+pub(super) use path::in_space;
+
+/// Why a figure could not be drawn.
+pub(super) type DrawError = DrawingAreaErrorKind<std::io::Error>;
+
+/// More points than this in a line cannot be seen, but make the file large.
+const MOST_POINTS: usize = 3000;
+
+const FONT: &str = "sans-serif";
+const MEASURED: RGBColor = RGBColor(31, 97, 171);
+const TARGET: RGBColor = RGBColor(200, 60, 40);
+const START: RGBColor = RGBColor(40, 140, 70);
+const INK: RGBColor = RGBColor(50, 50, 55);
+const FAINT: RGBColor = RGBColor(218, 220, 224);
+
+/// What of a row is drawn.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Sample {
+    frame: f64,
+    position: Option<Point3<f64>>,
+    target: Option<Point3<f64>>,
+    error_m: Option<f64>,
+}
+
+impl From<&Row> for Sample {
+    fn from(row: &Row) -> Self {
+        let finite = |p: &Point3<f64>| p.iter().all(|c| c.is_finite());
+        Self {
+            frame: row.frame as f64,
+            position: row.position.filter(finite),
+            target: row.target.filter(finite),
+            error_m: row.error_m.filter(|e| e.is_finite()),
+        }
+    }
+}
+
+/// Drawn on twice the pixels it is shown on: the drawing library rounds to whole ones.
+fn shown_at_half_size(svg: &str, (width, height): (u32, u32)) -> String {
+    let size = |w, h| format!("width=\"{w}\" height=\"{h}\"");
+    svg.replacen(&size(width, height), &size(width / 2, height / 2), 1)
+}
+
+/// A line of this colour and width in pixels.
+fn stroke(colour: RGBColor, width: u32) -> ShapeStyle {
+    colour.stroke_width(width)
+}
+
+/// The least and the greatest of some numbers; `None` where there are none.
+fn span(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
+    values.fold(None, |span, v| Some(span.map_or((v, v), |(a, b): (f64, f64)| (a.min(v), b.max(v)))))
+}
+
+/// The values that are there, cut into stretches without a gap, of at most `MOST_POINTS` in all (or so): of as many
+/// neighbours as needed every one that `keep` picks.
+fn stretches<T: Copy>(
+    samples: &[Sample],
+    value: impl Fn(&Sample) -> Option<T>,
+    keep: impl Fn(&[T]) -> Vec<T>,
+) -> Vec<Vec<T>> {
+    let group = samples.len().div_ceil(MOST_POINTS).max(1);
+    samples
+        .chunk_by(|a, b| value(a).is_some() == value(b).is_some())
+        .map(|stretch| stretch.iter().filter_map(&value).collect::<Vec<T>>())
+        .filter(|stretch| !stretch.is_empty())
+        .map(|stretch| if group > 1 { stretch.chunks(2 * group).flat_map(&keep).collect() } else { stretch })
+        .collect()
+}
+
+/// The length 1, 2 or 5 times a power of ten that divides `span` into `parts` parts or somewhat fewer.
+fn round_step(span: f64, parts: f64) -> f64 {
+    let raw = (span / parts).max(1e-6);
+    let power = 10f64.powf(raw.log10().floor());
+    let step = [1.0, 2.0, 5.0].into_iter().find(|m| m * power >= raw * 0.999_999);
+    step.unwrap_or(10.0) * power
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn steps_are_round() {
+        for (span, step) in [(1.0, 0.2), (0.83, 0.2), (0.5, 0.1), (3.1, 1.0), (0.012, 0.005), (0.0, 1e-6)] {
+            let got = round_step(span, 5.0);
+            assert!((got / step - 1.0).abs() < 1e-9, "{span}: {got}");
+        }
+    }
+
+    #[test]
+    fn gaps_cut_a_line_and_long_runs_are_thinned_but_keep_their_peaks() {
+        let sample =
+            |frame: u32, error_m| Sample { frame: f64::from(frame), position: None, target: None, error_m };
+        let gap = [sample(0, Some(1.0)), sample(1, None), sample(2, Some(2.0)), sample(3, Some(3.0))];
+        let lines = stretches(&gap, |s| s.error_m, |part| part.to_vec());
+        assert_eq!(lines, [vec![1.0], vec![2.0, 3.0]]);
+
+        let long: Vec<Sample> =
+            (0..50_000).map(|k| sample(k, Some(f64::from(u8::from(k == 12_345))))).collect();
+        let thinned = panels::thinned(&long, |s| s.error_m);
+        assert_eq!(thinned.len(), 1);
+        assert!(thinned[0].len() <= MOST_POINTS + 2, "{}", thinned[0].len());
+        assert!(thinned[0].contains(&(12_345.0, 1.0)), "the peak is kept");
+        assert!(thinned[0].is_sorted_by(|a, b| a.0 <= b.0));
+    }
+}

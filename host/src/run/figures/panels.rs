@@ -1,0 +1,136 @@
+//! Figure 4: x, y, z and |e| over the frames.
+
+use plotters::element::DashedPathElement;
+use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+
+use super::{
+    DrawError, FAINT, FONT, INK, MEASURED, Sample, Scene, TARGET, round_step, shown_at_half_size, span,
+    stretches, stroke,
+};
+
+const SIZE: (u32, u32) = (2000, 1960);
+const TITLE_HEIGHT: u32 = 88;
+const CAPTION: i32 = 46;
+const LABEL: i32 = 38;
+const TICK: i32 = 34;
+
+/// One panel: what is measured and what it should be, both over the frame number.
+struct Panel {
+    name: &'static str,
+    measured: Vec<Vec<(f64, f64)>>,
+    wanted: Vec<Vec<(f64, f64)>>,
+    range: (f64, f64),
+    digits: usize,
+}
+
+/// The figure as SVG.
+pub(crate) fn over_frames(samples: &[Sample], scene: &Scene) -> Result<String, DrawError> {
+    let frames = span(samples.iter().map(|s| s.frame)).unwrap_or((0.0, 1.0));
+    let frames = frames.0..frames.1.max(frames.0 + 1.0);
+    let mut svg = String::new();
+    {
+        let root = SVGBackend::with_string(&mut svg, SIZE).into_drawing_area();
+        root.fill(&WHITE)?;
+        let (title, body) = root.split_vertically(TITLE_HEIGHT);
+        draw_title(&title, scene)?;
+        let areas = body.margin(0, 46, 16, 40).split_evenly((4, 1));
+        for (panel, area) in panels(samples, scene, &frames).iter().zip(&areas) {
+            draw_panel(panel, area, &frames)?;
+        }
+        let below = Pos::new(HPos::Center, VPos::Bottom);
+        let style = (FONT, LABEL).into_font().color(&INK).pos(below);
+        root.draw_text("frame", &style, (SIZE.0 as i32 / 2 + 60, SIZE.1 as i32 - 8))?;
+        root.present()?;
+    }
+    Ok(shown_at_half_size(&svg, SIZE))
+}
+
+fn panels(samples: &[Sample], scene: &Scene, frames: &std::ops::Range<f64>) -> [Panel; 4] {
+    let axis = |name, i: usize| {
+        let measured = thinned(samples, |s| s.position.map(|p| p[i]));
+        let wanted = thinned(samples, |s| s.target.map(|p| p[i]));
+        let values = measured.iter().chain(&wanted).flatten().map(|(_, v)| *v);
+        let (least, greatest) = span(values).unwrap_or((0.0, 1.0));
+        // At least 40 mm, so that noise on an axis that does not move stays small.
+        let (middle, half) = ((least + greatest) / 2.0, ((greatest - least) * 0.58).max(0.02));
+        let range = (middle - half, middle + half);
+        let digits = if half < 0.04 { 3 } else { 2 };
+        Panel { name, measured, wanted, range, digits }
+    };
+    let error = thinned(samples, |s| s.error_m.map(|e| e * 1000.0));
+    let threshold = scene.threshold_m * 1000.0;
+    let (_, greatest) = span(error.iter().flatten().map(|(_, e)| *e)).unwrap_or((0.0, threshold));
+    let error = Panel {
+        name: "|e| (mm)",
+        measured: error,
+        wanted: vec![vec![(frames.start, threshold), (frames.end, threshold)]],
+        range: (0.0, 1.08 * greatest.max(2.0 * threshold)),
+        digits: 0,
+    };
+    [axis("x (m)", 0), axis("y (m)", 1), axis("z (m)", 2), error]
+}
+
+/// Values over the frame number; of a long run the extremes.
+pub(crate) fn thinned(samples: &[Sample], value: impl Fn(&Sample) -> Option<f64>) -> Vec<Vec<(f64, f64)>> {
+    let extremes = |part: &[(f64, f64)]| {
+        let by_value = |a: &&(f64, f64), b: &&(f64, f64)| a.1.total_cmp(&b.1);
+        let mut ends: Vec<(f64, f64)> =
+            part.iter().min_by(by_value).into_iter().chain(part.iter().max_by(by_value)).copied().collect();
+        ends.sort_by(|a, b| a.0.total_cmp(&b.0));
+        ends
+    };
+    stretches(samples, |s| value(s).map(|v| (s.frame, v)), extremes)
+}
+
+fn draw_title(
+    area: &DrawingArea<SVGBackend, plotters::coord::Shift>,
+    scene: &Scene,
+) -> Result<(), DrawError> {
+    let at = |h| Pos::new(h, VPos::Center);
+    let middle = TITLE_HEIGHT as i32 / 2 + 8;
+    let bold = (FONT, CAPTION).into_font().style(FontStyle::Bold).color(&INK);
+    area.draw_text(&scene.title, &bold.pos(at(HPos::Left)), (184, middle))?;
+    let plain = (FONT, LABEL).into_font().color(&INK).pos(at(HPos::Left));
+    area.draw(&PathElement::new([(1290, middle), (1370, middle)], stroke(MEASURED, 6)))?;
+    area.draw_text("measured", &plain, (1386, middle))?;
+    area.draw(&DashedPathElement::new([(1570, middle), (1650, middle)], 16, 10, stroke(TARGET, 4)))?;
+    area.draw_text("target, threshold", &plain, (1666, middle))
+}
+
+fn draw_panel(
+    panel: &Panel,
+    area: &DrawingArea<SVGBackend, plotters::coord::Shift>,
+    frames: &std::ops::Range<f64>,
+) -> Result<(), DrawError> {
+    let mut chart = ChartBuilder::on(area)
+        .margin_top(16)
+        .x_label_area_size(54)
+        .y_label_area_size(170)
+        .build_cartesian_2d(frames.clone(), panel.range.0..panel.range.1)?;
+    let steps = |(least, greatest): (f64, f64), parts| {
+        let step = round_step(greatest - least, parts);
+        ((greatest - least) / step).floor() as usize + 1
+    };
+    let tick = (FONT, TICK).into_font().color(&INK);
+    chart
+        .configure_mesh()
+        .x_labels(steps((frames.start, frames.end), 10.0))
+        .y_labels(steps(panel.range, 5.0))
+        .x_label_formatter(&|frame| format!("{frame:.0}"))
+        .y_label_formatter(&|value| format!("{value:.*}", panel.digits))
+        .y_desc(panel.name)
+        .axis_desc_style((FONT, LABEL).into_font().color(&INK))
+        .label_style(tick)
+        .axis_style(stroke(INK, 2))
+        .bold_line_style(stroke(FAINT, 2))
+        .light_line_style(TRANSPARENT)
+        .draw()?;
+    for line in &panel.wanted {
+        chart.draw_series(DashedLineSeries::new(line.clone(), 16, 10, stroke(TARGET, 4)))?;
+    }
+    for line in &panel.measured {
+        chart.draw_series(LineSeries::new(line.clone(), stroke(MEASURED, 4)))?;
+    }
+    Ok(())
+}

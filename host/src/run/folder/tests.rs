@@ -1,0 +1,172 @@
+use serde_json::json;
+
+use super::*;
+use crate::run::RowDetection;
+
+fn scene() -> Scene {
+    let motors =
+        [Point3::new(0.85, 0.61, 0.665), Point3::new(0.85, 0.0, 0.665), Point3::new(0.0, 0.24, 0.665)];
+    Scene { title: "interval, γ = 30 /s".into(), threshold_m: 0.01, motors: Some(motors) }
+}
+
+/// A run like the paper's: y first, then x, z last; the ball is lost now and then.
+fn row(frame: u32) -> Row {
+    let (k, target) = (f64::from(frame), Point3::new(0.4, 0.4, 0.15));
+    let to = |from: f64, to: f64, when: f64| to + (from - to) * (1.0 - k / when).max(0.0);
+    let noise = |phase: f64| 0.002 * (k * 12.9 + phase).sin();
+    let ball = Point3::new(
+        to(0.54, 0.4, 220.0) + noise(0.0),
+        to(0.22, 0.4, 100.0) + noise(1.0),
+        to(0.459, 0.15, 560.0) + noise(2.0),
+    );
+    let lost = frame % 97 > 90;
+    Row {
+        frame: u64::from(frame),
+        t_s: k / 30.0,
+        detection: (!lost).then_some(RowDetection { u: 320.5, v: 240.25, radius: 20.0, score: 60.0 }),
+        position: (!lost).then_some(ball),
+        target: Some(target),
+        error_m: (!lost).then_some((ball - target).norm()),
+        board: "Seeking".into(),
+        motors_steps: Some([k, -k / 16.0, 0.0]),
+        rates_steps_s: None,
+    }
+}
+
+fn lines(folder: &Path) -> Vec<String> {
+    fs::read_to_string(folder.join("run.csv")).unwrap().lines().map(String::from).collect()
+}
+
+#[test]
+fn rows_are_in_the_file_before_the_run_ends() {
+    let parent = tempfile::tempdir().unwrap();
+    let path = parent.path().join("deep/run");
+    let mut run = RunFolder::create(&path, scene()).unwrap();
+    assert_eq!(lines(&path), [Row::HEADER.join(",")]);
+    run.record(&row(0)).unwrap();
+    run.record(&row(95)).unwrap();
+    let written = lines(&path);
+    assert_eq!(written.len(), 3);
+    assert!(written[1].starts_with("0,0,320.5,240.25,20,60,0.54,0.22"), "{}", written[1]);
+    assert!(written[1].contains(",0.4,0.4,0.15,0.38"), "target and error: {}", written[1]);
+    assert!(written[1].ends_with(",Seeking,0,0,0,,,"), "{}", written[1]);
+    drop(run);
+    assert_eq!(lines(&path), written, "dropped without an end, the rows stay");
+    assert!(!path.join("summary.json").exists());
+}
+
+#[test]
+fn rows_read_back_the_same_and_what_is_absent_is_empty() {
+    let parent = tempfile::tempdir().unwrap();
+    let path = parent.path().join("run");
+    let mut run = RunFolder::create(&path, scene()).unwrap();
+    let odd = Row { board: "Fault(\"host, silent\")".into(), ..row(1) };
+    for row in [&odd, &row(95), &Row::default()] {
+        run.record(row).unwrap();
+    }
+    let mut reader = csv::Reader::from_path(path.join("run.csv")).unwrap();
+    assert_eq!(reader.headers().unwrap().iter().collect::<Vec<_>>(), Row::HEADER);
+    let records: Vec<csv::StringRecord> = reader.records().map(Result::unwrap).collect();
+    let position: Vec<f64> = (6..9).map(|i| records[0][i].parse().unwrap()).collect();
+    assert_eq!(Some(Point3::from_slice(&position)), odd.position, "to the last bit");
+    assert_eq!(&records[0][13], odd.board, "commas and quotes survive");
+    assert!((2..9).chain([12]).chain(17..20).all(|i| records[1][i].is_empty()), "{:?}", records[1]);
+    assert_eq!(&records[1][15], "-5.9375");
+    assert!((2..20).all(|i| records[2][i].is_empty()), "{:?}", records[2]);
+}
+
+#[test]
+fn a_finished_run_has_its_summary_and_figures() {
+    let parent = tempfile::tempdir().unwrap();
+    let path = parent.path().join("run");
+    let mut run = RunFolder::create(&path, scene()).unwrap();
+    for frame in 0..600 {
+        run.record(&row(frame)).unwrap();
+    }
+    run.finish(&json!({"reached": true, "frames": 600})).unwrap();
+    let summary: serde_json::Value =
+        serde_json::from_slice(&fs::read(path.join("summary.json")).unwrap()).unwrap();
+    assert_eq!(summary["frames"], 600);
+    for (figure, words) in [
+        (
+            "figure4.svg",
+            &["x (m)", "y (m)", "z (m)", "|e| (mm)", "frame", "measured", "interval, γ = 30 /s"][..],
+        ),
+        ("figure5.svg", &["start", "target", "x (m)", "z (m)", "interval, γ = 30 /s"][..]),
+    ] {
+        let svg = fs::read_to_string(path.join(figure)).unwrap();
+        assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"), "{figure} is not whole");
+        assert!(
+            words.iter().all(|word| svg.lines().any(|line| line == *word)),
+            "{figure} lacks one of {words:?}"
+        );
+        // Seven gaps cut the measured line into as many pieces.
+        assert!(svg.matches("#1F61AB").count() >= 7, "{figure} has no measured line");
+    }
+}
+
+#[test]
+fn a_run_that_ended_at_once_can_be_finished() {
+    let nothing = Scene { motors: None, ..scene() };
+    let blind = Row { position: None, error_m: None, target: None, ..row(0) };
+    let absurd =
+        Row { position: Some(Point3::new(f64::NAN, 0.0, f64::INFINITY)), error_m: Some(f64::NAN), ..row(0) };
+    for (name, rows) in
+        [("empty", vec![]), ("one", vec![row(0)]), ("blind", vec![blind]), ("absurd", vec![absurd])]
+    {
+        let parent = tempfile::tempdir().unwrap();
+        let path = parent.path().join(name);
+        let mut run = RunFolder::create(&path, nothing.clone()).unwrap();
+        for row in &rows {
+            run.record(row).unwrap();
+        }
+        run.finish("the port is gone").unwrap();
+        for file in ["run.csv", "summary.json", "figure4.svg", "figure5.svg"] {
+            assert!(path.join(file).metadata().unwrap().len() > 0, "{name}: {file}");
+        }
+        let figure = fs::read_to_string(path.join("figure5.svg")).unwrap();
+        assert_eq!(figure.contains("no position was measured"), matches!(name, "empty" | "blind"), "{name}");
+    }
+}
+
+#[test]
+fn a_run_is_never_overwritten() {
+    let parent = tempfile::tempdir().unwrap();
+    let path = parent.path().join("run");
+    RunFolder::create(&path, scene()).unwrap().record(&row(0)).unwrap();
+    let before = lines(&path);
+    let err = RunFolder::create(&path, scene()).unwrap_err();
+    assert!(matches!(&err, RunError::Exists(p) if *p == path), "{err}");
+    assert_eq!(lines(&path), before);
+
+    let file = parent.path().join("file");
+    fs::write(&file, "mine").unwrap();
+    assert!(matches!(RunFolder::create(&file, scene()), Err(RunError::Exists(_))));
+    assert!(matches!(
+        RunFolder::create(file.join("under"), scene()),
+        Err(RunError::Io { .. } | RunError::Exists(_))
+    ));
+    assert_eq!(fs::read(&file).unwrap(), b"mine");
+
+    let empty = parent.path().join("empty");
+    fs::create_dir(&empty).unwrap();
+    assert!(RunFolder::create(&empty, scene()).is_ok(), "an empty folder can be used");
+}
+
+#[test]
+fn numbered_runs_go_on_from_the_highest() {
+    let parent = tempfile::tempdir().unwrap();
+    let runs = parent.path().join("runs");
+    let next =
+        |prefix| RunFolder::create_numbered(&runs, prefix, scene()).map(|run| run.path().to_path_buf());
+    assert_eq!(next("demo").unwrap(), runs.join("demo-0001"));
+    assert_eq!(next("demo").unwrap(), runs.join("demo-0002"));
+    assert_eq!(next("bench").unwrap(), runs.join("bench-0001"));
+    fs::create_dir(runs.join("demo-0041")).unwrap();
+    fs::create_dir(runs.join("demo-later")).unwrap();
+    assert_eq!(next("demo").unwrap(), runs.join("demo-0042"));
+    fs::create_dir(runs.join("demo-9999")).unwrap();
+    assert!(matches!(next("demo"), Err(RunError::NoFreeNumber { .. })));
+    fs::create_dir(runs.join("demo-4294967295")).unwrap();
+    assert!(matches!(next("demo"), Err(RunError::NoFreeNumber { .. })));
+}
