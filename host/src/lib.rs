@@ -9,5 +9,6 @@ pub mod detect;
 pub mod frame;
 pub mod locate;
 pub mod replay;
+pub mod run;
 pub mod source;
 pub mod toml_file;
