@@ -7,6 +7,7 @@ use thiserror::Error;
 
 use crate::frame::{FrameError, RgbdFrame};
 
+pub mod synthetic;
 pub mod tum;
 
 /// Why a source could not give its next picture.

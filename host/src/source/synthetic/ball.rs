@@ -1,0 +1,166 @@
+//! Draws a ball: shaded, with an anti-aliased edge, its depth and the shadow that it throws on the depth behind it.
+
+use nalgebra::{Point3, Vector3};
+use opencv::core::{Mat, MatTraitConstManual, Size, Vec4f};
+use opencv::imgproc::gaussian_blur_def;
+use rand::{Rng, RngExt};
+
+use super::canvas::Canvas;
+use super::light::{CameraLight, Material, encode, glint};
+use super::sensor::Disparity;
+use crate::camera::Intrinsics;
+
+/// A ball to be drawn, in camera axes, metres.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct BallToDraw {
+    pub(super) centre: Point3<f64>,
+    pub(super) radius: f64,
+    pub(super) material: Material,
+}
+
+/// How it is drawn.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Style<'a> {
+    pub(super) intrinsics: &'a Intrinsics,
+    pub(super) light: &'a CameraLight,
+    /// Exposure, 1 = as the light is.
+    pub(super) gain: f64,
+    /// Standard deviation of the blur, pixels.
+    pub(super) blur: f64,
+    /// Whether the depth has holes.
+    pub(super) holes: bool,
+}
+
+/// Highlights brighter than this blind the depth sensor.
+const BLINDING: f64 = 0.35;
+/// Where the depth sensor's projector is, in camera axes, metres (a Kinect's and a Carmine's baseline).
+const PROJECTOR: Vector3<f64> = Vector3::new(0.075, 0.0, 0.0);
+
+/// Where the line of sight through a pixel meets the ball.
+struct Sight {
+    /// Share of the pixel that the ball covers, 0 to 1.
+    coverage: f64,
+    normal: Vector3<f64>,
+    to_eye: Vector3<f64>,
+    /// Along the optical axis, metres.
+    z: f64,
+}
+
+impl BallToDraw {
+    /// The line of sight along `direction` (camera axes, z = 1), of a camera with `focal` pixels.
+    fn meet(&self, direction: &Vector3<f64>, focal: f64) -> Option<Sight> {
+        let length = direction.norm();
+        let ray = direction / length;
+        let centre = self.centre.coords;
+        let nearest = ray.dot(&centre);
+        let aside_squared = (centre.norm_squared() - nearest * nearest).max(0.0);
+        // From metres beside the edge to pixels: the edge is seen under a smaller angle the farther off the axis.
+        let pixels = focal * length.powf(1.5) / centre.norm();
+        let coverage = (0.5 + (self.radius - aside_squared.sqrt()) * pixels).clamp(0.0, 1.0);
+        if coverage <= 0.0 || nearest <= 0.0 {
+            return None;
+        }
+        let depth = (self.radius * self.radius - aside_squared).max(0.0).sqrt();
+        let hit = ray * (nearest - depth);
+        let normal = (hit - centre).try_normalize(1e-12).unwrap_or(-ray);
+        Some(Sight { coverage, normal, to_eye: -ray, z: hit.z })
+    }
+
+    /// Draws it. A ball that reaches the camera is not drawn.
+    ///
+    /// # Errors
+    /// Where OpenCV refused to blur it.
+    pub(super) fn draw(&self, canvas: &mut Canvas<'_>, style: &Style<'_>, random: &mut impl Rng) -> opencv::Result<()> {
+        let lens = style.intrinsics;
+        let (Some((u, v)), true) = (lens.project(&self.centre), self.centre.z > 1.2 * self.radius) else {
+            return Ok(());
+        };
+        let obliquity = self.centre.coords.norm_squared() / (self.centre.z * self.centre.z);
+        let seen = lens.fx.max(lens.fy) * self.radius / (self.centre.z - self.radius) * obliquity;
+        let Some([left, right, top, bottom]) = canvas.window(u, v, seen + 2.0 + 3.0 * style.blur) else {
+            return Ok(());
+        };
+        let mut layer = Vec::with_capacity((right - left) * (bottom - top));
+        for row in top..bottom {
+            let mut span: Option<(usize, usize)> = None;
+            for column in left..right {
+                let direction = lens.deproject(column as f64, row as f64, 1.0).coords;
+                let sight = self.meet(&direction, lens.fx);
+                layer.push(sight.as_ref().map_or_else(Vec4f::default, |sight| self.colour(sight, style)));
+                let Some(sight) = sight.filter(|sight| sight.coverage > 0.5) else { continue };
+                let i = row * canvas.width + column;
+                if canvas.in_front(i, sight.z) {
+                    span = Some((span.map_or(column, |(first, _)| first), column));
+                    let lost = style.holes && self.is_lost(&sight, style, random.random());
+                    canvas.set_depth(i, (!lost).then_some(sight.z));
+                }
+            }
+            if let (Some(span), true) = (span, style.holes) {
+                let near = canvas.sensor.from_metres(self.centre.z);
+                throw_shadow(canvas, row, span, near, random.random_range(-1.0..1.0));
+            }
+        }
+        self.lay(canvas, [left, right, top, bottom], layer, style.blur)
+    }
+
+    /// What is seen, 0 to 255, times coverage; coverage last.
+    fn colour(&self, sight: &Sight, style: &Style<'_>) -> Vec4f {
+        let highlight = style.light.highlight(&self.material, &sight.normal, &sight.to_eye);
+        let linear = style.light.shade(&self.material, &sight.normal, &sight.to_eye, highlight);
+        let [b, g, r] = linear.map(|x| (encode(x * style.gain) * sight.coverage) as f32);
+        Vec4f::from([b, g, r, sight.coverage as f32])
+    }
+
+    /// Whether the depth sensor sees nothing here: `chance` is uniform in 0 to 1.
+    fn is_lost(&self, sight: &Sight, style: &Style<'_>, chance: f64) -> bool {
+        let facing = sight.normal.dot(&sight.to_eye);
+        let to_projector = (PROJECTOR + sight.to_eye * sight.z).try_normalize(1e-12).unwrap_or(sight.to_eye);
+        let glare = style.light.highlight(&self.material, &sight.normal, &sight.to_eye)
+            .max(0.9 * glint(&self.material, &sight.normal, &sight.to_eye, &to_projector));
+        glare > BLINDING + 0.15 * (chance - 0.5) || facing < 0.12 + 0.3 * chance
+    }
+
+    /// Lays the finished `layer` of `window` over the picture.
+    fn lay(
+        &self,
+        canvas: &mut Canvas<'_>,
+        [left, right, top, bottom]: [usize; 4],
+        layer: Vec<Vec4f>,
+        blur: f64,
+    ) -> opencv::Result<()> {
+        let mut blurred = Mat::default();
+        let layer: &[Vec4f] = if blur > 0.0 {
+            let sharp = Mat::new_rows_cols_with_data((bottom - top) as i32, (right - left) as i32, &layer)?;
+            gaussian_blur_def(&sharp, &mut blurred, Size::default(), blur)?;
+            blurred.data_typed()?
+        } else {
+            &layer
+        };
+        for (row, line) in (top..bottom).zip(layer.chunks_exact(right - left)) {
+            for (column, &value) in (left..right).zip(line) {
+                let i = row * canvas.width + column;
+                let [b, g, r, alpha] = value.0.map(f64::from);
+                if alpha > 1e-3 && canvas.in_front(i, self.centre.z - self.radius) {
+                    canvas.blend(i, [b, g, r].map(|x| (x / alpha).min(255.0)), alpha.min(1.0));
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Takes the depth away where a thing that covers columns `span` of `row` at disparity `near` stands between the
+/// projector and what is behind; `ragged` pixels more or less, as each row of a real shadow is different.
+fn throw_shadow(canvas: &mut Canvas<'_>, row: usize, span: (usize, usize), near: u16, ragged: f64) {
+    let longest = Disparity::shadow(near, 0).ceil() as usize + 2;
+    for column in span.0.saturating_sub(longest)..span.0 {
+        let far = &mut canvas.disparity[row * canvas.width + column];
+        if *far == 0 {
+            continue;
+        }
+        let shifted = column as f64 + Disparity::shadow(near, *far) + ragged;
+        if shifted >= span.0 as f64 && shifted <= span.1 as f64 {
+            *far = 0;
+        }
+    }
+}

@@ -1,0 +1,305 @@
+//! A camera that is not there: it renders the rig's ball, its cables and what a depth sensor makes of them into a
+//! recorded picture or a furnished room.
+//!
+//! The same seed and the same calls give the same pictures, bit for bit.
+
+mod ball;
+mod canvas;
+mod light;
+#[cfg(test)]
+pub(crate) mod paper;
+mod room;
+mod scene;
+mod sensor;
+mod strand;
+
+pub use light::{Light, Material};
+pub use room::{Pattern, Room, Shape, Thing};
+pub use scene::{Ball, Scene, Strand};
+pub use sensor::SensorOptions;
+
+use nalgebra::{Isometry3, Point3, Vector3};
+use opencv::core::{CV_16UC1, Mat, MatTraitConst, MatTraitConstManual, MatTraitManual, Scalar, lut};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use thiserror::Error;
+
+use crate::camera::Camera;
+use crate::frame::{FrameError, RgbdFrame};
+use ball::{BallToDraw, Style};
+use canvas::Canvas;
+use light::{CameraLight, decode, encode};
+use sensor::{Disparity, Sensor};
+use strand::StrandToDraw;
+
+/// What is behind the ball.
+#[derive(Debug, Clone)]
+pub enum Background {
+    /// A recorded picture, used as wallpaper: everything is drawn in front of it. Its own intrinsics only say what its
+    /// depth means; the camera's say where things are seen.
+    Frame(RgbdFrame),
+    /// A room, cast once from where the camera stands. Its things hide what is behind them.
+    Room(Room),
+}
+
+/// How the pictures are made.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Options {
+    /// Columns of the picture of a [`Background::Room`]; a recorded one has its own size.
+    pub width: u16,
+    /// Rows of the picture of a [`Background::Room`].
+    pub height: u16,
+    /// Light on the ball and the cables (a room is lit by its own lamp and window).
+    pub light: Light,
+    /// What the sensors add.
+    pub sensor: SensorOptions,
+}
+
+impl Default for Options {
+    /// 640x480, the light and the sensor of their defaults.
+    fn default() -> Self {
+        Self { width: 640, height: 480, light: Light::default(), sensor: SensorOptions::default() }
+    }
+}
+
+/// Why there is no synthetic camera, or no picture of it.
+#[derive(Debug, Error)]
+pub enum SyntheticError {
+    /// A number that cannot be.
+    #[error("synthetic camera: {what} is {value}, but must be {must}")]
+    Value {
+        /// Which number.
+        what: &'static str,
+        /// What it is.
+        value: f64,
+        /// What it may be.
+        must: &'static str,
+    },
+    /// The intrinsics are those of a picture of another size.
+    #[error("synthetic camera: its principal point ({cx}, {cy}) is not in a picture of {width}x{height}; give the background's own intrinsics")]
+    Intrinsics {
+        /// Principal point, pixels.
+        cx: f64,
+        /// Principal point, pixels.
+        cy: f64,
+        /// Columns of the background.
+        width: usize,
+        /// Rows of the background.
+        height: usize,
+    },
+    /// What was rendered is not a frame (the time stamp).
+    #[error("synthetic camera: {0}")]
+    Frame(#[from] FrameError),
+    /// OpenCV refused an operation.
+    #[error("synthetic camera: OpenCV: {0}")]
+    OpenCv(#[from] opencv::Error),
+}
+
+/// Renders pictures of a [`Scene`].
+#[derive(Debug, Clone)]
+pub struct SyntheticCamera {
+    camera: Camera,
+    to_camera: Isometry3<f64>,
+    light: CameraLight,
+    sensor: Sensor,
+    width: usize,
+    height: usize,
+    /// 8-bit BGR, without noise.
+    colour: Mat,
+    disparity: Vec<u16>,
+    /// Distance of the background along the optical axis, metres; only where it may hide things.
+    range: Option<Vec<f32>>,
+    random: ChaCha8Rng,
+    /// Disparity of the picture in work.
+    work: Vec<u16>,
+}
+
+impl SyntheticCamera {
+    /// A camera as `camera` says before `background`, with noise from `seed`.
+    ///
+    /// # Errors
+    /// Where a number of the camera or the options cannot be, or the intrinsics do not fit the background's size.
+    pub fn new(camera: Camera, background: Background, options: Options, seed: u64) -> Result<Self, SyntheticError> {
+        let size = match &background {
+            Background::Frame(frame) => (frame.colour().cols() as usize, frame.colour().rows() as usize),
+            Background::Room(_) => (usize::from(options.width), usize::from(options.height)),
+        };
+        check(&camera, &options, size)?;
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let sensor = Sensor::new(options.sensor, camera.intrinsics.depth_scale, size, &mut random)?;
+        let (colour, disparity, range) = match background {
+            Background::Frame(frame) => (frame.colour().try_clone()?, recorded(&frame, &sensor.disparity)?, None),
+            Background::Room(room) => {
+                let view = room.cast(&camera, size);
+                let disparity = view.disparity(&sensor, size.0, &mut random);
+                let colour = Mat::from_slice(&view.colour)?.reshape(3, size.1 as i32)?.try_clone()?;
+                (colour, disparity, Some(view.range))
+            }
+        };
+        let to_camera = camera.pose.inverse();
+        let light = CameraLight::new(&options.light, &to_camera.rotation);
+        let work = disparity.clone();
+        let (width, height) = size;
+        Ok(Self { camera, to_camera, light, sensor, width, height, colour, disparity, range, random, work })
+    }
+
+    /// The camera that the pictures are taken with.
+    pub fn camera(&self) -> &Camera {
+        &self.camera
+    }
+
+    /// A picture of `scene`, taken at `time` (seconds on the caller's clock).
+    ///
+    /// # Errors
+    /// Where the time is not finite, the light not positive, or the blur not in 0 to 50 pixels.
+    pub fn render(&mut self, time: f64, scene: &Scene) -> Result<RgbdFrame, SyntheticError> {
+        require("the scene's light", scene.light, scene.light > 0.0 && scene.light.is_finite(), "more than 0")?;
+        require("the scene's blur", scene.blur, (0.0..=50.0).contains(&scene.blur), "0 to 50 pixels")?;
+        let mut colour = exposed(&self.colour, scene.light)?;
+        let mut depth = Mat::new_rows_cols_with_default(
+            self.height as i32,
+            self.width as i32,
+            CV_16UC1,
+            Scalar::all(0.0),
+        )?;
+        self.work.copy_from_slice(&self.disparity);
+        let mut canvas = Canvas {
+            width: self.width,
+            height: self.height,
+            colour: colour.data_bytes_mut()?,
+            disparity: &mut self.work,
+            sensor: &self.sensor.disparity,
+            range: self.range.as_deref(),
+        };
+        let style = Style {
+            intrinsics: &self.camera.intrinsics,
+            light: &self.light,
+            gain: scene.light,
+            blur: scene.blur,
+            holes: self.sensor.options.holes,
+        };
+        for item in items(scene, &self.to_camera, self.camera.ball_diameter) {
+            match item.what {
+                What::Ball(ball) => ball.draw(&mut canvas, &style, &mut self.random)?,
+                What::Strand(strand) => strand.draw(&mut canvas, &style),
+            }
+        }
+        let raw = depth.data_typed_mut::<u16>()?;
+        self.sensor.finish(self.width, canvas.colour, canvas.disparity, raw, &mut self.random);
+        Ok(RgbdFrame::new(time, colour, depth, self.camera.intrinsics)?)
+    }
+}
+
+/// Something to draw and how far away it is, metres along the optical axis.
+struct Item {
+    distance: f64,
+    what: What,
+}
+
+enum What {
+    Ball(BallToDraw),
+    Strand(StrandToDraw),
+}
+
+/// Diameter of what turns a cable at a motor, metres.
+const PULLEY: f64 = 0.03;
+/// Diameter and length of the rod that a motor hangs on, metres.
+const ROD: (f64, f64) = (0.016, 1.5);
+
+/// What `scene` consists of in camera axes, the farthest first.
+fn items(scene: &Scene, to_camera: &Isometry3<f64>, diameter: f64) -> Vec<Item> {
+    let ball = |centre: &Point3<f64>, diameter: f64, material: Material| {
+        let centre = to_camera * centre;
+        let ball = BallToDraw { centre, radius: diameter / 2.0, material };
+        Item { distance: centre.z, what: What::Ball(ball) }
+    };
+    let strand = |strand: &Strand| {
+        let (from, to) = (to_camera * strand.from, to_camera * strand.to);
+        let drawn = StrandToDraw { from, to, diameter: strand.diameter, material: strand.material };
+        Item { distance: (from.z + to.z) / 2.0, what: What::Strand(drawn) }
+    };
+    let mut items: Vec<Item> = scene.others.iter().map(|o| ball(&o.centre, o.diameter, o.material)).collect();
+    items.extend(scene.strands.iter().map(strand));
+    items.extend(scene.ball.map(|centre| ball(&centre, diameter, scene.ball_material)));
+    let metal = Material::from_srgb(150, 152, 155).matt();
+    for motor in scene.motors.iter().flatten() {
+        let top = motor + Vector3::new(0.0, 0.0, ROD.1);
+        let rod = strand(&Strand { from: *motor, to: top, diameter: ROD.0, material: metal });
+        let pulley = ball(motor, PULLEY, Material::from_srgb(60, 60, 64));
+        items.push(Item { distance: pulley.distance + 1e-3, ..rod });
+        items.push(pulley);
+        if let Some(centre) = scene.ball {
+            items.push(cable(scene, &centre, motor, diameter, &strand, to_camera));
+        }
+    }
+    items.sort_by(|a, b| b.distance.total_cmp(&a.distance));
+    items
+}
+
+/// The cable from the ball's surface to `motor`: before the ball where it leaves the side one sees, else behind it.
+fn cable(
+    scene: &Scene,
+    centre: &Point3<f64>,
+    motor: &Point3<f64>,
+    diameter: f64,
+    strand: &impl Fn(&Strand) -> Item,
+    to_camera: &Isometry3<f64>,
+) -> Item {
+    let away = (motor - centre).try_normalize(1e-12).unwrap_or_else(Vector3::z);
+    let from = centre + away * (diameter / 2.0);
+    let item =
+        strand(&Strand { from, to: *motor, diameter: scene.cable_diameter, material: scene.cable_material });
+    let (knot, ball) = (to_camera * from, to_camera * centre);
+    let seen = (ball - knot).dot(&knot.coords) > 0.0;
+    Item { distance: if seen { ball.z - 1e-6 } else { ball.z + 1e-6 }, ..item }
+}
+
+/// `colour` with `light` times the light.
+fn exposed(colour: &Mat, light: f64) -> opencv::Result<Mat> {
+    if light == 1.0 {
+        return colour.try_clone();
+    }
+    let table: Vec<u8> = (0..=255_u8).map(|value| encode(decode(value) * light).round() as u8).collect();
+    let mut lit = Mat::default();
+    lut(colour, &Mat::from_slice(&table)?, &mut lit)?;
+    Ok(lit)
+}
+
+/// Disparity of a recorded depth picture.
+fn recorded(frame: &RgbdFrame, disparity: &Disparity) -> opencv::Result<Vec<u16>> {
+    let scale = frame.intrinsics().depth_scale;
+    let mut values = Vec::with_capacity(frame.depth().total());
+    for row in 0..frame.depth().rows() {
+        let raw = frame.depth().at_row::<u16>(row)?;
+        values.extend(raw.iter().map(|&raw| {
+            if raw == 0 { 0 } else { disparity.from_metres(f64::from(raw) / scale) }
+        }));
+    }
+    Ok(values)
+}
+
+fn require(what: &'static str, value: f64, holds: bool, must: &'static str) -> Result<(), SyntheticError> {
+    if holds { Ok(()) } else { Err(SyntheticError::Value { what, value, must }) }
+}
+
+/// Refuses what would make no picture.
+fn check(camera: &Camera, options: &Options, (width, height): (usize, usize)) -> Result<(), SyntheticError> {
+    let (lens, sensor) = (&camera.intrinsics, &options.sensor);
+    let positive = |x: f64| x > 0.0 && x.is_finite();
+    require("the picture's width", width as f64, (16..=8192).contains(&width), "16 to 8192 pixels")?;
+    require("the picture's height", height as f64, (16..=8192).contains(&height), "16 to 8192 pixels")?;
+    require("fx", lens.fx, positive(lens.fx), "more than 0 pixels")?;
+    require("fy", lens.fy, positive(lens.fy), "more than 0 pixels")?;
+    require("depth_scale", lens.depth_scale, positive(lens.depth_scale), "more than 0")?;
+    require("the ball's diameter", camera.ball_diameter, positive(camera.ball_diameter), "more than 0 m")?;
+    let known = |x: f64, low: f64, high: f64| (low..=high).contains(&x);
+    require("colour_noise", sensor.colour_noise, known(sensor.colour_noise, 0.0, 100.0), "0 to 100")?;
+    require("depth_noise", sensor.depth_noise, known(sensor.depth_noise, 0.0, 1.0), "0 to 1 m")?;
+    require("depth_step", sensor.depth_step, known(sensor.depth_step, 0.000_5, 0.1), "0.0005 to 0.1 m")?;
+    require("speckle", sensor.speckle, known(sensor.speckle, 0.0, 0.5), "0 to 0.5")?;
+    require("nearest", sensor.nearest, known(sensor.nearest, 0.1, 100.0), "0.1 to 100 m")?;
+    require("farthest", sensor.farthest, known(sensor.farthest, sensor.nearest, 1e3), "beyond the nearest")?;
+    let inside = (0.0..width as f64).contains(&lens.cx) && (0.0..height as f64).contains(&lens.cy);
+    if inside { Ok(()) } else { Err(SyntheticError::Intrinsics { cx: lens.cx, cy: lens.cy, width, height }) }
+}
+

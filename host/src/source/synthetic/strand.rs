@@ -1,0 +1,116 @@
+//! Draws cables: straight, thin, anti-aliased, thicker where they are nearer.
+
+use nalgebra::Point3;
+
+use super::ball::Style;
+use super::canvas::Canvas;
+use super::light::{Material, encode};
+
+/// Nothing nearer to the camera than this is drawn, metres.
+const NEAREST: f64 = 0.05;
+/// A depth sensor does not see what is thinner than this, pixels.
+const SEEN: f64 = 3.0;
+
+/// A straight round thin thing to be drawn, in camera axes, metres.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct StrandToDraw {
+    pub(super) from: Point3<f64>,
+    pub(super) to: Point3<f64>,
+    pub(super) diameter: f64,
+    pub(super) material: Material,
+}
+
+/// A strand in the picture: along its major axis (the one it crosses more pixels of) and across.
+struct Line {
+    /// Major and minor coordinate and 1/z of the end with the smaller major coordinate.
+    start: [f64; 3],
+    /// How minor coordinate and 1/z change by pixel of the major one.
+    slope: [f64; 2],
+    /// Major coordinate of the other end.
+    end: f64,
+    /// Whether the major axis is the rows (the strand is rather upright).
+    upright: bool,
+}
+
+impl StrandToDraw {
+    /// The part in front of the camera, as seen.
+    fn project(&self, style: &Style<'_>) -> Option<Line> {
+        let (mut a, mut b) = (self.from, self.to);
+        if a.z > b.z {
+            std::mem::swap(&mut a, &mut b);
+        }
+        if b.z <= NEAREST {
+            return None;
+        }
+        if a.z < NEAREST {
+            a = b + (a - b) * ((b.z - NEAREST) / (b.z - a.z));
+        }
+        let seen = |p: &Point3<f64>| style.intrinsics.project(p).map(|(u, v)| [u, v, 1.0 / p.z]);
+        let (a, b) = (seen(&a)?, seen(&b)?);
+        let upright = (a[1] - b[1]).abs() > (a[0] - b[0]).abs();
+        let along = |p: [f64; 3]| if upright { [p[1], p[0], p[2]] } else { p };
+        let (mut a, mut b) = (along(a), along(b));
+        if a[0] > b[0] {
+            std::mem::swap(&mut a, &mut b);
+        }
+        let length = (b[0] - a[0]).max(1e-6);
+        let slope = [(b[1] - a[1]) / length, (b[2] - a[2]) / length];
+        Some(Line { start: a, slope, end: b[0], upright })
+    }
+
+    /// Draws it.
+    pub(super) fn draw(&self, canvas: &mut Canvas<'_>, style: &Style<'_>) {
+        let Some(line) = self.project(style) else { return };
+        let axis = (self.to - self.from).try_normalize(1e-12).unwrap_or_else(nalgebra::Vector3::x);
+        let arriving = style.light.on_rod(&axis);
+        let lit = std::array::from_fn(|k| self.material.colour[k] * arriving[k] * style.gain);
+        let (across, along) =
+            if line.upright { (canvas.width, canvas.height) } else { (canvas.height, canvas.width) };
+        let first = line.start[0].ceil().max(0.0) as usize;
+        let last = (line.end.floor().min(along as f64 - 1.0) + 1.0).max(0.0) as usize;
+        let squeeze = 1.0 / (1.0 + line.slope[0] * line.slope[0]).sqrt();
+        for major in first..last {
+            let step = major as f64 - line.start[0];
+            let middle = line.start[1] + line.slope[0] * step;
+            let inverse = line.start[2] + line.slope[1] * step;
+            let width = style.intrinsics.fx * self.diameter * inverse;
+            let soft = 1.0 + 2.5 * style.blur;
+            let reach = (width + soft) / 2.0 / squeeze;
+            let from = (middle - reach).ceil().max(0.0) as usize;
+            let to = ((middle + reach).floor() + 1.0).clamp(0.0, across as f64) as usize;
+            for minor in from..to {
+                let aside = ((minor as f64 - middle) * squeeze).abs();
+                let i = if line.upright { major * canvas.width + minor } else { minor * canvas.width + major };
+                dot(canvas, i, Dot { aside, width, soft, z: 1.0 / inverse }, lit);
+            }
+        }
+    }
+}
+
+/// One pixel of a strand.
+struct Dot {
+    /// From the strand's middle, pixels.
+    aside: f64,
+    /// Of the strand, pixels.
+    width: f64,
+    /// Width that a sharp edge is smeared over, pixels.
+    soft: f64,
+    /// Metres along the optical axis.
+    z: f64,
+}
+
+fn dot(canvas: &mut Canvas<'_>, i: usize, at: Dot, lit: [f64; 3]) {
+    let half = (at.width / 2.0, at.soft / 2.0);
+    let overlap = (at.aside + half.1).min(half.0) - (at.aside - half.1).max(-half.0);
+    let coverage = (overlap / at.soft).clamp(0.0, 1.0);
+    if coverage <= 0.0 || !canvas.in_front(i, at.z) {
+        return;
+    }
+    // Round: its sides look away from the light. A thin one shows its mean.
+    let turned = if at.width > SEEN { (at.aside / half.0).min(1.0) } else { 0.5 };
+    let round = 1.2 - 0.65 * turned * turned;
+    canvas.blend(i, lit.map(|x| encode(x * round)), coverage);
+    if at.width >= SEEN && coverage > 0.5 {
+        canvas.set_depth(i, Some(at.z));
+    }
+}
