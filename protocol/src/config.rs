@@ -53,12 +53,7 @@ pub const SIGNS: [[i8; 3]; 3] = [[-1, -1, 1], [-1, 1, 0], [-1, -1, -1]];
 impl Interval {
     /// The family (12), (13) with one pair of bounds for every entry.
     pub const fn uniform(alpha: Bound, beta: Bound, gain: Gain) -> Self {
-        Self {
-            signs: SIGNS,
-            alpha: [[alpha; 3]; 3],
-            beta: [[beta; 3]; 3],
-            gain,
-        }
+        Self { signs: SIGNS, alpha: [[alpha; 3]; 3], beta: [[beta; 3]; 3], gain }
     }
 }
 

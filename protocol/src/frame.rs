@@ -39,9 +39,7 @@ impl core::error::Error for TooLong {}
 /// Where it is too long for a frame; no message of this crate is.
 pub fn encode<T: Serialize>(message: &T) -> Result<Frame, TooLong> {
     let mut plain = [0; MAX_MESSAGE + CRC_LEN];
-    let len = postcard::to_slice(message, &mut plain[..MAX_MESSAGE])
-        .map_err(|_| TooLong)?
-        .len();
+    let len = postcard::to_slice(message, &mut plain[..MAX_MESSAGE]).map_err(|_| TooLong)?.len();
     let crc = CRC.checksum(&plain[..len]).to_le_bytes();
     plain[len..len + CRC_LEN].copy_from_slice(&crc);
 
@@ -104,10 +102,7 @@ pub struct Accumulator {
 impl Accumulator {
     /// An empty one.
     pub const fn new() -> Self {
-        Self {
-            buffer: Vec::new(),
-            overlong: false,
-        }
+        Self { buffer: Vec::new(), overlong: false }
     }
 
     /// Takes the next byte; what it completes, if anything. Empty frames (zeros in a row) are passed over: a sender

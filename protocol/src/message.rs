@@ -62,11 +62,7 @@ pub struct Hello {
 
 impl Hello {
     /// What this side says of itself.
-    pub const OURS: Self = Self {
-        magic: MAGIC,
-        version: VERSION,
-        schema: SCHEMA,
-    };
+    pub const OURS: Self = Self { magic: MAGIC, version: VERSION, schema: SCHEMA };
 }
 
 /// Where the ball was, in a picture taken `age_us` before this message was sent.

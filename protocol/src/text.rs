@@ -61,10 +61,9 @@ impl fmt::Display for Refusal {
             Self::Malformed => f.write_str("that is no command of this protocol version"),
             Self::Unconfigured => f.write_str("the board is not configured"),
             Self::Busy(state) => write!(f, "not while the board is moving or {state}"),
-            Self::Faulted(fault) => write!(
-                f,
-                "the board has stopped by itself ({fault}); clear the fault first"
-            ),
+            Self::Faulted(fault) => {
+                write!(f, "the board has stopped by itself ({fault}); clear the fault first")
+            }
             Self::Config(field) => write!(f, "the configuration is out of range: {field}"),
             Self::TargetOutside => f.write_str("the target is outside the workspace"),
             Self::PositionStale => f.write_str("the position is too old"),

@@ -47,33 +47,17 @@ impl Params {
     pub fn check(config: &Config, build: &BuildLimits, positions: [i32; 3]) -> Result<Self, ConfigField> {
         let Law::Interval(interval) = &config.law;
         check_interval(interval)?;
-        ensure(
-            matches!(config.microsteps, 1 | 2 | 4 | 8 | 16),
-            ConfigField::Microsteps,
-        )?;
+        ensure(matches!(config.microsteps, 1 | 2 | 4 | 8 | 16), ConfigField::Microsteps)?;
         for (motor, position) in config.motors.iter().zip(positions) {
             check_motor(motor, position, config.microsteps, build)?;
         }
         check_workspace(&config.workspace)?;
         let radius = config.reached.radius.0;
-        ensure(
-            (1..=1_000_000).contains(&radius) && config.reached.frames > 0,
-            ConfigField::Reached,
-        )?;
-        let Deadlines {
-            host,
-            position,
-            max_age,
-        } = config.deadlines;
+        ensure((1..=1_000_000).contains(&radius) && config.reached.frames > 0, ConfigField::Reached)?;
+        let Deadlines { host, position, max_age } = config.deadlines;
         let in_range = |ms: u16| (1..=MAX_DEADLINE).contains(&ms);
-        ensure(
-            in_range(host.0) && in_range(position.0) && in_range(max_age.0),
-            ConfigField::Deadlines,
-        )?;
-        ensure(
-            config.growth.margin.0 > 0 && config.growth.time.0 > 0,
-            ConfigField::Growth,
-        )?;
+        ensure(in_range(host.0) && in_range(position.0) && in_range(max_age.0), ConfigField::Deadlines)?;
+        ensure(config.growth.margin.0 > 0 && config.growth.time.0 > 0, ConfigField::Growth)?;
         Ok(Self {
             law: Interval::new(interval),
             motors: config.motors,
@@ -83,6 +67,11 @@ impl Params {
             deadlines: config.deadlines,
             growth: config.growth,
         })
+    }
+
+    /// The law.
+    pub fn law(&self) -> Interval {
+        self.law
     }
 
     /// The highest rate of each motor, Q8 steps/s.
@@ -97,52 +86,30 @@ fn ensure(condition: bool, field: ConfigField) -> Result<(), ConfigField> {
 
 fn check_interval(law: &plumb_protocol::config::Interval) -> Result<(), ConfigField> {
     let signs = &law.signs;
-    ensure(
-        signs.iter().flatten().all(|s| (-1..=1).contains(s)),
-        ConfigField::Signs,
-    )?;
-    ensure(
-        (0..3).all(|k| signs.iter().any(|row| row[k] != 0)),
-        ConfigField::Signs,
-    )?;
-    for ((sign, alpha), beta) in signs
-        .iter()
-        .flatten()
-        .zip(law.alpha.iter().flatten())
-        .zip(law.beta.iter().flatten())
+    ensure(signs.iter().flatten().all(|s| (-1..=1).contains(s)), ConfigField::Signs)?;
+    ensure((0..3).all(|k| signs.iter().any(|row| row[k] != 0)), ConfigField::Signs)?;
+    for ((sign, alpha), beta) in
+        signs.iter().flatten().zip(law.alpha.iter().flatten()).zip(law.beta.iter().flatten())
     {
-        ensure(
-            *sign == 0 || (0 < alpha.0 && alpha <= beta && beta.0 <= MAX_BOUND),
-            ConfigField::Bounds,
-        )?;
+        ensure(*sign == 0 || (0 < alpha.0 && alpha <= beta && beta.0 <= MAX_BOUND), ConfigField::Bounds)?;
     }
     ensure((1..=MAX_GAIN).contains(&law.gain.0), ConfigField::Gain)
 }
 
 fn check_motor(motor: &Motor, position: i32, microsteps: u8, build: &BuildLimits) -> Result<(), ConfigField> {
     let pulses_q8 = i64::from(motor.max_rate.0) * i64::from(microsteps);
-    ensure(
-        motor.max_rate.0 > 0 && pulses_q8 <= i64::from(build.max_pulse_rate) << 8,
-        ConfigField::MaxRate,
-    )?;
+    ensure(motor.max_rate.0 > 0 && pulses_q8 <= i64::from(build.max_pulse_rate) << 8, ConfigField::MaxRate)?;
     ensure(
         (MIN_ACCELERATION..=MAX_ACCELERATION).contains(&motor.max_acceleration.0),
         ConfigField::MaxAcceleration,
     )?;
     let (min, max) = (motor.travel_min.0, motor.travel_max.0);
     let around_zero = (-MAX_TRAVEL..=0).contains(&min) && (0..=MAX_TRAVEL).contains(&max);
-    ensure(
-        around_zero && (min..=max).contains(&position),
-        ConfigField::Travel,
-    )
+    ensure(around_zero && (min..=max).contains(&position), ConfigField::Travel)
 }
 
 fn check_workspace(workspace: &Workspace) -> Result<(), ConfigField> {
-    let near = |p: Point| {
-        p.micrometres()
-            .iter()
-            .all(|c| (-MAX_COORDINATE..=MAX_COORDINATE).contains(c))
-    };
+    let near = |p: Point| p.micrometres().iter().all(|c| (-MAX_COORDINATE..=MAX_COORDINATE).contains(c));
     let (min, max) = (workspace.min, workspace.max);
     let spans = (0..3).all(|i| min.0[i] < max.0[i]);
     ensure(near(min) && near(max) && spans, ConfigField::Workspace)

@@ -28,7 +28,7 @@ pub struct Pulses {
     pub count: u16,
     /// When the first comes, ns after the tick's start; below the tick's length.
     pub first_ns: u32,
-    /// From one to the next, ns.
+    /// From one to the next, ns; at most the tick's length.
     pub period_ns: u32,
 }
 
@@ -62,14 +62,8 @@ struct Axis {
 }
 
 impl Axis {
-    const AT_REST: Self = Self {
-        delta: 2,
-        travel: (0, 0),
-        reversed: false,
-        rate: 0,
-        position: 0,
-        fraction: UNIT / 2,
-    };
+    const AT_REST: Self =
+        Self { delta: 2, travel: (0, 0), reversed: false, rate: 0, position: 0, fraction: UNIT / 2 };
 
     fn configure(&mut self, motor: &Motor) {
         // a·tick in Q8, rounded down: 4e6 steps/s² are 1 024 000, 20 bits; the product 43.
@@ -104,36 +98,27 @@ impl Axis {
         let (unit, distance) = (i64::from(UNIT), moved.unsigned_abs());
         let reference = i64::from(self.fraction) + moved;
         let pulses = reference.div_euclid(unit);
-        // To the first pulse: the rest of this microstep upwards, what was passed of it downwards.
-        let to_first = if moved > 0 {
-            UNIT - self.fraction
-        } else {
-            self.fraction
-        };
+        // Units to before the first pulse: the rest of this microstep upwards, what was passed of it downwards; so all
+        // pulses lie before the tick's end.
+        let to_first = if moved > 0 { UNIT - 1 - self.fraction } else { self.fraction };
         self.fraction = reference.rem_euclid(unit) as i32;
         self.position += pulses as i32 * (16 / microsteps);
         let forward = moved > 0;
         if pulses == 0 {
-            return Pulses {
-                direction: forward != self.reversed,
-                ..Pulses::default()
-            };
+            return Pulses { direction: forward != self.reversed, ..Pulses::default() };
         }
         Pulses {
             direction: forward != self.reversed,
             count: pulses.unsigned_abs() as u16,
-            first_ns: ((to_first as u64 * TICK_NS) / distance).min(TICK_NS - 1) as u32,
-            period_ns: ((UNIT as u64 * TICK_NS) / distance) as u32,
+            first_ns: ((to_first as u64 * TICK_NS) / distance) as u32,
+            period_ns: ((UNIT as u64 * TICK_NS) / distance).min(TICK_NS) as u32,
         }
     }
 }
 
 impl Default for Planner {
     fn default() -> Self {
-        Self {
-            axes: [Axis::AT_REST; 3],
-            microsteps: 16,
-        }
+        Self { axes: [Axis::AT_REST; 3], microsteps: 16 }
     }
 }
 
@@ -163,11 +148,7 @@ impl Planner {
 
     /// Ticks that the motors need to change their rates by `changes`, the slowest of them.
     fn ticks_for(&self, changes: [i32; 3]) -> i32 {
-        let ticks = |i: usize| {
-            changes[i]
-                .unsigned_abs()
-                .div_ceil(self.axes[i].delta.unsigned_abs()) as i32
-        };
+        let ticks = |i: usize| changes[i].unsigned_abs().div_ceil(self.axes[i].delta.unsigned_abs()) as i32;
         ticks(0).max(ticks(1)).max(ticks(2))
     }
 
@@ -202,11 +183,6 @@ impl Planner {
         }
         let microsteps = self.microsteps;
         let [a, b, c] = &mut self.axes;
-        (
-            StepPlan {
-                motors: [a, b, c].map(|axis| axis.advance(microsteps)),
-            },
-            beyond,
-        )
+        (StepPlan { motors: [a, b, c].map(|axis| axis.advance(microsteps)) }, beyond)
     }
 }

@@ -25,7 +25,13 @@ pub struct EmulatedBoard {
 impl EmulatedBoard {
     /// A board without a rig: its steps go nowhere.
     pub fn new(build: BuildLimits) -> Self {
-        Self { board: Board::new(build), plant: None, now: Micros(0), outbox: Outbox::new(), waiting: Vec::new() }
+        Self {
+            board: Board::new(build),
+            plant: None,
+            now: Micros(0),
+            outbox: Outbox::new(),
+            waiting: Vec::new(),
+        }
     }
 
     /// A board whose motors move `plant`.

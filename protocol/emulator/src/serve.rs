@@ -99,11 +99,7 @@ fn lock(board: &Mutex<EmulatedBoard>) -> MutexGuard<'_, EmulatedBoard> {
     board.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-fn run(
-    board: &Mutex<EmulatedBoard>,
-    mut terminal: Terminal,
-    stop: &AtomicBool,
-) -> Result<(), ServeError> {
+fn run(board: &Mutex<EmulatedBoard>, mut terminal: Terminal, stop: &AtomicBool) -> Result<(), ServeError> {
     let mut buffer = [0; 4096];
     let mut last = Instant::now();
     let mut behind = Duration::ZERO;

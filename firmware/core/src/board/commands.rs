@@ -84,11 +84,7 @@ impl Board {
     /// Refuses what must not happen while a motor turns or a target is held.
     fn at_rest(&self) -> Result<(), Refusal> {
         let under_way = matches!(self.activity, Activity::Seeking(_) | Activity::Jogging(_));
-        if under_way || self.planner.moving() {
-            Err(Refusal::Busy(self.state()))
-        } else {
-            Ok(())
-        }
+        if under_way || self.planner.moving() { Err(Refusal::Busy(self.state())) } else { Ok(()) }
     }
 
     fn configure(&mut self, config: &Config) -> Result<(), Refusal> {
@@ -100,20 +96,13 @@ impl Board {
         self.planner.configure(&params);
         self.params = Some(params);
         // What was seen was judged by another workspace.
-        self.sight = Sight {
-            sequence: self.sight.sequence,
-            ..Sight::default()
-        };
+        self.sight = Sight { sequence: self.sight.sequence, ..Sight::default() };
         Ok(())
     }
 
     fn position(&mut self, now: Micros, position: Position, out: &mut Outbox) -> Result<(), Refusal> {
         let params = self.params.ok_or(Refusal::Unconfigured)?;
-        if self
-            .sight
-            .sequence
-            .is_some_and(|last| (position.sequence.wrapping_sub(last) as i16) <= 0)
-        {
+        if self.sight.sequence.is_some_and(|last| (position.sequence.wrapping_sub(last) as i16) <= 0) {
             return Err(Refusal::PositionOutOfOrder);
         }
         if u64::from(position.age_us) > u64::from(params.deadlines.max_age.0) * 1000 {
@@ -125,8 +114,7 @@ impl Board {
             self.ball_outside(now, out);
             return Err(Refusal::BallOutside);
         }
-        self.sight
-            .saw(now.back(u64::from(position.age_us)), ball.micrometres());
+        self.sight.saw(now.back(u64::from(position.age_us)), ball.micrometres());
         if let Activity::Seeking(seek) = &mut self.activity
             && seek.update(now, &self.sight, &params)
         {
@@ -165,11 +153,7 @@ impl Board {
             .sight
             .captured
             .is_some_and(|captured| now.since(captured) <= u64::from(params.deadlines.position.0) * 1000);
-        let here = self
-            .sight
-            .filtered()
-            .filter(|_| fresh)
-            .ok_or(Refusal::NoPosition)?;
+        let here = self.sight.filtered().filter(|_| fresh).ok_or(Refusal::NoPosition)?;
         let target = Point(here.map(Micrometres));
         self.activity = Activity::Seeking(Seek::new(target, now, true));
         Ok(())

@@ -22,9 +22,7 @@ impl Board {
         if exceeds(now.since(self.heard), deadlines.host) {
             return Some(Fault::HostSilent);
         }
-        under_way
-            .filter(|&span| exceeds(span, deadlines.position))
-            .map(|_| Fault::PositionLost)
+        under_way.filter(|&span| exceeds(span, deadlines.position)).map(|_| Fault::PositionLost)
     }
 
     /// Whether positions have failed to come for so long that the rates are cut: two fifths of the deadline, which
@@ -41,12 +39,6 @@ impl Board {
         let Activity::Seeking(seek) = &self.activity else {
             return None;
         };
-        Some(
-            now.since(
-                self.sight
-                    .captured
-                    .map_or(seek.since, |captured| captured.max(seek.since)),
-            ),
-        )
+        Some(now.since(self.sight.captured.map_or(seek.since, |captured| captured.max(seek.since))))
     }
 }

@@ -171,9 +171,7 @@ impl Board {
         self.told = now;
         let (error, filtered) = match &self.activity {
             Activity::Seeking(seek) => (
-                self.sight
-                    .last
-                    .map_or([0; 3], |last| estimate::error(last, seek.target)),
+                self.sight.last.map_or([0; 3], |last| estimate::error(last, seek.target)),
                 self.sight.filtered_error(seek.target).unwrap_or(0),
             ),
             _ => ([0; 3], 0),
@@ -193,8 +191,5 @@ impl Board {
 
 /// Answers command `id`.
 fn answer(out: &mut Outbox, id: u16, result: Result<(), Refusal>) {
-    out.send(&FromBoard::Answer(Answer {
-        id,
-        refusal: result.err(),
-    }));
+    out.send(&FromBoard::Answer(Answer { id, refusal: result.err() }));
 }

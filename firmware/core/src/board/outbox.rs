@@ -15,17 +15,12 @@ pub struct Outbox {
 impl Outbox {
     /// An empty one.
     pub const fn new() -> Self {
-        Self {
-            bytes: Vec::new(),
-            dropped: 0,
-        }
+        Self { bytes: Vec::new(), dropped: 0 }
     }
 
     /// Appends the message's frame.
     pub fn send(&mut self, message: &FromBoard) {
-        let sent = frame::encode(message)
-            .ok()
-            .and_then(|frame| self.bytes.extend_from_slice(&frame).ok());
+        let sent = frame::encode(message).ok().and_then(|frame| self.bytes.extend_from_slice(&frame).ok());
         if sent.is_none() {
             self.dropped = self.dropped.saturating_add(1);
         }

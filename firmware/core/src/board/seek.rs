@@ -37,8 +37,7 @@ impl Sight {
 
     /// |e| of the filtered position, µm.
     pub(super) fn filtered_error(&self, target: Point) -> Option<u32> {
-        self.filtered()
-            .map(|p| estimate::magnitude(estimate::error(p, target)))
+        self.filtered().map(|p| estimate::magnitude(estimate::error(p, target)))
     }
 }
 

@@ -54,22 +54,14 @@ impl Interval {
         let e = e.map(|e| (i64::from(e) << E_FRACTION_BITS).clamp(-i64::from(E_MAX), i64::from(E_MAX)));
         [0, 1, 2].map(|k| {
             // Bits: e 27 + bound 19 = 46 a product, 48 the sum of three.
-            let products = [0, 1, 2].map(|i| {
-                (
-                    e[i] * i64::from(self.lower[i][k]),
-                    e[i] * i64::from(self.upper[i][k]),
-                )
-            });
+            let products =
+                [0, 1, 2].map(|i| (e[i] * i64::from(self.lower[i][k]), e[i] * i64::from(self.upper[i][k])));
             let eta: i64 = products.iter().map(|(a, b)| a.min(b)).sum();
             let mu: i64 = products.iter().map(|(a, b)| a.max(b)).sum();
             let nearest_to_zero = eta.max(0) + mu.min(0);
             let shift = E_FRACTION_BITS + BOUND_BITS - V_FRACTION_BITS;
             let magnitude = (nearest_to_zero.unsigned_abs() >> shift).min(1 << 27) as i32;
-            if nearest_to_zero < 0 {
-                -magnitude
-            } else {
-                magnitude
-            }
+            if nearest_to_zero < 0 { -magnitude } else { magnitude }
         })
     }
 

@@ -47,10 +47,6 @@ fn approach(distance: u64, delta: u32) -> u32 {
     }
     // Distances are below 2^50/1, delta below 2^20.5: the radicand stays below 2^63 for travels up to 2^42 units.
     let margin = delta + delta / 2;
-    let root = (2 * delta)
-        .saturating_mul(distance)
-        .saturating_add(margin * margin)
-        .isqrt();
-    root.saturating_sub(margin)
-        .clamp(delta.min(u64::from(u32::MAX >> 1)), u64::from(u32::MAX >> 1)) as u32
+    let root = (2 * delta).saturating_mul(distance).saturating_add(margin * margin).isqrt();
+    root.saturating_sub(margin).clamp(delta.min(u64::from(u32::MAX >> 1)), u64::from(u32::MAX >> 1)) as u32
 }

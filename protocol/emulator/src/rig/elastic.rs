@@ -36,11 +36,7 @@ pub struct ElasticParameters {
 impl Default for ElasticParameters {
     /// 0.2 kg, 800 N/m, ζ = 0.1: the stiffer of the two rigs of the control notes.
     fn default() -> Self {
-        Self {
-            mass_kg: 0.2,
-            stiffness_n_m: [800.0; 3],
-            damping_ratio: 0.1,
-        }
+        Self { mass_kg: 0.2, stiffness_n_m: [800.0; 3], damping_ratio: 0.1 }
     }
 }
 
@@ -51,9 +47,7 @@ impl ElasticParameters {
         for k in self.stiffness_n_m {
             check("stiffness (N/m)", k, "greater than 0", |k| k > 0.0)?;
         }
-        check("damping ratio", self.damping_ratio, "between 0 and 10", |z| {
-            (0.0..=10.0).contains(&z)
-        })?;
+        check("damping ratio", self.damping_ratio, "between 0 and 10", |z| (0.0..=10.0).contains(&z))?;
         Ok(())
     }
 
@@ -130,9 +124,7 @@ impl Elastic {
         let mut rig = Self {
             geometry,
             parameters,
-            damping_n_s_m: parameters
-                .stiffness_n_m
-                .map(|k| parameters.damping_ratio * critical(k)),
+            damping_n_s_m: parameters.stiffness_n_m.map(|k| parameters.damping_ratio * critical(k)),
             substep_s: parameters.substep_s(),
             start_lengths_m: lengths_m,
             lengths_m,
@@ -189,9 +181,7 @@ impl Elastic {
 
     /// Which cables pull, the lengths growing at `rates` (m/s).
     fn pulling(&self, rates: [f64; 3]) -> [bool; 3] {
-        self.pull(&self.position, &self.velocity, self.lengths_m, rates)
-            .0
-            .map(|tension| tension > 0.0)
+        self.pull(&self.position, &self.velocity, self.lengths_m, rates).0.map(|tension| tension > 0.0)
     }
 
     /// One sub-step of `h` seconds, in smaller parts where a cable goes slack or taut in it.

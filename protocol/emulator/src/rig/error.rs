@@ -87,9 +87,7 @@ pub(crate) fn check(
 
 /// The time step and the motor positions of [`super::Plant::advance`].
 pub(crate) fn check_advance(dt_s: f64, motors: [f64; 3]) -> Result<(), RigError> {
-    check("dt_s (time step, s)", dt_s, "between 0 and 10", |dt| {
-        (0.0..=10.0).contains(&dt)
-    })?;
+    check("dt_s (time step, s)", dt_s, "between 0 and 10", |dt| (0.0..=10.0).contains(&dt))?;
     for steps in motors {
         check("motor position (full steps)", steps, "a finite number", |_| true)?;
     }

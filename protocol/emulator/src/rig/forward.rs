@@ -30,12 +30,8 @@ pub struct Hang {
 pub fn lowest_point(geometry: &Geometry, lengths_m: [f64; 3]) -> Result<Hang, RigError> {
     check_lengths(lengths_m)?;
     let motors = geometry.motors();
-    let within_reach = |p: &Point3<f64>| {
-        motors
-            .iter()
-            .zip(lengths_m)
-            .all(|(m, l)| (p - m).norm() <= l + REACH_TOLERANCE_M)
-    };
+    let within_reach =
+        |p: &Point3<f64>| motors.iter().zip(lengths_m).all(|(m, l)| (p - m).norm() <= l + REACH_TOLERANCE_M);
     let mut best: Option<Hang> = None;
     // Fewer cables first: of equal candidates, the one with more slack cables is kept.
     for (candidate, slack) in candidates(motors, lengths_m) {
@@ -103,12 +99,7 @@ fn too_short(motors: &[Point3<f64>; 3], lengths_m: [f64; 3]) -> RigError {
     for (i, j) in [(0, 1), (1, 2), (2, 0)] {
         let (sum_m, apart_m) = (lengths_m[i] + lengths_m[j], (motors[i] - motors[j]).norm());
         if sum_m < apart_m {
-            return RigError::TooShort {
-                first: NAMES[i],
-                second: NAMES[j],
-                sum_m,
-                apart_m,
-            };
+            return RigError::TooShort { first: NAMES[i], second: NAMES[j], sum_m, apart_m };
         }
     }
     RigError::TooShortTogether { lengths_m }
@@ -123,22 +114,14 @@ mod tests {
     fn rig(heights: [f64; 3]) -> Geometry {
         let [a, b, c] = *Geometry::paper().motors();
         let up = |m: Point3<f64>, h| Point3::new(m.x, m.y, m.z + h);
-        Geometry::new(
-            [up(a, heights[0]), up(b, heights[1]), up(c, heights[2])],
-            [0.015; 3],
-        )
-        .unwrap()
+        Geometry::new([up(a, heights[0]), up(b, heights[1]), up(c, heights[2])], [0.015; 3]).unwrap()
     }
 
     /// Solves Σ a_i (M_i - p) = ẑ for the taut cables by least squares; returns (a, residual).
     fn multipliers(g: &Geometry, hang: &Hang) -> (Vec<f64>, f64) {
-        let taut = (0..3)
-            .filter(|i| !hang.slack[*i])
-            .map(|i| g.motors()[i] - hang.ball);
+        let taut = (0..3).filter(|i| !hang.slack[*i]).map(|i| g.motors()[i] - hang.ball);
         let e = nalgebra::DMatrix::from_columns(
-            &taut
-                .map(|c| nalgebra::DVector::from_column_slice(c.as_slice()))
-                .collect::<Vec<_>>(),
+            &taut.map(|c| nalgebra::DVector::from_column_slice(c.as_slice())).collect::<Vec<_>>(),
         );
         let z = nalgebra::DVector::from_vec(vec![0.0, 0.0, 1.0]);
         let a = e.clone().svd(true, true).solve(&z, 1e-12).unwrap();
@@ -167,11 +150,7 @@ mod tests {
         let beside = Point3::new(a.x + 1e-3, a.y - 0.01, a.z - 0.5);
         let g = Geometry::new([a, beside, c], [0.015; 3]).unwrap();
         let hang = lowest_point(&g, [0.8, 0.1, 2.0]).unwrap();
-        assert_eq!(
-            hang.slack,
-            [true, false, true],
-            "the lower motor's short cable holds the ball"
-        );
+        assert_eq!(hang.slack, [true, false, true], "the lower motor's short cable holds the ball");
         assert!((hang.ball - (beside - Vector3::z() * 0.1)).norm() < 1e-12);
     }
 
@@ -179,42 +158,20 @@ mod tests {
     fn cables_that_cannot_meet_are_named() {
         let g = Geometry::paper();
         let err = lowest_point(&g, [0.3, 0.3, 1.0]).unwrap_err();
-        assert!(
-            matches!(
-                err,
-                RigError::TooShort {
-                    first: 'A',
-                    second: 'B',
-                    ..
-                }
-            ),
-            "{err}"
-        );
+        assert!(matches!(err, RigError::TooShort { first: 'A', second: 'B', .. }), "{err}");
         // Each two meet at the middle of an edge, all three nowhere.
         let [a, b, c] = *g.motors();
         let half = |p: Point3<f64>, q: Point3<f64>| 0.502 * (p - q).norm();
         let (ab, bc, ca) = (half(a, b), half(b, c), half(c, a));
         let err = lowest_point(&g, [ab.min(ca), ab.min(bc), bc.max(ca)]).unwrap_err();
-        assert!(
-            matches!(err, RigError::TooShortTogether { .. } | RigError::TooShort { .. }),
-            "{err}"
-        );
+        assert!(matches!(err, RigError::TooShortTogether { .. } | RigError::TooShort { .. }), "{err}");
         let three = lowest_point(&g, [0.46, 0.32, 0.45]).unwrap_err();
         assert!(
-            matches!(
-                three,
-                RigError::TooShort { second: 'C', .. } | RigError::TooShort { first: 'C', .. }
-            ),
+            matches!(three, RigError::TooShort { second: 'C', .. } | RigError::TooShort { first: 'C', .. }),
             "{three}"
         );
-        assert!(matches!(
-            lowest_point(&g, [0.5, -0.1, 1.0]),
-            Err(RigError::NoCable { motor: 'B', .. })
-        ));
-        assert!(matches!(
-            lowest_point(&g, [0.5, f64::NAN, 1.0]),
-            Err(RigError::OutOfRange { .. })
-        ));
+        assert!(matches!(lowest_point(&g, [0.5, -0.1, 1.0]), Err(RigError::NoCable { motor: 'B', .. })));
+        assert!(matches!(lowest_point(&g, [0.5, f64::NAN, 1.0]), Err(RigError::OutOfRange { .. })));
     }
 
     proptest! {
@@ -301,12 +258,7 @@ mod tests {
         let mut changes = 0;
         for k in 1..=50_000 {
             let next = lowest_point(&g, [0.7, 0.75, 0.9 + f64::from(k) * 1e-5]).unwrap();
-            assert!(
-                (next.ball - last.ball).norm() < 5e-4,
-                "jump at {k}: {} to {}",
-                last.ball,
-                next.ball
-            );
+            assert!((next.ball - last.ball).norm() < 5e-4, "jump at {k}: {} to {}", last.ball, next.ball);
             changes += usize::from(next.slack != last.slack);
             last = next;
         }

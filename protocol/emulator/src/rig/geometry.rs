@@ -34,10 +34,7 @@ impl Geometry {
         if area_m2 < LEAST_AREA_M2 {
             return Err(RigError::Flat { area_m2 });
         }
-        Ok(Self {
-            motors,
-            pulley_radii_m,
-        })
+        Ok(Self { motors, pulley_radii_m })
     }
 
     /// The paper's rig: A (0.850, 0.610, 0.665), B (0.850, 0, 0.665), C (0, 0.240, 0.665) m, pulleys of 15 mm radius.
@@ -68,8 +65,7 @@ impl Geometry {
     /// Cable paid out by one full step of each motor: 2πr/200, metres.
     #[must_use]
     pub fn step_lengths_m(&self) -> [f64; 3] {
-        self.pulley_radii_m
-            .map(|r| std::f64::consts::TAU * r / FULL_STEPS_PER_REVOLUTION)
+        self.pulley_radii_m.map(|r| std::f64::consts::TAU * r / FULL_STEPS_PER_REVOLUTION)
     }
 
     /// The lengths of three straight cables from the motors to a ball at `ball` (metres, rig frame).
@@ -125,10 +121,7 @@ impl Geometry {
         }
         let tensions = self.tensions_per_weight(ball).unwrap_or([-1.0; 3]);
         match tensions.iter().position(|t| t.is_nan() || *t < 0.0) {
-            Some(i) => Err(RigError::CannotHang {
-                motor: NAMES[i],
-                ball_m: (*ball).into(),
-            }),
+            Some(i) => Err(RigError::CannotHang { motor: NAMES[i], ball_m: (*ball).into() }),
             None => Ok(tensions),
         }
     }
@@ -167,11 +160,8 @@ mod tests {
     #[test]
     fn jacobian_has_the_exact_structure() {
         let g = Geometry::paper();
-        for ball in [
-            Point3::new(0.54, 0.22, 0.459),
-            Point3::new(0.4, 0.4, 0.15),
-            Point3::new(0.7, 0.3, -0.3),
-        ] {
+        for ball in [Point3::new(0.54, 0.22, 0.459), Point3::new(0.4, 0.4, 0.15), Point3::new(0.7, 0.3, -0.3)]
+        {
             let j = g.jacobian(&ball).unwrap();
             assert!((j - exact_structure(&g, &ball)).norm() < 1e-12, "at {ball}: {j}");
         }
@@ -180,10 +170,7 @@ mod tests {
     #[test]
     fn the_paper_target_is_almost_on_the_edge() {
         let lambda = Geometry::paper().barycentric(&Point3::new(0.4, 0.4, 0.15));
-        assert!(
-            (lambda[1] - 0.023).abs() < 5e-4,
-            "λ_B is 0.023 by the notes, got {lambda:?}"
-        );
+        assert!((lambda[1] - 0.023).abs() < 5e-4, "λ_B is 0.023 by the notes, got {lambda:?}");
         assert!((lambda.iter().sum::<f64>() - 1.0).abs() < 1e-12);
     }
 
@@ -198,12 +185,8 @@ mod tests {
     fn static_tensions_balance_the_weight() {
         let (g, ball) = (Geometry::paper(), Point3::new(0.5, 0.25, 0.3));
         let tensions = g.tensions_per_weight(&ball).unwrap();
-        let force: Vector3<f64> = g
-            .motors()
-            .iter()
-            .zip(tensions)
-            .map(|(m, t)| (m - ball).normalize() * t)
-            .sum();
+        let force: Vector3<f64> =
+            g.motors().iter().zip(tensions).map(|(m, t)| (m - ball).normalize() * t).sum();
         assert!((force - Vector3::z()).norm() < 1e-12);
     }
 
@@ -219,9 +202,7 @@ mod tests {
         let nan = Geometry::new([a, b, Point3::new(f64::NAN, 0.3, 1.0)], [0.015; 3]);
         assert!(matches!(nan, Err(RigError::OutOfRange { .. })), "{nan:?}");
         assert!(
-            Geometry::paper()
-                .jacobian(&Point3::new(0.5, 0.2, 0.665))
-                .is_none(),
+            Geometry::paper().jacobian(&Point3::new(0.5, 0.2, 0.665)).is_none(),
             "no J in the motors' plane"
         );
     }

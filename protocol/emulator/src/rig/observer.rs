@@ -75,29 +75,18 @@ impl ObserverParameters {
 
     fn check(&self) -> Result<(), RigError> {
         check("frame rate (Hz)", self.rate_hz, "greater than 0", |r| r > 0.0)?;
-        check(
-            "least latency (frames)",
-            self.latency_frames.0,
-            "0 or more",
-            |l| l >= 0.0,
-        )?;
-        check(
-            "greatest latency (frames)",
-            self.latency_frames.1,
-            "the least latency or more",
-            |l| l >= self.latency_frames.0,
-        )?;
+        check("least latency (frames)", self.latency_frames.0, "0 or more", |l| l >= 0.0)?;
+        check("greatest latency (frames)", self.latency_frames.1, "the least latency or more", |l| {
+            l >= self.latency_frames.0
+        })?;
         for sd in self.noise_sd_m {
             check("noise sd (m)", sd, "0 or more", |sd| sd >= 0.0)?;
         }
         if let Some(drift) = self.depth_drift {
             check("depth drift sd (m)", drift.sd_m, "0 or more", |sd| sd >= 0.0)?;
-            check(
-                "depth drift correlation",
-                drift.correlation,
-                "0 to less than 1",
-                |c| (0.0..1.0).contains(&c),
-            )?;
+            check("depth drift correlation", drift.correlation, "0 to less than 1", |c| {
+                (0.0..1.0).contains(&c)
+            })?;
         }
         let probabilities = [
             ("drop-out probability", self.dropout_probability),
@@ -193,20 +182,12 @@ impl Observer {
         let (least, greatest) = self.parameters.latency_frames;
         let frames = least + (greatest - least) * self.delay.random::<f64>();
         self.newest_arrival_s = self.newest_arrival_s.max(t_s + frames * self.period_s());
-        self.waiting.push_back((
-            self.newest_arrival_s,
-            Observation {
-                captured_at_s: t_s,
-                position,
-            },
-        ));
+        self.waiting.push_back((self.newest_arrival_s, Observation { captured_at_s: t_s, position }));
     }
 
     /// The oldest observation that has arrived by `t_s` (seconds) and was not taken yet.
     pub fn delivered(&mut self, t_s: f64) -> Option<Observation> {
-        self.waiting
-            .pop_front_if(|(arrival, _)| *arrival <= t_s)
-            .map(|(_, observation)| observation)
+        self.waiting.pop_front_if(|(arrival, _)| *arrival <= t_s).map(|(_, observation)| observation)
     }
 
     /// White noise and drift of one frame, metres.

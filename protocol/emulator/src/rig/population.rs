@@ -102,21 +102,13 @@ impl Population {
         let [from, to] = std::array::from_fn(|_| (self.lambda(&mut rng), uniform(&mut rng, &self.below_m)));
 
         let h = MOTOR_HEIGHT_M;
-        let level = [
-            Point3::new(w, d, h),
-            Point3::new(w, 0.0, h),
-            Point3::new(0.0, t * d, h),
-        ];
+        let level = [Point3::new(w, d, h), Point3::new(w, 0.0, h), Point3::new(0.0, t * d, h)];
         let (motors, radii) = self.variations.apply(&mut rng, level, radius);
         let place = |(lambda, below): ([f64; 3], f64)| {
             let above: Vector3<f64> = motors.iter().zip(lambda).map(|(m, l)| m.coords * l).sum();
             Point3::from(above - Vector3::z() * below)
         };
-        Ok(Task {
-            geometry: Geometry::new(motors, radii)?,
-            start: place(from),
-            target: place(to),
-        })
+        Ok(Task { geometry: Geometry::new(motors, radii)?, start: place(from), target: place(to) })
     }
 
     /// Barycentric coordinates, uniform in the part of the triangle where all are at least `least_lambda`.
@@ -176,12 +168,7 @@ mod tests {
         let population = Population::default();
         let tasks: Vec<Task> = (0..2000).map(|i| population.sample(42, i).unwrap()).collect();
         let spread = |value: &dyn Fn(&Task) -> f64| {
-            tasks
-                .iter()
-                .map(value)
-                .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| {
-                    (a.min(v), b.max(v))
-                })
+            tasks.iter().map(value).fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)))
         };
         let fills = |name: &str, (least, greatest): (f64, f64), low: f64, high: f64| {
             let margin = 0.02 * (high - low);
@@ -196,15 +183,8 @@ mod tests {
         fills("r", spread(&|t| t.geometry.pulley_radii_m()[1]), 0.005, 0.030);
         fills("h", spread(&|t| t.geometry.motors()[0].z - t.target.z), 0.1, 1.0);
         for corner in 0..3 {
-            let mean = tasks
-                .iter()
-                .map(|t| t.geometry.barycentric(&t.start)[corner])
-                .sum::<f64>()
-                / 2000.0;
-            assert!(
-                (mean - 1.0 / 3.0).abs() < 0.02,
-                "λ is {mean} in the mean at corner {corner}"
-            );
+            let mean = tasks.iter().map(|t| t.geometry.barycentric(&t.start)[corner]).sum::<f64>() / 2000.0;
+            assert!((mean - 1.0 / 3.0).abs() < 0.02, "λ is {mean} in the mean at corner {corner}");
         }
         for task in &tasks {
             for p in [task.start, task.target] {
@@ -224,62 +204,25 @@ mod tests {
 
     #[test]
     fn variations_change_what_they_say() {
-        let with = |variations| {
-            Population {
-                variations,
-                ..Population::default()
-            }
-            .sample(9, 3)
-            .unwrap()
-        };
+        let with = |variations| Population { variations, ..Population::default() }.sample(9, 3).unwrap();
         let plain = with(Variations::default());
-        let radii = with(Variations {
-            radius_fraction: 0.3,
-            ..Default::default()
-        });
-        assert_eq!(
-            (radii.geometry.motors(), radii.start),
-            (plain.geometry.motors(), plain.start)
-        );
-        for (varied, nominal) in radii
-            .geometry
-            .pulley_radii_m()
-            .into_iter()
-            .zip(plain.geometry.pulley_radii_m())
+        let radii = with(Variations { radius_fraction: 0.3, ..Default::default() });
+        assert_eq!((radii.geometry.motors(), radii.start), (plain.geometry.motors(), plain.start));
+        for (varied, nominal) in
+            radii.geometry.pulley_radii_m().into_iter().zip(plain.geometry.pulley_radii_m())
         {
             assert!((varied / nominal - 1.0).abs() <= 0.3 && varied != nominal);
         }
-        let yaw = with(Variations {
-            yaw_rad: 0.35,
-            ..Default::default()
-        });
-        assert!(
-            yaw.geometry
-                .motors()
-                .iter()
-                .zip(plain.geometry.motors())
-                .all(|(a, b)| a.z == b.z && a != b)
-        );
+        let yaw = with(Variations { yaw_rad: 0.35, ..Default::default() });
+        assert!(yaw.geometry.motors().iter().zip(plain.geometry.motors()).all(|(a, b)| a.z == b.z && a != b));
         assert!(
             (yaw.geometry.cable_lengths_m(&yaw.start)[0] - plain.geometry.cable_lengths_m(&plain.start)[0])
                 .abs()
                 < 1e-12
         );
-        let heights = with(Variations {
-            height_m: 0.1,
-            ..Default::default()
-        });
-        assert!(
-            heights
-                .geometry
-                .motors()
-                .iter()
-                .all(|m| (m.z - 1.2).abs() <= 0.1 && m.z != 1.2)
-        );
-        let tilt = with(Variations {
-            tilt_rad: 0.35,
-            ..Default::default()
-        });
+        let heights = with(Variations { height_m: 0.1, ..Default::default() });
+        assert!(heights.geometry.motors().iter().all(|m| (m.z - 1.2).abs() <= 0.1 && m.z != 1.2));
+        let tilt = with(Variations { tilt_rad: 0.35, ..Default::default() });
         let normal = |t: &Task| {
             let [a, b, c] = t.geometry.motors();
             (a - c).cross(&(b - c)).normalize().z.abs()
@@ -289,39 +232,21 @@ mod tests {
 
     #[test]
     fn varied_rigs_still_hold_their_balls() {
-        let variations = Variations {
-            yaw_rad: 0.35,
-            tilt_rad: 0.35,
-            radius_fraction: 0.3,
-            height_m: 0.1,
-        };
-        let population = Population {
-            variations,
-            ..Population::default()
-        };
+        let variations = Variations { yaw_rad: 0.35, tilt_rad: 0.35, radius_fraction: 0.3, height_m: 0.1 };
+        let population = Population { variations, ..Population::default() };
         for index in 0..500 {
             let task = population.sample(7, index).unwrap();
             for p in [task.start, task.target] {
-                assert_eq!(
-                    QuasiStatic::new(task.geometry, p).unwrap().slack(),
-                    [false; 3],
-                    "task {index}"
-                );
+                assert_eq!(QuasiStatic::new(task.geometry, p).unwrap().slack(), [false; 3], "task {index}");
             }
         }
     }
 
     #[test]
     fn impossible_ranges_are_refused() {
-        let flat = Population {
-            width_m: 0.0..=0.0,
-            ..Population::default()
-        };
+        let flat = Population { width_m: 0.0..=0.0, ..Population::default() };
         assert!(matches!(flat.sample(1, 1), Err(RigError::Flat { .. })));
-        let nan = Population {
-            pulley_radius_m: f64::NAN..=f64::NAN,
-            ..Population::default()
-        };
+        let nan = Population { pulley_radius_m: f64::NAN..=f64::NAN, ..Population::default() };
         assert!(matches!(nan.sample(1, 1), Err(RigError::OutOfRange { .. })));
     }
 }

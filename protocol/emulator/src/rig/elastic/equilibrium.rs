@@ -13,20 +13,9 @@ pub(super) fn equilibrium(
     lengths: [f64; 3],
 ) -> Point3<f64> {
     let weight = parameters.mass_kg * GRAVITY_M_S2;
-    let softest = parameters
-        .stiffness_n_m
-        .iter()
-        .fold(f64::INFINITY, |a, k| a.min(*k));
+    let softest = parameters.stiffness_n_m.iter().fold(f64::INFINITY, |a, k| a.min(*k));
     let rigid = lowest_point(geometry, lengths).map_or_else(
-        |_| {
-            Point3::from(
-                geometry
-                    .motors()
-                    .iter()
-                    .map(|m| m.coords / 3.0)
-                    .sum::<Vector3<f64>>(),
-            )
-        },
+        |_| Point3::from(geometry.motors().iter().map(|m| m.coords / 3.0).sum::<Vector3<f64>>()),
         |hang| hang.ball,
     );
     let mut p = rigid - Vector3::z() * (weight / softest);
@@ -66,17 +55,9 @@ pub(super) fn potential(
     p: &Point3<f64>,
 ) -> Potential {
     let weight = parameters.mass_kg * GRAVITY_M_S2;
-    let mut sum = Potential {
-        energy: weight * p.z,
-        gradient: Vector3::z() * weight,
-        hessian: Matrix3::zeros(),
-    };
-    for ((motor, k), length) in geometry
-        .motors()
-        .iter()
-        .zip(parameters.stiffness_n_m)
-        .zip(lengths)
-    {
+    let mut sum =
+        Potential { energy: weight * p.z, gradient: Vector3::z() * weight, hessian: Matrix3::zeros() };
+    for ((motor, k), length) in geometry.motors().iter().zip(parameters.stiffness_n_m).zip(lengths) {
         let from = p - motor;
         let distance = from.norm();
         let stretch = distance - length;

@@ -8,20 +8,11 @@ use crate::rig::QuasiStatic;
 const START: [f64; 3] = [0.54, 0.22, 0.459];
 
 fn parameters(stiffness: f64, damping_ratio: f64) -> ElasticParameters {
-    ElasticParameters {
-        mass_kg: 0.2,
-        stiffness_n_m: [stiffness; 3],
-        damping_ratio,
-    }
+    ElasticParameters { mass_kg: 0.2, stiffness_n_m: [stiffness; 3], damping_ratio }
 }
 
 fn rig(stiffness: f64, damping_ratio: f64) -> Elastic {
-    Elastic::new(
-        Geometry::paper(),
-        parameters(stiffness, damping_ratio),
-        Point3::from(START),
-    )
-    .unwrap()
+    Elastic::new(Geometry::paper(), parameters(stiffness, damping_ratio), Point3::from(START)).unwrap()
 }
 
 fn energy(rig: &Elastic) -> f64 {
@@ -35,11 +26,7 @@ fn at_rest_it_stays_at_rest() {
     for _ in 0..100 {
         rig.advance(0.01, [0.0; 3]).unwrap();
     }
-    assert!(
-        (rig.ball() - Point3::from(START)).norm() < 1e-10,
-        "{}",
-        rig.ball()
-    );
+    assert!((rig.ball() - Point3::from(START)).norm() < 1e-10, "{}", rig.ball());
     assert_eq!(rig.slack(), [false; 3]);
     let per_weight = rig.geometry.tensions_per_weight(&rig.ball()).unwrap();
     for (tension, share) in rig.tensions_n().into_iter().zip(per_weight) {
@@ -65,11 +52,7 @@ fn a_symmetric_rig_sags_as_computed_by_hand() {
     let r = f64::hypot(radius, h);
     let l = r - 0.2 * GRAVITY_M_S2 * r / (3.0 * k * h);
     let rig = Elastic::with_lengths(g, parameters(k, 0.1), [l; 3]).unwrap();
-    assert!(
-        (rig.ball() - Point3::new(0.0, 0.0, 1.0 - h)).norm() < 1e-9,
-        "{}",
-        rig.ball()
-    );
+    assert!((rig.ball() - Point3::new(0.0, 0.0, 1.0 - h)).norm() < 1e-9, "{}", rig.ball());
 }
 
 #[test]
@@ -82,11 +65,7 @@ fn without_taut_cables_it_falls_freely() {
         rig.advance(0.01, [2200.0; 3]).unwrap();
     }
     let fallen = Vector3::z() * (-0.5 * GRAVITY_M_S2 * 0.2 * 0.2);
-    assert!(
-        (rig.ball() - Point3::from(START) - fallen).norm() < 1e-12,
-        "{}",
-        rig.ball()
-    );
+    assert!((rig.ball() - Point3::from(START) - fallen).norm() < 1e-12, "{}", rig.ball());
     assert!((rig.velocity().z + GRAVITY_M_S2 * 0.2).abs() < 1e-12);
     assert_eq!(rig.slack(), [true; 3]);
 }
@@ -102,11 +81,7 @@ fn it_bounces_at_the_frequency_of_mass_on_spring() {
         rig.advance(0.002, [0.0, 0.0, steps]).unwrap();
         let t = f64::from(k) * 0.002;
         let expected = start + 1e-3 * ((omega * t).cos() - 1.0);
-        assert!(
-            (rig.ball().z - expected).abs() < 1e-5,
-            "at {t} s: {} for {expected}",
-            rig.ball().z
-        );
+        assert!((rig.ball().z - expected).abs() < 1e-5, "at {t} s: {} for {expected}", rig.ball().z);
     }
 }
 
@@ -121,11 +96,7 @@ fn damping_ratio_is_that_of_one_cable() {
     let period = std::f64::consts::TAU / (omega * (1.0f64 - 0.01).sqrt());
     rig.advance(3.0 * period, [0.0; 3]).unwrap();
     let expected = 1e-3 * (-0.1 * omega * 3.0 * period).exp();
-    assert!(
-        (rig.ball().z - rest - expected).abs() < 1e-8,
-        "{} for {expected}",
-        rig.ball().z - rest
-    );
+    assert!((rig.ball().z - rest - expected).abs() < 1e-8, "{} for {expected}", rig.ball().z - rest);
 }
 
 #[test]
@@ -137,19 +108,12 @@ fn undamped_it_keeps_its_energy_and_damped_it_loses_it() {
         let mut last = before;
         for _ in 0..1000 {
             rig.advance(0.01, [0.0; 3]).unwrap();
-            assert!(
-                energy(&rig) < last + 1e-5 * bounce,
-                "energy grows from {last} to {}",
-                energy(&rig)
-            );
+            assert!(energy(&rig) < last + 1e-5 * bounce, "energy grows from {last} to {}", energy(&rig));
             last = energy(&rig);
         }
         let lost = (before - last) / bounce;
         let expected = if zeta > 0.0 { 0.9..1.01 } else { -1e-4..1e-3 };
-        assert!(
-            expected.contains(&lost),
-            "ζ = {zeta}, {stiffness} N/m: lost {lost} of the motion's energy"
-        );
+        assert!(expected.contains(&lost), "ζ = {zeta}, {stiffness} N/m: lost {lost} of the motion's energy");
     }
 }
 
@@ -158,11 +122,7 @@ fn ride(mut rig: Elastic) -> (Elastic, bool) {
     let mut went_slack = false;
     for k in 0..200 {
         let t = f64::from(k) * 0.01;
-        let steps = [
-            40.0 * (18.0 * t).sin(),
-            60.0 * (14.0 * t).sin(),
-            50.0 * (10.0 * t).sin(),
-        ];
+        let steps = [40.0 * (18.0 * t).sin(), 60.0 * (14.0 * t).sin(), 50.0 * (10.0 * t).sin()];
         rig.advance(0.01, steps).unwrap();
         went_slack |= rig.slack().contains(&true);
     }
@@ -181,17 +141,8 @@ fn halving_the_substep_changes_little() {
         let (finest, _) = ride(finest);
         let error = |rig: &Elastic| (rig.ball() - finest.ball()).norm();
         assert!(slack, "the ride was meant to be rough at {stiffness} N/m");
-        assert!(
-            error(&coarse) < tolerance_m,
-            "{} m at {stiffness} N/m",
-            error(&coarse)
-        );
-        assert!(
-            error(&finer) < error(&coarse).max(1e-6),
-            "{} then {}",
-            error(&coarse),
-            error(&finer)
-        );
+        assert!(error(&coarse) < tolerance_m, "{} m at {stiffness} N/m", error(&coarse));
+        assert!(error(&finer) < error(&coarse).max(1e-6), "{} then {}", error(&coarse), error(&finer));
     }
 }
 
@@ -209,10 +160,7 @@ fn smooth_motion_converges_with_fourth_order() {
         (run(division) - run(64.0)).norm()
     };
     let ratio = error(1.0) / error(2.0);
-    assert!(
-        (10.0..25.0).contains(&ratio),
-        "halving the sub-step divides the error by {ratio}"
-    );
+    assert!((10.0..25.0).contains(&ratio), "halving the sub-step divides the error by {ratio}");
 }
 
 #[test]
@@ -229,10 +177,7 @@ fn stiff_and_slow_is_quasi_static() {
         rigid.advance(0.02, steps).unwrap();
         let apart = (stiff.ball() - rigid.ball()).norm();
         assert!(rigid.slack()[2] || apart < 1e-4, "{apart} m apart at {s}");
-        assert!(
-            apart < 0.05,
-            "{apart} m apart at {s} (a pendulum on two cables swings)"
-        );
+        assert!(apart < 0.05, "{apart} m apart at {s} (a pendulum on two cables swings)");
     }
     assert!(rigid.slack()[2], "the way was meant to end with a slack cable");
 }
@@ -241,22 +186,10 @@ fn stiff_and_slow_is_quasi_static() {
 fn absurd_parameters_and_steps_are_refused() {
     let start = Point3::from(START);
     for wrong in [
-        ElasticParameters {
-            mass_kg: 0.0,
-            ..Default::default()
-        },
-        ElasticParameters {
-            mass_kg: f64::NAN,
-            ..Default::default()
-        },
-        ElasticParameters {
-            stiffness_n_m: [800.0, -1.0, 800.0],
-            ..Default::default()
-        },
-        ElasticParameters {
-            damping_ratio: -0.1,
-            ..Default::default()
-        },
+        ElasticParameters { mass_kg: 0.0, ..Default::default() },
+        ElasticParameters { mass_kg: f64::NAN, ..Default::default() },
+        ElasticParameters { stiffness_n_m: [800.0, -1.0, 800.0], ..Default::default() },
+        ElasticParameters { damping_ratio: -0.1, ..Default::default() },
     ] {
         let made = Elastic::new(Geometry::paper(), wrong, start);
         assert!(matches!(made, Err(RigError::OutOfRange { .. })), "{made:?}");
@@ -266,15 +199,9 @@ fn absurd_parameters_and_steps_are_refused() {
     let mut rig = rig(800.0, 0.1);
     let before = rig.clone();
     for dt in [-0.1, f64::NAN, 1e9] {
-        assert!(matches!(
-            rig.advance(dt, [0.0; 3]),
-            Err(RigError::OutOfRange { .. })
-        ));
+        assert!(matches!(rig.advance(dt, [0.0; 3]), Err(RigError::OutOfRange { .. })));
     }
-    assert!(matches!(
-        rig.advance(0.1, [-3000.0, 0.0, 0.0]),
-        Err(RigError::NoCable { motor: 'A', .. })
-    ));
+    assert!(matches!(rig.advance(0.1, [-3000.0, 0.0, 0.0]), Err(RigError::NoCable { motor: 'A', .. })));
     assert_eq!(rig, before);
 }
 

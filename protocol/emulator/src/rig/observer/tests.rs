@@ -27,13 +27,7 @@ fn a_perfect_observer_sees_the_truth_at_once() {
     assert_eq!(observer.delivered(10.0), None);
     observer.observe(0.1, BALL);
     assert_eq!(observer.delivered(0.099), None, "not before it was taken");
-    assert_eq!(
-        observer.delivered(0.1),
-        Some(Observation {
-            captured_at_s: 0.1,
-            position: Some(BALL)
-        })
-    );
+    assert_eq!(observer.delivered(0.1), Some(Observation { captured_at_s: 0.1, position: Some(BALL) }));
     assert_eq!(observer.delivered(10.0), None, "each frame once");
 }
 
@@ -54,20 +48,12 @@ fn latency_is_uniform_between_its_bounds_and_in_order() {
             latencies.push((t - seen.captured_at_s) / period);
         }
     }
-    let (least, greatest) = latencies
-        .iter()
-        .fold((9.0f64, 0.0f64), |(a, b), l| (a.min(*l), b.max(*l)));
-    assert!(
-        (0.999..1.02).contains(&least) && (1.99..2.02).contains(&greatest),
-        "{least} to {greatest}"
-    );
+    let (least, greatest) = latencies.iter().fold((9.0f64, 0.0f64), |(a, b), l| (a.min(*l), b.max(*l)));
+    assert!((0.999..1.02).contains(&least) && (1.99..2.02).contains(&greatest), "{least} to {greatest}");
     let mean = latencies.iter().sum::<f64>() / latencies.len() as f64;
     assert!((mean - 1.5).abs() < 0.03, "{mean}");
     // Longer than a frame and irregular: arrival waits for the frames before.
-    let irregular = ObserverParameters {
-        latency_frames: (0.0, 5.0),
-        ..Default::default()
-    };
+    let irregular = ObserverParameters { latency_frames: (0.0, 5.0), ..Default::default() };
     let seen = watch(irregular, 7, 1000);
     assert!(seen.is_sorted_by(|a, b| a.captured_at_s < b.captured_at_s));
     assert_eq!(seen.len(), 1000);
@@ -78,24 +64,15 @@ fn noise_has_its_standard_deviations() {
     let e = errors(&watch(ObserverParameters::default(), 1, 20_000));
     for (axis, expected) in [2e-3, 1e-3, 1e-3].into_iter().enumerate() {
         let measured = sd(e.iter().map(|e| e[axis]));
-        assert!(
-            (measured / expected - 1.0).abs() < 0.03,
-            "axis {axis}: {measured}"
-        );
+        assert!((measured / expected - 1.0).abs() < 0.03, "axis {axis}: {measured}");
     }
 }
 
 #[test]
 fn drift_is_correlated_from_frame_to_frame_and_on_the_depth_axis_only() {
-    let drift = DepthDrift {
-        sd_m: 3e-3,
-        correlation: 0.9,
-    };
+    let drift = DepthDrift { sd_m: 3e-3, correlation: 0.9 };
     let e = errors(&watch(
-        ObserverParameters {
-            depth_drift: Some(drift),
-            ..ObserverParameters::perfect(30.0)
-        },
+        ObserverParameters { depth_drift: Some(drift), ..ObserverParameters::perfect(30.0) },
         1,
         50_000,
     ));
@@ -112,10 +89,7 @@ fn frames_are_lost_singly_and_in_bursts() {
         let seen = watch(parameters, 3, 50_000);
         seen.iter().filter(|o| o.position.is_none()).count() as f64 / 50_000.0
     };
-    let single = ObserverParameters {
-        dropout_probability: 0.02,
-        ..ObserverParameters::perfect(30.0)
-    };
+    let single = ObserverParameters { dropout_probability: 0.02, ..ObserverParameters::perfect(30.0) };
     assert!((losses(single) - 0.02).abs() < 0.003);
     let bursts = ObserverParameters {
         burst_probability: 0.01,
@@ -137,11 +111,8 @@ fn outliers_are_as_many_and_as_far_as_said() {
         ..ObserverParameters::perfect(30.0)
     };
     let e = errors(&watch(parameters, 5, 20_000));
-    let far = e
-        .iter()
-        .filter(|e| e.norm() > 1e-9)
-        .inspect(|e| assert!((e.norm() - 0.05).abs() < 1e-12))
-        .count();
+    let far =
+        e.iter().filter(|e| e.norm() > 1e-9).inspect(|e| assert!((e.norm() - 0.05).abs() < 1e-12)).count();
     assert!((800..1200).contains(&far), "{far} of 20 000");
 }
 
@@ -150,16 +121,8 @@ fn one_seed_one_run_and_the_streams_are_apart() {
     let base = watch(ObserverParameters::default(), 11, 500);
     assert_eq!(base, watch(ObserverParameters::default(), 11, 500));
     assert_ne!(base, watch(ObserverParameters::default(), 12, 500));
-    let later = ObserverParameters {
-        latency_frames: (3.0, 4.0),
-        outlier_size_m: 1.0,
-        ..Default::default()
-    };
-    assert_eq!(
-        base,
-        watch(later, 11, 500),
-        "latency does not touch noise or losses"
-    );
+    let later = ObserverParameters { latency_frames: (3.0, 4.0), outlier_size_m: 1.0, ..Default::default() };
+    assert_eq!(base, watch(later, 11, 500), "latency does not touch noise or losses");
 }
 
 #[test]
@@ -167,42 +130,12 @@ fn absurd_parameters_are_refused_by_name() {
     let good = ObserverParameters::default();
     for (wrong, word) in [
         (ObserverParameters { rate_hz: 0.0, ..good }, "rate"),
+        (ObserverParameters { latency_frames: (2.0, 1.0), ..good }, "latency"),
+        (ObserverParameters { noise_sd_m: [0.0, f64::NAN, 0.0], ..good }, "noise"),
+        (ObserverParameters { dropout_probability: 1.1, ..good }, "drop-out"),
+        (ObserverParameters { burst_frames: (5, 4), ..good }, "burst"),
         (
-            ObserverParameters {
-                latency_frames: (2.0, 1.0),
-                ..good
-            },
-            "latency",
-        ),
-        (
-            ObserverParameters {
-                noise_sd_m: [0.0, f64::NAN, 0.0],
-                ..good
-            },
-            "noise",
-        ),
-        (
-            ObserverParameters {
-                dropout_probability: 1.1,
-                ..good
-            },
-            "drop-out",
-        ),
-        (
-            ObserverParameters {
-                burst_frames: (5, 4),
-                ..good
-            },
-            "burst",
-        ),
-        (
-            ObserverParameters {
-                depth_drift: Some(DepthDrift {
-                    sd_m: 1e-3,
-                    correlation: 1.0,
-                }),
-                ..good
-            },
+            ObserverParameters { depth_drift: Some(DepthDrift { sd_m: 1e-3, correlation: 1.0 }), ..good },
             "correlation",
         ),
     ] {

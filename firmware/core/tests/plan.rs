@@ -1,0 +1,187 @@
+//! Step plans: exact counts, ramps within the limits, no motor past its travel.
+
+mod common;
+
+use common::{config, motor, params};
+use plumb_core::plan::{Jogging, Planner};
+use plumb_core::{MotorRates, StepPlan};
+use plumb_protocol::Config;
+use proptest::prelude::*;
+
+const TICK_NS: u64 = 1_000_000;
+
+/// Watches a planner from outside: counts pulses, their times, and how rates change.
+struct Watch {
+    planner: Planner,
+    config: Config,
+    counted: [i32; 3],
+    last_rates: [i32; 3],
+}
+
+impl Watch {
+    fn new(config: Config) -> Self {
+        let mut planner = Planner::default();
+        planner.configure(&params(config));
+        Self { planner, config, counted: [0; 3], last_rates: [0; 3] }
+    }
+
+    fn tick(&mut self, wanted: [i32; 3]) -> Option<usize> {
+        let (plan, beyond) = self.planner.tick(MotorRates(wanted));
+        self.check_pulses(&plan);
+        self.check_limits();
+        beyond
+    }
+
+    /// What the pulses add up to is where the planner says that the motors are, and all lie within their tick.
+    fn check_pulses(&mut self, plan: &StepPlan) {
+        for (i, pulses) in plan.motors.iter().enumerate() {
+            let step = 16 / i32::from(self.config.microsteps);
+            let forward = pulses.direction != self.config.motors[i].reversed;
+            self.counted[i] += i32::from(pulses.count) * if forward { step } else { -step };
+            if pulses.count > 0 {
+                let last =
+                    u64::from(pulses.first_ns) + u64::from(pulses.count - 1) * u64::from(pulses.period_ns);
+                assert!(last < TICK_NS, "pulses {pulses:?}");
+            }
+        }
+        assert_eq!(self.counted, self.planner.positions());
+    }
+
+    fn check_limits(&mut self) {
+        let rates = self.planner.rates();
+        for i in 0..3 {
+            let limits = &self.config.motors[i];
+            assert!(rates[i].abs() <= limits.max_rate.0, "rate {rates:?}");
+            // a · 1 ms in Q8.
+            let change = f64::from(limits.max_acceleration.0) * 0.256;
+            assert!(f64::from(rates[i] - self.last_rates[i]).abs() <= change, "acceleration");
+            let position = self.planner.positions()[i];
+            assert!((limits.travel_min.0..=limits.travel_max.0).contains(&position), "travel: {position}");
+        }
+        self.last_rates = rates;
+    }
+}
+
+fn configs() -> impl Strategy<Value = Config> {
+    let one = (1.0f64..20_000.0, 8u32..200_000, 100i32..200_000, any::<bool>());
+    (proptest::array::uniform3(one), 0u32..5).prop_map(|(motors, shift)| Config {
+        motors: motors.map(|(rate, acceleration, travel, reversed)| plumb_protocol::config::Motor {
+            reversed,
+            ..motor(rate, acceleration, travel)
+        }),
+        microsteps: 1 << shift,
+        ..config()
+    })
+}
+
+/// Wanted rates as fractions of the limits, each for some ticks.
+fn orders() -> impl Strategy<Value = Vec<([f64; 3], usize)>> {
+    proptest::collection::vec((proptest::array::uniform3(-1.0f64..=1.0), 1usize..200), 1..20)
+}
+
+proptest! {
+    #[test]
+    fn limits_hold_whatever_is_wanted(config in configs(), orders in orders()) {
+        let mut watch = Watch::new(config);
+        for (fractions, ticks) in orders {
+            let wanted = [0, 1, 2].map(|i| (fractions[i] * f64::from(config.motors[i].max_rate.0)) as i32);
+            for _ in 0..ticks {
+                watch.tick(wanted);
+            }
+        }
+    }
+
+    /// From any rates, ramping down ends at rest, within the travel, and then nothing moves.
+    #[test]
+    fn a_stop_ends_at_rest(config in configs(), fractions in proptest::array::uniform3(-1.0f64..=1.0)) {
+        let mut watch = Watch::new(config);
+        let wanted = [0, 1, 2].map(|i| (fractions[i] * f64::from(config.motors[i].max_rate.0)) as i32);
+        for _ in 0..500 {
+            watch.tick(wanted);
+        }
+        let longest = (0..3).map(|i| watch.planner.rates()[i].abs() / (config.motors[i].max_acceleration.0 as i32 * 256 / 1000)).max();
+        for _ in 0..=longest.unwrap() + 1 {
+            prop_assert_eq!(watch.tick([0; 3]), None);
+        }
+        prop_assert!(!watch.planner.moving());
+    }
+
+    /// While the rates do not change, the pulses are even across ticks, to the nanosecond of rounding.
+    #[test]
+    fn pulses_are_even_at_a_constant_rate(steps_q8 in 2_000i32..100_000) {
+        let mut planner = Planner::default();
+        planner.configure(&params(Config { motors: [motor(1000.0, 4_000_000, 1 << 24); 3], ..config() }));
+        let (mut times, mut start) = (Vec::new(), 0u64);
+        for _ in 0..200 {
+            let (plan, _) = planner.tick(MotorRates([steps_q8, 0, 0]));
+            let a = plan.motors[0];
+            times.extend((0..u64::from(a.count)).map(|k| start + u64::from(a.first_ns) + k * u64::from(a.period_ns)));
+            start += TICK_NS;
+        }
+        let period = 1e9 / (f64::from(steps_q8) / 256.0 * 16.0);
+        for pair in times.windows(2) {
+            prop_assert!(((pair[1] - pair[0]) as f64 - period).abs() <= 20.0, "{} for {period}", pair[1] - pair[0]);
+        }
+    }
+
+    #[test]
+    fn a_jog_ends_exactly_where_it_should(
+        config in configs(), motor in 0usize..3, steps in -40i32..=40, share in 0.1f64..=1.0
+    ) {
+        let mut watch = Watch::new(config);
+        let travel = config.motors[motor].travel_max.0;
+        let per_pulse = 16 / i32::from(config.microsteps);
+        let end = (16 * steps).clamp(-travel, travel) / per_pulse * per_pulse;
+        let rate = ((share * f64::from(config.motors[motor].max_rate.0)) as i32).max(1);
+        let jogging = Jogging::new(motor, end, rate);
+        // At the full rate, plus a ramp at each end, plus the last steps at the least rate, generously.
+        let acceleration = f64::from(config.motors[motor].max_acceleration.0);
+        let (distance, rate) = (f64::from(end.abs()) / 16.0, f64::from(rate) / 256.0);
+        let patience = 2000.0 * (distance / rate + rate / acceleration + (distance / acceleration).sqrt()) + 2000.0;
+        let mut ticks = 0;
+        while let Some(wanted) = jogging.wanted(&watch.planner) {
+            prop_assert_eq!(watch.tick(wanted.0), None);
+            ticks += 1;
+            prop_assert!(f64::from(ticks) < patience, "not there after {ticks} ticks");
+        }
+        prop_assert_eq!(watch.planner.positions()[motor], end);
+    }
+}
+
+#[test]
+fn the_common_factor_keeps_the_direction_of_a_ramp() {
+    let mut watch = Watch::new(config());
+    for tick in 1..=150 {
+        watch.tick([100 * 256, -50 * 256, 25 * 256]);
+        let [a, b, c] = watch.planner.rates();
+        if tick <= 50 {
+            assert!(
+                (a + 2 * b).abs() <= 2 + tick && (a - 4 * c).abs() <= 4 + 2 * tick,
+                "tick {tick}: {a} {b} {c}"
+            );
+        }
+    }
+    assert_eq!(watch.planner.rates(), [100 * 256, -50 * 256, 25 * 256]);
+}
+
+#[test]
+fn a_motor_stops_before_its_travel_and_is_named() {
+    let mut watch = Watch::new(Config { motors: [motor(400.0, 2000, 16 * 100); 3], ..config() });
+    let named: Vec<_> = (0..1000).filter_map(|_| watch.tick([0, 300 * 256, 0])).collect();
+    assert_eq!(named.first(), Some(&1));
+    assert!(watch.planner.positions()[1] > 16 * 90, "it uses its travel: {:?}", watch.planner.positions());
+}
+
+#[test]
+fn the_count_of_steps_is_the_integral_of_the_rate() {
+    // 100 steps/s for 10 s, less half of a ramp of 50 ms at each end, to the microstep.
+    let mut watch = Watch::new(config());
+    for _ in 0..10_000 {
+        watch.tick([100 * 256, 0, 0]);
+    }
+    for _ in 0..100 {
+        watch.tick([0; 3]);
+    }
+    let steps = f64::from(watch.planner.positions()[0]) / 16.0;
+    assert!((steps - 1000.0).abs() < 0.2, "{steps}");
+}

@@ -1,0 +1,105 @@
+//! Frames over a stream that may begin anywhere and be damaged anywhere.
+
+use plumb_protocol::frame::{Accumulator, FrameError, MAX_FRAME, TooLong, encode};
+use plumb_protocol::message::{Command, Hello, Position, ToBoard};
+use plumb_protocol::units::{Micrometres, Point};
+use proptest::prelude::*;
+
+fn messages() -> impl Strategy<Value = ToBoard> {
+    let ball = proptest::option::of(any::<[i32; 3]>().prop_map(|p| Point(p.map(Micrometres))));
+    let position = (any::<u16>(), any::<u32>(), ball)
+        .prop_map(|(sequence, age_us, ball)| Command::Position(Position { sequence, age_us, ball }));
+    let target = any::<[i32; 3]>().prop_map(|p| Command::Target(Point(p.map(Micrometres))));
+    let command = prop_oneof![
+        position,
+        target,
+        Just(Command::Stop),
+        Just(Command::Status),
+        Just(Command::Hello(Hello::OURS))
+    ];
+    (any::<u16>(), command).prop_map(|(id, command)| ToBoard { id, command })
+}
+
+fn receive(bytes: &[u8]) -> Vec<Result<ToBoard, FrameError>> {
+    let mut accumulator = Accumulator::new();
+    bytes.iter().filter_map(|&b| accumulator.push(b)).collect()
+}
+
+proptest! {
+    #[test]
+    fn what_is_sent_arrives(sent in proptest::collection::vec(messages(), 1..8)) {
+        let bytes: Vec<u8> = sent.iter().flat_map(|m| encode(m).unwrap()).collect();
+        let received: Vec<_> = receive(&bytes).into_iter().map(Result::unwrap).collect();
+        prop_assert_eq!(received, sent);
+    }
+
+    #[test]
+    fn a_frame_ends_with_its_only_zero(message in messages()) {
+        let frame = encode(&message).unwrap();
+        prop_assert!(frame.len() <= MAX_FRAME);
+        prop_assert_eq!(frame.iter().position(|&b| b == 0), Some(frame.len() - 1));
+    }
+
+    /// Any one byte changed: the frame is lost or split, never taken for another message, and the next arrives.
+    #[test]
+    fn a_damaged_frame_is_dropped_and_the_next_arrives(
+        first in messages(), second in messages(), at in any::<prop::sample::Index>(), flip in 1u8..
+    ) {
+        let mut bytes = encode(&first).unwrap().to_vec();
+        let at = at.index(bytes.len());
+        bytes[at] ^= flip;
+        bytes.extend(encode(&second).unwrap());
+        let good: Vec<_> = receive(&bytes).into_iter().filter_map(Result::ok).collect();
+        // A damaged closing zero glues the second frame to the first, which loses both.
+        let expected = if at == encode(&first).unwrap().len() - 1 { vec![] } else { vec![second] };
+        prop_assert_eq!(good, expected);
+    }
+
+    /// A stream that is cut anywhere and goes on with whole frames after any zero.
+    #[test]
+    fn a_torn_frame_costs_only_itself(first in messages(), second in messages(), keep in any::<prop::sample::Index>()) {
+        let frame = encode(&first).unwrap();
+        let keep = keep.index(frame.len() - 1);
+        let mut bytes = frame[..keep].to_vec();
+        bytes.push(0);
+        bytes.extend(encode(&second).unwrap());
+        let received = receive(&bytes);
+        prop_assert_eq!(received.last(), Some(&Ok(second)));
+        prop_assert!(received[..received.len() - 1].iter().all(Result::is_err));
+    }
+
+    #[test]
+    fn noise_never_becomes_a_message(noise in proptest::collection::vec(any::<u8>(), 0..600), message in messages()) {
+        let mut bytes = noise;
+        bytes.push(0);
+        let before = receive(&bytes);
+        prop_assert!(before.iter().all(Result::is_err));
+        bytes.extend(encode(&message).unwrap());
+        let after = receive(&bytes);
+        prop_assert_eq!(after.last(), Some(&Ok(message)));
+    }
+}
+
+#[test]
+fn each_damage_has_its_name() {
+    let frame = encode(&ToBoard { id: 1, command: Command::Status }).unwrap();
+    let overlong: Vec<u8> = std::iter::repeat_n(1, MAX_FRAME + 1).chain([0]).collect();
+    assert_eq!(receive(&overlong), [Err(FrameError::Overlong)]);
+    assert_eq!(receive(&[9, 1, 0]), [Err(FrameError::Torn)]);
+    let mut wrong = frame.to_vec();
+    let last = wrong.len() - 2;
+    wrong[last] ^= 0x40;
+    assert_eq!(receive(&wrong), [Err(FrameError::Crc)]);
+    // Intact, but of a newer protocol: an unknown command, and a known one with something behind it.
+    assert_eq!(receive(&encode(&(1u16, 200u8)).unwrap()), [Err(FrameError::Malformed)]);
+    assert_eq!(receive(&encode(&(1u16, 9u8, 0u8)).unwrap()), [Err(FrameError::Malformed)]);
+    assert_eq!(receive(&[0, 0, 0]), []);
+}
+
+#[test]
+fn what_is_too_long_for_a_frame_is_refused() {
+    // A byte of length before fewer than 128 entries of one byte, two from there on.
+    let bytes = [7u8; 300];
+    assert!(encode(&&bytes[..246]).is_ok_and(|frame| frame.len() <= MAX_FRAME));
+    assert_eq!(encode(&&bytes[..247]), Err(TooLong));
+}
