@@ -1,0 +1,452 @@
+//! The board as a host sees it: bytes in, bytes out, a tick every millisecond.
+
+mod common;
+
+use common::{BUILD, config, motor};
+use plumb_core::{Board, Outbox, TICK_US};
+use plumb_protocol::Config;
+use plumb_protocol::frame::{Accumulator, encode};
+use plumb_protocol::message::*;
+use plumb_protocol::units::{Micrometres, Micros, Point, Rate, Steps16};
+
+/// A board, its clock and what it has said.
+struct Bench {
+    board: Board,
+    now: u64,
+    out: Outbox,
+    heard: Vec<FromBoard>,
+    accumulator: Accumulator,
+    sequence: u16,
+}
+
+const TARGET: [f64; 3] = [0.4, 0.4, 0.15];
+const BALL: [f64; 3] = [0.54, 0.22, 0.459];
+
+fn point(metres: [f64; 3]) -> Point {
+    Point::from_metres(metres).unwrap()
+}
+
+impl Bench {
+    fn new() -> Self {
+        let (board, out) = (Board::new(BUILD), Outbox::new());
+        Self { board, now: 0, out, heard: Vec::new(), accumulator: Accumulator::new(), sequence: 0 }
+    }
+
+    fn greeted() -> Self {
+        let mut bench = Self::new();
+        bench.send(Command::Hello(Hello::OURS));
+        bench
+    }
+
+    fn configured(config: Config) -> Self {
+        let mut bench = Self::greeted();
+        assert_eq!(bench.send(Command::Configure(config)), Ok(()));
+        bench
+    }
+
+    /// A board under way, with the ball in sight.
+    fn seeking() -> Self {
+        let mut bench = Self::configured(config());
+        bench.see(BALL);
+        assert_eq!(bench.send(Command::Target(point(TARGET))), Ok(()));
+        bench.run_seeing(5, BALL);
+        assert_eq!(bench.board.state(), State::Seeking);
+        bench
+    }
+
+    fn collect(&mut self) {
+        for &byte in self.out.bytes() {
+            if let Some(message) = self.accumulator.push(byte) {
+                self.heard.push(message.unwrap());
+            }
+        }
+        self.out.clear();
+    }
+
+    /// Sends a command as bytes; its answer.
+    fn send(&mut self, command: Command) -> Result<(), Refusal> {
+        let frame = encode(&ToBoard { id: 7, command }).unwrap();
+        self.board.receive(Micros(self.now), &frame, &mut self.out);
+        self.collect();
+        match self.heard.last() {
+            Some(FromBoard::Answer(Answer { id: 7, refusal: Some(refusal) })) => Err(*refusal),
+            _ => Ok(()),
+        }
+    }
+
+    fn see_aged(&mut self, ball: Option<[f64; 3]>, age_us: u32) -> Result<(), Refusal> {
+        self.sequence = self.sequence.wrapping_add(1);
+        let sequence = self.sequence;
+        self.send(Command::Position(Position { sequence, age_us, ball: ball.map(point) }))
+    }
+
+    fn see(&mut self, ball: [f64; 3]) {
+        let _ = self.see_aged(Some(ball), 30_000);
+    }
+
+    fn run_ms(&mut self, ms: u64) {
+        for _ in 0..ms {
+            self.board.tick(Micros(self.now), &mut self.out);
+            self.now += u64::from(TICK_US);
+            self.collect();
+        }
+    }
+
+    fn run_seeing(&mut self, frames: u32, ball: [f64; 3]) {
+        for _ in 0..frames {
+            self.see(ball);
+            self.run_ms(33);
+        }
+    }
+
+    fn moving(&self) -> bool {
+        self.board.rates() != [0; 3]
+    }
+
+    fn faults(&self) -> Vec<Fault> {
+        let fault = |m: &FromBoard| match m {
+            FromBoard::Fault(report) => Some(report.fault),
+            _ => None,
+        };
+        self.heard.iter().filter_map(fault).collect()
+    }
+
+    /// The board is in this fault, has said so once, comes to rest within its ramp and stays there.
+    fn assert_stopped_by(&mut self, fault: Fault) {
+        assert_eq!(self.board.state(), State::Fault(fault));
+        assert_eq!(self.faults(), [fault]);
+        self.run_ms(210);
+        let rest = self.board.positions();
+        self.run_seeing(30, BALL);
+        assert!(!self.moving() && self.board.positions() == rest);
+        assert_eq!(self.send(Command::Target(point(TARGET))), Err(Refusal::Faulted(fault)));
+        assert_eq!(self.send(Command::ClearFault), Ok(()));
+        assert_eq!(self.board.state(), State::Ready);
+    }
+}
+
+#[test]
+fn nothing_moves_before_the_greeting_matches() {
+    let mut bench = Bench::new();
+    assert_eq!(bench.send(Command::Configure(config())), Err(Refusal::NotGreeted));
+    assert_eq!(bench.send(Command::Status), Err(Refusal::NotGreeted));
+    let wrong = [
+        Hello { magic: *b"PLMC", ..Hello::OURS },
+        Hello { version: VERSION + 1, ..Hello::OURS },
+        Hello { schema: [0; 8], ..Hello::OURS },
+    ];
+    for hello in wrong {
+        bench.send(Command::Hello(hello));
+        let Some(FromBoard::Hello(answer)) = bench.heard.last() else { panic!("{:?}", bench.heard) };
+        assert!(!answer.accepted && answer.hello == Hello::OURS);
+        assert_eq!(bench.send(Command::Target(point(TARGET))), Err(Refusal::NotGreeted));
+    }
+    assert_eq!(bench.send(Command::Stop), Ok(()));
+    bench.run_ms(1000);
+    assert_eq!(bench.board.positions(), [0; 3]);
+}
+
+#[test]
+fn a_host_of_another_version_stops_what_is_under_way() {
+    let mut bench = Bench::seeking();
+    assert!(bench.moving());
+    bench.send(Command::Hello(Hello { version: VERSION + 1, ..Hello::OURS }));
+    bench.run_ms(210);
+    assert!(!bench.moving());
+    assert_eq!(bench.board.state(), State::Ready);
+}
+
+#[test]
+fn unconfigured_refuses_to_move() {
+    let mut bench = Bench::greeted();
+    let jog = Jog { motor: 0, distance: Steps16(160), rate: Rate(256) };
+    for command in [Command::Target(point(TARGET)), Command::Hold, Command::Jog(jog)] {
+        assert_eq!(bench.send(command), Err(Refusal::Unconfigured));
+    }
+    assert_eq!(bench.see_aged(Some(BALL), 0), Err(Refusal::Unconfigured));
+    assert_eq!(bench.board.state(), State::Unconfigured);
+}
+
+#[test]
+fn a_target_is_sought_and_held() {
+    let mut bench = Bench::seeking();
+    assert!(bench.moving());
+    // The error is cut short: the ball is seen at the target.
+    bench.run_seeing(9, TARGET);
+    assert_eq!(bench.board.state(), State::Seeking, "not on a few pictures");
+    bench.run_seeing(40, TARGET);
+    assert_eq!(bench.board.state(), State::Holding);
+    assert!(bench.faults().is_empty());
+    assert_eq!(bench.send(Command::Stop), Ok(()));
+    assert_eq!(bench.board.state(), State::Ready);
+}
+
+#[test]
+fn one_raw_picture_near_the_target_is_not_reached() {
+    let mut bench = Bench::seeking();
+    for _ in 0..20 {
+        bench.run_seeing(1, TARGET);
+        bench.run_seeing(4, [0.41, 0.42, 0.15]);
+    }
+    assert_eq!(bench.board.state(), State::Seeking);
+}
+
+#[test]
+fn a_silent_host_stops_the_board() {
+    let mut bench = Bench::seeking();
+    bench.run_ms(300);
+    assert_eq!(bench.board.state(), State::Fault(Fault::HostSilent));
+    bench.assert_stopped_by(Fault::HostSilent);
+}
+
+#[test]
+fn a_host_that_talks_but_does_not_see_stops_the_board() {
+    let mut bench = Bench::seeking();
+    for _ in 0..16 {
+        assert_eq!(bench.see_aged(None, 0), Ok(()));
+        bench.run_ms(33);
+    }
+    bench.assert_stopped_by(Fault::PositionLost);
+}
+
+#[test]
+fn stale_positions_do_not_count_as_fresh() {
+    let mut bench = Bench::seeking();
+    for _ in 0..16 {
+        assert_eq!(bench.see_aged(Some(BALL), 251_000), Err(Refusal::PositionStale));
+        bench.run_ms(33);
+    }
+    bench.assert_stopped_by(Fault::PositionLost);
+}
+
+#[test]
+fn a_target_without_any_position_ends_in_a_fault() {
+    let mut bench = Bench::configured(config());
+    assert_eq!(bench.send(Command::Target(point(TARGET))), Ok(()));
+    for _ in 0..16 {
+        assert_eq!(bench.see_aged(None, 0), Ok(()));
+        bench.run_ms(33);
+        assert!(!bench.moving());
+    }
+    bench.assert_stopped_by(Fault::PositionLost);
+}
+
+#[test]
+fn rates_are_cut_while_positions_fail_to_come() {
+    let mut bench = Bench::seeking();
+    let before = bench.board.rates().map(i32::abs).into_iter().max().unwrap();
+    for _ in 0..10 {
+        let _ = bench.see_aged(None, 0);
+        bench.run_ms(33);
+    }
+    let after = bench.board.rates().map(i32::abs).into_iter().max().unwrap();
+    assert_eq!(after, before * 3 / 10);
+}
+
+#[test]
+fn a_ball_outside_stops_the_board_but_one_mistake_does_not() {
+    let outside = [0.5, 0.2, 1.5];
+    let mut bench = Bench::seeking();
+    for _ in 0..5 {
+        assert_eq!(bench.see_aged(Some(outside), 0), Err(Refusal::BallOutside));
+        bench.run_ms(33);
+        bench.run_seeing(2, BALL);
+    }
+    assert_eq!(bench.board.state(), State::Seeking);
+    for _ in 0..3 {
+        let _ = bench.see_aged(Some(outside), 0);
+        bench.run_ms(33);
+    }
+    bench.assert_stopped_by(Fault::BallOutside);
+}
+
+#[test]
+fn a_target_outside_is_refused_and_stops_what_is_under_way() {
+    let mut bench = Bench::configured(config());
+    for absurd in [[0.4, 0.4, 0.7], [-1.1, 0.0, 0.0], [2000.0, 0.0, 0.0]] {
+        assert_eq!(bench.send(Command::Target(point(absurd))), Err(Refusal::TargetOutside));
+        assert_eq!(bench.board.state(), State::Ready);
+    }
+    let mut bench = Bench::seeking();
+    assert_eq!(bench.send(Command::Target(point([0.4, 0.4, 0.7]))), Err(Refusal::TargetOutside));
+    bench.assert_stopped_by(Fault::TargetOutside);
+}
+
+#[test]
+fn a_motor_at_its_travel_stops_the_board() {
+    let motors = [motor(400.0, 2000, 16 * 20); 3];
+    let mut bench = Bench::configured(Config { motors, ..config() });
+    bench.see(BALL);
+    assert_eq!(bench.send(Command::Target(point(TARGET))), Ok(()));
+    bench.run_seeing(60, BALL);
+    let State::Fault(fault @ Fault::Travel(_)) = bench.board.state() else {
+        panic!("{:?}", bench.board.state())
+    };
+    assert!(bench.board.positions().iter().all(|p| p.abs() <= 16 * 20));
+    bench.assert_stopped_by(fault);
+}
+
+#[test]
+fn an_error_that_keeps_growing_stops_the_board() {
+    let mut bench = Bench::seeking();
+    for step in 0..60 {
+        let away = f64::from(step) * 0.005;
+        bench.run_seeing(1, [BALL[0] + away, BALL[1] - away, BALL[2]]);
+    }
+    assert_eq!(bench.faults(), [Fault::ErrorGrowing]);
+}
+
+#[test]
+fn positions_out_of_order_are_refused_and_numbers_wrap() {
+    let mut bench = Bench::configured(config());
+    let mut position = |sequence| {
+        bench.heard.clear();
+        bench.send(Command::Position(Position { sequence, age_us: 0, ball: Some(point(BALL)) }))
+    };
+    assert_eq!(position(65_530), Ok(()));
+    assert_eq!(position(65_530), Err(Refusal::PositionOutOfOrder));
+    assert_eq!(position(65_529), Err(Refusal::PositionOutOfOrder));
+    assert_eq!(position(3), Ok(()));
+    assert_eq!(position(65_535), Err(Refusal::PositionOutOfOrder));
+}
+
+#[test]
+fn hold_keeps_the_ball_where_it_is() {
+    let mut bench = Bench::configured(config());
+    assert_eq!(bench.send(Command::Hold), Err(Refusal::NoPosition));
+    bench.run_seeing(10, BALL);
+    assert_eq!(bench.send(Command::Hold), Ok(()));
+    bench.run_seeing(10, BALL);
+    assert_eq!(bench.board.state(), State::Holding);
+    assert_eq!(bench.board.positions(), [0; 3]);
+}
+
+#[test]
+fn a_jog_turns_one_motor_and_is_bounded() {
+    let mut bench = Bench::configured(config());
+    let jog = |motor, steps: i32, rate| {
+        Command::Jog(Jog { motor, distance: Steps16(16 * steps), rate: Rate(rate) })
+    };
+    assert_eq!(bench.send(jog(3, 10, 256)), Err(Refusal::NoSuchMotor));
+    assert_eq!(bench.send(jog(0, 10, 0)), Err(Refusal::JogRate));
+    assert_eq!(bench.send(jog(0, 10, 401 * 256)), Err(Refusal::JogRate));
+    assert_eq!(bench.send(jog(0, 4001, 256)), Err(Refusal::JogTravel));
+    assert_eq!(bench.send(jog(1, -20, 100 * 256)), Ok(()));
+    bench.run_ms(100);
+    assert_eq!(bench.send(jog(1, 20, 256)), Err(Refusal::Busy(State::Ready)));
+    bench.run_ms(180);
+    assert_eq!(bench.send(Command::Status), Ok(()));
+    bench.run_ms(200);
+    assert_eq!(bench.board.positions(), [0, -16 * 20, 0]);
+    // A long one is stopped by the host's silence.
+    assert_eq!(bench.send(jog(1, 2000, 100 * 256)), Ok(()));
+    bench.run_ms(302);
+    bench.assert_stopped_by(Fault::HostSilent);
+}
+
+#[test]
+fn what_must_not_happen_under_way_is_refused() {
+    let mut bench = Bench::seeking();
+    assert_eq!(bench.send(Command::Configure(config())), Err(Refusal::Busy(State::Seeking)));
+    let jog = Jog { motor: 0, distance: Steps16(16), rate: Rate(256) };
+    assert_eq!(bench.send(Command::Jog(jog)), Err(Refusal::Busy(State::Seeking)));
+    // Also while ramping down after Stop.
+    assert_eq!(bench.send(Command::Stop), Ok(()));
+    assert!(bench.moving());
+    assert_eq!(bench.send(Command::Configure(config())), Err(Refusal::Busy(State::Ready)));
+}
+
+#[test]
+fn the_bootloader_waits_for_standstill() {
+    let mut bench = Bench::seeking();
+    assert_eq!(bench.send(Command::Bootloader), Ok(()));
+    let mut out = Outbox::new();
+    for _ in 0..300 {
+        let tick = bench.board.tick(Micros(bench.now), &mut out);
+        bench.now += u64::from(TICK_US);
+        assert_eq!(tick.bootloader, !bench.moving());
+        if tick.bootloader {
+            return;
+        }
+    }
+    panic!("the board never comes to rest");
+}
+
+#[test]
+fn every_absurd_configuration_is_refused_by_its_part() {
+    let mut cases: Vec<(ConfigField, Config)> = Vec::new();
+    let mut case = |field, change: &dyn Fn(&mut Config)| {
+        let mut config = config();
+        change(&mut config);
+        cases.push((field, config));
+    };
+    fn law(c: &mut Config) -> &mut plumb_protocol::config::Interval {
+        let plumb_protocol::config::Law::Interval(law) = &mut c.law;
+        law
+    }
+    case(ConfigField::Signs, &|c| law(c).signs[1][1] = 2);
+    case(ConfigField::Signs, &|c| law(c).signs = [[1, 0, 1]; 3]);
+    case(ConfigField::Bounds, &|c| law(c).alpha[2][0].0 = 0);
+    case(ConfigField::Bounds, &|c| law(c).alpha[0][1].0 = 40_000);
+    case(ConfigField::Bounds, &|c| law(c).beta[0][1].0 = u32::MAX);
+    case(ConfigField::Gain, &|c| law(c).gain.0 = 0);
+    case(ConfigField::Gain, &|c| law(c).gain.0 = u32::MAX);
+    case(ConfigField::MaxRate, &|c| c.motors[1].max_rate = Rate(0));
+    case(ConfigField::MaxRate, &|c| c.motors[1].max_rate = Rate(-5));
+    case(ConfigField::MaxRate, &|c| c.motors[2].max_rate = Rate(i32::MAX));
+    case(ConfigField::MaxAcceleration, &|c| c.motors[0].max_acceleration.0 = 7);
+    case(ConfigField::MaxAcceleration, &|c| c.motors[0].max_acceleration.0 = u32::MAX);
+    case(ConfigField::Travel, &|c| c.motors[0].travel_min = Steps16(1));
+    case(ConfigField::Travel, &|c| c.motors[0].travel_max = Steps16(i32::MAX));
+    case(ConfigField::Microsteps, &|c| c.microsteps = 3);
+    case(ConfigField::Microsteps, &|c| c.microsteps = 0);
+    case(ConfigField::Workspace, &|c| c.workspace.min = c.workspace.max);
+    case(ConfigField::Workspace, &|c| c.workspace.max.0[2] = Micrometres(i32::MAX));
+    case(ConfigField::Workspace, &|c| c.workspace.min.0[0] = Micrometres(i32::MIN));
+    case(ConfigField::Reached, &|c| c.reached.radius = Micrometres(0));
+    case(ConfigField::Reached, &|c| c.reached.frames = 0);
+    case(ConfigField::Deadlines, &|c| c.deadlines.host.0 = 0);
+    case(ConfigField::Deadlines, &|c| c.deadlines.position.0 = u16::MAX);
+    case(ConfigField::Deadlines, &|c| c.deadlines.max_age.0 = 0);
+    case(ConfigField::Growth, &|c| c.growth.margin = Micrometres(-1));
+    case(ConfigField::Growth, &|c| c.growth.time.0 = 0);
+    let mut bench = Bench::greeted();
+    for (field, config) in cases {
+        assert_eq!(bench.send(Command::Configure(config)), Err(Refusal::Config(field)), "{config:?}");
+        assert_eq!(bench.board.state(), State::Unconfigured);
+    }
+}
+
+#[test]
+fn torn_and_unknown_frames_are_counted_and_an_unknown_command_is_answered() {
+    let mut bench = Bench::seeking();
+    let mut out = Outbox::new();
+    bench.board.receive(Micros(bench.now), &[9, 1, 0, 3, 2, 0], &mut out);
+    assert!(out.bytes().is_empty());
+    let unknown = encode(&(3u16, 99u8)).unwrap();
+    bench.board.receive(Micros(bench.now), &unknown, &mut bench.out);
+    bench.collect();
+    assert_eq!(
+        bench.heard.last(),
+        Some(&FromBoard::Answer(Answer { id: 0, refusal: Some(Refusal::Malformed) }))
+    );
+    let _ = bench.send(Command::Status);
+    let telemetry = bench.heard.iter().rev().find_map(|m| match m {
+        FromBoard::Telemetry(telemetry) => Some(*telemetry),
+        _ => None,
+    });
+    assert_eq!(telemetry.unwrap().bad_frames, 3);
+}
+
+#[test]
+fn a_host_that_does_not_listen_does_not_hold_the_board_up() {
+    let mut bench = Bench::seeking();
+    let mut unread = Outbox::new();
+    for _ in 0..100 {
+        let frame = encode(&ToBoard { id: 1, command: Command::Status }).unwrap();
+        bench.board.receive(Micros(bench.now), &frame, &mut unread);
+    }
+    assert!(unread.dropped() > 0);
+    bench.run_seeing(10, BALL);
+    assert_eq!(bench.board.state(), State::Seeking);
+}
