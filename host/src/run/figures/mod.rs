@@ -26,7 +26,10 @@ const START: RGBColor = RGBColor(40, 140, 70);
 const INK: RGBColor = RGBColor(50, 50, 55);
 const FAINT: RGBColor = RGBColor(218, 220, 224);
 
-/// What of a row is drawn.
+/// Nothing that is farther away than this, metres, is drawn: it would leave nothing to be seen of the rest.
+const FARTHEST_M: f64 = 100.0;
+
+/// What of a row is drawn: what is a number and not absurd.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Sample {
     frame: f64,
@@ -37,12 +40,13 @@ pub(super) struct Sample {
 
 impl From<&Row> for Sample {
     fn from(row: &Row) -> Self {
-        let finite = |p: &Point3<f64>| p.iter().all(|c| c.is_finite());
+        let near = |c: &f64| c.abs() <= FARTHEST_M;
+        let shown = |p: &Point3<f64>| p.iter().all(near);
         Self {
             frame: row.frame as f64,
-            position: row.position.filter(finite),
-            target: row.target.filter(finite),
-            error_m: row.error_m.filter(|e| e.is_finite()),
+            position: row.position.filter(shown),
+            target: row.target.filter(shown),
+            error_m: row.error_m.filter(near),
         }
     }
 }

@@ -5,8 +5,8 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use super::{
-    DrawError, FAINT, FONT, INK, MEASURED, Sample, Scene, TARGET, round_step, shown_at_half_size, span,
-    stretches, stroke,
+    DrawError, FAINT, FARTHEST_M, FONT, INK, MEASURED, Sample, Scene, TARGET, round_step, shown_at_half_size,
+    span, stretches, stroke,
 };
 
 const SIZE: (u32, u32) = (2000, 1960);
@@ -59,13 +59,15 @@ fn panels(samples: &[Sample], scene: &Scene, frames: &std::ops::Range<f64>) -> [
         Panel { name, measured, wanted, range, digits }
     };
     let error = thinned(samples, |s| s.error_m.map(|e| e * 1000.0));
-    let threshold = scene.threshold_m * 1000.0;
+    // A threshold that is not a number is drawn at zero.
+    let threshold_m = Some(scene.threshold_m).filter(|t| !t.is_nan()).unwrap_or_default();
+    let threshold = threshold_m.clamp(0.0, FARTHEST_M) * 1000.0;
     let (_, greatest) = span(error.iter().flatten().map(|(_, e)| *e)).unwrap_or((0.0, threshold));
     let error = Panel {
         name: "|e| (mm)",
         measured: error,
         wanted: vec![vec![(frames.start, threshold), (frames.end, threshold)]],
-        range: (0.0, 1.08 * greatest.max(2.0 * threshold)),
+        range: (0.0, 1.08 * greatest.max(2.0 * threshold).max(1.0)),
         digits: 0,
     };
     [axis("x (m)", 0), axis("y (m)", 1), axis("z (m)", 2), error]

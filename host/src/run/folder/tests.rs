@@ -130,6 +130,27 @@ fn a_run_that_ended_at_once_can_be_finished() {
 }
 
 #[test]
+fn absurd_numbers_do_not_spoil_the_figures() {
+    let far = |c: f64| Row { position: Some(Point3::new(c, -c, c)), error_m: Some(c), ..row(3) };
+    for threshold_m in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        let parent = tempfile::tempdir().unwrap();
+        let path = parent.path().join("run");
+        let title = "|e| < 10 mm & \"so on\"".into();
+        let mut run = RunFolder::create(&path, Scene { title, threshold_m, ..scene() }).unwrap();
+        let end = Row { frame: u64::MAX, target: Some(Point3::new(f64::MAX, 0.0, 0.0)), ..row(4) };
+        for row in [row(0), row(1), far(f64::MAX), far(1e9), far(f64::NAN), end] {
+            run.record(&row).unwrap();
+        }
+        run.finish(&()).unwrap();
+        let figure = fs::read_to_string(path.join("figure5.svg")).unwrap();
+        assert!(figure.contains("|e| &lt; 10 mm &amp; "), "the title is escaped");
+        assert!(figure.lines().any(|line| line == "0.9"), "the box is that of the rig");
+        let error = fs::read_to_string(path.join("figure4.svg")).unwrap();
+        assert!(error.lines().any(|line| line == "|e| (mm)"));
+    }
+}
+
+#[test]
 fn a_run_is_never_overwritten() {
     let parent = tempfile::tempdir().unwrap();
     let path = parent.path().join("run");
