@@ -159,17 +159,9 @@ mod tests {
         let g = Geometry::paper();
         let err = lowest_point(&g, [0.3, 0.3, 1.0]).unwrap_err();
         assert!(matches!(err, RigError::TooShort { first: 'A', second: 'B', .. }), "{err}");
-        // Each two meet at the middle of an edge, all three nowhere.
-        let [a, b, c] = *g.motors();
-        let half = |p: Point3<f64>, q: Point3<f64>| 0.502 * (p - q).norm();
-        let (ab, bc, ca) = (half(a, b), half(b, c), half(c, a));
-        let err = lowest_point(&g, [ab.min(ca), ab.min(bc), bc.max(ca)]).unwrap_err();
-        assert!(matches!(err, RigError::TooShortTogether { .. } | RigError::TooShort { .. }), "{err}");
-        let three = lowest_point(&g, [0.46, 0.32, 0.45]).unwrap_err();
-        assert!(
-            matches!(three, RigError::TooShort { second: 'C', .. } | RigError::TooShort { first: 'C', .. }),
-            "{three}"
-        );
+        // The edges are 0.61, 0.88 and 0.93 m: each two meet, but C does not reach where A and B do.
+        let lengths_m = [0.33, 0.29, 0.61];
+        assert_eq!(lowest_point(&g, lengths_m), Err(RigError::TooShortTogether { lengths_m }));
         assert!(matches!(lowest_point(&g, [0.5, -0.1, 1.0]), Err(RigError::NoCable { motor: 'B', .. })));
         assert!(matches!(lowest_point(&g, [0.5, f64::NAN, 1.0]), Err(RigError::OutOfRange { .. })));
     }
