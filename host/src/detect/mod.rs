@@ -4,6 +4,12 @@ use thiserror::Error;
 
 use crate::frame::RgbdFrame;
 
+pub mod ball;
+mod judge;
+mod outline;
+mod propose;
+pub mod red;
+
 /// The ball as it is seen in a picture.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Detection {

@@ -1,0 +1,153 @@
+//! The default detector: colour proposes, shape and size against depth decide.
+//!
+//! 1. Red blobs of all the sizes that a ball can have are looked for in a coarse picture ([`propose`]). Where there is
+//!    depth, a ball has one size only, and blobs of another are passed over.
+//! 2. Around each of the best the outline is fitted at full size ([`outline`](super::outline)).
+//! 3. Each outline is judged by how much of it is seen, how much of it is red, its size against depth, and what is behind it
+//!    ([`judge`](super::judge)). The best one is the ball if it is good enough; otherwise there is none.
+
+use opencv::core::MatTraitConst;
+
+use super::judge::{Judge, detection, radius_at};
+use super::outline::{Disc, Outline, Picture};
+use super::propose::{Proposal, propose};
+use super::{DetectError, Detection, Detector};
+use crate::camera::Camera;
+use crate::frame::RgbdFrame;
+
+/// Distances at which the ball is looked for, metres.
+const DISTANCES: (f64, f64) = (0.25, 2.5);
+/// The score from which on it is a ball.
+const THRESHOLD: f64 = 0.3;
+/// Places that are looked at closely: with a depth that fits, and without depth.
+const LOOKED_AT: (usize, usize) = (24, 8);
+/// Where the surroundings of a blob are looked at, in a ball's radius: the blob need not be its middle.
+const AROUND: f64 = 1.7;
+/// A blob's size may be off by this factor: the steps between sizes, and blobs that are partly covered.
+const SIZE_FACTOR: f64 = 2.0;
+
+/// Finds a red ball of known size, sub-pixel, at any distance from 0.25 to 2.5 m; says that there is none where no
+/// red thing is round and of the right size. Its score is 0 to 1; 0.3 and more is a ball. A ball without depth scores
+/// 0.7 at most.
+#[derive(Debug, Clone)]
+pub struct Ball {
+    ball_radius: f64,
+    threshold: f64,
+}
+
+impl Ball {
+    /// For a ball of `ball_diameter` metres.
+    pub fn new(ball_diameter: f64) -> Self {
+        Self { ball_radius: ball_diameter / 2.0, threshold: THRESHOLD }
+    }
+
+    /// For the camera's ball.
+    pub fn for_camera(camera: &Camera) -> Self {
+        Self::new(camera.ball_diameter)
+    }
+
+    /// The same with another score from which on it is a ball (the default is 0.3).
+    pub fn with_threshold(self, threshold: f64) -> Self {
+        Self { threshold, ..self }
+    }
+
+    /// The best outline of all and its score.
+    fn best(&self, frame: &RgbdFrame) -> Result<Option<(Outline, f64)>, DetectError> {
+        let picture = Picture::new(frame.colour(), frame.intrinsics())?;
+        let judge = Judge { picture: &picture, frame, ball_radius: self.ball_radius };
+        let mut best: Option<(Outline, f64)> = None;
+        for start in self.starts(frame)? {
+            let Some(outline) = picture.fit(start.disc, !start.sized) else { continue };
+            let score = judge.score(&outline);
+            // Of equal ones the more promising blob's.
+            if best.is_none_or(|b| score > b.1) {
+                best = Some((outline, score));
+            }
+        }
+        Ok(best.map(|(outline, score)| (judge.uncovered(&outline).unwrap_or(outline), score)))
+    }
+
+    /// The places to look at closely.
+    fn starts(&self, frame: &RgbdFrame) -> Result<Vec<Start>, DetectError> {
+        let radius = |z: f64| radius_at(frame.intrinsics(), self.ball_radius, z);
+        let mut starts: Vec<Start> = Vec::new();
+        let (mut sized, mut unsized_) = LOOKED_AT;
+        for proposal in propose(frame.colour(), (radius(DISTANCES.1), radius(DISTANCES.0)))? {
+            let Some(start) = self.start(&proposal, frame) else { continue };
+            let left = if start.sized { &mut sized } else { &mut unsized_ };
+            if *left > 0 && !starts.iter().any(|s| s.same_as(&start)) && !self.is_attached(&start, frame) {
+                *left -= 1;
+                starts.push(start);
+            }
+        }
+        Ok(starts)
+    }
+
+    /// Whether what is around a start is mostly as near as itself: a part of something larger.
+    fn is_attached(&self, start: &Start, frame: &RgbdFrame) -> bool {
+        let Some(z) = start.surface else { return false };
+        let near = |i: u32| {
+            let (sin, cos) = (std::f64::consts::TAU * f64::from(i) / 16.0).sin_cos();
+            let reach = AROUND * start.disc.radius;
+            let (u, v) = (start.disc.u + reach * cos, start.disc.v + reach * sin);
+            let outside = frame.depth_at(u.round() as i32, v.round() as i32);
+            outside.is_some_and(|o| (o - z).abs() < self.ball_radius)
+        };
+        (0..16).filter(|&i| near(i)).count() > 8
+    }
+
+    /// Where to look closely for what is proposed; `None` where depth says that a ball would be of another size.
+    fn start(&self, proposal: &Proposal, frame: &RgbdFrame) -> Option<Start> {
+        let disc = proposal.disc;
+        let Some(z) = depth_about(&disc, frame) else { return Some(Start { disc, sized: false, surface: None }) };
+        let radius = radius_at(frame.intrinsics(), self.ball_radius, z + self.ball_radius);
+        let factor = (radius / disc.radius).max(disc.radius / radius);
+        (factor < SIZE_FACTOR).then_some(Start { disc: Disc { radius, ..disc }, sized: true, surface: Some(z) })
+    }
+}
+
+/// Where an outline is looked for.
+#[derive(Debug, Clone, Copy)]
+struct Start {
+    disc: Disc,
+    /// Whether its radius is known from depth.
+    sized: bool,
+    surface: Option<f64>,
+}
+
+impl Start {
+    /// Whether both would lead to one outline.
+    fn same_as(&self, other: &Start) -> bool {
+        let (a, b) = (&self.disc, &other.disc);
+        let (small, large) = (a.radius.min(b.radius), a.radius.max(b.radius));
+        (a.u - b.u).hypot(a.v - b.v) < 0.4 * small && large < 1.5 * small
+    }
+}
+
+/// The median depth, metres, of nine pixels about the middle of `disc`; `None` where fewer than four have depth.
+fn depth_about(disc: &Disc, frame: &RgbdFrame) -> Option<f64> {
+    let mut depths = [0.0; 9];
+    let mut n = 0;
+    for i in 0..9 {
+        let off = |k: i32| f64::from(k - 1) * 0.4 * disc.radius;
+        let (u, v) = (disc.u + off(i % 3), disc.v + off(i / 3));
+        if let Some(z) = frame.depth_at(u.round() as i32, v.round() as i32) {
+            depths[n] = z;
+            n += 1;
+        }
+    }
+    depths[..n].sort_by(f64::total_cmp);
+    (n >= 4).then(|| depths[n / 2])
+}
+
+impl Detector for Ball {
+    fn name(&self) -> &'static str {
+        "ball"
+    }
+
+    fn detect(&mut self, frame: &RgbdFrame) -> Result<Option<Detection>, DetectError> {
+        debug_assert!(frame.colour().is_continuous());
+        let best = self.best(frame)?.filter(|(_, score)| *score >= self.threshold);
+        Ok(best.map(|(outline, score)| detection(&outline, score)))
+    }
+}

@@ -1,0 +1,143 @@
+//! Where a ball might be: red blobs of any size that a ball can have, in a picture of a quarter of the size.
+
+use opencv::core::{Mat, MatTraitConst, MatTraitConstManual, Size, Vec3b};
+use opencv::imgproc::{INTER_AREA, resize};
+
+use super::DetectError;
+use super::outline::{Disc, redness};
+
+/// Pixels of the full picture in a pixel of the coarse one.
+const SHRINK: f64 = 4.0;
+/// From one radius that is looked for to the next.
+const SCALE_STEP: f64 = 1.4;
+/// The smallest radius that is looked for, coarse pixels.
+const MIN_RADIUS: f64 = 1.5;
+/// Half sizes, as parts of the radius, of three squares about a place: within the disc, around it, and around that.
+const SQUARES: [f64; 3] = [0.62, 1.15, 1.8];
+/// Redness in the middle over that around it, at least; less is noise.
+const MIN_DIFFERENCE: f32 = 0.02;
+/// The response divides the difference by the redness there is, so that dim balls beside bright red things are not
+/// passed over; this keeps it from dividing noise by nothing.
+const DARK: f32 = 0.1;
+/// Fixed point of the summed redness: 2^20 pixels of it fit 30 bits.
+const ONE: f32 = 1024.0;
+
+/// A place where a ball might be, in pixels of the full picture.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Proposal {
+    /// Where, and how large.
+    pub(super) disc: Disc,
+    /// How much redder the middle is than what is around it, relative to both: 0 to 1.
+    pub(super) response: f32,
+}
+
+/// All places for a ball of a radius within `radii` (pixels), the most promising first.
+pub(super) fn propose(colour: &Mat, radii: (f64, f64)) -> Result<Vec<Proposal>, DetectError> {
+    let sums = Sums::of(colour, radii.1)?;
+    let mut all = Vec::new();
+    let mut radius = (radii.0 / SHRINK).max(MIN_RADIUS);
+    while radius < radii.1 / SHRINK * SCALE_STEP.sqrt() {
+        sums.peaks(radius, &mut all);
+        radius *= SCALE_STEP;
+    }
+    all.sort_by(|a, b| b.response.total_cmp(&a.response));
+    Ok(all)
+}
+
+/// Sums of redness over any upright rectangle of the coarse picture, which has a margin without redness around it
+/// so that no rectangle leaves it.
+struct Sums {
+    width: usize,
+    height: usize,
+    margin: usize,
+    /// Corners in a row: width + 2 margin + 1.
+    stride: usize,
+    /// The sum over all that is above and left of a corner.
+    sums: Vec<i32>,
+}
+
+impl Sums {
+    /// Of a picture in which discs of up to `largest` pixels are looked for.
+    fn of(colour: &Mat, largest: f64) -> Result<Self, DetectError> {
+        let coarse = |n: i32| ((f64::from(n) / SHRINK) as i32).max(1);
+        let size = Size::new(coarse(colour.cols()), coarse(colour.rows()));
+        let mut small = Mat::default();
+        resize(colour, &mut small, size, 0.0, 0.0, INTER_AREA)?;
+        let (width, height) = (size.width as usize, size.height as usize);
+        let margin = (largest / SHRINK * SCALE_STEP * SQUARES[2]).ceil() as usize + 1;
+        let stride = width + 2 * margin + 1;
+        let mut sums = vec![0; stride * (height + 2 * margin + 1)];
+        for (y, line) in small.data_typed::<Vec3b>()?.chunks_exact(width).enumerate() {
+            let (above, row) = sums[(margin + y) * stride..].split_at_mut(stride);
+            let mut sum = 0;
+            for ((pixel, corner), above) in line.iter().zip(&mut row[margin + 1..]).zip(&above[margin + 1..]) {
+                sum += (redness(*pixel) * ONE) as i32;
+                *corner = above + sum;
+            }
+            for x in margin + width + 1..stride {
+                row[x] = above[x] + sum;
+            }
+        }
+        for y in margin + height..height + 2 * margin {
+            sums.copy_within(y * stride..(y + 1) * stride, (y + 1) * stride);
+        }
+        Ok(Self { width, height, margin, stride, sums })
+    }
+
+    /// The sums of the squares of half size `half` about every pixel of row `y`.
+    fn squares(&self, y: usize, half: usize) -> impl Iterator<Item = f32> {
+        let row = |dy: usize, dx: usize| {
+            let at = (y + self.margin + dy - half) * self.stride + self.margin + dx - half;
+            self.sums[at..at + self.width].iter()
+        };
+        let side = 2 * half + 1;
+        row(0, 0)
+            .zip(row(0, side))
+            .zip(row(side, 0).zip(row(side, side)))
+            .map(|((a, b), (c, d))| (d - b - c + a) as f32 / ONE)
+    }
+
+    /// How much redder the middle is than what is around it, for discs of `radius` coarse pixels, at every pixel.
+    fn responses(&self, radius: f64) -> Vec<f32> {
+        let [inner, disc, outer] = SQUARES.map(|part| (part * radius).round() as usize);
+        let area = |half: usize| ((2 * half + 1) * (2 * half + 1)) as f32;
+        let (inside, around) = (area(inner).recip(), (area(outer) - area(disc)).recip());
+        let mut map = Vec::with_capacity(self.width * self.height);
+        for y in 0..self.height {
+            let squares = self.squares(y, inner).zip(self.squares(y, disc).zip(self.squares(y, outer)));
+            map.extend(squares.map(|(middle, (gap, all))| {
+                let (middle, rim) = (middle * inside, (all - gap) * around);
+                let difference = middle - rim;
+                let response = difference / (middle + rim + DARK);
+                if difference < MIN_DIFFERENCE { 0.0 } else { response }
+            }));
+        }
+        map
+    }
+
+    /// Adds the local maxima of the response for discs of `radius` coarse pixels.
+    fn peaks(&self, radius: f64, found: &mut Vec<Proposal>) {
+        let map = self.responses(radius);
+        let full = |i: usize| (i as f64 + 0.5) * SHRINK - 0.5;
+        for y in 0..self.height {
+            for x in 0..self.width {
+                let response = map[y * self.width + x];
+                if response > 0.0 && self.is_peak(&map, x, y) {
+                    let disc = Disc { u: full(x), v: full(y), radius: radius * SHRINK };
+                    found.push(Proposal { disc, response });
+                }
+            }
+        }
+    }
+
+    /// Whether no neighbour of (`x`, `y`) is larger (of equal ones the first is taken).
+    fn is_peak(&self, map: &[f32], x: usize, y: usize) -> bool {
+        let here = map[y * self.width + x];
+        (y.saturating_sub(1)..(y + 2).min(self.height)).all(|b| {
+            (x.saturating_sub(1)..(x + 2).min(self.width)).all(|a| {
+                let there = map[b * self.width + a];
+                if (b, a) < (y, x) { there < here } else { there <= here }
+            })
+        })
+    }
+}

@@ -1,0 +1,121 @@
+//! The paper's detector: a difference of Gaussians of the size of the ball, on the red channel.
+//!
+//! Kept to compare with: anything bright of that size (a lamp, a white ball, a window) answers as strongly as the
+//! ball does, and it cannot tell that there is no ball. [`Ball`](super::ball::Ball) is the default.
+
+use opencv::core::{CV_32F, Mat, MatTraitConst, Point, Size, extract_channel, min_max_loc, subtract_def};
+use opencv::imgproc::gaussian_blur_def;
+
+use super::{DetectError, Detection, Detector};
+use crate::camera::Camera;
+use crate::frame::RgbdFrame;
+
+/// Inner and outer standard deviation as parts of the ball's radius: 12 and 19.2 pixels at 20, a ratio of 1.6.
+const SIGMAS: [f64; 2] = [0.6, 0.96];
+/// Grey levels that the difference must reach. A ball of contrast c gives about 0.36 c.
+const THRESHOLD: f64 = 10.0;
+/// Red is the third channel of BGR.
+const RED: i32 = 2;
+
+/// Difference of Gaussians on the red channel, in f32 and at full size (8 bits make plateaus); the largest of its
+/// local maxima is the ball if it is above a threshold. Its place is a whole pixel, its radius the expected one.
+#[derive(Debug)]
+pub struct Red {
+    radius: f64,
+    threshold: f64,
+    red: Mat,
+    wide: [Mat; 2],
+    difference: Mat,
+}
+
+impl Red {
+    /// For balls of about `radius` pixels (at least 1 is taken).
+    pub fn new(radius: f64) -> Self {
+        Self {
+            radius: radius.max(1.0),
+            threshold: THRESHOLD,
+            red: Mat::default(),
+            wide: [Mat::default(), Mat::default()],
+            difference: Mat::default(),
+        }
+    }
+
+    /// For the camera's ball at about `distance` metres.
+    pub fn for_camera(camera: &Camera, distance: f64) -> Self {
+        Self::new(camera.intrinsics.fx * camera.ball_diameter / 2.0 / distance)
+    }
+
+    /// The same with another threshold, grey levels of the difference of Gaussians (the default is 10).
+    pub fn with_threshold(self, threshold: f64) -> Self {
+        Self { threshold, ..self }
+    }
+}
+
+impl Detector for Red {
+    fn name(&self) -> &'static str {
+        "red"
+    }
+
+    fn detect(&mut self, frame: &RgbdFrame) -> Result<Option<Detection>, DetectError> {
+        let mut channel = Mat::default();
+        extract_channel(frame.colour(), &mut channel, RED)?;
+        channel.convert_to_def(&mut self.red, CV_32F)?;
+        for (wide, part) in self.wide.iter_mut().zip(SIGMAS) {
+            gaussian_blur_def(&self.red, wide, Size::default(), part * self.radius)?;
+        }
+        subtract_def(&self.wide[0], &self.wide[1], &mut self.difference)?;
+        let (mut score, mut at) = (0.0, Point::default());
+        // The best local maximum is the global one.
+        let none = Mat::default();
+        min_max_loc(&self.difference, None, Some(&mut score), None, Some(&mut at), &none)?;
+        Ok((score >= self.threshold).then(|| Detection {
+            u: f64::from(at.x),
+            v: f64::from(at.y),
+            radius: self.radius,
+            score,
+        }))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use opencv::core::{CV_8UC3, CV_16UC1, Scalar};
+    use opencv::imgproc::{FILLED, LINE_AA, circle};
+
+    use super::*;
+    use crate::camera::Intrinsics;
+
+    const INTRINSICS: Intrinsics =
+        Intrinsics { fx: 500.0, fy: 500.0, cx: 159.5, cy: 119.5, depth_scale: 1000.0 };
+
+    fn frame(discs: &[(Point, i32, Scalar)]) -> RgbdFrame {
+        let mut colour = Mat::new_rows_cols_with_default(240, 320, CV_8UC3, Scalar::all(60.0)).unwrap();
+        for &(at, radius, bgr) in discs {
+            circle(&mut colour, at, radius, bgr, FILLED, LINE_AA, 0).unwrap();
+        }
+        let depth = Mat::new_rows_cols_with_default(240, 320, CV_16UC1, Scalar::all(0.0)).unwrap();
+        RgbdFrame::new(0.0, colour, depth, INTRINSICS).unwrap()
+    }
+
+    #[test]
+    fn the_disc_of_the_right_size_is_found_and_an_empty_picture_has_none() {
+        let red = Scalar::new(20.0, 20.0, 200.0, 0.0);
+        let discs = [(Point::new(200, 90), 20, red), (Point::new(60, 150), 5, red)];
+        let ball = Red::new(20.0).detect(&frame(&discs)).unwrap().unwrap();
+        assert!((ball.u - 200.0).abs() <= 1.0 && (ball.v - 90.0).abs() <= 1.0, "{ball:?}");
+        assert_eq!(ball.radius, 20.0);
+        // 140 grey levels of contrast.
+        assert!((ball.score - 0.36 * 140.0).abs() < 5.0, "{ball:?}");
+        assert_eq!(Red::new(20.0).detect(&frame(&[])).unwrap(), None);
+    }
+
+    #[test]
+    fn as_the_paper_s_it_takes_a_white_disc_for_the_ball() {
+        let discs = [
+            (Point::new(200, 90), 20, Scalar::new(20.0, 20.0, 200.0, 0.0)),
+            (Point::new(80, 150), 20, Scalar::all(255.0)),
+        ];
+        let ball = Red::new(20.0).detect(&frame(&discs)).unwrap().unwrap();
+        assert!((ball.u - 80.0).abs() <= 1.0, "{ball:?}");
+    }
+}
