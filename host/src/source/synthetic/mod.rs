@@ -148,6 +148,11 @@ impl SyntheticCamera {
         &self.camera
     }
 
+    /// Columns and rows of its pictures.
+    pub fn size(&self) -> (usize, usize) {
+        (self.width, self.height)
+    }
+
     /// A picture of `scene`, taken at `time` (seconds on the caller's clock).
     ///
     /// # Errors

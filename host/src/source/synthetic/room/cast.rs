@@ -28,6 +28,27 @@ struct Pixel {
     arriving: [f32; 3],
 }
 
+/// What the smoothing of light needs of a pixel, small for the sake of the cache.
+#[derive(Clone, Copy)]
+struct Light {
+    surface: usize,
+    normal: [f32; 3],
+    arriving: [f32; 3],
+}
+
+impl Light {
+    fn of(pixel: &Pixel) -> Self {
+        let normal = pixel.hit.at.normal.map(|x| x as f32).into();
+        Self { surface: pixel.hit.surface, normal, arriving: pixel.arriving }
+    }
+
+    /// Whether both are of one surface that does not turn much from one to the other.
+    fn is_like(&self, other: &Self) -> bool {
+        let [a, b] = [&self.normal, &other.normal];
+        self.surface == other.surface && a[0] * b[0] + a[1] * b[1] + a[2] * b[2] > 0.93
+    }
+}
+
 /// What a ray of a room meets.
 #[derive(Clone, Copy)]
 struct Hit {
@@ -72,10 +93,12 @@ impl Room {
             width: size.0,
             height: size.1,
         };
-        let first = stage.rows(|column, row| stage.first(column, row));
-        let arriving = stage.rows(|column, row| stage.smoothed(&first, column, row));
-        let pixels: Vec<Pixel> =
-            first.iter().zip(arriving).map(|(pixel, arriving)| Pixel { arriving, ..*pixel }).collect();
+        let mut pixels = stage.rows(|column, row| stage.first(column, row));
+        let light: Vec<Light> = pixels.iter().map(Light::of).collect();
+        let arriving = stage.rows(|column, row| stage.smoothed(&light, column, row));
+        for (pixel, arriving) in pixels.iter_mut().zip(arriving) {
+            pixel.arriving = arriving;
+        }
         let colour = stage.rows(|column, row| stage.colour(&pixels, column, row));
         View {
             colour: colour.into_iter().flatten().collect(),
@@ -202,17 +225,16 @@ impl Stage<'_> {
     }
 
     /// The light of a pixel from its neighbours on the same surface.
-    fn smoothed(&self, pixels: &[Pixel], column: usize, row: usize) -> [f32; 3] {
+    fn smoothed(&self, light: &[Light], column: usize, row: usize) -> [f32; 3] {
         const REACH: usize = 4;
-        let own = &pixels[row * self.width + column];
+        let own = &light[row * self.width + column];
+        let columns = column.saturating_sub(REACH)..(column + REACH + 1).min(self.width);
         let (mut sum, mut count) = ([0.0; 3], 0.0);
-        for y in (row.saturating_sub(REACH)..(row + REACH + 1).min(self.height)).step_by(2) {
-            for x in (column.saturating_sub(REACH)..(column + REACH + 1).min(self.width)).step_by(2) {
-                let other = &pixels[y * self.width + x];
-                if other.hit.surface == own.hit.surface && other.hit.at.normal.dot(&own.hit.at.normal) > 0.93 {
-                    count += 1.0;
-                    sum = std::array::from_fn(|k| sum[k] + other.arriving[k]);
-                }
+        for y in row.saturating_sub(REACH)..(row + REACH + 1).min(self.height) {
+            let line = &light[y * self.width..(y + 1) * self.width];
+            for other in line[columns.clone()].iter().filter(|other| own.is_like(other)) {
+                count += 1.0;
+                sum = std::array::from_fn(|k| sum[k] + other.arriving[k]);
             }
         }
         sum.map(|x| x / f32::max(count, 1.0))

@@ -1,0 +1,3 @@
+//! Comparisons that can be repeated from a seed.
+
+pub mod vision;

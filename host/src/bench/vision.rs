@@ -1,0 +1,303 @@
+//! `plumb bench vision`: detectors on seeded scenes, and their time against the paper's detector.
+
+mod scenes;
+mod table;
+
+use std::time::Instant;
+
+use opencv::core::{
+    CV_32F, Mat, MatTraitConst, Point, Size, extract_channel, get_num_threads, min_max_loc, set_num_threads,
+    subtract_def,
+};
+use opencv::imgproc::gaussian_blur_def;
+use serde::Serialize;
+use thiserror::Error;
+
+use crate::camera::Camera;
+use crate::detect::{DetectError, Detection, Detector};
+use crate::frame::RgbdFrame;
+use crate::source::synthetic::{SyntheticCamera, SyntheticError};
+use scenes::{Backdrop, KINDS, Kind, Shot, Shots};
+
+/// What is rendered.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct VisionOptions {
+    /// Pictures of each kind of scene; at least 1.
+    pub frames: usize,
+    /// Balls in recorded pictures, where there are any.
+    pub recorded_balls: usize,
+    /// What everything random comes from.
+    pub seed: u64,
+    /// Radius of the ball, pixels, ±15 %.
+    pub radius: f64,
+    /// Columns of the rendered pictures.
+    pub width: u16,
+    /// Rows of the rendered pictures.
+    pub height: u16,
+}
+
+impl Default for VisionOptions {
+    /// 20 pictures a scene at 640x480, balls of about 20 pixels, 60 in recorded pictures.
+    fn default() -> Self {
+        Self { frames: 20, recorded_balls: 60, seed: 1, radius: 20.0, width: 640, height: 480 }
+    }
+}
+
+/// Why there is no comparison.
+#[derive(Debug, Error)]
+pub enum VisionError {
+    /// A scene could not be rendered.
+    #[error("{0}")]
+    Scene(#[from] SyntheticError),
+    /// A detector could not search a picture.
+    #[error("detector {name}, scene \"{scene}\": {error}")]
+    Detect {
+        /// Which detector.
+        name: &'static str,
+        /// In which scene.
+        scene: &'static str,
+        /// What it said.
+        error: DetectError,
+    },
+    /// OpenCV refused an operation.
+    #[error("OpenCV: {0}")]
+    OpenCv(#[from] opencv::Error),
+    /// A number that cannot be.
+    #[error("bench vision: {what} is {value}, but must be {must}")]
+    Value {
+        /// Which number.
+        what: &'static str,
+        /// What it is.
+        value: f64,
+        /// What it may be.
+        must: &'static str,
+    },
+}
+
+/// The comparison.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct VisionReport {
+    /// Always `"vision"`.
+    pub suite: &'static str,
+    /// What everything random came from.
+    pub seed: u64,
+    /// Pictures of each kind of scene.
+    pub frames: usize,
+    /// Median time of the full-size f32 difference of Gaussians on the red channel, one thread, milliseconds.
+    pub reference_ms: f64,
+    /// One for each detector, in the order given.
+    pub detectors: Vec<DetectorReport>,
+}
+
+/// What one detector did.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct DetectorReport {
+    /// Its name.
+    pub name: &'static str,
+    /// Median time for a picture, one thread, milliseconds.
+    pub median_ms: f64,
+    /// That time over `reference_ms`.
+    pub ratio: f64,
+    /// Share of all balls that it hit, 0 to 1.
+    pub hit_rate: f64,
+    /// Detections that were no hit, in all scenes.
+    pub false_alarms: usize,
+    /// Scene by scene.
+    pub scenes: Vec<SceneReport>,
+}
+
+/// What one detector did in one kind of scene.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SceneReport {
+    /// Which.
+    pub scene: &'static str,
+    /// Pictures.
+    pub frames: usize,
+    /// Pictures with a ball.
+    pub balls: usize,
+    /// Detections within half the ball's radius of its centre.
+    pub hits: usize,
+    /// Other detections: elsewhere than the ball, or where there is none.
+    pub false_alarms: usize,
+    /// Median distance of the hits from the ball's projected centre, pixels.
+    pub error_median_px: Option<f64>,
+    /// 95th percentile of that distance, pixels.
+    pub error_p95_px: Option<f64>,
+}
+
+/// Runs `detectors` over the scenes. Of `camera` the intrinsics and the ball count (it stands where the scenes are
+/// built for); `recorded` pictures, if any, are backgrounds of the scenes that need some, else those are left out;
+/// `progress` is told the name of each scene. OpenCV runs on one thread meanwhile.
+///
+/// # Errors
+/// Where a scene could not be rendered (intrinsics that do not fit the pictures) or a detector failed.
+pub fn compare(
+    camera: &Camera,
+    recorded: &[RgbdFrame],
+    detectors: &mut [Box<dyn Detector>],
+    options: &VisionOptions,
+    progress: &mut dyn FnMut(&str),
+) -> Result<VisionReport, VisionError> {
+    check(options)?;
+    let _one = OneThread::new()?;
+    let mut tallies: Vec<Tally> = detectors.iter().map(|_| Tally::default()).collect();
+    let mut reference = Vec::new();
+    let mut known: Vec<(Backdrop, Vec<SyntheticCamera>)> = Vec::new();
+    for (number, kind) in (0..).zip(KINDS) {
+        if kind.backdrop == Backdrop::Recorded && recorded.is_empty() {
+            continue;
+        }
+        progress(kind.name);
+        if !known.iter().any(|(backdrop, _)| *backdrop == kind.backdrop) {
+            known.push((kind.backdrop, scenes::cameras(kind.backdrop, camera, recorded, options)?));
+        }
+        let cameras = known.iter().find(|(backdrop, _)| *backdrop == kind.backdrop);
+        let cameras = cameras.map(|(_, cameras)| cameras.clone()).unwrap_or_default();
+        let seed = options.seed.wrapping_mul(1000).wrapping_add(number);
+        let mut shots = Shots::new(kind, cameras, seed, options.radius);
+        tallies.iter_mut().for_each(Tally::open);
+        for _ in 0..count(&kind, options) {
+            let Some(shot) = shots.next()? else { break };
+            round(&shot, &kind, detectors, &mut tallies, &mut reference)?;
+        }
+        tallies.iter_mut().for_each(|tally| tally.close(kind.name));
+    }
+    let reference_ms = percentile(&mut reference, 0.5).unwrap_or(0.0);
+    let detectors =
+        detectors.iter().zip(tallies).map(|(detector, tally)| tally.report(detector.name(), reference_ms)).collect();
+    Ok(VisionReport { suite: "vision", seed: options.seed, frames: options.frames, reference_ms, detectors })
+}
+
+fn check(options: &VisionOptions) -> Result<(), VisionError> {
+    if options.frames == 0 {
+        return Err(VisionError::Value { what: "the number of frames", value: 0.0, must: "1 or more" });
+    }
+    let room = f64::from(options.width.min(options.height)) / 6.0;
+    if !(options.radius >= 2.0 && options.radius <= room) {
+        let must = "at least 2 pixels and at most a sixth of the picture";
+        return Err(VisionError::Value { what: "the ball's radius", value: options.radius, must });
+    }
+    Ok(())
+}
+
+fn count(kind: &Kind, options: &VisionOptions) -> usize {
+    if kind.backdrop == Backdrop::Recorded && kind.ball { options.recorded_balls } else { options.frames }
+}
+
+/// One picture to the reference and to every detector, each timed.
+fn round(
+    shot: &Shot,
+    kind: &Kind,
+    detectors: &mut [Box<dyn Detector>],
+    tallies: &mut [Tally],
+    reference: &mut Vec<f64>,
+) -> Result<(), VisionError> {
+    let start = Instant::now();
+    red_difference_of_gaussians(&shot.frame)?;
+    reference.push(start.elapsed().as_secs_f64() * 1e3);
+    for (detector, tally) in detectors.iter_mut().zip(tallies) {
+        let start = Instant::now();
+        let found = detector.detect(&shot.frame);
+        tally.times.push(start.elapsed().as_secs_f64() * 1e3);
+        let found =
+            found.map_err(|error| VisionError::Detect { name: detector.name(), scene: kind.name, error })?;
+        tally.note(shot.ball, found);
+    }
+    Ok(())
+}
+
+/// What times are compared with: the paper's map at full size, for a ball of 20 pixels, and its highest point.
+fn red_difference_of_gaussians(frame: &RgbdFrame) -> opencv::Result<Point> {
+    let (mut red, mut wide, mut narrow, mut map) = (Mat::default(), Mat::default(), Mat::default(), Mat::default());
+    extract_channel(frame.colour(), &mut map, 2)?;
+    map.convert_to_def(&mut red, CV_32F)?;
+    gaussian_blur_def(&red, &mut narrow, Size::default(), 12.0)?;
+    gaussian_blur_def(&red, &mut wide, Size::default(), 19.2)?;
+    subtract_def(&narrow, &wide, &mut map)?;
+    let mut place = Point::default();
+    min_max_loc(&map, None, None, None, Some(&mut place), &Mat::default())?;
+    Ok(place)
+}
+
+/// What is counted of one detector.
+#[derive(Debug, Default)]
+struct Tally {
+    times: Vec<f64>,
+    scenes: Vec<SceneReport>,
+    frames: usize,
+    balls: usize,
+    false_alarms: usize,
+    errors: Vec<f64>,
+}
+
+impl Tally {
+    fn open(&mut self) {
+        (self.frames, self.balls, self.false_alarms) = (0, 0, 0);
+        self.errors.clear();
+    }
+
+    fn note(&mut self, ball: Option<[f64; 3]>, found: Option<Detection>) {
+        self.frames += 1;
+        self.balls += usize::from(ball.is_some());
+        let Some(found) = found else { return };
+        let error = ball.map(|[u, v, radius]| ((found.u - u).hypot(found.v - v), radius));
+        match error {
+            Some((error, radius)) if error <= radius / 2.0 => self.errors.push(error),
+            _ => self.false_alarms += 1,
+        }
+    }
+
+    fn close(&mut self, scene: &'static str) {
+        self.scenes.push(SceneReport {
+            scene,
+            frames: self.frames,
+            balls: self.balls,
+            hits: self.errors.len(),
+            false_alarms: self.false_alarms,
+            error_median_px: percentile(&mut self.errors, 0.5),
+            error_p95_px: percentile(&mut self.errors, 0.95),
+        });
+    }
+
+    fn report(mut self, name: &'static str, reference_ms: f64) -> DetectorReport {
+        let median_ms = percentile(&mut self.times, 0.5).unwrap_or(0.0);
+        let sum = |of: fn(&SceneReport) -> usize| self.scenes.iter().map(of).sum::<usize>();
+        let (hits, balls, false_alarms) = (sum(|s| s.hits), sum(|s| s.balls), sum(|s| s.false_alarms));
+        DetectorReport {
+            name,
+            median_ms,
+            ratio: median_ms / reference_ms.max(1e-9),
+            hit_rate: hits as f64 / balls.max(1) as f64,
+            false_alarms,
+            scenes: self.scenes,
+        }
+    }
+}
+
+/// The smallest value that `share` of `values` do not exceed; `None` of no values.
+fn percentile(values: &mut [f64], share: f64) -> Option<f64> {
+    values.sort_by(f64::total_cmp);
+    let index = (share * values.len() as f64).ceil() as usize;
+    values.get(index.saturating_sub(1)).copied()
+}
+
+/// OpenCV on one thread for as long as this lives.
+struct OneThread(i32);
+
+impl OneThread {
+    fn new() -> opencv::Result<Self> {
+        let before = get_num_threads()?;
+        set_num_threads(1)?;
+        Ok(Self(before))
+    }
+}
+
+impl Drop for OneThread {
+    fn drop(&mut self) {
+        // Nothing can be done about a failure here, and nothing depends on it but speed.
+        let _ = set_num_threads(self.0);
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,116 @@
+use super::*;
+use crate::detect::Detection;
+use crate::source::synthetic::paper::paper_camera;
+
+/// Finds nothing, ever.
+struct Blind;
+
+impl Detector for Blind {
+    fn name(&self) -> &'static str {
+        "blind"
+    }
+
+    fn detect(&mut self, _: &RgbdFrame) -> std::result::Result<Option<Detection>, DetectError> {
+        Ok(None)
+    }
+}
+
+/// The middle of what is much redder than green and blue: finds a red ball that is alone.
+struct Redness;
+
+impl Detector for Redness {
+    fn name(&self) -> &'static str {
+        "redness"
+    }
+
+    fn detect(&mut self, frame: &RgbdFrame) -> std::result::Result<Option<Detection>, DetectError> {
+        let (mut count, mut u, mut v) = (0.0, 0.0, 0.0);
+        for row in 0..frame.colour().rows() {
+            for column in 0..frame.colour().cols() {
+                let [b, g, r] = frame.colour().at_2d::<opencv::core::Vec3b>(row, column)?.0.map(f64::from);
+                if r - g.max(b) > 40.0 {
+                    (count, u, v) = (count + 1.0, u + f64::from(column), v + f64::from(row));
+                }
+            }
+        }
+        let radius = f64::sqrt(count / std::f64::consts::PI);
+        Ok((count > 20.0).then(|| Detection { u: u / count, v: v / count, radius, score: count }))
+    }
+}
+
+fn small() -> (Camera, VisionOptions) {
+    let mut camera = paper_camera();
+    let lens = &mut camera.intrinsics;
+    (lens.fx, lens.fy, lens.cx, lens.cy) = (131.0, 131.0, 79.5, 59.5);
+    let options = VisionOptions { frames: 3, radius: 8.0, width: 160, height: 120, seed: 5, ..Default::default() };
+    (camera, options)
+}
+
+fn run(recorded: &[RgbdFrame]) -> VisionReport {
+    let (camera, options) = small();
+    let mut detectors: Vec<Box<dyn Detector>> = vec![Box::new(Blind), Box::new(Redness)];
+    compare(&camera, recorded, &mut detectors, &options, &mut |_| {}).unwrap()
+}
+
+fn scene<'a>(report: &'a VisionReport, detector: usize, name: &str) -> &'a SceneReport {
+    report.detectors[detector].scenes.iter().find(|scene| scene.scene == name).expect(name)
+}
+
+#[test]
+fn hits_and_false_alarms_are_counted_where_they_are() {
+    let report = run(&[]);
+    assert_eq!(report.detectors[0].hit_rate, 0.0);
+    assert_eq!(report.detectors[0].false_alarms, 0);
+    for name in ["clean", "white wall behind", "white ball beside it"] {
+        let clean = scene(&report, 1, name);
+        assert_eq!((clean.frames, clean.balls, clean.hits, clean.false_alarms), (3, 3, 3, 0), "{name}");
+        assert!(clean.error_median_px.unwrap() < 1.0, "{clean:?}");
+    }
+    // Only red: without a ball there is nothing on the grey wall, but the paper is red.
+    assert_eq!(scene(&report, 1, "no ball").false_alarms, 0);
+    let paper = scene(&report, 1, "no ball: red paper");
+    assert_eq!((paper.balls, paper.hits, paper.false_alarms), (0, 0, 3));
+    assert!(report.detectors[0].scenes.iter().all(|scene| !scene.scene.contains("real")));
+}
+
+#[test]
+fn recorded_pictures_get_their_own_number_of_balls() {
+    let (camera, _) = small();
+    let grey = |typ, value| {
+        Mat::new_rows_cols_with_default(120, 160, typ, opencv::core::Scalar::all(value)).unwrap()
+    };
+    let (colour, depth) = (grey(opencv::core::CV_8UC3, 90.0), grey(opencv::core::CV_16UC1, 2000.0));
+    let frame = RgbdFrame::new(0.0, colour, depth, camera.intrinsics).unwrap();
+    let report = run(&[frame]);
+    let real = scene(&report, 1, "real picture");
+    assert_eq!((real.frames, real.hits), (60, 60));
+    assert_eq!(scene(&report, 1, "no ball: real picture").frames, 3);
+}
+
+#[test]
+fn the_same_seed_gives_the_same_counts_and_a_table() {
+    let (a, b) = (run(&[]), run(&[]));
+    assert_eq!(a.detectors[1].scenes, b.detectors[1].scenes);
+    let table = a.to_string();
+    assert!(table.contains("dark cable across") && table.contains("redness"), "{table}");
+    let json = serde_json::to_value(&a).unwrap();
+    assert_eq!(json["detectors"][1]["name"], "redness");
+    assert!(json["detectors"][1]["ratio"].is_number());
+}
+
+#[test]
+fn absurd_options_are_refused() {
+    let (camera, options) = small();
+    for options in [VisionOptions { frames: 0, ..options }, VisionOptions { radius: f64::NAN, ..options }] {
+        let refused = compare(&camera, &[], &mut [], &options, &mut |_| {});
+        assert!(matches!(refused, Err(VisionError::Value { .. })), "{options:?}");
+    }
+}
+
+#[test]
+fn percentiles_are_values_of_the_sample() {
+    let mut values: Vec<f64> = (1..=20).rev().map(f64::from).collect();
+    assert_eq!(percentile(&mut values, 0.5), Some(10.0));
+    assert_eq!(percentile(&mut values, 0.95), Some(19.0));
+    assert_eq!(percentile(&mut [], 0.5), None);
+}
