@@ -4,6 +4,7 @@
 //! camera -> RgbdFrame -> detect -> Detection -> locate -> Position (rig frame) -> link -> board
 //! ```
 
+pub mod bench;
 pub mod camera;
 pub mod detect;
 pub mod frame;
