@@ -2,6 +2,7 @@
 
 mod scenes;
 mod table;
+mod tally;
 
 use std::time::Instant;
 
@@ -14,10 +15,11 @@ use serde::Serialize;
 use thiserror::Error;
 
 use crate::camera::Camera;
-use crate::detect::{DetectError, Detection, Detector};
+use crate::detect::{DetectError, Detector};
 use crate::frame::RgbdFrame;
 use crate::source::synthetic::{SyntheticCamera, SyntheticError};
 use scenes::{Backdrop, KINDS, Kind, Shot, Shots};
+use tally::{Tally, percentile};
 
 /// What is rendered.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -153,8 +155,7 @@ pub fn compare(
         }
         let cameras = known.iter().find(|(backdrop, _)| *backdrop == kind.backdrop);
         let cameras = cameras.map(|(_, cameras)| cameras.clone()).unwrap_or_default();
-        let seed = options.seed.wrapping_mul(1000).wrapping_add(number);
-        let mut shots = Shots::new(kind, cameras, seed, options.radius);
+        let mut shots = Shots::new((number, kind), cameras, recorded, options);
         tallies.iter_mut().for_each(Tally::open);
         for _ in 0..count(&kind, options) {
             let Some(shot) = shots.next()? else { break };
@@ -163,8 +164,11 @@ pub fn compare(
         tallies.iter_mut().for_each(|tally| tally.close(kind.name));
     }
     let reference_ms = percentile(&mut reference, 0.5).unwrap_or(0.0);
-    let detectors =
-        detectors.iter().zip(tallies).map(|(detector, tally)| tally.report(detector.name(), reference_ms)).collect();
+    let detectors = detectors
+        .iter()
+        .zip(tallies)
+        .map(|(detector, tally)| tally.report(detector.name(), reference_ms))
+        .collect();
     Ok(VisionReport { suite: "vision", seed: options.seed, frames: options.frames, reference_ms, detectors })
 }
 
@@ -173,7 +177,7 @@ fn check(options: &VisionOptions) -> Result<(), VisionError> {
         return Err(VisionError::Value { what: "the number of frames", value: 0.0, must: "1 or more" });
     }
     let room = f64::from(options.width.min(options.height)) / 6.0;
-    if !(options.radius >= 2.0 && options.radius <= room) {
+    if !(2.0..=room).contains(&options.radius) {
         let must = "at least 2 pixels and at most a sixth of the picture";
         return Err(VisionError::Value { what: "the ball's radius", value: options.radius, must });
     }
@@ -208,7 +212,8 @@ fn round(
 
 /// What times are compared with: the paper's map at full size, for a ball of 20 pixels, and its highest point.
 fn red_difference_of_gaussians(frame: &RgbdFrame) -> opencv::Result<Point> {
-    let (mut red, mut wide, mut narrow, mut map) = (Mat::default(), Mat::default(), Mat::default(), Mat::default());
+    let (mut red, mut wide, mut narrow, mut map) =
+        (Mat::default(), Mat::default(), Mat::default(), Mat::default());
     extract_channel(frame.colour(), &mut map, 2)?;
     map.convert_to_def(&mut red, CV_32F)?;
     gaussian_blur_def(&red, &mut narrow, Size::default(), 12.0)?;
@@ -217,68 +222,6 @@ fn red_difference_of_gaussians(frame: &RgbdFrame) -> opencv::Result<Point> {
     let mut place = Point::default();
     min_max_loc(&map, None, None, None, Some(&mut place), &Mat::default())?;
     Ok(place)
-}
-
-/// What is counted of one detector.
-#[derive(Debug, Default)]
-struct Tally {
-    times: Vec<f64>,
-    scenes: Vec<SceneReport>,
-    frames: usize,
-    balls: usize,
-    false_alarms: usize,
-    errors: Vec<f64>,
-}
-
-impl Tally {
-    fn open(&mut self) {
-        (self.frames, self.balls, self.false_alarms) = (0, 0, 0);
-        self.errors.clear();
-    }
-
-    fn note(&mut self, ball: Option<[f64; 3]>, found: Option<Detection>) {
-        self.frames += 1;
-        self.balls += usize::from(ball.is_some());
-        let Some(found) = found else { return };
-        let error = ball.map(|[u, v, radius]| ((found.u - u).hypot(found.v - v), radius));
-        match error {
-            Some((error, radius)) if error <= radius / 2.0 => self.errors.push(error),
-            _ => self.false_alarms += 1,
-        }
-    }
-
-    fn close(&mut self, scene: &'static str) {
-        self.scenes.push(SceneReport {
-            scene,
-            frames: self.frames,
-            balls: self.balls,
-            hits: self.errors.len(),
-            false_alarms: self.false_alarms,
-            error_median_px: percentile(&mut self.errors, 0.5),
-            error_p95_px: percentile(&mut self.errors, 0.95),
-        });
-    }
-
-    fn report(mut self, name: &'static str, reference_ms: f64) -> DetectorReport {
-        let median_ms = percentile(&mut self.times, 0.5).unwrap_or(0.0);
-        let sum = |of: fn(&SceneReport) -> usize| self.scenes.iter().map(of).sum::<usize>();
-        let (hits, balls, false_alarms) = (sum(|s| s.hits), sum(|s| s.balls), sum(|s| s.false_alarms));
-        DetectorReport {
-            name,
-            median_ms,
-            ratio: median_ms / reference_ms.max(1e-9),
-            hit_rate: hits as f64 / balls.max(1) as f64,
-            false_alarms,
-            scenes: self.scenes,
-        }
-    }
-}
-
-/// The smallest value that `share` of `values` do not exceed; `None` of no values.
-fn percentile(values: &mut [f64], share: f64) -> Option<f64> {
-    values.sort_by(f64::total_cmp);
-    let index = (share * values.len() as f64).ceil() as usize;
-    values.get(index.saturating_sub(1)).copied()
 }
 
 /// OpenCV on one thread for as long as this lives.

@@ -79,9 +79,11 @@ pub(super) const KINDS: [Kind; 19] = [
 ];
 
 /// Pictures of one kind of scene.
-pub(super) struct Shots {
+pub(super) struct Shots<'a> {
     kind: Kind,
     cameras: Vec<SyntheticCamera>,
+    /// Of the recorded pictures that are backdrops, which the ball must not stand behind.
+    recorded: &'a [RgbdFrame],
     random: ChaCha8Rng,
     radius: f64,
     shot: usize,
@@ -111,7 +113,7 @@ pub(super) fn cameras(
 ) -> Result<Vec<SyntheticCamera>, VisionError> {
     let camera = placed(camera);
     let rendering = Options { width: options.width, height: options.height, ..Options::default() };
-    let grey = Room::bare(Material::from_srgb(158, 154, 146));
+    let grey = Room::bare(Material::from_srgb(104, 102, 97));
     let room = match backdrop {
         Backdrop::GreyWall => grey,
         Backdrop::WhiteWall => Room::bare(Material::from_srgb(250, 249, 246)),
@@ -130,7 +132,11 @@ pub(super) fn cameras(
 }
 
 fn lamp_and_window(room: Room) -> Room {
-    let block = |centre: [f64; 3], half: [f64; 3]| Shape::Block { centre: centre.into(), half: half.into(), yaw: 0.0 };
+    let block = |centre: [f64; 3], half: [f64; 3]| Shape::Block {
+        centre: centre.into(),
+        half: half.into(),
+        yaw: 0.0,
+    };
     let frame = Material::from_srgb(236, 236, 232);
     let pane = Thing::new(block([-2.19, -0.6, 0.5], [0.01, 0.55, 0.6]), Material::from_srgb(228, 238, 255));
     let lamp = Shape::Sphere { centre: Point3::new(0.2, 0.8, 0.35), radius: 0.06 };
@@ -149,10 +155,16 @@ fn red_paper(room: Room) -> Room {
     room.with(Thing::new(sheet, Material::from_srgb(205, 40, 44).matt()))
 }
 
-impl Shots {
-    /// Pictures of `kind` before `cameras`, from `seed`.
-    pub(super) fn new(kind: Kind, cameras: Vec<SyntheticCamera>, seed: u64, radius: f64) -> Self {
-        Self { kind, cameras, random: ChaCha8Rng::seed_from_u64(seed), radius, shot: 0 }
+impl<'a> Shots<'a> {
+    /// Pictures of `kind`, number `number`, before `cameras` (one for each of the `recorded` pictures if it needs such).
+    pub(super) fn new(
+        (number, kind): (u64, Kind),
+        cameras: Vec<SyntheticCamera>,
+        recorded: &'a [RgbdFrame],
+        options: &VisionOptions,
+    ) -> Self {
+        let random = ChaCha8Rng::seed_from_u64(options.seed.wrapping_mul(1000).wrapping_add(number));
+        Self { kind, cameras, recorded, random, radius: options.radius, shot: 0 }
     }
 
     /// The next picture; `None` where there is no backdrop for this kind.
@@ -165,6 +177,7 @@ impl Shots {
         let size = self.cameras[which].size();
         let centre = match self.kind.backdrop {
             Backdrop::Furnished => self.in_workspace(),
+            Backdrop::Recorded => self.in_front(&camera, size, &self.recorded[which]),
             _ => self.in_picture(&camera, size),
         };
         let scene = self.scene(centre, &camera);
@@ -186,6 +199,22 @@ impl Shots {
         let v = self.random.random_range(margin..(size.1 as f64 - margin).max(margin + 1.0));
         let z = camera.intrinsics.fx * camera.ball_diameter / 2.0 / radius;
         camera.pose * camera.intrinsics.deproject(u, v, z)
+    }
+
+    /// A ball where everything that `behind` has depth of is farther away; where no such place is found in some
+    /// tries, one at the last place but so near (and large) that it is.
+    fn in_front(&mut self, camera: &Camera, size: (usize, usize), behind: &RgbdFrame) -> Point3<f64> {
+        let mut brought = Point3::origin();
+        for _ in 0..40 {
+            let centre = self.in_picture(camera, size);
+            let seen = camera.pose.inverse() * centre;
+            let nearest = nearest(camera, &seen, behind);
+            if nearest > seen.z + 0.02 {
+                return centre;
+            }
+            brought = camera.pose * (seen * ((nearest - 0.1) / seen.z).max(0.4));
+        }
+        brought
     }
 
     /// A ball where the paper's rig can bring it.
@@ -240,4 +269,15 @@ impl Shots {
             material: Material::from_srgb(red, green, blue).matt(),
         }
     }
+}
+
+/// The nearest depth that `frame` has where a ball at `seen` (camera axes) covers it, metres.
+fn nearest(camera: &Camera, seen: &Point3<f64>, frame: &RgbdFrame) -> f64 {
+    let Some((u, v)) = camera.intrinsics.project(seen) else { return 0.0 };
+    let reach = (1.2 * camera.intrinsics.fx * camera.ball_diameter / 2.0 / seen.z).ceil() as i32;
+    let around = |x: f64| (x as i32 - reach..=x as i32 + reach).step_by(2);
+    around(v)
+        .flat_map(|row| around(u).map(move |column| (column, row)))
+        .filter_map(|(column, row)| frame.depth_at(column, row))
+        .fold(f64::INFINITY, f64::min)
 }

@@ -42,7 +42,8 @@ fn small() -> (Camera, VisionOptions) {
     let mut camera = paper_camera();
     let lens = &mut camera.intrinsics;
     (lens.fx, lens.fy, lens.cx, lens.cy) = (131.0, 131.0, 79.5, 59.5);
-    let options = VisionOptions { frames: 3, radius: 8.0, width: 160, height: 120, seed: 5, ..Default::default() };
+    let options =
+        VisionOptions { frames: 3, radius: 8.0, width: 160, height: 120, seed: 5, ..Default::default() };
     (camera, options)
 }
 

@@ -70,7 +70,12 @@ impl BallToDraw {
     ///
     /// # Errors
     /// Where OpenCV refused to blur it.
-    pub(super) fn draw(&self, canvas: &mut Canvas<'_>, style: &Style<'_>, random: &mut impl Rng) -> opencv::Result<()> {
+    pub(super) fn draw(
+        &self,
+        canvas: &mut Canvas<'_>,
+        style: &Style<'_>,
+        random: &mut impl Rng,
+    ) -> opencv::Result<()> {
         let lens = style.intrinsics;
         let (Some((u, v)), true) = (lens.project(&self.centre), self.centre.z > 1.2 * self.radius) else {
             return Ok(());
@@ -96,7 +101,7 @@ impl BallToDraw {
                 }
             }
             if let (Some(span), true) = (span, style.holes) {
-                let near = canvas.sensor.from_metres(self.centre.z);
+                let near = canvas.sensor.at_metres(self.centre.z);
                 throw_shadow(canvas, row, span, near, random.random_range(-1.0..1.0));
             }
         }
@@ -115,7 +120,9 @@ impl BallToDraw {
     fn is_lost(&self, sight: &Sight, style: &Style<'_>, chance: f64) -> bool {
         let facing = sight.normal.dot(&sight.to_eye);
         let to_projector = (PROJECTOR + sight.to_eye * sight.z).try_normalize(1e-12).unwrap_or(sight.to_eye);
-        let glare = style.light.highlight(&self.material, &sight.normal, &sight.to_eye)
+        let glare = style
+            .light
+            .highlight(&self.material, &sight.normal, &sight.to_eye)
             .max(0.9 * glint(&self.material, &sight.normal, &sight.to_eye, &to_projector));
         glare > BLINDING + 0.15 * (chance - 0.5) || facing < 0.12 + 0.3 * chance
     }

@@ -23,8 +23,10 @@ impl Canvas<'_> {
     /// `None` where none of them is in the picture.
     pub(super) fn window(&self, u: f64, v: f64, reach: f64) -> Option<[usize; 4]> {
         let clip = |x: f64, size: usize| x.clamp(0.0, size as f64) as usize;
-        let (left, right) = (clip((u - reach).floor(), self.width), clip((u + reach).ceil() + 1.0, self.width));
-        let (top, bottom) = (clip((v - reach).floor(), self.height), clip((v + reach).ceil() + 1.0, self.height));
+        let (left, right) =
+            (clip((u - reach).floor(), self.width), clip((u + reach).ceil() + 1.0, self.width));
+        let (top, bottom) =
+            (clip((v - reach).floor(), self.height), clip((v + reach).ceil() + 1.0, self.height));
         (left < right && top < bottom).then_some([left, right, top, bottom])
     }
 
@@ -43,6 +45,6 @@ impl Canvas<'_> {
 
     /// Sets what the depth sensor meets at pixel `i`: a surface `z` metres along the optical axis, or `None`.
     pub(super) fn set_depth(&mut self, i: usize, z: Option<f64>) {
-        self.disparity[i] = z.map_or(0, |z| self.sensor.from_metres(z));
+        self.disparity[i] = z.map_or(0, |z| self.sensor.at_metres(z));
     }
 }

@@ -54,7 +54,7 @@ impl Default for Light {
             direction: Vector3::new(0.55, -0.45, 0.75),
             key: [0.66, 0.72, 0.76],
             sky: [0.36, 0.34, 0.33],
-            ground: [0.10, 0.12, 0.14],
+            ground: [0.17, 0.20, 0.22],
         }
     }
 }
@@ -122,9 +122,7 @@ impl CameraLight {
         let haze = 0.04 * material.gloss * from_above.max(0.0).powi(3);
         std::array::from_fn(|k| {
             let surroundings = self.sky[k] * from_above + self.ground[k] * (1.0 - from_above);
-            material.colour[k] * arriving[k]
-                + highlight * self.key[k] * 1.6
-                + (rim + haze) * surroundings
+            material.colour[k] * arriving[k] + highlight * self.key[k] * 1.6 + (rim + haze) * surroundings
         })
     }
 }
@@ -174,7 +172,7 @@ mod tests {
         let eye = Vector3::x();
         let lit = light.shade(&ball, &light.direction, &eye, 0.0);
         let dark = light.shade(&ball, &-light.direction, &eye, 0.0);
-        assert!(lit[2] > 3.0 * dark[2], "{lit:?} {dark:?}");
+        assert!(lit[2] > 2.0 * dark[2], "{lit:?} {dark:?}");
         assert!(lit[2] > 5.0 * lit[0], "a red ball is red: {lit:?}");
     }
 }

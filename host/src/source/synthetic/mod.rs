@@ -3,6 +3,7 @@
 //!
 //! The same seed and the same calls give the same pictures, bit for bit.
 
+mod arrange;
 mod ball;
 mod canvas;
 mod light;
@@ -18,7 +19,7 @@ pub use room::{Pattern, Room, Shape, Thing};
 pub use scene::{Ball, Scene, Strand};
 pub use sensor::SensorOptions;
 
-use nalgebra::{Isometry3, Point3, Vector3};
+use nalgebra::Isometry3;
 use opencv::core::{CV_16UC1, Mat, MatTraitConst, MatTraitConstManual, MatTraitManual, Scalar, lut};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -26,11 +27,11 @@ use thiserror::Error;
 
 use crate::camera::Camera;
 use crate::frame::{FrameError, RgbdFrame};
-use ball::{BallToDraw, Style};
+use arrange::{What, items};
+use ball::Style;
 use canvas::Canvas;
 use light::{CameraLight, decode, encode};
 use sensor::{Disparity, Sensor};
-use strand::StrandToDraw;
 
 /// What is behind the ball.
 #[derive(Debug, Clone)]
@@ -76,7 +77,9 @@ pub enum SyntheticError {
         must: &'static str,
     },
     /// The intrinsics are those of a picture of another size.
-    #[error("synthetic camera: its principal point ({cx}, {cy}) is not in a picture of {width}x{height}; give the background's own intrinsics")]
+    #[error(
+        "synthetic camera: its principal point ({cx}, {cy}) is not in a picture of {width}x{height}; give the background's own intrinsics"
+    )]
     Intrinsics {
         /// Principal point, pixels.
         cx: f64,
@@ -119,7 +122,12 @@ impl SyntheticCamera {
     ///
     /// # Errors
     /// Where a number of the camera or the options cannot be, or the intrinsics do not fit the background's size.
-    pub fn new(camera: Camera, background: Background, options: Options, seed: u64) -> Result<Self, SyntheticError> {
+    pub fn new(
+        camera: Camera,
+        background: Background,
+        options: Options,
+        seed: u64,
+    ) -> Result<Self, SyntheticError> {
         let size = match &background {
             Background::Frame(frame) => (frame.colour().cols() as usize, frame.colour().rows() as usize),
             Background::Room(_) => (usize::from(options.width), usize::from(options.height)),
@@ -128,7 +136,9 @@ impl SyntheticCamera {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let sensor = Sensor::new(options.sensor, camera.intrinsics.depth_scale, size, &mut random)?;
         let (colour, disparity, range) = match background {
-            Background::Frame(frame) => (frame.colour().try_clone()?, recorded(&frame, &sensor.disparity)?, None),
+            Background::Frame(frame) => {
+                (frame.colour().try_clone()?, recorded(&frame, &sensor.disparity)?, None)
+            }
             Background::Room(room) => {
                 let view = room.cast(&camera, size);
                 let disparity = view.disparity(&sensor, size.0, &mut random);
@@ -158,7 +168,12 @@ impl SyntheticCamera {
     /// # Errors
     /// Where the time is not finite, the light not positive, or the blur not in 0 to 50 pixels.
     pub fn render(&mut self, time: f64, scene: &Scene) -> Result<RgbdFrame, SyntheticError> {
-        require("the scene's light", scene.light, scene.light > 0.0 && scene.light.is_finite(), "more than 0")?;
+        require(
+            "the scene's light",
+            scene.light,
+            scene.light > 0.0 && scene.light.is_finite(),
+            "more than 0",
+        )?;
         require("the scene's blur", scene.blur, (0.0..=50.0).contains(&scene.blur), "0 to 50 pixels")?;
         let mut colour = exposed(&self.colour, scene.light)?;
         let mut depth = Mat::new_rows_cols_with_default(
@@ -195,70 +210,6 @@ impl SyntheticCamera {
     }
 }
 
-/// Something to draw and how far away it is, metres along the optical axis.
-struct Item {
-    distance: f64,
-    what: What,
-}
-
-enum What {
-    Ball(BallToDraw),
-    Strand(StrandToDraw),
-}
-
-/// Diameter of what turns a cable at a motor, metres.
-const PULLEY: f64 = 0.03;
-/// Diameter and length of the rod that a motor hangs on, metres.
-const ROD: (f64, f64) = (0.016, 1.5);
-
-/// What `scene` consists of in camera axes, the farthest first.
-fn items(scene: &Scene, to_camera: &Isometry3<f64>, diameter: f64) -> Vec<Item> {
-    let ball = |centre: &Point3<f64>, diameter: f64, material: Material| {
-        let centre = to_camera * centre;
-        let ball = BallToDraw { centre, radius: diameter / 2.0, material };
-        Item { distance: centre.z, what: What::Ball(ball) }
-    };
-    let strand = |strand: &Strand| {
-        let (from, to) = (to_camera * strand.from, to_camera * strand.to);
-        let drawn = StrandToDraw { from, to, diameter: strand.diameter, material: strand.material };
-        Item { distance: (from.z + to.z) / 2.0, what: What::Strand(drawn) }
-    };
-    let mut items: Vec<Item> = scene.others.iter().map(|o| ball(&o.centre, o.diameter, o.material)).collect();
-    items.extend(scene.strands.iter().map(strand));
-    items.extend(scene.ball.map(|centre| ball(&centre, diameter, scene.ball_material)));
-    let metal = Material::from_srgb(150, 152, 155).matt();
-    for motor in scene.motors.iter().flatten() {
-        let top = motor + Vector3::new(0.0, 0.0, ROD.1);
-        let rod = strand(&Strand { from: *motor, to: top, diameter: ROD.0, material: metal });
-        let pulley = ball(motor, PULLEY, Material::from_srgb(60, 60, 64));
-        items.push(Item { distance: pulley.distance + 1e-3, ..rod });
-        items.push(pulley);
-        if let Some(centre) = scene.ball {
-            items.push(cable(scene, &centre, motor, diameter, &strand, to_camera));
-        }
-    }
-    items.sort_by(|a, b| b.distance.total_cmp(&a.distance));
-    items
-}
-
-/// The cable from the ball's surface to `motor`: before the ball where it leaves the side one sees, else behind it.
-fn cable(
-    scene: &Scene,
-    centre: &Point3<f64>,
-    motor: &Point3<f64>,
-    diameter: f64,
-    strand: &impl Fn(&Strand) -> Item,
-    to_camera: &Isometry3<f64>,
-) -> Item {
-    let away = (motor - centre).try_normalize(1e-12).unwrap_or_else(Vector3::z);
-    let from = centre + away * (diameter / 2.0);
-    let item =
-        strand(&Strand { from, to: *motor, diameter: scene.cable_diameter, material: scene.cable_material });
-    let (knot, ball) = (to_camera * from, to_camera * centre);
-    let seen = (ball - knot).dot(&knot.coords) > 0.0;
-    Item { distance: if seen { ball.z - 1e-6 } else { ball.z + 1e-6 }, ..item }
-}
-
 /// `colour` with `light` times the light.
 fn exposed(colour: &Mat, light: f64) -> opencv::Result<Mat> {
     if light == 1.0 {
@@ -276,9 +227,9 @@ fn recorded(frame: &RgbdFrame, disparity: &Disparity) -> opencv::Result<Vec<u16>
     let mut values = Vec::with_capacity(frame.depth().total());
     for row in 0..frame.depth().rows() {
         let raw = frame.depth().at_row::<u16>(row)?;
-        values.extend(raw.iter().map(|&raw| {
-            if raw == 0 { 0 } else { disparity.from_metres(f64::from(raw) / scale) }
-        }));
+        values.extend(
+            raw.iter().map(|&raw| if raw == 0 { 0 } else { disparity.at_metres(f64::from(raw) / scale) }),
+        );
     }
     Ok(values)
 }
@@ -308,3 +259,5 @@ fn check(camera: &Camera, options: &Options, (width, height): (usize, usize)) ->
     if inside { Ok(()) } else { Err(SyntheticError::Intrinsics { cx: lens.cx, cy: lens.cy, width, height }) }
 }
 
+#[cfg(test)]
+mod tests;

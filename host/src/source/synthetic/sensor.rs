@@ -81,7 +81,7 @@ impl Disparity {
     }
 
     /// Fine disparity of `z` metres; 0 outside the sensor's reach.
-    pub(super) fn from_metres(&self, z: f64) -> u16 {
+    pub(super) fn at_metres(&self, z: f64) -> u16 {
         if z >= self.nearest && z <= self.farthest { (self.constant / z).round() as u16 } else { 0 }
     }
 
@@ -95,7 +95,9 @@ impl Disparity {
         let rows = disparity.chunks_exact(width).zip(depth.chunks_exact_mut(width));
         for (row, (disparity, depth)) in rows.enumerate() {
             let from = start + row * noise.width;
-            for ((out, &fine), &noise) in depth.iter_mut().zip(disparity).zip(&noise.values[from..from + width]) {
+            for ((out, &fine), &noise) in
+                depth.iter_mut().zip(disparity).zip(&noise.values[from..from + width])
+            {
                 let step = (i32::from(fine) + i32::from(noise) + FINE as i32 / 2) >> 5;
                 let known = fine != 0 && noise != HOLE;
                 *out = if known { self.depths.get(step.max(0) as usize).copied().unwrap_or(0) } else { 0 };

@@ -80,7 +80,8 @@ impl StrandToDraw {
             let to = ((middle + reach).floor() + 1.0).clamp(0.0, across as f64) as usize;
             for minor in from..to {
                 let aside = ((minor as f64 - middle) * squeeze).abs();
-                let i = if line.upright { major * canvas.width + minor } else { minor * canvas.width + major };
+                let i =
+                    if line.upright { major * canvas.width + minor } else { minor * canvas.width + major };
                 dot(canvas, i, Dot { aside, width, soft, z: 1.0 / inverse }, lit);
             }
         }

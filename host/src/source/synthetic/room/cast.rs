@@ -1,24 +1,13 @@
 //! Casts a room into a picture: a ray a pixel, light with soft shadows, smoothed within each surface, edges anti-aliased.
 
 use nalgebra::{Point3, Vector3};
-use rand::{Rng, RngExt};
 
 use super::pattern::chance;
 use super::shape::{Meeting, Ray, wall};
+use super::view::View;
 use super::{Panel, Pattern, Room, Thing};
 use crate::camera::Camera;
 use crate::source::synthetic::light::{Material, encode, glint};
-use crate::source::synthetic::sensor::{Disparity, Sensor};
-
-/// What a camera sees of a room.
-pub(in crate::source::synthetic) struct View {
-    /// 8-bit blue, green, red, row by row.
-    pub(in crate::source::synthetic) colour: Vec<u8>,
-    /// Along the optical axis, metres.
-    pub(in crate::source::synthetic) range: Vec<f32>,
-    /// Whether a depth sensor can see it.
-    reflects: Vec<bool>,
-}
 
 /// A pixel while the picture is made.
 #[derive(Clone, Copy)]
@@ -139,12 +128,14 @@ impl Stage<'_> {
     /// The things that `ray`, whose direction has the length `length`, may meet before `t` = `end`.
     fn on_the_way(&self, ray: &Ray, length: f64, end: f64) -> impl Iterator<Item = (usize, &Thing)> {
         let (ray, square) = (*ray, length * length);
-        self.room.things.iter().enumerate().zip(&self.bounds).filter_map(move |((k, thing), (centre, radius))| {
-            let to = centre - ray.from;
-            let (along, reach) = (to.dot(&ray.along), radius * length);
-            let near = along > -reach && along - reach < end * square;
-            (near && to.norm_squared() * square - along * along <= reach * reach).then_some((k, thing))
-        })
+        self.room.things.iter().enumerate().zip(&self.bounds).filter_map(
+            move |((k, thing), (centre, radius))| {
+                let to = centre - ray.from;
+                let (along, reach) = (to.dot(&ray.along), radius * length);
+                let near = along > -reach && along - reach < end * square;
+                (near && to.norm_squared() * square - along * along <= reach * reach).then_some((k, thing))
+            },
+        )
     }
 
     fn meet(&self, ray: &Ray) -> Hit {
@@ -288,37 +279,5 @@ impl Stage<'_> {
             (self.width, column.saturating_sub(reach), (column + reach + 1).min(self.width));
         let own = row * width + column;
         rows.flat_map(move |y| (left..right).map(move |x| y * width + x)).filter(move |&i| i != own)
-    }
-}
-
-impl View {
-    /// What a depth sensor makes of it, but for the noise: holes in the projector's shadow, on lamps and windows, and
-    /// here and there at edges.
-    pub(in crate::source::synthetic) fn disparity(
-        &self,
-        sensor: &Sensor,
-        width: usize,
-        random: &mut impl Rng,
-    ) -> Vec<u16> {
-        let mut disparity = Vec::with_capacity(self.range.len());
-        for (range, reflects) in self.range.chunks_exact(width).zip(self.reflects.chunks_exact(width)) {
-            let row: Vec<u16> = range.iter().map(|&z| sensor.disparity.from_metres(f64::from(z))).collect();
-            let ragged: f64 = random.random_range(-1.0..1.0);
-            // Where the projector's light that has passed everything to the right can get to, pixels of its picture.
-            let mut free = f64::INFINITY;
-            let mut lit = vec![true; width];
-            for column in (0..width).rev() {
-                let place = column as f64 - Disparity::shadow(row[column], 0);
-                lit[column] = place <= free + 1.0 + ragged || !sensor.options.holes;
-                free = free.min(place);
-            }
-            for column in 0..width {
-                let next = range[(column + 1).min(width - 1)];
-                let edge = (next - range[column]).abs() > 0.03 * range[column];
-                let lost = !reflects[column] || !lit[column] || (edge && random.random_bool(0.5));
-                disparity.push(if lost && sensor.options.holes { 0 } else { row[column] });
-            }
-        }
-        disparity
     }
 }

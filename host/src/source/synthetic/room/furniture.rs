@@ -42,10 +42,14 @@ fn cylinder(base: [f64; 3], radius: f64, height: f64) -> Shape {
 }
 
 fn bench() -> Vec<Thing> {
-    let leg = |x, y| Thing::new(block([x, y, -0.395], [0.03, 0.03, 0.355], 0.0), Material::from_srgb(70, 72, 76));
+    let leg =
+        |x, y| Thing::new(block([x, y, -0.395], [0.03, 0.03, 0.355], 0.0), Material::from_srgb(70, 72, 76));
     vec![
-        Thing::new(block([0.475, 0.325, -0.02], [0.825, 0.85, 0.02], 0.0), Material::from_srgb(206, 176, 136))
-            .with_pattern(Pattern::Wood),
+        Thing::new(
+            block([0.475, 0.325, -0.02], [0.825, 0.85, 0.02], 0.0),
+            Material::from_srgb(206, 176, 136),
+        )
+        .with_pattern(Pattern::Wood),
         leg(-0.28, -0.45),
         leg(-0.28, 1.1),
     ]
@@ -78,7 +82,10 @@ fn on_the_bench() -> Vec<Thing> {
     let black = Material::from_srgb(34, 35, 38);
     vec![
         Thing::new(block([-0.2, -0.27, 0.25], [0.018, 0.25, 0.165], -0.3), black),
-        Thing::new(block([-0.181, -0.275, 0.255], [0.003, 0.235, 0.145], -0.3), Material::from_srgb(58, 74, 104)),
+        Thing::new(
+            block([-0.181, -0.275, 0.255], [0.003, 0.235, 0.145], -0.3),
+            Material::from_srgb(58, 74, 104),
+        ),
         Thing::new(cylinder([-0.22, -0.27, 0.0], 0.02, 0.1), black),
         Thing::new(cylinder([-0.21, -0.27, 0.0], 0.1, 0.012), black),
         Thing::new(block([0.0, -0.3, 0.01], [0.07, 0.2, 0.01], -0.3), Material::from_srgb(60, 61, 64))
@@ -86,8 +93,11 @@ fn on_the_bench() -> Vec<Thing> {
         Thing::new(cylinder([-0.08, 0.47, 0.0], 0.04, 0.095), Material::from_srgb(44, 92, 150)),
         Thing::new(block([-0.2, 0.22, 0.018], [0.10, 0.14, 0.018], 0.25), Material::from_srgb(60, 110, 70)),
         Thing::new(block([-0.2, 0.22, 0.05], [0.09, 0.12, 0.014], -0.1), Material::from_srgb(222, 214, 196)),
-        Thing::new(block([0.2, -0.05, 0.001], [0.105, 0.148, 0.001], 1.2), Material::from_srgb(244, 244, 240).matt())
-            .with_pattern(Pattern::Mottled),
+        Thing::new(
+            block([0.2, -0.05, 0.001], [0.105, 0.148, 0.001], 1.2),
+            Material::from_srgb(244, 244, 240).matt(),
+        )
+        .with_pattern(Pattern::Mottled),
     ]
 }
 
@@ -115,8 +125,11 @@ fn walls() -> Vec<Thing> {
         Thing::new(block([-2.08, 0.35, 0.45], [0.13, 0.42, 1.2], 0.0), white).with_pattern(Pattern::Mottled),
         Thing::new(block([-2.19, 0.3, -0.69], [0.012, 1.9, 0.06], 0.0), white),
         Thing::new(block([-1.5, 0.9, 1.62], [0.55, 0.07, 0.025], 0.0), white).glowing(1.5),
-        Thing::new(block([-1.948, 0.12, 0.35], [0.002, 0.105, 0.148], 0.0), Material::from_srgb(238, 236, 224).matt())
-            .with_pattern(Pattern::Print([0.05, 0.05, 0.05])),
+        Thing::new(
+            block([-1.948, 0.12, 0.35], [0.002, 0.105, 0.148], 0.0),
+            Material::from_srgb(238, 236, 224).matt(),
+        )
+        .with_pattern(Pattern::Print([0.05, 0.05, 0.05])),
     ]
 }
 
@@ -132,7 +145,8 @@ fn shelf() -> Vec<Thing> {
         things.push(Thing::new(block([-2.02, 1.4, z], [0.17, 0.53, 0.014], 0.0), board));
         if level < 5 {
             let books = block([-2.05, 1.4 - 0.02 * f64::from(level % 3), z + 0.139], [0.12, 0.5, 0.125], 0.0);
-            things.push(Thing::new(books, Material::from_srgb(90, 90, 90).matt()).with_pattern(Pattern::Books));
+            things
+                .push(Thing::new(books, Material::from_srgb(90, 90, 90).matt()).with_pattern(Pattern::Books));
         }
     }
     things
@@ -143,7 +157,8 @@ fn chair() -> Vec<Thing> {
     let steel = Material::from_srgb(110, 112, 116);
     let leg = |x, y, top| Thing::new(cylinder([x, y, -0.75], 0.014, top), steel);
     vec![
-        Thing::new(block([-0.95, 0.62, -0.30], [0.21, 0.21, 0.025], 0.4), cloth).with_pattern(Pattern::Mottled),
+        Thing::new(block([-0.95, 0.62, -0.30], [0.21, 0.21, 0.025], 0.4), cloth)
+            .with_pattern(Pattern::Mottled),
         Thing::new(block([-1.13, 0.53, 0.08], [0.02, 0.2, 0.16], 0.4), cloth).with_pattern(Pattern::Mottled),
         leg(-0.84, 0.86, 0.43),
         leg(-0.70, 0.52, 0.43),
@@ -156,7 +171,8 @@ fn chair() -> Vec<Thing> {
 
 /// In the corner to the left.
 fn plant() -> Vec<Thing> {
-    let pot = Thing::new(cylinder([-1.55, -1.2, -0.75], 0.17, 0.34), Material::from_srgb(176, 104, 78).matt());
+    let pot =
+        Thing::new(cylinder([-1.55, -1.2, -0.75], 0.17, 0.34), Material::from_srgb(176, 104, 78).matt());
     let leaves = (0..16_i64).map(|k| {
         let random = |what| chance(k, what, 40);
         let (sin, cos) = (std::f64::consts::TAU * random(0)).sin_cos();

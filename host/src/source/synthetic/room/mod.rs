@@ -4,6 +4,7 @@ mod cast;
 mod furniture;
 mod pattern;
 mod shape;
+mod view;
 
 pub use pattern::Pattern;
 pub use shape::Shape;
@@ -59,7 +60,7 @@ pub struct Room {
     low: Point3<f64>,
     high: Point3<f64>,
     /// Paint of the walls by axis and side: -x, +x, -y, +y, floor, ceiling.
-    paint: [Material; 6],
+    paint: Vec<Material>,
     floor: Pattern,
     things: Vec<Thing>,
     panels: Vec<Panel>,
@@ -77,7 +78,7 @@ impl Room {
         Self {
             low: Point3::new(-2.2, -1.6, -0.75),
             high: Point3::new(3.0, 2.2, 1.65),
-            paint: [paint.matt(); 6],
+            paint: vec![paint.matt(); 6],
             floor: Pattern::Mottled,
             things: Vec::new(),
             panels: vec![panel],

@@ -88,7 +88,11 @@ fn books(p: &Vector3<f64>) -> [f64; 3] {
     }
     let cover = COVERS[(chance(slot, 7, 3) * 8.999) as usize];
     let title = (p.z - 0.01).abs() < 0.03 && (0.3..0.75).contains(&across) && chance(slot, 9, 4) > 0.4;
-    if title { [0.5, 0.6, 0.6] } else { cover.map(|x| x * (0.7 + 0.5 * (1.0 - (2.0 * across - 1.0).powi(2)))) }
+    if title {
+        [0.5, 0.6, 0.6]
+    } else {
+        cover.map(|x| x * (0.7 + 0.5 * (1.0 - (2.0 * across - 1.0).powi(2))))
+    }
 }
 
 fn print(base: [f64; 3], ink: [f64; 3], p: &Vector3<f64>) -> [f64; 3] {

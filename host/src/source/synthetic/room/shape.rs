@@ -133,8 +133,12 @@ fn cylinder(ray: &Ray, base: &Point3<f64>, radius: f64, height: f64) -> Option<M
     let t = (lid - from.z) / ray.along.z;
     let p = from + ray.along * t;
     let normal = Vector3::z() * -ray.along.z.signum();
-    (t > START && flat(&p).norm_squared() <= radius * radius)
-        .then(|| Meeting { t, normal, local: p - middle, side })
+    (t > START && flat(&p).norm_squared() <= radius * radius).then(|| Meeting {
+        t,
+        normal,
+        local: p - middle,
+        side,
+    })
 }
 
 /// Where `ray`, from inside, meets the wall of the room from `low` to `high`.
@@ -171,8 +175,11 @@ mod tests {
             assert!((meeting.t - 1.0).abs() < 1e-9, "{meeting:?}");
             assert!((meeting.normal - Vector3::x()).norm() < 1e-9, "{meeting:?}");
         }
-        let turned =
-            Shape::Block { centre: Point3::origin(), half: Vector3::new(1.0, 1.0, 1.0), yaw: std::f64::consts::FRAC_PI_4 };
+        let turned = Shape::Block {
+            centre: Point3::origin(),
+            half: Vector3::new(1.0, 1.0, 1.0),
+            yaw: std::f64::consts::FRAC_PI_4,
+        };
         let meeting = turned.meet(&ray).expect("it is in the way");
         assert!((meeting.t - (3.0 - (2.0_f64.sqrt() - 0.1)) / 2.0).abs() < 1e-9, "{meeting:?}");
     }

@@ -1,0 +1,66 @@
+//! Counting what a detector finds.
+
+use super::{DetectorReport, SceneReport};
+use crate::detect::Detection;
+
+/// What is counted of one detector.
+#[derive(Debug, Default)]
+pub(super) struct Tally {
+    pub(super) times: Vec<f64>,
+    scenes: Vec<SceneReport>,
+    frames: usize,
+    balls: usize,
+    false_alarms: usize,
+    errors: Vec<f64>,
+}
+
+impl Tally {
+    pub(super) fn open(&mut self) {
+        (self.frames, self.balls, self.false_alarms) = (0, 0, 0);
+        self.errors.clear();
+    }
+
+    pub(super) fn note(&mut self, ball: Option<[f64; 3]>, found: Option<Detection>) {
+        self.frames += 1;
+        self.balls += usize::from(ball.is_some());
+        let Some(found) = found else { return };
+        let error = ball.map(|[u, v, radius]| ((found.u - u).hypot(found.v - v), radius));
+        match error {
+            Some((error, radius)) if error <= radius / 2.0 => self.errors.push(error),
+            _ => self.false_alarms += 1,
+        }
+    }
+
+    pub(super) fn close(&mut self, scene: &'static str) {
+        self.scenes.push(SceneReport {
+            scene,
+            frames: self.frames,
+            balls: self.balls,
+            hits: self.errors.len(),
+            false_alarms: self.false_alarms,
+            error_median_px: percentile(&mut self.errors, 0.5),
+            error_p95_px: percentile(&mut self.errors, 0.95),
+        });
+    }
+
+    pub(super) fn report(mut self, name: &'static str, reference_ms: f64) -> DetectorReport {
+        let median_ms = percentile(&mut self.times, 0.5).unwrap_or(0.0);
+        let sum = |of: fn(&SceneReport) -> usize| self.scenes.iter().map(of).sum::<usize>();
+        let (hits, balls, false_alarms) = (sum(|s| s.hits), sum(|s| s.balls), sum(|s| s.false_alarms));
+        DetectorReport {
+            name,
+            median_ms,
+            ratio: median_ms / reference_ms.max(1e-9),
+            hit_rate: hits as f64 / balls.max(1) as f64,
+            false_alarms,
+            scenes: self.scenes,
+        }
+    }
+}
+
+/// The smallest value that `share` of `values` do not exceed; `None` of no values.
+pub(super) fn percentile(values: &mut [f64], share: f64) -> Option<f64> {
+    values.sort_by(f64::total_cmp);
+    let index = (share * values.len() as f64).ceil() as usize;
+    values.get(index.saturating_sub(1)).copied()
+}
