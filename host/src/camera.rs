@@ -6,7 +6,7 @@ use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion};
 use serde::Deserialize;
 use thiserror::Error;
 
-use crate::toml_file::{Finite, Positive, TomlFileError, read_toml};
+use crate::toml_file::{Finite, Positive, TomlFileError, parse_toml, read_toml};
 
 /// Pinhole intrinsics of a colour picture and of the depth registered to it, without distortion.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -70,6 +70,15 @@ impl Camera {
     pub fn read(path: &Path) -> Result<Self, TomlFileError> {
         read_toml::<CameraFile>(path).map(Self::from)
     }
+
+    /// The paper's camera, as in `rigs/camera.toml`: at (1.737, 0.286, 0.225) m, looking along -x.
+    ///
+    /// # Errors
+    /// None in a released program: the file is part of it.
+    pub fn paper() -> Result<Self, TomlFileError> {
+        parse_toml::<CameraFile>(Path::new("rigs/camera.toml"), include_str!("../rigs/camera.toml"))
+            .map(Self::from)
+    }
 }
 
 /// The camera file as it is written.
@@ -120,8 +129,7 @@ impl TryFrom<[f64; 4]> for Rotation {
     fn try_from([x, y, z, w]: [f64; 4]) -> Result<Self, NotARotation> {
         let q = Quaternion::new(w, x, y, z);
         let norm = q.norm();
-        // A NaN is refused too.
-        if !((norm - 1.0).abs() <= 0.01) {
+        if norm.is_nan() || (norm - 1.0).abs() > 0.01 {
             return Err(NotARotation(norm));
         }
         Ok(Self(UnitQuaternion::from_quaternion(q)))
@@ -187,28 +195,13 @@ diameter_m = 0.06
     fn mistakes_are_named_with_file_line_and_key() {
         let cases = [
             ("fx = 525.0", "fx = -525.0", "camera.toml:2: ", "intrinsics.fx"),
-            (
-                "depth_scale = 5000",
-                "depth_scale = nan",
-                "camera.toml:6: ",
-                "depth_scale",
-            ),
+            ("depth_scale = 5000", "depth_scale = nan", "camera.toml:6: ", "depth_scale"),
             ("cx = 319.5\n", "", "camera.toml:1: ", "cx"),
             ("cx = 319.5", "cx = 319.5\nk1 = 0.1", "camera.toml:5: ", "k1"),
             ("0.501", "0.6", "camera.toml:9: ", "quaternion"),
             ("[ball]\ndiameter_m = 0.06\n", "", "camera.toml:9: ", "ball"),
-            (
-                "diameter_m = 0.06",
-                "diameter_m = 0",
-                "camera.toml:11: ",
-                "ball.diameter_m",
-            ),
-            (
-                "[1.0, 2.0, 3.0]",
-                "[1.0, 2.0, inf]",
-                "camera.toml:8: ",
-                "translation",
-            ),
+            ("diameter_m = 0.06", "diameter_m = 0", "camera.toml:11: ", "ball.diameter_m"),
+            ("[1.0, 2.0, 3.0]", "[1.0, 2.0, inf]", "camera.toml:8: ", "translation"),
         ];
         for (from, to, place, key) in cases {
             assert!(GOOD.contains(from));

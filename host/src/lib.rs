@@ -7,9 +7,13 @@
 pub mod bench;
 pub mod camera;
 pub mod detect;
+pub mod drive;
 pub mod frame;
+pub mod link;
 pub mod locate;
+pub mod rig;
 pub mod replay;
 pub mod run;
+pub mod session;
 pub mod source;
 pub mod toml_file;

@@ -1,1 +1,49 @@
-fn main() {}
+//! The program `plumb`.
+
+mod commands;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+use commands::Failure;
+
+/// Drives a ball on three cables to a target in space, without a model of the robot.
+///
+/// Exit codes: 0 done, 1 did not reach or found a fault, 2 bad input. What people read goes to standard error.
+#[derive(Parser)]
+#[command(version, max_term_width = 100)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    Demo(commands::demo::Args),
+    Run(commands::run::RunArgs),
+    Goto(commands::run::GotoArgs),
+    Replay(commands::replay::Args),
+    Emulate(commands::emulate::Args),
+    /// Comparisons that anyone can reproduce from a seed
+    #[command(subcommand)]
+    Bench(commands::bench::Command),
+}
+
+fn main() -> ExitCode {
+    let result = match Cli::parse().command {
+        Command::Demo(args) => commands::demo::main(args),
+        Command::Run(args) => commands::run::run(args),
+        Command::Goto(args) => commands::run::goto(args),
+        Command::Replay(args) => commands::replay::main(args),
+        Command::Emulate(args) => commands::emulate::main(args),
+        Command::Bench(command) => commands::bench::main(command),
+    };
+    match result {
+        Ok(code) => code,
+        Err(Failure { code, error }) => {
+            eprintln!("plumb: {error}");
+            ExitCode::from(code)
+        }
+    }
+}

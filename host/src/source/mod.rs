@@ -7,6 +7,7 @@ use thiserror::Error;
 
 use crate::frame::{FrameError, RgbdFrame};
 
+pub mod simulated;
 pub mod synthetic;
 pub mod tum;
 
@@ -56,6 +57,12 @@ pub enum SourceError {
         /// Size of the recording's first picture, pixels.
         first: Size,
     },
+    /// A synthetic picture could not be rendered.
+    #[error(transparent)]
+    Synthetic(#[from] synthetic::SyntheticError),
+    /// The simulated rig cannot follow its motors.
+    #[error("the simulated rig: {0}")]
+    Rig(#[from] plumb_emulator::rig::RigError),
     /// A frame is lost, but it is known when it was taken.
     #[error("the frame at {time:.6} s: {error}")]
     At {
@@ -85,4 +92,19 @@ pub trait Source {
     /// # Errors
     /// Where it could not be had; the source may go on after that with the next one.
     fn next_frame(&mut self) -> Result<Option<RgbdFrame>, SourceError>;
+}
+
+/// A source whose pictures are of now.
+pub trait Live: Source {
+    /// The time on the clock that stamps the pictures, seconds.
+    fn now(&self) -> f64;
+
+    /// Hears where the board says that its motors are (full steps since its start); of use where the rig is
+    /// simulated behind it.
+    ///
+    /// # Errors
+    /// Where the simulated rig cannot follow them.
+    fn board_moved(&mut self, _motors: [f64; 3]) -> Result<(), SourceError> {
+        Ok(())
+    }
 }

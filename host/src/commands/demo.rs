@@ -1,0 +1,153 @@
+//! `plumb demo`: the paper's task, closed loop, without any hardware.
+
+use std::cell::RefCell;
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::rc::Rc;
+
+use clap::Parser;
+use nalgebra::Point3;
+use plumb::camera::Camera;
+use plumb::frame::RgbdFrame;
+use plumb::link::{Memory, Serial, Transport};
+use plumb::rig::Rig;
+use plumb::session::{Place, Session, SessionError, Summary};
+use plumb::source::simulated::{ServedWorld, SimulatedCamera, Timing, VirtualWorld, World};
+use plumb::source::synthetic::{Background, Options, Room, SyntheticCamera};
+use plumb::source::tum::TumFolder;
+use plumb::source::{Live, Source};
+use plumb_emulator::{EmulatedBoard, PICO, serve};
+use serde::Serialize;
+
+use super::show::{Progress, ended};
+use super::{DetectorName, Failure, OrFail, Physics, interrupt_flag};
+
+/// The paper's task, closed loop: rendered pictures, OpenCV, a serial port, an emulated board, a simulated rig
+///
+/// The ball goes from P0 (0.540, 0.220, 0.459) to PT (0.400, 0.400, 0.150) m. The last line of standard output is JSON.
+#[derive(Parser)]
+pub(crate) struct Args {
+    /// In virtual time and memory instead of real time and a pseudo-terminal; the same for the same seed
+    #[arg(long)]
+    memory: bool,
+    /// Render into the first picture of this TUM RGB-D folder instead of a room
+    #[arg(long, value_name = "FOLDER")]
+    background: Option<PathBuf>,
+    /// Seed of the camera's noise
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Gain of the law, 1/s at 0.471 mm of cable a step [default: the paper's, 30]
+    #[arg(long)]
+    gamma: Option<f64>,
+    /// Detector
+    #[arg(long, value_enum, default_value = "ball")]
+    detector: DetectorName,
+    /// How the simulated rig behaves
+    #[arg(long, value_enum, default_value = "quasi-static")]
+    physics: Physics,
+    /// Seconds until it is given up
+    #[arg(long, default_value_t = 120.0)]
+    patience: f64,
+    /// Folder for the run, new or empty [default: the next number under runs/]
+    #[arg(long, value_name = "FOLDER")]
+    out: Option<PathBuf>,
+    /// Print the JSON line (always so for this command)
+    #[arg(long)]
+    json: bool,
+}
+
+/// The JSON line: the run's summary, and what only a simulation knows.
+#[derive(Serialize)]
+struct Line<'a> {
+    #[serde(flatten)]
+    summary: &'a Summary,
+    /// Distance of the simulated ball from its target at the end, millimetres.
+    true_error_mm: f64,
+    seed: u64,
+    time: &'static str,
+}
+
+pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
+    let mut rig = Rig::paper().or_bad_input()?;
+    if let Some(gamma) = args.gamma {
+        rig.law.set_gamma(gamma).or_bad_input()?;
+    }
+    let camera = Camera::paper().or_bad_input()?;
+    let synthetic = synthetic_camera(&args, &camera)?;
+    let Some(simulation) = rig.simulation.clone() else { return Err("the paper's rig is not simulated").or_bad_input() };
+    let motors = *simulation.geometry().or_bad_input()?.motors();
+    let board = EmulatedBoard::with_plant(PICO, args.physics.plant(&simulation).or_bad_input()?);
+    if args.memory {
+        let board = Rc::new(RefCell::new(board));
+        let Some(world) = VirtualWorld::new(Rc::clone(&board)) else { return Err("the board moves no rig").or_failed() };
+        let mut source = SimulatedCamera::new(world, synthetic, motors, Timing::default());
+        run(&args, &rig, &camera, &mut source, Memory::new(board))
+    } else {
+        let served = Rc::new(serve(board).or_failed()?);
+        let port = served.path().to_string_lossy().into_owned();
+        eprintln!("emulated board on {port}");
+        let transport = Serial::open(&port, rig.board.baud).or_failed()?;
+        let Some(world) = ServedWorld::new(served) else { return Err("the board moves no rig").or_failed() };
+        let mut source = SimulatedCamera::new(world, synthetic, motors, Timing::default());
+        run(&args, &rig, &camera, &mut source, transport)
+    }
+}
+
+/// The camera before a recorded picture or a room.
+fn synthetic_camera(args: &Args, camera: &Camera) -> Result<SyntheticCamera, Failure> {
+    let background = match &args.background {
+        None => Background::Room(Room::furnished()),
+        Some(folder) => Background::Frame(first_frame(folder, camera)?),
+    };
+    SyntheticCamera::new(camera.clone(), background, Options::default(), args.seed).or_bad_input()
+}
+
+fn first_frame(folder: &std::path::Path, camera: &Camera) -> Result<RgbdFrame, Failure> {
+    let mut recording = TumFolder::open(folder, camera.intrinsics).or_bad_input()?;
+    let frame = recording.next_frame().or_bad_input()?;
+    frame.ok_or_else(|| format!("{}: no picture in this recording", folder.display())).or_bad_input()
+}
+
+fn run<W: World, T: Transport>(
+    args: &Args,
+    rig: &Rig,
+    camera: &Camera,
+    source: &mut SimulatedCamera<W>,
+    transport: T,
+) -> Result<ExitCode, Failure>
+where
+    SimulatedCamera<W>: Live,
+{
+    let interrupted = interrupt_flag()?;
+    let progress = Progress::new();
+    let mut detector = args.detector.detector(camera);
+    let session = Session {
+        rig,
+        camera,
+        detector: &mut *detector,
+        place: args.out.clone().map_or(Place::Numbered("demo"), Place::Folder),
+        patience: args.patience,
+        interrupted: &interrupted,
+        progress: &mut |row| progress.show(row),
+    };
+    let result = session.run(source, transport);
+    progress.done();
+    let target = rig.targets.last().map_or_else(Point3::origin, |t| Point3::from(t.map(|c| c.get())));
+    let true_error_mm = ((source.world().ball() - target).norm() * 1e6).round() / 1e3;
+    let line = |summary: &Summary| {
+        let time = if args.memory { "virtual" } else { "real" };
+        serde_json::to_string(&Line { summary, true_error_mm, seed: args.seed, time }).or_failed()
+    };
+    match result {
+        Ok((summary, folder)) => {
+            let code = ended(&summary, &folder);
+            println!("{}", line(&summary)?);
+            Ok(code)
+        }
+        Err(SessionError::Broken { error, folder, summary }) => {
+            println!("{}", line(&summary)?);
+            Err(SessionError::Broken { error, folder, summary }).or_failed()
+        }
+        Err(error) => Err(error).or_bad_input(),
+    }
+}

@@ -1,0 +1,89 @@
+//! `plumb emulate`: the emulated board on a pseudo-terminal.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::sync::atomic::Ordering;
+use std::thread;
+use std::time::Duration;
+
+use clap::Parser;
+use plumb::rig::Rig;
+use plumb_emulator::{EmulatedBoard, PICO, serve};
+use serde::Serialize;
+
+use super::{Failure, OrFail, Physics, interrupt_flag};
+
+/// An emulated board on a pseudo-terminal, for anything that speaks the protocol
+///
+/// Prints the terminal's path, tells of every change of state, and runs until it is interrupted.
+#[derive(Parser)]
+pub(crate) struct Args {
+    /// A rig file; the board's motors then move its simulated rig
+    #[arg(long)]
+    rig: Option<PathBuf>,
+    /// How the simulated rig behaves
+    #[arg(long, value_enum, default_value = "quasi-static")]
+    physics: Physics,
+    /// Also make this symbolic link to the terminal, and remove it at the end
+    #[arg(long, value_name = "PATH")]
+    link: Option<PathBuf>,
+    /// End with a line of JSON on standard output
+    #[arg(long)]
+    json: bool,
+}
+
+/// How the board was left.
+#[derive(Serialize)]
+struct Line {
+    state: String,
+    motors: [f64; 3],
+    ball: Option<[f64; 3]>,
+    time_s: f64,
+}
+
+/// Often enough for a person to follow.
+const LOOK: Duration = Duration::from_millis(20);
+
+pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
+    let interrupted = interrupt_flag()?;
+    let board = match &args.rig {
+        None => EmulatedBoard::new(PICO),
+        Some(path) => {
+            let rig = Rig::read(path).or_bad_input()?;
+            let simulation = rig.simulation.ok_or_else(|| format!("{}: no [simulation] table", path.display()));
+            EmulatedBoard::with_plant(PICO, args.physics.plant(&simulation.or_bad_input()?).or_bad_input()?)
+        }
+    };
+    let served = serve(board).or_failed()?;
+    if let Some(link) = &args.link {
+        std::os::unix::fs::symlink(served.path(), link)
+            .map_err(|error| format!("{}: cannot make this link: {error}", link.display()))
+            .or_bad_input()?;
+    }
+    println!("{}", served.path().display());
+    let mut state = None;
+    while !interrupted.load(Ordering::Relaxed) && !served.ended() {
+        let now = served.board().state();
+        if state.replace(now) != Some(now) {
+            eprintln!("{now}");
+        }
+        thread::sleep(LOOK);
+    }
+    if let Some(link) = &args.link {
+        std::fs::remove_file(link).or_failed()?;
+    }
+    let line = {
+        let board = served.board();
+        Line {
+            state: board.state().to_string(),
+            motors: board.motors(),
+            ball: board.ball().map(Into::into),
+            time_s: board.now().0 as f64 * 1e-6,
+        }
+    };
+    if args.json {
+        println!("{}", serde_json::to_string(&line).or_failed()?);
+    }
+    served.stop().or_failed()?;
+    Ok(ExitCode::SUCCESS)
+}

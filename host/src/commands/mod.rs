@@ -1,0 +1,98 @@
+//! The commands: from what a person types to what the library does, and back to what a person or a program reads.
+
+pub(crate) mod bench;
+pub(crate) mod demo;
+pub(crate) mod emulate;
+pub(crate) mod replay;
+pub(crate) mod run;
+mod show;
+
+use std::error::Error;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use clap::ValueEnum;
+use plumb::camera::Camera;
+use plumb::detect::Detector;
+use plumb::detect::ball::Ball;
+use plumb::detect::red::Red;
+use plumb_emulator::rig::{Elastic, ElasticParameters, Plant, QuasiStatic, RigError};
+
+use plumb::rig::Simulation;
+
+/// Exit code for what did not work out.
+pub(crate) const FAILED: u8 = 1;
+/// Exit code for what cannot be, as it was typed or written.
+const BAD_INPUT: u8 = 2;
+
+/// Why a command ends without having done its work.
+pub(crate) struct Failure {
+    pub(crate) code: u8,
+    pub(crate) error: Box<dyn Error>,
+}
+
+/// Says whose fault an error is.
+trait OrFail<T> {
+    /// What was asked for cannot be: exit code 2.
+    fn or_bad_input(self) -> Result<T, Failure>;
+    /// It was tried and did not work out: exit code 1.
+    fn or_failed(self) -> Result<T, Failure>;
+}
+
+impl<T, E: Into<Box<dyn Error>>> OrFail<T> for Result<T, E> {
+    fn or_bad_input(self) -> Result<T, Failure> {
+        self.map_err(|error| Failure { code: BAD_INPUT, error: error.into() })
+    }
+
+    fn or_failed(self) -> Result<T, Failure> {
+        self.map_err(|error| Failure { code: FAILED, error: error.into() })
+    }
+}
+
+/// Which detector looks for the ball.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum DetectorName {
+    /// Colour proposes, shape and size decide
+    Ball,
+    /// The paper's: difference of Gaussians on the red channel
+    Red,
+}
+
+/// How far away the red detector, which knows one size only, takes the ball to be: the demo's middle, metres.
+const RED_DISTANCE_M: f64 = 1.25;
+
+impl DetectorName {
+    fn detector(self, camera: &Camera) -> Box<dyn Detector> {
+        match self {
+            Self::Ball => Box::new(Ball::for_camera(camera)),
+            Self::Red => Box::new(Red::for_camera(camera, RED_DISTANCE_M)),
+        }
+    }
+}
+
+/// How the simulated rig behaves.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Physics {
+    /// Rigid cables, the ball always at rest
+    QuasiStatic,
+    /// A ball of 0.2 kg on cables of 800 N/m
+    Elastic,
+}
+
+impl Physics {
+    fn plant(self, simulation: &Simulation) -> Result<Box<dyn Plant + Send>, RigError> {
+        let (geometry, start) = (simulation.geometry()?, simulation.start());
+        Ok(match self {
+            Self::QuasiStatic => Box::new(QuasiStatic::new(geometry, start)?),
+            Self::Elastic => Box::new(Elastic::new(geometry, ElasticParameters::default(), start)?),
+        })
+    }
+}
+
+/// A flag that Ctrl-C sets, so that the motors are ramped down and the run's folder is finished.
+fn interrupt_flag() -> Result<Arc<AtomicBool>, Failure> {
+    let flag = Arc::new(AtomicBool::new(false));
+    let setter = Arc::clone(&flag);
+    ctrlc::set_handler(move || setter.store(true, Ordering::Relaxed)).or_failed()?;
+    Ok(flag)
+}

@@ -1,0 +1,189 @@
+//! A run: looks, tells the board, and keeps what happened, until the ball is at its target.
+
+use std::fmt;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+use nalgebra::Point3;
+use plumb_protocol::message::{Fault, State, Telemetry};
+use plumb_protocol::units::{Point, Rate, Steps16};
+use thiserror::Error;
+
+use crate::camera::Camera;
+use crate::detect::{DetectError, Detection, Detector};
+use crate::link::{Link, LinkError, Transport};
+use crate::locate::{Located, locate};
+use crate::run::{Row, RunError, RunFolder};
+use crate::source::{Live, SourceError};
+
+/// What a run works with.
+pub struct Rig<'a, S, T> {
+    /// Sees.
+    pub source: &'a mut S,
+    /// Finds the ball.
+    pub detector: &'a mut dyn Detector,
+    /// What the pictures mean.
+    pub camera: &'a Camera,
+    /// The configured board.
+    pub link: &'a mut Link<T>,
+    /// Keeps every frame.
+    pub folder: &'a mut RunFolder,
+    /// Set from outside to end the run.
+    pub interrupted: &'a AtomicBool,
+    /// Hears of every frame.
+    pub progress: &'a mut dyn FnMut(&Row),
+}
+
+/// How far things came.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Tally {
+    /// Pictures so far, over all targets.
+    pub frames: u64,
+    /// Pictures in which the ball was found and located.
+    pub located: u64,
+    /// Pictures that were lost or could not be searched.
+    pub lost: u64,
+    /// |e| of the filtered position as the board last told it, metres.
+    pub error: Option<f64>,
+    /// When the last picture was taken, seconds since the run's start.
+    pub time: f64,
+}
+
+/// How a target ended, where nothing broke.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Ending {
+    /// The board holds the ball there.
+    Reached,
+    /// It took too long.
+    OutOfPatience,
+    /// The board has stopped by itself.
+    Fault(Fault),
+    /// The person at the keyboard ended it.
+    Interrupted,
+    /// The source has no more pictures.
+    EndOfPictures,
+}
+
+impl fmt::Display for Ending {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Reached => f.write_str("reached"),
+            Self::OutOfPatience => f.write_str("not reached in time"),
+            Self::Fault(fault) => write!(f, "the board has stopped by itself: {fault}"),
+            Self::Interrupted => f.write_str("interrupted"),
+            Self::EndOfPictures => f.write_str("no more pictures"),
+        }
+    }
+}
+
+/// What broke a run.
+#[derive(Debug, Error)]
+pub enum DriveError {
+    /// The link to the board.
+    #[error(transparent)]
+    Link(#[from] LinkError),
+    /// The camera.
+    #[error(transparent)]
+    Source(#[from] SourceError),
+    /// The detector, on one picture after the other.
+    #[error(transparent)]
+    Detect(#[from] DetectError),
+    /// The run's folder.
+    #[error(transparent)]
+    Run(#[from] RunError),
+}
+
+/// So many lost pictures in a row mean that the camera is gone.
+const LOST_IN_A_ROW: u32 = 30;
+
+/// Drives the ball to `target` (metres, rig frame) until it is there or `patience` (seconds of the source's clock)
+/// is over. `tally` goes on from what it was, also where an error ends this.
+///
+/// # Errors
+/// Where the link, the camera or the folder fails. The board then stops by itself, since it hears nothing more.
+pub fn drive<S: Live, T: Transport>(
+    rig: &mut Rig<'_, S, T>,
+    target: Point,
+    patience: f64,
+    tally: &mut Tally,
+) -> Result<Ending, DriveError> {
+    rig.link.target(target)?;
+    let (begin, mut lost_in_a_row) = (rig.source.now(), 0);
+    let start = begin - tally.time;
+    loop {
+        if rig.interrupted.load(Ordering::Relaxed) {
+            return Ok(Ending::Interrupted);
+        }
+        let seen = match look(rig) {
+            Ok(Some(seen)) => seen,
+            Ok(None) => return Ok(Ending::EndOfPictures),
+            Err(error @ DriveError::Source(SourceError::Rig(_))) => return Err(error),
+            Err(error) => {
+                tally.lost += 1;
+                lost_in_a_row += 1;
+                if lost_in_a_row >= LOST_IN_A_ROW {
+                    return Err(error);
+                }
+                rig.link.position(None, Duration::ZERO)?;
+                continue;
+            }
+        };
+        lost_in_a_row = 0;
+        let age = Duration::try_from_secs_f64(rig.source.now() - seen.time).unwrap_or_default();
+        let ball = seen.located.and_then(|l| Point::from_metres(l.position.into()));
+        rig.link.position(ball, age)?;
+        rig.link.poll()?;
+        let telemetry = rig.link.telemetry().copied();
+        if let Some(telemetry) = &telemetry {
+            rig.source.board_moved(telemetry.motors.map(Steps16::to_si))?;
+            tally.error = Some(telemetry.filtered_error.to_si());
+        }
+        tally.time = seen.time - start;
+        let row = row(tally, &seen, target, telemetry.as_ref());
+        rig.folder.record(&row)?;
+        (rig.progress)(&row);
+        tally.frames += 1;
+        tally.located += u64::from(ball.is_some());
+        if let Some(fault) = rig.link.fault() {
+            return Ok(Ending::Fault(fault));
+        }
+        if telemetry.is_some_and(|t| t.state == State::Holding) {
+            return Ok(Ending::Reached);
+        }
+        if rig.source.now() - begin > patience {
+            return Ok(Ending::OutOfPatience);
+        }
+    }
+}
+
+/// What one picture shows.
+struct Seen {
+    time: f64,
+    detection: Option<Detection>,
+    located: Option<Located>,
+}
+
+/// Takes the next picture and looks for the ball in it; `None` where there are no more.
+fn look<S: Live, T>(rig: &mut Rig<'_, S, T>) -> Result<Option<Seen>, DriveError> {
+    let Some(frame) = rig.source.next_frame()? else { return Ok(None) };
+    let detection = rig.detector.detect(&frame)?;
+    let located = detection.and_then(|d| locate(&d, &frame, rig.camera));
+    Ok(Some(Seen { time: frame.time(), detection, located }))
+}
+
+/// The frame's row: what was seen, and the board as it was last heard of.
+fn row(tally: &Tally, seen: &Seen, target: Point, telemetry: Option<&Telemetry>) -> Row {
+    let target = Point3::from(target.to_metres());
+    let position = seen.located.map(|l| l.position);
+    Row {
+        frame: tally.frames,
+        t_s: tally.time,
+        detection: seen.detection.map(Into::into),
+        position,
+        target: Some(target),
+        error_m: position.map(|p| (p - target).norm()),
+        board: telemetry.map(|t| t.state.to_string()).unwrap_or_default(),
+        motors_steps: telemetry.map(|t| t.motors.map(Steps16::to_si)),
+        rates_steps_s: telemetry.map(|t| t.rates.map(Rate::to_si)),
+    }
+}

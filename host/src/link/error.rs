@@ -1,0 +1,84 @@
+//! What can go wrong between host and board.
+
+use std::time::Duration;
+
+use plumb_protocol::VERSION;
+use plumb_protocol::message::{Fault, Refusal};
+use thiserror::Error;
+
+/// Why the link to the board failed.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum LinkError {
+    /// No such port.
+    #[error("{port}: there is no such serial port; is the board plugged in? (`ls /dev/ttyACM* /dev/ttyUSB*` lists them)")]
+    Absent {
+        /// Its path.
+        port: String,
+    },
+    /// Another program has it.
+    #[error("{port}: another program uses this serial port; close it first")]
+    Busy {
+        /// Its path.
+        port: String,
+    },
+    /// Not allowed.
+    #[error("{port}: no permission to open this serial port; on Debian: `sudo adduser $USER dialout`, then log in again")]
+    Permission {
+        /// Its path.
+        port: String,
+    },
+    /// It cannot be opened for another reason.
+    #[error("{port}: cannot be opened as a serial port: {error}")]
+    Open {
+        /// Its path.
+        port: String,
+        /// What the operating system said.
+        error: serialport::Error,
+    },
+    /// It was there and is gone.
+    #[error("{port}: the board was unplugged, or its link broke: {error}")]
+    Lost {
+        /// Its path.
+        port: String,
+        /// What the operating system said.
+        error: std::io::Error,
+    },
+    /// Nothing answers.
+    #[error("{port}: no answer to {what} within {waited:?}; is this port a Plumb board?")]
+    Silent {
+        /// Its path.
+        port: String,
+        /// What was asked.
+        what: &'static str,
+        /// How long was waited.
+        waited: Duration,
+    },
+    /// The board speaks another version.
+    #[error(
+        "the board speaks protocol version {board} (schema {schema}), this program version {VERSION}; flash the firmware of this release"
+    )]
+    Version {
+        /// The board's version.
+        board: u16,
+        /// The board's schema, in hexadecimal.
+        schema: String,
+    },
+    /// The board will not do it.
+    #[error("the board refused {what}: {refusal}")]
+    Refused {
+        /// What was asked.
+        what: &'static str,
+        /// Why not.
+        refusal: Refusal,
+    },
+    /// The board has stopped by itself.
+    #[error("the board has stopped by itself: {0}")]
+    Fault(Fault),
+    /// The simulated rig behind an emulated board.
+    #[error("the simulated rig: {0}")]
+    Rig(#[from] plumb_emulator::rig::RigError),
+    /// A message of this program did not fit a frame.
+    #[error(transparent)]
+    TooLong(#[from] plumb_protocol::frame::TooLong),
+}

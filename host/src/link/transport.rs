@@ -1,0 +1,146 @@
+//! The bytes between host and board, over a serial port or in memory.
+
+use std::cell::RefCell;
+use std::io::{ErrorKind, Read, Write};
+use std::rc::Rc;
+use std::time::Duration;
+
+use plumb_emulator::EmulatedBoard;
+use plumb_protocol::units::Micros;
+use serialport::{ClearBuffer, SerialPort, TTYPort};
+
+use super::LinkError;
+
+/// A way for bytes to the board and back.
+pub trait Transport {
+    /// What to call it in an error.
+    fn name(&self) -> String;
+
+    /// Sends all of `bytes`.
+    ///
+    /// # Errors
+    /// Where the link is lost.
+    fn send(&mut self, bytes: &[u8]) -> Result<(), LinkError>;
+
+    /// Appends what has arrived to `bytes`; where nothing has, waits for `wait` at most.
+    ///
+    /// # Errors
+    /// Where the link is lost.
+    fn receive(&mut self, bytes: &mut Vec<u8>, wait: Duration) -> Result<(), LinkError>;
+}
+
+/// A serial port: USB-CDC, a UART or a pseudo-terminal.
+pub struct Serial {
+    name: String,
+    port: TTYPort,
+}
+
+/// A write that takes longer than this means that nobody takes the bytes away.
+const WRITE_PATIENCE: Duration = Duration::from_millis(200);
+
+impl Serial {
+    /// Opens `name` at `baud` (without effect on USB-CDC and pseudo-terminals) for this process alone.
+    ///
+    /// # Errors
+    /// Where it is absent, busy, not allowed or not a serial port.
+    pub fn open(name: &str, baud: u32) -> Result<Self, LinkError> {
+        let port = serialport::new(name, baud)
+            .timeout(WRITE_PATIENCE)
+            .open_native()
+            .map_err(|error| open_error(name, error))?;
+        // What an earlier host left unread is not for this one. DTR is not touched: pseudo-terminals have none.
+        let _ = port.clear(ClearBuffer::All);
+        Ok(Self { name: name.to_owned(), port })
+    }
+
+    fn lost(&self, error: std::io::Error) -> LinkError {
+        LinkError::Lost { port: self.name.clone(), error }
+    }
+}
+
+fn open_error(name: &str, error: serialport::Error) -> LinkError {
+    let port = name.to_owned();
+    match error.kind() {
+        serialport::ErrorKind::Io(ErrorKind::NotFound) => LinkError::Absent { port },
+        serialport::ErrorKind::Io(ErrorKind::PermissionDenied) => LinkError::Permission { port },
+        // What `serialport` calls a port that another program has locked (EBUSY, flock).
+        serialport::ErrorKind::NoDevice => LinkError::Busy { port },
+        _ => LinkError::Open { port, error },
+    }
+}
+
+impl Transport for Serial {
+    fn name(&self) -> String {
+        self.name.clone()
+    }
+
+    fn send(&mut self, bytes: &[u8]) -> Result<(), LinkError> {
+        self.port.write_all(bytes).map_err(|error| self.lost(error))
+    }
+
+    fn receive(&mut self, bytes: &mut Vec<u8>, wait: Duration) -> Result<(), LinkError> {
+        let mut buffer = [0; 1024];
+        let waiting = self.port.bytes_to_read().map_err(|error| self.lost(error.into()))?;
+        if waiting == 0 {
+            if wait.is_zero() {
+                return self.present();
+            }
+            self.port.set_timeout(wait).map_err(|error| self.lost(error.into()))?;
+        }
+        let read = self.port.read(&mut buffer);
+        let restored = self.port.set_timeout(WRITE_PATIENCE);
+        match read {
+            Ok(0) => return Err(self.lost(ErrorKind::UnexpectedEof.into())),
+            Ok(count) => bytes.extend_from_slice(&buffer[..count]),
+            Err(error) if matches!(error.kind(), ErrorKind::TimedOut | ErrorKind::WouldBlock) => {}
+            Err(error) => return Err(self.lost(error)),
+        }
+        restored.map_err(|error| self.lost(error.into()))
+    }
+}
+
+impl Serial {
+    /// Whether the other end is still there; a port that is gone may report nothing to read for ever.
+    fn present(&self) -> Result<(), LinkError> {
+        match std::fs::metadata(&self.name) {
+            Ok(_) => Ok(()),
+            Err(error) => Err(self.lost(error)),
+        }
+    }
+}
+
+/// An emulated board in this process, in virtual time: waiting lets its time pass.
+pub struct Memory {
+    board: Rc<RefCell<EmulatedBoard>>,
+}
+
+impl Memory {
+    /// A link to `board`.
+    pub fn new(board: Rc<RefCell<EmulatedBoard>>) -> Self {
+        Self { board }
+    }
+}
+
+impl Transport for Memory {
+    fn name(&self) -> String {
+        "memory".to_owned()
+    }
+
+    fn send(&mut self, bytes: &[u8]) -> Result<(), LinkError> {
+        self.board.borrow_mut().write(bytes);
+        Ok(())
+    }
+
+    fn receive(&mut self, bytes: &mut Vec<u8>, wait: Duration) -> Result<(), LinkError> {
+        let mut board = self.board.borrow_mut();
+        let mut arrived = board.read();
+        let end = board.now().0 + wait.as_micros() as u64;
+        while arrived.is_empty() && board.now().0 < end {
+            let next = board.now().0 + u64::from(plumb_core::TICK_US);
+            board.run_to(Micros(next))?;
+            arrived = board.read();
+        }
+        bytes.append(&mut arrived);
+        Ok(())
+    }
+}

@@ -1,0 +1,329 @@
+//! Rig files: what a person configures, in SI, and what the board is told of it.
+
+use std::path::{Path, PathBuf};
+
+use nalgebra::Point3;
+use plumb_emulator::rig::{Geometry, RigError};
+use plumb_protocol::config::{
+    Config, Deadlines, Growth, Interval, Law, Motor, Reached, SIGNS, Workspace,
+};
+use plumb_protocol::units::{Acceleration, Bound, Gain, Micrometres, Milliseconds, Point, Rate, Steps16};
+use serde::Deserialize;
+use thiserror::Error;
+
+use crate::toml_file::{Finite, NumberError, Positive, TomlFileError, parse_toml, read_toml};
+
+/// The cable of a step that γ is given for, metres: a pulley of 15 mm and 200 steps a turn. The true one is unknown,
+/// and only makes γ larger or smaller.
+pub const NOMINAL_STEP_M: f64 = 2.0 * std::f64::consts::PI * 0.015 / 200.0;
+
+const PAPER: &str = include_str!("../rigs/paper.toml");
+
+/// A rig file. Lengths in metres, times in seconds, motor positions in full steps.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Rig {
+    /// Where the ball is to go, one after the other.
+    pub targets: Vec<[Finite; 3]>,
+    /// How the board is reached.
+    pub board: BoardPort,
+    /// The control law.
+    pub law: LawSettings,
+    /// The motors' limits.
+    pub motors: Motors,
+    /// Where ball and targets may be.
+    pub workspace: Box3,
+    /// When a target counts as reached.
+    pub reached: ReachedRule,
+    /// When the board stops by itself.
+    pub deadlines: DeadlineSettings,
+    /// When a growing error stops it.
+    pub growth: GrowthRule,
+    /// Which camera looks.
+    pub camera: CameraChoice,
+    /// The rig of an emulation; absent for a real one.
+    pub simulation: Option<Simulation>,
+}
+
+/// The serial port.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BoardPort {
+    /// Its path.
+    pub port: String,
+    /// Its rate, bit/s; without effect on USB-CDC.
+    #[serde(default = "default_baud")]
+    pub baud: u32,
+}
+
+fn default_baud() -> u32 {
+    115_200
+}
+
+/// The law and its parameters.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "lowercase")]
+pub enum LawSettings {
+    /// The paper's law, eqs. (7), (8).
+    Interval {
+        /// γ, 1/s, for a cable of [`NOMINAL_STEP_M`] a step.
+        gamma: Positive,
+        /// α: least |dp/du|, metres of ball a metre of cable.
+        alpha: Positive,
+        /// β: largest |dp/du|.
+        beta: Positive,
+        /// Σ: the signs of dp/du, rows x, y, z, columns A, B, C; (12) where absent.
+        #[serde(default = "default_signs")]
+        signs: [[i8; 3]; 3],
+    },
+}
+
+fn default_signs() -> [[i8; 3]; 3] {
+    SIGNS
+}
+
+impl LawSettings {
+    /// The law's name.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Interval { .. } => "interval",
+        }
+    }
+}
+
+/// What the motors may do.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Motors {
+    /// Highest rate, full steps/s.
+    pub max_rate: Positive,
+    /// Highest acceleration, full steps/s².
+    pub max_acceleration: Positive,
+    /// Microsteps in a full step: 1, 2, 4, 8 or 16.
+    pub microsteps: u8,
+    /// Lowest and highest position, full steps from where the board started.
+    pub travel: [Finite; 2],
+    /// Which of A, B, C turn the wrong way round.
+    #[serde(default)]
+    pub reversed: [bool; 3],
+}
+
+/// A box in the rig frame.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Box3 {
+    /// Corner of smallest coordinates, metres.
+    pub min: [Finite; 3],
+    /// Corner of largest coordinates, metres.
+    pub max: [Finite; 3],
+}
+
+/// See [`plumb_protocol::config::Reached`].
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ReachedRule {
+    /// Distance, metres.
+    pub radius: Positive,
+    /// Pictures in a row.
+    pub frames: u8,
+}
+
+/// See [`plumb_protocol::config::Deadlines`]; seconds.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DeadlineSettings {
+    /// Without a frame from the host.
+    pub host: Positive,
+    /// Without a fresh position.
+    pub position: Positive,
+    /// Oldest picture that is used.
+    pub max_age: Positive,
+}
+
+/// See [`plumb_protocol::config::Growth`].
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct GrowthRule {
+    /// Metres above the least |e|.
+    pub margin: Positive,
+    /// For so long, seconds.
+    pub time: Positive,
+}
+
+/// Which camera looks.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CameraChoice {
+    /// The camera file, relative to the rig file.
+    pub file: PathBuf,
+}
+
+/// A rig that is not there.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Simulation {
+    /// Motor points A, B, C, metres.
+    pub motors: [[Finite; 3]; 3],
+    /// Pulley radii, metres.
+    pub pulley_radii: [Finite; 3],
+    /// Where the ball hangs at first, metres.
+    pub start: [Finite; 3],
+}
+
+impl Simulation {
+    /// The rig's geometry.
+    ///
+    /// # Errors
+    /// Where no rig is like that.
+    pub fn geometry(&self) -> Result<Geometry, RigError> {
+        Geometry::new(self.motors.map(|m| Point3::from(m.map(Finite::get))), self.pulley_radii.map(Finite::get))
+    }
+
+    /// Where the ball hangs at first, metres.
+    pub fn start(&self) -> Point3<f64> {
+        Point3::from(self.start.map(Finite::get))
+    }
+}
+
+/// A value that the chip cannot be told.
+#[derive(Debug, Error, PartialEq)]
+#[error("`{key}` = {value} is out of the board's range")]
+pub struct OutOfRange {
+    /// The key in the rig file.
+    pub key: &'static str,
+    /// Its value.
+    pub value: f64,
+}
+
+impl Rig {
+    /// Reads a rig file. The camera file's path is then relative to where the program runs.
+    ///
+    /// # Errors
+    /// Where it cannot be read or is not a rig file.
+    pub fn read(path: &Path) -> Result<Self, TomlFileError> {
+        let mut rig: Self = read_toml(path)?;
+        if let Some(folder) = path.parent() {
+            rig.camera.file = folder.join(&rig.camera.file);
+        }
+        Ok(rig)
+    }
+
+    /// The paper's rig, as in `rigs/paper.toml`.
+    ///
+    /// # Errors
+    /// None in a released program: the file is part of it.
+    pub fn paper() -> Result<Self, TomlFileError> {
+        parse_toml(Path::new("rigs/paper.toml"), PAPER)
+    }
+
+    /// Replaces the targets by one, metres in the rig frame.
+    ///
+    /// # Errors
+    /// Where a coordinate is not finite.
+    pub fn set_target(&mut self, target: [f64; 3]) -> Result<(), NumberError> {
+        let [x, y, z] = target;
+        self.targets = vec![[x.try_into()?, y.try_into()?, z.try_into()?]];
+        Ok(())
+    }
+
+    /// What the board is told, in its own units.
+    ///
+    /// # Errors
+    /// Names the value that does not fit; the board checks the ranges themselves.
+    pub fn config(&self) -> Result<Config, OutOfRange> {
+        Ok(Config {
+            law: self.law.config()?,
+            motors: [self.motors.config(0)?, self.motors.config(1)?, self.motors.config(2)?],
+            microsteps: self.motors.microsteps,
+            workspace: Workspace {
+                min: point("workspace.min", self.workspace.min)?,
+                max: point("workspace.max", self.workspace.max)?,
+            },
+            reached: Reached {
+                radius: fit("reached.radius", self.reached.radius.get(), Micrometres::from_si)?,
+                frames: self.reached.frames,
+            },
+            deadlines: self.deadlines.config()?,
+            growth: Growth {
+                margin: fit("growth.margin", self.growth.margin.get(), Micrometres::from_si)?,
+                time: fit("growth.time", self.growth.time.get(), Milliseconds::from_si)?,
+            },
+        })
+    }
+
+    /// The targets in the board's units.
+    ///
+    /// # Errors
+    /// Where one is beyond what the board can be told.
+    pub fn targets(&self) -> Result<Vec<Point>, OutOfRange> {
+        self.targets.iter().map(|&target| point("targets", target)).collect()
+    }
+}
+
+impl LawSettings {
+    /// Sets the gain γ, 1/s.
+    ///
+    /// # Errors
+    /// Where it is not above 0.
+    pub fn set_gamma(&mut self, value: f64) -> Result<(), NumberError> {
+        let Self::Interval { gamma, .. } = self;
+        *gamma = value.try_into()?;
+        Ok(())
+    }
+
+    /// The law and its parameters in a line.
+    pub fn title(&self) -> String {
+        let Self::Interval { gamma, alpha, beta, .. } = self;
+        format!("interval, γ = {} /s, α = {}, β = {}", gamma.get(), alpha.get(), beta.get())
+    }
+
+    fn config(&self) -> Result<Law, OutOfRange> {
+        let Self::Interval { gamma, alpha, beta, signs } = self;
+        // Outwards, so that the family on the chip contains the one that was asked for.
+        let half = Bound::LSB / 2.0;
+        let alpha = fit("law.interval.alpha", alpha.get(), |a| Bound::from_si(a - half))?;
+        let beta = fit("law.interval.beta", beta.get(), |b| Bound::from_si(b + half))?;
+        let gain = fit("law.interval.gamma", gamma.get(), |g| Gain::from_si(g * 1e-6 / NOMINAL_STEP_M))?;
+        Ok(Law::Interval(Interval { signs: *signs, ..Interval::uniform(alpha, beta, gain) }))
+    }
+}
+
+impl Motors {
+    fn config(&self, motor: usize) -> Result<Motor, OutOfRange> {
+        let [min, max] = self.travel.map(Finite::get);
+        Ok(Motor {
+            max_rate: fit("motors.max_rate", self.max_rate.get(), Rate::from_si)?,
+            max_acceleration: fit(
+                "motors.max_acceleration",
+                self.max_acceleration.get(),
+                Acceleration::from_si,
+            )?,
+            travel_min: fit("motors.travel", min, Steps16::from_si)?,
+            travel_max: fit("motors.travel", max, Steps16::from_si)?,
+            reversed: self.reversed[motor],
+        })
+    }
+}
+
+impl DeadlineSettings {
+    fn config(&self) -> Result<Deadlines, OutOfRange> {
+        Ok(Deadlines {
+            host: fit("deadlines.host", self.host.get(), Milliseconds::from_si)?,
+            position: fit("deadlines.position", self.position.get(), Milliseconds::from_si)?,
+            max_age: fit("deadlines.max_age", self.max_age.get(), Milliseconds::from_si)?,
+        })
+    }
+}
+
+/// `value` as `convert` puts it, or an error that names its key.
+fn fit<Q>(key: &'static str, value: f64, convert: impl FnOnce(f64) -> Option<Q>) -> Result<Q, OutOfRange> {
+    convert(value).ok_or(OutOfRange { key, value })
+}
+
+fn point(key: &'static str, metres: [Finite; 3]) -> Result<Point, OutOfRange> {
+    let metres = metres.map(Finite::get);
+    Point::from_metres(metres).ok_or(OutOfRange {
+        key,
+        value: metres.into_iter().fold(0.0, |a, b| if b.abs() > f64::abs(a) { b } else { a }),
+    })
+}

@@ -1,0 +1,217 @@
+//! A camera that looks at a rig that is not there: synthetic pictures of wherever its ball is, on time.
+
+use std::cell::RefCell;
+use std::collections::VecDeque;
+use std::rc::Rc;
+use std::thread;
+use std::time::{Duration, Instant};
+
+use nalgebra::Point3;
+use plumb_emulator::rig::{Plant, RigError};
+use plumb_emulator::{EmulatedBoard, Served};
+use plumb_protocol::units::Micros;
+
+use super::synthetic::{Scene, SyntheticCamera};
+use super::{Live, Source, SourceError};
+use crate::frame::RgbdFrame;
+
+/// Where a simulated rig's ball is, and the clock that goes with it.
+pub trait World {
+    /// The time, seconds.
+    fn now(&self) -> f64;
+
+    /// Lets time pass until `time`, seconds; at once where that is over.
+    ///
+    /// # Errors
+    /// Where the rig cannot follow its motors.
+    fn wait_until(&mut self, time: f64) -> Result<(), RigError>;
+
+    /// The ball's centre now, metres in the rig frame.
+    fn ball(&self) -> Point3<f64>;
+
+    /// Hears where the board says that its motors are (full steps since its start).
+    ///
+    /// # Errors
+    /// Where the rig cannot follow them.
+    fn board_moved(&mut self, _motors: [f64; 3]) -> Result<(), RigError> {
+        Ok(())
+    }
+}
+
+/// The rig of an emulated board in this process, in virtual time.
+pub struct VirtualWorld {
+    board: Rc<RefCell<EmulatedBoard>>,
+}
+
+impl VirtualWorld {
+    /// The rig that `board` moves; `None` where it moves none.
+    pub fn new(board: Rc<RefCell<EmulatedBoard>>) -> Option<Self> {
+        board.borrow().ball()?;
+        Some(Self { board })
+    }
+}
+
+impl World for VirtualWorld {
+    fn now(&self) -> f64 {
+        self.board.borrow().now().0 as f64 * 1e-6
+    }
+
+    fn wait_until(&mut self, time: f64) -> Result<(), RigError> {
+        self.board.borrow_mut().run_to(Micros((time * 1e6) as u64))
+    }
+
+    fn ball(&self) -> Point3<f64> {
+        self.board.borrow().ball().unwrap_or_else(Point3::origin)
+    }
+}
+
+/// The rig of an emulated board in another thread, in real time.
+pub struct ServedWorld {
+    served: Rc<Served>,
+    start: Instant,
+}
+
+impl ServedWorld {
+    /// The rig that the served board moves; `None` where it moves none.
+    pub fn new(served: Rc<Served>) -> Option<Self> {
+        served.board().ball()?;
+        Some(Self { served, start: Instant::now() })
+    }
+}
+
+impl World for ServedWorld {
+    fn now(&self) -> f64 {
+        self.start.elapsed().as_secs_f64()
+    }
+
+    fn wait_until(&mut self, time: f64) -> Result<(), RigError> {
+        sleep_until(self.start, time);
+        Ok(())
+    }
+
+    fn ball(&self) -> Point3<f64> {
+        self.served.board().ball().unwrap_or_else(Point3::origin)
+    }
+}
+
+/// A rig in this process that follows what any board, real or not, says of its motors, in real time: a board is
+/// tried without a rig.
+pub struct FollowingWorld {
+    plant: Box<dyn Plant>,
+    start: Instant,
+    /// Where the board's motors were when the rig began to follow, full steps.
+    zero: Option<[f64; 3]>,
+    moved: f64,
+}
+
+impl FollowingWorld {
+    /// Lets `plant` follow; it starts where it is, whatever the motors' positions are at first.
+    pub fn new(plant: Box<dyn Plant>) -> Self {
+        Self { plant, start: Instant::now(), zero: None, moved: 0.0 }
+    }
+}
+
+impl World for FollowingWorld {
+    fn now(&self) -> f64 {
+        self.start.elapsed().as_secs_f64()
+    }
+
+    fn wait_until(&mut self, time: f64) -> Result<(), RigError> {
+        sleep_until(self.start, time);
+        Ok(())
+    }
+
+    fn ball(&self) -> Point3<f64> {
+        self.plant.ball()
+    }
+
+    fn board_moved(&mut self, motors: [f64; 3]) -> Result<(), RigError> {
+        let zero = *self.zero.get_or_insert(motors);
+        let now = self.now();
+        self.plant.advance(now - self.moved, [0, 1, 2].map(|i| motors[i] - zero[i]))?;
+        self.moved = now;
+        Ok(())
+    }
+}
+
+fn sleep_until(start: Instant, time: f64) {
+    if let Ok(span) = Duration::try_from_secs_f64(time) {
+        thread::sleep((start + span).saturating_duration_since(Instant::now()));
+    }
+}
+
+/// When a simulated camera takes pictures and when they arrive.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Timing {
+    /// Pictures a second.
+    pub rate: f64,
+    /// From taking a picture to its arrival at the host, seconds: exposure, transfer, driver.
+    pub latency: f64,
+}
+
+impl Default for Timing {
+    /// 30 pictures/s, 45 ms late, as a PrimeSense camera at 640x480.
+    fn default() -> Self {
+        Self { rate: 30.0, latency: 0.045 }
+    }
+}
+
+/// A [`SyntheticCamera`] on a [`World`].
+pub struct SimulatedCamera<W> {
+    world: W,
+    camera: SyntheticCamera,
+    motors: [Point3<f64>; 3],
+    timing: Timing,
+    next_capture: f64,
+    /// Taken but not yet arrived: when, and where the ball was.
+    under_way: VecDeque<(f64, Point3<f64>)>,
+}
+
+impl<W: World> SimulatedCamera<W> {
+    /// Looks at `world`, whose cables come from `motors` (metres, rig frame).
+    pub fn new(world: W, camera: SyntheticCamera, motors: [Point3<f64>; 3], timing: Timing) -> Self {
+        let next_capture = world.now();
+        Self { world, camera, motors, timing, next_capture, under_way: VecDeque::new() }
+    }
+
+    /// The world, to look at.
+    pub fn world(&self) -> &W {
+        &self.world
+    }
+
+    /// Lets time pass to the next picture's exposure and takes it.
+    fn capture(&mut self) -> Result<(), RigError> {
+        self.world.wait_until(self.next_capture)?;
+        let now = self.world.now();
+        self.under_way.push_back((now, self.world.ball()));
+        // A host that is too slow misses pictures; it does not get them later.
+        let period = 1.0 / self.timing.rate;
+        self.next_capture += period * ((now - self.next_capture) / period).floor().max(0.0) + period;
+        Ok(())
+    }
+}
+
+impl<W: World> Source for SimulatedCamera<W> {
+    fn next_frame(&mut self) -> Result<Option<RgbdFrame>, SourceError> {
+        loop {
+            if let Some(&(taken, ball)) = self.under_way.front()
+                && taken + self.timing.latency <= self.next_capture
+            {
+                self.under_way.pop_front();
+                self.world.wait_until(taken + self.timing.latency)?;
+                return Ok(Some(self.camera.render(taken, &Scene::rig(ball, self.motors))?));
+            }
+            self.capture()?;
+        }
+    }
+}
+
+impl<W: World> Live for SimulatedCamera<W> {
+    fn now(&self) -> f64 {
+        self.world.now()
+    }
+
+    fn board_moved(&mut self, motors: [f64; 3]) -> Result<(), SourceError> {
+        Ok(self.world.board_moved(motors)?)
+    }
+}
