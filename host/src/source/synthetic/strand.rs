@@ -74,8 +74,8 @@ impl StrandToDraw {
             let middle = line.start[1] + line.slope[0] * step;
             let inverse = line.start[2] + line.slope[1] * step;
             let width = style.intrinsics.fx * self.diameter * inverse;
-            let soft = 1.0 + 2.5 * style.blur;
-            let reach = (width + soft) / 2.0 / squeeze;
+            let soft = (0.5 + 6.0 * style.blur * style.blur).sqrt();
+            let reach = (width / 2.0 + soft) / squeeze;
             let from = (middle - reach).ceil().max(0.0) as usize;
             let to = ((middle + reach).floor() + 1.0).clamp(0.0, across as f64) as usize;
             for minor in from..to {
@@ -94,24 +94,29 @@ struct Dot {
     aside: f64,
     /// Of the strand, pixels.
     width: f64,
-    /// Width that a sharp edge is smeared over, pixels.
+    /// How far to each side a sharp edge is smeared, pixels: pixels and blur as a triangle of the same variance.
     soft: f64,
     /// Metres along the optical axis.
     z: f64,
 }
 
 fn dot(canvas: &mut Canvas<'_>, i: usize, at: Dot, lit: [f64; 3]) {
-    let half = (at.width / 2.0, at.soft / 2.0);
-    let overlap = (at.aside + half.1).min(half.0) - (at.aside - half.1).max(-half.0);
-    let coverage = (overlap / at.soft).clamp(0.0, 1.0);
+    let half = at.width / 2.0;
+    let coverage = smeared((at.aside + half) / at.soft) - smeared((at.aside - half) / at.soft);
     if coverage <= 0.0 || !canvas.in_front(i, at.z) {
         return;
     }
     // Round: its sides look away from the light. A thin one shows its mean.
-    let turned = if at.width > SEEN { (at.aside / half.0).min(1.0) } else { 0.5 };
+    let turned = if at.width > SEEN { (at.aside / half).min(1.0) } else { 0.5 };
     let round = 1.2 - 0.65 * turned * turned;
     canvas.blend(i, lit.map(|x| encode(x * round)), coverage);
     if at.width >= SEEN && coverage > 0.5 {
         canvas.set_depth(i, Some(at.z));
     }
+}
+
+/// How much of a triangular bump, from -1 to 1 and of area 1, is left of `x`.
+fn smeared(x: f64) -> f64 {
+    let x = x.clamp(-1.0, 1.0);
+    0.5 + x - 0.5 * x * x.abs()
 }
