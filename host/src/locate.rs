@@ -12,7 +12,10 @@
 //! disc: R in the middle, 2R/3 in the mean over the disc, R/√2 in its median. Taken pixel by pixel it is right for
 //! whatever part of the disc has depth, and the median over the pixels is then the centre's.
 
+use std::borrow::Cow;
+
 use nalgebra::Point3;
+use opencv::core::{DataType, Mat, MatTraitConst, MatTraitConstManual};
 
 use crate::camera::{Camera, Intrinsics};
 use crate::detect::Detection;
@@ -26,6 +29,8 @@ const MIN_SUPPORT: f64 = 0.1;
 const MIN_PIXELS: usize = 5;
 /// Pixels read along the disc's diameter; larger discs are read in a coarser grid.
 const GRID: f64 = 48.0;
+/// The same where many discs are compared.
+const ROUGH_GRID: f64 = 14.0;
 
 /// Where the ball is.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -49,13 +54,8 @@ pub struct CentreDepth {
 /// mapped into the rig frame; `None` where too few pixels have depth or agree on it.
 pub fn locate(detection: &Detection, frame: &RgbdFrame, camera: &Camera) -> Option<Located> {
     let centre = centre_depth(detection, frame, camera.ball_diameter / 2.0)?;
-    let point = frame
-        .intrinsics()
-        .deproject(detection.u, detection.v, centre.depth);
-    Some(Located {
-        depth: centre.depth,
-        position: camera.pose * point,
-    })
+    let point = frame.intrinsics().deproject(detection.u, detection.v, centre.depth);
+    Some(Located { depth: centre.depth, position: camera.pose * point })
 }
 
 /// The depth of the centre of a ball of radius `ball_radius` (metres) that is seen as `detection`.
@@ -63,24 +63,73 @@ pub fn locate(detection: &Detection, frame: &RgbdFrame, camera: &Camera) -> Opti
 /// Of the pixels' votes the densest group is taken (things in front of the ball and behind it vote elsewhere), and
 /// of that the median. `None` where it is fewer than a tenth of the disc's pixels.
 pub fn centre_depth(detection: &Detection, frame: &RgbdFrame, ball_radius: f64) -> Option<CentreDepth> {
-    let (mut votes, pixels) = centre_votes(detection, frame, ball_radius);
+    agreed_depth(detection, &DepthView::of(frame).ok()?, ball_radius, GRID)
+}
+
+/// As [`centre_depth`], from fewer pixels.
+pub(crate) fn rough_centre_depth(
+    detection: &Detection,
+    depth: &DepthView,
+    ball_radius: f64,
+) -> Option<CentreDepth> {
+    agreed_depth(detection, depth, ball_radius, ROUGH_GRID)
+}
+
+fn agreed_depth(
+    detection: &Detection,
+    depth: &DepthView,
+    ball_radius: f64,
+    grid: f64,
+) -> Option<CentreDepth> {
+    let (mut votes, pixels) = centre_votes(detection, depth, ball_radius, grid);
     votes.sort_by(f64::total_cmp);
     let group = densest(&votes, ball_radius);
     let support = group.len() as f64 / pixels.max(1) as f64;
     if group.len() < MIN_PIXELS || support < MIN_SUPPORT {
         return None;
     }
-    Some(CentreDepth {
-        depth: median_of_sorted(group),
-        support,
-    })
+    Some(CentreDepth { depth: median_of_sorted(group), support })
+}
+
+/// A frame's depth picture, to be read at many pixels (a call of OpenCV a pixel would take longer than all else).
+pub(crate) struct DepthView<'a> {
+    raw: Cow<'a, [u16]>,
+    width: i32,
+    height: i32,
+    intrinsics: &'a Intrinsics,
+}
+
+impl<'a> DepthView<'a> {
+    pub(crate) fn of(frame: &'a RgbdFrame) -> Result<Self, opencv::Error> {
+        let mat = frame.depth();
+        let raw = pixels(mat)?;
+        Ok(Self { raw, width: mat.cols(), height: mat.rows(), intrinsics: frame.intrinsics() })
+    }
+
+    /// Depth in metres at the pixel nearest to (`u`, `v`); `None` outside the picture or where there is none.
+    pub(crate) fn at(&self, u: f64, v: f64) -> Option<f64> {
+        let (column, row) = ((u + 0.5).floor(), (v + 0.5).floor());
+        if !(column >= 0.0 && row >= 0.0 && column < f64::from(self.width) && row < f64::from(self.height)) {
+            return None;
+        }
+        let raw = self.raw[row as usize * self.width as usize + column as usize];
+        (raw != 0).then(|| f64::from(raw) / self.intrinsics.depth_scale)
+    }
+}
+
+/// The pixels of a picture row by row; copied where they are a part of a larger one.
+pub(crate) fn pixels<T: DataType>(mat: &Mat) -> Result<Cow<'_, [T]>, opencv::Error> {
+    if mat.is_continuous() {
+        return mat.data_typed().map(Cow::Borrowed);
+    }
+    mat.try_clone()?.data_typed().map(|pixels| Cow::Owned(pixels.to_vec()))
 }
 
 /// What each pixel on the disc says of the centre's depth, metres, and how many pixels were asked.
-fn centre_votes(detection: &Detection, frame: &RgbdFrame, ball_radius: f64) -> (Vec<f64>, usize) {
+fn centre_votes(detection: &Detection, depth: &DepthView, ball_radius: f64, grid: f64) -> (Vec<f64>, usize) {
     let Detection { u, v, radius, .. } = *detection;
     let mask = radius * MASK;
-    let step = ((2.0 * radius / GRID) as i32).max(1);
+    let step = ((2.0 * radius / grid) as i32).max(1);
     let span = |centre: f64| ((centre - mask).ceil() as i32, (centre + mask).floor() as i32);
     let ((u0, u1), (v0, v1)) = (span(u), span(v));
     let (mut votes, mut pixels) = (Vec::new(), 0);
@@ -91,8 +140,8 @@ fn centre_votes(detection: &Detection, frame: &RgbdFrame, ball_radius: f64) -> (
                 continue;
             }
             pixels += 1;
-            let depth = frame.depth_at(column, row);
-            votes.extend(depth.and_then(|z| vote(frame.intrinsics(), (u, v), (x, y), z, ball_radius)));
+            let z = depth.at(x, y);
+            votes.extend(z.and_then(|z| vote(depth.intrinsics, (u, v), (x, y), z, ball_radius)));
         }
     }
     (votes, pixels)
@@ -142,21 +191,12 @@ mod tests {
 
     use super::*;
 
-    const INTRINSICS: Intrinsics = Intrinsics {
-        fx: 525.0,
-        fy: 520.0,
-        cx: 159.5,
-        cy: 119.5,
-        depth_scale: 10_000.0,
-    };
+    const INTRINSICS: Intrinsics =
+        Intrinsics { fx: 525.0, fy: 520.0, cx: 159.5, cy: 119.5, depth_scale: 10_000.0 };
 
     fn camera(ball_radius: f64) -> Camera {
         let pose = Isometry3::new(Vector3::new(1.0, -0.5, 0.3), Vector3::new(0.3, -1.2, 0.8));
-        Camera {
-            intrinsics: INTRINSICS,
-            pose,
-            ball_diameter: 2.0 * ball_radius,
-        }
+        Camera { intrinsics: INTRINSICS, pose, ball_diameter: 2.0 * ball_radius }
     }
 
     /// The depth picture of a sphere in front of a wall 3 m away; `keep` says which pixels have depth.
@@ -182,12 +222,7 @@ mod tests {
 
     fn detection(centre: &Point3<f64>, ball_radius: f64) -> Detection {
         let (u, v) = INTRINSICS.project(centre).unwrap();
-        Detection {
-            u,
-            v,
-            radius: 520.0 * ball_radius / centre.z,
-            score: 1.0,
-        }
+        Detection { u, v, radius: 520.0 * ball_radius / centre.z, score: 1.0 }
     }
 
     proptest! {
@@ -227,19 +262,13 @@ mod tests {
     fn too_little_depth_is_none() {
         let centre = Point3::new(0.0, 0.0, 1.0);
         let seen = detection(&centre, 0.03);
-        let dotted = |every: i32| {
-            render(&centre, 0.03, move |u, v| {
-                (u % every + v % every != 0).then_some(0)
-            })
-        };
+        let dotted =
+            |every: i32| render(&centre, 0.03, move |u, v| (u % every + v % every != 0).then_some(0));
         assert!(locate(&seen, &dotted(2), &camera(0.03)).is_some());
         assert!(locate(&seen, &dotted(4), &camera(0.03)).is_none());
         let outside = Detection { u: -50.0, ..seen };
         assert!(locate(&outside, &dotted(1), &camera(0.03)).is_none());
-        let absurd = Detection {
-            radius: f64::NAN,
-            ..seen
-        };
+        let absurd = Detection { radius: f64::NAN, ..seen };
         assert!(locate(&absurd, &dotted(1), &camera(0.03)).is_none());
     }
 }

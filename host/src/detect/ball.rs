@@ -6,19 +6,20 @@
 //! 3. Each outline is judged by how much of it is seen, how much of it is red, its size against depth, and what is behind it
 //!    ([`judge`](super::judge)). The best one is the ball if it is good enough; otherwise there is none.
 
-use opencv::core::MatTraitConst;
-
 use super::judge::{Judge, detection, radius_at};
 use super::outline::{Disc, Outline, Picture};
 use super::propose::{Proposal, propose};
 use super::{DetectError, Detection, Detector};
-use crate::camera::Camera;
+use crate::camera::{Camera, Intrinsics};
 use crate::frame::RgbdFrame;
+use crate::locate::DepthView;
 
 /// Distances at which the ball is looked for, metres.
 const DISTANCES: (f64, f64) = (0.25, 2.5);
 /// The score from which on it is a ball.
 const THRESHOLD: f64 = 0.3;
+/// A score that ends the search: nothing else will do better by much.
+const CERTAIN: f64 = 0.95;
 /// Places that are looked at closely: with a depth that fits, and without depth.
 const LOOKED_AT: (usize, usize) = (24, 8);
 /// Where the surroundings of a blob are looked at, in a ball's radius: the blob need not be its middle.
@@ -54,28 +55,32 @@ impl Ball {
     /// The best outline of all and its score.
     fn best(&self, frame: &RgbdFrame) -> Result<Option<(Outline, f64)>, DetectError> {
         let picture = Picture::new(frame.colour(), frame.intrinsics())?;
-        let judge = Judge { picture: &picture, frame, ball_radius: self.ball_radius };
+        let depth = DepthView::of(frame)?;
+        let judge = Judge { picture: &picture, depth: &depth, ball_radius: self.ball_radius };
         let mut best: Option<(Outline, f64)> = None;
-        for start in self.starts(frame)? {
+        for start in self.starts(frame, &depth)? {
             let Some(outline) = picture.fit(start.disc, !start.sized) else { continue };
             let score = judge.score(&outline);
             // Of equal ones the more promising blob's.
             if best.is_none_or(|b| score > b.1) {
                 best = Some((outline, score));
             }
+            if score > CERTAIN {
+                break;
+            }
         }
         Ok(best.map(|(outline, score)| (judge.uncovered(&outline).unwrap_or(outline), score)))
     }
 
     /// The places to look at closely.
-    fn starts(&self, frame: &RgbdFrame) -> Result<Vec<Start>, DetectError> {
+    fn starts(&self, frame: &RgbdFrame, depth: &DepthView) -> Result<Vec<Start>, DetectError> {
         let radius = |z: f64| radius_at(frame.intrinsics(), self.ball_radius, z);
         let mut starts: Vec<Start> = Vec::new();
-        let (mut sized, mut unsized_) = LOOKED_AT;
+        let (mut with_depth, mut without) = LOOKED_AT;
         for proposal in propose(frame.colour(), (radius(DISTANCES.1), radius(DISTANCES.0)))? {
-            let Some(start) = self.start(&proposal, frame) else { continue };
-            let left = if start.sized { &mut sized } else { &mut unsized_ };
-            if *left > 0 && !starts.iter().any(|s| s.same_as(&start)) && !self.is_attached(&start, frame) {
+            let Some(start) = self.start(&proposal, frame.intrinsics(), depth) else { continue };
+            let left = if start.sized { &mut with_depth } else { &mut without };
+            if *left > 0 && !starts.iter().any(|s| s.same_as(&start)) && !self.is_attached(&start, depth) {
                 *left -= 1;
                 starts.push(start);
             }
@@ -84,25 +89,30 @@ impl Ball {
     }
 
     /// Whether what is around a start is mostly as near as itself: a part of something larger.
-    fn is_attached(&self, start: &Start, frame: &RgbdFrame) -> bool {
+    fn is_attached(&self, start: &Start, depth: &DepthView) -> bool {
         let Some(z) = start.surface else { return false };
         let near = |i: u32| {
             let (sin, cos) = (std::f64::consts::TAU * f64::from(i) / 16.0).sin_cos();
             let reach = AROUND * start.disc.radius;
             let (u, v) = (start.disc.u + reach * cos, start.disc.v + reach * sin);
-            let outside = frame.depth_at(u.round() as i32, v.round() as i32);
-            outside.is_some_and(|o| (o - z).abs() < self.ball_radius)
+            depth.at(u, v).is_some_and(|o| (o - z).abs() < self.ball_radius)
         };
         (0..16).filter(|&i| near(i)).count() > 8
     }
 
     /// Where to look closely for what is proposed; `None` where depth says that a ball would be of another size.
-    fn start(&self, proposal: &Proposal, frame: &RgbdFrame) -> Option<Start> {
+    fn start(&self, proposal: &Proposal, intrinsics: &Intrinsics, depth: &DepthView) -> Option<Start> {
         let disc = proposal.disc;
-        let Some(z) = depth_about(&disc, frame) else { return Some(Start { disc, sized: false, surface: None }) };
-        let radius = radius_at(frame.intrinsics(), self.ball_radius, z + self.ball_radius);
+        let Some(z) = depth_about(&disc, depth) else {
+            return Some(Start { disc, sized: false, surface: None });
+        };
+        let radius = radius_at(intrinsics, self.ball_radius, z + self.ball_radius);
         let factor = (radius / disc.radius).max(disc.radius / radius);
-        (factor < SIZE_FACTOR).then_some(Start { disc: Disc { radius, ..disc }, sized: true, surface: Some(z) })
+        (factor < SIZE_FACTOR).then_some(Start {
+            disc: Disc { radius, ..disc },
+            sized: true,
+            surface: Some(z),
+        })
     }
 }
 
@@ -125,13 +135,12 @@ impl Start {
 }
 
 /// The median depth, metres, of nine pixels about the middle of `disc`; `None` where fewer than four have depth.
-fn depth_about(disc: &Disc, frame: &RgbdFrame) -> Option<f64> {
+fn depth_about(disc: &Disc, depth: &DepthView) -> Option<f64> {
     let mut depths = [0.0; 9];
     let mut n = 0;
     for i in 0..9 {
         let off = |k: i32| f64::from(k - 1) * 0.4 * disc.radius;
-        let (u, v) = (disc.u + off(i % 3), disc.v + off(i / 3));
-        if let Some(z) = frame.depth_at(u.round() as i32, v.round() as i32) {
+        if let Some(z) = depth.at(disc.u + off(i % 3), disc.v + off(i / 3)) {
             depths[n] = z;
             n += 1;
         }
@@ -146,7 +155,6 @@ impl Detector for Ball {
     }
 
     fn detect(&mut self, frame: &RgbdFrame) -> Result<Option<Detection>, DetectError> {
-        debug_assert!(frame.colour().is_continuous());
         let best = self.best(frame)?.filter(|(_, score)| *score >= self.threshold);
         Ok(best.map(|(outline, score)| detection(&outline, score)))
     }

@@ -5,8 +5,7 @@ use nalgebra::{Matrix4, Vector4};
 use super::outline::{Outline, Picture, RAYS, Rim};
 use crate::camera::Intrinsics;
 use crate::detect::Detection;
-use crate::frame::RgbdFrame;
-use crate::locate::centre_depth;
+use crate::locate::{DepthView, rough_centre_depth};
 
 /// Where the depth outside a disc is read, in its radius: beyond the pixels that mix ball and background.
 const OUTSIDE: f64 = 1.4;
@@ -27,7 +26,7 @@ pub(super) fn radius_at(intrinsics: &Intrinsics, ball_radius: f64, z: f64) -> f6
 /// What outlines are judged by.
 pub(super) struct Judge<'a> {
     pub(super) picture: &'a Picture<'a>,
-    pub(super) frame: &'a RgbdFrame,
+    pub(super) depth: &'a DepthView<'a>,
     /// The ball's radius, metres.
     pub(super) ball_radius: f64,
 }
@@ -37,42 +36,48 @@ impl Judge<'_> {
     /// outline seen, too little of the disc red, too little contrast, another size than the depth asks for, a surface
     /// that goes on beside it or is not round.
     pub(super) fn score(&self, outline: &Outline) -> f64 {
-        let depth = self.depth(outline);
-        let by_picture = radius_at(self.frame.intrinsics(), self.ball_radius, outline.disc.radius);
+        if outline.support() < 0.25 || outline.fill < 0.35 || outline.contrast < 0.1 {
+            return 0.0;
+        }
+        let depth = self.centre(outline);
+        let by_picture = radius_at(self.picture.intrinsics(), self.ball_radius, outline.disc.radius);
         let z = depth.unwrap_or(by_picture);
         let around = self.around(outline, z);
-        let shape = ramp(around.part(Side::Free), 0.3, 0.75) * ramp(outline.fill, 0.4, 0.65);
+        let free = around.part(Side::Free);
+        let uncovered = free / (1.0 - around.part(Side::Covered)).max(0.01);
+        let shape = ramp(free, 0.25, 0.45) * ramp(uncovered, 0.4, 0.8) * ramp(outline.fill, 0.35, 0.6);
         if shape == 0.0 {
             return 0.0;
         }
         if depth.is_none() {
-            let clear = ramp(outline.contrast, 0.15, 0.35) * ramp(around.part(Side::Free), 0.5, 0.8);
+            let clear = ramp(outline.contrast, 0.15, 0.35) * ramp(free, 0.5, 0.8);
             return UNKNOWN * shape * clear;
         }
         let off = (by_picture / z).ln() / SIZE_ERROR;
         shape
-            * ramp(outline.contrast, 0.06, 0.14)
+            * ramp(outline.contrast, 0.1, 0.2)
+            * (0.8 + 0.2 * ramp(outline.contrast, 0.15, 0.4))
             * (-off * off / 2.0).exp()
-            * (1.0 - ramp(around.part(Side::Attached), 0.1, 0.5))
-            * roundness(outline, self.frame, z, self.ball_radius).map_or(1.0, |g| ramp(g, 0.1, 0.5))
+            * (1.0 - ramp(around.part(Side::Attached), 0.05, 0.3))
+            * roundness(outline, self.depth, z, self.ball_radius).map_or(1.0, |g| ramp(g, 0.15, 0.55))
     }
 
     /// The outline fitted again without the edges of what covers the ball; `None` where nothing does, or where too
     /// little of the ball's own edge would be left.
     pub(super) fn uncovered(&self, outline: &Outline) -> Option<Outline> {
-        let z = self.depth(outline)?;
+        let z = self.centre(outline)?;
         let around = self.around(outline, z);
         if around.part(Side::Covered) < 0.05 || around.part(Side::Free) < 0.3 {
             return None;
         }
         let trusted = around.sides.map(|side| side == Some(Side::Free));
-        let radius = radius_at(self.frame.intrinsics(), self.ball_radius, z);
+        let radius = radius_at(self.picture.intrinsics(), self.ball_radius, z);
         Some(self.picture.fit_again(outline, radius, &trusted))
     }
 
     /// Depth of the ball's centre, metres, where enough of the disc agrees on it.
-    fn depth(&self, outline: &Outline) -> Option<f64> {
-        let known = centre_depth(&detection(outline, 0.0), self.frame, self.ball_radius)?;
+    fn centre(&self, outline: &Outline) -> Option<f64> {
+        let known = rough_centre_depth(&detection(outline, 0.0), self.depth, self.ball_radius)?;
         (known.support >= KNOWN).then_some(known.depth)
     }
 
@@ -83,8 +88,9 @@ impl Judge<'_> {
                 return None;
             }
             let pixel = self.picture.pixel_on_ray(&outline.disc, ray, OUTSIDE);
-            let outside = pixel.and_then(|(u, v)| self.frame.depth_at(u.round() as i32, v.round() as i32));
+            let outside = pixel.and_then(|(u, v)| self.depth.at(u, v));
             Some(match outside {
+                Some(o) if o <= z && outline.rims[ray] == Rim::Red => Side::Attached,
                 Some(o) if o <= z - 1.2 * self.ball_radius => Side::Covered,
                 Some(o) if o <= z => Side::Attached,
                 _ if outline.rims[ray] == Rim::Edge => Side::Free,
@@ -102,9 +108,9 @@ enum Side {
     Free,
     /// The same without an edge.
     Open,
-    /// Something as near as the ball's surface: a print on a box has the box around it.
+    /// Something as near as the ball's surface (a print on a box has the box around it), or red and nearer.
     Attached,
-    /// Something nearer.
+    /// Something else, nearer.
     Covered,
 }
 
@@ -131,23 +137,22 @@ pub(super) fn detection(outline: &Outline, score: f64) -> Detection {
 ///
 /// Least squares of depth = a + b x + c y - g s, s = sqrt(R² - x² - y²) the height of a sphere over its middle plane, of
 /// the pixels whose depth is within a ball of depth `z` of its centre.
-fn roundness(outline: &Outline, frame: &RgbdFrame, z: f64, ball_radius: f64) -> Option<f64> {
+fn roundness(outline: &Outline, depth: &DepthView, z: f64, ball_radius: f64) -> Option<f64> {
     let (disc, (part, half)) = (&outline.disc, SURFACE);
     let (mut normal, mut right, mut squares, mut n) = (Matrix4::zeros(), Vector4::zeros(), 0.0, 0.0);
     for i in -half..=half {
         for j in -half..=half {
             let [x, y] = [i, j].map(|k| f64::from(k) / f64::from(half) * part);
             let height = 1.0 - x * x - y * y;
-            let pixel = (disc.u + x * disc.radius, disc.v + y * disc.radius);
-            let depth = frame.depth_at(pixel.0.round() as i32, pixel.1.round() as i32);
-            let Some(depth) = depth.map(|d| (d - z) / ball_radius) else { continue };
-            if height < 1.0 - part * part || !(-1.5..=0.5).contains(&depth) {
+            let at = depth.at(disc.u + x * disc.radius, disc.v + y * disc.radius);
+            let Some(off) = at.map(|d| (d - z) / ball_radius) else { continue };
+            if height < 1.0 - part * part || !(-1.5..=0.5).contains(&off) {
                 continue;
             }
             let row = Vector4::new(1.0, x, y, -height.sqrt());
             normal += row * row.transpose();
-            right += row * depth;
-            squares += depth * depth;
+            right += row * off;
+            squares += off * off;
             n += 1.0;
         }
     }

@@ -9,6 +9,10 @@ mod judge;
 mod outline;
 mod propose;
 pub mod red;
+#[cfg(test)]
+mod scene;
+#[cfg(test)]
+mod tests;
 
 /// The ball as it is seen in a picture.
 #[derive(Debug, Clone, Copy, PartialEq)]

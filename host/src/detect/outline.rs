@@ -3,11 +3,14 @@
 //! A sphere is seen as a cone, so its picture is a circle only on the optical axis and an ellipse elsewhere. The rays
 //! are laid out on a plane across the direction to the ball: there the outline is a circle wherever the ball is.
 
+use std::borrow::Cow;
+
 use nalgebra::{Matrix3, Vector3};
-use opencv::core::{Mat, MatTraitConst, MatTraitConstManual, Vec3b};
+use opencv::core::{Mat, MatTraitConst, Vec3b};
 
 use super::DetectError;
 use crate::camera::Intrinsics;
+use crate::locate::pixels;
 
 /// Rays from the middle.
 pub(super) const RAYS: usize = 40;
@@ -26,12 +29,13 @@ const HOPELESS: f64 = 0.3;
 /// Part of the usual contrast that a drop of redness must have to be an edge.
 const CLEAR: f32 = 0.4;
 
-/// How red a pixel is, 0 to 1: by how much red outdoes the other colours, R - max(G, B), less where those differ (orange,
-/// skin), over its brightness; dark pixels (noise, wood) damped.
+/// How red a pixel is, 0 to 1: by how much red outdoes the other colours, R - max(G, B), less for a tint of orange (skin
+/// and wood too) or, since an overexposed red ball is pink, somewhat less for one of magenta; over its brightness, dark
+/// pixels (noise) damped.
 pub(super) fn redness(pixel: Vec3b) -> f32 {
     let [b, g, r] = pixel.0.map(f32::from);
-    let over = r - b.max(g) - 0.5 * (b - g).abs();
-    over.max(0.0) / (r + 40.0)
+    let tint = if g > b { 0.8 * (g - b) } else { 0.2 * (b - g) };
+    (r - b.max(g) - tint).max(0.0) / (r + 40.0)
 }
 
 /// A ball's picture. The radius is that of a ball as far away on the optical axis, f R / z nearly.
@@ -47,8 +51,10 @@ pub(super) struct Disc {
 pub(super) enum Rim {
     /// It leaves the picture before.
     Unseen,
-    /// No edge.
-    Smooth,
+    /// No edge, and red beyond.
+    Red,
+    /// No edge, and not red beyond: something in front of the disc hides it.
+    Plain,
     /// Redness drops.
     Edge,
 }
@@ -76,7 +82,7 @@ impl Outline {
 
 /// A picture that outlines are looked for in.
 pub(super) struct Picture<'a> {
-    pixels: &'a [Vec3b],
+    pixels: Cow<'a, [Vec3b]>,
     width: i32,
     height: i32,
     intrinsics: &'a Intrinsics,
@@ -113,7 +119,12 @@ impl<'a> Picture<'a> {
             (angle.cos(), angle.sin())
         });
         let (width, height) = (colour.cols(), colour.rows());
-        Ok(Self { pixels: colour.data_typed::<Vec3b>()?, width, height, intrinsics, directions })
+        Ok(Self { pixels: pixels(colour)?, width, height, intrinsics, directions })
+    }
+
+    /// How its pixels are rays.
+    pub(super) fn intrinsics(&self) -> &Intrinsics {
+        self.intrinsics
     }
 
     /// The disc near `start` whose edge fits best; `None` where it soon shows that there is none. `free` lets its
@@ -293,7 +304,8 @@ impl Polar {
             match self.drops[ray][end - 2..=end + 2].iter().copied().fold(f32::NAN, f32::max) {
                 drop if drop.is_nan() => Rim::Unseen,
                 drop if drop > CLEAR * self.contrast => Rim::Edge,
-                _ => Rim::Smooth,
+                _ if self.is_red_beyond(ray) => Rim::Red,
+                _ => Rim::Plain,
             }
         };
         Outline {
@@ -302,6 +314,12 @@ impl Polar {
             contrast: f64::from(self.contrast),
             fill: self.fill(0.5 * self.contrast),
         }
+    }
+
+    /// Whether a ray beyond the disc is as red as the disc, more or less.
+    fn is_red_beyond(&self, ray: usize) -> bool {
+        let beyond = &self.red[ray][PER_RADIUS as usize + 2..self.inside[ray].max(PER_RADIUS as usize + 2)];
+        beyond.iter().sum::<f32>() > 0.5 * self.contrast * beyond.len() as f32
     }
 
     /// Part of the disc (but for its rim) whose redness is above `level`; samples weigh as the area they stand for.

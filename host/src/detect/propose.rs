@@ -70,7 +70,8 @@ impl Sums {
         for (y, line) in small.data_typed::<Vec3b>()?.chunks_exact(width).enumerate() {
             let (above, row) = sums[(margin + y) * stride..].split_at_mut(stride);
             let mut sum = 0;
-            for ((pixel, corner), above) in line.iter().zip(&mut row[margin + 1..]).zip(&above[margin + 1..]) {
+            for ((pixel, corner), above) in line.iter().zip(&mut row[margin + 1..]).zip(&above[margin + 1..])
+            {
                 sum += (redness(*pixel) * ONE) as i32;
                 *corner = above + sum;
             }

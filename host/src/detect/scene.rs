@@ -1,0 +1,133 @@
+//! Balls for tests: a shaded sphere and its depth, put into a picture.
+
+use std::path::PathBuf;
+
+use nalgebra::{Point3, Vector3};
+use opencv::core::{CV_8UC3, CV_16UC1, Mat, MatTraitConst, MatTraitManual, Point, Scalar, Size, Vec3b};
+use opencv::imgproc::{LINE_AA, gaussian_blur_def, line};
+
+use super::Detection;
+use crate::camera::Intrinsics;
+use crate::frame::RgbdFrame;
+
+/// Of the plain pictures, and of those in the folder `osd`.
+pub(super) const INTRINSICS: Intrinsics =
+    Intrinsics { fx: 525.0, fy: 525.0, cx: 319.5, cy: 239.5, depth_scale: 5000.0 };
+
+/// A picture that is being made.
+#[derive(Clone)]
+pub(super) struct Scene {
+    pub(super) colour: Mat,
+    pub(super) depth: Mat,
+    pub(super) intrinsics: Intrinsics,
+}
+
+/// A ball to be put into it.
+#[derive(Clone, Copy)]
+pub(super) struct Sphere {
+    pub(super) centre: Point3<f64>,
+    pub(super) radius: f64,
+    /// Blue, green, red where it is lit fully, 0 to 1.
+    pub(super) albedo: [f64; 3],
+    /// Brightness, 1 as usual.
+    pub(super) light: f64,
+}
+
+impl Sphere {
+    /// A red ball of 60 mm.
+    pub(super) fn red(centre: Point3<f64>) -> Self {
+        Self { centre, radius: 0.03, albedo: [0.12, 0.08, 0.8], light: 1.0 }
+    }
+
+    /// As it should be seen.
+    pub(super) fn seen(&self, intrinsics: &Intrinsics) -> Detection {
+        let (u, v) = intrinsics.project(&self.centre).unwrap();
+        Detection { u, v, radius: intrinsics.fx * self.radius / self.centre.z, score: 1.0 }
+    }
+}
+
+impl Scene {
+    /// A grey wall at `distance` metres.
+    pub(super) fn wall(distance: f64) -> Self {
+        let colour = Mat::new_rows_cols_with_default(480, 640, CV_8UC3, Scalar::all(120.0)).unwrap();
+        let raw = Scalar::all(distance * INTRINSICS.depth_scale);
+        let depth = Mat::new_rows_cols_with_default(480, 640, CV_16UC1, raw).unwrap();
+        Self { colour, depth, intrinsics: INTRINSICS }
+    }
+
+    /// Puts a ball into it, lit from the upper left, with a specular highlight.
+    pub(super) fn add(&mut self, ball: &Sphere) {
+        let sun = Vector3::new(-0.5, -0.7, -0.5).normalize();
+        self.each_pixel(|intrinsics, (u, v), pixel, depth| {
+            let ray = intrinsics.deproject(f64::from(u), f64::from(v), 1.0).coords;
+            let (a, b) = (ray.norm_squared(), ray.dot(&ball.centre.coords));
+            let root = b * b - a * (ball.centre.coords.norm_squared() - ball.radius * ball.radius);
+            if root < 0.0 {
+                return;
+            }
+            let z = (b - root.sqrt()) / a;
+            let normal = (ray * z - ball.centre.coords) / ball.radius;
+            let diffuse = 0.35 + 0.7 * normal.dot(&sun).max(0.0);
+            let half = (sun - ray.normalize()).normalize();
+            let specular = 0.5 * normal.dot(&half).max(0.0).powi(40);
+            for (channel, albedo) in pixel.0.iter_mut().zip(ball.albedo) {
+                *channel = (255.0 * ball.light * (albedo * diffuse + specular)).min(255.0) as u8;
+            }
+            *depth = (z * intrinsics.depth_scale).round() as u16;
+        });
+    }
+
+    /// Calls `f` with the intrinsics, column and row, colour and depth of each pixel.
+    pub(super) fn each_pixel(&mut self, f: impl Fn(&Intrinsics, (i32, i32), &mut Vec3b, &mut u16)) {
+        let width = self.colour.cols();
+        let pixels = self.colour.data_typed_mut::<Vec3b>().unwrap();
+        let depths = self.depth.data_typed_mut::<u16>().unwrap();
+        for (i, (pixel, depth)) in pixels.iter_mut().zip(depths).enumerate() {
+            f(&self.intrinsics, (i as i32 % width, i as i32 / width), pixel, depth);
+        }
+    }
+
+    /// A line across (`u`, `v`), as a cable in front.
+    pub(super) fn add_cable(&mut self, (u, v): (f64, f64), angle: f64, width: i32, grey: f64) {
+        let end = |way: f64| Point::new((u + way * angle.cos()) as i32, (v + way * angle.sin()) as i32);
+        line(&mut self.colour, end(-800.0), end(800.0), Scalar::all(grey), width, LINE_AA, 0).unwrap();
+    }
+
+    /// Out of focus.
+    pub(super) fn blur(&mut self, sigma: f64) {
+        let sharp = self.colour.clone();
+        gaussian_blur_def(&sharp, &mut self.colour, Size::default(), sigma).unwrap();
+    }
+
+    /// Noise of up to `amplitude` grey levels either way, the same at each call.
+    pub(super) fn add_noise(&mut self, amplitude: i32) {
+        let hash = |u: i32, v: i32, c: usize| {
+            let mixed = (u as u32).wrapping_mul(0x9E37_79B1) ^ (v as u32).wrapping_mul(0x85EB_CA77);
+            let mixed = (mixed ^ (mixed >> 15)).wrapping_add(c as u32).wrapping_mul(0xC2B2_AE3D);
+            (mixed >> 16) as i32
+        };
+        self.each_pixel(|_, (u, v), pixel, _| {
+            for (c, channel) in pixel.0.iter_mut().enumerate() {
+                let noise = hash(u, v, c) % (2 * amplitude + 1) - amplitude;
+                *channel = (i32::from(*channel) + noise).clamp(0, 255) as u8;
+            }
+        });
+    }
+
+    pub(super) fn frame(&self) -> RgbdFrame {
+        RgbdFrame::new(0.0, self.colour.clone(), self.depth.clone(), self.intrinsics).unwrap()
+    }
+}
+
+/// The folder `name` of real pictures: in the folder that the environment variable PLUMB_DATA names, or beside the
+/// repository. `None`, said aloud, where it is absent, which is a failure with CI set.
+pub(super) fn pictures(name: &str) -> Option<PathBuf> {
+    let beside = || PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../shared/data");
+    let folder = std::env::var_os("PLUMB_DATA").map_or_else(beside, PathBuf::from).join(name);
+    if folder.is_dir() {
+        return Some(folder);
+    }
+    assert!(std::env::var_os("CI").is_none(), "{} is absent; set PLUMB_DATA", folder.display());
+    println!("skipped: {} is absent; set PLUMB_DATA", folder.display());
+    None
+}
