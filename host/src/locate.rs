@@ -1,16 +1,16 @@
 //! From a detection to a position in the rig frame.
 //!
-//! Every pixel of the ball says by itself how far the ball's centre is. With camera axes, c = (x, y, 1) on the ray
-//! to the centre and P = z_s (x_s, y_s, 1) the surface point that a pixel sees at depth z_s, the centre z c lies a
-//! ball's radius R from P and behind it:
+//! Every pixel of the ball says by itself how far the ball's centre is. With camera axes, c = (x, y, 1) on
+//! the ray to the centre and P = z_s (x_s, y_s, 1) the surface point that a pixel sees at depth z_s, the
+//! centre z c lies a ball's radius R from P and behind it:
 //!
 //! ```text
 //! |P - z c|² = R²   =>   z = (P·c + sqrt((P·c)² - |c|² (|P|² - R²))) / |c|²
 //! ```
 //!
-//! For a ball far away that is the way R sqrt(1 - ρ²/R²) from the surface to the centre at ρ from the middle of the
-//! disc: R in the middle, 2R/3 in the mean over the disc, R/√2 in its median. Taken pixel by pixel it is right for
-//! whatever part of the disc has depth, and the median over the pixels is then the centre's.
+//! For a ball far away that is the way R sqrt(1 - ρ²/R²) from the surface to the centre at ρ from the middle
+//! of the disc: R in the middle, 2R/3 in the mean over the disc, R/√2 in its median. Taken pixel by pixel it
+//! is right for whatever part of the disc has depth, and the median over the pixels is then the centre's.
 
 use std::borrow::Cow;
 
@@ -50,8 +50,8 @@ pub struct CentreDepth {
     pub support: f64,
 }
 
-/// The ball's position: the median of what the valid depth pixels on its disc say of its centre, deprojected and
-/// mapped into the rig frame; `None` where too few pixels have depth or agree on it.
+/// The ball's position: the median of what the valid depth pixels on its disc say of its centre, deprojected
+/// and mapped into the rig frame; `None` where too few pixels have depth or agree on it.
 pub fn locate(detection: &Detection, frame: &RgbdFrame, camera: &Camera) -> Option<Located> {
     let centre = centre_depth(detection, frame, camera.ball_diameter / 2.0)?;
     let point = frame.intrinsics().deproject(detection.u, detection.v, centre.depth);
@@ -60,8 +60,8 @@ pub fn locate(detection: &Detection, frame: &RgbdFrame, camera: &Camera) -> Opti
 
 /// The depth of the centre of a ball of radius `ball_radius` (metres) that is seen as `detection`.
 ///
-/// Of the pixels' votes the densest group is taken (things in front of the ball and behind it vote elsewhere), and
-/// of that the median. `None` where it is fewer than a tenth of the disc's pixels.
+/// Of the pixels' votes the densest group is taken (things in front of the ball and behind it vote
+/// elsewhere), and of that the median. `None` where it is fewer than a tenth of the disc's pixels.
 pub fn centre_depth(detection: &Detection, frame: &RgbdFrame, ball_radius: f64) -> Option<CentreDepth> {
     agreed_depth(detection, &DepthView::of(frame).ok()?, ball_radius, GRID)
 }
@@ -91,7 +91,8 @@ fn agreed_depth(
     Some(CentreDepth { depth: median_of_sorted(group), support })
 }
 
-/// A frame's depth picture, to be read at many pixels (a call of OpenCV a pixel would take longer than all else).
+/// A frame's depth picture, to be read at many pixels (a call of OpenCV a pixel would take longer than all
+/// else).
 pub(crate) struct DepthView<'a> {
     raw: Cow<'a, [u16]>,
     width: i32,
@@ -147,8 +148,8 @@ fn centre_votes(detection: &Detection, depth: &DepthView, ball_radius: f64, grid
     (votes, pixels)
 }
 
-/// The depth of the centre, seen at pixel `centre`, of a ball whose surface is seen at `pixel` at depth `z`, metres;
-/// `None` where no ball there would be hit by that pixel's ray.
+/// The depth of the centre, seen at pixel `centre`, of a ball whose surface is seen at `pixel` at depth `z`,
+/// metres; `None` where no ball there would be hit by that pixel's ray.
 fn vote(
     intrinsics: &Intrinsics,
     centre: (f64, f64),

@@ -110,10 +110,9 @@ pub fn replay(
     loop {
         let (time, ball) = match source.next_frame() {
             Ok(None) => break,
-            Ok(Some(frame)) => (
-                Some(frame.time()),
-                look(&frame, camera, detector, &mut outcome, &mut report),
-            ),
+            Ok(Some(frame)) => {
+                (Some(frame.time()), look(&frame, camera, detector, &mut outcome, &mut report))
+            }
             Err(error) => {
                 let time = error.time();
                 outcome.broken += 1;
@@ -195,12 +194,7 @@ mod tests {
         fn detect(&mut self, frame: &RgbdFrame) -> Result<Option<Detection>, DetectError> {
             use opencv::core::MatTraitConst;
             match frame.colour().at_2d::<opencv::core::Vec3b>(0, 0)?[0] {
-                1 => Ok(Some(Detection {
-                    u: 15.5,
-                    v: 11.5,
-                    radius: 8.0,
-                    score: 0.75,
-                })),
+                1 => Ok(Some(Detection { u: 15.5, v: 11.5, radius: 8.0, score: 0.75 })),
                 2 => Err(opencv::Error::new(-1, "scripted").into()),
                 _ => Ok(None),
             }
@@ -208,32 +202,16 @@ mod tests {
     }
 
     fn camera() -> Camera {
-        let intrinsics = Intrinsics {
-            fx: 200.0,
-            fy: 200.0,
-            cx: 15.5,
-            cy: 11.5,
-            depth_scale: 1000.0,
-        };
+        let intrinsics = Intrinsics { fx: 200.0, fy: 200.0, cx: 15.5, cy: 11.5, depth_scale: 1000.0 };
         let pose = Isometry3::new(Vector3::new(1.0, 2.0, 3.0), Vector3::zeros());
-        Camera {
-            intrinsics,
-            pose,
-            ball_diameter: 0.04,
-        }
+        Camera { intrinsics, pose, ball_diameter: 0.04 }
     }
 
     fn recording() -> tempfile::TempDir {
         let folder = tempfile::tempdir().unwrap();
         let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
-        write(
-            "rgb.txt",
-            "# t\n0.000000 0.png\n0.033333 1.png\n0.066667 gone.png\n0.1 2.png\n0.2 1.png\n",
-        );
-        write(
-            "depth.txt",
-            "0.001 d.png\n0.034 d.png\n0.066667 d.png\n0.1 d.png\nx y\n",
-        );
+        write("rgb.txt", "# t\n0.000000 0.png\n0.033333 1.png\n0.066667 gone.png\n0.1 2.png\n0.2 1.png\n");
+        write("depth.txt", "0.001 d.png\n0.034 d.png\n0.066667 d.png\n0.1 d.png\nx y\n");
         let picture = |name: &str, typ: i32, value: f64| {
             let mat = Mat::new_rows_cols_with_default(24, 32, typ, Scalar::all(value)).unwrap();
             imwrite_def(folder.path().join(name).to_str().unwrap(), &mat).unwrap();
@@ -255,27 +233,13 @@ mod tests {
         let lines: Vec<&str> = text.lines().collect();
         assert_eq!(lines[0], "t,u,v,radius,depth,x,y,z,score");
         assert_eq!(lines[1], "0.000000,,,,,,,,");
-        assert!(
-            lines[2].starts_with("0.033333,15.500,11.500,8.000,0.51"),
-            "{}",
-            lines[2]
-        );
-        assert!(
-            lines[2].contains(",1.00000,2.00000,3.51") && lines[2].ends_with(",0.7500"),
-            "{}",
-            lines[2]
-        );
+        assert!(lines[2].starts_with("0.033333,15.500,11.500,8.000,0.51"), "{}", lines[2]);
+        assert!(lines[2].contains(",1.00000,2.00000,3.51") && lines[2].ends_with(",0.7500"), "{}", lines[2]);
         assert_eq!(lines[3], "0.066667,,,,,,,,");
         assert_eq!(lines[4], "0.100000,,,,,,,,");
         assert_eq!(lines[5], "0.200000,15.500,11.500,8.000,,,,,0.7500");
         assert_eq!(lines.len(), 6);
-        let expected = ReplayOutcome {
-            frames: 5,
-            detected: 2,
-            located: 1,
-            without_depth: 1,
-            broken: 3,
-        };
+        let expected = ReplayOutcome { frames: 5, detected: 2, located: 1, without_depth: 1, broken: 3 };
         assert_eq!(outcome, expected);
         let named = ["depth.txt:5", "gone.png", "scripted", "0.200000 s: no depth"];
         assert_eq!(problems.len(), named.len(), "{problems:?}");

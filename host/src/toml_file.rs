@@ -49,10 +49,8 @@ fn at_line(path: &Path, line: usize, key: &str, message: &str) -> String {
 /// # Errors
 /// Where the file cannot be read, or where it does not say a `T`; with file, line and key.
 pub fn read_toml<T: DeserializeOwned>(path: &Path) -> Result<T, TomlFileError> {
-    let text = std::fs::read_to_string(path).map_err(|error| TomlFileError::Read {
-        path: path.to_path_buf(),
-        error,
-    })?;
+    let text = std::fs::read_to_string(path)
+        .map_err(|error| TomlFileError::Read { path: path.to_path_buf(), error })?;
     parse_toml(path, &text)
 }
 
@@ -66,17 +64,9 @@ pub fn parse_toml<T: DeserializeOwned>(path: &Path, text: &str) -> Result<T, Tom
         let line = line_of(text, &error, &key);
         let mut message = error.message().replace('\n', " ");
         if key.is_empty() && !message.starts_with("missing field") {
-            message = format!(
-                "{message}: {}",
-                text.lines().nth(line - 1).unwrap_or_default().trim()
-            );
+            message = format!("{message}: {}", text.lines().nth(line - 1).unwrap_or_default().trim());
         }
-        TomlFileError::Content {
-            path: path.to_path_buf(),
-            line,
-            key,
-            message,
-        }
+        TomlFileError::Content { path: path.to_path_buf(), line, key, message }
     })
 }
 
@@ -98,10 +88,7 @@ fn key_of(mut error: toml::de::Error) -> String {
     error.set_input(None);
     let text = error.to_string();
     let last = text.trim_end().rsplit('\n').next().unwrap_or_default();
-    last.strip_prefix("in `")
-        .and_then(|k| k.strip_suffix('`'))
-        .unwrap_or_default()
-        .to_owned()
+    last.strip_prefix("in `").and_then(|k| k.strip_suffix('`')).unwrap_or_default().to_owned()
 }
 
 /// A finite number above zero, checked while it is read.
@@ -143,11 +130,7 @@ impl TryFrom<f64> for Positive {
     type Error = NumberError;
 
     fn try_from(x: f64) -> Result<Self, NumberError> {
-        if x.is_finite() && x > 0.0 {
-            Ok(Self(x))
-        } else {
-            Err(NumberError::NotPositive(x))
-        }
+        if x.is_finite() && x > 0.0 { Ok(Self(x)) } else { Err(NumberError::NotPositive(x)) }
     }
 }
 
@@ -155,11 +138,7 @@ impl TryFrom<f64> for Finite {
     type Error = NumberError;
 
     fn try_from(x: f64) -> Result<Self, NumberError> {
-        if x.is_finite() {
-            Ok(Self(x))
-        } else {
-            Err(NumberError::NotFinite(x))
-        }
+        if x.is_finite() { Ok(Self(x)) } else { Err(NumberError::NotFinite(x)) }
     }
 }
 
@@ -192,9 +171,7 @@ mod tests {
 
     fn error_of(text: &str) -> (usize, String, String) {
         match parse_toml::<File>(Path::new("rig.toml"), text) {
-            Err(TomlFileError::Content {
-                line, key, message, ..
-            }) => (line, key, message),
+            Err(TomlFileError::Content { line, key, message, .. }) => (line, key, message),
             other => panic!("{other:?}"),
         }
     }
@@ -202,16 +179,8 @@ mod tests {
     #[test]
     fn a_mistake_is_named_with_line_and_key() {
         let cases = [
-            (
-                "# 1\n[rig]\ngain = 1\ngian = 2\n[camera]\nat = [0, 0, 0]\n",
-                4,
-                "gian",
-            ),
-            (
-                "# 1\n[rig]\nname = \"a\"\n\n[camera]\nat = [0, 0, 0]\n",
-                2,
-                "gain",
-            ),
+            ("# 1\n[rig]\ngain = 1\ngian = 2\n[camera]\nat = [0, 0, 0]\n", 4, "gian"),
+            ("# 1\n[rig]\nname = \"a\"\n\n[camera]\nat = [0, 0, 0]\n", 2, "gain"),
             ("[rig]\ngain = 1\n\n# end\n", 4, "camera"),
             ("# 1\n[rig]\ngain = -1.0\n[camera]\nat = [0, 0, 0]\n", 3, "gain"),
             ("[rig]\ngain = 1.0\n[camera]\nat = [0, inf, 0]\n", 4, "at"),

@@ -27,9 +27,9 @@ const AROUND: f64 = 1.7;
 /// A blob's size may be off by this factor: the steps between sizes, and blobs that are partly covered.
 const SIZE_FACTOR: f64 = 2.0;
 
-/// Finds a red ball of known size, sub-pixel, at any distance from 0.25 to 2.5 m; says that there is none where no
-/// red thing is round and of the right size. Its score is 0 to 1; 0.3 and more is a ball. A ball without depth scores
-/// 0.7 at most.
+/// Finds a red ball of known size, sub-pixel, at any distance from 0.25 to 2.5 m; says that there is none
+/// where no red thing is round and of the right size. Its score is 0 to 1; 0.3 and more is a ball. A ball
+/// without depth scores 0.7 at most.
 #[derive(Debug, Clone)]
 pub struct Ball {
     ball_radius: f64,
@@ -100,7 +100,8 @@ impl Ball {
         (0..16).filter(|&i| near(i)).count() > 8
     }
 
-    /// Where to look closely for what is proposed; `None` where depth says that a ball would be of another size.
+    /// Where to look closely for what is proposed; `None` where depth says that a ball would be of another
+    /// size.
     fn start(&self, proposal: &Proposal, intrinsics: &Intrinsics, depth: &DepthView) -> Option<Start> {
         let disc = proposal.disc;
         let Some(z) = depth_about(&disc, depth) else {
@@ -134,7 +135,8 @@ impl Start {
     }
 }
 
-/// The median depth, metres, of nine pixels about the middle of `disc`; `None` where fewer than four have depth.
+/// The median depth, metres, of nine pixels about the middle of `disc`; `None` where fewer than four have
+/// depth.
 fn depth_about(disc: &Disc, depth: &DepthView) -> Option<f64> {
     let mut depths = [0.0; 9];
     let mut n = 0;

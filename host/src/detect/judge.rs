@@ -9,7 +9,8 @@ use crate::locate::{DepthView, rough_centre_depth};
 
 /// Where the depth outside a disc is read, in its radius: beyond the pixels that mix ball and background.
 const OUTSIDE: f64 = 1.4;
-/// A ball's size by its picture over that by its depth is wrong by this (standard deviation of the logarithm).
+/// A ball's size by its picture over that by its depth is wrong by this (standard deviation of the
+/// logarithm).
 const SIZE_ERROR: f64 = 0.12;
 /// Part of the disc's pixels that must agree on its depth for it to be taken as known.
 const KNOWN: f64 = 0.2;
@@ -32,9 +33,9 @@ pub(super) struct Judge<'a> {
 }
 
 impl Judge<'_> {
-    /// How sure it is that `outline` is the ball's: 0 to 1. A product, so that each doubt is enough: too little of the
-    /// outline seen, too little of the disc red, too little contrast, another size than the depth asks for, a surface
-    /// that goes on beside it or is not round.
+    /// How sure it is that `outline` is the ball's: 0 to 1. A product, so that each doubt is enough: too
+    /// little of the outline seen, too little of the disc red, too little contrast, another size than the
+    /// depth asks for, a surface that goes on beside it or is not round.
     pub(super) fn score(&self, outline: &Outline) -> f64 {
         if outline.support() < 0.25 || outline.fill < 0.35 || outline.contrast < 0.1 {
             return 0.0;
@@ -62,8 +63,8 @@ impl Judge<'_> {
             * roundness(outline, self.depth, z, self.ball_radius).map_or(1.0, |g| ramp(g, 0.15, 0.55))
     }
 
-    /// The outline fitted again without the edges of what covers the ball; `None` where nothing does, or where too
-    /// little of the ball's own edge would be left.
+    /// The outline fitted again without the edges of what covers the ball; `None` where nothing does, or
+    /// where too little of the ball's own edge would be left.
     pub(super) fn uncovered(&self, outline: &Outline) -> Option<Outline> {
         let z = self.centre(outline)?;
         let around = self.around(outline, z);
@@ -120,7 +121,8 @@ struct Around {
 }
 
 impl Around {
-    /// Part of the rays within the picture (taken to be a quarter at least: a sliver of a ball is none) that show `side`.
+    /// Part of the rays within the picture (taken to be a quarter at least: a sliver of a ball is none) that
+    /// show `side`.
     fn part(&self, side: Side) -> f64 {
         let all = self.sides.iter().flatten().count().max(RAYS / 4);
         self.sides.iter().filter(|&&s| s == Some(side)).count() as f64 / all as f64
@@ -132,11 +134,11 @@ pub(super) fn detection(outline: &Outline, score: f64) -> Detection {
     Detection { u: outline.disc.u, v: outline.disc.v, radius: outline.disc.radius, score }
 }
 
-/// How round the surface on a disc is: 1 a sphere of `ball_radius`, 0 a plane however inclined; as much more as it
-/// might be within 1.5 standard errors. `None` where too little of it has depth to say.
+/// How round the surface on a disc is: 1 a sphere of `ball_radius`, 0 a plane however inclined; as much more
+/// as it might be within 1.5 standard errors. `None` where too little of it has depth to say.
 ///
-/// Least squares of depth = a + b x + c y - g s, s = sqrt(R² - x² - y²) the height of a sphere over its middle plane, of
-/// the pixels whose depth is within a ball of depth `z` of its centre.
+/// Least squares of depth = a + b x + c y - g s, s = sqrt(R² - x² - y²) the height of a sphere over its
+/// middle plane, of the pixels whose depth is within a ball of depth `z` of its centre.
 fn roundness(outline: &Outline, depth: &DepthView, z: f64, ball_radius: f64) -> Option<f64> {
     let (disc, (part, half)) = (&outline.disc, SURFACE);
     let (mut normal, mut right, mut squares, mut n) = (Matrix4::zeros(), Vector4::zeros(), 0.0, 0.0);

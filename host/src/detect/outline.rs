@@ -1,7 +1,8 @@
 //! A ball's outline: looked for along rays from its middle and fitted.
 //!
-//! A sphere is seen as a cone, so its picture is a circle only on the optical axis and an ellipse elsewhere. The rays
-//! are laid out on a plane across the direction to the ball: there the outline is a circle wherever the ball is.
+//! A sphere is seen as a cone, so its picture is a circle only on the optical axis and an ellipse elsewhere.
+//! The rays are laid out on a plane across the direction to the ball: there the outline is a circle wherever
+//! the ball is.
 
 use std::borrow::Cow;
 
@@ -29,9 +30,9 @@ const HOPELESS: f64 = 0.3;
 /// Part of the usual contrast that a drop of redness must have to be an edge.
 const CLEAR: f32 = 0.4;
 
-/// How red a pixel is, 0 to 1: by how much red outdoes the other colours, R - max(G, B), less for a tint of orange (skin
-/// and wood too) or, since an overexposed red ball is pink, somewhat less for one of magenta; over its brightness, dark
-/// pixels (noise) damped.
+/// How red a pixel is, 0 to 1: by how much red outdoes the other colours, R - max(G, B), less for a tint of
+/// orange (skin and wood too) or, since an overexposed red ball is pink, somewhat less for one of magenta;
+/// over its brightness, dark pixels (noise) damped.
 pub(super) fn redness(pixel: Vec3b) -> f32 {
     let [b, g, r] = pixel.0.map(f32::from);
     let tint = if g > b { 0.8 * (g - b) } else { 0.2 * (b - g) };
@@ -93,8 +94,8 @@ pub(super) struct Picture<'a> {
 struct Polar {
     /// Redness on each ray.
     red: [[f32; SAMPLES]; RAYS],
-    /// Drop of redness outwards at each sample of each ray: the mean of `SIDE` samples before it less that of as many
-    /// from it on; NaN where those are not all on the ray and within the picture.
+    /// Drop of redness outwards at each sample of each ray: the mean of `SIDE` samples before it less that of
+    /// as many from it on; NaN where those are not all on the ray and within the picture.
     drops: [[f32; SAMPLES]; RAYS],
     /// Samples of each ray within the picture.
     inside: [usize; RAYS],
@@ -127,8 +128,8 @@ impl<'a> Picture<'a> {
         self.intrinsics
     }
 
-    /// The disc near `start` whose edge fits best; `None` where it soon shows that there is none. `free` lets its
-    /// radius be looked for at first; otherwise it is held near that of `start`, which depth has said.
+    /// The disc near `start` whose edge fits best; `None` where it soon shows that there is none. `free` lets
+    /// its radius be looked for at first; otherwise it is held near that of `start`, which depth has said.
     pub(super) fn fit(&self, start: Disc, free: bool) -> Option<Outline> {
         let mut disc = start;
         let mut polar = self.polar(&disc);
@@ -147,8 +148,8 @@ impl<'a> Picture<'a> {
         Some(polar.outline(disc))
     }
 
-    /// The same outline fitted again, held near `radius`, to the edges of the rays that are `trusted` only: those at
-    /// which the ball itself ends and not the view of it.
+    /// The same outline fitted again, held near `radius`, to the edges of the rays that are `trusted` only:
+    /// those at which the ball itself ends and not the view of it.
     pub(super) fn fit_again(&self, outline: &Outline, radius: f64, trusted: &[bool; RAYS]) -> Outline {
         let mut disc = outline.disc;
         for width in WIDTHS {
@@ -257,7 +258,8 @@ impl Polar {
         self.contrast = largest[RAYS * 7 / 10];
     }
 
-    /// How much an edge at each sample is believed when one is expected at `radius` pixels: a Gaussian of `width`.
+    /// How much an edge at each sample is believed when one is expected at `radius` pixels: a Gaussian of
+    /// `width`.
     fn weights(&self, radius: f64, width: f64) -> [f32; SAMPLES] {
         std::array::from_fn(|k| {
             let off = (k as f64 * self.step - radius) / width;
@@ -322,7 +324,8 @@ impl Polar {
         beyond.iter().sum::<f32>() > 0.5 * self.contrast * beyond.len() as f32
     }
 
-    /// Part of the disc (but for its rim) whose redness is above `level`; samples weigh as the area they stand for.
+    /// Part of the disc (but for its rim) whose redness is above `level`; samples weigh as the area they
+    /// stand for.
     fn fill(&self, level: f32) -> f64 {
         let (mut red, mut all) = (0, 0);
         for (ray, samples) in self.red.iter().enumerate() {

@@ -12,12 +12,13 @@ const SHRINK: f64 = 4.0;
 const SCALE_STEP: f64 = 1.4;
 /// The smallest radius that is looked for, coarse pixels.
 const MIN_RADIUS: f64 = 1.5;
-/// Half sizes, as parts of the radius, of three squares about a place: within the disc, around it, and around that.
+/// Half sizes, as parts of the radius, of three squares about a place: within the disc, around it, and around
+/// that.
 const SQUARES: [f64; 3] = [0.62, 1.15, 1.8];
 /// Redness in the middle over that around it, at least; less is noise.
 const MIN_DIFFERENCE: f32 = 0.02;
-/// The response divides the difference by the redness there is, so that dim balls beside bright red things are not
-/// passed over; this keeps it from dividing noise by nothing.
+/// The response divides the difference by the redness there is, so that dim balls beside bright red things
+/// are not passed over; this keeps it from dividing noise by nothing.
 const DARK: f32 = 0.1;
 /// Fixed point of the summed redness: 2^20 pixels of it fit 30 bits.
 const ONE: f32 = 1024.0;
@@ -44,8 +45,8 @@ pub(super) fn propose(colour: &Mat, radii: (f64, f64)) -> Result<Vec<Proposal>, 
     Ok(all)
 }
 
-/// Sums of redness over any upright rectangle of the coarse picture, which has a margin without redness around it
-/// so that no rectangle leaves it.
+/// Sums of redness over any upright rectangle of the coarse picture, which has a margin without redness
+/// around it so that no rectangle leaves it.
 struct Sums {
     width: usize,
     height: usize,
@@ -98,7 +99,8 @@ impl Sums {
             .map(|((a, b), (c, d))| (d - b - c + a) as f32 / ONE)
     }
 
-    /// How much redder the middle is than what is around it, for discs of `radius` coarse pixels, at every pixel.
+    /// How much redder the middle is than what is around it, for discs of `radius` coarse pixels, at every
+    /// pixel.
     fn responses(&self, radius: f64) -> Vec<f32> {
         let [inner, disc, outer] = SQUARES.map(|part| (part * radius).round() as usize);
         let area = |half: usize| ((2 * half + 1) * (2 * half + 1)) as f32;

@@ -33,11 +33,7 @@ pub struct TumFolder {
 #[derive(Debug)]
 enum Pending {
     /// A colour picture and, where there is one, its depth.
-    Frame {
-        time: f64,
-        colour: PathBuf,
-        depth: Option<PathBuf>,
-    },
+    Frame { time: f64, colour: PathBuf, depth: Option<PathBuf> },
     /// A line that could not be read.
     Bad(SourceError),
 }
@@ -67,26 +63,14 @@ impl TumFolder {
             }
         }
         depth.sort_by(|a, b| a.time.total_cmp(&b.time));
-        pending.extend(
-            read_list(folder, "rgb.txt")?
-                .into_iter()
-                .map(|entry| match entry {
-                    Ok(Entry { time, path }) => {
-                        let depth = nearest(&depth, time).map(|d| d.path.clone());
-                        Pending::Frame {
-                            time,
-                            colour: path,
-                            depth,
-                        }
-                    }
-                    Err(error) => Pending::Bad(error),
-                }),
-        );
-        Ok(Self {
-            intrinsics,
-            pending,
-            first_size: None,
-        })
+        pending.extend(read_list(folder, "rgb.txt")?.into_iter().map(|entry| match entry {
+            Ok(Entry { time, path }) => {
+                let depth = nearest(&depth, time).map(|d| d.path.clone());
+                Pending::Frame { time, colour: path, depth }
+            }
+            Err(error) => Pending::Bad(error),
+        }));
+        Ok(Self { intrinsics, pending, first_size: None })
     }
 
     /// How many calls of [`Source::next_frame`] remain: frames, and lines that cannot be understood.
@@ -104,29 +88,19 @@ impl TumFolder {
         let size = picture.size().unwrap_or_default();
         let ranges = match depth {
             Some(path) => read_picture(path, IMREAD_UNCHANGED)?,
-            None => Mat::new_size_with_default(size, CV_16UC1, Scalar::default()).map_err(|_| {
-                SourceError::Decode {
-                    path: colour.to_path_buf(),
-                }
-            })?,
+            None => Mat::new_size_with_default(size, CV_16UC1, Scalar::default())
+                .map_err(|_| SourceError::Decode { path: colour.to_path_buf() })?,
         };
         let frame = RgbdFrame::new(time, picture, ranges, self.intrinsics).map_err(|error| {
             let culprit = match (&error, depth) {
                 (FrameError::Depth(_) | FrameError::Size { .. }, Some(depth)) => depth,
                 _ => colour,
             };
-            SourceError::Frame {
-                what: culprit.display().to_string(),
-                error,
-            }
+            SourceError::Frame { what: culprit.display().to_string(), error }
         })?;
         let first = *self.first_size.get_or_insert(size);
         if size != first {
-            return Err(SourceError::OtherSize {
-                path: colour.to_path_buf(),
-                size,
-                first,
-            });
+            return Err(SourceError::OtherSize { path: colour.to_path_buf(), size, first });
         }
         Ok(frame)
     }
@@ -140,10 +114,7 @@ impl Source for TumFolder {
             Some(Pending::Frame { time, colour, depth }) => self
                 .read_frame(time, &colour, depth.as_deref())
                 .map(Some)
-                .map_err(|error| SourceError::At {
-                    time,
-                    error: Box::new(error),
-                }),
+                .map_err(|error| SourceError::At { time, error: Box::new(error) }),
         }
     }
 }
@@ -151,10 +122,7 @@ impl Source for TumFolder {
 /// The lines of the list `name` in `folder`, those that are no entry as errors.
 fn read_list(folder: &Path, name: &str) -> Result<Vec<Result<Entry, SourceError>>, SourceError> {
     let path = folder.join(name);
-    let bytes = std::fs::read(&path).map_err(|error| SourceError::Read {
-        path: path.clone(),
-        error,
-    })?;
+    let bytes = std::fs::read(&path).map_err(|error| SourceError::Read { path: path.clone(), error })?;
     let text = String::from_utf8_lossy(&bytes);
     let lines = text.trim_start_matches('\u{feff}').lines().enumerate();
     Ok(lines
@@ -174,10 +142,7 @@ fn read_list(folder: &Path, name: &str) -> Result<Vec<Result<Entry, SourceError>
 fn parse_entry(folder: &Path, line: &str) -> Option<Entry> {
     let (time, path) = line.split_once(char::is_whitespace)?;
     let time: f64 = time.parse().ok()?;
-    time.is_finite().then(|| Entry {
-        time,
-        path: folder.join(path.trim()),
-    })
+    time.is_finite().then(|| Entry { time, path: folder.join(path.trim()) })
 }
 
 /// The entry of `sorted` that is nearest to `time`, within [`MAX_TIME_DIFFERENCE`].
@@ -192,13 +157,8 @@ fn nearest(sorted: &[Entry], time: f64) -> Option<&Entry> {
 
 /// The picture in a file. Read as bytes first, so that a missing file is told from a damaged one.
 fn read_picture(path: &Path, flags: i32) -> Result<Mat, SourceError> {
-    let bytes = std::fs::read(path).map_err(|error| SourceError::Read {
-        path: path.to_path_buf(),
-        error,
-    })?;
-    let decode = || SourceError::Decode {
-        path: path.to_path_buf(),
-    };
+    let bytes = std::fs::read(path).map_err(|error| SourceError::Read { path: path.to_path_buf(), error })?;
+    let decode = || SourceError::Decode { path: path.to_path_buf() };
     let mat = imdecode(&Vector::<u8>::from_slice(&bytes), flags).map_err(|_| decode())?;
     if mat.empty() { Err(decode()) } else { Ok(mat) }
 }
@@ -211,13 +171,8 @@ mod tests {
 
     use super::*;
 
-    const INTRINSICS: Intrinsics = Intrinsics {
-        fx: 500.0,
-        fy: 500.0,
-        cx: 15.5,
-        cy: 11.5,
-        depth_scale: 5000.0,
-    };
+    const INTRINSICS: Intrinsics =
+        Intrinsics { fx: 500.0, fy: 500.0, cx: 15.5, cy: 11.5, depth_scale: 5000.0 };
 
     fn picture(folder: &TempDir, name: &str, typ: i32, width: i32, value: f64) {
         let mat = Mat::new_rows_cols_with_default(24, width, typ, Scalar::all(value)).unwrap();
@@ -257,12 +212,7 @@ mod tests {
         // Not in order, one dropped, one 15 ms late, one 21 ms late.
         let depth = "10.048 d1.png\n\n10.002 d0.png\n10.121000 d3.png\n";
         let frames = read_all(&recording(rgb, depth));
-        let expected = [
-            (10.0, 0, 1000),
-            (10.033, 1, 1001),
-            (10.066, 2, 1001),
-            (10.1, 3, 0),
-        ];
+        let expected = [(10.0, 0, 1000), (10.033, 1, 1001), (10.066, 2, 1001), (10.1, 3, 0)];
         assert_eq!(frames, expected.map(Ok));
     }
 
