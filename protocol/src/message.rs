@@ -168,7 +168,7 @@ pub enum ConfigField {
     Gain,
     /// A rate of 0 or above what the board was built for.
     MaxRate,
-    /// Acceleration below 8 steps/s² or above 4 million.
+    /// Acceleration below 40 steps/s² or above 4 million.
     MaxAcceleration,
     /// A travel that does not contain the motor's position.
     Travel,

@@ -43,7 +43,7 @@ impl fmt::Display for ConfigField {
             Self::Bounds => "the bounds (0 < alpha <= beta <= 8)",
             Self::Gain => "the gain (above 0, at most 16 steps/s for a micrometre)",
             Self::MaxRate => "a motor's highest rate (above 0, within what the board was built for)",
-            Self::MaxAcceleration => "a motor's acceleration (8 to 4 000 000 steps/s²)",
+            Self::MaxAcceleration => "a motor's acceleration (40 to 4 000 000 steps/s²)",
             Self::Travel => "a motor's travel (it must contain 0 and the motor's present position)",
             Self::Microsteps => "the microsteps (1, 2, 4, 8 or 16)",
             Self::Workspace => "the workspace (min below max, within 4 m of the origin)",

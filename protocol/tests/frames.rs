@@ -1,4 +1,5 @@
 //! Frames over a stream that may begin anywhere and be damaged anywhere.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops at the first surprise")]
 
 use plumb_protocol::frame::{Accumulator, FrameError, MAX_FRAME, TooLong, encode};
 use plumb_protocol::message::{Command, Hello, Position, ToBoard};

@@ -6,7 +6,7 @@
 //!
 //! ```text
 //! bytes -> Board::receive -> law -> MotorRates        (on every position)
-//! time  -> Board::tick -> Planner -> StepPlan         (every millisecond)
+//! time  -> Board::tick -> Planner -> StepPlan         (every 200 µs)
 //! ```
 #![no_std]
 #![forbid(unsafe_code)]

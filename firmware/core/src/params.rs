@@ -9,7 +9,7 @@ use crate::law::Interval;
 /// Limits that no configuration can lift: what the step generation of this board was built for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct BuildLimits {
-    /// Highest pulse rate of one motor, microsteps/s.
+    /// Highest pulse rate of one motor, microsteps/s; at most 2 million, which the planner's arithmetic has room for.
     pub max_pulse_rate: u32,
 }
 
@@ -33,8 +33,8 @@ const MAX_GAIN: u32 = 16 << 16;
 const MAX_COORDINATE: i32 = 4_000_000;
 /// 5 s.
 const MAX_DEADLINE: u16 = 5_000;
-/// Least acceleration, steps/s²: two units of rate a tick.
-const MIN_ACCELERATION: u32 = 8;
+/// Least acceleration, steps/s²: eight units of the planner's rate a tick even without microsteps.
+const MIN_ACCELERATION: u32 = 40;
 const MAX_ACCELERATION: u32 = 4_000_000;
 /// Travel up to ±32 million steps leaves room for the way to a stop in an i32.
 const MAX_TRAVEL: i32 = 1 << 29;

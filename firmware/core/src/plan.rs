@@ -11,25 +11,34 @@ use crate::law::MotorRates;
 use crate::params::Params;
 pub use jog::Jogging;
 
-/// Length of a tick, microseconds.
-pub const TICK_US: u32 = 1000;
+/// Length of a tick, microseconds: short enough that a new position changes the rates within 300 µs, long enough that
+/// planning takes a few percent of the chip.
+pub const TICK_US: u32 = 200;
 
-const TICK_NS: u64 = TICK_US as u64 * 1000;
+/// The clock that pulses are placed on, per second: that of the chip, so that a plan is exact there.
+pub const CLOCK_HZ: u32 = 125_000_000;
 
-/// One microstep in units of the reference: a rate of one unit (1/256 step/s) moves it by `microsteps` units a tick.
-const UNIT: i32 = 256 * (1_000_000 / TICK_US as i32);
+/// Clocks in a tick.
+pub const TICK_CLOCKS: u32 = CLOCK_HZ / 1_000_000 * TICK_US;
 
-/// What one motor does in a tick: `count` pulses, the k-th `first_ns + k * period_ns` after the tick's start.
+/// Fraction bits of a pulse rate (microsteps/s), so that small accelerations still count in a tick.
+const RATE_BITS: u32 = 10;
+
+/// One microstep in units of the reference, which a pulse rate moves by itself every tick: 23 bits.
+const UNIT: i32 = (1_000_000 / TICK_US as i32) << RATE_BITS;
+
+/// What one motor does in a tick: `count` pulses, the k-th `first + k * period` clocks after the tick's start, all
+/// before its end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Pulses {
     /// Level of the direction line: high where the cable is paid out, unless the motor is reversed.
     pub direction: bool,
     /// Number of pulses (microsteps).
     pub count: u16,
-    /// When the first comes, ns after the tick's start; below the tick's length.
-    pub first_ns: u32,
-    /// From one to the next, ns; at most the tick's length.
-    pub period_ns: u32,
+    /// When the first comes, clocks after the tick's start.
+    pub first: u32,
+    /// From one to the next, clocks; at most a tick.
+    pub period: u32,
 }
 
 /// What the three motors do in a tick.
@@ -48,12 +57,12 @@ pub struct Planner {
 
 #[derive(Debug, Clone, Copy)]
 struct Axis {
-    /// Highest change of rate a tick, Q8 steps/s, at least 2.
+    /// Highest change of rate a tick, at least 8; 24 bits.
     delta: i32,
     /// Travel, 1/16 steps.
     travel: (i32, i32),
     reversed: bool,
-    /// Present rate, Q8 steps/s.
+    /// Present rate, microsteps/s with [`RATE_BITS`]; 31 bits by the build's highest pulse rate.
     rate: i32,
     /// Pulses given, 1/16 steps.
     position: i32,
@@ -63,13 +72,13 @@ struct Axis {
 
 impl Axis {
     const AT_REST: Self =
-        Self { delta: 2, travel: (0, 0), reversed: false, rate: 0, position: 0, fraction: UNIT / 2 };
+        Self { delta: 8, travel: (0, 0), reversed: false, rate: 0, position: 0, fraction: UNIT / 2 };
 
-    fn configure(&mut self, motor: &Motor) {
-        // a·tick in Q8, rounded down: 4e6 steps/s² are 1 024 000, 20 bits; the product 43.
-        let delta = (u64::from(motor.max_acceleration.0) * 256 * u64::from(TICK_US)) / 1_000_000;
+    fn configure(&mut self, motor: &Motor, microsteps: i32) {
+        // Rounded down, so that the limit holds. Bits: acceleration 22, microsteps 5, fraction 10, tick 8.
+        let per_second = (u64::from(motor.max_acceleration.0) * microsteps as u64) << RATE_BITS;
         *self = Self {
-            delta: delta as i32,
+            delta: (per_second * u64::from(TICK_US) / 1_000_000) as i32,
             travel: (motor.travel_min.0, motor.travel_max.0),
             reversed: motor.reversed,
             fraction: UNIT / 2,
@@ -79,9 +88,8 @@ impl Axis {
 
     /// Whether the motor stays within its travel if it turns at `rate` for this tick and then stops over `ticks`.
     fn can_stop(&self, rate: i32, ticks: i32, microsteps: i32) -> bool {
-        // This tick at `rate`, then rate·(1 - k/ticks) for k = 1.. : rate·(ticks + 1)/2 in all. Bits: rate·microsteps
-        // 31, ticks 22.
-        let units = i64::from(rate) * i64::from(microsteps) * (i64::from(ticks) + 1) / 2;
+        // This tick at `rate`, then rate·(1 - k/ticks) for k = 1.. : rate·(ticks + 1)/2 in all. Bits: rate 31, ticks 28.
+        let units = i64::from(rate) * (i64::from(ticks) + 1) / 2;
         let pulses = (i64::from(self.fraction) + units).div_euclid(i64::from(UNIT));
         let end = i64::from(self.position) + pulses * i64::from(16 / microsteps);
         match rate.signum() {
@@ -93,25 +101,26 @@ impl Axis {
 
     /// Moves the reference by a tick at the present rate; the pulses that it passes.
     fn advance(&mut self, microsteps: i32) -> Pulses {
-        // UNIT is 18 bits; rate·microsteps at most 2^31 by the build's pulse rate, so i64 for the sum.
-        let moved = i64::from(self.rate) * i64::from(microsteps);
-        let (unit, distance) = (i64::from(UNIT), moved.unsigned_abs());
-        let reference = i64::from(self.fraction) + moved;
-        let pulses = reference.div_euclid(unit);
+        // Bits: rate 31 with its sign, fraction 23: fits, since the build's pulse rate leaves room.
+        let reference = self.fraction + self.rate;
+        let pulses = reference.div_euclid(UNIT);
+        let direction = (self.rate > 0) != self.reversed;
         // Units to before the first pulse: the rest of this microstep upwards, what was passed of it downwards; so all
         // pulses lie before the tick's end.
-        let to_first = if moved > 0 { UNIT - 1 - self.fraction } else { self.fraction };
-        self.fraction = reference.rem_euclid(unit) as i32;
-        self.position += pulses as i32 * (16 / microsteps);
-        let forward = moved > 0;
+        let to_first = if self.rate > 0 { UNIT - 1 - self.fraction } else { self.fraction };
+        self.fraction = reference.rem_euclid(UNIT);
+        self.position += pulses * (16 / microsteps);
         if pulses == 0 {
-            return Pulses { direction: forward != self.reversed, ..Pulses::default() };
+            return Pulses { direction, ..Pulses::default() };
         }
+        // Bits: 23 + 15 = 38.
+        let clocks =
+            |units: i32| (units as u64 * u64::from(TICK_CLOCKS) / u64::from(self.rate.unsigned_abs())) as u32;
         Pulses {
-            direction: forward != self.reversed,
+            direction,
             count: pulses.unsigned_abs() as u16,
-            first_ns: ((to_first as u64 * TICK_NS) / distance) as u32,
-            period_ns: ((UNIT as u64 * TICK_NS) / distance).min(TICK_NS) as u32,
+            first: clocks(to_first),
+            period: if pulses.unsigned_abs() > 1 { clocks(UNIT) } else { TICK_CLOCKS },
         }
     }
 }
@@ -127,7 +136,7 @@ impl Planner {
     pub fn configure(&mut self, params: &Params) {
         self.microsteps = i32::from(params.microsteps);
         for (axis, motor) in self.axes.iter_mut().zip(&params.motors) {
-            axis.configure(motor);
+            axis.configure(motor, self.microsteps);
         }
     }
 
@@ -136,9 +145,14 @@ impl Planner {
         self.axes.map(|a| a.position)
     }
 
-    /// Present motor rates, Q8 steps/s.
+    /// Present motor rates, Q8 steps/s, rounded towards zero.
     pub fn rates(&self) -> [i32; 3] {
-        self.axes.map(|a| a.rate)
+        self.axes.map(|a| a.rate / self.per_q8())
+    }
+
+    /// Units of a pulse rate in 1/256 full step/s.
+    fn per_q8(&self) -> i32 {
+        self.microsteps << (RATE_BITS - 8)
     }
 
     /// Whether any motor turns.
@@ -152,10 +166,10 @@ impl Planner {
         ticks(0).max(ticks(1)).max(ticks(2))
     }
 
-    /// The rates one tick on from the present ones towards `wanted`, with one common factor.
+    /// The pulse rates one tick on from the present ones towards `wanted`, with one common factor.
     fn toward(&self, wanted: MotorRates) -> [i32; 3] {
-        // Rates are at most 2^30 (pulse rate of the build), so the difference fits.
-        let changes = [0, 1, 2].map(|i| wanted.0[i] - self.axes[i].rate);
+        // Within the limits, pulse rates are at most 1.28e9; the difference of two may take 32 bits and saturates.
+        let changes = [0, 1, 2].map(|i| (wanted.0[i] * self.per_q8()).saturating_sub(self.axes[i].rate));
         let ticks = self.ticks_for(changes).max(1);
         // Away from zero, which still is at most `delta`, so that the last tick arrives exactly.
         [0, 1, 2].map(|i| {

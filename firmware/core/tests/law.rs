@@ -1,4 +1,5 @@
 //! The interval law in fixed point against the paper's formulas in f64.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops at the first surprise")]
 
 mod common;
 

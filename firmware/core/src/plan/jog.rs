@@ -25,15 +25,17 @@ impl Jogging {
         let axis = &planner.axes[self.motor];
         let per_microstep = 16 / planner.microsteps;
         let microsteps = (self.end - axis.position).div_euclid(per_microstep);
-        // To the middle of the last microstep: 32 + 18 bits. Then as a rate that would get there in one tick.
-        let units = i64::from(microsteps) * i64::from(UNIT) + i64::from(UNIT / 2 - axis.fraction);
-        let distance = units / i64::from(planner.microsteps);
-        if distance == 0 && axis.rate == 0 {
+        // To the middle of the last microstep: 29 + 23 bits. A pulse rate of as much would get there in one tick.
+        let distance = i64::from(microsteps) * i64::from(UNIT) + i64::from(UNIT / 2 - axis.fraction);
+        // What is left below one unit of a wanted rate cannot be asked for.
+        let per_q8 = i64::from(planner.per_q8());
+        if distance.abs() < per_q8 && axis.rate == 0 {
             return None;
         }
-        let rate = approach(distance.unsigned_abs(), axis.delta.unsigned_abs()).min(self.rate.unsigned_abs());
+        let pulse_rate = approach(distance.unsigned_abs(), axis.delta.unsigned_abs());
+        let rate = (i64::from(pulse_rate) / per_q8).min(i64::from(self.rate)) as i32;
         let mut rates = [0; 3];
-        rates[self.motor] = rate as i32 * distance.signum() as i32;
+        rates[self.motor] = rate * distance.signum() as i32;
         Some(MotorRates(rates))
     }
 }
@@ -45,7 +47,7 @@ fn approach(distance: u64, delta: u32) -> u32 {
     if distance <= delta {
         return distance as u32;
     }
-    // Distances are below 2^50/1, delta below 2^20.5: the radicand stays below 2^63 for travels up to 2^42 units.
+    // Distances take 52 bits and delta 24: what does not fit is so far away that the rate's limit counts.
     let margin = delta + delta / 2;
     let root = (2 * delta).saturating_mul(distance).saturating_add(margin * margin).isqrt();
     root.saturating_sub(margin).clamp(delta.min(u64::from(u32::MAX >> 1)), u64::from(u32::MAX >> 1)) as u32

@@ -1,5 +1,6 @@
 //! Configurations that the tests of this crate start from.
 #![allow(dead_code, reason = "each test file uses its part")]
+#![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
 
 use plumb_core::BuildLimits;
 use plumb_core::params::Params;
