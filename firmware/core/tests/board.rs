@@ -35,7 +35,7 @@ impl Bench {
 
     fn greeted() -> Self {
         let mut bench = Self::new();
-        bench.send(Command::Hello(Hello::OURS));
+        let _ = bench.send(Command::Hello(Hello::OURS));
         bench
     }
 
@@ -137,7 +137,7 @@ fn nothing_moves_before_the_greeting_matches() {
         Hello { schema: [0; 8], ..Hello::OURS },
     ];
     for hello in wrong {
-        bench.send(Command::Hello(hello));
+        let _ = bench.send(Command::Hello(hello));
         let Some(FromBoard::Hello(answer)) = bench.heard.last() else { panic!("{:?}", bench.heard) };
         assert!(!answer.accepted && answer.hello == Hello::OURS);
         assert_eq!(bench.send(Command::Target(point(TARGET))), Err(Refusal::NotGreeted));
@@ -151,7 +151,7 @@ fn nothing_moves_before_the_greeting_matches() {
 fn a_host_of_another_version_stops_what_is_under_way() {
     let mut bench = Bench::seeking();
     assert!(bench.moving());
-    bench.send(Command::Hello(Hello { version: VERSION + 1, ..Hello::OURS }));
+    let _ = bench.send(Command::Hello(Hello { version: VERSION + 1, ..Hello::OURS }));
     bench.run_ms(210);
     assert!(!bench.moving());
     assert_eq!(bench.board.state(), State::Ready);
