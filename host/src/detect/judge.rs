@@ -7,8 +7,9 @@ use crate::camera::Intrinsics;
 use crate::detect::Detection;
 use crate::locate::{DepthView, rough_centre_depth};
 
-/// Where the depth outside a disc is read, in its radius: beyond the pixels that mix ball and background.
-const OUTSIDE: f64 = 1.4;
+/// Where the depth outside a disc is read, in its radius and in pixels more: beyond the pixels that mix ball and
+/// background, and beyond what depth may be shifted against colour.
+const OUTSIDE: (f64, f64) = (1.4, 2.0);
 /// A ball's size by its picture over that by its depth is wrong by this (standard deviation of the
 /// logarithm).
 const SIZE_ERROR: f64 = 0.12;
@@ -59,7 +60,7 @@ impl Judge<'_> {
             * ramp(outline.contrast, 0.1, 0.2)
             * (0.8 + 0.2 * ramp(outline.contrast, 0.15, 0.4))
             * (-off * off / 2.0).exp()
-            * (1.0 - ramp(around.part(Side::Attached), 0.05, 0.3))
+            * (1.0 - ramp(around.part(Side::Attached), 0.05, 0.2))
             * roundness(outline, self.depth, z, self.ball_radius).map_or(1.0, |g| ramp(g, 0.15, 0.55))
     }
 
@@ -88,7 +89,8 @@ impl Judge<'_> {
             if outline.rims[ray] == Rim::Unseen {
                 return None;
             }
-            let pixel = self.picture.pixel_on_ray(&outline.disc, ray, OUTSIDE);
+            let pixel =
+                self.picture.pixel_on_ray(&outline.disc, ray, OUTSIDE.0 + OUTSIDE.1 / outline.disc.radius);
             let outside = pixel.and_then(|(u, v)| self.depth.at(u, v));
             Some(match outside {
                 Some(o) if o <= z && outline.rims[ray] == Rim::Red => Side::Attached,
