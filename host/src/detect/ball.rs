@@ -1,10 +1,11 @@
 //! The default detector: colour proposes, shape and size against depth decide.
 //!
-//! 1. Red blobs of all the sizes that a ball can have are looked for in a coarse picture ([`propose`]). Where there is
-//!    depth, a ball has one size only, and blobs of another are passed over.
+//! 1. Red blobs of all the sizes that a ball can have are looked for in a coarse picture ([`propose`]). Where
+//!    there is depth, a ball has one size only, and blobs of another are passed over.
 //! 2. Around each of the best the outline is fitted at full size ([`outline`](super::outline)).
-//! 3. Each outline is judged by how much of it is seen, how much of it is red, its size against depth, and what is behind it
-//!    ([`judge`](super::judge)). The best one is the ball if it is good enough; otherwise there is none.
+//! 3. Each outline is judged by how much of it is seen, how much of it is red, its size against depth, and
+//!    what is behind it ([`judge`](super::judge)). The best one is the ball if it is good enough; otherwise
+//!    there is none.
 
 use super::judge::{Judge, detection, radius_at};
 use super::outline::{Disc, Outline, Picture};
@@ -58,8 +59,12 @@ impl Ball {
         let depth = DepthView::of(frame)?;
         let judge = Judge { picture: &picture, depth: &depth, ball_radius: self.ball_radius };
         let mut best: Option<(Outline, f64)> = None;
+        let (smallest, largest) = self.radii(frame.intrinsics());
         for start in self.starts(frame, &depth)? {
-            let Some(outline) = picture.fit(start.disc, !start.sized) else { continue };
+            let Some(outline) = picture.fit(start.disc, start.surface.is_none()) else { continue };
+            if !(0.8 * smallest..1.25 * largest).contains(&outline.disc.radius) {
+                continue;
+            }
             let score = judge.score(&outline);
             // Of equal ones the more promising blob's.
             if best.is_none_or(|b| score > b.1) {
@@ -72,14 +77,19 @@ impl Ball {
         Ok(best.map(|(outline, score)| (judge.uncovered(&outline).unwrap_or(outline), score)))
     }
 
+    /// The smallest and the largest radius that the ball can have in a picture, pixels.
+    fn radii(&self, intrinsics: &Intrinsics) -> (f64, f64) {
+        let at = |z: f64| radius_at(intrinsics, self.ball_radius, z);
+        (at(DISTANCES.1), at(DISTANCES.0))
+    }
+
     /// The places to look at closely.
     fn starts(&self, frame: &RgbdFrame, depth: &DepthView) -> Result<Vec<Start>, DetectError> {
-        let radius = |z: f64| radius_at(frame.intrinsics(), self.ball_radius, z);
         let mut starts: Vec<Start> = Vec::new();
         let (mut with_depth, mut without) = LOOKED_AT;
-        for proposal in propose(frame.colour(), (radius(DISTANCES.1), radius(DISTANCES.0)))? {
+        for proposal in propose(frame.colour(), self.radii(frame.intrinsics()))? {
             let Some(start) = self.start(&proposal, frame.intrinsics(), depth) else { continue };
-            let left = if start.sized { &mut with_depth } else { &mut without };
+            let left = if start.surface.is_some() { &mut with_depth } else { &mut without };
             if *left > 0 && !starts.iter().any(|s| s.same_as(&start)) && !self.is_attached(&start, depth) {
                 *left -= 1;
                 starts.push(start);
@@ -105,15 +115,11 @@ impl Ball {
     fn start(&self, proposal: &Proposal, intrinsics: &Intrinsics, depth: &DepthView) -> Option<Start> {
         let disc = proposal.disc;
         let Some(z) = depth_about(&disc, depth) else {
-            return Some(Start { disc, sized: false, surface: None });
+            return Some(Start { disc, surface: None });
         };
         let radius = radius_at(intrinsics, self.ball_radius, z + self.ball_radius);
         let factor = (radius / disc.radius).max(disc.radius / radius);
-        (factor < SIZE_FACTOR).then_some(Start {
-            disc: Disc { radius, ..disc },
-            sized: true,
-            surface: Some(z),
-        })
+        (factor < SIZE_FACTOR).then_some(Start { disc: Disc { radius, ..disc }, surface: Some(z) })
     }
 }
 
@@ -121,8 +127,7 @@ impl Ball {
 #[derive(Debug, Clone, Copy)]
 struct Start {
     disc: Disc,
-    /// Whether its radius is known from depth.
-    sized: bool,
+    /// Depth of what is seen there, metres; where it is known the disc's radius is that of a ball there.
     surface: Option<f64>,
 }
 

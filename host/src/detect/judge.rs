@@ -7,8 +7,8 @@ use crate::camera::Intrinsics;
 use crate::detect::Detection;
 use crate::locate::{DepthView, rough_centre_depth};
 
-/// Where the depth outside a disc is read, in its radius and in pixels more: beyond the pixels that mix ball and
-/// background, and beyond what depth may be shifted against colour.
+/// Where the depth outside a disc is read, in its radius and in pixels more: beyond the pixels that mix ball
+/// and background, and beyond what depth may be shifted against colour.
 const OUTSIDE: (f64, f64) = (1.4, 2.0);
 /// A ball's size by its picture over that by its depth is wrong by this (standard deviation of the
 /// logarithm).

@@ -20,8 +20,9 @@ const MIN_DIFFERENCE: f32 = 0.02;
 /// The response divides the difference by the redness there is, so that dim balls beside bright red things
 /// are not passed over; this keeps it from dividing noise by nothing.
 const DARK: f32 = 0.1;
-/// Fixed point of the summed redness: 2^20 pixels of it fit 30 bits.
-const ONE: f32 = 1024.0;
+/// Fixed point of the summed redness: 8 million coarse pixels of it fit 31 bits, a picture of 128 million
+/// pixels.
+const ONE: f32 = 256.0;
 
 /// A place where a ball might be, in pixels of the full picture.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -34,6 +35,8 @@ pub(super) struct Proposal {
 
 /// All places for a ball of a radius within `radii` (pixels), the most promising first.
 pub(super) fn propose(colour: &Mat, radii: (f64, f64)) -> Result<Vec<Proposal>, DetectError> {
+    // Nothing larger than the picture is seen in it.
+    let radii = (radii.0, radii.1.min(f64::from(colour.cols().max(colour.rows())) / 2.0));
     let sums = Sums::of(colour, radii.1)?;
     let mut all = Vec::new();
     let mut radius = (radii.0 / SHRINK).max(MIN_RADIUS);
@@ -73,7 +76,7 @@ impl Sums {
             let mut sum = 0;
             for ((pixel, corner), above) in line.iter().zip(&mut row[margin + 1..]).zip(&above[margin + 1..])
             {
-                sum += (redness(*pixel) * ONE) as i32;
+                sum += (redness(*pixel) * ONE + 0.5) as i32;
                 *corner = above + sum;
             }
             for x in margin + width + 1..stride {

@@ -153,6 +153,15 @@ fn pictures_with_nothing_in_them_or_of_no_size_to_speak_of_are_searched() {
     }
 }
 
+#[test]
+fn balls_of_absurd_size_are_not_found() {
+    let mut scene = Scene::wall(2.2);
+    scene.add(&ball_at(250.0, 200.0, 0.9));
+    for diameter in [0.0, -1.0, 1e-9, 1e3, 1e300, f64::INFINITY, f64::NAN] {
+        assert_eq!(Ball::new(diameter).detect(&scene.frame()).unwrap(), None, "{diameter}");
+    }
+}
+
 /// The frames of a folder of real pictures.
 fn real(name: &str, intrinsics: Intrinsics) -> Vec<RgbdFrame> {
     let Some(folder) = pictures(name) else { return Vec::new() };
