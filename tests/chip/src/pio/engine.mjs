@@ -1,0 +1,89 @@
+// Both PIO blocks in lock step with the rest of the chip.
+//
+// What is wrong in rp2040js 1.4.1: its state machines run a thousand steps at a time from setTimeout, whatever the chip's time is;
+// clock dividers, delays, FIFO joining, the phase of CLKDIV_RESTART and instructions that wait are missing or wrong; a word written
+// to a FIFO restarts a program at the wrong place. Here every instruction has its cycle (datasheet 3.5.5: a divider of
+// n + f/256 gives a tick every n or n + 1 cycles), what a machine does at a cycle is seen by the others from the next on, and a
+// machine that counts down in one instruction, or waits, costs nothing.
+import { Block } from './block.mjs';
+import { SUBCYCLES } from './machine.mjs';
+
+const PIO0_IRQ0 = 7;
+const PIO1_IRQ0 = 9;
+
+export class Engine {
+  constructor(mcu, clock) {
+    this.clock = clock;
+    /** The cycle of the instruction being carried out; at other times, the last one looked at. */
+    this.now = 0;
+    /** Is `now` the time of what happens on the pins? */
+    this.advancing = false;
+    this.alarm = clock.createAlarm(() => {
+      this.catchUp();
+      this.plan();
+    });
+    this.blocks = [new Block(mcu, this, 0, PIO0_IRQ0), new Block(mcu, this, 1, PIO1_IRQ0)];
+    this.machines = this.blocks.flatMap((block) => block.machines);
+  }
+
+  /** Carries out everything up to the present. */
+  catchUp() {
+    if (this.advancing) return;
+    this.advancing = true;
+    const until = this.clock.now * SUBCYCLES;
+    for (let due = this.nextTick(until); due <= until; due = this.nextTick(until)) this.cycle(Math.ceil(due / SUBCYCLES));
+    this.now = this.clock.now;
+    this.advancing = false;
+  }
+
+  /** The next instruction's time in subcycles, with the waits before `until` skipped. */
+  nextTick(until) {
+    let next = Infinity;
+    for (const machine of this.machines) {
+      if (!machine.active) continue;
+      const period = machine.spin();
+      if (period > 0) skip(machine, period, until);
+      if (machine.time < next) next = machine.time;
+    }
+    return next;
+  }
+
+  /** All that is carried out in one cycle. */
+  cycle(now) {
+    this.now = now;
+    for (const machine of this.machines) {
+      if (machine.active && machine.time <= now * SUBCYCLES) machine.step();
+    }
+    for (const block of this.blocks) block.commit();
+  }
+
+  /** Sets the alarm to when a machine next does something that can be seen. */
+  plan() {
+    if (this.advancing) return;
+    let next = Infinity;
+    for (const machine of this.machines) {
+      if (!machine.active) continue;
+      const period = machine.spin();
+      const time = machine.time + (period > 0 ? period * machine[machine.counter] : 0);
+      if (time < next) next = time;
+    }
+    if (next === Infinity) this.alarm.cancel();
+    else this.alarm.scheduleAt(Math.ceil(next / SUBCYCLES));
+  }
+
+  /** An input pin has changed: machines that wait look again. */
+  inputChanged() {
+    if (!this.advancing) this.catchUp();
+    for (const machine of this.machines) machine.wake(this.now);
+    this.plan();
+  }
+}
+
+/** Counts down at once what `machine` will have counted down by `until`. */
+function skip(machine, period, until) {
+  const left = machine[machine.counter];
+  const times = Math.min(left, Math.floor((until - machine.time) / period) + 1);
+  if (times <= 0) return;
+  machine[machine.counter] = left - times;
+  machine.time += times * period;
+}

@@ -1,0 +1,197 @@
+// One PIO state machine, by the RP2040 datasheet, 3.4 (instructions) and 3.5 (side-set, wrapping, FIFO joining, autopush and -pull,
+// clock dividers). It is stepped by its block's engine (engine.mjs), one instruction at the cycle at which it is carried out.
+import { Fifo } from './fifo.mjs';
+import { OPERATIONS } from './operations.mjs';
+
+const SIDE_ENABLE = 1 << 30;
+const SIDE_PINDIRS = 1 << 29;
+const EXEC_STALLED = 1 << 31;
+const AUTOPUSH = 1 << 16;
+const AUTOPULL = 1 << 17;
+const UNMODELLED_EXEC = (1 << 18) | (1 << 17); // INLINE_OUT_EN, OUT_STICKY
+/** Subcycles of a clock divider: it has eight fraction bits. */
+export const SUBCYCLES = 256;
+
+const threshold = (field) => field || 32;
+
+export class Machine {
+  constructor(block, index) {
+    this.block = block;
+    this.index = index;
+    this.tx = new Fifo();
+    this.rx = new Fifo();
+    this.enabled = false;
+    this.x = 0;
+    this.y = 0;
+    this.pc = 0;
+    this.isr = 0;
+    this.osr = 0;
+    this.isrCount = 0;
+    this.osrCount = 32;
+    /** An instruction to be carried out instead of the one at `pc`, or -1: written to INSTR, or from OUT or MOV EXEC. */
+    this.forced = -1;
+    /** Does its instruction wait for something? */
+    this.stalled = false;
+    /** Has the waiting IRQ instruction raised its flag already? */
+    this.raised = false;
+    /** When the next instruction is carried out, in subcycles (1/256 cycle) since the reset. */
+    this.time = 0;
+    /** Has it just jumped to where it was? */
+    this.repeats = false;
+    this.previous = 0;
+    this.jumped = false;
+    this.counter = 'x';
+    this.configure('clkdiv', 1 << 16);
+    this.configure('execctrl', 0x1f << 12);
+    this.configure('shiftctrl', 3 << 18);
+    this.configure('pinctrl', 5 << 26);
+  }
+
+  /** Takes a register's value apart. */
+  configure(register, value) {
+    this[register] = value >>> 0;
+    if (register === 'clkdiv') {
+      this.divider = ((value >>> 16) || 0x10000) * SUBCYCLES + ((value >>> 16) ? (value >>> 8) & 255 : 0);
+    } else if (register === 'execctrl') {
+      if (value & UNMODELLED_EXEC) throw new Error('PIO: OUT_STICKY and INLINE_OUT_EN are not emulated');
+      this.jumpPin = (value >>> 24) & 31;
+      this.wrapTop = (value >>> 12) & 31;
+      this.wrapBottom = (value >>> 7) & 31;
+    } else if (register === 'shiftctrl') {
+      this.autopush = (value & AUTOPUSH) !== 0;
+      this.autopull = (value & AUTOPULL) !== 0;
+      this.inRight = (value & (1 << 18)) !== 0;
+      this.outRight = (value & (1 << 19)) !== 0;
+      this.pushThreshold = threshold((value >>> 20) & 31);
+      this.pullThreshold = threshold((value >>> 25) & 31);
+      this.join(value >>> 30);
+    } else {
+      this.outBase = value & 31;
+      this.setBase = (value >>> 5) & 31;
+      this.sideBase = (value >>> 10) & 31;
+      this.inBase = (value >>> 15) & 31;
+      this.outCount = (value >>> 20) & 63;
+      this.setCount = (value >>> 26) & 7;
+    }
+    this.sideBits = this.pinctrl >>> 29;
+    this.sideOptional = (this.execctrl & SIDE_ENABLE) !== 0;
+    this.delayMask = (1 << (5 - this.sideBits)) - 1;
+  }
+
+  /** FIFO joining (datasheet 3.5.3): 1 gives the receive FIFO's words to the transmit FIFO, 2 the other way. */
+  join(which) {
+    const depths = [[4, 4], [8, 0], [0, 8], [0, 0]][which];
+    if (this.tx.depth === depths[0] && this.rx.depth === depths[1]) return;
+    this.tx.resize(depths[0]);
+    this.rx.resize(depths[1]);
+    this.block.fifosChanged(this);
+  }
+
+  /** CTRL.SM_RESTART (datasheet 3.7): what a program cannot see, and not x, y or the program counter. */
+  restart() {
+    this.isr = 0;
+    this.isrCount = 0;
+    this.osrCount = 32;
+    this.forced = -1;
+    this.stalled = false;
+    this.raised = false;
+    this.clearStalledFlag();
+  }
+
+  clearStalledFlag() {
+    this.execctrl = (this.execctrl & ~EXEC_STALLED) >>> 0;
+  }
+
+  /** The next tick of this machine's divided clock at or after `now` (in cycles). */
+  tickFrom(now) {
+    const at = now * SUBCYCLES;
+    const late = at - this.time;
+    return late <= 0 ? this.time : this.time + Math.ceil(late / this.divider) * this.divider;
+  }
+
+  /** Carries out the instruction that is due, or finds that it still waits. */
+  step() {
+    const { forced } = this;
+    this.previous = this.pc;
+    const instruction = forced >= 0 ? forced : this.block.instructions[this.pc];
+    const delayOrSide = (instruction >> 8) & 31;
+    this.jumped = false;
+    this.forced = -1;
+    this.stalled = true;
+    const done = OPERATIONS[instruction >> 13](this, instruction & 255);
+    // After the operation, since side-set wins where both drive a pin (datasheet 3.5.6.2).
+    if (this.sideBits) this.sideSet(delayOrSide);
+    if (!done) {
+      this.forced = forced;
+      if (forced >= 0) this.execctrl = (this.execctrl | EXEC_STALLED) >>> 0;
+      return;
+    }
+    this.stalled = false;
+    if (forced >= 0) this.clearStalledFlag();
+    if (this.autopull && this.osrCount >= this.pullThreshold) this.refill();
+    this.repeats = this.jumped && this.pc === this.previous;
+    if (!this.jumped && forced < 0) this.pc = this.pc === this.wrapTop ? this.wrapBottom : (this.pc + 1) & 31;
+    // The delay of an instruction that executes another is ignored (datasheet 3.4.5.2, 3.4.8.2).
+    this.time += (this.forced >= 0 ? 1 : 1 + (delayOrSide & this.delayMask)) * this.divider;
+  }
+
+  /** Side-set happens at the beginning of an instruction, also of one that then waits (datasheet 3.5.1). */
+  sideSet(field) {
+    let bits = this.sideBits;
+    let value = field >> (5 - bits);
+    if (this.sideOptional) {
+      bits--;
+      if (!(value >> bits)) return;
+      value &= (1 << bits) - 1;
+    }
+    this.block.drive(this.execctrl & SIDE_PINDIRS ? 'directions' : 'values', value, this.sideBase, bits);
+  }
+
+  /** Autopull (datasheet 3.5.4.2): takes a word from the FIFO when the OSR is spent. */
+  refill() {
+    if (this.tx.empty) return false;
+    this.osr = this.pullWord();
+    this.osrCount = 0;
+    return true;
+  }
+
+  pullWord() {
+    const word = this.tx.pull();
+    this.block.fifosChanged(this);
+    return word;
+  }
+
+  pushWord() {
+    this.rx.push(this.isr);
+    this.isr = 0;
+    this.isrCount = 0;
+    this.block.fifosChanged(this);
+  }
+
+  /**
+   * A wait of known length: the subcycles of one more `jmp x-- here` (or y) that will jump to itself again, having done so before;
+   * 0 if the machine does something else. Nobody can see anything of such a wait, so that the engine may skip it.
+   */
+  spin() {
+    if (!this.repeats || this.forced >= 0) return 0;
+    const instruction = this.block.instructions[this.pc];
+    if ((instruction & 0xe01f) !== this.pc) return 0;
+    const condition = (instruction >> 5) & 7;
+    if (condition !== 2 && condition !== 4) return 0;
+    this.counter = condition === 2 ? 'x' : 'y';
+    return this[this.counter] === 0 ? 0 : (1 + ((instruction >> 8) & this.delayMask)) * this.divider;
+  }
+
+  /** Something it may be waiting for has changed at `now` (in cycles): it looks again at its next tick. */
+  wake(now) {
+    if (!this.stalled) return;
+    this.stalled = false;
+    this.repeats = false;
+    this.time = this.tickFrom(now + 1);
+  }
+
+  /** Is there an instruction to carry out? */
+  get active() {
+    return !this.stalled && (this.enabled || this.forced >= 0);
+  }
+}

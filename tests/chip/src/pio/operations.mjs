@@ -1,0 +1,261 @@
+// The nine PIO instructions (RP2040 datasheet 3.4). Each function carries one out and says whether it was completed: false means that
+// the machine waits and tries again.
+
+const FDEBUG_TXSTALL = 24;
+const FDEBUG_RXSTALL = 0;
+
+function reverse(word) {
+  let result = 0;
+  for (let i = 0; i < 32; i++) result |= ((word >>> i) & 1) << (31 - i);
+  return result >>> 0;
+}
+
+const mask = (bits) => (bits >= 32 ? 0xffffffff : (1 << bits) - 1);
+
+/** An IRQ flag's number; with bit 4 it is counted from the machine's own (modulo 4). */
+const flagOf = (machine, field) => (field & 16 ? (field & 4) | ((field + machine.index) & 3) : field & 7);
+
+function jump(machine, target) {
+  machine.pc = target & 31;
+  machine.jumped = true;
+}
+
+const CONDITIONS = [
+  () => true,
+  (machine) => machine.x === 0,
+  (machine) => {
+    const before = machine.x;
+    machine.x = (before - 1) >>> 0;
+    return before !== 0;
+  },
+  (machine) => machine.y === 0,
+  (machine) => {
+    const before = machine.y;
+    machine.y = (before - 1) >>> 0;
+    return before !== 0;
+  },
+  (machine) => machine.x !== machine.y,
+  (machine) => machine.block.input(machine.jumpPin),
+  (machine) => machine.osrCount < machine.pullThreshold,
+];
+
+function jmp(machine, field) {
+  if (CONDITIONS[field >> 5](machine)) jump(machine, field);
+  return true;
+}
+
+function wait(machine, field) {
+  const wanted = field >> 7 === 1;
+  const { block } = machine;
+  const index = field & 31;
+  switch ((field >> 5) & 3) {
+    case 0:
+      return block.input(index) === wanted;
+    case 1:
+      return block.input((machine.inBase + index) & 31) === wanted;
+    case 2: {
+      const flag = 1 << flagOf(machine, index);
+      if (((block.irq & flag) !== 0) !== wanted) return false;
+      if (wanted) block.clearFlags(flag);
+      return true;
+    }
+    default:
+      throw new Error('PIO: WAIT with a reserved source');
+  }
+}
+
+function sourceOf(machine, source) {
+  switch (source) {
+    case 0: {
+      const pins = machine.block.inputs();
+      return ((pins >>> machine.inBase) | (machine.inBase ? pins << (32 - machine.inBase) : 0)) >>> 0;
+    }
+    case 1:
+      return machine.x;
+    case 2:
+      return machine.y;
+    case 3:
+      return 0;
+    case 5: {
+      const fifo = machine.execctrl & 16 ? machine.rx : machine.tx;
+      return fifo.count < (machine.execctrl & 15) ? 0xffffffff : 0;
+    }
+    case 6:
+      return machine.isr;
+    case 7:
+      return machine.osr;
+    default:
+      throw new Error('PIO: reserved source');
+  }
+}
+
+function shiftIn(machine, field) {
+  const bits = field & 31 || 32;
+  const count = Math.min(32, machine.isrCount + bits);
+  const pushes = machine.autopush && count >= machine.pushThreshold;
+  if (pushes && machine.rx.full) return stall(machine, FDEBUG_RXSTALL);
+  const value = sourceOf(machine, field >> 5) & mask(bits);
+  if (bits === 32) machine.isr = value >>> 0;
+  else if (machine.inRight) machine.isr = ((machine.isr >>> bits) | (value << (32 - bits))) >>> 0;
+  else machine.isr = ((machine.isr << bits) | value) >>> 0;
+  machine.isrCount = count;
+  if (pushes) machine.pushWord();
+  return true;
+}
+
+function stall(machine, flag) {
+  machine.block.fdebug |= 1 << (flag + machine.index);
+  return false;
+}
+
+function shiftOut(machine, field) {
+  const bits = field & 31 || 32;
+  if (machine.autopull && machine.osrCount >= machine.pullThreshold) {
+    // An empty OSR cannot be filled and used in the same cycle (datasheet 3.5.4.2).
+    if (!machine.refill()) return stall(machine, FDEBUG_TXSTALL);
+    machine.time += machine.divider;
+    machine.stalled = false;
+    return false;
+  }
+  const value = (machine.outRight ? machine.osr & mask(bits) : machine.osr >>> (32 - bits)) >>> 0;
+  if (bits === 32) machine.osr = 0;
+  else machine.osr = (machine.outRight ? machine.osr >>> bits : machine.osr << bits) >>> 0;
+  machine.osrCount = Math.min(32, machine.osrCount + bits);
+  const { block } = machine;
+  switch (field >> 5) {
+    case 0:
+      block.drive('values', value, machine.outBase, machine.outCount);
+      break;
+    case 1:
+      machine.x = value;
+      break;
+    case 2:
+      machine.y = value;
+      break;
+    case 3:
+      break;
+    case 4:
+      block.drive('directions', value, machine.outBase, machine.outCount);
+      break;
+    case 5:
+      jump(machine, value);
+      break;
+    case 6:
+      machine.isr = value;
+      machine.isrCount = bits;
+      break;
+    default:
+      machine.forced = value & 0xffff;
+  }
+  return true;
+}
+
+function push(machine, ifFull, block) {
+  if (ifFull && machine.isrCount < machine.pushThreshold) return true;
+  if (!machine.rx.full) {
+    machine.pushWord();
+    return true;
+  }
+  stall(machine, FDEBUG_RXSTALL);
+  if (block) return false;
+  machine.isr = 0;
+  machine.isrCount = 0;
+  return true;
+}
+
+function pull(machine, ifEmpty, block) {
+  if (ifEmpty && machine.osrCount < machine.pullThreshold) return true;
+  // With autopull, PULL of a full OSR does nothing, so that it is a fence (datasheet 3.4.7.2).
+  if (machine.autopull && machine.osrCount === 0) return true;
+  if (machine.tx.empty) {
+    stall(machine, FDEBUG_TXSTALL);
+    if (block) return false;
+    machine.osr = machine.x;
+  } else {
+    machine.osr = machine.pullWord();
+  }
+  machine.osrCount = 0;
+  return true;
+}
+
+function pushOrPull(machine, field) {
+  const conditional = (field & 64) !== 0;
+  const block = (field & 32) !== 0;
+  return field & 128 ? pull(machine, conditional, block) : push(machine, conditional, block);
+}
+
+function mov(machine, field) {
+  const source = sourceOf(machine, field & 7);
+  const operation = (field >> 3) & 3;
+  const value = (operation === 1 ? ~source : operation === 2 ? reverse(source) : source) >>> 0;
+  const { block } = machine;
+  switch (field >> 5) {
+    case 0:
+      block.drive('values', value, machine.outBase, machine.outCount);
+      break;
+    case 1:
+      machine.x = value;
+      break;
+    case 2:
+      machine.y = value;
+      break;
+    case 4:
+      machine.forced = value & 0xffff;
+      break;
+    case 5:
+      jump(machine, value);
+      break;
+    case 6:
+      machine.isr = value;
+      machine.isrCount = 0;
+      break;
+    case 7:
+      machine.osr = value;
+      machine.osrCount = 0;
+      break;
+    default:
+      throw new Error('PIO: MOV to a reserved destination');
+  }
+  return true;
+}
+
+function irq(machine, field) {
+  const { block } = machine;
+  const flag = 1 << flagOf(machine, field & 31);
+  if (field & 64) {
+    block.clearFlags(flag);
+    return true;
+  }
+  if (!machine.raised) {
+    block.raiseFlags(flag);
+    machine.raised = (field & 32) !== 0;
+    return !machine.raised;
+  }
+  if ((block.irq | block.raising) & flag) return false;
+  machine.raised = false;
+  return true;
+}
+
+function set(machine, field) {
+  const value = field & 31;
+  switch (field >> 5) {
+    case 0:
+      machine.block.drive('values', value, machine.setBase, machine.setCount);
+      break;
+    case 1:
+      machine.x = value;
+      break;
+    case 2:
+      machine.y = value;
+      break;
+    case 4:
+      machine.block.drive('directions', value, machine.setBase, machine.setCount);
+      break;
+    default:
+      throw new Error('PIO: SET of a reserved destination');
+  }
+  return true;
+}
+
+/** By bits 15 to 13. */
+export const OPERATIONS = [jmp, wait, shiftIn, shiftOut, pushOrPull, mov, irq, set];
