@@ -3,10 +3,10 @@
 PLUMB := cargo run --release --locked -p plumb --bin plumb --
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test bench lint
+.PHONY: help setup demo test bench firmware flash lint
 
 help: ## list the targets
-	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-6s  %s\n", $$1, $$2 }' Makefile
+	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-8s  %s\n", $$1, $$2 }' Makefile
 
 setup: ## install what is missing (the others do it first)
 	@scripts/setup
@@ -20,6 +20,12 @@ test: setup ## all tests, and the board's crates built for a chip without std
 bench: setup ## reproduce the control and vision measurements
 	@$(PLUMB) bench control --suite paper $(ARGS)
 	@$(PLUMB) bench vision $(ARGS)
+
+firmware: ## build the board's firmware: target/firmware/plumb.elf and plumb.uf2
+	@scripts/firmware
+
+flash: firmware ## put it onto a Raspberry Pi Pico (ARGS="uf2", "picotool" or "probe-rs" to choose the way)
+	@scripts/flash $(ARGS)
 
 lint: ## formatting, clippy, documentation and shell scripts, without a warning
 	@scripts/lint

@@ -1,0 +1,51 @@
+//! usage: plumb-image ELF UF2     writes UF2 and prints the sizes against their budgets
+//! exit:  0 written and within; 1 over budget (nothing is written); 2 no such file, or not a firmware
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::{env, fs, io};
+
+use plumb_image::{Image, ImageError, Usage, budget, image, uf2};
+use thiserror::Error;
+
+#[derive(Debug, Error)]
+enum Failure {
+    #[error("usage: plumb-image ELF UF2")]
+    Usage,
+    #[error("{}: {source}", path.display())]
+    File { path: PathBuf, source: io::Error },
+    #[error("{}: {source}", path.display())]
+    Image { path: PathBuf, source: ImageError },
+}
+
+/// Writes the UF2 file where the budgets are kept; whether they are.
+fn convert(elf: &Path, uf2: &Path) -> Result<bool, Failure> {
+    let file = |path: &Path| {
+        let path = path.to_owned();
+        |source| Failure::File { path, source }
+    };
+    let bytes = fs::read(elf).map_err(file(elf))?;
+    let image = Image::read(&bytes).map_err(|source| Failure::Image { path: elf.to_owned(), source })?;
+    let usage = Usage::new(&image, budget::PICO);
+    println!("{usage}");
+    if usage.within() {
+        fs::write(uf2, uf2::file(image::FLASH.start, &image.flash)).map_err(file(uf2))?;
+    }
+    Ok(usage.within())
+}
+
+fn main() -> ExitCode {
+    let arguments: Vec<PathBuf> = env::args_os().skip(1).map(PathBuf::from).collect();
+    let result = match arguments.as_slice() {
+        [elf, uf2] => convert(elf, uf2),
+        _ => Err(Failure::Usage),
+    };
+    match result {
+        Ok(true) => ExitCode::SUCCESS,
+        Ok(false) => ExitCode::from(1),
+        Err(failure) => {
+            eprintln!("plumb-image: {failure}");
+            ExitCode::from(2)
+        }
+    }
+}

@@ -1,0 +1,44 @@
+//! The UF2 file and the budgets.
+
+use plumb_image::{Budgets, Image, ImageError, Usage, uf2};
+
+const START: u32 = 0x1000_0000;
+
+fn word(file: &[u8], at: usize) -> u32 {
+    u32::from_le_bytes(file[at..at + 4].try_into().unwrap())
+}
+
+#[test]
+fn every_byte_of_the_flash_is_in_its_block() {
+    let flash: Vec<u8> = (0..1000u32).map(|i| (i * 7) as u8).collect();
+    let file = uf2::file(START, &flash);
+    assert_eq!(file.len(), 4 * uf2::BLOCK);
+    let mut back = Vec::new();
+    for (index, block) in file.chunks(uf2::BLOCK).enumerate() {
+        assert_eq!([word(block, 0), word(block, 4), word(block, 508)], [0x0a324655, 0x9e5d5157, 0x0ab16f30]);
+        assert_eq!(word(block, 8), 0x2000, "the family is given");
+        assert_eq!(word(block, 12), START + 256 * index as u32);
+        assert_eq!([word(block, 16), word(block, 20), word(block, 24)], [256, index as u32, 4]);
+        assert_eq!(word(block, 28), 0xe48bff56, "RP2040");
+        back.extend_from_slice(&block[32..288]);
+    }
+    assert_eq!(&back[..1000], flash);
+    assert!(back[1000..].iter().all(|&b| b == 0xff));
+}
+
+#[test]
+fn what_is_no_firmware_is_named_so() {
+    assert!(matches!(Image::read(b"PK\x03\x04 a zip file, not an ELF"), Err(ImageError::NotElf(_))));
+    assert!(matches!(Image::read(&[]), Err(ImageError::NotElf(_))));
+}
+
+#[test]
+fn one_byte_over_any_budget_fails() {
+    let budgets = Budgets { flash: 100, statics: 50, stack: 20 };
+    let usage = |flash, statics, stack| Usage::new(&Image { flash: vec![0; flash], statics, stack }, budgets);
+    assert!(usage(100, 50, 20).within());
+    for over in [usage(101, 50, 20), usage(100, 51, 20), usage(100, 50, 19)] {
+        assert!(!over.within());
+        assert!(over.to_string().contains("OVER BUDGET"));
+    }
+}
