@@ -83,6 +83,23 @@ fn default_signs() -> [[i8; 3]; 3] {
 }
 
 impl LawSettings {
+    /// Every law's name, as in rig files and for `--law`.
+    pub const NAMES: [&str; 1] = ["interval"];
+
+    /// A law by its name, with the parameters of the paper's rig.
+    pub fn named(name: &str) -> Option<Self> {
+        let positive = |value: f64| Positive::try_from(value).ok();
+        match name {
+            "interval" => Some(Self::Interval {
+                gamma: positive(30.0)?,
+                alpha: positive(0.005)?,
+                beta: positive(0.5)?,
+                signs: SIGNS,
+            }),
+            _ => None,
+        }
+    }
+
     /// The law's name.
     pub fn name(&self) -> &'static str {
         match self {
@@ -271,13 +288,27 @@ impl LawSettings {
         Ok(())
     }
 
+    /// Sets the bounds α and β.
+    ///
+    /// # Errors
+    /// Where one is not above 0; the board refuses α > β.
+    pub fn set_bounds(&mut self, least: f64, largest: f64) -> Result<(), NumberError> {
+        let Self::Interval { alpha, beta, .. } = self;
+        (*alpha, *beta) = (least.try_into()?, largest.try_into()?);
+        Ok(())
+    }
+
     /// The law and its parameters in a line.
     pub fn title(&self) -> String {
         let Self::Interval { gamma, alpha, beta, .. } = self;
         format!("interval, γ = {} /s, α = {}, β = {}", gamma.get(), alpha.get(), beta.get())
     }
 
-    fn config(&self) -> Result<Law, OutOfRange> {
+    /// What the board is told of it.
+    ///
+    /// # Errors
+    /// Names the parameter that does not fit.
+    pub fn config(&self) -> Result<Law, OutOfRange> {
         let Self::Interval { gamma, alpha, beta, signs } = self;
         // Outwards, so that the family on the chip contains the one that was asked for.
         let half = Bound::LSB / 2.0;

@@ -1,12 +1,14 @@
 //! `plumb bench`: the comparisons.
 
+use std::io::IsTerminal;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand, ValueEnum};
-use plumb::bench::control::{self, PAPER_GAMMAS};
+use clap::{Parser, Subcommand};
+use plumb::bench::control::{self, Contender, PAPER_GAMMAS, Report, Suite};
 use plumb::bench::vision::{self, VisionOptions};
 use plumb::camera::Camera;
+use plumb::rig::Rig;
 use plumb::source::Source;
 use plumb::source::tum::TumFolder;
 
@@ -18,21 +20,37 @@ pub(crate) enum Command {
     Vision(VisionArgs),
 }
 
-/// How fast the law is on simulated rigs, through the board's own fixed point
+/// How fast the laws are on simulated rigs, through the board's own fixed point
+///
+/// Times are multiples of what an oracle with a perfect model needs. Suites: paper (frames to 10 mm of the paper's task
+/// for several γ), quasi-static, yaw, tilt, tilt20, radii, heights, noise, outliers, latency, drift, bounce4, bounce3,
+/// bounce2, elastic, elastic800, elastic150, edge, high, fine, paper-task.
 #[derive(Parser)]
 pub(crate) struct ControlArgs {
-    /// What to compare
-    #[arg(long, value_enum, default_value = "paper")]
-    suite: Suite,
-    /// End with a line of JSON on standard output
+    /// What to compare on
+    #[arg(long, default_value = "quasi-static")]
+    suite: String,
+    /// Law or peer; may be given more than once [default: the default law]
+    #[arg(long, value_parser = contender)]
+    law: Vec<Contender>,
+    /// Gain of the law interval, 1/s at 0.471 mm of cable a step
+    #[arg(long, default_value_t = 450.0)]
+    gamma: f64,
+    /// Number of rigs
+    #[arg(long, default_value_t = 300, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    rigs: u64,
+    /// Seed of rigs and noise
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Running mean over the step plan, seconds, instead of each law's own
+    #[arg(long)]
+    mean: Option<f64>,
+    /// Draw the share of runs that have arrived over time into this SVG file
+    #[arg(long, value_name = "FILE")]
+    svg: Option<PathBuf>,
+    /// End with a line of JSON on standard output, one for each law
     #[arg(long)]
     json: bool,
-}
-
-#[derive(Clone, Copy, ValueEnum)]
-enum Suite {
-    /// The paper's task, noise-free at 30 Hz: frames to 10 mm for several γ
-    Paper,
 }
 
 /// How well and how fast the detectors find the ball in scenes from a seed
@@ -52,6 +70,11 @@ pub(crate) struct VisionArgs {
     json: bool,
 }
 
+fn contender(name: &str) -> Result<Contender, String> {
+    let known = || format!("one of {}", Contender::names().join(", "));
+    Contender::named(name).ok_or_else(known)
+}
+
 pub(crate) fn main(command: Command) -> Result<ExitCode, Failure> {
     match command {
         Command::Control(args) => bench_control(&args),
@@ -60,13 +83,58 @@ pub(crate) fn main(command: Command) -> Result<ExitCode, Failure> {
 }
 
 fn bench_control(args: &ControlArgs) -> Result<ExitCode, Failure> {
-    let Suite::Paper = args.suite;
+    if args.suite == "paper" {
+        return bench_paper(args.json);
+    }
+    let suite = Suite::named(&args.suite)
+        .ok_or_else(|| format!("no suite `{}`; see plumb bench control --help", args.suite))
+        .or_bad_input()?;
+    eprintln!("{}: {}\n{}", suite.name, suite.about, Report::HEADING);
+    let mut reports = Vec::new();
+    for contender in contenders(args)? {
+        let mut progress = |done: u64| {
+            if std::io::stderr().is_terminal() {
+                eprint!("\r{} {done}/{} ", contender.name(), args.rigs);
+            }
+        };
+        let report = control::run(&contender, &suite, args.rigs, args.seed, &mut progress).or_failed()?;
+        let cleared = if std::io::stderr().is_terminal() { "\r\x1b[K" } else { "" };
+        eprintln!("{cleared}{report}");
+        if args.json {
+            println!("{}", serde_json::to_string(&report).or_failed()?);
+        }
+        reports.push(report);
+    }
+    if let Some(file) = &args.svg {
+        std::fs::write(file, control::draw_curves(&reports).or_failed()?).or_failed()?;
+        eprintln!("curves: {}", file.display());
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Who was asked for, with what was said about their parameters.
+fn contenders(args: &ControlArgs) -> Result<Vec<Contender>, Failure> {
+    let mut contenders = args.law.clone();
+    if contenders.is_empty() {
+        contenders.push(Contender::Board(Rig::paper().or_bad_input()?.law));
+    }
+    for contender in &mut contenders {
+        if let Contender::Board(law) = contender
+            && law.name() == "interval"
+        {
+            law.set_gamma(args.gamma).or_bad_input()?;
+        }
+    }
+    Ok(contenders)
+}
+
+fn bench_paper(json: bool) -> Result<ExitCode, Failure> {
     let suite = control::paper(&PAPER_GAMMAS).or_failed()?;
     eprintln!("law interval on the paper's task, no noise, 30 Hz: frames to 10 mm (17 100/γ in docs/control.md)");
     for (gamma, frames) in suite.gamma.iter().zip(&suite.frames) {
         eprintln!("  γ = {gamma:4} /s  {frames:5} frames  γ·frames = {:6.0}", gamma * f64::from(*frames));
     }
-    if args.json {
+    if json {
         println!("{}", serde_json::to_string(&suite).or_failed()?);
     }
     Ok(ExitCode::SUCCESS)

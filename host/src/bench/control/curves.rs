@@ -1,0 +1,65 @@
+//! The share of runs that have arrived, over time in multiples of the oracle's.
+
+use plotters::drawing::DrawingAreaErrorKind;
+use plotters::prelude::*;
+
+use super::report::Report;
+
+/// The time axis ends here: beyond it there is little to be told apart.
+const LONGEST: f64 = 6.0;
+
+const SIZE: (u32, u32) = (1200, 720);
+
+/// Colours that stay apart for colour-blind readers (Okabe and Ito).
+const COLOURS: [RGBColor; 7] = [
+    RGBColor(0, 114, 178),
+    RGBColor(213, 94, 0),
+    RGBColor(0, 158, 115),
+    RGBColor(204, 121, 167),
+    RGBColor(230, 159, 0),
+    RGBColor(86, 180, 233),
+    RGBColor(60, 60, 60),
+];
+
+/// The curves of `reports` as SVG: across, time to the threshold over the oracle's; up, the share of runs.
+///
+/// # Errors
+/// Where the drawing library cannot draw it.
+pub fn draw(reports: &[Report]) -> Result<String, DrawingAreaErrorKind<std::io::Error>> {
+    let mut svg = String::new();
+    {
+        let area = SVGBackend::with_string(&mut svg, SIZE).into_drawing_area();
+        area.fill(&WHITE)?;
+        let mut chart = ChartBuilder::on(&area)
+            .margin(24)
+            .set_label_area_size(LabelAreaPosition::Left, 72)
+            .set_label_area_size(LabelAreaPosition::Bottom, 60)
+            .build_cartesian_2d(0.8..LONGEST, 0.0..1.0)?;
+        chart
+            .configure_mesh()
+            .light_line_style(TRANSPARENT)
+            .label_style(("sans-serif", 22))
+            .x_desc("time to the threshold over the oracle's")
+            .y_desc("share of the runs")
+            .draw()?;
+        for (report, colour) in reports.iter().zip(COLOURS.iter().cycle()) {
+            let n = report.ratios.len() as f64;
+            let points = (0..).zip(&report.ratios).filter(|(_, r)| **r <= LONGEST);
+            let line = LineSeries::new(points.map(|(k, r)| (*r, f64::from(k + 1) / n)), colour.stroke_width(3));
+            let colour = *colour;
+            chart
+                .draw_series(line)?
+                .label(format!("{}, {}", report.law, report.suite))
+                .legend(move |(x, y)| PathElement::new([(x, y), (x + 28, y)], colour.stroke_width(3)));
+        }
+        chart
+            .configure_series_labels()
+            .position(SeriesLabelPosition::LowerRight)
+            .label_font(("sans-serif", 22))
+            .background_style(WHITE)
+            .border_style(BLACK)
+            .draw()?;
+        area.present()?;
+    }
+    Ok(svg)
+}

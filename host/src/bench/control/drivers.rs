@@ -1,0 +1,102 @@
+//! Contenders as drivers: the board's own code, bytes and all, and plans made beforehand.
+
+use nalgebra::Point3;
+use plumb_core::{Board, Outbox};
+use plumb_emulator::PICO;
+use plumb_protocol::Config;
+use plumb_protocol::frame;
+use plumb_protocol::message::{Command, Hello, Position, State, ToBoard};
+use plumb_protocol::units::{Micros, Point, Steps16};
+
+use super::simulate::Driver;
+
+/// A board of [`plumb_core`], spoken to in frames.
+pub(crate) struct BoardDriver {
+    board: Board,
+    outbox: Outbox,
+    sequence: u16,
+    reached: bool,
+    target: Option<Point>,
+}
+
+impl BoardDriver {
+    /// A board with this configuration that is told to drive the ball to `target` (metres).
+    pub(crate) fn new(config: Config, target: Point3<f64>) -> Self {
+        let mut driver = Self {
+            board: Board::new(PICO),
+            outbox: Outbox::new(),
+            sequence: 0,
+            reached: false,
+            target: Point::from_metres(target.into()),
+        };
+        driver.send(Micros(0), Command::Hello(Hello::OURS));
+        driver.send(Micros(0), Command::Configure(config));
+        if let Some(target) = driver.target {
+            driver.send(Micros(0), Command::Target(target));
+        }
+        driver
+    }
+
+    fn send(&mut self, now: Micros, command: Command) {
+        // Every message fits a frame.
+        if let Ok(frame) = frame::encode(&ToBoard { id: 1, command }) {
+            self.board.receive(now, &frame, &mut self.outbox);
+        }
+        self.outbox.clear();
+    }
+}
+
+impl Driver for BoardDriver {
+    fn see(&mut self, now: Micros, age_us: u32, ball: Option<Point3<f64>>) {
+        self.sequence = self.sequence.wrapping_add(1);
+        let ball = ball.and_then(|ball| Point::from_metres(ball.into()));
+        let position = Position { sequence: self.sequence, age_us, ball };
+        self.send(now, Command::Position(position));
+        // Told once: a board may go back from holding to seeking.
+        self.reached |= self.board.state() == State::Holding;
+    }
+
+    fn tick(&mut self, now: Micros) -> [f64; 3] {
+        let _ = self.board.tick(now, &mut self.outbox);
+        self.outbox.clear();
+        self.board.positions().map(|p| Steps16(p).to_si())
+    }
+
+    fn reached(&self) -> bool {
+        self.reached
+    }
+
+    fn failed(&self) -> bool {
+        !matches!(self.board.state(), State::Seeking | State::Holding)
+    }
+}
+
+/// A plan made beforehand, a row a millisecond.
+pub(crate) struct PlanDriver {
+    rows: Vec<[f64; 3]>,
+    now_us: u64,
+}
+
+impl PlanDriver {
+    pub(crate) fn new(rows: Vec<[f64; 3]>) -> Self {
+        Self { rows, now_us: 0 }
+    }
+}
+
+impl Driver for PlanDriver {
+    fn see(&mut self, _: Micros, _: u32, _: Option<Point3<f64>>) {}
+
+    fn tick(&mut self, now: Micros) -> [f64; 3] {
+        self.now_us = now.0;
+        let row = self.rows.get((now.0 / 1000) as usize).or(self.rows.last());
+        row.copied().unwrap_or_default()
+    }
+
+    fn reached(&self) -> bool {
+        self.now_us / 1000 >= self.rows.len() as u64
+    }
+
+    fn failed(&self) -> bool {
+        false
+    }
+}

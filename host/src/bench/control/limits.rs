@@ -1,0 +1,52 @@
+//! The motors' limits that all contenders share, and the board that is configured with them.
+
+use plumb_protocol::config::{Config, Deadlines, Growth, Law, Motor, Reached, Workspace};
+use plumb_protocol::units::{Acceleration, Micrometres, Milliseconds, Point, Rate, Steps16};
+
+/// What a motor may do.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Limits {
+    /// Full steps/s.
+    pub rate: f64,
+    /// Full steps/s².
+    pub acceleration: f64,
+}
+
+impl Default for Limits {
+    /// docs/control.md: 400 full steps/s, 2000 steps/s².
+    fn default() -> Self {
+        Self { rate: 400.0, acceleration: 2000.0 }
+    }
+}
+
+/// ±4 m, the widest that a board takes.
+const WIDEST: i32 = 4_000_000;
+
+impl Limits {
+    /// A board that is stopped by nothing but lost positions: guards are tried elsewhere.
+    pub fn config(&self, law: Law, threshold_m: f64) -> Config {
+        let motor = Motor {
+            max_rate: Rate((self.rate * 256.0) as i32),
+            max_acceleration: Acceleration(self.acceleration as u32),
+            travel_min: Steps16(-(1 << 29)),
+            travel_max: Steps16(1 << 29),
+            reversed: false,
+        };
+        Config {
+            law,
+            motors: [motor; 3],
+            microsteps: 16,
+            workspace: Workspace {
+                min: Point([Micrometres(-WIDEST); 3]),
+                max: Point([Micrometres(WIDEST); 3]),
+            },
+            reached: Reached { radius: Micrometres((threshold_m * 1e6) as i32), frames: 10 },
+            deadlines: Deadlines {
+                host: Milliseconds(1_000),
+                position: Milliseconds(500),
+                max_age: Milliseconds(1_000),
+            },
+            growth: Growth { margin: Micrometres(i32::MAX), time: Milliseconds(u16::MAX) },
+        }
+    }
+}

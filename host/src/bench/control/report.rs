@@ -1,0 +1,122 @@
+//! What all runs of a contender come to.
+
+use std::fmt;
+
+use serde::Serialize;
+
+use super::simulate::Outcome;
+
+/// A cable that is slack for longer in all counts, seconds.
+const SLACK_S: f64 = 0.020;
+
+/// The result of one law on one suite; times are multiples of the oracle's for the same task.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Report {
+    /// The law.
+    pub law: String,
+    /// The suite.
+    pub suite: &'static str,
+    /// Number of rigs.
+    pub rigs: u64,
+    /// Seed of the rigs.
+    pub seed: u64,
+    /// Share of the runs whose ball came to its target and stayed.
+    pub converged: f64,
+    /// Time to the threshold over the oracle's, of all runs; runs that failed count as endless (`null`).
+    pub median: f64,
+    /// So are nine of ten.
+    pub p90: f64,
+    /// So are 99 of 100.
+    pub p99: f64,
+    /// The slowest.
+    pub max: f64,
+    /// Share of the runs with a cable slack for more than 20 ms.
+    pub slack: f64,
+    /// Distance from the target while holding, mean, millimetres.
+    pub hold_mean_mm: f64,
+    /// So is it 99 % of the time.
+    pub hold_p99_mm: f64,
+    /// Share of the runs in which "reached" was told while the ball was outside the threshold.
+    pub false_reached: f64,
+    /// Every run's time over the oracle's, in order, for the curves.
+    #[serde(skip)]
+    pub ratios: Vec<f64>,
+    /// Median time to the threshold, seconds.
+    #[serde(skip)]
+    pub median_s: f64,
+    /// Numbers of the runs that failed.
+    #[serde(skip)]
+    pub failed: Vec<u64>,
+}
+
+/// The value below which a share `q` of the `sorted` ones lies.
+fn quantile<T: Copy + Into<f64>>(sorted: &[T], q: f64) -> f64 {
+    let last = sorted.len().saturating_sub(1);
+    let at = (q * last as f64).round() as usize;
+    sorted.get(at).map_or(f64::NAN, |&v| v.into())
+}
+
+/// To four digits after the point, which is all that a sample means.
+fn round(value: f64) -> f64 {
+    (value * 1e4).round() / 1e4
+}
+
+impl Report {
+    /// Sums up the runs, each with the oracle's time for its task (seconds).
+    pub(crate) fn new(law: String, suite: &'static str, seed: u64, runs: &[(Outcome, f64)]) -> Self {
+        let n = runs.len() as f64;
+        let share = |count: usize| round(count as f64 / n);
+        let mut ratios: Vec<f64> =
+            runs.iter().map(|(run, oracle)| run.time_s.map_or(f64::INFINITY, |t| t / oracle)).collect();
+        ratios.sort_by(f64::total_cmp);
+        let mut times: Vec<f64> = runs.iter().map(|(run, _)| run.time_s.unwrap_or(f64::INFINITY)).collect();
+        times.sort_by(f64::total_cmp);
+        let mut hold: Vec<f32> = runs.iter().flat_map(|(run, _)| run.hold_m.iter().copied()).collect();
+        hold.sort_by(f32::total_cmp);
+        let failed = (0..).zip(runs).filter(|(_, (run, _))| run.time_s.is_none()).map(|(k, _)| k).collect::<Vec<u64>>();
+        Self {
+            law,
+            suite,
+            rigs: runs.len() as u64,
+            seed,
+            converged: share(runs.len() - failed.len()),
+            median: round(quantile(&ratios, 0.5)),
+            p90: round(quantile(&ratios, 0.9)),
+            p99: round(quantile(&ratios, 0.99)),
+            max: round(quantile(&ratios, 1.0)),
+            slack: share(runs.iter().filter(|(run, _)| run.slack_s > SLACK_S).count()),
+            hold_mean_mm: round(hold.iter().map(|h| f64::from(*h)).sum::<f64>() / hold.len() as f64 * 1e3),
+            hold_p99_mm: round(quantile(&hold, 0.99) * 1e3),
+            false_reached: share(runs.iter().filter(|(run, _)| run.false_reached).count()),
+            ratios,
+            median_s: quantile(&times, 0.5),
+            failed,
+        }
+    }
+
+    /// The heading over lines of [`Display`](fmt::Display).
+    pub const HEADING: &'static str = "law              suite          rigs converged  median    p90    p99    max  \
+                                       slack  hold mm   p99 mm  false  median s";
+}
+
+impl fmt::Display for Report {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "{:16} {:12} {:6} {:9.4} {:7.3} {:6.3} {:6.3} {:6.2} {:6.4} {:8.2} {:8.2} {:6.4} {:9.3}",
+            self.law,
+            self.suite,
+            self.rigs,
+            self.converged,
+            self.median,
+            self.p90,
+            self.p99,
+            self.max,
+            self.slack,
+            self.hold_mean_mm,
+            self.hold_p99_mm,
+            self.false_reached,
+            self.median_s
+        )
+    }
+}

@@ -1,0 +1,56 @@
+use super::*;
+
+fn settings(gamma: f64) -> LawSettings {
+    let mut law = LawSettings::named("interval").unwrap();
+    law.set_gamma(gamma).unwrap();
+    law
+}
+
+fn quick(contender: &Contender, suite: &str, rigs: u64) -> Report {
+    run(contender, &Suite::named(suite).unwrap(), rigs, 11, &mut |_| ()).unwrap()
+}
+
+/// docs/control.md: median 2.15, all converge. 40 rigs tell no more than that.
+#[test]
+fn interval_arrives_and_takes_twice_the_oracles_time() {
+    let report = quick(&Contender::Board(settings(450.0)), "quasi-static", 40);
+    assert_eq!(report.converged, 1.0, "{report}");
+    assert!((1.8..2.5).contains(&report.median), "{report}");
+}
+
+#[test]
+fn the_same_seed_gives_the_same_report() {
+    let contender = Contender::Board(settings(450.0));
+    assert_eq!(quick(&contender, "noise", 4), quick(&contender, "noise", 4));
+}
+
+/// 1.97 s on the paper's task.
+#[test]
+fn the_oracle_needs_59_frames_for_the_papers_task() {
+    let time = oracle::time_s(&Task::paper(), &Limits::default(), 0.010).unwrap();
+    assert!((time * 30.0 - 59.0).abs() < 1.0, "{time} s");
+}
+
+/// With full knowledge cables stay taut on springs, and little time is lost.
+#[test]
+fn the_slack_free_reference_is_slack_free() {
+    let report = quick(&Contender::Reference(0.3), "elastic", 40);
+    assert_eq!((report.converged, report.slack), (1.0, 0.0), "{report}");
+    assert!(report.median < 1.15, "{report}");
+}
+
+#[test]
+fn curves_name_every_contender() {
+    let report = quick(&Contender::Reference(0.3), "quasi-static", 3);
+    let svg = draw_curves(&[report]).unwrap();
+    assert!(svg.contains("reference, quasi-static") && svg.contains("<polyline"));
+}
+
+#[test]
+fn every_suite_is_found_by_its_name_and_has_rigs() {
+    for suite in Suite::all() {
+        assert_eq!(Suite::named(suite.name), Some(suite.clone()));
+        let task = suite.task(3, 5).unwrap();
+        suite.plant(&task, 3, 5).unwrap();
+    }
+}
