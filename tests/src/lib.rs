@@ -1,1 +1,5 @@
-//! Whole-system tests of Plumb; they live in `tests/`.
+//! What the whole-system tests in `tests/` share: a board in virtual time, rigs that misbehave, links that damage.
+
+pub mod bench;
+pub mod damage;
+pub mod plants;

@@ -74,8 +74,9 @@ export class Engine {
   /** An input pin has changed: machines that wait look again. */
   inputChanged() {
     if (!this.advancing) this.catchUp();
-    for (const machine of this.machines) machine.wake(this.now);
-    this.plan();
+    const waiting = this.machines.filter((machine) => machine.waitsForInput);
+    for (const machine of waiting) machine.wake(this.now);
+    if (waiting.length > 0) this.plan();
   }
 }
 

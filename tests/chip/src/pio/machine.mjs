@@ -190,6 +190,12 @@ export class Machine {
     this.time = this.tickFrom(now + 1);
   }
 
+  get waitsForInput() {
+    if (!this.stalled) return false;
+    const instruction = this.forced >= 0 ? this.forced : this.block.instructions[this.pc];
+    return instruction >> 13 === 1;
+  }
+
   /** Is there an instruction to carry out? */
   get active() {
     return !this.stalled && (this.enabled || this.forced >= 0);

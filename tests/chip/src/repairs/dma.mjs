@@ -1,0 +1,35 @@
+// DMA in time.
+//
+// What is wrong in rp2040js 1.4.1: a transfer takes no time at all, so that a block of memory is copied within one instruction; a
+// request that is withdrawn before its transfer is served all the same; a pacing timer runs at the inverse of its rate
+// (datasheet 2.5.5.1: X/Y transfers a cycle). A transfer here comes some cycles after its request, the next of an unpaced
+// block one cycle after the last (2.5: a read and a write each cycle).
+
+/** From a data request to its word's arrival. Not published: our estimate, of the handshake, a read and a write. */
+const REQUEST_CYCLES = 4;
+const PERMANENT = 63;
+const TIMER0 = 59;
+
+export function repairDma(mcu, clock) {
+  const { dma } = mcu;
+  for (const channel of dma.channels) {
+    const requested = () => channel.treqValue === PERMANENT || channel.treqValue >= TIMER0 || dma.dreq[channel.treqValue] === true;
+    channel.transferAlarm = clock.createAlarm(() => {
+      if (channel.active && requested()) channel.transfer();
+    });
+    channel.scheduleTransfer = () => {
+      if (!requested()) return;
+      const cycles = pace(dma, channel.treqValue);
+      if (cycles > 0 && !channel.transferAlarm.scheduled) channel.transferAlarm.scheduleAt(clock.now + cycles);
+    };
+  }
+}
+
+/** Cycles to a channel's next transfer; 0 if its timer stands still. */
+function pace(dma, request) {
+  if (request === PERMANENT) return 1;
+  if (request < TIMER0) return REQUEST_CYCLES;
+  const ratio = [dma.timer0, dma.timer1, dma.timer2, dma.timer3][request - TIMER0];
+  const [x, y] = [ratio >>> 16, ratio & 0xffff];
+  return x === 0 || y === 0 ? 0 : Math.max(1, Math.round(y / x));
+}

@@ -1,0 +1,243 @@
+// A USB host with one port, and its driver for a serial device (CDC-ACM), as far as firmware can tell: it enumerates what is plugged
+// in, sets the line up, and then carries bytes. It outlives resets of the chip, as a computer does.
+import { CYCLES_PER_US } from './clock.mjs';
+
+const ATTACH_US = 1_000;
+const RESET_US = 10_000;
+const SUSPEND_US = 3_000;
+/** Bits of a transaction beside its data: token, sync, identifiers, checksums, handshake, turn-around. */
+const OVERHEAD_BYTES = 13;
+const CYCLES_PER_BYTE = (8 / 12) * CYCLES_PER_US;
+const PACKET = 64;
+const IN = 0x80;
+const GET_DESCRIPTOR = 6;
+const SET_ADDRESS = 5;
+const SET_CONFIGURATION = 9;
+const SET_LINE_CODING = 0x20;
+const SET_CONTROL_LINE_STATE = 0x22;
+const CLASS_INTERFACE = 0x21;
+const DEVICE = 0x100;
+const CONFIGURATION = 0x200;
+const CDC_CONTROL = 2;
+const CDC_DATA = 10;
+const LINE_CODING = [0x00, 0xc2, 0x01, 0x00, 0, 0, 8]; // 115 200 baud, 8N1
+
+export class UsbHost {
+  constructor() {
+    /** Called with a Uint8Array for every packet of data. */
+    this.onData = () => {};
+    /** Called with 'attached' | 'ready' | 'lost' | 'stalled'. */
+    this.onState = () => {};
+    this.plugged = true;
+    this.dtr = true;
+    this.port = null;
+    this.outgoing = [];
+    this.forget();
+  }
+
+  /** Has the serial port come up? */
+  get ready() {
+    return this.state === 'ready';
+  }
+
+  forget() {
+    this.state = 'absent';
+    this.transfers = [];
+    this.stage = null;
+    this.endpoints = null;
+    this.data1 = false;
+    this.outgoing.length = 0;
+  }
+
+  /** The chip has started (again): what was plugged in has gone, and may come back. */
+  attach(port, clock) {
+    if (this.state !== 'absent') this.lose();
+    this.port = port;
+    this.bus = clock.createAlarm(() => this.after());
+    this.outAlarm = clock.createAlarm(() => this.deliver());
+    this.inAlarm = clock.createAlarm(() => this.fetch());
+    this.controlAlarm = clock.createAlarm(() => this.control());
+    port.onOffer = (endpoint) => this.offered(endpoint);
+    port.onPullup = (up) => this.connection(up && this.plugged);
+    port.onResetSeen = () => this.enumerate();
+  }
+
+  later(micros, then) {
+    this.after = then;
+    this.bus.schedule(micros * 1000);
+  }
+
+  connection(present) {
+    if (!present) {
+      this.lose();
+      return;
+    }
+    this.state = 'attached';
+    this.onState('attached');
+    this.later(ATTACH_US + RESET_US, () => this.port.busReset());
+  }
+
+  lose() {
+    if (this.state !== 'absent') this.onState('lost');
+    for (const alarm of [this.bus, this.outAlarm, this.inAlarm, this.controlAlarm]) alarm?.cancel();
+    this.forget();
+  }
+
+  /** Pulls the plug. The board stays powered: for one powered by the plug, reset it with 'power'. */
+  unplug() {
+    this.plugged = false;
+    this.lose();
+    if (this.port.pullup) this.later(SUSPEND_US, () => this.port.suspend());
+  }
+
+  plug() {
+    this.plugged = true;
+    if (this.port.pullup) this.connection(true);
+  }
+
+  /** The program on the host opens or closes the port. Closed, the host takes no data. */
+  setDtr(open) {
+    this.dtr = open;
+    if (this.state === 'ready') this.request(CLASS_INTERFACE, SET_CONTROL_LINE_STATE, open ? 3 : 0, this.endpoints.control, [], () => {});
+    if (open) this.poll();
+  }
+
+  /** Queues bytes for the device. They are lost if it goes away before they are sent. */
+  send(bytes) {
+    for (const byte of bytes) this.outgoing.push(byte);
+    this.poll();
+  }
+
+  enumerate() {
+    if (this.state === 'absent') return;
+    this.transfers = [];
+    this.stage = null;
+    this.data1 = false;
+    this.request(0, SET_ADDRESS, 1, 0, [], () => {});
+    this.request(IN, GET_DESCRIPTOR, DEVICE, 0, 18, () => {});
+    this.request(IN, GET_DESCRIPTOR, CONFIGURATION, 0, 9, (head) => {
+      this.request(IN, GET_DESCRIPTOR, CONFIGURATION, 0, head[2] | (head[3] << 8), (all) => this.configure(all));
+    });
+  }
+
+  configure(descriptors) {
+    this.endpoints = serialEndpoints(descriptors);
+    const { control } = this.endpoints;
+    this.request(0, SET_CONFIGURATION, 1, 0, [], () => {});
+    this.request(CLASS_INTERFACE, SET_LINE_CODING, 0, control, LINE_CODING, () => {});
+    this.request(CLASS_INTERFACE, SET_CONTROL_LINE_STATE, this.dtr ? 3 : 0, control, [], () => {
+      this.state = 'ready';
+      this.onState('ready');
+      this.poll();
+    });
+  }
+
+  /** Queues a control transfer; `data` is what is sent, or how many bytes are wanted. */
+  request(type, request, value, index, data, then) {
+    const length = typeof data === 'number' ? data : data.length;
+    const setup = [type, request, value & 255, value >> 8, index & 255, index >> 8, length & 255, length >> 8];
+    this.transfers.push({ setup, sent: [...(data.length ? data : [])], wanted: type & IN ? length : 0, received: [], then });
+    if (this.transfers.length === 1) this.begin();
+  }
+
+  begin() {
+    this.stage = 'setup';
+    this.controlAlarm.scheduleAt(this.controlAlarm.clock.now + packetCycles(8));
+  }
+
+  offered(endpoint) {
+    if (endpoint === 0) {
+      if (this.stage !== null && this.stage !== 'setup') this.controlAlarm.scheduleAt(this.controlAlarm.clock.now + packetCycles(8));
+    } else {
+      this.poll();
+    }
+  }
+
+  /** The next packet of the control transfer, if the device is ready for it. */
+  control() {
+    const { port } = this;
+    const [transfer] = this.transfers;
+    if (!transfer) return;
+    if (this.stage === 'setup') {
+      this.stage = transfer.wanted ? 'in' : transfer.sent.length ? 'out' : 'status in';
+      port.setup(transfer.setup);
+    } else if (port.isStalled(0, false) || port.isStalled(0, true)) {
+      this.onState('stalled');
+      this.finish(transfer);
+    } else if (this.stage === 'in' && port.isOffered(0, false)) {
+      const { bytes } = port.take(0);
+      transfer.received.push(...bytes);
+      if (bytes.length < PACKET || transfer.received.length >= transfer.wanted) this.stage = 'status out';
+    } else if (this.stage === 'out' && port.isOffered(0, true)) {
+      port.put(0, Uint8Array.from(transfer.sent));
+      this.stage = 'status in';
+    } else if (this.stage === 'status in' && port.isOffered(0, false)) {
+      port.take(0);
+      this.finish(transfer);
+    } else if (this.stage === 'status out' && port.isOffered(0, true)) {
+      port.put(0, new Uint8Array(0));
+      this.finish(transfer);
+    }
+  }
+
+  finish(transfer) {
+    this.transfers.shift();
+    this.stage = null;
+    transfer.then(transfer.received);
+    if (this.transfers.length > 0 && this.stage === null) this.begin();
+  }
+
+  /** Begins the transactions that both sides are ready for. */
+  poll() {
+    if (!this.endpoints || this.state === 'absent') return;
+    const { port, endpoints } = this;
+    if (this.dtr && !this.inAlarm.scheduled && port.isOffered(endpoints.in, false)) {
+      this.inAlarm.scheduleAt(this.inAlarm.clock.now + packetCycles(port.control(endpoints.in, false) & 0x3ff));
+    }
+    if (this.ready && this.outgoing.length > 0 && !this.outAlarm.scheduled && port.isOffered(endpoints.out, true)) {
+      const length = Math.min(PACKET, this.outgoing.length, port.room(endpoints.out));
+      this.outAlarm.scheduleAt(this.outAlarm.clock.now + packetCycles(length));
+    }
+  }
+
+  fetch() {
+    const { port, endpoints } = this;
+    if (!port.isOffered(endpoints.in, false)) return;
+    const { bytes, data1 } = port.take(endpoints.in);
+    // A packet with the wrong toggle is one that the host has had already: it is acknowledged and dropped (USB 2.0, 8.6).
+    if (data1 === this.data1) {
+      this.data1 = !this.data1;
+      if (bytes.length > 0) this.onData(bytes);
+    }
+    this.poll();
+  }
+
+  deliver() {
+    const { port, endpoints } = this;
+    if (!port.isOffered(endpoints.out, true)) return;
+    const length = Math.min(PACKET, this.outgoing.length, port.room(endpoints.out));
+    port.put(endpoints.out, Uint8Array.from(this.outgoing.splice(0, length)));
+    this.poll();
+  }
+}
+
+function packetCycles(bytes) {
+  return Math.ceil((bytes + OVERHEAD_BYTES) * CYCLES_PER_BYTE);
+}
+
+/** The serial function in a configuration: its control interface and the data interface's bulk endpoints. */
+function serialEndpoints(descriptors) {
+  const found = {};
+  let interfaceClass = 0;
+  for (let i = 0; i < descriptors.length && descriptors[i] >= 2; i += descriptors[i]) {
+    const [, type, a, b, , c] = descriptors.slice(i, i + 6);
+    if (type === 4) {
+      interfaceClass = c;
+      if (c === CDC_CONTROL) found.control = a;
+    } else if (type === 5 && interfaceClass === CDC_DATA && (b & 3) === 2) {
+      found[a & IN ? 'in' : 'out'] = a & 15;
+    }
+  }
+  if (found.control === undefined || !found.in || !found.out) throw new Error('USB: the device has no serial function');
+  return found;
+}

@@ -1,0 +1,187 @@
+//! The loop closed in virtual time: rigs that the law is proved for, random ones, and ones put together wrongly.
+
+use std::sync::atomic::AtomicBool;
+
+use nalgebra::{Matrix3, Point3};
+use plumb::camera::Camera;
+use plumb::detect::ball::Ball;
+use plumb::link::Memory;
+use plumb::rig::Rig;
+use plumb::session::{Place, Session, Summary};
+use plumb::source::simulated::{SimulatedCamera, Timing, VirtualWorld};
+use plumb::source::synthetic::{Background, Options, Room, SyntheticCamera};
+use plumb_emulator::rig::{Elastic, ElasticParameters, Geometry, Observer, Plant, Population, QuasiStatic, Task};
+use plumb_emulator::{EmulatedBoard, PICO};
+use plumb_protocol::config::SIGNS;
+use plumb_protocol::message::{Fault, State};
+use plumb_tests::bench::{Bench, RATE_HZ, bench};
+use plumb_tests::plants::{Linear, Miswired};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+/// The paper's rig file with another gain.
+fn rig(gamma: f64) -> Rig {
+    let mut rig = Rig::paper().expect("the paper's rig file");
+    rig.law.set_gamma(gamma).expect("a gain");
+    rig
+}
+
+fn paper_plant() -> QuasiStatic {
+    let task = Task::paper();
+    QuasiStatic::new(task.geometry, task.start).expect("the paper's rig")
+}
+
+/// A bench that has been given the first target of its rig file.
+fn seeking(rig: &Rig, plant: Box<dyn Plant + Send>) -> Bench<Memory> {
+    let mut bench = bench(rig, plant).expect("a configured board");
+    let targets = rig.targets().expect("targets that the board can be told");
+    bench.link.target(targets[0]).expect("a target inside the workspace");
+    bench
+}
+
+/// The min-max theorem on the whole board: for any J of the family |e| never grows, and the ball arrives.
+#[test]
+fn the_error_never_grows_for_any_jacobian_of_the_family() {
+    let mut random = ChaCha8Rng::seed_from_u64(13);
+    for run in 0..40 {
+        let mut rig = rig(20.0);
+        rig.law.set_bounds(0.05, 0.5).expect("bounds");
+        // Limits that do not bend the law's way: it is proved without ramps.
+        rig.motors.max_rate = 4000.0.try_into().expect("a rate");
+        rig.motors.max_acceleration = 400_000.0.try_into().expect("an acceleration");
+        let jacobian = Matrix3::from_fn(|i, k| f64::from(SIGNS[i][k]) * random.random_range(0.05..0.5));
+        let start = Point3::new(0.5, 0.3, 0.3);
+        let mut bench = seeking(&rig, Box::new(Linear::new(jacobian, 0.000_471, start)));
+        let target = Point3::new(0.4, 0.4, 0.15);
+        let (mut error, mut frames) = ((start - target).norm(), 0);
+        while bench.state() != State::Holding {
+            bench.frame(Some).expect("an intact link");
+            let now = (bench.ball() - target).norm();
+            // A microstep of cable is 29 µm, and the rates are rounded to 1/256 step/s.
+            assert!(now <= error + 40e-6, "run {run}, frame {frames}: {error} -> {now} with J = {jacobian}");
+            (error, frames) = (now, frames + 1);
+            assert!(frames < 5000, "run {run} does not arrive: {error} m with J = {jacobian}");
+        }
+        assert!(error < 0.010, "run {run} ended at {error} m");
+    }
+}
+
+/// Noise, latency and drop-outs on random rigs: always reached, without a fault, and truly so.
+#[test]
+fn random_rigs_are_reached_through_a_camera_that_errs() {
+    for index in 0..20 {
+        let task = Population::default().sample(3, index).expect("a random rig");
+        let mut rig = rig(300.0);
+        rig.motors.travel = [-60_000.0, 60_000.0].map(|t| t.try_into().expect("a travel"));
+        rig.workspace.min = [-3.0; 3].map(|c| c.try_into().expect("a corner"));
+        rig.workspace.max = [3.0; 3].map(|c| c.try_into().expect("a corner"));
+        rig.set_target(task.target.into()).expect("a target");
+        let plant = QuasiStatic::new(task.geometry, task.start).expect("a plant");
+        let mut bench = seeking(&rig, Box::new(plant));
+        let mut observer = Observer::new(Default::default(), index).expect("an observer");
+        for frame in 0u32.. {
+            let time = f64::from(frame) / RATE_HZ as f64;
+            let seen = |ball| {
+                observer.observe(time, ball);
+                observer.delivered(time).and_then(|o| o.position)
+            };
+            bench.frame(seen).expect("an intact link");
+            match bench.state() {
+                State::Holding => break,
+                State::Seeking => assert!(frame < 3000, "rig {index} is not reached: {:?}", bench.ball()),
+                other => panic!("rig {index}, frame {frame}: {other}"),
+            }
+        }
+        let error = (bench.ball() - task.target).norm();
+        assert!(error < 0.010, "rig {index} claims to be there at {error} m");
+    }
+}
+
+/// Every exchange of two or three motors and every reversal: the board notices and stops by itself.
+#[test]
+fn a_rig_that_is_wired_wrongly_stops_by_itself() {
+    let orders = [[1, 0, 2], [2, 1, 0], [0, 2, 1], [1, 2, 0], [2, 0, 1]].map(|order| (order, [1.0; 3]));
+    let signs = (1..8).map(|bits| ([0, 1, 2], [0, 1, 2].map(|i| if bits >> i & 1 == 1 { -1.0 } else { 1.0 })));
+    for (order, signs) in orders.into_iter().chain(signs) {
+        let plant = Miswired { plant: paper_plant(), order, signs };
+        let mut bench = seeking(&rig(100.0), Box::new(plant));
+        let mut worst: f64 = 0.0;
+        let start = (bench.ball() - Task::paper().target).norm();
+        for _ in 0..2000 {
+            if bench.frame(Some).is_err() || !matches!(bench.state(), State::Seeking) {
+                break;
+            }
+            worst = worst.max((bench.ball() - Task::paper().target).norm());
+        }
+        let State::Fault(fault) = bench.state() else { panic!("{order:?} {signs:?}: {}", bench.state()) };
+        assert!(
+            matches!(fault, Fault::ErrorGrowing | Fault::BallOutside | Fault::Travel(_)),
+            "{order:?} {signs:?}: {fault}"
+        );
+        assert!(worst < start + 0.25, "{order:?} {signs:?}: the ball went {worst} m away before {fault}");
+    }
+}
+
+#[test]
+fn a_host_that_vanishes_leaves_the_rig_at_rest() {
+    let mut bench = seeking(&rig(100.0), Box::new(paper_plant()));
+    for _ in 0..30 {
+        bench.frame(Some).expect("an intact link");
+    }
+    assert!(bench.board.borrow().rates().iter().any(|r| *r != 0.0));
+    // 300 ms of silence and a ramp of 400/2000 s.
+    let now = bench.board.borrow().now();
+    bench.board.borrow_mut().run_to(plumb_protocol::units::Micros(now.0 + 501_000)).expect("a rig that follows");
+    assert_eq!(bench.state(), State::Fault(Fault::HostSilent));
+    assert_eq!(bench.board.borrow().rates(), [0.0; 3]);
+}
+
+/// An elastic rig, slow enough not to ring: the interval law arrives there too.
+#[test]
+fn the_elastic_rig_is_reached() {
+    let task = Task::paper();
+    let plant = Elastic::new(task.geometry, ElasticParameters::default(), task.start).expect("an elastic rig");
+    let mut bench = seeking(&rig(60.0), Box::new(plant));
+    for frame in 0.. {
+        bench.frame(Some).expect("an intact link");
+        if bench.state() == State::Holding {
+            break;
+        }
+        assert!(frame < 3000 && bench.state() == State::Seeking, "frame {frame}: {}", bench.state());
+    }
+}
+
+/// The whole run with pictures, detection and its folder, in virtual time.
+fn session(seed: u64, folder: std::path::PathBuf) -> Summary {
+    let rig = rig(200.0);
+    let camera = Camera::paper().expect("the paper's camera");
+    let background = Background::Room(Room::furnished());
+    let synthetic = SyntheticCamera::new(camera.clone(), background, Options::default(), seed).expect("a camera");
+    let plant = Box::new(paper_plant());
+    let board = std::rc::Rc::new(std::cell::RefCell::new(EmulatedBoard::with_plant(PICO, plant)));
+    let world = VirtualWorld::new(board.clone()).expect("a board with a rig");
+    let mut source = SimulatedCamera::new(world, synthetic, *Geometry::paper().motors(), Timing::default());
+    let session = Session {
+        rig: &rig,
+        camera: &camera,
+        detector: &mut Ball::for_camera(&camera),
+        place: Place::Folder(folder),
+        patience: 60.0,
+        interrupted: &AtomicBool::new(false),
+        progress: &mut |_| {},
+    };
+    session.run(&mut source, Memory::new(board)).expect("a run").0
+}
+
+#[test]
+fn the_same_seed_gives_the_same_run_to_the_bit() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let [one, two, other] = [(1, "one"), (1, "two"), (2, "other")].map(|(seed, name)| {
+        let summary = session(seed, folder.path().join(name));
+        let read = |file: &str| std::fs::read(folder.path().join(name).join(file)).expect("a file of the run");
+        (summary, read("run.csv"), read("figure4.svg"), read("figure5.svg"))
+    });
+    assert!(one.0.reached && one.0.error_mm.is_some_and(|e| e < 10.0), "{:?}", one.0);
+    assert_eq!(one, two);
+    assert_ne!(one.1, other.1);
+}

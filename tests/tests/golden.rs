@@ -1,0 +1,99 @@
+//! The bytes on the wire, as an independent encoder wrote them. They must not change without a new schema; those of the
+//! first three commands and of the board's Hello not at all.
+
+use plumb_protocol::config::{Config, Deadlines, Growth, Interval, Law, Motor, Reached, Workspace};
+use plumb_protocol::frame::{Accumulator, encode};
+use plumb_protocol::message::*;
+use plumb_protocol::units::{
+    Acceleration, Bound, Gain, Micrometres, Micros, Milliseconds, Point, Rate, Steps16,
+};
+use serde::{Serialize, de::DeserializeOwned};
+use std::fmt::Debug;
+
+/// The message has these bytes, and these bytes are the message.
+fn pinned<T: Serialize + DeserializeOwned + PartialEq + Debug>(message: T, hex: &str) {
+    let frame = encode(&message).expect("it fits a frame");
+    let written: String = frame.iter().map(|b| format!("{b:02x}")).collect();
+    assert_eq!(written, hex, "{message:?}");
+    let mut accumulator = Accumulator::new();
+    let read = frame.iter().find_map(|&b| accumulator.push::<T>(b));
+    assert_eq!(read, Some(Ok(message)));
+}
+
+fn to_board(command: Command, hex: &str) {
+    pinned(ToBoard { id: 300, command }, hex);
+}
+
+fn point(x: i32, y: i32, z: i32) -> Point {
+    Point([x, y, z].map(Micrometres))
+}
+
+/// A Hello whose schema does not move with the types.
+const HELLO: Hello = Hello { magic: MAGIC, version: 1, schema: [1, 2, 3, 4, 5, 6, 7, 8] };
+
+#[test]
+fn what_never_changes() {
+    assert_eq!(MAGIC, *b"PLMB");
+    to_board(Command::Hello(HELLO), "03ac0212504c4d420101020304050607081fb23e5e00");
+    to_board(Command::Stop, "08ac0201022f126a00");
+    to_board(Command::Bootloader, "08ac0202b87e1bf300");
+    let hello = BoardHello { id: 300, hello: HELLO, max_pulse_rate: 1_250_000, accepted: true };
+    pinned(FromBoard::Hello(hello), "0118ac02504c4d42010102030405060708d0a54c01353dd97f00");
+}
+
+#[test]
+fn commands() {
+    let position = |sequence, age_us, ball| Command::Position(Position { sequence, age_us, ball });
+    to_board(position(65_535, 45_000, Some(point(540_000, -220_000, 459_000))), "18ac0204ffff03c8df0201c0f541bfed1af083386da38d2700");
+    to_board(position(0, 0, None), "04ac020401010501b4be2a00");
+    to_board(Command::Target(point(400_000, 400_000, 150_000)), "11ac020580ea3080ea30e0a7120669a85300");
+    let jog = Jog { motor: 2, distance: Steps16(-320), rate: Rate(25_600) };
+    to_board(Command::Jog(jog), "0eac020602ff04809003e166dfc400");
+    to_board(Command::Hold, "08ac0207378a718300");
+    to_board(Command::ClearFault, "08ac0208a697ce1300");
+    to_board(Command::Status, "08ac020930a7c96400");
+}
+
+#[test]
+fn the_configuration() {
+    let motor = Motor {
+        max_rate: Rate(400 * 256),
+        max_acceleration: Acceleration(2000),
+        travel_min: Steps16(-48_000),
+        travel_max: Steps16(48_000),
+        reversed: false,
+    };
+    let config = Config {
+        law: Law::Interval(Interval::uniform(Bound(327), Bound(32_768), Gain(4172))),
+        motors: [motor; 3],
+        microsteps: 16,
+        workspace: Workspace { min: point(-200_000, -200_000, -100_000), max: point(1_100_000, 900_000, 640_000) },
+        reached: Reached { radius: Micrometres(10_000), frames: 10 },
+        deadlines: Deadlines { host: Milliseconds(300), position: Milliseconds(500), max_age: Milliseconds(250) },
+        growth: Growth { margin: Micrometres(60_000), time: Milliseconds(600) },
+    };
+    to_board(
+        Command::Configure(config),
+        "04ac020306ffff01ff013effffffc702c702c702c702c702c702c702c702c702808002808002808002808002808002808002808002808002808002cc2080c00cd00fffed0580ee050c80c00cd00fffed0580ee050c80c00cd00fffed0580ee052810ffb418ffb418bf9a0cc0a38601c0ee6d80904ea09c010aac02f403fa01c0a907d804db0e3cd900",
+    );
+}
+
+#[test]
+fn reports() {
+    let answer = |refusal| FromBoard::Answer(Answer { id: 300, refusal });
+    pinned(answer(None), "0401ac0205ff7eac7b00");
+    pinned(answer(Some(Refusal::Faulted(Fault::PositionLost))), "0b01ac02010401bf57e97700");
+    pinned(answer(Some(Refusal::Config(ConfigField::Workspace))), "0b01ac02010507cbc3918700");
+    let telemetry = Telemetry {
+        time: Micros(1_234_567),
+        state: State::Fault(Fault::Travel(1)),
+        sequence: Some(77),
+        motors: [1398, 8155, 0].map(Steps16),
+        rates: [17_390, 0, -256].map(Rate),
+        error: point(140_000, -180_000, 309_000),
+        filtered_error: Micrometres(384_000),
+        bad_frames: 3,
+    };
+    pinned(FromBoard::Telemetry(telemetry), "0e0287ad4b040401014dec15b67f04dc8f0214ff03c08b11bffc1590dc2580f02e0398affb7e00");
+    pinned(FromBoard::Fault(FaultReport { time: Micros(300_200), fault: Fault::HostSilent }), "0503a8a912031baa02a700");
+}
