@@ -23,7 +23,9 @@ const CDC_DATA = 10;
 const LINE_CODING = [0x00, 0xc2, 0x01, 0x00, 0, 0, 8]; // 115 200 baud, 8N1
 
 export class UsbHost {
-  constructor() {
+  /** @param {{ data(bytes: Uint8Array): void, state(name: string): void }} record is told of everything before the callbacks are */
+  constructor(record) {
+    this.record = record;
     /** Called with a Uint8Array for every packet of data. */
     this.onData = () => {};
     /** Called with 'attached' | 'ready' | 'lost' | 'stalled'. */
@@ -38,6 +40,11 @@ export class UsbHost {
   /** Has the serial port come up? */
   get ready() {
     return this.state === 'ready';
+  }
+
+  tell(state) {
+    this.record.state(state);
+    this.onState(state);
   }
 
   forget() {
@@ -73,12 +80,12 @@ export class UsbHost {
       return;
     }
     this.state = 'attached';
-    this.onState('attached');
+    this.tell('attached');
     this.later(ATTACH_US + RESET_US, () => this.port.busReset());
   }
 
   lose() {
-    if (this.state !== 'absent') this.onState('lost');
+    if (this.state !== 'absent') this.tell('lost');
     for (const alarm of [this.bus, this.outAlarm, this.inAlarm, this.controlAlarm]) alarm?.cancel();
     this.forget();
   }
@@ -87,12 +94,12 @@ export class UsbHost {
   unplug() {
     this.plugged = false;
     this.lose();
-    if (this.port.pullup) this.later(SUSPEND_US, () => this.port.suspend());
+    if (this.port?.pullup) this.later(SUSPEND_US, () => this.port.suspend());
   }
 
   plug() {
     this.plugged = true;
-    if (this.port.pullup) this.connection(true);
+    if (this.port?.pullup) this.connection(true);
   }
 
   /** The program on the host opens or closes the port. Closed, the host takes no data. */
@@ -127,7 +134,7 @@ export class UsbHost {
     this.request(CLASS_INTERFACE, SET_LINE_CODING, 0, control, LINE_CODING, () => {});
     this.request(CLASS_INTERFACE, SET_CONTROL_LINE_STATE, this.dtr ? 3 : 0, control, [], () => {
       this.state = 'ready';
-      this.onState('ready');
+      this.tell('ready');
       this.poll();
     });
   }
@@ -146,11 +153,17 @@ export class UsbHost {
   }
 
   offered(endpoint) {
-    if (endpoint === 0) {
-      if (this.stage !== null && this.stage !== 'setup') this.controlAlarm.scheduleAt(this.controlAlarm.clock.now + packetCycles(8));
-    } else {
-      this.poll();
-    }
+    if (endpoint === 0) this.pollControl();
+    else this.poll();
+  }
+
+  /** Goes on with the control transfer where the device is ready for its next packet. */
+  pollControl() {
+    const { port, stage } = this;
+    if (stage === null || stage === 'setup' || this.controlAlarm.scheduled) return;
+    const out = stage === 'out' || stage === 'status out';
+    if (!port.isOffered(0, out) && !port.isStalled(0, out)) return;
+    this.controlAlarm.scheduleAt(this.controlAlarm.clock.now + packetCycles(PACKET));
   }
 
   /** The next packet of the control transfer, if the device is ready for it. */
@@ -162,7 +175,7 @@ export class UsbHost {
       this.stage = transfer.wanted ? 'in' : transfer.sent.length ? 'out' : 'status in';
       port.setup(transfer.setup);
     } else if (port.isStalled(0, false) || port.isStalled(0, true)) {
-      this.onState('stalled');
+      this.tell('stalled');
       this.finish(transfer);
     } else if (this.stage === 'in' && port.isOffered(0, false)) {
       const { bytes } = port.take(0);
@@ -178,6 +191,7 @@ export class UsbHost {
       port.put(0, new Uint8Array(0));
       this.finish(transfer);
     }
+    this.pollControl();
   }
 
   finish(transfer) {
@@ -207,7 +221,10 @@ export class UsbHost {
     // A packet with the wrong toggle is one that the host has had already: it is acknowledged and dropped (USB 2.0, 8.6).
     if (data1 === this.data1) {
       this.data1 = !this.data1;
-      if (bytes.length > 0) this.onData(bytes);
+      if (bytes.length > 0) {
+        this.record.data(bytes);
+        this.onData(bytes);
+      }
     }
     this.poll();
   }

@@ -2,29 +2,42 @@
 //
 // What is wrong in rp2040js 1.4.1: an input reads what was last set from outside, whatever the pad does. On the chip it reads the
 // pad (datasheet 2.19.1): what the chip itself drives, else what the world drives, else the pull-up or -down. Its edge interrupts are also
-// recorded without an edge: any refresh of an input counts as one.
+// recorded without an edge: any refresh of an input counts as one. After a reset its pads have their input disabled; the chip's are
+// enabled, with a pull-down (2.19.6.3, reset value 0x56).
 
+const PINS = 30;
+const PAD_RESET = 0x56;
 const EDGE_LOW = 1 << 2;
 const EDGE_HIGH = 1 << 3;
 const LEVELS = 3;
 
 /** The pins, seen from outside. */
 export class Pins {
-  constructor(mcu, { at, inputChanged }) {
-    this.mcu = mcu;
+  /**
+   * @param {(pin: number, level: number, at: number) => void} changed called with every edge
+   * @param {() => number} at the cycle of what is happening
+   */
+  constructor(changed, at) {
+    this.changed = changed;
     this.at = at;
-    this.inputChanged = inputChanged;
-    this.driven = new Array(mcu.gpio.length).fill(null);
-    this.watchers = mcu.gpio.map(() => []);
-    this.levels = new Uint8Array(mcu.gpio.length);
+    this.driven = new Array(PINS).fill(null);
+    this.levels = new Uint8Array(PINS);
+    this.mcu = null;
+  }
+
+  /** Goes over to a chip that has just been reset: what it drove, it drives no more. */
+  connect(mcu) {
+    this.mcu = mcu;
     mcu.gpio.forEach((pin, index) => this.attach(pin, index));
+    for (let index = 0; index < PINS; index++) this.settle(index);
   }
 
   attach(pin, index) {
+    pin.padValue = PAD_RESET;
     pin.checkForUpdates = () => this.settle(index);
     // What rp2040js calls when a pad's settings have changed.
     pin.refreshInput = () => this.present(index);
-    this.settle(index);
+    this.present(index);
   }
 
   /** A pad's level: driven by the chip, by the world, by its pull; a floating pad reads 0, one with both pulls keeps its level. */
@@ -41,9 +54,7 @@ export class Pins {
     if (level === this.levels[index]) return;
     this.levels[index] = level;
     this.present(index);
-    const at = this.at();
-    for (const watcher of this.watchers[index]) watcher(level, at, index);
-    this.inputChanged();
+    this.changed(index, level, this.at());
   }
 
   /** Lets the chip see a pad's level: input value, interrupts, PWM counters. */

@@ -19,10 +19,10 @@ const BYTE_PERIODS = 9;
 
 /** The world's side of one bus: targets by address, called as the bus comes to them. */
 export class I2cBus {
-  constructor(controller, clock) {
+  /** @param {Map<number, object>} targets by 7-bit address; they outlive resets of the chip */
+  constructor(controller, clock, targets) {
     this.controller = controller;
-    /** @type {Map<number, object>} */
-    this.targets = new Map();
+    this.targets = targets;
     this.target = null;
     this.alarm = clock.createAlarm(() => this.next());
     this.next = () => {};

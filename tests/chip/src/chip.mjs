@@ -1,0 +1,280 @@
+// An RP2040 with a Pico's flash, in lock step and virtual time: rp2040js 1.4.1 with the repairs beside this file. See ../README.md.
+import { RP2040 } from 'rp2040js';
+import { bootTwoIsValid } from './boot2.mjs';
+import { installBootrom } from './bootrom.mjs';
+import { CYCLE_NS, VirtualClock } from './clock.mjs';
+import { Bus } from './core/bus.mjs';
+import { Core } from './core/core.mjs';
+import { EventHash } from './events.mjs';
+import { Flash } from './flash.mjs';
+import { loadImage } from './image.mjs';
+import { Engine } from './pio/engine.mjs';
+import { repairDma } from './repairs/dma.mjs';
+import { Pins } from './repairs/gpio.mjs';
+import { I2cBus, repairI2c } from './repairs/i2c.mjs';
+import { repairPpb } from './repairs/ppb.mjs';
+import { installRegisters } from './repairs/registers.mjs';
+import { repairTimer } from './repairs/timer.mjs';
+import { Uart } from './repairs/uart.mjs';
+import { UsbPort } from './repairs/usb.mjs';
+import { REASON_FORCE, REASON_TIMER, Watchdog } from './repairs/watchdog.mjs';
+import { UsbHost } from './usb-host.mjs';
+
+export { CYCLE_NS, CYCLES_PER_US } from './clock.mjs';
+export { Pca9685 } from './i2c-targets.mjs';
+
+const FLASH = 0x10000000;
+const VECTORS = FLASH + 0x100;
+const SRAM = 0x20000000;
+const WATCHDOG = 0x40058;
+const PIOS = [0x50200, 0x50300];
+const UARTS = [
+  { address: 0x40034, irq: 20, tx: 20, rx: 21 },
+  { address: 0x40038, irq: 21, tx: 22, rx: 23 },
+];
+const PINS = 30;
+/** Kinds of events in the digest. */
+const EVENT = { pin: 1, data: 2, state: 3, uart: 4, reset: 5 };
+const STATES = ['attached', 'ready', 'lost', 'stalled'];
+/** Causes of a reset; the watchdog's tell the next boot of themselves in its REASON register. */
+const CAUSES = ['power', 'run', 'watchdog', 'forced', 'system', 'bootloader'];
+const REASONS = { watchdog: REASON_TIMER, forced: REASON_FORCE };
+
+const digest = (bytes) => bytes.reduce((sum, byte) => (Math.imul(sum, 31) + byte) | 0, bytes.length);
+
+export class Chip {
+  /**
+   * @param {{ image?: string | Uint8Array, flash?: Uint8Array }} options `image`: an .elf or .uf2 file, or flash contents from
+   * 0x10000000 on; `flash`: contents saved with `saveFlash`, under the image
+   */
+  constructor({ image, flash } = {}) {
+    this.flash = new Flash();
+    if (flash) this.flash.bytes.set(flash);
+    if (image !== undefined) loadImage(image, this.flash.bytes);
+    this.hash = new EventHash();
+    /** Called with (cause, cycle) after a reset; the causes are listed in the README. */
+    this.onReset = () => {};
+    /** What firmware did that rp2040js has no answer to, by text, with how often. */
+    this.warnings = new Map();
+    /** Cycles before the last reset, cycles slept before it, and the cycle up to which the chip has been asked to run. */
+    this.origin = 0;
+    this.sleptBefore = 0;
+    this.deadline = 0;
+    this.resets = 0;
+    this.watchers = Array.from({ length: PINS }, () => []);
+    this.pins = new Pins((pin, level, at) => this.edge(pin, level, at), () => this.eventCycle);
+    this.i2c = [{ targets: new Map() }, { targets: new Map() }];
+    this.usb = new UsbHost({
+      data: (bytes) => this.hash.add(EVENT.data, this.cycles, digest(bytes)),
+      state: (name) => this.hash.add(EVENT.state, this.cycles, STATES.indexOf(name)),
+    });
+    /** The other end of the serial line at UART0. */
+    this.uart0 = { onByte: () => {}, feed: (bytes) => this.uarts[0].feed(bytes) };
+    this.boot('power');
+  }
+
+  // --- time ---
+
+  /** Cycles since the start, over all resets. */
+  get cycles() {
+    return this.origin + this.clock.now;
+  }
+
+  get nanos() {
+    return this.cycles * CYCLE_NS;
+  }
+
+  /** The cycle of the event being told: of the pin's edge, where PIO makes it within a longer instruction of the processor. */
+  get eventCycle() {
+    return this.origin + (this.engine?.advancing ? this.engine.now : this.clock.now);
+  }
+
+  /** Cycles in which the processor slept, over all resets. */
+  get sleepCycles() {
+    return this.sleptBefore + this.slept;
+  }
+
+  /**
+   * Runs for that long. An instruction that has begun is finished, so that the chip may be some cycles ahead; the next call takes
+   * them off again.
+   */
+  runFor(nanos) {
+    this.deadline += Math.round(nanos / CYCLE_NS);
+    while (this.cycles < this.deadline) {
+      if (this.resetWanted !== null) this.boot(this.resetWanted);
+      this.stretch();
+    }
+    if (this.resetWanted !== null) this.boot(this.resetWanted);
+  }
+
+  /** Runs in steps of `step` nanoseconds until `done()`, for at most `limit` nanoseconds. Was it done? */
+  runUntil(done, limit, step = 10_000) {
+    for (let spent = 0; !done(); spent += step) {
+      if (spent >= limit) return false;
+      this.runFor(step);
+    }
+    return true;
+  }
+
+  /** To the next event or the deadline, whichever comes first; by sleeping there or by working. */
+  stretch() {
+    const { clock, core } = this;
+    clock.limit = this.deadline - this.origin;
+    clock.ring();
+    if (this.resetWanted !== null) return;
+    if (core.waiting && core.interruptsUpdated) core.wakeIfReady();
+    if (!core.waiting) {
+      core.run();
+    } else if (clock.horizon > clock.now) {
+      this.slept += clock.horizon - clock.now;
+      clock.now = clock.horizon;
+    }
+  }
+
+  // --- resets ---
+
+  /** Asks for a reset at the end of the present instruction. */
+  requestReset(cause) {
+    this.resetWanted ??= cause;
+    this.clock.limit = this.clock.now;
+    this.clock.horizon = this.clock.now;
+  }
+
+  /** Resets now: 'power' (off and on again), or 'run' (the RUN pin: memory keeps its contents). */
+  reset(cause = 'power') {
+    this.boot(cause);
+  }
+
+  /** reset_to_usb_boot: the chip waits in its boot ROM for an image, and does nothing here until it is reset. */
+  enterBootloader() {
+    this.requestReset('bootloader');
+    return 1;
+  }
+
+  boot(cause) {
+    const before = this.clock ? { sram: this.mcu.sram, watchdog: this.watchdog } : null;
+    if (before) this.leave(cause);
+    this.resetWanted = null;
+    this.slept = 0;
+    this.clock = new VirtualClock();
+    this.mcu = new RP2040(this.clock);
+    this.mcu.logger = this.logger();
+    this.mcu.flash.set(this.flash.bytes);
+    if (before && cause !== 'power') this.mcu.sram.set(before.sram);
+    if (cause === 'power' || cause === 'run') this.chipReset = cause;
+    this.build();
+    if (before && cause in REASONS) Object.assign(this.watchdog, { reason: REASONS[cause], scratch: before.watchdog.scratch });
+    this.pins.connect(this.mcu);
+    this.usb.attach(this.port, this.clock);
+    this.start(cause);
+    if (!before) return;
+    this.resets++;
+    this.hash.add(EVENT.reset, this.cycles, CAUSES.indexOf(cause));
+    this.onReset(cause, this.cycles);
+  }
+
+  /** Closes the books of the chip that is being reset. */
+  leave(cause) {
+    this.flash.interrupt(this.cycles, cause === 'power');
+    this.sleptBefore += this.slept;
+    this.origin += this.clock.now;
+  }
+
+  /** The repairs, and what they need of each other. */
+  build() {
+    const { mcu, clock } = this;
+    this.bus = new Bus(mcu);
+    this.core = new Core(this.bus, clock);
+    mcu.core = this.core;
+    repairPpb(mcu, this.core, (cause) => this.requestReset(cause));
+    repairTimer(mcu, clock);
+    repairDma(mcu, clock);
+    installRegisters(mcu, this.chipReset);
+    this.watchdog = new Watchdog(clock, (reason) => this.requestReset(reason === REASON_FORCE ? 'forced' : 'watchdog'));
+    mcu.peripherals[WATCHDOG] = this.watchdog;
+    this.engine = new Engine(mcu, clock);
+    mcu.pio = this.engine.blocks;
+    PIOS.forEach((address, i) => (mcu.peripherals[address] = this.engine.blocks[i]));
+    this.uarts = UARTS.map((lines) => new Uart(mcu, clock, lines));
+    mcu.uart = this.uarts;
+    UARTS.forEach(({ address }, i) => (mcu.peripherals[address] = this.uarts[i]));
+    this.uarts[0].onByte = (byte) => {
+      this.hash.add(EVENT.uart, this.cycles, byte);
+      this.uart0.onByte(byte);
+    };
+    mcu.i2c.forEach((controller, i) => {
+      repairI2c(controller);
+      this.i2c[i].bus = new I2cBus(controller, clock, this.i2c[i].targets);
+    });
+    this.port = new UsbPort(mcu);
+    installBootrom(this);
+  }
+
+  /** Starts the image as the boot ROM does, with the second stage's work done; without a good image, or asked to, it stays in the ROM. */
+  start(cause) {
+    this.inBootloader = cause === 'bootloader' || !bootTwoIsValid(this.flash.bytes);
+    if (this.inBootloader) {
+      this.core.lockedUp = true;
+      this.core.waiting = true;
+    } else {
+      this.core.start(VECTORS);
+    }
+  }
+
+  logger() {
+    const note = (part, text) => {
+      const warning = `${part}: ${text}`;
+      this.warnings.set(warning, (this.warnings.get(warning) ?? 0) + 1);
+    };
+    return { debug() {}, info() {}, warn: note, error: note };
+  }
+
+  // --- pins, memory, flash ---
+
+  edge(pin, level, at) {
+    this.hash.add(EVENT.pin, at, (pin << 1) | level);
+    for (const watcher of this.watchers[pin]) watcher(level, at, pin);
+    this.engine?.inputChanged();
+  }
+
+  /** Calls back with (level, cycle, pin) at every edge of a pin, over all resets. Returns a function that ends it. */
+  watch(pin, callback) {
+    this.watchers[pin].push(callback);
+    return () => (this.watchers[pin] = this.watchers[pin].filter((watcher) => watcher !== callback));
+  }
+
+  /** The world drives a pin to 0 or 1, or lets go of it (null), so that the chip's pull decides. */
+  drive(pin, level) {
+    this.pins.drive(pin, level);
+  }
+
+  /** The level on a pin now. */
+  level(pin) {
+    return this.pins.levels[pin];
+  }
+
+  /** Bytes of memory or flash. */
+  peek(address, length) {
+    return Uint8Array.from({ length }, (_, i) => this.bus.read8(address + i));
+  }
+
+  peek32(address) {
+    return this.bus.read32(address) >>> 0;
+  }
+
+  /** Writes memory from outside, such as a pattern under the stack. */
+  poke(address, bytes) {
+    this.mcu.sram.set(bytes, address - SRAM);
+  }
+
+  /** What is in the flash chip, to be given to another `Chip`. */
+  saveFlash() {
+    return this.flash.bytes.slice();
+  }
+
+  /** A summary for measurements: cycles, how many of them the processor slept, instructions since the last reset. */
+  get load() {
+    const { cycles, sleepCycles } = this;
+    return { cycles, sleepCycles, idle: cycles ? sleepCycles / cycles : 0, instructions: this.core.instructions };
+  }
+}

@@ -1,0 +1,65 @@
+// What may be on the I2C bus.
+
+/**
+ * A PCA9685, sixteen channels of PWM, as far as a driver can tell: a register pointer that counts up where MODE1.AI asks for it, the
+ * registers, and a record of what was written (data sheet, 7.3).
+ */
+export class Pca9685 {
+  constructor() {
+    this.registers = new Uint8Array(256);
+    this.registers[0x00] = 0x11; // MODE1 after power-on: asleep, answering to the all-call address
+    this.registers[0x01] = 0x04; // MODE2: totem pole
+    this.registers[0xfe] = 0x1e; // PRESCALE: 200 Hz
+    /** Transactions: { register, bytes }, in their order. */
+    this.writes = [];
+    /** Bytes to acknowledge before it refuses; Infinity refuses none, 0 does not answer to its address. */
+    this.patience = Infinity;
+    this.pointer = null;
+  }
+
+  start(reads) {
+    if (this.patience <= 0) return false;
+    if (!reads) this.pointer = null;
+    return true;
+  }
+
+  write(byte) {
+    if (this.patience-- <= 0) return false;
+    if (this.pointer === null) {
+      this.pointer = byte;
+      this.writes.push({ register: byte, bytes: [] });
+      return true;
+    }
+    this.writes.at(-1).bytes.push(byte);
+    this.store(byte);
+    this.advance();
+    return true;
+  }
+
+  /** The ALL_LED registers (0xFA to 0xFD) write those of all sixteen channels. */
+  store(byte) {
+    this.registers[this.pointer] = byte;
+    if (this.pointer < 0xfa || this.pointer > 0xfd) return;
+    for (let channel = 0; channel < 16; channel++) this.registers[0x06 + 4 * channel + this.pointer - 0xfa] = byte;
+  }
+
+  read() {
+    const byte = this.registers[this.pointer ?? 0];
+    this.advance();
+    return byte;
+  }
+
+  advance() {
+    const increments = this.registers[0x00] & 0x20;
+    if (increments && this.pointer !== null) this.pointer = (this.pointer + 1) & 255;
+  }
+
+  stop() {}
+
+  /** On- and off-count of a channel (0 to 4095; bit 12: fully on, fully off). */
+  channel(n) {
+    const at = 0x06 + 4 * n;
+    const word = (i) => this.registers[at + i] | (this.registers[at + i + 1] << 8);
+    return { on: word(0), off: word(2) };
+  }
+}
