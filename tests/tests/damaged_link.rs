@@ -28,6 +28,8 @@ fn run(rates: Rates, seed: u64, frames: u32) -> (State, f64) {
             break;
         }
     }
+    let telemetry = bench.link.telemetry().expect("some telemetry got through");
+    assert!(telemetry.bad_frames > 0, "seed {seed}: nothing was damaged on its way to the board");
     (bench.state(), (bench.ball() - task.target).norm())
 }
 

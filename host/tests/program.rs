@@ -1,0 +1,275 @@
+//! The program as a person or a script meets it: what it prints, what it leaves, how it ends.
+
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops at the first surprise")]
+
+use std::fs;
+use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Output, Stdio};
+
+use serde_json::Value;
+use tempfile::TempDir;
+
+fn plumb(arguments: &[&str], folder: &Path) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_plumb")).args(arguments).current_dir(folder).output().unwrap()
+}
+
+fn stderr(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+/// The last line of standard output, which is JSON.
+fn json(output: &Output) -> Value {
+    let text = String::from_utf8_lossy(&output.stdout);
+    serde_json::from_str(text.lines().last().unwrap_or_default()).unwrap_or_else(|e| panic!("{e}: {text}"))
+}
+
+fn folder() -> TempDir {
+    tempfile::tempdir().unwrap()
+}
+
+/// The examples of the repository.
+fn rigs() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("rigs")
+}
+
+/// The paper's rig file, changed by `edit`, beside its camera file.
+fn rig_file(folder: &Path, edit: impl Fn(String) -> String) -> String {
+    fs::copy(rigs().join("camera.toml"), folder.join("camera.toml")).unwrap();
+    let path = folder.join("rig.toml");
+    fs::write(&path, edit(fs::read_to_string(rigs().join("paper.toml")).unwrap())).unwrap();
+    path.to_str().unwrap().to_owned()
+}
+
+/// `plumb emulate` in the background; killed when dropped.
+struct Emulator {
+    child: Child,
+    port: String,
+}
+
+impl Emulator {
+    fn start() -> Self {
+        let mut child = Command::new(env!("CARGO_BIN_EXE_plumb"))
+            .args(["emulate", "--json"])
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let mut port = String::new();
+        BufReader::new(child.stdout.as_mut().unwrap()).read_line(&mut port).unwrap();
+        Self { child, port: port.trim().to_owned() }
+    }
+}
+
+impl Drop for Emulator {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+#[test]
+fn the_demo_in_memory_reaches_the_target_and_repeats_itself() {
+    let folder = folder();
+    let run = |out: &str| plumb(&["demo", "--memory", "--seed", "7", "--out", out], folder.path());
+    let (one, two) = (run("one"), run("two"));
+    assert!(one.status.success(), "{}", stderr(&one));
+    let line = json(&one);
+    assert_eq!(line["reached"], true);
+    assert_eq!(line["law"], "interval");
+    assert!(line["error_mm"].as_f64().unwrap() < 10.0 && line["true_error_mm"].as_f64().unwrap() < 10.0, "{line}");
+    assert!(line["frames"].as_u64().unwrap() > 100);
+    assert_eq!(one.stdout, two.stdout);
+    for file in ["run.csv", "summary.json", "figure4.svg", "figure5.svg"] {
+        let read = |run: &str| fs::read(folder.path().join(run).join(file)).unwrap();
+        assert!(!read("one").is_empty());
+        assert!(read("one") == read("two"), "{file} differs");
+    }
+    // y arrives first, x then, z last: the elbow of the paper's figure 4.
+    let rows: Vec<Vec<String>> = fs::read_to_string(folder.path().join("one/run.csv"))
+        .unwrap()
+        .lines()
+        .skip(1)
+        .map(|l| l.split(',').map(str::to_owned).collect())
+        .collect();
+    let arrival = |column: usize, target: f64| {
+        rows.iter().position(|r| r[column].parse::<f64>().is_ok_and(|v| (v - target).abs() < 0.010)).unwrap()
+    };
+    let (x, y, z) = (arrival(6, 0.4), arrival(7, 0.4), arrival(8, 0.15));
+    assert!(y < x && x < z, "x after {x} frames, y after {y}, z after {z}");
+}
+
+#[test]
+fn a_run_folder_is_never_overwritten() {
+    let folder = folder();
+    fs::create_dir(folder.path().join("run")).unwrap();
+    fs::write(folder.path().join("run/run.csv"), "kept").unwrap();
+    let output = plumb(&["demo", "--memory", "--out", "run"], folder.path());
+    assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+    assert_eq!(fs::read_to_string(folder.path().join("run/run.csv")).unwrap(), "kept");
+}
+
+#[test]
+fn patience_ends_a_run_with_exit_code_1_and_a_whole_folder() {
+    let folder = folder();
+    let output = plumb(&["demo", "--memory", "--patience", "1", "--out", "run"], folder.path());
+    assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
+    assert_eq!(json(&output)["reached"], false);
+    assert!(folder.path().join("run/figure4.svg").exists() && folder.path().join("run/summary.json").exists());
+}
+
+#[test]
+fn a_mistake_in_a_rig_file_is_named_with_its_line() {
+    let folder = folder();
+    let cases: [(&str, &str, &str); 6] = [
+        ("gamma = 30.0", "gama = 30.0", "gama"),
+        ("gamma = 30.0", "gamma = -1.0", "gamma"),
+        ("microsteps = 16", "", "microsteps"),
+        ("radius = 0.010", "radius = nan", "radius"),
+        ("travel = [-3000, 3000]", "travel = [-3000]", "travel"),
+        ("start = [0.540, 0.220, 0.459]", "start = [0.540, inf, 0.459]", "start"),
+    ];
+    for (old, new, named) in cases {
+        let rig = rig_file(folder.path(), |text| {
+            assert!(text.contains(old));
+            text.replacen(old, new, 1)
+        });
+        let output = plumb(&["run", &rig], folder.path());
+        let text = stderr(&output);
+        assert_eq!(output.status.code(), Some(2), "{text}");
+        let line = text.split("rig.toml:").nth(1).and_then(|t| t.split(':').next()).map(str::parse::<u32>);
+        assert!(text.contains(named) && matches!(line, Some(Ok(_))), "{new:?}: {text}");
+    }
+    let rig = rig_file(folder.path(), |text| text.replace("alpha = 0.005", "alpha = 0.7"));
+    let emulator = Emulator::start();
+    let output = plumb(&["run", &rig, "--port", &emulator.port], folder.path());
+    assert_eq!(output.status.code(), Some(2));
+    assert!(stderr(&output).contains("alpha <= beta"), "{}", stderr(&output));
+}
+
+#[test]
+fn a_mistake_in_a_camera_file_is_named_with_its_line() {
+    let folder = folder();
+    let camera = fs::read_to_string(rigs().join("camera.toml")).unwrap();
+    fs::write(folder.path().join("camera.toml"), camera.replace("cx = 319.5", "cz = 319.5")).unwrap();
+    let output = plumb(&["replay", ".", "--camera", "camera.toml"], folder.path());
+    assert_eq!(output.status.code(), Some(2));
+    assert!(stderr(&output).contains("camera.toml:6:"), "{}", stderr(&output));
+}
+
+#[test]
+fn a_port_that_cannot_be_opened_is_named() {
+    let folder = folder();
+    let rig = rig_file(folder.path(), |text| text);
+    let run = |port: &str| plumb(&["goto", "0.4", "0.4", "0.15", "--rig", &rig, "--port", port], folder.path());
+    let absent = run("/dev/ttyNOSUCH");
+    assert_eq!(absent.status.code(), Some(2));
+    assert!(stderr(&absent).contains("/dev/ttyNOSUCH: there is no such serial port"), "{}", stderr(&absent));
+    let file = run("camera.toml");
+    assert_eq!(file.status.code(), Some(2));
+    assert!(stderr(&file).contains("cannot be opened as a serial port"), "{}", stderr(&file));
+    let emulator = Emulator::start();
+    let _held = serialport::new(&emulator.port, 115_200).open_native().unwrap();
+    let busy = run(&emulator.port);
+    assert_eq!(busy.status.code(), Some(2));
+    assert!(stderr(&busy).contains("another program uses this serial port"), "{}", stderr(&busy));
+    assert!(!folder.path().join("runs").exists(), "nothing was run");
+}
+
+#[test]
+fn pulling_the_plug_ends_a_run_with_its_folder_whole() {
+    let folder = folder();
+    let rig = rig_file(folder.path(), |text| text);
+    let emulator = Emulator::start();
+    let run = Command::new(env!("CARGO_BIN_EXE_plumb"))
+        .args(["run", &rig, "--port", &emulator.port, "--json", "--out", "run"])
+        .current_dir(folder.path())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let rows = || fs::read_to_string(folder.path().join("run/run.csv")).unwrap_or_default().lines().count();
+    while rows() < 10 {
+        std::thread::sleep(std::time::Duration::from_millis(20));
+    }
+    drop(emulator);
+    let output = run.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
+    assert!(stderr(&output).contains("unplugged"), "{}", stderr(&output));
+    let line = json(&output);
+    assert_eq!(line["reached"], false);
+    assert_eq!(line["frames"].as_u64().unwrap() as usize, rows() - 1);
+    let summary = fs::read_to_string(folder.path().join("run/summary.json")).unwrap();
+    assert!(summary.contains("unplugged"), "{summary}");
+    assert!(folder.path().join("run/figure4.svg").exists() && folder.path().join("run/figure5.svg").exists());
+}
+
+#[test]
+fn the_emulated_board_stops_by_its_own_deadline_when_its_host_dies() {
+    let folder = folder();
+    let rig = rig_file(folder.path(), |text| text);
+    let mut emulator = Emulator::start();
+    let mut run = Command::new(env!("CARGO_BIN_EXE_plumb"))
+        .args(["run", &rig, "--port", &emulator.port, "--out", "run"])
+        .current_dir(folder.path())
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    let mut states = BufReader::new(emulator.child.stderr.take().unwrap()).lines().map(Result::unwrap);
+    assert!(states.any(|state| state == "seeking"));
+    run.kill().unwrap();
+    run.wait().unwrap();
+    assert!(states.any(|state| state.starts_with("fault: nothing came from the host")));
+}
+
+#[test]
+fn the_desk_has_no_ball() {
+    let Some(desk) = data("tum-desk") else { return };
+    let camera = rigs().join("camera.toml");
+    let output = plumb(&["replay", desk.to_str().unwrap(), "--camera", camera.to_str().unwrap()], Path::new("."));
+    assert!(output.status.success(), "{}", stderr(&output));
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert_eq!(text, "t,u,v,radius,depth,x,y,z,score\n0.000000,,,,,,,,\n");
+}
+
+/// Real pictures; without them the test is passed over, but never with CI set.
+fn data(name: &str) -> Option<PathBuf> {
+    let base = std::env::var_os("PLUMB_DATA").map_or_else(
+        || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data"),
+        PathBuf::from,
+    );
+    let folder = base.join(name);
+    if folder.join("rgb.txt").exists() {
+        return Some(folder);
+    }
+    assert!(std::env::var_os("CI").is_none(), "{} is not there", folder.display());
+    println!("skipped: {} is not there (set PLUMB_DATA)", folder.display());
+    None
+}
+
+#[test]
+fn replay_names_broken_files_and_goes_on() {
+    let folder = folder();
+    fs::write(folder.path().join("rgb.txt"), "# two\n0.0 rgb/absent.png\n0.1 rgb/broken.png\nnonsense\n").unwrap();
+    fs::write(folder.path().join("depth.txt"), "0.0 depth/absent.png\n").unwrap();
+    fs::create_dir(folder.path().join("rgb")).unwrap();
+    fs::write(folder.path().join("rgb/broken.png"), [0x89, b'P', b'N', b'G', 1, 2, 3]).unwrap();
+    let camera = rigs().join("camera.toml");
+    let output = plumb(&["replay", ".", "--camera", camera.to_str().unwrap()], folder.path());
+    let text = stderr(&output);
+    assert_eq!(output.status.code(), Some(1), "{text}");
+    assert!(text.contains("absent.png") && text.contains("broken.png") && text.contains("rgb.txt:4"), "{text}");
+    assert_eq!(String::from_utf8_lossy(&output.stdout).lines().count(), 3);
+}
+
+#[test]
+fn bench_control_prints_the_papers_suite() {
+    let output = plumb(&["bench", "control", "--suite", "paper", "--json"], Path::new("."));
+    let line = json(&output);
+    assert_eq!((line["suite"].as_str(), line["law"].as_str()), (Some("paper"), Some("interval")));
+    for (gamma, frames) in line["gamma"].as_array().unwrap().iter().zip(line["frames"].as_array().unwrap()) {
+        let product = gamma.as_f64().unwrap() * frames.as_f64().unwrap();
+        assert!((product / 17_100.0 - 1.0).abs() < 0.05, "{line}");
+    }
+}
