@@ -1,7 +1,7 @@
 // One PIO state machine, by the RP2040 datasheet, 3.4 (instructions) and 3.5 (side-set, wrapping, FIFO joining, autopush and -pull,
 // clock dividers). It is stepped by its block's engine (engine.mjs), one instruction at the cycle at which it is carried out.
 import { Fifo } from './fifo.mjs';
-import { OPERATIONS } from './operations.mjs';
+import { AGAIN, DONE, OPERATIONS } from './operations.mjs';
 
 const SIDE_ENABLE = 1 << 30;
 const SIDE_PINDIRS = 1 << 29;
@@ -41,6 +41,7 @@ export class Machine {
     this.previous = 0;
     this.jumped = false;
     this.counter = 'x';
+    this.forever = Infinity;
     this.configure('clkdiv', 1 << 16);
     this.configure('execctrl', 0x1f << 12);
     this.configure('shiftctrl', 3 << 18);
@@ -117,16 +118,17 @@ export class Machine {
     const delayOrSide = (instruction >> 8) & 31;
     this.jumped = false;
     this.forced = -1;
-    this.stalled = true;
+    this.stalled = false;
     const done = OPERATIONS[instruction >> 13](this, instruction & 255);
     // After the operation, since side-set wins where both drive a pin (datasheet 3.5.6.2).
     if (this.sideBits) this.sideSet(delayOrSide);
-    if (!done) {
+    if (done !== DONE) {
       this.forced = forced;
+      if (done === AGAIN) this.time += this.divider;
+      else this.stalled = true;
       if (forced >= 0) this.execctrl = (this.execctrl | EXEC_STALLED) >>> 0;
       return;
     }
-    this.stalled = false;
     if (forced >= 0) this.clearStalledFlag();
     if (this.autopull && this.osrCount >= this.pullThreshold) this.refill();
     this.repeats = this.jumped && this.pc === this.previous;
@@ -169,16 +171,17 @@ export class Machine {
   }
 
   /**
-   * A wait of known length: the subcycles of one more `jmp x-- here` (or y) that will jump to itself again, having done so before;
-   * 0 if the machine does something else. Nobody can see anything of such a wait, so that the engine may skip it.
+   * A wait of known length: the subcycles of one more `jmp x-- here` (or y, or always) that will jump to itself again, having done so
+   * before; 0 if the machine does something else. Nobody can see anything of such a wait, so that the engine may skip it.
+   * `this[this.counter]` is how many more there are.
    */
   spin() {
     if (!this.repeats || this.forced >= 0) return 0;
     const instruction = this.block.instructions[this.pc];
     if ((instruction & 0xe01f) !== this.pc) return 0;
     const condition = (instruction >> 5) & 7;
-    if (condition !== 2 && condition !== 4) return 0;
-    this.counter = condition === 2 ? 'x' : 'y';
+    if (condition !== 0 && condition !== 2 && condition !== 4) return 0;
+    this.counter = condition === 0 ? 'forever' : condition === 2 ? 'x' : 'y';
     return this[this.counter] === 0 ? 0 : (1 + ((instruction >> 8) & this.delayMask)) * this.divider;
   }
 

@@ -1,5 +1,11 @@
-// The nine PIO instructions (RP2040 datasheet 3.4). Each function carries one out and says whether it was completed: false means that
-// the machine waits and tries again.
+// The nine PIO instructions (RP2040 datasheet 3.4). Each function carries one out and says whether it was completed.
+
+/** It was completed. */
+export const DONE = 1;
+/** It waits for something, and is tried again when that may have changed. */
+export const WAITS = 0;
+/** It needs another cycle. */
+export const AGAIN = 2;
 
 const FDEBUG_TXSTALL = 24;
 const FDEBUG_RXSTALL = 0;
@@ -41,7 +47,7 @@ const CONDITIONS = [
 
 function jmp(machine, field) {
   if (CONDITIONS[field >> 5](machine)) jump(machine, field);
-  return true;
+  return DONE;
 }
 
 function wait(machine, field) {
@@ -50,14 +56,14 @@ function wait(machine, field) {
   const index = field & 31;
   switch ((field >> 5) & 3) {
     case 0:
-      return block.input(index) === wanted;
+      return block.input(index) === wanted ? DONE : WAITS;
     case 1:
-      return block.input((machine.inBase + index) & 31) === wanted;
+      return block.input((machine.inBase + index) & 31) === wanted ? DONE : WAITS;
     case 2: {
       const flag = 1 << flagOf(machine, index);
-      if (((block.irq & flag) !== 0) !== wanted) return false;
+      if (((block.irq & flag) !== 0) !== wanted) return WAITS;
       if (wanted) block.clearFlags(flag);
-      return true;
+      return DONE;
     }
     default:
       throw new Error('PIO: WAIT with a reserved source');
@@ -100,12 +106,12 @@ function shiftIn(machine, field) {
   else machine.isr = ((machine.isr << bits) | value) >>> 0;
   machine.isrCount = count;
   if (pushes) machine.pushWord();
-  return true;
+  return DONE;
 }
 
 function stall(machine, flag) {
   machine.block.fdebug |= 1 << (flag + machine.index);
-  return false;
+  return WAITS;
 }
 
 function shiftOut(machine, field) {
@@ -113,9 +119,7 @@ function shiftOut(machine, field) {
   if (machine.autopull && machine.osrCount >= machine.pullThreshold) {
     // An empty OSR cannot be filled and used in the same cycle (datasheet 3.5.4.2).
     if (!machine.refill()) return stall(machine, FDEBUG_TXSTALL);
-    machine.time += machine.divider;
-    machine.stalled = false;
-    return false;
+    return AGAIN;
   }
   const value = (machine.outRight ? machine.osr & mask(bits) : machine.osr >>> (32 - bits)) >>> 0;
   if (bits === 32) machine.osr = 0;
@@ -147,35 +151,35 @@ function shiftOut(machine, field) {
     default:
       machine.forced = value & 0xffff;
   }
-  return true;
+  return DONE;
 }
 
 function push(machine, ifFull, block) {
-  if (ifFull && machine.isrCount < machine.pushThreshold) return true;
+  if (ifFull && machine.isrCount < machine.pushThreshold) return DONE;
   if (!machine.rx.full) {
     machine.pushWord();
-    return true;
+    return DONE;
   }
   stall(machine, FDEBUG_RXSTALL);
-  if (block) return false;
+  if (block) return WAITS;
   machine.isr = 0;
   machine.isrCount = 0;
-  return true;
+  return DONE;
 }
 
 function pull(machine, ifEmpty, block) {
-  if (ifEmpty && machine.osrCount < machine.pullThreshold) return true;
+  if (ifEmpty && machine.osrCount < machine.pullThreshold) return DONE;
   // With autopull, PULL of a full OSR does nothing, so that it is a fence (datasheet 3.4.7.2).
-  if (machine.autopull && machine.osrCount === 0) return true;
+  if (machine.autopull && machine.osrCount === 0) return DONE;
   if (machine.tx.empty) {
     stall(machine, FDEBUG_TXSTALL);
-    if (block) return false;
+    if (block) return WAITS;
     machine.osr = machine.x;
   } else {
     machine.osr = machine.pullWord();
   }
   machine.osrCount = 0;
-  return true;
+  return DONE;
 }
 
 function pushOrPull(machine, field) {
@@ -216,7 +220,7 @@ function mov(machine, field) {
     default:
       throw new Error('PIO: MOV to a reserved destination');
   }
-  return true;
+  return DONE;
 }
 
 function irq(machine, field) {
@@ -224,16 +228,16 @@ function irq(machine, field) {
   const flag = 1 << flagOf(machine, field & 31);
   if (field & 64) {
     block.clearFlags(flag);
-    return true;
+    return DONE;
   }
   if (!machine.raised) {
     block.raiseFlags(flag);
     machine.raised = (field & 32) !== 0;
-    return !machine.raised;
+    return machine.raised ? WAITS : DONE;
   }
-  if ((block.irq | block.raising) & flag) return false;
+  if ((block.irq | block.raising) & flag) return WAITS;
   machine.raised = false;
-  return true;
+  return DONE;
 }
 
 function set(machine, field) {
@@ -254,7 +258,7 @@ function set(machine, field) {
     default:
       throw new Error('PIO: SET of a reserved destination');
   }
-  return true;
+  return DONE;
 }
 
 /** By bits 15 to 13. */
