@@ -56,9 +56,10 @@ export class Chip {
     this.onReset = () => {};
     /** What firmware did that rp2040js has no answer to, by text, with how often. */
     this.warnings = new Map();
-    /** Cycles before the last reset, cycles slept before it, and the cycle up to which the chip has been asked to run. */
+    /** Cycles before the last reset, cycles slept before it, and up to when the chip has been asked to run: nanoseconds and cycles. */
     this.origin = 0;
     this.sleptBefore = 0;
+    this.asked = 0;
     this.deadline = 0;
     this.resets = 0;
     this.watchers = Array.from({ length: PINS }, () => []);
@@ -95,15 +96,17 @@ export class Chip {
   }
 
   /**
-   * Runs for that long. An instruction that has begun is finished, so that the chip may be some cycles ahead; the next call takes
-   * them off again.
+   * Runs for that long; what happens in its last cycle has happened then. An instruction that has begun is finished, so that the chip
+   * may be some cycles ahead; the next call takes them off again.
    */
   runFor(nanos) {
-    this.deadline += Math.round(nanos / CYCLE_NS);
+    this.asked += nanos;
+    this.deadline = Math.ceil(this.asked / CYCLE_NS);
     while (this.cycles < this.deadline) {
       if (this.resetWanted !== null) this.boot(this.resetWanted);
       this.stretch();
     }
+    this.clock.ring();
     if (this.resetWanted !== null) this.boot(this.resetWanted);
   }
 
@@ -253,13 +256,18 @@ export class Chip {
     return this.pins.levels[pin];
   }
 
-  /** Bytes of memory or flash. */
+  /** Bytes of memory or flash, whatever the processor may read at the moment. */
   peek(address, length) {
-    return Uint8Array.from({ length }, (_, i) => this.bus.read8(address + i));
+    const { bus } = this;
+    const readable = bus.flashReadable;
+    bus.flashReadable = true;
+    const bytes = Uint8Array.from({ length }, (_, i) => bus.read8(address + i));
+    bus.flashReadable = readable;
+    return bytes;
   }
 
   peek32(address) {
-    return this.bus.read32(address) >>> 0;
+    return new DataView(this.peek(address, 4).buffer).getUint32(0, true);
   }
 
   /** Writes memory from outside, such as a pattern under the stack. */
