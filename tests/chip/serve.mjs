@@ -1,0 +1,78 @@
+#!/usr/bin/env node
+// The emulated chip for other programs: commands and replies in JSON lines, in lock step; or a serial line's bytes in real time.
+// usage: node serve.mjs FIRMWARE.elf|.uf2 [--flash FILE] [--bytes usb|uart]
+//   --flash FILE   flash contents: read if it is there (under the image), written at the end
+//   --bytes        standard input and output are the bytes of that line, and the chip runs in real time
+// exit: 0 at the end of the input; 2 bad arguments, or a firmware that cannot be loaded. The commands: README.md
+import fs from 'node:fs';
+import readline from 'node:readline';
+import { parseArgs } from 'node:util';
+import { Session } from './src/session.mjs';
+
+const SLICE_NS = 500_000;
+const LAST_NS = 5_000_000;
+/** Further behind than this, the chip's time is let lag: it must not race later. */
+const LAG_NS = 20_000_000;
+
+function options() {
+  const parsed = parseArgs({ allowPositionals: true, options: { flash: { type: 'string' }, bytes: { type: 'string' } } });
+  const [image, ...rest] = parsed.positionals;
+  const { flash, bytes } = parsed.values;
+  if (!image || rest.length > 0 || (bytes !== undefined && bytes !== 'usb' && bytes !== 'uart')) {
+    throw new Error('usage: node serve.mjs FIRMWARE.elf|.uf2 [--flash FILE] [--bytes usb|uart]');
+  }
+  return { image, flash, bytes };
+}
+
+function answer(session, line) {
+  try {
+    return session.do(JSON.parse(line));
+  } catch (error) {
+    return { error: error.message };
+  }
+}
+
+/** A command a line, a reply a line. */
+async function lockStep(session) {
+  for await (const line of readline.createInterface({ input: process.stdin })) {
+    if (line.trim() !== '') process.stdout.write(`${JSON.stringify(answer(session, line))}\n`);
+  }
+}
+
+/** Bytes in real time, until the input ends. */
+function realTime({ chip }, line) {
+  let behind = process.hrtime.bigint();
+  let open = true;
+  process.stdin.on('data', (bytes) => (line === 'usb' ? chip.usb.send(bytes) : chip.uart0.feed(bytes)));
+  process.stdin.on('end', () => (open = false));
+  if (line === 'usb') chip.usb.onData = (bytes) => process.stdout.write(bytes);
+  else chip.uart0.onByte = (byte) => process.stdout.write(Uint8Array.of(byte));
+  return new Promise((resolve) => {
+    const turn = () => {
+      const now = process.hrtime.bigint();
+      if (now - behind > LAG_NS) behind = now - BigInt(LAG_NS);
+      for (; now - behind >= SLICE_NS && process.hrtime.bigint() - now < LAG_NS; behind += BigInt(SLICE_NS)) chip.runFor(SLICE_NS);
+      if (open) {
+        setTimeout(turn, 1);
+      } else {
+        // What has come shortly before the end still gets its answer.
+        chip.runFor(LAST_NS);
+        resolve();
+      }
+    };
+    turn();
+  });
+}
+
+async function main() {
+  const { image, flash, bytes } = options();
+  const saved = flash && fs.existsSync(flash) ? fs.readFileSync(flash) : undefined;
+  const session = new Session({ image, flash: saved });
+  await (bytes ? realTime(session, bytes) : lockStep(session));
+  if (flash) fs.writeFileSync(flash, session.chip.saveFlash());
+}
+
+main().catch((error) => {
+  process.stderr.write(`${error.message}\n`);
+  process.exitCode = 2;
+});

@@ -1,0 +1,112 @@
+// The chip by commands: what serve.mjs speaks over standard input and output. One command object, one reply object; see ../README.md.
+import { Chip, CYCLE_NS, Pca9685 } from './chip.mjs';
+
+const PINS = 30;
+
+export class Session {
+  /** @param {ConstructorParameters<typeof Chip>[0]} options */
+  constructor(options) {
+    this.chip = new Chip(options);
+    this.hats = new Map();
+    this.steppers = [];
+    this.listed = new Set();
+    this.rises = new Uint32Array(PINS);
+    this.clear();
+    this.listen();
+  }
+
+  /** Forgets what has been told. */
+  clear() {
+    this.told = { usb: [], uart: [], edges: [], resets: [], states: [], i2c: [] };
+    this.rises.fill(0);
+  }
+
+  listen() {
+    const { chip } = this;
+    chip.usb.onData = (bytes) => this.told.usb.push([chip.cycles, Buffer.from(bytes).toString('hex')]);
+    chip.usb.onState = (state) => this.told.states.push([chip.cycles, state]);
+    chip.uart0.onByte = (byte) => this.told.uart.push([chip.cycles, byte]);
+    chip.onReset = (cause, cycle) => this.told.resets.push([cycle, cause]);
+    for (let pin = 0; pin < PINS; pin++) {
+      chip.watch(pin, (level, cycle) => {
+        if (level) this.rises[pin]++;
+        if (this.listed.has(pin)) this.told.edges.push([cycle, pin, level]);
+      });
+    }
+  }
+
+  /** Counts the rising edges of `step` as one up or down, as `direction` (not `inverted`) is high or low at the time. */
+  addStepper([step, direction, inverted = false]) {
+    const stepper = { position: 0 };
+    this.steppers.push(stepper);
+    this.chip.watch(step, (level) => {
+      if (level) stepper.position += (this.chip.level(direction) === 1) !== inverted ? 1 : -1;
+    });
+  }
+
+  addTarget([bus, address, kind]) {
+    if (kind !== 'pca9685') throw new Error(`i2c: ${kind} is not known; there is pca9685`);
+    const hat = new Pca9685();
+    this.chip.i2c[bus].targets.set(address, hat);
+    this.hats.set(address, hat);
+  }
+
+  /** Carries out a command's entries in their order, and returns the reply. */
+  do(command) {
+    const answers = {};
+    for (const [name, argument] of Object.entries(command)) {
+      const carryOut = COMMANDS[name];
+      if (!carryOut) throw new Error(`unknown command ${name}; there are ${Object.keys(COMMANDS).join(', ')}`);
+      Object.assign(answers, carryOut(this, argument));
+    }
+    return { ...this.report(), ...answers };
+  }
+
+  /** Everything that has happened since the last reply; empty lists are left out. */
+  report() {
+    for (const [address, hat] of this.hats) {
+      for (const { register, bytes } of hat.writes.splice(0)) this.told.i2c.push([address, register, Buffer.from(bytes).toString('hex')]);
+    }
+    const reply = { cycle: this.chip.cycles };
+    if (this.steppers.length > 0) reply.steps = this.steppers.map(({ position }) => position);
+    for (const [name, list] of Object.entries(this.told)) if (list.length > 0) reply[name] = list;
+    if (this.told.uart.length > 0) reply.uart = gather(this.told.uart);
+    const rises = [...this.rises].flatMap((count, pin) => (count > 0 ? [[pin, count]] : []));
+    if (rises.length > 0) reply.rises = rises;
+    this.clear();
+    return reply;
+  }
+}
+
+/** Bytes with their cycles as [cycle of the last, hex] for each run of them. */
+function gather(bytes) {
+  return [[bytes.at(-1)[0], Buffer.from(bytes.map(([, byte]) => byte)).toString('hex')]];
+}
+
+const bytesOf = (hex) => {
+  if (!/^([0-9a-f]{2})*$/i.test(hex)) throw new Error(`"${hex}" is not bytes in hexadecimal`);
+  return Buffer.from(hex, 'hex');
+};
+
+const COMMANDS = {
+  run_us: ({ chip }, micros) => chip.runFor(micros * 1000),
+  run_cycles: ({ chip }, cycles) => chip.runFor(cycles * CYCLE_NS),
+  usb: ({ chip }, hex) => chip.usb.send(bytesOf(hex)),
+  uart: ({ chip }, hex) => chip.uart0.feed(bytesOf(hex)),
+  gpio: ({ chip }, [pin, level]) => chip.drive(pin, level),
+  unplug: ({ chip }) => chip.usb.unplug(),
+  plug: ({ chip }) => chip.usb.plug(),
+  dtr: ({ chip }, open) => chip.usb.setDtr(open),
+  reset: ({ chip }, cause) => chip.reset(cause),
+  steppers: (session, steppers) => steppers.forEach((stepper) => session.addStepper(stepper)),
+  list: (session, pins) => void (session.listed = new Set(pins)),
+  i2c: (session, target) => session.addTarget(target),
+  levels: ({ chip }, pins) => ({ levels: pins.map((pin) => chip.level(pin)) }),
+  peek: ({ chip }, [address, length]) => ({ peek: Buffer.from(chip.peek(address, length)).toString('hex') }),
+  poke: ({ chip }, [address, hex]) => chip.poke(address, bytesOf(hex)),
+  flash: ({ chip }) => ({ flash: { busy: chip.flash.busy?.kind ?? null, log: chip.flash.log.map(({ kind, offset, length, at }) => [at, kind, offset, length]) } }),
+  load: ({ chip }) => ({ load: chip.load }),
+  fault: ({ chip }) => ({ fault: chip.core.fault }),
+  hash: ({ chip }) => ({ hash: String(chip.hash) }),
+  warnings: ({ chip }) => ({ warnings: [...chip.warnings] }),
+};
