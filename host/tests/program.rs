@@ -77,7 +77,10 @@ fn the_demo_in_memory_reaches_the_target_and_repeats_itself() {
     let line = json(&one);
     assert_eq!(line["reached"], true);
     assert_eq!(line["law"], "interval");
-    assert!(line["error_mm"].as_f64().unwrap() < 10.0 && line["true_error_mm"].as_f64().unwrap() < 10.0, "{line}");
+    assert!(
+        line["error_mm"].as_f64().unwrap() < 10.0 && line["true_error_mm"].as_f64().unwrap() < 10.0,
+        "{line}"
+    );
     assert!(line["frames"].as_u64().unwrap() > 100);
     assert_eq!(one.stdout, two.stdout);
     for file in ["run.csv", "summary.json", "figure4.svg", "figure5.svg"] {
@@ -115,7 +118,9 @@ fn patience_ends_a_run_with_exit_code_1_and_a_whole_folder() {
     let output = plumb(&["demo", "--memory", "--patience", "1", "--out", "run"], folder.path());
     assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
     assert_eq!(json(&output)["reached"], false);
-    assert!(folder.path().join("run/figure4.svg").exists() && folder.path().join("run/summary.json").exists());
+    assert!(
+        folder.path().join("run/figure4.svg").exists() && folder.path().join("run/summary.json").exists()
+    );
 }
 
 #[test]
@@ -161,7 +166,8 @@ fn a_mistake_in_a_camera_file_is_named_with_its_line() {
 fn a_port_that_cannot_be_opened_is_named() {
     let folder = folder();
     let rig = rig_file(folder.path(), |text| text);
-    let run = |port: &str| plumb(&["goto", "0.4", "0.4", "0.15", "--rig", &rig, "--port", port], folder.path());
+    let run =
+        |port: &str| plumb(&["goto", "0.4", "0.4", "0.15", "--rig", &rig, "--port", port], folder.path());
     let absent = run("/dev/ttyNOSUCH");
     assert_eq!(absent.status.code(), Some(2));
     assert!(stderr(&absent).contains("/dev/ttyNOSUCH: there is no such serial port"), "{}", stderr(&absent));
@@ -227,7 +233,8 @@ fn the_emulated_board_stops_by_its_own_deadline_when_its_host_dies() {
 fn the_desk_has_no_ball() {
     let Some(desk) = data("tum-desk") else { return };
     let camera = rigs().join("camera.toml");
-    let output = plumb(&["replay", desk.to_str().unwrap(), "--camera", camera.to_str().unwrap()], Path::new("."));
+    let output =
+        plumb(&["replay", desk.to_str().unwrap(), "--camera", camera.to_str().unwrap()], Path::new("."));
     assert!(output.status.success(), "{}", stderr(&output));
     let text = String::from_utf8(output.stdout).unwrap();
     assert_eq!(text, "t,u,v,radius,depth,x,y,z,score\n0.000000,,,,,,,,\n");
@@ -235,10 +242,8 @@ fn the_desk_has_no_ball() {
 
 /// Real pictures; without them the test is passed over, but never with CI set.
 fn data(name: &str) -> Option<PathBuf> {
-    let base = std::env::var_os("PLUMB_DATA").map_or_else(
-        || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data"),
-        PathBuf::from,
-    );
+    let base = std::env::var_os("PLUMB_DATA")
+        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data"), PathBuf::from);
     let folder = base.join(name);
     if folder.join("rgb.txt").exists() {
         return Some(folder);
@@ -251,7 +256,8 @@ fn data(name: &str) -> Option<PathBuf> {
 #[test]
 fn replay_names_broken_files_and_goes_on() {
     let folder = folder();
-    fs::write(folder.path().join("rgb.txt"), "# two\n0.0 rgb/absent.png\n0.1 rgb/broken.png\nnonsense\n").unwrap();
+    fs::write(folder.path().join("rgb.txt"), "# two\n0.0 rgb/absent.png\n0.1 rgb/broken.png\nnonsense\n")
+        .unwrap();
     fs::write(folder.path().join("depth.txt"), "0.0 depth/absent.png\n").unwrap();
     fs::create_dir(folder.path().join("rgb")).unwrap();
     fs::write(folder.path().join("rgb/broken.png"), [0x89, b'P', b'N', b'G', 1, 2, 3]).unwrap();
@@ -259,7 +265,10 @@ fn replay_names_broken_files_and_goes_on() {
     let output = plumb(&["replay", ".", "--camera", camera.to_str().unwrap()], folder.path());
     let text = stderr(&output);
     assert_eq!(output.status.code(), Some(1), "{text}");
-    assert!(text.contains("absent.png") && text.contains("broken.png") && text.contains("rgb.txt:4"), "{text}");
+    assert!(
+        text.contains("absent.png") && text.contains("broken.png") && text.contains("rgb.txt:4"),
+        "{text}"
+    );
     assert_eq!(String::from_utf8_lossy(&output.stdout).lines().count(), 3);
 }
 

@@ -10,7 +10,9 @@ use plumb::rig::Rig;
 use plumb::session::{Place, Session, Summary};
 use plumb::source::simulated::{SimulatedCamera, Timing, VirtualWorld};
 use plumb::source::synthetic::{Background, Options, Room, SyntheticCamera};
-use plumb_emulator::rig::{Elastic, ElasticParameters, Geometry, Observer, Plant, Population, QuasiStatic, Task};
+use plumb_emulator::rig::{
+    Elastic, ElasticParameters, Geometry, Observer, Plant, Population, QuasiStatic, Task,
+};
 use plumb_emulator::{EmulatedBoard, PICO};
 use plumb_protocol::config::SIGNS;
 use plumb_protocol::message::{Fault, State};
@@ -101,7 +103,8 @@ fn random_rigs_are_reached_through_a_camera_that_errs() {
 #[test]
 fn a_rig_that_is_wired_wrongly_stops_by_itself() {
     let orders = [[1, 0, 2], [2, 1, 0], [0, 2, 1], [1, 2, 0], [2, 0, 1]].map(|order| (order, [1.0; 3]));
-    let signs = (1..8).map(|bits| ([0, 1, 2], [0, 1, 2].map(|i| if bits >> i & 1 == 1 { -1.0 } else { 1.0 })));
+    let signs =
+        (1..8).map(|bits| ([0, 1, 2], [0, 1, 2].map(|i| if bits >> i & 1 == 1 { -1.0 } else { 1.0 })));
     for (order, signs) in orders.into_iter().chain(signs) {
         let plant = Miswired { plant: paper_plant(), order, signs };
         let mut bench = seeking(&rig(100.0), Box::new(plant));
@@ -131,7 +134,11 @@ fn a_host_that_vanishes_leaves_the_rig_at_rest() {
     assert!(bench.board.borrow().rates().iter().any(|r| *r != 0.0));
     // 300 ms of silence and a ramp of 400/2000 s.
     let now = bench.board.borrow().now();
-    bench.board.borrow_mut().run_to(plumb_protocol::units::Micros(now.0 + 501_000)).expect("a rig that follows");
+    bench
+        .board
+        .borrow_mut()
+        .run_to(plumb_protocol::units::Micros(now.0 + 501_000))
+        .expect("a rig that follows");
     assert_eq!(bench.state(), State::Fault(Fault::HostSilent));
     assert_eq!(bench.board.borrow().rates(), [0.0; 3]);
 }
@@ -140,7 +147,8 @@ fn a_host_that_vanishes_leaves_the_rig_at_rest() {
 #[test]
 fn the_elastic_rig_is_reached() {
     let task = Task::paper();
-    let plant = Elastic::new(task.geometry, ElasticParameters::default(), task.start).expect("an elastic rig");
+    let plant =
+        Elastic::new(task.geometry, ElasticParameters::default(), task.start).expect("an elastic rig");
     let mut bench = seeking(&rig(60.0), Box::new(plant));
     for frame in 0.. {
         bench.frame(Some).expect("an intact link");
@@ -156,7 +164,8 @@ fn session(seed: u64, folder: std::path::PathBuf) -> Summary {
     let rig = rig(200.0);
     let camera = Camera::paper().expect("the paper's camera");
     let background = Background::Room(Room::furnished());
-    let synthetic = SyntheticCamera::new(camera.clone(), background, Options::default(), seed).expect("a camera");
+    let synthetic =
+        SyntheticCamera::new(camera.clone(), background, Options::default(), seed).expect("a camera");
     let plant = Box::new(paper_plant());
     let board = std::rc::Rc::new(std::cell::RefCell::new(EmulatedBoard::with_plant(PICO, plant)));
     let world = VirtualWorld::new(board.clone()).expect("a board with a rig");
@@ -178,7 +187,8 @@ fn the_same_seed_gives_the_same_run_to_the_bit() {
     let folder = tempfile::tempdir().expect("a folder");
     let [one, two, other] = [(1, "one"), (1, "two"), (2, "other")].map(|(seed, name)| {
         let summary = session(seed, folder.path().join(name));
-        let read = |file: &str| std::fs::read(folder.path().join(name).join(file)).expect("a file of the run");
+        let read =
+            |file: &str| std::fs::read(folder.path().join(name).join(file)).expect("a file of the run");
         (summary, read("run.csv"), read("figure4.svg"), read("figure5.svg"))
     });
     assert!(one.0.reached && one.0.error_mm.is_some_and(|e| e < 10.0), "{:?}", one.0);

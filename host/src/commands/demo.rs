@@ -74,12 +74,16 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
     }
     let camera = Camera::paper().or_bad_input()?;
     let synthetic = synthetic_camera(&args, &camera)?;
-    let Some(simulation) = rig.simulation.clone() else { return Err("the paper's rig is not simulated").or_bad_input() };
+    let Some(simulation) = rig.simulation.clone() else {
+        return Err("the paper's rig is not simulated").or_bad_input();
+    };
     let motors = *simulation.geometry().or_bad_input()?.motors();
     let board = EmulatedBoard::with_plant(PICO, args.physics.plant(&simulation).or_bad_input()?);
     if args.memory {
         let board = Rc::new(RefCell::new(board));
-        let Some(world) = VirtualWorld::new(Rc::clone(&board)) else { return Err("the board moves no rig").or_failed() };
+        let Some(world) = VirtualWorld::new(Rc::clone(&board)) else {
+            return Err("the board moves no rig").or_failed();
+        };
         let mut source = SimulatedCamera::new(world, synthetic, motors, Timing::default());
         run(&args, &rig, &camera, &mut source, Memory::new(board))
     } else {

@@ -50,7 +50,8 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
         None => EmulatedBoard::new(PICO),
         Some(path) => {
             let rig = Rig::read(path).or_bad_input()?;
-            let simulation = rig.simulation.ok_or_else(|| format!("{}: no [simulation] table", path.display()));
+            let simulation =
+                rig.simulation.ok_or_else(|| format!("{}: no [simulation] table", path.display()));
             EmulatedBoard::with_plant(PICO, args.physics.plant(&simulation.or_bad_input()?).or_bad_input()?)
         }
     };

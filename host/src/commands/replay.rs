@@ -30,7 +30,8 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
     let camera = Camera::read(&args.camera).or_bad_input()?;
     let mut detector = args.detector.detector(&camera);
     let report = |problem: &plumb::replay::Problem| eprintln!("plumb: {problem}");
-    let outcome = replay_folder(&args.folder, &camera, &mut *detector, io::stdout().lock(), report).or_bad_input()?;
+    let outcome =
+        replay_folder(&args.folder, &camera, &mut *detector, io::stdout().lock(), report).or_bad_input()?;
     eprintln!(
         "{} frames: {} with a ball, {} of them located; {} broken, {} without depth",
         outcome.frames, outcome.detected, outcome.located, outcome.broken, outcome.without_depth

@@ -91,7 +91,8 @@ fn drive(file: &Path, rig: Rig, options: &Common) -> Result<ExitCode, Failure> {
     let synthetic = SyntheticCamera::new(camera.clone(), background, Options::default(), 1).or_bad_input()?;
     let mut source = SimulatedCamera::new(world, synthetic, motors, Timing::default());
 
-    let transport = Serial::open(options.port.as_ref().unwrap_or(&rig.board.port), rig.board.baud).or_bad_input()?;
+    let transport =
+        Serial::open(options.port.as_ref().unwrap_or(&rig.board.port), rig.board.baud).or_bad_input()?;
     let interrupted = interrupt_flag()?;
     let progress = Progress::new();
     let mut detector = options.detector.detector(&camera);

@@ -11,7 +11,9 @@ use thiserror::Error;
 #[non_exhaustive]
 pub enum LinkError {
     /// No such port.
-    #[error("{port}: there is no such serial port; is the board plugged in? (`ls /dev/ttyACM* /dev/ttyUSB*` lists them)")]
+    #[error(
+        "{port}: there is no such serial port; is the board plugged in? (`ls /dev/ttyACM* /dev/ttyUSB*` lists them)"
+    )]
     Absent {
         /// Its path.
         port: String,
@@ -23,7 +25,9 @@ pub enum LinkError {
         port: String,
     },
     /// Not allowed.
-    #[error("{port}: no permission to open this serial port; on Debian: `sudo adduser $USER dialout`, then log in again")]
+    #[error(
+        "{port}: no permission to open this serial port; on Debian: `sudo adduser $USER dialout`, then log in again"
+    )]
     Permission {
         /// Its path.
         port: String,
