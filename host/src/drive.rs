@@ -136,7 +136,9 @@ pub fn drive<S: Live, T: Transport>(
         let telemetry = rig.link.telemetry().copied();
         if let Some(telemetry) = &telemetry {
             rig.source.board_moved(telemetry.motors.map(Steps16::to_si))?;
-            tally.error = Some(telemetry.filtered_error.to_si());
+            if matches!(telemetry.state, State::Seeking | State::Holding) {
+                tally.error = Some(telemetry.filtered_error.to_si());
+            }
         }
         tally.time = seen.time - start;
         let row = row(tally, &seen, target, telemetry.as_ref());

@@ -75,6 +75,9 @@ pub enum SessionError {
     /// The rig file says what the board cannot be told.
     #[error("rig file: {0}")]
     Config(#[from] OutOfRange),
+    /// The rig file, or what was typed, asks for the impossible.
+    #[error("the target {0:?} m is outside the workspace of the rig file")]
+    TargetOutside([f64; 3]),
     /// No folder for the run.
     #[error(transparent)]
     Folder(#[from] RunError),
@@ -105,6 +108,9 @@ impl Session<'_> {
         transport: T,
     ) -> Result<(Summary, PathBuf), SessionError> {
         let (config, targets) = (self.rig.config()?, self.rig.targets()?);
+        if let Some(target) = targets.iter().find(|t| !config.workspace.contains(**t)) {
+            return Err(SessionError::TargetOutside(target.to_metres()));
+        }
         let mut link = Link::greet(transport)?;
         link.configure(config)?;
         let mut folder = self.folder()?;

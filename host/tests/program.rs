@@ -183,6 +183,18 @@ fn a_port_that_cannot_be_opened_is_named() {
 }
 
 #[test]
+fn a_target_outside_the_workspace_is_bad_input() {
+    let folder = folder();
+    let rig = rig_file(folder.path(), |text| text);
+    let emulator = Emulator::start();
+    let goto = ["goto", "0.4", "0.4", "0.7", "--rig", &rig, "--port", &emulator.port];
+    let output = plumb(&goto, folder.path());
+    assert_eq!(output.status.code(), Some(2));
+    assert!(stderr(&output).contains("outside the workspace"), "{}", stderr(&output));
+    assert!(!folder.path().join("runs").exists(), "nothing was run");
+}
+
+#[test]
 fn pulling_the_plug_ends_a_run_with_its_folder_whole() {
     let folder = folder();
     let rig = rig_file(folder.path(), |text| text);
