@@ -171,6 +171,15 @@ test('machines started together stay together', () => {
   assert.deepEqual(edges[0], edges[1]);
 });
 
+test('a machine that is stopped within a delay goes on with the rest of it', () => {
+  const { chip, edges } = run([pio.with(pio.set(PINS, 1), { delay: 31 }), pio.with(pio.set(PINS, 0), { delay: 31 })], { nanos: 8 * 10 });
+  chip.bus.write32(PIO0, 0);
+  chip.runFor(8 * 1000);
+  chip.bus.write32(PIO0, 1);
+  chip.runFor(8 * 100);
+  assert.deepEqual(edges.slice(0, 3), [[1, 0], [0, 1032], [1, 1064]]);
+});
+
 test('DMA fills the FIFO as the machine empties it, and interrupts at the end', () => {
   const chip = sleepingChip();
   const words = 256;

@@ -1,5 +1,5 @@
 // A PIO block: the registers, instruction memory, pins and flags that four state machines share (RP2040 datasheet 3.2, 3.5, 3.7).
-import { Machine } from './machine.mjs';
+import { Machine, SUBCYCLES } from './machine.mjs';
 
 const CTRL = 0x00;
 const FSTAT = 0x04;
@@ -246,13 +246,20 @@ export class Block {
   }
 
   control(value) {
-    const { now } = this.engine;
+    const now = this.engine.now * SUBCYCLES;
     for (const machine of this.machines) {
-      const starts = (value >> machine.index) & 1 && !machine.enabled;
-      if ((value >> (4 + machine.index)) & 1) machine.restart();
-      if ((value >> (8 + machine.index)) & 1) machine.time = now * 256;
-      if (starts) machine.time = machine.tickFrom(now);
-      machine.enabled = ((value >> machine.index) & 1) === 1;
+      const [enabled, restarts, inPhase] = [0, 4, 8].map((shift) => ((value >> (shift + machine.index)) & 1) === 1);
+      if (enabled === machine.enabled && !restarts && !inPhase) continue;
+      // A delay that has begun stands still with its machine, and goes on with it.
+      let left = machine.enabled ? Math.max(0, machine.time - now) : machine.left;
+      if (restarts) {
+        machine.restart();
+        left = 0;
+      }
+      if (inPhase) left = Math.ceil(left / machine.divider) * machine.divider;
+      machine.enabled = enabled;
+      machine.left = left;
+      machine.time = now + left;
     }
   }
 
@@ -261,7 +268,8 @@ export class Block {
     if (register === 'addr') return;
     if (register === 'instr') {
       // Carried out at once, also by a machine that is not enabled or that waits (datasheet 3.7, SM0_INSTR).
-      machine.time = this.engine.now * 256;
+      machine.time = this.engine.now * SUBCYCLES;
+      machine.left = 0;
       machine.forced = value & 0xffff;
       machine.raised = false;
       machine.step();

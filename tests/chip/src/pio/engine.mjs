@@ -74,9 +74,13 @@ export class Engine {
   /** An input pin has changed: machines that wait look again. */
   inputChanged() {
     if (!this.advancing) this.catchUp();
-    const waiting = this.machines.filter((machine) => machine.waitsForInput);
-    for (const machine of waiting) machine.wake(this.now);
-    if (waiting.length > 0) this.plan();
+    let woken = false;
+    for (const machine of this.machines) {
+      if (!machine.waitsForInput) continue;
+      machine.wake(this.now);
+      woken = true;
+    }
+    if (woken) this.plan();
   }
 }
 

@@ -36,6 +36,8 @@ export class Machine {
     this.raised = false;
     /** When the next instruction is carried out, in subcycles (1/256 cycle) since the reset. */
     this.time = 0;
+    /** Of a machine that is not enabled: subcycles of its delay that are left. */
+    this.left = 0;
     /** Has it just jumped to where it was? */
     this.repeats = false;
     this.previous = 0;
