@@ -1,8 +1,58 @@
-//! x
+//! The board on a Raspberry Pi Pico: it gives [`plumb_core::Board`] the bytes and the time, and carries out what it
+//! returns.
+//!
+//! ```text
+//! USB, UART -> link -> INBOX -> stepping (every 200 µs, above all else) -> generator -> DMA -> PIO -> pulses
+//!           <- link <- OUTBOX <-
+//! ```
+//! Whatever is outside of `stepping` runs in thread mode and may take its time.
 #![no_std]
 #![no_main]
-use embassy_executor::Spawner;
-#[panic_handler]
-fn p(_: &core::panic::PanicInfo) -> ! { loop {} }
+#![deny(missing_docs)]
+
+mod enable;
+mod generator;
+mod link;
+mod pins;
+mod restart;
+mod stepping;
+mod watch;
+
+use embassy_executor::{SpawnError, SpawnToken, Spawner};
+use embassy_rp::{Peripherals, bind_interrupts, peripherals, pio, uart, usb};
+use enable::Enable;
+use generator::Generator;
+use stepping::Stepping;
+use watch::Watch;
+
+bind_interrupts!(struct Interrupts {
+    USBCTRL_IRQ => usb::InterruptHandler<peripherals::USB>;
+    UART0_IRQ => uart::BufferedInterruptHandler<peripherals::UART0>;
+    PIO0_IRQ_0 => pio::InterruptHandler<peripherals::PIO0>;
+});
+
+/// Starts a task. Each is started once, for which there is always room.
+fn spawn<S>(spawner: Spawner, task: Result<SpawnToken<S>, SpawnError>) {
+    if let Ok(task) = task {
+        spawner.spawn(task);
+    }
+}
+
 #[embassy_executor::main]
-async fn main(_s: Spawner) { let _p = embassy_rp::init(Default::default()); }
+async fn main(spawner: Spawner) {
+    let cause = restart::cause();
+    let p: Peripherals = embassy_rp::init(embassy_rp::config::Config::default());
+    let watch = Watch::start(p.WATCHDOG);
+    let enable = Enable::new(p.PIN_14);
+    let parts = generator::Parts {
+        pio: p.PIO0,
+        step: (p.PIN_2, p.PIN_4, p.PIN_6),
+        direction: (p.PIN_3, p.PIN_5, p.PIN_7),
+        emergency: p.PIN_15,
+        channels: (p.DMA_CH0, p.DMA_CH1, p.DMA_CH2),
+    };
+    let generator = Generator::new(parts);
+    let inbox = link::start(spawner, link::Parts { usb: p.USB, uart: p.UART0, tx: p.PIN_0, rx: p.PIN_1 });
+    spawn(spawner, watch::beat(p.PIN_25));
+    stepping::start(Stepping::new(stepping::Parts { inbox, generator, enable, watch, cause }));
+}

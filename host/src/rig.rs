@@ -1,5 +1,7 @@
 //! Rig files: what a person configures, in SI, and what the board is told of it.
 
+mod driver;
+
 use std::path::{Path, PathBuf};
 
 use nalgebra::Point3;
@@ -10,6 +12,8 @@ use plumb_protocol::config::{
 use plumb_protocol::units::{Acceleration, Bound, Gain, Micrometres, Milliseconds, Point, Rate, Steps16};
 use serde::Deserialize;
 use thiserror::Error;
+
+pub use self::driver::Driver;
 
 use crate::toml_file::{Finite, NumberError, Positive, TomlFileError, parse_toml, read_toml};
 
@@ -123,6 +127,9 @@ pub struct Motors {
     /// Which of A, B, C turn the wrong way round.
     #[serde(default)]
     pub reversed: [bool; 3],
+    /// What turns them.
+    #[serde(default)]
+    pub driver: Driver,
 }
 
 /// A box in the rig frame.
@@ -261,6 +268,7 @@ impl Rig {
                 frames: self.reached.frames,
             },
             deadlines: self.deadlines.config()?,
+            drivers: self.motors.driver.config()?,
             growth: Growth {
                 margin: fit("growth.margin", self.growth.margin.get(), Micrometres::from_si)?,
                 time: fit("growth.time", self.growth.time.get(), Milliseconds::from_si)?,

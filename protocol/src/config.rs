@@ -6,7 +6,7 @@
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
-use crate::units::{Acceleration, Bound, Gain, Micrometres, Milliseconds, Point, Rate, Steps16};
+use crate::units::{Acceleration, Bound, Gain, Micrometres, Milliseconds, Nanoseconds, Point, Rate, Steps16};
 
 /// Everything a board must know before it moves.
 #[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
@@ -25,6 +25,8 @@ pub struct Config {
     pub deadlines: Deadlines,
     /// When a growing error means that a motor is swapped or reversed.
     pub growth: Growth,
+    /// What turns the motors.
+    pub drivers: Drivers,
 }
 
 /// A control law and its parameters. Grows at its end.
@@ -115,4 +117,47 @@ pub struct Growth {
     pub margin: Micrometres,
     /// For how long.
     pub time: Milliseconds,
+}
+
+/// What turns the motors. Grows at its end.
+#[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Drivers {
+    /// A driver for each motor with inputs STEP, DIR and ENABLE (on where low).
+    StepDir(StepDir),
+    /// Two H-bridges for each motor on four pins of the board, enabled where high (TB6612 and the like); 1 microstep is
+    /// full steps, 2 are half steps, more are by pulse-width modulation.
+    Coils(Coils),
+    /// Two Adafruit Motor HATs (PCA9685 at 0x60: motors A and B, at 0x61: motor C).
+    MotorHats(Coils),
+}
+
+/// The times that a driver's inputs need, from its data sheet.
+#[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
+pub struct StepDir {
+    /// Least time STEP is high; DIR is held for as long.
+    pub high: Nanoseconds,
+    /// Least time STEP is low.
+    pub low: Nanoseconds,
+    /// Least time from a change of DIR to STEP going high.
+    pub setup: Nanoseconds,
+}
+
+impl StepDir {
+    /// Allegro A4988 (data sheet rev. 5, figure 1).
+    pub const A4988: Self = Self::new(1000, 1000, 200);
+    /// Texas Instruments DRV8825 (SLVSA73F, section 6.6).
+    pub const DRV8825: Self = Self::new(1900, 1900, 650);
+    /// Trinamic TMC2209 (data sheet rev. 1.09, section 13.1).
+    pub const TMC2209: Self = Self::new(100, 100, 20);
+
+    const fn new(high: u16, low: u16, setup: u16) -> Self {
+        Self { high: Nanoseconds(high), low: Nanoseconds(low), setup: Nanoseconds(setup) }
+    }
+}
+
+/// How coils are driven.
+#[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Coils {
+    /// The share of the supply's voltage that a coil gets at most, percent: 1 to 100.
+    pub duty_percent: u8,
 }

@@ -47,6 +47,8 @@ pub enum Command {
     ClearFault,
     /// Send telemetry now. Also the heartbeat of a host that has nothing else to say.
     Status,
+    /// Keep the present configuration over a loss of power; refused while moving. The answer comes once it is written.
+    Store,
 }
 
 /// One side's name and version. Its bytes never change.
@@ -98,6 +100,8 @@ pub enum FromBoard {
     Telemetry(Telemetry),
     /// The board has just stopped by itself.
     Fault(FaultReport),
+    /// Follows an accepting Hello: why the board last started.
+    Started(StartCause),
 }
 
 /// The board's name, what it was built with, and whether the host's Hello matched. Its bytes never change.
@@ -155,6 +159,8 @@ pub enum Refusal {
     JogTravel,
     /// This board cannot do that.
     Unsupported,
+    /// The configuration could not be written; what was kept before still is.
+    NotStored,
 }
 
 /// The part of a configuration that is out of its range.
@@ -182,6 +188,8 @@ pub enum ConfigField {
     Deadlines,
     /// A margin or time of 0.
     Growth,
+    /// A driver's pulse time above 4.1 µs, or a share of 0 or above 100 %.
+    Drivers,
 }
 
 /// Where the board stands.
@@ -197,6 +205,23 @@ pub enum State {
     Holding,
     /// It has stopped by itself and waits to be told to go on.
     Fault(Fault),
+}
+
+/// Why a board started. Grows at its end.
+#[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
+pub enum StartCause {
+    /// It was given power, or its supply had sagged.
+    PowerOn,
+    /// Its reset pin was pulled.
+    ResetPin,
+    /// The watchdog restarted it: its program hung, or its stack overflowed.
+    Watchdog,
+    /// Its program found itself in error and restarted.
+    Panic,
+    /// The processor met an instruction or an address that it could not carry out.
+    HardFault,
+    /// It was restarted on purpose, as after an update.
+    Requested,
 }
 
 /// Why a board stopped by itself. Grows at its end.
@@ -216,7 +241,7 @@ pub enum Fault {
     ErrorGrowing,
     /// The emergency input opened.
     EmergencyStop,
-    /// The watchdog restarted the board.
+    /// The board restarted because of itself ([`StartCause`] says how): where its motors are is no longer known.
     Watchdog,
 }
 

@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use crate::message::{ConfigField, Fault, Refusal, State};
+use crate::message::{ConfigField, Fault, Refusal, StartCause, State};
 
 /// The name of motor 0, 1, 2.
 fn motor(index: u8) -> char {
@@ -19,8 +19,21 @@ impl fmt::Display for Fault {
             Self::Travel(i) => write!(f, "motor {} would have passed its travel limit", motor(*i)),
             Self::ErrorGrowing => f.write_str("the error keeps growing: is a motor swapped or reversed?"),
             Self::EmergencyStop => f.write_str("the emergency input opened"),
-            Self::Watchdog => f.write_str("the watchdog restarted the board"),
+            Self::Watchdog => f.write_str("the board restarted by itself; its motor positions begin anew"),
         }
+    }
+}
+
+impl fmt::Display for StartCause {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::PowerOn => "power on",
+            Self::ResetPin => "its reset pin",
+            Self::Watchdog => "the watchdog",
+            Self::Panic => "an error in its program",
+            Self::HardFault => "a fault of its processor",
+            Self::Requested => "a restart that was asked for",
+        })
     }
 }
 
@@ -50,6 +63,7 @@ impl fmt::Display for ConfigField {
             Self::Reached => "what counts as reached (radius above 0 and at most 1 m, 1 frame or more)",
             Self::Deadlines => "the deadlines (above 0, at most 5 s)",
             Self::Growth => "the error's growth limit (margin and time above 0)",
+            Self::Drivers => "the motor drivers (pulse times up to 4.1 µs, a duty of 1 to 100 %)",
         })
     }
 }
@@ -74,6 +88,7 @@ impl fmt::Display for Refusal {
             Self::JogRate => f.write_str("a jog needs a rate above 0 and within the motor's limit"),
             Self::JogTravel => f.write_str("the jog would pass the motor's travel limit"),
             Self::Unsupported => f.write_str("this board cannot do that"),
+            Self::NotStored => f.write_str("the configuration could not be written to the board's flash"),
         }
     }
 }

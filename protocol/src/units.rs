@@ -63,6 +63,10 @@ quantity! {
     /// A span of time in milliseconds; at most 65.5 s.
     Milliseconds(u16), 1e-3
 }
+quantity! {
+    /// A span of time in nanoseconds; at most 65.5 µs.
+    Nanoseconds(u16), 1e-9
+}
 
 /// A moment on the board's clock, microseconds since it started.
 #[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]

@@ -1,7 +1,7 @@
 //! The bytes on the wire, as an independent encoder wrote them. They must not change without a new schema; those of the
 //! first three commands and of the board's Hello not at all.
 
-use plumb_protocol::config::{Config, Deadlines, Growth, Interval, Law, Motor, Reached, Workspace};
+use plumb_protocol::config::{Config, Deadlines, Drivers, Growth, Interval, Law, Motor, Reached, StepDir, Workspace};
 use plumb_protocol::frame::{Accumulator, encode};
 use plumb_protocol::message::*;
 use plumb_protocol::units::{
@@ -71,10 +71,11 @@ fn the_configuration() {
         reached: Reached { radius: Micrometres(10_000), frames: 10 },
         deadlines: Deadlines { host: Milliseconds(300), position: Milliseconds(500), max_age: Milliseconds(250) },
         growth: Growth { margin: Micrometres(60_000), time: Milliseconds(600) },
+        drivers: Drivers::StepDir(StepDir::A4988),
     };
     to_board(
         Command::Configure(config),
-        "04ac020306ffff01ff013effffffc702c702c702c702c702c702c702c702c702808002808002808002808002808002808002808002808002808002cc2080c00cd00fffed0580ee050c80c00cd00fffed0580ee050c80c00cd00fffed0580ee052810ffb418ffb418bf9a0cc0a38601c0ee6d80904ea09c010aac02f403fa01c0a907d804db0e3cd900",
+        "04ac020306ffff01ff013effffffc702c702c702c702c702c702c702c702c702808002808002808002808002808002808002808002808002808002cc2080c00cd00fffed0580ee050c80c00cd00fffed0580ee050c80c00cd00fffed0580ee052410ffb418ffb418bf9a0cc0a38601c0ee6d80904ea09c010aac02f403fa01c0a907d8040be807e807c801581db81b00",
     );
 }
 

@@ -17,6 +17,7 @@ pub mod estimate;
 pub mod law;
 pub mod params;
 pub mod plan;
+pub mod segment;
 
 pub use board::{Board, Outbox, Tick};
 pub use law::MotorRates;

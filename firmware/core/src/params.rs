@@ -1,16 +1,20 @@
 //! A configuration that was checked, and what the board was built for.
 
-use plumb_protocol::config::{Config, Deadlines, Growth, Law, Motor, Reached, Workspace};
+use plumb_protocol::config::{Coils, Config, Deadlines, Drivers, Growth, Law, Motor, Reached, Workspace};
 use plumb_protocol::message::ConfigField;
 use plumb_protocol::units::Point;
 
 use crate::law::Interval;
+use crate::plan::TICK_US;
+use crate::segment::Timing;
 
 /// Limits that no configuration can lift: what the step generation of this board was built for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct BuildLimits {
-    /// Highest pulse rate of one motor, microsteps/s; at most 2 million, which the planner's arithmetic has room for.
+    /// Highest pulse rate of one motor, microsteps/s; at most 1.25 million, which the planner's arithmetic has room for.
     pub max_pulse_rate: u32,
+    /// Whether the board can keep a configuration over a loss of power.
+    pub storage: bool,
 }
 
 /// A configuration within its ranges: the only way to one is [`Params::check`].
@@ -23,6 +27,7 @@ pub struct Params {
     pub(crate) reached: Reached,
     pub(crate) deadlines: Deadlines,
     pub(crate) growth: Growth,
+    pub(crate) drivers: Drivers,
 }
 
 /// Bounds on J up to 8, Q16: what keeps the law's sums within 48 bits.
@@ -36,6 +41,10 @@ const MAX_DEADLINE: u16 = 5_000;
 /// Least acceleration, steps/s²: eight units of the planner's rate a tick even without microsteps.
 const MIN_ACCELERATION: u32 = 40;
 const MAX_ACCELERATION: u32 = 4_000_000;
+/// Coils are set once a tick: half a full step of it at most, full steps/s.
+const MAX_COIL_RATE: u32 = 1_000_000 / TICK_US / 2;
+/// Three motors on the HATs' bus are set every 0.8 ms, at 1 MHz: half a full step of it at most, full steps/s.
+const MAX_HAT_RATE: u32 = 600;
 /// Travel up to ±32 million steps leaves room for the way to a stop in an i32.
 const MAX_TRAVEL: i32 = 1 << 29;
 
@@ -48,8 +57,9 @@ impl Params {
         let Law::Interval(interval) = &config.law;
         check_interval(interval)?;
         ensure(matches!(config.microsteps, 1 | 2 | 4 | 8 | 16), ConfigField::Microsteps)?;
+        let max_pulse_rate = check_drivers(&config.drivers, config.microsteps)?.min(build.max_pulse_rate);
         for (motor, position) in config.motors.iter().zip(positions) {
-            check_motor(motor, position, config.microsteps, build)?;
+            check_motor(motor, position, config.microsteps, max_pulse_rate)?;
         }
         check_workspace(&config.workspace)?;
         let radius = config.reached.radius.0;
@@ -66,6 +76,7 @@ impl Params {
             reached: config.reached,
             deadlines: config.deadlines,
             growth: config.growth,
+            drivers: config.drivers,
         })
     }
 
@@ -96,9 +107,19 @@ fn check_interval(law: &plumb_protocol::config::Interval) -> Result<(), ConfigFi
     ensure((1..=MAX_GAIN).contains(&law.gain.0), ConfigField::Gain)
 }
 
-fn check_motor(motor: &Motor, position: i32, microsteps: u8, build: &BuildLimits) -> Result<(), ConfigField> {
+/// The highest pulse rate that the drivers can follow, microsteps/s.
+fn check_drivers(drivers: &Drivers, microsteps: u8) -> Result<u32, ConfigField> {
+    let share = |coils: &Coils| ensure((1..=100).contains(&coils.duty_percent), ConfigField::Drivers);
+    match drivers {
+        Drivers::StepDir(times) => Ok(Timing::of(times).ok_or(ConfigField::Drivers)?.max_pulse_rate()),
+        Drivers::Coils(coils) => share(coils).map(|()| MAX_COIL_RATE * u32::from(microsteps)),
+        Drivers::MotorHats(coils) => share(coils).map(|()| MAX_HAT_RATE * u32::from(microsteps)),
+    }
+}
+
+fn check_motor(motor: &Motor, position: i32, microsteps: u8, max_pulse_rate: u32) -> Result<(), ConfigField> {
     let pulses_q8 = i64::from(motor.max_rate.0) * i64::from(microsteps);
-    ensure(motor.max_rate.0 > 0 && pulses_q8 <= i64::from(build.max_pulse_rate) << 8, ConfigField::MaxRate)?;
+    ensure(motor.max_rate.0 > 0 && pulses_q8 <= i64::from(max_pulse_rate) << 8, ConfigField::MaxRate)?;
     ensure(
         (MIN_ACCELERATION..=MAX_ACCELERATION).contains(&motor.max_acceleration.0),
         ConfigField::MaxAcceleration,

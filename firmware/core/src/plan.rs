@@ -145,6 +145,17 @@ impl Planner {
         self.axes.map(|a| a.position)
     }
 
+    /// The motors were stopped dead: they stand `missing` pulses each short of where they were planned to be, + where
+    /// the direction line is high.
+    pub fn cut(&mut self, missing: [i32; 3]) {
+        let per_pulse = 16 / self.microsteps;
+        for (axis, missing) in self.axes.iter_mut().zip(missing) {
+            axis.rate = 0;
+            axis.fraction = UNIT / 2;
+            axis.position -= (if axis.reversed { -missing } else { missing }) * per_pulse;
+        }
+    }
+
     /// Present motor rates, Q8 steps/s, rounded towards zero.
     pub fn rates(&self) -> [i32; 3] {
         self.axes.map(|a| a.rate / self.per_q8())

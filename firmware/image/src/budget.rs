@@ -45,7 +45,17 @@ impl fmt::Display for Usage {
         let Budgets { flash, statics, stack } = self.budgets;
         let verdict = |kept: bool| if kept { "" } else { "   OVER BUDGET" };
         writeln!(f, "flash       {:>7} of {flash:>7} bytes{}", self.flash, verdict(self.flash <= flash))?;
-        writeln!(f, "static RAM  {:>7} of {statics:>7} bytes{}", self.statics, verdict(self.statics <= statics))?;
-        write!(f, "stack       {:>7} kept, at least {stack} bytes{}", self.stack, verdict(self.stack >= stack))
+        writeln!(
+            f,
+            "static RAM  {:>7} of {statics:>7} bytes{}",
+            self.statics,
+            verdict(self.statics <= statics)
+        )?;
+        write!(
+            f,
+            "stack       {:>7} kept, at least {stack} bytes{}",
+            self.stack,
+            verdict(self.stack >= stack)
+        )
     }
 }

@@ -209,7 +209,7 @@ impl<T: Transport> Link<T> {
                 );
                 self.refused_positions += u32::from(of_position);
             }
-            FromBoard::Hello(_) => {}
+            FromBoard::Hello(_) | FromBoard::Started(_) => {}
         }
     }
 }

@@ -45,6 +45,11 @@ impl Board {
                 self.tell(now, out);
                 Ok(())
             }
+            Command::Store => match self.store(id) {
+                // The answer comes when it is written.
+                Ok(()) => return,
+                refused => refused,
+            },
         };
         answer(out, id, result);
     }
@@ -64,6 +69,9 @@ impl Board {
             max_pulse_rate: self.build.max_pulse_rate,
             accepted: self.greeted,
         }));
+        if self.greeted {
+            out.send(&FromBoard::Started(self.start_cause));
+        }
     }
 
     fn stop(&mut self) {
@@ -77,6 +85,8 @@ impl Board {
         match (&self.params, &self.activity) {
             (_, Activity::Faulted(fault)) => Err(Refusal::Faulted(*fault)),
             (None, _) => Err(Refusal::Unconfigured),
+            // The motors must stand still while the configuration is written.
+            _ if self.storing.is_some() => Err(Refusal::Busy(self.state())),
             (Some(params), _) => Ok(*params),
         }
     }
@@ -93,10 +103,26 @@ impl Board {
         }
         self.at_rest()?;
         let params = Params::check(config, &self.build, self.positions()).map_err(Refusal::Config)?;
-        self.planner.configure(&params);
-        self.params = Some(params);
+        self.take_up(params, config);
         // What was seen was judged by another workspace.
         self.sight = Sight { sequence: self.sight.sequence, ..Sight::default() };
+        Ok(())
+    }
+
+    /// Goes by `params`, which were made from `config`, from now on; at standstill.
+    pub(super) fn take_up(&mut self, params: Params, config: &Config) {
+        self.planner.configure(&params);
+        self.params = Some(params);
+        self.config = Some(*config);
+    }
+
+    fn store(&mut self, id: u16) -> Result<(), Refusal> {
+        if !self.build.storage {
+            return Err(Refusal::Unsupported);
+        }
+        self.config.ok_or(Refusal::Unconfigured)?;
+        self.at_rest()?;
+        self.storing = Some(id);
         Ok(())
     }
 

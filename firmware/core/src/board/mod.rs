@@ -5,8 +5,11 @@ mod guards;
 mod outbox;
 mod seek;
 
+use plumb_protocol::config::{Config, Drivers};
 use plumb_protocol::frame::{Accumulator, FrameError};
-use plumb_protocol::message::{Answer, Fault, FaultReport, FromBoard, Refusal, State, Telemetry, ToBoard};
+use plumb_protocol::message::{
+    Answer, Fault, FaultReport, FromBoard, Refusal, StartCause, State, Telemetry, ToBoard,
+};
 use plumb_protocol::units::{Micrometres, Micros, Point, Rate, Steps16};
 
 use crate::estimate;
@@ -33,6 +36,11 @@ pub struct Board {
     bad_frames: u16,
     greeted: bool,
     params: Option<Params>,
+    /// What the parameters were made from.
+    config: Option<Config>,
+    start_cause: StartCause,
+    /// The command that waits for the configuration to be written.
+    storing: Option<u16>,
     activity: Activity,
     planner: Planner,
     sight: Sight,
@@ -62,10 +70,13 @@ pub struct Tick {
     /// The pulses.
     pub plan: StepPlan,
     /// Whether the drivers hold the motors: from the first configuration on, since motors without current drop the
-    /// ball.
+    /// ball; but not after an emergency stop or a restart for a mistake of the board's own.
     pub drivers_enabled: bool,
     /// Restart into the bootloader now; the motors stand still.
     pub bootloader: bool,
+    /// Write the configuration now ([`Board::config`]) and say how that went ([`Board::stored`]); the motors stand
+    /// still.
+    pub store: bool,
 }
 
 impl Board {
@@ -77,12 +88,49 @@ impl Board {
             bad_frames: 0,
             greeted: false,
             params: None,
+            config: None,
+            start_cause: StartCause::PowerOn,
+            storing: None,
             activity: Activity::Idle,
             planner: Planner::default(),
             sight: Sight::default(),
             heard: Micros(0),
             told: Micros(0),
             bootloader: false,
+        }
+    }
+
+    /// Says why the board has started; before its first tick. What the motors did meanwhile is not known where it was
+    /// for a mistake of its own, and the board begins stopped.
+    pub fn started(&mut self, cause: StartCause) {
+        self.start_cause = cause;
+        if matches!(cause, StartCause::Watchdog | StartCause::Panic | StartCause::HardFault) {
+            self.activity = Activity::Faulted(Fault::Watchdog);
+        }
+    }
+
+    /// Takes up a configuration that was kept over a loss of power; before the first tick. Nothing moves until a host's
+    /// Hello has matched. One that is out of range for this board is ignored.
+    pub fn restore(&mut self, config: &Config) {
+        if let Ok(params) = Params::check(config, &self.build, self.positions()) {
+            self.take_up(params, config);
+        }
+    }
+
+    /// The present configuration.
+    pub fn config(&self) -> Option<&Config> {
+        self.config.as_ref()
+    }
+
+    /// What turns the motors; `None` before the first configuration.
+    pub fn drivers(&self) -> Option<Drivers> {
+        self.params.as_ref().map(|p| p.drivers)
+    }
+
+    /// Answers to [`Tick::store`]: whether the configuration was written.
+    pub fn stored(&mut self, written: bool, out: &mut Outbox) {
+        if let Some(id) = self.storing.take() {
+            answer(out, id, if written { Ok(()) } else { Err(Refusal::NotStored) });
         }
     }
 
@@ -117,8 +165,21 @@ impl Board {
         }
         Tick {
             plan,
-            drivers_enabled: self.params.is_some(),
+            drivers_enabled: self.params.is_some()
+                && !matches!(self.state(), State::Fault(Fault::EmergencyStop | Fault::Watchdog)),
             bootloader: self.bootloader && !self.planner.moving(),
+            store: self.storing.is_some(),
+        }
+    }
+
+    /// The emergency input has cut the pulses off: the motors stand, `missing` pulses each from where they were planned
+    /// to be (+ where the direction line is high), and the drivers are let go. Latched like any fault; to be called
+    /// before every tick for as long as the input is open, so that clearing it then has no effect.
+    pub fn emergency(&mut self, now: Micros, missing: [i32; 3], out: &mut Outbox) {
+        self.planner.cut(missing);
+        if !matches!(self.activity, Activity::Faulted(Fault::EmergencyStop)) {
+            self.activity = Activity::Idle;
+            self.fault(now, Fault::EmergencyStop, out);
         }
     }
 

@@ -5,10 +5,10 @@
 use plumb_core::BuildLimits;
 use plumb_core::params::Params;
 use plumb_protocol::Config;
-use plumb_protocol::config::{self, Deadlines, Growth, Law, Motor, Reached, Workspace};
+use plumb_protocol::config::{self, Deadlines, Drivers, Growth, Law, Motor, Reached, StepDir, Workspace};
 use plumb_protocol::units::{Acceleration, Bound, Gain, Micrometres, Milliseconds, Point, Rate, Steps16};
 
-pub(crate) const BUILD: BuildLimits = BuildLimits { max_pulse_rate: 1_000_000 };
+pub(crate) const BUILD: BuildLimits = BuildLimits { max_pulse_rate: 1_000_000, storage: true };
 
 /// The paper's bounds, γ in 1/s at 0.471 mm a step.
 pub(crate) fn paper_interval(gamma: f64) -> config::Interval {
@@ -42,6 +42,7 @@ pub(crate) fn interval_config(interval: config::Interval) -> Config {
             max_age: Milliseconds(250),
         },
         growth: Growth { margin: Micrometres(60_000), time: Milliseconds(600) },
+        drivers: Drivers::StepDir(StepDir::TMC2209),
     }
 }
 

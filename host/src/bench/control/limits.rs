@@ -1,6 +1,6 @@
 //! The motors' limits that all contenders share, and the board that is configured with them.
 
-use plumb_protocol::config::{Config, Deadlines, Growth, Law, Motor, Reached, Workspace};
+use plumb_protocol::config::{Config, Deadlines, Drivers, Growth, Law, Motor, Reached, StepDir, Workspace};
 use plumb_protocol::units::{Acceleration, Micrometres, Milliseconds, Point, Rate, Steps16};
 
 /// What a motor may do.
@@ -47,6 +47,7 @@ impl Limits {
                 max_age: Milliseconds(1_000),
             },
             growth: Growth { margin: Micrometres(i32::MAX), time: Milliseconds(u16::MAX) },
+            drivers: Drivers::StepDir(StepDir::TMC2209),
         }
     }
 }

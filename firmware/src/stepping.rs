@@ -1,0 +1,220 @@
+//! The stepping interrupt: a tick of the board every 200 µs, above all else.
+//!
+//! It comes [`AHEAD_US`] before the tick that it plans begins, so that the pulses are in the state machines' queues by
+//! then. The board's time is the number of the tick, whatever the timer says: what it does depends on nothing but which
+//! bytes came before which tick. Where a tick has come too late after all (while the flash is written), all that
+//! follows is later by as much.
+
+use core::cell::RefCell;
+
+use critical_section::Mutex;
+use embassy_rp::interrupt::{self, InterruptExt, Priority};
+use embassy_rp::pac;
+use heapless::Vec;
+use plumb_core::segment::Timing;
+use plumb_core::{Board, BuildLimits, Outbox, StepPlan, TICK_US};
+use plumb_protocol::config::Drivers;
+use plumb_protocol::message::StartCause;
+use plumb_protocol::units::Micros;
+
+use crate::enable::Enable;
+use crate::generator::Generator;
+use crate::link::{self, Inbox};
+use crate::restart;
+use crate::watch::Watch;
+
+/// How long before a tick's beginning it is planned: what planning may take.
+const AHEAD_US: u32 = 60;
+
+/// Less than this before its beginning, a tick is late.
+const LATE_US: i32 = 2;
+
+/// The most bytes that the board is given in a tick; and no more than one frame, so that a tick has an end.
+const MOST_BYTES: usize = 64;
+
+/// What this board was built for; the emulated board is built for the same.
+const BUILD: BuildLimits = BuildLimits { max_pulse_rate: 1_250_000, storage: false };
+
+/// Until the interrupt takes it over.
+static STEPPING: Mutex<RefCell<Option<Stepping>>> = Mutex::new(RefCell::new(None));
+
+/// What the interrupt is given.
+pub(crate) struct Parts {
+    pub(crate) inbox: Inbox,
+    pub(crate) generator: Generator,
+    pub(crate) enable: Enable,
+    pub(crate) watch: Watch,
+    pub(crate) cause: StartCause,
+}
+
+/// Everything that the interrupt works with.
+pub(crate) struct Stepping {
+    board: Board,
+    inbox: Inbox,
+    outbox: Outbox,
+    generator: Generator,
+    enable: Enable,
+    watch: Watch,
+    /// What turns the motors.
+    drivers: Option<Drivers>,
+    /// The board's time: when the coming tick begins.
+    now: Micros,
+    /// The same on the timer, which wraps.
+    beginning: u32,
+    /// Whether the state machines run.
+    running: bool,
+}
+
+/// Lets the interrupt take over.
+pub(crate) fn start(stepping: Stepping) {
+    critical_section::with(|cs| STEPPING.borrow_ref_mut(cs).replace(stepping));
+    // Everything else waits for it, and it waits for nothing.
+    for other in [interrupt::TIMER_IRQ_0, interrupt::USBCTRL_IRQ, interrupt::UART0_IRQ, interrupt::PIO0_IRQ_0]
+    {
+        other.set_priority(Priority::P3);
+    }
+    interrupt::TIMER_IRQ_1.set_priority(Priority::P0);
+    pac::TIMER.inte().modify(|w| w.set_alarm(1, true));
+    // SAFETY: the handler below is there, and what it works with was put in its place above.
+    unsafe { interrupt::TIMER_IRQ_1.enable() };
+    interrupt::TIMER_IRQ_1.pend();
+}
+
+#[embassy_rp::interrupt]
+fn TIMER_IRQ_1() {
+    static mut TAKEN: Option<Stepping> = None;
+    if TAKEN.is_none() {
+        *TAKEN = critical_section::with(|cs| STEPPING.borrow_ref_mut(cs).take());
+    }
+    if let Some(stepping) = TAKEN {
+        stepping.interrupt();
+    }
+}
+
+/// The timer, µs; wraps after 71 minutes.
+fn timer() -> u32 {
+    pac::TIMER.timerawl().read()
+}
+
+impl Stepping {
+    /// A board that has not begun yet.
+    pub(crate) fn new(parts: Parts) -> Self {
+        let Parts { inbox, generator, enable, watch, cause } = parts;
+        let mut board = Board::new(BUILD);
+        board.started(cause);
+        Self {
+            board,
+            inbox,
+            outbox: Outbox::new(),
+            generator,
+            enable,
+            watch,
+            drivers: None,
+            now: Micros(0),
+            beginning: timer().wrapping_add(AHEAD_US),
+            running: false,
+        }
+    }
+
+    /// Does the ticks that are due, and asks to be called for the next.
+    fn interrupt(&mut self) {
+        pac::TIMER.intr().write(|w| w.set_alarm(1, true));
+        loop {
+            self.tick();
+            let next = self.beginning.wrapping_sub(AHEAD_US);
+            pac::TIMER.alarm(1).write_value(next);
+            if (next.wrapping_sub(timer()) as i32) > 0 {
+                break;
+            }
+            // It is due already: the alarm would come in 71 minutes.
+            pac::TIMER.armed().write(|w| w.set_armed(1 << 1));
+        }
+    }
+
+    /// One tick, from the bytes that have come to the words for the state machines.
+    fn tick(&mut self) {
+        self.watch.tick();
+        self.mind_emergency();
+        self.listen();
+        let tick = self.board.tick(self.now, &mut self.outbox);
+        if !self.outbox.bytes().is_empty() {
+            link::send(self.outbox.bytes());
+            self.outbox.clear();
+        }
+        if tick.bootloader {
+            restart::bootloader();
+        }
+        if self.board.drivers() != self.drivers {
+            self.change_drivers();
+        }
+        self.enable.set(tick.drivers_enabled);
+        self.go_on(&tick.plan);
+        self.now.0 += u64::from(TICK_US);
+        self.beginning = self.beginning.wrapping_add(TICK_US);
+    }
+
+    /// Takes up the drivers of a new configuration; the motors stand still.
+    fn change_drivers(&mut self) {
+        self.drivers = self.board.drivers();
+        if let Some(Drivers::StepDir(times)) = self.drivers
+            && let Some(timing) = Timing::of(&times)
+        {
+            self.generator.set_timing(timing);
+        }
+    }
+
+    /// Hands the board what has come, up to the end of a frame.
+    fn listen(&mut self) {
+        let mut bytes = Vec::<u8, MOST_BYTES>::new();
+        while let Some(byte) = self.inbox.dequeue() {
+            let _ = bytes.push(byte);
+            if byte == 0 || bytes.is_full() {
+                break;
+            }
+        }
+        self.board.receive(self.now, &bytes, &mut self.outbox);
+    }
+}
+
+/// The step generator's part of a tick.
+impl Stepping {
+    /// Tells the board where its motors are when the emergency input has cut the pulses off; and, once it has closed
+    /// again, watches it anew.
+    fn mind_emergency(&mut self) {
+        if !self.generator.cut_off() {
+            return;
+        }
+        let mut missing = [0; 3];
+        if self.running {
+            self.running = false;
+            self.enable.set(false);
+            missing = self.generator.stop();
+        } else if self.generator.emergency_closed() {
+            self.generator.watch();
+        }
+        self.board.emergency(self.now, missing, &mut self.outbox);
+    }
+
+    /// Gives the state machines the coming tick; starts them where they stand, or are about to run dry.
+    fn go_on(&mut self, plan: &StepPlan) {
+        if self.generator.cut_off() {
+            return;
+        }
+        let late = (self.beginning.wrapping_sub(timer()) as i32) < LATE_US;
+        if self.running && !late {
+            self.generator.give(plan);
+            return;
+        }
+        if self.running {
+            self.generator.finish();
+        }
+        self.generator.halt();
+        self.generator.give(plan);
+        if late {
+            self.beginning = timer().wrapping_add(LATE_US as u32);
+        }
+        while (self.beginning.wrapping_sub(timer()) as i32) > 0 {}
+        self.generator.run();
+        self.running = true;
+    }
+}

@@ -1,0 +1,60 @@
+//! The hardware watchdog: fed from the stepping interrupt, and only as long as thread mode is alive too.
+
+use core::sync::atomic::{AtomicBool, Ordering};
+
+use embassy_rp::Peri;
+use embassy_rp::gpio::{Level, Output};
+use embassy_rp::peripherals::{PIN_25, WATCHDOG};
+use embassy_rp::watchdog::Watchdog;
+use embassy_time::{Duration, Timer};
+
+/// The chip restarts when it was not fed for so long.
+const BITE: Duration = Duration::from_millis(100);
+/// Thread mode shows up this often,
+const BEAT: Duration = Duration::from_millis(10);
+/// and is given up after so many ticks without: 100 ms.
+const PATIENCE: u16 = 500;
+
+static ALIVE: AtomicBool = AtomicBool::new(false);
+
+/// The watchdog, running.
+pub(crate) struct Watch {
+    watchdog: Watchdog,
+    silent: u16,
+}
+
+impl Watch {
+    /// Starts it.
+    pub(crate) fn start(watchdog: Peri<'static, WATCHDOG>) -> Self {
+        let mut watchdog = Watchdog::new(watchdog);
+        watchdog.pause_on_debug(true);
+        watchdog.start(BITE);
+        Self { watchdog, silent: 0 }
+    }
+
+    /// Feeds it, if thread mode has been there lately; every tick.
+    pub(crate) fn tick(&mut self) {
+        if ALIVE.load(Ordering::Relaxed) {
+            ALIVE.store(false, Ordering::Relaxed);
+            self.silent = 0;
+        } else {
+            self.silent = self.silent.saturating_add(1);
+        }
+        if self.silent < PATIENCE {
+            self.watchdog.feed(BITE);
+        }
+    }
+}
+
+/// Shows that thread mode is alive; to people by the lamp, which is on for half of every second.
+#[embassy_executor::task]
+pub(crate) async fn beat(lamp: Peri<'static, PIN_25>) {
+    let mut lamp = Output::new(lamp, Level::High);
+    loop {
+        for _ in 0..50 {
+            ALIVE.store(true, Ordering::Relaxed);
+            Timer::after(BEAT).await;
+        }
+        lamp.toggle();
+    }
+}

@@ -1,0 +1,66 @@
+//! What turns the motors, as rig files have it.
+
+use plumb_protocol::config::{Coils, Drivers, StepDir};
+use plumb_protocol::units::Nanoseconds;
+use serde::Deserialize;
+
+use super::{OutOfRange, fit};
+use crate::toml_file::{Finite, Positive};
+
+/// What turns the motors: `driver = "a4988"`, or `driver = { coils = { duty = 0.8 } }`. firmware/README.md says how each
+/// is wired.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub enum Driver {
+    /// Allegro A4988 and what is as slow: 1 µs pulses.
+    #[default]
+    A4988,
+    /// Texas Instruments DRV8825: 1.9 µs pulses.
+    Drv8825,
+    /// Trinamic TMC2209 and its like: 0.1 µs pulses.
+    Tmc2209,
+    /// Any other driver with STEP and DIR inputs, by its data sheet.
+    StepDir {
+        /// Least time STEP is high, seconds.
+        high: Positive,
+        /// Least time STEP is low, seconds.
+        low: Positive,
+        /// Least time from a change of DIR to STEP going high, seconds.
+        setup: Finite,
+    },
+    /// Two H-bridges for each motor (TB6612 and the like).
+    Coils {
+        /// The share of the supply's voltage that a coil gets at most, up to 1.
+        duty: Positive,
+    },
+    /// Two Adafruit Motor HATs.
+    MotorHats {
+        /// The share of the supply's voltage that a coil gets at most, up to 1.
+        duty: Positive,
+    },
+}
+
+impl Driver {
+    /// What the board is told of it.
+    pub(super) fn config(&self) -> Result<Drivers, OutOfRange> {
+        Ok(match self {
+            Self::A4988 => Drivers::StepDir(StepDir::A4988),
+            Self::Drv8825 => Drivers::StepDir(StepDir::DRV8825),
+            Self::Tmc2209 => Drivers::StepDir(StepDir::TMC2209),
+            Self::StepDir { high, low, setup } => Drivers::StepDir(StepDir {
+                high: fit("motors.driver.step-dir.high", high.get(), Nanoseconds::from_si)?,
+                low: fit("motors.driver.step-dir.low", low.get(), Nanoseconds::from_si)?,
+                setup: fit("motors.driver.step-dir.setup", setup.get(), Nanoseconds::from_si)?,
+            }),
+            Self::Coils { duty } => Drivers::Coils(coils("motors.driver.coils.duty", duty.get())?),
+            Self::MotorHats { duty } => {
+                Drivers::MotorHats(coils("motors.driver.motor-hats.duty", duty.get())?)
+            }
+        })
+    }
+}
+
+fn coils(key: &'static str, duty: f64) -> Result<Coils, OutOfRange> {
+    let percent = |duty: f64| (0.005..=1.0).contains(&duty).then(|| (duty * 100.0).round() as u8);
+    Ok(Coils { duty_percent: fit(key, duty, percent)? })
+}
