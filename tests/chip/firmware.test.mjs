@@ -1,0 +1,80 @@
+// The real firmware: that it comes up in the emulated chip and answers. What it then does is tested against the emulated board, in Rust.
+// usage: PLUMB_ELF=target/firmware/plumb.elf node --test tests/chip/firmware.test.mjs
+import assert from 'node:assert/strict';
+import { before, test } from 'node:test';
+import { Chip } from './src/chip.mjs';
+
+const MS = 1e6;
+const ELF = process.env.PLUMB_ELF;
+/** Hello with id 300, framed, as tests/tests/golden.rs has it; and what the board's answer contains, whatever its schema. */
+const HELLO = Buffer.from('03ac0212504c4d420101020304050607081fb23e5e00', 'hex');
+const ANSWER = 'ac02504c4d42';
+
+before(() => assert.ok(ELF, 'PLUMB_ELF has to name the firmware'));
+
+/** The chip 200 ms after power-on, with everything that it has sent. */
+function started() {
+  const chip = new Chip({ image: ELF });
+  const usb = [];
+  const uart = [];
+  chip.usb.onData = (bytes) => usb.push(...bytes);
+  chip.uart0.onByte = (byte) => uart.push(byte);
+  chip.runFor(200 * MS);
+  return { chip, usb, uart };
+}
+const hex = (bytes) => Buffer.from(bytes).toString('hex');
+
+test('it enumerates, and answers Hello over USB', () => {
+  const { chip, usb } = started();
+  assert.equal(chip.usb.ready, true);
+  chip.usb.send(HELLO);
+  chip.runFor(10 * MS);
+  assert.ok(hex(usb).includes(ANSWER), hex(usb));
+});
+
+test('it answers Hello over UART, with no USB cable', () => {
+  const chip = new Chip({ image: ELF });
+  chip.usb.unplug();
+  const uart = [];
+  chip.uart0.onByte = (byte) => uart.push(byte);
+  chip.runFor(50 * MS);
+  chip.uart0.feed(HELLO);
+  chip.runFor(20 * MS);
+  assert.ok(hex(uart).includes(ANSWER), hex(uart));
+});
+
+test('it comes back after the cable was pulled', () => {
+  const { chip, usb } = started();
+  chip.usb.send(HELLO);
+  chip.runFor(10 * MS);
+  chip.usb.unplug();
+  chip.runFor(500 * MS);
+  chip.usb.plug();
+  assert.ok(chip.runUntil(() => chip.usb.ready, 200 * MS));
+  usb.length = 0;
+  chip.usb.send(HELLO);
+  chip.runFor(20 * MS);
+  assert.ok(hex(usb).includes(ANSWER), hex(usb));
+  assert.equal(chip.resets, 0);
+});
+
+test('left alone it sleeps most of the time, and its watchdog does not bite', () => {
+  const { chip } = started();
+  chip.runFor(2000 * MS);
+  assert.equal(chip.resets, 0);
+  assert.equal(chip.core.fault, null);
+  assert.ok(chip.load.idle > 0.5, `idle ${chip.load.idle}`);
+});
+
+test('two runs are the same', () => {
+  const run = () => {
+    const { chip } = started();
+    chip.usb.send(HELLO);
+    chip.drive(15, 0);
+    chip.runFor(300 * MS);
+    return [String(chip.hash), chip.hash.count, chip.cycles];
+  };
+  const first = run();
+  assert.ok(first[1] > 5);
+  assert.deepEqual(run(), first);
+});
