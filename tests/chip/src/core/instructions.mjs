@@ -1,5 +1,6 @@
 // The Thumb instructions of ARMv6-M (reference manual A6.7), one small function each: it changes the core and returns its
 // cycles (Cortex-M0+ TRM, table 3-1, with the RP2040's one-cycle multiplier). INSTRUCTIONS maps a halfword to its function.
+import { BY_IMMEDIATE, BY_REGISTER, loadLiteral, loadMultiple, loadStack, pop, push, storeMultiple, storeStack } from './memory.mjs';
 
 const low = (op) => op & 7;
 const middle = (op) => (op >> 3) & 7;
@@ -50,26 +51,23 @@ function ror(core, value, by) {
 
 /** Register-register operations, 010000: Rdn and Rm. */
 const DATA = [
-  (core, d, m) => (core.r[d] = nz(core, core.r[d] & core.r[m])),
-  (core, d, m) => (core.r[d] = nz(core, core.r[d] ^ core.r[m])),
-  (core, d, m) => (core.r[d] = lsl(core, core.r[d], core.r[m] & 255)),
-  (core, d, m) => (core.r[d] = lsr(core, core.r[d], core.r[m] & 255)),
-  (core, d, m) => (core.r[d] = asr(core, core.r[d], core.r[m] & 255)),
-  (core, d, m) => (core.r[d] = add(core, core.r[d], core.r[m], core.c)),
-  (core, d, m) => (core.r[d] = add(core, core.r[d], ~core.r[m], core.c)),
-  (core, d, m) => (core.r[d] = ror(core, core.r[d], core.r[m] & 255)),
-  (core, d, m) => nz(core, core.r[d] & core.r[m]),
-  (core, d, m) => (core.r[d] = add(core, 0, ~core.r[m], 1)),
-  (core, d, m) => add(core, core.r[d], ~core.r[m], 1),
-  (core, d, m) => add(core, core.r[d], core.r[m], 0),
-  (core, d, m) => (core.r[d] = nz(core, core.r[d] | core.r[m])),
-  (core, d, m) => (core.r[d] = nz(core, Math.imul(core.r[d], core.r[m]))),
-  (core, d, m) => (core.r[d] = nz(core, core.r[d] & ~core.r[m])),
-  (core, d, m) => (core.r[d] = nz(core, ~core.r[m])),
-].map((operation) => (core, op) => {
-  operation(core, low(op), middle(op));
-  return 1;
-});
+  /* and */ (core, op) => ((core.r[low(op)] = nz(core, core.r[low(op)] & core.r[middle(op)])), 1),
+  /* eor */ (core, op) => ((core.r[low(op)] = nz(core, core.r[low(op)] ^ core.r[middle(op)])), 1),
+  /* lsl */ (core, op) => ((core.r[low(op)] = lsl(core, core.r[low(op)], core.r[middle(op)] & 255)), 1),
+  /* lsr */ (core, op) => ((core.r[low(op)] = lsr(core, core.r[low(op)], core.r[middle(op)] & 255)), 1),
+  /* asr */ (core, op) => ((core.r[low(op)] = asr(core, core.r[low(op)], core.r[middle(op)] & 255)), 1),
+  /* adc */ (core, op) => ((core.r[low(op)] = add(core, core.r[low(op)], core.r[middle(op)], core.c)), 1),
+  /* sbc */ (core, op) => ((core.r[low(op)] = add(core, core.r[low(op)], ~core.r[middle(op)], core.c)), 1),
+  /* ror */ (core, op) => ((core.r[low(op)] = ror(core, core.r[low(op)], core.r[middle(op)] & 255)), 1),
+  /* tst */ (core, op) => (nz(core, core.r[low(op)] & core.r[middle(op)]), 1),
+  /* rsb */ (core, op) => ((core.r[low(op)] = add(core, 0, ~core.r[middle(op)], 1)), 1),
+  /* cmp */ (core, op) => (add(core, core.r[low(op)], ~core.r[middle(op)], 1), 1),
+  /* cmn */ (core, op) => (add(core, core.r[low(op)], core.r[middle(op)], 0), 1),
+  /* orr */ (core, op) => ((core.r[low(op)] = nz(core, core.r[low(op)] | core.r[middle(op)])), 1),
+  /* mul */ (core, op) => ((core.r[low(op)] = nz(core, Math.imul(core.r[low(op)], core.r[middle(op)]))), 1),
+  /* bic */ (core, op) => ((core.r[low(op)] = nz(core, core.r[low(op)] & ~core.r[middle(op)])), 1),
+  /* mvn */ (core, op) => ((core.r[low(op)] = nz(core, ~core.r[middle(op)])), 1),
+];
 
 /** Shift by an immediate, add, subtract: 00. An immediate of 0 means 32 for LSR and ASR. */
 const ARITHMETIC = {
@@ -109,134 +107,9 @@ function writeAny(core, register, value) {
   return 1;
 }
 
-const load = (read, address, width) => (core, op) => {
-  const at = address(core, op, width);
-  core.r[low(op)] = read(core.bus, at);
-  return core.bus.cost(at, 3);
-};
-const store = (write, address, width) => (core, op) => {
-  const at = address(core, op, width);
-  // Before the write: it may read the clock.
-  const cycles = core.bus.cost(at, 4);
-  write(core.bus, at, core.r[low(op)]);
-  return cycles;
-};
-const byRegister = (core, op) => core.r[middle(op)] + core.r[upper(op)];
-const byImmediate = (core, op, width) => core.r[middle(op)] + imm5(op) * width;
-const read32 = (bus, at) => bus.read32(at);
-const read16 = (bus, at) => bus.read16(at);
-const read8 = (bus, at) => bus.read8(at);
-const readSigned16 = (bus, at) => (bus.read16(at) << 16) >> 16;
-const readSigned8 = (bus, at) => (bus.read8(at) << 24) >> 24;
-const write32 = (bus, at, value) => bus.write32(at, value);
-const write16 = (bus, at, value) => bus.write16(at, value);
-const write8 = (bus, at, value) => bus.write8(at, value);
-
-const BY_REGISTER = [
-  store(write32, byRegister),
-  store(write16, byRegister),
-  store(write8, byRegister),
-  load(readSigned8, byRegister),
-  load(read32, byRegister),
-  load(read16, byRegister),
-  load(read8, byRegister),
-  load(readSigned16, byRegister),
-];
-/** By bits 15 to 11, from 01100 on. */
-const BY_IMMEDIATE = [
-  store(write32, byImmediate, 4),
-  load(read32, byImmediate, 4),
-  store(write8, byImmediate, 1),
-  load(read8, byImmediate, 1),
-  store(write16, byImmediate, 2),
-  load(read16, byImmediate, 2),
-];
-
-const loadLiteral = (core, op) => {
-  const at = ((core.at + 4) & ~3) + 4 * (op & 255);
-  core.r[named(op)] = core.bus.read32(at);
-  return 2;
-};
-const storeStack = (core, op) => {
-  const at = core.r[13] + 4 * (op & 255);
-  core.bus.write32(at, core.r[named(op)]);
-  return core.bus.cost(at, 4);
-};
-const loadStack = (core, op) => {
-  const at = core.r[13] + 4 * (op & 255);
-  core.r[named(op)] = core.bus.read32(at);
-  return core.bus.cost(at, 3);
-};
 const adr = (core, op) => ((core.r[named(op)] = ((core.at + 4) & ~3) + 4 * (op & 255)), 1);
 const addStack = (core, op) => ((core.r[named(op)] = core.r[13] + 4 * (op & 255)), 1);
 const moveStack = (core, op) => ((core.r[13] += (op & 128 ? -4 : 4) * (op & 127)), 1);
-
-function push(core, op) {
-  const { r, bus } = core;
-  let count = op & 256 ? 1 : 0;
-  for (let list = op & 255; list; list &= list - 1) count++;
-  let at = r[13] - 4 * count;
-  r[13] = at;
-  for (let i = 0; i < 8; i++) {
-    if (op & (1 << i)) {
-      bus.write32(at, r[i]);
-      at += 4;
-    }
-  }
-  if (op & 256) bus.write32(at, r[14]);
-  return 1 + count;
-}
-
-function pop(core, op) {
-  const { r, bus } = core;
-  let at = r[13];
-  let cycles = 1;
-  for (let i = 0; i < 8; i++) {
-    if (op & (1 << i)) {
-      r[i] = bus.read32(at);
-      at += 4;
-      cycles++;
-    }
-  }
-  if (!(op & 256)) {
-    r[13] = at;
-    return cycles;
-  }
-  const target = bus.read32(at);
-  r[13] = at + 4;
-  core.branchTo(target);
-  return cycles + 3;
-}
-
-function storeMultiple(core, op) {
-  const { r, bus } = core;
-  let at = r[named(op)];
-  let cycles = 1;
-  for (let i = 0; i < 8; i++) {
-    if (op & (1 << i)) {
-      bus.write32(at, r[i]);
-      at += 4;
-      cycles++;
-    }
-  }
-  r[named(op)] = at;
-  return cycles;
-}
-
-function loadMultiple(core, op) {
-  const { r, bus } = core;
-  let at = r[named(op)];
-  let cycles = 1;
-  for (let i = 0; i < 8; i++) {
-    if (op & (1 << i)) {
-      r[i] = bus.read32(at);
-      at += 4;
-      cycles++;
-    }
-  }
-  if (!(op & (1 << named(op)))) r[named(op)] = at;
-  return cycles;
-}
 
 /** Extensions and byte orders, by bits 11 to 6. */
 const BYTES = {
@@ -250,27 +123,27 @@ const BYTES = {
 };
 const bytes = (change) => (core, op) => ((core.r[low(op)] = change(core.r[middle(op)])), 1);
 
-const CONDITIONS = [
-  (core) => core.z === 0,
-  (core) => core.z !== 0,
-  (core) => core.c === 1,
-  (core) => core.c === 0,
-  (core) => core.n < 0,
-  (core) => core.n >= 0,
-  (core) => core.v === 1,
-  (core) => core.v === 0,
-  (core) => core.c === 1 && core.z !== 0,
-  (core) => core.c === 0 || core.z === 0,
-  (core) => core.n < 0 === (core.v === 1),
-  (core) => core.n < 0 !== (core.v === 1),
-  (core) => core.z !== 0 && core.n < 0 === (core.v === 1),
-  (core) => core.z === 0 || core.n < 0 !== (core.v === 1),
-];
-const branchIf = (holds) => (core, op) => {
-  if (!holds(core)) return 1;
+function branchShort(core, op) {
   core.pc = core.at + 4 + ((op << 24) >> 23);
   return 2;
-};
+}
+/** B with a condition, by bits 11 to 8: EQ, NE, CS, CC, MI, PL, VS, VC, HI, LS, GE, LT, GT, LE. */
+const BRANCHES = [
+  (core, op) => (core.z === 0 ? branchShort(core, op) : 1),
+  (core, op) => (core.z !== 0 ? branchShort(core, op) : 1),
+  (core, op) => (core.c === 1 ? branchShort(core, op) : 1),
+  (core, op) => (core.c === 0 ? branchShort(core, op) : 1),
+  (core, op) => (core.n < 0 ? branchShort(core, op) : 1),
+  (core, op) => (core.n >= 0 ? branchShort(core, op) : 1),
+  (core, op) => (core.v === 1 ? branchShort(core, op) : 1),
+  (core, op) => (core.v === 0 ? branchShort(core, op) : 1),
+  (core, op) => (core.c === 1 && core.z !== 0 ? branchShort(core, op) : 1),
+  (core, op) => (core.c === 0 || core.z === 0 ? branchShort(core, op) : 1),
+  (core, op) => (core.n < 0 === (core.v === 1) ? branchShort(core, op) : 1),
+  (core, op) => (core.n < 0 !== (core.v === 1) ? branchShort(core, op) : 1),
+  (core, op) => (core.z !== 0 && core.n < 0 === (core.v === 1) ? branchShort(core, op) : 1),
+  (core, op) => (core.z === 0 || core.n < 0 !== (core.v === 1) ? branchShort(core, op) : 1),
+];
 const branch = (core, op) => ((core.pc = core.at + 4 + ((op << 21) >> 20)), 2);
 
 /** 32-bit instructions: BL, MRS, MSR, the barriers. */
@@ -362,7 +235,7 @@ function decode(op) {
       return op & 0x800 ? loadMultiple : storeMultiple;
     case 13:
       if (((op >> 8) & 15) === 15) return supervisorCall;
-      return ((op >> 8) & 15) === 14 ? undefinedInstruction : branchIf(CONDITIONS[(op >> 8) & 15]);
+      return ((op >> 8) & 15) === 14 ? undefinedInstruction : BRANCHES[(op >> 8) & 15];
     case 14:
       return op & 0x800 ? undefinedInstruction : branch;
     default:
@@ -375,7 +248,6 @@ export const INSTRUCTIONS = (() => {
   const shared = new Map();
   const share = (key, make) => shared.get(key) ?? shared.set(key, make()).get(key);
   return Array.from({ length: 0x10000 }, (_, op) => {
-    if (op >> 12 === 13) return share(`b${(op >> 8) & 15}`, () => decode(op));
     if (op >> 12 === 11 && BYTES[(op >> 6) & 63]) return share(`x${(op >> 6) & 63}${op >> 9}`, () => decode(op));
     return decode(op);
   });
