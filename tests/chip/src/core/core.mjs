@@ -10,7 +10,7 @@
 //
 // The fields that rp2040js' other parts read and write keep its names (`pendingInterrupts`, `interruptPriorities`, ...).
 import { FAULT } from './bus.mjs';
-import { INSTRUCTIONS } from './instructions.mjs';
+import { FUNCTIONS, KINDS } from './instructions.mjs';
 
 const NMI = 2;
 const HARD_FAULT = 3;
@@ -93,7 +93,7 @@ export class Core {
           this.pc = pc + 2;
           this.instructions++;
           // Not `clock.now += ...`: an exception within adds to it as well.
-          const cycles = INSTRUCTIONS[instruction](this, instruction);
+          const cycles = FUNCTIONS[KINDS[instruction]](this, instruction);
           clock.now += cycles;
         }
       } catch (error) {

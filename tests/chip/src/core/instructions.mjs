@@ -1,5 +1,5 @@
 // The Thumb instructions of ARMv6-M (reference manual A6.7), one small function each: it changes the core and returns its
-// cycles (Cortex-M0+ TRM, table 3-1, with the RP2040's one-cycle multiplier). INSTRUCTIONS maps a halfword to its function.
+// cycles (Cortex-M0+ TRM, table 3-1, with the RP2040's one-cycle multiplier). KINDS and FUNCTIONS map a halfword to its function.
 import { BY_IMMEDIATE, BY_REGISTER, loadLiteral, loadMultiple, loadStack, pop, push, storeMultiple, storeStack } from './memory.mjs';
 
 const low = (op) => op & 7;
@@ -113,15 +113,20 @@ const moveStack = (core, op) => ((core.r[13] += (op & 128 ? -4 : 4) * (op & 127)
 
 /** Extensions and byte orders, by bits 11 to 6. */
 const BYTES = {
-  0b001000: (value) => (value << 16) >> 16,
-  0b001001: (value) => (value << 24) >> 24,
-  0b001010: (value) => value & 0xffff,
-  0b001011: (value) => value & 0xff,
-  0b101000: (value) => (value << 24) | ((value & 0xff00) << 8) | ((value >>> 8) & 0xff00) | (value >>> 24),
-  0b101001: (value) => ((value & 0x00ff00ff) << 8) | ((value >>> 8) & 0x00ff00ff),
-  0b101011: (value) => (((value & 0xff) << 24) >> 16) | ((value >>> 8) & 0xff),
+  0b001000: (core, op) => ((core.r[low(op)] = (core.r[middle(op)] << 16) >> 16), 1),
+  0b001001: (core, op) => ((core.r[low(op)] = (core.r[middle(op)] << 24) >> 24), 1),
+  0b001010: (core, op) => ((core.r[low(op)] = core.r[middle(op)] & 0xffff), 1),
+  0b001011: (core, op) => ((core.r[low(op)] = core.r[middle(op)] & 0xff), 1),
+  0b101000: (core, op) => ((core.r[low(op)] = swapBytes(swapHalves(core.r[middle(op)]))), 1),
+  0b101001: (core, op) => ((core.r[low(op)] = swapBytes(core.r[middle(op)])), 1),
+  0b101011: (core, op) => ((core.r[low(op)] = (swapBytes(core.r[middle(op)]) << 16) >> 16), 1),
 };
-const bytes = (change) => (core, op) => ((core.r[low(op)] = change(core.r[middle(op)])), 1);
+function swapBytes(word) {
+  return ((word & 0x00ff00ff) << 8) | ((word >>> 8) & 0x00ff00ff);
+}
+function swapHalves(word) {
+  return (word << 16) | (word >>> 16);
+}
 
 function branchShort(core, op) {
   core.pc = core.at + 4 + ((op << 24) >> 23);
@@ -198,8 +203,7 @@ function decodeMiscellaneous(op) {
   if ((op & 0xffef) === 0xb662) return maskInterrupts;
   if (op >> 8 === 0xbe) return breakpoint;
   if ((op & 0xff0f) === 0xbf00) return hint;
-  const change = BYTES[(op >> 6) & 63];
-  return change ? bytes(change) : undefinedInstruction;
+  return BYTES[(op >> 6) & 63] ?? undefinedInstruction;
 }
 
 function decodeArithmetic(op) {
@@ -243,12 +247,10 @@ function decode(op) {
   }
 }
 
-/** The function of each halfword; those of the same kind are shared, so that V8 sees few of them. */
-export const INSTRUCTIONS = (() => {
-  const shared = new Map();
-  const share = (key, make) => shared.get(key) ?? shared.set(key, make()).get(key);
-  return Array.from({ length: 0x10000 }, (_, op) => {
-    if (op >> 12 === 11 && BYTES[(op >> 6) & 63]) return share(`x${(op >> 6) & 63}${op >> 9}`, () => decode(op));
-    return decode(op);
-  });
-})();
+/** The functions, and for each halfword the number of its own: a small table and a dense one, so that both stay in the cache. */
+export const FUNCTIONS = [];
+export const KINDS = Uint8Array.from({ length: 0x10000 }, (_, op) => {
+  const operation = decode(op);
+  const known = FUNCTIONS.indexOf(operation);
+  return known >= 0 ? known : FUNCTIONS.push(operation) - 1;
+});
