@@ -66,6 +66,31 @@ test('left alone it sleeps most of the time, and its watchdog does not bite', ()
   assert.ok(chip.load.idle > 0.5, `idle ${chip.load.idle}`);
 });
 
+test('a processor that hangs is bitten by the watchdog, and comes back', () => {
+  const { chip, usb } = started();
+  const causes = [];
+  chip.onReset = (cause) => causes.push(cause);
+  // A jump to itself, with interrupts off.
+  chip.poke(0x20041f00, [0xfe, 0xe7]);
+  chip.core.setPrimask(1);
+  chip.core.waiting = false;
+  chip.core.pc = 0x20041f00;
+  assert.ok(chip.runUntil(() => causes.length > 0, 9000 * MS, MS));
+  assert.deepEqual(causes, ['watchdog']);
+  assert.ok(chip.runUntil(() => chip.usb.ready, 200 * MS));
+  usb.length = 0;
+  chip.usb.send(HELLO);
+  chip.runFor(10 * MS);
+  assert.ok(hex(usb).includes(ANSWER), hex(usb));
+});
+
+test('the Bootloader message starts the boot ROM', () => {
+  const { chip } = started();
+  chip.usb.send(Buffer.from('08ac0202b87e1bf300', 'hex'));
+  assert.ok(chip.runUntil(() => chip.inBootloader, 100 * MS));
+  assert.equal(chip.usb.ready, false);
+});
+
 test('two runs are the same', () => {
   const run = () => {
     const { chip } = started();
