@@ -74,6 +74,7 @@ function write(chip, offset, length, from) {
     return Math.max(1, Math.min(left, clock.horizon - clock.now));
   }
   chip.mcu.flash.set(flash.bytes);
+  chip.bus.flashChanged();
   return CALL_CYCLES;
 }
 

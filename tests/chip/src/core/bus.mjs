@@ -4,6 +4,8 @@
 // carried out. On the chip both are a HardFault (datasheet 2.1, ARMv6-M A3.2.1), and that is how a stack that has grown out of its
 // memory is found. Memory is also read here without a call into rp2040js, for speed.
 
+import { translate } from './translate.mjs';
+
 /** Thrown by an access that the chip answers with a bus fault; the core turns it into a HardFault. */
 export const FAULT = new Error('bus fault');
 
@@ -14,6 +16,10 @@ const DPRAM = 0x50100000;
 const SIO = 0xd0000000;
 const PPB = 0xe0000000;
 const PPB_END = 0xe0100000;
+
+/** Code in the flash's first bytes is translated once it has been run this often. */
+const CODE_BYTES = 1024 * 1024;
+const OFTEN = 20;
 
 export class Bus {
   constructor(mcu) {
@@ -30,6 +36,8 @@ export class Bus {
     this.sramSize = mcu.sram.length;
     this.romSize = this.rom8.length;
     this.flashMask = mcu.flash.length - 1;
+    this.pieces = new Array(CODE_BYTES / 2).fill(undefined);
+    this.visits = new Uint8Array(CODE_BYTES / 2);
     /** False while flash is being erased or programmed: then it cannot be read (datasheet 2.8.3.1.3). */
     this.flashReadable = true;
   }
@@ -40,6 +48,23 @@ export class Bus {
     if (region < 4) return 2;
     if (region === 4) return 1 + apb;
     return region === 13 ? 1 : 2;
+  }
+
+  /** The translation of the code at an address in flash that is run often, or null (translate.mjs). */
+  pieceAt(address) {
+    const index = (address - XIP) >> 1;
+    if (index >>> 0 >= CODE_BYTES / 2 || !this.flashReadable) return null;
+    const piece = this.pieces[index];
+    if (piece !== undefined) return piece;
+    if (this.visits[index]++ < OFTEN) return null;
+    this.pieces[index] = translate(this, address);
+    return this.pieces[index];
+  }
+
+  /** Flash has new contents. */
+  flashChanged() {
+    this.pieces.fill(undefined);
+    this.visits.fill(0);
   }
 
   inFlash(address) {

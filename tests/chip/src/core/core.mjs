@@ -82,25 +82,37 @@ export class Core {
 
   /** Runs until the clock's horizon, or until the processor sleeps. */
   run() {
-    const { clock, bus } = this;
+    const { clock } = this;
     while (clock.now < clock.horizon && !this.waiting) {
       try {
-        while (clock.now < clock.horizon && !this.waiting) {
-          if (this.interruptsUpdated) this.checkForInterrupts();
-          const { pc } = this;
-          this.at = pc;
-          const instruction = bus.fetch(pc);
-          this.pc = pc + 2;
-          this.instructions++;
-          // Not `clock.now += ...`: an exception within adds to it as well.
-          const cycles = FUNCTIONS[KINDS[instruction]](this, instruction);
-          clock.now += cycles;
-        }
+        this.runUnlessFaulting(clock, this.bus, this.r);
       } catch (error) {
         if (error !== FAULT) throw error;
         this.hardFault('bus fault');
       }
     }
+  }
+
+  runUnlessFaulting(clock, bus, r) {
+    while (clock.now < clock.horizon && !this.waiting) {
+      if (this.interruptsUpdated) this.checkForInterrupts();
+      const piece = bus.pieceAt(this.pc);
+      // Not `clock.now += ...`: an exception within adds to it as well.
+      let cycles;
+      if (piece !== null && clock.now + piece.reach < clock.horizon) cycles = piece.run(this, bus, clock, r, FUNCTIONS);
+      else cycles = this.step(bus);
+      clock.now += cycles;
+    }
+  }
+
+  /** One instruction. */
+  step(bus) {
+    const { pc } = this;
+    this.at = pc;
+    const instruction = bus.fetch(pc);
+    this.pc = pc + 2;
+    this.instructions++;
+    return FUNCTIONS[KINDS[instruction]](this, instruction);
   }
 
   /** A register as an operand: the program counter reads four bytes ahead. */

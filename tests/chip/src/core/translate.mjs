@@ -1,0 +1,218 @@
+// Straight pieces of code in flash, translated to JavaScript: what an instruction's function does, without finding it each time, and without
+// flags that nobody reads. Everything is as in instructions.mjs, to the cycle; what is not here ends a piece and is left to it.
+//
+// A piece is run only if all its instructions would be begun before the clock's horizon. Memory is reached at once in SRAM; any other access is
+// made at its own cycle, and ends the piece, since what it changes may be an event.
+import { KINDS } from './instructions.mjs';
+
+const XIP = 0x10000000;
+const SRAM = 0x20000000;
+const LONGEST = 32;
+
+/** Flag set-up by an addition of `a`, `b` and `carry` (JavaScript texts); `to` gets the sum. */
+const sum = (a, b, carry, to) => ({
+  full: `a = ${a}; b = ${b}; w = (a >>> 0) + (b >>> 0) + ${carry}; t = w | 0; core.c = w > 0xffffffff ? 1 : 0; core.v = ((a ^ t) & (b ^ t)) >>> 31;
+    core.n = core.z = t; ${to ? `${to} = t;` : ''}`,
+  bare: to ? `${to} = ${a} + ${b} + ${carry};` : '',
+  kills: true,
+});
+/** A result that sets N and Z, and perhaps C by `carry`. */
+const result = (value, to, carry = '') => ({
+  full: `${carry} t = ${value}; core.n = core.z = t; ${to ? `${to} = t;` : ''}`,
+  bare: `${carry} ${to ? `${to} = ${value};` : ''}`,
+});
+const plain = (code) => ({ full: code, bare: code, flagless: true });
+
+function shiftImmediate(op, d, m) {
+  const n = (op >> 6) & 31;
+  const value = `r[${m}]`;
+  if (op >> 11 === 0) return n === 0 ? result(value, d) : result(`${value} << ${n}`, d, `core.c = (${value} >>> ${32 - n}) & 1;`);
+  const by = n || 32;
+  const carry = `core.c = (${value} >>> ${by - 1}) & 1;`;
+  if (op >> 11 === 1) return result(by === 32 ? '0' : `(${value} >>> ${by}) | 0`, d, carry);
+  return result(`${value} >> ${Math.min(by, 31)}`, d, carry);
+}
+
+function arithmetic(op) {
+  const [d, m, n] = [op & 7, (op >> 3) & 7, (op >> 6) & 7].map((i) => `r[${i}]`);
+  const named = `r[${(op >> 8) & 7}]`;
+  const imm = op & 255;
+  switch (op >> 11) {
+    case 0: case 1: case 2:
+      return shiftImmediate(op, d, (op >> 3) & 7);
+    case 3: {
+      const operand = op & 0x400 ? `${(op >> 6) & 7}` : n;
+      return op & 0x200 ? sum(m, `~${operand}`, 1, d) : sum(m, operand, 0, d);
+    }
+    case 4:
+      return result(`${imm}`, named);
+    case 5:
+      return sum(named, `${~imm}`, 1, null);
+    case 6:
+      return sum(named, `${imm}`, 0, named);
+    default:
+      return sum(named, `${~imm}`, 1, named);
+  }
+}
+
+/** Register-register operations; those that shift by a register are left to their functions. */
+function data(op) {
+  const [d, m] = [`r[${op & 7}]`, `r[${(op >> 3) & 7}]`];
+  switch ((op >> 6) & 15) {
+    case 0: return result(`${d} & ${m}`, d);
+    case 1: return result(`${d} ^ ${m}`, d);
+    case 5: return { ...sum(d, m, 'core.c', d), reads: true };
+    case 6: return { ...sum(d, `~${m}`, 'core.c', d), reads: true };
+    case 8: return result(`${d} & ${m}`, null);
+    case 9: return sum('0', `~${m}`, 1, d);
+    case 10: return sum(d, `~${m}`, 1, null);
+    case 11: return sum(d, m, 0, null);
+    case 12: return result(`${d} | ${m}`, d);
+    case 13: return result(`Math.imul(${d}, ${m})`, d);
+    case 14: return result(`${d} & ~${m}`, d);
+    case 15: return result(`~${m}`, d);
+    default: return { ...plain(`F[${KINDS[op]}](core, ${op});`), reads: true, flagless: false };
+  }
+}
+
+function special(op, at) {
+  const [to, from] = [((op >> 4) & 8) | (op & 7), (op >> 3) & 15];
+  const kind = (op >> 8) & 3;
+  if (kind === 3 || to === 15 || (kind === 1 && from === 15)) return null;
+  const value = from === 15 ? `${at + 4}` : `r[${from}]`;
+  if (kind === 1) return sum(`r[${to}]`, `~${value}`, 1, null);
+  const moved = kind === 0 ? `r[${to}] + ${value}` : value;
+  return plain(`r[${to}] = ${to === 13 ? `(${moved}) & ~3` : moved};`);
+}
+
+const VIEWS = { 4: ['sram32', 2, 'read32', 'write32'], 2: ['sram16', 1, 'read16', 'write16'], 1: ['sram8', 0, 'read8', 'write8'] };
+
+/** A load or store of `width` bytes; `extend` is the number of bits to sign-extend by. */
+function access(stores, width, address, register, extend = 0) {
+  const [view, shift, read, write] = VIEWS[width];
+  const signed = (text) => (extend ? `(${text} << ${extend}) >> ${extend}` : text);
+  const slow = stores
+    ? `{ const cost = bus.cost(a, 4); bus.${write}(a, r[${register}]); return cost; }`
+    : `{ r[${register}] = ${signed(`bus.${read}(a)`)}; return bus.cost(a, 3); }`;
+  const cell = `bus.${view}[(a - ${SRAM}) >> ${shift}]`;
+  return {
+    memory: true,
+    address,
+    test: `a - ${SRAM} >>> 0 < bus.sramSize${width > 1 ? ` && !(a & ${width - 1})` : ''}`,
+    fast: stores ? `${cell} = r[${register}];` : `r[${register}] = ${signed(cell)};`,
+    slow,
+  };
+}
+
+function transfer(op) {
+  const [d, m] = [op & 7, `r[${(op >> 3) & 7}]`];
+  if (op >> 12 === 5) {
+    const address = `(${m} + r[${(op >> 6) & 7}]) | 0`;
+    const [stores, width, extend] = [[true, 4], [true, 2], [true, 1], [false, 1, 24], [false, 4], [false, 2], [false, 1], [false, 2, 16]][(op >> 9) & 7];
+    return access(stores, width, address, d, extend);
+  }
+  if (op >> 12 === 9) return access(!(op & 0x800), 4, `(r[13] + ${4 * (op & 255)}) | 0`, (op >> 8) & 7);
+  const width = { 6: 4, 7: 1, 8: 2 }[op >> 12];
+  return access(!(op & 0x800), width, `(${m} + ${((op >> 6) & 31) * width}) | 0`, d);
+}
+
+/** PUSH, and POP without the program counter. */
+function stack(op) {
+  const list = [0, 1, 2, 3, 4, 5, 6, 7].filter((i) => op & (1 << i));
+  const pushes = !(op & 0x800);
+  if (pushes && op & 256) list.push(14);
+  const size = 4 * list.length;
+  const cells = list.map((i, k) => (pushes ? `bus.sram32[w + ${k}] = r[${i}];` : `r[${i}] = bus.sram32[w + ${k}];`)).join(' ');
+  return {
+    memory: true,
+    cycles: 1 + list.length,
+    address: pushes ? `(r[13] - ${size}) | 0` : 'r[13]',
+    test: `a - ${SRAM} >>> 0 <= bus.sramSize - ${size}`,
+    fast: `w = (a - ${SRAM}) >> 2; ${cells} r[13] = ${pushes ? 'a' : `a + ${size}`};`,
+    slow: `return F[${KINDS[op]}](core, ${op});`,
+  };
+}
+
+/** An instruction as a text with what is to be known of it, or null where a piece ends before it. */
+function translateOne(op, at, bus) {
+  switch (op >> 12) {
+    case 0: case 1: case 2: case 3:
+      return arithmetic(op);
+    case 4:
+      if (op & 0x800) return literal(op, at, bus);
+      return op & 0x400 ? special(op, at) : data(op);
+    case 5: case 6: case 7: case 8: case 9:
+      return transfer(op);
+    case 10:
+      return plain(`r[${(op >> 8) & 7}] = ${op & 0x800 ? 'r[13]' : (at + 4) & ~3} + ${4 * (op & 255)};`);
+    case 11:
+      if (op >> 8 === 0xb0) return plain(`r[13] += ${(op & 128 ? -4 : 4) * (op & 127)};`);
+      if ((op & 0xfe00) === 0xb400 || (op & 0xff00) === 0xbc00) return stack(op);
+      return (op & 0xff00) === 0xb200 ? plain(`F[${KINDS[op]}](core, ${op});`) : null;
+    default:
+      return null;
+  }
+}
+
+/** A literal behind the code is as constant as the code is. */
+function literal(op, at, bus) {
+  const from = ((at + 4) & ~3) + 4 * (op & 255);
+  if (from >>> 24 !== XIP >>> 24) return null;
+  return { ...plain(`r[${(op >> 8) & 7}] = ${bus.flash32[(from & bus.flashMask) >> 2]};`), cycles: 2 };
+}
+
+/** The end of a piece: a branch, a call or a return, by the instruction's own function. */
+const ends = (op) => (op >> 12 === 13 && ((op >> 8) & 15) < 14) || op >> 11 === 28 || op >> 11 === 30 || (op & 0xff00) === 0xbd00 || (op & 0xff00) === 0x4700;
+
+/** Marks whose flags nobody reads: they are set again before anything can look. */
+function findDeadFlags(parts) {
+  let live = true;
+  for (const part of [...parts].reverse()) {
+    if (part.memory || part.reads) live = true;
+    else if (!part.flagless) {
+      part.dead = !live && !part.reads;
+      if (part.kills) live = false;
+    }
+  }
+}
+
+/** Collects the instructions of the piece at `start`. */
+function collect(bus, start) {
+  const parts = [];
+  for (let at = start; parts.length < LONGEST; at += 2) {
+    const op = bus.flash16[(at & bus.flashMask) >> 1];
+    if (ends(op)) {
+      parts.push({ at, op, last: true, cycles: 0, reads: true });
+      break;
+    }
+    const part = translateOne(op, at, bus);
+    if (part === null) break;
+    parts.push({ cycles: part.memory ? 2 : 1, ...part, at, op });
+  }
+  return parts;
+}
+
+/**
+ * Translates the piece of code at an address in flash: { run(core, bus, clock, r, F), reach } or null if there is too little of it. `run` returns
+ * the cycles that are to be added to the clock, `reach` is how far into it its last instruction begins.
+ */
+export function translate(bus, start) {
+  const parts = collect(bus, start);
+  if (parts.length < 2) return null;
+  findDeadFlags(parts);
+  let spent = 0;
+  let reach = 0;
+  const lines = parts.map((part, i) => {
+    const { at, op } = part;
+    reach = spent;
+    const here = `core.at = ${at}; core.pc = ${at + 2}; core.instructions += ${i + 1};`;
+    const before = spent;
+    spent += part.cycles;
+    if (part.last) return `${here} return ${before} + F[${KINDS[op]}](core, ${op});`;
+    if (part.memory) return `a = ${part.address}; if (${part.test}) { ${part.fast} } else { ${here} clock.now += ${before}; ${part.slow} }`;
+    return part.dead ? part.bare : part.full;
+  });
+  if (!parts.at(-1).last) lines.push(`core.at = ${parts.at(-1).at}; core.pc = ${parts.at(-1).at + 2}; core.instructions += ${parts.length}; return ${spent};`);
+  const run = new Function('core', 'bus', 'clock', 'r', 'F', `let a, b, t, w;\n${lines.join('\n')}`);
+  return { run, reach };
+}
