@@ -88,10 +88,15 @@ async fn transmit(mut usb: usb::Out, mut uart: BufferedUartTx, desk: SharedDesk)
 }
 
 /// Sends whole frames to the master; they are dropped whole where there is no room. For the stepping: never waits.
-pub(crate) fn send(frames: &[u8]) {
-    if OUTBOX.free_capacity() >= frames.len() {
-        // There is room for all of it: nothing else writes.
-        let _ = OUTBOX.try_write(frames);
+pub(crate) fn send(mut frames: &[u8]) {
+    if OUTBOX.free_capacity() < frames.len() {
+        return;
+    }
+    // There is room for all of it, since nothing else writes; in two pieces where the ring closes.
+    while !frames.is_empty()
+        && let Ok(written) = OUTBOX.try_write(frames)
+    {
+        frames = &frames[written..];
     }
 }
 

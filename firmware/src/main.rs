@@ -10,6 +10,7 @@
 #![no_main]
 #![deny(missing_docs)]
 
+mod divide;
 mod enable;
 mod generator;
 mod link;

@@ -197,7 +197,8 @@ impl Stepping {
 
     /// Gives the state machines the coming tick; starts them where they stand, or are about to run dry.
     fn go_on(&mut self, plan: &StepPlan) {
-        if self.generator.cut_off() {
+        if !self.running && self.generator.cut_off() {
+            // The board is in its emergency stop and plans no pulses.
             return;
         }
         let late = (self.beginning.wrapping_sub(timer()) as i32) < LATE_US;
