@@ -26,7 +26,7 @@ function anyInstruction(next) {
     case 7:
       return pick([[0xb43f, 0xbc3f], [0xb510, 0xb001], [0x9000 | d << 8], [0x9800 | d << 8], [0xa800 | d << 8], [0xa000 | d << 8 | five]]).concat([0xb000]);
     case 8:
-      return pick([[0x4644, 0x6aa3], [0x4600 | m << 3 | d], [0x4480 | m << 3 | 1], [0x4580 | m << 3], [0x463d, 0x5deb, 0x57ea]]);
+      return pick([[0x4644, 0x6aa3], [0x4644, 0x63a3], [0x4600 | m << 3 | d], [0x4480 | m << 3 | 1], [0x4580 | m << 3], [0x463d, 0x5deb, 0x57ea]]);
     default:
       // A branch over one instruction, so that pieces end and flags are looked at.
       return [0xd000 | (next() % 14) << 8, 0x3001 | d << 8];
