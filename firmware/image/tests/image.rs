@@ -5,7 +5,7 @@ use plumb_image::{Budgets, Image, ImageError, Usage, uf2};
 const START: u32 = 0x1000_0000;
 
 fn word(file: &[u8], at: usize) -> u32 {
-    u32::from_le_bytes(file[at..at + 4].try_into().unwrap())
+    (0..4).fold(0, |word, i| word | u32::from(file[at + i]) << (8 * i))
 }
 
 #[test]
