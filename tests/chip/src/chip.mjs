@@ -191,7 +191,7 @@ export class Chip {
     mcu.core = this.core;
     repairPpb(mcu, this.core, (cause) => this.requestReset(cause));
     repairTimer(mcu, clock);
-    repairDma(mcu, clock);
+    repairDma(mcu, clock, this.bus);
     installRegisters(mcu, this.chipReset);
     this.watchdog = new Watchdog(clock, (reason) => this.requestReset(reason === REASON_FORCE ? 'forced' : 'watchdog'));
     mcu.peripherals[WATCHDOG] = this.watchdog;
@@ -273,6 +273,7 @@ export class Chip {
   /** Writes memory from outside, such as a pattern under the stack. */
   poke(address, bytes) {
     this.mcu.sram.set(bytes, address - SRAM);
+    this.bus.sramChanged();
   }
 
   /** What is in the flash chip, to be given to another `Chip`. */

@@ -68,6 +68,21 @@ test('random programs do the same translated, in whatever pieces they are run', 
   assert.ok(translated > 1000, `${translated} pieces`);
 });
 
+test('code in SRAM is translated, and again after it has been written over', () => {
+  // A function in SRAM: movs r0, #n; adds r1, r1, r0; bx lr. It is called a hundred times, then n is changed, and again.
+  const CODE = 0x20003000;
+  const program = new Program().load(4, CODE + 1).raw(0x2100);
+  for (const n of [1, 2]) {
+    program.load(2, CODE).load(3, 0x2000 | n).raw(0x8013).raw(0x2564).label(`loop${n}`).raw(0x47a0, 0x3d01).jump(`loop${n}`, 1);
+  }
+  const chip = program.sleep().chip();
+  chip.poke(CODE, [0, 0, 0x09, 0x18, 0x70, 0x47]);
+  chip.poke(CODE + 2, [0x09, 0x18]);
+  chip.runFor(MS);
+  assert.equal(chip.core.r[1], 100 + 200);
+  assert.ok(chip.bus.pieceAt(CODE), 'translated');
+});
+
 test('an access that faults in the middle of translated code faults there', () => {
   // Reads further and further, until there is no more memory.
   const program = new Program().load(1, 0x20041f80).label('loop').raw(0x2005, 0x680a, 0x2006, 0x3104).jump('loop');

@@ -17,8 +17,9 @@ const SIO = 0xd0000000;
 const PPB = 0xe0000000;
 const PPB_END = 0xe0100000;
 
-/** Code in the flash's first bytes is translated once it has been run this often. */
-const CODE_BYTES = 1024 * 1024;
+/** Halfwords at the beginning of flash that may be translated: 1 MB. */
+const FLASH_PIECES = 512 * 1024;
+/** Code is translated once it has been run this often. */
 const OFTEN = 20;
 
 export class Bus {
@@ -36,8 +37,11 @@ export class Bus {
     this.sramSize = mcu.sram.length;
     this.romSize = this.rom8.length;
     this.flashMask = mcu.flash.length - 1;
-    this.pieces = new Array(CODE_BYTES / 2).fill(undefined);
-    this.visits = new Uint8Array(CODE_BYTES / 2);
+    /** Translations by address, and how often the code there was run before it had one. */
+    this.pieces = new Array(FLASH_PIECES + this.sramSize / 2).fill(undefined);
+    this.visits = new Uint8Array(this.pieces.length);
+    /** Which words of SRAM have been translated. */
+    this.code = new Uint8Array(this.sramSize / 4);
     /** False while flash is being erased or programmed: then it cannot be read (datasheet 2.8.3.1.3). */
     this.flashReadable = true;
   }
@@ -50,10 +54,20 @@ export class Bus {
     return region === 13 ? 1 : 2;
   }
 
-  /** The translation of the code at an address in flash that is run often, or null (translate.mjs). */
+  /** May code at this address be translated? */
+  isCode(address) {
+    return address - XIP >>> 0 < 2 * FLASH_PIECES || address - SRAM >>> 0 < this.sramSize;
+  }
+
+  /** The translation of code that is run often, or null (translate.mjs). */
   pieceAt(address) {
-    const index = (address - XIP) >> 1;
-    if (index >>> 0 >= CODE_BYTES / 2 || !this.flashReadable) return null;
+    let index = (address - XIP) >>> 1;
+    if (index >= FLASH_PIECES) {
+      if (address - SRAM >>> 0 >= this.sramSize) return null;
+      index = FLASH_PIECES + ((address - SRAM) >> 1);
+    } else if (!this.flashReadable) {
+      return null;
+    }
     const piece = this.pieces[index];
     if (piece !== undefined) return piece;
     if (this.visits[index]++ < OFTEN) return null;
@@ -61,10 +75,21 @@ export class Bus {
     return this.pieces[index];
   }
 
+  markCode(address) {
+    if (address - SRAM >>> 0 < this.sramSize) this.code[(address - SRAM) >> 2] = 1;
+  }
+
   /** Flash has new contents. */
   flashChanged() {
-    this.pieces.fill(undefined);
-    this.visits.fill(0);
+    this.pieces.fill(undefined, 0, FLASH_PIECES);
+    this.visits.fill(0, 0, FLASH_PIECES);
+  }
+
+  /** Something has been written over translated code in SRAM. */
+  sramChanged() {
+    this.pieces.fill(undefined, FLASH_PIECES);
+    this.visits.fill(0, FLASH_PIECES);
+    this.code.fill(0);
   }
 
   inFlash(address) {
@@ -109,21 +134,33 @@ export class Bus {
   write32(address, value) {
     address >>>= 0;
     if (address & 3) throw FAULT;
-    if (address - SRAM >>> 0 < this.sramSize) this.sram32[(address - SRAM) >> 2] = value;
-    else this.writeDevice(address, value >>> 0);
+    if (address - SRAM >>> 0 < this.sramSize) {
+      this.sram32[(address - SRAM) >> 2] = value;
+      if (this.code[(address - SRAM) >> 2]) this.sramChanged();
+    } else {
+      this.writeDevice(address, value >>> 0);
+    }
   }
 
   write16(address, value) {
     address >>>= 0;
     if (address & 1) throw FAULT;
-    if (address - SRAM >>> 0 < this.sramSize) this.sram16[(address - SRAM) >> 1] = value;
-    else this.writeNarrow(address, value & 0xffff, 0xffff, 0x10001);
+    if (address - SRAM >>> 0 < this.sramSize) {
+      this.sram16[(address - SRAM) >> 1] = value;
+      if (this.code[(address - SRAM) >> 2]) this.sramChanged();
+    } else {
+      this.writeNarrow(address, value & 0xffff, 0xffff, 0x10001);
+    }
   }
 
   write8(address, value) {
     address >>>= 0;
-    if (address - SRAM >>> 0 < this.sramSize) this.sram8[address - SRAM] = value;
-    else this.writeNarrow(address, value & 0xff, 0xff, 0x1010101);
+    if (address - SRAM >>> 0 < this.sramSize) {
+      this.sram8[address - SRAM] = value;
+      if (this.code[(address - SRAM) >> 2]) this.sramChanged();
+    } else {
+      this.writeNarrow(address, value & 0xff, 0xff, 0x1010101);
+    }
   }
 
   /** A write narrower than a word: USB memory takes its bytes; a register gets the value in every lane (datasheet 2.1.4). */

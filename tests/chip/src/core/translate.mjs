@@ -1,11 +1,11 @@
-// Straight pieces of code in flash, translated to JavaScript: what an instruction's function does, without finding it each time, and without
+// Straight pieces of code, translated to JavaScript: what an instruction's function does, without finding it each time, and without
 // flags that nobody reads. Everything is as in instructions.mjs, to the cycle; what is not here ends a piece and is left to it.
 //
 // A piece is run only if all its instructions would be begun before the clock's horizon. Memory is reached at once in SRAM; any other access is
-// made at its own cycle, and ends the piece, since what it changes may be an event.
+// made at its own cycle, and ends the piece, since what it changes may be an event. A store into translated code is such an access: the bus then
+// forgets what it has translated in SRAM.
 import { KINDS } from './instructions.mjs';
 
-const XIP = 0x10000000;
 const SRAM = 0x20000000;
 const LONGEST = 32;
 
@@ -98,7 +98,7 @@ function access(stores, width, address, register, extend = 0) {
   return {
     memory: true,
     address,
-    test: `a - ${SRAM} >>> 0 < bus.sramSize${width > 1 ? ` && !(a & ${width - 1})` : ''}`,
+    test: `a - ${SRAM} >>> 0 < bus.sramSize${width > 1 ? ` && !(a & ${width - 1})` : ''}${stores ? ` && !bus.code[(a - ${SRAM}) >> 2]` : ''}`,
     fast: stores ? `${cell} = r[${register}];` : `r[${register}] = ${signed(cell)};`,
     slow,
   };
@@ -127,7 +127,7 @@ function stack(op) {
     memory: true,
     cycles: 1 + list.length,
     address: pushes ? `(r[13] - ${size}) | 0` : 'r[13]',
-    test: `a - ${SRAM} >>> 0 <= bus.sramSize - ${size}`,
+    test: `a - ${SRAM} >>> 0 <= bus.sramSize - ${size}${pushes ? ` && !(bus.code[(a - ${SRAM}) >> 2] | bus.code[(r[13] - ${SRAM + 4}) >> 2])` : ''}`,
     fast: `w = (a - ${SRAM}) >> 2; ${cells} r[13] = ${pushes ? 'a' : `a + ${size}`};`,
     slow: `return F[${KINDS[op]}](core, ${op});`,
   };
@@ -154,11 +154,11 @@ function translateOne(op, at, bus) {
   }
 }
 
-/** A literal behind the code is as constant as the code is. */
+/** A literal behind the code is as constant as the code is, where it is in the same memory. */
 function literal(op, at, bus) {
   const from = ((at + 4) & ~3) + 4 * (op & 255);
-  if (from >>> 24 !== XIP >>> 24) return null;
-  return { ...plain(`r[${(op >> 8) & 7}] = ${bus.flash32[(from & bus.flashMask) >> 2]};`), cycles: 2 };
+  if (from >>> 24 !== at >>> 24) return null;
+  return { ...plain(`r[${(op >> 8) & 7}] = ${bus.read32(from)};`), cycles: 2, literal: from };
 }
 
 /** The end of a piece: a branch, a call or a return, by the instruction's own function. */
@@ -179,8 +179,8 @@ function findDeadFlags(parts) {
 /** Collects the instructions of the piece at `start`. */
 function collect(bus, start) {
   const parts = [];
-  for (let at = start; parts.length < LONGEST; at += 2) {
-    const op = bus.flash16[(at & bus.flashMask) >> 1];
+  for (let at = start; parts.length < LONGEST && bus.isCode(at + 2); at += 2) {
+    const op = bus.fetch(at);
     if (ends(op)) {
       parts.push({ at, op, last: true, cycles: 0, reads: true });
       break;
@@ -193,12 +193,17 @@ function collect(bus, start) {
 }
 
 /**
- * Translates the piece of code at an address in flash: { run(core, bus, clock, r, F), reach } or null if there is too little of it. `run` returns
+ * Translates the piece of code at an address: { run(core, bus, clock, r, F), reach } or null if there is too little of it. `run` returns
  * the cycles that are to be added to the clock, `reach` is how far into it its last instruction begins.
  */
 export function translate(bus, start) {
   const parts = collect(bus, start);
   if (parts.length < 2) return null;
+  for (const { at, literal: from } of parts) {
+    bus.markCode(at);
+    bus.markCode(at + 2);
+    if (from !== undefined) bus.markCode(from);
+  }
   findDeadFlags(parts);
   let spent = 0;
   let reach = 0;
@@ -213,6 +218,16 @@ export function translate(bus, start) {
     return part.dead ? part.bare : part.full;
   });
   if (!parts.at(-1).last) lines.push(`core.at = ${parts.at(-1).at}; core.pc = ${parts.at(-1).at + 2}; core.instructions += ${parts.length}; return ${spent};`);
-  const run = new Function('core', 'bus', 'clock', 'r', 'F', `let a, b, t, w;\n${lines.join('\n')}`);
-  return { run, reach };
+  return { run: compile(lines.join('\n')), reach };
+}
+
+/** Functions by their text: the same code in another chip, or after a reset, is not compiled and warmed up again. */
+const COMPILED = new Map();
+
+function compile(body) {
+  const known = COMPILED.get(body);
+  if (known) return known;
+  const run = new Function('core', 'bus', 'clock', 'r', 'F', `let a, b, t, w;\n${body}`);
+  COMPILED.set(body, run);
+  return run;
 }

@@ -9,9 +9,11 @@
 const REQUEST_CYCLES = 4;
 const PERMANENT = 63;
 const TIMER0 = 59;
+const SRAM = 0x20000000;
 
-export function repairDma(mcu, clock) {
+export function repairDma(mcu, clock, bus) {
   const { dma } = mcu;
+  for (const name of ['writeUint8', 'writeUint16', 'writeUint32']) tellBus(mcu, name, bus);
   for (const channel of dma.channels) {
     const requested = () => channel.treqValue === PERMANENT || channel.treqValue >= TIMER0 || dma.dreq[channel.treqValue] === true;
     channel.transferAlarm = clock.createAlarm(() => {
@@ -32,4 +34,13 @@ function pace(dma, request) {
   const ratio = [dma.timer0, dma.timer1, dma.timer2, dma.timer3][request - TIMER0];
   const [x, y] = [ratio >>> 16, ratio & 0xffff];
   return x === 0 || y === 0 ? 0 : Math.max(1, Math.round(y / x));
+}
+
+/** DMA writes past the bus that the processor uses, which has to know of code that is overwritten. */
+function tellBus(mcu, name, bus) {
+  const write = mcu[name].bind(mcu);
+  mcu[name] = (address, value) => {
+    write(address, value);
+    if (bus.code[(address - SRAM) >> 2] === 1) bus.sramChanged();
+  };
 }
