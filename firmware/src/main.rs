@@ -12,6 +12,7 @@
 
 mod divide;
 mod enable;
+mod flash;
 mod generator;
 mod link;
 mod pins;
@@ -53,7 +54,9 @@ async fn main(spawner: Spawner) {
         channels: (p.DMA_CH0, p.DMA_CH1, p.DMA_CH2),
     };
     let generator = Generator::new(parts);
+    let (kept, keeper) = flash::open(p.FLASH);
     let inbox = link::start(spawner, link::Parts { usb: p.USB, uart: p.UART0, tx: p.PIN_0, rx: p.PIN_1 });
     spawn(spawner, watch::beat(p.PIN_25));
-    stepping::start(Stepping::new(stepping::Parts { inbox, generator, enable, watch, cause }));
+    spawn(spawner, flash::keep(keeper));
+    stepping::start(Stepping::new(stepping::Parts { inbox, generator, enable, watch, cause, kept }));
 }

@@ -13,15 +13,15 @@ use embassy_rp::pac;
 use heapless::Vec;
 use plumb_core::segment::Timing;
 use plumb_core::{Board, BuildLimits, Outbox, StepPlan, TICK_US};
-use plumb_protocol::config::Drivers;
+use plumb_protocol::config::{Config, Drivers};
 use plumb_protocol::message::StartCause;
 use plumb_protocol::units::Micros;
 
 use crate::enable::Enable;
 use crate::generator::Generator;
 use crate::link::{self, Inbox};
-use crate::restart;
 use crate::watch::Watch;
+use crate::{flash, restart};
 
 /// How long before a tick's beginning it is planned: what planning may take.
 const AHEAD_US: u32 = 60;
@@ -33,7 +33,7 @@ const LATE_US: i32 = 2;
 const MOST_BYTES: usize = 64;
 
 /// What this board was built for; the emulated board is built for the same.
-const BUILD: BuildLimits = BuildLimits { max_pulse_rate: 1_250_000, storage: false };
+const BUILD: BuildLimits = BuildLimits { max_pulse_rate: 1_250_000, storage: true };
 
 /// Until the interrupt takes it over.
 static STEPPING: Mutex<RefCell<Option<Stepping>>> = Mutex::new(RefCell::new(None));
@@ -45,6 +45,8 @@ pub(crate) struct Parts {
     pub(crate) enable: Enable,
     pub(crate) watch: Watch,
     pub(crate) cause: StartCause,
+    /// The configuration that was kept in flash.
+    pub(crate) kept: Option<Config>,
 }
 
 /// Everything that the interrupt works with.
@@ -63,6 +65,8 @@ pub(crate) struct Stepping {
     beginning: u32,
     /// Whether the state machines run.
     running: bool,
+    /// Whether the configuration is being written.
+    storing: bool,
 }
 
 /// Lets the interrupt take over.
@@ -99,9 +103,12 @@ fn timer() -> u32 {
 impl Stepping {
     /// A board that has not begun yet.
     pub(crate) fn new(parts: Parts) -> Self {
-        let Parts { inbox, generator, enable, watch, cause } = parts;
+        let Parts { inbox, generator, enable, watch, cause, kept } = parts;
         let mut board = Board::new(BUILD);
         board.started(cause);
+        if let Some(config) = kept {
+            board.restore(&config);
+        }
         Self {
             board,
             inbox,
@@ -113,6 +120,7 @@ impl Stepping {
             now: Micros(0),
             beginning: timer().wrapping_add(AHEAD_US),
             running: false,
+            storing: false,
         }
     }
 
@@ -147,6 +155,9 @@ impl Stepping {
         if self.board.drivers() != self.drivers {
             self.change_drivers();
         }
+        if tick.store {
+            self.store();
+        }
         self.enable.set(tick.drivers_enabled);
         self.go_on(&tick.plan);
         self.now.0 += u64::from(TICK_US);
@@ -160,6 +171,19 @@ impl Stepping {
             && let Some(timing) = Timing::of(&times)
         {
             self.generator.set_timing(timing);
+        }
+    }
+
+    /// Has the configuration written, and tells the board when that is done.
+    fn store(&mut self) {
+        if let Some(written) = flash::written() {
+            self.storing = false;
+            self.board.stored(written, &mut self.outbox);
+        } else if !self.storing
+            && let Some(config) = self.board.config()
+        {
+            self.storing = true;
+            flash::write(config);
         }
     }
 

@@ -14,6 +14,7 @@
 
 pub mod board;
 pub mod estimate;
+pub mod keep;
 pub mod law;
 pub mod params;
 pub mod plan;

@@ -1,0 +1,129 @@
+//! A configuration in flash, and the power going away at every moment of its writing.
+#![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
+
+mod common;
+
+use common::config;
+use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
+use plumb_core::keep::{NotKept, Slots};
+use plumb_protocol::Config;
+
+const SECTOR: usize = 4096;
+const SLOTS: Slots = Slots([SECTOR as u32, 2 * SECTOR as u32]);
+
+/// Two sectors and one before them. Erasing and writing go byte by byte, until the power does.
+struct Flash {
+    bytes: Vec<u8>,
+    /// Bytes that can still be changed.
+    power: usize,
+    writes: usize,
+}
+
+impl Flash {
+    fn new() -> Self {
+        Self { bytes: vec![0xff; 3 * SECTOR], power: usize::MAX, writes: 0 }
+    }
+
+    fn change(&mut self, at: usize, to: u8) -> Result<(), NorFlashErrorKind> {
+        self.power = self.power.checked_sub(1).ok_or(NorFlashErrorKind::Other)?;
+        self.bytes[at] = to;
+        self.writes += 1;
+        Ok(())
+    }
+}
+
+impl ErrorType for Flash {
+    type Error = NorFlashErrorKind;
+}
+
+impl ReadNorFlash for Flash {
+    const READ_SIZE: usize = 1;
+
+    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Self::Error> {
+        bytes.copy_from_slice(&self.bytes[offset as usize..][..bytes.len()]);
+        Ok(())
+    }
+
+    fn capacity(&self) -> usize {
+        self.bytes.len()
+    }
+}
+
+impl NorFlash for Flash {
+    const WRITE_SIZE: usize = 1;
+    const ERASE_SIZE: usize = SECTOR;
+
+    fn erase(&mut self, from: u32, to: u32) -> Result<(), Self::Error> {
+        assert!(from as usize % SECTOR == 0 && (to - from) as usize == SECTOR && from as usize >= SECTOR);
+        (from as usize..to as usize).try_for_each(|at| self.change(at, 0xff))
+    }
+
+    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Self::Error> {
+        // Writing only clears bits.
+        bytes.iter().zip(offset as usize..).try_for_each(|(&b, at)| self.change(at, self.bytes[at] & b))
+    }
+}
+
+fn numbered(number: u8) -> Config {
+    let mut config = config();
+    config.reached.frames = number;
+    config
+}
+
+#[test]
+fn the_last_one_kept_is_loaded() {
+    let mut flash = Flash::new();
+    assert_eq!(SLOTS.load(&mut flash), None);
+    for number in 1..20 {
+        assert_eq!(SLOTS.save(&mut flash, &numbered(number)), Ok(()));
+        assert_eq!(SLOTS.load(&mut flash), Some(numbered(number)));
+    }
+    assert!(flash.bytes[..SECTOR].iter().all(|&b| b == 0xff), "nothing else is touched");
+}
+
+#[test]
+fn the_same_again_wears_nothing() {
+    let mut flash = Flash::new();
+    SLOTS.save(&mut flash, &numbered(1)).unwrap();
+    let writes = flash.writes;
+    SLOTS.save(&mut flash, &numbered(1)).unwrap();
+    assert_eq!(flash.writes, writes);
+}
+
+#[test]
+fn a_loss_of_power_at_any_moment_leaves_the_old_one_or_the_new_one() {
+    let mut before = Flash::new();
+    SLOTS.save(&mut before, &numbered(1)).unwrap();
+    SLOTS.save(&mut before, &numbered(2)).unwrap();
+    let mut news = 0;
+    // A sector is erased and a page written; around the record's end every byte counts.
+    for power in (0..SECTOR).step_by(61).chain(SECTOR..SECTOR + 256) {
+        let mut flash = Flash { bytes: before.bytes.clone(), power, writes: 0 };
+        assert_eq!(SLOTS.save(&mut flash, &numbered(3)), Err(NotKept));
+        flash.power = usize::MAX;
+        let found = SLOTS.load(&mut flash).unwrap();
+        assert!(
+            found == numbered(2) || found == numbered(3),
+            "after {power} bytes: {}",
+            found.reached.frames
+        );
+        news += usize::from(found == numbered(3));
+        // And it goes on from there.
+        SLOTS.save(&mut flash, &numbered(4)).unwrap();
+        assert_eq!(SLOTS.load(&mut flash), Some(numbered(4)));
+    }
+    assert!(news > 0, "the new one counts as soon as it is whole");
+}
+
+#[test]
+fn a_damaged_record_is_not_believed() {
+    let mut flash = Flash::new();
+    SLOTS.save(&mut flash, &numbered(1)).unwrap();
+    SLOTS.save(&mut flash, &numbered(2)).unwrap();
+    let damaged = 2 * SECTOR;
+    for at in damaged..damaged + 100 {
+        let mut flash = Flash { bytes: flash.bytes.clone(), ..Flash::new() };
+        flash.bytes[at] ^= 0x10;
+        assert_eq!(SLOTS.load(&mut flash), Some(numbered(1)), "byte {at}");
+    }
+}
