@@ -1,0 +1,38 @@
+//! A folder with the real library and this driver in it.
+//!
+//! The library takes drivers only from a folder beside itself, so it is copied.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// The library's file name.
+const LIBRARY: &str = "libOpenNI2.so.0";
+
+/// Where the system keeps the library; `None` where it is not installed.
+pub fn installed() -> Option<PathBuf> {
+    let multiarch = std::fs::read_dir("/usr/lib").into_iter().flatten().flatten().map(|entry| entry.path());
+    let folders = ["/usr/lib", "/usr/lib64", "/usr/local/lib"].map(PathBuf::from);
+    folders.into_iter().chain(multiarch).map(|folder| folder.join(LIBRARY)).find(|path| path.is_file())
+}
+
+/// Copies the installed library, its driver for recordings and, with `driver`, this one into `folder`; the path of the
+/// library to load. To be called from a test: the driver is beside it.
+///
+/// # Errors
+/// [`io::ErrorKind::NotFound`] where the library is not installed; where something cannot be copied.
+pub fn stage(folder: &Path, driver: bool) -> io::Result<PathBuf> {
+    let missing = |what: String| io::Error::new(io::ErrorKind::NotFound, what);
+    let library = installed().ok_or_else(|| missing(format!("{LIBRARY} is not installed (libopenni2-0)")))?;
+    let drivers = folder.join("OpenNI2/Drivers");
+    std::fs::create_dir_all(&drivers)?;
+    std::fs::copy(&library, folder.join(LIBRARY))?;
+    let files = library.with_file_name("OpenNI2/Drivers/libOniFile.so.0");
+    std::fs::copy(files, drivers.join("libOniFile.so.0"))?;
+    if driver {
+        // Cargo puts it beside the program that it was built for.
+        let own = std::env::current_exe()?.with_file_name("libplumb_openni_driver.so");
+        std::fs::copy(&own, drivers.join("libPlumbTest.so.0"))
+            .map_err(|error| missing(format!("{}: {error}", own.display())))?;
+    }
+    Ok(folder.join(LIBRARY))
+}
