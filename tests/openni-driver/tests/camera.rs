@@ -1,5 +1,7 @@
 //! `plumb-openni` before the real libOpenNI2, with the camera of this crate.
 
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops at the first surprise")]
+
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 use std::time::Duration;
