@@ -104,7 +104,9 @@ const COMMANDS = {
   levels: ({ chip }, pins) => ({ levels: pins.map((pin) => chip.level(pin)) }),
   peek: ({ chip }, [address, length]) => ({ peek: Buffer.from(chip.peek(address, length)).toString('hex') }),
   poke: ({ chip }, [address, hex]) => chip.poke(address, bytesOf(hex)),
-  flash: ({ chip }) => ({ flash: { busy: chip.flash.busy?.kind ?? null, log: chip.flash.log.map(({ kind, offset, length, at }) => [at, kind, offset, length]) } }),
+  flash: ({ chip: { flash } }) => ({
+    flash: { busy: flash.busy?.kind ?? null, log: flash.log.map(({ kind, offset, length, at }) => [at, kind, offset, length]) },
+  }),
   load: ({ chip }) => ({ load: chip.load }),
   fault: ({ chip }) => ({ fault: chip.core.fault }),
   hash: ({ chip }) => ({ hash: String(chip.hash) }),

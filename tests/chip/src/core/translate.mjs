@@ -98,7 +98,7 @@ function access(stores, width, address, register, extend = 0) {
   return {
     memory: true,
     address,
-    test: `a - ${SRAM} >>> 0 < bus.sramSize${width > 1 ? ` && !(a & ${width - 1})` : ''}${stores ? ` && !bus.code[(a - ${SRAM}) >> 2]` : ''}`,
+    test: `a - ${SRAM} >>> 0 < bus.sramSize && !(a & ${width - 1})${stores ? ` && !bus.code[(a - ${SRAM}) >> 2]` : ''}`,
     fast: stores ? `${cell} = r[${register}];` : `r[${register}] = ${signed(cell)};`,
     slow,
   };
@@ -122,12 +122,13 @@ function stack(op) {
   const pushes = !(op & 0x800);
   if (pushes && op & 256) list.push(14);
   const size = 4 * list.length;
+  const overCode = `(bus.code[(a - ${SRAM}) >> 2] | bus.code[(r[13] - ${SRAM + 4}) >> 2])`;
   const cells = list.map((i, k) => (pushes ? `bus.sram32[w + ${k}] = r[${i}];` : `r[${i}] = bus.sram32[w + ${k}];`)).join(' ');
   return {
     memory: true,
     cycles: 1 + list.length,
     address: pushes ? `(r[13] - ${size}) | 0` : 'r[13]',
-    test: `a - ${SRAM} >>> 0 <= bus.sramSize - ${size}${pushes ? ` && !(bus.code[(a - ${SRAM}) >> 2] | bus.code[(r[13] - ${SRAM + 4}) >> 2])` : ''}`,
+    test: `a - ${SRAM} >>> 0 <= bus.sramSize - ${size}${pushes ? ` && !${overCode}` : ''}`,
     fast: `w = (a - ${SRAM}) >> 2; ${cells} r[13] = ${pushes ? 'a' : `a + ${size}`};`,
     slow: `return F[${KINDS[op]}](core, ${op});`,
   };
@@ -162,7 +163,8 @@ function literal(op, at, bus) {
 }
 
 /** The end of a piece: a branch, a call or a return, by the instruction's own function. */
-const ends = (op) => (op >> 12 === 13 && ((op >> 8) & 15) < 14) || op >> 11 === 28 || op >> 11 === 30 || (op & 0xff00) === 0xbd00 || (op & 0xff00) === 0x4700;
+const ends = (op) => (op >> 12 === 13 && ((op >> 8) & 15) < 14)
+  || op >> 11 === 28 || op >> 11 === 30 || (op & 0xff00) === 0xbd00 || (op & 0xff00) === 0x4700;
 
 /** Marks whose flags nobody reads: they are set again before anything can look. */
 function findDeadFlags(parts) {
@@ -217,7 +219,8 @@ export function translate(bus, start) {
     if (part.memory) return `a = ${part.address}; if (${part.test}) { ${part.fast} } else { ${here} clock.now += ${before}; ${part.slow} }`;
     return part.dead ? part.bare : part.full;
   });
-  if (!parts.at(-1).last) lines.push(`core.at = ${parts.at(-1).at}; core.pc = ${parts.at(-1).at + 2}; core.instructions += ${parts.length}; return ${spent};`);
+  const { at, last } = parts.at(-1);
+  if (!last) lines.push(`core.at = ${at}; core.pc = ${at + 2}; core.instructions += ${parts.length}; return ${spent};`);
   return { run: compile(lines.join('\n')), reach };
 }
 
