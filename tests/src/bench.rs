@@ -40,7 +40,6 @@ pub fn bench(rig: &Rig, plant: Box<dyn Plant + Send>) -> Result<Bench<Memory>, L
 ///
 /// # Panics
 /// Where the rig file says what the board cannot be told.
-#[allow(clippy::expect_used, reason = "a test stops at the first surprise")]
 pub fn bench_over<T: Transport>(
     rig: &Rig,
     plant: Box<dyn Plant + Send>,

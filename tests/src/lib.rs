@@ -1,5 +1,8 @@
 //! What the whole-system tests in `tests/` share: a board in virtual time, rigs that misbehave, links that damage.
 
+#![allow(clippy::expect_used, clippy::panic, reason = "a test stops at the first surprise")]
+
 pub mod bench;
+pub mod chip;
 pub mod damage;
 pub mod plants;

@@ -1,5 +1,7 @@
 //! The loop closed in virtual time: rigs that the law is proved for, random ones, and ones put together wrongly.
 
+#![allow(clippy::expect_used, clippy::panic, reason = "a test stops at the first surprise")]
+
 use std::sync::atomic::AtomicBool;
 
 use nalgebra::{Matrix3, Point3};

@@ -1,5 +1,7 @@
 //! The loop over a link that loses, flips, doubles and inserts bytes, from seeds.
 
+#![allow(clippy::expect_used, clippy::panic, reason = "a test stops at the first surprise")]
+
 use plumb::rig::Rig;
 use plumb_emulator::rig::{QuasiStatic, Task};
 use plumb_protocol::message::State;

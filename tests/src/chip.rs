@@ -1,0 +1,143 @@
+//! The real firmware in the emulated chip (`tests/chip`), in lock step: nothing happens in it between two calls.
+
+use std::io::{BufRead, BufReader, Write};
+use std::path::{Path, PathBuf};
+use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+
+use plumb_protocol::frame::Accumulator;
+use plumb_protocol::message::FromBoard;
+use serde_json::{Value, json};
+
+/// Cycles of the chip in a microsecond.
+pub const CYCLES_PER_US: u64 = 125;
+
+/// STEP and DIR of motors A, B, C, as firmware/README.md wires them.
+pub const STEPPERS: [[u8; 2]; 3] = [[2, 3], [4, 5], [6, 7]];
+
+/// The enable line, low where the drivers hold.
+pub const ENABLE: u8 = 14;
+
+/// The emergency input: low where the loop is closed.
+pub const EMERGENCY: u8 = 15;
+
+/// The image to run: `PLUMB_ELF`, else what `make firmware` has built. `None` where there is none; never with CI set.
+///
+/// # Panics
+/// With CI set and no image.
+pub fn image() -> Option<PathBuf> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let image =
+        std::env::var_os("PLUMB_ELF").map_or_else(|| root.join("target/firmware/plumb.elf"), PathBuf::from);
+    if image.exists() {
+        return Some(image);
+    }
+    assert!(std::env::var_os("CI").is_none(), "{} is not there: make firmware", image.display());
+    println!("skipped: {} is not there (make firmware)", image.display());
+    None
+}
+
+/// A chip that is running.
+pub struct Chip {
+    child: Child,
+    commands: ChildStdin,
+    replies: BufReader<ChildStdout>,
+    accumulator: Accumulator,
+    /// Cycles since power-on.
+    pub cycle: u64,
+    /// Full steps of the motors since power-on, as counted from the chip's own STEP and DIR edges; + pays out.
+    pub motors: [f64; 3],
+    /// All that the board has sent over USB.
+    pub sent: Vec<u8>,
+    /// The same as messages.
+    pub heard: Vec<FromBoard>,
+}
+
+impl Chip {
+    /// Powers a chip on with the emergency loop closed, and lets it come up on USB.
+    ///
+    /// # Panics
+    /// Where Node or its packages are missing, or the image does not come up.
+    pub fn start(image: &Path) -> Self {
+        let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("chip/serve.mjs");
+        let mut child = Command::new("node")
+            .arg(script)
+            .arg(image)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()
+            .expect("Node runs the emulated chip (scripts/chip makes it ready)");
+        let commands = child.stdin.take().expect("its standard input");
+        let replies = BufReader::new(child.stdout.take().expect("its standard output"));
+        let mut chip = Self {
+            child,
+            commands,
+            replies,
+            accumulator: Accumulator::new(),
+            cycle: 0,
+            motors: [0.0; 3],
+            sent: Vec::new(),
+            heard: Vec::new(),
+        };
+        chip.ask(json!({ "gpio": [EMERGENCY, 0], "steppers": STEPPERS }));
+        let mut ready = false;
+        for _ in 0..100 {
+            let reply = chip.ask(json!({ "run_us": 5000 }));
+            ready |= reply["states"].as_array().is_some_and(|s| s.iter().any(|s| s[1] == "ready"));
+            if ready {
+                return chip;
+            }
+        }
+        panic!("the chip does not come up on USB");
+    }
+
+    /// Carries out a command of tests/chip/README.md; its reply.
+    ///
+    /// # Panics
+    /// Where the chip's process has ended or refuses.
+    pub fn ask(&mut self, command: Value) -> Value {
+        writeln!(self.commands, "{command}").expect("the chip takes commands");
+        let mut line = String::new();
+        self.replies.read_line(&mut line).expect("the chip replies");
+        let reply: Value = serde_json::from_str(&line).expect("a reply is JSON");
+        assert!(reply["error"].is_null(), "{command}: {reply}");
+        self.cycle = reply["cycle"].as_u64().expect("a cycle");
+        if let Some(steps) = reply["steps"].as_array() {
+            for (motor, steps) in self.motors.iter_mut().zip(steps) {
+                *motor = steps.as_f64().expect("a position") / 16.0;
+            }
+        }
+        for burst in reply["usb"].as_array().into_iter().flatten() {
+            self.hear(burst[1].as_str().expect("bytes"));
+        }
+        reply
+    }
+
+    /// Lets the chip's time pass.
+    pub fn run_us(&mut self, us: u64) -> Value {
+        self.ask(json!({ "run_us": us }))
+    }
+
+    /// Sends bytes over USB and lets time pass.
+    pub fn send(&mut self, bytes: &[u8], us: u64) -> Value {
+        let hex: String = bytes.iter().map(|b| format!("{b:02x}")).collect();
+        self.ask(json!({ "usb": hex }));
+        self.run_us(us)
+    }
+
+    fn hear(&mut self, hex: &str) {
+        for at in (0..hex.len()).step_by(2) {
+            let byte = u8::from_str_radix(&hex[at..at + 2], 16).expect("hexadecimal");
+            self.sent.push(byte);
+            if let Some(message) = self.accumulator.push(byte) {
+                self.heard.push(message.expect("the link inside the emulation loses nothing"));
+            }
+        }
+    }
+}
+
+impl Drop for Chip {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}

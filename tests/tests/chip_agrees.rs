@@ -1,0 +1,192 @@
+//! The real image in the emulated chip against the emulated board: the same commands at the same ticks give the same
+//! bytes, and the chip's own STEP and DIR edges count the steps that both speak of.
+
+#![allow(clippy::expect_used, clippy::panic, reason = "a test stops at the first surprise")]
+
+use plumb::rig::Rig;
+use plumb_core::TICK_US;
+use plumb_emulator::rig::{Plant, QuasiStatic, Task};
+use plumb_emulator::{EmulatedBoard, PICO};
+use plumb_protocol::frame::{Accumulator, encode};
+use plumb_protocol::message::{Command, Fault, FromBoard, Hello, Position, State, Telemetry, ToBoard};
+use plumb_protocol::units::{Micros, Point, Steps16};
+use plumb_tests::chip::{Chip, image};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+/// From one picture to the next, µs of the chip's time.
+const FRAME_US: u64 = 33_333;
+
+/// The id of every Status.
+const STATUS: u16 = 9999;
+
+/// A chip and an emulated board that are told the same.
+struct Pair {
+    chip: Chip,
+    board: EmulatedBoard,
+    plant: QuasiStatic,
+    /// What the emulated board has sent.
+    sent: Vec<u8>,
+    sequence: u16,
+    id: u16,
+}
+
+impl Pair {
+    fn new(chip: Chip) -> Self {
+        let task = Task::paper();
+        let plant = QuasiStatic::new(task.geometry, task.start).expect("the paper's rig");
+        let board = EmulatedBoard::new(PICO);
+        let mut pair = Self { chip, board, plant, sent: Vec::new(), sequence: 0, id: 0 };
+        pair.tell(Command::Hello(Hello::OURS));
+        pair
+    }
+
+    /// Gives the chip bytes; then the emulated board the same, at the tick at which the chip's board took them: that of
+    /// the telemetry that a Status right behind them asks for, less one, since a tick takes one frame.
+    fn give(&mut self, bytes: &[u8]) {
+        let mut both = bytes.to_vec();
+        both.extend(encode(&ToBoard { id: STATUS, command: Command::Status }).expect("a frame"));
+        let before = self.chip.heard.len();
+        self.chip.send(&both, 10 * u64::from(TICK_US));
+        // Status is answered with telemetry and an answer of its own, one after the other.
+        let status = self.chip.heard[before..].windows(2).find_map(|pair| match pair {
+            [FromBoard::Telemetry(telemetry), FromBoard::Answer(answer)] if answer.id == STATUS => {
+                Some(telemetry.time.0)
+            }
+            _ => None,
+        });
+        let status =
+            status.unwrap_or_else(|| panic!("no answer to Status in {:?}", &self.chip.heard[before..]));
+        self.run_board(status - u64::from(TICK_US));
+        self.board.write(bytes);
+        self.run_board(status);
+        self.board.write(&both[bytes.len()..]);
+        self.sent.extend(self.board.read());
+    }
+
+    fn tell(&mut self, command: Command) {
+        self.id += 1;
+        let frame = encode(&ToBoard { id: self.id, command }).expect("a frame");
+        self.give(&frame);
+    }
+
+    fn run_board(&mut self, time: u64) {
+        self.board.run_to(Micros(time)).expect("a board without a rig follows anything");
+        self.sent.extend(self.board.read());
+    }
+
+    /// Reports where the ball of the rig is that the chip's edges turn; then lets a frame's time pass.
+    fn frame(&mut self, report: bool) {
+        if report {
+            self.sequence = self.sequence.wrapping_add(1);
+            let ball = Point::from_metres(self.plant.ball().into());
+            self.tell(Command::Position(Position { sequence: self.sequence, age_us: 20_000, ball }));
+        }
+        self.pass(FRAME_US - 10 * u64::from(TICK_US));
+    }
+
+    fn pass(&mut self, us: u64) {
+        self.chip.run_us(us);
+        self.plant.advance(us as f64 * 1e-6, self.chip.motors).expect("a rig that follows");
+    }
+
+    fn telemetry(&self) -> &Telemetry {
+        self.chip.heard.iter().rev().find_map(telemetry).expect("telemetry")
+    }
+
+    fn state(&self) -> State {
+        self.telemetry().state
+    }
+
+    /// Both have said the same, as far as both have come, and the edges are where the telemetry says.
+    fn assert_agree(&mut self, what: &str) {
+        // Let what is under way arrive, then the emulated board catch up to the chip's last word.
+        self.tell(Command::Status);
+        let common = self.sent.len().min(self.chip.sent.len());
+        assert!(common > 100 && self.chip.sent.len() - common < 300 && self.sent.len() - common < 300);
+        if let Some(at) = (0..common).find(|&i| self.sent[i] != self.chip.sent[i]) {
+            let (ours, theirs) = (messages(&self.sent), messages(&self.chip.sent));
+            let first = ours.iter().zip(&theirs).find(|(a, b)| a != b);
+            panic!("{what}: byte {at} of {common} differs; emulated board and chip say {first:#?}");
+        }
+        assert_eq!(
+            self.telemetry().motors.map(Steps16::to_si),
+            self.chip.motors,
+            "steps counted from the edges"
+        );
+    }
+}
+
+fn messages(bytes: &[u8]) -> Vec<FromBoard> {
+    let mut accumulator = Accumulator::new();
+    bytes.iter().filter_map(|&b| accumulator.push(b)).filter_map(Result::ok).collect()
+}
+
+fn telemetry(message: &FromBoard) -> Option<&Telemetry> {
+    match message {
+        FromBoard::Telemetry(telemetry) => Some(telemetry),
+        _ => None,
+    }
+}
+
+/// The paper's rig and task with a faster gain, on a started chip.
+fn seeking(image: &std::path::Path, gamma: f64) -> Pair {
+    let mut rig = Rig::paper().expect("the paper's rig file");
+    rig.law.set_gamma(gamma).expect("a gain");
+    let mut pair = Pair::new(Chip::start(image));
+    pair.tell(Command::Configure(rig.config().expect("a configuration")));
+    pair.tell(Command::Target(rig.targets().expect("a target")[0]));
+    pair
+}
+
+#[test]
+fn the_papers_task_is_the_same_to_the_bit() {
+    let Some(image) = image() else { return };
+    let mut pair = seeking(&image, 100.0);
+    let mut frames = 0;
+    while pair.state() != State::Holding {
+        pair.frame(true);
+        frames += 1;
+        assert!(frames < 1000 && pair.state() != State::Fault(Fault::HostSilent), "{}", pair.state());
+    }
+    pair.tell(Command::Stop);
+    pair.pass(300_000);
+    pair.assert_agree("the task");
+    let error = (pair.plant.ball() - Task::paper().target).norm();
+    assert!(error < 0.010, "{error} m");
+}
+
+/// Twenty ways to go wrong, each somewhere in the first second: silence, a blind camera, nonsense, other targets.
+#[test]
+fn twenty_seeded_faults_are_the_same_to_the_bit() {
+    let Some(image) = image() else { return };
+    for seed in 0..20 {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let mut pair = seeking(&image, 100.0);
+        for _ in 0..random.random_range(3..20) {
+            pair.frame(true);
+        }
+        match seed % 5 {
+            0 => pair.pass(700_000),
+            1 => (0..20).for_each(|_| {
+                pair.tell(Command::Position(Position { sequence: pair.sequence, age_us: 0, ball: None }));
+                pair.pass(30_000);
+            }),
+            2 => {
+                let noise: Vec<u8> = (0..random.random_range(20..60)).map(|_| random.random()).collect();
+                pair.give(&[noise.as_slice(), &[0]].concat());
+                pair.frame(true);
+            }
+            3 => pair.tell(Command::Target(Point::from_metres([0.4, 0.4, 2.0]).expect("a point"))),
+            _ => (0..5).for_each(|_| {
+                pair.sequence += 1;
+                let ball = Point::from_metres([0.4, 0.4, random.random_range(1.0..3.0)]);
+                pair.tell(Command::Position(Position { sequence: pair.sequence, age_us: 0, ball }));
+                pair.pass(30_000);
+            }),
+        }
+        pair.tell(Command::Stop);
+        pair.pass(250_000);
+        pair.assert_agree(&format!("seed {seed}"));
+    }
+}
