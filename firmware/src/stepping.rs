@@ -57,8 +57,8 @@ pub(crate) struct Stepping {
     generator: Generator,
     enable: Enable,
     watch: Watch,
-    /// What turns the motors.
-    drivers: Option<Drivers>,
+    /// How often the board had been configured when the drivers were set up.
+    configurations: u32,
     /// The board's time: when the coming tick begins.
     now: Micros,
     /// The same on the timer, which wraps.
@@ -116,7 +116,7 @@ impl Stepping {
             generator,
             enable,
             watch,
-            drivers: None,
+            configurations: 0,
             now: Micros(0),
             beginning: timer().wrapping_add(AHEAD_US),
             running: false,
@@ -152,7 +152,7 @@ impl Stepping {
         if tick.bootloader {
             restart::bootloader();
         }
-        if self.board.drivers() != self.drivers {
+        if self.board.configurations() != self.configurations {
             self.change_drivers();
         }
         if tick.store {
@@ -166,8 +166,8 @@ impl Stepping {
 
     /// Takes up the drivers of a new configuration; the motors stand still.
     fn change_drivers(&mut self) {
-        self.drivers = self.board.drivers();
-        if let Some(Drivers::StepDir(times)) = self.drivers
+        self.configurations = self.board.configurations();
+        if let Some(Drivers::StepDir(times)) = self.board.drivers()
             && let Some(timing) = Timing::of(&times)
         {
             self.generator.set_timing(timing);

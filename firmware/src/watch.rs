@@ -50,7 +50,12 @@ impl Watch {
             self.silent = self.silent.saturating_add(1);
         }
         if self.silent < PATIENCE {
-            self.watchdog.feed(if LENIENT.load(Ordering::Relaxed) { LENIENT_BITE } else { BITE });
+            // Known at compile time, which `Watchdog::feed` makes a store of.
+            if LENIENT.load(Ordering::Relaxed) {
+                self.watchdog.feed(LENIENT_BITE);
+            } else {
+                self.watchdog.feed(BITE);
+            }
         }
     }
 }

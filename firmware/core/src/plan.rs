@@ -3,6 +3,7 @@
 //! Time goes in ticks of [`TICK_US`]. In a tick each motor turns at a constant rate; between ticks the rates move
 //! towards the wanted ones with one common factor, so that the path in motor space bends as little as it can.
 
+mod clocks;
 mod jog;
 
 use plumb_protocol::config::Motor;
@@ -88,6 +89,16 @@ impl Axis {
 
     /// Whether the motor stays within its travel if it turns at `rate` for this tick and then stops over `ticks`.
     fn can_stop(&self, rate: i32, ticks: i32, microsteps: i32) -> bool {
+        // Most ticks are far from that: a way that is bounded in 32 bits will do for them.
+        let few_ticks = ticks.unsigned_abs() < 1 << 13;
+        let most = ((rate.unsigned_abs() >> 22) + 1) * (ticks.unsigned_abs().min(1 << 13) + 1);
+        if few_ticks {
+            // A microstep has 22.3 bits; half of `most` and one begun, 1/16 steps.
+            let way = ((most / 2 + 2) * 16) as i32;
+            if self.travel.0 + way <= self.position && self.position <= self.travel.1 - way {
+                return true;
+            }
+        }
         // This tick at `rate`, then rate·(1 - k/ticks) for k = 1.. : rate·(ticks + 1)/2 in all. Bits: rate 31, ticks 28.
         let units = i64::from(rate) * (i64::from(ticks) + 1) / 2;
         let pulses = (i64::from(self.fraction) + units).div_euclid(i64::from(UNIT));
@@ -103,24 +114,23 @@ impl Axis {
     fn advance(&mut self, microsteps: i32) -> Pulses {
         // Bits: rate 31 with its sign, fraction 23: fits, since the build's pulse rate leaves room.
         let reference = self.fraction + self.rate;
-        let pulses = reference.div_euclid(UNIT);
+        let (pulses, fraction) = clocks::split(reference);
         let direction = (self.rate > 0) != self.reversed;
         // Units to before the first pulse: the rest of this microstep upwards, what was passed of it downwards; so all
         // pulses lie before the tick's end.
         let to_first = if self.rate > 0 { UNIT - 1 - self.fraction } else { self.fraction };
-        self.fraction = reference.rem_euclid(UNIT);
-        self.position += pulses * (16 / microsteps);
+        self.fraction = fraction;
+        // 1/16 steps: 8 bits of pulses by 4.
+        self.position += pulses << (4 - microsteps.trailing_zeros());
         if pulses == 0 {
             return Pulses { direction, ..Pulses::default() };
         }
-        // Bits: 23 + 15 = 38.
-        let clocks =
-            |units: i32| (units as u64 * u64::from(TICK_CLOCKS) / u64::from(self.rate.unsigned_abs())) as u32;
+        let speed = self.rate.unsigned_abs();
         Pulses {
             direction,
             count: pulses.unsigned_abs() as u16,
-            first: clocks(to_first),
-            period: if pulses.unsigned_abs() > 1 { clocks(UNIT) } else { TICK_CLOCKS },
+            first: clocks::until(to_first.unsigned_abs(), speed),
+            period: if pulses.unsigned_abs() > 1 { clocks::period(speed) } else { TICK_CLOCKS },
         }
     }
 }
@@ -166,6 +176,12 @@ impl Planner {
         self.microsteps << (RATE_BITS - 8)
     }
 
+    /// A motor rate (Q8 full steps/s, within the limit) as a pulse rate. Microsteps are a power of two, and a shift is
+    /// cheaper than a product that is checked: 31 bits by the build's highest pulse rate.
+    fn per_second(&self, rate: i32) -> i32 {
+        rate << (self.microsteps.trailing_zeros() + RATE_BITS - 8)
+    }
+
     /// Whether any motor turns.
     pub fn moving(&self) -> bool {
         self.axes.iter().any(|a| a.rate != 0)
@@ -173,19 +189,25 @@ impl Planner {
 
     /// Ticks that the motors need to change their rates by `changes`, the slowest of them.
     fn ticks_for(&self, changes: [i32; 3]) -> i32 {
-        let ticks = |i: usize| changes[i].unsigned_abs().div_ceil(self.axes[i].delta.unsigned_abs()) as i32;
+        let ticks = |i: usize| match changes[i] {
+            0 => 0,
+            change => change.unsigned_abs().div_ceil(self.axes[i].delta.unsigned_abs()) as i32,
+        };
         ticks(0).max(ticks(1)).max(ticks(2))
     }
 
     /// The pulse rates one tick on from the present ones towards `wanted`, with one common factor.
     fn toward(&self, wanted: MotorRates) -> [i32; 3] {
         // Within the limits, pulse rates are at most 1.28e9; the difference of two may take 32 bits and saturates.
-        let changes = [0, 1, 2].map(|i| (wanted.0[i] * self.per_q8()).saturating_sub(self.axes[i].rate));
+        let changes = [0, 1, 2].map(|i| self.per_second(wanted.0[i]).saturating_sub(self.axes[i].rate));
+        if changes == [0; 3] {
+            return [0, 1, 2].map(|i| self.axes[i].rate);
+        }
         let ticks = self.ticks_for(changes).max(1);
         // Away from zero, which still is at most `delta`, so that the last tick arrives exactly.
         [0, 1, 2].map(|i| {
             let step = changes[i].unsigned_abs().div_ceil(ticks.unsigned_abs()) as i32;
-            self.axes[i].rate + changes[i].signum() * step
+            self.axes[i].rate + if changes[i] < 0 { -step } else { step }
         })
     }
 

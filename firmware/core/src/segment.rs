@@ -134,8 +134,9 @@ impl Segments {
         if pulses.direction != self.direction {
             first = first.max(self.late + TO_DIRECTION + setup);
         }
-        let period = pulses.period.max(high + low);
-        let last = first + u32::from(pulses.count - 1) * period;
+        // 15 and 10 bits, said for the compiler: a product that may overflow is checked in 64 bits.
+        let period = pulses.period.max(high + low).min(TICK_CLOCKS);
+        let last = first + u32::from(pulses.count - 1).min(1023) * period;
         let end = last + high + TO_END;
         let rest = TICK_CLOCKS.saturating_sub(end);
         let wait = first - self.late - TO_FIRST;

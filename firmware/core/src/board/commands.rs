@@ -114,6 +114,7 @@ impl Board {
         self.planner.configure(&params);
         self.params = Some(params);
         self.config = Some(*config);
+        self.configurations = self.configurations.wrapping_add(1);
     }
 
     fn store(&mut self, id: u16) -> Result<(), Refusal> {

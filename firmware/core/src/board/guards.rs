@@ -7,7 +7,8 @@ use super::{Activity, Board};
 
 /// Whether `span_us` is longer than `limit`.
 fn exceeds(span_us: u64, limit: Milliseconds) -> bool {
-    span_us > u64::from(limit.0) * 1000
+    // 16 + 10 bits: a product of 32 costs the chip a clock, one of 64 forty.
+    span_us > u64::from(u32::from(limit.0) * 1000)
 }
 
 impl Board {
@@ -31,7 +32,7 @@ impl Board {
         let (Some(params), Some(span)) = (&self.params, self.unseen_us(now)) else {
             return false;
         };
-        span * 5 > u64::from(params.deadlines.position.0) * 1000 * 2
+        span > u64::from(u32::from(params.deadlines.position.0) * 400)
     }
 
     /// How long the ball was not seen, or the target is waiting for its first position, µs; `None` without a target.

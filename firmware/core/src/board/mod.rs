@@ -38,6 +38,7 @@ pub struct Board {
     params: Option<Params>,
     /// What the parameters were made from.
     config: Option<Config>,
+    configurations: u32,
     start_cause: StartCause,
     /// The command that waits for the configuration to be written.
     storing: Option<u16>,
@@ -89,6 +90,7 @@ impl Board {
             greeted: false,
             params: None,
             config: None,
+            configurations: 0,
             start_cause: StartCause::PowerOn,
             storing: None,
             activity: Activity::Idle,
@@ -120,6 +122,11 @@ impl Board {
     /// The present configuration.
     pub fn config(&self) -> Option<&Config> {
         self.config.as_ref()
+    }
+
+    /// How often the board has been configured.
+    pub fn configurations(&self) -> u32 {
+        self.configurations
     }
 
     /// What turns the motors; `None` before the first configuration.
