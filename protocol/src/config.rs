@@ -6,7 +6,7 @@
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
-use crate::units::{Acceleration, Bound, Gain, Micrometres, Milliseconds, Nanoseconds, Point, Rate, Steps16};
+use crate::units::{Acceleration, Bound, Gain, Micrometres, Milliseconds, Nanoseconds, Point, Rate, SignGain, Steps16};
 
 /// Everything a board must know before it moves.
 #[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
@@ -27,6 +27,8 @@ pub struct Config {
     pub growth: Growth,
     /// What turns the motors.
     pub drivers: Drivers,
+    /// Span of the running mean over the step plan, at most 400 ms; 0 is none.
+    pub mean: Milliseconds,
 }
 
 /// A control law and its parameters. Grows at its end.
@@ -34,6 +36,27 @@ pub struct Config {
 pub enum Law {
     /// The paper's law for an interval family of Jacobians.
     Interval(Interval),
+    /// A constant matrix: the signs of J and nothing else.
+    Sign(Sign),
+    /// J is estimated while driving, and used where descent is certain.
+    Certified(Estimated),
+    /// The rig's geometry is estimated while driving, and the cables are kept taut.
+    Taut(Estimated),
+}
+
+/// The gain of the law of signs, for a rig of pattern [`SIGNS`].
+#[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Sign {
+    /// g/(4s).
+    pub gain: SignGain,
+}
+
+/// What a law that estimates is told, for a rig of about the pattern [`SIGNS`].
+#[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Estimated {
+    /// Delay beyond each position's age: what nobody has told the host. A millisecond too much costs less than one too
+    /// little.
+    pub delay: Milliseconds,
 }
 
 /// The interval family and the gain of the paper's law, eqs. (7), (8) and (13).

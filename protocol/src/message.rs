@@ -190,6 +190,10 @@ pub enum ConfigField {
     Growth,
     /// A driver's pulse time above 4.1 µs, or a share of 0 or above 100 %.
     Drivers,
+    /// A running mean over more than 400 ms.
+    Mean,
+    /// A delay above 500 ms.
+    Delay,
 }
 
 /// Where the board stands.

@@ -64,6 +64,8 @@ impl fmt::Display for ConfigField {
             Self::Deadlines => "the deadlines (above 0, at most 5 s)",
             Self::Growth => "the error's growth limit (margin and time above 0)",
             Self::Drivers => "the motor drivers (pulse times up to 4.1 µs, a duty of 1 to 100 %)",
+            Self::Mean => "the running mean (at most 400 ms)",
+            Self::Delay => "the law's delay (at most 500 ms)",
         })
     }
 }

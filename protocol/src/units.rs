@@ -60,6 +60,12 @@ quantity! {
     Gain(u32), 1.0 / 65536.0
 }
 quantity! {
+    /// The gain g/(4s) of the law of signs, Q20: full steps/s for each micrometre of error.
+    ///
+    /// g in 1/s, s the cable of a step: g = 4 /s at 0.471 mm is 0.00212, raw 2225.
+    SignGain(u32), 1.0 / 1_048_576.0
+}
+quantity! {
     /// A span of time in milliseconds; at most 65.5 s.
     Milliseconds(u16), 1e-3
 }

@@ -72,10 +72,11 @@ fn the_configuration() {
         deadlines: Deadlines { host: Milliseconds(300), position: Milliseconds(500), max_age: Milliseconds(250) },
         growth: Growth { margin: Micrometres(60_000), time: Milliseconds(600) },
         drivers: Drivers::StepDir(StepDir::A4988),
+        mean: Milliseconds(300),
     };
     to_board(
         Command::Configure(config),
-        "04ac020306ffff01ff013effffffc702c702c702c702c702c702c702c702c702808002808002808002808002808002808002808002808002808002cc2080c00cd00fffed0580ee050c80c00cd00fffed0580ee050c80c00cd00fffed0580ee052410ffb418ffb418bf9a0cc0a38601c0ee6d80904ea09c010aac02f403fa01c0a907d8040be807e807c801581db81b00",
+        "04ac020306ffff01ff013effffffc702c702c702c702c702c702c702c702c702808002808002808002808002808002808002808002808002808002cc2080c00cd00fffed0580ee050c80c00cd00fffed0580ee050c80c00cd00fffed0580ee052410ffb418ffb418bf9a0cc0a38601c0ee6d80904ea09c010aac02f403fa01c0a907d8040de807e807c801ac020b2001bc00",
     );
 }
 

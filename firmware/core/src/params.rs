@@ -4,8 +4,8 @@ use plumb_protocol::config::{Coils, Config, Deadlines, Drivers, Growth, Law, Mot
 use plumb_protocol::message::ConfigField;
 use plumb_protocol::units::Point;
 
-use crate::law::Interval;
-use crate::plan::TICK_US;
+use crate::law::{Controller, Interval};
+use crate::plan::{LONGEST_MEAN_MS, TICK_US};
 use crate::segment::Timing;
 
 /// Limits that no configuration can lift: what the step generation of this board was built for.
@@ -20,7 +20,7 @@ pub struct BuildLimits {
 /// A configuration within its ranges: the only way to one is [`Params::check`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Params {
-    pub(crate) law: Interval,
+    pub(crate) law: Law,
     pub(crate) motors: [Motor; 3],
     pub(crate) microsteps: u8,
     pub(crate) workspace: Workspace,
@@ -28,12 +28,17 @@ pub struct Params {
     pub(crate) deadlines: Deadlines,
     pub(crate) growth: Growth,
     pub(crate) drivers: Drivers,
+    pub(crate) mean_ms: u16,
 }
 
 /// Bounds on J up to 8, Q16: what keeps the law's sums within 48 bits.
 const MAX_BOUND: u32 = 8 << 16;
 /// 16 steps/s a µm, Q16.
 const MAX_GAIN: u32 = 16 << 16;
+/// 1 step/s a µm, Q20.
+const MAX_SIGN_GAIN: u32 = 1 << 20;
+/// What the board remembers of its motors.
+const MAX_DELAY_MS: u16 = 500;
 /// 4 m, so that a difference of two points stays below 8.39 m.
 const MAX_COORDINATE: i32 = 4_000_000;
 /// 5 s.
@@ -54,8 +59,7 @@ impl Params {
     /// # Errors
     /// The first field that is out of its range.
     pub fn check(config: &Config, build: &BuildLimits, positions: [i32; 3]) -> Result<Self, ConfigField> {
-        let Law::Interval(interval) = &config.law;
-        check_interval(interval)?;
+        check_law(&config.law)?;
         ensure(matches!(config.microsteps, 1 | 2 | 4 | 8 | 16), ConfigField::Microsteps)?;
         let max_pulse_rate = check_drivers(&config.drivers, config.microsteps)?.min(build.max_pulse_rate);
         for (motor, position) in config.motors.iter().zip(positions) {
@@ -68,8 +72,9 @@ impl Params {
         let in_range = |ms: u16| (1..=MAX_DEADLINE).contains(&ms);
         ensure(in_range(host.0) && in_range(position.0) && in_range(max_age.0), ConfigField::Deadlines)?;
         ensure(config.growth.margin.0 > 0 && config.growth.time.0 > 0, ConfigField::Growth)?;
+        ensure(config.mean.0 <= LONGEST_MEAN_MS, ConfigField::Mean)?;
         Ok(Self {
-            law: Interval::new(interval),
+            law: config.law,
             motors: config.motors,
             microsteps: config.microsteps,
             workspace: config.workspace,
@@ -77,12 +82,29 @@ impl Params {
             deadlines: config.deadlines,
             growth: config.growth,
             drivers: config.drivers,
+            mean_ms: config.mean.0,
         })
     }
 
-    /// The law.
-    pub fn law(&self) -> Interval {
-        self.law
+    /// The law, before its first picture.
+    pub fn law(&self) -> Controller {
+        Controller::new(&self.law, &self.motors)
+    }
+
+    /// The interval law; `None` where another one is configured.
+    pub fn interval(&self) -> Option<Interval> {
+        match &self.law {
+            Law::Interval(law) => Some(Interval::new(law)),
+            _ => None,
+        }
+    }
+
+    /// Delay of the pictures beyond their age, µs.
+    pub(crate) fn delay_us(&self) -> u32 {
+        match &self.law {
+            Law::Interval(_) | Law::Sign(_) => 0,
+            Law::Certified(law) | Law::Taut(law) => u32::from(law.delay.0) * 1000,
+        }
     }
 
     /// The highest rate of each motor, Q8 steps/s.
@@ -93,6 +115,14 @@ impl Params {
 
 fn ensure(condition: bool, field: ConfigField) -> Result<(), ConfigField> {
     if condition { Ok(()) } else { Err(field) }
+}
+
+fn check_law(law: &Law) -> Result<(), ConfigField> {
+    match law {
+        Law::Interval(law) => check_interval(law),
+        Law::Sign(law) => ensure((1..=MAX_SIGN_GAIN).contains(&law.gain.0), ConfigField::Gain),
+        Law::Certified(law) | Law::Taut(law) => ensure(law.delay.0 <= MAX_DELAY_MS, ConfigField::Delay),
+    }
 }
 
 fn check_interval(law: &plumb_protocol::config::Interval) -> Result<(), ConfigField> {

@@ -382,7 +382,7 @@ fn every_absurd_configuration_is_refused_by_its_part() {
         cases.push((field, config));
     };
     fn law(c: &mut Config) -> &mut plumb_protocol::config::Interval {
-        let plumb_protocol::config::Law::Interval(law) = &mut c.law;
+        let plumb_protocol::config::Law::Interval(law) = &mut c.law else { panic!("the law of these tests") };
         law
     }
     case(ConfigField::Signs, &|c| law(c).signs[1][1] = 2);

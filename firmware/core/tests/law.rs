@@ -67,7 +67,7 @@ fn member(law: &config::Interval, at: [[f64; 3]; 3]) -> [[f64; 3]; 3] {
 }
 
 fn law(family: config::Interval) -> Interval {
-    params(interval_config(family)).law()
+    params(interval_config(family)).interval().unwrap()
 }
 
 proptest! {

@@ -23,8 +23,8 @@ pub(crate) enum Command {
 /// How fast the laws are on simulated rigs, through the board's own fixed point
 ///
 /// Times are multiples of what an oracle with a perfect model needs. Suites: paper (frames to 10 mm of the paper's task
-/// for several γ), quasi-static, yaw, tilt, tilt20, radii, heights, noise, outliers, latency, drift, bounce4, bounce3,
-/// bounce2, elastic, elastic800, elastic150, edge, high, fine, paper-task.
+/// for several γ), quasi-static, yaw, tilt, tilt20, radii, heights, noise, outliers, ages, latency, drift, unilateral,
+/// bounce4, bounce3, bounce2, elastic, elastic800, elastic150, edge, high, fine, paper-task.
 #[derive(Parser)]
 pub(crate) struct ControlArgs {
     /// What to compare on
@@ -82,6 +82,9 @@ pub(crate) fn main(command: Command) -> Result<ExitCode, Failure> {
     }
 }
 
+/// Of the runs that failed, so many are named.
+const FAILED_SHOWN: usize = 12;
+
 fn bench_control(args: &ControlArgs) -> Result<ExitCode, Failure> {
     if args.suite == "paper" {
         return bench_paper(args.json);
@@ -100,6 +103,10 @@ fn bench_control(args: &ControlArgs) -> Result<ExitCode, Failure> {
         let report = control::run(&contender, &suite, args.rigs, args.seed, &mut progress).or_failed()?;
         let cleared = if std::io::stderr().is_terminal() { "\r\x1b[K" } else { "" };
         eprintln!("{cleared}{report}");
+        if !report.failed.is_empty() {
+            let first: Vec<String> = report.failed.iter().take(FAILED_SHOWN).map(|(k, why)| format!("{k} {why}")).collect();
+            eprintln!("  failed: {}", first.join(", "));
+        }
         if args.json {
             println!("{}", serde_json::to_string(&report).or_failed()?);
         }
@@ -119,10 +126,13 @@ fn contenders(args: &ControlArgs) -> Result<Vec<Contender>, Failure> {
         contenders.push(Contender::Board(Rig::paper().or_bad_input()?.law));
     }
     for contender in &mut contenders {
-        if let Contender::Board(law) = contender
+        if let Contender::Board(law) = &mut *contender
             && law.name() == "interval"
         {
             law.set_gamma(args.gamma).or_bad_input()?;
+        }
+        if let (Contender::Board(law), Some(mean)) = (contender, args.mean) {
+            law.set_mean(mean.into());
         }
     }
     Ok(contenders)

@@ -143,7 +143,7 @@ impl Board {
         }
         self.sight.saw(now.back(u64::from(position.age_us)), ball.micrometres());
         if let Activity::Seeking(seek) = &mut self.activity
-            && seek.update(now, &self.sight, &params)
+            && seek.update(now, position.age_us, &mut self.sight, &self.planner, &params)
         {
             self.fault(now, Fault::ErrorGrowing, out);
         }

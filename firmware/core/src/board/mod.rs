@@ -13,7 +13,7 @@ use plumb_protocol::message::{
 use plumb_protocol::units::{Micrometres, Micros, Point, Rate, Steps16};
 
 use crate::estimate;
-use crate::law::MotorRates;
+use crate::law::{Demand, MotorRates};
 use crate::params::{BuildLimits, Params};
 use crate::plan::{Jogging, Planner, StepPlan};
 pub use outbox::Outbox;
@@ -163,7 +163,7 @@ impl Board {
             self.fault(now, fault, out);
         }
         let wanted = self.wanted(now);
-        let (plan, beyond) = self.planner.tick(wanted);
+        let (plan, beyond) = self.planner.tick_over(wanted.rates, wanted.ramp_us);
         if let Some(motor) = beyond {
             self.fault(now, Fault::Travel(motor as u8), out);
         }
@@ -211,16 +211,19 @@ impl Board {
         self.planner.rates()
     }
 
-    /// The rates that the present activity asks for; a jog that has arrived ends.
-    fn wanted(&mut self, now: Micros) -> MotorRates {
+    /// What the present activity asks for; a jog that has arrived ends.
+    fn wanted(&mut self, now: Micros) -> Demand {
         match &self.activity {
-            Activity::Idle | Activity::Faulted(_) => MotorRates::default(),
-            Activity::Jogging(jogging) => jogging.wanted(&self.planner).unwrap_or_else(|| {
+            Activity::Idle | Activity::Faulted(_) => Demand::default(),
+            Activity::Jogging(jogging) => Demand::at_once(jogging.wanted(&self.planner).unwrap_or_else(|| {
                 self.activity = Activity::Idle;
                 MotorRates::default()
-            }),
-            Activity::Seeking(seek) if self.coasting(now) => seek.rates.coasting(),
-            Activity::Seeking(seek) => seek.rates,
+            })),
+            Activity::Seeking(seek) if self.coasting(now) => {
+                let demand = seek.demand(now);
+                Demand { rates: demand.rates.coasting(), ..demand }
+            }
+            Activity::Seeking(seek) => seek.demand(now),
         }
     }
 

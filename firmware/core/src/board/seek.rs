@@ -3,8 +3,9 @@
 use plumb_protocol::units::{Micros, Point};
 
 use crate::estimate::{self, Arrival, Divergence, Filter};
-use crate::law::MotorRates;
+use crate::law::{Controller, Demand, Law, Picture};
 use crate::params::Params;
+use crate::plan::Planner;
 
 /// What the board knows of the ball.
 #[derive(Debug, Clone, Copy, Default)]
@@ -19,6 +20,8 @@ pub(super) struct Sight {
     pub(super) outside: u8,
     /// The filter over all of them.
     pub(super) filter: Filter,
+    /// The law with what it has learnt; made at the first picture of a target.
+    pub(super) law: Option<Controller>,
 }
 
 impl Sight {
@@ -49,8 +52,9 @@ pub(super) struct Seek {
     pub(super) since: Micros,
     /// Whether it was reached once.
     pub(super) reached: bool,
-    /// What the law asked for last.
-    pub(super) rates: MotorRates,
+    /// What the law asked for last, and when.
+    demand: Demand,
+    asked: Micros,
     arrival: Arrival,
     divergence: Divergence,
 }
@@ -61,19 +65,40 @@ impl Seek {
             target,
             since,
             reached,
-            rates: MotorRates::default(),
+            demand: Demand::default(),
+            asked: since,
             arrival: Arrival::default(),
             divergence: Divergence::default(),
         }
     }
 
-    /// Lets the law answer to what was just seen; whether the error has kept growing for too long.
-    pub(super) fn update(&mut self, now: Micros, sight: &Sight, params: &Params) -> bool {
-        let (Some(last), Some(filtered)) = (sight.last, sight.filtered_error(self.target)) else {
+    /// What the law wants now: its rates, and how long the change to them is still to take, µs.
+    pub(super) fn demand(&self, now: Micros) -> Demand {
+        let gone = now.since(self.asked).min(u64::from(u32::MAX)) as u32;
+        Demand { ramp_us: self.demand.ramp_us.saturating_sub(gone), ..self.demand }
+    }
+
+    /// Lets the law answer to what was just seen, `age_us` old; whether the error has kept growing for too long.
+    pub(super) fn update(
+        &mut self,
+        now: Micros,
+        age_us: u32,
+        sight: &mut Sight,
+        planner: &Planner,
+        params: &Params,
+    ) -> bool {
+        let (Some(ball), Some(filtered)) = (sight.last, sight.filtered_error(self.target)) else {
             return false;
         };
-        let e = estimate::error(last, self.target);
-        self.rates = params.law.rates(e).within(params.max_rates());
+        let picture = Picture {
+            ball,
+            then: planner.positions_ago(age_us.saturating_add(params.delay_us())),
+            ahead: planner.reference(),
+            target: self.target.micrometres(),
+        };
+        let demand = sight.law.get_or_insert_with(|| params.law()).update(&picture);
+        self.demand = Demand { rates: demand.rates.within(params.max_rates()), ..demand };
+        self.asked = now;
         self.reached |= self.arrival.update(filtered, &params.reached);
         self.divergence.update(now, filtered, &params.growth)
     }

@@ -2,7 +2,7 @@
 
 use plumb_protocol::config;
 
-use super::MotorRates;
+use super::{Demand, Law, MotorRates, Picture};
 
 /// Fraction bits of v: micrometres with 8 fraction bits.
 pub const V_FRACTION_BITS: u32 = 8;
@@ -72,5 +72,11 @@ impl Interval {
             let product = -(i64::from(v) * i64::from(self.gain)) >> 16;
             product.clamp(-i64::from(i32::MAX), i64::from(i32::MAX)) as i32
         }))
+    }
+}
+
+impl Law for Interval {
+    fn update(&mut self, picture: &Picture) -> Demand {
+        Demand::at_once(self.rates(picture.error()))
     }
 }

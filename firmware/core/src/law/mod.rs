@@ -1,8 +1,16 @@
 //! Control laws: from the ball's error to motor rates.
 
+mod axis;
+mod certified;
 mod interval;
+mod sign;
+mod solve;
 
+use plumb_protocol::config;
+
+pub use certified::Certified;
 pub use interval::{Interval, V_FRACTION_BITS};
+pub use sign::Sign;
 
 /// Motor rates as a law asks for them: full steps/s with 8 fraction bits, + pays cable out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -35,5 +43,99 @@ impl MotorRates {
     #[must_use]
     pub fn coasting(self) -> Self {
         Self(self.0.map(|r| (i64::from(r) * 3 / 10) as i32))
+    }
+}
+
+/// What a law sees: a position of the ball, and the motors' positions that belong to it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Picture {
+    /// The ball, µm, within ±4 m.
+    pub ball: [i32; 3],
+    /// Where the motors were when the picture was taken, 1/16 steps.
+    pub then: [i32; 3],
+    /// Where the motors go on to if nothing new is wanted but what is on its way through the running mean, 1/16 steps.
+    pub ahead: [i32; 3],
+    /// Where the ball is to go, µm, within ±4 m.
+    pub target: [i32; 3],
+}
+
+impl Picture {
+    /// e = position - target, µm.
+    pub fn error(&self) -> [i32; 3] {
+        [0, 1, 2].map(|i| self.ball[i] - self.target[i])
+    }
+}
+
+/// What a law wants of the motors.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Demand {
+    /// The rates.
+    pub rates: MotorRates,
+    /// How long the change to them takes at least, µs.
+    pub ramp_us: u32,
+}
+
+impl Demand {
+    /// These rates as soon as the motors can.
+    pub const fn at_once(rates: MotorRates) -> Self {
+        Self { rates, ramp_us: 0 }
+    }
+}
+
+/// A control law with its state.
+pub trait Law {
+    /// Takes in a picture; what the motors are to do until the next one, not limited yet.
+    fn update(&mut self, picture: &Picture) -> Demand;
+}
+
+/// The least of the motors' limits, for laws that plan with them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Limits {
+    /// Q8 steps/s.
+    pub rate: i32,
+    /// Steps/s².
+    pub acceleration: u32,
+}
+
+impl Limits {
+    /// The least of these motors' limits.
+    pub(crate) fn of(motors: &[config::Motor; 3]) -> Self {
+        let [a, b, c] = motors;
+        Self {
+            rate: a.max_rate.0.min(b.max_rate.0).min(c.max_rate.0),
+            acceleration: a.max_acceleration.0.min(b.max_acceleration.0).min(c.max_acceleration.0),
+        }
+    }
+}
+
+/// The law that is configured, with its state.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Controller {
+    /// See [`Interval`].
+    Interval(Interval),
+    /// See [`Sign`].
+    Sign(Sign),
+    /// See [`Certified`].
+    Certified(Certified),
+}
+
+impl Controller {
+    /// The law of a validated configuration, before the first picture.
+    pub(crate) fn new(law: &config::Law, motors: &[config::Motor; 3]) -> Self {
+        match law {
+            config::Law::Interval(law) => Self::Interval(Interval::new(law)),
+            config::Law::Sign(law) => Self::Sign(Sign::new(law)),
+            config::Law::Certified(_) | config::Law::Taut(_) => Self::Certified(Certified::new(Limits::of(motors))),
+        }
+    }
+}
+
+impl Law for Controller {
+    fn update(&mut self, picture: &Picture) -> Demand {
+        match self {
+            Self::Interval(law) => law.update(picture),
+            Self::Sign(law) => law.update(picture),
+            Self::Certified(law) => law.update(picture),
+        }
     }
 }

@@ -43,6 +43,7 @@ pub(crate) fn interval_config(interval: config::Interval) -> Config {
         },
         growth: Growth { margin: Micrometres(60_000), time: Milliseconds(600) },
         drivers: Drivers::StepDir(StepDir::TMC2209),
+        mean: Milliseconds(0),
     }
 }
 

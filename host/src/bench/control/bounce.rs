@@ -1,14 +1,16 @@
 //! A rig whose ball swings about where it would hang: a resonance without a cause, to see what it does to a law.
 
 use nalgebra::{Point3, Vector3};
-use plumb_emulator::rig::{Plant, QuasiStatic, RigError};
+use plumb_emulator::rig::{Plant, RigError};
+
+use super::kinematic::Kinematic;
 
 /// Sub-steps are at most this long, seconds: 1/150 of a period at 4 Hz.
 const SUBSTEP_S: f64 = 1e-3;
 
-/// p̈ = ω²(q - p) - 2ζω ṗ, where q is where the ball of a quasi-static rig would hang.
+/// p̈ = ω²(q - p) - 2ζω ṗ, where q is where the ball of a rigid rig would be.
 pub(super) struct Bounce {
-    rig: QuasiStatic,
+    rig: Kinematic,
     omega: f64,
     damping: f64,
     ball: Point3<f64>,
@@ -16,7 +18,7 @@ pub(super) struct Bounce {
 }
 
 impl Bounce {
-    pub(super) fn new(rig: QuasiStatic, frequency_hz: f64, damping_ratio: f64) -> Self {
+    pub(super) fn new(rig: Kinematic, frequency_hz: f64, damping_ratio: f64) -> Self {
         let omega = std::f64::consts::TAU * frequency_hz;
         Self { ball: rig.ball(), omega, damping: 2.0 * damping_ratio * omega, rig, velocity: Vector3::zeros() }
     }

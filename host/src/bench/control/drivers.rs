@@ -5,7 +5,7 @@ use plumb_core::{Board, Outbox};
 use plumb_emulator::PICO;
 use plumb_protocol::Config;
 use plumb_protocol::frame;
-use plumb_protocol::message::{Command, Hello, Position, State, ToBoard};
+use plumb_protocol::message::{Command, Fault, Hello, Position, State, ToBoard};
 use plumb_protocol::units::{Micros, Point, Steps16};
 
 use super::simulate::Driver;
@@ -37,6 +37,16 @@ impl BoardDriver {
         driver
     }
 
+    /// A board that has stopped because it saw nothing for half a second is sent on when the ball is seen again.
+    fn resume(&mut self, now: Micros, seen: bool) {
+        if self.board.state() == State::Fault(Fault::PositionLost) && seen {
+            self.send(now, Command::ClearFault);
+        }
+        if let (State::Ready, Some(target)) = (self.board.state(), self.target) {
+            self.send(now, Command::Target(target));
+        }
+    }
+
     fn send(&mut self, now: Micros, command: Command) {
         // Every message fits a frame.
         if let Ok(frame) = frame::encode(&ToBoard { id: 1, command }) {
@@ -49,6 +59,7 @@ impl BoardDriver {
 impl Driver for BoardDriver {
     fn see(&mut self, now: Micros, age_us: u32, ball: Option<Point3<f64>>) {
         self.sequence = self.sequence.wrapping_add(1);
+        self.resume(now, ball.is_some());
         let ball = ball.and_then(|ball| Point::from_metres(ball.into()));
         let position = Position { sequence: self.sequence, age_us, ball };
         self.send(now, Command::Position(position));
@@ -67,7 +78,8 @@ impl Driver for BoardDriver {
     }
 
     fn failed(&self) -> bool {
-        !matches!(self.board.state(), State::Seeking | State::Holding)
+        let lost = State::Fault(Fault::PositionLost);
+        !matches!(self.board.state(), State::Seeking | State::Holding | State::Ready) && self.board.state() != lost
     }
 }
 

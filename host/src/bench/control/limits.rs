@@ -24,7 +24,7 @@ const WIDEST: i32 = 4_000_000;
 
 impl Limits {
     /// A board that is stopped by nothing but lost positions: guards are tried elsewhere.
-    pub fn config(&self, law: Law, threshold_m: f64) -> Config {
+    pub fn config(&self, law: Law, mean: Milliseconds, threshold_m: f64) -> Config {
         let motor = Motor {
             max_rate: Rate((self.rate * 256.0) as i32),
             max_acceleration: Acceleration(self.acceleration as u32),
@@ -48,6 +48,7 @@ impl Limits {
             },
             growth: Growth { margin: Micrometres(i32::MAX), time: Milliseconds(u16::MAX) },
             drivers: Drivers::StepDir(StepDir::TMC2209),
+            mean,
         }
     }
 }

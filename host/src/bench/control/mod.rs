@@ -6,6 +6,7 @@
 mod bounce;
 mod curves;
 mod drivers;
+mod kinematic;
 mod limits;
 mod oracle;
 mod paper;
@@ -69,7 +70,7 @@ impl Contender {
         let limits = Limits::default();
         Ok(match self {
             Self::Board(law) => {
-                let config = limits.config(law.config().map_err(BenchError::Range)?, suite.threshold_m);
+                let config = limits.config(law.config()?, law.mean().config("mean")?, suite.threshold_m);
                 Box::new(BoardDriver::new(config, task.target))
             }
             Self::Reference(mean_s) => Box::new(PlanDriver::new(oracle::slack_free(task, &limits, *mean_s, elasticity))),

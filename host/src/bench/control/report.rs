@@ -44,9 +44,9 @@ pub struct Report {
     /// Median time to the threshold, seconds.
     #[serde(skip)]
     pub median_s: f64,
-    /// Numbers of the runs that failed.
+    /// Numbers of the runs that failed, and how.
     #[serde(skip)]
-    pub failed: Vec<u64>,
+    pub failed: Vec<(u64, &'static str)>,
 }
 
 /// The value below which a share `q` of the `sorted` ones lies.
@@ -73,7 +73,8 @@ impl Report {
         times.sort_by(f64::total_cmp);
         let mut hold: Vec<f32> = runs.iter().flat_map(|(run, _)| run.hold_m.iter().copied()).collect();
         hold.sort_by(f32::total_cmp);
-        let failed = (0..).zip(runs).filter(|(_, (run, _))| run.time_s.is_none()).map(|(k, _)| k).collect::<Vec<u64>>();
+        let failed = (0..).zip(runs).filter(|(_, (run, _))| run.time_s.is_none());
+        let failed: Vec<_> = failed.map(|(k, (run, _))| (k, run.ending)).collect();
         Self {
             law,
             suite,

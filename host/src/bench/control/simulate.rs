@@ -35,7 +35,7 @@ pub(crate) trait Driver {
 /// What became of a run.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct Outcome {
-    /// When the ball came within the threshold first, seconds; `None` where it never did, where "reached" was never told,
+    /// When the ball came within the threshold first, seconds since the first position; `None` where it never did, where "reached" was never told,
     /// or where the ball was not kept there afterwards.
     pub(crate) time_s: Option<f64>,
     /// The longest that one cable was slack, all its times taken together, seconds.
@@ -44,12 +44,16 @@ pub(crate) struct Outcome {
     pub(crate) hold_m: Vec<f32>,
     /// Whether the target was said to be reached while the ball was outside the threshold.
     pub(crate) false_reached: bool,
+    /// How it ended.
+    pub(crate) ending: &'static str,
 }
 
 /// What is watched during a run.
 struct Watch {
     target: Point3<f64>,
     threshold_m: f64,
+    /// When the first position came: the clock starts here, as it does for the oracle.
+    first_s: Option<f64>,
     arrived_s: Option<f64>,
     slack_s: [f64; 3],
     reached_s: Option<f64>,
@@ -66,7 +70,8 @@ impl Watch {
             *sum += if slack { dt } else { 0.0 };
         }
         if inside {
-            self.arrived_s.get_or_insert(t);
+            let first = self.first_s.unwrap_or(0.0);
+            self.arrived_s.get_or_insert(t - first);
         }
         if reached && self.reached_s.is_none() {
             self.reached_s = Some(t);
@@ -84,7 +89,8 @@ impl Watch {
         let hold = &self.outcome.hold_m;
         let inside = hold.iter().filter(|d| f64::from(**d) <= self.threshold_m).count();
         let kept = complete && inside as f64 >= KEPT * hold.len() as f64;
-        Outcome { time_s: self.arrived_s.filter(|_| kept), slack_s, ..self.outcome }
+        let ending = if complete && !kept { "did not keep there" } else { self.outcome.ending };
+        Outcome { time_s: self.arrived_s.filter(|_| kept), slack_s, ending, ..self.outcome }
     }
 }
 
@@ -105,6 +111,7 @@ pub(crate) fn run(
     let mut watch = Watch {
         target: task.target,
         threshold_m: suite.threshold_m,
+        first_s: None,
         arrived_s: None,
         slack_s: [0.0; 3],
         reached_s: None,
@@ -115,6 +122,7 @@ pub(crate) fn run(
         let now = Micros(tick * u64::from(TICK_US));
         let t = now.0 as f64 * 1e-6;
         if t > oracle_s * PATIENCE.0 + PATIENCE.1 || driver.failed() {
+            watch.outcome.ending = if driver.failed() { "gave up" } else { "took too long" };
             break;
         }
         if tick.is_multiple_of(TICKS_A_LOOK) && f64::from(frames) * camera.period_s() <= t {
@@ -122,12 +130,15 @@ pub(crate) fn run(
             frames += 1;
         }
         while let Some(seen) = camera.delivered(t) {
+            watch.first_s.get_or_insert(t);
+            let age_us = if suite.ages_known { ((t - seen.captured_at_s) * 1e6) as u32 } else { age_us };
             driver.see(now, age_us, seen.position);
         }
         let motors = driver.tick(now);
         tick += 1;
         if tick.is_multiple_of(TICKS_A_LOOK) {
             if plant.advance(1e-6 * (TICKS_A_LOOK * u64::from(TICK_US)) as f64, motors).is_err() {
+                watch.outcome.ending = "the rig could not follow";
                 break;
             }
             complete = watch.look(t + 1e-6 * f64::from(TICK_US), &*plant, driver.reached());

@@ -4,6 +4,7 @@ use plumb_emulator::rig::{
     DepthDrift, Elastic, ElasticParameters, ObserverParameters, Plant, Population, QuasiStatic, RigError, Task,
     Variations,
 };
+use super::kinematic::Kinematic;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -24,13 +25,17 @@ pub struct Suite {
     pub threshold_m: f64,
     /// Whether all rigs are the paper's, with the paper's task.
     pub paper: bool,
+    /// Whether the board is told how old each picture is; otherwise all are taken for [`ASSUMED_LATENCY_FRAMES`] old.
+    pub ages_known: bool,
 }
 
 /// How the ball moves.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Physics {
-    /// Rigid cables, the ball always at rest.
+    /// Rigid cables that are all taut, the ball always at rest: what the paper and docs/control.md take for granted.
     QuasiStatic,
+    /// Rigid cables that do not push, the ball always at rest.
+    Unilateral,
     /// As that, and the ball's position goes through a resonance.
     Bounce {
         /// Its frequency, Hz.
@@ -42,7 +47,7 @@ pub enum Physics {
     Elastic(&'static [f64]),
 }
 
-/// Latency that the board takes for granted, frames.
+/// Latency that the board is told where nobody knows it, frames.
 pub const ASSUMED_LATENCY_FRAMES: f64 = 1.5;
 
 const SOFT: f64 = 150.0;
@@ -78,6 +83,7 @@ impl Suite {
             physics: Physics::QuasiStatic,
             threshold_m: 0.010,
             paper: false,
+            ages_known: true,
         }
     }
 
@@ -98,14 +104,19 @@ impl Suite {
         ]
     }
 
-    fn seen_badly() -> [Self; 4] {
+    fn seen_badly() -> [Self; 5] {
         let with = |name, about, camera| Self { camera, ..Self::plain(name, about) };
         let usual = ObserverParameters::default();
+        let guessed = |suite: Self| Self { ages_known: false, ..suite };
         let drift = Some(DepthDrift { sd_m: 2e-3, correlation: 0.9 });
         [
             with("noise", "noise of 6, 3, 3 mm", ObserverParameters { noise_sd_m: [6e-3, 3e-3, 3e-3], ..usual }),
             with("outliers", "5 % outliers of 50 mm", ObserverParameters { outlier_probability: 0.05, ..usual }),
-            with("latency", "4 frames late, taken for 1.5", ObserverParameters { latency_frames: (4.0, 4.0), ..usual }),
+            guessed(with("ages", "1 to 2 frames late, all taken for 1.5", usual)),
+            guessed(with("latency", "4 frames late, taken for 1.5", ObserverParameters {
+                latency_frames: (4.0, 4.0),
+                ..usual
+            })),
             with("drift", "depth noise AR(1) 0.9 of 2 mm, 3 mm to be reached", ObserverParameters {
                 depth_drift: drift,
                 noise_sd_m: [0.5e-3, 1e-3, 1e-3],
@@ -115,10 +126,11 @@ impl Suite {
         ]
     }
 
-    fn soft() -> [Self; 6] {
+    fn soft() -> [Self; 7] {
         let with = |name, about, physics| Self { physics, ..Self::plain(name, about) };
         let bounce = |frequency_hz, damping_ratio| Physics::Bounce { frequency_hz, damping_ratio };
         [
+            with("unilateral", "rigid cables that do not push", Physics::Unilateral),
             with("bounce4", "a ball mode of 4 Hz, ζ = 0.1", bounce(4.0, 0.1)),
             with("bounce3", "a ball mode of 3 Hz, ζ = 0.1", bounce(3.0, 0.1)),
             with("bounce2", "a ball mode of 2 Hz, ζ = 0.05", bounce(2.0, 0.05)),
@@ -159,10 +171,11 @@ impl Suite {
         Ok(match (self.elasticity(seed, index), self.physics) {
             (Some(parameters), _) => Box::new(Elastic::new(task.geometry, parameters, task.start)?),
             (None, Physics::Bounce { frequency_hz, damping_ratio }) => {
-                let rig = QuasiStatic::new(task.geometry, task.start)?;
+                let rig = Kinematic::new(task.geometry, task.start);
                 Box::new(super::bounce::Bounce::new(rig, frequency_hz, damping_ratio))
             }
-            (None, _) => Box::new(QuasiStatic::new(task.geometry, task.start)?),
+            (None, Physics::Unilateral) => Box::new(QuasiStatic::new(task.geometry, task.start)?),
+            (None, _) => Box::new(Kinematic::new(task.geometry, task.start)),
         })
     }
 

@@ -1,0 +1,131 @@
+//! What is known of one coordinate of the ball and of how the motors move it: a Kalman filter in fixed point.
+//!
+//! State: p, and the row (J_A, J_B, J_C) of the Jacobian, which does not change but by noise. Formats: p Q4 µm, J Q6
+//! µm/step, P_JJ Q8, P_pJ Q4, P_pp Q0 (µm, steps); K_p Q16, K_J Q20; motor steps Q4.
+
+/// J saturates here: 8.2 mm a step in Q6.
+const J_MAX: i64 = (1 << 19) - 1;
+/// P_JJ saturates here: (2 mm/step)² in Q8.
+const P_JJ_MAX: i64 = (1 << 30) - 1;
+/// P_pp saturates here: (32 mm)².
+const P_PP_MAX: i64 = (1 << 30) - 1;
+/// P_pJ cannot be larger by the inequality of Cauchy and Schwarz: 15 + 11 + 4 bits.
+const P_PJ_MAX: i64 = (1 << 30) - 1;
+/// Motors that turned farther than this between two pictures (Q4: 512 steps) say nothing of where the ball is now.
+const FAR: i32 = 1 << 13;
+/// What moves the ball besides the motors, µm² a picture: 50 µm.
+const WANDER: i64 = 50 * 50;
+
+/// The filter of one coordinate.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Axis {
+    /// Q4 µm.
+    pub(super) p: i32,
+    /// Q6 µm/step.
+    pub(super) j: [i32; 3],
+    /// Q8 (µm/step)².
+    pub(super) p_jj: [[i32; 3]; 3],
+    p_pj: [i32; 3],
+    p_pp: i32,
+    /// σ² of a measurement, µm².
+    variance: i32,
+    /// By how much slower than the others each entry changes: noise in 1/256.
+    noise: [i32; 3],
+}
+
+/// `value` within ±`limit`, which fits an i32.
+fn fit(value: i64, limit: i64) -> i32 {
+    value.clamp(-limit, limit) as i32
+}
+
+impl Axis {
+    /// At the first picture: at `p` (µm), with the row `j` (Q6) and the standard deviations `sd` of it (µm/step);
+    /// σ of measurements `sigma` µm.
+    pub(super) fn new(p: i32, j: [i32; 3], sd: [i32; 3], sigma: i32, noise: [i32; 3]) -> Self {
+        let mut p_jj = [[0; 3]; 3];
+        for k in 0..3 {
+            p_jj[k][k] = (sd[k] * sd[k]) << 8;
+        }
+        let variance = sigma * sigma;
+        Self { p: p << 4, j, p_jj, p_pj: [0; 3], p_pp: variance, variance, noise }
+    }
+
+    /// The motors turned by `d` (Q4 steps, 13 bits and a sign).
+    pub(super) fn turned(&mut self, d: [i32; 3]) {
+        if d.iter().any(|d| d.abs() >= FAR) {
+            (self.p_pp, self.p_pj) = (P_PP_MAX as i32, [0; 3]);
+            return;
+        }
+        let d = d.map(i64::from);
+        // Bits: 19 + 13 = 32, 34 the sum; Q10 to Q4.
+        let moved: i64 = (0..3).map(|k| i64::from(self.j[k]) * d[k]).sum::<i64>() >> 6;
+        self.p = self.p.saturating_add(moved as i32);
+        // P_JJ d, bits: 30 + 13 = 43, 45 the sum; Q12 to Q4 and within 30 bits.
+        let spread = [0, 1, 2].map(|k| {
+            let sum: i64 = (0..3).map(|l| i64::from(self.p_jj[k][l]) * d[l]).sum();
+            (sum >> 8).clamp(-P_PJ_MAX, P_PJ_MAX)
+        });
+        // P_pp + 2 d'P_pJ + d'P_JJ d, bits: 31 + 13 = 44, 46 the sum; Q8 to Q0.
+        let grown: i64 = (0..3).map(|k| d[k] * (2 * i64::from(self.p_pj[k]) + spread[k])).sum::<i64>() >> 8;
+        // (0.02 J d)², bits: 22 + 22; Q8; /2500.
+        let jump = moved.clamp(-(1 << 22), 1 << 22);
+        let bent = (jump * jump) / (2500 * 256);
+        self.p_pp = (i64::from(self.p_pp) + grown + bent + WANDER).clamp(1, P_PP_MAX) as i32;
+        for k in 0..3 {
+            self.p_pj[k] = fit(i64::from(self.p_pj[k]) + spread[k], P_PJ_MAX);
+        }
+        self.drift(d);
+    }
+
+    /// P_JJ grows by (0.01 max|J|)² for each step that any motor turned.
+    fn drift(&mut self, d: [i64; 3]) {
+        let largest = self.j.iter().map(|j| i64::from(j.abs())).max().unwrap_or(0);
+        let turned: i64 = d.iter().map(|d| d.abs()).sum();
+        // Bits: (19 + 19) - 12 = 26, times 15 is 41, Q4; /10^4 and to Q8.
+        let growth = (((largest * largest) >> 12) * turned * 16) / 10_000;
+        for k in 0..3 {
+            // Bits: at most 32 + 9.
+            let own = (growth * i64::from(self.noise[k])) >> 8;
+            self.p_jj[k][k] = (i64::from(self.p_jj[k][k]) + own).min(P_JJ_MAX) as i32;
+        }
+    }
+
+    /// Takes in a measurement `z`, µm; what is farther off than 4 standard deviations counts as so far off.
+    pub(super) fn measured(&mut self, z: i32) {
+        let s = i64::from(self.p_pp) + i64::from(self.variance);
+        // Q4: 16 bits of the root, 2 of the 4, 4 of the format.
+        let most = (s.unsigned_abs().isqrt() << 6) as i64;
+        let innovation = ((i64::from(z) << 4) - i64::from(self.p)).clamp(-most, most);
+        // Bits: 30 + 16, both.
+        let k_p = (i64::from(self.p_pp) << 16) / s;
+        let k_j = self.p_pj.map(|c| (i64::from(c) << 16) / s);
+        // Bits: 16 + 22.
+        self.p = self.p.saturating_add(((k_p * innovation) >> 16) as i32);
+        let (p_pj, p_pp) = (self.p_pj.map(i64::from), i64::from(self.p_pp));
+        for k in 0..3 {
+            // Bits: K_J |innovation| <= 4 sd(J), 11 + 2 + 24 = 37; Q24 to Q6.
+            self.j[k] = fit(i64::from(self.j[k]) + ((k_j[k] * innovation) >> 18), J_MAX);
+            for l in 0..3 {
+                // Bits: K_J P_pJ <= P_JJ by Cauchy and Schwarz, 30 + 16 = 46; Q24 to Q8. The same both ways round, so
+                // that P stays symmetric.
+                let less = (k_j[k.min(l)] * p_pj[k.max(l)]) >> 16;
+                let least = if k == l { 1 } else { -P_JJ_MAX };
+                self.p_jj[k][l] = (i64::from(self.p_jj[k][l]) - less).clamp(least, P_JJ_MAX) as i32;
+            }
+            // Bits: 16 + 30.
+            self.p_pj[k] = fit(p_pj[k] - ((k_p * p_pj[k]) >> 16), P_PJ_MAX);
+        }
+        self.p_pp = (p_pp - ((k_p * p_pp) >> 16)).max(1) as i32;
+    }
+
+    /// The standard deviation of J·n, µm, for `n` motor steps (at most 13 bits and a sign).
+    pub(super) fn sd_of(&self, n: [i32; 3]) -> i64 {
+        let n = n.map(i64::from);
+        // n'P n: bits 30 + 13 = 43, 45 the sum; Q8, 10 bits less, 35; times 13 is 48, the sum of three.
+        let square: i64 = (0..3)
+            .map(|k| n[k] * ((0..3).map(|l| i64::from(self.p_jj[k][l]) * n[l]).sum::<i64>() >> 10))
+            .sum();
+        // What rounding leaves below zero is zero. The square is in quarters.
+        2 * (square.max(0).unsigned_abs().isqrt() as i64)
+    }
+}

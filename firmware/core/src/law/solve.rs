@@ -1,0 +1,46 @@
+//! Three linear equations in fixed point, with few bits where many would not fit.
+
+/// Bits of an entry of J before its determinant is taken.
+const J_BITS: u32 = 14;
+/// Bits of the right side.
+const E_BITS: u32 = 17;
+/// Fraction bits of a solution.
+const SOLUTION_BITS: i32 = 8;
+/// Fraction bits of J.
+const J_FRACTION: i32 = 6;
+/// A solution saturates here: 2^18 steps in Q8.
+const MOST: i64 = 1 << 26;
+
+/// By how many bits the largest of these is longer than `bits`; negative where it is shorter.
+fn excess(values: impl Iterator<Item = i32>, bits: u32) -> i32 {
+    let longest = values.map(|v| 32 - v.unsigned_abs().leading_zeros()).max().unwrap_or(0);
+    longest as i32 - bits as i32
+}
+
+/// n with J n = e: motor steps in Q8 for J in Q6 µm/step and e in µm. `None` where det J is not above zero, which for a
+/// matrix of the signs Σ it always is.
+pub(super) fn solve(j: &[[i32; 3]; 3], e: [i32; 3]) -> Option<[i32; 3]> {
+    let fewer_j = excess(j.iter().flatten().copied(), J_BITS).max(0);
+    let fewer_e = excess(e.into_iter(), E_BITS).max(0);
+    let j = j.map(|row| row.map(|v| i64::from(v >> fewer_j)));
+    let e = e.map(|v| i64::from(v >> fewer_e));
+    // Bits: 14 + 14 = 28, 29 the difference.
+    let minor = |r: [usize; 2], c: [usize; 2]| j[r[0]][c[0]] * j[r[1]][c[1]] - j[r[0]][c[1]] * j[r[1]][c[0]];
+    const OTHERS: [[usize; 2]; 3] = [[1, 2], [2, 0], [0, 1]];
+    let cofactor = |r: usize, c: usize| minor(OTHERS[r], OTHERS[c]);
+    // Bits: 14 + 29 = 43, 45 the sum.
+    let det: i64 = (0..3).map(|c| j[0][c] * cofactor(0, c)).sum();
+    // J n = e <=> n = adj(J) e / det, and J = (scaled J) 2^(fewer_j - 6).
+    let shift = SOLUTION_BITS + J_FRACTION - fewer_j + fewer_e;
+    let (up, down) = (shift.clamp(0, 14), (shift - 14).max(0));
+    let det = det >> down;
+    if det <= 0 {
+        return None;
+    }
+    Some([0, 1, 2].map(|c| {
+        // Bits: 29 + 17 = 46, 48 the sum; the shift is no product, and 62 bits fit.
+        let sum: i64 = (0..3).map(|r| cofactor(r, c) * e[r]).sum();
+        let scaled = if shift < 0 { sum >> -shift } else { sum << up };
+        (scaled / det).clamp(-MOST, MOST) as i32
+    }))
+}

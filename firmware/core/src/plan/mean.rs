@@ -1,0 +1,109 @@
+//! The running mean over a step plan: what shakes a ball on soft cables is taken out of it.
+//!
+//! In cells of [`CELL_TICKS`] ticks the reference's rates are summed; the motors' rates go linearly from the mean of the
+//! last cells to the next such mean. A mean of rates within limits is within them, and so are its changes.
+
+use super::TICK_US;
+
+/// Ticks in a cell: 3.2 ms.
+const CELL_TICKS: i64 = 16;
+
+/// Cells kept: 409.6 ms, 1.5 kilobytes.
+const CELLS: usize = 128;
+
+/// Longest span, milliseconds.
+pub(crate) const LONGEST_MS: u16 = 400;
+const _: () = assert!(LONGEST_MS as i64 * 1000 <= CELLS as i64 * CELL_TICKS * TICK_US as i64);
+
+/// One motor's share of it.
+#[derive(Debug, Clone, Copy)]
+struct Lane {
+    /// What the reference moved in each cell, in 32 units.
+    cells: [i32; CELLS],
+    /// Their sum; 38 bits.
+    sum: i64,
+    /// What it moved in the present cell, units.
+    moved: i64,
+    /// The rates at the beginning and at the end of the present cell.
+    span: (i32, i32),
+    /// How far the reference is ahead of the motor, units.
+    ahead: i64,
+}
+
+/// The means of three motors.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Mean {
+    lanes: [Lane; 3],
+    /// Cells that the mean is over; 0: none.
+    length: usize,
+    at: usize,
+    tick: i64,
+}
+
+impl Mean {
+    pub(super) const OFF: Self = Self {
+        lanes: [Lane { cells: [0; CELLS], sum: 0, moved: 0, span: (0, 0), ahead: 0 }; 3],
+        length: 0,
+        at: 0,
+        tick: 0,
+    };
+
+    /// A mean over `span_ms`, at most [`LONGEST_MS`]; at standstill.
+    pub(super) fn over(span_ms: u16) -> Self {
+        let cells = i64::from(span_ms) * 1000 / (CELL_TICKS * i64::from(TICK_US));
+        Self { length: (cells as usize).min(CELLS), ..Self::OFF }
+    }
+
+    /// The same span, at standstill.
+    pub(super) fn emptied(&self) -> Self {
+        Self { length: self.length, ..Self::OFF }
+    }
+
+    /// The motors' rates in this tick, in which the reference moves at `reference`.
+    pub(super) fn tick(&mut self, reference: [i32; 3]) -> [i32; 3] {
+        if self.length == 0 {
+            return reference;
+        }
+        let mut rates = [0; 3];
+        for ((lane, rate), wanted) in self.lanes.iter_mut().zip(&mut rates).zip(reference) {
+            let (from, to) = (i64::from(lane.span.0), i64::from(lane.span.1));
+            // At the middle of the tick; 32 bits + 5.
+            *rate = (from + (((to - from) * (2 * self.tick + 1)) >> 5)) as i32;
+            lane.moved += i64::from(wanted);
+            lane.ahead += i64::from(wanted) - i64::from(*rate);
+        }
+        self.tick += 1;
+        if self.tick == CELL_TICKS {
+            self.tick = 0;
+            self.lanes.iter_mut().for_each(|lane| lane.close(self.at, self.length));
+            self.at = (self.at + 1) % self.length;
+        }
+        rates
+    }
+
+    /// How far each motor has still to go until it is where the reference is, units.
+    pub(super) fn ahead(&self) -> [i64; 3] {
+        self.lanes.map(|lane| lane.ahead)
+    }
+
+    /// Whether motors are still to follow.
+    pub(super) fn moving(&self) -> bool {
+        self.lanes.iter().any(|lane| lane.sum != 0 || lane.span != (0, 0) || !(0..32).contains(&lane.moved))
+    }
+}
+
+impl Lane {
+    /// Ends the present cell, which is number `at` of `length`.
+    fn close(&mut self, at: usize, length: usize) {
+        // The rest stays for the next cell. Bits: 31 + 4 - 5.
+        let cell = (self.moved >> 5) as i32;
+        self.moved &= 31;
+        self.sum += i64::from(cell) - i64::from(self.cells[at]);
+        self.cells[at] = cell;
+        self.span = (self.span.1, (2 * self.sum / length as i64) as i32);
+        if self.sum == 0 && self.span == (0, 0) {
+            // What rounding has left: less than a thousandth of a microstep.
+            (self.ahead, self.moved) = (0, 0);
+        }
+    }
+}
