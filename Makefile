@@ -3,7 +3,7 @@
 PLUMB := cargo run --release --locked -p plumb --bin plumb --
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test bench firmware flash lint
+.PHONY: help setup demo test chip bench firmware flash lint
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-8s  %s\n", $$1, $$2 }' Makefile
@@ -16,6 +16,11 @@ demo: setup ## drive the ball to its target, closed loop, with no hardware (ARGS
 
 test: setup ## all tests, and the board's crates built for a chip without std
 	@scripts/test $(ARGS)
+
+chip: setup ## the real firmware in an emulated chip, on a pseudo-terminal, for plumb goto and the like
+	@scripts/chip
+	@scripts/firmware
+	@cargo run --release --locked -p plumb-tests --bin chip-terminal -- target/firmware/plumb.elf
 
 bench: setup ## reproduce the control and vision measurements
 	@$(PLUMB) bench control --suite paper $(ARGS)

@@ -1,6 +1,7 @@
 #!/usr/bin/env node
 // The emulated chip for other programs: commands and replies in JSON lines, in lock step; or a serial line's bytes in real time.
-// usage: node serve.mjs FIRMWARE.elf|.uf2 [--flash FILE] [--bytes usb|uart]
+// usage: node serve.mjs FIRMWARE.elf|.uf2 [--flash FILE] [--first JSON] [--bytes usb|uart]
+//   --first JSON   a command that is carried out before anything else, such as '{"gpio":[15,0]}'
 //   --flash FILE   flash contents: read if it is there (under the image), written at the end
 //   --bytes        standard input and output are the bytes of that line, and the chip runs in real time
 // exit: 0 at the end of the input; 2 bad arguments, or a firmware that cannot be loaded. The commands: README.md
@@ -15,13 +16,13 @@ const LAST_NS = 5_000_000;
 const LAG_NS = 20_000_000;
 
 function options() {
-  const parsed = parseArgs({ allowPositionals: true, options: { flash: { type: 'string' }, bytes: { type: 'string' } } });
+  const parsed = parseArgs({ allowPositionals: true, options: { flash: { type: 'string' }, first: { type: 'string' }, bytes: { type: 'string' } } });
   const [image, ...rest] = parsed.positionals;
-  const { flash, bytes } = parsed.values;
+  const { flash, first, bytes } = parsed.values;
   if (!image || rest.length > 0 || (bytes !== undefined && bytes !== 'usb' && bytes !== 'uart')) {
-    throw new Error('usage: node serve.mjs FIRMWARE.elf|.uf2 [--flash FILE] [--bytes usb|uart]');
+    throw new Error('usage: node serve.mjs FIRMWARE.elf|.uf2 [--flash FILE] [--first JSON] [--bytes usb|uart]');
   }
-  return { image, flash, bytes };
+  return { image, flash, first, bytes };
 }
 
 function answer(session, line) {
@@ -65,9 +66,10 @@ function realTime({ chip }, line) {
 }
 
 async function main() {
-  const { image, flash, bytes } = options();
+  const { image, flash, first, bytes } = options();
   const saved = flash && fs.existsSync(flash) ? fs.readFileSync(flash) : undefined;
   const session = new Session({ image, flash: saved });
+  if (first) session.do(JSON.parse(first));
   await (bytes ? realTime(session, bytes) : lockStep(session));
   if (flash) fs.writeFileSync(flash, session.chip.saveFlash());
 }

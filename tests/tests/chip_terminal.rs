@@ -1,0 +1,68 @@
+//! The real image as a host meets it: on a serial port, in real time, with a camera that follows what it says of its
+//! motors.
+
+#![allow(clippy::expect_used, reason = "a test stops at the first surprise")]
+
+use std::io::{BufRead, BufReader};
+use std::process::{Child, Command, Stdio};
+use std::sync::atomic::AtomicBool;
+
+use plumb::camera::Camera;
+use plumb::detect::ball::Ball;
+use plumb::link::Serial;
+use plumb::rig::Rig;
+use plumb::session::{Place, Session};
+use plumb::source::simulated::{FollowingWorld, SimulatedCamera, Timing};
+use plumb::source::synthetic::{Background, Material, Options, Room, SyntheticCamera};
+use plumb_emulator::rig::{QuasiStatic, Task};
+use plumb_tests::chip::image;
+
+/// Ended when dropped.
+struct Ended(Child);
+
+impl Drop for Ended {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+#[test]
+fn a_session_drives_the_real_image_over_a_serial_port() {
+    let Some(image) = image() else { return };
+    let mut terminal = Ended(
+        Command::new(env!("CARGO_BIN_EXE_chip-terminal"))
+            .arg(image)
+            .stdout(Stdio::piped())
+            .spawn()
+            .expect("it runs"),
+    );
+    let mut port = String::new();
+    let output = terminal.0.stdout.take().expect("its standard output");
+    BufReader::new(output).read_line(&mut port).expect("the terminal's path");
+
+    let task = Task::paper();
+    let mut rig = Rig::paper().expect("the paper's rig file");
+    rig.law.set_gamma(200.0).expect("a gain");
+    let camera = Camera::paper().expect("the paper's camera");
+    let background = Background::Room(Room::bare(Material::from_srgb(150, 150, 145)));
+    let synthetic =
+        SyntheticCamera::new(camera.clone(), background, Options::default(), 1).expect("a camera");
+    let plant = QuasiStatic::new(task.geometry, task.start).expect("the paper's rig");
+    let world = FollowingWorld::new(Box::new(plant));
+    let mut source = SimulatedCamera::new(world, synthetic, *task.geometry.motors(), Timing::default());
+    let folder = tempfile::tempdir().expect("a folder");
+    let session = Session {
+        rig: &rig,
+        camera: &camera,
+        detector: &mut Ball::for_camera(&camera),
+        place: Place::Folder(folder.path().join("run")),
+        patience: 120.0,
+        interrupted: &AtomicBool::new(false),
+        progress: &mut |_| {},
+    };
+    let transport = Serial::open(port.trim(), 115_200).expect("the port");
+    let (summary, _) = session.run(&mut source, transport).expect("a run");
+    assert!(summary.reached, "{summary:?}");
+    assert!(summary.error_mm.is_some_and(|e| e < 10.0), "{summary:?}");
+}
