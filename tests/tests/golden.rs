@@ -1,7 +1,11 @@
 //! The bytes on the wire, as an independent encoder wrote them. They must not change without a new schema; those of the
 //! first three commands and of the board's Hello not at all.
 
-use plumb_protocol::config::{Config, Deadlines, Drivers, Growth, Interval, Law, Motor, Reached, StepDir, Workspace};
+#![allow(clippy::expect_used, clippy::panic, reason = "a test stops at the first surprise")]
+
+use plumb_protocol::config::{
+    Config, Deadlines, Drivers, Growth, Interval, Law, Motor, Reached, StepDir, Workspace,
+};
 use plumb_protocol::frame::{Accumulator, encode};
 use plumb_protocol::message::*;
 use plumb_protocol::units::{
@@ -44,7 +48,10 @@ fn what_never_changes() {
 #[test]
 fn commands() {
     let position = |sequence, age_us, ball| Command::Position(Position { sequence, age_us, ball });
-    to_board(position(65_535, 45_000, Some(point(540_000, -220_000, 459_000))), "18ac0204ffff03c8df0201c0f541bfed1af083386da38d2700");
+    to_board(
+        position(65_535, 45_000, Some(point(540_000, -220_000, 459_000))),
+        "18ac0204ffff03c8df0201c0f541bfed1af083386da38d2700",
+    );
     to_board(position(0, 0, None), "04ac020401010501b4be2a00");
     to_board(Command::Target(point(400_000, 400_000, 150_000)), "11ac020580ea3080ea30e0a7120669a85300");
     let jog = Jog { motor: 2, distance: Steps16(-320), rate: Rate(25_600) };
@@ -67,9 +74,16 @@ fn the_configuration() {
         law: Law::Interval(Interval::uniform(Bound(327), Bound(32_768), Gain(4172))),
         motors: [motor; 3],
         microsteps: 16,
-        workspace: Workspace { min: point(-200_000, -200_000, -100_000), max: point(1_100_000, 900_000, 640_000) },
+        workspace: Workspace {
+            min: point(-200_000, -200_000, -100_000),
+            max: point(1_100_000, 900_000, 640_000),
+        },
         reached: Reached { radius: Micrometres(10_000), frames: 10 },
-        deadlines: Deadlines { host: Milliseconds(300), position: Milliseconds(500), max_age: Milliseconds(250) },
+        deadlines: Deadlines {
+            host: Milliseconds(300),
+            position: Milliseconds(500),
+            max_age: Milliseconds(250),
+        },
         growth: Growth { margin: Micrometres(60_000), time: Milliseconds(600) },
         drivers: Drivers::StepDir(StepDir::A4988),
         mean: Milliseconds(300),
@@ -96,6 +110,12 @@ fn reports() {
         filtered_error: Micrometres(384_000),
         bad_frames: 3,
     };
-    pinned(FromBoard::Telemetry(telemetry), "0e0287ad4b040401014dec15b67f04dc8f0214ff03c08b11bffc1590dc2580f02e0398affb7e00");
-    pinned(FromBoard::Fault(FaultReport { time: Micros(300_200), fault: Fault::HostSilent }), "0503a8a912031baa02a700");
+    pinned(
+        FromBoard::Telemetry(telemetry),
+        "0e0287ad4b040401014dec15b67f04dc8f0214ff03c08b11bffc1590dc2580f02e0398affb7e00",
+    );
+    pinned(
+        FromBoard::Fault(FaultReport { time: Micros(300_200), fault: Fault::HostSilent }),
+        "0503a8a912031baa02a700",
+    );
 }
