@@ -4,13 +4,14 @@
 //! chip is in reset, has no program, or has lost its power.
 
 use embassy_rp::Peri;
-use embassy_rp::gpio::{Flex, Pull};
+use embassy_rp::gpio::{Flex, Level, Pull};
 use embassy_rp::peripherals::PIN_14;
 
 /// The enable line.
 pub(crate) struct Enable {
     pin: Flex<'static>,
     on: bool,
+    active: Level,
 }
 
 impl Enable {
@@ -19,17 +20,22 @@ impl Enable {
         let mut pin = Flex::new(pin);
         pin.set_pull(Pull::None);
         pin.set_as_input();
-        Self { pin, on: false }
+        Self { pin, on: false, active: Level::Low }
     }
 
-    /// Switches the drivers on or off. Drivers with STEP inputs are on where the line is low.
+    /// Which level lets the drivers work: low for those with STEP inputs, high for bridges.
+    pub(crate) fn active(&mut self, level: Level) {
+        self.active = level;
+    }
+
+    /// Switches the drivers on or off.
     pub(crate) fn set(&mut self, on: bool) {
         if on == self.on {
             return;
         }
         self.on = on;
         if on {
-            self.pin.set_low();
+            self.pin.set_level(self.active);
             self.pin.set_as_output();
         } else {
             self.pin.set_as_input();

@@ -10,16 +10,19 @@
 #![no_main]
 #![deny(missing_docs)]
 
+mod coils;
 mod divide;
 mod enable;
 mod flash;
 mod generator;
+mod hats;
 mod link;
 mod pins;
 mod restart;
 mod stepping;
 mod watch;
 
+use coils::Coils;
 use embassy_executor::{SpawnError, SpawnToken, Spawner};
 use embassy_rp::{Peripherals, bind_interrupts, peripherals, pio, uart, usb};
 use enable::Enable;
@@ -54,9 +57,11 @@ async fn main(spawner: Spawner) {
         channels: (p.DMA_CH0, p.DMA_CH1, p.DMA_CH2),
     };
     let generator = Generator::new(parts);
+    let coils = Coils::new((p.PIN_8, p.PIN_9, p.PIN_10, p.PIN_11, p.PIN_12, p.PIN_13));
     let (kept, keeper) = flash::open(p.FLASH);
     let inbox = link::start(spawner, link::Parts { usb: p.USB, uart: p.UART0, tx: p.PIN_0, rx: p.PIN_1 });
     spawn(spawner, watch::beat(p.PIN_25));
     spawn(spawner, flash::keep(keeper));
-    stepping::start(Stepping::new(stepping::Parts { inbox, generator, enable, watch, cause, kept }));
+    spawn(spawner, hats::follow(hats::Parts { bus: p.I2C0, data: p.PIN_16, clock: p.PIN_17 }));
+    stepping::start(Stepping::new(stepping::Parts { inbox, generator, coils, enable, watch, cause, kept }));
 }

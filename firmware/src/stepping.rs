@@ -8,6 +8,7 @@
 use core::cell::RefCell;
 
 use critical_section::Mutex;
+use embassy_rp::gpio::Level;
 use embassy_rp::interrupt::{self, InterruptExt, Priority};
 use embassy_rp::pac;
 use heapless::Vec;
@@ -17,11 +18,12 @@ use plumb_protocol::config::{Config, Drivers};
 use plumb_protocol::message::StartCause;
 use plumb_protocol::units::Micros;
 
+use crate::coils::Coils;
 use crate::enable::Enable;
 use crate::generator::Generator;
 use crate::link::{self, Inbox};
 use crate::watch::Watch;
-use crate::{flash, restart};
+use crate::{flash, hats, restart};
 
 /// How long before a tick's beginning it is planned: what planning may take.
 const AHEAD_US: u32 = 60;
@@ -35,6 +37,15 @@ const MOST_BYTES: usize = 64;
 /// What this board was built for; the emulated board is built for the same.
 const BUILD: BuildLimits = BuildLimits { max_pulse_rate: 1_250_000, storage: true };
 
+/// Motors whose fields are turned here, a tick at a time.
+#[derive(Clone, Copy)]
+enum Fields {
+    /// None: the drivers have STEP inputs.
+    None,
+    Coils,
+    Hats(hats::Order),
+}
+
 /// Until the interrupt takes it over.
 static STEPPING: Mutex<RefCell<Option<Stepping>>> = Mutex::new(RefCell::new(None));
 
@@ -42,6 +53,7 @@ static STEPPING: Mutex<RefCell<Option<Stepping>>> = Mutex::new(RefCell::new(None
 pub(crate) struct Parts {
     pub(crate) inbox: Inbox,
     pub(crate) generator: Generator,
+    pub(crate) coils: Coils,
     pub(crate) enable: Enable,
     pub(crate) watch: Watch,
     pub(crate) cause: StartCause,
@@ -55,10 +67,12 @@ pub(crate) struct Stepping {
     inbox: Inbox,
     outbox: Outbox,
     generator: Generator,
+    coils: Coils,
     enable: Enable,
     watch: Watch,
     /// How often the board had been configured when the drivers were set up.
     configurations: u32,
+    fields: Fields,
     /// The board's time: when the coming tick begins.
     now: Micros,
     /// The same on the timer, which wraps.
@@ -103,7 +117,7 @@ fn timer() -> u32 {
 impl Stepping {
     /// A board that has not begun yet.
     pub(crate) fn new(parts: Parts) -> Self {
-        let Parts { inbox, generator, enable, watch, cause, kept } = parts;
+        let Parts { inbox, generator, coils, enable, watch, cause, kept } = parts;
         let mut board = Board::new(BUILD);
         board.started(cause);
         if let Some(config) = kept {
@@ -114,9 +128,11 @@ impl Stepping {
             inbox,
             outbox: Outbox::new(),
             generator,
+            coils,
             enable,
             watch,
             configurations: 0,
+            fields: Fields::None,
             now: Micros(0),
             beginning: timer().wrapping_add(AHEAD_US),
             running: false,
@@ -159,6 +175,7 @@ impl Stepping {
             self.store();
         }
         self.enable.set(tick.drivers_enabled);
+        self.turn_fields(tick.drivers_enabled);
         self.go_on(&tick.plan);
         self.now.0 += u64::from(TICK_US);
         self.beginning = self.beginning.wrapping_add(TICK_US);
@@ -167,10 +184,46 @@ impl Stepping {
     /// Takes up the drivers of a new configuration; the motors stand still.
     fn change_drivers(&mut self) {
         self.configurations = self.board.configurations();
-        if let Some(Drivers::StepDir(times)) = self.board.drivers()
-            && let Some(timing) = Timing::of(&times)
-        {
-            self.generator.set_timing(timing);
+        self.enable.set(false);
+        self.turn_fields(false);
+        self.coils.disconnect();
+        let (Some(drivers), Some(config)) = (self.board.drivers(), self.board.config()) else { return };
+        self.fields = Fields::None;
+        match drivers {
+            Drivers::StepDir(times) => {
+                self.enable.active(Level::Low);
+                // Checked with the configuration.
+                self.generator.set_timing(Timing::of(&times).unwrap_or(Timing::SLOWEST));
+            }
+            Drivers::Coils(coils) => {
+                self.enable.active(Level::High);
+                self.coils.connect(coils.duty_percent, config.microsteps);
+                self.generator.set_timing(Timing::SLOWEST);
+                self.fields = Fields::Coils;
+            }
+            Drivers::MotorHats(coils) => {
+                self.enable.active(Level::High);
+                self.generator.set_timing(Timing::SLOWEST);
+                let (duty_percent, microsteps) = (coils.duty_percent, config.microsteps);
+                self.fields = Fields::Hats(hats::Order { duty_percent, microsteps, positions: None });
+            }
+        }
+    }
+
+    /// Puts the fields of motors without STEP inputs where those are to be, or lets them go.
+    fn turn_fields(&mut self, enabled: bool) {
+        match self.fields {
+            Fields::None => {}
+            Fields::Coils if enabled => self.coils.show(self.board.positions()),
+            Fields::Coils => self.coils.release(),
+            Fields::Hats(last) => {
+                let positions = enabled.then(|| self.board.positions());
+                if last.positions != positions {
+                    let order = hats::Order { positions, ..last };
+                    self.fields = Fields::Hats(order);
+                    hats::order(order);
+                }
+            }
         }
     }
 

@@ -13,6 +13,7 @@
 #![deny(missing_docs)]
 
 pub mod board;
+pub mod coils;
 pub mod estimate;
 pub mod keep;
 pub mod law;

@@ -48,8 +48,8 @@ const MIN_ACCELERATION: u32 = 40;
 const MAX_ACCELERATION: u32 = 4_000_000;
 /// Coils are set once a tick: half a full step of it at most, full steps/s.
 const MAX_COIL_RATE: u32 = 1_000_000 / TICK_US / 2;
-/// Three motors on the HATs' bus are set every 0.8 ms, at 1 MHz: half a full step of it at most, full steps/s.
-const MAX_HAT_RATE: u32 = 600;
+/// Three motors on the HATs' bus are set in 1.4 ms: about half a full step of it at most, full steps/s.
+const MAX_HAT_RATE: u32 = 300;
 /// Travel up to ±32 million steps leaves room for the way to a stop in an i32.
 const MAX_TRAVEL: i32 = 1 << 29;
 

@@ -1,0 +1,111 @@
+//! Four-wire motors on two H-bridges each, driven by pulse-width modulation at 30.5 kHz.
+//!
+//! A bridge has two inputs: the one is modulated, the other low. Motor A's are GP2/GP3 (coil 0) and GP4/GP5 (coil 1), B's
+//! GP6 to GP9, C's GP10 to GP13: in this order they are both outputs of PWM slices 1 to 6. The step generator runs all the
+//! same, with its pins disconnected: it is what counts, and what the emergency input cuts off.
+
+use embassy_rp::Peri;
+use embassy_rp::pac;
+use embassy_rp::peripherals::{PIN_8, PIN_9, PIN_10, PIN_11, PIN_12, PIN_13};
+use micromath::F32Ext;
+use plumb_core::coils::Commutation;
+
+/// Full drive: the modulation's period, clocks.
+const TOP: u16 = 4096;
+const FIRST_PIN: usize = 2;
+const STEP_DIR_PINS: core::ops::Range<usize> = 2..8;
+const PINS: core::ops::Range<usize> = 2..14;
+/// Functions of a pin (datasheet 2.19.2).
+const PWM: u8 = 4;
+const PIO0: u8 = 6;
+const NONE: u8 = 31;
+
+/// The pins that only coils use; the others are the step generator's as well.
+pub(crate) type Pins = (
+    Peri<'static, PIN_8>,
+    Peri<'static, PIN_9>,
+    Peri<'static, PIN_10>,
+    Peri<'static, PIN_11>,
+    Peri<'static, PIN_12>,
+    Peri<'static, PIN_13>,
+);
+
+/// A sine for coils that get at most `percent` of the supply's voltage, out of `full`.
+pub(crate) fn commutation(percent: u8, full: u16) -> Commutation {
+    let amplitude = f32::from(full) * f32::from(percent) / 100.0;
+    // micromath's sine is right to 0.002: less than a count in a hundred, and never above 1.
+    let sine = |i: usize| {
+        (amplitude * (i as f32 * core::f32::consts::FRAC_PI_2 / 16.0).sin().clamp(0.0, 1.0)) as u16
+    };
+    Commutation::new(core::array::from_fn(sine))
+}
+
+/// The bridges.
+pub(crate) struct Coils {
+    _pins: Pins,
+    /// The sine and the microsteps, while coils are what is configured.
+    drive: Option<(Commutation, u8)>,
+    /// The positions that the outputs show.
+    shown: Option<[i32; 3]>,
+}
+
+impl Coils {
+    /// Bridges that are not connected.
+    pub(crate) fn new(pins: Pins) -> Self {
+        pac::RESETS.reset().modify(|w| w.set_pwm(false));
+        while !pac::RESETS.reset_done().read().pwm() {}
+        for slice in 1..7 {
+            pac::PWM.ch(slice).top().write(|w| w.set_top(TOP - 1));
+            pac::PWM.ch(slice).cc().write(|_| {});
+            pac::PWM.ch(slice).csr().write(|w| w.set_en(true));
+        }
+        Self { _pins: pins, drive: None, shown: None }
+    }
+
+    /// Connects the pins to the bridges, without current.
+    pub(crate) fn connect(&mut self, duty_percent: u8, microsteps: u8) {
+        self.release();
+        self.drive = Some((commutation(duty_percent, TOP), microsteps));
+        PINS.for_each(|pin| connect(pin, PWM));
+    }
+
+    /// Gives the pins back to the step generator.
+    pub(crate) fn disconnect(&mut self) {
+        self.release();
+        self.drive = None;
+        PINS.for_each(|pin| connect(pin, if STEP_DIR_PINS.contains(&pin) { PIO0 } else { NONE }));
+    }
+
+    /// Lets the motors go.
+    pub(crate) fn release(&mut self) {
+        self.shown = None;
+        (1..7).for_each(|slice| pac::PWM.ch(slice).cc().write(|_| {}));
+    }
+
+    /// Puts the fields where the motors are to be, 1/16 steps.
+    pub(crate) fn show(&mut self, positions: [i32; 3]) {
+        let Some((commutation, microsteps)) = &self.drive else { return };
+        if self.shown == Some(positions) {
+            return;
+        }
+        self.shown = Some(positions);
+        for (motor, position) in positions.into_iter().enumerate() {
+            for (coil, drive) in commutation.at(position, *microsteps).into_iter().enumerate() {
+                let magnitude = drive.unsigned_abs() as u16;
+                pac::PWM.ch(1 + 2 * motor + coil).cc().write(|w| {
+                    w.set_a(if drive > 0 { magnitude } else { 0 });
+                    w.set_b(if drive < 0 { magnitude } else { 0 });
+                });
+            }
+        }
+    }
+}
+
+fn connect(pin: usize, function: u8) {
+    debug_assert!(pin >= FIRST_PIN);
+    pac::PADS_BANK0.gpio(pin).modify(|w| {
+        w.set_od(false);
+        w.set_ie(true);
+    });
+    pac::IO_BANK0.gpio(pin).ctrl().write(|w| w.set_funcsel(function));
+}
