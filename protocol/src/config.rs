@@ -6,7 +6,9 @@
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
-use crate::units::{Acceleration, Bound, Gain, Micrometres, Milliseconds, Nanoseconds, Point, Rate, SignGain, Steps16};
+use crate::units::{
+    Acceleration, Bound, Gain, Micrometres, Milliseconds, Nanoseconds, Point, Rate, SignGain, Steps16,
+};
 
 /// Everything a board must know before it moves.
 #[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]

@@ -99,6 +99,11 @@ impl Params {
         }
     }
 
+    /// Whether the law looks at where the motors were.
+    pub(crate) fn learns(&self) -> bool {
+        matches!(self.law, Law::Certified(_) | Law::Taut(_))
+    }
+
     /// Delay of the pictures beyond their age, µs.
     pub(crate) fn delay_us(&self) -> u32 {
         match &self.law {

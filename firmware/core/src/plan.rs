@@ -14,8 +14,8 @@ use crate::law::MotorRates;
 use crate::params::Params;
 use history::History;
 pub use jog::Jogging;
-use mean::Mean;
 pub(crate) use mean::LONGEST_MS as LONGEST_MEAN_MS;
+use mean::Mean;
 
 /// Length of a tick, microseconds: short enough that a new position changes the rates within 300 µs, long enough that
 /// planning takes a few percent of the chip.
@@ -170,7 +170,7 @@ impl Planner {
 
     /// Motor positions in 1/16 steps since the start: what was pulsed, to the end of the last tick.
     pub fn positions(&self) -> [i32; 3] {
-        self.axes.map(|a| a.position)
+        [0, 1, 2].map(|i| self.axes[i].position)
     }
 
     /// The motors were stopped dead: they stand `missing` pulses each short of where they were planned to be, + where

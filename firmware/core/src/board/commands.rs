@@ -34,7 +34,10 @@ impl Board {
             _ if !self.greeted => Err(Refusal::NotGreeted),
             Command::Configure(config) => self.configure(&config),
             Command::Position(position) => match self.position(now, position, out) {
-                Ok(()) => return self.tell(now, out),
+                Ok(()) => {
+                    self.telling = true;
+                    return;
+                }
                 refused => refused,
             },
             Command::Target(target) => self.target(now, target, out),

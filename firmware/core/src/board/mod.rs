@@ -49,6 +49,8 @@ pub struct Board {
     heard: Micros,
     /// When telemetry was sent last.
     told: Micros,
+    /// Whether it is to be sent after this tick.
+    telling: bool,
     bootloader: bool,
 }
 
@@ -98,6 +100,7 @@ impl Board {
             sight: Sight::default(),
             heard: Micros(0),
             told: Micros(0),
+            telling: false,
             bootloader: false,
         }
     }
@@ -157,8 +160,16 @@ impl Board {
         }
     }
 
-    /// Plans the tick that begins at `now`; call every [`TICK_US`](crate::plan::TICK_US).
+    /// Plans the tick that begins at `now`, and says what there is to say; call every
+    /// [`TICK_US`](crate::plan::TICK_US). This is [`plan`](Self::plan) and [`report`](Self::report).
     pub fn tick(&mut self, now: Micros, out: &mut Outbox) -> Tick {
+        let tick = self.plan(now, out);
+        self.report(now, out);
+        tick
+    }
+
+    /// The first half of a tick: what is to be done in it. A chip has that in hand before it goes on to the second.
+    pub fn plan(&mut self, now: Micros, out: &mut Outbox) -> Tick {
         if let Some(fault) = self.expired(now) {
             self.fault(now, fault, out);
         }
@@ -176,6 +187,13 @@ impl Board {
                 && !matches!(self.state(), State::Fault(Fault::EmergencyStop | Fault::Watchdog)),
             bootloader: self.bootloader && !self.planner.moving(),
             store: self.storing.is_some(),
+        }
+    }
+
+    /// The second half: telemetry after a position, and from time to time.
+    pub fn report(&mut self, now: Micros, out: &mut Outbox) {
+        if self.telling || (self.greeted && now.since(self.told) >= TELEMETRY_US) {
+            self.tell(now, out);
         }
     }
 
@@ -215,10 +233,12 @@ impl Board {
     fn wanted(&mut self, now: Micros) -> Demand {
         match &self.activity {
             Activity::Idle | Activity::Faulted(_) => Demand::default(),
-            Activity::Jogging(jogging) => Demand::at_once(jogging.wanted(&self.planner).unwrap_or_else(|| {
-                self.activity = Activity::Idle;
-                MotorRates::default()
-            })),
+            Activity::Jogging(jogging) => {
+                Demand::at_once(jogging.wanted(&self.planner).unwrap_or_else(|| {
+                    self.activity = Activity::Idle;
+                    MotorRates::default()
+                }))
+            }
             Activity::Seeking(seek) if self.coasting(now) => {
                 let demand = seek.demand(now);
                 Demand { rates: demand.rates.coasting(), ..demand }
@@ -240,6 +260,7 @@ impl Board {
     /// Sends telemetry.
     fn tell(&mut self, now: Micros, out: &mut Outbox) {
         self.told = now;
+        self.telling = false;
         let (error, filtered) = match &self.activity {
             Activity::Seeking(seek) => (
                 self.sight.last.map_or([0; 3], |last| estimate::error(last, seek.target)),

@@ -90,10 +90,16 @@ impl Seek {
         let (Some(ball), Some(filtered)) = (sight.last, sight.filtered_error(self.target)) else {
             return false;
         };
+        // The others go by the picture alone, and these cost the chip a tenth of a tick.
+        let learns = params.learns();
         let picture = Picture {
             ball,
-            then: planner.positions_ago(age_us.saturating_add(params.delay_us())),
-            ahead: planner.reference(),
+            then: if learns {
+                planner.positions_ago(age_us.saturating_add(params.delay_us()))
+            } else {
+                [0; 3]
+            },
+            ahead: if learns { planner.reference() } else { [0; 3] },
             target: self.target.micrometres(),
         };
         let demand = sight.law.get_or_insert_with(|| params.law()).update(&picture);

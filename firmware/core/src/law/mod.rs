@@ -125,7 +125,9 @@ impl Controller {
         match law {
             config::Law::Interval(law) => Self::Interval(Interval::new(law)),
             config::Law::Sign(law) => Self::Sign(Sign::new(law)),
-            config::Law::Certified(_) | config::Law::Taut(_) => Self::Certified(Certified::new(Limits::of(motors))),
+            config::Law::Certified(_) | config::Law::Taut(_) => {
+                Self::Certified(Certified::new(Limits::of(motors)))
+            }
         }
     }
 }

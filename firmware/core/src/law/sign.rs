@@ -2,8 +2,6 @@
 
 use plumb_protocol::config;
 
-
-
 use super::{Demand, Law, MotorRates, Picture};
 use crate::estimate;
 

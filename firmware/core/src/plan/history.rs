@@ -54,5 +54,6 @@ impl History {
 /// The point `part`/`whole` of the way from `a` to `b`.
 fn between(a: [i32; 3], b: [i32; 3], part: u32, whole: u32) -> [i32; 3] {
     // Bits: 31 + 13.
-    [0, 1, 2].map(|i| a[i] + ((i64::from(b[i]) - i64::from(a[i])) * i64::from(part) / i64::from(whole)) as i32)
+    [0, 1, 2]
+        .map(|i| a[i] + ((i64::from(b[i]) - i64::from(a[i])) * i64::from(part) / i64::from(whole)) as i32)
 }

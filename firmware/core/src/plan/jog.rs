@@ -27,7 +27,8 @@ impl Jogging {
         let microsteps = (self.end - axis.position).div_euclid(per_microstep);
         // To the middle of the last microstep: 29 + 23 bits. A pulse rate of as much would get there in one tick.
         let on_its_way = planner.mean.ahead()[self.motor];
-        let distance = i64::from(microsteps) * i64::from(UNIT) + i64::from(UNIT / 2 - axis.fraction) - on_its_way;
+        let distance =
+            i64::from(microsteps) * i64::from(UNIT) + i64::from(UNIT / 2 - axis.fraction) - on_its_way;
         // What is left below one unit of a wanted rate cannot be asked for.
         let per_q8 = i64::from(planner.per_q8());
         if distance.abs() < per_q8 && axis.rate == 0 {

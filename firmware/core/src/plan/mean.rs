@@ -83,7 +83,7 @@ impl Mean {
 
     /// How far each motor has still to go until it is where the reference is, units.
     pub(super) fn ahead(&self) -> [i64; 3] {
-        self.lanes.map(|lane| lane.ahead)
+        [0, 1, 2].map(|i| self.lanes[i].ahead)
     }
 
     /// Whether motors are still to follow.
