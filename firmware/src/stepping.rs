@@ -26,7 +26,7 @@ use crate::watch::Watch;
 use crate::{flash, hats, restart};
 
 /// How long before a tick's beginning it is planned: what planning may take. A tick takes 3 to 5 thousand clocks; one
-/// with a position, 14 to 15.
+/// with a position, up to 15.
 const AHEAD_US: u32 = 120;
 
 /// Less than this before its beginning, a tick is late.
