@@ -126,6 +126,9 @@ fn default_signs() -> [[i8; 3]; 3] {
 }
 
 impl LawSettings {
+    /// The law that is taken where none is named.
+    pub const DEFAULT: &str = "taut";
+
     /// Every law's name, as in rig files and for `--law`.
     pub const NAMES: [&str; 4] = ["interval", "sign", "certified", "taut"];
 
@@ -176,7 +179,7 @@ impl LawSettings {
 }
 
 /// What takes the shaking out of a ball on soft cables.
-const TAUT_MEAN_S: f64 = 0.3;
+const TAUT_MEAN_S: f64 = 0.32;
 
 /// What the motors may do.
 #[derive(Debug, Clone, PartialEq, Deserialize)]

@@ -8,7 +8,7 @@ use clap::{Parser, Subcommand};
 use plumb::bench::control::{self, Contender, PAPER_GAMMAS, Report, Suite};
 use plumb::bench::vision::{self, VisionOptions};
 use plumb::camera::Camera;
-use plumb::rig::Rig;
+use plumb::rig::LawSettings;
 use plumb::source::Source;
 use plumb::source::tum::TumFolder;
 
@@ -123,7 +123,7 @@ fn bench_control(args: &ControlArgs) -> Result<ExitCode, Failure> {
 fn contenders(args: &ControlArgs) -> Result<Vec<Contender>, Failure> {
     let mut contenders = args.law.clone();
     if contenders.is_empty() {
-        contenders.push(Contender::Board(Rig::paper().or_bad_input()?.law));
+        contenders.extend(Contender::named(LawSettings::DEFAULT));
     }
     for contender in &mut contenders {
         if let Contender::Board(law) = &mut *contender

@@ -5,12 +5,14 @@ mod certified;
 mod interval;
 mod sign;
 mod solve;
+mod taut;
 
 use plumb_protocol::config;
 
 pub use certified::Certified;
 pub use interval::{Interval, V_FRACTION_BITS};
 pub use sign::Sign;
+pub use taut::Taut;
 
 /// Motor rates as a law asks for them: full steps/s with 8 fraction bits, + pays cable out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -110,6 +112,7 @@ impl Limits {
 
 /// The law that is configured, with its state.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[allow(clippy::large_enum_variant, reason = "the chip has no heap, and there is one controller")]
 pub enum Controller {
     /// See [`Interval`].
     Interval(Interval),
@@ -117,6 +120,8 @@ pub enum Controller {
     Sign(Sign),
     /// See [`Certified`].
     Certified(Certified),
+    /// See [`Taut`].
+    Taut(Taut),
 }
 
 impl Controller {
@@ -125,9 +130,8 @@ impl Controller {
         match law {
             config::Law::Interval(law) => Self::Interval(Interval::new(law)),
             config::Law::Sign(law) => Self::Sign(Sign::new(law)),
-            config::Law::Certified(_) | config::Law::Taut(_) => {
-                Self::Certified(Certified::new(Limits::of(motors)))
-            }
+            config::Law::Certified(_) => Self::Certified(Certified::new(Limits::of(motors))),
+            config::Law::Taut(_) => Self::Taut(Taut::new(Limits::of(motors))),
         }
     }
 }
@@ -138,6 +142,7 @@ impl Law for Controller {
             Self::Interval(law) => law.update(picture),
             Self::Sign(law) => law.update(picture),
             Self::Certified(law) => law.update(picture),
+            Self::Taut(law) => law.update(picture),
         }
     }
 }

@@ -55,7 +55,7 @@ impl Sign {
         // Bits: 22 + 22, 46 the sum.
         let along: i64 = (0..3).map(|i| i64::from(e[i]) * i64::from(self.side[i])).sum();
         if along < 0 && distance > PAST {
-            self.calm = (self.calm * CUT >> 8).max(CALMEST);
+            self.calm = ((self.calm * CUT) >> 8).max(CALMEST);
         }
         if along <= 0 && distance > PAST {
             self.side = e;

@@ -1,0 +1,285 @@
+//! An extended Kalman filter over the ball, the motors' points and the cable of a step.
+#![allow(clippy::needless_range_loop, reason = "rows and columns go by their numbers in several arrays at once")]
+
+use super::geometry::{Matrix, Vector, along, dot, inverse, length};
+
+/// p, M_A, M_B, M_C, ln s.
+const N: usize = 13;
+/// Where ln s is.
+const STEP: usize = 12;
+/// σ² of measurements, mm², and of what the filter's model leaves out.
+const VARIANCE: [f32; 3] = [4.0, 1.0, 1.0];
+const UNMODELLED: f32 = 4.0;
+/// Motors are not farther from the ball than this, mm.
+const FARTHEST: f32 = 1600.0;
+/// ln 0.1 and ln 1.5: cable of a step, mm.
+const STEPS: (f32, f32) = (-core::f32::consts::LN_10, 0.405_465);
+/// From the ball to the first guess of each motor, mm; z is the guess's own.
+const OFFSETS: [f32; 9] = [330.0, 500.0, 0.0, 330.0, -500.0, 0.0, -670.0, 0.0, 0.0];
+
+/// One filter of the bank.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Filter {
+    x: [f32; N],
+    p: [[f32; N]; N],
+    /// Where the motors were, steps.
+    motors: Vector,
+    /// Twice the negative logarithm of the likelihood of what was seen, forgotten over 200 pictures.
+    score: f32,
+    /// Innovations over their standard deviations, forgotten over 10 pictures.
+    bias: Vector,
+}
+
+/// Directions and lengths of the cables at an estimate, and ṗ per cable rate.
+struct Cables {
+    units: Matrix,
+    lengths: Vector,
+    j: Matrix,
+    step: f32,
+}
+
+impl Filter {
+    /// At the first picture: with the ball at `ball`, motors `height` above it and `step` of cable a step (mm).
+    pub(super) fn new(ball: Vector, motors: Vector, height: f32, step: f32) -> Self {
+        let mut x = [0.0; N];
+        x[..3].copy_from_slice(&ball);
+        for i in 0..9 {
+            x[3 + i] = ball[i % 3] + if i % 3 == 2 { height } else { OFFSETS[i] };
+        }
+        x[STEP] = libm::logf(step);
+        Self { x, p: Self::prior(), motors, score: 0.0, bias: [0.0; 3] }
+    }
+
+    /// Motors at about one height, A and B at about one x.
+    fn prior() -> [[f32; N]; N] {
+        const ANYWHERE: f32 = 250.0 * 250.0;
+        const HEIGHT: f32 = 200.0 * 200.0;
+        const OWN: f32 = 20.0 * 20.0;
+        let mut p = [[0.0; N]; N];
+        for i in 0..3 {
+            p[i][i] = VARIANCE[i];
+            for k in 0..3 {
+                p[5 + 3 * i][5 + 3 * k] = HEIGHT;
+            }
+            p[5 + 3 * i][5 + 3 * i] += OWN;
+            p[3 + 3 * i][3 + 3 * i] = ANYWHERE;
+            p[4 + 3 * i][4 + 3 * i] = ANYWHERE;
+        }
+        p[3][6] = ANYWHERE;
+        p[6][3] = ANYWHERE;
+        p[3][3] += OWN;
+        p[6][6] += OWN;
+        p[STEP][STEP] = 0.4 * 0.4;
+        p
+    }
+
+    /// The ball, mm.
+    pub(super) fn ball(&self) -> Vector {
+        [self.x[0], self.x[1], self.x[2]]
+    }
+
+    /// How badly it explains what was seen.
+    pub(super) fn score(&self) -> f32 {
+        self.score
+    }
+
+    /// J, mm a step.
+    pub(super) fn jacobian(&self) -> Matrix {
+        let cables = self.cables();
+        cables.j.map(|row| row.map(|j| cables.step * j))
+    }
+
+    fn motor(&self, k: usize) -> Vector {
+        [self.x[3 + 3 * k], self.x[4 + 3 * k], self.x[5 + 3 * k]]
+    }
+
+    fn cables(&self) -> Cables {
+        let ball = self.ball();
+        let from = [0, 1, 2].map(|k| {
+            let motor = self.motor(k);
+            [ball[0] - motor[0], ball[1] - motor[1], ball[2] - motor[2]]
+        });
+        let lengths = from.map(|v| length(v).max(1.0));
+        let units = [0, 1, 2].map(|k| from[k].map(|v| v / lengths[k]));
+        Cables { units, lengths, j: inverse(&units), step: libm::expf(self.x[STEP]) }
+    }
+
+    /// How the ball moves when the motors turn by `d`, and how that changes with the state.
+    fn gradient(cables: &Cables, d: Vector) -> (Vector, [[f32; N]; 3]) {
+        let moved = along(&cables.j, d).map(|v| cables.step * v);
+        let mut f = [[0.0; N]; 3];
+        for k in 0..3 {
+            let unit = cables.units[k];
+            let part = dot(unit, moved);
+            for c in 0..3 {
+                let w = (moved[c] - part * unit[c]) / cables.lengths[k];
+                for r in 0..3 {
+                    let change = cables.j[r][k] * w;
+                    f[r][c] -= change;
+                    f[r][3 + 3 * k + c] = change;
+                }
+            }
+        }
+        for r in 0..3 {
+            f[r][STEP] = moved[r];
+        }
+        (moved, f)
+    }
+
+    /// g P g'.
+    fn spread(&self, g: &[f32; N]) -> f32 {
+        let mut sum = 0.0;
+        for (row, gi) in self.p.iter().zip(g) {
+            let inner: f32 = row.iter().zip(g).fold(0.0, |s, (p, g)| s + p * g);
+            sum += gi * inner;
+        }
+        sum.max(0.0)
+    }
+
+    /// The standard deviation of J a, mm.
+    pub(super) fn sd(&self, a: Vector) -> f32 {
+        let (_, f) = Self::gradient(&self.cables(), a);
+        libm::sqrtf(f.iter().fold(0.0, |s, row| s + self.spread(row)))
+    }
+
+    /// The standard deviation of e'J n, mm²; of no use where there is no `n`.
+    pub(super) fn doubt(&self, n: Option<Vector>, e: Vector) -> f32 {
+        let Some(n) = n else { return f32::MAX };
+        let (_, f) = Self::gradient(&self.cables(), n);
+        let mut g = [0.0; N];
+        for (i, g) in g.iter_mut().enumerate() {
+            *g = e[0] * f[0][i] + e[1] * f[1][i] + e[2] * f[2][i];
+        }
+        libm::sqrtf(self.spread(&g))
+    }
+
+    /// Whether all of it is numbers, and the covariance one: rounding may spoil a filter that is very sure of itself.
+    pub(super) fn sound(&self) -> bool {
+        (0..N).all(|i| self.x[i].is_finite() && self.p[i][i] > 0.0 && self.p[i].iter().all(|p| p.is_finite()))
+    }
+
+    /// The same filter begun anew at `ball`, scored as one that has explained things as badly as `score` says.
+    pub(super) fn restarted(ball: Vector, motors: Vector, guess: (f32, f32), score: f32) -> Self {
+        Self { score, ..Self::new(ball, motors, guess.0, guess.1) }
+    }
+
+    /// Takes in a picture of the ball at `z` (mm) when the motors were at `motors` (steps).
+    pub(super) fn update(&mut self, z: Vector, motors: Vector) {
+        let d = [0, 1, 2].map(|k| motors[k] - self.motors[k]);
+        self.motors = motors;
+        self.predict(d);
+        self.measure(z);
+        if !self.sound() {
+            return;
+        }
+        if dot(self.bias, self.bias) > 1.0 && self.still_sure() {
+            self.doubt_itself();
+        }
+        self.keep_possible();
+    }
+
+    fn predict(&mut self, d: Vector) {
+        let before = self.cables();
+        let (moved, f) = Self::gradient(&before, d);
+        for i in 0..3 {
+            self.x[i] += moved[i];
+        }
+        // The way is bent: what the lengths lack after the straight step.
+        let after = self.cables();
+        let lacking = [0, 1, 2].map(|k| before.lengths[k] + before.step * d[k] - after.lengths[k]);
+        let back = along(&before.j, lacking);
+        for i in 0..3 {
+            self.x[i] += back[i].clamp(-20.0, 20.0);
+        }
+        let unknown = f.map(|row| self.spread(&row));
+        self.propagate(&f);
+        let square = dot(moved, moved);
+        for i in 0..3 {
+            self.p[i][i] += 0.05 * 0.05 + 0.1 * 0.1 * square + unknown[i];
+        }
+        for i in 3..STEP {
+            self.p[i][i] += 0.2 * 0.2 * square;
+        }
+    }
+
+    /// P becomes (I + F) P (I + F)', where F has three rows.
+    fn propagate(&mut self, f: &[[f32; N]; 3]) {
+        let mut added = [[0.0; N]; 3];
+        for (row, f) in added.iter_mut().zip(f) {
+            for (p, f) in self.p.iter().zip(f) {
+                for (sum, p) in row.iter_mut().zip(p) {
+                    *sum += f * p;
+                }
+            }
+        }
+        for i in 0..3 {
+            for k in 0..N {
+                self.p[i][k] += added[i][k];
+            }
+        }
+        let rows = self.p;
+        for (row, old) in self.p.iter_mut().zip(&rows) {
+            for i in 0..3 {
+                row[i] += f[i].iter().zip(old).fold(0.0, |s, (f, p)| s + f * p);
+            }
+        }
+    }
+
+    /// The three coordinates one after the other; what is farther off than 4 standard deviations counts as so far off.
+    fn measure(&mut self, z: Vector) {
+        let mut surprise = 0.0;
+        for i in 0..3 {
+            let variance = self.p[i][i].max(0.0) + VARIANCE[i] + UNMODELLED;
+            let sd = libm::sqrtf(variance);
+            let off = z[i] - self.x[i];
+            surprise += off * off / variance + libm::logf(variance);
+            let off = off.clamp(-4.0 * sd, 4.0 * sd);
+            self.bias[i] = 0.9 * self.bias[i] + 0.1 * off / sd;
+            let row = self.p[i];
+            for k in 0..N {
+                let gain = row[k] / variance;
+                self.x[k] += gain * off;
+                for (p, r) in self.p[k].iter_mut().zip(row) {
+                    *p -= gain * r;
+                }
+            }
+        }
+        self.score = 0.995 * self.score + surprise.min(60.0);
+    }
+
+    /// Whether it takes the geometry for known.
+    fn still_sure(&self) -> bool {
+        (3..STEP).all(|i| self.p[i][i] < 260.0 * 260.0) && self.p[STEP][STEP] < 0.4 * 0.4
+    }
+
+    /// The geometry is less certain by a twentieth: pictures have been off to one side.
+    fn doubt_itself(&mut self) {
+        for i in 0..N {
+            for k in 0..N {
+                let factor = if i >= 3 { 1.05 } else { 1.0 } * if k >= 3 { 1.05 } else { 1.0 };
+                self.p[i][k] *= factor;
+            }
+        }
+    }
+
+    /// Motors are above the ball and about it as A, B and C are.
+    fn keep_possible(&mut self) {
+        let x = &mut self.x;
+        let ball = [x[0], x[1], x[2]];
+        for z in [5, 8, 11] {
+            x[z] = x[z].max(ball[2] + 60.0);
+        }
+        x[3] = x[3].max(ball[0] + 15.0);
+        x[6] = x[6].max(ball[0] + 15.0);
+        x[9] = x[9].min(ball[0] - 15.0);
+        x[4] = x[4].max(ball[1] - 100.0);
+        x[7] = x[7].min(ball[1] + 100.0);
+        x[4] = x[4].max(x[7] + 250.0);
+        x[10] = x[10].max(x[7]).min(x[4]);
+        for i in 3..STEP {
+            let centre = ball[i % 3];
+            x[i] = x[i].max(centre - FARTHEST).min(centre + FARTHEST);
+        }
+        x[STEP] = x[STEP].max(STEPS.0).min(STEPS.1);
+    }
+}

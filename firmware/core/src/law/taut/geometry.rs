@@ -1,0 +1,53 @@
+//! Vectors and matrices of three, in f32.
+
+/// Three numbers.
+pub(super) type Vector = [f32; 3];
+/// Rows.
+pub(super) type Matrix = [Vector; 3];
+
+pub(super) fn dot(a: Vector, b: Vector) -> f32 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+pub(super) fn length(v: Vector) -> f32 {
+    libm::sqrtf(dot(v, v))
+}
+
+pub(super) fn scaled(v: Vector, factor: f32) -> Vector {
+    v.map(|v| v * factor)
+}
+
+/// m v.
+pub(super) fn along(m: &Matrix, v: Vector) -> Vector {
+    m.map(|row| dot(row, v))
+}
+
+/// m' v.
+pub(super) fn transposed_times(m: &Matrix, v: Vector) -> Vector {
+    [0, 1, 2].map(|k| m[0][k] * v[0] + m[1][k] * v[1] + m[2][k] * v[2])
+}
+
+/// The matrix of cofactors, and the determinant.
+fn cofactors(m: &Matrix) -> (Matrix, f32) {
+    const OTHERS: [[usize; 2]; 3] = [[1, 2], [2, 0], [0, 1]];
+    let cofactors = [0, 1, 2].map(|r: usize| {
+        [0, 1, 2].map(|c: usize| {
+            let ([a, b], [x, y]) = (OTHERS[r], OTHERS[c]);
+            m[a][x] * m[b][y] - m[a][y] * m[b][x]
+        })
+    });
+    (cofactors, dot(m[0], cofactors[0]))
+}
+
+/// v with m v = e; `None` where det m is not above zero, which for a matrix of the signs Σ it is.
+pub(super) fn solve(m: &Matrix, e: Vector) -> Option<Vector> {
+    let (cofactors, det) = cofactors(m);
+    (det > 1e-12).then(|| scaled(transposed_times(&cofactors, e), 1.0 / det))
+}
+
+/// The inverse, with a determinant that is at least 10⁻³ in magnitude: of three unit vectors that are almost in a plane.
+pub(super) fn inverse(m: &Matrix) -> Matrix {
+    let (cofactors, det) = cofactors(m);
+    let det = if det < 0.0 { det.min(-1e-3) } else { det.max(1e-3) };
+    [0, 1, 2].map(|r| [0, 1, 2].map(|c| cofactors[c][r] / det))
+}

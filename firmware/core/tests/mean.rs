@@ -1,0 +1,90 @@
+//! The running mean over a step plan, and where the motors were.
+#![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
+
+mod common;
+
+use common::{BUILD, config, motor, params};
+use plumb_core::plan::{Planner, TICK_US};
+use plumb_core::MotorRates;
+use plumb_core::params::Params;
+use plumb_protocol::Config;
+use plumb_protocol::message::ConfigField;
+use plumb_protocol::units::Milliseconds;
+use proptest::prelude::*;
+
+fn planner(mean: u16) -> Planner {
+    let mut planner = Planner::default();
+    planner.configure(&params(Config { mean: Milliseconds(mean), ..config() }));
+    planner
+}
+
+#[test]
+fn motors_end_where_the_reference_does_and_half_the_span_later() {
+    let (mut plain, mut mean) = (planner(0), planner(300));
+    let rates = MotorRates([300 * 256, -150 * 256, 0]);
+    let halfway = |planner: &mut Planner| (0u32..).find(|_| {
+        planner.tick(rates);
+        planner.positions()[0] >= 16 * 100
+    }).unwrap();
+    let late = (halfway(&mut mean) - halfway(&mut plain)) * TICK_US;
+    assert!((145_000..170_000).contains(&late), "{late} µs");
+    let ahead = mean.reference();
+    assert!((ahead[0] - mean.positions()[0] - 16 * 45).abs() < 16 * 5, "{ahead:?}");
+    for _ in 0..5000 {
+        mean.tick(MotorRates::default());
+    }
+    assert!(!mean.moving());
+    let rest = mean.reference();
+    assert_eq!(mean.positions(), rest);
+    // Standing still took the reference 300²/(2 · 2000) steps farther.
+    assert!((rest[0] - ahead[0] - 16 * 45 / 2).abs() < 16 * 2, "{rest:?} after {ahead:?}");
+}
+
+#[test]
+fn the_past_is_remembered_between_its_entries() {
+    let mut planner = planner(0);
+    let mut past = Vec::new();
+    for k in 0..4000i32 {
+        planner.tick(MotorRates([(k % 1700 - 800) * 100, 20_000, -30_000]));
+        past.push(planner.positions());
+    }
+    for ago in [0, 3, 40, 41, 333, 1000, 2400] {
+        let then = planner.positions_ago(ago * TICK_US);
+        let was = past[past.len() - 1 - ago as usize];
+        for i in 0..3 {
+            assert!((then[i] - was[i]).abs() <= 3, "{ago} ticks ago: {then:?} for {was:?}");
+        }
+    }
+}
+
+#[test]
+fn a_mean_over_more_than_there_is_room_for_is_refused() {
+    let config = Config { mean: Milliseconds(401), ..config() };
+    assert_eq!(Params::check(&config, &BUILD, [0; 3]), Err(ConfigField::Mean));
+}
+
+proptest! {
+    /// Rates and their changes stay within the limits, and no motor passes its travel, whatever the span.
+    #[test]
+    fn limits_hold_through_the_mean(
+        span in 0u16..=400,
+        orders in proptest::collection::vec((proptest::array::uniform3(-400.0f64..400.0), 1usize..400), 1..12),
+    ) {
+        let config = Config { motors: [motor(400.0, 2000, 16 * 300); 3], mean: Milliseconds(span), ..config() };
+        let mut planner = Planner::default();
+        planner.configure(&params(config));
+        let mut last = [0; 3];
+        for (rates, ticks) in orders {
+            for _ in 0..ticks {
+                planner.tick(MotorRates(rates.map(|r| (r * 256.0) as i32)));
+                let (now, at) = (planner.rates(), planner.positions());
+                for i in 0..3 {
+                    // 2000 steps/s² in a tick are 102.4 in Q8.
+                    prop_assert!((now[i] - last[i]).abs() <= 104, "{} to {}", last[i], now[i]);
+                    prop_assert!(now[i].abs() <= 400 * 256 && at[i].abs() <= 16 * 300, "{at:?}");
+                }
+                last = now;
+            }
+        }
+    }
+}
