@@ -48,6 +48,9 @@ pub struct Camera {
 }
 
 impl Camera {
+    /// The paper's camera file, `rigs/camera.toml`.
+    pub const PAPER: &str = include_str!("../rigs/camera.toml");
+
     /// The camera that the TOML file at `path` describes:
     ///
     /// ```toml
@@ -76,8 +79,7 @@ impl Camera {
     /// # Errors
     /// None in a released program: the file is part of it.
     pub fn paper() -> Result<Self, TomlFileError> {
-        parse_toml::<CameraFile>(Path::new("rigs/camera.toml"), include_str!("../rigs/camera.toml"))
-            .map(Self::from)
+        parse_toml::<CameraFile>(Path::new("rigs/camera.toml"), Self::PAPER).map(Self::from)
     }
 }
 

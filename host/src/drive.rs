@@ -117,7 +117,7 @@ pub fn drive<S: Live, T: Transport>(
         let seen = match look(rig) {
             Ok(Some(seen)) => seen,
             Ok(None) => return Ok(Ending::EndOfPictures),
-            Err(error @ DriveError::Source(SourceError::Rig(_))) => return Err(error),
+            Err(DriveError::Source(error)) if error.is_final() => return Err(error.into()),
             Err(error) => {
                 tally.lost += 1;
                 lost_in_a_row += 1;

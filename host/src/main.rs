@@ -24,6 +24,7 @@ enum Command {
     Run(commands::run::RunArgs),
     Goto(commands::run::GotoArgs),
     Replay(commands::replay::Args),
+    Cameras(commands::cameras::Args),
     Emulate(commands::emulate::Args),
     /// Comparisons that anyone can reproduce from a seed
     #[command(subcommand)]
@@ -36,6 +37,7 @@ fn main() -> ExitCode {
         Command::Run(args) => commands::run::run(args),
         Command::Goto(args) => commands::run::goto(args),
         Command::Replay(args) => commands::replay::main(args),
+        Command::Cameras(args) => commands::cameras::main(args),
         Command::Emulate(args) => commands::emulate::main(args),
         Command::Bench(command) => commands::bench::main(command),
     };

@@ -93,7 +93,7 @@ pub fn replay_folder(
     replay(&mut source, camera, detector, out, report)
 }
 
-/// As [`replay_folder`], on any source that comes to an end.
+/// As [`replay_folder`], on any source that comes to an end, or to an error that is its end.
 ///
 /// # Errors
 /// Where `out` cannot be written.
@@ -114,9 +114,12 @@ pub fn replay(
                 (Some(frame.time()), look(&frame, camera, detector, &mut outcome, &mut report))
             }
             Err(error) => {
-                let time = error.time();
+                let (time, last) = (error.time(), error.is_final());
                 outcome.broken += 1;
                 report(&error.into());
+                if last {
+                    break;
+                }
                 (time, None)
             }
         };

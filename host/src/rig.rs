@@ -1,8 +1,9 @@
 //! Rig files: what a person configures, in SI, and what the board is told of it.
 
+mod camera;
 mod driver;
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use nalgebra::Point3;
 use plumb_emulator::rig::{Geometry, RigError};
@@ -13,6 +14,7 @@ use plumb_protocol::units::{Acceleration, Bound, Gain, Micrometres, Milliseconds
 use serde::Deserialize;
 use thiserror::Error;
 
+pub use self::camera::{CameraChoice, CameraChoiceError, IntrinsicsFrom, OpenniChoice, SourceName};
 pub use self::driver::Driver;
 
 use crate::toml_file::{Finite, NumberError, Positive, TomlFileError, parse_toml, read_toml};
@@ -243,14 +245,6 @@ pub struct GrowthRule {
     pub time: Positive,
 }
 
-/// Which camera looks.
-#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct CameraChoice {
-    /// The camera file, relative to the rig file.
-    pub file: PathBuf,
-}
-
 /// A rig that is not there.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -296,7 +290,7 @@ impl Rig {
     pub fn read(path: &Path) -> Result<Self, TomlFileError> {
         let mut rig: Self = read_toml(path)?;
         if let Some(folder) = path.parent() {
-            rig.camera.file = folder.join(&rig.camera.file);
+            rig.camera.relative_to(folder);
         }
         Ok(rig)
     }

@@ -10,10 +10,10 @@ const JUMP: f64 = 1.0;
 
 /// Maps a device's time stamps to the host's clock.
 ///
-/// Of arrival and time stamp, both of one picture, only the time stamp is regular: the arrival is late by a transfer and by
-/// whatever the host was busy with. The picture that was least late of the last [`WINDOW`] tells how the clocks
-/// stand to each other, and that one is taken to be `latency` late: the time from exposure to the earliest arrival,
-/// which no time stamp can tell.
+/// Of arrival and time stamp, both of one picture, only the time stamp is regular: the arrival is late by a transfer and
+/// by whatever the host was busy with. The picture that was least late of the last 300 tells how the clocks stand to each
+/// other, and that one is taken to be `latency` late: the time from exposure to the earliest arrival, which no time stamp
+/// can tell.
 #[derive(Debug, Clone)]
 pub struct HostClock {
     latency: f64,

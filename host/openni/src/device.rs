@@ -9,10 +9,8 @@ use crate::camera::{Settings, Target};
 use crate::events::text;
 use crate::library::OpenNi;
 use crate::picture::{Mode, Picture, Raw, Sensor};
+use crate::stream::{Bare, Stream};
 use crate::{OpenniError, oni_file, sys};
-
-/// The driver that OpenNI2 brings along as an example; it renders nothing and does not survive being closed.
-const EXAMPLE: &str = "Dummy";
 
 /// A device and its two streams. Its handles are used by one thread only.
 pub(crate) struct Device {
@@ -23,17 +21,9 @@ pub(crate) struct Device {
     pub(crate) colour: Stream,
     pub(crate) depth: Stream,
     synchronised: bool,
+    recording: bool,
     /// Given up without being closed: what it was is gone.
     abandoned: bool,
-}
-
-/// One of the device's streams.
-pub(crate) struct Stream {
-    pub(crate) sensor: Sensor,
-    handle: sys::OniStreamHandle,
-    pub(crate) mode: Mode,
-    /// Left and right are exchanged in what comes.
-    mirrored: bool,
 }
 
 /// An open device without streams yet; closed when it is dropped.
@@ -66,8 +56,9 @@ impl Device {
         };
         let raw = handle.raw;
         std::mem::forget(handle);
-        let (synchronised, abandoned) = (false, false);
-        Ok(Self { openni: openni.clone(), handle: raw, uri, name, colour, depth, synchronised, abandoned })
+        let recording = matches!(target, Target::Recording(_));
+        let (openni, synchronised, abandoned) = (openni.clone(), false, false);
+        Ok(Self { openni, handle: raw, uri, name, colour, depth, synchronised, recording, abandoned })
     }
 
     /// The stream of `sensor`.
@@ -115,7 +106,7 @@ impl Device {
 
     /// The field of view of the colour camera, horizontal and vertical, radians; `None` where it does not tell.
     pub(crate) fn field_of_view(&self) -> Option<(f64, f64)> {
-        let stream = Streams { openni: &self.openni, raw: self.colour.handle };
+        let stream = Bare { openni: &self.openni, raw: self.colour.handle };
         let angle = |property| {
             let value = f64::from(stream.get(property, 0.0_f32).ok()?);
             (value > 0.0 && value < std::f64::consts::PI).then_some(value)
@@ -125,7 +116,7 @@ impl Device {
 
     /// How many pictures of `sensor` a recording says that it has; 0 where it was not finished.
     pub(crate) fn promised(&self, sensor: Sensor) -> i32 {
-        let stream = Streams { openni: &self.openni, raw: self.stream(sensor).handle };
+        let stream = Bare { openni: &self.openni, raw: self.stream(sensor).handle };
         stream.get(sys::STREAM_PROPERTY_NUMBER_OF_FRAMES, 0).unwrap_or(0).max(0)
     }
 
@@ -183,7 +174,10 @@ impl Drop for Device {
             // SAFETY: the stream lives; a stream that was not started may be stopped.
             unsafe { (api.stream_stop)(stream.handle) };
         }
-        for stream in [&self.depth, &self.colour] {
+        // The player of recordings goes through its streams, in a thread of its own and without a lock, until it is closed:
+        // they are left to it.
+        let owned: &[&Stream] = if self.recording { &[] } else { &[&self.depth, &self.colour] };
+        for stream in owned {
             // SAFETY: the stream lives, and is not used after this.
             unsafe { (api.stream_destroy)(stream.handle) };
         }
@@ -216,9 +210,8 @@ fn unpack(frame: &sys::OniFrame, stream: &Stream) -> Result<Picture, OpenniError
 
 /// The first camera there is.
 fn first(openni: &OpenNi) -> Result<String, OpenniError> {
-    let devices = openni.devices()?;
-    let camera = devices.into_iter().find(|device| !device.name.starts_with(EXAMPLE));
-    camera.map(|device| device.uri).ok_or(OpenniError::NoDevice)
+    let first = openni.devices()?.into_iter().next();
+    first.map(|device| device.uri).ok_or(OpenniError::NoDevice)
 }
 
 /// The path of a recording that can be read, as the library takes it.
@@ -273,14 +266,14 @@ impl Handle<'_> {
         Some(modes.iter().filter_map(Mode::from_raw).collect())
     }
 
-    fn create(&self, uri: &str, sensor: Sensor) -> Result<Streams<'_>, OpenniError> {
+    fn create(&self, uri: &str, sensor: Sensor) -> Result<Bare<'_>, OpenniError> {
         let mut raw = std::ptr::null_mut();
         // SAFETY: the device is open, and the variable lives through the call.
         let status =
             unsafe { (self.openni.inner.api.create_stream)(self.raw, sensor.number(), &raw mut raw) };
         let check = self.openni.inner.check(status);
         check.map_err(|error| OpenniError::Open { uri: format!("{uri}, {sensor}"), error })?;
-        Ok(Streams { openni: self.openni, raw })
+        Ok(Bare { openni: self.openni, raw })
     }
 
     /// The streams of a camera: size and rate as asked for, depth registered to colour, not mirrored.
@@ -397,75 +390,5 @@ impl Handle<'_> {
         let status =
             unsafe { (self.openni.inner.api.device_get)(self.raw, property, pointer, &raw mut size) };
         self.openni.inner.check(status).map(|()| value)
-    }
-}
-
-/// A stream that is being set up.
-struct Streams<'a> {
-    openni: &'a OpenNi,
-    raw: sys::OniStreamHandle,
-}
-
-/// What may be read as a property: any bytes are a value of it.
-trait Plain: Copy {}
-impl Plain for c_int {}
-impl Plain for f32 {}
-impl Plain for sys::OniVideoMode {}
-
-impl Streams<'_> {
-    fn destroy(&self) {
-        // SAFETY: the stream lives, and is not used after this.
-        unsafe { (self.openni.inner.api.stream_destroy)(self.raw) };
-    }
-
-    fn set<T: Plain>(&self, property: c_int, value: T) -> Result<(), String> {
-        let size = size_of::<T>() as c_int;
-        let pointer = std::ptr::from_ref(&value).cast::<c_void>();
-        // SAFETY: the stream lives; so many bytes of a plain value are at the pointer.
-        let status = unsafe { (self.openni.inner.api.stream_set)(self.raw, property, pointer, size) };
-        self.openni.inner.check(status)
-    }
-
-    fn get<T: Plain>(&self, property: c_int, zero: T) -> Result<T, String> {
-        let (mut value, mut size) = (zero, size_of::<T>() as c_int);
-        let pointer = (&raw mut value).cast::<c_void>();
-        // SAFETY: the stream lives; the library writes no more than `size` bytes, of which any make a `T`.
-        let status =
-            unsafe { (self.openni.inner.api.stream_get)(self.raw, property, pointer, &raw mut size) };
-        self.openni.inner.check(status).map(|()| value)
-    }
-
-    /// Sets the mode and turns mirroring off, and sees that it is so.
-    fn set_up(&self, uri: &str, mode: Mode) -> Result<(), OpenniError> {
-        let failed = |what, error| OpenniError::Setting { uri: uri.to_owned(), what, error };
-        let size = |error| failed("size and rate", error);
-        self.set(sys::STREAM_PROPERTY_VIDEO_MODE, mode.raw()).map_err(size)?;
-        let is = self.get(sys::STREAM_PROPERTY_VIDEO_MODE, sys::OniVideoMode::default()).map_err(size)?;
-        if is != mode.raw() {
-            let text = Mode::from_raw(&is).map_or_else(|| "no mode".to_owned(), |mode| mode.to_string());
-            return Err(size(format!("{mode} was accepted, but it is {text}")));
-        }
-        // A camera without this property does not mirror.
-        let set = self.set(sys::STREAM_PROPERTY_MIRRORING, 0_i32);
-        match self.get(sys::STREAM_PROPERTY_MIRRORING, 0_i32) {
-            Ok(0) | Err(_) => Ok(()),
-            Ok(_) => Err(failed("mirroring off", set.err().unwrap_or_else(|| "it is still on".to_owned()))),
-        }
-    }
-
-    /// The stream of a recording as it was recorded.
-    fn recorded(&self, uri: &str, sensor: Sensor) -> Result<Stream, OpenniError> {
-        let failed = |error: String| OpenniError::Open { uri: format!("{uri}, {sensor}"), error };
-        let raw = self.get(sys::STREAM_PROPERTY_VIDEO_MODE, sys::OniVideoMode::default()).map_err(failed)?;
-        let mode = Mode::from_raw(&raw).ok_or_else(|| failed("it has no size".to_owned()))?;
-        let formats: &[c_int] = match sensor {
-            Sensor::Colour => &[sys::FORMAT_RGB888],
-            Sensor::Depth => &[sys::FORMAT_DEPTH_1_MM, sys::FORMAT_DEPTH_100_UM],
-        };
-        if !formats.contains(&mode.format) {
-            return Err(failed(format!("recorded as {mode}: record it as RGB and depth in millimetres")));
-        }
-        let mirrored = self.get(sys::STREAM_PROPERTY_MIRRORING, 0_i32).unwrap_or(0) != 0;
-        Ok(Stream { sensor, handle: self.raw, mode, mirrored })
     }
 }

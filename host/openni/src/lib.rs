@@ -27,6 +27,7 @@ mod oni_file;
 mod pairing;
 mod picture;
 mod recorder;
+mod stream;
 pub mod sys;
 mod worker;
 

@@ -106,6 +106,27 @@ impl OpenNi {
         &self.inner.api.path
     }
 
+    /// Its drivers: the files in the folder beside it that it takes them from. Empty where that cannot be found out.
+    pub fn drivers(&self) -> Vec<PathBuf> {
+        let Some(folder) = self.folder() else { return Vec::new() };
+        let entries = std::fs::read_dir(folder.join("OpenNI2/Drivers"));
+        let mut files: Vec<PathBuf> =
+            entries.into_iter().flatten().flatten().map(|entry| entry.path()).collect();
+        files.sort();
+        files
+    }
+
+    /// The folder that it is in: as it was given, or where the system says that it found it.
+    fn folder(&self) -> Option<PathBuf> {
+        let path = &self.inner.api.path;
+        if path.components().count() > 1 {
+            return path.parent().map(Path::to_owned);
+        }
+        let maps = std::fs::read_to_string("/proc/self/maps").ok()?;
+        let line = maps.lines().find(|line| line.contains("/libOpenNI2."))?;
+        Path::new(line.get(line.find('/')?..)?).parent().map(Path::to_owned)
+    }
+
     /// The library's version, "2.2.0.33".
     pub fn version(&self) -> String {
         // SAFETY: the function only reads constants of the library.

@@ -10,8 +10,10 @@ use nalgebra::Point3;
 use plumb::camera::Camera;
 use plumb::frame::RgbdFrame;
 use plumb::link::{Memory, Serial, Transport};
+use plumb::record::Pace;
 use plumb::rig::Rig;
 use plumb::session::{Place, Session, SessionError, Summary};
+use plumb::source::recorded::Recorded;
 use plumb::source::simulated::{ServedWorld, SimulatedCamera, Timing, VirtualWorld, World};
 use plumb::source::synthetic::{Background, Options, Room, SyntheticCamera};
 use plumb::source::tum::TumFolder;
@@ -20,6 +22,7 @@ use plumb_emulator::{EmulatedBoard, PICO, serve};
 use serde::Serialize;
 
 use super::show::{Progress, ended};
+use super::sight::{record_folder, recorded};
 use super::{DetectorName, Failure, OrFail, Physics, interrupt_flag};
 
 /// The paper's task, closed loop: rendered pictures, OpenCV, a serial port, an emulated board, a simulated rig
@@ -51,6 +54,9 @@ pub(crate) struct Args {
     /// Folder for the run, new or empty [default: the next number under runs/]
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
+    /// Record the pictures to this folder, new or empty (TUM RGB-D, for `plumb replay`)
+    #[arg(long, value_name = "FOLDER")]
+    record: Option<PathBuf>,
     /// Print the JSON line (always so for this command)
     #[arg(long)]
     json: bool,
@@ -84,16 +90,16 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
         let Some(world) = VirtualWorld::new(Rc::clone(&board)) else {
             return Err("the board moves no rig").or_failed();
         };
-        let mut source = SimulatedCamera::new(world, synthetic, motors, Timing::default());
-        run(&args, &rig, &camera, &mut source, Memory::new(board))
+        let source = SimulatedCamera::new(world, synthetic, motors, Timing::default());
+        run(&args, &rig, &camera, source, Memory::new(board))
     } else {
         let served = Rc::new(serve(board).or_failed()?);
         let port = served.path().to_string_lossy().into_owned();
         eprintln!("emulated board on {port}");
         let transport = Serial::open(&port, rig.board.baud).or_failed()?;
         let Some(world) = ServedWorld::new(served) else { return Err("the board moves no rig").or_failed() };
-        let mut source = SimulatedCamera::new(world, synthetic, motors, Timing::default());
-        run(&args, &rig, &camera, &mut source, transport)
+        let source = SimulatedCamera::new(world, synthetic, motors, Timing::default());
+        run(&args, &rig, &camera, source, transport)
     }
 }
 
@@ -116,12 +122,16 @@ fn run<W: World, T: Transport>(
     args: &Args,
     rig: &Rig,
     camera: &Camera,
-    source: &mut SimulatedCamera<W>,
+    source: SimulatedCamera<W>,
     transport: T,
 ) -> Result<ExitCode, Failure>
 where
     SimulatedCamera<W>: Live,
 {
+    let pace = if args.memory { Pace::Virtual } else { Pace::RealTime };
+    let folder = record_folder(args.record.as_deref())?;
+    let recorder = folder.map(|folder| folder.begin(Camera::PAPER, &camera.intrinsics, pace)).transpose();
+    let mut source = Recorded::new(source, recorder.or_bad_input()?);
     let interrupted = interrupt_flag()?;
     let progress = Progress::new();
     let mut detector = args.detector.detector(camera);
@@ -134,10 +144,11 @@ where
         interrupted: &interrupted,
         progress: &mut |row| progress.show(row),
     };
-    let result = session.run(source, transport);
+    let result = session.run(&mut source, transport);
     progress.done();
     let target = rig.targets.last().map_or_else(Point3::origin, |t| Point3::from(t.map(|c| c.get())));
-    let true_error_mm = ((source.world().ball() - target).norm() * 1e6).round() / 1e3;
+    let true_error_mm = ((source.source().world().ball() - target).norm() * 1e6).round() / 1e3;
+    let recording = recorded(source);
     let line = |summary: &Summary| {
         let time = if args.memory { "virtual" } else { "real" };
         serde_json::to_string(&Line { summary, true_error_mm, seed: args.seed, time }).or_failed()
@@ -146,7 +157,7 @@ where
         Ok((summary, folder)) => {
             let code = ended(&summary, &folder);
             println!("{}", line(&summary)?);
-            Ok(code)
+            recording.map(|()| code)
         }
         Err(SessionError::Broken { error, folder, summary }) => {
             println!("{}", line(&summary)?);

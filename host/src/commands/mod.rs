@@ -1,11 +1,13 @@
 //! The commands: from what a person types to what the library does, and back to what a person or a program reads.
 
 pub(crate) mod bench;
+pub(crate) mod cameras;
 pub(crate) mod demo;
 pub(crate) mod emulate;
 pub(crate) mod replay;
 pub(crate) mod run;
 mod show;
+mod sight;
 
 use std::error::Error;
 use std::sync::Arc;

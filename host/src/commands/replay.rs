@@ -1,23 +1,25 @@
 //! `plumb replay`: detection and location on a recording.
 
 use std::io::{self, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Parser;
 use plumb::camera::Camera;
-use plumb::replay::replay_folder;
+use plumb::record::CAMERA_FILE;
+use plumb::replay::replay;
 
+use super::sight::recording;
 use super::{DetectorName, FAILED, Failure, OrFail};
 
-/// Detection and location on a recording (a TUM RGB-D folder): a CSV row a frame
+/// Detection and location on a recording (a TUM RGB-D folder or an .oni file): a CSV row a frame
 #[derive(Parser)]
 pub(crate) struct Args {
-    /// The folder, with rgb.txt and depth.txt
-    folder: PathBuf,
-    /// The camera file (TOML)
+    /// The folder, with rgb.txt and depth.txt, or the .oni file
+    recording: PathBuf,
+    /// The camera file (TOML) [default: camera.toml in the recording's folder]
     #[arg(long)]
-    camera: PathBuf,
+    camera: Option<PathBuf>,
     /// Detector
     #[arg(long, value_enum, default_value = "ball")]
     detector: DetectorName,
@@ -27,11 +29,14 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
-    let camera = Camera::read(&args.camera).or_bad_input()?;
+    let file = args.camera.clone().unwrap_or_else(|| beside(&args.recording));
+    let mut camera = Camera::read(&file).or_bad_input()?;
+    let (mut source, intrinsics) = recording(&args.recording, camera.intrinsics)?;
+    camera.intrinsics = intrinsics;
     let mut detector = args.detector.detector(&camera);
     let report = |problem: &plumb::replay::Problem| eprintln!("plumb: {problem}");
     let outcome =
-        replay_folder(&args.folder, &camera, &mut *detector, io::stdout().lock(), report).or_bad_input()?;
+        replay(&mut *source, &camera, &mut *detector, io::stdout().lock(), report).or_bad_input()?;
     eprintln!(
         "{} frames: {} with a ball, {} of them located; {} broken, {} without depth",
         outcome.frames, outcome.detected, outcome.located, outcome.broken, outcome.without_depth
@@ -47,4 +52,10 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
         writeln!(io::stdout(), "{line}").or_failed()?;
     }
     Ok(if outcome.broken == 0 { ExitCode::SUCCESS } else { ExitCode::from(FAILED) })
+}
+
+/// The camera file that a recording brings along.
+fn beside(recording: &Path) -> PathBuf {
+    let folder = if recording.is_file() { recording.parent() } else { Some(recording) };
+    folder.unwrap_or(recording).join(CAMERA_FILE)
 }

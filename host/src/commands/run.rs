@@ -6,18 +6,20 @@ use std::process::ExitCode;
 use clap::Parser;
 use plumb::camera::Camera;
 use plumb::link::Serial;
+use plumb::record::Pace;
 use plumb::rig::Rig;
 use plumb::session::{Place, Session, SessionError};
-use plumb::source::simulated::{FollowingWorld, SimulatedCamera, Timing};
-use plumb::source::synthetic::{Background, Options, Room, SyntheticCamera};
+use plumb::source::recorded::Recorded;
 
 use super::show::{Progress, ended};
+use super::sight::{Sight, record_folder, recorded};
 use super::{DetectorName, Failure, OrFail, Physics, interrupt_flag};
 
 /// Drive the ball through the targets of a rig file
 ///
-/// The camera is simulated where the rig file has a [simulation] table: the board, real or emulated, is then tried
-/// without a rig, and what it says of its motors moves a simulated one.
+/// The camera is the one that the rig file names: through OpenNI2, or a recording. It is simulated where the rig file has a
+/// [simulation] table and names none: the board, real or emulated, is then tried without a rig, and what it says of its
+/// motors moves a simulated one.
 #[derive(Parser)]
 pub(crate) struct RunArgs {
     /// The rig file (TOML, SI units)
@@ -60,6 +62,9 @@ struct Common {
     /// Folder for the run, new or empty [default: the next number under runs/]
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
+    /// Record the pictures to this folder, new or empty (TUM RGB-D, for `plumb replay`; a camera's also as .oni)
+    #[arg(long, value_name = "FOLDER")]
+    record: Option<PathBuf>,
     /// End with a line of JSON on standard output
     #[arg(long)]
     json: bool,
@@ -77,22 +82,18 @@ pub(crate) fn goto(args: GotoArgs) -> Result<ExitCode, Failure> {
 }
 
 fn drive(file: &Path, rig: Rig, options: &Common) -> Result<ExitCode, Failure> {
+    let text = std::fs::read_to_string(&rig.camera.file).unwrap_or_default();
     let camera = Camera::read(&rig.camera.file).or_bad_input()?;
-    let Some(simulation) = &rig.simulation else {
-        let message = format!(
-            "{}: there is no [simulation] table, and this version has no driver for a real camera yet",
-            file.display()
-        );
-        return Err(message).or_bad_input();
-    };
-    let motors = *simulation.geometry().or_bad_input()?.motors();
-    let world = FollowingWorld::new(options.physics.plant(simulation).or_bad_input()?);
-    let background = Background::Room(Room::furnished());
-    let synthetic = SyntheticCamera::new(camera.clone(), background, Options::default(), 1).or_bad_input()?;
-    let mut source = SimulatedCamera::new(world, synthetic, motors, Timing::default());
+    let chosen = rig.camera.source(rig.simulation.is_some());
+    let chosen = chosen.map_err(|error| format!("{}: {error}", file.display())).or_bad_input()?;
+    let port = options.port.as_ref().unwrap_or(&rig.board.port);
+    let transport = Serial::open(port, rig.board.baud).or_bad_input()?;
+    let folder = record_folder(options.record.as_deref())?;
+    let oni = folder.as_ref().map(|folder| folder.oni());
+    let Sight { source, camera } = Sight::open(chosen, &rig, camera, options.physics, oni)?;
+    let recorder = folder.map(|folder| folder.begin(&text, &camera.intrinsics, Pace::RealTime)).transpose();
+    let mut source = Recorded::new(source, recorder.or_bad_input()?);
 
-    let transport =
-        Serial::open(options.port.as_ref().unwrap_or(&rig.board.port), rig.board.baud).or_bad_input()?;
     let interrupted = interrupt_flag()?;
     let progress = Progress::new();
     let mut detector = options.detector.detector(&camera);
@@ -107,6 +108,7 @@ fn drive(file: &Path, rig: Rig, options: &Common) -> Result<ExitCode, Failure> {
     };
     let result = session.run(&mut source, transport);
     progress.done();
+    let recording = recorded(source);
     let print = |summary| -> Result<(), Failure> {
         if options.json {
             println!("{}", serde_json::to_string(summary).or_failed()?);
@@ -117,7 +119,7 @@ fn drive(file: &Path, rig: Rig, options: &Common) -> Result<ExitCode, Failure> {
         Ok((summary, folder)) => {
             let code = ended(&summary, &folder);
             print(&summary)?;
-            Ok(code)
+            recording.map(|()| code)
         }
         Err(SessionError::Broken { error, folder, summary }) => {
             print(&summary)?;

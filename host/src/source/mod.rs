@@ -7,6 +7,9 @@ use thiserror::Error;
 
 use crate::frame::{FrameError, RgbdFrame};
 
+pub mod openni;
+pub mod paced;
+pub mod recorded;
 pub mod simulated;
 pub mod synthetic;
 pub mod tum;
@@ -63,6 +66,36 @@ pub enum SourceError {
     /// The simulated rig cannot follow its motors.
     #[error("the simulated rig: {0}")]
     Rig(#[from] plumb_emulator::rig::RigError),
+    /// A camera through OpenNI2.
+    #[error(transparent)]
+    Openni(#[from] plumb_openni::OpenniError),
+    /// A camera's own intrinsics are to be used, but it does not tell them.
+    #[error(
+        "{uri}: it does not tell its field of view: write the intrinsics into the camera file, and leave out `intrinsics = \"device\"`"
+    )]
+    NoIntrinsics {
+        /// The camera.
+        uri: String,
+    },
+    /// The intrinsics are those of a picture of another size.
+    #[error(
+        "{uri}: its pictures are {width}x{height}, but the principal point of the camera file's intrinsics, ({cx}, {cy}), is far from their middle: was it calibrated at another resolution?"
+    )]
+    OtherIntrinsics {
+        /// The camera or recording.
+        uri: String,
+        /// Columns of its pictures.
+        width: u16,
+        /// Rows of its pictures.
+        height: u16,
+        /// The principal point's column.
+        cx: f64,
+        /// The principal point's row.
+        cy: f64,
+    },
+    /// OpenCV refused to convert a picture.
+    #[error("OpenCV: {0}")]
+    OpenCv(#[from] opencv::Error),
     /// A frame is lost, but it is known when it was taken.
     #[error("the frame at {time:.6} s: {error}")]
     At {
@@ -81,6 +114,15 @@ impl SourceError {
         match self {
             Self::At { time, .. } => Some(*time),
             _ => None,
+        }
+    }
+
+    /// Whether no picture will come any more: the camera is gone, or the simulated rig.
+    pub fn is_final(&self) -> bool {
+        match self {
+            Self::Rig(_) => true,
+            Self::Openni(error) => !error.is_passing(),
+            _ => false,
         }
     }
 }
@@ -106,5 +148,21 @@ pub trait Live: Source {
     /// Where the simulated rig cannot follow them.
     fn board_moved(&mut self, _motors: [f64; 3]) -> Result<(), SourceError> {
         Ok(())
+    }
+}
+
+impl<S: Source + ?Sized> Source for Box<S> {
+    fn next_frame(&mut self) -> Result<Option<RgbdFrame>, SourceError> {
+        (**self).next_frame()
+    }
+}
+
+impl<S: Live + ?Sized> Live for Box<S> {
+    fn now(&self) -> f64 {
+        (**self).now()
+    }
+
+    fn board_moved(&mut self, motors: [f64; 3]) -> Result<(), SourceError> {
+        (**self).board_moved(motors)
     }
 }

@@ -1,0 +1,86 @@
+//! A stream: set up, or as it was recorded.
+
+use core::ffi::{c_int, c_void};
+
+use crate::library::OpenNi;
+use crate::picture::{Mode, Sensor};
+use crate::{OpenniError, sys};
+
+/// One of the device's streams.
+pub(crate) struct Stream {
+    pub(crate) sensor: Sensor,
+    pub(crate) handle: sys::OniStreamHandle,
+    pub(crate) mode: Mode,
+    /// Left and right are exchanged in what comes.
+    pub(crate) mirrored: bool,
+}
+
+/// A stream that is being set up.
+pub(crate) struct Bare<'a> {
+    pub(crate) openni: &'a OpenNi,
+    pub(crate) raw: sys::OniStreamHandle,
+}
+
+/// What may be read as a property: any bytes are a value of it.
+pub(crate) trait Plain: Copy {}
+impl Plain for c_int {}
+impl Plain for f32 {}
+impl Plain for sys::OniVideoMode {}
+
+impl Bare<'_> {
+    pub(crate) fn destroy(&self) {
+        // SAFETY: the stream lives, and is not used after this.
+        unsafe { (self.openni.inner.api.stream_destroy)(self.raw) };
+    }
+
+    fn set<T: Plain>(&self, property: c_int, value: T) -> Result<(), String> {
+        let size = size_of::<T>() as c_int;
+        let pointer = std::ptr::from_ref(&value).cast::<c_void>();
+        // SAFETY: the stream lives; so many bytes of a plain value are at the pointer.
+        let status = unsafe { (self.openni.inner.api.stream_set)(self.raw, property, pointer, size) };
+        self.openni.inner.check(status)
+    }
+
+    pub(crate) fn get<T: Plain>(&self, property: c_int, zero: T) -> Result<T, String> {
+        let (mut value, mut size) = (zero, size_of::<T>() as c_int);
+        let pointer = (&raw mut value).cast::<c_void>();
+        // SAFETY: the stream lives; the library writes no more than `size` bytes, of which any make a `T`.
+        let status =
+            unsafe { (self.openni.inner.api.stream_get)(self.raw, property, pointer, &raw mut size) };
+        self.openni.inner.check(status).map(|()| value)
+    }
+
+    /// Sets the mode and turns mirroring off, and sees that it is so.
+    pub(crate) fn set_up(&self, uri: &str, mode: Mode) -> Result<(), OpenniError> {
+        let failed = |what, error| OpenniError::Setting { uri: uri.to_owned(), what, error };
+        let size = |error| failed("size and rate", error);
+        self.set(sys::STREAM_PROPERTY_VIDEO_MODE, mode.raw()).map_err(size)?;
+        let is = self.get(sys::STREAM_PROPERTY_VIDEO_MODE, sys::OniVideoMode::default()).map_err(size)?;
+        if is != mode.raw() {
+            let text = Mode::from_raw(&is).map_or_else(|| "no mode".to_owned(), |mode| mode.to_string());
+            return Err(size(format!("{mode} was accepted, but it is {text}")));
+        }
+        // A camera without this property does not mirror.
+        let set = self.set(sys::STREAM_PROPERTY_MIRRORING, 0_i32);
+        match self.get(sys::STREAM_PROPERTY_MIRRORING, 0_i32) {
+            Ok(0) | Err(_) => Ok(()),
+            Ok(_) => Err(failed("mirroring off", set.err().unwrap_or_else(|| "it is still on".to_owned()))),
+        }
+    }
+
+    /// The stream of a recording as it was recorded.
+    pub(crate) fn recorded(&self, uri: &str, sensor: Sensor) -> Result<Stream, OpenniError> {
+        let failed = |error: String| OpenniError::Open { uri: format!("{uri}, {sensor}"), error };
+        let raw = self.get(sys::STREAM_PROPERTY_VIDEO_MODE, sys::OniVideoMode::default()).map_err(failed)?;
+        let mode = Mode::from_raw(&raw).ok_or_else(|| failed("it has no size".to_owned()))?;
+        let formats: &[c_int] = match sensor {
+            Sensor::Colour => &[sys::FORMAT_RGB888],
+            Sensor::Depth => &[sys::FORMAT_DEPTH_1_MM, sys::FORMAT_DEPTH_100_UM],
+        };
+        if !formats.contains(&mode.format) {
+            return Err(failed(format!("recorded as {mode}: record it as RGB and depth in millimetres")));
+        }
+        let mirrored = self.get(sys::STREAM_PROPERTY_MIRRORING, 0_i32).unwrap_or(0) != 0;
+        Ok(Stream { sensor, handle: self.raw, mode, mirrored })
+    }
+}

@@ -1,0 +1,113 @@
+//! What a run looks through, and what is recorded of it.
+
+use std::path::{Path, PathBuf};
+
+use plumb::camera::{Camera, Intrinsics};
+use plumb::record::RecordFolder;
+use plumb::rig::{IntrinsicsFrom, Rig, SourceName};
+use plumb::source::openni::{Lens, OpenniSource};
+use plumb::source::paced::Paced;
+use plumb::source::recorded::Recorded;
+use plumb::source::simulated::{FollowingWorld, SimulatedCamera, Timing};
+use plumb::source::synthetic::{Background, Options, Room, SyntheticCamera};
+use plumb::source::tum::TumFolder;
+use plumb::source::{Live, Source};
+use plumb_openni::{OpenNi, Settings, Target};
+
+use super::{Failure, OrFail, Physics};
+
+/// A source of pictures, and the camera that they are taken with.
+pub(crate) struct Sight {
+    pub(crate) source: Box<dyn Live>,
+    /// As in its file, but for the intrinsics, where the device tells them.
+    pub(crate) camera: Camera,
+}
+
+impl Sight {
+    /// Opens the source `chosen` of `rig`, which looks as `camera` says; what comes from a device is also recorded to the
+    /// file `oni`.
+    pub(super) fn open(
+        chosen: SourceName,
+        rig: &Rig,
+        camera: Camera,
+        physics: Physics,
+        oni: Option<PathBuf>,
+    ) -> Result<Self, Failure> {
+        match chosen {
+            SourceName::Simulated => simulated(rig, camera, physics),
+            SourceName::Openni => live(rig, camera, oni),
+            SourceName::Recording => {
+                let Some(path) = &rig.camera.recording else {
+                    return Err("no recording is named").or_bad_input();
+                };
+                let (source, intrinsics) = recording(path, camera.intrinsics)?;
+                let camera = Camera { intrinsics, ..camera };
+                Ok(Self { source: Box::new(Paced::new(source)), camera })
+            }
+        }
+    }
+}
+
+/// A camera that looks at the simulated rig, which follows the board's motors.
+fn simulated(rig: &Rig, camera: Camera, physics: Physics) -> Result<Sight, Failure> {
+    let Some(simulation) = &rig.simulation else { return Err("no rig is simulated").or_bad_input() };
+    let motors = *simulation.geometry().or_bad_input()?.motors();
+    let world = FollowingWorld::new(physics.plant(simulation).or_bad_input()?);
+    let background = Background::Room(Room::furnished());
+    let synthetic = SyntheticCamera::new(camera.clone(), background, Options::default(), 1).or_bad_input()?;
+    let source = Box::new(SimulatedCamera::new(world, synthetic, motors, Timing::default()));
+    Ok(Sight { source, camera })
+}
+
+/// A camera through OpenNI2.
+fn live(rig: &Rig, camera: Camera, oni: Option<PathBuf>) -> Result<Sight, Failure> {
+    let choice = &rig.camera.openni;
+    let lens = match choice.intrinsics {
+        IntrinsicsFrom::File => Lens::Calibrated(camera.intrinsics),
+        IntrinsicsFrom::Device => Lens::FieldOfView,
+    };
+    let openni = OpenNi::load().or_bad_input()?;
+    let (target, settings) = choice.settings(oni);
+    let source = OpenniSource::open(&openni, &target, settings, lens).or_bad_input()?;
+    let opened = source.opened();
+    eprintln!("camera: {} ({}), {}", opened.name, opened.uri, opened.mode);
+    for note in &opened.notes {
+        eprintln!("plumb: {note}");
+    }
+    let camera = Camera { intrinsics: *source.intrinsics(), ..camera };
+    Ok(Sight { source: Box::new(source), camera })
+}
+
+/// The recording at `path`, a TUM folder or an `.oni` file, and the intrinsics that its frames have.
+pub(super) fn recording(
+    path: &Path,
+    intrinsics: Intrinsics,
+) -> Result<(Box<dyn Source>, Intrinsics), Failure> {
+    if !path.is_file() {
+        return Ok((Box::new(TumFolder::open(path, intrinsics).or_bad_input()?), intrinsics));
+    }
+    let openni = OpenNi::load().or_bad_input()?;
+    let (target, lens) = (Target::Recording(path.to_owned()), Lens::Calibrated(intrinsics));
+    let source = OpenniSource::open(&openni, &target, Settings::default(), lens).or_bad_input()?;
+    let intrinsics = *source.intrinsics();
+    Ok((Box::new(source), intrinsics))
+}
+
+/// The folder for a recording, where one is asked for.
+pub(super) fn record_folder(path: Option<&Path>) -> Result<Option<RecordFolder>, Failure> {
+    path.map(RecordFolder::create).transpose().or_bad_input()
+}
+
+/// Ends the recording, closes the source, and tells what was recorded.
+pub(super) fn recorded<S>(source: Recorded<S>) -> Result<(), Failure> {
+    let (source, recording) = source.finish();
+    drop(source);
+    if let Some(recording) = recording.or_failed()? {
+        let left_out = match recording.left_out {
+            0 => String::new(),
+            n => format!(", {n} left out: they came faster than they could be written"),
+        };
+        eprintln!("recorded: {} frames in {}{left_out}", recording.frames, recording.folder.display());
+    }
+    Ok(())
+}

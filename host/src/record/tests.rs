@@ -1,0 +1,84 @@
+use opencv::core::{CV_8UC3, MatTraitConst, MatTraitConstManual, Scalar};
+
+use super::*;
+use crate::camera::Camera;
+use crate::source::Source;
+use crate::source::tum::TumFolder;
+
+const CAMERA: &str = include_str!("../../rigs/camera.toml");
+
+fn frame(time: f64, depth_scale: f64, values: &[u16]) -> RgbdFrame {
+    let lens = Camera::paper().unwrap().intrinsics;
+    let colour = Mat::new_rows_cols_with_default(4, 4, CV_8UC3, Scalar::new(time, 20.0, 30.0, 0.0)).unwrap();
+    let depth = Mat::from_slice(values).unwrap().reshape(1, 4).unwrap().try_clone().unwrap();
+    RgbdFrame::new(time, colour, depth, Intrinsics { depth_scale, ..lens }).unwrap()
+}
+
+/// Records `frames` and reads the folder back with its own camera file.
+fn there_and_back(frames: &[RgbdFrame]) -> (Camera, Vec<RgbdFrame>) {
+    let folder = tempfile::tempdir().unwrap();
+    let record = RecordFolder::create(folder.path()).unwrap();
+    let mut recorder = record.begin(CAMERA, frames[0].intrinsics(), Pace::Virtual).unwrap();
+    frames.iter().for_each(|frame| recorder.add(frame));
+    let recording = recorder.finish().unwrap();
+    assert_eq!((recording.frames, recording.left_out), (frames.len() as u64, 0));
+    let camera = Camera::read(&folder.path().join(CAMERA_FILE)).unwrap();
+    let mut source = TumFolder::open(folder.path(), camera.intrinsics).unwrap();
+    let mut read = Vec::new();
+    while let Some(frame) = source.next_frame().unwrap() {
+        read.push(frame);
+    }
+    (camera, read)
+}
+
+fn depths(frame: &RgbdFrame) -> Vec<Option<f64>> {
+    (0..16).map(|i| frame.depth_at(i % 4, i / 4)).collect()
+}
+
+#[test]
+fn what_is_recorded_is_read_back_to_the_bit() {
+    // Millimetres, TUM's units, tenths of a millimetre (of which 5000 a metre are no multiple).
+    for (own, written) in [(1000.0, 5000.0), (5000.0, 5000.0), (10_000.0, 10_000.0)] {
+        let values: Vec<u16> = (0..16).map(|i| i * 777).collect();
+        let frames: Vec<RgbdFrame> = (0..70).map(|i| frame(f64::from(i) / 30.0, own, &values)).collect();
+        let (camera, read) = there_and_back(&frames);
+        assert_eq!(camera.intrinsics.depth_scale, written);
+        assert_eq!(read.len(), frames.len());
+        for (read, frame) in read.iter().zip(&frames) {
+            assert!((read.time() - frame.time()).abs() < 1e-6);
+            assert_eq!(depths(read), depths(frame));
+            assert_eq!(read.colour().data_bytes().unwrap(), frame.colour().data_bytes().unwrap());
+        }
+    }
+}
+
+#[test]
+fn depth_that_the_format_cannot_hold_is_none() {
+    let mut values = [1000; 16];
+    (values[0], values[1]) = (13_107, 13_108);
+    let (_, read) = there_and_back(&[frame(0.0, 1000.0, &values)]);
+    assert_eq!(depths(&read[0])[..3], [Some(13.107), None, Some(1.0)]);
+}
+
+#[test]
+fn a_recording_is_never_overwritten() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("rgb.txt"), "kept").unwrap();
+    let error = RecordFolder::create(folder.path()).unwrap_err();
+    assert!(matches!(error, RecordError::Exists(_)), "{error}");
+    let error = RecordFolder::create(&folder.path().join("rgb.txt")).unwrap_err();
+    assert!(matches!(error, RecordError::Exists(_)), "{error}");
+}
+
+#[test]
+fn a_recording_that_cannot_be_written_says_so_at_its_end() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("record");
+    let one = frame(0.0, 1000.0, &[0; 16]);
+    let mut recorder =
+        RecordFolder::create(&path).unwrap().begin(CAMERA, one.intrinsics(), Pace::Virtual).unwrap();
+    fs::remove_dir_all(path.join("depth")).unwrap();
+    recorder.add(&one);
+    let error = recorder.finish().unwrap_err().to_string();
+    assert!(error.contains("depth/000001.png"), "{error}");
+}

@@ -1,0 +1,97 @@
+//! The paper's task with pictures that went through the real libOpenNI2, in real time: the test driver's camera looks at the
+//! ball of the emulated board's rig, and the board is at the other end of a pseudo-terminal.
+
+#![allow(clippy::expect_used, reason = "a test stops at the first surprise")]
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+use std::time::Duration;
+
+use nalgebra::Point3;
+use plumb::camera::Camera;
+use plumb::detect::ball::Ball;
+use plumb::link::Serial;
+use plumb::rig::Rig;
+use plumb::session::{Place, Session};
+use plumb::source::openni::{Lens, OpenniSource};
+use plumb_emulator::rig::{QuasiStatic, Task};
+use plumb_emulator::{EmulatedBoard, PICO, serve};
+use plumb_openni::{OpenNi, Settings, Target};
+use plumb_openni_driver::{Control, ControlFile};
+
+/// The paper's rig file, quicker, and with patience for a busy machine.
+fn rig() -> Rig {
+    let mut rig = Rig::paper().expect("the paper's rig file");
+    rig.law.set_gamma(150.0).expect("a gain");
+    let seconds = |s: f64| s.try_into().expect("seconds");
+    rig.deadlines.host = seconds(2.0);
+    rig.deadlines.position = seconds(2.0);
+    rig.deadlines.max_age = seconds(1.0);
+    rig
+}
+
+/// The camera's view of `ball` (rig frame, metres).
+fn seen(camera: &Camera, ball: Point3<f64>) -> Control {
+    let ball = camera.pose.inverse_transform_point(&ball);
+    Control { ball: Some(ball.into()), diameter: camera.ball_diameter, ..Control::default() }
+}
+
+#[test]
+fn the_papers_task_is_done_through_libopenni2() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let library = match plumb_openni_driver::stage(folder.path(), true) {
+        Ok(library) => library,
+        Err(error) => {
+            assert!(std::env::var_os("CI").is_none(), "{error}");
+            return println!("skipped: {error}");
+        }
+    };
+    let (rig, camera, task) = (rig(), Camera::paper().expect("the paper's camera"), Task::paper());
+    let plant = QuasiStatic::new(task.geometry, task.start).expect("the paper's rig");
+    let served =
+        Arc::new(serve(EmulatedBoard::with_plant(PICO, Box::new(plant))).expect("a pseudo-terminal"));
+    let path = folder.path().join("control");
+    let mut control = ControlFile::create(&path, &seen(&camera, task.start)).expect("a control file");
+    let uri = control.uri();
+
+    // The camera looks at the rig.
+    let over = Arc::new(AtomicBool::new(false));
+    let eye = {
+        let (over, served, camera) = (Arc::clone(&over), Arc::clone(&served), camera.clone());
+        thread::spawn(move || {
+            while !over.load(Ordering::Relaxed) {
+                let ball = served.board().ball().expect("a rig");
+                control.write(&seen(&camera, ball)).expect("the control file");
+                thread::sleep(Duration::from_millis(2));
+            }
+        })
+    };
+
+    let openni = OpenNi::load_from(&library).expect("the library");
+    let settings = Settings { latency: 0.005, ..Settings::default() };
+    let mut source =
+        OpenniSource::open(&openni, &Target::Uri(uri), settings, Lens::FieldOfView).expect("the camera");
+    let camera = Camera { intrinsics: *source.intrinsics(), ..camera };
+    let transport = Serial::open(&served.path().to_string_lossy(), rig.board.baud).expect("the board's port");
+    let (mut detector, interrupted) = (Ball::for_camera(&camera), AtomicBool::new(false));
+    let session = Session {
+        rig: &rig,
+        camera: &camera,
+        detector: &mut detector,
+        place: Place::Folder(folder.path().join("run")),
+        patience: 60.0,
+        interrupted: &interrupted,
+        progress: &mut |_| (),
+    };
+    let result = session.run(&mut source, transport);
+    over.store(true, Ordering::Relaxed);
+    eye.join().expect("the camera's eye");
+    let (summary, _) = result.expect("an unbroken run");
+    assert!(summary.reached, "{summary:?}");
+    // 114 periods by the law, without latency.
+    assert!(summary.located > 60 && summary.lost < summary.frames / 10, "{summary:?}");
+    let error = (served.board().ball().expect("a rig") - task.target).norm();
+    assert!(error < 0.010, "{error} m from the target: {summary:?}");
+    println!("{summary:?}, {:.2} mm from the target", error * 1e3);
+}
