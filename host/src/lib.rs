@@ -6,6 +6,7 @@
 
 pub mod bench;
 pub mod camera;
+pub mod cosim;
 pub mod detect;
 pub mod drive;
 pub mod frame;

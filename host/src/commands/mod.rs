@@ -2,6 +2,7 @@
 
 pub(crate) mod bench;
 pub(crate) mod cameras;
+pub(crate) mod cosim;
 pub(crate) mod demo;
 pub(crate) mod emulate;
 pub(crate) mod replay;

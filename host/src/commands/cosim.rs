@@ -1,0 +1,69 @@
+//! `plumb cosim`: the board in lock step with any physics engine.
+
+use std::io::{BufRead, Write};
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::Parser;
+use plumb::bench::control::Limits;
+use plumb::cosim::{Cosim, Request};
+use plumb::rig::{LawSettings, Rig};
+use plumb_protocol::Config;
+
+use super::{Failure, OrFail};
+
+/// The board in lock step with any physics engine: JSON lines on standard input and output
+///
+/// In: {"t": s, "dt": s, "position": [x, y, z] or null, "age": s, "target": [x, y, z]}, metres in the rig frame, `target`
+/// where it changes. Out, after the board has run from t to t + dt: {"t": t + dt, "steps": [[a, b, c], ...], "rates":
+/// [a, b, c], "state": "...", "reached": bool}, full steps since the start, + pays out. A board that has stopped because
+/// it saw nothing for half a second goes on when it sees the ball again.
+#[derive(Parser)]
+pub(crate) struct Args {
+    /// A rig file with limits, workspace and law; without one: 400 steps/s, 2000 steps/s², all of ±4 m, 10 mm
+    #[arg(long)]
+    rig: Option<PathBuf>,
+    /// The law, with its usual parameters [default: the rig file's, or the default law]
+    #[arg(long, value_parser = law)]
+    law: Option<LawSettings>,
+    /// Motor positions in an answer, evenly over dt
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    samples: u32,
+}
+
+fn law(name: &str) -> Result<LawSettings, String> {
+    LawSettings::named(name).ok_or_else(|| format!("one of {}", LawSettings::NAMES.join(", ")))
+}
+
+fn config(args: &Args) -> Result<Config, Failure> {
+    if let Some(path) = &args.rig {
+        let mut rig = Rig::read(path).or_bad_input()?;
+        if let Some(law) = &args.law {
+            rig.law = law.clone();
+        }
+        return rig.config().or_bad_input();
+    }
+    let law = args.law.clone().or_else(|| LawSettings::named(LawSettings::DEFAULT)).ok_or("no such law").or_bad_input()?;
+    let mean = law.mean().config("mean").or_bad_input()?;
+    Ok(Limits::default().config(law.config().or_bad_input()?, mean, 0.010))
+}
+
+pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
+    let mut cosim = Cosim::new(config(&args)?).or_bad_input()?;
+    let mut out = std::io::stdout().lock();
+    for (number, line) in (1..).zip(std::io::stdin().lock().lines()) {
+        let line = line.or_failed()?;
+        if line.trim().is_empty() {
+            continue;
+        }
+        let wrong = |error: &dyn std::fmt::Display| format!("line {number}: {error}");
+        let request: Request = serde_json::from_str(&line).map_err(|e| wrong(&e)).or_bad_input()?;
+        let answer = cosim.step(&request, args.samples).map_err(|e| wrong(&e)).or_bad_input()?;
+        let answer = serde_json::to_string(&answer).or_failed()?;
+        // The engine waits for each line.
+        if writeln!(out, "{answer}").and_then(|()| out.flush()).is_err() {
+            break;
+        }
+    }
+    Ok(ExitCode::SUCCESS)
+}
