@@ -7,9 +7,14 @@
 //!    what is behind it ([`judge`](super::judge)). The best one is the ball if it is good enough; otherwise
 //!    there is none.
 
+use opencv::core::{MatTraitConst, Rect};
+
+use super::colour::BallColour;
+use super::edge::Fine;
 use super::judge::{Judge, detection, radius_at};
-use super::outline::{Disc, Outline, Picture};
-use super::propose::{Proposal, propose};
+use super::outline::{Disc, Picture};
+use super::propose::{Coarse, Proposal};
+use super::sphere::{Depths, seen};
 use super::{DetectError, Detection, Detector};
 use crate::camera::{Camera, Intrinsics};
 use crate::frame::RgbdFrame;
@@ -21,6 +26,8 @@ const DISTANCES: (f64, f64) = (0.25, 2.5);
 const THRESHOLD: f64 = 0.3;
 /// A score that ends the search: nothing else will do better by much.
 const CERTAIN: f64 = 0.95;
+/// Spheres in the depth picture that are looked at closely.
+const SPHERES: usize = 8;
 /// Places that are looked at closely: with a depth that fits, and without depth.
 const LOOKED_AT: (usize, usize) = (24, 8);
 /// Where the surroundings of a blob are looked at, in a ball's radius: the blob need not be its middle.
@@ -34,13 +41,14 @@ const SIZE_FACTOR: f64 = 2.0;
 #[derive(Debug, Clone)]
 pub struct Ball {
     ball_radius: f64,
+    colour: BallColour,
     threshold: f64,
 }
 
 impl Ball {
     /// For a ball of `ball_diameter` metres.
     pub fn new(ball_diameter: f64) -> Self {
-        Self { ball_radius: ball_diameter / 2.0, threshold: THRESHOLD }
+        Self { ball_radius: ball_diameter / 2.0, colour: BallColour::new(0.0), threshold: THRESHOLD }
     }
 
     /// For the camera's ball.
@@ -53,28 +61,37 @@ impl Ball {
         Self { threshold, ..self }
     }
 
-    /// The best outline of all and its score.
-    fn best(&self, frame: &RgbdFrame) -> Result<Option<(Outline, f64)>, DetectError> {
-        let picture = Picture::new(frame.colour(), frame.intrinsics())?;
+    /// The best candidate in a window of the picture and its score.
+    fn best(&self, frame: &RgbdFrame, window: Rect) -> Result<Option<(Fine, f64)>, DetectError> {
+        let picture = Picture::new(frame.colour(), frame.intrinsics(), self.colour)?;
         let depth = DepthView::of(frame)?;
         let judge = Judge { picture: &picture, depth: &depth, ball_radius: self.ball_radius };
-        let mut best: Option<(Outline, f64)> = None;
-        let (smallest, largest) = self.radii(frame.intrinsics());
-        for start in self.starts(frame, &depth)? {
-            let Some(outline) = picture.fit(start.disc, start.surface.is_none()) else { continue };
-            if !(0.8 * smallest..1.25 * largest).contains(&outline.disc.radius) {
-                continue;
-            }
-            let score = judge.score(&outline);
-            // Of equal ones the more promising blob's.
+        let coarse = Coarse::new(frame.colour(), window, self.colour)?;
+        let radii = self.radii(frame.intrinsics());
+        let fits = |radius: f64| (0.8 * radii.0..1.25 * radii.1).contains(&radius);
+        let mut best: Option<(Fine, f64)> = None;
+        let mut consider = |start: Disc, held: bool| {
+            let candidate = judge.candidate(start, held);
+            let score = if fits(candidate.fine.disc.radius) { judge.score(&candidate) } else { 0.0 };
+            // Of equal ones the more promising one's.
             if best.is_none_or(|b| score > b.1) {
-                best = Some((outline, score));
+                best = Some((candidate.fine, score));
             }
-            if score > CERTAIN {
+            score > CERTAIN
+        };
+        let depths = Depths { picture: &picture, depth: &depth, ball_radius: self.ball_radius };
+        let spheres = depths.spheres(&coarse);
+        let discs = spheres.iter().filter_map(|centre| seen(&picture, centre, self.ball_radius));
+        if discs.take(SPHERES).any(|disc| consider(disc, true)) {
+            return Ok(best);
+        }
+        for start in self.starts(&coarse, frame.intrinsics(), &depth) {
+            let Some(outline) = picture.fit(start.disc, start.surface.is_none()) else { continue };
+            if consider(outline.disc, false) {
                 break;
             }
         }
-        Ok(best.map(|(outline, score)| (judge.uncovered(&outline).unwrap_or(outline), score)))
+        Ok(best)
     }
 
     /// The smallest and the largest radius that the ball can have in a picture, pixels.
@@ -84,18 +101,18 @@ impl Ball {
     }
 
     /// The places to look at closely.
-    fn starts(&self, frame: &RgbdFrame, depth: &DepthView) -> Result<Vec<Start>, DetectError> {
+    fn starts(&self, coarse: &Coarse, intrinsics: &Intrinsics, depth: &DepthView) -> Vec<Start> {
         let mut starts: Vec<Start> = Vec::new();
         let (mut with_depth, mut without) = LOOKED_AT;
-        for proposal in propose(frame.colour(), self.radii(frame.intrinsics()))? {
-            let Some(start) = self.start(&proposal, frame.intrinsics(), depth) else { continue };
+        for proposal in coarse.propose(self.radii(intrinsics)) {
+            let Some(start) = self.start(&proposal, intrinsics, depth) else { continue };
             let left = if start.surface.is_some() { &mut with_depth } else { &mut without };
             if *left > 0 && !starts.iter().any(|s| s.same_as(&start)) && !self.is_attached(&start, depth) {
                 *left -= 1;
                 starts.push(start);
             }
         }
-        Ok(starts)
+        starts
     }
 
     /// Whether what is around a start is mostly as near as itself: a part of something larger.
@@ -162,7 +179,8 @@ impl Detector for Ball {
     }
 
     fn detect(&mut self, frame: &RgbdFrame) -> Result<Option<Detection>, DetectError> {
-        let best = self.best(frame)?.filter(|(_, score)| *score >= self.threshold);
-        Ok(best.map(|(outline, score)| detection(&outline, score)))
+        let whole = Rect::new(0, 0, frame.colour().cols(), frame.colour().rows());
+        let best = self.best(frame, whole)?.filter(|(_, score)| *score >= self.threshold);
+        Ok(best.map(|(fine, score)| detection(&fine.disc, score)))
     }
 }

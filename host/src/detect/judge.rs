@@ -1,8 +1,9 @@
 //! Whether an outline is a ball's: its shape, its size against depth, and what is around it.
 
-use nalgebra::{Matrix4, Vector4};
+use nalgebra::{Matrix3, Matrix4, Vector4};
 
-use super::outline::{Outline, Picture, RAYS, Rim};
+use super::edge::Fine;
+use super::outline::{Disc, Outline, Picture, RAYS, Rim};
 use crate::camera::Intrinsics;
 use crate::detect::Detection;
 use crate::locate::{DepthView, rough_centre_depth};
@@ -17,6 +18,12 @@ const SIZE_ERROR: f64 = 0.12;
 const KNOWN: f64 = 0.2;
 /// What is left of the score of a ball whose depth is not known.
 const UNKNOWN: f64 = 0.7;
+/// How far the edges may move a disc that depth has shown: in its radius, and pixels more.
+const HELD: (f64, f64) = (0.3, 2.5);
+/// How much of the ball's colour half of the disc has: too little, and enough.
+const LIKENESS: (f64, f64) = (0.2, 0.4);
+/// How uneven a disc without depth must be lit: too little, and enough.
+const FLAT: (f64, f64) = (0.15, 0.35);
 /// Part of the radius within which a surface's shape is read, and readings across it.
 const SURFACE: (f64, i32) = (0.85, 9);
 
@@ -33,53 +40,99 @@ pub(super) struct Judge<'a> {
     pub(super) ball_radius: f64,
 }
 
+/// A disc that may be the ball's, and what is known of it.
+pub(super) struct Candidate {
+    pub(super) fine: Fine,
+    outline: Outline,
+}
+
 impl Judge<'_> {
-    /// How sure it is that `outline` is the ball's: 0 to 1. A product, so that each doubt is enough: too
-    /// little of the outline seen, too little of the disc red, too little contrast, another size than the
-    /// depth asks for, a surface that goes on beside it or is not round.
-    pub(super) fn score(&self, outline: &Outline) -> f64 {
-        if outline.support() < 0.25 || outline.fill < 0.35 || outline.contrast < 0.1 {
-            return 0.0;
+    /// The disc at `start` to a fraction of a pixel, without the edges of what covers it or is beside it as far as depth
+    /// says so, and of the size that depth asks for. It does not leave `start` far behind if that is `held`.
+    pub(super) fn candidate(&self, start: Disc, held: bool) -> Candidate {
+        let depth = self.centre(&start);
+        let by_depth = depth.map(|z| radius_at(self.picture.intrinsics(), self.ball_radius, z));
+        let around = depth.map(|z| self.around(&self.picture.outline_at(start), z));
+        let trusted = around.map_or([true; RAYS], |a| {
+            a.sides.map(|side| !matches!(side, Some(Side::Covered | Side::Attached)))
+        });
+        let near = |fine: &Fine| {
+            let way = (fine.disc.u - start.u).hypot(fine.disc.v - start.v);
+            !held || way < HELD.0 * start.radius + HELD.1
+        };
+        let rough = Matrix3::identity() * (0.15 * start.radius).powi(2);
+        let fine = self.picture.refine_edges(start, by_depth, &trusted).filter(near);
+        let fine = fine.unwrap_or(Fine { disc: start, covariance: rough, edges: [false; RAYS] });
+        let mut outline = self.picture.outline_at(fine.disc);
+        for (rim, edge) in outline.rims.iter_mut().zip(fine.edges) {
+            if edge && *rim != Rim::Unseen {
+                *rim = Rim::Edge;
+            }
         }
-        let depth = self.centre(outline);
-        let by_picture = radius_at(self.picture.intrinsics(), self.ball_radius, outline.disc.radius);
-        let z = depth.unwrap_or(by_picture);
-        let around = self.around(outline, z);
-        let free = around.part(Side::Free);
+        Candidate { fine, outline }
+    }
+
+    /// How sure it is that `candidate` is the ball: 0 to 1. A product, so that each doubt is enough: too little of the
+    /// outline seen, too little of the disc of the ball's colour, too little contrast, another size than the depth asks
+    /// for, a surface that goes on beside it or is not round.
+    pub(super) fn score(&self, candidate: &Candidate) -> f64 {
+        let Candidate { fine, outline } = candidate;
+        let by_picture = radius_at(self.picture.intrinsics(), self.ball_radius, fine.disc.radius);
+        let depth = self.centre(&fine.disc);
+        let around = self.around(outline, depth.unwrap_or(by_picture));
+        let free = around.part(Side::Free) + around.part(Side::Behind);
         let uncovered = free / (1.0 - around.part(Side::Covered)).max(0.01);
         let shape = ramp(free, 0.25, 0.45) * ramp(uncovered, 0.4, 0.8) * ramp(outline.fill, 0.35, 0.6);
-        if shape == 0.0 {
+        let sight = self.sight(&fine.disc, depth);
+        let colour = shape * ramp(f64::from(sight.likeness), LIKENESS.0, LIKENESS.1);
+        if colour == 0.0 {
             return 0.0;
         }
-        if depth.is_none() {
-            let clear = ramp(outline.contrast, 0.15, 0.35) * ramp(free, 0.5, 0.8);
-            return UNKNOWN * shape * clear;
-        }
+        let Some(z) = depth else {
+            let edges = fine.edges.iter().filter(|&&e| e).count() as f64 / RAYS as f64;
+            let clear = ramp(outline.contrast, 0.15, 0.35) * ramp(edges, 0.55, 0.8);
+            return UNKNOWN * colour * clear * ramp(f64::from(sight.shading), FLAT.0, FLAT.1);
+        };
         let off = (by_picture / z).ln() / SIZE_ERROR;
-        shape
-            * ramp(outline.contrast, 0.1, 0.2)
+        colour
+            * ramp(outline.contrast, 0.1, 0.2).max(ramp(around.part(Side::Behind), 0.3, 0.6))
             * (0.8 + 0.2 * ramp(outline.contrast, 0.15, 0.4))
             * (-off * off / 2.0).exp()
             * (1.0 - ramp(around.part(Side::Attached), 0.05, 0.2))
-            * roundness(outline, self.depth, z, self.ball_radius).map_or(1.0, |g| ramp(g, 0.15, 0.55))
+            * roundness(&fine.disc, self.depth, z, self.ball_radius).map_or(1.0, |g| ramp(g, 0.15, 0.55))
     }
 
-    /// The outline fitted again without the edges of what covers the ball; `None` where nothing does, or
-    /// where too little of the ball's own edge would be left.
-    pub(super) fn uncovered(&self, outline: &Outline) -> Option<Outline> {
-        let z = self.centre(outline)?;
-        let around = self.around(outline, z);
-        if around.part(Side::Covered) < 0.05 || around.part(Side::Free) < 0.3 {
-            return None;
+    /// The colour and the shading on a disc: of what is not in front of a ball at depth `z`.
+    fn sight(&self, disc: &Disc, z: Option<f64>) -> Sight {
+        let mut likenesses = Vec::with_capacity(64);
+        let mut parts = [(0.0_f32, 0.0_f32); 9];
+        for j in -4..=4_i32 {
+            for i in -4..=4_i32 {
+                let [x, y] = [i, j].map(|k| f64::from(k) * 0.22);
+                if x * x + y * y > 0.8 {
+                    continue;
+                }
+                let (u, v) = (disc.u + x * disc.radius, disc.v + y * disc.radius);
+                let covered = z.zip(self.depth.at(u, v)).is_some_and(|(z, o)| o < z - 1.5 * self.ball_radius);
+                let Some(pixel) = self.picture.colour_at(u, v).filter(|_| !covered) else { continue };
+                let colour = pixel.0.map(f32::from);
+                likenesses.push(self.picture.ball().damped(colour, 12.0));
+                let part = &mut parts[((j + 4) / 3 * 3 + (i + 4) / 3) as usize];
+                *part = (part.0 + colour.iter().sum::<f32>(), part.1 + 1.0);
+            }
         }
-        let trusted = around.sides.map(|side| side == Some(Side::Free));
-        let radius = radius_at(self.picture.intrinsics(), self.ball_radius, z);
-        Some(self.picture.fit_again(outline, radius, &trusted))
+        likenesses.sort_by(f32::total_cmp);
+        let means = parts.iter().filter(|(_, n)| *n > 2.0).map(|(sum, n)| sum / n);
+        let (least, most, sum, n) = means.fold((f32::INFINITY, 0.0_f32, 0.0, 0.0), |(a, b, sum, n), m| {
+            (a.min(m), b.max(m), sum + m, n + 1.0)
+        });
+        let shading = if n > 4.0 { (most - least) / (sum / n + 1.0) } else { 0.0 };
+        Sight { likeness: likenesses.get(likenesses.len() / 2).copied().unwrap_or(0.0), shading }
     }
 
     /// Depth of the ball's centre, metres, where enough of the disc agrees on it.
-    fn centre(&self, outline: &Outline) -> Option<f64> {
-        let known = rough_centre_depth(&detection(outline, 0.0), self.depth, self.ball_radius)?;
+    pub(super) fn centre(&self, disc: &Disc) -> Option<f64> {
+        let known = rough_centre_depth(&detection(disc, 0.0), self.depth, self.ball_radius)?;
         (known.support >= KNOWN).then_some(known.depth)
     }
 
@@ -96,6 +149,7 @@ impl Judge<'_> {
                 Some(o) if o <= z && outline.rims[ray] == Rim::Red => Side::Attached,
                 Some(o) if o <= z - 1.2 * self.ball_radius => Side::Covered,
                 Some(o) if o <= z => Side::Attached,
+                Some(o) if o > z + self.ball_radius => Side::Behind,
                 _ if outline.rims[ray] == Rim::Edge => Side::Free,
                 _ => Side::Open,
             })
@@ -107,9 +161,11 @@ impl Judge<'_> {
 /// What is beside a disc at the end of a ray.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Side {
-    /// The ball itself ends there: redness drops, and what is there is behind it or has no depth.
+    /// The ball itself ends there: redness drops, and what is there is little behind it or has no depth.
     Free,
-    /// The same without an edge.
+    /// The ball itself ends there: what is there is behind it, with an edge or not.
+    Behind,
+    /// No edge, and no depth or little difference of it.
     Open,
     /// Something as near as the ball's surface (a print on a box has the box around it), or red and nearer.
     Attached,
@@ -131,9 +187,17 @@ impl Around {
     }
 }
 
-/// The detection that an outline makes.
-pub(super) fn detection(outline: &Outline, score: f64) -> Detection {
-    Detection { u: outline.disc.u, v: outline.disc.v, radius: outline.disc.radius, score }
+/// What is seen on a disc.
+struct Sight {
+    /// How much of the ball's colour half of it has at least, 0 to 1.
+    likeness: f32,
+    /// By how much its ninths differ in brightness, over their mean: no sphere is lit evenly.
+    shading: f32,
+}
+
+/// The detection that a disc makes.
+pub(super) fn detection(disc: &Disc, score: f64) -> Detection {
+    Detection { u: disc.u, v: disc.v, radius: disc.radius, score }
 }
 
 /// How round the surface on a disc is: 1 a sphere of `ball_radius`, 0 a plane however inclined; as much more
@@ -141,8 +205,8 @@ pub(super) fn detection(outline: &Outline, score: f64) -> Detection {
 ///
 /// Least squares of depth = a + b x + c y - g s, s = sqrt(R² - x² - y²) the height of a sphere over its
 /// middle plane, of the pixels whose depth is within a ball of depth `z` of its centre.
-fn roundness(outline: &Outline, depth: &DepthView, z: f64, ball_radius: f64) -> Option<f64> {
-    let (disc, (part, half)) = (&outline.disc, SURFACE);
+fn roundness(disc: &Disc, depth: &DepthView, z: f64, ball_radius: f64) -> Option<f64> {
+    let (part, half) = SURFACE;
     let (mut normal, mut right, mut squares, mut n) = (Matrix4::zeros(), Vector4::zeros(), 0.0, 0.0);
     for i in -half..=half {
         for j in -half..=half {

@@ -5,12 +5,15 @@ use thiserror::Error;
 use crate::frame::RgbdFrame;
 
 pub mod ball;
+mod colour;
+mod edge;
 mod judge;
 mod outline;
 mod propose;
 pub mod red;
 #[cfg(test)]
 mod scene;
+mod sphere;
 #[cfg(test)]
 mod tests;
 

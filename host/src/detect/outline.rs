@@ -10,6 +10,7 @@ use nalgebra::{Matrix3, Vector3};
 use opencv::core::{Mat, MatTraitConst, Vec3b};
 
 use super::DetectError;
+use super::colour::BallColour;
 use crate::camera::Intrinsics;
 use crate::locate::pixels;
 
@@ -29,15 +30,6 @@ const PRIOR: f64 = 12.0;
 const HOPELESS: f64 = 0.3;
 /// Part of the usual contrast that a drop of redness must have to be an edge.
 const CLEAR: f32 = 0.4;
-
-/// How red a pixel is, 0 to 1: by how much red outdoes the other colours, R - max(G, B), less for a tint of
-/// orange (skin and wood too) or, since an overexposed red ball is pink, somewhat less for one of magenta;
-/// over its brightness, dark pixels (noise) damped.
-pub(super) fn redness(pixel: Vec3b) -> f32 {
-    let [b, g, r] = pixel.0.map(f32::from);
-    let tint = if g > b { 0.8 * (g - b) } else { 0.2 * (b - g) };
-    (r - b.max(g) - tint).max(0.0) / (r + 40.0)
-}
 
 /// A ball's picture. The radius is that of a ball as far away on the optical axis, f R / z nearly.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -87,6 +79,7 @@ pub(super) struct Picture<'a> {
     width: i32,
     height: i32,
     intrinsics: &'a Intrinsics,
+    ball: BallColour,
     directions: [(f64, f64); RAYS],
 }
 
@@ -114,13 +107,17 @@ struct Edge {
 }
 
 impl<'a> Picture<'a> {
-    pub(super) fn new(colour: &'a Mat, intrinsics: &'a Intrinsics) -> Result<Self, DetectError> {
+    pub(super) fn new(
+        colour: &'a Mat,
+        intrinsics: &'a Intrinsics,
+        ball: BallColour,
+    ) -> Result<Self, DetectError> {
         let directions = std::array::from_fn(|i| {
             let angle = std::f64::consts::TAU * i as f64 / RAYS as f64;
             (angle.cos(), angle.sin())
         });
         let (width, height) = (colour.cols(), colour.rows());
-        Ok(Self { pixels: pixels(colour)?, width, height, intrinsics, directions })
+        Ok(Self { pixels: pixels(colour)?, width, height, intrinsics, ball, directions })
     }
 
     /// How its pixels are rays.
@@ -139,7 +136,7 @@ impl<'a> Picture<'a> {
         }
         let prior = (!free).then_some(start.radius);
         for width in WIDTHS {
-            disc = self.refine(&disc, &polar, width, prior, &[true; RAYS]);
+            disc = self.refine(&disc, &polar, width, prior);
             polar = self.polar(&disc);
             if polar.outline(disc).support() < HOPELESS {
                 return None;
@@ -148,14 +145,27 @@ impl<'a> Picture<'a> {
         Some(polar.outline(disc))
     }
 
-    /// The same outline fitted again, held near `radius`, to the edges of the rays that are `trusted` only:
-    /// those at which the ball itself ends and not the view of it.
-    pub(super) fn fit_again(&self, outline: &Outline, radius: f64, trusted: &[bool; RAYS]) -> Outline {
-        let mut disc = outline.disc;
-        for width in WIDTHS {
-            disc = self.refine(&disc, &self.polar(&disc), width, Some(radius), trusted);
-        }
+    /// What is seen around `disc`.
+    pub(super) fn outline_at(&self, disc: Disc) -> Outline {
         self.polar(&disc).outline(disc)
+    }
+
+    /// The colour (blue, green, red) of the pixel nearest to (`u`, `v`); `None` outside the picture.
+    pub(super) fn colour_at(&self, u: f64, v: f64) -> Option<Vec3b> {
+        let (column, row) = ((u + 0.5).floor(), (v + 0.5).floor());
+        let inside =
+            column >= 0.0 && row >= 0.0 && column < f64::from(self.width) && row < f64::from(self.height);
+        inside.then(|| self.pixels[row as usize * self.width as usize + column as usize])
+    }
+
+    /// How much of the ball's colour the pixel nearest to (`u`, `v`) has, 0 to 1; 0 outside the picture.
+    pub(super) fn likeness(&self, u: f64, v: f64) -> f32 {
+        self.colour_at(u, v).map_or(0.0, |pixel| self.ball.of(pixel))
+    }
+
+    /// The colour that is looked for.
+    pub(super) fn ball(&self) -> BallColour {
+        self.ball
     }
 
     /// The pixel that a disc's ray passes at `radii` of the disc's radius.
@@ -196,7 +206,7 @@ impl<'a> Picture<'a> {
                 if !(u >= 0.0 && v >= 0.0 && u < width && v < height) {
                     break;
                 }
-                *red = redness(self.pixels[v as usize * self.width as usize + u as usize]);
+                *red = self.ball.of(self.pixels[v as usize * self.width as usize + u as usize]);
                 polar.inside[ray] += 1;
             }
         }
@@ -212,12 +222,11 @@ impl<'a> Picture<'a> {
         polar: &Polar,
         width: f64,
         prior: Option<f64>,
-        trusted: &[bool; RAYS],
     ) -> Disc {
         let contrast = f64::from(polar.contrast).max(1e-3);
         let near = polar.weights(disc.radius, width * disc.radius);
         let (mut normal, mut right_side) = (Matrix3::zeros(), Vector3::zeros());
-        for (ray, &(cos, sin)) in self.directions.iter().enumerate().filter(|(ray, _)| trusted[*ray]) {
+        for (ray, &(cos, sin)) in self.directions.iter().enumerate() {
             let Some(edge) = polar.edge(ray, &near) else { continue };
             let residual = edge.at - disc.radius;
             let off = (residual / (2.0 * width * disc.radius)).clamp(-1.0, 1.0);
@@ -233,10 +242,57 @@ impl<'a> Picture<'a> {
             right_side.z += (radius - disc.radius) * PRIOR;
         }
         let Some(step) = normal.cholesky().map(|c| c.solve(&right_side)) else { return *disc };
+        self.moved(disc, &step)
+    }
+
+    /// A disc moved by the first two components of `step` across the direction to it, and grown by the third, pixels.
+    pub(super) fn moved(&self, disc: &Disc, step: &Vector3<f64>) -> Disc {
         let [ahead, right, down] = self.axes(disc);
         let moved = ahead + (right * step.x + down * step.y) / self.pixels_per_unit(&ahead);
         let (u, v) = self.intrinsics.project(&moved.into()).unwrap_or((disc.u, disc.v));
         Disc { u, v, radius: (disc.radius + step.z).clamp(0.6 * disc.radius, 1.6 * disc.radius) }
+    }
+
+    /// Cosine and sine of each ray's angle.
+    pub(super) fn directions(&self) -> &[(f64, f64); RAYS] {
+        &self.directions
+    }
+
+    /// Reads colours (blue, green, red, 0 to 255, between pixels bilinear) on a disc's ray at every `step` pixels of
+    /// its radius, from `start` on. False, and nothing of use read, where the ray leaves the picture.
+    pub(super) fn sample_ray(
+        &self,
+        disc: &Disc,
+        ray: usize,
+        start: f64,
+        step: f64,
+        samples: &mut [[f32; 3]],
+    ) -> bool {
+        let [ahead, right, down] = self.axes(disc);
+        let (cos, sin) = self.directions[ray];
+        let across = (right * cos + down * sin) / self.pixels_per_unit(&ahead);
+        let mut point = ahead + across * start;
+        let Intrinsics { fx, fy, cx, cy, .. } = *self.intrinsics;
+        let (last_column, last_row) = (f64::from(self.width - 1), f64::from(self.height - 1));
+        for sample in samples {
+            let inverse = 1.0 / point.z;
+            let (u, v) = (point.x * inverse * fx + cx, point.y * inverse * fy + cy);
+            point += across * step;
+            if !(u >= 0.0 && v >= 0.0 && u < last_column && v < last_row) {
+                return false;
+            }
+            let (column, row) = (u as usize, v as usize);
+            let (right_part, low_part) = ((u - column as f64) as f32, (v - row as f64) as f32);
+            let at = row * self.width as usize + column;
+            let [a, b] = [at, at + self.width as usize].map(|at| {
+                let (left, right) = (self.pixels[at].0, self.pixels[at + 1].0);
+                std::array::from_fn::<f32, 3, _>(|c| {
+                    f32::from(left[c]) * (1.0 - right_part) + f32::from(right[c]) * right_part
+                })
+            });
+            *sample = std::array::from_fn(|c| a[c] * (1.0 - low_part) + b[c] * low_part);
+        }
+        true
     }
 }
 

@@ -1,10 +1,11 @@
-//! Where a ball might be: red blobs of any size that a ball can have, in a picture of a quarter of the size.
+//! Where a ball might be: blobs of its colour of any size that a ball can have, in a picture of a quarter of the size.
 
-use opencv::core::{Mat, MatTraitConst, MatTraitConstManual, Size, Vec3b};
+use opencv::core::{Mat, MatTraitConst, MatTraitConstManual, Rect, Size, Vec3b};
 use opencv::imgproc::{INTER_AREA, resize};
 
 use super::DetectError;
-use super::outline::{Disc, redness};
+use super::colour::BallColour;
+use super::outline::Disc;
 
 /// Pixels of the full picture in a pixel of the coarse one.
 const SHRINK: f64 = 4.0;
@@ -15,12 +16,12 @@ const MIN_RADIUS: f64 = 1.5;
 /// Half sizes, as parts of the radius, of three squares about a place: within the disc, around it, and around
 /// that.
 const SQUARES: [f64; 3] = [0.62, 1.15, 1.8];
-/// Redness in the middle over that around it, at least; less is noise.
+/// Colour in the middle over that around it, at least; less is noise.
 const MIN_DIFFERENCE: f32 = 0.02;
-/// The response divides the difference by the redness there is, so that dim balls beside bright red things
+/// The response divides the difference by the colour there is, so that dim balls beside bright things
 /// are not passed over; this keeps it from dividing noise by nothing.
 const DARK: f32 = 0.1;
-/// Fixed point of the summed redness: 8 million coarse pixels of it fit 31 bits, a picture of 128 million
+/// Fixed point of the summed colour: 8 million coarse pixels of it fit 31 bits, a picture of 128 million
 /// pixels.
 const ONE: f32 = 256.0;
 
@@ -29,28 +30,72 @@ const ONE: f32 = 256.0;
 pub(super) struct Proposal {
     /// Where, and how large.
     pub(super) disc: Disc,
-    /// How much redder the middle is than what is around it, relative to both: 0 to 1.
+    /// How much more coloured the middle is than what is around it, relative to both: 0 to 1.
     pub(super) response: f32,
 }
 
-/// All places for a ball of a radius within `radii` (pixels), the most promising first.
-pub(super) fn propose(colour: &Mat, radii: (f64, f64)) -> Result<Vec<Proposal>, DetectError> {
-    // Nothing larger than the picture is seen in it.
-    let radii = (radii.0, radii.1.min(f64::from(colour.cols().max(colour.rows())) / 2.0));
-    let sums = Sums::of(colour, radii.1)?;
-    let mut all = Vec::new();
-    let mut radius = (radii.0 / SHRINK).max(MIN_RADIUS);
-    while radius < radii.1 / SHRINK * SCALE_STEP.sqrt() {
-        sums.peaks(radius, &mut all);
-        radius *= SCALE_STEP;
-    }
-    all.sort_by(|a, b| b.response.total_cmp(&a.response));
-    Ok(all)
+/// The ball's colour in a window of the picture, at a quarter of the size.
+pub(super) struct Coarse {
+    width: usize,
+    height: usize,
+    /// Column and row of the window's first pixel in the full picture.
+    origin: (f64, f64),
+    /// How much each pixel has of the ball's colour, 0 to 1.
+    values: Vec<f32>,
 }
 
-/// Sums of redness over any upright rectangle of the coarse picture, which has a margin without redness
-/// around it so that no rectangle leaves it.
-struct Sums {
+impl Coarse {
+    /// Of `window`, which is in the picture and not empty.
+    pub(super) fn new(colour: &Mat, window: Rect, ball: BallColour) -> Result<Self, DetectError> {
+        let coarse = |n: i32| ((f64::from(n) / SHRINK) as i32).max(1);
+        let size = Size::new(coarse(window.width), coarse(window.height));
+        let mut small = Mat::default();
+        resize(&colour.roi(window)?, &mut small, size, 0.0, 0.0, INTER_AREA)?;
+        let values = small.data_typed::<Vec3b>()?.iter().map(|&pixel| ball.of(pixel)).collect();
+        let origin = (f64::from(window.x), f64::from(window.y));
+        Ok(Self { width: size.width as usize, height: size.height as usize, origin, values })
+    }
+
+    /// The full picture's column and row of the middle of each pixel, and its value.
+    pub(super) fn pixels(&self) -> impl Iterator<Item = (f64, f64, f32)> {
+        self.values.iter().enumerate().map(|(i, &value)| {
+            let (u, v) = self.full((i % self.width) as f64, (i / self.width) as f64);
+            (u, v, value)
+        })
+    }
+
+    /// The value where the full picture has column `u`, row `v`; 0 outside.
+    pub(super) fn at(&self, u: f64, v: f64) -> f32 {
+        let (x, y) = ((u + 0.5 - self.origin.0) / SHRINK, (v + 0.5 - self.origin.1) / SHRINK);
+        let inside = x >= 0.0 && y >= 0.0 && x < self.width as f64 && y < self.height as f64;
+        if inside { self.values[y as usize * self.width + x as usize] } else { 0.0 }
+    }
+
+    /// All places for a ball of a radius within `radii` (pixels), the most promising first.
+    pub(super) fn propose(&self, radii: (f64, f64)) -> Vec<Proposal> {
+        // Nothing larger than the picture is seen in it.
+        let radii = (radii.0, radii.1.min(SHRINK * self.width.max(self.height) as f64 / 2.0));
+        let sums = Sums::of(self, radii.1);
+        let mut all = Vec::new();
+        let mut radius = (radii.0 / SHRINK).max(MIN_RADIUS);
+        while radius < radii.1 / SHRINK * SCALE_STEP.sqrt() {
+            sums.peaks(radius, &mut all);
+            radius *= SCALE_STEP;
+        }
+        all.sort_by(|a, b| b.response.total_cmp(&a.response));
+        all
+    }
+
+    /// Where a coarse pixel is in the full picture.
+    fn full(&self, x: f64, y: f64) -> (f64, f64) {
+        ((x + 0.5) * SHRINK - 0.5 + self.origin.0, (y + 0.5) * SHRINK - 0.5 + self.origin.1)
+    }
+}
+
+/// Sums of the ball's colour over any upright rectangle of the coarse picture, which has a margin without any around
+/// it so that no rectangle leaves it.
+struct Sums<'a> {
+    coarse: &'a Coarse,
     width: usize,
     height: usize,
     margin: usize,
@@ -60,23 +105,19 @@ struct Sums {
     sums: Vec<i32>,
 }
 
-impl Sums {
+impl<'a> Sums<'a> {
     /// Of a picture in which discs of up to `largest` pixels are looked for.
-    fn of(colour: &Mat, largest: f64) -> Result<Self, DetectError> {
-        let coarse = |n: i32| ((f64::from(n) / SHRINK) as i32).max(1);
-        let size = Size::new(coarse(colour.cols()), coarse(colour.rows()));
-        let mut small = Mat::default();
-        resize(colour, &mut small, size, 0.0, 0.0, INTER_AREA)?;
-        let (width, height) = (size.width as usize, size.height as usize);
+    fn of(coarse: &'a Coarse, largest: f64) -> Self {
+        let (width, height) = (coarse.width, coarse.height);
         let margin = (largest / SHRINK * SCALE_STEP * SQUARES[2]).ceil() as usize + 1;
         let stride = width + 2 * margin + 1;
         let mut sums = vec![0; stride * (height + 2 * margin + 1)];
-        for (y, line) in small.data_typed::<Vec3b>()?.chunks_exact(width).enumerate() {
+        for (y, line) in coarse.values.chunks_exact(width).enumerate() {
             let (above, row) = sums[(margin + y) * stride..].split_at_mut(stride);
             let mut sum = 0;
-            for ((pixel, corner), above) in line.iter().zip(&mut row[margin + 1..]).zip(&above[margin + 1..])
+            for ((value, corner), above) in line.iter().zip(&mut row[margin + 1..]).zip(&above[margin + 1..])
             {
-                sum += (redness(*pixel) * ONE + 0.5) as i32;
+                sum += (value * ONE + 0.5) as i32;
                 *corner = above + sum;
             }
             for x in margin + width + 1..stride {
@@ -86,7 +127,7 @@ impl Sums {
         for y in margin + height..height + 2 * margin {
             sums.copy_within(y * stride..(y + 1) * stride, (y + 1) * stride);
         }
-        Ok(Self { width, height, margin, stride, sums })
+        Self { coarse, width, height, margin, stride, sums }
     }
 
     /// The sums of the squares of half size `half` about every pixel of row `y`.
@@ -102,7 +143,7 @@ impl Sums {
             .map(|((a, b), (c, d))| (d - b - c + a) as f32 / ONE)
     }
 
-    /// How much redder the middle is than what is around it, for discs of `radius` coarse pixels, at every
+    /// How much more coloured the middle is than what is around it, for discs of `radius` coarse pixels, at every
     /// pixel.
     fn responses(&self, radius: f64) -> Vec<f32> {
         let [inner, disc, outer] = SQUARES.map(|part| (part * radius).round() as usize);
@@ -124,12 +165,12 @@ impl Sums {
     /// Adds the local maxima of the response for discs of `radius` coarse pixels.
     fn peaks(&self, radius: f64, found: &mut Vec<Proposal>) {
         let map = self.responses(radius);
-        let full = |i: usize| (i as f64 + 0.5) * SHRINK - 0.5;
         for y in 0..self.height {
             for x in 0..self.width {
                 let response = map[y * self.width + x];
                 if response > 0.0 && self.is_peak(&map, x, y) {
-                    let disc = Disc { u: full(x), v: full(y), radius: radius * SHRINK };
+                    let (u, v) = self.coarse.full(x as f64, y as f64);
+                    let disc = Disc { u, v, radius: radius * SHRINK };
                     found.push(Proposal { disc, response });
                 }
             }

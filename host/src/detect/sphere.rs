@@ -1,0 +1,165 @@
+//! Balls in the depth picture: places where something of the ball's colour ends where a ball there would end, and the
+//! sphere of its size that fits the depth there.
+
+use nalgebra::{Matrix3, Point3, Vector3};
+
+use super::judge::radius_at;
+use super::outline::{Disc, Picture};
+use super::propose::Coarse;
+use crate::locate::DepthView;
+
+/// A pixel with less of the ball's colour is another thing's.
+const COLOURED: f32 = 0.1;
+/// Where it is asked whether a thing ends, in a ball's radius and in pixels more; in how many directions; in how many
+/// of them it must end.
+const BEYOND: (f64, f64) = (1.5, 2.0);
+const DIRECTIONS: usize = 8;
+const MIN_ENDS: usize = 6;
+/// Where it is asked whether the thing is there, in a ball's radius; in how many of four places it must be.
+const WITHIN: f64 = 0.45;
+const MIN_WITHIN: usize = 2;
+/// Pixels of the depth picture on a sphere's diameter that are read.
+const GRID: f64 = 18.0;
+/// Steps of its fit, and how far a pixel may be off in the last ones, in the ball's radius.
+const STEPS: [f64; 5] = [1.0, 0.7, 0.5, 0.35, 0.3];
+/// Fewer pixels make no sphere.
+const MIN_PIXELS: usize = 6;
+
+/// A place for a ball in the depth picture.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Spot {
+    /// Sums of column, row and depth (pixels, metres) of the coarse pixels that speak for it.
+    sums: [f64; 3],
+    /// How many they are.
+    count: f64,
+}
+
+impl Spot {
+    fn mean(&self) -> [f64; 3] {
+        self.sums.map(|s| s / self.count)
+    }
+}
+
+/// Looks for them.
+pub(super) struct Depths<'a> {
+    pub(super) picture: &'a Picture<'a>,
+    pub(super) depth: &'a DepthView<'a>,
+    /// The ball's radius, metres.
+    pub(super) ball_radius: f64,
+}
+
+impl Depths<'_> {
+    /// The spheres that may be the ball, the likeliest first.
+    pub(super) fn spheres(&self, coarse: &Coarse) -> Vec<Point3<f64>> {
+        let mut spots: Vec<Spot> = Vec::new();
+        for (u, v, likeness) in coarse.pixels() {
+            if likeness < COLOURED {
+                continue;
+            }
+            let Some(z) = self.depth.at(u, v) else { continue };
+            let radius = radius_at(self.picture.intrinsics(), self.ball_radius, z + self.ball_radius);
+            if !(2.0..=400.0).contains(&radius) || !self.may_be_within((u, v), z, radius, coarse) {
+                continue;
+            }
+            let near = spots.iter_mut().find(|spot| {
+                let [a, b, c] = spot.mean();
+                (a - u).hypot(b - v) < radius && (c - z).abs() < self.ball_radius
+            });
+            match near {
+                Some(spot) => {
+                    for (sum, x) in spot.sums.iter_mut().zip([u, v, z]) {
+                        *sum += x;
+                    }
+                    spot.count += 1.0;
+                }
+                None => spots.push(Spot { sums: [u, v, z], count: 1.0 }),
+            }
+        }
+        // How much of a ball's middle speaks for it.
+        let share = |spot: &Spot| spot.count * spot.mean()[2] * spot.mean()[2];
+        spots.sort_by(|a, b| share(b).total_cmp(&share(a)));
+        spots.iter().filter_map(|spot| self.fit(spot.mean())).collect()
+    }
+
+    /// Whether a coloured pixel may be near the middle of a ball seen with `radius` pixels: the surface is around it,
+    /// but no longer where a ball would have ended.
+    fn may_be_within(&self, (u, v): (f64, f64), z: f64, radius: f64, coarse: &Coarse) -> bool {
+        let is_it = |u: f64, v: f64| {
+            coarse.at(u, v) >= COLOURED
+                && self.depth.at(u, v).is_some_and(|o| (o - z).abs() < self.ball_radius)
+        };
+        let reach = WITHIN * radius;
+        let sides = [(reach, 0.0), (-reach, 0.0), (0.0, reach), (0.0, -reach)];
+        if sides.iter().filter(|(du, dv)| is_it(u + du, v + dv)).count() < MIN_WITHIN {
+            return false;
+        }
+        let reach = BEYOND.0 * radius + BEYOND.1;
+        let ends = (0..DIRECTIONS).filter(|&i| {
+            let (sin, cos) = (std::f64::consts::TAU * i as f64 / DIRECTIONS as f64).sin_cos();
+            !is_it(u + reach * cos, v + reach * sin)
+        });
+        ends.count() >= MIN_ENDS
+    }
+
+    /// The centre (camera axes, metres) of the sphere of the ball's radius that fits the coloured depth around a pixel
+    /// with depth: least squares of the points' distances from it, far ones cut off.
+    fn fit(&self, [u, v, z]: [f64; 3]) -> Option<Point3<f64>> {
+        let (lens, ball) = (self.picture.intrinsics(), self.ball_radius);
+        let radius = radius_at(lens, ball, z + ball);
+        let mut centre = lens.deproject(u, v, z + 0.8 * ball);
+        let mut points = self.points(&centre, radius);
+        for (step, cut) in STEPS.iter().enumerate() {
+            if step == 2 {
+                points = self.points(&centre, radius);
+            }
+            let (mut normal, mut right, mut n) = (Matrix3::identity() * 1e-3, Vector3::zeros(), 0);
+            for point in &points {
+                let way = point - centre;
+                let distance = way.norm();
+                let off = (distance - ball) / (cut * ball);
+                // What is behind the centre is no part of the ball that one sees.
+                if off.abs() >= 1.0 || distance < 1e-9 || way.dot(&centre.coords) > 0.0 {
+                    continue;
+                }
+                let (weight, row) = ((1.0 - off * off).powi(2), way / distance);
+                normal += row * row.transpose() * weight;
+                right += row * (distance - ball) * weight;
+                n += 1;
+            }
+            if n < MIN_PIXELS {
+                return None;
+            }
+            let moved = normal.try_inverse()? * right;
+            centre += moved * (0.7 * ball / moved.norm()).min(1.0);
+        }
+        (centre.z > 2.0 * ball).then_some(centre)
+    }
+
+    /// What has depth and the ball's colour around where a centre is seen, as points in camera axes.
+    fn points(&self, centre: &Point3<f64>, radius: f64) -> Vec<Point3<f64>> {
+        let lens = self.picture.intrinsics();
+        let Some((u, v)) = lens.project(centre) else { return Vec::new() };
+        let step = (2.0 * radius / GRID).max(1.0);
+        let reach = (1.15 * radius / step).ceil() as i32;
+        let mut points = Vec::new();
+        for j in -reach..=reach {
+            for i in -reach..=reach {
+                let (x, y) = ((u + f64::from(i) * step).round(), (v + f64::from(j) * step).round());
+                if (x - u).hypot(y - v) > 1.15 * radius {
+                    continue;
+                }
+                let Some(z) = self.depth.at(x, y) else { continue };
+                if (z - centre.z).abs() < 1.6 * self.ball_radius && self.picture.likeness(x, y) >= COLOURED {
+                    points.push(lens.deproject(x, y, z));
+                }
+            }
+        }
+        points
+    }
+}
+
+/// Where a sphere is seen, and how large a ball as far away on the optical axis.
+pub(super) fn seen(picture: &Picture, centre: &Point3<f64>, ball_radius: f64) -> Option<Disc> {
+    let (u, v) = picture.intrinsics().project(centre)?;
+    Some(Disc { u, v, radius: radius_at(picture.intrinsics(), ball_radius, centre.z) })
+}
