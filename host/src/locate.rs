@@ -27,6 +27,10 @@ const MASK: f64 = 0.85;
 const MIN_SUPPORT: f64 = 0.1;
 /// And so many of them at least.
 const MIN_PIXELS: usize = 5;
+/// What a group of votes may span, in the ball's radius.
+const GROUP: f64 = 0.6;
+/// A disc's radius may be wrong by this, in itself.
+const SIZE_ERROR: f64 = 0.1;
 /// Pixels read along the disc's diameter; larger discs are read in a coarser grid.
 const GRID: f64 = 48.0;
 /// The same where many discs are compared.
@@ -83,7 +87,9 @@ fn agreed_depth(
 ) -> Option<CentreDepth> {
     let (mut votes, pixels) = centre_votes(detection, depth, ball_radius, grid);
     votes.sort_by(f64::total_cmp);
-    let group = densest(&votes, ball_radius);
+    // What is in front of the ball may be larger than what is seen of it, but is not of the size that a ball there has.
+    let expected = (depth.intrinsics.fx + depth.intrinsics.fy) / 2.0 * ball_radius / detection.radius;
+    let group = likeliest(&votes, GROUP * ball_radius, expected);
     let support = group.len() as f64 / pixels.max(1) as f64;
     if group.len() < MIN_PIXELS || support < MIN_SUPPORT {
         return None;
@@ -164,15 +170,18 @@ fn vote(
     (discriminant >= 0.0).then(|| (along + discriminant.sqrt()) / c.norm_squared())
 }
 
-/// The longest run of `sorted` that spans no more than `width`.
-fn densest(sorted: &[f64], width: f64) -> &[f64] {
-    let (mut best, mut start) = (0..0, 0);
+/// Of the runs of `sorted` that span no more than `width` the longest, those weighing less that are far from
+/// `expected`.
+fn likeliest(sorted: &[f64], width: f64, expected: f64) -> &[f64] {
+    let (mut best, mut most, mut start) = (0..0, 0.0, 0);
     for (end, &z) in sorted.iter().enumerate() {
         while z - sorted[start] > width {
             start += 1;
         }
-        if end + 1 - start > best.len() {
-            best = start..end + 1;
+        let off = ((z + sorted[start]) / (2.0 * expected)).ln() / SIZE_ERROR;
+        let weight = (end + 1 - start) as f64 * (0.05 + (-off * off / 2.0).exp());
+        if weight > most {
+            (best, most) = (start..end + 1, weight);
         }
     }
     &sorted[best]

@@ -68,7 +68,7 @@ impl Ball {
         let judge = Judge { picture: &picture, depth: &depth, ball_radius: self.ball_radius };
         let coarse = Coarse::new(frame.colour(), window, self.colour)?;
         let radii = self.radii(frame.intrinsics());
-        let fits = |radius: f64| (0.8 * radii.0..1.25 * radii.1).contains(&radius);
+        let fits = |radius: f64| (0.93 * radii.0..1.07 * radii.1).contains(&radius);
         let mut best: Option<(Fine, f64)> = None;
         let mut consider = |start: Disc, held: bool| {
             let candidate = judge.candidate(start, held);

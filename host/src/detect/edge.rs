@@ -25,13 +25,13 @@ const BESIDE: usize = 2;
 /// Edges farther from the disc than this part of the band are not believed.
 const CUT: f64 = 0.8;
 /// What a radius known from depth may be wrong by (standard deviation): in itself, and pixels more.
-const RADIUS_ERROR: (f64, f64) = (0.01, 0.15);
+const RADIUS_ERROR: (f64, f64) = (0.005, 0.1);
 /// Standard deviation of one ray's edge, pixels, as long as the residuals do not say otherwise.
 const EDGE_ERROR: f64 = 0.4;
 /// Difference of colours, grey levels, that is half believed.
 const FAINT: f32 = 12.0;
 /// An edge so near to the disc's is the disc's: in its radius, and pixels more.
-const TOUCHING: (f64, f64) = (0.07, 0.4);
+const TOUCHING: (f64, f64) = (0.05, 0.3);
 /// The weight from which on an edge is clear.
 const CLEAR: f64 = 0.3;
 /// The least sum of weights of a fit, rays.

@@ -1,6 +1,6 @@
 //! Whether an outline is a ball's: its shape, its size against depth, and what is around it.
 
-use nalgebra::{Matrix3, Matrix4, Vector4};
+use nalgebra::{Matrix3, Matrix6, Vector6};
 
 use super::edge::Fine;
 use super::outline::{Disc, Outline, Picture, RAYS, Rim};
@@ -13,17 +13,26 @@ use crate::locate::{DepthView, rough_centre_depth};
 const OUTSIDE: (f64, f64) = (1.4, 2.0);
 /// A ball's size by its picture over that by its depth is wrong by this (standard deviation of the
 /// logarithm).
-const SIZE_ERROR: f64 = 0.12;
+const SIZE_ERROR: f64 = 0.15;
 /// Part of the disc's pixels that must agree on its depth for it to be taken as known.
 const KNOWN: f64 = 0.2;
 /// What is left of the score of a ball whose depth is not known.
-const UNKNOWN: f64 = 0.7;
+const UNKNOWN: f64 = 0.5;
+/// Depth is read of what is so near to a sphere's surface, in its radius: cables before it are not.
+const NEAR: f64 = 0.6;
+/// What is so much nearer than the ball's centre covers it, in its radius: what is of another colour, and anything.
+const COVER: (f64, f64) = (1.2, 2.5);
 /// How far the edges may move a disc that depth has shown: in its radius, and pixels more.
 const HELD: (f64, f64) = (0.3, 2.5);
-/// How much of the ball's colour half of the disc has: too little, and enough.
-const LIKENESS: (f64, f64) = (0.2, 0.4);
+/// A surface so round at least is a ball's, whatever is beside it.
+const ROUND: f64 = 0.45;
+/// Part of the rays that may show something as near beside it, and that may not: where it is not sure to be round, and
+/// where it is.
+const ATTACHED: ((f64, f64), (f64, f64)) = ((0.05, 0.22), (0.2, 0.5));
+/// How much of the ball's colour the better third of the disc has: too little, and enough.
+const LIKENESS: (f64, f64) = (0.35, 0.52);
 /// How uneven a disc without depth must be lit: too little, and enough.
-const FLAT: (f64, f64) = (0.15, 0.35);
+const FLAT: (f64, f64) = (0.2, 0.4);
 /// Part of the radius within which a surface's shape is read, and readings across it.
 const SURFACE: (f64, i32) = (0.85, 9);
 
@@ -85,21 +94,24 @@ impl Judge<'_> {
         let shape = ramp(free, 0.25, 0.45) * ramp(uncovered, 0.4, 0.8) * ramp(outline.fill, 0.35, 0.6);
         let sight = self.sight(&fine.disc, depth);
         let colour = shape * ramp(f64::from(sight.likeness), LIKENESS.0, LIKENESS.1);
+        if std::env::var_os("DBG").is_some() { eprintln!("DBG u {:.0} v {:.0} r {:.1} depth {:?} free {:.2} behind {:.2} cov {:.2} att {:.2} fill {:.2} contrast {:.2} like {:.2} shade {:.2} edges {} round {:?}", fine.disc.u, fine.disc.v, fine.disc.radius, depth, around.part(Side::Free), around.part(Side::Behind), around.part(Side::Covered), around.part(Side::Attached), outline.fill, outline.contrast, sight.likeness, sight.shading, fine.edges.iter().filter(|e| **e).count(), depth.map(|z| roundness(&fine.disc, self.depth, z, self.ball_radius))); }
         if colour == 0.0 {
             return 0.0;
         }
+        let edges = fine.edges.iter().filter(|&&e| e).count() as f64 / RAYS as f64;
         let Some(z) = depth else {
-            let edges = fine.edges.iter().filter(|&&e| e).count() as f64 / RAYS as f64;
-            let clear = ramp(outline.contrast, 0.15, 0.35) * ramp(edges, 0.55, 0.8);
+            let clear = ramp(outline.contrast, 0.15, 0.35) * ramp(edges, 0.7, 0.95);
             return UNKNOWN * colour * clear * ramp(f64::from(sight.shading), FLAT.0, FLAT.1);
         };
+        let round = roundness(&fine.disc, self.depth, z, self.ball_radius);
+        let attached = if round.is_some_and(|g| g.0 > ROUND) { ATTACHED.1 } else { ATTACHED.0 };
         let off = (by_picture / z).ln() / SIZE_ERROR;
         colour
-            * ramp(outline.contrast, 0.1, 0.2).max(ramp(around.part(Side::Behind), 0.3, 0.6))
+            * ramp(outline.contrast, 0.1, 0.2).max(ramp(around.part(Side::Behind), 0.3, 0.6)).max(ramp(edges, 0.5, 0.8))
             * (0.8 + 0.2 * ramp(outline.contrast, 0.15, 0.4))
             * (-off * off / 2.0).exp()
-            * (1.0 - ramp(around.part(Side::Attached), 0.05, 0.2))
-            * roundness(&fine.disc, self.depth, z, self.ball_radius).map_or(1.0, |g| ramp(g, 0.15, 0.55))
+            * (1.0 - ramp(around.part(Side::Attached), attached.0, attached.1))
+            * round.map_or(1.0, |g| ramp(g.1, 0.15, 0.55))
     }
 
     /// The colour and the shading on a disc: of what is not in front of a ball at depth `z`.
@@ -127,7 +139,7 @@ impl Judge<'_> {
             (a.min(m), b.max(m), sum + m, n + 1.0)
         });
         let shading = if n > 4.0 { (most - least) / (sum / n + 1.0) } else { 0.0 };
-        Sight { likeness: likenesses.get(likenesses.len() / 2).copied().unwrap_or(0.0), shading }
+        Sight { likeness: likenesses.get(likenesses.len() * 13 / 20).copied().unwrap_or(0.0), shading }
     }
 
     /// Depth of the ball's centre, metres, where enough of the disc agrees on it.
@@ -146,8 +158,9 @@ impl Judge<'_> {
                 self.picture.pixel_on_ray(&outline.disc, ray, OUTSIDE.0 + OUTSIDE.1 / outline.disc.radius);
             let outside = pixel.and_then(|(u, v)| self.depth.at(u, v));
             Some(match outside {
+                Some(o) if o <= z - COVER.1 * self.ball_radius => Side::Covered,
                 Some(o) if o <= z && outline.rims[ray] == Rim::Red => Side::Attached,
-                Some(o) if o <= z - 1.2 * self.ball_radius => Side::Covered,
+                Some(o) if o <= z - COVER.0 * self.ball_radius => Side::Covered,
                 Some(o) if o <= z => Side::Attached,
                 Some(o) if o > z + self.ball_radius => Side::Behind,
                 _ if outline.rims[ray] == Rim::Edge => Side::Free,
@@ -189,7 +202,12 @@ impl Around {
 
 /// What is seen on a disc.
 struct Sight {
-    /// How much of the ball's colour half of it has at least, 0 to 1.
+    /// A surface so round at least is a ball's, whatever is beside it.
+const ROUND: f64 = 0.45;
+/// Part of the rays that may show something as near beside it, and that may not: where it is not sure to be round, and
+/// where it is.
+const ATTACHED: ((f64, f64), (f64, f64)) = ((0.05, 0.22), (0.2, 0.5));
+/// How much of the ball's colour the better third of it has at least, 0 to 1.
     likeness: f32,
     /// By how much its ninths differ in brightness, over their mean: no sphere is lit evenly.
     shading: f32,
@@ -200,34 +218,43 @@ pub(super) fn detection(disc: &Disc, score: f64) -> Detection {
     Detection { u: disc.u, v: disc.v, radius: disc.radius, score }
 }
 
-/// How round the surface on a disc is: 1 a sphere of `ball_radius`, 0 a plane however inclined; as much more
-/// as it might be within 1.5 standard errors. `None` where too little of it has depth to say.
+/// How round the surface on a disc is, in the direction in which it is the flattest: 1 a sphere of `ball_radius`, 0 a
+/// plane or a cylinder however inclined; 1.5 standard errors less and as much more. `None` where too little of it has
+/// depth to say.
 ///
-/// Least squares of depth = a + b x + c y - g s, s = sqrt(R² - x² - y²) the height of a sphere over its
-/// middle plane, of the pixels whose depth is within a ball of depth `z` of its centre.
-fn roundness(disc: &Disc, depth: &DepthView, z: f64, ball_radius: f64) -> Option<f64> {
+/// Least squares of depth = a + b x + c y + d x² + e xy + f y² over the pixels whose depth is near that
+/// of a ball of depth `z`; the smaller eigenvalue of the curvature over that of a sphere fitted at the same pixels.
+fn roundness(disc: &Disc, depth: &DepthView, z: f64, ball_radius: f64) -> Option<(f64, f64)> {
     let (part, half) = SURFACE;
-    let (mut normal, mut right, mut squares, mut n) = (Matrix4::zeros(), Vector4::zeros(), 0.0, 0.0);
+    let (mut normal, mut right, mut ideal) = (Matrix6::zeros(), Vector6::zeros(), Vector6::zeros());
+    let (mut squares, mut n) = (0.0, 0.0);
     for i in -half..=half {
         for j in -half..=half {
             let [x, y] = [i, j].map(|k| f64::from(k) / f64::from(half) * part);
             let height = 1.0 - x * x - y * y;
             let at = depth.at(disc.u + x * disc.radius, disc.v + y * disc.radius);
             let Some(off) = at.map(|d| (d - z) / ball_radius) else { continue };
-            if height < 1.0 - part * part || !(-1.5..=0.5).contains(&off) {
+            if height < 1.0 - part * part || (off + height.sqrt()).abs() > NEAR {
                 continue;
             }
-            let row = Vector4::new(1.0, x, y, -height.sqrt());
+            let row = Vector6::new(1.0, x, y, x * x, x * y, y * y);
             normal += row * row.transpose();
             right += row * off;
+            ideal -= row * height.sqrt();
             squares += off * off;
             n += 1.0;
         }
     }
+    if n < 14.0 {
+        return None;
+    }
     let inverse = normal.try_inverse()?;
-    let fit = inverse * right;
-    let variance = (squares - fit.dot(&right)).max(0.0) / (n - 4.0);
-    (n >= 12.0).then(|| fit.w + 1.5 * (variance * inverse[(3, 3)]).sqrt())
+    let (fit, ideal) = (inverse * right, inverse * ideal);
+    let flattest = |f: &Vector6<f64>| (f[3] + f[5]) / 2.0 - ((f[3] - f[5]) / 2.0).hypot(f[4] / 2.0);
+    let variance = (squares - fit.dot(&right)).max(0.0) / (n - 6.0);
+    let error = (variance * inverse[(3, 3)].max(inverse[(5, 5)])).sqrt();
+    let ideal = flattest(&ideal).max(0.1);
+    Some(((flattest(&fit) - 1.5 * error) / ideal, (flattest(&fit) + 1.5 * error) / ideal))
 }
 
 /// 0 up to `low`, 1 from `high`, straight between.

@@ -10,6 +10,8 @@ use crate::locate::DepthView;
 
 /// A pixel with less of the ball's colour is another thing's.
 const COLOURED: f32 = 0.1;
+/// Part of the colour of a pixel that another one of the same thing has at least.
+const SAME: f32 = 0.4;
 /// Where it is asked whether a thing ends, in a ball's radius and in pixels more; in how many directions; in how many
 /// of them it must end.
 const BEYOND: (f64, f64) = (1.5, 2.0);
@@ -18,6 +20,8 @@ const MIN_ENDS: usize = 6;
 /// Where it is asked whether the thing is there, in a ball's radius; in how many of four places it must be.
 const WITHIN: f64 = 0.45;
 const MIN_WITHIN: usize = 2;
+/// Spots that a sphere is fitted to.
+const MOST_SPOTS: usize = 48;
 /// Pixels of the depth picture on a sphere's diameter that are read.
 const GRID: f64 = 18.0;
 /// Steps of its fit, and how far a pixel may be off in the last ones, in the ball's radius.
@@ -30,7 +34,7 @@ const MIN_PIXELS: usize = 6;
 pub(super) struct Spot {
     /// Sums of column, row and depth (pixels, metres) of the coarse pixels that speak for it.
     sums: [f64; 3],
-    /// How many they are.
+    /// How many they are, those that speak more clearly counting more.
     count: f64,
 }
 
@@ -58,9 +62,10 @@ impl Depths<'_> {
             }
             let Some(z) = self.depth.at(u, v) else { continue };
             let radius = radius_at(self.picture.intrinsics(), self.ball_radius, z + self.ball_radius);
-            if !(2.0..=400.0).contains(&radius) || !self.may_be_within((u, v), z, radius, coarse) {
+            if !(2.0..=400.0).contains(&radius) {
                 continue;
             }
+            let Some(speaks) = self.may_be_within([u, v, z], likeness, radius, coarse) else { continue };
             let near = spots.iter_mut().find(|spot| {
                 let [a, b, c] = spot.mean();
                 (a - u).hypot(b - v) < radius && (c - z).abs() < self.ball_radius
@@ -68,50 +73,72 @@ impl Depths<'_> {
             match near {
                 Some(spot) => {
                     for (sum, x) in spot.sums.iter_mut().zip([u, v, z]) {
-                        *sum += x;
+                        *sum += x * speaks;
                     }
-                    spot.count += 1.0;
+                    spot.count += speaks;
                 }
-                None => spots.push(Spot { sums: [u, v, z], count: 1.0 }),
+                None => spots.push(Spot { sums: [u, v, z].map(|x| x * speaks), count: speaks }),
             }
         }
         // How much of a ball's middle speaks for it.
-        let share = |spot: &Spot| spot.count * spot.mean()[2] * spot.mean()[2];
+        let share = |spot: &Spot| spot.count * spot.mean()[2].powi(2);
         spots.sort_by(|a, b| share(b).total_cmp(&share(a)));
-        spots.iter().filter_map(|spot| self.fit(spot.mean())).collect()
+        if std::env::var_os("DBG").is_some() { for s in spots.iter().take(8) { eprintln!("SPOT {:?} n {} fit {:?}", s.mean(), s.count, self.fit(s.mean())); } }
+        let fitted = spots.iter().take(MOST_SPOTS).filter_map(|spot| self.fit(spot.mean()));
+        let mut spheres: Vec<(Point3<f64>, f64)> =
+            fitted.map(|(centre, filled)| (centre, filled * self.ends(&centre))).collect();
+        spheres.sort_by(|a, b| b.1.total_cmp(&a.1));
+        spheres.into_iter().map(|(centre, _)| centre).collect()
+    }
+
+    /// Part of the directions in which nothing is as near as a ball at `centre` where it has ended.
+    fn ends(&self, centre: &Point3<f64>) -> f64 {
+        let Some(disc) = seen(self.picture, centre, self.ball_radius) else { return 0.0 };
+        let reach = BEYOND.0 * disc.radius + BEYOND.1;
+        let ends = (0..2 * DIRECTIONS).filter(|&i| {
+            let (sin, cos) = (std::f64::consts::PI * i as f64 / DIRECTIONS as f64).sin_cos();
+            let beside = self.depth.at(disc.u + reach * cos, disc.v + reach * sin);
+            beside.is_none_or(|o| o > centre.z || o < centre.z - 2.5 * self.ball_radius)
+        });
+        ends.count() as f64 / (2 * DIRECTIONS) as f64
     }
 
     /// Whether a coloured pixel may be near the middle of a ball seen with `radius` pixels: the surface is around it,
-    /// but no longer where a ball would have ended.
-    fn may_be_within(&self, (u, v): (f64, f64), z: f64, radius: f64, coarse: &Coarse) -> bool {
+    /// but no longer where a ball would have ended. How clearly, up to 1.
+    fn may_be_within(&self, [u, v, z]: [f64; 3], likeness: f32, radius: f64, coarse: &Coarse) -> Option<f64> {
+        let coloured = (SAME * likeness).max(COLOURED / 2.0);
+        // Coloured, and no farther behind than a ball reaches: what goes on towards the camera is no end.
         let is_it = |u: f64, v: f64| {
-            coarse.at(u, v) >= COLOURED
-                && self.depth.at(u, v).is_some_and(|o| (o - z).abs() < self.ball_radius)
+            coarse.at(u, v) >= coloured && self.depth.at(u, v).is_some_and(|o| o < z + self.ball_radius)
         };
         let reach = WITHIN * radius;
         let sides = [(reach, 0.0), (-reach, 0.0), (0.0, reach), (0.0, -reach)];
         if sides.iter().filter(|(du, dv)| is_it(u + du, v + dv)).count() < MIN_WITHIN {
-            return false;
+            return None;
         }
         let reach = BEYOND.0 * radius + BEYOND.1;
         let ends = (0..DIRECTIONS).filter(|&i| {
             let (sin, cos) = (std::f64::consts::TAU * i as f64 / DIRECTIONS as f64).sin_cos();
             !is_it(u + reach * cos, v + reach * sin)
         });
-        ends.count() >= MIN_ENDS
+        let more = ends.count().checked_sub(MIN_ENDS)?;
+        Some((more + 1) as f64 / (DIRECTIONS - MIN_ENDS + 1) as f64)
     }
 
     /// The centre (camera axes, metres) of the sphere of the ball's radius that fits the coloured depth around a pixel
-    /// with depth: least squares of the points' distances from it, far ones cut off.
-    fn fit(&self, [u, v, z]: [f64; 3]) -> Option<Point3<f64>> {
+    /// with depth: least squares of the points' distances from it, far ones cut off. With it goes how much of the ball's
+    /// disc is on that sphere, 0 to 1.
+    fn fit(&self, [u, v, z]: [f64; 3]) -> Option<(Point3<f64>, f64)> {
         let (lens, ball) = (self.picture.intrinsics(), self.ball_radius);
         let radius = radius_at(lens, ball, z + ball);
         let mut centre = lens.deproject(u, v, z + 0.8 * ball);
         let mut points = self.points(&centre, radius);
+        let mut on_it = 0.0;
         for (step, cut) in STEPS.iter().enumerate() {
             if step == 2 {
                 points = self.points(&centre, radius);
             }
+            on_it = 0.0;
             let (mut normal, mut right, mut n) = (Matrix3::identity() * 1e-3, Vector3::zeros(), 0);
             for point in &points {
                 let way = point - centre;
@@ -125,6 +152,7 @@ impl Depths<'_> {
                 normal += row * row.transpose() * weight;
                 right += row * (distance - ball) * weight;
                 n += 1;
+                on_it += weight;
             }
             if n < MIN_PIXELS {
                 return None;
@@ -132,7 +160,9 @@ impl Depths<'_> {
             let moved = normal.try_inverse()? * right;
             centre += moved * (0.7 * ball / moved.norm()).min(1.0);
         }
-        (centre.z > 2.0 * ball).then_some(centre)
+        let step = (2.0 * radius / GRID).max(1.0);
+        let whole = std::f64::consts::PI * (radius / step).powi(2);
+        (centre.z > 2.0 * ball).then_some((centre, (on_it / whole).min(1.0)))
     }
 
     /// What has depth and the ball's colour around where a centre is seen, as points in camera axes.
