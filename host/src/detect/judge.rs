@@ -202,12 +202,7 @@ impl Around {
 
 /// What is seen on a disc.
 struct Sight {
-    /// A surface so round at least is a ball's, whatever is beside it.
-const ROUND: f64 = 0.45;
-/// Part of the rays that may show something as near beside it, and that may not: where it is not sure to be round, and
-/// where it is.
-const ATTACHED: ((f64, f64), (f64, f64)) = ((0.05, 0.22), (0.2, 0.5));
-/// How much of the ball's colour the better third of it has at least, 0 to 1.
+    /// How much of the ball's colour the better third of it has at least, 0 to 1.
     likeness: f32,
     /// By how much its ninths differ in brightness, over their mean: no sphere is lit evenly.
     shading: f32,
