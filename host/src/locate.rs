@@ -23,7 +23,7 @@ use crate::frame::RgbdFrame;
 
 /// Part of the disc's radius that is read: at the edge a depth camera mixes ball and background.
 const MASK: f64 = 0.85;
-/// Part of the disc's pixels that must agree on the centre's depth.
+/// Part of the disc's pixels in the picture that must agree on the centre's depth.
 const MIN_SUPPORT: f64 = 0.1;
 /// And so many of them at least.
 const MIN_PIXELS: usize = 5;
@@ -50,7 +50,7 @@ pub struct Located {
 pub struct CentreDepth {
     /// Depth of the centre along the optical axis, metres.
     pub depth: f64,
-    /// Part of the disc's pixels (0 to 1) that agree on it within half a ball's radius.
+    /// Part of the disc's pixels in the picture (0 to 1) that agree on it within half a ball's radius.
     pub support: f64,
 }
 
@@ -113,12 +113,17 @@ impl<'a> DepthView<'a> {
         Ok(Self { raw, width: mat.cols(), height: mat.rows(), intrinsics: frame.intrinsics() })
     }
 
+    /// Whether (`u`, `v`) is in the picture.
+    fn contains(&self, u: f64, v: f64) -> bool {
+        u >= -0.5 && v >= -0.5 && u < f64::from(self.width) - 0.5 && v < f64::from(self.height) - 0.5
+    }
+
     /// Depth in metres at the pixel nearest to (`u`, `v`); `None` outside the picture or where there is none.
     pub(crate) fn at(&self, u: f64, v: f64) -> Option<f64> {
-        let (column, row) = ((u + 0.5).floor(), (v + 0.5).floor());
-        if !(column >= 0.0 && row >= 0.0 && column < f64::from(self.width) && row < f64::from(self.height)) {
+        if !self.contains(u, v) {
             return None;
         }
+        let (column, row) = ((u + 0.5).floor(), (v + 0.5).floor());
         let raw = self.raw[row as usize * self.width as usize + column as usize];
         (raw != 0).then(|| f64::from(raw) / self.intrinsics.depth_scale)
     }
@@ -143,7 +148,7 @@ fn centre_votes(detection: &Detection, depth: &DepthView, ball_radius: f64, grid
     for row in (v0..=v1).step_by(step as usize) {
         for column in (u0..=u1).step_by(step as usize) {
             let (x, y) = (f64::from(column), f64::from(row));
-            if (x - u).hypot(y - v) > mask {
+            if (x - u).hypot(y - v) > mask || !depth.contains(x, y) {
                 continue;
             }
             pixels += 1;

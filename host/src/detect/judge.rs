@@ -18,6 +18,8 @@ const SIZE_ERROR: f64 = 0.15;
 const KNOWN: f64 = 0.2;
 /// What is left of the score of a ball whose depth is not known.
 const UNKNOWN: f64 = 0.5;
+/// Pixels that have the noise of depth in common.
+const SMOOTH: f64 = 4.0;
 /// Depth is read of what is so near to a sphere's surface, in its radius: cables before it are not.
 const NEAR: f64 = 0.6;
 /// What is so much nearer than the ball's centre covers it, in its radius: what is of another colour, and anything.
@@ -28,9 +30,11 @@ const HELD: (f64, f64) = (0.3, 2.5);
 const ROUND: f64 = 0.45;
 /// Part of the rays that may show something as near beside it, and that may not: where it is not sure to be round, and
 /// where it is.
-const ATTACHED: ((f64, f64), (f64, f64)) = ((0.05, 0.22), (0.2, 0.5));
+const ATTACHED: ((f64, f64), (f64, f64)) = ((0.05, 0.22), (0.1, 0.35));
 /// How much of the ball's colour the better third of the disc has: too little, and enough.
 const LIKENESS: (f64, f64) = (0.35, 0.52);
+/// How much of what is seen of the disc must be of its colour: too little, and enough.
+const FILLED: (f64, f64) = (0.48, 0.72);
 /// How uneven a disc without depth must be lit: too little, and enough.
 const FLAT: (f64, f64) = (0.2, 0.4);
 /// Part of the radius within which a surface's shape is read, and readings across it.
@@ -93,7 +97,7 @@ impl Judge<'_> {
         let uncovered = free / (1.0 - around.part(Side::Covered)).max(0.01);
         let shape = ramp(free, 0.25, 0.45) * ramp(uncovered, 0.4, 0.8) * ramp(outline.fill, 0.35, 0.6);
         let sight = self.sight(&fine.disc, depth);
-        let colour = shape * ramp(f64::from(sight.likeness), LIKENESS.0, LIKENESS.1);
+        let colour = shape * ramp(sight.filled, FILLED.0, FILLED.1) * ramp(f64::from(sight.likeness), LIKENESS.0, LIKENESS.1);
         if std::env::var_os("DBG").is_some() { eprintln!("DBG u {:.0} v {:.0} r {:.1} depth {:?} free {:.2} behind {:.2} cov {:.2} att {:.2} fill {:.2} contrast {:.2} like {:.2} shade {:.2} edges {} round {:?}", fine.disc.u, fine.disc.v, fine.disc.radius, depth, around.part(Side::Free), around.part(Side::Behind), around.part(Side::Covered), around.part(Side::Attached), outline.fill, outline.contrast, sight.likeness, sight.shading, fine.edges.iter().filter(|e| **e).count(), depth.map(|z| roundness(&fine.disc, self.depth, z, self.ball_radius))); }
         if colour == 0.0 {
             return 0.0;
@@ -139,7 +143,9 @@ impl Judge<'_> {
             (a.min(m), b.max(m), sum + m, n + 1.0)
         });
         let shading = if n > 4.0 { (most - least) / (sum / n + 1.0) } else { 0.0 };
-        Sight { likeness: likenesses.get(likenesses.len() * 13 / 20).copied().unwrap_or(0.0), shading }
+        let likeness = likenesses.get(likenesses.len() * 13 / 20).copied().unwrap_or(0.0);
+        let coloured = likenesses.iter().filter(|&&l| l > (0.5 * likeness).max(0.25)).count();
+        Sight { likeness, filled: coloured as f64 / likenesses.len().max(1) as f64, shading }
     }
 
     /// Depth of the ball's centre, metres, where enough of the disc agrees on it.
@@ -204,6 +210,8 @@ impl Around {
 struct Sight {
     /// How much of the ball's colour the better third of it has at least, 0 to 1.
     likeness: f32,
+    /// How much of it is of that colour, 0 to 1.
+    filled: f64,
     /// By how much its ninths differ in brightness, over their mean: no sphere is lit evenly.
     shading: f32,
 }
@@ -247,7 +255,10 @@ fn roundness(disc: &Disc, depth: &DepthView, z: f64, ball_radius: f64) -> Option
     let (fit, ideal) = (inverse * right, inverse * ideal);
     let flattest = |f: &Vector6<f64>| (f[3] + f[5]) / 2.0 - ((f[3] - f[5]) / 2.0).hypot(f[4] / 2.0);
     let variance = (squares - fit.dot(&right)).max(0.0) / (n - 6.0);
-    let error = (variance * inverse[(3, 3)].max(inverse[(5, 5)])).sqrt();
+    // Readings that share a pixel, or a patch of noise, are not each a proof.
+    let readings = f64::from((2 * half + 1) * (2 * half + 1));
+    let shared = (SMOOTH * readings / (2.0 * part * disc.radius).powi(2)).max(1.0);
+    let error = (shared * variance * inverse[(3, 3)].max(inverse[(5, 5)])).sqrt();
     let ideal = flattest(&ideal).max(0.1);
     Some(((flattest(&fit) - 1.5 * error) / ideal, (flattest(&fit) + 1.5 * error) / ideal))
 }
