@@ -23,7 +23,7 @@ use crate::locate::DepthView;
 /// Distances at which the ball is looked for, metres.
 const DISTANCES: (f64, f64) = (0.25, 2.5);
 /// The score from which on it is a ball.
-const THRESHOLD: f64 = 0.35;
+const THRESHOLD: f64 = 0.48;
 /// A score that ends the search: nothing else will do better by much.
 const CERTAIN: f64 = 0.95;
 /// Spheres in the depth picture that are looked at closely.
@@ -36,8 +36,8 @@ const AROUND: f64 = 1.7;
 const SIZE_FACTOR: f64 = 2.0;
 
 /// Finds a red ball of known size, sub-pixel, at any distance from 0.25 to 2.5 m; says that there is none
-/// where no red thing is round and of the right size. Its score is 0 to 1; 0.35 and more is a ball. A ball
-/// without depth scores 0.5 at most.
+/// where no red thing is round and of the right size. Its score is 0 to 1; 0.48 and more is a ball. A ball
+/// without depth scores 0.6 at most.
 #[derive(Debug, Clone)]
 pub struct Ball {
     ball_radius: f64,
@@ -56,7 +56,7 @@ impl Ball {
         Self::new(camera.ball_diameter)
     }
 
-    /// The same with another score from which on it is a ball (the default is 0.35).
+    /// The same with another score from which on it is a ball (the default is 0.48).
     pub fn with_threshold(self, threshold: f64) -> Self {
         Self { threshold, ..self }
     }

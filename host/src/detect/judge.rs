@@ -14,14 +14,18 @@ const OUTSIDE: (f64, f64) = (1.4, 2.0);
 /// A ball's size by its picture over that by its depth is wrong by this (standard deviation of the
 /// logarithm).
 const SIZE_ERROR: f64 = 0.15;
-/// Part of the disc's pixels that must agree on its depth for it to be taken as known.
-const KNOWN: f64 = 0.2;
+/// Part of what is seen of the disc that must agree on its depth for it to be taken as known.
+const KNOWN: f64 = 0.33;
+/// Grey levels of noise that are no colour on a disc.
+const NOISE: f32 = 12.0;
 /// What is left of the score of a ball whose depth is not known.
-const UNKNOWN: f64 = 0.5;
+const UNKNOWN: f64 = 0.6;
 /// Pixels that have the noise of depth in common.
 const SMOOTH: f64 = 4.0;
 /// Depth is read of what is so near to a sphere's surface, in its radius: cables before it are not.
 const NEAR: f64 = 0.6;
+/// What is no farther behind the ball's centre is beside it, in its radius.
+const BESIDE: f64 = 0.4;
 /// What is so much nearer than the ball's centre covers it, in its radius: what is of another colour, and anything.
 const COVER: (f64, f64) = (1.2, 2.5);
 /// How far the edges may move a disc that depth has shown: in its radius, and pixels more.
@@ -33,8 +37,9 @@ const ROUND: f64 = 0.45;
 const ATTACHED: ((f64, f64), (f64, f64)) = ((0.05, 0.22), (0.1, 0.35));
 /// How much of the ball's colour the better third of the disc has: too little, and enough.
 const LIKENESS: (f64, f64) = (0.35, 0.52);
-/// How much of what is seen of the disc must be of its colour: too little, and enough.
-const FILLED: (f64, f64) = (0.48, 0.72);
+/// How much of what is seen of the disc must be of its colour, too little and enough: where the surface is not sure to
+/// be round, and where it is.
+const FILLED: ((f64, f64), (f64, f64)) = ((0.48, 0.72), (0.35, 0.6));
 /// How uneven a disc without depth must be lit: too little, and enough.
 const FLAT: (f64, f64) = (0.2, 0.4);
 /// Part of the radius within which a surface's shape is read, and readings across it.
@@ -77,12 +82,22 @@ impl Judge<'_> {
         let fine = self.picture.refine_edges(start, by_depth, &trusted).filter(near);
         let fine = fine.unwrap_or(Fine { disc: start, covariance: rough, edges: [false; RAYS] });
         let mut outline = self.picture.outline_at(fine.disc);
-        for (rim, edge) in outline.rims.iter_mut().zip(fine.edges) {
-            if edge && *rim != Rim::Unseen {
+        for (ray, rim) in outline.rims.iter_mut().enumerate() {
+            if fine.edges[ray] {
                 *rim = Rim::Edge;
+            } else if *rim == Rim::Unseen && self.ends_in_picture(&fine.disc, ray) {
+                *rim = Rim::Plain;
             }
         }
         Candidate { fine, outline }
+    }
+
+    /// Whether a ray enters the picture before it ends, and ends in it: the middle of its disc may be outside.
+    fn ends_in_picture(&self, disc: &Disc, ray: usize) -> bool {
+        [0.8, 1.0, 1.3].iter().all(|&radii| {
+            let pixel = self.picture.pixel_on_ray(disc, ray, radii);
+            pixel.is_some_and(|(u, v)| self.picture.colour_at(u, v).is_some())
+        })
     }
 
     /// How sure it is that `candidate` is the ball: 0 to 1. A product, so that each doubt is enough: too little of the
@@ -95,23 +110,26 @@ impl Judge<'_> {
         let around = self.around(outline, depth.unwrap_or(by_picture));
         let free = around.part(Side::Free) + around.part(Side::Behind);
         let uncovered = free / (1.0 - around.part(Side::Covered)).max(0.01);
-        let shape = ramp(free, 0.25, 0.45) * ramp(uncovered, 0.4, 0.8) * ramp(outline.fill, 0.35, 0.6);
+        let shape = ramp(free, 0.25, 0.45) * ramp(uncovered, 0.4, 0.8);
         let sight = self.sight(&fine.disc, depth);
-        let colour = shape * ramp(sight.filled, FILLED.0, FILLED.1) * ramp(f64::from(sight.likeness), LIKENESS.0, LIKENESS.1);
+        let colour = shape * ramp(f64::from(sight.likeness), LIKENESS.0, LIKENESS.1);
         if std::env::var_os("DBG").is_some() { eprintln!("DBG u {:.0} v {:.0} r {:.1} depth {:?} free {:.2} behind {:.2} cov {:.2} att {:.2} fill {:.2} contrast {:.2} like {:.2} shade {:.2} edges {} round {:?}", fine.disc.u, fine.disc.v, fine.disc.radius, depth, around.part(Side::Free), around.part(Side::Behind), around.part(Side::Covered), around.part(Side::Attached), outline.fill, outline.contrast, sight.likeness, sight.shading, fine.edges.iter().filter(|e| **e).count(), depth.map(|z| roundness(&fine.disc, self.depth, z, self.ball_radius))); }
         if colour == 0.0 {
             return 0.0;
         }
-        let edges = fine.edges.iter().filter(|&&e| e).count() as f64 / RAYS as f64;
+        let edges = fine.edges.iter().filter(|&&e| e).count() as f64;
+        let filled = |limits: (f64, f64)| ramp(sight.filled, limits.0, limits.1);
         let Some(z) = depth else {
-            let clear = ramp(outline.contrast, 0.15, 0.35) * ramp(edges, 0.7, 0.95);
-            return UNKNOWN * colour * clear * ramp(f64::from(sight.shading), FLAT.0, FLAT.1);
+            let clear = ramp(outline.contrast, 0.15, 0.35) * ramp(edges / RAYS as f64, 0.7, 0.95);
+            return UNKNOWN * colour * filled(FILLED.0) * clear * ramp(f64::from(sight.shading), FLAT.0, FLAT.1);
         };
         let round = roundness(&fine.disc, self.depth, z, self.ball_radius);
-        let attached = if round.is_some_and(|g| g.0 > ROUND) { ATTACHED.1 } else { ATTACHED.0 };
+        let sure = round.is_some_and(|g| g.0 > ROUND);
+        let attached = if sure { ATTACHED.1 } else { ATTACHED.0 };
         let off = (by_picture / z).ln() / SIZE_ERROR;
         colour
-            * ramp(outline.contrast, 0.1, 0.2).max(ramp(around.part(Side::Behind), 0.3, 0.6)).max(ramp(edges, 0.5, 0.8))
+            * filled(if sure { FILLED.1 } else { FILLED.0 })
+            * ramp(outline.contrast, 0.1, 0.2).max(ramp(around.part(Side::Behind), 0.3, 0.6)).max(ramp(edges / around.seen(), 0.5, 0.8))
             * (0.8 + 0.2 * ramp(outline.contrast, 0.15, 0.4))
             * (-off * off / 2.0).exp()
             * (1.0 - ramp(around.part(Side::Attached), attached.0, attached.1))
@@ -122,20 +140,15 @@ impl Judge<'_> {
     fn sight(&self, disc: &Disc, z: Option<f64>) -> Sight {
         let mut likenesses = Vec::with_capacity(64);
         let mut parts = [(0.0_f32, 0.0_f32); 9];
-        for j in -4..=4_i32 {
-            for i in -4..=4_i32 {
-                let [x, y] = [i, j].map(|k| f64::from(k) * 0.22);
-                if x * x + y * y > 0.8 {
-                    continue;
-                }
-                let (u, v) = (disc.u + x * disc.radius, disc.v + y * disc.radius);
-                let covered = z.zip(self.depth.at(u, v)).is_some_and(|(z, o)| o < z - 1.5 * self.ball_radius);
-                let Some(pixel) = self.picture.colour_at(u, v).filter(|_| !covered) else { continue };
-                let colour = pixel.0.map(f32::from);
-                likenesses.push(self.picture.ball().damped(colour, 12.0));
-                let part = &mut parts[((j + 4) / 3 * 3 + (i + 4) / 3) as usize];
-                *part = (part.0 + colour.iter().sum::<f32>(), part.1 + 1.0);
-            }
+        for (x, y) in grid() {
+            let (u, v) = (disc.u + x * disc.radius, disc.v + y * disc.radius);
+            let covered = z.zip(self.depth.at(u, v)).is_some_and(|(z, o)| self.is_before(o, z));
+            let Some(pixel) = self.picture.colour_at(u, v).filter(|_| !covered) else { continue };
+            let colour = pixel.0.map(f32::from);
+            likenesses.push(self.picture.ball().damped(colour, NOISE));
+            let ninth = |k: f64| ((k + 1.0) * 1.5) as usize;
+            let part = &mut parts[ninth(y) * 3 + ninth(x)];
+            *part = (part.0 + colour.iter().sum::<f32>(), part.1 + 1.0);
         }
         likenesses.sort_by(f32::total_cmp);
         let means = parts.iter().filter(|(_, n)| *n > 2.0).map(|(sum, n)| sum / n);
@@ -148,10 +161,27 @@ impl Judge<'_> {
         Sight { likeness, filled: coloured as f64 / likenesses.len().max(1) as f64, shading }
     }
 
-    /// Depth of the ball's centre, metres, where enough of the disc agrees on it.
-    pub(super) fn centre(&self, disc: &Disc) -> Option<f64> {
+    /// Depth of the ball's centre, metres, where enough of what is seen of the disc agrees on it.
+    fn centre(&self, disc: &Disc) -> Option<f64> {
         let known = rough_centre_depth(&detection(disc, 0.0), self.depth, self.ball_radius)?;
-        (known.support >= KNOWN).then_some(known.depth)
+        let seen = 1.0 - self.covered(disc, known.depth);
+        (known.support >= KNOWN * seen.max(0.3)).then_some(known.depth)
+    }
+
+    /// Part of a disc that something in front of a ball at depth `z` hides.
+    fn covered(&self, disc: &Disc, z: f64) -> f64 {
+        let (mut covered, mut all) = (0, 0);
+        for (x, y) in grid() {
+            all += 1;
+            let o = self.depth.at(disc.u + x * disc.radius, disc.v + y * disc.radius);
+            covered += usize::from(o.is_some_and(|o| self.is_before(o, z)));
+        }
+        covered as f64 / f64::from(all)
+    }
+
+    /// Whether something at depth `o` is in front of a ball at depth `z`.
+    fn is_before(&self, o: f64, z: f64) -> bool {
+        o < z - 1.5 * self.ball_radius
     }
 
     /// What is around a ball at depth `z`.
@@ -167,7 +197,7 @@ impl Judge<'_> {
                 Some(o) if o <= z - COVER.1 * self.ball_radius => Side::Covered,
                 Some(o) if o <= z && outline.rims[ray] == Rim::Red => Side::Attached,
                 Some(o) if o <= z - COVER.0 * self.ball_radius => Side::Covered,
-                Some(o) if o <= z => Side::Attached,
+                Some(o) if o <= z + BESIDE * self.ball_radius => Side::Attached,
                 Some(o) if o > z + self.ball_radius => Side::Behind,
                 _ if outline.rims[ray] == Rim::Edge => Side::Free,
                 _ => Side::Open,
@@ -201,9 +231,18 @@ impl Around {
     /// Part of the rays within the picture (taken to be a quarter at least: a sliver of a ball is none) that
     /// show `side`.
     fn part(&self, side: Side) -> f64 {
-        let all = self.sides.iter().flatten().count().max(RAYS / 4);
-        self.sides.iter().filter(|&&s| s == Some(side)).count() as f64 / all as f64
+        self.sides.iter().filter(|&&s| s == Some(side)).count() as f64 / self.seen()
     }
+
+    fn seen(&self) -> f64 {
+        self.sides.iter().flatten().count().max(RAYS / 4) as f64
+    }
+}
+
+/// Places spread over a disc but for its rim, in its radius.
+fn grid() -> impl Iterator<Item = (f64, f64)> {
+    let places = (-4..=4).flat_map(|j| (-4..=4).map(move |i| (f64::from(i) * 0.22, f64::from(j) * 0.22)));
+    places.filter(|(x, y)| x * x + y * y < 0.8)
 }
 
 /// What is seen on a disc.
