@@ -45,6 +45,8 @@ pub struct Camera {
     pub pose: Isometry3<f64>,
     /// Diameter of the ball, metres.
     pub ball_diameter: f64,
+    /// Hue of the ball, degrees: 0 red, 60 yellow, 120 green, 180 cyan, 240 blue, 300 magenta.
+    pub ball_hue: f64,
 }
 
 impl Camera {
@@ -65,11 +67,12 @@ impl Camera {
     /// quaternion = [-0.5, -0.5, 0.5, 0.5]     # x, y, z, w
     /// [ball]
     /// diameter_m = 0.06
+    /// hue = 0.0               # degrees: 0 red (as where it is left out), 120 green, 240 blue
     /// ```
     ///
     /// # Errors
     /// Where the file cannot be read, has an unknown key, lacks one, or a value is out of its range (lengths and
-    /// scales above 0, everything finite, the quaternion's norm within 1 % of 1; it is normalised then).
+    /// scales above 0, everything finite, the hue from 0 to 360, the quaternion's norm within 1 % of 1; it is normalised then).
     pub fn read(path: &Path) -> Result<Self, TomlFileError> {
         read_toml::<CameraFile>(path).map(Self::from)
     }
@@ -113,6 +116,26 @@ struct PoseTable {
 #[serde(deny_unknown_fields)]
 struct BallTable {
     diameter_m: Positive,
+    #[serde(default)]
+    hue: Hue,
+}
+
+/// A hue in degrees, red where none is given.
+#[derive(Debug, Default, Deserialize)]
+#[serde(try_from = "f64")]
+struct Hue(f64);
+
+/// A number that is no hue.
+#[derive(Debug, Error)]
+#[error("a hue is from 0 to 360 degrees (0 red, 120 green, 240 blue), not {0}")]
+struct NotAHue(f64);
+
+impl TryFrom<f64> for Hue {
+    type Error = NotAHue;
+
+    fn try_from(degrees: f64) -> Result<Self, NotAHue> {
+        if (0.0..=360.0).contains(&degrees) { Ok(Self(degrees)) } else { Err(NotAHue(degrees)) }
+    }
 }
 
 /// A unit quaternion that was written as [x, y, z, w].
@@ -152,6 +175,7 @@ impl From<CameraFile> for Camera {
             },
             pose: Isometry3::from_parts(Translation3::new(x, y, z), file.pose.quaternion.0),
             ball_diameter: file.ball.diameter_m.get(),
+            ball_hue: file.ball.hue.0,
         }
     }
 }
@@ -186,6 +210,8 @@ diameter_m = 0.06
         let camera = read(GOOD).unwrap();
         assert_eq!(camera.intrinsics.fy, 524.0);
         assert_eq!(camera.ball_diameter, 0.06);
+        assert_eq!(camera.ball_hue, 0.0);
+        assert_eq!(read(&GOOD.replace("0.06", "0.06\nhue = 120")).unwrap().ball_hue, 120.0);
         // This quaternion looks along -x with the picture's rows pointing down: right is +y, down is -z.
         let p = camera.pose * camera.intrinsics.deproject(319.5, 239.5, 0.5);
         assert!((p - Point3::new(0.5, 2.0, 3.0)).norm() < 2e-3, "{p}");
@@ -203,6 +229,8 @@ diameter_m = 0.06
             ("0.501", "0.6", "camera.toml:9: ", "quaternion"),
             ("[ball]\ndiameter_m = 0.06\n", "", "camera.toml:9: ", "ball"),
             ("diameter_m = 0.06", "diameter_m = 0", "camera.toml:11: ", "ball.diameter_m"),
+            ("diameter_m = 0.06", "diameter_m = 0.06\nhue = -10", "camera.toml:12: ", "hue"),
+            ("diameter_m = 0.06", "diameter_m = 0.06\nhue = nan", "camera.toml:12: ", "hue"),
             ("[1.0, 2.0, 3.0]", "[1.0, 2.0, inf]", "camera.toml:8: ", "translation"),
         ];
         for (from, to, place, key) in cases {

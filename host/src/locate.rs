@@ -14,7 +14,7 @@
 
 use std::borrow::Cow;
 
-use nalgebra::Point3;
+use nalgebra::{Matrix3, Point3, Vector3};
 use opencv::core::{DataType, Mat, MatTraitConst, MatTraitConstManual};
 
 use crate::camera::{Camera, Intrinsics};
@@ -31,6 +31,10 @@ const MIN_PIXELS: usize = 5;
 const GROUP: f64 = 0.6;
 /// A disc's radius may be wrong by this, in itself.
 const SIZE_ERROR: f64 = 0.1;
+/// Votes that have their error in common: noise of depth is smooth.
+const ALIKE: f64 = 8.0;
+/// What all votes have in common (standard deviation), metres at 1 m; as disparity's, it grows with the square.
+const BIAS: f64 = 0.000_5;
 /// Pixels read along the disc's diameter; larger discs are read in a coarser grid.
 const GRID: f64 = 48.0;
 /// The same where many discs are compared.
@@ -43,6 +47,8 @@ pub struct Located {
     pub depth: f64,
     /// Its centre in the rig frame, metres.
     pub position: Point3<f64>,
+    /// Covariance of that, rig frame, metres².
+    pub covariance: Matrix3<f64>,
 }
 
 /// What the depth picture says of a ball's centre.
@@ -52,14 +58,24 @@ pub struct CentreDepth {
     pub depth: f64,
     /// Part of the disc's pixels in the picture (0 to 1) that agree on it within half a ball's radius.
     pub support: f64,
+    /// Standard deviation of the depth, metres.
+    pub error: f64,
 }
 
 /// The ball's position: the median of what the valid depth pixels on its disc say of its centre, deprojected
 /// and mapped into the rig frame; `None` where too few pixels have depth or agree on it.
 pub fn locate(detection: &Detection, frame: &RgbdFrame, camera: &Camera) -> Option<Located> {
     let centre = centre_depth(detection, frame, camera.ball_diameter / 2.0)?;
-    let point = frame.intrinsics().deproject(detection.u, detection.v, centre.depth);
-    Some(Located { depth: centre.depth, position: camera.pose * point })
+    let lens = frame.intrinsics();
+    let point = lens.deproject(detection.u, detection.v, centre.depth);
+    let mut across = Matrix3::zeros();
+    across.fixed_view_mut::<2, 2>(0, 0).copy_from(&detection.covariance);
+    let pixel = Matrix3::from_diagonal(&Vector3::new(centre.depth / lens.fx, centre.depth / lens.fy, 0.0));
+    let along = point.coords / point.z * centre.error;
+    let seen = pixel * across * pixel + along * along.transpose();
+    let turn = camera.pose.rotation.to_rotation_matrix();
+    let covariance = turn * seen * turn.transpose();
+    Some(Located { depth: centre.depth, position: camera.pose * point, covariance })
 }
 
 /// The depth of the centre of a ball of radius `ball_radius` (metres) that is seen as `detection`.
@@ -67,34 +83,41 @@ pub fn locate(detection: &Detection, frame: &RgbdFrame, camera: &Camera) -> Opti
 /// Of the pixels' votes the densest group is taken (things in front of the ball and behind it vote
 /// elsewhere), and of that the median. `None` where it is fewer than a tenth of the disc's pixels.
 pub fn centre_depth(detection: &Detection, frame: &RgbdFrame, ball_radius: f64) -> Option<CentreDepth> {
-    agreed_depth(detection, &DepthView::of(frame).ok()?, ball_radius, GRID)
+    let disc = (detection.u, detection.v, detection.radius);
+    agreed_depth(disc, &DepthView::of(frame).ok()?, ball_radius, GRID)
 }
 
 /// As [`centre_depth`], from fewer pixels.
 pub(crate) fn rough_centre_depth(
-    detection: &Detection,
+    disc: (f64, f64, f64),
     depth: &DepthView,
     ball_radius: f64,
 ) -> Option<CentreDepth> {
-    agreed_depth(detection, depth, ball_radius, ROUGH_GRID)
+    agreed_depth(disc, depth, ball_radius, ROUGH_GRID)
 }
 
+/// `disc`: column, row and radius, pixels.
 fn agreed_depth(
-    detection: &Detection,
+    disc: (f64, f64, f64),
     depth: &DepthView,
     ball_radius: f64,
     grid: f64,
 ) -> Option<CentreDepth> {
-    let (mut votes, pixels) = centre_votes(detection, depth, ball_radius, grid);
+    let (mut votes, pixels) = centre_votes(disc, depth, ball_radius, grid);
     votes.sort_by(f64::total_cmp);
     // What is in front of the ball may be larger than what is seen of it, but is not of the size that a ball there has.
-    let expected = (depth.intrinsics.fx + depth.intrinsics.fy) / 2.0 * ball_radius / detection.radius;
+    let expected = (depth.intrinsics.fx + depth.intrinsics.fy) / 2.0 * ball_radius / disc.2;
     let group = likeliest(&votes, GROUP * ball_radius, expected);
     let support = group.len() as f64 / pixels.max(1) as f64;
     if group.len() < MIN_PIXELS || support < MIN_SUPPORT {
         return None;
     }
-    Some(CentreDepth { depth: median_of_sorted(group), support })
+    let depth = median_of_sorted(group);
+    // Half of the votes are between the quartiles, which are 1.35 standard deviations apart.
+    let spread = (group[group.len() * 3 / 4] - group[group.len() / 4]) / 1.35;
+    let proofs = (group.len() as f64 / ALIKE).max(1.0);
+    let error = (spread / proofs.sqrt()).hypot(BIAS * depth * depth);
+    Some(CentreDepth { depth, support, error })
 }
 
 /// A frame's depth picture, to be read at many pixels (a call of OpenCV a pixel would take longer than all
@@ -138,8 +161,12 @@ pub(crate) fn pixels<T: DataType>(mat: &Mat) -> Result<Cow<'_, [T]>, opencv::Err
 }
 
 /// What each pixel on the disc says of the centre's depth, metres, and how many pixels were asked.
-fn centre_votes(detection: &Detection, depth: &DepthView, ball_radius: f64, grid: f64) -> (Vec<f64>, usize) {
-    let Detection { u, v, radius, .. } = *detection;
+fn centre_votes(
+    (u, v, radius): (f64, f64, f64),
+    depth: &DepthView,
+    ball_radius: f64,
+    grid: f64,
+) -> (Vec<f64>, usize) {
     let mask = radius * MASK;
     let step = ((2.0 * radius / grid) as i32).max(1);
     let span = |centre: f64| ((centre - mask).ceil() as i32, (centre + mask).floor() as i32);
@@ -211,7 +238,7 @@ mod tests {
 
     fn camera(ball_radius: f64) -> Camera {
         let pose = Isometry3::new(Vector3::new(1.0, -0.5, 0.3), Vector3::new(0.3, -1.2, 0.8));
-        Camera { intrinsics: INTRINSICS, pose, ball_diameter: 2.0 * ball_radius }
+        Camera { intrinsics: INTRINSICS, pose, ball_diameter: 2.0 * ball_radius, ball_hue: 0.0 }
     }
 
     /// The depth picture of a sphere in front of a wall 3 m away; `keep` says which pixels have depth.
@@ -237,7 +264,7 @@ mod tests {
 
     fn detection(centre: &Point3<f64>, ball_radius: f64) -> Detection {
         let (u, v) = INTRINSICS.project(centre).unwrap();
-        Detection { u, v, radius: 520.0 * ball_radius / centre.z, score: 1.0 }
+        Detection::new(u, v, 520.0 * ball_radius / centre.z, 1.0)
     }
 
     proptest! {

@@ -197,7 +197,7 @@ mod tests {
         fn detect(&mut self, frame: &RgbdFrame) -> Result<Option<Detection>, DetectError> {
             use opencv::core::MatTraitConst;
             match frame.colour().at_2d::<opencv::core::Vec3b>(0, 0)?[0] {
-                1 => Ok(Some(Detection { u: 15.5, v: 11.5, radius: 8.0, score: 0.75 })),
+                1 => Ok(Some(Detection::new(15.5, 11.5, 8.0, 0.75))),
                 2 => Err(opencv::Error::new(-1, "scripted").into()),
                 _ => Ok(None),
             }
@@ -207,7 +207,7 @@ mod tests {
     fn camera() -> Camera {
         let intrinsics = Intrinsics { fx: 200.0, fy: 200.0, cx: 15.5, cy: 11.5, depth_scale: 1000.0 };
         let pose = Isometry3::new(Vector3::new(1.0, 2.0, 3.0), Vector3::zeros());
-        Camera { intrinsics, pose, ball_diameter: 0.04 }
+        Camera { intrinsics, pose, ball_diameter: 0.04, ball_hue: 0.0 }
     }
 
     fn recording() -> tempfile::TempDir {

@@ -11,7 +11,7 @@ use opencv::core::{MatTraitConst, Rect};
 
 use super::colour::BallColour;
 use super::edge::Fine;
-use super::judge::{Judge, detection, radius_at};
+use super::judge::{Judge, radius_at};
 use super::outline::{Disc, Picture};
 use super::propose::{Coarse, Proposal};
 use super::sphere::{Depths, seen};
@@ -24,6 +24,10 @@ use crate::locate::DepthView;
 const DISTANCES: (f64, f64) = (0.25, 2.5);
 /// The score from which on it is a ball.
 const THRESHOLD: f64 = 0.48;
+/// How far from where it was last the ball is looked for first: in its radius, and pixels more.
+const WINDOW: (f64, f64) = (3.0, 16.0);
+/// The score with which it is found there; below it the whole picture is searched.
+const KEPT: f64 = 0.75;
 /// A score that ends the search: nothing else will do better by much.
 const CERTAIN: f64 = 0.95;
 /// Spheres in the depth picture that are looked at closely.
@@ -43,17 +47,24 @@ pub struct Ball {
     ball_radius: f64,
     colour: BallColour,
     threshold: f64,
+    /// Where it was in the picture before.
+    last: Option<Disc>,
 }
 
 impl Ball {
-    /// For a ball of `ball_diameter` metres.
+    /// For a red ball of `ball_diameter` metres.
     pub fn new(ball_diameter: f64) -> Self {
-        Self { ball_radius: ball_diameter / 2.0, colour: BallColour::new(0.0), threshold: THRESHOLD }
+        Self { ball_radius: ball_diameter / 2.0, colour: BallColour::new(0.0), threshold: THRESHOLD, last: None }
     }
 
     /// For the camera's ball.
     pub fn for_camera(camera: &Camera) -> Self {
-        Self::new(camera.ball_diameter)
+        Self::new(camera.ball_diameter).with_hue(camera.ball_hue)
+    }
+
+    /// The same for a ball of another hue, degrees (the default is 0, red).
+    pub fn with_hue(self, degrees: f64) -> Self {
+        Self { colour: BallColour::new(degrees), ..self }
     }
 
     /// The same with another score from which on it is a ball (the default is 0.48).
@@ -173,14 +184,46 @@ fn depth_about(disc: &Disc, depth: &DepthView) -> Option<f64> {
     (n >= 4).then(|| depths[n / 2])
 }
 
+impl Ball {
+    /// The window of the picture in which a ball is that was seen as `last` a moment ago; whole coarse pixels.
+    fn window(last: &Disc, whole: Rect) -> Rect {
+        let reach = WINDOW.0 * last.radius + WINDOW.1;
+        let low = |x: f64| ((x - reach).max(0.0) / 8.0) as i32 * 8;
+        let high = |x: f64, size: i32| (((x + reach).max(0.0) / 8.0) as i32 * 8 + 8).min(size);
+        let (left, top) = (low(last.u).min(whole.width - 1), low(last.v).min(whole.height - 1));
+        let (right, bottom) = (high(last.u, whole.width), high(last.v, whole.height));
+        Rect::new(left, top, (right - left).max(1), (bottom - top).max(1))
+    }
+
+    /// The best candidate: near where the ball was last if it is sure enough there, or else in the whole picture.
+    fn find(&self, frame: &RgbdFrame) -> Result<Option<(Fine, f64)>, DetectError> {
+        let whole = Rect::new(0, 0, frame.colour().cols(), frame.colour().rows());
+        if let Some(last) = &self.last {
+            let near = self.best(frame, Self::window(last, whole))?;
+            if near.is_some_and(|(_, score)| score >= KEPT) {
+                return Ok(near);
+            }
+        }
+        self.best(frame, whole)
+    }
+}
+
 impl Detector for Ball {
     fn name(&self) -> &'static str {
         "ball"
     }
 
     fn detect(&mut self, frame: &RgbdFrame) -> Result<Option<Detection>, DetectError> {
-        let whole = Rect::new(0, 0, frame.colour().cols(), frame.colour().rows());
-        let best = self.best(frame, whole)?.filter(|(_, score)| *score >= self.threshold);
-        Ok(best.map(|(fine, score)| detection(&fine.disc, score)))
+        let found = self.find(frame)?.filter(|(_, score)| *score >= self.threshold);
+        self.last = found.map(|(fine, _)| fine.disc);
+        Ok(found.map(|(fine, score)| {
+            let Disc { u, v, radius } = fine.disc;
+            let covariance = fine.covariance.fixed_view::<2, 2>(0, 0).into_owned();
+            Detection { u, v, radius, score, covariance }
+        }))
+    }
+
+    fn reset(&mut self) {
+        self.last = None;
     }
 }

@@ -5,7 +5,6 @@ use nalgebra::{Matrix3, Matrix6, Vector6};
 use super::edge::Fine;
 use super::outline::{Disc, Outline, Picture, RAYS, Rim};
 use crate::camera::Intrinsics;
-use crate::detect::Detection;
 use crate::locate::{DepthView, rough_centre_depth};
 
 /// Where the depth outside a disc is read, in its radius and in pixels more: beyond the pixels that mix ball
@@ -31,7 +30,7 @@ const COVER: (f64, f64) = (1.2, 2.5);
 /// How far the edges may move a disc that depth has shown: in its radius, and pixels more.
 const HELD: (f64, f64) = (0.3, 2.5);
 /// A surface so round at least is a ball's, whatever is beside it.
-const ROUND: f64 = 0.45;
+const ROUND: f64 = 0.55;
 /// Part of the rays that may show something as near beside it, and that may not: where it is not sure to be round, and
 /// where it is.
 const ATTACHED: ((f64, f64), (f64, f64)) = ((0.05, 0.22), (0.1, 0.35));
@@ -39,7 +38,7 @@ const ATTACHED: ((f64, f64), (f64, f64)) = ((0.05, 0.22), (0.1, 0.35));
 const LIKENESS: (f64, f64) = (0.35, 0.52);
 /// How much of what is seen of the disc must be of its colour, too little and enough: where the surface is not sure to
 /// be round, and where it is.
-const FILLED: ((f64, f64), (f64, f64)) = ((0.48, 0.72), (0.35, 0.6));
+const FILLED: ((f64, f64), (f64, f64)) = ((0.48, 0.72), (0.4, 0.65));
 /// How uneven a disc without depth must be lit: too little, and enough.
 const FLAT: (f64, f64) = (0.2, 0.4);
 /// Part of the radius within which a surface's shape is read, and readings across it.
@@ -113,7 +112,6 @@ impl Judge<'_> {
         let shape = ramp(free, 0.25, 0.45) * ramp(uncovered, 0.4, 0.8);
         let sight = self.sight(&fine.disc, depth);
         let colour = shape * ramp(f64::from(sight.likeness), LIKENESS.0, LIKENESS.1);
-        if std::env::var_os("DBG").is_some() { eprintln!("DBG u {:.0} v {:.0} r {:.1} depth {:?} free {:.2} behind {:.2} cov {:.2} att {:.2} fill {:.2} contrast {:.2} like {:.2} shade {:.2} edges {} round {:?}", fine.disc.u, fine.disc.v, fine.disc.radius, depth, around.part(Side::Free), around.part(Side::Behind), around.part(Side::Covered), around.part(Side::Attached), outline.fill, outline.contrast, sight.likeness, sight.shading, fine.edges.iter().filter(|e| **e).count(), depth.map(|z| roundness(&fine.disc, self.depth, z, self.ball_radius))); }
         if colour == 0.0 {
             return 0.0;
         }
@@ -163,7 +161,7 @@ impl Judge<'_> {
 
     /// Depth of the ball's centre, metres, where enough of what is seen of the disc agrees on it.
     fn centre(&self, disc: &Disc) -> Option<f64> {
-        let known = rough_centre_depth(&detection(disc, 0.0), self.depth, self.ball_radius)?;
+        let known = rough_centre_depth((disc.u, disc.v, disc.radius), self.depth, self.ball_radius)?;
         let seen = 1.0 - self.covered(disc, known.depth);
         (known.support >= KNOWN * seen.max(0.3)).then_some(known.depth)
     }
@@ -253,11 +251,6 @@ struct Sight {
     filled: f64,
     /// By how much its ninths differ in brightness, over their mean: no sphere is lit evenly.
     shading: f32,
-}
-
-/// The detection that a disc makes.
-pub(super) fn detection(disc: &Disc, score: f64) -> Detection {
-    Detection { u: disc.u, v: disc.v, radius: disc.radius, score }
 }
 
 /// How round the surface on a disc is, in the direction in which it is the flattest: 1 a sphere of `ball_radius`, 0 a

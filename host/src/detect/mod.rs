@@ -1,5 +1,6 @@
 //! Finding the ball in a picture.
 
+use nalgebra::Matrix2;
 use thiserror::Error;
 
 use crate::frame::RgbdFrame;
@@ -28,6 +29,15 @@ pub struct Detection {
     pub radius: f64,
     /// How sure it is, larger is surer; the scale is the detector's own.
     pub score: f64,
+    /// Covariance of column and row, pixels².
+    pub covariance: Matrix2<f64>,
+}
+
+impl Detection {
+    /// A ball at (`u`, `v`) of `radius` pixels, known no better than to a quarter of its radius (standard deviation).
+    pub fn new(u: f64, v: f64, radius: f64, score: f64) -> Self {
+        Self { u, v, radius, score, covariance: Matrix2::identity() * (radius / 4.0).powi(2) }
+    }
 }
 
 /// Why a picture could not be searched (a picture without a ball is not an error).
@@ -48,4 +58,7 @@ pub trait Detector {
     /// # Errors
     /// Where the picture could not be searched.
     fn detect(&mut self, frame: &RgbdFrame) -> Result<Option<Detection>, DetectError>;
+
+    /// Forgets where the ball was: the next picture is searched like a first one.
+    fn reset(&mut self) {}
 }

@@ -70,12 +70,8 @@ impl Detector for Red {
         // The best local maximum is the global one.
         let none = Mat::default();
         min_max_loc(&self.difference, None, Some(&mut score), None, Some(&mut at), &none)?;
-        Ok((score >= self.threshold).then(|| Detection {
-            u: f64::from(at.x),
-            v: f64::from(at.y),
-            radius: self.radius,
-            score,
-        }))
+        let found = Detection::new(f64::from(at.x), f64::from(at.y), self.radius, score);
+        Ok((score >= self.threshold).then_some(found))
     }
 }
 

@@ -42,7 +42,7 @@ impl Sphere {
     /// As it should be seen.
     pub(super) fn seen(&self, intrinsics: &Intrinsics) -> Detection {
         let (u, v) = intrinsics.project(&self.centre).unwrap();
-        Detection { u, v, radius: intrinsics.fx * self.radius / self.centre.z, score: 1.0 }
+        Detection::new(u, v, intrinsics.fx * self.radius / self.centre.z, 1.0)
     }
 }
 

@@ -83,7 +83,6 @@ impl Depths<'_> {
         // How much of a ball's middle speaks for it.
         let share = |spot: &Spot| spot.count * spot.mean()[2].powi(2);
         spots.sort_by(|a, b| share(b).total_cmp(&share(a)));
-        if std::env::var_os("DBG").is_some() { for s in spots.iter().take(8) { eprintln!("SPOT {:?} n {} fit {:?}", s.mean(), s.count, self.fit(s.mean())); } }
         let fitted = spots.iter().take(MOST_SPOTS).filter_map(|spot| self.fit(spot.mean()));
         let mut spheres: Vec<(Point3<f64>, f64)> =
             fitted.map(|(centre, filled)| (centre, filled * self.ends(&centre))).collect();

@@ -34,7 +34,7 @@ impl Detector for Redness {
             }
         }
         let radius = f64::sqrt(count / std::f64::consts::PI);
-        Ok((count > 20.0).then(|| Detection { u: u / count, v: v / count, radius, score: count }))
+        Ok((count > 20.0).then(|| Detection::new(u / count, v / count, radius, count)))
     }
 }
 

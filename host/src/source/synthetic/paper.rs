@@ -18,5 +18,6 @@ pub(crate) fn paper_camera() -> Camera {
         intrinsics: Intrinsics { fx: 525.0, fy: 525.0, cx: 319.5, cy: 239.5, depth_scale: 1000.0 },
         pose: Isometry3::from_parts(Translation3::new(1.737, 0.286, 0.225), rotation),
         ball_diameter: 0.08,
+        ball_hue: 0.0,
     }
 }
