@@ -23,6 +23,8 @@ const UNKNOWN: f64 = 0.6;
 const SMOOTH: f64 = 4.0;
 /// Depth is read of what is so near to a sphere's surface, in its radius: cables before it are not.
 const NEAR: f64 = 0.6;
+/// What has so much of the ball's colour at least goes on beside it.
+const SAME: f32 = 0.25;
 /// What is no farther behind the ball's centre is beside it, in its radius.
 const BESIDE: f64 = 0.4;
 /// What is so much nearer than the ball's centre covers it, in its radius: what is of another colour, and anything.
@@ -31,16 +33,16 @@ const COVER: (f64, f64) = (1.2, 2.5);
 const HELD: (f64, f64) = (0.3, 2.5);
 /// A surface so round at least is a ball's, whatever is beside it.
 const ROUND: f64 = 0.55;
-/// Part of the rays that may show something as near beside it, and that may not: where it is not sure to be round, and
+/// Part of the rays that may show something as near beside it, and that may not (of the ball's colour, half as many): where it is not sure to be round, and
 /// where it is.
-const ATTACHED: ((f64, f64), (f64, f64)) = ((0.05, 0.22), (0.1, 0.35));
+const ATTACHED: ((f64, f64), (f64, f64)) = ((0.05, 0.22), (0.12, 0.38));
 /// How much of the ball's colour the better third of the disc has: too little, and enough.
 const LIKENESS: (f64, f64) = (0.35, 0.52);
 /// How much of what is seen of the disc must be of its colour, too little and enough: where the surface is not sure to
 /// be round, and where it is.
 const FILLED: ((f64, f64), (f64, f64)) = ((0.48, 0.72), (0.4, 0.65));
 /// How uneven a disc without depth must be lit: too little, and enough.
-const FLAT: (f64, f64) = (0.2, 0.4);
+const FLAT: (f64, f64) = (0.3, 0.5);
 /// Part of the radius within which a surface's shape is read, and readings across it.
 const SURFACE: (f64, i32) = (0.85, 9);
 
@@ -71,7 +73,7 @@ impl Judge<'_> {
         let by_depth = depth.map(|z| radius_at(self.picture.intrinsics(), self.ball_radius, z));
         let around = depth.map(|z| self.around(&self.picture.outline_at(start), z));
         let trusted = around.map_or([true; RAYS], |a| {
-            a.sides.map(|side| !matches!(side, Some(Side::Covered | Side::Attached)))
+            a.sides.map(|side| !matches!(side, Some(Side::Covered | Side::Attached | Side::Continued)))
         });
         let near = |fine: &Fine| {
             let way = (fine.disc.u - start.u).hypot(fine.disc.v - start.v);
@@ -124,13 +126,14 @@ impl Judge<'_> {
         let round = roundness(&fine.disc, self.depth, z, self.ball_radius);
         let sure = round.is_some_and(|g| g.0 > ROUND);
         let attached = if sure { ATTACHED.1 } else { ATTACHED.0 };
+        let beside = around.part(Side::Attached) + 2.0 * around.part(Side::Continued);
         let off = (by_picture / z).ln() / SIZE_ERROR;
         colour
             * filled(if sure { FILLED.1 } else { FILLED.0 })
             * ramp(outline.contrast, 0.1, 0.2).max(ramp(around.part(Side::Behind), 0.3, 0.6)).max(ramp(edges / around.seen(), 0.5, 0.8))
             * (0.8 + 0.2 * ramp(outline.contrast, 0.15, 0.4))
             * (-off * off / 2.0).exp()
-            * (1.0 - ramp(around.part(Side::Attached), attached.0, attached.1))
+            * (1.0 - ramp(beside, attached.0, attached.1))
             * round.map_or(1.0, |g| ramp(g.1, 0.15, 0.55))
     }
 
@@ -193,9 +196,12 @@ impl Judge<'_> {
             let outside = pixel.and_then(|(u, v)| self.depth.at(u, v));
             Some(match outside {
                 Some(o) if o <= z - COVER.1 * self.ball_radius => Side::Covered,
-                Some(o) if o <= z && outline.rims[ray] == Rim::Red => Side::Attached,
+                Some(o) if o <= z && outline.rims[ray] == Rim::Red => Side::Continued,
                 Some(o) if o <= z - COVER.0 * self.ball_radius => Side::Covered,
-                Some(o) if o <= z + BESIDE * self.ball_radius => Side::Attached,
+                Some(o) if o <= z + BESIDE * self.ball_radius => {
+                    let (u, v) = pixel.unwrap_or_default();
+                    if self.picture.likeness(u, v) > SAME { Side::Continued } else { Side::Attached }
+                }
                 Some(o) if o > z + self.ball_radius => Side::Behind,
                 _ if outline.rims[ray] == Rim::Edge => Side::Free,
                 _ => Side::Open,
@@ -216,6 +222,8 @@ enum Side {
     Open,
     /// Something as near as the ball's surface (a print on a box has the box around it), or red and nearer.
     Attached,
+    /// The same, and of the ball's colour: a can's lower half.
+    Continued,
     /// Something else, nearer.
     Covered,
 }
