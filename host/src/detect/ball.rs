@@ -54,7 +54,12 @@ pub struct Ball {
 impl Ball {
     /// For a red ball of `ball_diameter` metres.
     pub fn new(ball_diameter: f64) -> Self {
-        Self { ball_radius: ball_diameter / 2.0, colour: BallColour::new(0.0), threshold: THRESHOLD, last: None }
+        Self {
+            ball_radius: ball_diameter / 2.0,
+            colour: BallColour::new(0.0),
+            threshold: THRESHOLD,
+            last: None,
+        }
     }
 
     /// For the camera's ball.

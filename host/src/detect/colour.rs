@@ -45,7 +45,13 @@ impl BallColour {
             _ => 4.0 + (r - g) / chroma,
         };
         let off = hue - self.hue;
-        let off = if off > 3.0 { off - 6.0 } else if off < -3.0 { off + 6.0 } else { off };
+        let off = if off > 3.0 {
+            off - 6.0
+        } else if off < -3.0 {
+            off + 6.0
+        } else {
+            off
+        };
         let lost = if off > 0.0 { off * self.slopes[0] } else { -off * self.slopes[1] };
         chroma * (1.0 - lost).max(0.0) / (most + dark)
     }

@@ -121,7 +121,11 @@ impl Judge<'_> {
         let filled = |limits: (f64, f64)| ramp(sight.filled, limits.0, limits.1);
         let Some(z) = depth else {
             let clear = ramp(outline.contrast, 0.15, 0.35) * ramp(edges / RAYS as f64, 0.7, 0.95);
-            return UNKNOWN * colour * filled(FILLED.0) * clear * ramp(f64::from(sight.shading), FLAT.0, FLAT.1);
+            return UNKNOWN
+                * colour
+                * filled(FILLED.0)
+                * clear
+                * ramp(f64::from(sight.shading), FLAT.0, FLAT.1);
         };
         let round = roundness(&fine.disc, self.depth, z, self.ball_radius);
         let sure = round.is_some_and(|g| g.0 > ROUND);
@@ -130,7 +134,11 @@ impl Judge<'_> {
         let off = (by_picture / z).ln() / SIZE_ERROR;
         colour
             * filled(if sure { FILLED.1 } else { FILLED.0 })
-            * ramp(outline.contrast, 0.1, 0.2).max(ramp(around.part(Side::Behind), 0.3, 0.6)).max(ramp(edges / around.seen(), 0.5, 0.8))
+            * ramp(outline.contrast, 0.1, 0.2).max(ramp(around.part(Side::Behind), 0.3, 0.6)).max(ramp(
+                edges / around.seen(),
+                0.5,
+                0.8,
+            ))
             * (0.8 + 0.2 * ramp(outline.contrast, 0.15, 0.4))
             * (-off * off / 2.0).exp()
             * (1.0 - ramp(beside, attached.0, attached.1))

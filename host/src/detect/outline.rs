@@ -216,13 +216,7 @@ impl<'a> Picture<'a> {
 
     /// One step of the fit: the disc through the edges within about `width` radii of this one (weighted least
     /// squares, outliers cut off as by Tukey), with the radius drawn to `prior` where there is one.
-    fn refine(
-        &self,
-        disc: &Disc,
-        polar: &Polar,
-        width: f64,
-        prior: Option<f64>,
-    ) -> Disc {
+    fn refine(&self, disc: &Disc, polar: &Polar, width: f64, prior: Option<f64>) -> Disc {
         let contrast = f64::from(polar.contrast).max(1e-3);
         let near = polar.weights(disc.radius, width * disc.radius);
         let (mut normal, mut right_side) = (Matrix3::zeros(), Vector3::zeros());
