@@ -20,3 +20,8 @@ pub mod session;
 pub mod source;
 pub mod survey;
 pub mod toml_file;
+
+/// The example in docs/cameras.md is compiled and run with the other tests.
+#[cfg(doctest)]
+#[doc = include_str!("../../docs/cameras.md")]
+struct CamerasPage;

@@ -236,10 +236,12 @@ fn what_a_run_sees_is_what_is_replayed() {
         assert_eq!(row[1..], replayed[0][1..], "the ball hangs still");
     }
 
-    // And a run of the recording, in a rig file.
-    place.rig(&emulator.port, "recording = \"recording/recording.oni\"");
-    let again = place.plumb(&["run", "rig.toml", "--out", "again"]);
-    assert!(again.status.success(), "{}", stderr(&again));
+    // And runs of the recordings, in a rig file.
+    for (recording, out) in [("recording/recording.oni", "again"), ("recording", "once-more")] {
+        place.rig(&emulator.port, &format!("recording = {recording:?}"));
+        let again = place.plumb(&["run", "rig.toml", "--out", out]);
+        assert!(again.status.success(), "{recording}: {}", stderr(&again));
+    }
 }
 
 #[test]
