@@ -14,6 +14,7 @@ import { Pins } from './repairs/gpio.mjs';
 import { I2cBus, repairI2c } from './repairs/i2c.mjs';
 import { repairPpb } from './repairs/ppb.mjs';
 import { installRegisters } from './repairs/registers.mjs';
+import { repairSsi } from './repairs/ssi.mjs';
 import { repairTimer } from './repairs/timer.mjs';
 import { Uart } from './repairs/uart.mjs';
 import { UsbPort } from './repairs/usb.mjs';
@@ -193,6 +194,7 @@ export class Chip {
     repairTimer(mcu, clock);
     repairDma(mcu, clock, this.bus);
     installRegisters(mcu, this.chipReset);
+    repairSsi(mcu, this.bus);
     this.watchdog = new Watchdog(clock, (reason) => this.requestReset(reason === REASON_FORCE ? 'forced' : 'watchdog'));
     mcu.peripherals[WATCHDOG] = this.watchdog;
     this.engine = new Engine(mcu, clock);

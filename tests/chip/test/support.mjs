@@ -108,6 +108,7 @@ export const UART0 = 0x40034000;
 export const I2C0 = 0x40044000;
 export const USB = 0x50110000;
 export const DPRAM = 0x50100000;
+export const SSI = 0x18000000;
 export const SIO = 0xd0000000;
 export const NVIC_ISER = 0xe000e100;
 

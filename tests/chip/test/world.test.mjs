@@ -2,7 +2,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { Chip, Pca9685 } from '../src/chip.mjs';
-import { DPRAM, I2C0, IO_BANK0, MS, PADS, Program, SIO, sleepingChip, UART0, US, USB } from './support.mjs';
+import { DPRAM, I2C0, IO_BANK0, MS, PADS, Program, SIO, SSI, sleepingChip, UART0, US, USB } from './support.mjs';
 
 const RAM = 0x20000100;
 const AVAILABLE = 1 << 10;
@@ -217,6 +217,22 @@ test('code in flash faults while flash is unmapped', () => {
   const chip = p.chip();
   chip.runFor(MS);
   assert.equal(chip.core.fault.kind, 'bus fault');
+});
+
+test('a second boot stage makes flash readable by the registers of its interface, once they are set to read', () => {
+  const FLASH = 0x10000000;
+  const { bus } = sleepingChip();
+  const first = bus.read32(FLASH);
+  bus.flashReadable = false;
+  bus.write32(SSI + 8, 0);
+  bus.write32(SSI, 7 << 16); // commands: send and receive 8 bits
+  bus.write32(SSI + 8, 1);
+  assert.throws(() => bus.read32(FLASH), /bus fault/);
+  bus.write32(SSI + 8, 0);
+  bus.write32(SSI, (2 << 21) | (31 << 16) | (3 << 8)); // quad, 32 bits, address and then read
+  assert.throws(() => bus.read32(FLASH), /bus fault/);
+  bus.write32(SSI + 8, 1);
+  assert.equal(bus.read32(FLASH), first);
 });
 
 /** A chip whose firmware (played by the test) has offered a buffer for reception on endpoint 2, and none for sending. */
