@@ -10,7 +10,7 @@ use plumb::cosim::{Cosim, Request};
 use plumb::rig::{LawSettings, Rig};
 use plumb_protocol::Config;
 
-use super::{Failure, OrFail};
+use super::{Failure, OrFail, law};
 
 /// The board in lock step with any physics engine: JSON lines on standard input and output
 ///
@@ -29,10 +29,6 @@ pub(crate) struct Args {
     /// Motor positions in an answer, evenly over dt
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     samples: u32,
-}
-
-fn law(name: &str) -> Result<LawSettings, String> {
-    LawSettings::named(name).ok_or_else(|| format!("one of {}", LawSettings::NAMES.join(", ")))
 }
 
 fn config(args: &Args) -> Result<Config, Failure> {

@@ -11,7 +11,7 @@ use plumb::camera::Camera;
 use plumb::frame::RgbdFrame;
 use plumb::link::{Memory, Serial, Transport};
 use plumb::record::Pace;
-use plumb::rig::Rig;
+use plumb::rig::{LawSettings, Rig};
 use plumb::session::{Place, Session, SessionError, Summary};
 use plumb::source::recorded::Recorded;
 use plumb::source::simulated::{ServedWorld, SimulatedCamera, Timing, VirtualWorld, World};
@@ -23,7 +23,7 @@ use serde::Serialize;
 
 use super::show::{Progress, ended};
 use super::sight::{record_folder, recorded};
-use super::{DetectorName, Failure, OrFail, Physics, interrupt_flag};
+use super::{DetectorName, Failure, OrFail, Physics, interrupt_flag, law};
 
 /// The paper's task, closed loop: rendered pictures, OpenCV, a serial port, an emulated board, a simulated rig
 ///
@@ -39,7 +39,10 @@ pub(crate) struct Args {
     /// Seed of the camera's noise
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Gain of the law, 1/s at 0.471 mm of cable a step [default: the paper's, 30]
+    /// Control law, with its usual parameters: interval (the paper's), sign, certified or taut
+    #[arg(long, value_parser = law, default_value = "interval")]
+    law: LawSettings,
+    /// Gain of the law interval, 1/s at 0.471 mm of cable a step [default: the paper's, 30]
     #[arg(long)]
     gamma: Option<f64>,
     /// Detector
@@ -75,6 +78,7 @@ struct Line<'a> {
 
 pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
     let mut rig = Rig::paper().or_bad_input()?;
+    rig.law = args.law.clone();
     if let Some(gamma) = args.gamma {
         rig.law.set_gamma(gamma).or_bad_input()?;
     }

@@ -21,7 +21,7 @@ use plumb::detect::ball::Ball;
 use plumb::detect::red::Red;
 use plumb_emulator::rig::{Elastic, ElasticParameters, Plant, QuasiStatic, RigError};
 
-use plumb::rig::Simulation;
+use plumb::rig::{LawSettings, Simulation};
 
 /// Exit code for what did not work out.
 pub(crate) const FAILED: u8 = 1;
@@ -90,6 +90,11 @@ impl Physics {
             Self::Elastic => Box::new(Elastic::new(geometry, ElasticParameters::default(), start)?),
         })
     }
+}
+
+/// A law by its name, with its usual parameters.
+fn law(name: &str) -> Result<LawSettings, String> {
+    LawSettings::named(name).ok_or_else(|| format!("one of {}", LawSettings::NAMES.join(", ")))
 }
 
 /// A flag that Ctrl-C sets, so that the motors are ramped down and the run's folder is finished.

@@ -7,13 +7,13 @@ use clap::Parser;
 use plumb::camera::Camera;
 use plumb::link::Serial;
 use plumb::record::Pace;
-use plumb::rig::Rig;
+use plumb::rig::{LawSettings, Rig};
 use plumb::session::{Place, Session, SessionError};
 use plumb::source::recorded::Recorded;
 
 use super::show::{Progress, ended};
 use super::sight::{Sight, record_folder, recorded};
-use super::{DetectorName, Failure, OrFail, Physics, interrupt_flag};
+use super::{DetectorName, Failure, OrFail, Physics, interrupt_flag, law};
 
 /// Drive the ball through the targets of a rig file
 ///
@@ -50,6 +50,9 @@ struct Common {
     /// Serial port of the board [default: the rig file's]
     #[arg(long)]
     port: Option<String>,
+    /// Control law, with its usual parameters: interval, sign, certified or taut [default: the rig file's]
+    #[arg(long, value_parser = law)]
+    law: Option<LawSettings>,
     /// Detector
     #[arg(long, value_enum, default_value = "ball")]
     detector: DetectorName,
@@ -81,7 +84,10 @@ pub(crate) fn goto(args: GotoArgs) -> Result<ExitCode, Failure> {
     drive(&args.rig, rig, &args.options)
 }
 
-fn drive(file: &Path, rig: Rig, options: &Common) -> Result<ExitCode, Failure> {
+fn drive(file: &Path, mut rig: Rig, options: &Common) -> Result<ExitCode, Failure> {
+    if let Some(law) = &options.law {
+        rig.law = law.clone();
+    }
     let text = std::fs::read_to_string(&rig.camera.file).unwrap_or_default();
     let camera = Camera::read(&rig.camera.file).or_bad_input()?;
     let chosen = rig.camera.source(rig.simulation.is_some());
