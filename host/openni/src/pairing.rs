@@ -63,11 +63,6 @@ impl<T: Timed> Pairing<T> {
         self.waiting = Some((sensor, picture));
         Paired::Alone(waited, other)
     }
-
-    /// The picture that waits, at the end.
-    pub(crate) fn rest(&mut self) -> Option<(Sensor, T)> {
-        self.waiting.take()
-    }
 }
 
 #[cfg(test)]
@@ -93,7 +88,7 @@ mod tests {
                 assert_eq!(pairing.add(second, late), Paired::Pair(colour, depth));
             }
         }
-        assert_eq!(pairing.rest(), None);
+        assert!(pairing.waiting.is_none());
     }
 
     #[test]

@@ -197,7 +197,7 @@ impl<'a> Running<'a> {
     }
 
     /// What it means that nothing came: the end, or patience.
-    fn nothing(&mut self) -> Option<Result<(), OpenniError>> {
+    fn nothing(&self) -> Option<Result<(), OpenniError>> {
         let silent = self.heard.elapsed() >= self.worker.settings.deadlines.picture;
         if self.worker.is_recording() {
             let uri = &self.device.uri;
@@ -216,11 +216,8 @@ impl<'a> Running<'a> {
         })
     }
 
-    fn end_of_recording(&mut self) -> Result<(), OpenniError> {
-        if let Some((sensor, picture)) = self.pairing.rest() {
-            let (time, within) = (picture.time(), self.pairing.within());
-            self.worker.mailbox.put(Event::Problem(OpenniError::Alone { sensor, time, within }));
-        }
+    /// How it ended. A picture that waits for its counterpart is no problem: it was taken while the recorder was stopped.
+    fn end_of_recording(&self) -> Result<(), OpenniError> {
         for sensor in [Sensor::Colour, Sensor::Depth] {
             let (got, promised) = (self.last[slot(sensor)].max(0), self.device.promised(sensor));
             if got < promised || promised == 0 {

@@ -143,7 +143,7 @@ fn without_synchronisation_they_are_paired_by_time() {
         return;
     }
     let told = Told::new(&Control { no_sync: true, depth_late: 0.010, ..Control::default() });
-    let mut camera = told.open(Settings { deadlines: quick(), ..Settings::default() }).unwrap();
+    let mut camera = told.open(Settings::default()).unwrap();
     for _ in 0..5 {
         next(&mut camera);
     }
@@ -166,7 +166,7 @@ fn pulling_the_plug_is_noticed_and_stays_so() {
         return;
     }
     let mut told = Told::new(&Control::default());
-    let mut camera = told.open(Settings { deadlines: quick(), ..Settings::default() }).unwrap();
+    let mut camera = told.open(Settings::default()).unwrap();
     next(&mut camera);
     told.file.write(&Control { plugged: false, ..Control::default() }).unwrap();
     let error = lasting(&mut camera);
@@ -202,7 +202,7 @@ fn a_stream_that_stops_and_streams_out_of_step_are_noticed() {
         (0.0, true, true, "within 13 ms"),
     ] {
         let told = Told::new(&Control { depth_late, blind, no_sync, ..Control::default() });
-        let mut camera = told.open(Settings { deadlines: quick(), ..Settings::default() }).unwrap();
+        let mut camera = told.open(Settings::default()).unwrap();
         assert_eq!(camera.opened().notes.is_empty(), !no_sync);
         for _ in 0..5 {
             let error = camera.next_pair().map(|pair| pair.map(|pair| pair.time)).unwrap_err();
@@ -221,7 +221,7 @@ fn a_picture_of_another_size_is_refused_and_the_next_one_taken() {
         return;
     }
     let mut told = Told::new(&Control { rows_missing: 8, ..Control::default() });
-    let mut camera = told.open(Settings { deadlines: quick(), ..Settings::default() }).unwrap();
+    let mut camera = told.open(Settings::default()).unwrap();
     let error = camera.next_pair().unwrap_err();
     assert!(error.to_string().contains("640x472") && error.is_passing(), "{error}");
     told.file.write(&Control::default()).unwrap();
@@ -231,7 +231,7 @@ fn a_picture_of_another_size_is_refused_and_the_next_one_taken() {
 /// Records `count` pairs and a few more at that rate; the file.
 fn record(told: &mut Told, count: usize) -> PathBuf {
     let path = told.path("recording.oni");
-    let settings = Settings { record: Some(path.clone()), deadlines: quick(), ..Settings::default() };
+    let settings = Settings { record: Some(path.clone()), ..Settings::default() };
     let mut camera = told.open(settings).unwrap();
     for i in 0..count {
         next(&mut camera);
@@ -244,7 +244,7 @@ fn record(told: &mut Told, count: usize) -> PathBuf {
 
 /// All pairs of a recording and how it ended.
 fn play(path: &Path) -> (Vec<Pair>, Vec<OpenniError>, Result<(), OpenniError>) {
-    let settings = Settings { deadlines: quick(), ..Settings::default() };
+    let settings = Settings::default();
     let mut camera = match Camera::open(openni().unwrap(), &Target::Recording(path.to_owned()), settings) {
         Ok(camera) => camera,
         Err(error) => return (Vec::new(), Vec::new(), Err(error)),
