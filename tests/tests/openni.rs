@@ -25,9 +25,9 @@ fn rig() -> Rig {
     let mut rig = Rig::paper().expect("the paper's rig file");
     rig.law.set_gamma(150.0).expect("a gain");
     let seconds = |s: f64| s.try_into().expect("seconds");
-    rig.deadlines.host = seconds(2.0);
-    rig.deadlines.position = seconds(2.0);
-    rig.deadlines.max_age = seconds(1.0);
+    rig.deadlines.host = seconds(5.0);
+    rig.deadlines.position = seconds(5.0);
+    rig.deadlines.max_age = seconds(5.0);
     rig
 }
 
