@@ -26,7 +26,7 @@ fn numbers(text: &str, columns: &[usize]) -> Vec<Vec<f64>> {
 #[test]
 fn a_recorded_run_is_replayed_to_the_same_rows() {
     let folder = tempfile::tempdir().unwrap();
-    let run = ["demo", "--memory", "--patience", "2", "--record", "recording", "--out", "run"];
+    let run = ["demo", "--memory", "--patience", "1", "--record", "recording", "--out", "run"];
     let output = plumb(&run, folder.path());
     assert!(stderr(&output).contains("recorded: "), "{}", stderr(&output));
     let replayed = plumb(&["replay", "recording"], folder.path());
@@ -35,7 +35,7 @@ fn a_recorded_run_is_replayed_to_the_same_rows() {
     let seen =
         numbers(&fs::read_to_string(folder.path().join("run/run.csv")).unwrap(), &[2, 3, 4, 5, 6, 7, 8]);
     let found = numbers(&String::from_utf8_lossy(&replayed.stdout), &[1, 2, 3, 8, 5, 6, 7]);
-    assert!(seen.len() > 30 && seen.len() == found.len(), "{} rows, {} replayed", seen.len(), found.len());
+    assert!(seen.len() > 20 && seen.len() == found.len(), "{} rows, {} replayed", seen.len(), found.len());
     for (row, (seen, found)) in seen.iter().zip(&found).enumerate() {
         for (i, (a, b)) in seen.iter().zip(found).enumerate() {
             // What the coarser of the two files rounds to: pixels to 0.001, metres to 0.00001.

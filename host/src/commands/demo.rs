@@ -10,7 +10,7 @@ use nalgebra::Point3;
 use plumb::camera::Camera;
 use plumb::frame::RgbdFrame;
 use plumb::link::{Memory, Serial, Transport};
-use plumb::record::Pace;
+use plumb::record::{Pace, RecordFolder};
 use plumb::rig::{LawSettings, Rig};
 use plumb::session::{Place, Session, SessionError, Summary};
 use plumb::source::recorded::Recorded;
@@ -83,6 +83,7 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
         rig.law.set_gamma(gamma).or_bad_input()?;
     }
     let camera = Camera::paper().or_bad_input()?;
+    let folder = record_folder(args.record.as_deref())?;
     let synthetic = synthetic_camera(&args, &camera)?;
     let Some(simulation) = rig.simulation.clone() else {
         return Err("the paper's rig is not simulated").or_bad_input();
@@ -95,7 +96,7 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
             return Err("the board moves no rig").or_failed();
         };
         let source = SimulatedCamera::new(world, synthetic, motors, Timing::default());
-        run(&args, &rig, &camera, source, Memory::new(board))
+        run(&args, &rig, &camera, source, folder, Memory::new(board))
     } else {
         let served = Rc::new(serve(board).or_failed()?);
         let port = served.path().to_string_lossy().into_owned();
@@ -103,7 +104,7 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
         let transport = Serial::open(&port, rig.board.baud).or_failed()?;
         let Some(world) = ServedWorld::new(served) else { return Err("the board moves no rig").or_failed() };
         let source = SimulatedCamera::new(world, synthetic, motors, Timing::default());
-        run(&args, &rig, &camera, source, transport)
+        run(&args, &rig, &camera, source, folder, transport)
     }
 }
 
@@ -127,13 +128,13 @@ fn run<W: World, T: Transport>(
     rig: &Rig,
     camera: &Camera,
     source: SimulatedCamera<W>,
+    folder: Option<RecordFolder>,
     transport: T,
 ) -> Result<ExitCode, Failure>
 where
     SimulatedCamera<W>: Live,
 {
     let pace = if args.memory { Pace::Virtual } else { Pace::RealTime };
-    let folder = record_folder(args.record.as_deref())?;
     let recorder = folder.map(|folder| folder.begin(Camera::PAPER, &camera.intrinsics, pace)).transpose();
     let mut source = Recorded::new(source, recorder.or_bad_input()?);
     let interrupted = interrupt_flag()?;
