@@ -15,8 +15,8 @@ use plumb_protocol::Config;
 pub use error::LinkError;
 pub use transport::{Memory, Serial, Transport};
 
-/// A board that is there answers within this.
-const PATIENCE: Duration = Duration::from_millis(1000);
+/// A board that is there answers within this, even on a busy machine.
+const PATIENCE: Duration = Duration::from_secs(3);
 
 /// How long each look at the port waits.
 const GLANCE: Duration = Duration::from_millis(20);
@@ -83,7 +83,7 @@ impl<T: Transport> Link<T> {
     /// Ramps down and waits until the motors stand still.
     ///
     /// # Errors
-    /// Where the link fails, or the motors do not come to rest within a second or so.
+    /// Where the link fails, or the motors do not come to rest within a few seconds.
     pub fn stop(&mut self) -> Result<(), LinkError> {
         self.request("to stop", Command::Stop)?;
         for _ in 0..PATIENCE.as_millis() / GLANCE.as_millis() {
