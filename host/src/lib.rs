@@ -5,6 +5,7 @@
 //! ```
 
 pub mod bench;
+pub mod bounds;
 pub mod camera;
 pub mod cosim;
 pub mod detect;

@@ -26,6 +26,7 @@ enum Command {
     Replay(commands::replay::Args),
     Cameras(commands::cameras::Args),
     Emulate(commands::emulate::Args),
+    Bounds(commands::bounds::Args),
     Cosim(commands::cosim::Args),
     /// Comparisons that anyone can reproduce from a seed
     #[command(subcommand)]
@@ -40,6 +41,7 @@ fn main() -> ExitCode {
         Command::Replay(args) => commands::replay::main(args),
         Command::Cameras(args) => commands::cameras::main(args),
         Command::Emulate(args) => commands::emulate::main(args),
+        Command::Bounds(args) => commands::bounds::main(args),
         Command::Cosim(args) => commands::cosim::main(args),
         Command::Bench(command) => commands::bench::main(command),
     };

@@ -24,12 +24,12 @@ pub struct Sign {
 /// At this |e| the gain is the one that is configured, µm.
 const NOMINAL: u32 = 20_000;
 /// Least and greatest multiple of it, Q8.
-const FIRMNESS: (i32, i32) = (256, 320);
+const FIRMNESS: (i32, i32) = (304, 320);
 /// Going past the target by less is noise, µm.
 const PAST: u32 = 7_000;
 /// The gain is cut to so much then, Q8, and at least this is left of it.
 const CUT: i32 = 224;
-const CALMEST: i32 = 128;
+const CALMEST: i32 = 176;
 
 impl Sign {
     /// The law of a validated configuration.
