@@ -1,5 +1,6 @@
 //! `plumb bench vision`: detectors on seeded scenes, and their time against the paper's detector.
 
+mod peers;
 mod scenes;
 mod table;
 mod tally;
@@ -18,6 +19,7 @@ use crate::camera::Camera;
 use crate::detect::{DetectError, Detector};
 use crate::frame::RgbdFrame;
 use crate::source::synthetic::{SyntheticCamera, SyntheticError};
+use peers::{Hough, HsvMoments};
 use scenes::{Backdrop, KINDS, Kind, Shot, Shots};
 use tally::{Tally, percentile};
 
@@ -26,11 +28,13 @@ use tally::{Tally, percentile};
 pub struct VisionOptions {
     /// Pictures of each kind of scene; at least 1.
     pub frames: usize,
+    /// Pictures of each kind of scene without a ball; at least 1.
+    pub empty: usize,
     /// Balls in recorded pictures, where there are any.
     pub recorded_balls: usize,
     /// What everything random comes from.
     pub seed: u64,
-    /// Radius of the ball, pixels, ±15 %.
+    /// Radius of the ball, pixels, ±15 % where the scene does not say another.
     pub radius: f64,
     /// Columns of the rendered pictures.
     pub width: u16,
@@ -39,9 +43,9 @@ pub struct VisionOptions {
 }
 
 impl Default for VisionOptions {
-    /// 20 pictures a scene at 640x480, balls of about 20 pixels, 60 in recorded pictures.
+    /// 20 pictures a scene, with a ball and without, at 640x480, balls of about 20 pixels, 60 in recorded pictures.
     fn default() -> Self {
-        Self { frames: 20, recorded_balls: 60, seed: 1, radius: 20.0, width: 640, height: 480 }
+        Self { frames: 20, empty: 20, recorded_balls: 60, seed: 1, radius: 20.0, width: 640, height: 480 }
     }
 }
 
@@ -100,10 +104,14 @@ pub struct DetectorReport {
     pub median_ms: f64,
     /// That time over `reference_ms`.
     pub ratio: f64,
+    /// The same for a picture just like the one before: of detectors that look first where the ball was.
+    pub tracking_ratio: f64,
     /// Share of all balls that it hit, 0 to 1.
     pub hit_rate: f64,
     /// Detections that were no hit, in all scenes.
     pub false_alarms: usize,
+    /// Mean of the squared errors of position over their covariance, in all scenes: 3 where the covariance is right.
+    pub consistency: Option<f64>,
     /// Scene by scene.
     pub scenes: Vec<SceneReport>,
 }
@@ -125,9 +133,17 @@ pub struct SceneReport {
     pub error_median_px: Option<f64>,
     /// 95th percentile of that distance, pixels.
     pub error_p95_px: Option<f64>,
+    /// Hits whose position is known.
+    pub located: usize,
+    /// Median distance of those from the ball's centre, millimetres.
+    pub position_median_mm: Option<f64>,
+    /// 95th percentile of that distance, millimetres.
+    pub position_p95_mm: Option<f64>,
+    /// Mean of that error squared over its covariance: 3 where the covariance says how large errors are.
+    pub consistency: Option<f64>,
 }
 
-/// Runs `detectors` over the scenes. Of `camera` the intrinsics and the ball count (it stands where the scenes are
+/// Runs `detectors`, and what every tutorial does with OpenCV, over the scenes, each picture searched like a first one. Of `camera` the intrinsics and the ball count (it stands where the scenes are
 /// built for); `recorded` pictures, if any, are backgrounds of the scenes that need some, else those are left out;
 /// `progress` is told the name of each scene. OpenCV runs on one thread meanwhile.
 ///
@@ -141,6 +157,8 @@ pub fn compare(
     progress: &mut dyn FnMut(&str),
 ) -> Result<VisionReport, VisionError> {
     check(options)?;
+    let mut peers: [Box<dyn Detector>; 2] = [Box::new(Hough), Box::new(HsvMoments)];
+    let mut detectors: Vec<&mut Box<dyn Detector>> = detectors.iter_mut().chain(&mut peers).collect();
     let _one = OneThread::new()?;
     let mut tallies: Vec<Tally> = detectors.iter().map(|_| Tally::default()).collect();
     let mut reference = Vec::new();
@@ -159,7 +177,7 @@ pub fn compare(
         tallies.iter_mut().for_each(Tally::open);
         for _ in 0..count(&kind, options) {
             let Some(shot) = shots.next()? else { break };
-            round(&shot, &kind, detectors, &mut tallies, &mut reference)?;
+            round(&shot, &kind, &mut detectors, &mut tallies, &mut reference)?;
         }
         tallies.iter_mut().for_each(|tally| tally.close(kind.name));
     }
@@ -173,7 +191,7 @@ pub fn compare(
 }
 
 fn check(options: &VisionOptions) -> Result<(), VisionError> {
-    if options.frames == 0 {
+    if options.frames == 0 || options.empty == 0 {
         return Err(VisionError::Value { what: "the number of frames", value: 0.0, must: "1 or more" });
     }
     let room = f64::from(options.width.min(options.height)) / 6.0;
@@ -185,14 +203,18 @@ fn check(options: &VisionOptions) -> Result<(), VisionError> {
 }
 
 fn count(kind: &Kind, options: &VisionOptions) -> usize {
-    if kind.backdrop == Backdrop::Recorded && kind.ball { options.recorded_balls } else { options.frames }
+    match kind.ball {
+        false => options.empty,
+        true if kind.backdrop == Backdrop::Recorded => options.recorded_balls,
+        true => options.frames,
+    }
 }
 
 /// One picture to the reference and to every detector, each timed.
 fn round(
     shot: &Shot,
     kind: &Kind,
-    detectors: &mut [Box<dyn Detector>],
+    detectors: &mut [&mut Box<dyn Detector>],
     tallies: &mut [Tally],
     reference: &mut Vec<f64>,
 ) -> Result<(), VisionError> {
@@ -200,12 +222,18 @@ fn round(
     red_difference_of_gaussians(&shot.frame)?;
     reference.push(start.elapsed().as_secs_f64() * 1e3);
     for (detector, tally) in detectors.iter_mut().zip(tallies) {
-        let start = Instant::now();
-        let found = detector.detect(&shot.frame);
-        tally.times.push(start.elapsed().as_secs_f64() * 1e3);
-        let found =
-            found.map_err(|error| VisionError::Detect { name: detector.name(), scene: kind.name, error })?;
-        tally.note(shot.ball, found);
+        detector.reset();
+        let mut timed = |times: &mut Vec<f64>| {
+            let start = Instant::now();
+            let found = detector.detect(&shot.frame);
+            times.push(start.elapsed().as_secs_f64() * 1e3);
+            found.map_err(|error| VisionError::Detect { name: detector.name(), scene: kind.name, error })
+        };
+        let found = timed(&mut tally.times)?;
+        if found.is_some() {
+            timed(&mut tally.tracking_times)?;
+        }
+        tally.note(shot, found);
     }
     Ok(())
 }

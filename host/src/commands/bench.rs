@@ -8,6 +8,8 @@ use clap::{Parser, Subcommand};
 use plumb::bench::control::{self, Contender, PAPER_GAMMAS, Report, Suite};
 use plumb::bench::vision::{self, VisionOptions};
 use plumb::camera::Camera;
+use plumb::detect::Detector;
+use plumb::detect::red::Red;
 use plumb::rig::LawSettings;
 use plumb::source::Source;
 use plumb::source::tum::TumFolder;
@@ -59,6 +61,9 @@ pub(crate) struct VisionArgs {
     /// Pictures of each kind of scene
     #[arg(long, default_value_t = 20)]
     frames: usize,
+    /// Pictures of each kind of scene without a ball, as many as of the others by default
+    #[arg(long)]
+    empty: Option<usize>,
     /// Seed of the scenes
     #[arg(long, default_value_t = 1)]
     seed: u64,
@@ -159,9 +164,10 @@ fn bench_vision(args: &VisionArgs) -> Result<ExitCode, Failure> {
             recorded.push(frame);
         }
     }
-    let mut detectors =
-        [DetectorName::Ball.detector(&camera), DetectorName::Red.detector(&camera)];
-    let options = VisionOptions { frames: args.frames, seed: args.seed, ..VisionOptions::default() };
+    let empty = args.empty.unwrap_or(args.frames);
+    let options = VisionOptions { frames: args.frames, empty, seed: args.seed, ..VisionOptions::default() };
+    let mut detectors: [Box<dyn Detector>; 2] =
+        [DetectorName::Ball.detector(&camera), Box::new(Red::new(options.radius))];
     let report =
         vision::compare(&camera, &recorded, &mut detectors, &options, &mut |scene| eprintln!("{scene}")).or_failed()?;
     eprintln!("{report}");

@@ -16,6 +16,8 @@ const HALF: usize = 12;
 const SAMPLES: usize = 2 * HALF + 1;
 /// How far to either side of the edge is looked at first, step by step: in the disc's radius, and pixels at least.
 const BANDS: [(f64, f64); 4] = [(0.5, 4.0), (0.4, 3.5), (0.35, 2.0), (0.35, 1.5)];
+/// How far at most where the start is known well, in the disc's radius.
+const HELD: f64 = 0.25;
 /// How far is looked once it is known how blurred the edge is: in the standard deviation of its blur, and pixels more.
 /// Nearer, and both colours are mixed; farther, and they are others than at the edge.
 const NARROW: (f64, f64) = (1.5, 0.5);
@@ -28,6 +30,8 @@ const CUT: f64 = 0.8;
 const RADIUS_ERROR: (f64, f64) = (0.005, 0.1);
 /// Standard deviation of one ray's edge, pixels, as long as the residuals do not say otherwise.
 const EDGE_ERROR: f64 = 0.4;
+/// What all edges may have in common (standard deviation), pixels: a limb that mirrors what is beside it.
+const SYSTEMATIC: f64 = 0.13;
 /// Difference of colours, grey levels, that is half believed.
 const FAINT: f32 = 12.0;
 /// An edge so near to the disc's is the disc's: in its radius, and pixels more.
@@ -60,16 +64,18 @@ struct Edge {
 
 impl Picture<'_> {
     /// The disc near `start` fitted to the edges of the `trusted` rays, its radius near `radius` where that is known;
-    /// `None` where too few edges are seen.
+    /// `None` where too few edges are seen. Edges are looked for less far from `start` if that is `held`.
     pub(super) fn refine_edges(
         &self,
         start: Disc,
         radius: Option<f64>,
         trusted: &[bool; RAYS],
+        held: bool,
     ) -> Option<Fine> {
         let mut fine = Fine { disc: start, covariance: Matrix3::identity(), edges: [false; RAYS] };
         let mut blurs = [None; RAYS];
-        for (part, least) in BANDS {
+        let most = if held { HELD } else { 1.0 };
+        for (part, least) in BANDS.map(|(part, least)| (part.min(most), least)) {
             let widest = (part * fine.disc.radius).max(least);
             let bands = blurs.map(|blur: Option<f64>| {
                 blur.map_or(widest, |b| (NARROW.0 * b + NARROW.1).clamp(least.min(widest), widest))
@@ -122,7 +128,8 @@ impl Picture<'_> {
                 e.weight > CLEAR && (e.off - step.x * cos - step.y * sin - step.z).abs() < near
             })
         });
-        Some(Fine { disc: self.moved(disc, &step), covariance: inverse * residual, edges })
+        let covariance = inverse * residual + Matrix3::identity() * (SYSTEMATIC * SYSTEMATIC);
+        Some(Fine { disc: self.moved(disc, &step), covariance, edges })
     }
 
     /// The edge of each trusted ray, looked for within its band, where it has one.

@@ -30,7 +30,7 @@ const BESIDE: f64 = 0.4;
 /// What is so much nearer than the ball's centre covers it, in its radius: what is of another colour, and anything.
 const COVER: (f64, f64) = (1.2, 2.5);
 /// How far the edges may move a disc that depth has shown: in its radius, and pixels more.
-const HELD: (f64, f64) = (0.3, 2.5);
+const HELD: (f64, f64) = (0.12, 2.5);
 /// A surface so round at least is a ball's, whatever is beside it.
 const ROUND: f64 = 0.55;
 /// Part of the rays that may show something as near beside it, and that may not (of the ball's colour, half as many): where it is not sure to be round, and
@@ -80,7 +80,7 @@ impl Judge<'_> {
             !held || way < HELD.0 * start.radius + HELD.1
         };
         let rough = Matrix3::identity() * (0.15 * start.radius).powi(2);
-        let fine = self.picture.refine_edges(start, by_depth, &trusted).filter(near);
+        let fine = self.picture.refine_edges(start, by_depth, &trusted, held).filter(near);
         let fine = fine.unwrap_or(Fine { disc: start, covariance: rough, edges: [false; RAYS] });
         let mut outline = self.picture.outline_at(fine.disc);
         for (ray, rim) in outline.rims.iter_mut().enumerate() {

@@ -20,6 +20,12 @@ pub(super) struct Kind {
     /// Whether the rig's ball is there.
     pub(super) ball: bool,
     light: f64,
+    /// Blur of what is drawn, standard deviation, pixels.
+    blur: f64,
+    /// Least and largest radius of the ball, in that of the options.
+    radii: (f64, f64),
+    /// Whether about half of the ball is out of the picture.
+    half_out: bool,
 }
 
 /// What is behind it.
@@ -29,6 +35,7 @@ pub(super) enum Backdrop {
     WhiteWall,
     LampAndWindow,
     RedPaper,
+    RedThings,
     Furnished,
     Recorded,
 }
@@ -41,22 +48,28 @@ enum What {
     Balls(&'static [[u8; 3]]),
     /// A cable across the ball, sRGB red, green, blue.
     Cable([u8; 3]),
+    /// A post in front of a part of the ball.
+    Post,
+    /// Red balls of twice and half the size.
+    RedBalls,
 }
 
 const WHITE: [u8; 3] = [242, 241, 238];
 const SKIN: [u8; 3] = [228, 178, 148];
 const ORANGE: [u8; 3] = [240, 132, 30];
+const RED: [u8; 3] = [196, 32, 34];
 
 const fn kind(name: &'static str, backdrop: Backdrop, what: What) -> Kind {
-    Kind { name, backdrop, what, ball: true, light: 1.0 }
+    let (light, blur, radii) = (1.0, 0.6, (0.85, 1.15));
+    Kind { name, backdrop, what, ball: true, light, blur, radii, half_out: false }
 }
 
 const fn empty(name: &'static str, backdrop: Backdrop, what: What) -> Kind {
-    Kind { name, backdrop, what, ball: false, light: 1.0 }
+    Kind { ball: false, ..kind(name, backdrop, what) }
 }
 
 /// Every kind of scene, in the order of the table.
-pub(super) const KINDS: [Kind; 19] = [
+pub(super) const KINDS: [Kind; 29] = [
     kind("clean", Backdrop::GreyWall, What::Nothing),
     Kind { light: 0.25, ..kind("dark", Backdrop::GreyWall, What::Nothing) },
     Kind { light: 2.5, ..kind("overexposed", Backdrop::GreyWall, What::Nothing) },
@@ -69,11 +82,21 @@ pub(super) const KINDS: [Kind; 19] = [
     kind("dark cable across", Backdrop::GreyWall, What::Cable([34, 33, 32])),
     kind("white cable across", Backdrop::GreyWall, What::Cable(WHITE)),
     kind("furnished room", Backdrop::Furnished, What::Nothing),
+    kind("red things behind", Backdrop::RedThings, What::Nothing),
+    kind("other red balls", Backdrop::GreyWall, What::RedBalls),
+    kind("partly behind a post", Backdrop::Furnished, What::Post),
+    Kind { half_out: true, ..kind("half out of the picture", Backdrop::GreyWall, What::Nothing) },
+    Kind { blur: 3.0, ..kind("out of focus", Backdrop::GreyWall, What::Nothing) },
+    Kind { radii: (1.6, 2.3), ..kind("near", Backdrop::GreyWall, What::Nothing) },
+    Kind { radii: (2.4, 3.0), ..kind("too near for depth", Backdrop::GreyWall, What::Nothing) },
+    Kind { radii: (0.42, 0.65), ..kind("far", Backdrop::GreyWall, What::Nothing) },
     kind("real picture", Backdrop::Recorded, What::Nothing),
     empty("no ball", Backdrop::GreyWall, What::Nothing),
     empty("no ball: lamp and window", Backdrop::LampAndWindow, What::Nothing),
     empty("no ball: other balls", Backdrop::GreyWall, What::Balls(&[WHITE, SKIN, ORANGE])),
+    empty("no ball: other red balls", Backdrop::GreyWall, What::RedBalls),
     empty("no ball: red paper", Backdrop::RedPaper, What::Nothing),
+    empty("no ball: red things", Backdrop::RedThings, What::Nothing),
     empty("no ball: furnished room", Backdrop::Furnished, What::Nothing),
     empty("no ball: real picture", Backdrop::Recorded, What::Nothing),
 ];
@@ -94,6 +117,10 @@ pub(super) struct Shot {
     pub(super) frame: RgbdFrame,
     /// Column, row and radius of the ball, pixels.
     pub(super) ball: Option<[f64; 3]>,
+    /// Where it is, rig frame, metres.
+    pub(super) centre: Point3<f64>,
+    /// What the picture was taken with.
+    pub(super) camera: Camera,
 }
 
 /// `camera` where the scenes are built for: level, at (1.737, 0.286, 0.225) m of the rig frame, looking along -x.
@@ -119,6 +146,7 @@ pub(super) fn cameras(
         Backdrop::WhiteWall => Room::bare(Material::from_srgb(250, 249, 246)),
         Backdrop::LampAndWindow => lamp_and_window(grey),
         Backdrop::RedPaper => red_paper(grey),
+        Backdrop::RedThings => red_things(grey),
         Backdrop::Furnished => Room::furnished(),
         Backdrop::Recorded => {
             let camera_of = |frame: &RgbdFrame| {
@@ -155,6 +183,26 @@ fn red_paper(room: Room) -> Room {
     room.with(Thing::new(sheet, Material::from_srgb(205, 40, 44).matt()))
 }
 
+/// Cans, boxes and a cushion, all red, 1.3 to 1.8 m away: behind any ball.
+fn red_things(room: Room) -> Room {
+    let red = |r, g, b| Material::from_srgb(r, g, b);
+    let can = |base: [f64; 3]| {
+        let shape = Shape::Cylinder { base: base.into(), radius: 0.033, height: 0.115 };
+        Thing::new(shape, red(190, 24, 30)).with_pattern(Pattern::Label([0.75, 0.75, 0.75]))
+    };
+    let block = |centre: [f64; 3], half: [f64; 3], yaw: f64| {
+        let shape = Shape::Block { centre: centre.into(), half: half.into(), yaw };
+        Thing::new(shape, red(176, 30, 40).matt())
+    };
+    let cushion = Shape::Sphere { centre: Point3::new(-0.1, -0.28, 0.36), radius: 0.16 };
+    room.with(can([0.4, 0.45, 0.1]))
+        .with(can([0.25, 0.1, 0.3]))
+        .with(can([0.05, 0.62, 0.35]))
+        .with(block([0.3, 0.3, 0.02], [0.04, 0.06, 0.09], 0.5).with_pattern(Pattern::Print([0.6, 0.6, 0.6])))
+        .with(block([0.1, -0.05, 0.02], [0.05, 0.04, 0.05], 0.9))
+        .with(Thing::new(cushion, red(150, 28, 36).matt()))
+}
+
 impl<'a> Shots<'a> {
     /// Pictures of `kind`, number `number`, before `cameras` (one for each of the `recorded` pictures if it needs such).
     pub(super) fn new(
@@ -186,18 +234,26 @@ impl<'a> Shots<'a> {
         let seen = camera.pose.inverse() * centre;
         let radius = camera.intrinsics.fx * camera.ball_diameter / 2.0 / seen.z;
         let ball = camera.intrinsics.project(&seen).filter(|_| self.kind.ball).map(|(u, v)| [u, v, radius]);
-        Ok(Some(Shot { frame, ball }))
+        Ok(Some(Shot { frame, ball, centre, camera }))
     }
 
     /// A ball of about the wished radius anywhere in the picture, well inside.
     fn in_picture(&mut self, camera: &Camera, size: (usize, usize)) -> Point3<f64> {
-        let radius = self.radius * self.random.random_range(0.85..1.15);
-        let margin = 2.5 * self.radius;
+        let radius = self.radius * self.random.random_range(self.kind.radii.0..self.kind.radii.1);
+        let margin = 2.5 * self.radius * self.kind.radii.1.max(1.0);
         // The red paper is in the left part: the ball is beside it.
         let left = if self.kind.backdrop == Backdrop::RedPaper { 0.42 * size.0 as f64 } else { margin };
         let u = self.random.random_range(left..(size.0 as f64 - margin).max(left + 1.0));
         let v = self.random.random_range(margin..(size.1 as f64 - margin).max(margin + 1.0));
         let z = camera.intrinsics.fx * camera.ball_diameter / 2.0 / radius;
+        let out = radius * self.random.random_range(-0.5..0.5);
+        let (u, v) = match self.shot % 4 {
+            _ if !self.kind.half_out => (u, v),
+            0 => (out, v),
+            1 => (size.0 as f64 - 1.0 - out, v),
+            2 => (u, out),
+            _ => (u, size.1 as f64 - 1.0 - out),
+        };
         camera.pose * camera.intrinsics.deproject(u, v, z)
     }
 
@@ -229,7 +285,7 @@ impl<'a> Shots<'a> {
     /// What is there around `centre`, where the rig's ball is or would be.
     fn scene(&mut self, centre: Point3<f64>, camera: &Camera) -> Scene {
         let to = |x, y, z| centre + Vector3::new(x, y, z);
-        let mut scene = Scene { light: self.kind.light, ..Scene::default() };
+        let mut scene = Scene { light: self.kind.light, blur: self.kind.blur, ..Scene::default() };
         if self.kind.ball {
             scene.ball = Some(centre);
             scene.motors = Some([to(0.3, 0.35, 0.5), to(0.3, -0.25, 0.5), to(-0.5, 0.0, 0.5)]);
@@ -238,19 +294,31 @@ impl<'a> Shots<'a> {
             What::Nothing => {}
             What::Balls(colours) => {
                 for colour in colours {
-                    scene.others.push(self.beside(&centre, camera, *colour));
+                    scene.others.push(self.beside(&centre, camera, 1.0, *colour));
+                }
+            }
+            What::RedBalls => {
+                for size in [0.5, 2.0] {
+                    scene.others.push(self.beside(&centre, camera, size, RED));
                 }
             }
             What::Cable(colour) => scene.strands.push(self.across(&centre, camera, colour)),
+            What::Post => scene.strands.push(self.post(&centre, camera)),
         }
         scene
     }
 
-    /// A ball of another colour, 1.5 to 2.5 diameters beside `centre`.
-    fn beside(&mut self, centre: &Point3<f64>, camera: &Camera, [red, green, blue]: [u8; 3]) -> Ball {
-        let diameter = camera.ball_diameter;
+    /// A ball of another colour or `size` (in the rig's ball's), 1.5 to 2.5 of its larger diameter beside `centre`.
+    fn beside(
+        &mut self,
+        centre: &Point3<f64>,
+        camera: &Camera,
+        size: f64,
+        [red, green, blue]: [u8; 3],
+    ) -> Ball {
+        let diameter = camera.ball_diameter * size;
         let (sin, cos) = self.random.random_range(0.0..std::f64::consts::TAU).sin_cos();
-        let away = diameter * self.random.random_range(1.5..2.5);
+        let away = camera.ball_diameter.max(diameter) * self.random.random_range(1.5..2.5);
         let offset = camera.pose.rotation * Vector3::new(away * cos, away * sin, 0.0);
         Ball { centre: centre + offset, diameter, material: Material::from_srgb(red, green, blue) }
     }
@@ -267,6 +335,23 @@ impl<'a> Shots<'a> {
             to: middle + along,
             diameter: 0.15 * diameter,
             material: Material::from_srgb(red, green, blue).matt(),
+        }
+    }
+    /// An upright post 1.5 diameters before the ball that hides a sixth to a half of it.
+    fn post(&mut self, centre: &Point3<f64>, camera: &Camera) -> Strand {
+        let diameter = camera.ball_diameter;
+        let edge = diameter * self.random.random_range(0.0..0.33);
+        let side = if self.random.random_bool(0.5) { 1.0 } else { -1.0 };
+        let seen = camera.pose.inverse() * centre;
+        let nearer = (seen.z - 1.5 * diameter) / seen.z;
+        let aside = Vector3::new(side * (edge + 0.3 * diameter), 0.0, 0.0);
+        let middle = camera.pose * (seen * nearer + aside);
+        let along = camera.pose.rotation * Vector3::new(0.0, 0.5, 0.0);
+        Strand {
+            from: middle - along,
+            to: middle + along,
+            diameter: 0.6 * diameter,
+            material: Material::from_srgb(150, 152, 155).matt(),
         }
     }
 }

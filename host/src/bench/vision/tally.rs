@@ -1,33 +1,53 @@
 //! Counting what a detector finds.
 
+use super::scenes::Shot;
 use super::{DetectorReport, SceneReport};
 use crate::detect::Detection;
+use crate::locate::locate;
 
 /// What is counted of one detector.
 #[derive(Debug, Default)]
 pub(super) struct Tally {
     pub(super) times: Vec<f64>,
+    pub(super) tracking_times: Vec<f64>,
     scenes: Vec<SceneReport>,
     frames: usize,
     balls: usize,
     false_alarms: usize,
     errors: Vec<f64>,
+    /// Millimetres.
+    positions: Vec<f64>,
+    /// Squares of those over their covariance.
+    normalised: Vec<f64>,
+    /// Those of all scenes.
+    all_normalised: Vec<f64>,
 }
 
 impl Tally {
     pub(super) fn open(&mut self) {
         (self.frames, self.balls, self.false_alarms) = (0, 0, 0);
         self.errors.clear();
+        self.positions.clear();
+        self.normalised.clear();
     }
 
-    pub(super) fn note(&mut self, ball: Option<[f64; 3]>, found: Option<Detection>) {
+    pub(super) fn note(&mut self, shot: &Shot, found: Option<Detection>) {
         self.frames += 1;
-        self.balls += usize::from(ball.is_some());
+        self.balls += usize::from(shot.ball.is_some());
         let Some(found) = found else { return };
-        let error = ball.map(|[u, v, radius]| ((found.u - u).hypot(found.v - v), radius));
+        let error = shot.ball.map(|[u, v, radius]| ((found.u - u).hypot(found.v - v), radius));
         match error {
             Some((error, radius)) if error <= radius / 2.0 => self.errors.push(error),
-            _ => self.false_alarms += 1,
+            _ => {
+                self.false_alarms += 1;
+                return;
+            }
+        }
+        if let Some(located) = locate(&found, &shot.frame, &shot.camera) {
+            let off = located.position - shot.centre;
+            self.positions.push(1e3 * off.norm());
+            let inverse = located.covariance.try_inverse();
+            self.normalised.extend(inverse.map(|inverse| off.dot(&(inverse * off))));
         }
     }
 
@@ -40,22 +60,34 @@ impl Tally {
             false_alarms: self.false_alarms,
             error_median_px: percentile(&mut self.errors, 0.5),
             error_p95_px: percentile(&mut self.errors, 0.95),
+            located: self.positions.len(),
+            position_median_mm: percentile(&mut self.positions, 0.5),
+            position_p95_mm: percentile(&mut self.positions, 0.95),
+            consistency: mean(&self.normalised),
         });
+        self.all_normalised.append(&mut self.normalised);
     }
 
     pub(super) fn report(mut self, name: &'static str, reference_ms: f64) -> DetectorReport {
         let median_ms = percentile(&mut self.times, 0.5).unwrap_or(0.0);
+        let tracking_ms = percentile(&mut self.tracking_times, 0.5).unwrap_or(0.0);
         let sum = |of: fn(&SceneReport) -> usize| self.scenes.iter().map(of).sum::<usize>();
         let (hits, balls, false_alarms) = (sum(|s| s.hits), sum(|s| s.balls), sum(|s| s.false_alarms));
         DetectorReport {
             name,
             median_ms,
             ratio: median_ms / reference_ms.max(1e-9),
+            tracking_ratio: tracking_ms / reference_ms.max(1e-9),
+            consistency: mean(&self.all_normalised),
             hit_rate: hits as f64 / balls.max(1) as f64,
             false_alarms,
             scenes: self.scenes,
         }
     }
+}
+
+fn mean(values: &[f64]) -> Option<f64> {
+    (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
 }
 
 /// The smallest value that `share` of `values` do not exceed; `None` of no values.

@@ -43,7 +43,7 @@ fn small() -> (Camera, VisionOptions) {
     let lens = &mut camera.intrinsics;
     (lens.fx, lens.fy, lens.cx, lens.cy) = (131.0, 131.0, 79.5, 59.5);
     let options =
-        VisionOptions { frames: 3, radius: 8.0, width: 160, height: 120, seed: 5, ..Default::default() };
+        VisionOptions { frames: 3, empty: 3, radius: 8.0, width: 160, height: 120, seed: 5, ..Default::default() };
     (camera, options)
 }
 
@@ -102,7 +102,7 @@ fn the_same_seed_gives_the_same_counts_and_a_table() {
 #[test]
 fn absurd_options_are_refused() {
     let (camera, options) = small();
-    for options in [VisionOptions { frames: 0, ..options }, VisionOptions { radius: f64::NAN, ..options }] {
+    for options in [VisionOptions { frames: 0, ..options }, VisionOptions { empty: 0, ..options }, VisionOptions { radius: f64::NAN, ..options }] {
         let refused = compare(&camera, &[], &mut [], &options, &mut |_| {});
         assert!(matches!(refused, Err(VisionError::Value { .. })), "{options:?}");
     }

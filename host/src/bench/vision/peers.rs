@@ -1,0 +1,79 @@
+//! What every tutorial does with OpenCV to find a coloured ball, to compare with.
+
+use opencv::core::{
+    BORDER_CONSTANT, Mat, Point, Scalar, Size, Vec3f, Vector, bitwise_or_def, in_range,
+};
+use opencv::imgproc::{
+    CHAIN_APPROX_SIMPLE, COLOR_BGR2GRAY, COLOR_BGR2HSV, HOUGH_GRADIENT, MORPH_ELLIPSE, MORPH_OPEN,
+    RETR_EXTERNAL, contour_area_def, cvt_color_def, find_contours_def, gaussian_blur_def,
+    get_structuring_element_def, hough_circles, moments_def, morphology_ex,
+};
+
+use crate::detect::{DetectError, Detection, Detector};
+use crate::frame::RgbdFrame;
+
+/// Radii that circles are looked for with, pixels.
+const RADII: (i32, i32) = (6, 65);
+/// The least area of a red thing, pixels.
+const MIN_AREA: f64 = 60.0;
+
+/// The strongest circle of `HoughCircles` in the blurred grey picture.
+#[derive(Debug, Default)]
+pub(super) struct Hough;
+
+impl Detector for Hough {
+    fn name(&self) -> &'static str {
+        "HoughCircles"
+    }
+
+    fn detect(&mut self, frame: &RgbdFrame) -> Result<Option<Detection>, DetectError> {
+        let (mut grey, mut smooth) = (Mat::default(), Mat::default());
+        cvt_color_def(frame.colour(), &mut grey, COLOR_BGR2GRAY)?;
+        gaussian_blur_def(&grey, &mut smooth, Size::new(9, 9), 2.0)?;
+        let mut circles: Vector<Vec3f> = Vector::new();
+        hough_circles(&smooth, &mut circles, HOUGH_GRADIENT, 1.0, 60.0, 100.0, 30.0, RADII.0, RADII.1)?;
+        // They come strongest first.
+        Ok(circles.iter().next().map(|circle| {
+            let [u, v, radius] = circle.0.map(f64::from);
+            Detection::new(u, v, radius, 1.0)
+        }))
+    }
+}
+
+/// `inRange` in HSV, an opening, and the moments of the largest contour.
+#[derive(Debug, Default)]
+pub(super) struct HsvMoments;
+
+impl Detector for HsvMoments {
+    fn name(&self) -> &'static str {
+        "inRange + moments"
+    }
+
+    fn detect(&mut self, frame: &RgbdFrame) -> Result<Option<Detection>, DetectError> {
+        let mut hsv = Mat::default();
+        cvt_color_def(frame.colour(), &mut hsv, COLOR_BGR2HSV)?;
+        let within = |low: f64, high: f64| -> opencv::Result<Mat> {
+            let (low, high) = (Scalar::new(low, 120.0, 70.0, 0.0), Scalar::new(high, 255.0, 255.0, 0.0));
+            let mut mask = Mat::default();
+            in_range(&hsv, &low, &high, &mut mask)?;
+            Ok(mask)
+        };
+        let (mut mask, mut open) = (Mat::default(), Mat::default());
+        bitwise_or_def(&within(0.0, 10.0)?, &within(170.0, 180.0)?, &mut mask)?;
+        let kernel = get_structuring_element_def(MORPH_ELLIPSE, Size::new(5, 5))?;
+        let (middle, border) = (Point::new(-1, -1), Scalar::default());
+        morphology_ex(&mask, &mut open, MORPH_OPEN, &kernel, middle, 1, BORDER_CONSTANT, border)?;
+        let mut contours: Vector<Vector<Point>> = Vector::new();
+        find_contours_def(&open, &mut contours, RETR_EXTERNAL, CHAIN_APPROX_SIMPLE)?;
+        let mut largest: Option<Detection> = None;
+        for contour in &contours {
+            let area = contour_area_def(&contour)?;
+            if area > largest.map_or(MIN_AREA, |found| found.score) {
+                let moments = moments_def(&contour)?;
+                let (u, v) = (moments.m10 / moments.m00, moments.m01 / moments.m00);
+                largest = Some(Detection::new(u, v, (area / std::f64::consts::PI).sqrt(), area));
+            }
+        }
+        Ok(largest)
+    }
+}
