@@ -301,6 +301,33 @@ mod tests {
     }
 
     #[test]
+    fn a_larger_thing_before_it_is_not_taken_for_it() {
+        // Two thirds of it are hidden, but at that depth it would be seen twice as large.
+        let centre = Point3::new(0.02, 0.01, 1.0);
+        let seen = detection(&centre, 0.03);
+        let edge = (seen.u + 0.3 * seen.radius) as i32;
+        let frame = render(&centre, 0.03, |u, _| (u < edge).then_some(5000));
+        let located = locate(&seen, &frame, &camera(0.03)).unwrap();
+        assert!((located.depth - 1.0).abs() < 2e-3, "{}", located.depth);
+    }
+
+    #[test]
+    fn the_covariance_is_that_of_pixels_and_depth_in_the_rig_frame() {
+        let centre = Point3::new(0.0, 0.0, 1.3);
+        let mut seen = detection(&centre, 0.03);
+        seen.covariance = nalgebra::Matrix2::new(4.0, 0.0, 0.0, 1.0);
+        let (frame, camera) = (render(&centre, 0.03, |_, _| None), camera(0.03));
+        let located = locate(&seen, &frame, &camera).unwrap();
+        let sd = |axis: Vector3<f64>| {
+            let axis = camera.pose.rotation * axis;
+            axis.dot(&(located.covariance * axis)).sqrt()
+        };
+        assert!((sd(Vector3::x()) / (2.0 * 1.3 / 525.0) - 1.0).abs() < 0.01);
+        assert!((sd(Vector3::y()) / (1.3 / 520.0) - 1.0).abs() < 0.01);
+        assert!((0.000_5..0.002).contains(&sd(Vector3::z())), "{}", sd(Vector3::z()));
+    }
+
+    #[test]
     fn too_little_depth_is_none() {
         let centre = Point3::new(0.0, 0.0, 1.0);
         let seen = detection(&centre, 0.03);

@@ -1,8 +1,6 @@
 //! What every tutorial does with OpenCV to find a coloured ball, to compare with.
 
-use opencv::core::{
-    BORDER_CONSTANT, Mat, Point, Scalar, Size, Vec3f, Vector, bitwise_or_def, in_range,
-};
+use opencv::core::{BORDER_CONSTANT, Mat, Point, Scalar, Size, Vec3f, Vector, bitwise_or_def, in_range};
 use opencv::imgproc::{
     CHAIN_APPROX_SIMPLE, COLOR_BGR2GRAY, COLOR_BGR2HSV, HOUGH_GRADIENT, MORPH_ELLIPSE, MORPH_OPEN,
     RETR_EXTERNAL, contour_area_def, cvt_color_def, find_contours_def, gaussian_blur_def,

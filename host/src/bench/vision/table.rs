@@ -39,7 +39,11 @@ fn cells(f: &mut Formatter<'_>, scene: &SceneReport) -> Result {
     };
     let pixels = pair(scene.error_median_px, scene.error_p95_px, 2);
     let position = pair(scene.position_median_mm, scene.position_p95_mm, 0);
-    write!(f, "| {hits:>7} {:>7} {pixels:>11} {position:>8}", format!("{}/{}", scene.false_alarms, scene.frames))
+    write!(
+        f,
+        "| {hits:>7} {:>7} {pixels:>11} {position:>8}",
+        format!("{}/{}", scene.false_alarms, scene.frames)
+    )
 }
 
 fn summary(f: &mut Formatter<'_>, detector: &DetectorReport, reference_ms: f64) -> Result {
