@@ -36,7 +36,7 @@ const LATE_US: i32 = 2;
 const MOST_BYTES: usize = 64;
 
 /// What this board was built for; the emulated board is built for the same.
-const BUILD: BuildLimits = BuildLimits { max_pulse_rate: 1_250_000, storage: true };
+const BUILD: BuildLimits = BuildLimits { max_pulse_rate: 1_250_000, storage: true, slow_laws: false };
 
 /// Motors whose fields are turned here, a tick at a time.
 #[derive(Clone, Copy)]

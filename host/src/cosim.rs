@@ -2,7 +2,7 @@
 //! says where the motors went.
 
 use plumb_core::{Board, Outbox, TICK_US};
-use plumb_emulator::PICO;
+use plumb_emulator::EMULATED;
 use plumb_protocol::Config;
 use plumb_protocol::frame::{self, FrameError};
 use plumb_protocol::message::{Command, Fault, FromBoard, Hello, Position, Refusal, State, ToBoard};
@@ -94,7 +94,7 @@ impl Cosim {
     /// Where it refuses that.
     pub fn new(config: Config) -> Result<Self, CosimError> {
         let mut cosim = Self {
-            board: Board::new(PICO),
+            board: Board::new(EMULATED),
             outbox: Outbox::new(),
             clock: Micros(0),
             zero_s: None,
@@ -117,7 +117,12 @@ impl Cosim {
         let zero = *self.zero_s.get_or_insert(request.t);
         let now = zero + self.clock.0 as f64 * 1e-6;
         let tick_s = f64::from(TICK_US) * 1e-6;
-        check("dt", request.dt, (0.0..=10.0).contains(&request.dt) && request.dt > 0.0, "above 0, at most 10 s")?;
+        check(
+            "dt",
+            request.dt,
+            (0.0..=10.0).contains(&request.dt) && request.dt > 0.0,
+            "above 0, at most 10 s",
+        )?;
         let slip = (request.t - now).abs();
         if slip.is_nan() || slip > SLIP_S + tick_s {
             return Err(CosimError::Gap { t: request.t, now });
@@ -274,7 +279,8 @@ mod tests {
             ..request(t, 0.1)
         };
         cosim.step(&line(0.0, Some([0.54, 0.22, 0.459])), 1).unwrap();
-        let states: Vec<String> = (1..20).map(|k| cosim.step(&line(f64::from(k) * 0.1, None), 1).unwrap().state).collect();
+        let states: Vec<String> =
+            (1..20).map(|k| cosim.step(&line(f64::from(k) * 0.1, None), 1).unwrap().state).collect();
         assert!(states.last().unwrap().starts_with("fault: no fresh position"), "{states:?}");
         let answer = cosim.step(&line(2.0, Some([0.54, 0.22, 0.459])), 1).unwrap();
         assert_eq!(answer.state, "seeking");

@@ -10,7 +10,9 @@ use plumb_emulator::rig::{Geometry, RigError};
 use plumb_protocol::config::{
     Config, Deadlines, Estimated, Growth, Interval, Law, Motor, Reached, SIGNS, Sign, Workspace,
 };
-use plumb_protocol::units::{Acceleration, Bound, Gain, Micrometres, Milliseconds, Point, Rate, SignGain, Steps16};
+use plumb_protocol::units::{
+    Acceleration, Bound, Gain, Micrometres, Milliseconds, Point, Rate, SignGain, Steps16,
+};
 use serde::Deserialize;
 use thiserror::Error;
 
@@ -263,7 +265,10 @@ impl Simulation {
     /// # Errors
     /// Where no rig is like that.
     pub fn geometry(&self) -> Result<Geometry, RigError> {
-        Geometry::new(self.motors.map(|m| Point3::from(m.map(Finite::get))), self.pulley_radii.map(Finite::get))
+        Geometry::new(
+            self.motors.map(|m| Point3::from(m.map(Finite::get))),
+            self.pulley_radii.map(Finite::get),
+        )
     }
 
     /// Where the ball hangs at first, metres.
@@ -404,14 +409,17 @@ impl LawSettings {
                 let half = Bound::LSB / 2.0;
                 let alpha = fit("law.interval.alpha", alpha.get(), |a| Bound::from_si(a - half))?;
                 let beta = fit("law.interval.beta", beta.get(), |b| Bound::from_si(b + half))?;
-                let gain = fit("law.interval.gamma", gamma.get(), |g| Gain::from_si(g * 1e-6 / NOMINAL_STEP_M))?;
+                let gain =
+                    fit("law.interval.gamma", gamma.get(), |g| Gain::from_si(g * 1e-6 / NOMINAL_STEP_M))?;
                 Law::Interval(Interval { signs: *signs, ..Interval::uniform(alpha, beta, gain) })
             }
             Self::Sign { gain, .. } => {
                 let raw = |g: f64| SignGain::from_si(g * 1e-6 / (4.0 * NOMINAL_STEP_M));
                 Law::Sign(Sign { gain: fit("law.sign.gain", gain.get(), raw)? })
             }
-            Self::Certified(law) => Law::Certified(Estimated { delay: law.delay.config("law.certified.delay")? }),
+            Self::Certified(law) => {
+                Law::Certified(Estimated { delay: law.delay.config("law.certified.delay")? })
+            }
             Self::Taut(law) => Law::Taut(Estimated { delay: law.delay.config("law.taut.delay")? }),
         })
     }

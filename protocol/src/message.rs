@@ -194,6 +194,8 @@ pub enum ConfigField {
     Mean,
     /// A delay above 500 ms.
     Delay,
+    /// A law that takes longer than this board has time for.
+    Law,
 }
 
 /// Where the board stands.

@@ -66,6 +66,9 @@ impl fmt::Display for ConfigField {
             Self::Drivers => "the motor drivers (pulse times up to 4.1 µs, a duty of 1 to 100 %)",
             Self::Mean => "the running mean (at most 400 ms)",
             Self::Delay => "the law's delay (at most 500 ms)",
+            Self::Law => {
+                "the law: it takes longer than this board has time for (interval, sign and certified do not)"
+            }
         })
     }
 }

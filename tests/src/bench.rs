@@ -8,7 +8,7 @@ use nalgebra::Point3;
 use plumb::link::{Link, LinkError, Memory, Transport};
 use plumb::rig::Rig;
 use plumb_emulator::rig::Plant;
-use plumb_emulator::{EmulatedBoard, PICO};
+use plumb_emulator::{EMULATED, EmulatedBoard};
 use plumb_protocol::message::State;
 use plumb_protocol::units::{Micros, Point};
 
@@ -45,7 +45,7 @@ pub fn bench_over<T: Transport>(
     plant: Box<dyn Plant + Send>,
     wrap: impl FnOnce(Memory) -> T,
 ) -> Result<Bench<T>, LinkError> {
-    let board = Rc::new(RefCell::new(EmulatedBoard::with_plant(PICO, plant)));
+    let board = Rc::new(RefCell::new(EmulatedBoard::with_plant(EMULATED, plant)));
     let mut link = Link::greet(wrap(Memory::new(Rc::clone(&board))))?;
     link.configure(rig.config().expect("a rig file that fits the board"))?;
     let start = board.borrow().now();

@@ -6,7 +6,7 @@
 use plumb::rig::Rig;
 use plumb_core::TICK_US;
 use plumb_emulator::rig::{Plant, QuasiStatic, Task};
-use plumb_emulator::{EmulatedBoard, PICO};
+use plumb_emulator::{EMULATED, EmulatedBoard};
 use plumb_protocol::frame::{Accumulator, encode};
 use plumb_protocol::message::{Command, Fault, FromBoard, Hello, Position, State, Telemetry, ToBoard};
 use plumb_protocol::units::{Micros, Point, Steps16};
@@ -35,7 +35,7 @@ impl Pair {
     fn new(chip: Chip) -> Self {
         let task = Task::paper();
         let plant = QuasiStatic::new(task.geometry, task.start).expect("the paper's rig");
-        let board = EmulatedBoard::new(PICO);
+        let board = EmulatedBoard::new(EMULATED);
         let mut pair = Self { chip, board, plant, sent: Vec::new(), sequence: 0, id: 0 };
         pair.tell(Command::Hello(Hello::OURS));
         pair

@@ -15,7 +15,7 @@ use plumb::source::synthetic::{Background, Options, Room, SyntheticCamera};
 use plumb_emulator::rig::{
     Elastic, ElasticParameters, Geometry, Observer, Plant, Population, QuasiStatic, Task,
 };
-use plumb_emulator::{EmulatedBoard, PICO};
+use plumb_emulator::{EMULATED, EmulatedBoard};
 use plumb_protocol::config::SIGNS;
 use plumb_protocol::message::{Fault, State};
 use plumb_tests::bench::{Bench, RATE_HZ, bench};
@@ -169,7 +169,7 @@ fn session(seed: u64, folder: std::path::PathBuf) -> Summary {
     let synthetic =
         SyntheticCamera::new(camera.clone(), background, Options::default(), seed).expect("a camera");
     let plant = Box::new(paper_plant());
-    let board = std::rc::Rc::new(std::cell::RefCell::new(EmulatedBoard::with_plant(PICO, plant)));
+    let board = std::rc::Rc::new(std::cell::RefCell::new(EmulatedBoard::with_plant(EMULATED, plant)));
     let world = VirtualWorld::new(board.clone()).expect("a board with a rig");
     let mut source = SimulatedCamera::new(world, synthetic, *Geometry::paper().motors(), Timing::default());
     let session = Session {

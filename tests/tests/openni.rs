@@ -16,7 +16,7 @@ use plumb::rig::Rig;
 use plumb::session::{Place, Session};
 use plumb::source::openni::{Lens, OpenniSource};
 use plumb_emulator::rig::{QuasiStatic, Task};
-use plumb_emulator::{EmulatedBoard, PICO, serve};
+use plumb_emulator::{EMULATED, EmulatedBoard, serve};
 use plumb_openni::{OpenNi, Settings, Target};
 use plumb_openni_driver::{Control, ControlFile};
 
@@ -50,7 +50,7 @@ fn the_papers_task_is_done_through_libopenni2() {
     let (rig, camera, task) = (rig(), Camera::paper().expect("the paper's camera"), Task::paper());
     let plant = QuasiStatic::new(task.geometry, task.start).expect("the paper's rig");
     let served =
-        Arc::new(serve(EmulatedBoard::with_plant(PICO, Box::new(plant))).expect("a pseudo-terminal"));
+        Arc::new(serve(EmulatedBoard::with_plant(EMULATED, Box::new(plant))).expect("a pseudo-terminal"));
     let path = folder.path().join("control");
     let mut control = ControlFile::create(&path, &seen(&camera, task.start)).expect("a control file");
     let uri = control.uri();

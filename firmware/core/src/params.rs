@@ -15,6 +15,8 @@ pub struct BuildLimits {
     pub max_pulse_rate: u32,
     /// Whether the board can keep a configuration over a loss of power.
     pub storage: bool,
+    /// Whether a tick has room for laws that take milliseconds of the chip's time: `taut`, in software floating point.
+    pub slow_laws: bool,
 }
 
 /// A configuration within its ranges: the only way to one is [`Params::check`].
@@ -59,7 +61,7 @@ impl Params {
     /// # Errors
     /// The first field that is out of its range.
     pub fn check(config: &Config, build: &BuildLimits, positions: [i32; 3]) -> Result<Self, ConfigField> {
-        check_law(&config.law)?;
+        check_law(&config.law, build)?;
         ensure(matches!(config.microsteps, 1 | 2 | 4 | 8 | 16), ConfigField::Microsteps)?;
         let max_pulse_rate = check_drivers(&config.drivers, config.microsteps)?.min(build.max_pulse_rate);
         for (motor, position) in config.motors.iter().zip(positions) {
@@ -122,7 +124,8 @@ fn ensure(condition: bool, field: ConfigField) -> Result<(), ConfigField> {
     if condition { Ok(()) } else { Err(field) }
 }
 
-fn check_law(law: &Law) -> Result<(), ConfigField> {
+fn check_law(law: &Law, build: &BuildLimits) -> Result<(), ConfigField> {
+    ensure(build.slow_laws || !matches!(law, Law::Taut(_)), ConfigField::Law)?;
     match law {
         Law::Interval(law) => check_interval(law),
         Law::Sign(law) => ensure((1..=MAX_SIGN_GAIN).contains(&law.gain.0), ConfigField::Gain),

@@ -6,9 +6,10 @@ mod common;
 use common::{BUILD, config, motor};
 use plumb_core::{Board, Outbox, TICK_US};
 use plumb_protocol::Config;
+use plumb_protocol::config::{Estimated, Law};
 use plumb_protocol::frame::{Accumulator, encode};
 use plumb_protocol::message::*;
-use plumb_protocol::units::{Micrometres, Micros, Point, Rate, Steps16};
+use plumb_protocol::units::{Micrometres, Micros, Milliseconds, Point, Rate, Steps16};
 
 /// A board, its clock and what it has said.
 struct Bench {
@@ -415,6 +416,17 @@ fn every_absurd_configuration_is_refused_by_its_part() {
     for (field, config) in cases {
         assert_eq!(bench.send(Command::Configure(config)), Err(Refusal::Config(field)), "{config:?}");
         assert_eq!(bench.board.state(), State::Unconfigured);
+    }
+}
+
+#[test]
+fn a_law_that_a_board_has_no_time_for_is_refused() {
+    let taut = Law::Taut(Estimated { delay: Milliseconds(0) });
+    for (slow_laws, answer) in [(true, Ok(())), (false, Err(Refusal::Config(ConfigField::Law)))] {
+        let mut bench = Bench::new();
+        bench.board = Board::new(plumb_core::BuildLimits { slow_laws, ..BUILD });
+        let _ = bench.send(Command::Hello(Hello::OURS));
+        assert_eq!(bench.send(Command::Configure(Config { law: taut, ..config() })), answer);
     }
 }
 

@@ -54,7 +54,11 @@ impl NorFlash for Flash {
     const ERASE_SIZE: usize = SECTOR;
 
     fn erase(&mut self, from: u32, to: u32) -> Result<(), Self::Error> {
-        assert!((from as usize).is_multiple_of(SECTOR) && (to - from) as usize == SECTOR && from as usize >= SECTOR);
+        assert!(
+            (from as usize).is_multiple_of(SECTOR)
+                && (to - from) as usize == SECTOR
+                && from as usize >= SECTOR
+        );
         (from as usize..to as usize).try_for_each(|at| self.change(at, 0xff))
     }
 

@@ -4,9 +4,9 @@
 mod common;
 
 use common::{BUILD, config, motor, params};
-use plumb_core::plan::{Planner, TICK_US};
 use plumb_core::MotorRates;
 use plumb_core::params::Params;
+use plumb_core::plan::{Planner, TICK_US};
 use plumb_protocol::Config;
 use plumb_protocol::message::ConfigField;
 use plumb_protocol::units::Milliseconds;
@@ -22,10 +22,14 @@ fn planner(mean: u16) -> Planner {
 fn motors_end_where_the_reference_does_and_half_the_span_later() {
     let (mut plain, mut mean) = (planner(0), planner(300));
     let rates = MotorRates([300 * 256, -150 * 256, 0]);
-    let halfway = |planner: &mut Planner| (0u32..).find(|_| {
-        planner.tick(rates);
-        planner.positions()[0] >= 16 * 100
-    }).unwrap();
+    let halfway = |planner: &mut Planner| {
+        (0u32..)
+            .find(|_| {
+                planner.tick(rates);
+                planner.positions()[0] >= 16 * 100
+            })
+            .unwrap()
+    };
     let late = (halfway(&mut mean) - halfway(&mut plain)) * TICK_US;
     assert!((145_000..170_000).contains(&late), "{late} µs");
     let ahead = mean.reference();

@@ -80,6 +80,10 @@ mod tests {
     #[test]
     fn it_does_not_close_below_the_motors() {
         let close = Rigs { below: Interval::new(0.02, 0.021), ..Rigs::wide(0.02) };
-        assert!(matches!(sign_descent(&close, 5_000_000), Descent::Fails(_)), "{:?}", sign_descent(&close, 5_000_000));
+        assert!(
+            matches!(sign_descent(&close, 5_000_000), Descent::Fails(_)),
+            "{:?}",
+            sign_descent(&close, 5_000_000)
+        );
     }
 }

@@ -27,7 +27,9 @@ pub fn jacobian_bounds(rigs: &Rigs) -> (f64, f64) {
 }
 
 fn entries(m: &[[Interval; 3]; 3]) -> impl Iterator<Item = Interval> + '_ {
-    m.iter().enumerate().flat_map(|(i, row)| row.iter().enumerate().filter(move |(k, _)| (i, *k) != (1, 2)).map(|(_, v)| *v))
+    m.iter()
+        .enumerate()
+        .flat_map(|(i, row)| row.iter().enumerate().filter(move |(k, _)| (i, *k) != (1, 2)).map(|(_, v)| *v))
 }
 
 fn least(m: &[[Interval; 3]; 3]) -> Interval {
@@ -51,7 +53,10 @@ fn bound(rigs: &Rigs, f: impl Fn(&[[Interval; 3]; 3]) -> Interval) -> f64 {
             return v.lo;
         }
         heap.extend(
-            cell.halves(sizes).into_iter().filter(|half| half.contains_some(rigs)).map(|half| Entry(value(&half), half)),
+            cell.halves(sizes)
+                .into_iter()
+                .filter(|half| half.contains_some(rigs))
+                .map(|half| Entry(value(&half), half)),
         );
     }
     f64::INFINITY
@@ -104,7 +109,11 @@ mod tests {
     fn the_papers_rig_has_the_ratios_of_the_control_notes() {
         for (lambda, ratio) in [(0.10, 30.0), (0.05, 42.0), (0.023, 79.0), (0.01, 181.0)] {
             let (alpha, beta) = jacobian_bounds(&Rigs::paper(lambda));
-            assert!((beta / alpha / ratio - 1.0).abs() < 0.1, "λ >= {lambda}: {alpha} to {beta}, {}", beta / alpha);
+            assert!(
+                (beta / alpha / ratio - 1.0).abs() < 0.1,
+                "λ >= {lambda}: {alpha} to {beta}, {}",
+                beta / alpha
+            );
         }
     }
 

@@ -109,7 +109,8 @@ fn bench_control(args: &ControlArgs) -> Result<ExitCode, Failure> {
         let cleared = if std::io::stderr().is_terminal() { "\r\x1b[K" } else { "" };
         eprintln!("{cleared}{report}");
         if !report.failed.is_empty() {
-            let first: Vec<String> = report.failed.iter().take(FAILED_SHOWN).map(|(k, why)| format!("{k} {why}")).collect();
+            let first: Vec<String> =
+                report.failed.iter().take(FAILED_SHOWN).map(|(k, why)| format!("{k} {why}")).collect();
             eprintln!("  failed: {}", first.join(", "));
         }
         if args.json {
@@ -145,7 +146,9 @@ fn contenders(args: &ControlArgs) -> Result<Vec<Contender>, Failure> {
 
 fn bench_paper(json: bool) -> Result<ExitCode, Failure> {
     let suite = control::paper(&PAPER_GAMMAS).or_failed()?;
-    eprintln!("law interval on the paper's task, no noise, 30 Hz: frames to 10 mm (17 100/γ in docs/control.md)");
+    eprintln!(
+        "law interval on the paper's task, no noise, 30 Hz: frames to 10 mm (17 100/γ in docs/control.md)"
+    );
     for (gamma, frames) in suite.gamma.iter().zip(&suite.frames) {
         eprintln!("  γ = {gamma:4} /s  {frames:5} frames  γ·frames = {:6.0}", gamma * f64::from(*frames));
     }
@@ -169,7 +172,8 @@ fn bench_vision(args: &VisionArgs) -> Result<ExitCode, Failure> {
     let mut detectors: [Box<dyn Detector>; 2] =
         [DetectorName::Ball.detector(&camera), Box::new(Red::new(options.radius))];
     let report =
-        vision::compare(&camera, &recorded, &mut detectors, &options, &mut |scene| eprintln!("{scene}")).or_failed()?;
+        vision::compare(&camera, &recorded, &mut detectors, &options, &mut |scene| eprintln!("{scene}"))
+            .or_failed()?;
     eprintln!("{report}");
     if args.json {
         println!("{}", serde_json::to_string(&report).or_failed()?);

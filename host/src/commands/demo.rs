@@ -18,7 +18,7 @@ use plumb::source::simulated::{ServedWorld, SimulatedCamera, Timing, VirtualWorl
 use plumb::source::synthetic::{Background, Options, Room, SyntheticCamera};
 use plumb::source::tum::TumFolder;
 use plumb::source::{Live, Source};
-use plumb_emulator::{EmulatedBoard, PICO, serve};
+use plumb_emulator::{EMULATED, EmulatedBoard, serve};
 use serde::Serialize;
 
 use super::show::{Progress, ended};
@@ -89,7 +89,7 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
         return Err("the paper's rig is not simulated").or_bad_input();
     };
     let motors = *simulation.geometry().or_bad_input()?.motors();
-    let board = EmulatedBoard::with_plant(PICO, args.physics.plant(&simulation).or_bad_input()?);
+    let board = EmulatedBoard::with_plant(EMULATED, args.physics.plant(&simulation).or_bad_input()?);
     if args.memory {
         let board = Rc::new(RefCell::new(board));
         let Some(world) = VirtualWorld::new(Rc::clone(&board)) else {

@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use clap::Parser;
 use plumb::rig::Rig;
-use plumb_emulator::{EmulatedBoard, PICO, serve};
+use plumb_emulator::{EMULATED, EmulatedBoard, serve};
 use serde::Serialize;
 
 use super::{Failure, OrFail, Physics, interrupt_flag};
@@ -47,12 +47,15 @@ const LOOK: Duration = Duration::from_millis(20);
 pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
     let interrupted = interrupt_flag()?;
     let board = match &args.rig {
-        None => EmulatedBoard::new(PICO),
+        None => EmulatedBoard::new(EMULATED),
         Some(path) => {
             let rig = Rig::read(path).or_bad_input()?;
             let simulation =
                 rig.simulation.ok_or_else(|| format!("{}: no [simulation] table", path.display()));
-            EmulatedBoard::with_plant(PICO, args.physics.plant(&simulation.or_bad_input()?).or_bad_input()?)
+            EmulatedBoard::with_plant(
+                EMULATED,
+                args.physics.plant(&simulation.or_bad_input()?).or_bad_input()?,
+            )
         }
     };
     let served = serve(board).or_failed()?;

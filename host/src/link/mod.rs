@@ -5,12 +5,12 @@ mod transport;
 
 use std::time::Duration;
 
+use plumb_protocol::Config;
 use plumb_protocol::frame::{self, Accumulator};
 use plumb_protocol::message::{
     BoardHello, Command, Fault, FromBoard, Hello, Position, Refusal, Telemetry, ToBoard,
 };
 use plumb_protocol::units::Point;
-use plumb_protocol::Config;
 
 pub use error::LinkError;
 pub use transport::{Memory, Serial, Transport};

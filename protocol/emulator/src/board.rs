@@ -7,8 +7,8 @@ use plumb_protocol::units::{Micros, Rate, Steps16};
 
 use crate::rig::{Plant, RigError};
 
-/// What the firmware for the Raspberry Pi Pico is built for.
-pub const PICO: BuildLimits = BuildLimits { max_pulse_rate: 1_250_000, storage: false };
+/// What an emulated board is built for: the steps of the Pico's firmware, no storage, and a host's time for every law.
+pub const EMULATED: BuildLimits = BuildLimits { max_pulse_rate: 1_250_000, storage: false, slow_laws: true };
 
 /// Bytes that wait for a host that does not read; the oldest go first, as on a link that nobody listens to.
 const WAITING_MAX: usize = 1 << 16;

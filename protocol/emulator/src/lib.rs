@@ -6,6 +6,6 @@ pub mod rig;
 pub mod serve;
 pub mod terminal;
 
-pub use board::{EmulatedBoard, PICO};
+pub use board::{EMULATED, EmulatedBoard};
 pub use serve::{Served, serve};
 pub use terminal::Terminal;

@@ -3,7 +3,10 @@
 //! State: p, and the row (J_A, J_B, J_C) of the Jacobian, which does not change but by noise. Formats: p Q4 µm, J Q6
 //! µm/step, P_JJ Q8, P_pJ Q4, P_pp Q0 (µm, steps); K_p Q16, K_J Q20; motor steps Q4.
 
-#![allow(clippy::needless_range_loop, reason = "rows and columns go by their numbers in several arrays at once")]
+#![allow(
+    clippy::needless_range_loop,
+    reason = "rows and columns go by their numbers in several arrays at once"
+)]
 
 /// J saturates here: 8.2 mm a step in Q6.
 const J_MAX: i64 = (1 << 19) - 1;

@@ -20,7 +20,13 @@ pub(super) struct Bounce {
 impl Bounce {
     pub(super) fn new(rig: Kinematic, frequency_hz: f64, damping_ratio: f64) -> Self {
         let omega = std::f64::consts::TAU * frequency_hz;
-        Self { ball: rig.ball(), omega, damping: 2.0 * damping_ratio * omega, rig, velocity: Vector3::zeros() }
+        Self {
+            ball: rig.ball(),
+            omega,
+            damping: 2.0 * damping_ratio * omega,
+            rig,
+            velocity: Vector3::zeros(),
+        }
     }
 }
 

@@ -45,7 +45,8 @@ pub fn draw(reports: &[Report]) -> Result<String, DrawingAreaErrorKind<std::io::
         for (report, colour) in reports.iter().zip(COLOURS.iter().cycle()) {
             let n = report.ratios.len() as f64;
             let points = (0..).zip(&report.ratios).filter(|(_, r)| **r <= LONGEST);
-            let line = LineSeries::new(points.map(|(k, r)| (*r, f64::from(k + 1) / n)), colour.stroke_width(3));
+            let line =
+                LineSeries::new(points.map(|(k, r)| (*r, f64::from(k + 1) / n)), colour.stroke_width(3));
             let colour = *colour;
             chart
                 .draw_series(line)?

@@ -2,7 +2,7 @@
 
 use nalgebra::Point3;
 use plumb_core::{Board, Outbox};
-use plumb_emulator::PICO;
+use plumb_emulator::EMULATED;
 use plumb_protocol::Config;
 use plumb_protocol::frame;
 use plumb_protocol::message::{Command, Fault, Hello, Position, State, ToBoard};
@@ -23,7 +23,7 @@ impl BoardDriver {
     /// A board with this configuration that is told to drive the ball to `target` (metres).
     pub(crate) fn new(config: Config, target: Point3<f64>) -> Self {
         let mut driver = Self {
-            board: Board::new(PICO),
+            board: Board::new(EMULATED),
             outbox: Outbox::new(),
             sequence: 0,
             reached: false,
@@ -79,7 +79,8 @@ impl Driver for BoardDriver {
 
     fn failed(&self) -> bool {
         let lost = State::Fault(Fault::PositionLost);
-        !matches!(self.board.state(), State::Seeking | State::Holding | State::Ready) && self.board.state() != lost
+        !matches!(self.board.state(), State::Seeking | State::Holding | State::Ready)
+            && self.board.state() != lost
     }
 }
 

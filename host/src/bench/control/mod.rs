@@ -66,14 +66,21 @@ impl Contender {
         }
     }
 
-    fn driver(&self, suite: &Suite, task: &Task, elasticity: Option<ElasticParameters>) -> Result<Box<dyn Driver>, BenchError> {
+    fn driver(
+        &self,
+        suite: &Suite,
+        task: &Task,
+        elasticity: Option<ElasticParameters>,
+    ) -> Result<Box<dyn Driver>, BenchError> {
         let limits = Limits::default();
         Ok(match self {
             Self::Board(law) => {
                 let config = limits.config(law.config()?, law.mean().config("mean")?, suite.threshold_m);
                 Box::new(BoardDriver::new(config, task.target))
             }
-            Self::Reference(mean_s) => Box::new(PlanDriver::new(oracle::slack_free(task, &limits, *mean_s, elasticity))),
+            Self::Reference(mean_s) => {
+                Box::new(PlanDriver::new(oracle::slack_free(task, &limits, *mean_s, elasticity)))
+            }
         })
     }
 }

@@ -18,7 +18,8 @@ struct Way {
 
 impl Way {
     fn new(task: &Task) -> Self {
-        let (start_m, end) = (task.geometry.cable_lengths_m(&task.start), task.geometry.cable_lengths_m(&task.target));
+        let (start_m, end) =
+            (task.geometry.cable_lengths_m(&task.start), task.geometry.cable_lengths_m(&task.target));
         let step_m = task.geometry.step_lengths_m();
         Self { start_m, steps: [0, 1, 2].map(|i| (end[i] - start_m[i]) / step_m[i]), step_m }
     }
@@ -133,7 +134,9 @@ fn stretch_steps(task: &Task, way: &Way, part: f64, elasticity: Option<ElasticPa
 /// Squares of the way's rate of progress (1/s²) at the grid's points: forwards and backwards through the limits.
 fn fastest(task: &Task, way: &Way, limits: &Limits) -> Vec<f64> {
     let length = way.longest().max(1e-9);
-    let ball = |k: f64| lowest_point(&task.geometry, way.lengths(k / GRID as f64)).map_or(task.start, |hang| hang.ball);
+    let ball = |k: f64| {
+        lowest_point(&task.geometry, way.lengths(k / GRID as f64)).map_or(task.start, |hang| hang.ball)
+    };
     let h = 1.0 / GRID as f64;
     let top = (limits.rate / length).powi(2);
     let bound = |k: usize, square: f64| -> (f64, f64) {

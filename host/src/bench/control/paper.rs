@@ -5,7 +5,7 @@ use std::rc::Rc;
 use std::time::Duration;
 
 use plumb_emulator::rig::{QuasiStatic, RigError, Task};
-use plumb_emulator::{EmulatedBoard, PICO};
+use plumb_emulator::{EMULATED, EmulatedBoard};
 use plumb_protocol::units::{Micros, Point};
 use serde::Serialize;
 use thiserror::Error;
@@ -84,7 +84,7 @@ fn paper_frames(gamma: f64) -> Result<u32, ControlError> {
     (rig.motors.max_rate, rig.motors.max_acceleration) = (UNLIMITED.0.try_into()?, UNLIMITED.1.try_into()?);
     let task = Task::paper();
     let plant = Box::new(QuasiStatic::new(task.geometry, task.start)?);
-    let board = Rc::new(RefCell::new(EmulatedBoard::with_plant(PICO, plant)));
+    let board = Rc::new(RefCell::new(EmulatedBoard::with_plant(EMULATED, plant)));
     let mut link = Link::greet(Memory::new(Rc::clone(&board)))?;
     link.configure(rig.config()?)?;
     for target in rig.targets()? {

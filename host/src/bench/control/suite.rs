@@ -1,10 +1,10 @@
 //! What the contenders are put to: which rigs, which physics, which camera.
 
-use plumb_emulator::rig::{
-    DepthDrift, Elastic, ElasticParameters, ObserverParameters, Plant, Population, QuasiStatic, RigError, Task,
-    Variations,
-};
 use super::kinematic::Kinematic;
+use plumb_emulator::rig::{
+    DepthDrift, Elastic, ElasticParameters, ObserverParameters, Plant, Population, QuasiStatic, RigError,
+    Task, Variations,
+};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -97,8 +97,16 @@ impl Suite {
         let none = Variations::default();
         [
             Self::varied("yaw", "turned by up to ±20°", Variations { yaw_rad: degrees(20.0), ..none }),
-            Self::varied("tilt", "motor plane tilted by up to 10°", Variations { tilt_rad: degrees(10.0), ..none }),
-            Self::varied("tilt20", "motor plane tilted by up to 20°", Variations { tilt_rad: degrees(20.0), ..none }),
+            Self::varied(
+                "tilt",
+                "motor plane tilted by up to 10°",
+                Variations { tilt_rad: degrees(10.0), ..none },
+            ),
+            Self::varied(
+                "tilt20",
+                "motor plane tilted by up to 20°",
+                Variations { tilt_rad: degrees(20.0), ..none },
+            ),
             Self::varied("radii", "each pulley ±30 %", Variations { radius_fraction: 0.3, ..none }),
             Self::varied("heights", "each motor ±10 cm", Variations { height_m: 0.1, ..none }),
         ]
@@ -110,18 +118,27 @@ impl Suite {
         let guessed = |suite: Self| Self { ages_known: false, ..suite };
         let drift = Some(DepthDrift { sd_m: 2e-3, correlation: 0.9 });
         [
-            with("noise", "noise of 6, 3, 3 mm", ObserverParameters { noise_sd_m: [6e-3, 3e-3, 3e-3], ..usual }),
-            with("outliers", "5 % outliers of 50 mm", ObserverParameters { outlier_probability: 0.05, ..usual }),
+            with(
+                "noise",
+                "noise of 6, 3, 3 mm",
+                ObserverParameters { noise_sd_m: [6e-3, 3e-3, 3e-3], ..usual },
+            ),
+            with(
+                "outliers",
+                "5 % outliers of 50 mm",
+                ObserverParameters { outlier_probability: 0.05, ..usual },
+            ),
             guessed(with("ages", "1 to 2 frames late, all taken for 1.5", usual)),
-            guessed(with("latency", "4 frames late, taken for 1.5", ObserverParameters {
-                latency_frames: (4.0, 4.0),
-                ..usual
-            })),
-            with("drift", "depth noise AR(1) 0.9 of 2 mm, 3 mm to be reached", ObserverParameters {
-                depth_drift: drift,
-                noise_sd_m: [0.5e-3, 1e-3, 1e-3],
-                ..usual
-            })
+            guessed(with(
+                "latency",
+                "4 frames late, taken for 1.5",
+                ObserverParameters { latency_frames: (4.0, 4.0), ..usual },
+            )),
+            with(
+                "drift",
+                "depth noise AR(1) 0.9 of 2 mm, 3 mm to be reached",
+                ObserverParameters { depth_drift: drift, noise_sd_m: [0.5e-3, 1e-3, 1e-3], ..usual },
+            )
             .within(0.003),
         ]
     }
@@ -144,10 +161,17 @@ impl Suite {
         let plain = Population::default();
         let with = |name, about, population| Self { population, ..Self::plain(name, about) };
         [
-            with("edge", "start and target with λ >= 0.005", Population { least_lambda: 0.005, ..plain.clone() }),
+            with(
+                "edge",
+                "start and target with λ >= 0.005",
+                Population { least_lambda: 0.005, ..plain.clone() },
+            ),
             with("high", "5 to 20 cm below the motors", Population { below_m: 0.05..=0.2, ..plain }),
             Self::plain("fine", "2 mm to be reached").within(0.002),
-            Self { paper: true, ..Self::plain("paper-task", "the paper's rig and task with the usual camera") },
+            Self {
+                paper: true,
+                ..Self::plain("paper-task", "the paper's rig and task with the usual camera")
+            },
         ]
     }
 

@@ -21,7 +21,9 @@ fn interval_arrives_and_takes_twice_the_oracles_time() {
 /// docs/control.md of the project, on 60 rigs: all converge, and each law is about as fast as is said there.
 #[test]
 fn the_laws_are_as_fast_as_is_said_of_them() {
-    for (law, suite, median) in [("sign", "quasi-static", 1.35), ("certified", "quasi-static", 1.05), ("taut", "elastic", 1.35)] {
+    for (law, suite, median) in
+        [("sign", "quasi-static", 1.35), ("certified", "quasi-static", 1.05), ("taut", "elastic", 1.35)]
+    {
         let report = quick(&Contender::named(law).unwrap(), suite, 60);
         assert!(report.converged == 1.0 && report.median <= median, "{report}");
     }

@@ -1,5 +1,8 @@
 //! An extended Kalman filter over the ball, the motors' points and the cable of a step.
-#![allow(clippy::needless_range_loop, reason = "rows and columns go by their numbers in several arrays at once")]
+#![allow(
+    clippy::needless_range_loop,
+    reason = "rows and columns go by their numbers in several arrays at once"
+)]
 
 use super::geometry::{Matrix, Vector, along, dot, inverse, length};
 

@@ -56,7 +56,14 @@ impl Taut {
     /// The law for motors of these limits.
     pub(crate) fn new(limits: Limits) -> Self {
         let rate = limits.rate as f32 / 256.0;
-        Self { rate, acceleration: limits.acceleration as f32, bank: None, best: 0, asked: [0.0; 3], patience: (0, f32::MAX) }
+        Self {
+            rate,
+            acceleration: limits.acceleration as f32,
+            bank: None,
+            best: 0,
+            asked: [0.0; 3],
+            patience: (0, f32::MAX),
+        }
     }
 
     /// Takes the picture into every filter; the one to be used.
