@@ -70,11 +70,7 @@ test('a processor that hangs is bitten by the watchdog, and comes back', () => {
   const { chip, usb } = started();
   const causes = [];
   chip.onReset = (cause) => causes.push(cause);
-  // A jump to itself, with interrupts off.
-  chip.poke(0x20041f00, [0xfe, 0xe7]);
-  chip.core.setPrimask(1);
-  chip.core.waiting = false;
-  chip.core.pc = 0x20041f00;
+  chip.hang();
   assert.ok(chip.runUntil(() => causes.length > 0, 9000 * MS, MS));
   assert.deepEqual(causes, ['watchdog']);
   assert.ok(chip.runUntil(() => chip.usb.ready, 200 * MS));

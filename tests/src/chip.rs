@@ -1,5 +1,7 @@
 //! The real firmware in the emulated chip (`tests/chip`), in lock step: nothing happens in it between two calls.
 
+mod session;
+
 use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
@@ -7,6 +9,8 @@ use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 use plumb_protocol::frame::Accumulator;
 use plumb_protocol::message::FromBoard;
 use serde_json::{Value, json};
+
+pub use session::{FAR, NEAR, Pulses, fast, point};
 
 /// Cycles of the chip in a microsecond.
 pub const CYCLES_PER_US: u64 = 125;
@@ -50,6 +54,10 @@ pub struct Chip {
     pub sent: Vec<u8>,
     /// The same as messages.
     pub heard: Vec<FromBoard>,
+    /// Of the last command.
+    id: u16,
+    /// Of the last position.
+    sequence: u16,
 }
 
 impl Chip {
@@ -77,17 +85,24 @@ impl Chip {
             motors: [0.0; 3],
             sent: Vec::new(),
             heard: Vec::new(),
+            id: 0,
+            sequence: 0,
         };
         chip.ask(json!({ "gpio": [EMERGENCY, 0], "steppers": STEPPERS }));
-        let mut ready = false;
-        for _ in 0..100 {
-            let reply = chip.ask(json!({ "run_us": 5000 }));
-            ready |= reply["states"].as_array().is_some_and(|s| s.iter().any(|s| s[1] == "ready"));
-            if ready {
-                return chip;
-            }
-        }
-        panic!("the chip does not come up on USB");
+        chip.come_up();
+        chip
+    }
+
+    /// Lets time pass until the board is there on USB, after its power or its cable has come.
+    ///
+    /// # Panics
+    /// Where it does not come within half a second.
+    pub fn come_up(&mut self) {
+        let ready = (0..100).any(|_| {
+            let reply = self.run_us(5000);
+            reply["states"].as_array().is_some_and(|states| states.iter().any(|state| state[1] == "ready"))
+        });
+        assert!(ready, "the chip does not come up on USB");
     }
 
     /// Carries out a command of tests/chip/README.md; its reply.

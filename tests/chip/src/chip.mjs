@@ -27,6 +27,8 @@ export { Pca9685 } from './i2c-targets.mjs';
 const FLASH = 0x10000000;
 const VECTORS = FLASH + 0x100;
 const SRAM = 0x20000000;
+/** Where `hang` puts its jump: near the end of memory. */
+const HANGING = 0x20041f00;
 const WATCHDOG = 0x40058;
 const PIOS = [0x50200, 0x50300];
 const UARTS = [
@@ -276,6 +278,14 @@ export class Chip {
   poke(address, bytes) {
     this.mcu.sram.set(bytes, address - SRAM);
     this.bus.sramChanged();
+  }
+
+  /** Lets the processor jump to itself for ever, with interrupts off, as firmware that hangs. */
+  hang() {
+    this.poke(HANGING, [0xfe, 0xe7]);
+    this.core.setPrimask(1);
+    this.core.waiting = false;
+    this.core.pc = HANGING;
   }
 
   /** What is in the flash chip, to be given to another `Chip`. */

@@ -1,5 +1,7 @@
 // The chip by commands: what serve.mjs speaks over standard input and output. One command object, one reply object; see ../README.md.
 import { Chip, CYCLE_NS, Pca9685 } from './chip.mjs';
+import { Pulses } from './pulses.mjs';
+import { Trace } from './trace.mjs';
 
 const PINS = 30;
 
@@ -9,6 +11,7 @@ export class Session {
     this.chip = new Chip(options);
     this.hats = new Map();
     this.steppers = [];
+    this.tracer = null;
     this.listed = new Set();
     this.rises = new Uint32Array(PINS);
     this.clear();
@@ -35,13 +38,10 @@ export class Session {
     }
   }
 
-  /** Counts the rising edges of `step` as one up or down, as `direction` (not `inverted`) is high or low at the time. */
-  addStepper([step, direction, inverted = false]) {
-    const stepper = { position: 0 };
-    this.steppers.push(stepper);
-    this.chip.watch(step, (level) => {
-      if (level) stepper.position += (this.chip.level(direction) === 1) !== inverted ? 1 : -1;
-    });
+  /** Measures functions and handlers from now on, or no longer. */
+  trace(what) {
+    this.tracer?.end();
+    this.tracer = what ? new Trace(this.chip, what.functions ?? {}, what.handlers ?? {}) : null;
   }
 
   addTarget([bus, address, kind]) {
@@ -97,8 +97,12 @@ const COMMANDS = {
   unplug: ({ chip }) => chip.usb.unplug(),
   plug: ({ chip }) => chip.usb.plug(),
   dtr: ({ chip }, open) => chip.usb.setDtr(open),
+  hang: ({ chip }) => chip.hang(),
   reset: ({ chip }, cause) => chip.reset(cause),
-  steppers: (session, steppers) => steppers.forEach((stepper) => session.addStepper(stepper)),
+  steppers: (session, steppers) => session.steppers.push(...steppers.map((stepper) => new Pulses(session.chip, stepper))),
+  pulses: (session) => ({ pulses: session.steppers.map((stepper) => stepper.take()) }),
+  trace: (session, what) => session.trace(what),
+  calls: (session) => ({ calls: session.tracer?.take() ?? {} }),
   list: (session, pins) => void (session.listed = new Set(pins)),
   i2c: (session, target) => session.addTarget(target),
   levels: ({ chip }, pins) => ({ levels: pins.map((pin) => chip.level(pin)) }),

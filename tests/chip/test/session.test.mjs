@@ -39,6 +39,28 @@ test('a reply tells everything that has happened since the last', () => {
   assert.deepEqual(session.do({ run_us: 1 }), { cycle: 12_625, steps: [2] });
 });
 
+test('a stepper tells how its pulses were', () => {
+  const session = new Session({ image: image() });
+  session.do({ steppers: [[STEP, DIR]] });
+  // Two loads of a constant and a store between any two edges.
+  const { pulses } = session.do({ run_us: 100, pulses: true });
+  assert.deepEqual({ ...pulses[0], last: null }, { count: 4, high: 5, low: 5, setup: 5, hold: 10, last: null });
+  assert.deepEqual({ ...session.do({ run_us: 1, pulses: true }).pulses[0], last: null }, { count: 0, high: null, low: null, setup: null, hold: null, last: null });
+});
+
+test('functions are measured to the cycle, and only while that is asked for', () => {
+  const p = new Program().jump('main').raw(0xbf00, 0xbf00, 0x4770); // nop; nop; bx lr
+  const call = () => p.load(3, 0x10000203).raw(0x4798);
+  p.label('main');
+  call();
+  call();
+  const session = new Session({ image: p.sleep().build() });
+  session.do({ trace: { functions: { twoNops: 0x10000202 } } });
+  const { calls } = session.do({ run_us: 10, calls: true });
+  assert.deepEqual(calls.twoNops.map(([, cycles]) => cycles), [4, 4]);
+  assert.deepEqual(session.do({ reset: 'run', trace: null, run_us: 10, calls: true }).calls, {});
+});
+
 test('a reset, memory and the load are told', () => {
   const session = new Session({ image: image() });
   session.do({ run_us: 100 });

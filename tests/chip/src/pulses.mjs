@@ -1,0 +1,49 @@
+// What a stepper driver sees on its STEP and DIR inputs: the position, and the shortest times, in cycles.
+
+export class Pulses {
+  /** Counts the rising edges of `step` as one up or down, as `direction` (not `inverted`) is high or low at the time. */
+  constructor(chip, [step, direction, inverted = false]) {
+    this.position = 0;
+    this.rise = -Infinity;
+    this.fall = -Infinity;
+    this.turn = -Infinity;
+    this.forget();
+    chip.watch(step, (level, cycle) => {
+      if (level) this.rises(cycle, (chip.level(direction) === 1) !== inverted ? 1 : -1);
+      else this.falls(cycle);
+    });
+    chip.watch(direction, (_, cycle) => {
+      this.turn = cycle;
+      this.hold = Math.min(this.hold, cycle - this.rise);
+    });
+  }
+
+  rises(cycle, by) {
+    this.position += by;
+    this.count++;
+    this.low = Math.min(this.low, cycle - this.fall);
+    this.setup = Math.min(this.setup, cycle - this.turn);
+    this.rise = cycle;
+  }
+
+  falls(cycle) {
+    this.high = Math.min(this.high, cycle - this.rise);
+    this.fall = cycle;
+  }
+
+  forget() {
+    this.count = 0;
+    for (const time of ['high', 'low', 'setup', 'hold']) this[time] = Infinity;
+  }
+
+  /**
+   * Since it was last asked: pulses; the least time high and low, from a turn of the direction to a pulse (`setup`) and from a pulse
+   * to a turn (`hold`), null where there was none; and the cycle of the very last pulse's beginning.
+   */
+  take() {
+    const { count, high, low, setup, hold, rise } = this;
+    this.forget();
+    const or = (value) => (Number.isFinite(value) ? value : null);
+    return { count, high: or(high), low: or(low), setup: or(setup), hold: or(hold), last: or(rise) };
+  }
+}

@@ -1,0 +1,57 @@
+// How long functions and exception handlers take, to the cycle, from outside: every instruction is looked at before it is carried out.
+// While this goes on nothing is translated, which makes the chip some times slower, and changes nothing in what it does.
+
+export class Trace {
+  /**
+   * @param {import('./chip.mjs').Chip} chip up to its next reset
+   * @param {Record<string, number>} functions by a name: the address of the first instruction
+   * @param {Record<string, number>} handlers by a name: the number of the exception (16 + IRQ)
+   */
+  constructor(chip, functions, handlers) {
+    this.chip = chip;
+    this.core = chip.core;
+    this.names = new Map(Object.entries(functions).map(([name, address]) => [address & ~1, name]));
+    this.handlers = Object.entries(handlers).map(([name, number]) => ({ name, number, began: null }));
+    /** Functions that have not returned: { name, began, sp, back }. */
+    this.open = [];
+    this.forget();
+    chip.bus.pieceAt = () => null;
+    this.core.step = (bus) => {
+      this.look();
+      return Object.getPrototypeOf(this.core).step.call(this.core, bus);
+    };
+  }
+
+  look() {
+    const { core, chip, open } = this;
+    for (const handler of this.handlers) {
+      if (core.IPSR === handler.number) handler.began ??= chip.cycles;
+      else if (handler.began !== null) this.ends(handler);
+    }
+    while (open.length > 0 && core.pc === open.at(-1).back && core.r[13] === open.at(-1).sp) this.ends(open.pop());
+    const name = this.names.get(core.pc);
+    if (name !== undefined) open.push({ name, began: chip.cycles, sp: core.r[13], back: core.r[14] & ~1 });
+  }
+
+  ends(call) {
+    this.calls[call.name].push([call.began, this.chip.cycles - call.began]);
+    call.began = null;
+  }
+
+  forget() {
+    this.calls = {};
+    for (const name of [...this.names.values(), ...this.handlers.map((handler) => handler.name)]) this.calls[name] = [];
+  }
+
+  /** By name, [cycle of its beginning, cycles that it took] of each call that has returned since this was last asked. */
+  take() {
+    const { calls } = this;
+    this.forget();
+    return calls;
+  }
+
+  end() {
+    delete this.chip.bus.pieceAt;
+    delete this.core.step;
+  }
+}

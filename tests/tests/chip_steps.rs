@@ -1,0 +1,87 @@
+//! The real image in the emulated chip: what a stepper driver sees on its inputs, counted and timed at the pins.
+
+#![allow(clippy::expect_used, clippy::panic, reason = "a test stops at the first surprise")]
+
+use plumb_protocol::config::StepDir;
+use plumb_protocol::message::{Command, Jog};
+use plumb_protocol::units::{Rate, Steps16};
+use plumb_tests::chip::{CYCLES_PER_US, Chip, Pulses, fast, image, point};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+/// Gives `chip` one random thing to do: a place of the ball, a target, a stop, a jog.
+fn disturb(chip: &mut Chip, random: &mut ChaCha8Rng, rate: f64) {
+    let mut place = || [0; 3].map(|_| random.random_range(-900_000..1_900_000));
+    let (ball, target) = (place(), place());
+    match random.random_range(0..12) {
+        0 => drop(chip.tell(Command::Stop)),
+        1..3 => drop(chip.tell(Command::Target(point(target)))),
+        3 => {
+            chip.stand_still();
+            let distance = Steps16(random.random_range(-20_000..20_000));
+            let rate = Rate::from_si(rate * random.random_range(0.01..1.0)).expect("a rate");
+            let motor = random.random_range(0..3);
+            assert_eq!(chip.tell(Command::Jog(Jog { motor, distance, rate })), None);
+            chip.run_us(40_000);
+            chip.stand_still();
+            chip.see(ball);
+            chip.tell(Command::Target(point(target)));
+        }
+        4..8 => chip.see(ball),
+        // Near the target, so that the rates are any.
+        _ => chip.see([0, 1, 2].map(|i| {
+            let near: i32 = random.random_range(-3_000..3_000);
+            (target[i] + near).clamp(-900_000, 1_900_000)
+        })),
+    }
+    let us = random.random_range(0..20_000);
+    chip.run_us(us);
+}
+
+/// A million steps and more for each of `rounds`, at random; after each the board knows to the step where its motors are.
+fn random_steps(driver: StepDir, rate: f64, rounds: usize, seed: u64) {
+    let Some(image) = image() else { return };
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let mut chip = Chip::start(&image).configured(fast(rate, driver));
+    let [mut steps, mut turns] = [0, 0];
+    for _ in 0..rounds {
+        chip.see([0; 3]);
+        chip.tell(Command::Target(point([1_000_000; 3])));
+        let end = steps + 1_000_000;
+        while steps < end {
+            disturb(&mut chip, &mut random, rate);
+            for pulses in chip.pulses() {
+                steps += pulses.count;
+                turns += u64::from(pulses.hold.is_some());
+                assert_timing(&pulses, &driver);
+            }
+        }
+        let telemetry = chip.stand_still();
+        assert_eq!(telemetry.motors.map(Steps16::to_si), chip.motors, "after {steps} steps");
+    }
+    println!("{steps} steps, {turns} stretches with reversals, {:.1} s of the chip", chip.us() as f64 * 1e-6);
+    assert!(turns > 10 * rounds as u64, "{turns}");
+}
+
+/// No time is shorter than `driver`'s inputs need; the direction is held as long as a pulse is high.
+fn assert_timing(pulses: &Pulses, driver: &StepDir) {
+    let least = [driver.high, driver.low, driver.setup, driver.high];
+    let seen = [pulses.high, pulses.low, pulses.setup, pulses.hold];
+    for ((seen, least), what) in seen.into_iter().zip(least).zip(["high", "low", "set-up", "hold"]) {
+        let ns = seen.map_or(u64::MAX, |cycles| cycles * 1000 / CYCLES_PER_US);
+        assert!(ns >= u64::from(least.0), "{what}: {ns} ns of {driver:?}");
+    }
+}
+
+/// Ten million steps together with the next, which runs beside it.
+#[test]
+fn no_step_of_five_million_is_lost_on_a_tmc2209() {
+    random_steps(StepDir::TMC2209, 78_125.0, 5, 1);
+}
+
+#[test]
+fn no_step_of_five_million_is_lost_on_each_driver() {
+    random_steps(StepDir::TMC2209, 78_125.0, 3, 2);
+    random_steps(StepDir::A4988, 31_000.0, 1, 3);
+    random_steps(StepDir::DRV8825, 16_000.0, 1, 4);
+}
