@@ -91,7 +91,6 @@ fn an_emergency_is_cleared_only_once_the_input_is_closed() {
     for _ in 0..3 {
         bench.board.emergency(bench.now, [0; 3], &mut bench.out);
         bench.send(Command::ClearFault);
-        bench.board.emergency(bench.now, [0; 3], &mut bench.out);
         assert!(!bench.tick().drivers_enabled);
         assert_eq!(bench.board.state(), State::Fault(Fault::EmergencyStop));
     }

@@ -15,11 +15,13 @@ export class Pca9685 {
     /** Bytes to acknowledge before it refuses; Infinity refuses none, 0 does not answer to its address. */
     this.patience = Infinity;
     this.pointer = null;
+    this.underWay = false;
   }
 
   start(reads) {
     if (this.patience <= 0) return false;
     if (!reads) this.pointer = null;
+    this.underWay = false;
     return true;
   }
 
@@ -28,6 +30,7 @@ export class Pca9685 {
     if (this.pointer === null) {
       this.pointer = byte;
       this.writes.push({ register: byte, bytes: [] });
+      this.underWay = true;
       return true;
     }
     this.writes.at(-1).bytes.push(byte);
@@ -54,7 +57,14 @@ export class Pca9685 {
     if (increments && this.pointer !== null) this.pointer = (this.pointer + 1) & 255;
   }
 
-  stop() {}
+  stop() {
+    this.underWay = false;
+  }
+
+  /** The writes since this was last asked, but for one that has not come to its end. */
+  take() {
+    return this.writes.splice(0, this.writes.length - (this.underWay ? 1 : 0));
+  }
 
   /** On- and off-count of a channel (0 to 4095; bit 12: fully on, fully off). */
   channel(n) {

@@ -65,7 +65,7 @@ export class Session {
   /** Everything that has happened since the last reply; empty lists are left out. */
   report() {
     for (const [address, hat] of this.hats) {
-      for (const { register, bytes } of hat.writes.splice(0)) this.told.i2c.push([address, register, Buffer.from(bytes).toString('hex')]);
+      for (const { register, bytes } of hat.take()) this.told.i2c.push([address, register, Buffer.from(bytes).toString('hex')]);
     }
     const reply = { cycle: this.chip.cycles };
     if (this.steppers.length > 0) reply.steps = this.steppers.map(({ position }) => position);

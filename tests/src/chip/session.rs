@@ -4,9 +4,7 @@ use plumb_protocol::Config;
 use plumb_protocol::config::{Deadlines, Drivers, Growth, Interval, Law, Motor, Reached, StepDir, Workspace};
 use plumb_protocol::frame::encode;
 use plumb_protocol::message::{Command, FromBoard, Hello, Position, Refusal, State, Telemetry, ToBoard};
-use plumb_protocol::units::{
-    Acceleration, Bound, Gain, Micrometres, Milliseconds, Point, Rate, Steps16,
-};
+use plumb_protocol::units::{Acceleration, Bound, Gain, Micrometres, Milliseconds, Point, Rate, Steps16};
 use serde_json::{Value, json};
 
 use super::{CYCLES_PER_US, Chip, EMERGENCY};
@@ -69,6 +67,16 @@ impl Chip {
     pub fn see(&mut self, ball: [i32; 3]) {
         let frame = self.sight(ball);
         self.send(&frame, 2000);
+    }
+
+    /// Sends the ball to `target`, and reports it at `ball`; micrometres.
+    ///
+    /// # Panics
+    /// Where the target is refused.
+    pub fn hurry(&mut self, ball: [i32; 3], target: [i32; 3]) {
+        self.see(ball);
+        assert_eq!(self.tell(Command::Target(point(target))), None);
+        self.see(ball);
     }
 
     /// The bytes of the next position, micrometres.

@@ -43,7 +43,7 @@ impl Board {
             Command::Target(target) => self.target(now, target, out),
             Command::Jog(jog) => self.jog(jog),
             Command::Hold => self.hold(now),
-            Command::ClearFault => self.clear_fault(),
+            Command::ClearFault => self.clear_fault(now),
             Command::Status => {
                 self.tell(now, out);
                 Ok(())
@@ -205,8 +205,12 @@ impl Board {
         Ok(())
     }
 
-    fn clear_fault(&mut self) -> Result<(), Refusal> {
-        if let Activity::Faulted(_) = self.activity {
+    fn clear_fault(&mut self, now: Micros) -> Result<(), Refusal> {
+        if let Activity::Faulted(fault) = self.activity {
+            if self.emergency == Some(now) {
+                // The loop is still open: not even for a tick do the drivers hold.
+                return Err(Refusal::Faulted(fault));
+            }
             self.at_rest()?;
             self.activity = Activity::Idle;
             self.sight.outside = 0;

@@ -42,6 +42,8 @@ pub struct Board {
     start_cause: StartCause,
     /// The command that waits for the configuration to be written.
     storing: Option<u16>,
+    /// The tick before which the emergency input was last seen open.
+    emergency: Option<Micros>,
     activity: Activity,
     planner: Planner,
     sight: Sight,
@@ -95,6 +97,7 @@ impl Board {
             configurations: 0,
             start_cause: StartCause::PowerOn,
             storing: None,
+            emergency: None,
             activity: Activity::Idle,
             planner: Planner::default(),
             sight: Sight::default(),
@@ -199,8 +202,9 @@ impl Board {
 
     /// The emergency input has cut the pulses off: the motors stand, `missing` pulses each from where they were planned
     /// to be (+ where the direction line is high), and the drivers are let go. Latched like any fault; to be called
-    /// before every tick for as long as the input is open, so that clearing it then has no effect.
+    /// before every tick for as long as the input is open, so that clearing it is refused.
     pub fn emergency(&mut self, now: Micros, missing: [i32; 3], out: &mut Outbox) {
+        self.emergency = Some(now);
         self.planner.cut(missing);
         if !matches!(self.activity, Activity::Faulted(Fault::EmergencyStop)) {
             self.activity = Activity::Idle;

@@ -1,0 +1,91 @@
+//! The real image in the emulated chip: how it stops.
+
+#![allow(clippy::expect_used, clippy::panic, reason = "a test stops at the first surprise")]
+
+use plumb_protocol::config::StepDir;
+use plumb_protocol::message::{Command, Fault, Hello, Jog, Refusal, State};
+use plumb_protocol::units::{Acceleration, Milliseconds, Rate, Steps16};
+use plumb_tests::chip::{CYCLES_PER_US, Chip, ENABLE, FAR, NEAR, fast, image};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+const EMERGENCY_STOP: State = State::Fault(Fault::EmergencyStop);
+
+/// The emergency input opens at 20 random moments while three motors hurry.
+#[test]
+fn the_emergency_input_cuts_the_pulses_and_the_positions_stay_exact() {
+    let Some(image) = image() else { return };
+    let mut random = ChaCha8Rng::seed_from_u64(5);
+    let mut chip = Chip::start(&image).configured(fast(62_500.0, StepDir::TMC2209));
+    // The resistor that holds the drivers off.
+    chip.drive(ENABLE, Some(1));
+    for round in 0..20 {
+        let target = if round % 2 == 0 { FAR } else { FAR.map(|x| -x / 2) };
+        chip.hurry(NEAR, target);
+        let us = random.random_range(3_000..30_000);
+        chip.run_us(us);
+        chip.ask(serde_json::json!({ "run_cycles": random.random_range(0..25_000) }));
+        assert_eq!(chip.level(ENABLE), 0);
+        assert!(chip.pulses().iter().any(|pulses| pulses.count > 100));
+
+        let opened = chip.cycle;
+        chip.emergency(true);
+        chip.run_us(400);
+        let last = chip.pulses().iter().filter_map(|pulses| pulses.last).max().expect("pulses");
+        assert!(last <= opened + 125, "a pulse {} clocks after the input opened", last - opened);
+        assert_eq!(chip.level(ENABLE), 1, "the drivers are let go of within two ticks");
+        let telemetry = chip.status();
+        assert_eq!(telemetry.state, EMERGENCY_STOP);
+        assert_eq!(telemetry.motors.map(Steps16::to_si), chip.motors, "round {round}");
+
+        assert_eq!(chip.tell(Command::ClearFault), Some(Refusal::Faulted(Fault::EmergencyStop)));
+        chip.emergency(false);
+        chip.run_us(1000);
+        assert_eq!(chip.state(), EMERGENCY_STOP, "closing the loop alone clears nothing");
+        assert_eq!(chip.tell(Command::ClearFault), None);
+    }
+}
+
+#[test]
+fn a_silent_host_stops_the_motors_within_its_deadline_and_their_ramp() {
+    let Some(image) = image() else { return };
+    let (deadline_us, ramp_us) = (150_000, 250_000);
+    let mut config = fast(1000.0, StepDir::TMC2209);
+    config.motors.iter_mut().for_each(|motor| motor.max_acceleration = Acceleration(4000));
+    config.deadlines.host = Milliseconds(150);
+    let mut chip = Chip::start(&image).configured(config);
+    let jog = Jog { motor: 1, distance: Steps16(1 << 20), rate: Rate::from_si(1000.0).expect("a rate") };
+    assert_eq!(chip.tell(Command::Jog(jog)), None);
+    for _ in 0..4 {
+        chip.run_us(100_000);
+        assert!(matches!(chip.state(), State::Ready | State::Seeking), "it jogs");
+    }
+    // The answer to the last Status came within 2 ms of it.
+    let heard = chip.us() - 2000;
+    chip.run_us(1_000_000);
+    let stood = chip.pulses()[1].last.expect("pulses") / CYCLES_PER_US - heard;
+    assert!(stood > deadline_us + ramp_us / 2, "{stood} µs: it stops by a ramp, after the deadline");
+    assert!(stood <= deadline_us + ramp_us + 2000, "{stood} µs");
+    assert_eq!(chip.state(), State::Fault(Fault::HostSilent));
+    assert_eq!(chip.status().motors.map(Steps16::to_si), chip.motors);
+}
+
+/// A processor that hangs while its motors move: no pulse longer than the words in hand last, drivers off, and it says so.
+#[test]
+fn the_watchdog_stops_moving_motors() {
+    let Some(image) = image() else { return };
+    let mut chip = Chip::start(&image).configured(fast(62_500.0, StepDir::TMC2209));
+    chip.drive(ENABLE, Some(1));
+    chip.hurry(NEAR, FAR);
+    chip.run_us(10_000);
+    let hung = chip.cycle;
+    chip.hang();
+    let bitten = (0..150).map(|_| chip.run_us(1000)).find(|reply| !reply["resets"].is_null());
+    assert_eq!(bitten.expect("a reset")["resets"][0][1], "watchdog");
+    let last = chip.pulses().iter().filter_map(|pulses| pulses.last).max().expect("pulses");
+    assert!(last < hung + 2 * 200 * CYCLES_PER_US, "{} clocks after the processor hung", last - hung);
+    chip.come_up();
+    assert_eq!(chip.level(ENABLE), 1);
+    chip.tell(Command::Hello(Hello::OURS));
+    assert_eq!(chip.state(), State::Fault(Fault::Watchdog));
+}
