@@ -2,12 +2,14 @@
 
 #![allow(clippy::expect_used, clippy::panic, reason = "a test stops at the first surprise")]
 
-use plumb_protocol::config::StepDir;
+use plumb_protocol::Config;
+use plumb_protocol::config::{Estimated, Law, StepDir};
 use plumb_protocol::message::{Command, Fault, Hello, Jog, Refusal, State};
 use plumb_protocol::units::{Acceleration, Milliseconds, Rate, Steps16};
 use plumb_tests::chip::{CYCLES_PER_US, Chip, ENABLE, FAR, NEAR, fast, image};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use serde_json::json;
 
 const EMERGENCY_STOP: State = State::Fault(Fault::EmergencyStop);
 
@@ -24,7 +26,7 @@ fn the_emergency_input_cuts_the_pulses_and_the_positions_stay_exact() {
         chip.hurry(NEAR, target);
         let us = random.random_range(3_000..30_000);
         chip.run_us(us);
-        chip.ask(serde_json::json!({ "run_cycles": random.random_range(0..25_000) }));
+        chip.ask(json!({ "run_cycles": random.random_range(0..25_000) }));
         assert_eq!(chip.level(ENABLE), 0);
         assert!(chip.pulses().iter().any(|pulses| pulses.count > 100));
 
@@ -88,4 +90,39 @@ fn the_watchdog_stops_moving_motors() {
     assert_eq!(chip.level(ENABLE), 1);
     chip.tell(Command::Hello(Hello::OURS));
     assert_eq!(chip.state(), State::Fault(Fault::Watchdog));
+}
+
+/// The deepest that the stack has been from power-on, by a pattern laid under it: with the emergency loop open and closed, each law
+/// seeking, and the configuration stored.
+#[test]
+fn the_stack_keeps_a_third_of_its_room() {
+    const STACK: usize = 32 * 1024;
+    let Some(image) = image() else { return };
+    let mut chip = Chip::start(&image);
+    chip.ask(json!({ "reset": "power" }));
+    chip.ask(json!({ "poke": [0x2000_0000, "a5".repeat(STACK - 256)] }));
+    chip.emergency(true);
+    chip.come_up();
+    chip.emergency(false);
+    chip.run_us(1000);
+    chip.tell(Command::Hello(Hello::OURS));
+    assert_eq!(chip.tell(Command::ClearFault), None);
+    let delay = Milliseconds(40);
+    for law in
+        [Law::Certified(Estimated { delay }), Law::Taut(Estimated { delay }), fast(400.0, StepDir::A4988).law]
+    {
+        assert_eq!(chip.tell(Command::Configure(Config { law, ..fast(400.0, StepDir::A4988) })), None);
+        chip.hurry(NEAR, FAR);
+        for z in 0..5 {
+            chip.see([500_000, 300_000, 3_000 * z]);
+            chip.run_us(30_000);
+        }
+        chip.stand_still();
+    }
+    let frame = chip.frame(Command::Store);
+    chip.send(&frame, 100_000);
+    let stack = chip.ask(json!({ "peek": [0x2000_0000, STACK] }))["peek"].to_string();
+    let free = stack.trim_matches('"').as_bytes().chunks(2).take_while(|digits| digits == b"a5").count();
+    println!("{} of {STACK} bytes of stack were used", STACK - free);
+    assert!(free > STACK / 3, "{free} bytes free");
 }

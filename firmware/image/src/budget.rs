@@ -16,7 +16,7 @@ pub struct Budgets {
 }
 
 /// Room to grow by a third or so: enough to notice when something large slips in.
-pub const PICO: Budgets = Budgets { flash: 256 * 1024, statics: 112 * 1024, stack: 16 * 1024 };
+pub const PICO: Budgets = Budgets { flash: 256 * 1024, statics: 112 * 1024, stack: 32 * 1024 };
 
 /// A firmware's sizes beside its budgets.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
