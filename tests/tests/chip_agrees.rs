@@ -3,12 +3,14 @@
 
 #![allow(clippy::expect_used, clippy::panic, reason = "a test stops at the first surprise")]
 
-use plumb::rig::Rig;
+use plumb::rig::{LawSettings, Rig};
 use plumb_core::TICK_US;
 use plumb_emulator::rig::{Plant, QuasiStatic, Task};
 use plumb_emulator::{EMULATED, EmulatedBoard};
 use plumb_protocol::frame::{Accumulator, encode};
-use plumb_protocol::message::{Command, Fault, FromBoard, Hello, Position, State, Telemetry, ToBoard};
+use plumb_protocol::message::{
+    Answer, Command, ConfigField, Fault, FromBoard, Hello, Position, Refusal, State, Telemetry, ToBoard,
+};
 use plumb_protocol::units::{Micros, Point, Steps16};
 use plumb_tests::chip::{Chip, image};
 use rand::{RngExt, SeedableRng};
@@ -129,31 +131,59 @@ fn telemetry(message: &FromBoard) -> Option<&Telemetry> {
     }
 }
 
-/// The paper's rig and task with a faster gain, on a started chip.
-fn seeking(image: &std::path::Path, gamma: f64) -> Pair {
+/// The paper's rig and task with a law, on a started chip.
+fn seeking(image: &std::path::Path, law: LawSettings) -> Pair {
     let mut rig = Rig::paper().expect("the paper's rig file");
-    rig.law.set_gamma(gamma).expect("a gain");
+    rig.law = law;
     let mut pair = Pair::new(Chip::start(image));
     pair.tell(Command::Configure(rig.config().expect("a configuration")));
     pair.tell(Command::Target(rig.targets().expect("a target")[0]));
     pair
 }
 
+/// The paper's law, faster.
+fn interval() -> LawSettings {
+    let mut law = LawSettings::named("interval").expect("a law");
+    law.set_gamma(100.0).expect("a gain");
+    law
+}
+
 #[test]
-fn the_papers_task_is_the_same_to_the_bit() {
+fn the_papers_task_is_the_same_to_the_bit_with_every_law_of_the_chip() {
     let Some(image) = image() else { return };
-    let mut pair = seeking(&image, 100.0);
-    let mut frames = 0;
-    while pair.state() != State::Holding {
-        pair.frame(true);
-        frames += 1;
-        assert!(frames < 1000 && pair.state() != State::Fault(Fault::HostSilent), "{}", pair.state());
+    let named = |name| LawSettings::named(name).expect("a law");
+    for law in [interval(), named("sign"), named("certified")] {
+        let name = law.name();
+        let mut pair = seeking(&image, law);
+        let mut frames = 0;
+        while pair.state() != State::Holding {
+            pair.frame(true);
+            frames += 1;
+            assert!(
+                frames < 1000 && pair.state() != State::Fault(Fault::HostSilent),
+                "{name}: {}",
+                pair.state()
+            );
+        }
+        pair.tell(Command::Stop);
+        pair.pass(250_000);
+        pair.assert_agree(name);
+        let error = (pair.plant.ball() - Task::paper().target).norm();
+        assert!(error < 0.010, "{name}: {error} m");
     }
-    pair.tell(Command::Stop);
-    pair.pass(300_000);
-    pair.assert_agree("the task");
-    let error = (pair.plant.ball() - Task::paper().target).norm();
-    assert!(error < 0.010, "{error} m");
+}
+
+#[test]
+fn a_law_that_takes_too_long_is_refused_by_the_chip() {
+    let Some(image) = image() else { return };
+    let mut rig = Rig::paper().expect("the paper's rig file");
+    rig.law = LawSettings::named("taut").expect("a law");
+    let mut pair = Pair::new(Chip::start(&image));
+    let frame =
+        encode(&ToBoard { id: 5, command: Command::Configure(rig.config().expect("a configuration")) });
+    pair.chip.send(&frame.expect("a frame"), 5000);
+    let refusal = Some(Refusal::Config(ConfigField::Law));
+    assert!(pair.chip.heard.contains(&FromBoard::Answer(Answer { id: 5, refusal })), "{:?}", pair.chip.heard);
 }
 
 /// Twenty ways to go wrong, each somewhere in the first second: silence, a blind camera, nonsense, other targets.
@@ -162,7 +192,7 @@ fn twenty_seeded_faults_are_the_same_to_the_bit() {
     let Some(image) = image() else { return };
     for seed in 0..20 {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
-        let mut pair = seeking(&image, 100.0);
+        let mut pair = seeking(&image, interval());
         for _ in 0..random.random_range(3..20) {
             pair.frame(true);
         }
