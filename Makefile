@@ -3,10 +3,10 @@
 PLUMB := cargo run --release --locked -p plumb --bin plumb --
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test chip bench firmware flash lint
+.PHONY: help setup demo test chip bench bench-chip firmware flash lint
 
 help: ## list the targets
-	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-8s  %s\n", $$1, $$2 }' Makefile
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-10s  %s\n", $$1, $$2 }' Makefile
 
 setup: ## install what is missing (the others do it first)
 	@scripts/setup
@@ -25,6 +25,9 @@ chip: setup ## the real firmware in an emulated chip, on a pseudo-terminal, for 
 bench: setup ## reproduce the control and vision measurements
 	@$(PLUMB) bench control --suite paper $(ARGS)
 	@$(PLUMB) bench vision $(ARGS)
+
+bench-chip: setup ## measure the real firmware in the emulated chip (ARGS="--json": the numbers on the last line)
+	@scripts/bench-chip $(ARGS)
 
 firmware: ## build the board's firmware: target/firmware/plumb.elf and plumb.uf2
 	@scripts/firmware

@@ -1,0 +1,105 @@
+//! What the real firmware does on the emulated chip, in numbers. They come from the chip's own cycles and pins, so that two
+//! runs of an image give the same.
+//!
+//! Usage: `bench-chip FIRMWARE.elf [--json]`. A table on standard output; with `--json` the numbers once more, on the last line.
+
+#![allow(
+    clippy::expect_used,
+    clippy::panic,
+    reason = "a tool for tests: it stops at the first surprise and says which"
+)]
+
+mod measure;
+mod symbols;
+
+use std::path::PathBuf;
+
+use serde_json::{Map, Value, json};
+
+/// A line of the table.
+struct Row {
+    key: &'static str,
+    what: &'static str,
+    value: f64,
+    unit: &'static str,
+    /// What it is held against: the target, or others' published figures.
+    beside: &'static str,
+}
+
+fn main() {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let [image, options @ ..] = arguments.as_slice() else {
+        panic!("usage: bench-chip FIRMWARE.elf [--json]");
+    };
+    let rows = table(&PathBuf::from(image));
+    println!("| {:57} | {:>9} | {:8} | {:60} |", "", "measured", "", "target, or others' figures");
+    println!("|{:-<59}|{:->10}:|{:-<10}|{:-<62}|", "", "", "", "");
+    for Row { what, value, unit, beside, .. } in &rows {
+        let value = if value.fract() == 0.0 { format!("{value}") } else { format!("{value:.2}") };
+        println!("| {what:57} | {value:>9} | {unit:8} | {beside:60} |");
+    }
+    if options.iter().any(|option| option == "--json") {
+        let numbers: Map<String, Value> = rows.iter().map(|row| (row.key.into(), json!(row.value))).collect();
+        println!("{}", Value::Object(numbers));
+    }
+}
+
+/// All that is measured.
+fn table(image: &std::path::Path) -> Vec<Row> {
+    let row = |key, what, value, unit, beside| Row { key, what, value, unit, beside };
+    let [one, three] = measure::highest_rates(image);
+    let [busy_slow, busy_fast] = measure::busy(image);
+    let latency = measure::latency(image);
+    let interval = measure::costs(image, measure::Which::Interval);
+    let certified = measure::costs(image, measure::Which::Certified);
+    let (silence, expected) = measure::silence(image);
+    println!(
+        "Silence to standstill is held against the configured deadline and ramp, {expected} ms together.\n"
+    );
+    vec![
+        row(
+            "rate_one",
+            "highest step rate, one axis",
+            one,
+            "1/s",
+            "> 1 M; Klipper 4.0 M (200 MHz); grblHAL 0.154 to 0.5 M",
+        ),
+        row(
+            "rate_three",
+            "highest step rate, each of three axes at once",
+            three,
+            "1/s",
+            "> 1 M; Klipper 2.57 M in all (200 MHz, whole processor)",
+        ),
+        row(
+            "busy_fast",
+            "processor, 30 positions/s and 3 x 1 M steps/s",
+            busy_fast,
+            "%",
+            "< 5; Klipper: all of it",
+        ),
+        row("busy_slow", "processor, 30 positions/s and 3 x 5 k steps/s", busy_slow, "%", ""),
+        row("jitter", "jitter of steps within a segment (200 µs)", measure::jitter(image), "cycles", "0"),
+        row("latency_median", "position's last byte to new rate, median of 200", latency.0, "µs", ""),
+        row("latency_worst", "position's last byte to new rate, worst of 200", latency.1, "µs", "< 300"),
+        row(
+            "update_interval",
+            "one update of the law interval, at most",
+            interval.update,
+            "cycles",
+            "< 2000",
+        ),
+        row("step_interval", "a tick with a position, law interval, at most", interval.step, "cycles", ""),
+        row("update_certified", "one update of the law certified, at most", certified.update, "cycles", ""),
+        row("step_certified", "a tick with a position, law certified, at most", certified.step, "cycles", ""),
+        row("tick", "a tick without, motors under way, median", interval.tick, "cycles", "of 25 000"),
+        row(
+            "emergency",
+            "emergency input to beginning of last pulse, worst of 100",
+            measure::emergency(image),
+            "µs",
+            "one pulse: 1 µs here",
+        ),
+        row("silence", "silence of the host to standstill", silence, "ms", "deadline + ramp"),
+    ]
+}
