@@ -51,13 +51,28 @@ impl Interval {
     ///
     /// |v| saturates at 2^27 (0.52 m).
     pub fn v(&self, e: [i32; 3]) -> [i32; 3] {
-        let e = e.map(|e| (i64::from(e) << E_FRACTION_BITS).clamp(-i64::from(E_MAX), i64::from(E_MAX)));
+        let e = e.map(|e| {
+            let most = E_MAX >> E_FRACTION_BITS;
+            if e > most {
+                E_MAX
+            } else if e < -most {
+                -E_MAX
+            } else {
+                e << E_FRACTION_BITS
+            }
+        });
+        let limbs = e.map(limbs);
         [0, 1, 2].map(|k| {
+            let [mut eta, mut mu] = [[0; 3]; 2];
+            for i in 0..3 {
+                let (lower, upper) = (self.lower[i][k], self.upper[i][k]);
+                // The interval turns round with the sign of e.
+                let (least, most) = if e[i] < 0 { (upper, lower) } else { (lower, upper) };
+                add_product(&mut eta, limbs[i], least);
+                add_product(&mut mu, limbs[i], most);
+            }
             // Bits: e 27 + bound 19 = 46 a product, 48 the sum of three.
-            let products =
-                [0, 1, 2].map(|i| (e[i] * i64::from(self.lower[i][k]), e[i] * i64::from(self.upper[i][k])));
-            let eta: i64 = products.iter().map(|(a, b)| a.min(b)).sum();
-            let mu: i64 = products.iter().map(|(a, b)| a.max(b)).sum();
+            let (eta, mu) = (whole(eta), whole(mu));
             let nearest_to_zero = eta.max(0) + mu.min(0);
             let shift = E_FRACTION_BITS + BOUND_BITS - V_FRACTION_BITS;
             let magnitude = (nearest_to_zero.unsigned_abs() >> shift).min(1 << 27) as i32;
@@ -69,10 +84,36 @@ impl Interval {
     pub fn rates(&self, e: [i32; 3]) -> MotorRates {
         // Bits: v 27 + gain 20 = 47; v has the 8 fraction bits of a rate, so the gain's 16 go.
         MotorRates(self.v(e).map(|v| {
-            let product = -(i64::from(v) * i64::from(self.gain)) >> 16;
-            product.clamp(-i64::from(i32::MAX), i64::from(i32::MAX)) as i32
+            let rate = -product(v, self.gain) >> 16;
+            rate.clamp(-i64::from(i32::MAX), i64::from(i32::MAX)) as i32
         }))
     }
+}
+
+/// Bits of a limb: a limb times a bound is 28 bits, three of them 30.
+const LIMB_BITS: u32 = 9;
+
+/// A number of 27 bits and its sign in limbs, the highest with the sign: the chip multiplies 32 bits in a clock, 64 in forty.
+fn limbs(number: i32) -> [i32; 3] {
+    let mask = (1 << LIMB_BITS) - 1;
+    [number & mask, (number >> LIMB_BITS) & mask, number >> (2 * LIMB_BITS)]
+}
+
+/// Adds a product of limbs and a bound; three fit. Not checked for overflow, which would take 64 bits.
+fn add_product(sum: &mut [i32; 3], limbs: [i32; 3], bound: i32) {
+    for (sum, limb) in sum.iter_mut().zip(limbs) {
+        *sum = sum.wrapping_add(limb.wrapping_mul(bound));
+    }
+}
+
+/// The number that the limbs' sums make.
+fn whole([low, middle, high]: [i32; 3]) -> i64 {
+    i64::from(low) + (i64::from(middle) << LIMB_BITS) + (i64::from(high) << (2 * LIMB_BITS))
+}
+
+/// The product of two numbers of 32 bits, which 64 hold: not checked for overflow, which would take longer than the product.
+fn product(a: i32, b: i32) -> i64 {
+    i64::from(a).wrapping_mul(i64::from(b))
 }
 
 impl Law for Interval {

@@ -25,20 +25,25 @@ impl MotorRates {
     /// keeps doing so.
     #[must_use]
     pub fn within(self, limits: [i32; 3]) -> Self {
-        let magnitudes = self.0.map(|r| i64::from(r.unsigned_abs()));
-        let limits = limits.map(i64::from);
-        // The factor is limit/magnitude of the motor that exceeds its limit most; 31 + 31 bits a product.
+        let magnitudes = self.0.map(i32::unsigned_abs);
+        let limits = limits.map(i32::unsigned_abs);
+        // The factor is limit/magnitude of the motor that exceeds its limit most.
         let mut worst = None;
         for i in 0..3 {
             let (limit, magnitude) = worst.unwrap_or((1, 1));
-            if limits[i] * magnitude < limit * magnitudes[i] {
+            if magnitudes[i] > limits[i] && wide(limits[i], magnitude) < wide(limit, magnitudes[i]) {
                 worst = Some((limits[i], magnitudes[i]));
             }
         }
-        match worst {
-            None => self,
-            Some((limit, magnitude)) => Self(self.0.map(|r| (i64::from(r) * limit / magnitude) as i32)),
-        }
+        let Some((limit, magnitude)) = worst else { return self };
+        Self(self.0.map(|r| {
+            // The motor itself needs no division, of which the chip has none for 64 bits.
+            let part = match r.unsigned_abs() {
+                same if same == magnitude => limit,
+                other => (wide(other, limit) / u64::from(magnitude)) as u32,
+            };
+            if r < 0 { -(part as i32) } else { part as i32 }
+        }))
     }
 
     /// These rates times 3/10, rounded towards zero: what is left of them while positions fail to come.
@@ -46,6 +51,11 @@ impl MotorRates {
     pub fn coasting(self) -> Self {
         Self(self.0.map(|r| (i64::from(r) * 3 / 10) as i32))
     }
+}
+
+/// The product of two numbers of 32 bits, which 64 hold: not checked for overflow, which would take longer than the product.
+fn wide(a: u32, b: u32) -> u64 {
+    u64::from(a).wrapping_mul(u64::from(b))
 }
 
 /// What a law sees: a position of the ball, and the motors' positions that belong to it.
