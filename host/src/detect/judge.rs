@@ -18,7 +18,7 @@ const KNOWN: f64 = 0.33;
 /// Grey levels of noise that are no colour on a disc.
 const NOISE: f32 = 12.0;
 /// What is left of the score of a ball whose depth is not known.
-const UNKNOWN: f64 = 0.6;
+const UNKNOWN: f64 = 0.52;
 /// Pixels that have the noise of depth in common.
 const SMOOTH: f64 = 4.0;
 /// Depth is read of what is so near to a sphere's surface, in its radius: cables before it are not.
@@ -42,7 +42,7 @@ const LIKENESS: (f64, f64) = (0.35, 0.52);
 /// be round, and where it is.
 const FILLED: ((f64, f64), (f64, f64)) = ((0.48, 0.72), (0.4, 0.65));
 /// How uneven a disc without depth must be lit: too little, and enough.
-const FLAT: (f64, f64) = (0.3, 0.5);
+const FLAT: (f64, f64) = (0.4, 0.65);
 /// Part of the radius within which a surface's shape is read, and readings across it.
 const SURFACE: (f64, i32) = (0.85, 9);
 
