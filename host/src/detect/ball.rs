@@ -31,9 +31,9 @@ const KEPT: f64 = 0.75;
 /// A score that ends the search: nothing else will do better by much.
 const CERTAIN: f64 = 0.95;
 /// Spheres in the depth picture that are looked at closely.
-const SPHERES: usize = 8;
+const SPHERES: usize = 6;
 /// Places that are looked at closely: with a depth that fits, and without depth.
-const LOOKED_AT: (usize, usize) = (24, 8);
+const LOOKED_AT: (usize, usize) = (12, 6);
 /// Where the surroundings of a blob are looked at, in a ball's radius: the blob need not be its middle.
 const AROUND: f64 = 1.7;
 /// A blob's size may be off by this factor: the steps between sizes, and blobs that are partly covered.
@@ -87,6 +87,9 @@ impl Ball {
         let fits = |radius: f64| (0.93 * radii.0..1.07 * radii.1).contains(&radius);
         let mut best: Option<(Fine, f64)> = None;
         let mut consider = |start: Disc, held: bool| {
+            if judge.is_hopeless(&start) {
+                return false;
+            }
             let candidate = judge.candidate(start, held);
             let score = if fits(candidate.fine.disc.radius) { judge.score(&candidate) } else { 0.0 };
             // Of equal ones the more promising one's.

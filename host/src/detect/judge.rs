@@ -20,7 +20,7 @@ const NOISE: f32 = 12.0;
 /// What is left of the score of a ball whose depth is not known.
 const UNKNOWN: f64 = 0.52;
 /// Pixels that have the noise of depth in common.
-const SMOOTH: f64 = 4.0;
+const SMOOTH: f64 = 10.0;
 /// Depth is read of what is so near to a sphere's surface, in its radius: cables before it are not.
 const NEAR: f64 = 0.6;
 /// What has so much of the ball's colour at least goes on beside it.
@@ -35,7 +35,7 @@ const HELD: (f64, f64) = (0.12, 2.5);
 const ROUND: f64 = 0.55;
 /// Part of the rays that may show something as near beside it, and that may not (of the ball's colour, half as many): where it is not sure to be round, and
 /// where it is.
-const ATTACHED: ((f64, f64), (f64, f64)) = ((0.05, 0.22), (0.12, 0.38));
+const ATTACHED: ((f64, f64), (f64, f64)) = ((0.05, 0.22), (0.1, 0.34));
 /// How much of the ball's colour the better third of the disc has: too little, and enough.
 const LIKENESS: (f64, f64) = (0.35, 0.52);
 /// How much of what is seen of the disc must be of its colour, too little and enough: where the surface is not sure to
@@ -91,6 +91,11 @@ impl Judge<'_> {
             }
         }
         Candidate { fine, outline }
+    }
+
+    /// Whether `disc` has hardly anything of the ball's colour: cheaper than to fit and judge it.
+    pub(super) fn is_hopeless(&self, disc: &Disc) -> bool {
+        f64::from(self.sight(disc, self.centre(disc)).likeness) < 0.8 * LIKENESS.0
     }
 
     /// Whether a ray enters the picture before it ends, and ends in it: the middle of its disc may be outside.

@@ -21,11 +21,13 @@ const MIN_ENDS: usize = 6;
 const WITHIN: f64 = 0.45;
 const MIN_WITHIN: usize = 2;
 /// Spots that a sphere is fitted to.
-const MOST_SPOTS: usize = 48;
+const MOST_SPOTS: usize = 32;
 /// Pixels of the depth picture on a sphere's diameter that are read.
-const GRID: f64 = 18.0;
+const GRID: f64 = 14.0;
 /// Steps of its fit, and how far a pixel may be off in the last ones, in the ball's radius.
 const STEPS: [f64; 5] = [1.0, 0.7, 0.5, 0.35, 0.3];
+/// Less of a sphere than this is none.
+const HOPELESS: f64 = 0.12;
 /// Fewer pixels make no sphere.
 const MIN_PIXELS: usize = 6;
 
@@ -87,7 +89,7 @@ impl Depths<'_> {
         let mut spheres: Vec<(Point3<f64>, f64)> =
             fitted.map(|(centre, filled)| (centre, filled * self.ends(&centre))).collect();
         spheres.sort_by(|a, b| b.1.total_cmp(&a.1));
-        spheres.into_iter().map(|(centre, _)| centre).collect()
+        spheres.into_iter().filter(|(_, quality)| *quality > HOPELESS).map(|(centre, _)| centre).collect()
     }
 
     /// Part of the directions in which nothing is as near as a ball at `centre` where it has ended.
