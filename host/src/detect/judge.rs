@@ -41,6 +41,8 @@ const LIKENESS: (f64, f64) = (0.35, 0.52);
 /// How much of what is seen of the disc must be of its colour, too little and enough: where the surface is not sure to
 /// be round, and where it is.
 const FILLED: ((f64, f64), (f64, f64)) = ((0.48, 0.72), (0.4, 0.65));
+/// Part of the rays that end in the picture if a ball is nearly whole.
+const WHOLE: f64 = 0.8;
 /// How uneven a disc without depth must be lit: too little, and enough.
 const FLAT: (f64, f64) = (0.4, 0.65);
 /// Part of the radius within which a surface's shape is read, and readings across it.
@@ -137,7 +139,10 @@ impl Judge<'_> {
         let attached = if sure { ATTACHED.1 } else { ATTACHED.0 };
         let beside = around.part(Side::Attached) + 2.0 * around.part(Side::Continued);
         let off = (by_picture / z).ln() / SIZE_ERROR;
+        // Of a larger ball's cap at the border less fits.
+        let whole = around.seen() > WHOLE * RAYS as f64;
         colour
+            * if whole { 1.0 } else { ramp(edges / around.seen(), 0.4, 0.75) }
             * filled(if sure { FILLED.1 } else { FILLED.0 })
             * ramp(outline.contrast, 0.1, 0.2).max(ramp(around.part(Side::Behind), 0.3, 0.6)).max(ramp(
                 edges / around.seen(),
