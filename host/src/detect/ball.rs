@@ -23,7 +23,7 @@ use crate::locate::DepthView;
 /// Distances at which the ball is looked for, metres.
 const DISTANCES: (f64, f64) = (0.25, 2.5);
 /// The score from which on it is a ball.
-const THRESHOLD: f64 = 0.48;
+const THRESHOLD: f64 = 0.52;
 /// How far from where it was last the ball is looked for first: in its radius, and pixels more.
 const WINDOW: (f64, f64) = (3.0, 16.0);
 /// The score with which it is found there; below it the whole picture is searched.
@@ -33,15 +33,15 @@ const CERTAIN: f64 = 0.95;
 /// Spheres in the depth picture that are looked at closely.
 const SPHERES: usize = 6;
 /// Places that are looked at closely: with a depth that fits, and without depth.
-const LOOKED_AT: (usize, usize) = (12, 6);
+const LOOKED_AT: (usize, usize) = (6, 4);
 /// Where the surroundings of a blob are looked at, in a ball's radius: the blob need not be its middle.
 const AROUND: f64 = 1.7;
 /// A blob's size may be off by this factor: the steps between sizes, and blobs that are partly covered.
 const SIZE_FACTOR: f64 = 2.0;
 
 /// Finds a red ball of known size, sub-pixel, at any distance from 0.25 to 2.5 m; says that there is none
-/// where no red thing is round and of the right size. Its score is 0 to 1; 0.48 and more is a ball. A ball
-/// without depth scores 0.52 at most.
+/// where no red thing is round and of the right size. Its score is 0 to 1; 0.52 and more is a ball. A ball
+/// without depth scores 0.55 at most.
 #[derive(Debug, Clone)]
 pub struct Ball {
     ball_radius: f64,
@@ -72,7 +72,7 @@ impl Ball {
         Self { colour: BallColour::new(degrees), ..self }
     }
 
-    /// The same with another score from which on it is a ball (the default is 0.48).
+    /// The same with another score from which on it is a ball (the default is 0.52).
     pub fn with_threshold(self, threshold: f64) -> Self {
         Self { threshold, ..self }
     }
@@ -105,6 +105,9 @@ impl Ball {
             return Ok(best);
         }
         for start in self.starts(&coarse, frame.intrinsics(), &depth) {
+            if judge.is_hopeless(&start.disc) {
+                continue;
+            }
             let Some(outline) = picture.fit(start.disc, start.surface.is_none()) else { continue };
             if consider(outline.disc, false) {
                 break;

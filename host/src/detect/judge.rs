@@ -18,7 +18,7 @@ const KNOWN: f64 = 0.33;
 /// Grey levels of noise that are no colour on a disc.
 const NOISE: f32 = 12.0;
 /// What is left of the score of a ball whose depth is not known.
-const UNKNOWN: f64 = 0.52;
+const UNKNOWN: f64 = 0.55;
 /// Pixels that have the noise of depth in common.
 const SMOOTH: f64 = 10.0;
 /// Depth is read of what is so near to a sphere's surface, in its radius: cables before it are not.
@@ -43,6 +43,8 @@ const LIKENESS: (f64, f64) = (0.35, 0.52);
 const FILLED: ((f64, f64), (f64, f64)) = ((0.48, 0.72), (0.4, 0.65));
 /// Part of the rays that end in the picture if a ball is nearly whole.
 const WHOLE: f64 = 0.8;
+/// Of fewer it is a sliver, which may be of a larger ball: when its middle is a third of its radius out of the picture.
+const SLIVER: f64 = 0.38;
 /// How uneven a disc without depth must be lit: too little, and enough.
 const FLAT: (f64, f64) = (0.4, 0.65);
 /// Part of the radius within which a surface's shape is read, and readings across it.
@@ -140,9 +142,11 @@ impl Judge<'_> {
         let beside = around.part(Side::Attached) + 2.0 * around.part(Side::Continued);
         let off = (by_picture / z).ln() / SIZE_ERROR;
         // Of a larger ball's cap at the border less fits.
-        let whole = around.seen() > WHOLE * RAYS as f64;
+        let part = around.seen() / RAYS as f64;
+        let (whole, sliver) = (part > WHOLE, part < SLIVER);
         colour
             * if whole { 1.0 } else { ramp(edges / around.seen(), 0.4, 0.75) }
+            * if sliver { 0.0 } else { 1.0 }
             * filled(if sure { FILLED.1 } else { FILLED.0 })
             * ramp(outline.contrast, 0.1, 0.2).max(ramp(around.part(Side::Behind), 0.3, 0.6)).max(ramp(
                 edges / around.seen(),

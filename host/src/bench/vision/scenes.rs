@@ -246,7 +246,7 @@ impl<'a> Shots<'a> {
         let u = self.random.random_range(left..(size.0 as f64 - margin).max(left + 1.0));
         let v = self.random.random_range(margin..(size.1 as f64 - margin).max(margin + 1.0));
         let z = camera.intrinsics.fx * camera.ball_diameter / 2.0 / radius;
-        let out = radius * self.random.random_range(-0.5..0.5);
+        let out = radius * self.random.random_range(-0.3..0.5);
         let (u, v) = match self.shot % 4 {
             _ if !self.kind.half_out => (u, v),
             0 => (out, v),
