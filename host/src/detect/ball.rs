@@ -1,10 +1,10 @@
 //! The default detector: colour proposes, shape and size against depth decide.
 //!
-//! 1. Red blobs of all the sizes that a ball can have are looked for in a coarse picture ([`propose`]). Where
+//! 1. Red blobs of all the sizes that a ball can have are looked for in a coarse picture (`propose`). Where
 //!    there is depth, a ball has one size only, and blobs of another are passed over.
-//! 2. Around each of the best the outline is fitted at full size ([`outline`](super::outline)).
+//! 2. Around each of the best the outline is fitted at full size (`outline`).
 //! 3. Each outline is judged by how much of it is seen, how much of it is red, its size against depth, and
-//!    what is behind it ([`judge`](super::judge)). The best one is the ball if it is good enough; otherwise
+//!    what is behind it (`judge`). The best one is the ball if it is good enough; otherwise
 //!    there is none.
 
 use opencv::core::{MatTraitConst, Rect};
