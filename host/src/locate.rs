@@ -175,7 +175,7 @@ fn centre_votes(
     for row in (v0..=v1).step_by(step as usize) {
         for column in (u0..=u1).step_by(step as usize) {
             let (x, y) = (f64::from(column), f64::from(row));
-            if (x - u).hypot(y - v) > mask || !depth.contains(x, y) {
+            if (x - u).powi(2) + (y - v).powi(2) > mask * mask || !depth.contains(x, y) {
                 continue;
             }
             pixels += 1;

@@ -70,7 +70,7 @@ impl Depths<'_> {
             let Some(speaks) = self.may_be_within([u, v, z], likeness, radius, coarse) else { continue };
             let near = spots.iter_mut().find(|spot| {
                 let [a, b, c] = spot.mean();
-                (a - u).hypot(b - v) < radius && (c - z).abs() < self.ball_radius
+                (c - z).abs() < self.ball_radius && (a - u).powi(2) + (b - v).powi(2) < radius * radius
             });
             match near {
                 Some(spot) => {
@@ -176,7 +176,7 @@ impl Depths<'_> {
         for j in -reach..=reach {
             for i in -reach..=reach {
                 let (x, y) = ((u + f64::from(i) * step).round(), (v + f64::from(j) * step).round());
-                if (x - u).hypot(y - v) > 1.15 * radius {
+                if (x - u).powi(2) + (y - v).powi(2) > (1.15 * radius).powi(2) {
                     continue;
                 }
                 let Some(z) = self.depth.at(x, y) else { continue };
