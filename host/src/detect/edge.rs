@@ -15,12 +15,12 @@ const HALF: usize = 12;
 /// Samples on a ray.
 const SAMPLES: usize = 2 * HALF + 1;
 /// How far to either side of the edge is looked at first, step by step: in the disc's radius, and pixels at least.
-const BANDS: [(f64, f64); 4] = [(0.5, 4.0), (0.4, 3.5), (0.35, 2.0), (0.35, 1.5)];
+const BANDS: [(f64, f64); 4] = [(0.5, 4.0), (0.4, 3.5), (0.35, 1.8), (0.35, 1.2)];
 /// How far at most where the start is known well, in the disc's radius.
 const HELD: f64 = 0.25;
 /// How far is looked once it is known how blurred the edge is: in the standard deviation of its blur, and pixels more.
 /// Nearer, and both colours are mixed; farther, and they are others than at the edge.
-const NARROW: (f64, f64) = (1.5, 0.5);
+const NARROW: (f64, f64) = (1.3, 0.35);
 /// Rays to either side of a ray, and of its opposite, that its blur is taken from: blur and motion are the same to both
 /// sides.
 const BESIDE: usize = 2;
@@ -31,7 +31,7 @@ const RADIUS_ERROR: (f64, f64) = (0.005, 0.1);
 /// Standard deviation of one ray's edge, pixels, as long as the residuals do not say otherwise.
 const EDGE_ERROR: f64 = 0.4;
 /// What all edges may have in common (standard deviation), pixels: a limb that mirrors what is beside it.
-const SYSTEMATIC: f64 = 0.13;
+const SYSTEMATIC: f64 = 0.09;
 /// Difference of colours, grey levels, that is half believed.
 const FAINT: f32 = 12.0;
 /// An edge so near to the disc's is the disc's: in its radius, and pixels more.
