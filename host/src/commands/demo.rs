@@ -12,7 +12,7 @@ use plumb::frame::RgbdFrame;
 use plumb::link::{Memory, Serial, Transport};
 use plumb::record::{Pace, RecordFolder};
 use plumb::rig::{LawSettings, Rig};
-use plumb::session::{Place, Session, SessionError, Summary};
+use plumb::session::{Session, SessionError, Summary};
 use plumb::source::recorded::Recorded;
 use plumb::source::simulated::{ServedWorld, SimulatedCamera, Timing, VirtualWorld, World};
 use plumb::source::synthetic::{Background, Options, Room, SyntheticCamera};
@@ -21,9 +21,10 @@ use plumb::source::{Live, Source};
 use plumb_emulator::{EMULATED, EmulatedBoard, serve};
 use serde::Serialize;
 
+use super::options::RunOptions;
 use super::show::{Progress, ended};
 use super::sight::{record_folder, recorded};
-use super::{DetectorName, Failure, OrFail, Physics, interrupt_flag, law};
+use super::{Failure, OrFail, interrupt_flag, law};
 
 /// The paper's task, closed loop: rendered pictures, OpenCV, a serial port, an emulated board, a simulated rig
 ///
@@ -45,24 +46,8 @@ pub(crate) struct Args {
     /// Gain of the law interval, 1/s at 0.471 mm of cable a step [default: the paper's, 30]
     #[arg(long)]
     gamma: Option<f64>,
-    /// Detector
-    #[arg(long, value_enum, default_value = "ball")]
-    detector: DetectorName,
-    /// How the simulated rig behaves
-    #[arg(long, value_enum, default_value = "quasi-static")]
-    physics: Physics,
-    /// Seconds until it is given up
-    #[arg(long, default_value_t = 120.0)]
-    patience: f64,
-    /// Folder for the run, new or empty [default: the next number under runs/]
-    #[arg(long, value_name = "FOLDER")]
-    out: Option<PathBuf>,
-    /// Record the pictures to this folder, new or empty (TUM RGB-D, for `plumb replay`)
-    #[arg(long, value_name = "FOLDER")]
-    record: Option<PathBuf>,
-    /// Print the JSON line (always so for this command)
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    options: RunOptions,
 }
 
 /// The JSON line: the run's summary, and what only a simulation knows.
@@ -83,13 +68,13 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
         rig.law.set_gamma(gamma).or_bad_input()?;
     }
     let camera = Camera::paper().or_bad_input()?;
-    let folder = record_folder(args.record.as_deref())?;
+    let folder = record_folder(args.options.record.as_deref())?;
     let synthetic = synthetic_camera(&args, &camera)?;
     let Some(simulation) = rig.simulation.clone() else {
         return Err("the paper's rig is not simulated").or_bad_input();
     };
     let motors = *simulation.geometry().or_bad_input()?.motors();
-    let board = EmulatedBoard::with_plant(EMULATED, args.physics.plant(&simulation).or_bad_input()?);
+    let board = EmulatedBoard::with_plant(EMULATED, args.options.physics.plant(&simulation).or_bad_input()?);
     if args.memory {
         let board = Rc::new(RefCell::new(board));
         let Some(world) = VirtualWorld::new(Rc::clone(&board)) else {
@@ -139,13 +124,13 @@ where
     let mut source = Recorded::new(source, recorder.or_bad_input()?);
     let interrupted = interrupt_flag()?;
     let progress = Progress::new();
-    let mut detector = args.detector.detector(camera);
+    let mut detector = args.options.detector.detector(camera);
     let session = Session {
         rig,
         camera,
         detector: &mut *detector,
-        place: args.out.clone().map_or(Place::Numbered("demo"), Place::Folder),
-        patience: args.patience,
+        place: args.options.place("demo"),
+        patience: args.options.patience,
         interrupted: &interrupted,
         progress: &mut |row| progress.show(row),
     };

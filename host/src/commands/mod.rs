@@ -6,6 +6,7 @@ pub(crate) mod cameras;
 pub(crate) mod cosim;
 pub(crate) mod demo;
 pub(crate) mod emulate;
+mod options;
 pub(crate) mod replay;
 pub(crate) mod run;
 mod show;

@@ -8,12 +8,13 @@ use plumb::camera::Camera;
 use plumb::link::Serial;
 use plumb::record::Pace;
 use plumb::rig::{LawSettings, Rig};
-use plumb::session::{Place, Session, SessionError};
+use plumb::session::{Session, SessionError};
 use plumb::source::recorded::Recorded;
 
+use super::options::RunOptions;
 use super::show::{Progress, ended};
 use super::sight::{Sight, record_folder, recorded};
-use super::{DetectorName, Failure, OrFail, Physics, interrupt_flag, law};
+use super::{Failure, OrFail, interrupt_flag, law};
 
 /// Drive the ball through the targets of a rig file
 ///
@@ -53,24 +54,8 @@ struct Common {
     /// Control law, with its usual parameters: interval, sign, certified or taut [default: the rig file's]
     #[arg(long, value_parser = law)]
     law: Option<LawSettings>,
-    /// Detector
-    #[arg(long, value_enum, default_value = "ball")]
-    detector: DetectorName,
-    /// How a simulated rig behaves
-    #[arg(long, value_enum, default_value = "quasi-static")]
-    physics: Physics,
-    /// Seconds until a target is given up
-    #[arg(long, default_value_t = 120.0)]
-    patience: f64,
-    /// Folder for the run, new or empty [default: the next number under runs/]
-    #[arg(long, value_name = "FOLDER")]
-    out: Option<PathBuf>,
-    /// Record the pictures to this folder, new or empty (TUM RGB-D, for `plumb replay`; a camera's also as .oni)
-    #[arg(long, value_name = "FOLDER")]
-    record: Option<PathBuf>,
-    /// End with a line of JSON on standard output
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    run: RunOptions,
 }
 
 pub(crate) fn run(args: RunArgs) -> Result<ExitCode, Failure> {
@@ -94,21 +79,21 @@ fn drive(file: &Path, mut rig: Rig, options: &Common) -> Result<ExitCode, Failur
     let chosen = chosen.map_err(|error| format!("{}: {error}", file.display())).or_bad_input()?;
     let port = options.port.as_ref().unwrap_or(&rig.board.port);
     let transport = Serial::open(port, rig.board.baud).or_bad_input()?;
-    let folder = record_folder(options.record.as_deref())?;
+    let folder = record_folder(options.run.record.as_deref())?;
     let oni = folder.as_ref().map(|folder| folder.oni());
-    let Sight { source, camera } = Sight::open(chosen, &rig, camera, options.physics, oni)?;
+    let Sight { source, camera } = Sight::open(chosen, &rig, camera, options.run.physics, oni)?;
     let recorder = folder.map(|folder| folder.begin(&text, &camera.intrinsics, Pace::RealTime)).transpose();
     let mut source = Recorded::new(source, recorder.or_bad_input()?);
 
     let interrupted = interrupt_flag()?;
     let progress = Progress::new();
-    let mut detector = options.detector.detector(&camera);
+    let mut detector = options.run.detector.detector(&camera);
     let session = Session {
         rig: &rig,
         camera: &camera,
         detector: &mut *detector,
-        place: options.out.clone().map_or(Place::Numbered("run"), Place::Folder),
-        patience: options.patience,
+        place: options.run.place("run"),
+        patience: options.run.patience,
         interrupted: &interrupted,
         progress: &mut |row| progress.show(row),
     };
@@ -116,7 +101,7 @@ fn drive(file: &Path, mut rig: Rig, options: &Common) -> Result<ExitCode, Failur
     progress.done();
     let recording = recorded(source);
     let print = |summary| -> Result<(), Failure> {
-        if options.json {
+        if options.run.json {
             println!("{}", serde_json::to_string(summary).or_failed()?);
         }
         Ok(())

@@ -68,24 +68,24 @@ impl World for VirtualWorld {
 /// The rig of an emulated board in another thread, in real time.
 pub struct ServedWorld {
     served: Rc<Served>,
-    start: Instant,
+    clock: RealTime,
 }
 
 impl ServedWorld {
     /// The rig that the served board moves; `None` where it moves none.
     pub fn new(served: Rc<Served>) -> Option<Self> {
         served.board().ball()?;
-        Some(Self { served, start: Instant::now() })
+        Some(Self { served, clock: RealTime::start() })
     }
 }
 
 impl World for ServedWorld {
     fn now(&self) -> f64 {
-        self.start.elapsed().as_secs_f64()
+        self.clock.now()
     }
 
     fn wait_until(&mut self, time: f64) -> Result<(), RigError> {
-        sleep_until(self.start, time);
+        self.clock.wait_until(time);
         Ok(())
     }
 
@@ -98,7 +98,7 @@ impl World for ServedWorld {
 /// tried without a rig.
 pub struct FollowingWorld {
     plant: Box<dyn Plant>,
-    start: Instant,
+    clock: RealTime,
     /// Where the board's motors were when the rig began to follow, full steps.
     zero: Option<[f64; 3]>,
     moved: f64,
@@ -107,17 +107,17 @@ pub struct FollowingWorld {
 impl FollowingWorld {
     /// Lets `plant` follow; it starts where it is, whatever the motors' positions are at first.
     pub fn new(plant: Box<dyn Plant>) -> Self {
-        Self { plant, start: Instant::now(), zero: None, moved: 0.0 }
+        Self { plant, clock: RealTime::start(), zero: None, moved: 0.0 }
     }
 }
 
 impl World for FollowingWorld {
     fn now(&self) -> f64 {
-        self.start.elapsed().as_secs_f64()
+        self.clock.now()
     }
 
     fn wait_until(&mut self, time: f64) -> Result<(), RigError> {
-        sleep_until(self.start, time);
+        self.clock.wait_until(time);
         Ok(())
     }
 
@@ -134,9 +134,22 @@ impl World for FollowingWorld {
     }
 }
 
-fn sleep_until(start: Instant, time: f64) {
-    if let Ok(span) = Duration::try_from_secs_f64(time) {
-        thread::sleep((start + span).saturating_duration_since(Instant::now()));
+/// Seconds since it was started.
+struct RealTime(Instant);
+
+impl RealTime {
+    fn start() -> Self {
+        Self(Instant::now())
+    }
+
+    fn now(&self) -> f64 {
+        self.0.elapsed().as_secs_f64()
+    }
+
+    fn wait_until(&self, time: f64) {
+        if let Ok(span) = Duration::try_from_secs_f64(time) {
+            thread::sleep((self.0 + span).saturating_duration_since(Instant::now()));
+        }
     }
 }
 
