@@ -183,6 +183,27 @@ fn a_port_that_cannot_be_opened_is_named() {
 }
 
 #[test]
+fn a_board_is_asked_how_it_is_and_sent_into_its_bootloader() {
+    let emulator = Emulator::start();
+    let board = |arguments: &[&str]| {
+        plumb(&[&["board", "--port", &emulator.port], arguments].concat(), Path::new("."))
+    };
+    let line = json(&board(&["status", "--json"]));
+    assert_eq!((&line["state"], &line["bad_frames"]), (&"unconfigured".into(), &0.into()), "{line}");
+    assert_eq!(line["steps"], serde_json::json!([0.0, 0.0, 0.0]));
+
+    let folder = folder();
+    let store = board(&["store", &rig_file(folder.path(), |text| text)]);
+    assert_eq!(store.status.code(), Some(1));
+    // The emulated board has no flash; its configuration has arrived all the same.
+    assert!(stderr(&store).contains("cannot do that"), "{}", stderr(&store));
+    assert_eq!(json(&board(&["status", "--json"]))["state"], "ready");
+
+    let bootloader = board(&["bootloader"]);
+    assert!(bootloader.status.success(), "{}", stderr(&bootloader));
+}
+
+#[test]
 fn a_target_outside_the_workspace_is_bad_input() {
     let folder = folder();
     let rig = rig_file(folder.path(), |text| text);

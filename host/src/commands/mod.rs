@@ -1,6 +1,7 @@
 //! The commands: from what a person types to what the library does, and back to what a person or a program reads.
 
 pub(crate) mod bench;
+pub(crate) mod board;
 pub(crate) mod bounds;
 pub(crate) mod cameras;
 pub(crate) mod cosim;

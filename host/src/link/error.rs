@@ -40,6 +40,12 @@ pub enum LinkError {
         /// What the operating system said.
         error: serialport::Error,
     },
+    /// The operating system does not say which ports there are.
+    #[error("the serial ports cannot be listed: {error}; name the board's with --port")]
+    Ports {
+        /// What the operating system said.
+        error: serialport::Error,
+    },
     /// It was there and is gone.
     #[error("{port}: the board was unplugged, or its link broke: {error}")]
     Lost {

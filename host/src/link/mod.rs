@@ -13,7 +13,7 @@ use plumb_protocol::message::{
 use plumb_protocol::units::Point;
 
 pub use error::LinkError;
-pub use transport::{Memory, Serial, Transport};
+pub use transport::{Memory, Serial, Transport, boards};
 
 /// A board that is there answers within this, even on a busy machine.
 const PATIENCE: Duration = Duration::from_secs(3);
@@ -39,6 +39,25 @@ impl<T: Transport> Link<T> {
     /// # Errors
     /// Where nothing answers, or a board of another version does.
     pub fn greet(transport: T) -> Result<Self, LinkError> {
+        let mut link = Self::open(transport)?;
+        let id = link.post(Command::Hello(Hello::OURS))?;
+        let hello = link.wait_for("a greeting", |message| match message {
+            FromBoard::Hello(hello) if hello.id == id => Some(*hello),
+            _ => None,
+        })?;
+        if hello.accepted { Ok(link) } else { Err(other_version(&hello)) }
+    }
+
+    /// Sends the board into its chip's bootloader, where it waits for new firmware; one of any version, which needs no
+    /// greeting. Its motors ramp down first.
+    ///
+    /// # Errors
+    /// Where nothing answers, or the link fails.
+    pub fn bootloader(transport: T) -> Result<(), LinkError> {
+        Self::open(transport)?.request("to go into its bootloader", Command::Bootloader)
+    }
+
+    fn open(transport: T) -> Result<Self, LinkError> {
         let mut link = Self {
             transport,
             accumulator: Accumulator::new(),
@@ -51,12 +70,7 @@ impl<T: Transport> Link<T> {
         };
         // A zero first ends whatever the board has half received.
         link.transport.send(&[0])?;
-        let id = link.post(Command::Hello(Hello::OURS))?;
-        let hello = link.wait_for("a greeting", |message| match message {
-            FromBoard::Hello(hello) if hello.id == id => Some(*hello),
-            _ => None,
-        })?;
-        if hello.accepted { Ok(link) } else { Err(other_version(&hello)) }
+        Ok(link)
     }
 
     /// Configures the board; a fault that it was left in is cleared first.
@@ -68,6 +82,26 @@ impl<T: Transport> Link<T> {
         self.request("to clear its fault", Command::ClearFault)?;
         self.fault = None;
         self.request("the configuration", Command::Configure(config))
+    }
+
+    /// Has the board keep its configuration over a loss of power.
+    ///
+    /// # Errors
+    /// Where it has no place to keep it, could not write it, or the link fails.
+    pub fn store(&mut self) -> Result<(), LinkError> {
+        self.request("to store its configuration", Command::Store)
+    }
+
+    /// How things are now.
+    ///
+    /// # Errors
+    /// Where the link fails.
+    pub fn status(&mut self) -> Result<Telemetry, LinkError> {
+        self.post(Command::Status)?;
+        self.wait_for("for its state", |message| match message {
+            FromBoard::Telemetry(telemetry) => Some(*telemetry),
+            _ => None,
+        })
     }
 
     /// Sets the target, in the rig frame.
@@ -87,12 +121,7 @@ impl<T: Transport> Link<T> {
     pub fn stop(&mut self) -> Result<(), LinkError> {
         self.request("to stop", Command::Stop)?;
         for _ in 0..PATIENCE.as_millis() / GLANCE.as_millis() {
-            self.post(Command::Status)?;
-            let at_rest = self.wait_for("for its state", |message| match message {
-                FromBoard::Telemetry(telemetry) => Some(telemetry.rates.iter().all(|r| r.0 == 0)),
-                _ => None,
-            })?;
-            if at_rest {
+            if self.status()?.rates.iter().all(|rate| rate.0 == 0) {
                 return Ok(());
             }
             self.listen(GLANCE)?;

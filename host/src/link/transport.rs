@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use plumb_emulator::EmulatedBoard;
 use plumb_protocol::units::Micros;
-use serialport::{ClearBuffer, SerialPort, TTYPort};
+use serialport::{ClearBuffer, SerialPort, SerialPortInfo, SerialPortType, TTYPort};
 
 use super::LinkError;
 
@@ -38,6 +38,9 @@ pub struct Serial {
 /// A write that takes longer than this means that nobody takes the bytes away.
 const WRITE_PATIENCE: Duration = Duration::from_millis(200);
 
+/// What the firmware calls itself on USB (firmware/src/link/usb.rs).
+const PRODUCT: &str = "Plumb board";
+
 impl Serial {
     /// Opens `name` at `baud` (without effect on USB-CDC and pseudo-terminals) for this process alone.
     ///
@@ -56,6 +59,22 @@ impl Serial {
     fn lost(&self, error: std::io::Error) -> LinkError {
         LinkError::Lost { port: self.name.clone(), error }
     }
+}
+
+/// The USB ports of boards that are plugged in, by what they call themselves.
+///
+/// # Errors
+/// Where the operating system does not list its ports.
+pub fn boards() -> Result<Vec<String>, LinkError> {
+    let ports = serialport::available_ports().map_err(|error| LinkError::Ports { error })?;
+    let is_board = |port: &SerialPortInfo| match &port.port_type {
+        // Some systems give the name with underscores.
+        SerialPortType::UsbPort(usb) => {
+            usb.product.as_ref().is_some_and(|product| product.replace('_', " ") == PRODUCT)
+        }
+        _ => false,
+    };
+    Ok(ports.into_iter().filter(is_board).map(|port| port.port_name).collect())
 }
 
 fn open_error(name: &str, error: serialport::Error) -> LinkError {

@@ -1,0 +1,92 @@
+//! `plumb board`: what a person asks of the board itself.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+use plumb::link::{Link, Serial, boards};
+use plumb::rig::Rig;
+use plumb_protocol::units::{Rate, Steps16};
+use serde_json::json;
+
+use super::{Failure, OrFail};
+
+/// Ask the board how it is, have it keep a configuration, or send it into its bootloader
+#[derive(Parser)]
+pub(crate) struct Args {
+    #[command(subcommand)]
+    what: What,
+    /// Serial port of the board [default: the one Plumb board on USB]
+    #[arg(long, global = true)]
+    port: Option<String>,
+    /// Baud rate, where the port is a UART
+    #[arg(long, global = true, default_value_t = 115_200)]
+    baud: u32,
+}
+
+#[derive(Subcommand)]
+enum What {
+    /// Say what state it is in and where its motors are
+    Status {
+        /// End with a line of JSON on standard output
+        #[arg(long)]
+        json: bool,
+    },
+    /// Configure it by a rig file, and have it keep that over a loss of power
+    Store {
+        /// The rig file (TOML, SI units)
+        rig: PathBuf,
+    },
+    /// Ramp its motors down and wait for new firmware, as with BOOTSEL held while plugging in
+    Bootloader,
+}
+
+pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
+    let port = args.port.map_or_else(only_board, Ok)?;
+    match args.what {
+        What::Status { json } => status(&port, &mut open(&port, args.baud)?, json)?,
+        What::Store { rig } => {
+            let config = Rig::read(&rig).or_bad_input()?.config().or_bad_input()?;
+            let mut link = open(&port, args.baud)?;
+            link.configure(config).or_failed()?;
+            link.store().or_failed()?;
+            eprintln!("{port}: the board keeps the configuration of {}", rig.display());
+        }
+        What::Bootloader => {
+            let serial = Serial::open(&port, args.baud).or_bad_input()?;
+            Link::bootloader(serial).or_failed()?;
+            eprintln!("{port}: the board is on its way into its bootloader");
+        }
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// The port of the one board that is plugged in.
+fn only_board() -> Result<String, Failure> {
+    let found = boards().or_bad_input()?;
+    match &found[..] {
+        [port] => Ok(port.clone()),
+        [] => Err("no Plumb board is on USB; plug it in, or name its port with --port").or_bad_input(),
+        several => Err(format!("several Plumb boards are on USB; choose one with --port: {}", several.join(", ")))
+            .or_bad_input(),
+    }
+}
+
+fn open(port: &str, baud: u32) -> Result<Link<Serial>, Failure> {
+    Link::greet(Serial::open(port, baud).or_bad_input()?).or_failed()
+}
+
+fn status(port: &str, link: &mut Link<Serial>, json: bool) -> Result<(), Failure> {
+    let telemetry = link.status().or_failed()?;
+    let motors = telemetry.motors.map(|steps: Steps16| steps.to_si());
+    let rates = telemetry.rates.map(|rate: Rate| rate.to_si());
+    let [a, b, c] = motors;
+    eprintln!("{port}: {}; motors at {a:.2}, {b:.2}, {c:.2} steps since its start", telemetry.state);
+    eprintln!("{port}: {} damaged frames since its start", telemetry.bad_frames);
+    if json {
+        let state = telemetry.state.to_string();
+        let line = json!({"port": port, "state": state, "steps": motors, "rates": rates, "bad_frames": telemetry.bad_frames});
+        println!("{line}");
+    }
+    Ok(())
+}
