@@ -4,7 +4,7 @@
     reason = "rows and columns go by their numbers in several arrays at once"
 )]
 
-use super::geometry::{Matrix, Vector, along, dot, inverse, length};
+use super::geometry::{Matrix, Vector, along, dot, inverse, length, scaled, transposed_times};
 
 /// p, M_A, M_B, M_C, ln s.
 const N: usize = 13;
@@ -39,6 +39,29 @@ struct Cables {
     lengths: Vector,
     j: Matrix,
     step: f32,
+}
+
+/// How the way of the ball changes with the state when the motors turn: F = J G. Row k of G is -w_k at the ball, w_k at
+/// motor k, and what is paid out at ln s: seven entries of thirteen.
+struct Gradient {
+    /// w_k: how far the ball goes across cable k, over its length.
+    bends: Matrix,
+    /// Cable that each motor pays out, mm.
+    paid: Vector,
+}
+
+impl Gradient {
+    fn new(cables: &Cables, d: Vector) -> Self {
+        let paid = scaled(d, cables.step);
+        let moved = along(&cables.j, paid);
+        let bends = [0, 1, 2].map(|k| {
+            let unit = cables.units[k];
+            // Along the cable the ball goes as far as it is paid out.
+            let part = dot(unit, moved);
+            scaled([0, 1, 2].map(|c| moved[c] - part * unit[c]), 1.0 / cables.lengths[k])
+        });
+        Self { bends, paid }
+    }
 }
 
 impl Filter {
@@ -96,64 +119,65 @@ impl Filter {
         [self.x[3 + 3 * k], self.x[4 + 3 * k], self.x[5 + 3 * k]]
     }
 
-    fn cables(&self) -> Cables {
+    /// From each motor to the ball.
+    fn from_motors(&self) -> Matrix {
         let ball = self.ball();
-        let from = [0, 1, 2].map(|k| {
+        [0, 1, 2].map(|k| {
             let motor = self.motor(k);
             [ball[0] - motor[0], ball[1] - motor[1], ball[2] - motor[2]]
-        });
+        })
+    }
+
+    fn cables(&self) -> Cables {
+        let from = self.from_motors();
         let lengths = from.map(|v| length(v).max(1.0));
-        let units = [0, 1, 2].map(|k| from[k].map(|v| v / lengths[k]));
+        let units = [0, 1, 2].map(|k| scaled(from[k], 1.0 / lengths[k]));
         Cables { units, lengths, j: inverse(&units), step: libm::expf(self.x[STEP]) }
     }
 
-    /// How the ball moves when the motors turn by `d`, and how that changes with the state.
-    fn gradient(cables: &Cables, d: Vector) -> (Vector, [[f32; N]; 3]) {
-        let moved = along(&cables.j, d).map(|v| cables.step * v);
-        let mut f = [[0.0; N]; 3];
-        for k in 0..3 {
-            let unit = cables.units[k];
-            let part = dot(unit, moved);
-            for c in 0..3 {
-                let w = (moved[c] - part * unit[c]) / cables.lengths[k];
-                for r in 0..3 {
-                    let change = cables.j[r][k] * w;
-                    f[r][c] -= change;
-                    f[r][3 + 3 * k + c] = change;
-                }
-            }
-        }
-        for r in 0..3 {
-            f[r][STEP] = moved[r];
-        }
-        (moved, f)
+    /// G P: three rows.
+    fn times_covariance(&self, gradient: &Gradient) -> [[f32; N]; 3] {
+        [0, 1, 2].map(|k| {
+            let (w, paid) = (gradient.bends[k], gradient.paid[k]);
+            let p = &self.p;
+            let motor = 3 + 3 * k;
+            core::array::from_fn(|n| {
+                let bend = [0, 1, 2].map(|c| p[motor + c][n] - p[c][n]);
+                dot(w, bend) + paid * p[STEP][n]
+            })
+        })
     }
 
-    /// g P g'.
-    fn spread(&self, g: &[f32; N]) -> f32 {
-        let mut sum = 0.0;
-        for (row, gi) in self.p.iter().zip(g) {
-            let inner: f32 = row.iter().zip(g).fold(0.0, |s, (p, g)| s + p * g);
-            sum += gi * inner;
-        }
-        sum.max(0.0)
+    /// G P G', of G P.
+    fn spread(gradient: &Gradient, gp: &[[f32; N]; 3]) -> Matrix {
+        let entry = |k: usize, l: usize| {
+            let motor = 3 + 3 * l;
+            let bend = [0, 1, 2].map(|c| gp[k][motor + c] - gp[k][c]);
+            dot(gradient.bends[l], bend) + gradient.paid[l] * gp[k][STEP]
+        };
+        let (ab, ac, bc) = (entry(0, 1), entry(0, 2), entry(1, 2));
+        [[entry(0, 0), ab, ac], [ab, entry(1, 1), bc], [ac, bc, entry(2, 2)]]
+    }
+
+    /// G P G' where the motors turn by `d`, and J.
+    fn spread_along(&self, d: Vector) -> (Matrix, Matrix) {
+        let cables = self.cables();
+        let gradient = Gradient::new(&cables, d);
+        (Self::spread(&gradient, &self.times_covariance(&gradient)), cables.j)
     }
 
     /// The standard deviation of J a, mm.
     pub(super) fn sd(&self, a: Vector) -> f32 {
-        let (_, f) = Self::gradient(&self.cables(), a);
-        libm::sqrtf(f.iter().fold(0.0, |s, row| s + self.spread(row)))
+        let (spread, j) = self.spread_along(a);
+        libm::sqrtf(j.iter().fold(0.0, |sum, row| sum + dot(*row, along(&spread, *row)).max(0.0)))
     }
 
     /// The standard deviation of e'J n, mm²; of no use where there is no `n`.
     pub(super) fn doubt(&self, n: Option<Vector>, e: Vector) -> f32 {
         let Some(n) = n else { return f32::MAX };
-        let (_, f) = Self::gradient(&self.cables(), n);
-        let mut g = [0.0; N];
-        for (i, g) in g.iter_mut().enumerate() {
-            *g = e[0] * f[0][i] + e[1] * f[1][i] + e[2] * f[2][i];
-        }
-        libm::sqrtf(self.spread(&g))
+        let (spread, j) = self.spread_along(n);
+        let across = transposed_times(&j, e);
+        libm::sqrtf(dot(across, along(&spread, across)).max(0.0))
     }
 
     /// Whether all of it is numbers, and the covariance one: rounding may spoil a filter that is very sure of itself.
@@ -183,19 +207,19 @@ impl Filter {
 
     fn predict(&mut self, d: Vector) {
         let before = self.cables();
-        let (moved, f) = Self::gradient(&before, d);
+        let gradient = Gradient::new(&before, d);
+        let moved = along(&before.j, gradient.paid);
         for i in 0..3 {
             self.x[i] += moved[i];
         }
         // The way is bent: what the lengths lack after the straight step.
-        let after = self.cables();
-        let lacking = [0, 1, 2].map(|k| before.lengths[k] + before.step * d[k] - after.lengths[k]);
+        let after = self.from_motors().map(|v| length(v).max(1.0));
+        let lacking = [0, 1, 2].map(|k| before.lengths[k] + gradient.paid[k] - after[k]);
         let back = along(&before.j, lacking);
         for i in 0..3 {
             self.x[i] += back[i].clamp(-20.0, 20.0);
         }
-        let unknown = f.map(|row| self.spread(&row));
-        self.propagate(&f);
+        let unknown = self.propagate(&gradient, &before.j);
         let square = dot(moved, moved);
         for i in 0..3 {
             self.p[i][i] += 0.05 * 0.05 + 0.1 * 0.1 * square + unknown[i];
@@ -205,27 +229,25 @@ impl Filter {
         }
     }
 
-    /// P becomes (I + F) P (I + F)', where F has three rows.
-    fn propagate(&mut self, f: &[[f32; N]; 3]) {
-        let mut added = [[0.0; N]; 3];
-        for (row, f) in added.iter_mut().zip(f) {
-            for (p, f) in self.p.iter().zip(f) {
-                for (sum, p) in row.iter_mut().zip(p) {
-                    *sum += f * p;
-                }
-            }
-        }
+    /// P becomes (I + F) P (I + F)', where F = J G has three rows; the diagonal of F P F'.
+    fn propagate(&mut self, gradient: &Gradient, j: &Matrix) -> Vector {
+        let gp = self.times_covariance(gradient);
+        let spread = Self::spread(gradient, &gp);
+        // J G P G' J'.
+        let across = j.map(|row| along(&spread, row));
+        let fpf = j.map(|row| across.map(|across| dot(row, across)));
+        let fp: [[f32; N]; 3] =
+            j.map(|row| core::array::from_fn(|n| dot(row, [gp[0][n], gp[1][n], gp[2][n]])));
         for i in 0..3 {
-            for k in 0..N {
-                self.p[i][k] += added[i][k];
+            for k in 0..3 {
+                self.p[i][k] += fp[i][k] + fp[k][i] + fpf[i][k];
+            }
+            for k in 3..N {
+                self.p[i][k] += fp[i][k];
+                self.p[k][i] = self.p[i][k];
             }
         }
-        let rows = self.p;
-        for (row, old) in self.p.iter_mut().zip(&rows) {
-            for i in 0..3 {
-                row[i] += f[i].iter().zip(old).fold(0.0, |s, (f, p)| s + f * p);
-            }
-        }
+        [0, 1, 2].map(|i| fpf[i][i].max(0.0))
     }
 
     /// The three coordinates one after the other; what is farther off than 4 standard deviations counts as so far off.
@@ -234,16 +256,19 @@ impl Filter {
         for i in 0..3 {
             let variance = self.p[i][i].max(0.0) + VARIANCE[i] + UNMODELLED;
             let sd = libm::sqrtf(variance);
+            let precision = 1.0 / variance;
             let off = z[i] - self.x[i];
-            surprise += off * off / variance + libm::logf(variance);
+            surprise += off * off * precision + libm::logf(variance);
             let off = off.clamp(-4.0 * sd, 4.0 * sd);
             self.bias[i] = 0.9 * self.bias[i] + 0.1 * off / sd;
             let row = self.p[i];
             for k in 0..N {
-                let gain = row[k] / variance;
+                let gain = row[k] * precision;
                 self.x[k] += gain * off;
-                for (p, r) in self.p[k].iter_mut().zip(row) {
-                    *p -= gain * r;
+                // What is below the diagonal is the same as what is above it.
+                for l in k..N {
+                    self.p[k][l] -= gain * row[l];
+                    self.p[l][k] = self.p[k][l];
                 }
             }
         }

@@ -48,6 +48,6 @@ pub(super) fn solve(m: &Matrix, e: Vector) -> Option<Vector> {
 /// The inverse, with a determinant that is at least 10⁻³ in magnitude: of three unit vectors that are almost in a plane.
 pub(super) fn inverse(m: &Matrix) -> Matrix {
     let (cofactors, det) = cofactors(m);
-    let det = if det < 0.0 { det.min(-1e-3) } else { det.max(1e-3) };
-    [0, 1, 2].map(|r| [0, 1, 2].map(|c| cofactors[c][r] / det))
+    let scale = 1.0 / if det < 0.0 { det.min(-1e-3) } else { det.max(1e-3) };
+    [0, 1, 2].map(|r| [0, 1, 2].map(|c| cofactors[c][r] * scale))
 }
