@@ -120,7 +120,7 @@ impl Filter {
     }
 
     /// From each motor to the ball.
-    fn from_motors(&self) -> Matrix {
+    fn cable_vectors(&self) -> Matrix {
         let ball = self.ball();
         [0, 1, 2].map(|k| {
             let motor = self.motor(k);
@@ -129,7 +129,7 @@ impl Filter {
     }
 
     fn cables(&self) -> Cables {
-        let from = self.from_motors();
+        let from = self.cable_vectors();
         let lengths = from.map(|v| length(v).max(1.0));
         let units = [0, 1, 2].map(|k| scaled(from[k], 1.0 / lengths[k]));
         Cables { units, lengths, j: inverse(&units), step: libm::expf(self.x[STEP]) }
@@ -213,7 +213,7 @@ impl Filter {
             self.x[i] += moved[i];
         }
         // The way is bent: what the lengths lack after the straight step.
-        let after = self.from_motors().map(|v| length(v).max(1.0));
+        let after = self.cable_vectors().map(|v| length(v).max(1.0));
         let lacking = [0, 1, 2].map(|k| before.lengths[k] + gradient.paid[k] - after[k]);
         let back = along(&before.j, lacking);
         for i in 0..3 {
