@@ -169,6 +169,7 @@ impl Cosim {
             sequence: self.sequence,
             age_us: (age * 1e6).round() as u32,
             ball: Some(point("position", ball)?),
+            covariance: None,
         };
         let _lost = self.send(Command::Position(position));
         Ok(())

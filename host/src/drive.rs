@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use nalgebra::Point3;
 use plumb_protocol::message::{Fault, State, Telemetry};
-use plumb_protocol::units::{Point, Rate, Steps16};
+use plumb_protocol::units::{Covariance, Point, Rate, Steps16};
 use thiserror::Error;
 
 use crate::camera::Camera;
@@ -124,14 +124,15 @@ pub fn drive<S: Live, T: Transport>(
                 if lost_in_a_row >= LOST_IN_A_ROW {
                     return Err(error);
                 }
-                rig.link.position(None, Duration::ZERO)?;
+                rig.link.position(None, None, Duration::ZERO)?;
                 continue;
             }
         };
         lost_in_a_row = 0;
         let age = Duration::try_from_secs_f64(rig.source.now() - seen.time).unwrap_or_default();
         let ball = seen.located.and_then(|l| Point::from_metres(l.position.into()));
-        rig.link.position(ball, age)?;
+        let covariance = seen.located.and_then(|l| Covariance::from_metres2(l.covariance.transpose().into()));
+        rig.link.position(ball, covariance, age)?;
         rig.link.poll()?;
         let telemetry = rig.link.telemetry().copied();
         if let Some(telemetry) = &telemetry {

@@ -4,7 +4,7 @@ use postcard_schema::{Schema, key::Key};
 use serde::{Deserialize, Serialize};
 
 use crate::config::Config;
-use crate::units::{Micrometres, Micros, Point, Rate, Steps16};
+use crate::units::{Covariance, Micrometres, Micros, Point, Rate, Steps16};
 
 /// First bytes of every [`Hello`]: "PLMB".
 pub const MAGIC: [u8; 4] = *b"PLMB";
@@ -76,6 +76,8 @@ pub struct Position {
     pub age_us: u32,
     /// The ball's centre in the rig frame; `None` where the picture shows no ball.
     pub ball: Option<Point>,
+    /// How sure that is; `None` where nobody knows, and the board takes what is usual for its law.
+    pub covariance: Option<Covariance>,
 }
 
 /// A move of one motor on its own.

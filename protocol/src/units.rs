@@ -112,3 +112,38 @@ impl Point {
         [x.0, y.0, z.0]
     }
 }
+
+/// How sure a position is: its covariance in the rig frame, in steps of 0.01 mm².
+#[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Covariance {
+    /// Variances of x, y and z: up to 655.35 mm², a standard deviation of 25.6 mm.
+    pub variances: [u16; 3],
+    /// Covariances of x and y, x and z, y and z: within ±327.68 mm².
+    pub covariances: [i16; 3],
+}
+
+impl Covariance {
+    /// What one unit is worth, metres².
+    pub const LSB: f64 = 1e-8;
+
+    /// The nearest one to `metres2`, row by row, of which the lower triangle is not looked at; larger entries become the
+    /// largest, variances below one unit one unit. `None` where an entry is not finite or a variance is negative.
+    pub fn from_metres2(metres2: [[f64; 3]; 3]) -> Option<Self> {
+        let [[xx, xy, xz], [_, yy, yz], [_, _, zz]] = metres2;
+        let (diagonal, beside) = ([xx, yy, zz], [xy, xz, yz]);
+        if !diagonal.iter().chain(&beside).all(|v| v.is_finite()) || diagonal.iter().any(|v| *v < 0.0) {
+            return None;
+        }
+        // Casts saturate.
+        Some(Self {
+            variances: diagonal.map(|v| ((v / Self::LSB + 0.5) as u16).max(1)),
+            covariances: beside.map(|v| (v / Self::LSB + if v < 0.0 { -0.5 } else { 0.5 }) as i16),
+        })
+    }
+
+    /// Standard deviations of x, y and z in whole micrometres, rounded down.
+    pub fn deviations(&self) -> [i32; 3] {
+        // 100 µm · sqrt(units): 10^4 µm² a unit, 30 bits.
+        self.variances.map(|v| (u32::from(v) * 10_000).isqrt() as i32)
+    }
+}

@@ -3,13 +3,18 @@
 
 use plumb_protocol::frame::{Accumulator, FrameError, MAX_FRAME, TooLong, encode};
 use plumb_protocol::message::{Command, Hello, Position, ToBoard};
-use plumb_protocol::units::{Micrometres, Point};
+use plumb_protocol::units::{Covariance, Micrometres, Point};
 use proptest::prelude::*;
 
 fn messages() -> impl Strategy<Value = ToBoard> {
     let ball = proptest::option::of(any::<[i32; 3]>().prop_map(|p| Point(p.map(Micrometres))));
-    let position = (any::<u16>(), any::<u32>(), ball)
-        .prop_map(|(sequence, age_us, ball)| Command::Position(Position { sequence, age_us, ball }));
+    let covariance = (any::<[u16; 3]>(), any::<[i16; 3]>())
+        .prop_map(|(variances, covariances)| Covariance { variances, covariances });
+    let position = (any::<u16>(), any::<u32>(), ball, proptest::option::of(covariance)).prop_map(
+        |(sequence, age_us, ball, covariance)| {
+            Command::Position(Position { sequence, age_us, ball, covariance })
+        },
+    );
     let target = any::<[i32; 3]>().prop_map(|p| Command::Target(Point(p.map(Micrometres))));
     let command = prop_oneof![
         position,
@@ -103,4 +108,16 @@ fn what_is_too_long_for_a_frame_is_refused() {
     let bytes = [7u8; 300];
     assert!(encode(&&bytes[..246]).is_ok_and(|frame| frame.len() <= MAX_FRAME));
     assert_eq!(encode(&&bytes[..247]), Err(TooLong));
+}
+
+#[test]
+fn a_covariance_is_rounded_and_kept_within_its_range() {
+    let of = |m: [[f64; 3]; 3]| Covariance::from_metres2(m);
+    let seen = of([[4e-6, -2.96e-8, 0.0], [9.0; 3], [9.0, 9.0, 1e-6]]).unwrap();
+    assert_eq!(seen, Covariance { variances: [400, u16::MAX, 100], covariances: [-3, 0, i16::MAX] });
+    assert_eq!(seen.deviations(), [2000, 25_599, 1000]);
+    assert_eq!(of([[0.0; 3]; 3]).unwrap().variances, [1; 3]);
+    for wrong in [f64::NAN, f64::INFINITY, -1e-6] {
+        assert_eq!(of([[1e-6, 0.0, 0.0], [0.0, wrong, 0.0], [0.0, 0.0, 1e-6]]), None);
+    }
 }

@@ -69,7 +69,7 @@ impl<T: Transport> Bench<T> {
     /// Where the link fails, or the rig cannot follow.
     pub fn frame(&mut self, seen: impl FnOnce(Point3<f64>) -> Option<Point3<f64>>) -> Result<(), LinkError> {
         let ball = seen(self.ball()).and_then(|p| Point::from_metres(p.into()));
-        self.link.position(ball, Duration::ZERO)?;
+        self.link.position(ball, None, Duration::ZERO)?;
         self.frame += 1;
         let next = Micros(self.start.0 + self.frame * 1_000_000 / RATE_HZ);
         self.board.borrow_mut().run_to(next)?;

@@ -82,7 +82,12 @@ impl Pair {
         if report {
             self.sequence = self.sequence.wrapping_add(1);
             let ball = Point::from_metres(self.plant.ball().into());
-            self.tell(Command::Position(Position { sequence: self.sequence, age_us: 20_000, ball }));
+            self.tell(Command::Position(Position {
+                sequence: self.sequence,
+                age_us: 20_000,
+                ball,
+                covariance: None,
+            }));
         }
         self.pass(FRAME_US - 10 * u64::from(TICK_US));
     }
@@ -199,7 +204,12 @@ fn twenty_seeded_faults_are_the_same_to_the_bit() {
         match seed % 5 {
             0 => pair.pass(700_000),
             1 => (0..20).for_each(|_| {
-                pair.tell(Command::Position(Position { sequence: pair.sequence, age_us: 0, ball: None }));
+                pair.tell(Command::Position(Position {
+                    sequence: pair.sequence,
+                    age_us: 0,
+                    ball: None,
+                    covariance: None,
+                }));
                 pair.pass(30_000);
             }),
             2 => {
@@ -211,7 +221,12 @@ fn twenty_seeded_faults_are_the_same_to_the_bit() {
             _ => (0..5).for_each(|_| {
                 pair.sequence += 1;
                 let ball = Point::from_metres([0.4, 0.4, random.random_range(1.0..3.0)]);
-                pair.tell(Command::Position(Position { sequence: pair.sequence, age_us: 0, ball }));
+                pair.tell(Command::Position(Position {
+                    sequence: pair.sequence,
+                    age_us: 0,
+                    ball,
+                    covariance: None,
+                }));
                 pair.pass(30_000);
             }),
         }

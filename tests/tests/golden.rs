@@ -9,7 +9,7 @@ use plumb_protocol::config::{
 use plumb_protocol::frame::{Accumulator, encode};
 use plumb_protocol::message::*;
 use plumb_protocol::units::{
-    Acceleration, Bound, Gain, Micrometres, Micros, Milliseconds, Point, Rate, Steps16,
+    Acceleration, Bound, Covariance, Gain, Micrometres, Micros, Milliseconds, Point, Rate, Steps16,
 };
 use serde::{Serialize, de::DeserializeOwned};
 use std::fmt::Debug;
@@ -47,12 +47,17 @@ fn what_never_changes() {
 
 #[test]
 fn commands() {
-    let position = |sequence, age_us, ball| Command::Position(Position { sequence, age_us, ball });
+    let position =
+        |sequence, age_us, ball| Command::Position(Position { sequence, age_us, ball, covariance: None });
     to_board(
         position(65_535, 45_000, Some(point(540_000, -220_000, 459_000))),
-        "18ac0204ffff03c8df0201c0f541bfed1af083386da38d2700",
+        "14ac0204ffff03c8df0201c0f541bfed1af0833805cb7f26e100",
     );
-    to_board(position(0, 0, None), "04ac020401010501b4be2a00");
+    let sure = Covariance { variances: [400, 100, 1], covariances: [-3, 0, 40] };
+    let ball = Some(point(540_000, -220_000, 459_000));
+    let seen = Position { sequence: 1, age_us: 45_000, ball, covariance: Some(sure) };
+    to_board(Command::Position(seen), "18ac020401c8df0201c0f541bfed1af083380190036401050650dd6dc74600");
+    to_board(position(0, 0, None), "04ac020401010105af612fa500");
     to_board(Command::Target(point(400_000, 400_000, 150_000)), "11ac020580ea3080ea30e0a7120669a85300");
     let jog = Jog { motor: 2, distance: Steps16(-320), rate: Rate(25_600) };
     to_board(Command::Jog(jog), "0eac020602ff04809003e166dfc400");

@@ -79,7 +79,7 @@ impl Bench {
     fn see_aged(&mut self, ball: Option<[f64; 3]>, age_us: u32) -> Result<(), Refusal> {
         self.sequence = self.sequence.wrapping_add(1);
         let sequence = self.sequence;
-        self.send(Command::Position(Position { sequence, age_us, ball: ball.map(point) }))
+        self.send(Command::Position(Position { sequence, age_us, ball: ball.map(point), covariance: None }))
     }
 
     fn see(&mut self, ball: [f64; 3]) {
@@ -303,7 +303,12 @@ fn positions_out_of_order_are_refused_and_numbers_wrap() {
     let mut bench = Bench::configured(config());
     let mut position = |sequence| {
         bench.heard.clear();
-        bench.send(Command::Position(Position { sequence, age_us: 0, ball: Some(point(BALL)) }))
+        bench.send(Command::Position(Position {
+            sequence,
+            age_us: 0,
+            ball: Some(point(BALL)),
+            covariance: None,
+        }))
     };
     assert_eq!(position(65_530), Ok(()));
     assert_eq!(position(65_530), Err(Refusal::PositionOutOfOrder));

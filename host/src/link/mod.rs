@@ -10,7 +10,7 @@ use plumb_protocol::frame::{self, Accumulator};
 use plumb_protocol::message::{
     BoardHello, Command, Fault, FromBoard, Hello, Position, Refusal, Telemetry, ToBoard,
 };
-use plumb_protocol::units::Point;
+use plumb_protocol::units::{Covariance, Point};
 
 pub use error::LinkError;
 pub use transport::{Memory, Serial, Transport, boards};
@@ -129,14 +129,20 @@ impl<T: Transport> Link<T> {
         Err(self.silent("to come to rest"))
     }
 
-    /// Reports where the ball was (`None`: not seen) in a picture taken `age` ago. Does not wait for an answer.
+    /// Reports where the ball was (`None`: not seen) in a picture taken `age` ago, and how sure that is. Does not wait for
+    /// an answer.
     ///
     /// # Errors
     /// Where the link is lost.
-    pub fn position(&mut self, ball: Option<Point>, age: Duration) -> Result<(), LinkError> {
+    pub fn position(
+        &mut self,
+        ball: Option<Point>,
+        covariance: Option<Covariance>,
+        age: Duration,
+    ) -> Result<(), LinkError> {
         self.sequence = self.sequence.wrapping_add(1);
         let age_us = u32::try_from(age.as_micros()).unwrap_or(u32::MAX);
-        self.post(Command::Position(Position { sequence: self.sequence, age_us, ball })).map(drop)
+        self.post(Command::Position(Position { sequence: self.sequence, age_us, ball, covariance })).map(drop)
     }
 
     /// Takes in what has arrived, without waiting.

@@ -83,7 +83,12 @@ impl Chip {
     pub fn sight(&mut self, ball: [i32; 3]) -> Vec<u8> {
         self.sequence = self.sequence.wrapping_add(1);
         let ball = Some(point(ball));
-        self.frame(Command::Position(Position { sequence: self.sequence, age_us: 10_000, ball }))
+        self.frame(Command::Position(Position {
+            sequence: self.sequence,
+            age_us: 10_000,
+            ball,
+            covariance: None,
+        }))
     }
 
     /// Where the board says that it is.

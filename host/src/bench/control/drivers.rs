@@ -61,7 +61,7 @@ impl Driver for BoardDriver {
         self.sequence = self.sequence.wrapping_add(1);
         self.resume(now, ball.is_some());
         let ball = ball.and_then(|ball| Point::from_metres(ball.into()));
-        let position = Position { sequence: self.sequence, age_us, ball };
+        let position = Position { sequence: self.sequence, age_us, ball, covariance: None };
         self.send(now, Command::Position(position));
         // Told once: a board may go back from holding to seeking.
         self.reached |= self.board.state() == State::Holding;

@@ -97,7 +97,7 @@ fn paper_frames(gamma: f64) -> Result<u32, ControlError> {
         if (ball - task.target).norm() < NEAR_M {
             return Ok(frame);
         }
-        link.position(Point::from_metres(ball.into()), Duration::ZERO)?;
+        link.position(Point::from_metres(ball.into()), None, Duration::ZERO)?;
         link.poll()?;
         if let Some(fault) = link.fault() {
             return Err(LinkError::Fault(fault).into());
