@@ -118,6 +118,11 @@ pub struct Estimating {
 #[serde(transparent)]
 pub struct Seconds(f64);
 
+impl Seconds {
+    /// No time.
+    pub const ZERO: Self = Self(0.0);
+}
+
 impl From<f64> for Seconds {
     /// Any span; the board's range is checked when it is told.
     fn from(seconds: f64) -> Self {

@@ -4,8 +4,8 @@ use std::io::IsTerminal;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
-use plumb::bench::control::{self, Contender, PAPER_GAMMAS, Report, Suite};
+use clap::{Parser, Subcommand, ValueEnum};
+use plumb::bench::control::{self, Clock, Contender, PAPER_GAMMAS, Report, Suite};
 use plumb::bench::vision::{self, VisionOptions};
 use plumb::camera::Camera;
 use plumb::detect::Detector;
@@ -22,18 +22,19 @@ pub(crate) enum Command {
     Vision(VisionArgs),
 }
 
-/// How fast the laws are on simulated rigs, through the board's own fixed point
+/// How fast the laws are on simulated rigs, through the board's own arithmetic
 ///
-/// Times are multiples of what an oracle with a perfect model needs. Suites: paper (frames to 10 mm of the paper's task
+/// Laws: interval, sign, certified, taut; their twins in f64 (sign-f64); peers: broyden (uncalibrated servoing), model-5,
+/// model-10, model-20 (inverse kinematics, geometry so many percent wrong); limits: oracle, reference (slack-free). Times are multiples of what an oracle with a perfect model needs. Suites: paper (frames to 10 mm of the paper's task
 /// for several γ), quasi-static, yaw, tilt, tilt20, radii, heights, noise, outliers, ages, latency, drift, unilateral,
 /// bounce4, bounce3, bounce2, elastic, elastic800, elastic150, edge, high, fine, paper-task.
 #[derive(Parser)]
 pub(crate) struct ControlArgs {
-    /// What to compare on
-    #[arg(long, default_value = "quasi-static")]
-    suite: String,
-    /// Law or peer; may be given more than once [default: the default law]
-    #[arg(long, value_parser = contender)]
+    /// What to compare on; several with commas, or given more than once
+    #[arg(long, default_value = "quasi-static", value_delimiter = ',')]
+    suite: Vec<String>,
+    /// Law or peer, likewise [default: the default law]
+    #[arg(long, value_parser = contender, value_delimiter = ',')]
     law: Vec<Contender>,
     /// Gain of the law interval, 1/s at 0.471 mm of cable a step
     #[arg(long, default_value_t = 450.0)]
@@ -47,12 +48,31 @@ pub(crate) struct ControlArgs {
     /// Running mean over the step plan, seconds, instead of each law's own
     #[arg(long)]
     mean: Option<f64>,
+    /// When the clock starts: with the first picture's arrival, or 1 to 2 frames earlier, when the target is told
+    #[arg(long, value_enum, default_value = "picture")]
+    clock: ClockName,
     /// Draw the share of runs that have arrived over time into this SVG file
     #[arg(long, value_name = "FILE")]
     svg: Option<PathBuf>,
-    /// End with a line of JSON on standard output, one for each law
+    /// End with a line of JSON on standard output for each law and suite; endless times are null
     #[arg(long)]
     json: bool,
+}
+
+/// When a run's clock starts.
+#[derive(Clone, Copy, ValueEnum)]
+enum ClockName {
+    Picture,
+    Target,
+}
+
+impl From<ClockName> for Clock {
+    fn from(name: ClockName) -> Self {
+        match name {
+            ClockName::Picture => Self::Picture,
+            ClockName::Target => Self::Target,
+        }
+    }
 }
 
 /// How well and how fast the detectors find the ball in scenes from a seed
@@ -91,32 +111,21 @@ pub(crate) fn main(command: Command) -> Result<ExitCode, Failure> {
 const FAILED_SHOWN: usize = 12;
 
 fn bench_control(args: &ControlArgs) -> Result<ExitCode, Failure> {
-    if args.suite == "paper" {
+    if args.suite.iter().any(|name| name == "paper") {
         return bench_paper(args.json);
     }
-    let suite = Suite::named(&args.suite)
-        .ok_or_else(|| format!("no suite `{}`; see plumb bench control --help", args.suite))
-        .or_bad_input()?;
-    eprintln!("{}: {}\n{}", suite.name, suite.about, Report::HEADING);
+    let suites = suites(args)?;
+    let contenders = contenders(args)?;
     let mut reports = Vec::new();
-    for contender in contenders(args)? {
-        let mut progress = |done: u64| {
-            if std::io::stderr().is_terminal() {
-                eprint!("\r{} {done}/{} ", contender.name(), args.rigs);
+    for suite in &suites {
+        eprintln!("{}: {}\n{}", suite.name, suite.about, Report::HEADING);
+        for contender in &contenders {
+            let report = measure(contender, suite, args)?;
+            if args.json {
+                println!("{}", serde_json::to_string(&report).or_failed()?);
             }
-        };
-        let report = control::run(&contender, &suite, args.rigs, args.seed, &mut progress).or_failed()?;
-        let cleared = if std::io::stderr().is_terminal() { "\r\x1b[K" } else { "" };
-        eprintln!("{cleared}{report}");
-        if !report.failed.is_empty() {
-            let first: Vec<String> =
-                report.failed.iter().take(FAILED_SHOWN).map(|(k, why)| format!("{k} {why}")).collect();
-            eprintln!("  failed: {}", first.join(", "));
+            reports.push(report);
         }
-        if args.json {
-            println!("{}", serde_json::to_string(&report).or_failed()?);
-        }
-        reports.push(report);
     }
     if let Some(file) = &args.svg {
         std::fs::write(file, control::draw_curves(&reports).or_failed()?).or_failed()?;
@@ -125,19 +134,46 @@ fn bench_control(args: &ControlArgs) -> Result<ExitCode, Failure> {
     Ok(ExitCode::SUCCESS)
 }
 
+/// Runs a contender on a suite and tells people of it.
+fn measure(contender: &Contender, suite: &Suite, args: &ControlArgs) -> Result<Report, Failure> {
+    let terminal = std::io::stderr().is_terminal();
+    let mut progress = |done: u64| {
+        if terminal {
+            eprint!("\r{} {done}/{} ", contender.name(), args.rigs);
+        }
+    };
+    let report = control::run(contender, suite, args.rigs, args.seed, &mut progress).or_failed()?;
+    eprintln!("{}{report}", if terminal { "\r\x1b[K" } else { "" });
+    if !report.failed.is_empty() {
+        let first: Vec<String> =
+            report.failed.iter().take(FAILED_SHOWN).map(|(k, why)| format!("{k} {why}")).collect();
+        eprintln!("  failed: {}", first.join(", "));
+    }
+    if report.sent_on > 0 {
+        eprintln!("  saw nothing for half a second, stopped and were sent on: {}", report.sent_on);
+    }
+    Ok(report)
+}
+
+/// The suites that were asked for, with the clock that was.
+fn suites(args: &ControlArgs) -> Result<Vec<Suite>, Failure> {
+    let known = || Suite::all().iter().map(|suite| suite.name).collect::<Vec<_>>().join(", ");
+    let named = |name: &String| {
+        let suite = Suite::named(name).ok_or_else(|| format!("no suite `{name}`: one of paper, {}", known()));
+        suite.map(|suite| Suite { clock: args.clock.into(), ..suite }).or_bad_input()
+    };
+    args.suite.iter().map(named).collect()
+}
+
 /// Who was asked for, with what was said about their parameters.
 fn contenders(args: &ControlArgs) -> Result<Vec<Contender>, Failure> {
     let mut contenders = args.law.clone();
     if contenders.is_empty() {
         contenders.extend(Contender::named(LawSettings::DEFAULT));
     }
-    for contender in &mut contenders {
-        if let Contender::Board(law) = &mut *contender
-            && law.name() == "interval"
-        {
-            law.set_gamma(args.gamma).or_bad_input()?;
-        }
-        if let (Contender::Board(law), Some(mean)) = (contender, args.mean) {
+    for law in contenders.iter_mut().filter_map(Contender::settings_mut) {
+        law.set_gamma(args.gamma).or_bad_input()?;
+        if let Some(mean) = args.mean {
             law.set_mean(mean.into());
         }
     }

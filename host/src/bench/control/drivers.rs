@@ -9,6 +9,7 @@ use plumb_protocol::message::{Command, Fault, Hello, Position, State, ToBoard};
 use plumb_protocol::units::{Micros, Point, Steps16};
 
 use super::simulate::Driver;
+use super::suite::Clock;
 
 /// A board of [`plumb_core`], spoken to in frames.
 pub(crate) struct BoardDriver {
@@ -16,6 +17,7 @@ pub(crate) struct BoardDriver {
     outbox: Outbox,
     sequence: u16,
     reached: bool,
+    sent_on: bool,
     target: Option<Point>,
 }
 
@@ -27,6 +29,7 @@ impl BoardDriver {
             outbox: Outbox::new(),
             sequence: 0,
             reached: false,
+            sent_on: false,
             target: Point::from_metres(target.into()),
         };
         driver.send(Micros(0), Command::Hello(Hello::OURS));
@@ -40,6 +43,7 @@ impl BoardDriver {
     /// A board that has stopped because it saw nothing for half a second is sent on when the ball is seen again.
     fn resume(&mut self, now: Micros, seen: bool) {
         if self.board.state() == State::Fault(Fault::PositionLost) && seen {
+            self.sent_on = true;
             self.send(now, Command::ClearFault);
         }
         if let (State::Ready, Some(target)) = (self.board.state(), self.target) {
@@ -82,31 +86,39 @@ impl Driver for BoardDriver {
         !matches!(self.board.state(), State::Seeking | State::Holding | State::Ready)
             && self.board.state() != lost
     }
+
+    fn sent_on(&self) -> bool {
+        self.sent_on
+    }
 }
 
-/// A plan made beforehand, a row a millisecond.
+/// A plan made beforehand, a row a millisecond, from when the clock starts.
 pub(crate) struct PlanDriver {
     rows: Vec<[f64; 3]>,
-    now_us: u64,
+    start: Option<Micros>,
+    /// Milliseconds of the plan that are over.
+    gone: u64,
 }
 
 impl PlanDriver {
-    pub(crate) fn new(rows: Vec<[f64; 3]>) -> Self {
-        Self { rows, now_us: 0 }
+    pub(crate) fn new(rows: Vec<[f64; 3]>, clock: Clock) -> Self {
+        Self { rows, start: (clock == Clock::Target).then_some(Micros(0)), gone: 0 }
     }
 }
 
 impl Driver for PlanDriver {
-    fn see(&mut self, _: Micros, _: u32, _: Option<Point3<f64>>) {}
+    fn see(&mut self, now: Micros, _: u32, _: Option<Point3<f64>>) {
+        self.start.get_or_insert(now);
+    }
 
     fn tick(&mut self, now: Micros) -> [f64; 3] {
-        self.now_us = now.0;
-        let row = self.rows.get((now.0 / 1000) as usize).or(self.rows.last());
+        self.gone = self.start.map_or(0, |start| now.since(start) / 1000);
+        let row = self.rows.get(self.gone as usize).or(self.rows.last());
         row.copied().unwrap_or_default()
     }
 
     fn reached(&self) -> bool {
-        self.now_us / 1000 >= self.rows.len() as u64
+        self.gone >= self.rows.len() as u64
     }
 
     fn failed(&self) -> bool {

@@ -4,86 +4,39 @@
 //! with is computed in `f64`.
 
 mod bounce;
+mod contender;
 mod curves;
 mod drivers;
 mod kinematic;
+mod law_driver;
 mod limits;
 mod oracle;
 mod paper;
+mod peers;
 mod report;
 mod simulate;
 mod suite;
+mod twins;
 
 use std::num::NonZeroUsize;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc;
 use std::thread;
 
-use plumb_emulator::rig::{ElasticParameters, RigError, Task};
+use nalgebra::Point3;
+use plumb_emulator::rig::RigError;
+use plumb_protocol::message::ConfigField;
 use thiserror::Error;
 
-use crate::rig::{LawSettings, OutOfRange};
-use drivers::{BoardDriver, PlanDriver};
-use simulate::{Driver, Outcome};
+use crate::rig::OutOfRange;
+use simulate::Outcome;
 
+pub use contender::Contender;
 pub use curves::draw as draw_curves;
 pub use limits::Limits;
 pub use paper::{ControlError, PAPER_GAMMAS, PaperSuite, paper};
 pub use report::Report;
-pub use suite::{ASSUMED_LATENCY_FRAMES, Physics, Suite};
-
-/// Who drives.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Contender {
-    /// One of the board's laws, on the board's code.
-    Board(LawSettings),
-    /// The slack-free reference through a running mean of so many seconds: full knowledge, no feedback.
-    Reference(f64),
-}
-
-impl Contender {
-    /// Every name that [`named`](Self::named) knows.
-    #[must_use]
-    pub fn names() -> Vec<&'static str> {
-        LawSettings::NAMES.into_iter().chain(["reference"]).collect()
-    }
-
-    /// A law with the parameters of the paper's rig, or a peer, by its name.
-    #[must_use]
-    pub fn named(name: &str) -> Option<Self> {
-        match name {
-            "reference" => Some(Self::Reference(0.3)),
-            _ => LawSettings::named(name).map(Self::Board),
-        }
-    }
-
-    /// Its name.
-    #[must_use]
-    pub fn name(&self) -> String {
-        match self {
-            Self::Board(law) => law.name().to_owned(),
-            Self::Reference(_) => "reference".to_owned(),
-        }
-    }
-
-    fn driver(
-        &self,
-        suite: &Suite,
-        task: &Task,
-        elasticity: Option<ElasticParameters>,
-    ) -> Result<Box<dyn Driver>, BenchError> {
-        let limits = Limits::default();
-        Ok(match self {
-            Self::Board(law) => {
-                let config = limits.config(law.config()?, law.mean().config("mean")?, suite.threshold_m);
-                Box::new(BoardDriver::new(config, task.target))
-            }
-            Self::Reference(mean_s) => {
-                Box::new(PlanDriver::new(oracle::slack_free(task, &limits, *mean_s, elasticity)))
-            }
-        })
-    }
-}
+pub use suite::{ASSUMED_LATENCY_FRAMES, Clock, Physics, Suite};
 
 /// Why there is no result.
 #[derive(Debug, Error)]
@@ -91,6 +44,12 @@ pub enum BenchError {
     /// A parameter that the board cannot be told.
     #[error(transparent)]
     Range(#[from] OutOfRange),
+    /// A configuration that a board would refuse.
+    #[error("a board would refuse its configuration: {0:?} is out of range")]
+    Config(ConfigField),
+    /// A target that no board can be told.
+    #[error("a board takes targets within 4 m, not {0}")]
+    Target(Point3<f64>),
     /// A rig that cannot be.
     #[error("rig {index} of seed {seed}: {error}")]
     Rig {
@@ -146,7 +105,7 @@ fn one(contender: &Contender, suite: &Suite, seed: u64, index: u64) -> Result<(O
     let of_rig = |error| BenchError::Rig { index, seed, error };
     let task = suite.task(seed, index).map_err(of_rig)?;
     let oracle_s = oracle::time_s(&task, &Limits::default(), suite.threshold_m).map_err(of_rig)?;
-    let mut driver = contender.driver(suite, &task, suite.elasticity(seed, index))?;
+    let mut driver = contender.driver(suite, &task, suite.elasticity(seed, index), (seed, index))?;
     let outcome = simulate::run(&mut *driver, suite, &task, (seed, index), oracle_s).map_err(of_rig)?;
     Ok((outcome, oracle_s))
 }

@@ -75,6 +75,20 @@ pub(crate) fn time_s(task: &Task, limits: &Limits, threshold_m: f64) -> Result<f
     }
 }
 
+/// The oracle's plan: motor positions, full steps, one a millisecond.
+pub(crate) fn trapezoids(task: &Task, limits: &Limits) -> Vec<[f64; 3]> {
+    let way = Way::new(task);
+    let length = way.longest();
+    let parts = (0u32..).map(|k| match length {
+        0.0 => 1.0,
+        _ => trapezoid(length, limits, f64::from(k) * STEP_S),
+    });
+    let mut rows: Vec<_> =
+        parts.take_while(|part| *part < 1.0).map(|part| way.steps.map(|s| s * part)).collect();
+    rows.push(way.steps);
+    rows
+}
+
 /// Points along the way at which the slack-free plan is made.
 const GRID: usize = 400;
 

@@ -47,6 +47,9 @@ pub struct Report {
     /// Numbers of the runs that failed, and how.
     #[serde(skip)]
     pub failed: Vec<(u64, &'static str)>,
+    /// Runs that stopped because nothing was seen for half a second, and were sent on.
+    #[serde(skip)]
+    pub sent_on: usize,
 }
 
 /// The value below which a share `q` of the `sorted` ones lies.
@@ -92,6 +95,7 @@ impl Report {
             ratios,
             median_s: quantile(&times, 0.5),
             failed,
+            sent_on: runs.iter().filter(|(run, _)| run.sent_on).count(),
         }
     }
 

@@ -5,7 +5,7 @@ use plumb_core::TICK_US;
 use plumb_emulator::rig::{Observer, Plant, RigError, Task};
 use plumb_protocol::units::Micros;
 
-use super::suite::{ASSUMED_LATENCY_FRAMES, Suite};
+use super::suite::{ASSUMED_LATENCY_FRAMES, Clock, Suite};
 
 /// Ticks between two looks at the rig: 1 ms.
 const TICKS_A_LOOK: u64 = 5;
@@ -30,13 +30,17 @@ pub(crate) trait Driver {
     fn reached(&self) -> bool;
     /// Whether it has given up.
     fn failed(&self) -> bool;
+    /// Whether it stopped because it saw nothing for half a second, and was sent on.
+    fn sent_on(&self) -> bool {
+        false
+    }
 }
 
 /// What became of a run.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct Outcome {
-    /// When the ball came within the threshold first, seconds since the first position; `None` where it never did, where "reached" was never told,
-    /// or where the ball was not kept there afterwards.
+    /// When the ball came within the threshold first, seconds by the suite's clock; `None` where it never did, where
+    /// "reached" was never told, or where the ball was not kept there afterwards.
     pub(crate) time_s: Option<f64>,
     /// The longest that one cable was slack, all its times taken together, seconds.
     pub(crate) slack_s: f64,
@@ -44,6 +48,8 @@ pub(crate) struct Outcome {
     pub(crate) hold_m: Vec<f32>,
     /// Whether the target was said to be reached while the ball was outside the threshold.
     pub(crate) false_reached: bool,
+    /// Whether it stopped because it had seen nothing for half a second, and was sent on.
+    pub(crate) sent_on: bool,
     /// How it ended.
     pub(crate) ending: &'static str,
 }
@@ -52,7 +58,7 @@ pub(crate) struct Outcome {
 struct Watch {
     target: Point3<f64>,
     threshold_m: f64,
-    /// When the first position came: the clock starts here, as it does for the oracle.
+    /// When the clock started, which for all contenders is the same.
     first_s: Option<f64>,
     arrived_s: Option<f64>,
     slack_s: [f64; 3],
@@ -111,7 +117,7 @@ pub(crate) fn run(
     let mut watch = Watch {
         target: task.target,
         threshold_m: suite.threshold_m,
-        first_s: None,
+        first_s: (suite.clock == Clock::Target).then_some(0.0),
         arrived_s: None,
         slack_s: [0.0; 3],
         reached_s: None,
@@ -144,5 +150,6 @@ pub(crate) fn run(
             complete = watch.look(t + 1e-6 * f64::from(TICK_US), &*plant, driver.reached());
         }
     }
+    watch.outcome.sent_on = driver.sent_on();
     Ok(watch.outcome(complete))
 }

@@ -27,6 +27,17 @@ pub struct Suite {
     pub paper: bool,
     /// Whether the board is told how old each picture is; otherwise all are taken for [`ASSUMED_LATENCY_FRAMES`] old.
     pub ages_known: bool,
+    /// When a run's clock starts.
+    pub clock: Clock,
+}
+
+/// When a run's clock starts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Clock {
+    /// When the first picture arrives, ball or no ball: nobody without a model can act before.
+    Picture,
+    /// When the target is told, at which the first picture is taken.
+    Target,
 }
 
 /// How the ball moves.
@@ -84,6 +95,7 @@ impl Suite {
             threshold_m: 0.010,
             paper: false,
             ages_known: true,
+            clock: Clock::Picture,
         }
     }
 

@@ -1,4 +1,7 @@
+use plumb_emulator::rig::Task;
+
 use super::*;
+use crate::rig::LawSettings;
 
 fn settings(gamma: f64) -> LawSettings {
     let mut law = LawSettings::named("interval").unwrap();
@@ -48,6 +51,44 @@ fn the_slack_free_reference_is_slack_free() {
     let report = quick(&Contender::Reference(0.3), "elastic", 40);
     assert!(report.converged == 1.0 && report.slack <= 0.05, "{report}");
     assert!(report.median < 1.15, "{report}");
+}
+
+/// Moved by the oracle's own plan, a rigid rig takes the oracle's time, whichever clock is looked at.
+#[test]
+fn the_oracle_takes_its_own_time() {
+    for clock in [Clock::Picture, Clock::Target] {
+        let suite = Suite { clock, ..Suite::named("quasi-static").unwrap() };
+        let report = run(&Contender::Oracle, &suite, 20, 11, &mut |_| ()).unwrap();
+        assert!(report.median > 0.99 && report.max < 1.01, "{report}");
+    }
+}
+
+/// docs/control.md: the clock that starts 1 to 2 frames earlier shows 1 to 2 frames more.
+#[test]
+fn the_earlier_clock_shows_more() {
+    let suite = Suite { clock: Clock::Target, ..Suite::named("paper-task").unwrap() };
+    let contender = Contender::named("certified").unwrap();
+    let (early, late) =
+        (run(&contender, &suite, 10, 11, &mut |_| ()).unwrap(), quick(&contender, "paper-task", 10));
+    let frames = (early.median_s - late.median_s) * 30.0;
+    assert!((0.9..=2.1).contains(&frames), "{frames} frames");
+}
+
+/// Peers are no straw men: they converge, and are about as fast as docs/control.md has them.
+#[test]
+fn peers_arrive() {
+    for (name, median) in [("broyden", 1.2), ("model-5", 1.05), ("model-10", 1.06), ("model-20", 1.12)] {
+        let report = quick(&Contender::named(name).unwrap(), "quasi-static", 60);
+        assert!(report.converged == 1.0 && report.median <= median, "{report}");
+    }
+}
+
+#[test]
+fn every_contender_is_found_by_its_name() {
+    for name in Contender::names() {
+        assert_eq!(Contender::named(&name).map(|contender| contender.name()), Some(name));
+    }
+    assert_eq!(Contender::named("taut-f64"), None);
 }
 
 #[test]

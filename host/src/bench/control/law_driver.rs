@@ -1,0 +1,145 @@
+//! Laws in `f64` as drivers: what the board does between a picture and the motors, with another law in it.
+
+use nalgebra::Point3;
+use plumb_core::estimate::{self, Arrival, Filter};
+use plumb_core::law::{Demand, Law, Picture};
+use plumb_core::params::Params;
+use plumb_core::plan::Planner;
+use plumb_protocol::config::{self, Config};
+use plumb_protocol::units::{Micros, Point, Steps16};
+
+use super::simulate::Driver;
+
+/// The board's planner, its history and its rules for late pictures, and any [`Law`]. With the board's own law in it, it does
+/// what a board does, to the bit.
+pub(super) struct LawDriver {
+    law: Box<dyn Law>,
+    planner: Planner,
+    config: Config,
+    max_rates: [i32; 3],
+    target: Point,
+    /// Delay of the pictures beyond their age, µs.
+    delay_us: u32,
+    filter: Filter,
+    arrival: Arrival,
+    reached: bool,
+    /// When the last picture with a ball was taken, or the target was set.
+    seen: Micros,
+    /// Whether it has stopped because nothing was seen for too long.
+    lost: bool,
+    sent_on: bool,
+    demand: Demand,
+    asked: Micros,
+}
+
+impl LawDriver {
+    /// `law` in a board of this configuration, from which `params` were made, that drives the ball to `target`.
+    pub(super) fn new(law: Box<dyn Law>, (config, params): (Config, &Params), target: Point) -> Self {
+        let mut planner = Planner::default();
+        planner.configure(params);
+        Self {
+            law,
+            planner,
+            config,
+            max_rates: config.motors.map(|motor| motor.max_rate.0),
+            target,
+            delay_us: delay_us(&config),
+            filter: Filter::default(),
+            arrival: Arrival::default(),
+            reached: false,
+            seen: Micros(0),
+            lost: false,
+            sent_on: false,
+            demand: Demand::default(),
+            asked: Micros(0),
+        }
+    }
+
+    /// Goes on once it stands still and the ball is seen again, as the bench sends a board on.
+    fn resume(&mut self, now: Micros) {
+        if self.lost && !self.planner.moving() {
+            (self.lost, self.sent_on) = (false, true);
+            (self.arrival, self.demand) = (Arrival::default(), Demand::default());
+            self.seen = self.seen.max(now);
+        }
+    }
+
+    /// Lets the law answer to a ball seen at `ball`, µm, `age_us` ago.
+    fn answer(&mut self, now: Micros, age_us: u32, ball: [i32; 3]) {
+        let picture = Picture {
+            ball,
+            then: self.planner.positions_ago(age_us.saturating_add(self.delay_us)),
+            ahead: self.planner.reference(),
+            target: self.target.micrometres(),
+        };
+        let demand = self.law.update(&picture);
+        self.demand = Demand { rates: demand.rates.within(self.max_rates), ..demand };
+        self.asked = now;
+    }
+
+    /// What is wanted of the motors at `now`.
+    fn wanted(&mut self, now: Micros) -> Demand {
+        let unseen_us = now.since(self.seen);
+        let deadline_us = u64::from(self.config.deadlines.position.0) * 1000;
+        self.lost |= unseen_us > deadline_us;
+        let gone = now.since(self.asked).min(u64::from(u32::MAX)) as u32;
+        let demand = Demand { ramp_us: self.demand.ramp_us.saturating_sub(gone), ..self.demand };
+        match () {
+            () if self.lost => Demand::default(),
+            () if unseen_us * 5 > deadline_us * 2 => Demand { rates: demand.rates.coasting(), ..demand },
+            () => demand,
+        }
+    }
+}
+
+impl Driver for LawDriver {
+    fn see(&mut self, now: Micros, age_us: u32, ball: Option<Point3<f64>>) {
+        let point = ball.and_then(|ball| Point::from_metres(ball.into()));
+        let Some(point) = point.filter(|point| self.inside(*point)) else { return };
+        self.resume(now);
+        let ball = point.micrometres();
+        self.seen = self.seen.max(now.back(u64::from(age_us)));
+        self.filter.update(ball);
+        if self.lost {
+            return;
+        }
+        self.answer(now, age_us, ball);
+        if let Some(filtered) = self.filter.position() {
+            let distance = estimate::magnitude(estimate::error(filtered, self.target));
+            self.reached |= self.arrival.update(distance, &self.config.reached);
+        }
+    }
+
+    fn tick(&mut self, now: Micros) -> [f64; 3] {
+        let wanted = self.wanted(now);
+        self.planner.tick_over(wanted.rates, wanted.ramp_us);
+        self.planner.positions().map(|p| Steps16(p).to_si())
+    }
+
+    fn reached(&self) -> bool {
+        self.reached
+    }
+
+    fn failed(&self) -> bool {
+        false
+    }
+
+    fn sent_on(&self) -> bool {
+        self.sent_on
+    }
+}
+
+/// Delay of the pictures beyond their age, µs.
+fn delay_us(config: &Config) -> u32 {
+    match &config.law {
+        config::Law::Interval(_) | config::Law::Sign(_) => 0,
+        config::Law::Certified(law) | config::Law::Taut(law) => u32::from(law.delay.0) * 1000,
+    }
+}
+
+impl LawDriver {
+    /// Whether the board would take a ball at `point` for one.
+    fn inside(&self, point: Point) -> bool {
+        self.config.workspace.contains(point)
+    }
+}
