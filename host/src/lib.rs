@@ -13,6 +13,7 @@ pub mod drive;
 pub mod frame;
 pub mod link;
 pub mod locate;
+mod palette;
 pub mod record;
 pub mod replay;
 pub mod rig;

@@ -71,7 +71,9 @@ impl Drop for Emulator {
 #[test]
 fn the_demo_in_memory_reaches_the_target_and_repeats_itself() {
     let folder = folder();
-    let run = |out: &str| plumb(&["demo", "--memory", "--seed", "7", "--out", out], folder.path());
+    let run = |out: &str| {
+        plumb(&["demo", "--memory", "--law", "interval", "--seed", "7", "--out", out], folder.path())
+    };
     let (one, two) = (run("one"), run("two"));
     assert!(one.status.success(), "{}", stderr(&one));
     let line = json(&one);
@@ -100,6 +102,28 @@ fn the_demo_in_memory_reaches_the_target_and_repeats_itself() {
     };
     let (x, y, z) = (arrival(6, 0.4), arrival(7, 0.4), arrival(8, 0.15));
     assert!(y < x && x < z, "x after {x} frames, y after {y}, z after {z}");
+}
+
+#[test]
+fn the_demo_drives_with_the_default_law_or_with_each_in_turn() {
+    let folder = folder();
+    let demo = |more: &[&str]| plumb(&[&["demo", "--memory", "--out"], more].concat(), folder.path());
+    let usual = demo(&["usual"]);
+    assert!(usual.status.success(), "{}", stderr(&usual));
+    assert_eq!(json(&usual)["law"], "taut");
+
+    // Too little patience for any of them: every law is run all the same.
+    let all = demo(&["all", "--compare", "--patience", "0.5"]);
+    assert_eq!(all.status.code(), Some(1), "{}", stderr(&all));
+    let laws: Vec<Value> =
+        String::from_utf8_lossy(&all.stdout).lines().map(|l| serde_json::from_str(l).unwrap()).collect();
+    let names: Vec<&str> = laws.iter().map(|line| line["law"].as_str().unwrap()).collect();
+    assert_eq!(names, ["interval", "sign", "certified", "taut"]);
+    let figure = fs::read_to_string(folder.path().join("all/laws.svg")).unwrap();
+    for name in names {
+        assert!(folder.path().join("all").join(name).join("run.csv").exists());
+        assert!(figure.contains(name), "{name} is not in the figure");
+    }
 }
 
 #[test]

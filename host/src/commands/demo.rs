@@ -1,9 +1,12 @@
 //! `plumb demo`: the paper's task, closed loop, without any hardware.
 
+mod compare;
+
 use std::cell::RefCell;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::rc::Rc;
+use std::sync::atomic::AtomicBool;
 
 use clap::Parser;
 use nalgebra::Point3;
@@ -12,7 +15,8 @@ use plumb::frame::RgbdFrame;
 use plumb::link::{Memory, Serial, Transport};
 use plumb::record::{Pace, RecordFolder};
 use plumb::rig::{LawSettings, Rig};
-use plumb::session::{Session, SessionError, Summary};
+use plumb::run::Row;
+use plumb::session::{Place, Session, SessionError, Summary};
 use plumb::source::recorded::Recorded;
 use plumb::source::simulated::{ServedWorld, SimulatedCamera, Timing, VirtualWorld, World};
 use plumb::source::synthetic::{Background, Options, Room, SyntheticCamera};
@@ -40,12 +44,15 @@ pub(crate) struct Args {
     /// Seed of the camera's noise
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Control law, with its usual parameters: interval (the paper's), sign, certified or taut
-    #[arg(long, value_parser = law, default_value = "interval")]
-    law: LawSettings,
-    /// Gain of the law interval, 1/s at 0.471 mm of cable a step [default: the paper's, 30]
+    /// Control law, with its usual parameters: interval (the paper's), sign, certified or taut [default: taut]
+    #[arg(long, value_parser = law)]
+    law: Option<LawSettings>,
+    /// The law interval with this gain, 1/s at 0.471 mm of cable a step; the paper's is 30
     #[arg(long)]
     gamma: Option<f64>,
+    /// Every law in turn, a run and a line of JSON each, and their errors over time in one figure, laws.svg
+    #[arg(long, conflicts_with_all = ["law", "gamma", "record"])]
+    compare: bool,
     #[command(flatten)]
     options: RunOptions,
 }
@@ -62,26 +69,49 @@ struct Line<'a> {
 }
 
 pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
-    let mut rig = Rig::paper().or_bad_input()?;
-    rig.law = args.law.clone();
-    if let Some(gamma) = args.gamma {
-        rig.law.set_gamma(gamma).or_bad_input()?;
+    let interrupted = interrupt_flag()?;
+    if args.compare {
+        return compare::main(&args, &interrupted);
     }
+    let law = chosen(&args)?;
+    drive(&args, law, args.options.place("demo"), &interrupted, &mut |_| {})
+}
+
+/// The law that was asked for.
+fn chosen(args: &Args) -> Result<LawSettings, Failure> {
+    let usual = if args.gamma.is_some() { "interval" } else { LawSettings::DEFAULT };
+    let mut law = args.law.clone().map_or_else(|| law(usual), Ok).or_bad_input()?;
+    if let Some(gamma) = args.gamma {
+        law.set_gamma(gamma).or_bad_input()?;
+    }
+    Ok(law)
+}
+
+/// One run with `law`; `rows` hears of every frame.
+fn drive(
+    args: &Args,
+    law: LawSettings,
+    place: Place,
+    interrupted: &AtomicBool,
+    rows: &mut dyn FnMut(&Row),
+) -> Result<ExitCode, Failure> {
+    let rig = Rig { law, ..Rig::paper().or_bad_input()? };
     let camera = Camera::paper().or_bad_input()?;
     let folder = record_folder(args.options.record.as_deref())?;
-    let synthetic = synthetic_camera(&args, &camera)?;
+    let synthetic = synthetic_camera(args, &camera)?;
     let Some(simulation) = rig.simulation.clone() else {
         return Err("the paper's rig is not simulated").or_bad_input();
     };
     let motors = *simulation.geometry().or_bad_input()?.motors();
     let board = EmulatedBoard::with_plant(EMULATED, args.options.physics.plant(&simulation).or_bad_input()?);
+    let mut demo = Demo { args, rig: &rig, camera: &camera, place, interrupted, rows };
     if args.memory {
         let board = Rc::new(RefCell::new(board));
         let Some(world) = VirtualWorld::new(Rc::clone(&board)) else {
             return Err("the board moves no rig").or_failed();
         };
         let source = SimulatedCamera::new(world, synthetic, motors, Timing::default());
-        run(&args, &rig, &camera, source, folder, Memory::new(board))
+        run(&mut demo, source, folder, Memory::new(board))
     } else {
         let served = Rc::new(serve(board).or_failed()?);
         let port = served.path().to_string_lossy().into_owned();
@@ -89,7 +119,7 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
         let transport = Serial::open(&port, rig.board.baud).or_failed()?;
         let Some(world) = ServedWorld::new(served) else { return Err("the board moves no rig").or_failed() };
         let source = SimulatedCamera::new(world, synthetic, motors, Timing::default());
-        run(&args, &rig, &camera, source, folder, transport)
+        run(&mut demo, source, folder, transport)
     }
 }
 
@@ -108,10 +138,18 @@ fn first_frame(folder: &std::path::Path, camera: &Camera) -> Result<RgbdFrame, F
     frame.ok_or_else(|| format!("{}: no picture in this recording", folder.display())).or_bad_input()
 }
 
+/// What a run is made of, whatever its world and its link.
+struct Demo<'a> {
+    args: &'a Args,
+    rig: &'a Rig,
+    camera: &'a Camera,
+    place: Place,
+    interrupted: &'a AtomicBool,
+    rows: &'a mut dyn FnMut(&Row),
+}
+
 fn run<W: World, T: Transport>(
-    args: &Args,
-    rig: &Rig,
-    camera: &Camera,
+    demo: &mut Demo<'_>,
     source: SimulatedCamera<W>,
     folder: Option<RecordFolder>,
     transport: T,
@@ -119,20 +157,23 @@ fn run<W: World, T: Transport>(
 where
     SimulatedCamera<W>: Live,
 {
+    let Demo { args, rig, camera, interrupted, .. } = *demo;
     let pace = if args.memory { Pace::Virtual } else { Pace::RealTime };
     let recorder = folder.map(|folder| folder.begin(Camera::PAPER, &camera.intrinsics, pace)).transpose();
     let mut source = Recorded::new(source, recorder.or_bad_input()?);
-    let interrupted = interrupt_flag()?;
     let progress = Progress::new();
     let mut detector = args.options.detector.detector(camera);
     let session = Session {
         rig,
         camera,
         detector: &mut *detector,
-        place: args.options.place("demo"),
+        place: demo.place.clone(),
         patience: args.options.patience,
-        interrupted: &interrupted,
-        progress: &mut |row| progress.show(row),
+        interrupted,
+        progress: &mut |row| {
+            progress.show(row);
+            (demo.rows)(row);
+        },
     };
     let result = session.run(&mut source, transport);
     progress.done();

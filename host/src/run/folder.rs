@@ -40,19 +40,7 @@ impl RunFolder {
     /// # Errors
     /// [`RunError::Exists`] where there is something that is not an empty folder; [`RunError::Io`].
     pub fn create(path: impl Into<PathBuf>, scene: Scene) -> Result<Self, RunError> {
-        let path = path.into();
-        if let Err(source) = fs::create_dir_all(&path) {
-            // Something is in the way that is not a folder.
-            return Err(match path.symlink_metadata() {
-                Ok(_) => RunError::Exists(path),
-                Err(_) => RunError::Io { action: "create the run folder", path, source },
-            });
-        }
-        let mut entries = fs::read_dir(&path).map_err(RunError::io("look into", &path))?;
-        if entries.next().is_some() {
-            return Err(RunError::Exists(path));
-        }
-        Self::begin(path, scene)
+        Self::begin(new_folder(path.into())?, scene)
     }
 
     /// Makes a new folder `PREFIX-0001`, `PREFIX-0002`, ... under `parent`, one above the highest there is.
@@ -60,20 +48,7 @@ impl RunFolder {
     /// # Errors
     /// [`RunError::NoFreeNumber`] after 9999; [`RunError::Io`].
     pub fn create_numbered(parent: impl AsRef<Path>, prefix: &str, scene: Scene) -> Result<Self, RunError> {
-        let parent = parent.as_ref();
-        fs::create_dir_all(parent).map_err(RunError::io("create the folder of runs", parent))?;
-        for number in highest_number(parent, prefix)?.saturating_add(1)..=LAST_NUMBER {
-            let path = parent.join(format!("{prefix}-{number:04}"));
-            match fs::create_dir(&path) {
-                Ok(()) => return Self::begin(path, scene),
-                // Another run took it just now.
-                Err(source) if source.kind() == ErrorKind::AlreadyExists => {}
-                Err(source) => {
-                    return Err(RunError::Io { action: "create the run folder", path, source });
-                }
-            }
-        }
-        Err(RunError::NoFreeNumber { parent: parent.into(), prefix: prefix.into() })
+        Self::begin(numbered_folder(parent.as_ref(), prefix)?, scene)
     }
 
     fn begin(path: PathBuf, scene: Scene) -> Result<Self, RunError> {
@@ -134,6 +109,34 @@ impl RunFolder {
     }
 }
 
+/// Makes the folder `path` and those above it; it must not hold anything.
+pub(super) fn new_folder(path: PathBuf) -> Result<PathBuf, RunError> {
+    if let Err(source) = fs::create_dir_all(&path) {
+        // Something is in the way that is not a folder.
+        return Err(match path.symlink_metadata() {
+            Ok(_) => RunError::Exists(path),
+            Err(_) => RunError::Io { action: "create the run folder", path, source },
+        });
+    }
+    let mut entries = fs::read_dir(&path).map_err(RunError::io("look into", &path))?;
+    if entries.next().is_some() { Err(RunError::Exists(path)) } else { Ok(path) }
+}
+
+/// Makes the folder of the next free number under `parent`.
+pub(super) fn numbered_folder(parent: &Path, prefix: &str) -> Result<PathBuf, RunError> {
+    fs::create_dir_all(parent).map_err(RunError::io("create the folder of runs", parent))?;
+    for number in highest_number(parent, prefix)?.saturating_add(1)..=LAST_NUMBER {
+        let path = parent.join(format!("{prefix}-{number:04}"));
+        match fs::create_dir(&path) {
+            Ok(()) => return Ok(path),
+            // Another run took it just now.
+            Err(source) if source.kind() == ErrorKind::AlreadyExists => {}
+            Err(source) => return Err(RunError::Io { action: "create the run folder", path, source }),
+        }
+    }
+    Err(RunError::NoFreeNumber { parent: parent.into(), prefix: prefix.into() })
+}
+
 /// The highest number of a folder or file `PREFIX-NUMBER` in `parent`; 0 where there is none.
 fn highest_number(parent: &Path, prefix: &str) -> Result<u32, RunError> {
     let mut highest = 0;
@@ -154,7 +157,7 @@ fn create_new(path: &Path) -> Result<File, RunError> {
     })
 }
 
-fn write_new(path: &Path, bytes: &[u8]) -> Result<(), RunError> {
+pub(super) fn write_new(path: &Path, bytes: &[u8]) -> Result<(), RunError> {
     create_new(path)?.write_all(bytes).map_err(RunError::io("write", path))
 }
 

@@ -4,8 +4,10 @@
 mod error;
 mod figures;
 mod folder;
+mod laws;
 mod row;
 
 pub use error::RunError;
 pub use folder::{RunFolder, Scene};
+pub use laws::{LawCurve, LawsFolder};
 pub use row::{Row, RowDetection};

@@ -4,22 +4,12 @@ use plotters::drawing::DrawingAreaErrorKind;
 use plotters::prelude::*;
 
 use super::report::Report;
+use crate::palette::COLOURS;
 
 /// The time axis ends here: beyond it there is little to be told apart.
 const LONGEST: f64 = 6.0;
 
 const SIZE: (u32, u32) = (1200, 720);
-
-/// Colours that stay apart for colour-blind readers (Okabe and Ito).
-const COLOURS: [RGBColor; 7] = [
-    RGBColor(0, 114, 178),
-    RGBColor(213, 94, 0),
-    RGBColor(0, 158, 115),
-    RGBColor(204, 121, 167),
-    RGBColor(230, 159, 0),
-    RGBColor(86, 180, 233),
-    RGBColor(60, 60, 60),
-];
 
 /// The curves of `reports` as SVG: across, time to the threshold over the oracle's; up, the share of runs.
 ///

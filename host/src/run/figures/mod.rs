@@ -1,5 +1,6 @@
 //! The figures of a run, drawn like the paper's figures 4 and 5.
 
+mod laws;
 mod panels;
 mod path;
 mod projection;
@@ -10,6 +11,7 @@ use plotters::style::{Color, RGBColor, ShapeStyle};
 
 use super::{Row, Scene};
 
+pub(super) use laws::errors_over_time;
 pub(super) use panels::over_frames;
 pub(super) use path::in_space;
 
