@@ -1,11 +1,12 @@
 //! `plumb bench`: the comparisons.
 
-use std::io::IsTerminal;
-use std::path::PathBuf;
+use std::fs::File;
+use std::io::{IsTerminal, Write};
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand, ValueEnum};
-use plumb::bench::control::{self, Clock, Contender, PAPER_GAMMAS, Report, Suite};
+use plumb::bench::control::{self, BenchError, Clock, Contender, PAPER_GAMMAS, Report, Suite};
 use plumb::bench::vision::{self, VisionOptions};
 use plumb::camera::Camera;
 use plumb::detect::Detector;
@@ -37,16 +38,19 @@ pub(crate) struct ControlArgs {
     #[arg(long, value_parser = contender, value_delimiter = ',')]
     law: Vec<Contender>,
     /// Gain of the law interval, 1/s at 0.471 mm of cable a step
-    #[arg(long, default_value_t = 450.0)]
+    #[arg(long, default_value_t = 450.0, allow_negative_numbers = true)]
     gamma: f64,
     /// Number of rigs
     #[arg(long, default_value_t = 300, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     rigs: u64,
+    /// Number of the first of them, to look at one again that failed
+    #[arg(long, default_value_t = 0, value_parser = clap::value_parser!(u64).range(..=1_000_000_000))]
+    first: u64,
     /// Seed of rigs and noise
     #[arg(long, default_value_t = 1)]
     seed: u64,
     /// Running mean over the step plan, seconds, instead of each law's own
-    #[arg(long)]
+    #[arg(long, allow_negative_numbers = true)]
     mean: Option<f64>,
     /// When the clock starts: with the first picture's arrival, or 1 to 2 frames earlier, when the target is told
     #[arg(long, value_enum, default_value = "picture")]
@@ -111,11 +115,13 @@ pub(crate) fn main(command: Command) -> Result<ExitCode, Failure> {
 const FAILED_SHOWN: usize = 12;
 
 fn bench_control(args: &ControlArgs) -> Result<ExitCode, Failure> {
-    if args.suite.iter().any(|name| name == "paper") {
+    if args.suite == ["paper"] {
         return bench_paper(args.json);
     }
     let suites = suites(args)?;
     let contenders = contenders(args)?;
+    // Before the runs, since a file that cannot be written is known at once.
+    let svg = args.svg.as_ref().map(|file| create(file)).transpose()?;
     let mut reports = Vec::new();
     for suite in &suites {
         eprintln!("{}: {}\n{}", suite.name, suite.about, Report::HEADING);
@@ -127,11 +133,15 @@ fn bench_control(args: &ControlArgs) -> Result<ExitCode, Failure> {
             reports.push(report);
         }
     }
-    if let Some(file) = &args.svg {
-        std::fs::write(file, control::draw_curves(&reports).or_failed()?).or_failed()?;
+    if let (Some(mut svg), Some(file)) = (svg, &args.svg) {
+        svg.write_all(control::draw_curves(&reports).or_failed()?.as_bytes()).or_failed()?;
         eprintln!("curves: {}", file.display());
     }
     Ok(ExitCode::SUCCESS)
+}
+
+fn create(file: &Path) -> Result<File, Failure> {
+    File::create(file).map_err(|error| format!("{}: {error}", file.display())).or_bad_input()
 }
 
 /// Runs a contender on a suite and tells people of it.
@@ -142,7 +152,11 @@ fn measure(contender: &Contender, suite: &Suite, args: &ControlArgs) -> Result<R
             eprint!("\r{} {done}/{} ", contender.name(), args.rigs);
         }
     };
-    let report = control::run(contender, suite, args.rigs, args.seed, &mut progress).or_failed()?;
+    let rigs = args.first..args.first + args.rigs;
+    let report = match control::run(contender, suite, rigs, args.seed, &mut progress) {
+        error @ Err(BenchError::Range(_) | BenchError::Config(_)) => error.or_bad_input(),
+        result => result.or_failed(),
+    }?;
     eprintln!("{}{report}", if terminal { "\r\x1b[K" } else { "" });
     if !report.failed.is_empty() {
         let first: Vec<String> =
@@ -159,7 +173,11 @@ fn measure(contender: &Contender, suite: &Suite, args: &ControlArgs) -> Result<R
 fn suites(args: &ControlArgs) -> Result<Vec<Suite>, Failure> {
     let known = || Suite::all().iter().map(|suite| suite.name).collect::<Vec<_>>().join(", ");
     let named = |name: &String| {
-        let suite = Suite::named(name).ok_or_else(|| format!("no suite `{name}`: one of paper, {}", known()));
+        let unknown = || match name.as_str() {
+            "paper" => "the suite `paper` is of another kind: ask for it alone".to_owned(),
+            _ => format!("no suite `{name}`: one of paper, {}", known()),
+        };
+        let suite = Suite::named(name).ok_or_else(unknown);
         suite.map(|suite| Suite { clock: args.clock.into(), ..suite }).or_bad_input()
     };
     args.suite.iter().map(named).collect()

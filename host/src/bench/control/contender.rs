@@ -4,6 +4,7 @@ use plumb_core::law::Law;
 use plumb_core::params::Params;
 use plumb_emulator::EMULATED;
 use plumb_emulator::rig::{ElasticParameters, Task};
+use plumb_protocol::Config;
 use plumb_protocol::units::Point;
 
 use super::drivers::{BoardDriver, PlanDriver};
@@ -105,7 +106,7 @@ impl Contender {
         let plan = |rows| -> Box<dyn Driver> { Box::new(PlanDriver::new(rows, suite.clock)) };
         Ok(match self {
             Self::Board(law) => {
-                let config = limits.config(law.config()?, law.mean().config("mean")?, suite.threshold_m);
+                let (config, _) = checked(law, suite)?;
                 Box::new(BoardDriver::new(config, task.target))
             }
             Self::Twin(law) => by_law(law, suite, task, |params| twins::of(law, params, limits))?,
@@ -125,6 +126,17 @@ impl Contender {
 const PEERS_OWN: LawSettings =
     LawSettings::Certified(Estimating { delay: Seconds::ZERO, mean: Seconds::ZERO });
 
+/// The configuration of a board with these `settings` in a suite, and its parameters.
+///
+/// # Errors
+/// Where a board would refuse it.
+fn checked(settings: &LawSettings, suite: &Suite) -> Result<(Config, Params), BenchError> {
+    let config =
+        Limits::default().config(settings.config()?, settings.mean().config("mean")?, suite.threshold_m);
+    let params = Params::check(&config, &EMULATED, [0; 3]).map_err(BenchError::Config)?;
+    Ok((config, params))
+}
+
 /// The driver with what `law` makes of the parameters of a board with these `settings`.
 ///
 /// # Errors
@@ -135,9 +147,7 @@ pub(super) fn by_law(
     task: &Task,
     law: impl FnOnce(&Params) -> Box<dyn Law>,
 ) -> Result<Box<dyn Driver>, BenchError> {
-    let config =
-        Limits::default().config(settings.config()?, settings.mean().config("mean")?, suite.threshold_m);
-    let params = Params::check(&config, &EMULATED, [0; 3]).map_err(BenchError::Config)?;
+    let (config, params) = checked(settings, suite)?;
     let target = Point::from_metres(task.target.into()).ok_or(BenchError::Target(task.target))?;
     Ok(Box::new(LawDriver::new(law(&params), (config, &params), target)))
 }

@@ -19,6 +19,7 @@ mod suite;
 mod twins;
 
 use std::num::NonZeroUsize;
+use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc;
 use std::thread;
@@ -45,7 +46,7 @@ pub enum BenchError {
     #[error(transparent)]
     Range(#[from] OutOfRange),
     /// A configuration that a board would refuse.
-    #[error("a board would refuse its configuration: {0:?} is out of range")]
+    #[error("a board would refuse this configuration: out of range is {0}")]
     Config(ConfigField),
     /// A target that no board can be told.
     #[error("a board takes targets within 4 m, not {0}")]
@@ -62,28 +63,29 @@ pub enum BenchError {
     },
 }
 
-/// Runs `contender` on `rigs` rigs of a suite, on all cores. `progress` hears how many runs are done.
+/// Runs `contender` on rigs of a suite, by their numbers, on all cores. `progress` hears how many runs are done.
 ///
 /// # Errors
 /// Where the law's parameters are out of the board's range.
 pub fn run(
     contender: &Contender,
     suite: &Suite,
-    rigs: u64,
+    rigs: Range<u64>,
     seed: u64,
     progress: &mut dyn FnMut(u64),
 ) -> Result<Report, BenchError> {
-    let next = AtomicU64::new(0);
+    let next = AtomicU64::new(rigs.start);
     let workers = thread::available_parallelism().map_or(1, NonZeroUsize::get);
     let (sender, receiver) = mpsc::channel();
-    let mut runs: Vec<Option<(Outcome, f64)>> = vec![None; rigs as usize];
+    let end = rigs.end;
+    let mut runs: Vec<Option<(Outcome, f64)>> = vec![None; rigs.clone().count()];
     thread::scope(|scope| {
         for _ in 0..workers {
             let (sender, next) = (sender.clone(), &next);
             scope.spawn(move || {
                 loop {
                     let index = next.fetch_add(1, Ordering::Relaxed);
-                    if index >= rigs || sender.send((index, one(contender, suite, seed, index))).is_err() {
+                    if index >= end || sender.send((index, one(contender, suite, seed, index))).is_err() {
                         break;
                     }
                 }
@@ -91,13 +93,13 @@ pub fn run(
         }
         drop(sender);
         for (done, (index, result)) in (1..).zip(&receiver) {
-            runs[index as usize] = Some(result?);
+            runs[(index - rigs.start) as usize] = Some(result?);
             progress(done);
         }
         Ok::<(), BenchError>(())
     })?;
     let runs: Vec<(Outcome, f64)> = runs.into_iter().flatten().collect();
-    Ok(Report::new(contender.name(), suite.name, seed, &runs))
+    Ok(Report::new(contender.name(), suite.name, (seed, rigs.start), &runs))
 }
 
 /// One run and the oracle's time for its task.

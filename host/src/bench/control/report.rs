@@ -65,8 +65,13 @@ fn round(value: f64) -> f64 {
 }
 
 impl Report {
-    /// Sums up the runs, each with the oracle's time for its task (seconds).
-    pub(crate) fn new(law: String, suite: &'static str, seed: u64, runs: &[(Outcome, f64)]) -> Self {
+    /// Sums up the runs of rigs from number `first` on, each with the oracle's time for its task (seconds).
+    pub(crate) fn new(
+        law: String,
+        suite: &'static str,
+        (seed, first): (u64, u64),
+        runs: &[(Outcome, f64)],
+    ) -> Self {
         let n = runs.len() as f64;
         let share = |count: usize| round(count as f64 / n);
         let mut ratios: Vec<f64> =
@@ -76,7 +81,7 @@ impl Report {
         times.sort_by(f64::total_cmp);
         let mut hold: Vec<f32> = runs.iter().flat_map(|(run, _)| run.hold_m.iter().copied()).collect();
         hold.sort_by(f32::total_cmp);
-        let failed = (0..).zip(runs).filter(|(_, (run, _))| run.time_s.is_none());
+        let failed = (first..).zip(runs).filter(|(_, (run, _))| run.time_s.is_none());
         let failed: Vec<_> = failed.map(|(k, (run, _))| (k, run.ending)).collect();
         Self {
             law,

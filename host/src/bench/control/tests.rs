@@ -10,7 +10,7 @@ fn settings(gamma: f64) -> LawSettings {
 }
 
 fn quick(contender: &Contender, suite: &str, rigs: u64) -> Report {
-    run(contender, &Suite::named(suite).unwrap(), rigs, 11, &mut |_| ()).unwrap()
+    run(contender, &Suite::named(suite).unwrap(), 0..rigs, 11, &mut |_| ()).unwrap()
 }
 
 /// docs/control.md: median 2.15, all converge. 40 rigs tell no more than that.
@@ -58,7 +58,7 @@ fn the_slack_free_reference_is_slack_free() {
 fn the_oracle_takes_its_own_time() {
     for clock in [Clock::Picture, Clock::Target] {
         let suite = Suite { clock, ..Suite::named("quasi-static").unwrap() };
-        let report = run(&Contender::Oracle, &suite, 20, 11, &mut |_| ()).unwrap();
+        let report = run(&Contender::Oracle, &suite, 0..20, 11, &mut |_| ()).unwrap();
         assert!(report.median > 0.99 && report.max < 1.01, "{report}");
     }
 }
@@ -69,7 +69,7 @@ fn the_earlier_clock_shows_more() {
     let suite = Suite { clock: Clock::Target, ..Suite::named("paper-task").unwrap() };
     let contender = Contender::named("certified").unwrap();
     let (early, late) =
-        (run(&contender, &suite, 10, 11, &mut |_| ()).unwrap(), quick(&contender, "paper-task", 10));
+        (run(&contender, &suite, 0..10, 11, &mut |_| ()).unwrap(), quick(&contender, "paper-task", 10));
     let frames = (early.median_s - late.median_s) * 30.0;
     assert!((0.9..=2.1).contains(&frames), "{frames} frames");
 }
@@ -105,4 +105,24 @@ fn every_suite_is_found_by_its_name_and_has_rigs() {
         let task = suite.task(3, 5).unwrap();
         suite.plant(&task, 3, 5).unwrap();
     }
+}
+
+#[test]
+fn what_a_board_would_refuse_is_refused_before_any_run() {
+    let mut law = settings(450.0);
+    law.set_mean(9.0.into());
+    let suite = Suite::named("quasi-static").unwrap();
+    for contender in [Contender::Board(law.clone()), Contender::Twin(law)] {
+        let refused = run(&contender, &suite, 0..2, 1, &mut |_| ());
+        assert!(matches!(refused, Err(BenchError::Config(ConfigField::Mean))), "{refused:?}");
+    }
+}
+
+/// A rig is the same whichever rigs are run beside it.
+#[test]
+fn a_rig_can_be_run_alone() {
+    let (contender, suite) = (Contender::named("sign").unwrap(), Suite::named("quasi-static").unwrap());
+    let alone = run(&contender, &suite, 5..6, 11, &mut |_| ()).unwrap();
+    let among = run(&contender, &suite, 3..7, 11, &mut |_| ()).unwrap();
+    assert!(alone.rigs == 1 && among.ratios.contains(&alone.ratios[0]), "{alone} {among}");
 }
