@@ -28,6 +28,11 @@ impl Enable {
         self.active = level;
     }
 
+    /// Whether the drivers are on.
+    pub(crate) fn is_on(&self) -> bool {
+        self.on
+    }
+
     /// Switches the drivers on or off.
     pub(crate) fn set(&mut self, on: bool) {
         if on == self.on {

@@ -58,8 +58,8 @@ pub(crate) async fn keep(mut flash: Keeper) {
     loop {
         let config = TO_WRITE.wait().await;
         watch::be_lenient(true);
-        // At least a tick, which feeds the watchdog accordingly.
-        Timer::after_millis(1).await;
+        // Until the watchdog has been fed accordingly.
+        Timer::after_millis(4).await;
         let result = SLOTS.save(&mut flash, &config);
         watch::be_lenient(false);
         RESULT.store(if result.is_ok() { WRITTEN } else { FAILED }, Ordering::Relaxed);

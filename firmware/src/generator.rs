@@ -46,9 +46,27 @@ pub(crate) struct Generator {
     /// Kept, since the pins are given back when it goes.
     _pio: Pio<'static, PIO0>,
     _channels: (Peri<'static, DMA_CH0>, Peri<'static, DMA_CH1>, Peri<'static, DMA_CH2>),
-    segments: [Segments; 3],
-    /// What the state machines were given last, and what before that.
-    last: [StepPlan; 2],
+    motors: [Motor; 3],
+}
+
+/// One motor's state machine.
+struct Motor {
+    segments: Segments,
+    /// The pulses that it was given before the last time, and then; + where the direction line is high.
+    given: [i32; 2],
+}
+
+impl Motor {
+    /// Gives it what it does in the next tick.
+    #[inline(always)]
+    fn give(&mut self, motor: usize, pulses: &Pulses) {
+        let count = i32::from(pulses.count);
+        self.given = [self.given[1], if pulses.direction { count } else { -count }];
+        let (first, second) = self.segments.next(pulses);
+        WORDS[motor][0].store(first, Ordering::Relaxed);
+        WORDS[motor][1].store(second, Ordering::Release);
+        pac::DMA.ch(motor).al3_read_addr_trig().write_value(WORDS[motor].as_ptr() as u32);
+    }
 }
 
 impl Generator {
@@ -78,26 +96,22 @@ impl Generator {
         Self {
             _pio: pio,
             _channels: parts.channels,
-            segments: [Segments::new(Timing::SLOWEST); 3],
-            last: Default::default(),
+            motors: [0; 3].map(|_| Motor { segments: Segments::new(Timing::SLOWEST), given: [0; 2] }),
         }
     }
 
     /// Changes over to other drivers; at standstill.
     pub(crate) fn set_timing(&mut self, timing: Timing) {
         program::set_width(timing.high);
-        self.segments.iter_mut().for_each(|s| s.set_timing(timing));
+        self.motors.iter_mut().for_each(|motor| motor.segments.set_timing(timing));
     }
 
     /// Gives the state machines what they do in the next tick.
     pub(crate) fn give(&mut self, plan: &StepPlan) {
-        self.last = [self.last[1], *plan];
-        for (motor, (segments, pulses)) in self.segments.iter_mut().zip(&plan.motors).enumerate() {
-            let [first, second] = segments.next(pulses);
-            WORDS[motor][0].store(first, Ordering::Relaxed);
-            WORDS[motor][1].store(second, Ordering::Release);
-            pac::DMA.ch(motor).al3_read_addr_trig().write_value(WORDS[motor].as_ptr() as u32);
-        }
+        let ([a, b, c], [of_a, of_b, of_c]) = (&mut self.motors, &plan.motors);
+        a.give(0, of_a);
+        b.give(1, of_b);
+        c.give(2, of_c);
     }
 
     /// Waits until the state machines have done what they were given, a tick at the most.
@@ -116,7 +130,7 @@ impl Generator {
         for motor in 0..3 {
             program::rewind(motor);
         }
-        self.segments.iter_mut().for_each(Segments::restart);
+        self.motors.iter_mut().for_each(|motor| motor.segments.restart());
     }
 
     /// Lets all three go in this very clock.
@@ -149,7 +163,7 @@ impl Generator {
         }
         pio.ctrl().modify(|w| w.set_sm_enable(w.sm_enable() & !MOTORS));
         let missing = [0, 1, 2].map(|motor| self.missing(motor));
-        self.last = Default::default();
+        self.motors.iter_mut().for_each(|motor| motor.given = [0; 2]);
         missing
     }
 
@@ -161,22 +175,19 @@ impl Generator {
 
     /// See [`stop`](Self::stop); the state machine stands still.
     fn missing(&self, motor: usize) -> i32 {
-        let signed = |pulses: &Pulses, count: u16| {
-            let count = i32::from(count);
-            if pulses.direction { count } else { -count }
-        };
-        let [before, last] = [0, 1].map(|i| &self.last[i].motors[motor]);
+        let [before, last] = self.motors[motor].given;
         // A segment's two words leave the queue as its program begins.
         let (begun, waiting) = match program::queued(motor) {
-            0 | 1 => (last, None),
-            _ => (before, Some(last)),
+            0 | 1 => (last, 0),
+            _ => (before, last),
         };
-        let given = match program::progress(motor) {
-            program::Progress::Between => begun.count,
+        let count = begun.unsigned_abs() as u16;
+        let done = match program::progress(motor) {
+            program::Progress::Between => count,
             program::Progress::Beginning => 0,
-            program::Progress::Within { remaining } => given(begun.count, remaining),
+            program::Progress::Within { remaining } => given(count, remaining),
         };
-        signed(begun, begun.count - given) + waiting.map_or(0, |w| signed(w, w.count))
+        begun.signum() * i32::from(count - done) + waiting
     }
 }
 

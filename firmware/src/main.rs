@@ -27,7 +27,6 @@ use embassy_executor::{SpawnError, SpawnToken, Spawner};
 use embassy_rp::{Peripherals, bind_interrupts, peripherals, pio, uart, usb};
 use enable::Enable;
 use generator::Generator;
-use stepping::Stepping;
 use watch::Watch;
 
 bind_interrupts!(struct Interrupts {
@@ -63,5 +62,5 @@ async fn main(spawner: Spawner) {
     spawn(spawner, watch::beat(p.PIN_25));
     spawn(spawner, flash::keep(keeper));
     spawn(spawner, hats::follow(hats::Parts { bus: p.I2C0, data: p.PIN_16, clock: p.PIN_17 }));
-    stepping::start(Stepping::new(stepping::Parts { inbox, generator, coils, enable, watch, cause, kept }));
+    stepping::start(stepping::Parts { inbox, generator, coils, enable, watch, cause, kept });
 }

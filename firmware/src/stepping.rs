@@ -13,10 +13,11 @@ use embassy_rp::interrupt::{self, InterruptExt, Priority};
 use embassy_rp::pac;
 use heapless::Vec;
 use plumb_core::segment::Timing;
-use plumb_core::{Board, BuildLimits, Outbox, StepPlan, TICK_US};
+use plumb_core::{Board, BuildLimits, Outbox, TICK_US, Tick};
 use plumb_protocol::config::{Config, Drivers};
 use plumb_protocol::message::StartCause;
 use plumb_protocol::units::Micros;
+use static_cell::StaticCell;
 
 use crate::coils::Coils;
 use crate::enable::Enable;
@@ -48,7 +49,7 @@ enum Fields {
 }
 
 /// Until the interrupt takes it over.
-static STEPPING: Mutex<RefCell<Option<Stepping>>> = Mutex::new(RefCell::new(None));
+static STEPPING: Mutex<RefCell<Option<&'static mut Stepping>>> = Mutex::new(RefCell::new(None));
 
 /// What the interrupt is given.
 pub(crate) struct Parts {
@@ -85,7 +86,9 @@ pub(crate) struct Stepping {
 }
 
 /// Lets the interrupt take over.
-pub(crate) fn start(stepping: Stepping) {
+pub(crate) fn start(parts: Parts) {
+    static PLACE: StaticCell<Stepping> = StaticCell::new();
+    let stepping = PLACE.init_with(|| Stepping::new(parts));
     critical_section::with(|cs| STEPPING.borrow_ref_mut(cs).replace(stepping));
     // Everything else waits for it, and it waits for nothing.
     for other in [interrupt::TIMER_IRQ_0, interrupt::USBCTRL_IRQ, interrupt::UART0_IRQ, interrupt::PIO0_IRQ_0]
@@ -101,7 +104,7 @@ pub(crate) fn start(stepping: Stepping) {
 
 #[embassy_rp::interrupt]
 fn TIMER_IRQ_1() {
-    static mut TAKEN: Option<Stepping> = None;
+    static mut TAKEN: Option<&'static mut Stepping> = None;
     if TAKEN.is_none() {
         *TAKEN = critical_section::with(|cs| STEPPING.borrow_ref_mut(cs).take());
     }
@@ -117,7 +120,7 @@ fn timer() -> u32 {
 
 impl Stepping {
     /// A board that has not begun yet.
-    pub(crate) fn new(parts: Parts) -> Self {
+    fn new(parts: Parts) -> Self {
         let Parts { inbox, generator, coils, enable, watch, cause, kept } = parts;
         let mut board = Board::new(BUILD);
         board.started(cause);
@@ -157,23 +160,22 @@ impl Stepping {
     }
 
     /// One tick, from the bytes that have come to the words for the state machines.
+    #[inline(never)]
     fn tick(&mut self) {
         self.watch.tick();
-        self.mind_emergency();
-        self.listen();
-        let tick = self.board.plan(self.now, &mut self.outbox);
-        if tick.bootloader {
-            restart::bootloader();
+        if self.generator.cut_off() {
+            self.mind_emergency();
         }
-        if self.board.configurations() != self.configurations {
-            self.change_drivers();
+        if self.inbox.ready() {
+            self.listen();
         }
-        if tick.store {
-            self.store();
+        if let Some(tick) = self.board.plan(self.now, &mut self.outbox) {
+            self.carry_out(tick);
         }
-        self.enable.set(tick.drivers_enabled);
-        self.turn_fields(tick.drivers_enabled);
-        self.go_on(&tick.plan);
+        if !matches!(self.fields, Fields::None) {
+            self.turn_fields();
+        }
+        self.go_on();
         // From here on there is time.
         self.board.report(self.now, &mut self.outbox);
         if !self.outbox.bytes().is_empty() {
@@ -184,11 +186,27 @@ impl Stepping {
         self.beginning = self.beginning.wrapping_add(TICK_US);
     }
 
+    /// What a tick asks for besides its pulses.
+    #[inline(never)]
+    fn carry_out(&mut self, tick: Tick) {
+        if tick.bootloader {
+            restart::bootloader();
+        }
+        if self.board.configurations() != self.configurations {
+            self.change_drivers();
+        }
+        if tick.store {
+            self.store();
+        }
+        self.enable.set(tick.drivers_enabled);
+    }
+
     /// Takes up the drivers of a new configuration; the motors stand still.
+    #[inline(never)]
     fn change_drivers(&mut self) {
         self.configurations = self.board.configurations();
         self.enable.set(false);
-        self.turn_fields(false);
+        self.turn_fields();
         self.coils.disconnect();
         let (Some(drivers), Some(config)) = (self.board.drivers(), self.board.config()) else { return };
         self.fields = Fields::None;
@@ -214,7 +232,9 @@ impl Stepping {
     }
 
     /// Puts the fields of motors without STEP inputs where those are to be, or lets them go.
-    fn turn_fields(&mut self, enabled: bool) {
+    #[inline(never)]
+    fn turn_fields(&mut self) {
+        let enabled = self.enable.is_on();
         match self.fields {
             Fields::None => {}
             Fields::Coils if enabled => self.coils.show(self.board.positions()),
@@ -231,6 +251,7 @@ impl Stepping {
     }
 
     /// Has the configuration written, and tells the board when that is done.
+    #[inline(never)]
     fn store(&mut self) {
         if let Some(written) = flash::written() {
             self.storing = false;
@@ -244,6 +265,7 @@ impl Stepping {
     }
 
     /// Hands the board what has come, up to the end of a frame.
+    #[inline(never)]
     fn listen(&mut self) {
         let mut bytes = Vec::<u8, MOST_BYTES>::new();
         while let Some(byte) = self.inbox.dequeue() {
@@ -260,10 +282,8 @@ impl Stepping {
 impl Stepping {
     /// Tells the board where its motors are when the emergency input has cut the pulses off; and, once it has closed
     /// again, watches it anew.
+    #[inline(never)]
     fn mind_emergency(&mut self) {
-        if !self.generator.cut_off() {
-            return;
-        }
         let mut missing = [0; 3];
         if self.running {
             self.running = false;
@@ -276,21 +296,33 @@ impl Stepping {
     }
 
     /// Gives the state machines the coming tick; starts them where they stand, or are about to run dry.
-    fn go_on(&mut self, plan: &StepPlan) {
+    #[inline(always)]
+    fn go_on(&mut self) {
+        if self.running && !self.late() {
+            self.generator.give(self.board.pulses());
+        } else {
+            self.start_anew();
+        }
+    }
+
+    /// Whether the coming tick begins now, or has begun.
+    fn late(&self) -> bool {
+        (self.beginning.wrapping_sub(timer()) as i32) < LATE_US
+    }
+
+    /// The same where they stand, or are about to run dry.
+    #[inline(never)]
+    fn start_anew(&mut self) {
         if !self.running && self.generator.cut_off() {
             // The board is in its emergency stop and plans no pulses.
             return;
         }
-        let late = (self.beginning.wrapping_sub(timer()) as i32) < LATE_US;
-        if self.running && !late {
-            self.generator.give(plan);
-            return;
-        }
+        let late = self.late();
         if self.running {
             self.generator.finish();
         }
         self.generator.halt();
-        self.generator.give(plan);
+        self.generator.give(self.board.pulses());
         if late {
             self.beginning = timer().wrapping_add(LATE_US as u32);
         }

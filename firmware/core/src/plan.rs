@@ -2,20 +2,25 @@
 //!
 //! Time goes in ticks of [`TICK_US`]. In a tick each motor turns at a constant rate; between ticks the rates move
 //! towards the wanted ones with one common factor, so that the path in motor space bends as little as it can.
+//! What takes divisions is done when the wanted rates change ([`Planner::aim`]); a tick adds.
 
+mod axis;
 mod clocks;
 mod history;
 mod jog;
 mod mean;
-
-use plumb_protocol::config::Motor;
+mod ramp;
+mod travel;
 
 use crate::law::MotorRates;
 use crate::params::Params;
+use axis::Axis;
 use history::History;
 pub use jog::Jogging;
 pub(crate) use mean::LONGEST_MS as LONGEST_MEAN_MS;
 use mean::Mean;
+use ramp::{Ramp, ticks_for};
+use travel::{PATIENCE, Place, Travel};
 
 /// Length of a tick, microseconds: short enough that a new position changes the rates within 300 µs, long enough that
 /// planning takes a few percent of the chip.
@@ -47,6 +52,11 @@ pub struct Pulses {
     pub period: u32,
 }
 
+impl Pulses {
+    /// None at all.
+    const NONE: Self = Self { direction: false, count: 0, first: 0, period: 0 };
+}
+
 /// What the three motors do in a tick.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct StepPlan {
@@ -58,102 +68,39 @@ pub struct StepPlan {
 #[derive(Debug, Clone, Copy)]
 pub struct Planner {
     axes: [Axis; 3],
+    travels: [Travel; 3],
+    /// Highest change of each motor's rate a tick, at least 8; 24 bits.
+    deltas: [u32; 3],
+    /// Pulses that each motor may be behind its reference, at most: 20 bits.
+    behind: [u32; 3],
     microsteps: i32,
+    ramp: Ramp,
     mean: Mean,
-    /// Present rates of the motors, which follow the axes' through the mean.
+    /// Present rates of the motors, which follow the ramp's through the mean.
     turning: [i32; 3],
     history: History,
-}
-
-#[derive(Debug, Clone, Copy)]
-struct Axis {
-    /// Highest change of rate a tick, at least 8; 24 bits.
-    delta: i32,
-    /// Travel, 1/16 steps.
-    travel: (i32, i32),
-    reversed: bool,
-    /// Present rate of the reference, microsteps/s with [`RATE_BITS`]; 31 bits by the build's highest pulse rate.
-    rate: i32,
-    /// Pulses given, 1/16 steps.
-    position: i32,
-    /// How far the motor is to be beyond the last pulse: [0, UNIT).
-    fraction: i32,
-}
-
-impl Axis {
-    const AT_REST: Self =
-        Self { delta: 8, travel: (0, 0), reversed: false, rate: 0, position: 0, fraction: UNIT / 2 };
-
-    fn configure(&mut self, motor: &Motor, microsteps: i32) {
-        // Rounded down, so that the limit holds. Bits: acceleration 22, microsteps 5, fraction 10, tick 8.
-        let per_second = (u64::from(motor.max_acceleration.0) * microsteps as u64) << RATE_BITS;
-        *self = Self {
-            delta: (per_second * u64::from(TICK_US) / 1_000_000) as i32,
-            travel: (motor.travel_min.0, motor.travel_max.0),
-            reversed: motor.reversed,
-            fraction: UNIT / 2,
-            ..*self
-        };
-    }
-
-    /// Whether the motor stays within its travel if its reference, `ahead` units beyond it, turns at `rate` for this tick
-    /// and then stops over `ticks`.
-    fn can_stop(&self, rate: i32, ahead: i64, ticks: i32, microsteps: i32) -> bool {
-        // Most ticks are far from that: a way that is bounded in 32 bits will do for them.
-        let few_ticks = ticks.unsigned_abs() < 1 << 13;
-        let most = ((rate.unsigned_abs() >> 22) + 1) * (ticks.unsigned_abs().min(1 << 13) + 1);
-        if few_ticks {
-            // A microstep has 22.3 bits; half of `most`, what is ahead, and those begun, 1/16 steps.
-            let pending = (ahead.unsigned_abs() >> 22) as u32 + 1;
-            let way = ((most / 2 + 2 + pending) * 16) as i32;
-            if self.travel.0 + way <= self.position && self.position <= self.travel.1 - way {
-                return true;
-            }
-        }
-        // This tick at `rate`, then rate·(1 - k/ticks) for k = 1.. : rate·(ticks + 1)/2 in all. Bits: rate 31, ticks 28.
-        let units = i64::from(rate) * (i64::from(ticks) + 1) / 2;
-        let pulses = (i64::from(self.fraction) + ahead + units).div_euclid(i64::from(UNIT));
-        let end = i64::from(self.position) + pulses * i64::from(16 / microsteps);
-        match rate.signum() {
-            1 => end <= i64::from(self.travel.1),
-            -1 => end >= i64::from(self.travel.0),
-            _ => true,
-        }
-    }
-
-    /// Moves the motor by a tick at `rate`; the pulses that it passes.
-    fn advance(&mut self, rate: i32, microsteps: i32) -> Pulses {
-        // Bits: rate 31 with its sign, fraction 23: fits, since the build's pulse rate leaves room.
-        let reference = self.fraction + rate;
-        let (pulses, fraction) = clocks::split(reference);
-        let direction = (rate > 0) != self.reversed;
-        // Units to before the first pulse: the rest of this microstep upwards, what was passed of it downwards; so all
-        // pulses lie before the tick's end.
-        let to_first = if rate > 0 { UNIT - 1 - self.fraction } else { self.fraction };
-        self.fraction = fraction;
-        // 1/16 steps: 8 bits of pulses by 4.
-        self.position += pulses << (4 - microsteps.trailing_zeros());
-        if pulses == 0 {
-            return Pulses { direction, ..Pulses::default() };
-        }
-        let speed = rate.unsigned_abs();
-        Pulses {
-            direction,
-            count: pulses.unsigned_abs() as u16,
-            first: clocks::until(to_first.unsigned_abs(), speed),
-            period: if pulses.unsigned_abs() > 1 { clocks::period(speed) } else { TICK_CLOCKS },
-        }
-    }
+    /// Whether the motors turn as they did, at rates that they have had for two ticks.
+    steady: bool,
+    /// Ticks for which no motor comes near its travel's end.
+    safe_for: u32,
+    plan: StepPlan,
 }
 
 impl Default for Planner {
     fn default() -> Self {
         Self {
             axes: [Axis::AT_REST; 3],
+            travels: [Travel::between(0, 0); 3],
+            deltas: [8; 3],
+            behind: [0; 3],
             microsteps: 16,
+            ramp: Ramp::AT_REST,
             mean: Mean::OFF,
             turning: [0; 3],
             history: History::EMPTY,
+            steady: false,
+            safe_for: 0,
+            plan: StepPlan { motors: [Pulses::NONE; 3] },
         }
     }
 }
@@ -162,26 +109,42 @@ impl Planner {
     /// Takes over the motors' limits; call at standstill. Positions go on.
     pub fn configure(&mut self, params: &Params) {
         self.microsteps = i32::from(params.microsteps);
-        for (axis, motor) in self.axes.iter_mut().zip(&params.motors) {
-            axis.configure(motor, self.microsteps);
-        }
         self.mean = Mean::over(params.mean_ms);
+        for (i, motor) in params.motors.iter().enumerate() {
+            self.axes[i].configure(motor.reversed, self.microsteps);
+            self.travels[i] = Travel::between(motor.travel_min.0, motor.travel_max.0);
+            // Rounded down, so that the limit holds. Bits: acceleration 22, microsteps 5, fraction 10, tick 8.
+            let per_second = (u64::from(motor.max_acceleration.0) * params.microsteps as u64) << RATE_BITS;
+            self.deltas[i] = (per_second * u64::from(TICK_US) / 1_000_000) as u32;
+            // A tick's pulses have 8 bits; the longest mean, 12.
+            let pulses = self.per_second(motor.max_rate.0) / UNIT + 1;
+            self.behind[i] = pulses.unsigned_abs() * self.mean.lag_ticks();
+        }
+        self.ramp = Ramp::AT_REST;
+        self.plan = StepPlan { motors: [Pulses::NONE; 3] };
+        self.look_ahead();
+    }
+
+    /// What the motors do in the tick that was planned last.
+    pub fn plan(&self) -> &StepPlan {
+        &self.plan
     }
 
     /// Motor positions in 1/16 steps since the start: what was pulsed, to the end of the last tick.
     pub fn positions(&self) -> [i32; 3] {
-        [0, 1, 2].map(|i| self.axes[i].position)
+        let [a, b, c] = &self.axes;
+        [a.position, b.position, c.position]
     }
 
     /// The motors were stopped dead: they stand `missing` pulses each short of where they were planned to be, + where
     /// the direction line is high.
     pub fn cut(&mut self, missing: [i32; 3]) {
-        let per_pulse = 16 / self.microsteps;
         (self.mean, self.turning) = (self.mean.emptied(), [0; 3]);
+        self.ramp = Ramp::AT_REST;
+        self.plan = StepPlan { motors: [Pulses::NONE; 3] };
+        self.look_ahead();
         for (axis, missing) in self.axes.iter_mut().zip(missing) {
-            axis.rate = 0;
-            axis.fraction = UNIT / 2;
-            axis.position -= (if axis.reversed { -missing } else { missing }) * per_pulse;
+            axis.cut(if axis.reversed { -missing } else { missing });
         }
     }
 
@@ -195,7 +158,7 @@ impl Planner {
         let (positions, ahead) = (self.positions(), self.mean.ahead());
         // Rounded down to a microstep; travel limits keep the sum within an i32.
         [0, 1, 2].map(|i| {
-            let microsteps = (i64::from(self.axes[i].fraction) + ahead[i]).div_euclid(i64::from(UNIT));
+            let microsteps = (i64::from(self.axes[i].fraction()) + ahead[i]).div_euclid(i64::from(UNIT));
             positions[i] + microsteps as i32 * (16 / self.microsteps)
         })
     }
@@ -218,59 +181,109 @@ impl Planner {
 
     /// Whether any motor turns.
     pub fn moving(&self) -> bool {
-        self.axes.iter().any(|a| a.rate != 0) || self.mean.moving()
+        self.ramp.rates != [0; 3] || self.mean.moving()
     }
 
-    /// Ticks that the motors need to change their rates by `changes`, the slowest of them.
-    fn ticks_for(&self, changes: [i32; 3]) -> i32 {
-        let ticks = |i: usize| match changes[i] {
-            0 => 0,
-            change => change.unsigned_abs().div_ceil(self.axes[i].delta.unsigned_abs()) as i32,
-        };
-        ticks(0).max(ticks(1)).max(ticks(2))
-    }
-
-    /// The pulse rates one tick on from the present ones towards `wanted`, with one common factor, in at least `ticks`.
-    fn toward(&self, wanted: MotorRates, ticks: i32) -> [i32; 3] {
-        // Within the limits, pulse rates are at most 1.28e9; the difference of two may take 32 bits and saturates.
-        let changes = [0, 1, 2].map(|i| self.per_second(wanted.0[i]).saturating_sub(self.axes[i].rate));
-        if changes == [0; 3] {
-            return [0, 1, 2].map(|i| self.axes[i].rate);
+    /// The motor that would pass its travel if the ramp went on for a tick, with a ramp down after it; then the ramp is
+    /// one to rest.
+    fn mind_travel(&mut self) -> Option<usize> {
+        if self.safe_for > 0 {
+            self.safe_for -= 1;
+            return None;
         }
-        let ticks = self.ticks_for(changes).max(ticks).max(1);
-        // Away from zero, which still is at most `delta`, so that the last tick arrives exactly.
-        [0, 1, 2].map(|i| {
-            let step = changes[i].unsigned_abs().div_ceil(ticks.unsigned_abs()) as i32;
-            self.axes[i].rate + if changes[i] < 0 { -step } else { step }
+        if (0..3).all(|i| self.travels[i].surely(self.axes[i].position)) {
+            self.safe_for = PATIENCE - 1;
+            return None;
+        }
+        let beyond = self.beyond_travel();
+        if beyond.is_some() {
+            self.ramp.to([0; 3], 0, self.deltas);
+            self.look_ahead();
+        }
+        beyond
+    }
+
+    /// The motor that would pass its travel at the rates of the coming tick and with a ramp down after it.
+    fn beyond_travel(&self) -> Option<usize> {
+        let (rates, ahead) = (self.ramp.next(), self.mean.ahead());
+        let ticks = ticks_for(rates.map(i32::unsigned_abs), self.deltas);
+        (0..3).find(|&i| {
+            let Axis { position, .. } = self.axes[i];
+            let (fraction, per_pulse) = (self.axes[i].fraction(), 16 / self.microsteps);
+            let place = Place { position, fraction, ahead: ahead[i], per_pulse };
+            !self.travels[i].can_stop(&place, rates[i], ticks)
         })
     }
 
-    /// The motor that would pass its travel at these rates for a tick and a ramp down after it.
-    fn beyond_travel(&self, rates: [i32; 3]) -> Option<usize> {
-        let (ticks, ahead) = (self.ticks_for(rates), self.mean.ahead());
-        (0..3).find(|&i| !self.axes[i].can_stop(rates[i], ahead[i], ticks, self.microsteps))
+    /// From the next tick on, goes towards the `wanted` rates (each within its motor's limit), over `ramp_us` at least.
+    pub fn aim(&mut self, wanted: MotorRates, ramp_us: u32) {
+        let wanted = wanted.0.map(|rate| self.per_second(rate));
+        if self.ramp.over() && wanted == self.ramp.wanted() {
+            return;
+        }
+        self.ramp.to(wanted, ramp_us / TICK_US, self.deltas);
+        self.look_ahead();
     }
 
-    /// Plans a tick towards the `wanted` rates (each within its motor's limit). Where a motor could then no longer
-    /// stop within its travel, it plans a tick of ramping down instead and names that motor.
-    pub fn tick(&mut self, wanted: MotorRates) -> (StepPlan, Option<usize>) {
-        self.tick_over(wanted, 0)
+    /// Finds out where in its travel each motor can surely stop on its way to the wanted rates.
+    fn look_ahead(&mut self) {
+        (self.steady, self.safe_for) = (false, 0);
+        // No rate on the way is above the greater of its two ends, and no stop takes longer than from those.
+        let (now, then) = (self.ramp.rates, self.ramp.wanted());
+        let fastest = [0, 1, 2].map(|i| now[i].unsigned_abs().max(then[i].unsigned_abs()));
+        let ticks = ticks_for(fastest, self.deltas);
+        let per_pulse = 16 / self.microsteps;
+        for ((travel, fastest), behind) in self.travels.iter_mut().zip(fastest).zip(self.behind) {
+            travel.expect(fastest, ticks, behind, per_pulse);
+        }
     }
 
-    /// As [`tick`](Self::tick), the change to the wanted rates spread over `ramp_us` at least.
-    pub fn tick_over(&mut self, wanted: MotorRates, ramp_us: u32) -> (StepPlan, Option<usize>) {
-        let mut rates = self.toward(wanted, (ramp_us / TICK_US) as i32);
-        let beyond = self.beyond_travel(rates);
-        if beyond.is_some() {
-            rates = self.toward(MotorRates::default(), 0);
+    /// Plans a tick towards the rates that were [aimed](Self::aim) at. Where a motor could then no longer stop within its
+    /// travel, it plans a tick of ramping down instead, aims at rest, and names that motor.
+    #[inline]
+    pub fn tick(&mut self) -> Option<usize> {
+        if self.safe_for == 0 || !self.steady {
+            return self.turn();
         }
-        for (axis, rate) in self.axes.iter_mut().zip(rates) {
-            axis.rate = rate;
+        self.safe_for -= 1;
+        self.cruise();
+        None
+    }
+
+    /// A tick like the last.
+    #[inline(always)]
+    fn cruise(&mut self) {
+        let ([a, b, c], [of_a, of_b, of_c]) = (&mut self.axes, &mut self.plan.motors);
+        a.cruise(of_a);
+        b.cruise(of_b);
+        c.cruise(of_c);
+        if self.history.tick() {
+            self.remember();
         }
-        self.turning = self.mean.tick(rates);
-        let (microsteps, turning) = (self.microsteps, self.turning);
-        let motors = [0, 1, 2].map(|i| self.axes[i].advance(turning[i], microsteps));
-        self.history.tick(self.positions());
-        (StepPlan { motors }, beyond)
+    }
+
+    #[inline(never)]
+    fn remember(&mut self) {
+        self.history.enter(self.positions());
+    }
+
+    /// A tick in which the rates change, or are just no longer changing, or the travel is to be looked at.
+    #[inline(never)]
+    fn turn(&mut self) -> Option<usize> {
+        let beyond = self.mind_travel();
+        if self.steady {
+            self.cruise();
+            return beyond;
+        }
+        self.ramp.tick();
+        self.turning = self.mean.tick(self.ramp.rates);
+        for ((axis, rate), pulses) in self.axes.iter_mut().zip(self.turning).zip(&mut self.plan.motors) {
+            axis.advance(rate, pulses);
+        }
+        self.steady = self.ramp.over() && self.mean.is_off() && self.axes.iter().all(Axis::cruises);
+        if self.history.tick() {
+            self.remember();
+        }
+        beyond
     }
 }

@@ -91,77 +91,92 @@ const LEAST_LOW: u32 = TO_END + TO_FIRST;
 /// The segments of one motor, one after the other.
 #[derive(Debug, Clone, Copy)]
 pub struct Segments {
-    timing: Timing,
+    /// Clocks of a pulse, from one to the next, and from a change of direction to one, at the least.
+    high: u32,
+    least: u32,
+    setup: u32,
     /// How late the next segment begins, clocks.
     late: u32,
     /// When the next pulse may come at the earliest, clocks from when the next segment ought to begin.
-    ready: i32,
+    ready: u32,
     direction: bool,
+    /// The plan's period last time, and what was made of it: the generator's, and the first word but for its count.
+    planned: u32,
+    period: u32,
+    word: u32,
 }
 
 impl Segments {
     /// From standstill.
     pub fn new(timing: Timing) -> Self {
-        Self { timing, late: 0, ready: 0, direction: false }
+        let (direction, planned, period, word) = (false, 0, 0, 0);
+        let mut segments =
+            Self { high: 0, least: 0, setup: 0, late: 0, ready: TO_FIRST, direction, planned, period, word };
+        segments.set_timing(timing);
+        segments
     }
 
     /// For another driver; at standstill.
     pub fn set_timing(&mut self, timing: Timing) {
-        self.timing = timing;
+        (self.high, self.least, self.setup) = (timing.high.clocks(), timing.least_period(), timing.setup);
+        self.set_pulses(0, self.direction);
     }
 
     /// What the generator was doing was cut off: the next segment begins when it ought to.
     pub fn restart(&mut self) {
         self.late = 0;
-        self.ready = self.timing.least_period() as i32;
+        self.ready = self.least.max(TO_FIRST);
     }
 
     /// The words for the next tick.
-    pub fn next(&mut self, pulses: &Pulses) -> [u32; 2] {
-        if pulses.count == 0 { self.empty() } else { self.filled(pulses) }
-    }
-
-    fn empty(&mut self) -> [u32; 2] {
-        let rest = TICK_CLOCKS.saturating_sub(self.late + EMPTY);
-        self.finish(self.late + EMPTY + rest, 0);
-        [Word { remaining: 0, wait: 0, direction: self.direction, any: false }.bits(), rest]
-    }
-
-    fn filled(&mut self, pulses: &Pulses) -> [u32; 2] {
-        let Timing { high, low, setup } = self.timing;
-        let high = high.clocks();
-        let mut first = pulses.first.max(self.late + TO_FIRST).max(self.ready.max(0) as u32);
-        if pulses.direction != self.direction {
-            first = first.max(self.late + TO_DIRECTION + setup);
+    #[inline(never)]
+    pub fn next(&mut self, pulses: &Pulses) -> (u32, u32) {
+        if pulses.count == 0 {
+            return self.empty();
         }
-        // 15 and 10 bits, said for the compiler: a product that may overflow is checked in 64 bits.
-        let period = pulses.period.max(high + low).min(TICK_CLOCKS);
-        let last = first + u32::from(pulses.count - 1).min(1023) * period;
-        let end = last + high + TO_END;
-        let rest = TICK_CLOCKS.saturating_sub(end);
-        let wait = first - self.late - TO_FIRST;
-        let word = Word {
-            remaining: u32::from(pulses.count - 1),
-            wait: period - high - TO_NEXT,
-            direction: pulses.direction,
-            any: true,
-        };
-        self.direction = pulses.direction;
-        self.finish(end + rest, (last + high + low) as i32);
-        [word.bits(), wait | rest << 16]
+        if pulses.period != self.planned || pulses.direction != self.direction {
+            self.set_pulses(pulses.period, pulses.direction);
+        }
+        let first = pulses.first.max(self.ready);
+        // Not checked for overflow: 10 and 15 bits, and all else has less than 16.
+        let remaining = u32::from(pulses.count.wrapping_sub(1)) & 1023;
+        let wait = first.wrapping_sub(self.late).wrapping_sub(TO_FIRST);
+        // The last pulse, clocks after the tick's end.
+        let last = first.wrapping_add(remaining.wrapping_mul(self.period)).wrapping_sub(TICK_CLOCKS) as i32;
+        // Behind `late` by TO_FIRST at least, since `least` is that more than a pulse.
+        self.ready = last.wrapping_add(self.least as i32).max(TO_FIRST as i32) as u32;
+        let end = last.wrapping_add((self.high + TO_END) as i32);
+        self.late = end.max(0) as u32;
+        (self.word | remaining, wait | end.min(0).unsigned_abs() << 16)
     }
 
-    /// Takes note of when this segment ends and when a pulse may come again, clocks from when it ought to have begun.
-    fn finish(&mut self, end: u32, ready: i32) {
-        self.late = end - TICK_CLOCKS;
-        self.ready = (ready.max(self.ready) - TICK_CLOCKS as i32).max(0);
+    #[inline(never)]
+    fn empty(&mut self) -> (u32, u32) {
+        let end = self.late + EMPTY;
+        let rest = TICK_CLOCKS.saturating_sub(end);
+        self.late = end.saturating_sub(TICK_CLOCKS);
+        self.ready = self.ready.saturating_sub(TICK_CLOCKS).max(self.late + TO_FIRST);
+        (Word { wait: 0, direction: self.direction, any: false }.bits(), rest)
+    }
+
+    /// Goes over to pulses of this period and direction.
+    #[inline(never)]
+    fn set_pulses(&mut self, planned: u32, direction: bool) {
+        if direction != self.direction {
+            self.ready = self.ready.max(self.late + TO_DIRECTION + self.setup);
+        }
+        (self.planned, self.direction) = (planned, direction);
+        self.period = planned.max(self.least).min(TICK_CLOCKS);
+        self.word = Word { wait: self.period - self.high - TO_NEXT, direction, any: true }.bits();
     }
 }
 
-/// The first word of a segment, in the order in which the program takes it, lowest bits first.
+// What `Segments::next` builds on: a pulse that is soon enough after the last is soon enough after a late segment's beginning.
+const _: () = assert!(LEAST_LOW >= TO_END + TO_FIRST);
+
+/// The first word of a segment, in the order in which the program takes it, lowest bits first: 10 bits for the pulses after the
+/// first, and these.
 struct Word {
-    /// Pulses after the first: 10 bits.
-    remaining: u32,
     /// Rounds of waiting between pulses: 16 bits.
     wait: u32,
     /// Level of the direction line: 1 bit.
@@ -172,7 +187,7 @@ struct Word {
 
 impl Word {
     fn bits(&self) -> u32 {
-        self.remaining | self.wait << 10 | u32::from(self.direction) << 26 | u32::from(self.any) << 27
+        self.wait << 10 | u32::from(self.direction) << 26 | u32::from(self.any) << 27
     }
 }
 

@@ -25,7 +25,8 @@ fn motors_end_where_the_reference_does_and_half_the_span_later() {
     let halfway = |planner: &mut Planner| {
         (0u32..)
             .find(|_| {
-                planner.tick(rates);
+                planner.aim(rates, 0);
+                planner.tick();
                 planner.positions()[0] >= 16 * 100
             })
             .unwrap()
@@ -35,7 +36,8 @@ fn motors_end_where_the_reference_does_and_half_the_span_later() {
     let ahead = mean.reference();
     assert!((ahead[0] - mean.positions()[0] - 16 * 45).abs() < 16 * 5, "{ahead:?}");
     for _ in 0..5000 {
-        mean.tick(MotorRates::default());
+        mean.aim(MotorRates::default(), 0);
+        mean.tick();
     }
     assert!(!mean.moving());
     let rest = mean.reference();
@@ -49,7 +51,8 @@ fn the_past_is_remembered_between_its_entries() {
     let mut planner = planner(0);
     let mut past = Vec::new();
     for k in 0..4000i32 {
-        planner.tick(MotorRates([(k % 1700 - 800) * 100, 20_000, -30_000]));
+        planner.aim(MotorRates([(k % 1700 - 800) * 100, 20_000, -30_000]), 0);
+        planner.tick();
         past.push(planner.positions());
     }
     for ago in [0, 3, 40, 41, 333, 1000, 2400] {
@@ -80,7 +83,8 @@ proptest! {
         let mut last = [0; 3];
         for (rates, ticks) in orders {
             for _ in 0..ticks {
-                planner.tick(MotorRates(rates.map(|r| (r * 256.0) as i32)));
+                planner.aim(MotorRates(rates.map(|r| (r * 256.0) as i32)), 0);
+                planner.tick();
                 let (now, at) = (planner.rates(), planner.positions());
                 for i in 0..3 {
                     // 2000 steps/s² in a tick are 102.4 in Q8.

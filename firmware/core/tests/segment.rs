@@ -30,7 +30,7 @@ impl Machine {
         Self { high, clock: 0, direction: false, pulses: Vec::new(), turns: Vec::new() }
     }
 
-    fn run(&mut self, [first, second]: [u32; 2]) {
+    fn run(&mut self, (first, second): (u32, u32)) {
         // pull; out y, 10; out isr, 16; out pins, 1 (the level is there a clock later); out x, 1; pull; jmp !x
         let (mut y, isr) = (first & 0x3ff, u64::from(first >> 10 & 0xffff));
         let (direction, any) = (first >> 26 & 1 != 0, first >> 27 & 1 != 0);
@@ -105,7 +105,9 @@ fn plans(timing: &StepDir, acceleration: u32, wanted: &[(i32, u8)]) -> Vec<Pulse
     let mut plans = Vec::new();
     let mut tick = |per_mille: i32| {
         let rate = (i64::from(per_mille) * i64::from(motor.max_rate.0) / 1000) as i32;
-        let (StepPlan { motors }, _) = planner.tick(MotorRates([rate, 0, 0]));
+        planner.aim(MotorRates([rate, 0, 0]), 0);
+        planner.tick();
+        let StepPlan { motors } = *planner.plan();
         plans.push(motors[0]);
         planner.moving()
     };

@@ -103,6 +103,7 @@ const COMMANDS = {
   pulses: (session) => ({ pulses: session.steppers.map((stepper) => stepper.take()) }),
   trace: (session, what) => session.trace(what),
   calls: (session) => ({ calls: session.tracer?.take() ?? {} }),
+  profile: (session) => ({ profile: session.tracer?.profile() ?? [] }),
   list: (session, pins) => void (session.listed = new Set(pins)),
   i2c: (session, target) => session.addTarget(target),
   levels: ({ chip }, pins) => ({ levels: pins.map((pin) => chip.level(pin)) }),

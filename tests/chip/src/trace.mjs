@@ -24,6 +24,7 @@ export class Trace {
 
   look() {
     const { core, chip, open } = this;
+    this.charge();
     for (const handler of this.handlers) {
       if (core.IPSR === handler.number) handler.began ??= chip.cycles;
       else if (handler.began !== null) this.ends(handler);
@@ -33,6 +34,16 @@ export class Trace {
     if (name !== undefined) open.push({ name, began: chip.cycles, sp: core.r[13], back: core.r[14] & ~1 });
   }
 
+  /** Charges what has passed since the last instruction began to that instruction, unless the processor slept. */
+  charge() {
+    const { core, chip } = this;
+    const awake = chip.cycles - chip.load.sleepCycles;
+    const { cycles, last } = this.spent;
+    if (last !== null) cycles.set(last, (cycles.get(last) ?? 0) + awake - this.spent.awake);
+    this.spent.awake = awake;
+    this.spent.last = core.IPSR * 2 ** 32 + core.pc;
+  }
+
   ends(call) {
     this.calls[call.name].push([call.began, this.chip.cycles - call.began]);
     call.began = null;
@@ -40,6 +51,7 @@ export class Trace {
 
   forget() {
     this.calls = {};
+    this.spent = { cycles: new Map(), last: null, awake: 0 };
     for (const name of [...this.names.values(), ...this.handlers.map((handler) => handler.name)]) this.calls[name] = [];
   }
 
@@ -48,6 +60,11 @@ export class Trace {
     const { calls } = this;
     this.forget();
     return calls;
+  }
+
+  /** [exception, address, cycles awake] of each instruction that was carried out since the calls were last asked. */
+  profile() {
+    return [...this.spent.cycles].map(([key, cycles]) => [Math.floor(key / 2 ** 32), key % 2 ** 32, cycles]);
   }
 
   end() {

@@ -54,6 +54,8 @@ pub struct Board {
     /// Whether it is to be sent after this tick.
     telling: bool,
     bootloader: bool,
+    /// Ticks until the next that is to look at what has happened and at what time has brought.
+    idle_for: u32,
 }
 
 /// What the board is at.
@@ -70,10 +72,8 @@ enum Activity {
 }
 
 /// What the chip carries out for the next tick.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Tick {
-    /// The pulses.
-    pub plan: StepPlan,
     /// Whether the drivers hold the motors: from the first configuration on, since motors without current drop the
     /// ball; but not after an emergency stop or a restart for a mistake of the board's own.
     pub drivers_enabled: bool,
@@ -105,6 +105,7 @@ impl Board {
             told: Micros(0),
             telling: false,
             bootloader: false,
+            idle_for: 0,
         }
     }
 
@@ -142,17 +143,22 @@ impl Board {
 
     /// Answers to [`Tick::store`]: whether the configuration was written.
     pub fn stored(&mut self, written: bool, out: &mut Outbox) {
+        self.idle_for = 0;
         if let Some(id) = self.storing.take() {
             answer(out, id, if written { Ok(()) } else { Err(Refusal::NotStored) });
         }
     }
 
     /// Takes in bytes that arrived at `now`, in any pieces; answers go to `out`.
+    #[inline(never)]
     pub fn receive(&mut self, now: Micros, bytes: &[u8], out: &mut Outbox) {
         for &byte in bytes {
             match self.accumulator.push::<ToBoard>(byte) {
                 None => {}
-                Some(Ok(message)) => self.handle(now, message, out),
+                Some(Ok(message)) => {
+                    self.idle_for = 0;
+                    self.handle(now, message, out);
+                }
                 Some(Err(error)) => {
                     self.bad_frames = self.bad_frames.saturating_add(1);
                     if error == FrameError::Malformed {
@@ -165,46 +171,76 @@ impl Board {
 
     /// Plans the tick that begins at `now`, and says what there is to say; call every
     /// [`TICK_US`](crate::plan::TICK_US). This is [`plan`](Self::plan) and [`report`](Self::report).
-    pub fn tick(&mut self, now: Micros, out: &mut Outbox) -> Tick {
+    pub fn tick(&mut self, now: Micros, out: &mut Outbox) -> Option<Tick> {
         let tick = self.plan(now, out);
         self.report(now, out);
         tick
     }
 
-    /// The first half of a tick: what is to be done in it. A chip has that in hand before it goes on to the second.
-    pub fn plan(&mut self, now: Micros, out: &mut Outbox) -> Tick {
+    /// The first half of a tick: its [pulses](Self::pulses), and what else is to be carried out where that may have changed. A
+    /// chip has that in hand before it goes on to the second.
+    #[inline]
+    pub fn plan(&mut self, now: Micros, out: &mut Outbox) -> Option<Tick> {
+        if self.idle_for == 0 {
+            return Some(self.attend(now, out));
+        }
+        self.idle_for -= 1;
+        self.turn(now, out);
+        None
+    }
+
+    /// Plans the pulses.
+    #[inline(always)]
+    fn turn(&mut self, now: Micros, out: &mut Outbox) {
+        if let Some(motor) = self.planner.tick() {
+            self.fault(now, Fault::Travel(motor as u8), out);
+            self.idle_for = 0;
+        }
+    }
+
+    /// What the motors do in the tick that was planned last.
+    #[inline]
+    pub fn pulses(&self) -> &StepPlan {
+        self.planner.plan()
+    }
+
+    /// The second half: telemetry after a position, and from time to time.
+    #[inline]
+    pub fn report(&mut self, now: Micros, out: &mut Outbox) {
+        if self.telling {
+            self.tell(now, out);
+        }
+    }
+
+    /// A tick that looks at what has happened and at what is due. One in which neither is needs nothing of this.
+    #[inline(never)]
+    fn attend(&mut self, now: Micros, out: &mut Outbox) -> Tick {
         if let Some(fault) = self.expired(now) {
             self.fault(now, fault, out);
         }
         let wanted = self.wanted(now);
-        let (plan, beyond) = self.planner.tick_over(wanted.rates, wanted.ramp_us);
-        if let Some(motor) = beyond {
-            self.fault(now, Fault::Travel(motor as u8), out);
-        }
-        if self.greeted && now.since(self.told) >= TELEMETRY_US {
-            self.tell(now, out);
-        }
+        self.planner.aim(wanted.rates, wanted.ramp_us);
+        self.telling |= self.greeted && now.since(self.told) >= TELEMETRY_US;
+        let off = matches!(self.activity, Activity::Faulted(Fault::EmergencyStop | Fault::Watchdog));
+        // What changes from tick to tick is looked at in each.
+        let jogging = matches!(self.activity, Activity::Jogging(_));
+        let at_once = jogging || self.bootloader || self.storing.is_some();
+        self.idle_for = if at_once { 0 } else { self.idle_ticks(now) };
+        self.turn(now, out);
         Tick {
-            plan,
-            drivers_enabled: self.params.is_some()
-                && !matches!(self.state(), State::Fault(Fault::EmergencyStop | Fault::Watchdog)),
+            drivers_enabled: self.params.is_some() && !off,
             bootloader: self.bootloader && !self.planner.moving(),
             store: self.storing.is_some(),
-        }
-    }
-
-    /// The second half: telemetry after a position, and from time to time.
-    pub fn report(&mut self, now: Micros, out: &mut Outbox) {
-        if self.telling || (self.greeted && now.since(self.told) >= TELEMETRY_US) {
-            self.tell(now, out);
         }
     }
 
     /// The emergency input has cut the pulses off: the motors stand, `missing` pulses each from where they were planned
     /// to be (+ where the direction line is high), and the drivers are let go. Latched like any fault; to be called
     /// before every tick for as long as the input is open, so that clearing it is refused.
+    #[inline(never)]
     pub fn emergency(&mut self, now: Micros, missing: [i32; 3], out: &mut Outbox) {
         self.emergency = Some(now);
+        self.idle_for = 0;
         self.planner.cut(missing);
         if !matches!(self.activity, Activity::Faulted(Fault::EmergencyStop)) {
             self.activity = Activity::Idle;
@@ -214,8 +250,8 @@ impl Board {
 
     /// The state, as it is told to the host.
     pub fn state(&self) -> State {
-        match (self.params, self.activity) {
-            (_, Activity::Faulted(fault)) => State::Fault(fault),
+        match (&self.params, &self.activity) {
+            (_, Activity::Faulted(fault)) => State::Fault(*fault),
             (None, _) => State::Unconfigured,
             (_, Activity::Seeking(seek)) if seek.reached => State::Holding,
             (_, Activity::Seeking(_)) => State::Seeking,
@@ -252,6 +288,7 @@ impl Board {
     }
 
     /// Stops for `fault`, unless the board has stopped already: the first reason stays.
+    #[inline(never)]
     fn fault(&mut self, now: Micros, fault: Fault, out: &mut Outbox) {
         if matches!(self.activity, Activity::Faulted(_)) {
             return;
@@ -262,6 +299,7 @@ impl Board {
     }
 
     /// Sends telemetry.
+    #[inline(never)]
     fn tell(&mut self, now: Micros, out: &mut Outbox) {
         self.told = now;
         self.telling = false;

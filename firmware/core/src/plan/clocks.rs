@@ -4,48 +4,75 @@ use core::hint::black_box;
 
 use super::{CLOCK_HZ, RATE_BITS, TICK_CLOCKS, UNIT};
 
-/// From one pulse to the next at `rate` (above 0, units), clocks, rounded down; beyond a tick it may be more than it is.
+/// A quotient rounded down, and the remainder.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Quotient {
+    pub(super) whole: u32,
+    pub(super) rest: u32,
+}
+
+impl Quotient {
+    /// What takes it off again when it is added to a quotient with the same divisor; wraps.
+    pub(super) fn negative(self, divisor: u32) -> Self {
+        match self.rest {
+            0 => Self { whole: self.whole.wrapping_neg(), rest: 0 },
+            rest => Self { whole: !self.whole, rest: divisor - rest },
+        }
+    }
+}
+
+/// From one pulse to the next at `rate` (31 bits, at least 64 units), clocks, rounded down.
 pub(super) fn period(rate: u32) -> u32 {
     // UNIT·TICK_CLOCKS = CLOCK_HZ·2^10 = (CLOCK_HZ·2^5)·2^5; the first factor fits 32 bits, and the rest is done by hand.
     const HIGH: u32 = CLOCK_HZ << (RATE_BITS - LOW_BITS);
     const LOW_BITS: u32 = 5;
     const { assert!(HIGH as u64 * 32 == UNIT as u64 * TICK_CLOCKS as u64) };
-    let (mut quotient, mut remainder) = (HIGH / rate, HIGH % rate);
+    let (mut whole, mut rest) = (HIGH / rate, HIGH % rate);
     if rate < 1 << (32 - LOW_BITS) {
-        return (quotient << LOW_BITS) + (remainder << LOW_BITS) / rate;
+        return (whole << LOW_BITS) + (rest << LOW_BITS) / rate;
     }
     for _ in 0..LOW_BITS {
         // Rates have 31 bits, so twice the remainder has 32.
-        (quotient, remainder) = (quotient << 1, remainder << 1);
-        if remainder >= rate {
-            (quotient, remainder) = (quotient + 1, remainder - rate);
+        (whole, rest) = (whole << 1, rest << 1);
+        if rest >= rate {
+            (whole, rest) = (whole + 1, rest - rate);
         }
     }
-    quotient
+    whole
 }
 
-/// Until `units` are passed at `rate` (units below the rate: within the tick), clocks, rounded down.
-pub(super) fn until(units: u32, rate: u32) -> u32 {
+/// Until `units` (up to a microstep) are passed at `rate`, clocks; where they lie within the tick (`units` up to `rate`), or
+/// from 64 units of the rate on.
+pub(super) fn until(units: u32, rate: u32) -> Quotient {
+    if units > rate {
+        // Beyond the tick: whole ticks by themselves.
+        let (ticks, units) = (units / rate, units % rate);
+        let Quotient { whole, rest } = within(units, rate);
+        return Quotient { whole: ticks.wrapping_mul(TICK_CLOCKS).wrapping_add(whole), rest };
+    }
+    within(units, rate)
+}
+
+/// The same for `units` up to `rate`.
+fn within(units: u32, rate: u32) -> Quotient {
     // First with both to 17 bits, whose product with 25 000 has 32: that is right or one too little. (The bound is said
     // again for the compiler: a product that may overflow is checked in 64 bits.)
     let shift = 15u32.saturating_sub(rate.leading_zeros());
     let about = (units >> shift).min(1 << 17) * TICK_CLOCKS / ((rate >> shift) + u32::from(shift > 0));
     // What is left is below twice the rate, so it is right although its two parts overflow.
     let left = units.wrapping_mul(TICK_CLOCKS).wrapping_sub(about.wrapping_mul(rate));
-    if left >= rate { about + 1 } else { about }
+    if left >= rate {
+        Quotient { whole: about + 1, rest: left - rate }
+    } else {
+        Quotient { whole: about, rest: left }
+    }
 }
 
-/// `reference` in whole microsteps and what is left of it: [0, UNIT).
-pub(super) fn split(reference: i32) -> (i32, i32) {
+/// `units` in whole microsteps, and what is left of them.
+pub(super) fn split(units: u32) -> (u32, u32) {
     // Hidden, since a division by a known number becomes a product of 64 bits.
     let unit = black_box(UNIT.unsigned_abs());
-    let magnitude = reference.unsigned_abs();
-    let (whole, rest) = ((magnitude / unit) as i32, (magnitude % unit) as i32);
-    match (reference < 0, rest) {
-        (false, _) => (whole, rest),
-        (true, 0) => (-whole, 0),
-        (true, _) => (-whole - 1, UNIT - rest),
-    }
+    (units / unit, units % unit)
 }
 
 #[cfg(test)]
@@ -58,24 +85,32 @@ mod tests {
         (0u32..22, 1u32..1_280_000_000).prop_map(|(shift, rate)| (rate >> shift).max(1))
     }
 
+    /// The quotient, exactly.
+    fn exact(dividend: u64, rate: u32) -> Quotient {
+        let rate = u64::from(rate);
+        Quotient { whole: (dividend / rate) as u32, rest: (dividend % rate) as u32 }
+    }
+
     proptest! {
         #[test]
         fn periods_are_exact(rate in rates()) {
-            let exact = UNIT as u64 * u64::from(TICK_CLOCKS) / u64::from(rate);
-            prop_assume!(u32::try_from(exact).is_ok());
-            prop_assert_eq!(u64::from(period(rate)), exact);
+            let dividend = UNIT as u64 * u64::from(TICK_CLOCKS);
+            prop_assume!(rate >= 64);
+            prop_assert_eq!(period(rate), exact(dividend, rate).whole);
         }
 
         #[test]
-        fn a_moment_is_exact(rate in rates(), part in 0u32..1_000_000) {
-            let units = (u64::from(rate) * u64::from(part) / 1_000_000) as u32;
-            let exact = u64::from(units) * u64::from(TICK_CLOCKS) / u64::from(rate);
-            prop_assert_eq!(u64::from(until(units, rate)), exact);
+        fn a_moment_is_exact(rate in rates(), part in 0u32..=1_000_000) {
+            let within = (u64::from(rate) * u64::from(part) / 1_000_000) as u32;
+            prop_assert_eq!(until(within, rate), exact(u64::from(within) * u64::from(TICK_CLOCKS), rate));
+            prop_assume!(rate >= 64);
+            let any = (UNIT as u64 * u64::from(part) / 1_000_000) as u32;
+            prop_assert_eq!(until(any, rate), exact(u64::from(any) * u64::from(TICK_CLOCKS), rate));
         }
 
         #[test]
-        fn splitting_is_euclidean(reference in -1_300_000_000i32..1_300_000_000) {
-            prop_assert_eq!(split(reference), (reference.div_euclid(UNIT), reference.rem_euclid(UNIT)));
+        fn splitting_is_exact(units in 0u32..1_300_000_000) {
+            prop_assert_eq!(split(units), (units / UNIT as u32, units % UNIT as u32));
         }
     }
 }

@@ -24,14 +24,18 @@ pub(super) struct History {
 impl History {
     pub(super) const EMPTY: Self = Self { entries: [[0; 3]; ENTRIES], newest: 0, ticks: 0 };
 
-    /// A tick has passed; the motors are at `positions` now (1/16 steps).
-    pub(super) fn tick(&mut self, positions: [i32; 3]) {
-        self.ticks += 1;
-        if self.ticks == TICKS {
-            self.ticks = 0;
-            self.newest = (self.newest + 1) % ENTRIES;
-            self.entries[self.newest] = positions;
-        }
+    /// A tick has passed; whether the motors' positions are to be [entered](Self::enter) now.
+    #[inline(always)]
+    pub(super) fn tick(&mut self) -> bool {
+        self.ticks = self.ticks.wrapping_add(1);
+        self.ticks >= TICKS
+    }
+
+    /// The motors are at `positions` now (1/16 steps).
+    pub(super) fn enter(&mut self, positions: [i32; 3]) {
+        self.ticks = 0;
+        self.newest = (self.newest + 1) % ENTRIES;
+        self.entries[self.newest] = positions;
     }
 
     /// Where the motors were `age_us` before `now`, when they are at `positions`; the oldest that is known where it is

@@ -28,13 +28,13 @@ impl Jogging {
         // To the middle of the last microstep: 29 + 23 bits. A pulse rate of as much would get there in one tick.
         let on_its_way = planner.mean.ahead()[self.motor];
         let distance =
-            i64::from(microsteps) * i64::from(UNIT) + i64::from(UNIT / 2 - axis.fraction) - on_its_way;
+            i64::from(microsteps) * i64::from(UNIT) + i64::from(UNIT / 2 - axis.fraction()) - on_its_way;
         // What is left below one unit of a wanted rate cannot be asked for.
         let per_q8 = i64::from(planner.per_q8());
-        if distance.abs() < per_q8 && axis.rate == 0 {
+        if distance.abs() < per_q8 && planner.ramp.rates[self.motor] == 0 {
             return None;
         }
-        let pulse_rate = approach(distance.unsigned_abs(), axis.delta.unsigned_abs());
+        let pulse_rate = approach(distance.unsigned_abs(), planner.deltas[self.motor]);
         let rate = (i64::from(pulse_rate) / per_q8).min(i64::from(self.rate)) as i32;
         let mut rates = [0; 3];
         rates[self.motor] = rate * distance.signum() as i32;

@@ -26,6 +26,9 @@ struct Lane {
     moved: i64,
     /// The rates at the beginning and at the end of the present cell.
     span: (i32, i32),
+    /// The rate at the middle of the coming tick, times 32; and what a tick adds to that. 38 bits.
+    rate: i64,
+    slope: i64,
     /// How far the reference is ahead of the motor, units.
     ahead: i64,
 }
@@ -42,7 +45,7 @@ pub(super) struct Mean {
 
 impl Mean {
     pub(super) const OFF: Self = Self {
-        lanes: [Lane { cells: [0; CELLS], sum: 0, moved: 0, span: (0, 0), ahead: 0 }; 3],
+        lanes: [Lane { cells: [0; CELLS], sum: 0, moved: 0, span: (0, 0), rate: 0, slope: 0, ahead: 0 }; 3],
         length: 0,
         at: 0,
         tick: 0,
@@ -66,9 +69,8 @@ impl Mean {
         }
         let mut rates = [0; 3];
         for ((lane, rate), wanted) in self.lanes.iter_mut().zip(&mut rates).zip(reference) {
-            let (from, to) = (i64::from(lane.span.0), i64::from(lane.span.1));
-            // At the middle of the tick; 32 bits + 5.
-            *rate = (from + (((to - from) * (2 * self.tick + 1)) >> 5)) as i32;
+            *rate = (lane.rate >> 5) as i32;
+            lane.rate += lane.slope;
             lane.moved += i64::from(wanted);
             lane.ahead += i64::from(wanted) - i64::from(*rate);
         }
@@ -86,6 +88,17 @@ impl Mean {
         [0, 1, 2].map(|i| self.lanes[i].ahead)
     }
 
+    /// Whether there is none.
+    pub(super) fn is_off(&self) -> bool {
+        self.length == 0
+    }
+
+    /// Ticks that the motors are behind the reference at the most: the cells of the mean, the one that gathers, and the one
+    /// in which the rates change.
+    pub(super) fn lag_ticks(&self) -> u32 {
+        if self.length == 0 { 0 } else { (self.length as u32 + 2) * CELL_TICKS as u32 }
+    }
+
     /// Whether motors are still to follow.
     pub(super) fn moving(&self) -> bool {
         self.lanes.iter().any(|lane| lane.sum != 0 || lane.span != (0, 0) || !(0..32).contains(&lane.moved))
@@ -101,6 +114,8 @@ impl Lane {
         self.sum += i64::from(cell) - i64::from(self.cells[at]);
         self.cells[at] = cell;
         self.span = (self.span.1, (2 * self.sum / length as i64) as i32);
+        let change = i64::from(self.span.1) - i64::from(self.span.0);
+        (self.rate, self.slope) = (i64::from(self.span.0) * 32 + change, 2 * change);
         if self.sum == 0 && self.span == (0, 0) {
             // What rounding has left: less than a thousandth of a microstep.
             (self.ahead, self.moved) = (0, 0);

@@ -112,7 +112,8 @@ impl Driver for LawDriver {
 
     fn tick(&mut self, now: Micros) -> [f64; 3] {
         let wanted = self.wanted(now);
-        self.planner.tick_over(wanted.rates, wanted.ramp_us);
+        self.planner.aim(wanted.rates, wanted.ramp_us);
+        self.planner.tick();
         self.planner.positions().map(|p| Steps16(p).to_si())
     }
 

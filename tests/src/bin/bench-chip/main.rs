@@ -1,7 +1,8 @@
 //! What the real firmware does on the emulated chip, in numbers. They come from the chip's own cycles and pins, so that two
 //! runs of an image give the same.
 //!
-//! Usage: `bench-chip FIRMWARE.elf [--json]`. A table on standard output; with `--json` the numbers once more, on the last line.
+//! Usage: `bench-chip FIRMWARE.elf [--json | --profile]`. A table on standard output; with `--json` the numbers once more, on the
+//! last line; with `--profile` where the processor's time goes instead.
 
 #![allow(
     clippy::expect_used,
@@ -10,6 +11,7 @@
 )]
 
 mod measure;
+mod profile;
 mod symbols;
 
 use std::path::PathBuf;
@@ -29,8 +31,11 @@ struct Row {
 fn main() {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let [image, options @ ..] = arguments.as_slice() else {
-        panic!("usage: bench-chip FIRMWARE.elf [--json]");
+        panic!("usage: bench-chip FIRMWARE.elf [--json | --profile]");
     };
+    if options.iter().any(|option| option == "--profile") {
+        return profile::print(&PathBuf::from(image));
+    }
     let rows = table(&PathBuf::from(image));
     println!("| {:57} | {:>9} | {:8} | {:60} |", "", "measured", "", "target, or others' figures");
     println!("|{:-<59}|{:->10}:|{:-<10}|{:-<62}|", "", "", "", "");

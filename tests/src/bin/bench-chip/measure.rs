@@ -18,11 +18,11 @@ const TICK: u64 = 25_000;
 /// TIMER_IRQ_1, the stepping: above everything else, so that nothing else is in its time.
 const STEPPING: u8 = 17;
 /// A target that asks all three motors for the same rate from [`NEAR`].
-const ALIKE: [i32; 3] = [500_000, 300_000, 1_900_000];
+pub(crate) const ALIKE: [i32; 3] = [500_000, 300_000, 1_900_000];
 /// The ball beyond [`FAR`]: motors that hurried there are to turn round.
 const BEYOND: [i32; 3] = [2_000_000, 0, 2_000_000];
 
-fn start(image: &Path, rate: f64) -> Chip {
+pub(crate) fn start(image: &Path, rate: f64) -> Chip {
     Chip::start(image).configured(fast(rate, StepDir::TMC2209))
 }
 

@@ -1,0 +1,129 @@
+//! From the present rates to wanted ones, in a straight line: three motors with one common factor.
+
+/// A change of three pulse rates, spread evenly over some ticks. What a tick does is additions only.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Ramp {
+    /// Present rates; 31 bits with the sign.
+    pub(super) rates: [i32; 3],
+    /// Those at the end.
+    wanted: [i32; 3],
+    /// How many ticks it takes in all, and how many of them are left.
+    ticks: u32,
+    left: u32,
+    lanes: [Lane; 3],
+}
+
+/// One motor's share: `step` every tick and `rest`/`ticks` of `unit` besides.
+#[derive(Debug, Clone, Copy, Default)]
+struct Lane {
+    step: i32,
+    /// One unit in the direction of the change.
+    unit: i32,
+    rest: u32,
+    /// What has come together of it, in 1/`ticks`.
+    gathered: u32,
+}
+
+impl Ramp {
+    pub(super) const AT_REST: Self = Self {
+        rates: [0; 3],
+        wanted: [0; 3],
+        ticks: 1,
+        left: 0,
+        lanes: [Lane { step: 0, unit: 0, rest: 0, gathered: 0 }; 3],
+    };
+
+    /// The rates at its end.
+    pub(super) fn wanted(&self) -> [i32; 3] {
+        self.wanted
+    }
+
+    /// Whether the rates are what was wanted.
+    pub(super) fn over(&self) -> bool {
+        self.left == 0
+    }
+
+    /// Goes to `wanted` from where the rates are, in at least `ticks` (below 2^31), a motor changing its rate by at most its
+    /// `most` a tick. All motors arrive in the same tick.
+    pub(super) fn to(&mut self, wanted: [i32; 3], ticks: u32, most: [u32; 3]) {
+        self.wanted = wanted;
+        self.left = 0;
+        if wanted == self.rates {
+            return;
+        }
+        // Within the limits rates are at most 1.28e9: the difference of two has 32 bits.
+        let changes = [0, 1, 2].map(|i| wanted[i].abs_diff(self.rates[i]));
+        self.ticks = ticks_for(changes, most).max(ticks).max(1);
+        self.left = self.ticks;
+        for i in 0..3 {
+            let (step, rest) = ((changes[i] / self.ticks) as i32, changes[i] % self.ticks);
+            let unit = if wanted[i] < self.rates[i] { -1 } else { 1 };
+            self.lanes[i] = Lane { step: step * unit, unit, rest, gathered: 0 };
+        }
+    }
+
+    /// A tick on. No step is above the `most` of its motor: that is whole, and at least the exact step.
+    pub(super) fn tick(&mut self) {
+        if self.left == 0 {
+            return;
+        }
+        self.left -= 1;
+        for (rate, lane) in self.rates.iter_mut().zip(&mut self.lanes) {
+            *rate += lane.step;
+            // Both are below `ticks`, of 29 bits.
+            lane.gathered += lane.rest;
+            if lane.gathered >= self.ticks {
+                lane.gathered -= self.ticks;
+                *rate += lane.unit;
+            }
+        }
+    }
+
+    /// The rates after the next tick.
+    pub(super) fn next(&self) -> [i32; 3] {
+        let mut next = *self;
+        next.tick();
+        next.rates
+    }
+}
+
+/// Ticks in which three rates change by `changes`, each by at most its `most` (8 and above) a tick: 29 bits.
+pub(super) fn ticks_for(changes: [u32; 3], most: [u32; 3]) -> u32 {
+    let ticks = |i: usize| if changes[i] == 0 { 0 } else { changes[i].div_ceil(most[i]) };
+    ticks(0).max(ticks(1)).max(ticks(2))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        /// After k of n ticks, a rate is k/n of its way, rounded towards where it came from; and exact at the end.
+        #[test]
+        fn a_ramp_is_a_straight_line(
+            ways in proptest::collection::vec(
+                (proptest::array::uniform3(-1_280_000_000i32..=1_280_000_000), 0u32..300), 1..5),
+            most in proptest::array::uniform3(8u32..50_000_000),
+        ) {
+            let mut ramp = Ramp::AT_REST;
+            for (wanted, least) in ways {
+                let from = ramp.rates;
+                ramp.to(wanted, least, most);
+                let changes = [0, 1, 2].map(|i| wanted[i].abs_diff(from[i]));
+                let ticks = ticks_for(changes, most).max(if changes == [0; 3] { 0 } else { least.max(1) });
+                for k in 1..=ticks.min(2000) {
+                    let before = ramp.rates;
+                    ramp.tick();
+                    for i in 0..3 {
+                        let way = (i128::from(wanted[i]) - i128::from(from[i])) * i128::from(k) / i128::from(ticks);
+                        prop_assert_eq!(i128::from(ramp.rates[i]), i128::from(from[i]) + way);
+                        prop_assert!(ramp.rates[i].abs_diff(before[i]) <= most[i]);
+                    }
+                }
+                prop_assert_eq!(ramp.over(), ticks <= 2000);
+                prop_assert!(!ramp.over() || ramp.rates == wanted);
+            }
+        }
+    }
+}
