@@ -1,6 +1,7 @@
 //! Whether the law of signs lets |e| fall on every rig of a kind: sym(J Σ⁻¹) > 0, by branch and bound.
 
-use super::{Cell, Interval, Rigs};
+use super::rigs::Cell;
+use super::{Interval, Rigs};
 
 /// What came out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -35,7 +36,7 @@ pub fn sign_descent(rigs: &Rigs, most_cells: usize) -> Descent {
 /// B + B' for B = 4 J Σ⁻¹, its rows and columns scaled with 1, 1 and √h, which leaves definiteness as it is: entries xx, yy,
 /// zz, xy, xz, yz.
 fn symmetric(cell: &Cell, rigs: &Rigs) -> [Interval; 6] {
-    let s = cell.shape(rigs);
+    let s = cell.shape(rigs.least_lambda);
     let [a, b, c] = s.lengths;
     let [la, lb, lc] = s.lambda;
     let one = Interval::point(1.0);
@@ -72,7 +73,9 @@ mod tests {
     #[test]
     fn the_law_of_signs_descends_where_it_is_said_to() {
         assert!(matches!(sign_descent(&Rigs::wide(0.2), 5_000_000), Descent::Holds(_)));
-        assert!(matches!(sign_descent(&Rigs::paper(0.0), 100_000), Descent::Holds(_)));
+        let motors = [[0.85, 0.61, 0.665], [0.85, 0.0, 0.665], [0.0, 0.24, 0.665]];
+        let paper = Rigs::around(&motors, 0.0, 0.0, Interval::new(0.1, 0.665)).unwrap();
+        assert!(matches!(sign_descent(&paper, 100_000), Descent::Holds(_)));
         assert_eq!(sign_descent(&Rigs::wide(0.2), 10), Descent::Open(10));
     }
 

@@ -1,132 +1,108 @@
-//! Families of Jacobians: their bounds over a kind of rigs, and whether one of them is singular.
+//! Interval families of Jacobians, of which law `interval` is told one.
 
-use super::{Cell, Interval, Rigs};
+use super::Interval;
+use super::directions::{Patch, determinant, dot, norm, over_directions};
+use super::search::within;
 
-/// Bounds are told to this part of themselves.
-const TOLERANCE: f64 = 0.005;
+/// The least |v| is told to this part of itself.
+const TOLERANCE: f64 = 0.05;
 
-/// Cells after which the bounds are told as they are: safe, but loose.
-const MOST_CELLS: usize = 2_000_000;
+/// Patches of directions after which it is told as it is: safe, but loose.
+const MOST_PATCHES: usize = 2_000_000;
 
-/// |J_ik| over a cell; J_yC is 0.
-fn magnitudes(cell: &Cell, rigs: &Rigs) -> [[Interval; 3]; 3] {
-    let s = cell.shape(rigs);
-    let one = Interval::point(1.0);
-    let [a, b, c] = s.lengths;
-    [
-        [s.t * a / s.w, (one - s.t) * b / s.w, c / s.w],
-        [a, b, Interval::point(0.0)],
-        [s.lambda[0] * a / s.h, s.lambda[1] * b / s.h, s.lambda[2] * c / s.h],
-    ]
-}
+/// Every matrix whose entries lie in these intervals: rows x, y, z, columns A, B, C.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Family(pub [[Interval; 3]; 3]);
 
-/// α and β: safe bounds on the least and the largest of the entries of |J| that are not zero, over all `rigs`.
-#[must_use]
-pub fn jacobian_bounds(rigs: &Rigs) -> (f64, f64) {
-    (bound(rigs, least).max(0.0), -bound(rigs, |m| -greatest(m)))
-}
-
-fn entries(m: &[[Interval; 3]; 3]) -> impl Iterator<Item = Interval> + '_ {
-    m.iter()
-        .enumerate()
-        .flat_map(|(i, row)| row.iter().enumerate().filter(move |(k, _)| (i, *k) != (1, 2)).map(|(_, v)| *v))
-}
-
-fn least(m: &[[Interval; 3]; 3]) -> Interval {
-    entries(m).fold(Interval::point(f64::INFINITY), |l, v| Interval::new(l.lo.min(v.lo), l.hi.min(v.hi)))
-}
-
-fn greatest(m: &[[Interval; 3]; 3]) -> Interval {
-    entries(m).fold(Interval::point(0.0), |l, v| Interval::new(l.lo.max(v.lo), l.hi.max(v.hi)))
-}
-
-/// A safe lower bound on the least value of `f` over all rigs, by best-first bisection.
-fn bound(rigs: &Rigs, f: impl Fn(&[[Interval; 3]; 3]) -> Interval) -> f64 {
-    let whole = Cell::whole(rigs);
-    let sizes = whole.0.map(|side| side.width().max(1e-9));
-    let value = |cell: &Cell| f(&magnitudes(cell, rigs));
-    let mut heap = std::collections::BinaryHeap::from([Entry(value(&whole), whole)]);
-    let mut cells = 0;
-    while let Some(Entry(v, cell)) = heap.pop() {
-        cells += 1;
-        if v.hi - v.lo <= TOLERANCE * v.lo.abs() || cells > MOST_CELLS {
-            return v.lo;
-        }
-        heap.extend(
-            cell.halves(sizes)
-                .into_iter()
-                .filter(|half| half.contains_some(rigs))
-                .map(|half| Entry(value(&half), half)),
-        );
+impl Family {
+    /// The sign pattern (12) with α <= |J_ik| <= β (13).
+    #[must_use]
+    pub fn of_signs(alpha: f64, beta: f64) -> Self {
+        let (plus, minus) = (Interval::new(alpha, beta), Interval::new(-beta, -alpha));
+        Self([[minus, minus, plus], [minus, plus, Interval::point(0.0)], [minus; 3]])
     }
-    f64::INFINITY
-}
 
-/// A cell in the order of what is least in it.
-struct Entry(Interval, Cell);
-
-impl PartialEq for Entry {
-    fn eq(&self, other: &Self) -> bool {
-        self.0.lo == other.0.lo
+    /// Whether none of them is singular: the determinant is linear in each entry for itself, so that its least and
+    /// greatest values are at corners of the box; all corners must have one sign.
+    #[must_use]
+    pub fn nonsingular(&self) -> bool {
+        let determinants: Vec<_> =
+            (0..512).map(|k| determinant(&self.vertex(k).map(|r| r.map(Interval::point)))).collect();
+        determinants.iter().all(|d| d.lo > 0.0) || determinants.iter().all(|d| d.hi < 0.0)
     }
-}
 
-impl Eq for Entry {}
-
-impl PartialOrd for Entry {
-    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
-        Some(self.cmp(other))
+    /// The corners of the box, by rows; where all nine intervals have a width, 512.
+    #[must_use]
+    pub fn vertices(&self) -> Vec<[[f64; 3]; 3]> {
+        let narrow: u32 = (0..9).filter(|n| self.0[n / 3][n % 3].width() == 0.0).map(|n| 1 << n).sum();
+        (0..512).filter(|corner| corner & narrow == 0).map(|corner| self.vertex(corner)).collect()
     }
-}
 
-impl Ord for Entry {
-    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
-        other.0.lo.total_cmp(&self.0.lo)
-    }
-}
-
-/// Whether no matrix of the family is singular: the determinant is linear in each entry for itself, so that its least and
-/// greatest values are at corners of the box; all corners must have one sign. Rows x, y, z; columns A, B, C.
-#[must_use]
-pub fn nonsingular(family: &[[Interval; 3]; 3]) -> bool {
-    let corner = |bits: u32| -> Interval {
-        let entry = |i: usize, k: usize| {
-            let v = family[i][k];
-            Interval::point(if bits >> (3 * i + k) & 1 == 0 { v.lo } else { v.hi })
+    /// The corner with the upper ends where `bits` are set, row by row.
+    fn vertex(&self, bits: u32) -> [[f64; 3]; 3] {
+        let end = |n: usize| {
+            let entry = self.0[n / 3][n % 3];
+            if bits >> n & 1 == 0 { entry.lo } else { entry.hi }
         };
-        let minor = |r: usize, s: usize| entry(1, r) * entry(2, s) - entry(1, s) * entry(2, r);
-        entry(0, 0) * minor(1, 2) - entry(0, 1) * minor(0, 2) + entry(0, 2) * minor(0, 1)
-    };
-    (0..512).all(|bits| corner(bits).lo > 0.0) || (0..512).all(|bits| corner(bits).hi < 0.0)
+        [0, 3, 6].map(|row| [row, row + 1, row + 2].map(end))
+    }
+
+    /// v of eqs. (7), (8) for the error `e`: per column what of the interval of e'J is nearest to zero.
+    #[must_use]
+    pub fn v(&self, e: [f64; 3]) -> [f64; 3] {
+        [0, 1, 2].map(|k| {
+            let ends = [0, 1, 2].map(|i| [e[i] * self.0[i][k].lo, e[i] * self.0[i][k].hi]);
+            let least: f64 = ends.iter().map(|[a, b]| a.min(*b)).sum();
+            let most: f64 = ends.iter().map(|[a, b]| a.max(*b)).sum();
+            least.max(0.0) + most.min(0.0)
+        })
+    }
+
+    /// The least |v|/|e| over all e, within which it is: the lower end is proved, the upper one is reached. With u̇ = -γ v,
+    /// e'Jv >= |v|² lets |e| fall at least as exp(-γ lo² t), whatever J of the family is the true one.
+    #[must_use]
+    pub fn least_v(&self) -> Interval {
+        let value = |patch: &Patch| {
+            let (e, centre) = (patch.e(), patch.centre());
+            let v = [0, 1, 2].map(|k| dot(e, [0, 1, 2].map(|i| self.0[i][k])).magnitude());
+            let reached = norm(self.v(centre).map(Interval::point)) / norm(centre.map(Interval::point));
+            let lowest = norm(v.map(|v| Interval::point(v.lo))) / norm(e);
+            Interval::new(lowest.lo.max(0.0), reached.hi)
+        };
+        over_directions(value, within(TOLERANCE), MOST_PATCHES)
+            .map_or(Interval::point(0.0), |least| least.value)
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// docs/control.md: 30, 42, 79, 181 for λ >= 0.10, 0.05, 0.023, 0.01.
-    #[test]
-    fn the_papers_rig_has_the_ratios_of_the_control_notes() {
-        for (lambda, ratio) in [(0.10, 30.0), (0.05, 42.0), (0.023, 79.0), (0.01, 181.0)] {
-            let (alpha, beta) = jacobian_bounds(&Rigs::paper(lambda));
-            assert!(
-                (beta / alpha / ratio - 1.0).abs() < 0.1,
-                "λ >= {lambda}: {alpha} to {beta}, {}",
-                beta / alpha
-            );
-        }
-    }
-
-    fn family(alpha: f64, beta: f64, askew: f64) -> [[Interval; 3]; 3] {
-        let (plus, minus) = (Interval::new(alpha, beta), Interval::new(-beta, -alpha));
-        [[minus, minus, plus], [minus, plus, Interval::new(-askew, askew)], [minus, minus, minus]]
+    fn askew(alpha: f64, beta: f64, askew: f64) -> Family {
+        let mut family = Family::of_signs(alpha, beta);
+        family.0[1][2] = Interval::new(-askew, askew);
+        family
     }
 
     /// Proposition 1: the pattern (12) is never singular. With an entry in the place of its zero it may be.
     #[test]
     fn the_sign_pattern_is_never_singular() {
-        assert!(nonsingular(&family(0.005, 0.5, 0.0)) && nonsingular(&family(1e-6, 1e3, 0.0)));
-        assert!(!nonsingular(&family(0.005, 0.5, 0.1)) && nonsingular(&family(0.3, 0.5, 0.1)));
-        assert!(!nonsingular(&family(-0.01, 0.5, 0.0)));
+        assert!(Family::of_signs(0.005, 0.5).nonsingular() && Family::of_signs(1e-6, 1e3).nonsingular());
+        assert!(!askew(0.005, 0.5, 0.1).nonsingular() && askew(0.3, 0.5, 0.1).nonsingular());
+        assert!(!Family::of_signs(-0.01, 0.5).nonsingular());
+    }
+
+    /// Theorem 1: v is 0 for some e other than 0 exactly where a matrix of the family is singular.
+    #[test]
+    fn v_vanishes_where_a_matrix_is_singular() {
+        let sound = askew(0.3, 0.5, 0.1).least_v();
+        assert!(sound.lo > 0.0 && sound.width() <= 0.06 * sound.lo, "{sound:?}");
+        assert_eq!(askew(0.005, 0.5, 0.1).least_v().lo, 0.0);
+    }
+
+    #[test]
+    fn intervals_without_width_have_one_corner() {
+        assert_eq!(Family::of_signs(0.1, 0.2).vertices().len(), 256);
+        assert_eq!(Family::of_signs(0.1, 0.1).vertices(), [[[-0.1, -0.1, 0.1], [-0.1, 0.1, 0.0], [-0.1; 3]]]);
     }
 }

@@ -35,11 +35,40 @@ impl Interval {
         self.hi - self.lo
     }
 
+    /// About halfway from `lo` to `hi`.
+    #[must_use]
+    pub fn middle(self) -> f64 {
+        0.5 * (self.lo + self.hi)
+    }
+
     /// The two halves.
     #[must_use]
     pub fn halves(self) -> [Self; 2] {
-        let middle = 0.5 * (self.lo + self.hi);
-        [Self::new(self.lo, middle), Self::new(middle, self.hi)]
+        [Self::new(self.lo, self.middle()), Self::new(self.middle(), self.hi)]
+    }
+
+    /// From the lower end of this to the upper end of `other`.
+    #[must_use]
+    pub fn to(self, other: Self) -> Self {
+        Self { lo: self.lo, hi: other.hi }
+    }
+
+    /// |x|.
+    #[must_use]
+    pub fn magnitude(self) -> Self {
+        Self { lo: self.lo.max(-self.hi).max(0.0), hi: self.hi.max(-self.lo) }
+    }
+
+    /// From the lesser of both lower ends to the lesser of both upper ones.
+    #[must_use]
+    pub fn min(self, other: Self) -> Self {
+        Self { lo: self.lo.min(other.lo), hi: self.hi.min(other.hi) }
+    }
+
+    /// From the greater of both lower ends to the greater of both upper ones.
+    #[must_use]
+    pub fn max(self, other: Self) -> Self {
+        Self { lo: self.lo.max(other.lo), hi: self.hi.max(other.hi) }
     }
 
     /// x², which is never below 0.
@@ -127,6 +156,7 @@ mod tests {
             prop_assert!(within(a + b, x + y) && within(a - b, x - y) && within(a * b, x * y));
             prop_assert!(within(a / b, x / y) || y == 0.0);
             prop_assert!(within(a.square(), x * x) && within(a.square().sqrt(), x.abs()));
+            prop_assert!(within(a.min(b), x.min(y)) && within(a.max(b), x.max(y)) && within(a.magnitude(), x.abs()));
             prop_assert!((a + b).lo < x + y || (a.width() == 0.0 && b.width() == 0.0) || (a + b).lo <= x + y);
         }
     }

@@ -1,0 +1,92 @@
+//! `plumb bounds` as a person or a script meets it.
+
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops at the first surprise")]
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+use serde_json::Value;
+
+fn bounds(arguments: &[&str], folder: &Path) -> Output {
+    let program = env!("CARGO_BIN_EXE_plumb");
+    Command::new(program).arg("bounds").args(arguments).current_dir(folder).output().unwrap()
+}
+
+fn stderr(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+fn json(output: &Output) -> Value {
+    serde_json::from_slice(&output.stdout).unwrap_or_else(|e| panic!("{e}: {}", stderr(output)))
+}
+
+/// The paper's laboratory rig: docs/control.md has these ratios.
+#[test]
+fn the_papers_rig_is_proved_with_its_box_in_the_output() {
+    let output = bounds(&["--json"], Path::new("."));
+    assert!(output.status.success(), "{}", stderr(&output));
+    let line = json(&output);
+    let near = |value: &Value, expected: f64| (value.as_f64().unwrap() / expected - 1.0).abs() < 0.02;
+    for (k, ratio) in [30.0, 42.0, 79.0, 181.0].into_iter().enumerate() {
+        assert!(near(&line["workspace"][k]["ratio"], ratio), "{line}");
+    }
+    assert!(near(&line["ratio"], 79.0) && near(&line["ways"][0]["ratio"], 36.5), "{line}");
+    assert!(line["rough"]["ratio"].as_f64().unwrap() >= 79.0, "{line}");
+    assert_eq!((&line["nonsingular"], &line["sign_descends"]), (&true.into(), &true.into()));
+    assert_eq!(line["routh_hurwitz"]["difference"], 72);
+    assert!(near(&line["below"][0], 0.1) && near(&line["below"][1], 0.665), "{line}");
+    assert!(stderr(&output).contains("h 0.100-0.665 m"), "{}", stderr(&output));
+}
+
+#[test]
+fn what_is_false_ends_with_exit_code_1() {
+    let output = bounds(&["--wide", "--below", "0.02,0.021", "--json"], Path::new("."));
+    assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
+    assert_eq!(json(&output)["sign_descends"], false);
+}
+
+#[test]
+fn rough_motors_widen_the_bounds_and_may_be_no_rig() {
+    let known = json(&bounds(&["--below", "0.2,0.5", "--json"], Path::new(".")));
+    let rough = json(&bounds(&["--below", "0.2,0.5", "--tolerance", "0.01", "--json"], Path::new(".")));
+    assert!(
+        rough["alpha"].as_f64() < known["alpha"].as_f64() && rough["beta"].as_f64() > known["beta"].as_f64()
+    );
+    let none = bounds(&["--tolerance", "0.5"], Path::new("."));
+    assert_eq!(none.status.code(), Some(2));
+    assert!(stderr(&none).contains("D = yA - yB must be above 0"), "{}", stderr(&none));
+}
+
+#[test]
+fn a_family_by_its_vertices_is_judged_and_mistakes_are_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let family = |text: &str| {
+        fs::write(folder.path().join("family.toml"), text).unwrap();
+        bounds(&["--family", "family.toml", "--json"], folder.path())
+    };
+    let sound = family("vertices = [[[1, 0, 0], [0, 1, 0], [0, 0, 1]], [[2, 0, 0], [0, 2, 0], [0, 0, 2.0]]]");
+    assert!(sound.status.success(), "{}", stderr(&sound));
+    let line = json(&sound);
+    assert_eq!((&line["nonsingular"], &line["vertices"]), (&true.into(), &2.into()));
+    let least = [0, 1].map(|k| line["least_v"][k].as_f64().unwrap());
+    assert!(least[0] <= 1.0 && 1.0 <= least[1] + 1e-6 && least[0] > 0.9, "{line}");
+    let singular =
+        family("vertices = [[[1, 0, 0], [0, 1, 0], [0, 0, 1]], [[-1, 0, 0], [0, 1, 0], [0, 0, 1]]]");
+    assert_eq!(singular.status.code(), Some(1));
+    assert_eq!(json(&singular)["nonsingular"], false);
+    for (text, named) in [
+        ("vertices = []", "family.toml:1: "),
+        ("\nvertices = [[[1, 0], [0, 1]]]", "family.toml:2: in `vertices`"),
+        ("vertices = [[[1, 0, 0], [0, nan, 0], [0, 0, 1]]]", "must be a finite number"),
+        ("vertices = [[[1, 0, 0], [0, 1e12, 0], [0, 0, 1]]]", "vertex 1 (from 1) has the entry"),
+        ("matrices = 3", "matrices"),
+    ] {
+        let output = family(text);
+        assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+        assert!(stderr(&output).contains(named), "{text}: {}", stderr(&output));
+    }
+    let absent = bounds(&["--family", "absent.toml"], folder.path());
+    assert_eq!(absent.status.code(), Some(2));
+    assert!(stderr(&absent).contains("absent.toml"), "{}", stderr(&absent));
+}
