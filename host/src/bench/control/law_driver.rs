@@ -1,6 +1,7 @@
 //! Laws in `f64` as drivers: what the board does between a picture and the motors, with another law in it.
 
 use nalgebra::Point3;
+use plumb_core::MotorRates;
 use plumb_core::estimate::{self, Arrival, Filter};
 use plumb_core::law::{Demand, Law, Picture};
 use plumb_core::params::Params;
@@ -11,7 +12,7 @@ use plumb_protocol::units::{Micros, Point, Steps16};
 use super::simulate::Driver;
 
 /// The board's planner, its history and its rules for late pictures, and any [`Law`]. With the board's own law in it, it does
-/// what a board does, to the bit.
+/// what a board does, up to rounding.
 pub(super) struct LawDriver {
     law: Box<dyn Law>,
     planner: Planner,
@@ -30,6 +31,9 @@ pub(super) struct LawDriver {
     sent_on: bool,
     demand: Demand,
     asked: Micros,
+    /// Whether the demand is a new one, and what the planner was told to aim at last.
+    answered: bool,
+    aimed: MotorRates,
 }
 
 impl LawDriver {
@@ -52,6 +56,8 @@ impl LawDriver {
             sent_on: false,
             demand: Demand::default(),
             asked: Micros(0),
+            answered: false,
+            aimed: MotorRates::default(),
         }
     }
 
@@ -74,7 +80,7 @@ impl LawDriver {
         };
         let demand = self.law.update(&picture);
         self.demand = Demand { rates: demand.rates.within(self.max_rates), ..demand };
-        self.asked = now;
+        (self.asked, self.answered) = (now, true);
     }
 
     /// What is wanted of the motors at `now`.
@@ -112,7 +118,11 @@ impl Driver for LawDriver {
 
     fn tick(&mut self, now: Micros) -> [f64; 3] {
         let wanted = self.wanted(now);
-        self.planner.aim(wanted.rates, wanted.ramp_us);
+        // A board aims anew where something has happened, which rounds less than to do so in every tick.
+        if self.answered || wanted.rates != self.aimed {
+            self.planner.aim(wanted.rates, wanted.ramp_us);
+            (self.answered, self.aimed) = (false, wanted.rates);
+        }
         self.planner.tick();
         self.planner.positions().map(|p| Steps16(p).to_si())
     }
