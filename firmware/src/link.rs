@@ -39,6 +39,7 @@ pub(crate) struct Parts {
     pub(crate) uart: Peri<'static, UART0>,
     pub(crate) tx: Peri<'static, PIN_0>,
     pub(crate) rx: Peri<'static, PIN_1>,
+    pub(crate) to_board: Producer<'static, u8>,
 }
 
 /// One of the links.
@@ -54,22 +55,25 @@ struct Desk {
     master: Option<(Source, Instant)>,
 }
 
-/// Shared by the tasks of this module alone, all of which run in thread mode.
+/// Shared by the tasks of this module alone, all of which are of one executor.
 type SharedDesk = &'static Mutex<NoopRawMutex, Desk>;
 
-/// Sets the links up and starts their tasks; where the host's bytes come out.
-pub(crate) fn start(spawner: Spawner, parts: Parts) -> Inbox {
+/// Where the host's bytes go in, and where they come out; once.
+pub(crate) fn queue() -> (Producer<'static, u8>, Inbox) {
     static QUEUE: StaticCell<Queue<u8, WAITING>> = StaticCell::new();
+    QUEUE.init(Queue::new()).split()
+}
+
+/// Sets the links up and starts their tasks.
+pub(crate) fn start(spawner: Spawner, parts: Parts) {
     static DESK: StaticCell<Mutex<NoopRawMutex, Desk>> = StaticCell::new();
-    let (to_board, inbox) = QUEUE.init(Queue::new()).split();
-    let desk: SharedDesk = DESK.init(Mutex::new(Desk { to_board, master: None }));
+    let desk: SharedDesk = DESK.init(Mutex::new(Desk { to_board: parts.to_board, master: None }));
     let (usb_out, usb_in, control) = usb::set_up(spawner, parts.usb);
     let (uart_out, uart_in) = uart::set_up(parts.uart, parts.tx, parts.rx);
     spawn(spawner, usb::receive(usb_in, desk));
     spawn(spawner, usb::watch_port(control, desk));
     spawn(spawner, uart::receive(uart_in, desk));
     spawn(spawner, transmit(usb_out, uart_out, desk));
-    inbox
 }
 
 /// Sends what the board says to the master.

@@ -3,9 +3,11 @@
 //!
 //! ```text
 //! USB, UART -> link -> INBOX -> stepping (every 200 µs, above all else) -> generator -> DMA -> PIO -> pulses
-//!           <- link <- OUTBOX <-
+//!           <- link <- OUTBOX <-  |  ^
+//!                        QUESTION v  | ANSWER
+//!                              think (below all else)
 //! ```
-//! Whatever is outside of `stepping` runs in thread mode and may take its time.
+//! By priority: stepping; the peripherals' interrupts; the tasks of links, flash, HATs and lamp; thread mode, which thinks.
 #![no_std]
 #![no_main]
 #![deny(missing_docs)]
@@ -20,11 +22,14 @@ mod link;
 mod pins;
 mod restart;
 mod stepping;
+mod think;
 mod watch;
 
 use coils::Coils;
-use embassy_executor::{SpawnError, SpawnToken, Spawner};
-use embassy_rp::{Peripherals, bind_interrupts, peripherals, pio, uart, usb};
+use embassy_executor::{InterruptExecutor, SpawnError, SpawnToken, Spawner};
+use embassy_rp::interrupt::{self, InterruptExt, Priority};
+use embassy_rp::peripherals::PIN_25;
+use embassy_rp::{Peri, Peripherals, bind_interrupts, peripherals, pio, uart, usb};
 use enable::Enable;
 use generator::Generator;
 use watch::Watch;
@@ -42,10 +47,48 @@ fn spawn<S>(spawner: Spawner, task: Result<SpawnToken<S>, SpawnError>) {
     }
 }
 
-#[embassy_executor::main]
-async fn main(spawner: Spawner) {
+/// Runs the tasks, above thread mode and below all other interrupts.
+static TASKS: InterruptExecutor = InterruptExecutor::new();
+
+#[embassy_rp::interrupt]
+fn SWI_IRQ_1() {
+    // SAFETY: this is the interrupt that the executor was started with, and nothing else calls it.
+    unsafe { TASKS.on_interrupt() }
+}
+
+/// What the tasks work with.
+struct Work {
+    links: link::Parts,
+    hats: hats::Parts,
+    keeper: flash::Keeper,
+    lamp: Peri<'static, PIN_25>,
+}
+
+/// Starts the others.
+#[embassy_executor::task]
+async fn begin(work: Work) {
+    // SAFETY: it is used here alone, in the executor that it is of.
+    let spawner = unsafe { Spawner::for_current_executor() }.await;
+    link::start(spawner, work.links);
+    spawn(spawner, watch::beat(work.lamp));
+    spawn(spawner, flash::keep(work.keeper));
+    spawn(spawner, hats::follow(work.hats));
+}
+
+/// Who goes before whom, but for the stepping.
+fn set_priorities() {
+    for above in [interrupt::TIMER_IRQ_0, interrupt::USBCTRL_IRQ, interrupt::UART0_IRQ, interrupt::PIO0_IRQ_0]
+    {
+        above.set_priority(Priority::P2);
+    }
+    interrupt::SWI_IRQ_1.set_priority(Priority::P3);
+}
+
+#[cortex_m_rt::entry]
+fn main() -> ! {
     let cause = restart::cause();
     let p: Peripherals = embassy_rp::init(embassy_rp::config::Config::default());
+    set_priorities();
     let watch = Watch::start(p.WATCHDOG);
     let enable = Enable::new(p.PIN_14);
     let parts = generator::Parts {
@@ -58,9 +101,17 @@ async fn main(spawner: Spawner) {
     let generator = Generator::new(parts);
     let coils = Coils::new((p.PIN_8, p.PIN_9, p.PIN_10, p.PIN_11, p.PIN_12, p.PIN_13));
     let (kept, keeper) = flash::open(p.FLASH);
-    let inbox = link::start(spawner, link::Parts { usb: p.USB, uart: p.UART0, tx: p.PIN_0, rx: p.PIN_1 });
-    spawn(spawner, watch::beat(p.PIN_25));
-    spawn(spawner, flash::keep(keeper));
-    spawn(spawner, hats::follow(hats::Parts { bus: p.I2C0, data: p.PIN_16, clock: p.PIN_17 }));
+    let (to_board, inbox) = link::queue();
+    let work = Work {
+        links: link::Parts { usb: p.USB, uart: p.UART0, tx: p.PIN_0, rx: p.PIN_1, to_board },
+        hats: hats::Parts { bus: p.I2C0, data: p.PIN_16, clock: p.PIN_17 },
+        keeper,
+        lamp: p.PIN_25,
+    };
+    let tasks = TASKS.start(interrupt::SWI_IRQ_1);
+    if let Ok(begin) = begin(work) {
+        tasks.spawn(begin);
+    }
     stepping::start(stepping::Parts { inbox, generator, coils, enable, watch, cause, kept });
+    think::run()
 }

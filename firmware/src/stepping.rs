@@ -24,7 +24,7 @@ use crate::enable::Enable;
 use crate::generator::Generator;
 use crate::link::{self, Inbox};
 use crate::watch::Watch;
-use crate::{flash, hats, restart};
+use crate::{flash, hats, restart, think};
 
 /// How long before a tick's beginning it is planned: what planning may take. A tick takes 3 to 5 thousand clocks; one
 /// with a position, up to 15.
@@ -37,7 +37,7 @@ const LATE_US: i32 = 2;
 const MOST_BYTES: usize = 64;
 
 /// What this board was built for; the emulated board is built for the same.
-const BUILD: BuildLimits = BuildLimits { max_pulse_rate: 1_250_000, storage: true, slow_laws: false };
+const BUILD: BuildLimits = BuildLimits { max_pulse_rate: 1_250_000, storage: true };
 
 /// Motors whose fields are turned here, a tick at a time.
 #[derive(Clone, Copy)]
@@ -91,10 +91,6 @@ pub(crate) fn start(parts: Parts) {
     let stepping = PLACE.init_with(|| Stepping::new(parts));
     critical_section::with(|cs| STEPPING.borrow_ref_mut(cs).replace(stepping));
     // Everything else waits for it, and it waits for nothing.
-    for other in [interrupt::TIMER_IRQ_0, interrupt::USBCTRL_IRQ, interrupt::UART0_IRQ, interrupt::PIO0_IRQ_0]
-    {
-        other.set_priority(Priority::P3);
-    }
     interrupt::TIMER_IRQ_1.set_priority(Priority::P0);
     pac::TIMER.inte().modify(|w| w.set_alarm(1, true));
     // SAFETY: the handler below is there, and what it works with was put in its place above.
@@ -169,6 +165,9 @@ impl Stepping {
         if self.inbox.ready() {
             self.listen();
         }
+        if let Some(answer) = think::answer() {
+            self.board.answered(&answer);
+        }
         if let Some(tick) = self.board.plan(self.now, &mut self.outbox) {
             self.carry_out(tick);
         }
@@ -178,6 +177,9 @@ impl Stepping {
         self.go_on();
         // From here on there is time.
         self.board.report(self.now, &mut self.outbox);
+        if let Some(question) = self.board.question() {
+            think::ask(question);
+        }
         if !self.outbox.bytes().is_empty() {
             link::send(self.outbox.bytes());
             self.outbox.clear();

@@ -1,4 +1,4 @@
-//! The hardware watchdog: fed from the stepping interrupt, and only as long as thread mode is alive too.
+//! The hardware watchdog: fed from the stepping interrupt, and only as long as tasks and thread mode are alive too.
 
 use core::sync::atomic::{AtomicBool, Ordering};
 
@@ -10,9 +10,9 @@ use embassy_time::{Duration, Timer};
 
 /// The chip restarts when it was not fed for so long.
 const BITE: Duration = Duration::from_millis(100);
-/// Thread mode shows up this often,
+/// The tasks show up this often; thread mode before each sleep, and after each question that it has thought about.
 const BEAT: Duration = Duration::from_millis(10);
-/// and is given up after so many ticks without: 100 ms.
+/// They are given up after so many ticks without both: 100 ms, some times the longest thought.
 const PATIENCE: u16 = 500;
 
 /// The same while the flash is written, when nothing else runs: erasing a sector takes up to 0.4 s (W25Q16JV, 9.6).
@@ -21,7 +21,8 @@ const LENIENT_BITE: Duration = Duration::from_millis(1000);
 /// Looked after every so many ticks: 3.2 ms.
 const EVERY: u32 = 16;
 
-static ALIVE: AtomicBool = AtomicBool::new(false);
+static TASKS_ALIVE: AtomicBool = AtomicBool::new(false);
+static THREAD_ALIVE: AtomicBool = AtomicBool::new(false);
 static LENIENT: AtomicBool = AtomicBool::new(false);
 
 /// Lets the watchdog wait longer, from the next tick on.
@@ -29,10 +30,15 @@ pub(crate) fn be_lenient(lenient: bool) {
     LENIENT.store(lenient, Ordering::Relaxed);
 }
 
+/// Shows that thread mode is alive.
+pub(crate) fn thread_is_alive() {
+    THREAD_ALIVE.store(true, Ordering::Relaxed);
+}
+
 /// The watchdog, running.
 pub(crate) struct Watch {
     watchdog: Watchdog,
-    /// Ticks, which wrap; and those since thread mode was there.
+    /// Ticks, which wrap; and those since both were there.
     ticks: u32,
     silent: u16,
 }
@@ -46,7 +52,7 @@ impl Watch {
         Self { watchdog, ticks: 0, silent: 0 }
     }
 
-    /// Feeds it, if thread mode has been there lately; every tick.
+    /// Feeds it, if tasks and thread mode have been there lately; every tick.
     #[inline(always)]
     pub(crate) fn tick(&mut self) {
         self.ticks = self.ticks.wrapping_add(1);
@@ -57,8 +63,9 @@ impl Watch {
 
     #[inline(never)]
     fn look(&mut self) {
-        if ALIVE.load(Ordering::Relaxed) {
-            ALIVE.store(false, Ordering::Relaxed);
+        if TASKS_ALIVE.load(Ordering::Relaxed) && THREAD_ALIVE.load(Ordering::Relaxed) {
+            TASKS_ALIVE.store(false, Ordering::Relaxed);
+            THREAD_ALIVE.store(false, Ordering::Relaxed);
             self.silent = 0;
         } else {
             self.silent = self.silent.saturating_add(EVERY as u16);
@@ -74,13 +81,13 @@ impl Watch {
     }
 }
 
-/// Shows that thread mode is alive; to people by the lamp, which is on for half of every second.
+/// Shows that the tasks are alive; to people by the lamp, which is on for half of every second.
 #[embassy_executor::task]
 pub(crate) async fn beat(lamp: Peri<'static, PIN_25>) {
     let mut lamp = Output::new(lamp, Level::High);
     loop {
         for _ in 0..50 {
-            ALIVE.store(true, Ordering::Relaxed);
+            TASKS_ALIVE.store(true, Ordering::Relaxed);
             Timer::after(BEAT).await;
         }
         lamp.toggle();

@@ -196,7 +196,7 @@ pub enum ConfigField {
     Mean,
     /// A delay above 500 ms.
     Delay,
-    /// A law that takes longer than this board has time for.
+    /// A law that this board has no time for; those of this version have it for every law.
     Law,
 }
 
@@ -251,6 +251,8 @@ pub enum Fault {
     EmergencyStop,
     /// The board restarted because of itself ([`StartCause`] says how): where its motors are is no longer known.
     Watchdog,
+    /// The control law had no answer in time.
+    LawLate,
 }
 
 /// How things are at a moment.

@@ -20,6 +20,7 @@ impl fmt::Display for Fault {
             Self::ErrorGrowing => f.write_str("the error keeps growing: is a motor swapped or reversed?"),
             Self::EmergencyStop => f.write_str("the emergency input opened"),
             Self::Watchdog => f.write_str("the board restarted by itself; its motor positions begin anew"),
+            Self::LawLate => f.write_str("the control law had no answer in time: a fault of the firmware"),
         }
     }
 }
@@ -66,9 +67,7 @@ impl fmt::Display for ConfigField {
             Self::Drivers => "the motor drivers (pulse times up to 4.1 µs, a duty of 1 to 100 %)",
             Self::Mean => "the running mean (at most 400 ms)",
             Self::Delay => "the law's delay (at most 500 ms)",
-            Self::Law => {
-                "the law: it takes longer than this board has time for (interval, sign and certified do not)"
-            }
+            Self::Law => "the law: it takes longer than this board has time for",
         })
     }
 }

@@ -108,7 +108,8 @@ fn the_stack_keeps_a_third_of_its_room() {
     chip.tell(Command::Hello(Hello::OURS));
     assert_eq!(chip.tell(Command::ClearFault), None);
     let delay = Milliseconds(40);
-    for law in [Law::Certified(Estimated { delay }), fast(400.0, StepDir::A4988).law] {
+    let estimated = Estimated { delay };
+    for law in [Law::Certified(estimated), Law::Taut(estimated), fast(400.0, StepDir::A4988).law] {
         assert_eq!(chip.tell(Command::Configure(Config { law, ..fast(400.0, StepDir::A4988) })), None);
         chip.hurry(NEAR, FAR);
         for z in 0..5 {

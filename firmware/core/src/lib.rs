@@ -6,7 +6,7 @@
 //! lays down.
 //!
 //! ```text
-//! bytes -> Board::receive -> law -> MotorRates        (on every position)
+//! bytes -> Board::receive -> law -> MotorRates        (on every position; a slow law in a Thinker, some ticks later)
 //! time  -> Board::tick -> Planner -> StepPlan         (every 200 µs)
 //! ```
 #![no_std]
@@ -21,8 +21,10 @@ pub mod law;
 pub mod params;
 pub mod plan;
 pub mod segment;
+pub mod think;
 
 pub use board::{Board, Outbox, Tick};
 pub use law::MotorRates;
 pub use params::BuildLimits;
 pub use plan::{Pulses, StepPlan, TICK_US};
+pub use think::Thinker;

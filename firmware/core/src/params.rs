@@ -4,9 +4,10 @@ use plumb_protocol::config::{Coils, Config, Deadlines, Drivers, Growth, Law, Mot
 use plumb_protocol::message::ConfigField;
 use plumb_protocol::units::Point;
 
-use crate::law::{Controller, Interval};
+use crate::law::{Interval, Limits, Quick, Sign};
 use crate::plan::{LONGEST_MEAN_MS, TICK_US};
 use crate::segment::Timing;
+use crate::think::Kind;
 
 /// Limits that no configuration can lift: what the step generation of this board was built for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -15,8 +16,6 @@ pub struct BuildLimits {
     pub max_pulse_rate: u32,
     /// Whether the board can keep a configuration over a loss of power.
     pub storage: bool,
-    /// Whether a tick has room for laws that take milliseconds of the chip's time: `taut`, in software floating point.
-    pub slow_laws: bool,
 }
 
 /// A configuration within its ranges: the only way to one is [`Params::check`].
@@ -31,6 +30,15 @@ pub struct Params {
     pub(crate) growth: Growth,
     pub(crate) drivers: Drivers,
     pub(crate) mean_ms: u16,
+}
+
+/// A law that is configured: it answers in the tick in which a picture comes, or takes longer.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Own {
+    /// Before its first picture.
+    Quick(Quick),
+    /// For a [`Thinker`](crate::think::Thinker).
+    Slow(Kind),
 }
 
 /// Bounds on J up to 8, Q16: what keeps the law's sums within 48 bits.
@@ -61,7 +69,7 @@ impl Params {
     /// # Errors
     /// The first field that is out of its range.
     pub fn check(config: &Config, build: &BuildLimits, positions: [i32; 3]) -> Result<Self, ConfigField> {
-        check_law(&config.law, build)?;
+        check_law(&config.law)?;
         ensure(matches!(config.microsteps, 1 | 2 | 4 | 8 | 16), ConfigField::Microsteps)?;
         let max_pulse_rate = check_drivers(&config.drivers, config.microsteps)?.min(build.max_pulse_rate);
         for (motor, position) in config.motors.iter().zip(positions) {
@@ -88,9 +96,28 @@ impl Params {
         })
     }
 
-    /// The law, before its first picture.
-    pub fn law(&self) -> Controller {
-        Controller::new(&self.law, &self.motors)
+    /// The law before its first picture.
+    pub fn law(&self) -> Own {
+        match &self.law {
+            Law::Interval(law) => Own::Quick(Quick::Interval(Interval::new(law))),
+            Law::Sign(law) => Own::Quick(Quick::Sign(Sign::new(law))),
+            Law::Certified(_) => Own::Slow(Kind::Certified),
+            Law::Taut(_) => Own::Slow(Kind::Taut),
+        }
+    }
+
+    /// Which law it is, where it takes longer than a tick.
+    pub fn slow(&self) -> Option<Kind> {
+        match &self.law {
+            Law::Interval(_) | Law::Sign(_) => None,
+            Law::Certified(_) => Some(Kind::Certified),
+            Law::Taut(_) => Some(Kind::Taut),
+        }
+    }
+
+    /// The least of the motors' limits.
+    pub fn limits(&self) -> Limits {
+        Limits::of(&self.motors)
     }
 
     /// The interval law; `None` where another one is configured.
@@ -99,11 +126,6 @@ impl Params {
             Law::Interval(law) => Some(Interval::new(law)),
             _ => None,
         }
-    }
-
-    /// Whether the law looks at where the motors were.
-    pub(crate) fn learns(&self) -> bool {
-        matches!(self.law, Law::Certified(_) | Law::Taut(_))
     }
 
     /// Delay of the pictures beyond their age, µs.
@@ -124,8 +146,7 @@ fn ensure(condition: bool, field: ConfigField) -> Result<(), ConfigField> {
     if condition { Ok(()) } else { Err(field) }
 }
 
-fn check_law(law: &Law, build: &BuildLimits) -> Result<(), ConfigField> {
-    ensure(build.slow_laws || !matches!(law, Law::Taut(_)), ConfigField::Law)?;
+fn check_law(law: &Law) -> Result<(), ConfigField> {
     match law {
         Law::Interval(law) => check_interval(law),
         Law::Sign(law) => ensure((1..=MAX_SIGN_GAIN).contains(&law.gain.0), ConfigField::Gain),

@@ -6,6 +6,7 @@
 
 mod axis;
 mod clocks;
+mod forecast;
 mod history;
 mod jog;
 mod mean;

@@ -4,16 +4,16 @@
 mod common;
 
 use common::{BUILD, config, motor};
-use plumb_core::{Board, Outbox, TICK_US};
+use plumb_core::{Board, Outbox, TICK_US, Thinker};
 use plumb_protocol::Config;
-use plumb_protocol::config::{Estimated, Law};
 use plumb_protocol::frame::{Accumulator, encode};
 use plumb_protocol::message::*;
-use plumb_protocol::units::{Micrometres, Micros, Milliseconds, Point, Rate, Steps16};
+use plumb_protocol::units::{Micrometres, Micros, Point, Rate, Steps16};
 
 /// A board, its clock and what it has said.
 struct Bench {
     board: Board,
+    thinker: Thinker,
     now: u64,
     out: Outbox,
     heard: Vec<FromBoard>,
@@ -31,7 +31,15 @@ fn point(metres: [f64; 3]) -> Point {
 impl Bench {
     fn new() -> Self {
         let (board, out) = (Board::new(BUILD), Outbox::new());
-        Self { board, now: 0, out, heard: Vec::new(), accumulator: Accumulator::new(), sequence: 0 }
+        Self {
+            board,
+            thinker: Thinker::new(),
+            now: 0,
+            out,
+            heard: Vec::new(),
+            accumulator: Accumulator::new(),
+            sequence: 0,
+        }
     }
 
     fn greeted() -> Self {
@@ -88,7 +96,7 @@ impl Bench {
 
     fn run_ms(&mut self, ms: u64) {
         for _ in 0..ms * 1000 / u64::from(TICK_US) {
-            self.board.tick(Micros(self.now), &mut self.out);
+            self.board.tick(Micros(self.now), &mut self.thinker, &mut self.out);
             self.now += u64::from(TICK_US);
             self.collect();
         }
@@ -369,7 +377,7 @@ fn the_bootloader_waits_for_standstill() {
     assert_eq!(bench.send(Command::Bootloader), Ok(()));
     let mut out = Outbox::new();
     for _ in 0..1500 {
-        let tick = bench.board.tick(Micros(bench.now), &mut out).unwrap();
+        let tick = bench.board.tick(Micros(bench.now), &mut bench.thinker, &mut out).unwrap();
         bench.now += u64::from(TICK_US);
         assert_eq!(tick.bootloader, !bench.moving());
         if tick.bootloader {
@@ -421,17 +429,6 @@ fn every_absurd_configuration_is_refused_by_its_part() {
     for (field, config) in cases {
         assert_eq!(bench.send(Command::Configure(config)), Err(Refusal::Config(field)), "{config:?}");
         assert_eq!(bench.board.state(), State::Unconfigured);
-    }
-}
-
-#[test]
-fn a_law_that_a_board_has_no_time_for_is_refused() {
-    let taut = Law::Taut(Estimated { delay: Milliseconds(0) });
-    for (slow_laws, answer) in [(true, Ok(())), (false, Err(Refusal::Config(ConfigField::Law)))] {
-        let mut bench = Bench::new();
-        bench.board = Board::new(plumb_core::BuildLimits { slow_laws, ..BUILD });
-        let _ = bench.send(Command::Hello(Hello::OURS));
-        assert_eq!(bench.send(Command::Configure(Config { law: taut, ..config() })), answer);
     }
 }
 

@@ -5,7 +5,7 @@
 mod common;
 
 use common::{BUILD, config};
-use plumb_core::{Board, BuildLimits, Outbox, TICK_US, Tick};
+use plumb_core::{Board, BuildLimits, Outbox, TICK_US, Thinker, Tick};
 use plumb_protocol::frame::{Accumulator, encode};
 use plumb_protocol::message::{Fault, Jog, Refusal, StartCause, State};
 use plumb_protocol::units::{Micros, Rate, Steps16};
@@ -13,6 +13,7 @@ use plumb_protocol::{Command, Config, FromBoard, Hello, ToBoard};
 
 struct Bench {
     board: Board,
+    thinker: Thinker,
     now: Micros,
     out: Outbox,
     /// What goes with the pulses, as it was last told.
@@ -21,7 +22,8 @@ struct Bench {
 
 impl Bench {
     fn new(build: BuildLimits) -> Self {
-        Self { board: Board::new(build), now: Micros(0), out: Outbox::new(), told: Tick::default() }
+        let (board, thinker, out) = (Board::new(build), Thinker::new(), Outbox::new());
+        Self { board, thinker, now: Micros(0), out, told: Tick::default() }
     }
 
     /// A board that was greeted and has this configuration.
@@ -52,7 +54,7 @@ impl Bench {
     }
 
     fn tick(&mut self) -> Tick {
-        self.told = self.board.tick(self.now, &mut self.out).unwrap_or(self.told);
+        self.told = self.board.tick(self.now, &mut self.thinker, &mut self.out).unwrap_or(self.told);
         self.now.0 += u64::from(TICK_US);
         self.told
     }

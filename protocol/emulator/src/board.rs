@@ -1,14 +1,14 @@
 //! The board in virtual time: bytes in and out, a clock that is moved by hand, and a rig that its steps move.
 
 use nalgebra::Point3;
-use plumb_core::{Board, BuildLimits, Outbox, TICK_US};
+use plumb_core::{Board, BuildLimits, Outbox, TICK_US, Thinker};
 use plumb_protocol::message::State;
 use plumb_protocol::units::{Micros, Rate, Steps16};
 
 use crate::rig::{Plant, RigError};
 
-/// What an emulated board is built for: the steps of the Pico's firmware, no storage, and a host's time for every law.
-pub const EMULATED: BuildLimits = BuildLimits { max_pulse_rate: 1_250_000, storage: false, slow_laws: true };
+/// What an emulated board is built for: the steps of the Pico's firmware, and no storage.
+pub const EMULATED: BuildLimits = BuildLimits { max_pulse_rate: 1_250_000, storage: false };
 
 /// Bytes that wait for a host that does not read; the oldest go first, as on a link that nobody listens to.
 const WAITING_MAX: usize = 1 << 16;
@@ -16,6 +16,7 @@ const WAITING_MAX: usize = 1 << 16;
 /// A board whose chip is this program. Nothing happens in it but by [`run_to`](Self::run_to).
 pub struct EmulatedBoard {
     board: Board,
+    thinker: Thinker,
     plant: Option<Box<dyn Plant + Send>>,
     now: Micros,
     outbox: Outbox,
@@ -27,6 +28,7 @@ impl EmulatedBoard {
     pub fn new(build: BuildLimits) -> Self {
         Self {
             board: Board::new(build),
+            thinker: Thinker::new(),
             plant: None,
             now: Micros(0),
             outbox: Outbox::new(),
@@ -62,7 +64,7 @@ impl EmulatedBoard {
     pub fn run_to(&mut self, end: Micros) -> Result<(), RigError> {
         while self.now.0 + u64::from(TICK_US) <= end.0 {
             // The plan itself is for hardware: the rig follows the positions, which are counted from the same pulses.
-            let _ = self.board.tick(self.now, &mut self.outbox);
+            let _ = self.board.tick(self.now, &mut self.thinker, &mut self.outbox);
             self.now.0 += u64::from(TICK_US);
             self.collect();
             let motors = self.motors();

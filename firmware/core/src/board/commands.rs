@@ -107,7 +107,9 @@ impl Board {
         self.at_rest()?;
         let params = Params::check(config, &self.build, self.positions()).map_err(Refusal::Config)?;
         self.take_up(params, config);
+        self.asking.begin_anew();
         // What was seen was judged by another workspace.
+        self.asking.forget();
         self.sight = Sight { sequence: self.sight.sequence, ..Sight::default() };
         Ok(())
     }
@@ -144,11 +146,16 @@ impl Board {
             self.ball_outside(now, out);
             return Err(Refusal::BallOutside);
         }
-        self.sight.saw(now.back(u64::from(position.age_us)), ball.micrometres());
-        if let Activity::Seeking(seek) = &mut self.activity
-            && seek.update(now, position.age_us, &mut self.sight, &self.planner, &params)
-        {
-            self.fault(now, Fault::ErrorGrowing, out);
+        let (captured, ball) = (now.back(u64::from(position.age_us)), ball.micrometres());
+        self.sight.saw(captured, ball);
+        if let Activity::Seeking(seek) = &mut self.activity {
+            match params.slow() {
+                Some(_) => self.asking.saw(captured, ball),
+                None => seek.answer(now, &mut self.sight, &params),
+            }
+            if seek.judge(now, &self.sight, &params) {
+                self.fault(now, Fault::ErrorGrowing, out);
+            }
         }
         Ok(())
     }

@@ -70,7 +70,7 @@ impl Board {
                 after(since, limit_us(deadlines.position) + 1);
             }
         }
-        (left - 1) / TICK_US
+        ((left - 1) / TICK_US).min(self.asking.idle_ticks(now))
     }
 
     /// How long the ball was not seen, or the target is waiting for its first position, µs; `None` without a target.

@@ -16,6 +16,7 @@ use crate::estimate;
 use crate::law::{Demand, MotorRates};
 use crate::params::{BuildLimits, Params};
 use crate::plan::{Jogging, Planner, StepPlan};
+use crate::think::{Answer as Thought, Asking, Question, Thinker};
 pub use outbox::Outbox;
 use seek::{Seek, Sight};
 
@@ -47,6 +48,7 @@ pub struct Board {
     activity: Activity,
     planner: Planner,
     sight: Sight,
+    asking: Asking,
     /// When the last intact command came.
     heard: Micros,
     /// When telemetry was sent last.
@@ -101,6 +103,7 @@ impl Board {
             activity: Activity::Idle,
             planner: Planner::default(),
             sight: Sight::default(),
+            asking: Asking::default(),
             heard: Micros(0),
             told: Micros(0),
             telling: false,
@@ -170,10 +173,14 @@ impl Board {
     }
 
     /// Plans the tick that begins at `now`, and says what there is to say; call every
-    /// [`TICK_US`](crate::plan::TICK_US). This is [`plan`](Self::plan) and [`report`](Self::report).
-    pub fn tick(&mut self, now: Micros, out: &mut Outbox) -> Option<Tick> {
+    /// [`TICK_US`](crate::plan::TICK_US). This is [`plan`](Self::plan) and [`report`](Self::report), with a `thinker` of the
+    /// board's own that answers at once: for hosts, whose time does not pass meanwhile.
+    pub fn tick(&mut self, now: Micros, thinker: &mut Thinker, out: &mut Outbox) -> Option<Tick> {
         let tick = self.plan(now, out);
         self.report(now, out);
+        if let Some(question) = self.question() {
+            self.answered(&thinker.answer(&question));
+        }
         tick
     }
 
@@ -204,9 +211,12 @@ impl Board {
         self.planner.plan()
     }
 
-    /// The second half: telemetry after a position, and from time to time.
+    /// The second half: what a slow law is to be asked, and telemetry after a position and from time to time.
     #[inline]
     pub fn report(&mut self, now: Micros, out: &mut Outbox) {
+        if self.asking.waiting() {
+            self.ask(now);
+        }
         if self.telling {
             self.tell(now, out);
         }
@@ -218,6 +228,7 @@ impl Board {
         if let Some(fault) = self.expired(now) {
             self.fault(now, fault, out);
         }
+        self.take_answer(now, out);
         let wanted = self.wanted(now);
         self.planner.aim(wanted.rates, wanted.ramp_us);
         self.telling |= self.greeted && now.since(self.told) >= TELEMETRY_US;
@@ -232,6 +243,19 @@ impl Board {
             bootloader: self.bootloader && !self.planner.moving(),
             store: self.storing.is_some(),
         }
+    }
+
+    /// The question to a slow law that has come up, if any, for a [`Thinker`]; once. To be looked for after every
+    /// [`report`](Self::report).
+    #[inline]
+    pub fn question(&mut self) -> Option<Question> {
+        self.asking.take_question()
+    }
+
+    /// A thinker's answer is there; it takes effect in its tick. One that is not there by then stops the board.
+    #[inline(never)]
+    pub fn answered(&mut self, answer: &Thought) {
+        self.asking.answered(answer);
     }
 
     /// The emergency input has cut the pulses off: the motors stand, `missing` pulses each from where they were planned
@@ -267,6 +291,32 @@ impl Board {
     /// Motor rates in Q8 steps/s during the last tick.
     pub fn rates(&self) -> [i32; 3] {
         self.planner.rates()
+    }
+
+    /// Makes a question of what was seen, if something is sought.
+    #[inline(never)]
+    fn ask(&mut self, now: Micros) {
+        let (Activity::Seeking(seek), Some(params)) = (&mut self.activity, &self.params) else {
+            return self.asking.forget();
+        };
+        if let Some(number) = self.asking.ask(now, seek.target, &self.planner, params) {
+            seek.question = Some(number);
+            // The tick in which the answer takes effect is looked at.
+            self.idle_for = self.idle_for.min(self.asking.idle_ticks(now));
+        }
+    }
+
+    /// Goes by the answer that takes effect at `now`, if it is still asked for.
+    fn take_answer(&mut self, now: Micros, out: &mut Outbox) {
+        let Some((number, demand)) = self.asking.due(now) else { return };
+        let (Activity::Seeking(seek), Some(params)) = (&mut self.activity, &self.params) else { return };
+        if seek.question.take_if(|asked| *asked == number).is_none() {
+            return;
+        }
+        match demand {
+            Some(demand) => seek.follow(now, demand, params),
+            None => self.fault(now, Fault::LawLate, out),
+        }
     }
 
     /// What the present activity asks for; a jog that has arrived ends.

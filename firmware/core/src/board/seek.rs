@@ -3,9 +3,8 @@
 use plumb_protocol::units::{Micros, Point};
 
 use crate::estimate::{self, Arrival, Divergence, Filter};
-use crate::law::{Controller, Demand, Law, Picture};
-use crate::params::Params;
-use crate::plan::Planner;
+use crate::law::{Demand, Law, Picture, Quick};
+use crate::params::{Own, Params};
 
 /// What the board knows of the ball.
 #[derive(Debug, Clone, Copy, Default)]
@@ -20,8 +19,8 @@ pub(super) struct Sight {
     pub(super) outside: u8,
     /// The filter over all of them.
     pub(super) filter: Filter,
-    /// The law with what it has learnt; made at the first picture of a target.
-    pub(super) law: Option<Controller>,
+    /// The law, where it is a quick one; made at the first picture of a target.
+    pub(super) law: Option<Quick>,
 }
 
 impl Sight {
@@ -55,6 +54,8 @@ pub(super) struct Seek {
     /// What the law asked for last, and when.
     demand: Demand,
     asked: Micros,
+    /// The question to a slow law that is open.
+    pub(super) question: Option<u32>,
     arrival: Arrival,
     divergence: Divergence,
 }
@@ -67,6 +68,7 @@ impl Seek {
             reached,
             demand: Demand::default(),
             asked: since,
+            question: None,
             arrival: Arrival::default(),
             divergence: Divergence::default(),
         }
@@ -78,33 +80,30 @@ impl Seek {
         Demand { ramp_us: self.demand.ramp_us.saturating_sub(gone), ..self.demand }
     }
 
-    /// Lets the law answer to what was just seen, `age_us` old; whether the error has kept growing for too long.
-    pub(super) fn update(
-        &mut self,
-        now: Micros,
-        age_us: u32,
-        sight: &mut Sight,
-        planner: &Planner,
-        params: &Params,
-    ) -> bool {
-        let (Some(ball), Some(filtered)) = (sight.last, sight.filtered_error(self.target)) else {
-            return false;
-        };
-        // The others go by the picture alone, and these cost the chip a tenth of a tick.
-        let learns = params.learns();
-        let picture = Picture {
-            ball,
-            then: if learns {
-                planner.positions_ago(age_us.saturating_add(params.delay_us()))
-            } else {
-                [0; 3]
-            },
-            ahead: if learns { planner.reference() } else { [0; 3] },
-            target: self.target.micrometres(),
-        };
-        let demand = sight.law.get_or_insert_with(|| params.law()).update(&picture);
+    /// Goes by `demand` from `now` on, within the motors' limits.
+    pub(super) fn follow(&mut self, now: Micros, demand: Demand, params: &Params) {
         self.demand = Demand { rates: demand.rates.within(params.max_rates()), ..demand };
         self.asked = now;
+    }
+
+    /// Lets a quick law answer to what was just seen.
+    pub(super) fn answer(&mut self, now: Micros, sight: &mut Sight, params: &Params) {
+        if sight.law.is_none()
+            && let Own::Quick(law) = params.law()
+        {
+            sight.law = Some(law);
+        }
+        if let (Some(law), Some(ball)) = (&mut sight.law, sight.last) {
+            // These laws go by the ball alone.
+            let picture = Picture { ball, then: [0; 3], ahead: [0; 3], target: self.target.micrometres() };
+            let demand = law.update(&picture);
+            self.follow(now, demand, params);
+        }
+    }
+
+    /// Looks how things go after a picture; whether the error has kept growing for too long.
+    pub(super) fn judge(&mut self, now: Micros, sight: &Sight, params: &Params) -> bool {
+        let Some(filtered) = sight.filtered_error(self.target) else { return false };
         self.reached |= self.arrival.update(filtered, &params.reached);
         self.divergence.update(now, filtered, &params.growth)
     }

@@ -65,7 +65,8 @@ pub struct Picture {
     pub ball: [i32; 3],
     /// Where the motors were when the picture was taken, 1/16 steps.
     pub then: [i32; 3],
-    /// Where the motors go on to if nothing new is wanted but what is on its way through the running mean, 1/16 steps.
+    /// Where the motors go on to if nothing is wanted any more from the moment that the law's answer takes effect, but what is on
+    /// its way through the running mean; 1/16 steps.
     pub ahead: [i32; 3],
     /// Where the ball is to go, µm, within ±4 m.
     pub target: [i32; 3],
@@ -120,39 +121,22 @@ impl Limits {
     }
 }
 
-/// The law that is configured, with its state.
+/// A law that answers within the tick in which a picture comes, with its state. The others are in
+/// [`think`](crate::think).
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[allow(clippy::large_enum_variant, reason = "the chip has no heap, and there is one controller")]
-pub enum Controller {
+pub enum Quick {
     /// See [`Interval`].
     Interval(Interval),
     /// See [`Sign`].
     Sign(Sign),
-    /// See [`Certified`].
-    Certified(Certified),
-    /// See [`Taut`].
-    Taut(Taut),
 }
 
-impl Controller {
-    /// The law of a validated configuration, before the first picture.
-    pub(crate) fn new(law: &config::Law, motors: &[config::Motor; 3]) -> Self {
-        match law {
-            config::Law::Interval(law) => Self::Interval(Interval::new(law)),
-            config::Law::Sign(law) => Self::Sign(Sign::new(law)),
-            config::Law::Certified(_) => Self::Certified(Certified::new(Limits::of(motors))),
-            config::Law::Taut(_) => Self::Taut(Taut::new(Limits::of(motors))),
-        }
-    }
-}
-
-impl Law for Controller {
+impl Law for Quick {
+    #[inline(never)]
     fn update(&mut self, picture: &Picture) -> Demand {
         match self {
             Self::Interval(law) => law.update(picture),
             Self::Sign(law) => law.update(picture),
-            Self::Certified(law) => law.update(picture),
-            Self::Taut(law) => law.update(picture),
         }
     }
 }

@@ -79,6 +79,17 @@ impl Ramp {
         }
     }
 
+    /// The sum of the rates of so many coming ticks (at most 256), right to a unit a tick and tick.
+    pub(super) fn turned(&self, ticks: u32) -> [i64; 3] {
+        let (rising, risen) = (ticks.min(self.left), ticks.saturating_sub(self.left));
+        [0, 1, 2].map(|i| {
+            // Bits: rates 31 + 8; a tick's step is at most the whole change over the ramp's ticks.
+            i64::from(self.rates[i]) * i64::from(rising)
+                + i64::from(self.lanes[i].step) * i64::from(rising * (rising + 1) / 2)
+                + i64::from(self.wanted[i]) * i64::from(risen)
+        })
+    }
+
     /// The rates after the next tick.
     pub(super) fn next(&self) -> [i32; 3] {
         let mut next = *self;

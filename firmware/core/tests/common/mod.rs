@@ -8,8 +8,7 @@ use plumb_protocol::Config;
 use plumb_protocol::config::{self, Deadlines, Drivers, Growth, Law, Motor, Reached, StepDir, Workspace};
 use plumb_protocol::units::{Acceleration, Bound, Gain, Micrometres, Milliseconds, Point, Rate, Steps16};
 
-pub(crate) const BUILD: BuildLimits =
-    BuildLimits { max_pulse_rate: 1_000_000, storage: true, slow_laws: true };
+pub(crate) const BUILD: BuildLimits = BuildLimits { max_pulse_rate: 1_000_000, storage: true };
 
 /// The paper's bounds, γ in 1/s at 0.471 mm a step.
 pub(crate) fn paper_interval(gamma: f64) -> config::Interval {

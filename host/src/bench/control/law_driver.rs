@@ -6,7 +6,8 @@ use plumb_core::estimate::{self, Arrival, Filter};
 use plumb_core::law::{Demand, Law, Picture};
 use plumb_core::params::Params;
 use plumb_core::plan::Planner;
-use plumb_protocol::config::{self, Config};
+use plumb_core::think::{Answer, Asking};
+use plumb_protocol::config::Config;
 use plumb_protocol::units::{Micros, Point, Steps16};
 
 use super::simulate::Driver;
@@ -16,11 +17,13 @@ use super::simulate::Driver;
 pub(super) struct LawDriver {
     law: Box<dyn Law>,
     planner: Planner,
+    params: Params,
     config: Config,
     max_rates: [i32; 3],
     target: Point,
-    /// Delay of the pictures beyond their age, µs.
-    delay_us: u32,
+    /// For a law that the board lets think, and the question that is open.
+    asking: Asking,
+    question: Option<u32>,
     filter: Filter,
     arrival: Arrival,
     reached: bool,
@@ -44,10 +47,12 @@ impl LawDriver {
         Self {
             law,
             planner,
+            params: *params,
             config,
             max_rates: config.motors.map(|motor| motor.max_rate.0),
             target,
-            delay_us: delay_us(&config),
+            asking: Asking::default(),
+            question: None,
             filter: Filter::default(),
             arrival: Arrival::default(),
             reached: false,
@@ -65,22 +70,35 @@ impl LawDriver {
     fn resume(&mut self, now: Micros) {
         if self.lost && !self.planner.moving() {
             (self.lost, self.sent_on) = (false, true);
-            (self.arrival, self.demand) = (Arrival::default(), Demand::default());
+            (self.arrival, self.demand, self.question) = (Arrival::default(), Demand::default(), None);
             self.seen = self.seen.max(now);
         }
     }
 
-    /// Lets the law answer to a ball seen at `ball`, µm, `age_us` ago.
-    fn answer(&mut self, now: Micros, age_us: u32, ball: [i32; 3]) {
-        let picture = Picture {
-            ball,
-            then: self.planner.positions_ago(age_us.saturating_add(self.delay_us)),
-            ahead: self.planner.reference(),
-            target: self.target.micrometres(),
-        };
-        let demand = self.law.update(&picture);
+    /// Lets the law answer at once to a ball seen at `ball`, µm.
+    fn answer(&mut self, now: Micros, ball: [i32; 3]) {
+        let (then, ahead) = (self.planner.positions(), self.planner.reference());
+        let demand = self.law.update(&Picture { ball, then, ahead, target: self.target.micrometres() });
+        self.follow(now, demand);
+    }
+
+    fn follow(&mut self, now: Micros, demand: Demand) {
         self.demand = Demand { rates: demand.rates.within(self.max_rates), ..demand };
         (self.asked, self.answered) = (now, true);
+    }
+
+    /// Lets the law think about what was seen, after the tick at `now`.
+    fn think(&mut self, now: Micros) {
+        if self.lost {
+            return self.asking.forget();
+        }
+        if let Some(number) = self.asking.ask(now, self.target, &self.planner, &self.params) {
+            self.question = Some(number);
+        }
+        if let Some(question) = self.asking.take_question() {
+            let demand = self.law.update(&question.picture);
+            self.asking.answered(&Answer { number: question.number, demand });
+        }
     }
 
     /// What is wanted of the motors at `now`.
@@ -104,12 +122,16 @@ impl Driver for LawDriver {
         let Some(point) = point.filter(|point| self.inside(*point)) else { return };
         self.resume(now);
         let ball = point.micrometres();
-        self.seen = self.seen.max(now.back(u64::from(age_us)));
+        let captured = now.back(u64::from(age_us));
+        self.seen = self.seen.max(captured);
         self.filter.update(ball);
         if self.lost {
             return;
         }
-        self.answer(now, age_us, ball);
+        match self.params.slow() {
+            Some(_) => self.asking.saw(captured, ball),
+            None => self.answer(now, ball),
+        }
         if let Some(filtered) = self.filter.position() {
             let distance = estimate::magnitude(estimate::error(filtered, self.target));
             self.reached |= self.arrival.update(distance, &self.config.reached);
@@ -117,6 +139,11 @@ impl Driver for LawDriver {
     }
 
     fn tick(&mut self, now: Micros) -> [f64; 3] {
+        if let Some((number, Some(demand))) = self.asking.due(now)
+            && self.question == Some(number)
+        {
+            self.follow(now, demand);
+        }
         let wanted = self.wanted(now);
         // A board aims anew where something has happened, which rounds less than to do so in every tick.
         if self.answered || wanted.rates != self.aimed {
@@ -124,6 +151,7 @@ impl Driver for LawDriver {
             (self.answered, self.aimed) = (false, wanted.rates);
         }
         self.planner.tick();
+        self.think(now);
         self.planner.positions().map(|p| Steps16(p).to_si())
     }
 
@@ -137,14 +165,6 @@ impl Driver for LawDriver {
 
     fn sent_on(&self) -> bool {
         self.sent_on
-    }
-}
-
-/// Delay of the pictures beyond their age, µs.
-fn delay_us(config: &Config) -> u32 {
-    match &config.law {
-        config::Law::Interval(_) | config::Law::Sign(_) => 0,
-        config::Law::Certified(law) | config::Law::Taut(law) => u32::from(law.delay.0) * 1000,
     }
 }
 

@@ -28,7 +28,7 @@ fn told() -> impl Strategy<Value = config::Interval> {
 fn fixed_point(family: config::Interval) -> FixedPoint {
     let mut config = Rig::paper().unwrap().config().unwrap();
     config.law = config::Law::Interval(family);
-    let build = BuildLimits { max_pulse_rate: 1_000_000, storage: true, slow_laws: true };
+    let build = BuildLimits { max_pulse_rate: 1_000_000, storage: true };
     Params::check(&config, &build, [0; 3]).unwrap().interval().unwrap()
 }
 

@@ -16,6 +16,7 @@ mod symbols;
 
 use std::path::PathBuf;
 
+use measure::Which;
 use serde_json::{Map, Value, json};
 
 /// A line of the table.
@@ -53,10 +54,10 @@ fn main() {
 fn table(image: &std::path::Path) -> Vec<Row> {
     let row = |key, what, value, unit, beside| Row { key, what, value, unit, beside };
     let [one, three] = measure::highest_rates(image);
-    let [busy_slow, busy_fast] = measure::busy(image);
+    let [busy_slow, busy_fast, busy_taut] = measure::busy(image);
     let latency = measure::latency(image);
-    let interval = measure::costs(image, measure::Which::Interval);
-    let certified = measure::costs(image, measure::Which::Certified);
+    let [interval, certified, taut] =
+        [Which::Interval, Which::Certified, Which::Taut].map(|law| measure::costs(image, law));
     let (silence, expected) = measure::silence(image);
     println!(
         "Silence to standstill is held against the configured deadline and ramp, {expected} ms together.\n"
@@ -84,6 +85,7 @@ fn table(image: &std::path::Path) -> Vec<Row> {
             "< 5; Klipper: all of it",
         ),
         row("busy_slow", "processor, 30 positions/s and 3 x 5 k steps/s", busy_slow, "%", ""),
+        row("busy_taut", "processor, the same with the law taut", busy_taut, "%", ""),
         row("jitter", "jitter of steps within a segment (200 µs)", measure::jitter(image), "cycles", "0"),
         row("latency_median", "position's last byte to new rate, median of 200", latency.0, "µs", ""),
         row("latency_worst", "position's last byte to new rate, worst of 200", latency.1, "µs", "< 300"),
@@ -95,8 +97,23 @@ fn table(image: &std::path::Path) -> Vec<Row> {
             "< 2000",
         ),
         row("step_interval", "a tick with a position, law interval, at most", interval.step, "cycles", ""),
-        row("update_certified", "one update of the law certified, at most", certified.update, "cycles", ""),
-        row("step_certified", "a tick with a position, law certified, at most", certified.step, "cycles", ""),
+        row(
+            "update_certified",
+            "one update of the law certified, at most",
+            certified.update,
+            "cycles",
+            "< 60 000",
+        ),
+        row("update_taut", "one update of the law taut, at most", taut.update, "cycles", ""),
+        row(
+            "thought_taut",
+            "the same with the ticks and links that go before it",
+            taut.thought,
+            "cycles",
+            "its answer is due after 25 ms",
+        ),
+        row("step_taut", "a tick with a position, law taut, at most", taut.step, "cycles", "25 000"),
+        row("late_taut", "by how much ticks come late while taut thinks", taut.late, "cycles", "0"),
         row("tick", "a tick without, motors under way, median", interval.tick, "cycles", "of 25 000"),
         row(
             "emergency",

@@ -49,10 +49,12 @@ pub(crate) fn highest_rates(image: &Path) -> [f64; 2] {
     })
 }
 
-/// The share of the processor that is not asleep, percent: at 3 x 5 000 and at 3 x 1 000 000 steps/s, with 30 positions/s.
-pub(crate) fn busy(image: &Path) -> [f64; 2] {
-    [312.5, 62_500.0].map(|rate| {
-        let mut chip = start(image, rate);
+/// The share of the processor that is not asleep, percent, with 30 positions/s: at 3 x 5 000 and at 3 x 1 000 000 steps/s, and
+/// at the former with the law `taut`.
+pub(crate) fn busy(image: &Path) -> [f64; 3] {
+    let laws = [(312.5, Which::Interval), (62_500.0, Which::Interval), (312.5, Which::Taut)];
+    laws.map(|(rate, law)| {
+        let mut chip = Chip::start(image).configured(law.configured(fast(rate, StepDir::TMC2209)));
         chip.hurry(NEAR, ALIKE);
         chip.run_us(30_000);
         let before = load(&mut chip);
@@ -135,41 +137,79 @@ pub(crate) fn latency(image: &Path) -> (f64, f64) {
 pub(crate) enum Which {
     Interval,
     Certified,
+    Taut,
+}
+
+impl Which {
+    /// A configuration with this law, which is made for the law `interval`.
+    fn configured(self, config: Config) -> Config {
+        let estimated = Estimated { delay: Milliseconds(0) };
+        match self {
+            Self::Interval => config,
+            Self::Certified => Config { law: Law::Certified(estimated), ..config },
+            Self::Taut => Config { law: Law::Taut(estimated), mean: Milliseconds(320), ..config },
+        }
+    }
 }
 
 /// Cycles of the processor.
 pub(crate) struct Costs {
-    /// The law's update, at most.
+    /// The law's update, at most; without the ticks that come in between.
     pub(crate) update: f64,
+    /// The same with all that comes in between.
+    pub(crate) thought: f64,
     /// The stepping interrupt with a position in it, at most: from the first byte to telemetry.
     pub(crate) step: f64,
     /// The same without, median.
     pub(crate) tick: f64,
+    /// By how much ticks came late, all of them together.
+    pub(crate) late: f64,
 }
 
 /// From entry to return of the law's function and of the stepping's handler, as the instructions go by, over 30 positions.
 pub(crate) fn costs(image: &Path, which: Which) -> Costs {
-    let mut config: Config = fast(312.5, StepDir::TMC2209);
-    if which == Which::Certified {
-        config.law = Law::Certified(Estimated { delay: Milliseconds(40) });
-    }
+    let config = which.configured(fast(312.5, StepDir::TMC2209));
     let mut chip = Chip::start(image).configured(config);
     chip.hurry(NEAR, FAR);
-    let names = json!({ "functions": { "update": law_update(image) }, "handlers": { "tick": STEPPING } });
+    let names = json!({ "functions": { "update": law_update(image, which != Which::Interval) }, "handlers": { "tick": STEPPING } });
     chip.ask(json!({ "trace": names }));
     for at in 0..30 {
         chip.see([NEAR[0] + 1000 * at, NEAR[1] - 700 * at, 1300 * at]);
         chip.run_us(31_333);
     }
     let reply = chip.ask(json!({ "calls": true }));
-    let [updates, mut ticks] = ["update", "tick"].map(|name| calls(&reply["calls"][name]));
-    let within = |tick: &(u64, u64)| updates.iter().any(|u| tick.0 <= u.0 && u.0 < tick.0 + tick.1);
-    let longest = |calls: &[(u64, u64)]| calls.iter().map(|call| call.1).max().expect("calls") as f64;
-    let steps: Vec<_> = ticks.iter().copied().filter(within).collect();
-    assert!(steps.len() >= 25, "{} positions", steps.len());
-    ticks.retain(|tick| !within(tick));
-    ticks.sort_unstable_by_key(|tick| tick.1);
-    Costs { update: longest(&updates), step: longest(&steps), tick: ticks[ticks.len() / 2].1 as f64 }
+    let [updates, ticks] = ["update", "tick"].map(|name| calls(&reply["calls"][name]));
+    // The stepping interrupts what thinks, and never the other way round.
+    let interrupted = |call: &(u64, u64)| -> u64 {
+        let inside = ticks.iter().filter(|tick| call.0 <= tick.0 && tick.0 < call.0 + call.1);
+        inside.map(|tick| tick.1).sum()
+    };
+    let longest = |cycles: &mut dyn Iterator<Item = u64>| cycles.max().expect("calls") as f64;
+    // A tick with a position is one in which the law answers, or the last before its thinker does.
+    let nexts = ticks.iter().skip(1).map(|tick| tick.0).chain([u64::MAX]);
+    let asks = |((tick, _), next): &((u64, u64), u64)| updates.iter().any(|u| tick <= &u.0 && u.0 < *next);
+    let (steps, others): (Vec<_>, Vec<_>) = ticks.iter().copied().zip(nexts).partition(asks);
+    assert!(updates.len() >= 25 && steps.len() >= 25, "{} positions", steps.len());
+    let mut others: Vec<u64> = others.iter().map(|((_, cycles), _)| *cycles).collect();
+    others.sort_unstable();
+    Costs {
+        update: longest(&mut updates.iter().map(|call| call.1 - interrupted(call))),
+        thought: longest(&mut updates.iter().map(|call| call.1)),
+        step: longest(&mut steps.iter().map(|((_, cycles), _)| *cycles)),
+        tick: others[others.len() / 2] as f64,
+        late: lateness(&ticks),
+    }
+}
+
+/// By how much later the last ticks come than the first: what is late once moves all that follow.
+fn lateness(ticks: &[(u64, u64)]) -> f64 {
+    let phase = |some: &[(u64, u64)]| {
+        // Of the timer; the interrupt itself may wait a few cycles for others to be let in again.
+        let phases = some.iter().map(|tick| (tick.0 - ticks[0].0 + TICK / 2) % TICK);
+        phases.min().expect("ticks")
+    };
+    let (first, last) = (phase(&ticks[..100]), phase(&ticks[ticks.len() - 100..]));
+    ((last + TICK - first) % TICK) as f64
 }
 
 /// `[began, cycles]` of each call.

@@ -5,16 +5,20 @@ use std::path::Path;
 
 use object::{Object, ObjectSymbol, SymbolKind};
 
-/// The address of the law's update: the trait's only implementor that is called through it, `Controller`.
-pub(crate) fn law_update(image: &Path) -> u64 {
+/// The address of the function in which a law answers: quick laws in the tick, slow ones in their thinker.
+pub(crate) fn law_update(image: &Path, slow: bool) -> u64 {
+    let parts: &[&str] = match slow {
+        true => &["plumb_core", "think", "Thinker", "answer"],
+        false => &["plumb_core..law..Quick", "Law", "update"],
+    };
     let elf = std::fs::read(image).expect("an image that can be read");
     let file = object::File::parse(&*elf).expect("an ELF file");
     let found = file.symbols().find(|symbol| {
-        symbol.name().is_ok_and(|name| {
-            name.contains("plumb_core..law..Controller") && name.contains("Law") && name.contains("update")
-        })
+        let name = symbol.name().unwrap_or_default();
+        // Not the linker's jumps to it, whose names say so first.
+        name.starts_with("_ZN") && parts.iter().all(|part| name.contains(part))
     });
-    found.expect("the law's update, with a name and not inlined").address()
+    found.expect("the law's function, with a name and not inlined").address()
 }
 
 /// The functions of an image, by their addresses.

@@ -7,7 +7,8 @@ mod sign;
 use nalgebra::Vector3;
 use plumb_core::MotorRates;
 use plumb_core::law::{Demand, Law, Picture};
-use plumb_core::params::Params;
+use plumb_core::params::{Own, Params};
+use plumb_core::think::Slow;
 
 use super::limits::Limits;
 use crate::rig::LawSettings;
@@ -26,7 +27,15 @@ pub(super) fn of(law: &LawSettings, params: &Params, limits: Limits) -> Box<dyn 
         }
         LawSettings::Sign { gain, .. } => Box::new(Sign::new(gain.get())),
         LawSettings::Certified(_) => Box::new(Certified::new(limits)),
-        LawSettings::Taut(_) => Box::new(params.law()),
+        LawSettings::Taut(_) => boards_own(params),
+    }
+}
+
+/// The law that a board with these parameters has.
+pub(super) fn boards_own(params: &Params) -> Box<dyn Law> {
+    match params.law() {
+        Own::Quick(law) => Box::new(law),
+        Own::Slow(kind) => Box::new(Slow::new(kind, params.limits())),
     }
 }
 

@@ -56,7 +56,7 @@ fn whole_run(
     let task = suite.task(id.0, id.1).unwrap();
     let inner = match contender {
         Some(contender) => contender.driver(suite, &task, suite.elasticity(id.0, id.1), id).unwrap(),
-        None => by_law(law, suite, &task, |params| Box::new(params.law())).unwrap(),
+        None => by_law(law, suite, &task, boards_own).unwrap(),
     };
     let mut driver = Recorded { inner, rows: Vec::new() };
     let oracle_s = oracle::time_s(&task, &Limits::default(), suite.threshold_m).unwrap();

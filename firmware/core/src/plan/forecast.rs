@@ -1,0 +1,59 @@
+//! Where the reference goes on to, for laws whose answers take effect later.
+
+use super::{Planner, UNIT};
+
+/// Forecasts go no farther: 51 ms.
+const MOST_TICKS: u32 = 256;
+
+/// Units are counted without so many bits, so that 32 hold a forecast's way.
+const FEWER_BITS: u32 = 9;
+const _: () = assert!((UNIT / 16) % (1 << FEWER_BITS) == 0);
+
+impl Planner {
+    /// As [`reference`](Self::reference), if it stands still only after `ticks` more ticks (at most 256) of what is aimed at;
+    /// 1/16 steps, right to about one.
+    pub(crate) fn reference_after(&self, ticks: u32) -> [i32; 3] {
+        let ticks = ticks.min(MOST_TICKS);
+        let mut reference = self.reference();
+        for (reference, turned) in reference.iter_mut().zip(self.ramp.turned(ticks)) {
+            // Bits: 31 + 8 - 9.
+            let units = (turned >> FEWER_BITS) as i32;
+            *reference = reference.saturating_add(units / ((UNIT / 16 * self.microsteps) >> FEWER_BITS));
+        }
+        reference
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::law::MotorRates;
+    use crate::plan::travel::Travel;
+    use proptest::prelude::*;
+
+    proptest! {
+        /// Against the plan itself.
+        #[test]
+        fn the_reference_gets_where_it_was_said_to_get(
+            microsteps in 0..5,
+            deltas in proptest::array::uniform3(2_000u32..2_000_000),
+            rates in proptest::array::uniform3(-102_400i32..102_400),
+            before in proptest::array::uniform3(-102_400i32..102_400),
+            (ramp_us, gone, ticks) in (0u32..50_000, 0u32..100, 0u32..=MOST_TICKS),
+        ) {
+            let travels = [Travel::between(-(1 << 29), 1 << 29); 3];
+            let mut planner = Planner { deltas, travels, microsteps: 1 << microsteps, ..Planner::default() };
+            planner.axes.iter_mut().for_each(|axis| axis.configure(false, 1 << microsteps));
+            planner.aim(MotorRates(before), 0);
+            (0..500).for_each(|_| _ = planner.tick());
+            planner.aim(MotorRates(rates), ramp_us);
+            (0..gone).for_each(|_| _ = planner.tick());
+            let said = planner.reference_after(ticks);
+            (0..ticks).for_each(|_| _ = planner.tick());
+            for (said, is) in said.into_iter().zip(planner.reference()) {
+                // Rounded to microsteps, which are 1/16 steps times these.
+                prop_assert!((said - is).abs() <= 1 + (16 >> microsteps), "{said} {is}");
+            }
+        }
+    }
+}

@@ -1,0 +1,112 @@
+//! Laws that take longer than a tick, and how they are asked without a tick waiting for them.
+//!
+//! ```text
+//! position -> Board::question -> Question -> Thinker::answer -> Answer -> Board::answered
+//!                 at the tick of the position                    in effect Kind::ticks later
+//! ```
+//!
+//! A [`Thinker`] owns the law with what it has learnt, and may take its time: on the chip below everything else, on a
+//! host at once. When an answer takes effect is fixed by the question's tick, so that both do the same, to the bit.
+
+mod asking;
+
+use crate::law::{Certified, Demand, Law, Limits, Picture, Taut};
+use crate::plan::TICK_US;
+pub use asking::Asking;
+
+/// The laws that take longer than a tick.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// See [`Certified`].
+    Certified,
+    /// See [`Taut`].
+    Taut,
+}
+
+impl Kind {
+    /// Ticks from a question's to the one in which its answer takes effect. What the law takes of the chip at most (`make
+    /// bench-chip`), half as much again for the ticks and links that go before it, and a reserve.
+    pub const fn ticks(self) -> u32 {
+        match self {
+            Self::Certified => 2_000 / TICK_US,
+            Self::Taut => 25_000 / TICK_US,
+        }
+    }
+}
+
+/// What a law is asked.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Question {
+    /// Counts the questions, wrapping.
+    pub number: u32,
+    /// Which law.
+    pub kind: Kind,
+    /// The motors' limits.
+    pub limits: Limits,
+    /// Whether the law begins anew, and forgets what it has learnt.
+    pub anew: bool,
+    /// What is seen.
+    pub picture: Picture,
+}
+
+/// What a law wants.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Answer {
+    /// The question's.
+    pub number: u32,
+    /// The law's demand, not limited yet.
+    pub demand: Demand,
+}
+
+/// A law that takes longer than a tick, with its state.
+#[derive(Debug, Clone, PartialEq)]
+#[allow(clippy::large_enum_variant, reason = "the chip has no heap, and there is one of it")]
+pub enum Slow {
+    /// See [`Certified`].
+    Certified(Certified),
+    /// See [`Taut`].
+    Taut(Taut),
+}
+
+impl Slow {
+    /// Before its first picture, for motors of these limits.
+    pub fn new(kind: Kind, limits: Limits) -> Self {
+        match kind {
+            Kind::Certified => Self::Certified(Certified::new(limits)),
+            Kind::Taut => Self::Taut(Taut::new(limits)),
+        }
+    }
+}
+
+impl Law for Slow {
+    fn update(&mut self, picture: &Picture) -> Demand {
+        match self {
+            Self::Certified(law) => law.update(picture),
+            Self::Taut(law) => law.update(picture),
+        }
+    }
+}
+
+/// Answers questions. All those of one board, in their order: what has been asked is what the law has learnt.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Thinker {
+    law: Option<Slow>,
+}
+
+impl Thinker {
+    /// One that has learnt nothing.
+    pub const fn new() -> Self {
+        Self { law: None }
+    }
+
+    /// Lets the law think.
+    #[inline(never)]
+    pub fn answer(&mut self, question: &Question) -> Answer {
+        if question.anew {
+            self.law = None;
+        }
+        let law = self.law.get_or_insert_with(|| Slow::new(question.kind, question.limits));
+        let demand = law.update(&question.picture);
+        Answer { number: question.number, demand }
+    }
+}

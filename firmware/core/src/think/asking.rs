@@ -1,0 +1,116 @@
+//! Putting questions to a law that takes longer than a tick.
+//!
+//! One question is open at a time, until the tick at which its answer takes effect. The newest picture that comes meanwhile
+//! waits, and is asked about then. An answer concerns the target that it was asked for: after another target, a stop or
+//! a fault it is void, but the law has learnt from the picture all the same.
+
+use plumb_protocol::units::{Micros, Point};
+
+use super::{Answer, Question};
+use crate::law::{Demand, Picture};
+use crate::params::Params;
+use crate::plan::{Planner, TICK_US};
+
+/// The ball in a picture.
+#[derive(Debug, Clone, Copy)]
+struct Glimpse {
+    /// When it was taken.
+    captured: Micros,
+    /// µm.
+    ball: [i32; 3],
+}
+
+/// A question whose answer has not taken effect yet.
+#[derive(Debug, Clone, Copy)]
+struct Open {
+    /// When it does.
+    due: Micros,
+    /// The answer, once it is there.
+    demand: Option<Demand>,
+}
+
+/// The questions to a slow law.
+#[derive(Debug, Clone, Default)]
+pub struct Asking {
+    /// Of the last question.
+    number: u32,
+    open: Option<Open>,
+    /// The newest one that nothing was asked about.
+    glimpse: Option<Glimpse>,
+    /// Whether the law was asked since the board was configured.
+    begun: bool,
+    /// To be handed out.
+    question: Option<Question>,
+}
+
+impl Asking {
+    /// The ball was seen at `ball` (µm) in a picture taken at `captured`.
+    pub fn saw(&mut self, captured: Micros, ball: [i32; 3]) {
+        self.glimpse = Some(Glimpse { captured, ball });
+    }
+
+    /// Nothing is sought that what was seen could be asked about.
+    pub fn forget(&mut self) {
+        self.glimpse = None;
+    }
+
+    /// The next question is to a law that knows nothing.
+    pub fn begin_anew(&mut self) {
+        self.begun = false;
+    }
+
+    /// Whether there is something to [`ask`](Self::ask) about, now or when no question is open any more.
+    #[inline]
+    pub fn waiting(&self) -> bool {
+        self.glimpse.is_some()
+    }
+
+    /// After the planning of the tick at `now`: makes a question of what was seen, where none is open, and hands it
+    /// [out](Self::take_question); its number.
+    pub fn ask(&mut self, now: Micros, target: Point, planner: &Planner, params: &Params) -> Option<u32> {
+        let kind = params.slow().filter(|_| self.open.is_none())?;
+        let glimpse = self.glimpse.take()?;
+        // The motors' positions are those at the tick's end.
+        let end = Micros(now.0 + u64::from(TICK_US));
+        let age_us = end.since(glimpse.captured).min(u64::from(u32::MAX)) as u32;
+        let picture = Picture {
+            ball: glimpse.ball,
+            then: planner.positions_ago(age_us.saturating_add(params.delay_us())),
+            ahead: planner.reference_after(kind.ticks() - 1),
+            target: target.micrometres(),
+        };
+        self.number = self.number.wrapping_add(1);
+        self.open = Some(Open { due: Micros(now.0 + u64::from(kind.ticks() * TICK_US)), demand: None });
+        let (number, limits) = (self.number, params.limits());
+        self.question = Some(Question { number, kind, limits, anew: !self.begun, picture });
+        self.begun = true;
+        Some(number)
+    }
+
+    /// Ticks between that at `now` and the one in which an answer takes effect.
+    pub(crate) fn idle_ticks(&self, now: Micros) -> u32 {
+        let left = self.open.map_or(u64::MAX, |open| open.due.since(now).saturating_sub(1));
+        (left / u64::from(TICK_US)).min(u64::from(u32::MAX)) as u32
+    }
+
+    /// Hands the question out, once.
+    #[inline]
+    pub fn take_question(&mut self) -> Option<Question> {
+        self.question.take()
+    }
+
+    /// The answer has come; one that is too late is of no use any more.
+    pub fn answered(&mut self, answer: &Answer) {
+        if let Some(open) = &mut self.open
+            && answer.number == self.number
+        {
+            open.demand = Some(answer.demand);
+        }
+    }
+
+    /// The question whose answer takes effect at `now`, and the answer, if it is there.
+    pub fn due(&mut self, now: Micros) -> Option<(u32, Option<Demand>)> {
+        let open = self.open.take_if(|open| open.due <= now)?;
+        Some((self.number, open.demand))
+    }
+}

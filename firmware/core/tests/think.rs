@@ -1,0 +1,231 @@
+//! Slow laws: questions and answers, and when those take effect.
+#![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
+
+mod common;
+
+use common::{BUILD, config};
+use plumb_core::think::{Kind, Question};
+use plumb_core::{Board, Outbox, TICK_US, Thinker};
+use plumb_protocol::Config;
+use plumb_protocol::config::{Estimated, Law};
+use plumb_protocol::frame::{Accumulator, encode};
+use plumb_protocol::message::{Command, Fault, FromBoard, Hello, Position, State, ToBoard};
+use plumb_protocol::units::{Micros, Milliseconds, Point};
+
+const BALL: [f64; 3] = [0.54, 0.22, 0.459];
+const TARGET: [f64; 3] = [0.4, 0.4, 0.15];
+const DELAY: Estimated = Estimated { delay: Milliseconds(0) };
+
+/// A board, and a thinker that takes some ticks for an answer.
+struct Bench {
+    board: Board,
+    thinker: Thinker,
+    /// Ticks from a question to its answer; `None` where there is none.
+    takes: Option<u32>,
+    open: Option<(Question, u32)>,
+    asked: Vec<(u64, Question)>,
+    tick: u64,
+    out: Outbox,
+    sequence: u16,
+}
+
+fn point(metres: [f64; 3]) -> Point {
+    Point::from_metres(metres).unwrap()
+}
+
+fn slow(law: fn(Estimated) -> Law) -> Config {
+    Config { law: law(DELAY), ..config() }
+}
+
+impl Bench {
+    /// Seeks a target with a law, and has seen nothing yet.
+    fn seeking(config: Config, takes: Option<u32>) -> Self {
+        let mut bench = Self {
+            board: Board::new(BUILD),
+            thinker: Thinker::new(),
+            takes,
+            open: None,
+            asked: Vec::new(),
+            tick: 0,
+            out: Outbox::new(),
+            sequence: 0,
+        };
+        for command in
+            [Command::Hello(Hello::OURS), Command::Configure(config), Command::Target(point(TARGET))]
+        {
+            bench.send(command);
+        }
+        bench
+    }
+
+    fn now(&self) -> Micros {
+        Micros(self.tick * u64::from(TICK_US))
+    }
+
+    fn send(&mut self, command: Command) {
+        let frame = encode(&ToBoard { id: 7, command }).unwrap();
+        self.board.receive(self.now(), &frame, &mut self.out);
+    }
+
+    fn see(&mut self, ball: [f64; 3]) {
+        self.sequence += 1;
+        let (sequence, ball) = (self.sequence, Some(point(ball)));
+        self.send(Command::Position(Position { sequence, age_us: 30_000, ball, covariance: None }));
+    }
+
+    /// The chip's order: an answer that has come, the plan, and what there is to ask.
+    fn run(&mut self, ticks: u32) {
+        for _ in 0..ticks {
+            if let Some((question, left)) = &mut self.open {
+                *left -= 1;
+                if *left == 0 {
+                    let answer = self.thinker.answer(question);
+                    self.board.answered(&answer);
+                    self.open = None;
+                }
+            }
+            self.board.plan(self.now(), &mut self.out);
+            self.board.report(self.now(), &mut self.out);
+            if let Some(question) = self.board.question() {
+                self.asked.push((self.tick, question));
+                self.open = self.takes.map(|ticks| (question, ticks));
+            }
+            self.tick += 1;
+        }
+    }
+
+    /// A picture each 33 ms, of a ball that comes nearer.
+    fn run_seeing(&mut self, pictures: u32) -> Vec<[i32; 3]> {
+        let mut positions = Vec::new();
+        for k in 0..pictures {
+            let part = f64::from(k.min(40)) / 50.0;
+            self.see([0, 1, 2].map(|i| BALL[i] + part * (TARGET[i] - BALL[i])));
+            for _ in 0..33 {
+                self.run(5);
+                positions.push(self.board.positions());
+            }
+        }
+        positions
+    }
+
+    fn still(&self) -> bool {
+        self.board.rates() == [0; 3]
+    }
+
+    fn told(&self, fault: Fault) -> bool {
+        let mut accumulator = Accumulator::new();
+        let mut heard = self.out.bytes().iter().filter_map(|&b| accumulator.push::<FromBoard>(b));
+        heard.any(|message| matches!(message, Ok(FromBoard::Fault(report)) if report.fault == fault))
+    }
+}
+
+#[test]
+fn an_answer_takes_effect_in_its_tick_however_early_it_comes() {
+    for (law, kind) in [(Law::Certified as fn(_) -> _, Kind::Certified), (Law::Taut, Kind::Taut)] {
+        let [early, late] =
+            [1, kind.ticks()].map(|takes| Bench::seeking(slow(law), Some(takes)).run_seeing(60));
+        assert_eq!(early, late, "{kind:?}");
+        assert!(early.last().unwrap().iter().any(|p| p.abs() > 1000), "{kind:?} moves");
+        let mut bench = Bench::seeking(slow(law), Some(1));
+        bench.see(BALL);
+        bench.run(kind.ticks());
+        assert!(bench.still() && bench.asked.len() == 1, "{kind:?}: not before its tick");
+        bench.run(1);
+        assert!(!bench.still(), "{kind:?}: in its tick");
+    }
+}
+
+#[test]
+fn a_host_that_thinks_at_once_does_the_same() {
+    let mut bench = Bench::seeking(slow(Law::Taut), Some(Kind::Taut.ticks()));
+    let chip = bench.run_seeing(30);
+    let mut bench = Bench::seeking(slow(Law::Taut), None);
+    let mut host = Vec::new();
+    for k in 0..30 {
+        let part = f64::from(k) / 50.0;
+        bench.see([0, 1, 2].map(|i| BALL[i] + part * (TARGET[i] - BALL[i])));
+        for tick in 1..=165 {
+            bench.board.tick(bench.now(), &mut bench.thinker, &mut bench.out);
+            bench.tick += 1;
+            host.extend((tick % 5 == 0).then(|| bench.board.positions()));
+        }
+    }
+    assert_eq!(host, chip);
+}
+
+#[test]
+fn an_answer_that_does_not_come_stops_the_board() {
+    let mut bench = Bench::seeking(slow(Law::Certified), Some(1));
+    bench.run_seeing(20);
+    assert!(!bench.still());
+    bench.takes = Some(Kind::Certified.ticks() + 1);
+    bench.out.clear();
+    bench.see(BALL);
+    bench.run(Kind::Certified.ticks() + 1);
+    assert_eq!(bench.board.state(), State::Fault(Fault::LawLate));
+    assert!(bench.told(Fault::LawLate));
+    bench.run(2000);
+    assert!(bench.still());
+}
+
+#[test]
+fn after_another_target_or_a_stop_the_answer_is_void() {
+    for command in [Command::Target(point(BALL)), Command::Stop, Command::Hold] {
+        for takes in [Some(3), None] {
+            let mut bench = Bench::seeking(slow(Law::Certified), takes);
+            bench.see(BALL);
+            bench.run(2);
+            bench.send(command);
+            bench.run(1000);
+            assert!(bench.still(), "{command:?}");
+            assert_ne!(bench.board.state(), State::Fault(Fault::LawLate), "{command:?}");
+        }
+    }
+}
+
+#[test]
+fn of_the_pictures_that_come_while_the_law_thinks_the_newest_waits() {
+    let mut bench = Bench::seeking(slow(Law::Taut), Some(5));
+    for z in [0.40, 0.39, 0.38] {
+        bench.see([0.5, 0.3, z]);
+        bench.run(10);
+    }
+    bench.run(Kind::Taut.ticks());
+    let seen: Vec<_> = bench.asked.iter().map(|(tick, q)| (*tick, q.number, q.picture.ball[2])).collect();
+    assert_eq!(seen, [(0, 1, 400_000), (u64::from(Kind::Taut.ticks()), 2, 380_000)]);
+}
+
+#[test]
+fn what_waits_is_asked_about_for_the_target_of_then_and_forgotten_by_a_stop() {
+    for (command, questions) in [(Command::Target(point(BALL)), 2), (Command::Stop, 1)] {
+        let mut bench = Bench::seeking(slow(Law::Taut), Some(5));
+        bench.see(BALL);
+        bench.run(10);
+        bench.see(BALL);
+        bench.send(command);
+        bench.run(10);
+        bench.send(Command::Target(point(BALL)));
+        bench.run(Kind::Taut.ticks());
+        assert_eq!(bench.asked.len(), questions, "{command:?}");
+        let (_, question) = bench.asked.last().unwrap();
+        let target = if questions == 2 { BALL } else { TARGET };
+        assert_eq!(question.picture.target, point(target).micrometres());
+    }
+}
+
+#[test]
+fn a_law_begins_anew_with_each_configuration_and_not_with_a_target() {
+    let mut bench = Bench::seeking(slow(Law::Taut), Some(5));
+    let anew = |bench: &Bench| bench.asked.iter().map(|(_, question)| question.anew).collect::<Vec<_>>();
+    bench.run_seeing(2);
+    bench.send(Command::Target(point(BALL)));
+    bench.run_seeing(1);
+    assert_eq!(anew(&bench), [true, false, false]);
+    bench.send(Command::Stop);
+    bench.run(3000);
+    bench.send(Command::Configure(slow(Law::Certified)));
+    bench.send(Command::Target(point(TARGET)));
+    bench.run_seeing(2);
+    assert_eq!(anew(&bench), [true, false, false, true, false]);
+    assert_eq!(bench.asked[4].1.kind, Kind::Certified);
+}

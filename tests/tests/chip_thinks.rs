@@ -1,0 +1,108 @@
+//! The real image in the emulated chip: a law that thinks for longer than a tick, and what must not wait for it.
+
+#![allow(clippy::expect_used, clippy::panic, reason = "a test stops at the first surprise")]
+
+use std::path::Path;
+
+use object::{Object, ObjectSymbol};
+use plumb_protocol::Config;
+use plumb_protocol::config::{Estimated, Law, StepDir};
+use plumb_protocol::message::{Command, Fault, FromBoard, Hello, State};
+use plumb_protocol::units::{Milliseconds, Steps16};
+use plumb_tests::chip::{CYCLES_PER_US, Chip, ENABLE, FAR, NEAR, fast, image};
+use serde_json::json;
+
+/// A tick, cycles.
+const TICK: u64 = 25_000;
+/// The stepping interrupt: TIMER_IRQ_1.
+const STEPPING: u8 = 17;
+
+/// The slow laws.
+fn laws() -> [Law; 2] {
+    let estimated = Estimated { delay: Milliseconds(0) };
+    [Law::Certified(estimated), Law::Taut(estimated)]
+}
+
+/// How late each tick's interrupt came, cycles: by how much it is behind the first one.
+fn lateness(calls: &serde_json::Value) -> Vec<u64> {
+    let began: Vec<u64> =
+        calls.as_array().expect("calls").iter().filter_map(|call| call[0].as_u64()).collect();
+    // The first may have waited some cycles for others to be let in.
+    began
+        .iter()
+        .map(|at| (at + TICK / 2 - began[0]) % TICK)
+        .map(|phase| phase.saturating_sub(TICK / 2))
+        .collect()
+}
+
+/// While the law thinks, the links are full of noise and the motors turn at 3 x 1 M steps/s: every tick comes in its time, and no
+/// motor pauses.
+#[test]
+fn no_tick_is_late_while_a_slow_law_thinks() {
+    let Some(image) = image() else { return };
+    for law in laws() {
+        let mut chip = Chip::start(&image).configured(Config { law, ..fast(62_500.0, StepDir::TMC2209) });
+        chip.hurry(NEAR, FAR);
+        chip.ask(json!({ "trace": { "functions": {}, "handlers": { "tick": STEPPING } } }));
+        for at in 0..15 {
+            chip.see([NEAR[0] + 3000 * at, NEAR[1] - 700 * at, 1300 * at]);
+            for _ in 0..5 {
+                // Frames that are none, of 60 bytes.
+                chip.send(&[[at as u8 + 1; 59].as_slice(), &[0]].concat(), 6_000);
+            }
+            chip.pulses();
+        }
+        let ticks = chip.ask(json!({ "calls": true }))["calls"]["tick"].take();
+        let late = lateness(&ticks);
+        assert!(late.len() >= 2400, "{} ticks", late.len());
+        // What was late once would move all that follow; single ones wait for interrupts to be let in again.
+        let at_the_end = late[late.len() - 100..].iter().min().expect("ticks");
+        assert!(*at_the_end < CYCLES_PER_US, "{law:?}: {at_the_end} cycles late");
+        assert!(
+            late.iter().all(|late| *late < 20 * CYCLES_PER_US),
+            "{law:?}: {:?} cycles",
+            late.iter().max()
+        );
+        let telemetry = chip.stand_still();
+        assert_eq!(telemetry.motors.map(Steps16::to_si), chip.motors, "{law:?}");
+        assert!(telemetry.bad_frames >= 75 && telemetry.sequence == Some(17), "{telemetry:?}");
+    }
+}
+
+/// Where the function is in which slow laws think.
+fn answer(image: &Path) -> u64 {
+    let elf = std::fs::read(image).expect("an image that can be read");
+    let file = object::File::parse(&*elf).expect("an ELF file");
+    let name =
+        |name: &str| name.starts_with("_ZN") && name.contains("think") && name.contains("Thinker6answer");
+    let found = file.symbols().find(|symbol| symbol.name().is_ok_and(name));
+    found.expect("the thinker's function").address() & !1
+}
+
+/// Thread mode hangs in a thought, and all else goes on: the motors ramp down when the answer is due, and the watchdog bites.
+#[test]
+fn a_thought_that_never_ends_stops_the_motors_and_then_the_board() {
+    let Some(image) = image() else { return };
+    let mut chip = Chip::start(&image).configured(Config { law: laws()[0], ..fast(400.0, StepDir::TMC2209) });
+    chip.drive(ENABLE, Some(1));
+    chip.hurry(NEAR, FAR);
+    chip.run_us(30_000);
+    chip.see(NEAR);
+    chip.run_us(30_000);
+    assert!(chip.pulses().iter().any(|pulses| pulses.count > 100));
+    // A jump to itself.
+    chip.ask(json!({ "poke": [answer(&image), "fee7"] }));
+    chip.see(NEAR);
+    chip.run_us(5_000);
+    let told = |m: &FromBoard| matches!(m, FromBoard::Fault(report) if report.fault == Fault::LawLate);
+    assert!(chip.heard.iter().any(told), "{:?}", chip.heard.last());
+    chip.pulses();
+    chip.run_us(20_000);
+    assert_eq!(chip.pulses().map(|pulses| pulses.count), [0; 3]);
+    let bitten = (0..250).map(|_| chip.run_us(1000)).find(|reply| !reply["resets"].is_null());
+    assert_eq!(bitten.expect("a reset")["resets"][0][1], "watchdog");
+    chip.come_up();
+    assert_eq!(chip.level(ENABLE), 1);
+    chip.tell(Command::Hello(Hello::OURS));
+    assert_eq!(chip.state(), State::Fault(Fault::Watchdog));
+}
