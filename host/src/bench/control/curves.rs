@@ -32,16 +32,18 @@ pub fn draw(reports: &[Report]) -> Result<String, DrawingAreaErrorKind<std::io::
             .x_desc("time to the threshold over the oracle's")
             .y_desc("share of the runs")
             .draw()?;
-        for (report, colour) in reports.iter().zip(COLOURS.iter().cycle()) {
+        for (number, (report, colour)) in reports.iter().zip(COLOURS.iter().cycle()).enumerate() {
+            // Thinner where the colours come round again.
+            let width = if number < COLOURS.len() { 3 } else { 1 };
             let n = report.ratios.len() as f64;
             let points = (0..).zip(&report.ratios).filter(|(_, r)| **r <= LONGEST);
             let line =
-                LineSeries::new(points.map(|(k, r)| (*r, f64::from(k + 1) / n)), colour.stroke_width(3));
+                LineSeries::new(points.map(|(k, r)| (*r, f64::from(k + 1) / n)), colour.stroke_width(width));
             let colour = *colour;
             chart
                 .draw_series(line)?
                 .label(format!("{}, {}", report.law, report.suite))
-                .legend(move |(x, y)| PathElement::new([(x, y), (x + 28, y)], colour.stroke_width(3)));
+                .legend(move |(x, y)| PathElement::new([(x, y), (x + 28, y)], colour.stroke_width(width)));
         }
         chart
             .configure_series_labels()

@@ -91,6 +91,32 @@ fn every_contender_is_found_by_its_name() {
     assert_eq!(Contender::named("taut-f64"), None);
 }
 
+/// Programs read these.
+#[test]
+fn json_has_these_fields_and_no_others() {
+    let report = quick(&Contender::Oracle, "quasi-static", 2);
+    let json: serde_json::Value = serde_json::to_value(&report).unwrap();
+    let mut fields = [
+        "law",
+        "suite",
+        "rigs",
+        "seed",
+        "converged",
+        "median",
+        "p90",
+        "p99",
+        "max",
+        "slack",
+        "hold_mean_mm",
+        "hold_p99_mm",
+        "false_reached",
+    ];
+    fields.sort_unstable();
+    let mut found: Vec<_> = json.as_object().unwrap().keys().map(String::as_str).collect();
+    found.sort_unstable();
+    assert_eq!(found, fields);
+}
+
 #[test]
 fn curves_name_every_contender() {
     let report = quick(&Contender::Reference(0.3), "quasi-static", 3);
