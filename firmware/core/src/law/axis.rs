@@ -43,6 +43,11 @@ fn fit(value: i64, limit: i64) -> i32 {
     value.clamp(-limit, limit) as i32
 }
 
+/// A product whose bits are counted where it is used: not checked for overflow, which takes the chip longer than the product.
+pub(super) fn times(a: i64, b: i64) -> i64 {
+    a.wrapping_mul(b)
+}
+
 impl Axis {
     /// At the first picture: at `p` (µm), with the row `j` (Q6) and the standard deviations `sd` of it (µm/step);
     /// σ of measurements `sigma` µm.
@@ -63,18 +68,19 @@ impl Axis {
         }
         let d = d.map(i64::from);
         // Bits: 19 + 13 = 32, 34 the sum; Q10 to Q4.
-        let moved: i64 = (0..3).map(|k| i64::from(self.j[k]) * d[k]).sum::<i64>() >> 6;
+        let moved: i64 = (0..3).map(|k| times(self.j[k].into(), d[k])).sum::<i64>() >> 6;
         self.p = self.p.saturating_add(moved as i32);
         // P_JJ d, bits: 30 + 13 = 43, 45 the sum; Q12 to Q4 and within 30 bits.
         let spread = [0, 1, 2].map(|k| {
-            let sum: i64 = (0..3).map(|l| i64::from(self.p_jj[k][l]) * d[l]).sum();
+            let sum: i64 = (0..3).map(|l| times(self.p_jj[k][l].into(), d[l])).sum();
             (sum >> 8).clamp(-P_PJ_MAX, P_PJ_MAX)
         });
         // P_pp + 2 d'P_pJ + d'P_JJ d, bits: 31 + 13 = 44, 46 the sum; Q8 to Q0.
-        let grown: i64 = (0..3).map(|k| d[k] * (2 * i64::from(self.p_pj[k]) + spread[k])).sum::<i64>() >> 8;
+        let grown: i64 =
+            (0..3).map(|k| times(d[k], 2 * i64::from(self.p_pj[k]) + spread[k])).sum::<i64>() >> 8;
         // (0.02 J d)², bits: 22 + 22; Q8; /2500.
         let jump = moved.clamp(-(1 << 22), 1 << 22);
-        let bent = (jump * jump) / (2500 * 256);
+        let bent = times(jump, jump) / (2500 * 256);
         self.p_pp = (i64::from(self.p_pp) + grown + bent + WANDER).clamp(1, P_PP_MAX) as i32;
         for k in 0..3 {
             self.p_pj[k] = fit(i64::from(self.p_pj[k]) + spread[k], P_PJ_MAX);
@@ -87,10 +93,10 @@ impl Axis {
         let largest = self.j.iter().map(|j| i64::from(j.abs())).max().unwrap_or(0);
         let turned: i64 = d.iter().map(|d| d.abs()).sum();
         // Bits: (19 + 19) - 12 = 26, times 15 is 41, Q4; /10^4 and to Q8.
-        let growth = (((largest * largest) >> 12) * turned * 16) / 10_000;
+        let growth = times(times(largest, largest) >> 12, turned * 16) / 10_000;
         for k in 0..3 {
             // Bits: at most 32 + 9.
-            let own = (growth * i64::from(self.noise[k])) >> 8;
+            let own = times(growth, self.noise[k].into()) >> 8;
             self.p_jj[k][k] = (i64::from(self.p_jj[k][k]) + own).min(P_JJ_MAX) as i32;
         }
     }
@@ -105,22 +111,22 @@ impl Axis {
         let k_p = (i64::from(self.p_pp) << 16) / s;
         let k_j = self.p_pj.map(|c| (i64::from(c) << 16) / s);
         // Bits: 16 + 22.
-        self.p = self.p.saturating_add(((k_p * innovation) >> 16) as i32);
+        self.p = self.p.saturating_add((times(k_p, innovation) >> 16) as i32);
         let (p_pj, p_pp) = (self.p_pj.map(i64::from), i64::from(self.p_pp));
         for k in 0..3 {
             // Bits: K_J |innovation| <= 4 sd(J), 11 + 2 + 24 = 37; Q24 to Q6.
-            self.j[k] = fit(i64::from(self.j[k]) + ((k_j[k] * innovation) >> 18), J_MAX);
+            self.j[k] = fit(i64::from(self.j[k]) + (times(k_j[k], innovation) >> 18), J_MAX);
             for l in 0..3 {
                 // Bits: K_J P_pJ <= P_JJ by Cauchy and Schwarz, 30 + 16 = 46; Q24 to Q8. The same both ways round, so
                 // that P stays symmetric.
-                let less = (k_j[k.min(l)] * p_pj[k.max(l)]) >> 16;
+                let less = times(k_j[k.min(l)], p_pj[k.max(l)]) >> 16;
                 let least = if k == l { 1 } else { -P_JJ_MAX };
                 self.p_jj[k][l] = (i64::from(self.p_jj[k][l]) - less).clamp(least, P_JJ_MAX) as i32;
             }
             // Bits: 16 + 30.
-            self.p_pj[k] = fit(p_pj[k] - ((k_p * p_pj[k]) >> 16), P_PJ_MAX);
+            self.p_pj[k] = fit(p_pj[k] - (times(k_p, p_pj[k]) >> 16), P_PJ_MAX);
         }
-        self.p_pp = (p_pp - ((k_p * p_pp) >> 16)).max(1) as i32;
+        self.p_pp = (p_pp - (times(k_p, p_pp) >> 16)).max(1) as i32;
     }
 
     /// The standard deviation of J·n, µm, for `n` motor steps (at most 13 bits and a sign).
@@ -128,7 +134,7 @@ impl Axis {
         let n = n.map(i64::from);
         // n'P n: bits 30 + 13 = 43, 45 the sum; Q8, 10 bits less, 35; times 13 is 48, the sum of three.
         let square: i64 = (0..3)
-            .map(|k| n[k] * ((0..3).map(|l| i64::from(self.p_jj[k][l]) * n[l]).sum::<i64>() >> 10))
+            .map(|k| times(n[k], (0..3).map(|l| times(self.p_jj[k][l].into(), n[l])).sum::<i64>() >> 10))
             .sum();
         // What rounding leaves below zero is zero. The square is in quarters.
         2 * (square.max(0).unsigned_abs().isqrt() as i64)

@@ -1,6 +1,6 @@
 //! The law that estimates J while driving, and uses it where descent is certain.
 
-use super::axis::Axis;
+use super::axis::{Axis, times};
 use super::sign;
 use super::solve::solve;
 use super::{Demand, Law, Limits, MotorRates, Picture};
@@ -74,7 +74,7 @@ impl Estimate {
         let due = [0, 1, 2].map(|k| i64::from(picture.ahead[k].saturating_sub(self.motors[k])));
         [0, 1, 2].map(|i| {
             // Bits: J 19, steps in Q4 at most 26; Q10 to Q4.
-            let moves: i64 = (0..3).map(|k| i64::from(j[i][k]) * due[k]).sum::<i64>() >> 6;
+            let moves: i64 = (0..3).map(|k| times(j[i][k].into(), due[k])).sum::<i64>() >> 6;
             let ball = (i64::from(self.axes[i].p) + moves) >> 4;
             (i64::from(picture.target[i]) - ball).clamp(-(1 << 23), 1 << 23) as i32
         })
@@ -91,9 +91,9 @@ impl Estimate {
         let doubts = [0, 1, 2].map(|i| {
             let sd = self.axes[i].sd_of(n);
             let sd = if fewer >= 8 { sd << (fewer - 8) } else { sd >> (8 - fewer) };
-            i64::from(e[i].abs()) * sd.min(1 << 24)
+            times(e[i].abs().into(), sd.min(1 << 24))
         });
-        let square: i64 = e.iter().map(|e| i64::from(*e) * i64::from(*e)).sum();
+        let square: i64 = e.iter().map(|e| times((*e).into(), (*e).into())).sum();
         3 * length(doubts) < square
     }
 }
@@ -127,7 +127,7 @@ impl Certified {
     fn by_signs(&self, e: [i32; 3]) -> MotorRates {
         let w = sign::direction(e.map(|e| -e)).map(i64::from);
         let largest = w.iter().map(|w| w.abs()).max().unwrap_or(0).max(1);
-        let square: i64 = e.iter().map(|e| i64::from(*e) * i64::from(*e)).sum();
+        let square: i64 = e.iter().map(|e| times((*e).into(), (*e).into())).sum();
         let distance = (square.unsigned_abs().isqrt() as i64).min(SIGN_SLOWS);
         // Bits: rate 31 + distance 16 = 47.
         let rate = i64::from(self.limits.rate) * distance / SIGN_SLOWS;
@@ -146,7 +146,7 @@ impl Law for Certified {
         };
         let j = estimate.projected();
         let e = estimate.ahead(&j, picture);
-        let near = e.iter().map(|e| i64::from(*e) * i64::from(*e)).sum::<i64>() < NEAR * NEAR;
+        let near = e.iter().map(|e| times((*e).into(), (*e).into())).sum::<i64>() < NEAR * NEAR;
         let step = solve(&j, e).filter(|n| near || estimate.certain(e, *n));
         Demand::at_once(step.map_or_else(|| self.by_signs(e), |n| self.along(n)))
     }

@@ -1,5 +1,7 @@
 //! Three linear equations in fixed point, with few bits where many would not fit.
 
+use super::axis::times;
+
 /// Bits of an entry of J before its determinant is taken.
 const J_BITS: u32 = 14;
 /// Bits of the right side.
@@ -25,11 +27,13 @@ pub(super) fn solve(j: &[[i32; 3]; 3], e: [i32; 3]) -> Option<[i32; 3]> {
     let j = j.map(|row| row.map(|v| i64::from(v >> fewer_j)));
     let e = e.map(|v| i64::from(v >> fewer_e));
     // Bits: 14 + 14 = 28, 29 the difference.
-    let minor = |r: [usize; 2], c: [usize; 2]| j[r[0]][c[0]] * j[r[1]][c[1]] - j[r[0]][c[1]] * j[r[1]][c[0]];
+    let minor = |r: [usize; 2], c: [usize; 2]| {
+        times(j[r[0]][c[0]], j[r[1]][c[1]]) - times(j[r[0]][c[1]], j[r[1]][c[0]])
+    };
     const OTHERS: [[usize; 2]; 3] = [[1, 2], [2, 0], [0, 1]];
     let cofactor = |r: usize, c: usize| minor(OTHERS[r], OTHERS[c]);
     // Bits: 14 + 29 = 43, 45 the sum.
-    let det: i64 = (0..3).map(|c| j[0][c] * cofactor(0, c)).sum();
+    let det: i64 = (0..3).map(|c| times(j[0][c], cofactor(0, c))).sum();
     // J n = e <=> n = adj(J) e / det, and J = (scaled J) 2^(fewer_j - 6).
     let shift = SOLUTION_BITS + J_FRACTION - fewer_j + fewer_e;
     let (up, down) = (shift.clamp(0, 14), (shift - 14).max(0));
@@ -39,7 +43,7 @@ pub(super) fn solve(j: &[[i32; 3]; 3], e: [i32; 3]) -> Option<[i32; 3]> {
     }
     Some([0, 1, 2].map(|c| {
         // Bits: 29 + 17 = 46, 48 the sum; the shift is no product, and 62 bits fit.
-        let sum: i64 = (0..3).map(|r| cofactor(r, c) * e[r]).sum();
+        let sum: i64 = (0..3).map(|r| times(cofactor(r, c), e[r])).sum();
         let scaled = if shift < 0 { sum >> -shift } else { sum << up };
         (scaled / det).clamp(-MOST, MOST) as i32
     }))
