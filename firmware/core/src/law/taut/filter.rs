@@ -4,12 +4,9 @@
     reason = "rows and columns go by their numbers in several arrays at once"
 )]
 
-use super::geometry::{Matrix, Vector, along, dot, inverse, length, scaled, transposed_times};
+use super::geometry::{Matrix, Vector, along, dot, inverse, length, scaled};
+use super::prior::{Guess, N, STEP};
 
-/// p, M_A, M_B, M_C, ln s.
-const N: usize = 13;
-/// Where ln s is.
-const STEP: usize = 12;
 /// σ² of measurements, mm², and of what the filter's model leaves out.
 const VARIANCE: [f32; 3] = [4.0, 1.0, 1.0];
 const UNMODELLED: f32 = 4.0;
@@ -17,8 +14,17 @@ const UNMODELLED: f32 = 4.0;
 const FARTHEST: f32 = 1600.0;
 /// ln 0.1 and ln 1.5: cable of a step, mm.
 const STEPS: (f32, f32) = (-core::f32::consts::LN_10, 0.405_465);
-/// From the ball to the first guess of each motor, mm; z is the guess's own.
-const OFFSETS: [f32; 9] = [330.0, 500.0, 0.0, 330.0, -500.0, 0.0, -670.0, 0.0, 0.0];
+/// What is left of the score from a picture to the next.
+const FORGOTTEN: f32 = 0.995;
+/// A coordinate that is farther off than so many standard deviations is strange.
+const STRANGE: f32 = 4.0;
+/// So many strange pictures in a row are passed over.
+const PATIENCE: u8 = 2;
+/// What a picture that is passed over adds to the score: as much as an axis at the edge of that.
+const PASSED_OVER: f32 = 30.0;
+/// How far the ball hangs behind on its springs, over its acceleration, squares of the time between pictures: 2 of them are
+/// 0.002 s², 22 rad/s, between a stiff rig and a soft one.
+const BEHIND: f32 = 2.0;
 
 /// One filter of the bank.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -27,10 +33,14 @@ pub(super) struct Filter {
     p: [[f32; N]; N],
     /// Where the motors were, steps.
     motors: Vector,
+    /// What they had turned from the picture before that, steps.
+    turned: Vector,
     /// Twice the negative logarithm of the likelihood of what was seen, forgotten over 200 pictures.
     score: f32,
     /// Innovations over their standard deviations, forgotten over 10 pictures.
     bias: Vector,
+    /// Pictures in a row that were strange.
+    strange: u8,
 }
 
 /// Directions and lengths of the cables at an estimate, and ṗ per cable rate.
@@ -65,38 +75,10 @@ impl Gradient {
 }
 
 impl Filter {
-    /// At the first picture: with the ball at `ball`, motors `height` above it and `step` of cable a step (mm).
-    pub(super) fn new(ball: Vector, motors: Vector, height: f32, step: f32) -> Self {
-        let mut x = [0.0; N];
-        x[..3].copy_from_slice(&ball);
-        for i in 0..9 {
-            x[3 + i] = ball[i % 3] + if i % 3 == 2 { height } else { OFFSETS[i] };
-        }
-        x[STEP] = libm::logf(step);
-        Self { x, p: Self::prior(), motors, score: 0.0, bias: [0.0; 3] }
-    }
-
-    /// Motors at about one height, A and B at about one x.
-    fn prior() -> [[f32; N]; N] {
-        const ANYWHERE: f32 = 250.0 * 250.0;
-        const HEIGHT: f32 = 200.0 * 200.0;
-        const OWN: f32 = 20.0 * 20.0;
-        let mut p = [[0.0; N]; N];
-        for i in 0..3 {
-            p[i][i] = VARIANCE[i];
-            for k in 0..3 {
-                p[5 + 3 * i][5 + 3 * k] = HEIGHT;
-            }
-            p[5 + 3 * i][5 + 3 * i] += OWN;
-            p[3 + 3 * i][3 + 3 * i] = ANYWHERE;
-            p[4 + 3 * i][4 + 3 * i] = ANYWHERE;
-        }
-        p[3][6] = ANYWHERE;
-        p[6][3] = ANYWHERE;
-        p[3][3] += OWN;
-        p[6][6] += OWN;
-        p[STEP][STEP] = 0.4 * 0.4;
-        p
+    /// At the first picture, with the ball at `ball` (mm) and the motors at `motors` (steps).
+    pub(super) fn new(ball: Vector, motors: Vector, guess: &Guess) -> Self {
+        let (x, p) = guess.prior(ball, VARIANCE);
+        Self { x, p, motors, turned: [0.0; 3], score: 0.0, bias: [0.0; 3], strange: 0 }
     }
 
     /// The ball, mm.
@@ -166,18 +148,16 @@ impl Filter {
         (Self::spread(&gradient, &self.times_covariance(&gradient)), cables.j)
     }
 
-    /// The standard deviation of J a, mm.
-    pub(super) fn sd(&self, a: Vector) -> f32 {
+    /// The covariance of J a, mm².
+    pub(super) fn covariance(&self, a: Vector) -> Matrix {
         let (spread, j) = self.spread_along(a);
-        libm::sqrtf(j.iter().fold(0.0, |sum, row| sum + dot(*row, along(&spread, *row)).max(0.0)))
+        let across = j.map(|row| along(&spread, row));
+        j.map(|row| across.map(|across| dot(row, across)))
     }
 
-    /// The standard deviation of e'J n, mm²; of no use where there is no `n`.
-    pub(super) fn doubt(&self, n: Option<Vector>, e: Vector) -> f32 {
-        let Some(n) = n else { return f32::MAX };
-        let (spread, j) = self.spread_along(n);
-        let across = transposed_times(&j, e);
-        libm::sqrtf(dot(across, along(&spread, across)).max(0.0))
+    /// How far the motors are above the ball in the mean, mm.
+    pub(super) fn height(&self) -> f32 {
+        (self.x[5] + self.x[8] + self.x[11]) / 3.0 - self.x[2]
     }
 
     /// Whether all of it is numbers, and the covariance one: rounding may spoil a filter that is very sure of itself.
@@ -186,8 +166,8 @@ impl Filter {
     }
 
     /// The same filter begun anew at `ball`, scored as one that has explained things as badly as `score` says.
-    pub(super) fn restarted(ball: Vector, motors: Vector, guess: (f32, f32), score: f32) -> Self {
-        Self { score, ..Self::new(ball, motors, guess.0, guess.1) }
+    pub(super) fn restarted(ball: Vector, motors: Vector, guess: &Guess, score: f32) -> Self {
+        Self { score, ..Self::new(ball, motors, guess) }
     }
 
     /// Takes in a picture of the ball at `z` (mm) when the motors were at `motors` (steps).
@@ -195,6 +175,7 @@ impl Filter {
         let d = [0, 1, 2].map(|k| motors[k] - self.motors[k]);
         self.motors = motors;
         self.predict(d);
+        let z = self.ahead_of(z, d);
         self.measure(z);
         if !self.sound() {
             return;
@@ -250,17 +231,54 @@ impl Filter {
         [0, 1, 2].map(|i| fpf[i][i].max(0.0))
     }
 
-    /// The three coordinates one after the other; what is farther off than 4 standard deviations counts as so far off.
+    /// Where the cables' lengths would have the ball that is seen at `z`: on springs it comes later while it gets faster.
+    fn ahead_of(&mut self, z: Vector, d: Vector) -> Vector {
+        let faster = [0, 1, 2].map(|k| d[k] - self.turned[k]);
+        self.turned = d;
+        let cables = self.cables();
+        let behind = along(&cables.j, scaled(faster, BEHIND * cables.step));
+        // The weight holds it against that downwards.
+        [z[0] + behind[0], z[1] + behind[1], z[2]]
+    }
+
+    fn variance(&self, axis: usize) -> f32 {
+        self.p[axis][axis].max(0.0) + VARIANCE[axis] + UNMODELLED
+    }
+
+    /// Whether to take in a picture of the ball at `z`. Strange ones are passed over; where they go on, the ball is elsewhere
+    /// indeed, and how it came there says little of the geometry.
+    fn accepts(&mut self, z: Vector) -> bool {
+        let off = [0, 1, 2].map(|i| z[i] - self.x[i]);
+        let strange = [0, 1, 2].map(|i| off[i] * off[i] > STRANGE * STRANGE * self.variance(i));
+        if strange == [false; 3] {
+            self.strange = 0;
+            return true;
+        }
+        self.strange = self.strange.saturating_add(1);
+        if self.strange <= PATIENCE {
+            self.score = FORGOTTEN * self.score + PASSED_OVER;
+            return false;
+        }
+        for i in 0..3 {
+            if strange[i] {
+                self.p[i][i] += off[i] * off[i];
+            }
+        }
+        true
+    }
+
+    /// The three coordinates one after the other.
     fn measure(&mut self, z: Vector) {
+        if !self.accepts(z) {
+            return;
+        }
         let mut surprise = 0.0;
         for i in 0..3 {
-            let variance = self.p[i][i].max(0.0) + VARIANCE[i] + UNMODELLED;
-            let sd = libm::sqrtf(variance);
+            let variance = self.variance(i);
             let precision = 1.0 / variance;
             let off = z[i] - self.x[i];
             surprise += off * off * precision + libm::logf(variance);
-            let off = off.clamp(-4.0 * sd, 4.0 * sd);
-            self.bias[i] = 0.9 * self.bias[i] + 0.1 * off / sd;
+            self.bias[i] = 0.9 * self.bias[i] + 0.1 * off / libm::sqrtf(variance);
             let row = self.p[i];
             for k in 0..N {
                 let gain = row[k] * precision;
@@ -272,7 +290,7 @@ impl Filter {
                 }
             }
         }
-        self.score = 0.995 * self.score + surprise.min(60.0);
+        self.score = FORGOTTEN * self.score + surprise.min(60.0);
     }
 
     /// Whether it takes the geometry for known.

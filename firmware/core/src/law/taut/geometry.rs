@@ -1,5 +1,7 @@
 //! Vectors and matrices of three, in f32.
 
+use crate::law::certified::SIGNS;
+
 /// Three numbers.
 pub(super) type Vector = [f32; 3];
 /// Rows.
@@ -25,6 +27,22 @@ pub(super) fn along(m: &Matrix, v: Vector) -> Vector {
 /// m' v.
 pub(super) fn transposed_times(m: &Matrix, v: Vector) -> Vector {
     [0, 1, 2].map(|k| m[0][k] * v[0] + m[1][k] * v[1] + m[2][k] * v[2])
+}
+
+/// The largest magnitude.
+pub(super) fn largest(v: Vector) -> f32 {
+    v[0].abs().max(v[1].abs()).max(v[2].abs())
+}
+
+/// J with every entry of Σ's sign and at least a hundredth of the largest.
+pub(super) fn projected(j: &Matrix) -> Matrix {
+    let least = j.iter().flatten().fold(0.0, |m: f32, v| m.max(v.abs())) / 100.0;
+    [0, 1, 2].map(|i| {
+        [0, 1, 2].map(|k| match SIGNS[i][k] {
+            0 => j[i][k],
+            sign => sign as f32 * (sign as f32 * j[i][k]).max(least),
+        })
+    })
 }
 
 /// The matrix of cofactors, and the determinant.
