@@ -4,23 +4,24 @@
 //! a motor, four where a coil turns over: 0.7 to 1.4 ms for three motors under way. The fields follow the motors'
 //! positions as fast as that; 300 full steps/s are then at most half a step in one go.
 
-use core::cell::RefCell;
-
+use embassy_embedded_hal::shared_bus::asynch::i2c::I2cDevice;
 use embassy_rp::Peri;
-use embassy_rp::i2c::{Blocking, Config, I2c};
+use embassy_rp::i2c::{Async, Config, I2c};
 use embassy_rp::peripherals::{I2C0, PIN_16, PIN_17};
-use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
+use embassy_sync::blocking_mutex::raw::{CriticalSectionRawMutex, NoopRawMutex};
+use embassy_sync::mutex::Mutex;
 use embassy_sync::signal::Signal;
 use embassy_time::Timer;
-use embedded_hal_bus::i2c::RefCellDevice;
 use plumb_core::coils::Commutation;
 use pwm_pca9685::{Channel, Pca9685};
 use static_cell::StaticCell;
 
-use crate::coils;
+use crate::{Interrupts, coils};
 
-type Bus = I2c<'static, I2C0, Blocking>;
-type Chip = Pca9685<RefCellDevice<'static, Bus>>;
+type Bus = I2c<'static, I2C0, Async>;
+/// Shared by the two HATs alone, of one task.
+type SharedBus = Mutex<NoopRawMutex, Bus>;
+type Chip = Pca9685<I2cDevice<'static, NoopRawMutex, Bus>>;
 
 /// Counts in the chip's period; this many are fully on.
 const FULL: u16 = 4095;
@@ -70,15 +71,15 @@ pub(crate) struct Parts {
 /// Carries orders out. A HAT that does not answer is set up anew until it does.
 #[embassy_executor::task]
 pub(crate) async fn follow(parts: Parts) {
-    static BUS: StaticCell<RefCell<Bus>> = StaticCell::new();
+    static BUS: StaticCell<SharedBus> = StaticCell::new();
     let mut config = Config::default();
     config.frequency = 400_000;
-    let bus = BUS.init(RefCell::new(I2c::new_blocking(parts.bus, parts.clock, parts.data, config)));
+    let bus = BUS.init(Mutex::new(I2c::new_async(parts.bus, parts.clock, parts.data, Interrupts, config)));
     let mut hats =
         Hats { bus, chips: None, percent: 0, commutation: coils::commutation(0, FULL), shown: [[0; 2]; 3] };
     let mut order = ORDER.wait().await;
     loop {
-        if hats.carry_out(&order).is_some() {
+        if hats.carry_out(&order).await.is_some() {
             order = ORDER.wait().await;
         } else {
             hats.chips = None;
@@ -89,7 +90,7 @@ pub(crate) async fn follow(parts: Parts) {
 }
 
 struct Hats {
-    bus: &'static RefCell<Bus>,
+    bus: &'static SharedBus,
     /// Both chips, while they answer.
     chips: Option<[Chip; 2]>,
     /// For this share of the voltage.
@@ -101,41 +102,33 @@ struct Hats {
 
 impl Hats {
     /// `None` where a chip did not answer.
-    fn carry_out(&mut self, order: &Order) -> Option<()> {
+    async fn carry_out(&mut self, order: &Order) -> Option<()> {
         let Some(positions) = order.positions else {
-            return self.show([[0; 2]; 3]);
+            return self.show([[0; 2]; 3]).await;
         };
         if self.percent != order.duty_percent {
             self.percent = order.duty_percent;
             self.commutation = coils::commutation(order.duty_percent, FULL);
         }
-        self.show(positions.map(|position| self.commutation.at(position, order.microsteps)))
+        self.show(positions.map(|position| self.commutation.at(position, order.microsteps))).await
     }
 
     /// Both chips: asleep, all outputs off, the frequency, awake.
-    fn set_up(&mut self) -> Option<()> {
-        let chip = |address: u8| {
-            let mut chip = Pca9685::new(RefCellDevice::new(self.bus), address).ok()?;
-            chip.disable().ok()?;
-            chip.set_prescale(PRESCALE).ok()?;
-            chip.set_all_on_off(&[0; 16], &[0; 16]).ok()?;
-            chip.enable().ok()?;
-            Some(chip)
-        };
-        self.chips = Some([chip(0x60)?, chip(0x61)?]);
+    async fn set_up(&mut self) -> Option<()> {
+        self.chips = Some([set_up(self.bus, 0x60).await?, set_up(self.bus, 0x61).await?]);
         self.shown = [[0; 2]; 3];
         Some(())
     }
 
     /// Changes what is different from before.
-    fn show(&mut self, wanted: [[i32; 2]; 3]) -> Option<()> {
+    async fn show(&mut self, wanted: [[i32; 2]; 3]) -> Option<()> {
         if self.chips.is_none() {
-            self.set_up()?;
+            self.set_up().await?;
         }
         let chips = self.chips.as_mut()?;
         for (((hat, bridges), shown), wanted) in MOTORS.iter().zip(&mut self.shown).zip(wanted) {
             for ((bridge, shown), wanted) in bridges.iter().zip(shown).zip(wanted) {
-                drive(&mut chips[*hat], bridge, *shown, wanted)?;
+                drive(&mut chips[*hat], bridge, *shown, wanted).await?;
                 *shown = wanted;
             }
         }
@@ -143,18 +136,28 @@ impl Hats {
     }
 }
 
+/// A chip asleep, all its outputs off, the frequency, and awake.
+async fn set_up(bus: &'static SharedBus, address: u8) -> Option<Chip> {
+    let mut chip = Pca9685::new(I2cDevice::new(bus), address).ok()?;
+    chip.disable().await.ok()?;
+    chip.set_prescale(PRESCALE).await.ok()?;
+    chip.set_all_on_off(&[0; 16], &[0; 16]).await.ok()?;
+    chip.enable().await.ok()?;
+    Some(chip)
+}
+
 /// Takes a coil from one drive to another.
-fn drive(chip: &mut Chip, bridge: &Bridge, from: i32, to: i32) -> Option<()> {
+async fn drive(chip: &mut Chip, bridge: &Bridge, from: i32, to: i32) -> Option<()> {
     if from == to {
         return Some(());
     }
     if from.signum() != to.signum() {
-        chip.set_channel_off(bridge.forward, 0).ok()?;
-        chip.set_channel_off(bridge.backward, 0).ok()?;
+        chip.set_channel_off(bridge.forward, 0).await.ok()?;
+        chip.set_channel_off(bridge.backward, 0).await.ok()?;
         if to != 0 {
             let input = if to > 0 { bridge.forward } else { bridge.backward };
-            chip.set_channel_off(input, FULL).ok()?;
+            chip.set_channel_off(input, FULL).await.ok()?;
         }
     }
-    chip.set_channel_off(bridge.enable, to.unsigned_abs() as u16).ok()
+    chip.set_channel_off(bridge.enable, to.unsigned_abs() as u16).await.ok()
 }

@@ -29,7 +29,7 @@ use coils::Coils;
 use embassy_executor::{InterruptExecutor, SpawnError, SpawnToken, Spawner};
 use embassy_rp::interrupt::{self, InterruptExt, Priority};
 use embassy_rp::peripherals::PIN_25;
-use embassy_rp::{Peri, Peripherals, bind_interrupts, peripherals, pio, uart, usb};
+use embassy_rp::{Peri, Peripherals, bind_interrupts, i2c, peripherals, pio, uart, usb};
 use enable::Enable;
 use generator::Generator;
 use watch::Watch;
@@ -38,6 +38,7 @@ bind_interrupts!(struct Interrupts {
     USBCTRL_IRQ => usb::InterruptHandler<peripherals::USB>;
     UART0_IRQ => uart::BufferedInterruptHandler<peripherals::UART0>;
     PIO0_IRQ_0 => pio::InterruptHandler<peripherals::PIO0>;
+    I2C0_IRQ => i2c::InterruptHandler<peripherals::I2C0>;
 });
 
 /// Starts a task. Each is started once, for which there is always room.
@@ -77,8 +78,13 @@ async fn begin(work: Work) {
 
 /// Who goes before whom, but for the stepping.
 fn set_priorities() {
-    for above in [interrupt::TIMER_IRQ_0, interrupt::USBCTRL_IRQ, interrupt::UART0_IRQ, interrupt::PIO0_IRQ_0]
-    {
+    for above in [
+        interrupt::TIMER_IRQ_0,
+        interrupt::USBCTRL_IRQ,
+        interrupt::UART0_IRQ,
+        interrupt::PIO0_IRQ_0,
+        interrupt::I2C0_IRQ,
+    ] {
         above.set_priority(Priority::P2);
     }
     interrupt::SWI_IRQ_1.set_priority(Priority::P3);

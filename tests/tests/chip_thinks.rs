@@ -6,7 +6,7 @@ use std::path::Path;
 
 use object::{Object, ObjectSymbol};
 use plumb_protocol::Config;
-use plumb_protocol::config::{Estimated, Law, StepDir};
+use plumb_protocol::config::{Coils, Drivers, Estimated, Law, StepDir};
 use plumb_protocol::message::{Command, Fault, FromBoard, Hello, State};
 use plumb_protocol::units::{Milliseconds, Steps16};
 use plumb_tests::chip::{CYCLES_PER_US, Chip, ENABLE, FAR, NEAR, fast, image};
@@ -105,4 +105,24 @@ fn a_thought_that_never_ends_stops_the_motors_and_then_the_board() {
     assert_eq!(chip.level(ENABLE), 1);
     chip.tell(Command::Hello(Hello::OURS));
     assert_eq!(chip.state(), State::Fault(Fault::Watchdog));
+}
+
+/// Motor HATs keep their bus busy all the time: the answers are there in time nevertheless.
+#[test]
+fn a_law_has_time_to_think_while_motor_hats_turn() {
+    let Some(image) = image() else { return };
+    let mut chip = Chip::start(&image);
+    chip.ask(json!({ "i2c": [0, 0x60, "pca9685"] }));
+    chip.ask(json!({ "i2c": [0, 0x61, "pca9685"] }));
+    let drivers = Drivers::MotorHats(Coils { duty_percent: 80 });
+    let mut chip = chip.configured(Config { law: laws()[1], drivers, ..fast(250.0, StepDir::TMC2209) });
+    chip.hurry(NEAR, FAR);
+    let mut writes = 0;
+    for at in 0..20 {
+        let frame = chip.sight([NEAR[0] + 3000 * at, NEAR[1] - 700 * at, 1300 * at]);
+        let reply = chip.send(&frame, 33_333);
+        writes += reply["i2c"].as_array().map_or(0, Vec::len);
+    }
+    assert!(writes > 1000, "{writes}: the HATs are told all the time");
+    assert_eq!(chip.state(), State::Seeking);
 }
