@@ -29,7 +29,8 @@ pub struct Rig {
     pub targets: Vec<[Finite; 3]>,
     /// How the board is reached.
     pub board: BoardPort,
-    /// The control law.
+    /// The control law; `taut` where none is named.
+    #[serde(default)]
     pub law: LawSettings,
     /// The motors' limits.
     pub motors: Motors,

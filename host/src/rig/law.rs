@@ -77,6 +77,13 @@ fn default_signs() -> [[i8; 3]; 3] {
     SIGNS
 }
 
+impl Default for LawSettings {
+    /// [`DEFAULT`](LawSettings::DEFAULT), with its usual parameters.
+    fn default() -> Self {
+        Self::Taut(Estimating { delay: Seconds::default(), mean: Seconds(TAUT_MEAN_S) })
+    }
+}
+
 impl LawSettings {
     /// The law that is taken where none is named.
     pub const DEFAULT: &str = "taut";
@@ -98,7 +105,7 @@ impl LawSettings {
             }),
             "sign" => Some(Self::Sign { gain: positive(4.0)?, mean: none }),
             "certified" => Some(Self::Certified(Estimating::default())),
-            "taut" => Some(Self::Taut(Estimating { delay: none, mean: Seconds(TAUT_MEAN_S) })),
+            "taut" => Some(Self::default()),
             _ => None,
         }
     }
