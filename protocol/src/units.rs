@@ -125,6 +125,8 @@ pub struct Covariance {
 impl Covariance {
     /// What one unit is worth, metres².
     pub const LSB: f64 = 1e-8;
+    /// The same in µm².
+    pub const SQUARE_MICROMETRES: i32 = 10_000;
 
     /// The nearest one to `metres2`, row by row, of which the lower triangle is not looked at; larger entries become the
     /// largest, variances below one unit one unit. `None` where an entry is not finite or a variance is negative.
@@ -139,11 +141,5 @@ impl Covariance {
             variances: diagonal.map(|v| ((v / Self::LSB + 0.5) as u16).max(1)),
             covariances: beside.map(|v| (v / Self::LSB + if v < 0.0 { -0.5 } else { 0.5 }) as i16),
         })
-    }
-
-    /// Standard deviations of x, y and z in whole micrometres, rounded down.
-    pub fn deviations(&self) -> [i32; 3] {
-        // 100 µm · sqrt(units): 10^4 µm² a unit, 30 bits.
-        self.variances.map(|v| (u32::from(v) * 10_000).isqrt() as i32)
     }
 }

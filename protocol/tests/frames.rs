@@ -115,7 +115,6 @@ fn a_covariance_is_rounded_and_kept_within_its_range() {
     let of = |m: [[f64; 3]; 3]| Covariance::from_metres2(m);
     let seen = of([[4e-6, -2.96e-8, 0.0], [9.0; 3], [9.0, 9.0, 1e-6]]).unwrap();
     assert_eq!(seen, Covariance { variances: [400, u16::MAX, 100], covariances: [-3, 0, i16::MAX] });
-    assert_eq!(seen.deviations(), [2000, 25_599, 1000]);
     assert_eq!(of([[0.0; 3]; 3]).unwrap().variances, [1; 3]);
     for wrong in [f64::NAN, f64::INFINITY, -1e-6] {
         assert_eq!(of([[1e-6, 0.0, 0.0], [0.0, wrong, 0.0], [0.0, 0.0, 1e-6]]), None);

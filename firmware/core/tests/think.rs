@@ -4,13 +4,14 @@
 mod common;
 
 use common::{BUILD, config};
+use plumb_core::law::variances;
 use plumb_core::think::{Kind, Question};
 use plumb_core::{Board, Outbox, TICK_US, Thinker};
 use plumb_protocol::Config;
 use plumb_protocol::config::{Estimated, Law};
 use plumb_protocol::frame::{Accumulator, encode};
 use plumb_protocol::message::{Command, Fault, FromBoard, Hello, Position, State, ToBoard};
-use plumb_protocol::units::{Micros, Milliseconds, Point};
+use plumb_protocol::units::{Covariance, Micros, Milliseconds, Point};
 
 const BALL: [f64; 3] = [0.54, 0.22, 0.459];
 const TARGET: [f64; 3] = [0.4, 0.4, 0.15];
@@ -68,9 +69,13 @@ impl Bench {
     }
 
     fn see(&mut self, ball: [f64; 3]) {
+        self.see_within(ball, None);
+    }
+
+    fn see_within(&mut self, ball: [f64; 3], covariance: Option<Covariance>) {
         self.sequence += 1;
         let (sequence, ball) = (self.sequence, Some(point(ball)));
-        self.send(Command::Position(Position { sequence, age_us: 30_000, ball, covariance: None }));
+        self.send(Command::Position(Position { sequence, age_us: 30_000, ball, covariance }));
     }
 
     /// The chip's order: an answer that has come, the plan, and what there is to ask.
@@ -228,4 +233,37 @@ fn a_law_begins_anew_with_each_configuration_and_not_with_a_target() {
     bench.run_seeing(2);
     assert_eq!(anew(&bench), [true, false, false, true, false]);
     assert_eq!(bench.asked[4].1.kind, Kind::Certified);
+}
+
+#[test]
+fn how_sure_a_position_is_comes_to_the_law() {
+    let mut bench = Bench::seeking(slow(Law::Certified), Some(5));
+    bench.see(BALL);
+    bench.run(20);
+    bench.see_within(BALL, Some(Covariance { variances: [900, 1, u16::MAX], covariances: [0; 3] }));
+    bench.run(20);
+    let told: Vec<[i32; 3]> = bench.asked.iter().map(|(_, question)| question.picture.variances).collect();
+    assert_eq!(told, [[4_000_000, 1_000_000, 1_000_000], [9_490_000, 500_000, 655_840_000]]);
+}
+
+#[test]
+fn a_law_goes_less_by_a_position_that_is_unsure() {
+    for law in [Law::Certified] {
+        let mut bench = Bench::seeking(slow(law), Some(5));
+        bench.run_seeing(20);
+        let (_, question) = bench.asked[bench.asked.len() - 1];
+        let answer = |off_um: i32, variance: u16| {
+            let mut picture = question.picture;
+            picture.ball[0] += off_um;
+            picture.variances = variances(Some(Covariance { variances: [variance; 3], covariances: [0; 3] }));
+            bench.thinker.clone().answer(&Question { picture, ..question }).demand.rates.0
+        };
+        let moved = |variance| -> i32 {
+            let (there, off) = (answer(0, variance), answer(4000, variance));
+            (0..3).map(|k| (there[k] - off[k]).abs()).sum()
+        };
+        // Standard deviations of 1 mm and of 10 mm.
+        assert!(2 * moved(10_000) < moved(100), "{} {}", moved(10_000), moved(100));
+        assert!(moved(10_000) > 0);
+    }
 }

@@ -150,7 +150,7 @@ impl Board {
         self.sight.saw(captured, ball);
         if let Activity::Seeking(seek) = &mut self.activity {
             match params.slow() {
-                Some(_) => self.asking.saw(captured, ball),
+                Some(_) => self.asking.saw(captured, ball, position.covariance),
                 None => seek.answer(now, &mut self.sight, &params),
             }
             if seek.judge(now, &self.sight, &params) {

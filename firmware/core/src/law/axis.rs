@@ -32,8 +32,6 @@ pub(super) struct Axis {
     pub(super) p_jj: [[i32; 3]; 3],
     p_pj: [i32; 3],
     p_pp: i32,
-    /// σ² of a measurement, µm².
-    variance: i32,
     /// By how much slower than the others each entry changes: noise in 1/256.
     noise: [i32; 3],
 }
@@ -50,14 +48,13 @@ pub(super) fn times(a: i64, b: i64) -> i64 {
 
 impl Axis {
     /// At the first picture: at `p` (µm), with the row `j` (Q6) and the standard deviations `sd` of it (µm/step);
-    /// σ of measurements `sigma` µm.
-    pub(super) fn new(p: i32, j: [i32; 3], sd: [i32; 3], sigma: i32, noise: [i32; 3]) -> Self {
+    /// `variance` of the measurement, µm².
+    pub(super) fn new(p: i32, j: [i32; 3], sd: [i32; 3], variance: i32, noise: [i32; 3]) -> Self {
         let mut p_jj = [[0; 3]; 3];
         for k in 0..3 {
             p_jj[k][k] = (sd[k] * sd[k]) << 8;
         }
-        let variance = sigma * sigma;
-        Self { p: p << 4, j, p_jj, p_pj: [0; 3], p_pp: variance, variance, noise }
+        Self { p: p << 4, j, p_jj, p_pj: [0; 3], p_pp: variance, noise }
     }
 
     /// The motors turned by `d` (Q4 steps, 13 bits and a sign).
@@ -101,9 +98,9 @@ impl Axis {
         }
     }
 
-    /// Takes in a measurement `z`, µm; what is farther off than 4 standard deviations counts as so far off.
-    pub(super) fn measured(&mut self, z: i32) {
-        let s = i64::from(self.p_pp) + i64::from(self.variance);
+    /// Takes in a measurement `z`, µm, of this variance (µm², 30 bits); what is farther off than 4 standard deviations counts as so far off.
+    pub(super) fn measured(&mut self, z: i32, variance: i32) {
+        let s = i64::from(self.p_pp) + i64::from(variance);
         // Q4: 16 bits of the root, 2 of the 4, 4 of the format.
         let most = (s.unsigned_abs().isqrt() << 6) as i64;
         let innovation = ((i64::from(z) << 4) - i64::from(self.p)).clamp(-most, most);

@@ -13,8 +13,6 @@ pub(super) const SIGNS: [[i32; 3]; 3] = [[-1, -1, 1], [-1, 1, 0], [-1, -1, -1]];
 const GUESS: i32 = 300;
 /// What J_yC, which is zero on a level rig, may be instead: 0.3 of that.
 const ASKEW: i32 = 90;
-/// σ of measurements, µm.
-const SIGMA: [i32; 3] = [2000, 1000, 1000];
 /// Below this distance nothing is certified: noise is as large, and the estimate is good by then. µm.
 const NEAR: i64 = 10_000;
 /// The law of signs slows down from here, µm.
@@ -43,7 +41,7 @@ impl Estimate {
             let sd = [0, 1, 2].map(|k| if zero(k) { ASKEW } else { GUESS });
             // 0.09 of the others' noise.
             let noise = [0, 1, 2].map(|k| if zero(k) { 23 } else { 256 });
-            Axis::new(picture.ball[i], row, sd, SIGMA[i], noise)
+            Axis::new(picture.ball[i], row, sd, picture.variances[i], noise)
         };
         Self { axes: [axis(0), axis(1), axis(2)], motors: picture.then }
     }
@@ -51,9 +49,9 @@ impl Estimate {
     fn update(&mut self, picture: &Picture) {
         let turned = [0, 1, 2].map(|k| picture.then[k].saturating_sub(self.motors[k]));
         self.motors = picture.then;
-        for (axis, z) in self.axes.iter_mut().zip(picture.ball) {
+        for (i, axis) in self.axes.iter_mut().enumerate() {
             axis.turned(turned);
-            axis.measured(z);
+            axis.measured(picture.ball[i], picture.variances[i]);
         }
     }
 

@@ -8,6 +8,7 @@ mod solve;
 mod taut;
 
 use plumb_protocol::config;
+use plumb_protocol::units::Covariance;
 
 pub use certified::Certified;
 pub use interval::{Interval, V_FRACTION_BITS};
@@ -63,6 +64,8 @@ fn wide(a: u32, b: u32) -> u64 {
 pub struct Picture {
     /// The ball, µm, within ±4 m.
     pub ball: [i32; 3],
+    /// How sure that is: variances, µm², by [`variances`].
+    pub variances: [i32; 3],
     /// Where the motors were when the picture was taken, 1/16 steps.
     pub then: [i32; 3],
     /// Where the motors go on to if nothing is wanted any more from the moment that the law's answer takes effect, but what is on
@@ -70,6 +73,22 @@ pub struct Picture {
     pub ahead: [i32; 3],
     /// Where the ball is to go, µm, within ±4 m.
     pub target: [i32; 3],
+}
+
+/// Standard deviations of a position of which nothing is said, µm: those of a depth camera a metre away that looks along x
+/// (docs/control.md).
+const USUAL: [i32; 3] = [2000, 1000, 1000];
+
+/// What no covariance knows of, as a variance, µm²: the ball swings, and ages are not exact to the millisecond. (0.7 mm)²
+const UNTOLD: i32 = 490_000;
+
+/// What a law is to make of a position's covariance, along x, y and z: variances in µm², below 10^9 (the wire's 16 bits
+/// of 10^4 µm²). The laws take the axes one by one and have no use for what is between them.
+pub fn variances(covariance: Option<Covariance>) -> [i32; 3] {
+    match covariance {
+        None => USUAL.map(|sd| sd * sd),
+        Some(told) => told.variances.map(|v| i32::from(v) * Covariance::SQUARE_MICROMETRES + UNTOLD),
+    }
 }
 
 impl Picture {

@@ -4,10 +4,10 @@
 //! waits, and is asked about then. An answer concerns the target that it was asked for: after another target, a stop or
 //! a fault it is void, but the law has learnt from the picture all the same.
 
-use plumb_protocol::units::{Micros, Point};
+use plumb_protocol::units::{Covariance, Micros, Point};
 
 use super::{Answer, Question};
-use crate::law::{Demand, Picture};
+use crate::law::{Demand, Picture, variances};
 use crate::params::Params;
 use crate::plan::{Planner, TICK_US};
 
@@ -18,6 +18,8 @@ struct Glimpse {
     captured: Micros,
     /// µm.
     ball: [i32; 3],
+    /// How sure that is, where that was told.
+    covariance: Option<Covariance>,
 }
 
 /// A question whose answer has not taken effect yet.
@@ -44,9 +46,9 @@ pub struct Asking {
 }
 
 impl Asking {
-    /// The ball was seen at `ball` (µm) in a picture taken at `captured`.
-    pub fn saw(&mut self, captured: Micros, ball: [i32; 3]) {
-        self.glimpse = Some(Glimpse { captured, ball });
+    /// The ball was seen at `ball` (µm), with this covariance, in a picture taken at `captured`.
+    pub fn saw(&mut self, captured: Micros, ball: [i32; 3], covariance: Option<Covariance>) {
+        self.glimpse = Some(Glimpse { captured, ball, covariance });
     }
 
     /// Nothing is sought that what was seen could be asked about.
@@ -75,6 +77,7 @@ impl Asking {
         let age_us = end.since(glimpse.captured).min(u64::from(u32::MAX)) as u32;
         let picture = Picture {
             ball: glimpse.ball,
+            variances: variances(glimpse.covariance),
             then: planner.positions_ago(age_us.saturating_add(params.delay_us())),
             ahead: planner.reference_after(kind.ticks() - 1),
             target: target.micrometres(),

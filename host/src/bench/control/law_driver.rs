@@ -3,7 +3,7 @@
 use nalgebra::Point3;
 use plumb_core::MotorRates;
 use plumb_core::estimate::{self, Arrival, Filter};
-use plumb_core::law::{Demand, Law, Picture};
+use plumb_core::law::{Demand, Law, Picture, variances};
 use plumb_core::params::Params;
 use plumb_core::plan::Planner;
 use plumb_core::think::{Answer, Asking};
@@ -78,7 +78,13 @@ impl LawDriver {
     /// Lets the law answer at once to a ball seen at `ball`, µm.
     fn answer(&mut self, now: Micros, ball: [i32; 3]) {
         let (then, ahead) = (self.planner.positions(), self.planner.reference());
-        let demand = self.law.update(&Picture { ball, then, ahead, target: self.target.micrometres() });
+        let demand = self.law.update(&Picture {
+            ball,
+            variances: variances(None),
+            then,
+            ahead,
+            target: self.target.micrometres(),
+        });
         self.follow(now, demand);
     }
 
@@ -129,7 +135,7 @@ impl Driver for LawDriver {
             return;
         }
         match self.params.slow() {
-            Some(_) => self.asking.saw(captured, ball),
+            Some(_) => self.asking.saw(captured, ball, None),
             None => self.answer(now, ball),
         }
         if let Some(filtered) = self.filter.position() {
