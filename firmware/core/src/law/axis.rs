@@ -78,9 +78,14 @@ impl Axis {
         // (0.02 J d)², bits: 22 + 22; Q8; /2500.
         let jump = moved.clamp(-(1 << 22), 1 << 22);
         let bent = times(jump, jump) / (2500 * 256);
-        self.p_pp = (i64::from(self.p_pp) + grown + bent + WANDER).clamp(1, P_PP_MAX) as i32;
+        let p_pp = (i64::from(self.p_pp) + grown + bent + WANDER).max(1);
+        // Where P_pp saturates, P_pJ shrinks with it: the gains stay as they were, and P positive definite. Q16.
+        let kept = if p_pp > P_PP_MAX { (P_PP_MAX << 16) / p_pp } else { 1 << 16 };
+        self.p_pp = p_pp.min(P_PP_MAX) as i32;
         for k in 0..3 {
-            self.p_pj[k] = fit(i64::from(self.p_pj[k]) + spread[k], P_PJ_MAX);
+            // Bits: 31 + 16.
+            let sum = times(i64::from(self.p_pj[k]) + spread[k], kept);
+            self.p_pj[k] = fit(sum >> 16, P_PJ_MAX);
         }
         self.drift(d);
     }

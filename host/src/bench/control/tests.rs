@@ -144,6 +144,16 @@ fn what_a_board_would_refuse_is_refused_before_any_run() {
     }
 }
 
+/// After a blind spell at full speed the variance of the filter's position is more than its format holds.
+#[test]
+fn certified_outlives_a_blind_spell_at_full_speed() {
+    let (contender, suite) = (Contender::named("certified").unwrap(), Suite::named("quasi-static").unwrap());
+    for (seed, rig) in [(101, 70), (28, 393)] {
+        let report = run(&contender, &suite, rig..rig + 1, seed, &mut |_| ()).unwrap();
+        assert!(report.median < 1.5, "{report}");
+    }
+}
+
 /// A rig is the same whichever rigs are run beside it.
 #[test]
 fn a_rig_can_be_run_alone() {
