@@ -1,5 +1,6 @@
 //! Filters that began with different guesses, and what they say together.
 
+use super::Seen;
 use super::filter::Filter;
 use super::geometry::{Matrix, Vector, along, dot, length, projected, scaled, solve, transposed_times};
 use super::prior::Guess;
@@ -55,18 +56,18 @@ pub(super) struct Belief {
 }
 
 impl Bank {
-    /// At the first picture, with the ball at `ball` (mm) and the motors at `motors` (steps).
-    pub(super) fn new(ball: Vector, motors: Vector) -> Self {
-        Self { filters: GUESSES.map(|guess| Filter::new(ball, motors, &guess)), best: 0 }
+    /// At the first picture.
+    pub(super) fn new(seen: &Seen) -> Self {
+        Self { filters: GUESSES.map(|guess| Filter::new(seen, &guess)), best: 0 }
     }
 
-    /// Takes in a picture of the ball at `ball` (mm) when the motors were at `motors` (steps).
-    pub(super) fn update(&mut self, ball: Vector, motors: Vector) {
+    /// Takes in a picture.
+    pub(super) fn update(&mut self, seen: &Seen) {
         let worst = self.filters.iter().fold(0.0, |worst: f32, filter| worst.max(filter.score()));
         for (filter, guess) in self.filters.iter_mut().zip(&GUESSES) {
-            filter.update(ball, motors);
+            filter.update(seen);
             if !filter.sound() {
-                *filter = Filter::restarted(ball, motors, guess, worst);
+                *filter = Filter::restarted(seen, guess, worst);
             }
         }
         for i in 0..GUESSES.len() {

@@ -4,11 +4,11 @@
     reason = "rows and columns go by their numbers in several arrays at once"
 )]
 
+use super::Seen;
 use super::geometry::{Matrix, Vector, along, dot, inverse, length, scaled};
 use super::prior::{Guess, N, STEP};
 
-/// σ² of measurements, mm², and of what the filter's model leaves out.
-const VARIANCE: [f32; 3] = [4.0, 1.0, 1.0];
+/// Variance of what the filter's model leaves out, mm².
 const UNMODELLED: f32 = 4.0;
 /// Motors are not farther from the ball than this, mm.
 const FARTHEST: f32 = 1600.0;
@@ -31,6 +31,8 @@ const BEHIND: f32 = 2.0;
 pub(super) struct Filter {
     x: [f32; N],
     p: [[f32; N]; N],
+    /// How sure the last picture was, mm².
+    told: Vector,
     /// Where the motors were, steps.
     motors: Vector,
     /// What they had turned from the picture before that, steps.
@@ -75,10 +77,11 @@ impl Gradient {
 }
 
 impl Filter {
-    /// At the first picture, with the ball at `ball` (mm) and the motors at `motors` (steps).
-    pub(super) fn new(ball: Vector, motors: Vector, guess: &Guess) -> Self {
-        let (x, p) = guess.prior(ball, VARIANCE);
-        Self { x, p, motors, turned: [0.0; 3], score: 0.0, bias: [0.0; 3], strange: 0 }
+    /// At the first picture.
+    pub(super) fn new(seen: &Seen, guess: &Guess) -> Self {
+        let Seen { ball, variances: told, motors } = *seen;
+        let (x, p) = guess.prior(ball, told);
+        Self { x, p, told, motors, turned: [0.0; 3], score: 0.0, bias: [0.0; 3], strange: 0 }
     }
 
     /// The ball, mm.
@@ -165,17 +168,17 @@ impl Filter {
         (0..N).all(|i| self.x[i].is_finite() && self.p[i][i] > 0.0 && self.p[i].iter().all(|p| p.is_finite()))
     }
 
-    /// The same filter begun anew at `ball`, scored as one that has explained things as badly as `score` says.
-    pub(super) fn restarted(ball: Vector, motors: Vector, guess: &Guess, score: f32) -> Self {
-        Self { score, ..Self::new(ball, motors, guess) }
+    /// The same filter begun anew, scored as one that has explained things as badly as `score` says.
+    pub(super) fn restarted(seen: &Seen, guess: &Guess, score: f32) -> Self {
+        Self { score, ..Self::new(seen, guess) }
     }
 
-    /// Takes in a picture of the ball at `z` (mm) when the motors were at `motors` (steps).
-    pub(super) fn update(&mut self, z: Vector, motors: Vector) {
-        let d = [0, 1, 2].map(|k| motors[k] - self.motors[k]);
-        self.motors = motors;
+    /// Takes in a picture.
+    pub(super) fn update(&mut self, seen: &Seen) {
+        let d = [0, 1, 2].map(|k| seen.motors[k] - self.motors[k]);
+        (self.motors, self.told) = (seen.motors, seen.variances);
         self.predict(d);
-        let z = self.ahead_of(z, d);
+        let z = self.ahead_of(seen.ball, d);
         self.measure(z);
         if !self.sound() {
             return;
@@ -242,7 +245,7 @@ impl Filter {
     }
 
     fn variance(&self, axis: usize) -> f32 {
-        self.p[axis][axis].max(0.0) + VARIANCE[axis] + UNMODELLED
+        self.p[axis][axis].max(0.0) + self.told[axis] + UNMODELLED
     }
 
     /// Whether to take in a picture of the ball at `z`. Strange ones are passed over; where they go on, the ball is elsewhere

@@ -28,6 +28,16 @@ const BRAKE: f32 = 0.7;
 /// Rates are at most so much of the way that is left, 1/s.
 const GAIN: f32 = 8.0;
 
+/// What a picture says.
+struct Seen {
+    /// The ball, mm.
+    ball: Vector,
+    /// How sure that is along each axis, mm².
+    variances: Vector,
+    /// Where the motors were, steps.
+    motors: Vector,
+}
+
 /// A bank of extended Kalman filters over the geometry, and a plan by what they say together.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Taut {
@@ -59,13 +69,13 @@ impl Taut {
     }
 
     /// Takes the picture into every filter; what they say.
-    fn look(&mut self, ball: Vector, motors: Vector) -> Belief {
+    fn look(&mut self, seen: &Seen) -> Belief {
         match &mut self.bank {
             Some(bank) => {
-                bank.update(ball, motors);
+                bank.update(seen);
                 bank.belief()
             }
-            none => none.insert(Bank::new(ball, motors)).belief(),
+            none => none.insert(Bank::new(seen)).belief(),
         }
     }
 
@@ -114,7 +124,8 @@ impl Law for Taut {
     fn update(&mut self, picture: &Picture) -> Demand {
         let steps = |p: [i32; 3]| p.map(|p| p as f32 / 16.0);
         let mm = |p: [i32; 3]| p.map(|p| p as f32 / 1000.0);
-        let belief = self.look(mm(picture.ball), steps(picture.then));
+        let variances = picture.variances.map(|v| v as f32 * 1e-6);
+        let belief = self.look(&Seen { ball: mm(picture.ball), variances, motors: steps(picture.then) });
         let due = [0, 1, 2].map(|k| (picture.ahead[k] - picture.then[k]) as f32 / 16.0);
         let (moves, target) = (along(&belief.j, due), mm(picture.target));
         let e = [0, 1, 2].map(|i| target[i] - belief.ball[i] - moves[i]);
