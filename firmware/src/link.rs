@@ -16,6 +16,8 @@ use embassy_sync::mutex::Mutex;
 use embassy_sync::pipe::Pipe;
 use embassy_time::{Duration, Instant, Timer};
 use heapless::spsc::{Consumer, Producer, Queue};
+use plumb_protocol::ToBoard;
+use plumb_protocol::frame::{Accumulator, FrameError};
 use static_cell::StaticCell;
 
 use crate::spawn;
@@ -24,11 +26,13 @@ use crate::spawn;
 const SILENT: Duration = Duration::from_secs(1);
 /// A write that takes so long is given up.
 const WRITE: Duration = Duration::from_millis(100);
-/// Bytes from the host that wait for the board: the stepping takes up to 64 every 200 µs.
-const WAITING: usize = 1024;
+/// What a frame from the host has turned out to be. That is found out here, where it delays no step.
+type Message = Result<ToBoard, FrameError>;
+/// Messages that wait for the board, one less: the stepping takes one every 200 µs.
+const WAITING: usize = 8;
 
-/// What the stepping takes the host's bytes from.
-pub(crate) type Inbox = Consumer<'static, u8>;
+/// What the stepping takes the host's messages from.
+pub(crate) type Inbox = Consumer<'static, Message>;
 
 /// What the board says, on its way to the master.
 static OUTBOX: Pipe<CriticalSectionRawMutex, 2048> = Pipe::new();
@@ -39,7 +43,7 @@ pub(crate) struct Parts {
     pub(crate) uart: Peri<'static, UART0>,
     pub(crate) tx: Peri<'static, PIN_0>,
     pub(crate) rx: Peri<'static, PIN_1>,
-    pub(crate) to_board: Producer<'static, u8>,
+    pub(crate) to_board: Producer<'static, Message>,
 }
 
 /// One of the links.
@@ -51,23 +55,29 @@ enum Source {
 
 /// Who is listened to, and the way to the board.
 struct Desk {
-    to_board: Producer<'static, u8>,
+    to_board: Producer<'static, Message>,
+    /// The frame that is coming in.
+    accumulator: Accumulator,
     master: Option<(Source, Instant)>,
 }
 
 /// Shared by the tasks of this module alone, all of which are of one executor.
 type SharedDesk = &'static Mutex<NoopRawMutex, Desk>;
 
-/// Where the host's bytes go in, and where they come out; once.
-pub(crate) fn queue() -> (Producer<'static, u8>, Inbox) {
-    static QUEUE: StaticCell<Queue<u8, WAITING>> = StaticCell::new();
+/// Where the host's messages go in, and where they come out; once.
+pub(crate) fn queue() -> (Producer<'static, Message>, Inbox) {
+    static QUEUE: StaticCell<Queue<Message, WAITING>> = StaticCell::new();
     QUEUE.init(Queue::new()).split()
 }
 
 /// Sets the links up and starts their tasks.
 pub(crate) fn start(spawner: Spawner, parts: Parts) {
     static DESK: StaticCell<Mutex<NoopRawMutex, Desk>> = StaticCell::new();
-    let desk: SharedDesk = DESK.init(Mutex::new(Desk { to_board: parts.to_board, master: None }));
+    let desk: SharedDesk = DESK.init(Mutex::new(Desk {
+        to_board: parts.to_board,
+        accumulator: Accumulator::new(),
+        master: None,
+    }));
     let (usb_out, usb_in, control) = usb::set_up(spawner, parts.usb);
     let (uart_out, uart_in) = uart::set_up(parts.uart, parts.tx, parts.rx);
     spawn(spawner, usb::receive(usb_in, desk));
@@ -105,15 +115,18 @@ pub(crate) fn send(mut frames: &[u8]) {
 }
 
 /// Hands on what a link has heard, waiting for room; nothing, where the other is the master.
-async fn heard(desk: SharedDesk, source: Source, bytes: &[u8]) {
+async fn heard(desk: SharedDesk, source: Source, mut bytes: &[u8]) {
     let mut desk = desk.lock().await;
     if !desk.admits(source) {
         return;
     }
-    for &byte in bytes {
-        while desk.to_board.enqueue(byte).is_err() {
+    while !bytes.is_empty() {
+        while !desk.to_board.ready() {
             Timer::after_millis(1).await;
         }
+        let Desk { accumulator, to_board, .. } = &mut *desk;
+        // There is room.
+        accumulator.take(&mut bytes, |message| _ = to_board.enqueue(message.copied()));
     }
 }
 

@@ -77,18 +77,26 @@ impl fmt::Display for FrameError {
 
 impl core::error::Error for FrameError {}
 
-/// The message in a frame without its closing zero; `frame` is used as scratch space.
-fn decode<T: DeserializeOwned>(frame: &mut [u8]) -> Result<T, FrameError> {
+/// Shows `see` the message in a frame without its closing zero; `frame` is used as scratch space. By reference, since a message
+/// of some hundred bytes takes the board as many clocks to copy.
+#[inline(always)]
+fn decode<T: DeserializeOwned, R>(frame: &mut [u8], see: impl FnOnce(Result<&T, FrameError>) -> R) -> R {
+    let mut reader = match check(frame) {
+        Ok(message) => postcard::Deserializer::from_bytes(message),
+        Err(error) => return see(Err(error)),
+    };
+    match T::deserialize(&mut reader) {
+        Ok(message) if reader.finalize().is_ok_and(<[u8]>::is_empty) => see(Ok(&message)),
+        _ => see(Err(FrameError::Malformed)),
+    }
+}
+
+/// The bytes of the message in a frame without its closing zero, if they have arrived intact.
+fn check(frame: &mut [u8]) -> Result<&[u8], FrameError> {
     let len = cobs::decode_in_place(frame).map_err(|_| FrameError::Torn)?;
     let plain = frame.get(..len).ok_or(FrameError::Torn)?;
     let (message, crc) = plain.split_last_chunk::<CRC_LEN>().ok_or(FrameError::Torn)?;
-    if CRC.checksum(message) != u32::from_le_bytes(*crc) {
-        return Err(FrameError::Crc);
-    }
-    match postcard::take_from_bytes(message) {
-        Ok((message, [])) => Ok(message),
-        _ => Err(FrameError::Malformed),
-    }
+    if CRC.checksum(message) == u32::from_le_bytes(*crc) { Ok(message) } else { Err(FrameError::Crc) }
 }
 
 /// Finds the frames in a stream of bytes that may begin anywhere and be damaged anywhere: whatever came before, the
@@ -107,15 +115,28 @@ impl Accumulator {
 
     /// Takes the next byte; what it completes, if anything. Empty frames (zeros in a row) are passed over: a sender
     /// may put a zero first to end whatever was there.
-    pub fn push<T: DeserializeOwned>(&mut self, byte: u8) -> Option<Result<T, FrameError>> {
-        if byte != 0 {
-            self.overlong |= self.buffer.push(byte).is_err();
-            return None;
-        }
+    pub fn push<T: DeserializeOwned + Clone>(&mut self, byte: u8) -> Option<Result<T, FrameError>> {
+        self.take(&mut &[byte][..], |message: Result<&T, _>| message.cloned())
+    }
+
+    /// Takes bytes off the front of `bytes`, up to the next zero where there is one; what `see` makes of what they complete, if
+    /// anything.
+    #[inline(always)]
+    pub fn take<T: DeserializeOwned, R>(
+        &mut self,
+        bytes: &mut &[u8],
+        see: impl FnOnce(Result<&T, FrameError>) -> R,
+    ) -> Option<R> {
+        let end = bytes.iter().position(|&byte| byte == 0);
+        let (part, rest) = bytes.split_at(end.unwrap_or(bytes.len()));
+        // Of an overlong frame nothing is needed.
+        self.overlong |= self.buffer.extend_from_slice(part).is_err();
+        *bytes = rest.get(1..).unwrap_or_default();
+        end?;
         let complete = match (self.overlong, self.buffer.is_empty()) {
-            (true, _) => Some(Err(FrameError::Overlong)),
+            (true, _) => Some(see(Err(FrameError::Overlong))),
             (false, true) => None,
-            (false, false) => Some(decode(&mut self.buffer)),
+            (false, false) => Some(decode(&mut self.buffer, see)),
         };
         self.buffer.clear();
         self.overlong = false;

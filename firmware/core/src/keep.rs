@@ -10,7 +10,7 @@ use plumb_protocol::{Config, SCHEMA};
 use serde::{Deserialize, Serialize};
 
 /// What a slot holds.
-#[derive(Serialize, Deserialize)]
+#[derive(Clone, Serialize, Deserialize)]
 struct Record {
     schema: [u8; 8],
     /// One more than the record before; wraps.

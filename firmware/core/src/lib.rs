@@ -22,6 +22,7 @@ pub mod params;
 pub mod plan;
 pub mod segment;
 pub mod think;
+mod wide;
 
 pub use board::{Board, Outbox, Tick};
 pub use law::MotorRates;

@@ -219,7 +219,7 @@ impl Planner {
     /// From the next tick on, goes towards the `wanted` rates (each within its motor's limit), over `ramp_us` at least.
     pub fn aim(&mut self, wanted: MotorRates, ramp_us: u32) {
         let wanted = wanted.0.map(|rate| self.per_second(rate));
-        if self.ramp.over() && wanted == self.ramp.wanted() {
+        if self.ramp.ended_at(&wanted) {
             return;
         }
         self.ramp.to(wanted, ramp_us / TICK_US, self.deltas);

@@ -117,7 +117,7 @@ impl Bench {
         self.board.rates() == [0; 3]
     }
 
-    fn told(&self, fault: Fault) -> bool {
+    fn told(&mut self, fault: Fault) -> bool {
         let mut accumulator = Accumulator::new();
         let mut heard = self.out.bytes().iter().filter_map(|&b| accumulator.push::<FromBoard>(b));
         heard.any(|message| matches!(message, Ok(FromBoard::Fault(report)) if report.fault == fault))

@@ -17,10 +17,10 @@ const OUTSIDE_PICTURES: u8 = 3;
 
 impl Board {
     /// Carries out one command.
-    pub(super) fn handle(&mut self, now: Micros, message: ToBoard, out: &mut Outbox) {
+    pub(super) fn handle(&mut self, now: Micros, message: &ToBoard, out: &mut Outbox) {
         self.heard = now;
-        let ToBoard { id, command } = message;
-        let result = match command {
+        let ToBoard { id, ref command } = *message;
+        let result = match *command {
             Command::Hello(hello) => return self.hello(id, hello, out),
             Command::Stop => {
                 self.stop();
@@ -32,7 +32,7 @@ impl Board {
                 Ok(())
             }
             _ if !self.greeted => Err(Refusal::NotGreeted),
-            Command::Configure(config) => self.configure(&config),
+            Command::Configure(ref config) => self.configure(config),
             Command::Position(position) => match self.position(now, position, out) {
                 Ok(()) => {
                     self.telling = true;
@@ -84,13 +84,13 @@ impl Board {
     }
 
     /// The parameters, where the board is configured and has not stopped by itself.
-    fn usable(&self) -> Result<Params, Refusal> {
+    fn usable(&self) -> Result<&Params, Refusal> {
         match (&self.params, &self.activity) {
             (_, Activity::Faulted(fault)) => Err(Refusal::Faulted(*fault)),
             (None, _) => Err(Refusal::Unconfigured),
             // The motors must stand still while the configuration is written.
             _ if self.storing.is_some() => Err(Refusal::Busy(self.state())),
-            (Some(params), _) => Ok(*params),
+            (Some(params), _) => Ok(params),
         }
     }
 
@@ -133,7 +133,7 @@ impl Board {
     }
 
     fn position(&mut self, now: Micros, position: Position, out: &mut Outbox) -> Result<(), Refusal> {
-        let params = self.params.ok_or(Refusal::Unconfigured)?;
+        let params = self.params.as_ref().ok_or(Refusal::Unconfigured)?;
         if self.sight.sequence.is_some_and(|last| (position.sequence.wrapping_sub(last) as i16) <= 0) {
             return Err(Refusal::PositionOutOfOrder);
         }
@@ -151,13 +151,22 @@ impl Board {
         if let Activity::Seeking(seek) = &mut self.activity {
             match params.slow() {
                 Some(_) => self.asking.saw(captured, ball, position.covariance),
-                None => seek.answer(now, &mut self.sight, &params),
+                None => seek.answer(now, &mut self.sight, params),
             }
-            if seek.judge(now, &self.sight, &params) {
-                self.fault(now, Fault::ErrorGrowing, out);
-            }
+            self.judging = true;
         }
         Ok(())
+    }
+
+    /// Looks how things go after a picture. There is time for that once the tick is under way.
+    #[inline(never)]
+    pub(super) fn judge(&mut self, now: Micros, out: &mut Outbox) {
+        self.judging = false;
+        if let (Activity::Seeking(seek), Some(params)) = (&mut self.activity, &self.params)
+            && seek.judge(now, &self.sight, params)
+        {
+            self.fault(now, Fault::ErrorGrowing, out);
+        }
     }
 
     /// Counts a picture with the ball outside; under way the board stops when it happens repeatedly.

@@ -48,7 +48,12 @@ impl Board {
 
     /// How many ticks after that at `now` there are until one in which the passing of time brings something, as things are: a
     /// deadline, or telemetry. What happens meanwhile may put it off, but brings nothing sooner without being looked at itself.
+    #[inline(never)]
     pub(super) fn idle_ticks(&self, now: Micros) -> u32 {
+        if self.bootloader || self.storing.is_some() || matches!(self.activity, Activity::Jogging(_)) {
+            // What changes from tick to tick is looked at in each.
+            return 0;
+        }
         let mut left = TELEMETRY_US as u32;
         let mut after = |since: Micros, span_us: u64| {
             // Five seconds at the most.
@@ -61,7 +66,7 @@ impl Board {
             after(self.told, TELEMETRY_US);
         }
         if let Some(params) = &self.params
-            && matches!(self.activity, Activity::Seeking(_) | Activity::Jogging(_))
+            && matches!(self.activity, Activity::Seeking(_))
         {
             let deadlines = &params.deadlines;
             after(self.heard, limit_us(deadlines.host) + 1);

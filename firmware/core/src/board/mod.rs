@@ -56,7 +56,11 @@ pub struct Board {
     /// Whether it is to be sent after this tick.
     telling: bool,
     bootloader: bool,
-    /// Ticks until the next that is to look at what has happened and at what time has brought.
+    /// Whether a picture was taken in that is still to be judged by.
+    judging: bool,
+    /// Whether something has happened that the coming tick is to look at.
+    attending: bool,
+    /// Ticks until one that is to look at what time has brought.
     idle_for: u32,
 }
 
@@ -108,6 +112,8 @@ impl Board {
             told: Micros(0),
             telling: false,
             bootloader: false,
+            judging: false,
+            attending: true,
             idle_for: 0,
         }
     }
@@ -146,27 +152,34 @@ impl Board {
 
     /// Answers to [`Tick::store`]: whether the configuration was written.
     pub fn stored(&mut self, written: bool, out: &mut Outbox) {
-        self.idle_for = 0;
+        self.attending = true;
         if let Some(id) = self.storing.take() {
             answer(out, id, if written { Ok(()) } else { Err(Refusal::NotStored) });
         }
     }
 
     /// Takes in bytes that arrived at `now`, in any pieces; answers go to `out`.
+    pub fn receive(&mut self, now: Micros, mut bytes: &[u8], out: &mut Outbox) {
+        while !bytes.is_empty() {
+            let message = self.accumulator.take(&mut bytes, |message: Result<&ToBoard, _>| message.copied());
+            if let Some(message) = &message {
+                self.take(now, message.as_ref().map_err(|error| *error), out);
+            }
+        }
+    }
+
+    /// Takes in what a frame that arrived at `now` has turned out to be, for who looks for the frames himself.
     #[inline(never)]
-    pub fn receive(&mut self, now: Micros, bytes: &[u8], out: &mut Outbox) {
-        for &byte in bytes {
-            match self.accumulator.push::<ToBoard>(byte) {
-                None => {}
-                Some(Ok(message)) => {
-                    self.idle_for = 0;
-                    self.handle(now, message, out);
-                }
-                Some(Err(error)) => {
-                    self.bad_frames = self.bad_frames.saturating_add(1);
-                    if error == FrameError::Malformed {
-                        answer(out, 0, Err(Refusal::Malformed));
-                    }
+    pub fn take(&mut self, now: Micros, message: Result<&ToBoard, FrameError>, out: &mut Outbox) {
+        match message {
+            Ok(message) => {
+                self.attending = true;
+                self.handle(now, message, out);
+            }
+            Err(error) => {
+                self.bad_frames = self.bad_frames.saturating_add(1);
+                if error == FrameError::Malformed {
+                    answer(out, 0, Err(Refusal::Malformed));
                 }
             }
         }
@@ -188,7 +201,7 @@ impl Board {
     /// chip has that in hand before it goes on to the second.
     #[inline]
     pub fn plan(&mut self, now: Micros, out: &mut Outbox) -> Option<Tick> {
-        if self.idle_for == 0 {
+        if self.attending || self.idle_for == 0 {
             return Some(self.attend(now, out));
         }
         self.idle_for -= 1;
@@ -201,7 +214,6 @@ impl Board {
     fn turn(&mut self, now: Micros, out: &mut Outbox) {
         if let Some(motor) = self.planner.tick() {
             self.fault(now, Fault::Travel(motor as u8), out);
-            self.idle_for = 0;
         }
     }
 
@@ -211,9 +223,16 @@ impl Board {
         self.planner.plan()
     }
 
-    /// The second half: what a slow law is to be asked, and telemetry after a position and from time to time.
+    /// The second half: how things go, what a slow law is to be asked, telemetry after a position and from time to time, and what
+    /// to wait for.
     #[inline]
     pub fn report(&mut self, now: Micros, out: &mut Outbox) {
+        if self.judging {
+            self.judge(now, out);
+        }
+        if self.idle_for == 0 {
+            self.idle_for = self.idle_ticks(now);
+        }
         if self.asking.waiting() {
             self.ask(now);
         }
@@ -233,10 +252,7 @@ impl Board {
         self.planner.aim(wanted.rates, wanted.ramp_us);
         self.telling |= self.greeted && now.since(self.told) >= TELEMETRY_US;
         let off = matches!(self.activity, Activity::Faulted(Fault::EmergencyStop | Fault::Watchdog));
-        // What changes from tick to tick is looked at in each.
-        let jogging = matches!(self.activity, Activity::Jogging(_));
-        let at_once = jogging || self.bootloader || self.storing.is_some();
-        self.idle_for = if at_once { 0 } else { self.idle_ticks(now) };
+        (self.attending, self.idle_for) = (false, 0);
         self.turn(now, out);
         Tick {
             drivers_enabled: self.params.is_some() && !off,
@@ -264,7 +280,7 @@ impl Board {
     #[inline(never)]
     pub fn emergency(&mut self, now: Micros, missing: [i32; 3], out: &mut Outbox) {
         self.emergency = Some(now);
-        self.idle_for = 0;
+        self.attending = true;
         self.planner.cut(missing);
         if !matches!(self.activity, Activity::Faulted(Fault::EmergencyStop)) {
             self.activity = Activity::Idle;
@@ -344,6 +360,7 @@ impl Board {
             return;
         }
         self.activity = Activity::Faulted(fault);
+        self.attending = true;
         out.send(&FromBoard::Fault(FaultReport { time: now, fault }));
         self.tell(now, out);
     }

@@ -3,6 +3,7 @@
 use plumb_protocol::config;
 
 use super::{Demand, Law, MotorRates, Picture};
+use crate::wide;
 
 /// Fraction bits of v: micrometres with 8 fraction bits.
 pub const V_FRACTION_BITS: u32 = 8;
@@ -111,9 +112,10 @@ fn whole([low, middle, high]: [i32; 3]) -> i64 {
     i64::from(low) + (i64::from(middle) << LIMB_BITS) + (i64::from(high) << (2 * LIMB_BITS))
 }
 
-/// The product of two numbers of 32 bits, which 64 hold: not checked for overflow, which would take longer than the product.
+/// The product of two numbers of 32 bits, which 64 hold.
 fn product(a: i32, b: i32) -> i64 {
-    i64::from(a).wrapping_mul(i64::from(b))
+    let size = wide::product(a.unsigned_abs(), b.unsigned_abs()) as i64;
+    if (a < 0) == (b < 0) { size } else { -size }
 }
 
 impl Law for Interval {

@@ -10,6 +10,8 @@ mod taut;
 use plumb_protocol::config;
 use plumb_protocol::units::Covariance;
 
+use crate::wide::{product, quotient};
+
 pub use certified::Certified;
 pub use interval::{Interval, V_FRACTION_BITS};
 pub use sign::Sign;
@@ -32,17 +34,14 @@ impl MotorRates {
         let mut worst = None;
         for i in 0..3 {
             let (limit, magnitude) = worst.unwrap_or((1, 1));
-            if magnitudes[i] > limits[i] && wide(limits[i], magnitude) < wide(limit, magnitudes[i]) {
+            if magnitudes[i] > limits[i] && product(limits[i], magnitude) < product(limit, magnitudes[i]) {
                 worst = Some((limits[i], magnitudes[i]));
             }
         }
         let Some((limit, magnitude)) = worst else { return self };
         Self(self.0.map(|r| {
-            // The motor itself needs no division, of which the chip has none for 64 bits.
-            let part = match r.unsigned_abs() {
-                same if same == magnitude => limit,
-                other => (wide(other, limit) / u64::from(magnitude)) as u32,
-            };
+            // Of the motor itself the limit, and less of the others.
+            let part = quotient(product(r.unsigned_abs(), limit), magnitude);
             if r < 0 { -(part as i32) } else { part as i32 }
         }))
     }
@@ -52,11 +51,6 @@ impl MotorRates {
     pub fn coasting(self) -> Self {
         Self(self.0.map(|r| (i64::from(r) * 3 / 10) as i32))
     }
-}
-
-/// The product of two numbers of 32 bits, which 64 hold: not checked for overflow, which would take longer than the product.
-fn wide(a: u32, b: u32) -> u64 {
-    u64::from(a).wrapping_mul(u64::from(b))
 }
 
 /// What a law sees: a position of the ball, and the motors' positions that belong to it.

@@ -4,6 +4,7 @@
 //! last cells to the next such mean. A mean of rates within limits is within them, and so are its changes.
 
 use super::TICK_US;
+use crate::wide;
 
 /// Ticks in a cell: 3.2 ms.
 const CELL_TICKS: i64 = 16;
@@ -113,7 +114,9 @@ impl Lane {
         self.moved &= 31;
         self.sum += i64::from(cell) - i64::from(self.cells[at]);
         self.cells[at] = cell;
-        self.span = (self.span.1, (2 * self.sum / length as i64) as i32);
+        // Rounded towards zero; a mean of rates is one: 31 bits.
+        let mean = wide::quotient(self.sum.unsigned_abs() * 2, length as u32) as i32;
+        self.span = (self.span.1, if self.sum < 0 { -mean } else { mean });
         let change = i64::from(self.span.1) - i64::from(self.span.0);
         (self.rate, self.slope) = (i64::from(self.span.0) * 32 + change, 2 * change);
         if self.sum == 0 && self.span == (0, 0) {

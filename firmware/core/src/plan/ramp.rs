@@ -38,6 +38,11 @@ impl Ramp {
         self.wanted
     }
 
+    /// Whether it is over, and the rates are these. (Whole arrays are compared by a call.)
+    pub(super) fn ended_at(&self, wanted: &[i32; 3]) -> bool {
+        self.over() && self.wanted.iter().zip(wanted).all(|(a, b)| a == b)
+    }
+
     /// Whether the rates are what was wanted.
     pub(super) fn over(&self) -> bool {
         self.left == 0
@@ -56,9 +61,12 @@ impl Ramp {
         self.ticks = ticks_for(changes, most).max(ticks).max(1);
         self.left = self.ticks;
         for i in 0..3 {
-            let (step, rest) = ((changes[i] / self.ticks) as i32, changes[i] % self.ticks);
-            let unit = if wanted[i] < self.rates[i] { -1 } else { 1 };
-            self.lanes[i] = Lane { step: step * unit, unit, rest, gathered: 0 };
+            let whole = changes[i] / self.ticks;
+            // One division and a product are less than two divisions.
+            let rest = changes[i].wrapping_sub(whole.wrapping_mul(self.ticks));
+            let (step, unit) =
+                if wanted[i] < self.rates[i] { (-(whole as i32), -1) } else { (whole as i32, 1) };
+            self.lanes[i] = Lane { step, unit, rest, gathered: 0 };
         }
     }
 
@@ -100,7 +108,7 @@ impl Ramp {
 
 /// Ticks in which three rates change by `changes`, each by at most its `most` (8 and above) a tick: 29 bits.
 pub(super) fn ticks_for(changes: [u32; 3], most: [u32; 3]) -> u32 {
-    let ticks = |i: usize| if changes[i] == 0 { 0 } else { changes[i].div_ceil(most[i]) };
+    let ticks = |i: usize| if changes[i] == 0 { 0 } else { (changes[i] - 1) / most[i] + 1 };
     ticks(0).max(ticks(1)).max(ticks(2))
 }
 

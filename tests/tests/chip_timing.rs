@@ -1,0 +1,70 @@
+//! The real image in the emulated chip: every tick is planned before it begins, whatever comes.
+
+#![allow(clippy::expect_used, clippy::panic, reason = "a test stops at the first surprise")]
+
+use std::collections::BTreeSet;
+
+use plumb_protocol::Config;
+use plumb_protocol::config::{Coils, Drivers, StepDir};
+use plumb_protocol::message::Command;
+use plumb_protocol::units::{Acceleration, Milliseconds};
+use plumb_tests::chip::{Chip, FAR, NEAR, fast, image, point};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use serde_json::json;
+
+/// TIMER_IRQ_1, the stepping.
+const STEPPING: u8 = 17;
+/// Clocks of a tick.
+const TICK: u64 = 25_000;
+/// Beyond the place of [`FAR`], so that motors on their way there are to turn round.
+const BEYOND: [i32; 3] = [2_000_000, 0, 2_000_000];
+
+/// Step and direction at 1 M steps/s, without and with a running mean, and coils.
+fn configs() -> [Config; 3] {
+    let quick = fast(62_500.0, StepDir::TMC2209);
+    let mut mean = quick;
+    mean.mean = Milliseconds(320);
+    let mut coils = fast(2_400.0, StepDir::TMC2209);
+    coils.drivers = Drivers::Coils(Coils { duty_percent: 80 });
+    coils.motors.iter_mut().for_each(|motor| motor.max_acceleration = Acceleration(100_000));
+    [quick, mean, coils]
+}
+
+/// A tick that is planned too late is given late, and all that follow with it: the stepping then comes at another part of the
+/// 25 000 clocks.
+#[test]
+fn no_tick_is_late_whatever_the_host_sends() {
+    let Some(image) = image() else { return };
+    for config in configs() {
+        let mut random = ChaCha8Rng::seed_from_u64(7);
+        let mut chip = Chip::start(&image).configured(config);
+        chip.hurry(NEAR, FAR);
+        chip.run_us(30_000);
+        chip.ask(json!({ "trace": { "functions": {}, "handlers": { "tick": STEPPING } } }));
+        for round in 0..40 {
+            chip.see(if round % 2 == 0 { BEYOND } else { NEAR });
+            match round % 8 {
+                3 => drop(chip.tell(Command::Target(point(FAR)))),
+                4 => drop(chip.tell(Command::Configure(config))),
+                5 => {
+                    let noise: Vec<u8> = (0..250).map(|_| random.random_range(1..=255)).chain([0]).collect();
+                    chip.send(&noise, 2_000);
+                }
+                6 => drop(chip.tell(Command::Status)),
+                _ => {}
+            }
+            let us = random.random_range(0..2_000);
+            chip.run_us(us);
+        }
+        let reply = chip.ask(json!({ "calls": true }));
+        let ticks = reply["calls"]["tick"].as_array().expect("calls");
+        let phases: BTreeSet<u64> =
+            ticks.iter().filter_map(|tick| tick[0].as_u64()).map(|at| at % TICK).collect();
+        assert!(ticks.len() > 500, "{}", ticks.len());
+        let (first, last) = (phases.first().expect("ticks"), phases.last().expect("ticks"));
+        // Some clocks later where the processor was just in a critical section.
+        assert!(last - first < 400, "{:?}: ticks came at {phases:?}", config.drivers);
+        assert!(chip.pulses().iter().all(|pulses| pulses.count > 10), "it has moved");
+    }
+}
