@@ -15,7 +15,7 @@ use serde::{Serialize, de::DeserializeOwned};
 use std::fmt::Debug;
 
 /// The message has these bytes, and these bytes are the message.
-fn pinned<T: Serialize + DeserializeOwned + PartialEq + Debug>(message: T, hex: &str) {
+fn pinned<T: Serialize + DeserializeOwned + Clone + PartialEq + Debug>(message: T, hex: &str) {
     let frame = encode(&message).expect("it fits a frame");
     let written: String = frame.iter().map(|b| format!("{b:02x}")).collect();
     assert_eq!(written, hex, "{message:?}");
