@@ -11,7 +11,7 @@ mod prior;
 
 use super::{Demand, Law, Limits, MotorRates, Picture};
 use bank::{Bank, Belief};
-use geometry::{Vector, along, largest, length, scaled};
+use geometry::{Vector, along, dot, largest, length, scaled};
 
 /// What the rates take to change, s: from a picture to the next at 30 Hz.
 const FRAME_S: f32 = 0.033;
@@ -107,16 +107,24 @@ impl Taut {
         scaled(unit, (GAIN * way).min(libm::sqrtf(2.0 * braking * way)).min(self.rate))
     }
 
-    /// `wanted`, or so much of the way from the last rates to it as the acceleration allows in a frame.
+    /// The rates after a frame on the way from the last ones to `wanted`. To turn less fast along the way that the ball is on is one
+    /// thing, of which much is known; to turn elsewhere is another.
     fn limited(&self, belief: &Belief, wanted: Vector) -> Vector {
-        let change = [0, 1, 2].map(|i| wanted[i] - self.asked[i]);
+        let asked = self.asked;
+        let kept = (dot(wanted, asked) / dot(asked, asked).max(1e-9)).clamp(0.0, 1.0);
+        let slower = self.in_a_frame(belief, scaled(asked, kept - 1.0));
+        let other = self.in_a_frame(belief, [0, 1, 2].map(|i| wanted[i] - kept * asked[i]));
+        [0, 1, 2].map(|i| asked[i] + slower[i] + other[i])
+    }
+
+    /// So much of a change of rates as the acceleration allows in a frame.
+    fn in_a_frame(&self, belief: &Belief, change: Vector) -> Vector {
         let most = largest(change) / FRAME_S;
         if most < 1e-6 {
-            return wanted;
+            return change;
         }
         let limit = self.acceleration(belief, scaled(change, 1.0 / largest(change)));
-        let factor = (limit / most).min(1.0);
-        [0, 1, 2].map(|i| self.asked[i] + factor * change[i])
+        scaled(change, (limit / most).min(1.0))
     }
 }
 
