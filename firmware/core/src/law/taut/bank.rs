@@ -11,6 +11,9 @@ const GRAVITY: f32 = 9810.0;
 const KEPT: f32 = 0.5;
 /// A filter with less than this share of the belief is not heeded where the most careful one decides.
 const PLAUSIBLE: f32 = 0.05;
+/// Likelihoods count to this power over a half: what the springs do to one picture they do to the next, so that pictures say less
+/// than they would if each erred for itself.
+const CREDULITY: f32 = 0.2;
 /// Another filter's covariance is taken when it explains what was seen better by this much (twice the logarithm of
 /// likelihoods).
 const BETTER: f32 = 2.0;
@@ -80,7 +83,8 @@ impl Bank {
     /// What the filters say together, each as far as it has explained what was seen.
     pub(super) fn belief(&self) -> Belief {
         let least = self.filters.iter().fold(f32::MAX, |least, filter| least.min(filter.score()));
-        let likelihoods = self.filters.each_ref().map(|f| libm::expf(((least - f.score()) / 2.0).max(-60.0)));
+        let likelihoods =
+            self.filters.each_ref().map(|f| libm::expf((CREDULITY * (least - f.score())).max(-60.0)));
         let all: f32 = likelihoods.iter().sum();
         let mut j = [[0.0; 3]; 3];
         let mut height = 0.0;

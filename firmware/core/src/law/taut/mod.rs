@@ -19,10 +19,12 @@ const FRAME_S: f32 = 0.033;
 /// triangles there is room for 440 (1 % quantile), and less where the motors are far above.
 const UNKNOWN: f32 = 300.0;
 /// Down to this height that is so, mm, and below it there is less in proportion, but not less than a share.
-const SHALLOW: f32 = 400.0;
-const LEAST_SHARE: f32 = 0.4;
-/// The motors may always accelerate so much, steps/s².
+const SHALLOW: f32 = 340.0;
+const LEAST_SHARE: f32 = 0.32;
+/// The motors may always accelerate so much, steps/s², and slow down so much along the way that the ball is on: to go past the target
+/// does more harm.
 const ALWAYS: f32 = 150.0;
+const ALWAYS_SLOWER: f32 = 1000.0;
 /// Braking is planned with so much of the acceleration that is allowed.
 const BRAKE: f32 = 0.7;
 /// Rates are at most so much of the way that is left, 1/s.
@@ -112,18 +114,19 @@ impl Taut {
     fn limited(&self, belief: &Belief, wanted: Vector) -> Vector {
         let asked = self.asked;
         let kept = (dot(wanted, asked) / dot(asked, asked).max(1e-9)).clamp(0.0, 1.0);
-        let slower = self.in_a_frame(belief, scaled(asked, kept - 1.0));
-        let other = self.in_a_frame(belief, [0, 1, 2].map(|i| wanted[i] - kept * asked[i]));
+        let slower = self.in_a_frame(belief, scaled(asked, kept - 1.0), ALWAYS_SLOWER);
+        let other = self.in_a_frame(belief, [0, 1, 2].map(|i| wanted[i] - kept * asked[i]), ALWAYS);
         [0, 1, 2].map(|i| asked[i] + slower[i] + other[i])
     }
 
-    /// So much of a change of rates as the acceleration allows in a frame.
-    fn in_a_frame(&self, belief: &Belief, change: Vector) -> Vector {
+    /// So much of a change of rates as the acceleration allows in a frame, which is at least `always` (steps/s²).
+    fn in_a_frame(&self, belief: &Belief, change: Vector, always: f32) -> Vector {
         let most = largest(change) / FRAME_S;
         if most < 1e-6 {
             return change;
         }
         let limit = self.acceleration(belief, scaled(change, 1.0 / largest(change)));
+        let limit = limit.max(always.min(self.acceleration));
         scaled(change, (limit / most).min(1.0))
     }
 }
