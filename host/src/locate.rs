@@ -146,8 +146,9 @@ impl<'a> DepthView<'a> {
         if !self.contains(u, v) {
             return None;
         }
-        let (column, row) = ((u + 0.5).floor(), (v + 0.5).floor());
-        let raw = self.raw[row as usize * self.width as usize + column as usize];
+        // Not negative: to cut off is to round down, without a call of the C library's floor.
+        let (column, row) = ((u + 0.5) as usize, (v + 0.5) as usize);
+        let raw = self.raw[row * self.width as usize + column];
         (raw != 0).then(|| f64::from(raw) / self.intrinsics.depth_scale)
     }
 }

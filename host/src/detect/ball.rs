@@ -34,8 +34,12 @@ const CERTAIN: f64 = 0.95;
 const SPHERES: usize = 6;
 /// Places that are looked at closely: with a depth that fits, and without depth.
 const LOOKED_AT: (usize, usize) = (6, 4);
+/// Places that are glanced at before.
+const GLANCES: usize = 24;
 /// Where the surroundings of a blob are looked at, in a ball's radius: the blob need not be its middle.
 const AROUND: f64 = 1.7;
+/// Discs as near as this, and as much of one size, in the smaller one's radius, will be fitted to one outline.
+const NEAR: (f64, f64) = (0.12, 0.1);
 /// A blob's size may be off by this factor: the steps between sizes, and blobs that are partly covered.
 const SIZE_FACTOR: f64 = 2.0;
 
@@ -86,12 +90,15 @@ impl Ball {
         let radii = self.radii(frame.intrinsics());
         let fits = |radius: f64| (0.93 * radii.0..1.07 * radii.1).contains(&radius);
         let mut best: Option<(Fine, f64)> = None;
+        // What was looked at: from where, and what it became. From near either nothing else will come.
+        let mut known: Vec<Disc> = Vec::new();
         let mut consider = |start: Disc, held: bool| {
-            if judge.is_hopeless(&start) {
+            if known.iter().any(|disc| is_near(disc, &start)) {
                 return false;
             }
             let candidate = judge.candidate(start, held);
             let score = if fits(candidate.fine.disc.radius) { judge.score(&candidate) } else { 0.0 };
+            known.extend([start, candidate.fine.disc]);
             // Of equal ones the more promising one's.
             if best.is_none_or(|b| score > b.1) {
                 best = Some((candidate.fine, score));
@@ -101,13 +108,11 @@ impl Ball {
         let depths = Depths { picture: &picture, depth: &depth, ball_radius: self.ball_radius };
         let spheres = depths.spheres(&coarse);
         let discs = spheres.iter().filter_map(|centre| seen(&picture, centre, self.ball_radius));
+        let discs = discs.filter(|disc| !judge.is_hopeless(disc));
         if discs.take(SPHERES).any(|disc| consider(disc, true)) {
             return Ok(best);
         }
-        for start in self.starts(&coarse, frame.intrinsics(), &depth) {
-            if judge.is_hopeless(&start.disc) {
-                continue;
-            }
+        for start in self.starts(&coarse, &judge) {
             let Some(outline) = picture.fit(start.disc, start.surface.is_none()) else { continue };
             if consider(outline.disc, false) {
                 break;
@@ -123,15 +128,24 @@ impl Ball {
     }
 
     /// The places to look at closely.
-    fn starts(&self, coarse: &Coarse, intrinsics: &Intrinsics, depth: &DepthView) -> Vec<Start> {
+    fn starts(&self, coarse: &Coarse, judge: &Judge) -> Vec<Start> {
+        let (intrinsics, depth) = (judge.picture.intrinsics(), judge.depth);
         let mut starts: Vec<Start> = Vec::new();
         let (mut with_depth, mut without) = LOOKED_AT;
+        let mut glances = GLANCES;
         for proposal in coarse.propose(self.radii(intrinsics)) {
             let Some(start) = self.start(&proposal, intrinsics, depth) else { continue };
             let left = if start.surface.is_some() { &mut with_depth } else { &mut without };
-            if *left > 0 && !starts.iter().any(|s| s.same_as(&start)) && !self.is_attached(&start, depth) {
+            if *left == 0 || starts.iter().any(|s| s.same_as(&start)) || self.is_attached(&start, depth) {
+                continue;
+            }
+            glances -= 1;
+            if !judge.is_hopeless(&start.disc) {
                 *left -= 1;
                 starts.push(start);
+            }
+            if glances == 0 {
+                break;
             }
         }
         starts
@@ -177,6 +191,12 @@ impl Start {
         let (small, large) = (a.radius.min(b.radius), a.radius.max(b.radius));
         (a.u - b.u).hypot(a.v - b.v) < 0.4 * small && large < 1.5 * small
     }
+}
+
+/// Whether two discs are nearly one.
+fn is_near(a: &Disc, b: &Disc) -> bool {
+    let least = a.radius.min(b.radius);
+    (a.u - b.u).hypot(a.v - b.v) < NEAR.0 * least && (a.radius - b.radius).abs() < NEAR.1 * least
 }
 
 /// The median depth, metres, of nine pixels about the middle of `disc`; `None` where fewer than four have

@@ -1,9 +1,10 @@
 //! Whether an outline is a ball's: its shape, its size against depth, and what is around it.
 
-use nalgebra::{Matrix3, Matrix6, Vector6};
+use nalgebra::Matrix3;
 
 use super::edge::Fine;
 use super::outline::{Disc, Outline, Picture, RAYS, Rim};
+use super::round::roundness;
 use crate::camera::Intrinsics;
 use crate::locate::{DepthView, rough_centre_depth};
 
@@ -19,10 +20,6 @@ const KNOWN: f64 = 0.33;
 const NOISE: f32 = 12.0;
 /// What is left of the score of a ball whose depth is not known.
 const UNKNOWN: f64 = 0.55;
-/// Pixels that have the noise of depth in common.
-const SMOOTH: f64 = 10.0;
-/// Depth is read of what is so near to a sphere's surface, in its radius: cables before it are not.
-const NEAR: f64 = 0.6;
 /// What has so much of the ball's colour at least goes on beside it.
 const SAME: f32 = 0.25;
 /// What is no farther behind the ball's centre is beside it, in its radius.
@@ -31,28 +28,53 @@ const BESIDE: f64 = 0.4;
 const COVER: (f64, f64) = (1.2, 2.5);
 /// How far the edges may move a disc that depth has shown: in its radius, and pixels more.
 const HELD: (f64, f64) = (0.12, 2.5);
-/// A surface so round at least is a ball's, whatever is beside it.
-const ROUND: f64 = 0.55;
-/// Part of the rays that may show something as near beside it, and that may not (of the ball's colour, half as many): where it is not sure to be round, and
-/// where it is.
-const ATTACHED: ((f64, f64), (f64, f64)) = ((0.05, 0.22), (0.1, 0.34));
-/// How much of the ball's colour the better third of the disc has: too little, and enough.
-const LIKENESS: (f64, f64) = (0.35, 0.52);
-/// How much of what is seen of the disc must be of its colour, too little and enough: where the surface is not sure to
-/// be round, and where it is.
-const FILLED: ((f64, f64), (f64, f64)) = ((0.48, 0.72), (0.4, 0.65));
+/// A surface so round is a ball's: not yet, and surely.
+const ROUND: (f64, f64) = (0.45, 0.65);
+/// A surface no rounder than this at a place where a ball might be is none's, even if the place is not exact.
+const FLAT_SURFACE: f64 = 0.1;
+/// Part of the rays that have an edge where a ball ends, of those that could: too few to be sure, and enough.
+const CIRCLE: (f64, f64) = (0.85, 0.97);
+/// Part of the rays that may show something as near beside it, and that may not (of the ball's colour, half as many).
+/// Lenient where it is sure to be a ball, which may touch something.
+const ATTACHED: Limits = Limits { strict: (0.05, 0.22), lenient: (0.2, 0.5) };
+/// How much of the ball's colour the better third of the disc has: too little, and enough. Lenient as before: pale where it
+/// is overexposed and blurred.
+const LIKENESS: Limits = Limits { strict: (0.35, 0.52), lenient: (0.28, 0.44) };
+/// How much of what is seen of the disc must be of its colour, too little and enough. Lenient where the outline is whole:
+/// what is of another colour is cables then.
+const FILLED: Limits = Limits { strict: (0.48, 0.72), lenient: (0.33, 0.55) };
+/// What a surface that is sure to be round is worth where a whole outline is asked for; and the part of the rays with
+/// something beside it that makes it no more than that.
+const ROUND_ONLY: f64 = 0.4;
+const TOUCHED: (f64, f64) = (0.05, 0.15);
+/// Part of a disc without depth in which there is depth nevertheless: of what is behind, so that nothing is before it.
+const BEHIND: (f64, f64) = (0.15, 0.4);
 /// Part of the rays that end in the picture if a ball is nearly whole.
 const WHOLE: f64 = 0.8;
 /// Of fewer it is a sliver, which may be of a larger ball: when its middle is a third of its radius out of the picture.
 const SLIVER: f64 = 0.38;
 /// How uneven a disc without depth must be lit: too little, and enough.
 const FLAT: (f64, f64) = (0.4, 0.65);
-/// Part of the radius within which a surface's shape is read, and readings across it.
-const SURFACE: (f64, i32) = (0.85, 9);
 
 /// The radius (pixels, on the optical axis) of a ball of radius `ball_radius` at depth `z`, metres.
 pub(super) fn radius_at(intrinsics: &Intrinsics, ball_radius: f64, z: f64) -> f64 {
     (intrinsics.fx + intrinsics.fy) / 2.0 * ball_radius / z
+}
+
+/// Where a doubt ends: too little, and enough.
+struct Limits {
+    /// Where nothing speaks for a ball.
+    strict: (f64, f64),
+    /// Where everything else does.
+    lenient: (f64, f64),
+}
+
+impl Limits {
+    /// `x` against the limits, `trust` (0 to 1) of the way from strict ones to lenient ones: 0 to 1.
+    fn of(&self, x: f64, trust: f64) -> f64 {
+        let between = |strict: f64, lenient: f64| strict + (lenient - strict) * trust;
+        ramp(x, between(self.strict.0, self.lenient.0), between(self.strict.1, self.lenient.1))
+    }
 }
 
 /// What outlines are judged by.
@@ -97,9 +119,14 @@ impl Judge<'_> {
         Candidate { fine, outline }
     }
 
-    /// Whether `disc` has hardly anything of the ball's colour: cheaper than to fit and judge it.
+    /// Whether `disc` has hardly anything of the ball's colour, or is flat beyond doubt: cheaper than to fit and judge it.
     pub(super) fn is_hopeless(&self, disc: &Disc) -> bool {
-        f64::from(self.sight(disc, self.centre(disc)).likeness) < 0.8 * LIKENESS.0
+        let depth = self.centre(disc);
+        if f64::from(self.sight(disc, depth).likeness) < LIKENESS.lenient.0 {
+            return true;
+        }
+        let round = depth.and_then(|z| roundness(disc, self.depth, z, self.ball_radius));
+        round.is_some_and(|g| g.1 < FLAT_SURFACE)
     }
 
     /// Whether a ray enters the picture before it ends, and ends in it: the middle of its disc may be outside.
@@ -112,7 +139,7 @@ impl Judge<'_> {
 
     /// How sure it is that `candidate` is the ball: 0 to 1. A product, so that each doubt is enough: too little of the
     /// outline seen, too little of the disc of the ball's colour, too little contrast, another size than the depth asks
-    /// for, a surface that goes on beside it or is not round.
+    /// for, a surface that goes on beside it or is not round. What is sure to be round may have more of the others.
     pub(super) fn score(&self, candidate: &Candidate) -> f64 {
         let Candidate { fine, outline } = candidate;
         let by_picture = radius_at(self.picture.intrinsics(), self.ball_radius, fine.disc.radius);
@@ -120,43 +147,70 @@ impl Judge<'_> {
         let around = self.around(outline, depth.unwrap_or(by_picture));
         let free = around.part(Side::Free) + around.part(Side::Behind);
         let uncovered = free / (1.0 - around.part(Side::Covered)).max(0.01);
-        let shape = ramp(free, 0.25, 0.45) * ramp(uncovered, 0.4, 0.8);
-        let sight = self.sight(&fine.disc, depth);
-        let colour = shape * ramp(f64::from(sight.likeness), LIKENESS.0, LIKENESS.1);
-        if colour == 0.0 {
+        let free = ramp(free, 0.25, 0.45) * ramp(uncovered, 0.4, 0.8);
+        if free == 0.0 {
             return 0.0;
         }
-        let edges = fine.edges.iter().filter(|&&e| e).count() as f64;
-        let filled = |limits: (f64, f64)| ramp(sight.filled, limits.0, limits.1);
-        let Some(z) = depth else {
-            let clear = ramp(outline.contrast, 0.15, 0.35) * ramp(edges / RAYS as f64, 0.7, 0.95);
-            return UNKNOWN
-                * colour
-                * filled(FILLED.0)
-                * clear
-                * ramp(f64::from(sight.shading), FLAT.0, FLAT.1);
-        };
-        let round = roundness(&fine.disc, self.depth, z, self.ball_radius);
-        let sure = round.is_some_and(|g| g.0 > ROUND);
-        let attached = if sure { ATTACHED.1 } else { ATTACHED.0 };
-        let beside = around.part(Side::Attached) + 2.0 * around.part(Side::Continued);
-        let off = (by_picture / z).ln() / SIZE_ERROR;
-        // Of a larger ball's cap at the border less fits.
+        match depth {
+            Some(z) => free * self.with_depth(candidate, &around, z),
+            None => free * UNKNOWN * self.without_depth(candidate, by_picture),
+        }
+    }
+
+    /// The score of what has depth `z`, but for how much of it is free.
+    fn with_depth(&self, Candidate { fine, outline }: &Candidate, around: &Around, z: f64) -> f64 {
         let part = around.seen() / RAYS as f64;
-        let (whole, sliver) = (part > WHOLE, part < SLIVER);
-        colour
-            * if whole { 1.0 } else { ramp(edges / around.seen(), 0.4, 0.75) }
-            * if sliver { 0.0 } else { 1.0 }
-            * filled(if sure { FILLED.1 } else { FILLED.0 })
-            * ramp(outline.contrast, 0.1, 0.2).max(ramp(around.part(Side::Behind), 0.3, 0.6)).max(ramp(
-                edges / around.seen(),
-                0.5,
-                0.8,
-            ))
-            * (0.8 + 0.2 * ramp(outline.contrast, 0.15, 0.4))
-            * (-off * off / 2.0).exp()
-            * (1.0 - ramp(beside, attached.0, attached.1))
+        let edges = fine.edges.iter().filter(|&&e| e).count() as f64 / around.seen();
+        let (covered, continued) = (around.part(Side::Covered), around.part(Side::Continued));
+        let beside = around.part(Side::Attached) + continued;
+        let sight = self.sight(&fine.disc, Some(z));
+        let round = roundness(&fine.disc, self.depth, z, self.ball_radius);
+        let sphere = round.map_or(0.0, |g| ramp(g.0, ROUND.0, ROUND.1));
+        // Of the rays that nothing covers, and of those that have nothing beside them either.
+        let whole = ramp(edges / (1.0 - covered).max(0.4), CIRCLE.0, CIRCLE.1);
+        let free = ramp(edges / (1.0 - covered - beside).max(0.4), CIRCLE.0, CIRCLE.1);
+        let sure = sphere * free * ramp(sight.filled, 0.6, 0.8);
+        let touched = ramp(beside, TOUCHED.0, TOUCHED.1);
+        let round_only = sphere * (1.0 - (1.0 - ROUND_ONLY) * touched);
+        // Of a larger ball's cap at the border less fits, and a sliver of it may be a smaller one.
+        let cap = if part > WHOLE { 1.0 } else { ramp(edges, 0.4, 0.75) };
+        let cap = if part < SLIVER { 0.0 } else { cap };
+        let behind = ramp(around.part(Side::Behind), 0.3, 0.6);
+        let contrast = ramp(outline.contrast, 0.1, 0.2).max(behind).max(ramp(edges, 0.5, 0.8));
+        let off = (radius_at(self.picture.intrinsics(), self.ball_radius, fine.disc.radius) / z).ln() / SIZE_ERROR;
+        LIKENESS.of(f64::from(sight.likeness), sure)
+            * FILLED.of(sight.filled, whole.max(round_only))
+            * (1.0 - ATTACHED.of(beside + continued, sure.max(ROUND_ONLY * sphere)))
             * round.map_or(1.0, |g| ramp(g.1, 0.15, 0.55))
+            * (-off * off / 2.0).exp()
+            * cap
+            * contrast
+            * (0.8 + 0.2 * ramp(outline.contrast, 0.15, 0.4))
+    }
+
+    /// The score of what has no depth: its outline must be whole, it must be lit as a sphere is, and there must be nothing
+    /// where it is that is farther away than the ball's size says, `z` metres.
+    fn without_depth(&self, Candidate { fine, outline }: &Candidate, z: f64) -> f64 {
+        let edges = fine.edges.iter().filter(|&&e| e).count() as f64;
+        let sight = self.sight(&fine.disc, None);
+        LIKENESS.of(f64::from(sight.likeness), 0.0)
+            * FILLED.of(sight.filled, 0.0)
+            * ramp(outline.contrast, 0.15, 0.35)
+            * ramp(edges / RAYS as f64, 0.7, 0.95)
+            * ramp(f64::from(sight.shading), FLAT.0, FLAT.1)
+            * (1.0 - ramp(self.seen_through(&fine.disc, z), BEHIND.0, BEHIND.1))
+    }
+
+    /// Part of the inner disc that has the depth of something that is not in front of a ball at `z`.
+    fn seen_through(&self, disc: &Disc, z: f64) -> f64 {
+        let inner = grid().filter(|(x, y)| x * x + y * y < 0.4);
+        let (mut through, mut all) = (0, 0);
+        for (x, y) in inner {
+            all += 1;
+            let o = self.depth.at(disc.u + x * disc.radius, disc.v + y * disc.radius);
+            through += usize::from(o.is_some_and(|o| !self.is_before(o, z)));
+        }
+        through as f64 / f64::from(all)
     }
 
     /// The colour and the shading on a disc: of what is not in front of a ball at depth `z`.
@@ -281,48 +335,6 @@ struct Sight {
     filled: f64,
     /// By how much its ninths differ in brightness, over their mean: no sphere is lit evenly.
     shading: f32,
-}
-
-/// How round the surface on a disc is, in the direction in which it is the flattest: 1 a sphere of `ball_radius`, 0 a
-/// plane or a cylinder however inclined; 1.5 standard errors less and as much more. `None` where too little of it has
-/// depth to say.
-///
-/// Least squares of depth = a + b x + c y + d x² + e xy + f y² over the pixels whose depth is near that
-/// of a ball of depth `z`; the smaller eigenvalue of the curvature over that of a sphere fitted at the same pixels.
-fn roundness(disc: &Disc, depth: &DepthView, z: f64, ball_radius: f64) -> Option<(f64, f64)> {
-    let (part, half) = SURFACE;
-    let (mut normal, mut right, mut ideal) = (Matrix6::zeros(), Vector6::zeros(), Vector6::zeros());
-    let (mut squares, mut n) = (0.0, 0.0);
-    for i in -half..=half {
-        for j in -half..=half {
-            let [x, y] = [i, j].map(|k| f64::from(k) / f64::from(half) * part);
-            let height = 1.0 - x * x - y * y;
-            let at = depth.at(disc.u + x * disc.radius, disc.v + y * disc.radius);
-            let Some(off) = at.map(|d| (d - z) / ball_radius) else { continue };
-            if height < 1.0 - part * part || (off + height.sqrt()).abs() > NEAR {
-                continue;
-            }
-            let row = Vector6::new(1.0, x, y, x * x, x * y, y * y);
-            normal += row * row.transpose();
-            right += row * off;
-            ideal -= row * height.sqrt();
-            squares += off * off;
-            n += 1.0;
-        }
-    }
-    if n < 14.0 {
-        return None;
-    }
-    let inverse = normal.try_inverse()?;
-    let (fit, ideal) = (inverse * right, inverse * ideal);
-    let flattest = |f: &Vector6<f64>| (f[3] + f[5]) / 2.0 - ((f[3] - f[5]) / 2.0).hypot(f[4] / 2.0);
-    let variance = (squares - fit.dot(&right)).max(0.0) / (n - 6.0);
-    // Readings that share a pixel, or a patch of noise, are not each a proof.
-    let readings = f64::from((2 * half + 1) * (2 * half + 1));
-    let shared = (SMOOTH * readings / (2.0 * part * disc.radius).powi(2)).max(1.0);
-    let error = (shared * variance * inverse[(3, 3)].max(inverse[(5, 5)])).sqrt();
-    let ideal = flattest(&ideal).max(0.1);
-    Some(((flattest(&fit) - 1.5 * error) / ideal, (flattest(&fit) + 1.5 * error) / ideal))
 }
 
 /// 0 up to `low`, 1 from `high`, straight between.

@@ -12,6 +12,7 @@ mod judge;
 mod outline;
 mod propose;
 pub mod red;
+mod round;
 #[cfg(test)]
 mod scene;
 mod sphere;

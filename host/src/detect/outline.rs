@@ -152,10 +152,9 @@ impl<'a> Picture<'a> {
 
     /// The colour (blue, green, red) of the pixel nearest to (`u`, `v`); `None` outside the picture.
     pub(super) fn colour_at(&self, u: f64, v: f64) -> Option<Vec3b> {
-        let (column, row) = ((u + 0.5).floor(), (v + 0.5).floor());
-        let inside =
-            column >= 0.0 && row >= 0.0 && column < f64::from(self.width) && row < f64::from(self.height);
-        inside.then(|| self.pixels[row as usize * self.width as usize + column as usize])
+        let (x, y) = (u + 0.5, v + 0.5);
+        let inside = x >= 0.0 && y >= 0.0 && x < f64::from(self.width) && y < f64::from(self.height);
+        inside.then(|| self.pixels[y as usize * self.width as usize + x as usize])
     }
 
     /// How much of the ball's colour the pixel nearest to (`u`, `v`) has, 0 to 1; 0 outside the picture.

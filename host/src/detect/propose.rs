@@ -64,11 +64,17 @@ impl Coarse {
         })
     }
 
-    /// The value where the full picture has column `u`, row `v`; 0 outside.
-    pub(super) fn at(&self, u: f64, v: f64) -> f32 {
+    /// The number of the pixel where the full picture has column `u`, row `v`, in the order of [`Coarse::pixels`]; `None`
+    /// outside.
+    pub(super) fn index(&self, u: f64, v: f64) -> Option<usize> {
         let (x, y) = ((u + 0.5 - self.origin.0) / SHRINK, (v + 0.5 - self.origin.1) / SHRINK);
         let inside = x >= 0.0 && y >= 0.0 && x < self.width as f64 && y < self.height as f64;
-        if inside { self.values[y as usize * self.width + x as usize] } else { 0.0 }
+        inside.then(|| y as usize * self.width + x as usize)
+    }
+
+    /// The value of a pixel.
+    pub(super) fn value(&self, index: usize) -> f32 {
+        self.values[index]
     }
 
     /// All places for a ball of a radius within `radii` (pixels), the most promising first.

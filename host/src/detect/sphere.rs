@@ -54,20 +54,63 @@ pub(super) struct Depths<'a> {
     pub(super) ball_radius: f64,
 }
 
+/// The coarse picture with its depth.
+struct Blocks<'a> {
+    coarse: &'a Coarse,
+    /// Of each pixel with something of the ball's colour, metres.
+    depths: Vec<Option<f64>>,
+}
+
+impl Blocks<'_> {
+    /// Whether a coloured pixel may be near the middle of a ball seen with `radius` pixels: the surface is around it,
+    /// but no longer where a ball would have ended. How clearly, up to 1.
+    fn may_be_within(
+        &self,
+        [u, v, z]: [f64; 3],
+        likeness: f32,
+        radius: f64,
+        ball_radius: f64,
+    ) -> Option<f64> {
+        let coloured = (SAME * likeness).max(COLOURED / 2.0);
+        // Coloured, and no farther behind than a ball reaches: what goes on towards the camera is no end.
+        let is_it = |u: f64, v: f64| {
+            self.coarse.index(u, v).is_some_and(|i| {
+                self.coarse.value(i) >= coloured && self.depths[i].is_some_and(|o| o < z + ball_radius)
+            })
+        };
+        let reach = WITHIN * radius;
+        let sides = [(reach, 0.0), (-reach, 0.0), (0.0, reach), (0.0, -reach)];
+        if sides.iter().filter(|(du, dv)| is_it(u + du, v + dv)).count() < MIN_WITHIN {
+            return None;
+        }
+        let reach = BEYOND.0 * radius + BEYOND.1;
+        let ends = (0..DIRECTIONS).filter(|&i| {
+            let (sin, cos) = (std::f64::consts::TAU * i as f64 / DIRECTIONS as f64).sin_cos();
+            !is_it(u + reach * cos, v + reach * sin)
+        });
+        let more = ends.count().checked_sub(MIN_ENDS)?;
+        Some((more + 1) as f64 / (DIRECTIONS - MIN_ENDS + 1) as f64)
+    }
+}
+
 impl Depths<'_> {
     /// The spheres that may be the ball, the likeliest first.
     pub(super) fn spheres(&self, coarse: &Coarse) -> Vec<Point3<f64>> {
         let mut spots: Vec<Spot> = Vec::new();
-        for (u, v, likeness) in coarse.pixels() {
-            if likeness < COLOURED {
-                continue;
-            }
-            let Some(z) = self.depth.at(u, v) else { continue };
+        let blocks = Blocks {
+            coarse,
+            depths: coarse
+                .pixels()
+                .map(|(u, v, likeness)| if likeness < COLOURED / 2.0 { None } else { self.about(u, v) })
+                .collect(),
+        };
+        for ((u, v, likeness), z) in coarse.pixels().zip(&blocks.depths) {
+            let Some(z) = z.filter(|_| likeness >= COLOURED) else { continue };
             let radius = radius_at(self.picture.intrinsics(), self.ball_radius, z + self.ball_radius);
             if !(2.0..=400.0).contains(&radius) {
                 continue;
             }
-            let Some(speaks) = self.may_be_within([u, v, z], likeness, radius, coarse) else { continue };
+            let Some(speaks) = blocks.may_be_within([u, v, z], likeness, radius, self.ball_radius) else { continue };
             let near = spots.iter_mut().find(|spot| {
                 let [a, b, c] = spot.mean();
                 (c - z).abs() < self.ball_radius && (a - u).powi(2) + (b - v).powi(2) < radius * radius
@@ -104,26 +147,10 @@ impl Depths<'_> {
         ends.count() as f64 / (2 * DIRECTIONS) as f64
     }
 
-    /// Whether a coloured pixel may be near the middle of a ball seen with `radius` pixels: the surface is around it,
-    /// but no longer where a ball would have ended. How clearly, up to 1.
-    fn may_be_within(&self, [u, v, z]: [f64; 3], likeness: f32, radius: f64, coarse: &Coarse) -> Option<f64> {
-        let coloured = (SAME * likeness).max(COLOURED / 2.0);
-        // Coloured, and no farther behind than a ball reaches: what goes on towards the camera is no end.
-        let is_it = |u: f64, v: f64| {
-            coarse.at(u, v) >= coloured && self.depth.at(u, v).is_some_and(|o| o < z + self.ball_radius)
-        };
-        let reach = WITHIN * radius;
-        let sides = [(reach, 0.0), (-reach, 0.0), (0.0, reach), (0.0, -reach)];
-        if sides.iter().filter(|(du, dv)| is_it(u + du, v + dv)).count() < MIN_WITHIN {
-            return None;
-        }
-        let reach = BEYOND.0 * radius + BEYOND.1;
-        let ends = (0..DIRECTIONS).filter(|&i| {
-            let (sin, cos) = (std::f64::consts::TAU * i as f64 / DIRECTIONS as f64).sin_cos();
-            !is_it(u + reach * cos, v + reach * sin)
-        });
-        let more = ends.count().checked_sub(MIN_ENDS)?;
-        Some((more + 1) as f64 / (DIRECTIONS - MIN_ENDS + 1) as f64)
+    /// The depth about the middle of a coarse pixel: that of the first of five pixels that has any.
+    fn about(&self, u: f64, v: f64) -> Option<f64> {
+        let places = [(0.5, 0.5), (-1.0, -1.0), (1.0, 1.0), (-1.0, 1.0), (1.0, -1.0)];
+        places.iter().find_map(|(du, dv)| self.depth.at(u + du, v + dv))
     }
 
     /// The centre (camera axes, metres) of the sphere of the ball's radius that fits the coloured depth around a pixel

@@ -1,0 +1,55 @@
+//! How round a surface is in the depth picture.
+
+use nalgebra::{Matrix6, Vector6};
+
+use super::outline::Disc;
+use crate::locate::DepthView;
+
+/// Pixels that have the noise of depth in common.
+const SMOOTH: f64 = 10.0;
+/// Depth is read of what is so near to a sphere's surface, in its radius: cables before it are not.
+const NEAR: f64 = 0.6;
+/// Part of the radius within which a surface's shape is read, and readings across it.
+const SURFACE: (f64, i32) = (0.85, 9);
+
+/// How round the surface on a disc is, in the direction in which it is the flattest: 1 a sphere of `ball_radius`, 0 a
+/// plane or a cylinder however inclined; 1.5 standard errors less and as much more. `None` where too little of it has
+/// depth to say.
+///
+/// Least squares of depth = a + b x + c y + d x² + e xy + f y² over the pixels whose depth is near that
+/// of a ball of depth `z`; the smaller eigenvalue of the curvature over that of a sphere fitted at the same pixels.
+pub(super) fn roundness(disc: &Disc, depth: &DepthView, z: f64, ball_radius: f64) -> Option<(f64, f64)> {
+    let (part, half) = SURFACE;
+    let (mut normal, mut right, mut ideal) = (Matrix6::zeros(), Vector6::zeros(), Vector6::zeros());
+    let (mut squares, mut n) = (0.0, 0.0);
+    for i in -half..=half {
+        for j in -half..=half {
+            let [x, y] = [i, j].map(|k| f64::from(k) / f64::from(half) * part);
+            let height = 1.0 - x * x - y * y;
+            let at = depth.at(disc.u + x * disc.radius, disc.v + y * disc.radius);
+            let Some(off) = at.map(|d| (d - z) / ball_radius) else { continue };
+            if height < 1.0 - part * part || (off + height.sqrt()).abs() > NEAR {
+                continue;
+            }
+            let row = Vector6::new(1.0, x, y, x * x, x * y, y * y);
+            normal += row * row.transpose();
+            right += row * off;
+            ideal -= row * height.sqrt();
+            squares += off * off;
+            n += 1.0;
+        }
+    }
+    if n < 14.0 {
+        return None;
+    }
+    let inverse = normal.try_inverse()?;
+    let (fit, ideal) = (inverse * right, inverse * ideal);
+    let flattest = |f: &Vector6<f64>| (f[3] + f[5]) / 2.0 - ((f[3] - f[5]) / 2.0).hypot(f[4] / 2.0);
+    let variance = (squares - fit.dot(&right)).max(0.0) / (n - 6.0);
+    // Readings that share a pixel, or a patch of noise, are not each a proof.
+    let readings = f64::from((2 * half + 1) * (2 * half + 1));
+    let shared = (SMOOTH * readings / (2.0 * part * disc.radius).powi(2)).max(1.0);
+    let error = (shared * variance * inverse[(3, 3)].max(inverse[(5, 5)])).sqrt();
+    let ideal = flattest(&ideal).max(0.1);
+    Some(((flattest(&fit) - 1.5 * error) / ideal, (flattest(&fit) + 1.5 * error) / ideal))
+}
