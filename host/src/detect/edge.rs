@@ -24,6 +24,8 @@ const NARROW: (f64, f64) = (1.3, 0.35);
 /// Rays to either side of a ray, and of its opposite, that its blur is taken from: blur and motion are the same to both
 /// sides.
 const BESIDE: usize = 2;
+/// By how much an edge is moved that is wider than the opposite one, in that difference, and the most difference, pixels.
+const GLEAM: (f64, f64) = (1.3, 0.6);
 /// Edges farther from the disc than this part of the band are not believed.
 const CUT: f64 = 0.8;
 /// What a radius known from depth may be wrong by (standard deviation): in itself, and pixels more.
@@ -81,6 +83,7 @@ impl Picture<'_> {
                 blur.map_or(widest, |b| (NARROW.0 * b + NARROW.1).clamp(least.min(widest), widest))
             });
             let edges = self.edges(&fine.disc, &bands, trusted);
+            let edges = without_gleam(edges);
             fine = self.refit(&fine.disc, &edges, widest, radius)?;
             blurs = std::array::from_fn(|ray| blur_about(&edges, ray));
         }
@@ -142,6 +145,33 @@ impl Picture<'_> {
             inside.then(|| edge(&samples, step)).flatten()
         })
     }
+}
+
+/// The edges with those moved outwards that a gleam has moved inwards: what is seen along its surface mirrors what is
+/// around it, so that on one side the limb may be as bright as what is behind it. Such an edge is wider than the opposite
+/// one, on its inner side; blur and motion would be the same to both sides.
+fn without_gleam(edges: [Option<Edge>; RAYS]) -> [Option<Edge>; RAYS] {
+    std::array::from_fn(|ray| {
+        let edge = edges[ray]?;
+        let (Some(here), Some(there)) = (side_blur(&edges, ray), side_blur(&edges, ray + RAYS / 2)) else {
+            return Some(edge);
+        };
+        Some(Edge { off: edge.off + GLEAM.0 * (here - there).clamp(0.0, GLEAM.1), ..edge })
+    })
+}
+
+/// The median blur of the edges about `ray`.
+fn side_blur(edges: &[Option<Edge>; RAYS], ray: usize) -> Option<f64> {
+    let mut blurs = [0.0; 2 * BESIDE + 1];
+    let mut n = 0;
+    for i in 0..2 * BESIDE + 1 {
+        if let Some(edge) = edges[(ray + RAYS + i - BESIDE) % RAYS] {
+            blurs[n] = edge.blur;
+            n += 1;
+        }
+    }
+    blurs[..n].sort_by(f64::total_cmp);
+    (n > BESIDE).then(|| blurs[n / 2])
 }
 
 /// The median blur of the edges about `ray` and about its opposite.

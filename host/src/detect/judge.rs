@@ -28,6 +28,11 @@ const BESIDE: f64 = 0.4;
 const COVER: (f64, f64) = (1.2, 2.5);
 /// How far the edges may move a disc that depth has shown: in its radius, and pixels more.
 const HELD: (f64, f64) = (0.12, 2.5);
+/// A disc that was moved by more than this, in its radius, is fitted again.
+const MOVED: f64 = 0.1;
+/// Part of the rays without anything before or beside it that have an edge: of so few, and of enough, by which a disc is
+/// known to be where it is. Of few it is worth less by a half.
+const PLACED: (f64, f64) = (0.3, 0.7);
 /// A surface so round is a ball's: not yet, and surely.
 const ROUND: (f64, f64) = (0.45, 0.65);
 /// A surface no rounder than this at a place where a ball might be is none's, even if the place is not exact.
@@ -92,9 +97,28 @@ pub(super) struct Candidate {
 }
 
 impl Judge<'_> {
-    /// The disc at `start` to a fraction of a pixel, without the edges of what covers it or is beside it as far as depth
-    /// says so, and of the size that depth asks for. It does not leave `start` far behind if that is `held`.
+    /// The disc at `start` to a fraction of a pixel, and what is seen around it. It does not leave `start` far behind if
+    /// that is `held`.
     pub(super) fn candidate(&self, start: Disc, held: bool) -> Candidate {
+        let mut fine = self.fit(start, held);
+        // What is around it was looked at from where it is not: once more.
+        if (fine.disc.u - start.u).hypot(fine.disc.v - start.v) > MOVED * start.radius {
+            fine = self.fit(fine.disc, held);
+        }
+        let mut outline = self.picture.outline_at(fine.disc);
+        for (ray, rim) in outline.rims.iter_mut().enumerate() {
+            if fine.edges[ray] {
+                *rim = Rim::Edge;
+            } else if *rim == Rim::Unseen && self.ends_in_picture(&fine.disc, ray) {
+                *rim = Rim::Plain;
+            }
+        }
+        Candidate { fine, outline }
+    }
+
+    /// The disc at `start` fitted to its edges, without those of what covers it or is beside it as far as depth says so, and
+    /// of the size that depth asks for; `start` itself where there are too few.
+    fn fit(&self, start: Disc, held: bool) -> Fine {
         let depth = self.centre(&start);
         let by_depth = depth.map(|z| radius_at(self.picture.intrinsics(), self.ball_radius, z));
         let around = depth.map(|z| self.around(&self.picture.outline_at(start), z));
@@ -107,16 +131,7 @@ impl Judge<'_> {
         };
         let rough = Matrix3::identity() * (0.15 * start.radius).powi(2);
         let fine = self.picture.refine_edges(start, by_depth, &trusted, held).filter(near);
-        let fine = fine.unwrap_or(Fine { disc: start, covariance: rough, edges: [false; RAYS] });
-        let mut outline = self.picture.outline_at(fine.disc);
-        for (ray, rim) in outline.rims.iter_mut().enumerate() {
-            if fine.edges[ray] {
-                *rim = Rim::Edge;
-            } else if *rim == Rim::Unseen && self.ends_in_picture(&fine.disc, ray) {
-                *rim = Rim::Plain;
-            }
-        }
-        Candidate { fine, outline }
+        fine.unwrap_or(Fine { disc: start, covariance: rough, edges: [false; RAYS] })
     }
 
     /// Whether `disc` has hardly anything of the ball's colour, or is flat beyond doubt: cheaper than to fit and judge it.
@@ -168,7 +183,9 @@ impl Judge<'_> {
         let sphere = round.map_or(0.0, |g| ramp(g.0, ROUND.0, ROUND.1));
         // Of the rays that nothing covers, and of those that have nothing beside them either.
         let whole = ramp(edges / (1.0 - covered).max(0.4), CIRCLE.0, CIRCLE.1);
-        let free = ramp(edges / (1.0 - covered - beside).max(0.4), CIRCLE.0, CIRCLE.1);
+        let free = edges / (1.0 - covered - beside).max(0.4);
+        let placed = 0.5 + 0.5 * ramp(free, PLACED.0, PLACED.1);
+        let free = ramp(free, CIRCLE.0, CIRCLE.1);
         let sure = sphere * free * ramp(sight.filled, 0.6, 0.8);
         let touched = ramp(beside, TOUCHED.0, TOUCHED.1);
         let round_only = sphere * (1.0 - (1.0 - ROUND_ONLY) * touched);
@@ -177,13 +194,15 @@ impl Judge<'_> {
         let cap = if part < SLIVER { 0.0 } else { cap };
         let behind = ramp(around.part(Side::Behind), 0.3, 0.6);
         let contrast = ramp(outline.contrast, 0.1, 0.2).max(behind).max(ramp(edges, 0.5, 0.8));
-        let off = (radius_at(self.picture.intrinsics(), self.ball_radius, fine.disc.radius) / z).ln() / SIZE_ERROR;
+        let off =
+            (radius_at(self.picture.intrinsics(), self.ball_radius, fine.disc.radius) / z).ln() / SIZE_ERROR;
         LIKENESS.of(f64::from(sight.likeness), sure)
             * FILLED.of(sight.filled, whole.max(round_only))
             * (1.0 - ATTACHED.of(beside + continued, sure.max(ROUND_ONLY * sphere)))
             * round.map_or(1.0, |g| ramp(g.1, 0.15, 0.55))
             * (-off * off / 2.0).exp()
             * cap
+            * placed
             * contrast
             * (0.8 + 0.2 * ramp(outline.contrast, 0.15, 0.4))
     }

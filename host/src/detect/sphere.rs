@@ -110,7 +110,9 @@ impl Depths<'_> {
             if !(2.0..=400.0).contains(&radius) {
                 continue;
             }
-            let Some(speaks) = blocks.may_be_within([u, v, z], likeness, radius, self.ball_radius) else { continue };
+            let Some(speaks) = blocks.may_be_within([u, v, z], likeness, radius, self.ball_radius) else {
+                continue;
+            };
             let near = spots.iter_mut().find(|spot| {
                 let [a, b, c] = spot.mean();
                 (c - z).abs() < self.ball_radius && (a - u).powi(2) + (b - v).powi(2) < radius * radius
