@@ -1,10 +1,12 @@
 //! `plumb bench vision`: detectors on seeded scenes, and their time against the paper's detector.
 
+mod hard;
 mod peers;
 mod scenes;
 mod table;
 mod tally;
 
+use std::hint::black_box;
 use std::time::Instant;
 
 use opencv::core::{
@@ -12,20 +14,50 @@ use opencv::core::{
     subtract_def,
 };
 use opencv::imgproc::gaussian_blur_def;
+use plumb_protocol::frame::{Frame, encode};
+use plumb_protocol::message::{Command, Position, ToBoard};
+use plumb_protocol::units as wire;
 use serde::Serialize;
 use thiserror::Error;
 
 use crate::camera::Camera;
 use crate::detect::{DetectError, Detector};
 use crate::frame::RgbdFrame;
+use crate::locate::{Located, locate};
 use crate::source::synthetic::{SyntheticCamera, SyntheticError};
+use hard::HardShots;
 use peers::{Hough, HsvMoments};
 use scenes::{Backdrop, KINDS, Kind, Shot, Shots};
 use tally::{Tally, percentile};
 
+/// The reference is timed on the first of so many pictures.
+const REFERENCE_EVERY: usize = 4;
+
+/// Which pictures.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Suite {
+    /// Rendered scenes, with a ball and without.
+    Scenes,
+    /// Balls of 60 mm put into recorded pictures, with what spoils the view; the same pictures without a ball.
+    Hard,
+    /// Those of both without a ball.
+    Empty,
+}
+
+impl Suite {
+    /// The suite called `name`: `scenes`, `hard` or `empty`.
+    pub fn named(name: &str) -> Option<Self> {
+        [("scenes", Self::Scenes), ("hard", Self::Hard), ("empty", Self::Empty)]
+            .into_iter()
+            .find_map(|(known, suite)| (known == name).then_some(suite))
+    }
+}
+
 /// What is rendered.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct VisionOptions {
+    /// Which pictures.
+    pub suite: Suite,
     /// Pictures of each kind of scene; at least 1.
     pub frames: usize,
     /// Pictures of each kind of scene without a ball; at least 1.
@@ -45,7 +77,8 @@ pub struct VisionOptions {
 impl Default for VisionOptions {
     /// 20 pictures a scene, with a ball and without, at 640x480, balls of about 20 pixels, 60 in recorded pictures.
     fn default() -> Self {
-        Self { frames: 20, empty: 20, recorded_balls: 60, seed: 1, radius: 20.0, width: 640, height: 480 }
+        let (suite, radius) = (Suite::Scenes, 20.0);
+        Self { suite, frames: 20, empty: 20, recorded_balls: 60, seed: 1, radius, width: 640, height: 480 }
     }
 }
 
@@ -104,6 +137,12 @@ pub struct DetectorReport {
     pub median_ms: f64,
     /// That time over `reference_ms`.
     pub ratio: f64,
+    /// The same of pictures without a ball, if there were any.
+    pub empty_ratio: Option<f64>,
+    /// The scene that takes longest, and that of its median.
+    pub slowest: Option<(&'static str, f64)>,
+    /// From the picture to the bytes for the board (detection, location, encoding), searching, 99th percentile, milliseconds.
+    pub path_p99_ms: f64,
     /// The same for a picture just like the one before: of detectors that look first where the ball was.
     pub tracking_ratio: f64,
     /// Share of all balls that it hit, 0 to 1.
@@ -141,11 +180,19 @@ pub struct SceneReport {
     pub position_p95_mm: Option<f64>,
     /// Mean of that error squared over its covariance: 3 where the covariance says how large errors are.
     pub consistency: Option<f64>,
+    /// 95th percentile of the same: 7.8 of a normal distribution.
+    pub consistency_p95: Option<f64>,
 }
 
-/// Runs `detectors`, and what every tutorial does with OpenCV, over the scenes, each picture searched like a first one. Of `camera` the intrinsics and the ball count (it stands where the scenes are
-/// built for); `recorded` pictures, if any, are backgrounds of the scenes that need some, else those are left out;
-/// `progress` is told the name of each scene. OpenCV runs on one thread meanwhile.
+/// `camera` with the ball of the suite `hard`.
+pub fn hard_camera(camera: &Camera) -> Camera {
+    Camera { ball_diameter: hard::DIAMETER, ..camera.clone() }
+}
+
+/// Runs `detectors`, and what every tutorial does with OpenCV, over the pictures, each searched like a first one. Of
+/// `camera` the intrinsics and the ball count (it stands where the scenes are built for; the ball of the hard set has its
+/// own size, which detectors must have been told); `recorded` pictures, if any, are backgrounds of what needs some, else that
+/// is left out; `progress` is told the name of each scene. OpenCV runs on one thread meanwhile.
 ///
 /// # Errors
 /// Where a scene could not be rendered (intrinsics that do not fit the pictures) or a detector failed.
@@ -158,36 +205,139 @@ pub fn compare(
 ) -> Result<VisionReport, VisionError> {
     check(options)?;
     let mut peers: [Box<dyn Detector>; 2] = [Box::new(Hough), Box::new(HsvMoments)];
-    let mut detectors: Vec<&mut Box<dyn Detector>> = detectors.iter_mut().chain(&mut peers).collect();
+    let detectors: Vec<&mut Box<dyn Detector>> = detectors.iter_mut().chain(&mut peers).collect();
     let _one = OneThread::new()?;
-    let mut tallies: Vec<Tally> = detectors.iter().map(|_| Tally::default()).collect();
-    let mut reference = Vec::new();
-    let mut known: Vec<(Backdrop, Vec<SyntheticCamera>)> = Vec::new();
-    for (number, kind) in (0..).zip(KINDS) {
-        if kind.backdrop == Backdrop::Recorded && recorded.is_empty() {
-            continue;
-        }
-        progress(kind.name);
-        if !known.iter().any(|(backdrop, _)| *backdrop == kind.backdrop) {
-            known.push((kind.backdrop, scenes::cameras(kind.backdrop, camera, recorded, options)?));
-        }
-        let cameras = known.iter().find(|(backdrop, _)| *backdrop == kind.backdrop);
-        let cameras = cameras.map(|(_, cameras)| cameras.clone()).unwrap_or_default();
-        let mut shots = Shots::new((number, kind), cameras, recorded, options);
-        tallies.iter_mut().for_each(Tally::open);
-        for _ in 0..count(&kind, options) {
-            let Some(shot) = shots.next()? else { break };
-            round(&shot, &kind, &mut detectors, &mut tallies, &mut reference)?;
-        }
-        tallies.iter_mut().for_each(|tally| tally.close(kind.name));
+    let tallies = detectors.iter().map(|_| Tally::default()).collect();
+    let mut bench = Bench { detectors, tallies, reference: Vec::new(), pictures: 0 };
+    if options.suite != Suite::Hard {
+        bench.scenes(camera, recorded, options, progress)?;
     }
-    let reference_ms = percentile(&mut reference, 0.5).unwrap_or(0.0);
-    let detectors = detectors
-        .iter()
-        .zip(tallies)
-        .map(|(detector, tally)| tally.report(detector.name(), reference_ms))
-        .collect();
-    Ok(VisionReport { suite: "vision", seed: options.seed, frames: options.frames, reference_ms, detectors })
+    if options.suite != Suite::Scenes && !recorded.is_empty() {
+        bench.hard(camera, recorded, options, progress)?;
+    }
+    Ok(bench.report(options))
+}
+
+/// Detectors and what they have done so far.
+struct Bench<'a> {
+    detectors: Vec<&'a mut Box<dyn Detector>>,
+    tallies: Vec<Tally>,
+    /// Times of the reference, milliseconds.
+    reference: Vec<f64>,
+    pictures: usize,
+}
+
+impl Bench<'_> {
+    fn scenes(
+        &mut self,
+        camera: &Camera,
+        recorded: &[RgbdFrame],
+        options: &VisionOptions,
+        progress: &mut dyn FnMut(&str),
+    ) -> Result<(), VisionError> {
+        let mut known: Vec<(Backdrop, Vec<SyntheticCamera>)> = Vec::new();
+        for (number, kind) in (0..).zip(KINDS) {
+            let unwanted = kind.ball && options.suite == Suite::Empty;
+            if unwanted || (kind.backdrop == Backdrop::Recorded && recorded.is_empty()) {
+                continue;
+            }
+            progress(kind.name);
+            if !known.iter().any(|(backdrop, _)| *backdrop == kind.backdrop) {
+                known.push((kind.backdrop, scenes::cameras(kind.backdrop, camera, recorded, options)?));
+            }
+            let cameras = known.iter().find(|(backdrop, _)| *backdrop == kind.backdrop);
+            let cameras = cameras.map(|(_, cameras)| cameras.clone()).unwrap_or_default();
+            let mut shots = Shots::new((number, kind), cameras, recorded, options);
+            self.run(kind.name, count(&kind, options), &mut || shots.next())?;
+        }
+        Ok(())
+    }
+
+    fn hard(
+        &mut self,
+        camera: &Camera,
+        recorded: &[RgbdFrame],
+        options: &VisionOptions,
+        progress: &mut dyn FnMut(&str),
+    ) -> Result<(), VisionError> {
+        for (number, kind) in (0..).zip(hard::KINDS) {
+            if kind.ball && options.suite == Suite::Empty {
+                continue;
+            }
+            progress(kind.name);
+            let mut shots = HardShots::new((number, kind), camera, recorded, options);
+            let count = if kind.ball { options.frames } else { options.empty };
+            self.run(kind.name, count, &mut || shots.next())?;
+        }
+        Ok(())
+    }
+
+    /// Up to `count` pictures of one kind.
+    fn run(
+        &mut self,
+        name: &'static str,
+        count: usize,
+        next: &mut dyn FnMut() -> Result<Option<Shot>, VisionError>,
+    ) -> Result<(), VisionError> {
+        self.tallies.iter_mut().for_each(Tally::open);
+        for _ in 0..count {
+            let Some(shot) = next()? else { break };
+            self.round(&shot, name)?;
+        }
+        self.tallies.iter_mut().for_each(|tally| tally.close(name));
+        Ok(())
+    }
+
+    /// One picture to the reference (not to each) and to every detector, each timed.
+    fn round(&mut self, shot: &Shot, name: &'static str) -> Result<(), VisionError> {
+        if self.pictures.is_multiple_of(REFERENCE_EVERY) {
+            let start = Instant::now();
+            red_difference_of_gaussians(&shot.frame)?;
+            self.reference.push(milliseconds(start));
+        }
+        self.pictures += 1;
+        for (detector, tally) in self.detectors.iter_mut().zip(&mut self.tallies) {
+            let of = detector.name();
+            let failed = |error| VisionError::Detect { name: of, scene: name, error };
+            detector.reset();
+            let start = Instant::now();
+            let found = detector.detect(&shot.frame).map_err(failed)?;
+            tally.times.push((milliseconds(start), shot.ball.is_some()));
+            let located = found.and_then(|found| locate(&found, &shot.frame, &shot.camera));
+            let sent = black_box(message(located.as_ref()));
+            tally.path_times.extend(sent.map(|_| milliseconds(start)));
+            tally.note(shot, found, located);
+            if found.is_some() {
+                let start = Instant::now();
+                detector.detect(&shot.frame).map_err(failed)?;
+                tally.tracking_times.push(milliseconds(start));
+            }
+        }
+        Ok(())
+    }
+
+    fn report(mut self, options: &VisionOptions) -> VisionReport {
+        let reference_ms = percentile(&mut self.reference, 0.5).unwrap_or(0.0);
+        let detectors = self
+            .detectors
+            .iter()
+            .zip(self.tallies)
+            .map(|(detector, tally)| tally.report(detector.name(), reference_ms))
+            .collect();
+        VisionReport { suite: "vision", seed: options.seed, frames: options.frames, reference_ms, detectors }
+    }
+}
+
+fn milliseconds(since: Instant) -> f64 {
+    since.elapsed().as_secs_f64() * 1e3
+}
+
+/// The bytes that tell the board where the ball is.
+fn message(located: Option<&Located>) -> Option<Frame> {
+    let ball = located.and_then(|l| wire::Point::from_metres(l.position.into()));
+    let covariance = located.and_then(|l| wire::Covariance::from_metres2(l.covariance.transpose().into()));
+    let command = Command::Position(Position { sequence: 1, age_us: 30_000, ball, covariance });
+    encode(&ToBoard { id: 1, command }).ok()
 }
 
 fn check(options: &VisionOptions) -> Result<(), VisionError> {
@@ -208,34 +358,6 @@ fn count(kind: &Kind, options: &VisionOptions) -> usize {
         true if kind.backdrop == Backdrop::Recorded => options.recorded_balls,
         true => options.frames,
     }
-}
-
-/// One picture to the reference and to every detector, each timed.
-fn round(
-    shot: &Shot,
-    kind: &Kind,
-    detectors: &mut [&mut Box<dyn Detector>],
-    tallies: &mut [Tally],
-    reference: &mut Vec<f64>,
-) -> Result<(), VisionError> {
-    let start = Instant::now();
-    red_difference_of_gaussians(&shot.frame)?;
-    reference.push(start.elapsed().as_secs_f64() * 1e3);
-    for (detector, tally) in detectors.iter_mut().zip(tallies) {
-        detector.reset();
-        let mut timed = |times: &mut Vec<f64>| {
-            let start = Instant::now();
-            let found = detector.detect(&shot.frame);
-            times.push(start.elapsed().as_secs_f64() * 1e3);
-            found.map_err(|error| VisionError::Detect { name: detector.name(), scene: kind.name, error })
-        };
-        let found = timed(&mut tally.times)?;
-        if found.is_some() {
-            timed(&mut tally.tracking_times)?;
-        }
-        tally.note(shot, found);
-    }
-    Ok(())
 }
 
 /// What times are compared with: the paper's map at full size, for a ball of 20 pixels, and its highest point.

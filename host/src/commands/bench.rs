@@ -80,8 +80,14 @@ impl From<ClockName> for Clock {
 }
 
 /// How well and how fast the detectors find the ball in scenes from a seed
+///
+/// Suites: scenes (rendered, and balls in the first background), hard (balls of 60 mm put into the backgrounds with what
+/// spoils the view, and the same without a ball), empty (all of both without a ball). Backgrounds have the paper's intrinsics.
 #[derive(Parser)]
 pub(crate) struct VisionArgs {
+    /// Which pictures: scenes, hard or empty
+    #[arg(long, default_value = "scenes", value_parser = suite)]
+    suite: vision::Suite,
     /// Pictures of each kind of scene
     #[arg(long, default_value_t = 20)]
     frames: usize,
@@ -91,12 +97,16 @@ pub(crate) struct VisionArgs {
     /// Seed of the scenes
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// A TUM RGB-D folder; balls are then also rendered into its pictures
+    /// A TUM RGB-D folder; balls are then also rendered into its pictures. May be given more than once
     #[arg(long, value_name = "FOLDER")]
-    background: Option<PathBuf>,
+    background: Vec<PathBuf>,
     /// End with a line of JSON on standard output
     #[arg(long)]
     json: bool,
+}
+
+fn suite(name: &str) -> Result<vision::Suite, String> {
+    vision::Suite::named(name).ok_or_else(|| "scenes, hard or empty".to_owned())
 }
 
 fn contender(name: &str) -> Result<Contender, String> {
@@ -215,16 +225,21 @@ fn bench_paper(json: bool) -> Result<ExitCode, Failure> {
 fn bench_vision(args: &VisionArgs) -> Result<ExitCode, Failure> {
     let camera = Camera::paper().or_bad_input()?;
     let mut recorded = Vec::new();
-    if let Some(folder) = &args.background {
+    for folder in &args.background {
         let mut source = TumFolder::open(folder, camera.intrinsics).or_bad_input()?;
         while let Some(frame) = source.next_frame().or_bad_input()? {
             recorded.push(frame);
         }
     }
     let empty = args.empty.unwrap_or(args.frames);
-    let options = VisionOptions { frames: args.frames, empty, seed: args.seed, ..VisionOptions::default() };
+    if recorded.is_empty() && args.suite == vision::Suite::Hard {
+        return Err("the suite `hard` needs a --background FOLDER").or_bad_input();
+    }
+    let (suite, frames, seed) = (args.suite, args.frames, args.seed);
+    let options = VisionOptions { suite, frames, empty, seed, ..VisionOptions::default() };
+    let seen = if suite == vision::Suite::Hard { vision::hard_camera(&camera) } else { camera.clone() };
     let mut detectors: [Box<dyn Detector>; 2] =
-        [DetectorName::Ball.detector(&camera), Box::new(Red::new(options.radius))];
+        [DetectorName::Ball.detector(&seen), Box::new(Red::new(options.radius))];
     let report =
         vision::compare(&camera, &recorded, &mut detectors, &options, &mut |scene| eprintln!("{scene}"))
             .or_failed()?;

@@ -6,15 +6,20 @@ use super::{DetectorReport, SceneReport, VisionReport};
 
 impl Display for VisionReport {
     /// A table: a row a scene, for each detector the hits, the false alarms, and the error of the hits in pixels and
-    /// in millimetres (median and 95th percentile); then the times.
+    /// in millimetres (median and 95th percentile), and that squared over its covariance (mean and 95th percentile; 3 and 7.8
+    /// where that is right); then the times.
     fn fmt(&self, f: &mut Formatter<'_>) -> Result {
         write!(f, "{:26}", "")?;
         for detector in &self.detectors {
-            write!(f, "| {:36}", detector.name)?;
+            write!(f, "| {:47}", detector.name)?;
         }
         write!(f, "\n{:26}", "scene")?;
         for _ in &self.detectors {
-            write!(f, "| {:>7} {:>7} {:>11} {:>8}", "hits", "false", "px (p95)", "mm (p95)")?;
+            write!(
+                f,
+                "| {:>7} {:>7} {:>11} {:>8} {:>10}",
+                "hits", "false", "px (p95)", "mm (p95)", "e²/C (p95)"
+            )?;
         }
         writeln!(f)?;
         for (row, scene) in self.detectors.first().iter().flat_map(|first| first.scenes.iter()).enumerate() {
@@ -38,10 +43,11 @@ fn cells(f: &mut Formatter<'_>, scene: &SceneReport) -> Result {
         _ => String::new(),
     };
     let pixels = pair(scene.error_median_px, scene.error_p95_px, 2);
-    let position = pair(scene.position_median_mm, scene.position_p95_mm, 0);
+    let position = pair(scene.position_median_mm, scene.position_p95_mm, 1);
+    let consistency = pair(scene.consistency, scene.consistency_p95, 0);
     write!(
         f,
-        "| {hits:>7} {:>7} {pixels:>11} {position:>8}",
+        "| {hits:>7} {:>7} {pixels:>11} {position:>8} {consistency:>10}",
         format!("{}/{}", scene.false_alarms, scene.frames)
     )
 }
@@ -49,12 +55,17 @@ fn cells(f: &mut Formatter<'_>, scene: &SceneReport) -> Result {
 fn summary(f: &mut Formatter<'_>, detector: &DetectorReport, reference_ms: f64) -> Result {
     writeln!(
         f,
-        "{}: {:.1} % of the balls, {} false alarms, {:.2} ms a picture: {:.3} of the full-size red difference of Gaussians ({reference_ms:.2} ms), {:.3} tracking",
+        "{}: {:.1} % of the balls, {} false alarms, {:.2} ms a picture: {:.3} of the full-size red difference of Gaussians \
+         ({reference_ms:.2} ms){}{}, {:.3} tracking; to the bytes on the wire 99 % within {:.2} ms ({:.3})",
         detector.name,
         100.0 * detector.hit_rate,
         detector.false_alarms,
         detector.median_ms,
         detector.ratio,
+        detector.empty_ratio.map(|ratio| format!(", {ratio:.3} without a ball")).unwrap_or_default(),
+        detector.slowest.map(|(scene, ratio)| format!(", {ratio:.3} in \"{scene}\"")).unwrap_or_default(),
         detector.tracking_ratio,
+        detector.path_p99_ms,
+        detector.path_p99_ms / reference_ms.max(1e-9),
     )
 }

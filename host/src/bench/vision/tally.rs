@@ -3,12 +3,17 @@
 use super::scenes::Shot;
 use super::{DetectorReport, SceneReport};
 use crate::detect::Detection;
-use crate::locate::locate;
+use crate::locate::Located;
 
 /// What is counted of one detector.
 #[derive(Debug, Default)]
 pub(super) struct Tally {
-    pub(super) times: Vec<f64>,
+    /// Milliseconds, and whether there was a ball.
+    pub(super) times: Vec<(f64, bool)>,
+    pub(super) path_times: Vec<f64>,
+    /// Those of the scene before this one end here.
+    timed: usize,
+    slowest: Option<(&'static str, f64)>,
     pub(super) tracking_times: Vec<f64>,
     scenes: Vec<SceneReport>,
     frames: usize,
@@ -31,7 +36,7 @@ impl Tally {
         self.normalised.clear();
     }
 
-    pub(super) fn note(&mut self, shot: &Shot, found: Option<Detection>) {
+    pub(super) fn note(&mut self, shot: &Shot, found: Option<Detection>, located: Option<Located>) {
         self.frames += 1;
         self.balls += usize::from(shot.ball.is_some());
         let Some(found) = found else { return };
@@ -43,7 +48,7 @@ impl Tally {
                 return;
             }
         }
-        if let Some(located) = locate(&found, &shot.frame, &shot.camera) {
+        if let Some(located) = located {
             let off = located.position - shot.centre;
             self.positions.push(1e3 * off.norm());
             let inverse = located.covariance.try_inverse();
@@ -52,6 +57,12 @@ impl Tally {
     }
 
     pub(super) fn close(&mut self, scene: &'static str) {
+        let mut times: Vec<f64> = self.times.iter().skip(self.timed).map(|(ms, _)| *ms).collect();
+        self.timed = self.times.len();
+        let ms = percentile(&mut times, 0.5).unwrap_or(0.0);
+        if self.slowest.is_none_or(|(_, slowest)| ms > slowest) {
+            self.slowest = Some((scene, ms));
+        }
         self.scenes.push(SceneReport {
             scene,
             frames: self.frames,
@@ -64,20 +75,29 @@ impl Tally {
             position_median_mm: percentile(&mut self.positions, 0.5),
             position_p95_mm: percentile(&mut self.positions, 0.95),
             consistency: mean(&self.normalised),
+            consistency_p95: percentile(&mut self.normalised, 0.95),
         });
         self.all_normalised.append(&mut self.normalised);
     }
 
     pub(super) fn report(mut self, name: &'static str, reference_ms: f64) -> DetectorReport {
-        let median_ms = percentile(&mut self.times, 0.5).unwrap_or(0.0);
+        let median = |ball: Option<bool>| {
+            let wanted = self.times.iter().filter(|(_, is)| ball.is_none_or(|ball| ball == *is));
+            percentile(&mut wanted.map(|(ms, _)| *ms).collect::<Vec<_>>(), 0.5)
+        };
+        let (median_ms, empty_ms) = (median(None).unwrap_or(0.0), median(Some(false)));
+        let ratio = |ms: f64| ms / reference_ms.max(1e-9);
         let tracking_ms = percentile(&mut self.tracking_times, 0.5).unwrap_or(0.0);
         let sum = |of: fn(&SceneReport) -> usize| self.scenes.iter().map(of).sum::<usize>();
         let (hits, balls, false_alarms) = (sum(|s| s.hits), sum(|s| s.balls), sum(|s| s.false_alarms));
         DetectorReport {
             name,
             median_ms,
-            ratio: median_ms / reference_ms.max(1e-9),
-            tracking_ratio: tracking_ms / reference_ms.max(1e-9),
+            ratio: ratio(median_ms),
+            empty_ratio: empty_ms.map(ratio),
+            slowest: self.slowest.map(|(scene, ms)| (scene, ratio(ms))),
+            path_p99_ms: percentile(&mut self.path_times, 0.99).unwrap_or(0.0),
+            tracking_ratio: ratio(tracking_ms),
             consistency: mean(&self.all_normalised),
             hit_rate: hits as f64 / balls.max(1) as f64,
             false_alarms,

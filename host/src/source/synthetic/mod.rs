@@ -7,6 +7,7 @@ mod arrange;
 mod ball;
 mod canvas;
 mod light;
+pub(crate) mod overlay;
 #[cfg(test)]
 pub(crate) mod paper;
 mod room;

@@ -43,6 +43,23 @@ impl Thing {
     }
 }
 
+/// What a ray meets: how far, in the ray's length; the unit normal; the material there.
+pub(crate) type Surface = (f64, Vector3<f64>, Material);
+
+impl Thing {
+    /// A ball around it: middle and radius, metres.
+    pub(crate) fn bounds(&self) -> (Point3<f64>, f64) {
+        self.shape.bounds()
+    }
+
+    /// Where the ray from `from` along `along` first meets it.
+    pub(crate) fn meet(&self, from: Point3<f64>, along: Vector3<f64>) -> Option<Surface> {
+        let meeting = self.shape.meet(&shape::Ray { from, along })?;
+        let colour = self.pattern.colour(self.material.colour, &meeting);
+        Some((meeting.t, meeting.normal, Material { colour, ..self.material }))
+    }
+}
+
 /// A flat rectangular source of light.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Panel {
