@@ -31,11 +31,11 @@ const KEPT: f64 = 0.75;
 /// A score that ends the search: nothing else will do better by much.
 const CERTAIN: f64 = 0.95;
 /// Spheres in the depth picture that are looked at closely.
-const SPHERES: usize = 6;
+const SPHERES: usize = 4;
 /// Places that are looked at closely: with a depth that fits, and without depth.
-const LOOKED_AT: (usize, usize) = (6, 4);
+const LOOKED_AT: (usize, usize) = (4, 3);
 /// Places that are glanced at before.
-const GLANCES: usize = 24;
+const GLANCES: usize = 12;
 /// Where the surroundings of a blob are looked at, in a ball's radius: the blob need not be its middle.
 const AROUND: f64 = 1.7;
 /// Discs as near as this, and as much of one size, in the smaller one's radius, will be fitted to one outline.
@@ -108,13 +108,19 @@ impl Ball {
         let depths = Depths { picture: &picture, depth: &depth, ball_radius: self.ball_radius };
         let spheres = depths.spheres(&coarse);
         let discs = spheres.iter().filter_map(|centre| seen(&picture, centre, self.ball_radius));
-        let discs = discs.filter(|disc| !judge.is_hopeless(disc));
+        let discs = discs.filter(|disc| !judge.is_hopeless(disc, true));
         if discs.take(SPHERES).any(|disc| consider(disc, true)) {
             return Ok(best);
         }
         for start in self.starts(&coarse, &judge) {
-            let Some(outline) = picture.fit(start.disc, start.surface.is_none()) else { continue };
-            if consider(outline.disc, false) {
+            // What has depth is where a sphere fits it, or nowhere.
+            let disc = match start.surface {
+                Some(z) => {
+                    depths.sphere_at(&start.disc, z).and_then(|c| seen(&picture, &c, self.ball_radius))
+                }
+                None => picture.fit(start.disc, true).map(|outline| outline.disc),
+            };
+            if disc.is_some_and(|disc| consider(disc, false)) {
                 break;
             }
         }
@@ -140,7 +146,7 @@ impl Ball {
                 continue;
             }
             glances -= 1;
-            if !judge.is_hopeless(&start.disc) {
+            if !judge.is_hopeless(&start.disc, false) {
                 *left -= 1;
                 starts.push(start);
             }

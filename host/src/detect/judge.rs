@@ -4,7 +4,7 @@ use nalgebra::Matrix3;
 
 use super::edge::Fine;
 use super::outline::{Disc, Outline, Picture, RAYS, Rim};
-use super::round::roundness;
+use super::round::{FINELY, ROUGHLY, roundness};
 use crate::camera::Intrinsics;
 use crate::locate::{DepthView, rough_centre_depth};
 
@@ -35,8 +35,10 @@ const MOVED: f64 = 0.1;
 const PLACED: (f64, f64) = (0.3, 0.7);
 /// A surface so round is a ball's: not yet, and surely.
 const ROUND: (f64, f64) = (0.45, 0.65);
-/// A surface no rounder than this at a place where a ball might be is none's, even if the place is not exact.
-const FLAT_SURFACE: f64 = 0.1;
+/// A surface no rounder than this is none of a ball: at a place that is not exact, and at one that is.
+const FLAT_SURFACE: (f64, f64) = (0.1, 0.25);
+/// A thing that ends in fewer directions than this, or goes on in more than that, is not looked at more closely.
+const GOES_ON: (f64, f64) = (0.15, 0.6);
 /// Part of the rays that have an edge where a ball ends, of those that could: too few to be sure, and enough.
 const CIRCLE: (f64, f64) = (0.85, 0.97);
 /// Part of the rays that may show something as near beside it, and that may not (of the ball's colour, half as many).
@@ -134,14 +136,25 @@ impl Judge<'_> {
         fine.unwrap_or(Fine { disc: start, covariance: rough, edges: [false; RAYS] })
     }
 
-    /// Whether `disc` has hardly anything of the ball's colour, or is flat beyond doubt: cheaper than to fit and judge it.
-    pub(super) fn is_hopeless(&self, disc: &Disc) -> bool {
+    /// Whether `disc` has hardly anything of the ball's colour, is flat beyond doubt, or (where it is known to be `placed`
+    /// well) goes on all around: cheaper than to fit and judge it.
+    pub(super) fn is_hopeless(&self, disc: &Disc, placed: bool) -> bool {
+        let pale = |z: Option<f64>| f64::from(self.sight(disc, z).likeness) < LIKENESS.lenient.0;
         let depth = self.centre(disc);
-        if f64::from(self.sight(disc, depth).likeness) < LIKENESS.lenient.0 {
+        let Some(z) = depth else { return pale(None) };
+        let least = if placed { FLAT_SURFACE.1 } else { FLAT_SURFACE.0 };
+        if roundness(disc, self.depth, z, self.ball_radius, ROUGHLY).is_some_and(|g| g.1 < least) {
             return true;
         }
-        let round = depth.and_then(|z| roundness(disc, self.depth, z, self.ball_radius));
-        round.is_some_and(|g| g.1 < FLAT_SURFACE)
+        if pale(depth) {
+            return true;
+        }
+        if !placed {
+            return false;
+        }
+        let around = self.around(&self.picture.outline_at(*disc), z);
+        let beside = around.part(Side::Attached) + 2.0 * around.part(Side::Continued);
+        around.part(Side::Free) + around.part(Side::Behind) < GOES_ON.0 || beside > GOES_ON.1
     }
 
     /// Whether a ray enters the picture before it ends, and ends in it: the middle of its disc may be outside.
@@ -179,7 +192,7 @@ impl Judge<'_> {
         let (covered, continued) = (around.part(Side::Covered), around.part(Side::Continued));
         let beside = around.part(Side::Attached) + continued;
         let sight = self.sight(&fine.disc, Some(z));
-        let round = roundness(&fine.disc, self.depth, z, self.ball_radius);
+        let round = roundness(&fine.disc, self.depth, z, self.ball_radius, FINELY);
         let sphere = round.map_or(0.0, |g| ramp(g.0, ROUND.0, ROUND.1));
         // Of the rays that nothing covers, and of those that have nothing beside them either.
         let whole = ramp(edges / (1.0 - covered).max(0.4), CIRCLE.0, CIRCLE.1);

@@ -28,6 +28,8 @@ const WIDTHS: [f64; 3] = [0.3, 0.2, 0.12];
 const PRIOR: f64 = 12.0;
 /// Less support than this after a step will not become a ball.
 const HOPELESS: f64 = 0.3;
+/// The same where nothing but its outline speaks for it.
+const HOPELESS_FREE: f64 = 0.5;
 /// Part of the usual contrast that a drop of redness must have to be an edge.
 const CLEAR: f32 = 0.4;
 
@@ -138,7 +140,7 @@ impl<'a> Picture<'a> {
         for width in WIDTHS {
             disc = self.refine(&disc, &polar, width, prior);
             polar = self.polar(&disc);
-            if polar.outline(disc).support() < HOPELESS {
+            if polar.outline(disc).support() < if free { HOPELESS_FREE } else { HOPELESS } {
                 return None;
             }
         }

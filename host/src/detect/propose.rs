@@ -16,6 +16,8 @@ const MIN_RADIUS: f64 = 1.5;
 /// Half sizes, as parts of the radius, of three squares about a place: within the disc, around it, and around
 /// that.
 const SQUARES: [f64; 3] = [0.62, 1.15, 1.8];
+/// A disc's radius in steps from one place to the next that is looked at.
+const RADIUS_IN_STRIDES: f64 = 3.0;
 /// Colour in the middle over that around it, at least; less is noise.
 const MIN_DIFFERENCE: f32 = 0.02;
 /// The response divides the difference by the colour there is, so that dim balls beside bright things
@@ -136,33 +138,45 @@ impl<'a> Sums<'a> {
         Self { coarse, width, height, margin, stride, sums }
     }
 
-    /// The sums of the squares of half size `half` about every pixel of row `y`.
-    fn squares(&self, y: usize, half: usize) -> impl Iterator<Item = f32> {
-        let row = |dy: usize, dx: usize| {
-            let at = (y + self.margin + dy - half) * self.stride + self.margin + dx - half;
-            self.sums[at..at + self.width].iter()
-        };
+    /// The rows of corners whose differences are the sums of the squares of half size `half` about the pixels of row `y`.
+    fn corners(&self, y: usize, half: usize) -> [&[i32]; 4] {
         let side = 2 * half + 1;
-        row(0, 0)
-            .zip(row(0, side))
-            .zip(row(side, 0).zip(row(side, side)))
-            .map(|((a, b), (c, d))| (d - b - c + a) as f32 / ONE)
+        [(0, 0), (0, side), (side, 0), (side, side)].map(|(dy, dx)| {
+            let at = (y + self.margin + dy - half) * self.stride + self.margin + dx - half;
+            &self.sums[at..at + self.width]
+        })
+    }
+
+    /// Whether there is next to nothing of the colour within `half` rows of row `y`.
+    fn is_bare(&self, y: usize, half: usize) -> bool {
+        let edge = |dy: usize, x: usize| self.sums[(y + self.margin + dy - half) * self.stride + x];
+        let (left, right, side) = (self.margin, self.margin + self.width, 2 * half + 1);
+        let sum = edge(side, right) - edge(side, left) - edge(0, right) + edge(0, left);
+        (sum as f32) < MIN_DIFFERENCE * ONE * (side * side) as f32
     }
 
     /// How much more coloured the middle is than what is around it, for discs of `radius` coarse pixels, at every
-    /// pixel.
-    fn responses(&self, radius: f64) -> Vec<f32> {
-        let [inner, disc, outer] = SQUARES.map(|part| (part * radius).round() as usize);
-        let area = |half: usize| ((2 * half + 1) * (2 * half + 1)) as f32;
-        let (inside, around) = (area(inner).recip(), (area(outer) - area(disc)).recip());
-        let mut map = Vec::with_capacity(self.width * self.height);
-        for y in 0..self.height {
-            let squares = self.squares(y, inner).zip(self.squares(y, disc).zip(self.squares(y, outer)));
-            map.extend(squares.map(|(middle, (gap, all))| {
-                let (middle, rim) = (middle * inside, (all - gap) * around);
+    /// `stride`th pixel of every `stride`th row.
+    fn responses(&self, radius: f64, stride: usize) -> Vec<f32> {
+        let halves = SQUARES.map(|part| (part * radius).round() as usize);
+        let [inner, disc, outer] = halves.map(|half| ((2 * half + 1) * (2 * half + 1)) as f32);
+        let (inside, around) = ((inner * ONE).recip(), ((outer - disc) * ONE).recip());
+        let mut map = Vec::with_capacity(self.width.div_ceil(stride) * self.height.div_ceil(stride));
+        for y in (0..self.height).step_by(stride) {
+            if self.is_bare(y, halves[0]) {
+                map.resize(map.len() + self.width.div_ceil(stride), 0.0);
+                continue;
+            }
+            let [inner, disc, outer] = halves.map(|half| self.corners(y, half));
+            // Sums fit, and so do their differences; said so that several are computed at once.
+            let sum = |[a, b, c, d]: &[&[i32]; 4], x: usize| {
+                a[x].wrapping_sub(b[x]).wrapping_sub(c[x]).wrapping_add(d[x])
+            };
+            map.extend((0..self.width).step_by(stride).map(|x| {
+                let middle = sum(&inner, x) as f32 * inside;
+                let rim = sum(&outer, x).wrapping_sub(sum(&disc, x)) as f32 * around;
                 let difference = middle - rim;
-                let response = difference / (middle + rim + DARK);
-                if difference < MIN_DIFFERENCE { 0.0 } else { response }
+                if difference < MIN_DIFFERENCE { 0.0 } else { difference / (middle + rim + DARK) }
             }));
         }
         map
@@ -170,25 +184,34 @@ impl<'a> Sums<'a> {
 
     /// Adds the local maxima of the response for discs of `radius` coarse pixels.
     fn peaks(&self, radius: f64, found: &mut Vec<Proposal>) {
-        let map = self.responses(radius);
-        for y in 0..self.height {
-            for x in 0..self.width {
-                let response = map[y * self.width + x];
-                if response > 0.0 && self.is_peak(&map, x, y) {
-                    let (u, v) = self.coarse.full(x as f64, y as f64);
-                    let disc = Disc { u, v, radius: radius * SHRINK };
-                    found.push(Proposal { disc, response });
-                }
+        // Large discs answer alike over many pixels.
+        let stride = ((radius / RADIUS_IN_STRIDES) as usize).max(1);
+        let map = Map { values: self.responses(radius, stride), width: self.width.div_ceil(stride) };
+        for (at, &response) in map.values.iter().enumerate().filter(|(_, response)| **response > 0.0) {
+            let (x, y) = (at % map.width, at / map.width);
+            if map.is_peak(x, y) {
+                let (u, v) = self.coarse.full((x * stride) as f64, (y * stride) as f64);
+                let disc = Disc { u, v, radius: radius * SHRINK };
+                found.push(Proposal { disc, response });
             }
         }
     }
+}
 
+/// Responses, row by row.
+struct Map {
+    values: Vec<f32>,
+    width: usize,
+}
+
+impl Map {
     /// Whether no neighbour of (`x`, `y`) is larger (of equal ones the first is taken).
-    fn is_peak(&self, map: &[f32], x: usize, y: usize) -> bool {
-        let here = map[y * self.width + x];
-        (y.saturating_sub(1)..(y + 2).min(self.height)).all(|b| {
+    fn is_peak(&self, x: usize, y: usize) -> bool {
+        let height = self.values.len() / self.width;
+        let here = self.values[y * self.width + x];
+        (y.saturating_sub(1)..(y + 2).min(height)).all(|b| {
             (x.saturating_sub(1)..(x + 2).min(self.width)).all(|a| {
-                let there = map[b * self.width + a];
+                let there = self.values[b * self.width + a];
                 if (b, a) < (y, x) { there < here } else { there <= here }
             })
         })

@@ -9,17 +9,29 @@ use crate::locate::DepthView;
 const SMOOTH: f64 = 10.0;
 /// Depth is read of what is so near to a sphere's surface, in its radius: cables before it are not.
 const NEAR: f64 = 0.6;
-/// Part of the radius within which a surface's shape is read, and readings across it.
-const SURFACE: (f64, i32) = (0.85, 9);
+/// Part of the radius within which a surface's shape is read.
+const SURFACE: f64 = 0.85;
+/// Readings from the middle to the edge.
+pub(super) const FINELY: i32 = 9;
+/// The same where many discs are compared.
+pub(super) const ROUGHLY: i32 = 5;
 
 /// How round the surface on a disc is, in the direction in which it is the flattest: 1 a sphere of `ball_radius`, 0 a
 /// plane or a cylinder however inclined; 1.5 standard errors less and as much more. `None` where too little of it has
 /// depth to say.
 ///
+/// It is read at `half` places from the middle to the edge.
+///
 /// Least squares of depth = a + b x + c y + d x² + e xy + f y² over the pixels whose depth is near that
 /// of a ball of depth `z`; the smaller eigenvalue of the curvature over that of a sphere fitted at the same pixels.
-pub(super) fn roundness(disc: &Disc, depth: &DepthView, z: f64, ball_radius: f64) -> Option<(f64, f64)> {
-    let (part, half) = SURFACE;
+pub(super) fn roundness(
+    disc: &Disc,
+    depth: &DepthView,
+    z: f64,
+    ball_radius: f64,
+    half: i32,
+) -> Option<(f64, f64)> {
+    let part = SURFACE;
     let (mut normal, mut right, mut ideal) = (Matrix6::zeros(), Vector6::zeros(), Vector6::zeros());
     let (mut squares, mut n) = (0.0, 0.0);
     for i in -half..=half {

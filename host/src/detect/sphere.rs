@@ -9,7 +9,7 @@ use super::propose::Coarse;
 use crate::locate::DepthView;
 
 /// A pixel with less of the ball's colour is another thing's.
-const COLOURED: f32 = 0.1;
+const COLOURED: f32 = 0.14;
 /// Part of the colour of a pixel that another one of the same thing has at least.
 const SAME: f32 = 0.4;
 /// Where it is asked whether a thing ends, in a ball's radius and in pixels more; in how many directions; in how many
@@ -20,8 +20,10 @@ const MIN_ENDS: usize = 6;
 /// Where it is asked whether the thing is there, in a ball's radius; in how many of four places it must be.
 const WITHIN: f64 = 0.45;
 const MIN_WITHIN: usize = 2;
+/// A ball of so many pixels is large.
+const LARGE: f64 = 14.0;
 /// Spots that a sphere is fitted to.
-const MOST_SPOTS: usize = 32;
+const MOST_SPOTS: usize = 20;
 /// Pixels of the depth picture on a sphere's diameter that are read.
 const GRID: f64 = 14.0;
 /// Steps of its fit, and how far a pixel may be off in the last ones, in the ball's radius.
@@ -107,12 +109,16 @@ impl Depths<'_> {
         for ((u, v, likeness), z) in coarse.pixels().zip(&blocks.depths) {
             let Some(z) = z.filter(|_| likeness >= COLOURED) else { continue };
             let radius = radius_at(self.picture.intrinsics(), self.ball_radius, z + self.ball_radius);
-            if !(2.0..=400.0).contains(&radius) {
+            // Of a large ball a quarter of the pixels is enough.
+            let weight = if radius > LARGE { 4.0 } else { 1.0 };
+            let left_out = radius > LARGE && (u as usize / 4 % 2 == 1 || v as usize / 4 % 2 == 1);
+            if left_out || !(2.0..=400.0).contains(&radius) {
                 continue;
             }
             let Some(speaks) = blocks.may_be_within([u, v, z], likeness, radius, self.ball_radius) else {
                 continue;
             };
+            let speaks = weight * speaks;
             let near = spots.iter_mut().find(|spot| {
                 let [a, b, c] = spot.mean();
                 (c - z).abs() < self.ball_radius && (a - u).powi(2) + (b - v).powi(2) < radius * radius
@@ -135,6 +141,12 @@ impl Depths<'_> {
             fitted.map(|(centre, filled)| (centre, filled * self.ends(&centre))).collect();
         spheres.sort_by(|a, b| b.1.total_cmp(&a.1));
         spheres.into_iter().filter(|(_, quality)| *quality > HOPELESS).map(|(centre, _)| centre).collect()
+    }
+
+    /// The sphere about a blob whose surface has depth `z`, metres, if there is one.
+    pub(super) fn sphere_at(&self, disc: &Disc, z: f64) -> Option<Point3<f64>> {
+        let (centre, filled) = self.fit([disc.u, disc.v, z])?;
+        (filled * self.ends(&centre) > HOPELESS).then_some(centre)
     }
 
     /// Part of the directions in which nothing is as near as a ball at `centre` where it has ended.

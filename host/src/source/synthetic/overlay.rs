@@ -1,7 +1,9 @@
 //! Things put into a recorded picture: shaded, in its depth, blurred and moving as they are told.
 
 use nalgebra::{Point3, Vector3};
-use opencv::core::{CV_32F, Mat, MatTrait, MatTraitConst, MatTraitConstManual, Point, Scalar, Size, Vec3b, Vec4f};
+use opencv::core::{
+    CV_32F, Mat, MatTrait, MatTraitConst, MatTraitConstManual, Point, Scalar, Size, Vec3b, Vec4f,
+};
 use opencv::imgproc::{filter_2d_def, gaussian_blur_def};
 use rand::{Rng, RngExt};
 use rand_distr::StandardNormal;
