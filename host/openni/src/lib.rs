@@ -24,6 +24,7 @@ mod events;
 mod library;
 mod mailbox;
 mod oni_file;
+mod oni_node;
 mod pairing;
 mod picture;
 mod recorder;
