@@ -313,6 +313,57 @@ fn a_truncated_recording_is_an_error() {
     );
 }
 
+/// The program, and the library in it, given a file with bytes changed anywhere, or cut: rows or an error, never a crash.
+#[test]
+fn damaged_recordings_give_rows_or_an_error() {
+    let Some(place) = Place::new(true) else { return };
+    let emulator = Emulator::start();
+    place.rig(&emulator.port, "[camera.openni]\nintrinsics = \"device\"\nlatency = 0.005");
+    assert!(place.plumb(&["run", "rig.toml", "--record", "recording", "--out", "run"]).status.success());
+    let path = place.path().join("recording/recording.oni");
+    let whole = fs::read(&path).unwrap();
+    let sound = rows(&stdout(&place.plumb(&["replay", "recording/recording.oni"])));
+    assert!(!sound.is_empty());
+    // Most of the file is pictures: what is before them and behind them is hit as often.
+    let (head, tail) = (2000.min(whole.len()), whole.len().saturating_sub(1200));
+    let mut random = 0x9E37_79B9_7F4A_7C15_u64;
+    let mut below = |n: usize| {
+        // xorshift64
+        random ^= random << 13;
+        random ^= random >> 7;
+        random ^= random << 17;
+        (random % n as u64) as usize
+    };
+    let mut refused = 0;
+    for case in 0..32 {
+        let mut bytes = whole.clone();
+        if case % 8 == 7 {
+            bytes.truncate(below(whole.len()));
+        }
+        for _ in 0..[1, 3, 12][case % 3] {
+            let at = match below(3) {
+                0 => below(head),
+                1 => tail + below(whole.len() - tail),
+                _ => below(whole.len()),
+            };
+            let value = below(256) as u8;
+            bytes.get_mut(at).into_iter().for_each(|byte| *byte = value);
+        }
+        fs::write(&path, bytes).unwrap();
+        let output = place.plumb(&["replay", "recording/recording.oni"]);
+        // A crash has no code.
+        match output.status.code() {
+            Some(0) => assert_eq!(rows(&stdout(&output)).len(), sound.len(), "case {case}"),
+            Some(1 | 2) => {
+                refused += 1;
+                assert!(stderr(&output).contains("recording.oni"), "case {case}: {}", stderr(&output));
+            }
+            code => panic!("case {case}: {code:?}: {}", stderr(&output)),
+        }
+    }
+    assert!(refused >= 16, "{refused} of 32");
+}
+
 #[test]
 fn the_test_cameras_lens_is_that_of_the_camera_file() {
     let camera = plumb::camera::Camera::paper().unwrap();
