@@ -33,9 +33,9 @@ const CERTAIN: f64 = 0.95;
 /// Spheres in the depth picture that are looked at closely.
 const SPHERES: usize = 4;
 /// Places that are looked at closely: with a depth that fits, and without depth.
-const LOOKED_AT: (usize, usize) = (4, 3);
+const LOOKED_AT: (usize, usize) = (3, 2);
 /// Places that are glanced at before.
-const GLANCES: usize = 12;
+const GLANCES: usize = 10;
 /// Where the surroundings of a blob are looked at, in a ball's radius: the blob need not be its middle.
 const AROUND: f64 = 1.7;
 /// Discs as near as this, and as much of one size, in the smaller one's radius, will be fitted to one outline.

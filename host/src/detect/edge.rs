@@ -34,6 +34,8 @@ const RADIUS_ERROR: (f64, f64) = (0.005, 0.1);
 const EDGE_ERROR: f64 = 0.4;
 /// What all edges may have in common (standard deviation), pixels: a limb that mirrors what is beside it.
 const SYSTEMATIC: f64 = 0.09;
+/// The blur (standard deviation, pixels) of a sharp picture's edges, and what more of it adds to what they have in common.
+const BLURRED: (f64, f64) = (1.0, 0.15);
 /// Difference of colours, grey levels, that is half believed.
 const FAINT: f32 = 12.0;
 /// An edge so near to the disc's is the disc's: in its radius, and pixels more.
@@ -87,6 +89,11 @@ impl Picture<'_> {
             fine = self.refit(&fine.disc, &edges, widest, radius)?;
             blurs = std::array::from_fn(|ray| blur_about(&edges, ray));
         }
+        // Where a blurred edge is is a matter of what it is blurred with.
+        let mut known: Vec<f64> = blurs.iter().flatten().copied().collect();
+        known.sort_by(f64::total_cmp);
+        let blur = known.get(known.len() / 2).map_or(0.0, |blur| (blur - BLURRED.0).max(0.0));
+        fine.covariance += Matrix3::identity() * (BLURRED.1 * blur).powi(2);
         Some(fine)
     }
 

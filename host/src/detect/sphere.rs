@@ -23,9 +23,9 @@ const MIN_WITHIN: usize = 2;
 /// A ball of so many pixels is large.
 const LARGE: f64 = 14.0;
 /// Spots that a sphere is fitted to.
-const MOST_SPOTS: usize = 20;
+const MOST_SPOTS: usize = 14;
 /// Pixels of the depth picture on a sphere's diameter that are read.
-const GRID: f64 = 14.0;
+const GRID: f64 = 10.0;
 /// Steps of its fit, and how far a pixel may be off in the last ones, in the ball's radius.
 const STEPS: [f64; 5] = [1.0, 0.7, 0.5, 0.35, 0.3];
 /// Less of a sphere than this is none.
