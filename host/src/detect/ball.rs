@@ -113,13 +113,10 @@ impl Ball {
             return Ok(best);
         }
         for start in self.starts(&coarse, &judge) {
-            // What has depth is where a sphere fits it, or nowhere.
-            let disc = match start.surface {
-                Some(z) => {
-                    depths.sphere_at(&start.disc, z).and_then(|c| seen(&picture, &c, self.ball_radius))
-                }
-                None => picture.fit(start.disc, true).map(|outline| outline.disc),
-            };
+            let sphere = start.surface.and_then(|z| depths.sphere_at(&start.disc, z));
+            let by_depth = sphere.and_then(|centre| seen(&picture, &centre, self.ball_radius));
+            let by_outline = || picture.fit(start.disc, start.surface.is_none()).map(|outline| outline.disc);
+            let disc = by_depth.or_else(by_outline);
             if disc.is_some_and(|disc| consider(disc, false)) {
                 break;
             }

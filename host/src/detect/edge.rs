@@ -35,7 +35,7 @@ const EDGE_ERROR: f64 = 0.4;
 /// What all edges may have in common (standard deviation), pixels: a limb that mirrors what is beside it.
 const SYSTEMATIC: f64 = 0.09;
 /// The blur (standard deviation, pixels) of a sharp picture's edges, and what more of it adds to what they have in common.
-const BLURRED: (f64, f64) = (1.0, 0.15);
+const BLURRED: (f64, f64) = (0.5, 0.45);
 /// Difference of colours, grey levels, that is half believed.
 const FAINT: f32 = 12.0;
 /// An edge so near to the disc's is the disc's: in its radius, and pixels more.

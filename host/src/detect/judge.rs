@@ -32,7 +32,7 @@ const HELD: (f64, f64) = (0.12, 2.5);
 const MOVED: f64 = 0.1;
 /// Part of the rays without anything before or beside it that have an edge: of so few, and of enough, by which a disc is
 /// known to be where it is. Of few it is worth less by a half.
-const PLACED: (f64, f64) = (0.3, 0.7);
+const PLACED: (f64, f64) = (0.2, 0.5);
 /// A surface so round is a ball's: not yet, and surely.
 const ROUND: (f64, f64) = (0.45, 0.65);
 /// A surface no rounder than this is none of a ball: at a place that is not exact, and at one that is.
