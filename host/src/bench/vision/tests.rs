@@ -105,6 +105,32 @@ fn recorded_pictures_get_their_own_number_of_balls() {
 }
 
 #[test]
+fn the_hard_set_puts_balls_into_recorded_pictures_and_the_empty_one_none() {
+    let (camera, options) = small();
+    let grey = |typ, value| {
+        Mat::new_rows_cols_with_default(120, 160, typ, opencv::core::Scalar::all(value)).unwrap()
+    };
+    let (colour, depth) = (grey(opencv::core::CV_8UC3, 90.0), grey(opencv::core::CV_16UC1, 12_500.0));
+    let frame = RgbdFrame::new(0.0, colour, depth, camera.intrinsics).unwrap();
+    let run = |suite| {
+        let options = VisionOptions { suite, ..options };
+        let mut detectors: Vec<Box<dyn Detector>> = vec![Box::new(Redness)];
+        compare(&camera, std::slice::from_ref(&frame), &mut detectors, &options, &mut |_| {}).unwrap()
+    };
+    let hard = run(Suite::Hard);
+    assert_eq!(hard.detectors[0].scenes, run(Suite::Hard).detectors[0].scenes);
+    let plain = scene(&hard, 0, "plain");
+    assert_eq!((plain.frames, plain.balls), (3, 3));
+    // Where nothing else is red, redness finds the ball near where it is said to be.
+    assert!(hard.detectors[0].scenes.iter().map(|s| s.hits).sum::<usize>() > 10, "{hard}");
+    assert!(plain.error_median_px.is_none_or(|error| error < 1.0), "{plain:?}");
+    let empty = run(Suite::Empty);
+    assert!(empty.detectors[0].scenes.iter().all(|scene| scene.balls == 0 && scene.frames == 2));
+    assert_eq!(empty.detectors[0].scenes.len(), 11);
+    assert_eq!(Suite::named("hard"), Some(Suite::Hard));
+}
+
+#[test]
 fn the_same_seed_gives_the_same_counts_and_a_table() {
     let (a, b) = (run(&[]), run(&[]));
     assert_eq!(a.detectors[1].scenes, b.detectors[1].scenes);
