@@ -307,8 +307,10 @@ impl<'a> HardShots<'a> {
             5 => self.random.random_range(0.05..0.09),
             _ => self.random.random_range(0.03..0.09),
         };
-        let (u, v) = (self.random.random_range(30.0..610.0), self.random.random_range(30.0..450.0));
         let lens = self.camera.intrinsics;
+        let (width, height) = (2.0 * lens.cx + 1.0, 2.0 * lens.cy + 1.0);
+        let mut within = |size: f64| self.random.random_range(0.05 * size..0.95 * size);
+        let (u, v) = (within(width), within(height));
         let z = self.random.random_range(0.6..1.8_f64);
         let free = overlay.nearest((u, v), lens.fx * size / z) - size;
         let z = z.min(free);

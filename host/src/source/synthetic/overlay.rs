@@ -96,7 +96,7 @@ impl Overlay {
     /// The nearest depth within `reach` pixels of (`u`, `v`), metres; infinite where there is none.
     pub(crate) fn nearest(&self, (u, v): (f64, f64), reach: f64) -> f64 {
         let span = |x: f64, size: usize| {
-            (x - reach).max(0.0) as usize..((x + reach + 1.0).max(0.0) as usize).min(size)
+            ((x - reach).max(0.0) as usize).min(size)..((x + reach + 1.0).max(0.0) as usize).min(size)
         };
         let rows = span(v, self.height).step_by(2);
         let depths = rows.flat_map(|row| &self.depth[row * self.width..][span(u, self.width)]);
