@@ -8,6 +8,8 @@ mod bank;
 mod filter;
 mod geometry;
 mod prior;
+#[cfg(test)]
+mod tests;
 
 use super::{Demand, Law, Limits, MotorRates, Picture};
 use bank::{Bank, Belief};
