@@ -11,7 +11,7 @@ use embassy_rp::pac;
 /// `dividend / divisor` and the remainder; for a divisor of 0 what the hardware makes of it (all ones, and the
 /// dividend): Rust checks for 0 before it divides.
 #[inline(always)]
-fn divide(dividend: u32, divisor: u32) -> (u32, u32) {
+pub(crate) fn divide(dividend: u32, divisor: u32) -> (u32, u32) {
     let mask: u32;
     // SAFETY: reads the interrupt mask and masks interrupts; put back below.
     unsafe { asm!("mrs {}, PRIMASK", "cpsid i", out(reg) mask, options(nostack, preserves_flags)) };

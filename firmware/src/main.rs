@@ -16,6 +16,7 @@ mod coils;
 mod divide;
 mod enable;
 mod flash;
+mod float;
 mod generator;
 mod hats;
 mod link;

@@ -21,6 +21,7 @@ pub mod law;
 pub mod params;
 pub mod plan;
 pub mod segment;
+pub mod soft_float;
 pub mod think;
 mod wide;
 

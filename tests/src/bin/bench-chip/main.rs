@@ -1,8 +1,8 @@
 //! What the real firmware does on the emulated chip, in numbers. They come from the chip's own cycles and pins, so that two
 //! runs of an image give the same.
 //!
-//! Usage: `bench-chip FIRMWARE.elf [--json | --profile]`. A table on standard output; with `--json` the numbers once more, on the
-//! last line; with `--profile` where the processor's time goes instead.
+//! Usage: `bench-chip FIRMWARE.elf [--json | --profile [LAW]]`. A table on standard output; with `--json` the numbers once more,
+//! on the last line; with `--profile` where the processor's time goes instead, with the law `interval` or the one that is named.
 
 #![allow(
     clippy::expect_used,
@@ -32,10 +32,15 @@ struct Row {
 fn main() {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let [image, options @ ..] = arguments.as_slice() else {
-        panic!("usage: bench-chip FIRMWARE.elf [--json | --profile]");
+        panic!("usage: bench-chip FIRMWARE.elf [--json | --profile [LAW]]");
     };
-    if options.iter().any(|option| option == "--profile") {
-        return profile::print(&PathBuf::from(image));
+    if let [profile, law @ ..] = options
+        && profile == "--profile"
+    {
+        let law = law
+            .first()
+            .map_or(Which::Interval, |name| Which::named(name).expect("interval, certified or taut"));
+        return profile::print(&PathBuf::from(image), law);
     }
     let rows = table(&PathBuf::from(image));
     println!("| {:57} | {:>9} | {:8} | {:60} |", "", "measured", "", "target, or others' figures");

@@ -22,8 +22,13 @@ pub(crate) const ALIKE: [i32; 3] = [500_000, 300_000, 1_900_000];
 /// The ball beyond [`FAR`]: motors that hurried there are to turn round.
 const BEYOND: [i32; 3] = [2_000_000, 0, 2_000_000];
 
-pub(crate) fn start(image: &Path, rate: f64) -> Chip {
-    Chip::start(image).configured(fast(rate, StepDir::TMC2209))
+fn start(image: &Path, rate: f64) -> Chip {
+    start_with(image, rate, Which::Interval)
+}
+
+/// A board that is configured with motors of this many steps/s and a law.
+pub(crate) fn start_with(image: &Path, rate: f64, law: Which) -> Chip {
+    Chip::start(image).configured(law.configured(fast(rate, StepDir::TMC2209)))
 }
 
 fn us(cycles: u64) -> f64 {
@@ -54,7 +59,7 @@ pub(crate) fn highest_rates(image: &Path) -> [f64; 2] {
 pub(crate) fn busy(image: &Path) -> [f64; 3] {
     let laws = [(312.5, Which::Interval), (62_500.0, Which::Interval), (312.5, Which::Taut)];
     laws.map(|(rate, law)| {
-        let mut chip = Chip::start(image).configured(law.configured(fast(rate, StepDir::TMC2209)));
+        let mut chip = start_with(image, rate, law);
         chip.hurry(NEAR, ALIKE);
         chip.run_us(30_000);
         let before = load(&mut chip);
@@ -141,6 +146,16 @@ pub(crate) enum Which {
 }
 
 impl Which {
+    /// By the name that it has in a rig file.
+    pub(crate) fn named(name: &str) -> Option<Self> {
+        match name {
+            "interval" => Some(Self::Interval),
+            "certified" => Some(Self::Certified),
+            "taut" => Some(Self::Taut),
+            _ => None,
+        }
+    }
+
     /// A configuration with this law, which is made for the law `interval`.
     fn configured(self, config: Config) -> Config {
         let estimated = Estimated { delay: Milliseconds(0) };

@@ -6,7 +6,7 @@ use std::path::Path;
 use plumb_tests::chip::NEAR;
 use serde_json::json;
 
-use crate::measure::{ALIKE, start};
+use crate::measure::{ALIKE, Which, start_with};
 use crate::symbols::functions;
 
 /// Pictures that are looked at.
@@ -15,9 +15,9 @@ const PICTURES: i32 = 5;
 const PERIOD_US: u64 = 33_333;
 
 /// Prints the share of the processor that each function takes under each exception (0: thread mode), at 3 x 1 M steps/s and 30
-/// positions/s; what an inlined function takes is its caller's.
-pub(crate) fn print(image: &Path) {
-    let mut chip = start(image, 62_500.0);
+/// positions/s with a law; what an inlined function takes is its caller's.
+pub(crate) fn print(image: &Path, law: Which) {
+    let mut chip = start_with(image, 62_500.0, law);
     chip.hurry(NEAR, ALIKE);
     chip.run_us(30_000);
     chip.ask(json!({ "trace": {} }));

@@ -1,0 +1,62 @@
+//! Products.
+
+use super::{
+    BIAS, HIDDEN, INFINITY, NAN, SIGN, exponent, is_infinite, is_nan, is_ordinary, is_zero, parts, rounded,
+};
+
+/// `a` `b`.
+#[inline(always)]
+#[must_use]
+pub fn multiply(a: u32, b: u32) -> u32 {
+    if !(is_ordinary(a) && is_ordinary(b)) {
+        return multiply_any(a, b);
+    }
+    let product = upper(a & (HIDDEN - 1) | HIDDEN, b & (HIDDEN - 1) | HIDDEN);
+    // A product from 2 on has another bit.
+    if product >> 31 == 0 { checked::<7>(a, b, product) } else { checked::<8>(a, b, product) }
+}
+
+/// The nearest number to `a` `b`, of whose `product` the lowest `BELOW` bits are to go.
+#[inline(always)]
+fn checked<const BELOW: u32>(a: u32, b: u32, product: u32) -> u32 {
+    // What is below these 32 bits decides only where the rest is half way.
+    let up = product.wrapping_add(1 << (BELOW - 1));
+    // Signs and exponents in one sum; the hidden bit is added to it.
+    let top = (a >> 23).wrapping_add(b >> 23).wrapping_sub(BIAS as u32 + 8 - BELOW);
+    let result = (top << 23).wrapping_add(up >> BELOW);
+    // An exponent that has left its range has changed the sign, or is that of no ordinary number.
+    if up << (32 - BELOW) == 0 || ((result ^ a ^ b) as i32) < 0 || exponent(result).wrapping_sub(1) >= 254 {
+        return multiply_any(a, b);
+    }
+    result
+}
+
+/// The upper 32 of the 48 bits of a product of two numbers of 24 bits.
+#[inline(always)]
+const fn upper(a: u32, b: u32) -> u32 {
+    let (a_high, a_low, b_high, b_low) = (a >> 8, a & 0xff, b >> 8, b & 0xff);
+    let middle = a_high.wrapping_mul(b_low).wrapping_add(a_low.wrapping_mul(b_high));
+    let lower = middle.wrapping_add(a_low.wrapping_mul(b_low) >> 8);
+    a_high.wrapping_mul(b_high).wrapping_add(lower >> 8)
+}
+
+/// `a` `b`, whatever they are.
+#[inline(never)]
+fn multiply_any(a: u32, b: u32) -> u32 {
+    let sign = (a ^ b) & SIGN;
+    if (is_zero(a) || is_zero(b)) && exponent(a) < 255 && exponent(b) < 255 {
+        return sign;
+    }
+    if is_nan(a) || is_nan(b) || is_zero(a) || is_zero(b) {
+        return NAN;
+    }
+    if is_infinite(a) || is_infinite(b) {
+        return sign | INFINITY;
+    }
+    let ((a, of_a), (b, of_b)) = (parts(a), parts(b));
+    let product = upper(a, b);
+    let lost = a.wrapping_mul(b) << 16 != 0;
+    let shift = 1 - (product >> 31);
+    // The bit that the shift brings in is where nothing but whether something is there counts.
+    rounded(sign, of_a + of_b - BIAS + 1 - shift as i32, product << shift | lost as u32)
+}
