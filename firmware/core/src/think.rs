@@ -24,12 +24,12 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// Ticks from a question's to the one in which its answer takes effect. What the law takes of the chip at most (`make
-    /// bench-chip`), half as much again for the ticks and links that go before it, and a reserve.
+    /// Ticks from a question's to the one in which its answer takes effect. What the law takes of the chip at most with
+    /// the ticks and links that go before it (`make bench-chip`), and a third of that in reserve.
     pub const fn ticks(self) -> u32 {
         match self {
-            Self::Certified => 2_000 / TICK_US,
-            Self::Taut => 25_000 / TICK_US,
+            Self::Certified => 1_000 / TICK_US,
+            Self::Taut => 14_000 / TICK_US,
         }
     }
 }

@@ -31,6 +31,8 @@ const BEHIND: f32 = 2.0;
 pub(super) struct Filter {
     x: [f32; N],
     p: [[f32; N]; N],
+    /// What x says of the cables, as it was left by the last picture.
+    cables: Cables,
     /// How sure the last picture was, mm².
     told: Vector,
     /// Where the motors were, steps.
@@ -46,11 +48,26 @@ pub(super) struct Filter {
 }
 
 /// Directions and lengths of the cables at an estimate, and ṗ per cable rate.
+#[derive(Debug, Clone, Copy, PartialEq)]
 struct Cables {
     units: Matrix,
     lengths: Vector,
     j: Matrix,
     step: f32,
+}
+
+/// From each motor to the ball.
+fn cable_vectors(x: &[f32; N]) -> Matrix {
+    [0, 1, 2].map(|k| [0, 1, 2].map(|c| x[c] - x[3 + 3 * k + c]))
+}
+
+impl Cables {
+    fn new(x: &[f32; N]) -> Self {
+        let from = cable_vectors(x);
+        let lengths = from.map(|v| length(v).max(1.0));
+        let units = [0, 1, 2].map(|k| scaled(from[k], 1.0 / lengths[k]));
+        Self { units, lengths, j: inverse(&units), step: libm::expf(x[STEP]) }
+    }
 }
 
 /// How the way of the ball changes with the state when the motors turn: F = J G. Row k of G is -w_k at the ball, w_k at
@@ -81,7 +98,8 @@ impl Filter {
     pub(super) fn new(seen: &Seen, guess: &Guess) -> Self {
         let Seen { ball, variances: told, motors } = *seen;
         let (x, p) = guess.prior(ball, told);
-        Self { x, p, told, motors, turned: [0.0; 3], score: 0.0, bias: [0.0; 3], strange: 0 }
+        let cables = Cables::new(&x);
+        Self { x, p, cables, told, motors, turned: [0.0; 3], score: 0.0, bias: [0.0; 3], strange: 0 }
     }
 
     /// The ball, mm.
@@ -96,28 +114,8 @@ impl Filter {
 
     /// J, mm a step.
     pub(super) fn jacobian(&self) -> Matrix {
-        let cables = self.cables();
-        cables.j.map(|row| row.map(|j| cables.step * j))
-    }
-
-    fn motor(&self, k: usize) -> Vector {
-        [self.x[3 + 3 * k], self.x[4 + 3 * k], self.x[5 + 3 * k]]
-    }
-
-    /// From each motor to the ball.
-    fn cable_vectors(&self) -> Matrix {
-        let ball = self.ball();
-        [0, 1, 2].map(|k| {
-            let motor = self.motor(k);
-            [ball[0] - motor[0], ball[1] - motor[1], ball[2] - motor[2]]
-        })
-    }
-
-    fn cables(&self) -> Cables {
-        let from = self.cable_vectors();
-        let lengths = from.map(|v| length(v).max(1.0));
-        let units = [0, 1, 2].map(|k| scaled(from[k], 1.0 / lengths[k]));
-        Cables { units, lengths, j: inverse(&units), step: libm::expf(self.x[STEP]) }
+        let Cables { j, step, .. } = self.cables;
+        j.map(|row| row.map(|j| step * j))
     }
 
     /// G P: three rows.
@@ -144,16 +142,11 @@ impl Filter {
         [[entry(0, 0), ab, ac], [ab, entry(1, 1), bc], [ac, bc, entry(2, 2)]]
     }
 
-    /// G P G' where the motors turn by `d`, and J.
-    fn spread_along(&self, d: Vector) -> (Matrix, Matrix) {
-        let cables = self.cables();
-        let gradient = Gradient::new(&cables, d);
-        (Self::spread(&gradient, &self.times_covariance(&gradient)), cables.j)
-    }
-
     /// The covariance of J a, mm².
     pub(super) fn covariance(&self, a: Vector) -> Matrix {
-        let (spread, j) = self.spread_along(a);
+        let j = &self.cables.j;
+        let gradient = Gradient::new(&self.cables, a);
+        let spread = Self::spread(&gradient, &self.times_covariance(&gradient));
         let across = j.map(|row| along(&spread, row));
         j.map(|row| across.map(|across| dot(row, across)))
     }
@@ -165,7 +158,10 @@ impl Filter {
 
     /// Whether all of it is numbers, and the covariance one: rounding may spoil a filter that is very sure of itself.
     pub(super) fn sound(&self) -> bool {
-        (0..N).all(|i| self.x[i].is_finite() && self.p[i][i] > 0.0 && self.p[i].iter().all(|p| p.is_finite()))
+        // What is below the diagonal is the same as what is above it.
+        (0..N).all(|i| {
+            self.x[i].is_finite() && self.p[i][i] > 0.0 && self.p[i][i..].iter().all(|p| p.is_finite())
+        })
     }
 
     /// The same filter begun anew, scored as one that has explained things as badly as `score` says.
@@ -187,17 +183,18 @@ impl Filter {
             self.doubt_itself();
         }
         self.keep_possible();
+        self.cables = Cables::new(&self.x);
     }
 
     fn predict(&mut self, d: Vector) {
-        let before = self.cables();
+        let before = self.cables;
         let gradient = Gradient::new(&before, d);
         let moved = along(&before.j, gradient.paid);
         for i in 0..3 {
             self.x[i] += moved[i];
         }
         // The way is bent: what the lengths lack after the straight step.
-        let after = self.cable_vectors().map(|v| length(v).max(1.0));
+        let after = cable_vectors(&self.x).map(|v| length(v).max(1.0));
         let lacking = [0, 1, 2].map(|k| before.lengths[k] + gradient.paid[k] - after[k]);
         let back = along(&before.j, lacking);
         for i in 0..3 {
@@ -238,7 +235,7 @@ impl Filter {
     fn ahead_of(&mut self, z: Vector, d: Vector) -> Vector {
         let faster = [0, 1, 2].map(|k| d[k] - self.turned[k]);
         self.turned = d;
-        let cables = self.cables();
+        let cables = Cables::new(&self.x);
         let behind = along(&cables.j, scaled(faster, BEHIND * cables.step));
         // The weight holds it against that downwards.
         [z[0] + behind[0], z[1] + behind[1], z[2]]
