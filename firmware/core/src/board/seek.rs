@@ -105,7 +105,7 @@ impl Seek {
     /// Looks how things go after a picture; whether the error has kept growing for too long.
     pub(super) fn judge(&mut self, now: Micros, sight: &Sight, params: &Params) -> bool {
         let Some(filtered) = sight.filtered_error(self.target) else { return false };
-        self.reached |= self.arrival.update(filtered, &params.reached);
+        self.reached |= self.arrival.update(filtered, sight.filter.off(), &params.reached);
         self.divergence.update(now, filtered, &params.growth)
     }
 }

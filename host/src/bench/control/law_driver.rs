@@ -140,7 +140,7 @@ impl Driver for LawDriver {
         }
         if let Some(filtered) = self.filter.position() {
             let distance = estimate::magnitude(estimate::error(filtered, self.target));
-            self.reached |= self.arrival.update(distance, &self.config.reached);
+            self.reached |= self.arrival.update(distance, self.filter.off(), &self.config.reached);
         }
     }
 

@@ -11,6 +11,8 @@ const GRAVITY: f32 = 9810.0;
 const KEPT: f32 = 0.5;
 /// A filter with less than this share of the belief is not heeded where the most careful one decides.
 const PLAUSIBLE: f32 = 0.05;
+/// Lengths of cable take no more than this from what J says is left: a filter far from the truth must not bring all to a stop.
+const BENT: f32 = 0.5;
 /// Likelihoods count to this power over a half: what the springs do to one picture they do to the next, so that pictures say less
 /// than they would if each erred for itself.
 const CREDULITY: f32 = 0.2;
@@ -43,6 +45,8 @@ struct Opinion {
     ball: Vector,
     /// Mm a step, of the signs Σ.
     j: Matrix,
+    /// Motor steps to the target, by the cables' lengths.
+    steps: Vector,
 }
 
 /// What the filters say together.
@@ -81,7 +85,7 @@ impl Bank {
     }
 
     /// What the filters say together, each as far as it has explained what was seen.
-    pub(super) fn belief(&self) -> Belief {
+    pub(super) fn belief(&self, target: Vector) -> Belief {
         let least = self.filters.iter().fold(f32::MAX, |least, filter| least.min(filter.score()));
         let likelihoods =
             self.filters.each_ref().map(|f| libm::expf((CREDULITY * (least - f.score())).max(-60.0)));
@@ -95,7 +99,7 @@ impl Bank {
                 *mean += weight * own;
             }
             height += weight * filter.height();
-            Opinion { weight, ball: filter.ball(), j: projected(&own) }
+            Opinion { weight, ball: filter.ball(), j: projected(&own), steps: filter.steps_to(target) }
         });
         let best = self.filters[self.best];
         Belief { best, opinions, j: projected(&j), ball: best.ball(), height }
@@ -115,12 +119,16 @@ impl Opinion {
             .fold(f32::MAX, |least, (rest, change)| least.min((1.0 - KEPT) * rest / change))
     }
 
-    /// How many steps along `unit` are left to `target` once the motors have turned by `due`.
+    /// How many steps along `unit` are left to `target` once the motors have turned by `due`: by J, or by the cables' lengths where
+    /// that is less. Near the motors a step goes farther and farther, and who goes by J alone gets past the target.
     fn left(&self, target: Vector, due: Vector, unit: Vector) -> f32 {
         let moves = along(&self.j, due);
         let e = [0, 1, 2].map(|i| target[i] - self.ball[i] - moves[i]);
         let a_step = along(&self.j, unit);
-        (dot(e, a_step) / dot(a_step, a_step).max(1e-9)).max(0.0)
+        let straight = dot(e, a_step) / dot(a_step, a_step).max(1e-9);
+        let to_go = [0, 1, 2].map(|k| self.steps[k] - due[k]);
+        let bent = dot(to_go, unit) / dot(unit, unit).max(1e-9);
+        straight.min(bent.max(BENT * straight)).max(0.0)
     }
 }
 

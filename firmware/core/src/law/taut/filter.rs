@@ -151,6 +151,18 @@ impl Filter {
         j.map(|row| across.map(|across| dot(row, across)))
     }
 
+    /// Motor steps from where the ball is to where its cables reach `point` (mm): by their lengths, not by J, which near the motors
+    /// doubles within a few centimetres.
+    pub(super) fn steps_to(&self, point: Vector) -> Vector {
+        let step = libm::expf(self.x[STEP]);
+        let from = self.cable_vectors();
+        [0, 1, 2].map(|k| {
+            let motor = self.motor(k);
+            let then = length([0, 1, 2].map(|i| point[i] - motor[i]));
+            (then - length(from[k])) / step
+        })
+    }
+
     /// How far the motors are above the ball in the mean, mm.
     pub(super) fn height(&self) -> f32 {
         (self.x[5] + self.x[8] + self.x[11]) / 3.0 - self.x[2]

@@ -5,6 +5,7 @@
 //! makes of them, so that chip and emulation agree to the bit. Millimetres, motor steps, seconds.
 
 mod bank;
+mod calm;
 mod filter;
 mod geometry;
 mod prior;
@@ -13,7 +14,8 @@ mod tests;
 
 use super::{Demand, Law, Limits, MotorRates, Picture};
 use bank::{Bank, Belief};
-use geometry::{Vector, along, dot, largest, length, scaled};
+use calm::Watch;
+use geometry::{Vector, along, dot, largest, scaled};
 
 /// What the rates take to change, s: from a picture to the next at 30 Hz.
 const FRAME_S: f32 = 0.033;
@@ -50,14 +52,8 @@ pub struct Taut {
     bank: Option<Bank>,
     /// Rates that were asked for last, steps/s.
     asked: Vector,
-    /// Pictures since |e| was looked at, and what it was then, mm.
-    patience: (u8, f32),
+    watch: Watch,
 }
-
-/// A bank that has not brought the ball 3 mm nearer in so many pictures, and not to within 6 mm, has got stuck.
-const PATIENCE: u8 = 45;
-const NEARER: f32 = 3.0;
-const THERE: f32 = 6.0;
 
 impl Taut {
     /// The law for motors of these limits.
@@ -68,29 +64,18 @@ impl Taut {
             acceleration: limits.acceleration as f32,
             bank: None,
             asked: [0.0; 3],
-            patience: (0, f32::MAX),
+            watch: Watch::new([f32::NAN; 3]),
         }
     }
 
     /// Takes the picture into every filter; what they say.
-    fn look(&mut self, seen: &Seen) -> Belief {
+    fn look(&mut self, seen: &Seen, target: Vector) -> Belief {
         match &mut self.bank {
             Some(bank) => {
                 bank.update(seen);
-                bank.belief()
+                bank.belief(target)
             }
-            none => none.insert(Bank::new(seen)).belief(),
-        }
-    }
-
-    /// Begins anew where the bank has got stuck: `distance` from the target, mm.
-    fn check_progress(&mut self, distance: f32) {
-        self.patience.0 += 1;
-        if self.patience.0 >= PATIENCE {
-            if distance > THERE && distance > self.patience.1 - NEARER {
-                self.bank = None;
-            }
-            self.patience = (0, distance);
+            none => none.insert(Bank::new(seen)).belief(target),
         }
     }
 
@@ -107,8 +92,9 @@ impl Taut {
         let Some(steps) = belief.steps(e) else { return [0.0; 3] };
         let unit = scaled(steps, 1.0 / largest(steps).max(1e-9));
         let way = belief.left(target, due, unit, largest(steps));
-        let braking = BRAKE * self.acceleration(belief, scaled(unit, -1.0));
-        scaled(unit, (GAIN * way).min(libm::sqrtf(2.0 * braking * way)).min(self.rate))
+        let pace = self.watch.pace();
+        let braking = pace * BRAKE * self.acceleration(belief, scaled(unit, -1.0));
+        scaled(unit, (pace * GAIN * way).min(libm::sqrtf(2.0 * braking * way)).min(self.rate))
     }
 
     /// The rates after a frame on the way from the last ones to `wanted`. To turn less fast along the way that the ball is on is one
@@ -138,12 +124,16 @@ impl Law for Taut {
         let steps = |p: [i32; 3]| p.map(|p| p as f32 / 16.0);
         let mm = |p: [i32; 3]| p.map(|p| p as f32 / 1000.0);
         let variances = picture.variances.map(|v| v as f32 * 1e-6);
-        let belief = self.look(&Seen { ball: mm(picture.ball), variances, motors: steps(picture.then) });
+        let target = mm(picture.target);
+        let belief =
+            self.look(&Seen { ball: mm(picture.ball), variances, motors: steps(picture.then) }, target);
         let due = [0, 1, 2].map(|k| (picture.ahead[k] - picture.then[k]) as f32 / 16.0);
-        let (moves, target) = (along(&belief.j, due), mm(picture.target));
+        let moves = along(&belief.j, due);
         let e = [0, 1, 2].map(|i| target[i] - belief.ball[i] - moves[i]);
+        if self.watch.look(target, e) {
+            self.bank = None;
+        }
         let wanted = self.wanted(&belief, e, due, target);
-        self.check_progress(length(e));
         self.asked = self.limited(&belief, wanted);
         let rates = MotorRates(self.asked.map(|rate| (rate * 256.0) as i32));
         Demand { rates, ramp_us: (FRAME_S * 1e6) as u32 }
