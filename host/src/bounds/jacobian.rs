@@ -86,9 +86,11 @@ fn bounds<C: Copy>(whole: C, shape: impl Fn(&C) -> Shape, halves: impl Fn(&C) ->
 /// longest side of the triangle and a = D W/s its least altitude. The ball is between (1 - λ_k) a and (1 - λ_k) s from motor k
 /// as seen from above, and λ_k is from m to 1 - 2m. So
 ///
-///     l from √(h² + (2m a)²), h the least, to √(h² + ((1 - m) s)²), h the largest
-///     |J_xk| = l_A t/W, l_B (1 - t)/W, l_C/W     |J_yk| = l_A/D, l_B/D
-///     |J_zk| = λ √(1 + (l²-h²)/h²) from m √(1 + ((1 - m) a/h)²), h the largest, to √((1 - 2m)² + (s/4h)²), h the least
+/// ```text
+/// l from √(h² + (2m a)²), h the least, to √(h² + ((1 - m) s)²), h the largest
+/// |J_xk| = l_A t/W, l_B (1 - t)/W, l_C/W     |J_yk| = l_A/D, l_B/D
+/// |J_zk| = λ √(1 + (l²-h²)/h²) from m √(1 + ((1 - m) a/h)²), h the largest, to √((1 - 2m)² + (s/4h)²), h the least
+/// ```
 ///
 /// where λ² + λ²(1 - λ)² (a/h)² is least at λ = m, and λ (1 - λ) <= 1/4.
 #[must_use]
