@@ -154,12 +154,10 @@ impl Filter {
     /// Motor steps from where the ball is to where its cables reach `point` (mm): by their lengths, not by J, which near the motors
     /// doubles within a few centimetres.
     pub(super) fn steps_to(&self, point: Vector) -> Vector {
-        let step = libm::expf(self.x[STEP]);
-        let from = self.cable_vectors();
+        let Cables { lengths, step, .. } = self.cables;
         [0, 1, 2].map(|k| {
-            let motor = self.motor(k);
-            let then = length([0, 1, 2].map(|i| point[i] - motor[i]));
-            (then - length(from[k])) / step
+            let then = length([0, 1, 2].map(|i| point[i] - self.x[3 + 3 * k + i]));
+            (then - lengths[k]) / step
         })
     }
 
