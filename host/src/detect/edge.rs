@@ -53,6 +53,8 @@ pub(super) struct Fine {
     pub(super) covariance: Matrix3<f64>,
     /// Whether each ray has a clear edge where the disc ends.
     pub(super) edges: [bool; RAYS],
+    /// Standard deviation of the edges' blur, pixels: the median.
+    pub(super) blur: f64,
 }
 
 /// Where a ray passes from the ball to what is behind it.
@@ -76,7 +78,7 @@ impl Picture<'_> {
         trusted: &[bool; RAYS],
         held: bool,
     ) -> Option<Fine> {
-        let mut fine = Fine { disc: start, covariance: Matrix3::identity(), edges: [false; RAYS] };
+        let mut fine = Fine { disc: start, covariance: Matrix3::identity(), edges: [false; RAYS], blur: 0.0 };
         let mut blurs = [None; RAYS];
         let most = if held { HELD } else { 1.0 };
         for (part, least) in BANDS.map(|(part, least)| (part.min(most), least)) {
@@ -92,8 +94,8 @@ impl Picture<'_> {
         // Where a blurred edge is is a matter of what it is blurred with.
         let mut known: Vec<f64> = blurs.iter().flatten().copied().collect();
         known.sort_by(f64::total_cmp);
-        let blur = known.get(known.len() / 2).map_or(0.0, |blur| (blur - BLURRED.0).max(0.0));
-        fine.covariance += Matrix3::identity() * (BLURRED.1 * blur).powi(2);
+        fine.blur = known.get(known.len() / 2).copied().unwrap_or(0.0);
+        fine.covariance += Matrix3::identity() * (BLURRED.1 * (fine.blur - BLURRED.0).max(0.0)).powi(2);
         Some(fine)
     }
 
@@ -139,7 +141,7 @@ impl Picture<'_> {
             })
         });
         let covariance = inverse * residual + Matrix3::identity() * (SYSTEMATIC * SYSTEMATIC);
-        Some(Fine { disc: self.moved(disc, &step), covariance, edges })
+        Some(Fine { disc: self.moved(disc, &step), covariance, edges, blur: 0.0 })
     }
 
     /// The edge of each trusted ray, looked for within its band, where it has one.

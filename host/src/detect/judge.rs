@@ -3,6 +3,7 @@
 use nalgebra::Matrix3;
 
 use super::edge::Fine;
+use super::evidence::{Alone, Evidence};
 use super::outline::{Disc, Outline, Picture, RAYS, Rim};
 use super::round::{FINELY, ROUGHLY, roundness};
 use crate::camera::Intrinsics;
@@ -11,9 +12,6 @@ use crate::locate::{DepthView, rough_centre_depth};
 /// Where the depth outside a disc is read, in its radius and in pixels more: beyond the pixels that mix ball
 /// and background, and beyond what depth may be shifted against colour.
 const OUTSIDE: (f64, f64) = (1.4, 2.0);
-/// A ball's size by its picture over that by its depth is wrong by this (standard deviation of the
-/// logarithm).
-const SIZE_ERROR: f64 = 0.15;
 /// Part of what is seen of the disc that must agree on its depth for it to be taken as known.
 const KNOWN: f64 = 0.33;
 /// Grey levels of noise that are no colour on a disc.
@@ -30,58 +28,28 @@ const COVER: (f64, f64) = (1.2, 2.5);
 const HELD: (f64, f64) = (0.12, 2.5);
 /// A disc that was moved by more than this, in its radius, is fitted again.
 const MOVED: f64 = 0.1;
-/// Part of the rays without anything before or beside it that have an edge: of so few, and of enough, by which a disc is
-/// known to be where it is. Of few it is worth less by a half.
-const PLACED: (f64, f64) = (0.2, 0.5);
-/// A surface so round is a ball's: not yet, and surely.
-const ROUND: (f64, f64) = (0.45, 0.65);
 /// A surface no rounder than this is none of a ball: at a place that is not exact, and at one that is.
 const FLAT_SURFACE: (f64, f64) = (0.1, 0.25);
 /// A thing that ends in fewer directions than this, or goes on in more than that, is not looked at more closely.
 const GOES_ON: (f64, f64) = (0.15, 0.6);
-/// Part of the rays that have an edge where a ball ends, of those that could: too few to be sure, and enough.
-const CIRCLE: (f64, f64) = (0.85, 0.97);
-/// Part of the rays that may show something as near beside it, and that may not (of the ball's colour, half as many).
-/// Lenient where it is sure to be a ball, which may touch something.
-const ATTACHED: Limits = Limits { strict: (0.05, 0.22), lenient: (0.2, 0.5) };
-/// How much of the ball's colour the better third of the disc has: too little, and enough. Lenient as before: pale where it
-/// is overexposed and blurred.
-const LIKENESS: Limits = Limits { strict: (0.35, 0.52), lenient: (0.28, 0.44) };
-/// How much of what is seen of the disc must be of its colour, too little and enough. Lenient where the outline is whole:
-/// what is of another colour is cables then.
-const FILLED: Limits = Limits { strict: (0.48, 0.72), lenient: (0.33, 0.55) };
-/// What a surface that is sure to be round is worth where a whole outline is asked for; and the part of the rays with
-/// something beside it that makes it no more than that.
-const ROUND_ONLY: f64 = 0.4;
-const TOUCHED: (f64, f64) = (0.05, 0.15);
+/// With less of the ball's colour than this a disc is none.
+const PALE: f64 = 0.28;
+/// How much of the ball's colour the better third of a disc without depth has: too little, and enough; and how much of
+/// the disc has it.
+const LIKENESS: (f64, f64) = (0.35, 0.52);
+const FILLED: (f64, f64) = (0.45, 0.68);
 /// Part of a disc without depth in which there is depth nevertheless: of what is behind, so that nothing is before it.
 const BEHIND: (f64, f64) = (0.15, 0.4);
 /// Part of the rays that end in the picture if a ball is nearly whole.
 const WHOLE: f64 = 0.8;
 /// Of fewer it is a sliver, which may be of a larger ball: when its middle is a third of its radius out of the picture.
-const SLIVER: f64 = 0.38;
+const SLIVER: f64 = 0.36;
 /// How uneven a disc without depth must be lit: too little, and enough.
-const FLAT: (f64, f64) = (0.4, 0.65);
+const FLAT: (f64, f64) = (0.15, 0.35);
 
 /// The radius (pixels, on the optical axis) of a ball of radius `ball_radius` at depth `z`, metres.
 pub(super) fn radius_at(intrinsics: &Intrinsics, ball_radius: f64, z: f64) -> f64 {
     (intrinsics.fx + intrinsics.fy) / 2.0 * ball_radius / z
-}
-
-/// Where a doubt ends: too little, and enough.
-struct Limits {
-    /// Where nothing speaks for a ball.
-    strict: (f64, f64),
-    /// Where everything else does.
-    lenient: (f64, f64),
-}
-
-impl Limits {
-    /// `x` against the limits, `trust` (0 to 1) of the way from strict ones to lenient ones: 0 to 1.
-    fn of(&self, x: f64, trust: f64) -> f64 {
-        let between = |strict: f64, lenient: f64| strict + (lenient - strict) * trust;
-        ramp(x, between(self.strict.0, self.lenient.0), between(self.strict.1, self.lenient.1))
-    }
 }
 
 /// What outlines are judged by.
@@ -124,22 +92,20 @@ impl Judge<'_> {
         let depth = self.centre(&start);
         let by_depth = depth.map(|z| radius_at(self.picture.intrinsics(), self.ball_radius, z));
         let around = depth.map(|z| self.around(&self.picture.outline_at(start), z));
-        let trusted = around.map_or([true; RAYS], |a| {
-            a.sides.map(|side| !matches!(side, Some(Side::Covered | Side::Attached | Side::Continued)))
-        });
+        let trusted = around.map_or([true; RAYS], |a| a.trusted());
         let near = |fine: &Fine| {
             let way = (fine.disc.u - start.u).hypot(fine.disc.v - start.v);
             !held || way < HELD.0 * start.radius + HELD.1
         };
         let rough = Matrix3::identity() * (0.15 * start.radius).powi(2);
         let fine = self.picture.refine_edges(start, by_depth, &trusted, held).filter(near);
-        fine.unwrap_or(Fine { disc: start, covariance: rough, edges: [false; RAYS] })
+        fine.unwrap_or(Fine { disc: start, covariance: rough, edges: [false; RAYS], blur: 0.0 })
     }
 
     /// Whether `disc` has hardly anything of the ball's colour, is flat beyond doubt, or (where it is known to be `placed`
     /// well) goes on all around: cheaper than to fit and judge it.
     pub(super) fn is_hopeless(&self, disc: &Disc, placed: bool) -> bool {
-        let pale = |z: Option<f64>| f64::from(self.sight(disc, z).likeness) < LIKENESS.lenient.0;
+        let pale = |z: Option<f64>| f64::from(self.sight(disc, z).likeness) < PALE;
         let depth = self.centre(disc);
         let Some(z) = depth else { return pale(None) };
         let least = if placed { FLAT_SURFACE.1 } else { FLAT_SURFACE.0 };
@@ -165,9 +131,8 @@ impl Judge<'_> {
         })
     }
 
-    /// How sure it is that `candidate` is the ball: 0 to 1. A product, so that each doubt is enough: too little of the
-    /// outline seen, too little of the disc of the ball's colour, too little contrast, another size than the depth asks
-    /// for, a surface that goes on beside it or is not round. What is sure to be round may have more of the others.
+    /// How sure it is that `candidate` is the ball: 0 to 1. With depth the probability by all that is seen of it, without
+    /// depth a product, so that each doubt is enough; either only where enough of its outline is free.
     pub(super) fn score(&self, candidate: &Candidate) -> f64 {
         let Candidate { fine, outline } = candidate;
         let by_picture = radius_at(self.picture.intrinsics(), self.ball_radius, fine.disc.radius);
@@ -189,35 +154,27 @@ impl Judge<'_> {
     fn with_depth(&self, Candidate { fine, outline }: &Candidate, around: &Around, z: f64) -> f64 {
         let part = around.seen() / RAYS as f64;
         let edges = fine.edges.iter().filter(|&&e| e).count() as f64 / around.seen();
-        let (covered, continued) = (around.part(Side::Covered), around.part(Side::Continued));
-        let beside = around.part(Side::Attached) + continued;
-        let sight = self.sight(&fine.disc, Some(z));
-        let round = roundness(&fine.disc, self.depth, z, self.ball_radius, FINELY);
-        let sphere = round.map_or(0.0, |g| ramp(g.0, ROUND.0, ROUND.1));
-        // Of the rays that nothing covers, and of those that have nothing beside them either.
-        let whole = ramp(edges / (1.0 - covered).max(0.4), CIRCLE.0, CIRCLE.1);
-        let free = edges / (1.0 - covered - beside).max(0.4);
-        let placed = 0.5 + 0.5 * ramp(free, PLACED.0, PLACED.1);
-        let free = ramp(free, CIRCLE.0, CIRCLE.1);
-        let sure = sphere * free * ramp(sight.filled, 0.6, 0.8);
-        let touched = ramp(beside, TOUCHED.0, TOUCHED.1);
-        let round_only = sphere * (1.0 - (1.0 - ROUND_ONLY) * touched);
         // Of a larger ball's cap at the border less fits, and a sliver of it may be a smaller one.
         let cap = if part > WHOLE { 1.0 } else { ramp(edges, 0.4, 0.75) };
-        let cap = if part < SLIVER { 0.0 } else { cap };
-        let behind = ramp(around.part(Side::Behind), 0.3, 0.6);
-        let contrast = ramp(outline.contrast, 0.1, 0.2).max(behind).max(ramp(edges, 0.5, 0.8));
-        let off =
-            (radius_at(self.picture.intrinsics(), self.ball_radius, fine.disc.radius) / z).ln() / SIZE_ERROR;
-        LIKENESS.of(f64::from(sight.likeness), sure)
-            * FILLED.of(sight.filled, whole.max(round_only))
-            * (1.0 - ATTACHED.of(beside + continued, sure.max(ROUND_ONLY * sphere)))
-            * round.map_or(1.0, |g| ramp(g.1, 0.15, 0.55))
-            * (-off * off / 2.0).exp()
-            * cap
-            * placed
-            * contrast
-            * (0.8 + 0.2 * ramp(outline.contrast, 0.15, 0.4))
+        if cap == 0.0 || part < SLIVER {
+            return 0.0;
+        }
+        let (covered, continued) = (around.part(Side::Covered), around.part(Side::Continued));
+        let beside = around.part(Side::Attached) + continued;
+        let able = (1.0 - covered - beside).max(0.4) * around.seen();
+        let radius = radius_at(self.picture.intrinsics(), self.ball_radius, z);
+        let alone = Alone::of(self.picture, fine, radius, &around.trusted(), able);
+        let Some(alone) = alone else { return 0.0 };
+        let sight = self.sight(&fine.disc, Some(z));
+        let evidence = Evidence {
+            alone,
+            beside: beside + continued,
+            goes_on: around.goes_on(outline),
+            filled: sight.filled,
+            likeness: f64::from(sight.likeness),
+            round: roundness(&fine.disc, self.depth, z, self.ball_radius, FINELY),
+        };
+        cap * evidence.probability()
     }
 
     /// The score of what has no depth: its outline must be whole, it must be lit as a sphere is, and there must be nothing
@@ -225,8 +182,8 @@ impl Judge<'_> {
     fn without_depth(&self, Candidate { fine, outline }: &Candidate, z: f64) -> f64 {
         let edges = fine.edges.iter().filter(|&&e| e).count() as f64;
         let sight = self.sight(&fine.disc, None);
-        LIKENESS.of(f64::from(sight.likeness), 0.0)
-            * FILLED.of(sight.filled, 0.0)
+        ramp(f64::from(sight.likeness), LIKENESS.0, LIKENESS.1)
+            * ramp(sight.filled, FILLED.0, FILLED.1)
             * ramp(outline.contrast, 0.15, 0.35)
             * ramp(edges / RAYS as f64, 0.7, 0.95)
             * ramp(f64::from(sight.shading), FLAT.0, FLAT.1)
@@ -240,7 +197,7 @@ impl Judge<'_> {
         for (x, y) in inner {
             all += 1;
             let o = self.depth.at(disc.u + x * disc.radius, disc.v + y * disc.radius);
-            through += usize::from(o.is_some_and(|o| !self.is_before(o, z)));
+            through += usize::from(o.is_some_and(|o| o > z));
         }
         through as f64 / f64::from(all)
     }
@@ -346,6 +303,17 @@ impl Around {
     /// show `side`.
     fn part(&self, side: Side) -> f64 {
         self.sides.iter().filter(|&&s| s == Some(side)).count() as f64 / self.seen()
+    }
+
+    /// Part of the rays on which the ball's colour goes on and nothing else says that it ends.
+    fn goes_on(&self, outline: &Outline) -> f64 {
+        let rays = self.sides.iter().zip(outline.rims);
+        rays.filter(|(side, rim)| **side == Some(Side::Open) && *rim == Rim::Red).count() as f64 / self.seen()
+    }
+
+    /// The rays whose edges are the ball's own as far as depth says so.
+    fn trusted(&self) -> [bool; RAYS] {
+        self.sides.map(|side| !matches!(side, Some(Side::Covered | Side::Attached | Side::Continued)))
     }
 
     fn seen(&self) -> f64 {

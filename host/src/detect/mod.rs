@@ -8,6 +8,7 @@ use crate::frame::RgbdFrame;
 pub mod ball;
 mod colour;
 mod edge;
+mod evidence;
 mod judge;
 mod outline;
 mod propose;
