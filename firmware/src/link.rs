@@ -17,7 +17,8 @@ use embassy_sync::pipe::Pipe;
 use embassy_time::{Duration, Instant, Timer};
 use heapless::spsc::{Consumer, Producer, Queue};
 use plumb_protocol::ToBoard;
-use plumb_protocol::frame::{Accumulator, FrameError};
+use plumb_protocol::frame::{self, Accumulator, FrameError};
+use plumb_protocol::message::Sighting;
 use static_cell::StaticCell;
 
 use crate::spawn;
@@ -26,13 +27,54 @@ use crate::spawn;
 const SILENT: Duration = Duration::from_secs(1);
 /// A write that takes so long is given up.
 const WRITE: Duration = Duration::from_millis(100);
+
 /// What a frame from the host has turned out to be. That is found out here, where it delays no step.
-type Message = Result<ToBoard, FrameError>;
+#[derive(Clone, Copy)]
+pub(crate) enum Message {
+    /// A position.
+    Position(Sighting),
+    /// Another one: the next of [`Inbox::commands`]. Apart, since the largest of them is ten times a position.
+    Command,
+    Damaged(FrameError),
+}
 /// Messages that wait for the board, one less: the stepping takes one every 200 µs.
 const WAITING: usize = 8;
 
 /// What the stepping takes the host's messages from.
-pub(crate) type Inbox = Consumer<'static, Message>;
+pub(crate) struct Inbox {
+    /// In their order.
+    pub(crate) messages: Consumer<'static, Message>,
+    pub(crate) commands: Consumer<'static, ToBoard>,
+}
+
+/// Where they are put.
+pub(crate) struct ToInbox {
+    messages: Producer<'static, Message>,
+    commands: Producer<'static, ToBoard>,
+}
+
+impl ToInbox {
+    /// Puts in what a frame was found to be. There is room for a command where there is for a message: it is taken out first.
+    fn put(&mut self, found: Result<&[u8], FrameError>) {
+        let message = match found.map(ToBoard::position) {
+            Ok(Some(sighting)) => Message::Position(sighting),
+            Ok(None) => self.put_command(found),
+            Err(error) => Message::Damaged(error),
+        };
+        let _ = self.messages.enqueue(message);
+    }
+
+    #[inline(never)]
+    fn put_command(&mut self, found: Result<&[u8], FrameError>) -> Message {
+        match found.and_then(frame::read) {
+            Ok(command) => {
+                let _ = self.commands.enqueue(command);
+                Message::Command
+            }
+            Err(error) => Message::Damaged(error),
+        }
+    }
+}
 
 /// What the board says, on its way to the master.
 static OUTBOX: Pipe<CriticalSectionRawMutex, 2048> = Pipe::new();
@@ -43,7 +85,7 @@ pub(crate) struct Parts {
     pub(crate) uart: Peri<'static, UART0>,
     pub(crate) tx: Peri<'static, PIN_0>,
     pub(crate) rx: Peri<'static, PIN_1>,
-    pub(crate) to_board: Producer<'static, Message>,
+    pub(crate) to_board: ToInbox,
 }
 
 /// One of the links.
@@ -55,7 +97,7 @@ enum Source {
 
 /// Who is listened to, and the way to the board.
 struct Desk {
-    to_board: Producer<'static, Message>,
+    to_board: ToInbox,
     /// The frame that is coming in.
     accumulator: Accumulator,
     master: Option<(Source, Instant)>,
@@ -65,9 +107,12 @@ struct Desk {
 type SharedDesk = &'static Mutex<NoopRawMutex, Desk>;
 
 /// Where the host's messages go in, and where they come out; once.
-pub(crate) fn queue() -> (Producer<'static, Message>, Inbox) {
-    static QUEUE: StaticCell<Queue<Message, WAITING>> = StaticCell::new();
-    QUEUE.init(Queue::new()).split()
+pub(crate) fn queue() -> (ToInbox, Inbox) {
+    static MESSAGES: StaticCell<Queue<Message, WAITING>> = StaticCell::new();
+    static COMMANDS: StaticCell<Queue<ToBoard, WAITING>> = StaticCell::new();
+    let (to_messages, messages) = MESSAGES.init(Queue::new()).split();
+    let (to_commands, commands) = COMMANDS.init(Queue::new()).split();
+    (ToInbox { messages: to_messages, commands: to_commands }, Inbox { messages, commands })
 }
 
 /// Sets the links up and starts their tasks.
@@ -121,12 +166,13 @@ async fn heard(desk: SharedDesk, source: Source, mut bytes: &[u8]) {
         return;
     }
     while !bytes.is_empty() {
-        while !desk.to_board.ready() {
+        while !desk.to_board.messages.ready() {
             Timer::after_millis(1).await;
         }
         let Desk { accumulator, to_board, .. } = &mut *desk;
-        // There is room.
-        accumulator.take(&mut bytes, |message| _ = to_board.enqueue(message.copied()));
+        if let Some(found) = accumulator.take(&mut bytes) {
+            to_board.put(found);
+        }
     }
 }
 

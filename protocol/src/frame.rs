@@ -13,6 +13,8 @@ pub const MAX_FRAME: usize = 256;
 pub const MAX_MESSAGE: usize = 248;
 
 const CRC_LEN: usize = 4;
+/// Most bytes of a frame without COBS: no run of it, of 254, has no room.
+const MAX_PLAIN: usize = MAX_FRAME - 1;
 const _: () = assert!(MAX_MESSAGE + CRC_LEN + 2 <= MAX_FRAME && MAX_MESSAGE + CRC_LEN < 254);
 
 // With a table of a kilobyte, in one place: bit by bit it would take the board a quarter of a tick for each message.
@@ -77,69 +79,127 @@ impl fmt::Display for FrameError {
 
 impl core::error::Error for FrameError {}
 
-/// Shows `see` the message in a frame without its closing zero; `frame` is used as scratch space. By reference, since a message
-/// of some hundred bytes takes the board as many clocks to copy.
-#[inline(always)]
-fn decode<T: DeserializeOwned, R>(frame: &mut [u8], see: impl FnOnce(Result<&T, FrameError>) -> R) -> R {
-    let mut reader = match check(frame) {
-        Ok(message) => postcard::Deserializer::from_bytes(message),
-        Err(error) => return see(Err(error)),
-    };
-    match T::deserialize(&mut reader) {
-        Ok(message) if reader.finalize().is_ok_and(<[u8]>::is_empty) => see(Ok(&message)),
-        _ => see(Err(FrameError::Malformed)),
+/// The message that these bytes of postcard are.
+///
+/// # Errors
+/// [`FrameError::Malformed`] where they are none of this schema.
+pub fn read<T: DeserializeOwned>(message: &[u8]) -> Result<T, FrameError> {
+    match postcard::take_from_bytes(message) {
+        Ok((message, [])) => Ok(message),
+        _ => Err(FrameError::Malformed),
     }
 }
 
-/// The bytes of the message in a frame without its closing zero, if they have arrived intact.
-fn check(frame: &mut [u8]) -> Result<&[u8], FrameError> {
-    let len = cobs::decode_in_place(frame).map_err(|_| FrameError::Torn)?;
-    let plain = frame.get(..len).ok_or(FrameError::Torn)?;
+/// The message of a frame whose COBS was taken off, if it has arrived intact.
+fn check(plain: &[u8]) -> Result<&[u8], FrameError> {
     let (message, crc) = plain.split_last_chunk::<CRC_LEN>().ok_or(FrameError::Torn)?;
     if CRC.checksum(message) == u32::from_le_bytes(*crc) { Ok(message) } else { Err(FrameError::Crc) }
 }
 
 /// Finds the frames in a stream of bytes that may begin anywhere and be damaged anywhere: whatever came before, the
 /// next zero byte starts afresh.
-#[derive(Debug, Clone, Default)]
+///
+/// COBS is taken off as the bytes come, in the one pass that looks for the frame's end: a board looks at each byte of a position
+/// before it can act on it, and the `cobs` crate's decoder, which works on whole frames, would be three passes.
+#[derive(Debug, Clone)]
 pub struct Accumulator {
-    buffer: Vec<u8, MAX_FRAME>,
+    /// What has come of the present frame, without COBS.
+    plain: [u8; MAX_PLAIN],
+    len: usize,
+    /// Bytes to the next that tells of COBS.
+    run: u8,
+    /// Whether a zero is in that one's place.
+    zero: bool,
+    /// Whether the frame has begun, and whether more has come of it than there is room for.
+    begun: bool,
     overlong: bool,
+}
+
+impl Default for Accumulator {
+    fn default() -> Self {
+        Self::new()
+    }
 }
 
 impl Accumulator {
     /// An empty one.
     pub const fn new() -> Self {
-        Self { buffer: Vec::new(), overlong: false }
+        Self { plain: [0; MAX_PLAIN], len: 0, run: 0, zero: false, begun: false, overlong: false }
     }
 
     /// Takes the next byte; what it completes, if anything. Empty frames (zeros in a row) are passed over: a sender
     /// may put a zero first to end whatever was there.
-    pub fn push<T: DeserializeOwned + Clone>(&mut self, byte: u8) -> Option<Result<T, FrameError>> {
-        self.take(&mut &[byte][..], |message: Result<&T, _>| message.cloned())
+    pub fn push<T: DeserializeOwned>(&mut self, byte: u8) -> Option<Result<T, FrameError>> {
+        self.take(&mut &[byte][..]).map(|message| message.and_then(read))
     }
 
-    /// Takes bytes off the front of `bytes`, up to the next zero where there is one; what `see` makes of what they complete, if
-    /// anything.
+    /// Takes bytes off the front of `bytes`, up to the end of a frame where there is one; the message that it completes, as
+    /// bytes to be [read], if any.
     #[inline(always)]
-    pub fn take<T: DeserializeOwned, R>(
-        &mut self,
-        bytes: &mut &[u8],
-        see: impl FnOnce(Result<&T, FrameError>) -> R,
-    ) -> Option<R> {
-        let end = bytes.iter().position(|&byte| byte == 0);
-        let (part, rest) = bytes.split_at(end.unwrap_or(bytes.len()));
-        // Of an overlong frame nothing is needed.
-        self.overlong |= self.buffer.extend_from_slice(part).is_err();
-        *bytes = rest.get(1..).unwrap_or_default();
-        end?;
-        let complete = match (self.overlong, self.buffer.is_empty()) {
-            (true, _) => Some(see(Err(FrameError::Overlong))),
-            (false, true) => None,
-            (false, false) => Some(decode(&mut self.buffer, see)),
-        };
-        self.buffer.clear();
-        self.overlong = false;
-        complete
+    pub fn take(&mut self, bytes: &mut &[u8]) -> Option<Result<&[u8], FrameError>> {
+        if !self.find_end(bytes) {
+            return None;
+        }
+        let (len, torn, overlong) = (self.len, self.run > 0, self.overlong);
+        (self.len, self.run, self.zero, self.begun, self.overlong) = (0, 0, false, false, false);
+        Some(match self.plain.get(..len) {
+            _ if overlong => Err(FrameError::Overlong),
+            Some(plain) if !torn => check(plain),
+            _ => Err(FrameError::Torn),
+        })
+    }
+
+    /// Takes bytes off the front of `bytes` and COBS off them; whether a frame that is not empty has ended.
+    #[inline(always)]
+    fn find_end(&mut self, bytes: &mut &[u8]) -> bool {
+        while let Some((&byte, rest)) = self.take_run(bytes).split_first() {
+            *bytes = rest;
+            match byte {
+                0 if self.begun => return true,
+                0 => {}
+                // So many bytes to the next zero, which comes before that; of 255 it is none.
+                _ => self.begin_run(byte),
+            }
+        }
+        *bytes = &[];
+        false
+    }
+
+    /// Takes the bytes of a run that are there; what is behind them.
+    #[inline(always)]
+    fn take_run<'a>(&mut self, bytes: &'a [u8]) -> &'a [u8] {
+        let room = self.plain.get_mut(self.len..).unwrap_or_default();
+        let run = bytes.get(..usize::from(self.run)).unwrap_or(bytes);
+        let mut count = 0;
+        for (place, &byte) in room.iter_mut().zip(run) {
+            if byte == 0 {
+                break;
+            }
+            *place = byte;
+            count += 1;
+        }
+        self.len += count;
+        self.run -= count as u8;
+        bytes.get(count..).unwrap_or_default()
+    }
+
+    /// A byte that tells of COBS.
+    #[inline(always)]
+    fn begin_run(&mut self, byte: u8) {
+        if self.zero {
+            self.reserve(1);
+            self.plain[self.len] = 0;
+            self.len += 1;
+        }
+        (self.run, self.zero, self.begun) = (byte - 1, byte < 255, true);
+        self.reserve(usize::from(self.run));
+    }
+
+    /// Makes room for `count` bytes (at most 254); of an overlong frame none are needed.
+    #[inline(always)]
+    fn reserve(&mut self, count: usize) {
+        if count > MAX_PLAIN - self.len {
+            (self.len, self.overlong) = (0, true);
+        }
     }
 }

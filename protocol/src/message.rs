@@ -24,6 +24,37 @@ pub struct ToBoard {
     pub command: Command,
 }
 
+impl ToBoard {
+    /// The position, where these bytes of postcard are a [`Command::Position`]: what a board waits for, without the room that
+    /// the largest command takes.
+    #[inline(always)]
+    pub fn position(message: &[u8]) -> Option<Sighting> {
+        /// Which one of the commands it is.
+        const POSITION: u32 = 4;
+        let mut reader = postcard::Deserializer::from_bytes(message);
+        let id = u16::deserialize(&mut reader).ok()?;
+        if u32::deserialize(&mut reader) != Ok(POSITION) {
+            return None;
+        }
+        // By reference: what may also be an error is copied by the byte.
+        match &Position::deserialize(&mut reader) {
+            Ok(position) if reader.finalize().is_ok_and(<[u8]>::is_empty) => {
+                Some(Sighting { id, position: *position })
+            }
+            _ => None,
+        }
+    }
+}
+
+/// A [`ToBoard`] with a position.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Sighting {
+    /// See [`ToBoard::id`].
+    pub id: u16,
+    /// See [`Command::Position`].
+    pub position: Position,
+}
+
 /// What a host can ask for. Grows at its end; the first three never change.
 #[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Command {

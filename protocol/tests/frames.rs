@@ -1,8 +1,8 @@
 //! Frames over a stream that may begin anywhere and be damaged anywhere.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops at the first surprise")]
 
-use plumb_protocol::frame::{Accumulator, FrameError, MAX_FRAME, TooLong, encode};
-use plumb_protocol::message::{Command, Hello, Position, ToBoard};
+use plumb_protocol::frame::{Accumulator, FrameError, MAX_FRAME, TooLong, encode, read};
+use plumb_protocol::message::{Command, Hello, Position, Sighting, ToBoard};
 use plumb_protocol::units::{Covariance, Micrometres, Point};
 use proptest::prelude::*;
 
@@ -36,6 +36,27 @@ proptest! {
     fn what_is_sent_arrives(sent in proptest::collection::vec(messages(), 1..8)) {
         let bytes: Vec<u8> = sent.iter().flat_map(|m| encode(m).unwrap()).collect();
         let received: Vec<_> = receive(&bytes).into_iter().map(Result::unwrap).collect();
+        prop_assert_eq!(received, sent);
+    }
+
+    /// In pieces of any size, and whether or not it is a position that is looked for first.
+    #[test]
+    fn a_position_is_found_by_itself(sent in proptest::collection::vec(messages(), 1..8), piece in 1usize..70) {
+        let bytes: Vec<u8> = sent.iter().flat_map(|m| encode(m).unwrap()).collect();
+        let mut accumulator = Accumulator::new();
+        let mut received = Vec::new();
+        for mut piece in bytes.chunks(piece) {
+            while !piece.is_empty() {
+                let Some(message) = accumulator.take(&mut piece) else { continue };
+                let message = message.unwrap();
+                let (whole, position) = (read::<ToBoard>(message).unwrap(), ToBoard::position(message));
+                match whole.command {
+                    Command::Position(seen) => prop_assert_eq!(position, Some(Sighting { id: whole.id, position: seen })),
+                    _ => prop_assert_eq!(position, None),
+                }
+                received.push(whole);
+            }
+        }
         prop_assert_eq!(received, sent);
     }
 

@@ -5,13 +5,13 @@
 use std::collections::BTreeSet;
 
 use plumb_protocol::Config;
-use plumb_protocol::config::{Coils, Drivers, StepDir};
-use plumb_protocol::message::Command;
-use plumb_protocol::units::{Acceleration, Milliseconds};
+use plumb_protocol::config::{Coils, Drivers, Law, Sign, StepDir};
+use plumb_protocol::message::{Command, Jog};
+use plumb_protocol::units::{Acceleration, Milliseconds, Rate, SignGain, Steps16};
 use plumb_tests::chip::{Chip, FAR, NEAR, fast, image, point};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use serde_json::json;
+use serde_json::{Value, json};
 
 /// TIMER_IRQ_1, the stepping.
 const STEPPING: u8 = 17;
@@ -20,15 +20,25 @@ const TICK: u64 = 25_000;
 /// Beyond the place of [`FAR`], so that motors on their way there are to turn round.
 const BEYOND: [i32; 3] = [2_000_000, 0, 2_000_000];
 
-/// Step and direction at 1 M steps/s, without and with a running mean, and coils.
-fn configs() -> [Config; 3] {
+/// Step and direction at 1 M steps/s, without and with a running mean, this also with the law of signs; and coils.
+fn configs() -> [Config; 4] {
     let quick = fast(62_500.0, StepDir::TMC2209);
     let mut mean = quick;
     mean.mean = Milliseconds(320);
     let mut coils = fast(2_400.0, StepDir::TMC2209);
     coils.drivers = Drivers::Coils(Coils { duty_percent: 80 });
     coils.motors.iter_mut().for_each(|motor| motor.max_acceleration = Acceleration(100_000));
-    [quick, mean, coils]
+    let signs = Config { law: Law::Sign(Sign { gain: SignGain(1 << 20) }), ..mean };
+    [quick, mean, signs, coils]
+}
+
+/// How far the ticks' beginnings are apart within the 25 000 clocks.
+fn spread(reply: &Value) -> u64 {
+    let ticks = reply["calls"]["tick"].as_array().expect("calls");
+    let phases: BTreeSet<u64> =
+        ticks.iter().filter_map(|tick| tick[0].as_u64()).map(|at| at % TICK).collect();
+    assert!(ticks.len() > 500, "{}", ticks.len());
+    phases.last().expect("ticks") - phases.first().expect("ticks")
 }
 
 /// A tick that is planned too late is given late, and all that follow with it: the stepping then comes at another part of the
@@ -58,13 +68,35 @@ fn no_tick_is_late_whatever_the_host_sends() {
             chip.run_us(us);
         }
         let reply = chip.ask(json!({ "calls": true }));
-        let ticks = reply["calls"]["tick"].as_array().expect("calls");
-        let phases: BTreeSet<u64> =
-            ticks.iter().filter_map(|tick| tick[0].as_u64()).map(|at| at % TICK).collect();
-        assert!(ticks.len() > 500, "{}", ticks.len());
-        let (first, last) = (phases.first().expect("ticks"), phases.last().expect("ticks"));
         // Some clocks later where the processor was just in a critical section.
-        assert!(last - first < 400, "{:?}: ticks came at {phases:?}", config.drivers);
+        assert!(
+            spread(&reply) < 400,
+            "{:?}: the ticks' phases are apart by {}",
+            config.drivers,
+            spread(&reply)
+        );
         assert!(chip.pulses().iter().all(|pulses| pulses.count > 10), "it has moved");
+    }
+}
+
+/// In front of the end of its travel each tick of a jog finds out whether the motor still stops.
+#[test]
+fn no_tick_is_late_before_the_end_of_the_travel() {
+    let Some(image) = image() else { return };
+    for mean in [0, 320] {
+        let mut config = fast(62_500.0, StepDir::TMC2209);
+        config.mean = Milliseconds(mean);
+        config.motors.iter_mut().for_each(|motor| motor.travel_max = Steps16(60_000));
+        let mut chip = Chip::start(&image).configured(config);
+        chip.run_us(10_000);
+        chip.ask(json!({ "trace": { "functions": {}, "handlers": { "tick": STEPPING } } }));
+        for motor in 0..3 {
+            let rate = Rate::from_si(62_000.0).expect("a rate");
+            assert_eq!(chip.tell(Command::Jog(Jog { motor, distance: Steps16(60_000), rate })), None);
+            chip.run_us(100_000 + 1000 * u64::from(mean));
+        }
+        let reply = chip.ask(json!({ "calls": true }));
+        assert!(spread(&reply) < 400, "{mean} ms: the ticks' phases are apart by {}", spread(&reply));
+        assert_eq!(chip.motors, [3750.0; 3]);
     }
 }

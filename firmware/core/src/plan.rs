@@ -75,6 +75,9 @@ pub struct Planner {
     /// Pulses that each motor may be behind its reference, at most: 20 bits.
     behind: [u32; 3],
     microsteps: i32,
+    /// 1/16 steps of a pulse; and what makes a pulse rate of Q8 full steps/s, as a shift.
+    per_pulse: i32,
+    shift: u32,
     ramp: Ramp,
     mean: Mean,
     /// Present rates of the motors, which follow the ramp's through the mean.
@@ -95,6 +98,8 @@ impl Default for Planner {
             deltas: [8; 3],
             behind: [0; 3],
             microsteps: 16,
+            per_pulse: 1,
+            shift: 4 + RATE_BITS - 8,
             ramp: Ramp::AT_REST,
             mean: Mean::OFF,
             turning: [0; 3],
@@ -109,7 +114,7 @@ impl Default for Planner {
 impl Planner {
     /// Takes over the motors' limits; call at standstill. Positions go on.
     pub fn configure(&mut self, params: &Params) {
-        self.microsteps = i32::from(params.microsteps);
+        self.set_microsteps(i32::from(params.microsteps));
         self.mean = Mean::over(params.mean_ms);
         for (i, motor) in params.motors.iter().enumerate() {
             self.axes[i].configure(motor.reversed, self.microsteps);
@@ -124,6 +129,13 @@ impl Planner {
         self.ramp = Ramp::AT_REST;
         self.plan = StepPlan { motors: [Pulses::NONE; 3] };
         self.look_ahead();
+    }
+
+    /// Microsteps of a full step, a power of two up to 16.
+    fn set_microsteps(&mut self, microsteps: i32) {
+        self.microsteps = microsteps;
+        self.per_pulse = 16 / microsteps;
+        self.shift = microsteps.trailing_zeros() + RATE_BITS - 8;
     }
 
     /// What the motors do in the tick that was planned last.
@@ -160,7 +172,7 @@ impl Planner {
         // Rounded down to a microstep; travel limits keep the sum within an i32.
         [0, 1, 2].map(|i| {
             let microsteps = (i64::from(self.axes[i].fraction()) + ahead[i]).div_euclid(i64::from(UNIT));
-            positions[i] + microsteps as i32 * (16 / self.microsteps)
+            positions[i] + microsteps as i32 * self.per_pulse
         })
     }
 
@@ -177,7 +189,7 @@ impl Planner {
     /// A motor rate (Q8 full steps/s, within the limit) as a pulse rate. Microsteps are a power of two, and a shift is
     /// cheaper than a product that is checked: 31 bits by the build's highest pulse rate.
     fn per_second(&self, rate: i32) -> i32 {
-        rate << (self.microsteps.trailing_zeros() + RATE_BITS - 8)
+        rate << self.shift
     }
 
     /// Whether any motor turns.
@@ -210,7 +222,7 @@ impl Planner {
         let ticks = ticks_for(rates.map(i32::unsigned_abs), self.deltas);
         (0..3).find(|&i| {
             let Axis { position, .. } = self.axes[i];
-            let (fraction, per_pulse) = (self.axes[i].fraction(), 16 / self.microsteps);
+            let (fraction, per_pulse) = (self.axes[i].fraction(), self.per_pulse);
             let place = Place { position, fraction, ahead: ahead[i], per_pulse };
             !self.travels[i].can_stop(&place, rates[i], ticks)
         })
@@ -233,22 +245,39 @@ impl Planner {
         let (now, then) = (self.ramp.rates, self.ramp.wanted());
         let fastest = [0, 1, 2].map(|i| now[i].unsigned_abs().max(then[i].unsigned_abs()));
         let ticks = ticks_for(fastest, self.deltas);
-        let per_pulse = 16 / self.microsteps;
         for ((travel, fastest), behind) in self.travels.iter_mut().zip(fastest).zip(self.behind) {
-            travel.expect(fastest, ticks, behind, per_pulse);
+            travel.expect(fastest, ticks, behind, self.per_pulse);
         }
     }
 
     /// Plans a tick towards the rates that were [aimed](Self::aim) at. Where a motor could then no longer stop within its
     /// travel, it plans a tick of ramping down instead, aims at rest, and names that motor.
-    #[inline]
     pub fn tick(&mut self) -> Option<usize> {
+        let beyond = self.plan_tick();
+        self.follow_up();
+        beyond
+    }
+
+    /// The first part of a [`tick`](Self::tick): all that its pulses need.
+    #[inline]
+    pub fn plan_tick(&mut self) -> Option<usize> {
         if self.safe_for == 0 || !self.steady {
             return self.turn();
         }
         self.safe_for -= 1;
         self.cruise();
         None
+    }
+
+    /// The rest of a [`tick`](Self::tick), once: what later ones need.
+    #[inline(always)]
+    pub fn follow_up(&mut self) {
+        if !self.mean.is_off() {
+            self.mean.pass(self.ramp.rates);
+        }
+        if self.history.is_due() {
+            self.history.enter(self.positions());
+        }
     }
 
     /// A tick like the last.
@@ -258,14 +287,7 @@ impl Planner {
         a.cruise(of_a);
         b.cruise(of_b);
         c.cruise(of_c);
-        if self.history.tick() {
-            self.remember();
-        }
-    }
-
-    #[inline(never)]
-    fn remember(&mut self) {
-        self.history.enter(self.positions());
+        self.history.tick();
     }
 
     /// A tick in which the rates change, or are just no longer changing, or the travel is to be looked at.
@@ -277,14 +299,12 @@ impl Planner {
             return beyond;
         }
         self.ramp.tick();
-        self.turning = self.mean.tick(self.ramp.rates);
+        self.turning = self.mean.rates(self.ramp.rates);
         for ((axis, rate), pulses) in self.axes.iter_mut().zip(self.turning).zip(&mut self.plan.motors) {
             axis.advance(rate, pulses);
         }
         self.steady = self.ramp.over() && self.mean.is_off() && self.axes.iter().all(Axis::cruises);
-        if self.history.tick() {
-            self.remember();
-        }
+        self.history.tick();
         beyond
     }
 }

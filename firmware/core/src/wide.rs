@@ -8,10 +8,45 @@ pub(crate) fn product(a: u32, b: u32) -> u64 {
     (part(high_a, high_b) << 32).wrapping_add(cross << 16).wrapping_add(part(low_a, low_b))
 }
 
+/// The product of two numbers with signs.
+pub(crate) fn signed_product(a: i32, b: i32) -> i64 {
+    let size = product(a.unsigned_abs(), b.unsigned_abs()) as i64;
+    if (a < 0) == (b < 0) { size } else { -size }
+}
+
+/// What of a number (up to 2^31) is in the ratio of `least` to `whole`, rounded down; `least` below `whole`, which is up to
+/// 2^31. One division for however many numbers.
+pub(crate) fn part(least: u32, whole: u32) -> impl Fn(u32) -> u32 {
+    // Of 32 bits behind the point. Both shifted, which takes less than a shift of 64 bits.
+    let shift = leading_zeros(whole);
+    let (least_shifted, divisor) = (least << shift, whole << shift);
+    let (high, rest) = digit(least_shifted, 0, divisor);
+    let ratio = high << 16 | digit(rest, 0, divisor).0;
+    move |number| {
+        // The ratio is too small by less than 2^-32, so this is right or one too little; what is left is below twice `whole`.
+        let about = (product(number, ratio) >> 32) as u32;
+        let left = number.wrapping_mul(least).wrapping_sub(about.wrapping_mul(whole));
+        if left >= whole { about.wrapping_add(1) } else { about }
+    }
+}
+
+/// The zeros before a number's highest bit; 32 for 0. The chip has no instruction for that.
+pub(crate) fn leading_zeros(number: u32) -> u32 {
+    /// Of four bits.
+    const ZEROS: [u8; 16] = [4, 3, 2, 2, 1, 1, 1, 1, 0, 0, 0, 0, 0, 0, 0, 0];
+    let (mut zeros, mut rest) = (0, number);
+    for bits in [16, 8, 4] {
+        if rest >> (32 - bits) == 0 {
+            (zeros, rest) = (zeros + bits, rest << bits);
+        }
+    }
+    zeros + u32::from(ZEROS[(rest >> 28) as usize])
+}
+
 /// `dividend / divisor`, rounded down, where that fits 32 bits: half by half (Knuth, The Art of Computer Programming, 4.3.1, D).
 pub(crate) fn quotient(dividend: u64, divisor: u32) -> u32 {
     // The divisor's highest bit set, so that a guess from its upper half is at most two too much.
-    let shift = divisor.leading_zeros();
+    let shift = leading_zeros(divisor);
     let (divisor, dividend) = (divisor << shift, dividend << shift);
     let [upper, lower] = halves(dividend as u32);
     let (high, rest) = digit((dividend >> 32) as u32, upper, divisor);
@@ -51,6 +86,26 @@ mod tests {
         #[test]
         fn a_product_is_exact(a in numbers(), b in numbers()) {
             prop_assert_eq!(product(a, b), u64::from(a) * u64::from(b));
+        }
+
+        #[test]
+        fn a_signed_product_is_exact(a: i32, b: i32) {
+            prop_assert_eq!(signed_product(a, b), i64::from(a) * i64::from(b));
+        }
+
+        #[test]
+        fn a_part_is_exact(number in 0u32..=1 << 31, whole in 1u32..=1 << 31, share in 0.0f64..1.0, shifts in proptest::array::uniform2(0u32..32)) {
+            let whole = (whole >> shifts[0]).max(1);
+            let (number, least) = (number >> shifts[1], (f64::from(whole) * share) as u32);
+            let exact = u64::from(number) * u64::from(least) / u64::from(whole);
+            prop_assert_eq!(u64::from(part(least, whole)(number)), exact);
+            // Where it comes out even.
+            prop_assert_eq!(part(least, whole)(whole), least);
+        }
+
+        #[test]
+        fn leading_zeros_are_counted(number in numbers()) {
+            prop_assert_eq!(leading_zeros(number), number.leading_zeros());
         }
 
         #[test]

@@ -8,7 +8,7 @@ use plumb_protocol::units::{Micrometres, Micros, Point};
 
 use super::seek::{Seek, Sight};
 use super::{Activity, Board, Outbox, answer};
-use crate::params::Params;
+use crate::params::{Own, Params};
 use crate::plan::Jogging;
 
 /// The ball is given up when this many pictures in a row show it outside the workspace: one may be a mistake of the
@@ -33,13 +33,7 @@ impl Board {
             }
             _ if !self.greeted => Err(Refusal::NotGreeted),
             Command::Configure(ref config) => self.configure(config),
-            Command::Position(position) => match self.position(now, position, out) {
-                Ok(()) => {
-                    self.telling = true;
-                    return;
-                }
-                refused => refused,
-            },
+            Command::Position(ref position) => return self.see(now, id, position, out),
             Command::Target(target) => self.target(now, target, out),
             Command::Jog(jog) => self.jog(jog),
             Command::Hold => self.hold(now),
@@ -55,6 +49,18 @@ impl Board {
             },
         };
         answer(out, id, result);
+    }
+
+    /// Takes in a position, command `id`, for who tells them from other commands himself.
+    #[inline(never)]
+    pub fn see(&mut self, now: Micros, id: u16, position: &Position, out: &mut Outbox) {
+        (self.attending, self.heard) = (true, now);
+        let result = if self.greeted { self.position(now, position, out) } else { Err(Refusal::NotGreeted) };
+        match result {
+            // Telemetry answers to it.
+            Ok(()) => self.telling = true,
+            refused => answer(out, id, refused),
+        }
     }
 
     /// A host of another version may look, and stop, but not move anything.
@@ -110,13 +116,19 @@ impl Board {
         self.asking.begin_anew();
         // What was seen was judged by another workspace.
         self.asking.forget();
-        self.sight = Sight { sequence: self.sight.sequence, ..Sight::default() };
+        let Sight { sequence, law, .. } = self.sight;
+        self.sight = Sight { sequence, law, ..Sight::default() };
         Ok(())
     }
 
     /// Goes by `params`, which were made from `config`, from now on; at standstill.
     pub(super) fn take_up(&mut self, params: Params, config: &Config) {
         self.planner.configure(&params);
+        // Here, where there is time for it.
+        self.sight.law = match params.law() {
+            Own::Quick(law) => Some(law),
+            Own::Slow(_) => None,
+        };
         self.params = Some(params);
         self.config = Some(*config);
         self.configurations = self.configurations.wrapping_add(1);
@@ -132,12 +144,13 @@ impl Board {
         Ok(())
     }
 
-    fn position(&mut self, now: Micros, position: Position, out: &mut Outbox) -> Result<(), Refusal> {
+    fn position(&mut self, now: Micros, position: &Position, out: &mut Outbox) -> Result<(), Refusal> {
         let params = self.params.as_ref().ok_or(Refusal::Unconfigured)?;
         if self.sight.sequence.is_some_and(|last| (position.sequence.wrapping_sub(last) as i16) <= 0) {
             return Err(Refusal::PositionOutOfOrder);
         }
-        if u64::from(position.age_us) > u64::from(params.deadlines.max_age.0) * 1000 {
+        // 16 + 10 bits.
+        if position.age_us > u32::from(params.deadlines.max_age.0) * 1000 {
             return Err(Refusal::PositionStale);
         }
         self.sight.sequence = Some(position.sequence);

@@ -6,9 +6,9 @@ mod outbox;
 mod seek;
 
 use plumb_protocol::config::{Config, Drivers};
-use plumb_protocol::frame::{Accumulator, FrameError};
+use plumb_protocol::frame::{self, Accumulator, FrameError};
 use plumb_protocol::message::{
-    Answer, Fault, FaultReport, FromBoard, Refusal, StartCause, State, Telemetry, ToBoard,
+    Answer, Command, Fault, FaultReport, FromBoard, Refusal, StartCause, State, Telemetry, ToBoard,
 };
 use plumb_protocol::units::{Micrometres, Micros, Point, Rate, Steps16};
 
@@ -161,7 +161,7 @@ impl Board {
     /// Takes in bytes that arrived at `now`, in any pieces; answers go to `out`.
     pub fn receive(&mut self, now: Micros, mut bytes: &[u8], out: &mut Outbox) {
         while !bytes.is_empty() {
-            let message = self.accumulator.take(&mut bytes, |message: Result<&ToBoard, _>| message.copied());
+            let message = self.accumulator.take(&mut bytes).map(|message| message.and_then(frame::read));
             if let Some(message) = &message {
                 self.take(now, message.as_ref().map_err(|error| *error), out);
             }
@@ -172,6 +172,7 @@ impl Board {
     #[inline(never)]
     pub fn take(&mut self, now: Micros, message: Result<&ToBoard, FrameError>, out: &mut Outbox) {
         match message {
+            Ok(ToBoard { id, command: Command::Position(position) }) => self.see(now, *id, position, out),
             Ok(message) => {
                 self.attending = true;
                 self.handle(now, message, out);
@@ -212,7 +213,7 @@ impl Board {
     /// Plans the pulses.
     #[inline(always)]
     fn turn(&mut self, now: Micros, out: &mut Outbox) {
-        if let Some(motor) = self.planner.tick() {
+        if let Some(motor) = self.planner.plan_tick() {
             self.fault(now, Fault::Travel(motor as u8), out);
         }
     }
@@ -227,6 +228,7 @@ impl Board {
     /// to wait for.
     #[inline]
     pub fn report(&mut self, now: Micros, out: &mut Outbox) {
+        self.planner.follow_up();
         if self.judging {
             self.judge(now, out);
         }
@@ -244,13 +246,15 @@ impl Board {
     /// A tick that looks at what has happened and at what is due. One in which neither is needs nothing of this.
     #[inline(never)]
     fn attend(&mut self, now: Micros, out: &mut Outbox) -> Tick {
-        if let Some(fault) = self.expired(now) {
+        // Until then nothing is, whatever else there is to look at.
+        let due = self.idle_for == 0;
+        if due && let Some(fault) = self.expired(now) {
             self.fault(now, fault, out);
         }
         self.take_answer(now, out);
         let wanted = self.wanted(now);
         self.planner.aim(wanted.rates, wanted.ramp_us);
-        self.telling |= self.greeted && now.since(self.told) >= TELEMETRY_US;
+        self.telling |= due && self.greeted && now.since(self.told) >= TELEMETRY_US;
         let off = matches!(self.activity, Activity::Faulted(Fault::EmergencyStop | Fault::Watchdog));
         (self.attending, self.idle_for) = (false, 0);
         self.turn(now, out);

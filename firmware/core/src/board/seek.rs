@@ -4,7 +4,7 @@ use plumb_protocol::units::{Micros, Point};
 
 use crate::estimate::{self, Arrival, Divergence, Filter};
 use crate::law::{Demand, Law, Picture, Quick};
-use crate::params::{Own, Params};
+use crate::params::Params;
 
 /// What the board knows of the ball.
 #[derive(Debug, Clone, Copy, Default)]
@@ -19,7 +19,7 @@ pub(super) struct Sight {
     pub(super) outside: u8,
     /// The filter over all of them.
     pub(super) filter: Filter,
-    /// The law, where it is a quick one; made at the first picture of a target.
+    /// The law, where it is a quick one; made anew with each configuration.
     pub(super) law: Option<Quick>,
 }
 
@@ -88,11 +88,6 @@ impl Seek {
 
     /// Lets a quick law answer to what was just seen.
     pub(super) fn answer(&mut self, now: Micros, sight: &mut Sight, params: &Params) {
-        if sight.law.is_none()
-            && let Own::Quick(law) = params.law()
-        {
-            sight.law = Some(law);
-        }
         if let (Some(law), Some(ball)) = (&mut sight.law, sight.last) {
             // These laws go by the ball alone.
             let (nowhere, target) = ([0; 3], self.target.micrometres());

@@ -3,7 +3,7 @@
 use plumb_protocol::config;
 
 use super::{Demand, Law, MotorRates, Picture};
-use crate::wide;
+use crate::wide::signed_product;
 
 /// Fraction bits of v: micrometres with 8 fraction bits.
 pub const V_FRACTION_BITS: u32 = 8;
@@ -85,7 +85,7 @@ impl Interval {
     pub fn rates(&self, e: [i32; 3]) -> MotorRates {
         // Bits: v 27 + gain 20 = 47; v has the 8 fraction bits of a rate, so the gain's 16 go.
         MotorRates(self.v(e).map(|v| {
-            let rate = -product(v, self.gain) >> 16;
+            let rate = -signed_product(v, self.gain) >> 16;
             rate.clamp(-i64::from(i32::MAX), i64::from(i32::MAX)) as i32
         }))
     }
@@ -110,12 +110,6 @@ fn add_product(sum: &mut [i32; 3], limbs: [i32; 3], bound: i32) {
 /// The number that the limbs' sums make.
 fn whole([low, middle, high]: [i32; 3]) -> i64 {
     i64::from(low) + (i64::from(middle) << LIMB_BITS) + (i64::from(high) << (2 * LIMB_BITS))
-}
-
-/// The product of two numbers of 32 bits, which 64 hold.
-fn product(a: i32, b: i32) -> i64 {
-    let size = wide::product(a.unsigned_abs(), b.unsigned_abs()) as i64;
-    if (a < 0) == (b < 0) { size } else { -size }
 }
 
 impl Law for Interval {

@@ -10,7 +10,7 @@ mod taut;
 use plumb_protocol::config;
 use plumb_protocol::units::Covariance;
 
-use crate::wide::{product, quotient};
+use crate::wide::{part, product};
 
 pub use certified::Certified;
 pub use interval::{Interval, V_FRACTION_BITS};
@@ -31,18 +31,20 @@ impl MotorRates {
         let magnitudes = self.0.map(i32::unsigned_abs);
         let limits = limits.map(i32::unsigned_abs);
         // The factor is limit/magnitude of the motor that exceeds its limit most.
-        let mut worst = None;
+        let (mut worst, mut limit, mut magnitude) = (None, 1, 1);
         for i in 0..3 {
-            let (limit, magnitude) = worst.unwrap_or((1, 1));
-            if magnitudes[i] > limits[i] && product(limits[i], magnitude) < product(limit, magnitudes[i]) {
-                worst = Some((limits[i], magnitudes[i]));
+            if magnitudes[i] > limits[i]
+                && (worst.is_none() || product(limits[i], magnitude) < product(limit, magnitudes[i]))
+            {
+                (worst, limit, magnitude) = (Some(i), limits[i], magnitudes[i]);
             }
         }
-        let Some((limit, magnitude)) = worst else { return self };
-        Self(self.0.map(|r| {
+        let Some(worst) = worst else { return self };
+        let part_of = part(limit, magnitude);
+        Self([0, 1, 2].map(|i| {
             // Of the motor itself the limit, and less of the others.
-            let part = quotient(product(r.unsigned_abs(), limit), magnitude);
-            if r < 0 { -(part as i32) } else { part as i32 }
+            let part = if i == worst { limit } else { part_of(magnitudes[i]) };
+            if self.0[i] < 0 { -(part as i32) } else { part as i32 }
         }))
     }
 

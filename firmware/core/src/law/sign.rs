@@ -3,7 +3,7 @@
 use plumb_protocol::config;
 
 use super::{Demand, Law, MotorRates, Picture};
-use crate::estimate;
+use crate::wide::signed_product;
 
 /// |e| saturates here for this law, µm: 4.19 m, 22 bits.
 const E_MAX: i32 = (1 << 22) - 1;
@@ -25,6 +25,9 @@ pub struct Sign {
 const NOMINAL: u32 = 20_000;
 /// Least and greatest multiple of it, Q8.
 const FIRMNESS: (i32, i32) = (304, 320);
+/// From here on the gain is the greatest, µm; no farther off is anything else.
+const FAR: u32 = (NOMINAL >> 8) * FIRMNESS.1.unsigned_abs();
+const _: () = assert!(PAST < FAR && FAR < 1 << 15);
 /// Going past the target by less is noise, µm.
 const PAST: u32 = 7_000;
 /// The gain is cut to so much then, Q8, and at least this is left of it.
@@ -40,20 +43,20 @@ impl Sign {
     /// The motor rates for the error `e` (position - target, µm), not limited yet.
     pub fn rates(&mut self, e: [i32; 3]) -> MotorRates {
         let e = e.map(|e| e.clamp(-E_MAX, E_MAX));
-        let distance = estimate::magnitude(e);
+        let distance = distance(e);
         self.look_where(e, distance);
         let firmness = ((distance / (NOMINAL >> 8)) as i32).clamp(FIRMNESS.0, FIRMNESS.1);
         // Bits: gain 20 + 10 + 9 = 39, 23 after the shift.
-        let gain = (i64::from(self.gain) * i64::from(firmness * self.calm)) >> 16;
+        let gain = (signed_product(self.gain, firmness * self.calm) >> 16) as i32;
         // Bits: sum 25 + gain 22 = 47; Q20 to Q8 is 12 bits less.
         let limit = i64::from(i32::MAX);
-        MotorRates(direction(e).map(|w| ((i64::from(w) * gain) >> 12).clamp(-limit, limit) as i32))
+        MotorRates(direction(e).map(|w| (signed_product(w, gain) >> 12).clamp(-limit, limit) as i32))
     }
 
     /// Notices that the ball went past its target.
     fn look_where(&mut self, e: [i32; 3], distance: u32) {
         // Bits: 22 + 22, 46 the sum.
-        let along: i64 = (0..3).map(|i| i64::from(e[i]) * i64::from(self.side[i])).sum();
+        let along: i64 = (0..3).map(|i| signed_product(e[i], self.side[i])).sum();
         if along < 0 && distance > PAST {
             self.calm = ((self.calm * CUT) >> 8).max(CALMEST);
         }
@@ -61,6 +64,16 @@ impl Sign {
             self.side = e;
         }
     }
+}
+
+/// |e| in whole micrometres, or [`FAR`] where it is more.
+fn distance(e: [i32; 3]) -> u32 {
+    let e = e.map(i32::unsigned_abs);
+    if e.iter().any(|&c| c >= FAR) {
+        return FAR;
+    }
+    // Bits: 15 + 15, 32 the sum of three: a root of 32 takes the chip a fraction of one of 64.
+    e.iter().map(|c| c.wrapping_mul(*c)).fold(0, u32::wrapping_add).isqrt().min(FAR)
 }
 
 /// -4Σ⁻¹e, µm, 25 bits: the direction in which the motors turn.

@@ -3,6 +3,7 @@
 use core::hint::black_box;
 
 use super::{CLOCK_HZ, RATE_BITS, TICK_CLOCKS, UNIT};
+use crate::wide::leading_zeros;
 
 /// A quotient rounded down, and the remainder.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -57,7 +58,7 @@ pub(super) fn until(units: u32, rate: u32) -> Quotient {
 fn within(units: u32, rate: u32) -> Quotient {
     // First with both to 17 bits, whose product with 25 000 has 32: that is right or one too little. (The bound is said
     // again for the compiler: a product that may overflow is checked in 64 bits.)
-    let shift = 15u32.saturating_sub(rate.leading_zeros());
+    let shift = 15u32.saturating_sub(leading_zeros(rate));
     let about = (units >> shift).min(1 << 17) * TICK_CLOCKS / ((rate >> shift) + u32::from(shift > 0));
     // What is left is below twice the rate, so it is right although its two parts overflow.
     let left = units.wrapping_mul(TICK_CLOCKS).wrapping_sub(about.wrapping_mul(rate));

@@ -42,7 +42,8 @@ mod tests {
             (ramp_us, gone, ticks) in (0u32..50_000, 0u32..100, 0u32..=MOST_TICKS),
         ) {
             let travels = [Travel::between(-(1 << 29), 1 << 29); 3];
-            let mut planner = Planner { deltas, travels, microsteps: 1 << microsteps, ..Planner::default() };
+            let mut planner = Planner { deltas, travels, ..Planner::default() };
+            planner.set_microsteps(1 << microsteps);
             planner.axes.iter_mut().for_each(|axis| axis.configure(false, 1 << microsteps));
             planner.aim(MotorRates(before), 0);
             (0..500).for_each(|_| _ = planner.tick());

@@ -24,14 +24,20 @@ pub(super) struct History {
 impl History {
     pub(super) const EMPTY: Self = Self { entries: [[0; 3]; ENTRIES], newest: 0, ticks: 0 };
 
-    /// A tick has passed; whether the motors' positions are to be [entered](Self::enter) now.
+    /// A tick has passed.
     #[inline(always)]
-    pub(super) fn tick(&mut self) -> bool {
+    pub(super) fn tick(&mut self) {
         self.ticks = self.ticks.wrapping_add(1);
+    }
+
+    /// Whether the motors' positions are to be [entered](Self::enter) now.
+    #[inline(always)]
+    pub(super) fn is_due(&self) -> bool {
         self.ticks >= TICKS
     }
 
     /// The motors are at `positions` now (1/16 steps).
+    #[inline(never)]
     pub(super) fn enter(&mut self, positions: [i32; 3]) {
         self.ticks = 0;
         self.newest = (self.newest + 1) % ENTRIES;

@@ -63,17 +63,22 @@ impl Mean {
         Self { length: self.length, ..Self::OFF }
     }
 
-    /// The motors' rates in this tick, in which the reference moves at `reference`.
-    pub(super) fn tick(&mut self, reference: [i32; 3]) -> [i32; 3] {
+    /// The motors' rates in a tick in which the reference moves at `reference`; [`pass`](Self::pass) takes that in.
+    pub(super) fn rates(&self, reference: [i32; 3]) -> [i32; 3] {
         if self.length == 0 {
             return reference;
         }
-        let mut rates = [0; 3];
-        for ((lane, rate), wanted) in self.lanes.iter_mut().zip(&mut rates).zip(reference) {
-            *rate = (lane.rate >> 5) as i32;
-            lane.rate += lane.slope;
+        let [a, b, c] = &self.lanes;
+        [a.now(), b.now(), c.now()]
+    }
+
+    /// A tick has passed in which the reference moved at `reference`.
+    #[inline(never)]
+    pub(super) fn pass(&mut self, reference: [i32; 3]) {
+        for (lane, wanted) in self.lanes.iter_mut().zip(reference) {
             lane.moved += i64::from(wanted);
-            lane.ahead += i64::from(wanted) - i64::from(*rate);
+            lane.ahead += i64::from(wanted) - i64::from(lane.now());
+            lane.rate += lane.slope;
         }
         self.tick += 1;
         if self.tick == CELL_TICKS {
@@ -81,7 +86,6 @@ impl Mean {
             self.lanes.iter_mut().for_each(|lane| lane.close(self.at, self.length));
             self.at = (self.at + 1) % self.length;
         }
-        rates
     }
 
     /// How far each motor has still to go until it is where the reference is, units.
@@ -107,6 +111,11 @@ impl Mean {
 }
 
 impl Lane {
+    /// The rate of the coming tick.
+    fn now(&self) -> i32 {
+        (self.rate >> 5) as i32
+    }
+
     /// Ends the present cell, which is number `at` of `length`.
     fn close(&mut self, at: usize, length: usize) {
         // The rest stays for the next cell. Bits: 31 + 4 - 5.

@@ -53,11 +53,11 @@ impl Ramp {
     pub(super) fn to(&mut self, wanted: [i32; 3], ticks: u32, most: [u32; 3]) {
         self.wanted = wanted;
         self.left = 0;
-        if wanted == self.rates {
-            return;
-        }
         // Within the limits rates are at most 1.28e9: the difference of two has 32 bits.
         let changes = [0, 1, 2].map(|i| wanted[i].abs_diff(self.rates[i]));
+        if changes[0] | changes[1] | changes[2] == 0 {
+            return;
+        }
         self.ticks = ticks_for(changes, most).max(ticks).max(1);
         self.left = self.ticks;
         for i in 0..3 {
@@ -100,9 +100,13 @@ impl Ramp {
 
     /// The rates after the next tick.
     pub(super) fn next(&self) -> [i32; 3] {
-        let mut next = *self;
-        next.tick();
-        next.rates
+        if self.left == 0 {
+            return self.rates;
+        }
+        [0, 1, 2].map(|i| {
+            let (rate, lane) = (self.rates[i].wrapping_add(self.lanes[i].step), &self.lanes[i]);
+            if lane.gathered + lane.rest >= self.ticks { rate.wrapping_add(lane.unit) } else { rate }
+        })
     }
 }
 
@@ -132,8 +136,9 @@ mod tests {
                 let changes = [0, 1, 2].map(|i| wanted[i].abs_diff(from[i]));
                 let ticks = ticks_for(changes, most).max(if changes == [0; 3] { 0 } else { least.max(1) });
                 for k in 1..=ticks.min(2000) {
-                    let before = ramp.rates;
+                    let (before, next) = (ramp.rates, ramp.next());
                     ramp.tick();
+                    prop_assert_eq!(ramp.rates, next);
                     for i in 0..3 {
                         let way = (i128::from(wanted[i]) - i128::from(from[i])) * i128::from(k) / i128::from(ticks);
                         prop_assert_eq!(i128::from(ramp.rates[i]), i128::from(from[i]) + way);

@@ -1,6 +1,7 @@
 //! How far a motor may turn, and whether it can still stop before that.
 
 use super::UNIT;
+use crate::wide;
 
 /// For so many ticks a motor that is safe needs not be looked at again.
 pub(super) const PATIENCE: u32 = 16;
@@ -54,12 +55,15 @@ impl Travel {
     /// Whether the motor stays within its travel if its reference turns at `rate` for this tick and then stops over `ticks`.
     pub(super) fn can_stop(&self, place: &Place, rate: i32, ticks: u32) -> bool {
         // This tick at `rate`, then rate·(1 - k/ticks) for k = 1.. : rate·(ticks + 1)/2 in all. Bits: rate 31, ticks 28.
-        let units = i64::from(rate) * (i64::from(ticks) + 1) / 2;
-        let pulses = (i64::from(place.fraction) + place.ahead + units).div_euclid(i64::from(UNIT));
-        let end = i64::from(place.position) + pulses * i64::from(place.per_pulse);
+        let size = (wide::product(rate.unsigned_abs(), ticks.wrapping_add(1)) >> 1) as i64;
+        let units = i64::from(place.fraction) + place.ahead + if rate < 0 { -size } else { size };
+        // Whole pulses to a limit, 30 bits and the sign, and not from units to pulses, which would be a division.
+        let pulses_to = |limit: i32| (limit - place.position) >> place.per_pulse.trailing_zeros();
+        let way = |pulses: i32| wide::signed_product(pulses, UNIT);
         match rate.signum() {
-            1 => end <= i64::from(self.limits.1),
-            -1 => end >= i64::from(self.limits.0),
+            1 => units < way(pulses_to(self.limits.1) + 1),
+            // Rounded up: to the first pulse that is not beyond.
+            -1 => units >= way(-((place.position - self.limits.0) >> place.per_pulse.trailing_zeros())),
             _ => true,
         }
     }
@@ -71,6 +75,29 @@ mod tests {
     use proptest::prelude::*;
 
     proptest! {
+        /// By definition, in whole numbers without a limit.
+        #[test]
+        fn a_motor_stops_where_it_is_said_to(
+            limits in (-(1i32 << 30)..=0, 0i32..=1 << 30), off in -3000i32..3000, high: bool, log in 0u32..5,
+            rate in -1_280_000_000i32..=1_280_000_000, shift in 0u32..30, ticks in 0u32..1000, fraction in 0..UNIT, ahead in -1_000_000_000i64..1_000_000_000,
+        ) {
+            let travel = Travel::between(limits.0, limits.1);
+            let (rate, per_pulse) = (rate >> shift, 1 << log);
+            let units = i128::from(rate) * i128::from(ticks + 1) / 2 + i128::from(fraction) + i128::from(ahead);
+            let pulses = units.div_euclid(i128::from(UNIT));
+            // Somewhere near to where it makes the difference.
+            let edge = i128::from(if high { limits.1 } else { limits.0 }) - pulses * per_pulse + i128::from(off >> log);
+            let position = edge.clamp(i128::from(limits.0), i128::from(limits.1)) as i32;
+            let end = i128::from(position) + pulses * per_pulse;
+            let stops = match rate.signum() {
+                1 => end <= i128::from(limits.1),
+                -1 => end >= i128::from(limits.0),
+                _ => true,
+            };
+            let place = Place { position, fraction, ahead, per_pulse: per_pulse as i32 };
+            prop_assert_eq!(travel.can_stop(&place, rate, ticks), stops);
+        }
+
         /// Where a motor surely can stop, it can.
         #[test]
         fn what_is_sure_is_so(
