@@ -33,7 +33,7 @@ const WRITE: Duration = Duration::from_millis(100);
 pub(crate) enum Message {
     /// A position.
     Position(Sighting),
-    /// Another one: the next of [`Inbox::commands`]. Apart, since the largest of them is ten times a position.
+    /// Another one: the next of [`Inbox::commands`]. Apart, since the largest of them is five times a position.
     Command,
     Damaged(FrameError),
 }
