@@ -3,9 +3,9 @@
 //! 1. Red blobs of all the sizes that a ball can have are looked for in a coarse picture (`propose`). Where
 //!    there is depth, a ball has one size only, and blobs of another are passed over.
 //! 2. Around each of the best the outline is fitted at full size (`outline`).
-//! 3. Each outline is judged by how much of it is seen, how much of it is red, its size against depth, and
-//!    what is behind it (`judge`). The best one is the ball if it is good enough; otherwise
-//!    there is none.
+//! 3. Each outline is looked at (`judge`): how much of it is seen, how much of it is red, how round its surface is, what
+//!    goes on beside it, and which disc its edges make when they are told nothing of the depth. All of it together is the
+//!    probability that it is the ball (`evidence`). The best one is the ball if that is enough; otherwise there is none.
 
 use opencv::core::{MatTraitConst, Rect};
 

@@ -55,6 +55,8 @@ pub(super) struct Fine {
     pub(super) edges: [bool; RAYS],
     /// Standard deviation of the edges' blur, pixels: the median.
     pub(super) blur: f64,
+    /// By how much the edges are off the disc as they are looked for some pixels about it (root of the mean square), pixels.
+    pub(super) uneven: f64,
 }
 
 /// Where a ray passes from the ball to what is behind it.
@@ -78,10 +80,19 @@ impl Picture<'_> {
         trusted: &[bool; RAYS],
         held: bool,
     ) -> Option<Fine> {
-        let mut fine = Fine { disc: start, covariance: Matrix3::identity(), edges: [false; RAYS], blur: 0.0 };
+        let mut fine = Fine {
+            disc: start,
+            covariance: Matrix3::identity(),
+            edges: [false; RAYS],
+            blur: 0.0,
+            uneven: 0.0,
+        };
         let mut blurs = [None; RAYS];
         let most = if held { HELD } else { 1.0 };
-        for (part, least) in BANDS.map(|(part, least)| (part.min(most), least)) {
+        let mut uneven = 0.0;
+        for (pass, (part, least)) in
+            BANDS.map(|(part, least)| (part.min(most), least)).into_iter().enumerate()
+        {
             let widest = (part * fine.disc.radius).max(least);
             let bands = blurs.map(|blur: Option<f64>| {
                 blur.map_or(widest, |b| (NARROW.0 * b + NARROW.1).clamp(least.min(widest), widest))
@@ -89,8 +100,13 @@ impl Picture<'_> {
             let edges = self.edges(&fine.disc, &bands, trusted);
             let edges = without_gleam(edges);
             fine = self.refit(&fine.disc, &edges, widest, radius)?;
+            // Later on edges that are off are not looked for, and before their places are rough.
+            if pass == 1 {
+                uneven = fine.uneven;
+            }
             blurs = std::array::from_fn(|ray| blur_about(&edges, ray));
         }
+        fine.uneven = uneven;
         // Where a blurred edge is is a matter of what it is blurred with.
         let mut known: Vec<f64> = blurs.iter().flatten().copied().collect();
         known.sort_by(f64::total_cmp);
@@ -132,7 +148,8 @@ impl Picture<'_> {
         normal += Matrix3::identity() * 0.05;
         let inverse = normal.try_inverse()?;
         let step = inverse * right;
-        let residual = ((squares - step.dot(&right)).max(0.0) / sum).max(EDGE_ERROR * EDGE_ERROR);
+        let uneven = (squares - step.dot(&right)).max(0.0) / sum;
+        let residual = uneven.max(EDGE_ERROR * EDGE_ERROR);
         let near = TOUCHING.0 * disc.radius + TOUCHING.1;
         let edges = std::array::from_fn(|ray| {
             let (cos, sin) = self.directions()[ray];
@@ -141,7 +158,7 @@ impl Picture<'_> {
             })
         });
         let covariance = inverse * residual + Matrix3::identity() * (SYSTEMATIC * SYSTEMATIC);
-        Some(Fine { disc: self.moved(disc, &step), covariance, edges, blur: 0.0 })
+        Some(Fine { disc: self.moved(disc, &step), covariance, edges, blur: 0.0, uneven: uneven.sqrt() })
     }
 
     /// The edge of each trusted ray, looked for within its band, where it has one.

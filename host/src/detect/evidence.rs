@@ -13,6 +13,12 @@ const ERRORS: (f64, f64) = (0.025, 0.05);
 /// Part of the standard deviation of the edge's blur, and of that of the fit, that either may be off besides.
 const BLUR: f64 = 0.3;
 const FIT: f64 = 2.0;
+/// What a ball's edges are off its disc (root of the mean square) as it is fitted alone: pixels, in its radius, and in what
+/// the blur is more than `SHARP` pixels.
+const UNEVEN: (f64, f64, f64) = (0.1, 0.04, 0.35);
+const SHARP: f64 = 0.5;
+/// What the odds lose for the square of how much more they are off, of which so much is free; and the most of it.
+const CORNERS: (f64, f64, f64) = (2.5, 0.5, 12.0);
 /// A square of an error counts no more than this: it is another thing's, whatever it is.
 const MOST: f64 = 40.0;
 
@@ -37,6 +43,8 @@ const ROUND: (f64, f64) = (0.7, 3.3);
 pub(super) struct Alone {
     /// The error of its radius, and that of its place, each over what is usual of a ball, squared.
     squares: (f64, f64),
+    /// By how much its edges are off a circle, over what is usual of a ball: a block has corners.
+    uneven: f64,
     /// Part of the rays that could have an edge on that disc and have one.
     edges: f64,
 }
@@ -58,7 +66,9 @@ impl Alone {
         let down = (own.disc.v - fine.disc.v) / radius / ERRORS.1.hypot(unsure(1));
         let edges = own.edges.iter().filter(|&&e| e).count() as f64;
         let squares = (size * size, across * across + down * down);
-        Some(Self { squares, edges: (edges / able).min(1.0) })
+        let blurred = UNEVEN.2 * (own.blur - SHARP).max(0.0);
+        let uneven = own.uneven / UNEVEN.0.hypot(UNEVEN.1 * radius).hypot(blurred);
+        Some(Self { squares, uneven, edges: (edges / able).min(1.0) })
     }
 }
 
@@ -87,6 +97,7 @@ impl Evidence {
         let odds = NOTHING_AGAINST + round
             - SQUARES.0 * size.min(MOST)
             - SQUARES.1 * place.min(MOST)
+            - CORNERS.0 * (self.alone.uneven - CORNERS.1).max(0.0).powi(2).min(CORNERS.2)
             - MISSING * (1.0 - self.alone.edges).min(0.5)
             - BESIDE * self.beside
             - GOES_ON * self.goes_on

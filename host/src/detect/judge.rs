@@ -99,7 +99,7 @@ impl Judge<'_> {
         };
         let rough = Matrix3::identity() * (0.15 * start.radius).powi(2);
         let fine = self.picture.refine_edges(start, by_depth, &trusted, held).filter(near);
-        fine.unwrap_or(Fine { disc: start, covariance: rough, edges: [false; RAYS], blur: 0.0 })
+        fine.unwrap_or(Fine { disc: start, covariance: rough, edges: [false; RAYS], blur: 0.0, uneven: 0.0 })
     }
 
     /// Whether `disc` has hardly anything of the ball's colour, is flat beyond doubt, or (where it is known to be `placed`
