@@ -11,7 +11,8 @@ export class Trace {
     this.chip = chip;
     this.core = chip.core;
     this.names = new Map(Object.entries(functions).map(([name, address]) => [address & ~1, name]));
-    this.handlers = Object.entries(handlers).map(([name, number]) => ({ name, number, began: null }));
+    // One that is under way already is not counted.
+    this.handlers = Object.entries(handlers).map(([name, number]) => ({ name, number, began: null, left: this.core.IPSR !== number }));
     /** Functions that have not returned: { name, began, sp, back }. */
     this.open = [];
     this.forget();
@@ -26,8 +27,10 @@ export class Trace {
     const { core, chip, open } = this;
     this.charge();
     for (const handler of this.handlers) {
-      if (core.IPSR === handler.number) handler.began ??= chip.cycles;
-      else if (handler.began !== null) this.ends(handler);
+      if (core.IPSR !== handler.number) {
+        handler.left = true;
+        if (handler.began !== null) this.ends(handler);
+      } else if (handler.left) handler.began ??= chip.cycles;
     }
     while (open.length > 0 && core.pc === open.at(-1).back && core.r[13] === open.at(-1).sp) this.ends(open.pop());
     const name = this.names.get(core.pc);
