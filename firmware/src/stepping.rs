@@ -28,7 +28,7 @@ use crate::{flash, hats, restart, think};
 /// How long before a tick's beginning it is planned: what planning may take. Measured in the emulated chip, to the last word for
 /// the state machines: at most 5852 clocks (47 µs), with a position that turns three motors round and a running mean;
 /// 7384 where that is in front of the end of their travel: such a tick is late.
-const AHEAD_US: u32 = 51;
+const AHEAD_US: u32 = 50;
 
 /// Less than this before its beginning, a tick is late: giving the state machines their words takes 4.5 µs.
 const LATE_US: i32 = 5;
