@@ -1,6 +1,8 @@
-//! Configurations that the tests of this crate start from.
+//! What the tests of this crate start from: configurations, and a board on a [bench](bench::Bench).
 #![allow(dead_code, reason = "each test file uses its part")]
 #![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
+
+pub(crate) mod bench;
 
 use plumb_core::BuildLimits;
 use plumb_core::params::Params;

@@ -1,0 +1,134 @@
+//! The board as a host sees it: bytes in, bytes out, a tick every 200 µs.
+
+use plumb_core::{Board, Outbox, TICK_US, Thinker};
+use plumb_protocol::Config;
+use plumb_protocol::frame::{Accumulator, encode};
+use plumb_protocol::message::*;
+use plumb_protocol::units::{Micros, Point};
+
+use super::{BUILD, config};
+
+/// A board, its clock and what it has said.
+pub(crate) struct Bench {
+    pub(crate) board: Board,
+    pub(crate) thinker: Thinker,
+    pub(crate) now: u64,
+    pub(crate) out: Outbox,
+    pub(crate) heard: Vec<FromBoard>,
+    pub(crate) accumulator: Accumulator,
+    pub(crate) sequence: u16,
+}
+
+pub(crate) const TARGET: [f64; 3] = [0.4, 0.4, 0.15];
+pub(crate) const BALL: [f64; 3] = [0.54, 0.22, 0.459];
+
+pub(crate) fn point(metres: [f64; 3]) -> Point {
+    Point::from_metres(metres).unwrap()
+}
+
+impl Bench {
+    pub(crate) fn new() -> Self {
+        let (board, out) = (Board::new(BUILD), Outbox::new());
+        Self {
+            board,
+            thinker: Thinker::new(),
+            now: 0,
+            out,
+            heard: Vec::new(),
+            accumulator: Accumulator::new(),
+            sequence: 0,
+        }
+    }
+
+    pub(crate) fn greeted() -> Self {
+        let mut bench = Self::new();
+        let _ = bench.send(Command::Hello(Hello::OURS));
+        bench
+    }
+
+    pub(crate) fn configured(config: Config) -> Self {
+        let mut bench = Self::greeted();
+        assert_eq!(bench.send(Command::Configure(config)), Ok(()));
+        bench
+    }
+
+    /// A board under way, with the ball in sight.
+    pub(crate) fn seeking() -> Self {
+        let mut bench = Self::configured(config());
+        bench.see(BALL);
+        assert_eq!(bench.send(Command::Target(point(TARGET))), Ok(()));
+        bench.run_seeing(5, BALL);
+        assert_eq!(bench.board.state(), State::Seeking);
+        bench
+    }
+
+    pub(crate) fn collect(&mut self) {
+        for &byte in self.out.bytes() {
+            if let Some(message) = self.accumulator.push(byte) {
+                self.heard.push(message.unwrap());
+            }
+        }
+        self.out.clear();
+    }
+
+    /// Sends a command as bytes; its answer.
+    pub(crate) fn send(&mut self, command: Command) -> Result<(), Refusal> {
+        let frame = encode(&ToBoard { id: 7, command }).unwrap();
+        self.board.receive(Micros(self.now), &frame, &mut self.out);
+        self.collect();
+        match self.heard.last() {
+            Some(FromBoard::Answer(Answer { id: 7, refusal: Some(refusal) })) => Err(*refusal),
+            _ => Ok(()),
+        }
+    }
+
+    pub(crate) fn see_aged(&mut self, ball: Option<[f64; 3]>, age_us: u32) -> Result<(), Refusal> {
+        self.sequence = self.sequence.wrapping_add(1);
+        let sequence = self.sequence;
+        self.send(Command::Position(Position { sequence, age_us, ball: ball.map(point), covariance: None }))
+    }
+
+    pub(crate) fn see(&mut self, ball: [f64; 3]) {
+        let _ = self.see_aged(Some(ball), 30_000);
+    }
+
+    pub(crate) fn run_ms(&mut self, ms: u64) {
+        for _ in 0..ms * 1000 / u64::from(TICK_US) {
+            self.board.tick(Micros(self.now), &mut self.thinker, &mut self.out);
+            self.now += u64::from(TICK_US);
+            self.collect();
+        }
+    }
+
+    pub(crate) fn run_seeing(&mut self, frames: u32, ball: [f64; 3]) {
+        for _ in 0..frames {
+            self.see(ball);
+            self.run_ms(33);
+        }
+    }
+
+    pub(crate) fn moving(&self) -> bool {
+        self.board.rates() != [0; 3]
+    }
+
+    pub(crate) fn faults(&self) -> Vec<Fault> {
+        let fault = |m: &FromBoard| match m {
+            FromBoard::Fault(report) => Some(report.fault),
+            _ => None,
+        };
+        self.heard.iter().filter_map(fault).collect()
+    }
+
+    /// The board is in this fault, has said so once, comes to rest within its ramp and stays there.
+    pub(crate) fn assert_stopped_by(&mut self, fault: Fault) {
+        assert_eq!(self.board.state(), State::Fault(fault));
+        assert_eq!(self.faults(), [fault]);
+        self.run_ms(210);
+        let rest = self.board.positions();
+        self.run_seeing(30, BALL);
+        assert!(!self.moving() && self.board.positions() == rest);
+        assert_eq!(self.send(Command::Target(point(TARGET))), Err(Refusal::Faulted(fault)));
+        assert_eq!(self.send(Command::ClearFault), Ok(()));
+        assert_eq!(self.board.state(), State::Ready);
+    }
+}
