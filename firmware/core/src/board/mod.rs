@@ -8,7 +8,7 @@ mod seek;
 use plumb_protocol::config::{Config, Drivers};
 use plumb_protocol::frame::{self, Accumulator, FrameError};
 use plumb_protocol::message::{
-    Answer, Command, Fault, FaultReport, FromBoard, Refusal, StartCause, State, Telemetry, ToBoard,
+    Answer, Fault, FaultReport, FromBoard, Refusal, StartCause, State, Telemetry, ToBoard,
 };
 use plumb_protocol::units::{Micrometres, Micros, Point, Rate, Steps16};
 
@@ -172,7 +172,6 @@ impl Board {
     #[inline(never)]
     pub fn take(&mut self, now: Micros, message: Result<&ToBoard, FrameError>, out: &mut Outbox) {
         match message {
-            Ok(ToBoard { id, command: Command::Position(position) }) => self.see(now, *id, position, out),
             Ok(message) => {
                 self.attending = true;
                 self.handle(now, message, out);
