@@ -240,7 +240,7 @@ mod tests {
     fn an_engine_that_follows_the_steps_gets_there() {
         let task = Task::paper();
         let mut plant = Elastic::new(task.geometry, ElasticParameters::default(), task.start).unwrap();
-        let mut cosim = cosim(LawSettings::DEFAULT);
+        let mut cosim = cosim("taut");
         let (dt, late) = (1.0 / 30.0, 2);
         let mut seen = vec![task.start; late];
         for frame in 0..300 {

@@ -197,7 +197,7 @@ fn suites(args: &ControlArgs) -> Result<Vec<Suite>, Failure> {
 fn contenders(args: &ControlArgs) -> Result<Vec<Contender>, Failure> {
     let mut contenders = args.law.clone();
     if contenders.is_empty() {
-        contenders.extend(Contender::named(LawSettings::DEFAULT));
+        contenders.push(Contender::Board(LawSettings::default()));
     }
     for law in contenders.iter_mut().filter_map(Contender::settings_mut) {
         law.set_gamma(args.gamma).or_bad_input()?;

@@ -39,12 +39,7 @@ fn config(args: &Args) -> Result<Config, Failure> {
         }
         return rig.config().or_bad_input();
     }
-    let law = args
-        .law
-        .clone()
-        .or_else(|| LawSettings::named(LawSettings::DEFAULT))
-        .ok_or("no such law")
-        .or_bad_input()?;
+    let law = args.law.clone().unwrap_or_default();
     let mean = law.mean().config("mean").or_bad_input()?;
     Ok(Limits::default().config(law.config().or_bad_input()?, mean, 0.010))
 }

@@ -79,11 +79,9 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
 
 /// The law that was asked for.
 fn chosen(args: &Args) -> Result<LawSettings, Failure> {
-    let usual = if args.gamma.is_some() { "interval" } else { LawSettings::DEFAULT };
-    let mut law = args.law.clone().map_or_else(|| law(usual), Ok).or_bad_input()?;
-    if let Some(gamma) = args.gamma {
-        law.set_gamma(gamma).or_bad_input()?;
-    }
+    let Some(gamma) = args.gamma else { return Ok(args.law.clone().unwrap_or_default()) };
+    let mut law = args.law.clone().map_or_else(|| law("interval"), Ok).or_bad_input()?;
+    law.set_gamma(gamma).or_bad_input()?;
     Ok(law)
 }
 

@@ -78,16 +78,13 @@ fn default_signs() -> [[i8; 3]; 3] {
 }
 
 impl Default for LawSettings {
-    /// [`DEFAULT`](LawSettings::DEFAULT), with its usual parameters.
+    /// The law that is taken where none is named, with its usual parameters.
     fn default() -> Self {
         Self::Taut(Estimating { delay: Seconds::default(), mean: Seconds(TAUT_MEAN_S) })
     }
 }
 
 impl LawSettings {
-    /// The law that is taken where none is named.
-    pub const DEFAULT: &str = "taut";
-
     /// Every law's name, as in rig files and for `--law`.
     pub const NAMES: [&str; 4] = ["interval", "sign", "certified", "taut"];
 
