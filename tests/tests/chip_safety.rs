@@ -82,14 +82,10 @@ fn the_watchdog_stops_moving_motors() {
     chip.run_us(10_000);
     let hung = chip.cycle;
     chip.hang();
-    let bitten = (0..150).map(|_| chip.run_us(1000)).find(|reply| !reply["resets"].is_null());
-    assert_eq!(bitten.expect("a reset")["resets"][0][1], "watchdog");
+    chip.assert_bitten_within(150);
     let last = chip.pulses().iter().filter_map(|pulses| pulses.last).max().expect("pulses");
     assert!(last < hung + 2 * 200 * CYCLES_PER_US, "{} clocks after the processor hung", last - hung);
-    chip.come_up();
-    assert_eq!(chip.level(ENABLE), 1);
-    chip.tell(Command::Hello(Hello::OURS));
-    assert_eq!(chip.state(), State::Fault(Fault::Watchdog));
+    chip.assert_stopped_by_watchdog();
 }
 
 /// The deepest that the stack has been from power-on, by a pattern laid under it: with the emergency loop open and closed, each law

@@ -7,7 +7,7 @@ use std::path::Path;
 use object::{Object, ObjectSymbol};
 use plumb_protocol::Config;
 use plumb_protocol::config::{Coils, Drivers, Estimated, Law, StepDir};
-use plumb_protocol::message::{Command, Fault, FromBoard, Hello, State};
+use plumb_protocol::message::{Fault, FromBoard, State};
 use plumb_protocol::units::{Milliseconds, Steps16};
 use plumb_tests::chip::{CYCLES_PER_US, Chip, ENABLE, FAR, NEAR, fast, image};
 use serde_json::json;
@@ -99,12 +99,8 @@ fn a_thought_that_never_ends_stops_the_motors_and_then_the_board() {
     chip.pulses();
     chip.run_us(20_000);
     assert_eq!(chip.pulses().map(|pulses| pulses.count), [0; 3]);
-    let bitten = (0..250).map(|_| chip.run_us(1000)).find(|reply| !reply["resets"].is_null());
-    assert_eq!(bitten.expect("a reset")["resets"][0][1], "watchdog");
-    chip.come_up();
-    assert_eq!(chip.level(ENABLE), 1);
-    chip.tell(Command::Hello(Hello::OURS));
-    assert_eq!(chip.state(), State::Fault(Fault::Watchdog));
+    chip.assert_bitten_within(250);
+    chip.assert_stopped_by_watchdog();
 }
 
 /// Motor HATs keep their bus busy all the time: the answers are there in time nevertheless.

@@ -3,11 +3,13 @@
 use plumb_protocol::Config;
 use plumb_protocol::config::{Deadlines, Drivers, Growth, Interval, Law, Motor, Reached, StepDir, Workspace};
 use plumb_protocol::frame::encode;
-use plumb_protocol::message::{Command, FromBoard, Hello, Position, Refusal, State, Telemetry, ToBoard};
+use plumb_protocol::message::{
+    Command, Fault, FromBoard, Hello, Position, Refusal, State, Telemetry, ToBoard,
+};
 use plumb_protocol::units::{Acceleration, Bound, Gain, Micrometres, Milliseconds, Point, Rate, Steps16};
 use serde_json::{Value, json};
 
-use super::{CYCLES_PER_US, Chip, EMERGENCY};
+use super::{CYCLES_PER_US, Chip, EMERGENCY, ENABLE};
 
 /// What a driver has seen on its STEP and DIR inputs since it was last asked; times in cycles, `None` where there was none.
 #[derive(Debug, Clone, Copy)]
@@ -164,6 +166,26 @@ impl Chip {
     /// Lets the processor jump to itself for ever, with interrupts off.
     pub fn hang(&mut self) {
         self.ask(json!({ "hang": true }));
+    }
+
+    /// The watchdog resets the chip within `ms` from now.
+    ///
+    /// # Panics
+    /// Where it does not.
+    pub fn assert_bitten_within(&mut self, ms: u32) {
+        let bitten = (0..ms).map(|_| self.run_us(1000)).find(|reply| !reply["resets"].is_null());
+        assert_eq!(bitten.expect("a reset")["resets"][0][1], "watchdog");
+    }
+
+    /// After a watchdog's reset: the board comes up, lets the drivers go and says why.
+    ///
+    /// # Panics
+    /// Where it does not.
+    pub fn assert_stopped_by_watchdog(&mut self) {
+        self.come_up();
+        assert_eq!(self.level(ENABLE), 1);
+        self.tell(Command::Hello(Hello::OURS));
+        assert_eq!(self.state(), State::Fault(Fault::Watchdog));
     }
 
     /// The chip's time, µs.
