@@ -9,11 +9,12 @@
 
 use opencv::core::{MatTraitConst, Rect};
 
+use super::coarse::Coarse;
 use super::colour::BallColour;
 use super::edge::Fine;
 use super::judge::{Judge, radius_at};
 use super::outline::{Disc, Picture};
-use super::propose::{Coarse, Proposal};
+use super::propose::Proposal;
 use super::sphere::{Depths, seen};
 use super::{DetectError, Detection, Detector};
 use crate::camera::{Camera, Intrinsics};

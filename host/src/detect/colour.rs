@@ -28,33 +28,48 @@ impl BallColour {
 
     /// How much a pixel (blue, green, red, 0 to 255) has of it, 0 to 1: its chroma (the largest of its channels less
     /// the smallest), less for another hue, over its brightness (the largest channel), dark pixels damped.
+    #[inline]
     pub(super) fn of(&self, pixel: Vec3b) -> f32 {
         self.damped(pixel.0.map(f32::from), DARK)
     }
 
-    /// The same of a colour (blue, green, red, 0 to 255), damped by `dark` grey levels.
+    /// The same of a colour (blue, green, red, 0 to 255), damped by `dark` grey levels. Without branches, so that it is
+    /// computed of several pixels at once.
+    #[inline]
     pub(super) fn damped(&self, [b, g, r]: [f32; 3], dark: f32) -> f32 {
-        let (most, least) = (r.max(g).max(b), r.min(g).min(b));
+        let (most, least) = (larger(larger(r, g), b), smaller(smaller(r, g), b));
         let chroma = most - least;
-        if chroma <= 0.0 {
-            return 0.0;
-        }
-        let hue = match most {
-            m if m == r => (g - b) / chroma,
-            m if m == g => 2.0 + (b - r) / chroma,
-            _ => 4.0 + (r - g) / chroma,
+        let (way, sixths) = if most == r {
+            (g - b, 0.0)
+        } else if most == g {
+            (b - r, 2.0)
+        } else {
+            (r - g, 4.0)
         };
-        let off = hue - self.hue;
-        let off = if off > 3.0 {
-            off - 6.0
-        } else if off < -3.0 {
-            off + 6.0
+        // All hues times chroma, which then need not be divided by.
+        let (off, half) = (way + (sixths - self.hue) * chroma, 3.0 * chroma);
+        let off = if off > half {
+            off - 2.0 * half
+        } else if off < -half {
+            off + 2.0 * half
         } else {
             off
         };
-        let lost = if off > 0.0 { off * self.slopes[0] } else { -off * self.slopes[1] };
-        chroma * (1.0 - lost).max(0.0) / (most + dark)
+        let lost = larger(off * self.slopes[0], -off * self.slopes[1]);
+        larger(chroma - lost, 0.0) / (most + dark)
     }
+}
+
+/// The larger of two numbers (neither is NaN, and that need not be looked at).
+#[inline]
+fn larger(a: f32, b: f32) -> f32 {
+    if a > b { a } else { b }
+}
+
+/// The smaller of two numbers, likewise.
+#[inline]
+fn smaller(a: f32, b: f32) -> f32 {
+    if a < b { a } else { b }
 }
 
 #[cfg(test)]

@@ -6,6 +6,7 @@ use thiserror::Error;
 use crate::frame::RgbdFrame;
 
 pub mod ball;
+mod coarse;
 mod colour;
 mod edge;
 mod evidence;

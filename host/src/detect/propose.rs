@@ -1,14 +1,8 @@
 //! Where a ball might be: blobs of its colour of any size that a ball can have, in a picture of a quarter of the size.
 
-use opencv::core::{Mat, MatTraitConst, MatTraitConstManual, Rect, Size, Vec3b};
-use opencv::imgproc::{INTER_AREA, resize};
-
-use super::DetectError;
-use super::colour::BallColour;
+use super::coarse::Coarse;
 use super::outline::Disc;
 
-/// Pixels of the full picture in a pixel of the coarse one.
-const SHRINK: f64 = 4.0;
 /// From one radius that is looked for to the next.
 const SCALE_STEP: f64 = 1.4;
 /// The smallest radius that is looked for, coarse pixels.
@@ -36,67 +30,20 @@ pub(super) struct Proposal {
     pub(super) response: f32,
 }
 
-/// The ball's colour in a window of the picture, at a quarter of the size.
-pub(super) struct Coarse {
-    width: usize,
-    height: usize,
-    /// Column and row of the window's first pixel in the full picture.
-    origin: (f64, f64),
-    /// How much each pixel has of the ball's colour, 0 to 1.
-    values: Vec<f32>,
-}
-
 impl Coarse {
-    /// Of `window`, which is in the picture and not empty.
-    pub(super) fn new(colour: &Mat, window: Rect, ball: BallColour) -> Result<Self, DetectError> {
-        let coarse = |n: i32| ((f64::from(n) / SHRINK) as i32).max(1);
-        let size = Size::new(coarse(window.width), coarse(window.height));
-        let mut small = Mat::default();
-        resize(&colour.roi(window)?, &mut small, size, 0.0, 0.0, INTER_AREA)?;
-        let values = small.data_typed::<Vec3b>()?.iter().map(|&pixel| ball.of(pixel)).collect();
-        let origin = (f64::from(window.x), f64::from(window.y));
-        Ok(Self { width: size.width as usize, height: size.height as usize, origin, values })
-    }
-
-    /// The full picture's column and row of the middle of each pixel, and its value.
-    pub(super) fn pixels(&self) -> impl Iterator<Item = (f64, f64, f32)> {
-        self.values.iter().enumerate().map(|(i, &value)| {
-            let (u, v) = self.full((i % self.width) as f64, (i / self.width) as f64);
-            (u, v, value)
-        })
-    }
-
-    /// The number of the pixel where the full picture has column `u`, row `v`, in the order of [`Coarse::pixels`]; `None`
-    /// outside.
-    pub(super) fn index(&self, u: f64, v: f64) -> Option<usize> {
-        let (x, y) = ((u + 0.5 - self.origin.0) / SHRINK, (v + 0.5 - self.origin.1) / SHRINK);
-        let inside = x >= 0.0 && y >= 0.0 && x < self.width as f64 && y < self.height as f64;
-        inside.then(|| y as usize * self.width + x as usize)
-    }
-
-    /// The value of a pixel.
-    pub(super) fn value(&self, index: usize) -> f32 {
-        self.values[index]
-    }
-
     /// All places for a ball of a radius within `radii` (pixels), the most promising first.
     pub(super) fn propose(&self, radii: (f64, f64)) -> Vec<Proposal> {
         // Nothing larger than the picture is seen in it.
-        let radii = (radii.0, radii.1.min(SHRINK * self.width.max(self.height) as f64 / 2.0));
+        let radii = (radii.0, radii.1.min(Coarse::SHRINK * self.width().max(self.height()) as f64 / 2.0));
         let sums = Sums::of(self, radii.1);
         let mut all = Vec::new();
-        let mut radius = (radii.0 / SHRINK).max(MIN_RADIUS);
-        while radius < radii.1 / SHRINK * SCALE_STEP.sqrt() {
+        let mut radius = (radii.0 / Coarse::SHRINK).max(MIN_RADIUS);
+        while radius < radii.1 / Coarse::SHRINK * SCALE_STEP.sqrt() {
             sums.peaks(radius, &mut all);
             radius *= SCALE_STEP;
         }
         all.sort_by(|a, b| b.response.total_cmp(&a.response));
         all
-    }
-
-    /// Where a coarse pixel is in the full picture.
-    fn full(&self, x: f64, y: f64) -> (f64, f64) {
-        ((x + 0.5) * SHRINK - 0.5 + self.origin.0, (y + 0.5) * SHRINK - 0.5 + self.origin.1)
     }
 }
 
@@ -116,11 +63,11 @@ struct Sums<'a> {
 impl<'a> Sums<'a> {
     /// Of a picture in which discs of up to `largest` pixels are looked for.
     fn of(coarse: &'a Coarse, largest: f64) -> Self {
-        let (width, height) = (coarse.width, coarse.height);
-        let margin = (largest / SHRINK * SCALE_STEP * SQUARES[2]).ceil() as usize + 1;
+        let (width, height) = (coarse.width(), coarse.height());
+        let margin = (largest / Coarse::SHRINK * SCALE_STEP * SQUARES[2]).ceil() as usize + 1;
         let stride = width + 2 * margin + 1;
         let mut sums = vec![0; stride * (height + 2 * margin + 1)];
-        for (y, line) in coarse.values.chunks_exact(width).enumerate() {
+        for (y, line) in coarse.values().chunks_exact(width).enumerate() {
             let (above, row) = sums[(margin + y) * stride..].split_at_mut(stride);
             let mut sum = 0;
             for ((value, corner), above) in line.iter().zip(&mut row[margin + 1..]).zip(&above[margin + 1..])
@@ -138,13 +85,17 @@ impl<'a> Sums<'a> {
         Self { coarse, width, height, margin, stride, sums }
     }
 
-    /// The rows of corners whose differences are the sums of the squares of half size `half` about the pixels of row `y`.
-    fn corners(&self, y: usize, half: usize) -> [&[i32]; 4] {
-        let side = 2 * half + 1;
-        [(0, 0), (0, side), (side, 0), (side, side)].map(|(dy, dx)| {
-            let at = (y + self.margin + dy - half) * self.stride + self.margin + dx - half;
-            &self.sums[at..at + self.width]
-        })
+    /// The sums of the columns, from the margin's first to each corner, that are within `half` rows of row `y`.
+    fn band(&self, y: usize, half: usize, band: &mut Vec<i32>) {
+        let row = |dy: usize| &self.sums[(y + self.margin + dy - half) * self.stride..][..self.stride];
+        band.clear();
+        // Sums fit, and so do their differences; said so that several are computed at once.
+        band.extend(row(2 * half + 1).iter().zip(row(0)).map(|(low, high)| low.wrapping_sub(*high)));
+    }
+
+    /// Both ends, in a band, of the squares of half size `half` about each pixel.
+    fn ends<'b>(&self, band: &'b [i32], half: usize) -> [&'b [i32]; 2] {
+        [self.margin - half, self.margin + half + 1].map(|at| &band[at..][..self.width])
     }
 
     /// Whether there is next to nothing of the colour within `half` rows of row `y`.
@@ -157,27 +108,29 @@ impl<'a> Sums<'a> {
 
     /// How much more coloured the middle is than what is around it, for discs of `radius` coarse pixels, at every
     /// `stride`th pixel of every `stride`th row.
-    fn responses(&self, radius: f64, stride: usize) -> Vec<f32> {
+    fn responses(&self, radius: f64, stride: usize) -> Map {
         let halves = SQUARES.map(|part| (part * radius).round() as usize);
         let [inner, disc, outer] = halves.map(|half| ((2 * half + 1) * (2 * half + 1)) as f32);
         let (inside, around) = ((inner * ONE).recip(), ((outer - disc) * ONE).recip());
-        let mut map = Vec::with_capacity(self.width.div_ceil(stride) * self.height.div_ceil(stride));
-        for y in (0..self.height).step_by(stride) {
+        let mut map = Map::new(self.width.div_ceil(stride), self.height.div_ceil(stride));
+        let mut bands: [Vec<i32>; 3] = Default::default();
+        let mut line = vec![0.0; self.width];
+        for (y, row) in (0..self.height).step_by(stride).zip(1..) {
             if self.is_bare(y, halves[0]) {
-                map.resize(map.len() + self.width.div_ceil(stride), 0.0);
                 continue;
             }
-            let [inner, disc, outer] = halves.map(|half| self.corners(y, half));
-            // Sums fit, and so do their differences; said so that several are computed at once.
-            let sum = |[a, b, c, d]: &[&[i32]; 4], x: usize| {
-                a[x].wrapping_sub(b[x]).wrapping_sub(c[x]).wrapping_add(d[x])
-            };
-            map.extend((0..self.width).step_by(stride).map(|x| {
-                let middle = sum(&inner, x) as f32 * inside;
-                let rim = sum(&outer, x).wrapping_sub(sum(&disc, x)) as f32 * around;
-                let difference = middle - rim;
-                if difference < MIN_DIFFERENCE { 0.0 } else { difference / (middle + rim + DARK) }
-            }));
+            for (band, half) in bands.iter_mut().zip(halves) {
+                self.band(y, half, band);
+            }
+            let [[a, b], [c, d], [e, f]] = [0, 1, 2].map(|i| self.ends(&bands[i], halves[i]));
+            let (inner, disc, outer) = (a.iter().zip(b), c.iter().zip(d), e.iter().zip(f));
+            for (((response, inner), disc), outer) in line.iter_mut().zip(inner).zip(disc).zip(outer) {
+                let [inner, disc, outer] = [inner, disc, outer].map(|(from, to)| to.wrapping_sub(*from));
+                let (middle, rim) = (inner as f32 * inside, outer.wrapping_sub(disc) as f32 * around);
+                let (difference, both) = (middle - rim, middle + rim + DARK);
+                *response = if difference < MIN_DIFFERENCE { 0.0 } else { difference / both };
+            }
+            map.set(row, line.iter().step_by(stride));
         }
         map
     }
@@ -186,34 +139,52 @@ impl<'a> Sums<'a> {
     fn peaks(&self, radius: f64, found: &mut Vec<Proposal>) {
         // Large discs answer alike over many pixels.
         let stride = ((radius / RADIUS_IN_STRIDES) as usize).max(1);
-        let map = Map { values: self.responses(radius, stride), width: self.width.div_ceil(stride) };
-        for (at, &response) in map.values.iter().enumerate().filter(|(_, response)| **response > 0.0) {
-            let (x, y) = (at % map.width, at / map.width);
-            if map.is_peak(x, y) {
-                let (u, v) = self.coarse.full((x * stride) as f64, (y * stride) as f64);
-                let disc = Disc { u, v, radius: radius * SHRINK };
-                found.push(Proposal { disc, response });
-            }
-        }
+        self.responses(radius, stride).each_peak(|x, y, response| {
+            let (u, v) = self.coarse.full((x * stride) as f64, (y * stride) as f64);
+            found.push(Proposal { disc: Disc { u, v, radius: radius * Coarse::SHRINK }, response });
+        });
     }
 }
 
-/// Responses, row by row.
+/// Responses, with a margin of zeros one pixel wide around them.
 struct Map {
     values: Vec<f32>,
+    /// With the margin.
     width: usize,
 }
 
 impl Map {
-    /// Whether no neighbour of (`x`, `y`) is larger (of equal ones the first is taken).
-    fn is_peak(&self, x: usize, y: usize) -> bool {
-        let height = self.values.len() / self.width;
-        let here = self.values[y * self.width + x];
-        (y.saturating_sub(1)..(y + 2).min(height)).all(|b| {
-            (x.saturating_sub(1)..(x + 2).min(self.width)).all(|a| {
-                let there = self.values[b * self.width + a];
-                if (b, a) < (y, x) { there < here } else { there <= here }
-            })
-        })
+    fn new(width: usize, height: usize) -> Self {
+        Self { values: vec![0.0; (width + 2) * (height + 2)], width: width + 2 }
+    }
+
+    /// Sets a row (the first is 1).
+    fn set<'a>(&mut self, row: usize, line: impl Iterator<Item = &'a f32>) {
+        for (value, new) in self.values[row * self.width + 1..].iter_mut().zip(line) {
+            *value = *new;
+        }
+    }
+
+    /// Column, row and value of each place above zero that has no larger neighbour (of equal ones the first is taken).
+    fn each_peak(&self, mut f: impl FnMut(usize, usize, f32)) {
+        let width = self.width;
+        let mut most = vec![0.0_f32; width];
+        for (y, rows) in self.values.windows(3 * width).step_by(width).enumerate() {
+            let (above, rest) = rows.split_at(width);
+            let (row, below) = rest.split_at(width);
+            for (((most, a), b), c) in most.iter_mut().zip(above).zip(row).zip(below) {
+                let larger = if a > b { *a } else { *b };
+                *most = if larger > *c { larger } else { *c };
+            }
+            for (x, around) in most.windows(3).enumerate() {
+                let here = row[x + 1];
+                if here > 0.0 && around.iter().all(|most| here >= *most) {
+                    let before = [above[x], above[x + 1], above[x + 2], row[x]];
+                    if before.iter().all(|before| here > *before) {
+                        f(x, y, here);
+                    }
+                }
+            }
+        }
     }
 }

@@ -1,21 +1,35 @@
 //! Balls in the depth picture: places where something of the ball's colour ends where a ball there would end, and the
 //! sphere of its size that fits the depth there.
 
+use std::f64::consts::{FRAC_1_SQRT_2, TAU};
+
 use nalgebra::{Matrix3, Point3, Vector3};
 
+use super::coarse::Coarse;
 use super::judge::radius_at;
 use super::outline::{Disc, Picture};
-use super::propose::Coarse;
 use crate::locate::DepthView;
 
 /// A pixel with less of the ball's colour is another thing's.
 const COLOURED: f32 = 0.14;
+/// In how many directions it is asked whether a sphere ends.
+const SIDES: u32 = 16;
 /// Part of the colour of a pixel that another one of the same thing has at least.
 const SAME: f32 = 0.4;
 /// Where it is asked whether a thing ends, in a ball's radius and in pixels more; in how many directions; in how many
 /// of them it must end.
 const BEYOND: (f64, f64) = (1.5, 2.0);
-const DIRECTIONS: usize = 8;
+const DIRECTIONS: [(f64, f64); 8] = [
+    (1.0, 0.0),
+    (DIAGONAL, DIAGONAL),
+    (0.0, 1.0),
+    (-DIAGONAL, DIAGONAL),
+    (-1.0, 0.0),
+    (-DIAGONAL, -DIAGONAL),
+    (0.0, -1.0),
+    (DIAGONAL, -DIAGONAL),
+];
+const DIAGONAL: f64 = FRAC_1_SQRT_2;
 const MIN_ENDS: usize = 6;
 /// Where it is asked whether the thing is there, in a ball's radius; in how many of four places it must be.
 const WITHIN: f64 = 0.45;
@@ -35,16 +49,20 @@ const MIN_PIXELS: usize = 6;
 
 /// A place for a ball in the depth picture.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Spot {
-    /// Sums of column, row and depth (pixels, metres) of the coarse pixels that speak for it.
-    sums: [f64; 3],
+struct Spot {
+    /// Mean column, row and depth (pixels, metres) of the coarse pixels that speak for it.
+    mean: [f64; 3],
     /// How many they are, those that speak more clearly counting more.
     count: f64,
 }
 
 impl Spot {
-    fn mean(&self) -> [f64; 3] {
-        self.sums.map(|s| s / self.count)
+    /// With one more pixel, which counts `weight`.
+    fn add(&mut self, pixel: [f64; 3], weight: f64) {
+        self.count += weight;
+        for (mean, x) in self.mean.iter_mut().zip(pixel) {
+            *mean += (x - *mean) * weight / self.count;
+        }
     }
 }
 
@@ -59,39 +77,31 @@ pub(super) struct Depths<'a> {
 /// The coarse picture with its depth.
 struct Blocks<'a> {
     coarse: &'a Coarse,
-    /// Of each pixel with something of the ball's colour, metres.
-    depths: Vec<Option<f64>>,
+    /// Of each pixel with something of the ball's colour, metres; infinite where there is none.
+    depths: Vec<f64>,
+    ball_radius: f64,
 }
 
 impl Blocks<'_> {
     /// Whether a coloured pixel may be near the middle of a ball seen with `radius` pixels: the surface is around it,
     /// but no longer where a ball would have ended. How clearly, up to 1.
-    fn may_be_within(
-        &self,
-        [u, v, z]: [f64; 3],
-        likeness: f32,
-        radius: f64,
-        ball_radius: f64,
-    ) -> Option<f64> {
+    fn may_be_within(&self, [u, v, z]: [f64; 3], likeness: f32, radius: f64) -> Option<f64> {
         let coloured = (SAME * likeness).max(COLOURED / 2.0);
         // Coloured, and no farther behind than a ball reaches: what goes on towards the camera is no end.
-        let is_it = |u: f64, v: f64| {
-            self.coarse.index(u, v).is_some_and(|i| {
-                self.coarse.value(i) >= coloured && self.depths[i].is_some_and(|o| o < z + ball_radius)
-            })
+        let is_it = |(du, dv): (f64, f64), reach: f64| {
+            self.coarse
+                .index(u + reach * du, v + reach * dv)
+                .is_some_and(|i| self.coarse.values()[i] >= coloured && self.depths[i] < z + self.ball_radius)
         };
-        let reach = WITHIN * radius;
-        let sides = [(reach, 0.0), (-reach, 0.0), (0.0, reach), (0.0, -reach)];
-        if sides.iter().filter(|(du, dv)| is_it(u + du, v + dv)).count() < MIN_WITHIN {
+        let around = DIRECTIONS.iter().step_by(2).filter(|&&way| is_it(way, WITHIN * radius));
+        if around.take(MIN_WITHIN).count() < MIN_WITHIN {
             return None;
         }
         let reach = BEYOND.0 * radius + BEYOND.1;
-        let ends = (0..DIRECTIONS).filter(|&i| {
-            let (sin, cos) = (std::f64::consts::TAU * i as f64 / DIRECTIONS as f64).sin_cos();
-            !is_it(u + reach * cos, v + reach * sin)
-        });
-        let more = ends.count().checked_sub(MIN_ENDS)?;
-        Some((more + 1) as f64 / (DIRECTIONS - MIN_ENDS + 1) as f64)
+        let goes_on = DIRECTIONS.iter().filter(|&&way| is_it(way, reach));
+        let most = DIRECTIONS.len() - MIN_ENDS + 1;
+        let more = most.checked_sub(goes_on.take(most).count())?;
+        (more > 0).then(|| more as f64 / most as f64)
     }
 }
 
@@ -99,48 +109,47 @@ impl Depths<'_> {
     /// The spheres that may be the ball, the likeliest first.
     pub(super) fn spheres(&self, coarse: &Coarse) -> Vec<Point3<f64>> {
         let mut spots: Vec<Spot> = Vec::new();
-        let blocks = Blocks {
-            coarse,
-            depths: coarse
-                .pixels()
-                .map(|(u, v, likeness)| if likeness < COLOURED / 2.0 { None } else { self.about(u, v) })
-                .collect(),
-        };
-        for ((u, v, likeness), z) in coarse.pixels().zip(&blocks.depths) {
-            let Some(z) = z.filter(|_| likeness >= COLOURED) else { continue };
-            let radius = radius_at(self.picture.intrinsics(), self.ball_radius, z + self.ball_radius);
-            // Of a large ball a quarter of the pixels is enough.
-            let weight = if radius > LARGE { 4.0 } else { 1.0 };
-            let left_out = radius > LARGE && (u as usize / 4 % 2 == 1 || v as usize / 4 % 2 == 1);
-            if left_out || !(2.0..=400.0).contains(&radius) {
-                continue;
+        let mut depths = Vec::with_capacity(coarse.values().len());
+        coarse.each(|u, v, likeness| {
+            let z = if likeness < COLOURED / 2.0 { None } else { self.about(u, v) };
+            depths.push(z.unwrap_or(f64::INFINITY));
+        });
+        let blocks = Blocks { coarse, depths, ball_radius: self.ball_radius };
+        let mut depths = blocks.depths.iter();
+        coarse.each(|u, v, likeness| {
+            let z = depths.next().filter(|z| likeness >= COLOURED && z.is_finite());
+            if let Some(&z) = z {
+                self.note([u, v, z], likeness, &blocks, &mut spots);
             }
-            let Some(speaks) = blocks.may_be_within([u, v, z], likeness, radius, self.ball_radius) else {
-                continue;
-            };
-            let speaks = weight * speaks;
-            let near = spots.iter_mut().find(|spot| {
-                let [a, b, c] = spot.mean();
-                (c - z).abs() < self.ball_radius && (a - u).powi(2) + (b - v).powi(2) < radius * radius
-            });
-            match near {
-                Some(spot) => {
-                    for (sum, x) in spot.sums.iter_mut().zip([u, v, z]) {
-                        *sum += x * speaks;
-                    }
-                    spot.count += speaks;
-                }
-                None => spots.push(Spot { sums: [u, v, z].map(|x| x * speaks), count: speaks }),
-            }
-        }
+        });
         // How much of a ball's middle speaks for it.
-        let share = |spot: &Spot| spot.count * spot.mean()[2].powi(2);
+        let share = |spot: &Spot| spot.count * spot.mean[2].powi(2);
         spots.sort_by(|a, b| share(b).total_cmp(&share(a)));
-        let fitted = spots.iter().take(MOST_SPOTS).filter_map(|spot| self.fit(spot.mean()));
+        let fitted = spots.iter().take(MOST_SPOTS).filter_map(|spot| self.fit(spot.mean));
         let mut spheres: Vec<(Point3<f64>, f64)> =
             fitted.map(|(centre, filled)| (centre, filled * self.ends(&centre))).collect();
         spheres.sort_by(|a, b| b.1.total_cmp(&a.1));
         spheres.into_iter().filter(|(_, quality)| *quality > HOPELESS).map(|(centre, _)| centre).collect()
+    }
+
+    /// Counts a coloured pixel to the spot that it speaks for, if it does for one.
+    fn note(&self, pixel: [f64; 3], likeness: f32, blocks: &Blocks, spots: &mut Vec<Spot>) {
+        let [u, v, z] = pixel;
+        let radius = radius_at(self.picture.intrinsics(), self.ball_radius, z + self.ball_radius);
+        // Of a large ball a quarter of the pixels is enough.
+        let weight = if radius > LARGE { 4.0 } else { 1.0 };
+        let left_out = radius > LARGE && (u as usize / 4 % 2 == 1 || v as usize / 4 % 2 == 1);
+        if left_out || !(2.0..=400.0).contains(&radius) {
+            return;
+        }
+        let Some(speaks) = blocks.may_be_within(pixel, likeness, radius) else { return };
+        let near = spots.iter_mut().find(|Spot { mean: [a, b, c], .. }| {
+            (c - z).abs() < self.ball_radius && (a - u).powi(2) + (b - v).powi(2) < radius * radius
+        });
+        match near {
+            Some(spot) => spot.add(pixel, weight * speaks),
+            None => spots.push(Spot { mean: pixel, count: weight * speaks }),
+        }
     }
 
     /// The sphere about a blob whose surface has depth `z`, metres, if there is one.
@@ -153,12 +162,12 @@ impl Depths<'_> {
     fn ends(&self, centre: &Point3<f64>) -> f64 {
         let Some(disc) = seen(self.picture, centre, self.ball_radius) else { return 0.0 };
         let reach = BEYOND.0 * disc.radius + BEYOND.1;
-        let ends = (0..2 * DIRECTIONS).filter(|&i| {
-            let (sin, cos) = (std::f64::consts::PI * i as f64 / DIRECTIONS as f64).sin_cos();
+        let ends = (0..SIDES).filter(|&i| {
+            let (sin, cos) = (TAU * f64::from(i) / f64::from(SIDES)).sin_cos();
             let beside = self.depth.at(disc.u + reach * cos, disc.v + reach * sin);
             beside.is_none_or(|o| o > centre.z || o < centre.z - 2.5 * self.ball_radius)
         });
-        ends.count() as f64 / (2 * DIRECTIONS) as f64
+        ends.count() as f64 / f64::from(SIDES)
     }
 
     /// The depth about the middle of a coarse pixel: that of the first of five pixels that has any.
@@ -216,7 +225,9 @@ impl Depths<'_> {
         let mut points = Vec::new();
         for j in -reach..=reach {
             for i in -reach..=reach {
-                let (x, y) = ((u + f64::from(i) * step).round(), (v + f64::from(j) * step).round());
+                let [x, y] = [u + f64::from(i) * step, v + f64::from(j) * step]
+                    .map(|k| (k + 0.5) as i32)
+                    .map(f64::from);
                 if (x - u).powi(2) + (y - v).powi(2) > (1.15 * radius).powi(2) {
                     continue;
                 }
