@@ -29,8 +29,8 @@ const MIN_SUPPORT: f64 = 0.1;
 const MIN_PIXELS: usize = 5;
 /// What a group of votes may span, in the ball's radius.
 const GROUP: f64 = 0.6;
-/// A disc's radius may be wrong by this, in itself.
-const SIZE_ERROR: f64 = 0.1;
+/// A disc's radius may be wrong by this, in itself: one that has been fitted, and one that is about to be.
+const SIZE_ERROR: (f64, f64) = (0.05, 0.1);
 /// Votes that have their error in common: noise of depth is smooth.
 const ALIKE: f64 = 8.0;
 /// What all votes have in common (standard deviation), metres at 1 m; as disparity's, it grows with the square.
@@ -84,30 +84,50 @@ pub fn locate(detection: &Detection, frame: &RgbdFrame, camera: &Camera) -> Opti
 /// elsewhere), and of that the median. `None` where it is fewer than a tenth of the disc's pixels.
 pub fn centre_depth(detection: &Detection, frame: &RgbdFrame, ball_radius: f64) -> Option<CentreDepth> {
     let disc = (detection.u, detection.v, detection.radius);
-    agreed_depth(disc, &DepthView::of(frame).ok()?, ball_radius, GRID)
+    let (votes, pixels) = centre_votes(disc, &DepthView::of(frame).ok()?, ball_radius, GRID, |_, _| true);
+    agreed_depth(
+        votes,
+        pixels,
+        ball_radius,
+        expected_depth(frame.intrinsics(), disc.2, ball_radius),
+        SIZE_ERROR.0,
+    )
 }
 
-/// As [`centre_depth`], from fewer pixels.
+/// As [`centre_depth`], of a disc (column, row, radius, pixels) that is not fitted yet, from fewer pixels: those that
+/// `count`.
 pub(crate) fn rough_centre_depth(
     disc: (f64, f64, f64),
     depth: &DepthView,
     ball_radius: f64,
+    count: impl Fn(f64, f64) -> bool,
 ) -> Option<CentreDepth> {
-    agreed_depth(disc, depth, ball_radius, ROUGH_GRID)
+    let (votes, pixels) = centre_votes(disc, depth, ball_radius, ROUGH_GRID, count);
+    agreed_depth(
+        votes,
+        pixels,
+        ball_radius,
+        expected_depth(depth.intrinsics, disc.2, ball_radius),
+        SIZE_ERROR.1,
+    )
 }
 
-/// `disc`: column, row and radius, pixels.
+/// Where a ball is that is seen with `radius` pixels, metres.
+fn expected_depth(intrinsics: &Intrinsics, radius: f64, ball_radius: f64) -> f64 {
+    (intrinsics.fx + intrinsics.fy) / 2.0 * ball_radius / radius
+}
+
+/// What the likeliest group of `votes` says, of `pixels` that were asked.
 fn agreed_depth(
-    disc: (f64, f64, f64),
-    depth: &DepthView,
+    mut votes: Vec<f64>,
+    pixels: usize,
     ball_radius: f64,
-    grid: f64,
+    expected: f64,
+    size_error: f64,
 ) -> Option<CentreDepth> {
-    let (mut votes, pixels) = centre_votes(disc, depth, ball_radius, grid);
     votes.sort_by(f64::total_cmp);
     // What is in front of the ball may be larger than what is seen of it, but is not of the size that a ball there has.
-    let expected = (depth.intrinsics.fx + depth.intrinsics.fy) / 2.0 * ball_radius / disc.2;
-    let group = likeliest(&votes, GROUP * ball_radius, expected);
+    let group = likeliest(&votes, GROUP * ball_radius, expected, size_error);
     let support = group.len() as f64 / pixels.max(1) as f64;
     if group.len() < MIN_PIXELS || support < MIN_SUPPORT {
         return None;
@@ -136,6 +156,11 @@ impl<'a> DepthView<'a> {
         Ok(Self { raw, width: mat.cols(), height: mat.rows(), intrinsics: frame.intrinsics() })
     }
 
+    /// How its pixels are rays.
+    pub(crate) fn intrinsics(&self) -> &Intrinsics {
+        self.intrinsics
+    }
+
     /// Whether (`u`, `v`) is in the picture.
     fn contains(&self, u: f64, v: f64) -> bool {
         u >= -0.5 && v >= -0.5 && u < f64::from(self.width) - 0.5 && v < f64::from(self.height) - 0.5
@@ -161,12 +186,13 @@ pub(crate) fn pixels<T: DataType>(mat: &Mat) -> Result<Cow<'_, [T]>, opencv::Err
     mat.try_clone()?.data_typed().map(|pixels| Cow::Owned(pixels.to_vec()))
 }
 
-/// What each pixel on the disc says of the centre's depth, metres, and how many pixels were asked.
+/// What each pixel on the disc that counts says of the centre's depth, metres, and how many pixels were asked.
 fn centre_votes(
     (u, v, radius): (f64, f64, f64),
     depth: &DepthView,
     ball_radius: f64,
     grid: f64,
+    counts: impl Fn(f64, f64) -> bool,
 ) -> (Vec<f64>, usize) {
     let mask = radius * MASK;
     let step = ((2.0 * radius / grid) as i32).max(1);
@@ -180,7 +206,7 @@ fn centre_votes(
                 continue;
             }
             pixels += 1;
-            let z = depth.at(x, y);
+            let z = depth.at(x, y).filter(|_| counts(x, y));
             votes.extend(z.and_then(|z| vote(depth.intrinsics, (u, v), (x, y), z, ball_radius)));
         }
     }
@@ -204,14 +230,14 @@ fn vote(
 }
 
 /// Of the runs of `sorted` that span no more than `width` the longest, those weighing less that are far from
-/// `expected`.
-fn likeliest(sorted: &[f64], width: f64, expected: f64) -> &[f64] {
+/// `expected` (standard deviation of the logarithm: `size_error`).
+fn likeliest(sorted: &[f64], width: f64, expected: f64, size_error: f64) -> &[f64] {
     let (mut best, mut most, mut start) = (0..0, 0.0, 0);
     for (end, &z) in sorted.iter().enumerate() {
         while z - sorted[start] > width {
             start += 1;
         }
-        let off = ((z + sorted[start]) / (2.0 * expected)).ln() / SIZE_ERROR;
+        let off = ((z + sorted[start]) / (2.0 * expected)).ln() / size_error;
         let weight = (end + 1 - start) as f64 * (0.05 + (-off * off / 2.0).exp());
         if weight > most {
             (best, most) = (start..end + 1, weight);

@@ -6,8 +6,9 @@ use super::edge::Fine;
 use super::evidence::{Alone, Evidence};
 use super::outline::{Disc, Outline, Picture, RAYS, Rim};
 use super::round::{FINELY, ROUGHLY, roundness};
+use super::sphere::COLOURED;
 use crate::camera::Intrinsics;
-use crate::locate::{DepthView, rough_centre_depth};
+use crate::locate::{CentreDepth, DepthView, rough_centre_depth};
 
 /// Where the depth outside a disc is read, in its radius and in pixels more: beyond the pixels that mix ball
 /// and background, and beyond what depth may be shifted against colour.
@@ -26,8 +27,9 @@ const BESIDE: f64 = 0.4;
 const COVER: (f64, f64) = (1.2, 2.5);
 /// How far the edges may move a disc that depth has shown: in its radius, and pixels more.
 const HELD: (f64, f64) = (0.12, 2.5);
-/// A disc that was moved by more than this, in its radius, is fitted again.
-const MOVED: f64 = 0.1;
+/// A disc that was moved by more than this, in its radius, is fitted again; and one whose radius is so much another than
+/// depth asks for where it is now.
+const MOVED: (f64, f64) = (0.1, 0.025);
 /// A surface no rounder than this is none of a ball: at a place that is not exact, and at one that is.
 const FLAT_SURFACE: (f64, f64) = (0.1, 0.25);
 /// A thing that ends in fewer directions than this, or goes on in more than that, is not looked at more closely.
@@ -71,9 +73,14 @@ impl Judge<'_> {
     /// that is `held`.
     pub(super) fn candidate(&self, start: Disc, held: bool) -> Candidate {
         let mut fine = self.fit(start, held);
-        // What is around it was looked at from where it is not: once more.
-        if (fine.disc.u - start.u).hypot(fine.disc.v - start.v) > MOVED * start.radius {
-            fine = self.fit(fine.disc, held);
+        // What is around it was looked at from where it is not, or its depth was another's: once more.
+        let moved = (fine.disc.u - start.u).hypot(fine.disc.v - start.v) > MOVED.0 * start.radius;
+        let by_depth =
+            self.centre(&fine.disc).map(|z| radius_at(self.picture.intrinsics(), self.ball_radius, z));
+        let resized = by_depth.is_some_and(|radius| (radius / fine.disc.radius - 1.0).abs() > MOVED.1);
+        if moved || resized {
+            let radius = by_depth.filter(|_| resized).unwrap_or(fine.disc.radius);
+            fine = self.fit(Disc { radius, ..fine.disc }, held);
         }
         let mut outline = self.picture.outline_at(fine.disc);
         for (ray, rim) in outline.rims.iter_mut().enumerate() {
@@ -228,10 +235,18 @@ impl Judge<'_> {
     }
 
     /// Depth of the ball's centre, metres, where enough of what is seen of the disc agrees on it.
+    ///
+    /// What has the ball's colour is asked first: a post before the ball may be more of the disc than the ball.
     fn centre(&self, disc: &Disc) -> Option<f64> {
-        let known = rough_centre_depth((disc.u, disc.v, disc.radius), self.depth, self.ball_radius)?;
-        let seen = 1.0 - self.covered(disc, known.depth);
-        (known.support >= KNOWN * seen.max(0.3)).then_some(known.depth)
+        let place = (disc.u, disc.v, disc.radius);
+        let enough = |known: &CentreDepth| {
+            let seen = 1.0 - self.covered(disc, known.depth);
+            known.support >= KNOWN * seen.max(0.3)
+        };
+        let coloured = |u: f64, v: f64| self.picture.likeness(u, v) >= COLOURED;
+        let known = rough_centre_depth(place, self.depth, self.ball_radius, coloured).filter(enough);
+        let all = || rough_centre_depth(place, self.depth, self.ball_radius, |_, _| true).filter(enough);
+        known.or_else(all).map(|known| known.depth)
     }
 
     /// Part of a disc that something in front of a ball at depth `z` hides.
@@ -258,8 +273,13 @@ impl Judge<'_> {
             }
             let pixel =
                 self.picture.pixel_on_ray(&outline.disc, ray, OUTSIDE.0 + OUTSIDE.1 / outline.disc.radius);
-            let outside = pixel.and_then(|(u, v)| self.depth.at(u, v));
-            Some(match outside {
+            let depth_at = |pixel: Option<(f64, f64)>| pixel.and_then(|(u, v)| self.depth.at(u, v));
+            // A post may end before the place beside it.
+            let rim = depth_at(self.picture.pixel_on_ray(&outline.disc, ray, 1.0));
+            if rim.is_some_and(|o| o <= z - COVER.0 * self.ball_radius) {
+                return Some(Side::Covered);
+            }
+            Some(match depth_at(pixel) {
                 Some(o) if o <= z - COVER.1 * self.ball_radius => Side::Covered,
                 Some(o) if o <= z && outline.rims[ray] == Rim::Red => Side::Continued,
                 Some(o) if o <= z - COVER.0 * self.ball_radius => Side::Covered,

@@ -1,6 +1,6 @@
 //! How round a surface is in the depth picture.
 
-use nalgebra::{Matrix6, Vector6};
+use nalgebra::{Matrix6, Vector3, Vector6};
 
 use super::outline::Disc;
 use crate::locate::DepthView;
@@ -22,8 +22,9 @@ pub(super) const ROUGHLY: i32 = 5;
 ///
 /// It is read at `half` places from the middle to the edge.
 ///
-/// Least squares of depth = a + b x + c y + d x² + e xy + f y² over the pixels whose depth is near that
-/// of a ball of depth `z`; the smaller eigenvalue of the curvature over that of a sphere fitted at the same pixels.
+/// With x and y across the direction to a ball whose centre has depth `z`, and h along it, least squares of
+/// h = a + b x + c y + d x² + e xy + f y² over the pixels that are near that ball's surface; the smaller eigenvalue of the
+/// curvature over that of the ball at the same pixels.
 pub(super) fn roundness(
     disc: &Disc,
     depth: &DepthView,
@@ -32,20 +33,34 @@ pub(super) fn roundness(
     half: i32,
 ) -> Option<(f64, f64)> {
     let part = SURFACE;
-    let (mut normal, mut right, mut ideal) = (Matrix6::zeros(), Vector6::zeros(), Vector6::zeros());
+    let lens = depth.intrinsics();
+    let centre = lens.deproject(disc.u, disc.v, z).coords;
+    let ahead = centre.normalize();
+    let right = (Vector3::x() - ahead * ahead.x).normalize();
+    let down = ahead.cross(&right);
+    let (mut normal, mut right_side, mut ideal) = (Matrix6::zeros(), Vector6::zeros(), Vector6::zeros());
     let (mut squares, mut n) = (0.0, 0.0);
     for i in -half..=half {
         for j in -half..=half {
             let [x, y] = [i, j].map(|k| f64::from(k) / f64::from(half) * part);
             let height = 1.0 - x * x - y * y;
-            let at = depth.at(disc.u + x * disc.radius, disc.v + y * disc.radius);
-            let Some(off) = at.map(|d| (d - z) / ball_radius) else { continue };
-            if height < 1.0 - part * part || (off + height.sqrt()).abs() > NEAR {
+            if height < 1.0 - part * part {
+                continue;
+            }
+            let expected = centre + (right * x + down * y - ahead * height.sqrt()) * ball_radius;
+            let Some((u, v)) = lens.project(&expected.into()).map(|(u, v)| (u.round(), v.round())) else {
+                continue;
+            };
+            let Some(seen) = depth.at(u, v) else { continue };
+            let off = (lens.deproject(u, v, seen).coords - centre) / ball_radius;
+            let (x, y, off) = (off.dot(&right), off.dot(&down), off.dot(&ahead));
+            let height = 1.0 - x * x - y * y;
+            if height <= 0.0 || (off + height.sqrt()).abs() > NEAR {
                 continue;
             }
             let row = Vector6::new(1.0, x, y, x * x, x * y, y * y);
             normal += row * row.transpose();
-            right += row * off;
+            right_side += row * off;
             ideal -= row * height.sqrt();
             squares += off * off;
             n += 1.0;
@@ -55,9 +70,9 @@ pub(super) fn roundness(
         return None;
     }
     let inverse = normal.try_inverse()?;
-    let (fit, ideal) = (inverse * right, inverse * ideal);
+    let (fit, ideal) = (inverse * right_side, inverse * ideal);
     let flattest = |f: &Vector6<f64>| (f[3] + f[5]) / 2.0 - ((f[3] - f[5]) / 2.0).hypot(f[4] / 2.0);
-    let variance = (squares - fit.dot(&right)).max(0.0) / (n - 6.0);
+    let variance = (squares - fit.dot(&right_side)).max(0.0) / (n - 6.0);
     // Readings that share a pixel, or a patch of noise, are not each a proof.
     let readings = f64::from((2 * half + 1) * (2 * half + 1));
     let shared = (SMOOTH * readings / (2.0 * part * disc.radius).powi(2)).max(1.0);

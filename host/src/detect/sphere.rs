@@ -11,7 +11,7 @@ use super::outline::{Disc, Picture};
 use crate::locate::DepthView;
 
 /// A pixel with less of the ball's colour is another thing's.
-const COLOURED: f32 = 0.14;
+pub(super) const COLOURED: f32 = 0.14;
 /// In how many directions it is asked whether a sphere ends.
 const SIDES: u32 = 16;
 /// Part of the colour of a pixel that another one of the same thing has at least.

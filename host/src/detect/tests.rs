@@ -88,6 +88,24 @@ fn what_spoils_the_view_does_not_lose_it() {
 }
 
 #[test]
+fn a_narrow_post_before_half_of_it_does_not_shift_it() {
+    for (from, to) in [(0.05, 1.3), (-0.1, 1.1), (-1.2, -0.05)] {
+        let ball = ball_at(250.0, 200.0, 0.9);
+        let truth = ball.seen(&INTRINSICS);
+        let mut scene = Scene::wall(2.2);
+        scene.add(&ball);
+        scene.each_pixel(|_, at, pixel, depth| {
+            let off = (f64::from(at.0) - truth.u) / truth.radius;
+            if (from..to).contains(&off) {
+                (*pixel, *depth) = ([105, 110, 112].into(), 4000);
+            }
+        });
+        let found = detect(&scene.frame());
+        assert!(miss(found, &truth) * truth.radius < 0.4, "{from} to {to}: {found:?} {truth:?}");
+    }
+}
+
+#[test]
 fn it_is_followed_and_found_again_when_it_is_elsewhere() {
     let frame_of = |u: f64, v: f64| {
         let ball = ball_at(u, v, 1.0);
