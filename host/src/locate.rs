@@ -125,7 +125,7 @@ fn agreed_depth(
     expected: f64,
     size_error: f64,
 ) -> Option<CentreDepth> {
-    votes.sort_by(f64::total_cmp);
+    votes.sort_unstable_by(f64::total_cmp);
     // What is in front of the ball may be larger than what is seen of it, but is not of the size that a ball there has.
     let group = likeliest(&votes, GROUP * ball_radius, expected, size_error);
     let support = group.len() as f64 / pixels.max(1) as f64;
@@ -172,8 +172,8 @@ impl<'a> DepthView<'a> {
             return None;
         }
         // Not negative: to cut off is to round down, without a call of the C library's floor.
-        let (column, row) = ((u + 0.5) as usize, (v + 0.5) as usize);
-        let raw = self.raw[row * self.width as usize + column];
+        let (column, row) = ((u + 0.5) as u32, (v + 0.5) as u32);
+        let raw = self.raw[row as usize * self.width as usize + column as usize];
         (raw != 0).then(|| f64::from(raw) / self.intrinsics.depth_scale)
     }
 }
@@ -237,8 +237,12 @@ fn likeliest(sorted: &[f64], width: f64, expected: f64, size_error: f64) -> &[f6
         while z - sorted[start] > width {
             start += 1;
         }
+        let count = (end + 1 - start) as f64;
+        if 1.05 * count <= most {
+            continue;
+        }
         let off = ((z + sorted[start]) / (2.0 * expected)).ln() / size_error;
-        let weight = (end + 1 - start) as f64 * (0.05 + (-off * off / 2.0).exp());
+        let weight = count * (0.05 + (-off * off / 2.0).exp());
         if weight > most {
             (best, most) = (start..end + 1, weight);
         }

@@ -13,7 +13,7 @@ use super::coarse::Coarse;
 use super::colour::BallColour;
 use super::edge::Fine;
 use super::judge::{Judge, radius_at};
-use super::outline::{Disc, Picture};
+use super::picture::{Disc, Picture};
 use super::propose::Proposal;
 use super::sphere::{Depths, seen};
 use super::{DetectError, Detection, Detector};
@@ -98,7 +98,9 @@ impl Ball {
                 return false;
             }
             let candidate = judge.candidate(start, held);
-            let score = if fits(candidate.fine.disc.radius) { judge.score(&candidate) } else { 0.0 };
+            let least = best.map_or(self.threshold, |b| b.1.max(self.threshold));
+            let fits = fits(candidate.fine.disc.radius);
+            let score = if fits { judge.score(&candidate, least) } else { 0.0 };
             known.extend([start, candidate.fine.disc]);
             // Of equal ones the more promising one's.
             if best.is_none_or(|b| score > b.1) {
@@ -109,8 +111,7 @@ impl Ball {
         let depths = Depths { picture: &picture, depth: &depth, ball_radius: self.ball_radius };
         let spheres = depths.spheres(&coarse);
         let discs = spheres.iter().filter_map(|centre| seen(&picture, centre, self.ball_radius));
-        let discs = discs.filter(|disc| !judge.is_hopeless(disc, true));
-        if discs.take(SPHERES).any(|disc| consider(disc, true)) {
+        if discs.filter(|disc| judge.may_be(disc)).take(SPHERES).any(|disc| consider(disc, true)) {
             return Ok(best);
         }
         for start in self.starts(&coarse, &judge) {
@@ -118,7 +119,7 @@ impl Ball {
             let by_depth = sphere.and_then(|centre| seen(&picture, &centre, self.ball_radius));
             let by_outline = || picture.fit(start.disc, start.surface.is_none()).map(|outline| outline.disc);
             let disc = by_depth.or_else(by_outline);
-            if disc.is_some_and(|disc| consider(disc, false)) {
+            if disc.is_some_and(|disc| judge.may_be(&disc) && consider(disc, false)) {
                 break;
             }
         }
@@ -144,7 +145,7 @@ impl Ball {
                 continue;
             }
             glances -= 1;
-            if !judge.is_hopeless(&start.disc, false) {
+            if !judge.is_hopeless(&start.disc) {
                 *left -= 1;
                 starts.push(start);
             }

@@ -33,7 +33,8 @@ impl Coarse {
         let (mut half, mut small) = (Mat::default(), Mat::default());
         resize(&colour.roi(window)?, &mut half, Size::new(2 * width, 2 * height), 0.0, 0.0, INTER_AREA)?;
         resize(&half, &mut small, Size::new(width, height), 0.0, 0.0, INTER_AREA)?;
-        let values = small.data_typed::<Vec3b>()?.iter().map(|&pixel| ball.of(pixel)).collect();
+        let values =
+            small.data_typed::<Vec3b>()?.iter().map(|pixel| ball.of(pixel.0.map(f32::from))).collect();
         let origin = (f64::from(window.x), f64::from(window.y));
         Ok(Self { width: width as usize, height: height as usize, origin, values })
     }
@@ -67,7 +68,7 @@ impl Coarse {
     pub(super) fn index(&self, u: f64, v: f64) -> Option<usize> {
         let (x, y) = ((u + 0.5 - self.origin.0) / Self::SHRINK, (v + 0.5 - self.origin.1) / Self::SHRINK);
         let inside = x >= 0.0 && y >= 0.0 && x < self.width as f64 && y < self.height as f64;
-        inside.then(|| y as usize * self.width + x as usize)
+        inside.then(|| y as u32 as usize * self.width + x as u32 as usize)
     }
 
     /// Where the middle of the pixel in column `x`, row `y` is in the full picture.

@@ -1,7 +1,5 @@
 //! How much a pixel has the ball's colour.
 
-use opencv::core::Vec3b;
-
 /// Hues around the circle of colours are counted in sixths of it here: 0 red, 1 yellow, 2 green and so on.
 const SIXTH: f64 = 60.0;
 /// Added to a pixel's brightness, grey levels, so that the noise of dark pixels is no colour.
@@ -26,11 +24,11 @@ impl BallColour {
         Self { hue, slopes }
     }
 
-    /// How much a pixel (blue, green, red, 0 to 255) has of it, 0 to 1: its chroma (the largest of its channels less
+    /// How much a colour (blue, green, red, 0 to 255) has of it, 0 to 1: its chroma (the largest of its channels less
     /// the smallest), less for another hue, over its brightness (the largest channel), dark pixels damped.
     #[inline]
-    pub(super) fn of(&self, pixel: Vec3b) -> f32 {
-        self.damped(pixel.0.map(f32::from), DARK)
+    pub(super) fn of(&self, colour: [f32; 3]) -> f32 {
+        self.damped(colour, DARK)
     }
 
     /// The same of a colour (blue, green, red, 0 to 255), damped by `dark` grey levels. Without branches, so that it is
@@ -62,7 +60,7 @@ impl BallColour {
 
 /// The larger of two numbers (neither is NaN, and that need not be looked at).
 #[inline]
-fn larger(a: f32, b: f32) -> f32 {
+pub(super) fn larger(a: f32, b: f32) -> f32 {
     if a > b { a } else { b }
 }
 
@@ -77,7 +75,7 @@ mod tests {
     use super::*;
 
     fn of(degrees: f64, [r, g, b]: [u8; 3]) -> f32 {
-        BallColour::new(degrees).of(Vec3b::from([b, g, r]))
+        BallColour::new(degrees).of([b, g, r].map(f32::from))
     }
 
     #[test]

@@ -8,7 +8,8 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::outline::{Disc, Picture, RAYS};
+use super::picture::{Disc, Picture};
+use super::rays::RAYS;
 
 /// Samples on a ray to either side of the expected edge.
 const HALF: usize = 12;
@@ -158,16 +159,23 @@ impl Picture<'_> {
             })
         });
         let covariance = inverse * residual + Matrix3::identity() * (SYSTEMATIC * SYSTEMATIC);
-        Some(Fine { disc: self.moved(disc, &step), covariance, edges, blur: 0.0, uneven: uneven.sqrt() })
+        Some(Fine {
+            disc: self.rays(disc).moved(disc.radius, &step),
+            covariance,
+            edges,
+            blur: 0.0,
+            uneven: uneven.sqrt(),
+        })
     }
 
     /// The edge of each trusted ray, looked for within its band, where it has one.
     fn edges(&self, disc: &Disc, bands: &[f64; RAYS], trusted: &[bool; RAYS]) -> [Option<Edge>; RAYS] {
+        let rays = self.rays(disc);
         std::array::from_fn(|ray| {
             let step = bands[ray] / HALF as f64;
             let mut samples = [[0.0; 3]; SAMPLES];
             let start = disc.radius - bands[ray];
-            let inside = trusted[ray] && self.sample_ray(disc, ray, start, step, &mut samples);
+            let inside = trusted[ray] && rays.blended(ray, start, step, &mut samples);
             inside.then(|| edge(&samples, step)).flatten()
         })
     }

@@ -5,7 +5,8 @@
 //! logistic regression on 1050 discs, 885 of them balls, of `plumb bench vision` (`docs/cameras.md`).
 
 use super::edge::Fine;
-use super::outline::{Picture, RAYS};
+use super::picture::Picture;
+use super::rays::RAYS;
 
 /// What a ball's radius by its outline alone differs by from what depth asks for (standard deviation of the logarithm),
 /// and its middle from where it was found, in its radius.
@@ -72,12 +73,20 @@ impl Alone {
         let uneven = own.uneven / UNEVEN.0.hypot(UNEVEN.1 * radius).hypot(blurred);
         Some(Self { squares, uneven, edges: (edges / able).min(1.0) })
     }
+
+    /// What the logarithm of the odds loses for it.
+    pub(super) fn against(&self) -> f64 {
+        let (size, place) = self.squares;
+        SQUARES.0 * size.min(MOST)
+            + SQUARES.1 * place.min(MOST)
+            + CORNERS.0 * (self.uneven - CORNERS.1).max(0.0).powi(2).min(CORNERS.2)
+            + MISSING * (1.0 - self.edges).min(0.5)
+    }
 }
 
-/// What is seen of a disc that has depth.
+/// What is seen of a disc that has depth, but for what its outline says by itself.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Evidence {
-    pub(super) alone: Alone,
     /// Part of the rays with something as near beside the disc, that of the ball's colour counted twice more.
     pub(super) beside: f64,
     /// Part of the rays on which the ball's colour goes on and nothing says that it ends.
@@ -90,21 +99,20 @@ pub(super) struct Evidence {
 }
 
 impl Evidence {
-    /// The probability that it is the ball, 0 to 1.
-    pub(super) fn probability(&self) -> f64 {
+    /// The logarithm of the odds that it is the ball, if its outline alone says nothing against it: they are no better.
+    pub(super) fn odds(&self) -> f64 {
         let less = |x: f64, (enough, weight): (f64, f64)| weight * (enough - x).max(0.0);
-        let (size, place) = self.alone.squares;
         let round =
             self.round.map_or(0.0, |(least, most)| ROUND.1 * least.clamp(0.0, ROUND.0) - less(most, FLAT));
-        let odds = NOTHING_AGAINST + round
-            - SQUARES.0 * size.min(MOST)
-            - SQUARES.1 * place.min(MOST)
-            - CORNERS.0 * (self.alone.uneven - CORNERS.1).max(0.0).powi(2).min(CORNERS.2)
-            - MISSING * (1.0 - self.alone.edges).min(0.5)
+        NOTHING_AGAINST + round
             - BESIDE * self.beside
             - GOES_ON * self.goes_on
             - less(self.filled, FILLED)
-            - less(self.likeness, LIKENESS);
-        1.0 / (1.0 + (-odds).exp())
+            - less(self.likeness, LIKENESS)
     }
+}
+
+/// The probability, 0 to 1, of what has these odds (their logarithm).
+pub(super) fn probability(odds: f64) -> f64 {
+    1.0 / (1.0 + (-odds).exp())
 }

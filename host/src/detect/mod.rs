@@ -12,7 +12,9 @@ mod edge;
 mod evidence;
 mod judge;
 mod outline;
+mod picture;
 mod propose;
+mod rays;
 pub mod red;
 mod round;
 #[cfg(test)]

@@ -1,21 +1,10 @@
 //! A ball's outline: looked for along rays from its middle and fitted.
-//!
-//! A sphere is seen as a cone, so its picture is a circle only on the optical axis and an ellipse elsewhere.
-//! The rays are laid out on a plane across the direction to the ball: there the outline is a circle wherever
-//! the ball is.
-
-use std::borrow::Cow;
 
 use nalgebra::{Matrix3, Vector3};
-use opencv::core::{Mat, MatTraitConst, Vec3b};
 
-use super::DetectError;
-use super::colour::BallColour;
-use crate::camera::Intrinsics;
-use crate::locate::pixels;
+use super::picture::{Disc, Picture};
+use super::rays::RAYS;
 
-/// Rays from the middle.
-pub(super) const RAYS: usize = 40;
 /// Samples on a ray in the ball's radius.
 const PER_RADIUS: f64 = 14.0;
 /// Samples on a ray.
@@ -32,14 +21,6 @@ const HOPELESS: f64 = 0.3;
 const HOPELESS_FREE: f64 = 0.5;
 /// Part of the usual contrast that a drop of redness must have to be an edge.
 const CLEAR: f32 = 0.4;
-
-/// A ball's picture. The radius is that of a ball as far away on the optical axis, f R / z nearly.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Disc {
-    pub(super) u: f64,
-    pub(super) v: f64,
-    pub(super) radius: f64,
-}
 
 /// What a ray shows where the disc ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -75,16 +56,6 @@ impl Outline {
     }
 }
 
-/// A picture that outlines are looked for in.
-pub(super) struct Picture<'a> {
-    pixels: Cow<'a, [Vec3b]>,
-    width: i32,
-    height: i32,
-    intrinsics: &'a Intrinsics,
-    ball: BallColour,
-    directions: [(f64, f64); RAYS],
-}
-
 /// Redness along the rays from a disc's middle.
 struct Polar {
     /// Redness on each ray.
@@ -108,25 +79,7 @@ struct Edge {
     drop: f64,
 }
 
-impl<'a> Picture<'a> {
-    pub(super) fn new(
-        colour: &'a Mat,
-        intrinsics: &'a Intrinsics,
-        ball: BallColour,
-    ) -> Result<Self, DetectError> {
-        let directions = std::array::from_fn(|i| {
-            let angle = std::f64::consts::TAU * i as f64 / RAYS as f64;
-            (angle.cos(), angle.sin())
-        });
-        let (width, height) = (colour.cols(), colour.rows());
-        Ok(Self { pixels: pixels(colour)?, width, height, intrinsics, ball, directions })
-    }
-
-    /// How its pixels are rays.
-    pub(super) fn intrinsics(&self) -> &Intrinsics {
-        self.intrinsics
-    }
-
+impl Picture<'_> {
     /// The disc near `start` whose edge fits best; `None` where it soon shows that there is none. `free` lets
     /// its radius be looked for at first; otherwise it is held near that of `start`, which depth has said.
     pub(super) fn fit(&self, start: Disc, free: bool) -> Option<Outline> {
@@ -152,63 +105,16 @@ impl<'a> Picture<'a> {
         self.polar(&disc).outline(disc)
     }
 
-    /// The colour (blue, green, red) of the pixel nearest to (`u`, `v`); `None` outside the picture.
-    pub(super) fn colour_at(&self, u: f64, v: f64) -> Option<Vec3b> {
-        let (x, y) = (u + 0.5, v + 0.5);
-        let inside = x >= 0.0 && y >= 0.0 && x < f64::from(self.width) && y < f64::from(self.height);
-        inside.then(|| self.pixels[y as usize * self.width as usize + x as usize])
-    }
-
-    /// How much of the ball's colour the pixel nearest to (`u`, `v`) has, 0 to 1; 0 outside the picture.
-    pub(super) fn likeness(&self, u: f64, v: f64) -> f32 {
-        self.colour_at(u, v).map_or(0.0, |pixel| self.ball.of(pixel))
-    }
-
-    /// The colour that is looked for.
-    pub(super) fn ball(&self) -> BallColour {
-        self.ball
-    }
-
-    /// The pixel that a disc's ray passes at `radii` of the disc's radius.
-    pub(super) fn pixel_on_ray(&self, disc: &Disc, ray: usize, radii: f64) -> Option<(f64, f64)> {
-        let [ahead, right, down] = self.axes(disc);
-        let (cos, sin) = self.directions[ray];
-        let unit = radii * disc.radius / self.pixels_per_unit(&ahead);
-        self.intrinsics.project(&(ahead + (right * cos + down * sin) * unit).into())
-    }
-
-    /// Unit vectors to the middle of a disc, and across it to the right and down.
-    fn axes(&self, disc: &Disc) -> [Vector3<f64>; 3] {
-        let ahead = self.intrinsics.deproject(disc.u, disc.v, 1.0).coords.normalize();
-        let right = (Vector3::x() - ahead * ahead.x).normalize();
-        [ahead, right, ahead.cross(&right)]
-    }
-
-    /// Pixels of a disc's radius in a unit of the plane across the direction `ahead`.
-    fn pixels_per_unit(&self, ahead: &Vector3<f64>) -> f64 {
-        (self.intrinsics.fx + self.intrinsics.fy) / 2.0 / ahead.z
-    }
-
     fn polar(&self, disc: &Disc) -> Polar {
-        let [ahead, right, down] = self.axes(disc);
         let step = disc.radius / PER_RADIUS;
-        let unit = step / self.pixels_per_unit(&ahead);
         let (red, drops) = ([[0.0; SAMPLES]; RAYS], [[f32::NAN; SAMPLES]; RAYS]);
         let mut polar = Polar { red, drops, inside: [0; RAYS], step, contrast: 0.0 };
-        let Intrinsics { fx, fy, cx, cy, .. } = *self.intrinsics;
-        let (width, height) = (f64::from(self.width), f64::from(self.height));
-        for (ray, &(cos, sin)) in self.directions.iter().enumerate() {
-            let across = (right * cos + down * sin) * unit;
-            let mut point = ahead + across * 0.5;
-            for red in &mut polar.red[ray] {
-                let inverse = 1.0 / point.z;
-                let (u, v) = (point.x * inverse * fx + cx + 0.5, point.y * inverse * fy + cy + 0.5);
-                point += across;
-                if !(u >= 0.0 && v >= 0.0 && u < width && v < height) {
-                    break;
-                }
-                *red = self.ball.of(self.pixels[v as usize * self.width as usize + u as usize]);
-                polar.inside[ray] += 1;
+        let rays = self.rays(disc);
+        let mut colours = [[0.0; 3]; SAMPLES];
+        for (ray, (red, inside)) in polar.red.iter_mut().zip(&mut polar.inside).enumerate() {
+            *inside = rays.colours(ray, 0.5 * step, step, &mut colours);
+            for (red, colour) in red.iter_mut().zip(&colours[..*inside]) {
+                *red = self.ball().of(*colour);
             }
         }
         polar.find_drops();
@@ -221,7 +127,7 @@ impl<'a> Picture<'a> {
         let contrast = f64::from(polar.contrast).max(1e-3);
         let near = polar.weights(disc.radius, width * disc.radius);
         let (mut normal, mut right_side) = (Matrix3::zeros(), Vector3::zeros());
-        for (ray, &(cos, sin)) in self.directions.iter().enumerate() {
+        for (ray, &(cos, sin)) in self.directions().iter().enumerate() {
             let Some(edge) = polar.edge(ray, &near) else { continue };
             let residual = edge.at - disc.radius;
             let off = (residual / (2.0 * width * disc.radius)).clamp(-1.0, 1.0);
@@ -237,57 +143,7 @@ impl<'a> Picture<'a> {
             right_side.z += (radius - disc.radius) * PRIOR;
         }
         let Some(step) = normal.cholesky().map(|c| c.solve(&right_side)) else { return *disc };
-        self.moved(disc, &step)
-    }
-
-    /// A disc moved by the first two components of `step` across the direction to it, and grown by the third, pixels.
-    pub(super) fn moved(&self, disc: &Disc, step: &Vector3<f64>) -> Disc {
-        let [ahead, right, down] = self.axes(disc);
-        let moved = ahead + (right * step.x + down * step.y) / self.pixels_per_unit(&ahead);
-        let (u, v) = self.intrinsics.project(&moved.into()).unwrap_or((disc.u, disc.v));
-        Disc { u, v, radius: (disc.radius + step.z).clamp(0.6 * disc.radius, 1.6 * disc.radius) }
-    }
-
-    /// Cosine and sine of each ray's angle.
-    pub(super) fn directions(&self) -> &[(f64, f64); RAYS] {
-        &self.directions
-    }
-
-    /// Reads colours (blue, green, red, 0 to 255, between pixels bilinear) on a disc's ray at every `step` pixels of
-    /// its radius, from `start` on. False, and nothing of use read, where the ray leaves the picture.
-    pub(super) fn sample_ray(
-        &self,
-        disc: &Disc,
-        ray: usize,
-        start: f64,
-        step: f64,
-        samples: &mut [[f32; 3]],
-    ) -> bool {
-        let [ahead, right, down] = self.axes(disc);
-        let (cos, sin) = self.directions[ray];
-        let across = (right * cos + down * sin) / self.pixels_per_unit(&ahead);
-        let mut point = ahead + across * start;
-        let Intrinsics { fx, fy, cx, cy, .. } = *self.intrinsics;
-        let (last_column, last_row) = (f64::from(self.width - 1), f64::from(self.height - 1));
-        for sample in samples {
-            let inverse = 1.0 / point.z;
-            let (u, v) = (point.x * inverse * fx + cx, point.y * inverse * fy + cy);
-            point += across * step;
-            if !(u >= 0.0 && v >= 0.0 && u < last_column && v < last_row) {
-                return false;
-            }
-            let (column, row) = (u as usize, v as usize);
-            let (right_part, low_part) = ((u - column as f64) as f32, (v - row as f64) as f32);
-            let at = row * self.width as usize + column;
-            let [a, b] = [at, at + self.width as usize].map(|at| {
-                let (left, right) = (self.pixels[at].0, self.pixels[at + 1].0);
-                std::array::from_fn::<f32, 3, _>(|c| {
-                    f32::from(left[c]) * (1.0 - right_part) + f32::from(right[c]) * right_part
-                })
-            });
-            *sample = std::array::from_fn(|c| a[c] * (1.0 - low_part) + b[c] * low_part);
-        }
-        true
+        self.rays(disc).moved(disc.radius, &step)
     }
 }
 

@@ -1,7 +1,8 @@
 //! Where a ball might be: blobs of its colour of any size that a ball can have, in a picture of a quarter of the size.
 
 use super::coarse::Coarse;
-use super::outline::Disc;
+use super::colour::larger;
+use super::picture::Disc;
 
 /// From one radius that is looked for to the next.
 const SCALE_STEP: f64 = 1.4;
@@ -17,6 +18,8 @@ const MIN_DIFFERENCE: f32 = 0.02;
 /// The response divides the difference by the colour there is, so that dim balls beside bright things
 /// are not passed over; this keeps it from dividing noise by nothing.
 const DARK: f32 = 0.1;
+/// Places that are asked together whether one of them is a peak.
+const AT_ONCE: usize = 32;
 /// Fixed point of the summed colour: 8 million coarse pixels of it fit 31 bits, a picture of 128 million
 /// pixels.
 const ONE: f32 = 256.0;
@@ -85,17 +88,13 @@ impl<'a> Sums<'a> {
         Self { coarse, width, height, margin, stride, sums }
     }
 
-    /// The sums of the columns, from the margin's first to each corner, that are within `half` rows of row `y`.
-    fn band(&self, y: usize, half: usize, band: &mut Vec<i32>) {
-        let row = |dy: usize| &self.sums[(y + self.margin + dy - half) * self.stride..][..self.stride];
-        band.clear();
-        // Sums fit, and so do their differences; said so that several are computed at once.
-        band.extend(row(2 * half + 1).iter().zip(row(0)).map(|(low, high)| low.wrapping_sub(*high)));
-    }
-
-    /// Both ends, in a band, of the squares of half size `half` about each pixel.
-    fn ends<'b>(&self, band: &'b [i32], half: usize) -> [&'b [i32]; 2] {
-        [self.margin - half, self.margin + half + 1].map(|at| &band[at..][..self.width])
+    /// The rows of corners whose differences are the sums of the squares of half size `half` about the pixels of row `y`.
+    fn corners(&self, y: usize, half: usize) -> [&[i32]; 4] {
+        let side = 2 * half + 1;
+        [(0, 0), (0, side), (side, 0), (side, side)].map(|(dy, dx)| {
+            let at = (y + self.margin + dy - half) * self.stride + self.margin + dx - half;
+            &self.sums[at..][..self.width]
+        })
     }
 
     /// Whether there is next to nothing of the colour within `half` rows of row `y`.
@@ -113,24 +112,23 @@ impl<'a> Sums<'a> {
         let [inner, disc, outer] = halves.map(|half| ((2 * half + 1) * (2 * half + 1)) as f32);
         let (inside, around) = ((inner * ONE).recip(), ((outer - disc) * ONE).recip());
         let mut map = Map::new(self.width.div_ceil(stride), self.height.div_ceil(stride));
-        let mut bands: [Vec<i32>; 3] = Default::default();
         let mut line = vec![0.0; self.width];
         for (y, row) in (0..self.height).step_by(stride).zip(1..) {
             if self.is_bare(y, halves[0]) {
                 continue;
             }
-            for (band, half) in bands.iter_mut().zip(halves) {
-                self.band(y, half, band);
-            }
-            let [[a, b], [c, d], [e, f]] = [0, 1, 2].map(|i| self.ends(&bands[i], halves[i]));
-            let (inner, disc, outer) = (a.iter().zip(b), c.iter().zip(d), e.iter().zip(f));
-            for (((response, inner), disc), outer) in line.iter_mut().zip(inner).zip(disc).zip(outer) {
-                let [inner, disc, outer] = [inner, disc, outer].map(|(from, to)| to.wrapping_sub(*from));
-                let (middle, rim) = (inner as f32 * inside, outer.wrapping_sub(disc) as f32 * around);
+            let [inner, disc, outer] = halves.map(|half| self.corners(y, half));
+            // Sums fit, and so do their differences; said so that several are computed at once.
+            let sum = |[a, b, c, d]: [&[i32]; 4], x: usize| {
+                a[x].wrapping_sub(b[x]).wrapping_sub(c[x]).wrapping_add(d[x])
+            };
+            for (x, response) in line.iter_mut().enumerate() {
+                let middle = sum(inner, x) as f32 * inside;
+                let rim = sum(outer, x).wrapping_sub(sum(disc, x)) as f32 * around;
                 let (difference, both) = (middle - rim, middle + rim + DARK);
                 *response = if difference < MIN_DIFFERENCE { 0.0 } else { difference / both };
             }
-            map.set(row, line.iter().step_by(stride));
+            map.set(row, &line, stride);
         }
         map
     }
@@ -158,30 +156,42 @@ impl Map {
         Self { values: vec![0.0; (width + 2) * (height + 2)], width: width + 2 }
     }
 
-    /// Sets a row (the first is 1).
-    fn set<'a>(&mut self, row: usize, line: impl Iterator<Item = &'a f32>) {
-        for (value, new) in self.values[row * self.width + 1..].iter_mut().zip(line) {
-            *value = *new;
+    /// Sets a row (the first is 1) to every `stride`th value of `line`.
+    fn set(&mut self, row: usize, line: &[f32], stride: usize) {
+        let to = &mut self.values[row * self.width + 1..];
+        if stride == 1 {
+            to[..line.len()].copy_from_slice(line);
+        } else {
+            to.iter_mut().zip(line.iter().step_by(stride)).for_each(|(to, from)| *to = *from);
         }
     }
 
     /// Column, row and value of each place above zero that has no larger neighbour (of equal ones the first is taken).
     fn each_peak(&self, mut f: impl FnMut(usize, usize, f32)) {
         let width = self.width;
-        let mut most = vec![0.0_f32; width];
+        // The largest of three rows, and of each three of those.
+        let (mut most, mut around) = (vec![0.0; width], vec![0.0; width - 2]);
         for (y, rows) in self.values.windows(3 * width).step_by(width).enumerate() {
             let (above, rest) = rows.split_at(width);
             let (row, below) = rest.split_at(width);
             for (((most, a), b), c) in most.iter_mut().zip(above).zip(row).zip(below) {
-                let larger = if a > b { *a } else { *b };
-                *most = if larger > *c { larger } else { *c };
+                *most = larger(larger(*a, *b), *c);
             }
-            for (x, around) in most.windows(3).enumerate() {
-                let here = row[x + 1];
-                if here > 0.0 && around.iter().all(|most| here >= *most) {
+            for (((around, a), b), c) in around.iter_mut().zip(&most).zip(&most[1..]).zip(&most[2..]) {
+                *around = larger(larger(*a, *b), *c);
+            }
+            let is_peak = |here: f32, around: f32| (here > 0.0) & (here >= around);
+            let chunks = row[1..].chunks(AT_ONCE).zip(around.chunks(AT_ONCE));
+            for (start, (chunk, around)) in (0..).step_by(AT_ONCE).zip(chunks) {
+                // Most have none.
+                if !chunk.iter().zip(around).fold(false, |any, (here, around)| any | is_peak(*here, *around))
+                {
+                    continue;
+                }
+                for (x, (here, around)) in (start..).zip(chunk.iter().zip(around)) {
                     let before = [above[x], above[x + 1], above[x + 2], row[x]];
-                    if before.iter().all(|before| here > *before) {
-                        f(x, y, here);
+                    if is_peak(*here, *around) && before.iter().all(|before| here > before) {
+                        f(x, y, *here);
                     }
                 }
             }

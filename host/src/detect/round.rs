@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix6, Vector3, Vector6};
 
-use super::outline::Disc;
+use super::picture::Disc;
 use crate::locate::DepthView;
 
 /// Pixels that have the noise of depth in common.

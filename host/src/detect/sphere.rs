@@ -7,7 +7,7 @@ use nalgebra::{Matrix3, Point3, Vector3};
 
 use super::coarse::Coarse;
 use super::judge::radius_at;
-use super::outline::{Disc, Picture};
+use super::picture::{Disc, Picture};
 use crate::locate::DepthView;
 
 /// A pixel with less of the ball's colour is another thing's.
