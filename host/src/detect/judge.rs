@@ -126,12 +126,12 @@ impl Judge<'_> {
     /// Whether what is at `disc`, where a ball would be, may be the ball once its outline is fitted: cheaper than to fit and
     /// judge it.
     pub(super) fn may_be(&self, disc: &Disc) -> bool {
-        let outline = self.picture.outline_at(*disc);
-        match self.centre(disc) {
-            Some(z) => {
-                self.evidence(disc, &outline, &self.around(&outline, z), z, ROUGHLY).odds() > NO_BALL.0
-            }
-            None => self.doubts(disc, &outline) > NO_BALL.1,
+        let outline = || self.picture.outline_at(*disc);
+        let Some(z) = self.centre(disc) else { return self.doubts(disc, &outline()) > NO_BALL.1 };
+        let surface = self.surface(disc, z, ROUGHLY);
+        surface.odds() > NO_BALL.0 && {
+            let outline = outline();
+            surface.with(&self.around(&outline, z), &outline).odds() > NO_BALL.0
         }
     }
 
@@ -178,7 +178,7 @@ impl Judge<'_> {
         if cap == 0.0 || part < SLIVER {
             return 0.0;
         }
-        let odds = self.evidence(&fine.disc, outline, around, z, FINELY).odds();
+        let odds = self.surface(&fine.disc, z, FINELY).with(around, outline).odds();
         if cap * probability(odds) < least {
             return 0.0;
         }
@@ -189,12 +189,12 @@ impl Judge<'_> {
         alone.map_or(0.0, |alone| cap * probability(odds - alone.against()))
     }
 
-    /// What is seen of `disc` at depth `z`, its surface read at `half` places from the middle to the edge.
-    fn evidence(&self, disc: &Disc, outline: &Outline, around: &Around, z: f64, half: i32) -> Evidence {
+    /// What is seen on `disc` at depth `z`, its surface read at `half` places from the middle to the edge; nothing beside it.
+    fn surface(&self, disc: &Disc, z: f64, half: i32) -> Evidence {
         let sight = self.sight(disc, Some(z));
         Evidence {
-            beside: around.part(Side::Attached) + 2.0 * around.part(Side::Continued),
-            goes_on: around.goes_on(outline),
+            beside: 0.0,
+            goes_on: 0.0,
             filled: sight.filled,
             likeness: f64::from(sight.likeness),
             round: roundness(disc, self.depth, z, self.ball_radius, half),
@@ -314,6 +314,14 @@ impl Judge<'_> {
             })
         };
         Around { sides: std::array::from_fn(side) }
+    }
+}
+
+impl Evidence {
+    /// The same with what is beside the disc.
+    fn with(self, around: &Around, outline: &Outline) -> Self {
+        let beside = around.part(Side::Attached) + 2.0 * around.part(Side::Continued);
+        Self { beside, goes_on: around.goes_on(outline), ..self }
     }
 }
 
