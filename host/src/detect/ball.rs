@@ -254,8 +254,7 @@ impl Detector for Ball {
         self.last = found.map(|(fine, _)| fine.disc);
         Ok(found.map(|(fine, score)| {
             let Disc { u, v, radius } = fine.disc;
-            let covariance = fine.covariance.fixed_view::<2, 2>(0, 0).into_owned();
-            Detection { u, v, radius, score, covariance }
+            Detection { u, v, radius, score, covariance: fine.place() }
         }))
     }
 

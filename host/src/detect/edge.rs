@@ -6,7 +6,7 @@
 //! sides, do not either. The circle through these places is fitted by least squares with outliers cut off (Tukey),
 //! with the radius drawn to what depth says of it.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix2, Matrix3, Vector3};
 
 use super::picture::{Disc, Picture};
 use super::rays::RAYS;
@@ -37,6 +37,10 @@ const EDGE_ERROR: f64 = 0.4;
 const SYSTEMATIC: f64 = 0.09;
 /// The blur (standard deviation, pixels) of a sharp picture's edges, and what more of it adds to what they have in common.
 const BLURRED: (f64, f64) = (0.5, 0.45);
+/// What a disc may be off besides where its edges are blurred beyond a sharp picture's (standard deviation): in that blur and in
+/// what the edges are off the disc, pixels either. Of a ball that moved, over what is of many colours, the edges are off
+/// together on one side.
+const SMEARED: f64 = 3.5;
 /// Difference of colours, grey levels, that is half believed.
 const FAINT: f32 = 12.0;
 /// An edge so near to the disc's is the disc's: in its radius, and pixels more.
@@ -58,6 +62,14 @@ pub(super) struct Fine {
     pub(super) blur: f64,
     /// By how much the edges are off the disc as they are looked for some pixels about it (root of the mean square), pixels.
     pub(super) uneven: f64,
+}
+
+impl Fine {
+    /// The covariance of column and row, pixels².
+    pub(super) fn place(&self) -> Matrix2<f64> {
+        let smeared = SMEARED * self.uneven * (self.blur - BLURRED.0).max(0.0);
+        self.covariance.fixed_view::<2, 2>(0, 0) + Matrix2::identity() * smeared.powi(2)
+    }
 }
 
 /// Where a ray passes from the ball to what is behind it.
