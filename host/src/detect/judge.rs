@@ -35,8 +35,8 @@ const MOVED: (f64, f64) = (0.1, 0.025);
 /// A surface no rounder than this is none of a ball, at a place that is not exact.
 const FLAT_SURFACE: f64 = 0.1;
 /// What has no better odds (their logarithm) before its outline is fitted is not fitted, and what has no better score of those
-/// without depth. Of 1495 balls of `plumb bench vision` none had less than -2.4, and 0.88 without depth; of 1690 other things
-/// five of eight.
+/// without depth. Of 1495 balls of `plumb bench vision` none had less than -2.4, and 0.88 without depth; of 1490 other things
+/// two of three.
 const NO_BALL: (f64, f64) = (-5.0, 0.2);
 /// With less of the ball's colour than this a disc is none.
 const PALE: f64 = 0.28;
