@@ -47,13 +47,9 @@ pub(super) fn times(a: i64, b: i64) -> i64 {
 }
 
 impl Axis {
-    /// At the first picture: at `p` (µm), with the row `j` (Q6) and the standard deviations `sd` of it (µm/step);
-    /// `variance` of the measurement, µm².
-    pub(super) fn new(p: i32, j: [i32; 3], sd: [i32; 3], variance: i32, noise: [i32; 3]) -> Self {
-        let mut p_jj = [[0; 3]; 3];
-        for k in 0..3 {
-            p_jj[k][k] = (sd[k] * sd[k]) << 8;
-        }
+    /// At the first picture: at `p` (µm), with the row `j` (Q6) and its covariance `p_jj` (Q8); `variance` of the
+    /// measurement, µm².
+    pub(super) fn new(p: i32, j: [i32; 3], p_jj: [[i32; 3]; 3], variance: i32, noise: [i32; 3]) -> Self {
         Self { p: p << 4, j, p_jj, p_pj: [0; 3], p_pp: variance, noise }
     }
 

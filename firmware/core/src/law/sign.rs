@@ -8,36 +8,43 @@ use crate::wide::signed_product;
 /// |e| saturates here for this law, µm: 4.19 m, 22 bits.
 const E_MAX: i32 = (1 << 22) - 1;
 
-/// u̇ = -g(e) Σ⁻¹ e with a constant matrix. For every J with the signs Σ (and a zero where Σ has one) -JΣ⁻¹ is stable, by
-/// Routh and Hurwitz, whatever the sizes of its entries; and any g(e) > 0 lets |e| fall where a constant one does. It is
-/// larger far away, where a late picture does little harm, and less after each time that the ball went past its target.
+/// u̇ = -g Σ⁻¹ e with a constant matrix. For every J with the signs Σ (and a zero where Σ has one) -JΣ⁻¹ is stable, by Routh and
+/// Hurwitz, whatever the sizes of its entries; and any g > 0 lets |e| fall where a constant one does. So g may be found
+/// on the way to a target: it grows while the ball is near and has not gone past, and is cut each time that it does.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Sign {
     /// g/(4s), Q20, at most 2^20: steps/s for a micrometre.
     gain: i32,
+    /// Where the ball is to go, µm.
+    target: [i32; 3],
     /// What is left of the gain after overshooting, Q8.
     calm: i32,
+    /// What it has grown to on the way, Q8.
+    bold: i32,
     /// The error on the side of the target that the ball was on last, µm.
     side: [i32; 3],
 }
 
-/// At this |e| the gain is the one that is configured, µm.
-const NOMINAL: u32 = 20_000;
-/// Least and greatest multiple of it, Q8.
-const FIRMNESS: (i32, i32) = (304, 320);
-/// From here on the gain is the greatest, µm; no farther off is anything else.
-const FAR: u32 = (NOMINAL >> 8) * FIRMNESS.1.unsigned_abs();
-const _: () = assert!(PAST < FAR && FAR < 1 << 15);
+/// 1 in Q8.
+const ONE: i32 = 256;
 /// Going past the target by less is noise, µm.
 const PAST: u32 = 7_000;
 /// The gain is cut to so much then, Q8, and at least this is left of it.
-const CUT: i32 = 224;
-const CALMEST: i32 = 176;
+const CUT: i32 = 205;
+const CALMEST: i32 = 26;
+/// The gain grows between these distances, by so much with each picture, up to so much; Q8. Closer it is what it was at first, so
+/// that noise is not made more of; farther away the motors turn as fast as they can.
+const GROWS: (u32, u32) = (12_000, 80_000);
+const GROWTH: i32 = 264;
+const BOLDEST: i32 = 512;
+/// No distance is told that is greater, µm.
+const FAR: u32 = GROWS.1;
+const _: () = assert!(PAST < FAR && FAR < 1 << 17);
 
 impl Sign {
     /// The law of a validated configuration.
     pub(crate) fn new(config: &config::Sign) -> Self {
-        Self { gain: config.gain.0 as i32, calm: 256, side: [0; 3] }
+        Self { gain: config.gain.0 as i32, target: [0; 3], calm: ONE, bold: ONE, side: [0; 3] }
     }
 
     /// The motor rates for the error `e` (position - target, µm), not limited yet.
@@ -45,20 +52,23 @@ impl Sign {
         let e = e.map(|e| e.clamp(-E_MAX, E_MAX));
         let distance = distance(e);
         self.look_where(e, distance);
-        let firmness = ((distance / (NOMINAL >> 8)) as i32).clamp(FIRMNESS.0, FIRMNESS.1);
-        // Bits: gain 20 + 10 + 9 = 39, 23 after the shift.
-        let gain = (signed_product(self.gain, firmness * self.calm) >> 16) as i32;
+        let bold = if distance > GROWS.0 { self.bold } else { ONE };
+        // Bits: gain 20 + 9 + 9 = 38, 22 after the shift.
+        let gain = (signed_product(self.gain, self.calm * bold) >> 16) as i32;
         // Bits: sum 25 + gain 22 = 47; Q20 to Q8 is 12 bits less.
         let limit = i64::from(i32::MAX);
         MotorRates(direction(e).map(|w| (signed_product(w, gain) >> 12).clamp(-limit, limit) as i32))
     }
 
-    /// Notices that the ball went past its target.
+    /// Notices that the ball went past its target; until it does, goes faster and faster.
     fn look_where(&mut self, e: [i32; 3], distance: u32) {
         // Bits: 22 + 22, 46 the sum.
         let along: i64 = (0..3).map(|i| signed_product(e[i], self.side[i])).sum();
         if along < 0 && distance > PAST {
             self.calm = ((self.calm * CUT) >> 8).max(CALMEST);
+            self.bold = (self.bold + ONE) / 2;
+        } else if self.calm == ONE && GROWS.0 < distance && distance < GROWS.1 {
+            self.bold = ((self.bold * GROWTH) >> 8).min(BOLDEST);
         }
         if along <= 0 && distance > PAST {
             self.side = e;
@@ -66,14 +76,15 @@ impl Sign {
     }
 }
 
-/// |e| in whole micrometres, or [`FAR`] where it is more.
+/// |e| in µm, right to 4, or [`FAR`] where it is more.
 fn distance(e: [i32; 3]) -> u32 {
     let e = e.map(i32::unsigned_abs);
     if e.iter().any(|&c| c >= FAR) {
         return FAR;
     }
     // Bits: 15 + 15, 32 the sum of three: a root of 32 takes the chip a fraction of one of 64.
-    e.iter().map(|c| c.wrapping_mul(*c)).fold(0, u32::wrapping_add).isqrt().min(FAR)
+    let root = e.iter().map(|c| (c >> 2).wrapping_mul(c >> 2)).fold(0, u32::wrapping_add).isqrt();
+    (root << 2).min(FAR)
 }
 
 /// -4Σ⁻¹e, µm, 25 bits: the direction in which the motors turn.
@@ -84,6 +95,50 @@ pub(super) fn direction(e: [i32; 3]) -> [i32; 3] {
 
 impl Law for Sign {
     fn update(&mut self, picture: &Picture) -> Demand {
+        if self.target != picture.target {
+            // What was learnt of the way to another target is not true of this one.
+            (self.calm, self.bold, self.side) = (ONE, ONE, [0; 3]);
+            self.target = picture.target;
+        }
         Demand::at_once(self.rates(picture.error()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use plumb_protocol::units::SignGain;
+
+    fn picture(ball: [i32; 3], target: [i32; 3]) -> Picture {
+        Picture { ball, variances: [0; 3], then: [0; 3], ahead: [0; 3], target }
+    }
+
+    fn largest(demand: Demand) -> i32 {
+        demand.rates.0.iter().map(|rate| rate.abs()).max().unwrap_or(0)
+    }
+
+    /// A ball that is thrown from one side of its target to the other, and one that comes nearer without ever getting there.
+    #[test]
+    fn the_gain_is_cut_at_each_passing_and_grows_on_the_way() {
+        let mut law = Sign::new(&config::Sign { gain: SignGain(1 << 14) });
+        let mut rate = |x: i32| largest(law.update(&picture([x, 0, 0], [0; 3])));
+        let first = rate(50_000);
+        let grown = (0..30).map(|_| rate(50_000)).last().unwrap_or(0);
+        assert!((first * 19 / 10..2 * first).contains(&grown), "{first} {grown}");
+        let thrown = (0..30).map(|k| rate(if k % 2 == 0 { -50_000 } else { 50_000 })).last().unwrap_or(0);
+        assert!(thrown * 9 < first && thrown > 0, "{first} {thrown}");
+    }
+
+    #[test]
+    fn another_target_is_driven_to_as_if_it_were_the_first() {
+        let gain = config::Sign { gain: SignGain(1 << 14) };
+        let (mut law, mut new) = (Sign::new(&gain), Sign::new(&gain));
+        for x in [50_000, -40_000, 30_000] {
+            law.update(&picture([x, 0, 0], [0; 3]));
+        }
+        for x in [40_000, 20_000, 5_000] {
+            let picture = picture([x, 0, 0], [0, 1_000, 0]);
+            assert_eq!(law.update(&picture), new.update(&picture));
+        }
     }
 }

@@ -3,7 +3,7 @@
 use super::axis::times;
 
 /// Bits of an entry of J before its determinant is taken.
-const J_BITS: u32 = 14;
+pub(super) const J_BITS: u32 = 14;
 /// Bits of the right side.
 const E_BITS: u32 = 17;
 /// Fraction bits of a solution.
@@ -14,7 +14,7 @@ const J_FRACTION: i32 = 6;
 const MOST: i64 = 1 << 26;
 
 /// By how many bits the largest of these is longer than `bits`; negative where it is shorter.
-fn excess(values: impl Iterator<Item = i32>, bits: u32) -> i32 {
+pub(super) fn excess(values: impl Iterator<Item = i32>, bits: u32) -> i32 {
     let longest = values.map(|v| 32 - v.unsigned_abs().leading_zeros()).max().unwrap_or(0);
     longest as i32 - bits as i32
 }

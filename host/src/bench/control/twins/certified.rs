@@ -1,4 +1,4 @@
-//! Kalman filters for p and J, Gauss-Newton where descent is certain, the law of signs elsewhere.
+//! Kalman filters for p and J, Gauss-Newton or a cautious step where descent is certain, the law of signs elsewhere.
 
 use nalgebra::{Matrix3, RowVector3, Vector3};
 use plumb_core::law::{Demand, Law, Picture};
@@ -8,8 +8,11 @@ use super::super::limits::Limits;
 use super::sign::direction;
 use super::{Seen, along, demand};
 
-/// First guess of |J|, mm/step, and what J_yC may be.
-const GUESS: f64 = 0.300;
+/// First guess of |J|, mm/step, and its variance in parts of its square: common to a row, and each entry's own.
+const GUESS: [[f64; 3]; 3] = [[0.27, 0.27, 0.54], [0.51, 0.51, 0.0], [0.33, 0.33, 0.33]];
+const COMMON: f64 = 77.0 / 256.0;
+const OWN: [f64; 3] = [102.0 / 256.0, 26.0 / 256.0, 102.0 / 256.0];
+/// What J_yC may be, mm/step.
 const ASKEW: f64 = 0.090;
 /// σ of measurements, mm.
 const SIGMA: [f64; 3] = [2.0, 1.0, 1.0];
@@ -36,19 +39,19 @@ struct Axis {
 
 impl Axis {
     fn new(i: usize, p: f64) -> Self {
-        let row = SIGNS[i].map(f64::from);
-        let per_entry =
-            |zero: f64, other: f64| Vector3::from(row.map(|s| if s == 0.0 { zero } else { other }));
-        let sd = per_entry(ASKEW, GUESS);
+        let signs = Vector3::from(SIGNS[i].map(f64::from));
+        let zeros = signs.map(|s: f64| 1.0 - s.abs());
+        let j = signs.component_mul(&Vector3::from(GUESS[i]));
+        let own = j.component_mul(&j) * OWN[i] + zeros * ASKEW.powi(2);
         let variance = SIGMA[i].powi(2);
         Self {
             p,
-            j: Vector3::from(row) * GUESS,
-            p_jj: Matrix3::from_diagonal(&sd.component_mul(&sd)),
+            j,
+            p_jj: j * j.transpose() * COMMON + Matrix3::from_diagonal(&own),
             p_pj: Vector3::zeros(),
             p_pp: variance,
             variance,
-            noise: per_entry(ASKEW_NOISE, 1.0),
+            noise: zeros * ASKEW_NOISE + signs.map(f64::abs),
         }
     }
 
@@ -108,9 +111,20 @@ fn projected(axes: &[Axis; 3]) -> Matrix3<f64> {
 }
 
 /// Whether `n` steps make |e| fall for every J within three standard deviations.
-fn certain(axes: &[Axis; 3], e: &Vector3<f64>, n: &Vector3<f64>) -> bool {
+fn certain(axes: &[Axis; 3], j: &Matrix3<f64>, e: &Vector3<f64>, n: &Vector3<f64>) -> bool {
     let doubt: f64 = (0..3).map(|i| e[i].powi(2) * n.dot(&(axes[i].p_jj * n))).sum();
-    3.0 * doubt.max(0.0).sqrt() < e.norm_squared()
+    3.0 * doubt.max(0.0).sqrt() < e.dot(&(j * n))
+}
+
+/// Gauss-Newton where that is certain; elsewhere the steps that make E|e - J n|² the least, where those are, or near the target.
+fn steps(axes: &[Axis; 3], j: &Matrix3<f64>, e: &Vector3<f64>) -> Option<Vector3<f64>> {
+    let certain = |n: &Vector3<f64>| certain(axes, j, e, n);
+    let newton = j.try_inverse().filter(|_| j.determinant() > 0.0).map(|inverse| inverse * e);
+    newton.filter(certain).or_else(|| {
+        let unknown = axes.iter().fold(Matrix3::zeros(), |sum, axis| sum + axis.p_jj);
+        let cautious = (j.transpose() * j + unknown).try_inverse()? * (j.transpose() * e);
+        Some(cautious).filter(|n| e.norm() < NEAR || certain(n))
+    })
 }
 
 impl Law for Certified {
@@ -131,8 +145,7 @@ impl Law for Certified {
         let j = projected(axes);
         let p = Vector3::new(axes[0].p, axes[1].p, axes[2].p);
         let e = seen.target - (p + j * (seen.ahead - motors));
-        let step = j.try_inverse().filter(|_| j.determinant() > 0.0).map(|inverse| inverse * e);
-        let step = step.filter(|n| e.norm() < NEAR || certain(axes, &e, n));
-        demand(step.map_or_else(|| self.by_signs(&e), |n| along(n, &self.limits)))
+        let steps = steps(axes, &j, &e);
+        demand(steps.map_or_else(|| self.by_signs(&e), |n| along(n, &self.limits)))
     }
 }
