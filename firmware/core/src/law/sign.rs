@@ -17,26 +17,26 @@ pub struct Sign {
     gain: i32,
     /// Where the ball is to go, µm.
     target: [i32; 3],
-    /// What is left of the gain after overshooting, Q8.
+    /// What is left of the gain after overshooting, Q14.
     calm: i32,
-    /// What it has grown to on the way, Q8.
+    /// What it has grown to on the way, Q14.
     bold: i32,
     /// The error on the side of the target that the ball was on last, µm.
     side: [i32; 3],
 }
 
-/// 1 in Q8.
-const ONE: i32 = 256;
+/// 1 in Q14: 15 bits.
+const ONE: i32 = 1 << 14;
 /// Going past the target by less is noise, µm.
 const PAST: u32 = 7_000;
-/// The gain is cut to so much then, Q8, and at least this is left of it.
+/// The gain is cut to so much then, Q8, and at least this is left of it, Q14.
 const CUT: i32 = 205;
-const CALMEST: i32 = 26;
-/// The gain grows between these distances, by so much with each picture, up to so much; Q8. Closer it is what it was at first, so
-/// that noise is not made more of; farther away the motors turn as fast as they can.
+const CALMEST: i32 = ONE / 10;
+/// The gain grows between these distances, µm, by so much with each picture, Q8, up to so much, Q14. Closer it is what it was at
+/// first, so that noise is not made more of; farther away the motors turn as fast as they can.
 const GROWS: (u32, u32) = (12_000, 80_000);
 const GROWTH: i32 = 264;
-const BOLDEST: i32 = 512;
+const BOLDEST: i32 = 2 * ONE;
 /// No distance is told that is greater, µm.
 const FAR: u32 = GROWS.1;
 const _: () = assert!(PAST < FAR && FAR < 1 << 17);
@@ -53,8 +53,8 @@ impl Sign {
         let distance = distance(e);
         self.look_where(e, distance);
         let bold = if distance > GROWS.0 { self.bold } else { ONE };
-        // Bits: gain 20 + 9 + 9 = 38, 22 after the shift.
-        let gain = (signed_product(self.gain, self.calm * bold) >> 16) as i32;
+        // Bits: 15 + 16 = 31; gain 21 + 16 = 37, 22 after the shift.
+        let gain = (signed_product(self.gain, (self.calm * bold) >> 14) >> 14) as i32;
         // Bits: sum 25 + gain 22 = 47; Q20 to Q8 is 12 bits less.
         let limit = i64::from(i32::MAX);
         MotorRates(direction(e).map(|w| (signed_product(w, gain) >> 12).clamp(-limit, limit) as i32))

@@ -10,7 +10,7 @@ use crate::rig::NOMINAL_STEP_M;
 const PAST_MM: f64 = 7.0;
 /// What is left of the gain after each time, and at least.
 const CUT: f64 = 205.0 / 256.0;
-const CALMEST: f64 = 26.0 / 256.0;
+const CALMEST: f64 = 0.1;
 /// The gain grows between these distances, by so much with each picture, up to so much.
 const GROWS_MM: (f64, f64) = (12.0, 80.0);
 const GROWTH: f64 = 264.0 / 256.0;
