@@ -127,14 +127,14 @@ impl Axis {
         self.p_pp = (p_pp - (times(k_p, p_pp) >> 16)).max(1) as i32;
     }
 
-    /// The standard deviation of J·n, µm, for `n` motor steps (at most 13 bits and a sign).
-    pub(super) fn sd_of(&self, n: [i32; 3]) -> i64 {
+    /// The variance of J·n, quarters of µm², for `n` motor steps (at most 13 bits and a sign): 50 bits.
+    pub(super) fn variance_of(&self, n: [i32; 3]) -> u64 {
         let n = n.map(i64::from);
         // n'P n: bits 30 + 13 = 43, 45 the sum; Q8, 10 bits less, 35; times 13 is 48, the sum of three.
         let square: i64 = (0..3)
             .map(|k| times(n[k], (0..3).map(|l| times(self.p_jj[k][l].into(), n[l])).sum::<i64>() >> 10))
             .sum();
-        // What rounding leaves below zero is zero. The square is in quarters.
-        2 * (square.max(0).unsigned_abs().isqrt() as i64)
+        // What rounding leaves below zero is zero.
+        square.max(0).unsigned_abs()
     }
 }

@@ -105,13 +105,13 @@ impl Estimate {
         let few = excess(j.iter().flatten().copied(), J_BITS).max(0) as u32;
         let j = j.map(|row| row.map(|v| i64::from(v >> few)));
         // Bits: 14 + 14, 30 the sum; J is in Q6 less `few`, its square in Q12. P_JJ: 30, 32 the sum; Q8.
-        let normal = [0, 1, 2].map(|k| {
-            [0, 1, 2].map(|l| {
-                let square: i64 = (0..3).map(|i| times(j[i][k], j[i][l])).sum();
-                let unknown: i64 = self.axes.iter().map(|axis| i64::from(axis.p_jj[k][l])).sum();
-                square + ((unknown << 4) >> (2 * few))
-            })
-        });
+        let entry = |k: usize, l: usize| {
+            let square: i64 = (0..3).map(|i| times(j[i][k], j[i][l])).sum();
+            let unknown: i64 = self.axes.iter().map(|axis| i64::from(axis.p_jj[k][l])).sum();
+            square + ((unknown << 4) >> (2 * few))
+        };
+        let (ab, ac, bc) = (entry(0, 1), entry(0, 2), entry(1, 2));
+        let normal = [[entry(0, 0), ab, ac], [ab, entry(1, 1), bc], [ac, bc, entry(2, 2)]];
         // Bits: 14 + 23, 39 the sum; to Q6, as e is of a J in Q6.
         let right = [0, 1, 2].map(|k| (0..3).map(|i| times(j[i][k], e[i].into())).sum::<i64>() >> few);
         let bits = |v: &i64| 64 - v.unsigned_abs().leading_zeros();
@@ -120,38 +120,40 @@ impl Estimate {
         solve(&normal.map(|row| row.map(|v| (v >> fewer) as i32)), right.map(|v| (v >> fewer) as i32))
     }
 
-    /// Whether `n` (steps, Q8) makes |e| fall for every J within three standard deviations: e'J n has the standard deviation
-    /// √Σ (e_i sd(J_i n))², and three of them are less than it.
+    /// Whether `n` (steps, Q8) makes |e| fall for every J within three standard deviations: e'J n has the variance
+    /// Σ e_i² var(J_i n), and three roots of it are less than its mean.
     fn certain(&self, j: &[[i32; 3]; 3], e: [i32; 3], n: [i32; 3]) -> bool {
-        let fewer = excess(n.into_iter(), 13).max(0);
-        let n = n.map(|n| n >> fewer);
-        // To whole µm, 24 bits: n is in Q8, `fewer` bits short.
-        let whole = |v: i64| if fewer >= 8 { v << (fewer - 8) } else { v >> (8 - fewer) };
-        let within = |v: i64| whole(v).clamp(-(1 << 24), 1 << 24);
-        // Bits: e 23, sd 24.
-        let doubts = [0, 1, 2].map(|i| times(e[i].abs().into(), within(self.axes[i].sd_of(n))));
-        let falls: i64 = (0..3)
+        // Neither the size of e nor that of n matters: 12 and 13 bits of them.
+        let [e, n] = [(e, 12), (n, 13)].map(|(v, bits)| {
+            let fewer = excess(v.into_iter(), bits).max(0);
+            v.map(|v| v >> fewer)
+        });
+        let variances = [0, 1, 2].map(|i| self.axes[i].variance_of(n));
+        let longest = variances.iter().map(|v| 64 - v.leading_zeros()).max().unwrap_or(0);
+        // An even number of bits, of which the root has half.
+        let half = longest.saturating_sub(23) / 2;
+        // Bits: 24 + 24, 50 the sum.
+        let doubt: i64 = (0..3)
             .map(|i| {
-                // Bits: J 19 + 13, 34 the sum; Q6.
-                let moves: i64 = (0..3).map(|k| times(j[i][k].into(), n[k].into())).sum();
-                times(e[i].into(), within(moves >> 6))
+                let square = times(e[i].into(), e[i].into());
+                times(square, (variances[i] >> (2 * half)) as i64)
             })
             .sum();
-        3 * length(doubts) < falls
+        let falls: i64 = (0..3)
+            .map(|i| {
+                // Bits: J 19 + 13, 34 the sum; Q6, and 28 + 12.
+                let moves: i64 = (0..3).map(|k| times(j[i][k].into(), n[k].into())).sum();
+                times(e[i].into(), moves >> 6)
+            })
+            .sum();
+        // Variances are in quarters. Bits: 25 + 14 + 1 and the 3.
+        3 * ((doubt.unsigned_abs().isqrt() as i64) << (half + 1)) < falls
     }
 }
 
 /// |e|², µm².
 fn square(e: [i32; 3]) -> i64 {
     e.iter().map(|e| times((*e).into(), (*e).into())).sum()
-}
-
-/// The root of the sum of squares of three numbers of up to 47 bits, to 23 of them.
-fn length(v: [i64; 3]) -> i64 {
-    let longest = v.iter().map(|v| 64 - v.unsigned_abs().leading_zeros()).max().unwrap_or(0);
-    let fewer = longest.saturating_sub(23);
-    let squares: u64 = v.iter().map(|v| (v >> fewer).unsigned_abs().pow(2)).sum();
-    (squares.isqrt() as i64) << fewer
 }
 
 impl Certified {
