@@ -162,7 +162,7 @@ impl<'a> DepthView<'a> {
     }
 
     /// Whether (`u`, `v`) is in the picture.
-    fn contains(&self, u: f64, v: f64) -> bool {
+    pub(crate) fn contains(&self, u: f64, v: f64) -> bool {
         u >= -0.5 && v >= -0.5 && u < f64::from(self.width) - 0.5 && v < f64::from(self.height) - 0.5
     }
 

@@ -16,29 +16,48 @@ const BLUR: f64 = 0.3;
 const FIT: f64 = 2.0;
 /// What a ball's edges are off its disc (root of the mean square) as it is fitted alone: pixels, in its radius, and in what
 /// the blur is more than `SHARP` pixels.
-const UNEVEN: (f64, f64, f64) = (0.1, 0.04, 0.35);
+const UNEVEN: (f64, f64, f64) = (0.2, 0.012, 0.35);
 const SHARP: f64 = 0.5;
-/// What the odds lose for the square of how much more they are off, of which so much is free; and the most of it. Not from
-/// the regression: chosen so that it loses no ball on seeds 1001 and 2002; of four blocks there that
-/// were taken for one it leaves one.
-const CORNERS: (f64, f64, f64) = (2.5, 0.5, 12.0);
 /// A square of an error counts no more than this: it is another thing's, whatever it is.
 const MOST: f64 = 40.0;
 
-/// The logarithm of the odds where nothing speaks against a ball.
-const NOTHING_AGAINST: f64 = 6.95;
-/// What they lose for a squared error of size and of place (a half if errors are normal; the regression says 0.44, 0.48).
-const SQUARES: (f64, f64) = (0.5, 0.5);
-/// What they lose for a part of the rays without an edge, with something beside them, with the ball's colour beyond.
-const MISSING: f64 = 21.7;
-const BESIDE: f64 = 24.2;
-const GOES_ON: f64 = 58.7;
-/// What they lose for less of the disc of the ball's colour than this, for less of that colour, and for a flatter surface.
-const FILLED: (f64, f64) = (0.6, 7.8);
-const LIKENESS: (f64, f64) = (0.55, 36.7);
-const FLAT: (f64, f64) = (0.8, 3.3);
-/// What they win for a surface that is surely so round, and the roundest that counts.
-const ROUND: (f64, f64) = (0.7, 3.3);
+/// The logarithm of the odds of what has depth where nothing speaks against a ball.
+const NOTHING_AGAINST: f64 = 9.7;
+/// What they lose for a squared error of size and of place.
+const SQUARES: (f64, f64) = (0.4, 0.05);
+/// What they lose for the square of how much more uneven than this the outline is, and the most of that square.
+const CORNERS: (f64, f64, f64) = (2.76, 0.7, 4.0);
+/// What they lose for a part of the rays without an edge; with something as near beside it, of another colour and of the ball's;
+/// with the ball's colour in what covers it, and beyond it where nothing says that it ends.
+const MISSING: f64 = 9.4;
+const ATTACHED: f64 = 19.4;
+const CONTINUED: f64 = 34.5;
+const ALIKE: f64 = 12.0;
+const GOES_ON: f64 = 14.5;
+/// The roundest that counts, where it is surely so round.
+const ROUND: f64 = 0.8;
+/// How much less is then lost for the square of the outline's unevenness and for what is attached, at a roundness of 1.
+const KEPT: (f64, f64) = (0.98, 13.9);
+/// What they lose for less of the ball's colour than this; for a surface surely flatter than this, and the most of that; for
+/// less of it on a sphere than this; and for how far off that sphere it is, and the most of that.
+const LIKENESS: (f64, f64) = (0.55, 33.2);
+const FLAT: (f64, f64, f64) = (0.8, 13.1, 0.5);
+const ON_SPHERE: (f64, f64) = (0.6, 7.1);
+const OFF_SPHERE: (f64, f64) = (40.4, 0.2);
+
+/// The same of what has no depth: where nothing speaks against a ball; for how uneven its outline is, and the most of that; for a
+/// part of all rays without an edge (out of the picture too), and for one of the outline alone.
+const BARE: f64 = 5.44;
+const BARE_UNEVEN: (f64, f64) = (3.19, 3.5);
+const BARE_MISSING: (f64, f64) = (22.9, 13.7);
+/// For less of the ball's colour, less shading and less contrast than this.
+const BARE_LIKENESS: (f64, f64) = (0.55, 17.6);
+const BARE_SHADING: (f64, f64) = (0.3, 15.4);
+const BARE_CONTRAST: (f64, f64) = (0.35, 20.3);
+/// For a part of it that is farther than a ball of its size, for what covers it, and what they win for what is behind it.
+const BARE_THROUGH: f64 = 16.9;
+const BARE_COVERED: f64 = 7.5;
+const BARE_BEHIND: f64 = 8.4;
 
 /// What an outline says by itself: fitted once more to its edges alone, told neither how large nor where the ball is. A
 /// ball's is the disc that depth asks for; a box's, a can's or a larger ball's is another.
@@ -70,46 +89,97 @@ impl Alone {
         let edges = own.edges.iter().filter(|&&e| e).count() as f64;
         let squares = (size * size, across * across + down * down);
         let blurred = UNEVEN.2 * (own.blur - SHARP).max(0.0);
-        let uneven = own.uneven / UNEVEN.0.hypot(UNEVEN.1 * radius).hypot(blurred);
+        let uneven = own.uneven / (UNEVEN.0 + UNEVEN.1 * radius).hypot(blurred);
         Some(Self { squares, uneven, edges: (edges / able).min(1.0) })
     }
 
-    /// What the logarithm of the odds loses for it.
-    pub(super) fn against(&self) -> f64 {
+    /// What the logarithm of the odds of what has depth loses for it, if that is surely so `round`.
+    pub(super) fn against(&self, round: f64) -> f64 {
         let (size, place) = self.squares;
+        let corners = (self.uneven - CORNERS.1).max(0.0).powi(2).min(CORNERS.2);
         SQUARES.0 * size.min(MOST)
             + SQUARES.1 * place.min(MOST)
-            + CORNERS.0 * (self.uneven - CORNERS.1).max(0.0).powi(2).min(CORNERS.2)
+            + (CORNERS.0 - KEPT.0 * round) * corners
             + MISSING * (1.0 - self.edges).min(0.5)
+    }
+
+    /// The same of what has no depth and an edge on `edges` of all rays.
+    pub(super) fn against_bare(&self, edges: f64) -> f64 {
+        BARE_UNEVEN.0 * self.uneven.min(BARE_UNEVEN.1)
+            + BARE_MISSING.0 * (1.0 - edges).min(0.6)
+            + BARE_MISSING.1 * (1.0 - self.edges).min(0.5)
     }
 }
 
 /// What is seen of a disc that has depth, but for what its outline says by itself.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Evidence {
-    /// Part of the rays with something as near beside the disc, that of the ball's colour counted twice more.
-    pub(super) beside: f64,
+    /// Part of the rays with something as near beside the disc: of another colour, and of the ball's.
+    pub(super) attached: f64,
+    pub(super) continued: f64,
+    /// Part of the rays on which what covers it has the ball's colour.
+    pub(super) alike: f64,
     /// Part of the rays on which the ball's colour goes on and nothing says that it ends.
     pub(super) goes_on: f64,
-    /// How much of the disc is of the ball's colour, and how much of that colour it has, 0 to 1.
-    pub(super) filled: f64,
+    /// How much of the ball's colour the disc has, 0 to 1.
     pub(super) likeness: f64,
     /// How round its surface is, at least and at most, if depth tells.
     pub(super) round: Option<(f64, f64)>,
+    /// Part of it whose depth is about that of the ball's sphere, and how far off it is (median), in the ball's radius.
+    pub(super) on_sphere: (f64, f64),
+}
+
+/// The same of a disc that has none.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Bare {
+    /// How much of the ball's colour the disc has, by how much its parts differ in brightness, and the drop of colour at its edge.
+    pub(super) likeness: f64,
+    pub(super) shading: f64,
+    pub(super) contrast: f64,
+    /// Part of it that has the depth of what is behind a ball of its size.
+    pub(super) through: f64,
+    /// Part of the rays on which something covers it, and on which what is beside it is behind it.
+    pub(super) covered: f64,
+    pub(super) behind: f64,
 }
 
 impl Evidence {
+    /// How round it surely is, as far as that counts.
+    pub(super) fn roundness(&self) -> f64 {
+        self.round.map_or(0.0, |(least, _)| least.clamp(0.0, ROUND))
+    }
+
     /// The logarithm of the odds that it is the ball, if its outline alone says nothing against it: they are no better.
     pub(super) fn odds(&self) -> f64 {
-        let less = |x: f64, (enough, weight): (f64, f64)| weight * (enough - x).max(0.0);
-        let round =
-            self.round.map_or(0.0, |(least, most)| ROUND.1 * least.clamp(0.0, ROUND.0) - less(most, FLAT));
-        NOTHING_AGAINST + round
-            - BESIDE * self.beside
+        let flat = self.round.map_or(0.0, |(_, most)| (FLAT.0 - most).clamp(0.0, FLAT.2));
+        let (on, off) = self.on_sphere;
+        NOTHING_AGAINST
+            - (ATTACHED - KEPT.1 * self.roundness()) * self.attached
+            - CONTINUED * self.continued
+            - ALIKE * self.alike
             - GOES_ON * self.goes_on
-            - less(self.filled, FILLED)
             - less(self.likeness, LIKENESS)
+            - FLAT.1 * flat
+            - less(on, ON_SPHERE)
+            - OFF_SPHERE.0 * off.min(OFF_SPHERE.1)
     }
+}
+
+impl Bare {
+    /// As [`Evidence::odds`].
+    pub(super) fn odds(&self) -> f64 {
+        BARE - less(self.likeness, BARE_LIKENESS)
+            - less(self.shading, BARE_SHADING)
+            - less(self.contrast, BARE_CONTRAST)
+            - BARE_THROUGH * self.through
+            - BARE_COVERED * self.covered
+            + BARE_BEHIND * self.behind
+    }
+}
+
+/// What the odds lose where there is less of something than enough.
+fn less(x: f64, (enough, weight): (f64, f64)) -> f64 {
+    weight * (enough - x).max(0.0)
 }
 
 /// The probability, 0 to 1, of what has these odds (their logarithm).

@@ -3,11 +3,11 @@
 use nalgebra::Matrix3;
 
 use super::edge::Fine;
-use super::evidence::{Alone, Evidence, probability};
+use super::evidence::{Alone, Bare, Evidence, probability};
 use super::outline::{Outline, Rim};
 use super::picture::{Disc, Picture};
 use super::rays::{RAYS, Rays};
-use super::round::{FINELY, ROUGHLY, roundness};
+use super::round::{FINELY, ROUGHLY, on_sphere, roundness};
 use super::sphere::COLOURED;
 use crate::camera::Intrinsics;
 use crate::locate::{CentreDepth, DepthView, rough_centre_depth};
@@ -20,7 +20,9 @@ const KNOWN: f64 = 0.33;
 /// Grey levels of noise that are no colour on a disc.
 const NOISE: f32 = 12.0;
 /// What is left of the score of a ball whose depth is not known.
-const UNKNOWN: f64 = 0.55;
+const UNKNOWN: f64 = 0.9;
+/// Part of the rays, and of those that nothing covers, on which more than this must end freely.
+const FREE: (f64, f64) = (0.25, 0.4);
 /// What has so much of the ball's colour at least goes on beside it.
 const SAME: f32 = 0.25;
 /// What is no farther behind the ball's centre is beside it, in its radius.
@@ -28,31 +30,22 @@ const BESIDE: f64 = 0.4;
 /// What is so much nearer than the ball's centre covers it, in its radius: what is of another colour, and anything.
 const COVER: (f64, f64) = (1.2, 2.5);
 /// How far the edges may move a disc that depth has shown: in its radius, and pixels more.
-const HELD: (f64, f64) = (0.12, 2.5);
+const HELD: (f64, f64) = (0.12, 4.0);
 /// A disc that was moved by more than this, in its radius, is fitted again; and one whose radius is so much another than
 /// depth asks for where it is now.
 const MOVED: (f64, f64) = (0.1, 0.025);
 /// A surface no rounder than this is none of a ball, at a place that is not exact.
 const FLAT_SURFACE: f64 = 0.1;
-/// What has no better odds (their logarithm) before its outline is fitted is not fitted, and what has no better score of those
-/// without depth. Of 1495 balls of `plumb bench vision` none had less than -2.4, and 0.88 without depth; of 1490 other things
-/// two of three.
-const NO_BALL: (f64, f64) = (-5.0, 0.2);
+/// What has no better odds (their logarithm) before its outline is fitted is not fitted: with depth, and without. Of 4213 places
+/// on balls with depth none had less than -4.3, and of 68 without none less than 1.5; of 18 380 and 2078 others four of five and
+/// half had less.
+const NO_BALL: (f64, f64) = (-5.0, -2.0);
 /// With less of the ball's colour than this a disc is none.
 const PALE: f64 = 0.28;
-/// How much of the ball's colour the better third of a disc without depth has: too little, and enough; and how much of
-/// the disc has it.
-const LIKENESS: (f64, f64) = (0.35, 0.52);
-const FILLED: (f64, f64) = (0.45, 0.68);
-/// Part of a disc without depth in which there is depth nevertheless: of what is behind, so that nothing is before it.
-const BEHIND: (f64, f64) = (0.15, 0.4);
 /// Part of the rays that end in the picture if a ball is nearly whole.
 const WHOLE: f64 = 0.8;
 /// Of fewer it is a sliver, which may be of a larger ball: when its middle is a third of its radius out of the picture.
 const SLIVER: f64 = 0.36;
-/// How uneven a disc without depth must be lit: too little, and enough.
-const FLAT: (f64, f64) = (0.15, 0.35);
-
 /// The radius (pixels, on the optical axis) of a ball of radius `ball_radius` at depth `z`, metres.
 pub(super) fn radius_at(intrinsics: &Intrinsics, ball_radius: f64, z: f64) -> f64 {
     (intrinsics.fx + intrinsics.fy) / 2.0 * ball_radius / z
@@ -127,7 +120,11 @@ impl Judge<'_> {
     /// judge it.
     pub(super) fn may_be(&self, disc: &Disc) -> bool {
         let outline = || self.picture.outline_at(*disc);
-        let Some(z) = self.centre(disc) else { return self.doubts(disc, &outline()) > NO_BALL.1 };
+        let Some(z) = self.centre(disc) else {
+            let z = radius_at(self.picture.intrinsics(), self.ball_radius, disc.radius);
+            let outline = outline();
+            return self.bare(disc, &outline, &self.around(&outline, z), z).odds() > NO_BALL.1;
+        };
         let surface = self.surface(disc, z, ROUGHLY);
         surface.odds() > NO_BALL.0 && {
             let outline = outline();
@@ -143,27 +140,25 @@ impl Judge<'_> {
         })
     }
 
-    /// How sure it is that `candidate` is the ball: 0 to 1. With depth the probability by all that is seen of it, without
-    /// depth a product, so that each doubt is enough; either only where enough of its outline is free. What will be less
-    /// than `least` is not looked at to the end, and is 0.
+    /// How sure it is that `candidate` is the ball: 0 to 1, the probability by all that is seen of it; less where it has no
+    /// depth. Enough of its outline must be free in either case. What will be less than `least` is not looked at to the end,
+    /// and is 0.
     pub(super) fn score(&self, candidate: &Candidate, least: f64) -> f64 {
         let Candidate { fine, outline } = candidate;
         let by_picture = radius_at(self.picture.intrinsics(), self.ball_radius, fine.disc.radius);
         let depth = self.centre(&fine.disc);
         let around = self.around(outline, depth.unwrap_or(by_picture));
         let free = around.part(Side::Free) + around.part(Side::Behind);
-        let uncovered = free / (1.0 - around.part(Side::Covered)).max(0.01);
-        let free = ramp(free, 0.25, 0.45) * ramp(uncovered, 0.4, 0.8);
-        if free == 0.0 {
+        if free <= FREE.0 || free / (1.0 - around.covered()).max(0.01) <= FREE.1 {
             return 0.0;
         }
         match depth {
-            Some(z) => free * self.with_depth(candidate, &around, z, least / free),
-            None => free * UNKNOWN * self.without_depth(candidate),
+            Some(z) => self.with_depth(candidate, &around, z, least),
+            None => UNKNOWN * self.without_depth(candidate, &around, by_picture, least / UNKNOWN),
         }
     }
 
-    /// The score of what has depth `z`, but for how much of it is free.
+    /// The score of what has depth `z`.
     fn with_depth(
         &self,
         Candidate { fine, outline }: &Candidate,
@@ -178,45 +173,63 @@ impl Judge<'_> {
         if cap == 0.0 || part < SLIVER {
             return 0.0;
         }
-        let odds = self.surface(&fine.disc, z, FINELY).with(around, outline).odds();
+        let evidence = self.surface(&fine.disc, z, FINELY).with(around, outline);
+        let odds = evidence.odds();
         if cap * probability(odds) < least {
             return 0.0;
         }
-        let beside = around.part(Side::Attached) + around.part(Side::Continued);
-        let able = (1.0 - around.part(Side::Covered) - beside).max(0.4) * around.seen();
-        let radius = radius_at(self.picture.intrinsics(), self.ball_radius, z);
-        let alone = Alone::of(self.picture, fine, radius, &around.trusted(), able);
-        alone.map_or(0.0, |alone| cap * probability(odds - alone.against()))
+        let alone = self.alone(fine, radius_at(self.picture.intrinsics(), self.ball_radius, z), around);
+        alone.map_or(0.0, |alone| cap * probability(odds - alone.against(evidence.roundness())))
     }
 
     /// What is seen on `disc` at depth `z`, its surface read at `half` places from the middle to the edge; nothing beside it.
     fn surface(&self, disc: &Disc, z: f64, half: i32) -> Evidence {
-        let sight = self.sight(disc, Some(z));
         Evidence {
-            beside: 0.0,
+            attached: 0.0,
+            continued: 0.0,
+            alike: 0.0,
             goes_on: 0.0,
-            filled: sight.filled,
-            likeness: f64::from(sight.likeness),
+            likeness: f64::from(self.sight(disc, Some(z)).likeness),
             round: roundness(disc, self.depth, z, self.ball_radius, half),
+            on_sphere: on_sphere(disc, self.depth, z, self.ball_radius, grid()),
         }
     }
 
-    /// The score of what has no depth.
-    fn without_depth(&self, Candidate { fine, outline }: &Candidate) -> f64 {
-        let edges = fine.edges.iter().filter(|&&e| e).count() as f64;
-        self.doubts(&fine.disc, outline) * ramp(edges / RAYS as f64, 0.7, 0.95)
+    /// The score of what has no depth: a ball of its size is at depth `z`, metres.
+    fn without_depth(
+        &self,
+        Candidate { fine, outline }: &Candidate,
+        around: &Around,
+        z: f64,
+        least: f64,
+    ) -> f64 {
+        let odds = self.bare(&fine.disc, outline, around, z).odds();
+        if probability(odds) < least {
+            return 0.0;
+        }
+        let edges = fine.edges.iter().filter(|&&e| e).count() as f64 / RAYS as f64;
+        let alone = self.alone(fine, fine.disc.radius, around);
+        alone.map_or(0.0, |alone| probability(odds - alone.against_bare(edges)))
     }
 
-    /// What is left of the score of what has no depth, but for its edges: it must be lit as a sphere is, and there must be
-    /// nothing where it is that is farther away than the ball's size says.
-    fn doubts(&self, disc: &Disc, outline: &Outline) -> f64 {
+    /// What is seen of `disc`, which has no depth: a ball of its size is at depth `z`, metres.
+    fn bare(&self, disc: &Disc, outline: &Outline, around: &Around, z: f64) -> Bare {
         let sight = self.sight(disc, None);
-        let z = radius_at(self.picture.intrinsics(), self.ball_radius, disc.radius);
-        ramp(f64::from(sight.likeness), LIKENESS.0, LIKENESS.1)
-            * ramp(sight.filled, FILLED.0, FILLED.1)
-            * ramp(outline.contrast, 0.15, 0.35)
-            * ramp(f64::from(sight.shading), FLAT.0, FLAT.1)
-            * (1.0 - ramp(self.seen_through(disc, z), BEHIND.0, BEHIND.1))
+        Bare {
+            likeness: f64::from(sight.likeness),
+            shading: f64::from(sight.shading),
+            contrast: outline.contrast,
+            through: self.seen_through(disc, z),
+            covered: around.covered(),
+            behind: around.part(Side::Behind),
+        }
+    }
+
+    /// What the outline of a disc that should have `radius` pixels says by itself.
+    fn alone(&self, fine: &Fine, radius: f64, around: &Around) -> Option<Alone> {
+        let beside = around.part(Side::Attached) + around.part(Side::Continued);
+        let able = (1.0 - around.covered() - beside).max(0.4) * around.seen();
+        Alone::of(self.picture, fine, radius, &around.trusted(), able)
     }
 
     /// Part of the inner disc that has the depth of something that is not in front of a ball at `z`.
@@ -251,8 +264,7 @@ impl Judge<'_> {
         });
         let shading = if n > 4.0 { (most - least) / (sum / n + 1.0) } else { 0.0 };
         let likeness = likenesses.get(likenesses.len() * 13 / 20).copied().unwrap_or(0.0);
-        let coloured = likenesses.iter().filter(|&&l| l > (0.5 * likeness).max(0.25)).count();
-        Sight { likeness, filled: coloured as f64 / likenesses.len().max(1) as f64, shading }
+        Sight { likeness, shading }
     }
 
     /// Depth of the ball's centre, metres, where enough of what is seen of the disc agrees on it.
@@ -294,19 +306,24 @@ impl Judge<'_> {
                 return None;
             }
             let depth_at = |pixel: Option<(f64, f64)>| pixel.and_then(|(u, v)| self.depth.at(u, v));
+            let pixel = rays.at(ray, OUTSIDE.0 * outline.disc.radius + OUTSIDE.1);
+            let alike = pixel.is_some_and(|(u, v)| self.picture.likeness(u, v) > SAME);
+            let covered = if alike { Side::CoveredAlike } else { Side::Covered };
             // A post may end before the place beside it.
             let rim = depth_at(rays.at(ray, outline.disc.radius));
             if rim.is_some_and(|o| o <= z - COVER.0 * self.ball_radius) {
-                return Some(Side::Covered);
+                return Some(covered);
             }
-            let pixel = rays.at(ray, OUTSIDE.0 * outline.disc.radius + OUTSIDE.1);
             Some(match depth_at(pixel) {
-                Some(o) if o <= z - COVER.1 * self.ball_radius => Side::Covered,
+                Some(o) if o <= z - COVER.1 * self.ball_radius => covered,
                 Some(o) if o <= z && outline.rims[ray] == Rim::Red => Side::Continued,
-                Some(o) if o <= z - COVER.0 * self.ball_radius => Side::Covered,
+                Some(o) if o <= z - COVER.0 * self.ball_radius => covered,
                 Some(o) if o <= z + BESIDE * self.ball_radius => {
-                    let (u, v) = pixel.unwrap_or_default();
-                    if self.picture.likeness(u, v) > SAME { Side::Continued } else { Side::Attached }
+                    if alike {
+                        Side::Continued
+                    } else {
+                        Side::Attached
+                    }
                 }
                 Some(o) if o > z + self.ball_radius => Side::Behind,
                 _ if outline.rims[ray] == Rim::Edge => Side::Free,
@@ -320,8 +337,13 @@ impl Judge<'_> {
 impl Evidence {
     /// The same with what is beside the disc.
     fn with(self, around: &Around, outline: &Outline) -> Self {
-        let beside = around.part(Side::Attached) + 2.0 * around.part(Side::Continued);
-        Self { beside, goes_on: around.goes_on(outline), ..self }
+        Self {
+            attached: around.part(Side::Attached),
+            continued: around.part(Side::Continued),
+            alike: around.part(Side::CoveredAlike),
+            goes_on: around.goes_on(outline),
+            ..self
+        }
     }
 }
 
@@ -340,6 +362,8 @@ enum Side {
     Continued,
     /// Something else, nearer.
     Covered,
+    /// The same, but of the ball's colour beside the disc.
+    CoveredAlike,
 }
 
 /// What is around a disc, ray by ray; `None` out of the picture.
@@ -354,6 +378,11 @@ impl Around {
         self.sides.iter().filter(|&&s| s == Some(side)).count() as f64 / self.seen()
     }
 
+    /// Part of the rays on which something nearer hides where the ball ends.
+    fn covered(&self) -> f64 {
+        self.part(Side::Covered) + self.part(Side::CoveredAlike)
+    }
+
     /// Part of the rays on which the ball's colour goes on and nothing else says that it ends.
     fn goes_on(&self, outline: &Outline) -> f64 {
         let rays = self.sides.iter().zip(outline.rims);
@@ -362,7 +391,9 @@ impl Around {
 
     /// The rays whose edges are the ball's own as far as depth says so.
     fn trusted(&self) -> [bool; RAYS] {
-        self.sides.map(|side| !matches!(side, Some(Side::Covered | Side::Attached | Side::Continued)))
+        self.sides.map(|side| {
+            !matches!(side, Some(Side::Covered | Side::CoveredAlike | Side::Attached | Side::Continued))
+        })
     }
 
     fn seen(&self) -> f64 {
@@ -380,8 +411,6 @@ fn grid() -> impl Iterator<Item = (f64, f64)> {
 struct Sight {
     /// How much of the ball's colour the better third of it has at least, 0 to 1.
     likeness: f32,
-    /// How much of it is of that colour, 0 to 1.
-    filled: f64,
     /// By how much its ninths differ in brightness, over their mean: no sphere is lit evenly.
     shading: f32,
 }

@@ -77,6 +77,37 @@ pub(super) fn roundness(
     let readings = f64::from((2 * half + 1) * (2 * half + 1));
     let shared = (SMOOTH * readings / (2.0 * part * disc.radius).powi(2)).max(1.0);
     let error = (shared * variance * inverse[(3, 3)].max(inverse[(5, 5)])).sqrt();
+    if !error.is_finite() {
+        return None;
+    }
     let ideal = flattest(&ideal).max(0.1);
     Some(((flattest(&fit) - 1.5 * error) / ideal, (flattest(&fit) + 1.5 * error) / ideal))
+}
+
+/// Part of the places in the picture whose depth is near the sphere of `ball_radius` whose centre is at depth `z`, and how far
+/// off it that is (median), both in the ball's radius. `places` are on the disc, in its radius.
+pub(super) fn on_sphere(
+    disc: &Disc,
+    depth: &DepthView,
+    z: f64,
+    ball_radius: f64,
+    places: impl Iterator<Item = (f64, f64)>,
+) -> (f64, f64) {
+    let lens = depth.intrinsics();
+    let centre = lens.deproject(disc.u, disc.v, z).coords;
+    let (mut offs, mut all) = (Vec::with_capacity(64), 0);
+    for (x, y) in places {
+        let (u, v) = (disc.u + x * disc.radius, disc.v + y * disc.radius);
+        if !depth.contains(u, v) {
+            continue;
+        }
+        all += 1;
+        let Some(o) = depth.at(u, v) else { continue };
+        let off = (lens.deproject(u.round(), v.round(), o).coords - centre).norm() / ball_radius - 1.0;
+        if off.abs() < 1.0 {
+            offs.push(off.abs());
+        }
+    }
+    offs.sort_by(f64::total_cmp);
+    (offs.len() as f64 / f64::from(all.max(1)), offs.get(offs.len() / 2).copied().unwrap_or(1.0))
 }
