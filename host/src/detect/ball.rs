@@ -46,7 +46,7 @@ const SIZE_FACTOR: f64 = 2.0;
 
 /// Finds a red ball of known size, sub-pixel, at any distance from 0.25 to 2.5 m; says that there is none
 /// where no red thing is round and of the right size. Its score is 0 to 1; 0.52 and more is a ball. A ball
-/// without depth scores 0.55 at most.
+/// without depth scores 0.9 at most.
 #[derive(Debug, Clone)]
 pub struct Ball {
     ball_radius: f64,

@@ -106,6 +106,42 @@ fn a_narrow_post_before_half_of_it_does_not_shift_it() {
 }
 
 #[test]
+fn something_red_as_near_as_the_ball_beside_it_does_not_hide_it() {
+    let ball = ball_at(250.0, 200.0, 0.9);
+    let truth = ball.seen(&INTRINSICS);
+    let mut scene = Scene::wall(2.2);
+    scene.add(&ball);
+    scene.each_pixel(|_, at, pixel, depth| {
+        let [x, y] = [f64::from(at.0) - truth.u, f64::from(at.1) - truth.v].map(|way| way / truth.radius);
+        if (1.15..3.0).contains(&x) && y.abs() < 0.9 {
+            (*pixel, *depth) = ([30, 25, 150].into(), 4500);
+        }
+    });
+    let found = detect(&scene.frame());
+    assert!(miss(found, &truth) * truth.radius < 0.4, "{found:?} {truth:?}");
+}
+
+#[test]
+fn a_shaded_red_oval_without_depth_is_no_ball() {
+    let mut scene = Scene::wall(2.2);
+    let oval = |high: f64| {
+        move |_: &Intrinsics, at: (i32, i32), pixel: &mut opencv::core::Vec3b, depth: &mut u16| {
+            let (x, y) = ((f64::from(at.0) - 250.0) / 20.0, (f64::from(at.1) - 200.0) / 20.0 / high);
+            if x * x + y * y < 1.0 {
+                let red = 150.0 - 40.0 * x - 40.0 * y;
+                *pixel = [(0.15 * red) as u8, (0.1 * red) as u8, red as u8].into();
+            }
+            *depth = 0;
+        }
+    };
+    scene.each_pixel(oval(0.7));
+    assert_eq!(detect(&scene.frame()), None);
+    // The same, round.
+    scene.each_pixel(oval(1.0));
+    assert!(detect(&scene.frame()).is_some());
+}
+
+#[test]
 fn it_is_followed_and_found_again_when_it_is_elsewhere() {
     let frame_of = |u: f64, v: f64| {
         let ball = ball_at(u, v, 1.0);
