@@ -42,6 +42,11 @@ const GOES_ON: f64 = 14.5;
 const ROUND: f64 = 0.8;
 /// How much less is then lost for the square of the outline's unevenness and for what is attached, at a roundness of 1.
 const KEPT: (f64, f64) = (0.98, 13.9);
+/// Part of what the outline says that does not count where depth shows a sphere that ends all around. Not from the
+/// regression: a ball before a red print on the wall has the print's edges.
+const CUT_OUT: f64 = 0.8;
+/// A sphere beyond doubt is surely so round at least, so much of it is on the sphere, and no farther off it than this.
+const SPHERE: (f64, f64, f64) = (0.8, 0.85, 0.04);
 /// What they lose for less of the ball's colour than this; for a surface surely flatter than this, and the most of that; for
 /// less of it on a sphere than this; and for how far off that sphere it is, and the most of that.
 const LIKENESS: (f64, f64) = (0.55, 33.2);
@@ -97,14 +102,16 @@ impl Alone {
         Some(Self { squares, uneven, edges: (edges / able).min(1.0) })
     }
 
-    /// What the logarithm of the odds of what has depth loses for it, if that is surely so `round`.
-    pub(super) fn against(&self, round: f64) -> f64 {
+    /// What the logarithm of the odds of what has depth loses for it, if that is surely so `round`, and, where it is a sphere beyond
+    /// doubt, depth has what is behind it on so much of the rays: the edges may be those of something red behind then.
+    pub(super) fn against(&self, round: f64, behind: f64) -> f64 {
         let (size, place) = self.squares;
         let corners = (self.uneven - CORNERS.1).max(0.0).powi(2).min(CORNERS.2);
-        SQUARES.0 * size.min(MOST)
+        let all = SQUARES.0 * size.min(MOST)
             + SQUARES.1 * place.min(MOST)
             + (CORNERS.0 - KEPT.0 * round) * corners
-            + MISSING * (1.0 - self.edges).min(0.5)
+            + MISSING * (1.0 - self.edges).min(0.5);
+        all * (1.0 - CUT_OUT * behind)
     }
 
     /// The same of what has no depth and an edge on `edges` of all rays.
@@ -151,6 +158,12 @@ impl Evidence {
     /// How round it surely is, as far as that counts.
     pub(super) fn roundness(&self) -> f64 {
         self.round.map_or(0.0, |(least, _)| least.clamp(0.0, ROUND))
+    }
+
+    /// Whether depth shows a sphere of the ball's size beyond doubt.
+    pub(super) fn is_sphere(&self) -> bool {
+        let (on, off) = self.on_sphere;
+        self.round.is_some_and(|(least, _)| least > SPHERE.0) && on > SPHERE.1 && off < SPHERE.2
     }
 
     /// The logarithm of the odds that it is the ball, if its outline alone says nothing against it: they are no better.

@@ -179,7 +179,8 @@ impl Judge<'_> {
             return 0.0;
         }
         let alone = self.alone(fine, radius_at(self.picture.intrinsics(), self.ball_radius, z), around);
-        alone.map_or(0.0, |alone| cap * probability(odds - alone.against(evidence.roundness())))
+        let behind = if evidence.is_sphere() { around.part(Side::Behind) } else { 0.0 };
+        alone.map_or(0.0, |alone| cap * probability(odds - alone.against(evidence.roundness(), behind)))
     }
 
     /// What is seen on `disc` at depth `z`, its surface read at `half` places from the middle to the edge; nothing beside it.

@@ -122,6 +122,22 @@ fn something_red_as_near_as_the_ball_beside_it_does_not_hide_it() {
 }
 
 #[test]
+fn a_red_print_on_the_wall_behind_does_not_hide_it() {
+    let ball = ball_at(250.0, 200.0, 0.9);
+    let truth = ball.seen(&INTRINSICS);
+    let mut scene = Scene::wall(2.2);
+    scene.each_pixel(|_, (u, v), pixel, _| {
+        let [x, y] = [f64::from(u) - truth.u, f64::from(v) - truth.v].map(|way| way / truth.radius);
+        if (-0.5..1.3).contains(&x) && y.abs() < 1.2 && (v % 4 != 0 || (u / 5) % 3 == 0) {
+            *pixel = [45, 38, 190].into();
+        }
+    });
+    scene.add(&ball);
+    let found = detect(&scene.frame());
+    assert!(miss(found, &truth) * truth.radius < 1.5, "{found:?} {truth:?}");
+}
+
+#[test]
 fn a_shaded_red_oval_without_depth_is_no_ball() {
     let mut scene = Scene::wall(2.2);
     let oval = |high: f64| {
