@@ -3,9 +3,9 @@
 //! Each of the things that are seen of a disc has its weight, and the sum of weights is the logarithm of the odds: a little
 //! too much of one may be made good by the others, as one more limit for each could not. The weights are those of two
 //! logistic regressions (Newton's method, squared weights penalised by 0.1, signs held) on what the detector looked at in pictures
-//! with a ball and without: of `plumb bench vision --suite hard` (seeds 61 to 66) and of another generator with other shading,
-//! edges, depth and distractors, a third of all pictures each time kept for trying them out (`docs/cameras.md`). 12 262 discs had
-//! depth and 3726 had none, 136 of those balls. Both sums were then raised (0.3 and 0.9), as a ball missed costs as much as another
+//! with a ball and without: of `plumb bench vision --suite hard` (seeds 61 to 66) and of another generator, not part of this
+//! repository, with other shading, edges, depth and distractors. What came of them on seeds apart is in `docs/cameras.md`. 12 262
+//! discs had depth and 3726 had none, 136 of those balls. Both sums were then raised (0.3 and 0.9), as a ball missed costs as much as another
 //! thing taken for one and most discs are none.
 
 use super::edge::Fine;
@@ -42,7 +42,7 @@ const GOES_ON: f64 = 14.5;
 const ROUND: f64 = 0.8;
 /// How much less is then lost for the square of the outline's unevenness and for what is attached, at a roundness of 1.
 const KEPT: (f64, f64) = (0.98, 13.9);
-/// Part of what the outline says that does not count where depth shows a sphere that ends all around. Not from the
+/// Part of what uneven and missing edges say that does not count where depth shows a sphere that ends all around. Not from the
 /// regression: a ball before a red print on the wall has the print's edges.
 const CUT_OUT: f64 = 0.8;
 /// A sphere beyond doubt is surely so round at least, so much of it is on the sphere, and no farther off it than this.
@@ -107,11 +107,8 @@ impl Alone {
     pub(super) fn against(&self, round: f64, behind: f64) -> f64 {
         let (size, place) = self.squares;
         let corners = (self.uneven - CORNERS.1).max(0.0).powi(2).min(CORNERS.2);
-        let all = SQUARES.0 * size.min(MOST)
-            + SQUARES.1 * place.min(MOST)
-            + (CORNERS.0 - KEPT.0 * round) * corners
-            + MISSING * (1.0 - self.edges).min(0.5);
-        all * (1.0 - CUT_OUT * behind)
+        let edges = (CORNERS.0 - KEPT.0 * round) * corners + MISSING * (1.0 - self.edges).min(0.5);
+        SQUARES.0 * size.min(MOST) + SQUARES.1 * place.min(MOST) + (1.0 - CUT_OUT * behind) * edges
     }
 
     /// The same of what has no depth and an edge on `edges` of all rays.
