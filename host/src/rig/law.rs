@@ -135,7 +135,7 @@ impl LawSettings {
 }
 
 /// What takes the shaking out of a ball on soft cables.
-const TAUT_MEAN_S: f64 = 0.32;
+const TAUT_MEAN_S: f64 = 0.4;
 
 impl Seconds {
     /// In the board's unit; `key` names it where it does not fit.

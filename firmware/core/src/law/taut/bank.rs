@@ -6,7 +6,7 @@ use super::geometry::{Matrix, Vector, along, dot, length, projected, scaled, sol
 use super::prior::Guess;
 
 /// Gravity, mm/s².
-const GRAVITY: f32 = 9810.0;
+pub(super) const GRAVITY: f32 = 9810.0;
 /// Of its tension at rest, each cable keeps so much.
 const KEPT: f32 = 0.5;
 /// A filter with less than this share of the belief is not heeded where the most careful one decides.
@@ -63,18 +63,18 @@ pub(super) struct Belief {
 }
 
 impl Bank {
-    /// At the first picture.
-    pub(super) fn new(seen: &Seen) -> Self {
-        Self { filters: GUESSES.map(|guess| Filter::new(seen, &guess)), best: 0 }
+    /// At the first picture, on the way to `target` (mm).
+    pub(super) fn new(seen: &Seen, target: Vector) -> Self {
+        Self { filters: GUESSES.map(|guess| Filter::new(seen, target, &guess)), best: 0 }
     }
 
-    /// Takes in a picture.
-    pub(super) fn update(&mut self, seen: &Seen) {
+    /// Takes in a picture, on the way to `target` (mm).
+    pub(super) fn update(&mut self, seen: &Seen, target: Vector) {
         let worst = self.filters.iter().fold(0.0, |worst: f32, filter| worst.max(filter.score()));
         for (filter, guess) in self.filters.iter_mut().zip(&GUESSES) {
             filter.update(seen);
             if !filter.sound() {
-                *filter = Filter::restarted(seen, guess, worst);
+                *filter = Filter::restarted(seen, target, guess, worst);
             }
         }
         for i in 0..GUESSES.len() {

@@ -7,9 +7,9 @@ use super::geometry::{Vector, dot, length, scaled};
 const SWING: f32 = 4.0;
 /// So many swings are let be, and each that follows leaves so much of the pace.
 const FREE: u8 = 1;
-const CALMER: f32 = 0.7;
-/// The pace is never less. At 8/s times this a loop of no other delay is stable about a mode of 1.5 Hz and ζ = 0.02: below 2 ζ ω.
-const SLOWEST: f32 = 0.04;
+const CALMER: f32 = 0.4;
+/// The pace is never less. At 12/s times this a loop of no other delay is stable about a mode of 0.6 Hz and ζ = 0.02: below 2 ζ ω.
+const SLOWEST: f32 = 0.012;
 /// A bank that in the mean of so many pictures has not brought the ball nearer by this much (mm) than in those before, and not to
 /// within 6 mm, has got stuck. In the mean: a ball that swings about its target is not lost.
 const PATIENCE: u8 = 45;

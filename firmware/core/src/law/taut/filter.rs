@@ -94,10 +94,10 @@ impl Gradient {
 }
 
 impl Filter {
-    /// At the first picture.
-    pub(super) fn new(seen: &Seen, guess: &Guess) -> Self {
+    /// At the first picture, on the way to `target` (mm).
+    pub(super) fn new(seen: &Seen, target: Vector, guess: &Guess) -> Self {
         let Seen { ball, variances: told, motors } = *seen;
-        let (x, p) = guess.prior(ball, told);
+        let (x, p) = guess.prior(ball, told, target);
         let cables = Cables::new(&x);
         Self { x, p, cables, told, motors, turned: [0.0; 3], score: 0.0, bias: [0.0; 3], strange: 0 }
     }
@@ -175,8 +175,8 @@ impl Filter {
     }
 
     /// The same filter begun anew, scored as one that has explained things as badly as `score` says.
-    pub(super) fn restarted(seen: &Seen, guess: &Guess, score: f32) -> Self {
-        Self { score, ..Self::new(seen, guess) }
+    pub(super) fn restarted(seen: &Seen, target: Vector, guess: &Guess, score: f32) -> Self {
+        Self { score, ..Self::new(seen, target, guess) }
     }
 
     /// Takes in a picture.

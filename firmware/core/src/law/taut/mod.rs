@@ -13,18 +13,17 @@ mod prior;
 mod tests;
 
 use super::{Demand, Law, Limits, MotorRates, Picture};
-use bank::{Bank, Belief};
+use bank::{Bank, Belief, GRAVITY};
 use calm::Watch;
 use geometry::{Vector, along, dot, largest, scaled};
 
 /// What the rates take to change, s: from a picture to the next at 30 Hz.
 const FRAME_S: f32 = 0.033;
-/// Two standard deviations of what may slacken a cable in the ball's acceleration stay below this, mm/s²: at an edge of the population's
-/// triangles there is room for 440 (1 % quantile), and less where the motors are far above.
+/// Cables are taut while what the ball bears, its weight and what it is accelerated by, points into the motors' triangle. Two standard
+/// deviations of what may slacken a cable shift the point where it meets the motors' plane by no more than this, mm, and are below
+/// so much acceleration, mm/s²: at an edge of the population's triangles there is room for 440 (1 % quantile).
+const ASIDE: f32 = 11.0;
 const UNKNOWN: f32 = 300.0;
-/// Down to this height that is so, mm, and below it there is less in proportion, but not less than a share.
-const SHALLOW: f32 = 340.0;
-const LEAST_SHARE: f32 = 0.32;
 /// The motors may always accelerate so much, steps/s², and slow down so much along the way that the ball is on: to go past the target
 /// does more harm.
 const ALWAYS: f32 = 150.0;
@@ -32,7 +31,10 @@ const ALWAYS_SLOWER: f32 = 1000.0;
 /// Braking is planned with so much of the acceleration that is allowed.
 const BRAKE: f32 = 0.7;
 /// Rates are at most so much of the way that is left, 1/s.
-const GAIN: f32 = 8.0;
+const GAIN: f32 = 12.0;
+/// Nearer than about this the ball is left alone, mm: it is what noise makes of the estimate, and the microsteps of slow motors are in
+/// tune with a light ball on stiff cables.
+const NEAR: f32 = 1.0;
 
 /// What a picture says.
 struct Seen {
@@ -72,17 +74,17 @@ impl Taut {
     fn look(&mut self, seen: &Seen, target: Vector) -> Belief {
         match &mut self.bank {
             Some(bank) => {
-                bank.update(seen);
+                bank.update(seen, target);
                 bank.belief(target)
             }
-            none => none.insert(Bank::new(seen)).belief(target),
+            none => none.insert(Bank::new(seen, target)).belief(target),
         }
     }
 
     /// What the motors may accelerate along `a` (largest entry 1), steps/s².
     fn acceleration(&self, belief: &Belief, a: Vector) -> f32 {
-        let share = (SHALLOW / belief.height.max(1.0)).clamp(LEAST_SHARE, 1.0);
-        let known = share * UNKNOWN / (2.0 * belief.harm(a) + 1e-6);
+        let unknown = (GRAVITY * ASIDE / belief.height.max(1.0)).min(UNKNOWN);
+        let known = unknown / (2.0 * belief.harm(a) + 1e-6);
         belief.tension(a).min(known).max(ALWAYS).min(self.acceleration)
     }
 
@@ -94,7 +96,8 @@ impl Taut {
         let way = belief.left(target, due, unit, largest(steps));
         let pace = self.watch.pace();
         let braking = pace * BRAKE * self.acceleration(belief, scaled(unit, -1.0));
-        scaled(unit, (pace * GAIN * way).min(libm::sqrtf(2.0 * braking * way)).min(self.rate))
+        let heed = dot(e, e) / (dot(e, e) + NEAR * NEAR);
+        scaled(unit, (heed * pace * GAIN * way).min(libm::sqrtf(2.0 * braking * way)).min(self.rate))
     }
 
     /// The rates after a frame on the way from the last ones to `wanted`. To turn less fast along the way that the ball is on is one

@@ -18,26 +18,26 @@ fn off(bank: &Bank, ball: Vector) -> f32 {
 #[test]
 fn a_strange_picture_is_passed_over_and_the_third_in_a_row_is_believed() {
     let (home, away) = ([0.0, 0.0, -500.0], [0.0, 200.0, -500.0]);
-    let mut bank = Bank::new(&seen(home, [0.0; 3]));
+    let mut bank = Bank::new(&seen(home, [0.0; 3]), home);
     for _ in 0..10 {
-        bank.update(&seen(home, [0.0; 3]));
+        bank.update(&seen(home, [0.0; 3]), home);
     }
     for _ in 0..2 {
-        bank.update(&seen(away, [0.0; 3]));
+        bank.update(&seen(away, [0.0; 3]), home);
         assert!(off(&bank, home) < 1e-3, "moved by {}", off(&bank, home));
     }
-    bank.update(&seen(away, [0.0; 3]));
+    bank.update(&seen(away, [0.0; 3]), home);
     assert!(off(&bank, away) < 5.0, "still {} away", off(&bank, away));
 }
 
 #[test]
 fn motion_that_is_seen_tells_how_far_a_step_goes() {
     // Motors A and B pay out together; the ball falls and goes to C's side by what no guess says.
-    let per_step = [-0.5, 0.0, -0.3];
-    let mut bank = Bank::new(&seen([0.0, 0.0, -500.0], [0.0; 3]));
+    let (per_step, home) = ([-0.5, 0.0, -0.3], [0.0, 0.0, -500.0]);
+    let mut bank = Bank::new(&seen(home, [0.0; 3]), home);
     for k in 1..60 {
         let n = k as f32 * 2.0;
-        bank.update(&seen([per_step[0] * n, 0.0, per_step[2] * n - 500.0], [n, n, 0.0]));
+        bank.update(&seen([per_step[0] * n, 0.0, per_step[2] * n - 500.0], [n, n, 0.0]), home);
     }
     let learnt = along(&bank.belief([0.0; 3]).j, [1.0, 1.0, 0.0]);
     let error = length([0, 1, 2].map(|i| learnt[i] - per_step[i]));
@@ -76,7 +76,7 @@ fn an_error_that_stays_means_that_the_bank_is_stuck() {
 }
 
 /// A ball that follows the motors through a resonance (Hz, damping ratio) and is seen three pictures late: its farthest from the
-/// target, mm, in the last two of 40 s.
+/// target, mm, in the last two of 60 s.
 fn farthest_at_the_end(hz: f32, damping: f32) -> f32 {
     // Seen from (0, 0, -120): high up, and a step moves the ball farther than the usual rig's.
     let j = [[-0.7, -0.7, 0.7], [-0.6, 0.6, 0.0], [-1.2, -1.2, -0.6]];
@@ -86,7 +86,7 @@ fn farthest_at_the_end(hz: f32, damping: f32) -> f32 {
     let (mut motors, mut rates, mut ball, mut speed) = ([0.0; 3], [0.0; 3], start, [0.0; 3]);
     let mut seen = [(start, motors); 4];
     let mut farthest: f32 = 0.0;
-    for frame in 0..1200 {
+    for frame in 0..1800 {
         for _ in 0..33 {
             motors = [0, 1, 2].map(|k| motors[k] + 1e-3 * rates[k]);
             let moves = along(&j, motors);
@@ -109,7 +109,7 @@ fn farthest_at_the_end(hz: f32, damping: f32) -> f32 {
             target: micro(target),
         };
         rates = law.update(&picture).rates.0.map(|rate| rate as f32 / 256.0);
-        if frame >= 1140 {
+        if frame >= 1740 {
             farthest = farthest.max(length([0, 1, 2].map(|i| ball[i] - target[i])));
         }
     }
@@ -118,7 +118,7 @@ fn farthest_at_the_end(hz: f32, damping: f32) -> f32 {
 
 #[test]
 fn a_loop_that_would_swing_for_ever_settles() {
-    for (hz, damping) in [(3.0, 0.05), (1.5, 0.03), (0.8, 0.05)] {
+    for (hz, damping) in [(3.0, 0.05), (1.5, 0.03), (1.0, 0.03), (0.9, 0.05), (0.8, 0.05), (0.7, 0.05)] {
         let farthest = farthest_at_the_end(hz, damping);
         assert!(farthest < 10.0, "{hz} Hz: still {farthest} mm away");
     }
