@@ -8,7 +8,7 @@ use super::prior::Guess;
 /// Gravity, mm/s².
 pub(super) const GRAVITY: f32 = 9810.0;
 /// Of its tension at rest, each cable keeps so much.
-const KEPT: f32 = 0.5;
+const KEPT: f32 = 0.45;
 /// A filter with less than this share of the belief is not heeded where the most careful one decides.
 const PLAUSIBLE: f32 = 0.05;
 /// Lengths of cable take no more than this from what J says is left: a filter far from the truth must not bring all to a stop.

@@ -26,7 +26,7 @@ const ASIDE: f32 = 11.0;
 const UNKNOWN: f32 = 300.0;
 /// The motors may always accelerate so much, steps/s², and slow down so much along the way that the ball is on: to go past the target
 /// does more harm.
-const ALWAYS: f32 = 150.0;
+const ALWAYS: f32 = 250.0;
 const ALWAYS_SLOWER: f32 = 1000.0;
 /// Braking is planned with so much of the acceleration that is allowed.
 const BRAKE: f32 = 0.7;

@@ -16,7 +16,7 @@ const OFFSETS: [f32; 9] = [330.0, 500.0, 0.0, 330.0, -500.0, 0.0, -670.0, 0.0, 0
 const ANYWHERE: f32 = 200.0;
 const HEIGHT: f32 = 200.0;
 const OWN: f32 = 20.0;
-const LN_STEP: f32 = 0.4;
+const LN_STEP: f32 = 0.3;
 /// Motors are 100 to 1000 mm above both start and target, mm above the middle in the mean: the farther one of them is above the other,
 /// the less room there is for that, down to a share.
 const MEAN_HEIGHT: f32 = 550.0;
