@@ -15,6 +15,8 @@ const SLOWEST: f32 = 0.012;
 const PATIENCE: u8 = 45;
 const NEARER: f32 = 3.0;
 const THERE: f32 = 6.0;
+/// After as many pictures without a swing, and not there yet, the pace grows by this: what swung has come to rest.
+const QUICKER: f32 = 2.0;
 
 /// Watches the error on its way to one target.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -23,6 +25,8 @@ pub(super) struct Watch {
     /// The farthest that the ball was off on the side where it is, mm.
     side: Vector,
     swings: u8,
+    /// Those that were counted when the pictures' sum began.
+    counted: u8,
     pace: f32,
     /// Pictures that are summed up, their errors, and how long the mean of those before was, mm.
     pictures: u8,
@@ -33,11 +37,21 @@ pub(super) struct Watch {
 impl Watch {
     /// On the way to a new target, mm.
     pub(super) fn new(target: Vector) -> Self {
-        Self { target, side: [0.0; 3], swings: 0, pace: 1.0, pictures: 0, sum: [0.0; 3], before: f32::MAX }
+        Self {
+            target,
+            side: [0.0; 3],
+            swings: 0,
+            counted: 0,
+            pace: 1.0,
+            pictures: 0,
+            sum: [0.0; 3],
+            before: f32::MAX,
+        }
     }
 
     /// What of its pace the law is to keep, [`SLOWEST`] to 1. With each time the ball goes by its target to the other side there is
-    /// less: a loop that swings is too quick for what it does not know of the rig, and on a slower one springs come to rest.
+    /// less: a loop that swings is too quick for what it does not know of the rig, and on a slower one springs come to rest. There is
+    /// more again where a ball at rest is still on its way.
     pub(super) fn pace(&self) -> f32 {
         self.pace
     }
@@ -55,6 +69,10 @@ impl Watch {
         }
         let mean = length(scaled(self.sum, 1.0 / f32::from(PATIENCE)));
         let stuck = mean > THERE && mean > self.before - NEARER;
+        if mean > THERE && self.swings == self.counted {
+            self.pace = (QUICKER * self.pace).min(1.0);
+        }
+        self.counted = self.swings;
         (self.pictures, self.sum, self.before) = (0, [0.0; 3], mean);
         stuck
     }

@@ -69,6 +69,21 @@ fn a_swing_calms_the_law_until_there_is_another_target() {
 }
 
 #[test]
+fn a_calmed_law_gets_quicker_while_the_ball_is_far_and_does_not_swing() {
+    let mut watch = Watch::new([0.0; 3]);
+    swing_about([0.0; 3], &mut watch, 20.0, 5);
+    let calmer = watch.pace();
+    for k in 0..90 {
+        watch.look([0.0; 3], [2.0 + 0.01 * k as f32, 0.0, 0.0]);
+    }
+    assert_eq!(watch.pace(), calmer, "at the target there is no haste");
+    for k in 0..400 {
+        watch.look([0.0; 3], [50.0 - 0.1 * k as f32, 0.0, 0.0]);
+    }
+    assert_eq!(watch.pace(), 1.0);
+}
+
+#[test]
 fn an_error_that_stays_means_that_the_bank_is_stuck() {
     let mut watch = Watch::new([0.0; 3]);
     let stuck = (0..90).filter(|_| watch.look([0.0; 3], [20.0, 0.0, 0.0])).count();
