@@ -34,6 +34,21 @@ impl Intrinsics {
     pub fn project(&self, p: &Point3<f64>) -> Option<(f64, f64)> {
         (p.z > 1e-9).then(|| (self.fx * p.x / p.z + self.cx, self.fy * p.y / p.z + self.cy))
     }
+
+    /// The mean of the two focal lengths, pixels.
+    pub(crate) fn focal(&self) -> f64 {
+        (self.fx + self.fy) / 2.0
+    }
+
+    /// The radius (pixels, on the optical axis) of a ball of radius `ball_radius` at depth `z`, metres.
+    pub(crate) fn radius_at(&self, ball_radius: f64, z: f64) -> f64 {
+        self.focal() * ball_radius / z
+    }
+
+    /// The depth, metres, of a ball of radius `ball_radius` (metres) that is seen with `radius` pixels.
+    pub(crate) fn depth_of(&self, ball_radius: f64, radius: f64) -> f64 {
+        self.focal() * ball_radius / radius
+    }
 }
 
 /// A camera file: everything that is known of a camera and of the ball it looks for.

@@ -29,16 +29,21 @@ const MIN_SUPPORT: f64 = 0.1;
 const MIN_PIXELS: usize = 5;
 /// What a group of votes may span, in the ball's radius.
 const GROUP: f64 = 0.6;
-/// A disc's radius may be wrong by this, in itself: one that has been fitted, and one that is about to be.
-const SIZE_ERROR: (f64, f64) = (0.05, 0.1);
 /// Votes that have their error in common: noise of depth is smooth.
 const ALIKE: f64 = 8.0;
 /// What all votes have in common (standard deviation), metres at 1 m; as disparity's, it grows with the square.
 const BIAS: f64 = 0.000_5;
-/// Pixels read along the disc's diameter; larger discs are read in a coarser grid.
-const GRID: f64 = 48.0;
-/// The same where many discs are compared.
-const ROUGH_GRID: f64 = 14.0;
+/// How a disc is read that has been fitted, and one that is about to be and is compared with many.
+const FINELY: Reading = Reading { grid: 48.0, size_error: 0.05 };
+const ROUGHLY: Reading = Reading { grid: 14.0, size_error: 0.1 };
+
+/// How the depth on a disc is read.
+struct Reading {
+    /// Pixels read along the disc's diameter; larger discs are read in a coarser grid.
+    grid: f64,
+    /// The disc's radius may be wrong by this, in itself.
+    size_error: f64,
+}
 
 /// Where the ball is.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -84,14 +89,7 @@ pub fn locate(detection: &Detection, frame: &RgbdFrame, camera: &Camera) -> Opti
 /// elsewhere), and of that the median. `None` where it is fewer than a tenth of the disc's pixels.
 pub fn centre_depth(detection: &Detection, frame: &RgbdFrame, ball_radius: f64) -> Option<CentreDepth> {
     let disc = (detection.u, detection.v, detection.radius);
-    let (votes, pixels) = centre_votes(disc, &DepthView::of(frame).ok()?, ball_radius, GRID, |_, _| true);
-    agreed_depth(
-        votes,
-        pixels,
-        ball_radius,
-        expected_depth(frame.intrinsics(), disc.2, ball_radius),
-        SIZE_ERROR.0,
-    )
+    agreed_depth(disc, &DepthView::of(frame).ok()?, ball_radius, FINELY, |_, _| true)
 }
 
 /// As [`centre_depth`], of a disc (column, row, radius, pixels) that is not fitted yet, from fewer pixels: those that
@@ -102,29 +100,19 @@ pub(crate) fn rough_centre_depth(
     ball_radius: f64,
     count: impl Fn(f64, f64) -> bool,
 ) -> Option<CentreDepth> {
-    let (votes, pixels) = centre_votes(disc, depth, ball_radius, ROUGH_GRID, count);
-    agreed_depth(
-        votes,
-        pixels,
-        ball_radius,
-        expected_depth(depth.intrinsics, disc.2, ball_radius),
-        SIZE_ERROR.1,
-    )
+    agreed_depth(disc, depth, ball_radius, ROUGHLY, count)
 }
 
-/// Where a ball is that is seen with `radius` pixels, metres.
-fn expected_depth(intrinsics: &Intrinsics, radius: f64, ball_radius: f64) -> f64 {
-    (intrinsics.fx + intrinsics.fy) / 2.0 * ball_radius / radius
-}
-
-/// What the likeliest group of `votes` says, of `pixels` that were asked.
+/// What the likeliest group of the votes on a disc says, of the pixels that `count`.
 fn agreed_depth(
-    mut votes: Vec<f64>,
-    pixels: usize,
+    disc: (f64, f64, f64),
+    depth: &DepthView,
     ball_radius: f64,
-    expected: f64,
-    size_error: f64,
+    Reading { grid, size_error }: Reading,
+    count: impl Fn(f64, f64) -> bool,
 ) -> Option<CentreDepth> {
+    let (mut votes, pixels) = centre_votes(disc, depth, ball_radius, grid, count);
+    let expected = depth.intrinsics.depth_of(ball_radius, disc.2);
     votes.sort_unstable_by(f64::total_cmp);
     // What is in front of the ball may be larger than what is seen of it, but is not of the size that a ball there has.
     let group = likeliest(&votes, GROUP * ball_radius, expected, size_error);

@@ -12,7 +12,7 @@ use opencv::core::{MatTraitConst, Rect};
 use super::coarse::Coarse;
 use super::colour::BallColour;
 use super::edge::Fine;
-use super::judge::{Judge, radius_at};
+use super::judge::Judge;
 use super::picture::{Disc, Picture};
 use super::propose::Proposal;
 use super::sphere::{Depths, seen};
@@ -128,7 +128,7 @@ impl Ball {
 
     /// The smallest and the largest radius that the ball can have in a picture, pixels.
     fn radii(&self, intrinsics: &Intrinsics) -> (f64, f64) {
-        let at = |z: f64| radius_at(intrinsics, self.ball_radius, z);
+        let at = |z: f64| intrinsics.radius_at(self.ball_radius, z);
         (at(DISTANCES.1), at(DISTANCES.0))
     }
 
@@ -175,7 +175,7 @@ impl Ball {
         let Some(z) = depth_about(&disc, depth) else {
             return Some(Start { disc, surface: None });
         };
-        let radius = radius_at(intrinsics, self.ball_radius, z + self.ball_radius);
+        let radius = intrinsics.radius_at(self.ball_radius, z + self.ball_radius);
         let factor = (radius / disc.radius).max(disc.radius / radius);
         (factor < SIZE_FACTOR).then_some(Start { disc: Disc { radius, ..disc }, surface: Some(z) })
     }

@@ -9,7 +9,6 @@ use super::picture::{Disc, Picture};
 use super::rays::{RAYS, Rays};
 use super::round::{FINELY, ROUGHLY, on_sphere, roundness};
 use super::sphere::COLOURED;
-use crate::camera::Intrinsics;
 use crate::locate::{CentreDepth, DepthView, rough_centre_depth};
 
 /// Where the depth outside a disc is read, in its radius and in pixels more: beyond the pixels that mix ball
@@ -46,10 +45,6 @@ const PALE: f64 = 0.28;
 const WHOLE: f64 = 0.8;
 /// Of fewer it is a sliver, which may be of a larger ball: when its middle is a third of its radius out of the picture.
 const SLIVER: f64 = 0.36;
-/// The radius (pixels, on the optical axis) of a ball of radius `ball_radius` at depth `z`, metres.
-pub(super) fn radius_at(intrinsics: &Intrinsics, ball_radius: f64, z: f64) -> f64 {
-    (intrinsics.fx + intrinsics.fy) / 2.0 * ball_radius / z
-}
 
 /// What outlines are judged by.
 pub(super) struct Judge<'a> {
@@ -66,14 +61,23 @@ pub(super) struct Candidate {
 }
 
 impl Judge<'_> {
+    /// The radius (pixels, on the optical axis) of a ball at depth `z`, metres.
+    fn radius_at(&self, z: f64) -> f64 {
+        self.picture.intrinsics().radius_at(self.ball_radius, z)
+    }
+
+    /// The depth, metres, at which a ball is as large as `disc`.
+    fn depth_of(&self, disc: &Disc) -> f64 {
+        self.picture.intrinsics().depth_of(self.ball_radius, disc.radius)
+    }
+
     /// The disc at `start` to a fraction of a pixel, and what is seen around it. It does not leave `start` far behind if
     /// that is `held`.
     pub(super) fn candidate(&self, start: Disc, held: bool) -> Candidate {
         let mut fine = self.fit(start, held);
         // What is around it was looked at from where it is not, or its depth was another's: once more.
         let moved = (fine.disc.u - start.u).hypot(fine.disc.v - start.v) > MOVED.0 * start.radius;
-        let by_depth =
-            self.centre(&fine.disc).map(|z| radius_at(self.picture.intrinsics(), self.ball_radius, z));
+        let by_depth = self.centre(&fine.disc).map(|z| self.radius_at(z));
         let resized = by_depth.is_some_and(|radius| (radius / fine.disc.radius - 1.0).abs() > MOVED.1);
         if moved || resized {
             let radius = by_depth.filter(|_| resized).unwrap_or(fine.disc.radius);
@@ -95,7 +99,7 @@ impl Judge<'_> {
     /// of the size that depth asks for; `start` itself where there are too few.
     fn fit(&self, start: Disc, held: bool) -> Fine {
         let depth = self.centre(&start);
-        let by_depth = depth.map(|z| radius_at(self.picture.intrinsics(), self.ball_radius, z));
+        let by_depth = depth.map(|z| self.radius_at(z));
         let around = depth.map(|z| self.around(&self.picture.outline_at(start), z));
         let trusted = around.map_or([true; RAYS], |a| a.trusted());
         let near = |fine: &Fine| {
@@ -121,7 +125,7 @@ impl Judge<'_> {
     pub(super) fn may_be(&self, disc: &Disc) -> bool {
         let outline = || self.picture.outline_at(*disc);
         let Some(z) = self.centre(disc) else {
-            let z = radius_at(self.picture.intrinsics(), self.ball_radius, disc.radius);
+            let z = self.depth_of(disc);
             let outline = outline();
             return self.bare(disc, &outline, &self.around(&outline, z), z).odds() > NO_BALL.1;
         };
@@ -145,7 +149,7 @@ impl Judge<'_> {
     /// and is 0.
     pub(super) fn score(&self, candidate: &Candidate, least: f64) -> f64 {
         let Candidate { fine, outline } = candidate;
-        let by_picture = radius_at(self.picture.intrinsics(), self.ball_radius, fine.disc.radius);
+        let by_picture = self.depth_of(&fine.disc);
         let depth = self.centre(&fine.disc);
         let around = self.around(outline, depth.unwrap_or(by_picture));
         let free = around.part(Side::Free) + around.part(Side::Behind);
@@ -178,7 +182,7 @@ impl Judge<'_> {
         if cap * probability(odds) < least {
             return 0.0;
         }
-        let alone = self.alone(fine, radius_at(self.picture.intrinsics(), self.ball_radius, z), around);
+        let alone = self.alone(fine, self.radius_at(z), around);
         let behind = if evidence.is_sphere() { around.part(Side::Behind) } else { 0.0 };
         alone.map_or(0.0, |alone| cap * probability(odds - alone.against(evidence.roundness(), behind)))
     }

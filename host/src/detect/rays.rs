@@ -39,7 +39,7 @@ impl Picture<'_> {
         let down = ahead.cross(&right);
         let homogeneous =
             |p: Vector3<f64>| Vector3::new(lens.fx * p.x + lens.cx * p.z, lens.fy * p.y + lens.cy * p.z, p.z);
-        let pixel = ahead.z / ((lens.fx + lens.fy) / 2.0);
+        let pixel = ahead.z / lens.focal();
         let [middle, right, down] = [ahead, right * pixel, down * pixel].map(homogeneous);
         Rays { picture: self, middle, right, down }
     }

@@ -6,7 +6,6 @@ use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 use nalgebra::{Matrix3, Point3, Vector3};
 
 use super::coarse::Coarse;
-use super::judge::radius_at;
 use super::picture::{Disc, Picture};
 use crate::locate::DepthView;
 
@@ -135,7 +134,7 @@ impl Depths<'_> {
     /// Counts a coloured pixel to the spot that it speaks for, if it does for one.
     fn note(&self, pixel: [f64; 3], likeness: f32, blocks: &Blocks, spots: &mut Vec<Spot>) {
         let [u, v, z] = pixel;
-        let radius = radius_at(self.picture.intrinsics(), self.ball_radius, z + self.ball_radius);
+        let radius = self.picture.intrinsics().radius_at(self.ball_radius, z + self.ball_radius);
         // Of a large ball a quarter of the pixels is enough.
         let weight = if radius > LARGE { 4.0 } else { 1.0 };
         let left_out = radius > LARGE && (u as usize / 4 % 2 == 1 || v as usize / 4 % 2 == 1);
@@ -181,7 +180,7 @@ impl Depths<'_> {
     /// disc is on that sphere, 0 to 1.
     fn fit(&self, [u, v, z]: [f64; 3]) -> Option<(Point3<f64>, f64)> {
         let (lens, ball) = (self.picture.intrinsics(), self.ball_radius);
-        let radius = radius_at(lens, ball, z + ball);
+        let radius = lens.radius_at(ball, z + ball);
         let mut centre = lens.deproject(u, v, z + 0.8 * ball);
         let mut points = self.points(&centre, radius);
         let mut on_it = 0.0;
@@ -244,5 +243,5 @@ impl Depths<'_> {
 /// Where a sphere is seen, and how large a ball as far away on the optical axis.
 pub(super) fn seen(picture: &Picture, centre: &Point3<f64>, ball_radius: f64) -> Option<Disc> {
     let (u, v) = picture.intrinsics().project(centre)?;
-    Some(Disc { u, v, radius: radius_at(picture.intrinsics(), ball_radius, centre.z) })
+    Some(Disc { u, v, radius: picture.intrinsics().radius_at(ball_radius, centre.z) })
 }
