@@ -65,6 +65,11 @@ pub(super) struct Fine {
 }
 
 impl Fine {
+    /// How many rays have such an edge.
+    pub(super) fn found(&self) -> f64 {
+        self.edges.iter().filter(|&&e| e).count() as f64
+    }
+
     /// The covariance of column and row, pixels².
     pub(super) fn place(&self) -> Matrix2<f64> {
         let smeared = SMEARED * self.uneven * (self.blur - BLURRED.0).max(0.0);

@@ -95,7 +95,7 @@ impl Alone {
         let size = (own.disc.radius / radius).ln() / ERRORS.0.hypot(unsure(2));
         let across = (own.disc.u - fine.disc.u) / radius / ERRORS.1.hypot(unsure(0));
         let down = (own.disc.v - fine.disc.v) / radius / ERRORS.1.hypot(unsure(1));
-        let edges = own.edges.iter().filter(|&&e| e).count() as f64;
+        let edges = own.found();
         let squares = (size * size, across * across + down * down);
         let blurred = UNEVEN.2 * (own.blur - SHARP).max(0.0);
         let uneven = own.uneven / (UNEVEN.0 + UNEVEN.1 * radius).hypot(blurred);

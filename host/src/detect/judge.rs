@@ -2,6 +2,7 @@
 
 use nalgebra::Matrix3;
 
+use super::around::{Around, Side};
 use super::edge::Fine;
 use super::evidence::{Alone, Bare, Evidence, probability};
 use super::outline::{Outline, Rim};
@@ -11,9 +12,6 @@ use super::round::{FINELY, ROUGHLY, on_sphere, roundness};
 use super::sphere::COLOURED;
 use crate::locate::{CentreDepth, DepthView, rough_centre_depth};
 
-/// Where the depth outside a disc is read, in its radius and in pixels more: beyond the pixels that mix ball
-/// and background, and beyond what depth may be shifted against colour.
-const OUTSIDE: (f64, f64) = (1.4, 2.0);
 /// Part of what is seen of the disc that must agree on its depth for it to be taken as known.
 const KNOWN: f64 = 0.33;
 /// Grey levels of noise that are no colour on a disc.
@@ -22,12 +20,6 @@ const NOISE: f32 = 12.0;
 const UNKNOWN: f64 = 0.9;
 /// Part of the rays, and of those that nothing covers, on which more than this must end freely.
 const FREE: (f64, f64) = (0.25, 0.4);
-/// What has so much of the ball's colour at least goes on beside it.
-const SAME: f32 = 0.25;
-/// What is no farther behind the ball's centre is beside it, in its radius.
-const BESIDE: f64 = 0.4;
-/// What is so much nearer than the ball's centre covers it, in its radius: what is of another colour, and anything.
-const COVER: (f64, f64) = (1.2, 2.5);
 /// How far the edges may move a disc that depth has shown: in its radius, and pixels more.
 const HELD: (f64, f64) = (0.12, 4.0);
 /// A disc that was moved by more than this, in its radius, is fitted again; and one whose radius is so much another than
@@ -163,15 +155,10 @@ impl Judge<'_> {
     }
 
     /// The score of what has depth `z`.
-    fn with_depth(
-        &self,
-        Candidate { fine, outline }: &Candidate,
-        around: &Around,
-        z: f64,
-        least: f64,
-    ) -> f64 {
+    fn with_depth(&self, candidate: &Candidate, around: &Around, z: f64, least: f64) -> f64 {
+        let Candidate { fine, outline } = candidate;
         let part = around.seen() / RAYS as f64;
-        let edges = fine.edges.iter().filter(|&&e| e).count() as f64 / around.seen();
+        let edges = fine.found() / around.seen();
         // Of a larger ball's cap at the border less fits, and a sliver of it may be a smaller one.
         let cap = if part > WHOLE { 1.0 } else { ramp(edges, 0.4, 0.75) };
         if cap == 0.0 || part < SLIVER {
@@ -201,18 +188,13 @@ impl Judge<'_> {
     }
 
     /// The score of what has no depth: a ball of its size is at depth `z`, metres.
-    fn without_depth(
-        &self,
-        Candidate { fine, outline }: &Candidate,
-        around: &Around,
-        z: f64,
-        least: f64,
-    ) -> f64 {
+    fn without_depth(&self, candidate: &Candidate, around: &Around, z: f64, least: f64) -> f64 {
+        let Candidate { fine, outline } = candidate;
         let odds = self.bare(&fine.disc, outline, around, z).odds();
         if probability(odds) < least {
             return 0.0;
         }
-        let edges = fine.edges.iter().filter(|&&e| e).count() as f64 / RAYS as f64;
+        let edges = fine.found() / RAYS as f64;
         let alone = self.alone(fine, fine.disc.radius, around);
         alone.map_or(0.0, |alone| probability(odds - alone.against_bare(edges)))
     }
@@ -239,14 +221,7 @@ impl Judge<'_> {
 
     /// Part of the inner disc that has the depth of something that is not in front of a ball at `z`.
     fn seen_through(&self, disc: &Disc, z: f64) -> f64 {
-        let inner = grid().filter(|(x, y)| x * x + y * y < 0.4);
-        let (mut through, mut all) = (0, 0);
-        for (x, y) in inner {
-            all += 1;
-            let o = self.depth.at(disc.u + x * disc.radius, disc.v + y * disc.radius);
-            through += usize::from(o.is_some_and(|o| o > z));
-        }
-        through as f64 / f64::from(all)
+        self.share(disc, grid().filter(|(x, y)| x * x + y * y < 0.4), |o| o > z)
     }
 
     /// The colour and the shading on a disc: of what is not in front of a ball at depth `z`.
@@ -289,53 +264,28 @@ impl Judge<'_> {
 
     /// Part of a disc that something in front of a ball at depth `z` hides.
     fn covered(&self, disc: &Disc, z: f64) -> f64 {
-        let (mut covered, mut all) = (0, 0);
-        for (x, y) in grid() {
+        self.share(disc, grid(), |o| self.is_before(o, z))
+    }
+
+    /// Part of these places on a disc, in its radius, that have such a depth.
+    fn share(
+        &self,
+        disc: &Disc,
+        places: impl Iterator<Item = (f64, f64)>,
+        such: impl Fn(f64) -> bool,
+    ) -> f64 {
+        let (mut found, mut all) = (0, 0);
+        for (x, y) in places {
             all += 1;
             let o = self.depth.at(disc.u + x * disc.radius, disc.v + y * disc.radius);
-            covered += usize::from(o.is_some_and(|o| self.is_before(o, z)));
+            found += usize::from(o.is_some_and(&such));
         }
-        covered as f64 / f64::from(all)
+        found as f64 / f64::from(all)
     }
 
     /// Whether something at depth `o` is in front of a ball at depth `z`.
     fn is_before(&self, o: f64, z: f64) -> bool {
         o < z - 1.5 * self.ball_radius
-    }
-
-    /// What is around a ball at depth `z`.
-    fn around(&self, outline: &Outline, z: f64) -> Around {
-        let rays = self.picture.rays(&outline.disc);
-        let side = |ray: usize| {
-            if outline.rims[ray] == Rim::Unseen {
-                return None;
-            }
-            let depth_at = |pixel: Option<(f64, f64)>| pixel.and_then(|(u, v)| self.depth.at(u, v));
-            let pixel = rays.at(ray, OUTSIDE.0 * outline.disc.radius + OUTSIDE.1);
-            let alike = pixel.is_some_and(|(u, v)| self.picture.likeness(u, v) > SAME);
-            let covered = if alike { Side::CoveredAlike } else { Side::Covered };
-            // A post may end before the place beside it.
-            let rim = depth_at(rays.at(ray, outline.disc.radius));
-            if rim.is_some_and(|o| o <= z - COVER.0 * self.ball_radius) {
-                return Some(covered);
-            }
-            Some(match depth_at(pixel) {
-                Some(o) if o <= z - COVER.1 * self.ball_radius => covered,
-                Some(o) if o <= z && outline.rims[ray] == Rim::Red => Side::Continued,
-                Some(o) if o <= z - COVER.0 * self.ball_radius => covered,
-                Some(o) if o <= z + BESIDE * self.ball_radius => {
-                    if alike {
-                        Side::Continued
-                    } else {
-                        Side::Attached
-                    }
-                }
-                Some(o) if o > z + self.ball_radius => Side::Behind,
-                _ if outline.rims[ray] == Rim::Edge => Side::Free,
-                _ => Side::Open,
-            })
-        };
-        Around { sides: std::array::from_fn(side) }
     }
 }
 
@@ -349,60 +299,6 @@ impl Evidence {
             goes_on: around.goes_on(outline),
             ..self
         }
-    }
-}
-
-/// What is beside a disc at the end of a ray.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Side {
-    /// The ball itself ends there: redness drops, and what is there is little behind it or has no depth.
-    Free,
-    /// The ball itself ends there: what is there is behind it, with an edge or not.
-    Behind,
-    /// No edge, and no depth or little difference of it.
-    Open,
-    /// Something as near as the ball's surface (a print on a box has the box around it), or red and nearer.
-    Attached,
-    /// The same, and of the ball's colour: a can's lower half.
-    Continued,
-    /// Something else, nearer.
-    Covered,
-    /// The same, but of the ball's colour beside the disc.
-    CoveredAlike,
-}
-
-/// What is around a disc, ray by ray; `None` out of the picture.
-struct Around {
-    sides: [Option<Side>; RAYS],
-}
-
-impl Around {
-    /// Part of the rays within the picture (taken to be a quarter at least: a sliver of a ball is none) that
-    /// show `side`.
-    fn part(&self, side: Side) -> f64 {
-        self.sides.iter().filter(|&&s| s == Some(side)).count() as f64 / self.seen()
-    }
-
-    /// Part of the rays on which something nearer hides where the ball ends.
-    fn covered(&self) -> f64 {
-        self.part(Side::Covered) + self.part(Side::CoveredAlike)
-    }
-
-    /// Part of the rays on which the ball's colour goes on and nothing else says that it ends.
-    fn goes_on(&self, outline: &Outline) -> f64 {
-        let rays = self.sides.iter().zip(outline.rims);
-        rays.filter(|(side, rim)| **side == Some(Side::Open) && *rim == Rim::Red).count() as f64 / self.seen()
-    }
-
-    /// The rays whose edges are the ball's own as far as depth says so.
-    fn trusted(&self) -> [bool; RAYS] {
-        self.sides.map(|side| {
-            !matches!(side, Some(Side::Covered | Side::CoveredAlike | Side::Attached | Side::Continued))
-        })
-    }
-
-    fn seen(&self) -> f64 {
-        self.sides.iter().flatten().count().max(RAYS / 4) as f64
     }
 }
 

@@ -5,6 +5,7 @@ use thiserror::Error;
 
 use crate::frame::RgbdFrame;
 
+mod around;
 pub mod ball;
 mod coarse;
 mod colour;

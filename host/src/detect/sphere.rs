@@ -137,7 +137,7 @@ impl Depths<'_> {
         let radius = self.picture.intrinsics().radius_at(self.ball_radius, z + self.ball_radius);
         // Of a large ball a quarter of the pixels is enough.
         let weight = if radius > LARGE { 4.0 } else { 1.0 };
-        let left_out = radius > LARGE && (u as usize / 4 % 2 == 1 || v as usize / 4 % 2 == 1);
+        let left_out = radius > LARGE && [u, v].iter().any(|k| (k / Coarse::SHRINK) as usize % 2 == 1);
         if left_out || !(2.0..=400.0).contains(&radius) {
             return;
         }
