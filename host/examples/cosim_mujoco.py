@@ -17,6 +17,7 @@ import subprocess
 import sys
 
 import mujoco
+import numpy
 
 MOTORS = {"A": (0.850, 0.610, 0.665), "B": (0.850, 0.0, 0.665), "C": (0.0, 0.240, 0.665)}
 START, TARGET = (0.540, 0.220, 0.459), (0.400, 0.400, 0.150)
@@ -44,8 +45,6 @@ def model():
 
 def hang(m, d):
     """Cable lengths with which the ball hangs at rest at START: straight, less what its weight stretches them."""
-    import numpy
-
     mujoco.mj_forward(m, d)
     directions = numpy.array([numpy.subtract(site, START) for site in MOTORS.values()], float)
     units = directions / numpy.linalg.norm(directions, axis=1)[:, None]
