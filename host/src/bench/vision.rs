@@ -2,37 +2,23 @@
 
 mod hard;
 mod peers;
+mod report;
+mod run;
 mod scenes;
 mod table;
 mod tally;
+mod timing;
 
-use std::hint::black_box;
-use std::time::Duration;
-
-use nix::time::{ClockId, clock_gettime};
-use opencv::core::{
-    CV_32F, Mat, MatTraitConst, Point, Size, extract_channel, get_num_threads, min_max_loc, set_num_threads,
-    subtract_def,
-};
-use opencv::imgproc::gaussian_blur_def;
-use plumb_protocol::frame::{Frame, encode};
-use plumb_protocol::message::{Command, Position, ToBoard};
-use plumb_protocol::units as wire;
-use serde::Serialize;
 use thiserror::Error;
 
 use crate::camera::Camera;
 use crate::detect::{DetectError, Detector};
 use crate::frame::RgbdFrame;
-use crate::locate::{Located, locate};
-use crate::source::synthetic::{SyntheticCamera, SyntheticError};
-use hard::HardShots;
+use crate::source::synthetic::SyntheticError;
 use peers::{Hough, HsvMoments};
-use scenes::{Backdrop, KINDS, Kind, Shot, Shots};
-use tally::{Tally, percentile};
-
-/// The reference is timed on the first of so many pictures.
-const REFERENCE_EVERY: usize = 4;
+pub use report::{DetectorReport, SceneReport, VisionReport};
+use run::Bench;
+use timing::OneThread;
 
 /// Which pictures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -114,77 +100,6 @@ pub enum VisionError {
     },
 }
 
-/// The comparison.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct VisionReport {
-    /// Always `"vision"`.
-    pub suite: &'static str,
-    /// What everything random came from.
-    pub seed: u64,
-    /// Pictures of each kind of scene.
-    pub frames: usize,
-    /// Median time of the full-size f32 difference of Gaussians on the red channel, one thread, milliseconds.
-    pub reference_ms: f64,
-    /// One for each detector, in the order given.
-    pub detectors: Vec<DetectorReport>,
-}
-
-/// What one detector did.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct DetectorReport {
-    /// Its name.
-    pub name: &'static str,
-    /// Median time for a picture, one thread, milliseconds.
-    pub median_ms: f64,
-    /// That time over `reference_ms`.
-    pub ratio: f64,
-    /// The same of pictures without a ball, if there were any.
-    pub empty_ratio: Option<f64>,
-    /// The scene that takes longest, and that of its median.
-    pub slowest: Option<(&'static str, f64)>,
-    /// From the picture to the bytes for the board (detection, location, encoding), searching, 99th percentile, milliseconds.
-    pub path_p99_ms: f64,
-    /// The same for a picture just like the one before: of detectors that look first where the ball was.
-    pub tracking_ratio: f64,
-    /// Share of all balls that it hit, 0 to 1.
-    pub hit_rate: f64,
-    /// Detections that were no hit, in all scenes.
-    pub false_alarms: usize,
-    /// Mean of the squared errors of position over their covariance, in all scenes: 3 where the covariance is right.
-    pub consistency: Option<f64>,
-    /// Scene by scene.
-    pub scenes: Vec<SceneReport>,
-}
-
-/// What one detector did in one kind of scene.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct SceneReport {
-    /// Which.
-    pub scene: &'static str,
-    /// Pictures.
-    pub frames: usize,
-    /// Pictures with a ball.
-    pub balls: usize,
-    /// Detections within half the ball's radius of its centre.
-    pub hits: usize,
-    /// Other detections: elsewhere than the ball, or where there is none.
-    pub false_alarms: usize,
-    /// Median distance of the hits from the ball's projected centre, pixels.
-    pub error_median_px: Option<f64>,
-    /// 95th percentile of that distance, pixels.
-    pub error_p95_px: Option<f64>,
-    /// Hits whose position is known.
-    pub located: usize,
-    /// Median distance of those from the ball's centre, millimetres.
-    pub position_median_mm: Option<f64>,
-    /// 95th percentile of that distance, millimetres.
-    pub position_p95_mm: Option<f64>,
-    /// Mean of that error squared over its covariance: 3 where the covariance says how large errors are.
-    pub consistency: Option<f64>,
-    /// 95th percentile of the same: 7.8 of a normal distribution.
-    pub consistency_p95: Option<f64>,
-}
-
 /// `camera` with the ball of the suite `hard`.
 pub fn hard_camera(camera: &Camera) -> Camera {
     Camera { ball_diameter: hard::DIAMETER, ..camera.clone() }
@@ -208,144 +123,14 @@ pub fn compare(
     let mut peers: [Box<dyn Detector>; 2] = [Box::new(Hough), Box::new(HsvMoments)];
     let detectors: Vec<&mut Box<dyn Detector>> = detectors.iter_mut().chain(&mut peers).collect();
     let _one = OneThread::new()?;
-    let tallies = detectors.iter().map(|_| Tally::default()).collect();
-    let mut bench = Bench { detectors, tallies, reference: Vec::new(), pictures: 0 };
+    let mut bench = Bench::new(camera, recorded, options, progress, detectors);
     if options.suite != Suite::Hard {
-        bench.scenes(camera, recorded, options, progress)?;
+        bench.scenes()?;
     }
     if options.suite != Suite::Scenes && !recorded.is_empty() {
-        bench.hard(camera, recorded, options, progress)?;
+        bench.hard()?;
     }
-    Ok(bench.report(options))
-}
-
-/// Detectors and what they have done so far.
-struct Bench<'a> {
-    detectors: Vec<&'a mut Box<dyn Detector>>,
-    tallies: Vec<Tally>,
-    /// Times of the reference, milliseconds.
-    reference: Vec<f64>,
-    pictures: usize,
-}
-
-impl Bench<'_> {
-    fn scenes(
-        &mut self,
-        camera: &Camera,
-        recorded: &[RgbdFrame],
-        options: &VisionOptions,
-        progress: &mut dyn FnMut(&str),
-    ) -> Result<(), VisionError> {
-        let mut known: Vec<(Backdrop, Vec<SyntheticCamera>)> = Vec::new();
-        for (number, kind) in (0..).zip(KINDS) {
-            let unwanted = kind.ball && options.suite == Suite::Empty;
-            if unwanted || (kind.backdrop == Backdrop::Recorded && recorded.is_empty()) {
-                continue;
-            }
-            progress(kind.name);
-            if !known.iter().any(|(backdrop, _)| *backdrop == kind.backdrop) {
-                known.push((kind.backdrop, scenes::cameras(kind.backdrop, camera, recorded, options)?));
-            }
-            let cameras = known.iter().find(|(backdrop, _)| *backdrop == kind.backdrop);
-            let cameras = cameras.map(|(_, cameras)| cameras.clone()).unwrap_or_default();
-            let mut shots = Shots::new((number, kind), cameras, recorded, options);
-            self.run(kind.name, count(&kind, options), &mut || shots.next())?;
-        }
-        Ok(())
-    }
-
-    fn hard(
-        &mut self,
-        camera: &Camera,
-        recorded: &[RgbdFrame],
-        options: &VisionOptions,
-        progress: &mut dyn FnMut(&str),
-    ) -> Result<(), VisionError> {
-        for (number, kind) in (0..).zip(hard::KINDS) {
-            if kind.ball && options.suite == Suite::Empty {
-                continue;
-            }
-            progress(kind.name);
-            let mut shots = HardShots::new((number, kind), camera, recorded, options);
-            let count = if kind.ball { options.frames } else { options.empty };
-            self.run(kind.name, count, &mut || shots.next())?;
-        }
-        Ok(())
-    }
-
-    /// Up to `count` pictures of one kind.
-    fn run(
-        &mut self,
-        name: &'static str,
-        count: usize,
-        next: &mut dyn FnMut() -> Result<Option<Shot>, VisionError>,
-    ) -> Result<(), VisionError> {
-        self.tallies.iter_mut().for_each(Tally::open);
-        for _ in 0..count {
-            let Some(shot) = next()? else { break };
-            self.round(&shot, name)?;
-        }
-        self.tallies.iter_mut().for_each(|tally| tally.close(name));
-        Ok(())
-    }
-
-    /// One picture to the reference (not to each) and to every detector, each timed.
-    fn round(&mut self, shot: &Shot, name: &'static str) -> Result<(), VisionError> {
-        if self.pictures.is_multiple_of(REFERENCE_EVERY) {
-            let start = computed();
-            red_difference_of_gaussians(&shot.frame)?;
-            self.reference.push(milliseconds(start));
-        }
-        self.pictures += 1;
-        for (detector, tally) in self.detectors.iter_mut().zip(&mut self.tallies) {
-            let of = detector.name();
-            let failed = |error| VisionError::Detect { name: of, scene: name, error };
-            detector.reset();
-            let start = computed();
-            let found = detector.detect(&shot.frame).map_err(failed)?;
-            tally.times.push((milliseconds(start), shot.ball.is_some()));
-            let located = found.and_then(|found| locate(&found, &shot.frame, &shot.camera));
-            let sent = black_box(message(located.as_ref()));
-            tally.path_times.extend(sent.map(|_| milliseconds(start)));
-            tally.note(shot, found, located);
-            if found.is_some() {
-                let start = computed();
-                detector.detect(&shot.frame).map_err(failed)?;
-                tally.tracking_times.push(milliseconds(start));
-            }
-        }
-        Ok(())
-    }
-
-    fn report(mut self, options: &VisionOptions) -> VisionReport {
-        let reference_ms = percentile(&mut self.reference, 0.5).unwrap_or(0.0);
-        let detectors = self
-            .detectors
-            .iter()
-            .zip(self.tallies)
-            .map(|(detector, tally)| tally.report(detector.name(), reference_ms))
-            .collect();
-        VisionReport { suite: "vision", seed: options.seed, frames: options.frames, reference_ms, detectors }
-    }
-}
-
-/// What this thread has computed so far: a clock that other programs do not make go faster.
-fn computed() -> Duration {
-    // Where there is no such clock (there is on Linux) no time passes, and the table says so.
-    clock_gettime(ClockId::CLOCK_THREAD_CPUTIME_ID).map(Duration::from).unwrap_or_default()
-}
-
-/// What it has computed `since`, milliseconds.
-fn milliseconds(since: Duration) -> f64 {
-    (computed() - since).as_secs_f64() * 1e3
-}
-
-/// The bytes that tell the board where the ball is.
-fn message(located: Option<&Located>) -> Option<Frame> {
-    let ball = located.and_then(|l| wire::Point::from_metres(l.position.into()));
-    let covariance = located.and_then(|l| wire::Covariance::from_metres2(l.covariance.transpose().into()));
-    let command = Command::Position(Position { sequence: 1, age_us: 30_000, ball, covariance });
-    encode(&ToBoard { id: 1, command }).ok()
+    Ok(bench.report())
 }
 
 fn check(options: &VisionOptions) -> Result<(), VisionError> {
@@ -358,46 +143,6 @@ fn check(options: &VisionOptions) -> Result<(), VisionError> {
         return Err(VisionError::Value { what: "the ball's radius", value: options.radius, must });
     }
     Ok(())
-}
-
-fn count(kind: &Kind, options: &VisionOptions) -> usize {
-    match kind.ball {
-        false => options.empty,
-        true if kind.backdrop == Backdrop::Recorded => options.recorded_balls,
-        true => options.frames,
-    }
-}
-
-/// What times are compared with: the paper's map at full size, for a ball of 20 pixels, and its highest point.
-fn red_difference_of_gaussians(frame: &RgbdFrame) -> opencv::Result<Point> {
-    let (mut red, mut wide, mut narrow, mut map) =
-        (Mat::default(), Mat::default(), Mat::default(), Mat::default());
-    extract_channel(frame.colour(), &mut map, 2)?;
-    map.convert_to_def(&mut red, CV_32F)?;
-    gaussian_blur_def(&red, &mut narrow, Size::default(), 12.0)?;
-    gaussian_blur_def(&red, &mut wide, Size::default(), 19.2)?;
-    subtract_def(&narrow, &wide, &mut map)?;
-    let mut place = Point::default();
-    min_max_loc(&map, None, None, None, Some(&mut place), &Mat::default())?;
-    Ok(place)
-}
-
-/// OpenCV on one thread for as long as this lives.
-struct OneThread(i32);
-
-impl OneThread {
-    fn new() -> opencv::Result<Self> {
-        let before = get_num_threads()?;
-        set_num_threads(1)?;
-        Ok(Self(before))
-    }
-}
-
-impl Drop for OneThread {
-    fn drop(&mut self) {
-        // Nothing can be done about a failure here, and nothing depends on it but speed.
-        let _ = set_num_threads(self.0);
-    }
 }
 
 #[cfg(test)]

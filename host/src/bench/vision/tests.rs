@@ -1,3 +1,6 @@
+use opencv::core::{CV_8UC3, CV_16UC1, Mat, MatTraitConst, Scalar};
+
+use super::tally::percentile;
 use super::*;
 use crate::detect::Detection;
 use crate::source::synthetic::paper::paper_camera;
@@ -90,14 +93,16 @@ fn hits_and_false_alarms_are_counted_where_they_are() {
     assert!(report.detectors[0].scenes.iter().all(|scene| !scene.scene.contains("real")));
 }
 
+/// A recorded picture of a grey wall, `depth` of the camera's units away.
+fn grey(camera: &Camera, depth: f64) -> RgbdFrame {
+    let all = |typ, value| Mat::new_rows_cols_with_default(120, 160, typ, Scalar::all(value)).unwrap();
+    RgbdFrame::new(0.0, all(CV_8UC3, 90.0), all(CV_16UC1, depth), camera.intrinsics).unwrap()
+}
+
 #[test]
 fn recorded_pictures_get_their_own_number_of_balls() {
     let (camera, _) = small();
-    let grey = |typ, value| {
-        Mat::new_rows_cols_with_default(120, 160, typ, opencv::core::Scalar::all(value)).unwrap()
-    };
-    let (colour, depth) = (grey(opencv::core::CV_8UC3, 90.0), grey(opencv::core::CV_16UC1, 2000.0));
-    let frame = RgbdFrame::new(0.0, colour, depth, camera.intrinsics).unwrap();
+    let frame = grey(&camera, 2000.0);
     let report = run(&[frame]);
     let real = scene(&report, 1, "real picture");
     assert_eq!((real.frames, real.hits), (60, 60));
@@ -107,11 +112,7 @@ fn recorded_pictures_get_their_own_number_of_balls() {
 #[test]
 fn the_hard_set_puts_balls_into_recorded_pictures_and_the_empty_one_none() {
     let (camera, options) = small();
-    let grey = |typ, value| {
-        Mat::new_rows_cols_with_default(120, 160, typ, opencv::core::Scalar::all(value)).unwrap()
-    };
-    let (colour, depth) = (grey(opencv::core::CV_8UC3, 90.0), grey(opencv::core::CV_16UC1, 12_500.0));
-    let frame = RgbdFrame::new(0.0, colour, depth, camera.intrinsics).unwrap();
+    let frame = grey(&camera, 12_500.0);
     let run = |suite| {
         let options = VisionOptions { suite, ..options };
         let mut detectors: Vec<Box<dyn Detector>> = vec![Box::new(Redness)];

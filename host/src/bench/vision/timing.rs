@@ -1,0 +1,55 @@
+//! What times are measured with, and what they are compared with.
+
+use std::time::Duration;
+
+use nix::time::{ClockId, clock_gettime};
+use opencv::core::{
+    CV_32F, Mat, MatTraitConst, Point, Size, extract_channel, get_num_threads, min_max_loc, set_num_threads,
+    subtract_def,
+};
+use opencv::imgproc::gaussian_blur_def;
+
+use crate::frame::RgbdFrame;
+
+/// What this thread has computed so far: a clock that other programs do not make go faster.
+pub(super) fn computed() -> Duration {
+    // Where there is no such clock (there is on Linux) no time passes, and the table says so.
+    clock_gettime(ClockId::CLOCK_THREAD_CPUTIME_ID).map(Duration::from).unwrap_or_default()
+}
+
+/// What it has computed `since`, milliseconds.
+pub(super) fn milliseconds(since: Duration) -> f64 {
+    (computed() - since).as_secs_f64() * 1e3
+}
+
+/// What times are compared with: the paper's map at full size, for a ball of 20 pixels, and its highest point.
+pub(super) fn red_difference_of_gaussians(frame: &RgbdFrame) -> opencv::Result<Point> {
+    let (mut red, mut wide, mut narrow, mut map) =
+        (Mat::default(), Mat::default(), Mat::default(), Mat::default());
+    extract_channel(frame.colour(), &mut map, 2)?;
+    map.convert_to_def(&mut red, CV_32F)?;
+    gaussian_blur_def(&red, &mut narrow, Size::default(), 12.0)?;
+    gaussian_blur_def(&red, &mut wide, Size::default(), 19.2)?;
+    subtract_def(&narrow, &wide, &mut map)?;
+    let mut place = Point::default();
+    min_max_loc(&map, None, None, None, Some(&mut place), &Mat::default())?;
+    Ok(place)
+}
+
+/// OpenCV on one thread for as long as this lives.
+pub(super) struct OneThread(i32);
+
+impl OneThread {
+    pub(super) fn new() -> opencv::Result<Self> {
+        let before = get_num_threads()?;
+        set_num_threads(1)?;
+        Ok(Self(before))
+    }
+}
+
+impl Drop for OneThread {
+    fn drop(&mut self) {
+        // Nothing can be done about a failure here, and nothing depends on it but speed.
+        let _ = set_num_threads(self.0);
+    }
+}
