@@ -1,0 +1,69 @@
+//! How sure it says to be: covariance and score.
+
+use nalgebra::Vector2;
+
+use super::{ball_at, before_a_wall, detect, miss, usual_ball};
+use crate::detect::Detection;
+use crate::detect::scene::{INTRINSICS, Scene};
+
+#[test]
+fn where_less_of_the_edge_is_seen_its_place_is_less_sure_in_that_direction() {
+    // The right half of it is out of the picture: the column is known by one side only.
+    let (scene, truth) = before_a_wall(&ball_at(639.0, 240.0, 0.8));
+    let half = detect(&scene.frame()).unwrap();
+    assert!(miss(Some(half), &truth) < 0.04, "{half:?}");
+    let (scene, _) = before_a_wall(&ball_at(320.0, 240.0, 0.8));
+    let whole = detect(&scene.frame()).unwrap();
+    assert!(half.covariance[(0, 0)] > 1.5 * half.covariance[(1, 1)], "{half:?}");
+    assert!(half.covariance[(0, 0)] > 1.5 * whole.covariance[(0, 0)], "{half:?} {whole:?}");
+    assert!((whole.covariance[(0, 0)] / whole.covariance[(1, 1)] - 1.0).abs() < 0.3, "{whole:?}");
+}
+
+#[test]
+fn a_ball_without_depth_is_less_sure() {
+    let (mut scene, _) = before_a_wall(&usual_ball());
+    let with_depth = detect(&scene.frame()).unwrap();
+    scene.each_pixel(|_, _, _, depth| *depth = 0);
+    let without = detect(&scene.frame()).unwrap();
+    assert!(without.score < with_depth.score, "{without:?} {with_depth:?}");
+    assert!((without.radius / with_depth.radius - 1.0).abs() < 0.05, "{without:?} {with_depth:?}");
+}
+
+/// Means of e' C⁻¹ e of centres in the picture and of the covariances' traces, of balls before a wall of many colours, seen
+/// through `spoil`.
+fn consistency(spoil: impl Fn(&mut Scene, &Detection)) -> [f64; 2] {
+    let mut wall = Scene::wall(2.0);
+    wall.each_pixel(|_, (u, v), pixel, _| {
+        let bright = [30, 75, 120, 165, 210][((u / 23 + v / 31) % 5) as usize];
+        *pixel = [bright, 255 - bright, bright / 2 + 40 * (u / 47 % 2) as u8].into();
+    });
+    let mut means = [0.0; 2];
+    for i in 0..24 {
+        let k = f64::from(i);
+        let ball = ball_at(90.3 + 19.7 * k, 120.2 + 83.3 * f64::from(i % 4), 0.8 + 0.1 * f64::from(i % 5));
+        let (mut scene, truth) = (wall.clone(), ball.seen(&INTRINSICS));
+        scene.add(&ball);
+        spoil(&mut scene, &truth);
+        scene.add_noise(4);
+        let found = detect(&scene.frame()).unwrap_or_else(|| panic!("ball {i} is not found"));
+        let error = Vector2::new(found.u - truth.u, found.v - truth.v);
+        let normalised = error.dot(&(found.covariance.try_inverse().unwrap() * error));
+        means[0] += normalised / 24.0;
+        means[1] += found.covariance.trace() / 24.0;
+    }
+    means
+}
+
+#[test]
+fn the_covariance_is_not_much_larger_than_errors_are_and_not_smaller() {
+    let sharp = consistency(|_, _| ());
+    let smeared = consistency(|scene, truth| {
+        scene.add_cable((truth.u, truth.v), 0.9, 5, 20.0);
+        scene.blur(3.0);
+    });
+    // 2 on the average where it is just right; ten times too small it would be 2.5 here at least.
+    for (name, [normalised, _]) in [("sharp", sharp), ("smeared", smeared)] {
+        assert!((0.1..2.0).contains(&normalised), "{name}: {normalised}");
+    }
+    assert!(smeared[1] > 2.0 * sharp[1], "{smeared:?} {sharp:?}");
+}
