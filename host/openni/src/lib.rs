@@ -21,6 +21,7 @@ mod clock;
 mod device;
 mod error;
 mod events;
+mod handle;
 mod library;
 mod mailbox;
 mod oni_file;

@@ -1,5 +1,6 @@
 //! Pictures, and how they are out of the library's memory.
 
+use core::ffi::c_int;
 use std::fmt;
 
 use crate::OpenniError;
@@ -28,6 +29,14 @@ impl Sensor {
         match self {
             Self::Colour => sys::SENSOR_COLOUR,
             Self::Depth => sys::SENSOR_DEPTH,
+        }
+    }
+
+    /// The library's numbers of the formats that are understood, the one that is liked best first.
+    pub(crate) fn formats(self) -> &'static [c_int] {
+        match self {
+            Self::Colour => &[sys::FORMAT_RGB888],
+            Self::Depth => &[sys::FORMAT_DEPTH_1_MM, sys::FORMAT_DEPTH_100_UM],
         }
     }
 }

@@ -73,11 +73,7 @@ impl Bare<'_> {
         let failed = |error: String| OpenniError::Open { uri: format!("{uri}, {sensor}"), error };
         let raw = self.get(sys::STREAM_PROPERTY_VIDEO_MODE, sys::OniVideoMode::default()).map_err(failed)?;
         let mode = Mode::from_raw(&raw).ok_or_else(|| failed("it has no size".to_owned()))?;
-        let formats: &[c_int] = match sensor {
-            Sensor::Colour => &[sys::FORMAT_RGB888],
-            Sensor::Depth => &[sys::FORMAT_DEPTH_1_MM, sys::FORMAT_DEPTH_100_UM],
-        };
-        if !formats.contains(&mode.format) {
+        if !sensor.formats().contains(&mode.format) {
             return Err(failed(format!("recorded as {mode}: record it as RGB and depth in millimetres")));
         }
         let mirrored = self.get(sys::STREAM_PROPERTY_MIRRORING, 0_i32).unwrap_or(0) != 0;
