@@ -4,7 +4,7 @@
 mod common;
 
 use common::bench::{BALL, Bench, TARGET, point};
-use common::config;
+use common::{BUILD, config};
 use plumb_core::{Outbox, TICK_US};
 use plumb_protocol::Config;
 use plumb_protocol::frame::encode;
@@ -13,7 +13,7 @@ use plumb_protocol::units::{Micrometres, Micros, Rate, Steps16};
 
 #[test]
 fn nothing_moves_before_the_greeting_matches() {
-    let mut bench = Bench::new();
+    let mut bench = Bench::new(BUILD);
     assert_eq!(bench.send(Command::Configure(config())), Err(Refusal::NotGreeted));
     assert_eq!(bench.send(Command::Status), Err(Refusal::NotGreeted));
     let wrong = [
@@ -44,7 +44,7 @@ fn a_host_of_another_version_stops_what_is_under_way() {
 
 #[test]
 fn unconfigured_refuses_to_move() {
-    let mut bench = Bench::greeted();
+    let mut bench = Bench::greeted(BUILD);
     let jog = Jog { motor: 0, distance: Steps16(160), rate: Rate(256) };
     for command in [Command::Target(point(TARGET)), Command::Hold, Command::Jog(jog)] {
         assert_eq!(bench.send(command), Err(Refusal::Unconfigured));
@@ -196,7 +196,7 @@ fn every_absurd_configuration_is_refused_by_its_part() {
     case(ConfigField::Deadlines, &|c| c.deadlines.max_age.0 = 0);
     case(ConfigField::Growth, &|c| c.growth.margin = Micrometres(-1));
     case(ConfigField::Growth, &|c| c.growth.time.0 = 0);
-    let mut bench = Bench::greeted();
+    let mut bench = Bench::greeted(BUILD);
     for (field, config) in cases {
         assert_eq!(bench.send(Command::Configure(config)), Err(Refusal::Config(field)), "{config:?}");
         assert_eq!(bench.board.state(), State::Unconfigured);

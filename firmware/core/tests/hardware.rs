@@ -4,65 +4,22 @@
 
 mod common;
 
+use common::bench::Bench;
 use common::{BUILD, config};
-use plumb_core::{Board, BuildLimits, Outbox, TICK_US, Thinker, Tick};
-use plumb_protocol::frame::{Accumulator, encode};
+use plumb_core::BuildLimits;
 use plumb_protocol::message::{Fault, Jog, Refusal, StartCause, State};
 use plumb_protocol::units::{Micros, Rate, Steps16};
-use plumb_protocol::{Command, Config, FromBoard, Hello, ToBoard};
+use plumb_protocol::{Command, Config, FromBoard, Hello};
 
-struct Bench {
-    board: Board,
-    thinker: Thinker,
-    now: Micros,
-    out: Outbox,
-    /// What goes with the pulses, as it was last told.
-    told: Tick,
+fn jog(bench: &mut Bench) -> Result<(), Refusal> {
+    let rate = Rate::from_si(400.0).unwrap();
+    bench.send(Command::Jog(Jog { motor: 0, distance: Steps16(16_000), rate }))
 }
 
-impl Bench {
-    fn new(build: BuildLimits) -> Self {
-        let (board, thinker, out) = (Board::new(build), Thinker::new(), Outbox::new());
-        Self { board, thinker, now: Micros(0), out, told: Tick::default() }
-    }
-
-    /// A board that was greeted and has this configuration.
-    fn configured(config: Config) -> Self {
-        let mut bench = Self::new(BUILD);
-        bench.send(Command::Hello(Hello::OURS));
-        bench.send(Command::Configure(config));
-        bench.heard();
-        bench
-    }
-
-    fn send(&mut self, command: Command) {
-        let frame = encode(&ToBoard { id: 7, command }).unwrap();
-        self.board.receive(self.now, &frame, &mut self.out);
-    }
-
-    fn heard(&mut self) -> Vec<FromBoard> {
-        let mut accumulator = Accumulator::new();
-        let heard =
-            self.out.bytes().iter().filter_map(|&b| accumulator.push(b)).map(Result::unwrap).collect();
-        self.out.clear();
-        heard
-    }
-
-    fn refusals(&mut self) -> Vec<Option<Refusal>> {
-        let answer = |m| if let FromBoard::Answer(a) = m { Some(a.refusal) } else { None };
-        self.heard().into_iter().filter_map(answer).collect()
-    }
-
-    fn tick(&mut self) -> Tick {
-        self.told = self.board.tick(self.now, &mut self.thinker, &mut self.out).unwrap_or(self.told);
-        self.now.0 += u64::from(TICK_US);
-        self.told
-    }
-
-    fn jog(&mut self) {
-        let rate = Rate::from_si(400.0).unwrap();
-        self.send(Command::Jog(Jog { motor: 0, distance: Steps16(16_000), rate }));
-    }
+/// The emergency input is open; so many pulses of the last tick were cut off.
+fn emergency(bench: &mut Bench, missing: [i32; 3]) {
+    bench.board.emergency(Micros(bench.now), missing, &mut bench.out);
+    bench.collect();
 }
 
 #[test]
@@ -71,21 +28,19 @@ fn an_emergency_stops_dead_where_the_pulses_were_cut_off() {
         let mut motors = config().motors;
         motors[0].reversed = reversed;
         let mut bench = Bench::configured(Config { motors, microsteps: 8, ..config() });
-        bench.jog();
-        (0..1000).for_each(|_| _ = bench.tick());
+        assert_eq!(jog(&mut bench), Ok(()));
+        bench.run_ms(200);
         let [planned, ..] = bench.board.positions();
         assert!(planned > 100);
-        bench.heard();
         // The direction line is high where the motor pays out, unless it is reversed.
         let missing = if reversed { -3 } else { 3 };
-        bench.board.emergency(bench.now, [missing, 0, 0], &mut bench.out);
+        emergency(&mut bench, [missing, 0, 0]);
         let tick = bench.tick();
         assert!(bench.board.pulses().motors.iter().all(|pulses| pulses.count == 0));
         assert!(!tick.drivers_enabled);
         assert_eq!(bench.board.positions(), [planned - 3 * 2, 0, 0]);
         assert_eq!(bench.board.state(), State::Fault(Fault::EmergencyStop));
-        let told = |m: &FromBoard| matches!(m, FromBoard::Fault(f) if f.fault == Fault::EmergencyStop);
-        assert_eq!(bench.heard().iter().filter(|m| told(m)).count(), 1);
+        assert_eq!(bench.faults(), [Fault::EmergencyStop]);
     }
 }
 
@@ -93,27 +48,27 @@ fn an_emergency_stops_dead_where_the_pulses_were_cut_off() {
 fn an_emergency_is_cleared_only_once_the_input_is_closed() {
     let mut bench = Bench::configured(config());
     for _ in 0..3 {
-        bench.board.emergency(bench.now, [0; 3], &mut bench.out);
-        bench.send(Command::ClearFault);
+        emergency(&mut bench, [0; 3]);
+        assert_eq!(bench.send(Command::ClearFault), Err(Refusal::Faulted(Fault::EmergencyStop)));
         assert!(!bench.tick().drivers_enabled);
         assert_eq!(bench.board.state(), State::Fault(Fault::EmergencyStop));
     }
-    bench.send(Command::ClearFault);
+    assert_eq!(bench.send(Command::ClearFault), Ok(()));
     assert!(bench.tick().drivers_enabled);
     assert_eq!(bench.board.state(), State::Ready);
-    bench.jog();
-    (0..100).for_each(|_| _ = bench.tick());
+    assert_eq!(jog(&mut bench), Ok(()));
+    bench.run_ms(20);
     assert!(bench.board.positions()[0] > 0);
 }
 
 #[test]
 fn an_emergency_goes_before_another_fault() {
     let mut bench = Bench::configured(config());
-    bench.jog();
+    assert_eq!(jog(&mut bench), Ok(()));
     // The host is silent for too long.
-    (0..2000).for_each(|_| _ = bench.tick());
+    bench.run_ms(400);
     assert_eq!(bench.board.state(), State::Fault(Fault::HostSilent));
-    bench.board.emergency(bench.now, [0; 3], &mut bench.out);
+    emergency(&mut bench, [0; 3]);
     assert_eq!(bench.board.state(), State::Fault(Fault::EmergencyStop));
 }
 
@@ -132,13 +87,12 @@ fn a_board_says_why_it_started_and_stays_stopped_where_it_was_its_own_doing() {
         bench.board.started(cause);
         bench.board.restore(&config());
         assert_eq!(bench.tick().drivers_enabled, !stopped, "{cause:?}");
-        bench.send(Command::Hello(Hello::OURS));
-        assert!(bench.heard().contains(&FromBoard::Started(cause)));
-        bench.jog();
-        let refusal = stopped.then_some(Refusal::Faulted(Fault::Watchdog));
-        assert_eq!(bench.refusals(), [refusal], "{cause:?}");
-        bench.send(Command::Stop);
-        bench.send(Command::ClearFault);
+        assert_eq!(bench.send(Command::Hello(Hello::OURS)), Ok(()));
+        assert!(bench.heard.contains(&FromBoard::Started(cause)));
+        let answer = if stopped { Err(Refusal::Faulted(Fault::Watchdog)) } else { Ok(()) };
+        assert_eq!(jog(&mut bench), answer, "{cause:?}");
+        let _ = bench.send(Command::Stop);
+        let _ = bench.send(Command::ClearFault);
         assert_eq!(bench.board.state(), State::Ready);
     }
 }
@@ -146,8 +100,8 @@ fn a_board_says_why_it_started_and_stays_stopped_where_it_was_its_own_doing() {
 #[test]
 fn a_host_of_another_version_is_not_told_more_than_the_hello() {
     let mut bench = Bench::new(BUILD);
-    bench.send(Command::Hello(Hello { version: 0, ..Hello::OURS }));
-    assert!(matches!(bench.heard()[..], [FromBoard::Hello(hello)] if !hello.accepted));
+    let _ = bench.send(Command::Hello(Hello { version: 0, ..Hello::OURS }));
+    assert!(matches!(bench.heard[..], [FromBoard::Hello(hello)] if !hello.accepted));
 }
 
 #[test]
@@ -156,11 +110,10 @@ fn a_kept_configuration_is_taken_up_but_moves_nothing_before_a_hello() {
     bench.board.restore(&config());
     assert_eq!(bench.board.state(), State::Ready);
     assert_eq!(bench.board.config(), Some(&config()));
-    bench.jog();
-    assert_eq!(bench.refusals(), [Some(Refusal::NotGreeted)]);
-    bench.send(Command::Hello(Hello::OURS));
-    bench.jog();
-    (0..100).for_each(|_| _ = bench.tick());
+    assert_eq!(jog(&mut bench), Err(Refusal::NotGreeted));
+    assert_eq!(bench.send(Command::Hello(Hello::OURS)), Ok(()));
+    assert_eq!(jog(&mut bench), Ok(()));
+    bench.run_ms(20);
     assert!(bench.board.positions()[0] > 0);
 }
 
@@ -174,29 +127,25 @@ fn a_kept_configuration_of_another_board_is_ignored() {
 #[test]
 fn storing_is_answered_when_it_is_done_and_nothing_moves_meanwhile() {
     let mut bench = Bench::configured(config());
-    for (written, answer) in [(true, None), (false, Some(Refusal::NotStored))] {
-        bench.send(Command::Store);
+    for (written, answer) in [(true, Ok(())), (false, Err(Refusal::NotStored))] {
+        bench.answers();
+        let _ = bench.send(Command::Store);
         assert!(bench.tick().store);
-        bench.jog();
-        assert_eq!(bench.refusals(), [Some(Refusal::Busy(State::Ready))]);
+        let _ = jog(&mut bench);
+        assert_eq!(bench.answers(), [Err(Refusal::Busy(State::Ready))]);
         bench.board.stored(written, &mut bench.out);
-        assert_eq!(bench.refusals(), [answer]);
+        assert_eq!(bench.answers(), [answer]);
         assert!(!bench.tick().store);
     }
-    bench.jog();
+    assert_eq!(jog(&mut bench), Ok(()));
     bench.tick();
-    bench.send(Command::Store);
-    assert_eq!(bench.refusals(), [None, Some(Refusal::Busy(State::Ready))]);
+    assert_eq!(bench.send(Command::Store), Err(Refusal::Busy(State::Ready)));
 }
 
 #[test]
 fn what_cannot_be_stored_is_refused() {
-    let mut bench = Bench::new(BuildLimits { storage: false, ..BUILD });
-    bench.send(Command::Hello(Hello::OURS));
-    bench.send(Command::Store);
-    let mut unconfigured = Bench::new(BUILD);
-    unconfigured.send(Command::Hello(Hello::OURS));
-    unconfigured.send(Command::Store);
-    assert_eq!(bench.refusals(), [Some(Refusal::Unsupported)]);
-    assert_eq!(unconfigured.refusals(), [Some(Refusal::Unconfigured)]);
+    let mut bench = Bench::greeted(BuildLimits { storage: false, ..BUILD });
+    assert_eq!(bench.send(Command::Store), Err(Refusal::Unsupported));
+    let mut bench = Bench::greeted(BUILD);
+    assert_eq!(bench.send(Command::Store), Err(Refusal::Unconfigured));
 }

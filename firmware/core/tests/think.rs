@@ -3,6 +3,7 @@
 
 mod common;
 
+use common::bench::{BALL, TARGET, point};
 use common::{BUILD, config};
 use plumb_core::law::variances;
 use plumb_core::think::{Kind, Question};
@@ -11,14 +12,12 @@ use plumb_protocol::Config;
 use plumb_protocol::config::{Estimated, Law};
 use plumb_protocol::frame::{Accumulator, encode};
 use plumb_protocol::message::{Command, Fault, FromBoard, Hello, Position, State, ToBoard};
-use plumb_protocol::units::{Covariance, Micros, Milliseconds, Point};
+use plumb_protocol::units::{Covariance, Micros, Milliseconds};
 
-const BALL: [f64; 3] = [0.54, 0.22, 0.459];
-const TARGET: [f64; 3] = [0.4, 0.4, 0.15];
 const DELAY: Estimated = Estimated { delay: Milliseconds(0) };
 
 /// A board, and a thinker that takes some ticks for an answer.
-struct Bench {
+struct SlowBench {
     board: Board,
     thinker: Thinker,
     /// Ticks from a question to its answer; `None` where there is none.
@@ -30,15 +29,11 @@ struct Bench {
     sequence: u16,
 }
 
-fn point(metres: [f64; 3]) -> Point {
-    Point::from_metres(metres).unwrap()
-}
-
 fn slow(law: fn(Estimated) -> Law) -> Config {
     Config { law: law(DELAY), ..config() }
 }
 
-impl Bench {
+impl SlowBench {
     /// Seeks a target with a law, and has seen nothing yet.
     fn seeking(config: Config, takes: Option<u32>) -> Self {
         let mut bench = Self {
@@ -128,10 +123,10 @@ impl Bench {
 fn an_answer_takes_effect_in_its_tick_however_early_it_comes() {
     for (law, kind) in [(Law::Certified as fn(_) -> _, Kind::Certified), (Law::Taut, Kind::Taut)] {
         let [early, late] =
-            [1, kind.ticks()].map(|takes| Bench::seeking(slow(law), Some(takes)).run_seeing(60));
+            [1, kind.ticks()].map(|takes| SlowBench::seeking(slow(law), Some(takes)).run_seeing(60));
         assert_eq!(early, late, "{kind:?}");
         assert!(early.last().unwrap().iter().any(|p| p.abs() > 1000), "{kind:?} moves");
-        let mut bench = Bench::seeking(slow(law), Some(1));
+        let mut bench = SlowBench::seeking(slow(law), Some(1));
         bench.see(BALL);
         bench.run(kind.ticks());
         assert!(bench.still() && bench.asked.len() == 1, "{kind:?}: not before its tick");
@@ -142,9 +137,9 @@ fn an_answer_takes_effect_in_its_tick_however_early_it_comes() {
 
 #[test]
 fn a_host_that_thinks_at_once_does_the_same() {
-    let mut bench = Bench::seeking(slow(Law::Taut), Some(Kind::Taut.ticks()));
+    let mut bench = SlowBench::seeking(slow(Law::Taut), Some(Kind::Taut.ticks()));
     let chip = bench.run_seeing(30);
-    let mut bench = Bench::seeking(slow(Law::Taut), None);
+    let mut bench = SlowBench::seeking(slow(Law::Taut), None);
     let mut host = Vec::new();
     for k in 0..30 {
         let part = f64::from(k) / 50.0;
@@ -160,7 +155,7 @@ fn a_host_that_thinks_at_once_does_the_same() {
 
 #[test]
 fn an_answer_that_does_not_come_stops_the_board() {
-    let mut bench = Bench::seeking(slow(Law::Certified), Some(1));
+    let mut bench = SlowBench::seeking(slow(Law::Certified), Some(1));
     bench.run_seeing(20);
     assert!(!bench.still());
     bench.takes = Some(Kind::Certified.ticks() + 1);
@@ -177,7 +172,7 @@ fn an_answer_that_does_not_come_stops_the_board() {
 fn after_another_target_or_a_stop_the_answer_is_void() {
     for command in [Command::Target(point(BALL)), Command::Stop, Command::Hold] {
         for takes in [Some(3), None] {
-            let mut bench = Bench::seeking(slow(Law::Certified), takes);
+            let mut bench = SlowBench::seeking(slow(Law::Certified), takes);
             bench.see(BALL);
             bench.run(2);
             bench.send(command);
@@ -190,7 +185,7 @@ fn after_another_target_or_a_stop_the_answer_is_void() {
 
 #[test]
 fn of_the_pictures_that_come_while_the_law_thinks_the_newest_waits() {
-    let mut bench = Bench::seeking(slow(Law::Taut), Some(5));
+    let mut bench = SlowBench::seeking(slow(Law::Taut), Some(5));
     for z in [0.40, 0.39, 0.38] {
         bench.see([0.5, 0.3, z]);
         bench.run(10);
@@ -203,7 +198,7 @@ fn of_the_pictures_that_come_while_the_law_thinks_the_newest_waits() {
 #[test]
 fn what_waits_is_asked_about_for_the_target_of_then_and_forgotten_by_a_stop() {
     for (command, questions) in [(Command::Target(point(BALL)), 2), (Command::Stop, 1)] {
-        let mut bench = Bench::seeking(slow(Law::Taut), Some(5));
+        let mut bench = SlowBench::seeking(slow(Law::Taut), Some(5));
         bench.see(BALL);
         bench.run(10);
         bench.see(BALL);
@@ -220,8 +215,8 @@ fn what_waits_is_asked_about_for_the_target_of_then_and_forgotten_by_a_stop() {
 
 #[test]
 fn a_law_begins_anew_with_each_configuration_and_not_with_a_target() {
-    let mut bench = Bench::seeking(slow(Law::Taut), Some(5));
-    let anew = |bench: &Bench| bench.asked.iter().map(|(_, question)| question.anew).collect::<Vec<_>>();
+    let mut bench = SlowBench::seeking(slow(Law::Taut), Some(5));
+    let anew = |bench: &SlowBench| bench.asked.iter().map(|(_, question)| question.anew).collect::<Vec<_>>();
     bench.run_seeing(2);
     bench.send(Command::Target(point(BALL)));
     bench.run_seeing(1);
@@ -237,7 +232,7 @@ fn a_law_begins_anew_with_each_configuration_and_not_with_a_target() {
 
 #[test]
 fn how_sure_a_position_is_comes_to_the_law() {
-    let mut bench = Bench::seeking(slow(Law::Certified), Some(5));
+    let mut bench = SlowBench::seeking(slow(Law::Certified), Some(5));
     bench.see(BALL);
     bench.run(20);
     bench.see_within(BALL, Some(Covariance { variances: [900, 1, u16::MAX], covariances: [0; 3] }));
@@ -249,7 +244,7 @@ fn how_sure_a_position_is_comes_to_the_law() {
 #[test]
 fn a_law_goes_less_by_a_position_that_is_unsure() {
     for law in [Law::Certified, Law::Taut] {
-        let mut bench = Bench::seeking(slow(law), Some(5));
+        let mut bench = SlowBench::seeking(slow(law), Some(5));
         for _ in 0..20 {
             // A rig that is the same everywhere: 0.3 mm a step, pattern (12).
             let [a, b, c] = bench.board.positions().map(|p| f64::from(p) / 16.0 * 0.3e-3);

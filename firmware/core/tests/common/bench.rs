@@ -1,6 +1,6 @@
 //! The board as a host sees it: bytes in, bytes out, a tick every 200 µs.
 
-use plumb_core::{Board, Outbox, TICK_US, Thinker};
+use plumb_core::{Board, BuildLimits, Outbox, TICK_US, Thinker, Tick};
 use plumb_protocol::Config;
 use plumb_protocol::frame::{Accumulator, encode};
 use plumb_protocol::message::*;
@@ -17,6 +17,8 @@ pub(crate) struct Bench {
     pub(crate) heard: Vec<FromBoard>,
     pub(crate) accumulator: Accumulator,
     pub(crate) sequence: u16,
+    /// What goes with the pulses, as it was last told.
+    pub(crate) told: Tick,
 }
 
 pub(crate) const TARGET: [f64; 3] = [0.4, 0.4, 0.15];
@@ -27,27 +29,27 @@ pub(crate) fn point(metres: [f64; 3]) -> Point {
 }
 
 impl Bench {
-    pub(crate) fn new() -> Self {
-        let (board, out) = (Board::new(BUILD), Outbox::new());
+    pub(crate) fn new(build: BuildLimits) -> Self {
         Self {
-            board,
+            board: Board::new(build),
             thinker: Thinker::new(),
             now: 0,
-            out,
+            out: Outbox::new(),
             heard: Vec::new(),
             accumulator: Accumulator::new(),
             sequence: 0,
+            told: Tick::default(),
         }
     }
 
-    pub(crate) fn greeted() -> Self {
-        let mut bench = Self::new();
-        let _ = bench.send(Command::Hello(Hello::OURS));
+    pub(crate) fn greeted(build: BuildLimits) -> Self {
+        let mut bench = Self::new(build);
+        assert_eq!(bench.send(Command::Hello(Hello::OURS)), Ok(()));
         bench
     }
 
     pub(crate) fn configured(config: Config) -> Self {
-        let mut bench = Self::greeted();
+        let mut bench = Self::greeted(BUILD);
         assert_eq!(bench.send(Command::Configure(config)), Ok(()));
         bench
     }
@@ -92,11 +94,17 @@ impl Bench {
         let _ = self.see_aged(Some(ball), 30_000);
     }
 
+    pub(crate) fn tick(&mut self) -> Tick {
+        let told = self.board.tick(Micros(self.now), &mut self.thinker, &mut self.out);
+        self.told = told.unwrap_or(self.told);
+        self.now += u64::from(TICK_US);
+        self.collect();
+        self.told
+    }
+
     pub(crate) fn run_ms(&mut self, ms: u64) {
         for _ in 0..ms * 1000 / u64::from(TICK_US) {
-            self.board.tick(Micros(self.now), &mut self.thinker, &mut self.out);
-            self.now += u64::from(TICK_US);
-            self.collect();
+            self.tick();
         }
     }
 
@@ -109,6 +117,16 @@ impl Bench {
 
     pub(crate) fn moving(&self) -> bool {
         self.board.rates() != [0; 3]
+    }
+
+    /// The answers in what was heard so far, which is forgotten.
+    pub(crate) fn answers(&mut self) -> Vec<Result<(), Refusal>> {
+        self.collect();
+        let answer = |m| match m {
+            FromBoard::Answer(Answer { refusal, .. }) => Some(refusal.map_or(Ok(()), Err)),
+            _ => None,
+        };
+        self.heard.drain(..).filter_map(answer).collect()
     }
 
     pub(crate) fn faults(&self) -> Vec<Fault> {
