@@ -38,12 +38,10 @@ impl Board {
         under_way.filter(|&span| exceeds(span, deadlines.position)).map(|_| Fault::PositionLost)
     }
 
-    /// Whether positions have failed to come for so long that the rates are cut.
-    pub(super) fn coasting(&self, now: Micros) -> bool {
-        let (Some(params), Some(span)) = (&self.params, self.unseen_us(now)) else {
-            return false;
-        };
-        span > coasting_us(params.deadlines.position)
+    /// Since when positions have failed to come for so long that the rates are cut, if they have.
+    pub(super) fn coasting(&self, now: Micros) -> Option<Micros> {
+        let since = self.unseen_since()?.0 + coasting_us(self.params.as_ref()?.deadlines.position);
+        (now.0 > since).then_some(Micros(since))
     }
 
     /// How many ticks after that at `now` there are until one in which the passing of time brings something, as things are: a
@@ -56,7 +54,7 @@ impl Board {
         }
         let mut left = TELEMETRY_US as u32;
         let mut after = |since: Micros, span_us: u64| {
-            // Five seconds at the most.
+            // Five seconds at the most, or never.
             let at = since.0.saturating_add(span_us);
             if at > now.0 {
                 left = left.min((at - now.0) as u32);
@@ -66,9 +64,11 @@ impl Board {
             after(self.told, TELEMETRY_US);
         }
         if let Some(params) = &self.params
-            && matches!(self.activity, Activity::Seeking(_))
+            && let Activity::Seeking(seek) = &self.activity
         {
             let deadlines = &params.deadlines;
+            let (asked, lasts_us) = seek.lasts();
+            after(asked, lasts_us);
             after(self.heard, limit_us(deadlines.host) + 1);
             if let Some(since) = self.unseen_since() {
                 after(since, coasting_us(deadlines.position) + 1);

@@ -348,11 +348,13 @@ impl Board {
                     MotorRates::default()
                 }))
             }
-            Activity::Seeking(seek) if self.coasting(now) => {
-                let demand = seek.demand(now);
-                Demand { rates: demand.rates.coasting(), ..demand }
-            }
-            Activity::Seeking(seek) => seek.demand(now),
+            Activity::Seeking(seek) => match self.coasting(now) {
+                Some(since) => {
+                    let demand = seek.demand(since);
+                    Demand { rates: demand.rates.coasting(), ..demand }
+                }
+                None => seek.demand(now),
+            },
         }
     }
 

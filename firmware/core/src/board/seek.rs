@@ -74,10 +74,14 @@ impl Seek {
         }
     }
 
-    /// What the law wants now: its rates, and how long the change to them is still to take, µs.
+    /// What the law wants now.
     pub(super) fn demand(&self, now: Micros) -> Demand {
-        let gone = now.since(self.asked).min(u64::from(u32::MAX)) as u32;
-        Demand { ramp_us: self.demand.ramp_us.saturating_sub(gone), ..self.demand }
+        self.demand.after(now.since(self.asked))
+    }
+
+    /// When it took effect, and for how long it holds, µs.
+    pub(super) fn lasts(&self) -> (Micros, u64) {
+        (self.asked, self.demand.lasts_us.into())
     }
 
     /// Goes by `demand` from `now` on, within the motors' limits.

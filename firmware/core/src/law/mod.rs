@@ -3,6 +3,7 @@
 mod axis;
 mod certified;
 mod interval;
+mod sides;
 mod sign;
 mod solve;
 mod taut;
@@ -101,12 +102,24 @@ pub struct Demand {
     pub rates: MotorRates,
     /// How long the change to them takes at least, µs.
     pub ramp_us: u32,
+    /// How long they hold, µs from when they take effect: where nothing newer has come by then, the motors stop.
+    pub lasts_us: u32,
 }
 
 impl Demand {
     /// These rates as soon as the motors can.
     pub const fn at_once(rates: MotorRates) -> Self {
-        Self { rates, ramp_us: 0 }
+        Self { rates, ramp_us: 0, lasts_us: u32::MAX }
+    }
+
+    /// What is wanted `gone` µs after it took effect.
+    #[must_use]
+    pub fn after(self, gone: u64) -> Self {
+        let gone = gone.min(u64::from(u32::MAX)) as u32;
+        if gone >= self.lasts_us {
+            return Self::default();
+        }
+        Self { ramp_us: self.ramp_us.saturating_sub(gone), ..self }
     }
 }
 

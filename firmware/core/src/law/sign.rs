@@ -2,6 +2,7 @@
 
 use plumb_protocol::config;
 
+use super::sides::{PAST, Sides};
 use super::{Demand, Law, MotorRates, Picture};
 use crate::wide::signed_product;
 
@@ -21,15 +22,12 @@ pub struct Sign {
     calm: i32,
     /// What it has grown to on the way, Q14.
     bold: i32,
-    /// The error on the side of the target that the ball was on last, µm.
-    side: [i32; 3],
+    sides: Sides,
 }
 
 /// 1 in Q14: 15 bits.
 const ONE: i32 = 1 << 14;
-/// Going past the target by less is noise, µm.
-const PAST: u32 = 7_000;
-/// The gain is cut to so much then, Q8, and at least this is left of it, Q14.
+/// The gain is cut to so much where the ball goes past its target, Q8, and at least this is left of it, Q14.
 const CUT: i32 = 205;
 const CALMEST: i32 = ONE / 10;
 /// The gain grows between these distances, µm, by so much with each picture, Q8, up to so much, Q14. Closer it is what it was at
@@ -44,7 +42,7 @@ const _: () = assert!(PAST < FAR && FAR < 1 << 17);
 impl Sign {
     /// The law of a validated configuration.
     pub(crate) fn new(config: &config::Sign) -> Self {
-        Self { gain: config.gain.0 as i32, target: [0; 3], calm: ONE, bold: ONE, side: [0; 3] }
+        Self { gain: config.gain.0 as i32, target: [0; 3], calm: ONE, bold: ONE, sides: Sides::default() }
     }
 
     /// The motor rates for the error `e` (position - target, µm), not limited yet.
@@ -62,22 +60,17 @@ impl Sign {
 
     /// Notices that the ball went past its target; until it does, goes faster and faster.
     fn look_where(&mut self, e: [i32; 3], distance: u32) {
-        // Bits: 22 + 22, 46 the sum.
-        let along: i64 = (0..3).map(|i| signed_product(e[i], self.side[i])).sum();
-        if along < 0 && distance > PAST {
+        if self.sides.passed(e, distance) {
             self.calm = ((self.calm * CUT) >> 8).max(CALMEST);
             self.bold = (self.bold + ONE) / 2;
         } else if self.calm == ONE && GROWS.0 < distance && distance < GROWS.1 {
             self.bold = ((self.bold * GROWTH) >> 8).min(BOLDEST);
         }
-        if along <= 0 && distance > PAST {
-            self.side = e;
-        }
     }
 }
 
 /// |e| in µm, right to 4, or [`FAR`] where it is more.
-fn distance(e: [i32; 3]) -> u32 {
+pub(super) fn distance(e: [i32; 3]) -> u32 {
     let e = e.map(i32::unsigned_abs);
     if e.iter().any(|&c| c >= FAR) {
         return FAR;
@@ -97,7 +90,7 @@ impl Law for Sign {
     fn update(&mut self, picture: &Picture) -> Demand {
         if self.target != picture.target {
             // What was learnt of the way to another target is not true of this one.
-            (self.calm, self.bold, self.side) = (ONE, ONE, [0; 3]);
+            (self.calm, self.bold, self.sides) = (ONE, ONE, Sides::default());
             self.target = picture.target;
         }
         Demand::at_once(self.rates(picture.error()))

@@ -109,16 +109,17 @@ impl LawDriver {
 
     /// What is wanted of the motors at `now`.
     fn wanted(&mut self, now: Micros) -> Demand {
-        let unseen_us = now.since(self.seen);
         let deadline_us = u64::from(self.config.deadlines.position.0) * 1000;
-        self.lost |= unseen_us > deadline_us;
-        let gone = now.since(self.asked).min(u64::from(u32::MAX)) as u32;
-        let demand = Demand { ramp_us: self.demand.ramp_us.saturating_sub(gone), ..self.demand };
-        match () {
-            () if self.lost => Demand::default(),
-            () if unseen_us * 5 > deadline_us * 2 => Demand { rates: demand.rates.coasting(), ..demand },
-            () => demand,
+        self.lost |= now.since(self.seen) > deadline_us;
+        if self.lost {
+            return Demand::default();
         }
+        let coasting = Micros(self.seen.0 + deadline_us * 2 / 5);
+        if now > coasting {
+            let demand = self.demand.after(coasting.since(self.asked));
+            return Demand { rates: demand.rates.coasting(), ..demand };
+        }
+        self.demand.after(now.since(self.asked))
     }
 }
 

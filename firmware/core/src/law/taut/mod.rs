@@ -139,6 +139,6 @@ impl Law for Taut {
         let wanted = self.wanted(&belief, e, due, target);
         self.asked = self.limited(&belief, wanted);
         let rates = MotorRates(self.asked.map(|rate| (rate * 256.0) as i32));
-        Demand { rates, ramp_us: (FRAME_S * 1e6) as u32 }
+        Demand { ramp_us: (FRAME_S * 1e6) as u32, ..Demand::at_once(rates) }
     }
 }
