@@ -9,7 +9,7 @@ use plumb_core::law::variances;
 use plumb_core::think::{Kind, Question};
 use plumb_core::{Board, Outbox, TICK_US, Thinker};
 use plumb_protocol::Config;
-use plumb_protocol::config::{Estimated, Law};
+use plumb_protocol::config::{Deadlines, Estimated, Law};
 use plumb_protocol::frame::{Accumulator, encode};
 use plumb_protocol::message::{Command, Fault, FromBoard, Hello, Position, State, ToBoard};
 use plumb_protocol::units::{Covariance, Micros, Milliseconds};
@@ -110,6 +110,13 @@ impl SlowBench {
 
     fn still(&self) -> bool {
         self.board.rates() == [0; 3]
+    }
+
+    /// The ball of a rig that is the same everywhere: 0.3 mm a step, pattern (12).
+    fn ball(&self) -> [f64; 3] {
+        let [a, b, c] = self.board.positions().map(|p| f64::from(p) / 16.0 * 0.3e-3);
+        let moved = [c - a - b, b - a, -a - b - c];
+        [0, 1, 2].map(|i| BALL[i] + moved[i])
     }
 
     fn told(&mut self, fault: Fault) -> bool {
@@ -241,15 +248,34 @@ fn how_sure_a_position_is_comes_to_the_law() {
     assert_eq!(told, [[4_000_000, 1_000_000, 1_000_000], [9_490_000, 500_000, 655_840_000]]);
 }
 
+/// A picture is the last for 400 ms, in which its rates would bring the ball to its target twice.
+#[test]
+fn the_motors_go_no_farther_than_the_steps_that_were_to_go() {
+    let deadlines = Deadlines { host: Milliseconds(1_000), ..config().deadlines };
+    for last_mm in [60.0, 30.0, 15.0] {
+        let config = Config { deadlines, ..slow(Law::Certified) };
+        let mut bench = SlowBench::seeking(config, Some(5));
+        let away_mm = |bench: &SlowBench| {
+            let ball = bench.ball();
+            1e3 * (0..3).map(|i| (ball[i] - TARGET[i]).powi(2)).sum::<f64>().sqrt()
+        };
+        while away_mm(&bench) > last_mm {
+            bench.see(bench.ball());
+            bench.run(165);
+        }
+        let before = away_mm(&bench);
+        bench.run(2000 - 165);
+        assert!(bench.still(), "{last_mm} mm");
+        assert!(away_mm(&bench) < 0.3 * before, "{before} mm, {} mm later", away_mm(&bench));
+    }
+}
+
 #[test]
 fn a_law_goes_less_by_a_position_that_is_unsure() {
     for law in [Law::Certified, Law::Taut] {
         let mut bench = SlowBench::seeking(slow(law), Some(5));
         for _ in 0..20 {
-            // A rig that is the same everywhere: 0.3 mm a step, pattern (12).
-            let [a, b, c] = bench.board.positions().map(|p| f64::from(p) / 16.0 * 0.3e-3);
-            let moved = [c - a - b, b - a, -a - b - c];
-            bench.see([0, 1, 2].map(|i| BALL[i] + moved[i]));
+            bench.see(bench.ball());
             bench.run(165);
         }
         let (_, question) = bench.asked[bench.asked.len() - 1];

@@ -1,0 +1,91 @@
+//! The law that estimates J while driving, and uses it where descent is certain enough.
+
+mod estimate;
+mod swings;
+
+use super::axis::times;
+use super::sign;
+use super::{Demand, Law, Limits, MotorRates, Picture};
+use estimate::{Estimate, Steps};
+use swings::Swings;
+
+/// Σ, pattern (12).
+pub(super) const SIGNS: [[i32; 3]; 3] = [[-1, -1, 1], [-1, 1, 0], [-1, -1, -1]];
+
+/// Of an unsure way the motors do not brake on more than so many steps less, Q8: by then more is known.
+const UNSURE_MOST: i64 = 40 << 8;
+/// No demand lasts for less: a picture may come so much later than the one before it, µs.
+const LASTS_US: i64 = 35_000;
+/// The law of signs slows down from here, µm.
+const SIGN_SLOWS: i64 = 65_000;
+
+/// Kalman filters for p and J; the step on them that makes E|e|² the least, where |e| falls for every J within one and a half
+/// standard deviations; the law of signs elsewhere. Both make V = |e|² fall, so that going from one to the other needs no wait.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Certified {
+    limits: Limits,
+    estimate: Option<Estimate>,
+    swings: Swings,
+}
+
+/// |e|², µm².
+fn square(e: [i32; 3]) -> i64 {
+    e.iter().map(|e| times((*e).into(), (*e).into())).sum()
+}
+
+impl Certified {
+    /// The law for motors of these limits.
+    pub(crate) fn new(limits: Limits) -> Self {
+        Self { limits, estimate: None, swings: Swings::to([0; 3]) }
+    }
+
+    /// Along the `steps`: 9/s of the longest way, less where the motors could not brake in time; of these rates so much (Q8). They hold
+    /// until what is left of the way is what the motors brake on.
+    fn along(&self, steps: &Steps, calm: u32) -> Demand {
+        let n = steps.n;
+        let acceleration = i64::from(self.limits.acceleration);
+        let longest = n.iter().map(|n| i64::from(n.abs())).max().unwrap_or(0).max(1);
+        // Bits: 26 + 8.
+        let sure = longest - ((longest * i64::from(steps.unsure)) >> 8).min(UNSURE_MOST);
+        // sqrt(1.25 a m) in Q8, bits: 22 + 1 + 22 + 8.
+        let braking = acceleration * 5 / 4 * sure.min(1 << 22) * 256;
+        let braking = braking.unsigned_abs().isqrt() as i64;
+        // Bits: 31 + 9.
+        let rate = ((9 * longest).min(braking).min(i64::from(self.limits.rate)) * i64::from(calm)) >> 8;
+        // Bits: 26 + 31 is no more than the ratio's 31 after the division.
+        let rates = MotorRates(n.map(|n| (i64::from(n) * rate / longest) as i32));
+        // m/v - v/2a, bits: 26 + 20 and 31 + 11.
+        let lasts_us = longest * 1_000_000 / rate.max(1) - rate * 1_953 / acceleration.max(1);
+        Demand { lasts_us: lasts_us.clamp(LASTS_US, u32::MAX.into()) as u32, ..Demand::at_once(rates) }
+    }
+
+    /// The law of signs at full speed until close to the target.
+    fn by_signs(&self, e: [i32; 3]) -> MotorRates {
+        let w = sign::direction(e.map(|e| -e)).map(i64::from);
+        let largest = w.iter().map(|w| w.abs()).max().unwrap_or(0).max(1);
+        let distance = (square(e).unsigned_abs().isqrt() as i64).min(SIGN_SLOWS);
+        // Bits: rate 31 + distance 16 = 47.
+        let rate = i64::from(self.limits.rate) * distance / SIGN_SLOWS;
+        MotorRates(w.map(|w| (w * rate / largest) as i32))
+    }
+}
+
+impl Law for Certified {
+    fn update(&mut self, picture: &Picture) -> Demand {
+        let estimate = match &mut self.estimate {
+            Some(estimate) => {
+                estimate.update(picture);
+                *estimate
+            }
+            none => *none.insert(Estimate::new(picture)),
+        };
+        let j = estimate.projected();
+        let e = estimate.ahead(&j, picture);
+        let calm = self.swings.calm(picture.target, e);
+        let steps = estimate.steps(&j, e);
+        steps.map_or_else(|| Demand::at_once(self.by_signs(e)), |steps| self.along(&steps, calm))
+    }
+}
+
+#[cfg(test)]
+mod tests;
