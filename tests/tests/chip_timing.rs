@@ -32,11 +32,11 @@ fn configs() -> [Config; 4] {
     [quick, mean, signs, coils]
 }
 
-/// How far the ticks' beginnings are apart within the 25 000 clocks.
+/// How far the ticks' beginnings are apart within the 25 000 clocks, of which the first one is in the middle.
 fn spread(reply: &Value) -> u64 {
     let ticks = reply["calls"]["tick"].as_array().expect("calls");
-    let phases: BTreeSet<u64> =
-        ticks.iter().filter_map(|tick| tick[0].as_u64()).map(|at| at % TICK).collect();
+    let began: Vec<u64> = ticks.iter().filter_map(|tick| tick[0].as_u64()).collect();
+    let phases: BTreeSet<u64> = began.iter().map(|at| (at + TICK / 2 - began[0]) % TICK).collect();
     assert!(ticks.len() > 500, "{}", ticks.len());
     phases.last().expect("ticks") - phases.first().expect("ticks")
 }
