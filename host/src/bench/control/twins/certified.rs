@@ -32,7 +32,7 @@ const SCALES: f64 = 102.4;
 const SCALES_MOST: f64 = 0.5;
 /// Going past the target by less is noise, mm; so many times are free; what is left of the rates after each more, and at least.
 const PAST: f64 = 7.0;
-const FREE: u32 = 2;
+const FREE: u32 = 1;
 const CUT: f64 = 0.75;
 const CALMEST: f64 = 0.1;
 /// The law of signs slows down from here, mm.
