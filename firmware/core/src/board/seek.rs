@@ -95,7 +95,14 @@ impl Seek {
         if let (Some(law), Some(ball)) = (&mut sight.law, sight.last) {
             // These laws go by the ball alone.
             let (nowhere, target) = ([0; 3], self.target.micrometres());
-            let picture = Picture { ball, variances: nowhere, then: nowhere, ahead: nowhere, target };
+            let picture = Picture {
+                ball,
+                variances: nowhere,
+                then: nowhere,
+                before: [nowhere; 2],
+                ahead: nowhere,
+                target,
+            };
             let demand = law.update(&picture);
             self.follow(now, demand, params);
         }

@@ -56,6 +56,9 @@ impl MotorRates {
     }
 }
 
+/// From one of a picture's earlier places of the motors to the next, µs: a picture's time at 30 Hz, however often pictures come.
+pub const BEFORE_US: u32 = 33_333;
+
 /// What a law sees: a position of the ball, and the motors' positions that belong to it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Picture {
@@ -65,6 +68,8 @@ pub struct Picture {
     pub variances: [i32; 3],
     /// Where the motors were when the picture was taken, 1/16 steps.
     pub then: [i32; 3],
+    /// Where they were [`BEFORE_US`] before that, and twice as long before, 1/16 steps: how they turned.
+    pub before: [[i32; 3]; 2],
     /// Where the motors go on to if nothing is wanted any more from the moment that the law's answer takes effect, but what is on
     /// its way through the running mean; 1/16 steps.
     pub ahead: [i32; 3],

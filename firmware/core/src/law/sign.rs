@@ -103,7 +103,7 @@ mod tests {
     use plumb_protocol::units::SignGain;
 
     fn picture(ball: [i32; 3], target: [i32; 3]) -> Picture {
-        Picture { ball, variances: [0; 3], then: [0; 3], ahead: [0; 3], target }
+        Picture { ball, variances: [0; 3], then: [0; 3], before: [[0; 3]; 2], ahead: [0; 3], target }
     }
 
     fn largest(demand: Demand) -> i32 {

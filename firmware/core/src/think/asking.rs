@@ -7,7 +7,7 @@
 use plumb_protocol::units::{Covariance, Micros, Point};
 
 use super::{Answer, Question};
-use crate::law::{Demand, Picture, variances};
+use crate::law::{BEFORE_US, Demand, Picture, variances};
 use crate::params::Params;
 use crate::plan::{Planner, TICK_US};
 
@@ -75,10 +75,13 @@ impl Asking {
         // The motors' positions are those at the tick's end.
         let end = Micros(now.0 + u64::from(TICK_US));
         let age_us = end.since(glimpse.captured).min(u64::from(u32::MAX)) as u32;
+        let age_us = age_us.saturating_add(params.delay_us());
+        let before = |times: u32| planner.positions_ago(age_us.saturating_add(times * BEFORE_US));
         let picture = Picture {
             ball: glimpse.ball,
             variances: variances(glimpse.covariance),
-            then: planner.positions_ago(age_us.saturating_add(params.delay_us())),
+            then: before(0),
+            before: [before(1), before(2)],
             ahead: planner.reference_after(kind.ticks() - 1),
             target: target.micrometres(),
         };

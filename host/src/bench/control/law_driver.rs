@@ -82,6 +82,7 @@ impl LawDriver {
             ball,
             variances: variances(None),
             then,
+            before: [then; 2],
             ahead,
             target: self.target.micrometres(),
         });

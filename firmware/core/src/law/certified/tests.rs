@@ -5,6 +5,7 @@ const PICTURE: Picture = Picture {
     ball: [0; 3],
     variances: [4_000_000, 1_000_000, 1_000_000],
     then: [0; 3],
+    before: [[0; 3]; 2],
     ahead: [0; 3],
     target: [0; 3],
 };

@@ -1,4 +1,4 @@
-//! An extended Kalman filter over the ball, the motors' points and the cable of a step.
+//! An extended Kalman filter over the ball, the motors' points, the cable of a step and the pictures' lateness.
 #![allow(
     clippy::needless_range_loop,
     reason = "rows and columns go by their numbers in several arrays at once"
@@ -6,7 +6,7 @@
 
 use super::Seen;
 use super::geometry::{Matrix, Vector, along, dot, inverse, length, scaled};
-use super::prior::{Guess, N, STEP};
+use super::prior::{Guess, LATE, N, STEP};
 
 /// Variance of what the filter's model leaves out, mm².
 const UNMODELLED: f32 = 4.0;
@@ -14,6 +14,8 @@ const UNMODELLED: f32 = 4.0;
 const FARTHEST: f32 = 1600.0;
 /// ln 0.1 and ln 1.5: cable of a step, mm.
 const STEPS: (f32, f32) = (-core::f32::consts::LN_10, 0.405_465);
+/// Pictures are later than told by so many pictures' times, at least and at most.
+const LATENESS: (f32, f32) = (-1.0, 5.0);
 /// What is left of the score from a picture to the next.
 const FORGOTTEN: f32 = 0.995;
 /// A coordinate that is farther off than so many standard deviations is strange.
@@ -22,8 +24,8 @@ const STRANGE: f32 = 4.0;
 const PATIENCE: u8 = 2;
 /// What a picture that is passed over adds to the score: as much as an axis at the edge of that.
 const PASSED_OVER: f32 = 30.0;
-/// How far the ball hangs behind on its springs, over its acceleration, squares of the time between pictures: 2 of them are
-/// 0.002 s², 22 rad/s, between a stiff rig and a soft one.
+/// How far the ball hangs behind on its springs, over its acceleration, squares of a picture's time: 2 of them are 0.002 s²,
+/// 22 rad/s, between a stiff rig and a soft one.
 const BEHIND: f32 = 2.0;
 
 /// One filter of the bank.
@@ -37,8 +39,8 @@ pub(super) struct Filter {
     told: Vector,
     /// Where the motors were, steps.
     motors: Vector,
-    /// What they had turned from the picture before that, steps.
-    turned: Vector,
+    /// How far the ball went in a picture's time before the last picture, mm.
+    flown: Vector,
     /// Twice the negative logarithm of the likelihood of what was seen, forgotten over 200 pictures.
     score: f32,
     /// Innovations over their standard deviations, forgotten over 10 pictures.
@@ -93,13 +95,20 @@ impl Gradient {
     }
 }
 
+/// Where the cables' lengths would have the ball that is seen: on springs it comes later while it gets faster.
+fn ahead_of(seen: &Seen, cables: &Cables) -> Vector {
+    let behind = along(&cables.j, scaled(seen.faster, BEHIND * cables.step));
+    // The weight holds it against that downwards.
+    [seen.ball[0] + behind[0], seen.ball[1] + behind[1], seen.ball[2]]
+}
+
 impl Filter {
     /// At the first picture, on the way to `target` (mm).
     pub(super) fn new(seen: &Seen, target: Vector, guess: &Guess) -> Self {
-        let Seen { ball, variances: told, motors } = *seen;
+        let Seen { ball, variances: told, motors, .. } = *seen;
         let (x, p) = guess.prior(ball, told, target);
         let cables = Cables::new(&x);
-        Self { x, p, cables, told, motors, turned: [0.0; 3], score: 0.0, bias: [0.0; 3], strange: 0 }
+        Self { x, p, cables, told, motors, flown: [0.0; 3], score: 0.0, bias: [0.0; 3], strange: 0 }
     }
 
     /// The ball, mm.
@@ -184,8 +193,9 @@ impl Filter {
         let d = [0, 1, 2].map(|k| seen.motors[k] - self.motors[k]);
         (self.motors, self.told) = (seen.motors, seen.variances);
         self.predict(d);
-        let z = self.ahead_of(seen.ball, d);
-        self.measure(z);
+        let cables = Cables::new(&self.x);
+        self.flown = along(&cables.j, scaled(seen.turned, cables.step));
+        self.measure(ahead_of(seen, &cables));
         if !self.sound() {
             return;
         }
@@ -241,24 +251,21 @@ impl Filter {
         [0, 1, 2].map(|i| fpf[i][i].max(0.0))
     }
 
-    /// Where the cables' lengths would have the ball that is seen at `z`: on springs it comes later while it gets faster.
-    fn ahead_of(&mut self, z: Vector, d: Vector) -> Vector {
-        let faster = [0, 1, 2].map(|k| d[k] - self.turned[k]);
-        self.turned = d;
-        let cables = Cables::new(&self.x);
-        let behind = along(&cables.j, scaled(faster, BEHIND * cables.step));
-        // The weight holds it against that downwards.
-        [z[0] + behind[0], z[1] + behind[1], z[2]]
+    /// How far a ball that is seen at `z` is from where it is expected along an axis: where it was by the pictures' lateness ago.
+    fn off(&self, z: Vector, axis: usize) -> f32 {
+        z[axis] - (self.x[axis] - self.flown[axis] * self.x[LATE])
     }
 
     fn variance(&self, axis: usize) -> f32 {
-        self.p[axis][axis].max(0.0) + self.told[axis] + UNMODELLED
+        let flown = self.flown[axis];
+        let late = flown * (flown * self.p[LATE][LATE] - 2.0 * self.p[axis][LATE]);
+        (self.p[axis][axis] + late).max(0.0) + self.told[axis] + UNMODELLED
     }
 
     /// Whether to take in a picture of the ball at `z`. Strange ones are passed over; where they go on, the ball is elsewhere
     /// indeed, and how it came there says little of the geometry.
     fn accepts(&mut self, z: Vector) -> bool {
-        let off = [0, 1, 2].map(|i| z[i] - self.x[i]);
+        let off = [0, 1, 2].map(|i| self.off(z, i));
         let strange = [0, 1, 2].map(|i| off[i] * off[i] > STRANGE * STRANGE * self.variance(i));
         if strange == [false; 3] {
             self.strange = 0;
@@ -286,10 +293,10 @@ impl Filter {
         for i in 0..3 {
             let variance = self.variance(i);
             let precision = 1.0 / variance;
-            let off = z[i] - self.x[i];
+            let off = self.off(z, i);
             surprise += off * off * precision + libm::logf(variance);
             self.bias[i] = 0.9 * self.bias[i] + 0.1 * off / libm::sqrtf(variance);
-            let row = self.p[i];
+            let row: [f32; N] = core::array::from_fn(|k| self.p[i][k] - self.flown[i] * self.p[LATE][k]);
             for k in 0..N {
                 let gain = row[k] * precision;
                 self.x[k] += gain * off;
@@ -336,6 +343,7 @@ impl Filter {
             let centre = ball[i % 3];
             x[i] = x[i].max(centre - FARTHEST).min(centre + FARTHEST);
         }
+        x[LATE] = x[LATE].max(LATENESS.0).min(LATENESS.1);
         x[STEP] = x[STEP].max(STEPS.0).min(STEPS.1);
     }
 }

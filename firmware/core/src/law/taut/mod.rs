@@ -24,12 +24,10 @@ const FRAME_S: f32 = 0.033;
 /// so much acceleration, mm/s²: at an edge of the population's triangles there is room for 440 (1 % quantile).
 const ASIDE: f32 = 14.0;
 const UNKNOWN: f32 = 400.0;
-/// The motors may always accelerate so much, steps/s², and slow down so much along the way that the ball is on: to go past the target
-/// does more harm.
+/// The motors may always accelerate so much, steps/s².
 const ALWAYS: f32 = 250.0;
-const ALWAYS_SLOWER: f32 = 1000.0;
-/// Braking is planned with so much of the acceleration that is allowed.
-const BRAKE: f32 = 0.7;
+/// Braking is planned with so much of the acceleration that is allowed: what the springs swing back by is as much again.
+const BRAKE: f32 = 0.5;
 /// Rates are at most so much of the way that is left, 1/s.
 const GAIN: f32 = 12.0;
 /// Nearer than about this the ball is left alone, mm: it is what noise makes of the estimate, and the microsteps of slow motors are in
@@ -44,6 +42,30 @@ struct Seen {
     variances: Vector,
     /// Where the motors were, steps.
     motors: Vector,
+    /// What they turned in a picture's time before that, steps.
+    turned: Vector,
+    /// And how much more than in the one before.
+    faster: Vector,
+}
+
+impl Seen {
+    fn of(picture: &Picture) -> Self {
+        let steps = |p: [i32; 3]| p.map(|p| p as f32 / 16.0);
+        let way = |from: [i32; 3], to: [i32; 3]| steps([0, 1, 2].map(|k| to[k] - from[k]));
+        let (turned, earlier) =
+            (way(picture.before[0], picture.then), way(picture.before[1], picture.before[0]));
+        Self {
+            ball: millimetres(picture.ball),
+            variances: picture.variances.map(|v| v as f32 * 1e-6),
+            motors: steps(picture.then),
+            turned,
+            faster: [0, 1, 2].map(|k| turned[k] - earlier[k]),
+        }
+    }
+}
+
+fn millimetres(p: [i32; 3]) -> Vector {
+    p.map(|p| p as f32 / 1000.0)
 }
 
 /// A bank of extended Kalman filters over the geometry, and a plan by what they say together.
@@ -105,31 +127,26 @@ impl Taut {
     fn limited(&self, belief: &Belief, wanted: Vector) -> Vector {
         let asked = self.asked;
         let kept = (dot(wanted, asked) / dot(asked, asked).max(1e-9)).clamp(0.0, 1.0);
-        let slower = self.in_a_frame(belief, scaled(asked, kept - 1.0), ALWAYS_SLOWER);
-        let other = self.in_a_frame(belief, [0, 1, 2].map(|i| wanted[i] - kept * asked[i]), ALWAYS);
+        let slower = self.in_a_frame(belief, scaled(asked, kept - 1.0));
+        let other = self.in_a_frame(belief, [0, 1, 2].map(|i| wanted[i] - kept * asked[i]));
         [0, 1, 2].map(|i| asked[i] + slower[i] + other[i])
     }
 
-    /// So much of a change of rates as the acceleration allows in a frame, which is at least `always` (steps/s²).
-    fn in_a_frame(&self, belief: &Belief, change: Vector, always: f32) -> Vector {
+    /// So much of a change of rates as the acceleration allows in a frame.
+    fn in_a_frame(&self, belief: &Belief, change: Vector) -> Vector {
         let most = largest(change) / FRAME_S;
         if most < 1e-6 {
             return change;
         }
         let limit = self.acceleration(belief, scaled(change, 1.0 / largest(change)));
-        let limit = limit.max(always.min(self.acceleration));
         scaled(change, (limit / most).min(1.0))
     }
 }
 
 impl Law for Taut {
     fn update(&mut self, picture: &Picture) -> Demand {
-        let steps = |p: [i32; 3]| p.map(|p| p as f32 / 16.0);
-        let mm = |p: [i32; 3]| p.map(|p| p as f32 / 1000.0);
-        let variances = picture.variances.map(|v| v as f32 * 1e-6);
-        let target = mm(picture.target);
-        let belief =
-            self.look(&Seen { ball: mm(picture.ball), variances, motors: steps(picture.then) }, target);
+        let target = millimetres(picture.target);
+        let belief = self.look(&Seen::of(picture), target);
         let due = [0, 1, 2].map(|k| (picture.ahead[k] - picture.then[k]) as f32 / 16.0);
         let moves = along(&belief.j, due);
         let e = [0, 1, 2].map(|i| target[i] - belief.ball[i] - moves[i]);

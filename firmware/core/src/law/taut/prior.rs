@@ -2,21 +2,24 @@
 
 use super::geometry::Vector;
 
-/// A filter's state: p, M_A, M_B, M_C, ln s.
-pub(super) const N: usize = 13;
+/// A filter's state: p, M_A, M_B, M_C, ln s, and how much later pictures are than told.
+pub(super) const N: usize = 14;
 /// Where ln s is.
 pub(super) const STEP: usize = 12;
+/// Where that lateness is, in pictures' times ([`crate::law::BEFORE_US`]).
+pub(super) const LATE: usize = 13;
 
 /// From the middle of the way to each motor, mm: the mean of docs/control.md's population, triangles of 1 m. z is the guess's own.
 /// Motors are about start and target, wherever these are, so that the middle between the two says more of where than the ball alone
 /// does.
 const OFFSETS: [f32; 9] = [330.0, 500.0, 0.0, 330.0, -500.0, 0.0, -670.0, 0.0, 0.0];
 /// Standard deviations of these (the population's are 175 to 241), of the height of all motors, of each one's own (mm), and of ln s
-/// (the population's is 0.48, and there are two guesses of it).
+/// (the population's is 0.48, and there are two guesses of it). Lateness is none in the mean, and 50 ms are nothing strange.
 const ANYWHERE: f32 = 200.0;
 const HEIGHT: f32 = 200.0;
 const OWN: f32 = 20.0;
 const LN_STEP: f32 = 0.3;
+const LATENESS: f32 = 1.5;
 /// Motors are 100 to 1000 mm above both start and target, mm above the middle in the mean: the farther one of them is above the other,
 /// the less room there is for that, down to a share.
 const MEAN_HEIGHT: f32 = 550.0;
@@ -63,6 +66,7 @@ impl Guess {
         p[3][3] += OWN * OWN;
         p[6][6] += OWN * OWN;
         p[STEP][STEP] = LN_STEP * LN_STEP;
+        p[LATE][LATE] = LATENESS * LATENESS;
         (x, p)
     }
 }

@@ -6,7 +6,7 @@ use super::geometry::{Vector, along, length};
 use super::{Law, Limits, Picture, Seen, Taut};
 
 fn seen(ball: Vector, motors: Vector) -> Seen {
-    Seen { ball, variances: [4.0, 1.0, 1.0], motors }
+    Seen { ball, variances: [4.0, 1.0, 1.0], motors, turned: [0.0; 3], faster: [0.0; 3] }
 }
 
 /// How far the ball's estimate is from `ball`, mm.
@@ -42,6 +42,25 @@ fn motion_that_is_seen_tells_how_far_a_step_goes() {
     let learnt = along(&bank.belief([0.0; 3]).j, [1.0, 1.0, 0.0]);
     let error = length([0, 1, 2].map(|i| learnt[i] - per_step[i]));
     assert!(error < 0.1 * length(per_step), "{learnt:?} for {per_step:?}");
+}
+
+#[test]
+fn pictures_that_are_later_than_told_do_not_put_the_ball_behind() {
+    // Two pictures' times late: 5 mm at this speed, there and back.
+    const LATE: usize = 2;
+    let (speed, per_step) = (4.0, [-0.5, 0.0, -0.3]);
+    let steps = |k: usize| speed * k.min(60 - k) as f32;
+    let place = |k: usize| [0, 1, 2].map(|i| [0.0, 0.0, -500.0][i] + steps(k) * per_step[i]);
+    let at = |k: usize| {
+        let turned = steps(k) - steps(k.saturating_sub(1));
+        let motors = [steps(k), steps(k), 0.0];
+        Seen { turned: [turned, turned, 0.0], ..seen(place(k.saturating_sub(LATE)), motors) }
+    };
+    let mut bank = Bank::new(&at(0), place(0));
+    for k in 1..50 {
+        bank.update(&at(k), place(0));
+    }
+    assert!(off(&bank, place(49)) < 1.0, "{} mm off", off(&bank, place(49)));
 }
 
 /// Errors along x that go from side to side.
@@ -99,7 +118,7 @@ fn farthest_at_the_end(hz: f32, damping: f32) -> f32 {
     let (start, target) = ([0.0, 0.0, -400.0], [0.0, 80.0, -300.0]);
     let mut law = Taut::new(Limits { rate: 400 * 256, acceleration: 2000 });
     let (mut motors, mut rates, mut ball, mut speed) = ([0.0; 3], [0.0; 3], start, [0.0; 3]);
-    let mut seen = [(start, motors); 4];
+    let mut seen = [(start, motors); 6];
     let mut farthest: f32 = 0.0;
     for frame in 0..1800 {
         for _ in 0..33 {
@@ -112,14 +131,15 @@ fn farthest_at_the_end(hz: f32, damping: f32) -> f32 {
             }
         }
         seen.rotate_left(1);
-        seen[3] = (ball, motors);
-        let (ball, then) = seen[0];
+        seen[5] = (ball, motors);
+        let ((ball, then), before) = (seen[2], [seen[1].1, seen[0].1]);
         let micro = |v: Vector| v.map(|v| (v * 1000.0) as i32);
         let sixteenths = |v: Vector| v.map(|v| (v * 16.0) as i32);
         let picture = Picture {
             ball: micro(ball),
             variances: [4_000_000, 1_000_000, 1_000_000],
             then: sixteenths(then),
+            before: before.map(sixteenths),
             ahead: sixteenths(motors),
             target: micro(target),
         };
