@@ -22,50 +22,44 @@ import numpy
 MOTORS = {"A": (0.850, 0.610, 0.665), "B": (0.850, 0.0, 0.665), "C": (0.0, 0.240, 0.665)}
 START, TARGET = (0.540, 0.220, 0.459), (0.400, 0.400, 0.150)
 STEP_M = 2 * math.pi * 0.015 / 200
-MASS, STIFFNESS, DAMPING_RATIO = 0.2, 800.0, 0.1
+MASS, STIFFNESS = 0.2, 800.0
+DAMPING = 2 * 0.1 * math.sqrt(STIFFNESS * MASS)
 FRAME_S, LATE, SAMPLES = 1 / 30, 2, 33
 
 
 def model():
-    """The ball and its cables; each is a tendon with a spring that is dead below its length."""
+    """The ball and its cables; each is a tendon that an actuator pulls by."""
     sites = "".join(f'<site name="{name}" pos="{x} {y} {z}"/>' for name, (x, y, z) in MOTORS.items())
-    damping = 2 * DAMPING_RATIO * math.sqrt(STIFFNESS * MASS)
     tendons = "".join(
-        f'<spatial name="{name}" stiffness="{STIFFNESS}" damping="{damping}" springlength="0 1">'
-        f'<site site="{name}"/><site site="ball"/></spatial>'
-        for name in MOTORS
+        f'<spatial name="{name}"><site site="{name}"/><site site="ball"/></spatial>' for name in MOTORS
     )
+    pulls = "".join(f'<motor tendon="{name}" gear="-1"/>' for name in MOTORS)
     return mujoco.MjModel.from_xml_string(
-        f"""<mujoco><option timestep="0.0005" integrator="implicitfast"/><worldbody>{sites}
+        f"""<mujoco><option timestep="0.0005" gravity="0 0 -9.81"/><worldbody>{sites}
         <body name="ball" pos="{' '.join(map(str, START))}"><joint type="slide" axis="1 0 0"/><joint type="slide" axis="0 1 0"/>
         <joint type="slide" axis="0 0 1"/><geom type="sphere" size="0.02" mass="{MASS}"/><site name="ball"/></body></worldbody>
-        <tendon>{tendons}</tendon></mujoco>"""
+        <tendon>{tendons}</tendon><actuator>{pulls}</actuator></mujoco>"""
     )
 
 
 def hang(m, d):
     """Cable lengths with which the ball hangs at rest at START: straight, less what its weight stretches them."""
     mujoco.mj_forward(m, d)
-    directions = numpy.array([numpy.subtract(site, START) for site in MOTORS.values()], float)
-    units = directions / numpy.linalg.norm(directions, axis=1)[:, None]
-    tensions = numpy.linalg.solve(units.T, [0, 0, MASS * 9.81])
-    return numpy.linalg.norm(directions, axis=1) - tensions / STIFFNESS
+    directions = numpy.array(list(MOTORS.values())) - START
+    lengths = numpy.linalg.norm(directions, axis=1)
+    tensions = numpy.linalg.solve((directions / lengths[:, None]).T, [0, 0, MASS * 9.81])
+    return lengths - tensions / STIFFNESS
 
 
-def set_lengths(m, lengths):
-    """A cable pulls where it is stretched beyond its length, and is damped only there."""
-    for k, length in enumerate(lengths):
-        m.tendon_lengthspring[k] = (0, length)
-
-
-def advance(m, d, lengths, damping):
-    """One time step; a slack cable does not damp."""
-    set_lengths(m, lengths)
-    slack = [d.ten_length[k] <= lengths[k] for k in range(3)]
-    for k in range(3):
-        m.tendon_damping[k] = 0.0 if slack[k] else damping[k]
-    mujoco.mj_step(m, d)
-    return slack
+def advance(m, d, lengths, rates):
+    """One time step with cables of these lengths (m) that grow at these rates (m/s); which of them are slack. A cable pulls where it
+    is stretched, and is damped as it stretches: not as it is paid out."""
+    mujoco.mj_step1(m, d)
+    stretch = d.ten_length - lengths
+    pulls = STIFFNESS * stretch + DAMPING * (d.ten_velocity - rates)
+    d.ctrl[:] = numpy.where(stretch > 0, numpy.maximum(pulls, 0), 0)
+    mujoco.mj_step2(m, d)
+    return stretch <= 0
 
 
 def main():
@@ -79,11 +73,10 @@ def main():
     board = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
 
     m = model()
-    m.opt.gravity[:] = (0, 0, -9.81)
     d = mujoco.MjData(m)
-    rest, damping = hang(m, d), list(m.tendon_damping)
+    rest = lengths = hang(m, d)
     seen = collections.deque(maxlen=LATE + 1)
-    slack_s, reached_s, frame, error = [0.0] * 3, None, 0, math.inf
+    slack_s, reached_s, frame, error = numpy.zeros(3), None, 0, math.inf
     while frame < 30 * 30 and (reached_s is None or frame * FRAME_S < reached_s + 2):
         ball = [START[i] + d.qpos[i] for i in range(3)]
         error = math.dist(ball, TARGET)
@@ -97,10 +90,11 @@ def main():
         board.stdin.flush()
         answer = json.loads(board.stdout.readline())
         for k, steps in enumerate(answer["steps"]):
-            lengths = [rest[i] + steps[i] * STEP_M for i in range(3)]
-            while d.time < (frame + (k + 1) / SAMPLES) * FRAME_S:
-                slack = advance(m, d, lengths, damping)
-                slack_s = [s + m.opt.timestep * is_slack for s, is_slack in zip(slack_s, slack)]
+            before, lengths = lengths, rest + STEP_M * numpy.array(steps)
+            begin, span = (frame + k / SAMPLES) * FRAME_S, FRAME_S / SAMPLES
+            rates = (lengths - before) / span
+            while d.time < begin + span:
+                slack_s += m.opt.timestep * advance(m, d, before + rates * (d.time - begin), rates)
         if answer["reached"] and reached_s is None:
             reached_s = (frame + 1) * FRAME_S
         frame += 1
