@@ -14,8 +14,8 @@ const COMMON: i32 = 77;
 const OWN: [i32; 3] = [102, 26, 102];
 /// What J_yC, which is zero on a level rig, may be instead, µm/step.
 const ASKEW: i32 = 90;
-/// From this doubt on, Q8, a step is not certain: its mean is one and a half standard deviations.
-const DOUBTFUL: u32 = 171;
+/// From this doubt on, Q8, a step is not certain: its mean is three standard deviations.
+const DOUBTFUL: u32 = 85;
 /// This times the doubt squared of a way is unsure, and at most so much of it, Q8.
 const UNSURE: u32 = 7;
 const UNSURE_MOST: u32 = 192;

@@ -19,7 +19,7 @@ const LASTS_US: i64 = 35_000;
 /// The law of signs slows down from here, µm.
 const SIGN_SLOWS: i64 = 65_000;
 
-/// Kalman filters for p and J; the step on them that makes E|e|² the least, where |e| falls for every J within one and a half
+/// Kalman filters for p and J; the step on them that makes E|e|² the least, where |e| falls for every J within three
 /// standard deviations; the law of signs elsewhere. Both make V = |e|² fall, so that going from one to the other needs no wait.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Certified {

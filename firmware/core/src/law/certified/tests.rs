@@ -85,9 +85,9 @@ fn doubt_is_that_of_its_equation() {
 fn what_is_in_doubt_is_left_to_the_law_of_signs() {
     let mut estimate = Estimate::new(&PICTURE);
     let (j, e) = (estimate.projected(), [100_000, 50_000, -80_000]);
-    assert!(estimate.steps(&j, e).is_some_and(|steps| steps.unsure > 0));
-    estimate.axes.iter_mut().flat_map(|axis| &mut axis.p_jj).flatten().for_each(|p| *p = *p / 4 * 9);
     assert!(estimate.steps(&j, e).is_none());
+    estimate.axes.iter_mut().flat_map(|axis| &mut axis.p_jj).flatten().for_each(|p| *p /= 9);
+    assert!(estimate.steps(&j, e).is_some_and(|steps| steps.unsure > 0));
 }
 
 /// A ball that is thrown from one side of its target to the other: once is as it may be.

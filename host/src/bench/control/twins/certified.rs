@@ -17,7 +17,7 @@ const ASKEW: f64 = 0.090;
 /// σ of measurements, mm.
 const SIGMA: [f64; 3] = [2.0, 1.0, 1.0];
 /// A step is not certain enough from this standard deviation of e'J n over its mean on.
-const DOUBTFUL: f64 = 1.0 / 1.5;
+const DOUBTFUL: f64 = 1.0 / 3.0;
 /// Of the way, this times its square is not what the motors brake on; so much of it at most, and so many steps.
 const SOONER: f64 = 7.0;
 const SOONER_MOST: (f64, f64) = (0.75, 40.0);
