@@ -25,11 +25,11 @@ pub enum Kind {
 
 impl Kind {
     /// Ticks from a question's to the one in which its answer takes effect. What the law takes of the chip at most with
-    /// the ticks and links that go before it (`make bench-chip`), and a fifth of that in reserve.
+    /// the ticks and links that go before it (`make bench-chip`), and a third of that in reserve.
     pub const fn ticks(self) -> u32 {
         match self {
             Self::Certified => 1_000 / TICK_US,
-            Self::Taut => 14_000 / TICK_US,
+            Self::Taut => 16_000 / TICK_US,
         }
     }
 }

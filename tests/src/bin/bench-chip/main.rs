@@ -122,7 +122,7 @@ fn table(image: &std::path::Path) -> Vec<Row> {
             "the same with the ticks and links that go before it",
             taut.thought,
             "cycles",
-            "its answer is due after 14 ms",
+            "its answer is due after 16 ms",
         ),
         row("step_taut", "a tick with a position, law taut, at most", taut.step, "cycles", "25 000"),
         row("late_taut", "by how much ticks come late while taut thinks", taut.late, "cycles", "0"),
