@@ -17,6 +17,8 @@ mod symbols;
 use std::path::PathBuf;
 
 use measure::Which;
+use plumb_core::TICK_US;
+use plumb_core::think::Kind;
 use serde_json::{Map, Value, json};
 
 /// A line of the table.
@@ -26,7 +28,7 @@ struct Row {
     value: f64,
     unit: &'static str,
     /// What it is held against: the target, or others' published figures.
-    beside: &'static str,
+    beside: String,
 }
 
 fn main() {
@@ -57,7 +59,9 @@ fn main() {
 
 /// All that is measured.
 fn table(image: &std::path::Path) -> Vec<Row> {
-    let row = |key, what, value, unit, beside| Row { key, what, value, unit, beside };
+    let row =
+        |key, what, value, unit, beside: &str| Row { key, what, value, unit, beside: beside.to_owned() };
+    let due = |law: Kind| format!("its answer is due after {} ms", law.ticks() * TICK_US / 1000);
     let [one, three] = measure::highest_rates(image);
     let [busy_slow, busy_fast, busy_taut] = measure::busy(image);
     let latency = measure::latency(image);
@@ -114,7 +118,7 @@ fn table(image: &std::path::Path) -> Vec<Row> {
             "the same with the ticks and links that go before it",
             certified.thought,
             "cycles",
-            "its answer is due after 1 ms",
+            &due(Kind::Certified),
         ),
         row("update_taut", "one update of the law taut, at most", taut.update, "cycles", ""),
         row(
@@ -122,7 +126,7 @@ fn table(image: &std::path::Path) -> Vec<Row> {
             "the same with the ticks and links that go before it",
             taut.thought,
             "cycles",
-            "its answer is due after 16 ms",
+            &due(Kind::Taut),
         ),
         row("step_taut", "a tick with a position, law taut, at most", taut.step, "cycles", "25 000"),
         row("late_taut", "by how much ticks come late while taut thinks", taut.late, "cycles", "0"),
