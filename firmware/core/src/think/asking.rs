@@ -76,12 +76,12 @@ impl Asking {
         let end = Micros(now.0 + u64::from(TICK_US));
         let age_us = end.since(glimpse.captured).min(u64::from(u32::MAX)) as u32;
         let age_us = age_us.saturating_add(params.delay_us());
-        let before = |times: u32| planner.positions_ago(age_us.saturating_add(times * BEFORE_US));
+        let place = |times: u32| planner.positions_ago(age_us.saturating_add(times * BEFORE_US));
         let picture = Picture {
             ball: glimpse.ball,
             variances: variances(glimpse.covariance),
-            then: before(0),
-            before: [before(1), before(2)],
+            then: place(0),
+            before: [place(1), place(2)],
             ahead: planner.reference_after(kind.ticks() - 1),
             target: target.micrometres(),
         };

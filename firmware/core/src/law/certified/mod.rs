@@ -13,7 +13,7 @@ use swings::Swings;
 pub(super) const SIGNS: [[i32; 3]; 3] = [[-1, -1, 1], [-1, 1, 0], [-1, -1, -1]];
 
 /// Of an unsure way the motors do not brake on more than so many steps less, Q8: by then more is known.
-const UNSURE_MOST: i64 = 40 << 8;
+const UNSURE_STEPS: i64 = 40 << 8;
 /// No demand lasts for less: a picture may come so much later than the one before it, µs.
 const LASTS_US: i64 = 35_000;
 /// The law of signs slows down from here, µm.
@@ -46,7 +46,7 @@ impl Certified {
         let acceleration = i64::from(self.limits.acceleration);
         let longest = n.iter().map(|n| i64::from(n.abs())).max().unwrap_or(0).max(1);
         // Bits: 26 + 8.
-        let sure = longest - ((longest * i64::from(steps.unsure)) >> 8).min(UNSURE_MOST);
+        let sure = longest - ((longest * i64::from(steps.unsure)) >> 8).min(UNSURE_STEPS);
         // sqrt(1.25 a m) in Q8, bits: 22 + 1 + 22 + 8.
         let braking = acceleration * 5 / 4 * sure.min(1 << 22) * 256;
         let braking = braking.unsigned_abs().isqrt() as i64;

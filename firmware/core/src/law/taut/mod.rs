@@ -50,18 +50,21 @@ struct Seen {
 
 impl Seen {
     fn of(picture: &Picture) -> Self {
-        let steps = |p: [i32; 3]| p.map(|p| p as f32 / 16.0);
-        let way = |from: [i32; 3], to: [i32; 3]| steps([0, 1, 2].map(|k| to[k] - from[k]));
-        let (turned, earlier) =
-            (way(picture.before[0], picture.then), way(picture.before[1], picture.before[0]));
+        let [before, earlier] = picture.before;
+        let (turned, earlier) = (steps(before, picture.then), steps(earlier, before));
         Self {
             ball: millimetres(picture.ball),
             variances: picture.variances.map(|v| v as f32 * 1e-6),
-            motors: steps(picture.then),
+            motors: steps([0; 3], picture.then),
             turned,
             faster: [0, 1, 2].map(|k| turned[k] - earlier[k]),
         }
     }
+}
+
+/// From one place of the motors (1/16 steps) to another, steps.
+fn steps(from: [i32; 3], to: [i32; 3]) -> Vector {
+    [0, 1, 2].map(|k| (to[k] - from[k]) as f32 / 16.0)
 }
 
 fn millimetres(p: [i32; 3]) -> Vector {
@@ -147,7 +150,7 @@ impl Law for Taut {
     fn update(&mut self, picture: &Picture) -> Demand {
         let target = millimetres(picture.target);
         let belief = self.look(&Seen::of(picture), target);
-        let due = [0, 1, 2].map(|k| (picture.ahead[k] - picture.then[k]) as f32 / 16.0);
+        let due = steps(picture.then, picture.ahead);
         let moves = along(&belief.j, due);
         let e = [0, 1, 2].map(|i| target[i] - belief.ball[i] - moves[i]);
         if self.watch.look(target, e) {
