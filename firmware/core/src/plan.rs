@@ -112,7 +112,8 @@ impl Default for Planner {
 }
 
 impl Planner {
-    /// Takes over the motors' limits; call at standstill. Positions go on.
+    /// Takes over the motors' limits; call at standstill. Positions go on. A motor that stands outside its travel
+    /// turns inwards only.
     pub fn configure(&mut self, params: &Params) {
         self.set_microsteps(i32::from(params.microsteps));
         self.mean = Mean::over(params.mean_ms);
@@ -223,7 +224,8 @@ impl Planner {
         (0..3).find(|&i| {
             let Axis { position, .. } = self.axes[i];
             let (fraction, per_pulse) = (self.axes[i].fraction(), self.per_pulse);
-            let place = Place { position, fraction, ahead: ahead[i], per_pulse };
+            let lag_ticks = self.mean.lag_ticks();
+            let place = Place { position, fraction, ahead: ahead[i], lag_ticks, per_pulse };
             !self.travels[i].can_stop(&place, rates[i], ticks)
         })
     }

@@ -21,8 +21,12 @@ const _: () = assert!(LONGEST_MS as i64 * 1000 <= CELLS as i64 * CELL_TICKS * TI
 struct Lane {
     /// What the reference moved in each cell, in 32 units.
     cells: [i32; CELLS],
-    /// Their sum; 38 bits.
+    /// Their sum; 38 bits. And the sum before the newest of them.
     sum: i64,
+    sum_before: i64,
+    /// What the cells still turn the motor by if the reference stands still, without rounding; in 32 units over
+    /// twice the number of cells. 47 bits.
+    to_come: i64,
     /// What it moved in the present cell, units.
     moved: i64,
     /// The rates at the beginning and at the end of the present cell.
@@ -30,7 +34,8 @@ struct Lane {
     /// The rate at the middle of the coming tick, times 32; and what a tick adds to that. 38 bits.
     rate: i64,
     slope: i64,
-    /// How far the reference is ahead of the motor, units.
+    /// How far the motor still turns if the reference stands still, units: right to the rounding of the present
+    /// cell and of what is still to come.
     ahead: i64,
 }
 
@@ -45,12 +50,7 @@ pub(super) struct Mean {
 }
 
 impl Mean {
-    pub(super) const OFF: Self = Self {
-        lanes: [Lane { cells: [0; CELLS], sum: 0, moved: 0, span: (0, 0), rate: 0, slope: 0, ahead: 0 }; 3],
-        length: 0,
-        at: 0,
-        tick: 0,
-    };
+    pub(super) const OFF: Self = Self { lanes: [Lane::AT_REST; 3], length: 0, at: 0, tick: 0 };
 
     /// A mean over `span_ms`, at most [`LONGEST_MS`]; at standstill.
     pub(super) fn over(span_ms: u16) -> Self {
@@ -88,7 +88,7 @@ impl Mean {
         }
     }
 
-    /// How far each motor has still to go until it is where the reference is, units.
+    /// How far each motor still turns if the reference stands still, units.
     pub(super) fn ahead(&self) -> [i64; 3] {
         [0, 1, 2].map(|i| self.lanes[i].ahead)
     }
@@ -111,9 +111,31 @@ impl Mean {
 }
 
 impl Lane {
+    const AT_REST: Self = Self {
+        cells: [0; CELLS],
+        sum: 0,
+        sum_before: 0,
+        to_come: 0,
+        moved: 0,
+        span: (0, 0),
+        rate: 0,
+        slope: 0,
+        ahead: 0,
+    };
+
     /// The rate of the coming tick.
     fn now(&self) -> i32 {
         (self.rate >> 5) as i32
+    }
+
+    /// Returns [`to_come`](Self::to_come) in units, rounded towards zero.
+    fn units_to_come(&self, length: usize) -> i64 {
+        // Two divisions of 32 bits: 47 - 16, and 9 bits of the first remainder with 16 behind them.
+        let (to_come, divisor) = (self.to_come.unsigned_abs(), 2 * length as u32);
+        let (high, low) = ((to_come >> 16) as u32, to_come as u32 & 0xffff);
+        let cells = u64::from(high / divisor) << 16 | u64::from((high % divisor << 16 | low) / divisor);
+        let units = (cells << 5) as i64;
+        if self.to_come < 0 { -units } else { units }
     }
 
     /// Ends the present cell, which is number `at` of `length`.
@@ -121,6 +143,9 @@ impl Lane {
         // The rest stays for the next cell. Bits: 31 + 4 - 5.
         let cell = (self.moved >> 5) as i32;
         self.moved &= 31;
+        // In the cell that ends, the rate went from one mean to the next.
+        self.to_come += i64::from(cell) * (2 * length as i64) - self.sum_before - self.sum;
+        self.sum_before = self.sum;
         self.sum += i64::from(cell) - i64::from(self.cells[at]);
         self.cells[at] = cell;
         // Rounded towards zero; a mean of rates is one: 31 bits.
@@ -130,7 +155,9 @@ impl Lane {
         (self.rate, self.slope) = (i64::from(self.span.0) * 32 + change, 2 * change);
         if self.sum == 0 && self.span == (0, 0) {
             // What rounding has left: less than a thousandth of a microstep.
-            (self.ahead, self.moved) = (0, 0);
+            (self.to_come, self.sum_before, self.moved) = (0, 0, 0);
         }
+        // The rounding of the cell that ends is no longer to come.
+        self.ahead = self.units_to_come(length) + self.moved;
     }
 }
