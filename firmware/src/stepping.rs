@@ -254,7 +254,7 @@ impl Stepping {
     fn store(&mut self) {
         if let Some(written) = flash::written() {
             self.storing = false;
-            self.board.stored(written, &mut self.outbox);
+            self.board.stored(self.now, written, &mut self.outbox);
         } else if !self.storing
             && let Some(config) = self.board.config()
         {

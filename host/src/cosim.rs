@@ -84,6 +84,8 @@ pub struct Cosim {
     zero_s: Option<f64>,
     heard: Micros,
     sequence: u16,
+    /// Id of the last request.
+    id: u16,
     target: Option<Point>,
     reached: bool,
 }
@@ -102,6 +104,7 @@ impl Cosim {
             zero_s: None,
             heard: Micros(0),
             sequence: 0,
+            id: 0,
             target: None,
             reached: false,
         };
@@ -192,8 +195,9 @@ impl Cosim {
     /// Sends a command; what the board refuses is an error.
     fn send(&mut self, command: Command) -> Result<(), CosimError> {
         self.heard = self.clock;
+        self.id = self.id.wrapping_add(1);
         // Every command fits a frame.
-        if let Ok(frame) = frame::encode(&ToBoard { id: 1, command }) {
+        if let Ok(frame) = frame::encode(&ToBoard { id: self.id, command }) {
             self.board.receive(self.clock, &frame, &mut self.outbox);
         }
         let mut accumulator = frame::Accumulator::new();

@@ -111,7 +111,7 @@ pub struct DeadlineSettings {
     pub host: Positive,
     /// Without a fresh position.
     pub position: Positive,
-    /// Oldest picture that is used.
+    /// Oldest picture that is used; below `position`.
     pub max_age: Positive,
 }
 
@@ -157,13 +157,18 @@ impl Simulation {
 
 /// A value that the chip cannot be told.
 #[derive(Debug, Error, PartialEq)]
-#[error("`{key}` = {value} is out of the board's range")]
+#[error("`{key}` = {value} {why}")]
 pub struct OutOfRange {
     /// The key in the rig file.
     pub key: &'static str,
     /// Its value.
     pub value: f64,
+    /// What is wrong with it.
+    pub why: &'static str,
 }
+
+/// A value for which the wire has no room.
+const NO_ROOM: &str = "is out of the board's range";
 
 impl Rig {
     /// Reads a rig file. The camera file's path is then relative to where the program runs.
@@ -251,6 +256,12 @@ impl Motors {
 
 impl DeadlineSettings {
     fn config(&self) -> Result<Deadlines, OutOfRange> {
+        let max_age = self.max_age.get();
+        if max_age >= self.position.get() {
+            let why = "is not below `deadlines.position`: the board would drive on positions that are older \
+                       than that deadline";
+            return Err(OutOfRange { key: "deadlines.max_age", value: max_age, why });
+        }
         Ok(Deadlines {
             host: fit("deadlines.host", self.host.get(), Milliseconds::from_si)?,
             position: fit("deadlines.position", self.position.get(), Milliseconds::from_si)?,
@@ -261,7 +272,7 @@ impl DeadlineSettings {
 
 /// `value` as `convert` puts it, or an error that names its key.
 fn fit<Q>(key: &'static str, value: f64, convert: impl FnOnce(f64) -> Option<Q>) -> Result<Q, OutOfRange> {
-    convert(value).ok_or(OutOfRange { key, value })
+    convert(value).ok_or(OutOfRange { key, value, why: NO_ROOM })
 }
 
 fn point(key: &'static str, metres: [Finite; 3]) -> Result<Point, OutOfRange> {
@@ -269,5 +280,6 @@ fn point(key: &'static str, metres: [Finite; 3]) -> Result<Point, OutOfRange> {
     Point::from_metres(metres).ok_or(OutOfRange {
         key,
         value: metres.into_iter().fold(0.0, |a, b| if b.abs() > f64::abs(a) { b } else { a }),
+        why: NO_ROOM,
     })
 }

@@ -68,7 +68,7 @@ impl Place {
         let text = text.replace("file = \"camera.toml\"", &format!("file = \"camera.toml\"\n{camera}"));
         // What is looked at here is not how busy the machine is.
         let text = text.replace("host = 0.3", "host = 5.0").replace("position = 0.5", "position = 5.0");
-        let text = text.replace("max_age = 0.25", "max_age = 5.0");
+        let text = text.replace("max_age = 0.25", "max_age = 4.9");
         fs::write(self.path().join("rig.toml"), text).unwrap();
         fs::copy(rigs.join("camera.toml"), self.path().join("camera.toml")).unwrap();
     }

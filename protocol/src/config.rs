@@ -131,7 +131,7 @@ pub struct Deadlines {
     pub host: Milliseconds,
     /// Without a fresh position while seeking or holding.
     pub position: Milliseconds,
-    /// A position older than this at its arrival is refused.
+    /// A position older than this at its arrival is refused; below `position`.
     pub max_age: Milliseconds,
 }
 

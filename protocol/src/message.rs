@@ -10,15 +10,17 @@ use crate::units::{Covariance, Micrometres, Micros, Point, Rate, Steps16};
 pub const MAGIC: [u8; 4] = *b"PLMB";
 
 /// Version of the protocol's meaning; the bytes are covered by [`SCHEMA`].
-pub const VERSION: u16 = 1;
+pub const VERSION: u16 = 2;
 
 /// Identifies the messages' types on both sides: a hash of their schema, so any change of a message changes it.
 pub const SCHEMA: [u8; 8] = Key::for_path::<(ToBoard, FromBoard)>("plumb").to_bytes();
 
-/// A command and the number that its answer will carry.
+/// A command and the number that its answer carries.
 #[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ToBoard {
-    /// Chosen by the host, returned in [`Answer::id`].
+    /// Number of the request, chosen by the host and returned in [`Answer::id`]. Each new request has
+    /// another number, 0 excepted. A request that is sent again keeps its number: see the
+    /// [crate's front page](crate#order-loss-and-duplicates).
     pub id: u16,
     /// What is asked for.
     pub command: Command,
@@ -127,7 +129,8 @@ pub struct Jog {
 pub enum FromBoard {
     /// Answers a Hello.
     Hello(BoardHello),
-    /// Answers any other command. Accepted positions go unanswered: telemetry carries their number.
+    /// Answers any other command. Accepted positions have no answer: telemetry carries their sequence
+    /// number.
     Answer(Answer),
     /// How things are; after every accepted position, and every 100 ms at least once greeted.
     Telemetry(Telemetry),
@@ -157,6 +160,9 @@ pub struct Answer {
     pub id: u16,
     /// Why it was not; `None` where it was.
     pub refusal: Option<Refusal>,
+    /// When the board answered, on the board's clock. Telemetry with a later
+    /// [`time`](Telemetry::time) describes the board after the command.
+    pub time: Micros,
 }
 
 /// Why a command was not carried out. Nothing has changed then, save what the variant says. Grows at its end.
@@ -188,12 +194,14 @@ pub enum Refusal {
     NoSuchMotor,
     /// A jog without a rate, or faster than the motor's limit.
     JogRate,
-    /// A jog beyond the motor's travel.
+    /// A jog beyond the motor's travel; of a motor that stands outside, one that does not lead back.
     JogTravel,
     /// This board cannot do that.
     Unsupported,
     /// The configuration could not be written; what was kept before still is.
     NotStored,
+    /// This motor (0 = A, 1 = B, 2 = C) stands outside its travel; jog it back inside first.
+    OutsideTravel(u8),
 }
 
 /// The part of a configuration that is out of its range.
@@ -209,7 +217,7 @@ pub enum ConfigField {
     MaxRate,
     /// Acceleration below 40 steps/s² or above 4 million.
     MaxAcceleration,
-    /// A travel that does not contain the motor's position.
+    /// A travel that does not contain 0.
     Travel,
     /// Microsteps other than 1, 2, 4, 8, 16.
     Microsteps,
@@ -229,6 +237,9 @@ pub enum ConfigField {
     Delay,
     /// A law that this board has no time for; those of this version have it for every law.
     Law,
+    /// A [`max_age`](crate::config::Deadlines::max_age) at or above the deadline for positions: positions
+    /// older than the deadline would be accepted.
+    MaxAge,
 }
 
 /// Where the board stands.
@@ -293,6 +304,12 @@ pub struct Telemetry {
     pub time: Micros,
     /// The state.
     pub state: State,
+    /// [`ToBoard::id`] of the Configure command in force; `None` where none was carried out since the last
+    /// accepted Hello.
+    pub configuration: Option<u16>,
+    /// [`ToBoard::id`] of the Target or Hold command in force; `None` without a target. State, error and
+    /// filtered error belong to this target.
+    pub target: Option<u16>,
     /// Number of the last accepted position.
     pub sequence: Option<u16>,
     /// Motor positions since the board started.
@@ -314,4 +331,6 @@ pub struct FaultReport {
     pub time: Micros,
     /// Why.
     pub fault: Fault,
+    /// See [`Telemetry::configuration`].
+    pub configuration: Option<u16>,
 }

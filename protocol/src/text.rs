@@ -58,7 +58,7 @@ impl fmt::Display for ConfigField {
             Self::Gain => "the gain (above 0, at most 16 steps/s for a micrometre)",
             Self::MaxRate => "a motor's highest rate (above 0, within what the board was built for)",
             Self::MaxAcceleration => "a motor's acceleration (40 to 4 000 000 steps/s²)",
-            Self::Travel => "a motor's travel (it must contain 0 and the motor's present position)",
+            Self::Travel => "a motor's travel (it must contain 0)",
             Self::Microsteps => "the microsteps (1, 2, 4, 8 or 16)",
             Self::Workspace => "the workspace (min below max, within 4 m of the origin)",
             Self::Reached => "what counts as reached (radius above 0 and at most 1 m, 1 frame or more)",
@@ -68,6 +68,10 @@ impl fmt::Display for ConfigField {
             Self::Mean => "the running mean (at most 400 ms)",
             Self::Delay => "the law's delay (at most 500 ms)",
             Self::Law => "the law: it takes longer than this board has time for",
+            Self::MaxAge => {
+                "the highest age of a position (it must be below the deadline for positions, or the board \
+                 would drive on positions older than that deadline)"
+            }
         })
     }
 }
@@ -93,6 +97,11 @@ impl fmt::Display for Refusal {
             Self::JogTravel => f.write_str("the jog would pass the motor's travel limit"),
             Self::Unsupported => f.write_str("this board cannot do that"),
             Self::NotStored => f.write_str("the configuration could not be written to the board's flash"),
+            Self::OutsideTravel(i) => write!(
+                f,
+                "motor {} stands outside its travel; jog it back inside, or configure a wider travel",
+                motor(*i)
+            ),
         }
     }
 }

@@ -101,13 +101,15 @@ fn the_configuration() {
 
 #[test]
 fn reports() {
-    let answer = |refusal| FromBoard::Answer(Answer { id: 300, refusal });
-    pinned(answer(None), "0401ac0205ff7eac7b00");
-    pinned(answer(Some(Refusal::Faulted(Fault::PositionLost))), "0b01ac02010401bf57e97700");
-    pinned(answer(Some(Refusal::Config(ConfigField::Workspace))), "0b01ac02010507cbc3918700");
+    let answer = |refusal| FromBoard::Answer(Answer { id: 300, refusal, time: Micros(1_234_567) });
+    pinned(answer(None), "0401ac020887ad4b8601d83100");
+    pinned(answer(Some(Refusal::Faulted(Fault::PositionLost))), "0e01ac0201040187ad4bbea6b20300");
+    pinned(answer(Some(Refusal::Config(ConfigField::Workspace))), "0e01ac0201050787ad4bd2d0b91b00");
     let telemetry = Telemetry {
         time: Micros(1_234_567),
         state: State::Fault(Fault::Travel(1)),
+        configuration: Some(298),
+        target: Some(300),
         sequence: Some(77),
         motors: [1398, 8155, 0].map(Steps16),
         rates: [17_390, 0, -256].map(Rate),
@@ -117,10 +119,19 @@ fn reports() {
     };
     pinned(
         FromBoard::Telemetry(telemetry),
-        "0e0287ad4b040401014dec15b67f04dc8f0214ff03c08b11bffc1590dc2580f02e0398affb7e00",
+        "140287ad4b04040101aa0201ac02014dec15b67f04dc8f0214ff03c08b11bffc1590dc2580f02e0399f4566400",
+    );
+    let idle = Telemetry { configuration: None, target: None, ..telemetry };
+    pinned(
+        FromBoard::Telemetry(idle),
+        "080287ad4b0404010107014dec15b67f04dc8f0214ff03c08b11bffc1590dc2580f02e0346d3bd1800",
     );
     pinned(
-        FromBoard::Fault(FaultReport { time: Micros(300_200), fault: Fault::HostSilent }),
-        "0503a8a912031baa02a700",
+        FromBoard::Fault(FaultReport {
+            time: Micros(300_200),
+            fault: Fault::HostSilent,
+            configuration: Some(298),
+        }),
+        "0503a8a9120701aa023f9efe0100",
     );
 }

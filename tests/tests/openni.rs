@@ -27,7 +27,7 @@ fn rig() -> Rig {
     let seconds = |s: f64| s.try_into().expect("seconds");
     rig.deadlines.host = seconds(5.0);
     rig.deadlines.position = seconds(5.0);
-    rig.deadlines.max_age = seconds(5.0);
+    rig.deadlines.max_age = seconds(4.9);
     rig
 }
 

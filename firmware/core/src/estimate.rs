@@ -108,19 +108,54 @@ impl Arrival {
     }
 }
 
-/// Notices an error that stays above its smallest value so far: the ball is driven away, not home.
+/// Notices an error that stays above its smallest value so far: the ball is driven away from its target.
+///
+/// The smallest value is that of the nearest position so far, seen from where the target is now. So a change
+/// of the target neither disarms the guard nor sets it off, however often targets come.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Divergence {
-    least: Option<u32>,
+    nearest: Option<Nearest>,
+    /// When the error began to stay above the margin.
     since: Option<Micros>,
 }
 
+/// The position nearest to the target so far.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Nearest {
+    /// µm.
+    position: [i32; 3],
+    /// The target that `error` belongs to.
+    target: Point,
+    /// Distance between the two, µm.
+    error: u32,
+}
+
+impl Nearest {
+    /// Returns the same position with its distance from `target`.
+    fn seen_from(self, target: Point) -> Self {
+        if self.target == target {
+            return self;
+        }
+        Self { target, error: magnitude(error(self.position, target)), ..self }
+    }
+}
+
 impl Divergence {
-    /// Takes in the filtered |e| (µm) after a picture; whether it has kept growing for too long.
-    pub fn update(&mut self, now: Micros, filtered: u32, rule: &Growth) -> bool {
-        let least = self.least.map_or(filtered, |least| least.min(filtered));
-        self.least = Some(least);
-        if filtered <= least.saturating_add(rule.margin.0.unsigned_abs()) {
+    /// Takes in the filtered `position` after a picture, and its distance from `target` (µm). Returns whether
+    /// the error has been beyond the margin for too long.
+    pub fn update(
+        &mut self,
+        now: Micros,
+        position: [i32; 3],
+        error: u32,
+        target: Point,
+        rule: &Growth,
+    ) -> bool {
+        let here = Nearest { position, target, error };
+        let before = self.nearest.map_or(here, |nearest| nearest.seen_from(target));
+        let nearest = if error <= before.error { here } else { before };
+        self.nearest = Some(nearest);
+        if error <= nearest.error.saturating_add(rule.margin.0.unsigned_abs()) {
             self.since = None;
             return false;
         }

@@ -64,16 +64,16 @@ const MAX_HAT_RATE: u32 = 300;
 const MAX_TRAVEL: i32 = 1 << 29;
 
 impl Params {
-    /// Checks every range; `positions` are the motors' present positions in 1/16 steps.
+    /// Checks every range.
     ///
     /// # Errors
     /// The first field that is out of its range.
-    pub fn check(config: &Config, build: &BuildLimits, positions: [i32; 3]) -> Result<Self, ConfigField> {
+    pub fn check(config: &Config, build: &BuildLimits) -> Result<Self, ConfigField> {
         check_law(&config.law)?;
         ensure(matches!(config.microsteps, 1 | 2 | 4 | 8 | 16), ConfigField::Microsteps)?;
         let max_pulse_rate = check_drivers(&config.drivers, config.microsteps)?.min(build.max_pulse_rate);
-        for (motor, position) in config.motors.iter().zip(positions) {
-            check_motor(motor, position, config.microsteps, max_pulse_rate)?;
+        for motor in &config.motors {
+            check_motor(motor, config.microsteps, max_pulse_rate)?;
         }
         check_workspace(&config.workspace)?;
         let radius = config.reached.radius.0;
@@ -81,6 +81,7 @@ impl Params {
         let Deadlines { host, position, max_age } = config.deadlines;
         let in_range = |ms: u16| (1..=MAX_DEADLINE).contains(&ms);
         ensure(in_range(host.0) && in_range(position.0) && in_range(max_age.0), ConfigField::Deadlines)?;
+        ensure(max_age < position, ConfigField::MaxAge)?;
         ensure(config.growth.margin.0 > 0 && config.growth.time.0 > 0, ConfigField::Growth)?;
         ensure(config.mean.0 <= LONGEST_MEAN_MS, ConfigField::Mean)?;
         Ok(Self {
@@ -176,7 +177,7 @@ fn check_drivers(drivers: &Drivers, microsteps: u8) -> Result<u32, ConfigField> 
     }
 }
 
-fn check_motor(motor: &Motor, position: i32, microsteps: u8, max_pulse_rate: u32) -> Result<(), ConfigField> {
+fn check_motor(motor: &Motor, microsteps: u8, max_pulse_rate: u32) -> Result<(), ConfigField> {
     let pulses_q8 = i64::from(motor.max_rate.0) * i64::from(microsteps);
     ensure(motor.max_rate.0 > 0 && pulses_q8 <= i64::from(max_pulse_rate) << 8, ConfigField::MaxRate)?;
     ensure(
@@ -184,8 +185,7 @@ fn check_motor(motor: &Motor, position: i32, microsteps: u8, max_pulse_rate: u32
         ConfigField::MaxAcceleration,
     )?;
     let (min, max) = (motor.travel_min.0, motor.travel_max.0);
-    let around_zero = (-MAX_TRAVEL..=0).contains(&min) && (0..=MAX_TRAVEL).contains(&max);
-    ensure(around_zero && (min..=max).contains(&position), ConfigField::Travel)
+    ensure((-MAX_TRAVEL..=0).contains(&min) && (0..=MAX_TRAVEL).contains(&max), ConfigField::Travel)
 }
 
 fn check_workspace(workspace: &Workspace) -> Result<(), ConfigField> {

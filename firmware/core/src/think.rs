@@ -43,8 +43,8 @@ pub struct Question {
     pub kind: Kind,
     /// The motors' limits.
     pub limits: Limits,
-    /// Whether the law begins anew, and forgets what it has learnt.
-    pub anew: bool,
+    /// Counts the board's configurations, wrapping. A law made for another one is replaced.
+    pub configuration: u32,
     /// What is seen.
     pub picture: Picture,
 }
@@ -90,7 +90,15 @@ impl Law for Slow {
 /// Answers questions. All those of one board, in their order: what has been asked is what the law has learnt.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Thinker {
-    law: Option<Slow>,
+    law: Option<Configured>,
+}
+
+/// A law, and the configuration that it was made for.
+#[derive(Debug, Clone, PartialEq)]
+struct Configured {
+    /// See [`Question::configuration`].
+    configuration: u32,
+    law: Slow,
 }
 
 impl Thinker {
@@ -99,14 +107,16 @@ impl Thinker {
         Self { law: None }
     }
 
-    /// Lets the law think.
+    /// Lets the law think. Makes it anew for the first question of a configuration, so that a lost question
+    /// leaves no law of an earlier configuration in place.
     #[inline(never)]
     pub fn answer(&mut self, question: &Question) -> Answer {
-        if question.anew {
-            self.law = None;
-        }
-        let law = self.law.get_or_insert_with(|| Slow::new(question.kind, question.limits));
-        let demand = law.update(&question.picture);
-        Answer { number: question.number, demand }
+        let Question { number, kind, limits, configuration, picture } = question;
+        self.law.take_if(|kept| kept.configuration != *configuration);
+        let kept = self.law.get_or_insert_with(|| Configured {
+            configuration: *configuration,
+            law: Slow::new(*kind, *limits),
+        });
+        Answer { number: *number, demand: kept.law.update(picture) }
     }
 }

@@ -7,9 +7,10 @@ mod common;
 use common::bench::Bench;
 use common::{BUILD, config};
 use plumb_core::BuildLimits;
+use plumb_protocol::frame::encode;
 use plumb_protocol::message::{Fault, Jog, Refusal, StartCause, State};
 use plumb_protocol::units::{Micros, Rate, Steps16};
-use plumb_protocol::{Command, Config, FromBoard, Hello};
+use plumb_protocol::{Command, Config, FromBoard, Hello, ToBoard};
 
 fn jog(bench: &mut Bench) -> Result<(), Refusal> {
     let rate = Rate::from_si(400.0).unwrap();
@@ -52,7 +53,16 @@ fn an_emergency_is_cleared_only_once_the_input_is_closed() {
         assert_eq!(bench.send(Command::ClearFault), Err(Refusal::Faulted(Fault::EmergencyStop)));
         assert!(!bench.tick().drivers_enabled);
         assert_eq!(bench.board.state(), State::Fault(Fault::EmergencyStop));
+        // A host's frame may arrive at any moment of a tick.
+        for off_us in [0, 199] {
+            let frame = encode(&ToBoard { id: 500 + off_us as u16, command: Command::ClearFault }).unwrap();
+            bench.heard.clear();
+            bench.board.receive(Micros(bench.now - off_us), &frame, &mut bench.out);
+            assert_eq!(bench.answers(), [Err(Refusal::Faulted(Fault::EmergencyStop))]);
+        }
     }
+    // A tick before which the input was not open.
+    bench.tick();
     assert_eq!(bench.send(Command::ClearFault), Ok(()));
     assert!(bench.tick().drivers_enabled);
     assert_eq!(bench.board.state(), State::Ready);
@@ -133,7 +143,7 @@ fn storing_is_answered_when_it_is_done_and_nothing_moves_meanwhile() {
         assert!(bench.tick().store);
         let _ = jog(&mut bench);
         assert_eq!(bench.answers(), [Err(Refusal::Busy(State::Ready))]);
-        bench.board.stored(written, &mut bench.out);
+        bench.board.stored(Micros(bench.now), written, &mut bench.out);
         assert_eq!(bench.answers(), [answer]);
         assert!(!bench.tick().store);
     }

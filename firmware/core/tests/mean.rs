@@ -67,7 +67,7 @@ fn the_past_is_remembered_between_its_entries() {
 #[test]
 fn a_mean_over_more_than_there_is_room_for_is_refused() {
     let config = Config { mean: Milliseconds(401), ..config() };
-    assert_eq!(Params::check(&config, &BUILD, [0; 3]), Err(ConfigField::Mean));
+    assert_eq!(Params::check(&config, &BUILD), Err(ConfigField::Mean));
 }
 
 proptest! {

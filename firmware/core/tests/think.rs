@@ -27,6 +27,7 @@ struct SlowBench {
     tick: u64,
     out: Outbox,
     sequence: u16,
+    id: u16,
 }
 
 fn slow(law: fn(Estimated) -> Law) -> Config {
@@ -45,6 +46,7 @@ impl SlowBench {
             tick: 0,
             out: Outbox::new(),
             sequence: 0,
+            id: 0,
         };
         for command in
             [Command::Hello(Hello::OURS), Command::Configure(config), Command::Target(point(TARGET))]
@@ -59,7 +61,8 @@ impl SlowBench {
     }
 
     fn send(&mut self, command: Command) {
-        let frame = encode(&ToBoard { id: 7, command }).unwrap();
+        self.id += 1;
+        let frame = encode(&ToBoard { id: self.id, command }).unwrap();
         self.board.receive(self.now(), &frame, &mut self.out);
     }
 
@@ -223,17 +226,17 @@ fn what_waits_is_asked_about_for_the_target_of_then_and_forgotten_by_a_stop() {
 #[test]
 fn a_law_begins_anew_with_each_configuration_and_not_with_a_target() {
     let mut bench = SlowBench::seeking(slow(Law::Taut), Some(5));
-    let anew = |bench: &SlowBench| bench.asked.iter().map(|(_, question)| question.anew).collect::<Vec<_>>();
+    let made_for = |bench: &SlowBench| bench.asked.iter().map(|(_, q)| q.configuration).collect::<Vec<_>>();
     bench.run_seeing(2);
     bench.send(Command::Target(point(BALL)));
     bench.run_seeing(1);
-    assert_eq!(anew(&bench), [true, false, false]);
+    assert_eq!(made_for(&bench), [1, 1, 1]);
     bench.send(Command::Stop);
     bench.run(3000);
     bench.send(Command::Configure(slow(Law::Certified)));
     bench.send(Command::Target(point(TARGET)));
     bench.run_seeing(2);
-    assert_eq!(anew(&bench), [true, false, false, true, false]);
+    assert_eq!(made_for(&bench), [1, 1, 1, 2, 2]);
     assert_eq!(bench.asked[4].1.kind, Kind::Certified);
 }
 

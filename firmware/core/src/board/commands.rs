@@ -6,14 +6,18 @@ use plumb_protocol::message::{
 };
 use plumb_protocol::units::{Micrometres, Micros, Point};
 
-use super::seek::{Seek, Sight};
+use super::seek::{Guards, Seek, Sight};
 use super::{Activity, Board, Outbox, answer};
+use crate::estimate;
 use crate::params::{Own, Params};
 use crate::plan::Jogging;
 
 /// The ball is given up when this many pictures in a row show it outside the workspace: one may be a mistake of the
 /// detector.
 const OUTSIDE_PICTURES: u8 = 3;
+
+/// Highest rate of a motor on its way back into its travel, Q8 steps/s: 20 steps/s, about a centimetre a second.
+const CRAWL: i32 = 20 << 8;
 
 impl Board {
     /// Carries out one command.
@@ -32,23 +36,45 @@ impl Board {
                 Ok(())
             }
             _ if !self.greeted => Err(Refusal::NotGreeted),
-            Command::Configure(ref config) => self.configure(config),
             Command::Position(ref position) => return self.see(now, id, position, out),
-            Command::Target(target) => self.target(now, target, out),
-            Command::Jog(jog) => self.jog(jog),
-            Command::Hold => self.hold(now),
-            Command::ClearFault => self.clear_fault(now),
             Command::Status => {
                 self.tell(now, out);
                 Ok(())
             }
-            Command::Store => match self.store(id) {
-                // The answer comes when it is written.
-                Ok(()) => return,
-                refused => refused,
-            },
+            _ => return self.handle_once(now, message, out),
         };
-        answer(out, id, result);
+        answer(now, out, id, result);
+    }
+
+    /// Carries out a command that must not be carried out twice. One that repeats the last of them, with its
+    /// id and content, is answered again; a Store that is still being written is answered once it is.
+    fn handle_once(&mut self, now: Micros, message: &ToBoard, out: &mut Outbox) {
+        let repeated = self.last_request.as_ref() == Some(message);
+        let result = if repeated { Ok(()) } else { self.carry_out(now, message, out) };
+        if result.is_ok() {
+            self.last_request = Some(*message);
+        }
+        if self.storing != Some(message.id) {
+            answer(now, out, message.id, result);
+        }
+    }
+
+    fn carry_out(&mut self, now: Micros, message: &ToBoard, out: &mut Outbox) -> Result<(), Refusal> {
+        let ToBoard { id, ref command } = *message;
+        match *command {
+            Command::Configure(ref config) => self.configure(id, config),
+            Command::Target(target) => self.target(now, id, target, out),
+            Command::Hold => self.hold(now, id),
+            Command::Jog(jog) => self.jog(jog),
+            Command::ClearFault => self.clear_fault(),
+            Command::Store => self.store(id),
+            // `handle` has carried these out.
+            Command::Hello(_)
+            | Command::Stop
+            | Command::Bootloader
+            | Command::Position(_)
+            | Command::Status => Ok(()),
+        }
     }
 
     /// Takes in a position, command `id`, for who tells them from other commands himself.
@@ -59,16 +85,19 @@ impl Board {
         match result {
             // Telemetry answers to it.
             Ok(()) => self.telling = true,
-            refused => answer(out, id, refused),
+            refused => answer(now, out, id, refused),
         }
     }
 
-    /// A host of another version may look, and stop, but not move anything.
+    /// Begins a session. A host of another version may look, and stop, but not move anything.
     fn hello(&mut self, id: u16, hello: Hello, out: &mut Outbox) {
         self.greeted = hello == Hello::OURS;
         if self.greeted {
-            // A new host counts its pictures anew.
-            self.sight.sequence = None;
+            // A new host counts its pictures and its requests anew.
+            (self.sight.sequence, self.configuration, self.last_request) = (None, None, None);
+            if let Activity::Seeking(seek) = &mut self.activity {
+                seek.command = None;
+            }
         } else {
             self.stop();
         }
@@ -94,25 +123,35 @@ impl Board {
         match (&self.params, &self.activity) {
             (_, Activity::Faulted(fault)) => Err(Refusal::Faulted(*fault)),
             (None, _) => Err(Refusal::Unconfigured),
-            // The motors must stand still while the configuration is written.
-            _ if self.storing.is_some() => Err(Refusal::Busy(self.state())),
+            _ if self.is_reserved() => Err(Refusal::Busy(self.state())),
             (Some(params), _) => Ok(params),
         }
+    }
+
+    /// Whether the motors must stand still for something else: the configuration is being written, or the
+    /// board is on its way into the bootloader.
+    fn is_reserved(&self) -> bool {
+        self.storing.is_some() || self.bootloader
     }
 
     /// Refuses what must not happen while a motor turns or a target is held.
     fn at_rest(&self) -> Result<(), Refusal> {
         let under_way = matches!(self.activity, Activity::Seeking(_) | Activity::Jogging(_));
-        if under_way || self.planner.moving() { Err(Refusal::Busy(self.state())) } else { Ok(()) }
+        if under_way || self.is_reserved() || self.planner.moving() {
+            Err(Refusal::Busy(self.state()))
+        } else {
+            Ok(())
+        }
     }
 
-    fn configure(&mut self, config: &Config) -> Result<(), Refusal> {
+    fn configure(&mut self, id: u16, config: &Config) -> Result<(), Refusal> {
         if let State::Fault(fault) = self.state() {
             return Err(Refusal::Faulted(fault));
         }
         self.at_rest()?;
-        let params = Params::check(config, &self.build, self.positions()).map_err(Refusal::Config)?;
+        let params = Params::check(config, &self.build).map_err(Refusal::Config)?;
         self.take_up(params, config);
+        self.configuration = Some(id);
         self.asking.begin_anew();
         // What was seen was judged by another workspace.
         self.asking.forget();
@@ -171,13 +210,16 @@ impl Board {
         Ok(())
     }
 
-    /// Looks how things go after a picture. There is time for that once the tick is under way.
+    /// Checks after a picture whether the target is reached, and whether the ball is driven away from it.
+    /// There is time for that once the tick is under way.
     #[inline(never)]
     pub(super) fn judge(&mut self, now: Micros, out: &mut Outbox) {
         self.judging = false;
-        if let (Activity::Seeking(seek), Some(params)) = (&mut self.activity, &self.params)
-            && seek.judge(now, &self.sight, params)
-        {
+        let (Activity::Seeking(seek), Some(params)) = (&mut self.activity, &self.params) else { return };
+        let Some(filtered) = self.sight.filtered() else { return };
+        let error = estimate::magnitude(estimate::error(filtered, seek.target));
+        seek.note_arrival(error, &self.sight, params);
+        if self.guards.diverges(now, filtered, error, seek.target, params) {
             self.fault(now, Fault::ErrorGrowing, out);
         }
     }
@@ -191,7 +233,7 @@ impl Board {
         }
     }
 
-    fn target(&mut self, now: Micros, target: Point, out: &mut Outbox) -> Result<(), Refusal> {
+    fn target(&mut self, now: Micros, id: u16, target: Point, out: &mut Outbox) -> Result<(), Refusal> {
         let params = self.usable()?;
         if !params.workspace.contains(target) {
             if matches!(self.activity, Activity::Seeking(_)) {
@@ -199,25 +241,52 @@ impl Board {
             }
             return Err(Refusal::TargetOutside);
         }
-        if matches!(self.activity, Activity::Jogging(_)) {
-            return Err(Refusal::Busy(self.state()));
-        }
-        self.activity = Activity::Seeking(Seek::new(target, now, false));
+        self.may_seek()?;
+        self.seek(now, Seek::new(target, id, now, false));
         Ok(())
     }
 
-    fn hold(&mut self, now: Micros) -> Result<(), Refusal> {
+    fn hold(&mut self, now: Micros, id: u16) -> Result<(), Refusal> {
         let params = self.usable()?;
         let fresh = self
             .sight
             .captured
             .is_some_and(|captured| now.since(captured) <= u64::from(params.deadlines.position.0) * 1000);
+        self.may_seek()?;
         let here = self.sight.filtered().filter(|_| fresh).ok_or(Refusal::NoPosition)?;
-        let target = Point(here.map(Micrometres));
-        self.activity = Activity::Seeking(Seek::new(target, now, true));
+        self.seek(now, Seek::new(Point(here.map(Micrometres)), id, now, true));
         Ok(())
     }
 
+    /// Refuses a target while a motor is jogged, or stands outside its travel.
+    fn may_seek(&self) -> Result<(), Refusal> {
+        if matches!(self.activity, Activity::Jogging(_)) {
+            return Err(Refusal::Busy(self.state()));
+        }
+        let positions = self.positions();
+        let outside = self
+            .usable()?
+            .motors
+            .iter()
+            .zip(positions)
+            .position(|(motor, at)| !(motor.travel_min.0..=motor.travel_max.0).contains(&at));
+        outside.map_or(Ok(()), |motor| Err(Refusal::OutsideTravel(motor as u8)))
+    }
+
+    /// Begins to drive by `seek`, or goes on with another target. The guards of a drive end with it at
+    /// standstill, not before: targets that come often must not disarm them.
+    fn seek(&mut self, now: Micros, seek: Seek) {
+        if !matches!(self.activity, Activity::Seeking(_)) {
+            if self.planner.moving() {
+                self.guards.resume(now);
+            } else {
+                self.guards = Guards::new(now);
+            }
+        }
+        self.activity = Activity::Seeking(seek);
+    }
+
+    /// Turns one motor. One that stands outside its travel may only come back, at a crawl.
     fn jog(&mut self, jog: Jog) -> Result<(), Refusal> {
         let params = self.usable()?;
         self.at_rest()?;
@@ -226,18 +295,22 @@ impl Board {
         if !(1..=limits.max_rate.0).contains(&jog.rate.0) {
             return Err(Refusal::JogRate);
         }
-        let end = self.planner.positions()[motor].saturating_add(jog.distance.0);
-        if !(limits.travel_min.0..=limits.travel_max.0).contains(&end) {
+        let position = self.planner.positions()[motor];
+        let end = position.saturating_add(jog.distance.0);
+        let (low, high) = (limits.travel_min.0, limits.travel_max.0);
+        if !(low.min(position)..=high.max(position)).contains(&end) {
             return Err(Refusal::JogTravel);
         }
-        self.activity = Activity::Jogging(Jogging::new(motor, end, jog.rate.0));
+        let inside = (low..=high).contains(&position);
+        let rate = if inside { jog.rate.0 } else { jog.rate.0.min(CRAWL) };
+        self.activity = Activity::Jogging(Jogging::new(motor, end, rate));
         Ok(())
     }
 
-    fn clear_fault(&mut self, now: Micros) -> Result<(), Refusal> {
+    fn clear_fault(&mut self) -> Result<(), Refusal> {
         if let Activity::Faulted(fault) = self.activity {
-            if self.emergency == Some(now) {
-                // The loop is still open: not even for a tick do the drivers hold.
+            if self.emergency_ticks > 0 {
+                // The loop is still open, as far as is known.
                 return Err(Refusal::Faulted(fault));
             }
             self.at_rest()?;

@@ -44,50 +44,73 @@ impl Board {
         (now.0 > since).then_some(Micros(since))
     }
 
-    /// How many ticks after that at `now` there are until one in which the passing of time brings something, as things are: a
-    /// deadline, or telemetry. What happens meanwhile may put it off, but brings nothing sooner without being looked at itself.
+    /// Returns the number of ticks after that at `now` until one that has to look at what time has brought: a
+    /// deadline, or telemetry. 0 where one is overdue. What happens meanwhile may put a deadline off; it brings
+    /// none nearer without a look of its own.
     #[inline(never)]
     pub(super) fn idle_ticks(&self, now: Micros) -> u32 {
         if self.bootloader || self.storing.is_some() || matches!(self.activity, Activity::Jogging(_)) {
             // What changes from tick to tick is looked at in each.
             return 0;
         }
-        let mut left = TELEMETRY_US as u32;
-        let mut after = |since: Micros, span_us: u64| {
-            // Five seconds at the most, or never.
-            let at = since.0.saturating_add(span_us);
-            if at > now.0 {
-                left = left.min((at - now.0) as u32);
-            }
-        };
+        let mut schedule = Schedule { now: now.0, left: TELEMETRY_US as u32 };
         if self.greeted {
-            after(self.told, TELEMETRY_US);
+            schedule.deadline(self.told, TELEMETRY_US);
         }
         if let Some(params) = &self.params
             && let Activity::Seeking(seek) = &self.activity
         {
             let deadlines = &params.deadlines;
             let (asked, lasts_us) = seek.lasts();
-            after(asked, lasts_us);
-            after(self.heard, limit_us(deadlines.host) + 1);
+            schedule.milestone(asked, lasts_us);
+            schedule.deadline(self.heard, limit_us(deadlines.host) + 1);
             if let Some(since) = self.unseen_since() {
-                after(since, coasting_us(deadlines.position) + 1);
-                after(since, limit_us(deadlines.position) + 1);
+                schedule.milestone(since, coasting_us(deadlines.position) + 1);
+                schedule.deadline(since, limit_us(deadlines.position) + 1);
             }
         }
-        ((left - 1) / TICK_US).min(self.asking.idle_ticks(now))
+        (schedule.left.saturating_sub(1) / TICK_US).min(self.asking.idle_ticks(now))
     }
 
-    /// How long the ball was not seen, or the target is waiting for its first position, µs; `None` without a target.
+    /// Returns for how long the ball was not seen, or the drive waits for its first position, µs; `None`
+    /// without a target.
     fn unseen_us(&self, now: Micros) -> Option<u64> {
         self.unseen_since().map(|since| now.since(since))
     }
 
-    /// When the ball was last seen, or the target set that waits for its first position; `None` without a target.
+    /// Returns when the ball was last seen, or the drive began that waits for its first position; `None`
+    /// without a target. A change of the target puts nothing off.
     fn unseen_since(&self) -> Option<Micros> {
-        let Activity::Seeking(seek) = &self.activity else {
+        let Activity::Seeking(_) = &self.activity else {
             return None;
         };
-        Some(self.sight.captured.map_or(seek.since, |captured| captured.max(seek.since)))
+        let since = self.guards.since;
+        Some(self.sight.captured.map_or(since, |captured| captured.max(since)))
+    }
+}
+
+/// The time until the board has to look at something again.
+struct Schedule {
+    /// µs.
+    now: u64,
+    /// µs; at most a telemetry interval.
+    left: u32,
+}
+
+impl Schedule {
+    /// Adds a deadline `span_us` after `since`. One that has passed is due at once: something acts on it, and
+    /// it must not be lost, however the moments were moved since the last look.
+    fn deadline(&mut self, since: Micros, span_us: u64) {
+        let at = since.0.saturating_add(span_us);
+        self.left = if at > self.now { self.left.min((at - self.now) as u32) } else { 0 };
+    }
+
+    /// Adds a moment from which on something else is wanted of the motors. One that has passed is of no
+    /// further interest: every look finds what is wanted now.
+    fn milestone(&mut self, since: Micros, span_us: u64) {
+        let at = since.0.saturating_add(span_us);
+        if at > self.now {
+            self.left = self.left.min((at - self.now) as u32);
+        }
     }
 }

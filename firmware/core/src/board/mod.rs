@@ -18,10 +18,14 @@ use crate::params::{BuildLimits, Params};
 use crate::plan::{Jogging, Planner, StepPlan};
 use crate::think::{Answer as Thought, Asking, Question, Thinker};
 pub use outbox::Outbox;
-use seek::{Seek, Sight};
+use seek::{Guards, Seek, Sight};
 
 /// Telemetry comes at least this often once a host was greeted.
 const TELEMETRY_US: u64 = 100_000;
+
+/// The emergency input counts as closed after so many ticks of which the first follows its last report as open:
+/// the next tick would have been preceded by another report.
+const EMERGENCY_TICKS: u8 = 2;
 
 /// A board without its chip. States and transitions:
 ///
@@ -40,12 +44,18 @@ pub struct Board {
     /// What the parameters were made from.
     config: Option<Config>,
     configurations: u32,
+    /// Id of the Configure command of this session that made it.
+    configuration: Option<u16>,
     start_cause: StartCause,
+    /// The last request that was carried out, of those that are carried out once.
+    last_request: Option<ToBoard>,
     /// The command that waits for the configuration to be written.
     storing: Option<u16>,
-    /// The tick before which the emergency input was last seen open.
-    emergency: Option<Micros>,
+    /// Ticks to be planned until the emergency input counts as closed.
+    emergency_ticks: u8,
     activity: Activity,
+    /// Guards of the present drive, or the last one.
+    guards: Guards,
     planner: Planner,
     sight: Sight,
     asking: Asking,
@@ -101,10 +111,13 @@ impl Board {
             params: None,
             config: None,
             configurations: 0,
+            configuration: None,
             start_cause: StartCause::PowerOn,
+            last_request: None,
             storing: None,
-            emergency: None,
+            emergency_ticks: 0,
             activity: Activity::Idle,
+            guards: Guards::new(Micros(0)),
             planner: Planner::default(),
             sight: Sight::default(),
             asking: Asking::default(),
@@ -130,7 +143,7 @@ impl Board {
     /// Takes up a configuration that was kept over a loss of power; before the first tick. Nothing moves until a host's
     /// Hello has matched. One that is out of range for this board is ignored.
     pub fn restore(&mut self, config: &Config) {
-        if let Ok(params) = Params::check(config, &self.build, self.positions()) {
+        if let Ok(params) = Params::check(config, &self.build) {
             self.take_up(params, config);
         }
     }
@@ -150,11 +163,15 @@ impl Board {
         self.params.as_ref().map(|p| p.drivers)
     }
 
-    /// Answers to [`Tick::store`]: whether the configuration was written.
-    pub fn stored(&mut self, written: bool, out: &mut Outbox) {
+    /// Answers to [`Tick::store`]: whether the configuration was written, as known at `now`.
+    pub fn stored(&mut self, now: Micros, written: bool, out: &mut Outbox) {
         self.attending = true;
         if let Some(id) = self.storing.take() {
-            answer(out, id, if written { Ok(()) } else { Err(Refusal::NotStored) });
+            if !written {
+                // A repetition tries again.
+                self.last_request = None;
+            }
+            answer(now, out, id, if written { Ok(()) } else { Err(Refusal::NotStored) });
         }
     }
 
@@ -179,7 +196,7 @@ impl Board {
             Err(error) => {
                 self.bad_frames = self.bad_frames.saturating_add(1);
                 if error == FrameError::Malformed {
-                    answer(out, 0, Err(Refusal::Malformed));
+                    answer(now, out, 0, Err(Refusal::Malformed));
                 }
             }
         }
@@ -255,11 +272,12 @@ impl Board {
         self.planner.aim(wanted.rates, wanted.ramp_us);
         self.telling |= due && self.greeted && now.since(self.told) >= TELEMETRY_US;
         let off = matches!(self.activity, Activity::Faulted(Fault::EmergencyStop | Fault::Watchdog));
-        (self.attending, self.idle_for) = (false, 0);
+        self.emergency_ticks = self.emergency_ticks.saturating_sub(1);
+        (self.attending, self.idle_for) = (self.emergency_ticks > 0, 0);
         self.turn(now, out);
         Tick {
             drivers_enabled: self.params.is_some() && !off,
-            bootloader: self.bootloader && !self.planner.moving(),
+            bootloader: self.bootloader && self.storing.is_none() && !self.planner.moving(),
             store: self.storing.is_some(),
         }
     }
@@ -282,7 +300,7 @@ impl Board {
     /// before every tick for as long as the input is open, so that clearing it is refused.
     #[inline(never)]
     pub fn emergency(&mut self, now: Micros, missing: [i32; 3], out: &mut Outbox) {
-        self.emergency = Some(now);
+        self.emergency_ticks = EMERGENCY_TICKS;
         self.attending = true;
         self.planner.cut(missing);
         if !matches!(self.activity, Activity::Faulted(Fault::EmergencyStop)) {
@@ -366,7 +384,7 @@ impl Board {
         }
         self.activity = Activity::Faulted(fault);
         self.attending = true;
-        out.send(&FromBoard::Fault(FaultReport { time: now, fault }));
+        out.send(&FromBoard::Fault(FaultReport { time: now, fault, configuration: self.configuration }));
         self.tell(now, out);
     }
 
@@ -375,16 +393,19 @@ impl Board {
     fn tell(&mut self, now: Micros, out: &mut Outbox) {
         self.told = now;
         self.telling = false;
-        let (error, filtered) = match &self.activity {
+        let (target, error, filtered) = match &self.activity {
             Activity::Seeking(seek) => (
+                seek.command,
                 self.sight.last.map_or([0; 3], |last| estimate::error(last, seek.target)),
                 self.sight.filtered_error(seek.target).unwrap_or(0),
             ),
-            _ => ([0; 3], 0),
+            _ => (None, [0; 3], 0),
         };
         out.send(&FromBoard::Telemetry(Telemetry {
             time: now,
             state: self.state(),
+            configuration: self.configuration,
+            target,
             sequence: self.sight.sequence,
             motors: self.positions().map(Steps16),
             rates: self.rates().map(Rate),
@@ -395,7 +416,7 @@ impl Board {
     }
 }
 
-/// Answers command `id`.
-fn answer(out: &mut Outbox, id: u16, result: Result<(), Refusal>) {
-    out.send(&FromBoard::Answer(Answer { id, refusal: result.err() }));
+/// Answers command `id` at `now`.
+fn answer(now: Micros, out: &mut Outbox, id: u16, result: Result<(), Refusal>) {
+    out.send(&FromBoard::Answer(Answer { id, refusal: result.err(), time: now }));
 }

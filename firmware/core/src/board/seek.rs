@@ -47,8 +47,8 @@ impl Sight {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Seek {
     pub(super) target: Point,
-    /// When it was set.
-    pub(super) since: Micros,
+    /// Id of the command that set it; `None` where that was of an earlier session.
+    pub(super) command: Option<u16>,
     /// Whether it was reached once.
     pub(super) reached: bool,
     /// What the law asked for last, and when.
@@ -57,20 +57,52 @@ pub(super) struct Seek {
     /// The question to a slow law that is open.
     pub(super) question: Option<u32>,
     arrival: Arrival,
+}
+
+/// Guards of a drive from target to target: a change of the target leaves them as they are.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Guards {
+    /// When the drive began.
+    pub(super) since: Micros,
     divergence: Divergence,
 }
 
+impl Guards {
+    /// For a drive that begins at `since`.
+    pub(super) fn new(since: Micros) -> Self {
+        Self { since, divergence: Divergence::default() }
+    }
+
+    /// Begins another drive while motors may still turn from the last one: the ball is still watched as before.
+    pub(super) fn resume(&mut self, now: Micros) {
+        self.since = now;
+    }
+
+    /// Checks after a picture whether the ball has been driven away from its target for too long: `filtered`
+    /// is its filtered position, `error` the distance from `target`, µm.
+    pub(super) fn diverges(
+        &mut self,
+        now: Micros,
+        filtered: [i32; 3],
+        error: u32,
+        target: Point,
+        params: &Params,
+    ) -> bool {
+        self.divergence.update(now, filtered, error, target, &params.growth)
+    }
+}
+
 impl Seek {
-    pub(super) fn new(target: Point, since: Micros, reached: bool) -> Self {
+    /// A target that `command` has set at `now`.
+    pub(super) fn new(target: Point, command: u16, now: Micros, reached: bool) -> Self {
         Self {
             target,
-            since,
+            command: Some(command),
             reached,
             demand: Demand::default(),
-            asked: since,
+            asked: now,
             question: None,
             arrival: Arrival::default(),
-            divergence: Divergence::default(),
         }
     }
 
@@ -108,10 +140,9 @@ impl Seek {
         }
     }
 
-    /// Looks how things go after a picture; whether the error has kept growing for too long.
-    pub(super) fn judge(&mut self, now: Micros, sight: &Sight, params: &Params) -> bool {
-        let Some(filtered) = sight.filtered_error(self.target) else { return false };
-        self.reached |= self.arrival.update(filtered, sight.filter.off(), &params.reached);
-        self.divergence.update(now, filtered, &params.growth)
+    /// Notes after a picture whether the target is reached: `error` is the distance of the filtered position,
+    /// µm.
+    pub(super) fn note_arrival(&mut self, error: u32, sight: &Sight, params: &Params) {
+        self.reached |= self.arrival.update(error, sight.filter.off(), &params.reached);
     }
 }

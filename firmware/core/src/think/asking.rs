@@ -39,8 +39,8 @@ pub struct Asking {
     open: Option<Open>,
     /// The newest one that nothing was asked about.
     glimpse: Option<Glimpse>,
-    /// Whether the law was asked since the board was configured.
-    begun: bool,
+    /// See [`Question::configuration`].
+    configuration: u32,
     /// To be handed out.
     question: Option<Question>,
 }
@@ -56,9 +56,9 @@ impl Asking {
         self.glimpse = None;
     }
 
-    /// The next question is to a law that knows nothing.
+    /// The next question is to a law that knows nothing: the board was configured.
     pub fn begin_anew(&mut self) {
-        self.begun = false;
+        self.configuration = self.configuration.wrapping_add(1);
     }
 
     /// Whether there is something to [`ask`](Self::ask) about, now or when no question is open any more.
@@ -87,9 +87,8 @@ impl Asking {
         };
         self.number = self.number.wrapping_add(1);
         self.open = Some(Open { due: Micros(now.0 + u64::from(kind.ticks() * TICK_US)), demand: None });
-        let (number, limits) = (self.number, params.limits());
-        self.question = Some(Question { number, kind, limits, anew: !self.begun, picture });
-        self.begun = true;
+        let (number, limits, configuration) = (self.number, params.limits(), self.configuration);
+        self.question = Some(Question { number, kind, limits, configuration, picture });
         Some(number)
     }
 

@@ -17,6 +17,8 @@ pub(crate) struct Bench {
     pub(crate) heard: Vec<FromBoard>,
     pub(crate) accumulator: Accumulator,
     pub(crate) sequence: u16,
+    /// Id of the last request.
+    pub(crate) id: u16,
     /// What goes with the pulses, as it was last told.
     pub(crate) told: Tick,
 }
@@ -38,6 +40,7 @@ impl Bench {
             heard: Vec::new(),
             accumulator: Accumulator::new(),
             sequence: 0,
+            id: 0,
             told: Tick::default(),
         }
     }
@@ -73,13 +76,23 @@ impl Bench {
         self.out.clear();
     }
 
-    /// Sends a command as bytes; its answer.
+    /// Sends a new command as bytes; its answer.
     pub(crate) fn send(&mut self, command: Command) -> Result<(), Refusal> {
-        let frame = encode(&ToBoard { id: 7, command }).unwrap();
+        self.id += 1;
+        self.send_as(self.id, command)
+    }
+
+    /// The same with an id of the caller's choice.
+    pub(crate) fn send_as(&mut self, id: u16, command: Command) -> Result<(), Refusal> {
+        let frame = encode(&ToBoard { id, command }).unwrap();
         self.board.receive(Micros(self.now), &frame, &mut self.out);
         self.collect();
         match self.heard.last() {
-            Some(FromBoard::Answer(Answer { id: 7, refusal: Some(refusal) })) => Err(*refusal),
+            Some(FromBoard::Answer(Answer { id: answered, refusal: Some(refusal), .. }))
+                if *answered == id =>
+            {
+                Err(*refusal)
+            }
             _ => Ok(()),
         }
     }

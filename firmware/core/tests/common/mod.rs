@@ -54,5 +54,5 @@ pub(crate) fn config() -> Config {
 }
 
 pub(crate) fn params(config: Config) -> Params {
-    Params::check(&config, &BUILD, [0; 3]).unwrap()
+    Params::check(&config, &BUILD).unwrap()
 }

@@ -133,7 +133,7 @@ const PEERS_OWN: LawSettings =
 fn checked(settings: &LawSettings, suite: &Suite) -> Result<(Config, Params), BenchError> {
     let config =
         Limits::default().config(settings.config()?, settings.mean().config("mean")?, suite.threshold_m);
-    let params = Params::check(&config, &EMULATED, [0; 3]).map_err(BenchError::Config)?;
+    let params = Params::check(&config, &EMULATED).map_err(BenchError::Config)?;
     Ok((config, params))
 }
 

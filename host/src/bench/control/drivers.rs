@@ -17,6 +17,8 @@ pub(crate) struct BoardDriver {
     thinker: Thinker,
     outbox: Outbox,
     sequence: u16,
+    /// Id of the last request.
+    id: u16,
     reached: bool,
     sent_on: bool,
     target: Option<Point>,
@@ -30,6 +32,7 @@ impl BoardDriver {
             thinker: Thinker::new(),
             outbox: Outbox::new(),
             sequence: 0,
+            id: 0,
             reached: false,
             sent_on: false,
             target: Point::from_metres(target.into()),
@@ -54,8 +57,9 @@ impl BoardDriver {
     }
 
     fn send(&mut self, now: Micros, command: Command) {
+        self.id = self.id.wrapping_add(1);
         // Every message fits a frame.
-        if let Ok(frame) = frame::encode(&ToBoard { id: 1, command }) {
+        if let Ok(frame) = frame::encode(&ToBoard { id: self.id, command }) {
             self.board.receive(now, &frame, &mut self.outbox);
         }
         self.outbox.clear();

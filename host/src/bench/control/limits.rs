@@ -44,7 +44,7 @@ impl Limits {
             deadlines: Deadlines {
                 host: Milliseconds(1_000),
                 position: Milliseconds(500),
-                max_age: Milliseconds(1_000),
+                max_age: Milliseconds(499),
             },
             growth: Growth { margin: Micrometres(i32::MAX), time: Milliseconds(u16::MAX) },
             drivers: Drivers::StepDir(StepDir::TMC2209),

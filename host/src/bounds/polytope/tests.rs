@@ -29,7 +29,7 @@ fn fixed_point(family: config::Interval) -> FixedPoint {
     let mut config = Rig::paper().unwrap().config().unwrap();
     config.law = config::Law::Interval(family);
     let build = BuildLimits { max_pulse_rate: 1_000_000, storage: true };
-    Params::check(&config, &build, [0; 3]).unwrap().interval().unwrap()
+    Params::check(&config, &build).unwrap().interval().unwrap()
 }
 
 /// The same family for this module.

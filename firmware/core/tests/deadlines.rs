@@ -1,0 +1,148 @@
+//! Deadlines and guards hold whatever arrives meanwhile, and however often.
+#![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
+
+mod common;
+
+use common::bench::{BALL, Bench, TARGET, point};
+use common::{BUILD, config};
+use plumb_core::TICK_US;
+use plumb_core::params::Params;
+use plumb_protocol::Config;
+use plumb_protocol::config::Deadlines;
+use plumb_protocol::message::*;
+use plumb_protocol::units::{Milliseconds, Point};
+
+fn deadlines(host: u16, position: u16, max_age: u16) -> Deadlines {
+    Deadlines { host: Milliseconds(host), position: Milliseconds(position), max_age: Milliseconds(max_age) }
+}
+
+/// A board under way with these deadlines.
+fn seeking(deadlines: Deadlines) -> Bench {
+    let mut bench = Bench::configured(Config { deadlines, ..config() });
+    bench.see(BALL);
+    assert_eq!(bench.send(Command::Target(point(TARGET))), Ok(()));
+    bench.run_seeing(20, BALL);
+    bench
+}
+
+/// Asserts that the board stops for lost positions within `most_ms`, while `each` sends what a host sends
+/// every `period_ms`.
+fn assert_positions_are_lost(bench: &mut Bench, most_ms: u64, period_ms: u64, each: impl Fn(&mut Bench)) {
+    let mut gone = 0;
+    while bench.board.state() == State::Seeking {
+        assert!(gone <= most_ms, "no fresh position for {gone} ms, and the board drives on");
+        each(bench);
+        bench.run_ms(period_ms);
+        gone += period_ms;
+    }
+    assert_eq!(bench.board.state(), State::Fault(Fault::PositionLost));
+}
+
+#[test]
+fn a_highest_age_at_the_position_deadline_or_above_is_refused() {
+    for (position, max_age, accepted) in [(500, 499, true), (500, 500, false), (500, 5000, false)] {
+        let config = Config { deadlines: deadlines(300, position, max_age), ..config() };
+        let expected = if accepted { Ok(()) } else { Err(ConfigField::MaxAge) };
+        assert_eq!(Params::check(&config, &BUILD).map(drop), expected, "{position} {max_age}");
+    }
+}
+
+#[test]
+fn one_old_picture_and_a_heartbeat_stop_the_board() {
+    let mut bench = seeking(deadlines(300, 500, 499));
+    let _ = bench.see_aged(Some(BALL), 498_000);
+    assert_positions_are_lost(&mut bench, 60, 30, |bench| {
+        assert_eq!(bench.send(Command::Status), Ok(()));
+    });
+}
+
+/// Each picture is nearly as old as the deadline, and each comes as the last one is about to be too old.
+#[test]
+fn pictures_that_grow_older_stop_the_board() {
+    let mut bench = seeking(deadlines(300, 100, 99));
+    let _ = bench.see_aged(Some(BALL), 95_000);
+    assert_positions_are_lost(&mut bench, 50, 2, |bench| {
+        let _ = bench.see_aged(Some(BALL), 99_000);
+        let _ = bench.send(Command::Status);
+    });
+}
+
+#[test]
+fn targets_without_pictures_stop_the_board() {
+    for period_ms in [1, 5, 33] {
+        let mut bench = seeking(deadlines(300, 500, 250));
+        assert_positions_are_lost(&mut bench, 600, period_ms, |bench| {
+            assert_eq!(bench.send(Command::Target(point(TARGET))), Ok(()));
+        });
+    }
+}
+
+#[test]
+fn telemetry_comes_every_100_ms_whatever_is_refused() {
+    // Greeted long after the start, so that the telemetry is overdue from the beginning.
+    let mut bench = Bench::new(BUILD);
+    bench.run_ms(1000);
+    let _ = bench.send(Command::Hello(Hello::OURS));
+    let mut last = bench.now;
+    for k in 0..20_000u32 {
+        if k % 7 == 0 {
+            bench.see(BALL);
+        }
+        bench.heard.clear();
+        bench.tick();
+        if bench.heard.iter().any(|m| matches!(m, FromBoard::Telemetry(_))) {
+            last = bench.now;
+        }
+        assert!(bench.now - last <= 100_000 + u64::from(TICK_US), "{} µs", bench.now - last);
+    }
+}
+
+/// The ball is driven away while its target moves a little with every picture.
+#[test]
+fn targets_that_come_often_do_not_disarm_the_divergence_guard() {
+    let mut bench = Bench::seeking();
+    for step in 0..120 {
+        let away = f64::from(step) * 0.005;
+        let ball = [BALL[0] + away, BALL[1], BALL[2]];
+        let angle = f64::from(step) * 0.1;
+        let target = [TARGET[0] + 0.05 * angle.cos(), TARGET[1] + 0.05 * angle.sin(), TARGET[2]];
+        let _ = bench.send(Command::Target(point(target)));
+        bench.run_seeing(1, ball);
+    }
+    assert_eq!(bench.faults(), [Fault::ErrorGrowing]);
+}
+
+#[test]
+fn stops_between_targets_do_not_disarm_the_divergence_guard() {
+    let mut bench = Bench::seeking();
+    for step in 0..120 {
+        let ball = [BALL[0] + f64::from(step) * 0.005, BALL[1], BALL[2]];
+        bench.run_seeing(1, ball);
+        let _ = bench.send(Command::Stop);
+        let _ = bench.send(Command::Target(point(TARGET)));
+    }
+    assert_eq!(bench.faults(), [Fault::ErrorGrowing]);
+}
+
+#[test]
+fn a_target_far_away_is_no_divergence() {
+    let mut bench = Bench::seeking();
+    let far: [Point; 2] = [[-0.9, -0.9, -0.9], [1.9, 1.9, 0.5]].map(point);
+    for target in far.into_iter().cycle().take(6) {
+        assert_eq!(bench.send(Command::Target(target)), Ok(()));
+        bench.run_seeing(30, BALL);
+        assert_eq!(bench.board.state(), State::Seeking);
+    }
+}
+
+/// Somebody moves the ball by hand while nothing drives it.
+#[test]
+fn a_ball_that_was_moved_at_standstill_is_no_divergence() {
+    let mut bench = Bench::seeking();
+    bench.run_seeing(60, TARGET);
+    assert_eq!(bench.send(Command::Stop), Ok(()));
+    bench.run_seeing(20, [TARGET[0] + 0.4, TARGET[1], TARGET[2]]);
+    assert_eq!(bench.send(Command::Target(point(TARGET))), Ok(()));
+    bench.run_seeing(30, [TARGET[0] + 0.4, TARGET[1], TARGET[2]]);
+    assert_eq!(bench.board.state(), State::Seeking);
+}
