@@ -28,22 +28,26 @@ pub struct Rig<'a, S, T> {
     pub link: &'a mut Link<T>,
     /// Keeps every frame.
     pub folder: &'a mut RunFolder,
+    /// Distance from the target within which it counts as reached, metres.
+    pub radius: f64,
     /// Set from outside to end the run.
     pub interrupted: &'a AtomicBool,
     /// Hears of every frame.
     pub progress: &'a mut dyn FnMut(&Row),
 }
 
-/// How far things came.
+/// How far things came, over all targets.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Tally {
-    /// Pictures so far, over all targets.
+    /// When the run began, seconds on the source's clock; set by the first target.
+    pub begin: Option<f64>,
+    /// Pictures so far.
     pub frames: u64,
     /// Pictures in which the ball was found and located.
     pub located: u64,
     /// Pictures that were lost or could not be searched.
     pub lost: u64,
-    /// |e| of the filtered position as the board last told it, metres.
+    /// |e| of the filtered position to the present target, as the board last told it, metres.
     pub error: Option<f64>,
     /// When the last picture was taken, seconds since the run's start.
     pub time: f64,
@@ -96,6 +100,10 @@ pub enum DriveError {
 /// So many lost pictures in a row mean that the camera is gone.
 const LOST_IN_A_ROW: u32 = 30;
 
+/// A target is believed to be reached where the ball as the host sees it is within so many radii of it: noise of a
+/// single picture has room, another target has not.
+const PLAUSIBLE_RADII: f64 = 2.0;
+
 /// Drives the ball to `target` (metres, rig frame) until it is there or `patience` (seconds of the source's clock)
 /// is over. `tally` goes on from what it was, also where an error ends this.
 ///
@@ -107,15 +115,17 @@ pub fn drive<S: Live, T: Transport>(
     patience: f64,
     tally: &mut Tally,
 ) -> Result<Ending, DriveError> {
-    rig.link.target(target)?;
-    let (begin, mut lost_in_a_row) = (rig.source.now(), 0);
-    let start = begin - tally.time;
+    rig.link.aim(target)?;
+    tally.error = None;
+    let begin = rig.source.now();
+    let start = *tally.begin.get_or_insert(begin);
+    let mut lost_in_a_row = 0;
     loop {
         if rig.interrupted.load(Ordering::Relaxed) {
             return Ok(Ending::Interrupted);
         }
         let seen = match look(rig) {
-            Ok(Some(seen)) => seen,
+            Ok(Some(seen)) => Some(seen),
             Ok(None) => return Ok(Ending::EndOfPictures),
             Err(DriveError::Source(error)) if error.is_final() => return Err(error.into()),
             Err(error) => {
@@ -124,34 +134,19 @@ pub fn drive<S: Live, T: Transport>(
                 if lost_in_a_row >= LOST_IN_A_ROW {
                     return Err(error);
                 }
-                rig.link.position(None, None, Duration::ZERO)?;
-                continue;
+                None
             }
         };
-        lost_in_a_row = 0;
-        let age = Duration::try_from_secs_f64(rig.source.now() - seen.time).unwrap_or_default();
-        let ball = seen.located.and_then(|l| Point::from_metres(l.position.into()));
-        let covariance = seen.located.and_then(|l| Covariance::from_metres2(l.covariance.transpose().into()));
-        rig.link.position(ball, covariance, age)?;
-        rig.link.poll()?;
-        let telemetry = rig.link.telemetry().copied();
-        if let Some(telemetry) = &telemetry {
-            rig.source.board_moved(telemetry.motors.map(Steps16::to_si))?;
-            if matches!(telemetry.state, State::Seeking | State::Holding) {
-                tally.error = Some(telemetry.filtered_error.to_si());
+        report(rig, seen.as_ref())?;
+        if let Some(seen) = seen {
+            lost_in_a_row = 0;
+            note(rig, &seen, target, seen.time - start, tally)?;
+            if is_reached(rig, &seen, target) {
+                return Ok(Ending::Reached);
             }
         }
-        tally.time = seen.time - start;
-        let row = row(tally, &seen, target, telemetry.as_ref());
-        rig.folder.record(&row)?;
-        (rig.progress)(&row);
-        tally.frames += 1;
-        tally.located += u64::from(ball.is_some());
         if let Some(fault) = rig.link.fault() {
             return Ok(Ending::Fault(fault));
-        }
-        if telemetry.is_some_and(|t| t.state == State::Holding) {
-            return Ok(Ending::Reached);
         }
         if rig.source.now() - begin > patience {
             return Ok(Ending::OutOfPatience);
@@ -159,11 +154,69 @@ pub fn drive<S: Live, T: Transport>(
     }
 }
 
+/// Reports to the board what was seen, or that the picture was lost, and takes in what it says.
+fn report<S: Live, T: Transport>(rig: &mut Rig<'_, S, T>, seen: Option<&Seen>) -> Result<(), DriveError> {
+    let age = seen.map_or(0.0, |seen| rig.source.now() - seen.time);
+    let age = Duration::try_from_secs_f64(age).unwrap_or_default();
+    let (ball, covariance) = seen.map_or((None, None), |seen| (seen.ball(), seen.covariance()));
+    rig.link.position(ball, covariance, age)?;
+    rig.link.poll()?;
+    if let Some(telemetry) = rig.link.telemetry() {
+        rig.source.board_moved(telemetry.motors.map(Steps16::to_si))?;
+    }
+    Ok(())
+}
+
+/// Counts the picture, taken at `time` (seconds since the run's start), and records its row.
+fn note<S, T: Transport>(
+    rig: &mut Rig<'_, S, T>,
+    seen: &Seen,
+    target: Point,
+    time: f64,
+    tally: &mut Tally,
+) -> Result<(), DriveError> {
+    tally.time = time;
+    tally.located += u64::from(seen.ball().is_some());
+    if let Some(telemetry) = rig.link.target_telemetry()
+        && matches!(telemetry.state, State::Seeking | State::Holding)
+        && tally.located > 0
+    {
+        tally.error = Some(telemetry.filtered_error.to_si());
+    }
+    let row = row(tally, seen, target, rig.link.telemetry(), rig.link.target_telemetry());
+    tally.frames += 1;
+    rig.folder.record(&row)?;
+    (rig.progress)(&row);
+    Ok(())
+}
+
+/// Whether the target is reached: the board holds this target and no other, its error is within the radius, and
+/// the ball is seen to be there.
+fn is_reached<S, T: Transport>(rig: &Rig<'_, S, T>, seen: &Seen, target: Point) -> bool {
+    let target = Point3::from(target.to_metres());
+    let held = rig.link.target_telemetry().is_some_and(|telemetry| {
+        telemetry.state == State::Holding && telemetry.filtered_error.to_si() <= rig.radius
+    });
+    let there = |located: Located| (located.position - target).norm() <= PLAUSIBLE_RADII * rig.radius;
+    held && seen.located.is_some_and(there)
+}
+
 /// What one picture shows.
 struct Seen {
     time: f64,
     detection: Option<Detection>,
     located: Option<Located>,
+}
+
+impl Seen {
+    /// The ball for the board; `None` where it was not located.
+    fn ball(&self) -> Option<Point> {
+        self.located.and_then(|located| Point::from_metres(located.position.into()))
+    }
+
+    fn covariance(&self) -> Option<Covariance> {
+        self.located.and_then(|located| Covariance::from_metres2(located.covariance.transpose().into()))
+    }
 }
 
 /// Takes the next picture and looks for the ball in it; `None` where there are no more.
@@ -174,8 +227,15 @@ fn look<S: Live, T>(rig: &mut Rig<'_, S, T>) -> Result<Option<Seen>, DriveError>
     Ok(Some(Seen { time: frame.time(), detection, located }))
 }
 
-/// The frame's row: what was seen, and the board as it was last heard of.
-fn row(tally: &Tally, seen: &Seen, target: Point, telemetry: Option<&Telemetry>) -> Row {
+/// The frame's row: what was seen, and the board as it was last heard of; its state only where that is about
+/// the present target.
+fn row(
+    tally: &Tally,
+    seen: &Seen,
+    target: Point,
+    telemetry: Option<&Telemetry>,
+    about_target: Option<&Telemetry>,
+) -> Row {
     let target = Point3::from(target.to_metres());
     let position = seen.located.map(|l| l.position);
     Row {
@@ -185,7 +245,7 @@ fn row(tally: &Tally, seen: &Seen, target: Point, telemetry: Option<&Telemetry>)
         position,
         target: Some(target),
         error_m: position.map(|p| (p - target).norm()),
-        board: telemetry.map(|t| t.state.to_string()).unwrap_or_default(),
+        board: about_target.map(|t| t.state.to_string()).unwrap_or_default(),
         motors_steps: telemetry.map(|t| t.motors.map(Steps16::to_si)),
         rates_steps_s: telemetry.map(|t| t.rates.map(Rate::to_si)),
     }

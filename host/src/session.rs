@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
 
 use nalgebra::Point3;
+use plumb_protocol::units::Point;
 use serde::Serialize;
 use thiserror::Error;
 
@@ -59,6 +60,10 @@ pub struct Summary {
     pub error_mm: Option<f64>,
     /// Targets reached.
     pub targets_reached: usize,
+    /// The targets that were driven to, in order.
+    pub legs: Vec<Leg>,
+    /// Whether the board said at the end that its motors stand still.
+    pub at_rest: bool,
     /// Pictures in which the ball was found and located.
     pub located: u64,
     /// Pictures that were lost or could not be searched.
@@ -67,6 +72,31 @@ pub struct Summary {
     pub refused_positions: u32,
     /// Why the run ended.
     pub ending: String,
+}
+
+/// A target, and how the drive to it went.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Leg {
+    /// Metres in the rig frame.
+    pub target: [f64; 3],
+    /// Pictures until its end.
+    pub frames: u64,
+    /// Whether it was reached.
+    pub reached: bool,
+    /// The board's filtered |e| at its end, millimetres; absent where the board told none, or the ball was never
+    /// seen.
+    pub error_mm: Option<f64>,
+}
+
+/// A run that has ended in order: what it came to, and where that is kept.
+#[derive(Debug)]
+pub struct Ended {
+    /// What it came to.
+    pub summary: Summary,
+    /// The run's folder.
+    pub folder: PathBuf,
+    /// What could not be written into the folder.
+    pub unwritten: Option<RunError>,
 }
 
 /// What kept a run from beginning or broke it.
@@ -78,6 +108,9 @@ pub enum SessionError {
     /// The rig file, or what was typed, asks for the impossible.
     #[error("the target {0:?} m is outside the workspace of the rig file")]
     TargetOutside([f64; 3]),
+    /// There is nothing to do.
+    #[error("the rig file has no targets: list them as `targets = [[x, y, z], ...]`, metres")]
+    NoTargets,
     /// No folder for the run.
     #[error(transparent)]
     Folder(#[from] RunError),
@@ -85,29 +118,27 @@ pub enum SessionError {
     #[error(transparent)]
     Link(#[from] LinkError),
     /// It broke under way; what was recorded is in the folder.
-    #[error("{error} (recorded so far: {}, {} frames)", .folder.display(), .summary.frames)]
+    #[error("{error} (recorded so far: {}, {} frames)", .ended.folder.display(), .ended.summary.frames)]
     Broken {
         /// What broke.
         error: Box<DriveError>,
-        /// The run's folder, complete up to that moment.
-        folder: PathBuf,
         /// What the run had come to.
-        summary: Box<Summary>,
+        ended: Box<Ended>,
     },
 }
 
 impl Session<'_> {
-    /// Runs, with the board at the other end of `transport` and pictures from `source`. Returns what it came to and
-    /// where that is kept; the motors are ramped down.
+    /// Runs, with the board at the other end of `transport` and pictures from `source`. The motors are ramped
+    /// down at the end.
     ///
     /// # Errors
-    /// Where it could not begin, or broke. Whatever happens after the first picture, the folder is complete.
-    pub fn run<S: Live, T: Transport>(
-        mut self,
-        source: &mut S,
-        transport: T,
-    ) -> Result<(Summary, PathBuf), SessionError> {
+    /// Where it could not begin, or broke. Whatever happens after the first picture, the folder is complete, save
+    /// for what cannot be written, which is told besides.
+    pub fn run<S: Live, T: Transport>(mut self, source: &mut S, transport: T) -> Result<Ended, SessionError> {
         let (config, targets) = (self.rig.config()?, self.rig.targets()?);
+        if targets.is_empty() {
+            return Err(SessionError::NoTargets);
+        }
         if let Some(target) = targets.iter().find(|t| !config.workspace.contains(**t)) {
             return Err(SessionError::TargetOutside(target.to_metres()));
         }
@@ -116,36 +147,53 @@ impl Session<'_> {
         let mut folder = self.folder()?;
         let path = folder.path().to_owned();
 
-        let mut tally = Tally::default();
-        let mut reached = 0;
-        let mut result = Ok(Ending::Reached);
-        for target in targets {
-            let mut rig = crate::drive::Rig {
-                source: &mut *source,
-                detector: &mut *self.detector,
-                camera: self.camera,
-                link: &mut link,
-                folder: &mut folder,
-                interrupted: self.interrupted,
-                progress: &mut *self.progress,
-            };
-            result = drive(&mut rig, target, self.patience, &mut tally);
-            match result {
-                Ok(Ending::Reached) => reached += 1,
-                _ => break,
-            }
-        }
-        // The run is over either way; a board that cannot be told stops by its own deadline.
-        let stopped = link.stop().map_err(DriveError::from);
-        let result = result.and_then(|ending| stopped.map(|()| ending));
-        let summary = self.summary(&tally, reached, &result, link.refused_positions());
-        folder.finish(&summary)?;
+        let (mut tally, mut legs) = (Tally::default(), Vec::new());
+        let result = self.drive_all(source, &mut link, &mut folder, &targets, &mut tally, &mut legs);
+        let (result, at_rest) = come_to_rest(&mut link, result);
+        let summary = self.summary(&tally, legs, targets.len(), &result, at_rest, link.refused_positions());
+        let unwritten = folder.finish(&summary).err();
+        let ended = Ended { summary, folder: path, unwritten };
         match result {
-            Ok(_) => Ok((summary, path)),
-            Err(error) => {
-                Err(SessionError::Broken { error: error.into(), folder: path, summary: summary.into() })
+            Ok(_) => Ok(ended),
+            Err(error) => Err(SessionError::Broken { error: error.into(), ended: ended.into() }),
+        }
+    }
+
+    /// Drives to one target after the other until one is not reached.
+    fn drive_all<S: Live, T: Transport>(
+        &mut self,
+        source: &mut S,
+        link: &mut Link<T>,
+        folder: &mut RunFolder,
+        targets: &[Point],
+        tally: &mut Tally,
+        legs: &mut Vec<Leg>,
+    ) -> Result<Ending, DriveError> {
+        let mut rig = crate::drive::Rig {
+            source,
+            detector: &mut *self.detector,
+            camera: self.camera,
+            link,
+            folder,
+            radius: self.rig.reached.radius.get(),
+            interrupted: self.interrupted,
+            progress: &mut *self.progress,
+        };
+        for &target in targets {
+            let before = tally.frames;
+            let result = drive(&mut rig, target, self.patience, tally);
+            let reached = matches!(result, Ok(Ending::Reached));
+            legs.push(Leg {
+                target: target.to_metres().map(|metres| round(metres, 1e6)),
+                frames: tally.frames - before,
+                reached,
+                error_mm: tally.error.map(millimetres),
+            });
+            if !reached {
+                return result;
             }
         }
+        Ok(Ending::Reached)
     }
 
     fn folder(&mut self) -> Result<RunFolder, RunError> {
@@ -164,18 +212,23 @@ impl Session<'_> {
     fn summary(
         &self,
         tally: &Tally,
-        targets_reached: usize,
+        legs: Vec<Leg>,
+        targets: usize,
         result: &Result<Ending, DriveError>,
+        at_rest: bool,
         refused_positions: u32,
     ) -> Summary {
+        let targets_reached = legs.iter().filter(|leg| leg.reached).count();
         Summary {
-            reached: matches!(result, Ok(Ending::Reached)),
+            reached: targets_reached == targets,
             law: self.rig.law.name(),
             detector: self.detector.name(),
             frames: tally.frames,
             time_s: round(tally.time, 1e6),
-            error_mm: tally.error.map(|e| round(e * 1e3, 1e3)),
+            error_mm: tally.error.map(millimetres),
             targets_reached,
+            legs,
+            at_rest,
             located: tally.located,
             lost: tally.lost,
             refused_positions,
@@ -185,6 +238,28 @@ impl Session<'_> {
             },
         }
     }
+}
+
+/// Ends a run at the board: ramps the motors down and waits until they stand. Returns how the run ended, and
+/// whether the board said that they stand.
+fn come_to_rest<T: Transport>(
+    link: &mut Link<T>,
+    result: Result<Ending, DriveError>,
+) -> (Result<Ending, DriveError>, bool) {
+    if matches!(result, Err(DriveError::Link(_))) {
+        // The first cause counts, and a board without a host stops by itself.
+        link.abandon();
+        return (result, false);
+    }
+    match link.stop() {
+        Ok(()) => (result, true),
+        Err(error) => (result.and(Err(error.into())), false),
+    }
+}
+
+/// `metres` in millimetres, to the nearest thousandth.
+fn millimetres(metres: f64) -> f64 {
+    round(metres * 1e3, 1e3)
 }
 
 /// `value` to the nearest 1/`per`: what is printed, without digits that mean nothing.

@@ -64,6 +64,10 @@ impl<T: Transport> Transport for Damaged<T> {
         self.inner.name()
     }
 
+    fn now(&self) -> Duration {
+        self.inner.now()
+    }
+
     fn send(&mut self, bytes: &[u8]) -> Result<(), LinkError> {
         let spared = self.spared.min(bytes.len());
         self.spared -= spared;

@@ -181,7 +181,7 @@ fn session(seed: u64, folder: std::path::PathBuf) -> Summary {
         interrupted: &AtomicBool::new(false),
         progress: &mut |_| {},
     };
-    session.run(&mut source, Memory::new(board)).expect("a run").0
+    session.run(&mut source, Memory::new(board)).expect("a run").summary
 }
 
 #[test]

@@ -87,7 +87,7 @@ fn the_papers_task_is_done_through_libopenni2() {
     let result = session.run(&mut source, transport);
     over.store(true, Ordering::Relaxed);
     eye.join().expect("the camera's eye");
-    let (summary, _) = result.expect("an unbroken run");
+    let summary = result.expect("an unbroken run").summary;
     assert!(summary.reached, "{summary:?}");
     // 114 periods by the law, without latency.
     assert!(summary.located > 60 && summary.lost < summary.frames / 10, "{summary:?}");

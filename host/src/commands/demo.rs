@@ -183,14 +183,14 @@ where
         serde_json::to_string(&Line { summary, true_error_mm, seed: args.seed, time }).or_failed()
     };
     match result {
-        Ok((summary, folder)) => {
-            let code = ended(&summary, &folder);
-            println!("{}", line(&summary)?);
+        Ok(run) => {
+            let code = ended(&run);
+            println!("{}", line(&run.summary)?);
             recording.map(|()| code)
         }
-        Err(SessionError::Broken { error, folder, summary }) => {
-            println!("{}", line(&summary)?);
-            Err(SessionError::Broken { error, folder, summary }).or_failed()
+        Err(SessionError::Broken { error, ended }) => {
+            println!("{}", line(&ended.summary)?);
+            Err(SessionError::Broken { error, ended }).or_failed()
         }
         Err(error) => Err(error).or_bad_input(),
     }

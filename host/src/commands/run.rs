@@ -107,14 +107,14 @@ fn drive(file: &Path, mut rig: Rig, options: &Common) -> Result<ExitCode, Failur
         Ok(())
     };
     match result {
-        Ok((summary, folder)) => {
-            let code = ended(&summary, &folder);
-            print(&summary)?;
+        Ok(run) => {
+            let code = ended(&run);
+            print(&run.summary)?;
             recording.map(|()| code)
         }
-        Err(SessionError::Broken { error, folder, summary }) => {
-            print(&summary)?;
-            Err(SessionError::Broken { error, folder, summary }).or_failed()
+        Err(SessionError::Broken { error, ended }) => {
+            print(&ended.summary)?;
+            Err(SessionError::Broken { error, ended }).or_failed()
         }
         Err(error) => Err(error).or_bad_input(),
     }

@@ -1,11 +1,10 @@
 //! What a person sees while a run goes on and when it is over.
 
 use std::io::{IsTerminal, stderr};
-use std::path::Path;
 use std::process::ExitCode;
 
 use plumb::run::Row;
-use plumb::session::Summary;
+use plumb::session::Ended;
 
 use super::FAILED;
 
@@ -41,9 +40,13 @@ impl Progress {
 }
 
 /// Tells people how a run ended and where it is kept; the exit code that goes with it.
-pub(super) fn ended(summary: &Summary, folder: &Path) -> ExitCode {
+pub(super) fn ended(run: &Ended) -> ExitCode {
+    let Ended { summary, folder, unwritten } = run;
     let error = summary.error_mm.map(|e| format!(", filtered |e| = {e:.1} mm")).unwrap_or_default();
     eprintln!("{}: {} frames, {:.1} s{error}", summary.ending, summary.frames, summary.time_s);
     eprintln!("run folder: {}", folder.display());
+    if let Some(error) = unwritten {
+        eprintln!("plumb: the run folder is not complete: {error}");
+    }
     if summary.reached { ExitCode::SUCCESS } else { ExitCode::from(FAILED) }
 }

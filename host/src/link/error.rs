@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use plumb_protocol::VERSION;
-use plumb_protocol::message::{Fault, Refusal};
+use plumb_protocol::message::{Fault, Refusal, StartCause};
 use thiserror::Error;
 
 /// Why the link to the board failed.
@@ -62,6 +62,55 @@ pub enum LinkError {
         /// What was asked.
         what: &'static str,
         /// How long was waited.
+        waited: Duration,
+    },
+    /// The board has fallen silent.
+    #[error(
+        "{port}: nothing has come from the board for {:.1} s; is it powered, and its cable plugged in? It stops \
+         by itself when it hears nothing",
+        .age.as_secs_f64()
+    )]
+    NoTelemetry {
+        /// Its path.
+        port: String,
+        /// Time since the last telemetry.
+        age: Duration,
+    },
+    /// The board is there, but what it is sent arrives late or not at all.
+    #[error(
+        "{port}: the board has not acknowledged a position for {:.1} s: the link is too slow, or loses too much; \
+         check the baud rate and the cable",
+        .age.as_secs_f64()
+    )]
+    Lagging {
+        /// Its path.
+        port: String,
+        /// Time since the oldest position without an acknowledgement was sent.
+        age: Duration,
+    },
+    /// The board restarted, and knows nothing of the run any more.
+    #[error(
+        "{port}: the board restarted in mid-run ({}); its motor positions begin at 0 where the motors stand now",
+        .cause.map_or_else(|| "it did not say why".to_owned(), |cause| cause.to_string())
+    )]
+    Restarted {
+        /// Its path.
+        port: String,
+        /// Why, where the board could be asked.
+        cause: Option<StartCause>,
+    },
+    /// The board goes by a configuration that is not this program's.
+    #[error("{port}: the board has another configuration now: does another program use it too?")]
+    Reconfigured {
+        /// Its path.
+        port: String,
+    },
+    /// The motors turn on after a stop.
+    #[error("{port}: the board was told to stop, and its motors have not come to rest after {:.1} s", .waited.as_secs_f64())]
+    NotAtRest {
+        /// Its path.
+        port: String,
+        /// Time since the motors last slowed down.
         waited: Duration,
     },
     /// The board speaks another version.

@@ -1,6 +1,12 @@
-//! The link to the board: greets it, configures it, tells it where the ball is and hears how it goes.
+//! The link to the board: greets it, configures it, reports where the ball is, and hears how it goes.
+//!
+//! Frames may be lost or late. A request is repeated with its id until its answer comes ([`exchange`]), a target
+//! until telemetry names it. Telemetry counts only where it names this link's configuration; about a target it
+//! counts only where it names that target. [`Link::poll`] fails once the board is silent, lags or has restarted.
 
 mod error;
+mod exchange;
+mod health;
 mod transport;
 
 use std::time::Duration;
@@ -8,18 +14,26 @@ use std::time::Duration;
 use plumb_protocol::Config;
 use plumb_protocol::frame::{self, Accumulator};
 use plumb_protocol::message::{
-    BoardHello, Command, Fault, FromBoard, Hello, Position, Refusal, Telemetry, ToBoard,
+    Answer, Command, Fault, FromBoard, Hello, Position, Refusal, StartCause, State, Telemetry, ToBoard,
 };
-use plumb_protocol::units::{Covariance, Point};
+use plumb_protocol::units::{Covariance, Micros, Point};
 
 pub use error::LinkError;
+use health::{Ailment, Health};
 pub use transport::{Memory, Serial, Transport, boards};
 
-/// A board that is there answers within this, even on a busy machine.
-const PATIENCE: Duration = Duration::from_secs(3);
+/// A board that is there answers a request within this, even over a link that loses a quarter of the frames.
+const ANSWER_TIMEOUT: Duration = Duration::from_secs(2);
 
-/// How long each look at the port waits.
-const GLANCE: Duration = Duration::from_millis(20);
+/// A request without an answer is sent again after this: below the shortest deadline for a silent host that is
+/// usual, 300 ms.
+const REPEAT_AFTER: Duration = Duration::from_millis(200);
+
+/// Longest wait of each look at the port.
+const POLL_INTERVAL: Duration = Duration::from_millis(20);
+
+/// Bytes that one poll takes in at most: 20 s of telemetry.
+const MAX_BACKLOG: usize = 1 << 16;
 
 /// A greeted board.
 pub struct Link<T> {
@@ -27,10 +41,36 @@ pub struct Link<T> {
     accumulator: Accumulator,
     next_id: u16,
     sequence: u16,
+    /// Id of the Configure command in force.
+    configuration: Option<u16>,
+    /// When the board carried it out, on its clock: what it said before is of no use.
+    configured: Micros,
+    target: Option<TargetRequest>,
     telemetry: Option<Telemetry>,
     fault: Option<Fault>,
+    start_cause: Option<StartCause>,
+    health: Health,
     refused_positions: u32,
     bad_frames: u32,
+}
+
+/// A target that was asked for.
+#[derive(Debug, Clone, Copy)]
+struct TargetRequest {
+    id: u16,
+    target: Point,
+    first_sent: Duration,
+    last_sent: Duration,
+    outcome: Outcome,
+}
+
+/// What the board made of a request.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Outcome {
+    /// It has not answered.
+    Unknown,
+    Accepted,
+    Refused(Refusal),
 }
 
 impl<T: Transport> Link<T> {
@@ -40,12 +80,9 @@ impl<T: Transport> Link<T> {
     /// Where nothing answers, or a board of another version does.
     pub fn greet(transport: T) -> Result<Self, LinkError> {
         let mut link = Self::open(transport)?;
-        let id = link.post(Command::Hello(Hello::OURS))?;
-        let hello = link.wait_for("a greeting", |message| match message {
-            FromBoard::Hello(hello) if hello.id == id => Some(*hello),
-            _ => None,
-        })?;
-        if hello.accepted { Ok(link) } else { Err(other_version(&hello)) }
+        link.hello(ANSWER_TIMEOUT)?;
+        link.health.begin(link.transport.now());
+        Ok(link)
     }
 
     /// Sends the board into its chip's bootloader, where it waits for new firmware; one of any version, which needs no
@@ -54,7 +91,7 @@ impl<T: Transport> Link<T> {
     /// # Errors
     /// Where nothing answers, or the link fails.
     pub fn bootloader(transport: T) -> Result<(), LinkError> {
-        Self::open(transport)?.request("to go into its bootloader", Command::Bootloader)
+        Self::open(transport)?.request("to go into its bootloader", Command::Bootloader).map(drop)
     }
 
     fn open(transport: T) -> Result<Self, LinkError> {
@@ -63,8 +100,13 @@ impl<T: Transport> Link<T> {
             accumulator: Accumulator::new(),
             next_id: 1,
             sequence: 0,
+            configuration: None,
+            configured: Micros(0),
+            target: None,
             telemetry: None,
             fault: None,
+            start_cause: None,
+            health: Health::default(),
             refused_positions: 0,
             bad_frames: 0,
         };
@@ -80,8 +122,12 @@ impl<T: Transport> Link<T> {
     pub fn configure(&mut self, config: Config) -> Result<(), LinkError> {
         self.stop()?;
         self.request("to clear its fault", Command::ClearFault)?;
-        self.fault = None;
-        self.request("the configuration", Command::Configure(config))
+        let id = self.next_id;
+        self.configured = self.request("the configuration", Command::Configure(config))?;
+        self.configuration = Some(id);
+        (self.telemetry, self.fault) = (None, None);
+        self.health.begin(self.transport.now());
+        Ok(())
     }
 
     /// Has the board keep its configuration over a loss of power.
@@ -89,44 +135,80 @@ impl<T: Transport> Link<T> {
     /// # Errors
     /// Where it has no place to keep it, could not write it, or the link fails.
     pub fn store(&mut self) -> Result<(), LinkError> {
-        self.request("to store its configuration", Command::Store)
+        self.request("to store its configuration", Command::Store).map(drop)
     }
 
-    /// How things are now.
+    /// Returns how things are now.
     ///
     /// # Errors
     /// Where the link fails.
     pub fn status(&mut self) -> Result<Telemetry, LinkError> {
-        self.post(Command::Status)?;
-        self.wait_for("for its state", |message| match message {
-            FromBoard::Telemetry(telemetry) => Some(*telemetry),
-            _ => None,
-        })
+        let asked = self.request("for its state", Command::Status)?;
+        self.telemetry_since(asked)
     }
 
-    /// Sets the target, in the rig frame.
+    /// Asks for a target, in the rig frame, without waiting: [`poll`](Self::poll) repeats the request until the
+    /// board has accepted it, and fails where it refuses. Until then
+    /// [`target_telemetry`](Self::target_telemetry) is `None`.
+    ///
+    /// # Errors
+    /// Where the link is lost.
+    pub fn aim(&mut self, target: Point) -> Result<(), LinkError> {
+        let (id, now) = (self.post(Command::Target(target))?, self.transport.now());
+        let outcome = Outcome::Unknown;
+        self.target = Some(TargetRequest { id, target, first_sent: now, last_sent: now, outcome });
+        Ok(())
+    }
+
+    /// Sets the target, in the rig frame, and waits until the board has accepted it.
     ///
     /// # Errors
     /// Where the board refuses it, or the link fails.
     pub fn target(&mut self, target: Point) -> Result<(), LinkError> {
-        // What was told before is of another target.
-        self.telemetry = None;
-        self.request("the target", Command::Target(target))
+        self.aim(target)?;
+        while self.target.is_some_and(|request| request.outcome == Outcome::Unknown) {
+            self.listen(POLL_INTERVAL)?;
+            self.poll()?;
+        }
+        self.check_target()
     }
 
     /// Ramps down and waits until the motors stand still.
     ///
     /// # Errors
-    /// Where the link fails, or the motors do not come to rest within a few seconds.
+    /// Where the link fails, or the motors do not come to rest.
     pub fn stop(&mut self) -> Result<(), LinkError> {
-        self.request("to stop", Command::Stop)?;
-        for _ in 0..PATIENCE.as_millis() / GLANCE.as_millis() {
-            if self.status()?.rates.iter().all(|rate| rate.0 == 0) {
+        self.target = None;
+        let stopped = self.request("to stop", Command::Stop)?;
+        let (mut fastest, mut since) = (u64::MAX, self.transport.now());
+        loop {
+            let asked = self.request("for its state", Command::Status)?.max(stopped);
+            let telemetry = self.telemetry_since(asked)?;
+            let rate = telemetry.rates.iter().map(|rate| u64::from(rate.0.unsigned_abs())).sum();
+            if rate == 0 {
                 return Ok(());
             }
-            self.listen(GLANCE)?;
+            let now = self.transport.now();
+            if rate < fastest {
+                (fastest, since) = (rate, now);
+            }
+            let waited = now.saturating_sub(since);
+            if waited > ANSWER_TIMEOUT {
+                return Err(LinkError::NotAtRest { port: self.transport.name(), waited });
+            }
+            self.listen(POLL_INTERVAL)?;
         }
-        Err(self.silent("to come to rest"))
+    }
+
+    /// Tells a board to stop that may not be there any more: a few times, without waiting for an answer. Without
+    /// a host it stops by itself.
+    pub fn abandon(&mut self) {
+        for _ in 0..3 {
+            let told = self.post(Command::Stop).and_then(|_| self.listen(POLL_INTERVAL));
+            if told.is_err() {
+                return;
+            }
+        }
     }
 
     /// Reports where the ball was (`None`: not seen) in a picture taken `age` ago, and how sure that is. Does not wait for
@@ -141,21 +223,33 @@ impl<T: Transport> Link<T> {
         age: Duration,
     ) -> Result<(), LinkError> {
         self.sequence = self.sequence.wrapping_add(1);
-        let age_us = u32::try_from(age.as_micros()).unwrap_or(u32::MAX);
-        self.post(Command::Position(Position { sequence: self.sequence, age_us, ball, covariance })).map(drop)
+        let (sequence, age_us) = (self.sequence, u32::try_from(age.as_micros()).unwrap_or(u32::MAX));
+        let id = self.post(Command::Position(Position { sequence, age_us, ball, covariance }))?;
+        self.health.sent(sequence, id, self.transport.now());
+        Ok(())
     }
 
-    /// Takes in what has arrived, without waiting.
+    /// Takes in what has arrived, without waiting, and repeats the target where it was not accepted yet.
     ///
     /// # Errors
-    /// Where the link is lost.
+    /// Where the link is lost, the board has fallen silent, lags behind, has restarted or has another
+    /// configuration, or refuses the target.
     pub fn poll(&mut self) -> Result<(), LinkError> {
-        self.listen(Duration::ZERO).map(drop)
+        self.listen(Duration::ZERO)?;
+        self.repeat_target()?;
+        self.check_target()?;
+        self.check_health()
     }
 
-    /// The newest telemetry.
+    /// Returns the newest telemetry under this link's configuration.
     pub fn telemetry(&self) -> Option<&Telemetry> {
         self.telemetry.as_ref()
+    }
+
+    /// Returns the newest telemetry if it is about the target asked for last.
+    pub fn target_telemetry(&self) -> Option<&Telemetry> {
+        let id = self.target?.id;
+        self.telemetry.as_ref().filter(|telemetry| telemetry.target == Some(id))
     }
 
     /// Why the board has stopped by itself, if it has.
@@ -173,51 +267,58 @@ impl<T: Transport> Link<T> {
         self.bad_frames
     }
 
-    /// Sends a command without waiting; its id.
-    fn post(&mut self, command: Command) -> Result<u16, LinkError> {
-        let id = self.next_id;
-        // 0 is what the board says of a command that it could not read.
-        self.next_id = self.next_id.checked_add(1).unwrap_or(1);
-        self.transport.send(&frame::encode(&ToBoard { id, command })?)?;
-        Ok(id)
+    fn repeat_target(&mut self) -> Result<(), LinkError> {
+        let now = self.transport.now();
+        let Some(request) = &mut self.target else { return Ok(()) };
+        if request.outcome != Outcome::Unknown {
+            return Ok(());
+        }
+        if now.saturating_sub(request.first_sent) > ANSWER_TIMEOUT {
+            return Err(self.silent("the target", ANSWER_TIMEOUT));
+        }
+        if now.saturating_sub(request.last_sent) > REPEAT_AFTER {
+            request.last_sent = now;
+            let (id, command) = (request.id, Command::Target(request.target));
+            self.send(id, command)?;
+        }
+        Ok(())
     }
 
-    /// Sends a command and waits for its answer.
-    fn request(&mut self, what: &'static str, command: Command) -> Result<(), LinkError> {
-        let id = self.post(command)?;
-        let answer = self.wait_for(what, |message| match message {
-            FromBoard::Answer(answer) if answer.id == id => Some(*answer),
-            _ => None,
-        })?;
-        match answer.refusal {
-            None => Ok(()),
-            Some(refusal) => Err(LinkError::Refused { what, refusal }),
+    fn check_target(&self) -> Result<(), LinkError> {
+        match self.target.map(|request| request.outcome) {
+            // The fault is the cause, and is told as such.
+            Some(Outcome::Refused(Refusal::Faulted(_))) if self.fault.is_some() => Ok(()),
+            Some(Outcome::Refused(refusal)) => Err(LinkError::Refused { what: "the target", refusal }),
+            _ => Ok(()),
         }
     }
 
-    /// Listens until a message is what is waited for.
-    fn wait_for<R>(
-        &mut self,
-        what: &'static str,
-        wanted: impl Fn(&FromBoard) -> Option<R>,
-    ) -> Result<R, LinkError> {
-        for _ in 0..PATIENCE.as_millis() / GLANCE.as_millis() {
-            let messages = self.listen(GLANCE)?;
-            if let Some(found) = messages.iter().find_map(&wanted) {
-                return Ok(found);
+    fn check_health(&mut self) -> Result<(), LinkError> {
+        if self.configuration.is_none() {
+            return Ok(());
+        }
+        let port = self.transport.name();
+        match self.health.ailment(self.transport.now()) {
+            Some(Ailment::Silent(age)) => Err(LinkError::NoTelemetry { port, age }),
+            Some(Ailment::Lagging(age)) => Err(LinkError::Lagging { port, age }),
+            Some(Ailment::Restarted) => Err(LinkError::Restarted { port, cause: self.ask_start_cause() }),
+            None if self.telemetry.is_some_and(|t| t.configuration != self.configuration) => {
+                Err(LinkError::Reconfigured { port })
             }
+            None => Ok(()),
         }
-        Err(self.silent(what))
-    }
-
-    fn silent(&self, what: &'static str) -> LinkError {
-        LinkError::Silent { port: self.transport.name(), what, waited: PATIENCE }
     }
 
     /// Takes in what has arrived, or arrives within `wait`.
     fn listen(&mut self, wait: Duration) -> Result<Vec<FromBoard>, LinkError> {
         let mut bytes = Vec::new();
         self.transport.receive(&mut bytes, wait)?;
+        // A host that was busy elsewhere finds more than one look brings.
+        let mut before = 0;
+        while bytes.len() > before && bytes.len() < MAX_BACKLOG {
+            before = bytes.len();
+            self.transport.receive(&mut bytes, Duration::ZERO)?;
+        }
         let mut messages = Vec::new();
         for byte in bytes {
             match self.accumulator.push::<FromBoard>(byte) {
@@ -235,21 +336,49 @@ impl<T: Transport> Link<T> {
     /// Keeps what a message says of the board.
     fn note(&mut self, message: &FromBoard) {
         match message {
-            FromBoard::Telemetry(telemetry) => self.telemetry = Some(*telemetry),
-            FromBoard::Fault(report) => self.fault = Some(report.fault),
-            FromBoard::Answer(answer) => {
-                let of_position = matches!(
-                    answer.refusal,
-                    Some(Refusal::PositionStale | Refusal::PositionOutOfOrder | Refusal::BallOutside)
-                );
-                self.refused_positions += u32::from(of_position);
+            FromBoard::Telemetry(telemetry) => self.note_telemetry(telemetry),
+            FromBoard::Fault(report) if report.configuration == self.configuration => {
+                self.fault = Some(report.fault);
             }
-            FromBoard::Hello(_) | FromBoard::Started(_) => {}
+            FromBoard::Answer(answer) => self.note_answer(answer),
+            FromBoard::Started(cause) => self.start_cause = Some(*cause),
+            FromBoard::Fault(_) | FromBoard::Hello(_) => {}
         }
     }
-}
 
-fn other_version(board: &BoardHello) -> LinkError {
-    let schema = board.hello.schema.iter().map(|b| format!("{b:02x}")).collect();
-    LinkError::Version { board: board.hello.version, schema }
+    fn note_telemetry(&mut self, telemetry: &Telemetry) {
+        if telemetry.time < self.configured {
+            // Of the time before the configuration, on its way until now.
+            return;
+        }
+        self.health.acknowledged(telemetry.sequence, self.transport.now());
+        self.telemetry = Some(*telemetry);
+        if let State::Fault(fault) = telemetry.state
+            && telemetry.configuration == self.configuration
+        {
+            // Its own report may be lost.
+            self.fault = Some(fault);
+        }
+        if let Some(request) = &mut self.target
+            && telemetry.target == Some(request.id)
+        {
+            request.outcome = Outcome::Accepted;
+        }
+    }
+
+    fn note_answer(&mut self, answer: &Answer) {
+        if let Some(refusal) = answer.refusal {
+            let unknown_host = matches!(refusal, Refusal::NotGreeted | Refusal::Unconfigured);
+            self.refused_positions += u32::from(self.health.refused(answer.id, unknown_host));
+        }
+        if let Some(request) = &mut self.target
+            && request.id == answer.id
+            && request.outcome == Outcome::Unknown
+        {
+            request.outcome = answer.refusal.map_or(Outcome::Accepted, Outcome::Refused);
+            if let Outcome::Refused(Refusal::Faulted(fault)) = request.outcome {
+                self.fault = Some(fault);
+            }
+        }
+    }
 }

@@ -3,7 +3,7 @@
 use std::cell::RefCell;
 use std::io::{ErrorKind, Read, Write};
 use std::rc::Rc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use plumb_emulator::EmulatedBoard;
 use plumb_protocol::units::Micros;
@@ -15,6 +15,10 @@ use super::LinkError;
 pub trait Transport {
     /// What to call it in an error.
     fn name(&self) -> String;
+
+    /// The time on the link's clock, which runs evenly and never back: real time, or the virtual time of an
+    /// emulated board. Every deadline of a link is counted on it.
+    fn now(&self) -> Duration;
 
     /// Sends all of `bytes`.
     ///
@@ -33,6 +37,7 @@ pub trait Transport {
 pub struct Serial {
     name: String,
     port: TTYPort,
+    opened: Instant,
 }
 
 /// A write that takes longer than this means that nobody takes the bytes away.
@@ -53,7 +58,7 @@ impl Serial {
             .map_err(|error| open_error(name, error))?;
         // What an earlier host left unread is not for this one. DTR is not touched: pseudo-terminals have none.
         let _ = port.clear(ClearBuffer::All);
-        Ok(Self { name: name.to_owned(), port })
+        Ok(Self { name: name.to_owned(), port, opened: Instant::now() })
     }
 
     fn lost(&self, error: std::io::Error) -> LinkError {
@@ -91,6 +96,10 @@ fn open_error(name: &str, error: serialport::Error) -> LinkError {
 impl Transport for Serial {
     fn name(&self) -> String {
         self.name.clone()
+    }
+
+    fn now(&self) -> Duration {
+        self.opened.elapsed()
     }
 
     fn send(&mut self, bytes: &[u8]) -> Result<(), LinkError> {
@@ -143,6 +152,10 @@ impl Memory {
 impl Transport for Memory {
     fn name(&self) -> String {
         "memory".to_owned()
+    }
+
+    fn now(&self) -> Duration {
+        Duration::from_micros(self.board.borrow().now().0)
     }
 
     fn send(&mut self, bytes: &[u8]) -> Result<(), LinkError> {

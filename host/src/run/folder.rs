@@ -76,18 +76,28 @@ impl RunFolder {
     /// Ends the run, well or badly: writes `summary.json` and draws the figures from the rows so far.
     ///
     /// # Errors
-    /// Where a file cannot be written. The summary is written first, so that it does not depend on the figures.
+    /// The first file that cannot be written (a full disk). The others are tried all the same, and no file is left
+    /// that was begun and not ended: what is there is whole.
     pub fn finish<T: Serialize + ?Sized>(self, summary: &T) -> Result<(), RunError> {
+        let written = [
+            self.write_summary(summary),
+            self.draw("figure4.svg", figures::over_frames),
+            self.draw("figure5.svg", figures::in_space),
+        ];
+        let rows = self.path.join("run.csv");
+        let synced = match self.rows.into_inner() {
+            Ok(file) => file.sync_all().map_err(RunError::io("finish", &rows)),
+            Err(error) => Err(RunError::io("finish", &rows)(error.into_error())),
+        };
+        written.into_iter().chain([synced]).collect()
+    }
+
+    fn write_summary<T: Serialize + ?Sized>(&self, summary: &T) -> Result<(), RunError> {
         let path = self.path.join("summary.json");
         let mut json = serde_json::to_vec_pretty(summary)
             .map_err(|source| RunError::Json { path: path.clone(), source })?;
         json.push(b'\n');
-        write_new(&path, &json)?;
-        self.draw("figure4.svg", figures::over_frames)?;
-        self.draw("figure5.svg", figures::in_space)?;
-        let rows = self.path.join("run.csv");
-        let file = self.rows.into_inner().map_err(|e| RunError::io("finish", &rows)(e.into_error()))?;
-        file.sync_all().map_err(RunError::io("finish", &rows))
+        write_new(&path, &json)
     }
 
     fn draw(
@@ -157,8 +167,14 @@ fn create_new(path: &Path) -> Result<File, RunError> {
     })
 }
 
+/// Writes a file that was not there before, whole or not at all.
 pub(super) fn write_new(path: &Path, bytes: &[u8]) -> Result<(), RunError> {
-    create_new(path)?.write_all(bytes).map_err(RunError::io("write", path))
+    let mut file = create_new(path)?;
+    file.write_all(bytes).map_err(|source| {
+        // Half of it would look like a result.
+        let _ = fs::remove_file(path);
+        RunError::io("write", path)(source)
+    })
 }
 
 #[cfg(test)]

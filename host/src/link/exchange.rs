@@ -1,0 +1,114 @@
+//! Requests and their answers: a request is repeated, with the same id, until its answer comes or time is up.
+//!
+//! That is safe for every command: the board carries one out once, and answers as often as it is asked
+//! ([`plumb_protocol`], order, loss and duplicates).
+
+use plumb_protocol::message::BoardHello;
+
+use super::*;
+
+/// How long a board that restarted is waited for to say why.
+const CAUSE_TIMEOUT: Duration = Duration::from_millis(400);
+
+impl<T: Transport> Link<T> {
+    /// Sends a new command without waiting; its id.
+    pub(super) fn post(&mut self, command: Command) -> Result<u16, LinkError> {
+        let id = self.new_id();
+        self.send(id, command)?;
+        Ok(id)
+    }
+
+    /// The next id: 0 is what the board says of a command that it could not read.
+    fn new_id(&mut self) -> u16 {
+        let id = self.next_id;
+        self.next_id = id.checked_add(1).unwrap_or(1);
+        id
+    }
+
+    pub(super) fn send(&mut self, id: u16, command: Command) -> Result<(), LinkError> {
+        let frame = frame::encode(&ToBoard { id, command })?;
+        self.transport.send(&frame)
+    }
+
+    /// Sends a command and waits for its answer; when the board answered, on its clock.
+    pub(super) fn request(&mut self, what: &'static str, command: Command) -> Result<Micros, LinkError> {
+        let answer = self.exchange(what, command, ANSWER_TIMEOUT, |id, message| match message {
+            FromBoard::Answer(answer) if answer.id == id => Some(*answer),
+            _ => None,
+        })?;
+        match answer.refusal {
+            None => Ok(answer.time),
+            Some(refusal) => Err(LinkError::Refused { what, refusal }),
+        }
+    }
+
+    /// Sends a Hello and waits for its answer.
+    pub(super) fn hello(&mut self, timeout: Duration) -> Result<(), LinkError> {
+        let hello =
+            self.exchange("a greeting", Command::Hello(Hello::OURS), timeout, |id, message| match message {
+                FromBoard::Hello(hello) if hello.id == id => Some(*hello),
+                _ => None,
+            })?;
+        if hello.accepted { Ok(()) } else { Err(other_version(&hello)) }
+    }
+
+    /// Asks a board that has restarted for the cause; `None` where it does not say.
+    pub(super) fn ask_start_cause(&mut self) -> Option<StartCause> {
+        self.start_cause = None;
+        self.hello(CAUSE_TIMEOUT).ok()?;
+        let deadline = self.transport.now() + CAUSE_TIMEOUT;
+        while self.start_cause.is_none() && self.transport.now() < deadline {
+            self.listen(POLL_INTERVAL).ok()?;
+        }
+        self.start_cause
+    }
+
+    /// Waits for telemetry of `time` on the board's clock, or later.
+    pub(super) fn telemetry_since(&mut self, time: Micros) -> Result<Telemetry, LinkError> {
+        let deadline = self.transport.now() + ANSWER_TIMEOUT;
+        loop {
+            if let Some(telemetry) = self.telemetry.filter(|telemetry| telemetry.time >= time) {
+                return Ok(telemetry);
+            }
+            if self.transport.now() >= deadline {
+                return Err(self.silent("for its state", ANSWER_TIMEOUT));
+            }
+            self.listen(POLL_INTERVAL)?;
+        }
+    }
+
+    /// Sends a command, again and again, until `wanted` finds in a message what is waited for.
+    fn exchange<R>(
+        &mut self,
+        what: &'static str,
+        command: Command,
+        timeout: Duration,
+        wanted: impl Fn(u16, &FromBoard) -> Option<R>,
+    ) -> Result<R, LinkError> {
+        let id = self.new_id();
+        let deadline = self.transport.now() + timeout;
+        loop {
+            self.send(id, command)?;
+            let repeat = deadline.min(self.transport.now() + REPEAT_AFTER);
+            while self.transport.now() < repeat {
+                let wait = POLL_INTERVAL.min(repeat - self.transport.now());
+                let messages = self.listen(wait)?;
+                if let Some(found) = messages.iter().find_map(|message| wanted(id, message)) {
+                    return Ok(found);
+                }
+            }
+            if self.transport.now() >= deadline {
+                return Err(self.silent(what, timeout));
+            }
+        }
+    }
+
+    pub(super) fn silent(&self, what: &'static str, waited: Duration) -> LinkError {
+        LinkError::Silent { port: self.transport.name(), what, waited }
+    }
+}
+
+fn other_version(board: &BoardHello) -> LinkError {
+    let schema = board.hello.schema.iter().map(|b| format!("{b:02x}")).collect();
+    LinkError::Version { board: board.hello.version, schema }
+}

@@ -1,0 +1,113 @@
+//! Whether the board at the other end is there, keeps up, and is still the one that was configured.
+
+use std::collections::VecDeque;
+use std::time::Duration;
+
+/// Longest age of telemetry, and of a position that the board has not acknowledged.
+pub(super) const MAX_AGE: Duration = Duration::from_secs(1);
+
+/// A position on its way, or lost.
+#[derive(Debug, Clone, Copy)]
+struct Sent {
+    sequence: u16,
+    id: u16,
+    at: Duration,
+}
+
+/// What is wrong with the board or its link.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Ailment {
+    /// No telemetry for this long.
+    Silent(Duration),
+    /// A position was sent so long ago, and neither it nor a later one was acknowledged.
+    Lagging(Duration),
+    /// The board does not know this host any more.
+    Restarted,
+}
+
+/// State of the link, from the times of what was sent and heard.
+#[derive(Debug, Default)]
+pub(super) struct Health {
+    /// When telemetry came last, or the session began.
+    heard: Duration,
+    /// Positions that were not acknowledged yet, oldest first: those of [`MAX_AGE`] at most, since the run ends
+    /// then.
+    sent: VecDeque<Sent>,
+    restarted: bool,
+}
+
+impl Health {
+    /// Begins to watch at `now`: the board has just answered.
+    pub(super) fn begin(&mut self, now: Duration) {
+        *self = Self { heard: now, ..Self::default() };
+    }
+
+    /// Notes that a position was sent.
+    pub(super) fn sent(&mut self, sequence: u16, id: u16, at: Duration) {
+        self.sent.push_back(Sent { sequence, id, at });
+    }
+
+    /// Notes telemetry that came at `now`, and acknowledges the position of this number and those before it.
+    pub(super) fn acknowledged(&mut self, sequence: Option<u16>, now: Duration) {
+        self.heard = now;
+        let Some(last) = sequence else { return };
+        // Numbers wrap.
+        self.sent.retain(|sent| (sent.sequence.wrapping_sub(last) as i16) > 0);
+    }
+
+    /// Notes that the board refused the command `id`; whether that was a position.
+    pub(super) fn refused(&mut self, id: u16, unknown_host: bool) -> bool {
+        let Some(at) = self.sent.iter().position(|sent| sent.id == id) else { return false };
+        // Those before it were lost, or refused too.
+        self.sent.drain(..=at);
+        self.restarted |= unknown_host;
+        true
+    }
+
+    /// Returns what is wrong at `now`, the worst first.
+    pub(super) fn ailment(&self, now: Duration) -> Option<Ailment> {
+        let age = now.saturating_sub(self.heard);
+        let oldest = self.sent.front().map_or(Duration::ZERO, |sent| now.saturating_sub(sent.at));
+        match () {
+            () if self.restarted => Some(Ailment::Restarted),
+            () if age > MAX_AGE => Some(Ailment::Silent(age)),
+            () if oldest > MAX_AGE => Some(Ailment::Lagging(oldest)),
+            () => None,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const fn ms(ms: u64) -> Duration {
+        Duration::from_millis(ms)
+    }
+
+    #[test]
+    fn positions_are_acknowledged_by_later_ones_also_over_the_wrap() {
+        let mut health = Health::default();
+        health.begin(ms(0));
+        for (k, sequence) in [65_534u16, 65_535, 0, 1].into_iter().enumerate() {
+            health.sent(sequence, 10 + k as u16, ms(k as u64));
+        }
+        health.acknowledged(Some(0), ms(900));
+        assert_eq!(health.ailment(ms(1003)), None);
+        assert_eq!(health.ailment(ms(1004)), Some(Ailment::Lagging(ms(1001))));
+        health.acknowledged(Some(1), ms(1100));
+        assert_eq!(health.ailment(ms(2100)), None);
+        assert_eq!(health.ailment(ms(2101)), Some(Ailment::Silent(ms(1001))));
+    }
+
+    #[test]
+    fn only_a_position_of_this_session_tells_of_a_restart() {
+        let mut health = Health::default();
+        health.begin(ms(0));
+        health.sent(1, 7, ms(0));
+        assert!(!health.refused(6, true));
+        assert_eq!(health.ailment(ms(1)), None);
+        assert!(health.refused(7, true));
+        assert_eq!(health.ailment(ms(1)), Some(Ailment::Restarted));
+    }
+}
