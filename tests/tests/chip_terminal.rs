@@ -62,7 +62,7 @@ fn a_session_drives_the_real_image_over_a_serial_port() {
         progress: &mut |_| {},
     };
     let transport = Serial::open(port.trim(), 115_200).expect("the port");
-    let (summary, _) = session.run(&mut source, transport).expect("a run");
+    let summary = session.run(&mut source, transport).expect("a run").summary;
     assert!(summary.reached, "{summary:?}");
     assert!(summary.error_mm.is_some_and(|e| e < 10.0), "{summary:?}");
 }
