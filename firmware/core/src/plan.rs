@@ -21,7 +21,7 @@ pub use jog::Jogging;
 pub(crate) use mean::LONGEST_MS as LONGEST_MEAN_MS;
 use mean::Mean;
 use ramp::{Ramp, ticks_for};
-use travel::{PATIENCE, Place, Travel};
+use travel::{PATIENCE, Place, Stop, Travel};
 
 /// Length of a tick, microseconds: short enough that a new position changes the rates within 300 µs, long enough that
 /// planning takes a few percent of the chip.
@@ -221,12 +221,12 @@ impl Planner {
     fn beyond_travel(&self) -> Option<usize> {
         let (rates, ahead) = (self.ramp.next(), self.mean.ahead());
         let ticks = ticks_for(rates.map(i32::unsigned_abs), self.deltas);
+        let stop = Stop::over(ticks, self.mean.lag_ticks());
         (0..3).find(|&i| {
             let Axis { position, .. } = self.axes[i];
             let (fraction, per_pulse) = (self.axes[i].fraction(), self.per_pulse);
-            let lag_ticks = self.mean.lag_ticks();
-            let place = Place { position, fraction, ahead: ahead[i], lag_ticks, per_pulse };
-            !self.travels[i].can_stop(&place, rates[i], ticks)
+            let place = Place { position, fraction, ahead: ahead[i], per_pulse };
+            !self.travels[i].can_stop(&place, rates[i], &stop)
         })
     }
 

@@ -6,6 +6,7 @@ use plumb_protocol::message::{
 };
 use plumb_protocol::units::{Micrometres, Micros, Point};
 
+use super::requests::LastRequest;
 use super::seek::{Guards, Seek, Sight};
 use super::{Activity, Board, Outbox, answer};
 use crate::estimate;
@@ -49,10 +50,11 @@ impl Board {
     /// Carries out a command that must not be carried out twice. One that repeats the last of them, with its
     /// id and content, is answered again; a Store that is still being written is answered once it is.
     fn handle_once(&mut self, now: Micros, message: &ToBoard, out: &mut Outbox) {
-        let repeated = self.last_request.as_ref() == Some(message);
+        let repeated =
+            self.last_request.is_some_and(|last| last.is_repeated_by(message, self.config.as_ref()));
         let result = if repeated { Ok(()) } else { self.carry_out(now, message, out) };
         if result.is_ok() {
-            self.last_request = Some(*message);
+            self.last_request = LastRequest::of(message);
         }
         if self.storing != Some(message.id) {
             answer(now, out, message.id, result);

@@ -3,6 +3,7 @@
 mod commands;
 mod guards;
 mod outbox;
+mod requests;
 mod seek;
 
 use plumb_protocol::config::{Config, Drivers};
@@ -18,6 +19,7 @@ use crate::params::{BuildLimits, Params};
 use crate::plan::{Jogging, Planner, StepPlan};
 use crate::think::{Answer as Thought, Asking, Question, Thinker};
 pub use outbox::Outbox;
+use requests::LastRequest;
 use seek::{Guards, Seek, Sight};
 
 /// Telemetry comes at least this often once a host was greeted.
@@ -47,8 +49,7 @@ pub struct Board {
     /// Id of the Configure command of this session that made it.
     configuration: Option<u16>,
     start_cause: StartCause,
-    /// The last request that was carried out, of those that are carried out once.
-    last_request: Option<ToBoard>,
+    last_request: Option<LastRequest>,
     /// The command that waits for the configuration to be written.
     storing: Option<u16>,
     /// Ticks to be planned until the emergency input counts as closed.

@@ -23,10 +23,16 @@ pub(super) struct Place {
     pub(super) fraction: i32,
     /// Units that the motor still turns if the reference stands still.
     pub(super) ahead: i64,
-    /// Ticks in which it does so, at most.
-    pub(super) lag_ticks: u32,
     /// 1/16 steps of a pulse.
     pub(super) per_pulse: i32,
+}
+
+/// A ramp to rest that all motors take together.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Stop {
+    ticks: u32,
+    /// What rounding adds to the way of each motor, units.
+    rounding: i64,
 }
 
 /// Units that the running mean's rates are off by in a tick, at most: one for the mean, one for the way to it.
@@ -58,10 +64,12 @@ impl Travel {
         self.safe = (self.limits.0 + way, self.limits.1 - way);
     }
 
-    /// Whether the motor stays within its travel if its reference turns at `rate` for this tick and then stops
-    /// over `ticks`, also where another stop is begun in every tick.
-    pub(super) fn can_stop(&self, place: &Place, rate: i32, ticks: u32) -> bool {
-        let size = stopping_distance(rate, ticks) as i64 + rounding(place.lag_ticks, ticks);
+    /// Whether the motor stays within its travel if its reference turns at `rate` for this tick and then comes to
+    /// rest by `stop`.
+    pub(super) fn can_stop(&self, place: &Place, rate: i32, stop: &Stop) -> bool {
+        // This tick at `rate`, then rate·(1 - k/ticks) for k = 1.. : rate·(ticks + 1)/2 in all. Bits: rate 31, ticks 28.
+        let line = wide::product(rate.unsigned_abs(), stop.ticks.wrapping_add(1)) >> 1;
+        let size = line as i64 + stop.rounding;
         let units = i64::from(place.fraction) + place.ahead + if rate < 0 { -size } else { size };
         // Whole pulses to a limit, 30 bits and the sign, and not from units to pulses, which would be a division.
         let pulses_to = |limit: i32| (limit - place.position) >> place.per_pulse.trailing_zeros();
@@ -75,25 +83,24 @@ impl Travel {
     }
 }
 
-/// Upper bound of the units that a reference turns in a tick at `rate` and a ramp to rest over `ticks`, the
-/// shortest that the motors can, even where each tick begins another ramp to rest.
-///
-/// A ramp from R over n ticks goes through R - floor(R·k/n), k = 1..n, each less than a unit above the straight
-/// line. Without rounding the sum with this tick is R·(n + 1)/2. Let Φ(R, n) = R·(n - 1)/2 + n·(n - 1)/4 be the
-/// bound of the ramp alone. After one tick the rate is R' <= R·(n - 1)/n + (n - 1)/n, and the next ramp takes
-/// n - 1 ticks: R' + Φ(R', n - 1) <= R·(n - 1)/2 + (n - 1)/2 + (n - 1)·(n - 2)/4 = Φ(R, n). So the bound holds
-/// for the ramp and for every ramp begun on its way.
-fn stopping_distance(rate: i32, ticks: u32) -> u64 {
-    // Bits: rate 31, ticks 28. Rounded up.
-    let line = wide::product(rate.unsigned_abs(), ticks.wrapping_add(1));
-    let rounding = wide::product(ticks, ticks.saturating_sub(1)) / 2;
-    (line + rounding + 1) / 2
-}
-
-/// Upper bound of the units by which the running mean's rounding lets a motor go beyond its reference until both
-/// stand still; 0 without a mean.
-fn rounding(lag_ticks: u32, ticks: u32) -> i64 {
-    if lag_ticks == 0 { 0 } else { i64::from(lag_ticks.wrapping_add(ticks)) * i64::from(MEAN_ROUNDING) }
+impl Stop {
+    /// A ramp over `ticks` (28 bits), the fewest that the motors can; they follow their references through a
+    /// running mean within `lag_ticks`, 0 where there is none.
+    ///
+    /// A ramp from R over n ticks goes through R - floor(R·k/n), k = 1..n, each less than a unit above the straight
+    /// line. Without rounding the sum with the tick before is R·(n + 1)/2. Let Φ(R, n) = R·(n - 1)/2 + n·(n - 1)/4
+    /// be the bound of the ramp alone. After one tick the rate is R' <= R·(n - 1)/n + (n - 1)/n, and the next ramp
+    /// takes n - 1 ticks: R' + Φ(R', n - 1) <= R·(n - 1)/2 + (n - 1)/2 + (n - 1)·(n - 2)/4 = Φ(R, n). So the bound
+    /// holds for the ramp and for every ramp to rest that is begun on its way, in each tick another.
+    pub(super) fn over(ticks: u32, lag_ticks: u32) -> Self {
+        let ramps = (wide::product(ticks, ticks.saturating_sub(1)) >> 2) as i64;
+        let mean = match lag_ticks {
+            0 => 0,
+            _ => i64::from(lag_ticks.wrapping_add(ticks).wrapping_mul(MEAN_ROUNDING)),
+        };
+        // A unit for each of the halves that are rounded down here.
+        Self { ticks, rounding: ramps + mean + 2 }
+    }
 }
 
 #[cfg(test)]
@@ -136,11 +143,11 @@ mod tests {
             let position = if high { limits.1 } else { limits.0 } - end + off * per_pulse;
             prop_assume!((limits.0..=limits.1).contains(&position));
             let travel = Travel::between(limits.0, limits.1);
-            let place = Place { position, fraction, ahead, lag_ticks: 0, per_pulse };
-            let can = travel.can_stop(&place, rate as i32, ticks);
+            let place = Place { position, fraction, ahead, per_pulse };
+            let can = travel.can_stop(&place, rate as i32, &Stop::over(ticks, 0));
             let inside = if rate > 0 { position + end <= limits.1 } else { position + end >= limits.0 };
             prop_assert!(!can || inside, "{end}");
-            let more = units + signed(i128::from(ticks) * i128::from(ticks) / 4 + 1);
+            let more = units + signed(i128::from(ticks) * i128::from(ticks) / 4 + 3);
             let spare = if rate > 0 {
                 i128::from(position) + end_of(more) <= i128::from(limits.1)
             } else {
@@ -164,9 +171,9 @@ mod tests {
             let ahead = (f64::from(ahead) * f64::from(UNIT) * ahead_share) as i64;
             // The reference moves on until the motor is looked at the next time.
             let ahead = ahead + i64::from(speed) * i64::from(later) * if share < 0.0 { -1 } else { 1 };
-            let place = Place { position, fraction, ahead, lag_ticks: 0, per_pulse };
+            let place = Place { position, fraction, ahead, per_pulse };
             let ticks = (f64::from(all_ticks) * share.abs()).ceil() as u32;
-            prop_assert!(travel.can_stop(&place, rate, ticks));
+            prop_assert!(travel.can_stop(&place, rate, &Stop::over(ticks, 0)));
         }
     }
 }

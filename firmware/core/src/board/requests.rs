@@ -1,0 +1,55 @@
+//! Which request was carried out last, so that a repetition is not carried out again.
+
+use plumb_protocol::Config;
+use plumb_protocol::message::{Command, Jog, ToBoard};
+use plumb_protocol::units::Point;
+
+/// The last request that was carried out, of those that are carried out once.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct LastRequest {
+    id: u16,
+    content: Content,
+}
+
+/// What it asked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Content {
+    /// The configuration in force: the board has it already, and five times as large as the others.
+    Configure,
+    Target(Point),
+    Jog(Jog),
+    Hold,
+    ClearFault,
+    Store,
+}
+
+impl LastRequest {
+    /// Of a command that was carried out; `None` for one that may be carried out any number of times.
+    pub(super) fn of(message: &ToBoard) -> Option<Self> {
+        let content = match message.command {
+            Command::Configure(_) => Content::Configure,
+            Command::Target(target) => Content::Target(target),
+            Command::Jog(jog) => Content::Jog(jog),
+            Command::Hold => Content::Hold,
+            Command::ClearFault => Content::ClearFault,
+            Command::Store => Content::Store,
+            Command::Hello(_)
+            | Command::Stop
+            | Command::Bootloader
+            | Command::Position(_)
+            | Command::Status => return None,
+        };
+        Some(Self { id: message.id, content })
+    }
+
+    /// Whether `message` is the same request once more, where `config` is in force.
+    pub(super) fn is_repeated_by(&self, message: &ToBoard, config: Option<&Config>) -> bool {
+        if self.id != message.id || Some(*self) != Self::of(message) {
+            return false;
+        }
+        match &message.command {
+            Command::Configure(again) => config == Some(again),
+            _ => true,
+        }
+    }
+}
