@@ -4,13 +4,30 @@ use std::collections::VecDeque;
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-/// What to do with what comes when there is no room.
+/// What to do with a letter when there is no room.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Full {
-    /// The oldest makes room: of a live camera only now counts.
+    /// The oldest of its kind makes room: of a live camera only now counts. There is room for so many of each kind.
     Drop,
     /// It waits: a recording is read whole.
     Wait,
+}
+
+/// Kinds of letters. No letter pushes out one of another kind.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Kind {
+    /// What is waited for.
+    Content,
+    /// News of what was lost.
+    Problem,
+    /// The last letter.
+    End,
+}
+
+/// Something to put into a [`Mailbox`].
+pub(crate) trait Letter {
+    /// Its kind.
+    fn kind(&self) -> Kind;
 }
 
 /// A queue with room for a few letters.
@@ -28,7 +45,7 @@ struct State<T> {
     closed: bool,
 }
 
-impl<T> Mailbox<T> {
+impl<T: Letter> Mailbox<T> {
     pub(crate) fn new(room: usize, full: Full) -> Self {
         let state = State { letters: VecDeque::with_capacity(room), closed: false };
         Self { state: Mutex::new(state), changed: Condvar::new(), room, full }
@@ -40,8 +57,11 @@ impl<T> Mailbox<T> {
         while self.full == Full::Wait && state.letters.len() >= self.room && !state.closed {
             state = self.changed.wait(state).unwrap_or_else(PoisonError::into_inner);
         }
-        if state.letters.len() >= self.room {
-            state.letters.pop_front();
+        let kind = letter.kind();
+        if state.letters.iter().filter(|other| other.kind() == kind).count() >= self.room
+            && let Some(oldest) = state.letters.iter().position(|other| other.kind() == kind)
+        {
+            state.letters.remove(oldest);
         }
         state.letters.push_back(letter);
         self.changed.notify_all();
@@ -81,6 +101,34 @@ impl<T> Mailbox<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    impl Letter for u32 {
+        /// Numbers from 100 are problems, those from 200 ends.
+        fn kind(&self) -> Kind {
+            match *self {
+                0..100 => Kind::Content,
+                100..200 => Kind::Problem,
+                _ => Kind::End,
+            }
+        }
+    }
+
+    /// What is in a mailbox of a live camera with room for one after these letters.
+    fn left(letters: &[u32]) -> Vec<u32> {
+        let mailbox = Mailbox::new(1, Full::Drop);
+        for letter in letters {
+            assert!(mailbox.put(*letter));
+        }
+        std::iter::from_fn(|| mailbox.take(Duration::ZERO)).collect()
+    }
+
+    #[test]
+    fn a_problem_never_pushes_out_a_picture() {
+        assert_eq!(left(&[1, 100]), [1, 100]);
+        assert_eq!(left(&[100, 1, 101, 102]), [1, 102]);
+        assert_eq!(left(&[1, 100, 2]), [100, 2]);
+        assert_eq!(left(&[1, 100, 2, 101, 200]), [2, 101, 200]);
+    }
 
     #[test]
     fn of_a_live_camera_the_newest_stays() {

@@ -7,7 +7,7 @@ use crate::camera::{Opened, Settings, Target};
 use crate::clock::HostClock;
 use crate::device::Device;
 use crate::library::OpenNi;
-use crate::mailbox::Mailbox;
+use crate::mailbox::{Kind, Letter, Mailbox};
 use crate::pairing::{Paired, Pairing, Timed};
 use crate::picture::{DepthUnit, Pair, Picture, Sensor};
 use crate::recorder::Recorder;
@@ -29,6 +29,22 @@ pub(crate) enum Event {
     Problem(OpenniError),
     /// Nothing more will come.
     Over(Result<(), OpenniError>),
+}
+
+impl Letter for Event {
+    fn kind(&self) -> Kind {
+        match self {
+            Self::Pair(_) => Kind::Content,
+            Self::Problem(_) => Kind::Problem,
+            Self::Over(_) => Kind::End,
+        }
+    }
+}
+
+impl Letter for Result<Opened, OpenniError> {
+    fn kind(&self) -> Kind {
+        Kind::Content
+    }
 }
 
 /// What the thread begins with.
