@@ -33,8 +33,10 @@ const NODE_ADDED: u32 = 13;
 const INDEX: u32 = 14;
 /// Streams in a file at most: colour, depth, infrared, and some of another kind.
 const MOST_NODES: u32 = 8;
-/// No index is so long: pictures of a week.
-const LONGEST_INDEX: u64 = 1 << 29;
+/// Most records of a file: colour and depth at 30 Hz for a day.
+const MOST_RECORDS: usize = 6_000_000;
+/// No index is so long: it has an entry of 20 bytes for each record.
+const LONGEST_INDEX: u64 = 20 * MOST_RECORDS as u64;
 
 /// What a file's records say.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -50,6 +52,10 @@ pub(crate) struct Skeleton {
 pub(crate) enum SkeletonError {
     #[error("{0}")]
     Io(#[from] io::Error),
+    #[error("it is no regular file")]
+    NotAFile,
+    #[error("it has more than {0} records: split the recording")]
+    TooManyRecords(usize),
     #[error("it is no .oni recording (its first bytes are not NI10)")]
     Magic,
     #[error(
@@ -65,6 +71,15 @@ pub(crate) enum SkeletonError {
 /// # Errors
 /// Where it cannot be read, is not whole, or says what cannot be.
 pub(crate) fn examine(path: &Path) -> Result<Skeleton, SkeletonError> {
+    examine_up_to(path, MOST_RECORDS)
+}
+
+/// As [`examine`], of at most `most_records`.
+fn examine_up_to(path: &Path, most_records: usize) -> Result<Skeleton, SkeletonError> {
+    // A named pipe would be waited for, and so it is not opened.
+    if !std::fs::metadata(path)?.is_file() {
+        return Err(SkeletonError::NotAFile);
+    }
     let file = File::open(path)?;
     let length = file.metadata()?.len();
     let mut file = BufReader::with_capacity(256, file);
@@ -97,6 +112,9 @@ pub(crate) fn examine(path: &Path) -> Result<Skeleton, SkeletonError> {
         if record.kind == INDEX && record.payload <= LONGEST_INDEX {
             fields.resize(fields.len() + record.payload as usize, 0);
             file.read_exact(&mut fields)?;
+        }
+        if records.starts.len() >= most_records {
+            return Err(SkeletonError::TooManyRecords(most_records));
         }
         records.take(&record, &fields).map_err(|what| records.damaged(at, what))?;
         at = record.next();
@@ -282,6 +300,24 @@ mod tests {
         assert_eq!(of(&bytes), Ok(Skeleton { pictures: 2, length }));
         bytes.extend([1; 1000]);
         assert_eq!(of(&bytes), Ok(Skeleton { pictures: 2, length }));
+    }
+
+    #[test]
+    fn what_is_no_regular_file_is_not_opened() {
+        let error = examine(Path::new("/dev/zero")).unwrap_err().to_string();
+        assert!(error.contains("no regular file"), "{error}");
+        assert!(matches!(examine(&std::env::temp_dir()), Err(SkeletonError::NotAFile)));
+    }
+
+    #[test]
+    fn a_file_of_too_many_records_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.oni");
+        std::fs::write(&path, whole()).unwrap();
+        // The stream, its size, its mode, ready, begin, two pictures, the index, the end.
+        assert_eq!(examine_up_to(&path, 9).unwrap().pictures, 2);
+        let error = examine_up_to(&path, 8).unwrap_err().to_string();
+        assert!(error.contains("more than 8 records"), "{error}");
     }
 
     #[test]
