@@ -92,12 +92,20 @@ impl Camera {
         read_toml::<CameraFile>(path).map(Self::from)
     }
 
+    /// As [`Camera::read`], of `text` that is already read; `path` is only used to name it.
+    ///
+    /// # Errors
+    /// Where the text does not describe a camera.
+    pub fn parse(path: &Path, text: &str) -> Result<Self, TomlFileError> {
+        parse_toml::<CameraFile>(path, text).map(Self::from)
+    }
+
     /// The paper's camera, as in `rigs/camera.toml`: at (1.737, 0.286, 0.225) m, looking along -x.
     ///
     /// # Errors
     /// None in a released program: the file is part of it.
     pub fn paper() -> Result<Self, TomlFileError> {
-        parse_toml::<CameraFile>(Path::new("rigs/camera.toml"), Self::PAPER).map(Self::from)
+        Self::parse(Path::new("rigs/camera.toml"), Self::PAPER)
     }
 }
 

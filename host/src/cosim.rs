@@ -71,6 +71,8 @@ pub enum CosimError {
 
 /// A host speaks at least so often, µs.
 const HEARTBEAT_US: u64 = 100_000;
+/// Farthest `t` from 0, seconds: 30 years, in which `f64` counts microseconds.
+const FARTHEST_S: f64 = 1e9;
 /// `t` may be off by so much, seconds: what an engine's sum of time steps is.
 const SLIP_S: f64 = 1e-3;
 
@@ -119,6 +121,7 @@ impl Cosim {
     /// Where a number cannot be, time has a gap, or the board refuses the target. Positions that it refuses (too old, out
     /// of its workspace) are lost, as they are on a rig.
     pub fn step(&mut self, request: &Request, samples: u32) -> Result<Answer, CosimError> {
+        check("t", request.t, request.t.abs() <= FARTHEST_S, "-1e9 to 1e9 s")?;
         let zero = *self.zero_s.get_or_insert(request.t);
         let now = zero + self.clock.0 as f64 * 1e-6;
         let tick_s = f64::from(TICK_US) * 1e-6;
@@ -273,6 +276,9 @@ mod tests {
         assert_eq!((answer.t, answer.state.as_str(), answer.reached), (8.0, "ready", false));
         assert!(matches!(cosim.step(&request(9.0, 0.1), 1), Err(CosimError::Gap { .. })));
         assert!(matches!(cosim.step(&request(8.0, 0.0), 1), Err(CosimError::Number { key: "dt", .. })));
+        for t in [1e10, -1e300, f64::NAN] {
+            assert!(matches!(cosim.step(&request(t, 0.1), 1), Err(CosimError::Number { key: "t", .. })));
+        }
         let far = Request { target: Some([9.0, 0.0, 0.0]), ..request(8.0, 0.1) };
         assert_eq!(cosim.step(&far, 1), Err(CosimError::Refused(Refusal::TargetOutside)));
     }

@@ -64,6 +64,14 @@ impl RgbdFrame {
         self.time
     }
 
+    /// The same pictures, taken at `time`, seconds on another clock.
+    ///
+    /// # Errors
+    /// Where the time stamp is not a finite number.
+    pub fn with_time(self, time: f64) -> Result<Self, FrameError> {
+        if time.is_finite() { Ok(Self { time, ..self }) } else { Err(FrameError::Time(time)) }
+    }
+
     /// The colour picture, 8-bit BGR.
     pub fn colour(&self) -> &Mat {
         &self.colour

@@ -5,6 +5,7 @@
 //! ```
 
 pub mod bench;
+pub mod bounded_read;
 pub mod bounds;
 pub mod camera;
 pub mod cosim;

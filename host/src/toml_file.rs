@@ -5,18 +5,18 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, de::DeserializeOwned};
 use thiserror::Error;
 
+use crate::bounded_read::{ReadError, read_text};
+
+/// Largest file that is read, bytes. Parsed it takes some 60 times as much memory.
+pub const MAX_BYTES: u64 = 1 << 20;
+
 /// Why a TOML file could not be used.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum TomlFileError {
-    /// The file could not be read.
-    #[error("{}: cannot be read: {error}", .path.display())]
-    Read {
-        /// The file.
-        path: PathBuf,
-        /// What the operating system said.
-        error: std::io::Error,
-    },
+    /// The file could not be read, or is too large.
+    #[error(transparent)]
+    Read(#[from] ReadError),
     /// What stands in the file is not what is asked for: a syntax error, an unknown key, a missing field or a
     /// value out of its range.
     #[error("{}", at_line(.path, *.line, .key, .message))]
@@ -41,7 +41,7 @@ fn at_line(path: &Path, line: usize, key: &str, message: &str) -> String {
     }
 }
 
-/// The contents of the TOML file at `path`.
+/// The contents of the TOML file at `path`, of at most [`MAX_BYTES`].
 ///
 /// Give `T` and all it holds `#[serde(deny_unknown_fields)]`, and check values while they are read (with
 /// `#[serde(try_from = "...")]`, see [`Positive`]), so that they are named with their lines too.
@@ -49,9 +49,7 @@ fn at_line(path: &Path, line: usize, key: &str, message: &str) -> String {
 /// # Errors
 /// Where the file cannot be read, or where it does not say a `T`; with file, line and key.
 pub fn read_toml<T: DeserializeOwned>(path: &Path) -> Result<T, TomlFileError> {
-    let text = std::fs::read_to_string(path)
-        .map_err(|error| TomlFileError::Read { path: path.to_path_buf(), error })?;
-    parse_toml(path, &text)
+    parse_toml(path, &read_text(path, MAX_BYTES)?)
 }
 
 /// As [`read_toml`], of `text` that is already read; `path` is only used to name it.
@@ -202,6 +200,16 @@ mod tests {
         let (line, _, message) = error_of("");
         assert_eq!(line, 1);
         assert!(message.contains("rig"), "{message}");
+    }
+
+    #[test]
+    fn a_file_above_the_limit_is_not_parsed() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("rig.toml");
+        std::fs::write(&path, "#".repeat(MAX_BYTES as usize + 1)).unwrap();
+        let error = read_toml::<File>(&path).unwrap_err().to_string();
+        assert!(error.contains("rig.toml: is too large: it has 1048577 bytes"), "{error}");
+        assert!(error.contains("at most 1048576"), "{error}");
     }
 
     #[test]

@@ -5,10 +5,12 @@ use std::path::PathBuf;
 use opencv::core::Size;
 use thiserror::Error;
 
+use crate::bounded_read::ReadError;
 use crate::frame::{FrameError, RgbdFrame};
 
 pub mod openni;
 pub mod paced;
+pub mod picture_file;
 pub mod recorded;
 pub mod simulated;
 pub mod synthetic;
@@ -26,22 +28,33 @@ pub enum SourceError {
         /// What is wrong with it.
         error: FrameError,
     },
-    /// A file could not be read.
-    #[error("{}: cannot be read: {error}", .path.display())]
-    Read {
-        /// The file.
-        path: PathBuf,
-        /// What the operating system said.
-        error: std::io::Error,
-    },
+    /// A file could not be read, or is too large.
+    #[error(transparent)]
+    Read(#[from] ReadError),
     /// A file is no picture that OpenCV can decode.
-    #[error("{}: not a picture, or a damaged one", .path.display())]
+    #[error("{}: not a picture (PNG or JPEG), or a damaged one", .path.display())]
     Decode {
         /// The file.
         path: PathBuf,
     },
+    /// A picture has more pixels than [`picture_file::MAX_PIXELS`].
+    #[error("{}: {width}x{height} pixels; at most {} are decoded", .path.display(), picture_file::MAX_PIXELS)]
+    TooManyPixels {
+        /// The file.
+        path: PathBuf,
+        /// Its columns.
+        width: u32,
+        /// Its rows.
+        height: u32,
+    },
+    /// A list of pictures has more lines than [`tum::MAX_LINES`].
+    #[error("{}: it has more than {} lines; split the recording", .path.display(), tum::MAX_LINES)]
+    TooManyLines {
+        /// The list.
+        path: PathBuf,
+    },
     /// A line of a list of pictures is not `timestamp path`.
-    #[error("{}:{line}: {text:?} is not `timestamp path` (seconds, then a file)", .path.display())]
+    #[error("{}:{line}: {text:?} is not `timestamp path` (seconds, of at most 1e10, then a file)", .path.display())]
     Line {
         /// The list.
         path: PathBuf,
@@ -96,6 +109,25 @@ pub enum SourceError {
     /// OpenCV refused to convert a picture.
     #[error("OpenCV: {0}")]
     OpenCv(#[from] opencv::Error),
+    /// A recording that is played as a camera has no picture for longer than [`paced::LONGEST_GAP`].
+    #[error(
+        "the frame at {time:.6} s was taken {gap:.3} s after the one before; a recording that is played as a camera may have gaps of at most {} s",
+        paced::LONGEST_GAP.as_secs()
+    )]
+    Gap {
+        /// The frame's time stamp, seconds on the recording's clock.
+        time: f64,
+        /// The time since the frame before it, seconds.
+        gap: f64,
+    },
+    /// A time stamp is before the one of the frame before.
+    #[error("the frame at {time:.6} s is out of order: the one before it was taken at {before:.6} s")]
+    Backwards {
+        /// The frame's time stamp, seconds on the recording's clock.
+        time: f64,
+        /// The time stamp of the frame before it, likewise.
+        before: f64,
+    },
     /// A frame is lost, but it is known when it was taken.
     #[error("the frame at {time:.6} s: {error}")]
     At {
@@ -117,10 +149,10 @@ impl SourceError {
         }
     }
 
-    /// Whether no picture will come any more: the camera is gone, or the simulated rig.
+    /// Whether no picture will come any more: the camera is gone, or the simulated rig, or a recording has a gap.
     pub fn is_final(&self) -> bool {
         match self {
-            Self::Rig(_) => true,
+            Self::Rig(_) | Self::Gap { .. } => true,
             Self::Openni(error) => !error.is_passing(),
             _ => false,
         }

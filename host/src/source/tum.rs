@@ -6,16 +6,27 @@
 use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
 
-use opencv::core::{CV_16UC1, Mat, MatTraitConst, Scalar, Size, Vector};
-use opencv::imgcodecs::{IMREAD_ANYCOLOR, IMREAD_ANYDEPTH, IMREAD_UNCHANGED, imdecode};
+use opencv::core::{CV_16UC1, Mat, MatTraitConst, Scalar, Size};
+use opencv::imgcodecs::{IMREAD_ANYCOLOR, IMREAD_ANYDEPTH, IMREAD_UNCHANGED};
 
-use super::{Source, SourceError};
+use super::{Source, SourceError, picture_file};
+use crate::bounded_read;
 use crate::camera::Intrinsics;
 use crate::frame::{FrameError, RgbdFrame};
 
 /// How far apart in time a colour picture and its depth may be taken, seconds: less than the 33 ms between
 /// frames, so that a depth picture that was dropped is not replaced by its neighbour.
 pub const MAX_TIME_DIFFERENCE: f64 = 0.020;
+
+/// Most lines of a list that are read: 9 hours at 30 Hz.
+pub const MAX_LINES: usize = 1_000_000;
+
+/// Largest list that is read, bytes: [`MAX_LINES`] lines of 67 bytes.
+pub const MAX_LIST_BYTES: u64 = 1 << 26;
+
+/// Farthest time stamp from 0, seconds: as `f64` they are exact to a microsecond up to there. Time stamps in
+/// nanoseconds since 1970 are beyond it.
+const MAX_TIME: f64 = 1e10;
 
 /// A TUM RGB-D folder as a source: one frame a line of `rgb.txt`, in the order of that file.
 ///
@@ -52,7 +63,7 @@ impl TumFolder {
     /// is an error of a later [`Source::next_frame`] (those of `depth.txt` first), not of this.
     ///
     /// # Errors
-    /// Where `rgb.txt` or `depth.txt` cannot be read.
+    /// Where `rgb.txt` or `depth.txt` cannot be read, or is longer than [`MAX_LINES`] or [`MAX_LIST_BYTES`].
     pub fn open(folder: &Path, intrinsics: Intrinsics) -> Result<Self, SourceError> {
         let mut pending = VecDeque::new();
         let mut depth = Vec::new();
@@ -84,10 +95,10 @@ impl TumFolder {
         colour: &Path,
         depth: Option<&Path>,
     ) -> Result<RgbdFrame, SourceError> {
-        let picture = read_picture(colour, IMREAD_ANYCOLOR | IMREAD_ANYDEPTH)?;
+        let picture = picture_file::read(colour, IMREAD_ANYCOLOR | IMREAD_ANYDEPTH)?;
         let size = picture.size().unwrap_or_default();
         let ranges = match depth {
-            Some(path) => read_picture(path, IMREAD_UNCHANGED)?,
+            Some(path) => picture_file::read(path, IMREAD_UNCHANGED)?,
             None => Mat::new_size_with_default(size, CV_16UC1, Scalar::default())
                 .map_err(|_| SourceError::Decode { path: colour.to_path_buf() })?,
         };
@@ -122,10 +133,14 @@ impl Source for TumFolder {
 /// The lines of the list `name` in `folder`, those that are no entry as errors.
 fn read_list(folder: &Path, name: &str) -> Result<Vec<Result<Entry, SourceError>>, SourceError> {
     let path = folder.join(name);
-    let bytes = std::fs::read(&path).map_err(|error| SourceError::Read { path: path.clone(), error })?;
+    let bytes = bounded_read::read(&path, MAX_LIST_BYTES)?;
     let text = String::from_utf8_lossy(&bytes);
-    let lines = text.trim_start_matches('\u{feff}').lines().enumerate();
+    let lines = text.trim_start_matches('\u{feff}').lines();
+    if lines.clone().nth(MAX_LINES).is_some() {
+        return Err(SourceError::TooManyLines { path });
+    }
     Ok(lines
+        .enumerate()
         .map(|(i, line)| (i + 1, line.trim()))
         .filter(|(_, line)| !line.is_empty() && !line.starts_with('#'))
         .map(|(line, text)| {
@@ -142,7 +157,7 @@ fn read_list(folder: &Path, name: &str) -> Result<Vec<Result<Entry, SourceError>
 fn parse_entry(folder: &Path, line: &str) -> Option<Entry> {
     let (time, path) = line.split_once(char::is_whitespace)?;
     let time: f64 = time.parse().ok()?;
-    time.is_finite().then(|| Entry { time, path: folder.join(path.trim()) })
+    (time.abs() <= MAX_TIME).then(|| Entry { time, path: folder.join(path.trim()) })
 }
 
 /// The entry of `sorted` that is nearest to `time`, within [`MAX_TIME_DIFFERENCE`].
@@ -153,14 +168,6 @@ fn nearest(sorted: &[Entry], time: f64) -> Option<&Entry> {
     candidates
         .min_by(|a, b| distance(a).total_cmp(&distance(b)))
         .filter(|e| distance(e) <= MAX_TIME_DIFFERENCE)
-}
-
-/// The picture in a file. Read as bytes first, so that a missing file is told from a damaged one.
-fn read_picture(path: &Path, flags: i32) -> Result<Mat, SourceError> {
-    let bytes = std::fs::read(path).map_err(|error| SourceError::Read { path: path.to_path_buf(), error })?;
-    let decode = || SourceError::Decode { path: path.to_path_buf() };
-    let mat = imdecode(&Vector::<u8>::from_slice(&bytes), flags).map_err(|_| decode())?;
-    if mat.empty() { Err(decode()) } else { Ok(mat) }
 }
 
 #[cfg(test)]
@@ -253,6 +260,47 @@ mod tests {
                 (got, want) => assert_eq!(got.clone().ok(), want.ok(), "{got:?} {want:?}"),
             }
         }
+    }
+
+    #[test]
+    fn what_a_list_names_must_be_a_regular_file() {
+        let rgb = "0.0 pipe.png\n0.1 /dev/zero\n0.2 .\n0.3 c3.png\n";
+        let folder = recording(rgb, "0.3 d3.png\n");
+        nix::unistd::mkfifo(&folder.path().join("pipe.png"), nix::sys::stat::Mode::S_IRWXU).unwrap();
+        let all = read_all(&folder);
+        for (got, named) in
+            all.iter().zip(["pipe.png: is a named pipe", "/dev/zero: is a device", "is a folder"])
+        {
+            let error = got.as_ref().unwrap_err();
+            assert!(
+                error.contains(named) && error.contains("must be a regular file"),
+                "{named:?} in {error:?}"
+            );
+        }
+        assert_eq!(all[3..], [Ok((0.3, 3, 1003))]);
+    }
+
+    #[test]
+    fn time_stamps_that_are_no_seconds_are_refused() {
+        let all =
+            read_all(&recording("1e19 c0.png\n1305031102175304000 c1.png\n1305031102.175304 c2.png\n", ""));
+        assert!(all[0].as_ref().is_err_and(|error| error.contains("rgb.txt:1: ")), "{all:?}");
+        assert!(all[1].as_ref().is_err_and(|error| error.contains("rgb.txt:2: ")), "{all:?}");
+        assert_eq!(all[2..], [Ok((1_305_031_102.175_304, 2, 0))]);
+    }
+
+    #[test]
+    fn a_list_that_is_too_long_is_refused() {
+        let folder = recording("", "");
+        std::fs::write(folder.path().join("rgb.txt"), "0 c0.png\n".repeat(MAX_LINES)).unwrap();
+        assert_eq!(TumFolder::open(folder.path(), INTRINSICS).unwrap().remaining(), MAX_LINES);
+        std::fs::write(folder.path().join("rgb.txt"), "0 c0.png\n".repeat(MAX_LINES + 1)).unwrap();
+        let error = TumFolder::open(folder.path(), INTRINSICS).unwrap_err().to_string();
+        assert!(error.contains("rgb.txt: it has more than 1000000 lines"), "{error}");
+        let large = std::fs::File::create(folder.path().join("rgb.txt")).unwrap();
+        large.set_len(MAX_LIST_BYTES + 1).unwrap();
+        let error = TumFolder::open(folder.path(), INTRINSICS).unwrap_err().to_string();
+        assert!(error.contains("rgb.txt: is too large"), "{error}");
     }
 
     #[test]

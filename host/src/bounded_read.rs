@@ -1,0 +1,261 @@
+//! Reading of files that a person names: regular files only, and never more bytes than a limit.
+//!
+//! A named pipe would be waited for without end, a device such as `/dev/zero` read without end, and a file of any size
+//! taken into memory.
+
+use std::fmt;
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, BufRead, Read};
+use std::os::unix::fs::{FileTypeExt, OpenOptionsExt};
+use std::path::{Path, PathBuf};
+
+use nix::fcntl::OFlag;
+use thiserror::Error;
+
+/// Why a file was not read.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum ReadError {
+    /// The operating system refused.
+    #[error("{}: cannot be read: {error}", .path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// The operating system's error.
+        #[source]
+        error: io::Error,
+    },
+    /// Something else than a regular file has this path.
+    #[error("{}: is {kind}, but must be a regular file", .path.display())]
+    NotAFile {
+        /// The path.
+        path: PathBuf,
+        /// What it is.
+        kind: FileKind,
+    },
+    /// The file is larger than its limit.
+    #[error("{}: is too large: it has {} bytes, and at most {limit} are read", .path.display(), at_least(*.found, *.limit))]
+    TooLarge {
+        /// The file.
+        path: PathBuf,
+        /// Its length, bytes; the file may have grown since.
+        found: u64,
+        /// The limit, bytes.
+        limit: u64,
+    },
+    /// The file is no text.
+    #[error("{}:{line}: is not UTF-8 text", .path.display())]
+    NotText {
+        /// The file.
+        path: PathBuf,
+        /// The line, counted from 1, of the first byte that is no text.
+        line: usize,
+    },
+}
+
+/// The length of a file in words. A file that grew while it was read has an unknown one.
+fn at_least(found: u64, limit: u64) -> String {
+    if found > limit { found.to_string() } else { format!("more than {limit}") }
+}
+
+/// A kind of file that is not regular.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum FileKind {
+    /// A folder.
+    Folder,
+    /// A named pipe.
+    Pipe,
+    /// A socket.
+    Socket,
+    /// A device.
+    Device,
+    /// Any other kind.
+    Other,
+}
+
+impl fmt::Display for FileKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Folder => "a folder",
+            Self::Pipe => "a named pipe",
+            Self::Socket => "a socket",
+            Self::Device => "a device",
+            Self::Other => "of another kind",
+        })
+    }
+}
+
+impl FileKind {
+    /// Returns the kind of a file; `None` for a regular one.
+    fn of(file_type: fs::FileType) -> Option<Self> {
+        if file_type.is_file() {
+            None
+        } else if file_type.is_dir() {
+            Some(Self::Folder)
+        } else if file_type.is_fifo() {
+            Some(Self::Pipe)
+        } else if file_type.is_socket() {
+            Some(Self::Socket)
+        } else if file_type.is_char_device() || file_type.is_block_device() {
+            Some(Self::Device)
+        } else {
+            Some(Self::Other)
+        }
+    }
+}
+
+/// Reads the regular file at `path`, of at most `limit` bytes.
+///
+/// # Errors
+/// Where it cannot be read, is no regular file or is larger.
+pub fn read(path: &Path, limit: u64) -> Result<Vec<u8>, ReadError> {
+    let io_error = |error| ReadError::Io { path: path.to_owned(), error };
+    let (file, found) = open(path)?;
+    let too_large = |found| ReadError::TooLarge { path: path.to_owned(), found, limit };
+    if found > limit {
+        return Err(too_large(found));
+    }
+    let mut bytes = Vec::new();
+    file.take(limit.saturating_add(1)).read_to_end(&mut bytes).map_err(io_error)?;
+    if bytes.len() as u64 > limit {
+        return Err(too_large(found));
+    }
+    Ok(bytes)
+}
+
+/// Reads the regular file at `path`, UTF-8 text of at most `limit` bytes.
+///
+/// # Errors
+/// As [`read`]; where it is not UTF-8.
+pub fn read_text(path: &Path, limit: u64) -> Result<String, ReadError> {
+    String::from_utf8(read(path, limit)?).map_err(|error| {
+        let good = error.utf8_error().valid_up_to();
+        let line = 1 + error.as_bytes().iter().take(good).filter(|&&byte| byte == b'\n').count();
+        ReadError::NotText { path: path.to_owned(), line }
+    })
+}
+
+/// Opens the regular file at `path`. Returns it with its length, bytes.
+fn open(path: &Path) -> Result<(File, u64), ReadError> {
+    let io_error = |error| ReadError::Io { path: path.to_owned(), error };
+    let regular = |data: &fs::Metadata| match FileKind::of(data.file_type()) {
+        None => Ok(()),
+        Some(kind) => Err(ReadError::NotAFile { path: path.to_owned(), kind }),
+    };
+    // The first look keeps devices closed: to open one may have an effect. The second is of the file that was opened.
+    regular(&fs::metadata(path).map_err(io_error)?)?;
+    let flags = (OFlag::O_NONBLOCK | OFlag::O_NOCTTY).bits();
+    let file = OpenOptions::new().read(true).custom_flags(flags).open(path).map_err(io_error)?;
+    let data = file.metadata().map_err(io_error)?;
+    regular(&data)?;
+    Ok((file, data.len()))
+}
+
+/// Why a line was not read.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum LineError {
+    /// The operating system refused.
+    #[error("cannot be read: {0}")]
+    Io(#[from] io::Error),
+    /// The line is longer than its limit.
+    #[error("is too long: at most {limit} bytes are read")]
+    TooLong {
+        /// The limit, bytes.
+        limit: u64,
+    },
+    /// The line is no text.
+    #[error("is not UTF-8 text")]
+    NotText,
+}
+
+/// Reads the next line of `input`, of at most `limit` bytes with its end; `None` at the end of the input.
+///
+/// # Errors
+/// Where it cannot be read, is longer or is not UTF-8. The rest of a line that is too long remains in `input`.
+pub fn read_line(input: &mut impl BufRead, limit: u64) -> Result<Option<String>, LineError> {
+    let mut bytes = Vec::new();
+    input.by_ref().take(limit.saturating_add(1)).read_until(b'\n', &mut bytes)?;
+    if bytes.len() as u64 > limit {
+        return Err(LineError::TooLong { limit });
+    }
+    if bytes.is_empty() {
+        return Ok(None);
+    }
+    String::from_utf8(bytes).map(Some).map_err(|_| LineError::NotText)
+}
+
+#[cfg(test)]
+mod tests {
+    use nix::sys::stat::Mode;
+    use nix::unistd::mkfifo;
+
+    use super::*;
+
+    #[test]
+    fn a_file_is_read_up_to_its_limit() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("file");
+        fs::write(&path, "12345678").unwrap();
+        assert_eq!(read(&path, 8).unwrap(), b"12345678");
+        let error = read(&path, 7).unwrap_err().to_string();
+        assert!(error.contains("8 bytes") && error.contains("at most 7"), "{error}");
+    }
+
+    #[test]
+    fn a_file_without_a_true_length_is_read_up_to_its_limit() {
+        // The kernel's files have length 0.
+        let path = Path::new("/proc/self/maps");
+        assert!(!read(path, 1 << 24).unwrap().is_empty());
+        let error = read(path, 10).unwrap_err().to_string();
+        assert!(error.contains("more than 10 bytes"), "{error}");
+    }
+
+    #[test]
+    fn what_is_no_regular_file_is_named() {
+        let folder = tempfile::tempdir().unwrap();
+        let pipe = folder.path().join("pipe");
+        mkfifo(&pipe, Mode::S_IRWXU).unwrap();
+        let link = folder.path().join("link");
+        std::os::unix::fs::symlink(&pipe, &link).unwrap();
+        let _socket = std::os::unix::net::UnixListener::bind(folder.path().join("socket")).unwrap();
+        for (path, kind) in [
+            (pipe.as_path(), "a named pipe"),
+            (&link, "a named pipe"),
+            (Path::new("/dev/zero"), "a device"),
+            (folder.path(), "a folder"),
+            (&folder.path().join("socket"), "a socket"),
+        ] {
+            let error = read(path, 100).unwrap_err().to_string();
+            assert!(error.contains(&path.display().to_string()) && error.contains(kind), "{error}");
+        }
+        let error = read(&folder.path().join("absent"), 100).unwrap_err().to_string();
+        assert!(error.contains("absent: cannot be read: "), "{error}");
+    }
+
+    #[test]
+    fn bytes_that_are_no_text_are_named_with_their_line() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("file");
+        fs::write(&path, b"a\nb\xff\nc").unwrap();
+        let error = read_text(&path, 100).unwrap_err().to_string();
+        assert!(error.ends_with("file:2: is not UTF-8 text"), "{error}");
+        fs::write(&path, "a\nä").unwrap();
+        assert_eq!(read_text(&path, 100).unwrap(), "a\nä");
+    }
+
+    #[test]
+    fn a_line_without_an_end_is_refused() {
+        let mut input: &[u8] = b"ab\n\ncd";
+        let mut next = || read_line(&mut input, 3).unwrap();
+        assert_eq!(
+            [next(), next(), next(), next()],
+            [Some("ab\n".to_owned()), Some("\n".to_owned()), Some("cd".to_owned()), None]
+        );
+        let mut endless = io::BufReader::new(io::repeat(b'x'));
+        let error = read_line(&mut endless, 1000).unwrap_err().to_string();
+        assert!(error.contains("at most 1000 bytes"), "{error}");
+        let error = read_line(&mut &b"\xff\n"[..], 1000).unwrap_err();
+        assert!(matches!(error, LineError::NotText), "{error}");
+    }
+}

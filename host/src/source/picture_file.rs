@@ -1,0 +1,131 @@
+//! Picture files: PNG and JPEG, refused by size before they are decoded.
+//!
+//! A PNG file of 100 kB may hold 30000 x 30000 pixels, which take gigabytes once they are decoded.
+
+use std::path::Path;
+
+use opencv::core::{Mat, MatTraitConst, Vector};
+use opencv::imgcodecs::imdecode;
+
+use super::SourceError;
+use crate::bounded_read;
+
+/// Largest picture that is decoded, pixels. Colour and depth take 250 MB then.
+pub const MAX_PIXELS: u64 = 50_000_000;
+
+/// Largest picture file that is read, bytes: a picture of [`MAX_PIXELS`] without compression, and some room.
+pub const MAX_BYTES: u64 = 1 << 28;
+
+/// Reads and decodes the picture file at `path`; `flags` are those of OpenCV's `imread`.
+///
+/// # Errors
+/// Where it cannot be read, is no regular file, is larger than [`MAX_BYTES`] or [`MAX_PIXELS`], is neither PNG nor
+/// JPEG, or is damaged.
+pub(super) fn read(path: &Path, flags: i32) -> Result<Mat, SourceError> {
+    let bytes = bounded_read::read(path, MAX_BYTES)?;
+    let damaged = || SourceError::Decode { path: path.to_path_buf() };
+    let Size { width, height } = size(&bytes).ok_or_else(damaged)?;
+    if u64::from(width) * u64::from(height) > MAX_PIXELS {
+        return Err(SourceError::TooManyPixels { path: path.to_path_buf(), width, height });
+    }
+    let mat = imdecode(&Vector::<u8>::from_slice(&bytes), flags).map_err(|_| damaged())?;
+    if mat.empty() { Err(damaged()) } else { Ok(mat) }
+}
+
+/// Size of a picture, pixels.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Size {
+    width: u32,
+    height: u32,
+}
+
+/// Returns the size that the header of a picture file states; `None` where it is neither PNG nor JPEG, or damaged.
+fn size(bytes: &[u8]) -> Option<Size> {
+    png_size(bytes).or_else(|| jpeg_size(bytes)).filter(|size| size.width > 0 && size.height > 0)
+}
+
+/// PNG (RFC 2083): the signature and the length and name of the first chunk, which is the header.
+const PNG_START: &[u8; 16] = b"\x89PNG\r\n\x1a\n\0\0\0\x0dIHDR";
+
+fn png_size(bytes: &[u8]) -> Option<Size> {
+    let (header, _) = bytes.strip_prefix(PNG_START)?.split_first_chunk::<8>()?;
+    let [w0, w1, w2, w3, h0, h1, h2, h3] = *header;
+    Some(Size { width: u32::from_be_bytes([w0, w1, w2, w3]), height: u32::from_be_bytes([h0, h1, h2, h3]) })
+}
+
+/// JPEG (ITU-T T.81): segments of a marker and a length, up to the frame header (SOF), which has the size.
+fn jpeg_size(bytes: &[u8]) -> Option<Size> {
+    let mut rest = bytes.strip_prefix(b"\xff\xd8")?;
+    loop {
+        // Any number of bytes 0xff stands before a marker.
+        let fill = rest.iter().take_while(|&&byte| byte == 0xff).count();
+        let (&marker, segment) = rest.get(fill..).filter(|_| fill > 0)?.split_first()?;
+        let (&[high, low], body) = segment.split_first_chunk::<2>()?;
+        let length = usize::from(u16::from_be_bytes([high, low])).checked_sub(2)?;
+        match marker {
+            // Define Huffman table, JPEG extension and define arithmetic coding share the frame headers' range.
+            0xc4 | 0xc8 | 0xcc => {}
+            0xc0..=0xcf => {
+                let (&[_precision, h0, h1, w0, w1], _) = body.split_first_chunk::<5>()?;
+                let [width, height] = [[w0, w1], [h0, h1]].map(|bytes| u32::from(u16::from_be_bytes(bytes)));
+                return Some(Size { width, height });
+            }
+            // Start of scan, markers without a length: there is no frame header before the pixels.
+            0x00..=0x01 | 0xd0..=0xda => return None,
+            _ => {}
+        }
+        rest = body.get(length..)?;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use opencv::core::{CV_8UC3, CV_16UC1, Scalar};
+    use opencv::imgcodecs::{IMREAD_UNCHANGED, IMWRITE_JPEG_PROGRESSIVE, imencode};
+
+    use super::*;
+
+    fn encoded(extension: &str, typ: i32, options: &[i32]) -> Vec<u8> {
+        let mat = Mat::new_rows_cols_with_default(24, 32, typ, Scalar::all(7.0)).unwrap();
+        let mut bytes = Vector::<u8>::new();
+        imencode(extension, &mat, &mut bytes, &Vector::from_slice(options)).unwrap();
+        bytes.as_slice().to_vec()
+    }
+
+    #[test]
+    fn the_size_is_read_from_the_header() {
+        for bytes in [
+            encoded(".png", CV_8UC3, &[]),
+            encoded(".png", CV_16UC1, &[]),
+            encoded(".jpg", CV_8UC3, &[]),
+            encoded(".jpg", CV_8UC3, &[IMWRITE_JPEG_PROGRESSIVE, 1]),
+        ] {
+            assert_eq!(size(&bytes), Some(Size { width: 32, height: 24 }));
+            // Wherever the header is cut there is no size, and no panic.
+            let header = (0..bytes.len()).find(|&length| size(&bytes[..length]).is_some()).unwrap();
+            assert!((20..bytes.len()).contains(&header), "{header}");
+        }
+        for other in
+            [&b""[..], b"\xff\xd8", b"\xff\xd8\xff\xda\0\x02", b"\x89PNG\r\n\x1a\n", b"P6 32 24 255 "]
+        {
+            assert_eq!(size(other), None, "{other:?}");
+        }
+    }
+
+    #[test]
+    fn a_picture_that_is_too_large_is_refused_before_it_is_decoded() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("large");
+        let mut png = encoded(".png", CV_8UC3, &[]);
+        png[16..24].copy_from_slice(&[0, 0, 0x75, 0x30, 0, 0, 0x75, 0x30]);
+        let mut jpeg = encoded(".jpg", CV_8UC3, &[]);
+        let frame = jpeg.windows(2).position(|bytes| bytes == [0xff, 0xc0]).unwrap();
+        jpeg[frame + 5..frame + 9].copy_from_slice(&[0x75, 0x30, 0x75, 0x30]);
+        for bytes in [png, jpeg] {
+            std::fs::write(&path, bytes).unwrap();
+            let error = read(&path, IMREAD_UNCHANGED).unwrap_err().to_string();
+            assert!(error.contains("large: 30000x30000 pixels"), "{error}");
+            assert!(error.contains("at most 50000000"), "{error}");
+        }
+    }
+}
