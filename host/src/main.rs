@@ -1,5 +1,8 @@
 //! The program `plumb`.
 
+// These panic where nobody reads what they print: `commands::print` does not.
+#![deny(clippy::print_stdout, clippy::print_stderr)]
+
 mod commands;
 
 use std::process::ExitCode;
@@ -7,6 +10,7 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 
 use commands::Failure;
+use commands::print::tell;
 
 /// Drives a ball on three cables to a target in space, without a model of the robot.
 ///
@@ -50,7 +54,7 @@ fn main() -> ExitCode {
     match result {
         Ok(code) => code,
         Err(Failure { code, error }) => {
-            eprintln!("plumb: {error}");
+            tell!("plumb: {error}");
             ExitCode::from(code)
         }
     }

@@ -2,71 +2,16 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops at the first surprise")]
 
+mod common;
+
 use std::fs;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Output, Stdio};
+use std::process::{Command, Stdio};
 
 use serde_json::Value;
-use tempfile::TempDir;
 
-fn plumb(arguments: &[&str], folder: &Path) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_plumb")).args(arguments).current_dir(folder).output().unwrap()
-}
-
-fn stderr(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
-}
-
-/// The last line of standard output, which is JSON.
-fn json(output: &Output) -> Value {
-    let text = String::from_utf8_lossy(&output.stdout);
-    serde_json::from_str(text.lines().last().unwrap_or_default()).unwrap_or_else(|e| panic!("{e}: {text}"))
-}
-
-fn folder() -> TempDir {
-    tempfile::tempdir().unwrap()
-}
-
-/// The examples of the repository.
-fn rigs() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("rigs")
-}
-
-/// The paper's rig file, changed by `edit`, beside its camera file.
-fn rig_file(folder: &Path, edit: impl Fn(String) -> String) -> String {
-    fs::copy(rigs().join("camera.toml"), folder.join("camera.toml")).unwrap();
-    let path = folder.join("rig.toml");
-    fs::write(&path, edit(fs::read_to_string(rigs().join("paper.toml")).unwrap())).unwrap();
-    path.to_str().unwrap().to_owned()
-}
-
-/// `plumb emulate` in the background; killed when dropped.
-struct Emulator {
-    child: Child,
-    port: String,
-}
-
-impl Emulator {
-    fn start() -> Self {
-        let mut child = Command::new(env!("CARGO_BIN_EXE_plumb"))
-            .args(["emulate", "--json"])
-            .stdout(Stdio::piped())
-            .stderr(Stdio::piped())
-            .spawn()
-            .unwrap();
-        let mut port = String::new();
-        BufReader::new(child.stdout.as_mut().unwrap()).read_line(&mut port).unwrap();
-        Self { child, port: port.trim().to_owned() }
-    }
-}
-
-impl Drop for Emulator {
-    fn drop(&mut self) {
-        let _ = self.child.kill();
-        let _ = self.child.wait();
-    }
-}
+use common::{Emulator, folder, json, plumb, rig_file, rigs, stderr};
 
 #[test]
 fn the_demo_in_memory_reaches_the_target_and_repeats_itself() {

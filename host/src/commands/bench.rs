@@ -15,7 +15,8 @@ use plumb::rig::LawSettings;
 use plumb::source::Source;
 use plumb::source::tum::TumFolder;
 
-use super::{DetectorName, Failure, OrFail};
+use super::print::{Reader, message, tell};
+use super::{DetectorName, Failure, OrFail, numbers, print};
 
 #[derive(Subcommand)]
 pub(crate) enum Command {
@@ -38,7 +39,7 @@ pub(crate) struct ControlArgs {
     #[arg(long, value_parser = contender, value_delimiter = ',')]
     law: Vec<Contender>,
     /// Gain of the law interval, 1/s at 0.471 mm of cable a step
-    #[arg(long, default_value_t = 450.0, allow_negative_numbers = true)]
+    #[arg(long, default_value_t = 450.0, allow_negative_numbers = true, value_parser = numbers::positive)]
     gamma: f64,
     /// Number of rigs
     #[arg(long, default_value_t = 300, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
@@ -50,7 +51,7 @@ pub(crate) struct ControlArgs {
     #[arg(long, default_value_t = 1)]
     seed: u64,
     /// Running mean over the step plan, seconds, instead of each law's own
-    #[arg(long, allow_negative_numbers = true)]
+    #[arg(long, allow_negative_numbers = true, value_parser = numbers::finite)]
     mean: Option<f64>,
     /// When the clock starts: with the first picture's arrival, or 1 to 2 frames earlier, when the target is told
     #[arg(long, value_enum, default_value = "picture")]
@@ -133,19 +134,20 @@ fn bench_control(args: &ControlArgs) -> Result<ExitCode, Failure> {
     // Before the runs, since a file that cannot be written is known at once.
     let svg = args.svg.as_ref().map(|file| create(file)).transpose()?;
     let mut reports = Vec::new();
-    for suite in &suites {
-        eprintln!("{}: {}\n{}", suite.name, suite.about, Report::HEADING);
+    'suites: for suite in &suites {
+        tell!("{}: {}\n{}", suite.name, suite.about, Report::HEADING);
         for contender in &contenders {
             let report = measure(contender, suite, args)?;
-            if args.json {
-                println!("{}", serde_json::to_string(&report).or_failed()?);
-            }
+            let line = serde_json::to_string(&report).or_failed()?;
             reports.push(report);
+            if args.json && print::results(line)? == Reader::Gone {
+                break 'suites;
+            }
         }
     }
     if let (Some(mut svg), Some(file)) = (svg, &args.svg) {
         svg.write_all(control::draw_curves(&reports).or_failed()?.as_bytes()).or_failed()?;
-        eprintln!("curves: {}", file.display());
+        tell!("curves: {}", file.display());
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -159,7 +161,7 @@ fn measure(contender: &Contender, suite: &Suite, args: &ControlArgs) -> Result<R
     let terminal = std::io::stderr().is_terminal();
     let mut progress = |done: u64| {
         if terminal {
-            eprint!("\r{} {done}/{} ", contender.name(), args.rigs);
+            message(format_args!("\r{} {done}/{} ", contender.name(), args.rigs));
         }
     };
     let rigs = args.first..args.first + args.rigs;
@@ -167,14 +169,14 @@ fn measure(contender: &Contender, suite: &Suite, args: &ControlArgs) -> Result<R
         error @ Err(BenchError::Range(_) | BenchError::Config(_)) => error.or_bad_input(),
         result => result.or_failed(),
     }?;
-    eprintln!("{}{report}", if terminal { "\r\x1b[K" } else { "" });
+    tell!("{}{report}", if terminal { "\r\x1b[K" } else { "" });
     if !report.failed.is_empty() {
         let first: Vec<String> =
             report.failed.iter().take(FAILED_SHOWN).map(|(k, why)| format!("{k} {why}")).collect();
-        eprintln!("  failed: {}", first.join(", "));
+        tell!("  failed: {}", first.join(", "));
     }
     if report.sent_on > 0 {
-        eprintln!("  saw nothing for half a second, stopped and were sent on: {}", report.sent_on);
+        tell!("  saw nothing for half a second, stopped and were sent on: {}", report.sent_on);
     }
     Ok(report)
 }
@@ -210,14 +212,12 @@ fn contenders(args: &ControlArgs) -> Result<Vec<Contender>, Failure> {
 
 fn bench_paper(json: bool) -> Result<ExitCode, Failure> {
     let suite = control::paper(&PAPER_GAMMAS).or_failed()?;
-    eprintln!(
-        "law interval on the paper's task, no noise, 30 Hz: frames to 10 mm (17 100/γ in docs/control.md)"
-    );
+    tell!("law interval on the paper's task, no noise, 30 Hz: frames to 10 mm (17 100/γ in docs/control.md)");
     for (gamma, frames) in suite.gamma.iter().zip(&suite.frames) {
-        eprintln!("  γ = {gamma:4} /s  {frames:5} frames  γ·frames = {:6.0}", gamma * f64::from(*frames));
+        tell!("  γ = {gamma:4} /s  {frames:5} frames  γ·frames = {:6.0}", gamma * f64::from(*frames));
     }
     if json {
-        println!("{}", serde_json::to_string(&suite).or_failed()?);
+        print::result(serde_json::to_string(&suite).or_failed()?)?;
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -240,12 +240,11 @@ fn bench_vision(args: &VisionArgs) -> Result<ExitCode, Failure> {
     let seen = if suite == vision::Suite::Hard { vision::hard_camera(&camera) } else { camera.clone() };
     let mut detectors: [Box<dyn Detector>; 2] =
         [DetectorName::Ball.detector(&seen), Box::new(Red::new(options.radius))];
-    let report =
-        vision::compare(&camera, &recorded, &mut detectors, &options, &mut |scene| eprintln!("{scene}"))
-            .or_failed()?;
-    eprintln!("{report}");
+    let report = vision::compare(&camera, &recorded, &mut detectors, &options, &mut |scene| tell!("{scene}"))
+        .or_failed()?;
+    tell!("{report}");
     if args.json {
-        println!("{}", serde_json::to_string(&report).or_failed()?);
+        print::result(serde_json::to_string(&report).or_failed()?)?;
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -9,7 +9,8 @@ use plumb::rig::Rig;
 use plumb_protocol::units::{Rate, Steps16};
 use serde_json::json;
 
-use super::{Failure, OrFail};
+use super::print::tell;
+use super::{Failure, OrFail, print};
 
 /// Ask the board how it is, have it keep a configuration, or send it into its bootloader
 #[derive(Parser)]
@@ -50,12 +51,12 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
             let mut link = open(&port, args.baud)?;
             link.configure(config).or_failed()?;
             link.store().or_failed()?;
-            eprintln!("{port}: the board keeps the configuration of {}", rig.display());
+            tell!("{port}: the board keeps the configuration of {}", rig.display());
         }
         What::Bootloader => {
             let serial = Serial::open(&port, args.baud).or_bad_input()?;
             Link::bootloader(serial).or_failed()?;
-            eprintln!("{port}: the board is on its way into its bootloader");
+            tell!("{port}: the board is on its way into its bootloader");
         }
     }
     Ok(ExitCode::SUCCESS)
@@ -83,12 +84,12 @@ fn status(port: &str, link: &mut Link<Serial>, json: bool) -> Result<(), Failure
     let motors = telemetry.motors.map(|steps: Steps16| steps.to_si());
     let rates = telemetry.rates.map(|rate: Rate| rate.to_si());
     let [a, b, c] = motors;
-    eprintln!("{port}: {}; motors at {a:.2}, {b:.2}, {c:.2} steps since its start", telemetry.state);
-    eprintln!("{port}: {} damaged frames since its start", telemetry.bad_frames);
+    tell!("{port}: {}; motors at {a:.2}, {b:.2}, {c:.2} steps since its start", telemetry.state);
+    tell!("{port}: {} damaged frames since its start", telemetry.bad_frames);
     if json {
         let state = telemetry.state.to_string();
         let line = json!({"port": port, "state": state, "steps": motors, "rates": rates, "bad_frames": telemetry.bad_frames});
-        println!("{line}");
+        print::result(line)?;
     }
     Ok(())
 }

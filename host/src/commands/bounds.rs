@@ -12,7 +12,7 @@ use plumb::rig::Rig;
 use plumb::toml_file::Finite;
 
 use self::report::Report;
-use super::{FAILED, Failure, OrFail};
+use super::{FAILED, Failure, OrFail, numbers, print};
 
 /// What can be proved of the laws: for every rig of a kind, or for every Jacobian of a family
 ///
@@ -36,7 +36,7 @@ pub(crate) struct Args {
     /// A rig file with [simulation]; the paper's where none is given
     rig: Option<PathBuf>,
     /// How far each coordinate of a motor may be from where the rig file has it, metres
-    #[arg(long, default_value_t = 0.0, value_name = "METRES")]
+    #[arg(long, default_value_t = 0.0, value_name = "METRES", value_parser = numbers::finite)]
     tolerance: f64,
     /// D
     #[arg(long, value_parser = range, value_name = "LOW,HIGH")]
@@ -48,7 +48,7 @@ pub(crate) struct Args {
     #[arg(long, value_parser = range, value_name = "LOW,HIGH")]
     apex: Option<Interval>,
     /// The least λ, 0 to 0.33; 0.023 for a rig file, 0 with --wide
-    #[arg(long)]
+    #[arg(long, value_parser = numbers::finite)]
     lambda: Option<f64>,
     /// h
     #[arg(long, value_parser = range, value_name = "LOW,HIGH")]
@@ -137,7 +137,7 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
         let report = Report::new(&question, args.cells);
         report.tell();
         if args.json {
-            println!("{}", serde_json::to_string(&report).or_failed()?);
+            print::result(serde_json::to_string(&report).or_failed()?)?;
         }
         report.proved()
     };

@@ -6,7 +6,8 @@ use std::process::ExitCode;
 use clap::Parser;
 use plumb::survey::{Library, Reach, Survey, survey};
 
-use super::{FAILED, Failure, OrFail};
+use super::print::tell;
+use super::{FAILED, Failure, OrFail, print};
 
 /// The depth cameras that are there, and what is missing to use them
 ///
@@ -22,7 +23,7 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
     let survey = survey(Path::new("/"));
     tell(&survey);
     if args.json {
-        println!("{}", serde_json::to_string(&survey).or_failed()?);
+        print::result(serde_json::to_string(&survey).or_failed()?)?;
     }
     Ok(if survey.cameras.is_empty() { ExitCode::from(FAILED) } else { ExitCode::SUCCESS })
 }
@@ -30,12 +31,12 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
 fn tell(survey: &Survey) {
     match &survey.openni {
         Library::Loaded { version, drivers } => {
-            eprintln!("OpenNI2 {version}, drivers: {}", drivers.join(", "))
+            tell!("OpenNI2 {version}, drivers: {}", drivers.join(", "))
         }
-        Library::Absent { .. } => eprintln!("OpenNI2: not there"),
+        Library::Absent { .. } => tell!("OpenNI2: not there"),
     }
     for camera in &survey.cameras {
-        eprintln!("camera: {} (uri = {:?})", camera.name, camera.uri);
+        tell!("camera: {} (uri = {:?})", camera.name, camera.uri);
     }
     for camera in &survey.usb {
         let reach = match camera.reach {
@@ -43,9 +44,9 @@ fn tell(survey: &Survey) {
             Reach::Forbidden => "may not be opened by this user",
             Reach::Absent => "cannot be opened",
         };
-        eprintln!("USB: {} {}, {reach}, through {}", camera.id, camera.name, camera.through);
+        tell!("USB: {} {}, {reach}, through {}", camera.id, camera.name, camera.through);
     }
     for text in &survey.missing {
-        eprintln!("missing: {text}");
+        tell!("missing: {text}");
     }
 }

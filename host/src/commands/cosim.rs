@@ -1,15 +1,16 @@
 //! `plumb cosim`: the board in lock step with any physics engine.
 
-use std::io::{BufRead, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Parser;
 use plumb::bench::control::Limits;
+use plumb::bounded_read::read_line;
 use plumb::cosim::{Cosim, Request};
 use plumb::rig::{LawSettings, Rig};
 use plumb_protocol::Config;
 
+use super::print::{self, Reader};
 use super::{Failure, OrFail, law};
 
 /// The board in lock step with any physics engine: JSON lines on standard input and output
@@ -44,20 +45,24 @@ fn config(args: &Args) -> Result<Config, Failure> {
     Ok(Limits::default().config(law.config().or_bad_input()?, mean, 0.010))
 }
 
+/// Longest line of input, bytes: a request has some 150.
+const LONGEST_LINE: u64 = 1 << 16;
+
 pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
     let mut cosim = Cosim::new(config(&args)?).or_bad_input()?;
-    let mut out = std::io::stdout().lock();
-    for (number, line) in (1..).zip(std::io::stdin().lock().lines()) {
-        let line = line.or_failed()?;
+    let mut input = std::io::stdin().lock();
+    for number in 1_u64.. {
+        let wrong = |error: &dyn std::fmt::Display| format!("line {number}: {error}");
+        let line = read_line(&mut input, LONGEST_LINE).map_err(|e| wrong(&e)).or_bad_input()?;
+        let Some(line) = line else { break };
         if line.trim().is_empty() {
             continue;
         }
-        let wrong = |error: &dyn std::fmt::Display| format!("line {number}: {error}");
         let request: Request = serde_json::from_str(&line).map_err(|e| wrong(&e)).or_bad_input()?;
         let answer = cosim.step(&request, args.samples).map_err(|e| wrong(&e)).or_bad_input()?;
         let answer = serde_json::to_string(&answer).or_failed()?;
         // The engine waits for each line.
-        if writeln!(out, "{answer}").and_then(|()| out.flush()).is_err() {
+        if print::results(answer)? == Reader::Gone {
             break;
         }
     }

@@ -16,7 +16,7 @@ use plumb::link::{Memory, Serial, Transport};
 use plumb::record::{Pace, RecordFolder};
 use plumb::rig::{LawSettings, Rig};
 use plumb::run::Row;
-use plumb::session::{Place, Session, SessionError, Summary};
+use plumb::session::{Place, Session, Summary};
 use plumb::source::recorded::Recorded;
 use plumb::source::simulated::{ServedWorld, SimulatedCamera, Timing, VirtualWorld, World};
 use plumb::source::synthetic::{Background, Options, Room, SyntheticCamera};
@@ -25,10 +25,12 @@ use plumb::source::{Live, Source};
 use plumb_emulator::{EMULATED, EmulatedBoard, serve};
 use serde::Serialize;
 
+use super::interrupt::interrupt_flag;
 use super::options::RunOptions;
-use super::show::{Progress, ended};
+use super::print::tell;
+use super::show::{Progress, conclude};
 use super::sight::{record_folder, recorded};
-use super::{Failure, OrFail, interrupt_flag, law};
+use super::{Failure, OrFail, law, numbers, print};
 
 /// The paper's task, closed loop: rendered pictures, OpenCV, a serial port, an emulated board, a simulated rig
 ///
@@ -48,7 +50,7 @@ pub(crate) struct Args {
     #[arg(long, value_parser = law)]
     law: Option<LawSettings>,
     /// The law interval with this gain, 1/s at 0.471 mm of cable a step; the paper's is 30
-    #[arg(long)]
+    #[arg(long, allow_negative_numbers = true, value_parser = numbers::positive)]
     gamma: Option<f64>,
     /// Every law in turn, a run and a line of JSON each, and their errors over time in one figure, laws.svg
     #[arg(long, conflicts_with_all = ["law", "gamma", "record"])]
@@ -113,7 +115,7 @@ fn drive(
     } else {
         let served = Rc::new(serve(board).or_failed()?);
         let port = served.path().to_string_lossy().into_owned();
-        eprintln!("emulated board on {port}");
+        tell!("emulated board on {port}");
         let transport = Serial::open(&port, rig.board.baud).or_failed()?;
         let Some(world) = ServedWorld::new(served) else { return Err("the board moves no rig").or_failed() };
         let source = SimulatedCamera::new(world, synthetic, motors, Timing::default());
@@ -182,16 +184,5 @@ where
         let time = if args.memory { "virtual" } else { "real" };
         serde_json::to_string(&Line { summary, true_error_mm, seed: args.seed, time }).or_failed()
     };
-    match result {
-        Ok(run) => {
-            let code = ended(&run);
-            println!("{}", line(&run.summary)?);
-            recording.map(|()| code)
-        }
-        Err(SessionError::Broken { error, ended }) => {
-            println!("{}", line(&ended.summary)?);
-            Err(SessionError::Broken { error, ended }).or_failed()
-        }
-        Err(error) => Err(error).or_bad_input(),
-    }
+    conclude(result, recording, |summary| print::result(line(summary)?))
 }

@@ -1,5 +1,7 @@
 //! `plumb emulate`: the emulated board on a pseudo-terminal.
 
+mod link;
+
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::atomic::Ordering;
@@ -11,7 +13,10 @@ use plumb::rig::Rig;
 use plumb_emulator::{EMULATED, EmulatedBoard, serve};
 use serde::Serialize;
 
-use super::{Failure, OrFail, Physics, interrupt_flag};
+use self::link::TerminalLink;
+use super::interrupt::interrupt_flag;
+use super::print::tell;
+use super::{Failure, OrFail, Physics, print};
 
 /// An emulated board on a pseudo-terminal, for anything that speaks the protocol
 ///
@@ -24,7 +29,7 @@ pub(crate) struct Args {
     /// How the simulated rig behaves
     #[arg(long, value_enum, default_value = "quasi-static")]
     physics: Physics,
-    /// Also make this symbolic link to the terminal, and remove it at the end
+    /// Also make this symbolic link to the terminal, and remove it at the end; one that was left behind is replaced
     #[arg(long, value_name = "PATH")]
     link: Option<PathBuf>,
     /// End with a line of JSON on standard output
@@ -59,23 +64,18 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
         }
     };
     let served = serve(board).or_failed()?;
-    if let Some(link) = &args.link {
-        std::os::unix::fs::symlink(served.path(), link)
-            .map_err(|error| format!("{}: cannot make this link: {error}", link.display()))
-            .or_bad_input()?;
-    }
-    println!("{}", served.path().display());
+    let link = args.link.as_ref().map(|link| TerminalLink::create(link, served.path()));
+    let link = link.transpose().or_bad_input()?;
+    print::result(served.path().display())?;
     let mut state = None;
     while !interrupted.load(Ordering::Relaxed) && !served.ended() {
         let now = served.board().state();
         if state.replace(now) != Some(now) {
-            eprintln!("{now}");
+            tell!("{now}");
         }
         thread::sleep(LOOK);
     }
-    if let Some(link) = &args.link {
-        std::fs::remove_file(link).or_failed()?;
-    }
+    drop(link);
     let line = {
         let board = served.board();
         Line {
@@ -86,7 +86,7 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
         }
     };
     if args.json {
-        println!("{}", serde_json::to_string(&line).or_failed()?);
+        print::result(serde_json::to_string(&line).or_failed()?)?;
     }
     served.stop().or_failed()?;
     Ok(ExitCode::SUCCESS)

@@ -7,15 +7,16 @@ pub(crate) mod cameras;
 pub(crate) mod cosim;
 pub(crate) mod demo;
 pub(crate) mod emulate;
+mod interrupt;
+mod numbers;
 mod options;
+pub(crate) mod print;
 pub(crate) mod replay;
 pub(crate) mod run;
 mod show;
 mod sight;
 
 use std::error::Error;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 use clap::ValueEnum;
 use plumb::camera::Camera;
@@ -100,10 +101,13 @@ fn law(name: &str) -> Result<LawSettings, String> {
     LawSettings::named(name).ok_or_else(|| format!("one of {}", LawSettings::NAMES.join(", ")))
 }
 
-/// A flag that Ctrl-C sets, so that the motors are ramped down and the run's folder is finished.
-fn interrupt_flag() -> Result<Arc<AtomicBool>, Failure> {
-    let flag = Arc::new(AtomicBool::new(false));
-    let setter = Arc::clone(&flag);
-    ctrlc::set_handler(move || setter.store(true, Ordering::Relaxed)).or_failed()?;
-    Ok(flag)
+/// Returns the first of two failures, and tells people of the second.
+fn both(first: Result<(), Failure>, second: Result<(), Failure>) -> Result<(), Failure> {
+    match (first, second) {
+        (Err(first), Err(second)) => {
+            print::tell!("plumb: {}", second.error);
+            Err(first)
+        }
+        (first, second) => first.and(second),
+    }
 }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use plumb::session::Place;
 
-use super::{DetectorName, Physics};
+use super::{DetectorName, Physics, numbers};
 
 #[derive(Args)]
 pub(super) struct RunOptions {
@@ -16,7 +16,7 @@ pub(super) struct RunOptions {
     #[arg(long, value_enum, default_value = "quasi-static")]
     pub(super) physics: Physics,
     /// Seconds until a target is given up
-    #[arg(long, default_value_t = 120.0)]
+    #[arg(long, default_value_t = 120.0, allow_negative_numbers = true, value_parser = numbers::seconds)]
     pub(super) patience: f64,
     /// Folder for the run, new or empty [default: the next number under runs/]
     #[arg(long, value_name = "FOLDER")]

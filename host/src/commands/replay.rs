@@ -1,14 +1,14 @@
 //! `plumb replay`: detection and location on a recording.
 
-use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Parser;
 use plumb::camera::Camera;
 use plumb::record::CAMERA_FILE;
-use plumb::replay::replay;
+use plumb::replay::{ReplayError, replay};
 
+use super::print::{self, tell};
 use super::sight::recording;
 use super::{DetectorName, FAILED, Failure, OrFail};
 
@@ -34,12 +34,20 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
     let (mut source, intrinsics) = recording(&args.recording, camera.intrinsics)?;
     camera.intrinsics = intrinsics;
     let mut detector = args.detector.detector(&camera);
-    let report = |problem: &plumb::replay::Problem| eprintln!("plumb: {problem}");
-    let outcome =
-        replay(&mut *source, &camera, &mut *detector, io::stdout().lock(), report).or_bad_input()?;
-    eprintln!(
+    let report = |problem: &plumb::replay::Problem| tell!("plumb: {problem}");
+    let outcome = match replay(&mut *source, &camera, &mut *detector, print::Results, report) {
+        // Whoever reads the rows has enough of them.
+        Err(error) if error.is_closed_pipe() => return Ok(ExitCode::SUCCESS),
+        Err(error @ ReplayError::Write(_)) => Err(error).or_failed(),
+        result => result.or_bad_input(),
+    }?;
+    tell!(
         "{} frames: {} with a ball, {} of them located; {} broken, {} without depth",
-        outcome.frames, outcome.detected, outcome.located, outcome.broken, outcome.without_depth
+        outcome.frames,
+        outcome.detected,
+        outcome.located,
+        outcome.broken,
+        outcome.without_depth
     );
     if args.json {
         let line = serde_json::json!({
@@ -49,7 +57,7 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
             "broken": outcome.broken,
             "without_depth": outcome.without_depth,
         });
-        writeln!(io::stdout(), "{line}").or_failed()?;
+        print::result(line)?;
     }
     Ok(if outcome.broken == 0 { ExitCode::SUCCESS } else { ExitCode::from(FAILED) })
 }

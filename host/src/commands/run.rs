@@ -4,17 +4,20 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Parser;
+use plumb::bounded_read::read_text;
 use plumb::camera::Camera;
 use plumb::link::Serial;
 use plumb::record::Pace;
 use plumb::rig::{LawSettings, Rig};
-use plumb::session::{Session, SessionError};
+use plumb::session::{Session, Summary};
 use plumb::source::recorded::Recorded;
+use plumb::toml_file::MAX_BYTES;
 
+use super::interrupt::interrupt_flag;
 use super::options::RunOptions;
-use super::show::{Progress, ended};
+use super::show::{Progress, conclude};
 use super::sight::{Sight, record_folder, recorded};
-use super::{Failure, OrFail, interrupt_flag, law};
+use super::{Failure, OrFail, law, numbers, print};
 
 /// Drive the ball through the targets of a rig file
 ///
@@ -34,10 +37,13 @@ pub(crate) struct RunArgs {
 #[command(allow_negative_numbers = true)]
 pub(crate) struct GotoArgs {
     /// Along the side from motor C to motors A and B
+    #[arg(value_parser = numbers::finite)]
     x: f64,
     /// Along the line from motor B to motor A
+    #[arg(value_parser = numbers::finite)]
     y: f64,
     /// Upwards
+    #[arg(value_parser = numbers::finite)]
     z: f64,
     /// The rig file (TOML, SI units)
     #[arg(long)]
@@ -73,8 +79,8 @@ fn drive(file: &Path, mut rig: Rig, options: &Common) -> Result<ExitCode, Failur
     if let Some(law) = &options.law {
         rig.law = law.clone();
     }
-    let text = std::fs::read_to_string(&rig.camera.file).unwrap_or_default();
-    let camera = Camera::read(&rig.camera.file).or_bad_input()?;
+    let text = read_text(&rig.camera.file, MAX_BYTES).or_bad_input()?;
+    let camera = Camera::parse(&rig.camera.file, &text).or_bad_input()?;
     let chosen = rig.camera.source(rig.simulation.is_some());
     let chosen = chosen.map_err(|error| format!("{}: {error}", file.display())).or_bad_input()?;
     let port = options.port.as_ref().unwrap_or(&rig.board.port);
@@ -100,22 +106,11 @@ fn drive(file: &Path, mut rig: Rig, options: &Common) -> Result<ExitCode, Failur
     let result = session.run(&mut source, transport);
     progress.done();
     let recording = recorded(source);
-    let print = |summary| -> Result<(), Failure> {
+    let json = |summary: &Summary| -> Result<(), Failure> {
         if options.run.json {
-            println!("{}", serde_json::to_string(summary).or_failed()?);
+            print::result(serde_json::to_string(summary).or_failed()?)?;
         }
         Ok(())
     };
-    match result {
-        Ok(run) => {
-            let code = ended(&run);
-            print(&run.summary)?;
-            recording.map(|()| code)
-        }
-        Err(SessionError::Broken { error, ended }) => {
-            print(&ended.summary)?;
-            Err(SessionError::Broken { error, ended }).or_failed()
-        }
-        Err(error) => Err(error).or_bad_input(),
-    }
+    conclude(result, recording, json)
 }

@@ -4,9 +4,10 @@ use std::io::{IsTerminal, stderr};
 use std::process::ExitCode;
 
 use plumb::run::Row;
-use plumb::session::Ended;
+use plumb::session::{Ended, SessionError, Summary};
 
-use super::FAILED;
+use super::print::{message, tell};
+use super::{FAILED, Failure, OrFail, both};
 
 /// A progress line on a terminal, renewed in place; nothing elsewhere.
 pub(super) struct Progress {
@@ -28,25 +29,54 @@ impl Progress {
             }
             _ => "no ball".to_owned(),
         };
-        eprint!("\r\x1b[2Kframe {:5}  {:7.2} s  {place}  {}", row.frame, row.t_s, row.board);
+        let (frame, time, board) = (row.frame, row.t_s, &row.board);
+        message(format_args!("\r\x1b[2Kframe {frame:5}  {time:7.2} s  {place}  {board}"));
     }
 
     /// Ends the line.
     pub(super) fn done(&self) {
         if self.on {
-            eprintln!();
+            message(format_args!("\n"));
         }
     }
 }
 
 /// Tells people how a run ended and where it is kept; the exit code that goes with it.
-pub(super) fn ended(run: &Ended) -> ExitCode {
-    let Ended { summary, folder, unwritten } = run;
+fn ended(run: &Ended) -> ExitCode {
+    let Ended { summary, folder, .. } = run;
     let error = summary.error_mm.map(|e| format!(", filtered |e| = {e:.1} mm")).unwrap_or_default();
-    eprintln!("{}: {} frames, {:.1} s{error}", summary.ending, summary.frames, summary.time_s);
-    eprintln!("run folder: {}", folder.display());
-    if let Some(error) = unwritten {
-        eprintln!("plumb: the run folder is not complete: {error}");
-    }
+    tell!("{}: {} frames, {:.1} s{error}", summary.ending, summary.frames, summary.time_s);
+    tell!("run folder: {}", folder.display());
+    tell_unwritten(run);
     if summary.reached { ExitCode::SUCCESS } else { ExitCode::from(FAILED) }
+}
+
+/// Tells people what of a run's folder could not be written.
+fn tell_unwritten(run: &Ended) {
+    if let Some(error) = &run.unwritten {
+        tell!("plumb: the run folder is not complete: {error}");
+    }
+}
+
+/// Ends the command of a run: tells people how it went and hands `print` its summary. The exit code is the run's:
+/// what could not be written besides is told, and fails the command only where it was asked for.
+pub(super) fn conclude(
+    result: Result<Ended, SessionError>,
+    recording: Result<(), Failure>,
+    print: impl FnOnce(&Summary) -> Result<(), Failure>,
+) -> Result<ExitCode, Failure> {
+    match result {
+        Ok(run) => {
+            let code = ended(&run);
+            both(recording, print(&run.summary)).map(|()| code)
+        }
+        Err(SessionError::Broken { error, ended }) => {
+            let printed = print(&ended.summary);
+            tell_unwritten(&ended);
+            let broken = Err(SessionError::Broken { error, ended }).or_failed();
+            both(broken, both(recording, printed)).map(|()| ExitCode::from(FAILED))
+        }
+        Err(SessionError::Link(error)) => Err(error).or_failed(),
+        Err(error) => Err(error).or_bad_input(),
+    }
 }

@@ -14,6 +14,7 @@ use plumb::source::tum::TumFolder;
 use plumb::source::{Live, Source};
 use plumb_openni::{OpenNi, Settings, Target};
 
+use super::print::tell;
 use super::{Failure, OrFail, Physics};
 
 /// A source of pictures, and the camera that they are taken with.
@@ -70,9 +71,9 @@ fn live(rig: &Rig, camera: Camera, oni: Option<PathBuf>) -> Result<Sight, Failur
     let (target, settings) = choice.settings(oni);
     let source = OpenniSource::open(&openni, &target, settings, lens).or_bad_input()?;
     let opened = source.opened();
-    eprintln!("camera: {} ({}), {}", opened.name, opened.uri, opened.mode);
+    tell!("camera: {} ({}), {}", opened.name, opened.uri, opened.mode);
     for note in &opened.notes {
-        eprintln!("plumb: {note}");
+        tell!("plumb: {note}");
     }
     let camera = Camera { intrinsics: *source.intrinsics(), ..camera };
     Ok(Sight { source: Box::new(source), camera })
@@ -107,7 +108,7 @@ pub(super) fn recorded<S>(source: Recorded<S>) -> Result<(), Failure> {
             0 => String::new(),
             n => format!(", {n} left out: they came faster than they could be written"),
         };
-        eprintln!("recorded: {} frames in {}{left_out}", recording.frames, recording.folder.display());
+        tell!("recorded: {} frames in {}{left_out}", recording.frames, recording.folder.display());
     }
     Ok(())
 }

@@ -6,7 +6,8 @@ use plumb::bounds::{Polytope, Verdict};
 use plumb::toml_file::read_toml;
 use serde::Serialize;
 
-use crate::commands::{Failure, OrFail};
+use crate::commands::print::tell;
+use crate::commands::{Failure, OrFail, print};
 
 /// What was found.
 #[derive(Serialize)]
@@ -32,10 +33,10 @@ pub(super) fn main(path: &Path, most_patches: usize, json: bool) -> Result<bool,
         Verdict::Open => (None, "open whether one of them is singular"),
     };
     let [lo, hi] = [found.least_v.lo, found.least_v.hi];
-    eprintln!("{} vertices and every matrix between them: {words}", family.len());
-    eprintln!("the least |v|/|e| of problem (8) is from {lo:.5} to {hi:.5}, at e = {:.3?}", found.direction);
+    tell!("{} vertices and every matrix between them: {words}", family.len());
+    tell!("the least |v|/|e| of problem (8) is from {lo:.5} to {hi:.5}, at e = {:.3?}", found.direction);
     if nonsingular == Some(true) {
-        eprintln!("with u̇ = -γ v, |e| falls at least as exp(-{:.3e} γ t), whatever the true one is", lo * lo);
+        tell!("with u̇ = -γ v, |e| falls at least as exp(-{:.3e} γ t), whatever the true one is", lo * lo);
     }
     if json {
         let line = Line {
@@ -45,7 +46,7 @@ pub(super) fn main(path: &Path, most_patches: usize, json: bool) -> Result<bool,
             direction: found.direction,
             patches: found.patches,
         };
-        println!("{}", serde_json::to_string(&line).or_failed()?);
+        print::result(serde_json::to_string(&line).or_failed()?)?;
     }
     Ok(nonsingular == Some(true))
 }

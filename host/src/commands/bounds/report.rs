@@ -8,6 +8,7 @@ use plumb_protocol::config::SIGNS;
 use serde::Serialize;
 
 use super::Question;
+use crate::commands::print::tell;
 
 /// Least λ for which β/α is told beside the one that was asked for.
 const LAMBDAS: [f64; 4] = [0.10, 0.05, 0.023, 0.01];
@@ -136,7 +137,7 @@ impl Report {
     pub(super) fn tell(&self) {
         let span =
             |[lo, hi]: [f64; 2]| if hi - lo < 1e-9 { format!("{lo:.3}") } else { format!("{lo:.3}-{hi:.3}") };
-        eprintln!(
+        tell!(
             "rigs with D {} m, W {} m, t {}; the ball where λ >= {}, h {} m:",
             span(self.depth),
             span(self.width),
@@ -144,15 +145,15 @@ impl Report {
             self.least_lambda,
             span(self.below),
         );
-        eprintln!("  |dp/du|: {} (by hand from rough geometry: {})", self.exact, self.rough);
+        tell!("  |dp/du|: {} (by hand from rough geometry: {})", self.exact, self.rough);
         for ByWay { target: [x, y, z], bounds } in &self.ways {
-            eprintln!("  |dp/du| on the straight way to ({x}, {y}, {z}): {bounds}");
+            tell!("  |dp/du| on the straight way to ({x}, {y}, {z}): {bounds}");
         }
         for ByLambda { least_lambda, bounds } in &self.workspace {
-            eprintln!("  |dp/du| where λ >= {least_lambda}: {bounds}");
+            tell!("  |dp/du| where λ >= {least_lambda}: {bounds}");
         }
         self.tell_proofs();
-        eprintln!(
+        tell!(
             "not proved: anything of noise, latency, limits of rates, slack or elastic cables, and of `certified` and `taut`"
         );
     }
@@ -160,28 +161,28 @@ impl Report {
     fn tell_proofs(&self) {
         if let (Some(nonsingular), Some([lo, hi])) = (self.nonsingular, self.least_v) {
             let said = if nonsingular { "proved" } else { "not so" };
-            eprintln!("for every Jacobian with the signs (12) and these α and β:");
-            eprintln!("  none is singular: {said} (determinants of all corners have one sign)");
-            eprintln!(
+            tell!("for every Jacobian with the signs (12) and these α and β:");
+            tell!("  none is singular: {said} (determinants of all corners have one sign)");
+            tell!(
                 "  law `interval` lets |e| fall at least as exp(-{:.2e} γ t): the least |v|/|e| is from {lo:.2e} to {hi:.2e}",
                 lo * lo
             );
         } else {
-            eprintln!("no family for law `interval`: |dp/du| may be 0");
+            tell!("no family for law `interval`: |dp/du| may be 0");
         }
-        eprintln!("for every Jacobian with the signs (12), whatever its size:");
+        tell!("for every Jacobian with the signs (12), whatever its size:");
         match &self.routh_hurwitz {
-            Some(Monomials { trace, minors, determinant, difference }) => eprintln!(
+            Some(Monomials { trace, minors, determinant, difference }) => tell!(
                 "  law `sign` is stable: proved (B = 4 J Σ⁻¹: tr, E2, det, tr E2 - det are {trace}, {minors}, {determinant}, {difference} positive monomials)"
             ),
-            None => eprintln!("  law `sign` is stable: not so"),
+            None => tell!("  law `sign` is stable: not so"),
         }
         let said = match self.sign_descends {
             Some(true) => "proved",
             Some(false) => "false",
             None => "open",
         };
-        eprintln!("for every rig and place of that box:");
-        eprintln!("  law `sign` lets |e| fall: {said} ({} cells)", self.cells);
+        tell!("for every rig and place of that box:");
+        tell!("  law `sign` lets |e| fall: {said} ({} cells)", self.cells);
     }
 }

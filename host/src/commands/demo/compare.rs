@@ -7,6 +7,7 @@ use plumb::rig::{LawSettings, Rig};
 use plumb::run::{LawCurve, LawsFolder};
 use plumb::session::Place;
 
+use super::super::print::tell;
 use super::super::{FAILED, Failure, OrFail, law};
 use super::{Args, drive};
 
@@ -35,6 +36,6 @@ pub(super) fn main(args: &Args, interrupted: &AtomicBool) -> Result<ExitCode, Fa
         }
     }
     let figure = folder.finish(&curves, threshold_m).or_failed()?;
-    eprintln!("the laws' errors over time: {}", figure.display());
+    tell!("the laws' errors over time: {}", figure.display());
     Ok(code)
 }

@@ -1,0 +1,108 @@
+//! `plumb emulate --link`: a symbolic link to the emulated board's terminal.
+
+use std::fs;
+use std::io::{self, ErrorKind};
+use std::os::unix::fs::symlink;
+use std::path::{Path, PathBuf};
+
+use crate::commands::print::tell;
+
+/// A symbolic link to a pseudo-terminal; removed when it is dropped.
+pub(super) struct TerminalLink {
+    path: PathBuf,
+    terminal: PathBuf,
+}
+
+impl TerminalLink {
+    /// Makes the link `path` to `terminal`. A link that an emulation has left behind is replaced.
+    ///
+    /// # Errors
+    /// Where something else has this path, or the link cannot be made.
+    pub(super) fn create(path: &Path, terminal: &Path) -> Result<Self, String> {
+        let mut made = symlink(terminal, path);
+        if is_taken(&made) && is_left_behind(path, terminal) {
+            made = fs::remove_file(path).and_then(|()| symlink(terminal, path));
+        }
+        match made {
+            Ok(()) => Ok(Self { path: path.to_owned(), terminal: terminal.to_owned() }),
+            taken if is_taken(&taken) => Err(format!(
+                "{}: exists already; only a link to a pseudo-terminal that is gone is replaced: remove it, or give another path",
+                path.display()
+            )),
+            Err(error) => Err(format!("{}: cannot make this link: {error}", path.display())),
+        }
+    }
+}
+
+impl Drop for TerminalLink {
+    fn drop(&mut self) {
+        // Another emulation may have put its own link there.
+        if fs::read_link(&self.path).is_ok_and(|target| target == self.terminal)
+            && let Err(error) = fs::remove_file(&self.path)
+        {
+            tell!("plumb: {}: cannot remove this link: {error}", self.path.display());
+        }
+    }
+}
+
+fn is_taken(made: &io::Result<()>) -> bool {
+    made.as_ref().is_err_and(|error| error.kind() == ErrorKind::AlreadyExists)
+}
+
+/// Whether `link` is a symbolic link to a pseudo-terminal that is gone: there is none of that number, or the number has
+/// just been given to `terminal`.
+fn is_left_behind(link: &Path, terminal: &Path) -> bool {
+    let Ok(target) = fs::read_link(link) else { return false };
+    let gone = || fs::symlink_metadata(&target).is_err_and(|error| error.kind() == ErrorKind::NotFound);
+    target == terminal || (is_pseudo_terminal(&target) && gone())
+}
+
+/// Whether `path` is that of a pseudo-terminal, `/dev/pts/NUMBER`.
+fn is_pseudo_terminal(path: &Path) -> bool {
+    let number = path.to_str().and_then(|path| path.strip_prefix("/dev/pts/"));
+    number.is_some_and(|number| !number.is_empty() && number.bytes().all(|byte| byte.is_ascii_digit()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_link_is_removed_at_the_end_unless_it_is_anothers() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("board");
+        drop(TerminalLink::create(&path, Path::new("/dev/pts/1000001")).unwrap());
+        assert!(path.symlink_metadata().is_err());
+        let link = TerminalLink::create(&path, Path::new("/dev/pts/1000001")).unwrap();
+        let other = TerminalLink::create(&path, Path::new("/dev/pts/1000002")).unwrap();
+        drop(link);
+        assert_eq!(fs::read_link(&path).unwrap(), Path::new("/dev/pts/1000002"));
+        drop(other);
+        assert!(path.symlink_metadata().is_err());
+    }
+
+    #[test]
+    fn only_a_link_to_a_pseudo_terminal_that_is_gone_is_replaced() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("board");
+        let terminal = Path::new("/dev/pts/1000001");
+        for target in ["/dev/pts/1000002", "/dev/pts/1000001"] {
+            symlink(target, &path).unwrap();
+            drop(TerminalLink::create(&path, terminal).unwrap());
+        }
+        for target in
+            ["/dev/pts/ptmx", "/dev/null", "absent", "/dev/pts/1x", "/dev/pts/", "/dev/pts/../pts/1000002"]
+        {
+            symlink(target, &path).unwrap();
+            let error = TerminalLink::create(&path, terminal).err().unwrap();
+            assert!(error.contains("board: exists already"), "{target}: {error}");
+            assert_eq!(fs::read_link(&path).unwrap(), Path::new(target));
+            fs::remove_file(&path).unwrap();
+        }
+        fs::write(&path, "kept").unwrap();
+        assert!(TerminalLink::create(&path, terminal).is_err());
+        assert_eq!(fs::read_to_string(&path).unwrap(), "kept");
+        let error = TerminalLink::create(&folder.path().join("absent/board"), terminal).err().unwrap();
+        assert!(error.contains("cannot make this link"), "{error}");
+    }
+}

@@ -1,0 +1,50 @@
+//! Numbers on the command line: checked while they are read, so that the option is named.
+
+use plumb::toml_file::{Finite, NumberError, Positive};
+
+/// Longest time that can be asked for, seconds: 30 years, which every clock can count.
+const LONGEST_S: f64 = 1e9;
+
+/// A finite number.
+pub(super) fn finite(text: &str) -> Result<f64, String> {
+    checked(text, Finite::try_from, Finite::get)
+}
+
+/// A finite number above 0.
+pub(super) fn positive(text: &str) -> Result<f64, String> {
+    checked(text, Positive::try_from, Positive::get)
+}
+
+/// A time above 0, at most [`LONGEST_S`].
+pub(super) fn seconds(text: &str) -> Result<f64, String> {
+    let time = positive(text)?;
+    if time <= LONGEST_S { Ok(time) } else { Err(format!("{time} must be at most {LONGEST_S} s")) }
+}
+
+fn checked<T>(
+    text: &str,
+    check: impl FnOnce(f64) -> Result<T, NumberError>,
+    value: impl FnOnce(T) -> f64,
+) -> Result<f64, String> {
+    let number = text.parse().map_err(|_| "a number is wanted".to_owned())?;
+    check(number).map(value).map_err(|error| error.to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_out_of_their_range_are_refused() {
+        assert_eq!((seconds("0.5"), positive("1e300"), finite("-2")), (Ok(0.5), Ok(1e300), Ok(-2.0)));
+        for text in ["nan", "inf", "-inf", "0", "-1", "-0.0", "1e999", "", "x", "2e9"] {
+            assert!(seconds(text).is_err(), "{text}");
+        }
+        for text in ["nan", "inf", "0", "-1", "1e999"] {
+            assert!(positive(text).is_err(), "{text}");
+        }
+        for text in ["nan", "inf", "-inf", "1e999", "1,5"] {
+            assert!(finite(text).is_err(), "{text}");
+        }
+    }
+}

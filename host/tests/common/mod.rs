@@ -1,0 +1,86 @@
+//! What the tests of the program share: it is started, and what it says is read.
+
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops at the first surprise")]
+#![allow(dead_code, reason = "every test program uses a part")]
+
+use std::fs;
+use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Output, Stdio};
+
+use serde_json::Value;
+use tempfile::TempDir;
+
+pub(crate) fn plumb(arguments: &[&str], folder: &Path) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_plumb")).args(arguments).current_dir(folder).output().unwrap()
+}
+
+pub(crate) fn stderr(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+/// The last line of standard output, which is JSON.
+pub(crate) fn json(output: &Output) -> Value {
+    let text = String::from_utf8_lossy(&output.stdout);
+    serde_json::from_str(text.lines().last().unwrap_or_default()).unwrap_or_else(|e| panic!("{e}: {text}"))
+}
+
+pub(crate) fn folder() -> TempDir {
+    tempfile::tempdir().unwrap()
+}
+
+/// The examples of the repository.
+pub(crate) fn rigs() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("rigs")
+}
+
+/// The paper's rig file, changed by `edit`, beside its camera file.
+pub(crate) fn rig_file(folder: &Path, edit: impl Fn(String) -> String) -> String {
+    fs::copy(rigs().join("camera.toml"), folder.join("camera.toml")).unwrap();
+    let path = folder.join("rig.toml");
+    fs::write(&path, edit(fs::read_to_string(rigs().join("paper.toml")).unwrap())).unwrap();
+    path.to_str().unwrap().to_owned()
+}
+
+/// `plumb emulate` in the background; killed when dropped.
+pub(crate) struct Emulator {
+    pub(crate) child: Child,
+    pub(crate) port: String,
+}
+
+impl Emulator {
+    pub(crate) fn start() -> Self {
+        let mut child = Command::new(env!("CARGO_BIN_EXE_plumb"))
+            .args(["emulate", "--json"])
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let mut port = String::new();
+        BufReader::new(child.stdout.as_mut().unwrap()).read_line(&mut port).unwrap();
+        Self { child, port: port.trim().to_owned() }
+    }
+}
+
+impl Drop for Emulator {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+/// Waits until the run in `folder` has so many rows; or until it has ended, which the test will see.
+pub(crate) fn until_rows(run: &mut Child, folder: &Path, count: usize) {
+    let rows = || fs::read_to_string(folder.join("run.csv")).unwrap_or_default().lines().count();
+    while rows() < count && run.try_wait().unwrap().is_none() {
+        std::thread::sleep(std::time::Duration::from_millis(20));
+    }
+}
+
+/// Records the paper's ball at rest for half a second to `folder/recording`.
+pub(crate) fn record(folder: &Path) -> PathBuf {
+    let demo = ["demo", "--memory", "--patience", "0.5", "--record", "recording", "--out", "recorded-run"];
+    let output = plumb(&demo, folder);
+    assert!(stderr(&output).contains("recorded: "), "{}", stderr(&output));
+    folder.join("recording")
+}
