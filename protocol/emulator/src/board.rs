@@ -2,10 +2,11 @@
 
 use nalgebra::Point3;
 use plumb_core::{Board, BuildLimits, Outbox, TICK_US, Thinker};
-use plumb_protocol::message::State;
+use plumb_protocol::message::{StartCause, State};
 use plumb_protocol::units::{Micros, Rate, Steps16};
 
 use crate::rig::{Plant, RigError};
+use crate::wire::{Link, Traffic, Wire};
 
 /// What an emulated board is built for: the steps of the Pico's firmware, and no storage.
 pub const EMULATED: BuildLimits = BuildLimits { max_pulse_rate: 1_250_000, storage: false };
@@ -15,9 +16,14 @@ const WAITING_MAX: usize = 1 << 16;
 
 /// A board whose chip is this program. Nothing happens in it but by [`run_to`](Self::run_to).
 pub struct EmulatedBoard {
+    build: BuildLimits,
     board: Board,
     thinker: Thinker,
     plant: Option<Box<dyn Plant + Send>>,
+    /// Where the rig's motors were when the board last started, full steps since the rig's start.
+    origin: [f64; 3],
+    /// Between the host and the board; `None` for a direct connection.
+    link: Option<Link>,
     now: Micros,
     outbox: Outbox,
     waiting: Vec<u8>,
@@ -27,9 +33,12 @@ impl EmulatedBoard {
     /// A board without a rig: its steps go nowhere.
     pub fn new(build: BuildLimits) -> Self {
         Self {
+            build,
             board: Board::new(build),
             thinker: Thinker::new(),
             plant: None,
+            origin: [0.0; 3],
+            link: None,
             now: Micros(0),
             outbox: Outbox::new(),
             waiting: Vec::new(),
@@ -41,18 +50,43 @@ impl EmulatedBoard {
         Self { plant: Some(plant), ..Self::new(build) }
     }
 
+    /// Puts `wire` between the host and this board.
+    #[must_use]
+    pub fn with_wire(mut self, wire: Wire) -> Self {
+        self.set_wire(wire);
+        self
+    }
+
+    /// Replaces the link between the host and this board. Frames that are on their way on the old
+    /// one are lost. Reboots whose time has passed happen in the next tick.
+    pub fn set_wire(&mut self, wire: Wire) {
+        self.link = Some(Link::new(wire));
+    }
+
+    /// What has happened on the link: towards the board, towards the host. `None` without a
+    /// [`Wire`].
+    pub fn traffic(&self) -> Option<[Traffic; 2]> {
+        self.link.as_ref().map(|link| [link.to_board.traffic(), link.to_host.traffic()])
+    }
+
     /// The board's clock.
     pub fn now(&self) -> Micros {
         self.now
     }
 
-    /// Bytes arrive at the board now.
+    /// The host sends `bytes` now. Without a wire they arrive at the board at once.
     pub fn write(&mut self, bytes: &[u8]) {
-        self.board.receive(self.now, bytes, &mut self.outbox);
+        match &mut self.link {
+            None => self.board.receive(self.now, bytes, &mut self.outbox),
+            Some(link) => {
+                link.to_board.send(self.now, bytes);
+                self.deliver();
+            }
+        }
         self.collect();
     }
 
-    /// What the board has sent since the last call.
+    /// What has arrived at the host since the last call.
     pub fn read(&mut self) -> Vec<u8> {
         std::mem::take(&mut self.waiting)
     }
@@ -63,11 +97,13 @@ impl EmulatedBoard {
     /// Where the rig cannot follow its motors; the board is then at the tick in which that happened.
     pub fn run_to(&mut self, end: Micros) -> Result<(), RigError> {
         while self.now.0 + u64::from(TICK_US) <= end.0 {
+            self.restart_if_due();
+            self.deliver();
             // The plan itself is for hardware: the rig follows the positions, which are counted from the same pulses.
             let _ = self.board.tick(self.now, &mut self.thinker, &mut self.outbox);
             self.now.0 += u64::from(TICK_US);
             self.collect();
-            let motors = self.motors();
+            let motors = self.rig_motors();
             if let Some(plant) = &mut self.plant {
                 plant.advance(f64::from(TICK_US) * 1e-6, motors)?;
             }
@@ -75,7 +111,7 @@ impl EmulatedBoard {
         Ok(())
     }
 
-    /// Motor positions, full steps since the start, + pays out.
+    /// Motor positions, full steps since the board's last start, + pays out.
     pub fn motors(&self) -> [f64; 3] {
         self.board.positions().map(|p| Steps16(p).to_si())
     }
@@ -100,8 +136,50 @@ impl EmulatedBoard {
         self.plant.as_ref().map_or([false; 3], |p| p.slack())
     }
 
+    /// Motor positions, full steps since the rig's start, + pays out.
+    fn rig_motors(&self) -> [f64; 3] {
+        let motors = self.motors();
+        [0, 1, 2].map(|i| self.origin[i] + motors[i])
+    }
+
+    /// Starts the board anew where the link's settings say so.
+    fn restart_if_due(&mut self) {
+        while let Some(cause) = self.link.as_mut().and_then(|link| link.reboot(self.now)) {
+            self.restart(cause);
+        }
+    }
+
+    /// Starts the board anew, for `cause`. The clock goes on and the rig stays where it is.
+    fn restart(&mut self, cause: StartCause) {
+        self.origin = self.rig_motors();
+        self.board = Board::new(self.build);
+        self.board.started(cause);
+        self.thinker = Thinker::new();
+        self.outbox = Outbox::new();
+        if let Some(link) = &mut self.link {
+            link.to_host.restart(self.now);
+        }
+    }
+
+    /// Hands the frames to the board that have arrived by now.
+    fn deliver(&mut self) {
+        while let Some(frame) = self.link.as_mut().and_then(|link| link.to_board.receive(self.now)) {
+            self.board.receive(self.now, &frame, &mut self.outbox);
+            self.collect();
+        }
+    }
+
+    /// Sends what the board has to say, and keeps what has arrived at the host.
     fn collect(&mut self) {
-        self.waiting.extend_from_slice(self.outbox.bytes());
+        match &mut self.link {
+            None => self.waiting.extend_from_slice(self.outbox.bytes()),
+            Some(link) => {
+                link.to_host.send(self.now, self.outbox.bytes());
+                while let Some(frame) = link.to_host.receive(self.now) {
+                    self.waiting.extend(frame);
+                }
+            }
+        }
         self.outbox.clear();
         let excess = self.waiting.len().saturating_sub(WAITING_MAX);
         self.waiting.drain(..excess);

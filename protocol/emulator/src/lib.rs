@@ -5,7 +5,9 @@ pub mod board;
 pub mod rig;
 pub mod serve;
 pub mod terminal;
+pub mod wire;
 
 pub use board::{EMULATED, EmulatedBoard};
 pub use serve::{Served, serve};
 pub use terminal::Terminal;
+pub use wire::Wire;

@@ -1,0 +1,184 @@
+//! One direction of a link at work.
+
+use std::collections::VecDeque;
+
+use plumb_protocol::frame::MAX_FRAME;
+use plumb_protocol::units::Micros;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use super::{Lane, Line, Silence};
+
+/// Bits of a byte on a UART: start bit, eight data bits, stop bit.
+const UART_BITS: u64 = 10;
+
+/// What has happened to the frames of a lane.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Traffic {
+    /// Frames that went onto the line; a doubled one counts twice.
+    pub sent: u64,
+    /// Of these: lost at random or in a silence.
+    pub lost: u64,
+    /// Of these: damaged, and not lost.
+    pub damaged: u64,
+    /// Frames that came twice.
+    pub doubled: u64,
+    /// Frames that did not fit the sender's buffer, and frames lost in it by a reboot.
+    pub dropped: u64,
+}
+
+/// A frame on its way, or waiting for the line. Times in nanoseconds of the board's clock, so that
+/// the rounding of one frame does not add to that of the next.
+struct Flight {
+    /// When it has left the sender's buffer.
+    sent_ns: u64,
+    /// When it is complete at the other end.
+    arrives_ns: u64,
+    /// Bytes that it occupies in the sender's buffer.
+    length: usize,
+    /// Bytes that arrive; none of a lost frame.
+    bytes: Vec<u8>,
+}
+
+/// The sender's buffer and the line of one direction.
+pub(crate) struct Transmitter {
+    lane: Lane,
+    silences: Vec<Silence>,
+    buffer: usize,
+    random: ChaCha8Rng,
+    /// The begin of a frame whose end has not been sent yet.
+    begun: Vec<u8>,
+    flights: VecDeque<Flight>,
+    line_free_ns: u64,
+    traffic: Traffic,
+}
+
+impl Transmitter {
+    /// Creates an idle one with a buffer of `buffer` bytes.
+    pub(crate) fn new(lane: Lane, silences: Vec<Silence>, buffer: usize, seed: u64, stream: u64) -> Self {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        random.set_stream(stream);
+        Self {
+            lane,
+            silences,
+            buffer,
+            random,
+            begun: Vec::new(),
+            flights: VecDeque::new(),
+            line_free_ns: 0,
+            traffic: Traffic::default(),
+        }
+    }
+
+    /// Sends `bytes`, in any pieces. A frame starts when its zero byte is there; bytes without a
+    /// zero go out in pieces of [`MAX_FRAME`].
+    pub(crate) fn send(&mut self, now: Micros, bytes: &[u8]) {
+        for &byte in bytes {
+            self.begun.push(byte);
+            if byte == 0 || self.begun.len() == MAX_FRAME {
+                let frame = std::mem::take(&mut self.begun);
+                let doubled = self.chance(self.lane.doubled);
+                self.traffic.doubled += u64::from(doubled);
+                if doubled {
+                    self.transmit(now, frame.clone());
+                }
+                self.transmit(now, frame);
+            }
+        }
+    }
+
+    /// Returns the next frame that is complete at the other end by `now`, in order.
+    pub(crate) fn receive(&mut self, now: Micros) -> Option<Vec<u8>> {
+        while self.flights.front().is_some_and(|flight| flight.arrives_ns <= nanoseconds(now)) {
+            let flight = self.flights.pop_front()?;
+            if !flight.bytes.is_empty() {
+                return Some(flight.bytes);
+            }
+        }
+        None
+    }
+
+    /// Forgets everything that has not left the sender by `now`: the sender has restarted.
+    pub(crate) fn restart(&mut self, now: Micros) {
+        let before = self.flights.len();
+        self.flights.retain(|flight| flight.sent_ns <= nanoseconds(now));
+        self.traffic.dropped += (before - self.flights.len()) as u64;
+        self.begun.clear();
+        self.line_free_ns = self.line_free_ns.min(nanoseconds(now));
+    }
+
+    /// What has happened so far.
+    pub(crate) fn traffic(&self) -> Traffic {
+        self.traffic
+    }
+
+    /// Puts a frame onto the line, or drops it where the buffer has no room. The newest frame is
+    /// dropped, as the firmware's `Outbox` does.
+    fn transmit(&mut self, now: Micros, frame: Vec<u8>) {
+        let (now_ns, length) = (nanoseconds(now), frame.len());
+        let waiting = self.flights.iter().filter(|flight| flight.sent_ns > now_ns);
+        if waiting.map(|flight| flight.length).sum::<usize>() + length > self.buffer {
+            self.traffic.dropped += 1;
+            return;
+        }
+        let start_ns = self.line_free_ns.max(now_ns);
+        let sent_ns = start_ns + self.line_ns(length);
+        let arrives_ns = sent_ns + self.lane.latency.as_nanos() as u64;
+        self.line_free_ns = sent_ns;
+        let bytes = self.disturb(frame, self.is_silent(start_ns, arrives_ns));
+        self.flights.push_back(Flight { sent_ns, arrives_ns, length, bytes });
+    }
+
+    /// Returns the bytes that arrive of `frame`.
+    fn disturb(&mut self, mut frame: Vec<u8>, silent: bool) -> Vec<u8> {
+        self.traffic.sent += 1;
+        // Both are drawn for every frame, so that a silence does not change what follows it.
+        let lost = self.chance(self.lane.lost);
+        let damaged = self.chance(self.lane.damaged);
+        if lost || silent {
+            self.traffic.lost += 1;
+            frame.clear();
+        } else if damaged {
+            self.traffic.damaged += 1;
+            self.damage(&mut frame);
+        }
+        frame
+    }
+
+    /// Damages one place of a frame of at least one byte.
+    fn damage(&mut self, frame: &mut Vec<u8>) {
+        let place = self.random.random_range(0..frame.len());
+        match self.random.random_range(0..4) {
+            0 => frame[place] ^= 1 << self.random.random_range(0..8),
+            1 => drop(frame.remove(place)),
+            2 => frame.insert(place, frame[place]),
+            _ => frame.insert(place, self.random.random()),
+        }
+    }
+
+    /// Whether something of probability `p` happens; no randomness is used up where it cannot.
+    fn chance(&mut self, p: f64) -> bool {
+        p > 0.0 && self.random.random::<f64>() < p
+    }
+
+    /// Whether the link is silent at any moment from `start_ns` to `end_ns`.
+    fn is_silent(&self, start_ns: u64, end_ns: u64) -> bool {
+        self.silences
+            .iter()
+            .any(|silence| nanoseconds(silence.from) <= end_ns && start_ns < nanoseconds(silence.to))
+    }
+
+    /// How long `length` bytes occupy the line.
+    fn line_ns(&self, length: usize) -> u64 {
+        match self.lane.line {
+            Line::Instant => 0,
+            Line::Baud(rate) => length as u64 * UART_BITS * 1_000_000_000 / u64::from(rate.max(1)),
+            Line::Frame(time) => time.as_nanos() as u64,
+        }
+    }
+}
+
+/// `time` in nanoseconds.
+fn nanoseconds(time: Micros) -> u64 {
+    time.0.saturating_mul(1000)
+}
