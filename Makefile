@@ -3,7 +3,7 @@
 PLUMB := cargo run --release --locked -p plumb --bin plumb --
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test chip bench bench-chip firmware flash lint
+.PHONY: help setup demo test chip bench links bench-chip firmware flash lint
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-10s  %s\n", $$1, $$2 }' Makefile
@@ -25,6 +25,9 @@ chip: setup ## the real firmware in an emulated chip, on a pseudo-terminal, for 
 bench: setup ## reproduce the control and vision measurements
 	@$(PLUMB) bench control --suite paper $(ARGS)
 	@$(PLUMB) bench vision $(ARGS)
+
+links: setup ## every law over slow, lossy and interrupted links (ARGS="--seeds 100" and the like)
+	@cargo run --release --locked -p plumb-tests --bin links -- $(ARGS)
 
 bench-chip: setup ## measure the real firmware in the emulated chip (ARGS="--json": the numbers on the last line)
 	@scripts/bench-chip $(ARGS)

@@ -1,0 +1,135 @@
+//! Every law over every link, three targets and several seeds each: what was driven, what is told,
+//! and how soon. Ends with exit code 1 where a run is not as it must be.
+//!
+//! Usage: `links [--seeds N] [--link WORD] [--law NAME] [--runs]`. `--link` takes the links with
+//! this word in their names; `--runs` also prints every run that is not as it must be.
+
+#![allow(clippy::expect_used, reason = "a tool for tests: it stops at the first surprise")]
+
+use std::collections::BTreeMap;
+use std::process::ExitCode;
+use std::sync::Mutex;
+use std::thread;
+
+use plumb::rig::LawSettings;
+use plumb_tests::links::{Outcome, Run, Verdict, in_virtual_time, judge, links};
+
+/// What to run.
+struct Options {
+    seeds: u64,
+    link: String,
+    law: String,
+    runs: bool,
+}
+
+/// A finished run.
+struct Done {
+    run: Run,
+    outcome: Outcome,
+    verdict: Verdict,
+}
+
+fn main() -> ExitCode {
+    let options = match options(std::env::args().skip(1)) {
+        Ok(options) => options,
+        Err(error) => {
+            eprintln!("links: {error}; usage: links [--seeds N] [--link WORD] [--law NAME] [--runs]");
+            return ExitCode::from(2);
+        }
+    };
+    let mut done = carry_out(planned(&options));
+    done.sort_by_key(|done| done.run.seed);
+    let mut rows: Vec<(&str, &str)> = Vec::new();
+    for link in links() {
+        rows.extend(LawSettings::NAMES.map(|law| (link.name, law)));
+    }
+    println!("| link | law | runs | legs driven | false reached | wrong | s to the cause | causes |");
+    println!("|---|---|---:|---:|---:|---:|---:|---|");
+    for (link, law) in rows {
+        let row: Vec<&Done> = done.iter().filter(|d| d.run.link.name == link && d.run.law == law).collect();
+        if !row.is_empty() {
+            println!("{}", line(link, law, &row));
+        }
+    }
+    let bad: Vec<&Done> = done.iter().filter(|done| !done.verdict.is_good()).collect();
+    if options.runs {
+        bad.iter().for_each(|done| println!("{}", told(done)));
+    }
+    println!("{} runs, {} of them not as they must be", done.len(), bad.len());
+    ExitCode::from(u8::from(!bad.is_empty() || done.is_empty()))
+}
+
+fn options(mut words: impl Iterator<Item = String>) -> Result<Options, String> {
+    let mut options = Options { seeds: 20, link: String::new(), law: String::new(), runs: false };
+    while let Some(word) = words.next() {
+        let mut value = || words.next().ok_or(format!("{word} needs a value"));
+        match word.as_str() {
+            "--seeds" => options.seeds = value()?.parse().map_err(|e| format!("--seeds: {e}"))?,
+            "--link" => options.link = value()?,
+            "--law" => options.law = value()?,
+            "--runs" => options.runs = true,
+            _ => return Err(format!("{word:?} is no option")),
+        }
+    }
+    Ok(options)
+}
+
+fn planned(options: &Options) -> Vec<Run> {
+    let mut runs = Vec::new();
+    for link in links().into_iter().filter(|link| link.name.contains(&options.link)) {
+        for law in LawSettings::NAMES.into_iter().filter(|law| law.contains(&options.law)) {
+            runs.extend((0..options.seeds).map(|seed| Run { link, law, seed }));
+        }
+    }
+    runs
+}
+
+/// Carries out the runs on every processor.
+fn carry_out(runs: Vec<Run>) -> Vec<Done> {
+    let (queue, done) = (Mutex::new(runs.into_iter()), Mutex::new(Vec::new()));
+    let work = || {
+        loop {
+            let next = queue.lock().expect("no run panics").next();
+            let Some(run) = next else { return };
+            let outcome = in_virtual_time(&run);
+            let verdict = judge(&run, &outcome);
+            done.lock().expect("no run panics").push(Done { run, outcome, verdict });
+        }
+    };
+    thread::scope(|scope| {
+        for _ in 0..thread::available_parallelism().map_or(1, usize::from) {
+            scope.spawn(work);
+        }
+    });
+    done.into_inner().expect("no run panics")
+}
+
+/// A row of the table.
+fn line(link: &str, law: &str, row: &[&Done]) -> String {
+    let targets: usize = row.iter().map(|d| d.outcome.targets).sum();
+    let driven: usize = row.iter().map(|d| d.verdict.driven).sum();
+    let false_reached: usize = row.iter().map(|d| d.verdict.false_reached.len()).sum();
+    let wrong = row.iter().filter(|d| !d.verdict.wrong.is_empty()).count();
+    let latest = row.iter().filter_map(|d| d.verdict.cause_after_s).reduce(f64::max);
+    let latest = latest.map_or("-".to_owned(), |s| format!("{s:.1}"));
+    let mut causes: BTreeMap<&str, usize> = BTreeMap::new();
+    for done in row.iter().filter(|d| d.outcome.exit_code != 0) {
+        *causes.entry(&done.outcome.cause).or_default() += 1;
+    }
+    let causes: Vec<String> = causes.iter().map(|(cause, count)| format!("{count}x {cause}")).collect();
+    format!(
+        "| {link} | {law} | {} | {driven}/{targets} | {false_reached} | {wrong} | {latest} | {} |",
+        row.len(),
+        causes.join("; ")
+    )
+}
+
+/// What is wrong with a run.
+fn told(Done { run, outcome, verdict }: &Done) -> String {
+    let mut what: Vec<String> =
+        verdict.false_reached.iter().map(|leg| format!("false \"reached\" of {leg}")).collect();
+    what.extend(verdict.wrong.clone());
+    let legs: Vec<String> =
+        outcome.legs.iter().map(|l| format!("{} frames {:.1} mm", l.frames, l.true_error_m * 1e3)).collect();
+    format!("{}, {}, seed {}: {} [{}]", run.link.name, run.law, run.seed, what.join("; "), legs.join(", "))
+}

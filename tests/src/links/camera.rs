@@ -1,0 +1,157 @@
+//! A camera that costs nothing: small depth pictures of the ball, and a detector that knows where
+//! the ball is in them. Localisation, session and link are the real ones.
+
+use std::collections::VecDeque;
+
+use nalgebra::{Matrix2, Point3, Vector3};
+use opencv::core::{CV_8UC3, Mat, Scalar};
+use plumb::camera::{Camera, Intrinsics};
+use plumb::detect::{DetectError, Detection, Detector};
+use plumb::frame::RgbdFrame;
+use plumb::source::simulated::{Timing, World};
+use plumb::source::{Live, Source, SourceError};
+
+/// Rows and columns of a picture, pixels.
+const SIZE: i32 = 15;
+/// The ball's centre in every picture, row and column, pixels.
+const CENTRE: f64 = 7.0;
+/// The ball's radius in every picture, pixels.
+const RADIUS: f64 = 6.0;
+/// Units of the depth picture in a metre.
+const DEPTH_SCALE: f64 = 10_000.0;
+/// Variance of the centre's row and column, pixels²: a tenth of a pixel, as the detector `ball`.
+const VARIANCE: f64 = 0.01;
+
+/// A camera that follows the ball and zooms: the ball is at the same place of every picture, and
+/// each picture's intrinsics say where that is.
+pub struct SpotCamera<W> {
+    world: W,
+    camera: Camera,
+    timing: Timing,
+    next_capture: f64,
+    /// Taken but not yet arrived: the time, s, and the ball's position, m.
+    under_way: VecDeque<(f64, Point3<f64>)>,
+}
+
+impl<W: World> SpotCamera<W> {
+    /// Looks at the ball of `world` from where `camera` is.
+    pub fn new(world: W, camera: Camera, timing: Timing) -> Self {
+        let next_capture = world.now();
+        Self { world, camera, timing, next_capture, under_way: VecDeque::new() }
+    }
+
+    /// The picture of a ball at `ball`, m, taken at `time`, s.
+    fn picture(&self, time: f64, ball: Point3<f64>) -> Result<RgbdFrame, SourceError> {
+        let centre = self.camera.pose.inverse_transform_point(&ball).coords;
+        let radius = self.camera.ball_diameter / 2.0;
+        let focal = RADIUS * centre.z / radius;
+        let principal = |offset: f64| CENTRE - focal * offset / centre.z;
+        let intrinsics = Intrinsics {
+            fx: focal,
+            fy: focal,
+            cx: principal(centre.x),
+            cy: principal(centre.y),
+            depth_scale: DEPTH_SCALE,
+        };
+        let depth = |row: i32, column: i32| {
+            let ray = intrinsics.deproject(f64::from(column), f64::from(row), 1.0).coords;
+            surface(&ray, &centre, radius).map_or(0, |z| (z * DEPTH_SCALE).round() as u16)
+        };
+        let rows: Vec<Vec<u16>> =
+            (0..SIZE).map(|row| (0..SIZE).map(|column| depth(row, column)).collect()).collect();
+        let depth = Mat::from_slice_2d(&rows)?;
+        let colour = Mat::new_rows_cols_with_default(SIZE, SIZE, CV_8UC3, Scalar::all(0.0))?;
+        let what = format!("the picture at {time} s");
+        RgbdFrame::new(time, colour, depth, intrinsics).map_err(|error| SourceError::Frame { what, error })
+    }
+}
+
+/// Returns the depth, m, at which `ray` (camera axes, z = 1) meets a ball; `None` where it misses.
+fn surface(ray: &Vector3<f64>, centre: &Vector3<f64>, radius: f64) -> Option<f64> {
+    let along = ray.dot(centre);
+    let square = ray.norm_squared();
+    let discriminant = along * along - square * (centre.norm_squared() - radius * radius);
+    (discriminant >= 0.0).then(|| (along - discriminant.sqrt()) / square)
+}
+
+impl<W: World> Source for SpotCamera<W> {
+    /// Pictures are taken on time and arrive late, as those of `SimulatedCamera`.
+    fn next_frame(&mut self) -> Result<Option<RgbdFrame>, SourceError> {
+        let Timing { rate, latency } = self.timing;
+        loop {
+            if let Some(&(taken, ball)) = self.under_way.front()
+                && taken + latency <= self.next_capture
+            {
+                self.under_way.pop_front();
+                self.world.wait_until(taken + latency)?;
+                return self.picture(taken, ball).map(Some);
+            }
+            self.world.wait_until(self.next_capture)?;
+            let now = self.world.now();
+            self.under_way.push_back((now, self.world.ball()));
+            let missed = ((now - self.next_capture) * rate).floor().max(0.0);
+            self.next_capture += (missed + 1.0) / rate;
+        }
+    }
+}
+
+impl<W: World> Live for SpotCamera<W> {
+    fn now(&self) -> f64 {
+        self.world.now()
+    }
+
+    fn board_moved(&mut self, motors: [f64; 3]) -> Result<(), SourceError> {
+        Ok(self.world.board_moved(motors)?)
+    }
+}
+
+/// Finds the ball where a [`SpotCamera`] puts it.
+pub struct Spot;
+
+impl Detector for Spot {
+    fn name(&self) -> &'static str {
+        "spot"
+    }
+
+    fn detect(&mut self, _frame: &RgbdFrame) -> Result<Option<Detection>, DetectError> {
+        let covariance = Matrix2::identity() * VARIANCE;
+        Ok(Some(Detection { u: CENTRE, v: CENTRE, radius: RADIUS, score: 1.0, covariance }))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use plumb::locate::locate;
+    use plumb_emulator::rig::RigError;
+
+    use super::*;
+
+    struct Still(Point3<f64>);
+
+    impl World for Still {
+        fn now(&self) -> f64 {
+            0.0
+        }
+
+        fn wait_until(&mut self, _time: f64) -> Result<(), RigError> {
+            Ok(())
+        }
+
+        fn ball(&self) -> Point3<f64> {
+            self.0
+        }
+    }
+
+    #[test]
+    fn the_ball_is_located_where_it_is() {
+        let camera = Camera::paper().expect("the paper's camera");
+        for ball in [[0.54, 0.22, 0.459], [0.4, 0.4, 0.15], [0.7, 0.1, 0.3]].map(Point3::from) {
+            let source = SpotCamera::new(Still(ball), camera.clone(), Timing::default());
+            let frame = source.picture(0.0, ball).expect("a picture");
+            let detection = Spot.detect(&frame).expect("no error").expect("a ball");
+            let located = locate(&detection, &frame, &camera).expect("a position");
+            // A unit of depth is 0.1 mm.
+            assert!((located.position - ball).norm() < 1e-4, "{} for {ball}", located.position);
+        }
+    }
+}

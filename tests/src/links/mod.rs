@@ -1,0 +1,12 @@
+//! Closed loops over links that take time, lose frames and are interrupted: the real session, drive
+//! and link before an emulated board whose [`Wire`] is the link.
+
+mod camera;
+mod judge;
+mod run;
+mod table;
+
+pub use camera::{Spot, SpotCamera};
+pub use judge::{Verdict, judge};
+pub use run::{Leg, Outcome, Run, in_real_time, in_virtual_time};
+pub use table::{Expected, LinkCase, link, links, usable_links};

@@ -1,0 +1,247 @@
+//! One run over a link, and what was seen of it from outside.
+
+use std::cell::RefCell;
+use std::rc::Rc;
+use std::sync::atomic::AtomicBool;
+use std::thread;
+use std::time::Duration;
+
+use nalgebra::Point3;
+use plumb::camera::Camera;
+use plumb::link::{Memory, Serial, Transport};
+use plumb::rig::{LawSettings, Rig};
+use plumb::run::Row;
+use plumb::session::{Place, Session, SessionError, Summary};
+use plumb::source::simulated::{ServedWorld, Timing, VirtualWorld, World};
+use plumb_emulator::rig::{QuasiStatic, Task};
+use plumb_emulator::{EMULATED, EmulatedBoard, Served, serve};
+use plumb_protocol::message::State;
+use plumb_protocol::units::Micros;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use super::{LinkCase, Spot, SpotCamera};
+
+/// Targets of a run.
+const TARGETS: usize = 3;
+/// Smallest distance from one target to the next, m: a leg that is not driven shows.
+const APART_M: f64 = 0.12;
+/// Gain of the law interval, 1/s: the paper's, 30, takes minutes for some of the targets.
+const GAMMA: f64 = 200.0;
+/// Longest time for a target, s.
+const PATIENCE_S: f64 = 60.0;
+/// Time after a run in which the board must come to rest without a host: its deadline and a ramp.
+const REST: Duration = Duration::from_secs(2);
+
+/// A run to try.
+#[derive(Debug, Clone, Copy)]
+pub struct Run {
+    /// The link.
+    pub link: LinkCase,
+    /// The law's name.
+    pub law: &'static str,
+    /// Seed of the link's faults, of the targets and of the moment of the first picture.
+    pub seed: u64,
+}
+
+/// What was seen of one target.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Leg {
+    /// The target, m.
+    pub target: Point3<f64>,
+    /// Pictures.
+    pub frames: u64,
+    /// Distance of the simulated ball from the target at the last picture, m.
+    pub true_error_m: f64,
+    /// Whether the session reports it as reached.
+    pub claimed: bool,
+}
+
+/// What a run came to.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Outcome {
+    /// The targets that the run got to, in order.
+    pub legs: Vec<Leg>,
+    /// Targets that it was given.
+    pub targets: usize,
+    /// The exit code that `plumb run` has for this result.
+    pub exit_code: u8,
+    /// The cause that is told.
+    pub cause: String,
+    /// When the session returned, on the board's clock.
+    pub ended_at: Micros,
+    /// The board's state after [`REST`].
+    pub state: State,
+    /// Whether the motors stood still then.
+    pub at_rest: bool,
+}
+
+/// The board's clock when the host opens its port: another phase of tick and picture for each seed.
+pub(super) fn begin(seed: u64) -> Micros {
+    Micros(10_000 + seed % 20 * 1_700)
+}
+
+/// Runs with the board in memory and in virtual time.
+///
+/// # Panics
+/// Where the run cannot be prepared.
+pub fn in_virtual_time(run: &Run) -> Outcome {
+    let rig = rig(run);
+    let mut board = board(run);
+    board.run_to(begin(run.seed)).expect("a rig at rest");
+    let board = Rc::new(RefCell::new(board));
+    let world = VirtualWorld::new(Rc::clone(&board)).expect("a board with a rig");
+    let rest = || {
+        let now = board.borrow().now();
+        let end = Micros(now.0 + REST.as_micros() as u64);
+        board.borrow_mut().run_to(end).expect("a rig that follows");
+    };
+    drive(&rig, world, Memory::new(Rc::clone(&board)), &board, rest)
+}
+
+/// Runs with the board on a pseudo-terminal and in real time. The board's deadlines are long, so
+/// that a busy machine does not look like a silent host.
+///
+/// # Panics
+/// Where the run cannot be prepared.
+pub fn in_real_time(run: &Run) -> Outcome {
+    let mut rig = rig(run);
+    let deadline = |seconds: f64| seconds.try_into().expect("seconds");
+    rig.deadlines.host = deadline(5.0);
+    rig.deadlines.position = deadline(5.0);
+    rig.deadlines.max_age = deadline(2.0);
+    let served = Rc::new(serve(board(run)).expect("a pseudo-terminal"));
+    let port = served.path().to_string_lossy().into_owned();
+    let transport = Serial::open(&port, rig.board.baud).expect("the board's port");
+    let world = ServedWorld::new(Rc::clone(&served)).expect("a board with a rig");
+    let rest = || {
+        let end = served.board().now().0 + REST.as_micros() as u64;
+        while served.board().now().0 < end {
+            thread::sleep(Duration::from_millis(20));
+        }
+    };
+    drive(&rig, world, transport, &served, rest)
+}
+
+/// Something that has an emulated board.
+trait Probe {
+    fn look<R>(&self, at: impl FnOnce(&EmulatedBoard) -> R) -> R;
+}
+
+impl Probe for Rc<RefCell<EmulatedBoard>> {
+    fn look<R>(&self, at: impl FnOnce(&EmulatedBoard) -> R) -> R {
+        at(&self.borrow())
+    }
+}
+
+impl Probe for Rc<Served> {
+    fn look<R>(&self, at: impl FnOnce(&EmulatedBoard) -> R) -> R {
+        at(&self.board())
+    }
+}
+
+/// The paper's rig with the run's law and targets.
+fn rig(run: &Run) -> Rig {
+    let mut law = LawSettings::named(run.law).expect("a law of that name");
+    if run.law == "interval" {
+        law.set_gamma(GAMMA).expect("a gain");
+    }
+    let targets = targets(run.seed).map(|target| {
+        let coordinates: [f64; 3] = target.into();
+        coordinates.map(|c| c.try_into().expect("a finite coordinate"))
+    });
+    Rig { law, targets: targets.into(), ..Rig::paper().expect("the paper's rig file") }
+}
+
+/// Random targets in the middle of the workspace, each away from the one before.
+fn targets(seed: u64) -> [Point3<f64>; TARGETS] {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let mut last = Task::paper().start;
+    [(); TARGETS].map(|()| {
+        loop {
+            let mut between = |low: f64, high: f64| random.random_range(low..high);
+            let target = Point3::new(between(0.4, 0.65), between(0.2, 0.4), between(0.15, 0.45));
+            if (target - last).norm() >= APART_M {
+                last = target;
+                return target;
+            }
+        }
+    })
+}
+
+fn board(run: &Run) -> EmulatedBoard {
+    let task = Task::paper();
+    let plant = QuasiStatic::new(task.geometry, task.start).expect("the paper's rig");
+    EmulatedBoard::with_plant(EMULATED, Box::new(plant)).with_wire((run.link.wire)(run.seed))
+}
+
+/// Runs the session and looks at the board at each picture and, after `rest`, at the end.
+fn drive<W: World, T: Transport>(
+    rig: &Rig,
+    world: W,
+    transport: T,
+    board: &impl Probe,
+    rest: impl FnOnce(),
+) -> Outcome {
+    let camera = Camera::paper().expect("the paper's camera");
+    let mut source = SpotCamera::new(world, camera.clone(), Timing::default());
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut legs = Vec::new();
+    let session = Session {
+        rig,
+        camera: &camera,
+        detector: &mut Spot,
+        place: Place::Folder(folder.path().join("run")),
+        patience: PATIENCE_S,
+        interrupted: &AtomicBool::new(false),
+        progress: &mut |row| note(&mut legs, row, board.look(|b| b.ball()).expect("a rig")),
+    };
+    let result = session.run(&mut source, transport).map(|(summary, _)| summary);
+    let ended_at = board.look(EmulatedBoard::now);
+    let Told { claimed, exit_code, cause } = told(&result);
+    for leg in legs.iter_mut().take(claimed) {
+        leg.claimed = true;
+    }
+    rest();
+    let (state, rates) = board.look(|b| (b.state(), b.rates()));
+    let at_rest = rates == [0.0; 3];
+    Outcome { legs, targets: rig.targets.len(), exit_code, cause, ended_at, state, at_rest }
+}
+
+/// Adds a picture to its leg.
+fn note(legs: &mut Vec<Leg>, row: &Row, ball: Point3<f64>) {
+    let target = row.target.expect("every row of a run has a target");
+    if legs.last().is_none_or(|leg| leg.target != target) {
+        legs.push(Leg { target, frames: 0, true_error_m: 0.0, claimed: false });
+    }
+    if let Some(leg) = legs.last_mut() {
+        leg.frames += 1;
+        leg.true_error_m = (ball - target).norm();
+    }
+}
+
+/// What a session's result tells its user.
+struct Told {
+    /// Targets that are reported as reached, from the first.
+    claimed: usize,
+    exit_code: u8,
+    cause: String,
+}
+
+/// Reads a session's result as `plumb run` does.
+fn told(result: &Result<Summary, SessionError>) -> Told {
+    let claimed = |summary: &Summary| summary.targets_reached;
+    match result {
+        Ok(summary) => Told {
+            claimed: claimed(summary),
+            exit_code: u8::from(!summary.reached),
+            cause: summary.ending.clone(),
+        },
+        Err(error) => match error {
+            SessionError::Broken { error, summary, .. } => {
+                Told { claimed: claimed(summary), exit_code: 1, cause: error.to_string() }
+            }
+            _ => Told { claimed: 0, exit_code: 2, cause: error.to_string() },
+        },
+    }
+}
