@@ -5,10 +5,10 @@ use std::rc::Rc;
 use std::time::Duration;
 
 use nalgebra::Point3;
-use plumb::link::{Link, LinkError, Memory, Transport};
+use plumb::link::{Link, LinkError, Memory};
 use plumb::rig::Rig;
 use plumb_emulator::rig::Plant;
-use plumb_emulator::{EMULATED, EmulatedBoard};
+use plumb_emulator::{EMULATED, EmulatedBoard, Wire};
 use plumb_protocol::message::State;
 use plumb_protocol::units::{Micros, Point};
 
@@ -16,43 +16,32 @@ use plumb_protocol::units::{Micros, Point};
 pub const RATE_HZ: u64 = 30;
 
 /// A greeted and configured board with a rig.
-pub struct Bench<T> {
+pub struct Bench {
     /// The board, shared with the link.
     pub board: Rc<RefCell<EmulatedBoard>>,
     /// The link.
-    pub link: Link<T>,
+    pub link: Link<Memory>,
     frame: u64,
     start: Micros,
 }
 
-/// A board on a perfect link.
-///
-/// # Errors
-/// Where the board does not take the configuration.
-pub fn bench(rig: &Rig, plant: Box<dyn Plant + Send>) -> Result<Bench<Memory>, LinkError> {
-    bench_over(rig, plant, |memory| memory)
-}
-
-/// A board on the link that `wrap` makes of the perfect one.
+/// A board behind `wire`.
 ///
 /// # Errors
 /// Where the board does not take the configuration.
 ///
 /// # Panics
 /// Where the rig file says what the board cannot be told.
-pub fn bench_over<T: Transport>(
-    rig: &Rig,
-    plant: Box<dyn Plant + Send>,
-    wrap: impl FnOnce(Memory) -> T,
-) -> Result<Bench<T>, LinkError> {
-    let board = Rc::new(RefCell::new(EmulatedBoard::with_plant(EMULATED, plant)));
-    let mut link = Link::greet(wrap(Memory::new(Rc::clone(&board))))?;
+pub fn bench(rig: &Rig, plant: Box<dyn Plant + Send>, wire: Wire) -> Result<Bench, LinkError> {
+    let board = EmulatedBoard::with_plant(EMULATED, plant).with_wire(wire);
+    let board = Rc::new(RefCell::new(board));
+    let mut link = Link::greet(Memory::new(Rc::clone(&board)))?;
     link.configure(rig.config().expect("a rig file that fits the board"))?;
     let start = board.borrow().now();
     Ok(Bench { board, link, frame: 0, start })
 }
 
-impl<T: Transport> Bench<T> {
+impl Bench {
     /// Where the rig's ball is, metres.
     pub fn ball(&self) -> Point3<f64> {
         self.board.borrow().ball().unwrap_or_else(Point3::origin)

@@ -5,6 +5,5 @@
 
 pub mod bench;
 pub mod chip;
-pub mod damage;
 pub mod links;
 pub mod plants;

@@ -1,4 +1,5 @@
-//! The loop closed in virtual time: rigs that the law is proved for, random ones, and ones put together wrongly.
+//! The loop closed in virtual time, over links that take time and lose frames: rigs that the law is
+//! proved for, random ones, and ones put together wrongly.
 
 #![allow(clippy::expect_used, clippy::panic, reason = "a test stops at the first surprise")]
 
@@ -15,10 +16,11 @@ use plumb::source::synthetic::{Background, Options, Room, SyntheticCamera};
 use plumb_emulator::rig::{
     Elastic, ElasticParameters, Geometry, Observer, Plant, Population, QuasiStatic, Task,
 };
-use plumb_emulator::{EMULATED, EmulatedBoard};
+use plumb_emulator::{EMULATED, EmulatedBoard, Wire};
 use plumb_protocol::config::SIGNS;
 use plumb_protocol::message::{Fault, State};
 use plumb_tests::bench::{Bench, RATE_HZ, bench};
+use plumb_tests::links::{link, usable_links};
 use plumb_tests::plants::{Linear, Miswired};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -35,9 +37,23 @@ fn paper_plant() -> QuasiStatic {
     QuasiStatic::new(task.geometry, task.start).expect("the paper's rig")
 }
 
+/// Links that take time and lose nothing.
+const PACED: [&str; 7] = ["ideal", "115200 baud", "921600 baud", "0.3 ms", "0.5 ms", "1 ms", "2 ms"];
+
+/// The link of run `index`: each of [`PACED`] in turn.
+fn paced(index: usize) -> Wire {
+    (link(PACED[index % PACED.len()]).wire)(index as u64)
+}
+
+/// The link of run `index`: each of the usable ones in turn, lossy ones too.
+fn usable(index: usize) -> Wire {
+    let links = usable_links();
+    (links[index % links.len()].wire)(index as u64)
+}
+
 /// A bench that has been given the first target of its rig file.
-fn seeking(rig: &Rig, plant: Box<dyn Plant + Send>) -> Bench<Memory> {
-    let mut bench = bench(rig, plant).expect("a configured board");
+fn seeking(rig: &Rig, plant: Box<dyn Plant + Send>, wire: Wire) -> Bench {
+    let mut bench = bench(rig, plant, wire).expect("a configured board");
     let targets = rig.targets().expect("targets that the board can be told");
     bench.link.target(targets[0]).expect("a target inside the workspace");
     bench
@@ -55,7 +71,7 @@ fn the_error_never_grows_for_any_jacobian_of_the_family() {
         rig.motors.max_acceleration = 400_000.0.try_into().expect("an acceleration");
         let jacobian = Matrix3::from_fn(|i, k| f64::from(SIGNS[i][k]) * random.random_range(0.05..0.5));
         let start = Point3::new(0.5, 0.3, 0.3);
-        let mut bench = seeking(&rig, Box::new(Linear::new(jacobian, 0.000_471, start)));
+        let mut bench = seeking(&rig, Box::new(Linear::new(jacobian, 0.000_471, start)), paced(run));
         let target = Point3::new(0.4, 0.4, 0.15);
         let (mut error, mut frames) = ((start - target).norm(), 0);
         while bench.state() != State::Holding {
@@ -81,7 +97,7 @@ fn random_rigs_are_reached_through_a_camera_that_errs() {
         rig.workspace.max = [3.0; 3].map(|c| c.try_into().expect("a corner"));
         rig.set_target(task.target.into()).expect("a target");
         let plant = QuasiStatic::new(task.geometry, task.start).expect("a plant");
-        let mut bench = seeking(&rig, Box::new(plant));
+        let mut bench = seeking(&rig, Box::new(plant), usable(index as usize));
         let mut observer = Observer::new(Default::default(), index).expect("an observer");
         for frame in 0u32.. {
             let time = f64::from(frame) / RATE_HZ as f64;
@@ -107,9 +123,9 @@ fn a_rig_that_is_wired_wrongly_stops_by_itself() {
     let orders = [[1, 0, 2], [2, 1, 0], [0, 2, 1], [1, 2, 0], [2, 0, 1]].map(|order| (order, [1.0; 3]));
     let signs =
         (1..8).map(|bits| ([0, 1, 2], [0, 1, 2].map(|i| if bits >> i & 1 == 1 { -1.0 } else { 1.0 })));
-    for (order, signs) in orders.into_iter().chain(signs) {
+    for (index, (order, signs)) in orders.into_iter().chain(signs).enumerate() {
         let plant = Miswired { plant: paper_plant(), order, signs };
-        let mut bench = seeking(&rig(100.0), Box::new(plant));
+        let mut bench = seeking(&rig(100.0), Box::new(plant), usable(index));
         let mut worst: f64 = 0.0;
         let start = (bench.ball() - Task::paper().target).norm();
         for _ in 0..2000 {
@@ -129,7 +145,7 @@ fn a_rig_that_is_wired_wrongly_stops_by_itself() {
 
 #[test]
 fn a_host_that_vanishes_leaves_the_rig_at_rest() {
-    let mut bench = seeking(&rig(100.0), Box::new(paper_plant()));
+    let mut bench = seeking(&rig(100.0), Box::new(paper_plant()), (link("2 ms").wire)(0));
     for _ in 0..30 {
         bench.frame(Some).expect("an intact link");
     }
@@ -151,7 +167,7 @@ fn the_elastic_rig_is_reached() {
     let task = Task::paper();
     let plant =
         Elastic::new(task.geometry, ElasticParameters::default(), task.start).expect("an elastic rig");
-    let mut bench = seeking(&rig(60.0), Box::new(plant));
+    let mut bench = seeking(&rig(60.0), Box::new(plant), (link("1 ms").wire)(0));
     for frame in 0.. {
         bench.frame(Some).expect("an intact link");
         if bench.state() == State::Holding {
@@ -169,7 +185,9 @@ fn session(seed: u64, folder: std::path::PathBuf) -> Summary {
     let synthetic =
         SyntheticCamera::new(camera.clone(), background, Options::default(), seed).expect("a camera");
     let plant = Box::new(paper_plant());
-    let board = std::rc::Rc::new(std::cell::RefCell::new(EmulatedBoard::with_plant(EMULATED, plant)));
+    let board = std::rc::Rc::new(std::cell::RefCell::new(
+        EmulatedBoard::with_plant(EMULATED, plant).with_wire((link("115200 baud").wire)(seed)),
+    ));
     let world = VirtualWorld::new(board.clone()).expect("a board with a rig");
     let mut source = SimulatedCamera::new(world, synthetic, *Geometry::paper().motors(), Timing::default());
     let session = Session {
