@@ -55,7 +55,9 @@ pub enum LinkError {
         error: std::io::Error,
     },
     /// Nothing answers.
-    #[error("{port}: no answer to {what} within {waited:?}; is this port a Plumb board?")]
+    #[error(
+        "{port}: no answer to {what} within {waited:?}; is this port a Plumb board, and does its cable lose nothing?"
+    )]
     Silent {
         /// Its path.
         port: String,

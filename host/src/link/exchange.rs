@@ -38,6 +38,7 @@ impl<T: Transport> Link<T> {
         })?;
         match answer.refusal {
             None => Ok(answer.time),
+            Some(Refusal::NotGreeted) => Err(self.restarted()),
             Some(refusal) => Err(LinkError::Refused { what, refusal }),
         }
     }
@@ -45,15 +46,25 @@ impl<T: Transport> Link<T> {
     /// Sends a Hello and waits for its answer.
     pub(super) fn hello(&mut self, timeout: Duration) -> Result<(), LinkError> {
         let hello =
-            self.exchange("a greeting", Command::Hello(Hello::OURS), timeout, |id, message| match message {
-                FromBoard::Hello(hello) if hello.id == id => Some(*hello),
-                _ => None,
-            })?;
+            self.exchange(
+                "the greeting",
+                Command::Hello(Hello::OURS),
+                timeout,
+                |id, message| match message {
+                    FromBoard::Hello(hello) if hello.id == id => Some(*hello),
+                    _ => None,
+                },
+            )?;
         if hello.accepted { Ok(()) } else { Err(other_version(&hello)) }
     }
 
+    /// The error of a board that was greeted and no longer knows this host.
+    pub(super) fn restarted(&mut self) -> LinkError {
+        LinkError::Restarted { port: self.transport.name(), cause: self.ask_start_cause() }
+    }
+
     /// Asks a board that has restarted for the cause; `None` where it does not say.
-    pub(super) fn ask_start_cause(&mut self) -> Option<StartCause> {
+    fn ask_start_cause(&mut self) -> Option<StartCause> {
         self.start_cause = None;
         self.hello(CAUSE_TIMEOUT).ok()?;
         let deadline = self.transport.now() + CAUSE_TIMEOUT;
@@ -71,7 +82,7 @@ impl<T: Transport> Link<T> {
                 return Ok(telemetry);
             }
             if self.transport.now() >= deadline {
-                return Err(self.silent("for its state", ANSWER_TIMEOUT));
+                return Err(self.silent("the request for its state", ANSWER_TIMEOUT));
             }
             self.listen(POLL_INTERVAL)?;
         }

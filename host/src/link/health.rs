@@ -55,13 +55,17 @@ impl Health {
         self.sent.retain(|sent| (sent.sequence.wrapping_sub(last) as i16) > 0);
     }
 
-    /// Notes that the board refused the command `id`; whether that was a position.
-    pub(super) fn refused(&mut self, id: u16, unknown_host: bool) -> bool {
+    /// Notes that the board refused the command `id`; whether that was a position on its way.
+    pub(super) fn refused(&mut self, id: u16) -> bool {
         let Some(at) = self.sent.iter().position(|sent| sent.id == id) else { return false };
         // Those before it were lost, or refused too.
         self.sent.drain(..=at);
-        self.restarted |= unknown_host;
         true
+    }
+
+    /// Notes that the board no longer knows this host.
+    pub(super) fn forgotten(&mut self) {
+        self.restarted = true;
     }
 
     /// Returns what is wrong at `now`, the worst first.
@@ -101,13 +105,15 @@ mod tests {
     }
 
     #[test]
-    fn only_a_position_of_this_session_tells_of_a_restart() {
+    fn a_refused_position_is_acknowledged_too() {
         let mut health = Health::default();
         health.begin(ms(0));
         health.sent(1, 7, ms(0));
-        assert!(!health.refused(6, true));
-        assert_eq!(health.ailment(ms(1)), None);
-        assert!(health.refused(7, true));
+        health.sent(2, 8, ms(0));
+        assert!(!health.refused(6));
+        assert!(health.refused(8));
+        assert_eq!(health.ailment(ms(1000)), None);
+        health.forgotten();
         assert_eq!(health.ailment(ms(1)), Some(Ailment::Restarted));
     }
 }

@@ -91,7 +91,7 @@ impl<T: Transport> Link<T> {
     /// # Errors
     /// Where nothing answers, or the link fails.
     pub fn bootloader(transport: T) -> Result<(), LinkError> {
-        Self::open(transport)?.request("to go into its bootloader", Command::Bootloader).map(drop)
+        Self::open(transport)?.request("the request to go into its bootloader", Command::Bootloader).map(drop)
     }
 
     fn open(transport: T) -> Result<Self, LinkError> {
@@ -121,7 +121,7 @@ impl<T: Transport> Link<T> {
     /// Where it refuses, or the link fails.
     pub fn configure(&mut self, config: Config) -> Result<(), LinkError> {
         self.stop()?;
-        self.request("to clear its fault", Command::ClearFault)?;
+        self.request("the request to clear its fault", Command::ClearFault)?;
         let id = self.next_id;
         self.configured = self.request("the configuration", Command::Configure(config))?;
         self.configuration = Some(id);
@@ -135,7 +135,7 @@ impl<T: Transport> Link<T> {
     /// # Errors
     /// Where it has no place to keep it, could not write it, or the link fails.
     pub fn store(&mut self) -> Result<(), LinkError> {
-        self.request("to store its configuration", Command::Store).map(drop)
+        self.request("the request to store its configuration", Command::Store).map(drop)
     }
 
     /// Returns how things are now.
@@ -143,7 +143,7 @@ impl<T: Transport> Link<T> {
     /// # Errors
     /// Where the link fails.
     pub fn status(&mut self) -> Result<Telemetry, LinkError> {
-        let asked = self.request("for its state", Command::Status)?;
+        let asked = self.request("the request for its state", Command::Status)?;
         self.telemetry_since(asked)
     }
 
@@ -179,10 +179,10 @@ impl<T: Transport> Link<T> {
     /// Where the link fails, or the motors do not come to rest.
     pub fn stop(&mut self) -> Result<(), LinkError> {
         self.target = None;
-        let stopped = self.request("to stop", Command::Stop)?;
+        let stopped = self.request("the request to stop", Command::Stop)?;
         let (mut fastest, mut since) = (u64::MAX, self.transport.now());
         loop {
-            let asked = self.request("for its state", Command::Status)?.max(stopped);
+            let asked = self.request("the request for its state", Command::Status)?.max(stopped);
             let telemetry = self.telemetry_since(asked)?;
             let rate = telemetry.rates.iter().map(|rate| u64::from(rate.0.unsigned_abs())).sum();
             if rate == 0 {
@@ -237,8 +237,8 @@ impl<T: Transport> Link<T> {
     pub fn poll(&mut self) -> Result<(), LinkError> {
         self.listen(Duration::ZERO)?;
         self.repeat_target()?;
-        self.check_target()?;
-        self.check_health()
+        self.check_health()?;
+        self.check_target()
     }
 
     /// Returns the newest telemetry under this link's configuration.
@@ -301,7 +301,7 @@ impl<T: Transport> Link<T> {
         match self.health.ailment(self.transport.now()) {
             Some(Ailment::Silent(age)) => Err(LinkError::NoTelemetry { port, age }),
             Some(Ailment::Lagging(age)) => Err(LinkError::Lagging { port, age }),
-            Some(Ailment::Restarted) => Err(LinkError::Restarted { port, cause: self.ask_start_cause() }),
+            Some(Ailment::Restarted) => Err(self.restarted()),
             None if self.telemetry.is_some_and(|t| t.configuration != self.configuration) => {
                 Err(LinkError::Reconfigured { port })
             }
@@ -367,9 +367,13 @@ impl<T: Transport> Link<T> {
     }
 
     fn note_answer(&mut self, answer: &Answer) {
-        if let Some(refusal) = answer.refusal {
-            let unknown_host = matches!(refusal, Refusal::NotGreeted | Refusal::Unconfigured);
-            self.refused_positions += u32::from(self.health.refused(answer.id, unknown_host));
+        let of_position = answer.refusal.is_some() && self.health.refused(answer.id);
+        let of_target = self.target.is_some_and(|request| request.id == answer.id);
+        self.refused_positions += u32::from(of_position);
+        if (of_position || of_target)
+            && matches!(answer.refusal, Some(Refusal::NotGreeted | Refusal::Unconfigured))
+        {
+            self.health.forgotten();
         }
         if let Some(request) = &mut self.target
             && request.id == answer.id

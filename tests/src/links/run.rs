@@ -196,7 +196,7 @@ fn drive<W: World, T: Transport>(
         interrupted: &AtomicBool::new(false),
         progress: &mut |row| note(&mut legs, row, board.look(|b| b.ball()).expect("a rig")),
     };
-    let result = session.run(&mut source, transport).map(|(summary, _)| summary);
+    let result = session.run(&mut source, transport).map(|ended| ended.summary);
     let ended_at = board.look(EmulatedBoard::now);
     let Told { claimed, exit_code, cause } = told(&result);
     for leg in legs.iter_mut().take(claimed) {
@@ -238,9 +238,10 @@ fn told(result: &Result<Summary, SessionError>) -> Told {
             cause: summary.ending.clone(),
         },
         Err(error) => match error {
-            SessionError::Broken { error, summary, .. } => {
-                Told { claimed: claimed(summary), exit_code: 1, cause: error.to_string() }
+            SessionError::Broken { error, ended } => {
+                Told { claimed: claimed(&ended.summary), exit_code: 1, cause: error.to_string() }
             }
+            SessionError::Link(error) => Told { claimed: 0, exit_code: 1, cause: error.to_string() },
             _ => Told { claimed: 0, exit_code: 2, cause: error.to_string() },
         },
     }
