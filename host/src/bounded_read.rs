@@ -1,7 +1,7 @@
 //! Reading of files that a person names: regular files only, and never more bytes than a limit.
 //!
-//! A named pipe would be waited for without end, a device such as `/dev/zero` read without end, and a file of any size
-//! taken into memory.
+//! A named pipe would be waited for without end, a device such as `/dev/zero` read without end, and
+//! a file of any size taken into memory.
 
 use std::fmt;
 use std::fs::{self, File, OpenOptions};
@@ -142,7 +142,8 @@ fn open(path: &Path) -> Result<(File, u64), ReadError> {
         None => Ok(()),
         Some(kind) => Err(ReadError::NotAFile { path: path.to_owned(), kind }),
     };
-    // The first look keeps devices closed: to open one may have an effect. The second is of the file that was opened.
+    // The first look keeps devices closed: to open one may have an effect. The second is of the
+    // file that was opened.
     regular(&fs::metadata(path).map_err(io_error)?)?;
     let flags = (OFlag::O_NONBLOCK | OFlag::O_NOCTTY).bits();
     let file = OpenOptions::new().read(true).custom_flags(flags).open(path).map_err(io_error)?;
@@ -169,10 +170,12 @@ pub enum LineError {
     NotText,
 }
 
-/// Reads the next line of `input`, of at most `limit` bytes with its end; `None` at the end of the input.
+/// Reads the next line of `input`, of at most `limit` bytes with its end; `None` at the end of the
+/// input.
 ///
 /// # Errors
-/// Where it cannot be read, is longer or is not UTF-8. The rest of a line that is too long remains in `input`.
+/// Where it cannot be read, is longer or is not UTF-8. The rest of a line that is too long remains
+/// in `input`.
 pub fn read_line(input: &mut impl BufRead, limit: u64) -> Result<Option<String>, LineError> {
     let mut bytes = Vec::new();
     input.by_ref().take(limit.saturating_add(1)).read_until(b'\n', &mut bytes)?;
@@ -183,6 +186,17 @@ pub fn read_line(input: &mut impl BufRead, limit: u64) -> Result<Option<String>,
         return Ok(None);
     }
     String::from_utf8(bytes).map(Some).map_err(|_| LineError::NotText)
+}
+
+/// Longest excerpt, characters.
+const EXCERPT: usize = 80;
+
+/// Returns the beginning of a line that is quoted in a message.
+pub(crate) fn excerpt(line: &str) -> String {
+    match line.char_indices().nth(EXCERPT) {
+        None => line.to_owned(),
+        Some((end, _)) => format!("{}...", &line[..end]),
+    }
 }
 
 #[cfg(test)]
@@ -242,6 +256,13 @@ mod tests {
         assert!(error.ends_with("file:2: is not UTF-8 text"), "{error}");
         fs::write(&path, "a\nä").unwrap();
         assert_eq!(read_text(&path, 100).unwrap(), "a\nä");
+    }
+
+    #[test]
+    fn only_the_beginning_of_a_line_is_quoted() {
+        assert_eq!(excerpt("ä b"), "ä b");
+        assert_eq!(excerpt(&"ä".repeat(80)), "ä".repeat(80));
+        assert_eq!(excerpt(&"ä".repeat(1_000_000)), format!("{}...", "ä".repeat(80)));
     }
 
     #[test]

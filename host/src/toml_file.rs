@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, de::DeserializeOwned};
 use thiserror::Error;
 
-use crate::bounded_read::{ReadError, read_text};
+use crate::bounded_read::{ReadError, excerpt, read_text};
 
 /// Largest file that is read, bytes. Parsed it takes some 60 times as much memory.
 pub const MAX_BYTES: u64 = 1 << 20;
@@ -62,7 +62,8 @@ pub fn parse_toml<T: DeserializeOwned>(path: &Path, text: &str) -> Result<T, Tom
         let line = line_of(text, &error, &key);
         let mut message = error.message().replace('\n', " ");
         if key.is_empty() && !message.starts_with("missing field") {
-            message = format!("{message}: {}", text.lines().nth(line - 1).unwrap_or_default().trim());
+            let quoted = excerpt(text.lines().nth(line - 1).unwrap_or_default().trim());
+            message = format!("{message}: {quoted}");
         }
         TomlFileError::Content { path: path.to_path_buf(), line, key, message }
     })
@@ -200,6 +201,12 @@ mod tests {
         let (line, _, message) = error_of("");
         assert_eq!(line, 1);
         assert!(message.contains("rig"), "{message}");
+    }
+
+    #[test]
+    fn a_long_line_is_not_quoted_whole() {
+        let (line, _, message) = error_of(&format!("\na = {}", "[".repeat(100_000)));
+        assert!(line == 2 && message.len() < 300, "{line}: {message:.300}");
     }
 
     #[test]

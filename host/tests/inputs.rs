@@ -1,4 +1,5 @@
-//! Input that is not what it should be: recordings with odd time stamps, files that are no files, numbers out of range.
+//! Input that is not what it should be: recordings with odd time stamps, files that are no files,
+//! numbers out of range.
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops at the first surprise")]
 
@@ -36,8 +37,8 @@ fn ended(arguments: &[&str], folder: &Path) -> Output {
     panic!("it hangs: {arguments:?}");
 }
 
-/// Plays the recording of [`record`], each time stamp changed by `stamp` (seconds, and the frame's number), as the
-/// camera of a run with an emulated board.
+/// Plays the recording of [`record`], each time stamp changed by `stamp` (seconds, and the frame's
+/// number), as the camera of a run with an emulated board.
 fn play(folder: &Path, stamp: impl Fn(f64, usize) -> String) -> Output {
     let recording = record(folder);
     for list in ["rgb.txt", "depth.txt"] {

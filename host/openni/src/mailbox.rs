@@ -7,7 +7,8 @@ use std::time::{Duration, Instant};
 /// What to do with a letter when there is no room.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Full {
-    /// The oldest of its kind makes room: of a live camera only now counts. There is room for so many of each kind.
+    /// The oldest of its kind makes room: of a live camera only now counts. There is room for so
+    /// many of each kind.
     Drop,
     /// It waits: a recording is read whole.
     Wait,

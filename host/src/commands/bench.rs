@@ -6,11 +6,13 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand, ValueEnum};
+use opencv::core::MatTraitConst;
 use plumb::bench::control::{self, BenchError, Clock, Contender, PAPER_GAMMAS, Report, Suite};
 use plumb::bench::vision::{self, VisionOptions};
 use plumb::camera::Camera;
 use plumb::detect::Detector;
 use plumb::detect::red::Red;
+use plumb::frame::RgbdFrame;
 use plumb::rig::LawSettings;
 use plumb::source::Source;
 use plumb::source::tum::TumFolder;
@@ -222,15 +224,30 @@ fn bench_paper(json: bool) -> Result<ExitCode, Failure> {
     Ok(ExitCode::SUCCESS)
 }
 
-fn bench_vision(args: &VisionArgs) -> Result<ExitCode, Failure> {
-    let camera = Camera::paper().or_bad_input()?;
-    let mut recorded = Vec::new();
-    for folder in &args.background {
+/// Most pixels of all backgrounds, which are kept in memory: 1300 pictures of 640x480, 2 GB.
+const MOST_BACKGROUND_PIXELS: usize = 400_000_000;
+
+/// Reads the pictures of the recordings in `folders`.
+fn backgrounds(folders: &[PathBuf], camera: &Camera) -> Result<Vec<RgbdFrame>, Failure> {
+    let (mut frames, mut pixels) = (Vec::new(), 0);
+    for folder in folders {
         let mut source = TumFolder::open(folder, camera.intrinsics).or_bad_input()?;
         while let Some(frame) = source.next_frame().or_bad_input()? {
-            recorded.push(frame);
+            pixels += frame.colour().total();
+            if pixels > MOST_BACKGROUND_PIXELS {
+                let why =
+                    format!("the backgrounds have more than {MOST_BACKGROUND_PIXELS} pixels; give fewer");
+                return Err(format!("{}: {why}", folder.display())).or_bad_input();
+            }
+            frames.push(frame);
         }
     }
+    Ok(frames)
+}
+
+fn bench_vision(args: &VisionArgs) -> Result<ExitCode, Failure> {
+    let camera = Camera::paper().or_bad_input()?;
+    let recorded = backgrounds(&args.background, &camera)?;
     let empty = args.empty.unwrap_or(args.frames);
     if recorded.is_empty() && args.suite == vision::Suite::Hard {
         return Err("the suite `hard` needs a --background FOLDER").or_bad_input();

@@ -29,7 +29,8 @@ pub(crate) struct Args {
     /// How the simulated rig behaves
     #[arg(long, value_enum, default_value = "quasi-static")]
     physics: Physics,
-    /// Also make this symbolic link to the terminal, and remove it at the end; one that was left behind is replaced
+    /// Also make this symbolic link to the terminal, and remove it at the end; one that was left
+    /// behind is replaced
     #[arg(long, value_name = "PATH")]
     link: Option<PathBuf>,
     /// End with a line of JSON on standard output

@@ -9,8 +9,8 @@ use signal_hook::flag::register;
 
 use super::{Failure, OrFail};
 
-/// Returns a flag that Ctrl-C, SIGTERM and SIGHUP set, so that the motors are ramped down and the run's folder is
-/// finished.
+/// Returns a flag that Ctrl-C, SIGTERM and SIGHUP set, so that the motors are ramped down and the
+/// run's folder is finished.
 ///
 /// A SIGHUP that was ignored when the program began (`nohup`) stays ignored.
 pub(crate) fn interrupt_flag() -> Result<Arc<AtomicBool>, Failure> {
@@ -24,7 +24,8 @@ pub(crate) fn interrupt_flag() -> Result<Arc<AtomicBool>, Failure> {
     Ok(flag)
 }
 
-/// Whether a process ignores `signal`, by the text of its `/proc/PID/status`. Where there is none it ignores nothing.
+/// Whether a process ignores `signal`, by the text of its `/proc/PID/status`. Where there is none
+/// it ignores nothing.
 fn ignores(status: &str, signal: c_int) -> bool {
     let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
     let mask = mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok()).unwrap_or(0);

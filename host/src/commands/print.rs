@@ -1,4 +1,5 @@
-//! Output: results to standard output, messages for people to standard error. Neither panics when nobody reads.
+//! Output: results to standard output, messages for people to standard error. Neither panics when
+//! nobody reads.
 
 use std::fmt;
 use std::io::{self, ErrorKind, Write};
@@ -13,13 +14,15 @@ macro_rules! tell {
 }
 pub(crate) use tell;
 
-/// Writes `text` for people to standard error. A message that cannot be written is lost: it is no result.
+/// Writes `text` for people to standard error. A message that cannot be written is lost: it is no
+/// result.
 pub(crate) fn message(text: fmt::Arguments<'_>) {
     // One write for the whole text: messages of several programs in one terminal do not mix.
     let _lost = io::stderr().write_all(text.to_string().as_bytes());
 }
 
-/// Writes a line of results to standard output. A closed pipe is no error: its reader has all that it wanted.
+/// Writes a line of results to standard output. A closed pipe is no error: its reader has all that
+/// it wanted.
 ///
 /// # Errors
 /// Where it cannot be written for another reason, such as a full disk.

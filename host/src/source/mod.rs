@@ -60,7 +60,7 @@ pub enum SourceError {
         path: PathBuf,
         /// The line, from 1.
         line: usize,
-        /// What stands there.
+        /// The beginning of what stands there.
         text: String,
     },
     /// A picture of another size than those before it, which the intrinsics cannot hold for.
@@ -109,7 +109,8 @@ pub enum SourceError {
     /// OpenCV refused to convert a picture.
     #[error("OpenCV: {0}")]
     OpenCv(#[from] opencv::Error),
-    /// A recording that is played as a camera has no picture for longer than [`paced::LONGEST_GAP`].
+    /// A recording that is played as a camera has no picture for longer than
+    /// [`paced::LONGEST_GAP`].
     #[error(
         "the frame at {time:.6} s was taken {gap:.3} s after the one before; a recording that is played as a camera may have gaps of at most {} s",
         paced::LONGEST_GAP.as_secs()
@@ -149,7 +150,8 @@ impl SourceError {
         }
     }
 
-    /// Whether no picture will come any more: the camera is gone, or the simulated rig, or a recording has a gap.
+    /// Whether no picture will come any more: the camera is gone, or the simulated rig, or a
+    /// recording has a gap.
     pub fn is_final(&self) -> bool {
         match self {
             Self::Rig(_) | Self::Gap { .. } => true,

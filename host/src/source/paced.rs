@@ -12,11 +12,13 @@ pub const LONGEST_GAP: Duration = Duration::from_secs(2);
 
 /// A source whose frames come when they were taken: a recording where a camera is wanted.
 ///
-/// Its clock stands at 0 until the first frame comes, and runs on from there. Frames are stamped on this clock,
-/// whatever the recording's time stamps begin with. Frames that are lost, but whose time is known, take their time too.
+/// Its clock stands at 0 until the first frame comes, and runs on from there. Frames are stamped on
+/// this clock, whatever the recording's time stamps begin with. Frames that are lost, but whose
+/// time is known, take their time too.
 ///
-/// The recording's time stamps may not fall, else the frame is lost ([`SourceError::Backwards`]), and may not leave a
-/// gap above [`LONGEST_GAP`], else the recording ends there ([`SourceError::Gap`]).
+/// The recording's time stamps may not fall, else the frame is lost ([`SourceError::Backwards`]),
+/// and may not leave a gap above [`LONGEST_GAP`], else the recording ends there
+/// ([`SourceError::Gap`]).
 #[derive(Debug)]
 pub struct Paced<S> {
     source: S,
@@ -40,8 +42,8 @@ impl<S: Source> Paced<S> {
         Self { source, begun: None }
     }
 
-    /// Waits until it is time for the frame with the time stamp `stamp` (seconds on the recording's clock). Returns
-    /// its time on this clock.
+    /// Waits until it is time for the frame with the time stamp `stamp` (seconds on the recording's
+    /// clock). Returns its time on this clock.
     fn wait_for(&mut self, stamp: f64) -> Result<f64, SourceError> {
         let fresh = Begun { at: Instant::now(), first: stamp, last: stamp };
         let begun = self.begun.get_or_insert(fresh);
@@ -55,7 +57,8 @@ impl<S: Source> Paced<S> {
         begun.last = stamp;
         let time = stamp - begun.first;
         let due = Duration::try_from_secs_f64(time).ok().and_then(|span| begun.at.checked_add(span));
-        // Gaps are limited, so that only a recording of centuries has a frame that is due beyond the clock's range.
+        // Gaps are limited, so that only a recording of centuries has a frame that is due beyond
+        // the clock's range.
         let Some(due) = due else { return Err(SourceError::Gap { time: stamp, gap }) };
         thread::sleep(due.saturating_duration_since(Instant::now()).min(LONGEST_GAP));
         Ok(time)
@@ -116,7 +119,8 @@ mod tests {
         Paced::new(Stamps(stamps.into_iter().collect()))
     }
 
-    /// Checks that the next frame is stamped with `time`, and that the clock has come there from `before`.
+    /// Checks that the next frame is stamped with `time`, and that the clock has come there from
+    /// `before`.
     fn expect(paced: &mut Paced<Stamps>, before: f64, time: f64) {
         assert!(paced.now() >= before);
         let frame = paced.next_frame().unwrap().unwrap();

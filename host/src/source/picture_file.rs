@@ -13,14 +13,15 @@ use crate::bounded_read;
 /// Largest picture that is decoded, pixels. Colour and depth take 250 MB then.
 pub const MAX_PIXELS: u64 = 50_000_000;
 
-/// Largest picture file that is read, bytes: a picture of [`MAX_PIXELS`] without compression, and some room.
+/// Largest picture file that is read, bytes: a picture of [`MAX_PIXELS`] without compression, and
+/// some room.
 pub const MAX_BYTES: u64 = 1 << 28;
 
 /// Reads and decodes the picture file at `path`; `flags` are those of OpenCV's `imread`.
 ///
 /// # Errors
-/// Where it cannot be read, is no regular file, is larger than [`MAX_BYTES`] or [`MAX_PIXELS`], is neither PNG nor
-/// JPEG, or is damaged.
+/// Where it cannot be read, is no regular file, is larger than [`MAX_BYTES`] or [`MAX_PIXELS`], is
+/// neither PNG nor JPEG, or is damaged.
 pub(super) fn read(path: &Path, flags: i32) -> Result<Mat, SourceError> {
     let bytes = bounded_read::read(path, MAX_BYTES)?;
     let damaged = || SourceError::Decode { path: path.to_path_buf() };
@@ -39,7 +40,8 @@ struct Size {
     height: u32,
 }
 
-/// Returns the size that the header of a picture file states; `None` where it is neither PNG nor JPEG, or damaged.
+/// Returns the size that the header of a picture file states; `None` where it is neither PNG nor
+/// JPEG, or damaged.
 fn size(bytes: &[u8]) -> Option<Size> {
     png_size(bytes).or_else(|| jpeg_size(bytes)).filter(|size| size.width > 0 && size.height > 0)
 }
@@ -53,7 +55,8 @@ fn png_size(bytes: &[u8]) -> Option<Size> {
     Some(Size { width: u32::from_be_bytes([w0, w1, w2, w3]), height: u32::from_be_bytes([h0, h1, h2, h3]) })
 }
 
-/// JPEG (ITU-T T.81): segments of a marker and a length, up to the frame header (SOF), which has the size.
+/// JPEG (ITU-T T.81): segments of a marker and a length, up to the frame header (SOF), which has
+/// the size.
 fn jpeg_size(bytes: &[u8]) -> Option<Size> {
     let mut rest = bytes.strip_prefix(b"\xff\xd8")?;
     loop {
@@ -63,7 +66,8 @@ fn jpeg_size(bytes: &[u8]) -> Option<Size> {
         let (&[high, low], body) = segment.split_first_chunk::<2>()?;
         let length = usize::from(u16::from_be_bytes([high, low])).checked_sub(2)?;
         match marker {
-            // Define Huffman table, JPEG extension and define arithmetic coding share the frame headers' range.
+            // Define Huffman table, JPEG extension and define arithmetic coding share the frame
+            // headers' range.
             0xc4 | 0xc8 | 0xcc => {}
             0xc0..=0xcf => {
                 let (&[_precision, h0, h1, w0, w1], _) = body.split_first_chunk::<5>()?;

@@ -24,8 +24,8 @@ pub const MAX_LINES: usize = 1_000_000;
 /// Largest list that is read, bytes: [`MAX_LINES`] lines of 67 bytes.
 pub const MAX_LIST_BYTES: u64 = 1 << 26;
 
-/// Farthest time stamp from 0, seconds: as `f64` they are exact to a microsecond up to there. Time stamps in
-/// nanoseconds since 1970 are beyond it.
+/// Farthest time stamp from 0, seconds: as `f64` they are exact to a microsecond up to there. Time
+/// stamps in nanoseconds since 1970 are beyond it.
 const MAX_TIME: f64 = 1e10;
 
 /// A TUM RGB-D folder as a source: one frame a line of `rgb.txt`, in the order of that file.
@@ -63,7 +63,8 @@ impl TumFolder {
     /// is an error of a later [`Source::next_frame`] (those of `depth.txt` first), not of this.
     ///
     /// # Errors
-    /// Where `rgb.txt` or `depth.txt` cannot be read, or is longer than [`MAX_LINES`] or [`MAX_LIST_BYTES`].
+    /// Where `rgb.txt` or `depth.txt` cannot be read, or is longer than [`MAX_LINES`] or
+    /// [`MAX_LIST_BYTES`].
     pub fn open(folder: &Path, intrinsics: Intrinsics) -> Result<Self, SourceError> {
         let mut pending = VecDeque::new();
         let mut depth = Vec::new();
@@ -147,7 +148,7 @@ fn read_list(folder: &Path, name: &str) -> Result<Vec<Result<Entry, SourceError>
             parse_entry(folder, text).ok_or_else(|| SourceError::Line {
                 path: path.clone(),
                 line,
-                text: text.to_owned(),
+                text: bounded_read::excerpt(text),
             })
         })
         .collect())
@@ -278,6 +279,12 @@ mod tests {
             );
         }
         assert_eq!(all[3..], [Ok((0.3, 3, 1003))]);
+    }
+
+    #[test]
+    fn a_long_line_is_not_quoted_whole() {
+        let all = read_all(&recording(&"x".repeat(100_000), ""));
+        assert!(all[0].as_ref().is_err_and(|error| error.len() < 400), "{all:?}");
     }
 
     #[test]

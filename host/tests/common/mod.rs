@@ -69,7 +69,8 @@ impl Drop for Emulator {
     }
 }
 
-/// Waits until the run in `folder` has so many rows; or until it has ended, which the test will see.
+/// Waits until the run in `folder` has so many rows; or until it has ended, which the test will
+/// see.
 pub(crate) fn until_rows(run: &mut Child, folder: &Path, count: usize) {
     let rows = || fs::read_to_string(folder.join("run.csv")).unwrap_or_default().lines().count();
     while rows() < count && run.try_wait().unwrap().is_none() {

@@ -49,8 +49,8 @@ fn is_taken(made: &io::Result<()>) -> bool {
     made.as_ref().is_err_and(|error| error.kind() == ErrorKind::AlreadyExists)
 }
 
-/// Whether `link` is a symbolic link to a pseudo-terminal that is gone: there is none of that number, or the number has
-/// just been given to `terminal`.
+/// Whether `link` is a symbolic link to a pseudo-terminal that is gone: there is none of that
+/// number, or the number has just been given to `terminal`.
 fn is_left_behind(link: &Path, terminal: &Path) -> bool {
     let Ok(target) = fs::read_link(link) else { return false };
     let gone = || fs::symlink_metadata(&target).is_err_and(|error| error.kind() == ErrorKind::NotFound);
