@@ -157,7 +157,8 @@ pub fn drive<S: Live, T: Transport>(
 /// Reports to the board what was seen, or that the picture was lost, and takes in what it says.
 fn report<S: Live, T: Transport>(rig: &mut Rig<'_, S, T>, seen: Option<&Seen>) -> Result<(), DriveError> {
     let age = seen.map_or(0.0, |seen| rig.source.now() - seen.time);
-    let age = Duration::try_from_secs_f64(age).unwrap_or_default();
+    // The board refuses an age that is beyond all bounds, and none is below 0.
+    let age = Duration::try_from_secs_f64(age.max(0.0)).unwrap_or(Duration::MAX);
     let (ball, covariance) = seen.map_or((None, None), |seen| (seen.ball(), seen.covariance()));
     rig.link.position(ball, covariance, age)?;
     rig.link.poll()?;

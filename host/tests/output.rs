@@ -14,7 +14,7 @@ use nix::fcntl::{FcntlArg, OFlag, fcntl};
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 
-use common::{Emulator, folder, json, plumb, record, rig_file, stderr, until_rows};
+use common::{Emulator, folder, json, patient, plumb, record, rig_file, stderr, until_rows};
 
 fn program(arguments: &[&str], folder: &Path) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_plumb"));
@@ -128,13 +128,13 @@ fn a_full_pipe_that_does_not_wait_is_waited_for() {
 #[test]
 fn signals_end_a_run_with_its_summary() {
     let folder = folder();
-    let rig = rig_file(folder.path(), |text| text);
+    let rig = rig_file(folder.path(), patient);
     for signal in [Signal::SIGINT, Signal::SIGTERM, Signal::SIGHUP] {
         let emulator = Emulator::start();
         let name = signal.as_str();
         for (out, start) in [
             (format!("run-{name}"), vec!["run", &rig, "--port", &emulator.port, "--json"]),
-            (format!("demo-{name}"), vec!["demo"]),
+            (format!("demo-{name}"), vec!["demo", "--law", "interval"]),
         ] {
             let arguments = [&start[..], &["--out", &out]].concat();
             let mut run = program(&arguments, folder.path())
@@ -156,8 +156,11 @@ fn signals_end_a_run_with_its_summary() {
 #[test]
 fn a_hangup_that_is_ignored_from_the_start_stays_ignored() {
     let folder = folder();
+    let rig = rig_file(folder.path(), patient);
+    let emulator = Emulator::start();
+    let ignoring = r#"trap "" HUP; exec "$0" run "$1" --port "$2" --json --out run"#;
     let mut run = Command::new("sh")
-        .args(["-c", r#"trap "" HUP; exec "$0" demo --out run"#, env!("CARGO_BIN_EXE_plumb")])
+        .args(["-c", ignoring, env!("CARGO_BIN_EXE_plumb"), &rig, &emulator.port])
         .current_dir(folder.path())
         .stdout(Stdio::piped())
         .stderr(Stdio::null())

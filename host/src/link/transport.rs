@@ -120,11 +120,17 @@ impl Transport for Serial {
         match read {
             Ok(0) => return Err(self.lost(ErrorKind::UnexpectedEof.into())),
             Ok(count) => bytes.extend_from_slice(&buffer[..count]),
-            Err(error) if matches!(error.kind(), ErrorKind::TimedOut | ErrorKind::WouldBlock) => {}
+            // A signal interrupts the wait: nothing has come.
+            Err(error) if is_passing(&error) => {}
             Err(error) => return Err(self.lost(error)),
         }
         restored.map_err(|error| self.lost(error.into()))
     }
+}
+
+/// Whether a read ended without bytes and without harm: its time was up, or a signal came.
+fn is_passing(error: &std::io::Error) -> bool {
+    matches!(error.kind(), ErrorKind::TimedOut | ErrorKind::WouldBlock | ErrorKind::Interrupted)
 }
 
 impl Serial {
