@@ -3,7 +3,7 @@
 PLUMB := cargo run --release --locked -p plumb --bin plumb --
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test chip bench links bench-chip firmware flash lint
+.PHONY: help setup demo test adversary chip bench links bench-chip firmware flash lint
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-10s  %s\n", $$1, $$2 }' Makefile
@@ -16,6 +16,9 @@ demo: setup ## drive the ball to its target, closed loop, with no hardware (ARGS
 
 test: setup ## all tests, and the board's crates built for a chip without std
 	@scripts/test $(ARGS)
+
+adversary: setup ## a long search for broken invariants (ARGS="board --first 1 --seeds 100000")
+	@cargo run --release --locked -p plumb-adversary -- $(or $(ARGS),board)
 
 chip: setup ## the real firmware in an emulated chip, on a pseudo-terminal, for plumb goto and the like
 	@scripts/chip

@@ -1,0 +1,263 @@
+//! What happens to the board next.
+
+use plumb_protocol::Config;
+use plumb_protocol::frame::encode;
+use plumb_protocol::message::*;
+use plumb_protocol::units::*;
+
+use crate::frames::{damage, framed, noise};
+use crate::generate;
+use crate::random::Random;
+
+/// Steps of cable, metres.
+const METRES_A_STEP: f64 = 0.0004;
+
+/// How the ball moves with each motor's cable: a rig of the usual sign pattern.
+const JACOBIAN: [[f64; 3]; 3] = [[-0.5, -0.5, 1.0], [-1.0, 1.0, 0.0], [-0.7, -0.7, -0.7]];
+
+/// What happens next.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Move {
+    /// A command.
+    Send(Command),
+    /// The last frame again, to the byte.
+    Repeat,
+    /// Bytes that are no frame, or a damaged one.
+    Bytes(Vec<u8>),
+    /// The emergency input opens for some ticks.
+    Emergency(u64),
+    /// The chip restarts.
+    Restart(StartCause),
+}
+
+/// What the adversary sees of the board.
+#[derive(Debug, Clone, Copy)]
+pub struct View {
+    /// The configuration in force.
+    pub config: Option<Config>,
+    /// Motor positions, 1/16 steps.
+    pub positions: [i32; 3],
+    /// The state.
+    pub state: State,
+    /// Whether a motor turns.
+    pub moving: bool,
+}
+
+/// Whose pictures the board gets.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Camera {
+    /// Those of the ball.
+    Honest,
+    /// Any.
+    Any,
+}
+
+/// Source of what happens to one board.
+#[derive(Debug, Clone)]
+pub struct Adversary {
+    camera: Camera,
+    /// Whether the configurations are usual ones, and disturbances rare.
+    calm: bool,
+    ball: [f64; 3],
+    /// Metres of ball for a step: negative for a rig whose motors are reversed.
+    metres_a_step: f64,
+    sequence: u16,
+    /// Whether the last Hello matched.
+    greeted: bool,
+}
+
+impl Adversary {
+    /// Returns an adversary of random character.
+    pub fn new(random: &mut Random) -> Self {
+        let sign = if random.percent(15) { -1.0 } else { 1.0 };
+        Self {
+            camera: if random.percent(60) { Camera::Honest } else { Camera::Any },
+            calm: random.percent(35),
+            ball: [0.5, 0.2, 0.4],
+            metres_a_step: sign * METRES_A_STEP,
+            sequence: 0,
+            greeted: false,
+        }
+    }
+
+    /// Takes note of a command that was sent.
+    pub fn sent(&mut self, command: &Command) {
+        if let Command::Hello(hello) = command {
+            self.greeted = *hello == Hello::OURS;
+        }
+    }
+
+    /// Takes note that the board begins anew.
+    pub fn restarted(&mut self) {
+        self.greeted = false;
+    }
+
+    /// Returns a configuration that should be accepted.
+    pub fn config(&self, random: &mut Random, view: &View) -> Config {
+        if self.calm { generate::usual(random) } else { generate::accepted(random, view.positions) }
+    }
+
+    /// Moves the ball with the motors, by 1/16 steps.
+    pub fn motors_moved(&mut self, by: [i32; 3]) {
+        if by == [0; 3] {
+            return;
+        }
+        let steps = by.map(|b| f64::from(b) / 16.0 * self.metres_a_step);
+        for (coordinate, row) in self.ball.iter_mut().zip(JACOBIAN) {
+            let change: f64 = row.iter().zip(steps).map(|(j, s)| j * s).sum();
+            *coordinate = (*coordinate + change).clamp(-4.0, 4.0);
+        }
+    }
+
+    /// Chooses what happens next.
+    pub fn choose(&mut self, random: &mut Random, view: &View) -> Move {
+        if let Some(way_on) = self.way_on(random, view) {
+            return Move::Send(way_on);
+        }
+        let roll = random.below(if self.calm { 4000 } else { 1000 });
+        match roll {
+            0..=9 => Move::Send(Command::Hello(hello(random))),
+            10..=24 => Move::Send(Command::Configure(self.config(random, view))),
+            25..=34 => Move::Send(Command::Configure(generate::absurd(random, view.positions))),
+            35..=104 => Move::Send(Command::Target(target(random, view))),
+            105..=144 => Move::Send(Command::Jog(jog(random, view))),
+            145..=164 => Move::Send(Command::Hold),
+            165..=184 => Move::Send(Command::ClearFault),
+            185..=214 => Move::Send(Command::Status),
+            215..=222 => Move::Send(Command::Store),
+            223..=232 => Move::Send(Command::Stop),
+            233 => Move::Send(Command::Bootloader),
+            234..=263 => Move::Repeat,
+            264..=279 => Move::Bytes(any_bytes(random)),
+            280..=299 => Move::Bytes(self.damaged(random, view)),
+            300..=302 => Move::Emergency(1 + random.below(20)),
+            303 => Move::Restart(restart(random)),
+            _ => Move::Send(self.position(random, view)),
+        }
+    }
+
+    /// Returns, at times, the command that leads on from a state in which little else is accepted.
+    fn way_on(&self, random: &mut Random, view: &View) -> Option<Command> {
+        if random.percent(60) {
+            return None;
+        }
+        match view.state {
+            _ if !self.greeted => Some(Command::Hello(Hello::OURS)),
+            State::Fault(_) => Some(Command::ClearFault),
+            State::Unconfigured => Some(Command::Configure(self.config(random, view))),
+            State::Ready if !view.moving => Some(match random.below(16) {
+                0 | 1 => Command::Configure(self.config(random, view)),
+                2 => Command::Store,
+                3..=5 => Command::Jog(jog(random, view)),
+                _ => Command::Target(target(random, view)),
+            }),
+            State::Ready | State::Seeking | State::Holding => None,
+        }
+    }
+
+    /// Returns a position: mostly the next, fresh, of the ball; sometimes late, out of order,
+    /// without a ball or far outside.
+    pub fn position(&mut self, random: &mut Random, view: &View) -> Command {
+        let strange = !self.calm || random.one_in(8);
+        if strange {
+            self.sequence = next_sequence(random, self.sequence);
+        } else {
+            self.sequence = self.sequence.wrapping_add(1);
+        }
+        let age_us = if strange { age_us(random, view) } else { random.below(30_000) as u32 };
+        let ball = if strange { self.any_ball(random, view) } else { Some(self.seen()) };
+        let covariance = generate::covariance(random);
+        Command::Position(Position { sequence: self.sequence, age_us, ball, covariance })
+    }
+
+    fn seen(&self) -> Point {
+        Point(self.ball.map(|metres| Micrometres((metres * 1e6) as i32)))
+    }
+
+    fn any_ball(&self, random: &mut Random, view: &View) -> Option<Point> {
+        let workspace = view.config.map(|config| config.workspace);
+        match random.below(30) {
+            0 => None,
+            1 => Some(generate::any_point(random)),
+            2..=6 => workspace.map(|workspace| generate::point_in(random, &workspace)),
+            _ if self.camera == Camera::Honest => Some(self.seen()),
+            7..=12 => workspace.map(|workspace| workspace.min),
+            13..=18 => workspace.map(|workspace| workspace.max),
+            _ => workspace.map(|workspace| generate::point_in(random, &workspace)),
+        }
+    }
+
+    /// Returns a damaged frame: it may still be intact.
+    fn damaged(&mut self, random: &mut Random, view: &View) -> Vec<u8> {
+        let mut frame = framed(&ToBoard { id: 1, command: self.position(random, view) });
+        damage(random, &mut frame);
+        frame
+    }
+}
+
+/// Returns noise, or an intact frame that is no command.
+fn any_bytes(random: &mut Random) -> Vec<u8> {
+    if random.percent(50) {
+        // The number of a command that does not exist, and its id.
+        return encode(&(random.bits() as u16, 200u8)).map(|frame| frame.to_vec()).unwrap_or_default();
+    }
+    let length = random.below(400);
+    noise(random, length)
+}
+
+fn hello(random: &mut Random) -> Hello {
+    if random.percent(80) { Hello::OURS } else { Hello { version: random.bits() as u16, ..Hello::OURS } }
+}
+
+fn restart(random: &mut Random) -> StartCause {
+    random.pick(&[
+        StartCause::PowerOn,
+        StartCause::ResetPin,
+        StartCause::Watchdog,
+        StartCause::Panic,
+        StartCause::HardFault,
+        StartCause::Requested,
+    ])
+}
+
+fn target(random: &mut Random, view: &View) -> Point {
+    match view.config {
+        Some(config) if random.percent(92) => generate::point_in(random, &config.workspace),
+        _ => generate::any_point(random),
+    }
+}
+
+fn jog(random: &mut Random, view: &View) -> Jog {
+    let motors = if random.percent(90) { 3 } else { 256 };
+    let motor = random.below(motors) as u8;
+    let distance = random.any_i32();
+    let distance = Steps16(if random.percent(60) { distance % 4000 } else { distance });
+    let limit = view.config.and_then(|config| config.motors.get(usize::from(motor)).copied());
+    let rate = match limit {
+        Some(motor) if random.percent(85) => random.corner(1, motor.max_rate.0.into()) as i32,
+        _ => random.any_i32(),
+    };
+    Jog { motor, distance, rate: Rate(rate) }
+}
+
+fn next_sequence(random: &mut Random, last: u16) -> u16 {
+    match random.below(40) {
+        0 => last,
+        1 => last.wrapping_sub(1),
+        2 => random.bits() as u16,
+        3 => last.wrapping_add(32_767),
+        4 => last.wrapping_add(32_768),
+        _ => last.wrapping_add(1),
+    }
+}
+
+fn age_us(random: &mut Random, view: &View) -> u32 {
+    let max_age = view.config.map_or(0, |config| u32::from(config.deadlines.max_age.0) * 1000);
+    match random.below(20) {
+        0 => u32::MAX,
+        1 => max_age + 1,
+        2 => max_age,
+        3 => random.bits() as u32,
+        _ => random.below(u64::from(max_age.min(60_000)) + 1) as u32,
+    }
+}

@@ -1,0 +1,114 @@
+//! Answers to commands, and telemetry.
+
+use plumb_protocol::frame::FrameError;
+use plumb_protocol::message::*;
+
+use super::super::event::{Delivery, TICK, Ticked};
+use super::motion::begins_motion;
+use crate::campaign::Outcome;
+
+/// Each command is answered once, with its id: a Hello by a Hello, an accepted position not at
+/// all, an accepted Store later. Nothing else is answered, but for intact frames that are no
+/// command.
+pub(super) const ANSWERED: &str = "every command is answered once";
+/// Before a matching Hello nothing is accepted but Stop and Bootloader.
+pub(super) const GREETED: &str = "no command before a matching Hello";
+/// Telemetry comes every 100 ms once a host was greeted, whatever else comes.
+pub(super) const TELEMETRY: &str = "telemetry every 100 ms";
+
+/// Longest time between two telemetries, with a tick's slack, µs.
+const TELEMETRY_US: u64 = 100_000 + TICK;
+
+/// Checker of [`ANSWERED`] and [`GREETED`].
+#[derive(Debug, Clone, Default)]
+pub(super) struct Answers {
+    greeted: bool,
+}
+
+impl Answers {
+    pub(super) fn delivered(&mut self, delivery: &Delivery<'_>, outcome: &mut Outcome) {
+        let holds = match delivery.message {
+            Err(FrameError::Malformed) => {
+                delivery.answer_count() == 1
+                    && delivery.answers(0).all(|refusal| refusal == Some(Refusal::Malformed))
+            }
+            Err(_) => delivery.answer_count() == 0,
+            Ok(message) => answered(delivery, &message),
+        };
+        outcome.check(holds, ANSWERED, || format!("{:?}: {:?}", delivery.message, delivery.replies));
+        let Some(ToBoard { command, .. }) = delivery.accepted() else { return };
+        if let Command::Hello(hello) = command {
+            self.greeted = hello == Hello::OURS;
+        } else {
+            let always = matches!(command, Command::Stop | Command::Bootloader);
+            outcome.check(self.greeted || always, GREETED, || format!("{command:?}"));
+        }
+    }
+
+    /// Checks that a tick answers nothing.
+    pub(super) fn ticked(&self, ticked: &Ticked<'_>, outcome: &mut Outcome) {
+        let other = |reply: &FromBoard| !matches!(reply, FromBoard::Telemetry(_) | FromBoard::Fault(_));
+        let answers = ticked.replies.iter().any(other);
+        outcome.check(!answers, ANSWERED, || format!("in a tick: {:?}", ticked.replies));
+    }
+}
+
+/// Whether the replies are those that this command must have.
+fn answered(delivery: &Delivery<'_>, message: &ToBoard) -> bool {
+    let count = delivery.answer_count();
+    let own = delivery.answers(message.id).count();
+    let refused = delivery.answers(message.id).flatten().next().is_some();
+    match message.command {
+        Command::Hello(hello) => count == 0 && greeted(delivery.replies, message.id, hello),
+        Command::Position(_) => count == own && (count == 0 || (count == 1 && refused)),
+        Command::Store => count == own && count <= 1,
+        _ => count == 1 && own == 1,
+    }
+}
+
+fn greeted(replies: &[FromBoard], id: u16, hello: Hello) -> bool {
+    let matches = hello == Hello::OURS;
+    let named = |reply: &&FromBoard| matches!(reply, FromBoard::Hello(board) if board.id == id && board.accepted == matches);
+    let started = replies.iter().filter(|reply| matches!(reply, FromBoard::Started(_))).count();
+    replies.iter().filter(named).count() == 1 && started == usize::from(matches)
+}
+
+/// Checker of [`TELEMETRY`].
+#[derive(Debug, Clone, Default)]
+pub(super) struct Telemetry {
+    greeted: bool,
+    /// When it came last, or the host was greeted, µs.
+    told: u64,
+}
+
+impl Telemetry {
+    pub(super) fn delivered(&mut self, delivery: &Delivery<'_>) {
+        self.hear(delivery.replies);
+        if let Ok(ToBoard { command: Command::Hello(hello), .. }) = delivery.message {
+            if !self.greeted {
+                self.told = self.told.max(delivery.at);
+            }
+            self.greeted = hello == Hello::OURS;
+        }
+    }
+
+    fn hear(&mut self, replies: &[FromBoard]) {
+        for reply in replies {
+            if let FromBoard::Telemetry(telemetry) = reply {
+                self.told = self.told.max(telemetry.time.0);
+            }
+        }
+    }
+
+    pub(super) fn ticked(&mut self, ticked: &Ticked<'_>, outcome: &mut Outcome) {
+        self.hear(ticked.replies);
+        let gap = ticked.now.saturating_sub(self.told);
+        let holds = !self.greeted || gap <= TELEMETRY_US;
+        outcome.check(holds, TELEMETRY, || format!("none for {gap} µs in {:?}", ticked.after.state));
+    }
+}
+
+/// Whether a new request to move was accepted.
+pub(super) fn begins(delivery: &Delivery<'_>) -> bool {
+    !delivery.repeated && delivery.accepted().is_some_and(|message| begins_motion(&message.command))
+}

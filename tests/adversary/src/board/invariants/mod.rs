@@ -1,0 +1,126 @@
+//! What must hold of the board, whatever happens to it.
+//!
+//! Each invariant has a name, which stands in reports, and a checker. Checkers see the events of
+//! [`event`](super::event) and keep what they need of the past.
+
+mod answers;
+mod bootloader;
+mod deadlines;
+mod faults;
+mod limits;
+mod motion;
+mod standstill;
+mod storage;
+
+use plumb_core::Board;
+use plumb_protocol::Config;
+
+use super::event::{Cut, Delivery, Ticked};
+use crate::campaign::Outcome;
+use answers::{Answers, Telemetry};
+use bootloader::Bootloader;
+use deadlines::{HostDeadline, PositionDeadline};
+use faults::Faults;
+use limits::Limits;
+use motion::Acceleration;
+use standstill::Standstill;
+use storage::Storage;
+
+/// Every frame that the board sends is intact.
+pub const UNBROKEN: &str = "the board's frames are intact";
+/// `report` leaves the plan of the tick as it is.
+pub const REPORT: &str = "report leaves the plan";
+/// Two boards with the same input, in other pieces, do and say the same to the bit.
+pub const TWIN: &str = "twins agree";
+/// A law that is configured anew knows nothing of what was before.
+pub const FRESH_LAW: &str = "a configured law begins anew";
+
+/// All checkers of one board, from its start on.
+#[derive(Debug, Clone)]
+pub struct Invariants {
+    limits: Option<Limits>,
+    acceleration: Acceleration,
+    standstill: Standstill,
+    faults: Faults,
+    host_deadline: HostDeadline,
+    position_deadline: PositionDeadline,
+    answers: Answers,
+    telemetry: Telemetry,
+    storage: Storage,
+    bootloader: Bootloader,
+}
+
+impl Invariants {
+    /// Returns the checkers of a board that has just started.
+    pub fn new(board: &Board) -> Self {
+        Self {
+            limits: board.config().map(Limits::of),
+            acceleration: Acceleration::default(),
+            standstill: Standstill::at_start(),
+            faults: Faults::default(),
+            host_deadline: HostDeadline::default(),
+            position_deadline: PositionDeadline::default(),
+            answers: Answers::default(),
+            telemetry: Telemetry::default(),
+            storage: Storage::default(),
+            bootloader: Bootloader::default(),
+        }
+    }
+
+    /// Checks what a frame did; `config` is the configuration after it.
+    pub fn delivered(&mut self, delivery: &Delivery<'_>, config: Option<&Config>, outcome: &mut Outcome) {
+        if delivery.configured() {
+            self.limits = config.map(Limits::of);
+            self.acceleration = Acceleration::default();
+        }
+        motion::check_delivery(delivery, outcome);
+        self.standstill.delivered(delivery, self.limits.as_ref());
+        self.faults.delivered(delivery, outcome);
+        self.host_deadline.delivered(delivery);
+        self.position_deadline.delivered(delivery);
+        self.answers.delivered(delivery, outcome);
+        self.telemetry.delivered(delivery);
+        self.storage.delivered(delivery, outcome);
+        self.bootloader.delivered(delivery, outcome);
+    }
+
+    /// Checks a tick.
+    pub fn ticked(&mut self, ticked: &Ticked<'_>, outcome: &mut Outcome) {
+        let limits = self.limits.as_ref();
+        motion::check_tick(ticked, limits, outcome);
+        if let Some(limits) = limits {
+            self.acceleration.ticked(ticked, limits, outcome);
+            self.host_deadline.ticked(ticked, limits, outcome);
+            self.position_deadline.ticked(ticked, limits, outcome);
+        }
+        self.faults.ticked(ticked, outcome);
+        self.standstill.ticked(ticked, limits, outcome);
+        self.answers.ticked(ticked, outcome);
+        self.telemetry.ticked(ticked, outcome);
+        self.storage.ticked(ticked, outcome);
+        self.bootloader.ticked(ticked, outcome);
+    }
+
+    /// Checks that the emergency input has stopped the board.
+    pub fn cut(&mut self, cut: &Cut<'_>, outcome: &mut Outcome) {
+        self.faults.cut(cut, outcome);
+        motion::check_cut(cut, self.limits.as_ref(), outcome);
+        self.acceleration = Acceleration::default();
+        self.standstill.cut();
+    }
+
+    /// Takes note that the emergency input has closed.
+    pub fn closed(&mut self) {
+        self.faults.closed();
+    }
+
+    /// Checks what the board said when its configuration was written.
+    pub fn stored(&mut self, replies: &[plumb_protocol::message::FromBoard], outcome: &mut Outcome) {
+        self.storage.stored(replies, outcome);
+    }
+
+    /// Checks what must have happened by the end of a run.
+    pub fn end(&self, outcome: &mut Outcome) {
+        self.storage.end(outcome);
+    }
+}

@@ -1,0 +1,276 @@
+//! Configurations: usual ones, any within the ranges, and such that must be refused.
+
+use plumb_core::BuildLimits;
+use plumb_core::segment::Timing;
+use plumb_protocol::config::*;
+use plumb_protocol::units::*;
+
+use crate::random::Random;
+
+/// Highest |position| that a travel may contain, 1/16 steps.
+const MAX_TRAVEL: i64 = 1 << 29;
+/// Highest |coordinate| of a workspace, µm.
+const MAX_COORDINATE: i64 = 4_000_000;
+/// Highest bound of the interval law, Q16.
+const MAX_BOUND: i64 = 8 << 16;
+/// Longest deadline, ms.
+const MAX_DEADLINE: i64 = 5_000;
+/// Highest full-step rates of coils and of Motor HATs, full steps/s.
+const MAX_COIL_RATE: u32 = 2_500;
+const MAX_HAT_RATE: u32 = 300;
+
+/// What the boards are built for: the steps of the Pico's firmware.
+pub const fn build(storage: bool) -> BuildLimits {
+    BuildLimits { max_pulse_rate: 1_250_000, storage }
+}
+
+/// Returns a configuration for a rig of usual size, whose loop closes.
+pub fn usual(random: &mut Random) -> Config {
+    let travel = if random.percent(25) { 16 * random.range(5, 40) } else { 16 * 4000 } as i32;
+    let motor = Motor {
+        max_rate: Rate(400 << 8),
+        max_acceleration: Acceleration(2000),
+        travel_min: Steps16(-travel),
+        travel_max: Steps16(travel),
+        reversed: false,
+    };
+    let corner = |metres: [i32; 3]| Point(metres.map(|c| Micrometres(c * 100_000)));
+    Config {
+        law: usual_law(random),
+        motors: [motor; 3],
+        microsteps: 16,
+        workspace: Workspace { min: corner([-10, -10, -10]), max: corner([20, 20, 10]) },
+        reached: Reached {
+            radius: Micrometres(random.range(10_000, 50_000) as i32),
+            frames: random.range(1, 10) as u8,
+        },
+        deadlines: Deadlines {
+            host: Milliseconds(300),
+            position: Milliseconds(500),
+            max_age: Milliseconds(250),
+        },
+        growth: Growth { margin: Micrometres(60_000), time: Milliseconds(600) },
+        drivers: Drivers::StepDir(StepDir::TMC2209),
+        mean: Milliseconds(random.pick(&[0, 0, 0, 100, 300])),
+    }
+}
+
+fn usual_law(random: &mut Random) -> Law {
+    match random.below(4) {
+        // α 0.005, β 0.5, γ 30 /s; g 4 /s; both at 0.471 mm a step.
+        0 => Law::Interval(Interval::uniform(Bound(328), Bound(32_768), Gain(4172))),
+        1 => Law::Sign(Sign { gain: SignGain(2225) }),
+        2 => Law::Certified(Estimated { delay: Milliseconds(5) }),
+        _ => Law::Taut(Estimated { delay: Milliseconds(5) }),
+    }
+}
+
+/// Returns a configuration within the ranges, whose travel contains `positions`.
+pub fn accepted(random: &mut Random, positions: [i32; 3]) -> Config {
+    let microsteps = random.pick(&[1, 2, 4, 8, 16]);
+    let drivers = drivers(random);
+    let max_rate = max_rate(&drivers, microsteps);
+    let alike = random.percent(40);
+    let first = motor(random, max_rate);
+    let motors = positions.map(|position| {
+        let mut motor = if alike { first } else { motor(random, max_rate) };
+        motor.travel_min.0 = motor.travel_min.0.min(position);
+        motor.travel_max.0 = motor.travel_max.0.max(position);
+        motor
+    });
+    Config {
+        law: law(random),
+        motors,
+        microsteps,
+        workspace: workspace(random),
+        reached: Reached {
+            radius: Micrometres(random.corner(1, 1_000_000) as i32),
+            frames: random.corner(1, 255) as u8,
+        },
+        deadlines: deadlines(random),
+        growth: growth(random),
+        drivers,
+        mean: Milliseconds(if random.percent(40) { 0 } else { random.corner(0, 400) as u16 }),
+    }
+}
+
+fn drivers(random: &mut Random) -> Drivers {
+    let coils = |random: &mut Random| Coils { duty_percent: random.corner(1, 100) as u8 };
+    match random.below(8) {
+        0 => Drivers::Coils(coils(random)),
+        1 => Drivers::MotorHats(coils(random)),
+        2 => Drivers::StepDir(StepDir::A4988),
+        3 => Drivers::StepDir(StepDir::DRV8825),
+        4 | 5 => Drivers::StepDir(StepDir::TMC2209),
+        _ => Drivers::StepDir(StepDir {
+            high: Nanoseconds(random.corner(0, 4100) as u16),
+            low: Nanoseconds(random.corner(0, 65_535) as u16),
+            setup: Nanoseconds(random.corner(0, 65_535) as u16),
+        }),
+    }
+}
+
+/// Returns the highest rate that these drivers and the build allow, Q8 full steps/s.
+fn max_rate(drivers: &Drivers, microsteps: u8) -> i64 {
+    let pulses = match drivers {
+        Drivers::StepDir(times) => Timing::of(times).map_or(1, |timing| timing.max_pulse_rate()),
+        Drivers::Coils(_) => MAX_COIL_RATE * u32::from(microsteps),
+        Drivers::MotorHats(_) => MAX_HAT_RATE * u32::from(microsteps),
+    };
+    (i64::from(pulses.min(build(true).max_pulse_rate)) << 8) / i64::from(microsteps)
+}
+
+fn motor(random: &mut Random, max_rate: i64) -> Motor {
+    let travel = |random: &mut Random| match random.below(8) {
+        0 => 0,
+        1 => random.range(0, 200),
+        2..=4 => MAX_TRAVEL,
+        _ => random.corner(0, MAX_TRAVEL),
+    };
+    let down = travel(random);
+    let up = if random.percent(50) { down } else { travel(random) };
+    let ordinary = random.percent(60);
+    let (rate, acceleration) = if ordinary {
+        (random.range(1, max_rate.min(2000 << 8)), random.range(200, 100_000))
+    } else {
+        (random.corner(1, max_rate), random.corner(40, 4_000_000))
+    };
+    Motor {
+        max_rate: Rate(rate as i32),
+        max_acceleration: Acceleration(acceleration as u32),
+        travel_min: Steps16(-down as i32),
+        travel_max: Steps16(up as i32),
+        reversed: random.percent(50),
+    }
+}
+
+fn law(random: &mut Random) -> Law {
+    match random.below(5) {
+        0 => Law::Interval(interval(random)),
+        1 => Law::Sign(Sign { gain: SignGain(random.corner(1, 1 << 20) as u32) }),
+        2 => Law::Certified(Estimated { delay: Milliseconds(random.corner(0, 500) as u16) }),
+        3 => Law::Taut(Estimated { delay: Milliseconds(random.corner(0, 500) as u16) }),
+        _ => usual_law(random),
+    }
+}
+
+/// Returns a family of which each motor moves something: its first row has no zero.
+fn interval(random: &mut Random) -> Interval {
+    let gain = Gain(random.corner(1, 16 << 16) as u32);
+    let mut law = Interval::uniform(Bound(1), Bound(8 << 16), gain);
+    for row in 0..3 {
+        for column in 0..3 {
+            if row > 0 && random.percent(20) {
+                law.signs[row][column] = random.range(-1, 1) as i8;
+            }
+            let alpha = random.corner(1, MAX_BOUND);
+            law.alpha[row][column] = Bound(alpha as u32);
+            law.beta[row][column] = Bound(random.corner(alpha, MAX_BOUND) as u32);
+        }
+    }
+    law
+}
+
+fn workspace(random: &mut Random) -> Workspace {
+    let mut workspace = Workspace {
+        min: Point([Micrometres(-MAX_COORDINATE as i32); 3]),
+        max: Point([Micrometres(MAX_COORDINATE as i32); 3]),
+    };
+    // In half of the cases as large as can be.
+    if random.percent(50) {
+        for axis in 0..3 {
+            let low = random.corner(-MAX_COORDINATE, MAX_COORDINATE - 1);
+            let high = random.corner(low + 1, MAX_COORDINATE);
+            workspace.min.0[axis] = Micrometres(low as i32);
+            workspace.max.0[axis] = Micrometres(high as i32);
+        }
+    }
+    workspace
+}
+
+/// Returns deadlines with the greatest age below the position deadline, which is at least 2 ms.
+fn deadlines(random: &mut Random) -> Deadlines {
+    let position = random.corner(2, MAX_DEADLINE);
+    Deadlines {
+        host: Milliseconds(random.corner(1, MAX_DEADLINE) as u16),
+        position: Milliseconds(position as u16),
+        max_age: Milliseconds(random.corner(1, position - 1) as u16),
+    }
+}
+
+fn growth(random: &mut Random) -> Growth {
+    let margin = if random.percent(60) { i64::from(i32::MAX) } else { random.corner(1, 1 << 30) };
+    Growth { margin: Micrometres(margin as i32), time: Milliseconds(random.corner(1, 65_535) as u16) }
+}
+
+/// Returns a configuration with something that is usually out of its range.
+pub fn absurd(random: &mut Random, positions: [i32; 3]) -> Config {
+    let mut config = accepted(random, positions);
+    let motor = random.below(3) as usize;
+    match random.below(16) {
+        0 => config.motors[motor].max_rate = Rate(random.any_i32()),
+        1 => config.motors[motor].max_acceleration = Acceleration(random.any_i32() as u32),
+        2 => config.motors[motor].travel_min = Steps16(random.any_i32()),
+        3 => config.motors[motor].travel_max = Steps16(random.any_i32()),
+        4 => config.microsteps = random.bits() as u8,
+        5 => config.workspace.max = any_point(random),
+        6 => config.reached.radius = Micrometres(random.any_i32()),
+        7 => config.reached.frames = 0,
+        8 => config.deadlines.host = Milliseconds(random.pick(&[0, 5001, u16::MAX])),
+        // The position deadline passes before the oldest accepted position comes.
+        9 => config.deadlines.max_age = Milliseconds(random.corner(1, MAX_DEADLINE) as u16),
+        10 => config.growth.time = Milliseconds(0),
+        11 => config.drivers = Drivers::Coils(Coils { duty_percent: random.pick(&[0, 101, 255]) }),
+        12 => config.mean = Milliseconds(random.range(401, 65_535) as u16),
+        13 => config.law = Law::Taut(Estimated { delay: Milliseconds(random.range(501, 65_535) as u16) }),
+        14 => config.law = absurd_interval(random),
+        _ => config.motors[motor] = narrowed(config.motors[motor], positions[motor]),
+    }
+    config
+}
+
+fn absurd_interval(random: &mut Random) -> Law {
+    let mut law = interval(random);
+    match random.below(4) {
+        0 => law.signs[0][0] = 2,
+        1 => law.signs = [[0; 3]; 3],
+        2 => law.alpha[0][1] = Bound(0),
+        _ => law.gain = Gain(0),
+    }
+    Law::Interval(law)
+}
+
+/// Returns the motor with a travel that contains 0 but not `position`, unless that is 0.
+fn narrowed(motor: Motor, position: i32) -> Motor {
+    let end = Steps16(position / 2);
+    match position {
+        0 => motor,
+        1.. => Motor { travel_max: end, ..motor },
+        _ => Motor { travel_min: end, ..motor },
+    }
+}
+
+/// Returns a point inside the workspace, often on its border.
+pub fn point_in(random: &mut Random, workspace: &Workspace) -> Point {
+    let Workspace { min, max } = workspace;
+    let coordinate = |axis: usize| random.corner(min.0[axis].0.into(), max.0[axis].0.into());
+    Point([0, 1, 2].map(coordinate).map(|c| Micrometres(c as i32)))
+}
+
+/// Returns any point.
+pub fn any_point(random: &mut Random) -> Point {
+    Point([0; 3].map(|_| Micrometres(random.any_i32())))
+}
+
+/// Returns any covariance.
+pub fn covariance(random: &mut Random) -> Option<Covariance> {
+    match random.below(4) {
+        0 => None,
+        1 => Some(Covariance { variances: [0; 3], covariances: [0; 3] }),
+        2 => Some(Covariance { variances: [u16::MAX; 3], covariances: [i16::MIN; 3] }),
+        _ => Some(Covariance {
+            variances: [0; 3].map(|_| random.bits() as u16),
+            covariances: [0; 3].map(|_| random.bits() as i16),
+        }),
+    }
+}

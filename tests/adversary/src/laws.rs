@@ -1,0 +1,171 @@
+//! The control laws at the extremes of their input.
+
+use plumb_core::MotorRates;
+use plumb_core::law::{Demand, Law, Picture, variances};
+use plumb_core::params::{Own, Params};
+use plumb_core::think::{Kind, Slow};
+use plumb_protocol::Config;
+
+use crate::campaign::Outcome;
+use crate::generate;
+use crate::random::Random;
+
+/// What a law demands, brought within the motors' limits, is within them.
+pub const WITHIN: &str = "rates within the limits";
+/// Two copies of a law demand the same, to the bit.
+pub const DETERMINISTIC: &str = "a law is deterministic";
+/// A law's state holds no NaN.
+pub const NUMBERS: &str = "a law holds numbers";
+/// After the extremes and [`CALM_PICTURES`] ordinary pictures a law demands motion again.
+pub const RECOVERS: &str = "a law recovers";
+
+/// Ordinary pictures after which a law must demand motion.
+const CALM_PICTURES: u64 = 300;
+/// Highest |position| of a motor, 1/16 steps.
+const MAX_TRAVEL: i64 = 1 << 29;
+/// Highest |coordinate| of the ball, µm.
+const MAX_COORDINATE: i64 = 4_000_000;
+
+/// How the motors move from one picture to the next.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Motion {
+    Rest,
+    Ordinary,
+    EndToEnd,
+    Leaps,
+    Fast,
+}
+
+impl Motion {
+    const ALL: [Self; 5] = [Self::Rest, Self::Ordinary, Self::EndToEnd, Self::Leaps, Self::Fast];
+
+    /// Returns a step of one motor, 1/16 steps.
+    fn step(self, random: &mut Random) -> i64 {
+        match self {
+            Self::Rest => 0,
+            Self::Ordinary => random.range(-16 * 40, 16 * 40),
+            Self::EndToEnd => random.corner(-MAX_TRAVEL, MAX_TRAVEL),
+            Self::Leaps if random.percent(5) => random.range(-(1 << 20), 1 << 20),
+            Self::Leaps => random.range(-200, 200),
+            Self::Fast => random.range(-(1 << 14), 1 << 14),
+        }
+    }
+
+    /// Returns how far a motor goes on by itself, 1/16 steps.
+    fn lead(self, random: &mut Random) -> i64 {
+        match self {
+            Self::EndToEnd => random.range(-MAX_TRAVEL / 4, MAX_TRAVEL / 4),
+            _ => random.range(-3000, 3000),
+        }
+    }
+}
+
+/// What a camera and the motors show, picture by picture.
+struct Scene {
+    motion: Motion,
+    motors: [i32; 3],
+    ball: [i32; 3],
+    target: [i32; 3],
+}
+
+impl Scene {
+    fn new(random: &mut Random) -> Self {
+        let motion = random.pick(&Motion::ALL);
+        Self { motion, motors: [0; 3], ball: anywhere(random), target: anywhere(random) }
+    }
+
+    fn next(&mut self, random: &mut Random) -> Picture {
+        if random.percent(2) {
+            self.target = anywhere(random);
+        }
+        self.ball = match random.below(6) {
+            0 => anywhere(random),
+            1 => self.ball,
+            2 => self.target,
+            _ => self.ball.map(|b| moved(b, random.range(-20_000, 20_000), MAX_COORDINATE)),
+        };
+        let before = self.motors;
+        self.motors = self.motors.map(|m| moved(m, self.motion.step(random), MAX_TRAVEL));
+        let then = self.motors;
+        Picture {
+            ball: self.ball,
+            variances: variances(generate::covariance(random)),
+            then,
+            before: [before, [0, 1, 2].map(|i| before[i] - (then[i] - before[i]) / 2)],
+            ahead: then.map(|m| (i64::from(m) + self.motion.lead(random)) as i32),
+            target: self.target,
+        }
+    }
+
+    /// Returns a picture of a ball and motors at rest.
+    fn calm(&self) -> Picture {
+        Picture {
+            ball: [540_000, 220_000, 459_000],
+            variances: variances(None),
+            then: self.motors,
+            before: [self.motors; 2],
+            ahead: self.motors,
+            target: [400_000, 400_000, 150_000],
+        }
+    }
+}
+
+fn anywhere(random: &mut Random) -> [i32; 3] {
+    [0; 3].map(|_| random.corner(-MAX_COORDINATE, MAX_COORDINATE) as i32)
+}
+
+fn moved(from: i32, by: i64, most: i64) -> i32 {
+    (i64::from(from) + by).clamp(-most, most) as i32
+}
+
+/// Shows the laws of one seed `pictures` extreme pictures, and then ordinary ones.
+pub fn run(seed: u64, pictures: u64, outcome: &mut Outcome) {
+    let mut random = Random::new(seed);
+    let config = generate::accepted(&mut random, [0; 3]);
+    let params = match Params::check(&config, &generate::build(true), [0; 3]) {
+        Ok(params) => params,
+        Err(field) => unreachable!("the configuration is within its ranges: {field}"),
+    };
+    let kind = random.pick(&[Kind::Certified, Kind::Taut]);
+    outcome.tally.count(if kind == Kind::Certified { "law certified" } else { "law taut" });
+    drive(&mut random, Slow::new(kind, params.limits()), &config, pictures, outcome);
+    if let Own::Quick(law) = params.law() {
+        outcome.tally.count("law quick");
+        drive(&mut random, law, &config, pictures, outcome);
+    }
+}
+
+fn drive<L>(random: &mut Random, mut law: L, config: &Config, pictures: u64, outcome: &mut Outcome)
+where
+    L: Law + Clone + PartialEq + std::fmt::Debug,
+{
+    let mut scene = Scene::new(random);
+    let mut copy = law.clone();
+    for tick in 0..pictures {
+        outcome.tick = tick;
+        let picture = scene.next(random);
+        let demand = law.update(&picture);
+        let same = demand == copy.update(&picture);
+        outcome.check(same, DETERMINISTIC, || format!("{demand:?} at {picture:?}"));
+        check_demand(random, demand, config, outcome);
+    }
+    outcome.tally.add("pictures", pictures);
+    let state = format!("{law:?}");
+    outcome.check(!state.contains("NaN"), NUMBERS, || format!("{:?}: {state}", scene.motion));
+    let moves = (0..CALM_PICTURES).any(|_| law.update(&scene.calm()).rates != MotorRates::default());
+    outcome.tally.add("recovered", moves.into());
+    outcome.check(moves, RECOVERS, || format!("{:?}, limits {:?}", scene.motion, config.motors));
+}
+
+fn check_demand(random: &mut Random, demand: Demand, config: &Config, outcome: &mut Outcome) {
+    let limits = config.motors.map(|motor| motor.max_rate.0);
+    let MotorRates(rates) = demand.rates.within(limits);
+    let within = (0..3).all(|i| rates[i].unsigned_abs() <= limits[i].unsigned_abs());
+    outcome.check(within, WITHIN, || format!("{rates:?} of {demand:?}, limits {limits:?}"));
+    outcome.tally.add("demands of motion", (rates != [0; 3]).into());
+    // Neither panics, whatever is demanded.
+    let later = demand.after(random.bits());
+    let MotorRates(coasting) = later.rates.within(limits).coasting();
+    let slower = (0..3).all(|i| coasting[i].unsigned_abs() <= limits[i].unsigned_abs());
+    outcome.check(slower, WITHIN, || format!("coasting at {coasting:?}, limits {limits:?}"));
+}

@@ -1,0 +1,114 @@
+//! The board under adversarial messages, for some seconds: no invariant is broken, and what is to
+//! be exercised is.
+
+use plumb_adversary::campaign::{self, Outcome};
+
+/// Runs and ticks of each: some ten million ticks.
+const SEEDS: u64 = 600;
+const TICKS: u64 = 20_000;
+
+/// Every fault but `Watchdog`, which stands from the start where it does.
+const FAULTS: [&str; 8] = [
+    "HostSilent",
+    "PositionLost",
+    "BallOutside",
+    "TargetOutside",
+    "Travel",
+    "ErrorGrowing",
+    "EmergencyStop",
+    "LawLate",
+];
+
+/// Every refusal that a message can provoke; `Config(Law)` is for boards without time for a law.
+const REFUSALS: [&str; 29] = [
+    "NotGreeted",
+    "Malformed",
+    "Unconfigured",
+    "Busy",
+    "Faulted",
+    "TargetOutside",
+    "PositionStale",
+    "PositionOutOfOrder",
+    "BallOutside",
+    "NoPosition",
+    "NoSuchMotor",
+    "JogRate",
+    "JogTravel",
+    "Unsupported",
+    "NotStored",
+    "Config(Signs)",
+    "Config(Bounds)",
+    "Config(Gain)",
+    "Config(MaxRate)",
+    "Config(MaxAcceleration)",
+    "Config(Travel)",
+    "Config(Microsteps)",
+    "Config(Workspace)",
+    "Config(Reached)",
+    "Config(Deadlines)",
+    "Config(Growth)",
+    "Config(Drivers)",
+    "Config(Mean)",
+    "Config(Delay)",
+];
+
+/// Every command.
+const COMMANDS: [&str; 11] = [
+    "Hello",
+    "Stop",
+    "Bootloader",
+    "Configure",
+    "Position",
+    "Target",
+    "Jog",
+    "Hold",
+    "ClearFault",
+    "Status",
+    "Store",
+];
+
+/// What else must happen.
+const EVENTS: [&str; 11] = [
+    "ticks seeking",
+    "ticks holding",
+    "ticks jogging",
+    "ticks with a twin",
+    "emergencies",
+    "restarts into the bootloader",
+    "stored",
+    "store failed",
+    "questions",
+    "questions lost",
+    "repeated requests",
+];
+
+fn names() -> Vec<String> {
+    let faults = FAULTS.iter().map(|name| format!("fault {name}"));
+    let refusals = REFUSALS.iter().map(|name| format!("refused {name}"));
+    let commands = COMMANDS.iter().map(|name| format!("{name} accepted"));
+    let events = EVENTS.iter().map(|name| (*name).to_owned());
+    faults.chain(refusals).chain(commands).chain(events).collect()
+}
+
+fn assert_exercised(outcome: &Outcome) {
+    let tally = &outcome.tally;
+    let missing: Vec<_> = names().into_iter().filter(|name| tally.of(name) < 5).collect();
+    assert!(missing.is_empty(), "hardly or never exercised: {missing:?} of {tally}");
+    assert!(tally.of("ticks moving") * 10 > tally.of("ticks"), "motors hardly turn: {tally}");
+}
+
+#[test]
+fn no_message_breaks_an_invariant_of_the_board() {
+    let outcome = campaign::run(1..1 + SEEDS, 2, |seed, outcome| {
+        plumb_adversary::board::run(seed, TICKS, outcome);
+    });
+    let broken: Vec<String> = outcome.summary().iter().map(ToString::to_string).collect();
+    assert!(broken.is_empty(), "{}", broken.join("\n"));
+    assert_exercised(&outcome);
+}
+
+#[test]
+fn the_same_seed_gives_the_same_run() {
+    let run = || campaign::run(1..9, 2, |seed, outcome| plumb_adversary::board::run(seed, 5_000, outcome));
+    assert_eq!(run(), run());
+}
