@@ -158,14 +158,7 @@ fn message(random: &mut Random) -> ToBoard {
 
 /// Parses bytes without a frame around them as every message.
 fn parse_any_bytes(random: &mut Random, outcome: &mut Outcome) {
-    let length = random.below(60);
-    let small = random.percent(50);
-    let byte = |random: &mut Random| if small { random.below(12) as u8 } else { random.bits() as u8 };
-    let mut bytes: Vec<u8> = (0..length).map(|_| byte(random)).collect();
-    // The number of the command Position, so that positions are frequent.
-    if random.percent(50) && bytes.len() > 2 {
-        (bytes[0], bytes[1]) = (bytes[0] & 0x7F, 4);
-    }
+    let bytes = if random.percent(50) { nearly_a_message(random) } else { any_bytes(random) };
     let whole = read::<ToBoard>(&bytes).ok();
     let expected = whole.and_then(|message| match message.command {
         Command::Position(position) => Some(Sighting { id: message.id, position }),
@@ -176,4 +169,23 @@ fn parse_any_bytes(random: &mut Random, outcome: &mut Outcome) {
     outcome.tally.add("answers parsed from any bytes", read::<FromBoard>(&bytes).is_ok().into());
     let quick = ToBoard::position(&bytes);
     outcome.check(quick == expected, POSITIONS, || format!("{quick:?} instead of {expected:?}"));
+}
+
+/// Returns a message of which a byte or its length may be wrong.
+fn nearly_a_message(random: &mut Random) -> Vec<u8> {
+    let frame = framed(&message(random));
+    let mut bytes = decode(&frame[..frame.len() - 1]).unwrap_or_default();
+    let at = random.below(bytes.len() as u64) as usize;
+    match random.below(3) {
+        0 => bytes[at] = random.bits() as u8,
+        1 => bytes.truncate(at),
+        _ => bytes.extend(random.percent(50).then_some(0)),
+    }
+    bytes
+}
+
+/// Returns up to 60 bytes, in half of the cases small ones.
+fn any_bytes(random: &mut Random) -> Vec<u8> {
+    let mask = if random.percent(50) { 0x0F } else { 0xFF };
+    (0..random.below(60)).map(|_| random.bits() as u8 & mask).collect()
 }

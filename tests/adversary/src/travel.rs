@@ -16,8 +16,10 @@ pub const WITHIN: &str = "within the travel";
 /// A planner that has refused to go on comes to rest.
 pub const RESTS: &str = "comes to rest";
 
-/// Most ticks until a motor comes to the end of its travel, and until it rests after that.
-const MOST_TICKS: u64 = 40_000;
+/// Most ticks until a motor comes to the end of its travel: at least 2 s at an eighth of its rate.
+const MOST_TICKS_THERE: u64 = 10_000;
+/// Most ticks until all rest after that: the longest ramp, 2 s, and the lag of the longest mean.
+const MOST_TICKS_TO_REST: u64 = 14_000;
 
 /// How the wanted rates are set on the way to the end of the travel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -34,6 +36,15 @@ pub enum Aim {
 
 impl Aim {
     const ALL: [Self; 4] = [Self::Once, Self::Repeated30Hz, Self::RepeatedEveryTick, Self::OtherEveryTick];
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Once => "aimed once",
+            Self::Repeated30Hz => "aimed at 30 Hz",
+            Self::RepeatedEveryTick => "aimed at every tick",
+            Self::OtherEveryTick => "aimed elsewhere at every tick",
+        }
+    }
 
     /// Ticks from one setting to the next.
     fn period(self) -> u64 {
@@ -79,67 +90,107 @@ fn config(random: &mut Random) -> Config {
     }
 }
 
+/// Motors on their way to the end of their travel.
+struct Approach<'a> {
+    planner: Planner,
+    config: &'a Config,
+    aim: Aim,
+    directions: [i32; 3],
+    wanted: MotorRates,
+    /// Whether a motor has passed its travel.
+    passed: bool,
+    ticks: u64,
+}
+
 /// Drives the motors towards an end of their travel until the planner refuses, and on until they
 /// rest.
 fn one_stop(random: &mut Random, config: &Config, params: &Params, outcome: &mut Outcome) {
     let mut planner = Planner::default();
     planner.configure(params);
-    let aim = random.pick(&Aim::ALL);
     let directions = [0; 3].map(|_| random.range(-1, 1) as i32);
-    let mut wanted = rates(random, config, directions);
-    let mut beyond = false;
-    let mut ticks = 0;
-    for tick in 0..MOST_TICKS {
-        ticks = tick;
-        if tick % aim.period() == 0 {
-            if aim == Aim::OtherEveryTick {
-                wanted = rates(random, config, directions);
-            }
-            planner.aim(if beyond { MotorRates::default() } else { wanted }, 0);
-        }
-        if planner.tick().is_some() && !beyond {
-            beyond = true;
-            // The board aims at rest after a fault.
-            planner.aim(MotorRates::default(), 0);
-        }
-        check(&planner, config, aim, outcome);
-        if beyond && !planner.moving() {
-            break;
-        }
+    let wanted = rates(random, config, directions);
+    let aim = random.pick(&Aim::ALL);
+    let mut approach = Approach { planner, config, aim, directions, wanted, passed: false, ticks: 0 };
+    if approach.drive_to_the_end(random, outcome) {
+        approach.drive_to_rest(outcome);
+        approach.count(outcome);
     }
-    outcome.tally.add("ticks", ticks);
-    outcome.tally.add("stops", beyond.into());
-    if beyond {
-        outcome.tally.add(if config.mean.0 == 0 { "stops without mean" } else { "stops through a mean" }, 1);
-        outcome.tally.count(match aim {
-            Aim::Once => "aimed once",
-            Aim::Repeated30Hz => "aimed at 30 Hz",
-            Aim::RepeatedEveryTick => "aimed at every tick",
-            Aim::OtherEveryTick => "aimed elsewhere at every tick",
-        });
-    }
-    outcome.check(!beyond || !planner.moving(), RESTS, || format!("{aim:?}, {:?}", config.motors));
+    outcome.tally.add("ticks", approach.ticks);
 }
 
 fn rates(random: &mut Random, config: &Config, directions: [i32; 3]) -> MotorRates {
-    let rate = |i: usize| directions[i] * random.corner(1, config.motors[i].max_rate.0.into()) as i32;
+    let rate = |i: usize| {
+        let most = config.motors[i].max_rate.0;
+        directions[i] * random.range(i64::from(most / 8), most.into()) as i32
+    };
     MotorRates([0, 1, 2].map(rate))
 }
 
-fn check(planner: &Planner, config: &Config, aim: Aim, outcome: &mut Outcome) {
-    let positions = planner.positions();
-    let over = |i: usize| {
-        let motor = &config.motors[i];
-        (positions[i] - motor.travel_max.0).max(motor.travel_min.0 - positions[i])
-    };
-    if let Some(motor) = (0..3).find(|&i| over(i) > 0) {
+impl Approach<'_> {
+    /// Drives until the planner refuses to go on; whether it has.
+    fn drive_to_the_end(&mut self, random: &mut Random, outcome: &mut Outcome) -> bool {
+        for tick in 0..MOST_TICKS_THERE {
+            if tick % self.aim.period() == 0 {
+                if self.aim == Aim::OtherEveryTick {
+                    self.wanted = rates(random, self.config, self.directions);
+                }
+                self.planner.aim(self.wanted, 0);
+            }
+            let refused = self.planner.tick().is_some();
+            self.ticks += 1;
+            self.check(outcome);
+            if refused {
+                return true;
+            }
+        }
+        false
+    }
+
+    /// Aims at rest, as the board does after a fault, until the motors rest.
+    fn drive_to_rest(&mut self, outcome: &mut Outcome) {
+        self.planner.aim(MotorRates::default(), 0);
+        for tick in 0..MOST_TICKS_TO_REST {
+            if !self.planner.moving() {
+                return;
+            }
+            if tick % self.aim.period() == 0 {
+                self.planner.aim(MotorRates::default(), 0);
+            }
+            self.planner.tick();
+            self.ticks += 1;
+            self.check(outcome);
+        }
+        outcome.broken(RESTS, || format!("{:?}, {:?}", self.aim, self.config.motors));
+    }
+
+    /// Checks that no motor is beyond its travel.
+    fn check(&mut self, outcome: &mut Outcome) {
+        let positions = self.planner.positions();
+        let over = |i: usize| {
+            let motor = &self.config.motors[i];
+            (positions[i] - motor.travel_max.0).max(motor.travel_min.0 - positions[i])
+        };
+        let Some(motor) = (0..3).find(|&i| over(i) > 0) else { return };
+        self.passed = true;
         outcome.broken(WITHIN, || {
-            let by = over(motor);
-            let limits = config.motors[motor];
-            let (microsteps, mean) = (config.microsteps, config.mean.0);
+            let (microsteps, mean) = (self.config.microsteps, self.config.mean.0);
+            let limits = self.config.motors[motor];
             format!(
-                "motor {motor} by {by}/16 steps, {aim:?}, {microsteps} microsteps, mean {mean} ms, {limits:?}"
+                "motor {motor} by {}/16 steps, {:?}, {microsteps} microsteps, mean {mean} ms, {limits:?}",
+                over(motor),
+                self.aim
             )
         });
+    }
+
+    fn count(&self, outcome: &mut Outcome) {
+        let tally = &mut outcome.tally;
+        tally.count("stops");
+        tally.count(if self.config.mean.0 == 0 { "stops without mean" } else { "stops through a mean" });
+        tally.count(self.aim.name());
+        tally.add("stops beyond the travel", self.passed.into());
+        if self.passed {
+            tally.count(&format!("stops beyond the travel, {}", self.aim.name()));
+        }
     }
 }

@@ -4,6 +4,7 @@ use plumb_adversary::{campaign, travel};
 
 #[test]
 fn no_motor_passes_its_travel() {
+    // 50 000 approaches.
     let outcome = campaign::run(1..101, 2, |seed, outcome| travel::run(seed, 500, outcome));
     let broken: Vec<String> = outcome.summary().iter().map(ToString::to_string).collect();
     assert!(broken.is_empty(), "{}", broken.join("\n"));

@@ -59,7 +59,7 @@ struct Twin {
 /// How the law thinks.
 enum Thinking {
     /// At once, in [`Board::tick`].
-    AtOnce(Thinker),
+    AtOnce(Box<Thinker>),
     /// Late, between [`Board::plan`] and [`Board::report`] of later ticks.
     Slowly(Box<Slowly>),
 }
@@ -101,7 +101,7 @@ impl<'a> Session<'a> {
         let thinking = if random.percent(30) {
             Thinking::Slowly(Box::default())
         } else {
-            Thinking::AtOnce(Thinker::new())
+            Thinking::AtOnce(Box::default())
         };
         let storage = random.percent(90);
         let board = || Board::new(generate::build(storage));
@@ -454,7 +454,7 @@ impl<'a> Session<'a> {
             (twin.out, twin.thinker) = (Outbox::new(), Thinker::new());
         }
         self.thinking = match self.thinking {
-            Thinking::AtOnce(_) => Thinking::AtOnce(Thinker::new()),
+            Thinking::AtOnce(_) => Thinking::AtOnce(Box::default()),
             Thinking::Slowly(_) => Thinking::Slowly(Box::default()),
         };
         self.chip = Chip::new(board);
