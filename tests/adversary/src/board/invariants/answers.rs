@@ -92,7 +92,8 @@ impl Telemetry {
         }
     }
 
-    fn hear(&mut self, replies: &[FromBoard]) {
+    /// Takes note of the telemetry in what the board said.
+    pub(super) fn hear(&mut self, replies: &[FromBoard]) {
         for reply in replies {
             if let FromBoard::Telemetry(telemetry) = reply {
                 self.told = self.told.max(telemetry.time.0);

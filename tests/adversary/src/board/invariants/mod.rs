@@ -104,6 +104,7 @@ impl Invariants {
     /// Checks that the emergency input has stopped the board.
     pub fn cut(&mut self, cut: &Cut<'_>, outcome: &mut Outcome) {
         self.faults.cut(cut, outcome);
+        self.telemetry.hear(cut.replies);
         motion::check_cut(cut, self.limits.as_ref(), outcome);
         self.acceleration = Acceleration::default();
         self.standstill.cut();
