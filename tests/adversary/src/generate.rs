@@ -207,7 +207,7 @@ fn growth(random: &mut Random) -> Growth {
 pub fn absurd(random: &mut Random, positions: [i32; 3]) -> Config {
     let mut config = accepted(random, positions);
     let motor = random.below(3) as usize;
-    match random.below(16) {
+    match random.below(20) {
         0 => config.motors[motor].max_rate = Rate(random.any_i32()),
         1 => config.motors[motor].max_acceleration = Acceleration(random.any_i32() as u32),
         2 => config.motors[motor].travel_min = Steps16(random.any_i32()),
@@ -223,7 +223,7 @@ pub fn absurd(random: &mut Random, positions: [i32; 3]) -> Config {
         11 => config.drivers = Drivers::Coils(Coils { duty_percent: random.pick(&[0, 101, 255]) }),
         12 => config.mean = Milliseconds(random.range(401, 65_535) as u16),
         13 => config.law = Law::Taut(Estimated { delay: Milliseconds(random.range(501, 65_535) as u16) }),
-        14 => config.law = absurd_interval(random),
+        14..=16 => config.law = absurd_interval(random),
         _ => config.motors[motor] = narrowed(config.motors[motor], positions[motor]),
     }
     config

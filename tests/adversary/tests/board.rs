@@ -3,9 +3,12 @@
 
 use plumb_adversary::campaign::{self, Outcome};
 
-/// Runs and ticks of each: some ten million ticks.
-const SEEDS: u64 = 600;
+/// Runs, and ticks of each: thirty million.
+const SEEDS: u64 = 1500;
 const TICKS: u64 = 20_000;
+
+/// How often everything must have happened.
+const LEAST: u64 = 20;
 
 /// Every fault but `Watchdog`, which stands from the start where it does.
 const FAULTS: [&str; 8] = [
@@ -92,7 +95,7 @@ fn names() -> Vec<String> {
 
 fn assert_exercised(outcome: &Outcome) {
     let tally = &outcome.tally;
-    let missing: Vec<_> = names().into_iter().filter(|name| tally.of(name) < 5).collect();
+    let missing: Vec<_> = names().into_iter().filter(|name| tally.of(name) < LEAST).collect();
     assert!(missing.is_empty(), "hardly or never exercised: {missing:?} of {tally}");
     assert!(tally.of("ticks moving") * 10 > tally.of("ticks"), "motors hardly turn: {tally}");
 }

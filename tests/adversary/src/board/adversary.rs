@@ -146,7 +146,8 @@ impl Adversary {
             State::Fault(_) => Some(Command::ClearFault),
             State::Unconfigured => Some(Command::Configure(self.config(random, view))),
             State::Ready if !view.moving => Some(match random.below(16) {
-                0 | 1 => Command::Configure(self.config(random, view)),
+                0 => Command::Configure(self.config(random, view)),
+                1 => Command::Configure(generate::absurd(random, view.positions)),
                 2 => Command::Store,
                 3..=5 => Command::Jog(jog(random, view)),
                 _ => Command::Target(target(random, view)),
@@ -230,9 +231,15 @@ fn target(random: &mut Random, view: &View) -> Point {
 fn jog(random: &mut Random, view: &View) -> Jog {
     let motors = if random.percent(90) { 3 } else { 256 };
     let motor = random.below(motors) as u8;
-    let distance = random.any_i32();
-    let distance = Steps16(if random.percent(60) { distance % 4000 } else { distance });
     let limit = view.config.and_then(|config| config.motors.get(usize::from(motor)).copied());
+    let position = view.positions.get(usize::from(motor)).copied().unwrap_or(0);
+    let distance = match random.below(10) {
+        // Towards where the motor began, which every travel contains.
+        0..=2 => -random.corner(0, i64::from(position.unsigned_abs())) as i32 * position.signum(),
+        3..=7 => random.any_i32() % 4000,
+        _ => random.any_i32(),
+    };
+    let distance = Steps16(distance);
     let rate = match limit {
         Some(motor) if random.percent(85) => random.corner(1, motor.max_rate.0.into()) as i32,
         _ => random.any_i32(),

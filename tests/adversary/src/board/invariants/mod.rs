@@ -11,6 +11,8 @@ mod limits;
 mod motion;
 mod standstill;
 mod storage;
+#[cfg(test)]
+mod tests;
 
 use plumb_core::Board;
 use plumb_protocol::Config;

@@ -72,6 +72,7 @@ fn check_travel(ticked: &Ticked<'_>, i: usize, limits: &MotorLimits, outcome: &m
     if was <= 0 {
         outcome.broken(TRAVEL, detail);
     } else {
+        outcome.tally.add("ticks of a way back", (is < was).into());
         outcome.check(is <= was && rate.abs() <= CRAWL, WAY_BACK, detail);
     }
 }

@@ -1,0 +1,297 @@
+//! Each checker finds what it is for: events of a board that keeps to everything, with one thing
+//! made wrong.
+
+use plumb_core::{Pulses, StepPlan, Tick};
+use plumb_protocol::Config;
+use plumb_protocol::message::{self, *};
+use plumb_protocol::units::{Micrometres, Micros, Milliseconds, Point, Rate, Steps16};
+
+use super::super::event::{Cut, Delivery, Snapshot, TICK, Ticked};
+use super::*;
+use crate::generate;
+use crate::random::Random;
+
+/// A host, a configuration and the checkers of a board that keeps to everything.
+struct Bench {
+    invariants: Invariants,
+    config: Config,
+    now: u64,
+    id: u16,
+    at: Snapshot,
+    outcome: Outcome,
+}
+
+/// Motors that turn at 50 steps/s: a pulse of a motor every 6.25 ticks.
+const RATE: i32 = 50 << 8;
+
+impl Bench {
+    /// Returns a board that was greeted and configured.
+    fn ready() -> Self {
+        let config = Config { mean: Milliseconds(0), ..generate::usual(&mut Random::new(1)) };
+        let at = Snapshot { positions: [0; 3], rates: [0; 3], state: State::Unconfigured, configurations: 0 };
+        let board = Board::new(generate::build(true));
+        let (invariants, outcome) = (Invariants::new(&board), Outcome::of(0));
+        let mut bench = Self { invariants, config, now: 0, id: 0, at, outcome };
+        let after = Snapshot { state: State::Ready, configurations: 1, ..at };
+        let hello = BoardHello { id: 1, hello: Hello::OURS, max_pulse_rate: 0, accepted: true };
+        let started = FromBoard::Started(StartCause::PowerOn);
+        bench.deliver(Command::Hello(Hello::OURS), &[FromBoard::Hello(hello), started], at);
+        bench.deliver(Command::Configure(config), &[answer(2, None)], after);
+        bench
+    }
+
+    /// Returns a board that seeks a target.
+    fn seeking() -> Self {
+        let mut bench = Self::ready();
+        let after = Snapshot { state: State::Seeking, ..bench.at };
+        bench.deliver(Command::Target(Point::default()), &[answer(3, None)], after);
+        bench
+    }
+
+    /// Delivers the next command and checks that the board is now as it should be.
+    fn deliver(&mut self, command: Command, replies: &[FromBoard], after: Snapshot) {
+        self.id += 1;
+        let message = Ok(ToBoard { id: self.id, command });
+        let (at, before) = (self.now, self.at);
+        let delivery = Delivery { at, message, repeated: false, replies, before, after };
+        self.invariants.delivered(&delivery, Some(&self.config), &mut self.outcome);
+        self.at = after;
+    }
+
+    /// Lets a tick pass in which `after` comes about by these pulses.
+    fn tick(&mut self, after: Snapshot, plan: StepPlan, told: Option<Tick>, replies: &[FromBoard]) {
+        let (now, before) = (self.now, self.at);
+        let ticked = Ticked { now, before, after, plan, told, replies, emergency: false };
+        self.invariants.ticked(&ticked, &mut self.outcome);
+        self.at = after;
+        self.now += TICK;
+    }
+
+    /// Lets ticks pass in which nothing happens but telemetry.
+    fn rest(&mut self, ticks: u64) {
+        for _ in 0..ticks {
+            let telemetry = telemetry(self.now);
+            self.tick(self.at, StepPlan::default(), None, &[telemetry]);
+        }
+    }
+
+    /// Asserts that this invariant was broken, and no other.
+    fn assert_only(&self, invariant: &str) {
+        let broken: Vec<_> = self.outcome.violations.iter().map(|v| v.invariant).collect();
+        assert_eq!(broken, [invariant], "{:?}", self.outcome.violations);
+    }
+}
+
+fn answer(id: u16, refusal: Option<Refusal>) -> FromBoard {
+    FromBoard::Answer(Answer { id, refusal })
+}
+
+fn report(fault: Fault) -> FromBoard {
+    FromBoard::Fault(FaultReport { time: Micros(0), fault })
+}
+
+fn telemetry(now: u64) -> FromBoard {
+    FromBoard::Telemetry(message::Telemetry {
+        time: Micros(now),
+        state: State::Ready,
+        sequence: None,
+        motors: [Steps16(0); 3],
+        rates: [Rate(0); 3],
+        error: Point::default(),
+        filtered_error: Micrometres(0),
+        bad_frames: 0,
+    })
+}
+
+/// Returns a plan with `count` pulses of motor A.
+fn pulses(count: u16, first: u32, period: u32) -> StepPlan {
+    let mut plan = StepPlan::default();
+    plan.motors[0] = Pulses { direction: true, count, first, period };
+    plan
+}
+
+/// Returns the board after motor A has turned by `steps` 1/16 steps at `rate`.
+fn turned(at: Snapshot, steps: i32, rate: i32) -> Snapshot {
+    let [a, b, c] = at.positions;
+    Snapshot { positions: [a + steps, b, c], rates: [rate, 0, 0], ..at }
+}
+
+#[test]
+fn a_board_that_keeps_to_everything_breaks_nothing() {
+    let mut bench = Bench::seeking();
+    bench.rest(100);
+    bench.tick(turned(bench.at, 1, 102), pulses(1, 7, 25_000), None, &[]);
+    assert_eq!(bench.outcome.violations, []);
+}
+
+#[test]
+fn motion_without_a_configuration_is_found() {
+    let mut bench = Bench::ready();
+    bench.invariants.limits = None;
+    bench.invariants.standstill = Bench::seeking().invariants.standstill;
+    bench.tick(turned(bench.at, 1, 0), pulses(1, 7, 25_000), None, &[]);
+    bench.assert_only(motion::CONFIGURED);
+}
+
+#[test]
+fn a_position_without_a_pulse_is_found() {
+    let mut bench = Bench::seeking();
+    bench.tick(turned(bench.at, 2, 102), pulses(1, 7, 25_000), None, &[]);
+    bench.assert_only(motion::POSITIONS);
+}
+
+#[test]
+fn a_pulse_after_its_tick_is_found() {
+    let mut bench = Bench::seeking();
+    bench.tick(turned(bench.at, 2, 102), pulses(2, 100, 24_900), None, &[]);
+    bench.assert_only(motion::PULSES);
+}
+
+#[test]
+fn a_rate_above_the_limit_is_found() {
+    let mut bench = Bench::seeking();
+    let most = bench.config.motors[0].max_rate.0;
+    // 2000 steps/s² are 102.4 Q8 steps/s a tick.
+    for tick in 1..=1002 {
+        let rate = (tick * 1024 / 10).min(most + 1);
+        bench.tick(turned(bench.at, 0, rate), StepPlan::default(), None, &[telemetry(bench.now)]);
+    }
+    bench.assert_only(motion::RATE);
+}
+
+#[test]
+fn an_acceleration_above_the_limit_is_found() {
+    let mut bench = Bench::seeking();
+    bench.tick(turned(bench.at, 0, 104), StepPlan::default(), None, &[]);
+    bench.assert_only(motion::ACCELERATION);
+    let mut bench = Bench::seeking();
+    for tick in 1..=64 {
+        // Each within a unit of rounding, all together not.
+        bench.tick(turned(bench.at, 0, tick * 103), StepPlan::default(), None, &[]);
+    }
+    bench.assert_only(motion::ACCELERATION);
+}
+
+#[test]
+fn a_pulse_beyond_the_travel_is_found() {
+    let mut bench = Bench::seeking();
+    bench.at.positions[0] = bench.config.motors[0].travel_max.0;
+    bench.tick(turned(bench.at, 1, 0), pulses(1, 7, 25_000), None, &[]);
+    bench.assert_only(motion::TRAVEL);
+}
+
+#[test]
+fn a_motor_outside_that_goes_on_is_found() {
+    let mut bench = Bench::seeking();
+    bench.at.positions[0] = bench.config.motors[0].travel_max.0 + 50;
+    bench.tick(turned(bench.at, 1, 0), pulses(1, 7, 25_000), None, &[]);
+    bench.assert_only(motion::WAY_BACK);
+}
+
+#[test]
+fn motion_that_nobody_asked_for_is_found() {
+    let mut bench = Bench::ready();
+    bench.tick(turned(bench.at, 1, 0), pulses(1, 7, 25_000), None, &[]);
+    bench.assert_only(standstill::STANDSTILL);
+}
+
+#[test]
+fn a_stop_that_takes_too_long_is_found() {
+    let mut bench = Bench::seeking();
+    bench.at.rates[0] = RATE;
+    bench.invariants.acceleration = Acceleration::default();
+    let after = Snapshot { state: State::Ready, ..bench.at };
+    bench.deliver(Command::Stop, &[answer(4, None)], after);
+    let limits = Limits::of(&bench.config);
+    // From 50 steps/s at 2000 steps/s² it takes 25 ms.
+    assert!((125..135).contains(&limits.stop_ticks([RATE, 0, 0])));
+    let slow = turned(bench.at, 0, 50);
+    for _ in 0..limits.stop_ticks([RATE, 0, 0]) + 1 {
+        bench.tick(slow, StepPlan::default(), None, &[telemetry(bench.now)]);
+    }
+    bench.assert_only(standstill::STANDSTILL);
+}
+
+#[test]
+fn a_fault_that_goes_by_itself_is_found() {
+    let mut bench = Bench::seeking();
+    let fault = Fault::PositionLost;
+    let after = Snapshot { state: State::Fault(fault), ..bench.at };
+    bench.tick(after, StepPlan::default(), None, &[report(fault)]);
+    bench.tick(Snapshot { state: State::Ready, ..after }, StepPlan::default(), None, &[]);
+    bench.assert_only(faults::LATCHED);
+}
+
+#[test]
+fn a_fault_without_a_report_is_found() {
+    let mut bench = Bench::seeking();
+    let after = Snapshot { state: State::Fault(Fault::BallOutside), ..bench.at };
+    bench.tick(after, StepPlan::default(), None, &[]);
+    bench.assert_only(faults::REPORTED);
+}
+
+#[test]
+fn an_emergency_that_is_cleared_while_open_is_found() {
+    let mut bench = Bench::seeking();
+    let fault = Fault::EmergencyStop;
+    let (before, ready) = (bench.at, Snapshot { state: State::Ready, ..bench.at });
+    let after = Snapshot { state: State::Fault(fault), ..before };
+    let cut = Cut { missing: [0; 3], before, after, replies: &[report(fault)] };
+    bench.invariants.cut(&cut, &mut bench.outcome);
+    bench.at = after;
+    bench.deliver(Command::ClearFault, &[answer(4, None)], ready);
+    bench.assert_only(faults::EMERGENCY);
+}
+
+#[test]
+fn deadlines_that_pass_are_found() {
+    let mut bench = Bench::seeking();
+    // A host that says nothing for 300 ms.
+    bench.rest(1500 + 2 + 2);
+    bench.assert_only(deadlines::HOST);
+    let mut bench = Bench::seeking();
+    // One that is heard, but shows no picture for 500 ms, and sets its target anew.
+    for id in 0..25 {
+        bench.rest(100 + 1);
+        bench.deliver(Command::Target(Point::default()), &[answer(4 + id, None)], bench.at);
+    }
+    bench.assert_only(deadlines::POSITION);
+}
+
+#[test]
+fn missing_and_wrong_answers_are_found() {
+    for replies in [&[][..], &[answer(5, None)], &[answer(4, None), answer(4, None)]] {
+        let mut bench = Bench::seeking();
+        bench.deliver(Command::Status, replies, bench.at);
+        bench.assert_only(answers::ANSWERED);
+    }
+}
+
+#[test]
+fn silence_of_the_board_is_found() {
+    let mut bench = Bench::ready();
+    for _ in 0..503 {
+        bench.tick(bench.at, StepPlan::default(), None, &[]);
+    }
+    bench.assert_only(answers::TELEMETRY);
+}
+
+#[test]
+fn a_store_without_an_answer_is_found() {
+    let mut bench = Bench::ready();
+    let store = Tick { drivers_enabled: true, bootloader: false, store: true };
+    bench.deliver(Command::Store, &[], bench.at);
+    bench.tick(bench.at, StepPlan::default(), Some(store), &[]);
+    bench.deliver(Command::Store, &[], bench.at);
+    bench.invariants.stored(&[answer(4, None)], &mut bench.outcome);
+    bench.assert_only(storage::STORED);
+}
+
+#[test]
+fn a_target_after_bootloader_is_found() {
+    let mut bench = Bench::ready();
+    bench.deliver(Command::Bootloader, &[answer(3, None)], bench.at);
+    let seeking = Snapshot { state: State::Seeking, ..bench.at };
+    bench.deliver(Command::Target(Point::default()), &[answer(4, None)], seeking);
+    bench.assert_only(bootloader::LAST);
+}
