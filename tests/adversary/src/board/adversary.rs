@@ -20,7 +20,7 @@ const JACOBIAN: [[f64; 3]; 3] = [[-0.5, -0.5, 1.0], [-1.0, 1.0, 0.0], [-0.7, -0.
 pub enum Move {
     /// A command.
     Send(Command),
-    /// The last frame again, to the byte.
+    /// The last frame, or the last one with a request, again, to the byte.
     Repeat,
     /// Bytes that are no frame, or a damaged one.
     Bytes(Vec<u8>),

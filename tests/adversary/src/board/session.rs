@@ -47,6 +47,20 @@ impl Chip {
             leaving: None,
         }
     }
+
+    /// Keeps the last request, to recognise its repetition. A Hello begins a new session.
+    fn remember(&mut self, accepted: ToBoard) {
+        if is_request(&accepted.command) {
+            self.executed = Some(accepted);
+        } else if matches!(accepted.command, Command::Hello(_)) {
+            self.executed = None;
+        }
+    }
+
+    /// Forgets a Store that has failed: it may be asked for again.
+    fn forget_store(&mut self) {
+        self.executed.take_if(|executed| executed.command == Command::Store);
+    }
 }
 
 /// The same board again, that gets the same input in other pieces.
@@ -79,6 +93,8 @@ pub(super) struct Session<'a> {
     emergency: bool,
     id: u16,
     last_frame: Vec<u8>,
+    /// The last frame with a command that must not be carried out twice.
+    last_request: Vec<u8>,
     replies: Vec<FromBoard>,
     /// Ticks, of which in motion, seeking, holding, turning in `Ready`.
     ticks: u64,
@@ -117,6 +133,7 @@ impl<'a> Session<'a> {
             emergency: false,
             id: 0,
             last_frame: Vec::new(),
+            last_request: Vec::new(),
             replies: Vec::new(),
             ticks: 0,
             moving: 0,
@@ -195,7 +212,9 @@ impl<'a> Session<'a> {
             Move::Send(command) => self.send(command),
             Move::Repeat => {
                 self.outcome.tally.count("repeated frames");
-                let (frame, at) = (self.last_frame.clone(), self.arrival());
+                let request = self.random.percent(50);
+                let frame = if request { &self.last_request } else { &self.last_frame };
+                let (frame, at) = (frame.clone(), self.arrival());
                 self.receive(&frame, at);
             }
             Move::Bytes(bytes) => {
@@ -226,6 +245,9 @@ impl<'a> Session<'a> {
         self.adversary.sent(&command);
         self.id = if self.id == u16::MAX { 1 } else { self.id + 1 };
         self.last_frame = framed(&ToBoard { id: self.id, command });
+        if is_request(&command) {
+            self.last_request.clone_from(&self.last_frame);
+        }
         let mut bytes = vec![0];
         bytes.extend_from_slice(&self.last_frame);
         self.receive(&bytes, at);
@@ -268,10 +290,8 @@ impl<'a> Session<'a> {
         }
         let config = self.chip.board.config();
         self.chip.invariants.delivered(&delivery, config, self.outcome);
-        if let Some(accepted) = delivery.accepted()
-            && is_request(&accepted.command)
-        {
-            self.chip.executed = Some(accepted);
+        if let Some(accepted) = delivery.accepted() {
+            self.chip.remember(accepted);
         }
     }
 
@@ -384,6 +404,9 @@ impl<'a> Session<'a> {
             twin.board.stored(written, &mut twin.out);
         }
         self.collect();
+        if !written {
+            self.chip.forget_store();
+        }
         count_replies(&self.replies, self.outcome);
         self.outcome.tally.count(if written { "stored" } else { "store failed" });
         self.chip.invariants.stored(&self.replies, self.outcome);

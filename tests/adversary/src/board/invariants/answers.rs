@@ -16,10 +16,13 @@ pub(super) const GREETED: &str = "no command before a matching Hello";
 /// Telemetry comes every 100 ms once a host was greeted, whatever else comes.
 pub(super) const TELEMETRY: &str = "telemetry every 100 ms";
 
+/// A request that is repeated, with its id and content, is accepted again and not carried out again.
+pub(super) const REPEATED: &str = "a repeated request is carried out once";
+
 /// Longest time between two telemetries, with a tick's slack, µs.
 const TELEMETRY_US: u64 = 100_000 + TICK;
 
-/// Checker of [`ANSWERED`] and [`GREETED`].
+/// Checker of [`ANSWERED`], [`GREETED`] and [`REPEATED`].
 #[derive(Debug, Clone, Default)]
 pub(super) struct Answers {
     greeted: bool,
@@ -36,6 +39,10 @@ impl Answers {
             Ok(message) => answered(delivery, &message),
         };
         outcome.check(holds, ANSWERED, || format!("{:?}: {:?}", delivery.message, delivery.replies));
+        if delivery.repeated {
+            let same = delivery.before == delivery.after && delivery.accepted().is_some();
+            outcome.check(same, REPEATED, || format!("{delivery:?}"));
+        }
         let Some(ToBoard { command, .. }) = delivery.accepted() else { return };
         if let Command::Hello(hello) = command {
             self.greeted = hello == Hello::OURS;

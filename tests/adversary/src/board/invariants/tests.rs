@@ -268,6 +268,17 @@ fn missing_and_wrong_answers_are_found() {
 }
 
 #[test]
+fn a_request_that_is_carried_out_twice_is_found() {
+    let mut bench = Bench::ready();
+    let after = Snapshot { configurations: 2, ..bench.at };
+    let message = Ok(ToBoard { id: 2, command: Command::Configure(bench.config) });
+    let (at, before, replies) = (bench.now, bench.at, &[answer(2, None)][..]);
+    let delivery = Delivery { at, message, repeated: true, replies, before, after };
+    bench.invariants.delivered(&delivery, Some(&bench.config), &mut bench.outcome);
+    bench.assert_only(answers::REPEATED);
+}
+
+#[test]
 fn silence_of_the_board_is_found() {
     let mut bench = Bench::ready();
     for _ in 0..503 {
