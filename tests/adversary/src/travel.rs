@@ -32,10 +32,13 @@ pub enum Aim {
     RepeatedEveryTick,
     /// Other rates of the same sign at every tick.
     OtherEveryTick,
+    /// Any rates, or none, at any time: stops of the host's near the end of the travel.
+    Wander,
 }
 
 impl Aim {
-    const ALL: [Self; 4] = [Self::Once, Self::Repeated30Hz, Self::RepeatedEveryTick, Self::OtherEveryTick];
+    const ALL: [Self; 5] =
+        [Self::Once, Self::Repeated30Hz, Self::RepeatedEveryTick, Self::OtherEveryTick, Self::Wander];
 
     fn name(self) -> &'static str {
         match self {
@@ -43,6 +46,7 @@ impl Aim {
             Self::Repeated30Hz => "aimed at 30 Hz",
             Self::RepeatedEveryTick => "aimed at every tick",
             Self::OtherEveryTick => "aimed elsewhere at every tick",
+            Self::Wander => "aimed anywhere at any time",
         }
     }
 
@@ -52,6 +56,7 @@ impl Aim {
             Self::Once => u64::MAX,
             Self::Repeated30Hz => 166,
             Self::RepeatedEveryTick | Self::OtherEveryTick => 1,
+            Self::Wander => 80,
         }
     }
 }
@@ -71,13 +76,15 @@ pub fn run(seed: u64, stops: u64, outcome: &mut Outcome) {
 
 /// Returns motors that reach the end of their travel soon.
 fn config(random: &mut Random) -> Config {
-    let rate = random.range(20, 1000);
+    let slow = random.percent(20);
+    let rate = if slow { random.range(1, 10) } else { random.range(20, 1000) };
     let acceleration = random.range(500, 50_000);
+    let travel = if slow || random.percent(20) { 20 } else { 16 * 60 };
     let motor = |random: &mut Random| Motor {
         max_rate: Rate((rate << 8) as i32),
         max_acceleration: Acceleration(acceleration as u32),
-        travel_min: Steps16(-random.range(0, 16 * 60) as i32),
-        travel_max: Steps16(random.range(0, 16 * 60) as i32),
+        travel_min: Steps16(-random.range(0, travel) as i32),
+        travel_max: Steps16(random.range(0, travel) as i32),
         reversed: random.percent(50),
     };
     Config {
@@ -85,7 +92,7 @@ fn config(random: &mut Random) -> Config {
         motors: [motor(random), motor(random), motor(random)],
         microsteps: random.pick(&[1, 2, 4, 8, 16, 16, 16]),
         drivers: Drivers::StepDir(StepDir::TMC2209),
-        mean: Milliseconds(random.pick(&[0, 0, 1, 20, 100, 300])),
+        mean: Milliseconds(if random.percent(30) { 0 } else { random.corner(1, 400) as u16 }),
         ..generate::usual(random)
     }
 }
@@ -130,12 +137,7 @@ impl Approach<'_> {
     /// Drives until the planner refuses to go on; whether it has.
     fn drive_to_the_end(&mut self, random: &mut Random, outcome: &mut Outcome) -> bool {
         for tick in 0..MOST_TICKS_THERE {
-            if tick % self.aim.period() == 0 {
-                if self.aim == Aim::OtherEveryTick {
-                    self.wanted = rates(random, self.config, self.directions);
-                }
-                self.planner.aim(self.wanted, 0);
-            }
+            self.aim(random, tick);
             let refused = self.planner.tick().is_some();
             self.ticks += 1;
             self.check(outcome);
@@ -144,6 +146,26 @@ impl Approach<'_> {
             }
         }
         false
+    }
+
+    /// Sets the wanted rates, if it is time.
+    fn aim(&mut self, random: &mut Random, tick: u64) {
+        let due = match self.aim {
+            Aim::Wander => tick == 0 || random.one_in(self.aim.period()),
+            _ => tick.is_multiple_of(self.aim.period()),
+        };
+        if !due {
+            return;
+        }
+        match self.aim {
+            Aim::OtherEveryTick => self.wanted = rates(random, self.config, self.directions),
+            Aim::Wander => {
+                self.directions = [0; 3].map(|_| random.range(-1, 1) as i32);
+                self.wanted = rates(random, self.config, self.directions);
+            }
+            Aim::Once | Aim::Repeated30Hz | Aim::RepeatedEveryTick => {}
+        }
+        self.planner.aim(self.wanted, 0);
     }
 
     /// Aims at rest, as the board does after a fault, until the motors rest.
