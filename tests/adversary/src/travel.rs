@@ -16,6 +16,12 @@ pub const WITHIN: &str = "within the travel";
 /// A planner that has refused to go on comes to rest.
 pub const RESTS: &str = "comes to rest";
 
+/// A planner that says it rests has no motion left, not in its running mean either.
+pub const STAYS: &str = "rest is rest";
+
+/// Ticks in which the longest running mean passes all that it holds.
+const LONGEST_MEAN_TICKS: u64 = 2100;
+
 /// Most ticks until a motor comes to the end of its travel: at least 2 s at an eighth of its rate.
 const MOST_TICKS_THERE: u64 = 10_000;
 /// Most ticks until all rest after that: the longest ramp, 2 s, and the lag of the longest mean.
@@ -68,6 +74,7 @@ pub fn run(seed: u64, stops: u64, outcome: &mut Outcome) {
         outcome.tick = stop;
         let config = config(&mut random);
         match Params::check(&config, &generate::build(true), [0; 3]) {
+            Ok(params) if random.one_in(20) => there_and_back(&mut random, &config, &params, outcome),
             Ok(params) => one_stop(&mut random, &config, &params, outcome),
             Err(field) => unreachable!("the configuration is within its ranges: {field}"),
         }
@@ -123,6 +130,38 @@ fn one_stop(random: &mut Random, config: &Config, params: &Params, outcome: &mut
         approach.count(outcome);
     }
     outcome.tally.add("ticks", approach.ticks);
+}
+
+/// Turns the motors for some ticks, and back for as many: what they have turned in all is nothing.
+/// Once the planner says that it rests, checks that it does.
+fn there_and_back(random: &mut Random, config: &Config, params: &Params, outcome: &mut Outcome) {
+    let mut planner = Planner::default();
+    planner.configure(params);
+    let there = rates(random, config, [1, -1, 1]);
+    let back = MotorRates(there.0.map(|rate| -rate));
+    let (turning, resting) = (random.range(1, 200), random.range(0, 200));
+    for (wanted, ticks) in [(there, turning), (MotorRates::default(), resting), (back, turning)] {
+        planner.aim(wanted, 0);
+        for _ in 0..ticks {
+            planner.tick();
+        }
+    }
+    planner.aim(MotorRates::default(), 0);
+    for _ in 0..MOST_TICKS_TO_REST {
+        if !planner.moving() {
+            break;
+        }
+        planner.tick();
+    }
+    outcome.tally.count("there and back");
+    let positions = planner.positions();
+    for tick in 0..LONGEST_MEAN_TICKS {
+        planner.tick();
+        outcome.check(planner.positions() == positions && planner.rates() == [0; 3], STAYS, || {
+            let (rates, mean) = (planner.rates(), config.mean.0);
+            format!("{rates:?} Q8 steps/s {tick} ticks after it came to rest, mean {mean} ms")
+        });
+    }
 }
 
 fn rates(random: &mut Random, config: &Config, directions: [i32; 3]) -> MotorRates {

@@ -12,5 +12,6 @@ fn no_motor_passes_its_travel() {
     for name in aims.map(|aim| format!("aimed {aim}")) {
         assert!(outcome.tally.of(&name) > 1000, "{name} is too rare: {}", outcome.tally);
     }
+    assert!(outcome.tally.of("there and back") > 1000, "{}", outcome.tally);
     assert!(outcome.tally.of("stops through a mean") > 1000, "{}", outcome.tally);
 }
