@@ -9,6 +9,7 @@
 //! [`Invariants`](invariants::Invariants). They know the board only by its public interface.
 
 pub mod adversary;
+mod count;
 pub mod event;
 pub mod invariants;
 mod session;

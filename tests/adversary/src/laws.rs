@@ -16,7 +16,7 @@ pub const WITHIN: &str = "rates within the limits";
 pub const DETERMINISTIC: &str = "a law is deterministic";
 /// A law's state holds no NaN.
 pub const NUMBERS: &str = "a law holds numbers";
-/// After the extremes and [`CALM_PICTURES`] ordinary pictures a law demands motion again.
+/// After the extremes and 300 ordinary pictures a law demands motion again.
 pub const RECOVERS: &str = "a law recovers";
 
 /// Ordinary pictures after which a law must demand motion.

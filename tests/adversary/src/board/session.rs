@@ -7,6 +7,7 @@ use plumb_protocol::message::*;
 use plumb_protocol::units::Micros;
 
 use super::adversary::{Adversary, Move, View};
+use super::count::{count_delivery, count_replies};
 use super::event::{Cut, Delivery, Snapshot, TICK, Ticked};
 use super::invariants::{Invariants, REPORT, TWIN, UNBROKEN};
 use super::thinking::Slowly;
@@ -282,7 +283,7 @@ impl<'a> Session<'a> {
         let message = message.and_then(|bytes| read::<ToBoard>(&bytes));
         let repeated = message.is_ok() && message.ok() == self.chip.executed;
         let delivery = Delivery { at, message, repeated, replies: &self.replies, before, after };
-        delivery.count(self.outcome);
+        count_delivery(&delivery, self.outcome);
         if delivery.configured()
             && let Thinking::Slowly(slowly) = &mut self.thinking
         {
@@ -510,60 +511,5 @@ fn is_request(command: &Command) -> bool {
         Command::Position(_) | Command::Status => false,
         Command::Configure(_) | Command::Target(_) | Command::Jog(_) => true,
         Command::Hold | Command::ClearFault | Command::Store => true,
-    }
-}
-
-impl Delivery<'_> {
-    /// Counts what was received and how it was answered.
-    fn count(&self, outcome: &mut Outcome) {
-        count_replies(self.replies, outcome);
-        let Ok(message) = self.message else {
-            return outcome.tally.count("frames damaged");
-        };
-        outcome.tally.add("repeated requests", self.repeated.into());
-        let name = name(&message.command);
-        let answer = if self.accepted().is_some() { "accepted" } else { "refused" };
-        outcome.tally.count(&format!("{name} {answer}"));
-    }
-}
-
-/// Counts the refusals and faults in what the board said.
-fn count_replies(replies: &[FromBoard], outcome: &mut Outcome) {
-    for reply in replies {
-        match reply {
-            FromBoard::Answer(Answer { refusal: Some(refusal), .. }) => {
-                outcome.tally.count(&format!("refused {}", variant(refusal)));
-            }
-            FromBoard::Fault(report) => {
-                outcome.tally.count(&format!("fault {}", variant(&report.fault)));
-            }
-            _ => {}
-        }
-    }
-}
-
-/// Returns the name of a refusal or fault without what it carries, but for the configuration's
-/// field.
-fn variant(value: &impl std::fmt::Debug) -> String {
-    let text = format!("{value:?}");
-    match text.split_once('(') {
-        Some((name, _)) if name != "Config" => name.to_owned(),
-        _ => text,
-    }
-}
-
-fn name(command: &Command) -> &'static str {
-    match command {
-        Command::Hello(_) => "Hello",
-        Command::Stop => "Stop",
-        Command::Bootloader => "Bootloader",
-        Command::Configure(_) => "Configure",
-        Command::Position(_) => "Position",
-        Command::Target(_) => "Target",
-        Command::Jog(_) => "Jog",
-        Command::Hold => "Hold",
-        Command::ClearFault => "ClearFault",
-        Command::Status => "Status",
-        Command::Store => "Store",
     }
 }
