@@ -4,7 +4,6 @@ use plumb_protocol::frame::FrameError;
 use plumb_protocol::message::*;
 
 use super::super::event::{Delivery, TICK, Ticked};
-use super::motion::begins_motion;
 use crate::campaign::Outcome;
 
 /// Each command is answered once, with its id: a Hello by a Hello, an accepted position not at
@@ -114,9 +113,4 @@ impl Telemetry {
         let holds = !self.greeted || gap <= TELEMETRY_US;
         outcome.check(holds, TELEMETRY, || format!("none for {gap} µs in {:?}", ticked.after.state));
     }
-}
-
-/// Whether a new request to move was accepted.
-pub(super) fn begins(delivery: &Delivery<'_>) -> bool {
-    !delivery.repeated && delivery.accepted().is_some_and(|message| begins_motion(&message.command))
 }

@@ -3,7 +3,7 @@
 use plumb_protocol::message::Command;
 
 use super::super::event::{Delivery, Ticked};
-use super::answers::begins;
+use super::motion::begins_motion;
 use crate::campaign::Outcome;
 
 /// After Bootloader nothing begins any more.
@@ -21,8 +21,8 @@ pub(super) struct Bootloader {
 
 impl Bootloader {
     pub(super) fn delivered(&mut self, delivery: &Delivery<'_>, outcome: &mut Outcome) {
-        let began =
-            self.asked && (begins(delivery) || (!delivery.before.seeking() && delivery.after.seeking()));
+        let sought = !delivery.before.seeking() && delivery.after.seeking();
+        let began = self.asked && (sought || begins(delivery));
         outcome.check(!began, LAST, || format!("{:?} was accepted", delivery.message));
         self.asked |= delivery.message.is_ok_and(|message| message.command == Command::Bootloader);
     }
@@ -34,4 +34,12 @@ impl Bootloader {
         let rest = ticked.before.positions == ticked.after.positions && !ticked.pulses();
         outcome.check(!self.told || rest, AT_REST, || format!("{ticked:?}"));
     }
+}
+
+/// Whether a new request that takes time was accepted: to move, to configure, to store.
+fn begins(delivery: &Delivery<'_>) -> bool {
+    let begins = |command: &Command| {
+        begins_motion(command) || matches!(command, Command::Configure(_) | Command::Store)
+    };
+    !delivery.repeated && delivery.accepted().is_some_and(|message| begins(&message.command))
 }
