@@ -122,7 +122,7 @@ fn moved(from: i32, by: i64, most: i64) -> i32 {
 pub fn run(seed: u64, pictures: u64, outcome: &mut Outcome) {
     let mut random = Random::new(seed);
     let config = generate::accepted(&mut random, [0; 3]);
-    let params = match Params::check(&config, &generate::build(true), [0; 3]) {
+    let params = match Params::check(&config, &generate::build(true)) {
         Ok(params) => params,
         Err(field) => unreachable!("the configuration is within its ranges: {field}"),
     };

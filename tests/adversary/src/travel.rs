@@ -73,7 +73,7 @@ pub fn run(seed: u64, stops: u64, outcome: &mut Outcome) {
     for stop in 0..stops {
         outcome.tick = stop;
         let config = config(&mut random);
-        match Params::check(&config, &generate::build(true), [0; 3]) {
+        match Params::check(&config, &generate::build(true)) {
             Ok(params) if random.one_in(20) => there_and_back(&mut random, &config, &params, outcome),
             Ok(params) => one_stop(&mut random, &config, &params, outcome),
             Err(field) => unreachable!("the configuration is within its ranges: {field}"),

@@ -23,7 +23,9 @@ const FAULTS: [&str; 8] = [
 ];
 
 /// Every refusal that a message can provoke; `Config(Law)` is for boards without time for a law.
-const REFUSALS: [&str; 29] = [
+const REFUSALS: [&str; 31] = [
+    "OutsideTravel",
+    "Config(MaxAge)",
     "NotGreeted",
     "Malformed",
     "Unconfigured",

@@ -56,7 +56,8 @@ impl Board {
         if result.is_ok() {
             self.last_request = LastRequest::of(message);
         }
-        if self.storing != Some(message.id) {
+        let is_pending = message.command == Command::Store && self.storing == Some(message.id);
+        if !is_pending {
             answer(now, out, message.id, result);
         }
     }

@@ -170,7 +170,7 @@ impl Board {
         if let Some(id) = self.storing.take() {
             if !written {
                 // A repetition tries again.
-                self.last_request = None;
+                self.last_request.take_if(|last| last.is_store(id));
             }
             answer(now, out, id, if written { Ok(()) } else { Err(Refusal::NotStored) });
         }

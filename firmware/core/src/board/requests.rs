@@ -42,6 +42,11 @@ impl LastRequest {
         Some(Self { id: message.id, content })
     }
 
+    /// Whether it is the Store command `id`.
+    pub(super) fn is_store(&self, id: u16) -> bool {
+        *self == Self { id, content: Content::Store }
+    }
+
     /// Whether `message` is the same request once more, where `config` is in force.
     pub(super) fn is_repeated_by(&self, message: &ToBoard, config: Option<&Config>) -> bool {
         if self.id != message.id || Some(*self) != Self::of(message) {

@@ -21,6 +21,8 @@ const _: () = assert!(LONGEST_MS as i64 * 1000 <= CELLS as i64 * CELL_TICKS * TI
 struct Lane {
     /// What the reference moved in each cell, in 32 units.
     cells: [i32; CELLS],
+    /// Cells in a row, up to the newest, in which the reference stood still; at rest all of them.
+    quiet: u32,
     /// Their sum; 38 bits. And the sum before the newest of them.
     sum: i64,
     sum_before: i64,
@@ -104,15 +106,17 @@ impl Mean {
         if self.length == 0 { 0 } else { (self.length as u32 + 2) * CELL_TICKS as u32 }
     }
 
-    /// Whether motors are still to follow.
+    /// Whether motors are still to follow. A sum of 0 is not enough: after a move there and back within the span the
+    /// cells hold both.
     pub(super) fn moving(&self) -> bool {
-        self.lanes.iter().any(|lane| lane.sum != 0 || lane.span != (0, 0) || !(0..32).contains(&lane.moved))
+        self.lanes.iter().any(|lane| lane.quiet <= self.length as u32 || !(0..32).contains(&lane.moved))
     }
 }
 
 impl Lane {
     const AT_REST: Self = Self {
         cells: [0; CELLS],
+        quiet: u32::MAX,
         sum: 0,
         sum_before: 0,
         to_come: 0,
@@ -143,6 +147,7 @@ impl Lane {
         // The rest stays for the next cell. Bits: 31 + 4 - 5.
         let cell = (self.moved >> 5) as i32;
         self.moved &= 31;
+        self.quiet = if cell == 0 { self.quiet.saturating_add(1) } else { 0 };
         // In the cell that ends, the rate went from one mean to the next.
         self.to_come += i64::from(cell) * (2 * length as i64) - self.sum_before - self.sum;
         self.sum_before = self.sum;
@@ -153,8 +158,8 @@ impl Lane {
         self.span = (self.span.1, if self.sum < 0 { -mean } else { mean });
         let change = i64::from(self.span.1) - i64::from(self.span.0);
         (self.rate, self.slope) = (i64::from(self.span.0) * 32 + change, 2 * change);
-        if self.sum == 0 && self.span == (0, 0) {
-            // What rounding has left: less than a thousandth of a microstep.
+        if self.quiet > length as u32 {
+            // Every cell is 0, and so are both means that the rate goes between. What rounding has left: less than a thousandth of a microstep.
             (self.to_come, self.sum_before, self.moved) = (0, 0, 0);
         }
         // The rounding of the cell that ends is no longer to come.

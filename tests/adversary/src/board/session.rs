@@ -400,9 +400,9 @@ impl<'a> Session<'a> {
 
     fn write(&mut self) {
         let written = self.random.percent(60);
-        self.chip.board.stored(written, &mut self.chip.out);
+        self.chip.board.stored(Micros(self.now), written, &mut self.chip.out);
         if let Some(twin) = &mut self.twin {
-            twin.board.stored(written, &mut twin.out);
+            twin.board.stored(Micros(self.now), written, &mut twin.out);
         }
         self.collect();
         if !written {

@@ -18,6 +18,9 @@ pub(super) const TELEMETRY: &str = "telemetry every 100 ms";
 /// A request that is repeated, with its id and content, is accepted again and not carried out again.
 pub(super) const REPEATED: &str = "a repeated request is carried out once";
 
+/// Telemetry and fault reports name the Configure, and the Target or Hold, that are in force.
+pub(super) const NAMED: &str = "telemetry names its configuration and target";
+
 /// Longest time between two telemetries, with a tick's slack, µs.
 const TELEMETRY_US: u64 = 100_000 + TICK;
 
@@ -112,5 +115,46 @@ impl Telemetry {
         let gap = ticked.now.saturating_sub(self.told);
         let holds = !self.greeted || gap <= TELEMETRY_US;
         outcome.check(holds, TELEMETRY, || format!("none for {gap} µs in {:?}", ticked.after.state));
+    }
+}
+
+/// Checker of [`NAMED`].
+#[derive(Debug, Clone, Default)]
+pub(super) struct Names {
+    /// The id of the last Configure that was carried out since the last matching Hello.
+    configuration: Option<u16>,
+    /// The id of the last Target or Hold that was carried out since then.
+    target: Option<u16>,
+}
+
+impl Names {
+    pub(super) fn delivered(&mut self, delivery: &Delivery<'_>, outcome: &mut Outcome) {
+        if let Some(ToBoard { id, command }) = delivery.accepted()
+            && !delivery.repeated
+        {
+            match command {
+                Command::Hello(hello) if hello == Hello::OURS => *self = Self::default(),
+                Command::Configure(_) => self.configuration = Some(id),
+                Command::Target(_) | Command::Hold => self.target = Some(id),
+                _ => {}
+            }
+        }
+        self.hear(delivery.replies, outcome);
+    }
+
+    /// Checks the names in what the board said. A state that has no target has no name of one.
+    pub(super) fn hear(&self, replies: &[FromBoard], outcome: &mut Outcome) {
+        for reply in replies {
+            let holds = match reply {
+                FromBoard::Telemetry(telemetry) => {
+                    let seeking = matches!(telemetry.state, State::Seeking | State::Holding);
+                    telemetry.configuration == self.configuration
+                        && telemetry.target == self.target.filter(|_| seeking)
+                }
+                FromBoard::Fault(report) => report.configuration == self.configuration,
+                _ => true,
+            };
+            outcome.check(holds, NAMED, || format!("{self:?}: {reply:?}"));
+        }
     }
 }

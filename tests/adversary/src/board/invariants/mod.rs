@@ -19,7 +19,7 @@ use plumb_protocol::Config;
 
 use super::event::{Cut, Delivery, Ticked};
 use crate::campaign::Outcome;
-use answers::{Answers, Telemetry};
+use answers::{Answers, Names, Telemetry};
 use bootloader::Bootloader;
 use deadlines::{HostDeadline, PositionDeadline};
 use faults::Faults;
@@ -48,6 +48,7 @@ pub struct Invariants {
     position_deadline: PositionDeadline,
     answers: Answers,
     telemetry: Telemetry,
+    names: Names,
     storage: Storage,
     bootloader: Bootloader,
 }
@@ -64,6 +65,7 @@ impl Invariants {
             position_deadline: PositionDeadline::default(),
             answers: Answers::default(),
             telemetry: Telemetry::default(),
+            names: Names::default(),
             storage: Storage::default(),
             bootloader: Bootloader::default(),
         }
@@ -82,6 +84,7 @@ impl Invariants {
         self.position_deadline.delivered(delivery);
         self.answers.delivered(delivery, outcome);
         self.telemetry.delivered(delivery);
+        self.names.delivered(delivery, outcome);
         self.storage.delivered(delivery, outcome);
         self.bootloader.delivered(delivery, outcome);
     }
@@ -99,6 +102,7 @@ impl Invariants {
         self.standstill.ticked(ticked, limits, outcome);
         self.answers.ticked(ticked, outcome);
         self.telemetry.ticked(ticked, outcome);
+        self.names.hear(ticked.replies, outcome);
         self.storage.ticked(ticked, outcome);
         self.bootloader.ticked(ticked, outcome);
     }
@@ -107,6 +111,7 @@ impl Invariants {
     pub fn cut(&mut self, cut: &Cut<'_>, outcome: &mut Outcome) {
         self.faults.cut(cut, outcome);
         self.telemetry.hear(cut.replies);
+        self.names.hear(cut.replies, outcome);
         motion::check_cut(cut, self.limits.as_ref(), outcome);
         self.acceleration = Acceleration::default();
         self.standstill.cut();

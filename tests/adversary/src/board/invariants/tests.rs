@@ -83,17 +83,19 @@ impl Bench {
 }
 
 fn answer(id: u16, refusal: Option<Refusal>) -> FromBoard {
-    FromBoard::Answer(Answer { id, refusal })
+    FromBoard::Answer(Answer { id, refusal, time: Micros(0) })
 }
 
 fn report(fault: Fault) -> FromBoard {
-    FromBoard::Fault(FaultReport { time: Micros(0), fault })
+    FromBoard::Fault(FaultReport { time: Micros(0), fault, configuration: Some(2) })
 }
 
 fn telemetry(now: u64) -> FromBoard {
     FromBoard::Telemetry(message::Telemetry {
         time: Micros(now),
         state: State::Ready,
+        configuration: Some(2),
+        target: None,
         sequence: None,
         motors: [Steps16(0); 3],
         rates: [Rate(0); 3],
@@ -276,6 +278,14 @@ fn a_request_that_is_carried_out_twice_is_found() {
     let delivery = Delivery { at, message, repeated: true, replies, before, after };
     bench.invariants.delivered(&delivery, Some(&bench.config), &mut bench.outcome);
     bench.assert_only(answers::REPEATED);
+}
+
+#[test]
+fn telemetry_of_another_configuration_is_found() {
+    let mut bench = Bench::ready();
+    bench.deliver(Command::Configure(bench.config), &[answer(3, None)], bench.at);
+    bench.tick(bench.at, StepPlan::default(), None, &[telemetry(bench.now)]);
+    bench.assert_only(answers::NAMED);
 }
 
 #[test]
