@@ -1,6 +1,7 @@
 //! `plumb emulate`: the emulated board on a pseudo-terminal.
 
 mod link;
+mod wire;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -14,6 +15,7 @@ use plumb_emulator::{EMULATED, EmulatedBoard, serve};
 use serde::Serialize;
 
 use self::link::TerminalLink;
+use self::wire::WireOptions;
 use super::interrupt::interrupt_flag;
 use super::print::tell;
 use super::{Failure, OrFail, Physics, print};
@@ -33,6 +35,8 @@ pub(crate) struct Args {
     /// behind is replaced
     #[arg(long, value_name = "PATH")]
     link: Option<PathBuf>,
+    #[command(flatten)]
+    wire: WireOptions,
     /// End with a line of JSON on standard output
     #[arg(long)]
     json: bool,
@@ -64,7 +68,7 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
             )
         }
     };
-    let served = serve(board).or_failed()?;
+    let served = serve(board.with_wire(args.wire.wire())).or_failed()?;
     let link = args.link.as_ref().map(|link| TerminalLink::create(link, served.path()));
     let link = link.transpose().or_bad_input()?;
     print::result(served.path().display())?;

@@ -21,6 +21,12 @@ pub(super) fn seconds(text: &str) -> Result<f64, String> {
     if time <= LONGEST_S { Ok(time) } else { Err(format!("{time} must be at most {LONGEST_S} s")) }
 }
 
+/// A share, 0 to 1.
+pub(super) fn share(text: &str) -> Result<f64, String> {
+    let share = finite(text)?;
+    if (0.0..=1.0).contains(&share) { Ok(share) } else { Err(format!("{share} must be from 0 to 1")) }
+}
+
 fn checked<T>(
     text: &str,
     check: impl FnOnce(f64) -> Result<T, NumberError>,
@@ -42,6 +48,10 @@ mod tests {
         }
         for text in ["nan", "inf", "0", "-1", "1e999"] {
             assert!(positive(text).is_err(), "{text}");
+        }
+        assert_eq!((share("0"), share("0.25"), share("1")), (Ok(0.0), Ok(0.25), Ok(1.0)));
+        for text in ["nan", "-0.1", "1.1", "inf"] {
+            assert!(share(text).is_err(), "{text}");
         }
         for text in ["nan", "inf", "-inf", "1e999", "1,5"] {
             assert!(finite(text).is_err(), "{text}");

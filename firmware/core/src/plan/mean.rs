@@ -137,7 +137,8 @@ impl Lane {
         // Two divisions of 32 bits: 47 - 16, and 9 bits of the first remainder with 16 behind them.
         let (to_come, divisor) = (self.to_come.unsigned_abs(), 2 * length as u32);
         let (high, low) = ((to_come >> 16) as u32, to_come as u32 & 0xffff);
-        let cells = u64::from(high / divisor) << 16 | u64::from((high % divisor << 16 | low) / divisor);
+        let lower = ((high % divisor) << 16 | low) / divisor;
+        let cells = u64::from(high / divisor) << 16 | u64::from(lower);
         let units = (cells << 5) as i64;
         if self.to_come < 0 { -units } else { units }
     }
