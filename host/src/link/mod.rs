@@ -1,12 +1,12 @@
 //! The link to the board: greets it, configures it, reports where the ball is, and hears how it goes.
 //!
-//! Frames may be lost or late. A request is repeated with its id until its answer comes ([`exchange`]), a target
+//! Frames may be lost or late. A request is repeated with its id until its answer comes (`exchange.rs`), a target
 //! until telemetry names it. Telemetry counts only where it names this link's configuration; about a target it
 //! counts only where it names that target. [`Link::poll`] fails once the board is silent, lags or has restarted.
 
 mod error;
 mod exchange;
-mod health;
+mod monitor;
 mod transport;
 
 use std::time::Duration;
@@ -19,7 +19,7 @@ use plumb_protocol::message::{
 use plumb_protocol::units::{Covariance, Micros, Point};
 
 pub use error::LinkError;
-use health::{Ailment, Health};
+use monitor::{LinkMonitor, Problem};
 pub use transport::{Memory, Serial, Transport, boards};
 
 /// A board that is there answers a request within this, even over a link that loses a quarter of the frames.
@@ -49,7 +49,7 @@ pub struct Link<T> {
     telemetry: Option<Telemetry>,
     fault: Option<Fault>,
     start_cause: Option<StartCause>,
-    health: Health,
+    monitor: LinkMonitor,
     refused_positions: u32,
     bad_frames: u32,
 }
@@ -81,7 +81,7 @@ impl<T: Transport> Link<T> {
     pub fn greet(transport: T) -> Result<Self, LinkError> {
         let mut link = Self::open(transport)?;
         link.hello(ANSWER_TIMEOUT)?;
-        link.health.begin(link.transport.now());
+        link.monitor.begin(link.transport.now());
         Ok(link)
     }
 
@@ -106,7 +106,7 @@ impl<T: Transport> Link<T> {
             telemetry: None,
             fault: None,
             start_cause: None,
-            health: Health::default(),
+            monitor: LinkMonitor::default(),
             refused_positions: 0,
             bad_frames: 0,
         };
@@ -126,7 +126,7 @@ impl<T: Transport> Link<T> {
         self.configured = self.request("the configuration", Command::Configure(config))?;
         self.configuration = Some(id);
         (self.telemetry, self.fault) = (None, None);
-        self.health.begin(self.transport.now());
+        self.monitor.begin(self.transport.now());
         Ok(())
     }
 
@@ -225,7 +225,7 @@ impl<T: Transport> Link<T> {
         self.sequence = self.sequence.wrapping_add(1);
         let (sequence, age_us) = (self.sequence, u32::try_from(age.as_micros()).unwrap_or(u32::MAX));
         let id = self.post(Command::Position(Position { sequence, age_us, ball, covariance }))?;
-        self.health.sent(sequence, id, self.transport.now());
+        self.monitor.sent(sequence, id, self.transport.now());
         Ok(())
     }
 
@@ -237,7 +237,7 @@ impl<T: Transport> Link<T> {
     pub fn poll(&mut self) -> Result<(), LinkError> {
         self.listen(Duration::ZERO)?;
         self.repeat_target()?;
-        self.check_health()?;
+        self.check_monitor()?;
         self.check_target()
     }
 
@@ -293,15 +293,15 @@ impl<T: Transport> Link<T> {
         }
     }
 
-    fn check_health(&mut self) -> Result<(), LinkError> {
+    fn check_monitor(&mut self) -> Result<(), LinkError> {
         if self.configuration.is_none() {
             return Ok(());
         }
         let port = self.transport.name();
-        match self.health.ailment(self.transport.now()) {
-            Some(Ailment::Silent(age)) => Err(LinkError::NoTelemetry { port, age }),
-            Some(Ailment::Lagging(age)) => Err(LinkError::Lagging { port, age }),
-            Some(Ailment::Restarted) => Err(self.restarted()),
+        match self.monitor.problem(self.transport.now()) {
+            Some(Problem::Silent(age)) => Err(LinkError::NoTelemetry { port, age }),
+            Some(Problem::Lagging(age)) => Err(LinkError::Lagging { port, age }),
+            Some(Problem::Restarted) => Err(self.restarted()),
             None if self.telemetry.is_some_and(|t| t.configuration != self.configuration) => {
                 Err(LinkError::Reconfigured { port })
             }
@@ -351,7 +351,7 @@ impl<T: Transport> Link<T> {
             // Of the time before the configuration, on its way until now.
             return;
         }
-        self.health.acknowledged(telemetry.sequence, self.transport.now());
+        self.monitor.acknowledged(telemetry.sequence, self.transport.now());
         self.telemetry = Some(*telemetry);
         if let State::Fault(fault) = telemetry.state
             && telemetry.configuration == self.configuration
@@ -367,13 +367,13 @@ impl<T: Transport> Link<T> {
     }
 
     fn note_answer(&mut self, answer: &Answer) {
-        let of_position = answer.refusal.is_some() && self.health.refused(answer.id);
+        let of_position = answer.refusal.is_some() && self.monitor.refused(answer.id);
         let of_target = self.target.is_some_and(|request| request.id == answer.id);
         self.refused_positions += u32::from(of_position);
         if (of_position || of_target)
             && matches!(answer.refusal, Some(Refusal::NotGreeted | Refusal::Unconfigured))
         {
-            self.health.forgotten();
+            self.monitor.forgotten();
         }
         if let Some(request) = &mut self.target
             && request.id == answer.id

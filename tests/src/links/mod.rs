@@ -1,5 +1,5 @@
 //! Closed loops over links that take time, lose frames and are interrupted: the real session, drive
-//! and link before an emulated board whose [`Wire`] is the link.
+//! and link before an emulated board whose wire is the link.
 
 mod camera;
 mod judge;

@@ -70,7 +70,7 @@ pub struct Outcome {
     pub cause: String,
     /// When the session returned, on the board's clock.
     pub ended_at: Micros,
-    /// The board's state after [`REST`].
+    /// The board's state after 2 s without a host.
     pub state: State,
     /// Whether the motors stood still then.
     pub at_rest: bool,

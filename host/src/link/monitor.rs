@@ -16,7 +16,7 @@ struct Sent {
 
 /// What is wrong with the board or its link.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Ailment {
+pub(super) enum Problem {
     /// No telemetry for this long.
     Silent(Duration),
     /// A position was sent so long ago, and neither it nor a later one was acknowledged.
@@ -27,7 +27,7 @@ pub(super) enum Ailment {
 
 /// State of the link, from the times of what was sent and heard.
 #[derive(Debug, Default)]
-pub(super) struct Health {
+pub(super) struct LinkMonitor {
     /// When telemetry came last, or the session began.
     heard: Duration,
     /// Positions that were not acknowledged yet, oldest first: those of [`MAX_AGE`] at most, since the run ends
@@ -36,7 +36,7 @@ pub(super) struct Health {
     restarted: bool,
 }
 
-impl Health {
+impl LinkMonitor {
     /// Begins to watch at `now`: the board has just answered.
     pub(super) fn begin(&mut self, now: Duration) {
         *self = Self { heard: now, ..Self::default() };
@@ -69,14 +69,17 @@ impl Health {
     }
 
     /// Returns what is wrong at `now`, the worst first.
-    pub(super) fn ailment(&self, now: Duration) -> Option<Ailment> {
+    pub(super) fn problem(&self, now: Duration) -> Option<Problem> {
         let age = now.saturating_sub(self.heard);
         let oldest = self.sent.front().map_or(Duration::ZERO, |sent| now.saturating_sub(sent.at));
-        match () {
-            () if self.restarted => Some(Ailment::Restarted),
-            () if age > MAX_AGE => Some(Ailment::Silent(age)),
-            () if oldest > MAX_AGE => Some(Ailment::Lagging(oldest)),
-            () => None,
+        if self.restarted {
+            Some(Problem::Restarted)
+        } else if age > MAX_AGE {
+            Some(Problem::Silent(age))
+        } else if oldest > MAX_AGE {
+            Some(Problem::Lagging(oldest))
+        } else {
+            None
         }
     }
 }
@@ -91,29 +94,29 @@ mod tests {
 
     #[test]
     fn positions_are_acknowledged_by_later_ones_also_over_the_wrap() {
-        let mut health = Health::default();
-        health.begin(ms(0));
+        let mut monitor = LinkMonitor::default();
+        monitor.begin(ms(0));
         for (k, sequence) in [65_534u16, 65_535, 0, 1].into_iter().enumerate() {
-            health.sent(sequence, 10 + k as u16, ms(k as u64));
+            monitor.sent(sequence, 10 + k as u16, ms(k as u64));
         }
-        health.acknowledged(Some(0), ms(900));
-        assert_eq!(health.ailment(ms(1003)), None);
-        assert_eq!(health.ailment(ms(1004)), Some(Ailment::Lagging(ms(1001))));
-        health.acknowledged(Some(1), ms(1100));
-        assert_eq!(health.ailment(ms(2100)), None);
-        assert_eq!(health.ailment(ms(2101)), Some(Ailment::Silent(ms(1001))));
+        monitor.acknowledged(Some(0), ms(900));
+        assert_eq!(monitor.problem(ms(1003)), None);
+        assert_eq!(monitor.problem(ms(1004)), Some(Problem::Lagging(ms(1001))));
+        monitor.acknowledged(Some(1), ms(1100));
+        assert_eq!(monitor.problem(ms(2100)), None);
+        assert_eq!(monitor.problem(ms(2101)), Some(Problem::Silent(ms(1001))));
     }
 
     #[test]
     fn a_refused_position_is_acknowledged_too() {
-        let mut health = Health::default();
-        health.begin(ms(0));
-        health.sent(1, 7, ms(0));
-        health.sent(2, 8, ms(0));
-        assert!(!health.refused(6));
-        assert!(health.refused(8));
-        assert_eq!(health.ailment(ms(1000)), None);
-        health.forgotten();
-        assert_eq!(health.ailment(ms(1)), Some(Ailment::Restarted));
+        let mut monitor = LinkMonitor::default();
+        monitor.begin(ms(0));
+        monitor.sent(1, 7, ms(0));
+        monitor.sent(2, 8, ms(0));
+        assert!(!monitor.refused(6));
+        assert!(monitor.refused(8));
+        assert_eq!(monitor.problem(ms(1000)), None);
+        monitor.forgotten();
+        assert_eq!(monitor.problem(ms(1)), Some(Problem::Restarted));
     }
 }
