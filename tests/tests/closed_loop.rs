@@ -5,7 +5,7 @@
 
 use std::sync::atomic::AtomicBool;
 
-use nalgebra::{Matrix3, Point3};
+use nalgebra::{Matrix3, Point3, Vector3};
 use plumb::camera::Camera;
 use plumb::detect::ball::Ball;
 use plumb::link::Memory;
@@ -19,6 +19,7 @@ use plumb_emulator::rig::{
 use plumb_emulator::{EMULATED, EmulatedBoard, Wire};
 use plumb_protocol::config::SIGNS;
 use plumb_protocol::message::{Fault, State};
+use plumb_protocol::units::Point;
 use plumb_tests::bench::{Bench, RATE_HZ, bench};
 use plumb_tests::links::{link, usable_links};
 use plumb_tests::plants::{Linear, Miswired};
@@ -117,18 +118,24 @@ fn random_rigs_are_reached_through_a_camera_that_errs() {
     }
 }
 
-/// Every exchange of two or three motors and every reversal: the board notices and stops by itself.
-#[test]
-fn a_rig_that_is_wired_wrongly_stops_by_itself() {
+/// Every exchange of two or three motors, and every reversal: the board's motor for each pulley, and its sign.
+fn miswirings() -> impl Iterator<Item = ([usize; 3], [f64; 3])> {
     let orders = [[1, 0, 2], [2, 1, 0], [0, 2, 1], [1, 2, 0], [2, 0, 1]].map(|order| (order, [1.0; 3]));
     let signs =
         (1..8).map(|bits| ([0, 1, 2], [0, 1, 2].map(|i| if bits >> i & 1 == 1 { -1.0 } else { 1.0 })));
-    for (index, (order, signs)) in orders.into_iter().chain(signs).enumerate() {
+    orders.into_iter().chain(signs)
+}
+
+/// Drives every miswired rig and asserts that the board stops by itself before the ball is far away. `target`
+/// is called before each picture with its number.
+fn assert_miswired_rigs_stop(target: impl Fn(&mut Bench, u32)) {
+    for (index, (order, signs)) in miswirings().enumerate() {
         let plant = Miswired { plant: paper_plant(), order, signs };
         let mut bench = seeking(&rig(100.0), Box::new(plant), usable(index));
         let mut worst: f64 = 0.0;
         let start = (bench.ball() - Task::paper().target).norm();
-        for _ in 0..2000 {
+        for frame in 0..2000 {
+            target(&mut bench, frame);
             if bench.frame(Some).is_err() || !matches!(bench.state(), State::Seeking) {
                 break;
             }
@@ -141,6 +148,22 @@ fn a_rig_that_is_wired_wrongly_stops_by_itself() {
         );
         assert!(worst < start + 0.25, "{order:?} {signs:?}: the ball went {worst} m away before {fault}");
     }
+}
+
+#[test]
+fn a_rig_that_is_wired_wrongly_stops_by_itself() {
+    assert_miswired_rigs_stop(|_, _| {});
+}
+
+/// A new target with every picture, on a circle of 3 cm at 10 cm/s.
+#[test]
+fn a_rig_that_is_wired_wrongly_stops_by_itself_also_with_a_moving_target() {
+    assert_miswired_rigs_stop(|bench, frame| {
+        let angle = f64::from(frame) / RATE_HZ as f64 * 0.10 / 0.03;
+        let target = Task::paper().target + Vector3::new(angle.cos(), angle.sin(), 0.0) * 0.03;
+        let target = Point::from_metres(target.into()).expect("a point in the workspace");
+        bench.link.aim(target).expect("an intact link");
+    });
 }
 
 #[test]

@@ -302,10 +302,13 @@ impl<T: Transport> Link<T> {
             Some(Problem::Silent(age)) => Err(LinkError::NoTelemetry { port, age }),
             Some(Problem::Lagging(age)) => Err(LinkError::Lagging { port, age }),
             Some(Problem::Restarted) => Err(self.restarted()),
-            None if self.telemetry.is_some_and(|t| t.configuration != self.configuration) => {
-                Err(LinkError::Reconfigured { port })
-            }
-            None => Ok(()),
+            None => match self.telemetry {
+                Some(Telemetry { state: State::Unconfigured, .. }) => Err(self.restarted()),
+                Some(telemetry) if telemetry.configuration != self.configuration => {
+                    Err(LinkError::Reconfigured { port })
+                }
+                _ => Ok(()),
+            },
         }
     }
 
