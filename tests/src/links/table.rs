@@ -98,6 +98,11 @@ impl Expected {
 }
 
 impl LinkCase {
+    /// Whether the link falls silent for a while: what comes of that depends on the board's deadlines.
+    pub fn falls_silent(&self) -> bool {
+        !(self.wire)(0).silences.is_empty()
+    }
+
     /// When the link is first disturbed on the board's clock, where that is one moment.
     pub fn disturbed_at(&self, seed: u64) -> Option<Micros> {
         let Wire { silences, reboots, .. } = (self.wire)(seed);
