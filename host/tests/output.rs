@@ -16,8 +16,11 @@ use nix::unistd::Pid;
 
 use common::{Emulator, folder, json, patient, plumb, record, rig_file, stderr, until_rows};
 
+/// The program, with every signal's usual effect: one that these tests are started with may be ignored, as SIGHUP
+/// is behind `nohup`, and a program inherits that.
 fn program(arguments: &[&str], folder: &Path) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_plumb"));
+    let mut command = Command::new("env");
+    command.args(["--default-signal", env!("CARGO_BIN_EXE_plumb")]);
     command.args(arguments).current_dir(folder).stdin(Stdio::null());
     command
 }
