@@ -3,11 +3,14 @@
 use std::io::{IsTerminal, stderr};
 use std::process::ExitCode;
 
+use plumb::link::LinkError;
 use plumb::run::Row;
 use plumb::session::{Ended, SessionError, Summary};
+use plumb_protocol::message::Refusal;
 
 use super::print::{message, tell};
 use super::{FAILED, Failure, OrFail, both};
+use plumb_protocol::message::Refusal;
 
 /// A progress line on a terminal, renewed in place; nothing elsewhere.
 pub(super) struct Progress {
@@ -76,7 +79,13 @@ pub(super) fn conclude(
             let broken = Err(SessionError::Broken { error, ended }).or_failed();
             both(broken, both(recording, printed)).map(|()| ExitCode::from(FAILED))
         }
-        Err(SessionError::Link(error)) => Err(error).or_failed(),
+        // A board that refuses the configuration finds a mistake in the rig file; what else goes wrong with it is
+        // no mistake of input.
+        Err(SessionError::Link(error))
+            if !matches!(error, LinkError::Refused { refusal: Refusal::Config(_), .. }) =>
+        {
+            Err(error).or_failed()
+        }
         Err(error) => Err(error).or_bad_input(),
     }
 }
