@@ -10,7 +10,7 @@ use plumb_core::params::Params;
 use plumb_protocol::Config;
 use plumb_protocol::config::Deadlines;
 use plumb_protocol::message::*;
-use plumb_protocol::units::{Milliseconds, Point};
+use plumb_protocol::units::{Milliseconds, Point, Rate, Steps16};
 
 fn deadlines(host: u16, position: u16, max_age: u16) -> Deadlines {
     Deadlines { host: Milliseconds(host), position: Milliseconds(position), max_age: Milliseconds(max_age) }
@@ -122,6 +122,25 @@ fn stops_between_targets_do_not_disarm_the_divergence_guard() {
         let _ = bench.send(Command::Target(point(TARGET)));
     }
     assert_eq!(bench.faults(), [Fault::ErrorGrowing]);
+}
+
+#[test]
+fn a_drive_that_follows_a_jog_begins_with_new_guards() {
+    let mut bench = Bench::seeking();
+    bench.run_seeing(60, TARGET);
+    let away = [TARGET[0] + 0.2, TARGET[1], TARGET[2]];
+    bench.run_seeing(8, away);
+    assert_eq!(bench.send(Command::Stop), Ok(()));
+    bench.run_seeing(60, away);
+    let jog = Jog { motor: 0, distance: Steps16(16 * 20), rate: Rate(256 * 100) };
+    assert_eq!(bench.send(Command::Jog(jog)), Ok(()));
+    bench.run_seeing(2, away);
+    // The motor still turns when the next target comes.
+    assert_eq!(bench.send(Command::Stop), Ok(()));
+    assert!(bench.moving());
+    assert_eq!(bench.send(Command::Target(point(TARGET))), Ok(()));
+    bench.run_seeing(3, away);
+    assert_eq!(bench.faults(), []);
 }
 
 #[test]

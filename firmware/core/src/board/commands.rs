@@ -68,7 +68,7 @@ impl Board {
             Command::Configure(ref config) => self.configure(id, config),
             Command::Target(target) => self.target(now, id, target, out),
             Command::Hold => self.hold(now, id),
-            Command::Jog(jog) => self.jog(jog),
+            Command::Jog(jog) => self.jog(now, jog),
             Command::ClearFault => self.clear_fault(),
             Command::Store => self.store(id),
             // `handle` has carried these out.
@@ -290,7 +290,7 @@ impl Board {
     }
 
     /// Turns one motor. One that stands outside its travel may only come back, at a crawl.
-    fn jog(&mut self, jog: Jog) -> Result<(), Refusal> {
+    fn jog(&mut self, now: Micros, jog: Jog) -> Result<(), Refusal> {
         let params = self.usable()?;
         self.at_rest()?;
         let motor = usize::from(jog.motor);
@@ -307,6 +307,8 @@ impl Board {
         let inside = (low..=high).contains(&position);
         let rate = if inside { jog.rate.0 } else { jog.rate.0.min(CRAWL) };
         self.activity = Activity::Jogging(Jogging::new(motor, end, rate));
+        // The last drive has ended, also where the next one begins before this motor stands.
+        self.guards = Guards::new(now);
         Ok(())
     }
 
