@@ -30,16 +30,36 @@ impl<T: Transport> Link<T> {
         self.transport.send(&frame)
     }
 
-    /// Sends a command and waits for its answer; when the board answered, on its clock.
-    pub(super) fn request(&mut self, what: &'static str, command: Command) -> Result<Micros, LinkError> {
+    /// Sends a command and waits for its answer, which is no refusal.
+    pub(super) fn request(&mut self, what: &'static str, command: Command) -> Result<Answer, LinkError> {
         let answer = self.exchange(what, command, ANSWER_TIMEOUT, |id, message| match message {
             FromBoard::Answer(answer) if answer.id == id => Some(*answer),
             _ => None,
         })?;
         match answer.refusal {
-            None => Ok(answer.time),
+            None => Ok(answer),
             Some(Refusal::NotGreeted) => Err(self.restarted()),
             Some(refusal) => Err(LinkError::Refused { what, refusal }),
+        }
+    }
+
+    /// Requests a command that needs motors at rest, again and again while the board is busy. Telemetry
+    /// rounds rates to 0 a little before the motors stand still.
+    pub(super) fn request_at_rest(
+        &mut self,
+        what: &'static str,
+        command: Command,
+    ) -> Result<Answer, LinkError> {
+        let deadline = self.transport.now() + ANSWER_TIMEOUT;
+        loop {
+            match self.request(what, command) {
+                Err(LinkError::Refused { refusal: Refusal::Busy(_), .. })
+                    if self.transport.now() < deadline =>
+                {
+                    self.listen(POLL_INTERVAL)?;
+                }
+                done => return done,
+            }
         }
     }
 
@@ -101,9 +121,12 @@ impl<T: Transport> Link<T> {
         loop {
             self.send(id, command)?;
             let repeat = deadline.min(self.transport.now() + REPEAT_AFTER);
-            while self.transport.now() < repeat {
-                let wait = POLL_INTERVAL.min(repeat - self.transport.now());
-                let messages = self.listen(wait)?;
+            loop {
+                let left = repeat.saturating_sub(self.transport.now());
+                if left.is_zero() {
+                    break;
+                }
+                let messages = self.listen(left.min(POLL_INTERVAL))?;
                 if let Some(found) = messages.iter().find_map(|message| wanted(id, message)) {
                     return Ok(found);
                 }

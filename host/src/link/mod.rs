@@ -121,10 +121,10 @@ impl<T: Transport> Link<T> {
     /// Where it refuses, or the link fails.
     pub fn configure(&mut self, config: Config) -> Result<(), LinkError> {
         self.stop()?;
-        self.request("the request to clear its fault", Command::ClearFault)?;
-        let id = self.next_id;
-        self.configured = self.request("the configuration", Command::Configure(config))?;
-        self.configuration = Some(id);
+        self.request_at_rest("the request to clear its fault", Command::ClearFault)?;
+        let Answer { id, time, .. } =
+            self.request_at_rest("the configuration", Command::Configure(config))?;
+        (self.configuration, self.configured) = (Some(id), time);
         (self.telemetry, self.fault) = (None, None);
         self.monitor.begin(self.transport.now());
         Ok(())
@@ -144,7 +144,7 @@ impl<T: Transport> Link<T> {
     /// Where the link fails.
     pub fn status(&mut self) -> Result<Telemetry, LinkError> {
         let asked = self.request("the request for its state", Command::Status)?;
-        self.telemetry_since(asked)
+        self.telemetry_since(asked.time)
     }
 
     /// Asks for a target, in the rig frame, without waiting: [`poll`](Self::poll) repeats the request until the
@@ -163,14 +163,17 @@ impl<T: Transport> Link<T> {
     /// Sets the target, in the rig frame, and waits until the board has accepted it.
     ///
     /// # Errors
-    /// Where the board refuses it, or the link fails.
+    /// Where the board refuses it or has stopped by itself, or the link fails.
     pub fn target(&mut self, target: Point) -> Result<(), LinkError> {
         self.aim(target)?;
         while self.target.is_some_and(|request| request.outcome == Outcome::Unknown) {
             self.listen(POLL_INTERVAL)?;
             self.poll()?;
         }
-        self.check_target()
+        match self.target.map(|request| request.outcome) {
+            Some(Outcome::Refused(Refusal::Faulted(fault))) => Err(LinkError::Fault(fault)),
+            _ => self.check_target(),
+        }
     }
 
     /// Ramps down and waits until the motors stand still.
@@ -179,11 +182,11 @@ impl<T: Transport> Link<T> {
     /// Where the link fails, or the motors do not come to rest.
     pub fn stop(&mut self) -> Result<(), LinkError> {
         self.target = None;
-        let stopped = self.request("the request to stop", Command::Stop)?;
+        self.request("the request to stop", Command::Stop)?;
         let (mut fastest, mut since) = (u64::MAX, self.transport.now());
         loop {
-            let asked = self.request("the request for its state", Command::Status)?.max(stopped);
-            let telemetry = self.telemetry_since(asked)?;
+            let asked = self.request("the request for its state", Command::Status)?;
+            let telemetry = self.telemetry_since(asked.time)?;
             let rate = telemetry.rates.iter().map(|rate| u64::from(rate.0.unsigned_abs())).sum();
             if rate == 0 {
                 return Ok(());
@@ -389,3 +392,6 @@ impl<T: Transport> Link<T> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

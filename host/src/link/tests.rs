@@ -1,0 +1,94 @@
+use std::cell::{Cell, RefCell};
+use std::rc::Rc;
+
+use plumb_emulator::{EMULATED, EmulatedBoard};
+use plumb_protocol::units::{Acceleration, Milliseconds};
+
+use super::*;
+use crate::rig::Rig;
+
+/// A silent port on a busy machine: [`LOOK`] passes between two looks at its clock.
+struct Restless {
+    looks: Cell<u32>,
+}
+
+/// No divisor of [`REPEAT_AFTER`].
+const LOOK: Duration = Duration::from_millis(7);
+
+impl Transport for Restless {
+    fn name(&self) -> String {
+        "restless".to_owned()
+    }
+
+    fn now(&self) -> Duration {
+        self.looks.set(self.looks.get() + 1);
+        LOOK * self.looks.get()
+    }
+
+    fn send(&mut self, _: &[u8]) -> Result<(), LinkError> {
+        Ok(())
+    }
+
+    fn receive(&mut self, _: &mut Vec<u8>, _: Duration) -> Result<(), LinkError> {
+        Ok(())
+    }
+}
+
+#[test]
+fn a_host_that_is_held_up_between_two_looks_at_the_clock_waits_no_longer() {
+    let silent = Link::greet(Restless { looks: Cell::new(0) }).err();
+    assert!(matches!(silent, Some(LinkError::Silent { .. })), "{silent:?}");
+}
+
+/// A configuration under which the motors follow a stop late and slowly.
+fn smoothed() -> Config {
+    let mut config = Rig::paper().unwrap().config().unwrap();
+    config.mean = Milliseconds(400);
+    config.motors.iter_mut().for_each(|motor| motor.max_acceleration = Acceleration(40));
+    config
+}
+
+fn memory() -> (Rc<RefCell<EmulatedBoard>>, Link<Memory>) {
+    let board = Rc::new(RefCell::new(EmulatedBoard::new(EMULATED)));
+    let link = Link::greet(Memory::new(Rc::clone(&board))).unwrap();
+    (board, link)
+}
+
+/// Reports a ball 20 cm from `target`, and lets `span_us` of the board's time pass.
+fn see(board: &RefCell<EmulatedBoard>, link: &mut Link<Memory>, target: Point, span_us: u64) {
+    let [x, y, z] = target.to_metres();
+    link.position(Point::from_metres([x, y, z + 0.2]), None, Duration::ZERO).unwrap();
+    let now = board.borrow().now().0;
+    board.borrow_mut().run_to(Micros(now + span_us)).unwrap();
+}
+
+#[test]
+fn a_board_whose_motors_still_turn_is_configured_once_they_rest() {
+    let target = Rig::paper().unwrap().targets().unwrap()[0];
+    for phase in 0..100 {
+        let (board, mut link) = memory();
+        link.configure(smoothed()).unwrap();
+        link.target(target).unwrap();
+        for _ in 0..10 {
+            see(&board, &mut link, target, 33_000);
+        }
+        see(&board, &mut link, target, 200 * phase);
+        // Another host takes over.
+        let mut link = Link::greet(Memory::new(Rc::clone(&board))).unwrap();
+        let configured = link.configure(smoothed());
+        assert!(configured.is_ok(), "after {phase} ticks: {configured:?}");
+    }
+}
+
+#[test]
+fn a_target_that_is_refused_for_a_fault_is_not_reported_as_set() {
+    let target = Rig::paper().unwrap().targets().unwrap()[0];
+    let (board, mut link) = memory();
+    link.configure(smoothed()).unwrap();
+    link.target(target).unwrap();
+    // Nobody speaks to the board: it stops by itself.
+    let now = board.borrow().now().0;
+    board.borrow_mut().run_to(Micros(now + 3_000_000)).unwrap();
+    let again = link.target(target);
+    assert!(matches!(again, Err(LinkError::Fault(_))), "{again:?}");
+}
