@@ -246,7 +246,9 @@ fn come_to_rest<T: Transport>(
     link: &mut Link<T>,
     result: Result<Ending, DriveError>,
 ) -> (Result<Ending, DriveError>, bool) {
-    if matches!(result, Err(DriveError::Link(_))) {
+    let is_broken =
+        matches!(&result, Err(DriveError::Link(error)) if !matches!(error, LinkError::Refused { .. }));
+    if is_broken {
         // The first cause counts, and a board without a host stops by itself.
         link.abandon();
         return (result, false);
@@ -265,4 +267,28 @@ fn millimetres(metres: f64) -> f64 {
 /// `value` to the nearest 1/`per`: what is printed, without digits that mean nothing.
 fn round(value: f64, per: f64) -> f64 {
     (value * per).round() / per
+}
+
+#[cfg(test)]
+mod tests {
+    use std::cell::RefCell;
+    use std::rc::Rc;
+
+    use plumb_emulator::{EMULATED, EmulatedBoard};
+    use plumb_protocol::message::Refusal;
+
+    use super::*;
+    use crate::link::Memory;
+
+    #[test]
+    fn a_board_that_refuses_a_target_is_stopped_and_waited_for() {
+        let board = Rc::new(RefCell::new(EmulatedBoard::new(EMULATED)));
+        let mut link = Link::greet(Memory::new(board)).unwrap();
+        link.configure(Rig::paper().unwrap().config().unwrap()).unwrap();
+        let refused = LinkError::Refused { what: "the target", refusal: Refusal::OutsideTravel(1) };
+        let (result, at_rest) = come_to_rest(&mut link, Err(refused.into()));
+        assert!(at_rest);
+        let error = result.unwrap_err().to_string();
+        assert!(error.contains("motor B stands outside its travel"), "{error}");
+    }
 }

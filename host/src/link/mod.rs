@@ -246,13 +246,13 @@ impl<T: Transport> Link<T> {
 
     /// Returns the newest telemetry under this link's configuration.
     pub fn telemetry(&self) -> Option<&Telemetry> {
-        self.telemetry.as_ref()
+        self.telemetry.as_ref().filter(|telemetry| telemetry.configuration == self.configuration)
     }
 
     /// Returns the newest telemetry if it is about the target asked for last.
     pub fn target_telemetry(&self) -> Option<&Telemetry> {
         let id = self.target?.id;
-        self.telemetry.as_ref().filter(|telemetry| telemetry.target == Some(id))
+        self.telemetry().filter(|telemetry| telemetry.target == Some(id))
     }
 
     /// Why the board has stopped by itself, if it has.

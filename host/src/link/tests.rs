@@ -54,25 +54,31 @@ fn memory() -> (Rc<RefCell<EmulatedBoard>>, Link<Memory>) {
     (board, link)
 }
 
-/// Reports a ball 20 cm from `target`, and lets `span_us` of the board's time pass.
-fn see(board: &RefCell<EmulatedBoard>, link: &mut Link<Memory>, target: Point, span_us: u64) {
-    let [x, y, z] = target.to_metres();
-    link.position(Point::from_metres([x, y, z + 0.2]), None, Duration::ZERO).unwrap();
+/// Reports the ball, and lets `span_us` of the board's time pass.
+fn see(board: &RefCell<EmulatedBoard>, link: &mut Link<Memory>, ball: Point, span_us: u64) {
+    link.position(Some(ball), None, Duration::ZERO).unwrap();
     let now = board.borrow().now().0;
     board.borrow_mut().run_to(Micros(now + span_us)).unwrap();
 }
 
+/// The target, and a ball 20 cm above it.
+fn target_and_ball() -> (Point, Point) {
+    let target = Rig::paper().unwrap().targets().unwrap()[0];
+    let [x, y, z] = target.to_metres();
+    (target, Point::from_metres([x, y, z + 0.2]).unwrap())
+}
+
 #[test]
 fn a_board_whose_motors_still_turn_is_configured_once_they_rest() {
-    let target = Rig::paper().unwrap().targets().unwrap()[0];
+    let (target, ball) = target_and_ball();
     for phase in 0..100 {
         let (board, mut link) = memory();
         link.configure(smoothed()).unwrap();
         link.target(target).unwrap();
         for _ in 0..10 {
-            see(&board, &mut link, target, 33_000);
+            see(&board, &mut link, ball, 33_000);
         }
-        see(&board, &mut link, target, 200 * phase);
+        see(&board, &mut link, ball, 200 * phase);
         // Another host takes over.
         let mut link = Link::greet(Memory::new(Rc::clone(&board))).unwrap();
         let configured = link.configure(smoothed());
@@ -82,7 +88,7 @@ fn a_board_whose_motors_still_turn_is_configured_once_they_rest() {
 
 #[test]
 fn a_target_that_is_refused_for_a_fault_is_not_reported_as_set() {
-    let target = Rig::paper().unwrap().targets().unwrap()[0];
+    let (target, _) = target_and_ball();
     let (board, mut link) = memory();
     link.configure(smoothed()).unwrap();
     link.target(target).unwrap();
@@ -91,4 +97,60 @@ fn a_target_that_is_refused_for_a_fault_is_not_reported_as_set() {
     board.borrow_mut().run_to(Micros(now + 3_000_000)).unwrap();
     let again = link.target(target);
     assert!(matches!(again, Err(LinkError::Fault(_))), "{again:?}");
+}
+
+#[test]
+fn a_board_without_a_configuration_reports_that() {
+    let (_, mut link) = memory();
+    let telemetry = link.status().unwrap();
+    assert_eq!((telemetry.state, telemetry.configuration), (State::Unconfigured, None));
+}
+
+#[test]
+fn the_numbers_of_requests_may_wrap_in_a_long_run() {
+    let (target, _) = target_and_ball();
+    let (board, mut link) = memory();
+    link.configure(smoothed()).unwrap();
+    link.target(target).unwrap();
+    for _ in 0..70_000 {
+        see(&board, &mut link, target, 1_000);
+        link.poll().unwrap();
+        assert!(link.target_telemetry().is_some());
+    }
+    link.target(target).unwrap();
+    assert_eq!(link.refused_positions(), 0);
+    // Among their numbers is that of a target.
+    for _ in 0..70_000 {
+        link.position(None, None, Duration::MAX).unwrap();
+        let now = board.borrow().now().0;
+        board.borrow_mut().run_to(Micros(now + 1_000)).unwrap();
+        if link.fault().is_some() {
+            break;
+        }
+        link.poll().unwrap();
+    }
+    assert_eq!(link.fault(), Some(Fault::PositionLost));
+}
+
+#[test]
+fn a_host_that_was_suspended_for_minutes_finds_the_fault() {
+    let (target, ball) = target_and_ball();
+    let (board, mut link) = memory();
+    link.configure(smoothed()).unwrap();
+    // Each time anew: a second fault is not hidden by the first, nor the other way round.
+    for _ in 0..2 {
+        assert_eq!(link.fault(), None);
+        link.target(target).unwrap();
+        for _ in 0..30 {
+            see(&board, &mut link, ball, 33_000);
+            link.poll().unwrap();
+        }
+        see(&board, &mut link, ball, 300_000_000);
+        see(&board, &mut link, ball, 1_000);
+        link.poll().unwrap();
+        assert_eq!(link.fault(), Some(Fault::HostSilent));
+        assert!(link.target_telemetry().is_none());
+        link.stop().unwrap();
+        link.configure(smoothed()).unwrap();
+    }
 }
