@@ -47,7 +47,7 @@ pub struct Tally {
     pub located: u64,
     /// Pictures that were lost or could not be searched.
     pub lost: u64,
-    /// |e| of the filtered position to the present target, as the board last told it, metres.
+    /// |e| of the filtered position to the present target, as the board last reported it, metres.
     pub error: Option<f64>,
     /// When the last picture was taken, seconds since the run's start.
     pub time: f64,
@@ -100,8 +100,8 @@ pub enum DriveError {
 /// So many lost pictures in a row mean that the camera is gone.
 const LOST_IN_A_ROW: u32 = 30;
 
-/// A target is believed to be reached where the ball as the host sees it is within so many radii of it: noise of a
-/// single picture has room, another target has not.
+/// A target is believed to be reached where the ball as the host sees it is within so many radii of
+/// it: noise of a single picture has room, another target has not.
 const PLAUSIBLE_RADII: f64 = 2.0;
 
 /// Drives the ball to `target` (metres, rig frame) until it is there or `patience` (seconds of the source's clock)
@@ -191,8 +191,8 @@ fn note<S, T: Transport>(
     Ok(())
 }
 
-/// Whether the target is reached: the board holds this target and no other, its error is within the radius, and
-/// the ball is seen to be there.
+/// Whether the target is reached: the board holds this target and no other, its error is within the
+/// radius, and the ball is seen to be there.
 fn is_reached<S, T: Transport>(rig: &Rig<'_, S, T>, seen: &Seen, target: Point) -> bool {
     let target = Point3::from(target.to_metres());
     let held = rig.link.target_telemetry().is_some_and(|telemetry| {
@@ -228,8 +228,8 @@ fn look<S: Live, T>(rig: &mut Rig<'_, S, T>) -> Result<Option<Seen>, DriveError>
     Ok(Some(Seen { time: frame.time(), detection, located }))
 }
 
-/// The frame's row: what was seen, and the board as it was last heard of; its state only where that is about
-/// the present target.
+/// The frame's row: what was seen, and the board as it was last heard of; its state only where that
+/// is about the present target.
 fn row(
     tally: &Tally,
     seen: &Seen,

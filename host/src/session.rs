@@ -83,8 +83,8 @@ pub struct Leg {
     pub frames: u64,
     /// Whether it was reached.
     pub reached: bool,
-    /// The board's filtered |e| at its end, millimetres; absent where the board told none, or the ball was never
-    /// seen.
+    /// The board's filtered |e| at its end, millimetres; absent where the board told none, or the
+    /// ball was never seen.
     pub error_mm: Option<f64>,
 }
 
@@ -128,12 +128,12 @@ pub enum SessionError {
 }
 
 impl Session<'_> {
-    /// Runs, with the board at the other end of `transport` and pictures from `source`. The motors are ramped
-    /// down at the end.
+    /// Runs, with the board at the other end of `transport` and pictures from `source`. The motors
+    /// are ramped down at the end.
     ///
     /// # Errors
-    /// Where it could not begin, or broke. Whatever happens after the first picture, the folder is complete, save
-    /// for what cannot be written, which is told besides.
+    /// Where it could not begin, or broke. Whatever happens after the first picture, the folder is
+    /// complete, save for what cannot be written, which is told besides.
     pub fn run<S: Live, T: Transport>(mut self, source: &mut S, transport: T) -> Result<Ended, SessionError> {
         let (config, targets) = (self.rig.config()?, self.rig.targets()?);
         if targets.is_empty() {
@@ -240,8 +240,8 @@ impl Session<'_> {
     }
 }
 
-/// Ends a run at the board: ramps the motors down and waits until they stand. Returns how the run ended, and
-/// whether the board said that they stand.
+/// Ends a run at the board: ramps the motors down and waits until they stand. Returns how the run
+/// ended, and whether the board said that they stand.
 fn come_to_rest<T: Transport>(
     link: &mut Link<T>,
     result: Result<Ending, DriveError>,

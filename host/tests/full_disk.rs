@@ -10,8 +10,8 @@ use std::process::{Command, Output};
 
 use common::{folder, json, stderr};
 
-/// `plumb demo` where no file may grow beyond `blocks` of 512 bytes: a write that would is an error, as on a
-/// full disk.
+/// `plumb demo` where no file may grow beyond `blocks` of 512 bytes: a write that would is an
+/// error, as on a full disk.
 fn demo(folder: &Path, blocks: u32) -> Output {
     let limited = format!(r#"trap "" XFSZ; ulimit -f {blocks}; exec "$0" demo --memory --out run"#);
     Command::new("sh")

@@ -1,5 +1,5 @@
-//! `plumb run` over links that take time, lose frames, break, or lead to a board that restarts: what it reports,
-//! and its exit code.
+//! `plumb run` over links that take time, lose frames, break, or lead to a board that restarts:
+//! what it reports, and its exit code.
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops at the first surprise")]
 
@@ -84,7 +84,8 @@ fn a_board_that_restarts_ends_the_run_with_the_cause() {
     assert!(ending.contains("restarted") && ending.contains("power on"), "{line}");
 }
 
-/// The board's process is stopped, so that nothing comes from it and nothing is wrong with its port.
+/// The board's process is stopped, so that nothing comes from it and nothing is wrong with its
+/// port.
 #[test]
 fn a_board_that_falls_silent_ends_the_run_with_the_cause() {
     let mut run = Run::start(&[]);

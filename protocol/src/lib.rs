@@ -5,30 +5,32 @@
 //! a pseudo-terminal, memory. This crate knows no control: it says what the words are, not what they do.
 //!
 //! # Order, loss and duplicates
-//! Frames may be lost, damaged, delayed or doubled; a byte stream keeps the order of those that arrive. A
-//! damaged frame is dropped and counted. What each message guarantees then:
+//! Frames may be lost, damaged, delayed or doubled; a byte stream keeps the order of those that
+//! arrive. A damaged frame is dropped and counted. What each message guarantees then:
 //!
-//! - [`Position`](message::Command::Position): carries a sequence number. The board accepts only numbers newer
-//!   than the last accepted one, so that a doubled or late position has no effect. A lost position is not sent
-//!   again: the next one replaces it.
+//! - [`Position`](message::Command::Position): carries a sequence number. The board accepts only
+//!   numbers newer than the last accepted one, so that a doubled or late position has no effect. A
+//!   lost position is not sent again: the next one replaces it.
 //! - [`Hello`](message::Command::Hello), [`Stop`](message::Command::Stop),
-//!   [`Bootloader`](message::Command::Bootloader), [`Status`](message::Command::Status): safe to repeat, since
-//!   the board is in the same state after one or several. An accepted Hello begins a new session: sequence
-//!   numbers, configuration number and target number of the session before no longer count.
+//!   [`Bootloader`](message::Command::Bootloader), [`Status`](message::Command::Status): safe to
+//!   repeat, since the board is in the same state after one or several. An accepted Hello begins a
+//!   new session: sequence numbers, configuration number and target number of the session before no
+//!   longer count.
 //! - [`Configure`](message::Command::Configure), [`Target`](message::Command::Target),
 //!   [`Jog`](message::Command::Jog), [`Hold`](message::Command::Hold),
-//!   [`ClearFault`](message::Command::ClearFault), [`Store`](message::Command::Store): safe to repeat with the
-//!   same [`id`](ToBoard::id). The board remembers the last of these that it carried out. A request with the
-//!   same id and the same content is answered again and not carried out again: a repeated Jog moves once, a
-//!   repeated ClearFault clears no later fault. A host must give every new request a new id.
-//! - [`Answer`](message::FromBoard::Answer): carries the request's id and the board's time. A host that waits
-//!   for an answer repeats the request, and ignores answers with other ids.
-//! - [`Telemetry`](message::FromBoard::Telemetry): names the configuration and the target that it describes,
-//!   by the ids of the commands that set them. Telemetry about another target says nothing about the present
-//!   one, in whatever order it arrives. Telemetry is not repeated; after each accepted position, and at least
-//!   every 100 ms, the next one follows.
-//! - [`Fault`](message::FromBoard::Fault): sent once. A host that misses it learns of the fault from telemetry,
-//!   whose state stays [`Fault`](message::State::Fault) until ClearFault.
+//!   [`ClearFault`](message::Command::ClearFault), [`Store`](message::Command::Store): safe to
+//!   repeat with the same [`id`](ToBoard::id). The board remembers the last of these that it
+//!   carried out. A request with the same id and the same content is answered again and not carried
+//!   out again: a repeated Jog moves once, a repeated ClearFault clears no later fault. A host must
+//!   give every new request a new id. Ids may wrap: a repetition follows its request at once.
+//! - [`Answer`](message::FromBoard::Answer): carries the request's id and the board's time. A host
+//!   that waits for an answer repeats the request, and ignores answers with other ids.
+//! - [`Telemetry`](message::FromBoard::Telemetry): names the configuration and the target that it
+//!   describes, by the ids of the commands that set them. Telemetry about another target says
+//!   nothing about the present one, in whatever order it arrives. Telemetry is not repeated; after
+//!   each accepted position, and at least every 100 ms, the next one follows.
+//! - [`Fault`](message::FromBoard::Fault): sent once. A host that misses it learns of the fault
+//!   from telemetry, whose state stays [`Fault`](message::State::Fault) until ClearFault.
 //! - A board that restarts forgets Hello, configuration and target. It refuses positions with
 //!   [`NotGreeted`](message::Refusal::NotGreeted), and answers the next Hello with the
 //!   [cause](message::FromBoard::Started) of its restart.

@@ -18,8 +18,8 @@ pub const SCHEMA: [u8; 8] = Key::for_path::<(ToBoard, FromBoard)>("plumb").to_by
 /// A command and the number that its answer carries.
 #[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ToBoard {
-    /// Number of the request, chosen by the host and returned in [`Answer::id`]. Each new request has
-    /// another number, 0 excepted. A request that is sent again keeps its number: see the
+    /// Number of the request, chosen by the host and returned in [`Answer::id`]. Each new request
+    /// has another number, 0 excepted. A request that is sent again keeps its number: see the
     /// [crate's front page](crate#order-loss-and-duplicates).
     pub id: u16,
     /// What is asked for.
@@ -129,8 +129,8 @@ pub struct Jog {
 pub enum FromBoard {
     /// Answers a Hello.
     Hello(BoardHello),
-    /// Answers any other command. Accepted positions have no answer: telemetry carries their sequence
-    /// number.
+    /// Answers any other command. Accepted positions have no answer: telemetry carries their
+    /// sequence number.
     Answer(Answer),
     /// How things are; after every accepted position, and every 100 ms at least once greeted.
     Telemetry(Telemetry),
@@ -194,7 +194,8 @@ pub enum Refusal {
     NoSuchMotor,
     /// A jog without a rate, or faster than the motor's limit.
     JogRate,
-    /// A jog beyond the motor's travel; of a motor that stands outside, one that does not lead back.
+    /// A jog beyond the motor's travel; of a motor that stands outside, one that does not lead
+    /// back.
     JogTravel,
     /// This board cannot do that.
     Unsupported,
@@ -237,8 +238,8 @@ pub enum ConfigField {
     Delay,
     /// A law that this board has no time for; those of this version have it for every law.
     Law,
-    /// A [`max_age`](crate::config::Deadlines::max_age) at or above the deadline for positions: positions
-    /// older than the deadline would be accepted.
+    /// A [`max_age`](crate::config::Deadlines::max_age) at or above the deadline for positions:
+    /// positions older than the deadline would be accepted.
     MaxAge,
 }
 
@@ -304,11 +305,11 @@ pub struct Telemetry {
     pub time: Micros,
     /// The state.
     pub state: State,
-    /// [`ToBoard::id`] of the Configure command in force; `None` where none was carried out since the last
-    /// accepted Hello.
+    /// [`ToBoard::id`] of the Configure command in force; `None` where none was carried out since
+    /// the last accepted Hello.
     pub configuration: Option<u16>,
-    /// [`ToBoard::id`] of the Target or Hold command in force; `None` without a target. State, error and
-    /// filtered error belong to this target.
+    /// [`ToBoard::id`] of the Target or Hold command in force; `None` without a target. State,
+    /// error and filtered error belong to this target.
     pub target: Option<u16>,
     /// Number of the last accepted position.
     pub sequence: Option<u16>,

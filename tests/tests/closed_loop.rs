@@ -118,7 +118,8 @@ fn random_rigs_are_reached_through_a_camera_that_errs() {
     }
 }
 
-/// Every exchange of two or three motors, and every reversal: the board's motor for each pulley, and its sign.
+/// Every exchange of two or three motors, and every reversal: the board's motor for each pulley,
+/// and its sign.
 fn miswirings() -> impl Iterator<Item = ([usize; 3], [f64; 3])> {
     let orders = [[1, 0, 2], [2, 1, 0], [0, 2, 1], [1, 2, 0], [2, 0, 1]].map(|order| (order, [1.0; 3]));
     let signs =
@@ -126,8 +127,8 @@ fn miswirings() -> impl Iterator<Item = ([usize; 3], [f64; 3])> {
     orders.into_iter().chain(signs)
 }
 
-/// Drives every miswired rig and asserts that the board stops by itself before the ball is far away. `target`
-/// is called before each picture with its number.
+/// Drives every miswired rig and asserts that the board stops by itself before the ball is far
+/// away. `target` is called before each picture with its number.
 fn assert_miswired_rigs_stop(target: impl Fn(&mut Bench, u32)) {
     for (index, (order, signs)) in miswirings().enumerate() {
         let plant = Miswired { plant: paper_plant(), order, signs };

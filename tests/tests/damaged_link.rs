@@ -24,10 +24,12 @@ fn rig() -> Rig {
     rig
 }
 
-/// Time in which a board whose host has given up comes to rest: its deadline and a ramp, and as much again.
+/// Time in which a board whose host has given up comes to rest: its deadline and a ramp, and as
+/// much again.
 const REST_US: u64 = 1_000_000;
 
-/// How a run ended, after at most `frames` pictures; the host gives up where the board no longer answers.
+/// How a run ended, after at most `frames` pictures; the host gives up where the board no longer
+/// answers.
 fn run(mut bench: Bench, seed: u64, frames: u32) -> (State, f64) {
     for _ in 0..frames {
         match bench.frame(Some) {

@@ -108,10 +108,11 @@ impl Arrival {
     }
 }
 
-/// Notices an error that stays above its smallest value so far: the ball is driven away from its target.
+/// Notices an error that stays above its smallest value so far: the ball is driven away from its
+/// target.
 ///
-/// The smallest value is that of the nearest position so far, seen from where the target is now. So a change
-/// of the target neither disarms the guard nor sets it off, however often targets come.
+/// The smallest value is that of the nearest position so far, seen from where the target is now. So
+/// a change of the target neither disarms the guard nor sets it off, however often targets come.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Divergence {
     nearest: Option<Nearest>,
@@ -141,8 +142,8 @@ impl Nearest {
 }
 
 impl Divergence {
-    /// Takes in the filtered `position` after a picture, and its distance from `target` (µm). Returns whether
-    /// the error has been beyond the margin for too long.
+    /// Takes in the filtered `position` after a picture, and its distance from `target` (µm).
+    /// Returns whether the error has been beyond the margin for too long.
     pub fn update(
         &mut self,
         now: Micros,

@@ -112,8 +112,8 @@ impl Default for Planner {
 }
 
 impl Planner {
-    /// Takes over the motors' limits; call at standstill. Positions go on. A motor that stands outside its travel
-    /// turns inwards only.
+    /// Takes over the motors' limits; call at standstill. Positions go on. A motor that stands
+    /// outside its travel turns inwards only.
     pub fn configure(&mut self, params: &Params) {
         self.set_microsteps(i32::from(params.microsteps));
         self.mean = Mean::over(params.mean_ms);

@@ -107,8 +107,8 @@ impl Thinker {
         Self { law: None }
     }
 
-    /// Lets the law think. Makes it anew for the first question of a configuration, so that a lost question
-    /// leaves no law of an earlier configuration in place.
+    /// Lets the law think. Makes it anew for the first question of a configuration, so that a lost
+    /// question leaves no law of an earlier configuration in place.
     #[inline(never)]
     pub fn answer(&mut self, question: &Question) -> Answer {
         let Question { number, kind, limits, configuration, picture } = question;

@@ -25,8 +25,8 @@ fn seeking(deadlines: Deadlines) -> Bench {
     bench
 }
 
-/// Asserts that the board stops for lost positions within `most_ms`, while `each` sends what a host sends
-/// every `period_ms`.
+/// Asserts that the board stops for lost positions within `most_ms`, while `each` sends what a host
+/// sends every `period_ms`.
 fn assert_positions_are_lost(bench: &mut Bench, most_ms: u64, period_ms: u64, each: impl Fn(&mut Bench)) {
     let mut gone = 0;
     while bench.board.state() == State::Seeking {
@@ -56,7 +56,8 @@ fn one_old_picture_and_a_heartbeat_stop_the_board() {
     });
 }
 
-/// Each picture is nearly as old as the deadline, and each comes as the last one is about to be too old.
+/// Each picture is nearly as old as the deadline, and each comes as the last one is about to be too
+/// old.
 #[test]
 fn pictures_that_grow_older_stop_the_board() {
     let mut bench = seeking(deadlines(300, 100, 99));

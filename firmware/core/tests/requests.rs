@@ -1,4 +1,5 @@
-//! Requests that are repeated, or come while the board is busy with another; what telemetry says it is about.
+//! Requests that are repeated, or come while the board is busy with another; what telemetry says it
+//! is about.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops at the first surprise")]
 
 mod common;

@@ -61,8 +61,9 @@ fn tell_unwritten(run: &Ended) {
     }
 }
 
-/// Ends the command of a run: tells people how it went and hands `print` its summary. The exit code is the run's:
-/// what could not be written besides is told, and fails the command only where it was asked for.
+/// Ends the command of a run: tells people how it went and hands `print` its summary. The exit code
+/// is the run's: what could not be written besides is told, and fails the command only where it was
+/// asked for.
 pub(super) fn conclude(
     result: Result<Ended, SessionError>,
     recording: Result<(), Failure>,

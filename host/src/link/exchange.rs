@@ -1,24 +1,25 @@
-//! Requests and their answers: a request is repeated, with the same id, until its answer comes or time is up.
+//! Requests and their answers: a request is repeated, with the same id, until its answer comes or
+//! time is up.
 //!
-//! That is safe for every command: the board carries one out once, and answers as often as it is asked
-//! ([`plumb_protocol`], order, loss and duplicates).
+//! That is safe for every command: the board carries one out once, and answers as often as it is
+//! asked ([`plumb_protocol`], order, loss and duplicates).
 
 use plumb_protocol::message::BoardHello;
 
 use super::*;
 
-/// How long a board that restarted is waited for to say why.
+/// Longest wait for a restarted board to report the cause.
 const CAUSE_TIMEOUT: Duration = Duration::from_millis(400);
 
 impl<T: Transport> Link<T> {
-    /// Sends a new command without waiting; its id.
+    /// Sends a new command without waiting. Returns its id.
     pub(super) fn post(&mut self, command: Command) -> Result<u16, LinkError> {
         let id = self.new_id();
         self.send(id, command)?;
         Ok(id)
     }
 
-    /// The next id: 0 is what the board says of a command that it could not read.
+    /// Returns the next id, never 0: the board answers a command that it cannot read with 0.
     fn new_id(&mut self) -> u16 {
         let id = self.next_id;
         self.next_id = id.checked_add(1).unwrap_or(1);
@@ -43,8 +44,8 @@ impl<T: Transport> Link<T> {
         }
     }
 
-    /// Requests a command that needs motors at rest, again and again while the board is busy. Telemetry
-    /// rounds rates to 0 a little before the motors stand still.
+    /// Requests a command that needs motors at rest, again and again while the board is busy.
+    /// Telemetry rounds rates to 0 a little before the motors stand still.
     pub(super) fn request_at_rest(
         &mut self,
         what: &'static str,
@@ -78,7 +79,7 @@ impl<T: Transport> Link<T> {
         if hello.accepted { Ok(()) } else { Err(other_version(&hello)) }
     }
 
-    /// The error of a board that was greeted and no longer knows this host.
+    /// Returns the error for a board that was greeted and no longer knows this host.
     pub(super) fn restarted(&mut self) -> LinkError {
         LinkError::Restarted { port: self.transport.name(), cause: self.ask_start_cause() }
     }
@@ -108,7 +109,10 @@ impl<T: Transport> Link<T> {
         }
     }
 
-    /// Sends a command, again and again, until `wanted` finds in a message what is waited for.
+    /// Sends a command, and repeats it, until `wanted` accepts a message.
+    ///
+    /// # Errors
+    /// Where no such message comes within `timeout`, or the link is lost.
     fn exchange<R>(
         &mut self,
         what: &'static str,

@@ -1,8 +1,10 @@
-//! The link to the board: greets it, configures it, reports where the ball is, and hears how it goes.
+//! The link to the board: greets it, configures it, reports where the ball is, and hears how it
+//! goes.
 //!
-//! Frames may be lost or late. A request is repeated with its id until its answer comes (`exchange.rs`), a target
-//! until telemetry names it. Telemetry counts only where it names this link's configuration; about a target it
-//! counts only where it names that target. [`Link::poll`] fails once the board is silent, lags or has restarted.
+//! Frames may be lost or late. A request is repeated with its id until its answer comes
+//! (`exchange.rs`), a target until telemetry names it. Telemetry counts only where it names this
+//! link's configuration; about a target it counts only where it names that target. [`Link::poll`]
+//! fails once the board is silent, lags or has restarted.
 
 mod error;
 mod exchange;
@@ -22,11 +24,12 @@ pub use error::LinkError;
 use monitor::{LinkMonitor, Problem};
 pub use transport::{Memory, Serial, Transport, boards};
 
-/// A board that is there answers a request within this, even over a link that loses a quarter of the frames.
+/// A board that is there answers a request within this, even over a link that loses a quarter of
+/// the frames.
 const ANSWER_TIMEOUT: Duration = Duration::from_secs(2);
 
-/// A request without an answer is sent again after this: below the shortest deadline for a silent host that is
-/// usual, 300 ms.
+/// A request without an answer is sent again after this: below the shortest deadline for a silent
+/// host that is usual, 300 ms.
 const REPEAT_AFTER: Duration = Duration::from_millis(200);
 
 /// Longest wait of each look at the port.
@@ -43,7 +46,7 @@ pub struct Link<T> {
     sequence: u16,
     /// Id of the Configure command in force.
     configuration: Option<u16>,
-    /// When the board carried it out, on its clock: what it said before is of no use.
+    /// When the board carried it out, on the board's clock. Earlier telemetry is ignored.
     configured: Micros,
     target: Option<TargetRequest>,
     telemetry: Option<Telemetry>,
@@ -54,7 +57,7 @@ pub struct Link<T> {
     bad_frames: u32,
 }
 
-/// A target that was asked for.
+/// Request of a target.
 #[derive(Debug, Clone, Copy)]
 struct TargetRequest {
     id: u16,
@@ -64,7 +67,7 @@ struct TargetRequest {
     outcome: Outcome,
 }
 
-/// What the board made of a request.
+/// Answer of the board to a request.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Outcome {
     /// It has not answered.
@@ -147,8 +150,8 @@ impl<T: Transport> Link<T> {
         self.telemetry_since(asked.time)
     }
 
-    /// Asks for a target, in the rig frame, without waiting: [`poll`](Self::poll) repeats the request until the
-    /// board has accepted it, and fails where it refuses. Until then
+    /// Asks for a target, in the rig frame, without waiting: [`poll`](Self::poll) repeats the
+    /// request until the board has accepted it, and fails where it refuses. Until then
     /// [`target_telemetry`](Self::target_telemetry) is `None`.
     ///
     /// # Errors
@@ -203,8 +206,8 @@ impl<T: Transport> Link<T> {
         }
     }
 
-    /// Tells a board to stop that may not be there any more: a few times, without waiting for an answer. Without
-    /// a host it stops by itself.
+    /// Sends Stop three times, without waiting for an answer, to a board that may be gone. A board
+    /// without a host stops by itself.
     pub fn abandon(&mut self) {
         for _ in 0..3 {
             let told = self.post(Command::Stop).and_then(|_| self.listen(POLL_INTERVAL));
@@ -232,11 +235,12 @@ impl<T: Transport> Link<T> {
         Ok(())
     }
 
-    /// Takes in what has arrived, without waiting, and repeats the target where it was not accepted yet.
+    /// Takes in what has arrived, without waiting, and repeats the target where it was not accepted
+    /// yet.
     ///
     /// # Errors
-    /// Where the link is lost, the board has fallen silent, lags behind, has restarted or has another
-    /// configuration, or refuses the target.
+    /// Where the link is lost, the board has fallen silent, lags behind, has restarted or has
+    /// another configuration, or refuses the target.
     pub fn poll(&mut self) -> Result<(), LinkError> {
         self.listen(Duration::ZERO)?;
         self.repeat_target()?;
@@ -339,7 +343,7 @@ impl<T: Transport> Link<T> {
         Ok(messages)
     }
 
-    /// Keeps what a message says of the board.
+    /// Takes in a message of the board.
     fn note(&mut self, message: &FromBoard) {
         match message {
             FromBoard::Telemetry(telemetry) => self.note_telemetry(telemetry),

@@ -30,8 +30,8 @@ pub(super) enum Problem {
 pub(super) struct LinkMonitor {
     /// When telemetry came last, or the session began.
     heard: Duration,
-    /// Positions that were not acknowledged yet, oldest first: those of [`MAX_AGE`] at most, since the run ends
-    /// then.
+    /// Positions that were not acknowledged yet, oldest first: those of [`MAX_AGE`] at most, since
+    /// the run ends then.
     sent: VecDeque<Sent>,
     restarted: bool,
 }
@@ -47,7 +47,8 @@ impl LinkMonitor {
         self.sent.push_back(Sent { sequence, id, at });
     }
 
-    /// Notes telemetry that came at `now`, and acknowledges the position of this number and those before it.
+    /// Notes telemetry that came at `now`, and acknowledges the position of this number and those
+    /// before it.
     pub(super) fn acknowledged(&mut self, sequence: Option<u16>, now: Duration) {
         self.heard = now;
         let Some(last) = sequence else { return };

@@ -16,8 +16,8 @@ pub trait Transport {
     /// What to call it in an error.
     fn name(&self) -> String;
 
-    /// The time on the link's clock, which runs evenly and never back: real time, or the virtual time of an
-    /// emulated board. Every deadline of a link is counted on it.
+    /// The time on the link's clock, which runs evenly and never back: real time, or the virtual
+    /// time of an emulated board. Every deadline of a link is counted on it.
     fn now(&self) -> Duration;
 
     /// Sends all of `bytes`.

@@ -76,8 +76,8 @@ impl RunFolder {
     /// Ends the run, well or badly: writes `summary.json` and draws the figures from the rows so far.
     ///
     /// # Errors
-    /// The first file that cannot be written (a full disk). The others are tried all the same, and no file is left
-    /// that was begun and not ended: what is there is whole.
+    /// The first file that cannot be written (a full disk). The others are tried all the same, and
+    /// no file is left that was begun and not ended: what is there is whole.
     pub fn finish<T: Serialize + ?Sized>(self, summary: &T) -> Result<(), RunError> {
         let written = [
             self.write_summary(summary),

@@ -17,7 +17,8 @@ use crate::plan::Jogging;
 /// detector.
 const OUTSIDE_PICTURES: u8 = 3;
 
-/// Highest rate of a motor on its way back into its travel, Q8 steps/s: 20 steps/s, about a centimetre a second.
+/// Highest rate of a motor on its way back into its travel, Q8 steps/s: 20 steps/s, about a
+/// centimetre a second.
 const CRAWL: i32 = 20 << 8;
 
 impl Board {
@@ -47,8 +48,9 @@ impl Board {
         answer(now, out, id, result);
     }
 
-    /// Carries out a command that must not be carried out twice. One that repeats the last of them, with its
-    /// id and content, is answered again; a Store that is still being written is answered once it is.
+    /// Carries out a command that must not be carried out twice. One that repeats the last of them,
+    /// with its id and content, is answered again; a Store that is still being written is answered
+    /// once it is.
     fn handle_once(&mut self, now: Micros, message: &ToBoard, out: &mut Outbox) {
         let repeated =
             self.last_request.is_some_and(|last| last.is_repeated_by(message, self.config.as_ref()));
@@ -131,8 +133,8 @@ impl Board {
         }
     }
 
-    /// Whether the motors must stand still for something else: the configuration is being written, or the
-    /// board is on its way into the bootloader.
+    /// Whether the motors must stand still for something else: the configuration is being written,
+    /// or the board is on its way into the bootloader.
     fn is_reserved(&self) -> bool {
         self.storing.is_some() || self.bootloader
     }
@@ -213,8 +215,8 @@ impl Board {
         Ok(())
     }
 
-    /// Checks after a picture whether the target is reached, and whether the ball is driven away from it.
-    /// There is time for that once the tick is under way.
+    /// Checks after a picture whether the target is reached, and whether the ball is driven away
+    /// from it. There is time for that once the tick is under way.
     #[inline(never)]
     pub(super) fn judge(&mut self, now: Micros, out: &mut Outbox) {
         self.judging = false;
@@ -276,8 +278,8 @@ impl Board {
         outside.map_or(Ok(()), |motor| Err(Refusal::OutsideTravel(motor as u8)))
     }
 
-    /// Begins to drive by `seek`, or goes on with another target. The guards of a drive end with it at
-    /// standstill, not before: targets that come often must not disarm them.
+    /// Begins to drive by `seek`, or goes on with another target. The guards of a drive end with it
+    /// at standstill, not before: targets that come often must not disarm them.
     fn seek(&mut self, now: Micros, seek: Seek) {
         if !matches!(self.activity, Activity::Seeking(_)) {
             if self.planner.moving() {

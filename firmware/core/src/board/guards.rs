@@ -44,9 +44,9 @@ impl Board {
         (now.0 > since).then_some(Micros(since))
     }
 
-    /// Returns the number of ticks after that at `now` until one that has to look at what time has brought: a
-    /// deadline, or telemetry. 0 where one is overdue. What happens meanwhile may put a deadline off; it brings
-    /// none nearer without a look of its own.
+    /// Returns the number of ticks after that at `now` that need no check of deadlines or
+    /// telemetry; 0 where one is overdue. An event may put a deadline off. An event that brings a
+    /// deadline nearer is attended to, and this is called again.
     #[inline(never)]
     pub(super) fn idle_ticks(&self, now: Micros) -> u32 {
         if self.bootloader || self.storing.is_some() || matches!(self.activity, Activity::Jogging(_)) {
@@ -72,14 +72,13 @@ impl Board {
         (schedule.left.saturating_sub(1) / TICK_US).min(self.asking.idle_ticks(now))
     }
 
-    /// Returns for how long the ball was not seen, or the drive waits for its first position, µs; `None`
-    /// without a target.
+    /// Returns the time since [`unseen_since`](Self::unseen_since), µs; `None` without a target.
     fn unseen_us(&self, now: Micros) -> Option<u64> {
         self.unseen_since().map(|since| now.since(since))
     }
 
-    /// Returns when the ball was last seen, or the drive began that waits for its first position; `None`
-    /// without a target. A change of the target puts nothing off.
+    /// Returns when the ball was last seen, but not before the drive began; `None` without a
+    /// target. A change of the target does not begin another drive.
     fn unseen_since(&self) -> Option<Micros> {
         let Activity::Seeking(_) = &self.activity else {
             return None;
@@ -89,7 +88,7 @@ impl Board {
     }
 }
 
-/// The time until the board has to look at something again.
+/// Time until the next check of deadlines, telemetry and demand.
 struct Schedule {
     /// µs.
     now: u64,
@@ -98,15 +97,14 @@ struct Schedule {
 }
 
 impl Schedule {
-    /// Adds a deadline `span_us` after `since`. One that has passed is due at once: something acts on it, and
-    /// it must not be lost, however the moments were moved since the last look.
+    /// Adds a deadline `span_us` after `since`. A deadline that has passed is due at once.
     fn deadline(&mut self, since: Micros, span_us: u64) {
         let at = since.0.saturating_add(span_us);
         self.left = if at > self.now { self.left.min((at - self.now) as u32) } else { 0 };
     }
 
-    /// Adds a moment from which on something else is wanted of the motors. One that has passed is of no
-    /// further interest: every look finds what is wanted now.
+    /// Adds the moment, `span_us` after `since`, at which the demand on the motors changes. A
+    /// moment that has passed is ignored: every check reads the present demand.
     fn milestone(&mut self, since: Micros, span_us: u64) {
         let at = since.0.saturating_add(span_us);
         if at > self.now {

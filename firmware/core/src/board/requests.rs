@@ -1,4 +1,4 @@
-//! Which request was carried out last, so that a repetition is not carried out again.
+//! The request that was carried out last, so that a repetition is not carried out again.
 
 use plumb_protocol::Config;
 use plumb_protocol::message::{Command, Jog, ToBoard};
@@ -11,7 +11,7 @@ pub(super) struct LastRequest {
     content: Content,
 }
 
-/// What it asked for.
+/// Content of a request.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Content {
     /// The configuration in force: the board has it already, and five times as large as the others.
@@ -24,7 +24,8 @@ enum Content {
 }
 
 impl LastRequest {
-    /// Of a command that was carried out; `None` for one that may be carried out any number of times.
+    /// Returns the record of a command that was carried out; `None` for one that may be carried out
+    /// any number of times.
     pub(super) fn of(message: &ToBoard) -> Option<Self> {
         let content = match message.command {
             Command::Configure(_) => Content::Configure,

@@ -68,18 +68,19 @@ pub(super) struct Guards {
 }
 
 impl Guards {
-    /// For a drive that begins at `since`.
+    /// Creates the guards of a drive that begins at `since`.
     pub(super) fn new(since: Micros) -> Self {
         Self { since, divergence: Divergence::default() }
     }
 
-    /// Begins another drive while motors may still turn from the last one: the ball is still watched as before.
+    /// Begins another drive while motors may still turn from the last one: the ball is still
+    /// watched as before.
     pub(super) fn resume(&mut self, now: Micros) {
         self.since = now;
     }
 
-    /// Checks after a picture whether the ball has been driven away from its target for too long: `filtered`
-    /// is its filtered position, `error` the distance from `target`, µm.
+    /// Checks after a picture whether the ball has been driven away from its target for too long:
+    /// `filtered` is its filtered position, `error` the distance from `target`, µm.
     pub(super) fn diverges(
         &mut self,
         now: Micros,
@@ -140,8 +141,8 @@ impl Seek {
         }
     }
 
-    /// Notes after a picture whether the target is reached: `error` is the distance of the filtered position,
-    /// µm.
+    /// Notes after a picture whether the target is reached: `error` is the distance of the filtered
+    /// position, µm.
     pub(super) fn note_arrival(&mut self, error: u32, sight: &Sight, params: &Params) {
         self.reached |= self.arrival.update(error, sight.filter.off(), &params.reached);
     }

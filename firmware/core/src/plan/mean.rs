@@ -26,8 +26,8 @@ struct Lane {
     /// Their sum; 38 bits. And the sum before the newest of them.
     sum: i64,
     sum_before: i64,
-    /// What the cells still turn the motor by if the reference stands still, without rounding; in 32 units over
-    /// twice the number of cells. 47 bits.
+    /// What the cells still turn the motor by if the reference stands still, without rounding; in
+    /// 32 units over twice the number of cells. 47 bits.
     to_come: i64,
     /// What it moved in the present cell, units.
     moved: i64,
@@ -36,8 +36,8 @@ struct Lane {
     /// The rate at the middle of the coming tick, times 32; and what a tick adds to that. 38 bits.
     rate: i64,
     slope: i64,
-    /// How far the motor still turns if the reference stands still, units: right to the rounding of the present
-    /// cell and of what is still to come.
+    /// How far the motor still turns if the reference stands still, units: right to the rounding of
+    /// the present cell and of what is still to come.
     ahead: i64,
 }
 
@@ -106,8 +106,8 @@ impl Mean {
         if self.length == 0 { 0 } else { (self.length as u32 + 2) * CELL_TICKS as u32 }
     }
 
-    /// Whether motors are still to follow. A sum of 0 is not enough: after a move there and back within the span the
-    /// cells hold both.
+    /// Whether motors are still to follow. A sum of 0 is not enough: after a move there and back
+    /// within the span the cells hold both.
     pub(super) fn moving(&self) -> bool {
         self.lanes.iter().any(|lane| lane.quiet <= self.length as u32 || !(0..32).contains(&lane.moved))
     }
@@ -160,7 +160,8 @@ impl Lane {
         let change = i64::from(self.span.1) - i64::from(self.span.0);
         (self.rate, self.slope) = (i64::from(self.span.0) * 32 + change, 2 * change);
         if self.quiet > length as u32 {
-            // Every cell is 0, and so are both means that the rate goes between. What rounding has left: less than a thousandth of a microstep.
+            // Every cell is 0, and so are both means that the rate goes between. What rounding has
+            // left: less than a thousandth of a microstep.
             (self.to_come, self.sum_before, self.moved) = (0, 0, 0);
         }
         // The rounding of the cell that ends is no longer to come.

@@ -35,7 +35,8 @@ pub(super) struct Stop {
     rounding: i64,
 }
 
-/// Units that the running mean's rates are off by in a tick, at most: one for the mean, one for the way to it.
+/// Units that the running mean's rates are off by in a tick, at most: one for the mean, one for the
+/// way to it.
 const MEAN_ROUNDING: u32 = 2;
 
 impl Travel {
@@ -64,8 +65,8 @@ impl Travel {
         self.safe = (self.limits.0 + way, self.limits.1 - way);
     }
 
-    /// Whether the motor stays within its travel if its reference turns at `rate` for this tick and then comes to
-    /// rest by `stop`.
+    /// Whether the motor stays within its travel if its reference turns at `rate` for this tick and
+    /// then comes to rest by `stop`.
     pub(super) fn can_stop(&self, place: &Place, rate: i32, stop: &Stop) -> bool {
         // This tick at `rate`, then rate·(1 - k/ticks) for k = 1.. : rate·(ticks + 1)/2 in all. Bits: rate 31, ticks 28.
         let line = wide::product(rate.unsigned_abs(), stop.ticks.wrapping_add(1)) >> 1;
@@ -84,14 +85,15 @@ impl Travel {
 }
 
 impl Stop {
-    /// A ramp over `ticks` (28 bits), the fewest that the motors can; they follow their references through a
-    /// running mean within `lag_ticks`, 0 where there is none.
+    /// A ramp over `ticks` (28 bits), the fewest that the motors can; they follow their references
+    /// through a running mean within `lag_ticks`, 0 where there is none.
     ///
-    /// A ramp from R over n ticks goes through R - floor(R·k/n), k = 1..n, each less than a unit above the straight
-    /// line. Without rounding the sum with the tick before is R·(n + 1)/2. Let Φ(R, n) = R·(n - 1)/2 + n·(n - 1)/4
-    /// be the bound of the ramp alone. After one tick the rate is R' <= R·(n - 1)/n + (n - 1)/n, and the next ramp
-    /// takes n - 1 ticks: R' + Φ(R', n - 1) <= R·(n - 1)/2 + (n - 1)/2 + (n - 1)·(n - 2)/4 = Φ(R, n). So the bound
-    /// holds for the ramp and for every ramp to rest that is begun on its way, in each tick another.
+    /// A ramp from R over n ticks goes through R - floor(R·k/n), k = 1..n, each less than a unit
+    /// above the straight line. Without rounding the sum with the tick before is R·(n + 1)/2. Let
+    /// Φ(R, n) = R·(n - 1)/2 + n·(n - 1)/4 be the bound of the ramp alone. After one tick the rate
+    /// is R' <= R·(n - 1)/n + (n - 1)/n, and the next ramp takes n - 1 ticks: R' + Φ(R', n - 1) <=
+    /// R·(n - 1)/2 + (n - 1)/2 + (n - 1)·(n - 2)/4 = Φ(R, n). So the bound holds for the ramp and
+    /// for every ramp to rest that is begun on its way, in each tick another.
     pub(super) fn over(ticks: u32, lag_ticks: u32) -> Self {
         let ramps = (wide::product(ticks, ticks.saturating_sub(1)) >> 2) as i64;
         let mean = match lag_ticks {
@@ -109,8 +111,8 @@ mod tests {
     use proptest::prelude::*;
 
     proptest! {
-        /// A motor that can stop by the bound stays within its travel, also where each tick begins another
-        /// ramp; one that could stop with a pulse to spare is not held back.
+        /// A motor that can stop by the bound stays within its travel, also where each tick begins
+        /// another ramp; one that could stop with a pulse to spare is not held back.
         #[test]
         fn a_motor_that_can_stop_stays_within_its_travel(
             off in -3i32..40, high: bool, log in 0u32..5, shift in 0u32..22,

@@ -10,7 +10,8 @@ use plumb_protocol::units::Micros;
 
 use super::super::numbers;
 
-/// What the link to the emulated board does, the same in both directions; an ideal one without options.
+/// What the link to the emulated board does, the same in both directions; an ideal one without
+/// options.
 #[derive(Args)]
 #[command(next_help_heading = "The link to the board")]
 pub(super) struct WireOptions {

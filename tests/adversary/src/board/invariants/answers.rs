@@ -15,7 +15,8 @@ pub(super) const GREETED: &str = "no command before a matching Hello";
 /// Telemetry comes every 100 ms once a host was greeted, whatever else comes.
 pub(super) const TELEMETRY: &str = "telemetry every 100 ms";
 
-/// A request that is repeated, with its id and content, is accepted again and not carried out again.
+/// A request that is repeated, with its id and content, is accepted again and not carried out
+/// again.
 pub(super) const REPEATED: &str = "a repeated request is carried out once";
 
 /// Telemetry and fault reports name the Configure, and the Target or Hold, that are in force.
