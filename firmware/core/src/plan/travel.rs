@@ -110,6 +110,23 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
+    /// 1.25 million pulses/s, which at the least acceleration take 160 million ticks to rest.
+    #[test]
+    fn the_longest_stop_overflows_nowhere() {
+        const FASTEST: i32 = 1_280_000_000;
+        let travel = Travel::between(-(1 << 29), 1 << 29);
+        for lag_ticks in [0, 2032] {
+            let stop = Stop::over(FASTEST as u32 / 8, lag_ticks);
+            for (rate, position) in [(FASTEST, -(1 << 29)), (-FASTEST, 1 << 29)] {
+                let ahead = i64::from(rate) * i64::from(lag_ticks);
+                let place = Place { position, fraction: UNIT - 1, ahead, per_pulse: 1 };
+                assert!(!travel.can_stop(&place, rate, &stop));
+                let slowly = Stop::over(1, lag_ticks);
+                assert!(travel.can_stop(&Place { per_pulse: 16, ..place }, rate.signum(), &slowly));
+            }
+        }
+    }
+
     proptest! {
         /// A motor that can stop by the bound stays within its travel, also where each tick begins
         /// another ramp; one that could stop with a pulse to spare is not held back.
