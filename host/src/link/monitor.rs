@@ -6,6 +6,10 @@ use std::time::Duration;
 /// Longest age of telemetry, and of a position that the board has not acknowledged.
 pub(super) const MAX_AGE: Duration = Duration::from_secs(1);
 
+/// Age of telemetry above which a missing acknowledgement is put down to a silent board: five times
+/// the longest interval of telemetry.
+const QUIET: Duration = Duration::from_millis(500);
+
 /// A position on its way, or lost.
 #[derive(Debug, Clone, Copy)]
 struct Sent {
@@ -17,7 +21,8 @@ struct Sent {
 /// What is wrong with the board or its link.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Problem {
-    /// No telemetry for this long.
+    /// No telemetry for this long: above [`MAX_AGE`], or above [`QUIET`] with a position unacknowledged
+    /// for [`MAX_AGE`].
     Silent(Duration),
     /// A position was sent so long ago, and neither it nor a later one was acknowledged.
     Lagging(Duration),
@@ -75,7 +80,8 @@ impl LinkMonitor {
         let oldest = self.sent.front().map_or(Duration::ZERO, |sent| now.saturating_sub(sent.at));
         if self.restarted {
             Some(Problem::Restarted)
-        } else if age > MAX_AGE {
+        } else if age > MAX_AGE || (oldest > MAX_AGE && age > QUIET) {
+            // A position may have been on its way when the last telemetry came.
             Some(Problem::Silent(age))
         } else if oldest > MAX_AGE {
             Some(Problem::Lagging(oldest))
@@ -106,6 +112,20 @@ mod tests {
         monitor.acknowledged(Some(1), ms(1100));
         assert_eq!(monitor.problem(ms(2100)), None);
         assert_eq!(monitor.problem(ms(2101)), Some(Problem::Silent(ms(1001))));
+    }
+
+    /// The position was on its way when the last telemetry came.
+    #[test]
+    fn a_silent_board_is_not_reported_as_a_slow_link() {
+        let mut monitor = LinkMonitor::default();
+        monitor.begin(ms(0));
+        monitor.sent(1, 7, ms(0));
+        monitor.acknowledged(None, ms(20));
+        assert_eq!(monitor.problem(ms(1000)), None);
+        assert_eq!(monitor.problem(ms(1001)), Some(Problem::Silent(ms(981))));
+        // A board that is heard is not silent.
+        monitor.acknowledged(None, ms(900));
+        assert_eq!(monitor.problem(ms(1001)), Some(Problem::Lagging(ms(1001))));
     }
 
     #[test]
