@@ -198,7 +198,7 @@ impl Cosim {
     /// Sends a command; what the board refuses is an error.
     fn send(&mut self, command: Command) -> Result<(), CosimError> {
         self.heard = self.clock;
-        self.id = self.id.wrapping_add(1);
+        self.id = self.id.checked_add(1).unwrap_or(1);
         // Every command fits a frame.
         if let Ok(frame) = frame::encode(&ToBoard { id: self.id, command }) {
             self.board.receive(self.clock, &frame, &mut self.outbox);

@@ -57,7 +57,7 @@ impl BoardDriver {
     }
 
     fn send(&mut self, now: Micros, command: Command) {
-        self.id = self.id.wrapping_add(1);
+        self.id = self.id.checked_add(1).unwrap_or(1);
         // Every message fits a frame.
         if let Ok(frame) = frame::encode(&ToBoard { id: self.id, command }) {
             self.board.receive(now, &frame, &mut self.outbox);
