@@ -6,7 +6,6 @@
 
 pub mod bench;
 pub mod bounded_read;
-pub mod bounds;
 pub mod camera;
 pub mod cosim;
 pub mod detect;

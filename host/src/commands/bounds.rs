@@ -7,9 +7,9 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Parser;
-use plumb::bounds::{Interval, Rigs, Way};
 use plumb::rig::Rig;
 use plumb::toml_file::Finite;
+use plumb_verify::{Interval, Rigs, Way};
 
 use self::report::Report;
 use super::{FAILED, Failure, OrFail, numbers, print};

@@ -2,12 +2,34 @@
 
 use std::path::Path;
 
-use plumb::bounds::{Polytope, Verdict};
-use plumb::toml_file::read_toml;
-use serde::Serialize;
+use plumb::toml_file::{Finite, read_toml};
+use plumb_verify::{Polytope, PolytopeError, Verdict};
+use serde::{Deserialize, Serialize};
 
 use crate::commands::print::tell;
 use crate::commands::{Failure, OrFail, print};
+
+/// File that describes a family. The vertices are checked while they are read, so that an error
+/// names the line.
+#[derive(Deserialize)]
+#[serde(try_from = "Vertices")]
+struct FamilyFile(Polytope);
+
+/// The table as it is written.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Vertices {
+    vertices: Vec<[[Finite; 3]; 3]>,
+}
+
+impl TryFrom<Vertices> for FamilyFile {
+    type Error = PolytopeError;
+
+    fn try_from(file: Vertices) -> Result<Self, PolytopeError> {
+        let vertices = file.vertices.into_iter().map(|m| m.map(|row| row.map(Finite::get)));
+        Polytope::new(vertices.collect()).map(Self)
+    }
+}
 
 /// What was found.
 #[derive(Serialize)]
@@ -23,7 +45,7 @@ struct Line {
 
 /// Whether no matrix of the family in the file at `path` is singular.
 pub(super) fn main(path: &Path, most_patches: usize, json: bool) -> Result<bool, Failure> {
-    let family: Polytope = read_toml(path).or_bad_input()?;
+    let FamilyFile(family) = read_toml(path).or_bad_input()?;
     let found = family.robustness(most_patches);
     let (nonsingular, words) = match found.verdict {
         Verdict::Nonsingular => (Some(true), "none is singular: proved"),

@@ -1,10 +1,10 @@
 //! What is found of a kind of rigs, for people and for programs.
 
-use plumb::bounds::{
+use plumb_protocol::config::SIGNS;
+use plumb_verify::{
     Descent, Family, Interval, Magnitudes, Rigs, RouthHurwitz, over_rigs, over_way, rough, routh_hurwitz,
     sign_descent,
 };
-use plumb_protocol::config::SIGNS;
 use serde::Serialize;
 
 use super::Question;

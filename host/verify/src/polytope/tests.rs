@@ -1,13 +1,12 @@
 use plumb_core::BuildLimits;
 use plumb_core::law::{Interval as FixedPoint, V_FRACTION_BITS};
 use plumb_core::params::Params;
-use plumb_protocol::config;
-use plumb_protocol::units::Bound;
+use plumb_protocol::config::{self, Config, Deadlines, Drivers, Growth, Motor, Reached, StepDir, Workspace};
+use plumb_protocol::units::{Acceleration, Bound, Gain, Micrometres, Milliseconds, Point, Rate, Steps16};
 use proptest::prelude::*;
 
 use super::*;
-use crate::bounds::Family;
-use crate::rig::Rig;
+use crate::Family;
 
 /// A family as the board is told it: any signs, any bounds α_ik <= β_ik up to 8.
 fn told() -> impl Strategy<Value = config::Interval> {
@@ -20,16 +19,43 @@ fn told() -> impl Strategy<Value = config::Interval> {
         let idle: Vec<_> = (0..3).filter(|&k| signs.iter().all(|row| row[k] == 0)).collect();
         idle.into_iter().for_each(|k| signs[k][k] = -1);
         let (alpha, beta) = (at(&|n| bounds[n].0), at(&|n| bounds[n].0 + bounds[n].1));
-        config::Interval { signs, alpha, beta, gain: plumb_protocol::units::Gain(1 << 16) }
+        config::Interval { signs, alpha, beta, gain: Gain(1 << 16) }
     })
 }
 
 /// The law on the chip.
 fn fixed_point(family: config::Interval) -> FixedPoint {
-    let mut config = Rig::paper().unwrap().config().unwrap();
-    config.law = config::Law::Interval(family);
     let build = BuildLimits { max_pulse_rate: 1_000_000, storage: true };
-    Params::check(&config, &build).unwrap().interval().unwrap()
+    Params::check(&config(family), &build).unwrap().interval().unwrap()
+}
+
+/// A configuration that a board accepts. Only its law matters here.
+fn config(family: config::Interval) -> Config {
+    let motor = Motor {
+        max_rate: Rate::from_si(400.0).unwrap(),
+        max_acceleration: Acceleration(2000),
+        travel_min: Steps16(-64_000),
+        travel_max: Steps16(64_000),
+        reversed: false,
+    };
+    Config {
+        law: config::Law::Interval(family),
+        motors: [motor; 3],
+        microsteps: 16,
+        workspace: Workspace {
+            min: Point::from_metres([-1.0, -1.0, -1.0]).unwrap(),
+            max: Point::from_metres([2.0, 2.0, 0.6]).unwrap(),
+        },
+        reached: Reached { radius: Micrometres(10_000), frames: 10 },
+        deadlines: Deadlines {
+            host: Milliseconds(300),
+            position: Milliseconds(500),
+            max_age: Milliseconds(250),
+        },
+        growth: Growth { margin: Micrometres(60_000), time: Milliseconds(600) },
+        drivers: Drivers::StepDir(StepDir::TMC2209),
+        mean: Milliseconds(0),
+    }
 }
 
 /// The same family for this module.

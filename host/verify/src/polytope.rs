@@ -8,13 +8,11 @@ use clarabel::algebra::CscMatrix;
 use clarabel::solver::{
     DefaultSettings, DefaultSolver, IPSolver, NonnegativeConeT, SolverError, SolverStatus,
 };
-use serde::Deserialize;
 use thiserror::Error;
 
 use super::Interval;
 use super::directions::{Patch, determinant, dot, norm, over_directions};
 use super::search::within;
-use crate::toml_file::Finite;
 
 /// Entries are at most so large, so that nothing overflows.
 const MOST: f64 = 1e9;
@@ -30,26 +28,10 @@ const TOLERANCE: f64 = 0.05;
 const VANISHING: f64 = 1e-6;
 
 /// A family of Jacobians (rows x, y, z; columns A, B, C) by its vertices: at least one, entries of at most 10⁹.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(try_from = "File")]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Polytope {
     vertices: Vec<[[f64; 3]; 3]>,
     largest: f64,
-}
-
-/// A polytope as it is written.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct File {
-    vertices: Vec<[[Finite; 3]; 3]>,
-}
-
-impl TryFrom<File> for Polytope {
-    type Error = PolytopeError;
-
-    fn try_from(file: File) -> Result<Self, PolytopeError> {
-        Self::new(file.vertices.into_iter().map(|m| m.map(|row| row.map(Finite::get))).collect())
-    }
 }
 
 /// Why there is no such family, or no v.
