@@ -7,12 +7,12 @@ use std::time::Duration;
 use nalgebra::Point3;
 use plumb_protocol::message::{Fault, State, Telemetry};
 use plumb_protocol::units::{Covariance, Point, Rate, Steps16};
+use plumb_vision::camera::Camera;
+use plumb_vision::detect::{DetectError, Detection, Detector};
+use plumb_vision::locate::{Located, locate};
 use thiserror::Error;
 
-use crate::camera::Camera;
-use crate::detect::{DetectError, Detection, Detector};
 use crate::link::{Link, LinkError, Transport};
-use crate::locate::{Located, locate};
 use crate::run::{Row, RunError, RunFolder};
 use crate::source::{Live, SourceError};
 

@@ -1,4 +1,4 @@
-//! Plumb's host side: cameras, detection, geometry, the link to the board, and runs.
+//! Plumb's host side: cameras, the link to the board, and runs. [`plumb_vision`] finds the ball.
 //!
 //! ```text
 //! camera -> RgbdFrame -> detect -> Detection -> locate -> Position (rig frame) -> link -> board
@@ -6,13 +6,10 @@
 
 pub mod bench;
 pub mod bounded_read;
-pub mod camera;
+pub mod camera_file;
 pub mod cosim;
-pub mod detect;
 pub mod drive;
-pub mod frame;
 pub mod link;
-pub mod locate;
 mod palette;
 pub mod record;
 pub mod replay;

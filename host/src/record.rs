@@ -11,10 +11,9 @@ use std::thread::{self, JoinHandle};
 
 use opencv::core::{Mat, MatTraitManual, Vector};
 use opencv::imgcodecs::{IMWRITE_PNG_COMPRESSION, imencode};
+use plumb_vision::camera::Intrinsics;
+use plumb_vision::frame::RgbdFrame;
 use thiserror::Error;
-
-use crate::camera::Intrinsics;
-use crate::frame::RgbdFrame;
 
 /// The camera file in a recording.
 pub const CAMERA_FILE: &str = "camera.toml";

@@ -15,12 +15,12 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use opencv::core::count_non_zero;
+use plumb_vision::camera::Camera;
+use plumb_vision::detect::{DetectError, Detection, Detector};
+use plumb_vision::frame::RgbdFrame;
+use plumb_vision::locate::{Located, locate};
 use thiserror::Error;
 
-use crate::camera::Camera;
-use crate::detect::{DetectError, Detection, Detector};
-use crate::frame::RgbdFrame;
-use crate::locate::{Located, locate};
 use crate::source::tum::TumFolder;
 use crate::source::{Source, SourceError};
 
@@ -190,9 +190,9 @@ mod tests {
     use nalgebra::{Isometry3, Vector3};
     use opencv::core::{CV_8UC3, CV_16UC1, Mat, Scalar};
     use opencv::imgcodecs::imwrite_def;
+    use plumb_vision::camera::Intrinsics;
 
     use super::*;
-    use crate::camera::Intrinsics;
 
     /// Sees a ball where the first pixel's blue is 1, fails where it is 2.
     struct Scripted;

@@ -5,11 +5,11 @@ use std::sync::atomic::AtomicBool;
 
 use nalgebra::Point3;
 use plumb_protocol::units::Point;
+use plumb_vision::camera::Camera;
+use plumb_vision::detect::Detector;
 use serde::Serialize;
 use thiserror::Error;
 
-use crate::camera::Camera;
-use crate::detect::Detector;
 use crate::drive::{DriveError, Ending, Tally, drive};
 use crate::link::{Link, LinkError, Transport};
 use crate::rig::{OutOfRange, Rig};

@@ -366,7 +366,7 @@ fn damaged_recordings_give_rows_or_an_error() {
 
 #[test]
 fn the_test_cameras_lens_is_that_of_the_camera_file() {
-    let camera = plumb::camera::Camera::paper().unwrap();
+    let camera = plumb::camera_file::paper().unwrap();
     assert_eq!(camera.intrinsics.fx, FOCAL_LENGTH);
     let (u, v) = camera.intrinsics.project(&AT_TARGET.into()).unwrap();
     let target = camera.pose * camera.intrinsics.deproject(u, v, AT_TARGET[2]);

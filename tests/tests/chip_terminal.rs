@@ -7,8 +7,7 @@ use std::io::{BufRead, BufReader};
 use std::process::{Child, Command, Stdio};
 use std::sync::atomic::AtomicBool;
 
-use plumb::camera::Camera;
-use plumb::detect::ball::Ball;
+use plumb::camera_file;
 use plumb::link::Serial;
 use plumb::rig::Rig;
 use plumb::session::{Place, Session};
@@ -16,6 +15,7 @@ use plumb::source::simulated::{FollowingWorld, SimulatedCamera, Timing};
 use plumb::source::synthetic::{Background, Material, Options, Room, SyntheticCamera};
 use plumb_emulator::rig::{QuasiStatic, Task};
 use plumb_tests::chip::image;
+use plumb_vision::detect::ball::Ball;
 
 /// Ended when dropped.
 struct Ended(Child);
@@ -44,7 +44,7 @@ fn a_session_drives_the_real_image_over_a_serial_port() {
     let task = Task::paper();
     let mut rig = Rig::paper().expect("the paper's rig file");
     rig.law.set_gamma(200.0).expect("a gain");
-    let camera = Camera::paper().expect("the paper's camera");
+    let camera = camera_file::paper().expect("the paper's camera");
     let background = Background::Room(Room::bare(Material::from_srgb(150, 150, 145)));
     let synthetic =
         SyntheticCamera::new(camera.clone(), background, Options::default(), 1).expect("a camera");

@@ -6,8 +6,7 @@
 use std::sync::atomic::AtomicBool;
 
 use nalgebra::{Matrix3, Point3, Vector3};
-use plumb::camera::Camera;
-use plumb::detect::ball::Ball;
+use plumb::camera_file;
 use plumb::link::Memory;
 use plumb::rig::Rig;
 use plumb::session::{Place, Session, Summary};
@@ -23,6 +22,7 @@ use plumb_protocol::units::Point;
 use plumb_tests::bench::{Bench, RATE_HZ, bench};
 use plumb_tests::links::{link, usable_links};
 use plumb_tests::plants::{Linear, Miswired};
+use plumb_vision::detect::ball::Ball;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -204,7 +204,7 @@ fn the_elastic_rig_is_reached() {
 /// The whole run with pictures, detection and its folder, in virtual time.
 fn session(seed: u64, folder: std::path::PathBuf) -> Summary {
     let rig = rig(200.0);
-    let camera = Camera::paper().expect("the paper's camera");
+    let camera = camera_file::paper().expect("the paper's camera");
     let background = Background::Room(Room::furnished());
     let synthetic =
         SyntheticCamera::new(camera.clone(), background, Options::default(), seed).expect("a camera");

@@ -9,8 +9,7 @@ use std::thread;
 use std::time::Duration;
 
 use nalgebra::Point3;
-use plumb::camera::Camera;
-use plumb::detect::ball::Ball;
+use plumb::camera_file;
 use plumb::link::Serial;
 use plumb::rig::Rig;
 use plumb::session::{Place, Session};
@@ -19,6 +18,8 @@ use plumb_emulator::rig::{QuasiStatic, Task};
 use plumb_emulator::{EMULATED, EmulatedBoard, serve};
 use plumb_openni::{OpenNi, Settings, Target};
 use plumb_openni_driver::{Control, ControlFile};
+use plumb_vision::camera::Camera;
+use plumb_vision::detect::ball::Ball;
 
 /// The paper's rig file, quicker, and with patience for a busy machine.
 fn rig() -> Rig {
@@ -47,7 +48,7 @@ fn the_papers_task_is_done_through_libopenni2() {
             return println!("skipped: {error}");
         }
     };
-    let (rig, camera, task) = (rig(), Camera::paper().expect("the paper's camera"), Task::paper());
+    let (rig, camera, task) = (rig(), camera_file::paper().expect("the paper's camera"), Task::paper());
     let plant = QuasiStatic::new(task.geometry, task.start).expect("the paper's rig");
     let served =
         Arc::new(serve(EmulatedBoard::with_plant(EMULATED, Box::new(plant))).expect("a pseudo-terminal"));

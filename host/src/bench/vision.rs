@@ -9,11 +9,11 @@ mod table;
 mod tally;
 mod timing;
 
+use plumb_vision::camera::Camera;
+use plumb_vision::detect::{DetectError, Detector};
+use plumb_vision::frame::RgbdFrame;
 use thiserror::Error;
 
-use crate::camera::Camera;
-use crate::detect::{DetectError, Detector};
-use crate::frame::RgbdFrame;
 use crate::source::synthetic::SyntheticError;
 use peers::{Hough, HsvMoments};
 pub use report::{DetectorReport, SceneReport, VisionReport};

@@ -9,13 +9,14 @@ use clap::{Parser, Subcommand, ValueEnum};
 use opencv::core::MatTraitConst;
 use plumb::bench::control::{self, BenchError, Clock, Contender, PAPER_GAMMAS, Report, Suite};
 use plumb::bench::vision::{self, VisionOptions};
-use plumb::camera::Camera;
-use plumb::detect::Detector;
-use plumb::detect::red::Red;
-use plumb::frame::RgbdFrame;
+use plumb::camera_file;
 use plumb::rig::LawSettings;
 use plumb::source::Source;
 use plumb::source::tum::TumFolder;
+use plumb_vision::camera::Camera;
+use plumb_vision::detect::Detector;
+use plumb_vision::detect::red::Red;
+use plumb_vision::frame::RgbdFrame;
 
 use super::print::{Reader, message, tell};
 use super::{DetectorName, Failure, OrFail, numbers, print};
@@ -246,7 +247,7 @@ fn backgrounds(folders: &[PathBuf], camera: &Camera) -> Result<Vec<RgbdFrame>, F
 }
 
 fn bench_vision(args: &VisionArgs) -> Result<ExitCode, Failure> {
-    let camera = Camera::paper().or_bad_input()?;
+    let camera = camera_file::paper().or_bad_input()?;
     let recorded = backgrounds(&args.background, &camera)?;
     let empty = args.empty.unwrap_or(args.frames);
     if recorded.is_empty() && args.suite == vision::Suite::Hard {

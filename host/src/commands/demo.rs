@@ -10,8 +10,7 @@ use std::sync::atomic::AtomicBool;
 
 use clap::Parser;
 use nalgebra::Point3;
-use plumb::camera::Camera;
-use plumb::frame::RgbdFrame;
+use plumb::camera_file;
 use plumb::link::{Memory, Serial, Transport};
 use plumb::record::{Pace, RecordFolder};
 use plumb::rig::{LawSettings, Rig};
@@ -23,6 +22,8 @@ use plumb::source::synthetic::{Background, Options, Room, SyntheticCamera};
 use plumb::source::tum::TumFolder;
 use plumb::source::{Live, Source};
 use plumb_emulator::{EMULATED, EmulatedBoard, serve};
+use plumb_vision::camera::Camera;
+use plumb_vision::frame::RgbdFrame;
 use serde::Serialize;
 
 use super::interrupt::interrupt_flag;
@@ -96,7 +97,7 @@ fn drive(
     rows: &mut dyn FnMut(&Row),
 ) -> Result<ExitCode, Failure> {
     let rig = Rig { law, ..Rig::paper().or_bad_input()? };
-    let camera = Camera::paper().or_bad_input()?;
+    let camera = camera_file::paper().or_bad_input()?;
     let folder = record_folder(args.options.record.as_deref())?;
     let synthetic = synthetic_camera(args, &camera)?;
     let Some(simulation) = rig.simulation.clone() else {
@@ -159,7 +160,8 @@ where
 {
     let Demo { args, rig, camera, interrupted, .. } = *demo;
     let pace = if args.memory { Pace::Virtual } else { Pace::RealTime };
-    let recorder = folder.map(|folder| folder.begin(Camera::PAPER, &camera.intrinsics, pace)).transpose();
+    let recorder =
+        folder.map(|folder| folder.begin(camera_file::PAPER, &camera.intrinsics, pace)).transpose();
     let mut source = Recorded::new(source, recorder.or_bad_input()?);
     let progress = Progress::new();
     let mut detector = args.options.detector.detector(camera);

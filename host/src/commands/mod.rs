@@ -19,11 +19,11 @@ mod sight;
 use std::error::Error;
 
 use clap::ValueEnum;
-use plumb::camera::Camera;
-use plumb::detect::Detector;
-use plumb::detect::ball::Ball;
-use plumb::detect::red::Red;
 use plumb_emulator::rig::{Elastic, ElasticParameters, Plant, QuasiStatic, RigError};
+use plumb_vision::camera::Camera;
+use plumb_vision::detect::Detector;
+use plumb_vision::detect::ball::Ball;
+use plumb_vision::detect::red::Red;
 
 use plumb::rig::{LawSettings, Simulation};
 

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Parser;
-use plumb::camera::Camera;
+use plumb::camera_file;
 use plumb::record::CAMERA_FILE;
 use plumb::replay::{ReplayError, replay};
 
@@ -30,7 +30,7 @@ pub(crate) struct Args {
 
 pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
     let file = args.camera.clone().unwrap_or_else(|| beside(&args.recording));
-    let mut camera = Camera::read(&file).or_bad_input()?;
+    let mut camera = camera_file::read(&file).or_bad_input()?;
     let (mut source, intrinsics) = recording(&args.recording, camera.intrinsics)?;
     camera.intrinsics = intrinsics;
     let mut detector = args.detector.detector(&camera);

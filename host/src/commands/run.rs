@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use clap::Parser;
 use plumb::bounded_read::read_text;
-use plumb::camera::Camera;
+use plumb::camera_file;
 use plumb::link::Serial;
 use plumb::record::Pace;
 use plumb::rig::{LawSettings, Rig};
@@ -80,7 +80,7 @@ fn drive(file: &Path, mut rig: Rig, options: &Common) -> Result<ExitCode, Failur
         rig.law = law.clone();
     }
     let text = read_text(&rig.camera.file, MAX_BYTES).or_bad_input()?;
-    let camera = Camera::parse(&rig.camera.file, &text).or_bad_input()?;
+    let camera = camera_file::parse(&rig.camera.file, &text).or_bad_input()?;
     let chosen = rig.camera.source(rig.simulation.is_some());
     let chosen = chosen.map_err(|error| format!("{}: {error}", file.display())).or_bad_input()?;
     let port = options.port.as_ref().unwrap_or(&rig.board.port);

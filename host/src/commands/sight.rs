@@ -2,7 +2,6 @@
 
 use std::path::{Path, PathBuf};
 
-use plumb::camera::{Camera, Intrinsics};
 use plumb::record::RecordFolder;
 use plumb::rig::{IntrinsicsFrom, Rig, SourceName};
 use plumb::source::openni::{Lens, OpenniSource};
@@ -13,6 +12,7 @@ use plumb::source::synthetic::{Background, Options, Room, SyntheticCamera};
 use plumb::source::tum::TumFolder;
 use plumb::source::{Live, Source};
 use plumb_openni::{OpenNi, Settings, Target};
+use plumb_vision::camera::{Camera, Intrinsics};
 
 use super::print::tell;
 use super::{Failure, OrFail, Physics};

@@ -1,14 +1,15 @@
 use opencv::core::{CV_8UC3, MatTraitConst, MatTraitConstManual, Scalar};
+use plumb_vision::camera::Camera;
 
 use super::*;
-use crate::camera::Camera;
+use crate::camera_file;
 use crate::source::Source;
 use crate::source::tum::TumFolder;
 
 const CAMERA: &str = include_str!("../../rigs/camera.toml");
 
 fn frame(time: f64, depth_scale: f64, values: &[u16]) -> RgbdFrame {
-    let lens = Camera::paper().unwrap().intrinsics;
+    let lens = camera_file::paper().unwrap().intrinsics;
     let colour = Mat::new_rows_cols_with_default(4, 4, CV_8UC3, Scalar::new(time, 20.0, 30.0, 0.0)).unwrap();
     let depth = Mat::from_slice(values).unwrap().reshape(1, 4).unwrap().try_clone().unwrap();
     RgbdFrame::new(time, colour, depth, Intrinsics { depth_scale, ..lens }).unwrap()
@@ -22,7 +23,7 @@ fn there_and_back(frames: &[RgbdFrame]) -> (Camera, Vec<RgbdFrame>) {
     frames.iter().for_each(|frame| recorder.add(frame));
     let recording = recorder.finish().unwrap();
     assert_eq!((recording.frames, recording.left_out), (frames.len() as u64, 0));
-    let camera = Camera::read(&folder.path().join(CAMERA_FILE)).unwrap();
+    let camera = camera_file::read(&folder.path().join(CAMERA_FILE)).unwrap();
     let mut source = TumFolder::open(folder.path(), camera.intrinsics).unwrap();
     let mut read = Vec::new();
     while let Some(frame) = source.next_frame().unwrap() {

@@ -25,7 +25,7 @@ pub struct Row {
     pub rates_steps_s: Option<[f64; 3]>,
 }
 
-/// Where the ball is in the picture; as [`crate::detect::Detection`].
+/// Where the ball is in the picture; as [`plumb_vision::detect::Detection`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RowDetection {
     /// Column of its centre, pixels.
@@ -38,8 +38,8 @@ pub struct RowDetection {
     pub score: f64,
 }
 
-impl From<crate::detect::Detection> for RowDetection {
-    fn from(d: crate::detect::Detection) -> Self {
+impl From<plumb_vision::detect::Detection> for RowDetection {
+    fn from(d: plumb_vision::detect::Detection) -> Self {
         Self { u: d.u, v: d.v, radius: d.radius, score: d.score }
     }
 }

@@ -3,10 +3,10 @@
 use std::path::PathBuf;
 
 use opencv::core::Size;
+use plumb_vision::frame::{FrameError, RgbdFrame};
 use thiserror::Error;
 
 use crate::bounded_read::ReadError;
-use crate::frame::{FrameError, RgbdFrame};
 
 pub mod openni;
 pub mod paced;

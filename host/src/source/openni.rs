@@ -3,10 +3,10 @@
 use opencv::core::{Mat, MatTraitConst};
 use opencv::imgproc::{COLOR_RGB2BGR, cvt_color_def};
 use plumb_openni::{Camera, OpenNi, Opened, OpenniError, Pair, Settings, Target};
+use plumb_vision::camera::Intrinsics;
+use plumb_vision::frame::RgbdFrame;
 
 use super::{Live, Source, SourceError};
-use crate::camera::Intrinsics;
-use crate::frame::RgbdFrame;
 
 /// Where the intrinsics are from.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -3,8 +3,9 @@
 use std::thread;
 use std::time::{Duration, Instant};
 
+use plumb_vision::frame::RgbdFrame;
+
 use super::{Live, Source, SourceError};
-use crate::frame::RgbdFrame;
 
 /// Longest time without a picture. A live camera that is silent for so long counts as gone too
 /// ([`plumb_openni::Deadlines`]), and an interrupted run goes on for so long at most.
@@ -95,9 +96,9 @@ mod tests {
     use std::collections::VecDeque;
 
     use opencv::core::{CV_8UC3, CV_16UC1, Mat, Scalar};
+    use plumb_vision::camera::Intrinsics;
 
     use super::*;
-    use crate::camera::Intrinsics;
 
     /// Frames with these time stamps, or lost ones.
     struct Stamps(VecDeque<Result<f64, f64>>);

@@ -1,7 +1,8 @@
 //! A source whose frames are recorded as they are taken.
 
+use plumb_vision::frame::RgbdFrame;
+
 use super::{Live, Source, SourceError};
-use crate::frame::RgbdFrame;
 use crate::record::{RecordError, Recorder, Recording};
 
 /// `source`, with every frame that it gives also given to a recorder, where there is one. What goes wrong with the

@@ -10,10 +10,10 @@ use nalgebra::Point3;
 use plumb_emulator::rig::{Plant, RigError};
 use plumb_emulator::{EmulatedBoard, Served};
 use plumb_protocol::units::Micros;
+use plumb_vision::frame::RgbdFrame;
 
 use super::synthetic::{Scene, SyntheticCamera};
 use super::{Live, Source, SourceError};
-use crate::frame::RgbdFrame;
 
 /// Where a simulated rig's ball is, and the clock that goes with it.
 pub trait World {

@@ -8,11 +8,11 @@ use std::path::{Path, PathBuf};
 
 use opencv::core::{CV_16UC1, Mat, MatTraitConst, Scalar, Size};
 use opencv::imgcodecs::{IMREAD_ANYCOLOR, IMREAD_ANYDEPTH, IMREAD_UNCHANGED};
+use plumb_vision::camera::Intrinsics;
+use plumb_vision::frame::{FrameError, RgbdFrame};
 
 use super::{Source, SourceError, picture_file};
 use crate::bounded_read;
-use crate::camera::Intrinsics;
-use crate::frame::{FrameError, RgbdFrame};
 
 /// How far apart in time a colour picture and its depth may be taken, seconds: less than the 33 ms between
 /// frames, so that a depth picture that was dropped is not replaced by its neighbour.

@@ -5,11 +5,11 @@ use std::collections::VecDeque;
 
 use nalgebra::{Matrix2, Point3, Vector3};
 use opencv::core::{CV_8UC3, Mat, Scalar};
-use plumb::camera::{Camera, Intrinsics};
-use plumb::detect::{DetectError, Detection, Detector};
-use plumb::frame::RgbdFrame;
 use plumb::source::simulated::{Timing, World};
 use plumb::source::{Live, Source, SourceError};
+use plumb_vision::camera::{Camera, Intrinsics};
+use plumb_vision::detect::{DetectError, Detection, Detector};
+use plumb_vision::frame::RgbdFrame;
 
 /// Rows and columns of a picture, pixels.
 const SIZE: i32 = 15;
@@ -121,8 +121,9 @@ impl Detector for Spot {
 
 #[cfg(test)]
 mod tests {
-    use plumb::locate::locate;
+    use plumb::camera_file;
     use plumb_emulator::rig::RigError;
+    use plumb_vision::locate::locate;
 
     use super::*;
 
@@ -144,7 +145,7 @@ mod tests {
 
     #[test]
     fn the_ball_is_located_where_it_is() {
-        let camera = Camera::paper().expect("the paper's camera");
+        let camera = camera_file::paper().expect("the paper's camera");
         for ball in [[0.54, 0.22, 0.459], [0.4, 0.4, 0.15], [0.7, 0.1, 0.3]].map(Point3::from) {
             let source = SpotCamera::new(Still(ball), camera.clone(), Timing::default());
             let frame = source.picture(0.0, ball).expect("a picture");

@@ -7,7 +7,7 @@ use std::thread;
 use std::time::Duration;
 
 use nalgebra::Point3;
-use plumb::camera::Camera;
+use plumb::camera_file;
 use plumb::link::{Memory, Serial, Transport};
 use plumb::rig::{LawSettings, Rig};
 use plumb::run::Row;
@@ -183,7 +183,7 @@ fn drive<W: World, T: Transport>(
     board: &impl Probe,
     rest: impl FnOnce(),
 ) -> Outcome {
-    let camera = Camera::paper().expect("the paper's camera");
+    let camera = camera_file::paper().expect("the paper's camera");
     let mut source = SpotCamera::new(world, camera.clone(), Timing::default());
     let folder = tempfile::tempdir().expect("a folder");
     let mut legs = Vec::new();

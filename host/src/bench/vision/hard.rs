@@ -2,13 +2,13 @@
 //! things; and pictures without a ball, the same and with their light and colours changed.
 
 use nalgebra::{Point3, Vector3};
+use plumb_vision::camera::Camera;
+use plumb_vision::frame::RgbdFrame;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::scenes::{Shot, placed};
 use super::{VisionError, VisionOptions, hard_camera};
-use crate::camera::Camera;
-use crate::frame::RgbdFrame;
 use crate::source::synthetic::overlay::{Exposure, Look, Overlay};
 use crate::source::synthetic::{Light, Material, Pattern, Shape, Thing};
 

@@ -6,9 +6,8 @@ use opencv::imgproc::{
     RETR_EXTERNAL, contour_area_def, cvt_color_def, find_contours_def, gaussian_blur_def,
     get_structuring_element_def, hough_circles, moments_def, morphology_ex,
 };
-
-use crate::detect::{DetectError, Detection, Detector};
-use crate::frame::RgbdFrame;
+use plumb_vision::detect::{DetectError, Detection, Detector};
+use plumb_vision::frame::RgbdFrame;
 
 /// Radii that circles are looked for with, pixels.
 const RADII: (i32, i32) = (6, 65);

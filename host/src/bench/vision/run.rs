@@ -5,16 +5,16 @@ use std::hint::black_box;
 use plumb_protocol::frame::{Frame, encode};
 use plumb_protocol::message::{Command, Position, ToBoard};
 use plumb_protocol::units as wire;
+use plumb_vision::camera::Camera;
+use plumb_vision::detect::Detector;
+use plumb_vision::frame::RgbdFrame;
+use plumb_vision::locate::{Located, locate};
 
 use super::hard::{self, HardShots};
 use super::scenes::{self, Backdrop, KINDS, Kind, Shot, Shots};
 use super::tally::{Tally, percentile};
 use super::timing::{computed, milliseconds, red_difference_of_gaussians};
 use super::{Suite, VisionError, VisionOptions, VisionReport};
-use crate::camera::Camera;
-use crate::detect::Detector;
-use crate::frame::RgbdFrame;
-use crate::locate::{Located, locate};
 use crate::source::synthetic::SyntheticCamera;
 
 /// The reference is timed on the first of so many pictures.

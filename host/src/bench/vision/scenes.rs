@@ -1,12 +1,12 @@
 //! The scenes that detectors are compared on: what is in them and where the ball is, from a seed.
 
 use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, Translation3, UnitQuaternion, Vector3};
+use plumb_vision::camera::Camera;
+use plumb_vision::frame::RgbdFrame;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::{VisionError, VisionOptions};
-use crate::camera::Camera;
-use crate::frame::RgbdFrame;
 use crate::source::synthetic::{
     Background, Ball, Material, Options, Pattern, Room, Scene, Shape, Strand, SyntheticCamera, Thing,
 };

@@ -1,9 +1,10 @@
 //! Counting what a detector finds.
 
+use plumb_vision::detect::Detection;
+use plumb_vision::locate::Located;
+
 use super::scenes::Shot;
 use super::{DetectorReport, SceneReport};
-use crate::detect::Detection;
-use crate::locate::Located;
 
 /// What is counted of one detector.
 #[derive(Debug, Default)]

@@ -1,8 +1,8 @@
 use opencv::core::{CV_8UC3, CV_16UC1, Mat, MatTraitConst, Scalar};
+use plumb_vision::detect::Detection;
 
 use super::tally::percentile;
 use super::*;
-use crate::detect::Detection;
 use crate::source::synthetic::paper::paper_camera;
 
 /// Finds nothing, ever.

@@ -8,8 +8,7 @@ use opencv::core::{
     subtract_def,
 };
 use opencv::imgproc::gaussian_blur_def;
-
-use crate::frame::RgbdFrame;
+use plumb_vision::frame::RgbdFrame;
 
 /// What this thread has computed so far: a clock that other programs do not make go faster.
 pub(super) fn computed() -> Duration {

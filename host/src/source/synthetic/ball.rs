@@ -3,12 +3,12 @@
 use nalgebra::{Point3, Vector3};
 use opencv::core::{Mat, MatTraitConstManual, Size, Vec4f};
 use opencv::imgproc::gaussian_blur_def;
+use plumb_vision::camera::Intrinsics;
 use rand::{Rng, RngExt};
 
 use super::canvas::Canvas;
 use super::light::{CameraLight, Material, encode, glint};
 use super::sensor::Disparity;
-use crate::camera::Intrinsics;
 
 /// A ball to be drawn, in camera axes, metres.
 #[derive(Debug, Clone, Copy)]

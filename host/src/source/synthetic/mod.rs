@@ -22,12 +22,12 @@ pub use sensor::SensorOptions;
 
 use nalgebra::Isometry3;
 use opencv::core::{CV_16UC1, Mat, MatTraitConst, MatTraitConstManual, MatTraitManual, Scalar, lut};
+use plumb_vision::camera::Camera;
+use plumb_vision::frame::{FrameError, RgbdFrame};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use thiserror::Error;
 
-use crate::camera::Camera;
-use crate::frame::{FrameError, RgbdFrame};
 use arrange::{What, items};
 use ball::Style;
 use canvas::Canvas;

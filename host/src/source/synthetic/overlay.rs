@@ -5,14 +5,14 @@ use opencv::core::{
     CV_32F, Mat, MatTrait, MatTraitConst, MatTraitConstManual, Point, Scalar, Size, Vec3b, Vec4f,
 };
 use opencv::imgproc::{filter_2d_def, gaussian_blur_def};
+use plumb_vision::camera::{Camera, Intrinsics};
+use plumb_vision::frame::RgbdFrame;
 use rand::{Rng, RngExt};
 use rand_distr::StandardNormal;
 
 use super::SyntheticError;
 use super::light::{CameraLight, Light, decode, encode};
 use super::room::Thing;
-use crate::camera::{Camera, Intrinsics};
-use crate::frame::RgbdFrame;
 
 /// Rays in a pixel, in each direction.
 const RAYS: usize = 4;

@@ -1,8 +1,7 @@
 //! The rig of the paper, for tests: Blanchini et al., "Model-free cable robot control", IFAC PapersOnLine 56-2 (2023) 550-555.
 
 use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, Translation3, UnitQuaternion};
-
-use crate::camera::{Camera, Intrinsics};
+use plumb_vision::camera::{Camera, Intrinsics};
 
 /// Where the cables leave motors A, B and C of the paper's rig, metres in the rig frame.
 pub(crate) const PAPER_MOTORS: [Point3<f64>; 3] =

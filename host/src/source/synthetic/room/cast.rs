@@ -1,12 +1,12 @@
 //! Casts a room into a picture: a ray a pixel, light with soft shadows, smoothed within each surface, edges anti-aliased.
 
 use nalgebra::{Point3, Vector3};
+use plumb_vision::camera::Camera;
 
 use super::pattern::chance;
 use super::shape::{Meeting, Ray, wall};
 use super::view::View;
 use super::{Panel, Pattern, Room, Thing};
-use crate::camera::Camera;
 use crate::source::synthetic::light::{Material, encode, glint};
 
 /// A pixel while the picture is made.

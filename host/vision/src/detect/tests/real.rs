@@ -1,21 +1,33 @@
 //! On real pictures, and on balls drawn into them.
 
+use std::fs;
+
 use nalgebra::Point3;
+use opencv::imgcodecs::{IMREAD_COLOR, IMREAD_UNCHANGED, imread};
 
 use super::{detect, miss};
 use crate::camera::Intrinsics;
 use crate::detect::scene::{INTRINSICS, Scene, Sphere, pictures};
 use crate::frame::RgbdFrame;
-use crate::source::Source;
-use crate::source::tum::TumFolder;
 
 /// The frames of a folder of real pictures.
 fn real(name: &str, intrinsics: Intrinsics) -> Vec<RgbdFrame> {
     let Some(folder) = pictures(name) else { return Vec::new() };
-    let mut source = TumFolder::open(&folder, intrinsics).unwrap();
-    let frames: Vec<_> = std::iter::from_fn(|| source.next_frame().unwrap()).collect();
-    assert!(!frames.is_empty(), "{name}");
-    frames
+    // Lines "timestamp path"; each colour picture of these folders has its depth on the same line.
+    let list = |file: &str| -> Vec<(String, String)> {
+        let text = fs::read_to_string(folder.join(file)).unwrap();
+        let lines = text.lines().filter(|line| !line.starts_with('#'));
+        lines.map(|line| line.split_once(' ').map(|(t, p)| (t.into(), p.into())).unwrap()).collect()
+    };
+    let picture = |path: &str, flags| imread(folder.join(path).to_str().unwrap(), flags).unwrap();
+    let (colours, depths) = (list("rgb.txt"), list("depth.txt"));
+    assert!(!colours.is_empty() && colours.len() == depths.len(), "{name}");
+    let pairs = colours.iter().zip(&depths).map(|((time, colour), (same_time, depth))| {
+        assert_eq!(time, same_time, "{name}");
+        let (colour, depth) = (picture(colour, IMREAD_COLOR), picture(depth, IMREAD_UNCHANGED));
+        RgbdFrame::new(time.parse().unwrap(), colour, depth, intrinsics).unwrap()
+    });
+    pairs.collect()
 }
 
 fn desk() -> Vec<RgbdFrame> {

@@ -1,112 +1,55 @@
-//! A camera: how it projects (intrinsics), where it stands (pose in the rig frame) and how big the ball is.
+//! The camera file (TOML): reads a [`Camera`].
 
 use std::path::Path;
 
-use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion};
+use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
+use plumb_vision::camera::{Camera, Intrinsics};
 use serde::Deserialize;
 use thiserror::Error;
 
 use crate::toml_file::{Finite, Positive, TomlFileError, parse_toml, read_toml};
 
-/// Pinhole intrinsics of a colour picture and of the depth registered to it, without distortion.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Intrinsics {
-    /// Focal length along the rows, pixels.
-    pub fx: f64,
-    /// Focal length along the columns, pixels.
-    pub fy: f64,
-    /// Principal point, pixels from the centre of the left-most pixel.
-    pub cx: f64,
-    /// Principal point, pixels from the centre of the top-most pixel.
-    pub cy: f64,
-    /// Units of the depth picture in a metre (5000 in TUM RGB-D, 1000 for millimetres).
-    pub depth_scale: f64,
+/// The paper's camera file, `rigs/camera.toml`.
+pub const PAPER: &str = include_str!("../rigs/camera.toml");
+
+/// The camera that the TOML file at `path` describes:
+///
+/// ```toml
+/// [intrinsics]            # pixels; depth_scale: depth units in a metre
+/// fx = 525.0
+/// fy = 525.0
+/// cx = 319.5
+/// cy = 239.5
+/// depth_scale = 5000.0
+/// [pose]                  # camera axes (x right, y down, z forward) into the rig frame
+/// translation = [1.737, 0.286, 0.225]     # metres
+/// quaternion = [-0.5, -0.5, 0.5, 0.5]     # x, y, z, w
+/// [ball]
+/// diameter_m = 0.06
+/// hue = 0.0               # degrees: 0 red (as where it is left out), 120 green, 240 blue
+/// ```
+///
+/// # Errors
+/// Where the file cannot be read, has an unknown key, lacks one, or a value is out of its range (lengths and
+/// scales above 0, everything finite, the hue from 0 to 360, the quaternion's norm within 1 % of 1; it is normalised then).
+pub fn read(path: &Path) -> Result<Camera, TomlFileError> {
+    read_toml::<CameraFile>(path).map(Camera::from)
 }
 
-impl Intrinsics {
-    /// The point at pixel (`u`, `v`) and depth `z` metres along the optical axis, in camera axes
-    /// (x right, y down, z forward), metres.
-    pub fn deproject(&self, u: f64, v: f64, z: f64) -> Point3<f64> {
-        Point3::new((u - self.cx) / self.fx * z, (v - self.cy) / self.fy * z, z)
-    }
-
-    /// The pixel that a point in camera axes (metres) is seen at; `None` for a point that is not in front.
-    pub fn project(&self, p: &Point3<f64>) -> Option<(f64, f64)> {
-        (p.z > 1e-9).then(|| (self.fx * p.x / p.z + self.cx, self.fy * p.y / p.z + self.cy))
-    }
-
-    /// The mean of the two focal lengths, pixels.
-    pub(crate) fn focal(&self) -> f64 {
-        (self.fx + self.fy) / 2.0
-    }
-
-    /// The radius (pixels, on the optical axis) of a ball of radius `ball_radius` at depth `z`, metres.
-    pub(crate) fn radius_at(&self, ball_radius: f64, z: f64) -> f64 {
-        self.focal() * ball_radius / z
-    }
-
-    /// The depth, metres, of a ball of radius `ball_radius` (metres) that is seen with `radius` pixels.
-    pub(crate) fn depth_of(&self, ball_radius: f64, radius: f64) -> f64 {
-        self.focal() * ball_radius / radius
-    }
+/// As [`read`], of `text` that is already read; `path` is only used to name it.
+///
+/// # Errors
+/// Where the text does not describe a camera.
+pub fn parse(path: &Path, text: &str) -> Result<Camera, TomlFileError> {
+    parse_toml::<CameraFile>(path, text).map(Camera::from)
 }
 
-/// A camera file: everything that is known of a camera and of the ball it looks for.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Camera {
-    /// How it projects.
-    pub intrinsics: Intrinsics,
-    /// From camera axes into the rig frame.
-    pub pose: Isometry3<f64>,
-    /// Diameter of the ball, metres.
-    pub ball_diameter: f64,
-    /// Hue of the ball, degrees: 0 red, 60 yellow, 120 green, 180 cyan, 240 blue, 300 magenta.
-    pub ball_hue: f64,
-}
-
-impl Camera {
-    /// The paper's camera file, `rigs/camera.toml`.
-    pub const PAPER: &str = include_str!("../rigs/camera.toml");
-
-    /// The camera that the TOML file at `path` describes:
-    ///
-    /// ```toml
-    /// [intrinsics]            # pixels; depth_scale: depth units in a metre
-    /// fx = 525.0
-    /// fy = 525.0
-    /// cx = 319.5
-    /// cy = 239.5
-    /// depth_scale = 5000.0
-    /// [pose]                  # camera axes (x right, y down, z forward) into the rig frame
-    /// translation = [1.737, 0.286, 0.225]     # metres
-    /// quaternion = [-0.5, -0.5, 0.5, 0.5]     # x, y, z, w
-    /// [ball]
-    /// diameter_m = 0.06
-    /// hue = 0.0               # degrees: 0 red (as where it is left out), 120 green, 240 blue
-    /// ```
-    ///
-    /// # Errors
-    /// Where the file cannot be read, has an unknown key, lacks one, or a value is out of its range (lengths and
-    /// scales above 0, everything finite, the hue from 0 to 360, the quaternion's norm within 1 % of 1; it is normalised then).
-    pub fn read(path: &Path) -> Result<Self, TomlFileError> {
-        read_toml::<CameraFile>(path).map(Self::from)
-    }
-
-    /// As [`Camera::read`], of `text` that is already read; `path` is only used to name it.
-    ///
-    /// # Errors
-    /// Where the text does not describe a camera.
-    pub fn parse(path: &Path, text: &str) -> Result<Self, TomlFileError> {
-        parse_toml::<CameraFile>(path, text).map(Self::from)
-    }
-
-    /// The paper's camera, as in `rigs/camera.toml`: at (1.737, 0.286, 0.225) m, looking along -x.
-    ///
-    /// # Errors
-    /// None in a released program: the file is part of it.
-    pub fn paper() -> Result<Self, TomlFileError> {
-        Self::parse(Path::new("rigs/camera.toml"), Self::PAPER)
-    }
+/// The paper's camera, as in `rigs/camera.toml`: at (1.737, 0.286, 0.225) m, looking along -x.
+///
+/// # Errors
+/// None in a released program: the file is part of it.
+pub fn paper() -> Result<Camera, TomlFileError> {
+    parse(Path::new("rigs/camera.toml"), PAPER)
 }
 
 /// The camera file as it is written.
@@ -205,6 +148,8 @@ impl From<CameraFile> for Camera {
 
 #[cfg(test)]
 mod tests {
+    use nalgebra::Point3;
+
     use super::*;
 
     const GOOD: &str = "\
@@ -221,20 +166,20 @@ quaternion = [-0.5, -0.5, 0.501, 0.5]
 diameter_m = 0.06
 ";
 
-    fn read(text: &str) -> Result<Camera, String> {
+    fn read_text(text: &str) -> Result<Camera, String> {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("camera.toml");
         std::fs::write(&path, text).unwrap();
-        Camera::read(&path).map_err(|e| e.to_string())
+        read(&path).map_err(|e| e.to_string())
     }
 
     #[test]
     fn the_camera_axes_are_mapped_into_the_rig_frame() {
-        let camera = read(GOOD).unwrap();
+        let camera = read_text(GOOD).unwrap();
         assert_eq!(camera.intrinsics.fy, 524.0);
         assert_eq!(camera.ball_diameter, 0.06);
         assert_eq!(camera.ball_hue, 0.0);
-        assert_eq!(read(&GOOD.replace("0.06", "0.06\nhue = 120")).unwrap().ball_hue, 120.0);
+        assert_eq!(read_text(&GOOD.replace("0.06", "0.06\nhue = 120")).unwrap().ball_hue, 120.0);
         // This quaternion looks along -x with the picture's rows pointing down: right is +y, down is -z.
         let p = camera.pose * camera.intrinsics.deproject(319.5, 239.5, 0.5);
         assert!((p - Point3::new(0.5, 2.0, 3.0)).norm() < 2e-3, "{p}");
@@ -258,7 +203,7 @@ diameter_m = 0.06
         ];
         for (from, to, place, key) in cases {
             assert!(GOOD.contains(from));
-            let error = read(&GOOD.replace(from, to)).unwrap_err();
+            let error = read_text(&GOOD.replace(from, to)).unwrap_err();
             assert!(error.contains(place), "{place} in {error}");
             assert!(error.contains(key), "{key} in {error}");
         }

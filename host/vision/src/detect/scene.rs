@@ -122,7 +122,7 @@ impl Scene {
 /// The folder `name` of real pictures: in the folder that the environment variable PLUMB_DATA names, or
 /// beside the repository. `None`, said aloud, where it is absent, which is a failure with CI set.
 pub(super) fn pictures(name: &str) -> Option<PathBuf> {
-    let beside = || PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../shared/data");
+    let beside = || PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data");
     let folder = std::env::var_os("PLUMB_DATA").map_or_else(beside, PathBuf::from).join(name);
     if folder.is_dir() {
         return Some(folder);
