@@ -41,5 +41,5 @@ firmware: ## build the board's firmware: target/firmware/plumb.elf and plumb.uf2
 flash: firmware ## put it onto a Raspberry Pi Pico (ARGS="uf2", "picotool" or "probe-rs" to choose the way)
 	@scripts/flash $(ARGS)
 
-lint: ## formatting, clippy, documentation and shell scripts, without a warning
+lint: ## formatting, clippy, documentation, dependency rules and shell scripts, without a warning
 	@scripts/lint
