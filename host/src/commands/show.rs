@@ -10,7 +10,6 @@ use plumb_protocol::message::Refusal;
 
 use super::print::{message, tell};
 use super::{FAILED, Failure, OrFail, both};
-use plumb_protocol::message::Refusal;
 
 /// A progress line on a terminal, renewed in place; nothing elsewhere.
 pub(super) struct Progress {
