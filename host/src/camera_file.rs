@@ -30,8 +30,9 @@ pub const PAPER: &str = include_str!("../rigs/camera.toml");
 /// ```
 ///
 /// # Errors
-/// Where the file cannot be read, has an unknown key, lacks one, or a value is out of its range (lengths and
-/// scales above 0, everything finite, the hue from 0 to 360, the quaternion's norm within 1 % of 1; it is normalised then).
+/// Where the file cannot be read, has an unknown key, lacks one, or a value is out of its range:
+/// lengths and scales above 0, everything finite, the hue from 0 to 360, the quaternion's norm
+/// within 1 % of 1 (it is normalised then).
 pub fn read(path: &Path) -> Result<Camera, TomlFileError> {
     read_toml::<CameraFile>(path).map(Camera::from)
 }

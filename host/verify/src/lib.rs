@@ -1,8 +1,10 @@
 //! Proofs about Plumb's control laws, for every rig of a kind or for every Jacobian of a family.
 //!
 //! - Bounds α and β of |∂p/∂u| over [kinds of rigs](Rigs) and along the [way](Way) of one rig.
-//! - Theorem 1: no matrix of a [`Family`] of intervals or of a [`Polytope`] is singular, and the least |v|.
-//! - The [Routh-Hurwitz conditions](routh_hurwitz) of law `sign`, and [where it lets |e| fall](sign_descent).
+//! - Theorem 1: no matrix of a [`Family`] of intervals or of a [`Polytope`] is singular, and the
+//!   least |v|.
+//! - The [Routh-Hurwitz conditions](routh_hurwitz) of law `sign`, and
+//!   [where it lets |e| fall](sign_descent).
 //!
 //! A result is called proved where it rests on interval arithmetic with outward rounding or on
 //! exact integers. The QP solver only proposes vectors; [`Polytope::robustness`] checks them.
