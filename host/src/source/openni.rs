@@ -53,14 +53,6 @@ impl OpenniSource {
         &self.intrinsics
     }
 
-    /// Stops and closes it, and completes its recording.
-    ///
-    /// # Errors
-    /// Where that does not come to an end.
-    pub fn close(self) -> Result<(), SourceError> {
-        Ok(self.camera.close()?)
-    }
-
     fn frame(&self, pair: &Pair) -> Result<RgbdFrame, SourceError> {
         let rows = i32::from(self.camera.opened().mode.height);
         let mut colour = Mat::default();

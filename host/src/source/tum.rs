@@ -85,11 +85,6 @@ impl TumFolder {
         Ok(Self { intrinsics, pending, first_size: None })
     }
 
-    /// How many calls of [`Source::next_frame`] remain: frames, and lines that cannot be understood.
-    pub fn remaining(&self) -> usize {
-        self.pending.len()
-    }
-
     fn read_frame(
         &mut self,
         time: f64,
@@ -300,7 +295,7 @@ mod tests {
     fn a_list_that_is_too_long_is_refused() {
         let folder = recording("", "");
         std::fs::write(folder.path().join("rgb.txt"), "0 c0.png\n".repeat(MAX_LINES)).unwrap();
-        assert_eq!(TumFolder::open(folder.path(), INTRINSICS).unwrap().remaining(), MAX_LINES);
+        assert_eq!(TumFolder::open(folder.path(), INTRINSICS).unwrap().pending.len(), MAX_LINES);
         std::fs::write(folder.path().join("rgb.txt"), "0 c0.png\n".repeat(MAX_LINES + 1)).unwrap();
         let error = TumFolder::open(folder.path(), INTRINSICS).unwrap_err().to_string();
         assert!(error.contains("rgb.txt: it has more than 1000000 lines"), "{error}");

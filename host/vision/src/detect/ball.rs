@@ -51,7 +51,6 @@ const SIZE_FACTOR: f64 = 2.0;
 pub struct Ball {
     ball_radius: f64,
     colour: BallColour,
-    threshold: f64,
     /// Where it was in the picture before.
     last: Option<Disc>,
 }
@@ -59,12 +58,7 @@ pub struct Ball {
 impl Ball {
     /// For a red ball of `ball_diameter` metres.
     pub fn new(ball_diameter: f64) -> Self {
-        Self {
-            ball_radius: ball_diameter / 2.0,
-            colour: BallColour::new(0.0),
-            threshold: THRESHOLD,
-            last: None,
-        }
+        Self { ball_radius: ball_diameter / 2.0, colour: BallColour::new(0.0), last: None }
     }
 
     /// For the camera's ball.
@@ -75,11 +69,6 @@ impl Ball {
     /// The same for a ball of another hue, degrees (the default is 0, red).
     pub fn with_hue(self, degrees: f64) -> Self {
         Self { colour: BallColour::new(degrees), ..self }
-    }
-
-    /// The same with another score from which on it is a ball (the default is 0.52).
-    pub fn with_threshold(self, threshold: f64) -> Self {
-        Self { threshold, ..self }
     }
 
     /// The best candidate in a window of the picture and its score.
@@ -98,7 +87,7 @@ impl Ball {
                 return false;
             }
             let candidate = judge.candidate(start, held);
-            let least = best.map_or(self.threshold, |b| b.1.max(self.threshold));
+            let least = best.map_or(THRESHOLD, |b| b.1.max(THRESHOLD));
             let fits = fits(candidate.fine.disc.radius);
             let score = if fits { judge.score(&candidate, least) } else { 0.0 };
             known.extend([start, candidate.fine.disc]);
@@ -250,7 +239,7 @@ impl Detector for Ball {
     }
 
     fn detect(&mut self, frame: &RgbdFrame) -> Result<Option<Detection>, DetectError> {
-        let found = self.find(frame)?.filter(|(_, score)| *score >= self.threshold);
+        let found = self.find(frame)?.filter(|(_, score)| *score >= THRESHOLD);
         self.last = found.map(|(fine, _)| fine.disc);
         Ok(found.map(|(fine, score)| {
             let Disc { u, v, radius } = fine.disc;

@@ -44,8 +44,6 @@ pub(super) struct Outline {
     pub(super) rims: [Rim; RAYS],
     /// Drop of redness at the edge, 0 to 1.
     pub(super) contrast: f64,
-    /// Part of the disc that is red, 0 to 1.
-    pub(super) fill: f64,
 }
 
 impl Outline {
@@ -217,31 +215,12 @@ impl Polar {
                 _ => Rim::Plain,
             }
         };
-        Outline {
-            disc,
-            rims: std::array::from_fn(rim),
-            contrast: f64::from(self.contrast),
-            fill: self.fill(0.5 * self.contrast),
-        }
+        Outline { disc, rims: std::array::from_fn(rim), contrast: f64::from(self.contrast) }
     }
 
     /// Whether a ray beyond the disc is as red as the disc, more or less.
     fn is_red_beyond(&self, ray: usize) -> bool {
         let beyond = &self.red[ray][PER_RADIUS as usize + 2..self.inside[ray].max(PER_RADIUS as usize + 2)];
         beyond.iter().sum::<f32>() > 0.5 * self.contrast * beyond.len() as f32
-    }
-
-    /// Part of the disc (but for its rim) whose redness is above `level`; samples weigh as the area they
-    /// stand for.
-    fn fill(&self, level: f32) -> f64 {
-        let (mut red, mut all) = (0, 0);
-        for (ray, samples) in self.red.iter().enumerate() {
-            let within = self.inside[ray].min(PER_RADIUS as usize - 1);
-            for (k, sample) in samples[..within].iter().enumerate() {
-                all += 2 * k + 1;
-                red += if *sample > level { 2 * k + 1 } else { 0 };
-            }
-        }
-        red as f64 / all.max(1) as f64
     }
 }

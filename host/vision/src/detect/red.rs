@@ -24,7 +24,6 @@ const RED: i32 = 2;
 #[derive(Debug)]
 pub struct Red {
     radius: f64,
-    threshold: f64,
     red: Mat,
     wide: [Mat; 2],
     difference: Mat,
@@ -35,7 +34,6 @@ impl Red {
     pub fn new(radius: f64) -> Self {
         Self {
             radius: radius.max(1.0),
-            threshold: THRESHOLD,
             red: Mat::default(),
             wide: [Mat::default(), Mat::default()],
             difference: Mat::default(),
@@ -45,11 +43,6 @@ impl Red {
     /// For the camera's ball at about `distance` metres.
     pub fn for_camera(camera: &Camera, distance: f64) -> Self {
         Self::new(camera.intrinsics.fx * camera.ball_diameter / 2.0 / distance)
-    }
-
-    /// The same with another threshold, grey levels of the difference of Gaussians (the default is 10).
-    pub fn with_threshold(self, threshold: f64) -> Self {
-        Self { threshold, ..self }
     }
 }
 
@@ -71,7 +64,7 @@ impl Detector for Red {
         let none = Mat::default();
         min_max_loc(&self.difference, None, Some(&mut score), None, Some(&mut at), &none)?;
         let found = Detection::new(f64::from(at.x), f64::from(at.y), self.radius, score);
-        Ok((score >= self.threshold).then_some(found))
+        Ok((score >= THRESHOLD).then_some(found))
     }
 }
 

@@ -3,14 +3,23 @@
 mod estimate;
 mod swings;
 
+use plumb_protocol::config;
+
 use super::axis::times;
 use super::sign;
 use super::{Demand, Law, Limits, MotorRates, Picture};
 use estimate::{Estimate, Steps};
 use swings::Swings;
 
-/// Σ, pattern (12).
-pub(super) const SIGNS: [[i32; 3]; 3] = [[-1, -1, 1], [-1, 1, 0], [-1, -1, -1]];
+/// Σ, pattern (12), in the width that the law computes with.
+pub(super) const SIGNS: [[i32; 3]; 3] = {
+    let (mut signs, mut at) = ([[0; 3]; 3], 0);
+    while at < 9 {
+        signs[at / 3][at % 3] = config::SIGNS[at / 3][at % 3] as i32;
+        at += 1;
+    }
+    signs
+};
 
 /// Of an unsure way the motors do not brake on more than so many steps less, Q8: by then more is known.
 const UNSURE_STEPS: i64 = 40 << 8;
