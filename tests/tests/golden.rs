@@ -135,3 +135,31 @@ fn reports() {
         "0503a8a9120701aa023f9efe0100",
     );
 }
+
+/// Every frame on the page for other languages is what the code sends, and both directions are shown.
+#[test]
+fn the_page_on_the_wire_format_shows_real_frames() {
+    let page = include_str!("../../docs/wire-format.md");
+    let is_frame = |word: &&str| word.len() >= 16 && word.bytes().all(|b| b.is_ascii_hexdigit());
+    let (mut to_board, mut from_board) = (0, 0);
+    for hex in page.split('`').filter(is_frame) {
+        let bytes: Vec<u8> = (0..hex.len())
+            .step_by(2)
+            .map(|at| u8::from_str_radix(&hex[at..at + 2], 16).expect("hexadecimal"))
+            .collect();
+        if is_message::<ToBoard>(&bytes) {
+            to_board += 1;
+        } else {
+            assert!(is_message::<FromBoard>(&bytes), "{hex} is no message");
+            from_board += 1;
+        }
+    }
+    assert!(to_board >= 5 && from_board >= 3, "{to_board} frames to the board, {from_board} from it");
+}
+
+/// Whether `bytes` are one frame with a message of this type, to the last byte.
+fn is_message<T: Serialize + DeserializeOwned>(bytes: &[u8]) -> bool {
+    let mut accumulator = Accumulator::new();
+    let read = bytes.iter().find_map(|&b| accumulator.push::<T>(b));
+    matches!(read, Some(Ok(message)) if encode(&message).is_ok_and(|frame| frame == bytes))
+}

@@ -1,0 +1,154 @@
+"""A Plumb board without Plumb: greets it, configures it, jogs motor A by ten steps and prints its telemetry.
+
+usage: client.py PORT      (a serial port, or the path that `plumb emulate` prints)
+
+Only Python's own library. docs/wire-format.md describes the bytes.
+"""
+
+import os
+import select
+import sys
+import time
+import tty
+import zlib
+
+MAGIC, VERSION = b"PLMB", 2
+# Identifies the types of all messages. A board of another schema says no to the Hello.
+SCHEMA = bytes.fromhex("ed6068c3adbb3352")
+HELLO, STOP, CONFIGURE, JOG, CLEAR_FAULT, STATUS = 0, 1, 3, 6, 8, 9
+STATES = ["unconfigured", "ready", "seeking", "holding", "fault"]
+
+
+def unsigned(number):
+    """Encodes a number as a varint: seven bits a byte, the lowest first."""
+    out = bytearray()
+    while number > 0x7F:
+        out.append(number & 0x7F | 0x80)
+        number >>= 7
+    return bytes(out + bytes([number]))
+
+
+def signed(*numbers):
+    """Encodes numbers with a sign: zigzag, then varint."""
+    return b"".join(unsigned(2 * n if n >= 0 else -2 * n - 1) for n in numbers)
+
+
+def frame(message):
+    """Wraps a message: its CRC-32 behind it, COBS around both (no run of a frame has 254 bytes), a zero."""
+    runs = (message + zlib.crc32(message).to_bytes(4, "little")).split(b"\0")
+    return b"".join(bytes([len(run) + 1]) + run for run in runs) + b"\0"
+
+
+def message(chunk):
+    """Unwraps a frame without its zero; None where it is damaged."""
+    plain, at = b"", 0
+    while at < len(chunk):
+        plain += chunk[at + 1 : at + chunk[at]] + b"\0"
+        at += chunk[at]
+    body, crc = plain[:-5], plain[-5:-1]
+    return body if zlib.crc32(body).to_bytes(4, "little") == crc else None
+
+
+class Reader:
+    """Reads a message's fields one after the other."""
+
+    def __init__(self, data):
+        self.data, self.at = data, 0
+
+    def byte(self):
+        self.at += 1
+        return self.data[self.at - 1]
+
+    def unsigned(self):
+        number, shift = 0, 0
+        while True:
+            byte = self.byte()
+            number |= (byte & 0x7F) << shift
+            shift += 7
+            if byte < 0x80:
+                return number
+
+    def signed(self):
+        number = self.unsigned()
+        return -(number + 1) // 2 if number & 1 else number // 2
+
+    def option(self):
+        return self.unsigned() if self.byte() else None
+
+
+def telemetry(fields):
+    """Reads the fields of telemetry behind its variant's number."""
+    told = {"time_us": fields.unsigned(), "state": STATES[fields.unsigned()]}
+    if told["state"] == "fault" and fields.unsigned() == 4:
+        fields.byte()  # the motor that would have passed its travel
+    told |= {name: fields.option() for name in ("configuration", "target", "sequence")}
+    told["motors_steps"] = [fields.signed() / 16 for _ in range(3)]
+    told["rates_steps_s"] = [fields.signed() / 256 for _ in range(3)]
+    return told
+
+
+class Board:
+    """A board at the other end of a serial port."""
+
+    def __init__(self, port):
+        self.port = os.open(port, os.O_RDWR | os.O_NOCTTY)
+        tty.setraw(self.port)
+        self.waiting, self.id, self.telemetry = b"", 0, None
+
+    def messages(self, seconds):
+        """Yields what has come, as readers, after a wait of at most `seconds`."""
+        if select.select([self.port], [], [], seconds)[0]:
+            self.waiting += os.read(self.port, 4096)
+        *chunks, self.waiting = self.waiting.split(b"\0")
+        for body in filter(None, map(message, filter(None, chunks))):
+            yield Reader(body)
+
+    def request(self, command, content=b""):
+        """Sends a command, and again with the same id until it is answered; raises where it is refused."""
+        self.id += 1
+        for _ in range(10):
+            os.write(self.port, frame(unsigned(self.id) + unsigned(command) + content))
+            deadline = time.monotonic() + 0.2
+            while time.monotonic() < deadline:
+                for fields in self.messages(0.02):
+                    kind = fields.unsigned()
+                    if kind == 2:
+                        self.telemetry = telemetry(fields)
+                    elif kind in (0, 1) and fields.unsigned() == self.id:
+                        refused = fields.data[-1] == 0 if kind == 0 else fields.byte() == 1
+                        if refused:
+                            raise SystemExit(f"command {command} is refused: {fields.data.hex()}")
+                        return
+        raise SystemExit("the board does not answer")
+
+
+def config():
+    """The law `sign`, 400 steps/s, 2000 steps/s², 3000 steps of travel, STEP/DIR drivers at 16 microsteps."""
+    motor = signed(400 * 256) + unsigned(2000) + signed(-3000 * 16, 3000 * 16) + b"\0"
+    workspace = signed(-200_000, -200_000, -100_000, 1_100_000, 900_000, 600_000)
+    reached = signed(10_000) + bytes([10])
+    deadlines = unsigned(300) + unsigned(500) + unsigned(250)
+    growth = signed(40_000) + unsigned(200)
+    drivers = unsigned(0) + unsigned(1000) + unsigned(1000) + unsigned(200)
+    law = unsigned(1) + unsigned(1000)
+    return law + 3 * motor + bytes([16]) + workspace + reached + deadlines + growth + drivers + unsigned(0)
+
+
+def main():
+    board = Board(sys.argv[1])
+    os.write(board.port, b"\0")  # ends whatever the board has half received
+    board.request(HELLO, MAGIC + unsigned(VERSION) + SCHEMA)
+    board.request(STOP)
+    board.request(CLEAR_FAULT)
+    board.request(CONFIGURE, config())
+    board.request(JOG, bytes([0]) + signed(10 * 16, 100 * 256))
+    while True:
+        board.request(STATUS)
+        told = board.telemetry  # None where it was lost on the way
+        print(told, flush=True)
+        if told and told["rates_steps_s"] == [0, 0, 0] and told["motors_steps"][0] == 10:
+            return
+
+
+if __name__ == "__main__":
+    main()
