@@ -9,6 +9,7 @@
 mod error;
 mod exchange;
 mod monitor;
+mod target;
 mod transport;
 
 use std::time::Duration;
@@ -22,6 +23,7 @@ use plumb_protocol::units::{Covariance, Micros, Point};
 
 pub use error::LinkError;
 use monitor::{LinkMonitor, Problem};
+use target::TargetRequest;
 pub use transport::{Memory, Serial, Transport, boards};
 
 /// A board that is there answers a request within this, even over a link that loses a quarter of
@@ -55,25 +57,6 @@ pub struct Link<T> {
     monitor: LinkMonitor,
     refused_positions: u32,
     bad_frames: u32,
-}
-
-/// Request of a target.
-#[derive(Debug, Clone, Copy)]
-struct TargetRequest {
-    id: u16,
-    target: Point,
-    first_sent: Duration,
-    last_sent: Duration,
-    outcome: Outcome,
-}
-
-/// Answer of the board to a request.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Outcome {
-    /// It has not answered.
-    Unknown,
-    Accepted,
-    Refused(Refusal),
 }
 
 impl<T: Transport> Link<T> {
@@ -150,35 +133,6 @@ impl<T: Transport> Link<T> {
         self.telemetry_since(asked.time)
     }
 
-    /// Asks for a target, in the rig frame, without waiting: [`poll`](Self::poll) repeats the
-    /// request until the board has accepted it, and fails where it refuses. Until then
-    /// [`target_telemetry`](Self::target_telemetry) is `None`.
-    ///
-    /// # Errors
-    /// Where the link is lost.
-    pub fn aim(&mut self, target: Point) -> Result<(), LinkError> {
-        let (id, now) = (self.post(Command::Target(target))?, self.transport.now());
-        let outcome = Outcome::Unknown;
-        self.target = Some(TargetRequest { id, target, first_sent: now, last_sent: now, outcome });
-        Ok(())
-    }
-
-    /// Sets the target, in the rig frame, and waits until the board has accepted it.
-    ///
-    /// # Errors
-    /// Where the board refuses it or has stopped by itself, or the link fails.
-    pub fn target(&mut self, target: Point) -> Result<(), LinkError> {
-        self.aim(target)?;
-        while self.target.is_some_and(|request| request.outcome == Outcome::Unknown) {
-            self.listen(POLL_INTERVAL)?;
-            self.poll()?;
-        }
-        match self.target.map(|request| request.outcome) {
-            Some(Outcome::Refused(Refusal::Faulted(fault))) => Err(LinkError::Fault(fault)),
-            _ => self.check_target(),
-        }
-    }
-
     /// Ramps down and waits until the motors stand still.
     ///
     /// # Errors
@@ -253,12 +207,6 @@ impl<T: Transport> Link<T> {
         self.telemetry.as_ref().filter(|telemetry| telemetry.configuration == self.configuration)
     }
 
-    /// Returns the newest telemetry if it is about the target asked for last.
-    pub fn target_telemetry(&self) -> Option<&Telemetry> {
-        let id = self.target?.id;
-        self.telemetry().filter(|telemetry| telemetry.target == Some(id))
-    }
-
     /// Why the board has stopped by itself, if it has.
     pub fn fault(&self) -> Option<Fault> {
         self.fault
@@ -272,32 +220,6 @@ impl<T: Transport> Link<T> {
     /// Frames from the board that were torn or corrupted, since the greeting.
     pub fn bad_frames(&self) -> u32 {
         self.bad_frames
-    }
-
-    fn repeat_target(&mut self) -> Result<(), LinkError> {
-        let now = self.transport.now();
-        let Some(request) = &mut self.target else { return Ok(()) };
-        if request.outcome != Outcome::Unknown {
-            return Ok(());
-        }
-        if now.saturating_sub(request.first_sent) > ANSWER_TIMEOUT {
-            return Err(self.silent("the target", ANSWER_TIMEOUT));
-        }
-        if now.saturating_sub(request.last_sent) > REPEAT_AFTER {
-            request.last_sent = now;
-            let (id, command) = (request.id, Command::Target(request.target));
-            self.send(id, command)?;
-        }
-        Ok(())
-    }
-
-    fn check_target(&self) -> Result<(), LinkError> {
-        match self.target.map(|request| request.outcome) {
-            // The fault is the cause, and is told as such.
-            Some(Outcome::Refused(Refusal::Faulted(_))) if self.fault.is_some() => Ok(()),
-            Some(Outcome::Refused(refusal)) => Err(LinkError::Refused { what: "the target", refusal }),
-            _ => Ok(()),
-        }
     }
 
     fn check_monitor(&mut self) -> Result<(), LinkError> {
@@ -369,28 +291,23 @@ impl<T: Transport> Link<T> {
             // Its own report may be lost.
             self.fault = Some(fault);
         }
-        if let Some(request) = &mut self.target
-            && telemetry.target == Some(request.id)
-        {
-            request.outcome = Outcome::Accepted;
+        if let Some(request) = &mut self.target {
+            request.note_telemetry(telemetry);
         }
     }
 
     fn note_answer(&mut self, answer: &Answer) {
         let of_position = answer.refusal.is_some() && self.monitor.refused(answer.id);
-        let of_target = self.target.is_some_and(|request| request.id == answer.id);
+        let of_target = self.target.is_some_and(|request| request.is_answered_by(answer));
         self.refused_positions += u32::from(of_position);
         if (of_position || of_target)
             && matches!(answer.refusal, Some(Refusal::NotGreeted | Refusal::Unconfigured))
         {
             self.monitor.forgotten();
         }
-        if let Some(request) = &mut self.target
-            && request.id == answer.id
-            && request.outcome == Outcome::Unknown
-        {
-            request.outcome = answer.refusal.map_or(Outcome::Accepted, Outcome::Refused);
-            if let Outcome::Refused(Refusal::Faulted(fault)) = request.outcome {
+        if let Some(request) = &mut self.target {
+            request.note_answer(answer);
+            if let Some(Refusal::Faulted(fault)) = request.refusal() {
                 self.fault = Some(fault);
             }
         }
