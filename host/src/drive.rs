@@ -138,15 +138,16 @@ pub fn drive<S: Live, T: Transport>(
             }
         };
         report(rig, seen.as_ref())?;
-        if let Some(seen) = seen {
+        if let Some(seen) = &seen {
             lost_in_a_row = 0;
-            note(rig, &seen, target, seen.time - start, tally)?;
-            if is_reached(rig, &seen, target) {
-                return Ok(Ending::Reached);
-            }
+            note(rig, seen, target, seen.time - start, tally)?;
         }
+        // A fault that has come after the telemetry of a held target counts.
         if let Some(fault) = rig.link.fault() {
             return Ok(Ending::Fault(fault));
+        }
+        if seen.is_some_and(|seen| is_reached(rig, &seen, target)) {
+            return Ok(Ending::Reached);
         }
         if rig.source.now() - begin > patience {
             return Ok(Ending::OutOfPatience);

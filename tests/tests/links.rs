@@ -1,12 +1,12 @@
 //! The real session, drive and link over every link of the table, with every law and three targets:
 //! a target that is reported as reached was driven to, a run that ends early tells the true cause
-//! within 2 s, and the board stands still afterwards. The whole matrix, with more seeds, is
-//! `make links`.
+//! within 2 s, and the board stands still afterwards. `make links` prints the same as a table, and takes
+//! more seeds.
 
 use plumb_tests::links::{Outcome, Run, in_real_time, in_virtual_time, judge, link, links};
 
-/// Seeds of each link and law.
-const SEEDS: u64 = 3;
+/// Seeds of each link and law, as `make links` has them.
+const SEEDS: u64 = 20;
 
 /// What is wrong with a run, in a line; `None` where nothing is.
 fn wrong(run: &Run, in_time: fn(&Run) -> Outcome) -> Option<String> {
