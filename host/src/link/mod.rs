@@ -28,11 +28,11 @@ pub use transport::{Memory, Serial, Transport, boards};
 
 /// A board that is there answers a request within this, even over a link that loses a quarter of
 /// the frames.
-const ANSWER_TIMEOUT: Duration = Duration::from_secs(2);
+const ANSWER_TIMEOUT: Duration = Duration::from_millis(1500);
 
 /// A request without an answer is sent again after this: below the shortest deadline for a silent
 /// host that is usual, 300 ms.
-const REPEAT_AFTER: Duration = Duration::from_millis(200);
+const REPEAT_AFTER: Duration = Duration::from_millis(100);
 
 /// Longest wait of each look at the port.
 const POLL_INTERVAL: Duration = Duration::from_millis(20);

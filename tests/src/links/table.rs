@@ -105,8 +105,13 @@ impl LinkCase {
 
     /// When the link is first disturbed on the board's clock, where that is one moment.
     pub fn disturbed_at(&self, seed: u64) -> Option<Micros> {
-        let Wire { silences, reboots, .. } = (self.wire)(seed);
-        silences.iter().map(|s| s.from).chain(reboots.iter().map(|r| r.at)).min()
+        let Wire { to_board, silences, reboots, .. } = (self.wire)(seed);
+        // A dead link is disturbed from the moment at which the host opens its port.
+        let dead = (to_board.lost >= 1.0).then(|| super::run::begin(seed));
+        dead.into_iter()
+            .chain(silences.iter().map(|silence| silence.from))
+            .chain(reboots.iter().map(|reboot| reboot.at))
+            .min()
     }
 }
 
