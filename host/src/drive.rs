@@ -16,6 +16,9 @@ use crate::link::{Link, LinkError, Transport};
 use crate::run::{Row, RunError, RunFolder};
 use crate::source::{Live, SourceError};
 
+/// Hears where the board says that its motors are (full steps since its start).
+pub type Follow<'a> = &'a mut dyn FnMut([f64; 3]) -> Result<(), SourceError>;
+
 /// What a run works with.
 pub struct Rig<'a, S, T> {
     /// Sees.
@@ -34,6 +37,8 @@ pub struct Rig<'a, S, T> {
     pub interrupted: &'a AtomicBool,
     /// Hears of every frame.
     pub progress: &'a mut dyn FnMut(&Row),
+    /// Follows the motors, where a simulated rig does; an error of it ends the run.
+    pub follow: Option<Follow<'a>>,
 }
 
 /// How far things came, over all targets.
@@ -163,8 +168,8 @@ fn report<S: Live, T: Transport>(rig: &mut Rig<'_, S, T>, seen: Option<&Seen>) -
     let (ball, covariance) = seen.map_or((None, None), |seen| (seen.ball(), seen.covariance()));
     rig.link.position(ball, covariance, age)?;
     rig.link.poll()?;
-    if let Some(telemetry) = rig.link.telemetry() {
-        rig.source.board_moved(telemetry.motors.map(Steps16::to_si))?;
+    if let (Some(telemetry), Some(follow)) = (rig.link.telemetry(), &mut rig.follow) {
+        follow(telemetry.motors.map(Steps16::to_si))?;
     }
     Ok(())
 }

@@ -10,7 +10,7 @@ use plumb_vision::detect::Detector;
 use serde::Serialize;
 use thiserror::Error;
 
-use crate::drive::{DriveError, Ending, Tally, drive};
+use crate::drive::{DriveError, Ending, Follow, Tally, drive};
 use crate::link::{Link, LinkError, Transport};
 use crate::rig::{OutOfRange, Rig};
 use crate::run::{Row, RunError, RunFolder, Scene};
@@ -41,6 +41,8 @@ pub struct Session<'a> {
     pub interrupted: &'a AtomicBool,
     /// Hears of every frame.
     pub progress: &'a mut dyn FnMut(&Row),
+    /// Follows the motors, where a simulated rig does; an error of it ends the run.
+    pub follow: Option<Follow<'a>>,
 }
 
 /// What a run came to: `summary.json`, and the last line of `--json`.
@@ -178,6 +180,10 @@ impl Session<'_> {
             radius: self.rig.reached.radius.get(),
             interrupted: self.interrupted,
             progress: &mut *self.progress,
+            follow: match &mut self.follow {
+                Some(follow) => Some(&mut **follow),
+                None => None,
+            },
         };
         for &target in targets {
             let before = tally.frames;

@@ -50,6 +50,7 @@ fn a_session_drives_the_real_image_over_a_serial_port() {
         SyntheticCamera::new(camera.clone(), background, Options::default(), 1).expect("a camera");
     let plant = QuasiStatic::new(task.geometry, task.start).expect("the paper's rig");
     let world = FollowingWorld::new(Box::new(plant));
+    let mut follower = world.follower();
     let mut source = SimulatedCamera::new(world, synthetic, *task.geometry.motors(), Timing::default());
     let folder = tempfile::tempdir().expect("a folder");
     let session = Session {
@@ -60,6 +61,7 @@ fn a_session_drives_the_real_image_over_a_serial_port() {
         patience: 120.0,
         interrupted: &AtomicBool::new(false),
         progress: &mut |_| {},
+        follow: Some(&mut |motors| Ok(follower.board_moved(motors)?)),
     };
     let transport = Serial::open(port.trim(), 115_200).expect("the port");
     let summary = session.run(&mut source, transport).expect("a run").summary;

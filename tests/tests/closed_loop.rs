@@ -222,6 +222,7 @@ fn session(seed: u64, folder: std::path::PathBuf) -> Summary {
         patience: 60.0,
         interrupted: &AtomicBool::new(false),
         progress: &mut |_| {},
+        follow: None,
     };
     session.run(&mut source, Memory::new(board)).expect("a run").summary
 }

@@ -84,6 +84,7 @@ fn the_papers_task_is_done_through_libopenni2() {
         patience: 60.0,
         interrupted: &interrupted,
         progress: &mut |_| (),
+        follow: None,
     };
     let result = session.run(&mut source, transport);
     over.store(true, Ordering::Relaxed);

@@ -176,6 +176,7 @@ where
             progress.show(row);
             (demo.rows)(row);
         },
+        follow: None,
     };
     let result = session.run(&mut source, transport);
     progress.done();

@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use clap::Parser;
 use plumb::bounded_read::read_text;
 use plumb::camera_file;
+use plumb::drive::Follow;
 use plumb::link::Serial;
 use plumb::record::Pace;
 use plumb::rig::{LawSettings, Rig};
@@ -87,13 +88,14 @@ fn drive(file: &Path, mut rig: Rig, options: &Common) -> Result<ExitCode, Failur
     let transport = Serial::open(port, rig.board.baud).or_bad_input()?;
     let folder = record_folder(options.run.record.as_deref())?;
     let oni = folder.as_ref().map(|folder| folder.oni());
-    let Sight { source, camera } = Sight::open(chosen, &rig, camera, options.run.physics, oni)?;
+    let Sight { source, camera, follower } = Sight::open(chosen, &rig, camera, options.run.physics, oni)?;
     let recorder = folder.map(|folder| folder.begin(&text, &camera.intrinsics, Pace::RealTime)).transpose();
     let mut source = Recorded::new(source, recorder.or_bad_input()?);
 
     let interrupted = interrupt_flag()?;
     let progress = Progress::new();
     let mut detector = options.run.detector.detector(&camera);
+    let mut follow = follower.map(|mut follower| move |motors| Ok(follower.board_moved(motors)?));
     let session = Session {
         rig: &rig,
         camera: &camera,
@@ -102,6 +104,7 @@ fn drive(file: &Path, mut rig: Rig, options: &Common) -> Result<ExitCode, Failur
         patience: options.run.patience,
         interrupted: &interrupted,
         progress: &mut |row| progress.show(row),
+        follow: follow.as_mut().map(|follow| follow as Follow<'_>),
     };
     let result = session.run(&mut source, transport);
     progress.done();

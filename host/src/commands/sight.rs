@@ -7,7 +7,7 @@ use plumb::rig::{IntrinsicsFrom, Rig, SourceName};
 use plumb::source::openni::{Lens, OpenniSource};
 use plumb::source::paced::Paced;
 use plumb::source::recorded::Recorded;
-use plumb::source::simulated::{FollowingWorld, SimulatedCamera, Timing};
+use plumb::source::simulated::{Follower, FollowingWorld, SimulatedCamera, Timing};
 use plumb::source::synthetic::{Background, Options, Room, SyntheticCamera};
 use plumb::source::tum::TumFolder;
 use plumb::source::{Live, Source};
@@ -22,6 +22,8 @@ pub(crate) struct Sight {
     pub(crate) source: Box<dyn Live>,
     /// As in its file, but for the intrinsics, where the device tells them.
     pub(crate) camera: Camera,
+    /// Moves the simulated rig, where that is what the source shows.
+    pub(crate) follower: Option<Follower>,
 }
 
 impl Sight {
@@ -43,7 +45,7 @@ impl Sight {
                 };
                 let (source, intrinsics) = recording(path, camera.intrinsics)?;
                 let camera = Camera { intrinsics, ..camera };
-                Ok(Self { source: Box::new(Paced::new(source)), camera })
+                Ok(Self { source: Box::new(Paced::new(source)), camera, follower: None })
             }
         }
     }
@@ -54,10 +56,11 @@ fn simulated(rig: &Rig, camera: Camera, physics: Physics) -> Result<Sight, Failu
     let Some(simulation) = &rig.simulation else { return Err("no rig is simulated").or_bad_input() };
     let motors = *simulation.geometry().or_bad_input()?.motors();
     let world = FollowingWorld::new(physics.plant(simulation).or_bad_input()?);
+    let follower = Some(world.follower());
     let background = Background::Room(Room::furnished());
     let synthetic = SyntheticCamera::new(camera.clone(), background, Options::default(), 1).or_bad_input()?;
     let source = Box::new(SimulatedCamera::new(world, synthetic, motors, Timing::default()));
-    Ok(Sight { source, camera })
+    Ok(Sight { source, camera, follower })
 }
 
 /// A camera through OpenNI2.
@@ -76,7 +79,7 @@ fn live(rig: &Rig, camera: Camera, oni: Option<PathBuf>) -> Result<Sight, Failur
         tell!("plumb: {note}");
     }
     let camera = Camera { intrinsics: *source.intrinsics(), ..camera };
-    Ok(Sight { source: Box::new(source), camera })
+    Ok(Sight { source: Box::new(source), camera, follower: None })
 }
 
 /// The recording at `path`, a TUM folder or an `.oni` file, and the intrinsics that its frames have.

@@ -1,5 +1,6 @@
 //! Where pictures come from.
 
+use std::error::Error as StdError;
 use std::path::PathBuf;
 
 use opencv::core::Size;
@@ -73,12 +74,6 @@ pub enum SourceError {
         /// Size of the recording's first picture, pixels.
         first: Size,
     },
-    /// A synthetic picture could not be rendered.
-    #[error(transparent)]
-    Synthetic(#[from] synthetic::SyntheticError),
-    /// The simulated rig cannot follow its motors.
-    #[error("the simulated rig: {0}")]
-    Rig(#[from] plumb_emulator::rig::RigError),
     /// A camera through OpenNI2.
     #[error(transparent)]
     Openni(#[from] plumb_openni::OpenniError),
@@ -138,6 +133,15 @@ pub enum SourceError {
         #[source]
         error: Box<SourceError>,
     },
+    /// A source of another crate has its own errors.
+    #[error("{error}")]
+    Other {
+        /// Whether no picture will come any more.
+        is_final: bool,
+        /// What is wrong.
+        #[source]
+        error: Box<dyn StdError + Send + Sync>,
+    },
 }
 
 impl SourceError {
@@ -150,11 +154,12 @@ impl SourceError {
         }
     }
 
-    /// Whether no picture will come any more: the camera is gone, or the simulated rig, or a
-    /// recording has a gap.
+    /// Whether no picture will come any more: the camera is gone, a recording has a gap, or a source
+    /// of another crate says so.
     pub fn is_final(&self) -> bool {
         match self {
-            Self::Rig(_) | Self::Gap { .. } => true,
+            Self::Gap { .. } => true,
+            Self::Other { is_final, .. } => *is_final,
             Self::Openni(error) => !error.is_passing(),
             _ => false,
         }
@@ -174,15 +179,6 @@ pub trait Source {
 pub trait Live: Source {
     /// The time on the clock that stamps the pictures, seconds.
     fn now(&self) -> f64;
-
-    /// Hears where the board says that its motors are (full steps since its start); of use where the rig is
-    /// simulated behind it.
-    ///
-    /// # Errors
-    /// Where the simulated rig cannot follow them.
-    fn board_moved(&mut self, _motors: [f64; 3]) -> Result<(), SourceError> {
-        Ok(())
-    }
 }
 
 impl<S: Source + ?Sized> Source for Box<S> {
@@ -194,9 +190,5 @@ impl<S: Source + ?Sized> Source for Box<S> {
 impl<S: Live + ?Sized> Live for Box<S> {
     fn now(&self) -> f64 {
         (**self).now()
-    }
-
-    fn board_moved(&mut self, motors: [f64; 3]) -> Result<(), SourceError> {
-        (**self).board_moved(motors)
     }
 }

@@ -47,8 +47,4 @@ impl<S: Live> Live for Recorded<S> {
     fn now(&self) -> f64 {
         self.source.now()
     }
-
-    fn board_moved(&mut self, motors: [f64; 3]) -> Result<(), SourceError> {
-        self.source.board_moved(motors)
-    }
 }

@@ -11,9 +11,28 @@ use plumb_emulator::rig::{Plant, RigError};
 use plumb_emulator::{EmulatedBoard, Served};
 use plumb_protocol::units::Micros;
 use plumb_vision::frame::RgbdFrame;
+use thiserror::Error;
 
-use super::synthetic::{Scene, SyntheticCamera};
+use super::synthetic::{Scene, SyntheticCamera, SyntheticError};
 use super::{Live, Source, SourceError};
+
+/// Why there is no picture of a simulated rig.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum SimulationError {
+    /// The rig cannot follow its motors; no picture comes any more.
+    #[error("the simulated rig: {0}")]
+    Rig(#[from] RigError),
+    /// The picture could not be rendered.
+    #[error(transparent)]
+    Synthetic(#[from] SyntheticError),
+}
+
+impl From<SimulationError> for SourceError {
+    fn from(error: SimulationError) -> Self {
+        Self::Other { is_final: matches!(error, SimulationError::Rig(_)), error: error.into() }
+    }
+}
 
 /// Where a simulated rig's ball is, and the clock that goes with it.
 pub trait World {
@@ -28,14 +47,6 @@ pub trait World {
 
     /// The ball's centre now, metres in the rig frame.
     fn ball(&self) -> Point3<f64>;
-
-    /// Hears where the board says that its motors are (full steps since its start).
-    ///
-    /// # Errors
-    /// Where the rig cannot follow them.
-    fn board_moved(&mut self, _motors: [f64; 3]) -> Result<(), RigError> {
-        Ok(())
-    }
 }
 
 /// The rig of an emulated board in this process, in virtual time.
@@ -97,17 +108,35 @@ impl World for ServedWorld {
 /// A rig in this process that follows what any board, real or not, says of its motors, in real time: a board is
 /// tried without a rig.
 pub struct FollowingWorld {
-    plant: Box<dyn Plant>,
+    rig: Rc<RefCell<FollowingRig>>,
     clock: RealTime,
+}
+
+/// Moves the rig of a [`FollowingWorld`].
+pub struct Follower {
+    rig: Rc<RefCell<FollowingRig>>,
+    clock: RealTime,
+}
+
+struct FollowingRig {
+    plant: Box<dyn Plant>,
     /// Where the board's motors were when the rig began to follow, full steps.
     zero: Option<[f64; 3]>,
+    /// When it last moved, seconds on its clock.
     moved: f64,
 }
 
 impl FollowingWorld {
     /// Lets `plant` follow; it starts where it is, whatever the motors' positions are at first.
     pub fn new(plant: Box<dyn Plant>) -> Self {
-        Self { plant, clock: RealTime::start(), zero: None, moved: 0.0 }
+        let rig = FollowingRig { plant, zero: None, moved: 0.0 };
+        Self { rig: Rc::new(RefCell::new(rig)), clock: RealTime::start() }
+    }
+
+    /// Returns what moves the rig; a session hands it the motors' positions
+    /// ([`Session::follow`](crate::session::Session::follow)).
+    pub fn follower(&self) -> Follower {
+        Follower { rig: Rc::clone(&self.rig), clock: self.clock }
     }
 }
 
@@ -122,19 +151,28 @@ impl World for FollowingWorld {
     }
 
     fn ball(&self) -> Point3<f64> {
-        self.plant.ball()
+        self.rig.borrow().plant.ball()
     }
+}
 
-    fn board_moved(&mut self, motors: [f64; 3]) -> Result<(), RigError> {
-        let zero = *self.zero.get_or_insert(motors);
-        let now = self.now();
-        self.plant.advance(now - self.moved, [0, 1, 2].map(|i| motors[i] - zero[i]))?;
-        self.moved = now;
+impl Follower {
+    /// Hears where the board says that its motors are (full steps since its start).
+    ///
+    /// # Errors
+    /// Where the rig cannot follow them.
+    pub fn board_moved(&mut self, motors: [f64; 3]) -> Result<(), SimulationError> {
+        let mut rig = self.rig.borrow_mut();
+        let zero = *rig.zero.get_or_insert(motors);
+        let now = self.clock.now();
+        let seconds = now - rig.moved;
+        rig.plant.advance(seconds, [0, 1, 2].map(|i| motors[i] - zero[i]))?;
+        rig.moved = now;
         Ok(())
     }
 }
 
 /// Seconds since it was started.
+#[derive(Debug, Clone, Copy)]
 struct RealTime(Instant);
 
 impl RealTime {
@@ -202,20 +240,25 @@ impl<W: World> SimulatedCamera<W> {
         self.next_capture += period * ((now - self.next_capture) / period).floor().max(0.0) + period;
         Ok(())
     }
-}
 
-impl<W: World> Source for SimulatedCamera<W> {
-    fn next_frame(&mut self) -> Result<Option<RgbdFrame>, SourceError> {
+    /// Lets time pass until the next picture arrives, and renders it.
+    fn next_picture(&mut self) -> Result<RgbdFrame, SimulationError> {
         loop {
             if let Some(&(taken, ball)) = self.under_way.front()
                 && taken + self.timing.latency <= self.next_capture
             {
                 self.under_way.pop_front();
                 self.world.wait_until(taken + self.timing.latency)?;
-                return Ok(Some(self.camera.render(taken, &Scene::rig(ball, self.motors))?));
+                return Ok(self.camera.render(taken, &Scene::rig(ball, self.motors))?);
             }
             self.capture()?;
         }
+    }
+}
+
+impl<W: World> Source for SimulatedCamera<W> {
+    fn next_frame(&mut self) -> Result<Option<RgbdFrame>, SourceError> {
+        Ok(Some(self.next_picture()?))
     }
 }
 
@@ -223,8 +266,35 @@ impl<W: World> Live for SimulatedCamera<W> {
     fn now(&self) -> f64 {
         self.world.now()
     }
+}
 
-    fn board_moved(&mut self, motors: [f64; 3]) -> Result<(), SourceError> {
-        Ok(self.world.board_moved(motors)?)
+#[cfg(test)]
+mod tests {
+    use std::error::Error;
+
+    use plumb_emulator::rig::{QuasiStatic, Task};
+
+    use super::*;
+
+    #[test]
+    fn only_a_rig_that_cannot_follow_ends_the_pictures() {
+        let slack = RigError::OutOfRange { name: "cable", value: -1.0, allowed: "above 0" };
+        let rig = SourceError::from(SimulationError::Rig(slack));
+        assert!(rig.is_final());
+        assert!(rig.to_string().starts_with("the simulated rig: "), "{rig}");
+        assert!(rig.source().is_some_and(|error| error.is::<SimulationError>()));
+        let value = SyntheticError::Value { what: "it", value: -1.0, must: "be above 0" };
+        assert!(!SourceError::from(SimulationError::Synthetic(value)).is_final());
+    }
+
+    #[test]
+    fn a_rig_follows_the_motors_from_where_they_are_at_first() {
+        let Task { geometry, start, .. } = Task::paper();
+        let world = FollowingWorld::new(Box::new(QuasiStatic::new(geometry, start).unwrap()));
+        let (mut follower, before) = (world.follower(), world.ball());
+        follower.board_moved([100.0, -50.0, 7.0]).unwrap();
+        assert_eq!(world.ball(), before);
+        follower.board_moved([120.0, -50.0, 7.0]).unwrap();
+        assert!((world.ball() - before).norm() > 1e-3, "{}", world.ball());
     }
 }

@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 
 use nalgebra::{Matrix2, Point3, Vector3};
 use opencv::core::{CV_8UC3, Mat, Scalar};
-use plumb::source::simulated::{Timing, World};
+use plumb::source::simulated::{SimulationError, Timing, World};
 use plumb::source::{Live, Source, SourceError};
 use plumb_vision::camera::{Camera, Intrinsics};
 use plumb_vision::detect::{DetectError, Detection, Detector};
@@ -83,10 +83,10 @@ impl<W: World> Source for SpotCamera<W> {
                 && taken + latency <= self.next_capture
             {
                 self.under_way.pop_front();
-                self.world.wait_until(taken + latency)?;
+                self.world.wait_until(taken + latency).map_err(SimulationError::Rig)?;
                 return self.picture(taken, ball).map(Some);
             }
-            self.world.wait_until(self.next_capture)?;
+            self.world.wait_until(self.next_capture).map_err(SimulationError::Rig)?;
             let now = self.world.now();
             self.under_way.push_back((now, self.world.ball()));
             let missed = ((now - self.next_capture) * rate).floor().max(0.0);
@@ -98,10 +98,6 @@ impl<W: World> Source for SpotCamera<W> {
 impl<W: World> Live for SpotCamera<W> {
     fn now(&self) -> f64 {
         self.world.now()
-    }
-
-    fn board_moved(&mut self, motors: [f64; 3]) -> Result<(), SourceError> {
-        Ok(self.world.board_moved(motors)?)
     }
 }
 

@@ -195,6 +195,7 @@ fn drive<W: World, T: Transport>(
         patience: PATIENCE_S,
         interrupted: &AtomicBool::new(false),
         progress: &mut |row| note(&mut legs, row, board.look(|b| b.ball()).expect("a rig")),
+        follow: None,
     };
     let result = session.run(&mut source, transport).map(|ended| ended.summary);
     let ended_at = board.look(EmulatedBoard::now);
