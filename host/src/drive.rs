@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use nalgebra::Point3;
+use plumb_cameras::source::{Live, SourceError};
 use plumb_protocol::message::{Fault, State, Telemetry};
 use plumb_protocol::units::{Covariance, Point, Rate, Steps16};
 use plumb_vision::camera::Camera;
@@ -14,7 +15,6 @@ use thiserror::Error;
 
 use crate::link::{Link, LinkError, Transport};
 use crate::run::{Row, RunError, RunFolder};
-use crate::source::{Live, SourceError};
 
 /// Hears where the board says that its motors are (full steps since its start).
 pub type Follow<'a> = &'a mut dyn FnMut([f64; 3]) -> Result<(), SourceError>;

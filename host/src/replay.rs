@@ -15,14 +15,13 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use opencv::core::count_non_zero;
+use plumb_cameras::source::tum::TumFolder;
+use plumb_cameras::source::{Source, SourceError};
 use plumb_vision::camera::Camera;
 use plumb_vision::detect::{DetectError, Detection, Detector};
 use plumb_vision::frame::RgbdFrame;
 use plumb_vision::locate::{Located, locate};
 use thiserror::Error;
-
-use crate::source::tum::TumFolder;
-use crate::source::{Source, SourceError};
 
 /// The CSV's first line, field by field.
 pub const HEADER: [&str; 9] = ["t", "u", "v", "radius", "depth", "x", "y", "z", "score"];

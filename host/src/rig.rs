@@ -7,6 +7,7 @@ mod law;
 use std::path::Path;
 
 use nalgebra::Point3;
+use plumb_cameras::toml_file::{Finite, NumberError, Positive, TomlFileError, parse_toml, read_toml};
 use plumb_emulator::rig::{Geometry, RigError};
 use plumb_protocol::config::{Config, Deadlines, Growth, Motor, Reached, Workspace};
 use plumb_protocol::units::{Acceleration, Micrometres, Milliseconds, Point, Rate, Steps16};
@@ -16,8 +17,6 @@ use thiserror::Error;
 pub use self::camera::{CameraChoice, CameraChoiceError, IntrinsicsFrom, OpenniChoice, SourceName};
 pub use self::driver::Driver;
 pub use self::law::{Estimating, LawSettings, NOMINAL_STEP_M, Seconds};
-
-use crate::toml_file::{Finite, NumberError, Positive, TomlFileError, parse_toml, read_toml};
 
 const PAPER: &str = include_str!("../rigs/paper.toml");
 

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
 
 use nalgebra::Point3;
+use plumb_cameras::source::Live;
 use plumb_protocol::units::Point;
 use plumb_vision::camera::Camera;
 use plumb_vision::detect::Detector;
@@ -14,7 +15,6 @@ use crate::drive::{DriveError, Ending, Follow, Tally, drive};
 use crate::link::{Link, LinkError, Transport};
 use crate::rig::{OutOfRange, Rig};
 use crate::run::{Row, RunError, RunFolder, Scene};
-use crate::source::Live;
 
 /// Where a run leaves its folder.
 #[derive(Debug, Clone, PartialEq, Eq)]

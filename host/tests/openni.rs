@@ -51,7 +51,7 @@ impl Place {
         command
             .args(arguments)
             .current_dir(self.path())
-            .env(plumb_openni::LIBRARY_VARIABLE, &self.library)
+            .env(plumb_cameras::source::openni::LIBRARY_VARIABLE, &self.library)
             .env(CONTROL_VARIABLE, self.camera.path());
         command
     }
@@ -136,7 +136,7 @@ fn without_the_library_its_package_is_named() {
         let output = Command::new(env!("CARGO_BIN_EXE_plumb"))
             .args(arguments)
             .current_dir(folder.path())
-            .env(plumb_openni::LIBRARY_VARIABLE, "/no/such/libOpenNI2.so.0")
+            .env(plumb_cameras::source::openni::LIBRARY_VARIABLE, "/no/such/libOpenNI2.so.0")
             .output()
             .unwrap();
         let text = stderr(&output);
@@ -146,7 +146,7 @@ fn without_the_library_its_package_is_named() {
     // A library that is another one.
     let other = Command::new(env!("CARGO_BIN_EXE_plumb"))
         .arg("cameras")
-        .env(plumb_openni::LIBRARY_VARIABLE, "libc.so.6")
+        .env(plumb_cameras::source::openni::LIBRARY_VARIABLE, "libc.so.6")
         .output()
         .unwrap();
     assert!(stderr(&other).contains("not OpenNI 2.2"), "{}", stderr(&other));
@@ -366,7 +366,7 @@ fn damaged_recordings_give_rows_or_an_error() {
 
 #[test]
 fn the_test_cameras_lens_is_that_of_the_camera_file() {
-    let camera = plumb::camera_file::paper().unwrap();
+    let camera = plumb_cameras::camera_file::paper().unwrap();
     assert_eq!(camera.intrinsics.fx, FOCAL_LENGTH);
     let (u, v) = camera.intrinsics.project(&AT_TARGET.into()).unwrap();
     let target = camera.pose * camera.intrinsics.deproject(u, v, AT_TARGET[2]);

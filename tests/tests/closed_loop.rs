@@ -6,12 +6,12 @@
 use std::sync::atomic::AtomicBool;
 
 use nalgebra::{Matrix3, Point3, Vector3};
-use plumb::camera_file;
 use plumb::link::Memory;
 use plumb::rig::Rig;
 use plumb::session::{Place, Session, Summary};
 use plumb::source::simulated::{SimulatedCamera, Timing, VirtualWorld};
 use plumb::source::synthetic::{Background, Options, Room, SyntheticCamera};
+use plumb_cameras::camera_file;
 use plumb_emulator::rig::{
     Elastic, ElasticParameters, Geometry, Observer, Plant, Population, QuasiStatic, Task,
 };

@@ -87,7 +87,15 @@ const CRATES: &[Rule] = &[
     Rule { name: "plumb-adversary", uses: &["plumb-core", "plumb-protocol"], tests_use: &[] },
     Rule {
         name: "plumb-tests",
-        uses: &["plumb", "plumb-core", "plumb-emulator", "plumb-protocol", "plumb-sim", "plumb-vision"],
+        uses: &[
+            "plumb",
+            "plumb-cameras",
+            "plumb-core",
+            "plumb-emulator",
+            "plumb-protocol",
+            "plumb-sim",
+            "plumb-vision",
+        ],
         tests_use: &["plumb-openni", "plumb-openni-driver"],
     },
 ];
@@ -111,11 +119,6 @@ const EXCEPTIONS: &[Exception] = &[
         to: "plumb-emulator",
         mend: "the rig file's simulated rig, source::simulated, cosim, link::Memory and the emulated board \
                go to plumb-sim, bench to plumb-bench",
-    },
-    Exception {
-        from: "plumb",
-        to: "plumb-openni",
-        mend: "source::openni, survey and the clock of source::paced go to plumb-cameras",
     },
 ];
 

@@ -9,11 +9,11 @@ use std::thread;
 use std::time::Duration;
 
 use nalgebra::Point3;
-use plumb::camera_file;
 use plumb::link::Serial;
 use plumb::rig::Rig;
 use plumb::session::{Place, Session};
-use plumb::source::openni::{Lens, OpenniSource};
+use plumb_cameras::camera_file;
+use plumb_cameras::source::openni::{Lens, OpenniSource};
 use plumb_emulator::rig::{QuasiStatic, Task};
 use plumb_emulator::{EMULATED, EmulatedBoard, serve};
 use plumb_openni::{OpenNi, Settings, Target};

@@ -8,7 +8,7 @@ use std::process::ExitCode;
 
 use clap::Parser;
 use plumb::rig::Rig;
-use plumb::toml_file::Finite;
+use plumb_cameras::toml_file::Finite;
 use plumb_verify::{Interval, Rigs, Way};
 
 use self::report::Report;

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use clap::Parser;
-use plumb::survey::{Library, Reach, Survey, survey};
+use plumb_cameras::survey::{Library, Reach, Survey, survey};
 
 use super::print::tell;
 use super::{FAILED, Failure, OrFail, print};

@@ -5,9 +5,9 @@ use std::process::ExitCode;
 
 use clap::Parser;
 use plumb::bench::control::Limits;
-use plumb::bounded_read::read_line;
 use plumb::cosim::{Cosim, Request};
 use plumb::rig::{LawSettings, Rig};
+use plumb_cameras::bounded_read::read_line;
 use plumb_protocol::Config;
 
 use super::print::{self, Reader};

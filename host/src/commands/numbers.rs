@@ -1,6 +1,6 @@
 //! Numbers on the command line: checked while they are read, so that the option is named.
 
-use plumb::toml_file::{Finite, NumberError, Positive};
+use plumb_cameras::toml_file::{Finite, NumberError, Positive};
 
 /// Longest time that can be asked for, seconds: 30 years, which every clock can count.
 const LONGEST_S: f64 = 1e9;

@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Parser;
-use plumb::camera_file;
-use plumb::record::CAMERA_FILE;
 use plumb::replay::{ReplayError, replay};
+use plumb_cameras::camera_file;
+use plumb_cameras::record::CAMERA_FILE;
 
 use super::print::{self, tell};
 use super::sight::recording;

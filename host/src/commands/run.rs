@@ -4,15 +4,15 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Parser;
-use plumb::bounded_read::read_text;
-use plumb::camera_file;
 use plumb::drive::Follow;
 use plumb::link::Serial;
-use plumb::record::Pace;
 use plumb::rig::{LawSettings, Rig};
 use plumb::session::{Session, Summary};
-use plumb::source::recorded::Recorded;
-use plumb::toml_file::MAX_BYTES;
+use plumb_cameras::bounded_read::read_text;
+use plumb_cameras::camera_file;
+use plumb_cameras::record::Pace;
+use plumb_cameras::source::recorded::Recorded;
+use plumb_cameras::toml_file::MAX_BYTES;
 
 use super::interrupt::interrupt_flag;
 use super::options::RunOptions;

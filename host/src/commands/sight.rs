@@ -2,16 +2,15 @@
 
 use std::path::{Path, PathBuf};
 
-use plumb::record::RecordFolder;
 use plumb::rig::{IntrinsicsFrom, Rig, SourceName};
-use plumb::source::openni::{Lens, OpenniSource};
-use plumb::source::paced::Paced;
-use plumb::source::recorded::Recorded;
 use plumb::source::simulated::{Follower, FollowingWorld, SimulatedCamera, Timing};
 use plumb::source::synthetic::{Background, Options, Room, SyntheticCamera};
-use plumb::source::tum::TumFolder;
-use plumb::source::{Live, Source};
-use plumb_openni::{OpenNi, Settings, Target};
+use plumb_cameras::record::RecordFolder;
+use plumb_cameras::source::openni::{Lens, OpenNi, OpenniSource, Settings, Target};
+use plumb_cameras::source::paced::Paced;
+use plumb_cameras::source::recorded::Recorded;
+use plumb_cameras::source::tum::TumFolder;
+use plumb_cameras::source::{Live, Source};
 use plumb_vision::camera::{Camera, Intrinsics};
 
 use super::print::tell;

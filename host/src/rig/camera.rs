@@ -2,10 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
+use plumb_cameras::source::openni;
+use plumb_cameras::toml_file::Positive;
 use serde::Deserialize;
 use thiserror::Error;
-
-use crate::toml_file::Positive;
 
 /// Which camera looks.
 ///
@@ -61,7 +61,8 @@ pub struct OpenniChoice {
     pub height: u16,
     /// Pictures a second.
     pub rate: u16,
-    /// From exposure to the earliest arrival of a picture, seconds; as [`plumb_openni::Settings`] has it where absent.
+    /// From exposure to the earliest arrival of a picture, seconds; as [`openni::Settings`] has it
+    /// where absent.
     pub latency: Option<Positive>,
     /// Where the intrinsics are from.
     pub intrinsics: IntrinsicsFrom,
@@ -79,9 +80,9 @@ pub enum IntrinsicsFrom {
 }
 
 impl Default for OpenniChoice {
-    /// The first camera, as [`plumb_openni::Settings`] are by default, with the camera file's intrinsics.
+    /// The first camera, as [`openni::Settings`] are by default, with the camera file's intrinsics.
     fn default() -> Self {
-        let settings = plumb_openni::Settings::default();
+        let settings = openni::Settings::default();
         Self {
             uri: None,
             width: settings.width,
@@ -137,10 +138,10 @@ impl CameraChoice {
 
 impl OpenniChoice {
     /// What is opened, and how; recorded to `record` where that is said.
-    pub fn settings(&self, record: Option<PathBuf>) -> (plumb_openni::Target, plumb_openni::Settings) {
-        let target = self.uri.clone().map_or(plumb_openni::Target::First, plumb_openni::Target::Uri);
-        let usual = plumb_openni::Settings::default();
-        let settings = plumb_openni::Settings {
+    pub fn settings(&self, record: Option<PathBuf>) -> (openni::Target, openni::Settings) {
+        let target = self.uri.clone().map_or(openni::Target::First, openni::Target::Uri);
+        let usual = openni::Settings::default();
+        let settings = openni::Settings {
             width: self.width,
             height: self.height,
             rate: self.rate,
@@ -154,8 +155,9 @@ impl OpenniChoice {
 
 #[cfg(test)]
 mod tests {
+    use plumb_cameras::toml_file::parse_toml;
+
     use super::*;
-    use crate::toml_file::parse_toml;
 
     fn choice(text: &str) -> CameraChoice {
         parse_toml(Path::new("rig.toml"), &format!("file = 'camera.toml'\n{text}")).unwrap()
@@ -180,11 +182,11 @@ mod tests {
     #[test]
     fn what_is_left_out_is_as_the_library_has_it() {
         let (target, settings) = choice("[openni]\nrate = 60").openni.settings(None);
-        assert_eq!(target, plumb_openni::Target::First);
-        assert_eq!(settings, plumb_openni::Settings { rate: 60, ..plumb_openni::Settings::default() });
+        assert_eq!(target, openni::Target::First);
+        assert_eq!(settings, openni::Settings { rate: 60, ..openni::Settings::default() });
         let mut chosen = choice("recording = 'a.oni'\n[openni]\nuri = 'x'");
         chosen.relative_to(Path::new("rigs"));
         assert_eq!(chosen.recording.as_deref(), Some(Path::new("rigs/a.oni")));
-        assert_eq!(chosen.openni.settings(None).0, plumb_openni::Target::Uri("x".to_owned()));
+        assert_eq!(chosen.openni.settings(None).0, openni::Target::Uri("x".to_owned()));
     }
 }

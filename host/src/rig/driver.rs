@@ -1,11 +1,11 @@
 //! What turns the motors, as rig files have it.
 
+use plumb_cameras::toml_file::{Finite, Positive};
 use plumb_protocol::config::{Coils, Drivers, StepDir};
 use plumb_protocol::units::Nanoseconds;
 use serde::Deserialize;
 
 use super::{OutOfRange, fit};
-use crate::toml_file::{Finite, Positive};
 
 /// What turns the motors: `driver = "a4988"`, or `driver = { coils = { duty = 0.8 } }`. firmware/README.md says how each
 /// is wired.

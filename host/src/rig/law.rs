@@ -1,11 +1,11 @@
 //! The control law as a person configures it, and what the board is told of it.
 
+use plumb_cameras::toml_file::{NumberError, Positive};
 use plumb_protocol::config::{Estimated, Interval, Law, SIGNS, Sign};
 use plumb_protocol::units::{Bound, Gain, Milliseconds, SignGain};
 use serde::Deserialize;
 
 use super::{OutOfRange, fit};
-use crate::toml_file::{NumberError, Positive};
 
 /// The cable of a step that γ is given for, metres: a pulley of 15 mm and 200 steps a turn. The true one is unknown,
 /// and only makes γ larger or smaller.

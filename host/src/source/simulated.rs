@@ -7,6 +7,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use nalgebra::Point3;
+use plumb_cameras::source::{Live, Source, SourceError};
 use plumb_emulator::rig::{Plant, RigError};
 use plumb_emulator::{EmulatedBoard, Served};
 use plumb_protocol::units::Micros;
@@ -14,7 +15,6 @@ use plumb_vision::frame::RgbdFrame;
 use thiserror::Error;
 
 use super::synthetic::{Scene, SyntheticCamera, SyntheticError};
-use super::{Live, Source, SourceError};
 
 /// Why there is no picture of a simulated rig.
 #[derive(Debug, Error)]

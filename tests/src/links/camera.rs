@@ -6,7 +6,7 @@ use std::collections::VecDeque;
 use nalgebra::{Matrix2, Point3, Vector3};
 use opencv::core::{CV_8UC3, Mat, Scalar};
 use plumb::source::simulated::{SimulationError, Timing, World};
-use plumb::source::{Live, Source, SourceError};
+use plumb_cameras::source::{Live, Source, SourceError};
 use plumb_vision::camera::{Camera, Intrinsics};
 use plumb_vision::detect::{DetectError, Detection, Detector};
 use plumb_vision::frame::RgbdFrame;
@@ -117,7 +117,7 @@ impl Detector for Spot {
 
 #[cfg(test)]
 mod tests {
-    use plumb::camera_file;
+    use plumb_cameras::camera_file;
     use plumb_emulator::rig::RigError;
     use plumb_vision::locate::locate;
 

@@ -7,12 +7,12 @@ use std::thread;
 use std::time::Duration;
 
 use nalgebra::Point3;
-use plumb::camera_file;
 use plumb::link::{Memory, Serial, Transport};
 use plumb::rig::{LawSettings, Rig};
 use plumb::run::Row;
 use plumb::session::{Place, Session, SessionError, Summary};
 use plumb::source::simulated::{ServedWorld, Timing, VirtualWorld, World};
+use plumb_cameras::camera_file;
 use plumb_emulator::rig::{QuasiStatic, Task};
 use plumb_emulator::{EMULATED, EmulatedBoard, Served, serve};
 use plumb_protocol::message::State;

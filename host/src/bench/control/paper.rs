@@ -4,6 +4,7 @@ use std::cell::RefCell;
 use std::rc::Rc;
 use std::time::Duration;
 
+use plumb_cameras::toml_file::{NumberError, TomlFileError};
 use plumb_emulator::rig::{QuasiStatic, RigError, Task};
 use plumb_emulator::{EMULATED, EmulatedBoard};
 use plumb_protocol::units::{Micros, Point};
@@ -12,7 +13,6 @@ use thiserror::Error;
 
 use crate::link::{Link, LinkError, Memory};
 use crate::rig::{OutOfRange, Rig};
-use crate::toml_file::{NumberError, TomlFileError};
 
 /// Gains of the suite `paper`, 1/s.
 pub const PAPER_GAMMAS: [f64; 4] = [10.0, 20.0, 40.0, 80.0];

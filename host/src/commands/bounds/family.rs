@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use plumb::toml_file::{Finite, read_toml};
+use plumb_cameras::toml_file::{Finite, read_toml};
 use plumb_verify::{Polytope, PolytopeError, Verdict};
 use serde::{Deserialize, Serialize};
 

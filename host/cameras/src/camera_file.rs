@@ -10,7 +10,7 @@ use thiserror::Error;
 use crate::toml_file::{Finite, Positive, TomlFileError, parse_toml, read_toml};
 
 /// The paper's camera file, `rigs/camera.toml`.
-pub const PAPER: &str = include_str!("../rigs/camera.toml");
+pub const PAPER: &str = include_str!("../../rigs/camera.toml");
 
 /// The camera that the TOML file at `path` describes:
 ///

@@ -2,11 +2,13 @@
 
 use opencv::core::{Mat, MatTraitConst};
 use opencv::imgproc::{COLOR_RGB2BGR, cvt_color_def};
-use plumb_openni::{Camera, OpenNi, Opened, OpenniError, Pair, Settings, Target};
+use plumb_openni::{Camera, Opened, OpenniError, Pair};
 use plumb_vision::camera::Intrinsics;
 use plumb_vision::frame::RgbdFrame;
 
 use super::{Live, Source, SourceError};
+
+pub use plumb_openni::{LIBRARY_VARIABLE, OpenNi, Settings, Target};
 
 /// Where the intrinsics are from.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -6,7 +6,7 @@ use crate::camera_file;
 use crate::source::Source;
 use crate::source::tum::TumFolder;
 
-const CAMERA: &str = include_str!("../../rigs/camera.toml");
+const CAMERA: &str = include_str!("../../../rigs/camera.toml");
 
 fn frame(time: f64, depth_scale: f64, values: &[u16]) -> RgbdFrame {
     let lens = camera_file::paper().unwrap().intrinsics;
