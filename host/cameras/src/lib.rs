@@ -13,12 +13,11 @@
 //! use std::path::Path;
 //!
 //! use plumb_cameras::camera_file;
-//! use plumb_cameras::source::Source;
-//! use plumb_cameras::source::tum::TumFolder;
+//! use plumb_cameras::source::open_recording;
 //!
 //! let camera = camera_file::read(Path::new("desk/camera.toml"))?;
-//! let mut recording = TumFolder::open(Path::new("desk"), camera.intrinsics)?;
-//! while let Some(frame) = recording.next_frame()? {
+//! let mut recording = open_recording(Path::new("desk"), camera.intrinsics)?;
+//! while let Some(frame) = recording.source.next_frame()? {
 //!     println!("{:.3} s: {:?} m", frame.time(), frame.depth_at(320, 240));
 //! }
 //! # Ok::<(), Box<dyn std::error::Error>>(())

@@ -7,9 +7,9 @@ use clap::Parser;
 use plumb::replay::{ReplayError, replay};
 use plumb_cameras::camera_file;
 use plumb_cameras::record::CAMERA_FILE;
+use plumb_cameras::source::{OpenedRecording, open_recording};
 
 use super::print::{self, tell};
-use super::sight::recording;
 use super::{DetectorName, FAILED, Failure, OrFail};
 
 /// Detection and location on a recording (a TUM RGB-D folder or an .oni file): a CSV row a frame
@@ -31,7 +31,8 @@ pub(crate) struct Args {
 pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
     let file = args.camera.clone().unwrap_or_else(|| beside(&args.recording));
     let mut camera = camera_file::read(&file).or_bad_input()?;
-    let (mut source, intrinsics) = recording(&args.recording, camera.intrinsics)?;
+    let OpenedRecording { mut source, intrinsics } =
+        open_recording(&args.recording, camera.intrinsics).or_bad_input()?;
     camera.intrinsics = intrinsics;
     let mut detector = args.detector.detector(&camera);
     let report = |problem: &plumb::replay::Problem| tell!("plumb: {problem}");

@@ -6,12 +6,11 @@ use plumb::rig::{IntrinsicsFrom, Rig, SourceName};
 use plumb::source::simulated::{Follower, FollowingWorld, SimulatedCamera, Timing};
 use plumb::source::synthetic::{Background, Options, Room, SyntheticCamera};
 use plumb_cameras::record::RecordFolder;
-use plumb_cameras::source::openni::{Lens, OpenNi, OpenniSource, Settings, Target};
+use plumb_cameras::source::openni::{Lens, OpenNi, OpenniSource};
 use plumb_cameras::source::paced::Paced;
 use plumb_cameras::source::recorded::Recorded;
-use plumb_cameras::source::tum::TumFolder;
-use plumb_cameras::source::{Live, Source};
-use plumb_vision::camera::{Camera, Intrinsics};
+use plumb_cameras::source::{Live, OpenedRecording, open_recording};
+use plumb_vision::camera::Camera;
 
 use super::print::tell;
 use super::{Failure, OrFail, Physics};
@@ -42,7 +41,8 @@ impl Sight {
                 let Some(path) = &rig.camera.recording else {
                     return Err("no recording is named").or_bad_input();
                 };
-                let (source, intrinsics) = recording(path, camera.intrinsics)?;
+                let OpenedRecording { source, intrinsics } =
+                    open_recording(path, camera.intrinsics).or_bad_input()?;
                 let camera = Camera { intrinsics, ..camera };
                 Ok(Self { source: Box::new(Paced::new(source)), camera, follower: None })
             }
@@ -79,21 +79,6 @@ fn live(rig: &Rig, camera: Camera, oni: Option<PathBuf>) -> Result<Sight, Failur
     }
     let camera = Camera { intrinsics: *source.intrinsics(), ..camera };
     Ok(Sight { source: Box::new(source), camera, follower: None })
-}
-
-/// The recording at `path`, a TUM folder or an `.oni` file, and the intrinsics that its frames have.
-pub(super) fn recording(
-    path: &Path,
-    intrinsics: Intrinsics,
-) -> Result<(Box<dyn Source>, Intrinsics), Failure> {
-    if !path.is_file() {
-        return Ok((Box::new(TumFolder::open(path, intrinsics).or_bad_input()?), intrinsics));
-    }
-    let openni = OpenNi::load().or_bad_input()?;
-    let (target, lens) = (Target::Recording(path.to_owned()), Lens::Calibrated(intrinsics));
-    let source = OpenniSource::open(&openni, &target, Settings::default(), lens).or_bad_input()?;
-    let intrinsics = *source.intrinsics();
-    Ok((Box::new(source), intrinsics))
 }
 
 /// The folder for a recording, where one is asked for.

@@ -9,11 +9,14 @@ use thiserror::Error;
 
 use crate::bounded_read::ReadError;
 
+mod open;
 pub mod openni;
 pub mod paced;
 pub mod picture_file;
 pub mod recorded;
 pub mod tum;
+
+pub use open::{OpenedRecording, open_recording};
 
 /// Why a source could not give its next picture.
 #[derive(Debug, Error)]
