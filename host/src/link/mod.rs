@@ -142,9 +142,7 @@ impl<T: Transport> Link<T> {
         self.request("the request to stop", Command::Stop)?;
         let (mut fastest, mut since) = (u64::MAX, self.transport.now());
         loop {
-            let asked = self.request("the request for its state", Command::Status)?;
-            let telemetry = self.telemetry_since(asked.time)?;
-            let rate = telemetry.rates.iter().map(|rate| u64::from(rate.0.unsigned_abs())).sum();
+            let rate = self.status()?.rates.iter().map(|rate| u64::from(rate.0.unsigned_abs())).sum();
             if rate == 0 {
                 return Ok(());
             }

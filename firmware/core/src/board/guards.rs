@@ -80,9 +80,9 @@ impl Board {
     /// Returns when the ball was last seen, but not before the drive began; `None` without a
     /// target. A change of the target does not begin another drive.
     fn unseen_since(&self) -> Option<Micros> {
-        let Activity::Seeking(_) = &self.activity else {
+        if !matches!(self.activity, Activity::Seeking(_)) {
             return None;
-        };
+        }
         let since = self.guards.since;
         Some(self.sight.captured.map_or(since, |captured| captured.max(since)))
     }

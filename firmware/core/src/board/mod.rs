@@ -25,8 +25,8 @@ use seek::{Guards, Seek, Sight};
 /// Telemetry comes at least this often once a host was greeted.
 const TELEMETRY_US: u64 = 100_000;
 
-/// The emergency input counts as closed after so many ticks of which the first follows its last
-/// report as open: the next tick would have been preceded by another report.
+/// Ticks from the last report of an open emergency input until it counts as closed: the tick that
+/// the report precedes, and one that no report precedes.
 const EMERGENCY_TICKS: u8 = 2;
 
 /// A board without its chip. States and transitions:

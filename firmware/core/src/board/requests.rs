@@ -14,7 +14,7 @@ pub(super) struct LastRequest {
 /// Content of a request.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Content {
-    /// The configuration in force: the board has it already, and five times as large as the others.
+    /// Its content is the configuration in force, which the board keeps elsewhere.
     Configure,
     Target(Point),
     Jog(Jog),
