@@ -13,7 +13,8 @@ at_least() { printf '%s\n' "$1" "$2" | sort -V -C; }
 # has_apt: are this system's packages Debian's?
 has_apt() { command -v apt-get >/dev/null && command -v dpkg-query >/dev/null; }
 
-# as_root COMMAND...: runs it as root, through sudo where that is needed; 2 where there is no way to.
+# as_root COMMAND...: runs it as root, through sudo where that is needed; 2 where there is no way
+# to.
 as_root() {
   if [ "$(id -u)" -eq 0 ]; then
     "$@"

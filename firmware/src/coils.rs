@@ -1,8 +1,9 @@
 //! Four-wire motors on two H-bridges each, driven by pulse-width modulation at 30.5 kHz.
 //!
-//! A bridge has two inputs: the one is modulated, the other low. Motor A's are GP2/GP3 (coil 0) and GP4/GP5 (coil 1), B's
-//! GP6 to GP9, C's GP10 to GP13: in this order they are both outputs of PWM slices 1 to 6. The step generator runs all the
-//! same, with its pins disconnected: it is what counts, and what the emergency input cuts off.
+//! A bridge has two inputs: the one is modulated, the other low. Motor A's are GP2/GP3 (coil 0) and
+//! GP4/GP5 (coil 1), B's GP6 to GP9, C's GP10 to GP13: in this order they are both outputs of PWM
+//! slices 1 to 6. The step generator runs all the same, with its pins disconnected: it is what
+//! counts, and what the emergency input cuts off.
 
 use embassy_rp::Peri;
 use embassy_rp::pac;

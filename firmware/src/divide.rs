@@ -1,15 +1,16 @@
 //! Division by the chip's divider, which takes 8 clocks where the compiler's own takes hundreds.
 //!
-//! The compiler calls these functions, by the names of the ARM run-time ABI, wherever whole numbers are divided; what is
-//! here goes before its own. The divider is shared with every interrupt, so nothing may come between giving it its
-//! operands and taking its results: that is some 15 clocks with interrupts off.
+//! The compiler calls these functions, by the names of the ARM run-time ABI, wherever whole numbers
+//! are divided; what is here goes before its own. The divider is shared with every interrupt, so
+//! nothing may come between giving it its operands and taking its results: that is some 15 clocks
+//! with interrupts off.
 
 use core::arch::asm;
 
 use embassy_rp::pac;
 
-/// `dividend / divisor` and the remainder; for a divisor of 0 what the hardware makes of it (all ones, and the
-/// dividend): Rust checks for 0 before it divides.
+/// `dividend / divisor` and the remainder; for a divisor of 0 what the hardware makes of it (all
+/// ones, and the dividend): Rust checks for 0 before it divides.
 #[inline(always)]
 pub(crate) fn divide(dividend: u32, divisor: u32) -> (u32, u32) {
     let mask: u32;
@@ -19,7 +20,16 @@ pub(crate) fn divide(dividend: u32, divisor: u32) -> (u32, u32) {
     divider.udividend().write_value(dividend);
     divider.udivisor().write_value(divisor);
     // SAFETY: waits the divider's 8 clocks and does nothing else.
-    unsafe { asm!("b 1f", "1: b 1f", "1: b 1f", "1: b 1f", "1:", options(nomem, nostack, preserves_flags)) };
+    unsafe {
+        asm!(
+            "b 1f",
+            "1: b 1f",
+            "1: b 1f",
+            "1: b 1f",
+            "1:",
+            options(nomem, nostack, preserves_flags)
+        )
+    };
     let remainder = divider.remainder().read();
     // Last: the hardware counts the results as taken when the quotient is read.
     let quotient = divider.quotient().read();

@@ -1,7 +1,7 @@
 //! The line that lets current through the motors.
 //!
-//! Off, the pin is an input: a resistor on the wire then holds the line where the drivers are off, as it does while the
-//! chip is in reset, has no program, or has lost its power.
+//! Off, the pin is an input: a resistor on the wire then holds the line where the drivers are off,
+//! as it does while the chip is in reset, has no program, or has lost its power.
 
 use embassy_rp::Peri;
 use embassy_rp::gpio::{Flex, Level, Pull};

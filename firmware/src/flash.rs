@@ -1,7 +1,7 @@
 //! The configuration in the last two sectors of the flash.
 //!
-//! While the flash is written the processor can read nothing from it, and all interrupts wait: that is only done at
-//! standstill. The emergency input needs no processor.
+//! While the flash is written the processor can read nothing from it, and all interrupts wait: that
+//! is only done at standstill. The emergency input needs no processor.
 
 use core::sync::atomic::{AtomicU8, Ordering};
 

@@ -1,7 +1,9 @@
-//! Numbers of 32 bits by plumb-core's [`soft_float`], which takes less time than the compiler's own.
+//! Numbers of 32 bits by plumb-core's [`soft_float`], which takes less time than the compiler's
+//! own.
 //!
-//! As with whole numbers ([`crate::divide`]): the compiler calls these functions by the names of the ARM run-time ABI, and
-//! what is here goes before its own. They keep to IEEE 754 as those do, so that no bit of a result depends on which is taken.
+//! As with whole numbers ([`crate::divide`]): the compiler calls these functions by the names of
+//! the ARM run-time ABI, and what is here goes before its own. They keep to IEEE 754 as those do,
+//! so that no bit of a result depends on which is taken.
 
 use plumb_core::soft_float;
 

@@ -1,9 +1,10 @@
-//! Steps in hardware: three state machines of PIO0 run one program, each fed with two words a tick by its DMA channel;
-//! a fourth watches the emergency input.
+//! Steps in hardware: three state machines of PIO0 run one program, each fed with two words a tick
+//! by its DMA channel; a fourth watches the emergency input.
 //!
-//! All three begin in the same clock and take exactly a tick for a tick's words ([`plumb_core::segment`]), so they stay
-//! together without any further doing. The emergency input raises a flag in the PIO that each machine looks at before
-//! each pulse: when it opens, no further pulse begins, whatever the processor is doing.
+//! All three begin in the same clock and take exactly a tick for a tick's words
+//! ([`plumb_core::segment`]), so they stay together without any further doing. The emergency input
+//! raises a flag in the PIO that each machine looks at before each pulse: when it opens, no further
+//! pulse begins, whatever the processor is doing.
 
 mod program;
 
@@ -52,7 +53,8 @@ pub(crate) struct Generator {
 /// One motor's state machine.
 struct Motor {
     segments: Segments,
-    /// The pulses that it was given before the last time, and then; + where the direction line is high.
+    /// The pulses that it was given before the last time, and then; + where the direction line is
+    /// high.
     given: [i32; 2],
 }
 
@@ -96,7 +98,8 @@ impl Generator {
         Self {
             _pio: pio,
             _channels: parts.channels,
-            motors: [0; 3].map(|_| Motor { segments: Segments::new(Timing::SLOWEST), given: [0; 2] }),
+            motors: [0; 3]
+                .map(|_| Motor { segments: Segments::new(Timing::SLOWEST), given: [0; 2] }),
         }
     }
 
@@ -123,7 +126,8 @@ impl Generator {
         }
     }
 
-    /// Puts the state machines before their first instruction, with nothing to do; [`run`](Self::run) lets them go.
+    /// Puts the state machines before their first instruction, with nothing to do;
+    /// [`run`](Self::run) lets them go.
     pub(crate) fn halt(&mut self) {
         let pio = pac::PIO0;
         pio.ctrl().modify(|w| w.set_sm_enable(w.sm_enable() & !MOTORS));
@@ -151,8 +155,8 @@ impl Generator {
         pac::SIO.gpio_in(0).read() & (1 << pins::EMERGENCY) == 0
     }
 
-    /// Stops after the emergency input has cut the pulses off: the pulses of each motor that were planned and
-    /// not given, + where the direction line is high.
+    /// Stops after the emergency input has cut the pulses off: the pulses of each motor that were
+    /// planned and not given, + where the direction line is high.
     pub(crate) fn stop(&mut self) -> [i32; 3] {
         let pio = pac::PIO0;
         // A pulse under way ends in 513 clocks; no other begins.
@@ -191,7 +195,8 @@ impl Generator {
     }
 }
 
-/// Two words a trigger, from wherever the trigger says to the state machine, as fast as it has room.
+/// Two words a trigger, from wherever the trigger says to the state machine, as fast as it has
+/// room.
 fn set_up_channel(motor: usize) {
     let channel = pac::DMA.ch(motor);
     channel.write_addr().write_value(pac::PIO0.txf(motor).as_ptr() as u32);

@@ -1,8 +1,10 @@
-//! Two Adafruit Motor HATs, as in the paper: a PCA9685 each on I2C0 (GP16 data, GP17 clock), 400 kHz.
+//! Two Adafruit Motor HATs, as in the paper: a PCA9685 each on I2C0 (GP16 data, GP17 clock), 400
+//! kHz.
 //!
-//! The bus sets the pace. A channel is 5 bytes with its address, 47 bits or 0.12 ms; a microstep changes two channels of
-//! a motor, four where a coil turns over: 0.7 to 1.4 ms for three motors under way. The fields follow the motors'
-//! positions as fast as that; 300 full steps/s are then at most half a step in one go.
+//! The bus sets the pace. A channel is 5 bytes with its address, 47 bits or 0.12 ms; a microstep
+//! changes two channels of a motor, four where a coil turns over: 0.7 to 1.4 ms for three motors
+//! under way. The fields follow the motors' positions as fast as that; 300 full steps/s are then at
+//! most half a step in one go.
 
 use embassy_embedded_hal::shared_bus::asynch::i2c::I2cDevice;
 use embassy_rp::Peri;
@@ -56,7 +58,8 @@ pub(crate) struct Order {
 
 static ORDER: Signal<CriticalSectionRawMutex, Order> = Signal::new();
 
-/// Tells the HATs what is wanted now; what they have not got to is dropped. For the stepping: never waits.
+/// Tells the HATs what is wanted now; what they have not got to is dropped. For the stepping: never
+/// waits.
 pub(crate) fn order(order: Order) {
     ORDER.signal(order);
 }
@@ -74,9 +77,20 @@ pub(crate) async fn follow(parts: Parts) {
     static BUS: StaticCell<SharedBus> = StaticCell::new();
     let mut config = Config::default();
     config.frequency = 400_000;
-    let bus = BUS.init(Mutex::new(I2c::new_async(parts.bus, parts.clock, parts.data, Interrupts, config)));
-    let mut hats =
-        Hats { bus, chips: None, percent: 0, commutation: coils::commutation(0, FULL), shown: [[0; 2]; 3] };
+    let bus = BUS.init(Mutex::new(I2c::new_async(
+        parts.bus,
+        parts.clock,
+        parts.data,
+        Interrupts,
+        config,
+    )));
+    let mut hats = Hats {
+        bus,
+        chips: None,
+        percent: 0,
+        commutation: coils::commutation(0, FULL),
+        shown: [[0; 2]; 3],
+    };
     let mut order = ORDER.wait().await;
     loop {
         if hats.carry_out(&order).await.is_some() {

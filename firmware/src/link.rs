@@ -1,8 +1,8 @@
 //! The links to the host: bytes from USB or UART to the board and back.
 //!
-//! Whichever speaks first is the master and gets what the board says, until it is unplugged, or has been silent for
-//! [`SILENT`] and the other speaks. What the board says to nobody is dropped. No write waits for longer than
-//! [`WRITE`], and none of this is ever waited for by the stepping.
+//! Whichever speaks first is the master and gets what the board says, until it is unplugged, or has
+//! been silent for [`SILENT`] and the other speaks. What the board says to nobody is dropped. No
+//! write waits for longer than [`WRITE`], and none of this is ever waited for by the stepping.
 
 mod uart;
 mod usb;
@@ -28,12 +28,14 @@ const SILENT: Duration = Duration::from_secs(1);
 /// A write that takes so long is given up.
 const WRITE: Duration = Duration::from_millis(100);
 
-/// What a frame from the host has turned out to be. That is found out here, where it delays no step.
+/// What a frame from the host has turned out to be. That is found out here, where it delays no
+/// step.
 #[derive(Clone, Copy)]
 pub(crate) enum Message {
     /// A position.
     Position(Sighting),
-    /// Another one: the next of [`Inbox::commands`]. Apart, since the largest of them is five times a position.
+    /// Another one: the next of [`Inbox::commands`]. Apart, since the largest of them is five times
+    /// a position.
     Command,
     Damaged(FrameError),
 }
@@ -54,7 +56,8 @@ pub(crate) struct ToInbox {
 }
 
 impl ToInbox {
-    /// Puts in what a frame was found to be. There is room for a command where there is for a message: it is taken out first.
+    /// Puts in what a frame was found to be. There is room for a command where there is for a
+    /// message: it is taken out first.
     fn put(&mut self, found: Result<&[u8], FrameError>) {
         let message = match found.map(ToBoard::position) {
             Ok(Some(sighting)) => Message::Position(sighting),
@@ -139,14 +142,17 @@ async fn transmit(mut usb: usb::Out, mut uart: BufferedUartTx, desk: SharedDesk)
         let count = OUTBOX.read(&mut packet).await;
         let master = desk.lock().await.master.map(|(source, _)| source);
         match master {
-            Some(Source::Usb) => usb::write(&mut usb, &packet[..count], OUTBOX.is_empty(), desk).await,
+            Some(Source::Usb) => {
+                usb::write(&mut usb, &packet[..count], OUTBOX.is_empty(), desk).await
+            }
             Some(Source::Uart) => uart::write(&mut uart, &packet[..count]).await,
             None => {}
         }
     }
 }
 
-/// Sends whole frames to the master; they are dropped whole where there is no room. For the stepping: never waits.
+/// Sends whole frames to the master; they are dropped whole where there is no room. For the
+/// stepping: never waits.
 pub(crate) fn send(mut frames: &[u8]) {
     if OUTBOX.free_capacity() < frames.len() {
         return;
@@ -186,7 +192,8 @@ impl Desk {
     /// Whether `source`, which has just spoken, is the master; it becomes that where there is none.
     fn admits(&mut self, source: Source) -> bool {
         let now = Instant::now();
-        let admitted = self.master.is_none_or(|(master, spoke)| master == source || now - spoke > SILENT);
+        let admitted =
+            self.master.is_none_or(|(master, spoke)| master == source || now - spoke > SILENT);
         if admitted {
             self.master = Some((source, now));
         }

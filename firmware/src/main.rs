@@ -1,5 +1,5 @@
-//! The board on a Raspberry Pi Pico: it gives [`plumb_core::Board`] the bytes and the time, and carries out what it
-//! returns.
+//! The board on a Raspberry Pi Pico: it gives [`plumb_core::Board`] the bytes and the time, and
+//! carries out what it returns.
 //!
 //! ```text
 //! USB, UART -> link -> INBOX -> stepping (every 200 µs, above all else) -> generator -> DMA -> PIO -> pulses
@@ -7,7 +7,8 @@
 //!                        QUESTION v  | ANSWER
 //!                              think (below all else)
 //! ```
-//! By priority: stepping; the peripherals' interrupts; the tasks of links, flash, HATs and lamp; thread mode, which thinks.
+//! By priority: stepping; the peripherals' interrupts; the tasks of links, flash, HATs and lamp;
+//! thread mode, which thinks.
 #![no_std]
 #![no_main]
 #![deny(missing_docs)]

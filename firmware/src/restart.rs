@@ -1,6 +1,7 @@
 //! How the board ends, so that it begins again in a safe state, and why it began.
 //!
-//! The reason is kept over the restart in one of the watchdog's scratch registers, which only a loss of power clears.
+//! The reason is kept over the restart in one of the watchdog's scratch registers, which only a
+//! loss of power clears.
 
 use core::panic::PanicInfo;
 

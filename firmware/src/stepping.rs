@@ -1,9 +1,9 @@
 //! The stepping interrupt: a tick of the board every 200 µs, above all else.
 //!
-//! It comes [`AHEAD_US`] before the tick that it plans begins, so that the pulses are in the state machines' queues by
-//! then. The board's time is the number of the tick, whatever the timer says: what it does depends on nothing but which
-//! bytes came before which tick. Where a tick has come too late after all (while the flash is written), all that
-//! follows is later by as much.
+//! It comes [`AHEAD_US`] before the tick that it plans begins, so that the pulses are in the state
+//! machines' queues by then. The board's time is the number of the tick, whatever the timer says:
+//! what it does depends on nothing but which bytes came before which tick. Where a tick has come
+//! too late after all (while the flash is written), all that follows is later by as much.
 
 use core::cell::RefCell;
 
@@ -25,12 +25,14 @@ use crate::link::{self, Inbox, Message};
 use crate::watch::Watch;
 use crate::{flash, hats, restart, think};
 
-/// How long before a tick's beginning it is planned: what planning may take. Measured in the emulated chip, to the last word for
-/// the state machines: at most 5852 clocks (47 µs), with a position that turns three motors round and a running mean;
-/// 7384 where that is in front of the end of their travel: such a tick is late.
+/// How long before a tick's beginning it is planned: what planning may take. Measured in the
+/// emulated chip, to the last word for the state machines: at most 5852 clocks (47 µs), with a
+/// position that turns three motors round and a running mean; 7384 where that is in front of the
+/// end of their travel: such a tick is late.
 const AHEAD_US: u32 = 50;
 
-/// Less than this before its beginning, a tick is late: giving the state machines their words takes 4.5 µs.
+/// Less than this before its beginning, a tick is late: giving the state machines their words takes
+/// 4.5 µs.
 const LATE_US: i32 = 5;
 
 /// What this board was built for; the emulated board is built for the same.
@@ -207,7 +209,9 @@ impl Stepping {
         self.enable.set(false);
         self.turn_fields();
         self.coils.disconnect();
-        let (Some(drivers), Some(config)) = (self.board.drivers(), self.board.config()) else { return };
+        let (Some(drivers), Some(config)) = (self.board.drivers(), self.board.config()) else {
+            return;
+        };
         self.fields = Fields::None;
         match drivers {
             Drivers::StepDir(times) => {
@@ -225,7 +229,8 @@ impl Stepping {
                 self.enable.active(Level::High);
                 self.generator.set_timing(Timing::SLOWEST);
                 let (duty_percent, microsteps) = (coils.duty_percent, config.microsteps);
-                self.fields = Fields::Hats(hats::Order { duty_percent, microsteps, positions: None });
+                self.fields =
+                    Fields::Hats(hats::Order { duty_percent, microsteps, positions: None });
             }
         }
     }
@@ -268,7 +273,9 @@ impl Stepping {
     fn listen(&mut self) {
         let Self { board, inbox, outbox, now, .. } = self;
         match inbox.messages.peek() {
-            Some(Message::Position(sighting)) => board.see(*now, sighting.id, &sighting.position, outbox),
+            Some(Message::Position(sighting)) => {
+                board.see(*now, sighting.id, &sighting.position, outbox)
+            }
             Some(Message::Command) => {
                 if let Some(command) = inbox.commands.peek() {
                     board.take(*now, Ok(command), outbox);
@@ -284,8 +291,8 @@ impl Stepping {
 
 /// The step generator's part of a tick.
 impl Stepping {
-    /// Tells the board where its motors are when the emergency input has cut the pulses off; and, once it has closed
-    /// again, watches it anew.
+    /// Tells the board where its motors are when the emergency input has cut the pulses off; and,
+    /// once it has closed again, watches it anew.
     #[inline(never)]
     fn mind_emergency(&mut self) {
         let mut missing = [0; 3];
@@ -299,7 +306,8 @@ impl Stepping {
         self.board.emergency(self.now, missing, &mut self.outbox);
     }
 
-    /// Gives the state machines the coming tick; starts them where they stand, or are about to run dry.
+    /// Gives the state machines the coming tick; starts them where they stand, or are about to run
+    /// dry.
     #[inline(always)]
     fn go_on(&mut self) {
         if self.running && !self.late() {

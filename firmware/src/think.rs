@@ -29,7 +29,8 @@ pub(crate) fn answer() -> Option<Answer> {
     if taken(&ANSWERED) { ANSWER.try_take() } else { None }
 }
 
-/// Whether `flag` was set; it no longer is. Where it is set anew in between, so is what it tells of.
+/// Whether `flag` was set; it no longer is. Where it is set anew in between, so is what it tells
+/// of.
 #[inline]
 fn taken(flag: &AtomicBool) -> bool {
     let set = flag.load(Ordering::Acquire);
@@ -46,7 +47,8 @@ pub(crate) fn run() -> ! {
     loop {
         watch::thread_is_alive();
         if !taken(&ASKED) {
-            // Until the next interrupt: one that came since the look above ends the sleep before it begins.
+            // Until the next interrupt: one that came since the look above ends the sleep before it
+            // begins.
             cortex_m::asm::wfe();
         } else if let Some(question) = QUESTION.try_take() {
             ANSWER.signal(thinker.answer(&question));

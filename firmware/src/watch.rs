@@ -1,4 +1,5 @@
-//! The hardware watchdog: fed from the stepping interrupt, and only as long as tasks and thread mode are alive too.
+//! The hardware watchdog: fed from the stepping interrupt, and only as long as tasks and thread
+//! mode are alive too.
 
 use core::sync::atomic::{AtomicBool, Ordering};
 
@@ -10,12 +11,14 @@ use embassy_time::{Duration, Timer};
 
 /// The chip restarts when it was not fed for so long.
 const BITE: Duration = Duration::from_millis(100);
-/// The tasks show up this often; thread mode before each sleep, and after each question that it has thought about.
+/// The tasks show up this often; thread mode before each sleep, and after each question that it has
+/// thought about.
 const BEAT: Duration = Duration::from_millis(10);
 /// They are given up after so many ticks without both: 100 ms, some times the longest thought.
 const PATIENCE: u16 = 500;
 
-/// The same while the flash is written, when nothing else runs: erasing a sector takes up to 0.4 s (W25Q16JV, 9.6).
+/// The same while the flash is written, when nothing else runs: erasing a sector takes up to 0.4 s
+/// (W25Q16JV, 9.6).
 const LENIENT_BITE: Duration = Duration::from_millis(1000);
 
 /// Looked after every so many ticks: 3.2 ms.

@@ -1,11 +1,13 @@
-//! The board in lock step with any physics engine: a line says how long time passes and what the camera saw, the answer
-//! says where the motors went.
+//! The board in lock step with any physics engine: a line says how long time passes and what the
+//! camera saw, the answer says where the motors went.
 
 use plumb_core::{Board, Outbox, TICK_US, Thinker};
 use plumb_emulator::EMULATED;
 use plumb_protocol::Config;
 use plumb_protocol::frame::{self, FrameError};
-use plumb_protocol::message::{Command, Fault, FromBoard, Hello, Position, Refusal, State, ToBoard};
+use plumb_protocol::message::{
+    Command, Fault, FromBoard, Hello, Position, Refusal, State, ToBoard,
+};
 use plumb_protocol::units::{Micros, Point, Rate, Steps16};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
@@ -17,7 +19,8 @@ pub struct Request {
     pub t: f64,
     /// How long the board runs then; above 0, at most 10.
     pub dt: f64,
-    /// Where the ball was seen in a picture that arrives at `t`; `null` where no picture arrives, or shows no ball.
+    /// Where the ball was seen in a picture that arrives at `t`; `null` where no picture arrives,
+    /// or shows no ball.
     #[serde(default)]
     pub position: Option<[f64; 3]>,
     /// How old that picture is.
@@ -33,7 +36,8 @@ pub struct Request {
 pub struct Answer {
     /// The time at the end, seconds.
     pub t: f64,
-    /// Motor positions evenly over the span, the last at its end: full steps since the start, + pays out; A, B, C.
+    /// Motor positions evenly over the span, the last at its end: full steps since the start, +
+    /// pays out; A, B, C.
     pub steps: Vec<[f64; 3]>,
     /// Motor rates at the end, full steps/s.
     pub rates: [f64; 3],
@@ -118,8 +122,8 @@ impl Cosim {
     /// Carries out a request; `samples` (1 or more) motor positions come back.
     ///
     /// # Errors
-    /// Where a number cannot be, time has a gap, or the board refuses the target. Positions that it refuses (too old, out
-    /// of its workspace) are lost, as they are on a rig.
+    /// Where a number cannot be, time has a gap, or the board refuses the target. Positions that it
+    /// refuses (too old, out of its workspace) are lost, as they are on a rig.
     pub fn step(&mut self, request: &Request, samples: u32) -> Result<Answer, CosimError> {
         check("t", request.t, request.t.abs() <= FARTHEST_S, "-1e9 to 1e9 s")?;
         let zero = *self.zero_s.get_or_insert(request.t);
@@ -163,7 +167,8 @@ impl Cosim {
         self.send(Command::Target(point))
     }
 
-    /// A picture has arrived. A board that has stopped because it saw nothing for too long is sent on.
+    /// A picture has arrived. A board that has stopped because it saw nothing for too long is sent
+    /// on.
     fn see(&mut self, ball: [f64; 3], age: f64) -> Result<(), CosimError> {
         check("age", age, (0.0..=60.0).contains(&age), "0 to 60 s")?;
         if self.board.state() == State::Fault(Fault::PositionLost) {
@@ -222,7 +227,11 @@ fn check(key: &'static str, value: f64, holds: bool, why: &'static str) -> Resul
 
 fn point(key: &'static str, metres: [f64; 3]) -> Result<Point, CosimError> {
     let farthest = metres.into_iter().fold(0.0, |a, b| if b.abs() > f64::abs(a) { b } else { a });
-    Point::from_metres(metres).ok_or(CosimError::Number { key, value: farthest, why: "metres, within 2 km" })
+    Point::from_metres(metres).ok_or(CosimError::Number {
+        key,
+        value: farthest,
+        why: "metres, within 2 km",
+    })
 }
 
 #[cfg(test)]
@@ -242,11 +251,13 @@ mod tests {
         Request { t, dt, position: None, age: 0.0, target: None }
     }
 
-    /// The paper's task on springs, pictures two frames late: an engine that is driven by the answers alone.
+    /// The paper's task on springs, pictures two frames late: an engine that is driven by the
+    /// answers alone.
     #[test]
     fn an_engine_that_follows_the_steps_gets_there() {
         let task = Task::paper();
-        let mut plant = Elastic::new(task.geometry, ElasticParameters::default(), task.start).unwrap();
+        let mut plant =
+            Elastic::new(task.geometry, ElasticParameters::default(), task.start).unwrap();
         let mut cosim = cosim("taut");
         let (dt, late) = (1.0 / 30.0, 2);
         let mut seen = vec![task.start; late];
@@ -275,9 +286,15 @@ mod tests {
         let answer = cosim.step(&request(5.0, 3.0), 2).unwrap();
         assert_eq!((answer.t, answer.state.as_str(), answer.reached), (8.0, "ready", false));
         assert!(matches!(cosim.step(&request(9.0, 0.1), 1), Err(CosimError::Gap { .. })));
-        assert!(matches!(cosim.step(&request(8.0, 0.0), 1), Err(CosimError::Number { key: "dt", .. })));
+        assert!(matches!(
+            cosim.step(&request(8.0, 0.0), 1),
+            Err(CosimError::Number { key: "dt", .. })
+        ));
         for t in [1e10, -1e300, f64::NAN] {
-            assert!(matches!(cosim.step(&request(t, 0.1), 1), Err(CosimError::Number { key: "t", .. })));
+            assert!(matches!(
+                cosim.step(&request(t, 0.1), 1),
+                Err(CosimError::Number { key: "t", .. })
+            ));
         }
         let far = Request { target: Some([9.0, 0.0, 0.0]), ..request(8.0, 0.1) };
         assert_eq!(cosim.step(&far, 1), Err(CosimError::Refused(Refusal::TargetOutside)));
@@ -292,8 +309,9 @@ mod tests {
             ..request(t, 0.1)
         };
         cosim.step(&line(0.0, Some([0.54, 0.22, 0.459])), 1).unwrap();
-        let states: Vec<String> =
-            (1..20).map(|k| cosim.step(&line(f64::from(k) * 0.1, None), 1).unwrap().state).collect();
+        let states: Vec<String> = (1..20)
+            .map(|k| cosim.step(&line(f64::from(k) * 0.1, None), 1).unwrap().state)
+            .collect();
         assert!(states.last().unwrap().starts_with("fault: no fresh position"), "{states:?}");
         let answer = cosim.step(&line(2.0, Some([0.54, 0.22, 0.459])), 1).unwrap();
         assert_eq!(answer.state, "seeking");

@@ -109,11 +109,12 @@ const LOST_IN_A_ROW: u32 = 30;
 /// it: noise of a single picture has room, another target has not.
 const PLAUSIBLE_RADII: f64 = 2.0;
 
-/// Drives the ball to `target` (metres, rig frame) until it is there or `patience` (seconds of the source's clock)
-/// is over. `tally` goes on from what it was, also where an error ends this.
+/// Drives the ball to `target` (metres, rig frame) until it is there or `patience` (seconds of the
+/// source's clock) is over. `tally` goes on from what it was, also where an error ends this.
 ///
 /// # Errors
-/// Where the link, the camera or the folder fails. The board then stops by itself, since it hears nothing more.
+/// Where the link, the camera or the folder fails. The board then stops by itself, since it hears
+/// nothing more.
 pub fn drive<S: Live, T: Transport>(
     rig: &mut Rig<'_, S, T>,
     target: Point,
@@ -161,7 +162,10 @@ pub fn drive<S: Live, T: Transport>(
 }
 
 /// Reports to the board what was seen, or that the picture was lost, and takes in what it says.
-fn report<S: Live, T: Transport>(rig: &mut Rig<'_, S, T>, seen: Option<&Seen>) -> Result<(), DriveError> {
+fn report<S: Live, T: Transport>(
+    rig: &mut Rig<'_, S, T>,
+    seen: Option<&Seen>,
+) -> Result<(), DriveError> {
     let age = seen.map_or(0.0, |seen| rig.source.now() - seen.time);
     // The board refuses an age that is beyond all bounds, and none is below 0.
     let age = Duration::try_from_secs_f64(age.max(0.0)).unwrap_or(Duration::MAX);
@@ -204,7 +208,8 @@ fn is_reached<S, T: Transport>(rig: &Rig<'_, S, T>, seen: &Seen, target: Point) 
     let held = rig.link.target_telemetry().is_some_and(|telemetry| {
         telemetry.state == State::Holding && telemetry.filtered_error.to_si() <= rig.radius
     });
-    let there = |located: Located| (located.position - target).norm() <= PLAUSIBLE_RADII * rig.radius;
+    let there =
+        |located: Located| (located.position - target).norm() <= PLAUSIBLE_RADII * rig.radius;
     held && seen.located.is_some_and(there)
 }
 
@@ -222,7 +227,8 @@ impl Seen {
     }
 
     fn covariance(&self) -> Option<Covariance> {
-        self.located.and_then(|located| Covariance::from_metres2(located.covariance.transpose().into()))
+        self.located
+            .and_then(|located| Covariance::from_metres2(located.covariance.transpose().into()))
     }
 }
 

@@ -14,7 +14,8 @@ use commands::print::tell;
 
 /// Drives a ball on three cables to a target in space, without a model of the robot.
 ///
-/// Exit codes: 0 done, 1 did not reach or found a fault, 2 bad input. What people read goes to standard error.
+/// Exit codes: 0 done, 1 did not reach or found a fault, 2 bad input. What people read goes to
+/// standard error.
 #[derive(Parser)]
 #[command(version, max_term_width = 100)]
 struct Cli {

@@ -8,8 +8,8 @@
 //! | `x`, `y`, `z` | its centre in the rig frame, metres |
 //! | `score` | the detector's |
 //!
-//! Fields that are not known are empty: all after `t` where there is no ball or the frame is broken, `depth`, `x`,
-//! `y` and `z` where the ball has too little depth.
+//! Fields that are not known are empty: all after `t` where there is no ball or the frame is
+//! broken, `depth`, `x`, `y` and `z` where the ball has too little depth.
 
 use std::io::{self, Write};
 use std::path::Path;
@@ -84,8 +84,9 @@ pub struct ReplayOutcome {
     pub broken: usize,
 }
 
-/// Runs `detector` over the TUM RGB-D recording in `folder`, taken by `camera`, and writes a row a colour frame to
-/// `out`, at once. What is wrong with single frames goes to `report` and does not end it.
+/// Runs `detector` over the TUM RGB-D recording in `folder`, taken by `camera`, and writes a row a
+/// colour frame to `out`, at once. What is wrong with single frames goes to `report` and does not
+/// end it.
 ///
 /// # Errors
 /// Where the recording's lists cannot be read or `out` cannot be written.
@@ -164,10 +165,12 @@ fn look(
     Some((detection, located))
 }
 
-/// The fields of a row, in the order of [`HEADER`]: pixels to 0.001, metres to 0.00001, the score to 0.0001.
+/// The fields of a row, in the order of [`HEADER`]: pixels to 0.001, metres to 0.00001, the score
+/// to 0.0001.
 fn row(time: f64, ball: Option<(Detection, Option<Located>)>) -> [String; 9] {
-    let field =
-        |value: Option<f64>, digits: usize| value.map(|x| format!("{x:.digits$}")).unwrap_or_default();
+    let field = |value: Option<f64>, digits: usize| {
+        value.map(|x| format!("{x:.digits$}")).unwrap_or_default()
+    };
     let seen = ball.map(|(detection, _)| detection);
     let located = ball.and_then(|(_, located)| located);
     let position = |axis: usize| located.map(|l| l.position[axis]);
@@ -212,15 +215,20 @@ mod tests {
     }
 
     fn camera() -> Camera {
-        let intrinsics = Intrinsics { fx: 200.0, fy: 200.0, cx: 15.5, cy: 11.5, depth_scale: 1000.0 };
+        let intrinsics =
+            Intrinsics { fx: 200.0, fy: 200.0, cx: 15.5, cy: 11.5, depth_scale: 1000.0 };
         let pose = Isometry3::new(Vector3::new(1.0, 2.0, 3.0), Vector3::zeros());
         Camera { intrinsics, pose, ball_diameter: 0.04, ball_hue: 0.0 }
     }
 
     fn recording() -> tempfile::TempDir {
         let folder = tempfile::tempdir().unwrap();
-        let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
-        write("rgb.txt", "# t\n0.000000 0.png\n0.033333 1.png\n0.066667 gone.png\n0.1 2.png\n0.2 1.png\n");
+        let write =
+            |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
+        write(
+            "rgb.txt",
+            "# t\n0.000000 0.png\n0.033333 1.png\n0.066667 gone.png\n0.1 2.png\n0.2 1.png\n",
+        );
         write("depth.txt", "0.001 d.png\n0.034 d.png\n0.066667 d.png\n0.1 d.png\nx y\n");
         let picture = |name: &str, typ: i32, value: f64| {
             let mat = Mat::new_rows_cols_with_default(24, 32, typ, Scalar::all(value)).unwrap();
@@ -238,18 +246,24 @@ mod tests {
         let (mut out, mut problems) = (Vec::new(), Vec::new());
         let folder = recording();
         let report = |p: &Problem| problems.push(p.to_string());
-        let outcome = replay_folder(folder.path(), &camera(), &mut Scripted, &mut out, report).unwrap();
+        let outcome =
+            replay_folder(folder.path(), &camera(), &mut Scripted, &mut out, report).unwrap();
         let text = String::from_utf8(out).unwrap();
         let lines: Vec<&str> = text.lines().collect();
         assert_eq!(lines[0], "t,u,v,radius,depth,x,y,z,score");
         assert_eq!(lines[1], "0.000000,,,,,,,,");
         assert!(lines[2].starts_with("0.033333,15.500,11.500,8.000,0.51"), "{}", lines[2]);
-        assert!(lines[2].contains(",1.00000,2.00000,3.51") && lines[2].ends_with(",0.7500"), "{}", lines[2]);
+        assert!(
+            lines[2].contains(",1.00000,2.00000,3.51") && lines[2].ends_with(",0.7500"),
+            "{}",
+            lines[2]
+        );
         assert_eq!(lines[3], "0.066667,,,,,,,,");
         assert_eq!(lines[4], "0.100000,,,,,,,,");
         assert_eq!(lines[5], "0.200000,15.500,11.500,8.000,,,,,0.7500");
         assert_eq!(lines.len(), 6);
-        let expected = ReplayOutcome { frames: 5, detected: 2, located: 1, without_depth: 1, broken: 3 };
+        let expected =
+            ReplayOutcome { frames: 5, detected: 2, located: 1, without_depth: 1, broken: 3 };
         assert_eq!(outcome, expected);
         let named = ["depth.txt:5", "gone.png", "scripted", "0.200000 s: no depth"];
         assert_eq!(problems.len(), named.len(), "{problems:?}");

@@ -7,7 +7,9 @@ mod law;
 use std::path::Path;
 
 use nalgebra::Point3;
-use plumb_cameras::toml_file::{Finite, NumberError, Positive, TomlFileError, parse_toml, read_toml};
+use plumb_cameras::toml_file::{
+    Finite, NumberError, Positive, TomlFileError, parse_toml, read_toml,
+};
 use plumb_emulator::rig::{Geometry, RigError};
 use plumb_protocol::config::{Config, Deadlines, Growth, Motor, Reached, Workspace};
 use plumb_protocol::units::{Acceleration, Micrometres, Milliseconds, Point, Rate, Steps16};
@@ -270,7 +272,11 @@ impl DeadlineSettings {
 }
 
 /// `value` as `convert` puts it, or an error that names its key.
-fn fit<Q>(key: &'static str, value: f64, convert: impl FnOnce(f64) -> Option<Q>) -> Result<Q, OutOfRange> {
+fn fit<Q>(
+    key: &'static str,
+    value: f64,
+    convert: impl FnOnce(f64) -> Option<Q>,
+) -> Result<Q, OutOfRange> {
     convert(value).ok_or(OutOfRange { key, value, why: NO_ROOM })
 }
 

@@ -1,4 +1,5 @@
-//! A whole run: greets and configures the board, drives the ball through the targets, and leaves the run's folder.
+//! A whole run: greets and configures the board, drives the ball through the targets, and leaves
+//! the run's folder.
 
 use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
@@ -136,7 +137,11 @@ impl Session<'_> {
     /// # Errors
     /// Where it could not begin, or broke. Whatever happens after the first picture, the folder is
     /// complete, save for what cannot be written, which is told besides.
-    pub fn run<S: Live, T: Transport>(mut self, source: &mut S, transport: T) -> Result<Ended, SessionError> {
+    pub fn run<S: Live, T: Transport>(
+        mut self,
+        source: &mut S,
+        transport: T,
+    ) -> Result<Ended, SessionError> {
         let (config, targets) = (self.rig.config()?, self.rig.targets()?);
         if targets.is_empty() {
             return Err(SessionError::NoTargets);
@@ -150,9 +155,11 @@ impl Session<'_> {
         let path = folder.path().to_owned();
 
         let (mut tally, mut legs) = (Tally::default(), Vec::new());
-        let result = self.drive_all(source, &mut link, &mut folder, &targets, &mut tally, &mut legs);
+        let result =
+            self.drive_all(source, &mut link, &mut folder, &targets, &mut tally, &mut legs);
         let (result, at_rest) = come_to_rest(&mut link, result);
-        let summary = self.summary(&tally, legs, targets.len(), &result, at_rest, link.refused_positions());
+        let summary =
+            self.summary(&tally, legs, targets.len(), &result, at_rest, link.refused_positions());
         let unwritten = folder.finish(&summary).err();
         let ended = Ended { summary, folder: path, unwritten };
         match result {
@@ -252,8 +259,7 @@ fn come_to_rest<T: Transport>(
     link: &mut Link<T>,
     result: Result<Ending, DriveError>,
 ) -> (Result<Ending, DriveError>, bool) {
-    let is_broken =
-        matches!(&result, Err(DriveError::Link(error)) if !matches!(error, LinkError::Refused { .. }));
+    let is_broken = matches!(&result, Err(DriveError::Link(error)) if !matches!(error, LinkError::Refused { .. }));
     if is_broken {
         // The first cause counts, and a board without a host stops by itself.
         link.abandon();

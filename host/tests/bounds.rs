@@ -27,7 +27,8 @@ fn the_papers_rig_is_proved_with_its_box_in_the_output() {
     let output = bounds(&["--json"], Path::new("."));
     assert!(output.status.success(), "{}", stderr(&output));
     let line = json(&output);
-    let near = |value: &Value, expected: f64| (value.as_f64().unwrap() / expected - 1.0).abs() < 0.02;
+    let near =
+        |value: &Value, expected: f64| (value.as_f64().unwrap() / expected - 1.0).abs() < 0.02;
     for (k, ratio) in [30.0, 42.0, 79.0, 181.0].into_iter().enumerate() {
         assert!(near(&line["workspace"][k]["ratio"], ratio), "{line}");
     }
@@ -49,9 +50,11 @@ fn what_is_false_ends_with_exit_code_1() {
 #[test]
 fn rough_motors_widen_the_bounds_and_may_be_no_rig() {
     let known = json(&bounds(&["--below", "0.2,0.5", "--json"], Path::new(".")));
-    let rough = json(&bounds(&["--below", "0.2,0.5", "--tolerance", "0.01", "--json"], Path::new(".")));
+    let rough =
+        json(&bounds(&["--below", "0.2,0.5", "--tolerance", "0.01", "--json"], Path::new(".")));
     assert!(
-        rough["alpha"].as_f64() < known["alpha"].as_f64() && rough["beta"].as_f64() > known["beta"].as_f64()
+        rough["alpha"].as_f64() < known["alpha"].as_f64()
+            && rough["beta"].as_f64() > known["beta"].as_f64()
     );
     let none = bounds(&["--tolerance", "0.5"], Path::new("."));
     assert_eq!(none.status.code(), Some(2));
@@ -65,14 +68,17 @@ fn a_family_by_its_vertices_is_judged_and_mistakes_are_named() {
         fs::write(folder.path().join("family.toml"), text).unwrap();
         bounds(&["--family", "family.toml", "--json"], folder.path())
     };
-    let sound = family("vertices = [[[1, 0, 0], [0, 1, 0], [0, 0, 1]], [[2, 0, 0], [0, 2, 0], [0, 0, 2.0]]]");
+    let sound = family(
+        "vertices = [[[1, 0, 0], [0, 1, 0], [0, 0, 1]], [[2, 0, 0], [0, 2, 0], [0, 0, 2.0]]]",
+    );
     assert!(sound.status.success(), "{}", stderr(&sound));
     let line = json(&sound);
     assert_eq!((&line["nonsingular"], &line["vertices"]), (&true.into(), &2.into()));
     let least = [0, 1].map(|k| line["least_v"][k].as_f64().unwrap());
     assert!(least[0] <= 1.0 && 1.0 <= least[1] + 1e-6 && least[0] > 0.9, "{line}");
-    let singular =
-        family("vertices = [[[1, 0, 0], [0, 1, 0], [0, 0, 1]], [[-1, 0, 0], [0, 1, 0], [0, 0, 1]]]");
+    let singular = family(
+        "vertices = [[[1, 0, 0], [0, 1, 0], [0, 0, 1]], [[-1, 0, 0], [0, 1, 0], [0, 0, 1]]]",
+    );
     assert_eq!(singular.status.code(), Some(1));
     assert_eq!(json(&singular)["nonsingular"], false);
     for (text, named) in [

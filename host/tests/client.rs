@@ -1,4 +1,5 @@
-//! The client in Python, written from the page on the wire format alone, against the emulated board.
+//! The client in Python, written from the page on the wire format alone, against the emulated
+//! board.
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops at the first surprise")]
 
@@ -30,6 +31,9 @@ fn a_client_in_python_jogs_a_motor_also_over_a_link_that_loses_frames() {
     for wire in [&[][..], &["--baud", "115200", "--lost", "0.1", "--damaged", "0.05"]] {
         let Some(line) = last_line(wire) else { return };
         assert!(line.contains("'motors_steps': [10.0, 0.0, 0.0]"), "{wire:?}: {line}");
-        assert!(line.contains("'state': 'ready'") && line.contains("'configuration': 4"), "{wire:?}: {line}");
+        assert!(
+            line.contains("'state': 'ready'") && line.contains("'configuration': 4"),
+            "{wire:?}: {line}"
+        );
     }
 }

@@ -11,10 +11,14 @@ fn repository() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
 }
 
-/// A Python that has MuJoCo, where `scripts/mujoco` leaves one; without it the test is passed over, but never with CI set.
+/// A Python that has MuJoCo, where `scripts/mujoco` leaves one; without it the test is passed over,
+/// but never with CI set.
 fn python_with_mujoco() -> Option<PathBuf> {
     let has_mujoco = |python: &PathBuf| {
-        Command::new(python).args(["-c", "import mujoco"]).output().is_ok_and(|it| it.status.success())
+        Command::new(python)
+            .args(["-c", "import mujoco"])
+            .output()
+            .is_ok_and(|it| it.status.success())
     };
     let pythons = [PathBuf::from("python3"), repository().join("target/mujoco/bin/python")];
     let python = pythons.into_iter().find(has_mujoco);
@@ -36,7 +40,8 @@ fn example(python: &Path, law: &str) -> Value {
     serde_json::from_slice(&output.stdout).unwrap()
 }
 
-/// The default law keeps the cables taut on the paper's task; `certified`, which does not, shows that the example can tell.
+/// The default law keeps the cables taut on the paper's task; `certified`, which does not, shows
+/// that the example can tell.
 #[test]
 fn the_example_does_the_papers_task_on_mujoco() {
     let Some(python) = python_with_mujoco() else { return };

@@ -39,10 +39,16 @@ fn a_figure_without_room_hides_no_result() {
     let line = json(&output);
     assert!(line["reached"] == true && line["targets_reached"] == 1, "{line}");
     let text = stderr(&output);
-    assert!(text.contains("the run folder is not complete") && text.contains("figure4.svg"), "{text}");
+    assert!(
+        text.contains("the run folder is not complete") && text.contains("figure4.svg"),
+        "{text}"
+    );
     // What was begun and has no room is gone, and the rest is there.
     let files = files(folder.path());
-    assert!(files.contains(&"run.csv".to_owned()) && files.contains(&"summary.json".to_owned()), "{files:?}");
+    assert!(
+        files.contains(&"run.csv".to_owned()) && files.contains(&"summary.json".to_owned()),
+        "{files:?}"
+    );
     assert!(!files.contains(&"figure4.svg".to_owned()), "{files:?}");
 }
 
@@ -55,6 +61,7 @@ fn rows_without_room_end_the_run_with_the_cause() {
     assert!(line["reached"] == false && line["at_rest"] == true, "{line}");
     assert!(line["ending"].as_str().unwrap().contains("run.csv"), "{line}");
     let kept: serde_json::Value =
-        serde_json::from_str(&fs::read_to_string(folder.path().join("run/summary.json")).unwrap()).unwrap();
+        serde_json::from_str(&fs::read_to_string(folder.path().join("run/summary.json")).unwrap())
+            .unwrap();
     assert_eq!(kept["ending"], line["ending"]);
 }

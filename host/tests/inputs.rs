@@ -52,7 +52,8 @@ fn play(folder: &Path, stamp: impl Fn(f64, usize) -> String) -> Output {
     let rig = rig_file(folder, |text| {
         let text = text[..text.find("\n[simulation]").unwrap()].to_owned();
         // What is looked at here is not how busy the machine is.
-        let text = text.replace("host = 0.3", "host = 5.0").replace("position = 0.5", "position = 5.0");
+        let text =
+            text.replace("host = 0.3", "host = 5.0").replace("position = 0.5", "position = 5.0");
         let text = text.replace("max_age = 0.25", "max_age = 2.0");
         text.replace("file = \"camera.toml\"", "file = \"camera.toml\"\nrecording = \"recording\"")
     });
@@ -65,8 +66,12 @@ fn a_recording_with_time_stamps_since_1970_is_played_to_its_end() {
     let folder = folder();
     let output = play(folder.path(), |time, _| format!("{:.6}", 1_305_031_102.175_304 + time));
     let (line, text) = (json(&output), stderr(&output));
-    let frames = fs::read_to_string(folder.path().join("recording/rgb.txt")).unwrap().lines().count() as u64;
-    assert_eq!((line["frames"].as_u64(), line["ending"].as_str()), (Some(frames), Some("no more pictures")));
+    let frames =
+        fs::read_to_string(folder.path().join("recording/rgb.txt")).unwrap().lines().count() as u64;
+    assert_eq!(
+        (line["frames"].as_u64(), line["ending"].as_str()),
+        (Some(frames), Some("no more pictures"))
+    );
     assert!(frames > 10 && line["time_s"].as_f64().unwrap() < 60.0, "{line} {text}");
     let rows = fs::read_to_string(folder.path().join("run/run.csv")).unwrap();
     let first: f64 = rows.lines().nth(1).unwrap().split(',').nth(1).unwrap().parse().unwrap();
@@ -77,20 +82,33 @@ fn a_recording_with_time_stamps_since_1970_is_played_to_its_end() {
 fn a_gap_in_a_recording_ends_the_run() {
     let folder = folder();
     let output =
-        play(folder.path(), |time, k| if k < 5 { time.to_string() } else { (time + 5e3).to_string() });
+        play(
+            folder.path(),
+            |time, k| if k < 5 { time.to_string() } else { (time + 5e3).to_string() },
+        );
     let (line, text) = (json(&output), stderr(&output));
-    assert_eq!((output.status.code(), line["frames"].as_u64()), (Some(1), Some(5)), "{line} {text}");
+    assert_eq!(
+        (output.status.code(), line["frames"].as_u64()),
+        (Some(1), Some(5)),
+        "{line} {text}"
+    );
     assert!(text.contains("gaps of at most 2 s"), "{text}");
 }
 
 #[test]
 fn time_stamps_beyond_all_clocks_are_lost_frames() {
     let folder = folder();
-    let output = play(folder.path(), |time, k| if k % 5 == 3 { "1e19".to_owned() } else { time.to_string() });
+    let output = play(
+        folder.path(),
+        |time, k| if k % 5 == 3 { "1e19".to_owned() } else { time.to_string() },
+    );
     let (line, text) = (json(&output), stderr(&output));
     assert_eq!(line["ending"], "no more pictures", "{line} {text}");
     // Those of both lists.
-    assert!(line["frames"].as_u64().unwrap() > 8 && line["lost"].as_u64().unwrap() > 2, "{line} {text}");
+    assert!(
+        line["frames"].as_u64().unwrap() > 8 && line["lost"].as_u64().unwrap() > 2,
+        "{line} {text}"
+    );
 }
 
 #[test]
@@ -110,10 +128,16 @@ fn only_regular_files_are_read() {
             let output = ended(arguments, folder.path());
             let text = stderr(&output);
             assert_eq!(output.status.code(), Some(2), "{arguments:?}: {text}");
-            assert!(text.contains(other) && text.contains("must be a regular file"), "{arguments:?}: {text}");
+            assert!(
+                text.contains(other) && text.contains("must be a regular file"),
+                "{arguments:?}: {text}"
+            );
         }
-        fs::write(&rig, fs::read_to_string(rigs().join("paper.toml")).unwrap().replace("camera.toml", other))
-            .unwrap();
+        fs::write(
+            &rig,
+            fs::read_to_string(rigs().join("paper.toml")).unwrap().replace("camera.toml", other),
+        )
+        .unwrap();
         let text = stderr(&ended(&["run", &rig], folder.path()));
         assert!(text.contains("must be a regular file"), "{text}");
     }
@@ -130,7 +154,10 @@ fn only_regular_files_are_pictures_and_lists() {
     fs::write(&rgb, "0.0 pipe\n0.1 /dev/zero\n").unwrap();
     let (output, text) = (replay(), stderr(&replay()));
     assert_eq!(output.status.code(), Some(1), "{text}");
-    assert!(text.contains("pipe: is a named pipe") && text.contains("/dev/zero: is a device"), "{text}");
+    assert!(
+        text.contains("pipe: is a named pipe") && text.contains("/dev/zero: is a device"),
+        "{text}"
+    );
     fs::remove_file(&rgb).unwrap();
     mkfifo(&rgb, Mode::S_IRWXU).unwrap();
     let (output, text) = (replay(), stderr(&replay()));

@@ -36,7 +36,17 @@ impl Run {
         });
         let emulator = Emulator::start_with(wire);
         let child = Command::new(env!("CARGO_BIN_EXE_plumb"))
-            .args(["run", &rig, "--port", &emulator.port, "--law", "sign", "--json", "--out", "run"])
+            .args([
+                "run",
+                &rig,
+                "--port",
+                &emulator.port,
+                "--law",
+                "sign",
+                "--json",
+                "--out",
+                "run",
+            ])
             .current_dir(folder.path())
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
@@ -69,7 +79,8 @@ fn every_target_is_driven_to_over_links_that_take_time_or_lose_frames() {
         let legs = line["legs"].as_array().unwrap();
         assert_eq!(legs.len(), 3, "{wire:?}: {line}");
         for leg in legs {
-            let (frames, error) = (leg["frames"].as_u64().unwrap(), leg["error_mm"].as_f64().unwrap());
+            let (frames, error) =
+                (leg["frames"].as_u64().unwrap(), leg["error_mm"].as_f64().unwrap());
             assert!(leg["reached"] == true && frames >= 10 && error <= 10.0, "{wire:?}: {line}");
         }
     }
@@ -93,7 +104,8 @@ fn a_board_that_falls_silent_ends_the_run_with_the_cause() {
     until_rows(&mut run.child, &run.folder.path().join("run"), 20);
     let board = Pid::from_raw(i32::try_from(run.emulator.child.id()).unwrap());
     kill(board, Signal::SIGSTOP).unwrap();
-    let rows = std::fs::read_to_string(run.folder.path().join("run/run.csv")).unwrap().lines().count();
+    let rows =
+        std::fs::read_to_string(run.folder.path().join("run/run.csv")).unwrap().lines().count();
     let (output, line) = run.end();
     assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
     assert!(line["ending"].as_str().unwrap().contains("nothing has come from the board"), "{line}");

@@ -1,4 +1,5 @@
-//! The program with a camera: the real libOpenNI2 with the test driver of `tests/openni-driver` in it.
+//! The program with a camera: the real libOpenNI2 with the test driver of `tests/openni-driver` in
+//! it.
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops at the first surprise")]
 
@@ -60,21 +61,25 @@ impl Place {
         self.command(arguments).output().unwrap()
     }
 
-    /// The paper's rig file for a board on `port`, without its simulated rig and with `camera` as its camera.
+    /// The paper's rig file for a board on `port`, without its simulated rig and with `camera` as
+    /// its camera.
     fn rig(&self, port: &str, camera: &str) {
         let rigs = Path::new(env!("CARGO_MANIFEST_DIR")).join("rigs");
         let text = fs::read_to_string(rigs.join("paper.toml")).unwrap();
         let text = text[..text.find("\n[simulation]").unwrap()].replace("/dev/ttyACM0", port);
-        let text = text.replace("file = \"camera.toml\"", &format!("file = \"camera.toml\"\n{camera}"));
+        let text =
+            text.replace("file = \"camera.toml\"", &format!("file = \"camera.toml\"\n{camera}"));
         // What is looked at here is not how busy the machine is.
-        let text = text.replace("host = 0.3", "host = 5.0").replace("position = 0.5", "position = 5.0");
+        let text =
+            text.replace("host = 0.3", "host = 5.0").replace("position = 0.5", "position = 5.0");
         let text = text.replace("max_age = 0.25", "max_age = 4.9");
         fs::write(self.path().join("rig.toml"), text).unwrap();
         fs::copy(rigs.join("camera.toml"), self.path().join("camera.toml")).unwrap();
     }
 }
 
-/// `plumb emulate` in the background, one at a time, since boards have deadlines; killed when dropped.
+/// `plumb emulate` in the background, one at a time, since boards have deadlines; killed when
+/// dropped.
 struct Emulator {
     child: Child,
     port: String,
@@ -107,7 +112,8 @@ impl Drop for Emulator {
 
 /// Waits until the run has so many rows; or until it has ended, which the test will see.
 fn until_rows(run: &mut Child, folder: &Path, count: usize) {
-    let rows = || fs::read_to_string(folder.join("run/run.csv")).unwrap_or_default().lines().count();
+    let rows =
+        || fs::read_to_string(folder.join("run/run.csv")).unwrap_or_default().lines().count();
     while rows() < count && run.try_wait().unwrap().is_none() {
         std::thread::sleep(Duration::from_millis(20));
     }
@@ -217,7 +223,8 @@ fn what_a_run_sees_is_what_is_replayed() {
     assert!(replayed.status.success(), "{}", stderr(&replayed));
     let replayed = rows(&stdout(&replayed));
     assert_eq!(run.len(), replayed.len());
-    let numbers = |row: &[String]| -> Vec<f64> { row.iter().map(|field| field.parse().unwrap()).collect() };
+    let numbers =
+        |row: &[String]| -> Vec<f64> { row.iter().map(|field| field.parse().unwrap()).collect() };
     for (run, replayed) in run.iter().zip(&replayed) {
         // u, v, radius and x, y, z, to what both write.
         let (run, replayed) =
@@ -232,7 +239,8 @@ fn what_a_run_sees_is_what_is_replayed() {
         );
     }
 
-    // The device's own recording has every picture of the device, also those that the run was too slow for.
+    // The device's own recording has every picture of the device, also those that the run was too
+    // slow for.
     let oni = place.plumb(&["replay", "recording/recording.oni"]);
     assert!(oni.status.success(), "{}", stderr(&oni));
     let oni = rows(&stdout(&oni));
@@ -241,7 +249,8 @@ fn what_a_run_sees_is_what_is_replayed() {
         assert_eq!(row[1..], replayed[0][1..], "the ball hangs still");
     }
 
-    // And runs of the recordings, in a rig file; they may be over before the board has said that it is there.
+    // And runs of the recordings, in a rig file; they may be over before the board has said that it
+    // is there.
     for (recording, out) in [("recording/recording.oni", "again"), ("recording", "once-more")] {
         place.rig(&emulator.port, &format!("recording = {recording:?}"));
         let again = place.plumb(&["run", "rig.toml", "--out", out, "--json"]);
@@ -251,7 +260,10 @@ fn what_a_run_sees_is_what_is_replayed() {
             "{recording}: {}",
             stderr(&again)
         );
-        assert!(summary["located"].as_u64() >= Some(9) && summary["lost"] == 0, "{recording}: {summary}");
+        assert!(
+            summary["located"].as_u64() >= Some(9) && summary["lost"] == 0,
+            "{recording}: {summary}"
+        );
     }
 }
 
@@ -300,7 +312,9 @@ fn a_truncated_recording_is_an_error() {
     let Some(place) = Place::new(true) else { return };
     let emulator = Emulator::start();
     place.rig(&emulator.port, "");
-    assert!(place.plumb(&["run", "rig.toml", "--record", "recording", "--out", "run"]).status.success());
+    assert!(
+        place.plumb(&["run", "rig.toml", "--record", "recording", "--out", "run"]).status.success()
+    );
     let path = place.path().join("recording/recording.oni");
     let whole = fs::read(&path).unwrap();
     fs::write(&path, &whole[..whole.len() * 2 / 3]).unwrap();
@@ -313,13 +327,16 @@ fn a_truncated_recording_is_an_error() {
     );
 }
 
-/// The program, and the library in it, given a file with bytes changed anywhere, or cut: rows or an error, never a crash.
+/// The program, and the library in it, given a file with bytes changed anywhere, or cut: rows or an
+/// error, never a crash.
 #[test]
 fn damaged_recordings_give_rows_or_an_error() {
     let Some(place) = Place::new(true) else { return };
     let emulator = Emulator::start();
     place.rig(&emulator.port, "[camera.openni]\nintrinsics = \"device\"\nlatency = 0.005");
-    assert!(place.plumb(&["run", "rig.toml", "--record", "recording", "--out", "run"]).status.success());
+    assert!(
+        place.plumb(&["run", "rig.toml", "--record", "recording", "--out", "run"]).status.success()
+    );
     let path = place.path().join("recording/recording.oni");
     let whole = fs::read(&path).unwrap();
     let sound = rows(&stdout(&place.plumb(&["replay", "recording/recording.oni"])));
@@ -356,7 +373,11 @@ fn damaged_recordings_give_rows_or_an_error() {
             Some(0) => assert_eq!(rows(&stdout(&output)).len(), sound.len(), "case {case}"),
             Some(1 | 2) => {
                 refused += 1;
-                assert!(stderr(&output).contains("recording.oni"), "case {case}: {}", stderr(&output));
+                assert!(
+                    stderr(&output).contains("recording.oni"),
+                    "case {case}: {}",
+                    stderr(&output)
+                );
             }
             code => panic!("case {case}: {code:?}: {}", stderr(&output)),
         }

@@ -16,8 +16,8 @@ use nix::unistd::Pid;
 
 use common::{Emulator, folder, json, patient, plumb, record, rig_file, stderr, until_rows};
 
-/// The program, with every signal's usual effect: one that these tests are started with may be ignored, as SIGHUP
-/// is behind `nohup`, and a program inherits that.
+/// The program, with every signal's usual effect: one that these tests are started with may be
+/// ignored, as SIGHUP is behind `nohup`, and a program inherits that.
 fn program(arguments: &[&str], folder: &Path) -> Command {
     let mut command = Command::new("env");
     command.args(["--default-signal", env!("CARGO_BIN_EXE_plumb")]);
@@ -82,16 +82,22 @@ fn closed_pipes_change_no_exit_code() {
         let status: ExitStatus =
             program(arguments, folder.path()).stdout(closed()).stderr(closed()).status().unwrap();
         assert_eq!(status.code(), Some(code), "{arguments:?}");
-        let status =
-            program(arguments, folder.path()).stdout(Stdio::null()).stderr(full_disk()).status().unwrap();
+        let status = program(arguments, folder.path())
+            .stdout(Stdio::null())
+            .stderr(full_disk())
+            .status()
+            .unwrap();
         assert_eq!(status.code(), Some(code), "{arguments:?}");
     }
 }
 
 #[test]
 fn an_engine_that_goes_ends_a_cosimulation() {
-    let mut cosim =
-        program(&["cosim"], Path::new(".")).stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().unwrap();
+    let mut cosim = program(&["cosim"], Path::new("."))
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap();
     let mut requests = cosim.stdin.take().unwrap();
     drop(cosim.stdout.take());
     writeln!(requests, r#"{{"t": 0.0, "dt": 0.1}}"#).unwrap();
@@ -104,8 +110,11 @@ fn results_that_cannot_be_written_are_an_error() {
     let folder = folder();
     record(folder.path());
     for arguments in [&PAPER as &[&str], &["replay", "recording"], &SHORT_DEMO, &["emulate"]] {
-        let output =
-            program(arguments, folder.path()).stdout(full_disk()).stderr(Stdio::piped()).spawn().unwrap();
+        let output = program(arguments, folder.path())
+            .stdout(full_disk())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
         let output = output.wait_with_output().unwrap();
         let text = stderr(&output);
         assert_eq!(output.status.code(), Some(1), "{arguments:?}: {text}");
@@ -150,7 +159,8 @@ fn signals_end_a_run_with_its_summary() {
             let output = run.wait_with_output().unwrap();
             assert_eq!(output.status.code(), Some(1), "{out}: {}", stderr(&output));
             assert_eq!(json(&output)["ending"], "interrupted", "{out}");
-            let summary = fs::read_to_string(folder.path().join(&out).join("summary.json")).unwrap();
+            let summary =
+                fs::read_to_string(folder.path().join(&out).join("summary.json")).unwrap();
             assert!(summary.contains("interrupted"), "{summary}");
         }
     }

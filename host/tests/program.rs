@@ -17,7 +17,10 @@ use common::{Emulator, folder, json, plumb, rig_file, rigs, stderr};
 fn the_demo_in_memory_reaches_the_target_and_repeats_itself() {
     let folder = folder();
     let run = |out: &str| {
-        plumb(&["demo", "--memory", "--law", "interval", "--seed", "7", "--out", out], folder.path())
+        plumb(
+            &["demo", "--memory", "--law", "interval", "--seed", "7", "--out", out],
+            folder.path(),
+        )
     };
     let (one, two) = (run("one"), run("two"));
     assert!(one.status.success(), "{}", stderr(&one));
@@ -43,7 +46,9 @@ fn the_demo_in_memory_reaches_the_target_and_repeats_itself() {
         .map(|l| l.split(',').map(str::to_owned).collect())
         .collect();
     let arrival = |column: usize, target: f64| {
-        rows.iter().position(|r| r[column].parse::<f64>().is_ok_and(|v| (v - target).abs() < 0.010)).unwrap()
+        rows.iter()
+            .position(|r| r[column].parse::<f64>().is_ok_and(|v| (v - target).abs() < 0.010))
+            .unwrap()
     };
     let (x, y, z) = (arrival(6, 0.4), arrival(7, 0.4), arrival(8, 0.15));
     assert!(y < x && x < z, "x after {x} frames, y after {y}, z after {z}");
@@ -52,7 +57,8 @@ fn the_demo_in_memory_reaches_the_target_and_repeats_itself() {
 #[test]
 fn the_demo_drives_with_the_default_law_or_with_each_in_turn() {
     let folder = folder();
-    let demo = |more: &[&str]| plumb(&[&["demo", "--memory", "--out"], more].concat(), folder.path());
+    let demo =
+        |more: &[&str]| plumb(&[&["demo", "--memory", "--out"], more].concat(), folder.path());
     let usual = demo(&["usual"]);
     assert!(usual.status.success(), "{}", stderr(&usual));
     assert_eq!(json(&usual)["law"], "taut");
@@ -60,8 +66,10 @@ fn the_demo_drives_with_the_default_law_or_with_each_in_turn() {
     // Too little patience for any of them: every law is run all the same.
     let all = demo(&["all", "--compare", "--patience", "0.5"]);
     assert_eq!(all.status.code(), Some(1), "{}", stderr(&all));
-    let laws: Vec<Value> =
-        String::from_utf8_lossy(&all.stdout).lines().map(|l| serde_json::from_str(l).unwrap()).collect();
+    let laws: Vec<Value> = String::from_utf8_lossy(&all.stdout)
+        .lines()
+        .map(|l| serde_json::from_str(l).unwrap())
+        .collect();
     let names: Vec<&str> = laws.iter().map(|line| line["law"].as_str().unwrap()).collect();
     assert_eq!(names, ["interval", "sign", "certified", "taut"]);
     let figure = fs::read_to_string(folder.path().join("all/laws.svg")).unwrap();
@@ -88,7 +96,8 @@ fn patience_ends_a_run_with_exit_code_1_and_a_whole_folder() {
     assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
     assert_eq!(json(&output)["reached"], false);
     assert!(
-        folder.path().join("run/figure4.svg").exists() && folder.path().join("run/summary.json").exists()
+        folder.path().join("run/figure4.svg").exists()
+            && folder.path().join("run/summary.json").exists()
     );
 }
 
@@ -111,7 +120,8 @@ fn a_mistake_in_a_rig_file_is_named_with_its_line() {
         let output = plumb(&["run", &rig], folder.path());
         let text = stderr(&output);
         assert_eq!(output.status.code(), Some(2), "{text}");
-        let line = text.split("rig.toml:").nth(1).and_then(|t| t.split(':').next()).map(str::parse::<u32>);
+        let line =
+            text.split("rig.toml:").nth(1).and_then(|t| t.split(':').next()).map(str::parse::<u32>);
         assert!(text.contains(named) && matches!(line, Some(Ok(_))), "{new:?}: {text}");
     }
     let rig = rig_file(folder.path(), |text| text.replace("alpha = 0.005", "alpha = 0.7"));
@@ -125,7 +135,8 @@ fn a_mistake_in_a_rig_file_is_named_with_its_line() {
 fn a_mistake_in_a_camera_file_is_named_with_its_line() {
     let folder = folder();
     let camera = fs::read_to_string(rigs().join("camera.toml")).unwrap();
-    fs::write(folder.path().join("camera.toml"), camera.replace("cx = 319.5", "cz = 319.5")).unwrap();
+    fs::write(folder.path().join("camera.toml"), camera.replace("cx = 319.5", "cz = 319.5"))
+        .unwrap();
     let output = plumb(&["replay", ".", "--camera", "camera.toml"], folder.path());
     assert_eq!(output.status.code(), Some(2));
     assert!(stderr(&output).contains("camera.toml:6:"), "{}", stderr(&output));
@@ -135,11 +146,16 @@ fn a_mistake_in_a_camera_file_is_named_with_its_line() {
 fn a_port_that_cannot_be_opened_is_named() {
     let folder = folder();
     let rig = rig_file(folder.path(), |text| text);
-    let run =
-        |port: &str| plumb(&["goto", "0.4", "0.4", "0.15", "--rig", &rig, "--port", port], folder.path());
+    let run = |port: &str| {
+        plumb(&["goto", "0.4", "0.4", "0.15", "--rig", &rig, "--port", port], folder.path())
+    };
     let absent = run("/dev/ttyNOSUCH");
     assert_eq!(absent.status.code(), Some(2));
-    assert!(stderr(&absent).contains("/dev/ttyNOSUCH: there is no such serial port"), "{}", stderr(&absent));
+    assert!(
+        stderr(&absent).contains("/dev/ttyNOSUCH: there is no such serial port"),
+        "{}",
+        stderr(&absent)
+    );
     let file = run("camera.toml");
     assert_eq!(file.status.code(), Some(2));
     assert!(stderr(&file).contains("cannot be opened as a serial port"), "{}", stderr(&file));
@@ -158,7 +174,11 @@ fn a_board_is_asked_how_it_is_and_sent_into_its_bootloader() {
         plumb(&[&["board", "--port", &emulator.port], arguments].concat(), Path::new("."))
     };
     let line = json(&board(&["status", "--json"]));
-    assert_eq!((&line["state"], &line["bad_frames"]), (&"unconfigured".into(), &0.into()), "{line}");
+    assert_eq!(
+        (&line["state"], &line["bad_frames"]),
+        (&"unconfigured".into(), &0.into()),
+        "{line}"
+    );
     assert_eq!(line["steps"], serde_json::json!([0.0, 0.0, 0.0]));
 
     let folder = folder();
@@ -196,7 +216,9 @@ fn pulling_the_plug_ends_a_run_with_its_folder_whole() {
         .stderr(Stdio::piped())
         .spawn()
         .unwrap();
-    let rows = || fs::read_to_string(folder.path().join("run/run.csv")).unwrap_or_default().lines().count();
+    let rows = || {
+        fs::read_to_string(folder.path().join("run/run.csv")).unwrap_or_default().lines().count()
+    };
     while rows() < 10 {
         std::thread::sleep(std::time::Duration::from_millis(20));
     }
@@ -209,7 +231,10 @@ fn pulling_the_plug_ends_a_run_with_its_folder_whole() {
     assert_eq!(line["frames"].as_u64().unwrap() as usize, rows() - 1);
     let summary = fs::read_to_string(folder.path().join("run/summary.json")).unwrap();
     assert!(summary.contains("unplugged"), "{summary}");
-    assert!(folder.path().join("run/figure4.svg").exists() && folder.path().join("run/figure5.svg").exists());
+    assert!(
+        folder.path().join("run/figure4.svg").exists()
+            && folder.path().join("run/figure5.svg").exists()
+    );
 }
 
 #[test]
@@ -224,7 +249,8 @@ fn the_emulated_board_stops_by_its_own_deadline_when_its_host_dies() {
         .stderr(Stdio::null())
         .spawn()
         .unwrap();
-    let mut states = BufReader::new(emulator.child.stderr.take().unwrap()).lines().map(Result::unwrap);
+    let mut states =
+        BufReader::new(emulator.child.stderr.take().unwrap()).lines().map(Result::unwrap);
     assert!(states.any(|state| state == "seeking"));
     run.kill().unwrap();
     run.wait().unwrap();
@@ -235,8 +261,10 @@ fn the_emulated_board_stops_by_its_own_deadline_when_its_host_dies() {
 fn the_desk_has_no_ball() {
     let Some(desk) = data("tum-desk") else { return };
     let camera = rigs().join("camera.toml");
-    let output =
-        plumb(&["replay", desk.to_str().unwrap(), "--camera", camera.to_str().unwrap()], Path::new("."));
+    let output = plumb(
+        &["replay", desk.to_str().unwrap(), "--camera", camera.to_str().unwrap()],
+        Path::new("."),
+    );
     assert!(output.status.success(), "{}", stderr(&output));
     let text = String::from_utf8(output.stdout).unwrap();
     assert_eq!(text, "t,u,v,radius,depth,x,y,z,score\n0.000000,,,,,,,,\n");
@@ -244,8 +272,10 @@ fn the_desk_has_no_ball() {
 
 /// Real pictures; without them the test is passed over, but never with CI set.
 fn data(name: &str) -> Option<PathBuf> {
-    let base = std::env::var_os("PLUMB_DATA")
-        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data"), PathBuf::from);
+    let base = std::env::var_os("PLUMB_DATA").map_or_else(
+        || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data"),
+        PathBuf::from,
+    );
     let folder = base.join(name);
     if folder.join("rgb.txt").exists() {
         return Some(folder);
@@ -258,8 +288,11 @@ fn data(name: &str) -> Option<PathBuf> {
 #[test]
 fn replay_names_broken_files_and_goes_on() {
     let folder = folder();
-    fs::write(folder.path().join("rgb.txt"), "# two\n0.0 rgb/absent.png\n0.1 rgb/broken.png\nnonsense\n")
-        .unwrap();
+    fs::write(
+        folder.path().join("rgb.txt"),
+        "# two\n0.0 rgb/absent.png\n0.1 rgb/broken.png\nnonsense\n",
+    )
+    .unwrap();
     fs::write(folder.path().join("depth.txt"), "0.0 depth/absent.png\n").unwrap();
     fs::create_dir(folder.path().join("rgb")).unwrap();
     fs::write(folder.path().join("rgb/broken.png"), [0x89, b'P', b'N', b'G', 1, 2, 3]).unwrap();
@@ -279,7 +312,9 @@ fn bench_control_prints_the_papers_suite() {
     let output = plumb(&["bench", "control", "--suite", "paper", "--json"], Path::new("."));
     let line = json(&output);
     assert_eq!((line["suite"].as_str(), line["law"].as_str()), (Some("paper"), Some("interval")));
-    for (gamma, frames) in line["gamma"].as_array().unwrap().iter().zip(line["frames"].as_array().unwrap()) {
+    for (gamma, frames) in
+        line["gamma"].as_array().unwrap().iter().zip(line["frames"].as_array().unwrap())
+    {
         let product = gamma.as_f64().unwrap() * frames.as_f64().unwrap();
         assert!((product / 17_100.0 - 1.0).abs() < 0.05, "{line}");
     }

@@ -32,15 +32,25 @@ fn a_recorded_run_is_replayed_to_the_same_rows() {
     let replayed = plumb(&["replay", "recording"], folder.path());
     assert!(replayed.status.success(), "{}", stderr(&replayed));
     // u, v, radius, score and x, y, z.
-    let seen =
-        numbers(&fs::read_to_string(folder.path().join("run/run.csv")).unwrap(), &[2, 3, 4, 5, 6, 7, 8]);
+    let seen = numbers(
+        &fs::read_to_string(folder.path().join("run/run.csv")).unwrap(),
+        &[2, 3, 4, 5, 6, 7, 8],
+    );
     let found = numbers(&String::from_utf8_lossy(&replayed.stdout), &[1, 2, 3, 8, 5, 6, 7]);
-    assert!(seen.len() > 20 && seen.len() == found.len(), "{} rows, {} replayed", seen.len(), found.len());
+    assert!(
+        seen.len() > 20 && seen.len() == found.len(),
+        "{} rows, {} replayed",
+        seen.len(),
+        found.len()
+    );
     for (row, (seen, found)) in seen.iter().zip(&found).enumerate() {
         for (i, (a, b)) in seen.iter().zip(found).enumerate() {
             // What the coarser of the two files rounds to: pixels to 0.001, metres to 0.00001.
             let rounding = if i < 4 { 0.000_6 } else { 0.000_006 };
-            assert!((a - b).abs() < rounding || (a.is_nan() && b.is_nan()), "row {row}: {seen:?}, {found:?}");
+            assert!(
+                (a - b).abs() < rounding || (a.is_nan() && b.is_nan()),
+                "row {row}: {seen:?}, {found:?}"
+            );
         }
     }
     // Once more, over it: refused, and left as it is.

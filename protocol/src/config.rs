@@ -1,13 +1,15 @@
-//! What a board is configured with: the law and its parameters, the motors, where the ball may be, and deadlines.
+//! What a board is configured with: the law and its parameters, the motors, where the ball may be,
+//! and deadlines.
 //!
-//! These are the chip's parameters, already in its units. People write SI (TOML, on the host), which is turned into
-//! this once.
+//! These are the chip's parameters, already in its units. People write SI (TOML, on the host),
+//! which is turned into this once.
 
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
 use crate::units::{
-    Acceleration, Bound, Gain, Micrometres, Milliseconds, Nanoseconds, Point, Rate, SignGain, Steps16,
+    Acceleration, Bound, Gain, Micrometres, Milliseconds, Nanoseconds, Point, Rate, SignGain,
+    Steps16,
 };
 
 /// Everything a board must know before it moves.
@@ -56,8 +58,8 @@ pub struct Sign {
 /// What a law that estimates is told, for a rig of about the pattern [`SIGNS`].
 #[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Estimated {
-    /// Delay beyond each position's age: what nobody has told the host. A millisecond too much costs less than one too
-    /// little.
+    /// Delay beyond each position's age: what nobody has told the host. A millisecond too much
+    /// costs less than one too little.
     pub delay: Milliseconds,
 }
 
@@ -115,7 +117,8 @@ impl Workspace {
     }
 }
 
-/// When a target counts as reached: the filtered |e| within 0.8 of `radius` for `frames` positions in a row.
+/// When a target counts as reached: the filtered |e| within 0.8 of `radius` for `frames` positions
+/// in a row.
 #[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Reached {
     /// Distance from the target that the ball is to be within.
@@ -135,7 +138,8 @@ pub struct Deadlines {
     pub max_age: Milliseconds,
 }
 
-/// A target is given up when |e| has stayed beyond its smallest value so far by `margin` for `time`.
+/// A target is given up when |e| has stayed beyond its smallest value so far by `margin` for
+/// `time`.
 #[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Growth {
     /// How much above the smallest |e| since the target was set.
@@ -149,8 +153,8 @@ pub struct Growth {
 pub enum Drivers {
     /// A driver for each motor with inputs STEP, DIR and ENABLE (on where low).
     StepDir(StepDir),
-    /// Two H-bridges for each motor on four pins of the board, enabled where high (TB6612 and the like); 1 microstep is
-    /// full steps, 2 are half steps, more are by pulse-width modulation.
+    /// Two H-bridges for each motor on four pins of the board, enabled where high (TB6612 and the
+    /// like); 1 microstep is full steps, 2 are half steps, more are by pulse-width modulation.
     Coils(Coils),
     /// Two Adafruit Motor HATs (PCA9685 at 0x60: motors A and B, at 0x61: motor C).
     MotorHats(Coils),

@@ -1,4 +1,5 @@
-//! Framing: postcard bytes, their CRC-32 (ISO-HDLC, little endian) behind them, COBS around both, a zero at the end.
+//! Framing: postcard bytes, their CRC-32 (ISO-HDLC, little endian) behind them, COBS around both, a
+//! zero at the end.
 
 use core::fmt;
 
@@ -17,7 +18,8 @@ const CRC_LEN: usize = 4;
 const MAX_PLAIN: usize = MAX_FRAME - 1;
 const _: () = assert!(MAX_MESSAGE + CRC_LEN + 2 <= MAX_FRAME && MAX_MESSAGE + CRC_LEN < 254);
 
-// With a table of a kilobyte, in one place: bit by bit it would take the board a quarter of a tick for each message.
+// With a table of a kilobyte, in one place: bit by bit it would take the board a quarter of a tick
+// for each message.
 static CRC: Crc<u32, Table<1>> = Crc::<u32, Table<1>>::new(&CRC_32_ISO_HDLC);
 
 /// A whole frame, ready to be sent.
@@ -93,14 +95,19 @@ pub fn read<T: DeserializeOwned>(message: &[u8]) -> Result<T, FrameError> {
 /// The message of a frame whose COBS was taken off, if it has arrived intact.
 fn check(plain: &[u8]) -> Result<&[u8], FrameError> {
     let (message, crc) = plain.split_last_chunk::<CRC_LEN>().ok_or(FrameError::Torn)?;
-    if CRC.checksum(message) == u32::from_le_bytes(*crc) { Ok(message) } else { Err(FrameError::Crc) }
+    if CRC.checksum(message) == u32::from_le_bytes(*crc) {
+        Ok(message)
+    } else {
+        Err(FrameError::Crc)
+    }
 }
 
-/// Finds the frames in a stream of bytes that may begin anywhere and be damaged anywhere: whatever came before, the
-/// next zero byte starts afresh.
+/// Finds the frames in a stream of bytes that may begin anywhere and be damaged anywhere: whatever
+/// came before, the next zero byte starts afresh.
 ///
-/// COBS is taken off as the bytes come, in the one pass that looks for the frame's end: a board looks at each byte of a position
-/// before it can act on it, and the `cobs` crate's decoder, which works on whole frames, would be three passes.
+/// COBS is taken off as the bytes come, in the one pass that looks for the frame's end: a board
+/// looks at each byte of a position before it can act on it, and the `cobs` crate's decoder, which
+/// works on whole frames, would be three passes.
 #[derive(Debug, Clone)]
 pub struct Accumulator {
     /// What has come of the present frame, without COBS.
@@ -127,14 +134,14 @@ impl Accumulator {
         Self { plain: [0; MAX_PLAIN], len: 0, run: 0, zero: false, begun: false, overlong: false }
     }
 
-    /// Takes the next byte; what it completes, if anything. Empty frames (zeros in a row) are passed over: a sender
-    /// may put a zero first to end whatever was there.
+    /// Takes the next byte; what it completes, if anything. Empty frames (zeros in a row) are
+    /// passed over: a sender may put a zero first to end whatever was there.
     pub fn push<T: DeserializeOwned>(&mut self, byte: u8) -> Option<Result<T, FrameError>> {
         self.take(&mut &[byte][..]).map(|message| message.and_then(read))
     }
 
-    /// Takes bytes off the front of `bytes`, up to the end of a frame where there is one; the message that it completes, as
-    /// bytes to be [read], if any.
+    /// Takes bytes off the front of `bytes`, up to the end of a frame where there is one; the
+    /// message that it completes, as bytes to be [read], if any.
     #[inline(always)]
     pub fn take(&mut self, bytes: &mut &[u8]) -> Option<Result<&[u8], FrameError>> {
         if !self.find_end(bytes) {
@@ -149,7 +156,8 @@ impl Accumulator {
         })
     }
 
-    /// Takes bytes off the front of `bytes` and COBS off them; whether a frame that is not empty has ended.
+    /// Takes bytes off the front of `bytes` and COBS off them; whether a frame that is not empty
+    /// has ended.
     #[inline(always)]
     fn find_end(&mut self, bytes: &mut &[u8]) -> bool {
         while let Some((&byte, rest)) = self.take_run(bytes).split_first() {

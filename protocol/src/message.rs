@@ -12,7 +12,8 @@ pub const MAGIC: [u8; 4] = *b"PLMB";
 /// Version of the protocol's meaning; the bytes are covered by [`SCHEMA`].
 pub const VERSION: u16 = 2;
 
-/// Identifies the messages' types on both sides: a hash of their schema, so any change of a message changes it.
+/// Identifies the messages' types on both sides: a hash of their schema, so any change of a message
+/// changes it.
 pub const SCHEMA: [u8; 8] = Key::for_path::<(ToBoard, FromBoard)>("plumb").to_bytes();
 
 /// A command and the number that its answer carries.
@@ -27,8 +28,8 @@ pub struct ToBoard {
 }
 
 impl ToBoard {
-    /// The position, where these bytes of postcard are a [`Command::Position`]: what a board waits for, without the room that
-    /// the largest command takes.
+    /// The position, where these bytes of postcard are a [`Command::Position`]: what a board waits
+    /// for, without the room that the largest command takes.
     #[inline(always)]
     pub fn position(message: &[u8]) -> Option<Sighting> {
         /// Which one of the commands it is.
@@ -80,7 +81,8 @@ pub enum Command {
     ClearFault,
     /// Send telemetry now. Also the heartbeat of a host that has nothing else to say.
     Status,
-    /// Keep the present configuration over a loss of power; refused while moving. The answer comes once it is written.
+    /// Keep the present configuration over a loss of power; refused while moving. The answer comes
+    /// once it is written.
     Store,
 }
 
@@ -140,7 +142,8 @@ pub enum FromBoard {
     Started(StartCause),
 }
 
-/// The board's name, what it was built with, and whether the host's Hello matched. Its bytes never change.
+/// The board's name, what it was built with, and whether the host's Hello matched. Its bytes never
+/// change.
 #[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
 pub struct BoardHello {
     /// The id of the host's Hello.
@@ -165,7 +168,8 @@ pub struct Answer {
     pub time: Micros,
 }
 
-/// Why a command was not carried out. Nothing has changed then, save what the variant says. Grows at its end.
+/// Why a command was not carried out. Nothing has changed then, save what the variant says. Grows
+/// at its end.
 #[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Refusal {
     /// No matching Hello came before.
@@ -180,13 +184,15 @@ pub enum Refusal {
     Faulted(Fault),
     /// This part of the configuration is out of its range.
     Config(ConfigField),
-    /// The target is outside the workspace. A board under way has stopped with [`Fault::TargetOutside`].
+    /// The target is outside the workspace. A board under way has stopped with
+    /// [`Fault::TargetOutside`].
     TargetOutside,
     /// The picture is older than [`max_age`](crate::config::Deadlines::max_age).
     PositionStale,
     /// A newer picture's position has come before.
     PositionOutOfOrder,
-    /// The ball is outside the workspace. It is not used, and the board stops when it happens repeatedly.
+    /// The ball is outside the workspace. It is not used, and the board stops when it happens
+    /// repeatedly.
     BallOutside,
     /// No position is known to hold.
     NoPosition,
@@ -292,7 +298,8 @@ pub enum Fault {
     ErrorGrowing,
     /// The emergency input opened.
     EmergencyStop,
-    /// The board restarted because of itself ([`StartCause`] says how): where its motors are is no longer known.
+    /// The board restarted because of itself ([`StartCause`] says how): where its motors are is no
+    /// longer known.
     Watchdog,
     /// The control law had no answer in time.
     LawLate,
@@ -321,7 +328,8 @@ pub struct Telemetry {
     pub error: Point,
     /// |e| of the filtered position; 0 without a target.
     pub filtered_error: Micrometres,
-    /// Frames from the host that were torn, corrupted, overlong or not a command, since the start; saturating.
+    /// Frames from the host that were torn, corrupted, overlong or not a command, since the start;
+    /// saturating.
     pub bad_frames: u16,
 }
 

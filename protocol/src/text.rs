@@ -17,10 +17,16 @@ impl fmt::Display for Fault {
             Self::BallOutside => f.write_str("the ball left the workspace"),
             Self::TargetOutside => f.write_str("a target outside the workspace was asked for"),
             Self::Travel(i) => write!(f, "motor {} would have passed its travel limit", motor(*i)),
-            Self::ErrorGrowing => f.write_str("the error keeps growing: is a motor swapped or reversed?"),
+            Self::ErrorGrowing => {
+                f.write_str("the error keeps growing: is a motor swapped or reversed?")
+            }
             Self::EmergencyStop => f.write_str("the emergency input opened"),
-            Self::Watchdog => f.write_str("the board restarted by itself; its motor positions begin anew"),
-            Self::LawLate => f.write_str("the control law had no answer in time: a fault of the firmware"),
+            Self::Watchdog => {
+                f.write_str("the board restarted by itself; its motor positions begin anew")
+            }
+            Self::LawLate => {
+                f.write_str("the control law had no answer in time: a fault of the firmware")
+            }
         }
     }
 }
@@ -96,7 +102,9 @@ impl fmt::Display for Refusal {
             Self::JogRate => f.write_str("a jog needs a rate above 0 and within the motor's limit"),
             Self::JogTravel => f.write_str("the jog would pass the motor's travel limit"),
             Self::Unsupported => f.write_str("this board cannot do that"),
-            Self::NotStored => f.write_str("the configuration could not be written to the board's flash"),
+            Self::NotStored => {
+                f.write_str("the configuration could not be written to the board's flash")
+            }
             Self::OutsideTravel(i) => write!(
                 f,
                 "motor {} stands outside its travel; jog it back inside, or configure a wider travel",

@@ -1,7 +1,7 @@
 //! Quantities as they are on the wire and on the chip: fixed point, the unit in the type.
 //!
-//! Each type says what its least significant bit is worth (`LSB`, in SI) and how to come from and go to SI. The
-//! conversions are the host's; nothing on the board needs floating point.
+//! Each type says what its least significant bit is worth (`LSB`, in SI) and how to come from and
+//! go to SI. The conversions are the host's; nothing on the board needs floating point.
 
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
@@ -19,7 +19,8 @@ macro_rules! quantity {
             /// The nearest representable quantity; `None` for what is not finite or out of range.
             pub fn from_si(value: f64) -> Option<Self> {
                 let raw = value / Self::LSB;
-                // Half away from zero, by hand: `f64::round` needs std. The cast saturates and is checked before.
+                // Half away from zero, by hand: `f64::round` needs std. The cast saturates and is
+                // checked before.
                 let rounded = if raw < 0.0 { raw - 0.5 } else { raw + 0.5 };
                 let in_range = rounded > <$raw>::MIN as f64 - 1.0 && rounded < <$raw>::MAX as f64 + 1.0;
                 (in_range && value.is_finite()).then_some(Self(rounded as $raw))
@@ -50,13 +51,15 @@ quantity! {
     Acceleration(u32), 1.0
 }
 quantity! {
-    /// A bound α or β on an entry of the Jacobian: Q16, without unit (metres of ball a metre of cable).
+    /// A bound α or β on an entry of the Jacobian: Q16, without unit (metres of ball a metre of
+    /// cable).
     Bound(u32), 1.0 / 65536.0
 }
 quantity! {
     /// The gain from v to motor rates, Q16: full steps/s for each micrometre of v.
     ///
-    /// With γ in 1/s and s metres of cable a step it is γ·1 µm/s: γ = 30 /s at 0.471 mm a step is 0.0637, raw 4172.
+    /// With γ in 1/s and s metres of cable a step it is γ·1 µm/s: γ = 30 /s at 0.471 mm a step is
+    /// 0.0637, raw 4172.
     Gain(u32), 1.0 / 65536.0
 }
 quantity! {
@@ -75,7 +78,9 @@ quantity! {
 }
 
 /// A moment on the board's clock, microseconds since it started.
-#[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
+#[derive(
+    Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default,
+)]
 pub struct Micros(pub u64);
 
 impl Micros {
@@ -90,7 +95,8 @@ impl Micros {
     }
 }
 
-/// A point in the rig frame (z up, y along BA, C on the side of smaller x) or a difference of two, micrometres.
+/// A point in the rig frame (z up, y along BA, C on the side of smaller x) or a difference of two,
+/// micrometres.
 #[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Point(pub [Micrometres; 3]);
 
@@ -128,12 +134,15 @@ impl Covariance {
     /// The same in µm².
     pub const SQUARE_MICROMETRES: i32 = 10_000;
 
-    /// The nearest one to `metres2`, row by row, of which the lower triangle is not looked at; larger entries become the
-    /// largest, variances below one unit one unit. `None` where an entry is not finite or a variance is negative.
+    /// The nearest one to `metres2`, row by row, of which the lower triangle is not looked at;
+    /// larger entries become the largest, variances below one unit one unit. `None` where an entry
+    /// is not finite or a variance is negative.
     pub fn from_metres2(metres2: [[f64; 3]; 3]) -> Option<Self> {
         let [[xx, xy, xz], [_, yy, yz], [_, _, zz]] = metres2;
         let (diagonal, beside) = ([xx, yy, zz], [xy, xz, yz]);
-        if !diagonal.iter().chain(&beside).all(|v| v.is_finite()) || diagonal.iter().any(|v| *v < 0.0) {
+        if !diagonal.iter().chain(&beside).all(|v| v.is_finite())
+            || diagonal.iter().any(|v| *v < 0.0)
+        {
             return None;
         }
         // Casts saturate.

@@ -67,7 +67,8 @@ proptest! {
         prop_assert_eq!(frame.iter().position(|&b| b == 0), Some(frame.len() - 1));
     }
 
-    /// Any one byte changed: the frame is lost or split, never taken for another message, and the next arrives.
+    /// Any one byte changed: the frame is lost or split, never taken for another message, and the
+    /// next arrives.
     #[test]
     fn a_damaged_frame_is_dropped_and_the_next_arrives(
         first in messages(), second in messages(), at in any::<prop::sample::Index>(), flip in 1u8..
@@ -117,7 +118,8 @@ fn each_damage_has_its_name() {
     let last = wrong.len() - 2;
     wrong[last] ^= 0x40;
     assert_eq!(receive(&wrong), [Err(FrameError::Crc)]);
-    // Intact, but of a newer protocol: an unknown command, and a known one with something behind it.
+    // Intact, but of a newer protocol: an unknown command, and a known one with something behind
+    // it.
     assert_eq!(receive(&encode(&(1u16, 200u8)).unwrap()), [Err(FrameError::Malformed)]);
     assert_eq!(receive(&encode(&(1u16, 9u8, 0u8)).unwrap()), [Err(FrameError::Malformed)]);
     assert_eq!(receive(&[0, 0, 0]), []);
@@ -135,7 +137,10 @@ fn what_is_too_long_for_a_frame_is_refused() {
 fn a_covariance_is_rounded_and_kept_within_its_range() {
     let of = |m: [[f64; 3]; 3]| Covariance::from_metres2(m);
     let seen = of([[4e-6, -2.96e-8, 0.0], [9.0; 3], [9.0, 9.0, 1e-6]]).unwrap();
-    assert_eq!(seen, Covariance { variances: [400, u16::MAX, 100], covariances: [-3, 0, i16::MAX] });
+    assert_eq!(
+        seen,
+        Covariance { variances: [400, u16::MAX, 100], covariances: [-3, 0, i16::MAX] }
+    );
     assert_eq!(of([[0.0; 3]; 3]).unwrap().variances, [1; 3]);
     for wrong in [f64::NAN, f64::INFINITY, -1e-6] {
         assert_eq!(of([[1e-6, 0.0, 0.0], [0.0, wrong, 0.0], [0.0, 0.0, 1e-6]]), None);

@@ -1,4 +1,5 @@
-//! A host without a camera before an emulated board in virtual time: what a test sees is what the rig does.
+//! A host without a camera before an emulated board in virtual time: what a test sees is what the
+//! rig does.
 
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -52,11 +53,15 @@ impl Bench {
         self.board.borrow().state()
     }
 
-    /// Reports the ball as `seen` makes it of where it is, and lets the board's time pass to the next picture.
+    /// Reports the ball as `seen` makes it of where it is, and lets the board's time pass to the
+    /// next picture.
     ///
     /// # Errors
     /// Where the link fails, or the rig cannot follow.
-    pub fn frame(&mut self, seen: impl FnOnce(Point3<f64>) -> Option<Point3<f64>>) -> Result<(), LinkError> {
+    pub fn frame(
+        &mut self,
+        seen: impl FnOnce(Point3<f64>) -> Option<Point3<f64>>,
+    ) -> Result<(), LinkError> {
         let ball = seen(self.ball()).and_then(|p| Point::from_metres(p.into()));
         self.link.position(ball, None, Duration::ZERO)?;
         self.frame += 1;

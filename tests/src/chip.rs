@@ -1,4 +1,5 @@
-//! The real firmware in the emulated chip (`tests/chip`), in lock step: nothing happens in it between two calls.
+//! The real firmware in the emulated chip (`tests/chip`), in lock step: nothing happens in it
+//! between two calls.
 
 mod session;
 
@@ -24,14 +25,15 @@ pub const ENABLE: u8 = 14;
 /// The emergency input: low where the loop is closed.
 pub const EMERGENCY: u8 = 15;
 
-/// The image to run: `PLUMB_ELF`, else what `make firmware` has built. `None` where there is none; never with CI set.
+/// The image to run: `PLUMB_ELF`, else what `make firmware` has built. `None` where there is none;
+/// never with CI set.
 ///
 /// # Panics
 /// With CI set and no image.
 pub fn image() -> Option<PathBuf> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
-    let image =
-        std::env::var_os("PLUMB_ELF").map_or_else(|| root.join("target/firmware/plumb.elf"), PathBuf::from);
+    let image = std::env::var_os("PLUMB_ELF")
+        .map_or_else(|| root.join("target/firmware/plumb.elf"), PathBuf::from);
     if image.exists() {
         return Some(image);
     }
@@ -48,7 +50,8 @@ pub struct Chip {
     accumulator: Accumulator,
     /// Cycles since power-on.
     pub cycle: u64,
-    /// Full steps of the motors since power-on, as counted from the chip's own STEP and DIR edges; + pays out.
+    /// Full steps of the motors since power-on, as counted from the chip's own STEP and DIR edges;
+    /// + pays out.
     pub motors: [f64; 3],
     /// All that the board has sent over USB.
     pub sent: Vec<u8>,
@@ -100,7 +103,9 @@ impl Chip {
     pub fn come_up(&mut self) {
         let ready = (0..100).any(|_| {
             let reply = self.run_us(5000);
-            reply["states"].as_array().is_some_and(|states| states.iter().any(|state| state[1] == "ready"))
+            reply["states"]
+                .as_array()
+                .is_some_and(|states| states.iter().any(|state| state[1] == "ready"))
         });
         assert!(ready, "the chip does not come up on USB");
     }

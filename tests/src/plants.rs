@@ -3,7 +3,8 @@
 use nalgebra::{Matrix3, Point3, Vector3};
 use plumb_emulator::rig::{Plant, RigError};
 
-/// A ball that moves by a constant Jacobian: any member of an interval family, which no real rig need be.
+/// A ball that moves by a constant Jacobian: any member of an interval family, which no real rig
+/// need be.
 pub struct Linear {
     /// dp/du, metres of ball a metre of cable.
     pub jacobian: Matrix3<f64>,

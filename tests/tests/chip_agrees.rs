@@ -1,5 +1,6 @@
-//! The real image in the emulated chip against the emulated board: the same commands at the same ticks give the same
-//! bytes, and the chip's own STEP and DIR edges count the steps that both speak of.
+//! The real image in the emulated chip against the emulated board: the same commands at the same
+//! ticks give the same bytes, and the chip's own STEP and DIR edges count the steps that both speak
+//! of.
 
 #![allow(clippy::expect_used, clippy::panic, reason = "a test stops at the first surprise")]
 
@@ -8,7 +9,9 @@ use plumb_core::TICK_US;
 use plumb_emulator::rig::{Plant, QuasiStatic, Task};
 use plumb_emulator::{EMULATED, EmulatedBoard};
 use plumb_protocol::frame::{Accumulator, encode};
-use plumb_protocol::message::{Command, Fault, FromBoard, Hello, Position, State, Telemetry, ToBoard};
+use plumb_protocol::message::{
+    Command, Fault, FromBoard, Hello, Position, State, Telemetry, ToBoard,
+};
 use plumb_protocol::units::{Micros, Point, Steps16};
 use plumb_tests::chip::{Chip, image};
 use rand::{RngExt, SeedableRng};
@@ -41,8 +44,9 @@ impl Pair {
         pair
     }
 
-    /// Gives the chip bytes; then the emulated board the same, at the tick at which the chip's board took them: that of
-    /// the telemetry that a Status right behind them asks for, less one, since a tick takes one frame.
+    /// Gives the chip bytes; then the emulated board the same, at the tick at which the chip's
+    /// board took them: that of the telemetry that a Status right behind them asks for, less one,
+    /// since a tick takes one frame.
     fn give(&mut self, bytes: &[u8]) {
         let mut both = bytes.to_vec();
         both.extend(encode(&ToBoard { id: STATUS, command: Command::Status }).expect("a frame"));
@@ -55,8 +59,8 @@ impl Pair {
             }
             _ => None,
         });
-        let status =
-            status.unwrap_or_else(|| panic!("no answer to Status in {:?}", &self.chip.heard[before..]));
+        let status = status
+            .unwrap_or_else(|| panic!("no answer to Status in {:?}", &self.chip.heard[before..]));
         self.run_board(status - u64::from(TICK_US));
         self.board.write(bytes);
         self.run_board(status);
@@ -75,7 +79,8 @@ impl Pair {
         self.sent.extend(self.board.read());
     }
 
-    /// Reports where the ball of the rig is that the chip's edges turn; then lets a frame's time pass.
+    /// Reports where the ball of the rig is that the chip's edges turn; then lets a frame's time
+    /// pass.
     fn frame(&mut self, report: bool) {
         if report {
             self.sequence = self.sequence.wrapping_add(1);
@@ -103,12 +108,15 @@ impl Pair {
         self.telemetry().state
     }
 
-    /// Both have said the same, as far as both have come, and the edges are where the telemetry says.
+    /// Both have said the same, as far as both have come, and the edges are where the telemetry
+    /// says.
     fn assert_agree(&mut self, what: &str) {
         // Let what is under way arrive, then the emulated board catch up to the chip's last word.
         self.tell(Command::Status);
         let common = self.sent.len().min(self.chip.sent.len());
-        assert!(common > 100 && self.chip.sent.len() - common < 300 && self.sent.len() - common < 300);
+        assert!(
+            common > 100 && self.chip.sent.len() - common < 300 && self.sent.len() - common < 300
+        );
         if let Some(at) = (0..common).find(|&i| self.sent[i] != self.chip.sent[i]) {
             let (ours, theirs) = (messages(&self.sent), messages(&self.chip.sent));
             let first = ours.iter().zip(&theirs).find(|(a, b)| a != b);
@@ -188,7 +196,8 @@ fn ten_seeded_faults_are_the_same_to_the_bit_with_slow_laws() {
     faults(20..30, |seed| LawSettings::named(slow(seed)).expect("a law"));
 }
 
-/// Ways to go wrong, each somewhere in the first second: silence, a blind camera, nonsense, other targets.
+/// Ways to go wrong, each somewhere in the first second: silence, a blind camera, nonsense, other
+/// targets.
 fn faults(seeds: std::ops::Range<u64>, law: impl Fn(u64) -> LawSettings) {
     let Some(image) = image() else { return };
     for seed in seeds {
@@ -209,7 +218,8 @@ fn faults(seeds: std::ops::Range<u64>, law: impl Fn(u64) -> LawSettings) {
                 pair.pass(30_000);
             }),
             2 => {
-                let noise: Vec<u8> = (0..random.random_range(20..60)).map(|_| random.random()).collect();
+                let noise: Vec<u8> =
+                    (0..random.random_range(20..60)).map(|_| random.random()).collect();
                 pair.give(&[noise.as_slice(), &[0]].concat());
                 pair.frame(true);
             }

@@ -21,14 +21,18 @@ fn store(chip: &mut Chip) -> u64 {
     chip.send(&frame, 0);
     for _ in 0..1000 {
         chip.run_us(1000);
-        if chip.heard[before..].iter().any(|m| matches!(m, FromBoard::Answer(a) if a.refusal.is_none())) {
+        if chip.heard[before..]
+            .iter()
+            .any(|m| matches!(m, FromBoard::Answer(a) if a.refusal.is_none()))
+        {
             return chip.us() - began;
         }
     }
     panic!("not stored: {:?}", &chip.heard[before..]);
 }
 
-/// Whether a board that has just started has `config`: a jog at its highest rate is taken, one beyond is not.
+/// Whether a board that has just started has `config`: a jog at its highest rate is taken, one
+/// beyond is not.
 fn has(chip: &mut Chip, config: &Config) -> bool {
     let rate = config.motors[0].max_rate;
     let mut refusal = |rate| {
@@ -55,13 +59,16 @@ fn a_stored_configuration_outlives_the_power_and_moves_nothing_before_hello() {
     assert!(has(&mut chip, &config));
 }
 
-/// The power fails at twelve moments of the second Store, while the sector is erased, the page written, and after.
+/// The power fails at twelve moments of the second Store, while the sector is erased, the page
+/// written, and after.
 #[test]
 fn a_power_cut_while_storing_leaves_the_old_or_the_new_configuration() {
     let Some(image) = image() else { return };
     let [old, new] = [400.0, 500.0].map(|rate| fast(rate, StepDir::A4988));
     let mut kept = [0, 0];
-    for moment in [0, 500, 1_500, 2_500, 10_000, 25_000, 40_000, 46_000, 46_600, 46_900, 47_200, 55_000] {
+    for moment in
+        [0, 500, 1_500, 2_500, 10_000, 25_000, 40_000, 46_000, 46_600, 46_900, 47_200, 55_000]
+    {
         let mut chip = Chip::start(&image).configured(old);
         store(&mut chip);
         assert_eq!(chip.tell(Command::Configure(new)), None);
@@ -102,9 +109,11 @@ impl Hats {
         u16::from_le_bytes([byte(0), byte(1)]) & 0x1fff
     }
 
-    /// The drive of a bridge, with its sign: by Adafruit's schematic, `[enable, forward, backward]`.
+    /// The drive of a bridge, with its sign: by Adafruit's schematic, `[enable, forward,
+    /// backward]`.
     fn drive(&self, address: u64, [enable, forward, backward]: [u64; 3]) -> i32 {
-        let sign = i32::from(self.duty(address, forward) > 0) - i32::from(self.duty(address, backward) > 0);
+        let sign = i32::from(self.duty(address, forward) > 0)
+            - i32::from(self.duty(address, backward) > 0);
         sign * i32::from(self.duty(address, enable))
     }
 }
@@ -120,10 +129,12 @@ fn motor_hats_turn_the_field_with_the_steps() {
     let mut chip = Chip::start(&image);
     chip.ask(json!({ "i2c": [0, 0x60, "pca9685"] }));
     chip.ask(json!({ "i2c": [0, 0x61, "pca9685"] }));
-    let frames = [Command::Hello(Hello::OURS), Command::Configure(config)].map(|c| chip.frame(c)).concat();
+    let frames =
+        [Command::Hello(Hello::OURS), Command::Configure(config)].map(|c| chip.frame(c)).concat();
     assert!(hats.take(&chip.send(&frames, 100_000)) > 10, "both are set up");
 
-    let jog = Jog { motor: 0, distance: Steps16(8 * 16), rate: Rate::from_si(40.0).expect("a rate") };
+    let jog =
+        Jog { motor: 0, distance: Steps16(8 * 16), rate: Rate::from_si(40.0).expect("a rate") };
     let frame = chip.frame(Command::Jog(jog));
     hats.take(&chip.send(&frame, 0));
     let mut quadrants = Vec::new();
@@ -132,7 +143,8 @@ fn motor_hats_turn_the_field_with_the_steps() {
         let coils = [hats.drive(0x60, [8, 10, 9]), hats.drive(0x60, [13, 11, 12])];
         let length = f64::from(coils[0]).hypot(f64::from(coils[1])) / (0.8 * 4095.0);
         assert!((0.85..1.05).contains(&length), "{coils:?}: a field as strong as asked for");
-        let quadrant = (f64::from(coils[1]).atan2(f64::from(coils[0])) / std::f64::consts::FRAC_PI_2).round();
+        let quadrant =
+            (f64::from(coils[1]).atan2(f64::from(coils[0])) / std::f64::consts::FRAC_PI_2).round();
         quadrants.push((quadrant as i32).rem_euclid(4));
     }
     quadrants.dedup();
@@ -142,7 +154,11 @@ fn motor_hats_turn_the_field_with_the_steps() {
     chip.emergency(true);
     hats.take(&chip.run_us(5000));
     for (address, channel) in [0x60, 0x61].into_iter().flat_map(|a| (0..16).map(move |c| (a, c))) {
-        assert_eq!(hats.duty(address, channel), 0, "channel {channel} of {address:#x} after an emergency");
+        assert_eq!(
+            hats.duty(address, channel),
+            0,
+            "channel {channel} of {address:#x} after an emergency"
+        );
     }
 }
 
@@ -155,10 +171,14 @@ fn over_uart(chip: &mut Chip, commands: &[Command]) -> Vec<FromBoard> {
     let mut accumulator = Accumulator::new();
     let hex = reply["uart"][0][1].as_str().unwrap_or_default();
     let bytes = (0..hex.len()).step_by(2).map(|at| u8::from_str_radix(&hex[at..at + 2], 16));
-    bytes.filter_map(|byte| accumulator.push(byte.ok()?)).map(|m| m.expect("whole frames")).collect()
+    bytes
+        .filter_map(|byte| accumulator.push(byte.ok()?))
+        .map(|m| m.expect("whole frames"))
+        .collect()
 }
 
-/// Hello, a configuration and a jog over the serial line; USB, plugged in, is not listened to until that is silent.
+/// Hello, a configuration and a jog over the serial line; USB, plugged in, is not listened to until
+/// that is silent.
 #[test]
 fn the_serial_line_is_as_good_as_usb_and_keeps_the_board_while_it_speaks() {
     let Some(image) = image() else { return };

@@ -56,7 +56,8 @@ fn a_silent_host_stops_the_motors_within_its_deadline_and_their_ramp() {
     config.motors.iter_mut().for_each(|motor| motor.max_acceleration = Acceleration(4000));
     config.deadlines.host = Milliseconds(150);
     let mut chip = Chip::start(&image).configured(config);
-    let jog = Jog { motor: 1, distance: Steps16(1 << 20), rate: Rate::from_si(1000.0).expect("a rate") };
+    let jog =
+        Jog { motor: 1, distance: Steps16(1 << 20), rate: Rate::from_si(1000.0).expect("a rate") };
     assert_eq!(chip.tell(Command::Jog(jog)), None);
     for _ in 0..4 {
         chip.run_us(100_000);
@@ -66,13 +67,17 @@ fn a_silent_host_stops_the_motors_within_its_deadline_and_their_ramp() {
     let heard = chip.us() - 2000;
     chip.run_us(1_000_000);
     let stood = chip.pulses()[1].last.expect("pulses") / CYCLES_PER_US - heard;
-    assert!(stood > deadline_us + ramp_us / 2, "{stood} µs: it stops by a ramp, after the deadline");
+    assert!(
+        stood > deadline_us + ramp_us / 2,
+        "{stood} µs: it stops by a ramp, after the deadline"
+    );
     assert!(stood <= deadline_us + ramp_us + 2000, "{stood} µs");
     assert_eq!(chip.state(), State::Fault(Fault::HostSilent));
     assert_eq!(chip.status().motors.map(Steps16::to_si), chip.motors);
 }
 
-/// A processor that hangs while its motors move: no pulse longer than the words in hand last, drivers off, and it says so.
+/// A processor that hangs while its motors move: no pulse longer than the words in hand last,
+/// drivers off, and it says so.
 #[test]
 fn the_watchdog_stops_moving_motors() {
     let Some(image) = image() else { return };
@@ -84,12 +89,16 @@ fn the_watchdog_stops_moving_motors() {
     chip.hang();
     chip.assert_bitten_within(150);
     let last = chip.pulses().iter().filter_map(|pulses| pulses.last).max().expect("pulses");
-    assert!(last < hung + 2 * 200 * CYCLES_PER_US, "{} clocks after the processor hung", last - hung);
+    assert!(
+        last < hung + 2 * 200 * CYCLES_PER_US,
+        "{} clocks after the processor hung",
+        last - hung
+    );
     chip.assert_stopped_by_watchdog();
 }
 
-/// The deepest that the stack has been from power-on, by a pattern laid under it: with the emergency loop open and closed, each law
-/// seeking, and the configuration stored.
+/// The deepest that the stack has been from power-on, by a pattern laid under it: with the
+/// emergency loop open and closed, each law seeking, and the configuration stored.
 #[test]
 fn the_stack_keeps_a_third_of_its_room() {
     const STACK: usize = 32 * 1024;
@@ -106,7 +115,10 @@ fn the_stack_keeps_a_third_of_its_room() {
     let delay = Milliseconds(40);
     let estimated = Estimated { delay };
     for law in [Law::Certified(estimated), Law::Taut(estimated), fast(400.0, StepDir::A4988).law] {
-        assert_eq!(chip.tell(Command::Configure(Config { law, ..fast(400.0, StepDir::A4988) })), None);
+        assert_eq!(
+            chip.tell(Command::Configure(Config { law, ..fast(400.0, StepDir::A4988) })),
+            None
+        );
         chip.hurry(NEAR, FAR);
         for z in 0..5 {
             chip.see([500_000, 300_000, 3_000 * z]);
@@ -117,7 +129,8 @@ fn the_stack_keeps_a_third_of_its_room() {
     let frame = chip.frame(Command::Store);
     chip.send(&frame, 100_000);
     let stack = chip.ask(json!({ "peek": [0x2000_0000, STACK] }))["peek"].to_string();
-    let free = stack.trim_matches('"').as_bytes().chunks(2).take_while(|digits| digits == b"a5").count();
+    let free =
+        stack.trim_matches('"').as_bytes().chunks(2).take_while(|digits| digits == b"a5").count();
     println!("{} of {STACK} bytes of stack were used", STACK - free);
     assert!(free > STACK / 3, "{free} bytes free");
 }

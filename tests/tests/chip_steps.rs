@@ -1,4 +1,5 @@
-//! The real image in the emulated chip: what a stepper driver sees on its inputs, counted and timed at the pins.
+//! The real image in the emulated chip: what a stepper driver sees on its inputs, counted and timed
+//! at the pins.
 
 #![allow(clippy::expect_used, clippy::panic, reason = "a test stops at the first surprise")]
 
@@ -38,7 +39,8 @@ fn disturb(chip: &mut Chip, random: &mut ChaCha8Rng, rate: f64) {
     chip.run_us(us);
 }
 
-/// A million steps and more for each of `rounds`, at random; after each the board knows to the step where its motors are.
+/// A million steps and more for each of `rounds`, at random; after each the board knows to the step
+/// where its motors are.
 fn random_steps(driver: StepDir, rate: f64, rounds: usize, seed: u64) {
     let Some(image) = image() else { return };
     let mut random = ChaCha8Rng::seed_from_u64(seed);
@@ -59,15 +61,20 @@ fn random_steps(driver: StepDir, rate: f64, rounds: usize, seed: u64) {
         let telemetry = chip.stand_still();
         assert_eq!(telemetry.motors.map(Steps16::to_si), chip.motors, "after {steps} steps");
     }
-    println!("{steps} steps, {turns} stretches with reversals, {:.1} s of the chip", chip.us() as f64 * 1e-6);
+    println!(
+        "{steps} steps, {turns} stretches with reversals, {:.1} s of the chip",
+        chip.us() as f64 * 1e-6
+    );
     assert!(turns > 10 * rounds as u64, "{turns}");
 }
 
-/// No time is shorter than `driver`'s inputs need; the direction is held as long as a pulse is high.
+/// No time is shorter than `driver`'s inputs need; the direction is held as long as a pulse is
+/// high.
 fn assert_timing(pulses: &Pulses, driver: &StepDir) {
     let least = [driver.high, driver.low, driver.setup, driver.high];
     let seen = [pulses.high, pulses.low, pulses.setup, pulses.hold];
-    for ((seen, least), what) in seen.into_iter().zip(least).zip(["high", "low", "set-up", "hold"]) {
+    for ((seen, least), what) in seen.into_iter().zip(least).zip(["high", "low", "set-up", "hold"])
+    {
         let ns = seen.map_or(u64::MAX, |cycles| cycles * 1000 / CYCLES_PER_US);
         assert!(ns >= u64::from(least.0), "{what}: {ns} ns of {driver:?}");
     }

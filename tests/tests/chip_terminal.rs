@@ -1,5 +1,5 @@
-//! The real image as a host meets it: on a serial port, in real time, with a camera that follows what it says of its
-//! motors.
+//! The real image as a host meets it: on a serial port, in real time, with a camera that follows
+//! what it says of its motors.
 
 #![allow(clippy::expect_used, reason = "a test stops at the first surprise")]
 
@@ -51,7 +51,8 @@ fn a_session_drives_the_real_image_over_a_serial_port() {
     let plant = QuasiStatic::new(task.geometry, task.start).expect("the paper's rig");
     let world = FollowingWorld::new(Box::new(plant));
     let mut follower = world.follower();
-    let mut source = SimulatedCamera::new(world, synthetic, *task.geometry.motors(), Timing::default());
+    let mut source =
+        SimulatedCamera::new(world, synthetic, *task.geometry.motors(), Timing::default());
     let folder = tempfile::tempdir().expect("a folder");
     let session = Session {
         rig: &rig,

@@ -1,4 +1,5 @@
-//! The real image in the emulated chip: a law that thinks for longer than a tick, and what must not wait for it.
+//! The real image in the emulated chip: a law that thinks for longer than a tick, and what must not
+//! wait for it.
 
 #![allow(clippy::expect_used, clippy::panic, reason = "a test stops at the first surprise")]
 
@@ -35,13 +36,14 @@ fn lateness(calls: &serde_json::Value) -> Vec<u64> {
         .collect()
 }
 
-/// While the law thinks, the links are full of noise and the motors turn at 3 x 1 M steps/s: every tick comes in its time, and no
-/// motor pauses.
+/// While the law thinks, the links are full of noise and the motors turn at 3 x 1 M steps/s: every
+/// tick comes in its time, and no motor pauses.
 #[test]
 fn no_tick_is_late_while_a_slow_law_thinks() {
     let Some(image) = image() else { return };
     for law in laws() {
-        let mut chip = Chip::start(&image).configured(Config { law, ..fast(62_500.0, StepDir::TMC2209) });
+        let mut chip =
+            Chip::start(&image).configured(Config { law, ..fast(62_500.0, StepDir::TMC2209) });
         chip.hurry(NEAR, FAR);
         chip.ask(json!({ "trace": { "functions": {}, "handlers": { "tick": STEPPING } } }));
         for at in 0..15 {
@@ -57,7 +59,8 @@ fn no_tick_is_late_while_a_slow_law_thinks() {
         let ticks = chip.ask(json!({ "calls": true }))["calls"]["tick"].take();
         let late = lateness(&ticks);
         assert!(late.len() >= 2400, "{} ticks", late.len());
-        // What was late once would move all that follow; single ones wait for interrupts to be let in again.
+        // What was late once would move all that follow; single ones wait for interrupts to be let
+        // in again.
         let at_the_end = late[late.len() - 100..].iter().min().expect("ticks");
         assert!(*at_the_end < CYCLES_PER_US, "{law:?}: {at_the_end} cycles late");
         assert!(
@@ -75,17 +78,20 @@ fn no_tick_is_late_while_a_slow_law_thinks() {
 fn answer(image: &Path) -> u64 {
     let elf = std::fs::read(image).expect("an image that can be read");
     let file = object::File::parse(&*elf).expect("an ELF file");
-    let name =
-        |name: &str| name.starts_with("_ZN") && name.contains("think") && name.contains("Thinker6answer");
+    let name = |name: &str| {
+        name.starts_with("_ZN") && name.contains("think") && name.contains("Thinker6answer")
+    };
     let found = file.symbols().find(|symbol| symbol.name().is_ok_and(name));
     found.expect("the thinker's function").address() & !1
 }
 
-/// Thread mode hangs in a thought, and all else goes on: the motors ramp down when the answer is due, and the watchdog bites.
+/// Thread mode hangs in a thought, and all else goes on: the motors ramp down when the answer is
+/// due, and the watchdog bites.
 #[test]
 fn a_thought_that_never_ends_stops_the_motors_and_then_the_board() {
     let Some(image) = image() else { return };
-    let mut chip = Chip::start(&image).configured(Config { law: laws()[0], ..fast(400.0, StepDir::TMC2209) });
+    let mut chip =
+        Chip::start(&image).configured(Config { law: laws()[0], ..fast(400.0, StepDir::TMC2209) });
     chip.drive(ENABLE, Some(1));
     chip.hurry(NEAR, FAR);
     chip.run_us(30_000);
@@ -96,7 +102,8 @@ fn a_thought_that_never_ends_stops_the_motors_and_then_the_board() {
     chip.ask(json!({ "poke": [answer(&image), "fee7"] }));
     chip.see(NEAR);
     chip.run_us(5_000);
-    let told = |m: &FromBoard| matches!(m, FromBoard::Fault(report) if report.fault == Fault::LawLate);
+    let told =
+        |m: &FromBoard| matches!(m, FromBoard::Fault(report) if report.fault == Fault::LawLate);
     assert!(chip.heard.iter().any(told), "{:?}", chip.heard.last());
     chip.pulses();
     chip.run_us(20_000);
@@ -113,7 +120,8 @@ fn a_law_has_time_to_think_while_motor_hats_turn() {
     chip.ask(json!({ "i2c": [0, 0x60, "pca9685"] }));
     chip.ask(json!({ "i2c": [0, 0x61, "pca9685"] }));
     let drivers = Drivers::MotorHats(Coils { duty_percent: 80 });
-    let mut chip = chip.configured(Config { law: laws()[1], drivers, ..fast(250.0, StepDir::TMC2209) });
+    let mut chip =
+        chip.configured(Config { law: laws()[1], drivers, ..fast(250.0, StepDir::TMC2209) });
     chip.hurry(NEAR, FAR);
     let mut writes = 0;
     for at in 0..20 {

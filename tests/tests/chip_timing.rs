@@ -20,7 +20,8 @@ const TICK: u64 = 25_000;
 /// Beyond the place of [`FAR`], so that motors on their way there are to turn round.
 const BEYOND: [i32; 3] = [2_000_000, 0, 2_000_000];
 
-/// Step and direction at 1 M steps/s, without and with a running mean, this also with the law of signs; and coils.
+/// Step and direction at 1 M steps/s, without and with a running mean, this also with the law of
+/// signs; and coils.
 fn configs() -> [Config; 4] {
     let quick = fast(62_500.0, StepDir::TMC2209);
     let mut mean = quick;
@@ -32,7 +33,8 @@ fn configs() -> [Config; 4] {
     [quick, mean, signs, coils]
 }
 
-/// How far the ticks' beginnings are apart within the 25 000 clocks, of which the first one is in the middle.
+/// How far the ticks' beginnings are apart within the 25 000 clocks, of which the first one is in
+/// the middle.
 fn spread(reply: &Value) -> u64 {
     let ticks = reply["calls"]["tick"].as_array().expect("calls");
     let began: Vec<u64> = ticks.iter().filter_map(|tick| tick[0].as_u64()).collect();
@@ -41,8 +43,8 @@ fn spread(reply: &Value) -> u64 {
     phases.last().expect("ticks") - phases.first().expect("ticks")
 }
 
-/// A tick that is planned too late is given late, and all that follow with it: the stepping then comes at another part of the
-/// 25 000 clocks.
+/// A tick that is planned too late is given late, and all that follow with it: the stepping then
+/// comes at another part of the 25 000 clocks.
 #[test]
 fn no_tick_is_late_whatever_the_host_sends() {
     let Some(image) = image() else { return };
@@ -58,7 +60,8 @@ fn no_tick_is_late_whatever_the_host_sends() {
                 3 => drop(chip.tell(Command::Target(point(FAR)))),
                 4 => drop(chip.tell(Command::Configure(config))),
                 5 => {
-                    let noise: Vec<u8> = (0..250).map(|_| random.random_range(1..=255)).chain([0]).collect();
+                    let noise: Vec<u8> =
+                        (0..250).map(|_| random.random_range(1..=255)).chain([0]).collect();
                     chip.send(&noise, 2_000);
                 }
                 6 => drop(chip.tell(Command::Status)),
@@ -92,11 +95,18 @@ fn no_tick_is_late_before_the_end_of_the_travel() {
         chip.ask(json!({ "trace": { "functions": {}, "handlers": { "tick": STEPPING } } }));
         for motor in 0..3 {
             let rate = Rate::from_si(62_000.0).expect("a rate");
-            assert_eq!(chip.tell(Command::Jog(Jog { motor, distance: Steps16(60_000), rate })), None);
+            assert_eq!(
+                chip.tell(Command::Jog(Jog { motor, distance: Steps16(60_000), rate })),
+                None
+            );
             chip.run_us(100_000 + 1000 * u64::from(mean));
         }
         let reply = chip.ask(json!({ "calls": true }));
-        assert!(spread(&reply) < 400, "{mean} ms: the ticks' phases are apart by {}", spread(&reply));
+        assert!(
+            spread(&reply) < 400,
+            "{mean} ms: the ticks' phases are apart by {}",
+            spread(&reply)
+        );
         assert_eq!(chip.motors, [3750.0; 3]);
     }
 }

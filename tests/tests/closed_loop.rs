@@ -39,7 +39,8 @@ fn paper_plant() -> QuasiStatic {
 }
 
 /// Links that take time and lose nothing.
-const PACED: [&str; 7] = ["ideal", "115200 baud", "921600 baud", "0.3 ms", "0.5 ms", "1 ms", "2 ms"];
+const PACED: [&str; 7] =
+    ["ideal", "115200 baud", "921600 baud", "0.3 ms", "0.5 ms", "1 ms", "2 ms"];
 
 /// The link of run `index`: each of [`PACED`] in turn.
 fn paced(index: usize) -> Wire {
@@ -60,7 +61,8 @@ fn seeking(rig: &Rig, plant: Box<dyn Plant + Send>, wire: Wire) -> Bench {
     bench
 }
 
-/// The min-max theorem on the whole board: for any J of the family |e| never grows, and the ball arrives.
+/// The min-max theorem on the whole board: for any J of the family |e| never grows, and the ball
+/// arrives.
 #[test]
 fn the_error_never_grows_for_any_jacobian_of_the_family() {
     let mut random = ChaCha8Rng::seed_from_u64(13);
@@ -70,16 +72,21 @@ fn the_error_never_grows_for_any_jacobian_of_the_family() {
         // Limits that do not bend the law's way: it is proved without ramps.
         rig.motors.max_rate = 4000.0.try_into().expect("a rate");
         rig.motors.max_acceleration = 400_000.0.try_into().expect("an acceleration");
-        let jacobian = Matrix3::from_fn(|i, k| f64::from(SIGNS[i][k]) * random.random_range(0.05..0.5));
+        let jacobian =
+            Matrix3::from_fn(|i, k| f64::from(SIGNS[i][k]) * random.random_range(0.05..0.5));
         let start = Point3::new(0.5, 0.3, 0.3);
-        let mut bench = seeking(&rig, Box::new(Linear::new(jacobian, 0.000_471, start)), paced(run));
+        let mut bench =
+            seeking(&rig, Box::new(Linear::new(jacobian, 0.000_471, start)), paced(run));
         let target = Point3::new(0.4, 0.4, 0.15);
         let (mut error, mut frames) = ((start - target).norm(), 0);
         while bench.state() != State::Holding {
             bench.frame(Some).expect("an intact link");
             let now = (bench.ball() - target).norm();
             // A microstep of cable is 29 µm, and the rates are rounded to 1/256 step/s.
-            assert!(now <= error + 40e-6, "run {run}, frame {frames}: {error} -> {now} with J = {jacobian}");
+            assert!(
+                now <= error + 40e-6,
+                "run {run}, frame {frames}: {error} -> {now} with J = {jacobian}"
+            );
             (error, frames) = (now, frames + 1);
             assert!(frames < 5000, "run {run} does not arrive: {error} m with J = {jacobian}");
         }
@@ -109,7 +116,9 @@ fn random_rigs_are_reached_through_a_camera_that_errs() {
             bench.frame(seen).expect("an intact link");
             match bench.state() {
                 State::Holding => break,
-                State::Seeking => assert!(frame < 3000, "rig {index} is not reached: {:?}", bench.ball()),
+                State::Seeking => {
+                    assert!(frame < 3000, "rig {index} is not reached: {:?}", bench.ball())
+                }
                 other => panic!("rig {index}, frame {frame}: {other}"),
             }
         }
@@ -121,9 +130,10 @@ fn random_rigs_are_reached_through_a_camera_that_errs() {
 /// Every exchange of two or three motors, and every reversal: the board's motor for each pulley,
 /// and its sign.
 fn miswirings() -> impl Iterator<Item = ([usize; 3], [f64; 3])> {
-    let orders = [[1, 0, 2], [2, 1, 0], [0, 2, 1], [1, 2, 0], [2, 0, 1]].map(|order| (order, [1.0; 3]));
-    let signs =
-        (1..8).map(|bits| ([0, 1, 2], [0, 1, 2].map(|i| if bits >> i & 1 == 1 { -1.0 } else { 1.0 })));
+    let orders =
+        [[1, 0, 2], [2, 1, 0], [0, 2, 1], [1, 2, 0], [2, 0, 1]].map(|order| (order, [1.0; 3]));
+    let signs = (1..8)
+        .map(|bits| ([0, 1, 2], [0, 1, 2].map(|i| if bits >> i & 1 == 1 { -1.0 } else { 1.0 })));
     orders.into_iter().chain(signs)
 }
 
@@ -142,12 +152,17 @@ fn assert_miswired_rigs_stop(target: impl Fn(&mut Bench, u32)) {
             }
             worst = worst.max((bench.ball() - Task::paper().target).norm());
         }
-        let State::Fault(fault) = bench.state() else { panic!("{order:?} {signs:?}: {}", bench.state()) };
+        let State::Fault(fault) = bench.state() else {
+            panic!("{order:?} {signs:?}: {}", bench.state())
+        };
         assert!(
             matches!(fault, Fault::ErrorGrowing | Fault::BallOutside | Fault::Travel(_)),
             "{order:?} {signs:?}: {fault}"
         );
-        assert!(worst < start + 0.25, "{order:?} {signs:?}: the ball went {worst} m away before {fault}");
+        assert!(
+            worst < start + 0.25,
+            "{order:?} {signs:?}: the ball went {worst} m away before {fault}"
+        );
     }
 }
 
@@ -189,15 +204,19 @@ fn a_host_that_vanishes_leaves_the_rig_at_rest() {
 #[test]
 fn the_elastic_rig_is_reached() {
     let task = Task::paper();
-    let plant =
-        Elastic::new(task.geometry, ElasticParameters::default(), task.start).expect("an elastic rig");
+    let plant = Elastic::new(task.geometry, ElasticParameters::default(), task.start)
+        .expect("an elastic rig");
     let mut bench = seeking(&rig(60.0), Box::new(plant), (link("1 ms").wire)(0));
     for frame in 0.. {
         bench.frame(Some).expect("an intact link");
         if bench.state() == State::Holding {
             break;
         }
-        assert!(frame < 3000 && bench.state() == State::Seeking, "frame {frame}: {}", bench.state());
+        assert!(
+            frame < 3000 && bench.state() == State::Seeking,
+            "frame {frame}: {}",
+            bench.state()
+        );
     }
 }
 
@@ -206,14 +225,15 @@ fn session(seed: u64, folder: std::path::PathBuf) -> Summary {
     let rig = rig(200.0);
     let camera = camera_file::paper().expect("the paper's camera");
     let background = Background::Room(Room::furnished());
-    let synthetic =
-        SyntheticCamera::new(camera.clone(), background, Options::default(), seed).expect("a camera");
+    let synthetic = SyntheticCamera::new(camera.clone(), background, Options::default(), seed)
+        .expect("a camera");
     let plant = Box::new(paper_plant());
     let board = std::rc::Rc::new(std::cell::RefCell::new(
         EmulatedBoard::with_plant(EMULATED, plant).with_wire((link("115200 baud").wire)(seed)),
     ));
     let world = VirtualWorld::new(board.clone()).expect("a board with a rig");
-    let mut source = SimulatedCamera::new(world, synthetic, *Geometry::paper().motors(), Timing::default());
+    let mut source =
+        SimulatedCamera::new(world, synthetic, *Geometry::paper().motors(), Timing::default());
     let session = Session {
         rig: &rig,
         camera: &camera,
@@ -232,8 +252,9 @@ fn the_same_seed_gives_the_same_run_to_the_bit() {
     let folder = tempfile::tempdir().expect("a folder");
     let [one, two, other] = [(1, "one"), (1, "two"), (2, "other")].map(|(seed, name)| {
         let summary = session(seed, folder.path().join(name));
-        let read =
-            |file: &str| std::fs::read(folder.path().join(name).join(file)).expect("a file of the run");
+        let read = |file: &str| {
+            std::fs::read(folder.path().join(name).join(file)).expect("a file of the run")
+        };
         (summary, read("run.csv"), read("figure4.svg"), read("figure5.svg"))
     });
     assert!(one.0.reached && one.0.error_mm.is_some_and(|e| e < 10.0), "{:?}", one.0);

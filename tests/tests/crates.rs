@@ -49,7 +49,13 @@ const CRATES: &[Rule] = &[
     },
     Rule {
         name: "plumb-sim",
-        uses: &["plumb-cameras", "plumb-emulator", "plumb-protocol", "plumb-runtime", "plumb-vision"],
+        uses: &[
+            "plumb-cameras",
+            "plumb-emulator",
+            "plumb-protocol",
+            "plumb-runtime",
+            "plumb-vision",
+        ],
         tests_use: &[],
     },
     Rule {
@@ -151,17 +157,20 @@ fn workspace() -> (BTreeSet<String>, BTreeSet<Edge>) {
         .output()
         .expect("cargo starts");
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let metadata: Value = serde_json::from_slice(&output.stdout).expect("cargo metadata prints JSON");
+    let metadata: Value =
+        serde_json::from_slice(&output.stdout).expect("cargo metadata prints JSON");
     let packages = metadata["packages"].as_array().expect("packages");
     let name = |entry: &Value| entry["name"].as_str().expect("a name").to_owned();
     let names: BTreeSet<String> = packages.iter().map(name).collect();
     let mut edges = BTreeSet::new();
     for package in packages {
         let dependencies = package["dependencies"].as_array().expect("dependencies");
-        edges.extend(dependencies.iter().filter(|d| names.contains(&name(d))).map(|dependency| Edge {
-            from: name(package),
-            to: name(dependency),
-            tests_only: dependency["kind"] == "dev",
+        edges.extend(dependencies.iter().filter(|d| names.contains(&name(d))).map(|dependency| {
+            Edge {
+                from: name(package),
+                to: name(dependency),
+                tests_only: dependency["kind"] == "dev",
+            }
         }));
     }
     (names, edges)
@@ -174,8 +183,9 @@ fn rule(name: &str) -> Option<&'static Rule> {
 /// Whether the rules allow an edge; the exceptions do not count.
 fn is_allowed(edge: &Edge) -> bool {
     let to = edge.to.as_str();
-    rule(&edge.from)
-        .is_some_and(|rule| rule.uses.contains(&to) || edge.tests_only && rule.tests_use.contains(&to))
+    rule(&edge.from).is_some_and(|rule| {
+        rule.uses.contains(&to) || edge.tests_only && rule.tests_use.contains(&to)
+    })
 }
 
 fn is_exception(edge: &Edge) -> bool {
@@ -204,7 +214,10 @@ fn reach(name: &str) -> BTreeSet<&'static str> {
 fn the_crates_depend_on_each_other_as_the_rules_allow() {
     let (names, edges) = workspace();
     let unknown: Vec<_> = names.iter().filter(|name| rule(name).is_none()).collect();
-    assert!(unknown.is_empty(), "{unknown:?}: say in CRATES of tests/tests/crates.rs what they may use");
+    assert!(
+        unknown.is_empty(),
+        "{unknown:?}: say in CRATES of tests/tests/crates.rs what they may use"
+    );
     let found = violations(&edges);
     assert!(
         found.is_empty(),
@@ -241,14 +254,19 @@ fn a_forbidden_edge_is_reported() {
     for it in forbidden {
         assert_eq!(violations(&[it.clone()].into()), [it.to_string()]);
     }
-    let allowed = [edge("plumb-core", "plumb-protocol", false), edge("plumb", "plumb-openni-driver", true)];
+    let allowed =
+        [edge("plumb-core", "plumb-protocol", false), edge("plumb", "plumb-openni-driver", true)];
     assert_eq!(violations(&allowed.into()), [""; 0]);
 }
 
 #[test]
 fn the_lists_themselves_keep_the_rules() {
     for Rule { name, uses, tests_use } in CRATES {
-        assert_eq!(CRATES.iter().filter(|rule| rule.name == *name).count(), 1, "{name} is listed twice");
+        assert_eq!(
+            CRATES.iter().filter(|rule| rule.name == *name).count(),
+            1,
+            "{name} is listed twice"
+        );
         for to in uses.iter().chain(*tests_use) {
             assert!(rule(to).is_some(), "{name} may use {to}, which is not listed");
         }

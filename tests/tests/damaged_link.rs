@@ -34,7 +34,11 @@ fn run(mut bench: Bench, seed: u64, frames: u32) -> (State, f64) {
     for _ in 0..frames {
         match bench.frame(Some) {
             Ok(()) => {}
-            Err(LinkError::Silent { .. } | LinkError::NoTelemetry { .. } | LinkError::Lagging { .. }) => {
+            Err(
+                LinkError::Silent { .. }
+                | LinkError::NoTelemetry { .. }
+                | LinkError::Lagging { .. },
+            ) => {
                 let end = Micros(bench.board.borrow().now().0 + REST_US);
                 bench.board.borrow_mut().run_to(end).expect("a rig that follows");
                 assert_eq!(bench.board.borrow().rates(), [0.0; 3], "seed {seed}");
@@ -59,7 +63,10 @@ fn a_link_that_damages_a_frame_in_14_still_reaches() {
         let rig = rig();
         let lane = Lane { lost: 0.01, damaged: 0.07, doubled: 0.01, ..Lane::default() };
         let mut bench = configured(&rig, Wire::symmetric(lane, seed));
-        bench.link.target(rig.targets().expect("a target")[0]).expect("a target inside the workspace");
+        bench
+            .link
+            .target(rig.targets().expect("a target")[0])
+            .expect("a target inside the workspace");
         let (state, error) = run(bench, seed, 2000);
         assert_eq!(state, State::Holding, "seed {seed}: {error} m");
         assert!(error < 0.010, "seed {seed}: {error} m");

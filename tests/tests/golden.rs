@@ -1,5 +1,5 @@
-//! The bytes on the wire, as an independent encoder wrote them. They must not change without a new schema; those of the
-//! first three commands and of the board's Hello not at all.
+//! The bytes on the wire, as an independent encoder wrote them. They must not change without a new
+//! schema; those of the first three commands and of the board's Hello not at all.
 
 #![allow(clippy::expect_used, clippy::panic, reason = "a test stops at the first surprise")]
 
@@ -47,8 +47,9 @@ fn what_never_changes() {
 
 #[test]
 fn commands() {
-    let position =
-        |sequence, age_us, ball| Command::Position(Position { sequence, age_us, ball, covariance: None });
+    let position = |sequence, age_us, ball| {
+        Command::Position(Position { sequence, age_us, ball, covariance: None })
+    };
     to_board(
         position(65_535, 45_000, Some(point(540_000, -220_000, 459_000))),
         "14ac0204ffff03c8df0201c0f541bfed1af0833805cb7f26e100",
@@ -56,9 +57,15 @@ fn commands() {
     let sure = Covariance { variances: [400, 100, 1], covariances: [-3, 0, 40] };
     let ball = Some(point(540_000, -220_000, 459_000));
     let seen = Position { sequence: 1, age_us: 45_000, ball, covariance: Some(sure) };
-    to_board(Command::Position(seen), "18ac020401c8df0201c0f541bfed1af083380190036401050650dd6dc74600");
+    to_board(
+        Command::Position(seen),
+        "18ac020401c8df0201c0f541bfed1af083380190036401050650dd6dc74600",
+    );
     to_board(position(0, 0, None), "04ac020401010105af612fa500");
-    to_board(Command::Target(point(400_000, 400_000, 150_000)), "11ac020580ea3080ea30e0a7120669a85300");
+    to_board(
+        Command::Target(point(400_000, 400_000, 150_000)),
+        "11ac020580ea3080ea30e0a7120669a85300",
+    );
     let jog = Jog { motor: 2, distance: Steps16(-320), rate: Rate(25_600) };
     to_board(Command::Jog(jog), "0eac020602ff04809003e166dfc400");
     to_board(Command::Hold, "08ac0207378a718300");
@@ -136,7 +143,8 @@ fn reports() {
     );
 }
 
-/// Every frame on the page for other languages is what the code sends, and both directions are shown.
+/// Every frame on the page for other languages is what the code sends, and both directions are
+/// shown.
 #[test]
 fn the_page_on_the_wire_format_shows_real_frames() {
     let page = include_str!("../../docs/wire-format.md");
@@ -154,7 +162,10 @@ fn the_page_on_the_wire_format_shows_real_frames() {
             from_board += 1;
         }
     }
-    assert!(to_board >= 5 && from_board >= 3, "{to_board} frames to the board, {from_board} from it");
+    assert!(
+        to_board >= 5 && from_board >= 3,
+        "{to_board} frames to the board, {from_board} from it"
+    );
 }
 
 /// Whether `bytes` are one frame with a message of this type, to the last byte.

@@ -1,7 +1,7 @@
 //! The real session, drive and link over every link of the table, with every law and three targets:
 //! a target that is reported as reached was driven to, a run that ends early tells the true cause
-//! within 2 s, and the board stands still afterwards. `make links` prints the same as a table, and takes
-//! more seeds.
+//! within 2 s, and the board stands still afterwards. `make links` prints the same as a table, and
+//! takes more seeds.
 
 use plumb_tests::links::{Outcome, Run, in_real_time, in_virtual_time, judge, link, links};
 
@@ -13,11 +13,13 @@ fn wrong(run: &Run, in_time: fn(&Run) -> Outcome) -> Option<String> {
     let outcome = in_time(run);
     let verdict = judge(run, &outcome);
     let what = [verdict.false_reached.clone(), verdict.wrong.clone()].concat().join("; ");
-    (!verdict.is_good()).then(|| format!("{}, {}, seed {}: {what}", run.link.name, run.law, run.seed))
+    (!verdict.is_good())
+        .then(|| format!("{}, {}, seed {}: {what}", run.link.name, run.law, run.seed))
 }
 
 fn every_link(law: &'static str) {
-    let runs = links().into_iter().flat_map(|link| (0..SEEDS).map(move |seed| Run { link, law, seed }));
+    let runs =
+        links().into_iter().flat_map(|link| (0..SEEDS).map(move |seed| Run { link, law, seed }));
     let wrong: Vec<String> = runs.filter_map(|run| wrong(&run, in_virtual_time)).collect();
     assert!(wrong.is_empty(), "{} runs:\n{}", wrong.len(), wrong.join("\n"));
 }

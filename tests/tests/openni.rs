@@ -1,5 +1,6 @@
-//! The paper's task with pictures that went through the real libOpenNI2, in real time: the test driver's camera looks at the
-//! ball of the emulated board's rig, and the board is at the other end of a pseudo-terminal.
+//! The paper's task with pictures that went through the real libOpenNI2, in real time: the test
+//! driver's camera looks at the ball of the emulated board's rig, and the board is at the other end
+//! of a pseudo-terminal.
 
 #![allow(clippy::expect_used, reason = "a test stops at the first surprise")]
 
@@ -48,12 +49,15 @@ fn the_papers_task_is_done_through_libopenni2() {
             return println!("skipped: {error}");
         }
     };
-    let (rig, camera, task) = (rig(), camera_file::paper().expect("the paper's camera"), Task::paper());
+    let (rig, camera, task) =
+        (rig(), camera_file::paper().expect("the paper's camera"), Task::paper());
     let plant = QuasiStatic::new(task.geometry, task.start).expect("the paper's rig");
-    let served =
-        Arc::new(serve(EmulatedBoard::with_plant(EMULATED, Box::new(plant))).expect("a pseudo-terminal"));
+    let served = Arc::new(
+        serve(EmulatedBoard::with_plant(EMULATED, Box::new(plant))).expect("a pseudo-terminal"),
+    );
     let path = folder.path().join("control");
-    let mut control = ControlFile::create(&path, &seen(&camera, task.start)).expect("a control file");
+    let mut control =
+        ControlFile::create(&path, &seen(&camera, task.start)).expect("a control file");
     let uri = control.uri();
 
     // The camera looks at the rig.
@@ -71,10 +75,11 @@ fn the_papers_task_is_done_through_libopenni2() {
 
     let openni = OpenNi::load_from(&library).expect("the library");
     let settings = Settings { latency: 0.005, ..Settings::default() };
-    let mut source =
-        OpenniSource::open(&openni, &Target::Uri(uri), settings, Lens::FieldOfView).expect("the camera");
+    let mut source = OpenniSource::open(&openni, &Target::Uri(uri), settings, Lens::FieldOfView)
+        .expect("the camera");
     let camera = Camera { intrinsics: *source.intrinsics(), ..camera };
-    let transport = Serial::open(&served.path().to_string_lossy(), rig.board.baud).expect("the board's port");
+    let transport =
+        Serial::open(&served.path().to_string_lossy(), rig.board.baud).expect("the board's port");
     let (mut detector, interrupted) = (Ball::for_camera(&camera), AtomicBool::new(false));
     let session = Session {
         rig: &rig,

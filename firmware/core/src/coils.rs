@@ -1,7 +1,8 @@
 //! Which way and how strongly the two coils of a motor are driven at a position.
 //!
-//! Four full steps are a turn of the field. Coil 0 gets its cosine, coil 1 its sine, so paying out lets the field turn from
-//! coil 0 to coil 1. Where the motor only ever stands on full steps both coils are on at each, for more torque.
+//! Four full steps are a turn of the field. Coil 0 gets its cosine, coil 1 its sine, so paying out
+//! lets the field turn from coil 0 to coil 1. Where the motor only ever stands on full steps both
+//! coils are on at each, for more torque.
 
 /// Positions (1/16 steps) in a turn of the field.
 const TURN: i32 = 64;
@@ -16,12 +17,14 @@ pub struct Commutation {
 }
 
 impl Commutation {
-    /// From the sine of 0 to 90° in 1/16 of that, as a share of the highest drive; `quarter[16]` is that drive itself.
+    /// From the sine of 0 to 90° in 1/16 of that, as a share of the highest drive; `quarter[16]` is
+    /// that drive itself.
     pub const fn new(quarter: [u16; QUARTER + 1]) -> Self {
         Self { quarter }
     }
 
-    /// The drive of both coils at `position` (1/16 steps), with `microsteps` in a step: + one way, - the other.
+    /// The drive of both coils at `position` (1/16 steps), with `microsteps` in a step: + one way,
+    /// - the other.
     pub fn at(&self, position: i32, microsteps: u8) -> [i32; 2] {
         let [cosine, sine] = [TURN / 4, 0].map(|lead| lead + position);
         if microsteps > 1 {
@@ -35,7 +38,8 @@ impl Commutation {
     fn sine(&self, angle: i32) -> i32 {
         let angle = angle.rem_euclid(TURN) as usize;
         let (half, within) = (angle / (2 * QUARTER), angle % (2 * QUARTER));
-        let magnitude = i32::from(self.quarter[if within > QUARTER { 2 * QUARTER - within } else { within }]);
+        let magnitude =
+            i32::from(self.quarter[if within > QUARTER { 2 * QUARTER - within } else { within }]);
         if half == 0 { magnitude } else { -magnitude }
     }
 }

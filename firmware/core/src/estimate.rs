@@ -1,16 +1,19 @@
-//! Where the ball is when single pictures are not to be trusted, and when a target is reached or run away from.
+//! Where the ball is when single pictures are not to be trusted, and when a target is reached or
+//! run away from.
 
 use plumb_protocol::config::{Growth, Reached};
 use plumb_protocol::units::{Micros, Point};
 
-/// A position that is farther than this from the last one, along an axis, is strange, µm: at 400 steps/s and 0.94 mm a step the ball
-/// goes 12.5 mm from a picture to the next, and noise of 6 mm is at four standard deviations.
+/// A position that is farther than this from the last one, along an axis, is strange, µm: at 400
+/// steps/s and 0.94 mm a step the ball goes 12.5 mm from a picture to the next, and noise of 6 mm
+/// is at four standard deviations.
 const STRANGE: i32 = 25_000;
 /// So many strange positions in a row are passed over; the next says where the ball is.
 const PASSED_OVER: u8 = 2;
 
-/// A first-order filter over positions: each moves it a quarter of the way, which lets 0.38 of white noise through
-/// (√(a/(2 - a)), a = 1/4) and lags by three pictures. Single outliers are passed over.
+/// A first-order filter over positions: each moves it a quarter of the way, which lets 0.38 of
+/// white noise through (√(a/(2 - a)), a = 1/4) and lags by three pictures. Single outliers are
+/// passed over.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Filter {
     /// Micrometres with 4 fraction bits; within ±4 m, so 26 bits.
@@ -49,7 +52,8 @@ impl Filter {
         self.state.map(|s| s.map(|p| (p + 8) >> 4))
     }
 
-    /// How far the last position that was taken in is off the filtered one, µm, within ±8 m; zero before the first.
+    /// How far the last position that was taken in is off the filtered one, µm, within ±8 m; zero
+    /// before the first.
     pub fn off(&self) -> [i32; 3] {
         self.position().map_or([0; 3], |p| [0, 1, 2].map(|i| self.last[i] - p[i]))
     }
@@ -67,9 +71,10 @@ pub fn magnitude(e: [i32; 3]) -> u32 {
     squares.isqrt() as u32
 }
 
-/// Counts pictures near the target in a row: one raw picture is wrong in 25 % of runs, this in none of 1000
-/// (docs/control.md). What the filter smoothes away of a ball that swings is seen by how far positions are off it: white noise is off
-/// to either side without memory, and the product of two that follow each other is zero or less in the mean; of a swing it is not.
+/// Counts pictures near the target in a row: one raw picture is wrong in 25 % of runs, this in none
+/// of 1000 (docs/control.md). What the filter smoothes away of a ball that swings is seen by how
+/// far positions are off it: white noise is off to either side without memory, and the product of
+/// two that follow each other is zero or less in the mean; of a swing it is not.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Arrival {
     frames: u8,
@@ -80,8 +85,8 @@ pub struct Arrival {
 }
 
 impl Arrival {
-    /// Takes in the filtered |e| (µm) after a picture, and how far its position is off ([`Filter::off`]); whether the target counts as
-    /// reached now.
+    /// Takes in the filtered |e| (µm) after a picture, and how far its position is off
+    /// ([`Filter::off`]); whether the target counts as reached now.
     pub fn update(&mut self, filtered: u32, off: [i32; 3], rule: &Reached) -> bool {
         let radius = rule.radius.0.unsigned_abs();
         // 0.8 of the radius, so that noise at the rim does not count; radius <= 1 m, so 23 bits.
@@ -91,8 +96,8 @@ impl Arrival {
         self.frames >= rule.frames && self.at_rest(filtered, radius)
     }
 
-    /// Over sixteen pictures, half a second. A product counts as radius²/2 at most: what was on the way is soon forgotten, in the time
-    /// that the pictures are counted.
+    /// Over sixteen pictures, half a second. A product counts as radius²/2 at most: what was on the
+    /// way is soon forgotten, in the time that the pictures are counted.
     fn note_swing(&mut self, off: [i32; 3], radius: u32) {
         let most = i64::from(radius) * i64::from(radius) / 2;
         let product: i64 = (0..3).map(|i| i64::from(off[i]) * i64::from(self.off[i])).sum();
@@ -100,8 +105,9 @@ impl Arrival {
         self.off = off;
     }
 
-    /// Whether the filtered |e| and the swing about it are together within 0.8 of the radius. An amplitude's square is twice its mean, and
-    /// half of it is left beside the filter at 1.4 Hz, where a ball on springs or on two cables may swing.
+    /// Whether the filtered |e| and the swing about it are together within 0.8 of the radius. An
+    /// amplitude's square is twice its mean, and half of it is left beside the filter at 1.4 Hz,
+    /// where a ball on springs or on two cables may swing.
     fn at_rest(&self, filtered: u32, radius: u32) -> bool {
         let square = |v: u32| i64::from(v) * i64::from(v);
         25 * (square(filtered) + 4 * self.swing.max(0)) <= 16 * square(radius)
@@ -184,8 +190,8 @@ mod tests {
         assert!(filter.position().is_some_and(|p| (p[1] - away[1]).abs() < 100));
     }
 
-    /// The picture at which a ball that comes in ten pictures from 100 mm away, and then is at `x` (µm, of the picture's number), has
-    /// reached 0 within 10 mm; at most 300.
+    /// The picture at which a ball that comes in ten pictures from 100 mm away, and then is at `x`
+    /// (µm, of the picture's number), has reached 0 within 10 mm; at most 300.
     fn reached_at(x: impl Fn(i32) -> i32) -> Option<i32> {
         let rule = Reached { radius: Micrometres(10_000), frames: 10 };
         let (mut filter, mut arrival) = (Filter::default(), Arrival::default());
@@ -203,7 +209,10 @@ mod tests {
         let swing = |amplitude: i32| move |k: i32| amplitude * EIGHTHS[k as usize % 8] / 100;
         assert_eq!(reached_at(swing(15_000)), None);
         assert!(reached_at(swing(3_000)).is_some_and(|k| k < 35));
-        assert_eq!(reached_at(|k| swing((100_000 - 1_000 * k).max(0))(k)).map(|k| k > 85), Some(true));
+        assert_eq!(
+            reached_at(|k| swing((100_000 - 1_000 * k).max(0))(k)).map(|k| k > 85),
+            Some(true)
+        );
     }
 
     #[test]

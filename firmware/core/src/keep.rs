@@ -1,7 +1,8 @@
-//! A configuration kept in flash: in two slots by turns, so that a loss of power while one is written leaves the other.
+//! A configuration kept in flash: in two slots by turns, so that a loss of power while one is
+//! written leaves the other.
 //!
-//! A slot begins with a frame as on the wire ([`plumb_protocol::frame`]): its CRC tells a whole record from a torn one, and
-//! the schema in it one of this version from any other.
+//! A slot begins with a frame as on the wire ([`plumb_protocol::frame`]): its CRC tells a whole
+//! record from a torn one, and the schema in it one of this version from any other.
 
 use embedded_storage::nor_flash::{NorFlash, ReadNorFlash};
 use heapless::Vec;
@@ -32,7 +33,8 @@ impl Slots {
         self.newest(flash).map(|(_, record)| record.config)
     }
 
-    /// Keeps `config`. Blocks until it is written and read back; writes nothing where it is kept already.
+    /// Keeps `config`. Blocks until it is written and read back; writes nothing where it is kept
+    /// already.
     ///
     /// # Errors
     /// Where the flash fails, or does not hold what was written.
@@ -49,7 +51,8 @@ impl Slots {
         page.resize(MAX_FRAME, u8::MAX).map_err(|_| NotKept)?;
         flash.erase(offset, offset + F::ERASE_SIZE as u32).map_err(|_| NotKept)?;
         flash.write(offset, &page).map_err(|_| NotKept)?;
-        let kept = self.read(flash, slot).is_some_and(|r| r.sequence == sequence && r.config == *config);
+        let kept =
+            self.read(flash, slot).is_some_and(|r| r.sequence == sequence && r.config == *config);
         if kept { Ok(()) } else { Err(NotKept) }
     }
 

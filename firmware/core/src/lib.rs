@@ -1,9 +1,10 @@
-//! Everything the board thinks, with no hardware in it: the laws, the step plans, the state machine and its stops.
+//! Everything the board thinks, with no hardware in it: the laws, the step plans, the state machine
+//! and its stops.
 //!
-//! The crate is synchronous and knows no clock, executor or HAL. The chip and the emulator give a [`Board`] the bytes
-//! that arrive and the time, call [`Board::tick`] every [`TICK_US`], and carry out what it returns. It allocates
-//! nothing, and does the same for the same input, to the bit: fixed point, but for one law in f32 that keeps to what IEEE 754
-//! lays down.
+//! The crate is synchronous and knows no clock, executor or HAL. The chip and the emulator give a
+//! [`Board`] the bytes that arrive and the time, call [`Board::tick`] every [`TICK_US`], and carry
+//! out what it returns. It allocates nothing, and does the same for the same input, to the bit:
+//! fixed point, but for one law in f32 that keeps to what IEEE 754 lays down.
 //!
 //! ```text
 //! bytes -> Board::receive -> law -> MotorRates        (on every position; a slow law in a Thinker, some ticks later)

@@ -1,6 +1,8 @@
 //! A configuration that was checked, and what the board was built for.
 
-use plumb_protocol::config::{Coils, Config, Deadlines, Drivers, Growth, Law, Motor, Reached, Workspace};
+use plumb_protocol::config::{
+    Coils, Config, Deadlines, Drivers, Growth, Law, Motor, Reached, Workspace,
+};
 use plumb_protocol::message::ConfigField;
 use plumb_protocol::units::Point;
 
@@ -12,7 +14,8 @@ use crate::think::Kind;
 /// Limits that no configuration can lift: what the step generation of this board was built for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct BuildLimits {
-    /// Highest pulse rate of one motor, microsteps/s; at most 1.25 million, which the planner's arithmetic has room for.
+    /// Highest pulse rate of one motor, microsteps/s; at most 1.25 million, which the planner's
+    /// arithmetic has room for.
     pub max_pulse_rate: u32,
     /// Whether the board can keep a configuration over a loss of power.
     pub storage: bool,
@@ -58,7 +61,8 @@ const MIN_ACCELERATION: u32 = 40;
 const MAX_ACCELERATION: u32 = 4_000_000;
 /// Coils are set once a tick: half a full step of it at most, full steps/s.
 const MAX_COIL_RATE: u32 = 1_000_000 / TICK_US / 2;
-/// Three motors on the HATs' bus are set in 1.4 ms: about half a full step of it at most, full steps/s.
+/// Three motors on the HATs' bus are set in 1.4 ms: about half a full step of it at most, full
+/// steps/s.
 const MAX_HAT_RATE: u32 = 300;
 /// Travel up to ±32 million steps leaves room for the way to a stop in an i32.
 const MAX_TRAVEL: i32 = 1 << 29;
@@ -71,16 +75,23 @@ impl Params {
     pub fn check(config: &Config, build: &BuildLimits) -> Result<Self, ConfigField> {
         check_law(&config.law)?;
         ensure(matches!(config.microsteps, 1 | 2 | 4 | 8 | 16), ConfigField::Microsteps)?;
-        let max_pulse_rate = check_drivers(&config.drivers, config.microsteps)?.min(build.max_pulse_rate);
+        let max_pulse_rate =
+            check_drivers(&config.drivers, config.microsteps)?.min(build.max_pulse_rate);
         for motor in &config.motors {
             check_motor(motor, config.microsteps, max_pulse_rate)?;
         }
         check_workspace(&config.workspace)?;
         let radius = config.reached.radius.0;
-        ensure((1..=1_000_000).contains(&radius) && config.reached.frames > 0, ConfigField::Reached)?;
+        ensure(
+            (1..=1_000_000).contains(&radius) && config.reached.frames > 0,
+            ConfigField::Reached,
+        )?;
         let Deadlines { host, position, max_age } = config.deadlines;
         let in_range = |ms: u16| (1..=MAX_DEADLINE).contains(&ms);
-        ensure(in_range(host.0) && in_range(position.0) && in_range(max_age.0), ConfigField::Deadlines)?;
+        ensure(
+            in_range(host.0) && in_range(position.0) && in_range(max_age.0),
+            ConfigField::Deadlines,
+        )?;
         ensure(max_age < position, ConfigField::MaxAge)?;
         ensure(config.growth.margin.0 > 0 && config.growth.time.0 > 0, ConfigField::Growth)?;
         ensure(config.mean.0 <= LONGEST_MEAN_MS, ConfigField::Mean)?;
@@ -151,7 +162,9 @@ fn check_law(law: &Law) -> Result<(), ConfigField> {
     match law {
         Law::Interval(law) => check_interval(law),
         Law::Sign(law) => ensure((1..=MAX_SIGN_GAIN).contains(&law.gain.0), ConfigField::Gain),
-        Law::Certified(law) | Law::Taut(law) => ensure(law.delay.0 <= MAX_DELAY_MS, ConfigField::Delay),
+        Law::Certified(law) | Law::Taut(law) => {
+            ensure(law.delay.0 <= MAX_DELAY_MS, ConfigField::Delay)
+        }
     }
 }
 
@@ -162,16 +175,22 @@ fn check_interval(law: &plumb_protocol::config::Interval) -> Result<(), ConfigFi
     for ((sign, alpha), beta) in
         signs.iter().flatten().zip(law.alpha.iter().flatten()).zip(law.beta.iter().flatten())
     {
-        ensure(*sign == 0 || (0 < alpha.0 && alpha <= beta && beta.0 <= MAX_BOUND), ConfigField::Bounds)?;
+        ensure(
+            *sign == 0 || (0 < alpha.0 && alpha <= beta && beta.0 <= MAX_BOUND),
+            ConfigField::Bounds,
+        )?;
     }
     ensure((1..=MAX_GAIN).contains(&law.gain.0), ConfigField::Gain)
 }
 
 /// The highest pulse rate that the drivers can follow, microsteps/s.
 fn check_drivers(drivers: &Drivers, microsteps: u8) -> Result<u32, ConfigField> {
-    let share = |coils: &Coils| ensure((1..=100).contains(&coils.duty_percent), ConfigField::Drivers);
+    let share =
+        |coils: &Coils| ensure((1..=100).contains(&coils.duty_percent), ConfigField::Drivers);
     match drivers {
-        Drivers::StepDir(times) => Ok(Timing::of(times).ok_or(ConfigField::Drivers)?.max_pulse_rate()),
+        Drivers::StepDir(times) => {
+            Ok(Timing::of(times).ok_or(ConfigField::Drivers)?.max_pulse_rate())
+        }
         Drivers::Coils(coils) => share(coils).map(|()| MAX_COIL_RATE * u32::from(microsteps)),
         Drivers::MotorHats(coils) => share(coils).map(|()| MAX_HAT_RATE * u32::from(microsteps)),
     }
@@ -179,7 +198,10 @@ fn check_drivers(drivers: &Drivers, microsteps: u8) -> Result<u32, ConfigField> 
 
 fn check_motor(motor: &Motor, microsteps: u8, max_pulse_rate: u32) -> Result<(), ConfigField> {
     let pulses_q8 = i64::from(motor.max_rate.0) * i64::from(microsteps);
-    ensure(motor.max_rate.0 > 0 && pulses_q8 <= i64::from(max_pulse_rate) << 8, ConfigField::MaxRate)?;
+    ensure(
+        motor.max_rate.0 > 0 && pulses_q8 <= i64::from(max_pulse_rate) << 8,
+        ConfigField::MaxRate,
+    )?;
     ensure(
         (MIN_ACCELERATION..=MAX_ACCELERATION).contains(&motor.max_acceleration.0),
         ConfigField::MaxAcceleration,
@@ -189,7 +211,8 @@ fn check_motor(motor: &Motor, microsteps: u8, max_pulse_rate: u32) -> Result<(),
 }
 
 fn check_workspace(workspace: &Workspace) -> Result<(), ConfigField> {
-    let near = |p: Point| p.micrometres().iter().all(|c| (-MAX_COORDINATE..=MAX_COORDINATE).contains(c));
+    let near =
+        |p: Point| p.micrometres().iter().all(|c| (-MAX_COORDINATE..=MAX_COORDINATE).contains(c));
     let (min, max) = (workspace.min, workspace.max);
     let spans = (0..3).all(|i| min.0[i] < max.0[i]);
     ensure(near(min) && near(max) && spans, ConfigField::Workspace)

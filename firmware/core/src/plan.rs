@@ -1,8 +1,10 @@
-//! From wanted motor rates to pulses: ramps within the limits, exact step counts, no motor past its travel.
+//! From wanted motor rates to pulses: ramps within the limits, exact step counts, no motor past its
+//! travel.
 //!
-//! Time goes in ticks of [`TICK_US`]. In a tick each motor turns at a constant rate; between ticks the rates move
-//! towards the wanted ones with one common factor, so that the path in motor space bends as little as it can.
-//! What takes divisions is done when the wanted rates change ([`Planner::aim`]); a tick adds.
+//! Time goes in ticks of [`TICK_US`]. In a tick each motor turns at a constant rate; between ticks
+//! the rates move towards the wanted ones with one common factor, so that the path in motor space
+//! bends as little as it can. What takes divisions is done when the wanted rates change
+//! ([`Planner::aim`]); a tick adds.
 
 mod axis;
 mod clocks;
@@ -23,11 +25,12 @@ use mean::Mean;
 use ramp::{Ramp, ticks_for};
 use travel::{PATIENCE, Place, Stop, Travel};
 
-/// Length of a tick, microseconds: short enough that a new position changes the rates within 300 µs, long enough that
-/// planning takes a few percent of the chip.
+/// Length of a tick, microseconds: short enough that a new position changes the rates within 300
+/// µs, long enough that planning takes a few percent of the chip.
 pub const TICK_US: u32 = 200;
 
-/// The clock that pulses are placed on, per second: that of the chip, so that a plan is exact there.
+/// The clock that pulses are placed on, per second: that of the chip, so that a plan is exact
+/// there.
 pub const CLOCK_HZ: u32 = 125_000_000;
 
 /// Clocks in a tick.
@@ -39,8 +42,8 @@ const RATE_BITS: u32 = 10;
 /// One microstep in units of the reference, which a pulse rate moves by itself every tick: 23 bits.
 const UNIT: i32 = (1_000_000 / TICK_US as i32) << RATE_BITS;
 
-/// What one motor does in a tick: `count` pulses, the k-th `first + k * period` clocks after the tick's start, all
-/// before its end.
+/// What one motor does in a tick: `count` pulses, the k-th `first + k * period` clocks after the
+/// tick's start, all before its end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Pulses {
     /// Level of the direction line: high where the cable is paid out, unless the motor is reversed.
@@ -120,8 +123,10 @@ impl Planner {
         for (i, motor) in params.motors.iter().enumerate() {
             self.axes[i].configure(motor.reversed, self.microsteps);
             self.travels[i] = Travel::between(motor.travel_min.0, motor.travel_max.0);
-            // Rounded down, so that the limit holds. Bits: acceleration 22, microsteps 5, fraction 10, tick 8.
-            let per_second = (u64::from(motor.max_acceleration.0) * params.microsteps as u64) << RATE_BITS;
+            // Rounded down, so that the limit holds. Bits: acceleration 22, microsteps 5, fraction
+            // 10, tick 8.
+            let per_second =
+                (u64::from(motor.max_acceleration.0) * params.microsteps as u64) << RATE_BITS;
             self.deltas[i] = (per_second * u64::from(TICK_US) / 1_000_000) as u32;
             // A tick's pulses have 8 bits; the longest mean, 12.
             let pulses = self.per_second(motor.max_rate.0) / UNIT + 1;
@@ -150,8 +155,8 @@ impl Planner {
         [a.position, b.position, c.position]
     }
 
-    /// The motors were stopped dead: they stand `missing` pulses each short of where they were planned to be, + where
-    /// the direction line is high.
+    /// The motors were stopped dead: they stand `missing` pulses each short of where they were
+    /// planned to be, + where the direction line is high.
     pub fn cut(&mut self, missing: [i32; 3]) {
         (self.mean, self.turning) = (self.mean.emptied(), [0; 3]);
         self.ramp = Ramp::AT_REST;
@@ -167,12 +172,14 @@ impl Planner {
         self.history.ago(age_us, self.positions())
     }
 
-    /// Where the motors go on to through the running mean if the reference stands still from now on, 1/16 steps.
+    /// Where the motors go on to through the running mean if the reference stands still from now
+    /// on, 1/16 steps.
     pub fn reference(&self) -> [i32; 3] {
         let (positions, ahead) = (self.positions(), self.mean.ahead());
         // Rounded down to a microstep; travel limits keep the sum within an i32.
         [0, 1, 2].map(|i| {
-            let microsteps = (i64::from(self.axes[i].fraction()) + ahead[i]).div_euclid(i64::from(UNIT));
+            let microsteps =
+                (i64::from(self.axes[i].fraction()) + ahead[i]).div_euclid(i64::from(UNIT));
             positions[i] + microsteps as i32 * self.per_pulse
         })
     }
@@ -187,8 +194,9 @@ impl Planner {
         self.microsteps << (RATE_BITS - 8)
     }
 
-    /// A motor rate (Q8 full steps/s, within the limit) as a pulse rate. Microsteps are a power of two, and a shift is
-    /// cheaper than a product that is checked: 31 bits by the build's highest pulse rate.
+    /// A motor rate (Q8 full steps/s, within the limit) as a pulse rate. Microsteps are a power of
+    /// two, and a shift is cheaper than a product that is checked: 31 bits by the build's highest
+    /// pulse rate.
     fn per_second(&self, rate: i32) -> i32 {
         rate << self.shift
     }
@@ -198,8 +206,8 @@ impl Planner {
         self.ramp.rates != [0; 3] || self.mean.moving()
     }
 
-    /// The motor that would pass its travel if the ramp went on for a tick, with a ramp down after it; then the ramp is
-    /// one to rest.
+    /// The motor that would pass its travel if the ramp went on for a tick, with a ramp down after
+    /// it; then the ramp is one to rest.
     fn mind_travel(&mut self) -> Option<usize> {
         if self.safe_for > 0 {
             self.safe_for -= 1;
@@ -217,7 +225,8 @@ impl Planner {
         beyond
     }
 
-    /// The motor that would pass its travel at the rates of the coming tick and with a ramp down after it.
+    /// The motor that would pass its travel at the rates of the coming tick and with a ramp down
+    /// after it.
     fn beyond_travel(&self) -> Option<usize> {
         let (rates, ahead) = (self.ramp.next(), self.mean.ahead());
         let ticks = ticks_for(rates.map(i32::unsigned_abs), self.deltas);
@@ -230,7 +239,8 @@ impl Planner {
         })
     }
 
-    /// From the next tick on, goes towards the `wanted` rates (each within its motor's limit), over `ramp_us` at least.
+    /// From the next tick on, goes towards the `wanted` rates (each within its motor's limit), over
+    /// `ramp_us` at least.
     pub fn aim(&mut self, wanted: MotorRates, ramp_us: u32) {
         let wanted = wanted.0.map(|rate| self.per_second(rate));
         if self.ramp.ended_at(&wanted) {
@@ -243,7 +253,8 @@ impl Planner {
     /// Finds out where in its travel each motor can surely stop on its way to the wanted rates.
     fn look_ahead(&mut self) {
         (self.steady, self.safe_for) = (false, 0);
-        // No rate on the way is above the greater of its two ends, and no stop takes longer than from those.
+        // No rate on the way is above the greater of its two ends, and no stop takes longer than
+        // from those.
         let (now, then) = (self.ramp.rates, self.ramp.wanted());
         let fastest = [0, 1, 2].map(|i| now[i].unsigned_abs().max(then[i].unsigned_abs()));
         let ticks = ticks_for(fastest, self.deltas);
@@ -252,8 +263,9 @@ impl Planner {
         }
     }
 
-    /// Plans a tick towards the rates that were [aimed](Self::aim) at. Where a motor could then no longer stop within its
-    /// travel, it plans a tick of ramping down instead, aims at rest, and names that motor.
+    /// Plans a tick towards the rates that were [aimed](Self::aim) at. Where a motor could then no
+    /// longer stop within its travel, it plans a tick of ramping down instead, aims at rest, and
+    /// names that motor.
     pub fn tick(&mut self) -> Option<usize> {
         let beyond = self.plan_tick();
         self.follow_up();
@@ -292,7 +304,8 @@ impl Planner {
         self.history.tick();
     }
 
-    /// A tick in which the rates change, or are just no longer changing, or the travel is to be looked at.
+    /// A tick in which the rates change, or are just no longer changing, or the travel is to be
+    /// looked at.
     #[inline(never)]
     fn turn(&mut self) -> Option<usize> {
         let beyond = self.mind_travel();
@@ -302,7 +315,9 @@ impl Planner {
         }
         self.ramp.tick();
         self.turning = self.mean.rates(self.ramp.rates);
-        for ((axis, rate), pulses) in self.axes.iter_mut().zip(self.turning).zip(&mut self.plan.motors) {
+        for ((axis, rate), pulses) in
+            self.axes.iter_mut().zip(self.turning).zip(&mut self.plan.motors)
+        {
             axis.advance(rate, pulses);
         }
         self.steady = self.ramp.over() && self.mean.is_off() && self.axes.iter().all(Axis::cruises);

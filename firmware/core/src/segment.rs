@@ -1,14 +1,16 @@
 //! From a tick's pulses to the two words that the step generator's program takes for it.
 //!
-//! The generator (firmware/src/generator.rs) runs the same program for each motor, a segment a tick:
+//! The generator (firmware/src/generator.rs) runs the same program for each motor, a segment a
+//! tick:
 //!
 //! ```text
 //! wait `first` -> pulse -> wait `period` -> pulse ... -> wait `rest` -> next segment
 //! ```
 //!
-//! All segments together take as long as the ticks, to the clock, so that three motors and the board's timer stay in
-//! step for ever. What a driver needs comes before the plan's moments: a pulse that would come too soon after the last
-//! one, or after the direction line has changed, comes late, and the segment after it starts late by as much.
+//! All segments together take as long as the ticks, to the clock, so that three motors and the
+//! board's timer stay in step for ever. What a driver needs comes before the plan's moments: a
+//! pulse that would come too soon after the last one, or after the direction line has changed,
+//! comes late, and the segment after it starts late by as much.
 
 use plumb_protocol::config::StepDir;
 use plumb_protocol::units::Nanoseconds;
@@ -18,7 +20,8 @@ use crate::plan::{CLOCK_HZ, Pulses, TICK_CLOCKS};
 /// What a driver's inputs need, in clocks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Timing {
-    /// Least time high, as the generator can do it. The direction is held for as long after a pulse begins.
+    /// Least time high, as the generator can do it. The direction is held for as long after a pulse
+    /// begins.
     pub high: Width,
     /// Least time low between pulses.
     pub low: u32,
@@ -91,16 +94,19 @@ const LEAST_LOW: u32 = TO_END + TO_FIRST;
 /// The segments of one motor, one after the other.
 #[derive(Debug, Clone, Copy)]
 pub struct Segments {
-    /// Clocks of a pulse, from one to the next, and from a change of direction to one, at the least.
+    /// Clocks of a pulse, from one to the next, and from a change of direction to one, at the
+    /// least.
     high: u32,
     least: u32,
     setup: u32,
     /// How late the next segment begins, clocks.
     late: u32,
-    /// When the next pulse may come at the earliest, clocks from when the next segment ought to begin.
+    /// When the next pulse may come at the earliest, clocks from when the next segment ought to
+    /// begin.
     ready: u32,
     direction: bool,
-    /// The plan's period last time, and what was made of it: the generator's, and the first word but for its count.
+    /// The plan's period last time, and what was made of it: the generator's, and the first word
+    /// but for its count.
     planned: u32,
     period: u32,
     word: u32,
@@ -110,15 +116,25 @@ impl Segments {
     /// From standstill.
     pub fn new(timing: Timing) -> Self {
         let (direction, planned, period, word) = (false, 0, 0, 0);
-        let mut segments =
-            Self { high: 0, least: 0, setup: 0, late: 0, ready: TO_FIRST, direction, planned, period, word };
+        let mut segments = Self {
+            high: 0,
+            least: 0,
+            setup: 0,
+            late: 0,
+            ready: TO_FIRST,
+            direction,
+            planned,
+            period,
+            word,
+        };
         segments.set_timing(timing);
         segments
     }
 
     /// For another driver; at standstill.
     pub fn set_timing(&mut self, timing: Timing) {
-        (self.high, self.least, self.setup) = (timing.high.clocks(), timing.least_period(), timing.setup);
+        (self.high, self.least, self.setup) =
+            (timing.high.clocks(), timing.least_period(), timing.setup);
         self.set_pulses(0, self.direction);
     }
 
@@ -142,7 +158,8 @@ impl Segments {
         let remaining = u32::from(pulses.count.wrapping_sub(1)) & 1023;
         let wait = first.wrapping_sub(self.late).wrapping_sub(TO_FIRST);
         // The last pulse, clocks after the tick's end.
-        let last = first.wrapping_add(remaining.wrapping_mul(self.period)).wrapping_sub(TICK_CLOCKS) as i32;
+        let last = first.wrapping_add(remaining.wrapping_mul(self.period)).wrapping_sub(TICK_CLOCKS)
+            as i32;
         // Behind `late` by TO_FIRST at least, since `least` is that more than a pulse.
         self.ready = last.wrapping_add(self.least as i32).max(TO_FIRST as i32) as u32;
         let end = last.wrapping_add((self.high + TO_END) as i32);
@@ -171,11 +188,12 @@ impl Segments {
     }
 }
 
-// What `Segments::next` builds on: a pulse that is soon enough after the last is soon enough after a late segment's beginning.
+// What `Segments::next` builds on: a pulse that is soon enough after the last is soon enough after
+// a late segment's beginning.
 const _: () = assert!(LEAST_LOW >= TO_END + TO_FIRST);
 
-/// The first word of a segment, in the order in which the program takes it, lowest bits first: 10 bits for the pulses after the
-/// first, and these.
+/// The first word of a segment, in the order in which the program takes it, lowest bits first: 10
+/// bits for the pulses after the first, and these.
 struct Word {
     /// Rounds of waiting between pulses: 16 bits.
     wait: u32,
@@ -191,8 +209,12 @@ impl Word {
     }
 }
 
-/// How many of a segment's `count` pulses were given, where it was stopped between pulses with `remaining` in the
-/// program's counter (which goes below 0 after the last).
+/// How many of a segment's `count` pulses were given, where it was stopped between pulses with
+/// `remaining` in the program's counter (which goes below 0 after the last).
 pub fn given(count: u16, remaining: u32) -> u16 {
-    if count == 0 { 0 } else { (i32::from(count) - 1 - remaining as i32).clamp(0, i32::from(count)) as u16 }
+    if count == 0 {
+        0
+    } else {
+        (i32::from(count) - 1 - remaining as i32).clamp(0, i32::from(count)) as u16
+    }
 }

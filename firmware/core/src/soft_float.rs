@@ -1,10 +1,11 @@
-//! Numbers of 32 bits (IEEE 754 binary32) on a processor that has none: sums, products, quotients and comparisons of their
-//! bit patterns, rounded to nearest, ties to even.
+//! Numbers of 32 bits (IEEE 754 binary32) on a processor that has none: sums, products, quotients
+//! and comparisons of their bit patterns, rounded to nearest, ties to even.
 //!
-//! What comes out is what every other machine computes, bit for bit, subnormals and infinities included; any NaN is as
-//! good as another. For a Cortex-M0+: nothing of 64 bits, no product of which more than the lower 32 bits are needed, no counting
-//! of leading zeros. Each function does ordinary numbers at once and leaves the rest, and what lies half way between two
-//! numbers, to a general one beside it.
+//! What comes out is what every other machine computes, bit for bit, subnormals and infinities
+//! included; any NaN is as good as another. For a Cortex-M0+: nothing of 64 bits, no product of
+//! which more than the lower 32 bits are needed, no counting of leading zeros. Each function does
+//! ordinary numbers at once and leaves the rest, and what lies half way between two numbers, to a
+//! general one beside it.
 
 mod add;
 mod compare;
@@ -54,7 +55,8 @@ const fn is_zero(a: u32) -> bool {
     a << 1 == 0
 }
 
-/// How far a number that is not 0 is to be shifted to the left for its highest bit to be the highest of 32.
+/// How far a number that is not 0 is to be shifted to the left for its highest bit to be the
+/// highest of 32.
 const fn leading_zeros(mut a: u32) -> u32 {
     let mut zeros = 0;
     if a >> 16 == 0 {
@@ -72,7 +74,8 @@ const fn leading_zeros(mut a: u32) -> u32 {
     if a >> 31 == 0 { zeros + 1 } else { zeros }
 }
 
-/// Significand of 24 bits and exponent of a finite number that is not 0. A subnormal's exponent is less than any that is kept.
+/// Significand of 24 bits and exponent of a finite number that is not 0. A subnormal's exponent is
+/// less than any that is kept.
 const fn parts(a: u32) -> (u32, i32) {
     let kept = exponent(a) as i32;
     if kept > 0 {
@@ -92,8 +95,8 @@ const fn shifted(a: u32, by: u32) -> u32 {
     }
 }
 
-/// The nearest number to `significand`, whose highest bit is set and whose last one is where something below it was, at
-/// an exponent that may be out of range.
+/// The nearest number to `significand`, whose highest bit is set and whose last one is where
+/// something below it was, at an exponent that may be out of range.
 const fn rounded(sign: u32, exponent: i32, significand: u32) -> u32 {
     if exponent >= 255 {
         return sign | INFINITY;
@@ -104,6 +107,7 @@ const fn rounded(sign: u32, exponent: i32, significand: u32) -> u32 {
     };
     let (kept, rest) = (significand >> 8, significand & 0xff);
     let up = rest > 0x80 || rest == 0x80 && kept & 1 == 1;
-    // The hidden bit makes the exponent one greater, and so does a carry; of a subnormal there is none.
+    // The hidden bit makes the exponent one greater, and so does a carry; of a subnormal there is
+    // none.
     sign | (((exponent - 1) << 23) + kept + up as u32)
 }

@@ -5,8 +5,9 @@
 //!                 at the tick of the position                    in effect Kind::ticks later
 //! ```
 //!
-//! A [`Thinker`] owns the law with what it has learnt, and may take its time: on the chip below everything else, on a
-//! host at once. When an answer takes effect is fixed by the question's tick, so that both do the same, to the bit.
+//! A [`Thinker`] owns the law with what it has learnt, and may take its time: on the chip below
+//! everything else, on a host at once. When an answer takes effect is fixed by the question's tick,
+//! so that both do the same, to the bit.
 
 mod asking;
 
@@ -24,8 +25,9 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// Ticks from a question's to the one in which its answer takes effect. What the law takes of the chip at most with
-    /// the ticks and links that go before it (`make bench-chip`), and a third of that in reserve.
+    /// Ticks from a question's to the one in which its answer takes effect. What the law takes of
+    /// the chip at most with the ticks and links that go before it (`make bench-chip`), and a third
+    /// of that in reserve.
     pub const fn ticks(self) -> u32 {
         match self {
             Self::Certified => 1_000 / TICK_US,
@@ -87,7 +89,8 @@ impl Law for Slow {
     }
 }
 
-/// Answers questions. All those of one board, in their order: what has been asked is what the law has learnt.
+/// Answers questions. All those of one board, in their order: what has been asked is what the law
+/// has learnt.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Thinker {
     law: Option<Configured>,

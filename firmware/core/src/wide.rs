@@ -1,4 +1,5 @@
-//! Products and quotients of 64 bits for a chip that multiplies and divides 32: the compiler's own take it hundreds of clocks.
+//! Products and quotients of 64 bits for a chip that multiplies and divides 32: the compiler's own
+//! take it hundreds of clocks.
 
 /// The product of two numbers, from those of their halves.
 pub(crate) fn product(a: u32, b: u32) -> u64 {
@@ -14,8 +15,8 @@ pub(crate) fn signed_product(a: i32, b: i32) -> i64 {
     if (a < 0) == (b < 0) { size } else { -size }
 }
 
-/// What of a number (up to 2^31) is in the ratio of `least` to `whole`, rounded down; `least` below `whole`, which is up to
-/// 2^31. One division for however many numbers.
+/// What of a number (up to 2^31) is in the ratio of `least` to `whole`, rounded down; `least` below
+/// `whole`, which is up to 2^31. One division for however many numbers.
 pub(crate) fn part(least: u32, whole: u32) -> impl Fn(u32) -> u32 {
     // Of 32 bits behind the point. Both shifted, which takes less than a shift of 64 bits.
     let shift = leading_zeros(whole);
@@ -23,7 +24,8 @@ pub(crate) fn part(least: u32, whole: u32) -> impl Fn(u32) -> u32 {
     let (high, rest) = digit(least_shifted, 0, divisor);
     let ratio = high << 16 | digit(rest, 0, divisor).0;
     move |number| {
-        // The ratio is too small by less than 2^-32, so this is right or one too little; what is left is below twice `whole`.
+        // The ratio is too small by less than 2^-32, so this is right or one too little; what is
+        // left is below twice `whole`.
         let about = (product(number, ratio) >> 32) as u32;
         let left = number.wrapping_mul(least).wrapping_sub(about.wrapping_mul(whole));
         if left >= whole { about.wrapping_add(1) } else { about }
@@ -43,7 +45,8 @@ pub(crate) fn leading_zeros(number: u32) -> u32 {
     zeros + u32::from(ZEROS[(rest >> 28) as usize])
 }
 
-/// `dividend / divisor`, rounded down, where that fits 32 bits: half by half (Knuth, The Art of Computer Programming, 4.3.1, D).
+/// `dividend / divisor`, rounded down, where that fits 32 bits: half by half (Knuth, The Art of
+/// Computer Programming, 4.3.1, D).
 pub(crate) fn quotient(dividend: u64, divisor: u32) -> u32 {
     // The divisor's highest bit set, so that a guess from its upper half is at most two too much.
     let shift = leading_zeros(divisor);

@@ -23,7 +23,9 @@ fn nothing_moves_before_the_greeting_matches() {
     ];
     for hello in wrong {
         let _ = bench.send(Command::Hello(hello));
-        let Some(FromBoard::Hello(answer)) = bench.heard.last() else { panic!("{:?}", bench.heard) };
+        let Some(FromBoard::Hello(answer)) = bench.heard.last() else {
+            panic!("{:?}", bench.heard)
+        };
         assert!(!answer.accepted && answer.hello == Hello::OURS);
         assert_eq!(bench.send(Command::Target(point(TARGET))), Err(Refusal::NotGreeted));
     }
@@ -167,7 +169,9 @@ fn every_absurd_configuration_is_refused_by_its_part() {
         cases.push((field, config));
     };
     fn law(c: &mut Config) -> &mut plumb_protocol::config::Interval {
-        let plumb_protocol::config::Law::Interval(law) = &mut c.law else { panic!("the law of these tests") };
+        let plumb_protocol::config::Law::Interval(law) = &mut c.law else {
+            panic!("the law of these tests")
+        };
         law
     }
     case(ConfigField::Signs, &|c| law(c).signs[1][1] = 2);
@@ -200,7 +204,11 @@ fn every_absurd_configuration_is_refused_by_its_part() {
     case(ConfigField::Growth, &|c| c.growth.time.0 = 0);
     let mut bench = Bench::greeted(BUILD);
     for (field, config) in cases {
-        assert_eq!(bench.send(Command::Configure(config)), Err(Refusal::Config(field)), "{config:?}");
+        assert_eq!(
+            bench.send(Command::Configure(config)),
+            Err(Refusal::Config(field)),
+            "{config:?}"
+        );
         assert_eq!(bench.board.state(), State::Unconfigured);
     }
 }

@@ -13,7 +13,11 @@ use plumb_protocol::message::*;
 use plumb_protocol::units::{Milliseconds, Point, Rate, Steps16};
 
 fn deadlines(host: u16, position: u16, max_age: u16) -> Deadlines {
-    Deadlines { host: Milliseconds(host), position: Milliseconds(position), max_age: Milliseconds(max_age) }
+    Deadlines {
+        host: Milliseconds(host),
+        position: Milliseconds(position),
+        max_age: Milliseconds(max_age),
+    }
 }
 
 /// A board under way with these deadlines.
@@ -27,7 +31,12 @@ fn seeking(deadlines: Deadlines) -> Bench {
 
 /// Asserts that the board stops for lost positions within `most_ms`, while `each` sends what a host
 /// sends every `period_ms`.
-fn assert_positions_are_lost(bench: &mut Bench, most_ms: u64, period_ms: u64, each: impl Fn(&mut Bench)) {
+fn assert_positions_are_lost(
+    bench: &mut Bench,
+    most_ms: u64,
+    period_ms: u64,
+    each: impl Fn(&mut Bench),
+) {
     let mut gone = 0;
     while bench.board.state() == State::Seeking {
         assert!(gone <= most_ms, "no fresh position for {gone} ms, and the board drives on");

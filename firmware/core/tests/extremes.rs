@@ -12,7 +12,9 @@ use plumb_core::{BuildLimits, MotorRates};
 use plumb_protocol::Config;
 use plumb_protocol::config::{Growth, Motor};
 use plumb_protocol::message::*;
-use plumb_protocol::units::{Acceleration, Micrometres, Micros, Milliseconds, Point, Rate, Steps16};
+use plumb_protocol::units::{
+    Acceleration, Micrometres, Micros, Milliseconds, Point, Rate, Steps16,
+};
 
 /// Highest pulse rate of the firmware's own steps, 1/s.
 const PULSES: i32 = 1_250_000;
@@ -32,8 +34,9 @@ fn planner(microsteps: u8, acceleration: u32, mean: u16, travel: i32) -> (Planne
     };
     let config = Config { motors: [motor; 3], microsteps, mean: Milliseconds(mean), ..config() };
     let mut planner = Planner::default();
-    planner
-        .configure(&Params::check(&config, &BuildLimits { max_pulse_rate: PULSES as u32, ..BUILD }).unwrap());
+    planner.configure(
+        &Params::check(&config, &BuildLimits { max_pulse_rate: PULSES as u32, ..BUILD }).unwrap(),
+    );
     (planner, fastest)
 }
 
@@ -41,7 +44,9 @@ fn planner(microsteps: u8, acceleration: u32, mean: u16, travel: i32) -> (Planne
 fn the_fastest_motors_at_the_ends_of_every_range_stay_within_their_travel() {
     for microsteps in [1, 2, 16] {
         for acceleration in [40, 41, 4_000_000] {
-            for (mean, travel) in [0, 4, 7, 400].into_iter().flat_map(|mean| TRAVELS.map(|t| (mean, t))) {
+            for (mean, travel) in
+                [0, 4, 7, 400].into_iter().flat_map(|mean| TRAVELS.map(|t| (mean, t)))
+            {
                 let (mut planner, fastest) = planner(microsteps, acceleration, mean, travel);
                 // There for a while, and back at once; the third motor to and fro.
                 for tick in 0..120_000 {

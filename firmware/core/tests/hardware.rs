@@ -55,7 +55,8 @@ fn an_emergency_is_cleared_only_once_the_input_is_closed() {
         assert_eq!(bench.board.state(), State::Fault(Fault::EmergencyStop));
         // A host's frame may arrive at any moment of a tick.
         for off_us in [0, 199] {
-            let frame = encode(&ToBoard { id: 500 + off_us as u16, command: Command::ClearFault }).unwrap();
+            let frame =
+                encode(&ToBoard { id: 500 + off_us as u16, command: Command::ClearFault }).unwrap();
             bench.heard.clear();
             bench.board.receive(Micros(bench.now - off_us), &frame, &mut bench.out);
             assert_eq!(bench.answers(), [Err(Refusal::Faulted(Fault::EmergencyStop))]);

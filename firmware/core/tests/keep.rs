@@ -64,7 +64,10 @@ impl NorFlash for Flash {
 
     fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Self::Error> {
         // Writing only clears bits.
-        bytes.iter().zip(offset as usize..).try_for_each(|(&b, at)| self.change(at, self.bytes[at] & b))
+        bytes
+            .iter()
+            .zip(offset as usize..)
+            .try_for_each(|(&b, at)| self.change(at, self.bytes[at] & b))
     }
 }
 

@@ -21,7 +21,8 @@ fn v_f64(law: &config::Interval, e: [i32; 3]) -> [f64; 3] {
             );
             (a.min(b), a.max(b))
         });
-        let (eta, mu): (f64, f64) = (ends.iter().map(|p| p.0).sum(), ends.iter().map(|p| p.1).sum());
+        let (eta, mu): (f64, f64) =
+            (ends.iter().map(|p| p.0).sum(), ends.iter().map(|p| p.1).sum());
         if eta > 0.0 {
             eta
         } else if mu < 0.0 {
@@ -37,22 +38,25 @@ fn families() -> impl Strategy<Value = config::Interval> {
     let signs = any::<[[bool; 3]; 3]>();
     let zeros = proptest::array::uniform3(0usize..4);
     let bounds = proptest::array::uniform9((1u32..1 << 19, 0u32..1 << 19));
-    (signs, zeros, bounds, 1u32..=16 << 16).prop_map(|(signs, zeros, bounds, gain)| config::Interval {
-        signs: [0, 1, 2].map(|i| {
-            [0, 1, 2].map(|k| {
-                if zeros[k] == i {
-                    0
-                } else if signs[i][k] {
-                    1
-                } else {
-                    -1
-                }
-            })
-        }),
-        alpha: [0, 1, 2].map(|i| [0, 1, 2].map(|k| Bound(bounds[3 * i + k].0))),
-        beta: [0, 1, 2]
-            .map(|i| [0, 1, 2].map(|k| Bound((bounds[3 * i + k].0 + bounds[3 * i + k].1).min(8 << 16)))),
-        gain: Gain(gain),
+    (signs, zeros, bounds, 1u32..=16 << 16).prop_map(|(signs, zeros, bounds, gain)| {
+        config::Interval {
+            signs: [0, 1, 2].map(|i| {
+                [0, 1, 2].map(|k| {
+                    if zeros[k] == i {
+                        0
+                    } else if signs[i][k] {
+                        1
+                    } else {
+                        -1
+                    }
+                })
+            }),
+            alpha: [0, 1, 2].map(|i| [0, 1, 2].map(|k| Bound(bounds[3 * i + k].0))),
+            beta: [0, 1, 2].map(|i| {
+                [0, 1, 2].map(|k| Bound((bounds[3 * i + k].0 + bounds[3 * i + k].1).min(8 << 16)))
+            }),
+            gain: Gain(gain),
+        }
     })
 }
 
@@ -136,7 +140,8 @@ fn one_motor_moves_for_most_errors_at_the_papers_bounds() {
     let (mut one, mut all) = (0, 0);
     for i in 1..200 {
         for j in 0..400 {
-            let (z, turn) = (f64::from(i) / 100.0 - 1.0, f64::from(j) * std::f64::consts::TAU / 400.0);
+            let (z, turn) =
+                (f64::from(i) / 100.0 - 1.0, f64::from(j) * std::f64::consts::TAU / 400.0);
             let r = (1.0 - z * z).sqrt();
             let e = [r * turn.cos(), r * turn.sin(), z].map(|c| (c * 1e6) as i32);
             let active = law.v(e).iter().filter(|v| **v != 0).count();

@@ -71,7 +71,8 @@ fn a_mean_over_more_than_there_is_room_for_is_refused() {
 }
 
 proptest! {
-    /// Rates and their changes stay within the limits, and no motor passes its travel, whatever the span.
+    /// Rates and their changes stay within the limits, and no motor passes its travel, whatever the
+    /// span.
     #[test]
     fn limits_hold_through_the_mean(
         span in 0u16..=400,

@@ -35,7 +35,8 @@ impl Watch {
         beyond
     }
 
-    /// What the pulses add up to is where the planner says that the motors are, and all lie within their tick.
+    /// What the pulses add up to is where the planner says that the motors are, and all lie within
+    /// their tick.
     fn check_pulses(&mut self, plan: &StepPlan) {
         for (i, pulses) in plan.motors.iter().enumerate() {
             let step = 16 / i32::from(self.config.microsteps);
@@ -58,7 +59,10 @@ impl Watch {
             let change = f64::from(limits.max_acceleration.0) * 256.0 / f64::from(TICKS_PER_S);
             assert!(f64::from(rates[i] - self.last_rates[i]).abs() <= change + 1.0, "acceleration");
             let position = self.planner.positions()[i];
-            assert!((limits.travel_min.0..=limits.travel_max.0).contains(&position), "travel: {position}");
+            assert!(
+                (limits.travel_min.0..=limits.travel_max.0).contains(&position),
+                "travel: {position}"
+            );
         }
         self.last_rates = rates;
     }
@@ -67,9 +71,8 @@ impl Watch {
 fn configs() -> impl Strategy<Value = Config> {
     let one = (1.0f64..20_000.0, 40u32..200_000, 100i32..200_000, any::<bool>());
     (proptest::array::uniform3(one), 0u32..5).prop_map(|(motors, shift)| Config {
-        motors: motors.map(|(rate, acceleration, travel, reversed)| plumb_protocol::config::Motor {
-            reversed,
-            ..motor(rate, acceleration, travel)
+        motors: motors.map(|(rate, acceleration, travel, reversed)| {
+            plumb_protocol::config::Motor { reversed, ..motor(rate, acceleration, travel) }
         }),
         microsteps: 1 << shift,
         ..config()
@@ -142,7 +145,8 @@ proptest! {
         let end = (16 * steps).clamp(-travel, travel) / per_pulse * per_pulse;
         let rate = ((share * f64::from(config.motors[motor].max_rate.0)) as i32).max(1);
         let jogging = Jogging::new(motor, end, rate);
-        // At the full rate, plus a ramp at each end, plus the last steps at the least rate, generously.
+        // At the full rate, plus a ramp at each end, plus the last steps at the least rate,
+        // generously.
         let acceleration = f64::from(config.motors[motor].max_acceleration.0);
         let (distance, rate) = (f64::from(end.abs()) / 16.0, f64::from(rate) / 256.0);
         let patience = 2.0 * f64::from(TICKS_PER_S) * (distance / rate + rate / acceleration + (distance / acceleration).sqrt()) + 2000.0;
@@ -174,7 +178,11 @@ fn a_motor_stops_before_its_travel_and_is_named() {
     let mut watch = Watch::new(Config { motors: [motor(400.0, 2000, 16 * 100); 3], ..config() });
     let named: Vec<_> = (0..5000).filter_map(|_| watch.tick([0, 300 * 256, 0])).collect();
     assert_eq!(named.first(), Some(&1));
-    assert!(watch.planner.positions()[1] > 16 * 90, "it uses its travel: {:?}", watch.planner.positions());
+    assert!(
+        watch.planner.positions()[1] > 16 * 90,
+        "it uses its travel: {:?}",
+        watch.planner.positions()
+    );
 }
 
 #[test]

@@ -72,7 +72,10 @@ fn a_repeated_clear_does_not_clear_a_later_fault() {
 fn a_repeated_target_is_not_set_again_and_a_refused_one_is_tried_again() {
     let mut bench = Bench::configured(config());
     assert_eq!(bench.send(jog(0, 10, 100)), Ok(()));
-    assert_eq!(bench.send_as(100, Command::Target(point(TARGET))), Err(Refusal::Busy(State::Ready)));
+    assert_eq!(
+        bench.send_as(100, Command::Target(point(TARGET))),
+        Err(Refusal::Busy(State::Ready))
+    );
     bench.run_ms(290);
     assert_eq!(bench.send_as(100, Command::Target(point(TARGET))), Ok(()));
     bench.run_seeing(60, TARGET);

@@ -1,4 +1,5 @@
-//! The words for the step generator, taken as its program takes them: nothing lost, nothing late, every time kept.
+//! The words for the step generator, taken as its program takes them: nothing lost, nothing late,
+//! every time kept.
 
 #![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
 
@@ -31,7 +32,8 @@ impl Machine {
     }
 
     fn run(&mut self, (first, second): (u32, u32)) {
-        // pull; out y, 10; out isr, 16; out pins, 1 (the level is there a clock later); out x, 1; pull; jmp !x
+        // pull; out y, 10; out isr, 16; out pins, 1 (the level is there a clock later); out x, 1;
+        // pull; jmp !x
         let (mut y, isr) = (first & 0x3ff, u64::from(first >> 10 & 0xffff));
         let (direction, any) = (first >> 26 & 1 != 0, first >> 27 & 1 != 0);
         if direction != self.direction {
@@ -71,10 +73,9 @@ fn check(timing: Timing, plans: &[Pulses]) -> Machine {
         assert!(machine.clock >= start, "a segment ended early");
         assert!(machine.clock - start <= 3000, "late by {}", machine.clock - start);
         machine.run(segments.next(pulses));
-        planned.extend(
-            (0..u64::from(pulses.count))
-                .map(|k| (start + u64::from(pulses.first) + k * u64::from(pulses.period), pulses.direction)),
-        );
+        planned.extend((0..u64::from(pulses.count)).map(|k| {
+            (start + u64::from(pulses.first) + k * u64::from(pulses.period), pulses.direction)
+        }));
     }
     assert_eq!(machine.pulses.len(), planned.len());
     for (given, planned) in machine.pulses.iter().zip(&planned) {
@@ -99,7 +100,8 @@ fn check(timing: Timing, plans: &[Pulses]) -> Machine {
 fn plans(timing: &StepDir, acceleration: u32, wanted: &[(i32, u8)]) -> Vec<Pulses> {
     let max = Timing::of(timing).unwrap().max_pulse_rate().min(1_000_000) / 16;
     let motor = common::motor(f64::from(max), acceleration, 1 << 28);
-    let config = Config { motors: [motor; 3], drivers: Drivers::StepDir(*timing), ..common::config() };
+    let config =
+        Config { motors: [motor; 3], drivers: Drivers::StepDir(*timing), ..common::config() };
     let mut planner = Planner::default();
     planner.configure(&common::params(config));
     let mut plans = Vec::new();

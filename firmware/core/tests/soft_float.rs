@@ -51,8 +51,13 @@ fn whole(dividend: u32, divisor: u32) -> (u32, u32) {
 fn check(a: u32, b: u32) {
     let (x, y) = (f32::from_bits(a), f32::from_bits(b));
     let alike = |name: &str, ours: u32, host: f32| {
-        let same = if host.is_nan() { f32::from_bits(ours).is_nan() } else { ours == host.to_bits() };
-        assert!(same, "{name}: {a:#010x}, {b:#010x}: {ours:#010x}, the host {:#010x}", host.to_bits());
+        let same =
+            if host.is_nan() { f32::from_bits(ours).is_nan() } else { ours == host.to_bits() };
+        assert!(
+            same,
+            "{name}: {a:#010x}, {b:#010x}: {ours:#010x}, the host {:#010x}",
+            host.to_bits()
+        );
     };
     alike("add", add(a, b), x + y);
     alike("multiply", multiply(a, b), x * y);
@@ -69,7 +74,8 @@ fn check_all(seed: u64, mut pair: impl FnMut(&mut ChaCha8Rng) -> (u32, u32)) {
     }
 }
 
-/// Few significant bits, so that results are often half way between two numbers, at an exponent about the middle.
+/// Few significant bits, so that results are often half way between two numbers, at an exponent
+/// about the middle.
 fn coarse(random: &mut ChaCha8Rng) -> u32 {
     let kept = random.random_range(1..=23);
     let significand = random.next_u32() >> 9 >> (23 - kept) << (23 - kept);
@@ -123,19 +129,22 @@ fn ties_go_to_even() {
     });
 }
 
-/// Products and quotients of numbers whose exponents make them subnormal, or hardly not; the same at the upper end.
+/// Products and quotients of numbers whose exponents make them subnormal, or hardly not; the same
+/// at the upper end.
 #[test]
 fn at_the_ends_of_the_range() {
     check_all(7, |random| {
         let a = random.next_u32();
         let end = if random.random() { 127 - 12 } else { 127 + 254 };
-        let exponent = (end - i64::from(a << 1 >> 24) + random.random_range(-30..30)).clamp(0, 255) as u32;
+        let exponent =
+            (end - i64::from(a << 1 >> 24) + random.random_range(-30..30)).clamp(0, 255) as u32;
         (a, exponent << 23 | random.next_u32() & (1 << 31 | 0x7f_ffff))
     });
     check_all(8, |random| {
         let a = random.next_u32();
         let end = if random.random() { 127 - 12 } else { -127 };
-        let exponent = (i64::from(a << 1 >> 24) - end + random.random_range(-30..30)).clamp(0, 255) as u32;
+        let exponent =
+            (i64::from(a << 1 >> 24) - end + random.random_range(-30..30)).clamp(0, 255) as u32;
         (a, exponent << 23 | random.next_u32() & (1 << 31 | 0x7f_ffff))
     });
     // Subnormals and their neighbours among themselves.

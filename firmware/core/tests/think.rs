@@ -48,9 +48,11 @@ impl SlowBench {
             sequence: 0,
             id: 0,
         };
-        for command in
-            [Command::Hello(Hello::OURS), Command::Configure(config), Command::Target(point(TARGET))]
-        {
+        for command in [
+            Command::Hello(Hello::OURS),
+            Command::Configure(config),
+            Command::Target(point(TARGET)),
+        ] {
             bench.send(command);
         }
         bench
@@ -125,15 +127,16 @@ impl SlowBench {
     fn told(&mut self, fault: Fault) -> bool {
         let mut accumulator = Accumulator::new();
         let mut heard = self.out.bytes().iter().filter_map(|&b| accumulator.push::<FromBoard>(b));
-        heard.any(|message| matches!(message, Ok(FromBoard::Fault(report)) if report.fault == fault))
+        heard
+            .any(|message| matches!(message, Ok(FromBoard::Fault(report)) if report.fault == fault))
     }
 }
 
 #[test]
 fn an_answer_takes_effect_in_its_tick_however_early_it_comes() {
     for (law, kind) in [(Law::Certified as fn(_) -> _, Kind::Certified), (Law::Taut, Kind::Taut)] {
-        let [early, late] =
-            [1, kind.ticks()].map(|takes| SlowBench::seeking(slow(law), Some(takes)).run_seeing(60));
+        let [early, late] = [1, kind.ticks()]
+            .map(|takes| SlowBench::seeking(slow(law), Some(takes)).run_seeing(60));
         assert_eq!(early, late, "{kind:?}");
         assert!(early.last().unwrap().iter().any(|p| p.abs() > 1000), "{kind:?} moves");
         let mut bench = SlowBench::seeking(slow(law), Some(1));
@@ -201,7 +204,8 @@ fn of_the_pictures_that_come_while_the_law_thinks_the_newest_waits() {
         bench.run(10);
     }
     bench.run(Kind::Taut.ticks());
-    let seen: Vec<_> = bench.asked.iter().map(|(tick, q)| (*tick, q.number, q.picture.ball[2])).collect();
+    let seen: Vec<_> =
+        bench.asked.iter().map(|(tick, q)| (*tick, q.number, q.picture.ball[2])).collect();
     assert_eq!(seen, [(0, 1, 400_000), (u64::from(Kind::Taut.ticks()), 2, 380_000)]);
 }
 
@@ -226,7 +230,8 @@ fn what_waits_is_asked_about_for_the_target_of_then_and_forgotten_by_a_stop() {
 #[test]
 fn a_law_begins_anew_with_each_configuration_and_not_with_a_target() {
     let mut bench = SlowBench::seeking(slow(Law::Taut), Some(5));
-    let made_for = |bench: &SlowBench| bench.asked.iter().map(|(_, q)| q.configuration).collect::<Vec<_>>();
+    let made_for =
+        |bench: &SlowBench| bench.asked.iter().map(|(_, q)| q.configuration).collect::<Vec<_>>();
     bench.run_seeing(2);
     bench.send(Command::Target(point(BALL)));
     bench.run_seeing(1);
@@ -247,7 +252,8 @@ fn how_sure_a_position_is_comes_to_the_law() {
     bench.run(20);
     bench.see_within(BALL, Some(Covariance { variances: [900, 1, u16::MAX], covariances: [0; 3] }));
     bench.run(20);
-    let told: Vec<[i32; 3]> = bench.asked.iter().map(|(_, question)| question.picture.variances).collect();
+    let told: Vec<[i32; 3]> =
+        bench.asked.iter().map(|(_, question)| question.picture.variances).collect();
     assert_eq!(told, [[4_000_000, 1_000_000, 1_000_000], [9_490_000, 500_000, 655_840_000]]);
 }
 
@@ -285,7 +291,8 @@ fn a_law_goes_less_by_a_position_that_is_unsure() {
         let answer = |off_um: i32, variance: u16| {
             let mut picture = question.picture;
             picture.ball[0] += off_um;
-            picture.variances = variances(Some(Covariance { variances: [variance; 3], covariances: [0; 3] }));
+            picture.variances =
+                variances(Some(Covariance { variances: [variance; 3], covariances: [0; 3] }));
             bench.thinker.clone().answer(&Question { picture, ..question }).demand.rates.0
         };
         let moved = |variance| -> i32 {

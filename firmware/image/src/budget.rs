@@ -30,7 +30,12 @@ pub struct Usage {
 impl Usage {
     /// What `image` takes.
     pub fn new(image: &Image, budgets: Budgets) -> Self {
-        Self { flash: image.flash.len() as u32, statics: image.statics, stack: image.stack, budgets }
+        Self {
+            flash: image.flash.len() as u32,
+            statics: image.statics,
+            stack: image.stack,
+            budgets,
+        }
     }
 
     /// Whether every budget is kept.
@@ -44,7 +49,12 @@ impl fmt::Display for Usage {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Budgets { flash, statics, stack } = self.budgets;
         let verdict = |kept: bool| if kept { "" } else { "   OVER BUDGET" };
-        writeln!(f, "flash       {:>7} of {flash:>7} bytes{}", self.flash, verdict(self.flash <= flash))?;
+        writeln!(
+            f,
+            "flash       {:>7} of {flash:>7} bytes{}",
+            self.flash,
+            verdict(self.flash <= flash)
+        )?;
         writeln!(
             f,
             "static RAM  {:>7} of {statics:>7} bytes{}",

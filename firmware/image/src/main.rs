@@ -1,5 +1,5 @@
-//! usage: plumb-image ELF UF2     writes UF2 and prints the sizes against their budgets
-//! exit:  0 written and within; 1 over budget (nothing is written); 2 no such file, or not a firmware
+//! usage: plumb-image ELF UF2     writes UF2 and prints the sizes against their budgets exit:  0
+//! written and within; 1 over budget (nothing is written); 2 no such file, or not a firmware
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -25,7 +25,8 @@ fn convert(elf: &Path, uf2: &Path) -> Result<bool, Failure> {
         |source| Failure::File { path, source }
     };
     let bytes = fs::read(elf).map_err(file(elf))?;
-    let image = Image::read(&bytes).map_err(|source| Failure::Image { path: elf.to_owned(), source })?;
+    let image =
+        Image::read(&bytes).map_err(|source| Failure::Image { path: elf.to_owned(), source })?;
     let usage = Usage::new(&image, budget::PICO);
     println!("{usage}");
     if usage.within() {

@@ -1,5 +1,5 @@
-//! UF2: blocks of 512 bytes, each of which says where its 256 bytes of flash go, so that they survive any order in which
-//! a file system writes them (<https://github.com/microsoft/uf2>).
+//! UF2: blocks of 512 bytes, each of which says where its 256 bytes of flash go, so that they
+//! survive any order in which a file system writes them (<https://github.com/microsoft/uf2>).
 
 /// Bytes of flash in a block.
 pub const PAYLOAD: usize = 256;
@@ -12,10 +12,11 @@ const MAGIC_END: u32 = 0x0ab1_6f30;
 const FAMILY_PRESENT: u32 = 0x2000;
 const RP2040: u32 = 0xe48b_ff56;
 
-/// The file for `flash`, which goes to the address `start` on; the last block is filled up with 0xff.
+/// The file for `flash`, which goes to the address `start` on; the last block is filled up with
+/// 0xff.
 ///
-/// The RP2040's boot ROM erases whole sectors of 4096 bytes as it meets them, so sectors that the file does not touch
-/// keep what they have.
+/// The RP2040's boot ROM erases whole sectors of 4096 bytes as it meets them, so sectors that the
+/// file does not touch keep what they have.
 pub fn file(start: u32, flash: &[u8]) -> Vec<u8> {
     let blocks = flash.chunks(PAYLOAD);
     let count = blocks.len() as u32;

@@ -15,7 +15,10 @@ fn every_byte_of_the_flash_is_in_its_block() {
     assert_eq!(file.len(), 4 * uf2::BLOCK);
     let mut back = Vec::new();
     for (index, block) in file.chunks(uf2::BLOCK).enumerate() {
-        assert_eq!([word(block, 0), word(block, 4), word(block, 508)], [0x0a324655, 0x9e5d5157, 0x0ab16f30]);
+        assert_eq!(
+            [word(block, 0), word(block, 4), word(block, 508)],
+            [0x0a324655, 0x9e5d5157, 0x0ab16f30]
+        );
         assert_eq!(word(block, 8), 0x2000, "the family is given");
         assert_eq!(word(block, 12), START + 256 * index as u32);
         assert_eq!([word(block, 16), word(block, 20), word(block, 24)], [256, index as u32, 4]);
@@ -28,14 +31,19 @@ fn every_byte_of_the_flash_is_in_its_block() {
 
 #[test]
 fn what_is_no_firmware_is_named_so() {
-    assert!(matches!(Image::read(b"PK\x03\x04 a zip file, not an ELF"), Err(ImageError::NotElf(_))));
+    assert!(matches!(
+        Image::read(b"PK\x03\x04 a zip file, not an ELF"),
+        Err(ImageError::NotElf(_))
+    ));
     assert!(matches!(Image::read(&[]), Err(ImageError::NotElf(_))));
 }
 
 #[test]
 fn one_byte_over_any_budget_fails() {
     let budgets = Budgets { flash: 100, statics: 50, stack: 20 };
-    let usage = |flash, statics, stack| Usage::new(&Image { flash: vec![0; flash], statics, stack }, budgets);
+    let usage = |flash, statics, stack| {
+        Usage::new(&Image { flash: vec![0; flash], statics, stack }, budgets)
+    };
     assert!(usage(100, 50, 20).within());
     for over in [usage(101, 50, 20), usage(100, 51, 20), usage(100, 50, 19)] {
         assert!(!over.within());

@@ -4,7 +4,8 @@ use embassy_rp::gpio::Pull;
 use embassy_rp::pac;
 use embassy_rp::peripherals::PIO0;
 use embassy_rp::pio::program::{
-    InstructionOperands, JmpCondition, MovDestination, MovOperation, MovSource, SetDestination, pio_asm,
+    InstructionOperands, JmpCondition, MovDestination, MovOperation, MovSource, SetDestination,
+    pio_asm,
 };
 use embassy_rp::pio::{
     Common, Config, Direction, LoadedProgram, Pin, ShiftConfig, ShiftDirection, StateMachine,
@@ -21,7 +22,8 @@ const WATCHER: u8 = 17;
 
 /// Loads the program that turns a segment's two words into pulses, at address 0.
 pub(super) fn load_stepper(common: &mut Common<'static, PIO0>) -> LoadedProgram<'static, PIO0> {
-    // Clocks and words as plumb_core::segment counts them; one clock an instruction. The numbers are addresses.
+    // Clocks and words as plumb_core::segment counts them; one clock an instruction. The numbers
+    // are addresses.
     let program = pio_asm!(
         ".origin 0",
         ".side_set 1", // STEP
@@ -62,7 +64,8 @@ pub(super) fn set_up_stepper<const SM: usize>(
     let mut config = Config::default();
     config.use_program(program, &[step]);
     config.set_out_pins(&[direction]);
-    config.shift_out = ShiftConfig { threshold: 32, direction: ShiftDirection::Right, auto_fill: false };
+    config.shift_out =
+        ShiftConfig { threshold: 32, direction: ShiftDirection::Right, auto_fill: false };
     machine.set_config(&config);
     machine.set_pin_dirs(Direction::Out, &[step, direction]);
 }
@@ -93,10 +96,16 @@ pub(super) fn start_watcher(
 /// Makes pulses this wide from the next one on.
 pub(super) fn set_width(width: Width) {
     const STEP_HIGH: u16 = 1 << 12;
-    let set = InstructionOperands::SET { destination: SetDestination::X, data: width.rounds }.encode();
-    let jump =
-        InstructionOperands::JMP { condition: JmpCondition::XDecNonZero, address: LOOP_WIDTH as u8 }.encode();
-    let write = |at: usize, instruction: u16| pac::PIO0.instr_mem(at).write(|w| w.set_instr_mem(instruction));
+    let set =
+        InstructionOperands::SET { destination: SetDestination::X, data: width.rounds }.encode();
+    let jump = InstructionOperands::JMP {
+        condition: JmpCondition::XDecNonZero,
+        address: LOOP_WIDTH as u8,
+    }
+    .encode();
+    let write = |at: usize, instruction: u16| {
+        pac::PIO0.instr_mem(at).write(|w| w.set_instr_mem(instruction))
+    };
     write(SET_WIDTH, set | STEP_HIGH);
     write(LOOP_WIDTH, jump | STEP_HIGH | u16::from(width.delay) << 8);
 }
@@ -105,7 +114,8 @@ fn execute(machine: usize, instruction: InstructionOperands) {
     pac::PIO0.sm(machine).instr().write(|w| w.set_instr(instruction.encode()));
 }
 
-/// Puts a motor's state machine, which stands still, before its program with empty queues and STEP low.
+/// Puts a motor's state machine, which stands still, before its program with empty queues and STEP
+/// low.
 pub(super) fn rewind(machine: usize) {
     let pio = pac::PIO0;
     // Changing how the queues are joined empties them.
@@ -118,7 +128,10 @@ pub(super) fn rewind(machine: usize) {
 
 /// Lets the watcher look at its pin again.
 pub(super) fn rewind_watcher(machine: usize) {
-    execute(machine, InstructionOperands::JMP { condition: JmpCondition::Always, address: WATCHER });
+    execute(
+        machine,
+        InstructionOperands::JMP { condition: JmpCondition::Always, address: WATCHER },
+    );
 }
 
 /// Words that wait for the state machine.

@@ -18,8 +18,15 @@ pub(super) fn set_up(
 ) -> (BufferedUartTx, BufferedUartRx) {
     static OUT: StaticCell<[u8; 256]> = StaticCell::new();
     static IN: StaticCell<[u8; 256]> = StaticCell::new();
-    let port =
-        BufferedUart::new(uart, tx, rx, Interrupts, OUT.init([0; 256]), IN.init([0; 256]), Config::default());
+    let port = BufferedUart::new(
+        uart,
+        tx,
+        rx,
+        Interrupts,
+        OUT.init([0; 256]),
+        IN.init([0; 256]),
+        Config::default(),
+    );
     // With nothing plugged in the line is to be idle, not noise.
     pac::PADS_BANK0.gpio(usize::from(pins::UART_RX)).modify(|w| w.set_pue(true));
     port.split()

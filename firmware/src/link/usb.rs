@@ -77,8 +77,8 @@ pub(super) async fn watch_port(port: Port, desk: SharedDesk) {
     }
 }
 
-/// Writes a packet of up to 64 bytes. One of exactly 64 says that more is to come: where nothing is (`last`), an empty
-/// one says so.
+/// Writes a packet of up to 64 bytes. One of exactly 64 says that more is to come: where nothing is
+/// (`last`), an empty one says so.
 pub(super) async fn write(port: &mut Out, packet: &[u8], last: bool, desk: SharedDesk) {
     let whole = async {
         port.write_packet(packet).await?;

@@ -181,7 +181,8 @@ diameter_m = 0.06
         assert_eq!(camera.ball_diameter, 0.06);
         assert_eq!(camera.ball_hue, 0.0);
         assert_eq!(read_text(&GOOD.replace("0.06", "0.06\nhue = 120")).unwrap().ball_hue, 120.0);
-        // This quaternion looks along -x with the picture's rows pointing down: right is +y, down is -z.
+        // This quaternion looks along -x with the picture's rows pointing down: right is +y, down
+        // is -z.
         let p = camera.pose * camera.intrinsics.deproject(319.5, 239.5, 0.5);
         assert!((p - Point3::new(0.5, 2.0, 3.0)).norm() < 2e-3, "{p}");
         let q = camera.pose * Point3::new(0.0, 1.0, 0.0);

@@ -1,7 +1,9 @@
-//! Recording a run's pictures as a TUM RGB-D folder, which `plumb replay` reads back to the same detections.
+//! Recording a run's pictures as a TUM RGB-D folder, which `plumb replay` reads back to the same
+//! detections.
 //!
-//! Beside `rgb.txt`, `depth.txt` and the PNGs the folder holds the camera file of the run with the intrinsics that were
-//! used. Depth is written at 5000 units a metre, as the format has it, wherever that keeps every value.
+//! Beside `rgb.txt`, `depth.txt` and the PNGs the folder holds the camera file of the run with the
+//! intrinsics that were used. Depth is written at 5000 units a metre, as the format has it,
+//! wherever that keeps every value.
 
 use std::fs::{self, File};
 use std::io::{self, Write};
@@ -97,7 +99,8 @@ impl RecordFolder {
     /// Makes the folder `path`, and those above it.
     ///
     /// # Errors
-    /// [`RecordError::Exists`] where there is something that is no empty folder; where it cannot be made.
+    /// [`RecordError::Exists`] where there is something that is no empty folder; where it cannot be
+    /// made.
     pub fn create(path: &Path) -> Result<Self, RecordError> {
         if path.symlink_metadata().is_ok_and(|data| !data.is_dir()) {
             return Err(RecordError::Exists(path.to_owned()));
@@ -115,11 +118,17 @@ impl RecordFolder {
         self.0.join("recording.oni")
     }
 
-    /// Begins to record frames of `intrinsics`, taken by the camera that `camera` describes (the text of its file).
+    /// Begins to record frames of `intrinsics`, taken by the camera that `camera` describes (the
+    /// text of its file).
     ///
     /// # Errors
     /// Where a file cannot be made.
-    pub fn begin(self, camera: &str, intrinsics: &Intrinsics, pace: Pace) -> Result<Recorder, RecordError> {
+    pub fn begin(
+        self,
+        camera: &str,
+        intrinsics: &Intrinsics,
+        pace: Pace,
+    ) -> Result<Recorder, RecordError> {
         let folder = self.0;
         let (factor, scale) = scale(intrinsics.depth_scale);
         let described = camera_file(camera, &Intrinsics { depth_scale: scale, ..*intrinsics })?;
@@ -128,7 +137,9 @@ impl RecordFolder {
         let mut writer = Writer::create(&folder, factor)?;
         let (frames, incoming) = sync_channel(WAITING);
         let thread = thread::Builder::new().name("recorder".to_owned());
-        let writer = thread.spawn(move || writer.run(&incoming)).map_err(io("begin to write to", &folder))?;
+        let writer = thread
+            .spawn(move || writer.run(&incoming))
+            .map_err(io("begin to write to", &folder))?;
         Ok(Recorder { folder, pace, frames, writer, left_out: 0 })
     }
 }
@@ -157,7 +168,8 @@ impl Recorder {
     }
 }
 
-/// What depth is multiplied by, and its units a metre then: the format's where that is a whole factor.
+/// What depth is multiplied by, and its units a metre then: the format's where that is a whole
+/// factor.
 fn scale(own: f64) -> (u16, f64) {
     let factor = (TUM_SCALE / own).round();
     if (1.0..=1000.0).contains(&factor) && factor * own == TUM_SCALE {
@@ -169,11 +181,13 @@ fn scale(own: f64) -> (u16, f64) {
 
 /// The camera file `text` with other intrinsics.
 fn camera_file(text: &str, intrinsics: &Intrinsics) -> Result<String, RecordError> {
-    let mut table: toml::Table =
-        text.parse().map_err(|error: toml::de::Error| RecordError::Camera(error.message().to_owned()))?;
+    let mut table: toml::Table = text
+        .parse()
+        .map_err(|error: toml::de::Error| RecordError::Camera(error.message().to_owned()))?;
     let Intrinsics { fx, fy, cx, cy, depth_scale } = *intrinsics;
     let entries = [("fx", fx), ("fy", fy), ("cx", cx), ("cy", cy), ("depth_scale", depth_scale)];
-    let lens: toml::Table = entries.map(|(key, value)| (key.to_owned(), value.into())).into_iter().collect();
+    let lens: toml::Table =
+        entries.map(|(key, value)| (key.to_owned(), value.into())).into_iter().collect();
     table.insert("intrinsics".to_owned(), lens.into());
     toml::to_string(&table).map_err(|error| RecordError::Camera(error.to_string()))
 }
@@ -226,7 +240,8 @@ impl Writer {
     }
 }
 
-/// `depth` in units of which there are `factor` times as many; none (0) where that is out of range: beyond 13.1 m.
+/// `depth` in units of which there are `factor` times as many; none (0) where that is out of range:
+/// beyond 13.1 m.
 fn multiplied(depth: &Mat, factor: u16) -> opencv::Result<Mat> {
     let mut depth = depth.clone();
     if factor != 1 {

@@ -49,11 +49,13 @@ pub struct Found {
     pub name: String,
 }
 
-/// Looks what is there: asks OpenNI2, and looks through the USB devices of the system whose root is `root` ("/").
+/// Looks what is there: asks OpenNI2, and looks through the USB devices of the system whose root is
+/// `root` ("/").
 pub fn survey(root: &Path) -> Survey {
     let usb = usb::cameras(root);
     let mut missing = Vec::new();
-    let (openni, cameras) = match OpenNi::load().and_then(|openni| Ok((openni.devices()?, openni))) {
+    let (openni, cameras) = match OpenNi::load().and_then(|openni| Ok((openni.devices()?, openni)))
+    {
         Ok((devices, openni)) => {
             let drivers: Vec<String> = openni
                 .drivers()

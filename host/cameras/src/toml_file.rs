@@ -1,4 +1,5 @@
-//! Reading configuration files (TOML) such that a mistake is named with its file, its line and its key.
+//! Reading configuration files (TOML) such that a mistake is named with its file, its line and its
+//! key.
 
 use std::path::{Path, PathBuf};
 
@@ -17,14 +18,14 @@ pub enum TomlFileError {
     /// The file could not be read, or is too large.
     #[error(transparent)]
     Read(#[from] ReadError),
-    /// What stands in the file is not what is asked for: a syntax error, an unknown key, a missing field or a
-    /// value out of its range.
+    /// What stands in the file is not what is asked for: a syntax error, an unknown key, a missing
+    /// field or a value out of its range.
     #[error("{}", at_line(.path, *.line, .key, .message))]
     Content {
         /// The file.
         path: PathBuf,
-        /// The line, counted from 1. For a missing field that of its table's header, for a missing table the
-        /// file's last.
+        /// The line, counted from 1. For a missing field that of its table's header, for a missing
+        /// table the file's last.
         line: usize,
         /// The key with its tables, `intrinsics.fx`; empty where the mistake belongs to no key.
         key: String,
@@ -43,8 +44,9 @@ fn at_line(path: &Path, line: usize, key: &str, message: &str) -> String {
 
 /// The contents of the TOML file at `path`, of at most [`MAX_BYTES`].
 ///
-/// Give `T` and all it holds `#[serde(deny_unknown_fields)]`, and check values while they are read (with
-/// `#[serde(try_from = "...")]`, see [`Positive`]), so that they are named with their lines too.
+/// Give `T` and all it holds `#[serde(deny_unknown_fields)]`, and check values while they are read
+/// (with `#[serde(try_from = "...")]`, see [`Positive`]), so that they are named with their lines
+/// too.
 ///
 /// # Errors
 /// Where the file cannot be read, or where it does not say a `T`; with file, line and key.
@@ -69,8 +71,8 @@ pub fn parse_toml<T: DeserializeOwned>(path: &Path, text: &str) -> Result<T, Tom
     })
 }
 
-/// The line (from 1) that a mistake is on. What is missing at the top level is missing at the file's end: the
-/// crate `toml` puts it at the beginning.
+/// The line (from 1) that a mistake is on. What is missing at the top level is missing at the
+/// file's end: the crate `toml` puts it at the beginning.
 fn line_of(text: &str, error: &toml::de::Error, key: &str) -> usize {
     let end = text.trim_end().len();
     let missing = key.is_empty() && error.message().starts_with("missing field");
@@ -81,8 +83,8 @@ fn line_of(text: &str, error: &toml::de::Error, key: &str) -> usize {
     1 + text.as_bytes()[..start].iter().filter(|&&b| b == b'\n').count()
 }
 
-/// The dotted key that an error belongs to. The crate `toml` says it only in the text of an error that does not
-/// know its input, in a last line "in `a.b`".
+/// The dotted key that an error belongs to. The crate `toml` says it only in the text of an error
+/// that does not know its input, in a last line "in `a.b`".
 fn key_of(mut error: toml::de::Error) -> String {
     error.set_input(None);
     let text = error.to_string();

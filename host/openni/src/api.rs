@@ -11,7 +11,8 @@ use crate::sys::*;
 /// Declares the table of functions and how it is filled, each by its name in the library.
 macro_rules! functions {
     ($($field:ident = $symbol:literal: fn($($argument:ty),*) $(-> $answer:ty)?;)*) => {
-        /// The library and what is called of it. It stays loaded: its drivers have threads of their own.
+        /// The library and what is called of it. It stays loaded: its drivers have threads of their
+        /// own.
         pub(crate) struct Api {
             pub(crate) path: PathBuf,
             $(pub(crate) $field: unsafe extern "C" fn($($argument),*) $(-> $answer)?,)*
@@ -22,8 +23,9 @@ macro_rules! functions {
             /// Finds every function in `library`, which was loaded from `path`.
             fn find(library: Library, path: &Path) -> Result<Self, OpenniError> {
                 $(
-                    // SAFETY: the symbol has this type in OpenNI 2.2 (OniCAPI.h), which has one ABI since 2013, and
-                    // the pointer is kept no longer than the library it points into.
+                    // SAFETY: the symbol has this type in OpenNI 2.2 (OniCAPI.h), which has one ABI
+                    // since 2013, and the pointer is kept no longer than the library it points
+                    // into.
                     let $field = unsafe {
                         library.get::<unsafe extern "C" fn($($argument),*) $(-> $answer)?>($symbol)
                     };
@@ -74,11 +76,14 @@ functions! {
 impl Api {
     /// Loads the library at `path`, or by that name from where the system keeps its libraries.
     pub(crate) fn load(path: &Path) -> Result<Self, OpenniError> {
-        // SAFETY: loading runs the library's initialisers, as linking against it would; OpenNI2's are C++ statics that
-        // start nothing. That the file is OpenNI2 is the user's word, as with every plug-in.
+        // SAFETY: loading runs the library's initialisers, as linking against it would; OpenNI2's
+        // are C++ statics that start nothing. That the file is OpenNI2 is the user's word, as with
+        // every plug-in.
         let library = unsafe { Library::new(path) };
-        let library = library
-            .map_err(|error| OpenniError::NoLibrary { path: path.to_owned(), error: error.to_string() })?;
+        let library = library.map_err(|error| OpenniError::NoLibrary {
+            path: path.to_owned(),
+            error: error.to_string(),
+        })?;
         Self::find(library, path)
     }
 }

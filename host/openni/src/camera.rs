@@ -47,7 +47,11 @@ pub struct Deadlines {
 impl Default for Deadlines {
     /// 20 s, 2 s, 5 s: a Carmine's firmware may take seconds to begin.
     fn default() -> Self {
-        Self { open: Duration::from_secs(20), picture: Duration::from_secs(2), close: Duration::from_secs(5) }
+        Self {
+            open: Duration::from_secs(20),
+            picture: Duration::from_secs(2),
+            close: Duration::from_secs(5),
+        }
     }
 }
 
@@ -60,7 +64,8 @@ pub struct Settings {
     pub height: u16,
     /// Pairs a second.
     pub rate: u16,
-    /// From exposure to the earliest arrival of a picture, seconds; see [`HostClock`](crate::HostClock).
+    /// From exposure to the earliest arrival of a picture, seconds; see
+    /// [`HostClock`](crate::HostClock).
     pub latency: f64,
     /// Also record to this `.oni` file.
     pub record: Option<PathBuf>,
@@ -69,7 +74,8 @@ pub struct Settings {
 }
 
 impl Default for Settings {
-    /// 640x480 at 30 Hz, 45 ms late (as PrimeSense cameras are said to be; not measured), not recorded.
+    /// 640x480 at 30 Hz, 45 ms late (as PrimeSense cameras are said to be; not measured), not
+    /// recorded.
     fn default() -> Self {
         let (record, deadlines) = (None, Deadlines::default());
         Self { width: 640, height: 480, rate: 30, latency: 0.045, record, deadlines }
@@ -87,7 +93,8 @@ pub struct Opened {
     pub mode: Mode,
     /// What a unit of depth is.
     pub unit: DepthUnit,
-    /// Field of view of the colour picture, horizontal and vertical, radians, where the device tells.
+    /// Field of view of the colour picture, horizontal and vertical, radians, where the device
+    /// tells.
     pub field_of_view: Option<(f64, f64)>,
     /// What it could not be set to, and what follows from that.
     pub notes: Vec<String>,
@@ -95,8 +102,8 @@ pub struct Opened {
 
 /// A camera or a recording that gives colour and depth in pairs.
 ///
-/// A thread of its own talks to the library. Where that thread does not come back it is left behind, and what was waited
-/// for is an error.
+/// A thread of its own talks to the library. Where that thread does not come back it is left
+/// behind, and what was waited for is an error.
 #[derive(Debug)]
 pub struct Camera {
     opened: Opened,
@@ -109,11 +116,12 @@ pub struct Camera {
 }
 
 impl Camera {
-    /// Opens `target` as `settings` say, and starts it. Depth is registered to colour, mirroring is off, size and rate
-    /// are those asked for; where the camera does otherwise, it is not opened.
+    /// Opens `target` as `settings` say, and starts it. Depth is registered to colour, mirroring is
+    /// off, size and rate are those asked for; where the camera does otherwise, it is not opened.
     ///
     /// # Errors
-    /// Where there is no such thing, it cannot be set so, or it takes longer than [`Deadlines::open`].
+    /// Where there is no such thing, it cannot be set so, or it takes longer than
+    /// [`Deadlines::open`].
     pub fn open(openni: &OpenNi, target: &Target, settings: Settings) -> Result<Self, OpenniError> {
         let live = !matches!(target, Target::Recording(_));
         let (room, full) = if live { (1, Full::Drop) } else { (4, Full::Wait) };
@@ -129,8 +137,10 @@ impl Camera {
             mailbox: Arc::clone(&mailbox),
         };
         let thread = thread::Builder::new().name("openni".to_owned()).spawn(move || worker.run());
-        let failed =
-            |error: std::io::Error| OpenniError::Open { uri: target.name(), error: error.to_string() };
+        let failed = |error: std::io::Error| OpenniError::Open {
+            uri: target.name(),
+            error: error.to_string(),
+        };
         let thread = thread.map_err(failed)?;
         let Some(opened) = first.take(deadlines.open) else {
             mailbox.close();
@@ -153,8 +163,9 @@ impl Camera {
     /// The next pair: of a camera the newest, of a recording each; `None` at a recording's end.
     ///
     /// # Errors
-    /// About one picture ([`OpenniError::is_passing`]), after which the next may come; or about all of them, and then
-    /// again at every further call. Comes back within [`Deadlines::picture`] and a little.
+    /// About one picture ([`OpenniError::is_passing`]), after which the next may come; or about all
+    /// of them, and then again at every further call. Comes back within [`Deadlines::picture`] and
+    /// a little.
     pub fn next_pair(&mut self) -> Result<Option<Pair>, OpenniError> {
         if let Some(ended) = &self.ended {
             return ended.clone().map(|()| None);

@@ -27,7 +27,11 @@ pub(crate) struct Device {
 
 impl Device {
     /// Opens `target`, sets it up and verifies that it is so; nothing is started.
-    pub(crate) fn open(openni: &OpenNi, target: &Target, settings: &Settings) -> Result<Self, OpenniError> {
+    pub(crate) fn open(
+        openni: &OpenNi,
+        target: &Target,
+        settings: &Settings,
+    ) -> Result<Self, OpenniError> {
         let uri = match target {
             Target::First => first(openni)?,
             Target::Uri(uri) => uri.clone(),
@@ -74,8 +78,8 @@ impl Device {
         Ok(())
     }
 
-    /// Asks the camera to take colour and depth at one moment. To be called once, when both streams are started: the library
-    /// frees its own memory twice otherwise.
+    /// Asks the camera to take colour and depth at one moment. To be called once, when both streams
+    /// are started: the library frees its own memory twice otherwise.
     pub(crate) fn synchronise(&mut self) -> Result<(), OpenniError> {
         // SAFETY: the device is open.
         let status = unsafe { (self.openni.inner.api.enable_sync)(self.handle) };
@@ -89,14 +93,18 @@ impl Device {
         self.synchronised
     }
 
-    /// The field of view of the colour camera, horizontal and vertical, radians; `None` where it does not tell.
+    /// The field of view of the colour camera, horizontal and vertical, radians; `None` where it
+    /// does not tell.
     pub(crate) fn field_of_view(&self) -> Option<(f64, f64)> {
         let stream = Bare { openni: &self.openni, raw: self.colour.handle };
         let angle = |property| {
             let value = f64::from(stream.get(property, 0.0_f32).ok()?);
             (value > 0.0 && value < std::f64::consts::PI).then_some(value)
         };
-        Some((angle(sys::STREAM_PROPERTY_HORIZONTAL_FOV)?, angle(sys::STREAM_PROPERTY_VERTICAL_FOV)?))
+        Some((
+            angle(sys::STREAM_PROPERTY_HORIZONTAL_FOV)?,
+            angle(sys::STREAM_PROPERTY_VERTICAL_FOV)?,
+        ))
     }
 
     /// How many pictures of `sensor` a recording says that it has; 0 where it was not finished.
@@ -133,7 +141,8 @@ impl Device {
         picture.map(Some)
     }
 
-    /// Gives the device up as it is. Nobody knows what a driver makes of being told to stop a camera that is not there.
+    /// Gives the device up as it is. Nobody knows what a driver makes of being told to stop a
+    /// camera that is not there.
     pub(crate) fn abandon(&mut self) {
         self.abandoned = true;
     }
@@ -141,7 +150,11 @@ impl Device {
     /// `status` of what was done to the device.
     fn set(&self, what: &'static str, status: sys::OniStatus) -> Result<(), OpenniError> {
         let uri = || self.uri.clone();
-        self.openni.inner.check(status).map_err(|error| OpenniError::Setting { uri: uri(), what, error })
+        self.openni.inner.check(status).map_err(|error| OpenniError::Setting {
+            uri: uri(),
+            what,
+            error,
+        })
     }
 }
 
@@ -159,8 +172,8 @@ impl Drop for Device {
             // SAFETY: the stream lives; a stream that was not started may be stopped.
             unsafe { (api.stream_stop)(stream.handle) };
         }
-        // The player of recordings goes through its streams, in a thread of its own and without a lock, until it is closed:
-        // they are left to it.
+        // The player of recordings goes through its streams, in a thread of its own and without a
+        // lock, until it is closed: they are left to it.
         let owned: &[&Stream] = if self.recording { &[] } else { &[&self.depth, &self.colour] };
         for stream in owned {
             // SAFETY: the stream lives, and is not used after this.
@@ -177,7 +190,8 @@ fn unpack(frame: &sys::OniFrame, stream: &Stream) -> Result<Picture, OpenniError
     let bytes = if frame.data.is_null() {
         &[]
     } else {
-        // SAFETY: the library says that so many bytes are there; they stay until the frame is released.
+        // SAFETY: the library says that so many bytes are there; they stay until the frame is
+        // released.
         unsafe { std::slice::from_raw_parts(frame.data.cast::<u8>(), length) }
     };
     let raw = Raw {

@@ -90,7 +90,9 @@ pub enum OpenniError {
         depth: Mode,
     },
     /// A picture that is not of the stream's size.
-    #[error("a {sensor} picture of {width}x{height} pixels and {bytes} bytes where {expected} was set")]
+    #[error(
+        "a {sensor} picture of {width}x{height} pixels and {bytes} bytes where {expected} was set"
+    )]
     Picture {
         /// Of which sensor.
         sensor: Sensor,
@@ -188,7 +190,10 @@ impl OpenniError {
     pub fn is_passing(&self) -> bool {
         matches!(
             self,
-            Self::Picture { .. } | Self::Alone { .. } | Self::OutOfStep { .. } | Self::Skipped { .. }
+            Self::Picture { .. }
+                | Self::Alone { .. }
+                | Self::OutOfStep { .. }
+                | Self::Skipped { .. }
         )
     }
 }

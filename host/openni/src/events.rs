@@ -42,14 +42,16 @@ fn lock(set: &Mutex<HashSet<String>>) -> std::sync::MutexGuard<'_, HashSet<Strin
 
 /// A string of the library's in a field of fixed length, which may lack its closing zero.
 pub(crate) fn text(field: &[c_char]) -> String {
-    let bytes: Vec<u8> = field.iter().take_while(|&&c| c != 0).map(|&c| c.to_ne_bytes()[0]).collect();
+    let bytes: Vec<u8> =
+        field.iter().take_while(|&&c| c != 0).map(|&c| c.to_ne_bytes()[0]).collect();
     String::from_utf8_lossy(&bytes).into_owned()
 }
 
 /// A string of the library's; empty for a null pointer.
 ///
 /// # Safety
-/// `pointer` is null or points to a string with a closing zero that stays as it is during this call.
+/// `pointer` is null or points to a string with a closing zero that stays as it is during this
+/// call.
 pub(crate) unsafe fn owned(pointer: *const c_char) -> String {
     if pointer.is_null() {
         return String::new();
@@ -61,8 +63,12 @@ pub(crate) unsafe fn owned(pointer: *const c_char) -> String {
 /// The events and the URI that a callback is about.
 ///
 /// # Safety
-/// `cookie` is what was registered, a leaked [`Events`]; `info` is null or points to a device's description.
-unsafe fn about<'a>(info: *const OniDeviceInfo, cookie: *mut c_void) -> Option<(&'a Events, String)> {
+/// `cookie` is what was registered, a leaked [`Events`]; `info` is null or points to a device's
+/// description.
+unsafe fn about<'a>(
+    info: *const OniDeviceInfo,
+    cookie: *mut c_void,
+) -> Option<(&'a Events, String)> {
     // SAFETY: it is never freed, and only shared.
     let events = unsafe { cookie.cast::<Events>().as_ref() }?;
     // SAFETY: as this function's caller promises; it is read before the callback returns.

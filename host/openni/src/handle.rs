@@ -59,7 +59,8 @@ impl<'a> Handle<'a> {
 
     /// The modes of `sensor`; `None` where the device has none.
     fn modes(&self, sensor: Sensor) -> Option<Vec<Mode>> {
-        // SAFETY: the device is open; the library gives null or a description that stays as long as it.
+        // SAFETY: the device is open; the library gives null or a description that stays as long as
+        // it.
         let info = unsafe { (self.openni.inner.api.sensor_info)(self.raw, sensor.number()) };
         // SAFETY: as above.
         let info = unsafe { info.as_ref() }?;
@@ -75,14 +76,16 @@ impl<'a> Handle<'a> {
     fn create(&self, uri: &str, sensor: Sensor) -> Result<Bare<'_>, OpenniError> {
         let mut raw = std::ptr::null_mut();
         // SAFETY: the device is open, and the variable lives through the call.
-        let status =
-            unsafe { (self.openni.inner.api.create_stream)(self.raw, sensor.number(), &raw mut raw) };
+        let status = unsafe {
+            (self.openni.inner.api.create_stream)(self.raw, sensor.number(), &raw mut raw)
+        };
         let check = self.openni.inner.check(status);
         check.map_err(|error| OpenniError::Open { uri: format!("{uri}, {sensor}"), error })?;
         Ok(Bare { openni: self.openni, raw })
     }
 
-    /// Colour and depth, as `set_up` makes them of what is created; where anything fails neither stays.
+    /// Colour and depth, as `set_up` makes them of what is created; where anything fails neither
+    /// stays.
     fn streams(
         &self,
         uri: &str,
@@ -96,7 +99,8 @@ impl<'a> Handle<'a> {
         })
     }
 
-    /// The streams of a camera: size and rate as asked for, depth registered to colour, not mirrored.
+    /// The streams of a camera: size and rate as asked for, depth registered to colour, not
+    /// mirrored.
     pub(crate) fn live_streams(
         &self,
         uri: &str,
@@ -109,20 +113,46 @@ impl<'a> Handle<'a> {
             colour.set_up(uri, colour_mode)?;
             self.register(uri)?;
             Ok((
-                Stream { sensor: Sensor::Colour, handle: colour.raw, mode: colour_mode, mirrored: false },
-                Stream { sensor: Sensor::Depth, handle: depth.raw, mode: depth_mode, mirrored: false },
+                Stream {
+                    sensor: Sensor::Colour,
+                    handle: colour.raw,
+                    mode: colour_mode,
+                    mirrored: false,
+                },
+                Stream {
+                    sensor: Sensor::Depth,
+                    handle: depth.raw,
+                    mode: depth_mode,
+                    mirrored: false,
+                },
             ))
         })
     }
 
-    fn find_mode(&self, uri: &str, settings: &Settings, sensor: Sensor) -> Result<Mode, OpenniError> {
+    fn find_mode(
+        &self,
+        uri: &str,
+        settings: &Settings,
+        sensor: Sensor,
+    ) -> Result<Mode, OpenniError> {
         let formats = sensor.formats();
-        let has = self.modes(sensor).ok_or_else(|| OpenniError::NoSensor { uri: uri.to_owned(), sensor })?;
-        let wanted =
-            |format| Mode { width: settings.width, height: settings.height, rate: settings.rate, format };
+        let has = self
+            .modes(sensor)
+            .ok_or_else(|| OpenniError::NoSensor { uri: uri.to_owned(), sensor })?;
+        let wanted = |format| Mode {
+            width: settings.width,
+            height: settings.height,
+            rate: settings.rate,
+            format,
+        };
         let found = formats.iter().map(|&format| wanted(format)).find(|mode| has.contains(mode));
         let first = formats.first().copied().unwrap_or_default();
-        found.ok_or_else(|| OpenniError::NoMode { uri: uri.to_owned(), sensor, wanted: wanted(first), has })
+        found.ok_or_else(|| OpenniError::NoMode {
+            uri: uri.to_owned(),
+            sensor,
+            wanted: wanted(first),
+            has,
+        })
     }
 
     /// Has depth given as the colour camera would see it.
@@ -151,7 +181,10 @@ impl<'a> Handle<'a> {
             result.map_err(|error| OpenniError::Setting { uri: uri.to_owned(), what, error })
         };
         set("playing once", self.set(sys::DEVICE_PROPERTY_PLAYBACK_REPEAT, 0_i32))?;
-        set("playing frame by frame", self.set(sys::DEVICE_PROPERTY_PLAYBACK_SPEED, sys::PLAYBACK_MANUAL))?;
+        set(
+            "playing frame by frame",
+            self.set(sys::DEVICE_PROPERTY_PLAYBACK_SPEED, sys::PLAYBACK_MANUAL),
+        )?;
         for sensor in [Sensor::Depth, Sensor::Colour] {
             if self.modes(sensor).is_none() {
                 return Err(OpenniError::NoSensor { uri: uri.to_owned(), sensor });
@@ -175,16 +208,19 @@ impl<'a> Handle<'a> {
         let size = size_of::<T>() as c_int;
         let pointer = std::ptr::from_ref(&value).cast::<c_void>();
         // SAFETY: the device is open; so many bytes of a plain value are at the pointer.
-        let status = unsafe { (self.openni.inner.api.device_set)(self.raw, property, pointer, size) };
+        let status =
+            unsafe { (self.openni.inner.api.device_set)(self.raw, property, pointer, size) };
         self.openni.inner.check(status)
     }
 
     fn get(&self, property: c_int, zero: c_int) -> Result<c_int, String> {
         let (mut value, mut size) = (zero, size_of::<c_int>() as c_int);
         let pointer = (&raw mut value).cast::<c_void>();
-        // SAFETY: the device is open; the library writes no more than `size` bytes, and a C int may have any value.
-        let status =
-            unsafe { (self.openni.inner.api.device_get)(self.raw, property, pointer, &raw mut size) };
+        // SAFETY: the device is open; the library writes no more than `size` bytes, and a C int may
+        // have any value.
+        let status = unsafe {
+            (self.openni.inner.api.device_get)(self.raw, property, pointer, &raw mut size)
+        };
         self.openni.inner.check(status).map(|()| value)
     }
 }

@@ -1,8 +1,9 @@
 //! Cameras and recordings through OpenNI2, for Plumb and without `unsafe` for who uses it.
 //!
-//! The library (Debian's libopenni2-0) is loaded when it is asked for, so that its absence is a message and not a
-//! program that does not start. A [`Camera`] has a thread of its own that alone talks to the library: whatever a
-//! driver, a cable or a damaged recording does, [`Camera::next_pair`] comes back in bounded time.
+//! The library (Debian's libopenni2-0) is loaded when it is asked for, so that its absence is a
+//! message and not a program that does not start. A [`Camera`] has a thread of its own that alone
+//! talks to the library: whatever a driver, a cable or a damaged recording does,
+//! [`Camera::next_pair`] comes back in bounded time.
 //!
 //! ```no_run
 //! use plumb_openni::{Camera, OpenNi, Settings, Target};

@@ -9,14 +9,15 @@ use crate::api::Api;
 use crate::events::{Events, owned, text};
 use crate::sys::{API_VERSION, OniStatus, STATUS_OK, STATUS_TIME_OUT};
 
-/// The environment variable that says where the library is, where it is not where the system keeps them.
+/// The environment variable that says where the library is, where it is not where the system keeps
+/// them.
 pub const LIBRARY_VARIABLE: &str = "PLUMB_OPENNI2";
 
 /// Under these names the library is looked for.
 const NAMES: [&str; 3] = ["libOpenNI2.so.0", "libOpenNI2.so", "libOpenNI2.dylib"];
 
-/// The loaded library. Copies are the same library; it stays loaded until the program ends, since drivers have
-/// threads of their own and not all survive being ended.
+/// The loaded library. Copies are the same library; it stays loaded until the program ends, since
+/// drivers have threads of their own and not all survive being ended.
 #[derive(Clone)]
 pub struct OpenNi {
     pub(crate) inner: Arc<Inner>,
@@ -40,13 +41,13 @@ pub struct DeviceInfo {
     pub usb: (u16, u16),
 }
 
-/// Those that were loaded, by what they were asked for with: a second loading would be a second set of drivers at one
-/// camera.
+/// Those that were loaded, by what they were asked for with: a second loading would be a second set
+/// of drivers at one camera.
 static LOADED: Mutex<Vec<(PathBuf, OpenNi)>> = Mutex::new(Vec::new());
 
 impl OpenNi {
-    /// Loads the library from where [`LIBRARY_VARIABLE`] says, or else by its usual names, and its drivers. The folder
-    /// that the program runs in is another one for that moment.
+    /// Loads the library from where [`LIBRARY_VARIABLE`] says, or else by its usual names, and its
+    /// drivers. The folder that the program runs in is another one for that moment.
     ///
     /// # Errors
     /// [`OpenniError::NoLibrary`], [`OpenniError::NotOpenni`], [`OpenniError::Initialize`].
@@ -86,8 +87,8 @@ impl OpenNi {
             .map_err(|error| OpenniError::Initialize { path: inner.api.path.clone(), error })?;
         let mut callbacks = Events::callbacks();
         let mut handle = std::ptr::null_mut();
-        // SAFETY: the library copies the three pointers; the cookie is never freed, and what the callbacks do with it
-        // is made for any thread.
+        // SAFETY: the library copies the three pointers; the cookie is never freed, and what the
+        // callbacks do with it is made for any thread.
         let status = unsafe {
             (inner.api.register_callbacks)(
                 &raw mut callbacks,
@@ -106,7 +107,8 @@ impl OpenNi {
         &self.inner.api.path
     }
 
-    /// Its drivers: the files in the folder beside it that it takes them from. Empty where that cannot be found out.
+    /// Its drivers: the files in the folder beside it that it takes them from. Empty where that
+    /// cannot be found out.
     pub fn drivers(&self) -> Vec<PathBuf> {
         let Some(folder) = self.folder() else { return Vec::new() };
         let entries = std::fs::read_dir(folder.join("OpenNI2/Drivers"));
@@ -148,8 +150,10 @@ impl OpenNi {
         if list.is_null() {
             return Ok(Vec::new());
         }
-        // SAFETY: the library has made a list of `count` entries, which is its caller's until it is released.
-        let entries = unsafe { std::slice::from_raw_parts(list, usize::try_from(count).unwrap_or(0)) };
+        // SAFETY: the library has made a list of `count` entries, which is its caller's until it is
+        // released.
+        let entries =
+            unsafe { std::slice::from_raw_parts(list, usize::try_from(count).unwrap_or(0)) };
         let devices = entries
             .iter()
             .map(|info| DeviceInfo {
@@ -177,7 +181,8 @@ impl Inner {
         if status == STATUS_OK {
             return Ok(());
         }
-        // SAFETY: the library gives a string of this thread's, which stays until its next call from here.
+        // SAFETY: the library gives a string of this thread's, which stays until its next call from
+        // here.
         let pointer = unsafe { (self.api.extended_error)() };
         // SAFETY: no call is made in between.
         let said = unsafe { owned(pointer) };
@@ -191,7 +196,12 @@ impl Inner {
             STATUS_TIME_OUT => "it took too long",
             _ => "unknown status",
         };
-        let lines: Vec<&str> = said.lines().map(str::trim).filter(|line| !line.is_empty()).collect();
-        Err(if lines.is_empty() { kind.to_owned() } else { format!("{kind}: {}", lines.join("; ")) })
+        let lines: Vec<&str> =
+            said.lines().map(str::trim).filter(|line| !line.is_empty()).collect();
+        Err(if lines.is_empty() {
+            kind.to_owned()
+        } else {
+            format!("{kind}: {}", lines.join("; "))
+        })
     }
 }

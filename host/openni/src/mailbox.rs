@@ -79,7 +79,8 @@ impl<T: Letter> Mailbox<T> {
                 return Some(letter);
             }
             let left = deadline.checked_duration_since(Instant::now())?;
-            (state, _) = self.changed.wait_timeout(state, left).unwrap_or_else(PoisonError::into_inner);
+            (state, _) =
+                self.changed.wait_timeout(state, left).unwrap_or_else(PoisonError::into_inner);
         }
     }
 

@@ -1,8 +1,9 @@
-//! The skeleton of an `.oni` file, looked at before the library is given it: the library reads a damaged one past its
-//! own memory, and says of a truncated one only that it failed.
+//! The skeleton of an `.oni` file, looked at before the library is given it: the library reads a
+//! damaged one past its own memory, and says of a truncated one only that it failed.
 //!
-//! A file is a header of 24 bytes and records, all little-endian: magic `NIR\0`, type, node, bytes of header and fields, bytes
-//! of payload (32 bits each), position of an undo record (64 bits); then fields and payload.
+//! A file is a header of 24 bytes and records, all little-endian: magic `NIR\0`, type, node, bytes
+//! of header and fields, bytes of payload (32 bits each), position of an undo record (64 bits);
+//! then fields and payload.
 
 use std::collections::BTreeMap;
 use std::fs::{File, OpenOptions};
@@ -103,7 +104,8 @@ fn examine_up_to(path: &Path, most_records: usize) -> Result<Skeleton, SkeletonE
         if !read(&mut file, &mut header)? {
             return Err(SkeletonError::Truncated { pictures: records.pictures, at });
         }
-        let record = Record::of(&header, at).ok_or_else(|| records.damaged(at, "there is no record"))?;
+        let record =
+            Record::of(&header, at).ok_or_else(|| records.damaged(at, "there is no record"))?;
         if record.next() > length {
             return Err(SkeletonError::Truncated { pictures: records.pictures, at });
         }
@@ -139,7 +141,8 @@ struct Record {
 impl Record {
     fn of(header: &[u8; RECORD_HEADER as usize], at: u64) -> Option<Self> {
         let mut numbers = Fields(header.strip_prefix(RECORD_MAGIC)?);
-        let [kind, node, fields, payload] = [numbers.u32()?, numbers.u32()?, numbers.u32()?, numbers.u32()?];
+        let [kind, node, fields, payload] =
+            [numbers.u32()?, numbers.u32()?, numbers.u32()?, numbers.u32()?];
         let (fields, payload, undone) = (u64::from(fields), u64::from(payload), numbers.u64()?);
         (RECORD_HEADER..=LONGEST_FIELDS).contains(&fields).then_some(Self {
             kind,
@@ -181,18 +184,22 @@ impl Records {
         self.starts.push(record.at);
         match record.kind {
             NODE_ADDED => {
-                let node = Node::added(Fields(fields)).ok_or("a stream is of no kind that is known")?;
-                let fresh =
-                    (1..=MOST_NODES).contains(&record.node) && self.nodes.insert(record.node, node).is_none();
+                let node =
+                    Node::added(Fields(fields)).ok_or("a stream is of no kind that is known")?;
+                let fresh = (1..=MOST_NODES).contains(&record.node)
+                    && self.nodes.insert(record.node, node).is_none();
                 return fresh.then_some(()).ok_or("a stream has the number of another");
             }
             END => {
                 let whole = self.nodes.values().all(Node::is_whole) && fields.is_empty();
-                return whole.then_some(()).ok_or("pictures or an index that are promised are not there");
+                return whole
+                    .then_some(())
+                    .ok_or("pictures or an index that are promised are not there");
             }
             _ => {}
         }
-        let node = self.nodes.get_mut(&record.node).ok_or("a record is of a stream that is not there")?;
+        let node =
+            self.nodes.get_mut(&record.node).ok_or("a record is of a stream that is not there")?;
         let good = match record.kind {
             NUMBER | REAL | TEXT | GENERAL => {
                 return node
@@ -261,9 +268,11 @@ mod tests {
     /// A recording of two pictures of 4 x 3 pixels of depth, uncompressed.
     fn whole() -> Vec<u8> {
         let words = |of: &[u32]| of.iter().flat_map(|word| word.to_le_bytes()).collect::<Vec<u8>>();
-        let mut bytes = [FILE_MAGIC.as_slice(), &[1, 0, 1, 0, 0, 0, 0, 0], &[255; 8], &words(&[1])].concat();
+        let mut bytes =
+            [FILE_MAGIC.as_slice(), &[1, 0, 1, 0, 0, 0, 0, 0], &[255; 8], &words(&[1])].concat();
         let added = bytes.len() + 28 + 4 + 6 + 4 + 4 + 4 + 16;
-        let fields = [name("Depth"), words(&[2]), RAW.to_vec(), words(&[2, 0, 0, 33, 0, 0, 0])].concat();
+        let fields =
+            [name("Depth"), words(&[2]), RAW.to_vec(), words(&[2, 0, 0, 33, 0, 0, 0])].concat();
         bytes.extend(record(NODE_ADDED, 1, &fields, &[]));
         bytes.extend(property(NUMBER, "oniRequiredFrameSize", &24_u64.to_le_bytes()));
         bytes.extend(property(GENERAL, "xnMapOutputMode", &words(&[4, 3, 30])));
@@ -348,8 +357,8 @@ mod tests {
             of(&bytes).is_ok()
         });
         let count = free.count();
-        // Two pictures of 24 bytes; of the file's header 15; the stream's name, its time stamps, what is unused in its
-        // index; the counts where its pictures begin.
+        // Two pictures of 24 bytes; of the file's header 15; the stream's name, its time stamps,
+        // what is unused in its index; the counts where its pictures begin.
         assert!(count < 48 + 15 + 5 + 16 + 8 + 12 + 8, "{count} of {}", bytes.len());
     }
 }

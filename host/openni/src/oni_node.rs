@@ -1,9 +1,10 @@
-//! What the records of an `.oni` file say of one of its streams, and whether that can be: the library believes all of it.
+//! What the records of an `.oni` file say of one of its streams, and whether that can be: the
+//! library believes all of it.
 //!
-//! Strings are a length (32 bits, with the closing zero) and characters. A stream is added with name, type, codec, number of
-//! pictures, first and last time stamp, and where its index is; a property has name, length and value; a picture has time
-//! stamp and number; the index has a time stamp, a number that nobody uses, and a position for each picture, and for none
-//! before them.
+//! Strings are a length (32 bits, with the closing zero) and characters. A stream is added with
+//! name, type, codec, number of pictures, first and last time stamp, and where its index is; a
+//! property has name, length and value; a picture has time stamp and number; the index has a time
+//! stamp, a number that nobody uses, and a position for each picture, and for none before them.
 
 /// The stream is depth, or colour.
 const DEPTH: u32 = 2;
@@ -83,7 +84,8 @@ impl Node {
         fields.name()?;
         let kind = fields.u32()?;
         let codec: [u8; 4] = fields.bytes(4)?.try_into().ok()?;
-        let (promised, first, last, index_at) = (fields.u32()?, fields.u64()?, fields.u64()?, fields.u64()?);
+        let (promised, first, last, index_at) =
+            (fields.u32()?, fields.u64()?, fields.u64()?, fields.u64()?);
         fields.end()?;
         let known = matches!(kind, DEPTH | COLOUR) && CODECS.iter().any(|c| **c == codec);
         (known && first <= last).then_some(Self {
@@ -98,7 +100,8 @@ impl Node {
         })
     }
 
-    /// Takes in a property: of those that the player computes with the value too. `numeric` ones are of 8 bytes.
+    /// Takes in a property: of those that the player computes with the value too. `numeric` ones
+    /// are of 8 bytes.
     pub(crate) fn property(&mut self, mut fields: Fields, numeric: bool) -> Option<()> {
         let name = fields.name()?;
         let length = fields.u32()? as usize;
@@ -120,7 +123,9 @@ impl Node {
                 self.modes = Some((count, Some((length / MODE) as u64)));
                 length.is_multiple_of(MODE).then_some(())?;
             }
-            ("oniPixelFormat", true) => matches!(value.u64()?, 100..=103 | 200..=205).then_some(())?,
+            ("oniPixelFormat", true) => {
+                matches!(value.u64()?, 100..=103 | 200..=205).then_some(())?
+            }
             ("Mirror" | "xnMirror" | "xnIsGenerating", true) => (value.u64()? <= 1).then_some(())?,
             ("xnFOV", false) => {
                 let finite = |angle: f64| (0.0..std::f64::consts::PI).contains(&angle);
@@ -146,7 +151,8 @@ impl Node {
         let whole = u64::from(columns) * u64::from(rows);
         let size = self.frame_size.unwrap_or(whole * PIXEL);
         (whole..=whole * PIXEL).contains(&size).then_some(())?;
-        let fits = if &self.codec == RAW { payload == size } else { payload <= GROWN * size + HEADER };
+        let fits =
+            if &self.codec == RAW { payload == size } else { payload <= GROWN * size + HEADER };
         let last = self.pictures.last().map_or(0, |picture| picture.time);
         let next = self.pictures.len() as u32 + 1;
         (fits && time >= last && number == next).then_some(())?;
@@ -163,7 +169,8 @@ impl Node {
     /// Takes in its index, whose record is at byte `at`.
     pub(crate) fn index(&mut self, payload: &[u8], at: u64) -> Option<()> {
         let (entries, rest) = payload.as_chunks::<ENTRY>();
-        (rest.is_empty() && entries.len() == self.pictures.len() + 1 && at == self.index_at).then_some(())?;
+        (rest.is_empty() && entries.len() == self.pictures.len() + 1 && at == self.index_at)
+            .then_some(())?;
         let (first, entries) = entries.split_first()?;
         first.iter().all(|byte| *byte == 0).then_some(())?;
         for (entry, picture) in entries.iter().zip(&self.pictures) {

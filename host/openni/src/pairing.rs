@@ -10,8 +10,9 @@ pub trait Timed {
 
 /// Pairs two streams by time.
 ///
-/// A picture waits for its counterpart until one comes that was taken too late for it; it is alone then, and said to
-/// be. Streams that run apart by more than `within` give no pair at all, which is how it is noticed.
+/// A picture waits for its counterpart until one comes that was taken too late for it; it is alone
+/// then, and said to be. Streams that run apart by more than `within` give no pair at all, which is
+/// how it is noticed.
 #[derive(Debug, Clone)]
 pub struct Pairing<T> {
     within: f64,

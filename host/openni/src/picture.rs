@@ -137,11 +137,13 @@ impl fmt::Display for Mode {
 /// A colour picture and its depth.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Pair {
-    /// When they were taken, seconds: on the host's clock since the camera was opened, or on the recording's.
+    /// When they were taken, seconds: on the host's clock since the camera was opened, or on the
+    /// recording's.
     pub time: f64,
     /// Red, green, blue, row by row from the top left.
     pub colour: Vec<u8>,
-    /// Depths, row by row from the top left, in the [`DepthUnit`] that the camera was opened with; 0 = none.
+    /// Depths, row by row from the top left, in the [`DepthUnit`] that the camera was opened with;
+    /// 0 = none.
     pub depth: Vec<u16>,
 }
 
@@ -193,7 +195,9 @@ impl Raw<'_> {
     fn rows(&self, expected: &Mode, mirrored: bool) -> Option<Vec<u8>> {
         let pixel = expected.bytes_per_pixel()?;
         let (width, height) = (usize::from(expected.width), usize::from(expected.height));
-        if self.cropped || (self.width, self.height) != (expected.width.into(), expected.height.into()) {
+        if self.cropped
+            || (self.width, self.height) != (expected.width.into(), expected.height.into())
+        {
             return None;
         }
         // Players of recordings leave the stride zero.

@@ -9,9 +9,9 @@ use crate::library::OpenNi;
 use crate::picture::Sensor;
 use crate::{OpenniError, oni_file, sys};
 
-/// The library's recorder begins in a thread of its own and does not say when it has; its file does. A stream that is
-/// recorded from its second picture on would be played a picture out of step: the file's times begin with each stream's
-/// first.
+/// The library's recorder begins in a thread of its own and does not say when it has; its file
+/// does. A stream that is recorded from its second picture on would be played a picture out of
+/// step: the file's times begin with each stream's first.
 const BEGIN: Duration = Duration::from_secs(3);
 const QUIET: Duration = Duration::from_millis(200);
 const LOOK: Duration = Duration::from_millis(10);
@@ -24,11 +24,13 @@ pub(crate) struct Recorder {
 }
 
 impl Recorder {
-    /// Records both streams of `device` to `path`, without loss. To be called before they are started.
+    /// Records both streams of `device` to `path`, without loss. To be called before they are
+    /// started.
     pub(crate) fn begin(device: &Device, path: &Path) -> Result<Self, OpenniError> {
         let openni = device.openni().clone();
         let failed = |error: String| OpenniError::Record { path: path.to_owned(), error };
-        let text = path.to_str().ok_or_else(|| failed("OpenNI2 takes paths in UTF-8 only".to_owned()))?;
+        let text =
+            path.to_str().ok_or_else(|| failed("OpenNI2 takes paths in UTF-8 only".to_owned()))?;
         let name = CString::new(text).map_err(|error| failed(error.to_string()))?;
         // The library's own message would be "it failed".
         std::fs::File::create(path).map_err(|error| failed(error.to_string()))?;
@@ -58,12 +60,14 @@ impl Drop for Recorder {
         unsafe { (self.openni.inner.api.recorder_stop)(self.handle) };
         // SAFETY: the recorder lives, and is not used after this; it writes what is left first.
         unsafe { (self.openni.inner.api.recorder_destroy)(&raw mut self.handle) };
-        // It leaves as much again behind the last record. A file that it could not complete is told of by who reads it.
+        // It leaves as much again behind the last record. A file that it could not complete is told
+        // of by who reads it.
         let _ = oni_file::trim(&self.path);
     }
 }
 
-/// Returns when the file's beginning has been written: it has some length, which has stayed for a while.
+/// Returns when the file's beginning has been written: it has some length, which has stayed for a
+/// while.
 fn wait_for_begin(path: &Path) -> Result<(), String> {
     let begin = Instant::now();
     let (mut length, mut since) = (0, begin);

@@ -37,16 +37,19 @@ impl Bare<'_> {
         let size = size_of::<T>() as c_int;
         let pointer = std::ptr::from_ref(&value).cast::<c_void>();
         // SAFETY: the stream lives; so many bytes of a plain value are at the pointer.
-        let status = unsafe { (self.openni.inner.api.stream_set)(self.raw, property, pointer, size) };
+        let status =
+            unsafe { (self.openni.inner.api.stream_set)(self.raw, property, pointer, size) };
         self.openni.inner.check(status)
     }
 
     pub(crate) fn get<T: Plain>(&self, property: c_int, zero: T) -> Result<T, String> {
         let (mut value, mut size) = (zero, size_of::<T>() as c_int);
         let pointer = (&raw mut value).cast::<c_void>();
-        // SAFETY: the stream lives; the library writes no more than `size` bytes, of which any make a `T`.
-        let status =
-            unsafe { (self.openni.inner.api.stream_get)(self.raw, property, pointer, &raw mut size) };
+        // SAFETY: the stream lives; the library writes no more than `size` bytes, of which any make
+        // a `T`.
+        let status = unsafe {
+            (self.openni.inner.api.stream_get)(self.raw, property, pointer, &raw mut size)
+        };
         self.openni.inner.check(status).map(|()| value)
     }
 
@@ -55,26 +58,36 @@ impl Bare<'_> {
         let failed = |what, error| OpenniError::Setting { uri: uri.to_owned(), what, error };
         let size = |error| failed("size and rate", error);
         self.set(sys::STREAM_PROPERTY_VIDEO_MODE, mode.raw()).map_err(size)?;
-        let is = self.get(sys::STREAM_PROPERTY_VIDEO_MODE, sys::OniVideoMode::default()).map_err(size)?;
+        let is = self
+            .get(sys::STREAM_PROPERTY_VIDEO_MODE, sys::OniVideoMode::default())
+            .map_err(size)?;
         if is != mode.raw() {
-            let text = Mode::from_raw(&is).map_or_else(|| "no mode".to_owned(), |mode| mode.to_string());
+            let text =
+                Mode::from_raw(&is).map_or_else(|| "no mode".to_owned(), |mode| mode.to_string());
             return Err(size(format!("{mode} was accepted, but it is {text}")));
         }
         // A camera without this property does not mirror.
         let set = self.set(sys::STREAM_PROPERTY_MIRRORING, 0_i32);
         match self.get(sys::STREAM_PROPERTY_MIRRORING, 0_i32) {
             Ok(0) | Err(_) => Ok(()),
-            Ok(_) => Err(failed("mirroring off", set.err().unwrap_or_else(|| "it is still on".to_owned()))),
+            Ok(_) => Err(failed(
+                "mirroring off",
+                set.err().unwrap_or_else(|| "it is still on".to_owned()),
+            )),
         }
     }
 
     /// The stream of a recording as it was recorded.
     pub(crate) fn recorded(&self, uri: &str, sensor: Sensor) -> Result<Stream, OpenniError> {
         let failed = |error: String| OpenniError::Open { uri: format!("{uri}, {sensor}"), error };
-        let raw = self.get(sys::STREAM_PROPERTY_VIDEO_MODE, sys::OniVideoMode::default()).map_err(failed)?;
+        let raw = self
+            .get(sys::STREAM_PROPERTY_VIDEO_MODE, sys::OniVideoMode::default())
+            .map_err(failed)?;
         let mode = Mode::from_raw(&raw).ok_or_else(|| failed("it has no size".to_owned()))?;
         if !sensor.formats().contains(&mode.format) {
-            return Err(failed(format!("recorded as {mode}: record it as RGB and depth in millimetres")));
+            return Err(failed(format!(
+                "recorded as {mode}: record it as RGB and depth in millimetres"
+            )));
         }
         let mirrored = self.get(sys::STREAM_PROPERTY_MIRRORING, 0_i32).unwrap_or(0) != 0;
         Ok(Stream { sensor, handle: self.raw, mode, mirrored })

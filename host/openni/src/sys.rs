@@ -1,5 +1,5 @@
-//! OpenNI 2.2's C interface as far as it is used here: types and numbers of `OniCTypes.h`, `OniCEnums.h` and
-//! `OniCProperties.h`. Also what a driver for OpenNI2 is written with.
+//! OpenNI 2.2's C interface as far as it is used here: types and numbers of `OniCTypes.h`,
+//! `OniCEnums.h` and `OniCProperties.h`. Also what a driver for OpenNI2 is written with.
 
 use core::ffi::{c_char, c_int, c_void};
 

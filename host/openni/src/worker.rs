@@ -13,11 +13,12 @@ use crate::picture::{DepthUnit, Pair, Picture, Sensor};
 use crate::recorder::Recorder;
 use crate::{OpenniError, sys};
 
-/// How long the library is asked to wait at a time: the time in which a stop or an unplugging is heard of.
+/// How long the library is asked to wait at a time: the time in which a stop or an unplugging is
+/// heard of.
 const WAIT: Duration = Duration::from_millis(100);
 
-/// The farthest apart that colour and depth of a pair are taken, in periods of the camera. At half a period each picture has
-/// a neighbour, however far the streams are out of step.
+/// The farthest apart that colour and depth of a pair are taken, in periods of the camera. At half
+/// a period each picture has a neighbour, however far the streams are out of step.
 const FARTHEST: f64 = 0.4;
 
 /// What is told of a camera.
@@ -232,12 +233,18 @@ impl<'a> Running<'a> {
         })
     }
 
-    /// How it ended. A picture that waits for its counterpart is no problem: it was taken while the recorder was stopped.
+    /// How it ended. A picture that waits for its counterpart is no problem: it was taken while the
+    /// recorder was stopped.
     fn end_of_recording(&self) -> Result<(), OpenniError> {
         for sensor in [Sensor::Colour, Sensor::Depth] {
             let (got, promised) = (self.last[slot(sensor)].max(0), self.device.promised(sensor));
             if got < promised || promised == 0 {
-                return Err(OpenniError::Truncated { uri: self.device.uri.clone(), sensor, got, promised });
+                return Err(OpenniError::Truncated {
+                    uri: self.device.uri.clone(),
+                    sensor,
+                    got,
+                    promised,
+                });
             }
         }
         Ok(())
@@ -252,6 +259,7 @@ fn slot(sensor: Sensor) -> usize {
 }
 
 fn pair(time: f64, colour: Picture, depth: &Picture) -> Pair {
-    let depth = depth.pixels.as_chunks::<2>().0.iter().map(|&bytes| u16::from_ne_bytes(bytes)).collect();
+    let depth =
+        depth.pixels.as_chunks::<2>().0.iter().map(|&bytes| u16::from_ne_bytes(bytes)).collect();
     Pair { time, colour: colour.pixels, depth }
 }

@@ -25,7 +25,8 @@ use timing::OneThread;
 pub enum Suite {
     /// Rendered scenes, with a ball and without.
     Scenes,
-    /// Balls of 60 mm put into recorded pictures, with what spoils the view; the same pictures without a ball.
+    /// Balls of 60 mm put into recorded pictures, with what spoils the view; the same pictures
+    /// without a ball.
     Hard,
     /// Those of both without a ball.
     Empty,
@@ -62,10 +63,20 @@ pub struct VisionOptions {
 }
 
 impl Default for VisionOptions {
-    /// 20 pictures a scene, with a ball and without, at 640x480, balls of about 20 pixels, 60 in recorded pictures.
+    /// 20 pictures a scene, with a ball and without, at 640x480, balls of about 20 pixels, 60 in
+    /// recorded pictures.
     fn default() -> Self {
         let (suite, radius) = (Suite::Scenes, 20.0);
-        Self { suite, frames: 20, empty: 20, recorded_balls: 60, seed: 1, radius, width: 640, height: 480 }
+        Self {
+            suite,
+            frames: 20,
+            empty: 20,
+            recorded_balls: 60,
+            seed: 1,
+            radius,
+            width: 640,
+            height: 480,
+        }
     }
 }
 
@@ -105,13 +116,15 @@ pub fn hard_camera(camera: &Camera) -> Camera {
     Camera { ball_diameter: hard::DIAMETER, ..camera.clone() }
 }
 
-/// Runs `detectors`, and what every tutorial does with OpenCV, over the pictures, each searched like a first one. Of
-/// `camera` the intrinsics and the ball count (it stands where the scenes are built for; the ball of the hard set has its
-/// own size, which detectors must have been told); `recorded` pictures, if any, are backgrounds of what needs some, else that
-/// is left out; `progress` is told the name of each scene. OpenCV runs on one thread meanwhile.
+/// Runs `detectors`, and what every tutorial does with OpenCV, over the pictures, each searched
+/// like a first one. Of `camera` the intrinsics and the ball count (it stands where the scenes are
+/// built for; the ball of the hard set has its own size, which detectors must have been told);
+/// `recorded` pictures, if any, are backgrounds of what needs some, else that is left out;
+/// `progress` is told the name of each scene. OpenCV runs on one thread meanwhile.
 ///
 /// # Errors
-/// Where a scene could not be rendered (intrinsics that do not fit the pictures) or a detector failed.
+/// Where a scene could not be rendered (intrinsics that do not fit the pictures) or a detector
+/// failed.
 pub fn compare(
     camera: &Camera,
     recorded: &[RgbdFrame],
@@ -135,7 +148,11 @@ pub fn compare(
 
 fn check(options: &VisionOptions) -> Result<(), VisionError> {
     if options.frames == 0 || options.empty == 0 {
-        return Err(VisionError::Value { what: "the number of frames", value: 0.0, must: "1 or more" });
+        return Err(VisionError::Value {
+            what: "the number of frames",
+            value: 0.0,
+            must: "1 or more",
+        });
     }
     let room = f64::from(options.width.min(options.height)) / 6.0;
     if !(2.0..=room).contains(&options.radius) {

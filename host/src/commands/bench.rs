@@ -29,10 +29,13 @@ pub(crate) enum Command {
 
 /// How fast the laws are on simulated rigs, through the board's own arithmetic
 ///
-/// Laws: interval, sign, certified, taut; their twins in f64 (sign-f64); peers: broyden (uncalibrated servoing), model-5,
-/// model-10, model-20 (inverse kinematics, geometry so many percent wrong); limits: oracle, reference (slack-free). Times are multiples of what an oracle with a perfect model needs. Suites: paper (frames to 10 mm of the paper's task
-/// for several γ), quasi-static, yaw, tilt, tilt20, radii, heights, noise, outliers, ages, latency, drift, unilateral,
-/// bounce4, bounce3, bounce2, elastic, elastic800, elastic150, edge, high, fine, paper-task.
+/// Laws: interval, sign, certified, taut; their twins in f64 (sign-f64); peers: broyden
+/// (uncalibrated servoing), model-5, model-10, model-20 (inverse kinematics, geometry so many
+/// percent wrong); limits: oracle, reference (slack-free). Times are multiples of what an oracle
+/// with a perfect model needs. Suites: paper (frames to 10 mm of the paper's task for several γ),
+/// quasi-static, yaw, tilt, tilt20, radii, heights, noise, outliers, ages, latency, drift,
+/// unilateral, bounce4, bounce3, bounce2, elastic, elastic800, elastic150, edge, high, fine,
+/// paper-task.
 #[derive(Parser)]
 pub(crate) struct ControlArgs {
     /// What to compare on; several with commas, or given more than once
@@ -56,7 +59,8 @@ pub(crate) struct ControlArgs {
     /// Running mean over the step plan, seconds, instead of each law's own
     #[arg(long, allow_negative_numbers = true, value_parser = numbers::finite)]
     mean: Option<f64>,
-    /// When the clock starts: with the first picture's arrival, or 1 to 2 frames earlier, when the target is told
+    /// When the clock starts: with the first picture's arrival, or 1 to 2 frames earlier, when the
+    /// target is told
     #[arg(long, value_enum, default_value = "picture")]
     clock: ClockName,
     /// Draw the share of runs that have arrived over time into this SVG file
@@ -85,8 +89,9 @@ impl From<ClockName> for Clock {
 
 /// How well and how fast the detectors find the ball in scenes from a seed
 ///
-/// Suites: scenes (rendered, and balls in the first background), hard (balls of 60 mm put into the backgrounds with what
-/// spoils the view, and the same without a ball), empty (all of both without a ball). Backgrounds have the paper's intrinsics.
+/// Suites: scenes (rendered, and balls in the first background), hard (balls of 60 mm put into the
+/// backgrounds with what spoils the view, and the same without a ball), empty (all of both without
+/// a ball). Backgrounds have the paper's intrinsics.
 #[derive(Parser)]
 pub(crate) struct VisionArgs {
     /// Which pictures: scenes, hard or empty
@@ -101,7 +106,8 @@ pub(crate) struct VisionArgs {
     /// Seed of the scenes
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// A TUM RGB-D folder; balls are then also rendered into its pictures. May be given more than once
+    /// A TUM RGB-D folder; balls are then also rendered into its pictures. May be given more than
+    /// once
     #[arg(long, value_name = "FOLDER")]
     background: Vec<PathBuf>,
     /// End with a line of JSON on standard output
@@ -215,9 +221,14 @@ fn contenders(args: &ControlArgs) -> Result<Vec<Contender>, Failure> {
 
 fn bench_paper(json: bool) -> Result<ExitCode, Failure> {
     let suite = control::paper(&PAPER_GAMMAS).or_failed()?;
-    tell!("law interval on the paper's task, no noise, 30 Hz: frames to 10 mm (17 100/γ in docs/control.md)");
+    tell!(
+        "law interval on the paper's task, no noise, 30 Hz: frames to 10 mm (17 100/γ in docs/control.md)"
+    );
     for (gamma, frames) in suite.gamma.iter().zip(&suite.frames) {
-        tell!("  γ = {gamma:4} /s  {frames:5} frames  γ·frames = {:6.0}", gamma * f64::from(*frames));
+        tell!(
+            "  γ = {gamma:4} /s  {frames:5} frames  γ·frames = {:6.0}",
+            gamma * f64::from(*frames)
+        );
     }
     if json {
         print::result(serde_json::to_string(&suite).or_failed()?)?;
@@ -236,8 +247,9 @@ fn backgrounds(folders: &[PathBuf], camera: &Camera) -> Result<Vec<RgbdFrame>, F
         while let Some(frame) = source.next_frame().or_bad_input()? {
             pixels += frame.colour().total();
             if pixels > MOST_BACKGROUND_PIXELS {
-                let why =
-                    format!("the backgrounds have more than {MOST_BACKGROUND_PIXELS} pixels; give fewer");
+                let why = format!(
+                    "the backgrounds have more than {MOST_BACKGROUND_PIXELS} pixels; give fewer"
+                );
                 return Err(format!("{}: {why}", folder.display())).or_bad_input();
             }
             frames.push(frame);
@@ -255,11 +267,14 @@ fn bench_vision(args: &VisionArgs) -> Result<ExitCode, Failure> {
     }
     let (suite, frames, seed) = (args.suite, args.frames, args.seed);
     let options = VisionOptions { suite, frames, empty, seed, ..VisionOptions::default() };
-    let seen = if suite == vision::Suite::Hard { vision::hard_camera(&camera) } else { camera.clone() };
+    let seen =
+        if suite == vision::Suite::Hard { vision::hard_camera(&camera) } else { camera.clone() };
     let mut detectors: [Box<dyn Detector>; 2] =
         [DetectorName::Ball.detector(&seen), Box::new(Red::new(options.radius))];
-    let report = vision::compare(&camera, &recorded, &mut detectors, &options, &mut |scene| tell!("{scene}"))
-        .or_failed()?;
+    let report = vision::compare(&camera, &recorded, &mut detectors, &options, &mut |scene| {
+        tell!("{scene}")
+    })
+    .or_failed()?;
     tell!("{report}");
     if args.json {
         print::result(serde_json::to_string(&report).or_failed()?)?;

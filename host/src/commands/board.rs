@@ -67,11 +67,14 @@ fn only_board() -> Result<String, Failure> {
     let found = boards().or_bad_input()?;
     match &found[..] {
         [port] => Ok(port.clone()),
-        [] => Err("no Plumb board is on USB; plug it in, or name its port with --port").or_bad_input(),
-        several => {
-            Err(format!("several Plumb boards are on USB; choose one with --port: {}", several.join(", ")))
-                .or_bad_input()
+        [] => {
+            Err("no Plumb board is on USB; plug it in, or name its port with --port").or_bad_input()
         }
+        several => Err(format!(
+            "several Plumb boards are on USB; choose one with --port: {}",
+            several.join(", ")
+        ))
+        .or_bad_input(),
     }
 }
 

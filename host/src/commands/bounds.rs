@@ -16,20 +16,24 @@ use super::{FAILED, Failure, OrFail, numbers, print};
 
 /// What can be proved of the laws: for every rig of a kind, or for every Jacobian of a family
 ///
-/// A kind of rigs is what is known roughly: the motors of RIG.toml's [simulation] within --tolerance, or ranges LOW,HIGH in
-/// metres of D = yA - yB, W = xA - xC, t = (yC - yB)/D; the ball where the three barycentric λ are at least --lambda, h below
-/// the motors. Without options: the paper's rig as it was measured, λ >= 0.023, h from 0.1 m to its floor.
+/// A kind of rigs is what is known roughly: the motors of RIG.toml's [simulation] within
+/// --tolerance, or ranges LOW,HIGH in metres of D = yA - yB, W = xA - xC, t = (yC - yB)/D; the ball
+/// where the three barycentric λ are at least --lambda, h below the motors. Without options: the
+/// paper's rig as it was measured, λ >= 0.023, h from 0.1 m to its floor.
 ///
-/// It tells α, β of |dp/du| over all of them, by hand and exactly, and along the ways to RIG.toml's targets; that no Jacobian
-/// with these bounds is singular, and how fast law `interval` is at least; the Routh-Hurwitz conditions of law `sign`, expanded; and
-/// whether law `sign` lets |e| fall everywhere in that box. Proofs are by whole numbers or by arithmetic rounded outwards. They
-/// are about rigid taut cables and positions without noise and latency, rates without limits, motors at one height.
+/// It tells α, β of |dp/du| over all of them, by hand and exactly, and along the ways to RIG.toml's
+/// targets; that no Jacobian with these bounds is singular, and how fast law `interval` is at
+/// least; the Routh-Hurwitz conditions of law `sign`, expanded; and whether law `sign` lets |e|
+/// fall everywhere in that box. Proofs are by whole numbers or by arithmetic rounded outwards. They
+/// are about rigid taut cables and positions without noise and latency, rates without limits,
+/// motors at one height.
 ///
-/// With --family: FILE.toml has `vertices`, a list of matrices dp/du by rows, [[.., .., ..], [.., .., ..], [.., .., ..]]; it tells
-/// whether a matrix between them is singular, and the least |v| of theorem 1.
+/// With --family: FILE.toml has `vertices`, a list of matrices dp/du by rows, [[.., .., ..], [..,
+/// .., ..], [.., .., ..]]; it tells whether a matrix between them is singular, and the least |v| of
+/// theorem 1.
 ///
-/// Exit codes: 0 all of it proved, 1 something does not hold or was left open, 2 bad input. That α is 0, so that there is no
-/// family for law `interval`, is told and is no failure.
+/// Exit codes: 0 all of it proved, 1 something does not hold or was left open, 2 bad input. That α
+/// is 0, so that there is no family for law `interval`, is told and is no failure.
 #[derive(Parser)]
 #[command(verbatim_doc_comment)]
 pub(crate) struct Args {
@@ -59,7 +63,8 @@ pub(crate) struct Args {
     /// A family of Jacobians by its vertices, in place of a kind of rigs
     #[arg(long, value_name = "FILE.toml", conflicts_with_all = ["rig", "tolerance", "depth", "width", "apex", "lambda", "below", "wide"])]
     family: Option<PathBuf>,
-    /// Cells (with --family: patches of directions, a thousandth of it) after which a question is left open
+    /// Cells (with --family: patches of directions, a thousandth of it) after which a question is
+    /// left open
     #[arg(long, default_value_t = 20_000_000)]
     cells: usize,
     /// End with a line of JSON on standard output
@@ -92,7 +97,8 @@ struct Question {
 
 impl Question {
     fn new(args: &Args) -> Result<Self, Failure> {
-        let (base, ways) = if args.wide { (Rigs::wide(LEAST_BELOW_M), Vec::new()) } else { of_file(args)? };
+        let (base, ways) =
+            if args.wide { (Rigs::wide(LEAST_BELOW_M), Vec::new()) } else { of_file(args)? };
         let rigs = Rigs {
             depth: args.depth.unwrap_or(base.depth),
             width: args.width.unwrap_or(base.width),
@@ -101,8 +107,11 @@ impl Question {
             below: args.below.unwrap_or(base.below),
         };
         // Ways belong to the rig file's rig.
-        let ways =
-            if [args.depth, args.width, args.apex].iter().all(Option::is_none) { ways } else { Vec::new() };
+        let ways = if [args.depth, args.width, args.apex].iter().all(Option::is_none) {
+            ways
+        } else {
+            Vec::new()
+        };
         Ok(Self { rigs: rigs.check().or_bad_input()?, ways })
     }
 }

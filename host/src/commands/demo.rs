@@ -33,12 +33,15 @@ use super::show::{Progress, conclude};
 use super::sight::{record_folder, recorded};
 use super::{Failure, OrFail, law, numbers, print};
 
-/// The paper's task, closed loop: rendered pictures, OpenCV, a serial port, an emulated board, a simulated rig
+/// The paper's task, closed loop: rendered pictures, OpenCV, a serial port, an emulated board, a
+/// simulated rig
 ///
-/// The ball goes from P0 (0.540, 0.220, 0.459) to PT (0.400, 0.400, 0.150) m. The last line of standard output is JSON.
+/// The ball goes from P0 (0.540, 0.220, 0.459) to PT (0.400, 0.400, 0.150) m. The last line of
+/// standard output is JSON.
 #[derive(Parser)]
 pub(crate) struct Args {
-    /// In virtual time and memory instead of real time and a pseudo-terminal; the same for the same seed
+    /// In virtual time and memory instead of real time and a pseudo-terminal; the same for the same
+    /// seed
     #[arg(long)]
     memory: bool,
     /// Render into the first picture of this TUM RGB-D folder instead of a room
@@ -47,13 +50,15 @@ pub(crate) struct Args {
     /// Seed of the camera's noise
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Control law, with its usual parameters: interval (the paper's), sign, certified or taut [default: taut]
+    /// Control law, with its usual parameters: interval (the paper's), sign, certified or taut
+    /// [default: taut]
     #[arg(long, value_parser = law)]
     law: Option<LawSettings>,
     /// The law interval with this gain, 1/s at 0.471 mm of cable a step; the paper's is 30
     #[arg(long, allow_negative_numbers = true, value_parser = numbers::positive)]
     gamma: Option<f64>,
-    /// Every law in turn, a run and a line of JSON each, and their errors over time in one figure, laws.svg
+    /// Every law in turn, a run and a line of JSON each, and their errors over time in one figure,
+    /// laws.svg
     #[arg(long, conflicts_with_all = ["law", "gamma", "record"])]
     compare: bool,
     #[command(flatten)]
@@ -104,7 +109,10 @@ fn drive(
         return Err("the paper's rig is not simulated").or_bad_input();
     };
     let motors = *simulation.geometry().or_bad_input()?.motors();
-    let board = EmulatedBoard::with_plant(EMULATED, args.options.physics.plant(&simulation).or_bad_input()?);
+    let board = EmulatedBoard::with_plant(
+        EMULATED,
+        args.options.physics.plant(&simulation).or_bad_input()?,
+    );
     let mut demo = Demo { args, rig: &rig, camera: &camera, place, interrupted, rows };
     if args.memory {
         let board = Rc::new(RefCell::new(board));
@@ -118,7 +126,9 @@ fn drive(
         let port = served.path().to_string_lossy().into_owned();
         tell!("emulated board on {port}");
         let transport = Serial::open(&port, rig.board.baud).or_failed()?;
-        let Some(world) = ServedWorld::new(served) else { return Err("the board moves no rig").or_failed() };
+        let Some(world) = ServedWorld::new(served) else {
+            return Err("the board moves no rig").or_failed();
+        };
         let source = SimulatedCamera::new(world, synthetic, motors, Timing::default());
         run(&mut demo, source, folder, transport)
     }
@@ -136,7 +146,9 @@ fn synthetic_camera(args: &Args, camera: &Camera) -> Result<SyntheticCamera, Fai
 fn first_frame(folder: &std::path::Path, camera: &Camera) -> Result<RgbdFrame, Failure> {
     let mut recording = TumFolder::open(folder, camera.intrinsics).or_bad_input()?;
     let frame = recording.next_frame().or_bad_input()?;
-    frame.ok_or_else(|| format!("{}: no picture in this recording", folder.display())).or_bad_input()
+    frame
+        .ok_or_else(|| format!("{}: no picture in this recording", folder.display()))
+        .or_bad_input()
 }
 
 /// What a run is made of, whatever its world and its link.
@@ -180,7 +192,8 @@ where
     };
     let result = session.run(&mut source, transport);
     progress.done();
-    let target = rig.targets.last().map_or_else(Point3::origin, |t| Point3::from(t.map(|c| c.get())));
+    let target =
+        rig.targets.last().map_or_else(Point3::origin, |t| Point3::from(t.map(|c| c.get())));
     let true_error_mm = ((source.source().world().ball() - target).norm() * 1e6).round() / 1e3;
     let recording = recorded(source);
     let line = |summary: &Summary| {

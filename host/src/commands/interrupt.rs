@@ -38,8 +38,10 @@ mod tests {
 
     #[test]
     fn what_is_ignored_is_read_from_the_mask() {
-        let status = "Name:\tplumb\nSigBlk:\t0000000000000001\nSigIgn:\t0000000000001002\nSigCgt:\t0\n";
-        let ignored = [SIGHUP, SIGINT, signal_hook::consts::SIGPIPE].map(|signal| ignores(status, signal));
+        let status =
+            "Name:\tplumb\nSigBlk:\t0000000000000001\nSigIgn:\t0000000000001002\nSigCgt:\t0\n";
+        let ignored =
+            [SIGHUP, SIGINT, signal_hook::consts::SIGPIPE].map(|signal| ignores(status, signal));
         assert_eq!(ignored, [false, true, true]);
         assert!(!ignores("", SIGHUP));
     }

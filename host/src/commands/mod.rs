@@ -1,4 +1,5 @@
-//! The commands: from what a person types to what the library does, and back to what a person or a program reads.
+//! The commands: from what a person types to what the library does, and back to what a person or a
+//! program reads.
 
 pub(crate) mod bench;
 pub(crate) mod board;
@@ -65,7 +66,8 @@ pub(crate) enum DetectorName {
     Red,
 }
 
-/// How far away the red detector, which knows one size only, takes the ball to be: the demo's middle, metres.
+/// How far away the red detector, which knows one size only, takes the ball to be: the demo's
+/// middle, metres.
 const RED_DISTANCE_M: f64 = 1.25;
 
 impl DetectorName {

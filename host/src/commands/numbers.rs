@@ -24,7 +24,11 @@ pub(super) fn seconds(text: &str) -> Result<f64, String> {
 /// A share, 0 to 1.
 pub(super) fn share(text: &str) -> Result<f64, String> {
     let share = finite(text)?;
-    if (0.0..=1.0).contains(&share) { Ok(share) } else { Err(format!("{share} must be from 0 to 1")) }
+    if (0.0..=1.0).contains(&share) {
+        Ok(share)
+    } else {
+        Err(format!("{share} must be from 0 to 1"))
+    }
 }
 
 fn checked<T>(
@@ -42,7 +46,10 @@ mod tests {
 
     #[test]
     fn numbers_out_of_their_range_are_refused() {
-        assert_eq!((seconds("0.5"), positive("1e300"), finite("-2")), (Ok(0.5), Ok(1e300), Ok(-2.0)));
+        assert_eq!(
+            (seconds("0.5"), positive("1e300"), finite("-2")),
+            (Ok(0.5), Ok(1e300), Ok(-2.0))
+        );
         for text in ["nan", "inf", "-inf", "0", "-1", "-0.0", "1e999", "", "x", "2e9"] {
             assert!(seconds(text).is_err(), "{text}");
         }

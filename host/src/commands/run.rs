@@ -22,9 +22,9 @@ use super::{Failure, OrFail, law, numbers, print};
 
 /// Drive the ball through the targets of a rig file
 ///
-/// The camera is the one that the rig file names: through OpenNI2, or a recording. It is simulated where the rig file has a
-/// [simulation] table and names none: the board, real or emulated, is then tried without a rig, and what it says of its
-/// motors moves a simulated one.
+/// The camera is the one that the rig file names: through OpenNI2, or a recording. It is simulated
+/// where the rig file has a [simulation] table and names none: the board, real or emulated, is then
+/// tried without a rig, and what it says of its motors moves a simulated one.
 #[derive(Parser)]
 pub(crate) struct RunArgs {
     /// The rig file (TOML, SI units)
@@ -58,7 +58,8 @@ struct Common {
     /// Serial port of the board [default: the rig file's]
     #[arg(long)]
     port: Option<String>,
-    /// Control law, with its usual parameters: interval, sign, certified or taut [default: the rig file's]
+    /// Control law, with its usual parameters: interval, sign, certified or taut [default: the rig
+    /// file's]
     #[arg(long, value_parser = law)]
     law: Option<LawSettings>,
     #[command(flatten)]
@@ -88,8 +89,10 @@ fn drive(file: &Path, mut rig: Rig, options: &Common) -> Result<ExitCode, Failur
     let transport = Serial::open(port, rig.board.baud).or_bad_input()?;
     let folder = record_folder(options.run.record.as_deref())?;
     let oni = folder.as_ref().map(|folder| folder.oni());
-    let Sight { source, camera, follower } = Sight::open(chosen, &rig, camera, options.run.physics, oni)?;
-    let recorder = folder.map(|folder| folder.begin(&text, &camera.intrinsics, Pace::RealTime)).transpose();
+    let Sight { source, camera, follower } =
+        Sight::open(chosen, &rig, camera, options.run.physics, oni)?;
+    let recorder =
+        folder.map(|folder| folder.begin(&text, &camera.intrinsics, Pace::RealTime)).transpose();
     let mut source = Recorded::new(source, recorder.or_bad_input()?);
 
     let interrupted = interrupt_flag()?;

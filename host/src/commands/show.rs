@@ -27,7 +27,13 @@ impl Progress {
         }
         let place = match (row.position, row.error_m) {
             (Some(p), Some(e)) => {
-                format!("ball at ({:6.3}, {:6.3}, {:6.3}) m, {:6.1} mm to go", p.x, p.y, p.z, e * 1e3)
+                format!(
+                    "ball at ({:6.3}, {:6.3}, {:6.3}) m, {:6.1} mm to go",
+                    p.x,
+                    p.y,
+                    p.z,
+                    e * 1e3
+                )
             }
             _ => "no ball".to_owned(),
         };
@@ -79,8 +85,8 @@ pub(super) fn conclude(
             let broken = Err(SessionError::Broken { error, ended }).or_failed();
             both(broken, both(recording, printed)).map(|()| ExitCode::from(FAILED))
         }
-        // A board that refuses the configuration finds a mistake in the rig file; what else goes wrong with it is
-        // no mistake of input.
+        // A board that refuses the configuration finds a mistake in the rig file; what else goes
+        // wrong with it is no mistake of input.
         Err(SessionError::Link(error))
             if !matches!(error, LinkError::Refused { refusal: Refusal::Config(_), .. }) =>
         {

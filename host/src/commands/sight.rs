@@ -25,8 +25,8 @@ pub(crate) struct Sight {
 }
 
 impl Sight {
-    /// Opens the source `chosen` of `rig`, which looks as `camera` says; what comes from a device is also recorded to the
-    /// file `oni`.
+    /// Opens the source `chosen` of `rig`, which looks as `camera` says; what comes from a device
+    /// is also recorded to the file `oni`.
     pub(super) fn open(
         chosen: SourceName,
         rig: &Rig,
@@ -52,12 +52,15 @@ impl Sight {
 
 /// A camera that looks at the simulated rig, which follows the board's motors.
 fn simulated(rig: &Rig, camera: Camera, physics: Physics) -> Result<Sight, Failure> {
-    let Some(simulation) = &rig.simulation else { return Err("no rig is simulated").or_bad_input() };
+    let Some(simulation) = &rig.simulation else {
+        return Err("no rig is simulated").or_bad_input();
+    };
     let motors = *simulation.geometry().or_bad_input()?.motors();
     let world = FollowingWorld::new(physics.plant(simulation).or_bad_input()?);
     let follower = Some(world.follower());
     let background = Background::Room(Room::furnished());
-    let synthetic = SyntheticCamera::new(camera.clone(), background, Options::default(), 1).or_bad_input()?;
+    let synthetic =
+        SyntheticCamera::new(camera.clone(), background, Options::default(), 1).or_bad_input()?;
     let source = Box::new(SimulatedCamera::new(world, synthetic, motors, Timing::default()));
     Ok(Sight { source, camera, follower })
 }

@@ -32,7 +32,11 @@ impl<T: Transport> Link<T> {
     }
 
     /// Sends a command and waits for its answer, which is no refusal.
-    pub(super) fn request(&mut self, what: &'static str, command: Command) -> Result<Answer, LinkError> {
+    pub(super) fn request(
+        &mut self,
+        what: &'static str,
+        command: Command,
+    ) -> Result<Answer, LinkError> {
         let answer = self.exchange(what, command, ANSWER_TIMEOUT, |id, message| match message {
             FromBoard::Answer(answer) if answer.id == id => Some(*answer),
             _ => None,
@@ -67,15 +71,12 @@ impl<T: Transport> Link<T> {
     /// Sends a Hello and waits for its answer.
     pub(super) fn hello(&mut self, timeout: Duration) -> Result<(), LinkError> {
         let hello =
-            self.exchange(
-                "the greeting",
-                Command::Hello(Hello::OURS),
-                timeout,
-                |id, message| match message {
+            self.exchange("the greeting", Command::Hello(Hello::OURS), timeout, |id, message| {
+                match message {
                     FromBoard::Hello(hello) if hello.id == id => Some(*hello),
                     _ => None,
-                },
-            )?;
+                }
+            })?;
         if hello.accepted { Ok(()) } else { Err(other_version(&hello)) }
     }
 

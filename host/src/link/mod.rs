@@ -17,7 +17,8 @@ use std::time::Duration;
 use plumb_protocol::Config;
 use plumb_protocol::frame::{self, Accumulator};
 use plumb_protocol::message::{
-    Answer, Command, Fault, FromBoard, Hello, Position, Refusal, StartCause, State, Telemetry, ToBoard,
+    Answer, Command, Fault, FromBoard, Hello, Position, Refusal, StartCause, State, Telemetry,
+    ToBoard,
 };
 use plumb_protocol::units::{Covariance, Micros, Point};
 
@@ -71,13 +72,15 @@ impl<T: Transport> Link<T> {
         Ok(link)
     }
 
-    /// Sends the board into its chip's bootloader, where it waits for new firmware; one of any version, which needs no
-    /// greeting. Its motors ramp down first.
+    /// Sends the board into its chip's bootloader, where it waits for new firmware; one of any
+    /// version, which needs no greeting. Its motors ramp down first.
     ///
     /// # Errors
     /// Where nothing answers, or the link fails.
     pub fn bootloader(transport: T) -> Result<(), LinkError> {
-        Self::open(transport)?.request("the request to go into its bootloader", Command::Bootloader).map(drop)
+        Self::open(transport)?
+            .request("the request to go into its bootloader", Command::Bootloader)
+            .map(drop)
     }
 
     fn open(transport: T) -> Result<Self, LinkError> {
@@ -142,7 +145,8 @@ impl<T: Transport> Link<T> {
         self.request("the request to stop", Command::Stop)?;
         let (mut fastest, mut since) = (u64::MAX, self.transport.now());
         loop {
-            let rate = self.status()?.rates.iter().map(|rate| u64::from(rate.0.unsigned_abs())).sum();
+            let rate =
+                self.status()?.rates.iter().map(|rate| u64::from(rate.0.unsigned_abs())).sum();
             if rate == 0 {
                 return Ok(());
             }
@@ -169,8 +173,8 @@ impl<T: Transport> Link<T> {
         }
     }
 
-    /// Reports where the ball was (`None`: not seen) in a picture taken `age` ago, and how sure that is. Does not wait for
-    /// an answer.
+    /// Reports where the ball was (`None`: not seen) in a picture taken `age` ago, and how sure
+    /// that is. Does not wait for an answer.
     ///
     /// # Errors
     /// Where the link is lost.
@@ -181,7 +185,8 @@ impl<T: Transport> Link<T> {
         age: Duration,
     ) -> Result<(), LinkError> {
         self.sequence = self.sequence.wrapping_add(1);
-        let (sequence, age_us) = (self.sequence, u32::try_from(age.as_micros()).unwrap_or(u32::MAX));
+        let (sequence, age_us) =
+            (self.sequence, u32::try_from(age.as_micros()).unwrap_or(u32::MAX));
         let id = self.post(Command::Position(Position { sequence, age_us, ball, covariance }))?;
         self.monitor.sent(sequence, id, self.transport.now());
         Ok(())

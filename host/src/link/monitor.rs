@@ -21,8 +21,8 @@ struct Sent {
 /// What is wrong with the board or its link.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Problem {
-    /// No telemetry for this long: above [`MAX_AGE`], or above [`QUIET`] with a position unacknowledged
-    /// for [`MAX_AGE`].
+    /// No telemetry for this long: above [`MAX_AGE`], or above [`QUIET`] with a position
+    /// unacknowledged for [`MAX_AGE`].
     Silent(Duration),
     /// A position was sent so long ago, and neither it nor a later one was acknowledged.
     Lagging(Duration),

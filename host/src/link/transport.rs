@@ -47,7 +47,8 @@ const WRITE_PATIENCE: Duration = Duration::from_millis(200);
 const PRODUCT: &str = "Plumb board";
 
 impl Serial {
-    /// Opens `name` at `baud` (without effect on USB-CDC and pseudo-terminals) for this process alone.
+    /// Opens `name` at `baud` (without effect on USB-CDC and pseudo-terminals) for this process
+    /// alone.
     ///
     /// # Errors
     /// Where it is absent, busy, not allowed or not a serial port.
@@ -56,7 +57,8 @@ impl Serial {
             .timeout(WRITE_PATIENCE)
             .open_native()
             .map_err(|error| open_error(name, error))?;
-        // What an earlier host left unread is not for this one. DTR is not touched: pseudo-terminals have none.
+        // What an earlier host left unread is not for this one. DTR is not touched:
+        // pseudo-terminals have none.
         let _ = port.clear(ClearBuffer::All);
         Ok(Self { name: name.to_owned(), port, opened: Instant::now() })
     }
@@ -134,7 +136,8 @@ fn is_passing(error: &std::io::Error) -> bool {
 }
 
 impl Serial {
-    /// Whether the other end is still there; a port that is gone may report nothing to read for ever.
+    /// Whether the other end is still there; a port that is gone may report nothing to read for
+    /// ever.
     fn present(&self) -> Result<(), LinkError> {
         match std::fs::metadata(&self.name) {
             Ok(_) => Ok(()),

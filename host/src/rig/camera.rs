@@ -27,8 +27,8 @@ use thiserror::Error;
 pub struct CameraChoice {
     /// The camera file, relative to the rig file.
     pub file: PathBuf,
-    /// Where the pictures come from; where absent: the recording that is named, or the simulated rig where there is one, or
-    /// a camera through OpenNI2.
+    /// Where the pictures come from; where absent: the recording that is named, or the simulated
+    /// rig where there is one, or a camera through OpenNI2.
     pub source: Option<SourceName>,
     /// The recording, relative to the rig file.
     pub recording: Option<PathBuf>,
@@ -122,7 +122,9 @@ impl CameraChoice {
         match (source, &self.recording) {
             (SourceName::Simulated, _) if !simulation => Err(CameraChoiceError::NoSimulation),
             (SourceName::Recording, None) => Err(CameraChoiceError::NoRecording),
-            (SourceName::Simulated | SourceName::Openni, Some(_)) => Err(CameraChoiceError::Recording),
+            (SourceName::Simulated | SourceName::Openni, Some(_)) => {
+                Err(CameraChoiceError::Recording)
+            }
             _ => Ok(source),
         }
     }
@@ -173,8 +175,14 @@ mod tests {
 
     #[test]
     fn what_cannot_be_is_said() {
-        assert_eq!(choice("source = 'simulated'").source(false), Err(CameraChoiceError::NoSimulation));
-        assert_eq!(choice("source = 'recording'").source(true), Err(CameraChoiceError::NoRecording));
+        assert_eq!(
+            choice("source = 'simulated'").source(false),
+            Err(CameraChoiceError::NoSimulation)
+        );
+        assert_eq!(
+            choice("source = 'recording'").source(true),
+            Err(CameraChoiceError::NoRecording)
+        );
         let both = choice("source = 'openni'\nrecording = 'a.oni'");
         assert_eq!(both.source(false), Err(CameraChoiceError::Recording));
     }

@@ -7,8 +7,8 @@ use serde::Deserialize;
 
 use super::{OutOfRange, fit};
 
-/// The cable of a step that γ is given for, metres: a pulley of 15 mm and 200 steps a turn. The true one is unknown,
-/// and only makes γ larger or smaller.
+/// The cable of a step that γ is given for, metres: a pulley of 15 mm and 200 steps a turn. The
+/// true one is unknown, and only makes γ larger or smaller.
 pub const NOMINAL_STEP_M: f64 = 2.0 * std::f64::consts::PI * 0.015 / 200.0;
 
 /// The law and its parameters.
@@ -159,7 +159,8 @@ impl LawSettings {
         Ok(())
     }
 
-    /// Sets the bounds α and β of the law `interval`, metres of ball a metre of cable; others have none.
+    /// Sets the bounds α and β of the law `interval`, metres of ball a metre of cable; others have
+    /// none.
     ///
     /// # Errors
     /// Where one is not above 0.
@@ -192,8 +193,9 @@ impl LawSettings {
                 let half = Bound::LSB / 2.0;
                 let alpha = fit("law.interval.alpha", alpha.get(), |a| Bound::from_si(a - half))?;
                 let beta = fit("law.interval.beta", beta.get(), |b| Bound::from_si(b + half))?;
-                let gain =
-                    fit("law.interval.gamma", gamma.get(), |g| Gain::from_si(g * 1e-6 / NOMINAL_STEP_M))?;
+                let gain = fit("law.interval.gamma", gamma.get(), |g| {
+                    Gain::from_si(g * 1e-6 / NOMINAL_STEP_M)
+                })?;
                 Law::Interval(Interval { signs: *signs, ..Interval::uniform(alpha, beta, gain) })
             }
             Self::Sign { gain, .. } => {

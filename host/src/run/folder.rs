@@ -24,8 +24,9 @@ pub struct Scene {
     pub motors: Option<[Point3<f64>; 3]>,
 }
 
-/// The folder of a run that is going on. Every row is handed to the operating system when it is recorded, so that
-/// `run.csv` is complete up to the last frame however the run ends; [`RunFolder::finish`] adds the rest.
+/// The folder of a run that is going on. Every row is handed to the operating system when it is
+/// recorded, so that `run.csv` is complete up to the last frame however the run ends;
+/// [`RunFolder::finish`] adds the rest.
 #[derive(Debug)]
 pub struct RunFolder {
     path: PathBuf,
@@ -43,17 +44,23 @@ impl RunFolder {
         Self::begin(new_folder(path.into())?, scene)
     }
 
-    /// Makes a new folder `PREFIX-0001`, `PREFIX-0002`, ... under `parent`, one above the highest there is.
+    /// Makes a new folder `PREFIX-0001`, `PREFIX-0002`, ... under `parent`, one above the highest
+    /// there is.
     ///
     /// # Errors
     /// [`RunError::NoFreeNumber`] after 9999; [`RunError::Io`].
-    pub fn create_numbered(parent: impl AsRef<Path>, prefix: &str, scene: Scene) -> Result<Self, RunError> {
+    pub fn create_numbered(
+        parent: impl AsRef<Path>,
+        prefix: &str,
+        scene: Scene,
+    ) -> Result<Self, RunError> {
         Self::begin(numbered_folder(parent.as_ref(), prefix)?, scene)
     }
 
     fn begin(path: PathBuf, scene: Scene) -> Result<Self, RunError> {
         let file = create_new(&path.join("run.csv"))?;
-        let mut folder = Self { path, rows: csv::Writer::from_writer(file), samples: Vec::new(), scene };
+        let mut folder =
+            Self { path, rows: csv::Writer::from_writer(file), samples: Vec::new(), scene };
         folder.write(Row::HEADER)?;
         Ok(folder)
     }
@@ -73,7 +80,8 @@ impl RunFolder {
         self.write(row.fields())
     }
 
-    /// Ends the run, well or badly: writes `summary.json` and draws the figures from the rows so far.
+    /// Ends the run, well or badly: writes `summary.json` and draws the figures from the rows so
+    /// far.
     ///
     /// # Errors
     /// The first file that cannot be written (a full disk). The others are tried all the same, and
@@ -112,7 +120,10 @@ impl RunFolder {
         }
     }
 
-    fn write<T: AsRef<[u8]>>(&mut self, fields: impl IntoIterator<Item = T>) -> Result<(), RunError> {
+    fn write<T: AsRef<[u8]>>(
+        &mut self,
+        fields: impl IntoIterator<Item = T>,
+    ) -> Result<(), RunError> {
         let path = || self.path.join("run.csv");
         self.rows.write_record(fields).map_err(|source| RunError::Csv { path: path(), source })?;
         self.rows.flush().map_err(RunError::io("write", path()))
@@ -141,7 +152,9 @@ pub(super) fn numbered_folder(parent: &Path, prefix: &str) -> Result<PathBuf, Ru
             Ok(()) => return Ok(path),
             // Another run took it just now.
             Err(source) if source.kind() == ErrorKind::AlreadyExists => {}
-            Err(source) => return Err(RunError::Io { action: "create the run folder", path, source }),
+            Err(source) => {
+                return Err(RunError::Io { action: "create the run folder", path, source });
+            }
         }
     }
     Err(RunError::NoFreeNumber { parent: parent.into(), prefix: prefix.into() })
@@ -152,8 +165,9 @@ fn highest_number(parent: &Path, prefix: &str) -> Result<u32, RunError> {
     let mut highest = 0;
     for entry in fs::read_dir(parent).map_err(RunError::io("look into", parent))? {
         let name = entry.map_err(RunError::io("look into", parent))?.file_name();
-        let number =
-            name.to_str().and_then(|name| name.strip_prefix(prefix)?.strip_prefix('-')?.parse::<u32>().ok());
+        let number = name
+            .to_str()
+            .and_then(|name| name.strip_prefix(prefix)?.strip_prefix('-')?.parse::<u32>().ok());
         highest = highest.max(number.unwrap_or(0));
     }
     Ok(highest)

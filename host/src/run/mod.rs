@@ -1,5 +1,6 @@
-//! What a run leaves behind: a folder with `run.csv` (a row a frame), `summary.json`, `figure4.svg` (x, y, z and |e|
-//! over the frames) and `figure5.svg` (the path in space), named after the paper's figures.
+//! What a run leaves behind: a folder with `run.csv` (a row a frame), `summary.json`, `figure4.svg`
+//! (x, y, z and |e| over the frames) and `figure5.svg` (the path in space), named after the paper's
+//! figures.
 
 mod error;
 mod figures;

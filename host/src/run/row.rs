@@ -72,7 +72,8 @@ impl Row {
     /// The row's fields in the order of [`Row::HEADER`]; numbers such that they read back the same.
     pub(crate) fn fields(&self) -> Vec<String> {
         let three = |values: Option<[f64; 3]>| values.map_or([None; 3], |v| v.map(Some));
-        let detection = self.detection.map_or([None; 4], |d| [d.u, d.v, d.radius, d.score].map(Some));
+        let detection =
+            self.detection.map_or([None; 4], |d| [d.u, d.v, d.radius, d.score].map(Some));
         // Zero is added to write -0 as 0.
         let text = |value: Option<f64>| value.map(|v| (v + 0.0).to_string()).unwrap_or_default();
 

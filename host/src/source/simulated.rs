@@ -1,4 +1,5 @@
-//! A camera that looks at a rig that is not there: synthetic pictures of wherever its ball is, on time.
+//! A camera that looks at a rig that is not there: synthetic pictures of wherever its ball is, on
+//! time.
 
 use std::cell::RefCell;
 use std::collections::VecDeque;
@@ -105,8 +106,8 @@ impl World for ServedWorld {
     }
 }
 
-/// A rig in this process that follows what any board, real or not, says of its motors, in real time: a board is
-/// tried without a rig.
+/// A rig in this process that follows what any board, real or not, says of its motors, in real
+/// time: a board is tried without a rig.
 pub struct FollowingWorld {
     rig: Rc<RefCell<FollowingRig>>,
     clock: RealTime,
@@ -220,7 +221,12 @@ pub struct SimulatedCamera<W> {
 
 impl<W: World> SimulatedCamera<W> {
     /// Looks at `world`, whose cables come from `motors` (metres, rig frame).
-    pub fn new(world: W, camera: SyntheticCamera, motors: [Point3<f64>; 3], timing: Timing) -> Self {
+    pub fn new(
+        world: W,
+        camera: SyntheticCamera,
+        motors: [Point3<f64>; 3],
+        timing: Timing,
+    ) -> Self {
         let next_capture = world.now();
         Self { world, camera, motors, timing, next_capture, under_way: VecDeque::new() }
     }
@@ -237,7 +243,8 @@ impl<W: World> SimulatedCamera<W> {
         self.under_way.push_back((now, self.world.ball()));
         // A host that is too slow misses pictures; it does not get them later.
         let period = 1.0 / self.timing.rate;
-        self.next_capture += period * ((now - self.next_capture) / period).floor().max(0.0) + period;
+        self.next_capture +=
+            period * ((now - self.next_capture) / period).floor().max(0.0) + period;
         Ok(())
     }
 

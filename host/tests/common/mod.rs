@@ -22,7 +22,8 @@ pub(crate) fn stderr(output: &Output) -> String {
 /// The last line of standard output, which is JSON.
 pub(crate) fn json(output: &Output) -> Value {
     let text = String::from_utf8_lossy(&output.stdout);
-    serde_json::from_str(text.lines().last().unwrap_or_default()).unwrap_or_else(|e| panic!("{e}: {text}"))
+    serde_json::from_str(text.lines().last().unwrap_or_default())
+        .unwrap_or_else(|e| panic!("{e}: {text}"))
 }
 
 pub(crate) fn folder() -> TempDir {
@@ -92,7 +93,8 @@ pub(crate) fn until_rows(run: &mut Child, folder: &Path, count: usize) {
 
 /// Records the paper's ball at rest for half a second to `folder/recording`.
 pub(crate) fn record(folder: &Path) -> PathBuf {
-    let demo = ["demo", "--memory", "--patience", "0.5", "--record", "recording", "--out", "recorded-run"];
+    let demo =
+        ["demo", "--memory", "--patience", "0.5", "--record", "recording", "--out", "recorded-run"];
     let output = plumb(&demo, folder);
     assert!(stderr(&output).contains("recorded: "), "{}", stderr(&output));
     folder.join("recording")

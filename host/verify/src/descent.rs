@@ -1,4 +1,5 @@
-//! Whether the law of signs lets |e| fall on every rig of a kind: sym(J Σ⁻¹) > 0, by branch and bound.
+//! Whether the law of signs lets |e| fall on every rig of a kind: sym(J Σ⁻¹) > 0, by branch and
+//! bound.
 
 use super::rigs::Cell;
 use super::{Interval, Rigs};
@@ -25,16 +26,20 @@ pub fn sign_descent(rigs: &Rigs, most_cells: usize) -> Descent {
         cells += 1;
         match positive(symmetric(&cell, rigs)) {
             Some(true) => continue,
-            Some(false) if cell.0.iter().all(|side| side.width() < 1e-3) => return Descent::Fails(cells),
+            Some(false) if cell.0.iter().all(|side| side.width() < 1e-3) => {
+                return Descent::Fails(cells);
+            }
             _ if cells >= most_cells => return Descent::Open(cells),
-            _ => open.extend(cell.halves(sizes).into_iter().filter(|half| half.contains_some(rigs))),
+            _ => {
+                open.extend(cell.halves(sizes).into_iter().filter(|half| half.contains_some(rigs)))
+            }
         }
     }
     Descent::Holds(cells)
 }
 
-/// B + B' for B = 4 J Σ⁻¹, its rows and columns scaled with 1, 1 and √h, which leaves definiteness as it is: entries xx, yy,
-/// zz, xy, xz, yz.
+/// B + B' for B = 4 J Σ⁻¹, its rows and columns scaled with 1, 1 and √h, which leaves definiteness
+/// as it is: entries xx, yy, zz, xy, xz, yz.
 fn symmetric(cell: &Cell, rigs: &Rigs) -> [Interval; 6] {
     let s = cell.shape(rigs.least_lambda);
     let [a, b, c] = s.lengths;

@@ -44,7 +44,8 @@ impl Patch {
     }
 }
 
-/// The least value over all directions of e of what `value` encloses for a patch of them; see [`least`].
+/// The least value over all directions of e of what `value` encloses for a patch of them; see
+/// [`least`].
 pub(super) fn over_directions(
     value: impl FnMut(&Patch) -> Interval,
     known: impl Fn(Interval) -> bool,

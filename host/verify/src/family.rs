@@ -22,19 +22,22 @@ impl Family {
         Self([[minus, minus, plus], [minus, plus, Interval::point(0.0)], [minus; 3]])
     }
 
-    /// Whether none of them is singular: the determinant is linear in each entry for itself, so that its least and
-    /// greatest values are at corners of the box; all corners must have one sign.
+    /// Whether none of them is singular: the determinant is linear in each entry for itself, so
+    /// that its least and greatest values are at corners of the box; all corners must have one
+    /// sign.
     #[must_use]
     pub fn nonsingular(&self) -> bool {
-        let determinants: Vec<_> =
-            (0..512).map(|k| determinant(&self.vertex(k).map(|r| r.map(Interval::point)))).collect();
+        let determinants: Vec<_> = (0..512)
+            .map(|k| determinant(&self.vertex(k).map(|r| r.map(Interval::point))))
+            .collect();
         determinants.iter().all(|d| d.lo > 0.0) || determinants.iter().all(|d| d.hi < 0.0)
     }
 
     /// The corners of the box, by rows; where all nine intervals have a width, 512.
     #[must_use]
     pub fn vertices(&self) -> Vec<[[f64; 3]; 3]> {
-        let narrow: u32 = (0..9).filter(|n| self.0[n / 3][n % 3].width() == 0.0).map(|n| 1 << n).sum();
+        let narrow: u32 =
+            (0..9).filter(|n| self.0[n / 3][n % 3].width() == 0.0).map(|n| 1 << n).sum();
         (0..512).filter(|corner| corner & narrow == 0).map(|corner| self.vertex(corner)).collect()
     }
 
@@ -47,7 +50,8 @@ impl Family {
         [0, 3, 6].map(|row| [row, row + 1, row + 2].map(end))
     }
 
-    /// v of eqs. (7), (8) for the error `e`: per column what of the interval of e'J is nearest to zero.
+    /// v of eqs. (7), (8) for the error `e`: per column what of the interval of e'J is nearest to
+    /// zero.
     #[must_use]
     pub fn v(&self, e: [f64; 3]) -> [f64; 3] {
         [0, 1, 2].map(|k| {
@@ -58,14 +62,16 @@ impl Family {
         })
     }
 
-    /// The least |v|/|e| over all e, within which it is: the lower end is proved, the upper one is reached. With u̇ = -γ v,
-    /// e'Jv >= |v|² lets |e| fall at least as exp(-γ lo² t), whatever J of the family is the true one.
+    /// The least |v|/|e| over all e, within which it is: the lower end is proved, the upper one is
+    /// reached. With u̇ = -γ v, e'Jv >= |v|² lets |e| fall at least as exp(-γ lo² t), whatever J of
+    /// the family is the true one.
     #[must_use]
     pub fn least_v(&self) -> Interval {
         let value = |patch: &Patch| {
             let (e, centre) = (patch.e(), patch.centre());
             let v = [0, 1, 2].map(|k| dot(e, [0, 1, 2].map(|i| self.0[i][k])).magnitude());
-            let reached = norm(self.v(centre).map(Interval::point)) / norm(centre.map(Interval::point));
+            let reached =
+                norm(self.v(centre).map(Interval::point)) / norm(centre.map(Interval::point));
             let lowest = norm(v.map(|v| Interval::point(v.lo))) / norm(e);
             Interval::new(lowest.lo.max(0.0), reached.hi)
         };
@@ -84,10 +90,13 @@ mod tests {
         family
     }
 
-    /// Proposition 1: the pattern (12) is never singular. With an entry in the place of its zero it may be.
+    /// Proposition 1: the pattern (12) is never singular. With an entry in the place of its zero it
+    /// may be.
     #[test]
     fn the_sign_pattern_is_never_singular() {
-        assert!(Family::of_signs(0.005, 0.5).nonsingular() && Family::of_signs(1e-6, 1e3).nonsingular());
+        assert!(
+            Family::of_signs(0.005, 0.5).nonsingular() && Family::of_signs(1e-6, 1e3).nonsingular()
+        );
         assert!(!askew(0.005, 0.5, 0.1).nonsingular() && askew(0.3, 0.5, 0.1).nonsingular());
         assert!(!Family::of_signs(-0.01, 0.5).nonsingular());
     }
@@ -103,6 +112,9 @@ mod tests {
     #[test]
     fn intervals_without_width_have_one_corner() {
         assert_eq!(Family::of_signs(0.1, 0.2).vertices().len(), 256);
-        assert_eq!(Family::of_signs(0.1, 0.1).vertices(), [[[-0.1, -0.1, 0.1], [-0.1, 0.1, 0.0], [-0.1; 3]]]);
+        assert_eq!(
+            Family::of_signs(0.1, 0.1).vertices(),
+            [[[-0.1, -0.1, 0.1], [-0.1, 0.1, 0.0], [-0.1; 3]]]
+        );
     }
 }

@@ -1,4 +1,5 @@
-//! The law of signs is stable for every Jacobian with the sign pattern: the Routh-Hurwitz conditions of J Σ⁻¹, exactly.
+//! The law of signs is stable for every Jacobian with the sign pattern: the Routh-Hurwitz
+//! conditions of J Σ⁻¹, exactly.
 
 use super::polynomial::Polynomial;
 
@@ -7,8 +8,8 @@ type Matrix = [[Polynomial; 3]; 3];
 
 /// How many monomials, all of them positive, each condition is a sum of.
 ///
-/// With B = |det Σ| J Σ⁻¹ (= 4 J Σ⁻¹), whose characteristic polynomial is s³ - tr s² + E₂ s - det: all eigenvalues have positive
-/// real parts where tr, det and tr E₂ - det are positive.
+/// With B = |det Σ| J Σ⁻¹ (= 4 J Σ⁻¹), whose characteristic polynomial is s³ - tr s² + E₂ s - det:
+/// all eigenvalues have positive real parts where tr, det and tr E₂ - det are positive.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct RouthHurwitz {
     /// tr B.
@@ -21,8 +22,9 @@ pub struct RouthHurwitz {
     pub difference: usize,
 }
 
-/// The conditions for all J with the signs `jacobian`, driven with the inverse of `law`: expanded in the nine magnitudes |J_ik|
-/// with whole coefficients. `None` where `law` is singular, or where a condition has a monomial that is not positive.
+/// The conditions for all J with the signs `jacobian`, driven with the inverse of `law`: expanded
+/// in the nine magnitudes |J_ik| with whole coefficients. `None` where `law` is singular, or where
+/// a condition has a monomial that is not positive.
 #[must_use]
 pub fn routh_hurwitz(jacobian: Signs, law: Signs) -> Option<RouthHurwitz> {
     let b = product(jacobian, inverse(law)?);
@@ -50,7 +52,8 @@ fn inverse(signs: Signs) -> Option<[[i64; 3]; 3]> {
             - s[next(i, 1)][next(k, 2)] * s[next(i, 2)][next(k, 1)]
     };
     let determinant: i64 = (0..3).map(|k| s[0][k] * cofactor(0, k)).sum();
-    (determinant != 0).then(|| [0, 1, 2].map(|i| [0, 1, 2].map(|k| determinant.signum() * cofactor(k, i))))
+    (determinant != 0)
+        .then(|| [0, 1, 2].map(|i| [0, 1, 2].map(|k| determinant.signum() * cofactor(k, i))))
 }
 
 /// J times `right`, where J_ik = σ_ik |J_ik|.
@@ -77,7 +80,8 @@ mod tests {
         assert_eq!(inverse(SIGNS), Some([[-1, -2, -1], [-1, 2, -1], [2, 0, -2]]));
     }
 
-    /// With another sign anywhere in the law's Σ, or with a Jacobian that has another sign, it is not so any more.
+    /// With another sign anywhere in the law's Σ, or with a Jacobian that has another sign, it is
+    /// not so any more.
     #[test]
     fn with_another_sign_anywhere_they_are_not_met() {
         for (i, k) in (0..9).map(|n| (n / 3, n % 3)) {
@@ -86,7 +90,10 @@ mod tests {
                 other[i][k] = sign;
                 assert_eq!(routh_hurwitz(SIGNS, other), None, "law with {sign} at {i}, {k}");
                 // A zero is the limit of both signs, and is no other sign.
-                assert!(sign == 0 || routh_hurwitz(other, SIGNS).is_none(), "J with {sign} at {i}, {k}");
+                assert!(
+                    sign == 0 || routh_hurwitz(other, SIGNS).is_none(),
+                    "J with {sign} at {i}, {k}"
+                );
             }
         }
     }

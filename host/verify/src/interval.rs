@@ -1,4 +1,5 @@
-//! Intervals of reals whose ends are rounded outwards: what is computed with them holds for every real in them.
+//! Intervals of reals whose ends are rounded outwards: what is computed with them holds for every
+//! real in them.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 

@@ -13,7 +13,8 @@ const MOST_CELLS: usize = 300_000;
 /// An entry of |J| that may be less is taken for one that may be 0.
 const VANISHING: f64 = 1e-4;
 
-/// Safe bounds of the entries of |J| that are not zero by the signs; metres of ball a metre of cable.
+/// Safe bounds of the entries of |J| that are not zero by the signs; metres of ball a metre of
+/// cable.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Magnitudes {
     /// Not above the least one; 0 where that is under 10⁻⁴.
@@ -30,7 +31,8 @@ impl Magnitudes {
     }
 }
 
-/// The least and the largest of the |J_ik| of a shape, J_yC apart, which is 0; within which they are.
+/// The least and the largest of the |J_ik| of a shape, J_yC apart, which is 0; within which they
+/// are.
 fn extremes(s: &Shape) -> [Interval; 2] {
     let one = Interval::point(1.0);
     let [a, b, c] = s.lengths;
@@ -46,8 +48,8 @@ fn extremes(s: &Shape) -> [Interval; 2] {
     ]
 }
 
-/// α and β over all `rigs`: the better of what bisection of J's exact structure gives, to half a percent of the best there are
-/// where 300 000 cells do for that, and of [`rough`].
+/// α and β over all `rigs`: the better of what bisection of J's exact structure gives, to half a
+/// percent of the best there are where 300 000 cells do for that, and of [`rough`].
 #[must_use]
 pub fn over_rigs(rigs: &Rigs) -> Magnitudes {
     let whole = Cell::whole(rigs);
@@ -57,18 +59,27 @@ pub fn over_rigs(rigs: &Rigs) -> Magnitudes {
         halves.retain(|half| half.contains_some(rigs));
         halves
     };
-    let (bisected, by_hand) = (bounds(whole, |cell| cell.shape(rigs.least_lambda), halves), rough(rigs));
+    let (bisected, by_hand) =
+        (bounds(whole, |cell| cell.shape(rigs.least_lambda), halves), rough(rigs));
     Magnitudes { alpha: bisected.alpha.max(by_hand.alpha), beta: bisected.beta.min(by_hand.beta) }
 }
 
 /// α and β along a way, to half a percent of the best there are.
 #[must_use]
 pub fn over_way(way: &Way) -> Magnitudes {
-    bounds(Interval::new(0.0, 1.0), |part| way.cell(*part).shape(0.0), |part| part.halves().to_vec())
+    bounds(
+        Interval::new(0.0, 1.0),
+        |part| way.cell(*part).shape(0.0),
+        |part| part.halves().to_vec(),
+    )
 }
 
 /// α and β over what `whole` is bisected into.
-fn bounds<C: Copy>(whole: C, shape: impl Fn(&C) -> Shape, halves: impl Fn(&C) -> Vec<C>) -> Magnitudes {
+fn bounds<C: Copy>(
+    whole: C,
+    shape: impl Fn(&C) -> Shape,
+    halves: impl Fn(&C) -> Vec<C>,
+) -> Magnitudes {
     let known = |value: Interval| within(TOLERANCE)(value) || value.magnitude().hi < VANISHING;
     let bound = |value: &dyn Fn(&C) -> Interval| {
         least(vec![whole], value, &halves, known, MOST_CELLS).map_or(0.0, |found| found.value.lo)
@@ -82,9 +93,10 @@ fn bounds<C: Copy>(whole: C, shape: impl Fn(&C) -> Shape, halves: impl Fn(&C) ->
 
 /// α and β by hand, from rough geometry alone: safe, in a few operations.
 ///
-/// Derived here from J = K diag(l) of docs/control.md; the paper's own formulas, (22) and (23), were not at hand. Let m be the least λ, s the
-/// longest side of the triangle and a = D W/s its least altitude. The ball is between (1 - λ_k) a and (1 - λ_k) s from motor k
-/// as seen from above, and λ_k is from m to 1 - 2m. So
+/// Derived here from J = K diag(l) of docs/control.md; the paper's own formulas, (22) and (23),
+/// were not at hand. Let m be the least λ, s the longest side of the triangle and a = D W/s its
+/// least altitude. The ball is between (1 - λ_k) a and (1 - λ_k) s from motor k as seen from above,
+/// and λ_k is from m to 1 - 2m. So
 ///
 /// ```text
 /// l from √(h² + (2m a)²), h the least, to √(h² + ((1 - m) s)²), h the largest
@@ -104,8 +116,11 @@ pub fn rough(rigs: &Rigs) -> Magnitudes {
     let shortest = hypot(nearest, 2.0 * m * altitude).lo;
     let longest = hypot(farthest, (one - m) * side).hi;
     let lengths = Interval::new(shortest, longest);
-    let level =
-        [rigs.apex * lengths / rigs.width, (one - rigs.apex) * lengths / rigs.width, lengths / rigs.depth];
+    let level = [
+        rigs.apex * lengths / rigs.width,
+        (one - rigs.apex) * lengths / rigs.width,
+        lengths / rigs.depth,
+    ];
     let lowest = m * hypot(one, (one - m) * altitude / farthest);
     let highest = hypot(one - 2.0 * m, side / (4.0 * nearest));
     let largest = (lengths / rigs.width).max(highest);

@@ -18,7 +18,8 @@ impl Polynomial {
         Self::default() + &Self(BTreeMap::from([(exponents, coefficient)]))
     }
 
-    /// How many monomials it has, where all are positive, so that it is positive wherever the magnitudes are; `None` otherwise.
+    /// How many monomials it has, where all are positive, so that it is positive wherever the
+    /// magnitudes are; `None` otherwise.
     pub(super) fn positive_monomials(&self) -> Option<usize> {
         (!self.0.is_empty() && self.0.values().all(|c| *c > 0)).then_some(self.0.len())
     }

@@ -1,7 +1,7 @@
 //! Kinds of rigs and places of the ball: boxes of geometries, and the straight way of one rig.
 //!
-//! A rig is D = y_A - y_B, W = x_A - x_C, t = (y_C - y_B)/D, and the ball is at barycentric λ in the triangle, h below the
-//! motors. Scaling all lengths leaves J as it is.
+//! A rig is D = y_A - y_B, W = x_A - x_C, t = (y_C - y_B)/D, and the ball is at barycentric λ in
+//! the triangle, h below the motors. Scaling all lengths leaves J as it is.
 
 use thiserror::Error;
 
@@ -26,8 +26,8 @@ pub struct Rigs {
 }
 
 impl Rigs {
-    /// Rigs of which each coordinate of the motors A, B, C (metres, rig frame) is within `tolerance` of what is given, with the
-    /// ball where λ >= `least_lambda`, `below` the motors.
+    /// Rigs of which each coordinate of the motors A, B, C (metres, rig frame) is within
+    /// `tolerance` of what is given, with the ball where λ >= `least_lambda`, `below` the motors.
     ///
     /// # Errors
     /// Where there may be no such rig; see [`Rigs::check`].
@@ -66,7 +66,8 @@ impl Rigs {
         checks.into_iter().find(|(holds, _)| !holds).map_or(Ok(self), |(_, error)| Err(error))
     }
 
-    /// docs/control.md: all D, W in 0.5-1.5 m, t in 0-1, the closed triangle, h in `least_below`-1 m.
+    /// docs/control.md: all D, W in 0.5-1.5 m, t in 0-1, the closed triangle, h in `least_below`-1
+    /// m.
     #[must_use]
     pub fn wide(least_below: f64) -> Self {
         Self {
@@ -96,7 +97,9 @@ pub enum RigsError {
     #[error("t = (yC - yB)/D must be from 0 to 1; it is from {0:.3} to {1:.3}")]
     Apex(f64, f64),
     /// h may be 0.
-    #[error("h must be above 0, its upper end not below its lower one; it is from {0:.3} to {1:.3} m")]
+    #[error(
+        "h must be above 0, its upper end not below its lower one; it is from {0:.3} to {1:.3} m"
+    )]
     Below(f64, f64),
     /// Out of its range.
     #[error("the least λ must be from 0 to 0.33, not {0}")]
@@ -151,7 +154,8 @@ impl Cell {
         let one = Interval::point(1.0);
         let b = one - a - c;
         let b = Interval::new(b.lo.max(least_lambda), b.hi.max(least_lambda));
-        // From A: (w λ_C, λ_B + λ_C (1 - t)); from B: (w λ_C, λ_A + λ_C t); from C: (w (1 - λ_C), (1 - t) λ_A - t λ_B).
+        // From A: (w λ_C, λ_B + λ_C (1 - t)); from B: (w λ_C, λ_A + λ_C t); from C: (w (1 - λ_C),
+        // (1 - t) λ_A - t λ_B).
         let far = (w * c).square() + h.square();
         let lengths = [
             (far + (b + c * (one - t)).square()).sqrt(),
@@ -176,9 +180,14 @@ impl Way {
     ///
     /// # Errors
     /// Where the motors are no rig, or an end is not inside their triangle and below them.
-    pub fn new(motors: &[[f64; 3]; 3], start: [f64; 3], target: [f64; 3]) -> Result<Self, RigsError> {
+    pub fn new(
+        motors: &[[f64; 3]; 3],
+        start: [f64; 3],
+        target: [f64; 3],
+    ) -> Result<Self, RigsError> {
         let height = motors[0][2];
-        let rigs = Rigs::around(motors, 0.0, 0.0, Interval::point(height - start[2].min(target[2])))?;
+        let rigs =
+            Rigs::around(motors, 0.0, 0.0, Interval::point(height - start[2].min(target[2])))?;
         let [a, b, _] = motors.map(|motor| motor.map(Interval::point));
         let place = |p: [f64; 3]| {
             let [x, y, z] = p.map(Interval::point);

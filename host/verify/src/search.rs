@@ -16,8 +16,9 @@ pub(super) struct Least<C> {
     pub(super) cells: usize,
 }
 
-/// Splits, with `halves`, the cell with the lowest bound until the least value over it is `known` well enough, or until
-/// `most_cells` were looked at. `value` encloses the least value over a cell. `None` where no cell is left.
+/// Splits, with `halves`, the cell with the lowest bound until the least value over it is `known`
+/// well enough, or until `most_cells` were looked at. `value` encloses the least value over a cell.
+/// `None` where no cell is left.
 pub(super) fn least<C>(
     start: Vec<C>,
     mut value: impl FnMut(&C) -> Interval,

@@ -1,4 +1,5 @@
-//! A camera: how it projects (intrinsics), where it stands (pose in the rig frame) and how big the ball is.
+//! A camera: how it projects (intrinsics), where it stands (pose in the rig frame) and how big the
+//! ball is.
 
 use nalgebra::{Isometry3, Point3};
 
@@ -24,7 +25,8 @@ impl Intrinsics {
         Point3::new((u - self.cx) / self.fx * z, (v - self.cy) / self.fy * z, z)
     }
 
-    /// The pixel that a point in camera axes (metres) is seen at; `None` for a point that is not in front.
+    /// The pixel that a point in camera axes (metres) is seen at; `None` for a point that is not in
+    /// front.
     pub fn project(&self, p: &Point3<f64>) -> Option<(f64, f64)> {
         (p.z > 1e-9).then(|| (self.fx * p.x / p.z + self.cx, self.fy * p.y / p.z + self.cy))
     }
@@ -34,12 +36,14 @@ impl Intrinsics {
         (self.fx + self.fy) / 2.0
     }
 
-    /// The radius (pixels, on the optical axis) of a ball of radius `ball_radius` at depth `z`, metres.
+    /// The radius (pixels, on the optical axis) of a ball of radius `ball_radius` at depth `z`,
+    /// metres.
     pub(crate) fn radius_at(&self, ball_radius: f64, z: f64) -> f64 {
         self.focal() * ball_radius / z
     }
 
-    /// The depth, metres, of a ball of radius `ball_radius` (metres) that is seen with `radius` pixels.
+    /// The depth, metres, of a ball of radius `ball_radius` (metres) that is seen with `radius`
+    /// pixels.
     pub(crate) fn depth_of(&self, ball_radius: f64, radius: f64) -> f64 {
         self.focal() * ball_radius / radius
     }

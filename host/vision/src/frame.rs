@@ -37,12 +37,18 @@ pub enum FrameError {
 }
 
 impl RgbdFrame {
-    /// A frame taken at `time` (seconds on the source's clock) from an 8-bit BGR picture and a 16-bit depth
-    /// picture of the same size, in `intrinsics.depth_scale` units a metre, 0 = no depth.
+    /// A frame taken at `time` (seconds on the source's clock) from an 8-bit BGR picture and a
+    /// 16-bit depth picture of the same size, in `intrinsics.depth_scale` units a metre, 0 = no
+    /// depth.
     ///
     /// # Errors
     /// Where a type, a size or the time stamp is not as said.
-    pub fn new(time: f64, colour: Mat, depth: Mat, intrinsics: Intrinsics) -> Result<Self, FrameError> {
+    pub fn new(
+        time: f64,
+        colour: Mat,
+        depth: Mat,
+        intrinsics: Intrinsics,
+    ) -> Result<Self, FrameError> {
         if colour.typ() != CV_8UC3 || colour.empty() {
             return Err(FrameError::Colour(colour.typ()));
         }

@@ -1,16 +1,17 @@
 //! From a detection to a position in the rig frame.
 //!
-//! Every pixel of the ball says by itself how far the ball's centre is. With camera axes, c = (x, y, 1) on
-//! the ray to the centre and P = z_s (x_s, y_s, 1) the surface point that a pixel sees at depth z_s, the
-//! centre z c lies a ball's radius R from P and behind it:
+//! Every pixel of the ball says by itself how far the ball's centre is. With camera axes, c = (x,
+//! y, 1) on the ray to the centre and P = z_s (x_s, y_s, 1) the surface point that a pixel sees at
+//! depth z_s, the centre z c lies a ball's radius R from P and behind it:
 //!
 //! ```text
 //! |P - z c|² = R²   =>   z = (P·c + sqrt((P·c)² - |c|² (|P|² - R²))) / |c|²
 //! ```
 //!
-//! For a ball far away that is the way R sqrt(1 - ρ²/R²) from the surface to the centre at ρ from the middle
-//! of the disc: R in the middle, 2R/3 in the mean over the disc, R/√2 in its median. Taken pixel by pixel it
-//! is right for whatever part of the disc has depth, and the median over the pixels is then the centre's.
+//! For a ball far away that is the way R sqrt(1 - ρ²/R²) from the surface to the centre at ρ from
+//! the middle of the disc: R in the middle, 2R/3 in the mean over the disc, R/√2 in its median.
+//! Taken pixel by pixel it is right for whatever part of the disc has depth, and the median over
+//! the pixels is then the centre's.
 
 use std::borrow::Cow;
 
@@ -31,7 +32,8 @@ const MIN_PIXELS: usize = 5;
 const GROUP: f64 = 0.6;
 /// Votes that have their error in common: noise of depth is smooth.
 const ALIKE: f64 = 8.0;
-/// What all votes have in common (standard deviation), metres at 1 m; as disparity's, it grows with the square.
+/// What all votes have in common (standard deviation), metres at 1 m; as disparity's, it grows with
+/// the square.
 const BIAS: f64 = 0.000_5;
 /// How a disc is read that has been fitted, and one that is about to be and is compared with many.
 const FINELY: Reading = Reading { grid: 48.0, size_error: 0.05 };
@@ -61,21 +63,24 @@ pub struct Located {
 pub struct CentreDepth {
     /// Depth of the centre along the optical axis, metres.
     pub depth: f64,
-    /// Part of the disc's pixels in the picture (0 to 1) that agree on it within half a ball's radius.
+    /// Part of the disc's pixels in the picture (0 to 1) that agree on it within half a ball's
+    /// radius.
     pub support: f64,
     /// Standard deviation of the depth, metres.
     pub error: f64,
 }
 
-/// The ball's position: the median of what the valid depth pixels on its disc say of its centre, deprojected
-/// and mapped into the rig frame; `None` where too few pixels have depth or agree on it.
+/// The ball's position: the median of what the valid depth pixels on its disc say of its centre,
+/// deprojected and mapped into the rig frame; `None` where too few pixels have depth or agree on
+/// it.
 pub fn locate(detection: &Detection, frame: &RgbdFrame, camera: &Camera) -> Option<Located> {
     let centre = centre_depth(detection, frame, camera.ball_diameter / 2.0)?;
     let lens = frame.intrinsics();
     let point = lens.deproject(detection.u, detection.v, centre.depth);
     let mut across = Matrix3::zeros();
     across.fixed_view_mut::<2, 2>(0, 0).copy_from(&detection.covariance);
-    let pixel = Matrix3::from_diagonal(&Vector3::new(centre.depth / lens.fx, centre.depth / lens.fy, 0.0));
+    let pixel =
+        Matrix3::from_diagonal(&Vector3::new(centre.depth / lens.fx, centre.depth / lens.fy, 0.0));
     let along = point.coords / point.z * centre.error;
     let seen = pixel * across * pixel + along * along.transpose();
     let turn = camera.pose.rotation.to_rotation_matrix();
@@ -87,13 +92,17 @@ pub fn locate(detection: &Detection, frame: &RgbdFrame, camera: &Camera) -> Opti
 ///
 /// Of the pixels' votes the densest group is taken (things in front of the ball and behind it vote
 /// elsewhere), and of that the median. `None` where it is fewer than a tenth of the disc's pixels.
-pub fn centre_depth(detection: &Detection, frame: &RgbdFrame, ball_radius: f64) -> Option<CentreDepth> {
+pub fn centre_depth(
+    detection: &Detection,
+    frame: &RgbdFrame,
+    ball_radius: f64,
+) -> Option<CentreDepth> {
     let disc = (detection.u, detection.v, detection.radius);
     agreed_depth(disc, &DepthView::of(frame).ok()?, ball_radius, FINELY, |_, _| true)
 }
 
-/// As [`centre_depth`], of a disc (column, row, radius, pixels) that is not fitted yet, from fewer pixels: those that
-/// `count`.
+/// As [`centre_depth`], of a disc (column, row, radius, pixels) that is not fitted yet, from fewer
+/// pixels: those that `count`.
 pub(crate) fn rough_centre_depth(
     disc: (f64, f64, f64),
     depth: &DepthView,
@@ -114,7 +123,8 @@ fn agreed_depth(
     let (mut votes, pixels) = centre_votes(disc, depth, ball_radius, grid, count);
     let expected = depth.intrinsics.depth_of(ball_radius, disc.2);
     votes.sort_unstable_by(f64::total_cmp);
-    // What is in front of the ball may be larger than what is seen of it, but is not of the size that a ball there has.
+    // What is in front of the ball may be larger than what is seen of it, but is not of the size
+    // that a ball there has.
     let group = likeliest(&votes, GROUP * ball_radius, expected, size_error);
     let support = group.len() as f64 / pixels.max(1) as f64;
     if group.len() < MIN_PIXELS || support < MIN_SUPPORT {
@@ -128,8 +138,8 @@ fn agreed_depth(
     Some(CentreDepth { depth, support, error })
 }
 
-/// A frame's depth picture, to be read at many pixels (a call of OpenCV a pixel would take longer than all
-/// else).
+/// A frame's depth picture, to be read at many pixels (a call of OpenCV a pixel would take longer
+/// than all else).
 pub(crate) struct DepthView<'a> {
     raw: Cow<'a, [u16]>,
     width: i32,
@@ -151,10 +161,14 @@ impl<'a> DepthView<'a> {
 
     /// Whether (`u`, `v`) is in the picture.
     pub(crate) fn contains(&self, u: f64, v: f64) -> bool {
-        u >= -0.5 && v >= -0.5 && u < f64::from(self.width) - 0.5 && v < f64::from(self.height) - 0.5
+        u >= -0.5
+            && v >= -0.5
+            && u < f64::from(self.width) - 0.5
+            && v < f64::from(self.height) - 0.5
     }
 
-    /// Depth in metres at the pixel nearest to (`u`, `v`); `None` outside the picture or where there is none.
+    /// Depth in metres at the pixel nearest to (`u`, `v`); `None` outside the picture or where
+    /// there is none.
     pub(crate) fn at(&self, u: f64, v: f64) -> Option<f64> {
         if !self.contains(u, v) {
             return None;
@@ -174,7 +188,8 @@ pub(crate) fn pixels<T: DataType>(mat: &Mat) -> Result<Cow<'_, [T]>, opencv::Err
     mat.try_clone()?.data_typed().map(|pixels| Cow::Owned(pixels.to_vec()))
 }
 
-/// What each pixel on the disc that counts says of the centre's depth, metres, and how many pixels were asked.
+/// What each pixel on the disc that counts says of the centre's depth, metres, and how many pixels
+/// were asked.
 fn centre_votes(
     (u, v, radius): (f64, f64, f64),
     depth: &DepthView,
@@ -201,8 +216,8 @@ fn centre_votes(
     (votes, pixels)
 }
 
-/// The depth of the centre, seen at pixel `centre`, of a ball whose surface is seen at `pixel` at depth `z`,
-/// metres; `None` where no ball there would be hit by that pixel's ray.
+/// The depth of the centre, seen at pixel `centre`, of a ball whose surface is seen at `pixel` at
+/// depth `z`, metres; `None` where no ball there would be hit by that pixel's ray.
 fn vote(
     intrinsics: &Intrinsics,
     centre: (f64, f64),
@@ -213,12 +228,13 @@ fn vote(
     let c = intrinsics.deproject(centre.0, centre.1, 1.0).coords;
     let p = intrinsics.deproject(pixel.0, pixel.1, z).coords;
     let along = p.dot(&c);
-    let discriminant = along * along - c.norm_squared() * (p.norm_squared() - ball_radius * ball_radius);
+    let discriminant =
+        along * along - c.norm_squared() * (p.norm_squared() - ball_radius * ball_radius);
     (discriminant >= 0.0).then(|| (along + discriminant.sqrt()) / c.norm_squared())
 }
 
-/// Of the runs of `sorted` that span no more than `width` the longest, those weighing less that are far from
-/// `expected` (standard deviation of the logarithm: `size_error`).
+/// Of the runs of `sorted` that span no more than `width` the longest, those weighing less that are
+/// far from `expected` (standard deviation of the logarithm: `size_error`).
 fn likeliest(sorted: &[f64], width: f64, expected: f64, size_error: f64) -> &[f64] {
     let (mut best, mut most, mut start) = (0..0, 0.0, 0);
     for (end, &z) in sorted.iter().enumerate() {
@@ -260,15 +276,22 @@ mod tests {
         Camera { intrinsics: INTRINSICS, pose, ball_diameter: 2.0 * ball_radius, ball_hue: 0.0 }
     }
 
-    /// The depth picture of a sphere in front of a wall 3 m away; `keep` says which pixels have depth.
-    fn render(centre: &Point3<f64>, radius: f64, keep: impl Fn(i32, i32) -> Option<u16>) -> RgbdFrame {
-        let mut depth = Mat::new_rows_cols_with_default(240, 320, CV_16UC1, Scalar::all(30_000.0)).unwrap();
+    /// The depth picture of a sphere in front of a wall 3 m away; `keep` says which pixels have
+    /// depth.
+    fn render(
+        centre: &Point3<f64>,
+        radius: f64,
+        keep: impl Fn(i32, i32) -> Option<u16>,
+    ) -> RgbdFrame {
+        let mut depth =
+            Mat::new_rows_cols_with_default(240, 320, CV_16UC1, Scalar::all(30_000.0)).unwrap();
         for v in 0..240 {
             for u in 0..320 {
                 // |z d - centre| = radius, the nearer root.
                 let d = INTRINSICS.deproject(f64::from(u), f64::from(v), 1.0).coords;
                 let b = d.dot(&centre.coords);
-                let disc = b * b - d.norm_squared() * (centre.coords.norm_squared() - radius * radius);
+                let disc =
+                    b * b - d.norm_squared() * (centre.coords.norm_squared() - radius * radius);
                 let pixel = depth.at_2d_mut::<u16>(v, u).unwrap();
                 if disc >= 0.0 {
                     let z = (b - disc.sqrt()) / d.norm_squared();
@@ -350,8 +373,9 @@ mod tests {
     fn too_little_depth_is_none() {
         let centre = Point3::new(0.0, 0.0, 1.0);
         let seen = detection(&centre, 0.03);
-        let dotted =
-            |every: i32| render(&centre, 0.03, move |u, v| (u % every + v % every != 0).then_some(0));
+        let dotted = |every: i32| {
+            render(&centre, 0.03, move |u, v| (u % every + v % every != 0).then_some(0))
+        };
         assert!(locate(&seen, &dotted(2), &camera(0.03)).is_some());
         assert!(locate(&seen, &dotted(4), &camera(0.03)).is_none());
         let outside = Detection { u: -50.0, ..seen };

@@ -1,4 +1,5 @@
-//! The board in virtual time: bytes in and out, a clock that is moved by hand, and a rig that its steps move.
+//! The board in virtual time: bytes in and out, a clock that is moved by hand, and a rig that its
+//! steps move.
 
 use nalgebra::Point3;
 use plumb_core::{Board, BuildLimits, Outbox, TICK_US, Thinker};
@@ -11,7 +12,8 @@ use crate::wire::{Link, Traffic, Wire};
 /// What an emulated board is built for: the steps of the Pico's firmware, and no storage.
 pub const EMULATED: BuildLimits = BuildLimits { max_pulse_rate: 1_250_000, storage: false };
 
-/// Bytes that wait for a host that does not read; the oldest go first, as on a link that nobody listens to.
+/// Bytes that wait for a host that does not read; the oldest go first, as on a link that nobody
+/// listens to.
 const WAITING_MAX: usize = 1 << 16;
 
 /// A board whose chip is this program. Nothing happens in it but by [`run_to`](Self::run_to).
@@ -91,15 +93,18 @@ impl EmulatedBoard {
         std::mem::take(&mut self.waiting)
     }
 
-    /// Lets the board's time pass up to `end`, in whole ticks: the last one ends at `end` or before it.
+    /// Lets the board's time pass up to `end`, in whole ticks: the last one ends at `end` or before
+    /// it.
     ///
     /// # Errors
-    /// Where the rig cannot follow its motors; the board is then at the tick in which that happened.
+    /// Where the rig cannot follow its motors; the board is then at the tick in which that
+    /// happened.
     pub fn run_to(&mut self, end: Micros) -> Result<(), RigError> {
         while self.now.0 + u64::from(TICK_US) <= end.0 {
             self.restart_if_due();
             self.deliver();
-            // The plan itself is for hardware: the rig follows the positions, which are counted from the same pulses.
+            // The plan itself is for hardware: the rig follows the positions, which are counted
+            // from the same pulses.
             let _ = self.board.tick(self.now, &mut self.thinker, &mut self.outbox);
             self.now.0 += u64::from(TICK_US);
             self.collect();
@@ -163,7 +168,8 @@ impl EmulatedBoard {
 
     /// Hands the frames to the board that have arrived by now.
     fn deliver(&mut self) {
-        while let Some(frame) = self.link.as_mut().and_then(|link| link.to_board.receive(self.now)) {
+        while let Some(frame) = self.link.as_mut().and_then(|link| link.to_board.receive(self.now))
+        {
             self.board.receive(self.now, &frame, &mut self.outbox);
             self.collect();
         }

@@ -15,8 +15,8 @@ use crate::board::EmulatedBoard;
 use crate::rig::RigError;
 use crate::terminal::Terminal;
 
-/// A board that lags further behind than this has its clock stopped for the rest: a busy machine must not look like
-/// a silent host.
+/// A board that lags further behind than this has its clock stopped for the rest: a busy machine
+/// must not look like a silent host.
 const LAG_MAX: Duration = Duration::from_millis(20);
 
 /// Why a served board came to its end.
@@ -94,12 +94,17 @@ impl Drop for Served {
     }
 }
 
-/// A poisoned lock means that another thread panicked; the board itself is as it was after its last tick.
+/// A poisoned lock means that another thread panicked; the board itself is as it was after its last
+/// tick.
 fn lock(board: &Mutex<EmulatedBoard>) -> MutexGuard<'_, EmulatedBoard> {
     board.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-fn run(board: &Mutex<EmulatedBoard>, mut terminal: Terminal, stop: &AtomicBool) -> Result<(), ServeError> {
+fn run(
+    board: &Mutex<EmulatedBoard>,
+    mut terminal: Terminal,
+    stop: &AtomicBool,
+) -> Result<(), ServeError> {
     let mut buffer = [0; 4096];
     let mut last = Instant::now();
     let mut behind = Duration::ZERO;

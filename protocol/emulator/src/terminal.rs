@@ -9,7 +9,8 @@ use rustix::fs::{OFlags, fcntl_getfl, fcntl_setfl};
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
 
-/// The board's end of a pseudo-terminal; hosts open the other end by its [`path`](Self::path) like any serial port.
+/// The board's end of a pseudo-terminal; hosts open the other end by its [`path`](Self::path) like
+/// any serial port.
 ///
 /// Dropping it is what pulling the plug is to a host.
 pub struct Terminal {
@@ -25,7 +26,8 @@ impl Terminal {
     /// # Errors
     /// What the operating system says: no pseudo-terminals left, or none mounted.
     pub fn open() -> io::Result<Self> {
-        let board_end: OwnedFd = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC)?;
+        let board_end: OwnedFd =
+            openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC)?;
         grantpt(&board_end)?;
         unlockpt(&board_end)?;
         let path = ptsname(&board_end, Vec::new())?;
@@ -44,7 +46,8 @@ impl Terminal {
         &self.path
     }
 
-    /// Reads what has come from the host, without waiting; the number of bytes, 0 where there are none.
+    /// Reads what has come from the host, without waiting; the number of bytes, 0 where there are
+    /// none.
     ///
     /// # Errors
     /// What the operating system says.
@@ -55,7 +58,8 @@ impl Terminal {
         }
     }
 
-    /// Sends `bytes` to the host, without waiting: what does not fit, since nobody reads it, is lost.
+    /// Sends `bytes` to the host, without waiting: what does not fit, since nobody reads it, is
+    /// lost.
     ///
     /// # Errors
     /// What the operating system says.

@@ -58,7 +58,8 @@ fn stretch(random: &mut Random, accumulator: &mut Accumulator, outcome: &mut Out
     stream.extend(framed(&last));
     let found = decode_in_pieces(random, accumulator, &stream);
     compare(&stream, &found, outcome);
-    let heard = found.last().and_then(|found| found.as_ref().ok()).and_then(|bytes| read(bytes).ok());
+    let heard =
+        found.last().and_then(|found| found.as_ref().ok()).and_then(|bytes| read(bytes).ok());
     outcome.check(heard == Some(last), RESYNCHRONISES, || format!("{heard:?} instead of {last:?}"));
 }
 

@@ -200,7 +200,10 @@ fn deadlines(random: &mut Random) -> Deadlines {
 
 fn growth(random: &mut Random) -> Growth {
     let margin = if random.percent(60) { i64::from(i32::MAX) } else { random.corner(1, 1 << 30) };
-    Growth { margin: Micrometres(margin as i32), time: Milliseconds(random.corner(1, 65_535) as u16) }
+    Growth {
+        margin: Micrometres(margin as i32),
+        time: Milliseconds(random.corner(1, 65_535) as u16),
+    }
 }
 
 /// Returns a configuration with something that is usually out of its range.
@@ -222,7 +225,10 @@ pub fn absurd(random: &mut Random, positions: [i32; 3]) -> Config {
         10 => config.growth.time = Milliseconds(0),
         11 => config.drivers = Drivers::Coils(Coils { duty_percent: random.pick(&[0, 101, 255]) }),
         12 => config.mean = Milliseconds(random.range(401, 65_535) as u16),
-        13 => config.law = Law::Taut(Estimated { delay: Milliseconds(random.range(501, 65_535) as u16) }),
+        13 => {
+            config.law =
+                Law::Taut(Estimated { delay: Milliseconds(random.range(501, 65_535) as u16) })
+        }
         14..=16 => config.law = absurd_interval(random),
         _ => config.motors[motor] = narrowed(config.motors[motor], positions[motor]),
     }

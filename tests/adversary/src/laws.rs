@@ -152,7 +152,8 @@ where
     outcome.tally.add("pictures", pictures);
     let state = format!("{law:?}");
     outcome.check(!state.contains("NaN"), NUMBERS, || format!("{:?}: {state}", scene.motion));
-    let moves = (0..CALM_PICTURES).any(|_| law.update(&scene.calm()).rates != MotorRates::default());
+    let moves =
+        (0..CALM_PICTURES).any(|_| law.update(&scene.calm()).rates != MotorRates::default());
     outcome.tally.add("recovered", moves.into());
     outcome.check(moves, RECOVERS, || format!("{:?}, limits {:?}", scene.motion, config.motors));
 }

@@ -43,8 +43,13 @@ pub enum Aim {
 }
 
 impl Aim {
-    const ALL: [Self; 5] =
-        [Self::Once, Self::Repeated30Hz, Self::RepeatedEveryTick, Self::OtherEveryTick, Self::Wander];
+    const ALL: [Self; 5] = [
+        Self::Once,
+        Self::Repeated30Hz,
+        Self::RepeatedEveryTick,
+        Self::OtherEveryTick,
+        Self::Wander,
+    ];
 
     fn name(self) -> &'static str {
         match self {
@@ -74,7 +79,9 @@ pub fn run(seed: u64, stops: u64, outcome: &mut Outcome) {
         outcome.tick = stop;
         let config = config(&mut random);
         match Params::check(&config, &generate::build(true)) {
-            Ok(params) if random.one_in(20) => there_and_back(&mut random, &config, &params, outcome),
+            Ok(params) if random.one_in(20) => {
+                there_and_back(&mut random, &config, &params, outcome)
+            }
             Ok(params) => one_stop(&mut random, &config, &params, outcome),
             Err(field) => unreachable!("the configuration is within its ranges: {field}"),
         }
@@ -124,7 +131,8 @@ fn one_stop(random: &mut Random, config: &Config, params: &Params, outcome: &mut
     let directions = [0; 3].map(|_| random.range(-1, 1) as i32);
     let wanted = rates(random, config, directions);
     let aim = random.pick(&Aim::ALL);
-    let mut approach = Approach { planner, config, aim, directions, wanted, passed: false, ticks: 0 };
+    let mut approach =
+        Approach { planner, config, aim, directions, wanted, passed: false, ticks: 0 };
     if approach.drive_to_the_end(random, outcome) {
         approach.drive_to_rest(outcome);
         approach.count(outcome);
@@ -247,7 +255,11 @@ impl Approach<'_> {
     fn count(&self, outcome: &mut Outcome) {
         let tally = &mut outcome.tally;
         tally.count("stops");
-        tally.count(if self.config.mean.0 == 0 { "stops without mean" } else { "stops through a mean" });
+        tally.count(if self.config.mean.0 == 0 {
+            "stops without mean"
+        } else {
+            "stops through a mean"
+        });
         tally.count(self.aim.name());
         tally.add("stops beyond the travel", self.passed.into());
         if self.passed {

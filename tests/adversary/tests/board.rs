@@ -114,6 +114,8 @@ fn no_message_breaks_an_invariant_of_the_board() {
 
 #[test]
 fn the_same_seed_gives_the_same_run() {
-    let run = || campaign::run(1..9, 2, |seed, outcome| plumb_adversary::board::run(seed, 5_000, outcome));
+    let run = || {
+        campaign::run(1..9, 2, |seed, outcome| plumb_adversary::board::run(seed, 5_000, outcome))
+    };
     assert_eq!(run(), run());
 }

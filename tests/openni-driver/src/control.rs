@@ -85,7 +85,8 @@ impl Control {
     }
 
     fn from_numbers(numbers: &[f64; NUMBERS]) -> Self {
-        let [x, y, z, diameter, rate, plugged, silent, blind, depth_late, rows, flags @ ..] = *numbers;
+        let [x, y, z, diameter, rate, plugged, silent, blind, depth_late, rows, flags @ ..] =
+            *numbers;
         let [no_registration, keeps_mode, keeps_mirroring, no_sync, slow] = flags;
         Self {
             ball: (!x.is_nan()).then_some([x, y, z]),
@@ -119,7 +120,8 @@ impl ControlFile {
     /// # Errors
     /// Where it cannot be written.
     pub fn create(path: &Path, control: &Control) -> io::Result<Self> {
-        let file = OpenOptions::new().read(true).write(true).create(true).truncate(true).open(path)?;
+        let file =
+            OpenOptions::new().read(true).write(true).create(true).truncate(true).open(path)?;
         let mut this = Self { path: path.to_owned(), file, written: 0 };
         this.write(control)?;
         Ok(this)
@@ -173,8 +175,14 @@ mod tests {
         let mut file = ControlFile::create(&folder.path().join("control"), &control).unwrap();
         let reader = File::open(file.path()).unwrap();
         assert_eq!(read(&reader), Some(control));
-        control =
-            Control { ball: None, plugged: false, rows_missing: 7, keeps_mode: true, slow: 0.5, ..control };
+        control = Control {
+            ball: None,
+            plugged: false,
+            rows_missing: 7,
+            keeps_mode: true,
+            slow: 0.5,
+            ..control
+        };
         file.write(&control).unwrap();
         assert_eq!(read(&reader), Some(control));
         std::fs::write(file.path(), [1; BYTES - 1]).unwrap();

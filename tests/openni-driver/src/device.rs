@@ -57,7 +57,8 @@ pub(crate) struct Stream {
     device: Arc<Shared>,
 }
 
-/// The streams of a camera; each lives until the library has it destroyed, which waits for this lock.
+/// The streams of a camera; each lives until the library has it destroyed, which waits for this
+/// lock.
 #[derive(Default)]
 struct Streams(Vec<*mut Stream>);
 
@@ -115,7 +116,8 @@ impl Device {
             closed: AtomicBool::new(false),
             file,
         });
-        let mut modes = Box::new([SENSOR_DEPTH, SENSOR_COLOUR].map(|sensor| MODES.map(|m| mode(sensor, m))));
+        let mut modes =
+            Box::new([SENSOR_DEPTH, SENSOR_COLOUR].map(|sensor| MODES.map(|m| mode(sensor, m))));
         let [depth, colour] = modes.each_mut().map(|modes| modes.as_mut_ptr());
         let info = |sensor_type, modes| OniSensorInfo { sensor_type, mode_count: 2, modes };
         let infos = [info(SENSOR_DEPTH, depth), info(SENSOR_COLOUR, colour)];
@@ -147,7 +149,8 @@ impl Device {
     /// `stream` is this camera's, and not used after this.
     pub(crate) unsafe fn destroy_stream(&self, stream: *mut Stream) {
         lock(&self.shared.streams).0.retain(|&other| other != stream);
-        // SAFETY: it was made by `create_stream`, and is not in the list any more that the thread looks into.
+        // SAFETY: it was made by `create_stream`, and is not in the list any more that the thread
+        // looks into.
         drop(unsafe { Box::from_raw(stream) });
     }
 
@@ -186,14 +189,16 @@ impl Shared {
         while !self.closed.load(Ordering::Relaxed) {
             std::thread::sleep(next.saturating_duration_since(Instant::now()));
             let Some(control) = control::read(&self.file) else { continue };
-            next = Instant::now() + Duration::try_from_secs_f64(1.0 / control.rate).unwrap_or_default();
+            next = Instant::now()
+                + Duration::try_from_secs_f64(1.0 / control.rate).unwrap_or_default();
             if control.plugged != plugged
                 && let Some(library) = library
             {
                 plugged = control.plugged;
                 let (info, tell) =
                     (describe(uri), if plugged { library.connected } else { library.disconnected });
-                // SAFETY: the library gave this callback and cookie for this; the description lives through the call.
+                // SAFETY: the library gave this callback and cookie for this; the description lives
+                // through the call.
                 unsafe { tell(&raw const info, library.cookie) };
             }
             if plugged && !control.silent {
@@ -207,7 +212,8 @@ impl Shared {
     fn take(&self, control: &Control, index: c_int, time: Duration) {
         let registered = self.registration.load(Ordering::Relaxed) == REGISTRATION_DEPTH_TO_COLOUR;
         for &stream in &lock(&self.streams).0 {
-            // SAFETY: streams in the list live, and the library's calls that change them come before they are started.
+            // SAFETY: streams in the list live, and the library's calls that change them come
+            // before they are started.
             let stream = unsafe { &*stream };
             if stream.sensor != SENSOR_DEPTH || !control.blind {
                 stream.give(control, registered, index, time);
@@ -273,7 +279,8 @@ impl Stream {
 
     /// Renders a picture and hands it to the library.
     fn give(&self, control: &Control, registered: bool, index: c_int, time: Duration) {
-        let (true, Some(callback), false) = (self.started, self.callback, self.services.is_null()) else {
+        let (true, Some(callback), false) = (self.started, self.callback, self.services.is_null())
+        else {
             return;
         };
         // SAFETY: the library's services live as long as the stream.
@@ -293,7 +300,8 @@ impl Stream {
     }
 
     fn fill(&self, frame: &mut OniFrame, control: &Control, registered: bool) {
-        let missing = if self.sensor == SENSOR_COLOUR { c_int::from(control.rows_missing) } else { 0 };
+        let missing =
+            if self.sensor == SENSOR_COLOUR { c_int::from(control.rows_missing) } else { 0 };
         let (width, height) = (self.mode.resolution_x, self.mode.resolution_y - missing);
         frame.data_size = width * height * self.pixel_bytes();
         frame.sensor_type = self.sensor;

@@ -20,7 +20,8 @@ fn library() -> Option<Library> {
 fn connect(uri: &str) -> OniStatus {
     let Some(library) = library() else { return STATUS_ERROR };
     let info = describe(uri);
-    // SAFETY: the library gave this callback and cookie for this; the description lives through the call.
+    // SAFETY: the library gave this callback and cookie for this; the description lives through the
+    // call.
     unsafe { (library.connected)(&raw const info, library.cookie) };
     STATUS_OK
 }
@@ -34,9 +35,9 @@ unsafe fn path<'a>(uri: *const c_char) -> Option<&'a str> {
     unsafe { CStr::from_ptr(uri) }.to_str().ok()?.strip_prefix(SCHEME)
 }
 
-/// Declares functions of a driver; every one of them is called by the library only, with pointers that are valid by
-/// the interface's rules: handles are those that this driver gave and that were not closed, and a property's buffer
-/// has the size that is said beside it.
+/// Declares functions of a driver; every one of them is called by the library only, with pointers
+/// that are valid by the interface's rules: handles are those that this driver gave and that were
+/// not closed, and a property's buffer has the size that is said beside it.
 macro_rules! driver {
     ($($(#[$doc:meta])* fn $name:ident($($argument:ident: $type:ty),*) $(-> $answer:ty)? $body:block)*) => {$(
         $(#[$doc])*

@@ -5,7 +5,8 @@ use crate::control::Control;
 /// Focal length at 640 columns, pixels; both axes.
 pub const FOCAL_LENGTH: f64 = 525.0;
 
-/// The optical axis goes through the middle of the picture: this part of its width and height, less half a pixel.
+/// The optical axis goes through the middle of the picture: this part of its width and height, less
+/// half a pixel.
 pub const INTRINSICS_CENTRE: f64 = 0.5;
 
 /// Distance of the wall, metres.
@@ -44,7 +45,8 @@ impl Disc {
         Some(Self { centre, radius: control.diameter / 2.0, focal, middle })
     }
 
-    /// Where a ray through (`u`, `v`) meets the ball: distance along the axis and the light there, 0 to 1.
+    /// Where a ray through (`u`, `v`) meets the ball: distance along the axis and the light there,
+    /// 0 to 1.
     fn hit(&self, u: f64, v: f64) -> Option<(f64, f64)> {
         let ray = [(u - self.middle.0) / self.focal, (v - self.middle.1) / self.focal, 1.0];
         let dot = |a: &[f64; 3], b: &[f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
@@ -63,7 +65,10 @@ impl Disc {
             let bound = |x: f64| x.clamp(0.0, length as f64) as usize;
             bound(pixel - reach)..bound(pixel + reach + 1.0)
         };
-        (range(self.middle.0, self.centre[0], view.width), range(self.middle.1, self.centre[1], view.height))
+        (
+            range(self.middle.0, self.centre[0], view.width),
+            range(self.middle.1, self.centre[1], view.height),
+        )
     }
 }
 
@@ -79,7 +84,9 @@ pub(crate) fn colour(control: &Control, view: &View, pixels: &mut [u8]) {
             let (mut light, mut hits) = (0.0, 0.0);
             for fine in 0..FINE * FINE {
                 let part = |k: usize| (k as f64 + 0.5) / FINE as f64 - 0.5;
-                if let Some((_, l)) = disc.hit(x as f64 + part(fine % FINE), y as f64 + part(fine / FINE)) {
+                if let Some((_, l)) =
+                    disc.hit(x as f64 + part(fine % FINE), y as f64 + part(fine / FINE))
+                {
                     (light, hits) = (light + l, hits + 1.0);
                 }
             }
@@ -144,8 +151,9 @@ mod tests {
     /// Mean column and row of the pixels that `is` holds for.
     fn middle(is: impl Fn(usize) -> bool) -> (f64, f64) {
         let hits: Vec<usize> = (0..640 * 480).filter(|&i| is(i)).collect();
-        let mean =
-            |f: &dyn Fn(usize) -> usize| hits.iter().map(|&i| f(i) as f64).sum::<f64>() / hits.len() as f64;
+        let mean = |f: &dyn Fn(usize) -> usize| {
+            hits.iter().map(|&i| f(i) as f64).sum::<f64>() / hits.len() as f64
+        };
         (mean(&|i| i % 640), mean(&|i| i / 640))
     }
 

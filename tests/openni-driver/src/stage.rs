@@ -10,19 +10,26 @@ const LIBRARY: &str = "libOpenNI2.so.0";
 
 /// Where the system keeps the library; `None` where it is not installed.
 pub fn installed() -> Option<PathBuf> {
-    let multiarch = std::fs::read_dir("/usr/lib").into_iter().flatten().flatten().map(|entry| entry.path());
+    let multiarch =
+        std::fs::read_dir("/usr/lib").into_iter().flatten().flatten().map(|entry| entry.path());
     let folders = ["/usr/lib", "/usr/lib64", "/usr/local/lib"].map(PathBuf::from);
-    folders.into_iter().chain(multiarch).map(|folder| folder.join(LIBRARY)).find(|path| path.is_file())
+    folders
+        .into_iter()
+        .chain(multiarch)
+        .map(|folder| folder.join(LIBRARY))
+        .find(|path| path.is_file())
 }
 
-/// Copies the installed library, its driver for recordings and, with `driver`, this one into `folder`; the path of the
-/// library to load. To be called from a test: the driver is beside it.
+/// Copies the installed library, its driver for recordings and, with `driver`, this one into
+/// `folder`; the path of the library to load. To be called from a test: the driver is beside it.
 ///
 /// # Errors
-/// [`io::ErrorKind::NotFound`] where the library is not installed; where something cannot be copied.
+/// [`io::ErrorKind::NotFound`] where the library is not installed; where something cannot be
+/// copied.
 pub fn stage(folder: &Path, driver: bool) -> io::Result<PathBuf> {
     let missing = |what: String| io::Error::new(io::ErrorKind::NotFound, what);
-    let library = installed().ok_or_else(|| missing(format!("{LIBRARY} is not installed (libopenni2-0)")))?;
+    let library =
+        installed().ok_or_else(|| missing(format!("{LIBRARY} is not installed (libopenni2-0)")))?;
     let drivers = folder.join("OpenNI2/Drivers");
     std::fs::create_dir_all(&drivers)?;
     std::fs::copy(&library, folder.join(LIBRARY))?;

@@ -56,9 +56,11 @@ fn quick() -> Deadlines {
 /// Where the red ball is seen, and its nearest depth, millimetres.
 fn seen(pair: &Pair, width: usize) -> (f64, f64, u16) {
     let red = |p: &[u8]| i32::from(p[0]) - i32::from(p[1].max(p[2])) > 40;
-    let hits: Vec<usize> = (0..pair.depth.len()).filter(|&i| red(&pair.colour[3 * i..3 * i + 3])).collect();
-    let mean =
-        |f: &dyn Fn(usize) -> usize| hits.iter().map(|&i| f(i) as f64).sum::<f64>() / hits.len() as f64;
+    let hits: Vec<usize> =
+        (0..pair.depth.len()).filter(|&i| red(&pair.colour[3 * i..3 * i + 3])).collect();
+    let mean = |f: &dyn Fn(usize) -> usize| {
+        hits.iter().map(|&i| f(i) as f64).sum::<f64>() / hits.len() as f64
+    };
     let (u, v) = (mean(&|i| i % width), mean(&|i| i / width));
     (u, v, pair.depth[v.round() as usize * width + u.round() as usize])
 }
@@ -93,7 +95,10 @@ fn a_live_camera_is_registered_unmirrored_and_of_the_size_asked_for() {
         // The optical axis goes through (319.5, 239.5).
         let (u, v, z) = seen(&pair, 640);
         let k = FOCAL_LENGTH / 1.2;
-        assert!((u - 319.5 - 0.25 * k).abs() < 0.5 && (v - 239.5 + 0.1 * k).abs() < 0.5, "({u}, {v})");
+        assert!(
+            (u - 319.5 - 0.25 * k).abs() < 0.5 && (v - 239.5 + 0.1 * k).abs() < 0.5,
+            "({u}, {v})"
+        );
         assert!((1159..1166).contains(&z), "{z}");
         assert!(pair.time > last && pair.time <= camera.now(), "{} after {last}", pair.time);
         last = pair.time;
@@ -115,10 +120,16 @@ fn what_the_camera_does_not_do_is_said() {
         assert!(parts.iter().all(|part| text.contains(part)), "{parts:?} in {text}");
     };
     let wide = Settings { width: 1280, height: 1024, ..Settings::default() };
-    says(refused(good, wide), &["colour", "1280x1024 at 30 Hz", "320x240 at 30 Hz, 640x480 at 30 Hz"]);
+    says(
+        refused(good, wide),
+        &["colour", "1280x1024 at 30 Hz", "320x240 at 30 Hz, 640x480 at 30 Hz"],
+    );
     let fast = Settings { rate: 60, ..Settings::default() };
     says(refused(good, fast), &["640x480 at 60 Hz", "320x240 at 30 Hz"]);
-    says(refused(Control { no_registration: true, ..good }, Settings::default()), &["registration"]);
+    says(
+        refused(Control { no_registration: true, ..good }, Settings::default()),
+        &["registration"],
+    );
     let kept = refused(Control { keeps_mode: true, ..good }, Settings::default());
     says(kept, &["size and rate", "640x480", "320x240"]);
     says(
@@ -132,9 +143,15 @@ fn what_the_camera_does_not_do_is_said() {
         ..Settings::default()
     };
     says(refused(Control { slow: 1.0, ..good }, slow), &["does not come back from opening it"]);
-    let absent =
-        Camera::open(openni().unwrap(), &Target::Uri("plumb-test:/no/such".to_owned()), Settings::default());
-    says(absent.map(|camera| camera.opened().clone()), &["plumb-test:/no/such", "cannot be opened"]);
+    let absent = Camera::open(
+        openni().unwrap(),
+        &Target::Uri("plumb-test:/no/such".to_owned()),
+        Settings::default(),
+    );
+    says(
+        absent.map(|camera| camera.opened().clone()),
+        &["plumb-test:/no/such", "cannot be opened"],
+    );
 }
 
 #[test]
@@ -245,10 +262,11 @@ fn record(told: &mut Told, count: usize) -> PathBuf {
 /// All pairs of a recording and how it ended.
 fn play(path: &Path) -> (Vec<Pair>, Vec<OpenniError>, Result<(), OpenniError>) {
     let settings = Settings::default();
-    let mut camera = match Camera::open(openni().unwrap(), &Target::Recording(path.to_owned()), settings) {
-        Ok(camera) => camera,
-        Err(error) => return (Vec::new(), Vec::new(), Err(error)),
-    };
+    let mut camera =
+        match Camera::open(openni().unwrap(), &Target::Recording(path.to_owned()), settings) {
+            Ok(camera) => camera,
+            Err(error) => return (Vec::new(), Vec::new(), Err(error)),
+        };
     let (mut pairs, mut problems) = (Vec::new(), Vec::new());
     loop {
         match camera.next_pair() {
@@ -274,7 +292,10 @@ fn what_is_recorded_is_played_whole() {
     for (i, two) in pairs.windows(2).enumerate() {
         let (before, after) = (seen(&two[0], 640), seen(&two[1], 640));
         assert!(two[1].time > two[0].time && after.0 >= before.0 - 0.01, "picture {i}");
-        assert!((1159..1166).contains(&after.2), "picture {i}: colour and depth are apart ({after:?})");
+        assert!(
+            (1159..1166).contains(&after.2),
+            "picture {i}: colour and depth are apart ({after:?})"
+        );
     }
     // The same again.
     assert_eq!(play(&path), (pairs, problems, end));
@@ -290,12 +311,17 @@ fn a_damaged_recording_is_an_error_and_never_blocks() {
     let whole = std::fs::read(&path).unwrap();
     let (all, _, _) = play(&path);
     let cut = told.path("cut.oni");
-    for part in [0, 3, 20, 200, 1000, whole.len() / 3, whole.len() / 2, whole.len() - 5000, whole.len() - 1] {
+    for part in
+        [0, 3, 20, 200, 1000, whole.len() / 3, whole.len() / 2, whole.len() - 5000, whole.len() - 1]
+    {
         std::fs::write(&cut, &whole[..part]).unwrap();
         let (pairs, _, end) = play(&cut);
         let error = end.unwrap_err().to_string();
         let says = if part < 4 { "no .oni recording" } else { "truncated" };
-        assert!(pairs.is_empty() && error.contains(says) && error.contains("cut.oni"), "{part}: {error}");
+        assert!(
+            pairs.is_empty() && error.contains(says) && error.contains("cut.oni"),
+            "{part}: {error}"
+        );
     }
     // A byte of a depth picture, which is compressed.
     let mut flipped = whole.clone();

@@ -1,9 +1,12 @@
-//! The real firmware in the emulated chip, on a pseudo-terminal, in real time: for `plumb goto` and anything else that
-//! speaks to a board. Its emergency loop is closed.
+//! The real firmware in the emulated chip, on a pseudo-terminal, in real time: for `plumb goto` and
+//! anything else that speaks to a board. Its emergency loop is closed.
 //!
 //! Usage: `chip-terminal FIRMWARE.elf`. Prints the terminal's path, and runs until it is ended.
 
-#![allow(clippy::expect_used, reason = "a tool for tests: it stops at the first surprise and says which")]
+#![allow(
+    clippy::expect_used,
+    reason = "a tool for tests: it stops at the first surprise and says which"
+)]
 
 use std::io::{Read, Write};
 use std::path::Path;
@@ -47,7 +50,10 @@ fn main() {
     while chip.try_wait().expect("the chip's process").is_none() {
         let count = terminal.read(&mut buffer).expect("the pseudo-terminal");
         if count > 0 {
-            to_chip.write_all(&buffer[..count]).and_then(|()| to_chip.flush()).expect("the chip takes bytes");
+            to_chip
+                .write_all(&buffer[..count])
+                .and_then(|()| to_chip.flush())
+                .expect("the chip takes bytes");
         }
         for bytes in receiver.try_iter() {
             terminal.write(&bytes).expect("the pseudo-terminal");

@@ -3,8 +3,8 @@
 //!
 //! Usage: `links [--seeds N] [--link WORD] [--law NAME] [--runs] [--real-time]`. `--link` takes the
 //! links with this word in their names; `--runs` also prints every run that is not as it must be;
-//! `--real-time` runs over pseudo-terminals, which takes ten seconds a run and more, without the links
-//! that fall silent.
+//! `--real-time` runs over pseudo-terminals, which takes ten seconds a run and more, without the
+//! links that fall silent.
 
 #![allow(clippy::expect_used, reason = "a tool for tests: it stops at the first surprise")]
 
@@ -14,7 +14,9 @@ use std::sync::Mutex;
 use std::thread;
 
 use plumb::rig::LawSettings;
-use plumb_tests::links::{LinkCase, Outcome, Run, Verdict, in_real_time, in_virtual_time, judge, links};
+use plumb_tests::links::{
+    LinkCase, Outcome, Run, Verdict, in_real_time, in_virtual_time, judge, links,
+};
 
 const USAGE: &str = "[--seeds N] [--link WORD] [--law NAME] [--runs] [--real-time]";
 
@@ -43,17 +45,22 @@ fn main() -> ExitCode {
             return ExitCode::from(2);
         }
     };
-    let mut done =
-        carry_out(planned(&options), if options.real_time { in_real_time } else { in_virtual_time });
+    let mut done = carry_out(
+        planned(&options),
+        if options.real_time { in_real_time } else { in_virtual_time },
+    );
     done.sort_by_key(|done| done.run.seed);
     let mut rows: Vec<(&str, &str)> = Vec::new();
     for link in links() {
         rows.extend(LawSettings::NAMES.map(|law| (link.name, law)));
     }
-    println!("| link | law | runs | legs driven | false reached | wrong | s to the cause | causes |");
+    println!(
+        "| link | law | runs | legs driven | false reached | wrong | s to the cause | causes |"
+    );
     println!("|---|---|---:|---:|---:|---:|---:|---|");
     for (link, law) in rows {
-        let row: Vec<&Done> = done.iter().filter(|d| d.run.link.name == link && d.run.law == law).collect();
+        let row: Vec<&Done> =
+            done.iter().filter(|d| d.run.link.name == link && d.run.law == law).collect();
         if !row.is_empty() {
             println!("{}", line(link, law, &row));
         }
@@ -85,9 +92,11 @@ fn options(mut words: impl Iterator<Item = String>) -> Result<Options, String> {
 
 fn planned(options: &Options) -> Vec<Run> {
     let mut runs = Vec::new();
-    // In real time the board's deadlines are long, so that a busy machine does not look like a silent host.
-    let is_meant =
-        |link: &LinkCase| link.name.contains(&options.link) && !(options.real_time && link.falls_silent());
+    // In real time the board's deadlines are long, so that a busy machine does not look like a
+    // silent host.
+    let is_meant = |link: &LinkCase| {
+        link.name.contains(&options.link) && !(options.real_time && link.falls_silent())
+    };
     for link in links().into_iter().filter(is_meant) {
         for law in LawSettings::NAMES.into_iter().filter(|law| law.contains(&options.law)) {
             runs.extend((0..options.seeds).map(|seed| Run { link, law, seed }));
@@ -128,7 +137,8 @@ fn line(link: &str, law: &str, row: &[&Done]) -> String {
     for done in row.iter().filter(|d| d.outcome.exit_code != 0) {
         *causes.entry(&done.outcome.cause).or_default() += 1;
     }
-    let causes: Vec<String> = causes.iter().map(|(cause, count)| format!("{count}x {cause}")).collect();
+    let causes: Vec<String> =
+        causes.iter().map(|(cause, count)| format!("{count}x {cause}")).collect();
     format!(
         "| {link} | {law} | {} | {driven}/{targets} | {false_reached} | {wrong} | {latest} | {} |",
         row.len(),
@@ -141,7 +151,17 @@ fn told(Done { run, outcome, verdict }: &Done) -> String {
     let mut what: Vec<String> =
         verdict.false_reached.iter().map(|leg| format!("false \"reached\" of {leg}")).collect();
     what.extend(verdict.wrong.clone());
-    let legs: Vec<String> =
-        outcome.legs.iter().map(|l| format!("{} frames {:.1} mm", l.frames, l.true_error_m * 1e3)).collect();
-    format!("{}, {}, seed {}: {} [{}]", run.link.name, run.law, run.seed, what.join("; "), legs.join(", "))
+    let legs: Vec<String> = outcome
+        .legs
+        .iter()
+        .map(|l| format!("{} frames {:.1} mm", l.frames, l.true_error_m * 1e3))
+        .collect();
+    format!(
+        "{}, {}, seed {}: {} [{}]",
+        run.link.name,
+        run.law,
+        run.seed,
+        what.join("; "),
+        legs.join(", ")
+    )
 }

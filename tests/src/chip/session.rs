@@ -1,17 +1,22 @@
 //! A chip that is spoken to in the protocol's words, and what its pulses were.
 
 use plumb_protocol::Config;
-use plumb_protocol::config::{Deadlines, Drivers, Growth, Interval, Law, Motor, Reached, StepDir, Workspace};
+use plumb_protocol::config::{
+    Deadlines, Drivers, Growth, Interval, Law, Motor, Reached, StepDir, Workspace,
+};
 use plumb_protocol::frame::encode;
 use plumb_protocol::message::{
     Command, Fault, FromBoard, Hello, Position, Refusal, State, Telemetry, ToBoard,
 };
-use plumb_protocol::units::{Acceleration, Bound, Gain, Micrometres, Milliseconds, Point, Rate, Steps16};
+use plumb_protocol::units::{
+    Acceleration, Bound, Gain, Micrometres, Milliseconds, Point, Rate, Steps16,
+};
 use serde_json::{Value, json};
 
 use super::{CYCLES_PER_US, Chip, EMERGENCY, ENABLE};
 
-/// What a driver has seen on its STEP and DIR inputs since it was last asked; times in cycles, `None` where there was none.
+/// What a driver has seen on its STEP and DIR inputs since it was last asked; times in cycles,
+/// `None` where there was none.
 #[derive(Debug, Clone, Copy)]
 pub struct Pulses {
     /// How many.
@@ -194,7 +199,8 @@ impl Chip {
     }
 }
 
-/// A configuration for `rate` full steps/s in sixteenths, which a ball 2 m from its target asks for, with next to no ramp.
+/// A configuration for `rate` full steps/s in sixteenths, which a ball 2 m from its target asks
+/// for, with next to no ramp.
 ///
 /// # Panics
 /// Where there is no such rate.

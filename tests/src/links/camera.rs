@@ -62,7 +62,8 @@ impl<W: World> SpotCamera<W> {
         let depth = Mat::from_slice_2d(&rows)?;
         let colour = Mat::new_rows_cols_with_default(SIZE, SIZE, CV_8UC3, Scalar::all(0.0))?;
         let what = format!("the picture at {time} s");
-        RgbdFrame::new(time, colour, depth, intrinsics).map_err(|error| SourceError::Frame { what, error })
+        RgbdFrame::new(time, colour, depth, intrinsics)
+            .map_err(|error| SourceError::Frame { what, error })
     }
 }
 

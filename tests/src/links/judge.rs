@@ -38,8 +38,11 @@ pub fn judge(run: &Run, outcome: &Outcome) -> Verdict {
     let false_reached = not.iter().map(|(index, leg)| {
         format!("target {}: {} frames, {:.1} mm", index + 1, leg.frames, leg.true_error_m * 1e3)
     });
-    let mut verdict =
-        Verdict { driven: driven.len(), false_reached: false_reached.collect(), ..Verdict::default() };
+    let mut verdict = Verdict {
+        driven: driven.len(),
+        false_reached: false_reached.collect(),
+        ..Verdict::default()
+    };
     let mut wrong = Vec::new();
     let mut check = |right: bool, what: &dyn Fn() -> String| {
         if !right {

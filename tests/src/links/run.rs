@@ -242,7 +242,9 @@ fn told(result: &Result<Summary, SessionError>) -> Told {
             SessionError::Broken { error, ended } => {
                 Told { claimed: claimed(&ended.summary), exit_code: 1, cause: error.to_string() }
             }
-            SessionError::Link(error) => Told { claimed: 0, exit_code: 1, cause: error.to_string() },
+            SessionError::Link(error) => {
+                Told { claimed: 0, exit_code: 1, cause: error.to_string() }
+            }
             _ => Told { claimed: 0, exit_code: 2, cause: error.to_string() },
         },
     }

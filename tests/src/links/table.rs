@@ -30,7 +30,8 @@ pub struct LinkCase {
 }
 
 /// Words for a link that is interrupted.
-const INTERRUPTED: &[&str] = &["nothing came from the host", "no answer", "nothing has come from the board"];
+const INTERRUPTED: &[&str] =
+    &["nothing came from the host", "no answer", "nothing has come from the board"];
 /// Words for a link that may lose enough frames in a row for a deadline of the board to pass.
 const UNHEARD: &[&str] = &["nothing came from the host", "no fresh position"];
 /// Words for a link that is too bad for requests, too.
@@ -92,13 +93,16 @@ impl Expected {
     pub fn allows(self, cause: &str) -> bool {
         match self {
             Self::Reached => false,
-            Self::Cause(words) | Self::Either(words) => words.iter().any(|word| cause.contains(word)),
+            Self::Cause(words) | Self::Either(words) => {
+                words.iter().any(|word| cause.contains(word))
+            }
         }
     }
 }
 
 impl LinkCase {
-    /// Whether the link falls silent for a while: what comes of that depends on the board's deadlines.
+    /// Whether the link falls silent for a while: what comes of that depends on the board's
+    /// deadlines.
     pub fn falls_silent(&self) -> bool {
         !(self.wire)(0).silences.is_empty()
     }
@@ -138,7 +142,8 @@ fn wire(line: Line, seed: u64) -> Wire {
 
 /// Everything at once: a slow line that delays, loses, damages and doubles.
 fn poor_radio(seed: u64) -> Wire {
-    let faults = Lane { latency: ms(10), lost: 0.03, damaged: 0.03, doubled: 0.03, ..Lane::default() };
+    let faults =
+        Lane { latency: ms(10), lost: 0.03, damaged: 0.03, doubled: 0.03, ..Lane::default() };
     both(Lane { line: Line::Baud(115_200), ..faults }, seed)
 }
 

@@ -13,8 +13,8 @@ use crate::estimate;
 use crate::params::{Own, Params};
 use crate::plan::Jogging;
 
-/// The ball is given up when this many pictures in a row show it outside the workspace: one may be a mistake of the
-/// detector.
+/// The ball is given up when this many pictures in a row show it outside the workspace: one may be
+/// a mistake of the detector.
 const OUTSIDE_PICTURES: u8 = 3;
 
 /// Highest rate of a motor on its way back into its travel, Q8 steps/s: 20 steps/s, about a
@@ -52,8 +52,9 @@ impl Board {
     /// with its id and content, is answered again; a Store that is still being written is answered
     /// once it is.
     fn handle_once(&mut self, now: Micros, message: &ToBoard, out: &mut Outbox) {
-        let repeated =
-            self.last_request.is_some_and(|last| last.is_repeated_by(message, self.config.as_ref()));
+        let repeated = self
+            .last_request
+            .is_some_and(|last| last.is_repeated_by(message, self.config.as_ref()));
         let result = if repeated { Ok(()) } else { self.carry_out(now, message, out) };
         if result.is_ok() {
             self.last_request = LastRequest::of(message);
@@ -64,7 +65,12 @@ impl Board {
         }
     }
 
-    fn carry_out(&mut self, now: Micros, message: &ToBoard, out: &mut Outbox) -> Result<(), Refusal> {
+    fn carry_out(
+        &mut self,
+        now: Micros,
+        message: &ToBoard,
+        out: &mut Outbox,
+    ) -> Result<(), Refusal> {
         let ToBoard { id, ref command } = *message;
         match *command {
             Command::Configure(ref config) => self.configure(id, config),
@@ -86,7 +92,8 @@ impl Board {
     #[inline(never)]
     pub fn see(&mut self, now: Micros, id: u16, position: &Position, out: &mut Outbox) {
         (self.attending, self.heard) = (true, now);
-        let result = if self.greeted { self.position(now, position, out) } else { Err(Refusal::NotGreeted) };
+        let result =
+            if self.greeted { self.position(now, position, out) } else { Err(Refusal::NotGreeted) };
         match result {
             // Telemetry answers to it.
             Ok(()) => self.telling = true,
@@ -188,9 +195,18 @@ impl Board {
         Ok(())
     }
 
-    fn position(&mut self, now: Micros, position: &Position, out: &mut Outbox) -> Result<(), Refusal> {
+    fn position(
+        &mut self,
+        now: Micros,
+        position: &Position,
+        out: &mut Outbox,
+    ) -> Result<(), Refusal> {
         let params = self.params.as_ref().ok_or(Refusal::Unconfigured)?;
-        if self.sight.sequence.is_some_and(|last| (position.sequence.wrapping_sub(last) as i16) <= 0) {
+        if self
+            .sight
+            .sequence
+            .is_some_and(|last| (position.sequence.wrapping_sub(last) as i16) <= 0)
+        {
             return Err(Refusal::PositionOutOfOrder);
         }
         // 16 + 10 bits.
@@ -220,7 +236,9 @@ impl Board {
     #[inline(never)]
     pub(super) fn judge(&mut self, now: Micros, out: &mut Outbox) {
         self.judging = false;
-        let (Activity::Seeking(seek), Some(params)) = (&mut self.activity, &self.params) else { return };
+        let (Activity::Seeking(seek), Some(params)) = (&mut self.activity, &self.params) else {
+            return;
+        };
         let Some(filtered) = self.sight.filtered() else { return };
         let error = estimate::magnitude(estimate::error(filtered, seek.target));
         seek.note_arrival(error, &self.sight, params);
@@ -229,7 +247,8 @@ impl Board {
         }
     }
 
-    /// Counts a picture with the ball outside; under way the board stops when it happens repeatedly.
+    /// Counts a picture with the ball outside; under way the board stops when it happens
+    /// repeatedly.
     fn ball_outside(&mut self, now: Micros, out: &mut Outbox) {
         self.sight.outside = self.sight.outside.saturating_add(1);
         let under_way = matches!(self.activity, Activity::Seeking(_) | Activity::Jogging(_));
@@ -238,7 +257,13 @@ impl Board {
         }
     }
 
-    fn target(&mut self, now: Micros, id: u16, target: Point, out: &mut Outbox) -> Result<(), Refusal> {
+    fn target(
+        &mut self,
+        now: Micros,
+        id: u16,
+        target: Point,
+        out: &mut Outbox,
+    ) -> Result<(), Refusal> {
         let params = self.usable()?;
         if !params.workspace.contains(target) {
             if matches!(self.activity, Activity::Seeking(_)) {
@@ -253,10 +278,9 @@ impl Board {
 
     fn hold(&mut self, now: Micros, id: u16) -> Result<(), Refusal> {
         let params = self.usable()?;
-        let fresh = self
-            .sight
-            .captured
-            .is_some_and(|captured| now.since(captured) <= u64::from(params.deadlines.position.0) * 1000);
+        let fresh = self.sight.captured.is_some_and(|captured| {
+            now.since(captured) <= u64::from(params.deadlines.position.0) * 1000
+        });
         self.may_seek()?;
         let here = self.sight.filtered().filter(|_| fresh).ok_or(Refusal::NoPosition)?;
         self.seek(now, Seek::new(Point(here.map(Micrometres)), id, now, true));

@@ -17,8 +17,8 @@ fn limit_us(limit: Milliseconds) -> u64 {
     u64::from(u32::from(limit.0) * 1000)
 }
 
-/// How long the ball may be unseen before the rates are cut, µs: two fifths of the deadline, which at 500 ms and 30 Hz is
-/// six pictures.
+/// How long the ball may be unseen before the rates are cut, µs: two fifths of the deadline, which
+/// at 500 ms and 30 Hz is six pictures.
 fn coasting_us(deadline: Milliseconds) -> u64 {
     u64::from(u32::from(deadline.0) * 400)
 }
@@ -49,7 +49,10 @@ impl Board {
     /// deadline nearer is attended to, and this is called again.
     #[inline(never)]
     pub(super) fn idle_ticks(&self, now: Micros) -> u32 {
-        if self.bootloader || self.storing.is_some() || matches!(self.activity, Activity::Jogging(_)) {
+        if self.bootloader
+            || self.storing.is_some()
+            || matches!(self.activity, Activity::Jogging(_))
+        {
             // What changes from tick to tick is looked at in each.
             return 0;
         }

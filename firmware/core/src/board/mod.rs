@@ -91,13 +91,14 @@ enum Activity {
 /// What the chip carries out for the next tick.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Tick {
-    /// Whether the drivers hold the motors: from the first configuration on, since motors without current drop the
-    /// ball; but not after an emergency stop or a restart for a mistake of the board's own.
+    /// Whether the drivers hold the motors: from the first configuration on, since motors without
+    /// current drop the ball; but not after an emergency stop or a restart for a mistake of the
+    /// board's own.
     pub drivers_enabled: bool,
     /// Restart into the bootloader now; the motors stand still.
     pub bootloader: bool,
-    /// Write the configuration now ([`Board::config`]) and say how that went ([`Board::stored`]); the motors stand
-    /// still.
+    /// Write the configuration now ([`Board::config`]) and say how that went ([`Board::stored`]);
+    /// the motors stand still.
     pub store: bool,
 }
 
@@ -132,8 +133,8 @@ impl Board {
         }
     }
 
-    /// Says why the board has started; before its first tick. What the motors did meanwhile is not known where it was
-    /// for a mistake of its own, and the board begins stopped.
+    /// Says why the board has started; before its first tick. What the motors did meanwhile is not
+    /// known where it was for a mistake of its own, and the board begins stopped.
     pub fn started(&mut self, cause: StartCause) {
         self.start_cause = cause;
         if matches!(cause, StartCause::Watchdog | StartCause::Panic | StartCause::HardFault) {
@@ -141,8 +142,8 @@ impl Board {
         }
     }
 
-    /// Takes up a configuration that was kept over a loss of power; before the first tick. Nothing moves until a host's
-    /// Hello has matched. One that is out of range for this board is ignored.
+    /// Takes up a configuration that was kept over a loss of power; before the first tick. Nothing
+    /// moves until a host's Hello has matched. One that is out of range for this board is ignored.
     pub fn restore(&mut self, config: &Config) {
         if let Ok(params) = Params::check(config, &self.build) {
             self.take_up(params, config);
@@ -179,14 +180,16 @@ impl Board {
     /// Takes in bytes that arrived at `now`, in any pieces; answers go to `out`.
     pub fn receive(&mut self, now: Micros, mut bytes: &[u8], out: &mut Outbox) {
         while !bytes.is_empty() {
-            let message = self.accumulator.take(&mut bytes).map(|message| message.and_then(frame::read));
+            let message =
+                self.accumulator.take(&mut bytes).map(|message| message.and_then(frame::read));
             if let Some(message) = &message {
                 self.take(now, message.as_ref().map_err(|error| *error), out);
             }
         }
     }
 
-    /// Takes in what a frame that arrived at `now` has turned out to be, for who looks for the frames himself.
+    /// Takes in what a frame that arrived at `now` has turned out to be, for who looks for the
+    /// frames himself.
     #[inline(never)]
     pub fn take(&mut self, now: Micros, message: Result<&ToBoard, FrameError>, out: &mut Outbox) {
         match message {
@@ -204,8 +207,9 @@ impl Board {
     }
 
     /// Plans the tick that begins at `now`, and says what there is to say; call every
-    /// [`TICK_US`](crate::plan::TICK_US). This is [`plan`](Self::plan) and [`report`](Self::report), with a `thinker` of the
-    /// board's own that answers at once: for hosts, whose time does not pass meanwhile.
+    /// [`TICK_US`](crate::plan::TICK_US). This is [`plan`](Self::plan) and
+    /// [`report`](Self::report), with a `thinker` of the board's own that answers at once: for
+    /// hosts, whose time does not pass meanwhile.
     pub fn tick(&mut self, now: Micros, thinker: &mut Thinker, out: &mut Outbox) -> Option<Tick> {
         let tick = self.plan(now, out);
         self.report(now, out);
@@ -215,8 +219,8 @@ impl Board {
         tick
     }
 
-    /// The first half of a tick: its [pulses](Self::pulses), and what else is to be carried out where that may have changed. A
-    /// chip has that in hand before it goes on to the second.
+    /// The first half of a tick: its [pulses](Self::pulses), and what else is to be carried out
+    /// where that may have changed. A chip has that in hand before it goes on to the second.
     #[inline]
     pub fn plan(&mut self, now: Micros, out: &mut Outbox) -> Option<Tick> {
         if self.attending || self.idle_for == 0 {
@@ -241,8 +245,8 @@ impl Board {
         self.planner.plan()
     }
 
-    /// The second half: how things go, what a slow law is to be asked, telemetry after a position and from time to time, and what
-    /// to wait for.
+    /// The second half: how things go, what a slow law is to be asked, telemetry after a position
+    /// and from time to time, and what to wait for.
     #[inline]
     pub fn report(&mut self, now: Micros, out: &mut Outbox) {
         self.planner.follow_up();
@@ -260,7 +264,8 @@ impl Board {
         }
     }
 
-    /// A tick that looks at what has happened and at what is due. One in which neither is needs nothing of this.
+    /// A tick that looks at what has happened and at what is due. One in which neither is needs
+    /// nothing of this.
     #[inline(never)]
     fn attend(&mut self, now: Micros, out: &mut Outbox) -> Tick {
         // Until then nothing is, whatever else there is to look at.
@@ -272,7 +277,8 @@ impl Board {
         let wanted = self.wanted(now);
         self.planner.aim(wanted.rates, wanted.ramp_us);
         self.telling |= due && self.greeted && now.since(self.told) >= TELEMETRY_US;
-        let off = matches!(self.activity, Activity::Faulted(Fault::EmergencyStop | Fault::Watchdog));
+        let off =
+            matches!(self.activity, Activity::Faulted(Fault::EmergencyStop | Fault::Watchdog));
         self.emergency_ticks = self.emergency_ticks.saturating_sub(1);
         (self.attending, self.idle_for) = (self.emergency_ticks > 0, 0);
         self.turn(now, out);
@@ -283,22 +289,24 @@ impl Board {
         }
     }
 
-    /// The question to a slow law that has come up, if any, for a [`Thinker`]; once. To be looked for after every
-    /// [`report`](Self::report).
+    /// The question to a slow law that has come up, if any, for a [`Thinker`]; once. To be looked
+    /// for after every [`report`](Self::report).
     #[inline]
     pub fn question(&mut self) -> Option<Question> {
         self.asking.take_question()
     }
 
-    /// A thinker's answer is there; it takes effect in its tick. One that is not there by then stops the board.
+    /// A thinker's answer is there; it takes effect in its tick. One that is not there by then
+    /// stops the board.
     #[inline(never)]
     pub fn answered(&mut self, answer: &Thought) {
         self.asking.answered(answer);
     }
 
-    /// The emergency input has cut the pulses off: the motors stand, `missing` pulses each from where they were planned
-    /// to be (+ where the direction line is high), and the drivers are let go. Latched like any fault; to be called
-    /// before every tick for as long as the input is open, so that clearing it is refused.
+    /// The emergency input has cut the pulses off: the motors stand, `missing` pulses each from
+    /// where they were planned to be (+ where the direction line is high), and the drivers are let
+    /// go. Latched like any fault; to be called before every tick for as long as the input is open,
+    /// so that clearing it is refused.
     #[inline(never)]
     pub fn emergency(&mut self, now: Micros, missing: [i32; 3], out: &mut Outbox) {
         self.emergency_ticks = EMERGENCY_TICKS;
@@ -347,7 +355,9 @@ impl Board {
     /// Goes by the answer that takes effect at `now`, if it is still asked for.
     fn take_answer(&mut self, now: Micros, out: &mut Outbox) {
         let Some((number, demand)) = self.asking.due(now) else { return };
-        let (Activity::Seeking(seek), Some(params)) = (&mut self.activity, &self.params) else { return };
+        let (Activity::Seeking(seek), Some(params)) = (&mut self.activity, &self.params) else {
+            return;
+        };
         if seek.question.take_if(|asked| *asked == number).is_none() {
             return;
         }
@@ -385,7 +395,11 @@ impl Board {
         }
         self.activity = Activity::Faulted(fault);
         self.attending = true;
-        out.send(&FromBoard::Fault(FaultReport { time: now, fault, configuration: self.configuration }));
+        out.send(&FromBoard::Fault(FaultReport {
+            time: now,
+            fault,
+            configuration: self.configuration,
+        }));
         self.tell(now, out);
     }
 

@@ -7,8 +7,9 @@ use plumb_protocol::message::FromBoard;
 /// Messages that wait to become frames: more are made into frames at once.
 const WAITING: usize = 8;
 
-/// Messages waiting to be sent. They become frames when those are asked for, which takes a chip some of its time. What does not
-/// fit is dropped whole and counted: a host that does not listen must not hold the board up.
+/// Messages waiting to be sent. They become frames when those are asked for, which takes a chip
+/// some of its time. What does not fit is dropped whole and counted: a host that does not listen
+/// must not hold the board up.
 #[derive(Debug, Default)]
 pub struct Outbox {
     waiting: Vec<FromBoard, WAITING>,
@@ -33,8 +34,9 @@ impl Outbox {
     /// Appends the frames of the messages that wait.
     fn frame(&mut self) {
         for message in &self.waiting {
-            let framed =
-                frame::encode(message).ok().and_then(|frame| self.bytes.extend_from_slice(&frame).ok());
+            let framed = frame::encode(message)
+                .ok()
+                .and_then(|frame| self.bytes.extend_from_slice(&frame).ok());
             if framed.is_none() {
                 self.dropped = self.dropped.saturating_add(1);
             }

@@ -1,7 +1,9 @@
-//! What is known of one coordinate of the ball and of how the motors move it: a Kalman filter in fixed point.
+//! What is known of one coordinate of the ball and of how the motors move it: a Kalman filter in
+//! fixed point.
 //!
-//! State: p, and the row (J_A, J_B, J_C) of the Jacobian, which does not change but by noise. Formats: p Q4 µm, J Q6
-//! µm/step, P_JJ Q8, P_pJ Q4, P_pp Q0 (µm, steps); K_p Q16, K_J Q20; motor steps Q4.
+//! State: p, and the row (J_A, J_B, J_C) of the Jacobian, which does not change but by noise.
+//! Formats: p Q4 µm, J Q6 µm/step, P_JJ Q8, P_pJ Q4, P_pp Q0 (µm, steps); K_p Q16, K_J Q20; motor
+//! steps Q4.
 
 #![allow(
     clippy::needless_range_loop,
@@ -16,12 +18,13 @@ const P_JJ_MAX: i64 = (1 << 30) - 1;
 const P_PP_MAX: i64 = (1 << 30) - 1;
 /// P_pJ cannot be larger by the inequality of Cauchy and Schwarz: 15 + 11 + 4 bits.
 const P_PJ_MAX: i64 = (1 << 30) - 1;
-/// Motors that turned farther than this between two pictures (Q4: 512 steps) say nothing of where the ball is now.
+/// Motors that turned farther than this between two pictures (Q4: 512 steps) say nothing of where
+/// the ball is now.
 const FAR: i32 = 1 << 13;
 /// What moves the ball besides the motors, µm² a picture: 50 µm.
 const WANDER: i64 = 50 * 50;
-/// The more pictures in a row there are of a ball that is held, the less each tells of where it is, since their noise may be the same:
-/// an nth has 1 + n/4 times its variance, up to n = 28.
+/// The more pictures in a row there are of a ball that is held, the less each tells of where it is,
+/// since their noise may be the same: an nth has 1 + n/4 times its variance, up to n = 28.
 pub(super) const HELD_MOST: u8 = 28;
 const HELD_BITS: u32 = 2;
 
@@ -57,19 +60,27 @@ fn fit(value: i64, limit: i64) -> i32 {
     value.clamp(-limit, limit) as i32
 }
 
-/// A product whose bits are counted where it is used: not checked for overflow, which takes the chip longer than the product.
+/// A product whose bits are counted where it is used: not checked for overflow, which takes the
+/// chip longer than the product.
 pub(super) fn times(a: i64, b: i64) -> i64 {
     a.wrapping_mul(b)
 }
 
 impl Axis {
-    /// At the first picture: at `p` (µm), with the row `j` (Q6) and its covariance `p_jj` (Q8); `variance` of the
-    /// measurement, µm².
-    pub(super) fn new(p: i32, j: [i32; 3], p_jj: [[i32; 3]; 3], variance: i32, noise: [i32; 3]) -> Self {
+    /// At the first picture: at `p` (µm), with the row `j` (Q6) and its covariance `p_jj` (Q8);
+    /// `variance` of the measurement, µm².
+    pub(super) fn new(
+        p: i32,
+        j: [i32; 3],
+        p_jj: [[i32; 3]; 3],
+        variance: i32,
+        noise: [i32; 3],
+    ) -> Self {
         Self { p: p << 4, j, p_jj, p_pj: [0; 3], p_pp: variance, noise, scales: false }
     }
 
-    /// The same where J goes with one over the ball's distance from something along this axis, as it does in height.
+    /// The same where J goes with one over the ball's distance from something along this axis, as
+    /// it does in height.
     pub(super) fn scaling(self) -> Self {
         Self { scales: true, ..self }
     }
@@ -96,7 +107,8 @@ impl Axis {
         let jump = moved.clamp(-(1 << 22), 1 << 22);
         let bent = times(jump, jump) / (2500 * 256);
         let p_pp = (i64::from(self.p_pp) + grown + bent + WANDER).max(1);
-        // Where P_pp saturates, P_pJ shrinks with it: the gains stay as they were, and P positive definite. Q16.
+        // Where P_pp saturates, P_pJ shrinks with it: the gains stay as they were, and P positive
+        // definite. Q16.
         let kept = if p_pp > P_PP_MAX { (P_PP_MAX << 16) / p_pp } else { 1 << 16 };
         self.p_pp = p_pp.min(P_PP_MAX) as i32;
         for k in 0..3 {
@@ -123,15 +135,17 @@ impl Axis {
         }
     }
 
-    /// P_JJ grows by J J' (moved / 102 mm)², where `bent` is (moved / 50)² in µm²: entries that grow together. Not where that would not
-    /// fit: cut off, P_JJ would not be positive definite any more.
+    /// P_JJ grows by J J' (moved / 102 mm)², where `bent` is (moved / 50)² in µm²: entries that
+    /// grow together. Not where that would not fit: cut off, P_JJ would not be positive definite
+    /// any more.
     fn scale(&mut self, bent: i64) {
         // Q16; at most a half of J.
         let part = (bent >> 6).min(1 << 14);
         let j = self.j.map(i64::from);
         // Bits: 38 - 12 + 15; Q12 to Q0, and Q16 to Q8.
-        let grown =
-            |k: usize, l: usize| i64::from(self.p_jj[k][l]) + (times(times(j[k], j[l]) >> 12, part) >> 8);
+        let grown = |k: usize, l: usize| {
+            i64::from(self.p_jj[k][l]) + (times(times(j[k], j[l]) >> 12, part) >> 8)
+        };
         let diagonal = [0, 1, 2].map(|k| grown(k, k));
         if diagonal.iter().all(|&p| p <= P_JJ_MAX) {
             let [[ab, ac], [_, bc]] = [0, 1].map(|k| [1, 2].map(|l| grown(k, l)));
@@ -140,15 +154,16 @@ impl Axis {
         }
     }
 
-    /// Takes in a measurement `z`, µm, of this variance (µm², 30 bits); what is farther off than 4 standard deviations counts as so far off.
+    /// Takes in a measurement `z`, µm, of this variance (µm², 30 bits); what is farther off than 4
+    /// standard deviations counts as so far off.
     pub(super) fn measured(&mut self, z: i32, variance: i32) {
         let measured = self.compared(z, variance.into());
         self.learn(&measured);
         self.place(&measured);
     }
 
-    /// The same of a ball that is held for the `n`th picture: it hardly moves but by its law's answers to noise, of which J is not to
-    /// learn. J is as well known after it as before.
+    /// The same of a ball that is held for the `n`th picture: it hardly moves but by its law's
+    /// answers to noise, of which J is not to learn. J is as well known after it as before.
     pub(super) fn held(&mut self, z: i32, variance: i32, n: u8) {
         let times_more = (1 << HELD_BITS) + i64::from(n.min(HELD_MOST));
         let measured = self.compared(z, times(variance.into(), times_more) >> HELD_BITS);
@@ -174,8 +189,8 @@ impl Axis {
             // Bits: K_J |innovation| <= 4 sd(J), 11 + 2 + 24 = 37; Q24 to Q6.
             self.j[k] = fit(i64::from(self.j[k]) + (times(k_j[k], innovation) >> 18), J_MAX);
             for l in 0..3 {
-                // Bits: K_J P_pJ <= P_JJ by Cauchy and Schwarz, 30 + 16 = 46; Q24 to Q8. The same both ways round, so
-                // that P stays symmetric.
+                // Bits: K_J P_pJ <= P_JJ by Cauchy and Schwarz, 30 + 16 = 46; Q24 to Q8. The same
+                // both ways round, so that P stays symmetric.
                 let less = times(k_j[k.min(l)], p_pj[k.max(l)]) >> 16;
                 let least = if k == l { 1 } else { -P_JJ_MAX };
                 self.p_jj[k][l] = (i64::from(self.p_jj[k][l]) - less).clamp(least, P_JJ_MAX) as i32;
@@ -193,12 +208,16 @@ impl Axis {
         self.p_pp = (p_pp - (times(k_p, p_pp) >> 16)).max(1) as i32;
     }
 
-    /// The variance of J·n, quarters of µm², for `n` motor steps (at most 13 bits and a sign): 50 bits.
+    /// The variance of J·n, quarters of µm², for `n` motor steps (at most 13 bits and a sign): 50
+    /// bits.
     pub(super) fn variance_of(&self, n: [i32; 3]) -> u64 {
         let n = n.map(i64::from);
-        // n'P n: bits 30 + 13 = 43, 45 the sum; Q8, 10 bits less, 35; times 13 is 48, the sum of three.
+        // n'P n: bits 30 + 13 = 43, 45 the sum; Q8, 10 bits less, 35; times 13 is 48, the sum of
+        // three.
         let square: i64 = (0..3)
-            .map(|k| times(n[k], (0..3).map(|l| times(self.p_jj[k][l].into(), n[l])).sum::<i64>() >> 10))
+            .map(|k| {
+                times(n[k], (0..3).map(|l| times(self.p_jj[k][l].into(), n[l])).sum::<i64>() >> 10)
+            })
             .sum();
         // What rounding leaves below zero is zero.
         square.max(0).unsigned_abs()
@@ -220,7 +239,8 @@ mod tests {
             axis.turned([way, way / 2, way * (k % 3)]);
             axis.measured((axis.p >> 4) + 500 * (k % 5 - 2), 1_000_000);
             for (k, l) in [(0, 1), (0, 2), (1, 2)] {
-                let [kl, kk, ll] = [(k, l), (k, k), (l, l)].map(|(k, l)| f64::from(axis.p_jj[k][l]));
+                let [kl, kk, ll] =
+                    [(k, l), (k, k), (l, l)].map(|(k, l)| f64::from(axis.p_jj[k][l]));
                 // Rounding apart.
                 assert!(kl * kl <= kk * ll * 1.001 + 1e6, "{:?}", axis.p_jj);
             }

@@ -17,8 +17,9 @@ const BOUND_BITS: u32 = 16;
 /// |e| saturates here: 2^27 in Q4 is 8.39 m.
 const E_MAX: i32 = (1 << 27) - 1;
 
-/// Blanchini et al. (2023), eqs. (7) and (8) in explicit form: u̇ = -γ v, where v_k is what of column k's interval
-/// [η_k, μ_k] of e'J is nearest to zero. Then e'Jv >= |v|² for every J in the family, so |e| falls.
+/// Blanchini et al. (2023), eqs. (7) and (8) in explicit form: u̇ = -γ v, where v_k is what of
+/// column k's interval [η_k, μ_k] of e'J is nearest to zero. Then e'Jv >= |v|² for every J in the
+/// family, so |e| falls.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Interval {
     /// Least value of each entry of J, signed, Q16, |.| <= 2^19.
@@ -48,7 +49,8 @@ impl Interval {
         }
     }
 
-    /// v for the error `e` (position - target, µm), in µm with [`V_FRACTION_BITS`], rounded towards zero.
+    /// v for the error `e` (position - target, µm), in µm with [`V_FRACTION_BITS`], rounded towards
+    /// zero.
     ///
     /// |v| saturates at 2^27 (0.52 m).
     pub fn v(&self, e: [i32; 3]) -> [i32; 3] {
@@ -94,13 +96,15 @@ impl Interval {
 /// Bits of a limb: a limb times a bound is 28 bits, three of them 30.
 const LIMB_BITS: u32 = 9;
 
-/// A number of 27 bits and its sign in limbs, the highest with the sign: the chip multiplies 32 bits in a clock, 64 in forty.
+/// A number of 27 bits and its sign in limbs, the highest with the sign: the chip multiplies 32
+/// bits in a clock, 64 in forty.
 fn limbs(number: i32) -> [i32; 3] {
     let mask = (1 << LIMB_BITS) - 1;
     [number & mask, (number >> LIMB_BITS) & mask, number >> (2 * LIMB_BITS)]
 }
 
-/// Adds a product of limbs and a bound; three fit. Not checked for overflow, which would take 64 bits.
+/// Adds a product of limbs and a bound; three fit. Not checked for overflow, which would take 64
+/// bits.
 fn add_product(sum: &mut [i32; 3], limbs: [i32; 3], bound: i32) {
     for (sum, limb) in sum.iter_mut().zip(limbs) {
         *sum = sum.wrapping_add(limb.wrapping_mul(bound));

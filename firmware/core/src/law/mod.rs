@@ -23,10 +23,11 @@ pub use taut::Taut;
 pub struct MotorRates(pub [i32; 3]);
 
 impl MotorRates {
-    /// These rates with one common factor, the largest up to 1 that brings each within its `limit` (above 0).
+    /// These rates with one common factor, the largest up to 1 that brings each within its `limit`
+    /// (above 0).
     ///
-    /// The direction in motor space stays, up to rounding towards zero: a law that lets |e| fall for any γ(e) > 0
-    /// keeps doing so.
+    /// The direction in motor space stays, up to rounding towards zero: a law that lets |e| fall
+    /// for any γ(e) > 0 keeps doing so.
     #[must_use]
     pub fn within(self, limits: [i32; 3]) -> Self {
         let magnitudes = self.0.map(i32::unsigned_abs);
@@ -35,7 +36,8 @@ impl MotorRates {
         let (mut worst, mut limit, mut magnitude) = (None, 1, 1);
         for i in 0..3 {
             if magnitudes[i] > limits[i]
-                && (worst.is_none() || product(limits[i], magnitude) < product(limit, magnitudes[i]))
+                && (worst.is_none()
+                    || product(limits[i], magnitude) < product(limit, magnitudes[i]))
             {
                 (worst, limit, magnitude) = (Some(i), limits[i], magnitudes[i]);
             }
@@ -49,14 +51,16 @@ impl MotorRates {
         }))
     }
 
-    /// These rates times 3/10, rounded towards zero: what is left of them while positions fail to come.
+    /// These rates times 3/10, rounded towards zero: what is left of them while positions fail to
+    /// come.
     #[must_use]
     pub fn coasting(self) -> Self {
         Self(self.0.map(|r| (i64::from(r) * 3 / 10) as i32))
     }
 }
 
-/// From one of a picture's earlier places of the motors to the next, µs: a picture's time at 30 Hz, however often pictures come.
+/// From one of a picture's earlier places of the motors to the next, µs: a picture's time at 30 Hz,
+/// however often pictures come.
 pub const BEFORE_US: u32 = 33_333;
 
 /// What a law sees: a position of the ball, and the motors' positions that belong to it.
@@ -68,28 +72,33 @@ pub struct Picture {
     pub variances: [i32; 3],
     /// Where the motors were when the picture was taken, 1/16 steps.
     pub then: [i32; 3],
-    /// Where they were [`BEFORE_US`] before that, and twice as long before, 1/16 steps: how they turned.
+    /// Where they were [`BEFORE_US`] before that, and twice as long before, 1/16 steps: how they
+    /// turned.
     pub before: [[i32; 3]; 2],
-    /// Where the motors go on to if nothing is wanted any more from the moment that the law's answer takes effect, but what is on
-    /// its way through the running mean; 1/16 steps.
+    /// Where the motors go on to if nothing is wanted any more from the moment that the law's
+    /// answer takes effect, but what is on its way through the running mean; 1/16 steps.
     pub ahead: [i32; 3],
     /// Where the ball is to go, µm, within ±4 m.
     pub target: [i32; 3],
 }
 
-/// Standard deviations of a position of which nothing is said, µm: those of a depth camera a metre away that looks along x
-/// (docs/control.md).
+/// Standard deviations of a position of which nothing is said, µm: those of a depth camera a metre
+/// away that looks along x (docs/control.md).
 const USUAL: [i32; 3] = [2000, 1000, 1000];
 
-/// What no covariance knows of, as a variance, µm²: the ball swings, and ages are not exact to the millisecond. (0.7 mm)²
+/// What no covariance knows of, as a variance, µm²: the ball swings, and ages are not exact to the
+/// millisecond. (0.7 mm)²
 const UNTOLD: i32 = 490_000;
 
-/// What a law is to make of a position's covariance, along x, y and z: variances in µm², below 10^9 (the wire's 16 bits
-/// of 10^4 µm²). The laws take the axes one by one and have no use for what is between them.
+/// What a law is to make of a position's covariance, along x, y and z: variances in µm², below 10^9
+/// (the wire's 16 bits of 10^4 µm²). The laws take the axes one by one and have no use for what is
+/// between them.
 pub fn variances(covariance: Option<Covariance>) -> [i32; 3] {
     match covariance {
         None => USUAL.map(|sd| sd * sd),
-        Some(told) => told.variances.map(|v| i32::from(v) * Covariance::SQUARE_MICROMETRES + UNTOLD),
+        Some(told) => {
+            told.variances.map(|v| i32::from(v) * Covariance::SQUARE_MICROMETRES + UNTOLD)
+        }
     }
 }
 
@@ -107,7 +116,8 @@ pub struct Demand {
     pub rates: MotorRates,
     /// How long the change to them takes at least, µs.
     pub ramp_us: u32,
-    /// How long they hold, µs from when they take effect: where nothing newer has come by then, the motors stop.
+    /// How long they hold, µs from when they take effect: where nothing newer has come by then, the
+    /// motors stop.
     pub lasts_us: u32,
 }
 

@@ -12,7 +12,8 @@ pub(super) struct Sides {
 }
 
 impl Sides {
-    /// Whether the ball, with the error `e` (µm, 24 bits) of this length, has gone past its target since it was last so far from it.
+    /// Whether the ball, with the error `e` (µm, 24 bits) of this length, has gone past its target
+    /// since it was last so far from it.
     pub(super) fn passed(&mut self, e: [i32; 3], distance: u32) -> bool {
         if distance <= PAST {
             return false;

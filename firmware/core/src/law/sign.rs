@@ -9,9 +9,10 @@ use crate::wide::signed_product;
 /// |e| saturates here for this law, µm: 4.19 m, 22 bits.
 const E_MAX: i32 = (1 << 22) - 1;
 
-/// u̇ = -g Σ⁻¹ e with a constant matrix. For every J with the signs Σ (and a zero where Σ has one) -JΣ⁻¹ is stable, by Routh and
-/// Hurwitz, whatever the sizes of its entries; and any g > 0 lets |e| fall where a constant one does. So g may be found
-/// on the way to a target: it grows while the ball is near and has not gone past, and is cut each time that it does.
+/// u̇ = -g Σ⁻¹ e with a constant matrix. For every J with the signs Σ (and a zero where Σ has one)
+/// -JΣ⁻¹ is stable, by Routh and Hurwitz, whatever the sizes of its entries; and any g > 0 lets |e|
+/// fall where a constant one does. So g may be found on the way to a target: it grows while the
+/// ball is near and has not gone past, and is cut each time that it does.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Sign {
     /// g/(4s), Q20, at most 2^20: steps/s for a micrometre.
@@ -27,11 +28,13 @@ pub struct Sign {
 
 /// 1 in Q14: 15 bits.
 const ONE: i32 = 1 << 14;
-/// The gain is cut to so much where the ball goes past its target, Q8, and at least this is left of it, Q14.
+/// The gain is cut to so much where the ball goes past its target, Q8, and at least this is left of
+/// it, Q14.
 const CUT: i32 = 205;
 const CALMEST: i32 = ONE / 10;
-/// The gain grows between these distances, µm, by so much with each picture, Q8, up to so much, Q14. Closer it is what it was at
-/// first, so that noise is not made more of; farther away the motors turn as fast as they can.
+/// The gain grows between these distances, µm, by so much with each picture, Q8, up to so much,
+/// Q14. Closer it is what it was at first, so that noise is not made more of; farther away the
+/// motors turn as fast as they can.
 const GROWS: (u32, u32) = (12_000, 80_000);
 const GROWTH: i32 = 264;
 const BOLDEST: i32 = 2 * ONE;
@@ -42,7 +45,13 @@ const _: () = assert!(PAST < FAR && FAR < 1 << 17);
 impl Sign {
     /// The law of a validated configuration.
     pub(crate) fn new(config: &config::Sign) -> Self {
-        Self { gain: config.gain.0 as i32, target: [0; 3], calm: ONE, bold: ONE, sides: Sides::default() }
+        Self {
+            gain: config.gain.0 as i32,
+            target: [0; 3],
+            calm: ONE,
+            bold: ONE,
+            sides: Sides::default(),
+        }
     }
 
     /// The motor rates for the error `e` (position - target, µm), not limited yet.
@@ -55,7 +64,9 @@ impl Sign {
         let gain = (signed_product(self.gain, (self.calm * bold) >> 14) >> 14) as i32;
         // Bits: sum 25 + gain 22 = 47; Q20 to Q8 is 12 bits less.
         let limit = i64::from(i32::MAX);
-        MotorRates(direction(e).map(|w| (signed_product(w, gain) >> 12).clamp(-limit, limit) as i32))
+        MotorRates(
+            direction(e).map(|w| (signed_product(w, gain) >> 12).clamp(-limit, limit) as i32),
+        )
     }
 
     /// Notices that the ball went past its target; until it does, goes faster and faster.
@@ -103,14 +114,22 @@ mod tests {
     use plumb_protocol::units::SignGain;
 
     fn picture(ball: [i32; 3], target: [i32; 3]) -> Picture {
-        Picture { ball, variances: [0; 3], then: [0; 3], before: [[0; 3]; 2], ahead: [0; 3], target }
+        Picture {
+            ball,
+            variances: [0; 3],
+            then: [0; 3],
+            before: [[0; 3]; 2],
+            ahead: [0; 3],
+            target,
+        }
     }
 
     fn largest(demand: Demand) -> i32 {
         demand.rates.0.iter().map(|rate| rate.abs()).max().unwrap_or(0)
     }
 
-    /// A ball that is thrown from one side of its target to the other, and one that comes nearer without ever getting there.
+    /// A ball that is thrown from one side of its target to the other, and one that comes nearer
+    /// without ever getting there.
     #[test]
     fn the_gain_is_cut_at_each_passing_and_grows_on_the_way() {
         let mut law = Sign::new(&config::Sign { gain: SignGain(1 << 14) });
@@ -118,7 +137,8 @@ mod tests {
         let first = rate(50_000);
         let grown = (0..30).map(|_| rate(50_000)).last().unwrap_or(0);
         assert!((first * 19 / 10..2 * first).contains(&grown), "{first} {grown}");
-        let thrown = (0..30).map(|k| rate(if k % 2 == 0 { -50_000 } else { 50_000 })).last().unwrap_or(0);
+        let thrown =
+            (0..30).map(|k| rate(if k % 2 == 0 { -50_000 } else { 50_000 })).last().unwrap_or(0);
         assert!(thrown * 9 < first && thrown > 0, "{first} {thrown}");
     }
 

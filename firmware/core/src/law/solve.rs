@@ -19,8 +19,8 @@ pub(super) fn excess(values: impl Iterator<Item = i32>, bits: u32) -> i32 {
     longest as i32 - bits as i32
 }
 
-/// n with J n = e: motor steps in Q8 for J in Q6 µm/step and e in µm. `None` where det J is not above zero, which for a
-/// matrix of the signs Σ it always is.
+/// n with J n = e: motor steps in Q8 for J in Q6 µm/step and e in µm. `None` where det J is not
+/// above zero, which for a matrix of the signs Σ it always is.
 pub(super) fn solve(j: &[[i32; 3]; 3], e: [i32; 3]) -> Option<[i32; 3]> {
     let fewer_j = excess(j.iter().flatten().copied(), J_BITS).max(0);
     let fewer_e = excess(e.into_iter(), E_BITS).max(0);

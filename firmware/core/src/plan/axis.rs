@@ -1,7 +1,8 @@
 //! One motor's microsteps: how many of them a tick passes, and when.
 //!
-//! While the rate changes, a tick divides for its moments. While it does not, each tick's moments follow from the last one's
-//! by additions, with the remainders carried, so that they are the very same.
+//! While the rate changes, a tick divides for its moments. While it does not, each tick's moments
+//! follow from the last one's by additions, with the remainders carried, so that they are the very
+//! same.
 
 use super::clocks::{self, Quotient};
 use super::{Pulses, TICK_CLOCKS, UNIT};
@@ -22,7 +23,8 @@ pub(super) struct Axis {
     shift: u32,
     /// Whether the rate is, or was last, above 0.
     up: bool,
-    /// Units to before the next pulse in that direction: [0, UNIT). All pulses lie before a tick's end.
+    /// Units to before the next pulse in that direction: [0, UNIT). All pulses lie before a tick's
+    /// end.
     to_next: u32,
     /// The rate of the last tick, units.
     rate: i32,
@@ -71,7 +73,8 @@ impl Axis {
         *self = Self { reversed, shift, position: self.position, ..Self::AT_REST };
     }
 
-    /// Stopped dead, in the middle of a microstep, `back` pulses short of where it was planned to be.
+    /// Stopped dead, in the middle of a microstep, `back` pulses short of where it was planned to
+    /// be.
     pub(super) fn cut(&mut self, back: i32) {
         *self = Self {
             position: self.position - (back << self.shift),
@@ -88,7 +91,8 @@ impl Axis {
         fraction as i32
     }
 
-    /// Moves the motor by a tick at `rate`; `pulses`, which are those of the last tick, become what it passes.
+    /// Moves the motor by a tick at `rate`; `pulses`, which are those of the last tick, become what
+    /// it passes.
     #[inline(never)]
     pub(super) fn advance(&mut self, rate: i32, pulses: &mut Pulses) {
         if rate != self.rate {
@@ -105,7 +109,8 @@ impl Axis {
         self.cruise.is_some() || self.rate == 0
     }
 
-    /// A tick at the same rate as the last two; direction and period of the pulses are those of the last tick.
+    /// A tick at the same rate as the last two; direction and period of the pulses are those of the
+    /// last tick.
     #[inline(never)]
     pub(super) fn cruise(&mut self, pulses: &mut Pulses) {
         if let Some(cruise) = &mut self.cruise {
@@ -133,7 +138,8 @@ impl Axis {
         }
         let (whole, part) = clocks::split(speed);
         let other = MICROSTEP - part;
-        let [back, forth, first] = [part, other, self.to_next].map(|units| clocks::until(units, speed));
+        let [back, forth, first] =
+            [part, other, self.to_next].map(|units| clocks::until(units, speed));
         let stretch = |count: u32, units: u32, clocks| {
             let way = (count << self.shift) as i32;
             Stretch { clocks, units, way: if self.up { way } else { -way }, count: count as u16 }
@@ -184,8 +190,8 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// How many pulses a tick has, and when its first and last come, by definition; `at` and `at + rate` are where the motor is
-    /// at its beginning and end, units.
+    /// How many pulses a tick has, and when its first and last come, by definition; `at` and `at +
+    /// rate` are where the motor is at its beginning and end, units.
     fn exact(at: i128, rate: i32) -> (i128, u32, u32) {
         let (unit, to) = (i128::from(UNIT), at + i128::from(rate));
         let count = (to.div_euclid(unit) - at.div_euclid(unit)).abs();
@@ -202,7 +208,8 @@ mod tests {
     }
 
     proptest! {
-        /// Counts, first moments and positions are those of whole numbers without a limit, however long a rate lasts.
+        /// Counts, first moments and positions are those of whole numbers without a limit, however
+        /// long a rate lasts.
         #[test]
         fn pulses_are_where_the_motor_passes_its_microsteps(
             stretches in proptest::collection::vec((rates(), 1usize..300), 1..8), reversed: bool, shift in 0u32..5

@@ -1,4 +1,5 @@
-//! The divisions of a tick, in 32 bits: the chip divides those in 8 clocks, and 64 bits in hundreds.
+//! The divisions of a tick, in 32 bits: the chip divides those in 8 clocks, and 64 bits in
+//! hundreds.
 
 use core::hint::black_box;
 
@@ -24,7 +25,8 @@ impl Quotient {
 
 /// From one pulse to the next at `rate` (31 bits, at least 64 units), clocks, rounded down.
 pub(super) fn period(rate: u32) -> u32 {
-    // UNIT·TICK_CLOCKS = CLOCK_HZ·2^10 = (CLOCK_HZ·2^5)·2^5; the first factor fits 32 bits, and the rest is done by hand.
+    // UNIT·TICK_CLOCKS = CLOCK_HZ·2^10 = (CLOCK_HZ·2^5)·2^5; the first factor fits 32 bits, and the
+    // rest is done by hand.
     const HIGH: u32 = CLOCK_HZ << (RATE_BITS - LOW_BITS);
     const LOW_BITS: u32 = 5;
     const { assert!(HIGH as u64 * 32 == UNIT as u64 * TICK_CLOCKS as u64) };
@@ -42,8 +44,8 @@ pub(super) fn period(rate: u32) -> u32 {
     whole
 }
 
-/// Until `units` (up to a microstep) are passed at `rate`, clocks; where they lie within the tick (`units` up to `rate`), or
-/// from 64 units of the rate on.
+/// Until `units` (up to a microstep) are passed at `rate`, clocks; where they lie within the tick
+/// (`units` up to `rate`), or from 64 units of the rate on.
 pub(super) fn until(units: u32, rate: u32) -> Quotient {
     if units > rate {
         // Beyond the tick: whole ticks by themselves.
@@ -56,10 +58,12 @@ pub(super) fn until(units: u32, rate: u32) -> Quotient {
 
 /// The same for `units` up to `rate`.
 fn within(units: u32, rate: u32) -> Quotient {
-    // First with both to 17 bits, whose product with 25 000 has 32: that is right or one too little. (The bound is said
-    // again for the compiler: a product that may overflow is checked in 64 bits.)
+    // First with both to 17 bits, whose product with 25 000 has 32: that is right or one too
+    // little. (The bound is said again for the compiler: a product that may overflow is checked in
+    // 64 bits.)
     let shift = 15u32.saturating_sub(leading_zeros(rate));
-    let about = (units >> shift).min(1 << 17) * TICK_CLOCKS / ((rate >> shift) + u32::from(shift > 0));
+    let about =
+        (units >> shift).min(1 << 17) * TICK_CLOCKS / ((rate >> shift) + u32::from(shift > 0));
     // What is left is below twice the rate, so it is right although its two parts overflow.
     let left = units.wrapping_mul(TICK_CLOCKS).wrapping_sub(about.wrapping_mul(rate));
     if left >= rate {

@@ -10,15 +10,16 @@ const FEWER_BITS: u32 = 9;
 const _: () = assert!((UNIT / 16) % (1 << FEWER_BITS) == 0);
 
 impl Planner {
-    /// As [`reference`](Self::reference), if it stands still only after `ticks` more ticks (at most 256) of what is aimed at;
-    /// 1/16 steps, right to about one.
+    /// As [`reference`](Self::reference), if it stands still only after `ticks` more ticks (at most
+    /// 256) of what is aimed at; 1/16 steps, right to about one.
     pub(crate) fn reference_after(&self, ticks: u32) -> [i32; 3] {
         let ticks = ticks.min(MOST_TICKS);
         let mut reference = self.reference();
         for (reference, turned) in reference.iter_mut().zip(self.ramp.turned(ticks)) {
             // Bits: 31 + 8 - 9.
             let units = (turned >> FEWER_BITS) as i32;
-            *reference = reference.saturating_add(units / ((UNIT / 16 * self.microsteps) >> FEWER_BITS));
+            *reference =
+                reference.saturating_add(units / ((UNIT / 16 * self.microsteps) >> FEWER_BITS));
         }
         reference
     }

@@ -44,12 +44,17 @@ impl History {
         self.entries[self.newest] = positions;
     }
 
-    /// Where the motors were `age_us` before `now`, when they are at `positions`; the oldest that is known where it is
-    /// longer ago than that.
+    /// Where the motors were `age_us` before `now`, when they are at `positions`; the oldest that
+    /// is known where it is longer ago than that.
     pub(super) fn ago(&self, age_us: u32, positions: [i32; 3]) -> [i32; 3] {
         let since_newest = self.ticks * TICK_US;
         if age_us <= since_newest {
-            return between(self.entries[self.newest], positions, since_newest - age_us, since_newest.max(1));
+            return between(
+                self.entries[self.newest],
+                positions,
+                since_newest - age_us,
+                since_newest.max(1),
+            );
         }
         let beyond = age_us - since_newest;
         let entry = |k: usize| self.entries[(self.newest + ENTRIES - k) % ENTRIES];
@@ -64,6 +69,7 @@ impl History {
 /// The point `part`/`whole` of the way from `a` to `b`.
 fn between(a: [i32; 3], b: [i32; 3], part: u32, whole: u32) -> [i32; 3] {
     // Bits: 31 + 13.
-    [0, 1, 2]
-        .map(|i| a[i] + ((i64::from(b[i]) - i64::from(a[i])) * i64::from(part) / i64::from(whole)) as i32)
+    [0, 1, 2].map(|i| {
+        a[i] + ((i64::from(b[i]) - i64::from(a[i])) * i64::from(part) / i64::from(whole)) as i32
+    })
 }

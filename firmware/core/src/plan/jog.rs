@@ -14,21 +14,24 @@ pub struct Jogging {
 }
 
 impl Jogging {
-    /// Turns `motor` (0..3) to `end` (1/16 steps, within its travel) at `rate` (Q8 steps/s, above 0) at most.
+    /// Turns `motor` (0..3) to `end` (1/16 steps, within its travel) at `rate` (Q8 steps/s, above
+    /// 0) at most.
     pub fn new(motor: usize, end: i32, rate: i32) -> Self {
         Self { motor, end, rate }
     }
 
-    /// The rates to go on with; `None` once the motor stands at the end. An end between two microsteps is rounded to
-    /// the lower one.
+    /// The rates to go on with; `None` once the motor stands at the end. An end between two
+    /// microsteps is rounded to the lower one.
     pub fn wanted(&self, planner: &Planner) -> Option<MotorRates> {
         let axis = &planner.axes[self.motor];
         let per_microstep = 16 / planner.microsteps;
         let microsteps = (self.end - axis.position).div_euclid(per_microstep);
-        // To the middle of the last microstep: 29 + 23 bits. A pulse rate of as much would get there in one tick.
+        // To the middle of the last microstep: 29 + 23 bits. A pulse rate of as much would get
+        // there in one tick.
         let on_its_way = planner.mean.ahead()[self.motor];
-        let distance =
-            i64::from(microsteps) * i64::from(UNIT) + i64::from(UNIT / 2 - axis.fraction()) - on_its_way;
+        let distance = i64::from(microsteps) * i64::from(UNIT)
+            + i64::from(UNIT / 2 - axis.fraction())
+            - on_its_way;
         // What is left below one unit of a wanted rate cannot be asked for.
         let per_q8 = i64::from(planner.per_q8());
         if distance.abs() < per_q8 && planner.ramp.rates[self.motor] == 0 {
@@ -42,15 +45,18 @@ impl Jogging {
     }
 }
 
-/// The highest rate from which a motor can still stop within `distance`, losing `delta` a tick: the root of
-/// v²/(2 delta) + 3v/2 = distance; or the rest of the way where that is less than a tick's change.
+/// The highest rate from which a motor can still stop within `distance`, losing `delta` a tick: the
+/// root of v²/(2 delta) + 3v/2 = distance; or the rest of the way where that is less than a tick's
+/// change.
 fn approach(distance: u64, delta: u32) -> u32 {
     let delta = u64::from(delta);
     if distance <= delta {
         return distance as u32;
     }
-    // Distances take 52 bits and delta 24: what does not fit is so far away that the rate's limit counts.
+    // Distances take 52 bits and delta 24: what does not fit is so far away that the rate's limit
+    // counts.
     let margin = delta + delta / 2;
     let root = (2 * delta).saturating_mul(distance).saturating_add(margin * margin).isqrt();
-    root.saturating_sub(margin).clamp(delta.min(u64::from(u32::MAX >> 1)), u64::from(u32::MAX >> 1)) as u32
+    root.saturating_sub(margin).clamp(delta.min(u64::from(u32::MAX >> 1)), u64::from(u32::MAX >> 1))
+        as u32
 }

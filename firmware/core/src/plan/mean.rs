@@ -1,7 +1,8 @@
 //! The running mean over a step plan: what shakes a ball on soft cables is taken out of it.
 //!
-//! In cells of [`CELL_TICKS`] ticks the reference's rates are summed; the motors' rates go linearly from the mean of the
-//! last cells to the next such mean. A mean of rates within limits is within them, and so are its changes.
+//! In cells of [`CELL_TICKS`] ticks the reference's rates are summed; the motors' rates go linearly
+//! from the mean of the last cells to the next such mean. A mean of rates within limits is within
+//! them, and so are its changes.
 
 use super::TICK_US;
 use crate::wide;
@@ -65,7 +66,8 @@ impl Mean {
         Self { length: self.length, ..Self::OFF }
     }
 
-    /// The motors' rates in a tick in which the reference moves at `reference`; [`pass`](Self::pass) takes that in.
+    /// The motors' rates in a tick in which the reference moves at `reference`;
+    /// [`pass`](Self::pass) takes that in.
     pub(super) fn rates(&self, reference: [i32; 3]) -> [i32; 3] {
         if self.length == 0 {
             return reference;
@@ -100,8 +102,8 @@ impl Mean {
         self.length == 0
     }
 
-    /// Ticks that the motors are behind the reference at the most: the cells of the mean, the one that gathers, and the one
-    /// in which the rates change.
+    /// Ticks that the motors are behind the reference at the most: the cells of the mean, the one
+    /// that gathers, and the one in which the rates change.
     pub(super) fn lag_ticks(&self) -> u32 {
         if self.length == 0 { 0 } else { (self.length as u32 + 2) * CELL_TICKS as u32 }
     }
@@ -109,7 +111,9 @@ impl Mean {
     /// Whether motors are still to follow. A sum of 0 is not enough: after a move there and back
     /// within the span the cells hold both.
     pub(super) fn moving(&self) -> bool {
-        self.lanes.iter().any(|lane| lane.quiet <= self.length as u32 || !(0..32).contains(&lane.moved))
+        self.lanes
+            .iter()
+            .any(|lane| lane.quiet <= self.length as u32 || !(0..32).contains(&lane.moved))
     }
 }
 

@@ -1,6 +1,7 @@
 //! From the present rates to wanted ones, in a straight line: three motors with one common factor.
 
-/// A change of three pulse rates, spread evenly over some ticks. What a tick does is additions only.
+/// A change of three pulse rates, spread evenly over some ticks. What a tick does is additions
+/// only.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Ramp {
     /// Present rates; 31 bits with the sign.
@@ -48,8 +49,8 @@ impl Ramp {
         self.left == 0
     }
 
-    /// Goes to `wanted` from where the rates are, in at least `ticks` (below 2^31), a motor changing its rate by at most its
-    /// `most` a tick. All motors arrive in the same tick.
+    /// Goes to `wanted` from where the rates are, in at least `ticks` (below 2^31), a motor
+    /// changing its rate by at most its `most` a tick. All motors arrive in the same tick.
     pub(super) fn to(&mut self, wanted: [i32; 3], ticks: u32, most: [u32; 3]) {
         self.wanted = wanted;
         self.left = 0;
@@ -70,7 +71,8 @@ impl Ramp {
         }
     }
 
-    /// A tick on. No step is above the `most` of its motor: that is whole, and at least the exact step.
+    /// A tick on. No step is above the `most` of its motor: that is whole, and at least the exact
+    /// step.
     pub(super) fn tick(&mut self) {
         if self.left == 0 {
             return;
@@ -105,12 +107,17 @@ impl Ramp {
         }
         [0, 1, 2].map(|i| {
             let (rate, lane) = (self.rates[i].wrapping_add(self.lanes[i].step), &self.lanes[i]);
-            if lane.gathered + lane.rest >= self.ticks { rate.wrapping_add(lane.unit) } else { rate }
+            if lane.gathered + lane.rest >= self.ticks {
+                rate.wrapping_add(lane.unit)
+            } else {
+                rate
+            }
         })
     }
 }
 
-/// Ticks in which three rates change by `changes`, each by at most its `most` (8 and above) a tick: 29 bits.
+/// Ticks in which three rates change by `changes`, each by at most its `most` (8 and above) a tick:
+/// 29 bits.
 pub(super) fn ticks_for(changes: [u32; 3], most: [u32; 3]) -> u32 {
     let ticks = |i: usize| if changes[i] == 0 { 0 } else { (changes[i] - 1) / most[i] + 1 };
     ticks(0).max(ticks(1)).max(ticks(2))
@@ -122,7 +129,8 @@ mod tests {
     use proptest::prelude::*;
 
     proptest! {
-        /// After k of n ticks, a rate is k/n of its way, rounded towards where it came from; and exact at the end.
+        /// After k of n ticks, a rate is k/n of its way, rounded towards where it came from; and
+        /// exact at the end.
         #[test]
         fn a_ramp_is_a_straight_line(
             ways in proptest::collection::vec(

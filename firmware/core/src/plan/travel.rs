@@ -11,8 +11,8 @@ pub(super) const PATIENCE: u32 = 16;
 pub(super) struct Travel {
     /// 1/16 steps.
     limits: (i32, i32),
-    /// From in here the motor can stop, also after [`PATIENCE`] ticks more, whatever its rate is on the way to the one that is
-    /// wanted; empty where the first is above the second.
+    /// From in here the motor can stop, also after [`PATIENCE`] ticks more, whatever its rate is on
+    /// the way to the one that is wanted; empty where the first is above the second.
     safe: (i32, i32),
 }
 
@@ -50,8 +50,8 @@ impl Travel {
         self.safe.0 <= position && position <= self.safe.1
     }
 
-    /// Says that the motor turns at up to `speed` (units, 31 bits), from which it stops in `ticks`, its reference up to
-    /// `ahead` pulses ahead of it.
+    /// Says that the motor turns at up to `speed` (units, 31 bits), from which it stops in `ticks`,
+    /// its reference up to `ahead` pulses ahead of it.
     pub(super) fn expect(&mut self, speed: u32, ticks: u32, ahead: u32, per_pulse: i32) {
         // Where the product has no room, the motor is looked at in every tick.
         const MOST_TICKS: u32 = 1 << 17;
@@ -59,7 +59,8 @@ impl Travel {
         if ticks >= MOST_TICKS {
             return;
         }
-        // A microstep has 22.3 bits. This tick and a ramp; a pulse for each part that is begun. Bits: 9 + 17, ahead 20, + 4.
+        // A microstep has 22.3 bits. This tick and a ramp; a pulse for each part that is begun.
+        // Bits: 9 + 17, ahead 20, + 4.
         let pulses = ((speed >> 22) + 1).wrapping_mul(ticks + 3 + 2 * PATIENCE) / 2 + ahead + 3;
         let way = pulses.wrapping_mul(per_pulse as u32) as i32;
         self.safe = (self.limits.0 + way, self.limits.1 - way);
@@ -68,17 +69,22 @@ impl Travel {
     /// Whether the motor stays within its travel if its reference turns at `rate` for this tick and
     /// then comes to rest by `stop`.
     pub(super) fn can_stop(&self, place: &Place, rate: i32, stop: &Stop) -> bool {
-        // This tick at `rate`, then rate·(1 - k/ticks) for k = 1.. : rate·(ticks + 1)/2 in all. Bits: rate 31, ticks 28.
+        // This tick at `rate`, then rate·(1 - k/ticks) for k = 1.. : rate·(ticks + 1)/2 in all.
+        // Bits: rate 31, ticks 28.
         let line = wide::product(rate.unsigned_abs(), stop.ticks.wrapping_add(1)) >> 1;
         let size = line as i64 + stop.rounding;
         let units = i64::from(place.fraction) + place.ahead + if rate < 0 { -size } else { size };
-        // Whole pulses to a limit, 30 bits and the sign, and not from units to pulses, which would be a division.
+        // Whole pulses to a limit, 30 bits and the sign, and not from units to pulses, which would
+        // be a division.
         let pulses_to = |limit: i32| (limit - place.position) >> place.per_pulse.trailing_zeros();
         let way = |pulses: i32| wide::signed_product(pulses, UNIT);
         match rate.signum() {
             1 => units < way(pulses_to(self.limits.1) + 1),
             // Rounded up: to the first pulse that is not beyond.
-            -1 => units >= way(-((place.position - self.limits.0) >> place.per_pulse.trailing_zeros())),
+            -1 => {
+                units
+                    >= way(-((place.position - self.limits.0) >> place.per_pulse.trailing_zeros()))
+            }
             _ => true,
         }
     }

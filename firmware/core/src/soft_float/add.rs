@@ -1,8 +1,8 @@
 //! Sums.
 
 use super::{
-    HIDDEN, INFINITY, NAN, SIGN, exponent, is_infinite, is_nan, is_zero, leading_zeros, parts, rounded,
-    shifted,
+    HIDDEN, INFINITY, NAN, SIGN, exponent, is_infinite, is_nan, is_zero, leading_zeros, parts,
+    rounded, shifted,
 };
 
 /// The highest bit of a significand with 7 bits below its last.
@@ -44,8 +44,8 @@ fn add_lesser(a: u32, b: u32) -> u32 {
     }
 }
 
-/// The nearest number to `sum`, the lowest `BELOW` bits of which are to go: 7 where it has the exponent of `a`. Of `a` + `b`, where
-/// that is half way between two.
+/// The nearest number to `sum`, the lowest `BELOW` bits of which are to go: 7 where it has the
+/// exponent of `a`. Of `a` + `b`, where that is half way between two.
 #[inline(always)]
 fn packed<const BELOW: u32>(a: u32, b: u32, sum: u32) -> u32 {
     let up = sum.wrapping_add(1 << (BELOW - 1));
@@ -55,7 +55,8 @@ fn packed<const BELOW: u32>(a: u32, b: u32, sum: u32) -> u32 {
     with_exponent::<BELOW>(a, up >> BELOW)
 }
 
-/// The same where what is left of the sum is half a unit: to even, unless something of `b` was lost.
+/// The same where what is left of the sum is half a unit: to even, unless something of `b` was
+/// lost.
 #[inline(never)]
 fn half_way<const BELOW: u32>(a: u32, b: u32, up: u32) -> u32 {
     if exponent(a).wrapping_sub(exponent(b)) > 7 {
@@ -71,8 +72,8 @@ fn with_exponent<const BELOW: u32>(a: u32, significand: u32) -> u32 {
     ((a >> 23).wrapping_add(BELOW).wrapping_sub(8) << 23).wrapping_add(significand)
 }
 
-/// `a` less another, where `difference` has lost bits at its upper end and nothing is left to be rounded: the two were of about
-/// one size.
+/// `a` less another, where `difference` has lost bits at its upper end and nothing is left to be
+/// rounded: the two were of about one size.
 #[inline(never)]
 fn cancelled(a: u32, difference: u32) -> u32 {
     if difference == 0 {

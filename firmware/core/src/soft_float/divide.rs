@@ -19,16 +19,19 @@ pub fn divide(a: u32, b: u32, whole: impl Fn(u32, u32) -> (u32, u32)) -> u32 {
     let (third, rest) = whole(rest << 8, b);
     let quotient = (first << 16).wrapping_add(second << 8).wrapping_add(third);
     let exponent = of_a.wrapping_sub(of_b).wrapping_add(BIAS);
-    // One bit more than are kept. The quotient of two significands is never half way between two numbers: of a quotient with
-    // a last bit 1 times the divisor not all of the 24 last bits are 0.
+    // One bit more than are kept. The quotient of two significands is never half way between two
+    // numbers: of a quotient with a last bit 1 times the divisor not all of the 24 last bits are 0.
     let (quotient, exponent, rest) = if quotient >> 24 == 0 {
-        let (next, rest) = if rest << 1 >= b { (1, (rest << 1).wrapping_sub(b)) } else { (0, rest) };
+        let (next, rest) =
+            if rest << 1 >= b { (1, (rest << 1).wrapping_sub(b)) } else { (0, rest) };
         (quotient << 1 | next, exponent.wrapping_sub(1), rest)
     } else {
         (quotient, exponent, rest)
     };
     if (exponent.wrapping_sub(1) as u32) < 253 {
-        return sign | ((exponent.wrapping_sub(1) as u32) << 23).wrapping_add(quotient.wrapping_add(1) >> 1);
+        return sign
+            | ((exponent.wrapping_sub(1) as u32) << 23)
+                .wrapping_add(quotient.wrapping_add(1) >> 1);
     }
     rounded(sign, exponent, quotient << 7 | u32::from(rest != 0))
 }

@@ -1,7 +1,8 @@
 //! Products.
 
 use super::{
-    BIAS, HIDDEN, INFINITY, NAN, SIGN, exponent, is_infinite, is_nan, is_ordinary, is_zero, parts, rounded,
+    BIAS, HIDDEN, INFINITY, NAN, SIGN, exponent, is_infinite, is_nan, is_ordinary, is_zero, parts,
+    rounded,
 };
 
 /// `a` `b`.
@@ -25,7 +26,10 @@ fn checked<const BELOW: u32>(a: u32, b: u32, product: u32) -> u32 {
     let top = (a >> 23).wrapping_add(b >> 23).wrapping_sub(BIAS as u32 + 8 - BELOW);
     let result = (top << 23).wrapping_add(up >> BELOW);
     // An exponent that has left its range has changed the sign, or is that of no ordinary number.
-    if up << (32 - BELOW) == 0 || ((result ^ a ^ b) as i32) < 0 || exponent(result).wrapping_sub(1) >= 254 {
+    if up << (32 - BELOW) == 0
+        || ((result ^ a ^ b) as i32) < 0
+        || exponent(result).wrapping_sub(1) >= 254
+    {
         return multiply_any(a, b);
     }
     result

@@ -1,8 +1,9 @@
 //! Putting questions to a law that takes longer than a tick.
 //!
-//! One question is open at a time, until the tick at which its answer takes effect. The newest picture that comes meanwhile
-//! waits, and is asked about then. An answer concerns the target that it was asked for: after another target, a stop or
-//! a fault it is void, but the law has learnt from the picture all the same.
+//! One question is open at a time, until the tick at which its answer takes effect. The newest
+//! picture that comes meanwhile waits, and is asked about then. An answer concerns the target that
+//! it was asked for: after another target, a stop or a fault it is void, but the law has learnt
+//! from the picture all the same.
 
 use plumb_protocol::units::{Covariance, Micros, Point};
 
@@ -61,15 +62,22 @@ impl Asking {
         self.configuration = self.configuration.wrapping_add(1);
     }
 
-    /// Whether there is something to [`ask`](Self::ask) about, now or when no question is open any more.
+    /// Whether there is something to [`ask`](Self::ask) about, now or when no question is open any
+    /// more.
     #[inline]
     pub fn waiting(&self) -> bool {
         self.glimpse.is_some()
     }
 
-    /// After the planning of the tick at `now`: makes a question of what was seen, where none is open, and hands it
-    /// [out](Self::take_question); its number.
-    pub fn ask(&mut self, now: Micros, target: Point, planner: &Planner, params: &Params) -> Option<u32> {
+    /// After the planning of the tick at `now`: makes a question of what was seen, where none is
+    /// open, and hands it [out](Self::take_question); its number.
+    pub fn ask(
+        &mut self,
+        now: Micros,
+        target: Point,
+        planner: &Planner,
+        params: &Params,
+    ) -> Option<u32> {
         let kind = params.slow().filter(|_| self.open.is_none())?;
         let glimpse = self.glimpse.take()?;
         // The motors' positions are those at the tick's end.
@@ -86,7 +94,8 @@ impl Asking {
             target: target.micrometres(),
         };
         self.number = self.number.wrapping_add(1);
-        self.open = Some(Open { due: Micros(now.0 + u64::from(kind.ticks() * TICK_US)), demand: None });
+        self.open =
+            Some(Open { due: Micros(now.0 + u64::from(kind.ticks() * TICK_US)), demand: None });
         let (number, limits, configuration) = (self.number, params.limits(), self.configuration);
         self.question = Some(Question { number, kind, limits, configuration, picture });
         Some(number)

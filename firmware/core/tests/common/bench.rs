@@ -100,7 +100,12 @@ impl Bench {
     pub(crate) fn see_aged(&mut self, ball: Option<[f64; 3]>, age_us: u32) -> Result<(), Refusal> {
         self.sequence = self.sequence.wrapping_add(1);
         let sequence = self.sequence;
-        self.send(Command::Position(Position { sequence, age_us, ball: ball.map(point), covariance: None }))
+        self.send(Command::Position(Position {
+            sequence,
+            age_us,
+            ball: ball.map(point),
+            covariance: None,
+        }))
     }
 
     pub(crate) fn see(&mut self, ball: [f64; 3]) {

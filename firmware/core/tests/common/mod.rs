@@ -7,8 +7,12 @@ pub(crate) mod bench;
 use plumb_core::BuildLimits;
 use plumb_core::params::Params;
 use plumb_protocol::Config;
-use plumb_protocol::config::{self, Deadlines, Drivers, Growth, Law, Motor, Reached, StepDir, Workspace};
-use plumb_protocol::units::{Acceleration, Bound, Gain, Micrometres, Milliseconds, Point, Rate, Steps16};
+use plumb_protocol::config::{
+    self, Deadlines, Drivers, Growth, Law, Motor, Reached, StepDir, Workspace,
+};
+use plumb_protocol::units::{
+    Acceleration, Bound, Gain, Micrometres, Milliseconds, Point, Rate, Steps16,
+};
 
 pub(crate) const BUILD: BuildLimits = BuildLimits { max_pulse_rate: 1_000_000, storage: true };
 

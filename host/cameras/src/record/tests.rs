@@ -10,7 +10,8 @@ const CAMERA: &str = include_str!("../../../rigs/camera.toml");
 
 fn frame(time: f64, depth_scale: f64, values: &[u16]) -> RgbdFrame {
     let lens = camera_file::paper().unwrap().intrinsics;
-    let colour = Mat::new_rows_cols_with_default(4, 4, CV_8UC3, Scalar::new(time, 20.0, 30.0, 0.0)).unwrap();
+    let colour =
+        Mat::new_rows_cols_with_default(4, 4, CV_8UC3, Scalar::new(time, 20.0, 30.0, 0.0)).unwrap();
     let depth = Mat::from_slice(values).unwrap().reshape(1, 4).unwrap().try_clone().unwrap();
     RgbdFrame::new(time, colour, depth, Intrinsics { depth_scale, ..lens }).unwrap()
 }
@@ -41,7 +42,8 @@ fn what_is_recorded_is_read_back_to_the_bit() {
     // Millimetres, TUM's units, tenths of a millimetre (of which 5000 a metre are no multiple).
     for (own, written) in [(1000.0, 5000.0), (5000.0, 5000.0), (10_000.0, 10_000.0)] {
         let values: Vec<u16> = (0..16).map(|i| i * 777).collect();
-        let frames: Vec<RgbdFrame> = (0..70).map(|i| frame(f64::from(i) / 30.0, own, &values)).collect();
+        let frames: Vec<RgbdFrame> =
+            (0..70).map(|i| frame(f64::from(i) / 30.0, own, &values)).collect();
         let (camera, read) = there_and_back(&frames);
         assert_eq!(camera.intrinsics.depth_scale, written);
         assert_eq!(read.len(), frames.len());
@@ -76,8 +78,10 @@ fn a_recording_that_cannot_be_written_says_so_at_its_end() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("record");
     let one = frame(0.0, 1000.0, &[0; 16]);
-    let mut recorder =
-        RecordFolder::create(&path).unwrap().begin(CAMERA, one.intrinsics(), Pace::Virtual).unwrap();
+    let mut recorder = RecordFolder::create(&path)
+        .unwrap()
+        .begin(CAMERA, one.intrinsics(), Pace::Virtual)
+        .unwrap();
     fs::remove_dir_all(path.join("depth")).unwrap();
     recorder.add(&one);
     let error = recorder.finish().unwrap_err().to_string();

@@ -118,7 +118,9 @@ pub enum SourceError {
         gap: f64,
     },
     /// A time stamp is before the one of the frame before.
-    #[error("the frame at {time:.6} s is out of order: the one before it was taken at {before:.6} s")]
+    #[error(
+        "the frame at {time:.6} s is out of order: the one before it was taken at {before:.6} s"
+    )]
     Backwards {
         /// The frame's time stamp, seconds on the recording's clock.
         time: f64,

@@ -21,8 +21,9 @@ pub enum Lens {
 
 /// Colour and registered depth through OpenNI2.
 ///
-/// Time stamps are seconds: of a camera on the host's clock since it was opened, of a recording on its own from 0. After an
-/// error that is not [`SourceError::is_final`] the next call goes on with the next frame.
+/// Time stamps are seconds: of a camera on the host's clock since it was opened, of a recording on
+/// its own from 0. After an error that is not [`SourceError::is_final`] the next call goes on with
+/// the next frame.
 #[derive(Debug)]
 pub struct OpenniSource {
     camera: Camera,
@@ -33,7 +34,8 @@ impl OpenniSource {
     /// Opens `target` as `settings` say, which only hold for a camera, and starts it.
     ///
     /// # Errors
-    /// As [`Camera::open`]; where `lens` is not known of the device, or belongs to pictures of another size.
+    /// As [`Camera::open`]; where `lens` is not known of the device, or belongs to pictures of
+    /// another size.
     pub fn open(
         openni: &OpenNi,
         target: &Target,
@@ -58,7 +60,11 @@ impl OpenniSource {
     fn frame(&self, pair: &Pair) -> Result<RgbdFrame, SourceError> {
         let rows = i32::from(self.camera.opened().mode.height);
         let mut colour = Mat::default();
-        cvt_color_def(&Mat::from_slice(&pair.colour)?.reshape(3, rows)?, &mut colour, COLOR_RGB2BGR)?;
+        cvt_color_def(
+            &Mat::from_slice(&pair.colour)?.reshape(3, rows)?,
+            &mut colour,
+            COLOR_RGB2BGR,
+        )?;
         let depth = Mat::from_slice(&pair.depth)?.reshape(1, rows)?.try_clone()?;
         RgbdFrame::new(pair.time, colour, depth, self.intrinsics)
             .map_err(|error| SourceError::Frame { what: self.camera.opened().uri.clone(), error })
@@ -85,7 +91,9 @@ impl Live for OpenniSource {
 fn lost(error: OpenniError) -> SourceError {
     match error {
         OpenniError::Alone { sensor: plumb_openni::Sensor::Colour, time, .. }
-        | OpenniError::OutOfStep { time, .. } => SourceError::At { time, error: Box::new(error.into()) },
+        | OpenniError::OutOfStep { time, .. } => {
+            SourceError::At { time, error: Box::new(error.into()) }
+        }
         _ => error.into(),
     }
 }
@@ -102,12 +110,20 @@ fn intrinsics(opened: &Opened, lens: Lens) -> Result<Intrinsics, SourceError> {
                 return Ok(Intrinsics { depth_scale, ..known });
             }
             let (uri, mode) = (opened.uri.clone(), opened.mode);
-            Err(SourceError::OtherIntrinsics { uri, width: mode.width, height: mode.height, cx, cy })
+            Err(SourceError::OtherIntrinsics {
+                uri,
+                width: mode.width,
+                height: mode.height,
+                cx,
+                cy,
+            })
         }
         Lens::FieldOfView => {
-            let (horizontal, vertical) =
-                opened.field_of_view.ok_or_else(|| SourceError::NoIntrinsics { uri: opened.uri.clone() })?;
-            // The field of view is that of the whole picture, from half a pixel before the first to half a pixel behind the last.
+            let (horizontal, vertical) = opened
+                .field_of_view
+                .ok_or_else(|| SourceError::NoIntrinsics { uri: opened.uri.clone() })?;
+            // The field of view is that of the whole picture, from half a pixel before the first to
+            // half a pixel behind the last.
             Ok(Intrinsics {
                 fx: width / 2.0 / (horizontal / 2.0).tan(),
                 fy: height / 2.0 / (vertical / 2.0).tan(),

@@ -57,7 +57,8 @@ impl<S: Source> Paced<S> {
         }
         begun.last = stamp;
         let time = stamp - begun.first;
-        let due = Duration::try_from_secs_f64(time).ok().and_then(|span| begun.at.checked_add(span));
+        let due =
+            Duration::try_from_secs_f64(time).ok().and_then(|span| begun.at.checked_add(span));
         // Gaps are limited, so that only a recording of centuries has a frame that is due beyond
         // the clock's range.
         let Some(due) = due else { return Err(SourceError::Gap { time: stamp, gap }) };
@@ -107,7 +108,8 @@ mod tests {
         fn next_frame(&mut self) -> Result<Option<RgbdFrame>, SourceError> {
             let mat = |typ| Mat::new_rows_cols_with_default(2, 2, typ, Scalar::all(1.0)).unwrap();
             let intrinsics = Intrinsics { fx: 1.0, fy: 1.0, cx: 0.5, cy: 0.5, depth_scale: 1000.0 };
-            let frame = |time| RgbdFrame::new(time, mat(CV_8UC3), mat(CV_16UC1), intrinsics).unwrap();
+            let frame =
+                |time| RgbdFrame::new(time, mat(CV_8UC3), mat(CV_16UC1), intrinsics).unwrap();
             let lost = |time| SourceError::At {
                 time,
                 error: SourceError::Decode { path: "lost.png".into() }.into(),
@@ -157,7 +159,10 @@ mod tests {
             let mut paced = paced([Ok(0.0), Ok(stamp)]);
             expect(&mut paced, 0.0, 0.0);
             let error = paced.next_frame().unwrap_err();
-            assert!(error.is_final() && error.to_string().contains("gaps of at most 2 s"), "{error}");
+            assert!(
+                error.is_final() && error.to_string().contains("gaps of at most 2 s"),
+                "{error}"
+            );
         }
         let mut paced = paced([Ok(-f64::MAX), Ok(f64::MAX)]);
         expect(&mut paced, 0.0, 0.0);

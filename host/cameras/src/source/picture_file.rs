@@ -52,7 +52,10 @@ const PNG_START: &[u8; 16] = b"\x89PNG\r\n\x1a\n\0\0\0\x0dIHDR";
 fn png_size(bytes: &[u8]) -> Option<Size> {
     let (header, _) = bytes.strip_prefix(PNG_START)?.split_first_chunk::<8>()?;
     let [w0, w1, w2, w3, h0, h1, h2, h3] = *header;
-    Some(Size { width: u32::from_be_bytes([w0, w1, w2, w3]), height: u32::from_be_bytes([h0, h1, h2, h3]) })
+    Some(Size {
+        width: u32::from_be_bytes([w0, w1, w2, w3]),
+        height: u32::from_be_bytes([h0, h1, h2, h3]),
+    })
 }
 
 /// JPEG (ITU-T T.81): segments of a marker and a length, up to the frame header (SOF), which has
@@ -71,7 +74,8 @@ fn jpeg_size(bytes: &[u8]) -> Option<Size> {
             0xc4 | 0xc8 | 0xcc => {}
             0xc0..=0xcf => {
                 let (&[_precision, h0, h1, w0, w1], _) = body.split_first_chunk::<5>()?;
-                let [width, height] = [[w0, w1], [h0, h1]].map(|bytes| u32::from(u16::from_be_bytes(bytes)));
+                let [width, height] =
+                    [[w0, w1], [h0, h1]].map(|bytes| u32::from(u16::from_be_bytes(bytes)));
                 return Some(Size { width, height });
             }
             // Start of scan, markers without a length: there is no frame header before the pixels.
@@ -109,9 +113,13 @@ mod tests {
             let header = (0..bytes.len()).find(|&length| size(&bytes[..length]).is_some()).unwrap();
             assert!((20..bytes.len()).contains(&header), "{header}");
         }
-        for other in
-            [&b""[..], b"\xff\xd8", b"\xff\xd8\xff\xda\0\x02", b"\x89PNG\r\n\x1a\n", b"P6 32 24 255 "]
-        {
+        for other in [
+            &b""[..],
+            b"\xff\xd8",
+            b"\xff\xd8\xff\xda\0\x02",
+            b"\x89PNG\r\n\x1a\n",
+            b"P6 32 24 255 ",
+        ] {
             assert_eq!(size(other), None, "{other:?}");
         }
     }

@@ -5,8 +5,8 @@ use plumb_vision::frame::RgbdFrame;
 use super::{Live, Source, SourceError};
 use crate::record::{RecordError, Recorder, Recording};
 
-/// `source`, with every frame that it gives also given to a recorder, where there is one. What goes wrong with the
-/// recording is told at its end, and never keeps a frame back.
+/// `source`, with every frame that it gives also given to a recorder, where there is one. What goes
+/// wrong with the recording is told at its end, and never keeps a frame back.
 #[derive(Debug)]
 pub struct Recorded<S> {
     source: S,

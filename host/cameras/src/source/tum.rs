@@ -1,7 +1,7 @@
 //! A recording in the TUM RGB-D format: a folder with the lists `rgb.txt` and `depth.txt`.
 //!
-//! A line of a list is `timestamp path`, seconds and a file relative to the folder; `#` begins a comment.
-//! Colour is 8-bit PNG or JPEG, depth 16-bit PNG registered to it.
+//! A line of a list is `timestamp path`, seconds and a file relative to the folder; `#` begins a
+//! comment. Colour is 8-bit PNG or JPEG, depth 16-bit PNG registered to it.
 
 use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
@@ -14,8 +14,8 @@ use plumb_vision::frame::{FrameError, RgbdFrame};
 use super::{Source, SourceError, picture_file};
 use crate::bounded_read;
 
-/// How far apart in time a colour picture and its depth may be taken, seconds: less than the 33 ms between
-/// frames, so that a depth picture that was dropped is not replaced by its neighbour.
+/// How far apart in time a colour picture and its depth may be taken, seconds: less than the 33 ms
+/// between frames, so that a depth picture that was dropped is not replaced by its neighbour.
 pub const MAX_TIME_DIFFERENCE: f64 = 0.020;
 
 /// Most lines of a list that are read: 9 hours at 30 Hz.
@@ -59,8 +59,9 @@ struct Entry {
 impl TumFolder {
     /// The recording in `folder`, taken by a camera with `intrinsics`.
     ///
-    /// Only the lists are read here, the pictures one by one later. A line of a list that cannot be understood
-    /// is an error of a later [`Source::next_frame`] (those of `depth.txt` first), not of this.
+    /// Only the lists are read here, the pictures one by one later. A line of a list that cannot be
+    /// understood is an error of a later [`Source::next_frame`] (those of `depth.txt` first), not
+    /// of this.
     ///
     /// # Errors
     /// Where `rgb.txt` or `depth.txt` cannot be read, or is longer than [`MAX_LINES`] or
@@ -193,7 +194,8 @@ mod tests {
         folder
     }
 
-    /// (time, blue of the first pixel, depth units of the first pixel) or the error's text, to the end.
+    /// (time, blue of the first pixel, depth units of the first pixel) or the error's text, to the
+    /// end.
     fn read_all(folder: &TempDir) -> Vec<Result<(f64, u8, u16), String>> {
         let mut source = TumFolder::open(folder.path(), INTRINSICS).unwrap();
         let mut all = Vec::new();
@@ -262,7 +264,8 @@ mod tests {
     fn what_a_list_names_must_be_a_regular_file() {
         let rgb = "0.0 pipe.png\n0.1 /dev/zero\n0.2 .\n0.3 c3.png\n";
         let folder = recording(rgb, "0.3 d3.png\n");
-        nix::unistd::mkfifo(&folder.path().join("pipe.png"), nix::sys::stat::Mode::S_IRWXU).unwrap();
+        nix::unistd::mkfifo(&folder.path().join("pipe.png"), nix::sys::stat::Mode::S_IRWXU)
+            .unwrap();
         let all = read_all(&folder);
         for (got, named) in
             all.iter().zip(["pipe.png: is a named pipe", "/dev/zero: is a device", "is a folder"])
@@ -284,8 +287,10 @@ mod tests {
 
     #[test]
     fn time_stamps_that_are_no_seconds_are_refused() {
-        let all =
-            read_all(&recording("1e19 c0.png\n1305031102175304000 c1.png\n1305031102.175304 c2.png\n", ""));
+        let all = read_all(&recording(
+            "1e19 c0.png\n1305031102175304000 c1.png\n1305031102.175304 c2.png\n",
+            "",
+        ));
         assert!(all[0].as_ref().is_err_and(|error| error.contains("rgb.txt:1: ")), "{all:?}");
         assert!(all[1].as_ref().is_err_and(|error| error.contains("rgb.txt:2: ")), "{all:?}");
         assert_eq!(all[2..], [Ok((1_305_031_102.175_304, 2, 0))]);

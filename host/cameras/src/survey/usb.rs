@@ -88,7 +88,8 @@ const KINECT_MODULE: &str = "gspca_kinect";
 /// The depth cameras at the USB of the system whose root is `root`.
 pub(super) fn cameras(root: &Path) -> Vec<UsbCamera> {
     let devices = fs::read_dir(root.join("sys/bus/usb/devices")).into_iter().flatten().flatten();
-    let mut cameras: Vec<UsbCamera> = devices.filter_map(|entry| camera(root, &entry.path())).collect();
+    let mut cameras: Vec<UsbCamera> =
+        devices.filter_map(|entry| camera(root, &entry.path())).collect();
     cameras.sort_by(|a, b| a.node.cmp(&b.node));
     cameras
 }
@@ -137,21 +138,24 @@ pub(super) fn missing(root: &Path, cameras: &[UsbCamera]) -> Vec<String> {
             missing.push(format!("{what}: works through {}", camera.through));
         }
     }
-    let kinect = cameras.iter().any(|camera| camera.id.starts_with("045e:02a") || camera.id == "045e:02bf");
+    let kinect =
+        cameras.iter().any(|camera| camera.id.starts_with("045e:02a") || camera.id == "045e:02bf");
     let modules = fs::read_to_string(root.join("proc/modules")).unwrap_or_default();
     if kinect && modules.lines().any(|line| line.starts_with(KINECT_MODULE)) {
-        missing
-            .push(format!("the kernel takes the Kinect for a webcam: as root, modprobe -r {KINECT_MODULE}"));
+        missing.push(format!(
+            "the kernel takes the Kinect for a webcam: as root, modprobe -r {KINECT_MODULE}"
+        ));
     }
     missing
 }
 
 /// What to do about a camera that may not be opened.
 fn permission(root: &Path) -> String {
-    let folders =
-        ["lib/udev/rules.d", "usr/lib/udev/rules.d", "etc/udev/rules.d"].map(|folder| root.join(folder));
+    let folders = ["lib/udev/rules.d", "usr/lib/udev/rules.d", "etc/udev/rules.d"]
+        .map(|folder| root.join(folder));
     let rules = folders.iter().filter_map(|folder| fs::read_dir(folder).ok()).flatten().flatten();
-    let known = rules.filter(|rule| rule.file_name().to_string_lossy().contains("openni")).count() > 0;
+    let known =
+        rules.filter(|rule| rule.file_name().to_string_lossy().contains("openni")).count() > 0;
     if known {
         "There are udev rules for it: unplug it and plug it in again, or join the group video (usermod -aG video USER)"
             .to_owned()
@@ -174,8 +178,12 @@ mod tests {
             let folder = root.path().join(format!("sys/bus/usb/devices/1-{i}"));
             fs::create_dir_all(&folder).unwrap();
             let number = (i + 2).to_string();
-            let files =
-                [("idVendor", *vendor), ("idProduct", *product), ("busnum", "1"), ("devnum", &number)];
+            let files = [
+                ("idVendor", *vendor),
+                ("idProduct", *product),
+                ("busnum", "1"),
+                ("devnum", &number),
+            ];
             for (file, text) in files.into_iter().chain(name.map(|name| ("product", name))) {
                 fs::write(folder.join(file), format!("{text}\n")).unwrap();
             }
@@ -196,7 +204,8 @@ mod tests {
             ("8086", "0001", Some("a hub of Intel's")),
         ]);
         let found = cameras(root.path());
-        let names: Vec<_> = found.iter().map(|camera| (camera.id.as_str(), camera.name.as_str())).collect();
+        let names: Vec<_> =
+            found.iter().map(|camera| (camera.id.as_str(), camera.name.as_str())).collect();
         assert_eq!(
             names,
             [("1d27:0609", "PrimeSense Device"), ("045e:02ae", "Kinect (Xbox 360, for Windows)")]

@@ -1,4 +1,5 @@
-//! A rig whose ball swings about where it would hang: a resonance without a cause, to see what it does to a law.
+//! A rig whose ball swings about where it would hang: a resonance without a cause, to see what it
+//! does to a law.
 
 use nalgebra::{Point3, Vector3};
 use plumb_emulator::rig::{Plant, RigError};
@@ -37,7 +38,8 @@ impl Plant for Bounce {
         let h = dt_s / parts;
         let mut left = parts;
         while left > 0.0 {
-            // Semi-implicit Euler: neutral to energy at this step, and the damping is all that is left.
+            // Semi-implicit Euler: neutral to energy at this step, and the damping is all that is
+            // left.
             let pull = (self.rig.ball() - self.ball) * (self.omega * self.omega);
             self.velocity += (pull - self.velocity * self.damping) * h;
             self.ball += self.velocity * h;

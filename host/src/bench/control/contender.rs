@@ -29,7 +29,8 @@ pub enum Contender {
     Model(u8),
     /// A perfect model, all motors in step as fast as their limits allow, no feedback.
     Oracle,
-    /// The slack-free reference through a running mean of so many seconds: full knowledge, no feedback.
+    /// The slack-free reference through a running mean of so many seconds: full knowledge, no
+    /// feedback.
     Reference(f64),
 }
 
@@ -131,8 +132,11 @@ const PEERS_OWN: LawSettings =
 /// # Errors
 /// Where a board would refuse it.
 fn checked(settings: &LawSettings, suite: &Suite) -> Result<(Config, Params), BenchError> {
-    let config =
-        Limits::default().config(settings.config()?, settings.mean().config("mean")?, suite.threshold_m);
+    let config = Limits::default().config(
+        settings.config()?,
+        settings.mean().config("mean")?,
+        suite.threshold_m,
+    );
     let params = Params::check(&config, &EMULATED).map_err(BenchError::Config)?;
     Ok((config, params))
 }

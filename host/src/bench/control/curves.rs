@@ -11,7 +11,8 @@ const LONGEST: f64 = 6.0;
 
 const SIZE: (u32, u32) = (1200, 720);
 
-/// The curves of `reports` as SVG: across, time to the threshold over the oracle's; up, the share of runs.
+/// The curves of `reports` as SVG: across, time to the threshold over the oracle's; up, the share
+/// of runs.
 ///
 /// # Errors
 /// Where the drawing library cannot draw it.
@@ -37,13 +38,14 @@ pub fn draw(reports: &[Report]) -> Result<String, DrawingAreaErrorKind<std::io::
             let width = if number < COLOURS.len() { 3 } else { 1 };
             let n = report.ratios.len() as f64;
             let points = (0..).zip(&report.ratios).filter(|(_, r)| **r <= LONGEST);
-            let line =
-                LineSeries::new(points.map(|(k, r)| (*r, f64::from(k + 1) / n)), colour.stroke_width(width));
+            let line = LineSeries::new(
+                points.map(|(k, r)| (*r, f64::from(k + 1) / n)),
+                colour.stroke_width(width),
+            );
             let colour = *colour;
-            chart
-                .draw_series(line)?
-                .label(format!("{}, {}", report.law, report.suite))
-                .legend(move |(x, y)| PathElement::new([(x, y), (x + 28, y)], colour.stroke_width(width)));
+            chart.draw_series(line)?.label(format!("{}, {}", report.law, report.suite)).legend(
+                move |(x, y)| PathElement::new([(x, y), (x + 28, y)], colour.stroke_width(width)),
+            );
         }
         chart
             .configure_series_labels()

@@ -45,7 +45,8 @@ impl BoardDriver {
         driver
     }
 
-    /// A board that has stopped because it saw nothing for half a second is sent on when the ball is seen again.
+    /// A board that has stopped because it saw nothing for half a second is sent on when the ball
+    /// is seen again.
     fn resume(&mut self, now: Micros, seen: bool) {
         if self.board.state() == State::Fault(Fault::PositionLost) && seen {
             self.sent_on = true;

@@ -1,4 +1,5 @@
-//! Laws in `f64` as drivers: what the board does between a picture and the motors, with another law in it.
+//! Laws in `f64` as drivers: what the board does between a picture and the motors, with another law
+//! in it.
 
 use nalgebra::Point3;
 use plumb_core::MotorRates;
@@ -12,8 +13,8 @@ use plumb_protocol::units::{Micros, Point, Steps16};
 
 use super::simulate::Driver;
 
-/// The board's planner, its history and its rules for late pictures, and any [`Law`]. With the board's own law in it, it does
-/// what a board does, up to rounding.
+/// The board's planner, its history and its rules for late pictures, and any [`Law`]. With the
+/// board's own law in it, it does what a board does, up to rounding.
 pub(super) struct LawDriver {
     law: Box<dyn Law>,
     planner: Planner,
@@ -40,8 +41,13 @@ pub(super) struct LawDriver {
 }
 
 impl LawDriver {
-    /// `law` in a board of this configuration, from which `params` were made, that drives the ball to `target`.
-    pub(super) fn new(law: Box<dyn Law>, (config, params): (Config, &Params), target: Point) -> Self {
+    /// `law` in a board of this configuration, from which `params` were made, that drives the ball
+    /// to `target`.
+    pub(super) fn new(
+        law: Box<dyn Law>,
+        (config, params): (Config, &Params),
+        target: Point,
+    ) -> Self {
         let mut planner = Planner::default();
         planner.configure(params);
         Self {
@@ -70,7 +76,8 @@ impl LawDriver {
     fn resume(&mut self, now: Micros) {
         if self.lost && !self.planner.moving() {
             (self.lost, self.sent_on) = (false, true);
-            (self.arrival, self.demand, self.question) = (Arrival::default(), Demand::default(), None);
+            (self.arrival, self.demand, self.question) =
+                (Arrival::default(), Demand::default(), None);
             self.seen = self.seen.max(now);
         }
     }
@@ -153,7 +160,8 @@ impl Driver for LawDriver {
             self.follow(now, demand);
         }
         let wanted = self.wanted(now);
-        // A board aims anew where something has happened, which rounds less than to do so in every tick.
+        // A board aims anew where something has happened, which rounds less than to do so in every
+        // tick.
         if self.answered || wanted.rates != self.aimed {
             self.planner.aim(wanted.rates, wanted.ramp_us);
             (self.answered, self.aimed) = (false, wanted.rates);

@@ -1,6 +1,8 @@
 //! The motors' limits that all contenders share, and the board that is configured with them.
 
-use plumb_protocol::config::{Config, Deadlines, Drivers, Growth, Law, Motor, Reached, StepDir, Workspace};
+use plumb_protocol::config::{
+    Config, Deadlines, Drivers, Growth, Law, Motor, Reached, StepDir, Workspace,
+};
 use plumb_protocol::units::{Acceleration, Micrometres, Milliseconds, Point, Rate, Steps16};
 
 /// What a motor may do.

@@ -1,7 +1,8 @@
-//! `plumb bench control`: laws against each other and against what is possible, on random rigs, in virtual time.
+//! `plumb bench control`: laws against each other and against what is possible, on random rigs, in
+//! virtual time.
 //!
-//! Our laws run as the board runs them: frames in, step counts out, in the chip's arithmetic. What they are compared
-//! with is computed in `f64`.
+//! Our laws run as the board runs them: frames in, step counts out, in the chip's arithmetic. What
+//! they are compared with is computed in `f64`.
 
 mod bounce;
 mod contender;
@@ -63,7 +64,8 @@ pub enum BenchError {
     },
 }
 
-/// Runs `contender` on rigs of a suite, by their numbers, on all cores. `progress` hears how many runs are done.
+/// Runs `contender` on rigs of a suite, by their numbers, on all cores. `progress` hears how many
+/// runs are done.
 ///
 /// # Errors
 /// Where the law's parameters are out of the board's range.
@@ -85,7 +87,9 @@ pub fn run(
             scope.spawn(move || {
                 loop {
                     let index = next.fetch_add(1, Ordering::Relaxed);
-                    if index >= end || sender.send((index, one(contender, suite, seed, index))).is_err() {
+                    if index >= end
+                        || sender.send((index, one(contender, suite, seed, index))).is_err()
+                    {
                         break;
                     }
                 }
@@ -103,12 +107,19 @@ pub fn run(
 }
 
 /// One run and the oracle's time for its task.
-fn one(contender: &Contender, suite: &Suite, seed: u64, index: u64) -> Result<(Outcome, f64), BenchError> {
+fn one(
+    contender: &Contender,
+    suite: &Suite,
+    seed: u64,
+    index: u64,
+) -> Result<(Outcome, f64), BenchError> {
     let of_rig = |error| BenchError::Rig { index, seed, error };
     let task = suite.task(seed, index).map_err(of_rig)?;
     let oracle_s = oracle::time_s(&task, &Limits::default(), suite.threshold_m).map_err(of_rig)?;
-    let mut driver = contender.driver(suite, &task, suite.elasticity(seed, index), (seed, index))?;
-    let outcome = simulate::run(&mut *driver, suite, &task, (seed, index), oracle_s).map_err(of_rig)?;
+    let mut driver =
+        contender.driver(suite, &task, suite.elasticity(seed, index), (seed, index))?;
+    let outcome =
+        simulate::run(&mut *driver, suite, &task, (seed, index), oracle_s).map_err(of_rig)?;
     Ok((outcome, oracle_s))
 }
 

@@ -1,4 +1,5 @@
-//! What there is to be measured against: a robot that knows itself, and one that besides keeps its cables taut.
+//! What there is to be measured against: a robot that knows itself, and one that besides keeps its
+//! cables taut.
 
 use nalgebra::Vector3;
 use plumb_emulator::rig::{ElasticParameters, RigError, Task, lowest_point};
@@ -18,8 +19,10 @@ struct Way {
 
 impl Way {
     fn new(task: &Task) -> Self {
-        let (start_m, end) =
-            (task.geometry.cable_lengths_m(&task.start), task.geometry.cable_lengths_m(&task.target));
+        let (start_m, end) = (
+            task.geometry.cable_lengths_m(&task.start),
+            task.geometry.cable_lengths_m(&task.target),
+        );
         let step_m = task.geometry.step_lengths_m();
         Self { start_m, steps: [0, 1, 2].map(|i| (end[i] - start_m[i]) / step_m[i]), step_m }
     }
@@ -56,8 +59,8 @@ fn trapezoid(length: f64, limits: &Limits, t: f64) -> f64 {
     gone / length
 }
 
-/// The time to within `threshold_m` of the target with a perfect model: all motors in step, as fast as their limits
-/// allow, on rigid cables; seconds.
+/// The time to within `threshold_m` of the target with a perfect model: all motors in step, as fast
+/// as their limits allow, on rigid cables; seconds.
 ///
 /// # Errors
 /// Where the task's rig cannot hold its ball on the way.
@@ -98,9 +101,10 @@ const TENSION_KEPT: f64 = 0.5;
 /// Gravity, m/s².
 const G: f64 = plumb_emulator::rig::GRAVITY_M_S2;
 
-/// The slack-free reference: the fastest plan along the straight way in cable lengths such that each cable keeps half of
-/// its static tension (rigid cables, full knowledge), through a running mean; elastic cables are reeled in by what they
-/// stretch at rest. Motor positions, full steps, one a millisecond.
+/// The slack-free reference: the fastest plan along the straight way in cable lengths such that
+/// each cable keeps half of its static tension (rigid cables, full knowledge), through a running
+/// mean; elastic cables are reeled in by what they stretch at rest. Motor positions, full steps,
+/// one a millisecond.
 pub(crate) fn slack_free(
     task: &Task,
     limits: &Limits,
@@ -114,14 +118,16 @@ pub(crate) fn slack_free(
     while cell < GRID && parts.len() < 600_000 {
         let at = part * GRID as f64 - cell as f64;
         let square = speeds[cell] + (speeds[cell + 1] - speeds[cell]) * at.clamp(0.0, 1.0);
-        // Where it starts and ends the speed is 0 and would stay so: at least what is due after a millisecond.
+        // Where it starts and ends the speed is 0 and would stay so: at least what is due after a
+        // millisecond.
         part += STEP_S * square.sqrt().max(1e-3);
         cell = ((part * GRID as f64) as usize).min(GRID);
         parts.push(part.min(1.0));
     }
     let window = ((mean_s / STEP_S) as usize).max(1);
     let mean = |k: usize| -> f64 {
-        (0..window).map(|j| parts[k.saturating_sub(j).min(parts.len() - 1)]).sum::<f64>() / window as f64
+        (0..window).map(|j| parts[k.saturating_sub(j).min(parts.len() - 1)]).sum::<f64>()
+            / window as f64
     };
     let rest = stretch_steps(task, &way, 0.0, elasticity);
     (0..parts.len() + window)
@@ -134,7 +140,12 @@ pub(crate) fn slack_free(
 }
 
 /// How far the cables are stretched at rest, in steps.
-fn stretch_steps(task: &Task, way: &Way, part: f64, elasticity: Option<ElasticParameters>) -> [f64; 3] {
+fn stretch_steps(
+    task: &Task,
+    way: &Way,
+    part: f64,
+    elasticity: Option<ElasticParameters>,
+) -> [f64; 3] {
     let at_rest = || {
         let parameters = elasticity?;
         let ball = lowest_point(&task.geometry, way.lengths(part)).ok()?.ball;
@@ -145,18 +156,21 @@ fn stretch_steps(task: &Task, way: &Way, part: f64, elasticity: Option<ElasticPa
     at_rest().unwrap_or_default()
 }
 
-/// Squares of the way's rate of progress (1/s²) at the grid's points: forwards and backwards through the limits.
+/// Squares of the way's rate of progress (1/s²) at the grid's points: forwards and backwards
+/// through the limits.
 fn fastest(task: &Task, way: &Way, limits: &Limits) -> Vec<f64> {
     let length = way.longest().max(1e-9);
     let ball = |k: f64| {
-        lowest_point(&task.geometry, way.lengths(k / GRID as f64)).map_or(task.start, |hang| hang.ball)
+        lowest_point(&task.geometry, way.lengths(k / GRID as f64))
+            .map_or(task.start, |hang| hang.ball)
     };
     let h = 1.0 / GRID as f64;
     let top = (limits.rate / length).powi(2);
     let bound = |k: usize, square: f64| -> (f64, f64) {
         let x = (k as f64).clamp(1.0, GRID as f64 - 1.0);
         let (before, here, after) = (ball(x - 1.0), ball(x), ball(x + 1.0));
-        let (slope, bend) = ((after - before) / (2.0 * h), ((after - here) - (here - before)) / (h * h));
+        let (slope, bend) =
+            ((after - before) / (2.0 * h), ((after - here) - (here - before)) / (h * h));
         accelerations(task, here, slope, bend * square, limits.acceleration / length)
     };
     let mut squares = vec![top; GRID + 1];
@@ -172,7 +186,8 @@ fn fastest(task: &Task, way: &Way, limits: &Limits) -> Vec<f64> {
     squares
 }
 
-/// The least and greatest acceleration of progress with which each cable keeps its part of the tension.
+/// The least and greatest acceleration of progress with which each cable keeps its part of the
+/// tension.
 fn accelerations(
     task: &Task,
     ball: nalgebra::Point3<f64>,

@@ -26,7 +26,8 @@ const MAX_FRAMES: u32 = 10_000;
 /// Distance from the target at which the paper stops, metres.
 const NEAR_M: f64 = 0.010;
 
-/// What the suite `paper` found: frames until the ball is within 10 mm of the target, noise-free, at 30 Hz.
+/// What the suite `paper` found: frames until the ball is within 10 mm of the target, noise-free,
+/// at 30 Hz.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PaperSuite {
     /// Always `"paper"`.
@@ -74,14 +75,15 @@ pub fn paper(gammas: &[f64]) -> Result<PaperSuite, ControlError> {
     Ok(PaperSuite { suite: "paper", law: "interval", gamma: gammas.to_vec(), frames })
 }
 
-/// Motor limits that the law does not meet: what is reproduced is the law, and the paper's has no limits. Steps/s and
-/// steps/s².
+/// Motor limits that the law does not meet: what is reproduced is the law, and the paper's has no
+/// limits. Steps/s and steps/s².
 const UNLIMITED: (f64, f64) = (4_000.0, 400_000.0);
 
 fn paper_frames(gamma: f64) -> Result<u32, ControlError> {
     let mut rig = Rig::paper()?;
     rig.law.set_gamma(gamma)?;
-    (rig.motors.max_rate, rig.motors.max_acceleration) = (UNLIMITED.0.try_into()?, UNLIMITED.1.try_into()?);
+    (rig.motors.max_rate, rig.motors.max_acceleration) =
+        (UNLIMITED.0.try_into()?, UNLIMITED.1.try_into()?);
     let task = Task::paper();
     let plant = Box::new(QuasiStatic::new(task.geometry, task.start)?);
     let board = Rc::new(RefCell::new(EmulatedBoard::with_plant(EMULATED, plant)));

@@ -22,7 +22,8 @@ pub struct Report {
     pub seed: u64,
     /// Share of the runs whose ball came to its target and stayed.
     pub converged: f64,
-    /// Time to the threshold over the oracle's, of all runs; runs that failed count as endless (`null`).
+    /// Time to the threshold over the oracle's, of all runs; runs that failed count as endless
+    /// (`null`).
     pub median: f64,
     /// So are nine of ten.
     pub p90: f64,
@@ -65,7 +66,8 @@ fn round(value: f64) -> f64 {
 }
 
 impl Report {
-    /// Sums up the runs of rigs from number `first` on, each with the oracle's time for its task (seconds).
+    /// Sums up the runs of rigs from number `first` on, each with the oracle's time for its task
+    /// (seconds).
     pub(crate) fn new(
         law: String,
         suite: &'static str,
@@ -74,12 +76,16 @@ impl Report {
     ) -> Self {
         let n = runs.len() as f64;
         let share = |count: usize| round(count as f64 / n);
-        let mut ratios: Vec<f64> =
-            runs.iter().map(|(run, oracle)| run.time_s.map_or(f64::INFINITY, |t| t / oracle)).collect();
+        let mut ratios: Vec<f64> = runs
+            .iter()
+            .map(|(run, oracle)| run.time_s.map_or(f64::INFINITY, |t| t / oracle))
+            .collect();
         ratios.sort_by(f64::total_cmp);
-        let mut times: Vec<f64> = runs.iter().map(|(run, _)| run.time_s.unwrap_or(f64::INFINITY)).collect();
+        let mut times: Vec<f64> =
+            runs.iter().map(|(run, _)| run.time_s.unwrap_or(f64::INFINITY)).collect();
         times.sort_by(f64::total_cmp);
-        let mut hold: Vec<f32> = runs.iter().flat_map(|(run, _)| run.hold_m.iter().copied()).collect();
+        let mut hold: Vec<f32> =
+            runs.iter().flat_map(|(run, _)| run.hold_m.iter().copied()).collect();
         hold.sort_by(f32::total_cmp);
         let failed = (first..).zip(runs).filter(|(_, (run, _))| run.time_s.is_none());
         let failed: Vec<_> = failed.map(|(k, (run, _))| (k, run.ending)).collect();
@@ -94,7 +100,9 @@ impl Report {
             p99: round(quantile(&ratios, 0.99)),
             max: round(quantile(&ratios, 1.0)),
             slack: share(runs.iter().filter(|(run, _)| run.slack_s > SLACK_S).count()),
-            hold_mean_mm: round(hold.iter().map(|h| f64::from(*h)).sum::<f64>() / hold.len() as f64 * 1e3),
+            hold_mean_mm: round(
+                hold.iter().map(|h| f64::from(*h)).sum::<f64>() / hold.len() as f64 * 1e3,
+            ),
             hold_p99_mm: round(quantile(&hold, 0.99) * 1e3),
             false_reached: share(runs.iter().filter(|(run, _)| run.false_reached).count()),
             ratios,

@@ -24,7 +24,8 @@ const PATIENCE: (f64, f64) = (15.0, 30.0);
 pub(crate) trait Driver {
     /// A picture arrives at `now` that was, as far as anyone can tell, taken `age_us` earlier.
     fn see(&mut self, now: Micros, age_us: u32, ball: Option<Point3<f64>>);
-    /// The motors over the tick that begins at `now`; where they are at its end, full steps, + pays out.
+    /// The motors over the tick that begins at `now`; where they are at its end, full steps, + pays
+    /// out.
     fn tick(&mut self, now: Micros) -> [f64; 3];
     /// Whether it says that the ball has reached its target.
     fn reached(&self) -> bool;
@@ -39,8 +40,8 @@ pub(crate) trait Driver {
 /// What became of a run.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct Outcome {
-    /// When the ball came within the threshold first, seconds by the suite's clock; `None` where it never did, where
-    /// "reached" was never told, or where the ball was not kept there afterwards.
+    /// When the ball came within the threshold first, seconds by the suite's clock; `None` where it
+    /// never did, where "reached" was never told, or where the ball was not kept there afterwards.
     pub(crate) time_s: Option<f64>,
     /// The longest that one cable was slack, all its times taken together, seconds.
     pub(crate) slack_s: f64,
@@ -103,7 +104,8 @@ impl Watch {
 /// Lets `driver` drive the ball of a task of `suite`; the oracle needs `oracle_s` for it.
 ///
 /// # Errors
-/// Where the rig cannot be, or the camera. A rig that cannot follow its motors is a run that failed.
+/// Where the rig cannot be, or the camera. A rig that cannot follow its motors is a run that
+/// failed.
 pub(crate) fn run(
     driver: &mut dyn Driver,
     suite: &Suite,
@@ -137,7 +139,8 @@ pub(crate) fn run(
         }
         while let Some(seen) = camera.delivered(t) {
             watch.first_s.get_or_insert(t);
-            let age_us = if suite.ages_known { ((t - seen.captured_at_s) * 1e6) as u32 } else { age_us };
+            let age_us =
+                if suite.ages_known { ((t - seen.captured_at_s) * 1e6) as u32 } else { age_us };
             driver.see(now, age_us, seen.position);
         }
         let motors = driver.tick(now);

@@ -2,8 +2,8 @@
 
 use super::kinematic::Kinematic;
 use plumb_emulator::rig::{
-    DepthDrift, Elastic, ElasticParameters, ObserverParameters, Plant, Population, QuasiStatic, RigError,
-    Task, Variations,
+    DepthDrift, Elastic, ElasticParameters, ObserverParameters, Plant, Population, QuasiStatic,
+    RigError, Task, Variations,
 };
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -25,7 +25,8 @@ pub struct Suite {
     pub threshold_m: f64,
     /// Whether all rigs are the paper's, with the paper's task.
     pub paper: bool,
-    /// Whether the board is told how old each picture is; otherwise all are taken for [`ASSUMED_LATENCY_FRAMES`] old.
+    /// Whether the board is told how old each picture is; otherwise all are taken for
+    /// [`ASSUMED_LATENCY_FRAMES`] old.
     pub ages_known: bool,
     /// When a run's clock starts.
     pub clock: Clock,
@@ -43,7 +44,8 @@ pub enum Clock {
 /// How the ball moves.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Physics {
-    /// Rigid cables that are all taut, the ball always at rest: what the paper and docs/control.md take for granted.
+    /// Rigid cables that are all taut, the ball always at rest: what the paper and docs/control.md
+    /// take for granted.
     QuasiStatic,
     /// Rigid cables that do not push, the ball always at rest.
     Unilateral,
@@ -108,7 +110,11 @@ impl Suite {
         let degrees = |d: f64| d.to_radians();
         let none = Variations::default();
         [
-            Self::varied("yaw", "turned by up to ±20°", Variations { yaw_rad: degrees(20.0), ..none }),
+            Self::varied(
+                "yaw",
+                "turned by up to ±20°",
+                Variations { yaw_rad: degrees(20.0), ..none },
+            ),
             Self::varied(
                 "tilt",
                 "motor plane tilted by up to 10°",
@@ -149,7 +155,11 @@ impl Suite {
             with(
                 "drift",
                 "depth noise AR(1) 0.9 of 2 mm, 3 mm to be reached",
-                ObserverParameters { depth_drift: drift, noise_sd_m: [0.5e-3, 1e-3, 1e-3], ..usual },
+                ObserverParameters {
+                    depth_drift: drift,
+                    noise_sd_m: [0.5e-3, 1e-3, 1e-3],
+                    ..usual
+                },
             )
             .within(0.003),
         ]
@@ -163,7 +173,11 @@ impl Suite {
             with("bounce4", "a ball mode of 4 Hz, ζ = 0.1", bounce(4.0, 0.1)),
             with("bounce3", "a ball mode of 3 Hz, ζ = 0.1", bounce(3.0, 0.1)),
             with("bounce2", "a ball mode of 2 Hz, ζ = 0.05", bounce(2.0, 0.05)),
-            with("elastic", "0.1-0.3 kg on 800 and 150 N/m in turn", Physics::Elastic(&[STIFF, SOFT])),
+            with(
+                "elastic",
+                "0.1-0.3 kg on 800 and 150 N/m in turn",
+                Physics::Elastic(&[STIFF, SOFT]),
+            ),
             with("elastic800", "0.1-0.3 kg on 800 N/m", Physics::Elastic(&[STIFF])),
             with("elastic150", "0.1-0.3 kg on 150 N/m", Physics::Elastic(&[SOFT])),
         ]
@@ -178,7 +192,11 @@ impl Suite {
                 "start and target with λ >= 0.005",
                 Population { least_lambda: 0.005, ..plain.clone() },
             ),
-            with("high", "5 to 20 cm below the motors", Population { below_m: 0.05..=0.2, ..plain }),
+            with(
+                "high",
+                "5 to 20 cm below the motors",
+                Population { below_m: 0.05..=0.2, ..plain },
+            ),
             Self::plain("fine", "2 mm to be reached").within(0.002),
             Self {
                 paper: true,

@@ -21,12 +21,15 @@ fn interval_arrives_and_takes_twice_the_oracles_time() {
     assert!((1.8..2.5).contains(&report.median), "{report}");
 }
 
-/// docs/control.md of the project, on 60 rigs: all converge, and each law is about as fast as is said there.
+/// docs/control.md of the project, on 60 rigs: all converge, and each law is about as fast as is
+/// said there.
 #[test]
 fn the_laws_are_as_fast_as_is_said_of_them() {
-    for (law, suite, median) in
-        [("sign", "quasi-static", 1.35), ("certified", "quasi-static", 1.05), ("taut", "elastic", 1.35)]
-    {
+    for (law, suite, median) in [
+        ("sign", "quasi-static", 1.35),
+        ("certified", "quasi-static", 1.05),
+        ("taut", "elastic", 1.35),
+    ] {
         let report = quick(&Contender::named(law).unwrap(), suite, 60);
         assert!(report.converged == 1.0 && report.median <= median, "{report}");
     }
@@ -53,7 +56,8 @@ fn the_slack_free_reference_is_slack_free() {
     assert!(report.median < 1.15, "{report}");
 }
 
-/// Moved by the oracle's own plan, a rigid rig takes the oracle's time, whichever clock is looked at.
+/// Moved by the oracle's own plan, a rigid rig takes the oracle's time, whichever clock is looked
+/// at.
 #[test]
 fn the_oracle_takes_its_own_time() {
     for clock in [Clock::Picture, Clock::Target] {
@@ -68,8 +72,10 @@ fn the_oracle_takes_its_own_time() {
 fn the_earlier_clock_shows_more() {
     let suite = Suite { clock: Clock::Target, ..Suite::named("paper-task").unwrap() };
     let contender = Contender::named("certified").unwrap();
-    let (early, late) =
-        (run(&contender, &suite, 0..10, 11, &mut |_| ()).unwrap(), quick(&contender, "paper-task", 10));
+    let (early, late) = (
+        run(&contender, &suite, 0..10, 11, &mut |_| ()).unwrap(),
+        quick(&contender, "paper-task", 10),
+    );
     let frames = (early.median_s - late.median_s) * 30.0;
     assert!((0.9..=2.1).contains(&frames), "{frames} frames");
 }
@@ -77,7 +83,9 @@ fn the_earlier_clock_shows_more() {
 /// Peers are no straw men: they converge, and are about as fast as docs/control.md has them.
 #[test]
 fn peers_arrive() {
-    for (name, median) in [("broyden", 1.2), ("model-5", 1.05), ("model-10", 1.06), ("model-20", 1.12)] {
+    for (name, median) in
+        [("broyden", 1.2), ("model-5", 1.05), ("model-10", 1.06), ("model-20", 1.12)]
+    {
         let report = quick(&Contender::named(name).unwrap(), "quasi-static", 60);
         assert!(report.converged == 1.0 && report.median <= median, "{report}");
     }
@@ -144,21 +152,24 @@ fn what_a_board_would_refuse_is_refused_before_any_run() {
     }
 }
 
-/// After a blind spell at full speed the variance of the filter's position is more than its format holds.
+/// After a blind spell at full speed the variance of the filter's position is more than its format
+/// holds.
 #[test]
 fn certified_outlives_a_blind_spell_at_full_speed() {
-    let (contender, suite) = (Contender::named("certified").unwrap(), Suite::named("quasi-static").unwrap());
+    let (contender, suite) =
+        (Contender::named("certified").unwrap(), Suite::named("quasi-static").unwrap());
     for (seed, rig) in [(101, 70), (28, 393)] {
         let report = run(&contender, &suite, rig..rig + 1, seed, &mut |_| ()).unwrap();
         assert!(report.median < 1.5, "{report}");
     }
 }
 
-/// Noise three times as large as expected makes the estimate of J worse while the ball is held; with the steps of that estimate
-/// taken as they come, it was driven off by 28 mm.
+/// Noise three times as large as expected makes the estimate of J worse while the ball is held;
+/// with the steps of that estimate taken as they come, it was driven off by 28 mm.
 #[test]
 fn certified_holds_its_ball_in_noise() {
-    let (contender, suite) = (Contender::named("certified").unwrap(), Suite::named("noise").unwrap());
+    let (contender, suite) =
+        (Contender::named("certified").unwrap(), Suite::named("noise").unwrap());
     let report = run(&contender, &suite, 211..212, 11, &mut |_| ()).unwrap();
     assert!(report.converged == 1.0 && report.hold_p99_mm < 5.0, "{report}");
 }
@@ -166,7 +177,8 @@ fn certified_holds_its_ball_in_noise() {
 /// Large pulleys a span below the motors: a gain that is ten times too large for that is found out.
 #[test]
 fn sign_finds_a_gain_that_does_not_swing() {
-    let (contender, suite) = (Contender::named("sign").unwrap(), Suite::named("quasi-static").unwrap());
+    let (contender, suite) =
+        (Contender::named("sign").unwrap(), Suite::named("quasi-static").unwrap());
     for (seed, rig) in [(713, 19), (715, 670), (718, 391), (718, 556)] {
         let report = run(&contender, &suite, rig..rig + 1, seed, &mut |_| ()).unwrap();
         assert!(report.converged == 1.0, "{report}");
@@ -176,7 +188,8 @@ fn sign_finds_a_gain_that_does_not_swing() {
 /// A rig is the same whichever rigs are run beside it.
 #[test]
 fn a_rig_can_be_run_alone() {
-    let (contender, suite) = (Contender::named("sign").unwrap(), Suite::named("quasi-static").unwrap());
+    let (contender, suite) =
+        (Contender::named("sign").unwrap(), Suite::named("quasi-static").unwrap());
     let alone = run(&contender, &suite, 5..6, 11, &mut |_| ()).unwrap();
     let among = run(&contender, &suite, 3..7, 11, &mut |_| ()).unwrap();
     assert!(alone.rigs == 1 && among.ratios.contains(&alone.ratios[0]), "{alone} {among}");

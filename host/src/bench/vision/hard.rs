@@ -1,5 +1,6 @@
-//! The harder set: balls ray-traced into real pictures, in front of what is there, with what spoils the view, among red
-//! things; and pictures without a ball, the same and with their light and colours changed.
+//! The harder set: balls ray-traced into real pictures, in front of what is there, with what spoils
+//! the view, among red things; and pictures without a ball, the same and with their light and
+//! colours changed.
 
 use nalgebra::{Point3, Vector3};
 use plumb_vision::camera::Camera;
@@ -123,11 +124,16 @@ impl<'a> HardShots<'a> {
         for _ in 0..things {
             self.put_thing(&mut overlay)?;
         }
-        let mut shot =
-            Shot { ball: None, centre: Point3::origin(), camera: self.camera.clone(), frame: behind.clone() };
+        let mut shot = Shot {
+            ball: None,
+            centre: Point3::origin(),
+            camera: self.camera.clone(),
+            frame: behind.clone(),
+        };
         if self.kind.ball {
             let place = self.place(&overlay);
-            shot.centre = self.camera.pose * self.camera.intrinsics.deproject(place.u, place.v, place.z);
+            shot.centre =
+                self.camera.pose * self.camera.intrinsics.deproject(place.u, place.v, place.z);
             shot.ball = Some([place.u, place.v, place.radius]);
             self.put_ball(&mut overlay, &place)?;
         }
@@ -174,8 +180,10 @@ impl<'a> HardShots<'a> {
         let (width, height) = (2.0 * lens.cx + 1.0, 2.0 * lens.cy + 1.0);
         let at = |random: &mut ChaCha8Rng, radius: f64, half_out: bool| {
             let margin = 1.3 * radius + 4.0;
-            let (u, v) =
-                (random.random_range(margin..width - margin), random.random_range(margin..height - margin));
+            let (u, v) = (
+                random.random_range(margin..width - margin),
+                random.random_range(margin..height - margin),
+            );
             let out = radius * random.random_range(0.0..0.6);
             match random.random_range(0..4) {
                 _ if !half_out => (u, v),
@@ -185,8 +193,12 @@ impl<'a> HardShots<'a> {
                 _ => (u, height - 1.0 - out),
             }
         };
-        let mut last =
-            Place { u: lens.cx, v: lens.cy, z: DISTANCES.0, radius: lens.fx * DIAMETER / 2.0 / DISTANCES.0 };
+        let mut last = Place {
+            u: lens.cx,
+            v: lens.cy,
+            z: DISTANCES.0,
+            radius: lens.fx * DIAMETER / 2.0 / DISTANCES.0,
+        };
         for attempt in 0..60 {
             let mut z = self.random.random_range(DISTANCES.0..DISTANCES.1);
             let radius = lens.fx * DIAMETER / 2.0 / z;
@@ -226,9 +238,12 @@ impl<'a> HardShots<'a> {
         }
         // The cables that it hangs on.
         for _ in 0..self.random.random_range(0..4) {
-            let to =
-                (u + self.random.random_range(-300.0..300.0), v - self.random.random_range(200.0..500.0));
-            let (width, grey) = (self.random.random_range(0.5..1.6), self.random.random_range(0.02..0.8));
+            let to = (
+                u + self.random.random_range(-300.0..300.0),
+                v - self.random.random_range(200.0..500.0),
+            );
+            let (width, grey) =
+                (self.random.random_range(0.5..1.6), self.random.random_range(0.02..0.8));
             overlay.line((u, v), to, width, grey);
         }
         let red = self.red();
@@ -257,9 +272,15 @@ impl<'a> HardShots<'a> {
         let (sin, cos) = self.random.random_range(0.0..std::f64::consts::PI).sin_cos();
         let off = place.radius * self.random.random_range(-0.5..0.5);
         let (u, v) = (place.u - sin * off, place.v + cos * off);
-        let (width, grey) = (place.radius * self.random.random_range(widths) + 0.6, [0.01, 0.05, 0.3, 0.8]);
+        let (width, grey) =
+            (place.radius * self.random.random_range(widths) + 0.6, [0.01, 0.05, 0.3, 0.8]);
         let grey = grey[self.random.random_range(0..4)];
-        overlay.line((u - 900.0 * cos, v - 900.0 * sin), (u + 900.0 * cos, v + 900.0 * sin), width, grey);
+        overlay.line(
+            (u - 900.0 * cos, v - 900.0 * sin),
+            (u + 900.0 * cos, v + 900.0 * sin),
+            width,
+            grey,
+        );
     }
 
     /// A post that hides an eighth to a half of it.
@@ -276,8 +297,9 @@ impl<'a> HardShots<'a> {
             half: Vector3::new(half, half, 2.0),
             yaw: 0.0,
         };
-        let colour = [[150, 150, 150], [60, 60, 60], [180, 140, 90], [230, 230, 230], [110, 45, 35]]
-            [self.random.random_range(0..5)];
+        let colour =
+            [[150, 150, 150], [60, 60, 60], [180, 140, 90], [230, 230, 230], [110, 45, 35]]
+                [self.random.random_range(0..5)];
         self.put(overlay, Thing::new(shape, srgb(colour).matt()))
     }
 
@@ -296,7 +318,8 @@ impl<'a> HardShots<'a> {
         self.put(overlay, Thing::new(shape, srgb(colour).matt()))
     }
 
-    /// Something that is no ball, before what is there: red things, and balls of other sizes and colours.
+    /// Something that is no ball, before what is there: red things, and balls of other sizes and
+    /// colours.
     fn put_thing(&mut self, overlay: &mut Overlay) -> Result<(), VisionError> {
         let red = self.red();
         let kind = self.random.random_range(0..7);
@@ -319,8 +342,9 @@ impl<'a> HardShots<'a> {
         }
         let centre = self.in_camera(u, v, z);
         let sphere = |material| Thing::new(Shape::Sphere { centre, radius: size }, material);
-        let block =
-            |half, yaw, material: Material| Thing::new(Shape::Block { centre, half, yaw }, material.matt());
+        let block = |half, yaw, material: Material| {
+            Thing::new(Shape::Block { centre, half, yaw }, material.matt())
+        };
         let yaw = self.random.random_range(0.0..1.5);
         let half = Vector3::new(
             size,
@@ -329,12 +353,16 @@ impl<'a> HardShots<'a> {
         );
         let thing = match kind {
             0 => {
-                let shape =
-                    Shape::Cylinder { base: centre - Vector3::z() * 0.058, radius: 0.033, height: 0.115 };
+                let shape = Shape::Cylinder {
+                    base: centre - Vector3::z() * 0.058,
+                    radius: 0.033,
+                    height: 0.115,
+                };
                 Thing::new(shape, red).with_pattern(Pattern::Label([0.75; 3]))
             }
             1 => {
-                let paper = [[235, 235, 230], [240, 200, 60], [60, 80, 160]][self.random.random_range(0..3)];
+                let paper = [[235, 235, 230], [240, 200, 60], [60, 80, 160]]
+                    [self.random.random_range(0..3)];
                 block(half, yaw, srgb(paper)).with_pattern(Pattern::Print(red.colour))
             }
             2 => sphere(Material { colour: red.colour.map(|x| 0.6 * x), ..red }.matt()),
@@ -344,7 +372,8 @@ impl<'a> HardShots<'a> {
                     [self.random.random_range(0..4)],
             )),
             5 => sphere(
-                srgb([[150, 85, 45], [120, 60, 30], [110, 45, 35]][self.random.random_range(0..3)]).matt(),
+                srgb([[150, 85, 45], [120, 60, 30], [110, 45, 35]][self.random.random_range(0..3)])
+                    .matt(),
             ),
             _ => block(half, yaw, red).with_pattern(Pattern::Wood),
         };

@@ -1,6 +1,8 @@
 //! What every tutorial does with OpenCV to find a coloured ball, to compare with.
 
-use opencv::core::{BORDER_CONSTANT, Mat, Point, Scalar, Size, Vec3f, Vector, bitwise_or_def, in_range};
+use opencv::core::{
+    BORDER_CONSTANT, Mat, Point, Scalar, Size, Vec3f, Vector, bitwise_or_def, in_range,
+};
 use opencv::imgproc::{
     CHAIN_APPROX_SIMPLE, COLOR_BGR2GRAY, COLOR_BGR2HSV, HOUGH_GRADIENT, MORPH_ELLIPSE, MORPH_OPEN,
     RETR_EXTERNAL, contour_area_def, cvt_color_def, find_contours_def, gaussian_blur_def,
@@ -28,7 +30,17 @@ impl Detector for Hough {
         cvt_color_def(frame.colour(), &mut grey, COLOR_BGR2GRAY)?;
         gaussian_blur_def(&grey, &mut smooth, Size::new(9, 9), 2.0)?;
         let mut circles: Vector<Vec3f> = Vector::new();
-        hough_circles(&smooth, &mut circles, HOUGH_GRADIENT, 1.0, 60.0, 100.0, 30.0, RADII.0, RADII.1)?;
+        hough_circles(
+            &smooth,
+            &mut circles,
+            HOUGH_GRADIENT,
+            1.0,
+            60.0,
+            100.0,
+            30.0,
+            RADII.0,
+            RADII.1,
+        )?;
         // They come strongest first.
         Ok(circles.iter().next().map(|circle| {
             let [u, v, radius] = circle.0.map(f64::from);
@@ -50,7 +62,8 @@ impl Detector for HsvMoments {
         let mut hsv = Mat::default();
         cvt_color_def(frame.colour(), &mut hsv, COLOR_BGR2HSV)?;
         let within = |low: f64, high: f64| -> opencv::Result<Mat> {
-            let (low, high) = (Scalar::new(low, 120.0, 70.0, 0.0), Scalar::new(high, 255.0, 255.0, 0.0));
+            let (low, high) =
+                (Scalar::new(low, 120.0, 70.0, 0.0), Scalar::new(high, 255.0, 255.0, 0.0));
             let mut mask = Mat::default();
             in_range(&hsv, &low, &high, &mut mask)?;
             Ok(mask)

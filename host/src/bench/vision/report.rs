@@ -11,7 +11,8 @@ pub struct VisionReport {
     pub seed: u64,
     /// Pictures of each kind of scene.
     pub frames: usize,
-    /// Median time of the full-size f32 difference of Gaussians on the red channel, one thread, milliseconds.
+    /// Median time of the full-size f32 difference of Gaussians on the red channel, one thread,
+    /// milliseconds.
     pub reference_ms: f64,
     /// One for each detector, in the order given.
     pub detectors: Vec<DetectorReport>,
@@ -30,15 +31,18 @@ pub struct DetectorReport {
     pub empty_ratio: Option<f64>,
     /// The scene that takes longest, and that of its median.
     pub slowest: Option<(&'static str, f64)>,
-    /// From the picture to the bytes for the board (detection, location, encoding), searching, 99th percentile, milliseconds.
+    /// From the picture to the bytes for the board (detection, location, encoding), searching, 99th
+    /// percentile, milliseconds.
     pub path_p99_ms: f64,
-    /// The same for a picture just like the one before: of detectors that look first where the ball was.
+    /// The same for a picture just like the one before: of detectors that look first where the ball
+    /// was.
     pub tracking_ratio: f64,
     /// Share of all balls that it hit, 0 to 1.
     pub hit_rate: f64,
     /// Detections that were no hit, in all scenes.
     pub false_alarms: usize,
-    /// Mean of the squared errors of position over their covariance, in all scenes: 3 where the covariance is right.
+    /// Mean of the squared errors of position over their covariance, in all scenes: 3 where the
+    /// covariance is right.
     pub consistency: Option<f64>,
     /// Scene by scene.
     pub scenes: Vec<SceneReport>,
@@ -67,7 +71,8 @@ pub struct SceneReport {
     pub position_median_mm: Option<f64>,
     /// 95th percentile of that distance, millimetres.
     pub position_p95_mm: Option<f64>,
-    /// Mean of that error squared over its covariance: 3 where the covariance says how large errors are.
+    /// Mean of that error squared over its covariance: 3 where the covariance says how large errors
+    /// are.
     pub consistency: Option<f64>,
     /// 95th percentile of the same: 7.8 of a normal distribution.
     pub consistency_p95: Option<f64>,

@@ -44,7 +44,16 @@ impl<'a> Bench<'a> {
         detectors: Vec<&'a mut Box<dyn Detector>>,
     ) -> Self {
         let tallies = detectors.iter().map(|_| Tally::default()).collect();
-        Self { camera, recorded, options, progress, detectors, tallies, reference: Vec::new(), pictures: 0 }
+        Self {
+            camera,
+            recorded,
+            options,
+            progress,
+            detectors,
+            tallies,
+            reference: Vec::new(),
+            pictures: 0,
+        }
     }
 
     /// The suite `scenes`, or what of it has no ball.
@@ -58,7 +67,10 @@ impl<'a> Bench<'a> {
             }
             (self.progress)(kind.name);
             if !known.iter().any(|(backdrop, _)| *backdrop == kind.backdrop) {
-                known.push((kind.backdrop, scenes::cameras(kind.backdrop, camera, recorded, options)?));
+                known.push((
+                    kind.backdrop,
+                    scenes::cameras(kind.backdrop, camera, recorded, options)?,
+                ));
             }
             let cameras = known.iter().find(|(backdrop, _)| *backdrop == kind.backdrop);
             let cameras = cameras.map(|(_, cameras)| cameras.clone()).unwrap_or_default();
@@ -143,7 +155,8 @@ impl<'a> Bench<'a> {
 /// The bytes that tell the board where the ball is.
 fn message(located: Option<&Located>) -> Option<Frame> {
     let ball = located.and_then(|l| wire::Point::from_metres(l.position.into()));
-    let covariance = located.and_then(|l| wire::Covariance::from_metres2(l.covariance.transpose().into()));
+    let covariance =
+        located.and_then(|l| wire::Covariance::from_metres2(l.covariance.transpose().into()));
     let command = Command::Position(Position { sequence: 1, age_us: 30_000, ball, covariance });
     encode(&ToBoard { id: 1, command }).ok()
 }

@@ -8,7 +8,8 @@ use rand_chacha::ChaCha8Rng;
 
 use super::{VisionError, VisionOptions};
 use crate::source::synthetic::{
-    Background, Ball, Material, Options, Pattern, Room, Scene, Shape, Strand, SyntheticCamera, Thing,
+    Background, Ball, Material, Options, Pattern, Room, Scene, Shape, Strand, SyntheticCamera,
+    Thing,
 };
 
 /// A kind of scene.
@@ -123,7 +124,8 @@ pub(super) struct Shot {
     pub(super) camera: Camera,
 }
 
-/// `camera` where the scenes are built for: level, at (1.737, 0.286, 0.225) m of the rig frame, looking along -x.
+/// `camera` where the scenes are built for: level, at (1.737, 0.286, 0.225) m of the rig frame,
+/// looking along -x.
 pub(super) fn placed(camera: &Camera) -> Camera {
     let axes = Matrix3::new(0.0, 0.0, -1.0, 1.0, 0.0, 0.0, 0.0, -1.0, 0.0);
     let rotation = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(axes));
@@ -166,7 +168,10 @@ fn lamp_and_window(room: Room) -> Room {
         yaw: 0.0,
     };
     let frame = Material::from_srgb(236, 236, 232);
-    let pane = Thing::new(block([-2.19, -0.6, 0.5], [0.01, 0.55, 0.6]), Material::from_srgb(228, 238, 255));
+    let pane = Thing::new(
+        block([-2.19, -0.6, 0.5], [0.01, 0.55, 0.6]),
+        Material::from_srgb(228, 238, 255),
+    );
     let lamp = Shape::Sphere { centre: Point3::new(0.2, 0.8, 0.35), radius: 0.06 };
     let pole = Shape::Cylinder { base: Point3::new(0.2, 0.8, -0.75), radius: 0.008, height: 1.05 };
     room.with(pane.with_pattern(Pattern::Sky).glowing(1.3))
@@ -198,20 +203,25 @@ fn red_things(room: Room) -> Room {
     room.with(can([0.4, 0.45, 0.1]))
         .with(can([0.25, 0.1, 0.3]))
         .with(can([0.05, 0.62, 0.35]))
-        .with(block([0.3, 0.3, 0.02], [0.04, 0.06, 0.09], 0.5).with_pattern(Pattern::Print([0.6, 0.6, 0.6])))
+        .with(
+            block([0.3, 0.3, 0.02], [0.04, 0.06, 0.09], 0.5)
+                .with_pattern(Pattern::Print([0.6, 0.6, 0.6])),
+        )
         .with(block([0.1, -0.05, 0.02], [0.05, 0.04, 0.05], 0.9))
         .with(Thing::new(cushion, red(150, 28, 36).matt()))
 }
 
 impl<'a> Shots<'a> {
-    /// Pictures of `kind`, number `number`, before `cameras` (one for each of the `recorded` pictures if it needs such).
+    /// Pictures of `kind`, number `number`, before `cameras` (one for each of the `recorded`
+    /// pictures if it needs such).
     pub(super) fn new(
         (number, kind): (u64, Kind),
         cameras: Vec<SyntheticCamera>,
         recorded: &'a [RgbdFrame],
         options: &VisionOptions,
     ) -> Self {
-        let random = ChaCha8Rng::seed_from_u64(options.seed.wrapping_mul(1000).wrapping_add(number));
+        let random =
+            ChaCha8Rng::seed_from_u64(options.seed.wrapping_mul(1000).wrapping_add(number));
         Self { kind, cameras, recorded, random, radius: options.radius, shot: 0 }
     }
 
@@ -233,7 +243,11 @@ impl<'a> Shots<'a> {
         self.shot += 1;
         let seen = camera.pose.inverse() * centre;
         let radius = camera.intrinsics.fx * camera.ball_diameter / 2.0 / seen.z;
-        let ball = camera.intrinsics.project(&seen).filter(|_| self.kind.ball).map(|(u, v)| [u, v, radius]);
+        let ball = camera
+            .intrinsics
+            .project(&seen)
+            .filter(|_| self.kind.ball)
+            .map(|(u, v)| [u, v, radius]);
         Ok(Some(Shot { frame, ball, centre, camera }))
     }
 
@@ -242,7 +256,8 @@ impl<'a> Shots<'a> {
         let radius = self.radius * self.random.random_range(self.kind.radii.0..self.kind.radii.1);
         let margin = 2.5 * self.radius * self.kind.radii.1.max(1.0);
         // The red paper is in the left part: the ball is beside it.
-        let left = if self.kind.backdrop == Backdrop::RedPaper { 0.42 * size.0 as f64 } else { margin };
+        let left =
+            if self.kind.backdrop == Backdrop::RedPaper { 0.42 * size.0 as f64 } else { margin };
         let u = self.random.random_range(left..(size.0 as f64 - margin).max(left + 1.0));
         let v = self.random.random_range(margin..(size.1 as f64 - margin).max(margin + 1.0));
         let z = camera.intrinsics.fx * camera.ball_diameter / 2.0 / radius;
@@ -257,9 +272,14 @@ impl<'a> Shots<'a> {
         camera.pose * camera.intrinsics.deproject(u, v, z)
     }
 
-    /// A ball where everything that `behind` has depth of is farther away; where no such place is found in some
-    /// tries, one at the last place but so near (and large) that it is.
-    fn in_front(&mut self, camera: &Camera, size: (usize, usize), behind: &RgbdFrame) -> Point3<f64> {
+    /// A ball where everything that `behind` has depth of is farther away; where no such place is
+    /// found in some tries, one at the last place but so near (and large) that it is.
+    fn in_front(
+        &mut self,
+        camera: &Camera,
+        size: (usize, usize),
+        behind: &RgbdFrame,
+    ) -> Point3<f64> {
         let mut brought = Point3::origin();
         for _ in 0..40 {
             let centre = self.in_picture(camera, size);
@@ -308,7 +328,8 @@ impl<'a> Shots<'a> {
         scene
     }
 
-    /// A ball of another colour or `size` (in the rig's ball's), 1.5 to 2.5 of its larger diameter beside `centre`.
+    /// A ball of another colour or `size` (in the rig's ball's), 1.5 to 2.5 of its larger diameter
+    /// beside `centre`.
     fn beside(
         &mut self,
         centre: &Point3<f64>,
@@ -324,7 +345,12 @@ impl<'a> Shots<'a> {
     }
 
     /// A cable 0.15 diameters thick before the ball, near its middle, rather upright.
-    fn across(&mut self, centre: &Point3<f64>, camera: &Camera, [red, green, blue]: [u8; 3]) -> Strand {
+    fn across(
+        &mut self,
+        centre: &Point3<f64>,
+        camera: &Camera,
+        [red, green, blue]: [u8; 3],
+    ) -> Strand {
         let diameter = camera.ball_diameter;
         let (sin, cos) = self.random.random_range(-0.7_f64..0.7).sin_cos();
         let aside = 0.2 * diameter * self.random.random_range(-1.0..1.0);

@@ -5,9 +5,9 @@ use std::fmt::{Display, Formatter, Result};
 use super::{DetectorReport, SceneReport, VisionReport};
 
 impl Display for VisionReport {
-    /// A table: a row a scene, for each detector the hits, the false alarms, and the error of the hits in pixels and
-    /// in millimetres (median and 95th percentile), and that squared over its covariance (mean and 95th percentile; 3 and 7.8
-    /// where that is right); then the times.
+    /// A table: a row a scene, for each detector the hits, the false alarms, and the error of the
+    /// hits in pixels and in millimetres (median and 95th percentile), and that squared over its
+    /// covariance (mean and 95th percentile; 3 and 7.8 where that is right); then the times.
     fn fmt(&self, f: &mut Formatter<'_>) -> Result {
         write!(f, "{:26}", "")?;
         for detector in &self.detectors {
@@ -22,7 +22,9 @@ impl Display for VisionReport {
             )?;
         }
         writeln!(f)?;
-        for (row, scene) in self.detectors.first().iter().flat_map(|first| first.scenes.iter()).enumerate() {
+        for (row, scene) in
+            self.detectors.first().iter().flat_map(|first| first.scenes.iter()).enumerate()
+        {
             write!(f, "{:26}", scene.scene)?;
             for scene in self.detectors.iter().filter_map(|detector| detector.scenes.get(row)) {
                 cells(f, scene)?;
@@ -37,7 +39,8 @@ impl Display for VisionReport {
 }
 
 fn cells(f: &mut Formatter<'_>, scene: &SceneReport) -> Result {
-    let hits = if scene.balls > 0 { format!("{}/{}", scene.hits, scene.balls) } else { String::new() };
+    let hits =
+        if scene.balls > 0 { format!("{}/{}", scene.hits, scene.balls) } else { String::new() };
     let pair = |median: Option<f64>, p95: Option<f64>, digits: usize| match (median, p95) {
         (Some(median), Some(p95)) => format!("{median:.digits$} ({p95:.digits$})"),
         _ => String::new(),
@@ -62,8 +65,14 @@ fn summary(f: &mut Formatter<'_>, detector: &DetectorReport, reference_ms: f64) 
         detector.false_alarms,
         detector.median_ms,
         detector.ratio,
-        detector.empty_ratio.map(|ratio| format!(", {ratio:.3} without a ball")).unwrap_or_default(),
-        detector.slowest.map(|(scene, ratio)| format!(", {ratio:.3} in \"{scene}\"")).unwrap_or_default(),
+        detector
+            .empty_ratio
+            .map(|ratio| format!(", {ratio:.3} without a ball"))
+            .unwrap_or_default(),
+        detector
+            .slowest
+            .map(|(scene, ratio)| format!(", {ratio:.3} in \"{scene}\""))
+            .unwrap_or_default(),
         detector.tracking_ratio,
         detector.path_p99_ms,
         detector.path_p99_ms / reference_ms.max(1e-9),

@@ -90,7 +90,8 @@ impl Tally {
         let ratio = |ms: f64| ms / reference_ms.max(1e-9);
         let tracking_ms = percentile(&mut self.tracking_times, 0.5).unwrap_or(0.0);
         let sum = |of: fn(&SceneReport) -> usize| self.scenes.iter().map(of).sum::<usize>();
-        let (hits, balls, false_alarms) = (sum(|s| s.hits), sum(|s| s.balls), sum(|s| s.false_alarms));
+        let (hits, balls, false_alarms) =
+            (sum(|s| s.hits), sum(|s| s.balls), sum(|s| s.false_alarms));
         DetectorReport {
             name,
             median_ms,

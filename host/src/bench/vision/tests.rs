@@ -30,7 +30,8 @@ impl Detector for Redness {
         let (mut count, mut u, mut v) = (0.0, 0.0, 0.0);
         for row in 0..frame.colour().rows() {
             for column in 0..frame.colour().cols() {
-                let [b, g, r] = frame.colour().at_2d::<opencv::core::Vec3b>(row, column)?.0.map(f64::from);
+                let [b, g, r] =
+                    frame.colour().at_2d::<opencv::core::Vec3b>(row, column)?.0.map(f64::from);
                 if r - g.max(b) > 40.0 {
                     (count, u, v) = (count + 1.0, u + f64::from(column), v + f64::from(row));
                 }
@@ -80,7 +81,11 @@ fn hits_and_false_alarms_are_counted_where_they_are() {
     assert!(scene(&report, 3, "no ball: red things").false_alarms > 0);
     for name in ["clean", "white wall behind", "white ball beside it"] {
         let clean = scene(&report, 1, name);
-        assert_eq!((clean.frames, clean.balls, clean.hits, clean.false_alarms), (3, 3, 3, 0), "{name}");
+        assert_eq!(
+            (clean.frames, clean.balls, clean.hits, clean.false_alarms),
+            (3, 3, 3, 0),
+            "{name}"
+        );
         assert!(clean.error_median_px.unwrap() < 1.0, "{clean:?}");
         assert_eq!(clean.located, 3, "{clean:?}");
         // A pixel is 8 mm there.
@@ -95,7 +100,8 @@ fn hits_and_false_alarms_are_counted_where_they_are() {
 
 /// A recorded picture of a grey wall, `depth` of the camera's units away.
 fn grey(camera: &Camera, depth: f64) -> RgbdFrame {
-    let all = |typ, value| Mat::new_rows_cols_with_default(120, 160, typ, Scalar::all(value)).unwrap();
+    let all =
+        |typ, value| Mat::new_rows_cols_with_default(120, 160, typ, Scalar::all(value)).unwrap();
     RgbdFrame::new(0.0, all(CV_8UC3, 90.0), all(CV_16UC1, depth), camera.intrinsics).unwrap()
 }
 
@@ -116,7 +122,8 @@ fn the_hard_set_puts_balls_into_recorded_pictures_and_the_empty_one_none() {
     let run = |suite| {
         let options = VisionOptions { suite, ..options };
         let mut detectors: Vec<Box<dyn Detector>> = vec![Box::new(Redness)];
-        compare(&camera, std::slice::from_ref(&frame), &mut detectors, &options, &mut |_| {}).unwrap()
+        compare(&camera, std::slice::from_ref(&frame), &mut detectors, &options, &mut |_| {})
+            .unwrap()
     };
     let hard = run(Suite::Hard);
     assert_eq!(hard.detectors[0].scenes, run(Suite::Hard).detectors[0].scenes);

@@ -4,8 +4,8 @@ use std::time::Duration;
 
 use nix::time::{ClockId, clock_gettime};
 use opencv::core::{
-    CV_32F, Mat, MatTraitConst, Point, Size, extract_channel, get_num_threads, min_max_loc, set_num_threads,
-    subtract_def,
+    CV_32F, Mat, MatTraitConst, Point, Size, extract_channel, get_num_threads, min_max_loc,
+    set_num_threads, subtract_def,
 };
 use opencv::imgproc::gaussian_blur_def;
 use plumb_vision::frame::RgbdFrame;
@@ -21,7 +21,8 @@ pub(super) fn milliseconds(since: Duration) -> f64 {
     (computed() - since).as_secs_f64() * 1e3
 }
 
-/// What times are compared with: the paper's map at full size, for a ball of 20 pixels, and its highest point.
+/// What times are compared with: the paper's map at full size, for a ball of 20 pixels, and its
+/// highest point.
 pub(super) fn red_difference_of_gaussians(frame: &RgbdFrame) -> opencv::Result<Point> {
     let (mut red, mut wide, mut narrow, mut map) =
         (Mat::default(), Mat::default(), Mat::default(), Mat::default());

@@ -49,16 +49,23 @@ pub(super) fn main(path: &Path, most_patches: usize, json: bool) -> Result<bool,
     let found = family.robustness(most_patches);
     let (nonsingular, words) = match found.verdict {
         Verdict::Nonsingular => (Some(true), "none is singular: proved"),
-        Verdict::Singular => {
-            (Some(false), "one of them is singular: there are two with determinants of opposite signs")
-        }
+        Verdict::Singular => (
+            Some(false),
+            "one of them is singular: there are two with determinants of opposite signs",
+        ),
         Verdict::Open => (None, "open whether one of them is singular"),
     };
     let [lo, hi] = [found.least_v.lo, found.least_v.hi];
     tell!("{} vertices and every matrix between them: {words}", family.len());
-    tell!("the least |v|/|e| of problem (8) is from {lo:.5} to {hi:.5}, at e = {:.3?}", found.direction);
+    tell!(
+        "the least |v|/|e| of problem (8) is from {lo:.5} to {hi:.5}, at e = {:.3?}",
+        found.direction
+    );
     if nonsingular == Some(true) {
-        tell!("with u̇ = -γ v, |e| falls at least as exp(-{:.3e} γ t), whatever the true one is", lo * lo);
+        tell!(
+            "with u̇ = -γ v, |e| falls at least as exp(-{:.3e} γ t), whatever the true one is",
+            lo * lo
+        );
     }
     if json {
         let line = Line {

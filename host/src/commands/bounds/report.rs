@@ -2,8 +2,8 @@
 
 use plumb_protocol::config::SIGNS;
 use plumb_verify::{
-    Descent, Family, Interval, Magnitudes, Rigs, RouthHurwitz, over_rigs, over_way, rough, routh_hurwitz,
-    sign_descent,
+    Descent, Family, Interval, Magnitudes, Rigs, RouthHurwitz, over_rigs, over_way, rough,
+    routh_hurwitz, sign_descent,
 };
 use serde::Serialize;
 
@@ -23,7 +23,11 @@ struct Ratio {
 
 impl From<Magnitudes> for Ratio {
     fn from(found: Magnitudes) -> Self {
-        Self { alpha: found.alpha, beta: found.beta, ratio: (found.alpha > 0.0).then(|| found.ratio()) }
+        Self {
+            alpha: found.alpha,
+            beta: found.beta,
+            ratio: (found.alpha > 0.0).then(|| found.ratio()),
+        }
     }
 }
 
@@ -114,7 +118,11 @@ impl Report {
             below: ends(rigs.below),
             exact: exact.into(),
             rough: rough(rigs).into(),
-            workspace: if question.ways.is_empty() { Vec::new() } else { LAMBDAS.map(by_lambda).into() },
+            workspace: if question.ways.is_empty() {
+                Vec::new()
+            } else {
+                LAMBDAS.map(by_lambda).into()
+            },
             ways: question
                 .ways
                 .iter()
@@ -130,13 +138,16 @@ impl Report {
 
     /// Whether everything was proved that there is to prove.
     pub(super) fn proved(&self) -> bool {
-        self.nonsingular != Some(false) && self.routh_hurwitz.is_some() && self.sign_descends == Some(true)
+        self.nonsingular != Some(false)
+            && self.routh_hurwitz.is_some()
+            && self.sign_descends == Some(true)
     }
 
     /// For people.
     pub(super) fn tell(&self) {
-        let span =
-            |[lo, hi]: [f64; 2]| if hi - lo < 1e-9 { format!("{lo:.3}") } else { format!("{lo:.3}-{hi:.3}") };
+        let span = |[lo, hi]: [f64; 2]| {
+            if hi - lo < 1e-9 { format!("{lo:.3}") } else { format!("{lo:.3}-{hi:.3}") }
+        };
         tell!(
             "rigs with D {} m, W {} m, t {}; the ball where λ >= {}, h {} m:",
             span(self.depth),

@@ -53,14 +53,17 @@ fn is_taken(made: &io::Result<()>) -> bool {
 /// number, or the number has just been given to `terminal`.
 fn is_left_behind(link: &Path, terminal: &Path) -> bool {
     let Ok(target) = fs::read_link(link) else { return false };
-    let gone = || fs::symlink_metadata(&target).is_err_and(|error| error.kind() == ErrorKind::NotFound);
+    let gone =
+        || fs::symlink_metadata(&target).is_err_and(|error| error.kind() == ErrorKind::NotFound);
     target == terminal || (is_pseudo_terminal(&target) && gone())
 }
 
 /// Whether `path` is that of a pseudo-terminal, `/dev/pts/NUMBER`.
 fn is_pseudo_terminal(path: &Path) -> bool {
     let number = path.to_str().and_then(|path| path.strip_prefix("/dev/pts/"));
-    number.is_some_and(|number| !number.is_empty() && number.bytes().all(|byte| byte.is_ascii_digit()))
+    number.is_some_and(|number| {
+        !number.is_empty() && number.bytes().all(|byte| byte.is_ascii_digit())
+    })
 }
 
 #[cfg(test)]
@@ -90,9 +93,14 @@ mod tests {
             symlink(target, &path).unwrap();
             drop(TerminalLink::create(&path, terminal).unwrap());
         }
-        for target in
-            ["/dev/pts/ptmx", "/dev/null", "absent", "/dev/pts/1x", "/dev/pts/", "/dev/pts/../pts/1000002"]
-        {
+        for target in [
+            "/dev/pts/ptmx",
+            "/dev/null",
+            "absent",
+            "/dev/pts/1x",
+            "/dev/pts/",
+            "/dev/pts/../pts/1000002",
+        ] {
             symlink(target, &path).unwrap();
             let error = TerminalLink::create(&path, terminal).err().unwrap();
             assert!(error.contains("board: exists already"), "{target}: {error}");
@@ -102,7 +110,8 @@ mod tests {
         fs::write(&path, "kept").unwrap();
         assert!(TerminalLink::create(&path, terminal).is_err());
         assert_eq!(fs::read_to_string(&path).unwrap(), "kept");
-        let error = TerminalLink::create(&folder.path().join("absent/board"), terminal).err().unwrap();
+        let error =
+            TerminalLink::create(&folder.path().join("absent/board"), terminal).err().unwrap();
         assert!(error.contains("cannot make this link"), "{error}");
     }
 }

@@ -47,10 +47,12 @@ impl WireOptions {
             (None, None) => Line::Instant,
         };
         let latency = Duration::from_secs_f64(self.latency.unwrap_or_default());
-        let lane = Lane { line, latency, lost: self.lost, damaged: self.damaged, ..Lane::default() };
-        let reboot = self
-            .reboot_after
-            .map(|seconds| Reboot { at: Micros((seconds * 1e6) as u64), cause: StartCause::PowerOn });
+        let lane =
+            Lane { line, latency, lost: self.lost, damaged: self.damaged, ..Lane::default() };
+        let reboot = self.reboot_after.map(|seconds| Reboot {
+            at: Micros((seconds * 1e6) as u64),
+            cause: StartCause::PowerOn,
+        });
         Wire { reboots: reboot.into_iter().collect(), ..Wire::symmetric(lane, self.link_seed) }
     }
 }

@@ -34,7 +34,10 @@ pub(crate) fn errors_over_time(curves: &[LawCurve], threshold_m: f64) -> Result<
             .y_desc("|e| (mm)")
             .draw()?;
         let threshold = 1e3 * threshold_m;
-        chart.draw_series(LineSeries::new([(FIRST_S, threshold), (last, threshold)], stroke(TARGET, 3)))?;
+        chart.draw_series(LineSeries::new(
+            [(FIRST_S, threshold), (last, threshold)],
+            stroke(TARGET, 3),
+        ))?;
         for (curve, colour) in curves.iter().zip(COLOURS.into_iter().cycle()) {
             let points = curve.points.iter().map(|(t, e)| (t.max(FIRST_S), 1e3 * e));
             chart

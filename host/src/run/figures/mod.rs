@@ -28,7 +28,8 @@ const START: RGBColor = RGBColor(40, 140, 70);
 const INK: RGBColor = RGBColor(50, 50, 55);
 const FAINT: RGBColor = RGBColor(218, 220, 224);
 
-/// Nothing that is farther away than this, metres, is drawn: it would leave nothing to be seen of the rest.
+/// Nothing that is farther away than this, metres, is drawn: it would leave nothing to be seen of
+/// the rest.
 const FARTHEST_M: f64 = 100.0;
 
 /// What of a row is drawn: what is a number and not absurd.
@@ -66,11 +67,12 @@ fn stroke(colour: RGBColor, width: u32) -> ShapeStyle {
 
 /// The least and the greatest of some numbers; `None` where there are none.
 fn span(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
-    values.fold(None, |span, v| Some(span.map_or((v, v), |(a, b): (f64, f64)| (a.min(v), b.max(v)))))
+    values
+        .fold(None, |span, v| Some(span.map_or((v, v), |(a, b): (f64, f64)| (a.min(v), b.max(v)))))
 }
 
-/// The values that are there, cut into stretches without a gap, of at most `MOST_POINTS` in all (or so): of as many
-/// neighbours as needed every one that `keep` picks.
+/// The values that are there, cut into stretches without a gap, of at most `MOST_POINTS` in all (or
+/// so): of as many neighbours as needed every one that `keep` picks.
 fn stretches<T: Copy>(
     samples: &[Sample],
     value: impl Fn(&Sample) -> Option<T>,
@@ -81,11 +83,20 @@ fn stretches<T: Copy>(
         .chunk_by(|a, b| value(a).is_some() == value(b).is_some())
         .map(|stretch| stretch.iter().filter_map(&value).collect::<Vec<T>>())
         .filter(|stretch| !stretch.is_empty())
-        .map(|stretch| if group > 1 { stretch.chunks(2 * group).flat_map(&keep).collect() } else { stretch })
+        .map(
+            |stretch| {
+                if group > 1 {
+                    stretch.chunks(2 * group).flat_map(&keep).collect()
+                } else {
+                    stretch
+                }
+            },
+        )
         .collect()
 }
 
-/// The length 1, 2 or 5 times a power of ten that divides `span` into `parts` parts or somewhat fewer.
+/// The length 1, 2 or 5 times a power of ten that divides `span` into `parts` parts or somewhat
+/// fewer.
 fn round_step(span: f64, parts: f64) -> f64 {
     let raw = (span / parts).max(1e-6);
     let power = 10f64.powf(raw.log10().floor());
@@ -99,7 +110,9 @@ mod tests {
 
     #[test]
     fn steps_are_round() {
-        for (span, step) in [(1.0, 0.2), (0.83, 0.2), (0.5, 0.1), (3.1, 1.0), (0.012, 0.005), (0.0, 1e-6)] {
+        for (span, step) in
+            [(1.0, 0.2), (0.83, 0.2), (0.5, 0.1), (3.1, 1.0), (0.012, 0.005), (0.0, 1e-6)]
+        {
             let got = round_step(span, 5.0);
             assert!((got / step - 1.0).abs() < 1e-9, "{span}: {got}");
         }
@@ -107,9 +120,14 @@ mod tests {
 
     #[test]
     fn gaps_cut_a_line_and_long_runs_are_thinned_but_keep_their_peaks() {
-        let sample =
-            |frame: u32, error_m| Sample { frame: f64::from(frame), position: None, target: None, error_m };
-        let gap = [sample(0, Some(1.0)), sample(1, None), sample(2, Some(2.0)), sample(3, Some(3.0))];
+        let sample = |frame: u32, error_m| Sample {
+            frame: f64::from(frame),
+            position: None,
+            target: None,
+            error_m,
+        };
+        let gap =
+            [sample(0, Some(1.0)), sample(1, None), sample(2, Some(2.0)), sample(3, Some(3.0))];
         let lines = stretches(&gap, |s| s.error_m, |part| part.to_vec());
         assert_eq!(lines, [vec![1.0], vec![2.0, 3.0]]);
 

@@ -5,8 +5,8 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use super::{
-    DrawError, FAINT, FARTHEST_M, FONT, INK, MEASURED, Sample, Scene, TARGET, round_step, shown_at_half_size,
-    span, stretches, stroke,
+    DrawError, FAINT, FARTHEST_M, FONT, INK, MEASURED, Sample, Scene, TARGET, round_step,
+    shown_at_half_size, span, stretches, stroke,
 };
 
 const SIZE: (u32, u32) = (2000, 1960);
@@ -74,11 +74,19 @@ fn panels(samples: &[Sample], scene: &Scene, frames: &std::ops::Range<f64>) -> [
 }
 
 /// Values over the frame number; of a long run the extremes.
-pub(crate) fn thinned(samples: &[Sample], value: impl Fn(&Sample) -> Option<f64>) -> Vec<Vec<(f64, f64)>> {
+pub(crate) fn thinned(
+    samples: &[Sample],
+    value: impl Fn(&Sample) -> Option<f64>,
+) -> Vec<Vec<(f64, f64)>> {
     let extremes = |part: &[(f64, f64)]| {
         let by_value = |a: &&(f64, f64), b: &&(f64, f64)| a.1.total_cmp(&b.1);
-        let mut ends: Vec<(f64, f64)> =
-            part.iter().min_by(by_value).into_iter().chain(part.iter().max_by(by_value)).copied().collect();
+        let mut ends: Vec<(f64, f64)> = part
+            .iter()
+            .min_by(by_value)
+            .into_iter()
+            .chain(part.iter().max_by(by_value))
+            .copied()
+            .collect();
         ends.sort_by(|a, b| a.0.total_cmp(&b.0));
         ends
     };
@@ -96,7 +104,12 @@ fn draw_title(
     let plain = (FONT, LABEL).into_font().color(&INK).pos(at(HPos::Left));
     area.draw(&PathElement::new([(1290, middle), (1370, middle)], stroke(MEASURED, 6)))?;
     area.draw_text("measured", &plain, (1386, middle))?;
-    area.draw(&DashedPathElement::new([(1570, middle), (1650, middle)], 16, 10, stroke(TARGET, 4)))?;
+    area.draw(&DashedPathElement::new(
+        [(1570, middle), (1650, middle)],
+        16,
+        10,
+        stroke(TARGET, 4),
+    ))?;
     area.draw_text("target, threshold", &plain, (1666, middle))
 }
 

@@ -8,8 +8,8 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use super::projection::{Bounds, Projection};
 use super::{
-    DrawError, FAINT, FONT, INK, MEASURED, START, Sample, Scene, TARGET, shown_at_half_size, stretches,
-    stroke,
+    DrawError, FAINT, FONT, INK, MEASURED, START, Sample, Scene, TARGET, shown_at_half_size,
+    stretches, stroke,
 };
 
 const SIZE: (u32, u32) = (2000, 1640);
@@ -42,9 +42,11 @@ pub(crate) fn in_space(samples: &[Sample], scene: &Scene) -> Result<String, Draw
                 let view = Projection::fit(&bounds, (180.0, 120.0), corner);
                 Canvas { area, view, bounds }.draw(samples, scene)?;
             }
-            None => {
-                area.draw_text("no position was measured", &(FONT, LABEL).into_font().color(&INK), (80, 120))?
-            }
+            None => area.draw_text(
+                "no position was measured",
+                &(FONT, LABEL).into_font().color(&INK),
+                (80, 120),
+            )?,
         }
     }
     Ok(shown_at_half_size(&svg, SIZE))
@@ -99,7 +101,8 @@ impl Canvas<'_> {
     fn axes(&self) -> Result<(), DrawError> {
         let (low, high, far) =
             (self.bounds.least, self.bounds.greatest, self.bounds.corner([true, false, false]));
-        // Axis, its two ends, where its numbers stand beside it, how far its name is from its middle.
+        // Axis, its two ends, where its numbers stand beside it, how far its name is from its
+        // middle.
         let edges = [
             (0, low, far, (-12, 30), HPos::Right, (-110, 84), "x (m)"),
             (1, far, Point3::new(high.x, high.y, low.z), (14, 24), HPos::Left, (70, 100), "y (m)"),
@@ -121,7 +124,11 @@ impl Canvas<'_> {
     }
 
     /// The triangle of motors, and the cables from there to the ball.
-    fn motors(&self, motors: &[Point3<f64>; 3], ball: Option<Point3<f64>>) -> Result<(), DrawError> {
+    fn motors(
+        &self,
+        motors: &[Point3<f64>; 3],
+        ball: Option<Point3<f64>>,
+    ) -> Result<(), DrawError> {
         let corners = motors.map(|m| self.view.pixel(&m)).to_vec();
         self.area.draw(&Polygon::new(corners, TRIANGLE.mix(0.10)))?;
         self.line(&[motors[0], motors[1], motors[2], motors[0]], stroke(TRIANGLE, 4))?;
@@ -182,7 +189,13 @@ impl Canvas<'_> {
         self.area.draw_text(text, &style, (x + beside.0, y + beside.1))
     }
 
-    fn number(&self, text: &str, at: &Point3<f64>, beside: (i32, i32), side: HPos) -> Result<(), DrawError> {
+    fn number(
+        &self,
+        text: &str,
+        at: &Point3<f64>,
+        beside: (i32, i32),
+        side: HPos,
+    ) -> Result<(), DrawError> {
         let style = (FONT, TICK).into_font().color(&INK).pos(Pos::new(side, VPos::Center));
         let (x, y) = self.view.pixel(at);
         self.area.draw_text(text, &style, (x + beside.0, y + beside.1))

@@ -41,7 +41,9 @@ impl Bounds {
 
     /// The corner with the greatest (true) or least coordinate along each axis.
     pub(super) fn corner(&self, greatest: [bool; 3]) -> Point3<f64> {
-        Point3::from(std::array::from_fn(|i| if greatest[i] { self.greatest[i] } else { self.least[i] }))
+        Point3::from(std::array::from_fn(|i| {
+            if greatest[i] { self.greatest[i] } else { self.least[i] }
+        }))
     }
 }
 
@@ -59,8 +61,11 @@ impl Projection {
     pub(super) fn fit(bounds: &Bounds, top_left: (f64, f64), bottom_right: (f64, f64)) -> Self {
         let (azimuth, elevation) = (AZIMUTH_DEG.to_radians(), ELEVATION_DEG.to_radians());
         let right = Vector3::new(-azimuth.sin(), azimuth.cos(), 0.0);
-        let eye =
-            Vector3::new(azimuth.cos() * elevation.cos(), azimuth.sin() * elevation.cos(), elevation.sin());
+        let eye = Vector3::new(
+            azimuth.cos() * elevation.cos(),
+            azimuth.sin() * elevation.cos(),
+            elevation.sin(),
+        );
         let up = eye.cross(&right);
         let extent = |axis: &Vector3<f64>| {
             let at = |value: bool| -> f64 {
@@ -84,7 +89,10 @@ impl Projection {
     /// Where a point is on the drawing: pixels to the right and down.
     pub(super) fn pixel(&self, p: &Point3<f64>) -> (i32, i32) {
         let (x, y) = (self.right.dot(&p.coords), self.up.dot(&p.coords));
-        ((self.offset.0 + self.scale * x).round() as i32, (self.offset.1 - self.scale * y).round() as i32)
+        (
+            (self.offset.0 + self.scale * x).round() as i32,
+            (self.offset.1 - self.scale * y).round() as i32,
+        )
     }
 }
 

@@ -4,8 +4,11 @@ use super::*;
 use crate::run::RowDetection;
 
 fn scene() -> Scene {
-    let motors =
-        [Point3::new(0.85, 0.61, 0.665), Point3::new(0.85, 0.0, 0.665), Point3::new(0.0, 0.24, 0.665)];
+    let motors = [
+        Point3::new(0.85, 0.61, 0.665),
+        Point3::new(0.85, 0.0, 0.665),
+        Point3::new(0.0, 0.24, 0.665),
+    ];
     Scene { title: "interval, γ = 30 /s".into(), threshold_m: 0.01, motors: Some(motors) }
 }
 
@@ -23,7 +26,12 @@ fn row(frame: u32) -> Row {
     Row {
         frame: u64::from(frame),
         t_s: k / 30.0,
-        detection: (!lost).then_some(RowDetection { u: 320.5, v: 240.25, radius: 20.0, score: 60.0 }),
+        detection: (!lost).then_some(RowDetection {
+            u: 320.5,
+            v: 240.25,
+            radius: 20.0,
+            score: 60.0,
+        }),
         position: (!lost).then_some(ball),
         target: Some(target),
         error_m: (!lost).then_some((ball - target).norm()),
@@ -95,7 +103,10 @@ fn a_finished_run_has_its_summary_and_figures() {
         ("figure5.svg", &["start", "target", "x (m)", "z (m)", "interval, γ = 30 /s"][..]),
     ] {
         let svg = fs::read_to_string(path.join(figure)).unwrap();
-        assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"), "{figure} is not whole");
+        assert!(
+            svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"),
+            "{figure} is not whole"
+        );
         assert!(
             words.iter().all(|word| svg.lines().any(|line| line == *word)),
             "{figure} lacks one of {words:?}"
@@ -109,8 +120,11 @@ fn a_finished_run_has_its_summary_and_figures() {
 fn a_run_that_ended_at_once_can_be_finished() {
     let nothing = Scene { motors: None, ..scene() };
     let blind = Row { position: None, error_m: None, target: None, ..row(0) };
-    let absurd =
-        Row { position: Some(Point3::new(f64::NAN, 0.0, f64::INFINITY)), error_m: Some(f64::NAN), ..row(0) };
+    let absurd = Row {
+        position: Some(Point3::new(f64::NAN, 0.0, f64::INFINITY)),
+        error_m: Some(f64::NAN),
+        ..row(0)
+    };
     for (name, rows) in
         [("empty", vec![]), ("one", vec![row(0)]), ("blind", vec![blind]), ("absurd", vec![absurd])]
     {
@@ -125,7 +139,11 @@ fn a_run_that_ended_at_once_can_be_finished() {
             assert!(path.join(file).metadata().unwrap().len() > 0, "{name}: {file}");
         }
         let figure = fs::read_to_string(path.join("figure5.svg")).unwrap();
-        assert_eq!(figure.contains("no position was measured"), matches!(name, "empty" | "blind"), "{name}");
+        assert_eq!(
+            figure.contains("no position was measured"),
+            matches!(name, "empty" | "blind"),
+            "{name}"
+        );
     }
 }
 
@@ -178,8 +196,9 @@ fn a_run_is_never_overwritten() {
 fn numbered_runs_go_on_from_the_highest() {
     let parent = tempfile::tempdir().unwrap();
     let runs = parent.path().join("runs");
-    let next =
-        |prefix| RunFolder::create_numbered(&runs, prefix, scene()).map(|run| run.path().to_path_buf());
+    let next = |prefix| {
+        RunFolder::create_numbered(&runs, prefix, scene()).map(|run| run.path().to_path_buf())
+    };
     assert_eq!(next("demo").unwrap(), runs.join("demo-0001"));
     assert_eq!(next("demo").unwrap(), runs.join("demo-0002"));
     assert_eq!(next("bench").unwrap(), runs.join("bench-0001"));

@@ -36,7 +36,8 @@ pub(super) fn items(scene: &Scene, to_camera: &Isometry3<f64>, diameter: f64) ->
         let drawn = StrandToDraw { from, to, diameter: strand.diameter, material: strand.material };
         Item { distance: (from.z + to.z) / 2.0, what: What::Strand(drawn) }
     };
-    let mut items: Vec<Item> = scene.others.iter().map(|o| ball(&o.centre, o.diameter, o.material)).collect();
+    let mut items: Vec<Item> =
+        scene.others.iter().map(|o| ball(&o.centre, o.diameter, o.material)).collect();
     items.extend(scene.strands.iter().map(strand));
     items.extend(scene.ball.map(|centre| ball(&centre, diameter, scene.ball_material)));
     let metal = Material::from_srgb(150, 152, 155).matt();
@@ -54,7 +55,8 @@ pub(super) fn items(scene: &Scene, to_camera: &Isometry3<f64>, diameter: f64) ->
     items
 }
 
-/// The cable from the ball's surface to `motor`: before the ball where it leaves the side one sees, else behind it.
+/// The cable from the ball's surface to `motor`: before the ball where it leaves the side one sees,
+/// else behind it.
 fn cable(
     scene: &Scene,
     centre: &Point3<f64>,
@@ -65,8 +67,12 @@ fn cable(
 ) -> Item {
     let away = (motor - centre).try_normalize(1e-12).unwrap_or_else(Vector3::z);
     let from = centre + away * (diameter / 2.0);
-    let item =
-        strand(&Strand { from, to: *motor, diameter: scene.cable_diameter, material: scene.cable_material });
+    let item = strand(&Strand {
+        from,
+        to: *motor,
+        diameter: scene.cable_diameter,
+        material: scene.cable_material,
+    });
     let (knot, ball) = (to_camera * from, to_camera * centre);
     let seen = (ball - knot).dot(&knot.coords) > 0.0;
     Item { distance: if seen { ball.z - 1e-6 } else { ball.z + 1e-6 }, ..item }

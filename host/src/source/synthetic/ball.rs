@@ -1,4 +1,5 @@
-//! Draws a ball: shaded, with an anti-aliased edge, its depth and the shadow that it throws on the depth behind it.
+//! Draws a ball: shaded, with an anti-aliased edge, its depth and the shadow that it throws on the
+//! depth behind it.
 
 use nalgebra::{Point3, Vector3};
 use opencv::core::{Mat, MatTraitConstManual, Size, Vec4f};
@@ -33,7 +34,8 @@ pub(super) struct Style<'a> {
 
 /// Highlights brighter than this blind the depth sensor.
 const BLINDING: f64 = 0.35;
-/// Where the depth sensor's projector is, in camera axes, metres (a Kinect's and a Carmine's baseline).
+/// Where the depth sensor's projector is, in camera axes, metres (a Kinect's and a Carmine's
+/// baseline).
 const PROJECTOR: Vector3<f64> = Vector3::new(0.075, 0.0, 0.0);
 
 /// Where the line of sight through a pixel meets the ball.
@@ -54,7 +56,8 @@ impl BallToDraw {
         let centre = self.centre.coords;
         let nearest = ray.dot(&centre);
         let aside_squared = (centre.norm_squared() - nearest * nearest).max(0.0);
-        // From metres beside the edge to pixels: the edge is seen under a smaller angle the farther off the axis.
+        // From metres beside the edge to pixels: the edge is seen under a smaller angle the farther
+        // off the axis.
         let pixels = focal * length.powf(1.5) / centre.norm();
         let coverage = (0.5 + (self.radius - aside_squared.sqrt()) * pixels).clamp(0.0, 1.0);
         if coverage <= 0.0 || nearest <= 0.0 {
@@ -77,12 +80,14 @@ impl BallToDraw {
         random: &mut impl Rng,
     ) -> opencv::Result<()> {
         let lens = style.intrinsics;
-        let (Some((u, v)), true) = (lens.project(&self.centre), self.centre.z > 1.2 * self.radius) else {
+        let (Some((u, v)), true) = (lens.project(&self.centre), self.centre.z > 1.2 * self.radius)
+        else {
             return Ok(());
         };
         let obliquity = self.centre.coords.norm_squared() / (self.centre.z * self.centre.z);
         let seen = lens.fx.max(lens.fy) * self.radius / (self.centre.z - self.radius) * obliquity;
-        let Some([left, right, top, bottom]) = canvas.window(u, v, seen + 2.0 + 3.0 * style.blur) else {
+        let Some([left, right, top, bottom]) = canvas.window(u, v, seen + 2.0 + 3.0 * style.blur)
+        else {
             return Ok(());
         };
         let mut layer = Vec::with_capacity((right - left) * (bottom - top));
@@ -91,7 +96,9 @@ impl BallToDraw {
             for column in left..right {
                 let direction = lens.deproject(column as f64, row as f64, 1.0).coords;
                 let sight = self.meet(&direction, lens.fx);
-                layer.push(sight.as_ref().map_or_else(Vec4f::default, |sight| self.colour(sight, style)));
+                layer.push(
+                    sight.as_ref().map_or_else(Vec4f::default, |sight| self.colour(sight, style)),
+                );
                 let Some(sight) = sight.filter(|sight| sight.coverage > 0.5) else { continue };
                 let i = row * canvas.width + column;
                 if canvas.in_front(i, sight.z) {
@@ -119,7 +126,8 @@ impl BallToDraw {
     /// Whether the depth sensor sees nothing here: `chance` is uniform in 0 to 1.
     fn is_lost(&self, sight: &Sight, style: &Style<'_>, chance: f64) -> bool {
         let facing = sight.normal.dot(&sight.to_eye);
-        let to_projector = (PROJECTOR + sight.to_eye * sight.z).try_normalize(1e-12).unwrap_or(sight.to_eye);
+        let to_projector =
+            (PROJECTOR + sight.to_eye * sight.z).try_normalize(1e-12).unwrap_or(sight.to_eye);
         let glare = style
             .light
             .highlight(&self.material, &sight.normal, &sight.to_eye)
@@ -137,7 +145,8 @@ impl BallToDraw {
     ) -> opencv::Result<()> {
         let mut blurred = Mat::default();
         let layer: &[Vec4f] = if blur > 0.0 {
-            let sharp = Mat::new_rows_cols_with_data((bottom - top) as i32, (right - left) as i32, &layer)?;
+            let sharp =
+                Mat::new_rows_cols_with_data((bottom - top) as i32, (right - left) as i32, &layer)?;
             gaussian_blur_def(&sharp, &mut blurred, Size::default(), blur)?;
             blurred.data_typed()?
         } else {
@@ -156,8 +165,9 @@ impl BallToDraw {
     }
 }
 
-/// Takes the depth away where a thing that covers columns `span` of `row` at disparity `near` stands between the
-/// projector and what is behind; `ragged` pixels more or less, as each row of a real shadow is different.
+/// Takes the depth away where a thing that covers columns `span` of `row` at disparity `near`
+/// stands between the projector and what is behind; `ragged` pixels more or less, as each row of a
+/// real shadow is different.
 fn throw_shadow(canvas: &mut Canvas<'_>, row: usize, span: (usize, usize), near: u16, ragged: f64) {
     let longest = Disparity::shadow(near, 0).ceil() as usize + 2;
     for column in span.0.saturating_sub(longest)..span.0 {

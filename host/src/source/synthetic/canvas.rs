@@ -19,8 +19,8 @@ pub(super) struct Canvas<'a> {
 }
 
 impl Canvas<'_> {
-    /// Columns and rows (first, and one past the last) of the pixels within `reach` pixels of (`u`, `v`);
-    /// `None` where none of them is in the picture.
+    /// Columns and rows (first, and one past the last) of the pixels within `reach` pixels of (`u`,
+    /// `v`); `None` where none of them is in the picture.
     pub(super) fn window(&self, u: f64, v: f64, reach: f64) -> Option<[usize; 4]> {
         let clip = |x: f64, size: usize| x.clamp(0.0, size as f64) as usize;
         let (left, right) =
@@ -30,7 +30,8 @@ impl Canvas<'_> {
         (left < right && top < bottom).then_some([left, right, top, bottom])
     }
 
-    /// Whether something at `z` metres along the optical axis is in front of the background at pixel `i`.
+    /// Whether something at `z` metres along the optical axis is in front of the background at
+    /// pixel `i`.
     pub(super) fn in_front(&self, i: usize, z: f64) -> bool {
         self.range.is_none_or(|range| z < f64::from(range[i]))
     }
@@ -43,7 +44,8 @@ impl Canvas<'_> {
         }
     }
 
-    /// Sets what the depth sensor meets at pixel `i`: a surface `z` metres along the optical axis, or `None`.
+    /// Sets what the depth sensor meets at pixel `i`: a surface `z` metres along the optical axis,
+    /// or `None`.
     pub(super) fn set_depth(&mut self, i: usize, z: Option<f64>) {
         self.disparity[i] = z.map_or(0, |z| self.sensor.at_metres(z));
     }

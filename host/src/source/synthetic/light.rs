@@ -1,7 +1,7 @@
 //! How surfaces answer to light: a Lambert term, ambient light from above and below, one highlight.
 //!
-//! Colours here are linear and in the order blue, green, red, 1 = as bright as the picture can show;
-//! [`encode`] and [`decode`] go to and from the 0 to 255 of an sRGB picture.
+//! Colours here are linear and in the order blue, green, red, 1 = as bright as the picture can
+//! show; [`encode`] and [`decode`] go to and from the 0 to 255 of an sRGB picture.
 
 use nalgebra::Vector3;
 
@@ -17,8 +17,8 @@ pub struct Material {
 }
 
 impl Material {
-    /// A material with the sRGB colour `red`, `green`, `blue` (0 to 255, as in a paint chart) and the highlight of
-    /// half-polished plastic.
+    /// A material with the sRGB colour `red`, `green`, `blue` (0 to 255, as in a paint chart) and
+    /// the highlight of half-polished plastic.
     pub fn from_srgb(red: u8, green: u8, blue: u8) -> Self {
         Self { colour: [blue, green, red].map(decode), gloss: 0.6, shininess: 70.0 }
     }
@@ -87,7 +87,8 @@ impl CameraLight {
         self.arriving(normal.dot(&self.direction).max(0.0), normal.dot(&self.up))
     }
 
-    /// Light that a thin round rod with unit direction `axis` gets on the average of the side one sees, linear.
+    /// Light that a thin round rod with unit direction `axis` gets on the average of the side one
+    /// sees, linear.
     pub(super) fn on_rod(&self, axis: &Vector3<f64>) -> [f64; 3] {
         let along = axis.dot(&self.direction);
         self.arriving(0.55 * (1.0 - along * along).max(0.0).sqrt(), 0.2)
@@ -100,8 +101,14 @@ impl CameraLight {
         })
     }
 
-    /// Brightness of the highlight (Blinn-Phong) at unit `normal`, seen from unit `to_eye`; 0 to `gloss`.
-    pub(super) fn highlight(&self, material: &Material, normal: &Vector3<f64>, to_eye: &Vector3<f64>) -> f64 {
+    /// Brightness of the highlight (Blinn-Phong) at unit `normal`, seen from unit `to_eye`; 0 to
+    /// `gloss`.
+    pub(super) fn highlight(
+        &self,
+        material: &Material,
+        normal: &Vector3<f64>,
+        to_eye: &Vector3<f64>,
+    ) -> f64 {
         glint(material, normal, to_eye, &self.direction)
     }
 
@@ -122,7 +129,9 @@ impl CameraLight {
         let haze = 0.04 * material.gloss * from_above.max(0.0).powi(3);
         std::array::from_fn(|k| {
             let surroundings = self.sky[k] * from_above + self.ground[k] * (1.0 - from_above);
-            material.colour[k] * arriving[k] + highlight * self.key[k] * 1.6 + (rim + haze) * surroundings
+            material.colour[k] * arriving[k]
+                + highlight * self.key[k] * 1.6
+                + (rim + haze) * surroundings
         })
     }
 }
@@ -141,7 +150,8 @@ pub(super) fn glint(
     material.gloss * normal.dot(&half).max(0.0).powf(material.shininess)
 }
 
-/// Linear light (1 = white) as the 0 to 255 of an sRGB picture, not rounded; too much light saturates.
+/// Linear light (1 = white) as the 0 to 255 of an sRGB picture, not rounded; too much light
+/// saturates.
 pub(super) fn encode(linear: f64) -> f64 {
     let x = linear.clamp(0.0, 1.0);
     255.0 * if x <= 0.003_130_8 { 12.92 * x } else { 1.055 * x.powf(1.0 / 2.4) - 0.055 }

@@ -1,5 +1,5 @@
-//! A camera that is not there: it renders the rig's ball, its cables and what a depth sensor makes of them into a
-//! recorded picture or a furnished room.
+//! A camera that is not there: it renders the rig's ball, its cables and what a depth sensor makes
+//! of them into a recorded picture or a furnished room.
 //!
 //! The same seed and the same calls give the same pictures, bit for bit.
 
@@ -21,7 +21,9 @@ pub use scene::{Ball, Scene, Strand};
 pub use sensor::SensorOptions;
 
 use nalgebra::Isometry3;
-use opencv::core::{CV_16UC1, Mat, MatTraitConst, MatTraitConstManual, MatTraitManual, Scalar, lut};
+use opencv::core::{
+    CV_16UC1, Mat, MatTraitConst, MatTraitConstManual, MatTraitManual, Scalar, lut,
+};
 use plumb_vision::camera::Camera;
 use plumb_vision::frame::{FrameError, RgbdFrame};
 use rand::SeedableRng;
@@ -37,8 +39,8 @@ use sensor::{Disparity, Sensor};
 /// What is behind the ball.
 #[derive(Debug, Clone)]
 pub enum Background {
-    /// A recorded picture, used as wallpaper: everything is drawn in front of it. Its own intrinsics only say what its
-    /// depth means; the camera's say where things are seen.
+    /// A recorded picture, used as wallpaper: everything is drawn in front of it. Its own
+    /// intrinsics only say what its depth means; the camera's say where things are seen.
     Frame(RgbdFrame),
     /// A room, cast once from where the camera stands. Its things hide what is behind them.
     Room(Room),
@@ -122,7 +124,8 @@ impl SyntheticCamera {
     /// A camera as `camera` says before `background`, with noise from `seed`.
     ///
     /// # Errors
-    /// Where a number of the camera or the options cannot be, or the intrinsics do not fit the background's size.
+    /// Where a number of the camera or the options cannot be, or the intrinsics do not fit the
+    /// background's size.
     pub fn new(
         camera: Camera,
         background: Background,
@@ -130,7 +133,9 @@ impl SyntheticCamera {
         seed: u64,
     ) -> Result<Self, SyntheticError> {
         let size = match &background {
-            Background::Frame(frame) => (frame.colour().cols() as usize, frame.colour().rows() as usize),
+            Background::Frame(frame) => {
+                (frame.colour().cols() as usize, frame.colour().rows() as usize)
+            }
             Background::Room(_) => (usize::from(options.width), usize::from(options.height)),
         };
         check(&camera, &options, size)?;
@@ -143,7 +148,8 @@ impl SyntheticCamera {
             Background::Room(room) => {
                 let view = room.cast(&camera, size);
                 let disparity = view.disparity(&sensor, size.0, &mut random);
-                let colour = Mat::from_slice(&view.colour)?.reshape(3, size.1 as i32)?.try_clone()?;
+                let colour =
+                    Mat::from_slice(&view.colour)?.reshape(3, size.1 as i32)?.try_clone()?;
                 (colour, disparity, Some(view.range))
             }
         };
@@ -151,7 +157,19 @@ impl SyntheticCamera {
         let light = CameraLight::new(&options.light, &to_camera.rotation);
         let work = disparity.clone();
         let (width, height) = size;
-        Ok(Self { camera, to_camera, light, sensor, width, height, colour, disparity, range, random, work })
+        Ok(Self {
+            camera,
+            to_camera,
+            light,
+            sensor,
+            width,
+            height,
+            colour,
+            disparity,
+            range,
+            random,
+            work,
+        })
     }
 
     /// The camera that the pictures are taken with.
@@ -175,7 +193,12 @@ impl SyntheticCamera {
             scene.light > 0.0 && scene.light.is_finite(),
             "more than 0",
         )?;
-        require("the scene's blur", scene.blur, (0.0..=50.0).contains(&scene.blur), "0 to 50 pixels")?;
+        require(
+            "the scene's blur",
+            scene.blur,
+            (0.0..=50.0).contains(&scene.blur),
+            "0 to 50 pixels",
+        )?;
         let mut colour = exposed(&self.colour, scene.light)?;
         let mut depth = Mat::new_rows_cols_with_default(
             self.height as i32,
@@ -216,7 +239,8 @@ fn exposed(colour: &Mat, light: f64) -> opencv::Result<Mat> {
     if light == 1.0 {
         return colour.try_clone();
     }
-    let table: Vec<u8> = (0..=255_u8).map(|value| encode(decode(value) * light).round() as u8).collect();
+    let table: Vec<u8> =
+        (0..=255_u8).map(|value| encode(decode(value) * light).round() as u8).collect();
     let mut lit = Mat::default();
     lut(colour, &Mat::from_slice(&table)?, &mut lit)?;
     Ok(lit)
@@ -228,36 +252,81 @@ fn recorded(frame: &RgbdFrame, disparity: &Disparity) -> opencv::Result<Vec<u16>
     let mut values = Vec::with_capacity(frame.depth().total());
     for row in 0..frame.depth().rows() {
         let raw = frame.depth().at_row::<u16>(row)?;
-        values.extend(
-            raw.iter().map(|&raw| if raw == 0 { 0 } else { disparity.at_metres(f64::from(raw) / scale) }),
-        );
+        let steps = raw.iter().map(|&raw| match raw {
+            0 => 0,
+            raw => disparity.at_metres(f64::from(raw) / scale),
+        });
+        values.extend(steps);
     }
     Ok(values)
 }
 
-fn require(what: &'static str, value: f64, holds: bool, must: &'static str) -> Result<(), SyntheticError> {
+fn require(
+    what: &'static str,
+    value: f64,
+    holds: bool,
+    must: &'static str,
+) -> Result<(), SyntheticError> {
     if holds { Ok(()) } else { Err(SyntheticError::Value { what, value, must }) }
 }
 
 /// Refuses what would make no picture.
-fn check(camera: &Camera, options: &Options, (width, height): (usize, usize)) -> Result<(), SyntheticError> {
+fn check(
+    camera: &Camera,
+    options: &Options,
+    (width, height): (usize, usize),
+) -> Result<(), SyntheticError> {
     let (lens, sensor) = (&camera.intrinsics, &options.sensor);
     let positive = |x: f64| x > 0.0 && x.is_finite();
-    require("the picture's width", width as f64, (16..=8192).contains(&width), "16 to 8192 pixels")?;
-    require("the picture's height", height as f64, (16..=8192).contains(&height), "16 to 8192 pixels")?;
+    require(
+        "the picture's width",
+        width as f64,
+        (16..=8192).contains(&width),
+        "16 to 8192 pixels",
+    )?;
+    require(
+        "the picture's height",
+        height as f64,
+        (16..=8192).contains(&height),
+        "16 to 8192 pixels",
+    )?;
     require("fx", lens.fx, positive(lens.fx), "more than 0 pixels")?;
     require("fy", lens.fy, positive(lens.fy), "more than 0 pixels")?;
     require("depth_scale", lens.depth_scale, positive(lens.depth_scale), "more than 0")?;
-    require("the ball's diameter", camera.ball_diameter, positive(camera.ball_diameter), "more than 0 m")?;
+    require(
+        "the ball's diameter",
+        camera.ball_diameter,
+        positive(camera.ball_diameter),
+        "more than 0 m",
+    )?;
     let known = |x: f64, low: f64, high: f64| (low..=high).contains(&x);
-    require("colour_noise", sensor.colour_noise, known(sensor.colour_noise, 0.0, 100.0), "0 to 100")?;
+    require(
+        "colour_noise",
+        sensor.colour_noise,
+        known(sensor.colour_noise, 0.0, 100.0),
+        "0 to 100",
+    )?;
     require("depth_noise", sensor.depth_noise, known(sensor.depth_noise, 0.0, 1.0), "0 to 1 m")?;
-    require("depth_step", sensor.depth_step, known(sensor.depth_step, 0.000_5, 0.1), "0.0005 to 0.1 m")?;
+    require(
+        "depth_step",
+        sensor.depth_step,
+        known(sensor.depth_step, 0.000_5, 0.1),
+        "0.0005 to 0.1 m",
+    )?;
     require("speckle", sensor.speckle, known(sensor.speckle, 0.0, 0.5), "0 to 0.5")?;
     require("nearest", sensor.nearest, known(sensor.nearest, 0.1, 100.0), "0.1 to 100 m")?;
-    require("farthest", sensor.farthest, known(sensor.farthest, sensor.nearest, 1e3), "beyond the nearest")?;
+    require(
+        "farthest",
+        sensor.farthest,
+        known(sensor.farthest, sensor.nearest, 1e3),
+        "beyond the nearest",
+    )?;
     let inside = (0.0..width as f64).contains(&lens.cx) && (0.0..height as f64).contains(&lens.cy);
-    if inside { Ok(()) } else { Err(SyntheticError::Intrinsics { cx: lens.cx, cy: lens.cy, width, height }) }
+    if inside {
+        Ok(())
+    } else {
+        Err(SyntheticError::Intrinsics { cx: lens.cx, cy: lens.cy, width, height })
+    }
 }
 
 #[cfg(test)]

@@ -16,7 +16,8 @@ use super::room::Thing;
 
 /// Rays in a pixel, in each direction.
 const RAYS: usize = 4;
-/// What a Kinect's or Carmine's depth has at 1 m, metres (with the square of the distance): steps, and noise.
+/// What a Kinect's or Carmine's depth has at 1 m, metres (with the square of the distance): steps,
+/// and noise.
 const STEP: f64 = 0.002_85;
 const NOISE: f64 = 0.001_2;
 /// Between camera and projector, metres.
@@ -73,7 +74,11 @@ impl Overlay {
         for row in 0..height as i32 {
             let pixels = frame.colour().at_row::<Vec3b>(row)?.iter();
             let linear = pixels.map(|pixel| pixel.0.map(|value| table[usize::from(value)]));
-            let metres = frame.depth().at_row::<u16>(row)?.iter().map(|&raw| (f64::from(raw) / scale) as f32);
+            let metres = frame
+                .depth()
+                .at_row::<u16>(row)?
+                .iter()
+                .map(|&raw| (f64::from(raw) / scale) as f32);
             if mirrored {
                 colour.extend(linear.rev());
                 depth.extend(metres.rev());
@@ -96,7 +101,8 @@ impl Overlay {
     /// The nearest depth within `reach` pixels of (`u`, `v`), metres; infinite where there is none.
     pub(crate) fn nearest(&self, (u, v): (f64, f64), reach: f64) -> f64 {
         let span = |x: f64, size: usize| {
-            ((x - reach).max(0.0) as usize).min(size)..((x + reach + 1.0).max(0.0) as usize).min(size)
+            ((x - reach).max(0.0) as usize).min(size)
+                ..((x + reach + 1.0).max(0.0) as usize).min(size)
         };
         let rows = span(v, self.height).step_by(2);
         let depths = rows.flat_map(|row| &self.depth[row * self.width..][span(u, self.width)]);
@@ -123,7 +129,8 @@ impl Overlay {
             + 3.0 * look.blur
             + look.motion.0.abs().max(look.motion.1.abs());
         // All of it, also what is out of the picture: blur takes it in.
-        let [left, right] = [u - reach, u + reach].map(|x| x.clamp(-400.0, self.width as f64 + 400.0) as i32);
+        let [left, right] =
+            [u - reach, u + reach].map(|x| x.clamp(-400.0, self.width as f64 + 400.0) as i32);
         let [top, bottom] =
             [v - reach, v + reach].map(|x| x.clamp(-400.0, self.height as f64 + 400.0) as i32);
         if left >= right || top >= bottom {
@@ -145,7 +152,8 @@ impl Overlay {
         Ok(())
     }
 
-    /// Draws a line of `width` pixels from `from` to `to` (pixels), grey (0 to 1, linear), without depth of its own.
+    /// Draws a line of `width` pixels from `from` to `to` (pixels), grey (0 to 1, linear), without
+    /// depth of its own.
     pub(crate) fn line(&mut self, from: (f64, f64), to: (f64, f64), width: f64, grey: f64) {
         let (along, length) =
             ((to.0 - from.0, to.1 - from.1), (to.0 - from.0).hypot(to.1 - from.1).max(1e-9));
@@ -175,7 +183,8 @@ impl Overlay {
             let noise: f64 = random.sample(StandardNormal);
             (encode(f64::from(linear) * exposure.gain) + exposure.noise * noise + 0.5) as u8
         };
-        let colour: Vec<Vec3b> = self.colour.iter().map(|pixel| Vec3b::from(pixel.map(&mut noisy))).collect();
+        let colour: Vec<Vec3b> =
+            self.colour.iter().map(|pixel| Vec3b::from(pixel.map(&mut noisy))).collect();
         let lens = *self.lens();
         let depth: Vec<u16> = (0..self.depth.len())
             .map(|i| {
@@ -195,19 +204,25 @@ impl Overlay {
     }
 
     fn index(&self, column: i32, row: i32) -> Option<usize> {
-        let inside = (0..self.width as i32).contains(&column) && (0..self.height as i32).contains(&row);
+        let inside =
+            (0..self.width as i32).contains(&column) && (0..self.height as i32).contains(&row);
         inside.then(|| row as usize * self.width + column as usize)
     }
 
-    /// What of `thing` the ray through a place in the picture meets: depth (metres) and colour (linear).
+    /// What of `thing` the ray through a place in the picture meets: depth (metres) and colour
+    /// (linear).
     fn meet(&self, thing: &Thing, (u, v): (f64, f64)) -> Option<(f64, [f64; 3])> {
         let pose = &self.camera.pose;
         let ray = self.lens().deproject(u, v, 1.0).coords;
-        let (depth, normal, surface) = thing.meet(Point3::from(pose.translation.vector), pose * ray)?;
+        let (depth, normal, surface) =
+            thing.meet(Point3::from(pose.translation.vector), pose * ray)?;
         let normal: Vector3<f64> = pose.rotation.inverse() * normal;
         let to_eye = -ray.normalize();
         let highlight = self.light.highlight(&surface, &normal, &to_eye);
-        Some((depth, self.light.shade(&surface, &normal, &to_eye, highlight).map(|x| x + thing.glow)))
+        Some((
+            depth,
+            self.light.shade(&surface, &normal, &to_eye, highlight).map(|x| x + thing.glow),
+        ))
     }
 
     /// What of `thing` is in a pixel: colour times coverage, and coverage.
@@ -236,7 +251,8 @@ impl Overlay {
             if linear {
                 return under[c] * (1.0 - share) + over;
             }
-            let mixed = encode(f64::from(under[c])) / 255.0 * f64::from(1.0 - share) + f64::from(over);
+            let mixed =
+                encode(f64::from(under[c])) / 255.0 * f64::from(1.0 - share) + f64::from(over);
             decode_share(mixed)
         });
     }
@@ -253,7 +269,9 @@ impl Overlay {
         let mut first: Option<(i32, f64)> = None;
         for column in columns {
             let Some(i) = self.index(column, row) else { continue };
-            let Some((z, _)) = self.meet(thing, (f64::from(column), f64::from(row))) else { continue };
+            let Some((z, _)) = self.meet(thing, (f64::from(column), f64::from(row))) else {
+                continue;
+            };
             first = first.or(Some((column, z)));
             let noise: f64 = random.sample(StandardNormal);
             let lost = thing.glow > 0.0 || random.random::<f64>() < look.holes;
@@ -284,7 +302,11 @@ fn quantised(z: f64) -> f64 {
 }
 
 /// A layer out of focus and in motion.
-fn smeared(layer: &[Vec4f], (columns, rows): (i32, i32), look: &Look) -> opencv::Result<Vec<Vec4f>> {
+fn smeared(
+    layer: &[Vec4f],
+    (columns, rows): (i32, i32),
+    look: &Look,
+) -> opencv::Result<Vec<Vec4f>> {
     let sharp = Mat::new_rows_cols_with_data(rows, columns, layer)?;
     let mut soft = Mat::default();
     gaussian_blur_def(&sharp, &mut soft, Size::default(), look.blur.max(0.05))?;

@@ -23,7 +23,8 @@ pub struct Scene {
     pub strands: Vec<Strand>,
     /// Exposure: 1 = as the background is, less is darker, more saturates. Greater than 0.
     pub light: f64,
-    /// Standard deviation of the blur of what is drawn, pixels; 0 = sharp, 0.6 = as cheap cameras are, 2 = out of focus.
+    /// Standard deviation of the blur of what is drawn, pixels; 0 = sharp, 0.6 = as cheap cameras
+    /// are, 2 = out of focus.
     pub blur: f64,
 }
 

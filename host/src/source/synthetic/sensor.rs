@@ -1,8 +1,9 @@
 //! What a structured-light depth sensor and a cheap colour sensor make of a perfect picture.
 //!
-//! A Kinect or Carmine measures disparity, `d = f b / z`, in steps of an eighth of a pixel. Noise and steps of one size
-//! in disparity are noise and steps that grow with z² in depth. What its projector does not reach from beside the
-//! camera has no depth: a strip on the left of everything that stands before something else.
+//! A Kinect or Carmine measures disparity, `d = f b / z`, in steps of an eighth of a pixel. Noise
+//! and steps of one size in disparity are noise and steps that grow with z² in depth. What its
+//! projector does not reach from beside the camera has no depth: a strip on the left of everything
+//! that stands before something else.
 
 use opencv::core::{Mat, MatTraitConstManual, Scalar, Size, mean_std_dev_def};
 use opencv::imgproc::gaussian_blur_def;
@@ -70,7 +71,8 @@ impl Disparity {
             .map(|step| steps_metres / f64::from(step))
             .map(|z| (z, (z * scale).round()))
             .map(|(z, raw)| {
-                let told = z >= options.nearest && z <= options.farthest && raw <= f64::from(u16::MAX);
+                let told =
+                    z >= options.nearest && z <= options.farthest && raw <= f64::from(u16::MAX);
                 if told { raw as u16 } else { 0 }
             })
             .collect();
@@ -85,13 +87,22 @@ impl Disparity {
         if z >= self.nearest && z <= self.farthest { (self.constant / z).round() as u16 } else { 0 }
     }
 
-    /// How far the projector's shadow falls to the left, pixels, from a thing at disparity `near` onto one at `far`.
+    /// How far the projector's shadow falls to the left, pixels, from a thing at disparity `near`
+    /// onto one at `far`.
     pub(super) fn shadow(near: u16, far: u16) -> f64 {
         (f64::from(near) - f64::from(far)) / (FINE * STEPS_IN_PIXEL)
     }
 
-    /// The raw depth picture of `disparity` with `noise` (row by row, of `noise_width` columns from `start`).
-    fn finish(&self, disparity: &[u16], width: usize, noise: &Plane, start: usize, depth: &mut [u16]) {
+    /// The raw depth picture of `disparity` with `noise` (row by row, of `noise_width` columns from
+    /// `start`).
+    fn finish(
+        &self,
+        disparity: &[u16],
+        width: usize,
+        noise: &Plane,
+        start: usize,
+        depth: &mut [u16],
+    ) {
         let rows = disparity.chunks_exact(width).zip(depth.chunks_exact_mut(width));
         for (row, (disparity, depth)) in rows.enumerate() {
             let from = start + row * noise.width;
@@ -100,7 +111,11 @@ impl Disparity {
             {
                 let step = (i32::from(fine) + i32::from(noise) + FINE as i32 / 2) >> 5;
                 let known = fine != 0 && noise != HOLE;
-                *out = if known { self.depths.get(step.max(0) as usize).copied().unwrap_or(0) } else { 0 };
+                *out = if known {
+                    self.depths.get(step.max(0) as usize).copied().unwrap_or(0)
+                } else {
+                    0
+                };
             }
         }
     }
@@ -148,14 +163,18 @@ impl Sensor {
         depth: &mut [u16],
         random: &mut impl Rng,
     ) {
-        let start = random.random_range(0..SLACK.1) * self.colour.width + 3 * random.random_range(0..SLACK.0);
+        let start = random.random_range(0..SLACK.1) * self.colour.width
+            + 3 * random.random_range(0..SLACK.0);
         for (row, pixels) in colour.chunks_exact_mut(3 * width).enumerate() {
             let from = start + row * self.colour.width;
-            for (value, &noise) in pixels.iter_mut().zip(&self.colour.values[from..from + 3 * width]) {
+            for (value, &noise) in
+                pixels.iter_mut().zip(&self.colour.values[from..from + 3 * width])
+            {
                 *value = value.saturating_add_signed(noise);
             }
         }
-        let start = random.random_range(0..SLACK.1) * self.depth.width + random.random_range(0..SLACK.0);
+        let start =
+            random.random_range(0..SLACK.1) * self.depth.width + random.random_range(0..SLACK.0);
         self.disparity.finish(disparity, width, &self.depth, start, depth);
     }
 }
@@ -178,7 +197,8 @@ fn grain(
         let gain = 1.0 / deviation[0].max(1e-9) as f32;
         values = smooth.data_typed::<f32>()?.iter().map(|x| x * gain).collect();
     }
-    let values = values.iter().map(|x| (f64::from(*x) * sd).round().clamp(-127.0, 127.0) as i8).collect();
+    let values =
+        values.iter().map(|x| (f64::from(*x) * sd).round().clamp(-127.0, 127.0) as i8).collect();
     Ok(Plane { values, width })
 }
 

@@ -64,8 +64,11 @@ impl StrandToDraw {
         let axis = (self.to - self.from).try_normalize(1e-12).unwrap_or_else(nalgebra::Vector3::x);
         let arriving = style.light.on_rod(&axis);
         let lit = std::array::from_fn(|k| self.material.colour[k] * arriving[k] * style.gain);
-        let (across, along) =
-            if line.upright { (canvas.width, canvas.height) } else { (canvas.height, canvas.width) };
+        let (across, along) = if line.upright {
+            (canvas.width, canvas.height)
+        } else {
+            (canvas.height, canvas.width)
+        };
         let first = line.start[0].ceil().max(0.0) as usize;
         let last = (line.end.floor().min(along as f64 - 1.0) + 1.0).max(0.0) as usize;
         let squeeze = 1.0 / (1.0 + line.slope[0] * line.slope[0]).sqrt();
@@ -80,8 +83,11 @@ impl StrandToDraw {
             let to = ((middle + reach).floor() + 1.0).clamp(0.0, across as f64) as usize;
             for minor in from..to {
                 let aside = ((minor as f64 - middle) * squeeze).abs();
-                let i =
-                    if line.upright { major * canvas.width + minor } else { minor * canvas.width + major };
+                let i = if line.upright {
+                    major * canvas.width + minor
+                } else {
+                    minor * canvas.width + major
+                };
                 dot(canvas, i, Dot { aside, width, soft, z: 1.0 / inverse }, lit);
             }
         }
@@ -94,7 +100,8 @@ struct Dot {
     aside: f64,
     /// Of the strand, pixels.
     width: f64,
-    /// How far to each side a sharp edge is smeared, pixels: pixels and blur as a triangle of the same variance.
+    /// How far to each side a sharp edge is smeared, pixels: pixels and blur as a triangle of the
+    /// same variance.
     soft: f64,
     /// Metres along the optical axis.
     z: f64,

@@ -18,7 +18,8 @@ const NO_NOISE: SensorOptions = SensorOptions {
 /// A grey picture whose depth is `z` metres everywhere.
 fn plain(z: f64) -> Background {
     let lens = paper_camera().intrinsics;
-    let picture = |typ, value| Mat::new_rows_cols_with_default(480, 640, typ, Scalar::all(value)).unwrap();
+    let picture =
+        |typ, value| Mat::new_rows_cols_with_default(480, 640, typ, Scalar::all(value)).unwrap();
     let frame = RgbdFrame::new(
         0.0,
         picture(opencv::core::CV_8UC3, 128.0),
@@ -29,7 +30,8 @@ fn plain(z: f64) -> Background {
 }
 
 fn camera(background: Background, sensor: SensorOptions, seed: u64) -> SyntheticCamera {
-    SyntheticCamera::new(paper_camera(), background, Options { sensor, ..Options::default() }, seed).unwrap()
+    SyntheticCamera::new(paper_camera(), background, Options { sensor, ..Options::default() }, seed)
+        .unwrap()
 }
 
 fn bytes(frame: &RgbdFrame) -> (Vec<u8>, Vec<u16>) {
@@ -83,11 +85,17 @@ fn the_ball_is_red_where_it_projects_to_and_as_far_as_it_is() {
     };
     for (du, dv) in [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (-1.0, 0.0)] {
         assert!(red(u + du * (radius - 2.0), v + dv * (radius - 2.0)), "{du} {dv}");
-        assert!(!red(u + du * (radius + 2.5), v + dv * (radius + 2.5)) || du + dv == 0.0, "{du} {dv}");
+        assert!(
+            !red(u + du * (radius + 2.5), v + dv * (radius + 2.5)) || du + dv == 0.0,
+            "{du} {dv}"
+        );
     }
     let surface = frame.depth_at(u.round() as i32, v.round() as i32).unwrap();
     // Half a step of the sensor at that distance.
-    assert!((surface - (1.737 - 0.54 - 0.04)).abs() < 0.002_85 / 2.0 * 1.2_f64.powi(2), "{surface}");
+    assert!(
+        (surface - (1.737 - 0.54 - 0.04)).abs() < 0.002_85 / 2.0 * 1.2_f64.powi(2),
+        "{surface}"
+    );
 }
 
 #[test]
@@ -103,8 +111,9 @@ fn what_is_red_covers_the_area_of_the_disc() {
     let (with, without) =
         (camera.render(0.0, &scene).unwrap(), camera.render(0.0, &Scene::default()).unwrap());
     // Green goes down by what the ball covers; the share of an edge pixel tells how much of it.
-    let green =
-        |frame: &RgbdFrame| bytes(frame).0.iter().skip(1).step_by(3).filter(|g| **g != 128).count() as f64;
+    let green = |frame: &RgbdFrame| {
+        bytes(frame).0.iter().skip(1).step_by(3).filter(|g| **g != 128).count() as f64
+    };
     let radius = 525.0 * 0.04 / (1.037_f64.powi(2) - 0.04_f64.powi(2)).sqrt();
     assert_eq!(green(&without), 0.0);
     let area = std::f64::consts::PI * radius * radius;
@@ -137,14 +146,16 @@ fn noise_and_steps_of_depth_grow_with_the_distance_squared() {
 #[test]
 fn some_depth_is_missing_by_chance_and_on_the_left_of_the_ball_by_shadow() {
     let mut camera = camera(plain(3.0), SensorOptions::default(), 4);
-    let missing = |frame: &RgbdFrame| bytes(frame).1.iter().filter(|d| **d == 0).count() as f64 / 307_200.0;
+    let missing =
+        |frame: &RgbdFrame| bytes(frame).1.iter().filter(|d| **d == 0).count() as f64 / 307_200.0;
     let empty = missing(&camera.render(0.0, &Scene::default()).unwrap());
     assert!((0.001..0.004).contains(&empty), "{empty}");
     let frame = camera.render(0.0, &Scene { ball: Some(P0), ..Scene::default() }).unwrap();
     let (u, v) = seen(&P0);
     let radius = 525.0 * 0.04 / (1.737 - 0.54);
-    let known =
-        |from: f64| (3..13).filter(|k| frame.depth_at((u + from) as i32 + k, v as i32).is_some()).count();
+    let known = |from: f64| {
+        (3..13).filter(|k| frame.depth_at((u + from) as i32 + k, v as i32).is_some()).count()
+    };
     assert_eq!(known(-radius - 14.0), 0, "the projector's shadow");
     assert!(known(radius) >= 8);
 }
@@ -167,7 +178,8 @@ fn more_light_makes_everything_brighter() {
     let mut camera = camera(plain(3.0), NO_NOISE, 1);
     let (u, v) = seen(&P0);
     let mut at = |light| {
-        let frame = camera.render(0.0, &Scene { ball: Some(P0), light, ..Scene::default() }).unwrap();
+        let frame =
+            camera.render(0.0, &Scene { ball: Some(P0), light, ..Scene::default() }).unwrap();
         (pixel(&frame, u, v)[2], pixel(&frame, 10.0, 10.0)[2])
     };
     let (dark, middle, bright) = (at(0.3), at(1.0), at(4.0));
@@ -181,15 +193,20 @@ fn what_is_half_outside_or_nowhere_is_drawn_as_far_as_it_is_seen() {
     let mut camera = camera(plain(3.0), NO_NOISE, 1);
     let lens = paper_camera();
     let at = |u: f64, v: f64, z: f64| lens.pose * lens.intrinsics.deproject(u, v, z);
-    let half = camera.render(0.0, &Scene { ball: Some(at(-3.0, 200.0, 1.0)), ..Scene::default() }).unwrap();
+    let half = camera
+        .render(0.0, &Scene { ball: Some(at(-3.0, 200.0, 1.0)), ..Scene::default() })
+        .unwrap();
     assert!(pixel(&half, 0.0, 200.0)[1] < 100.0 && pixel(&half, 40.0, 200.0)[1] == 128.0);
     let empty = bytes(&camera.render(0.0, &Scene::default()).unwrap());
     let nan = Point3::new(f64::NAN, 0.0, 0.0);
     for nowhere in [at(-300.0, 9000.0, 1.0), at(300.0, 200.0, -1.0), at(320.0, 240.0, 0.01), nan] {
         let scene = Scene { ball: Some(nowhere), ..Scene::default() };
         assert!(bytes(&camera.render(0.0, &scene).unwrap()) == empty, "{nowhere}");
-        let strand = Strand { from: nowhere, to: nowhere, diameter: 0.001, material: Material::red_ball() };
-        camera.render(0.0, &Scene { strands: vec![strand], ..Scene::rig(P0, [nowhere; 3]) }).unwrap();
+        let strand =
+            Strand { from: nowhere, to: nowhere, diameter: 0.001, material: Material::red_ball() };
+        camera
+            .render(0.0, &Scene { strands: vec![strand], ..Scene::rig(P0, [nowhere; 3]) })
+            .unwrap();
     }
 }
 
@@ -208,7 +225,10 @@ fn the_room_does_not_hide_the_working_volume() {
             let (column, row) = (u.round() as usize, v.round() as usize);
             if column < 640 && row < 480 {
                 let behind = f64::from(range[row * 640 + column]);
-                assert!(behind > 1.737 - ball.x, "{ball}: something stands {behind} m away at {u}, {v}");
+                assert!(
+                    behind > 1.737 - ball.x,
+                    "{ball}: something stands {behind} m away at {u}, {v}"
+                );
             }
         }
     }
@@ -242,7 +262,10 @@ fn what_cannot_be_is_refused() {
         SyntheticCamera::new(camera, plain(2.0), options, 1).map(|_| ())
     };
     assert!(make(|_, _| ()).is_ok());
-    assert!(matches!(make(|camera, _| camera.intrinsics.cx = 900.0), Err(SyntheticError::Intrinsics { .. })));
+    assert!(matches!(
+        make(|camera, _| camera.intrinsics.cx = 900.0),
+        Err(SyntheticError::Intrinsics { .. })
+    ));
     for wrong in [
         (|camera, _| camera.intrinsics.fx = f64::NAN) as fn(&mut Camera, &mut Options),
         |camera, _| camera.intrinsics.depth_scale = 0.0,
@@ -254,7 +277,9 @@ fn what_cannot_be_is_refused() {
         assert!(matches!(make(wrong), Err(SyntheticError::Value { .. })));
     }
     let mut camera = camera(plain(2.0), NO_NOISE, 1);
-    for scene in [Scene { light: 0.0, ..Scene::default() }, Scene { blur: f64::NAN, ..Scene::default() }] {
+    for scene in
+        [Scene { light: 0.0, ..Scene::default() }, Scene { blur: f64::NAN, ..Scene::default() }]
+    {
         assert!(matches!(camera.render(0.0, &scene), Err(SyntheticError::Value { .. })));
     }
     assert!(matches!(camera.render(f64::NAN, &Scene::default()), Err(SyntheticError::Frame(_))));

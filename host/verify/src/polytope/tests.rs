@@ -1,8 +1,12 @@
 use plumb_core::BuildLimits;
 use plumb_core::law::{Interval as FixedPoint, V_FRACTION_BITS};
 use plumb_core::params::Params;
-use plumb_protocol::config::{self, Config, Deadlines, Drivers, Growth, Motor, Reached, StepDir, Workspace};
-use plumb_protocol::units::{Acceleration, Bound, Gain, Micrometres, Milliseconds, Point, Rate, Steps16};
+use plumb_protocol::config::{
+    self, Config, Deadlines, Drivers, Growth, Motor, Reached, StepDir, Workspace,
+};
+use plumb_protocol::units::{
+    Acceleration, Bound, Gain, Micrometres, Milliseconds, Point, Rate, Steps16,
+};
 use proptest::prelude::*;
 
 use super::*;
@@ -13,7 +17,8 @@ fn told() -> impl Strategy<Value = config::Interval> {
     let signs = proptest::array::uniform9(-1i8..=1);
     let bounds = proptest::array::uniform9((1u32..1 << 18, 0u32..1 << 18));
     (signs, bounds).prop_map(|(signs, bounds)| {
-        let at = |f: &dyn Fn(usize) -> u32| [0, 3, 6].map(|r| [r, r + 1, r + 2].map(|n| Bound(f(n))));
+        let at =
+            |f: &dyn Fn(usize) -> u32| [0, 3, 6].map(|r| [r, r + 1, r + 2].map(|n| Bound(f(n))));
         let mut signs = [0, 3, 6].map(|r| [r, r + 1, r + 2].map(|n| signs[n]));
         // Every motor moves something.
         let idle: Vec<_> = (0..3).filter(|&k| signs.iter().all(|row| row[k] == 0)).collect();
@@ -74,10 +79,9 @@ fn family(told: &config::Interval) -> Family {
 /// The signs (12) and some entries that may have any sign, so that v is often 0.
 fn any_family() -> impl Strategy<Value = Family> {
     proptest::array::uniform9((-1.0f64..1.0, 0.0f64..1.0)).prop_map(|entries| {
-        Family(
-            [0, 3, 6]
-                .map(|r| [r, r + 1, r + 2].map(|n| Interval::new(entries[n].0, entries[n].0 + entries[n].1))),
-        )
+        Family([0, 3, 6].map(|r| {
+            [r, r + 1, r + 2].map(|n| Interval::new(entries[n].0, entries[n].0 + entries[n].1))
+        }))
     })
 }
 
@@ -89,8 +93,9 @@ fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(400))]
 
-    /// The explicit formula is the minimum-norm problem over the family's corners. The tolerance is what the solution's own
-    /// duality gap proves of it, |v - v(e)|² <= gap; the solver is asked for a gap of 1e-12 where |M'e| is about 1.
+    /// The explicit formula is the minimum-norm problem over the family's corners. The tolerance is
+    /// what the solution's own duality gap proves of it, |v - v(e)|² <= gap; the solver is asked
+    /// for a gap of 1e-12 where |M'e| is about 1.
     #[test]
     fn the_explicit_formula_solves_the_problem(family in any_family(), e in proptest::array::uniform3(-1.0f64..1.0)) {
         let found = Polytope::new(family.vertices()).unwrap().minimum_norm(e).unwrap();
@@ -126,7 +131,8 @@ proptest! {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(40))]
 
-    /// What the bisection says is what vertex determinants say, where those decide: for interval families.
+    /// What the bisection says is what vertex determinants say, where those decide: for interval
+    /// families.
     #[test]
     fn both_ways_to_nonsingularity_agree(
         centre in proptest::array::uniform9(-1.0f64..1.0), width in 0.0f64..0.3,
@@ -156,11 +162,15 @@ fn diagonal(x: f64, y: f64, z: f64) -> [[f64; 3]; 3] {
 fn a_matrix_alone_has_its_least_singular_value() {
     let found = Polytope::new(vec![diagonal(3.0, 0.5, -2.0)]).unwrap().robustness(10_000);
     assert_eq!(found.verdict, Verdict::Nonsingular);
-    assert!(found.least_v.lo <= 0.5 && 0.5 <= found.least_v.hi && found.least_v.width() < 0.03, "{found:?}");
+    assert!(
+        found.least_v.lo <= 0.5 && 0.5 <= found.least_v.hi && found.least_v.width() < 0.03,
+        "{found:?}"
+    );
     assert!(found.direction[1].abs() > 0.95, "{found:?}");
 }
 
-/// All vertices have determinant 1, and half the sum of the first two is singular: what vertices alone don't show.
+/// All vertices have determinant 1, and half the sum of the first two is singular: what vertices
+/// alone don't show.
 #[test]
 fn a_singular_matrix_inside_is_found() {
     let vertices = vec![

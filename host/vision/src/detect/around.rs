@@ -4,26 +4,29 @@ use super::judge::Judge;
 use super::outline::{Outline, Rim};
 use super::rays::RAYS;
 
-/// Where the depth outside a disc is read, in its radius and in pixels more: beyond the pixels that mix ball
-/// and background, and beyond what depth may be shifted against colour.
+/// Where the depth outside a disc is read, in its radius and in pixels more: beyond the pixels that
+/// mix ball and background, and beyond what depth may be shifted against colour.
 const OUTSIDE: (f64, f64) = (1.4, 2.0);
 /// What has so much of the ball's colour at least goes on beside it.
 const SAME: f32 = 0.25;
 /// What is no farther behind the ball's centre is beside it, in its radius.
 const BESIDE: f64 = 0.4;
-/// What is so much nearer than the ball's centre covers it, in its radius: what is of another colour, and anything.
+/// What is so much nearer than the ball's centre covers it, in its radius: what is of another
+/// colour, and anything.
 const COVER: (f64, f64) = (1.2, 2.5);
 
 /// What is beside a disc at the end of a ray.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Side {
-    /// The ball itself ends there: redness drops, and what is there is little behind it or has no depth.
+    /// The ball itself ends there: redness drops, and what is there is little behind it or has no
+    /// depth.
     Free,
     /// The ball itself ends there: what is there is behind it, with an edge or not.
     Behind,
     /// No edge, and no depth or little difference of it.
     Open,
-    /// Something as near as the ball's surface (a print on a box has the box around it), or red and nearer.
+    /// Something as near as the ball's surface (a print on a box has the box around it), or red and
+    /// nearer.
     Attached,
     /// The same, and of the ball's colour: a can's lower half.
     Continued,
@@ -39,8 +42,8 @@ pub(super) struct Around {
 }
 
 impl Around {
-    /// Part of the rays within the picture (taken to be a quarter at least: a sliver of a ball is none) that
-    /// show `side`.
+    /// Part of the rays within the picture (taken to be a quarter at least: a sliver of a ball is
+    /// none) that show `side`.
     pub(super) fn part(&self, side: Side) -> f64 {
         self.sides.iter().filter(|&&s| s == Some(side)).count() as f64 / self.seen()
     }
@@ -53,13 +56,17 @@ impl Around {
     /// Part of the rays on which the ball's colour goes on and nothing else says that it ends.
     pub(super) fn goes_on(&self, outline: &Outline) -> f64 {
         let rays = self.sides.iter().zip(outline.rims);
-        rays.filter(|(side, rim)| **side == Some(Side::Open) && *rim == Rim::Red).count() as f64 / self.seen()
+        rays.filter(|(side, rim)| **side == Some(Side::Open) && *rim == Rim::Red).count() as f64
+            / self.seen()
     }
 
     /// The rays whose edges are the ball's own as far as depth says so.
     pub(super) fn trusted(&self) -> [bool; RAYS] {
         self.sides.map(|side| {
-            !matches!(side, Some(Side::Covered | Side::CoveredAlike | Side::Attached | Side::Continued))
+            !matches!(
+                side,
+                Some(Side::Covered | Side::CoveredAlike | Side::Attached | Side::Continued)
+            )
         })
     }
 

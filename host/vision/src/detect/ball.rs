@@ -1,11 +1,13 @@
 //! The default detector: colour proposes, shape and size against depth decide.
 //!
-//! 1. Red blobs of all the sizes that a ball can have are looked for in a coarse picture (`propose`). Where
-//!    there is depth, a ball has one size only, and blobs of another are passed over.
+//! 1. Red blobs of all the sizes that a ball can have are looked for in a coarse picture
+//!    (`propose`). Where there is depth, a ball has one size only, and blobs of another are passed
+//!    over.
 //! 2. Around each of the best the outline is fitted at full size (`outline`).
-//! 3. Each outline is looked at (`judge`): how much of it is seen, how much of it is red, how round its surface is, what
-//!    goes on beside it, and which disc its edges make when they are told nothing of the depth. All of it together is the
-//!    probability that it is the ball (`evidence`). The best one is the ball if that is enough; otherwise there is none.
+//! 3. Each outline is looked at (`judge`): how much of it is seen, how much of it is red, how round
+//!    its surface is, what goes on beside it, and which disc its edges make when they are told
+//!    nothing of the depth. All of it together is the probability that it is the ball (`evidence`).
+//!    The best one is the ball if that is enough; otherwise there is none.
 
 use opencv::core::{MatTraitConst, Rect};
 
@@ -37,16 +39,19 @@ const SPHERES: usize = 4;
 const LOOKED_AT: (usize, usize) = (3, 2);
 /// Places that are glanced at before.
 const GLANCES: usize = 10;
-/// Where the surroundings of a blob are looked at, in a ball's radius: the blob need not be its middle.
+/// Where the surroundings of a blob are looked at, in a ball's radius: the blob need not be its
+/// middle.
 const AROUND: f64 = 1.7;
-/// Discs as near as this, and as much of one size, in the smaller one's radius, will be fitted to one outline.
+/// Discs as near as this, and as much of one size, in the smaller one's radius, will be fitted to
+/// one outline.
 const NEAR: (f64, f64) = (0.12, 0.1);
-/// A blob's size may be off by this factor: the steps between sizes, and blobs that are partly covered.
+/// A blob's size may be off by this factor: the steps between sizes, and blobs that are partly
+/// covered.
 const SIZE_FACTOR: f64 = 2.0;
 
-/// Finds a red ball of known size, sub-pixel, at any distance from 0.25 to 2.5 m; says that there is none
-/// where no red thing is round and of the right size. Its score is 0 to 1; 0.52 and more is a ball. A ball
-/// without depth scores 0.9 at most.
+/// Finds a red ball of known size, sub-pixel, at any distance from 0.25 to 2.5 m; says that there
+/// is none where no red thing is round and of the right size. Its score is 0 to 1; 0.52 and more is
+/// a ball. A ball without depth scores 0.9 at most.
 #[derive(Debug, Clone)]
 pub struct Ball {
     ball_radius: f64,
@@ -80,7 +85,8 @@ impl Ball {
         let radii = self.radii(frame.intrinsics());
         let fits = |radius: f64| (0.93 * radii.0..1.07 * radii.1).contains(&radius);
         let mut best: Option<(Fine, f64)> = None;
-        // What was looked at: from where, and what it became. From near either nothing else will come.
+        // What was looked at: from where, and what it became. From near either nothing else will
+        // come.
         let mut known: Vec<Disc> = Vec::new();
         let mut consider = |start: Disc, held: bool| {
             if known.iter().any(|disc| is_near(disc, &start)) {
@@ -106,7 +112,8 @@ impl Ball {
         for start in self.starts(&coarse, &judge) {
             let sphere = start.surface.and_then(|z| depths.sphere_at(&start.disc, z));
             let by_depth = sphere.and_then(|centre| seen(&picture, &centre, self.ball_radius));
-            let by_outline = || picture.fit(start.disc, start.surface.is_none()).map(|outline| outline.disc);
+            let by_outline =
+                || picture.fit(start.disc, start.surface.is_none()).map(|outline| outline.disc);
             let disc = by_depth.or_else(by_outline);
             if disc.is_some_and(|disc| judge.may_be(&disc) && consider(disc, false)) {
                 break;
@@ -130,7 +137,10 @@ impl Ball {
         for proposal in coarse.propose(self.radii(intrinsics)) {
             let Some(start) = self.start(&proposal, intrinsics, depth) else { continue };
             let left = if start.surface.is_some() { &mut with_depth } else { &mut without };
-            if *left == 0 || starts.iter().any(|s| s.same_as(&start)) || self.is_attached(&start, depth) {
+            if *left == 0
+                || starts.iter().any(|s| s.same_as(&start))
+                || self.is_attached(&start, depth)
+            {
                 continue;
             }
             glances -= 1;
@@ -157,9 +167,14 @@ impl Ball {
         (0..16).filter(|&i| near(i)).count() > 8
     }
 
-    /// Where to look closely for what is proposed; `None` where depth says that a ball would be of another
-    /// size.
-    fn start(&self, proposal: &Proposal, intrinsics: &Intrinsics, depth: &DepthView) -> Option<Start> {
+    /// Where to look closely for what is proposed; `None` where depth says that a ball would be of
+    /// another size.
+    fn start(
+        &self,
+        proposal: &Proposal,
+        intrinsics: &Intrinsics,
+        depth: &DepthView,
+    ) -> Option<Start> {
         let disc = proposal.disc;
         let Some(z) = depth_about(&disc, depth) else {
             return Some(Start { disc, surface: None });
@@ -174,7 +189,8 @@ impl Ball {
 #[derive(Debug, Clone, Copy)]
 struct Start {
     disc: Disc,
-    /// Depth of what is seen there, metres; where it is known the disc's radius is that of a ball there.
+    /// Depth of what is seen there, metres; where it is known the disc's radius is that of a ball
+    /// there.
     surface: Option<f64>,
 }
 
@@ -193,8 +209,8 @@ fn is_near(a: &Disc, b: &Disc) -> bool {
     (a.u - b.u).hypot(a.v - b.v) < NEAR.0 * least && (a.radius - b.radius).abs() < NEAR.1 * least
 }
 
-/// The median depth, metres, of nine pixels about the middle of `disc`; `None` where fewer than four have
-/// depth.
+/// The median depth, metres, of nine pixels about the middle of `disc`; `None` where fewer than
+/// four have depth.
 fn depth_about(disc: &Disc, depth: &DepthView) -> Option<f64> {
     let mut depths = [0.0; 9];
     let mut n = 0;
@@ -210,7 +226,8 @@ fn depth_about(disc: &Disc, depth: &DepthView) -> Option<f64> {
 }
 
 impl Ball {
-    /// The window of the picture in which a ball is that was seen as `last` a moment ago; whole coarse pixels.
+    /// The window of the picture in which a ball is that was seen as `last` a moment ago; whole
+    /// coarse pixels.
     fn window(last: &Disc, whole: Rect) -> Rect {
         let reach = WINDOW.0 * last.radius + WINDOW.1;
         let low = |x: f64| ((x - reach).max(0.0) / 8.0) as i32 * 8;
@@ -220,7 +237,8 @@ impl Ball {
         Rect::new(left, top, (right - left).max(1), (bottom - top).max(1))
     }
 
-    /// The best candidate: near where the ball was last if it is sure enough there, or else in the whole picture.
+    /// The best candidate: near where the ball was last if it is sure enough there, or else in the
+    /// whole picture.
     fn find(&self, frame: &RgbdFrame) -> Result<Option<(Fine, f64)>, DetectError> {
         let whole = Rect::new(0, 0, frame.colour().cols(), frame.colour().rows());
         if let Some(last) = &self.last {

@@ -23,7 +23,8 @@ impl Coarse {
     /// Pixels of the full picture in one of it, either way.
     pub(super) const SHRINK: f64 = SHRINK as f64;
 
-    /// Of `window`, which is in the picture and not empty; up to three columns and rows at its end are left out.
+    /// Of `window`, which is in the picture and not empty; up to three columns and rows at its end
+    /// are left out.
     pub(super) fn new(colour: &Mat, window: Rect, ball: BallColour) -> Result<Self, DetectError> {
         let coarse = |n: i32| (n / SHRINK).max(1);
         let whole = |n: i32| n.min(coarse(n) * SHRINK);
@@ -31,10 +32,20 @@ impl Coarse {
         let window = Rect::new(window.x, window.y, whole(window.width), whole(window.height));
         // OpenCV halves twice in a third of the time in which it quarters.
         let (mut half, mut small) = (Mat::default(), Mat::default());
-        resize(&colour.roi(window)?, &mut half, Size::new(2 * width, 2 * height), 0.0, 0.0, INTER_AREA)?;
+        resize(
+            &colour.roi(window)?,
+            &mut half,
+            Size::new(2 * width, 2 * height),
+            0.0,
+            0.0,
+            INTER_AREA,
+        )?;
         resize(&half, &mut small, Size::new(width, height), 0.0, 0.0, INTER_AREA)?;
-        let values =
-            small.data_typed::<Vec3b>()?.iter().map(|pixel| ball.of(pixel.0.map(f32::from))).collect();
+        let values = small
+            .data_typed::<Vec3b>()?
+            .iter()
+            .map(|pixel| ball.of(pixel.0.map(f32::from)))
+            .collect();
         let origin = (f64::from(window.x), f64::from(window.y));
         Ok(Self { width: width as usize, height: height as usize, origin, values })
     }
@@ -64,9 +75,11 @@ impl Coarse {
         }
     }
 
-    /// The pixel in which the full picture has column `u`, row `v`: its place among the values; `None` outside.
+    /// The pixel in which the full picture has column `u`, row `v`: its place among the values;
+    /// `None` outside.
     pub(super) fn index(&self, u: f64, v: f64) -> Option<usize> {
-        let (x, y) = ((u + 0.5 - self.origin.0) / Self::SHRINK, (v + 0.5 - self.origin.1) / Self::SHRINK);
+        let (x, y) =
+            ((u + 0.5 - self.origin.0) / Self::SHRINK, (v + 0.5 - self.origin.1) / Self::SHRINK);
         let inside = x >= 0.0 && y >= 0.0 && x < self.width as f64 && y < self.height as f64;
         inside.then(|| y as u32 as usize * self.width + x as u32 as usize)
     }

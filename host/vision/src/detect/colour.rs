@@ -1,6 +1,7 @@
 //! How much a pixel has the ball's colour.
 
-/// Hues around the circle of colours are counted in sixths of it here: 0 red, 1 yellow, 2 green and so on.
+/// Hues around the circle of colours are counted in sixths of it here: 0 red, 1 yellow, 2 green and
+/// so on.
 const SIXTH: f64 = 60.0;
 /// Added to a pixel's brightness, grey levels, so that the noise of dark pixels is no colour.
 const DARK: f32 = 40.0;
@@ -18,21 +19,22 @@ impl BallColour {
     /// Of the hue `degrees`: 0 red, 60 yellow, 120 green, 180 cyan, 240 blue, 300 magenta.
     pub(super) fn new(degrees: f64) -> Self {
         let hue = (degrees / SIXTH).rem_euclid(6.0) as f32;
-        // Red is told more strictly from orange, as skin and wood are, than from magenta: an overexposed red ball is
-        // pink.
+        // Red is told more strictly from orange, as skin and wood are, than from magenta: an
+        // overexposed red ball is pink.
         let slopes = if (0.25..5.75).contains(&hue) { [1.5, 1.5] } else { [1.8, 1.2] };
         Self { hue, slopes }
     }
 
-    /// How much a colour (blue, green, red, 0 to 255) has of it, 0 to 1: its chroma (the largest of its channels less
-    /// the smallest), less for another hue, over its brightness (the largest channel), dark pixels damped.
+    /// How much a colour (blue, green, red, 0 to 255) has of it, 0 to 1: its chroma (the largest of
+    /// its channels less the smallest), less for another hue, over its brightness (the largest
+    /// channel), dark pixels damped.
     #[inline]
     pub(super) fn of(&self, colour: [f32; 3]) -> f32 {
         self.damped(colour, DARK)
     }
 
-    /// The same of a colour (blue, green, red, 0 to 255), damped by `dark` grey levels. Without branches, so that it is
-    /// computed of several pixels at once.
+    /// The same of a colour (blue, green, red, 0 to 255), damped by `dark` grey levels. Without
+    /// branches, so that it is computed of several pixels at once.
     #[inline]
     pub(super) fn damped(&self, [b, g, r]: [f32; 3], dark: f32) -> f32 {
         let (most, least) = (larger(larger(r, g), b), smaller(smaller(r, g), b));

@@ -1,10 +1,11 @@
 //! A ball's outline to a fraction of a pixel.
 //!
-//! Near its edge a pixel shows a mixture of the ball's colour and of what is behind it, and the edge is where it is
-//! half of each. Both colours are read on each ray by itself, inside and outside, so that neither shading nor
-//! highlights nor exposure nor what is behind shifts it, and blur and motion, which spread the mixture evenly to both
-//! sides, do not either. The circle through these places is fitted by least squares with outliers cut off (Tukey),
-//! with the radius drawn to what depth says of it.
+//! Near its edge a pixel shows a mixture of the ball's colour and of what is behind it, and the
+//! edge is where it is half of each. Both colours are read on each ray by itself, inside and
+//! outside, so that neither shading nor highlights nor exposure nor what is behind shifts it, and
+//! blur and motion, which spread the mixture evenly to both sides, do not either. The circle
+//! through these places is fitted by least squares with outliers cut off (Tukey), with the radius
+//! drawn to what depth says of it.
 
 use nalgebra::{Matrix2, Matrix3, Vector3};
 
@@ -15,17 +16,20 @@ use super::rays::RAYS;
 const HALF: usize = 12;
 /// Samples on a ray.
 const SAMPLES: usize = 2 * HALF + 1;
-/// How far to either side of the edge is looked at first, step by step: in the disc's radius, and pixels at least.
+/// How far to either side of the edge is looked at first, step by step: in the disc's radius, and
+/// pixels at least.
 const BANDS: [(f64, f64); 4] = [(0.5, 4.0), (0.4, 3.5), (0.35, 1.8), (0.35, 1.2)];
 /// How far at most where the start is known well, in the disc's radius.
 const HELD: f64 = 0.25;
-/// How far is looked once it is known how blurred the edge is: in the standard deviation of its blur, and pixels more.
-/// Nearer, and both colours are mixed; farther, and they are others than at the edge.
+/// How far is looked once it is known how blurred the edge is: in the standard deviation of its
+/// blur, and pixels more. Nearer, and both colours are mixed; farther, and they are others than at
+/// the edge.
 const NARROW: (f64, f64) = (1.3, 0.35);
-/// Rays to either side of a ray, and of its opposite, that its blur is taken from: blur and motion are the same to both
-/// sides.
+/// Rays to either side of a ray, and of its opposite, that its blur is taken from: blur and motion
+/// are the same to both sides.
 const BESIDE: usize = 2;
-/// By how much an edge is moved that is wider than the opposite one, in that difference, and the most difference, pixels.
+/// By how much an edge is moved that is wider than the opposite one, in that difference, and the
+/// most difference, pixels.
 const GLEAM: (f64, f64) = (1.3, 0.6);
 /// Edges farther from the disc than this part of the band are not believed.
 const CUT: f64 = 0.8;
@@ -33,13 +37,15 @@ const CUT: f64 = 0.8;
 const RADIUS_ERROR: (f64, f64) = (0.005, 0.1);
 /// Standard deviation of one ray's edge, pixels, as long as the residuals do not say otherwise.
 const EDGE_ERROR: f64 = 0.4;
-/// What all edges may have in common (standard deviation), pixels: a limb that mirrors what is beside it.
+/// What all edges may have in common (standard deviation), pixels: a limb that mirrors what is
+/// beside it.
 const SYSTEMATIC: f64 = 0.09;
-/// The blur (standard deviation, pixels) of a sharp picture's edges, and what more of it adds to what they have in common.
+/// The blur (standard deviation, pixels) of a sharp picture's edges, and what more of it adds to
+/// what they have in common.
 const BLURRED: (f64, f64) = (0.5, 0.45);
-/// What a disc may be off besides where its edges are blurred beyond a sharp picture's (standard deviation): in that blur and in
-/// what the edges are off the disc, pixels either. Of a ball that moved, over what is of many colours, the edges are off
-/// together on one side.
+/// What a disc may be off besides where its edges are blurred beyond a sharp picture's (standard
+/// deviation): in that blur and in what the edges are off the disc, pixels either. Of a ball that
+/// moved, over what is of many colours, the edges are off together on one side.
 const SMEARED: f64 = 3.5;
 /// Difference of colours, grey levels, that is half believed.
 const FAINT: f32 = 12.0;
@@ -60,7 +66,8 @@ pub(super) struct Fine {
     pub(super) edges: [bool; RAYS],
     /// Standard deviation of the edges' blur, pixels: the median.
     pub(super) blur: f64,
-    /// By how much the edges are off the disc as they are looked for some pixels about it (root of the mean square), pixels.
+    /// By how much the edges are off the disc as they are looked for some pixels about it (root of
+    /// the mean square), pixels.
     pub(super) uneven: f64,
 }
 
@@ -89,8 +96,9 @@ struct Edge {
 }
 
 impl Picture<'_> {
-    /// The disc near `start` fitted to the edges of the `trusted` rays, its radius near `radius` where that is known;
-    /// `None` where too few edges are seen. Edges are looked for less far from `start` if that is `held`.
+    /// The disc near `start` fitted to the edges of the `trusted` rays, its radius near `radius`
+    /// where that is known; `None` where too few edges are seen. Edges are looked for less far from
+    /// `start` if that is `held`.
     pub(super) fn refine_edges(
         &self,
         start: Disc,
@@ -129,11 +137,13 @@ impl Picture<'_> {
         let mut known: Vec<f64> = blurs.iter().flatten().copied().collect();
         known.sort_by(f64::total_cmp);
         fine.blur = known.get(known.len() / 2).copied().unwrap_or(0.0);
-        fine.covariance += Matrix3::identity() * (BLURRED.1 * (fine.blur - BLURRED.0).max(0.0)).powi(2);
+        fine.covariance +=
+            Matrix3::identity() * (BLURRED.1 * (fine.blur - BLURRED.0).max(0.0)).powi(2);
         Some(fine)
     }
 
-    /// The disc moved and grown so that it fits `edges`, of which those farther than `band` pixels are outliers.
+    /// The disc moved and grown so that it fits `edges`, of which those farther than `band` pixels
+    /// are outliers.
     fn refit(
         &self,
         disc: &Disc,
@@ -186,7 +196,12 @@ impl Picture<'_> {
     }
 
     /// The edge of each trusted ray, looked for within its band, where it has one.
-    fn edges(&self, disc: &Disc, bands: &[f64; RAYS], trusted: &[bool; RAYS]) -> [Option<Edge>; RAYS] {
+    fn edges(
+        &self,
+        disc: &Disc,
+        bands: &[f64; RAYS],
+        trusted: &[bool; RAYS],
+    ) -> [Option<Edge>; RAYS] {
         let rays = self.rays(disc);
         std::array::from_fn(|ray| {
             let step = bands[ray] / HALF as f64;
@@ -198,13 +213,15 @@ impl Picture<'_> {
     }
 }
 
-/// The edges with those moved outwards that a gleam has moved inwards: what is seen along its surface mirrors what is
-/// around it, so that on one side the limb may be as bright as what is behind it. Such an edge is wider than the opposite
-/// one, on its inner side; blur and motion would be the same to both sides.
+/// The edges with those moved outwards that a gleam has moved inwards: what is seen along its
+/// surface mirrors what is around it, so that on one side the limb may be as bright as what is
+/// behind it. Such an edge is wider than the opposite one, on its inner side; blur and motion would
+/// be the same to both sides.
 fn without_gleam(edges: [Option<Edge>; RAYS]) -> [Option<Edge>; RAYS] {
     std::array::from_fn(|ray| {
         let edge = edges[ray]?;
-        let (Some(here), Some(there)) = (side_blur(&edges, ray), side_blur(&edges, ray + RAYS / 2)) else {
+        let (Some(here), Some(there)) = (side_blur(&edges, ray), side_blur(&edges, ray + RAYS / 2))
+        else {
             return Some(edge);
         };
         Some(Edge { off: edge.off + GLEAM.0 * (here - there).clamp(0.0, GLEAM.1), ..edge })
@@ -251,9 +268,10 @@ fn edge(samples: &[[f32; 3]; SAMPLES], step: f64) -> Option<Edge> {
         return None;
     }
     // How much of the ball each sample shows, less a half.
-    let share = samples.map(|s| (0..3).map(|c| (s[c] - outer[c]) * way[c]).sum::<f32>() / squared - 0.5);
-    // The most likely place of a step between both levels: as much of the ball before it as possible, as much of what
-    // is behind it beyond.
+    let share =
+        samples.map(|s| (0..3).map(|c| (s[c] - outer[c]) * way[c]).sum::<f32>() / squared - 0.5);
+    // The most likely place of a step between both levels: as much of the ball before it as
+    // possible, as much of what is behind it beyond.
     let (mut sum, mut best, mut at) = (0.0, f32::NEG_INFINITY, 0);
     for (k, share) in share.iter().enumerate().take(SAMPLES - 1) {
         sum += share.clamp(-0.5, 0.5);
@@ -267,7 +285,8 @@ fn edge(samples: &[[f32; 3]; SAMPLES], step: f64) -> Option<Edge> {
     }
     let off = (at as f64 + f64::from(before / (before - after)) - HALF as f64) * step;
     let noise = 4.0 * (inner_spread + outer_spread) + FAINT * FAINT;
-    // Of a Gaussian edge the integral of share (1 - share) is its standard deviation over the root of π.
+    // Of a Gaussian edge the integral of share (1 - share) is its standard deviation over the root
+    // of π.
     let mixed = share.iter().map(|s| 0.25 - s.clamp(-0.5, 0.5).powi(2)).sum::<f32>();
     let blur = f64::from(mixed) * step * std::f64::consts::PI.sqrt();
     Some(Edge { off, blur, weight: f64::from(squared / (squared + noise)) })
@@ -277,6 +296,7 @@ fn edge(samples: &[[f32; 3]; SAMPLES], step: f64) -> Option<Edge> {
 fn level(samples: &[[f32; 3]]) -> ([f32; 3], f32) {
     let n = samples.len() as f32;
     let mean: [f32; 3] = std::array::from_fn(|c| samples.iter().map(|s| s[c]).sum::<f32>() / n);
-    let spread = samples.iter().flat_map(|s| (0..3).map(move |c| (s[c] - mean[c]).powi(2))).sum::<f32>() / n;
+    let spread =
+        samples.iter().flat_map(|s| (0..3).map(move |c| (s[c] - mean[c]).powi(2))).sum::<f32>() / n;
     (mean, spread)
 }

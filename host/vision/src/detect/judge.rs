@@ -22,20 +22,21 @@ const UNKNOWN: f64 = 0.9;
 const FREE: (f64, f64) = (0.25, 0.4);
 /// How far the edges may move a disc that depth has shown: in its radius, and pixels more.
 const HELD: (f64, f64) = (0.12, 4.0);
-/// A disc that was moved by more than this, in its radius, is fitted again; and one whose radius is so much another than
-/// depth asks for where it is now.
+/// A disc that was moved by more than this, in its radius, is fitted again; and one whose radius is
+/// so much another than depth asks for where it is now.
 const MOVED: (f64, f64) = (0.1, 0.025);
 /// A surface no rounder than this is none of a ball, at a place that is not exact.
 const FLAT_SURFACE: f64 = 0.1;
-/// What has no better odds (their logarithm) before its outline is fitted is not fitted: with depth, and without. Of 4213 places
-/// on balls with depth none had less than -4.3, and of 68 without none less than 1.5; of 18 380 and 2078 others four of five and
-/// half had less.
+/// What has no better odds (their logarithm) before its outline is fitted is not fitted: with
+/// depth, and without. Of 4213 places on balls with depth none had less than -4.3, and of 68
+/// without none less than 1.5; of 18 380 and 2078 others four of five and half had less.
 const NO_BALL: (f64, f64) = (-5.0, -2.0);
 /// With less of the ball's colour than this a disc is none.
 const PALE: f64 = 0.28;
 /// Part of the rays that end in the picture if a ball is nearly whole.
 const WHOLE: f64 = 0.8;
-/// Of fewer it is a sliver, which may be of a larger ball: when its middle is a third of its radius out of the picture.
+/// Of fewer it is a sliver, which may be of a larger ball: when its middle is a third of its radius
+/// out of the picture.
 const SLIVER: f64 = 0.36;
 
 /// What outlines are judged by.
@@ -63,14 +64,16 @@ impl Judge<'_> {
         self.picture.intrinsics().depth_of(self.ball_radius, disc.radius)
     }
 
-    /// The disc at `start` to a fraction of a pixel, and what is seen around it. It does not leave `start` far behind if
-    /// that is `held`.
+    /// The disc at `start` to a fraction of a pixel, and what is seen around it. It does not leave
+    /// `start` far behind if that is `held`.
     pub(super) fn candidate(&self, start: Disc, held: bool) -> Candidate {
         let mut fine = self.fit(start, held);
-        // What is around it was looked at from where it is not, or its depth was another's: once more.
+        // What is around it was looked at from where it is not, or its depth was another's: once
+        // more.
         let moved = (fine.disc.u - start.u).hypot(fine.disc.v - start.v) > MOVED.0 * start.radius;
         let by_depth = self.centre(&fine.disc).map(|z| self.radius_at(z));
-        let resized = by_depth.is_some_and(|radius| (radius / fine.disc.radius - 1.0).abs() > MOVED.1);
+        let resized =
+            by_depth.is_some_and(|radius| (radius / fine.disc.radius - 1.0).abs() > MOVED.1);
         if moved || resized {
             let radius = by_depth.filter(|_| resized).unwrap_or(fine.disc.radius);
             fine = self.fit(Disc { radius, ..fine.disc }, held);
@@ -87,8 +90,9 @@ impl Judge<'_> {
         Candidate { fine, outline }
     }
 
-    /// The disc at `start` fitted to its edges, without those of what covers it or is beside it as far as depth says so, and
-    /// of the size that depth asks for; `start` itself where there are too few.
+    /// The disc at `start` fitted to its edges, without those of what covers it or is beside it as
+    /// far as depth says so, and of the size that depth asks for; `start` itself where there are
+    /// too few.
     fn fit(&self, start: Disc, held: bool) -> Fine {
         let depth = self.centre(&start);
         let by_depth = depth.map(|z| self.radius_at(z));
@@ -100,11 +104,17 @@ impl Judge<'_> {
         };
         let rough = Matrix3::identity() * (0.15 * start.radius).powi(2);
         let fine = self.picture.refine_edges(start, by_depth, &trusted, held).filter(near);
-        fine.unwrap_or(Fine { disc: start, covariance: rough, edges: [false; RAYS], blur: 0.0, uneven: 0.0 })
+        fine.unwrap_or(Fine {
+            disc: start,
+            covariance: rough,
+            edges: [false; RAYS],
+            blur: 0.0,
+            uneven: 0.0,
+        })
     }
 
-    /// Whether `disc`, about where a ball may be, has hardly anything of the ball's colour or is flat beyond doubt: cheaper
-    /// than to look what is around it.
+    /// Whether `disc`, about where a ball may be, has hardly anything of the ball's colour or is
+    /// flat beyond doubt: cheaper than to look what is around it.
     pub(super) fn is_hopeless(&self, disc: &Disc) -> bool {
         let depth = self.centre(disc);
         let round = depth.and_then(|z| roundness(disc, self.depth, z, self.ball_radius, ROUGHLY));
@@ -112,8 +122,8 @@ impl Judge<'_> {
             || f64::from(self.sight(disc, depth).likeness) < PALE
     }
 
-    /// Whether what is at `disc`, where a ball would be, may be the ball once its outline is fitted: cheaper than to fit and
-    /// judge it.
+    /// Whether what is at `disc`, where a ball would be, may be the ball once its outline is
+    /// fitted: cheaper than to fit and judge it.
     pub(super) fn may_be(&self, disc: &Disc) -> bool {
         let outline = || self.picture.outline_at(*disc);
         let Some(z) = self.centre(disc) else {
@@ -128,7 +138,8 @@ impl Judge<'_> {
         }
     }
 
-    /// Whether a ray enters the picture before it ends, and ends in it: the middle of its disc may be outside.
+    /// Whether a ray enters the picture before it ends, and ends in it: the middle of its disc may
+    /// be outside.
     fn ends_in_picture(&self, rays: &Rays, ray: usize, radius: f64) -> bool {
         [0.8, 1.0, 1.3].iter().all(|&radii| {
             let pixel = rays.at(ray, radii * radius);
@@ -136,9 +147,9 @@ impl Judge<'_> {
         })
     }
 
-    /// How sure it is that `candidate` is the ball: 0 to 1, the probability by all that is seen of it; less where it has no
-    /// depth. Enough of its outline must be free in either case. What will be less than `least` is not looked at to the end,
-    /// and is 0.
+    /// How sure it is that `candidate` is the ball: 0 to 1, the probability by all that is seen of
+    /// it; less where it has no depth. Enough of its outline must be free in either case. What will
+    /// be less than `least` is not looked at to the end, and is 0.
     pub(super) fn score(&self, candidate: &Candidate, least: f64) -> f64 {
         let Candidate { fine, outline } = candidate;
         let by_picture = self.depth_of(&fine.disc);
@@ -171,10 +182,13 @@ impl Judge<'_> {
         }
         let alone = self.alone(fine, self.radius_at(z), around);
         let behind = if evidence.is_sphere() { around.part(Side::Behind) } else { 0.0 };
-        alone.map_or(0.0, |alone| cap * probability(odds - alone.against(evidence.roundness(), behind)))
+        alone.map_or(0.0, |alone| {
+            cap * probability(odds - alone.against(evidence.roundness(), behind))
+        })
     }
 
-    /// What is seen on `disc` at depth `z`, its surface read at `half` places from the middle to the edge; nothing beside it.
+    /// What is seen on `disc` at depth `z`, its surface read at `half` places from the middle to
+    /// the edge; nothing beside it.
     fn surface(&self, disc: &Disc, z: f64, half: i32) -> Evidence {
         Evidence {
             attached: 0.0,
@@ -219,7 +233,8 @@ impl Judge<'_> {
         Alone::of(self.picture, fine, radius, &around.trusted(), able)
     }
 
-    /// Part of the inner disc that has the depth of something that is not in front of a ball at `z`.
+    /// Part of the inner disc that has the depth of something that is not in front of a ball at
+    /// `z`.
     fn seen_through(&self, disc: &Disc, z: f64) -> f64 {
         self.share(disc, grid().filter(|(x, y)| x * x + y * y < 0.4), |o| o > z)
     }
@@ -239,9 +254,10 @@ impl Judge<'_> {
         }
         likenesses.sort_by(f32::total_cmp);
         let means = parts.iter().filter(|(_, n)| *n > 2.0).map(|(sum, n)| sum / n);
-        let (least, most, sum, n) = means.fold((f32::INFINITY, 0.0_f32, 0.0, 0.0), |(a, b, sum, n), m| {
-            (a.min(m), b.max(m), sum + m, n + 1.0)
-        });
+        let (least, most, sum, n) = means
+            .fold((f32::INFINITY, 0.0_f32, 0.0, 0.0), |(a, b, sum, n), m| {
+                (a.min(m), b.max(m), sum + m, n + 1.0)
+            });
         let shading = if n > 4.0 { (most - least) / (sum / n + 1.0) } else { 0.0 };
         let likeness = likenesses.get(likenesses.len() * 13 / 20).copied().unwrap_or(0.0);
         Sight { likeness, shading }
@@ -249,7 +265,8 @@ impl Judge<'_> {
 
     /// Depth of the ball's centre, metres, where enough of what is seen of the disc agrees on it.
     ///
-    /// What has the ball's colour is asked first: a post before the ball may be more of the disc than the ball.
+    /// What has the ball's colour is asked first: a post before the ball may be more of the disc
+    /// than the ball.
     fn centre(&self, disc: &Disc) -> Option<f64> {
         let place = (disc.u, disc.v, disc.radius);
         let enough = |known: &CentreDepth| {
@@ -257,8 +274,10 @@ impl Judge<'_> {
             known.support >= KNOWN * seen.max(0.3)
         };
         let coloured = |u: f64, v: f64| self.picture.likeness(u, v) >= COLOURED;
-        let known = rough_centre_depth(place, self.depth, self.ball_radius, coloured).filter(enough);
-        let all = || rough_centre_depth(place, self.depth, self.ball_radius, |_, _| true).filter(enough);
+        let known =
+            rough_centre_depth(place, self.depth, self.ball_radius, coloured).filter(enough);
+        let all =
+            || rough_centre_depth(place, self.depth, self.ball_radius, |_, _| true).filter(enough);
         known.or_else(all).map(|known| known.depth)
     }
 
@@ -304,7 +323,8 @@ impl Evidence {
 
 /// Places spread over a disc but for its rim, in its radius.
 fn grid() -> impl Iterator<Item = (f64, f64)> {
-    let places = (-4..=4).flat_map(|j| (-4..=4).map(move |i| (f64::from(i) * 0.22, f64::from(j) * 0.22)));
+    let places =
+        (-4..=4).flat_map(|j| (-4..=4).map(move |i| (f64::from(i) * 0.22, f64::from(j) * 0.22)));
     places.filter(|(x, y)| x * x + y * y < 0.8)
 }
 

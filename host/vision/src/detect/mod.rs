@@ -40,7 +40,8 @@ pub struct Detection {
 }
 
 impl Detection {
-    /// A ball at (`u`, `v`) of `radius` pixels, known no better than to a quarter of its radius (standard deviation).
+    /// A ball at (`u`, `v`) of `radius` pixels, known no better than to a quarter of its radius
+    /// (standard deviation).
     pub fn new(u: f64, v: f64, radius: f64, score: f64) -> Self {
         Self { u, v, radius, score, covariance: Matrix2::identity() * (radius / 4.0).powi(2) }
     }

@@ -47,7 +47,8 @@ pub(super) struct Outline {
 }
 
 impl Outline {
-    /// Part of the rays with an edge (of those within the picture, which are taken to be a quarter at least).
+    /// Part of the rays with an edge (of those within the picture, which are taken to be a quarter
+    /// at least).
     pub(super) fn support(&self) -> f64 {
         let count = |rim: Rim| self.rims.iter().filter(|&&r| r == rim).count() as f64;
         count(Rim::Edge) / (RAYS as f64 - count(Rim::Unseen)).max(RAYS as f64 / 4.0)
@@ -58,8 +59,9 @@ impl Outline {
 struct Polar {
     /// Redness on each ray.
     red: [[f32; SAMPLES]; RAYS],
-    /// Drop of redness outwards at each sample of each ray: the mean of `SIDE` samples before it less that of
-    /// as many from it on; NaN where those are not all on the ray and within the picture.
+    /// Drop of redness outwards at each sample of each ray: the mean of `SIDE` samples before it
+    /// less that of as many from it on; NaN where those are not all on the ray and within the
+    /// picture.
     drops: [[f32; SAMPLES]; RAYS],
     /// Samples of each ray within the picture.
     inside: [usize; RAYS],
@@ -78,8 +80,9 @@ struct Edge {
 }
 
 impl Picture<'_> {
-    /// The disc near `start` whose edge fits best; `None` where it soon shows that there is none. `free` lets
-    /// its radius be looked for at first; otherwise it is held near that of `start`, which depth has said.
+    /// The disc near `start` whose edge fits best; `None` where it soon shows that there is none.
+    /// `free` lets its radius be looked for at first; otherwise it is held near that of `start`,
+    /// which depth has said.
     pub(super) fn fit(&self, start: Disc, free: bool) -> Option<Outline> {
         let mut disc = start;
         let mut polar = self.polar(&disc);
@@ -119,8 +122,9 @@ impl Picture<'_> {
         polar
     }
 
-    /// One step of the fit: the disc through the edges within about `width` radii of this one (weighted least
-    /// squares, outliers cut off as by Tukey), with the radius drawn to `prior` where there is one.
+    /// One step of the fit: the disc through the edges within about `width` radii of this one
+    /// (weighted least squares, outliers cut off as by Tukey), with the radius drawn to `prior`
+    /// where there is one.
     fn refine(&self, disc: &Disc, polar: &Polar, width: f64, prior: Option<f64>) -> Disc {
         let contrast = f64::from(polar.contrast).max(1e-3);
         let near = polar.weights(disc.radius, width * disc.radius);
@@ -163,8 +167,8 @@ impl Polar {
         self.contrast = largest[RAYS * 7 / 10];
     }
 
-    /// How much an edge at each sample is believed when one is expected at `radius` pixels: a Gaussian of
-    /// `width`.
+    /// How much an edge at each sample is believed when one is expected at `radius` pixels: a
+    /// Gaussian of `width`.
     fn weights(&self, radius: f64, width: f64) -> [f32; SAMPLES] {
         std::array::from_fn(|k| {
             let off = (k as f64 * self.step - radius) / width;
@@ -189,15 +193,22 @@ impl Polar {
         let drop = at(k)?;
         let (before, after) = (at(k - 1).unwrap_or(drop), at(k + 1).unwrap_or(drop));
         let bend = before - 2.0 * drop + after;
-        let shift = if bend < -1e-6 { (0.5 * (before - after) / bend).clamp(-0.5, 0.5) } else { 0.0 };
+        let shift =
+            if bend < -1e-6 { (0.5 * (before - after) / bend).clamp(-0.5, 0.5) } else { 0.0 };
         Some(Edge { at: (k as f64 + shift) * self.step, drop })
     }
 
-    /// The radius at which most rays have an edge (drops above the usual contrast count no more than it).
+    /// The radius at which most rays have an edge (drops above the usual contrast count no more
+    /// than it).
     fn best_radius(&self) -> f64 {
         let limit = self.contrast;
         let at = |k: usize| -> f32 {
-            self.drops.iter().map(|d| d[k]).filter(|d| !d.is_nan()).map(|d| d.clamp(-limit, limit)).sum()
+            self.drops
+                .iter()
+                .map(|d| d[k])
+                .filter(|d| !d.is_nan())
+                .map(|d| d.clamp(-limit, limit))
+                .sum()
         };
         let best = (SIDE..=SAMPLES - SIDE).map(|k| (k, at(k))).max_by(|a, b| a.1.total_cmp(&b.1));
         best.map_or(PER_RADIUS, |b| b.0 as f64) * self.step
@@ -220,7 +231,8 @@ impl Polar {
 
     /// Whether a ray beyond the disc is as red as the disc, more or less.
     fn is_red_beyond(&self, ray: usize) -> bool {
-        let beyond = &self.red[ray][PER_RADIUS as usize + 2..self.inside[ray].max(PER_RADIUS as usize + 2)];
+        let beyond =
+            &self.red[ray][PER_RADIUS as usize + 2..self.inside[ray].max(PER_RADIUS as usize + 2)];
         beyond.iter().sum::<f32>() > 0.5 * self.contrast * beyond.len() as f32
     }
 }

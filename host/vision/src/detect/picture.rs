@@ -65,15 +65,19 @@ impl<'a> Picture<'a> {
         &self.pixels
     }
 
-    /// The colour (blue, green, red, 0 to 255) of the pixel nearest to (`u`, `v`); `None` outside the picture.
+    /// The colour (blue, green, red, 0 to 255) of the pixel nearest to (`u`, `v`); `None` outside
+    /// the picture.
     #[inline]
     pub(super) fn colour_at(&self, u: f64, v: f64) -> Option<[f32; 3]> {
         let (x, y) = (u + 0.5, v + 0.5);
         let inside = x >= 0.0 && y >= 0.0 && x < self.width as f64 && y < self.height as f64;
-        inside.then(|| self.pixels[y as u32 as usize * self.width + x as u32 as usize].0.map(f32::from))
+        inside.then(|| {
+            self.pixels[y as u32 as usize * self.width + x as u32 as usize].0.map(f32::from)
+        })
     }
 
-    /// How much of the ball's colour the pixel nearest to (`u`, `v`) has, 0 to 1; 0 outside the picture.
+    /// How much of the ball's colour the pixel nearest to (`u`, `v`) has, 0 to 1; 0 outside the
+    /// picture.
     #[inline]
     pub(super) fn likeness(&self, u: f64, v: f64) -> f32 {
         self.colour_at(u, v).map_or(0.0, |colour| self.ball.of(colour))

@@ -1,4 +1,5 @@
-//! Where a ball might be: blobs of its colour of any size that a ball can have, in a picture of a quarter of the size.
+//! Where a ball might be: blobs of its colour of any size that a ball can have, in a picture of a
+//! quarter of the size.
 
 use super::coarse::Coarse;
 use super::colour::larger;
@@ -8,20 +9,20 @@ use super::picture::Disc;
 const SCALE_STEP: f64 = 1.4;
 /// The smallest radius that is looked for, coarse pixels.
 const MIN_RADIUS: f64 = 1.5;
-/// Half sizes, as parts of the radius, of three squares about a place: within the disc, around it, and around
-/// that.
+/// Half sizes, as parts of the radius, of three squares about a place: within the disc, around it,
+/// and around that.
 const SQUARES: [f64; 3] = [0.62, 1.15, 1.8];
 /// A disc's radius in steps from one place to the next that is looked at.
 const RADIUS_IN_STRIDES: f64 = 3.0;
 /// Colour in the middle over that around it, at least; less is noise.
 const MIN_DIFFERENCE: f32 = 0.02;
-/// The response divides the difference by the colour there is, so that dim balls beside bright things
-/// are not passed over; this keeps it from dividing noise by nothing.
+/// The response divides the difference by the colour there is, so that dim balls beside bright
+/// things are not passed over; this keeps it from dividing noise by nothing.
 const DARK: f32 = 0.1;
 /// Places that are asked together whether one of them is a peak.
 const AT_ONCE: usize = 32;
-/// Fixed point of the summed colour: 8 million coarse pixels of it fit 31 bits, a picture of 128 million
-/// pixels.
+/// Fixed point of the summed colour: 8 million coarse pixels of it fit 31 bits, a picture of 128
+/// million pixels.
 const ONE: f32 = 256.0;
 
 /// A place where a ball might be, in pixels of the full picture.
@@ -37,7 +38,8 @@ impl Coarse {
     /// All places for a ball of a radius within `radii` (pixels), the most promising first.
     pub(super) fn propose(&self, radii: (f64, f64)) -> Vec<Proposal> {
         // Nothing larger than the picture is seen in it.
-        let radii = (radii.0, radii.1.min(Coarse::SHRINK * self.width().max(self.height()) as f64 / 2.0));
+        let radii =
+            (radii.0, radii.1.min(Coarse::SHRINK * self.width().max(self.height()) as f64 / 2.0));
         let sums = Sums::of(self, radii.1);
         let mut all = Vec::new();
         let mut radius = (radii.0 / Coarse::SHRINK).max(MIN_RADIUS);
@@ -50,8 +52,8 @@ impl Coarse {
     }
 }
 
-/// Sums of the ball's colour over any upright rectangle of the coarse picture, which has a margin without any around
-/// it so that no rectangle leaves it.
+/// Sums of the ball's colour over any upright rectangle of the coarse picture, which has a margin
+/// without any around it so that no rectangle leaves it.
 struct Sums<'a> {
     coarse: &'a Coarse,
     width: usize,
@@ -73,7 +75,8 @@ impl<'a> Sums<'a> {
         for (y, line) in coarse.values().chunks_exact(width).enumerate() {
             let (above, row) = sums[(margin + y) * stride..].split_at_mut(stride);
             let mut sum = 0;
-            for ((value, corner), above) in line.iter().zip(&mut row[margin + 1..]).zip(&above[margin + 1..])
+            for ((value, corner), above) in
+                line.iter().zip(&mut row[margin + 1..]).zip(&above[margin + 1..])
             {
                 sum += (value * ONE + 0.5) as i32;
                 *corner = above + sum;
@@ -88,7 +91,8 @@ impl<'a> Sums<'a> {
         Self { coarse, width, height, margin, stride, sums }
     }
 
-    /// The rows of corners whose differences are the sums of the squares of half size `half` about the pixels of row `y`.
+    /// The rows of corners whose differences are the sums of the squares of half size `half` about
+    /// the pixels of row `y`.
     fn corners(&self, y: usize, half: usize) -> [&[i32]; 4] {
         let side = 2 * half + 1;
         [(0, 0), (0, side), (side, 0), (side, side)].map(|(dy, dx)| {
@@ -105,8 +109,8 @@ impl<'a> Sums<'a> {
         (sum as f32) < MIN_DIFFERENCE * ONE * (side * side) as f32
     }
 
-    /// How much more coloured the middle is than what is around it, for discs of `radius` coarse pixels, at every
-    /// `stride`th pixel of every `stride`th row.
+    /// How much more coloured the middle is than what is around it, for discs of `radius` coarse
+    /// pixels, at every `stride`th pixel of every `stride`th row.
     fn responses(&self, radius: f64, stride: usize) -> Map {
         let halves = SQUARES.map(|part| (part * radius).round() as usize);
         let [inner, disc, outer] = halves.map(|half| ((2 * half + 1) * (2 * half + 1)) as f32);
@@ -166,7 +170,8 @@ impl Map {
         }
     }
 
-    /// Column, row and value of each place above zero that has no larger neighbour (of equal ones the first is taken).
+    /// Column, row and value of each place above zero that has no larger neighbour (of equal ones
+    /// the first is taken).
     fn each_peak(&self, mut f: impl FnMut(usize, usize, f32)) {
         let width = self.width;
         // The largest of three rows, and of each three of those.
@@ -177,14 +182,19 @@ impl Map {
             for (((most, a), b), c) in most.iter_mut().zip(above).zip(row).zip(below) {
                 *most = larger(larger(*a, *b), *c);
             }
-            for (((around, a), b), c) in around.iter_mut().zip(&most).zip(&most[1..]).zip(&most[2..]) {
+            for (((around, a), b), c) in
+                around.iter_mut().zip(&most).zip(&most[1..]).zip(&most[2..])
+            {
                 *around = larger(larger(*a, *b), *c);
             }
             let is_peak = |here: f32, around: f32| (here > 0.0) & (here >= around);
             let chunks = row[1..].chunks(AT_ONCE).zip(around.chunks(AT_ONCE));
             for (start, (chunk, around)) in (0..).step_by(AT_ONCE).zip(chunks) {
                 // Most have none.
-                if !chunk.iter().zip(around).fold(false, |any, (here, around)| any | is_peak(*here, *around))
+                if !chunk
+                    .iter()
+                    .zip(around)
+                    .fold(false, |any, (here, around)| any | is_peak(*here, *around))
                 {
                     continue;
                 }

@@ -1,8 +1,8 @@
 //! The rays on which a ball's outline is looked for.
 //!
-//! A sphere is seen as a cone, so its picture is a circle only on the optical axis and an ellipse elsewhere.
-//! The rays are laid out on a plane across the direction to the ball: there the outline is a circle wherever
-//! the ball is.
+//! A sphere is seen as a cone, so its picture is a circle only on the optical axis and an ellipse
+//! elsewhere. The rays are laid out on a plane across the direction to the ball: there the outline
+//! is a circle wherever the ball is.
 
 use nalgebra::Vector3;
 use opencv::core::Vec3b;
@@ -37,8 +37,9 @@ impl Picture<'_> {
         let ahead = lens.deproject(disc.u, disc.v, 1.0).coords.normalize();
         let right = (Vector3::x() - ahead * ahead.x).normalize();
         let down = ahead.cross(&right);
-        let homogeneous =
-            |p: Vector3<f64>| Vector3::new(lens.fx * p.x + lens.cx * p.z, lens.fy * p.y + lens.cy * p.z, p.z);
+        let homogeneous = |p: Vector3<f64>| {
+            Vector3::new(lens.fx * p.x + lens.cx * p.z, lens.fy * p.y + lens.cy * p.z, p.z)
+        };
         let pixel = ahead.z / lens.focal();
         let [middle, right, down] = [ahead, right * pixel, down * pixel].map(homogeneous);
         Rays { picture: self, middle, right, down }
@@ -59,22 +60,29 @@ impl Rays<'_> {
         self.right * cos + self.down * sin
     }
 
-    /// Column and row of what a ray passes `off` pixels of the disc's radius from its middle; `None` behind the camera.
+    /// Column and row of what a ray passes `off` pixels of the disc's radius from its middle;
+    /// `None` behind the camera.
     pub(super) fn at(&self, ray: usize, off: f64) -> Option<(f64, f64)> {
         let place = self.middle + self.way(ray) * off;
         (place.z > 1e-9).then(|| pixel(&place))
     }
 
-    /// The disc, of `radius`, moved by the first two components of `step` across the direction to it, and grown by the third,
-    /// pixels.
+    /// The disc, of `radius`, moved by the first two components of `step` across the direction to
+    /// it, and grown by the third, pixels.
     pub(super) fn moved(&self, radius: f64, step: &Vector3<f64>) -> Disc {
         let (u, v) = pixel(&(self.middle + self.right * step.x + self.down * step.y));
         Disc { u, v, radius: (radius + step.z).clamp(0.6 * radius, 1.6 * radius) }
     }
 
-    /// Reads the colours (blue, green, red, 0 to 255) of the nearest pixels at every `step` pixels of the disc's radius, from
-    /// `start` on, until the ray leaves the picture. How many they are.
-    pub(super) fn colours(&self, ray: usize, start: f64, step: f64, colours: &mut [[f32; 3]]) -> usize {
+    /// Reads the colours (blue, green, red, 0 to 255) of the nearest pixels at every `step` pixels
+    /// of the disc's radius, from `start` on, until the ray leaves the picture. How many they are.
+    pub(super) fn colours(
+        &self,
+        ray: usize,
+        start: f64,
+        step: f64,
+        colours: &mut [[f32; 3]],
+    ) -> usize {
         let way = self.way(ray);
         let (mut place, step) = (self.middle + way * start, way * step);
         for (n, colour) in colours.iter_mut().enumerate() {
@@ -86,8 +94,15 @@ impl Rays<'_> {
         colours.len()
     }
 
-    /// The same between pixels (bilinear). False, and nothing of use read, where the ray leaves the picture.
-    pub(super) fn blended(&self, ray: usize, start: f64, step: f64, colours: &mut [[f32; 3]]) -> bool {
+    /// The same between pixels (bilinear). False, and nothing of use read, where the ray leaves the
+    /// picture.
+    pub(super) fn blended(
+        &self,
+        ray: usize,
+        start: f64,
+        step: f64,
+        colours: &mut [[f32; 3]],
+    ) -> bool {
         let way = self.way(ray);
         let (mut place, step) = (self.middle + way * start, way * step);
         let (width, height) = self.picture.size();
@@ -112,7 +127,8 @@ impl Rays<'_> {
     }
 }
 
-/// The colour between two pixels and the two below them, at these parts of the way to the right and down.
+/// The colour between two pixels and the two below them, at these parts of the way to the right and
+/// down.
 #[inline]
 fn blend(upper: &[Vec3b], lower: &[Vec3b], (right, down): (f32, f32)) -> [f32; 3] {
     let line = |pixels: &[Vec3b]| -> [f32; 3] {

@@ -1,26 +1,29 @@
 //! The paper's detector: a difference of Gaussians of the size of the ball, on the red channel.
 //!
-//! Kept to compare with: anything bright of that size (a lamp, a white ball, a window) answers as strongly as
-//! the ball does, and it cannot tell that there is no ball. [`Ball`](super::ball::Ball) is the default.
+//! Kept to compare with: anything bright of that size (a lamp, a white ball, a window) answers as
+//! strongly as the ball does, and it cannot tell that there is no ball. [`Ball`](super::ball::Ball)
+//! is the default.
 
-use opencv::core::{CV_32F, Mat, MatTraitConst, Point, Size, extract_channel, min_max_loc, subtract_def};
+use opencv::core::{
+    CV_32F, Mat, MatTraitConst, Point, Size, extract_channel, min_max_loc, subtract_def,
+};
 use opencv::imgproc::gaussian_blur_def;
 
 use super::{DetectError, Detection, Detector};
 use crate::camera::Camera;
 use crate::frame::RgbdFrame;
 
-/// Inner and outer standard deviation as parts of the ball's radius: 12 and 19.2 pixels at 20, a ratio of
-/// 1.6.
+/// Inner and outer standard deviation as parts of the ball's radius: 12 and 19.2 pixels at 20, a
+/// ratio of 1.6.
 const SIGMAS: [f64; 2] = [0.6, 0.96];
 /// Grey levels that the difference must reach. A ball of contrast c gives about 0.36 c.
 const THRESHOLD: f64 = 10.0;
 /// Red is the third channel of BGR.
 const RED: i32 = 2;
 
-/// Difference of Gaussians on the red channel, in f32 and at full size (8 bits make plateaus); the largest of
-/// its local maxima is the ball if it is above a threshold. Its place is a whole pixel, its radius the
-/// expected one.
+/// Difference of Gaussians on the red channel, in f32 and at full size (8 bits make plateaus); the
+/// largest of its local maxima is the ball if it is above a threshold. Its place is a whole pixel,
+/// its radius the expected one.
 #[derive(Debug)]
 pub struct Red {
     radius: f64,
@@ -80,7 +83,8 @@ mod tests {
         Intrinsics { fx: 500.0, fy: 500.0, cx: 159.5, cy: 119.5, depth_scale: 1000.0 };
 
     fn frame(discs: &[(Point, i32, Scalar)]) -> RgbdFrame {
-        let mut colour = Mat::new_rows_cols_with_default(240, 320, CV_8UC3, Scalar::all(60.0)).unwrap();
+        let mut colour =
+            Mat::new_rows_cols_with_default(240, 320, CV_8UC3, Scalar::all(60.0)).unwrap();
         for &(at, radius, bgr) in discs {
             circle(&mut colour, at, radius, bgr, FILLED, LINE_AA, 0).unwrap();
         }

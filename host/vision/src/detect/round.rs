@@ -16,15 +16,15 @@ pub(super) const FINELY: i32 = 9;
 /// The same where many discs are compared.
 pub(super) const ROUGHLY: i32 = 5;
 
-/// How round the surface on a disc is, in the direction in which it is the flattest: 1 a sphere of `ball_radius`, 0 a
-/// plane or a cylinder however inclined; 1.5 standard errors less and as much more. `None` where too little of it has
-/// depth to say.
+/// How round the surface on a disc is, in the direction in which it is the flattest: 1 a sphere of
+/// `ball_radius`, 0 a plane or a cylinder however inclined; 1.5 standard errors less and as much
+/// more. `None` where too little of it has depth to say.
 ///
 /// It is read at `half` places from the middle to the edge.
 ///
-/// With x and y across the direction to a ball whose centre has depth `z`, and h along it, least squares of
-/// h = a + b x + c y + d x² + e xy + f y² over the pixels that are near that ball's surface; the smaller eigenvalue of the
-/// curvature over that of the ball at the same pixels.
+/// With x and y across the direction to a ball whose centre has depth `z`, and h along it, least
+/// squares of h = a + b x + c y + d x² + e xy + f y² over the pixels that are near that ball's
+/// surface; the smaller eigenvalue of the curvature over that of the ball at the same pixels.
 pub(super) fn roundness(
     disc: &Disc,
     depth: &DepthView,
@@ -38,7 +38,8 @@ pub(super) fn roundness(
     let ahead = centre.normalize();
     let right = (Vector3::x() - ahead * ahead.x).normalize();
     let down = ahead.cross(&right);
-    let (mut normal, mut right_side, mut ideal) = (Matrix6::zeros(), Vector6::zeros(), Vector6::zeros());
+    let (mut normal, mut right_side, mut ideal) =
+        (Matrix6::zeros(), Vector6::zeros(), Vector6::zeros());
     let (mut squares, mut n) = (0.0, 0.0);
     for i in -half..=half {
         for j in -half..=half {
@@ -48,7 +49,8 @@ pub(super) fn roundness(
                 continue;
             }
             let expected = centre + (right * x + down * y - ahead * height.sqrt()) * ball_radius;
-            let Some((u, v)) = lens.project(&expected.into()).map(|(u, v)| (u.round(), v.round())) else {
+            let Some((u, v)) = lens.project(&expected.into()).map(|(u, v)| (u.round(), v.round()))
+            else {
                 continue;
             };
             let Some(seen) = depth.at(u, v) else { continue };
@@ -84,8 +86,9 @@ pub(super) fn roundness(
     Some(((flattest(&fit) - 1.5 * error) / ideal, (flattest(&fit) + 1.5 * error) / ideal))
 }
 
-/// Part of the places in the picture whose depth is near the sphere of `ball_radius` whose centre is at depth `z`, and how far
-/// off it that is (median), both in the ball's radius. `places` are on the disc, in its radius.
+/// Part of the places in the picture whose depth is near the sphere of `ball_radius` whose centre
+/// is at depth `z`, and how far off it that is (median), both in the ball's radius. `places` are on
+/// the disc, in its radius.
 pub(super) fn on_sphere(
     disc: &Disc,
     depth: &DepthView,
@@ -103,7 +106,8 @@ pub(super) fn on_sphere(
         }
         all += 1;
         let Some(o) = depth.at(u, v) else { continue };
-        let off = (lens.deproject(u.round(), v.round(), o).coords - centre).norm() / ball_radius - 1.0;
+        let off =
+            (lens.deproject(u.round(), v.round(), o).coords - centre).norm() / ball_radius - 1.0;
         if off.abs() < 1.0 {
             offs.push(off.abs());
         }

@@ -3,7 +3,9 @@
 use std::path::PathBuf;
 
 use nalgebra::{Point3, Vector3};
-use opencv::core::{CV_8UC3, CV_16UC1, Mat, MatTraitConst, MatTraitManual, Point, Scalar, Size, Vec3b};
+use opencv::core::{
+    CV_8UC3, CV_16UC1, Mat, MatTraitConst, MatTraitManual, Point, Scalar, Size, Vec3b,
+};
 use opencv::imgproc::{LINE_AA, gaussian_blur_def, line};
 
 use super::Detection;
@@ -49,7 +51,8 @@ impl Sphere {
 impl Scene {
     /// A grey wall at `distance` metres.
     pub(super) fn wall(distance: f64) -> Self {
-        let colour = Mat::new_rows_cols_with_default(480, 640, CV_8UC3, Scalar::all(120.0)).unwrap();
+        let colour =
+            Mat::new_rows_cols_with_default(480, 640, CV_8UC3, Scalar::all(120.0)).unwrap();
         let raw = Scalar::all(distance * INTRINSICS.depth_scale);
         let depth = Mat::new_rows_cols_with_default(480, 640, CV_16UC1, raw).unwrap();
         Self { colour, depth, intrinsics: INTRINSICS }
@@ -89,8 +92,10 @@ impl Scene {
 
     /// A line across (`u`, `v`), as a cable in front.
     pub(super) fn add_cable(&mut self, (u, v): (f64, f64), angle: f64, width: i32, grey: f64) {
-        let end = |way: f64| Point::new((u + way * angle.cos()) as i32, (v + way * angle.sin()) as i32);
-        line(&mut self.colour, end(-800.0), end(800.0), Scalar::all(grey), width, LINE_AA, 0).unwrap();
+        let end =
+            |way: f64| Point::new((u + way * angle.cos()) as i32, (v + way * angle.sin()) as i32);
+        line(&mut self.colour, end(-800.0), end(800.0), Scalar::all(grey), width, LINE_AA, 0)
+            .unwrap();
     }
 
     /// Out of focus.
@@ -119,8 +124,9 @@ impl Scene {
     }
 }
 
-/// The folder `name` of real pictures: in the folder that the environment variable PLUMB_DATA names, or
-/// beside the repository. `None`, said aloud, where it is absent, which is a failure with CI set.
+/// The folder `name` of real pictures: in the folder that the environment variable PLUMB_DATA
+/// names, or beside the repository. `None`, said aloud, where it is absent, which is a failure with
+/// CI set.
 pub(super) fn pictures(name: &str) -> Option<PathBuf> {
     let beside = || PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data");
     let folder = std::env::var_os("PLUMB_DATA").map_or_else(beside, PathBuf::from).join(name);

@@ -1,5 +1,5 @@
-//! Balls in the depth picture: places where something of the ball's colour ends where a ball there would end, and the
-//! sphere of its size that fits the depth there.
+//! Balls in the depth picture: places where something of the ball's colour ends where a ball there
+//! would end, and the sphere of its size that fits the depth there.
 
 use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 
@@ -15,8 +15,8 @@ pub(super) const COLOURED: f32 = 0.14;
 const SIDES: u32 = 16;
 /// Part of the colour of a pixel that another one of the same thing has at least.
 const SAME: f32 = 0.4;
-/// Where it is asked whether a thing ends, in a ball's radius and in pixels more; in how many directions; in how many
-/// of them it must end.
+/// Where it is asked whether a thing ends, in a ball's radius and in pixels more; in how many
+/// directions; in how many of them it must end.
 const BEYOND: (f64, f64) = (1.5, 2.0);
 const DIRECTIONS: [(f64, f64); 8] = [
     (1.0, 0.0),
@@ -30,7 +30,8 @@ const DIRECTIONS: [(f64, f64); 8] = [
 ];
 const DIAGONAL: f64 = FRAC_1_SQRT_2;
 const MIN_ENDS: usize = 6;
-/// Where it is asked whether the thing is there, in a ball's radius; in how many of four places it must be.
+/// Where it is asked whether the thing is there, in a ball's radius; in how many of four places it
+/// must be.
 const WITHIN: f64 = 0.45;
 const MIN_WITHIN: usize = 2;
 /// A ball of so many pixels is large.
@@ -82,15 +83,16 @@ struct Blocks<'a> {
 }
 
 impl Blocks<'_> {
-    /// Whether a coloured pixel may be near the middle of a ball seen with `radius` pixels: the surface is around it,
-    /// but no longer where a ball would have ended. How clearly, up to 1.
+    /// Whether a coloured pixel may be near the middle of a ball seen with `radius` pixels: the
+    /// surface is around it, but no longer where a ball would have ended. How clearly, up to 1.
     fn may_be_within(&self, [u, v, z]: [f64; 3], likeness: f32, radius: f64) -> Option<f64> {
         let coloured = (SAME * likeness).max(COLOURED / 2.0);
-        // Coloured, and no farther behind than a ball reaches: what goes on towards the camera is no end.
+        // Coloured, and no farther behind than a ball reaches: what goes on towards the camera is
+        // no end.
         let is_it = |(du, dv): (f64, f64), reach: f64| {
-            self.coarse
-                .index(u + reach * du, v + reach * dv)
-                .is_some_and(|i| self.coarse.values()[i] >= coloured && self.depths[i] < z + self.ball_radius)
+            self.coarse.index(u + reach * du, v + reach * dv).is_some_and(|i| {
+                self.coarse.values()[i] >= coloured && self.depths[i] < z + self.ball_radius
+            })
         };
         let around = DIRECTIONS.iter().step_by(2).filter(|&&way| is_it(way, WITHIN * radius));
         if around.take(MIN_WITHIN).count() < MIN_WITHIN {
@@ -128,7 +130,11 @@ impl Depths<'_> {
         let mut spheres: Vec<(Point3<f64>, f64)> =
             fitted.map(|(centre, filled)| (centre, filled * self.ends(&centre))).collect();
         spheres.sort_by(|a, b| b.1.total_cmp(&a.1));
-        spheres.into_iter().filter(|(_, quality)| *quality > HOPELESS).map(|(centre, _)| centre).collect()
+        spheres
+            .into_iter()
+            .filter(|(_, quality)| *quality > HOPELESS)
+            .map(|(centre, _)| centre)
+            .collect()
     }
 
     /// Counts a coloured pixel to the spot that it speaks for, if it does for one.
@@ -137,7 +143,8 @@ impl Depths<'_> {
         let radius = self.picture.intrinsics().radius_at(self.ball_radius, z + self.ball_radius);
         // Of a large ball a quarter of the pixels is enough.
         let weight = if radius > LARGE { 4.0 } else { 1.0 };
-        let left_out = radius > LARGE && [u, v].iter().any(|k| (k / Coarse::SHRINK) as usize % 2 == 1);
+        let left_out =
+            radius > LARGE && [u, v].iter().any(|k| (k / Coarse::SHRINK) as usize % 2 == 1);
         if left_out || !(2.0..=400.0).contains(&radius) {
             return;
         }
@@ -175,9 +182,9 @@ impl Depths<'_> {
         places.iter().find_map(|(du, dv)| self.depth.at(u + du, v + dv))
     }
 
-    /// The centre (camera axes, metres) of the sphere of the ball's radius that fits the coloured depth around a pixel
-    /// with depth: least squares of the points' distances from it, far ones cut off. With it goes how much of the ball's
-    /// disc is on that sphere, 0 to 1.
+    /// The centre (camera axes, metres) of the sphere of the ball's radius that fits the coloured
+    /// depth around a pixel with depth: least squares of the points' distances from it, far ones
+    /// cut off. With it goes how much of the ball's disc is on that sphere, 0 to 1.
     fn fit(&self, [u, v, z]: [f64; 3]) -> Option<(Point3<f64>, f64)> {
         let (lens, ball) = (self.picture.intrinsics(), self.ball_radius);
         let radius = lens.radius_at(ball, z + ball);
@@ -215,7 +222,8 @@ impl Depths<'_> {
         (centre.z > 2.0 * ball).then_some((centre, (on_it / whole).min(1.0)))
     }
 
-    /// What has depth and the ball's colour around where a centre is seen, as points in camera axes.
+    /// What has depth and the ball's colour around where a centre is seen, as points in camera
+    /// axes.
     fn points(&self, centre: &Point3<f64>, radius: f64) -> Vec<Point3<f64>> {
         let lens = self.picture.intrinsics();
         let Some((u, v)) = lens.project(centre) else { return Vec::new() };
@@ -231,7 +239,9 @@ impl Depths<'_> {
                     continue;
                 }
                 let Some(z) = self.depth.at(x, y) else { continue };
-                if (z - centre.z).abs() < 1.6 * self.ball_radius && self.picture.likeness(x, y) >= COLOURED {
+                if (z - centre.z).abs() < 1.6 * self.ball_radius
+                    && self.picture.likeness(x, y) >= COLOURED
+                {
                     points.push(lens.deproject(x, y, z));
                 }
             }

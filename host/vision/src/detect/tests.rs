@@ -116,7 +116,8 @@ fn a_narrow_post_before_half_of_it_does_not_shift_it() {
 fn something_red_as_near_as_the_ball_beside_it_does_not_hide_it() {
     let (mut scene, truth) = before_a_wall(&usual_ball());
     scene.each_pixel(|_, at, pixel, depth| {
-        let [x, y] = [f64::from(at.0) - truth.u, f64::from(at.1) - truth.v].map(|way| way / truth.radius);
+        let [x, y] =
+            [f64::from(at.0) - truth.u, f64::from(at.1) - truth.v].map(|way| way / truth.radius);
         if (1.15..3.0).contains(&x) && y.abs() < 0.9 {
             (*pixel, *depth) = ([30, 25, 150].into(), 4500);
         }
@@ -146,7 +147,8 @@ fn a_shaded_red_oval_without_depth_is_no_ball() {
     let mut scene = Scene::wall(2.2);
     let oval = |high: f64| {
         move |_: &Intrinsics, at: (i32, i32), pixel: &mut opencv::core::Vec3b, depth: &mut u16| {
-            let (x, y) = ((f64::from(at.0) - 250.0) / 20.0, (f64::from(at.1) - 200.0) / 20.0 / high);
+            let (x, y) =
+                ((f64::from(at.0) - 250.0) / 20.0, (f64::from(at.1) - 200.0) / 20.0 / high);
             if x * x + y * y < 1.0 {
                 let red = 150.0 - 40.0 * x - 40.0 * y;
                 *pixel = [(0.15 * red) as u8, (0.1 * red) as u8, red as u8].into();
@@ -169,7 +171,14 @@ fn it_is_followed_and_found_again_when_it_is_elsewhere() {
     };
     let mut detector = Ball::new(0.06);
     // Small steps, a leap across the picture, the border, nothing, and back.
-    let places = [(100.0, 100.0), (104.0, 97.0), (108.0, 95.0), (520.0, 400.0), (632.0, 440.0), (300.0, 8.0)];
+    let places = [
+        (100.0, 100.0),
+        (104.0, 97.0),
+        (108.0, 95.0),
+        (520.0, 400.0),
+        (632.0, 440.0),
+        (300.0, 8.0),
+    ];
     for (u, v) in places {
         let (frame, truth) = frame_of(u, v);
         let followed = detector.detect(&frame).unwrap();
@@ -184,7 +193,8 @@ fn it_is_followed_and_found_again_when_it_is_elsewhere() {
 
 #[test]
 fn a_ball_of_any_hue_is_found_by_its_own_detector_only() {
-    let colours = [(0.0, [0.12, 0.08, 0.8]), (120.0, [0.1, 0.6, 0.08]), (220.0, [0.75, 0.25, 0.06])];
+    let colours =
+        [(0.0, [0.12, 0.08, 0.8]), (120.0, [0.1, 0.6, 0.08]), (220.0, [0.75, 0.25, 0.06])];
     for (hue, albedo) in colours {
         let (scene, truth) = before_a_wall(&Sphere { albedo, ..usual_ball() });
         for (other, _) in colours {
@@ -245,7 +255,8 @@ fn pictures_with_nothing_in_them_or_of_no_size_to_speak_of_are_searched() {
     for (rows, columns) in [(1, 1), (3, 50), (50, 3)] {
         let red = Scalar::new(0.0, 0.0, 255.0, 0.0);
         let colour = Mat::new_rows_cols_with_default(rows, columns, CV_8UC3, red).unwrap();
-        let depth = Mat::new_rows_cols_with_default(rows, columns, CV_16UC1, Scalar::all(900.0)).unwrap();
+        let depth =
+            Mat::new_rows_cols_with_default(rows, columns, CV_16UC1, Scalar::all(900.0)).unwrap();
         let frame = RgbdFrame::new(0.0, colour, depth, INTRINSICS).unwrap();
         assert_eq!(detect(&frame), None, "{rows}x{columns}");
     }

@@ -18,8 +18,8 @@ const SUBSTEP_RAD: f64 = 0.1;
 /// The longest internal sub-step, seconds.
 const LONGEST_SUBSTEP_S: f64 = 1e-3;
 
-/// Into how many parts a sub-step is cut within which a cable goes slack or taut: its pull jumps there, which would
-/// cost the method its order.
+/// Into how many parts a sub-step is cut within which a cable goes slack or taut: its pull jumps
+/// there, which would cost the method its order.
 const PARTS_AT_A_JUMP: u32 = 32;
 
 /// What the ball and the cables are made of.
@@ -29,7 +29,8 @@ pub struct ElasticParameters {
     pub mass_kg: f64,
     /// Stiffness of each cable, N/m whatever its length; > 0; order A, B, C.
     pub stiffness_n_m: [f64; 3],
-    /// Damping ratio ζ of the ball on one cable alone: damping 2ζ√(km) on the stretch rate; 0 to 10.
+    /// Damping ratio ζ of the ball on one cable alone: damping 2ζ√(km) on the stretch rate; 0 to
+    /// 10.
     pub damping_ratio: f64,
 }
 
@@ -47,23 +48,25 @@ impl ElasticParameters {
         for k in self.stiffness_n_m {
             check("stiffness (N/m)", k, "greater than 0", |k| k > 0.0)?;
         }
-        check("damping ratio", self.damping_ratio, "between 0 and 10", |z| (0.0..=10.0).contains(&z))?;
+        check("damping ratio", self.damping_ratio, "between 0 and 10", |z| {
+            (0.0..=10.0).contains(&z)
+        })?;
         Ok(())
     }
 
     /// The sub-step that follows the stiffest motion (all cables pulling one way) closely.
     fn substep_s(&self) -> f64 {
-        let highest =
-            (self.stiffness_n_m.iter().sum::<f64>() / self.mass_kg).sqrt() * (1.0 + 2.0 * self.damping_ratio);
+        let highest = (self.stiffness_n_m.iter().sum::<f64>() / self.mass_kg).sqrt()
+            * (1.0 + 2.0 * self.damping_ratio);
         (SUBSTEP_RAD / highest).min(LONGEST_SUBSTEP_S)
     }
 }
 
 /// A point mass on three unilateral spring cables, in air that does not resist.
 ///
-/// A cable stretched by s > 0 pulls with max(0, k s + c ds/dt), an unstretched one not at all; c = 2ζ√(km).
-/// Integrated with the classical Runge-Kutta method of fourth order in fixed sub-steps, finer where a cable goes slack
-/// or taut; deterministic.
+/// A cable stretched by s > 0 pulls with max(0, k s + c ds/dt), an unstretched one not at all; c =
+/// 2ζ√(km). Integrated with the classical Runge-Kutta method of fourth order in fixed sub-steps,
+/// finer where a cable goes slack or taut; deterministic.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Elastic {
     geometry: Geometry,
@@ -78,11 +81,13 @@ pub struct Elastic {
 }
 
 impl Elastic {
-    /// A rig whose ball hangs at rest on three stretched cables at `start` (metres, rig frame); the motors' zero is here.
+    /// A rig whose ball hangs at rest on three stretched cables at `start` (metres, rig frame); the
+    /// motors' zero is here.
     ///
     /// # Errors
-    /// [`RigError::CannotHang`] where three cables cannot hold a ball at `start`; [`RigError::OutOfRange`] for the
-    /// parameters; [`RigError::NoCable`] where a cable so soft would have to be shorter than nothing.
+    /// [`RigError::CannotHang`] where three cables cannot hold a ball at `start`;
+    /// [`RigError::OutOfRange`] for the parameters; [`RigError::NoCable`] where a cable so soft
+    /// would have to be shorter than nothing.
     pub fn new(
         geometry: Geometry,
         parameters: ElasticParameters,
@@ -92,13 +97,14 @@ impl Elastic {
         let per_weight = geometry.check_hangs(&start)?;
         let straight = geometry.cable_lengths_m(&start);
         let weight = parameters.mass_kg * GRAVITY_M_S2;
-        let lengths =
-            std::array::from_fn(|i| straight[i] - per_weight[i] * weight / parameters.stiffness_n_m[i]);
+        let lengths = std::array::from_fn(|i| {
+            straight[i] - per_weight[i] * weight / parameters.stiffness_n_m[i]
+        });
         Self::with_position(geometry, parameters, lengths, start)
     }
 
-    /// A rig with these unstretched cable lengths (metres; A, B, C) when the motors are at zero, its ball at rest
-    /// where it hangs; cables may be slack.
+    /// A rig with these unstretched cable lengths (metres; A, B, C) when the motors are at zero,
+    /// its ball at rest where it hangs; cables may be slack.
     ///
     /// # Errors
     /// [`RigError::OutOfRange`], [`RigError::NoCable`].
@@ -154,7 +160,8 @@ impl Elastic {
         self.tensions_n
     }
 
-    /// Tensions (N) and the ball's acceleration (m/s²) for cables of these lengths that grow at these rates.
+    /// Tensions (N) and the ball's acceleration (m/s²) for cables of these lengths that grow at
+    /// these rates.
     fn pull(
         &self,
         p: &Point3<f64>,
@@ -171,8 +178,9 @@ impl Elastic {
             if stretch > 0.0 {
                 let outward = from / distance;
                 let rate = outward.dot(v) - rates[i];
-                tensions[i] =
-                    (self.parameters.stiffness_n_m[i] * stretch + self.damping_n_s_m[i] * rate).max(0.0);
+                tensions[i] = (self.parameters.stiffness_n_m[i] * stretch
+                    + self.damping_n_s_m[i] * rate)
+                    .max(0.0);
                 force -= outward * tensions[i];
             }
         }
@@ -181,7 +189,9 @@ impl Elastic {
 
     /// Which cables pull, the lengths growing at `rates` (m/s).
     fn pulling(&self, rates: [f64; 3]) -> [bool; 3] {
-        self.pull(&self.position, &self.velocity, self.lengths_m, rates).0.map(|tension| tension > 0.0)
+        self.pull(&self.position, &self.velocity, self.lengths_m, rates)
+            .0
+            .map(|tension| tension > 0.0)
     }
 
     /// One sub-step of `h` seconds, in smaller parts where a cable goes slack or taut in it.
@@ -197,7 +207,8 @@ impl Elastic {
         }
     }
 
-    /// One Runge-Kutta sub-step of `h` seconds over which the cables go from `self.lengths_m` at `rates` (m/s).
+    /// One Runge-Kutta sub-step of `h` seconds over which the cables go from `self.lengths_m` at
+    /// `rates` (m/s).
     fn substep(&mut self, h: f64, rates: [f64; 3]) {
         let (p, v, start) = (self.position, self.velocity, self.lengths_m);
         let lengths = |t: f64| -> [f64; 3] { std::array::from_fn(|i| start[i] + rates[i] * t) };
@@ -216,7 +227,8 @@ impl Elastic {
 }
 
 impl Plant for Elastic {
-    /// As [`Plant::advance`]; the cable lengths go linearly. With `dt_s` = 0 the motors jump and the ball stays.
+    /// As [`Plant::advance`]; the cable lengths go linearly. With `dt_s` = 0 the motors jump and
+    /// the ball stays.
     fn advance(&mut self, dt_s: f64, motors: [f64; 3]) -> Result<(), RigError> {
         check_advance(dt_s, motors)?;
         let goal = self.geometry.paid_out_m(self.start_lengths_m, motors)?;

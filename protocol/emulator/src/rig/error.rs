@@ -2,7 +2,8 @@
 
 use thiserror::Error;
 
-/// Why a rig cannot be made, or cannot do what its motors ask of it. Motors are named 'A', 'B', 'C'.
+/// Why a rig cannot be made, or cannot do what its motors ask of it. Motors are named 'A', 'B',
+/// 'C'.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum RigError {
     /// A setting or an argument is outside its range.

@@ -1,9 +1,10 @@
 //! Forward kinematics of three cables that pull and do not push: the lowest point within reach.
 //!
-//! A ball at rest minimises its height z subject to |p - M_i| <= l_i. The problem is convex and its solution unique:
-//! the lowest point of one sphere, of the circle where two meet, or of the two points where three meet. Each of these
-//! seven candidates has a closed form; the lowest that all cables reach is the answer, and the cables that do not
-//! define it are slack (their multiplier, which is their tension, is zero).
+//! A ball at rest minimises its height z subject to |p - M_i| <= l_i. The problem is convex and its
+//! solution unique: the lowest point of one sphere, of the circle where two meet, or of the two
+//! points where three meet. Each of these seven candidates has a closed form; the lowest that all
+//! cables reach is the answer, and the cables that do not define it are slack (their multiplier,
+//! which is their tension, is zero).
 
 use nalgebra::{Point3, Vector3};
 
@@ -22,16 +23,19 @@ pub struct Hang {
     pub slack: [bool; 3],
 }
 
-/// The lowest point within reach of three inextensible cables of these lengths (metres; order A, B, C).
+/// The lowest point within reach of three inextensible cables of these lengths (metres; order A, B,
+/// C).
 ///
 /// # Errors
-/// [`RigError::NoCable`] for a length of zero or less, [`RigError::TooShort`] or [`RigError::TooShortTogether`] where no
-/// point is within reach of all three, [`RigError::OutOfRange`] for a length that is not finite.
+/// [`RigError::NoCable`] for a length of zero or less, [`RigError::TooShort`] or
+/// [`RigError::TooShortTogether`] where no point is within reach of all three,
+/// [`RigError::OutOfRange`] for a length that is not finite.
 pub fn lowest_point(geometry: &Geometry, lengths_m: [f64; 3]) -> Result<Hang, RigError> {
     check_lengths(lengths_m)?;
     let motors = geometry.motors();
-    let within_reach =
-        |p: &Point3<f64>| motors.iter().zip(lengths_m).all(|(m, l)| (p - m).norm() <= l + REACH_TOLERANCE_M);
+    let within_reach = |p: &Point3<f64>| {
+        motors.iter().zip(lengths_m).all(|(m, l)| (p - m).norm() <= l + REACH_TOLERANCE_M)
+    };
     let mut best: Option<Hang> = None;
     // Fewer cables first: of equal candidates, the one with more slack cables is kept.
     for (candidate, slack) in candidates(motors, lengths_m) {
@@ -46,9 +50,13 @@ pub fn lowest_point(geometry: &Geometry, lengths_m: [f64; 3]) -> Result<Hang, Ri
 }
 
 /// The seven points that can be lowest, each with the cables that would be slack there.
-fn candidates(motors: &[Point3<f64>; 3], lengths: [f64; 3]) -> [(Option<Point3<f64>>, [bool; 3]); 7] {
+fn candidates(
+    motors: &[Point3<f64>; 3],
+    lengths: [f64; 3],
+) -> [(Option<Point3<f64>>, [bool; 3]); 7] {
     let below = |i: usize| Some(motors[i] - Vector3::z() * lengths[i]);
-    let pair = |i: usize, j: usize| lowest_on_circle((motors[i], lengths[i]), (motors[j], lengths[j]));
+    let pair =
+        |i: usize, j: usize| lowest_on_circle((motors[i], lengths[i]), (motors[j], lengths[j]));
     [
         (below(0), [false, true, true]),
         (below(1), [true, false, true]),
@@ -65,8 +73,8 @@ fn root(square: f64, scale_m: f64) -> Option<f64> {
     (square > -2.0 * scale_m * REACH_TOLERANCE_M).then(|| square.max(0.0).sqrt())
 }
 
-/// The lowest point of the circle where two spheres (centre, radius) meet. `None` where they don't, or where the
-/// circle is level: then the lowest point of one of them is lower or as low.
+/// The lowest point of the circle where two spheres (centre, radius) meet. `None` where they don't,
+/// or where the circle is level: then the lowest point of one of them is lower or as low.
 fn lowest_on_circle(first: (Point3<f64>, f64), second: (Point3<f64>, f64)) -> Option<Point3<f64>> {
     let between = second.0 - first.0;
     let apart = between.norm();
@@ -77,7 +85,8 @@ fn lowest_on_circle(first: (Point3<f64>, f64), second: (Point3<f64>, f64)) -> Op
     Some(first.0 + axis * along + down * radius)
 }
 
-/// The lower of the two points where three spheres meet (trilateration in a frame on the motors' plane).
+/// The lower of the two points where three spheres meet (trilateration in a frame on the motors'
+/// plane).
 fn lower_intersection(motors: &[Point3<f64>; 3], lengths: [f64; 3]) -> Option<Point3<f64>> {
     let [ab, ac] = [motors[1] - motors[0], motors[2] - motors[0]];
     let apart = ab.norm();
@@ -114,7 +123,8 @@ mod tests {
     fn rig(heights: [f64; 3]) -> Geometry {
         let [a, b, c] = *Geometry::paper().motors();
         let up = |m: Point3<f64>, h| Point3::new(m.x, m.y, m.z + h);
-        Geometry::new([up(a, heights[0]), up(b, heights[1]), up(c, heights[2])], [0.015; 3]).unwrap()
+        Geometry::new([up(a, heights[0]), up(b, heights[1]), up(c, heights[2])], [0.015; 3])
+            .unwrap()
     }
 
     /// Solves Σ a_i (M_i - p) = ẑ for the taut cables by least squares; returns (a, residual).
@@ -159,18 +169,22 @@ mod tests {
         let g = Geometry::paper();
         let err = lowest_point(&g, [0.3, 0.3, 1.0]).unwrap_err();
         assert!(matches!(err, RigError::TooShort { first: 'A', second: 'B', .. }), "{err}");
-        // The edges are 0.61, 0.88 and 0.93 m: each two meet, but C does not reach where A and B do.
+        // The edges are 0.61, 0.88 and 0.93 m: each two meet, but C does not reach where A and B
+        // do.
         let lengths_m = [0.33, 0.29, 0.61];
         assert_eq!(lowest_point(&g, lengths_m), Err(RigError::TooShortTogether { lengths_m }));
-        assert!(matches!(lowest_point(&g, [0.5, -0.1, 1.0]), Err(RigError::NoCable { motor: 'B', .. })));
+        assert!(matches!(
+            lowest_point(&g, [0.5, -0.1, 1.0]),
+            Err(RigError::NoCable { motor: 'B', .. })
+        ));
         assert!(matches!(lowest_point(&g, [0.5, f64::NAN, 1.0]), Err(RigError::OutOfRange { .. })));
     }
 
     proptest! {
         #![proptest_config(ProptestConfig { rng_seed: RngSeed::Fixed(1), failure_persistence: None, ..Default::default() })]
 
-        /// Within reach, and lowest: gravity is borne by pulling cables only (the Karush-Kuhn-Tucker conditions of a
-        /// convex problem, necessary and sufficient).
+        /// Within reach, and lowest: gravity is borne by pulling cables only (the
+        /// Karush-Kuhn-Tucker conditions of a convex problem, necessary and sufficient).
         #[test]
         fn no_point_within_reach_is_lower(
             lengths in prop::array::uniform3(0.05..2.0f64),
@@ -207,7 +221,8 @@ mod tests {
             prop_assert_eq!(hang.slack, [false; 3]);
         }
 
-        /// A micrometre of cable moves the ball little, also where a cable goes slack or two are stretched out.
+        /// A micrometre of cable moves the ball little, also where a cable goes slack or two are
+        /// stretched out.
         #[test]
         fn the_ball_does_not_jump(
             lengths in prop::array::uniform3(0.5..2.0f64),
@@ -218,7 +233,8 @@ mod tests {
             let mut longer = lengths;
             longer[motor] += 1e-6;
             if let (Ok(before), Ok(after)) = (lowest_point(&g, lengths), lowest_point(&g, longer)) {
-                // The motion is at worst that of a square root, at a stretched-out pair: sqrt(2 · 1e-6 · 2 m).
+                // The motion is at worst that of a square root, at a stretched-out pair: sqrt(2 ·
+                // 1e-6 · 2 m).
                 let moved = (after.ball - before.ball).norm();
                 prop_assert!(moved < 4e-3, "{moved} m from {} to {}", before.ball, after.ball);
             }
@@ -250,7 +266,12 @@ mod tests {
         let mut changes = 0;
         for k in 1..=50_000 {
             let next = lowest_point(&g, [0.7, 0.75, 0.9 + f64::from(k) * 1e-5]).unwrap();
-            assert!((next.ball - last.ball).norm() < 5e-4, "jump at {k}: {} to {}", last.ball, next.ball);
+            assert!(
+                (next.ball - last.ball).norm() < 5e-4,
+                "jump at {k}: {} to {}",
+                last.ball,
+                next.ball
+            );
             changes += usize::from(next.slack != last.slack);
             last = next;
         }

@@ -10,7 +10,8 @@ pub const FULL_STEPS_PER_REVOLUTION: f64 = 200.0;
 /// The least area, m², of the triangle of motors as seen from above.
 const LEAST_AREA_M2: f64 = 1e-6;
 
-/// Three motors and their pulleys. The cables are taken to leave from the motor points, whatever the pulley radius.
+/// Three motors and their pulleys. The cables are taken to leave from the motor points, whatever
+/// the pulley radius.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Geometry {
     motors: [Point3<f64>; 3],
@@ -18,11 +19,12 @@ pub struct Geometry {
 }
 
 impl Geometry {
-    /// A rig with its motors A, B, C at these points (metres, rig frame; usually at one height) and pulleys of these
-    /// radii (metres, > 0).
+    /// A rig with its motors A, B, C at these points (metres, rig frame; usually at one height) and
+    /// pulleys of these radii (metres, > 0).
     ///
     /// # Errors
-    /// Where a number is not finite, a radius is not positive, or the motors are on one line as seen from above.
+    /// Where a number is not finite, a radius is not positive, or the motors are on one line as
+    /// seen from above.
     pub fn new(motors: [Point3<f64>; 3], pulley_radii_m: [f64; 3]) -> Result<Self, RigError> {
         for coordinate in motors.iter().flat_map(|m| m.iter()) {
             check("motor coordinate (m)", *coordinate, "a finite number", |_| true)?;
@@ -37,7 +39,8 @@ impl Geometry {
         Ok(Self { motors, pulley_radii_m })
     }
 
-    /// The paper's rig: A (0.850, 0.610, 0.665), B (0.850, 0, 0.665), C (0, 0.240, 0.665) m, pulleys of 15 mm radius.
+    /// The paper's rig: A (0.850, 0.610, 0.665), B (0.850, 0, 0.665), C (0, 0.240, 0.665) m,
+    /// pulleys of 15 mm radius.
     #[must_use]
     pub fn paper() -> Self {
         Self {
@@ -68,24 +71,31 @@ impl Geometry {
         self.pulley_radii_m.map(|r| std::f64::consts::TAU * r / FULL_STEPS_PER_REVOLUTION)
     }
 
-    /// The lengths of three straight cables from the motors to a ball at `ball` (metres, rig frame).
+    /// The lengths of three straight cables from the motors to a ball at `ball` (metres, rig
+    /// frame).
     #[must_use]
     pub fn cable_lengths_m(&self, ball: &Point3<f64>) -> [f64; 3] {
         self.motors.map(|m| (ball - m).norm())
     }
 
-    /// The cable lengths after the motors made `motors` full steps (+ pays out) from `start_m`, metres.
+    /// The cable lengths after the motors made `motors` full steps (+ pays out) from `start_m`,
+    /// metres.
     ///
     /// # Errors
     /// [`RigError::NoCable`] where a length would be zero or less.
-    pub(crate) fn paid_out_m(&self, start_m: [f64; 3], motors: [f64; 3]) -> Result<[f64; 3], RigError> {
+    pub(crate) fn paid_out_m(
+        &self,
+        start_m: [f64; 3],
+        motors: [f64; 3],
+    ) -> Result<[f64; 3], RigError> {
         let steps = self.step_lengths_m();
         let lengths = std::array::from_fn(|i| start_m[i] + steps[i] * motors[i]);
         check_lengths(lengths)?;
         Ok(lengths)
     }
 
-    /// The exact Jacobian J = dp/du, metres of ball per metre of cable: rows x, y, z; columns A, B, C; all cables taut.
+    /// The exact Jacobian J = dp/du, metres of ball per metre of cable: rows x, y, z; columns A, B,
+    /// C; all cables taut.
     ///
     /// From l_i² = |p - M_i|²: diag(l) du = N dp, where row i of N is p - M_i, so J = N⁻¹ diag(l).
     /// `None` where J does not exist: the ball is in the plane of the motors.
@@ -96,16 +106,17 @@ impl Geometry {
         Some(inverse * Matrix3::from_diagonal(&Vector3::from(self.cable_lengths_m(ball))))
     }
 
-    /// The tensions that hold a ball of unit weight at rest at `ball`, order A, B, C: -J'ẑ (rigid cables).
-    /// A negative one is a cable that would have to push. `None` in the plane of the motors.
+    /// The tensions that hold a ball of unit weight at rest at `ball`, order A, B, C: -J'ẑ (rigid
+    /// cables). A negative one is a cable that would have to push. `None` in the plane of the
+    /// motors.
     #[must_use]
     pub fn tensions_per_weight(&self, ball: &Point3<f64>) -> Option<[f64; 3]> {
         let j = self.jacobian(ball)?;
         Some([-j[(2, 0)], -j[(2, 1)], -j[(2, 2)]])
     }
 
-    /// Barycentric coordinates λ of the ball's projection in the triangle of motors as seen from above: all positive
-    /// inside, 1 in sum.
+    /// Barycentric coordinates λ of the ball's projection in the triangle of motors as seen from
+    /// above: all positive inside, 1 in sum.
     #[must_use]
     pub fn barycentric(&self, ball: &Point3<f64>) -> [f64; 3] {
         let cross = |i: usize, j: usize| (self.motors[i] - ball).cross(&(self.motors[j] - ball)).z;
@@ -160,8 +171,11 @@ mod tests {
     #[test]
     fn jacobian_has_the_exact_structure() {
         let g = Geometry::paper();
-        for ball in [Point3::new(0.54, 0.22, 0.459), Point3::new(0.4, 0.4, 0.15), Point3::new(0.7, 0.3, -0.3)]
-        {
+        for ball in [
+            Point3::new(0.54, 0.22, 0.459),
+            Point3::new(0.4, 0.4, 0.15),
+            Point3::new(0.7, 0.3, -0.3),
+        ] {
             let j = g.jacobian(&ball).unwrap();
             assert!((j - exact_structure(&g, &ball)).norm() < 1e-12, "at {ball}: {j}");
         }

@@ -1,4 +1,5 @@
-//! What a camera would report of the ball: late, noisy, sometimes nothing, sometimes something else.
+//! What a camera would report of the ball: late, noisy, sometimes nothing, sometimes something
+//! else.
 
 use std::collections::VecDeque;
 
@@ -15,7 +16,8 @@ use super::error::check;
 pub struct ObserverParameters {
     /// Frames a second; > 0.
     pub rate_hz: f64,
-    /// Least and greatest latency from capture to delivery, frames; each frame's is uniform between them; >= 0.
+    /// Least and greatest latency from capture to delivery, frames; each frame's is uniform between
+    /// them; >= 0.
     pub latency_frames: (f64, f64),
     /// Standard deviation of the white noise on x, y, z; metres, >= 0.
     pub noise_sd_m: [f64; 3],
@@ -43,8 +45,8 @@ pub struct DepthDrift {
 }
 
 impl Default for ObserverParameters {
-    /// The control notes' camera: 30 Hz, 1-2 frames late, white noise of (2, 1, 1) mm, 2 % drop-outs and now and then a
-    /// burst of 3 to 10 frames.
+    /// The control notes' camera: 30 Hz, 1-2 frames late, white noise of (2, 1, 1) mm, 2 %
+    /// drop-outs and now and then a burst of 3 to 10 frames.
     fn default() -> Self {
         Self {
             latency_frames: (1.0, 2.0),
@@ -76,9 +78,12 @@ impl ObserverParameters {
     fn check(&self) -> Result<(), RigError> {
         check("frame rate (Hz)", self.rate_hz, "greater than 0", |r| r > 0.0)?;
         check("least latency (frames)", self.latency_frames.0, "0 or more", |l| l >= 0.0)?;
-        check("greatest latency (frames)", self.latency_frames.1, "the least latency or more", |l| {
-            l >= self.latency_frames.0
-        })?;
+        check(
+            "greatest latency (frames)",
+            self.latency_frames.1,
+            "the least latency or more",
+            |l| l >= self.latency_frames.0,
+        )?;
         for sd in self.noise_sd_m {
             check("noise sd (m)", sd, "0 or more", |sd| sd >= 0.0)?;
         }
@@ -118,11 +123,12 @@ pub struct Observation {
 
 /// A camera and detector that err as their parameters say: same seed, same errors.
 ///
-/// At each frame time call [`Observer::observe`] with the true position; whenever time has passed, take what
-/// [`Observer::delivered`] gives until it gives nothing. Frames arrive in the order in which they were taken.
+/// At each frame time call [`Observer::observe`] with the true position; whenever time has passed,
+/// take what [`Observer::delivered`] gives until it gives nothing. Frames arrive in the order in
+/// which they were taken.
 ///
-/// Noise, latency, drop-outs and outliers have a random stream each, of one draw a frame: changing one of them leaves
-/// the others as they were.
+/// Noise, latency, drop-outs and outliers have a random stream each, of one draw a frame: changing
+/// one of them leaves the others as they were.
 #[derive(Debug, Clone)]
 pub struct Observer {
     parameters: ObserverParameters,
@@ -175,24 +181,29 @@ impl Observer {
         self.parameters.rate_hz.recip()
     }
 
-    /// Takes a picture at `t_s` (seconds, growing from call to call) of a ball that is at `ball` (metres, rig frame).
+    /// Takes a picture at `t_s` (seconds, growing from call to call) of a ball that is at `ball`
+    /// (metres, rig frame).
     pub fn observe(&mut self, t_s: f64, ball: Point3<f64>) {
         let error = self.noise() + self.outlier();
         let position = (!self.lost()).then_some(ball + error);
         let (least, greatest) = self.parameters.latency_frames;
         let frames = least + (greatest - least) * self.delay.random::<f64>();
         self.newest_arrival_s = self.newest_arrival_s.max(t_s + frames * self.period_s());
-        self.waiting.push_back((self.newest_arrival_s, Observation { captured_at_s: t_s, position }));
+        self.waiting
+            .push_back((self.newest_arrival_s, Observation { captured_at_s: t_s, position }));
     }
 
     /// The oldest observation that has arrived by `t_s` (seconds) and was not taken yet.
     pub fn delivered(&mut self, t_s: f64) -> Option<Observation> {
-        self.waiting.pop_front_if(|(arrival, _)| *arrival <= t_s).map(|(_, observation)| observation)
+        self.waiting
+            .pop_front_if(|(arrival, _)| *arrival <= t_s)
+            .map(|(_, observation)| observation)
     }
 
     /// White noise and drift of one frame, metres.
     fn noise(&mut self) -> Vector3<f64> {
-        let [x, y, z, slow]: [f64; 4] = std::array::from_fn(|_| StandardNormal.sample(&mut self.noise));
+        let [x, y, z, slow]: [f64; 4] =
+            std::array::from_fn(|_| StandardNormal.sample(&mut self.noise));
         let sd = self.parameters.noise_sd_m;
         Vector3::new(sd[0] * x + self.drift(slow), sd[1] * y, sd[2] * z)
     }
@@ -203,7 +214,9 @@ impl Observer {
             return 0.0;
         };
         let next = match self.drift_m {
-            Some(last) => correlation * last + (1.0 - correlation * correlation).sqrt() * sd_m * draw,
+            Some(last) => {
+                correlation * last + (1.0 - correlation * correlation).sqrt() * sd_m * draw
+            }
             None => sd_m * draw,
         };
         self.drift_m = Some(next);

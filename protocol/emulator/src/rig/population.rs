@@ -8,7 +8,8 @@ use rand_chacha::ChaCha8Rng;
 
 use super::{Geometry, RigError};
 
-/// Height of the motors of a random rig above the rig frame's origin, metres: the ball stays above zero.
+/// Height of the motors of a random rig above the rig frame's origin, metres: the ball stays above
+/// zero.
 const MOTOR_HEIGHT_M: f64 = 1.2;
 
 /// A rig and where its ball is to go.
@@ -36,8 +37,9 @@ impl Task {
 
 /// The control notes' population of rigs and tasks: each quantity uniform in its range.
 ///
-/// A rig is A (W, D, H), B (W, 0, H), C (0, tD, H). Start and target are uniform in the part of the triangle where all
-/// barycentric coordinates are at least `least_lambda`, each at its own depth below the motors' plane.
+/// A rig is A (W, D, H), B (W, 0, H), C (0, tD, H). Start and target are uniform in the part of the
+/// triangle where all barycentric coordinates are at least `least_lambda`, each at its own depth
+/// below the motors' plane.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Population {
     /// D = y_A - y_B, metres.
@@ -56,15 +58,17 @@ pub struct Population {
     pub variations: Variations,
 }
 
-/// Rigs that are not quite built as assumed. With all of them 0 (the default) the rigs are the same as without.
+/// Rigs that are not quite built as assumed. With all of them 0 (the default) the rigs are the same
+/// as without.
 ///
-/// Gravity stays along -z. Yaw and tilt turn the motors about the middle of their triangle: the rig stands askew in the
-/// frame in which positions are measured.
+/// Gravity stays along -z. Yaw and tilt turn the motors about the middle of their triangle: the rig
+/// stands askew in the frame in which positions are measured.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Variations {
     /// The rig is turned about the vertical by up to this angle either way, uniform; radians.
     pub yaw_rad: f64,
-    /// The motors' plane is tilted by up to this angle, uniform, about a random level axis; radians.
+    /// The motors' plane is tilted by up to this angle, uniform, about a random level axis;
+    /// radians.
     pub tilt_rad: f64,
     /// Each motor's pulley radius is up to this fraction larger or smaller, uniform; 0.3 is ±30 %.
     pub radius_fraction: f64,
@@ -88,8 +92,8 @@ impl Default for Population {
 }
 
 impl Population {
-    /// Task number `index` of the population with this seed. It depends on nothing else: tasks may be drawn in any order,
-    /// and a variation changes only what it says.
+    /// Task number `index` of the population with this seed. It depends on nothing else: tasks may
+    /// be drawn in any order, and a variation changes only what it says.
     ///
     /// # Errors
     /// Where the ranges allow rigs that cannot be ([`Geometry::new`]).
@@ -99,7 +103,8 @@ impl Population {
         let (d, w) = (uniform(&mut rng, &self.depth_m), uniform(&mut rng, &self.width_m));
         let t = uniform(&mut rng, &self.apex);
         let radius = uniform(&mut rng, &self.pulley_radius_m);
-        let [from, to] = std::array::from_fn(|_| (self.lambda(&mut rng), uniform(&mut rng, &self.below_m)));
+        let [from, to] =
+            std::array::from_fn(|_| (self.lambda(&mut rng), uniform(&mut rng, &self.below_m)));
 
         let h = MOTOR_HEIGHT_M;
         let level = [Point3::new(w, d, h), Point3::new(w, 0.0, h), Point3::new(0.0, t * d, h)];
@@ -111,7 +116,8 @@ impl Population {
         Ok(Task { geometry: Geometry::new(motors, radii)?, start: place(from), target: place(to) })
     }
 
-    /// Barycentric coordinates, uniform in the part of the triangle where all are at least `least_lambda`.
+    /// Barycentric coordinates, uniform in the part of the triangle where all are at least
+    /// `least_lambda`.
     fn lambda(&self, rng: &mut ChaCha8Rng) -> [f64; 3] {
         // Two cuts of the unit interval leave three parts that are uniform on the triangle.
         let cuts: [f64; 2] = [rng.random(), rng.random()];
@@ -133,12 +139,13 @@ impl Variations {
         let tilt = self.tilt_rad * rng.random::<f64>();
         let heading = std::f64::consts::PI * symmetric(rng);
         let axis = Unit::new_normalize(Vector3::new(heading.cos(), heading.sin(), 0.0));
-        let turn =
-            Rotation3::from_axis_angle(&axis, tilt) * Rotation3::from_axis_angle(&Vector3::z_axis(), yaw);
+        let turn = Rotation3::from_axis_angle(&axis, tilt)
+            * Rotation3::from_axis_angle(&Vector3::z_axis(), yaw);
         let middle = Point3::from(motors.iter().map(|m| m.coords / 3.0).sum::<Vector3<f64>>());
         let radii = std::array::from_fn(|_| radius * (1.0 + self.radius_fraction * symmetric(rng)));
-        let built =
-            motors.map(|m| middle + turn * (m - middle) + Vector3::z() * (self.height_m * symmetric(rng)));
+        let built = motors.map(|m| {
+            middle + turn * (m - middle) + Vector3::z() * (self.height_m * symmetric(rng))
+        });
         (built, radii)
     }
 }
@@ -168,7 +175,10 @@ mod tests {
         let population = Population::default();
         let tasks: Vec<Task> = (0..2000).map(|i| population.sample(42, i).unwrap()).collect();
         let spread = |value: &dyn Fn(&Task) -> f64| {
-            tasks.iter().map(value).fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)))
+            tasks
+                .iter()
+                .map(value)
+                .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)))
         };
         let fills = |name: &str, (least, greatest): (f64, f64), low: f64, high: f64| {
             let margin = 0.02 * (high - low);
@@ -183,7 +193,8 @@ mod tests {
         fills("r", spread(&|t| t.geometry.pulley_radii_m()[1]), 0.005, 0.030);
         fills("h", spread(&|t| t.geometry.motors()[0].z - t.target.z), 0.1, 1.0);
         for corner in 0..3 {
-            let mean = tasks.iter().map(|t| t.geometry.barycentric(&t.start)[corner]).sum::<f64>() / 2000.0;
+            let mean = tasks.iter().map(|t| t.geometry.barycentric(&t.start)[corner]).sum::<f64>()
+                / 2000.0;
             assert!((mean - 1.0 / 3.0).abs() < 0.02, "λ is {mean} in the mean at corner {corner}");
         }
         for task in &tasks {
@@ -204,7 +215,8 @@ mod tests {
 
     #[test]
     fn variations_change_what_they_say() {
-        let with = |variations| Population { variations, ..Population::default() }.sample(9, 3).unwrap();
+        let with =
+            |variations| Population { variations, ..Population::default() }.sample(9, 3).unwrap();
         let plain = with(Variations::default());
         let radii = with(Variations { radius_fraction: 0.3, ..Default::default() });
         assert_eq!((radii.geometry.motors(), radii.start), (plain.geometry.motors(), plain.start));
@@ -214,9 +226,16 @@ mod tests {
             assert!((varied / nominal - 1.0).abs() <= 0.3 && varied != nominal);
         }
         let yaw = with(Variations { yaw_rad: 0.35, ..Default::default() });
-        assert!(yaw.geometry.motors().iter().zip(plain.geometry.motors()).all(|(a, b)| a.z == b.z && a != b));
         assert!(
-            (yaw.geometry.cable_lengths_m(&yaw.start)[0] - plain.geometry.cable_lengths_m(&plain.start)[0])
+            yaw.geometry
+                .motors()
+                .iter()
+                .zip(plain.geometry.motors())
+                .all(|(a, b)| a.z == b.z && a != b)
+        );
+        assert!(
+            (yaw.geometry.cable_lengths_m(&yaw.start)[0]
+                - plain.geometry.cable_lengths_m(&plain.start)[0])
                 .abs()
                 < 1e-12
         );
@@ -232,12 +251,17 @@ mod tests {
 
     #[test]
     fn varied_rigs_still_hold_their_balls() {
-        let variations = Variations { yaw_rad: 0.35, tilt_rad: 0.35, radius_fraction: 0.3, height_m: 0.1 };
+        let variations =
+            Variations { yaw_rad: 0.35, tilt_rad: 0.35, radius_fraction: 0.3, height_m: 0.1 };
         let population = Population { variations, ..Population::default() };
         for index in 0..500 {
             let task = population.sample(7, index).unwrap();
             for p in [task.start, task.target] {
-                assert_eq!(QuasiStatic::new(task.geometry, p).unwrap().slack(), [false; 3], "task {index}");
+                assert_eq!(
+                    QuasiStatic::new(task.geometry, p).unwrap().slack(),
+                    [false; 3],
+                    "task {index}"
+                );
             }
         }
     }

@@ -7,7 +7,8 @@ use super::forward::{Hang, lowest_point};
 use super::geometry::Geometry;
 use super::{Plant, RigError};
 
-/// Three inextensible cables that do not push: the ball is at the lowest point within reach, at once.
+/// Three inextensible cables that do not push: the ball is at the lowest point within reach, at
+/// once.
 #[derive(Debug, Clone, PartialEq)]
 pub struct QuasiStatic {
     geometry: Geometry,
@@ -16,7 +17,8 @@ pub struct QuasiStatic {
 }
 
 impl QuasiStatic {
-    /// A rig with all cables taut and the ball at `start` (metres, rig frame); the motors' zero is here.
+    /// A rig with all cables taut and the ball at `start` (metres, rig frame); the motors' zero is
+    /// here.
     ///
     /// # Errors
     /// [`RigError::CannotHang`] where three cables cannot hold a ball at `start`.
@@ -25,7 +27,8 @@ impl QuasiStatic {
         Self::with_lengths(geometry, geometry.cable_lengths_m(&start))
     }
 
-    /// A rig with these cable lengths (metres; A, B, C) when the motors are at zero; cables may be slack.
+    /// A rig with these cable lengths (metres; A, B, C) when the motors are at zero; cables may be
+    /// slack.
     ///
     /// # Errors
     /// As [`lowest_point`].
@@ -43,7 +46,8 @@ impl QuasiStatic {
 impl Plant for QuasiStatic {
     fn advance(&mut self, dt_s: f64, motors: [f64; 3]) -> Result<(), RigError> {
         check_advance(dt_s, motors)?;
-        self.hang = lowest_point(&self.geometry, self.geometry.paid_out_m(self.start_lengths_m, motors)?)?;
+        self.hang =
+            lowest_point(&self.geometry, self.geometry.paid_out_m(self.start_lengths_m, motors)?)?;
         Ok(())
     }
 
@@ -68,7 +72,11 @@ mod tests {
         rig.advance(0.01, [1.0, 0.5, -0.25]).unwrap();
         let du = nalgebra::Vector3::new(1.0, 0.5, -0.25) * g.step_lengths_m()[0];
         let expected = g.jacobian(&start).unwrap() * du;
-        assert!((rig.ball() - start - expected).norm() < 2e-6, "{} for {expected}", rig.ball() - start);
+        assert!(
+            (rig.ball() - start - expected).norm() < 2e-6,
+            "{} for {expected}",
+            rig.ball() - start
+        );
         rig.advance(0.01, [0.0; 3]).unwrap();
         assert!((rig.ball() - start).norm() < 1e-12, "steps are counted from the start");
     }
@@ -77,16 +85,23 @@ mod tests {
     fn a_refused_step_leaves_the_ball_where_it_was() {
         let mut rig = QuasiStatic::new(Geometry::paper(), Point3::new(0.54, 0.22, 0.459)).unwrap();
         let before = rig.clone();
-        assert!(matches!(rig.advance(0.01, [-2000.0, 0.0, 0.0]), Err(RigError::NoCable { motor: 'A', .. })));
+        assert!(matches!(
+            rig.advance(0.01, [-2000.0, 0.0, 0.0]),
+            Err(RigError::NoCable { motor: 'A', .. })
+        ));
         assert!(matches!(rig.advance(0.01, [-700.0, -400.0, 0.0]), Err(RigError::TooShort { .. })));
         assert!(matches!(rig.advance(f64::NAN, [0.0; 3]), Err(RigError::OutOfRange { .. })));
-        assert!(matches!(rig.advance(0.01, [0.0, f64::INFINITY, 0.0]), Err(RigError::OutOfRange { .. })));
+        assert!(matches!(
+            rig.advance(0.01, [0.0, f64::INFINITY, 0.0]),
+            Err(RigError::OutOfRange { .. })
+        ));
         assert_eq!(rig, before);
     }
 
     #[test]
     fn a_start_outside_the_triangle_is_refused() {
-        for (start, motor) in [(Point3::new(0.9, 0.3, 0.2), 'C'), (Point3::new(0.5, 0.2, 0.9), 'A')] {
+        for (start, motor) in [(Point3::new(0.9, 0.3, 0.2), 'C'), (Point3::new(0.5, 0.2, 0.9), 'A')]
+        {
             let err = QuasiStatic::new(Geometry::paper(), start).unwrap_err();
             assert!(matches!(err, RigError::CannotHang { motor: m, .. } if m == motor), "{err}");
         }

@@ -266,13 +266,16 @@ fn a_reboot_leaves_the_rig_where_it_is() {
     let task = Task::paper();
     let motors = std::sync::Arc::new(std::sync::Mutex::new([0.0; 3]));
     let plant = QuasiStatic::new(task.geometry, task.start).expect("a rig");
-    let reboots = [1_000_000, 2_000_000].map(|at| Reboot { at: Micros(at), cause: StartCause::Requested });
+    let reboots =
+        [1_000_000, 2_000_000].map(|at| Reboot { at: Micros(at), cause: StartCause::Requested });
     let wire = Wire { reboots: reboots.into(), ..Wire::default() };
     let mut board =
         EmulatedBoard::with_plant(EMULATED, Box::new(Told(plant, motors.clone()))).with_wire(wire);
     let jog = |board: &mut EmulatedBoard, motor| {
         let jog = Jog { motor, distance: Steps16(100 * 16), rate: Rate(400 << 8) };
-        for command in [Command::Hello(Hello::OURS), Command::Configure(config()), Command::Jog(jog)] {
+        for command in
+            [Command::Hello(Hello::OURS), Command::Configure(config()), Command::Jog(jog)]
+        {
             board.write(&to_board(1, command));
         }
     };
@@ -325,8 +328,10 @@ fn a_reboot_loses_what_waits_to_be_sent() {
 #[test]
 fn a_served_board_keeps_the_times_of_its_wire() {
     let lane = Lane { latency: milliseconds(60), ..Lane::on(Line::Baud(9600)) };
-    let served = serve(EmulatedBoard::new(EMULATED).with_wire(Wire::symmetric(lane, 1))).expect("a terminal");
-    let mut host = OpenOptions::new().read(true).write(true).open(served.path()).expect("the terminal");
+    let served = serve(EmulatedBoard::new(EMULATED).with_wire(Wire::symmetric(lane, 1)))
+        .expect("a terminal");
+    let mut host =
+        OpenOptions::new().read(true).write(true).open(served.path()).expect("the terminal");
     let sent = served.board().now();
     let hello = to_board(1, Command::Hello(Hello::OURS));
     host.write_all(&hello).expect("a write");
@@ -334,5 +339,8 @@ fn a_served_board_keeps_the_times_of_its_wire() {
     let count = host.read(&mut buffer).expect("an answer");
     let took = served.board().now().since(sent);
     let bytes = (hello.len() + count) as u64;
-    assert!(count > 0 && took >= 120_000 + bytes * 10_000_000 / 9600, "{took} µs for {bytes} bytes");
+    assert!(
+        count > 0 && took >= 120_000 + bytes * 10_000_000 / 9600,
+        "{took} µs for {bytes} bytes"
+    );
 }

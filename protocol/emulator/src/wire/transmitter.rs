@@ -55,7 +55,13 @@ pub(crate) struct Transmitter {
 
 impl Transmitter {
     /// Creates an idle one with a buffer of `buffer` bytes.
-    pub(crate) fn new(lane: Lane, silences: Vec<Silence>, buffer: usize, seed: u64, stream: u64) -> Self {
+    pub(crate) fn new(
+        lane: Lane,
+        silences: Vec<Silence>,
+        buffer: usize,
+        seed: u64,
+        stream: u64,
+    ) -> Self {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         random.set_stream(stream);
         Self {
@@ -163,9 +169,9 @@ impl Transmitter {
 
     /// Whether the link is silent at any moment from `start_ns` to `end_ns`.
     fn is_silent(&self, start_ns: u64, end_ns: u64) -> bool {
-        self.silences
-            .iter()
-            .any(|silence| nanoseconds(silence.from) <= end_ns && start_ns < nanoseconds(silence.to))
+        self.silences.iter().any(|silence| {
+            nanoseconds(silence.from) <= end_ns && start_ns < nanoseconds(silence.to)
+        })
     }
 
     /// How long `length` bytes occupy the line.

@@ -200,14 +200,20 @@ impl Adversary {
 fn any_bytes(random: &mut Random) -> Vec<u8> {
     if random.percent(50) {
         // The number of a command that does not exist, and its id.
-        return encode(&(random.bits() as u16, 200u8)).map(|frame| frame.to_vec()).unwrap_or_default();
+        return encode(&(random.bits() as u16, 200u8))
+            .map(|frame| frame.to_vec())
+            .unwrap_or_default();
     }
     let length = random.below(400);
     noise(random, length)
 }
 
 fn hello(random: &mut Random) -> Hello {
-    if random.percent(80) { Hello::OURS } else { Hello { version: random.bits() as u16, ..Hello::OURS } }
+    if random.percent(80) {
+        Hello::OURS
+    } else {
+        Hello { version: random.bits() as u16, ..Hello::OURS }
+    }
 }
 
 fn restart(random: &mut Random) -> StartCause {

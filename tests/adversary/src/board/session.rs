@@ -122,8 +122,11 @@ impl<'a> Session<'a> {
         };
         let storage = random.percent(90);
         let board = || Board::new(generate::build(storage));
-        let twin =
-            random.one_in(8).then(|| Twin { board: board(), out: Outbox::new(), thinker: Thinker::new() });
+        let twin = random.one_in(8).then(|| Twin {
+            board: board(),
+            out: Outbox::new(),
+            thinker: Thinker::new(),
+        });
         Self {
             adversary,
             thinking,
@@ -263,12 +266,18 @@ impl<'a> Session<'a> {
     }
 
     /// Gives the board bytes that end at most one frame, which is `message`.
-    fn receive_piece(&mut self, bytes: &[u8], at: u64, message: Option<Result<Vec<u8>, FrameError>>) {
+    fn receive_piece(
+        &mut self,
+        bytes: &[u8],
+        at: u64,
+        message: Option<Result<Vec<u8>, FrameError>>,
+    ) {
         let before = Snapshot::of(&self.chip.board);
         let mut rest = bytes;
         while !rest.is_empty() {
             let whole = !self.random.percent(30);
-            let count = if whole { rest.len() } else { 1 + self.random.below(rest.len() as u64) as usize };
+            let count =
+                if whole { rest.len() } else { 1 + self.random.below(rest.len() as u64) as usize };
             self.chip.board.receive(Micros(at), &rest[..count], &mut self.chip.out);
             rest = &rest[count..];
         }
@@ -302,8 +311,9 @@ impl<'a> Session<'a> {
         let Chip { out, accumulator, .. } = &mut self.chip;
         if let Some(twin) = &mut self.twin {
             let same = out.bytes() == twin.out.bytes();
-            self.outcome
-                .check(same, TWIN, || format!("says {:?} and {:?}", out.bytes().to_vec(), twin.out.bytes()));
+            self.outcome.check(same, TWIN, || {
+                format!("says {:?} and {:?}", out.bytes().to_vec(), twin.out.bytes())
+            });
             twin.out.clear();
         }
         if out.is_empty() {
@@ -374,7 +384,8 @@ impl<'a> Session<'a> {
         if let Some(twin) = &self.twin {
             let (other, pulses) = (Snapshot::of(&twin.board), *twin.board.pulses());
             let same = other == after && pulses == plan;
-            self.outcome.check(same, TWIN, || format!("{other:?} {pulses:?} and {after:?} {plan:?}"));
+            self.outcome
+                .check(same, TWIN, || format!("{other:?} {pulses:?} and {after:?} {plan:?}"));
         }
     }
 

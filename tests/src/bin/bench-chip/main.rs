@@ -1,8 +1,9 @@
-//! What the real firmware does on the emulated chip, in numbers. They come from the chip's own cycles and pins, so that two
-//! runs of an image give the same.
+//! What the real firmware does on the emulated chip, in numbers. They come from the chip's own
+//! cycles and pins, so that two runs of an image give the same.
 //!
-//! Usage: `bench-chip FIRMWARE.elf [--json | --profile [LAW]]`. A table on standard output; with `--json` the numbers once more,
-//! on the last line; with `--profile` where the processor's time goes instead, with the law `interval` or the one that is named.
+//! Usage: `bench-chip FIRMWARE.elf [--json | --profile [LAW]]`. A table on standard output; with
+//! `--json` the numbers once more, on the last line; with `--profile` where the processor's time
+//! goes instead, with the law `interval` or the one that is named.
 
 #![allow(
     clippy::expect_used,
@@ -39,9 +40,9 @@ fn main() {
     if let [profile, law @ ..] = options
         && profile == "--profile"
     {
-        let law = law
-            .first()
-            .map_or(Which::Interval, |name| Which::named(name).expect("interval, certified or taut"));
+        let law = law.first().map_or(Which::Interval, |name| {
+            Which::named(name).expect("interval, certified or taut")
+        });
         return profile::print(&PathBuf::from(image), law);
     }
     let rows = table(&PathBuf::from(image));
@@ -52,15 +53,21 @@ fn main() {
         println!("| {what:57} | {value:>9} | {unit:8} | {beside:60} |");
     }
     if options.iter().any(|option| option == "--json") {
-        let numbers: Map<String, Value> = rows.iter().map(|row| (row.key.into(), json!(row.value))).collect();
+        let numbers: Map<String, Value> =
+            rows.iter().map(|row| (row.key.into(), json!(row.value))).collect();
         println!("{}", Value::Object(numbers));
     }
 }
 
 /// All that is measured.
 fn table(image: &std::path::Path) -> Vec<Row> {
-    let row =
-        |key, what, value, unit, beside: &str| Row { key, what, value, unit, beside: beside.to_owned() };
+    let row = |key, what, value, unit, beside: &str| Row {
+        key,
+        what,
+        value,
+        unit,
+        beside: beside.to_owned(),
+    };
     let due = |law: Kind| format!("its answer is due after {} ms", law.ticks() * TICK_US / 1000);
     let [one, three] = measure::highest_rates(image);
     let [busy_slow, busy_fast, busy_taut] = measure::busy(image);
@@ -95,9 +102,27 @@ fn table(image: &std::path::Path) -> Vec<Row> {
         ),
         row("busy_slow", "processor, 30 positions/s and 3 x 5 k steps/s", busy_slow, "%", ""),
         row("busy_taut", "processor, the same with the law taut", busy_taut, "%", ""),
-        row("jitter", "jitter of steps within a segment (200 µs)", measure::jitter(image), "cycles", "0"),
-        row("latency_median", "position's last byte to new rate, median of 200", latency.0, "µs", ""),
-        row("latency_worst", "position's last byte to new rate, worst of 200", latency.1, "µs", "< 300"),
+        row(
+            "jitter",
+            "jitter of steps within a segment (200 µs)",
+            measure::jitter(image),
+            "cycles",
+            "0",
+        ),
+        row(
+            "latency_median",
+            "position's last byte to new rate, median of 200",
+            latency.0,
+            "µs",
+            "",
+        ),
+        row(
+            "latency_worst",
+            "position's last byte to new rate, worst of 200",
+            latency.1,
+            "µs",
+            "< 300",
+        ),
         row(
             "update_interval",
             "one update of the law interval, at most",
@@ -105,7 +130,13 @@ fn table(image: &std::path::Path) -> Vec<Row> {
             "cycles",
             "< 2000",
         ),
-        row("step_interval", "a tick with a position, law interval, at most", interval.step, "cycles", ""),
+        row(
+            "step_interval",
+            "a tick with a position, law interval, at most",
+            interval.step,
+            "cycles",
+            "",
+        ),
         row(
             "update_certified",
             "one update of the law certified, at most",
@@ -128,9 +159,21 @@ fn table(image: &std::path::Path) -> Vec<Row> {
             "cycles",
             &due(Kind::Taut),
         ),
-        row("step_taut", "a tick with a position, law taut, at most", taut.step, "cycles", "25 000"),
+        row(
+            "step_taut",
+            "a tick with a position, law taut, at most",
+            taut.step,
+            "cycles",
+            "25 000",
+        ),
         row("late_taut", "by how much ticks come late while taut thinks", taut.late, "cycles", "0"),
-        row("tick", "a tick without, motors under way, median", interval.tick, "cycles", "of 25 000"),
+        row(
+            "tick",
+            "a tick without, motors under way, median",
+            interval.tick,
+            "cycles",
+            "of 25 000",
+        ),
         row(
             "emergency",
             "emergency input to beginning of last pulse, worst of 100",

@@ -41,7 +41,10 @@ pub(crate) fn highest_rates(image: &Path) -> [f64; 2] {
         let mut chip = start(image, 78_125.0);
         if alone {
             let rate = Rate::from_si(78_125.0).expect("a rate");
-            assert_eq!(chip.tell(Command::Jog(Jog { motor: 0, distance: Steps16(1 << 28), rate })), None);
+            assert_eq!(
+                chip.tell(Command::Jog(Jog { motor: 0, distance: Steps16(1 << 28), rate })),
+                None
+            );
         } else {
             chip.hurry(NEAR, ALIKE);
         }
@@ -54,8 +57,8 @@ pub(crate) fn highest_rates(image: &Path) -> [f64; 2] {
     })
 }
 
-/// The share of the processor that is not asleep, percent, with 30 positions/s: at 3 x 5 000 and at 3 x 1 000 000 steps/s, and
-/// at the former with the law `taut`.
+/// The share of the processor that is not asleep, percent, with 30 positions/s: at 3 x 5 000 and at
+/// 3 x 1 000 000 steps/s, and at the former with the law `taut`.
 pub(crate) fn busy(image: &Path) -> [f64; 3] {
     let laws = [(312.5, Which::Interval), (62_500.0, Which::Interval), (312.5, Which::Taut)];
     laws.map(|(rate, law)| {
@@ -87,8 +90,9 @@ fn rises(chip: &mut Chip, pin: u8, us: u64) -> Vec<u64> {
     edges.iter().filter(|edge| edge[2] == 1).filter_map(|edge| edge[0].as_u64()).collect()
 }
 
-/// By how much the periods within a segment differ at most, cycles, on any axis while all three change their rates every
-/// tick. Where the segments begin is not seen from outside: it is taken where they differ least, the same all the time.
+/// By how much the periods within a segment differ at most, cycles, on any axis while all three
+/// change their rates every tick. Where the segments begin is not seen from outside: it is taken
+/// where they differ least, the same all the time.
 pub(crate) fn jitter(image: &Path) -> f64 {
     let mut config = fast(62_500.0, StepDir::TMC2209);
     config.motors.iter_mut().for_each(|motor| motor.max_acceleration = Acceleration(1_000_000));
@@ -103,7 +107,8 @@ pub(crate) fn jitter(image: &Path) -> f64 {
     worst.into_iter().flatten().max().expect("axes") as f64
 }
 
-/// The most by which periods between pulses of the same segment differ, with segments that begin at `phase`.
+/// The most by which periods between pulses of the same segment differ, with segments that begin at
+/// `phase`.
 fn spread(rises: &[u64], phase: u64) -> u64 {
     let segment = |cycle: u64| (cycle + TICK - phase) / TICK;
     let of_one = rises.chunk_by(|&a, &b| segment(a) == segment(b));
@@ -114,8 +119,8 @@ fn spread(rises: &[u64], phase: u64) -> u64 {
     spreads.max().unwrap_or(0)
 }
 
-/// From the last byte of a position to the first pulse of another period, µs: median and worst of 200 that come at any time
-/// between two ticks. At 1 M steps/s, where the period is 125 cycles.
+/// From the last byte of a position to the first pulse of another period, µs: median and worst of
+/// 200 that come at any time between two ticks. At 1 M steps/s, where the period is 125 cycles.
 pub(crate) fn latency(image: &Path) -> (f64, f64) {
     let mut random = ChaCha8Rng::seed_from_u64(1);
     let mut chip = start(image, 62_500.0);
@@ -181,7 +186,8 @@ pub(crate) struct Costs {
     pub(crate) late: f64,
 }
 
-/// From entry to return of the law's function and of the stepping's handler, as the instructions go by, over 30 positions.
+/// From entry to return of the law's function and of the stepping's handler, as the instructions go
+/// by, over 30 positions.
 pub(crate) fn costs(image: &Path, which: Which) -> Costs {
     let config = which.configured(fast(312.5, StepDir::TMC2209));
     let mut chip = Chip::start(image).configured(config);
@@ -202,7 +208,8 @@ pub(crate) fn costs(image: &Path, which: Which) -> Costs {
     let longest = |cycles: &mut dyn Iterator<Item = u64>| cycles.max().expect("calls") as f64;
     // A tick with a position is one in which the law answers, or the last before its thinker does.
     let nexts = ticks.iter().skip(1).map(|tick| tick.0).chain([u64::MAX]);
-    let asks = |((tick, _), next): &((u64, u64), u64)| updates.iter().any(|u| tick <= &u.0 && u.0 < *next);
+    let asks =
+        |((tick, _), next): &((u64, u64), u64)| updates.iter().any(|u| tick <= &u.0 && u.0 < *next);
     let (steps, others): (Vec<_>, Vec<_>) = ticks.iter().copied().zip(nexts).partition(asks);
     assert!(updates.len() >= 25 && steps.len() >= 25, "{} positions", steps.len());
     let mut others: Vec<u64> = others.iter().map(|((_, cycles), _)| *cycles).collect();
@@ -233,7 +240,8 @@ fn calls(calls: &Value) -> Vec<(u64, u64)> {
     pairs.filter_map(|call| Some((call[0].as_u64()?, call[1].as_u64()?))).collect()
 }
 
-/// From the opening of the emergency input to the beginning of the last pulse on any axis, µs: the worst of 100.
+/// From the opening of the emergency input to the beginning of the last pulse on any axis, µs: the
+/// worst of 100.
 pub(crate) fn emergency(image: &Path) -> f64 {
     let mut random = ChaCha8Rng::seed_from_u64(2);
     let mut chip = start(image, 62_500.0);
@@ -253,13 +261,15 @@ pub(crate) fn emergency(image: &Path) -> f64 {
     us(delays.max().expect("moments"))
 }
 
-/// From the last byte of the host to the last pulse, ms; and the deadline with the ramp that were configured.
+/// From the last byte of the host to the last pulse, ms; and the deadline with the ramp that were
+/// configured.
 pub(crate) fn silence(image: &Path) -> (f64, u32) {
     let mut config = fast(1000.0, StepDir::TMC2209);
     config.motors.iter_mut().for_each(|motor| motor.max_acceleration = Acceleration(4000));
     config.deadlines.host = Milliseconds(150);
     let mut chip = Chip::start(image).configured(config);
-    let jog = Jog { motor: 1, distance: Steps16(1 << 20), rate: Rate::from_si(1000.0).expect("a rate") };
+    let jog =
+        Jog { motor: 1, distance: Steps16(1 << 20), rate: Rate::from_si(1000.0).expect("a rate") };
     assert_eq!(chip.tell(Command::Jog(jog)), None);
     for _ in 0..4 {
         chip.run_us(100_000);

@@ -14,8 +14,9 @@ const PICTURES: i32 = 5;
 /// From one to the next, µs.
 const PERIOD_US: u64 = 33_333;
 
-/// Prints the share of the processor that each function takes under each exception (0: thread mode), at 3 x 1 M steps/s and 30
-/// positions/s with a law; what an inlined function takes is its caller's.
+/// Prints the share of the processor that each function takes under each exception (0: thread
+/// mode), at 3 x 1 M steps/s and 30 positions/s with a law; what an inlined function takes is its
+/// caller's.
 pub(crate) fn print(image: &Path, law: Which) {
     let mut chip = start_with(image, 62_500.0, law);
     chip.hurry(NEAR, ALIKE);
@@ -27,20 +28,26 @@ pub(crate) fn print(image: &Path, law: Which) {
     }
     let reply = chip.ask(json!({ "profile": true }));
     let functions = functions(image);
-    let (mut handlers, mut shares) = (BTreeMap::<u64, u64>::new(), BTreeMap::<(u64, &str), u64>::new());
+    let (mut handlers, mut shares) =
+        (BTreeMap::<u64, u64>::new(), BTreeMap::<(u64, &str), u64>::new());
     for entry in reply["profile"].as_array().into_iter().flatten() {
         let [exception, address, cycles] = [0, 1, 2].map(|i| entry[i].as_u64().expect("a number"));
-        let function = functions.range(..=address).next_back().filter(|(start, f)| address < *start + f.0);
+        let function =
+            functions.range(..=address).next_back().filter(|(start, f)| address < *start + f.0);
         *handlers.entry(exception).or_default() += cycles;
-        *shares.entry((exception, function.map_or("?", |(_, f)| f.1.as_str()))).or_default() += cycles;
+        *shares.entry((exception, function.map_or("?", |(_, f)| f.1.as_str()))).or_default() +=
+            cycles;
     }
     let all = f64::from(PICTURES) * PERIOD_US as f64 * 125.0;
     let percent = |cycles: u64| 100.0 * cycles as f64 / all;
     for (handler, cycles) in handlers {
         println!("{:6.2} % exception {handler}", percent(cycles));
-        let mut of_it: Vec<_> = shares.iter().filter(|((exception, _), _)| *exception == handler).collect();
+        let mut of_it: Vec<_> =
+            shares.iter().filter(|((exception, _), _)| *exception == handler).collect();
         of_it.sort_by_key(|(_, cycles)| std::cmp::Reverse(**cycles));
-        for ((_, name), cycles) in of_it.iter().take(20).filter(|(_, cycles)| percent(**cycles) > 0.005) {
+        for ((_, name), cycles) in
+            of_it.iter().take(20).filter(|(_, cycles)| percent(**cycles) > 0.005)
+        {
             println!(
                 "{:12.2} % {:5.0} a tick  {name}",
                 percent(**cycles),

@@ -5,7 +5,8 @@ use std::path::Path;
 
 use object::{Object, ObjectSymbol, SymbolKind};
 
-/// The address of the function in which a law answers: quick laws in the tick, slow ones in their thinker.
+/// The address of the function in which a law answers: quick laws in the tick, slow ones in their
+/// thinker.
 pub(crate) fn law_update(image: &Path, slow: bool) -> u64 {
     let parts: &[&str] = match slow {
         true => &["plumb_core", "think", "Thinker", "answer"],
@@ -25,7 +26,9 @@ pub(crate) fn law_update(image: &Path, slow: bool) -> u64 {
 pub(crate) fn functions(image: &Path) -> BTreeMap<u64, (u64, String)> {
     let elf = std::fs::read(image).expect("an image that can be read");
     let file = object::File::parse(&*elf).expect("an ELF file");
-    let functions = file.symbols().filter(|symbol| symbol.kind() == SymbolKind::Text && symbol.size() > 0);
-    let named = functions.filter_map(|f| Some((f.address() & !1, (f.size(), f.name().ok()?.to_owned()))));
+    let functions =
+        file.symbols().filter(|symbol| symbol.kind() == SymbolKind::Text && symbol.size() > 0);
+    let named =
+        functions.filter_map(|f| Some((f.address() & !1, (f.size(), f.name().ok()?.to_owned()))));
     named.collect()
 }

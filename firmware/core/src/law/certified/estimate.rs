@@ -5,11 +5,11 @@ use crate::law::Picture;
 use crate::law::axis::{Axis, HELD_MOST, times};
 use crate::law::solve::{J_BITS, excess, solve};
 
-/// The first guess of |J|, µm/step: a rig a metre wide with its ball half a metre below the motors and pulleys of 17 mm. In x
-/// one cable works against two.
+/// The first guess of |J|, µm/step: a rig a metre wide with its ball half a metre below the motors
+/// and pulleys of 17 mm. In x one cable works against two.
 const GUESS: [[i32; 3]; 3] = [[270, 270, 540], [510, 510, 0], [330, 330, 330]];
-/// Variance of that, in 1/256 of its square: of what a row's entries have in common, the pulleys' size for one, and of what each
-/// has for itself. In y the two are nearly the same.
+/// Variance of that, in 1/256 of its square: of what a row's entries have in common, the pulleys'
+/// size for one, and of what each has for itself. In y the two are nearly the same.
 const COMMON: i32 = 77;
 const OWN: [i32; 3] = [102, 26, 102];
 /// What J_yC, which is zero on a level rig, may be instead, µm/step.
@@ -36,7 +36,8 @@ pub(super) struct Estimate {
     pub(super) axes: [Axis; 3],
     /// Where the motors were for it, Q4 steps.
     motors: [i32; 3],
-    /// The number of pictures in a row, up to [`HELD_MOST`], before which the ball was known to be at its target.
+    /// The number of pictures in a row, up to [`HELD_MOST`], before which the ball was known to be
+    /// at its target.
     held: u8,
 }
 
@@ -82,7 +83,8 @@ impl Estimate {
         square([0, 1, 2].map(|i| (self.axes[i].p >> 4).saturating_sub(target[i]))) < HELD * HELD
     }
 
-    /// J, every entry of Σ's sign and at least a hundredth of the largest: then it can be inverted (Proposition 1).
+    /// J, every entry of Σ's sign and at least a hundredth of the largest: then it can be inverted
+    /// (Proposition 1).
     pub(super) fn projected(&self) -> [[i32; 3]; 3] {
         let j = self.axes.map(|axis| axis.j);
         let least = j.iter().flatten().map(|j| j.abs()).max().unwrap_or(0) / 100;
@@ -113,12 +115,14 @@ impl Estimate {
         (doubt < DOUBTFUL).then_some(Steps { n, unsure })
     }
 
-    /// The n (steps, Q8) that makes E|e - J n|² the least over what J may be: (Ĵ'Ĵ + Σ P_JJ) n = Ĵ'e. Where J is known it is
-    /// Gauss-Newton's; where it is not, it turns motors little of which nobody knows what they do.
+    /// The n (steps, Q8) that makes E|e - J n|² the least over what J may be: (Ĵ'Ĵ + Σ P_JJ) n =
+    /// Ĵ'e. Where J is known it is Gauss-Newton's; where it is not, it turns motors little of which
+    /// nobody knows what they do.
     pub(super) fn cautious(&self, j: &[[i32; 3]; 3], e: [i32; 3]) -> Option<[i32; 3]> {
         let few = excess(j.iter().flatten().copied(), J_BITS).max(0) as u32;
         let j = j.map(|row| row.map(|v| i64::from(v >> few)));
-        // Bits: 14 + 14, 30 the sum; J is in Q6 less `few`, its square in Q12. P_JJ: 30, 32 the sum; Q8.
+        // Bits: 14 + 14, 30 the sum; J is in Q6 less `few`, its square in Q12. P_JJ: 30, 32 the
+        // sum; Q8.
         let entry = |k: usize, l: usize| {
             let square: i64 = (0..3).map(|i| times(j[i][k], j[i][l])).sum();
             let unknown: i64 = self.axes.iter().map(|axis| i64::from(axis.p_jj[k][l])).sum();
@@ -127,15 +131,19 @@ impl Estimate {
         let (ab, ac, bc) = (entry(0, 1), entry(0, 2), entry(1, 2));
         let normal = [[entry(0, 0), ab, ac], [ab, entry(1, 1), bc], [ac, bc, entry(2, 2)]];
         // Bits: 14 + 23, 39 the sum; to Q6, as e is of a J in Q6.
-        let right = [0, 1, 2].map(|k| (0..3).map(|i| times(j[i][k], e[i].into())).sum::<i64>() >> few);
+        let right =
+            [0, 1, 2].map(|k| (0..3).map(|i| times(j[i][k], e[i].into())).sum::<i64>() >> few);
         let bits = |v: &i64| 64 - v.unsigned_abs().leading_zeros();
         let longest = normal.iter().flatten().chain(&right).map(bits).max().unwrap_or(0);
         let fewer = longest.saturating_sub(31);
-        solve(&normal.map(|row| row.map(|v| (v >> fewer) as i32)), right.map(|v| (v >> fewer) as i32))
+        solve(
+            &normal.map(|row| row.map(|v| (v >> fewer) as i32)),
+            right.map(|v| (v >> fewer) as i32),
+        )
     }
 
-    /// The standard deviation of e'J n over its mean, Q8, for the steps `n` (Q8) and what J may be: its variance is
-    /// Σ e_i² var(J_i n). At most 1, and `None` where the mean is not above zero.
+    /// The standard deviation of e'J n over its mean, Q8, for the steps `n` (Q8) and what J may be:
+    /// its variance is Σ e_i² var(J_i n). At most 1, and `None` where the mean is not above zero.
     pub(super) fn doubt(&self, j: &[[i32; 3]; 3], e: [i32; 3], n: [i32; 3]) -> Option<u32> {
         // Neither the size of e nor that of n matters: 12 and 13 bits of them.
         let [e, n] = [(e, 12), (n, 13)].map(|(v, bits)| {

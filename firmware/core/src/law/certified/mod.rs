@@ -21,15 +21,17 @@ pub(super) const SIGNS: [[i32; 3]; 3] = {
     signs
 };
 
-/// Of an unsure way the motors do not brake on more than so many steps less, Q8: by then more is known.
+/// Of an unsure way the motors do not brake on more than so many steps less, Q8: by then more is
+/// known.
 const UNSURE_STEPS: i64 = 40 << 8;
 /// No demand lasts for less: a picture may come so much later than the one before it, µs.
 const LASTS_US: i64 = 35_000;
 /// The law of signs slows down from here, µm.
 const SIGN_SLOWS: i64 = 65_000;
 
-/// Kalman filters for p and J; the step on them that makes E|e|² the least, where |e| falls for every J within three
-/// standard deviations; the law of signs elsewhere. Both make V = |e|² fall, so that going from one to the other needs no wait.
+/// Kalman filters for p and J; the step on them that makes E|e|² the least, where |e| falls for
+/// every J within three standard deviations; the law of signs elsewhere. Both make V = |e|² fall,
+/// so that going from one to the other needs no wait.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Certified {
     limits: Limits,
@@ -48,8 +50,9 @@ impl Certified {
         Self { limits, estimate: None, swings: Swings::to([0; 3]) }
     }
 
-    /// Along the `steps`: 9/s of the longest way, less where the motors could not brake in time; of these rates so much (Q8). They hold
-    /// until what is left of the way is what the motors brake on.
+    /// Along the `steps`: 9/s of the longest way, less where the motors could not brake in time; of
+    /// these rates so much (Q8). They hold until what is left of the way is what the motors brake
+    /// on.
     fn along(&self, steps: &Steps, calm: u32) -> Demand {
         let n = steps.n;
         let acceleration = i64::from(self.limits.acceleration);
@@ -60,12 +63,16 @@ impl Certified {
         let braking = acceleration * 5 / 4 * sure.min(1 << 22) * 256;
         let braking = braking.unsigned_abs().isqrt() as i64;
         // Bits: 31 + 9.
-        let rate = ((9 * longest).min(braking).min(i64::from(self.limits.rate)) * i64::from(calm)) >> 8;
+        let rate =
+            ((9 * longest).min(braking).min(i64::from(self.limits.rate)) * i64::from(calm)) >> 8;
         // Bits: 26 + 31 is no more than the ratio's 31 after the division.
         let rates = MotorRates(n.map(|n| (i64::from(n) * rate / longest) as i32));
         // m/v - v/2a, bits: 26 + 20 and 31 + 11.
         let lasts_us = longest * 1_000_000 / rate.max(1) - rate * 1_953 / acceleration.max(1);
-        Demand { lasts_us: lasts_us.clamp(LASTS_US, u32::MAX.into()) as u32, ..Demand::at_once(rates) }
+        Demand {
+            lasts_us: lasts_us.clamp(LASTS_US, u32::MAX.into()) as u32,
+            ..Demand::at_once(rates)
+        }
     }
 
     /// The law of signs at full speed until close to the target.

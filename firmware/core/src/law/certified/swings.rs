@@ -3,8 +3,8 @@
 use crate::law::sides::Sides;
 use crate::law::sign;
 
-/// Going past the target is nothing to worry about so many times. Each further time so much is left of the rates, Q8, and at least
-/// so much.
+/// Going past the target is nothing to worry about so many times. Each further time so much is left
+/// of the rates, Q8, and at least so much.
 const FREE: u8 = 1;
 const CUT: u32 = 192;
 const CALMEST: u32 = 26;

@@ -25,7 +25,10 @@ fn exact(j: &[[i32; 3]; 3], unknown: [[f64; 3]; 3], e: [i32; 3]) -> [f64; 3] {
     let m = [0, 1, 2].map(|k| [0, 1, 2].map(|l| unknown[k][l] + sum(&|i| j[i][k] * j[i][l])));
     let b = [0, 1, 2].map(|k| sum(&|i| j[i][k] * f64::from(e[i])));
     let det = |m: &[[f64; 3]; 3]| {
-        sum(&|c| m[0][c] * (m[1][(c + 1) % 3] * m[2][(c + 2) % 3] - m[1][(c + 2) % 3] * m[2][(c + 1) % 3]))
+        sum(&|c| {
+            m[0][c]
+                * (m[1][(c + 1) % 3] * m[2][(c + 2) % 3] - m[1][(c + 2) % 3] * m[2][(c + 1) % 3])
+        })
     };
     [0, 1, 2].map(|c| {
         let mut swapped = m;
@@ -43,8 +46,9 @@ fn off(n: [i32; 3], exact: [f64; 3]) -> f64 {
 #[test]
 fn a_cautious_step_is_the_one_of_its_equation() {
     let estimate = Estimate::new(&PICTURE);
-    let unknown = [0, 1, 2]
-        .map(|k| [0, 1, 2].map(|l| estimate.axes.iter().map(|a| f64::from(a.p_jj[k][l]) / 256.0).sum()));
+    let unknown = [0, 1, 2].map(|k| {
+        [0, 1, 2].map(|l| estimate.axes.iter().map(|a| f64::from(a.p_jj[k][l]) / 256.0).sum())
+    });
     for (j, e) in JACOBIANS.iter().flat_map(|j| ERRORS.map(|e| (j, e))) {
         let off = estimate.cautious(j, e).map(|n| off(n, exact(j, unknown, e)));
         assert!(off.is_some_and(|off| off < 0.01), "{j:?} {e:?}: {off:?}");
@@ -76,7 +80,10 @@ fn doubt_is_that_of_its_equation() {
         let mean = sum(&|i| e_[i] * sum(&|k| f64::from(j[i][k]) / 64.0 * n_[k]));
         let exact = (variance.sqrt() / mean).min(1.0);
         let doubt = estimate.doubt(j, e, n).map(|doubt| f64::from(doubt) / 256.0);
-        assert!(doubt.is_some_and(|doubt| (doubt - exact).abs() < 0.02), "{e:?}: {doubt:?} {exact}");
+        assert!(
+            doubt.is_some_and(|doubt| (doubt - exact).abs() < 0.02),
+            "{e:?}: {doubt:?} {exact}"
+        );
         assert_eq!(estimate.doubt(j, e, n.map(|n| -n)), None);
     }
 }
@@ -94,8 +101,9 @@ fn what_is_in_doubt_is_left_to_the_law_of_signs() {
 #[test]
 fn the_law_grows_calmer_with_each_swing_and_not_with_another_target() {
     let mut swings = Swings::to([0; 3]);
-    let mut calm =
-        |k: i32, target| swings.calm([target, 0, 0], [if k % 2 == 0 { 20_000 } else { -20_000 }, 0, 0]);
+    let mut calm = |k: i32, target| {
+        swings.calm([target, 0, 0], [if k % 2 == 0 { 20_000 } else { -20_000 }, 0, 0])
+    };
     assert_eq!([0, 1].map(|k| calm(k, 0)), [256; 2]);
     assert_eq!([2, 3, 3].map(|k| calm(k, 0)), [192, 144, 144]);
     assert_eq!(calm(4, 1), 256);
@@ -108,7 +116,11 @@ fn j_is_learnt_on_the_way_and_not_from_a_ball_that_is_held() {
         let picture = Picture { target: [target; 3], ..PICTURE };
         let mut estimate = Estimate::new(&picture);
         for k in 1..10 {
-            estimate.update(&Picture { ball: [k % 3 * 1_000; 3], then: [k % 2 * 16, 0, 0], ..picture });
+            estimate.update(&Picture {
+                ball: [k % 3 * 1_000; 3],
+                then: [k % 2 * 16, 0, 0],
+                ..picture
+            });
         }
         estimate.axes.map(|axis| axis.j)
     };

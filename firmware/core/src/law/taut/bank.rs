@@ -2,26 +2,30 @@
 
 use super::Seen;
 use super::filter::Filter;
-use super::geometry::{Matrix, Vector, along, dot, length, projected, scaled, solve, transposed_times};
+use super::geometry::{
+    Matrix, Vector, along, dot, length, projected, scaled, solve, transposed_times,
+};
 use super::prior::Guess;
 
 /// Gravity, mm/s².
 pub(super) const GRAVITY: f32 = 9810.0;
 /// Of its tension at rest, each cable keeps so much.
 const KEPT: f32 = 0.45;
-/// A filter with less than this share of the belief is not heeded where the most careful one decides.
+/// A filter with less than this share of the belief is not heeded where the most careful one
+/// decides.
 const PLAUSIBLE: f32 = 0.05;
-/// Lengths of cable take no more than this from what J says is left: a filter far from the truth must not bring all to a stop.
+/// Lengths of cable take no more than this from what J says is left: a filter far from the truth
+/// must not bring all to a stop.
 const BENT: f32 = 0.5;
-/// Likelihoods count to this power over a half: what the springs do to one picture they do to the next, so that pictures say less
-/// than they would if each erred for itself.
+/// Likelihoods count to this power over a half: what the springs do to one picture they do to the
+/// next, so that pictures say less than they would if each erred for itself.
 const CREDULITY: f32 = 0.2;
-/// Another filter's covariance is taken when it explains what was seen better by this much (twice the logarithm of
-/// likelihoods).
+/// Another filter's covariance is taken when it explains what was seen better by this much (twice
+/// the logarithm of likelihoods).
 const BETTER: f32 = 2.0;
 
-/// The population's heights are 100 to 1000 mm and its steps 0.16 to 0.94 mm. The last is the rig that moves most for a step: high
-/// and narrow. It is what keeps the first move from going too far.
+/// The population's heights are 100 to 1000 mm and its steps 0.16 to 0.94 mm. The last is the rig
+/// that moves most for a step: high and narrow. It is what keeps the first move from going too far.
 const GUESSES: [Guess; 4] = [
     Guess { height: 350.0, width: 1.0, step: 0.26 },
     Guess { height: 350.0, width: 1.0, step: 0.6 },
@@ -87,8 +91,10 @@ impl Bank {
     /// What the filters say together, each as far as it has explained what was seen.
     pub(super) fn belief(&self, target: Vector) -> Belief {
         let least = self.filters.iter().fold(f32::MAX, |least, filter| least.min(filter.score()));
-        let likelihoods =
-            self.filters.each_ref().map(|f| libm::expf((CREDULITY * (least - f.score())).max(-60.0)));
+        let likelihoods = self
+            .filters
+            .each_ref()
+            .map(|f| libm::expf((CREDULITY * (least - f.score())).max(-60.0)));
         let all: f32 = likelihoods.iter().sum();
         let mut j = [[0.0; 3]; 3];
         let mut height = 0.0;
@@ -99,7 +105,12 @@ impl Bank {
                 *mean += weight * own;
             }
             height += weight * filter.height();
-            Opinion { weight, ball: filter.ball(), j: projected(&own), steps: filter.steps_to(target) }
+            Opinion {
+                weight,
+                ball: filter.ball(),
+                j: projected(&own),
+                steps: filter.steps_to(target),
+            }
         });
         let best = self.filters[self.best];
         Belief { best, opinions, j: projected(&j), ball: best.ball(), height }
@@ -107,7 +118,8 @@ impl Bank {
 }
 
 impl Opinion {
-    /// The largest factor on the motors' acceleration `a` with which every cable keeps its part of the tension.
+    /// The largest factor on the motors' acceleration `a` with which every cable keeps its part of
+    /// the tension.
     fn tension(&self, a: Vector) -> f32 {
         // T/m = -J'(g ẑ + J a), up to the step's length.
         let change = transposed_times(&self.j, along(&self.j, a));
@@ -119,8 +131,9 @@ impl Opinion {
             .fold(f32::MAX, |least, (rest, change)| least.min((1.0 - KEPT) * rest / change))
     }
 
-    /// How many steps along `unit` are left to `target` once the motors have turned by `due`: by J, or by the cables' lengths where
-    /// that is less. Near the motors a step goes farther and farther, and who goes by J alone gets past the target.
+    /// How many steps along `unit` are left to `target` once the motors have turned by `due`: by J,
+    /// or by the cables' lengths where that is less. Near the motors a step goes farther and
+    /// farther, and who goes by J alone gets past the target.
     fn left(&self, target: Vector, due: Vector, unit: Vector) -> f32 {
         let moves = along(&self.j, due);
         let e = [0, 1, 2].map(|i| target[i] - self.ball[i] - moves[i]);
@@ -137,14 +150,14 @@ impl Belief {
         self.opinions.iter().filter(|opinion| opinion.weight > PLAUSIBLE)
     }
 
-    /// The largest factor on the motors' acceleration `a` with which, by every plausible opinion, every cable keeps its part of the
-    /// tension.
+    /// The largest factor on the motors' acceleration `a` with which, by every plausible opinion,
+    /// every cable keeps its part of the tension.
     pub(super) fn tension(&self, a: Vector) -> f32 {
         self.plausible().fold(f32::MAX, |least, opinion| least.min(opinion.tension(a)))
     }
 
-    /// How many steps along `unit` are left to `target` (mm) once the motors have turned by `due`: the fewest of all plausible
-    /// opinions, at most `way`.
+    /// How many steps along `unit` are left to `target` (mm) once the motors have turned by `due`:
+    /// the fewest of all plausible opinions, at most `way`.
     pub(super) fn left(&self, target: Vector, due: Vector, unit: Vector, way: f32) -> f32 {
         self.plausible().fold(way, |least, opinion| least.min(opinion.left(target, due, unit)))
     }
@@ -163,9 +176,10 @@ impl Belief {
         covariance
     }
 
-    /// The standard deviation of what may slacken a cable in the ball's acceleration J a, mm per motor unit: its level part across the
-    /// way that is meant, and what of it may point backwards. An acceleration that is only greater or less than meant
-    /// keeps pointing to where there is room, and what is vertical is small beside gravity.
+    /// The standard deviation of what may slacken a cable in the ball's acceleration J a, mm per
+    /// motor unit: its level part across the way that is meant, and what of it may point backwards.
+    /// An acceleration that is only greater or less than meant keeps pointing to where there is
+    /// room, and what is vertical is small beside gravity.
     pub(super) fn harm(&self, a: Vector) -> f32 {
         let meant = along(&self.j, a);
         let covariance = self.covariance(a);

@@ -2,20 +2,23 @@
 
 use super::geometry::{Vector, dot, length, scaled};
 
-/// A swing past the target counts from this far, mm: above what the noise of 2, 1, 1 mm leaves in the estimate (below 1), and
-/// well below a threshold of 10 mm.
+/// A swing past the target counts from this far, mm: above what the noise of 2, 1, 1 mm leaves in
+/// the estimate (below 1), and well below a threshold of 10 mm.
 const SWING: f32 = 4.0;
 /// So many swings are let be, and each that follows leaves so much of the pace.
 const FREE: u8 = 1;
 const CALMER: f32 = 0.4;
-/// The pace is never less. At 12/s times this a loop of no other delay is stable about a mode of 0.6 Hz and ζ = 0.02: below 2 ζ ω.
+/// The pace is never less. At 12/s times this a loop of no other delay is stable about a mode of
+/// 0.6 Hz and ζ = 0.02: below 2 ζ ω.
 const SLOWEST: f32 = 0.012;
-/// A bank that in the mean of so many pictures has not brought the ball nearer by this much (mm) than in those before, and not to
-/// within 6 mm, has got stuck. In the mean: a ball that swings about its target is not lost.
+/// A bank that in the mean of so many pictures has not brought the ball nearer by this much (mm)
+/// than in those before, and not to within 6 mm, has got stuck. In the mean: a ball that swings
+/// about its target is not lost.
 const PATIENCE: u8 = 45;
 const NEARER: f32 = 3.0;
 const THERE: f32 = 6.0;
-/// After as many pictures without a swing, and not there yet, the pace grows by this: what swung has come to rest.
+/// After as many pictures without a swing, and not there yet, the pace grows by this: what swung
+/// has come to rest.
 const QUICKER: f32 = 2.0;
 
 /// Watches the error on its way to one target.
@@ -49,9 +52,10 @@ impl Watch {
         }
     }
 
-    /// What of its pace the law is to keep, [`SLOWEST`] to 1. With each time the ball goes by its target to the other side there is
-    /// less: a loop that swings is too quick for what it does not know of the rig, and on a slower one springs come to rest. There is
-    /// more again where a ball at rest is still on its way.
+    /// What of its pace the law is to keep, [`SLOWEST`] to 1. With each time the ball goes by its
+    /// target to the other side there is less: a loop that swings is too quick for what it does not
+    /// know of the rig, and on a slower one springs come to rest. There is more again where a ball
+    /// at rest is still on its way.
     pub(super) fn pace(&self) -> f32 {
         self.pace
     }

@@ -1,4 +1,5 @@
-//! An extended Kalman filter over the ball, the motors' points, the cable of a step and the pictures' lateness.
+//! An extended Kalman filter over the ball, the motors' points, the cable of a step and the
+//! pictures' lateness.
 #![allow(
     clippy::needless_range_loop,
     reason = "rows and columns go by their numbers in several arrays at once"
@@ -24,8 +25,8 @@ const STRANGE: f32 = 4.0;
 const PATIENCE: u8 = 2;
 /// What a picture that is passed over adds to the score: as much as an axis at the edge of that.
 const PASSED_OVER: f32 = 30.0;
-/// How far the ball hangs behind on its springs, over its acceleration, squares of a picture's time: 2 of them are 0.002 s²,
-/// 22 rad/s, between a stiff rig and a soft one.
+/// How far the ball hangs behind on its springs, over its acceleration, squares of a picture's
+/// time: 2 of them are 0.002 s², 22 rad/s, between a stiff rig and a soft one.
 const BEHIND: f32 = 2.0;
 
 /// One filter of the bank.
@@ -41,7 +42,8 @@ pub(super) struct Filter {
     motors: Vector,
     /// How far the ball went in a picture's time before the last picture, mm.
     flown: Vector,
-    /// Twice the negative logarithm of the likelihood of what was seen, forgotten over 200 pictures.
+    /// Twice the negative logarithm of the likelihood of what was seen, forgotten over 200
+    /// pictures.
     score: f32,
     /// Innovations over their standard deviations, forgotten over 10 pictures.
     bias: Vector,
@@ -72,8 +74,8 @@ impl Cables {
     }
 }
 
-/// How the way of the ball changes with the state when the motors turn: F = J G. Row k of G is -w_k at the ball, w_k at
-/// motor k, and what is paid out at ln s: seven entries of thirteen.
+/// How the way of the ball changes with the state when the motors turn: F = J G. Row k of G is -w_k
+/// at the ball, w_k at motor k, and what is paid out at ln s: seven entries of thirteen.
 struct Gradient {
     /// w_k: how far the ball goes across cable k, over its length.
     bends: Matrix,
@@ -95,7 +97,8 @@ impl Gradient {
     }
 }
 
-/// Where the cables' lengths would have the ball that is seen: on springs it comes later while it gets faster.
+/// Where the cables' lengths would have the ball that is seen: on springs it comes later while it
+/// gets faster.
 fn ahead_of(seen: &Seen, cables: &Cables) -> Vector {
     let behind = along(&cables.j, scaled(seen.faster, BEHIND * cables.step));
     // The weight holds it against that downwards.
@@ -160,8 +163,8 @@ impl Filter {
         j.map(|row| across.map(|across| dot(row, across)))
     }
 
-    /// Motor steps from where the ball is to where its cables reach `point` (mm): by their lengths, not by J, which near the motors
-    /// doubles within a few centimetres.
+    /// Motor steps from where the ball is to where its cables reach `point` (mm): by their lengths,
+    /// not by J, which near the motors doubles within a few centimetres.
     pub(super) fn steps_to(&self, point: Vector) -> Vector {
         let Cables { lengths, step, .. } = self.cables;
         [0, 1, 2].map(|k| {
@@ -175,15 +178,19 @@ impl Filter {
         (self.x[5] + self.x[8] + self.x[11]) / 3.0 - self.x[2]
     }
 
-    /// Whether all of it is numbers, and the covariance one: rounding may spoil a filter that is very sure of itself.
+    /// Whether all of it is numbers, and the covariance one: rounding may spoil a filter that is
+    /// very sure of itself.
     pub(super) fn sound(&self) -> bool {
         // What is below the diagonal is the same as what is above it.
         (0..N).all(|i| {
-            self.x[i].is_finite() && self.p[i][i] > 0.0 && self.p[i][i..].iter().all(|p| p.is_finite())
+            self.x[i].is_finite()
+                && self.p[i][i] > 0.0
+                && self.p[i][i..].iter().all(|p| p.is_finite())
         })
     }
 
-    /// The same filter begun anew, scored as one that has explained things as badly as `score` says.
+    /// The same filter begun anew, scored as one that has explained things as badly as `score`
+    /// says.
     pub(super) fn restarted(seen: &Seen, target: Vector, guess: &Guess, score: f32) -> Self {
         Self { score, ..Self::new(seen, target, guess) }
     }
@@ -251,7 +258,8 @@ impl Filter {
         [0, 1, 2].map(|i| fpf[i][i].max(0.0))
     }
 
-    /// How far a ball that is seen at `z` is from where it is expected along an axis: where it was by the pictures' lateness ago.
+    /// How far a ball that is seen at `z` is from where it is expected along an axis: where it was
+    /// by the pictures' lateness ago.
     fn off(&self, z: Vector, axis: usize) -> f32 {
         z[axis] - (self.x[axis] - self.flown[axis] * self.x[LATE])
     }
@@ -262,8 +270,8 @@ impl Filter {
         (self.p[axis][axis] + late).max(0.0) + self.told[axis] + UNMODELLED
     }
 
-    /// Whether to take in a picture of the ball at `z`. Strange ones are passed over; where they go on, the ball is elsewhere
-    /// indeed, and how it came there says little of the geometry.
+    /// Whether to take in a picture of the ball at `z`. Strange ones are passed over; where they go
+    /// on, the ball is elsewhere indeed, and how it came there says little of the geometry.
     fn accepts(&mut self, z: Vector) -> bool {
         let off = [0, 1, 2].map(|i| self.off(z, i));
         let strange = [0, 1, 2].map(|i| off[i] * off[i] > STRANGE * STRANGE * self.variance(i));
@@ -296,7 +304,8 @@ impl Filter {
             let off = self.off(z, i);
             surprise += off * off * precision + libm::logf(variance);
             self.bias[i] = 0.9 * self.bias[i] + 0.1 * off / libm::sqrtf(variance);
-            let row: [f32; N] = core::array::from_fn(|k| self.p[i][k] - self.flown[i] * self.p[LATE][k]);
+            let row: [f32; N] =
+                core::array::from_fn(|k| self.p[i][k] - self.flown[i] * self.p[LATE][k]);
             for k in 0..N {
                 let gain = row[k] * precision;
                 self.x[k] += gain * off;

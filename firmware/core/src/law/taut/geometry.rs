@@ -63,7 +63,8 @@ pub(super) fn solve(m: &Matrix, e: Vector) -> Option<Vector> {
     (det > 1e-12).then(|| scaled(transposed_times(&cofactors, e), 1.0 / det))
 }
 
-/// The inverse, with a determinant that is at least 10⁻³ in magnitude: of three unit vectors that are almost in a plane.
+/// The inverse, with a determinant that is at least 10⁻³ in magnitude: of three unit vectors that
+/// are almost in a plane.
 pub(super) fn inverse(m: &Matrix) -> Matrix {
     let (cofactors, det) = cofactors(m);
     let scale = 1.0 / if det < 0.0 { det.min(-1e-3) } else { det.max(1e-3) };

@@ -1,8 +1,9 @@
-//! The law that keeps the cables taut: the rig's geometry is estimated while driving, and the acceleration that is asked
-//! for is limited by what of it is unknown.
+//! The law that keeps the cables taut: the rig's geometry is estimated while driving, and the
+//! acceleration that is asked for is limited by what of it is unknown.
 //!
-//! In f32: additions, products, quotients and square roots are the same everywhere (IEEE 754), and so is what `libm`
-//! makes of them, so that chip and emulation agree to the bit. Millimetres, motor steps, seconds.
+//! In f32: additions, products, quotients and square roots are the same everywhere (IEEE 754), and
+//! so is what `libm` makes of them, so that chip and emulation agree to the bit. Millimetres, motor
+//! steps, seconds.
 
 mod bank;
 mod calm;
@@ -19,19 +20,21 @@ use geometry::{Vector, along, dot, largest, scaled};
 
 /// What the rates take to change, s: from a picture to the next at 30 Hz.
 const FRAME_S: f32 = 0.033;
-/// Cables are taut while what the ball bears, its weight and what it is accelerated by, points into the motors' triangle. Two standard
-/// deviations of what may slacken a cable shift the point where it meets the motors' plane by no more than this, mm, and are below
-/// so much acceleration, mm/s²: at an edge of the population's triangles there is room for 440 (1 % quantile).
+/// Cables are taut while what the ball bears, its weight and what it is accelerated by, points into
+/// the motors' triangle. Two standard deviations of what may slacken a cable shift the point where
+/// it meets the motors' plane by no more than this, mm, and are below so much acceleration, mm/s²:
+/// at an edge of the population's triangles there is room for 440 (1 % quantile).
 const ASIDE: f32 = 14.0;
 const UNKNOWN: f32 = 400.0;
 /// The motors may always accelerate so much, steps/s².
 const ALWAYS: f32 = 250.0;
-/// Braking is planned with so much of the acceleration that is allowed: what the springs swing back by is as much again.
+/// Braking is planned with so much of the acceleration that is allowed: what the springs swing back
+/// by is as much again.
 const BRAKE: f32 = 0.5;
 /// Rates are at most so much of the way that is left, 1/s.
 const GAIN: f32 = 12.0;
-/// Nearer than about this the ball is left alone, mm: it is what noise makes of the estimate, and the microsteps of slow motors are in
-/// tune with a light ball on stiff cables.
+/// Nearer than about this the ball is left alone, mm: it is what noise makes of the estimate, and
+/// the microsteps of slow motors are in tune with a light ball on stiff cables.
 const NEAR: f32 = 1.0;
 
 /// What a picture says.
@@ -113,8 +116,8 @@ impl Taut {
         belief.tension(a).min(known).max(ALWAYS).min(self.acceleration)
     }
 
-    /// The rates towards the target, before the change to them is limited: along the straight way in motor space, as fast as the ball
-    /// can be stopped on what is left of it.
+    /// The rates towards the target, before the change to them is limited: along the straight way
+    /// in motor space, as fast as the ball can be stopped on what is left of it.
     fn wanted(&self, belief: &Belief, e: Vector, due: Vector, target: Vector) -> Vector {
         let Some(steps) = belief.steps(e) else { return [0.0; 3] };
         let unit = scaled(steps, 1.0 / largest(steps).max(1e-9));
@@ -122,11 +125,15 @@ impl Taut {
         let pace = self.watch.pace();
         let braking = pace * BRAKE * self.acceleration(belief, scaled(unit, -1.0));
         let heed = dot(e, e) / (dot(e, e) + NEAR * NEAR);
-        scaled(unit, (heed * pace * GAIN * way).min(libm::sqrtf(2.0 * braking * way)).min(self.rate))
+        scaled(
+            unit,
+            (heed * pace * GAIN * way).min(libm::sqrtf(2.0 * braking * way)).min(self.rate),
+        )
     }
 
-    /// The rates after a frame on the way from the last ones to `wanted`. To turn less fast along the way that the ball is on is one
-    /// thing, of which much is known; to turn elsewhere is another.
+    /// The rates after a frame on the way from the last ones to `wanted`. To turn less fast along
+    /// the way that the ball is on is one thing, of which much is known; to turn elsewhere is
+    /// another.
     fn limited(&self, belief: &Belief, wanted: Vector) -> Vector {
         let asked = self.asked;
         let kept = (dot(wanted, asked) / dot(asked, asked).max(1e-9)).clamp(0.0, 1.0);

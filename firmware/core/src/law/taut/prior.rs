@@ -9,19 +9,20 @@ pub(super) const STEP: usize = 12;
 /// Where that lateness is, in pictures' times ([`crate::law::BEFORE_US`]).
 pub(super) const LATE: usize = 13;
 
-/// From the middle of the way to each motor, mm: the mean of docs/control.md's population, triangles of 1 m. z is the guess's own.
-/// Motors are about start and target, wherever these are, so that the middle between the two says more of where than the ball alone
-/// does.
+/// From the middle of the way to each motor, mm: the mean of docs/control.md's population,
+/// triangles of 1 m. z is the guess's own. Motors are about start and target, wherever these are,
+/// so that the middle between the two says more of where than the ball alone does.
 const OFFSETS: [f32; 9] = [330.0, 500.0, 0.0, 330.0, -500.0, 0.0, -670.0, 0.0, 0.0];
-/// Standard deviations of these (the population's are 175 to 241), of the height of all motors, of each one's own (mm), and of ln s
-/// (the population's is 0.48, and there are two guesses of it). Lateness is none in the mean, and 50 ms are nothing strange.
+/// Standard deviations of these (the population's are 175 to 241), of the height of all motors, of
+/// each one's own (mm), and of ln s (the population's is 0.48, and there are two guesses of it).
+/// Lateness is none in the mean, and 50 ms are nothing strange.
 const ANYWHERE: f32 = 200.0;
 const HEIGHT: f32 = 200.0;
 const OWN: f32 = 20.0;
 const LN_STEP: f32 = 0.3;
 const LATENESS: f32 = 1.5;
-/// Motors are 100 to 1000 mm above both start and target, mm above the middle in the mean: the farther one of them is above the other,
-/// the less room there is for that, down to a share.
+/// Motors are 100 to 1000 mm above both start and target, mm above the middle in the mean: the
+/// farther one of them is above the other, the less room there is for that, down to a share.
 const MEAN_HEIGHT: f32 = 550.0;
 const HEIGHTS: f32 = 900.0;
 const LEAST_ROOM: f32 = 0.2;
@@ -38,9 +39,14 @@ pub(super) struct Guess {
 }
 
 impl Guess {
-    /// State and covariance with the ball at `ball` (mm), of `variance` (mm²), on its way to `target` (mm). Motors are at about one
-    /// height, A and B at about one x.
-    pub(super) fn prior(&self, ball: Vector, variance: Vector, target: Vector) -> ([f32; N], [[f32; N]; N]) {
+    /// State and covariance with the ball at `ball` (mm), of `variance` (mm²), on its way to
+    /// `target` (mm). Motors are at about one height, A and B at about one x.
+    pub(super) fn prior(
+        &self,
+        ball: Vector,
+        variance: Vector,
+        target: Vector,
+    ) -> ([f32; N], [[f32; N]; N]) {
         let middle = [0, 1, 2].map(|i| (ball[i] + target[i]) / 2.0);
         let room = (1.0 - (target[2] - ball[2]).abs() / HEIGHTS).max(LEAST_ROOM);
         let height = MEAN_HEIGHT + room * (self.height - MEAN_HEIGHT);

@@ -109,8 +109,8 @@ fn an_error_that_stays_means_that_the_bank_is_stuck() {
     assert_eq!(stuck, 1);
 }
 
-/// A ball that follows the motors through a resonance (Hz, damping ratio) and is seen three pictures late: its farthest from the
-/// target, mm, in the last two of 60 s.
+/// A ball that follows the motors through a resonance (Hz, damping ratio) and is seen three
+/// pictures late: its farthest from the target, mm, in the last two of 60 s.
 fn farthest_at_the_end(hz: f32, damping: f32) -> f32 {
     // Seen from (0, 0, -120): high up, and a step moves the ball farther than the usual rig's.
     let j = [[-0.7, -0.7, 0.7], [-0.6, 0.6, 0.0], [-1.2, -1.2, -0.6]];

@@ -1,5 +1,6 @@
-//! Uncalibrated visual servoing: Broyden's rank-one updates of J, damped Gauss-Newton steps (Jägersand, Fuentes and Nelson,
-//! "Experimental evaluation of uncalibrated visual servoing for precision manipulation", ICRA 1997).
+//! Uncalibrated visual servoing: Broyden's rank-one updates of J, damped Gauss-Newton steps
+//! (Jägersand, Fuentes and Nelson, "Experimental evaluation of uncalibrated visual servoing for
+//! precision manipulation", ICRA 1997).
 
 use std::collections::VecDeque;
 
@@ -14,7 +15,8 @@ use super::super::twins::{Seen, along, demand};
 const GUESS: f64 = 0.188;
 /// An update compares the ball with where it was so many pictures ago.
 const SPAN: usize = 3;
-/// Of a rank-one update, what is taken; all of it where the motors turned by much more than [`QUIET`] steps meanwhile.
+/// Of a rank-one update, what is taken; all of it where the motors turned by much more than
+/// [`QUIET`] steps meanwhile.
 const TRUST: f64 = 0.5;
 const QUIET: f64 = 20.0;
 /// Damping of the Gauss-Newton step, of the largest entry of J.
@@ -44,7 +46,8 @@ impl Broyden {
         if let Some((ball, motors)) = self.past.front() {
             let (moved, turned) = (seen.ball - ball, seen.then - motors);
             let missed = moved - self.j * turned;
-            self.j += missed * turned.transpose() * (TRUST / (turned.norm_squared() + QUIET * QUIET));
+            self.j +=
+                missed * turned.transpose() * (TRUST / (turned.norm_squared() + QUIET * QUIET));
         }
         self.past.push_back((seen.ball, seen.then));
         if self.past.len() > SPAN {
@@ -52,7 +55,8 @@ impl Broyden {
         }
     }
 
-    /// Where the ball was in the picture, by what was seen and by how the motors turned since the last one, mm.
+    /// Where the ball was in the picture, by what was seen and by how the motors turned since the
+    /// last one, mm.
     fn located(&mut self, seen: &Seen) -> Vector3<f64> {
         let last = self.past.back().map(|(_, motors)| *motors);
         let foretold = self.position.zip(last).map(|(p, motors)| p + self.j * (seen.then - motors));

@@ -1,4 +1,5 @@
-//! What others would use, in `f64`: uncalibrated servoing, and inverse kinematics with a model that is not quite right.
+//! What others would use, in `f64`: uncalibrated servoing, and inverse kinematics with a model that
+//! is not quite right.
 
 mod broyden;
 mod model;

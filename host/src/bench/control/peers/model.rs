@@ -24,8 +24,9 @@ pub(in super::super) struct Model {
 }
 
 impl Model {
-    /// The rig of `task` as someone measured it who was wrong by the part `wrong` one way or the other, drawn from `seed` and
-    /// `index`: in each motor's distance along x, y and z from the middle of start and target, and in the pulleys' radius.
+    /// The rig of `task` as someone measured it who was wrong by the part `wrong` one way or the
+    /// other, drawn from `seed` and `index`: in each motor's distance along x, y and z from the
+    /// middle of start and target, and in the pulleys' radius.
     ///
     /// # Errors
     /// Where no rig is like that.
@@ -50,7 +51,8 @@ impl Model {
 
     /// Steps from one point to another (mm) by the model.
     fn steps(&self, from: Vector3<f64>, to: Vector3<f64>) -> Vector3<f64> {
-        let lengths = |p: Vector3<f64>| Vector3::from(self.rig.cable_lengths_m(&Point3::from(p * 1e-3)));
+        let lengths =
+            |p: Vector3<f64>| Vector3::from(self.rig.cable_lengths_m(&Point3::from(p * 1e-3)));
         (lengths(to) - lengths(from)).component_div(&Vector3::from(self.rig.step_lengths_m()))
     }
 }

@@ -1,4 +1,5 @@
-//! Kalman filters for p and J, a cautious step where descent is certain enough, the law of signs elsewhere.
+//! Kalman filters for p and J, a cautious step where descent is certain enough, the law of signs
+//! elsewhere.
 
 use nalgebra::{Matrix3, RowVector3, Vector3};
 use plumb_core::law::{Demand, Law, Picture};
@@ -8,7 +9,8 @@ use super::super::limits::Limits;
 use super::sign::direction;
 use super::{Seen, demand};
 
-/// First guess of |J|, mm/step, and its variance in parts of its square: common to a row, and each entry's own.
+/// First guess of |J|, mm/step, and its variance in parts of its square: common to a row, and each
+/// entry's own.
 const GUESS: [[f64; 3]; 3] = [[0.27, 0.27, 0.54], [0.51, 0.51, 0.0], [0.33, 0.33, 0.33]];
 const COMMON: f64 = 77.0 / 256.0;
 const OWN: [f64; 3] = [102.0 / 256.0, 26.0 / 256.0, 102.0 / 256.0];
@@ -18,19 +20,23 @@ const ASKEW: f64 = 0.090;
 const SIGMA: [f64; 3] = [2.0, 1.0, 1.0];
 /// A step is not certain enough from this standard deviation of e'J n over its mean on.
 const DOUBTFUL: f64 = 1.0 / 3.0;
-/// Of the way, this times its square is not what the motors brake on; so much of it at most, and so many steps.
+/// Of the way, this times its square is not what the motors brake on; so much of it at most, and so
+/// many steps.
 const SOONER: f64 = 7.0;
 const SOONER_MOST: (f64, f64) = (0.75, 40.0);
 /// No demand lasts for less, seconds.
 const LASTS_S: f64 = 0.035;
-/// Nearer than this the ball is held, mm; an nth such picture in a row has 1 + n/4 times its variance, up to n = 28.
+/// Nearer than this the ball is held, mm; an nth such picture in a row has 1 + n/4 times its
+/// variance, up to n = 28.
 const HELD: f64 = 3.0;
 const HELD_GROWS: f64 = 4.0;
 const HELD_MOST: u32 = 28;
-/// A row of J that scales may be all different after this way along its axis, mm, and at most this part of it for a picture's.
+/// A row of J that scales may be all different after this way along its axis, mm, and at most this
+/// part of it for a picture's.
 const SCALES: f64 = 102.4;
 const SCALES_MOST: f64 = 0.5;
-/// Going past the target by less is noise, mm; so many times are free; what is left of the rates after each more, and at least.
+/// Going past the target by less is noise, mm; so many times are free; what is left of the rates
+/// after each more, and at least.
 const PAST: f64 = 7.0;
 const FREE: u32 = 1;
 const CUT: f64 = 0.75;
@@ -84,12 +90,13 @@ impl Axis {
         let growth = (0.01 * self.j.amax()).powi(2) * d.lp_norm(1);
         self.p_jj += Matrix3::from_diagonal(&(self.noise * growth));
         if self.scales {
-            self.p_jj += self.j * self.j.transpose() * (moved / SCALES).abs().min(SCALES_MOST).powi(2);
+            self.p_jj +=
+                self.j * self.j.transpose() * (moved / SCALES).abs().min(SCALES_MOST).powi(2);
         }
     }
 
-    /// Takes in a measurement, mm; what is farther off than 4 standard deviations counts as so far off. Of a ball that is held, as
-    /// in so many pictures before, it says nothing of J.
+    /// Takes in a measurement, mm; what is farther off than 4 standard deviations counts as so far
+    /// off. Of a ball that is held, as in so many pictures before, it says nothing of J.
     fn measured(&mut self, z: f64, held: u32) {
         let s = self.p_pp + self.variance * (1.0 + f64::from(held) / HELD_GROWS);
         let most = 4.0 * s.sqrt();
@@ -146,8 +153,9 @@ impl Certified {
         Self { limits, estimate: None, swings: Swings::default(), held: 0 }
     }
 
-    /// Along `n` steps: 9/s of the longest way, no faster than the motor may brake from on what is sure of it, or turn; of these rates a
-    /// part. They hold until what is left of the way is what the motors brake on.
+    /// Along `n` steps: 9/s of the longest way, no faster than the motor may brake from on what is
+    /// sure of it, or turn; of these rates a part. They hold until what is left of the way is what
+    /// the motors brake on.
     fn along(&self, n: Vector3<f64>, unsure: f64, calm: f64) -> Demand {
         let (longest, acceleration) = (n.amax().max(1e-9), self.limits.acceleration);
         let sure = longest - (longest * unsure).min(SOONER_MOST.1);
@@ -161,7 +169,11 @@ impl Certified {
     fn by_signs(&self, e: &Vector3<f64>) -> Vector3<f64> {
         let w = direction(&-e);
         let largest = w.amax();
-        if largest > 0.0 { w * (self.limits.rate * (e.norm() / SIGN_SLOWS).min(1.0) / largest) } else { w }
+        if largest > 0.0 {
+            w * (self.limits.rate * (e.norm() / SIGN_SLOWS).min(1.0) / largest)
+        } else {
+            w
+        }
     }
 }
 
@@ -182,7 +194,8 @@ fn doubt(axes: &[Axis; 3], j: &Matrix3<f64>, e: &Vector3<f64>, n: &Vector3<f64>)
     (mean > 0.0).then(|| variance.max(0.0).sqrt() / mean)
 }
 
-/// The steps that make E|e - J n|² the least, where those are certain enough, and what of the way is unsure.
+/// The steps that make E|e - J n|² the least, where those are certain enough, and what of the way
+/// is unsure.
 fn steps(axes: &[Axis; 3], j: &Matrix3<f64>, e: &Vector3<f64>) -> Option<(Vector3<f64>, f64)> {
     let unknown = axes.iter().fold(Matrix3::zeros(), |sum, axis| sum + axis.p_jj);
     let n = (j.transpose() * j + unknown).try_inverse()? * (j.transpose() * e);
@@ -196,7 +209,8 @@ impl Law for Certified {
         match &mut self.estimate {
             Some((axes, motors)) => {
                 let d = seen.then - *motors;
-                let holds = (Vector3::from([0, 1, 2].map(|i| axes[i].p)) - seen.target).norm() < HELD;
+                let holds =
+                    (Vector3::from([0, 1, 2].map(|i| axes[i].p)) - seen.target).norm() < HELD;
                 self.held = if holds { (self.held + 1).min(HELD_MOST) } else { 0 };
                 for (axis, z) in axes.iter_mut().zip(&seen.ball) {
                     axis.turned(&d);

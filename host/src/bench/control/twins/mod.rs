@@ -1,4 +1,5 @@
-//! The board's laws again, from their equations, in `f64`: what their fixed point costs is the difference.
+//! The board's laws again, from their equations, in `f64`: what their fixed point costs is the
+//! difference.
 
 mod certified;
 mod interval;
@@ -19,7 +20,8 @@ use sign::Sign;
 /// The laws that have a twin; `taut` computes in floating point on the board too.
 pub(super) const NAMES: [&str; 3] = ["interval", "sign", "certified"];
 
-/// The twin of a law with these parameters, on motors of these limits; the board's own where that is no fixed point.
+/// The twin of a law with these parameters, on motors of these limits; the board's own where that
+/// is no fixed point.
 pub(super) fn of(law: &LawSettings, params: &Params, limits: Limits) -> Box<dyn Law> {
     match law {
         LawSettings::Interval { gamma, alpha, beta, signs, .. } => {
@@ -66,7 +68,8 @@ pub(super) fn demand(rates: Vector3<f64>) -> Demand {
     Demand::at_once(MotorRates(rates.map(|rate| (rate * 256.0).round() as i32)))
 }
 
-/// Rates along `steps` that are still to go: 8/s of the longest way, no faster than the motor may brake from, or turn.
+/// Rates along `steps` that are still to go: 8/s of the longest way, no faster than the motor may
+/// brake from, or turn.
 pub(super) fn along(steps: Vector3<f64>, limits: &Limits) -> Vector3<f64> {
     let longest = steps.amax();
     if longest <= 0.0 {

@@ -46,7 +46,8 @@ impl Driver for Recorded {
     }
 }
 
-/// A whole run of what `contender` makes, or of the board's own law in [`LawDriver`](super::super::law_driver::LawDriver).
+/// A whole run of what `contender` makes, or of the board's own law in
+/// [`LawDriver`](super::super::law_driver::LawDriver).
 fn whole_run(
     contender: Option<&Contender>,
     law: &LawSettings,
@@ -55,7 +56,9 @@ fn whole_run(
 ) -> (Outcome, Vec<[f64; 3]>) {
     let task = suite.task(id.0, id.1).unwrap();
     let inner = match contender {
-        Some(contender) => contender.driver(suite, &task, suite.elasticity(id.0, id.1), id).unwrap(),
+        Some(contender) => {
+            contender.driver(suite, &task, suite.elasticity(id.0, id.1), id).unwrap()
+        }
         None => by_law(law, suite, &task, boards_own).unwrap(),
     };
     let mut driver = Recorded { inner, rows: Vec::new() };
@@ -64,11 +67,12 @@ fn whole_run(
     (outcome, driver.rows)
 }
 
-/// With the board's own law the twins' harness gives the board's run, up to rounding: nothing but the law differs. In run 101 of
-/// seed 5 nothing is seen for half a second.
+/// With the board's own law the twins' harness gives the board's run, up to rounding: nothing but
+/// the law differs. In run 101 of seed 5 nothing is seen for half a second.
 #[test]
 fn the_harness_is_the_board() {
-    let (plain, elastic) = (Suite::named("quasi-static").unwrap(), Suite::named("elastic").unwrap());
+    let (plain, elastic) =
+        (Suite::named("quasi-static").unwrap(), Suite::named("elastic").unwrap());
     for name in LawSettings::NAMES {
         let law = LawSettings::named(name).unwrap();
         for (suite, id) in [(&plain, (5, 101)), (&plain, (5, 7)), (&elastic, (8, 2))] {
@@ -83,7 +87,8 @@ fn the_harness_is_the_board() {
     assert!(lost.sent_on, "this run is here because it loses the ball");
 }
 
-/// By how many steps any motor is at most apart from where `f64` has it, in a whole run with the same noise.
+/// By how many steps any motor is at most apart from where `f64` has it, in a whole run with the
+/// same noise.
 fn apart(law: &LawSettings, suite: &Suite, id: (u64, u64)) -> f64 {
     let [board, twin] = [Contender::Board(law.clone()), Contender::Twin(law.clone())]
         .map(|contender| whole_run(Some(&contender), law, suite, id).1);
@@ -95,13 +100,15 @@ fn farthest(a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
     a.iter().zip(b).flat_map(|(a, b)| (0..3).map(|k| (a[k] - b[k]).abs())).fold(0.0, f64::max)
 }
 
-/// Whole runs with the same noise: the motors go the same way. `certified` may use its estimate a picture earlier or later
-/// than its twin where descent is just certain; `interval`, at a gain that does not chatter, has an α on the chip that is
-/// rounded outwards by 0.2 %.
+/// Whole runs with the same noise: the motors go the same way. `certified` may use its estimate a
+/// picture earlier or later than its twin where descent is just certain; `interval`, at a gain that
+/// does not chatter, has an α on the chip that is rounded outwards by 0.2 %.
 #[test]
 fn motors_go_the_same_way_in_fixed_point_and_in_f64() {
     let suite = Suite::named("quasi-static").unwrap();
-    for (name, median, most) in [("interval", 4.0, 40.0), ("sign", 0.07, 0.2), ("certified", 1.0, 40.0)] {
+    for (name, median, most) in
+        [("interval", 4.0, 40.0), ("sign", 0.07, 0.2), ("certified", 1.0, 40.0)]
+    {
         let law = LawSettings::named(name).unwrap();
         let mut steps: Vec<f64> = (0..12).map(|index| apart(&law, &suite, (21, index))).collect();
         steps.sort_by(f64::total_cmp);

@@ -1,4 +1,5 @@
-//! Casts a room into a picture: a ray a pixel, light with soft shadows, smoothed within each surface, edges anti-aliased.
+//! Casts a room into a picture: a ray a pixel, light with soft shadows, smoothed within each
+//! surface, edges anti-aliased.
 
 use nalgebra::{Point3, Vector3};
 use plumb_vision::camera::Camera;
@@ -68,7 +69,8 @@ const CORNER: f64 = 0.5;
 const AMBIENT: [f64; 3] = [0.48, 0.48, 0.47];
 
 impl Room {
-    /// What `camera` sees in a picture of `size` (columns, rows). Walls that it stands behind move behind it.
+    /// What `camera` sees in a picture of `size` (columns, rows). Walls that it stands behind move
+    /// behind it.
     pub(in crate::source::synthetic) fn cast(&self, camera: &Camera, size: (usize, usize)) -> View {
         let eye = Point3::from(camera.pose.translation.vector);
         let margin = Vector3::repeat(0.3);
@@ -110,7 +112,8 @@ impl Stage<'_> {
         };
         std::thread::scope(|scope| {
             let part = &part;
-            let others: Vec<_> = (1..workers).map(|worker| scope.spawn(move || part(worker))).collect();
+            let others: Vec<_> =
+                (1..workers).map(|worker| scope.spawn(move || part(worker))).collect();
             let mut all = part(0);
             for (worker, other) in (1..workers).zip(others) {
                 // A part that was lost with its thread is made again here.
@@ -126,14 +129,20 @@ impl Stage<'_> {
     }
 
     /// The things that `ray`, whose direction has the length `length`, may meet before `t` = `end`.
-    fn on_the_way(&self, ray: &Ray, length: f64, end: f64) -> impl Iterator<Item = (usize, &Thing)> {
+    fn on_the_way(
+        &self,
+        ray: &Ray,
+        length: f64,
+        end: f64,
+    ) -> impl Iterator<Item = (usize, &Thing)> {
         let (ray, square) = (*ray, length * length);
         self.room.things.iter().enumerate().zip(&self.bounds).filter_map(
             move |((k, thing), (centre, radius))| {
                 let to = centre - ray.from;
                 let (along, reach) = (to.dot(&ray.along), radius * length);
                 let near = along > -reach && along - reach < end * square;
-                (near && to.norm_squared() * square - along * along <= reach * reach).then_some((k, thing))
+                (near && to.norm_squared() * square - along * along <= reach * reach)
+                    .then_some((k, thing))
             },
         )
     }
@@ -141,7 +150,9 @@ impl Stage<'_> {
     fn meet(&self, ray: &Ray) -> Hit {
         let mut nearest: Option<(Meeting, usize)> = None;
         for (k, thing) in self.on_the_way(ray, ray.along.norm(), f64::INFINITY) {
-            if let Some(at) = thing.shape.meet(ray).filter(|at| nearest.is_none_or(|(n, _)| at.t < n.t)) {
+            if let Some(at) =
+                thing.shape.meet(ray).filter(|at| nearest.is_none_or(|(n, _)| at.t < n.t))
+            {
                 nearest = Some((at, k));
             }
         }
@@ -158,8 +169,9 @@ impl Stage<'_> {
 
     /// Whether something stands on `ray` before `t` = `end`.
     fn hidden(&self, ray: &Ray, end: f64) -> bool {
-        self.on_the_way(ray, ray.along.norm(), end)
-            .any(|(_, thing)| thing.glow <= 0.0 && thing.shape.meet(ray).is_some_and(|at| at.t < end))
+        self.on_the_way(ray, ray.along.norm(), end).any(|(_, thing)| {
+            thing.glow <= 0.0 && thing.shape.meet(ray).is_some_and(|at| at.t < end)
+        })
     }
 
     fn first(&self, column: usize, row: usize) -> Pixel {
@@ -174,7 +186,8 @@ impl Stage<'_> {
         for (k, panel) in (0_i64..).zip(&self.room.panels) {
             for sample in 0..2 {
                 let at = 10 + 8 * k + 2 * sample;
-                let share = self.panel(panel, &from, &hit.at.normal, [random(at), random(at + 1)]) / 2.0;
+                let share =
+                    self.panel(panel, &from, &hit.at.normal, [random(at), random(at + 1)]) / 2.0;
                 for (sum, power) in arriving.iter_mut().zip(panel.power) {
                     *sum += power * share;
                 }
@@ -183,8 +196,14 @@ impl Stage<'_> {
         Pixel { hit, arriving: arriving.map(|x| x as f32) }
     }
 
-    /// How much of the room's own light gets to `from`: 1 in the open, less in corners and under things.
-    fn openness(&self, from: &Point3<f64>, normal: &Vector3<f64>, random: &impl Fn(i64) -> f64) -> f64 {
+    /// How much of the room's own light gets to `from`: 1 in the open, less in corners and under
+    /// things.
+    fn openness(
+        &self,
+        from: &Point3<f64>,
+        normal: &Vector3<f64>,
+        random: &impl Fn(i64) -> f64,
+    ) -> f64 {
         let mut open = 0.0;
         for sample in 0..3 {
             let z = 2.0 * random(2 * sample) - 1.0;
@@ -200,9 +219,17 @@ impl Stage<'_> {
         open / 3.0 * (0.85 + 0.15 * normal.z)
     }
 
-    /// Share of `panel`'s light that gets to `from` from the point of it at `place` (0 to 1 each way).
-    fn panel(&self, panel: &Panel, from: &Point3<f64>, normal: &Vector3<f64>, place: [f64; 2]) -> f64 {
-        let source = panel.centre + panel.a * (2.0 * place[0] - 1.0) + panel.b * (2.0 * place[1] - 1.0);
+    /// Share of `panel`'s light that gets to `from` from the point of it at `place` (0 to 1 each
+    /// way).
+    fn panel(
+        &self,
+        panel: &Panel,
+        from: &Point3<f64>,
+        normal: &Vector3<f64>,
+        place: [f64; 2],
+    ) -> f64 {
+        let source =
+            panel.centre + panel.a * (2.0 * place[0] - 1.0) + panel.b * (2.0 * place[1] - 1.0);
         let to = source - from;
         let distance = to.norm();
         let out = panel.a.cross(&panel.b).try_normalize(1e-12).unwrap_or_else(Vector3::z);
@@ -250,7 +277,8 @@ impl Stage<'_> {
         let own = &pixels[row * self.width + column];
         let edge = self.neighbours(column, row, 1).any(|i| {
             let other = &pixels[i];
-            other.hit.surface != own.hit.surface || other.hit.at.normal.dot(&own.hit.at.normal) < 0.9
+            other.hit.surface != own.hit.surface
+                || other.hit.at.normal.dot(&own.hit.at.normal) < 0.9
         });
         let round = |linear: [f64; 3]| linear.map(|x| encode(x).round() as u8);
         if !edge && !own.hit.pattern.has_edges() {
@@ -263,7 +291,8 @@ impl Stage<'_> {
             let lit = if hit.surface == own.hit.surface {
                 own.arriving
             } else {
-                let alike = self.neighbours(column, row, 2).find(|&i| pixels[i].hit.surface == hit.surface);
+                let alike =
+                    self.neighbours(column, row, 2).find(|&i| pixels[i].hit.surface == hit.surface);
                 pixels[alike.unwrap_or(row * self.width + column)].arriving
             };
             let seen = self.seen(&hit, &ray, &lit);

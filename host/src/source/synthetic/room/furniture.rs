@@ -42,8 +42,9 @@ fn cylinder(base: [f64; 3], radius: f64, height: f64) -> Shape {
 }
 
 fn bench() -> Vec<Thing> {
-    let leg =
-        |x, y| Thing::new(block([x, y, -0.395], [0.03, 0.03, 0.355], 0.0), Material::from_srgb(70, 72, 76));
+    let leg = |x, y| {
+        Thing::new(block([x, y, -0.395], [0.03, 0.03, 0.355], 0.0), Material::from_srgb(70, 72, 76))
+    };
     vec![
         Thing::new(
             block([0.475, 0.325, -0.02], [0.825, 0.85, 0.02], 0.0),
@@ -72,7 +73,8 @@ fn distractors() -> Vec<Thing> {
         Thing::new(block([0.25, 0.98, 0.001_5], [0.105, 0.148, 0.001_5], 0.35), red_paper),
         Thing::new(block([-1.945, 0.56, 0.62], [0.002, 0.105, 0.148], 0.0), red_paper)
             .with_pattern(Pattern::Print([0.6, 0.6, 0.6])),
-        Thing::new(sphere([-0.15, 0.99, 0.42], 0.062), Material::from_srgb(255, 244, 222)).glowing(1.6),
+        Thing::new(sphere([-0.15, 0.99, 0.42], 0.062), Material::from_srgb(255, 244, 222))
+            .glowing(1.6),
         Thing::new(cylinder([-0.15, 0.99, 0.0], 0.07, 0.02), Material::from_srgb(40, 40, 44)),
         Thing::new(cylinder([-0.15, 0.99, 0.02], 0.008, 0.35), Material::from_srgb(170, 172, 176)),
     ]
@@ -88,11 +90,20 @@ fn on_the_bench() -> Vec<Thing> {
         ),
         Thing::new(cylinder([-0.22, -0.27, 0.0], 0.02, 0.1), black),
         Thing::new(cylinder([-0.21, -0.27, 0.0], 0.1, 0.012), black),
-        Thing::new(block([0.0, -0.3, 0.01], [0.07, 0.2, 0.01], -0.3), Material::from_srgb(60, 61, 64))
-            .with_pattern(Pattern::Print([0.2, 0.2, 0.2])),
+        Thing::new(
+            block([0.0, -0.3, 0.01], [0.07, 0.2, 0.01], -0.3),
+            Material::from_srgb(60, 61, 64),
+        )
+        .with_pattern(Pattern::Print([0.2, 0.2, 0.2])),
         Thing::new(cylinder([-0.08, 0.47, 0.0], 0.04, 0.095), Material::from_srgb(44, 92, 150)),
-        Thing::new(block([-0.2, 0.22, 0.018], [0.10, 0.14, 0.018], 0.25), Material::from_srgb(60, 110, 70)),
-        Thing::new(block([-0.2, 0.22, 0.05], [0.09, 0.12, 0.014], -0.1), Material::from_srgb(222, 214, 196)),
+        Thing::new(
+            block([-0.2, 0.22, 0.018], [0.10, 0.14, 0.018], 0.25),
+            Material::from_srgb(60, 110, 70),
+        ),
+        Thing::new(
+            block([-0.2, 0.22, 0.05], [0.09, 0.12, 0.014], -0.1),
+            Material::from_srgb(222, 214, 196),
+        ),
         Thing::new(
             block([0.2, -0.05, 0.001], [0.105, 0.148, 0.001], 1.2),
             Material::from_srgb(244, 244, 240).matt(),
@@ -104,11 +115,15 @@ fn on_the_bench() -> Vec<Thing> {
 /// In the wall behind the rig, to its left.
 fn window() -> Vec<Thing> {
     let frame = Material::from_srgb(236, 236, 232);
-    let bar = |y, z, half_y, half_z| Thing::new(block([-2.17, y, z], [0.03, half_y, half_z], 0.0), frame);
+    let bar =
+        |y, z, half_y, half_z| Thing::new(block([-2.17, y, z], [0.03, half_y, half_z], 0.0), frame);
     vec![
-        Thing::new(block([-2.195, -0.75, 0.55], [0.005, 0.5, 0.55], 0.0), Material::from_srgb(226, 238, 255))
-            .with_pattern(Pattern::Sky)
-            .glowing(1.25),
+        Thing::new(
+            block([-2.195, -0.75, 0.55], [0.005, 0.5, 0.55], 0.0),
+            Material::from_srgb(226, 238, 255),
+        )
+        .with_pattern(Pattern::Sky)
+        .glowing(1.25),
         bar(-1.25, 0.55, 0.035, 0.6),
         bar(-0.25, 0.55, 0.035, 0.6),
         bar(-0.75, 0.55, 0.022, 0.55),
@@ -122,7 +137,8 @@ fn window() -> Vec<Thing> {
 fn walls() -> Vec<Thing> {
     let white = Material::from_srgb(246, 245, 241).matt();
     vec![
-        Thing::new(block([-2.08, 0.35, 0.45], [0.13, 0.42, 1.2], 0.0), white).with_pattern(Pattern::Mottled),
+        Thing::new(block([-2.08, 0.35, 0.45], [0.13, 0.42, 1.2], 0.0), white)
+            .with_pattern(Pattern::Mottled),
         Thing::new(block([-2.19, 0.3, -0.69], [0.012, 1.9, 0.06], 0.0), white),
         Thing::new(block([-1.5, 0.9, 1.62], [0.55, 0.07, 0.025], 0.0), white).glowing(1.5),
         Thing::new(
@@ -144,9 +160,15 @@ fn shelf() -> Vec<Thing> {
         let z = -0.72 + 0.34 * f64::from(level);
         things.push(Thing::new(block([-2.02, 1.4, z], [0.17, 0.53, 0.014], 0.0), board));
         if level < 5 {
-            let books = block([-2.05, 1.4 - 0.02 * f64::from(level % 3), z + 0.139], [0.12, 0.5, 0.125], 0.0);
-            things
-                .push(Thing::new(books, Material::from_srgb(90, 90, 90).matt()).with_pattern(Pattern::Books));
+            let books = block(
+                [-2.05, 1.4 - 0.02 * f64::from(level % 3), z + 0.139],
+                [0.12, 0.5, 0.125],
+                0.0,
+            );
+            things.push(
+                Thing::new(books, Material::from_srgb(90, 90, 90).matt())
+                    .with_pattern(Pattern::Books),
+            );
         }
     }
     things
@@ -159,7 +181,8 @@ fn chair() -> Vec<Thing> {
     vec![
         Thing::new(block([-0.95, 0.62, -0.30], [0.21, 0.21, 0.025], 0.4), cloth)
             .with_pattern(Pattern::Mottled),
-        Thing::new(block([-1.13, 0.53, 0.08], [0.02, 0.2, 0.16], 0.4), cloth).with_pattern(Pattern::Mottled),
+        Thing::new(block([-1.13, 0.53, 0.08], [0.02, 0.2, 0.16], 0.4), cloth)
+            .with_pattern(Pattern::Mottled),
         leg(-0.84, 0.86, 0.43),
         leg(-0.70, 0.52, 0.43),
         leg(-1.20, 0.72, 0.43),
@@ -171,15 +194,19 @@ fn chair() -> Vec<Thing> {
 
 /// In the corner to the left.
 fn plant() -> Vec<Thing> {
-    let pot =
-        Thing::new(cylinder([-1.55, -1.2, -0.75], 0.17, 0.34), Material::from_srgb(176, 104, 78).matt());
+    let pot = Thing::new(
+        cylinder([-1.55, -1.2, -0.75], 0.17, 0.34),
+        Material::from_srgb(176, 104, 78).matt(),
+    );
     let leaves = (0..16_i64).map(|k| {
         let random = |what| chance(k, what, 40);
         let (sin, cos) = (std::f64::consts::TAU * random(0)).sin_cos();
         let out = 0.22 * random(1).sqrt();
         let centre = [-1.55 + out * cos, -1.2 + out * sin, -0.25 + 0.5 * random(2)];
-        let green = Material::from_srgb(44 + (26.0 * random(3)) as u8, 92 + (40.0 * random(4)) as u8, 46);
-        Thing::new(sphere(centre, 0.06 + 0.06 * random(5)), green.matt()).with_pattern(Pattern::Mottled)
+        let green =
+            Material::from_srgb(44 + (26.0 * random(3)) as u8, 92 + (40.0 * random(4)) as u8, 46);
+        Thing::new(sphere(centre, 0.06 + 0.06 * random(5)), green.matt())
+            .with_pattern(Pattern::Mottled)
     });
     std::iter::once(pot).chain(leaves).collect()
 }

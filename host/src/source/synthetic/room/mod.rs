@@ -22,7 +22,8 @@ pub struct Thing {
     pub material: Material,
     /// How its colour changes over it.
     pub pattern: Pattern,
-    /// Light that it gives itself, linear, times its colour; above 0 it has no depth (lamps, windows, screens).
+    /// Light that it gives itself, linear, times its colour; above 0 it has no depth (lamps,
+    /// windows, screens).
     pub glow: f64,
 }
 
@@ -84,7 +85,8 @@ pub struct Room {
 }
 
 impl Room {
-    /// An empty room, painted all over with `paint`, 2.2 m behind the rig's origin, lit by a lamp on its ceiling.
+    /// An empty room, painted all over with `paint`, 2.2 m behind the rig's origin, lit by a lamp
+    /// on its ceiling.
     pub fn bare(paint: Material) -> Self {
         let panel = Panel {
             centre: Point3::new(1.3, -0.5, 1.6),
@@ -102,9 +104,10 @@ impl Room {
         }
     }
 
-    /// A furnished room for the paper's rig. In it stands what fools a detector that looks at the red channel: a white
-    /// ball, a lamp, a window, a white piece of wall, balls the colour of skin and of oranges, red paper, a red can;
-    /// all of it behind or beside the space that the ball moves in, as seen from the paper's camera.
+    /// A furnished room for the paper's rig. In it stands what fools a detector that looks at the
+    /// red channel: a white ball, a lamp, a window, a white piece of wall, balls the colour of skin
+    /// and of oranges, red paper, a red can; all of it behind or beside the space that the ball
+    /// moves in, as seen from the paper's camera.
     pub fn furnished() -> Self {
         furniture::furnished()
     }

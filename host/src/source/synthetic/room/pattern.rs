@@ -47,8 +47,13 @@ impl Pattern {
             Self::Books => books(&p),
             Self::Label(second) => {
                 let wave = 0.02 * (p.x * 90.0).sin();
-                let letters = chance((p.y * 170.0).floor() as i64, (p.z * 60.0).floor() as i64, 5) > 0.62;
-                if (p.z + wave).abs() < 0.018 || (letters && p.z.abs() < 0.03) { second } else { base }
+                let letters =
+                    chance((p.y * 170.0).floor() as i64, (p.z * 60.0).floor() as i64, 5) > 0.62;
+                if (p.z + wave).abs() < 0.018 || (letters && p.z.abs() < 0.03) {
+                    second
+                } else {
+                    base
+                }
             }
             Self::Print(ink) => print(base, ink, &p),
             Self::Sky => scaled(0.75 + 0.35 * (p.z + 0.5).clamp(0.0, 1.0)),
@@ -87,7 +92,8 @@ fn books(p: &Vector3<f64>) -> [f64; 3] {
         return [0.015; 3];
     }
     let cover = COVERS[(chance(slot, 7, 3) * 8.999) as usize];
-    let title = (p.z - 0.01).abs() < 0.03 && (0.3..0.75).contains(&across) && chance(slot, 9, 4) > 0.4;
+    let title =
+        (p.z - 0.01).abs() < 0.03 && (0.3..0.75).contains(&across) && chance(slot, 9, 4) > 0.4;
     if title {
         [0.5, 0.6, 0.6]
     } else {
@@ -123,7 +129,8 @@ fn cloud(p: Vector3<f64>) -> f64 {
     let mut sum = 0.0;
     for corner in 0..8_u8 {
         let offset = [0, 1, 2].map(|k| f64::from((corner >> k) & 1));
-        let weight: f64 = (0..3).map(|k| if offset[k] > 0.5 { within[k] } else { 1.0 - within[k] }).product();
+        let weight: f64 =
+            (0..3).map(|k| if offset[k] > 0.5 { within[k] } else { 1.0 - within[k] }).product();
         let at = [0, 1, 2].map(|k| (cell[k] + offset[k]) as i64);
         sum += weight * chance(at[0], at[1], at[2]);
     }

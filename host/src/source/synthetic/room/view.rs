@@ -15,8 +15,8 @@ pub(in crate::source::synthetic) struct View {
 }
 
 impl View {
-    /// What a depth sensor makes of it, but for the noise: holes in the projector's shadow, on lamps and windows, and
-    /// here and there at edges.
+    /// What a depth sensor makes of it, but for the noise: holes in the projector's shadow, on
+    /// lamps and windows, and here and there at edges.
     pub(in crate::source::synthetic) fn disparity(
         &self,
         sensor: &Sensor,
@@ -24,10 +24,14 @@ impl View {
         random: &mut impl Rng,
     ) -> Vec<u16> {
         let mut disparity = Vec::with_capacity(self.range.len());
-        for (range, reflects) in self.range.chunks_exact(width).zip(self.reflects.chunks_exact(width)) {
-            let row: Vec<u16> = range.iter().map(|&z| sensor.disparity.at_metres(f64::from(z))).collect();
+        for (range, reflects) in
+            self.range.chunks_exact(width).zip(self.reflects.chunks_exact(width))
+        {
+            let row: Vec<u16> =
+                range.iter().map(|&z| sensor.disparity.at_metres(f64::from(z))).collect();
             let ragged: f64 = random.random_range(-1.0..1.0);
-            // Where the projector's light that has passed everything to the right can get to, pixels of its picture.
+            // Where the projector's light that has passed everything to the right can get to,
+            // pixels of its picture.
             let mut free = f64::INFINITY;
             let mut lit = vec![true; width];
             for column in (0..width).rev() {

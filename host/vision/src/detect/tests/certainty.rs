@@ -29,8 +29,8 @@ fn a_ball_without_depth_is_less_sure() {
     assert!((without.radius / with_depth.radius - 1.0).abs() < 0.05, "{without:?} {with_depth:?}");
 }
 
-/// Means of e' C⁻¹ e of centres in the picture and of the covariances' traces, of balls before a wall of many colours, seen
-/// through `spoil`.
+/// Means of e' C⁻¹ e of centres in the picture and of the covariances' traces, of balls before a
+/// wall of many colours, seen through `spoil`.
 fn consistency(spoil: impl Fn(&mut Scene, &Detection)) -> [f64; 2] {
     let mut wall = Scene::wall(2.0);
     wall.each_pixel(|_, (u, v), pixel, _| {
@@ -40,7 +40,8 @@ fn consistency(spoil: impl Fn(&mut Scene, &Detection)) -> [f64; 2] {
     let mut means = [0.0; 2];
     for i in 0..24 {
         let k = f64::from(i);
-        let ball = ball_at(90.3 + 19.7 * k, 120.2 + 83.3 * f64::from(i % 4), 0.8 + 0.1 * f64::from(i % 5));
+        let ball =
+            ball_at(90.3 + 19.7 * k, 120.2 + 83.3 * f64::from(i % 4), 0.8 + 0.1 * f64::from(i % 5));
         let (mut scene, truth) = (wall.clone(), ball.seen(&INTRINSICS));
         scene.add(&ball);
         spoil(&mut scene, &truth);

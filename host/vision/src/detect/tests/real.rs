@@ -43,14 +43,19 @@ fn there_is_no_ball_on_the_real_desk_nor_on_the_real_table() {
 
 #[test]
 fn balls_in_real_pictures_are_found() {
-    let frames: Vec<RgbdFrame> =
-        real("osd", INTRINSICS).into_iter().chain(std::iter::repeat_n(desk(), 8).flatten()).collect();
+    let frames: Vec<RgbdFrame> = real("osd", INTRINSICS)
+        .into_iter()
+        .chain(std::iter::repeat_n(desk(), 8).flatten())
+        .collect();
     let (mut hits, mut wrong, mut all) = (0, 0, 0);
     for (i, frame) in frames.iter().enumerate() {
         for k in 0..4 {
             // Spread evenly, in front of what is there.
-            let at = |step: f64, from: f64, to: f64| from + ((4 * i + k) as f64 * step).fract() * (to - from);
-            let (u, v, z) = (at(0.7549, 60.0, 580.0), at(0.5698, 60.0, 420.0), at(0.6180, 0.45, 1.9));
+            let at = |step: f64, from: f64, to: f64| {
+                from + ((4 * i + k) as f64 * step).fract() * (to - from)
+            };
+            let (u, v, z) =
+                (at(0.7549, 60.0, 580.0), at(0.5698, 60.0, 420.0), at(0.6180, 0.45, 1.9));
             let free = frame.depth_at(u as i32, v as i32).unwrap_or(f64::INFINITY);
             let intrinsics = *frame.intrinsics();
             let z = z.min(free - 0.08).max(0.45);

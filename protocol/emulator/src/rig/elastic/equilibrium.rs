@@ -5,8 +5,8 @@ use nalgebra::{Matrix3, Point3, Vector3};
 use super::{ElasticParameters, GRAVITY_M_S2};
 use crate::rig::{Geometry, lowest_point};
 
-/// Where the ball is at rest: the minimum of its potential energy, which is convex, by damped Newton steps
-/// (Levenberg-Marquardt) from where rigid cables would hold it.
+/// Where the ball is at rest: the minimum of its potential energy, which is convex, by damped
+/// Newton steps (Levenberg-Marquardt) from where rigid cables would hold it.
 pub(super) fn equilibrium(
     geometry: &Geometry,
     parameters: &ElasticParameters,
@@ -55,9 +55,13 @@ pub(super) fn potential(
     p: &Point3<f64>,
 ) -> Potential {
     let weight = parameters.mass_kg * GRAVITY_M_S2;
-    let mut sum =
-        Potential { energy: weight * p.z, gradient: Vector3::z() * weight, hessian: Matrix3::zeros() };
-    for ((motor, k), length) in geometry.motors().iter().zip(parameters.stiffness_n_m).zip(lengths) {
+    let mut sum = Potential {
+        energy: weight * p.z,
+        gradient: Vector3::z() * weight,
+        hessian: Matrix3::zeros(),
+    };
+    for ((motor, k), length) in geometry.motors().iter().zip(parameters.stiffness_n_m).zip(lengths)
+    {
         let from = p - motor;
         let distance = from.norm();
         let stretch = distance - length;

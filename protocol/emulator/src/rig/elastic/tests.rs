@@ -12,7 +12,8 @@ fn parameters(stiffness: f64, damping_ratio: f64) -> ElasticParameters {
 }
 
 fn rig(stiffness: f64, damping_ratio: f64) -> Elastic {
-    Elastic::new(Geometry::paper(), parameters(stiffness, damping_ratio), Point3::from(START)).unwrap()
+    Elastic::new(Geometry::paper(), parameters(stiffness, damping_ratio), Point3::from(START))
+        .unwrap()
 }
 
 fn energy(rig: &Elastic) -> f64 {
@@ -36,7 +37,8 @@ fn at_rest_it_stays_at_rest() {
 
 #[test]
 fn one_cable_sags_by_weight_over_stiffness() {
-    let rig = Elastic::with_lengths(Geometry::paper(), parameters(150.0, 0.1), [2.0, 2.0, 0.5]).unwrap();
+    let rig =
+        Elastic::with_lengths(Geometry::paper(), parameters(150.0, 0.1), [2.0, 2.0, 0.5]).unwrap();
     let expected = Point3::new(0.0, 0.24, 0.665 - 0.5 - 0.2 * GRAVITY_M_S2 / 150.0);
     assert!((rig.ball() - expected).norm() < 1e-9, "{}", rig.ball());
     assert_eq!(rig.slack(), [true, true, false]);
@@ -44,7 +46,8 @@ fn one_cable_sags_by_weight_over_stiffness() {
 
 #[test]
 fn a_symmetric_rig_sags_as_computed_by_hand() {
-    // Three motors on a circle of radius R: 3 k (r - l) h / r = m g with r² = R² + h². Choose r, find l.
+    // Three motors on a circle of radius R: 3 k (r - l) h / r = m g with r² = R² + h². Choose r,
+    // find l.
     let (radius, h, k) = (0.5, 0.4, 800.0);
     let at = |angle: f64| Point3::new(radius * angle.cos(), radius * angle.sin(), 1.0);
     let third = std::f64::consts::TAU / 3.0;
@@ -73,7 +76,8 @@ fn without_taut_cables_it_falls_freely() {
 #[test]
 fn it_bounces_at_the_frequency_of_mass_on_spring() {
     // Undamped on cable C alone, struck by 1 mm of cable: z = z0 + 1 mm · (cos ωt - 1), ω² = k/m.
-    let mut rig = Elastic::with_lengths(Geometry::paper(), parameters(800.0, 0.0), [2.0, 2.0, 0.5]).unwrap();
+    let mut rig =
+        Elastic::with_lengths(Geometry::paper(), parameters(800.0, 0.0), [2.0, 2.0, 0.5]).unwrap();
     let (start, omega) = (rig.ball().z, (800.0f64 / 0.2).sqrt());
     let steps = 1e-3 / rig.geometry.step_lengths_m()[2];
     rig.advance(0.0, [0.0, 0.0, steps]).unwrap();
@@ -81,14 +85,19 @@ fn it_bounces_at_the_frequency_of_mass_on_spring() {
         rig.advance(0.002, [0.0, 0.0, steps]).unwrap();
         let t = f64::from(k) * 0.002;
         let expected = start + 1e-3 * ((omega * t).cos() - 1.0);
-        assert!((rig.ball().z - expected).abs() < 1e-5, "at {t} s: {} for {expected}", rig.ball().z);
+        assert!(
+            (rig.ball().z - expected).abs() < 1e-5,
+            "at {t} s: {} for {expected}",
+            rig.ball().z
+        );
     }
 }
 
 #[test]
 fn damping_ratio_is_that_of_one_cable() {
     // Decay over whole periods is exp(-ζωt) at exactly the damped frequency.
-    let mut rig = Elastic::with_lengths(Geometry::paper(), parameters(800.0, 0.1), [2.0, 2.0, 0.5]).unwrap();
+    let mut rig =
+        Elastic::with_lengths(Geometry::paper(), parameters(800.0, 0.1), [2.0, 2.0, 0.5]).unwrap();
     let (omega, rest) = ((800.0f64 / 0.2).sqrt(), rig.ball().z);
     rig.position.z += 1e-3;
     // A velocity that makes the motion purely exp(-ζωt) cos(ω_d t).
@@ -96,7 +105,11 @@ fn damping_ratio_is_that_of_one_cable() {
     let period = std::f64::consts::TAU / (omega * (1.0f64 - 0.01).sqrt());
     rig.advance(3.0 * period, [0.0; 3]).unwrap();
     let expected = 1e-3 * (-0.1 * omega * 3.0 * period).exp();
-    assert!((rig.ball().z - rest - expected).abs() < 1e-8, "{} for {expected}", rig.ball().z - rest);
+    assert!(
+        (rig.ball().z - rest - expected).abs() < 1e-8,
+        "{} for {expected}",
+        rig.ball().z - rest
+    );
 }
 
 #[test]
@@ -108,12 +121,19 @@ fn undamped_it_keeps_its_energy_and_damped_it_loses_it() {
         let mut last = before;
         for _ in 0..1000 {
             rig.advance(0.01, [0.0; 3]).unwrap();
-            assert!(energy(&rig) < last + 1e-5 * bounce, "energy grows from {last} to {}", energy(&rig));
+            assert!(
+                energy(&rig) < last + 1e-5 * bounce,
+                "energy grows from {last} to {}",
+                energy(&rig)
+            );
             last = energy(&rig);
         }
         let lost = (before - last) / bounce;
         let expected = if zeta > 0.0 { 0.9..1.01 } else { -1e-4..1e-3 };
-        assert!(expected.contains(&lost), "ζ = {zeta}, {stiffness} N/m: lost {lost} of the motion's energy");
+        assert!(
+            expected.contains(&lost),
+            "ζ = {zeta}, {stiffness} N/m: lost {lost} of the motion's energy"
+        );
     }
 }
 
@@ -142,7 +162,12 @@ fn halving_the_substep_changes_little() {
         let error = |rig: &Elastic| (rig.ball() - finest.ball()).norm();
         assert!(slack, "the ride was meant to be rough at {stiffness} N/m");
         assert!(error(&coarse) < tolerance_m, "{} m at {stiffness} N/m", error(&coarse));
-        assert!(error(&finer) < error(&coarse).max(1e-6), "{} then {}", error(&coarse), error(&finer));
+        assert!(
+            error(&finer) < error(&coarse).max(1e-6),
+            "{} then {}",
+            error(&coarse),
+            error(&finer)
+        );
     }
 }
 
@@ -169,7 +194,8 @@ fn stiff_and_slow_is_quasi_static() {
     let mut stiff = rig(1e6, 1.0);
     let mut rigid = QuasiStatic::new(g, Point3::from(START)).unwrap();
     for k in 1..=400 {
-        // Down, then to the outside of the triangle, where C goes slack; motors that start and stop gently.
+        // Down, then to the outside of the triangle, where C goes slack; motors that start and stop
+        // gently.
         let s = f64::from(k) / 400.0;
         let way = s * s * (3.0 - 2.0 * s);
         let steps = [20.0 * way, 100.0 * way, 1400.0 * way];
@@ -201,7 +227,10 @@ fn absurd_parameters_and_steps_are_refused() {
     for dt in [-0.1, f64::NAN, 1e9] {
         assert!(matches!(rig.advance(dt, [0.0; 3]), Err(RigError::OutOfRange { .. })));
     }
-    assert!(matches!(rig.advance(0.1, [-3000.0, 0.0, 0.0]), Err(RigError::NoCable { motor: 'A', .. })));
+    assert!(matches!(
+        rig.advance(0.1, [-3000.0, 0.0, 0.0]),
+        Err(RigError::NoCable { motor: 'A', .. })
+    ));
     assert_eq!(rig, before);
 }
 

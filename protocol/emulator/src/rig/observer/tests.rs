@@ -27,7 +27,10 @@ fn a_perfect_observer_sees_the_truth_at_once() {
     assert_eq!(observer.delivered(10.0), None);
     observer.observe(0.1, BALL);
     assert_eq!(observer.delivered(0.099), None, "not before it was taken");
-    assert_eq!(observer.delivered(0.1), Some(Observation { captured_at_s: 0.1, position: Some(BALL) }));
+    assert_eq!(
+        observer.delivered(0.1),
+        Some(Observation { captured_at_s: 0.1, position: Some(BALL) })
+    );
     assert_eq!(observer.delivered(10.0), None, "each frame once");
 }
 
@@ -48,8 +51,12 @@ fn latency_is_uniform_between_its_bounds_and_in_order() {
             latencies.push((t - seen.captured_at_s) / period);
         }
     }
-    let (least, greatest) = latencies.iter().fold((9.0f64, 0.0f64), |(a, b), l| (a.min(*l), b.max(*l)));
-    assert!((0.999..1.02).contains(&least) && (1.99..2.02).contains(&greatest), "{least} to {greatest}");
+    let (least, greatest) =
+        latencies.iter().fold((9.0f64, 0.0f64), |(a, b), l| (a.min(*l), b.max(*l)));
+    assert!(
+        (0.999..1.02).contains(&least) && (1.99..2.02).contains(&greatest),
+        "{least} to {greatest}"
+    );
     let mean = latencies.iter().sum::<f64>() / latencies.len() as f64;
     assert!((mean - 1.5).abs() < 0.03, "{mean}");
     // Longer than a frame and irregular: arrival waits for the frames before.
@@ -89,7 +96,8 @@ fn frames_are_lost_singly_and_in_bursts() {
         let seen = watch(parameters, 3, 50_000);
         seen.iter().filter(|o| o.position.is_none()).count() as f64 / 50_000.0
     };
-    let single = ObserverParameters { dropout_probability: 0.02, ..ObserverParameters::perfect(30.0) };
+    let single =
+        ObserverParameters { dropout_probability: 0.02, ..ObserverParameters::perfect(30.0) };
     assert!((losses(single) - 0.02).abs() < 0.003);
     let bursts = ObserverParameters {
         burst_probability: 0.01,
@@ -111,8 +119,11 @@ fn outliers_are_as_many_and_as_far_as_said() {
         ..ObserverParameters::perfect(30.0)
     };
     let e = errors(&watch(parameters, 5, 20_000));
-    let far =
-        e.iter().filter(|e| e.norm() > 1e-9).inspect(|e| assert!((e.norm() - 0.05).abs() < 1e-12)).count();
+    let far = e
+        .iter()
+        .filter(|e| e.norm() > 1e-9)
+        .inspect(|e| assert!((e.norm() - 0.05).abs() < 1e-12))
+        .count();
     assert!((800..1200).contains(&far), "{far} of 20 000");
 }
 
@@ -121,7 +132,11 @@ fn one_seed_one_run_and_the_streams_are_apart() {
     let base = watch(ObserverParameters::default(), 11, 500);
     assert_eq!(base, watch(ObserverParameters::default(), 11, 500));
     assert_ne!(base, watch(ObserverParameters::default(), 12, 500));
-    let later = ObserverParameters { latency_frames: (3.0, 4.0), outlier_size_m: 1.0, ..Default::default() };
+    let later = ObserverParameters {
+        latency_frames: (3.0, 4.0),
+        outlier_size_m: 1.0,
+        ..Default::default()
+    };
     assert_eq!(base, watch(later, 11, 500), "latency does not touch noise or losses");
 }
 
@@ -135,7 +150,10 @@ fn absurd_parameters_are_refused_by_name() {
         (ObserverParameters { dropout_probability: 1.1, ..good }, "drop-out"),
         (ObserverParameters { burst_frames: (5, 4), ..good }, "burst"),
         (
-            ObserverParameters { depth_drift: Some(DepthDrift { sd_m: 1e-3, correlation: 1.0 }), ..good },
+            ObserverParameters {
+                depth_drift: Some(DepthDrift { sd_m: 1e-3, correlation: 1.0 }),
+                ..good
+            },
             "correlation",
         ),
     ] {

@@ -41,7 +41,8 @@ impl Answers {
             Err(_) => delivery.answer_count() == 0,
             Ok(message) => answered(delivery, &message),
         };
-        outcome.check(holds, ANSWERED, || format!("{:?}: {:?}", delivery.message, delivery.replies));
+        outcome
+            .check(holds, ANSWERED, || format!("{:?}: {:?}", delivery.message, delivery.replies));
         if delivery.repeated {
             let same = delivery.before == delivery.after && delivery.accepted().is_some();
             outcome.check(same, REPEATED, || format!("{delivery:?}"));
@@ -57,7 +58,8 @@ impl Answers {
 
     /// Checks that a tick answers nothing.
     pub(super) fn ticked(&self, ticked: &Ticked<'_>, outcome: &mut Outcome) {
-        let other = |reply: &FromBoard| !matches!(reply, FromBoard::Telemetry(_) | FromBoard::Fault(_));
+        let other =
+            |reply: &FromBoard| !matches!(reply, FromBoard::Telemetry(_) | FromBoard::Fault(_));
         let answers = ticked.replies.iter().any(other);
         outcome.check(!answers, ANSWERED, || format!("in a tick: {:?}", ticked.replies));
     }
@@ -115,7 +117,8 @@ impl Telemetry {
         self.hear(ticked.replies);
         let gap = ticked.now.saturating_sub(self.told);
         let holds = !self.greeted || gap <= TELEMETRY_US;
-        outcome.check(holds, TELEMETRY, || format!("none for {gap} µs in {:?}", ticked.after.state));
+        outcome
+            .check(holds, TELEMETRY, || format!("none for {gap} µs in {:?}", ticked.after.state));
     }
 }
 

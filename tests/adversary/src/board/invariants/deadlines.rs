@@ -39,7 +39,10 @@ impl HostDeadline {
         let stopping = !ticked.after.seeking();
         let rest = !ticked.pulses() || silence <= limit + limits.longest_stop() * TICK;
         outcome.check(stopping && rest, HOST, || {
-            format!("{:?} {silence} µs after the last message, {:?}", ticked.after, limits.deadlines)
+            format!(
+                "{:?} {silence} µs after the last message, {:?}",
+                ticked.after, limits.deadlines
+            )
         });
     }
 }
@@ -77,7 +80,10 @@ impl PositionDeadline {
         let unseen = ticked.now.saturating_sub(self.captured.max(self.since));
         let limit = u64::from(limits.deadlines.position.0) * 1000 + SLACK;
         outcome.check(unseen <= limit, POSITION, || {
-            format!("{:?} {unseen} µs after the last picture, {:?}", ticked.after.state, limits.deadlines)
+            format!(
+                "{:?} {unseen} µs after the last picture, {:?}",
+                ticked.after.state, limits.deadlines
+            )
         });
     }
 }

@@ -30,8 +30,12 @@ impl Faults {
         }
         let clear = delivery.message.is_ok_and(|message| message.command == Command::ClearFault);
         let allowed = clear && after.fault().is_none();
-        outcome.check(allowed, LATCHED, || format!("{before:?} to {after:?} by {:?}", delivery.message));
-        outcome.check(!self.open, EMERGENCY, || format!("{fault:?} was cleared by a message of {at} µs"));
+        outcome.check(allowed, LATCHED, || {
+            format!("{before:?} to {after:?} by {:?}", delivery.message)
+        });
+        outcome.check(!self.open, EMERGENCY, || {
+            format!("{fault:?} was cleared by a message of {at} µs")
+        });
     }
 
     pub(super) fn ticked(&mut self, ticked: &Ticked<'_>, outcome: &mut Outcome) {

@@ -72,7 +72,12 @@ impl Invariants {
     }
 
     /// Checks what a frame did; `config` is the configuration after it.
-    pub fn delivered(&mut self, delivery: &Delivery<'_>, config: Option<&Config>, outcome: &mut Outcome) {
+    pub fn delivered(
+        &mut self,
+        delivery: &Delivery<'_>,
+        config: Option<&Config>,
+        outcome: &mut Outcome,
+    ) {
         if delivery.configured() {
             self.limits = config.map(Limits::of);
             self.acceleration = Acceleration::default();
@@ -123,7 +128,11 @@ impl Invariants {
     }
 
     /// Checks what the board said when its configuration was written.
-    pub fn stored(&mut self, replies: &[plumb_protocol::message::FromBoard], outcome: &mut Outcome) {
+    pub fn stored(
+        &mut self,
+        replies: &[plumb_protocol::message::FromBoard],
+        outcome: &mut Outcome,
+    ) {
         self.storage.stored(replies, outcome);
     }
 

@@ -28,7 +28,9 @@ const CRAWL: i32 = 20 << 8;
 /// Checks that a message by itself moves nothing.
 pub(super) fn check_delivery(delivery: &Delivery<'_>, outcome: &mut Outcome) {
     let Delivery { before, after, message, .. } = delivery;
-    outcome.check(before.positions == after.positions, POSITIONS, || format!("{message:?} moved motors"));
+    outcome.check(before.positions == after.positions, POSITIONS, || {
+        format!("{message:?} moved motors")
+    });
 }
 
 /// Checks the pulses of a tick.
@@ -44,7 +46,9 @@ pub(super) fn check_tick(ticked: &Ticked<'_>, limits: Option<&Limits>, outcome: 
         let (rate, most) = (ticked.after.rates[i], limits.motor.max_rate.0);
         let count = ticked.plan.motors[i].count;
         let within = rate.abs() <= most && count <= limits.pulses;
-        outcome.check(within, RATE, || format!("motor {i}: {rate} of {most} Q8 steps/s, {count} pulses"));
+        outcome.check(within, RATE, || {
+            format!("motor {i}: {rate} of {most} Q8 steps/s, {count} pulses")
+        });
     }
 }
 
@@ -54,7 +58,9 @@ fn check_pulses(ticked: &Ticked<'_>, i: usize, limits: &MotorLimits, outcome: &m
     let signed = if pulses.direction == limits.motor.reversed { -count } else { count };
     let way = signed * limits.pulse;
     let (before, after) = (ticked.before.positions[i], ticked.after.positions[i]);
-    outcome.check(after == before + way, POSITIONS, || format!("motor {i}: {before} to {after}: {pulses:?}"));
+    outcome.check(after == before + way, POSITIONS, || {
+        format!("motor {i}: {before} to {after}: {pulses:?}")
+    });
     let periods = u64::from(pulses.count.saturating_sub(1));
     let last = u64::from(pulses.first) + periods * u64::from(pulses.period);
     let within = count == 0 || (last < u64::from(TICK_CLOCKS) && pulses.period <= TICK_CLOCKS);
@@ -68,7 +74,8 @@ fn check_travel(ticked: &Ticked<'_>, i: usize, limits: &MotorLimits, outcome: &m
         return;
     }
     let rate = ticked.after.rates[i];
-    let detail = || format!("motor {i}: {before} to {after} at {rate} Q8 steps/s, {:?}", limits.motor);
+    let detail =
+        || format!("motor {i}: {before} to {after} at {rate} Q8 steps/s, {:?}", limits.motor);
     if was <= 0 {
         outcome.broken(TRAVEL, detail);
     } else {
@@ -117,7 +124,10 @@ impl Acceleration {
             let (change, window) = (rates[i].abs_diff(last[i]), rates[i].abs_diff(first[i]));
             let within = limits.allows(change, 1) && limits.allows(window, WINDOW as u64);
             outcome.check(within, ACCELERATION, || {
-                format!("motor {i}: by {change} in a tick, {window} in {WINDOW}, {:?}", limits.motor)
+                format!(
+                    "motor {i}: by {change} in a tick, {window} in {WINDOW}, {:?}",
+                    limits.motor
+                )
             });
         }
     }

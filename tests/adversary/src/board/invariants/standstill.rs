@@ -61,7 +61,12 @@ impl Standstill {
         self.require(0);
     }
 
-    pub(super) fn ticked(&mut self, ticked: &Ticked<'_>, limits: Option<&Limits>, outcome: &mut Outcome) {
+    pub(super) fn ticked(
+        &mut self,
+        ticked: &Ticked<'_>,
+        limits: Option<&Limits>,
+        outcome: &mut Outcome,
+    ) {
         let Ticked { now, before, after, .. } = ticked;
         let rest = before.positions == after.positions && after.rates == [0; 3] && !ticked.pulses();
         let late = !rest && self.from.is_some_and(|from| *now >= from);

@@ -49,7 +49,8 @@ impl Storage {
         let mut waiting = std::mem::take(&mut self.waiting);
         answered.sort_unstable();
         waiting.sort_unstable();
-        outcome.check(answered == waiting, STORED, || format!("{answered:?} instead of {waiting:?}"));
+        outcome
+            .check(answered == waiting, STORED, || format!("{answered:?} instead of {waiting:?}"));
     }
 
     /// Checks that no Store is left without an answer.

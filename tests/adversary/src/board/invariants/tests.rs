@@ -28,7 +28,12 @@ impl Bench {
     /// Returns a board that was greeted and configured.
     fn ready() -> Self {
         let config = Config { mean: Milliseconds(0), ..generate::usual(&mut Random::new(1)) };
-        let at = Snapshot { positions: [0; 3], rates: [0; 3], state: State::Unconfigured, configurations: 0 };
+        let at = Snapshot {
+            positions: [0; 3],
+            rates: [0; 3],
+            state: State::Unconfigured,
+            configurations: 0,
+        };
         let board = Board::new(generate::build(true));
         let (invariants, outcome) = (Invariants::new(&board), Outcome::of(0));
         let mut bench = Self { invariants, config, now: 0, id: 0, at, outcome };
