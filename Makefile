@@ -11,13 +11,13 @@ help: ## list the targets
 setup: ## install what is missing (the others do it first)
 	@scripts/setup
 
-demo: setup ## drive the ball to its target, closed loop, with no hardware (ARGS="--memory" and the like)
+demo: setup ## drive the ball to its target, closed loop, with no hardware (ARGS="--virtual-time" and the like)
 	@$(PLUMB) demo $(ARGS)
 
 test: setup ## all tests, and the board's crates built for a chip without std
 	@scripts/test $(ARGS)
 
-adversary: setup ## a long search for broken invariants (ARGS="board --first 1 --seeds 100000")
+adversary: setup ## a long search for broken invariants (ARGS="board --first-seed 1 --seeds 100000")
 	@cargo run --release --locked -p plumb-adversary -- $(or $(ARGS),board)
 
 chip: setup ## the real firmware in an emulated chip, on a pseudo-terminal, for plumb goto and the like

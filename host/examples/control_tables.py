@@ -65,9 +65,9 @@ def stress(rigs, laws, suites):
     table(["suite", *laws], ([suite, *(short(found[suite, law]) for law in laws)] for suite in suites))
 
 
-by_law(3000, f"interval,sign,certified,taut,{PEERS},oracle,reference")
-by_law(1000, f"interval,sign,certified,taut,{PEERS}", "quasi-static", "--clock", "target")
-by_suite(1000, "interval,sign,certified,taut,broyden,model-10,oracle,reference", "elastic800,elastic150")
-by_law(300, "interval,interval-f64,sign,sign-f64,certified,certified-f64")
-by_law(100, "interval,sign,certified,taut,oracle", "paper-task")
-stress(400, ["certified", "taut"], STRESS.split(","))
+by_law(3000, f"interval,sign,adaptive,taut,{PEERS},oracle,reference")
+by_law(1000, f"interval,sign,adaptive,taut,{PEERS}", "quasi-static", "--clock", "target")
+by_suite(1000, "interval,sign,adaptive,taut,broyden,model-10,oracle,reference", "elastic800,elastic150")
+by_law(300, "interval,interval-f64,sign,sign-f64,adaptive,adaptive-f64")
+by_law(100, "interval,sign,adaptive,taut,oracle", "paper-task")
+stress(400, ["adaptive", "taut"], STRESS.split(","))

@@ -302,7 +302,7 @@ mod tests {
 
     #[test]
     fn a_board_that_saw_nothing_for_a_second_goes_on_when_it_sees_again() {
-        let mut cosim = cosim("certified");
+        let mut cosim = cosim("adaptive");
         let line = |t, position| Request {
             position,
             target: (t == 0.0).then_some([0.4, 0.4, 0.15]),

@@ -109,7 +109,7 @@ const LOST_IN_A_ROW: u32 = 30;
 /// it: noise of a single picture has room, another target has not.
 const PLAUSIBLE_RADII: f64 = 2.0;
 
-/// Drives the ball to `target` (metres, rig frame) until it is there or `patience` (seconds of the
+/// Drives the ball to `target` (metres, rig frame) until it is there or `timeout` (seconds of the
 /// source's clock) is over. `tally` goes on from what it was, also where an error ends this.
 ///
 /// # Errors
@@ -118,7 +118,7 @@ const PLAUSIBLE_RADII: f64 = 2.0;
 pub fn drive<S: Live, T: Transport>(
     rig: &mut Rig<'_, S, T>,
     target: Point,
-    patience: f64,
+    timeout: f64,
     tally: &mut Tally,
 ) -> Result<Ending, DriveError> {
     rig.link.aim(target)?;
@@ -155,7 +155,7 @@ pub fn drive<S: Live, T: Transport>(
         if seen.is_some_and(|seen| is_reached(rig, &seen, target)) {
             return Ok(Ending::Reached);
         }
-        if rig.source.now() - begin > patience {
+        if rig.source.now() - begin > timeout {
             return Ok(Ending::OutOfPatience);
         }
     }

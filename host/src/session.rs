@@ -37,7 +37,7 @@ pub struct Session<'a> {
     /// Where the folder goes.
     pub place: Place,
     /// Seconds that each target may take.
-    pub patience: f64,
+    pub timeout: f64,
     /// Set from outside to end the run.
     pub interrupted: &'a AtomicBool,
     /// Hears of every frame.
@@ -194,7 +194,7 @@ impl Session<'_> {
         };
         for &target in targets {
             let before = tally.frames;
-            let result = drive(&mut rig, target, self.patience, tally);
+            let result = drive(&mut rig, target, self.timeout, tally);
             let reached = matches!(result, Ok(Ending::Reached));
             legs.push(Leg {
                 target: target.to_metres().map(|metres| round(metres, 1e6)),

@@ -40,15 +40,15 @@ fn example(python: &Path, law: &str) -> Value {
     serde_json::from_slice(&output.stdout).unwrap()
 }
 
-/// The default law keeps the cables taut on the paper's task; `certified`, which does not, shows
+/// The default law keeps the cables taut on the paper's task; `adaptive`, which does not, shows
 /// that the example can tell.
 #[test]
 fn the_example_does_the_papers_task_on_mujoco() {
     let Some(python) = python_with_mujoco() else { return };
-    let [taut, certified] = ["taut", "certified"].map(|law| example(&python, law));
+    let [taut, adaptive] = ["taut", "adaptive"].map(|law| example(&python, law));
     let number = |key: &str| taut[key].as_f64().unwrap();
     assert!(number("reached_s") < 6.0, "{taut}");
     assert!(number("error_mm") < 10.0, "{taut}");
     assert!(number("slack_s") < 0.02, "{taut}");
-    assert!(certified["slack_s"].as_f64().unwrap() > 0.1, "{certified}");
+    assert!(adaptive["slack_s"].as_f64().unwrap() > 0.1, "{adaptive}");
 }

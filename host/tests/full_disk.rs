@@ -13,7 +13,8 @@ use common::{folder, json, stderr};
 /// `plumb demo` where no file may grow beyond `blocks` of 512 bytes: a write that would is an
 /// error, as on a full disk.
 fn demo(folder: &Path, blocks: u32) -> Output {
-    let limited = format!(r#"trap "" XFSZ; ulimit -f {blocks}; exec "$0" demo --memory --out run"#);
+    let limited =
+        format!(r#"trap "" XFSZ; ulimit -f {blocks}; exec "$0" demo --virtual-time --out run"#);
     Command::new("sh")
         .args(["-c", &limited, env!("CARGO_BIN_EXE_plumb")])
         .current_dir(folder)

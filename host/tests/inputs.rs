@@ -181,9 +181,9 @@ fn numbers_that_cannot_be_are_named_with_their_option() {
     let rig = rig_file(folder.path(), |text| text);
     let mut cases = Vec::new();
     for number in ["nan", "inf", "0", "-1"] {
-        cases.push((vec!["demo", "--memory", "--patience", number], "--patience"));
-        cases.push((vec!["run", &rig, "--patience", number], "--patience"));
-        cases.push((vec!["demo", "--memory", "--gamma", number], "--gamma"));
+        cases.push((vec!["demo", "--virtual-time", "--timeout", number], "--timeout"));
+        cases.push((vec!["run", &rig, "--timeout", number], "--timeout"));
+        cases.push((vec!["demo", "--virtual-time", "--gamma", number], "--gamma"));
         cases.push((vec!["bench", "control", "--rigs", "1", "--gamma", number], "--gamma"));
     }
     for number in ["nan", "inf", "1e999"] {

@@ -47,7 +47,7 @@ fn send(child: &Child, signal: Signal) {
 }
 
 const PAPER: [&str; 5] = ["bench", "control", "--suite", "paper", "--json"];
-const SHORT_DEMO: [&str; 4] = ["demo", "--memory", "--patience", "0.5"];
+const SHORT_DEMO: [&str; 4] = ["demo", "--virtual-time", "--timeout", "0.5"];
 
 #[test]
 fn rows_that_nobody_reads_any_more_end_a_replay_quietly() {

@@ -18,7 +18,7 @@ fn the_demo_in_memory_reaches_the_target_and_repeats_itself() {
     let folder = folder();
     let run = |out: &str| {
         plumb(
-            &["demo", "--memory", "--law", "interval", "--seed", "7", "--out", out],
+            &["demo", "--virtual-time", "--law", "interval", "--seed", "7", "--out", out],
             folder.path(),
         )
     };
@@ -57,21 +57,22 @@ fn the_demo_in_memory_reaches_the_target_and_repeats_itself() {
 #[test]
 fn the_demo_drives_with_the_default_law_or_with_each_in_turn() {
     let folder = folder();
-    let demo =
-        |more: &[&str]| plumb(&[&["demo", "--memory", "--out"], more].concat(), folder.path());
+    let demo = |more: &[&str]| {
+        plumb(&[&["demo", "--virtual-time", "--out"], more].concat(), folder.path())
+    };
     let usual = demo(&["usual"]);
     assert!(usual.status.success(), "{}", stderr(&usual));
     assert_eq!(json(&usual)["law"], "taut");
 
     // Too little patience for any of them: every law is run all the same.
-    let all = demo(&["all", "--compare", "--patience", "0.5"]);
+    let all = demo(&["all", "--compare", "--timeout", "0.5"]);
     assert_eq!(all.status.code(), Some(1), "{}", stderr(&all));
     let laws: Vec<Value> = String::from_utf8_lossy(&all.stdout)
         .lines()
         .map(|l| serde_json::from_str(l).unwrap())
         .collect();
     let names: Vec<&str> = laws.iter().map(|line| line["law"].as_str().unwrap()).collect();
-    assert_eq!(names, ["interval", "sign", "certified", "taut"]);
+    assert_eq!(names, ["interval", "sign", "adaptive", "taut"]);
     let figure = fs::read_to_string(folder.path().join("all/laws.svg")).unwrap();
     for name in names {
         assert!(folder.path().join("all").join(name).join("run.csv").exists());
@@ -84,15 +85,16 @@ fn a_run_folder_is_never_overwritten() {
     let folder = folder();
     fs::create_dir(folder.path().join("run")).unwrap();
     fs::write(folder.path().join("run/run.csv"), "kept").unwrap();
-    let output = plumb(&["demo", "--memory", "--out", "run"], folder.path());
+    let output = plumb(&["demo", "--virtual-time", "--out", "run"], folder.path());
     assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
     assert_eq!(fs::read_to_string(folder.path().join("run/run.csv")).unwrap(), "kept");
 }
 
 #[test]
-fn patience_ends_a_run_with_exit_code_1_and_a_whole_folder() {
+fn a_timeout_ends_a_run_with_exit_code_1_and_a_whole_folder() {
     let folder = folder();
-    let output = plumb(&["demo", "--memory", "--patience", "1", "--out", "run"], folder.path());
+    let output =
+        plumb(&["demo", "--virtual-time", "--timeout", "1", "--out", "run"], folder.path());
     assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
     assert_eq!(json(&output)["reached"], false);
     assert!(
@@ -182,10 +184,10 @@ fn a_board_is_asked_how_it_is_and_sent_into_its_bootloader() {
     assert_eq!(line["steps"], serde_json::json!([0.0, 0.0, 0.0]));
 
     let folder = folder();
-    let store = board(&["store", &rig_file(folder.path(), |text| text)]);
-    assert_eq!(store.status.code(), Some(1));
+    let save = board(&["save", &rig_file(folder.path(), |text| text)]);
+    assert_eq!(save.status.code(), Some(1));
     // The emulated board has no flash; its configuration has arrived all the same.
-    assert!(stderr(&store).contains("cannot do that"), "{}", stderr(&store));
+    assert!(stderr(&save).contains("cannot do that"), "{}", stderr(&save));
     assert_eq!(json(&board(&["status", "--json"]))["state"], "ready");
 
     let bootloader = board(&["bootloader"]);

@@ -26,7 +26,7 @@ fn numbers(text: &str, columns: &[usize]) -> Vec<Vec<f64>> {
 #[test]
 fn a_recorded_run_is_replayed_to_the_same_rows() {
     let folder = tempfile::tempdir().unwrap();
-    let run = ["demo", "--memory", "--patience", "1", "--record", "recording", "--out", "run"];
+    let run = ["demo", "--virtual-time", "--timeout", "1", "--record", "recording", "--out", "run"];
     let output = plumb(&run, folder.path());
     assert!(stderr(&output).contains("recorded: "), "{}", stderr(&output));
     let replayed = plumb(&["replay", "recording"], folder.path());
@@ -66,7 +66,7 @@ fn a_folder_that_cannot_be_made_is_named() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("file"), "").unwrap();
     for path in ["file", "file/below", "/proc/no/such"] {
-        let output = plumb(&["demo", "--memory", "--record", path], folder.path());
+        let output = plumb(&["demo", "--virtual-time", "--record", path], folder.path());
         assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
         assert!(stderr(&output).contains(path), "{path}: {}", stderr(&output));
         assert!(!folder.path().join("runs").exists());

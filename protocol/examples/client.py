@@ -14,7 +14,7 @@ import zlib
 
 MAGIC, VERSION = b"PLMB", 2
 # Identifies the types of all messages. A board of another schema says no to the Hello.
-SCHEMA = bytes.fromhex("ed6068c3adbb3352")
+SCHEMA = bytes.fromhex("cebc72a22fac5dae")
 HELLO, STOP, CONFIGURE, JOG, CLEAR_FAULT, STATUS = 0, 1, 3, 6, 8, 9
 STATES = ["unconfigured", "ready", "seeking", "holding", "fault"]
 

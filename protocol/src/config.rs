@@ -43,7 +43,7 @@ pub enum Law {
     /// A constant matrix: the signs of J and nothing else.
     Sign(Sign),
     /// J is estimated while driving, and used where descent is certain.
-    Certified(Estimated),
+    Adaptive(Estimated),
     /// The rig's geometry is estimated while driving, and the cables are kept taut.
     Taut(Estimated),
 }

@@ -163,7 +163,7 @@ fn interval() -> LawSettings {
 fn the_papers_task_is_the_same_to_the_bit_with_every_law() {
     let Some(image) = image() else { return };
     let named = |name| LawSettings::named(name).expect("a law");
-    for law in [interval(), named("sign"), named("certified"), named("taut")] {
+    for law in [interval(), named("sign"), named("adaptive"), named("taut")] {
         let name = law.name();
         let mut pair = seeking(&image, law);
         let mut frames = 0;
@@ -192,7 +192,7 @@ fn twenty_seeded_faults_are_the_same_to_the_bit() {
 /// The same while a slow law thinks, both of which take turns.
 #[test]
 fn ten_seeded_faults_are_the_same_to_the_bit_with_slow_laws() {
-    let slow = |seed: u64| ["taut", "certified"][seed as usize % 2];
+    let slow = |seed: u64| ["taut", "adaptive"][seed as usize % 2];
     faults(20..30, |seed| LawSettings::named(slow(seed)).expect("a law"));
 }
 

@@ -114,7 +114,7 @@ fn the_stack_keeps_a_third_of_its_room() {
     assert_eq!(chip.tell(Command::ClearFault), None);
     let delay = Milliseconds(40);
     let estimated = Estimated { delay };
-    for law in [Law::Certified(estimated), Law::Taut(estimated), fast(400.0, StepDir::A4988).law] {
+    for law in [Law::Adaptive(estimated), Law::Taut(estimated), fast(400.0, StepDir::A4988).law] {
         assert_eq!(
             chip.tell(Command::Configure(Config { law, ..fast(400.0, StepDir::A4988) })),
             None

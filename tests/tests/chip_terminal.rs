@@ -59,7 +59,7 @@ fn a_session_drives_the_real_image_over_a_serial_port() {
         camera: &camera,
         detector: &mut Ball::for_camera(&camera),
         place: Place::Folder(folder.path().join("run")),
-        patience: 120.0,
+        timeout: 120.0,
         interrupted: &AtomicBool::new(false),
         progress: &mut |_| {},
         follow: Some(&mut |motors| Ok(follower.board_moved(motors)?)),

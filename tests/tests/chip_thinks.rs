@@ -21,7 +21,7 @@ const STEPPING: u8 = 17;
 /// The slow laws.
 fn laws() -> [Law; 2] {
     let estimated = Estimated { delay: Milliseconds(0) };
-    [Law::Certified(estimated), Law::Taut(estimated)]
+    [Law::Adaptive(estimated), Law::Taut(estimated)]
 }
 
 /// How late each tick's interrupt came, cycles: by how much it is behind the first one.

@@ -239,7 +239,7 @@ fn session(seed: u64, folder: std::path::PathBuf) -> Summary {
         camera: &camera,
         detector: &mut Ball::for_camera(&camera),
         place: Place::Folder(folder),
-        patience: 60.0,
+        timeout: 60.0,
         interrupted: &AtomicBool::new(false),
         progress: &mut |_| {},
         follow: None,

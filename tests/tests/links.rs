@@ -35,8 +35,8 @@ fn sign_tells_the_truth_over_every_link() {
 }
 
 #[test]
-fn certified_tells_the_truth_over_every_link() {
-    every_link("certified");
+fn adaptive_tells_the_truth_over_every_link() {
+    every_link("adaptive");
 }
 
 #[test]

@@ -22,7 +22,7 @@ use plumb_openni_driver::{Control, ControlFile};
 use plumb_vision::camera::Camera;
 use plumb_vision::detect::ball::Ball;
 
-/// The paper's rig file, quicker, and with patience for a busy machine.
+/// The paper's rig file, quicker, and with timeout for a busy machine.
 fn rig() -> Rig {
     let mut rig = Rig::paper().expect("the paper's rig file");
     rig.law.set_gamma(150.0).expect("a gain");
@@ -86,7 +86,7 @@ fn the_papers_task_is_done_through_libopenni2() {
         camera: &camera,
         detector: &mut detector,
         place: Place::Folder(folder.path().join("run")),
-        patience: 60.0,
+        timeout: 60.0,
         interrupted: &interrupted,
         progress: &mut |_| (),
         follow: None,

@@ -113,7 +113,7 @@ impl Params {
         match &self.law {
             Law::Interval(law) => Own::Quick(Quick::Interval(Interval::new(law))),
             Law::Sign(law) => Own::Quick(Quick::Sign(Sign::new(law))),
-            Law::Certified(_) => Own::Slow(Kind::Certified),
+            Law::Adaptive(_) => Own::Slow(Kind::Adaptive),
             Law::Taut(_) => Own::Slow(Kind::Taut),
         }
     }
@@ -122,7 +122,7 @@ impl Params {
     pub fn slow(&self) -> Option<Kind> {
         match &self.law {
             Law::Interval(_) | Law::Sign(_) => None,
-            Law::Certified(_) => Some(Kind::Certified),
+            Law::Adaptive(_) => Some(Kind::Adaptive),
             Law::Taut(_) => Some(Kind::Taut),
         }
     }
@@ -144,7 +144,7 @@ impl Params {
     pub(crate) fn delay_us(&self) -> u32 {
         match &self.law {
             Law::Interval(_) | Law::Sign(_) => 0,
-            Law::Certified(law) | Law::Taut(law) => u32::from(law.delay.0) * 1000,
+            Law::Adaptive(law) | Law::Taut(law) => u32::from(law.delay.0) * 1000,
         }
     }
 
@@ -162,7 +162,7 @@ fn check_law(law: &Law) -> Result<(), ConfigField> {
     match law {
         Law::Interval(law) => check_interval(law),
         Law::Sign(law) => ensure((1..=MAX_SIGN_GAIN).contains(&law.gain.0), ConfigField::Gain),
-        Law::Certified(law) | Law::Taut(law) => {
+        Law::Adaptive(law) | Law::Taut(law) => {
             ensure(law.delay.0 <= MAX_DELAY_MS, ConfigField::Delay)
         }
     }

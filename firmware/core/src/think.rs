@@ -11,15 +11,15 @@
 
 mod asking;
 
-use crate::law::{Certified, Demand, Law, Limits, Picture, Taut};
+use crate::law::{Adaptive, Demand, Law, Limits, Picture, Taut};
 use crate::plan::TICK_US;
 pub use asking::Asking;
 
 /// The laws that take longer than a tick.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
-    /// See [`Certified`].
-    Certified,
+    /// See [`Adaptive`].
+    Adaptive,
     /// See [`Taut`].
     Taut,
 }
@@ -30,7 +30,7 @@ impl Kind {
     /// of that in reserve.
     pub const fn ticks(self) -> u32 {
         match self {
-            Self::Certified => 1_000 / TICK_US,
+            Self::Adaptive => 1_000 / TICK_US,
             Self::Taut => 16_000 / TICK_US,
         }
     }
@@ -64,8 +64,8 @@ pub struct Answer {
 #[derive(Debug, Clone, PartialEq)]
 #[allow(clippy::large_enum_variant, reason = "the chip has no heap, and there is one of it")]
 pub enum Slow {
-    /// See [`Certified`].
-    Certified(Certified),
+    /// See [`Adaptive`].
+    Adaptive(Adaptive),
     /// See [`Taut`].
     Taut(Taut),
 }
@@ -74,7 +74,7 @@ impl Slow {
     /// Before its first picture, for motors of these limits.
     pub fn new(kind: Kind, limits: Limits) -> Self {
         match kind {
-            Kind::Certified => Self::Certified(Certified::new(limits)),
+            Kind::Adaptive => Self::Adaptive(Adaptive::new(limits)),
             Kind::Taut => Self::Taut(Taut::new(limits)),
         }
     }
@@ -83,7 +83,7 @@ impl Slow {
 impl Law for Slow {
     fn update(&mut self, picture: &Picture) -> Demand {
         match self {
-            Self::Certified(law) => law.update(picture),
+            Self::Adaptive(law) => law.update(picture),
             Self::Taut(law) => law.update(picture),
         }
     }

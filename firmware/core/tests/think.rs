@@ -134,7 +134,7 @@ impl SlowBench {
 
 #[test]
 fn an_answer_takes_effect_in_its_tick_however_early_it_comes() {
-    for (law, kind) in [(Law::Certified as fn(_) -> _, Kind::Certified), (Law::Taut, Kind::Taut)] {
+    for (law, kind) in [(Law::Adaptive as fn(_) -> _, Kind::Adaptive), (Law::Taut, Kind::Taut)] {
         let [early, late] = [1, kind.ticks()]
             .map(|takes| SlowBench::seeking(slow(law), Some(takes)).run_seeing(60));
         assert_eq!(early, late, "{kind:?}");
@@ -168,13 +168,13 @@ fn a_host_that_thinks_at_once_does_the_same() {
 
 #[test]
 fn an_answer_that_does_not_come_stops_the_board() {
-    let mut bench = SlowBench::seeking(slow(Law::Certified), Some(1));
+    let mut bench = SlowBench::seeking(slow(Law::Adaptive), Some(1));
     bench.run_seeing(20);
     assert!(!bench.still());
-    bench.takes = Some(Kind::Certified.ticks() + 1);
+    bench.takes = Some(Kind::Adaptive.ticks() + 1);
     bench.out.clear();
     bench.see(BALL);
-    bench.run(Kind::Certified.ticks() + 1);
+    bench.run(Kind::Adaptive.ticks() + 1);
     assert_eq!(bench.board.state(), State::Fault(Fault::LawLate));
     assert!(bench.told(Fault::LawLate));
     bench.run(2000);
@@ -185,7 +185,7 @@ fn an_answer_that_does_not_come_stops_the_board() {
 fn after_another_target_or_a_stop_the_answer_is_void() {
     for command in [Command::Target(point(BALL)), Command::Stop, Command::Hold] {
         for takes in [Some(3), None] {
-            let mut bench = SlowBench::seeking(slow(Law::Certified), takes);
+            let mut bench = SlowBench::seeking(slow(Law::Adaptive), takes);
             bench.see(BALL);
             bench.run(2);
             bench.send(command);
@@ -238,16 +238,16 @@ fn a_law_begins_anew_with_each_configuration_and_not_with_a_target() {
     assert_eq!(made_for(&bench), [1, 1, 1]);
     bench.send(Command::Stop);
     bench.run(3000);
-    bench.send(Command::Configure(slow(Law::Certified)));
+    bench.send(Command::Configure(slow(Law::Adaptive)));
     bench.send(Command::Target(point(TARGET)));
     bench.run_seeing(2);
     assert_eq!(made_for(&bench), [1, 1, 1, 2, 2]);
-    assert_eq!(bench.asked[4].1.kind, Kind::Certified);
+    assert_eq!(bench.asked[4].1.kind, Kind::Adaptive);
 }
 
 #[test]
 fn how_sure_a_position_is_comes_to_the_law() {
-    let mut bench = SlowBench::seeking(slow(Law::Certified), Some(5));
+    let mut bench = SlowBench::seeking(slow(Law::Adaptive), Some(5));
     bench.see(BALL);
     bench.run(20);
     bench.see_within(BALL, Some(Covariance { variances: [900, 1, u16::MAX], covariances: [0; 3] }));
@@ -262,7 +262,7 @@ fn how_sure_a_position_is_comes_to_the_law() {
 fn the_motors_go_no_farther_than_the_steps_that_were_to_go() {
     let deadlines = Deadlines { host: Milliseconds(1_000), ..config().deadlines };
     for last_mm in [60.0, 30.0, 15.0] {
-        let config = Config { deadlines, ..slow(Law::Certified) };
+        let config = Config { deadlines, ..slow(Law::Adaptive) };
         let mut bench = SlowBench::seeking(config, Some(5));
         let away_mm = |bench: &SlowBench| {
             let ball = bench.ball();
@@ -281,7 +281,7 @@ fn the_motors_go_no_farther_than_the_steps_that_were_to_go() {
 
 #[test]
 fn a_law_goes_less_by_a_position_that_is_unsure() {
-    for law in [Law::Certified, Law::Taut] {
+    for law in [Law::Adaptive, Law::Taut] {
         let mut bench = SlowBench::seeking(slow(law), Some(5));
         for _ in 0..20 {
             bench.see(bench.ball());

@@ -171,13 +171,13 @@ impl Camera {
             return ended.clone().map(|()| None);
         }
         // The worker tells by itself when nothing comes; this is for when it is stuck.
-        let patience = self.deadlines.picture + Duration::from_secs(1);
-        let event = self.mailbox.take(patience).unwrap_or_else(|| {
+        let timeout = self.deadlines.picture + Duration::from_secs(1);
+        let event = self.mailbox.take(timeout).unwrap_or_else(|| {
             let uri = self.opened.uri.clone();
             Event::Over(Err(OpenniError::Stuck {
                 uri,
                 what: "waiting for a picture",
-                seconds: patience.as_secs_f64(),
+                seconds: timeout.as_secs_f64(),
             }))
         });
         match event {

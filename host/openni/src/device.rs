@@ -113,15 +113,15 @@ impl Device {
         stream.get(sys::STREAM_PROPERTY_NUMBER_OF_FRAMES, 0).unwrap_or(0).max(0)
     }
 
-    /// The next picture of either stream, as it came; `None` where none comes within `patience`.
+    /// The next picture of either stream, as it came; `None` where none comes within `timeout`.
     ///
     /// # Errors
     /// Where the library fails, or the picture is not of the stream's mode.
-    pub(crate) fn next(&self, patience: Duration) -> Result<Option<Picture>, OpenniError> {
+    pub(crate) fn next(&self, timeout: Duration) -> Result<Option<Picture>, OpenniError> {
         let api = &self.openni.inner.api;
         let mut streams = [self.depth.handle, self.colour.handle];
         let mut index = -1;
-        let milliseconds = c_int::try_from(patience.as_millis()).unwrap_or(c_int::MAX);
+        let milliseconds = c_int::try_from(timeout.as_millis()).unwrap_or(c_int::MAX);
         // SAFETY: both streams live, and the library writes nothing but the index.
         let status = unsafe { (api.wait)(streams.as_mut_ptr(), 2, &raw mut index, milliseconds) };
         if status == sys::STATUS_TIME_OUT {

@@ -69,9 +69,9 @@ impl<T: Letter> Mailbox<T> {
         !state.closed
     }
 
-    /// The oldest letter; `None` where none comes within `patience`.
-    pub(crate) fn take(&self, patience: Duration) -> Option<T> {
-        let deadline = Instant::now() + patience;
+    /// The oldest letter; `None` where none comes within `timeout`.
+    pub(crate) fn take(&self, timeout: Duration) -> Option<T> {
+        let deadline = Instant::now() + timeout;
         let mut state = self.lock();
         loop {
             if let Some(letter) = state.letters.pop_front() {

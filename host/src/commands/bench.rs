@@ -29,7 +29,7 @@ pub(crate) enum Command {
 
 /// How fast the laws are on simulated rigs, through the board's own arithmetic
 ///
-/// Laws: interval, sign, certified, taut; their twins in f64 (sign-f64); peers: broyden
+/// Laws: interval, sign, adaptive, taut; their twins in f64 (sign-f64); peers: broyden
 /// (uncalibrated servoing), model-5, model-10, model-20 (inverse kinematics, geometry so many
 /// percent wrong); limits: oracle, reference (slack-free). Times are multiples of what an oracle
 /// with a perfect model needs. Suites: paper (frames to 10 mm of the paper's task for several γ),
@@ -52,7 +52,7 @@ pub(crate) struct ControlArgs {
     rigs: u64,
     /// Number of the first of them, to look at one again that failed
     #[arg(long, default_value_t = 0, value_parser = clap::value_parser!(u64).range(..=1_000_000_000))]
-    first: u64,
+    first_rig: u64,
     /// Seed of rigs and noise
     #[arg(long, default_value_t = 1)]
     seed: u64,
@@ -173,7 +173,7 @@ fn measure(contender: &Contender, suite: &Suite, args: &ControlArgs) -> Result<R
             message(format_args!("\r{} {done}/{} ", contender.name(), args.rigs));
         }
     };
-    let rigs = args.first..args.first + args.rigs;
+    let rigs = args.first_rig..args.first_rig + args.rigs;
     let report = match control::run(contender, suite, rigs, args.seed, &mut progress) {
         error @ Err(BenchError::Range(_) | BenchError::Config(_)) => error.or_bad_input(),
         result => result.or_failed(),

@@ -34,7 +34,7 @@ enum What {
         json: bool,
     },
     /// Configure it by a rig file, and have it keep that over a loss of power
-    Store {
+    Save {
         /// The rig file (TOML, SI units)
         rig: PathBuf,
     },
@@ -46,7 +46,7 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
     let port = args.port.map_or_else(only_board, Ok)?;
     match args.what {
         What::Status { json } => status(&port, &mut open(&port, args.baud)?, json)?,
-        What::Store { rig } => {
+        What::Save { rig } => {
             let config = Rig::read(&rig).or_bad_input()?.config().or_bad_input()?;
             let mut link = open(&port, args.baud)?;
             link.configure(config).or_failed()?;

@@ -43,14 +43,14 @@ pub(crate) struct Args {
     /// In virtual time and memory instead of real time and a pseudo-terminal; the same for the same
     /// seed
     #[arg(long)]
-    memory: bool,
+    virtual_time: bool,
     /// Render into the first picture of this TUM RGB-D folder instead of a room
     #[arg(long, value_name = "FOLDER")]
     background: Option<PathBuf>,
     /// Seed of the camera's noise
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Control law, with its usual parameters: interval (the paper's), sign, certified or taut
+    /// Control law, with its usual parameters: interval (the paper's), sign, adaptive or taut
     /// [default: taut]
     #[arg(long, value_parser = law)]
     law: Option<LawSettings>,
@@ -114,7 +114,7 @@ fn drive(
         args.options.physics.plant(&simulation).or_bad_input()?,
     );
     let mut demo = Demo { args, rig: &rig, camera: &camera, place, interrupted, rows };
-    if args.memory {
+    if args.virtual_time {
         let board = Rc::new(RefCell::new(board));
         let Some(world) = VirtualWorld::new(Rc::clone(&board)) else {
             return Err("the board moves no rig").or_failed();
@@ -171,7 +171,7 @@ where
     SimulatedCamera<W>: Live,
 {
     let Demo { args, rig, camera, interrupted, .. } = *demo;
-    let pace = if args.memory { Pace::Virtual } else { Pace::RealTime };
+    let pace = if args.virtual_time { Pace::Virtual } else { Pace::RealTime };
     let recorder =
         folder.map(|folder| folder.begin(camera_file::PAPER, &camera.intrinsics, pace)).transpose();
     let mut source = Recorded::new(source, recorder.or_bad_input()?);
@@ -182,7 +182,7 @@ where
         camera,
         detector: &mut *detector,
         place: demo.place.clone(),
-        patience: args.options.patience,
+        timeout: args.options.timeout,
         interrupted,
         progress: &mut |row| {
             progress.show(row);
@@ -197,7 +197,7 @@ where
     let true_error_mm = ((source.source().world().ball() - target).norm() * 1e6).round() / 1e3;
     let recording = recorded(source);
     let line = |summary: &Summary| {
-        let time = if args.memory { "virtual" } else { "real" };
+        let time = if args.virtual_time { "virtual" } else { "real" };
         serde_json::to_string(&Line { summary, true_error_mm, seed: args.seed, time }).or_failed()
     };
     conclude(result, recording, |summary| print::result(line(summary)?))

@@ -17,7 +17,7 @@ pub(super) struct RunOptions {
     pub(super) physics: Physics,
     /// Seconds until a target is given up
     #[arg(long, default_value_t = 120.0, allow_negative_numbers = true, value_parser = numbers::seconds)]
-    pub(super) patience: f64,
+    pub(super) timeout: f64,
     /// Folder for the run, new or empty [default: the next number under runs/]
     #[arg(long, value_name = "FOLDER")]
     pub(super) out: Option<PathBuf>,

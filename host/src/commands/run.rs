@@ -58,7 +58,7 @@ struct Common {
     /// Serial port of the board [default: the rig file's]
     #[arg(long)]
     port: Option<String>,
-    /// Control law, with its usual parameters: interval, sign, certified or taut [default: the rig
+    /// Control law, with its usual parameters: interval, sign, adaptive or taut [default: the rig
     /// file's]
     #[arg(long, value_parser = law)]
     law: Option<LawSettings>,
@@ -104,7 +104,7 @@ fn drive(file: &Path, mut rig: Rig, options: &Common) -> Result<ExitCode, Failur
         camera: &camera,
         detector: &mut *detector,
         place: options.run.place("run"),
-        patience: options.run.patience,
+        timeout: options.run.timeout,
         interrupted: &interrupted,
         progress: &mut |row| progress.show(row),
         follow: follow.as_mut().map(|follow| follow as Follow<'_>),

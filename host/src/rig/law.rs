@@ -39,7 +39,7 @@ pub enum LawSettings {
         mean: Seconds,
     },
     /// J is estimated while driving, and used where descent is certain.
-    Certified(Estimating),
+    Adaptive(Estimating),
     /// The geometry is estimated while driving, and the cables are kept taut.
     Taut(Estimating),
 }
@@ -86,7 +86,7 @@ impl Default for LawSettings {
 
 impl LawSettings {
     /// Every law's name, as in rig files and for `--law`.
-    pub const NAMES: [&str; 4] = ["interval", "sign", "certified", "taut"];
+    pub const NAMES: [&str; 4] = ["interval", "sign", "adaptive", "taut"];
 
     /// A law by its name, with the parameters of the paper's rig.
     pub fn named(name: &str) -> Option<Self> {
@@ -101,7 +101,7 @@ impl LawSettings {
                 mean: none,
             }),
             "sign" => Some(Self::Sign { gain: positive(4.0)?, mean: none }),
-            "certified" => Some(Self::Certified(Estimating::default())),
+            "adaptive" => Some(Self::Adaptive(Estimating::default())),
             "taut" => Some(Self::default()),
             _ => None,
         }
@@ -112,7 +112,7 @@ impl LawSettings {
         match self {
             Self::Interval { .. } => "interval",
             Self::Sign { .. } => "sign",
-            Self::Certified(_) => "certified",
+            Self::Adaptive(_) => "adaptive",
             Self::Taut(_) => "taut",
         }
     }
@@ -121,7 +121,7 @@ impl LawSettings {
     pub fn mean(&self) -> Seconds {
         match self {
             Self::Interval { mean, .. } | Self::Sign { mean, .. } => *mean,
-            Self::Certified(law) | Self::Taut(law) => law.mean,
+            Self::Adaptive(law) | Self::Taut(law) => law.mean,
         }
     }
 
@@ -129,7 +129,7 @@ impl LawSettings {
     pub fn set_mean(&mut self, span: Seconds) {
         match self {
             Self::Interval { mean, .. } | Self::Sign { mean, .. } => *mean = span,
-            Self::Certified(law) | Self::Taut(law) => law.mean = span,
+            Self::Adaptive(law) | Self::Taut(law) => law.mean = span,
         }
     }
 }
@@ -178,7 +178,7 @@ impl LawSettings {
                 format!("interval, γ = {} /s, α = {}, β = {}", gamma.get(), alpha.get(), beta.get())
             }
             Self::Sign { gain, .. } => format!("sign, g = {} /s", gain.get()),
-            Self::Certified(_) | Self::Taut(_) => self.name().to_owned(),
+            Self::Adaptive(_) | Self::Taut(_) => self.name().to_owned(),
         }
     }
 
@@ -202,8 +202,8 @@ impl LawSettings {
                 let raw = |g: f64| SignGain::from_si(g * 1e-6 / (4.0 * NOMINAL_STEP_M));
                 Law::Sign(Sign { gain: fit("law.sign.gain", gain.get(), raw)? })
             }
-            Self::Certified(law) => {
-                Law::Certified(Estimated { delay: law.delay.config("law.certified.delay")? })
+            Self::Adaptive(law) => {
+                Law::Adaptive(Estimated { delay: law.delay.config("law.adaptive.delay")? })
             }
             Self::Taut(law) => Law::Taut(Estimated { delay: law.delay.config("law.taut.delay")? }),
         })

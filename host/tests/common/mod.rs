@@ -93,8 +93,16 @@ pub(crate) fn until_rows(run: &mut Child, folder: &Path, count: usize) {
 
 /// Records the paper's ball at rest for half a second to `folder/recording`.
 pub(crate) fn record(folder: &Path) -> PathBuf {
-    let demo =
-        ["demo", "--memory", "--patience", "0.5", "--record", "recording", "--out", "recorded-run"];
+    let demo = [
+        "demo",
+        "--virtual-time",
+        "--timeout",
+        "0.5",
+        "--record",
+        "recording",
+        "--out",
+        "recorded-run",
+    ];
     let output = plumb(&demo, folder);
     assert!(stderr(&output).contains("recorded: "), "{}", stderr(&output));
     folder.join("recording")

@@ -60,7 +60,7 @@ fn usual_law(random: &mut Random) -> Law {
         // α 0.005, β 0.5, γ 30 /s; g 4 /s; both at 0.471 mm a step.
         0 => Law::Interval(Interval::uniform(Bound(328), Bound(32_768), Gain(4172))),
         1 => Law::Sign(Sign { gain: SignGain(2225) }),
-        2 => Law::Certified(Estimated { delay: Milliseconds(5) }),
+        2 => Law::Adaptive(Estimated { delay: Milliseconds(5) }),
         _ => Law::Taut(Estimated { delay: Milliseconds(5) }),
     }
 }
@@ -148,7 +148,7 @@ fn law(random: &mut Random) -> Law {
     match random.below(5) {
         0 => Law::Interval(interval(random)),
         1 => Law::Sign(Sign { gain: SignGain(random.corner(1, 1 << 20) as u32) }),
-        2 => Law::Certified(Estimated { delay: Milliseconds(random.corner(0, 500) as u16) }),
+        2 => Law::Adaptive(Estimated { delay: Milliseconds(random.corner(0, 500) as u16) }),
         3 => Law::Taut(Estimated { delay: Milliseconds(random.corner(0, 500) as u16) }),
         _ => usual_law(random),
     }

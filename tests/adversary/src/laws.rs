@@ -126,8 +126,8 @@ pub fn run(seed: u64, pictures: u64, outcome: &mut Outcome) {
         Ok(params) => params,
         Err(field) => unreachable!("the configuration is within its ranges: {field}"),
     };
-    let kind = random.pick(&[Kind::Certified, Kind::Taut]);
-    outcome.tally.count(if kind == Kind::Certified { "law certified" } else { "law taut" });
+    let kind = random.pick(&[Kind::Adaptive, Kind::Taut]);
+    outcome.tally.count(if kind == Kind::Adaptive { "law adaptive" } else { "law taut" });
     drive(&mut random, Slow::new(kind, params.limits()), &config, pictures, outcome);
     if let Own::Quick(law) = params.law() {
         outcome.tally.count("law quick");

@@ -1,4 +1,4 @@
-//! A long campaign: `adversary CAMPAIGN [--first SEED] [--seeds COUNT] [--SIZE COUNT]`.
+//! A long campaign: `adversary CAMPAIGN [--first-seed SEED] [--seeds COUNT] [--SIZE COUNT]`.
 
 use std::process::ExitCode;
 use std::thread::available_parallelism;
@@ -8,7 +8,7 @@ use plumb_adversary::campaign::{self, Outcome};
 use plumb_adversary::{board, frames, laws, travel};
 
 const USAGE: &str = "\
-usage: adversary CAMPAIGN [--first SEED] [--seeds COUNT] [--SIZE COUNT] [--threads COUNT]
+usage: adversary CAMPAIGN [--first-seed SEED] [--seeds COUNT] [--SIZE COUNT] [--threads COUNT]
 
 campaigns, and their size for each seed:
   board    the board under adversarial messages      --ticks 20000
@@ -58,7 +58,7 @@ fn parse(arguments: &[String]) -> Result<Options, String> {
         let [option, value] = pair else { return Err(format!("{} needs a number", pair[0])) };
         let value: u64 = value.parse().map_err(|_| format!("{option} {value}: no whole number"))?;
         match option.as_str() {
-            "--first" => options.first = value,
+            "--first-seed" => options.first = value,
             "--seeds" => options.seeds = value,
             "--threads" => options.threads = value as usize,
             size if size == campaign.size => options.size = value,

@@ -29,7 +29,7 @@ const APART_M: f64 = 0.12;
 /// Gain of the law interval, 1/s: the paper's, 30, takes minutes for some of the targets.
 const GAMMA: f64 = 200.0;
 /// Longest time for a target, s.
-const PATIENCE_S: f64 = 60.0;
+const TIMEOUT_S: f64 = 60.0;
 /// Time after a run in which the board must come to rest without a host: its deadline and a ramp.
 const REST: Duration = Duration::from_secs(2);
 
@@ -192,7 +192,7 @@ fn drive<W: World, T: Transport>(
         camera: &camera,
         detector: &mut Spot,
         place: Place::Folder(folder.path().join("run")),
-        patience: PATIENCE_S,
+        timeout: TIMEOUT_S,
         interrupted: &AtomicBool::new(false),
         progress: &mut |row| note(&mut legs, row, board.look(|b| b.ball()).expect("a rig")),
         follow: None,

@@ -1,7 +1,7 @@
 //! Control laws: from the ball's error to motor rates.
 
+mod adaptive;
 mod axis;
-mod certified;
 mod interval;
 mod sides;
 mod sign;
@@ -13,7 +13,7 @@ use plumb_protocol::units::Covariance;
 
 use crate::wide::{part, product};
 
-pub use certified::Certified;
+pub use adaptive::Adaptive;
 pub use interval::{Interval, V_FRACTION_BITS};
 pub use sign::Sign;
 pub use taut::Taut;

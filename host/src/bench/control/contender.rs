@@ -125,7 +125,7 @@ impl Contender {
 
 /// What peers take from the board's settings: no delay, no running mean.
 const PEERS_OWN: LawSettings =
-    LawSettings::Certified(Estimating { delay: Seconds::ZERO, mean: Seconds::ZERO });
+    LawSettings::Adaptive(Estimating { delay: Seconds::ZERO, mean: Seconds::ZERO });
 
 /// The configuration of a board with these `settings` in a suite, and its parameters.
 ///

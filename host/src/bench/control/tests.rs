@@ -27,7 +27,7 @@ fn interval_arrives_and_takes_twice_the_oracles_time() {
 fn the_laws_are_as_fast_as_is_said_of_them() {
     for (law, suite, median) in [
         ("sign", "quasi-static", 1.35),
-        ("certified", "quasi-static", 1.05),
+        ("adaptive", "quasi-static", 1.05),
         ("taut", "elastic", 1.35),
     ] {
         let report = quick(&Contender::named(law).unwrap(), suite, 60);
@@ -71,7 +71,7 @@ fn the_oracle_takes_its_own_time() {
 #[test]
 fn the_earlier_clock_shows_more() {
     let suite = Suite { clock: Clock::Target, ..Suite::named("paper-task").unwrap() };
-    let contender = Contender::named("certified").unwrap();
+    let contender = Contender::named("adaptive").unwrap();
     let (early, late) = (
         run(&contender, &suite, 0..10, 11, &mut |_| ()).unwrap(),
         quick(&contender, "paper-task", 10),
@@ -155,9 +155,9 @@ fn what_a_board_would_refuse_is_refused_before_any_run() {
 /// After a blind spell at full speed the variance of the filter's position is more than its format
 /// holds.
 #[test]
-fn certified_outlives_a_blind_spell_at_full_speed() {
+fn adaptive_outlives_a_blind_spell_at_full_speed() {
     let (contender, suite) =
-        (Contender::named("certified").unwrap(), Suite::named("quasi-static").unwrap());
+        (Contender::named("adaptive").unwrap(), Suite::named("quasi-static").unwrap());
     for (seed, rig) in [(101, 70), (28, 393)] {
         let report = run(&contender, &suite, rig..rig + 1, seed, &mut |_| ()).unwrap();
         assert!(report.median < 1.5, "{report}");
@@ -167,9 +167,9 @@ fn certified_outlives_a_blind_spell_at_full_speed() {
 /// Noise three times as large as expected makes the estimate of J worse while the ball is held;
 /// with the steps of that estimate taken as they come, it was driven off by 28 mm.
 #[test]
-fn certified_holds_its_ball_in_noise() {
+fn adaptive_holds_its_ball_in_noise() {
     let (contender, suite) =
-        (Contender::named("certified").unwrap(), Suite::named("noise").unwrap());
+        (Contender::named("adaptive").unwrap(), Suite::named("noise").unwrap());
     let report = run(&contender, &suite, 211..212, 11, &mut |_| ()).unwrap();
     assert!(report.converged == 1.0 && report.hold_p99_mm < 5.0, "{report}");
 }

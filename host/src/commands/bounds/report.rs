@@ -165,7 +165,7 @@ impl Report {
         }
         self.tell_proofs();
         tell!(
-            "not proved: anything of noise, latency, limits of rates, slack or elastic cables, and of `certified` and `taut`"
+            "not proved: anything of noise, latency, limits of rates, slack or elastic cables, and of `adaptive` and `taut`"
         );
     }
 

@@ -41,7 +41,7 @@ fn main() {
         && profile == "--profile"
     {
         let law = law.first().map_or(Which::Interval, |name| {
-            Which::named(name).expect("interval, certified or taut")
+            Which::named(name).expect("interval, adaptive or taut")
         });
         return profile::print(&PathBuf::from(image), law);
     }
@@ -72,8 +72,8 @@ fn table(image: &std::path::Path) -> Vec<Row> {
     let [one, three] = measure::highest_rates(image);
     let [busy_slow, busy_fast, busy_taut] = measure::busy(image);
     let latency = measure::latency(image);
-    let [interval, certified, taut] =
-        [Which::Interval, Which::Certified, Which::Taut].map(|law| measure::costs(image, law));
+    let [interval, adaptive, taut] =
+        [Which::Interval, Which::Adaptive, Which::Taut].map(|law| measure::costs(image, law));
     let (silence, expected) = measure::silence(image);
     println!(
         "Silence to standstill is held against the configured deadline and ramp, {expected} ms together.\n"
@@ -138,18 +138,18 @@ fn table(image: &std::path::Path) -> Vec<Row> {
             "",
         ),
         row(
-            "update_certified",
-            "one update of the law certified, at most",
-            certified.update,
+            "update_adaptive",
+            "one update of the law adaptive, at most",
+            adaptive.update,
             "cycles",
             "< 60 000",
         ),
         row(
-            "thought_certified",
+            "thought_adaptive",
             "the same with the ticks and links that go before it",
-            certified.thought,
+            adaptive.thought,
             "cycles",
-            &due(Kind::Certified),
+            &due(Kind::Adaptive),
         ),
         row("update_taut", "one update of the law taut, at most", taut.update, "cycles", ""),
         row(

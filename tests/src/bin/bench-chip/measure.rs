@@ -146,7 +146,7 @@ pub(crate) fn latency(image: &Path) -> (f64, f64) {
 #[derive(Clone, Copy, PartialEq)]
 pub(crate) enum Which {
     Interval,
-    Certified,
+    Adaptive,
     Taut,
 }
 
@@ -155,7 +155,7 @@ impl Which {
     pub(crate) fn named(name: &str) -> Option<Self> {
         match name {
             "interval" => Some(Self::Interval),
-            "certified" => Some(Self::Certified),
+            "adaptive" => Some(Self::Adaptive),
             "taut" => Some(Self::Taut),
             _ => None,
         }
@@ -166,7 +166,7 @@ impl Which {
         let estimated = Estimated { delay: Milliseconds(0) };
         match self {
             Self::Interval => config,
-            Self::Certified => Config { law: Law::Certified(estimated), ..config },
+            Self::Adaptive => Config { law: Law::Adaptive(estimated), ..config },
             Self::Taut => Config { law: Law::Taut(estimated), mean: Milliseconds(320), ..config },
         }
     }

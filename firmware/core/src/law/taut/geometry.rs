@@ -1,6 +1,6 @@
 //! Vectors and matrices of three, in f32.
 
-use crate::law::certified::SIGNS;
+use crate::law::adaptive::SIGNS;
 
 /// Three numbers.
 pub(super) type Vector = [f32; 3];

@@ -1,7 +1,7 @@
 //! The board's laws again, from their equations, in `f64`: what their fixed point costs is the
 //! difference.
 
-mod certified;
+mod adaptive;
 mod interval;
 mod sign;
 
@@ -13,12 +13,12 @@ use plumb_core::think::Slow;
 
 use super::limits::Limits;
 use crate::rig::LawSettings;
-use certified::Certified;
+use adaptive::Adaptive;
 use interval::Interval;
 use sign::Sign;
 
 /// The laws that have a twin; `taut` computes in floating point on the board too.
-pub(super) const NAMES: [&str; 3] = ["interval", "sign", "certified"];
+pub(super) const NAMES: [&str; 3] = ["interval", "sign", "adaptive"];
 
 /// The twin of a law with these parameters, on motors of these limits; the board's own where that
 /// is no fixed point.
@@ -28,7 +28,7 @@ pub(super) fn of(law: &LawSettings, params: &Params, limits: Limits) -> Box<dyn 
             Box::new(Interval::new(gamma.get(), (alpha.get(), beta.get()), signs))
         }
         LawSettings::Sign { gain, .. } => Box::new(Sign::new(gain.get())),
-        LawSettings::Certified(_) => Box::new(Certified::new(limits)),
+        LawSettings::Adaptive(_) => Box::new(Adaptive::new(limits)),
         LawSettings::Taut(_) => boards_own(params),
     }
 }

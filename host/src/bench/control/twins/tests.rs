@@ -100,14 +100,14 @@ fn farthest(a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
     a.iter().zip(b).flat_map(|(a, b)| (0..3).map(|k| (a[k] - b[k]).abs())).fold(0.0, f64::max)
 }
 
-/// Whole runs with the same noise: the motors go the same way. `certified` may use its estimate a
+/// Whole runs with the same noise: the motors go the same way. `adaptive` may use its estimate a
 /// picture earlier or later than its twin where descent is just certain; `interval`, at a gain that
 /// does not chatter, has an α on the chip that is rounded outwards by 0.2 %.
 #[test]
 fn motors_go_the_same_way_in_fixed_point_and_in_f64() {
     let suite = Suite::named("quasi-static").unwrap();
     for (name, median, most) in
-        [("interval", 4.0, 40.0), ("sign", 0.07, 0.2), ("certified", 1.0, 40.0)]
+        [("interval", 4.0, 40.0), ("sign", 0.07, 0.2), ("adaptive", 1.0, 40.0)]
     {
         let law = LawSettings::named(name).unwrap();
         let mut steps: Vec<f64> = (0..12).map(|index| apart(&law, &suite, (21, index))).collect();

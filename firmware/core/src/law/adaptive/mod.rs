@@ -33,7 +33,7 @@ const SIGN_SLOWS: i64 = 65_000;
 /// every J within three standard deviations; the law of signs elsewhere. Both make V = |e|² fall,
 /// so that going from one to the other needs no wait.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Certified {
+pub struct Adaptive {
     limits: Limits,
     estimate: Option<Estimate>,
     swings: Swings,
@@ -44,7 +44,7 @@ fn square(e: [i32; 3]) -> i64 {
     e.iter().map(|e| times((*e).into(), (*e).into())).sum()
 }
 
-impl Certified {
+impl Adaptive {
     /// The law for motors of these limits.
     pub(crate) fn new(limits: Limits) -> Self {
         Self { limits, estimate: None, swings: Swings::to([0; 3]) }
@@ -86,7 +86,7 @@ impl Certified {
     }
 }
 
-impl Law for Certified {
+impl Law for Adaptive {
     fn update(&mut self, picture: &Picture) -> Demand {
         let estimate = match &mut self.estimate {
             Some(estimate) => {

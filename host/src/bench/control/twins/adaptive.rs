@@ -113,7 +113,7 @@ impl Axis {
 }
 
 /// The estimate and the motors' limits.
-pub(super) struct Certified {
+pub(super) struct Adaptive {
     limits: Limits,
     /// The axes, and where the motors were for them.
     estimate: Option<([Axis; 3], Vector3<f64>)>,
@@ -148,7 +148,7 @@ impl Swings {
     }
 }
 
-impl Certified {
+impl Adaptive {
     pub(super) fn new(limits: Limits) -> Self {
         Self { limits, estimate: None, swings: Swings::default(), held: 0 }
     }
@@ -203,7 +203,7 @@ fn steps(axes: &[Axis; 3], j: &Matrix3<f64>, e: &Vector3<f64>) -> Option<(Vector
     Some((n, (SOONER * doubt.powi(2)).min(SOONER_MOST.0)))
 }
 
-impl Law for Certified {
+impl Law for Adaptive {
     fn update(&mut self, picture: &Picture) -> Demand {
         let seen = Seen::from(picture);
         match &mut self.estimate {
