@@ -32,7 +32,7 @@ enum Command {
     Replay(commands::replay::Args),
     Cameras(commands::cameras::Args),
     Emulate(commands::emulate::Args),
-    Bounds(commands::bounds::Args),
+    Verify(commands::verify::Args),
     Cosim(commands::cosim::Args),
     /// Comparisons that anyone can reproduce from a seed
     #[command(subcommand)]
@@ -48,7 +48,7 @@ fn main() -> ExitCode {
         Command::Replay(args) => commands::replay::main(args),
         Command::Cameras(args) => commands::cameras::main(args),
         Command::Emulate(args) => commands::emulate::main(args),
-        Command::Bounds(args) => commands::bounds::main(args),
+        Command::Verify(args) => commands::verify::main(args),
         Command::Cosim(args) => commands::cosim::main(args),
         Command::Bench(command) => commands::bench::main(command),
     };

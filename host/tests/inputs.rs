@@ -119,8 +119,8 @@ fn only_regular_files_are_read() {
     for other in ["pipe", "/dev/zero", "."] {
         for arguments in [
             &["run", other] as &[&str],
-            &["bounds", other],
-            &["bounds", "--family", other],
+            &["verify", other],
+            &["verify", "--family", other],
             &["replay", ".", "--camera", other],
             &["emulate", "--rig", other],
             &["cosim", "--rig", other],
@@ -188,8 +188,8 @@ fn numbers_that_cannot_be_are_named_with_their_option() {
     }
     for number in ["nan", "inf", "1e999"] {
         cases.push((vec!["goto", "0.4", number, "0.15", "--rig", &rig], "<Y>"));
-        cases.push((vec!["bounds", "--tolerance", number], "--tolerance"));
-        cases.push((vec!["bounds", "--lambda", number], "--lambda"));
+        cases.push((vec!["verify", "--tolerance", number], "--tolerance"));
+        cases.push((vec!["verify", "--lambda", number], "--lambda"));
         cases.push((vec!["bench", "control", "--rigs", "1", "--mean", number], "--mean"));
     }
     for (arguments, named) in cases {

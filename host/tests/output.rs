@@ -76,7 +76,7 @@ fn closed_pipes_change_no_exit_code() {
         (&SHORT_DEMO, 1),
         (&["board", "status", "--json", "--port", &emulator.port], 0),
         (&["run", "absent.toml"], 2),
-        (&["bounds", &rig, "--cells", "1", "--json"], 1),
+        (&["verify", &rig, "--cells", "1", "--json"], 1),
     ];
     for (arguments, code) in cases {
         let status: ExitStatus =

@@ -3,7 +3,6 @@
 
 pub(crate) mod bench;
 pub(crate) mod board;
-pub(crate) mod bounds;
 pub(crate) mod cameras;
 pub(crate) mod cosim;
 pub(crate) mod demo;
@@ -16,6 +15,7 @@ pub(crate) mod replay;
 pub(crate) mod run;
 mod show;
 mod sight;
+pub(crate) mod verify;
 
 use std::error::Error;
 

@@ -10,7 +10,7 @@
 //! exact integers. The QP solver only proposes vectors; [`Polytope::robustness`] checks them.
 //!
 //! The crate takes plain numbers. It knows no file, no camera, no board and no command:
-//! `plumb bounds` reads the files and prints the results. Only the crate's tests use the board's
+//! `plumb verify` reads the files and prints the results. Only the crate's tests use the board's
 //! law and the emulated rig, as references.
 //!
 //! ```

@@ -1,4 +1,4 @@
-//! `plumb bounds --family`: theorem 1 for a family given by its vertices.
+//! `plumb verify --family`: theorem 1 for a family given by its vertices.
 
 use std::path::Path;
 

@@ -1,4 +1,4 @@
-//! `plumb bounds` as a person or a script meets it.
+//! `plumb verify` as a person or a script meets it.
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops at the first surprise")]
 
@@ -10,7 +10,7 @@ use serde_json::Value;
 
 fn bounds(arguments: &[&str], folder: &Path) -> Output {
     let program = env!("CARGO_BIN_EXE_plumb");
-    Command::new(program).arg("bounds").args(arguments).current_dir(folder).output().unwrap()
+    Command::new(program).arg("verify").args(arguments).current_dir(folder).output().unwrap()
 }
 
 fn stderr(output: &Output) -> String {

@@ -1,4 +1,4 @@
-//! `plumb bounds`: what holds for every rig of a kind.
+//! `plumb verify`: what holds for every rig of a kind.
 
 mod family;
 mod report;
