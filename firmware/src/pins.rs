@@ -1,4 +1,4 @@
-//! Which pin does what (firmware/README.md draws them). All others are left alone.
+//! Which pin does what (docs/use/board.md draws them). All others are left alone.
 
 /// UART0, from the host; GP0 is to the host.
 pub(crate) const UART_RX: u8 = 1;

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Prints the tables of docs/control.md, "Measured", anew.
+"""Prints the tables of docs/understand/results.md, "Measured", anew.
 
     python3 host/examples/control_tables.py [SEED]
 

@@ -21,7 +21,7 @@ fn json(output: &Output) -> Value {
     serde_json::from_slice(&output.stdout).unwrap_or_else(|e| panic!("{e}: {}", stderr(output)))
 }
 
-/// The paper's laboratory rig: docs/control.md has these ratios.
+/// The paper's laboratory rig: docs/understand/proofs.md has these ratios.
 #[test]
 fn the_papers_rig_is_proved_with_its_box_in_the_output() {
     let output = bounds(&["--json"], Path::new("."));

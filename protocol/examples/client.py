@@ -2,7 +2,7 @@
 
 usage: client.py PORT      (a serial port, or the path that `plumb emulate` prints)
 
-Only Python's own library. docs/wire-format.md describes the bytes.
+Only Python's own library. docs/understand/wire-format.md describes the bytes.
 """
 
 import os

@@ -16,7 +16,7 @@ pub use session::{FAR, NEAR, Pulses, fast, point};
 /// Cycles of the chip in a microsecond.
 pub const CYCLES_PER_US: u64 = 125;
 
-/// STEP and DIR of motors A, B, C, as firmware/README.md wires them.
+/// STEP and DIR of motors A, B, C, as docs/use/board.md wires them.
 pub const STEPPERS: [[u8; 2]; 3] = [[2, 3], [4, 5], [6, 7]];
 
 /// The enable line, low where the drivers hold.

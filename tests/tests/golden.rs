@@ -147,7 +147,7 @@ fn reports() {
 /// shown.
 #[test]
 fn the_page_on_the_wire_format_shows_real_frames() {
-    let page = include_str!("../../docs/wire-format.md");
+    let page = include_str!("../../docs/understand/wire-format.md");
     let is_frame = |word: &&str| word.len() >= 16 && word.bytes().all(|b| b.is_ascii_hexdigit());
     let (mut to_board, mut from_board) = (0, 0);
     for hex in page.split('`').filter(is_frame) {

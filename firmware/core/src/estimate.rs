@@ -72,9 +72,9 @@ pub fn magnitude(e: [i32; 3]) -> u32 {
 }
 
 /// Counts pictures near the target in a row: one raw picture is wrong in 25 % of runs, this in none
-/// of 1000 (docs/control.md). What the filter smoothes away of a ball that swings is seen by how
-/// far positions are off it: white noise is off to either side without memory, and the product of
-/// two that follow each other is zero or less in the mean; of a swing it is not.
+/// of 1000 (docs/understand/method.md). What the filter smoothes away of a ball that swings is seen
+/// by how far positions are off it: white noise is off to either side without memory, and the
+/// product of two that follow each other is zero or less in the mean; of a swing it is not.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Arrival {
     frames: u8,

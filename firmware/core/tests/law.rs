@@ -135,7 +135,8 @@ proptest! {
 
 #[test]
 fn one_motor_moves_for_most_errors_at_the_papers_bounds() {
-    // β/α = 100: 97.5 % of the directions of e (docs/control.md), here over a grid of the sphere.
+    // β/α = 100: 97.5 % of the directions of e (docs/understand/interval.md), over a grid of the
+    // sphere.
     let law = law(common::paper_interval(30.0));
     let (mut one, mut all) = (0, 0);
     for i in 1..200 {

@@ -33,7 +33,7 @@ pub mod source;
 pub mod survey;
 pub mod toml_file;
 
-/// The example in docs/cameras.md is compiled and run with the other tests.
+/// The example in docs/change/add-camera.md is compiled and run with the other tests.
 #[cfg(doctest)]
-#[doc = include_str!("../../../docs/cameras.md")]
+#[doc = include_str!("../../../docs/change/add-camera.md")]
 struct CamerasPage;

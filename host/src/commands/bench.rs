@@ -222,7 +222,7 @@ fn contenders(args: &ControlArgs) -> Result<Vec<Contender>, Failure> {
 fn bench_paper(json: bool) -> Result<ExitCode, Failure> {
     let suite = control::paper(&PAPER_GAMMAS).or_failed()?;
     tell!(
-        "law interval on the paper's task, no noise, 30 Hz: frames to 10 mm (17 100/γ in docs/control.md)"
+        "law interval on the paper's task, no noise, 30 Hz: frames to 10 mm (the paper: 17 100/γ)"
     );
     for (gamma, frames) in suite.gamma.iter().zip(&suite.frames) {
         tell!(

@@ -57,7 +57,7 @@ pub(crate) struct Args {
     /// h
     #[arg(long, value_parser = range, value_name = "LOW,HIGH")]
     below: Option<Interval>,
-    /// The box of docs/control.md: D, W 0.5-1.5 m, t 0-1, the closed triangle, h 0.1-1 m
+    /// The box of docs/understand/proofs.md: D, W 0.5-1.5 m, t 0-1, the closed triangle, h 0.1-1 m
     #[arg(long, conflicts_with_all = ["rig", "tolerance"])]
     wide: bool,
     /// A family of Jacobians by its vertices, in place of a kind of rigs

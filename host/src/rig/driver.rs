@@ -8,7 +8,7 @@ use serde::Deserialize;
 use super::{OutOfRange, fit};
 
 /// What turns the motors: `driver = "a4988"`, or `driver = { coils = { duty = 0.8 } }`.
-/// firmware/README.md says how each is wired.
+/// docs/use/board.md says how each is wired.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub enum Driver {

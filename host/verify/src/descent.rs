@@ -74,7 +74,8 @@ fn positive([xx, yy, zz, xy, xz, yz]: [Interval; 6]) -> Option<bool> {
 mod tests {
     use super::*;
 
-    /// docs/control.md has it from 0.1 m on, which takes six seconds: `plumb verify` does that.
+    /// docs/understand/proofs.md has it from 0.1 m on, which takes six seconds: `plumb verify` does
+    /// that.
     #[test]
     fn the_law_of_signs_descends_where_it_is_said_to() {
         assert!(matches!(sign_descent(&Rigs::wide(0.2), 5_000_000), Descent::Holds(_)));

@@ -76,7 +76,7 @@ mod tests {
     fn the_law_of_signs_meets_them_with_positive_monomials_only() {
         let expected = RouthHurwitz { trace: 8, minors: 12, determinant: 4, difference: 72 };
         assert_eq!(routh_hurwitz(SIGNS, SIGNS), Some(expected));
-        // The matrix that the board has: u̇ = -g Σ⁻¹ e, docs/control.md.
+        // The matrix that the board has: u̇ = -g Σ⁻¹ e, docs/understand/sign.md.
         assert_eq!(inverse(SIGNS), Some([[-1, -2, -1], [-1, 2, -1], [2, 0, -2]]));
     }
 

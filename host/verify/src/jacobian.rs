@@ -93,10 +93,10 @@ fn bounds<C: Copy>(
 
 /// α and β by hand, from rough geometry alone: safe, in a few operations.
 ///
-/// Derived here from J = K diag(l) of docs/control.md; the paper's own formulas, (22) and (23),
-/// were not at hand. Let m be the least λ, s the longest side of the triangle and a = D W/s its
-/// least altitude. The ball is between (1 - λ_k) a and (1 - λ_k) s from motor k as seen from above,
-/// and λ_k is from m to 1 - 2m. So
+/// Derived here from J = K diag(l) of docs/understand/plant.md; the paper's own formulas, (22) and
+/// (23), were not at hand. Let m be the least λ, s the longest side of the triangle and a = D W/s
+/// its least altitude. The ball is between (1 - λ_k) a and (1 - λ_k) s from motor k as seen from
+/// above, and λ_k is from m to 1 - 2m. So
 ///
 /// ```text
 /// l from √(h² + (2m a)²), h the least, to √(h² + ((1 - m) s)²), h the largest
@@ -141,7 +141,8 @@ mod tests {
     const MOTORS: [[f64; 3]; 3] = [[0.85, 0.61, 0.665], [0.85, 0.0, 0.665], [0.0, 0.24, 0.665]];
     const BELOW: Interval = Interval::new(0.1, 0.665);
 
-    /// docs/control.md: 30, 42, 79, 181 for λ >= 0.10, 0.05, 0.023, 0.01, and 36.5 from P0 to PT.
+    /// docs/understand/proofs.md: 30, 42, 79, 181 for λ >= 0.10, 0.05, 0.023, 0.01, and 36.5 from
+    /// P0 to PT.
     #[test]
     fn the_papers_rig_has_the_ratios_of_the_control_notes() {
         for (lambda, ratio) in [(0.10, 30.0), (0.05, 42.0), (0.023, 79.0), (0.01, 181.0)] {

@@ -66,8 +66,8 @@ impl Rigs {
         checks.into_iter().find(|(holds, _)| !holds).map_or(Ok(self), |(_, error)| Err(error))
     }
 
-    /// docs/control.md: all D, W in 0.5-1.5 m, t in 0-1, the closed triangle, h in `least_below`-1
-    /// m.
+    /// docs/understand/proofs.md: all D, W in 0.5-1.5 m, t in 0-1, the closed triangle, h in
+    /// `least_below`-1 m.
     #[must_use]
     pub fn wide(least_below: f64) -> Self {
         Self {
@@ -85,7 +85,7 @@ impl Rigs {
 #[non_exhaustive]
 pub enum RigsError {
     /// The rig frame is another one.
-    #[error("the motors must be at one height, A and B at one x (the rig frame: docs/control.md)")]
+    #[error("the motors must be at one height, A and B at one x (docs/understand/plant.md)")]
     Frame,
     /// D may be 0.
     #[error("D = yA - yB must be above 0; it may be {0:.3} m")]

@@ -83,7 +83,7 @@ pub struct Picture {
 }
 
 /// Standard deviations of a position of which nothing is said, µm: those of a depth camera a metre
-/// away that looks along x (docs/control.md).
+/// away that looks along x (docs/understand/method.md).
 const USUAL: [i32; 3] = [2000, 1000, 1000];
 
 /// What no covariance knows of, as a variance, µm²: the ball swings, and ages are not exact to the

@@ -72,13 +72,15 @@ const KINDS: [Kind; 6] = [
         vendor: 0x8086,
         products: &[0x0ad2, 0x0ad3, 0x0ad4, 0x0b07, 0x0b3a, 0x0b5b, 0x0b5c, 0x0b64],
         name: "RealSense camera",
-        through: "nothing yet: record a TUM RGB-D folder with it, or add a source (docs/cameras.md)",
+        through: "nothing yet: record a TUM RGB-D folder with it, or add a source \
+                  (docs/change/add-camera.md)",
     },
     Kind {
         vendor: 0x03e7,
         products: &[],
         name: "Luxonis OAK camera",
-        through: "nothing yet: record a TUM RGB-D folder with it, or add a source (docs/cameras.md)",
+        through: "nothing yet: record a TUM RGB-D folder with it, or add a source \
+                  (docs/change/add-camera.md)",
     },
 ];
 

@@ -15,7 +15,7 @@ pub struct Limits {
 }
 
 impl Default for Limits {
-    /// docs/control.md: 400 full steps/s, 2000 steps/s².
+    /// docs/understand/method.md: 400 full steps/s, 2000 steps/s².
     fn default() -> Self {
         Self { rate: 400.0, acceleration: 2000.0 }
     }

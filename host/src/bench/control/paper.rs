@@ -112,7 +112,7 @@ fn paper_frames(gamma: f64) -> Result<u32, ControlError> {
 mod tests {
     use super::*;
 
-    /// docs/control.md: 17 100/γ within 5 %.
+    /// docs/understand/method.md: 17 100/γ within 5 %.
     #[test]
     fn the_papers_law_takes_17_100_frames_over_gamma() {
         let suite = paper(&PAPER_GAMMAS).unwrap();

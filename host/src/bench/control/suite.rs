@@ -44,8 +44,8 @@ pub enum Clock {
 /// How the ball moves.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Physics {
-    /// Rigid cables that are all taut, the ball always at rest: what the paper and docs/control.md
-    /// take for granted.
+    /// Rigid cables that are all taut, the ball always at rest: what the paper and
+    /// docs/understand/method.md take for granted.
     QuasiStatic,
     /// Rigid cables that do not push, the ball always at rest.
     Unilateral,

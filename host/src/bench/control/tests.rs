@@ -13,7 +13,7 @@ fn quick(contender: &Contender, suite: &str, rigs: u64) -> Report {
     run(contender, &Suite::named(suite).unwrap(), 0..rigs, 11, &mut |_| ()).unwrap()
 }
 
-/// docs/control.md: median 2.15, all converge. 40 rigs tell no more than that.
+/// docs/understand/method.md: median 2.15, all converge. 40 rigs tell no more than that.
 #[test]
 fn interval_arrives_and_takes_twice_the_oracles_time() {
     let report = quick(&Contender::Board(settings(450.0)), "quasi-static", 40);
@@ -21,7 +21,7 @@ fn interval_arrives_and_takes_twice_the_oracles_time() {
     assert!((1.8..2.5).contains(&report.median), "{report}");
 }
 
-/// docs/control.md of the project, on 60 rigs: all converge, and each law is about as fast as is
+/// docs/understand/method.md, on 60 rigs: all converge, and each law is about as fast as is
 /// said there.
 #[test]
 fn the_laws_are_as_fast_as_is_said_of_them() {
@@ -67,7 +67,7 @@ fn the_oracle_takes_its_own_time() {
     }
 }
 
-/// docs/control.md: the clock that starts 1 to 2 frames earlier shows 1 to 2 frames more.
+/// docs/understand/method.md: the clock that starts 1 to 2 frames earlier shows 1 to 2 frames more.
 #[test]
 fn the_earlier_clock_shows_more() {
     let suite = Suite { clock: Clock::Target, ..Suite::named("paper-task").unwrap() };
@@ -80,7 +80,8 @@ fn the_earlier_clock_shows_more() {
     assert!((0.9..=2.1).contains(&frames), "{frames} frames");
 }
 
-/// Peers are no straw men: they converge, and are about as fast as docs/control.md has them.
+/// Peers are no straw men: they converge, and are about as fast as docs/understand/method.md has
+/// them.
 #[test]
 fn peers_arrive() {
     for (name, median) in

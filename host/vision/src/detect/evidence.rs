@@ -6,9 +6,9 @@
 //! squared weights penalised by 0.1, signs held) on what the detector looked at in pictures with a
 //! ball and without: of `plumb bench vision --suite hard` (seeds 61 to 66) and of another
 //! generator, not part of this repository, with other shading, edges, depth and distractors. What
-//! came of them on seeds apart is in `docs/cameras.md`. 12 262 discs had depth and 3726 had none,
-//! 136 of those balls. Both sums were then raised (0.3 and 0.9), as a ball missed costs as much as
-//! another thing taken for one and most discs are none.
+//! came of them on seeds apart is in `docs/understand/detector.md`. 12 262 discs had depth and 3726
+//! had none, 136 of those balls. Both sums were then raised (0.3 and 0.9), as a ball missed costs
+//! as much as another thing taken for one and most discs are none.
 
 use super::edge::Fine;
 use super::picture::Picture;

@@ -9,9 +9,9 @@ pub(super) const STEP: usize = 12;
 /// Where that lateness is, in pictures' times ([`crate::law::BEFORE_US`]).
 pub(super) const LATE: usize = 13;
 
-/// From the middle of the way to each motor, mm: the mean of docs/control.md's population,
-/// triangles of 1 m. z is the guess's own. Motors are about start and target, wherever these are,
-/// so that the middle between the two says more of where than the ball alone does.
+/// From the middle of the way to each motor, mm: the mean of docs/understand/method.md's
+/// population, triangles of 1 m. z is the guess's own. Motors are about start and target, wherever
+/// these are, so that the middle between the two says more of where than the ball alone does.
 const OFFSETS: [f32; 9] = [330.0, 500.0, 0.0, 330.0, -500.0, 0.0, -670.0, 0.0, 0.0];
 /// Standard deviations of these (the population's are 175 to 241), of the height of all motors, of
 /// each one's own (mm), and of ln s (the population's is 0.48, and there are two guesses of it).

@@ -11,7 +11,7 @@ use plumb_protocol::config::SIGNS;
 use super::super::limits::Limits;
 use super::super::twins::{Seen, along, demand};
 
-/// First guess of |J|, mm/step: the one in docs/control.md.
+/// First guess of |J|, mm/step: the one in docs/understand/method.md.
 const GUESS: f64 = 0.188;
 /// An update compares the ball with where it was so many pictures ago.
 const SPAN: usize = 3;

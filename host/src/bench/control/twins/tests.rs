@@ -9,7 +9,7 @@ use super::super::{oracle, run};
 use super::*;
 use crate::bench::control::Suite;
 
-/// A law with the gain that docs/control.md measures it with.
+/// A law with the gain that docs/understand/method.md measures it with.
 fn settings(name: &str) -> LawSettings {
     let mut law = LawSettings::named(name).unwrap();
     law.set_gamma(450.0).unwrap();
