@@ -1,4 +1,4 @@
-//! `plumb verify` as a person or a script meets it.
+//! Tests of the command `plumb verify`.
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops at the first surprise")]
 
@@ -8,7 +8,7 @@ use std::process::{Command, Output};
 
 use serde_json::Value;
 
-fn bounds(arguments: &[&str], folder: &Path) -> Output {
+fn verify(arguments: &[&str], folder: &Path) -> Output {
     let program = env!("CARGO_BIN_EXE_plumb");
     Command::new(program).arg("verify").args(arguments).current_dir(folder).output().unwrap()
 }
@@ -23,8 +23,8 @@ fn json(output: &Output) -> Value {
 
 /// The paper's laboratory rig: docs/understand/proofs.md has these ratios.
 #[test]
-fn the_papers_rig_is_proved_with_its_box_in_the_output() {
-    let output = bounds(&["--json"], Path::new("."));
+fn the_papers_rig_is_proved_with_its_ranges_in_the_output() {
+    let output = verify(&["--json"], Path::new("."));
     assert!(output.status.success(), "{}", stderr(&output));
     let line = json(&output);
     let near =
@@ -32,8 +32,8 @@ fn the_papers_rig_is_proved_with_its_box_in_the_output() {
     for (k, ratio) in [30.0, 42.0, 79.0, 181.0].into_iter().enumerate() {
         assert!(near(&line["workspace"][k]["ratio"], ratio), "{line}");
     }
-    assert!(near(&line["ratio"], 79.0) && near(&line["ways"][0]["ratio"], 36.5), "{line}");
-    assert!(line["rough"]["ratio"].as_f64().unwrap() >= 79.0, "{line}");
+    assert!(near(&line["ratio"], 79.0) && near(&line["paths"][0]["ratio"], 36.5), "{line}");
+    assert!(line["closed_form"]["ratio"].as_f64().unwrap() >= 79.0, "{line}");
     assert_eq!((&line["nonsingular"], &line["sign_descends"]), (&true.into(), &true.into()));
     assert_eq!(line["routh_hurwitz"]["difference"], 72);
     assert!(near(&line["below"][0], 0.1) && near(&line["below"][1], 0.665), "{line}");
@@ -41,41 +41,41 @@ fn the_papers_rig_is_proved_with_its_box_in_the_output() {
 }
 
 #[test]
-fn what_is_false_ends_with_exit_code_1() {
-    let output = bounds(&["--wide", "--below", "0.02,0.021", "--json"], Path::new("."));
+fn a_refuted_statement_exits_with_1() {
+    let output = verify(&["--wide", "--below", "0.02,0.021", "--json"], Path::new("."));
     assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
     assert_eq!(json(&output)["sign_descends"], false);
 }
 
 #[test]
-fn rough_motors_widen_the_bounds_and_may_be_no_rig() {
-    let known = json(&bounds(&["--below", "0.2,0.5", "--json"], Path::new(".")));
-    let rough =
-        json(&bounds(&["--below", "0.2,0.5", "--tolerance", "0.01", "--json"], Path::new(".")));
+fn a_tolerance_of_the_motors_widens_the_bounds() {
+    let known = json(&verify(&["--below", "0.2,0.5", "--json"], Path::new(".")));
+    let tolerant =
+        json(&verify(&["--below", "0.2,0.5", "--tolerance", "0.01", "--json"], Path::new(".")));
     assert!(
-        rough["alpha"].as_f64() < known["alpha"].as_f64()
-            && rough["beta"].as_f64() > known["beta"].as_f64()
+        tolerant["alpha"].as_f64() < known["alpha"].as_f64()
+            && tolerant["beta"].as_f64() > known["beta"].as_f64()
     );
-    let none = bounds(&["--tolerance", "0.5"], Path::new("."));
+    let none = verify(&["--tolerance", "0.5"], Path::new("."));
     assert_eq!(none.status.code(), Some(2));
     assert!(stderr(&none).contains("D = yA - yB must be above 0"), "{}", stderr(&none));
 }
 
 #[test]
-fn a_family_by_its_vertices_is_judged_and_mistakes_are_named() {
+fn a_family_by_its_vertices_is_decided_and_errors_are_located() {
     let folder = tempfile::tempdir().unwrap();
     let family = |text: &str| {
         fs::write(folder.path().join("family.toml"), text).unwrap();
-        bounds(&["--family", "family.toml", "--json"], folder.path())
+        verify(&["--family", "family.toml", "--json"], folder.path())
     };
-    let sound = family(
+    let regular = family(
         "vertices = [[[1, 0, 0], [0, 1, 0], [0, 0, 1]], [[2, 0, 0], [0, 2, 0], [0, 0, 2.0]]]",
     );
-    assert!(sound.status.success(), "{}", stderr(&sound));
-    let line = json(&sound);
+    assert!(regular.status.success(), "{}", stderr(&regular));
+    let line = json(&regular);
     assert_eq!((&line["nonsingular"], &line["vertices"]), (&true.into(), &2.into()));
-    let least = [0, 1].map(|k| line["least_v"][k].as_f64().unwrap());
-    assert!(least[0] <= 1.0 && 1.0 <= least[1] + 1e-6 && least[0] > 0.9, "{line}");
+    let min_v = [0, 1].map(|k| line["min_v"][k].as_f64().unwrap());
+    assert!(min_v[0] <= 1.0 && 1.0 <= min_v[1] + 1e-6 && min_v[0] > 0.9, "{line}");
     let singular = family(
         "vertices = [[[1, 0, 0], [0, 1, 0], [0, 0, 1]], [[-1, 0, 0], [0, 1, 0], [0, 0, 1]]]",
     );
@@ -92,7 +92,7 @@ fn a_family_by_its_vertices_is_judged_and_mistakes_are_named() {
         assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
         assert!(stderr(&output).contains(named), "{text}: {}", stderr(&output));
     }
-    let absent = bounds(&["--family", "absent.toml"], folder.path());
+    let absent = verify(&["--family", "absent.toml"], folder.path());
     assert_eq!(absent.status.code(), Some(2));
     assert!(stderr(&absent).contains("absent.toml"), "{}", stderr(&absent));
 }

@@ -1,4 +1,4 @@
-//! `plumb verify`: what holds for every rig of a kind.
+//! `plumb verify`: proofs about the control laws, for a family of rigs or of Jacobians.
 
 mod family;
 mod report;
@@ -9,75 +9,87 @@ use std::process::ExitCode;
 use clap::Parser;
 use plumb::rig::Rig;
 use plumb_cameras::toml_file::Finite;
-use plumb_verify::{Interval, Rigs, Way};
+use plumb_verify::{BallPath, Interval, RigFamily};
 
 use self::report::Report;
 use super::{FAILED, Failure, OrFail, numbers, print};
 
-/// What can be proved of the laws: for every rig of a kind, or for every Jacobian of a family
+/// Proofs about the control laws, for a family of rigs or for a family of Jacobians
 ///
-/// A kind of rigs is what is known roughly: the motors of RIG.toml's [simulation] within
-/// --tolerance, or ranges LOW,HIGH in metres of D = yA - yB, W = xA - xC, t = (yC - yB)/D; the ball
-/// where the three barycentric λ are at least --lambda, h below the motors. Without options: the
-/// paper's rig as it was measured, λ >= 0.023, h from 0.1 m to its floor.
+/// A family of rigs is either the motors of RIG.toml's [simulation], each coordinate within
+/// --tolerance, or ranges LOW,HIGH of D = yA - yB, W = xA - xC and t = (yC - yB)/D. The ball is
+/// where the three barycentric coordinates λ are at least --lambda, at a depth h below the motors.
+/// Without options: the paper's rig as measured, λ >= 0.023, h from 0.1 m to the floor.
 ///
-/// It tells α, β of |dp/du| over all of them, by hand and exactly, and along the ways to RIG.toml's
-/// targets; that no Jacobian with these bounds is singular, and how fast law `interval` is at
-/// least; the Routh-Hurwitz conditions of law `sign`, expanded; and whether law `sign` lets |e|
-/// fall everywhere in that box. Proofs are by whole numbers or by arithmetic rounded outwards. They
-/// are about rigid taut cables and positions without noise and latency, rates without limits,
-/// motors at one height.
+/// The report has:
+/// - the bounds α and β of |dp/du| over the family (exact and in closed form), and along the
+///   straight paths to RIG.toml's targets;
+/// - whether a Jacobian with these bounds is singular, and the slowest decay under law `interval`;
+/// - the Routh-Hurwitz conditions of law `sign`;
+/// - whether law `sign` decreases |e| everywhere in the family.
 ///
-/// With --family: FILE.toml has `vertices`, a list of matrices dp/du by rows, [[.., .., ..], [..,
-/// .., ..], [.., .., ..]]; it tells whether a matrix between them is singular, and the least |v| of
-/// theorem 1.
+/// Proofs use exact integers or interval arithmetic with outward rounding. They assume rigid, taut
+/// cables, motors at one height, positions without noise and latency, and rates without limits.
 ///
-/// Exit codes: 0 all of it proved, 1 something does not hold or was left open, 2 bad input. That α
-/// is 0, so that there is no family for law `interval`, is told and is no failure.
+/// With --family: FILE.toml has `vertices`, a list of matrices dp/du by rows,
+/// [[.., .., ..], [.., .., ..], [.., .., ..]]. The report says whether a matrix in their convex
+/// hull is singular, and gives the minimum of |v| of theorem 1.
+///
+/// Exit codes: 0 everything is proved, 1 something is refuted or undecided, 2 bad input. α = 0
+/// (no family for law `interval`) is reported and is not a failure.
 #[derive(Parser)]
 #[command(verbatim_doc_comment)]
 pub(crate) struct Args {
-    /// A rig file with [simulation]; the paper's where none is given
+    /// Rig file with [simulation]; default: the paper's rig
     rig: Option<PathBuf>,
-    /// How far each coordinate of a motor may be from where the rig file has it, metres
+    /// Tolerance of each coordinate of a motor, metres
     #[arg(long, default_value_t = 0.0, value_name = "METRES", value_parser = numbers::finite)]
     tolerance: f64,
-    /// D
+    /// Range of the distance of motors A and B along y, metres (D)
     #[arg(long, value_parser = range, value_name = "LOW,HIGH")]
     depth: Option<Interval>,
-    /// W
+    /// Range of the distance of motors A and C along x, metres (W)
     #[arg(long, value_parser = range, value_name = "LOW,HIGH")]
     width: Option<Interval>,
-    /// t, within 0,1
+    /// Range of motor C's place between B and A along y, from 0 to 1 (t)
     #[arg(long, value_parser = range, value_name = "LOW,HIGH")]
     apex: Option<Interval>,
-    /// The least λ, 0 to 0.33; 0.023 for a rig file, 0 with --wide
+    /// Minimum of the ball's barycentric coordinates, 0 to 0.33; default: 0.023, 0 with --wide (λ)
     #[arg(long, value_parser = numbers::finite)]
     lambda: Option<f64>,
-    /// h
+    /// Range of the ball's depth below the motors, metres (h)
     #[arg(long, value_parser = range, value_name = "LOW,HIGH")]
     below: Option<Interval>,
-    /// The box of docs/understand/proofs.md: D, W 0.5-1.5 m, t 0-1, the closed triangle, h 0.1-1 m
+    /// Wide family of docs/understand/proofs.md: D and W 0.5-1.5 m, t 0-1, the closed triangle, h 0.1-1 m
     #[arg(long, conflicts_with_all = ["rig", "tolerance"])]
     wide: bool,
-    /// A family of Jacobians by its vertices, in place of a kind of rigs
-    #[arg(long, value_name = "FILE.toml", conflicts_with_all = ["rig", "tolerance", "depth", "width", "apex", "lambda", "below", "wide"])]
+    /// File with a family of Jacobians by its vertices, in place of a family of rigs
+    #[arg(
+        long,
+        value_name = "FILE.toml",
+        conflicts_with_all =
+            ["rig", "tolerance", "depth", "width", "apex", "lambda", "below", "wide"]
+    )]
     family: Option<PathBuf>,
-    /// Cells (with --family: patches of directions, a thousandth of it) after which a question is
-    /// left open
+    /// Maximum number of cells of a search; with --family, a thousandth of it is the maximum number
+    /// of patches of directions
     #[arg(long, default_value_t = 20_000_000)]
     cells: usize,
-    /// End with a line of JSON on standard output
+    /// Print a line of JSON to standard output at the end
     #[arg(long)]
     json: bool,
 }
 
-/// The least λ of a rig file's kind: just so much that the paper's target is in it.
-const LAMBDA: f64 = 0.023;
+/// Default minimum of λ for a rig file; the largest with which the paper's target is inside.
+const MIN_LAMBDA: f64 = 0.023;
 
-/// The least h of it, metres.
-const LEAST_BELOW_M: f64 = 0.1;
+/// Default minimum of h, metres.
+const MIN_BELOW_M: f64 = 0.1;
 
+/// Cells for each patch of directions: a patch solves a QP, and a cell only evaluates a formula.
+const CELLS_PER_PATCH: usize = 1000;
+
+/// Parses LOW,HIGH.
 fn range(text: &str) -> Result<Interval, String> {
     let numbers: Vec<f64> = text.split(',').map_while(|part| part.trim().parse().ok()).collect();
     match numbers[..] {
@@ -86,69 +98,74 @@ fn range(text: &str) -> Result<Interval, String> {
     }
 }
 
-/// A way, and the target it leads to.
-type Ways = Vec<([f64; 3], Way)>;
-
-/// What is asked about: rigs, and ways in the one of them that is written down.
-struct Question {
-    rigs: Rigs,
-    ways: Ways,
+/// A straight path and its target.
+struct TargetPath {
+    target: [f64; 3],
+    path: BallPath,
 }
 
-impl Question {
+/// The rigs to verify, and the paths in the rig of the file.
+struct Scope {
+    rigs: RigFamily,
+    paths: Vec<TargetPath>,
+}
+
+impl Scope {
     fn new(args: &Args) -> Result<Self, Failure> {
-        let (base, ways) =
-            if args.wide { (Rigs::wide(LEAST_BELOW_M), Vec::new()) } else { of_file(args)? };
-        let rigs = Rigs {
-            depth: args.depth.unwrap_or(base.depth),
-            width: args.width.unwrap_or(base.width),
-            apex: args.apex.unwrap_or(base.apex),
-            least_lambda: args.lambda.unwrap_or(base.least_lambda),
-            below: args.below.unwrap_or(base.below),
-        };
-        // Ways belong to the rig file's rig.
-        let ways = if [args.depth, args.width, args.apex].iter().all(Option::is_none) {
-            ways
+        let base = if args.wide {
+            Self { rigs: RigFamily::wide(MIN_BELOW_M), paths: Vec::new() }
         } else {
-            Vec::new()
+            Self::of_file(args)?
         };
-        Ok(Self { rigs: rigs.check().or_bad_input()?, ways })
+        let rigs = RigFamily {
+            depth: args.depth.unwrap_or(base.rigs.depth),
+            width: args.width.unwrap_or(base.rigs.width),
+            apex: args.apex.unwrap_or(base.rigs.apex),
+            min_lambda: args.lambda.unwrap_or(base.rigs.min_lambda),
+            below: args.below.unwrap_or(base.rigs.below),
+        };
+        // The paths belong to the rig of the file.
+        let is_files_rig = [args.depth, args.width, args.apex].iter().all(Option::is_none);
+        let paths = if is_files_rig { base.paths } else { Vec::new() };
+        Ok(Self { rigs: rigs.check().or_bad_input()?, paths })
     }
-}
 
-/// The rigs around a rig file's, and its ways.
-fn of_file(args: &Args) -> Result<(Rigs, Ways), Failure> {
-    let rig = args.rig.as_ref().map_or_else(Rig::paper, |path| Rig::read(path)).or_bad_input()?;
-    let Some(simulation) = rig.simulation else {
-        return Err("the rig file has no [simulation] with the motors' places: add it, or give --depth, --width and --apex")
+    /// Returns the rigs around the rig of the file, and its paths.
+    fn of_file(args: &Args) -> Result<Self, Failure> {
+        let rig =
+            args.rig.as_ref().map_or_else(Rig::paper, |path| Rig::read(path)).or_bad_input()?;
+        let Some(simulation) = rig.simulation else {
+            return Err("the rig file has no [simulation] with the positions of the motors: \
+                        add it, or give --depth, --width and --apex")
             .or_bad_input();
-    };
-    let motors = simulation.motors.map(|motor| motor.map(Finite::get));
-    let below = Interval::new(LEAST_BELOW_M, motors[0][2].max(LEAST_BELOW_M));
-    if !(0.0..=1.0).contains(&args.tolerance) {
-        return Err("--tolerance is a length from 0 to 1 m").or_bad_input();
+        };
+        let motors = simulation.motors.map(|motor| motor.map(Finite::get));
+        let below = Interval::new(MIN_BELOW_M, motors[0][2].max(MIN_BELOW_M));
+        if !(0.0..=1.0).contains(&args.tolerance) {
+            return Err("--tolerance is a length from 0 to 1 m").or_bad_input();
+        }
+        let rigs = RigFamily::around(&motors, args.tolerance, MIN_LAMBDA, below).or_bad_input()?;
+        let mut start = simulation.start.map(Finite::get);
+        let mut paths = Vec::new();
+        for target in rig.targets.iter().map(|target| target.map(Finite::get)) {
+            let path = BallPath::new(&motors, start, target).or_bad_input()?;
+            paths.push(TargetPath { target, path });
+            start = target;
+        }
+        Ok(Self { rigs, paths })
     }
-    let rigs = Rigs::around(&motors, args.tolerance, LAMBDA, below).or_bad_input()?;
-    let mut start = simulation.start.map(Finite::get);
-    let mut ways = Vec::new();
-    for target in rig.targets.iter().map(|target| target.map(Finite::get)) {
-        ways.push((target, Way::new(&motors, start, target).or_bad_input()?));
-        start = target;
-    }
-    Ok((rigs, ways))
 }
 
 pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
     let proved = if let Some(path) = &args.family {
-        family::main(path, args.cells / 1000, args.json)?
+        family::main(path, args.cells / CELLS_PER_PATCH, args.json)?
     } else {
-        let question = Question::new(&args)?;
-        let report = Report::new(&question, args.cells);
-        report.tell();
+        let report = Report::new(&Scope::new(&args)?, args.cells);
+        report.print();
         if args.json {
             print::result(serde_json::to_string(&report).or_failed()?)?;
         }
-        report.proved()
+        report.is_proved()
     };
     Ok(if proved { ExitCode::SUCCESS } else { ExitCode::from(FAILED) })
 }

@@ -1,46 +1,59 @@
-//! Proofs about Plumb's control laws, for every rig of a kind or for every Jacobian of a family.
+//! Proofs about Plumb's control laws, for a family of rigs or for a family of Jacobians.
 //!
-//! - Bounds α and β of |∂p/∂u| over [kinds of rigs](Rigs) and along the [way](Way) of one rig.
-//! - Theorem 1: no matrix of a [`Family`] of intervals or of a [`Polytope`] is singular, and the
-//!   least |v|.
-//! - The [Routh-Hurwitz conditions](routh_hurwitz) of law `sign`, and
-//!   [where it lets |e| fall](sign_descent).
+//! - Bounds α and β of |∂p/∂u|: over a [family of rigs](RigFamily) and along a straight
+//!   [path](BallPath) of the ball in one rig.
+//! - Theorem 1 of the paper: whether an [interval matrix](IntervalMatrix) or a
+//!   [polytope of matrices](Polytope) contains a singular matrix, and the minimum of |v|.
+//! - Law `sign`: its [Routh-Hurwitz conditions](routh_hurwitz), and
+//!   [the rigs on which |e| decreases](sign_descent).
 //!
-//! A result is called proved where it rests on interval arithmetic with outward rounding or on
-//! exact integers. The QP solver only proposes vectors; [`Polytope::robustness`] checks them.
+//! "Proved" means: by interval arithmetic with outward rounding, or by exact integer arithmetic.
+//! The QP solver only proposes vectors; [`Polytope::robustness`] verifies them with intervals.
 //!
-//! The crate takes plain numbers. It knows no file, no camera, no board and no command:
-//! `plumb verify` reads the files and prints the results. Only the crate's tests use the board's
-//! law and the emulated rig, as references.
+//! The crate takes plain numbers and does no I/O; `plumb verify` reads the files and prints the
+//! results. Only the tests depend on the board's law and on the emulated rig: both are references.
+//!
+//! # Notation
+//!
+//! J = ∂p/∂u, in metres of ball per metre of cable: rows x, y, z, columns A, B, C. e is the position
+//! error. D = y_A - y_B, W = x_A - x_C, t = (y_C - y_B)/D describe the triangle of the motors, λ are
+//! the ball's barycentric coordinates in it, and h is the ball's depth below the motors. Equation
+//! numbers are the paper's.
 //!
 //! ```
-//! use plumb_verify::Family;
+//! use plumb_verify::IntervalMatrix;
 //!
 //! // The signs of the paper's rig with 0.005 <= |J_ik| <= 0.5.
-//! let family = Family::of_signs(0.005, 0.5);
-//! assert!(family.nonsingular());
-//! // With u' = -γ v, |e| falls at least as exp(-γ lo² t), whichever member is the true Jacobian.
-//! assert!(family.least_v().lo > 0.0);
+//! let family = IntervalMatrix::with_signs(0.005, 0.5);
+//! assert!(family.is_nonsingular());
+//! // With u' = -γ v, |e| <= |e(0)| exp(-γ v_min² t) for every J in the family.
+//! assert!(family.min_v().lo > 0.0);
 //! ```
 
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]
 
-mod descent;
+mod branch_and_bound;
 mod directions;
-mod family;
-mod hurwitz;
+mod entry_bounds;
+mod geometry;
 mod interval;
-mod jacobian;
+mod interval_matrix;
+mod linear_algebra;
+mod path;
 mod polynomial;
 mod polytope;
-mod rigs;
-mod search;
+mod qp;
+mod rig_family;
+mod routh_hurwitz;
+mod sign_descent;
 
-pub use descent::{Descent, sign_descent};
-pub use family::Family;
-pub use hurwitz::{RouthHurwitz, routh_hurwitz};
+pub use entry_bounds::{EntryBounds, bounds_along_path, bounds_over_rigs, closed_form_bounds};
 pub use interval::Interval;
-pub use jacobian::{Magnitudes, over_rigs, over_way, rough};
-pub use polytope::{MinimumNorm, Polytope, PolytopeError, Robustness, Verdict};
-pub use rigs::{Rigs, RigsError, Way};
+pub use interval_matrix::IntervalMatrix;
+pub use path::BallPath;
+pub use polytope::{Nonsingularity, Polytope, PolytopeError, Robustness};
+pub use qp::{MinimumNorm, QpError};
+pub use rig_family::{RigFamily, RigFamilyError};
+pub use routh_hurwitz::{RouthHurwitz, routh_hurwitz};
+pub use sign_descent::{Descent, sign_descent};

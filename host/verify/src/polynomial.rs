@@ -1,25 +1,25 @@
-//! Polynomials with whole coefficients in the nine magnitudes |J_ik|, expanded exactly.
+//! Polynomials with integer coefficients in the nine magnitudes |J_ik|, expanded exactly.
 
 use std::collections::BTreeMap;
 use std::ops::{Add, Mul, Sub};
 
-/// The power of each |J_ik|, row by row.
+/// Exponents of the |J_ik|, row by row.
 type Exponents = [u8; 9];
 
-/// A sum of monomials; none has the coefficient 0.
+/// A sum of monomials. No stored coefficient is 0.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub(super) struct Polynomial(BTreeMap<Exponents, i64>);
 
 impl Polynomial {
-    /// `coefficient` times |J_ik|.
+    /// Returns `coefficient` times |J_ik|.
     pub(super) fn magnitude(i: usize, k: usize, coefficient: i64) -> Self {
         let mut exponents = [0; 9];
         exponents[3 * i + k] = 1;
         Self::default() + &Self(BTreeMap::from([(exponents, coefficient)]))
     }
 
-    /// How many monomials it has, where all are positive, so that it is positive wherever the
-    /// magnitudes are; `None` otherwise.
+    /// Returns the number of monomials if all coefficients are positive. The polynomial is then
+    /// positive for all positive magnitudes. Returns `None` otherwise.
     pub(super) fn positive_monomials(&self) -> Option<usize> {
         (!self.0.is_empty() && self.0.values().all(|c| *c > 0)).then_some(self.0.len())
     }
@@ -33,8 +33,8 @@ impl Polynomial {
     }
 }
 
-/// The exponents of the product of two monomials.
-fn times(a: &Exponents, b: &Exponents) -> Exponents {
+/// Returns the exponents of the product of two monomials.
+fn add_exponents(a: &Exponents, b: &Exponents) -> Exponents {
     std::array::from_fn(|n| a[n] + b[n])
 }
 
@@ -60,7 +60,7 @@ impl Mul for &Polynomial {
         let mut product = Polynomial::default();
         for (a, c) in &self.0 {
             for (b, d) in &other.0 {
-                product.add_monomial(times(a, b), c * d);
+                product.add_monomial(add_exponents(a, b), c * d);
             }
         }
         product
@@ -73,7 +73,7 @@ mod tests {
 
     /// (a + 2b)(a - 2b) = a² - 4b².
     #[test]
-    fn products_are_expanded_and_what_cancels_is_gone() {
+    fn products_are_expanded_and_cancelled_terms_removed() {
         let (a, b) = (Polynomial::magnitude(0, 0, 1), Polynomial::magnitude(0, 1, 2));
         let product = &(a.clone() + &b) * &(a.clone() - &b);
         assert_eq!(product, &a * &a - &(&b * &b));

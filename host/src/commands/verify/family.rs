@@ -1,9 +1,9 @@
-//! `plumb verify --family`: theorem 1 for a family given by its vertices.
+//! `plumb verify --family`: theorem 1 for a polytope of Jacobians, given by its vertices.
 
 use std::path::Path;
 
 use plumb_cameras::toml_file::{Finite, read_toml};
-use plumb_verify::{Polytope, PolytopeError, Verdict};
+use plumb_verify::{Nonsingularity, Polytope, PolytopeError, Robustness};
 use serde::{Deserialize, Serialize};
 
 use crate::commands::print::tell;
@@ -15,7 +15,7 @@ use crate::commands::{Failure, OrFail, print};
 #[serde(try_from = "Vertices")]
 struct FamilyFile(Polytope);
 
-/// The table as it is written.
+/// Table of the file.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Vertices {
@@ -31,51 +31,59 @@ impl TryFrom<Vertices> for FamilyFile {
     }
 }
 
-/// What was found.
+/// Result, for programs.
 #[derive(Serialize)]
 struct Line {
     vertices: usize,
-    /// `null` where it was left open.
+    /// `null` if undecided.
     nonsingular: Option<bool>,
-    /// The least |v|/|e| lies between these.
-    least_v: [f64; 2],
+    /// Lower and upper bound of the minimum of |v|/|e|.
+    min_v: [f64; 2],
     direction: [f64; 3],
     patches: usize,
 }
 
-/// Whether no matrix of the family in the file at `path` is singular.
-pub(super) fn main(path: &Path, most_patches: usize, json: bool) -> Result<bool, Failure> {
-    let FamilyFile(family) = read_toml(path).or_bad_input()?;
-    let found = family.robustness(most_patches);
-    let (nonsingular, words) = match found.verdict {
-        Verdict::Nonsingular => (Some(true), "none is singular: proved"),
-        Verdict::Singular => (
-            Some(false),
-            "one of them is singular: there are two with determinants of opposite signs",
-        ),
-        Verdict::Open => (None, "open whether one of them is singular"),
-    };
-    let [lo, hi] = [found.least_v.lo, found.least_v.hi];
-    tell!("{} vertices and every matrix between them: {words}", family.len());
-    tell!(
-        "the least |v|/|e| of problem (8) is from {lo:.5} to {hi:.5}, at e = {:.3?}",
-        found.direction
-    );
-    if nonsingular == Some(true) {
-        tell!(
-            "with u̇ = -γ v, |e| falls at least as exp(-{:.3e} γ t), whatever the true one is",
-            lo * lo
-        );
-    }
-    if json {
-        let line = Line {
-            vertices: family.len(),
-            nonsingular,
-            least_v: [lo, hi],
+impl Line {
+    fn new(family: &Polytope, found: &Robustness) -> Self {
+        Self {
+            vertices: family.vertex_count(),
+            nonsingular: match found.nonsingularity {
+                Nonsingularity::Proved => Some(true),
+                Nonsingularity::Refuted => Some(false),
+                Nonsingularity::Undecided => None,
+            },
+            min_v: [found.min_v.lo, found.min_v.hi],
             direction: found.direction,
             patches: found.patches,
+        }
+    }
+
+    /// Prints the result for people.
+    fn print(&self) {
+        let said = match self.nonsingular {
+            Some(true) => "none is singular: proved",
+            Some(false) => "one is singular: two have determinants of opposite signs",
+            None => "undecided whether one is singular",
         };
+        let [lo, hi] = self.min_v;
+        tell!("convex hull of {} matrices: {said}", self.vertices);
+        tell!(
+            "  minimum of |v|/|e| of problem (8): {lo:.5} to {hi:.5}, at e = {:.3?}",
+            self.direction
+        );
+        if self.nonsingular == Some(true) {
+            tell!("  with u̇ = -γ v, |e| <= |e(0)| exp(-{:.3e} γ t) for every matrix", lo * lo);
+        }
+    }
+}
+
+/// Returns whether every matrix of the family in the file at `path` is proved nonsingular.
+pub(super) fn main(path: &Path, max_patches: usize, json: bool) -> Result<bool, Failure> {
+    let FamilyFile(family) = read_toml(path).or_bad_input()?;
+    let line = Line::new(&family, &family.robustness(max_patches));
+    line.print();
+    if json {
         print::result(serde_json::to_string(&line).or_failed()?)?;
     }
-    Ok(nonsingular == Some(true))
+    Ok(line.nonsingular == Some(true))
 }

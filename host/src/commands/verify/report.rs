@@ -1,28 +1,28 @@
-//! What is found of a kind of rigs, for people and for programs.
+//! Report on a family of rigs, for people and for programs.
 
 use plumb_protocol::config::SIGNS;
 use plumb_verify::{
-    Descent, Family, Interval, Magnitudes, Rigs, RouthHurwitz, over_rigs, over_way, rough,
-    routh_hurwitz, sign_descent,
+    Descent, EntryBounds, Interval, IntervalMatrix, RigFamily, RouthHurwitz, bounds_along_path,
+    bounds_over_rigs, closed_form_bounds, routh_hurwitz, sign_descent,
 };
 use serde::Serialize;
 
-use super::Question;
+use super::{Scope, TargetPath};
 use crate::commands::print::tell;
 
-/// Least λ for which β/α is told beside the one that was asked for.
-const LAMBDAS: [f64; 4] = [0.10, 0.05, 0.023, 0.01];
+/// Minima of λ for which the report lists β/α besides the requested one.
+const MIN_LAMBDAS: [f64; 4] = [0.10, 0.05, 0.023, 0.01];
 
-/// α, β and their ratio, which is absent where α is 0.
+/// α, β and their ratio, which is absent if α is 0.
 #[derive(Clone, Copy, Serialize)]
-struct Ratio {
+struct BoundsLine {
     alpha: f64,
     beta: f64,
     ratio: Option<f64>,
 }
 
-impl From<Magnitudes> for Ratio {
-    fn from(found: Magnitudes) -> Self {
+impl From<EntryBounds> for BoundsLine {
+    fn from(found: EntryBounds) -> Self {
         Self {
             alpha: found.alpha,
             beta: found.beta,
@@ -31,7 +31,7 @@ impl From<Magnitudes> for Ratio {
     }
 }
 
-impl std::fmt::Display for Ratio {
+impl std::fmt::Display for BoundsLine {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "α = {:.4}, β = {:.4}", self.alpha, self.beta)?;
         match self.ratio {
@@ -41,21 +41,23 @@ impl std::fmt::Display for Ratio {
     }
 }
 
+/// α and β for a minimum of λ.
 #[derive(Serialize)]
-struct ByLambda {
-    least_lambda: f64,
+struct LambdaLine {
+    min_lambda: f64,
     #[serde(flatten)]
-    bounds: Ratio,
+    bounds: BoundsLine,
 }
 
+/// α and β along the path to a target.
 #[derive(Serialize)]
-struct ByWay {
+struct PathLine {
     target: [f64; 3],
     #[serde(flatten)]
-    bounds: Ratio,
+    bounds: BoundsLine,
 }
 
-/// Monomials of each condition.
+/// Number of monomials of each Routh-Hurwitz condition.
 #[derive(Serialize)]
 struct Monomials {
     trace: usize,
@@ -71,80 +73,80 @@ impl From<RouthHurwitz> for Monomials {
     }
 }
 
-/// What was found.
+/// Report on a family of rigs.
 #[derive(Serialize)]
 pub(super) struct Report {
     depth: [f64; 2],
     width: [f64; 2],
     apex: [f64; 2],
-    least_lambda: f64,
+    min_lambda: f64,
     below: [f64; 2],
     #[serde(flatten)]
-    exact: Ratio,
-    rough: Ratio,
-    workspace: Vec<ByLambda>,
-    ways: Vec<ByWay>,
-    /// Absent where α is 0: no such family is known then.
+    exact: BoundsLine,
+    closed_form: BoundsLine,
+    workspace: Vec<LambdaLine>,
+    paths: Vec<PathLine>,
+    /// Absent if α is 0: there is no interval family then.
     nonsingular: Option<bool>,
-    /// The least |v|/|e| of law `interval` lies between these.
-    least_v: Option<[f64; 2]>,
-    /// Absent where a condition is not a sum of positive monomials.
+    /// Lower and upper bound of the minimum of |v|/|e| under law `interval`; absent if α is 0.
+    min_v: Option<[f64; 2]>,
+    /// Absent if a condition has a monomial with a negative coefficient.
     routh_hurwitz: Option<Monomials>,
-    /// `null` where it was left open.
+    /// `null` if undecided.
     sign_descends: Option<bool>,
     cells: usize,
 }
 
 impl Report {
-    pub(super) fn new(question: &Question, most_cells: usize) -> Self {
-        let rigs = &question.rigs;
-        let ends = |side: Interval| [side.lo, side.hi];
-        let exact = over_rigs(rigs);
-        let family = Family::of_signs(exact.alpha, exact.beta);
-        let by_lambda = |least_lambda: f64| ByLambda {
-            least_lambda,
-            bounds: over_rigs(&Rigs { least_lambda, ..*rigs }).into(),
-        };
-        let (sign_descends, cells) = match sign_descent(rigs, most_cells) {
-            Descent::Holds(cells) => (Some(true), cells),
-            Descent::Fails(cells) => (Some(false), cells),
-            Descent::Open(cells) => (None, cells),
+    /// Computes everything in the report, with at most `max_cells` cells for law `sign`.
+    pub(super) fn new(scope: &Scope, max_cells: usize) -> Self {
+        let rigs = &scope.rigs;
+        let bounds = |side: Interval| [side.lo, side.hi];
+        let exact = bounds_over_rigs(rigs);
+        let family =
+            (exact.alpha > 0.0).then(|| IntervalMatrix::with_signs(exact.alpha, exact.beta));
+        let (sign_descends, cells) = match sign_descent(rigs, max_cells) {
+            Descent::Proved(cells) => (Some(true), cells),
+            Descent::Refuted(cells) => (Some(false), cells),
+            Descent::Undecided(cells) => (None, cells),
         };
         Self {
-            depth: ends(rigs.depth),
-            width: ends(rigs.width),
-            apex: ends(rigs.apex),
-            least_lambda: rigs.least_lambda,
-            below: ends(rigs.below),
+            depth: bounds(rigs.depth),
+            width: bounds(rigs.width),
+            apex: bounds(rigs.apex),
+            min_lambda: rigs.min_lambda,
+            below: bounds(rigs.below),
             exact: exact.into(),
-            rough: rough(rigs).into(),
-            workspace: if question.ways.is_empty() {
-                Vec::new()
-            } else {
-                LAMBDAS.map(by_lambda).into()
-            },
-            ways: question
-                .ways
-                .iter()
-                .map(|(target, way)| ByWay { target: *target, bounds: over_way(way).into() })
-                .collect(),
-            nonsingular: (exact.alpha > 0.0).then(|| family.nonsingular()),
-            least_v: (exact.alpha > 0.0).then(|| ends(family.least_v())),
+            closed_form: closed_form_bounds(rigs).into(),
+            workspace: lambda_lines(scope),
+            paths: path_lines(&scope.paths),
+            nonsingular: family.map(|family| family.is_nonsingular()),
+            min_v: family.map(|family| bounds(family.min_v())),
             routh_hurwitz: routh_hurwitz(SIGNS, SIGNS).map(Into::into),
             sign_descends,
             cells,
         }
     }
 
-    /// Whether everything was proved that there is to prove.
-    pub(super) fn proved(&self) -> bool {
+    /// Returns whether every statement is proved.
+    pub(super) fn is_proved(&self) -> bool {
         self.nonsingular != Some(false)
             && self.routh_hurwitz.is_some()
             && self.sign_descends == Some(true)
     }
 
-    /// For people.
-    pub(super) fn tell(&self) {
+    /// Prints the report for people.
+    pub(super) fn print(&self) {
+        self.print_bounds();
+        self.print_interval_proofs();
+        self.print_sign_proofs();
+        tell!(
+            "not covered: noise, latency, rate limits, slack or elastic cables, \
+             and the laws `adaptive` and `taut`"
+        );
+    }
+
+    fn print_bounds(&self) {
         let span = |[lo, hi]: [f64; 2]| {
             if hi - lo < 1e-9 { format!("{lo:.3}") } else { format!("{lo:.3}-{hi:.3}") }
         };
@@ -153,47 +155,69 @@ impl Report {
             span(self.depth),
             span(self.width),
             span(self.apex),
-            self.least_lambda,
+            self.min_lambda,
             span(self.below),
         );
-        tell!("  |dp/du|: {} (by hand from rough geometry: {})", self.exact, self.rough);
-        for ByWay { target: [x, y, z], bounds } in &self.ways {
-            tell!("  |dp/du| on the straight way to ({x}, {y}, {z}): {bounds}");
+        tell!("  |dp/du|: {} (closed form: {})", self.exact, self.closed_form);
+        for PathLine { target: [x, y, z], bounds } in &self.paths {
+            tell!("  |dp/du| on the straight path to ({x}, {y}, {z}): {bounds}");
         }
-        for ByLambda { least_lambda, bounds } in &self.workspace {
-            tell!("  |dp/du| where λ >= {least_lambda}: {bounds}");
+        for LambdaLine { min_lambda, bounds } in &self.workspace {
+            tell!("  |dp/du| where λ >= {min_lambda}: {bounds}");
         }
-        self.tell_proofs();
+    }
+
+    fn print_interval_proofs(&self) {
+        let (Some(nonsingular), Some([lo, hi])) = (self.nonsingular, self.min_v) else {
+            tell!("no family for law `interval`: |dp/du| may be 0");
+            return;
+        };
+        let said = if nonsingular { "proved" } else { "refuted" };
+        tell!("for every Jacobian with the signs (12) and these α and β:");
+        tell!("  none is singular: {said} (signs of the determinants of all corners)");
         tell!(
-            "not proved: anything of noise, latency, limits of rates, slack or elastic cables, and of `adaptive` and `taut`"
+            "  law `interval` decreases |e| at least as exp(-{:.2e} γ t): \
+             the minimum of |v|/|e| is {lo:.2e} to {hi:.2e}",
+            lo * lo
         );
     }
 
-    fn tell_proofs(&self) {
-        if let (Some(nonsingular), Some([lo, hi])) = (self.nonsingular, self.least_v) {
-            let said = if nonsingular { "proved" } else { "not so" };
-            tell!("for every Jacobian with the signs (12) and these α and β:");
-            tell!("  none is singular: {said} (determinants of all corners have one sign)");
-            tell!(
-                "  law `interval` lets |e| fall at least as exp(-{:.2e} γ t): the least |v|/|e| is from {lo:.2e} to {hi:.2e}",
-                lo * lo
-            );
-        } else {
-            tell!("no family for law `interval`: |dp/du| may be 0");
-        }
-        tell!("for every Jacobian with the signs (12), whatever its size:");
+    fn print_sign_proofs(&self) {
+        tell!("for every Jacobian with the signs (12) of any size:");
         match &self.routh_hurwitz {
             Some(Monomials { trace, minors, determinant, difference }) => tell!(
-                "  law `sign` is stable: proved (B = 4 J Σ⁻¹: tr, E2, det, tr E2 - det are {trace}, {minors}, {determinant}, {difference} positive monomials)"
+                "  law `sign` is stable: proved (B = 4 J Σ⁻¹: tr, E2, det and tr E2 - det have \
+                 {trace}, {minors}, {determinant} and {difference} positive monomials)"
             ),
-            None => tell!("  law `sign` is stable: not so"),
+            None => tell!("  law `sign` is stable: not proved"),
         }
         let said = match self.sign_descends {
             Some(true) => "proved",
-            Some(false) => "false",
-            None => "open",
+            Some(false) => "refuted",
+            None => "undecided",
         };
-        tell!("for every rig and place of that box:");
-        tell!("  law `sign` lets |e| fall: {said} ({} cells)", self.cells);
+        tell!("for every rig and position in the family:");
+        tell!("  law `sign` decreases |e|: {said} ({} cells)", self.cells);
     }
+}
+
+/// Returns the bounds for each of [`MIN_LAMBDAS`]; none if there is no path.
+fn lambda_lines(scope: &Scope) -> Vec<LambdaLine> {
+    if scope.paths.is_empty() {
+        return Vec::new();
+    }
+    let line = |min_lambda| LambdaLine {
+        min_lambda,
+        bounds: bounds_over_rigs(&RigFamily { min_lambda, ..scope.rigs }).into(),
+    };
+    MIN_LAMBDAS.map(line).into()
+}
+
+/// Returns the bounds along each path.
+fn path_lines(paths: &[TargetPath]) -> Vec<PathLine> {
+    let line = |TargetPath { target, path }: &TargetPath| PathLine {
+        target: *target,
+        bounds: bounds_along_path(path).into(),
+    };
+    paths.iter().map(line).collect()
 }

@@ -10,17 +10,17 @@ use plumb_protocol::units::{
 use proptest::prelude::*;
 
 use super::*;
-use crate::Family;
+use crate::IntervalMatrix;
 
-/// A family as the board is told it: any signs, any bounds α_ik <= β_ik up to 8.
-fn told() -> impl Strategy<Value = config::Interval> {
+/// Families in the board's units: any signs, any bounds α_ik <= β_ik up to 8.
+fn board_families() -> impl Strategy<Value = config::Interval> {
     let signs = proptest::array::uniform9(-1i8..=1);
     let bounds = proptest::array::uniform9((1u32..1 << 18, 0u32..1 << 18));
     (signs, bounds).prop_map(|(signs, bounds)| {
         let at =
             |f: &dyn Fn(usize) -> u32| [0, 3, 6].map(|r| [r, r + 1, r + 2].map(|n| Bound(f(n))));
         let mut signs = [0, 3, 6].map(|r| [r, r + 1, r + 2].map(|n| signs[n]));
-        // Every motor moves something.
+        // Every column has an entry that is not zero.
         let idle: Vec<_> = (0..3).filter(|&k| signs.iter().all(|row| row[k] == 0)).collect();
         idle.into_iter().for_each(|k| signs[k][k] = -1);
         let (alpha, beta) = (at(&|n| bounds[n].0), at(&|n| bounds[n].0 + bounds[n].1));
@@ -28,13 +28,13 @@ fn told() -> impl Strategy<Value = config::Interval> {
     })
 }
 
-/// The law on the chip.
+/// Returns the board's law for the family.
 fn fixed_point(family: config::Interval) -> FixedPoint {
     let build = BuildLimits { max_pulse_rate: 1_000_000, storage: true };
     Params::check(&config(family), &build).unwrap().interval().unwrap()
 }
 
-/// A configuration that a board accepts. Only its law matters here.
+/// Returns a configuration that a board accepts. These tests use its law only.
 fn config(family: config::Interval) -> Config {
     let motor = Motor {
         max_rate: Rate::from_si(400.0).unwrap(),
@@ -63,26 +63,31 @@ fn config(family: config::Interval) -> Config {
     }
 }
 
-/// The same family for this module.
-fn family(told: &config::Interval) -> Family {
+/// Converts a family in the board's units.
+fn interval_matrix(board: &config::Interval) -> IntervalMatrix {
     let entry = |i: usize, k: usize| {
-        let (a, b) = (told.alpha[i][k].to_si(), told.beta[i][k].to_si());
-        match told.signs[i][k] {
+        let (a, b) = (board.alpha[i][k].to_si(), board.beta[i][k].to_si());
+        match board.signs[i][k] {
             0 => Interval::point(0.0),
             1 => Interval::new(a, b),
             _ => Interval::new(-b, -a),
         }
     };
-    Family([0, 1, 2].map(|i| [0, 1, 2].map(|k| entry(i, k))))
+    IntervalMatrix([0, 1, 2].map(|i| [0, 1, 2].map(|k| entry(i, k))))
 }
 
-/// The signs (12) and some entries that may have any sign, so that v is often 0.
-fn any_family() -> impl Strategy<Value = Family> {
+/// Interval matrices with entries of any sign, so that v is often 0.
+fn any_family() -> impl Strategy<Value = IntervalMatrix> {
     proptest::array::uniform9((-1.0f64..1.0, 0.0f64..1.0)).prop_map(|entries| {
-        Family([0, 3, 6].map(|r| {
+        IntervalMatrix([0, 3, 6].map(|r| {
             [r, r + 1, r + 2].map(|n| Interval::new(entries[n].0, entries[n].0 + entries[n].1))
         }))
     })
+}
+
+/// Matrices with entries from -1 to 1.
+fn matrices() -> impl Strategy<Value = [[f64; 3]; 3]> {
+    proptest::array::uniform3(proptest::array::uniform3(-1.0f64..1.0))
 }
 
 fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
@@ -93,31 +98,41 @@ fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(400))]
 
-    /// The explicit formula is the minimum-norm problem over the family's corners. The tolerance is
-    /// what the solution's own duality gap proves of it, |v - v(e)|² <= gap; the solver is asked
-    /// for a gap of 1e-12 where |M'e| is about 1.
+    /// The explicit formula solves the minimum-norm problem over the family's corners. The tolerance
+    /// is the error bound of the solution's duality gap, |v - v(e)|² <= gap. The solver's tolerance
+    /// for the gap is 1e-12 where |M'e| is about 1.
     #[test]
-    fn the_explicit_formula_solves_the_problem(family in any_family(), e in proptest::array::uniform3(-1.0f64..1.0)) {
+    fn the_explicit_formula_solves_problem_8(
+        family in any_family(), e in proptest::array::uniform3(-1.0f64..1.0),
+    ) {
         let found = Polytope::new(family.vertices()).unwrap().minimum_norm(e).unwrap();
         prop_assert!(found.error < 1e-5, "{found:?}");
-        prop_assert!(distance(found.v, family.v(e)) <= found.error + 1e-12, "{found:?}, {:?}", family.v(e));
+        let explicit = family.v(e);
+        prop_assert!(
+            distance(found.v, explicit) <= found.error + 1e-12, "{found:?}, {explicit:?}"
+        );
     }
 
-    /// The chip's v is rounded towards zero to a 256th of a micrometre in each of its three parts.
+    /// The board rounds each component of v towards zero to 1/256 µm.
     #[test]
-    fn the_law_on_the_chip_solves_it(told in told(), e in proptest::array::uniform3(-20_000i32..20_000)) {
-        let found = Polytope::new(family(&told).vertices()).unwrap().minimum_norm(e.map(f64::from)).unwrap();
-        // Micrometres, of which M'e has up to 480 000: v saturates at 524 288 on the chip.
+    fn the_boards_law_solves_problem_8(
+        board in board_families(), e in proptest::array::uniform3(-20_000i32..20_000),
+    ) {
+        let polytope = Polytope::new(interval_matrix(&board).vertices()).unwrap();
+        let found = polytope.minimum_norm(e.map(f64::from)).unwrap();
+        // In µm. |M'e| is at most 480 000, and v saturates at 524 288 on the board.
         prop_assert!(found.error < 5.0, "{found:?}");
         let unit = 1.0 / f64::from(1u32 << V_FRACTION_BITS);
-        let chip = fixed_point(told).v(e).map(|v| f64::from(v) * unit);
-        prop_assert!(distance(found.v, chip) <= found.error + 2.0 * unit, "{chip:?} for {found:?}");
+        let fixed = fixed_point(board).v(e).map(|v| f64::from(v) * unit);
+        prop_assert!(
+            distance(found.v, fixed) <= found.error + 2.0 * unit, "{fixed:?} for {found:?}"
+        );
     }
 
     /// e'Mv >= |v|² for every M of a polytope.
     #[test]
-    fn e_falls_for_every_member(
-        vertices in proptest::collection::vec(proptest::array::uniform3(proptest::array::uniform3(-1.0f64..1.0)), 1..12),
+    fn e_decreases_for_every_member(
+        vertices in proptest::collection::vec(matrices(), 1..12),
         e in proptest::array::uniform3(-1.0f64..1.0),
     ) {
         let polytope = Polytope::new(vertices.clone()).unwrap();
@@ -131,25 +146,26 @@ proptest! {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(40))]
 
-    /// What the bisection says is what vertex determinants say, where those decide: for interval
-    /// families.
+    /// For interval matrices, branch and bound agrees with the vertex determinants.
     #[test]
-    fn both_ways_to_nonsingularity_agree(
+    fn both_proofs_of_nonsingularity_agree(
         centre in proptest::array::uniform9(-1.0f64..1.0), width in 0.0f64..0.3,
     ) {
-        let family = Family([0, 3, 6].map(|r| [r, r + 1, r + 2].map(|n| {
-            // Four entries have a width: 16 corners.
-            Interval::new(centre[n], centre[n] + if n % 2 == 0 && n != 4 { width } else { 0.0 })
+        let family = IntervalMatrix([0, 3, 6].map(|r| [r, r + 1, r + 2].map(|n| {
+            // Four entries are not points: 16 corners.
+            let width = if n % 2 == 0 && n != 4 { width } else { 0.0 };
+            Interval::new(centre[n], centre[n] + width)
         })));
         let found = Polytope::new(family.vertices()).unwrap().robustness(3000);
-        match found.verdict {
-            Verdict::Nonsingular => prop_assert!(family.nonsingular()),
-            Verdict::Singular => prop_assert!(!family.nonsingular()),
-            Verdict::Open => prop_assert!(found.least_v.lo == 0.0),
+        match found.nonsingularity {
+            Nonsingularity::Proved => prop_assert!(family.is_nonsingular()),
+            Nonsingularity::Refuted => prop_assert!(!family.is_nonsingular()),
+            Nonsingularity::Undecided => prop_assert!(found.min_v.lo == 0.0),
         }
-        if found.verdict == Verdict::Nonsingular {
-            let explicit = family.least_v();
-            prop_assert!(found.least_v.lo <= explicit.hi && explicit.lo <= found.least_v.hi, "{found:?} {explicit:?}");
+        if found.nonsingularity == Nonsingularity::Proved {
+            let explicit = family.min_v();
+            let overlap = found.min_v.lo <= explicit.hi && explicit.lo <= found.min_v.hi;
+            prop_assert!(overlap, "{found:?} {explicit:?}");
         }
     }
 }
@@ -159,39 +175,39 @@ fn diagonal(x: f64, y: f64, z: f64) -> [[f64; 3]; 3] {
 }
 
 #[test]
-fn a_matrix_alone_has_its_least_singular_value() {
+fn a_single_matrix_has_its_smallest_singular_value() {
     let found = Polytope::new(vec![diagonal(3.0, 0.5, -2.0)]).unwrap().robustness(10_000);
-    assert_eq!(found.verdict, Verdict::Nonsingular);
+    assert_eq!(found.nonsingularity, Nonsingularity::Proved);
     assert!(
-        found.least_v.lo <= 0.5 && 0.5 <= found.least_v.hi && found.least_v.width() < 0.03,
+        found.min_v.lo <= 0.5 && 0.5 <= found.min_v.hi && found.min_v.width() < 0.03,
         "{found:?}"
     );
     assert!(found.direction[1].abs() > 0.95, "{found:?}");
 }
 
-/// All vertices have determinant 1, and half the sum of the first two is singular: what vertices
-/// alone don't show.
+/// All vertices have determinant 1, but half the sum of the first two is singular. The vertices
+/// alone do not show this.
 #[test]
-fn a_singular_matrix_inside_is_found() {
+fn a_singular_member_inside_is_found() {
     let vertices = vec![
         diagonal(1.0, 1.0, 1.0),
         diagonal(-1.0, -1.0, 1.0),
         [[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]],
     ];
     let two = Polytope::new(vertices[..2].to_vec()).unwrap().robustness(10_000);
-    assert_ne!(two.verdict, Verdict::Nonsingular, "{two:?}");
+    assert_ne!(two.nonsingularity, Nonsingularity::Proved, "{two:?}");
     let mut inside = vertices.clone();
     inside.push([[0.5, 1.0, 0.0], [1.0, 2.5, 0.0], [0.0, 0.0, 1.0]]);
     let found = Polytope::new(inside).unwrap().robustness(10_000);
-    assert_eq!(found.verdict, Verdict::Singular, "{found:?}");
+    assert_eq!(found.nonsingularity, Nonsingularity::Refuted, "{found:?}");
 }
 
 #[test]
-fn what_is_no_family_is_named() {
+fn errors_name_the_invalid_entry() {
     assert!(matches!(Polytope::new(vec![]), Err(PolytopeError::Empty)));
     let nan = Polytope::new(vec![diagonal(1.0, 1.0, 1.0), diagonal(1.0, f64::NAN, 1.0)]);
     assert!(matches!(nan, Err(PolytopeError::Entry { vertex: 2, .. })), "{nan:?}");
-    let none = Polytope::new(vec![diagonal(0.0, 0.0, 0.0)]).unwrap();
-    assert_eq!(none.minimum_norm([1.0, 2.0, 3.0]).unwrap().v, [0.0; 3]);
-    assert_eq!(none.robustness(100).verdict, Verdict::Open);
+    let zero = Polytope::new(vec![diagonal(0.0, 0.0, 0.0)]).unwrap();
+    assert_eq!(zero.minimum_norm([1.0, 2.0, 3.0]).unwrap().v, [0.0; 3]);
+    assert_eq!(zero.robustness(100).nonsingularity, Nonsingularity::Undecided);
 }

@@ -1,20 +1,20 @@
-//! The law of signs is stable for every Jacobian with the sign pattern: the Routh-Hurwitz
-//! conditions of J Σ⁻¹, exactly.
+//! Routh-Hurwitz conditions of J Σ⁻¹, exactly: law `sign` is stable for every Jacobian with the sign
+//! pattern.
 
 use super::polynomial::Polynomial;
 
 type Signs = [[i8; 3]; 3];
 type Matrix = [[Polynomial; 3]; 3];
 
-/// How many monomials, all of them positive, each condition is a sum of.
+/// Number of monomials of each Routh-Hurwitz condition; all of them have positive coefficients.
 ///
-/// With B = |det Σ| J Σ⁻¹ (= 4 J Σ⁻¹), whose characteristic polynomial is s³ - tr s² + E₂ s - det:
-/// all eigenvalues have positive real parts where tr, det and tr E₂ - det are positive.
+/// The characteristic polynomial of B = |det Σ| J Σ⁻¹ (= 4 J Σ⁻¹) is s³ - tr s² + E₂ s - det. All
+/// eigenvalues have positive real parts if tr, det and tr E₂ - det are positive.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct RouthHurwitz {
     /// tr B.
     pub trace: usize,
-    /// E₂, the sum of the principal minors of two rows.
+    /// E₂, the sum of the principal 2 × 2 minors of B.
     pub minors: usize,
     /// det B.
     pub determinant: usize,
@@ -22,12 +22,13 @@ pub struct RouthHurwitz {
     pub difference: usize,
 }
 
-/// The conditions for all J with the signs `jacobian`, driven with the inverse of `law`: expanded
-/// in the nine magnitudes |J_ik| with whole coefficients. `None` where `law` is singular, or where
-/// a condition has a monomial that is not positive.
+/// Checks the Routh-Hurwitz conditions of J Σ⁻¹ for every J with the signs `jacobian`, where Σ is
+/// `law`. The conditions are expanded in the nine magnitudes |J_ik| with integer coefficients.
+///
+/// Returns `None` if `law` is singular, or if a monomial of a condition has a negative coefficient.
 #[must_use]
 pub fn routh_hurwitz(jacobian: Signs, law: Signs) -> Option<RouthHurwitz> {
-    let b = product(jacobian, inverse(law)?);
+    let b = product(jacobian, scaled_inverse(law)?);
     let trace = b[0][0].clone() + &b[1][1] + &b[2][2];
     let minor = |i: usize, k: usize| &b[i][i] * &b[k][k] - &(&b[i][k] * &b[k][i]);
     let minors = minor(0, 1) + &minor(0, 2) + &minor(1, 2);
@@ -43,8 +44,8 @@ pub fn routh_hurwitz(jacobian: Signs, law: Signs) -> Option<RouthHurwitz> {
     })
 }
 
-/// |det Σ| Σ⁻¹, which is whole; `None` where Σ is singular.
-fn inverse(signs: Signs) -> Option<[[i64; 3]; 3]> {
+/// Returns |det Σ| Σ⁻¹, whose entries are integers; `None` if Σ is singular.
+fn scaled_inverse(signs: Signs) -> Option<[[i64; 3]; 3]> {
     let s = signs.map(|row| row.map(i64::from));
     let next = |i: usize, by: usize| (i + by) % 3;
     let cofactor = |i: usize, k: usize| {
@@ -56,7 +57,7 @@ fn inverse(signs: Signs) -> Option<[[i64; 3]; 3]> {
         .then(|| [0, 1, 2].map(|i| [0, 1, 2].map(|k| determinant.signum() * cofactor(k, i))))
 }
 
-/// J times `right`, where J_ik = σ_ik |J_ik|.
+/// Returns J times `right`, where J_ik = σ_ik |J_ik|.
 fn product(signs: Signs, right: [[i64; 3]; 3]) -> Matrix {
     let entry = |i: usize, j: usize| {
         (0..3).fold(Polynomial::default(), |sum, k| {
@@ -73,23 +74,22 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_law_of_signs_meets_them_with_positive_monomials_only() {
+    fn law_sign_meets_the_conditions_with_positive_monomials_only() {
         let expected = RouthHurwitz { trace: 8, minors: 12, determinant: 4, difference: 72 };
         assert_eq!(routh_hurwitz(SIGNS, SIGNS), Some(expected));
-        // The matrix that the board has: u̇ = -g Σ⁻¹ e, docs/understand/sign.md.
-        assert_eq!(inverse(SIGNS), Some([[-1, -2, -1], [-1, 2, -1], [2, 0, -2]]));
+        // The board's matrix: u̇ = -g Σ⁻¹ e, docs/understand/sign.md.
+        assert_eq!(scaled_inverse(SIGNS), Some([[-1, -2, -1], [-1, 2, -1], [2, 0, -2]]));
     }
 
-    /// With another sign anywhere in the law's Σ, or with a Jacobian that has another sign, it is
-    /// not so any more.
+    /// Any other sign in the law's Σ, or in the Jacobian, violates a condition.
     #[test]
-    fn with_another_sign_anywhere_they_are_not_met() {
+    fn another_sign_anywhere_violates_a_condition() {
         for (i, k) in (0..9).map(|n| (n / 3, n % 3)) {
             for sign in [-1, 0, 1].into_iter().filter(|sign| *sign != SIGNS[i][k]) {
                 let mut other = SIGNS;
                 other[i][k] = sign;
                 assert_eq!(routh_hurwitz(SIGNS, other), None, "law with {sign} at {i}, {k}");
-                // A zero is the limit of both signs, and is no other sign.
+                // A zero in J is the limit of both signs, so the conditions may hold.
                 assert!(
                     sign == 0 || routh_hurwitz(other, SIGNS).is_none(),
                     "J with {sign} at {i}, {k}"

@@ -1,0 +1,130 @@
+//! Interval matrices: the families of Jacobians that law `interval` is configured with.
+
+use super::Interval;
+use super::branch_and_bound::relative_width;
+use super::directions::{Patch, minimise_over_directions};
+use super::linear_algebra::{determinant, dot, norm};
+
+/// Relative width of the enclosure of min |v|.
+const TOLERANCE: f64 = 0.05;
+
+/// Number of patches after which the search ends. The enclosure is valid at any time, but wider
+/// before convergence.
+const MAX_PATCHES: usize = 2_000_000;
+
+/// All matrices whose entries lie in these intervals: rows x, y, z, columns A, B, C.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct IntervalMatrix(pub [[Interval; 3]; 3]);
+
+impl IntervalMatrix {
+    /// Returns the matrices with the sign pattern (12) and α <= |J_ik| <= β (13).
+    #[must_use]
+    pub fn with_signs(alpha: f64, beta: f64) -> Self {
+        let (plus, minus) = (Interval::new(alpha, beta), Interval::new(-beta, -alpha));
+        Self([[minus, minus, plus], [minus, plus, Interval::point(0.0)], [minus; 3]])
+    }
+
+    /// Checks that no member is singular.
+    ///
+    /// The determinant is linear in each entry, so that its extremes are at corners of the box. It
+    /// has no zero if it has the same sign at all corners.
+    #[must_use]
+    pub fn is_nonsingular(&self) -> bool {
+        let determinants: Vec<_> = (0..512)
+            .map(|k| determinant(&self.vertex(k).map(|r| r.map(Interval::point))))
+            .collect();
+        determinants.iter().all(|d| d.lo > 0.0) || determinants.iter().all(|d| d.hi < 0.0)
+    }
+
+    /// Returns the corners of the box, by rows; 512 if no interval is a point.
+    #[must_use]
+    pub fn vertices(&self) -> Vec<[[f64; 3]; 3]> {
+        let narrow: u32 =
+            (0..9).filter(|n| self.0[n / 3][n % 3].width() == 0.0).map(|n| 1 << n).sum();
+        (0..512).filter(|corner| corner & narrow == 0).map(|corner| self.vertex(corner)).collect()
+    }
+
+    /// Returns the corner with the upper bounds where `bits` are set, row by row.
+    fn vertex(&self, bits: u32) -> [[f64; 3]; 3] {
+        let end = |n: usize| {
+            let entry = self.0[n / 3][n % 3];
+            if bits >> n & 1 == 0 { entry.lo } else { entry.hi }
+        };
+        [0, 3, 6].map(|row| [row, row + 1, row + 2].map(end))
+    }
+
+    /// Returns v(e), eqs. (7) and (8): for each column, the number nearest to zero in the interval
+    /// of e'J. v has the unit of e.
+    #[must_use]
+    pub fn v(&self, e: [f64; 3]) -> [f64; 3] {
+        [0, 1, 2].map(|k| {
+            let ends = [0, 1, 2].map(|i| [e[i] * self.0[i][k].lo, e[i] * self.0[i][k].hi]);
+            let lower: f64 = ends.iter().map(|[a, b]| a.min(*b)).sum();
+            let upper: f64 = ends.iter().map(|[a, b]| a.max(*b)).sum();
+            lower.max(0.0) + upper.min(0.0)
+        })
+    }
+
+    /// Returns an enclosure of the minimum of |v|/|e| over all e. The lower bound is proved, the
+    /// upper bound is reached.
+    ///
+    /// With u̇ = -γ v, e'Jv >= |v|² implies |e| <= |e(0)| exp(-γ lo² t) for every J of the family.
+    #[must_use]
+    pub fn min_v(&self) -> Interval {
+        let enclosure = |patch: &Patch| {
+            let (e, centre) = (patch.e(), patch.centre());
+            let v = [0, 1, 2].map(|k| dot(e, [0, 1, 2].map(|i| self.0[i][k])).magnitude());
+            let reached =
+                norm(self.v(centre).map(Interval::point)) / norm(centre.map(Interval::point));
+            let lower = norm(v.map(|v| Interval::point(v.lo))) / norm(e);
+            Interval::new(lower.lo.max(0.0), reached.hi)
+        };
+        minimise_over_directions(enclosure, relative_width(TOLERANCE), MAX_PATCHES)
+            .map_or(Interval::point(0.0), |minimum| minimum.value)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Returns the sign pattern with an interval of both signs in place of its zero.
+    fn without_zero(alpha: f64, beta: f64, bound: f64) -> IntervalMatrix {
+        let mut family = IntervalMatrix::with_signs(alpha, beta);
+        family.0[1][2] = Interval::new(-bound, bound);
+        family
+    }
+
+    /// Proposition 1: the pattern (12) is never singular. It may be singular with an entry in place
+    /// of its zero.
+    #[test]
+    fn the_sign_pattern_is_never_singular() {
+        assert!(
+            IntervalMatrix::with_signs(0.005, 0.5).is_nonsingular()
+                && IntervalMatrix::with_signs(1e-6, 1e3).is_nonsingular()
+        );
+        assert!(
+            !without_zero(0.005, 0.5, 0.1).is_nonsingular()
+                && without_zero(0.3, 0.5, 0.1).is_nonsingular()
+        );
+        assert!(!IntervalMatrix::with_signs(-0.01, 0.5).is_nonsingular());
+    }
+
+    /// Theorem 1: v(e) = 0 for some e other than 0 if and only if the family has a singular member.
+    #[test]
+    fn v_vanishes_if_a_member_is_singular() {
+        let nonsingular = without_zero(0.3, 0.5, 0.1).min_v();
+        assert!(nonsingular.lo > 0.0, "{nonsingular:?}");
+        assert!(nonsingular.width() <= 0.06 * nonsingular.lo, "{nonsingular:?}");
+        assert_eq!(without_zero(0.005, 0.5, 0.1).min_v().lo, 0.0);
+    }
+
+    #[test]
+    fn a_point_interval_adds_no_corner() {
+        assert_eq!(IntervalMatrix::with_signs(0.1, 0.2).vertices().len(), 256);
+        assert_eq!(
+            IntervalMatrix::with_signs(0.1, 0.1).vertices(),
+            [[[-0.1, -0.1, 0.1], [-0.1, 0.1, 0.0], [-0.1; 3]]]
+        );
+    }
+}

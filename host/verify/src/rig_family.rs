@@ -1,0 +1,109 @@
+//! Families of rigs: boxes of motor positions and of ball positions.
+
+use thiserror::Error;
+
+use super::Interval;
+
+/// Precision of motor positions if the tolerance is 0, m.
+const MOTOR_PRECISION_M: f64 = 1e-6;
+
+/// A box of rigs and of ball positions in them.
+///
+/// J depends on ratios of lengths only, so that a rig at another scale has the same J.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RigFamily {
+    /// D = y_A - y_B, m, above 0.
+    pub depth: Interval,
+    /// W = x_A - x_C, m, above 0.
+    pub width: Interval,
+    /// t = (y_C - y_B)/D, from 0 to 1.
+    pub apex: Interval,
+    /// Lower bound of the ball's three barycentric coordinates λ, from 0 to 0.33.
+    pub min_lambda: f64,
+    /// h, the ball's depth below the motors, m, above 0.
+    pub below: Interval,
+}
+
+impl RigFamily {
+    /// Returns the rigs with every motor coordinate within `tolerance` (m) of `motors`.
+    ///
+    /// `motors` are A, B, C in the rig frame, m. The ball is where λ >= `min_lambda`, at a depth
+    /// `below` (m) the motors.
+    ///
+    /// # Errors
+    /// [`RigFamilyError`] if the motors are not in the rig frame, or as [`RigFamily::check`].
+    pub fn around(
+        motors: &[[f64; 3]; 3],
+        tolerance: f64,
+        min_lambda: f64,
+        below: Interval,
+    ) -> Result<Self, RigFamilyError> {
+        let [a, b, c] = motors;
+        let apart = (a[0] - b[0]).abs().max((a[2] - b[2]).abs()).max((a[2] - c[2]).abs());
+        let in_frame = apart <= 2.0 * tolerance + MOTOR_PRECISION_M;
+        if !in_frame {
+            return Err(RigFamilyError::Frame);
+        }
+        let near = |x: f64| Interval::point(x) + Interval::new(-tolerance, tolerance);
+        let depth = near(a[1]) - near(b[1]);
+        let width = near(a[0]).min(near(b[0])).to(near(a[0]).max(near(b[0]))) - near(c[0]);
+        let apex = (near(c[1]) - near(b[1])) / depth;
+        Self { depth, width, apex, min_lambda, below }.check()
+    }
+
+    /// Checks that every member of the family is a rig.
+    ///
+    /// # Errors
+    /// [`RigFamilyError`] with the first quantity that leaves its range.
+    pub fn check(self) -> Result<Self, RigFamilyError> {
+        let Self { depth, width, apex, min_lambda, below } = self;
+        let checks = [
+            (depth.lo > 0.0, RigFamilyError::Depth(depth.lo)),
+            (width.lo > 0.0, RigFamilyError::Width(width.lo)),
+            (below.lo > 0.0 && below.hi >= below.lo, RigFamilyError::Below(below.lo, below.hi)),
+            (apex.lo >= 0.0 && apex.hi <= 1.0, RigFamilyError::Apex(apex.lo, apex.hi)),
+            ((0.0..=0.33).contains(&min_lambda), RigFamilyError::Lambda(min_lambda)),
+        ];
+        checks.into_iter().find(|(holds, _)| !holds).map_or(Ok(self), |(_, error)| Err(error))
+    }
+
+    /// Returns the wide family of docs/understand/proofs.md: D and W from 0.5 m to 1.5 m, t from 0 to 1, the
+    /// closed triangle, h from `min_below` to 1 m.
+    #[must_use]
+    pub fn wide(min_below: f64) -> Self {
+        Self {
+            depth: Interval::new(0.5, 1.5),
+            width: Interval::new(0.5, 1.5),
+            apex: Interval::new(0.0, 1.0),
+            min_lambda: 0.0,
+            below: Interval::new(min_below, 1.0),
+        }
+    }
+}
+
+/// Reason why a family of rigs or a path is invalid.
+#[derive(Debug, Clone, Copy, PartialEq, Error)]
+#[non_exhaustive]
+pub enum RigFamilyError {
+    /// The motors are not in the rig frame.
+    #[error("the motors must be at one height, A and B at one x (docs/understand/plant.md)")]
+    Frame,
+    /// D may be 0 or less.
+    #[error("D = yA - yB must be above 0; it may be {0:.3} m")]
+    Depth(f64),
+    /// W may be 0 or less.
+    #[error("W = xA - xC must be above 0; it may be {0:.3} m")]
+    Width(f64),
+    /// t may be outside 0 to 1.
+    #[error("t = (yC - yB)/D must be from 0 to 1; it is from {0:.3} to {1:.3}")]
+    Apex(f64, f64),
+    /// h may be 0 or less, or its bounds are in the wrong order.
+    #[error("h must be above 0, with the lower bound first; it is from {0:.3} to {1:.3} m")]
+    Below(f64, f64),
+    /// The lower bound of λ is out of range.
+    #[error("the minimum of λ must be from 0 to 0.33, not {0}")]
+    Lambda(f64),
+    /// A path leaves the workspace.
+    #[error("the path from {0:?} to {1:?} leaves the triangle of motors or the space below it")]
+    Outside([f64; 3], [f64; 3]),
+}
