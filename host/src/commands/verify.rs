@@ -60,7 +60,8 @@ pub(crate) struct Args {
     /// Range of the ball's depth below the motors, metres (h)
     #[arg(long, value_parser = range, value_name = "LOW,HIGH")]
     below: Option<Interval>,
-    /// Wide family of docs/understand/proofs.md: D and W 0.5-1.5 m, t 0-1, the closed triangle, h 0.1-1 m
+    /// Wide family (docs/understand/proofs.md): D, W 0.5-1.5 m, t 0-1, the closed triangle, h
+    /// 0.1-1 m
     #[arg(long, conflicts_with_all = ["rig", "tolerance"])]
     wide: bool,
     /// File with a family of Jacobians by its vertices, in place of a family of rigs

@@ -103,8 +103,8 @@ fn bounds<C: Copy>(
 
 /// Returns α and β in closed form, from the extents of the family alone.
 ///
-/// Derived here from J = K diag(l) of docs/understand/plant.md. The text of the paper's own formulas, (22)
-/// and (23), was not available.
+/// Derived here from J = K diag(l) of docs/understand/plant.md. The text of the paper's own
+/// formulas, (22) and (23), was not available.
 ///
 /// Let m be the minimum of λ, s the longest side of the triangle and a = D W/s its smallest
 /// altitude. Seen from above, the distance of the ball from motor k is from (1 - λ_k) a to
@@ -156,7 +156,8 @@ mod tests {
     const MOTORS: [[f64; 3]; 3] = [[0.85, 0.61, 0.665], [0.85, 0.0, 0.665], [0.0, 0.24, 0.665]];
     const BELOW: Interval = Interval::new(0.1, 0.665);
 
-    /// docs/understand/proofs.md: 30, 42, 79, 181 for λ >= 0.10, 0.05, 0.023, 0.01, and 36.5 from P0 to PT.
+    /// docs/understand/proofs.md: 30, 42, 79, 181 for λ >= 0.10, 0.05, 0.023, 0.01, and 36.5 from
+    /// P0 to PT.
     #[test]
     fn the_papers_rig_has_the_documented_ratios() {
         for (lambda, ratio) in [(0.10, 30.0), (0.05, 42.0), (0.023, 79.0), (0.01, 181.0)] {

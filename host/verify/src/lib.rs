@@ -15,10 +15,10 @@
 //!
 //! # Notation
 //!
-//! J = ∂p/∂u, in metres of ball per metre of cable: rows x, y, z, columns A, B, C. e is the position
-//! error. D = y_A - y_B, W = x_A - x_C, t = (y_C - y_B)/D describe the triangle of the motors, λ are
-//! the ball's barycentric coordinates in it, and h is the ball's depth below the motors. Equation
-//! numbers are the paper's.
+//! J = ∂p/∂u, in metres of ball per metre of cable: rows x, y, z, columns A, B, C. e is the
+//! position error. D = y_A - y_B, W = x_A - x_C, t = (y_C - y_B)/D describe the triangle of the
+//! motors, λ are the ball's barycentric coordinates in it, and h is the ball's depth below the
+//! motors. Equation numbers are the paper's.
 //!
 //! ```
 //! use plumb_verify::IntervalMatrix;

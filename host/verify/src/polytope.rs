@@ -19,7 +19,8 @@ const MAX_ENTRY: f64 = 1e9;
 /// Relative width of the enclosure of min |v|.
 const TOLERANCE: f64 = 0.05;
 
-/// Value of |v|, relative to the largest entry, below which the search for a singular member starts.
+/// Value of |v|, relative to the largest entry, below which the search for a singular member
+/// starts.
 const VANISHING: f64 = 1e-6;
 
 /// Weight of a vertex beside S = Σ w_k M_k in [`Polytope::determinants`].
@@ -153,7 +154,8 @@ impl Polytope {
         Robustness { nonsingularity, min_v, direction: centre.map(|x| x / length), patches }
     }
 
-    /// Encloses the minimum of |v(e)|/|e| over a patch; also returns the weights of v at its centre.
+    /// Encloses the minimum of |v(e)|/|e| over a patch; also returns the weights of v at its
+    /// centre.
     ///
     /// If the solver fails, the enclosure is all numbers from 0.
     fn bound(&self, patch: &Patch) -> (Interval, Vec<f64>) {

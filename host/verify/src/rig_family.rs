@@ -67,8 +67,8 @@ impl RigFamily {
         checks.into_iter().find(|(holds, _)| !holds).map_or(Ok(self), |(_, error)| Err(error))
     }
 
-    /// Returns the wide family of docs/understand/proofs.md: D and W from 0.5 m to 1.5 m, t from 0 to 1, the
-    /// closed triangle, h from `min_below` to 1 m.
+    /// Returns the wide family of docs/understand/proofs.md: D and W from 0.5 m to 1.5 m, t from 0
+    /// to 1, the closed triangle, h from `min_below` to 1 m.
     #[must_use]
     pub fn wide(min_below: f64) -> Self {
         Self {

@@ -1,5 +1,5 @@
-//! Routh-Hurwitz conditions of J Σ⁻¹, exactly: law `sign` is stable for every Jacobian with the sign
-//! pattern.
+//! Routh-Hurwitz conditions of J Σ⁻¹, exactly: law `sign` is stable for every Jacobian with the
+//! sign pattern.
 
 use super::polynomial::Polynomial;
 

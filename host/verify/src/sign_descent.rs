@@ -6,8 +6,8 @@ use super::{Interval, RigFamily};
 /// Relative sizes of a cell's sides (w, t, λ_A, λ_C, h/D) that count as equal when one is split.
 const SPLIT_SCALES: [f64; 5] = [3.0, 1.0, 1.0, 1.0, 1.0];
 
-/// Side below which a cell without a positive definite matrix is a counterexample. A larger cell may
-/// contain no rig of the family.
+/// Side below which a cell without a positive definite matrix is a counterexample. A larger cell
+/// may contain no rig of the family.
 const COUNTEREXAMPLE_SIDE: f64 = 1e-3;
 
 /// Result of [`sign_descent`], each with the number of cells visited.
