@@ -1,20 +1,22 @@
 # shellcheck shell=bash
-# What the scripts beside this one share. Sourced, never run.
+# Functions of the scripts in this folder. This file is sourced and never run.
 
-# Tells a person something; standard output is for results.
+# say TEXT...: prints a message to standard error. Standard output is for results.
 say() { printf '%s\n' "$*" >&2; }
 
-# The lowest Rust version that the workspace builds with, from Cargo.toml.
-wanted_rust() { sed -n 's/^rust-version = "\(.*\)"/\1/p' "$(dirname "${BASH_SOURCE[0]}")/../Cargo.toml"; }
+# wanted_rust: prints the oldest Rust version that builds the workspace, from Cargo.toml.
+wanted_rust() {
+  sed -n 's/^rust-version = "\(.*\)"/\1/p' "$(dirname "${BASH_SOURCE[0]}")/../Cargo.toml"
+}
 
-# at_least WANTED VERSION: is VERSION the same or newer?
+# at_least WANTED VERSION: succeeds if VERSION is the same or newer.
 at_least() { printf '%s\n' "$1" "$2" | sort -V -C; }
 
-# has_apt: are this system's packages Debian's?
+# has_apt: succeeds if this system has Debian's packages.
 has_apt() { command -v apt-get >/dev/null && command -v dpkg-query >/dev/null; }
 
-# as_root COMMAND...: runs it as root, through sudo where that is needed; 2 where there is no way
-# to.
+# as_root COMMAND...: runs COMMAND as root, with sudo if necessary; returns 2 if that is
+# impossible.
 as_root() {
   if [ "$(id -u)" -eq 0 ]; then
     "$@"
@@ -26,7 +28,7 @@ as_root() {
   fi
 }
 
-# bounded SECONDS COMMAND...: runs it, for no longer than that where the system has timeout.
+# bounded SECONDS COMMAND...: runs COMMAND, with a time limit if the system has `timeout`.
 bounded() {
   if command -v timeout >/dev/null; then timeout "$@"; else "${@:2}"; fi
 }
