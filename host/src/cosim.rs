@@ -238,8 +238,8 @@ fn point(key: &'static str, metres: [f64; 3]) -> Result<Point, CosimError> {
 mod tests {
     use super::*;
     use crate::bench::control::Limits;
-    use crate::rig::LawSettings;
     use plumb_emulator::rig::{Elastic, ElasticParameters, Plant, Task};
+    use plumb_runtime::rig::LawSettings;
 
     fn cosim(law: &str) -> Cosim {
         let law = LawSettings::named(law).unwrap();

@@ -6,12 +6,14 @@ use std::rc::Rc;
 use std::time::Duration;
 
 use nalgebra::Point3;
-use plumb::link::{Link, LinkError, Memory};
-use plumb::rig::Rig;
+use plumb::memory::Memory;
+use plumb::source::simulated::SimulationError;
 use plumb_emulator::rig::Plant;
 use plumb_emulator::{EMULATED, EmulatedBoard, Wire};
 use plumb_protocol::message::State;
 use plumb_protocol::units::{Micros, Point};
+use plumb_runtime::link::{Link, LinkError};
+use plumb_runtime::rig::Rig;
 
 /// Pictures a second.
 pub const RATE_HZ: u64 = 30;
@@ -66,7 +68,7 @@ impl Bench {
         self.link.position(ball, None, Duration::ZERO)?;
         self.frame += 1;
         let next = Micros(self.start.0 + self.frame * 1_000_000 / RATE_HZ);
-        self.board.borrow_mut().run_to(next)?;
+        self.board.borrow_mut().run_to(next).map_err(SimulationError::from)?;
         self.link.poll()
     }
 }

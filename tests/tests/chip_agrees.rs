@@ -4,7 +4,6 @@
 
 #![allow(clippy::expect_used, clippy::panic, reason = "a test stops at the first surprise")]
 
-use plumb::rig::{LawSettings, Rig};
 use plumb_core::TICK_US;
 use plumb_emulator::rig::{Plant, QuasiStatic, Task};
 use plumb_emulator::{EMULATED, EmulatedBoard};
@@ -13,6 +12,7 @@ use plumb_protocol::message::{
     Command, Fault, FromBoard, Hello, Position, State, Telemetry, ToBoard,
 };
 use plumb_protocol::units::{Micros, Point, Steps16};
+use plumb_runtime::rig::{LawSettings, Rig};
 use plumb_tests::chip::{Chip, image};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

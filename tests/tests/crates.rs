@@ -67,6 +67,7 @@ const CRATES: &[Rule] = &[
     Rule {
         name: "plumb-bench",
         uses: &[
+            "plumb-cameras",
             "plumb-core",
             "plumb-emulator",
             "plumb-protocol",
@@ -99,6 +100,7 @@ const CRATES: &[Rule] = &[
             "plumb-core",
             "plumb-emulator",
             "plumb-protocol",
+            "plumb-runtime",
             "plumb-sim",
             "plumb-vision",
         ],
@@ -118,13 +120,12 @@ const EXCEPTIONS: &[Exception] = &[
     Exception {
         from: "plumb",
         to: "plumb-core",
-        mend: "bench/control goes to plumb-bench, cosim and link::Memory to plumb-sim",
+        mend: "bench/control goes to plumb-bench, cosim and memory to plumb-sim",
     },
     Exception {
         from: "plumb",
         to: "plumb-emulator",
-        mend: "the rig file's simulated rig, source::simulated, cosim, link::Memory and the emulated board \
-               go to plumb-sim, bench to plumb-bench",
+        mend: "source, cosim, memory and the emulated board go to plumb-sim, bench to plumb-bench",
     },
 ];
 

@@ -2,13 +2,13 @@
 
 #![allow(clippy::expect_used, clippy::panic, reason = "a test stops at the first surprise")]
 
-use plumb::link::LinkError;
-use plumb::rig::Rig;
 use plumb_emulator::Wire;
 use plumb_emulator::rig::{QuasiStatic, Task};
 use plumb_emulator::wire::Lane;
 use plumb_protocol::message::State;
 use plumb_protocol::units::Micros;
+use plumb_runtime::link::LinkError;
+use plumb_runtime::rig::Rig;
 use plumb_tests::bench::{Bench, bench};
 
 /// A board with the paper's rig behind `wire`, greeted and configured over it.

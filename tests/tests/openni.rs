@@ -10,15 +10,15 @@ use std::thread;
 use std::time::Duration;
 
 use nalgebra::Point3;
-use plumb::link::Serial;
-use plumb::rig::Rig;
-use plumb::session::{Place, Session};
 use plumb_cameras::camera_file;
 use plumb_cameras::source::openni::{Lens, OpenniSource};
 use plumb_emulator::rig::{QuasiStatic, Task};
 use plumb_emulator::{EMULATED, EmulatedBoard, serve};
 use plumb_openni::{OpenNi, Settings, Target};
 use plumb_openni_driver::{Control, ControlFile};
+use plumb_runtime::link::Serial;
+use plumb_runtime::rig::Rig;
+use plumb_runtime::session::{Place, Session};
 use plumb_vision::camera::Camera;
 use plumb_vision::detect::ball::Ball;
 

@@ -4,9 +4,9 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
-use plumb::link::{Link, Serial, boards};
-use plumb::rig::Rig;
 use plumb_protocol::units::{Rate, Steps16};
+use plumb_runtime::link::{Link, Serial, boards};
+use plumb_runtime::rig::Rig;
 use serde_json::json;
 
 use super::print::tell;

@@ -6,9 +6,9 @@ use std::process::ExitCode;
 use clap::Parser;
 use plumb::bench::control::Limits;
 use plumb::cosim::{Cosim, Request};
-use plumb::rig::{LawSettings, Rig};
 use plumb_cameras::bounded_read::read_line;
 use plumb_protocol::Config;
+use plumb_runtime::rig::{LawSettings, Rig};
 
 use super::print::{self, Reader};
 use super::{Failure, OrFail, law};

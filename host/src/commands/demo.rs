@@ -10,10 +10,7 @@ use std::sync::atomic::AtomicBool;
 
 use clap::Parser;
 use nalgebra::Point3;
-use plumb::link::{Memory, Serial, Transport};
-use plumb::rig::{LawSettings, Rig};
-use plumb::run::Row;
-use plumb::session::{Place, Session, Summary};
+use plumb::memory::Memory;
 use plumb::source::simulated::{ServedWorld, SimulatedCamera, Timing, VirtualWorld, World};
 use plumb::source::synthetic::{Background, Options, Room, SyntheticCamera};
 use plumb_cameras::camera_file;
@@ -22,6 +19,10 @@ use plumb_cameras::source::recorded::Recorded;
 use plumb_cameras::source::tum::TumFolder;
 use plumb_cameras::source::{Live, Source};
 use plumb_emulator::{EMULATED, EmulatedBoard, serve};
+use plumb_runtime::link::{Serial, Transport};
+use plumb_runtime::rig::{LawSettings, Rig};
+use plumb_runtime::run::Row;
+use plumb_runtime::session::{Place, Session, Summary};
 use plumb_vision::camera::Camera;
 use plumb_vision::frame::RgbdFrame;
 use serde::Serialize;
@@ -108,7 +109,7 @@ fn drive(
     let Some(simulation) = rig.simulation.clone() else {
         return Err("the paper's rig is not simulated").or_bad_input();
     };
-    let motors = *simulation.geometry().or_bad_input()?.motors();
+    let motors = simulation.motors();
     let board = EmulatedBoard::with_plant(
         EMULATED,
         args.options.physics.plant(&simulation).or_bad_input()?,

@@ -26,7 +26,8 @@ use plumb_vision::detect::Detector;
 use plumb_vision::detect::ball::Ball;
 use plumb_vision::detect::red::Red;
 
-use plumb::rig::{LawSettings, Simulation};
+use plumb::source::simulated::geometry;
+use plumb_runtime::rig::{LawSettings, Simulation};
 
 /// Exit code for what did not work out.
 pub(crate) const FAILED: u8 = 1;
@@ -90,7 +91,7 @@ pub(crate) enum Physics {
 
 impl Physics {
     fn plant(self, simulation: &Simulation) -> Result<Box<dyn Plant + Send>, RigError> {
-        let (geometry, start) = (simulation.geometry()?, simulation.start());
+        let (geometry, start) = (geometry(simulation)?, simulation.start());
         Ok(match self {
             Self::QuasiStatic => Box::new(QuasiStatic::new(geometry, start)?),
             Self::Elastic => Box::new(Elastic::new(geometry, ElasticParameters::default(), start)?),

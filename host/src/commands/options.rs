@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use plumb::session::Place;
+use plumb_runtime::session::Place;
 
 use super::{DetectorName, Physics, numbers};
 

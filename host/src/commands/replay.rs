@@ -4,10 +4,10 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Parser;
-use plumb::replay::{ReplayError, replay};
 use plumb_cameras::camera_file;
 use plumb_cameras::record::CAMERA_FILE;
 use plumb_cameras::source::{OpenedRecording, open_recording};
+use plumb_runtime::replay::{ReplayError, replay};
 
 use super::print::{self, tell};
 use super::{DetectorName, FAILED, Failure, OrFail};
@@ -35,7 +35,7 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
         open_recording(&args.recording, camera.intrinsics).or_bad_input()?;
     camera.intrinsics = intrinsics;
     let mut detector = args.detector.detector(&camera);
-    let report = |problem: &plumb::replay::Problem| tell!("plumb: {problem}");
+    let report = |problem: &plumb_runtime::replay::Problem| tell!("plumb: {problem}");
     let outcome = match replay(&mut *source, &camera, &mut *detector, print::Results, report) {
         // Whoever reads the rows has enough of them.
         Err(error) if error.is_closed_pipe() => return Ok(ExitCode::SUCCESS),

@@ -4,15 +4,15 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Parser;
-use plumb::drive::Follow;
-use plumb::link::Serial;
-use plumb::rig::{LawSettings, Rig};
-use plumb::session::{Session, Summary};
 use plumb_cameras::bounded_read::read_text;
 use plumb_cameras::camera_file;
 use plumb_cameras::record::Pace;
 use plumb_cameras::source::recorded::Recorded;
 use plumb_cameras::toml_file::MAX_BYTES;
+use plumb_runtime::drive::Follow;
+use plumb_runtime::link::Serial;
+use plumb_runtime::rig::{LawSettings, Rig};
+use plumb_runtime::session::{Session, Summary};
 
 use super::interrupt::interrupt_flag;
 use super::options::RunOptions;

@@ -3,10 +3,10 @@
 use std::io::{IsTerminal, stderr};
 use std::process::ExitCode;
 
-use plumb::link::LinkError;
-use plumb::run::Row;
-use plumb::session::{Ended, SessionError, Summary};
 use plumb_protocol::message::Refusal;
+use plumb_runtime::link::LinkError;
+use plumb_runtime::run::Row;
+use plumb_runtime::session::{Ended, SessionError, Summary};
 
 use super::print::{message, tell};
 use super::{FAILED, Failure, OrFail, both};

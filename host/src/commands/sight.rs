@@ -2,7 +2,6 @@
 
 use std::path::{Path, PathBuf};
 
-use plumb::rig::{IntrinsicsFrom, Rig, SourceName};
 use plumb::source::simulated::{Follower, FollowingWorld, SimulatedCamera, Timing};
 use plumb::source::synthetic::{Background, Options, Room, SyntheticCamera};
 use plumb_cameras::record::RecordFolder;
@@ -10,6 +9,7 @@ use plumb_cameras::source::openni::{Lens, OpenNi, OpenniSource};
 use plumb_cameras::source::paced::Paced;
 use plumb_cameras::source::recorded::Recorded;
 use plumb_cameras::source::{Live, OpenedRecording, open_recording};
+use plumb_runtime::rig::{IntrinsicsFrom, Rig, SourceName};
 use plumb_vision::camera::Camera;
 
 use super::print::tell;
@@ -55,7 +55,7 @@ fn simulated(rig: &Rig, camera: Camera, physics: Physics) -> Result<Sight, Failu
     let Some(simulation) = &rig.simulation else {
         return Err("no rig is simulated").or_bad_input();
     };
-    let motors = *simulation.geometry().or_bad_input()?.motors();
+    let motors = simulation.motors();
     let world = FollowingWorld::new(physics.plant(simulation).or_bad_input()?);
     let follower = Some(world.follower());
     let background = Background::Room(Room::furnished());

@@ -9,9 +9,12 @@ use std::time::{Duration, Instant};
 
 use nalgebra::Point3;
 use plumb_cameras::source::{Live, Source, SourceError};
-use plumb_emulator::rig::{Plant, RigError};
+use plumb_cameras::toml_file::Finite;
+use plumb_emulator::rig::{Geometry, Plant, RigError};
 use plumb_emulator::{EmulatedBoard, Served};
 use plumb_protocol::units::Micros;
+use plumb_runtime::link::LinkError;
+use plumb_runtime::rig::Simulation;
 use plumb_vision::frame::RgbdFrame;
 use thiserror::Error;
 
@@ -33,6 +36,20 @@ impl From<SimulationError> for SourceError {
     fn from(error: SimulationError) -> Self {
         Self::Other { is_final: matches!(error, SimulationError::Rig(_)), error: error.into() }
     }
+}
+
+impl From<SimulationError> for LinkError {
+    fn from(error: SimulationError) -> Self {
+        Self::Other(error.into())
+    }
+}
+
+/// Returns the geometry of a rig file's simulated rig.
+///
+/// # Errors
+/// Where its values describe no rig.
+pub fn geometry(simulation: &Simulation) -> Result<Geometry, RigError> {
+    Geometry::new(simulation.motors(), simulation.pulley_radii.map(Finite::get))
 }
 
 /// Where a simulated rig's ball is, and the clock that goes with it.
@@ -135,7 +152,7 @@ impl FollowingWorld {
     }
 
     /// Returns what moves the rig; a session hands it the motors' positions
-    /// ([`Session::follow`](crate::session::Session::follow)).
+    /// ([`Session::follow`](plumb_runtime::session::Session::follow)).
     pub fn follower(&self) -> Follower {
         Follower { rig: Rc::clone(&self.rig), clock: self.clock }
     }

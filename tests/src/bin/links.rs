@@ -13,7 +13,7 @@ use std::process::ExitCode;
 use std::sync::Mutex;
 use std::thread;
 
-use plumb::rig::LawSettings;
+use plumb_runtime::rig::LawSettings;
 use plumb_tests::links::{
     LinkCase, Outcome, Run, Verdict, in_real_time, in_virtual_time, judge, links,
 };

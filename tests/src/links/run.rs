@@ -7,16 +7,17 @@ use std::thread;
 use std::time::Duration;
 
 use nalgebra::Point3;
-use plumb::link::{Memory, Serial, Transport};
-use plumb::rig::{LawSettings, Rig};
-use plumb::run::Row;
-use plumb::session::{Place, Session, SessionError, Summary};
+use plumb::memory::Memory;
 use plumb::source::simulated::{ServedWorld, Timing, VirtualWorld, World};
 use plumb_cameras::camera_file;
 use plumb_emulator::rig::{QuasiStatic, Task};
 use plumb_emulator::{EMULATED, EmulatedBoard, Served, serve};
 use plumb_protocol::message::State;
 use plumb_protocol::units::Micros;
+use plumb_runtime::link::{Serial, Transport};
+use plumb_runtime::rig::{LawSettings, Rig};
+use plumb_runtime::run::Row;
+use plumb_runtime::session::{Place, Session, SessionError, Summary};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 

@@ -14,7 +14,7 @@ use super::peers::{Broyden, Model};
 use super::simulate::Driver;
 use super::suite::Suite;
 use super::{BenchError, oracle, twins};
-use crate::rig::{Estimating, LawSettings, Seconds};
+use plumb_runtime::rig::{Estimating, LawSettings, Seconds};
 
 /// Who drives.
 #[derive(Debug, Clone, PartialEq)]

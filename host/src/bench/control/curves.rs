@@ -4,7 +4,7 @@ use plotters::drawing::DrawingAreaErrorKind;
 use plotters::prelude::*;
 
 use super::report::Report;
-use crate::palette::COLOURS;
+use plumb_runtime::plot_colours::COLOURS;
 
 /// The time axis ends here: beyond it there is little to be told apart.
 const LONGEST: f64 = 6.0;

@@ -30,7 +30,7 @@ use plumb_emulator::rig::RigError;
 use plumb_protocol::message::ConfigField;
 use thiserror::Error;
 
-use crate::rig::OutOfRange;
+use plumb_runtime::rig::OutOfRange;
 use simulate::Outcome;
 
 pub use contender::Contender;

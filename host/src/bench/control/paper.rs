@@ -11,8 +11,9 @@ use plumb_protocol::units::{Micros, Point};
 use serde::Serialize;
 use thiserror::Error;
 
-use crate::link::{Link, LinkError, Memory};
-use crate::rig::{OutOfRange, Rig};
+use crate::memory::Memory;
+use plumb_runtime::link::{Link, LinkError};
+use plumb_runtime::rig::{OutOfRange, Rig};
 
 /// Gains of the suite `paper`, 1/s.
 pub const PAPER_GAMMAS: [f64; 4] = [10.0, 20.0, 40.0, 80.0];

@@ -1,7 +1,7 @@
 use plumb_emulator::rig::Task;
 
 use super::*;
-use crate::rig::LawSettings;
+use plumb_runtime::rig::LawSettings;
 
 fn settings(gamma: f64) -> LawSettings {
     let mut law = LawSettings::named("interval").unwrap();

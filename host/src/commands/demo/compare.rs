@@ -3,9 +3,9 @@
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use plumb::rig::{LawSettings, Rig};
-use plumb::run::{LawCurve, LawsFolder};
-use plumb::session::Place;
+use plumb_runtime::rig::{LawSettings, Rig};
+use plumb_runtime::run::{LawCurve, LawsFolder};
+use plumb_runtime::session::Place;
 
 use super::super::print::tell;
 use super::super::{FAILED, Failure, OrFail, law};

@@ -3,7 +3,7 @@
 use plumb_core::law::{Demand, Law, Picture};
 
 use super::{Seen, demand};
-use crate::rig::NOMINAL_STEP_M;
+use plumb_runtime::rig::NOMINAL_STEP_M;
 
 /// u̇ = -γ v; v_k is what of column k's interval of e'J is nearest to zero.
 pub(super) struct Interval {

@@ -12,9 +12,9 @@ use plumb_core::params::{Own, Params};
 use plumb_core::think::Slow;
 
 use super::limits::Limits;
-use crate::rig::LawSettings;
 use adaptive::Adaptive;
 use interval::Interval;
+use plumb_runtime::rig::LawSettings;
 use sign::Sign;
 
 /// The laws that have a twin; `taut` computes in floating point on the board too.

@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 use plumb_core::law::{Demand, Law, Picture};
 
 use super::{Seen, demand};
-use crate::rig::NOMINAL_STEP_M;
+use plumb_runtime::rig::NOMINAL_STEP_M;
 
 /// Going past the target by less is noise.
 const PAST_MM: f64 = 7.0;

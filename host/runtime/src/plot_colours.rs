@@ -1,9 +1,9 @@
-//! Colours of curves in one figure.
+//! Colours of the curves in a figure.
 
 use plotters::style::RGBColor;
 
 /// Colours that stay apart for colour-blind readers (Okabe and Ito).
-pub(crate) const COLOURS: [RGBColor; 7] = [
+pub const COLOURS: [RGBColor; 7] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
     RGBColor(0, 158, 115),

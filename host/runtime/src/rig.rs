@@ -10,7 +10,6 @@ use nalgebra::Point3;
 use plumb_cameras::toml_file::{
     Finite, NumberError, Positive, TomlFileError, parse_toml, read_toml,
 };
-use plumb_emulator::rig::{Geometry, RigError};
 use plumb_protocol::config::{Config, Deadlines, Growth, Motor, Reached, Workspace};
 use plumb_protocol::units::{Acceleration, Micrometres, Milliseconds, Point, Rate, Steps16};
 use serde::Deserialize;
@@ -20,7 +19,7 @@ pub use self::camera::{CameraChoice, CameraChoiceError, IntrinsicsFrom, OpenniCh
 pub use self::driver::Driver;
 pub use self::law::{Estimating, LawSettings, NOMINAL_STEP_M, Seconds};
 
-const PAPER: &str = include_str!("../rigs/paper.toml");
+const PAPER: &str = include_str!("../../rigs/paper.toml");
 
 /// A rig file. Lengths in metres, times in seconds, motor positions in full steps.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -126,7 +125,7 @@ pub struct GrowthRule {
     pub time: Positive,
 }
 
-/// A rig that is not there.
+/// A simulated rig.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Simulation {
@@ -139,18 +138,12 @@ pub struct Simulation {
 }
 
 impl Simulation {
-    /// The rig's geometry.
-    ///
-    /// # Errors
-    /// Where no rig is like that.
-    pub fn geometry(&self) -> Result<Geometry, RigError> {
-        Geometry::new(
-            self.motors.map(|m| Point3::from(m.map(Finite::get))),
-            self.pulley_radii.map(Finite::get),
-        )
+    /// Returns the motor points A, B, C, metres in the rig frame.
+    pub fn motors(&self) -> [Point3<f64>; 3] {
+        self.motors.map(|motor| Point3::from(motor.map(Finite::get)))
     }
 
-    /// Where the ball hangs at first, metres.
+    /// Returns the ball's first position, metres in the rig frame.
     pub fn start(&self) -> Point3<f64> {
         Point3::from(self.start.map(Finite::get))
     }

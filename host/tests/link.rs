@@ -1,44 +1,16 @@
-use std::cell::{Cell, RefCell};
+//! The link to an emulated board in memory.
+
+use std::cell::RefCell;
 use std::rc::Rc;
+use std::time::Duration;
 
+use plumb::memory::Memory;
 use plumb_emulator::{EMULATED, EmulatedBoard};
-use plumb_protocol::units::{Acceleration, Milliseconds};
-
-use super::*;
-use crate::rig::Rig;
-
-/// A silent port on a busy machine: [`LOOK`] passes between two looks at its clock.
-struct Restless {
-    looks: Cell<u32>,
-}
-
-/// No divisor of [`REPEAT_AFTER`].
-const LOOK: Duration = Duration::from_millis(7);
-
-impl Transport for Restless {
-    fn name(&self) -> String {
-        "restless".to_owned()
-    }
-
-    fn now(&self) -> Duration {
-        self.looks.set(self.looks.get() + 1);
-        LOOK * self.looks.get()
-    }
-
-    fn send(&mut self, _: &[u8]) -> Result<(), LinkError> {
-        Ok(())
-    }
-
-    fn receive(&mut self, _: &mut Vec<u8>, _: Duration) -> Result<(), LinkError> {
-        Ok(())
-    }
-}
-
-#[test]
-fn a_host_that_is_held_up_between_two_looks_at_the_clock_waits_no_longer() {
-    let silent = Link::greet(Restless { looks: Cell::new(0) }).err();
-    assert!(matches!(silent, Some(LinkError::Silent { .. })), "{silent:?}");
-}
+use plumb_protocol::Config;
+use plumb_protocol::message::{Fault, State};
+use plumb_protocol::units::{Acceleration, Micros, Milliseconds, Point};
+use plumb_runtime::link::{Link, LinkError};
+use plumb_runtime::rig::Rig;
 
 /// A configuration under which the motors follow a stop late and slowly.
 fn smoothed() -> Config {

@@ -1,5 +1,6 @@
 //! What can go wrong between host and board.
 
+use std::error::Error;
 use std::time::Duration;
 
 use plumb_protocol::VERSION;
@@ -136,9 +137,9 @@ pub enum LinkError {
     /// The board has stopped by itself.
     #[error("the board has stopped by itself: {0}")]
     Fault(Fault),
-    /// The simulated rig behind an emulated board.
-    #[error("the simulated rig: {0}")]
-    Rig(#[from] plumb_emulator::rig::RigError),
+    /// Error of a transport that this crate does not know.
+    #[error(transparent)]
+    Other(Box<dyn Error + Send + Sync>),
     /// A message of this program did not fit a frame.
     #[error(transparent)]
     TooLong(#[from] plumb_protocol::frame::TooLong),

@@ -4,7 +4,7 @@ use plotters::prelude::*;
 
 use super::super::LawCurve;
 use super::{DrawError, FAINT, FONT, INK, TARGET, shown_at_half_size, stroke};
-use crate::palette::COLOURS;
+use crate::plot_colours::COLOURS;
 
 const SIZE: (u32, u32) = (2000, 1100);
 const LABEL: i32 = 38;

@@ -1,12 +1,8 @@
-//! The bytes between host and board, over a serial port or in memory.
+//! Transport of bytes between host and board; over a serial port here.
 
-use std::cell::RefCell;
 use std::io::{ErrorKind, Read, Write};
-use std::rc::Rc;
 use std::time::{Duration, Instant};
 
-use plumb_emulator::EmulatedBoard;
-use plumb_protocol::units::Micros;
 use serialport::{ClearBuffer, SerialPort, SerialPortInfo, SerialPortType, TTYPort};
 
 use super::LinkError;
@@ -143,45 +139,5 @@ impl Serial {
             Ok(_) => Ok(()),
             Err(error) => Err(self.lost(error)),
         }
-    }
-}
-
-/// An emulated board in this process, in virtual time: waiting lets its time pass.
-pub struct Memory {
-    board: Rc<RefCell<EmulatedBoard>>,
-}
-
-impl Memory {
-    /// A link to `board`.
-    pub fn new(board: Rc<RefCell<EmulatedBoard>>) -> Self {
-        Self { board }
-    }
-}
-
-impl Transport for Memory {
-    fn name(&self) -> String {
-        "memory".to_owned()
-    }
-
-    fn now(&self) -> Duration {
-        Duration::from_micros(self.board.borrow().now().0)
-    }
-
-    fn send(&mut self, bytes: &[u8]) -> Result<(), LinkError> {
-        self.board.borrow_mut().write(bytes);
-        Ok(())
-    }
-
-    fn receive(&mut self, bytes: &mut Vec<u8>, wait: Duration) -> Result<(), LinkError> {
-        let mut board = self.board.borrow_mut();
-        let mut arrived = board.read();
-        let end = board.now().0 + wait.as_micros() as u64;
-        while arrived.is_empty() && board.now().0 < end {
-            let next = board.now().0 + u64::from(plumb_core::TICK_US);
-            board.run_to(Micros(next))?;
-            arrived = board.read();
-        }
-        bytes.append(&mut arrived);
-        Ok(())
     }
 }

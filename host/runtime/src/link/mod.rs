@@ -25,7 +25,7 @@ use plumb_protocol::units::{Covariance, Micros, Point};
 pub use error::LinkError;
 use monitor::{LinkMonitor, Problem};
 use target::TargetRequest;
-pub use transport::{Memory, Serial, Transport, boards};
+pub use transport::{Serial, Transport, boards};
 
 /// A board that is there answers a request within this, even over a link that loses a quarter of
 /// the frames.

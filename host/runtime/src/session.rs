@@ -4,7 +4,6 @@
 use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
 
-use nalgebra::Point3;
 use plumb_cameras::source::Live;
 use plumb_protocol::units::Point;
 use plumb_vision::camera::Camera;
@@ -14,7 +13,7 @@ use thiserror::Error;
 
 use crate::drive::{DriveError, Ending, Follow, Tally, drive};
 use crate::link::{Link, LinkError, Transport};
-use crate::rig::{OutOfRange, Rig};
+use crate::rig::{OutOfRange, Rig, Simulation};
 use crate::run::{Row, RunError, RunFolder, Scene};
 
 /// Where a run leaves its folder.
@@ -210,11 +209,10 @@ impl Session<'_> {
     }
 
     fn folder(&mut self) -> Result<RunFolder, RunError> {
-        let geometry = self.rig.simulation.as_ref().and_then(|s| s.geometry().ok());
         let scene = Scene {
             title: self.rig.law.title(),
             threshold_m: self.rig.reached.radius.get(),
-            motors: geometry.map(|g| g.motors().map(Point3::from)),
+            motors: self.rig.simulation.as_ref().map(Simulation::motors),
         };
         match &self.place {
             Place::Folder(path) => RunFolder::create(path, scene),
@@ -279,28 +277,4 @@ fn millimetres(metres: f64) -> f64 {
 /// `value` to the nearest 1/`per`: what is printed, without digits that mean nothing.
 fn round(value: f64, per: f64) -> f64 {
     (value * per).round() / per
-}
-
-#[cfg(test)]
-mod tests {
-    use std::cell::RefCell;
-    use std::rc::Rc;
-
-    use plumb_emulator::{EMULATED, EmulatedBoard};
-    use plumb_protocol::message::Refusal;
-
-    use super::*;
-    use crate::link::Memory;
-
-    #[test]
-    fn a_board_that_refuses_a_target_is_stopped_and_waited_for() {
-        let board = Rc::new(RefCell::new(EmulatedBoard::new(EMULATED)));
-        let mut link = Link::greet(Memory::new(board)).unwrap();
-        link.configure(Rig::paper().unwrap().config().unwrap()).unwrap();
-        let refused = LinkError::Refused { what: "the target", refusal: Refusal::OutsideTravel(1) };
-        let (result, at_rest) = come_to_rest(&mut link, Err(refused.into()));
-        assert!(at_rest);
-        let error = result.unwrap_err().to_string();
-        assert!(error.contains("motor B stands outside its travel"), "{error}");
-    }
 }

@@ -1,0 +1,20 @@
+//! Plumb's runtime: the rig file, the link to the board, the control loop, and the run log.
+//!
+//! [`plumb_cameras`] gives the pictures and [`plumb_vision`] finds the ball.
+//!
+//! ```text
+//! camera -> RgbdFrame -> detect -> Detection -> locate -> Position (rig frame) -> link -> board
+//! ```
+//!
+//! The crate knows no simulation and no control law: the board computes all motor rates.
+
+#![forbid(unsafe_code)]
+#![deny(missing_docs)]
+
+pub mod drive;
+pub mod link;
+pub mod plot_colours;
+pub mod replay;
+pub mod rig;
+pub mod run;
+pub mod session;
