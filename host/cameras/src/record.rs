@@ -11,10 +11,11 @@ use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
 use std::thread::{self, JoinHandle};
 
-use opencv::core::{Mat, MatTraitManual, Vector};
+use opencv::core::{Mat, Vec3b, Vector};
 use opencv::imgcodecs::{IMWRITE_PNG_COMPRESSION, imencode};
 use plumb_vision::camera::Intrinsics;
 use plumb_vision::frame::RgbdFrame;
+use plumb_vision::image::DepthImage;
 use thiserror::Error;
 
 /// The camera file in a recording.
@@ -224,8 +225,12 @@ impl Writer {
 
     /// Writes both pictures, and then names them in the lists: what is named is whole.
     fn write(&mut self, frame: &RgbdFrame) -> Result<(), RecordError> {
-        let depth = multiplied(frame.depth(), self.factor)?;
-        for (kind, picture, list) in [("rgb", frame.colour(), 0), ("depth", &depth, 1)] {
+        let depth = multiplied(frame.depth(), self.factor);
+        let [rows, columns] = [depth.height() as i32, depth.width() as i32];
+        let bytes = frame.colour().channels();
+        let colour = Mat::new_rows_cols_with_bytes::<Vec3b>(rows, columns, bytes)?;
+        let depth = Mat::new_rows_cols_with_data(rows, columns, depth.pixels())?;
+        for (kind, picture, list) in [("rgb", &colour, 0), ("depth", &depth, 1)] {
             let name = format!("{kind}/{:06}.png", self.frames + 1);
             let mut bytes = Vector::<u8>::new();
             let options = Vector::from_slice(&[IMWRITE_PNG_COMPRESSION, COMPRESSION]);
@@ -242,14 +247,14 @@ impl Writer {
 
 /// `depth` in units of which there are `factor` times as many; none (0) where that is out of range:
 /// beyond 13.1 m.
-fn multiplied(depth: &Mat, factor: u16) -> opencv::Result<Mat> {
+fn multiplied(depth: &DepthImage, factor: u16) -> DepthImage {
     let mut depth = depth.clone();
     if factor != 1 {
-        for value in depth.data_typed_mut::<u16>()? {
+        for value in depth.pixels_mut() {
             *value = value.checked_mul(factor).unwrap_or(0);
         }
     }
-    Ok(depth)
+    depth
 }
 
 #[cfg(test)]

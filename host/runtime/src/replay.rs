@@ -14,7 +14,6 @@
 use std::io::{self, Write};
 use std::path::Path;
 
-use opencv::core::count_non_zero;
 use plumb_cameras::source::tum::TumFolder;
 use plumb_cameras::source::{Source, SourceError};
 use plumb_vision::camera::Camera;
@@ -150,7 +149,7 @@ fn look(
     report: &mut impl FnMut(&Problem),
 ) -> Option<(Detection, Option<Located>)> {
     let time = frame.time();
-    if count_non_zero(frame.depth()).is_ok_and(|n| n == 0) {
+    if frame.depth().pixels().iter().all(|&depth| depth == 0) {
         outcome.without_depth += 1;
         report(&Problem::NoDepth { time });
     }
@@ -205,10 +204,9 @@ mod tests {
         }
 
         fn detect(&mut self, frame: &RgbdFrame) -> Result<Option<Detection>, DetectError> {
-            use opencv::core::MatTraitConst;
-            match frame.colour().at_2d::<opencv::core::Vec3b>(0, 0)?[0] {
+            match frame.colour().pixels()[0][0] {
                 1 => Ok(Some(Detection::new(15.5, 11.5, 8.0, 0.75))),
-                2 => Err(opencv::Error::new(-1, "scripted").into()),
+                2 => Err(DetectError::processing("scripted")),
                 _ => Ok(None),
             }
         }

@@ -6,7 +6,6 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand, ValueEnum};
-use opencv::core::MatTraitConst;
 use plumb::bench::control::{self, BenchError, Clock, Contender, PAPER_GAMMAS, Report, Suite};
 use plumb::bench::vision::{self, VisionOptions};
 use plumb_cameras::camera_file;
@@ -245,7 +244,7 @@ fn backgrounds(folders: &[PathBuf], camera: &Camera) -> Result<Vec<RgbdFrame>, F
     for folder in folders {
         let mut source = TumFolder::open(folder, camera.intrinsics).or_bad_input()?;
         while let Some(frame) = source.next_frame().or_bad_input()? {
-            pixels += frame.colour().total();
+            pixels += frame.colour().pixels().len();
             if pixels > MOST_BACKGROUND_PIXELS {
                 let why = format!(
                     "the backgrounds have more than {MOST_BACKGROUND_PIXELS} pixels; give fewer"

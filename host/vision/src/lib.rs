@@ -4,7 +4,7 @@
 //! RgbdFrame -> Detector::detect -> Detection -> locate -> Located { position, covariance }
 //! ```
 //!
-//! - [`frame`]: a colour picture with the depth registered to it.
+//! - [`image`]: pixels in memory; [`frame`]: a colour picture with the depth registered to it.
 //! - [`camera`]: the pinhole model, the pose in the rig frame and the ball's size and hue.
 //! - [`detect`]: the detectors, [`ball`](detect::ball) (the default) and [`red`](detect::red).
 //! - [`locate`]: from a detection to a position in the rig frame with its covariance.
@@ -16,35 +16,32 @@
 //!
 //! ```
 //! use nalgebra::{Isometry3, Vector3};
-//! use opencv::core::{CV_8UC3, CV_16UC1, Mat, MatTrait, Scalar, Vec3b};
 //! use plumb_vision::camera::{Camera, Intrinsics};
 //! use plumb_vision::detect::{Detector, ball::Ball};
 //! use plumb_vision::frame::RgbdFrame;
+//! use plumb_vision::image::Image;
 //! use plumb_vision::locate::locate;
 //!
 //! let intrinsics = Intrinsics { fx: 525.0, fy: 525.0, cx: 319.5, cy: 239.5, depth_scale: 1000.0 };
 //! let pose = Isometry3::identity();
 //! let camera = Camera { intrinsics, pose, ball_diameter: 0.06, ball_hue: 0.0 };
 //!
-//! let mut colour = Mat::new_rows_cols_with_default(480, 640, CV_8UC3, Scalar::all(120.0))?;
-//! let mut depth = Mat::new_rows_cols_with_default(480, 640, CV_16UC1, Scalar::all(2200.0))?;
+//! let (mut colour, mut depth) = (vec![[120; 3]; 640 * 480], vec![2200; 640 * 480]);
 //! let (centre, radius) = (Vector3::new(0.1, -0.05, 0.8), 0.03);
-//! for v in 0..480 {
-//!     for u in 0..640 {
-//!         // The nearer intersection of the pixel's ray with the sphere.
-//!         let ray = intrinsics.deproject(f64::from(u), f64::from(v), 1.0).coords;
-//!         let (a, b) = (ray.norm_squared(), ray.dot(&centre));
-//!         let root = b * b - a * (centre.norm_squared() - radius * radius);
-//!         if root >= 0.0 {
-//!             let z = (b - root.sqrt()) / a;
-//!             let facing = (centre - ray * z).normalize().z;
-//!             *colour.at_2d_mut::<Vec3b>(v, u)? =
-//!                 Vec3b::from([25, 15, (200.0 * (0.4 + 0.6 * facing)) as u8]);
-//!             *depth.at_2d_mut::<u16>(v, u)? = (1000.0 * z) as u16;
-//!         }
+//! for i in 0..640 * 480 {
+//!     // The nearer intersection of the pixel's ray with the sphere.
+//!     let ray = intrinsics.deproject((i % 640) as f64, (i / 640) as f64, 1.0).coords;
+//!     let (a, b) = (ray.norm_squared(), ray.dot(&centre));
+//!     let root = b * b - a * (centre.norm_squared() - radius * radius);
+//!     if root >= 0.0 {
+//!         let z = (b - root.sqrt()) / a;
+//!         let facing = (centre - ray * z).normalize().z;
+//!         colour[i] = [25, 15, (200.0 * (0.4 + 0.6 * facing)) as u8];
+//!         depth[i] = (1000.0 * z) as u16;
 //!     }
 //! }
 //!
+//! let (colour, depth) = (Image::new(640, 480, colour)?, Image::new(640, 480, depth)?);
 //! let frame = RgbdFrame::new(0.0, colour, depth, intrinsics)?;
 //! let detection = Ball::for_camera(&camera).detect(&frame)?.expect("there is a ball");
 //! let located = locate(&detection, &frame, &camera).expect("it has depth");
@@ -58,4 +55,6 @@
 pub mod camera;
 pub mod detect;
 pub mod frame;
+pub mod image;
 pub mod locate;
+mod mat;

@@ -13,10 +13,7 @@
 //! Taken pixel by pixel it is right for whatever part of the disc has depth, and the median over
 //! the pixels is then the centre's.
 
-use std::borrow::Cow;
-
 use nalgebra::{Matrix3, Point3, Vector3};
-use opencv::core::{DataType, Mat, MatTraitConst, MatTraitConstManual};
 
 use crate::camera::{Camera, Intrinsics};
 use crate::detect::Detection;
@@ -98,7 +95,7 @@ pub fn centre_depth(
     ball_radius: f64,
 ) -> Option<CentreDepth> {
     let disc = (detection.u, detection.v, detection.radius);
-    agreed_depth(disc, &DepthView::of(frame).ok()?, ball_radius, FINELY, |_, _| true)
+    agreed_depth(disc, &DepthView::of(frame), ball_radius, FINELY, |_, _| true)
 }
 
 /// As [`centre_depth`], of a disc (column, row, radius, pixels) that is not fitted yet, from fewer
@@ -138,20 +135,19 @@ fn agreed_depth(
     Some(CentreDepth { depth, support, error })
 }
 
-/// A frame's depth picture, to be read at many pixels (a call of OpenCV a pixel would take longer
-/// than all else).
+/// A frame's depth picture, to be read at many pixels.
 pub(crate) struct DepthView<'a> {
-    raw: Cow<'a, [u16]>,
+    raw: &'a [u16],
     width: i32,
     height: i32,
     intrinsics: &'a Intrinsics,
 }
 
 impl<'a> DepthView<'a> {
-    pub(crate) fn of(frame: &'a RgbdFrame) -> Result<Self, opencv::Error> {
-        let mat = frame.depth();
-        let raw = pixels(mat)?;
-        Ok(Self { raw, width: mat.cols(), height: mat.rows(), intrinsics: frame.intrinsics() })
+    pub(crate) fn of(frame: &'a RgbdFrame) -> Self {
+        let depth = frame.depth();
+        let (width, height) = (depth.width() as i32, depth.height() as i32);
+        Self { raw: depth.pixels(), width, height, intrinsics: frame.intrinsics() }
     }
 
     /// How its pixels are rays.
@@ -178,14 +174,6 @@ impl<'a> DepthView<'a> {
         let raw = self.raw[row as usize * self.width as usize + column as usize];
         (raw != 0).then(|| f64::from(raw) / self.intrinsics.depth_scale)
     }
-}
-
-/// The pixels of a picture row by row; copied where they are a part of a larger one.
-pub(crate) fn pixels<T: DataType>(mat: &Mat) -> Result<Cow<'_, [T]>, opencv::Error> {
-    if mat.is_continuous() {
-        return mat.data_typed().map(Cow::Borrowed);
-    }
-    mat.try_clone()?.data_typed().map(|pixels| Cow::Owned(pixels.to_vec()))
 }
 
 /// What each pixel on the disc that counts says of the centre's depth, metres, and how many pixels
@@ -263,10 +251,10 @@ fn median_of_sorted(sorted: &[f64]) -> f64 {
 #[cfg(test)]
 mod tests {
     use nalgebra::{Isometry3, Vector3};
-    use opencv::core::{CV_8UC3, CV_16UC1, Mat, MatTrait, Scalar};
     use proptest::prelude::*;
 
     use super::*;
+    use crate::image::Image;
 
     const INTRINSICS: Intrinsics =
         Intrinsics { fx: 525.0, fy: 520.0, cx: 159.5, cy: 119.5, depth_scale: 10_000.0 };
@@ -283,25 +271,16 @@ mod tests {
         radius: f64,
         keep: impl Fn(i32, i32) -> Option<u16>,
     ) -> RgbdFrame {
-        let mut depth =
-            Mat::new_rows_cols_with_default(240, 320, CV_16UC1, Scalar::all(30_000.0)).unwrap();
-        for v in 0..240 {
-            for u in 0..320 {
-                // |z d - centre| = radius, the nearer root.
-                let d = INTRINSICS.deproject(f64::from(u), f64::from(v), 1.0).coords;
-                let b = d.dot(&centre.coords);
-                let disc =
-                    b * b - d.norm_squared() * (centre.coords.norm_squared() - radius * radius);
-                let pixel = depth.at_2d_mut::<u16>(v, u).unwrap();
-                if disc >= 0.0 {
-                    let z = (b - disc.sqrt()) / d.norm_squared();
-                    *pixel = (z * INTRINSICS.depth_scale).round() as u16;
-                }
-                *pixel = keep(u, v).unwrap_or(*pixel);
-            }
-        }
-        let colour = Mat::new_rows_cols_with_default(240, 320, CV_8UC3, Scalar::all(0.0)).unwrap();
-        RgbdFrame::new(0.0, colour, depth, INTRINSICS).unwrap()
+        let depth = Image::from_fn(320, 240, |u, v| {
+            // |z d - centre| = radius, the nearer root.
+            let d = INTRINSICS.deproject(u as f64, v as f64, 1.0).coords;
+            let b = d.dot(&centre.coords);
+            let disc = b * b - d.norm_squared() * (centre.coords.norm_squared() - radius * radius);
+            let z = if disc >= 0.0 { (b - disc.sqrt()) / d.norm_squared() } else { 3.0 };
+            let surface = (z * INTRINSICS.depth_scale).round() as u16;
+            keep(u as i32, v as i32).unwrap_or(surface)
+        });
+        RgbdFrame::new(0.0, Image::filled(320, 240, [0; 3]), depth, INTRINSICS).unwrap()
     }
 
     fn detection(centre: &Point3<f64>, ball_radius: f64) -> Detection {

@@ -4,15 +4,15 @@
 use std::collections::VecDeque;
 
 use nalgebra::{Matrix2, Point3, Vector3};
-use opencv::core::{CV_8UC3, Mat, Scalar};
 use plumb::source::simulated::{SimulationError, Timing, World};
 use plumb_cameras::source::{Live, Source, SourceError};
 use plumb_vision::camera::{Camera, Intrinsics};
 use plumb_vision::detect::{DetectError, Detection, Detector};
 use plumb_vision::frame::RgbdFrame;
+use plumb_vision::image::Image;
 
 /// Rows and columns of a picture, pixels.
-const SIZE: i32 = 15;
+const SIZE: usize = 15;
 /// The ball's centre in every picture, row and column, pixels.
 const CENTRE: f64 = 7.0;
 /// The ball's radius in every picture, pixels.
@@ -53,14 +53,11 @@ impl<W: World> SpotCamera<W> {
             cy: principal(centre.y),
             depth_scale: DEPTH_SCALE,
         };
-        let depth = |row: i32, column: i32| {
-            let ray = intrinsics.deproject(f64::from(column), f64::from(row), 1.0).coords;
+        let depth = Image::from_fn(SIZE, SIZE, |column, row| {
+            let ray = intrinsics.deproject(column as f64, row as f64, 1.0).coords;
             surface(&ray, &centre, radius).map_or(0, |z| (z * DEPTH_SCALE).round() as u16)
-        };
-        let rows: Vec<Vec<u16>> =
-            (0..SIZE).map(|row| (0..SIZE).map(|column| depth(row, column)).collect()).collect();
-        let depth = Mat::from_slice_2d(&rows)?;
-        let colour = Mat::new_rows_cols_with_default(SIZE, SIZE, CV_8UC3, Scalar::all(0.0))?;
+        });
+        let colour = Image::filled(SIZE, SIZE, [0; 3]);
         let what = format!("the picture at {time} s");
         RgbdFrame::new(time, colour, depth, intrinsics)
             .map_err(|error| SourceError::Frame { what, error })

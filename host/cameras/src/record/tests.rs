@@ -1,5 +1,5 @@
-use opencv::core::{CV_8UC3, MatTraitConst, MatTraitConstManual, Scalar};
 use plumb_vision::camera::Camera;
+use plumb_vision::image::Image;
 
 use super::*;
 use crate::camera_file;
@@ -10,9 +10,8 @@ const CAMERA: &str = include_str!("../../../rigs/camera.toml");
 
 fn frame(time: f64, depth_scale: f64, values: &[u16]) -> RgbdFrame {
     let lens = camera_file::paper().unwrap().intrinsics;
-    let colour =
-        Mat::new_rows_cols_with_default(4, 4, CV_8UC3, Scalar::new(time, 20.0, 30.0, 0.0)).unwrap();
-    let depth = Mat::from_slice(values).unwrap().reshape(1, 4).unwrap().try_clone().unwrap();
+    let colour = Image::filled(4, 4, [time as u8, 20, 30]);
+    let depth = Image::new(4, 4, values.to_vec()).unwrap();
     RgbdFrame::new(time, colour, depth, Intrinsics { depth_scale, ..lens }).unwrap()
 }
 
@@ -50,7 +49,7 @@ fn what_is_recorded_is_read_back_to_the_bit() {
         for (read, frame) in read.iter().zip(&frames) {
             assert!((read.time() - frame.time()).abs() < 1e-6);
             assert_eq!(depths(read), depths(frame));
-            assert_eq!(read.colour().data_bytes().unwrap(), frame.colour().data_bytes().unwrap());
+            assert_eq!(read.colour(), frame.colour());
         }
     }
 }

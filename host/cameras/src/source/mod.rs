@@ -3,8 +3,8 @@
 use std::error::Error as StdError;
 use std::path::PathBuf;
 
-use opencv::core::Size;
 use plumb_vision::frame::{FrameError, RgbdFrame};
+use plumb_vision::image::{ImageError, ImageSize};
 use thiserror::Error;
 
 use crate::bounded_read::ReadError;
@@ -28,6 +28,7 @@ pub enum SourceError {
         /// Which picture.
         what: String,
         /// What is wrong with it.
+        #[source]
         error: FrameError,
     },
     /// A file could not be read, or is too large.
@@ -65,15 +66,23 @@ pub enum SourceError {
         /// The beginning of what stands there.
         text: String,
     },
+    /// A picture file has pixels of another type than the frame needs.
+    #[error("{}: {must}", .path.display())]
+    PixelType {
+        /// The file.
+        path: PathBuf,
+        /// What it must be.
+        must: &'static str,
+    },
     /// A picture of another size than those before it, which the intrinsics cannot hold for.
-    #[error("{}: {}x{}, but the recording's first picture is {}x{}", .path.display(), .size.width, .size.height, .first.width, .first.height)]
+    #[error("{}: {size}, but the recording's first picture is {first}", .path.display())]
     OtherSize {
         /// The picture.
         path: PathBuf,
         /// Its size, pixels.
-        size: Size,
+        size: ImageSize,
         /// Size of the recording's first picture, pixels.
-        first: Size,
+        first: ImageSize,
     },
     /// A camera through OpenNI2.
     #[error(transparent)]
@@ -102,9 +111,9 @@ pub enum SourceError {
         /// The principal point's row.
         cy: f64,
     },
-    /// OpenCV refused to convert a picture.
-    #[error("OpenCV: {0}")]
-    OpenCv(#[from] opencv::Error),
+    /// A camera's picture has another number of pixels than its mode says.
+    #[error(transparent)]
+    Image(#[from] ImageError),
     /// A recording that is played as a camera has no picture for longer than
     /// [`paced::LONGEST_GAP`].
     #[error(

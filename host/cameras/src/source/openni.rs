@@ -1,10 +1,9 @@
 //! A camera or a recording through OpenNI2 (the crate `plumb-openni`) as a source.
 
-use opencv::core::{Mat, MatTraitConst};
-use opencv::imgproc::{COLOR_RGB2BGR, cvt_color_def};
 use plumb_openni::{Camera, Opened, OpenniError, Pair};
 use plumb_vision::camera::Intrinsics;
 use plumb_vision::frame::RgbdFrame;
+use plumb_vision::image::Image;
 
 use super::{Live, Source, SourceError};
 
@@ -58,14 +57,12 @@ impl OpenniSource {
     }
 
     fn frame(&self, pair: &Pair) -> Result<RgbdFrame, SourceError> {
-        let rows = i32::from(self.camera.opened().mode.height);
-        let mut colour = Mat::default();
-        cvt_color_def(
-            &Mat::from_slice(&pair.colour)?.reshape(3, rows)?,
-            &mut colour,
-            COLOR_RGB2BGR,
-        )?;
-        let depth = Mat::from_slice(&pair.depth)?.reshape(1, rows)?.try_clone()?;
+        let mode = self.camera.opened().mode;
+        let size = [mode.width, mode.height].map(usize::from);
+        let bgr = |rgb: &[u8; 3]| [rgb[2], rgb[1], rgb[0]];
+        let colour = pair.colour.as_chunks().0.iter().map(bgr).collect();
+        let colour = Image::new(size[0], size[1], colour)?;
+        let depth = Image::new(size[0], size[1], pair.depth.clone())?;
         RgbdFrame::new(pair.time, colour, depth, self.intrinsics)
             .map_err(|error| SourceError::Frame { what: self.camera.opened().uri.clone(), error })
     }

@@ -96,8 +96,8 @@ impl<S: Source> Live for Paced<S> {
 mod tests {
     use std::collections::VecDeque;
 
-    use opencv::core::{CV_8UC3, CV_16UC1, Mat, Scalar};
     use plumb_vision::camera::Intrinsics;
+    use plumb_vision::image::Image;
 
     use super::*;
 
@@ -106,10 +106,11 @@ mod tests {
 
     impl Source for Stamps {
         fn next_frame(&mut self) -> Result<Option<RgbdFrame>, SourceError> {
-            let mat = |typ| Mat::new_rows_cols_with_default(2, 2, typ, Scalar::all(1.0)).unwrap();
             let intrinsics = Intrinsics { fx: 1.0, fy: 1.0, cx: 0.5, cy: 0.5, depth_scale: 1000.0 };
-            let frame =
-                |time| RgbdFrame::new(time, mat(CV_8UC3), mat(CV_16UC1), intrinsics).unwrap();
+            let frame = |time| {
+                let (colour, depth) = (Image::filled(2, 2, [1; 3]), Image::filled(2, 2, 1));
+                RgbdFrame::new(time, colour, depth, intrinsics).unwrap()
+            };
             let lost = |time| SourceError::At {
                 time,
                 error: SourceError::Decode { path: "lost.png".into() }.into(),

@@ -4,8 +4,11 @@
 
 use std::path::Path;
 
-use opencv::core::{Mat, MatTraitConst, Vector};
-use opencv::imgcodecs::imdecode;
+use opencv::core::{
+    CV_8UC3, CV_16UC1, DataType, Mat, MatTraitConst, MatTraitConstManual, Vec3b, Vector,
+};
+use opencv::imgcodecs::{IMREAD_ANYCOLOR, IMREAD_ANYDEPTH, IMREAD_UNCHANGED, imdecode};
+use plumb_vision::image::{ColourImage, DepthImage, Image};
 
 use super::SourceError;
 use crate::bounded_read;
@@ -17,12 +20,49 @@ pub const MAX_PIXELS: u64 = 50_000_000;
 /// some room.
 pub const MAX_BYTES: u64 = 1 << 28;
 
+/// Reads the colour picture (8-bit, three channels) in the file at `path`.
+///
+/// # Errors
+/// As [`read`], and if the pixels are of another type.
+pub(super) fn read_colour(path: &Path) -> Result<ColourImage, SourceError> {
+    let mat = read(path, IMREAD_ANYCOLOR | IMREAD_ANYDEPTH)?;
+    if mat.typ() != CV_8UC3 {
+        let must = "the colour picture must be 8-bit BGR";
+        return Err(SourceError::PixelType { path: path.to_path_buf(), must });
+    }
+    image(path, &mat, |pixel: &Vec3b| pixel.0)
+}
+
+/// Reads the depth picture (16-bit, one channel) in the file at `path`.
+///
+/// # Errors
+/// As [`read`], and if the pixels are of another type.
+pub(super) fn read_depth(path: &Path) -> Result<DepthImage, SourceError> {
+    let mat = read(path, IMREAD_UNCHANGED)?;
+    if mat.typ() != CV_16UC1 {
+        let must = "the depth picture must be 16-bit with one channel";
+        return Err(SourceError::PixelType { path: path.to_path_buf(), must });
+    }
+    image(path, &mat, |&pixel: &u16| pixel)
+}
+
+/// Copies the pixels of a decoded picture.
+fn image<T: DataType, P: Copy>(
+    path: &Path,
+    mat: &Mat,
+    pixel: impl Fn(&T) -> P,
+) -> Result<Image<P>, SourceError> {
+    let damaged = |_| SourceError::Decode { path: path.to_path_buf() };
+    let pixels = mat.data_typed::<T>().map_err(damaged)?.iter().map(pixel).collect();
+    Ok(Image::new(mat.cols() as usize, mat.rows() as usize, pixels)?)
+}
+
 /// Reads and decodes the picture file at `path`; `flags` are those of OpenCV's `imread`.
 ///
 /// # Errors
-/// Where it cannot be read, is no regular file, is larger than [`MAX_BYTES`] or [`MAX_PIXELS`], is
-/// neither PNG nor JPEG, or is damaged.
-pub(super) fn read(path: &Path, flags: i32) -> Result<Mat, SourceError> {
+/// Returns an error if the file cannot be read, is no regular file, is larger than [`MAX_BYTES`] or
+/// [`MAX_PIXELS`], is neither PNG nor JPEG, or is damaged.
+fn read(path: &Path, flags: i32) -> Result<Mat, SourceError> {
     let bytes = bounded_read::read(path, MAX_BYTES)?;
     let damaged = || SourceError::Decode { path: path.to_path_buf() };
     let Size { width, height } = size(&bytes).ok_or_else(damaged)?;
@@ -88,8 +128,8 @@ fn jpeg_size(bytes: &[u8]) -> Option<Size> {
 
 #[cfg(test)]
 mod tests {
-    use opencv::core::{CV_8UC3, CV_16UC1, Scalar};
-    use opencv::imgcodecs::{IMREAD_UNCHANGED, IMWRITE_JPEG_PROGRESSIVE, imencode};
+    use opencv::core::Scalar;
+    use opencv::imgcodecs::{IMWRITE_JPEG_PROGRESSIVE, imencode};
 
     use super::*;
 

@@ -6,10 +6,9 @@
 use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
 
-use opencv::core::{CV_16UC1, Mat, MatTraitConst, Scalar, Size};
-use opencv::imgcodecs::{IMREAD_ANYCOLOR, IMREAD_ANYDEPTH, IMREAD_UNCHANGED};
 use plumb_vision::camera::Intrinsics;
 use plumb_vision::frame::{FrameError, RgbdFrame};
+use plumb_vision::image::{Image, ImageSize};
 
 use super::{Source, SourceError, picture_file};
 use crate::bounded_read;
@@ -37,7 +36,7 @@ const MAX_TIME: f64 = 1e10;
 pub struct TumFolder {
     intrinsics: Intrinsics,
     pending: VecDeque<Pending>,
-    first_size: Option<Size>,
+    first_size: Option<ImageSize>,
 }
 
 /// What a call of `next_frame` will be about.
@@ -92,16 +91,15 @@ impl TumFolder {
         colour: &Path,
         depth: Option<&Path>,
     ) -> Result<RgbdFrame, SourceError> {
-        let picture = picture_file::read(colour, IMREAD_ANYCOLOR | IMREAD_ANYDEPTH)?;
-        let size = picture.size().unwrap_or_default();
+        let picture = picture_file::read_colour(colour)?;
+        let size = picture.size();
         let ranges = match depth {
-            Some(path) => picture_file::read(path, IMREAD_UNCHANGED)?,
-            None => Mat::new_size_with_default(size, CV_16UC1, Scalar::default())
-                .map_err(|_| SourceError::Decode { path: colour.to_path_buf() })?,
+            Some(path) => picture_file::read_depth(path)?,
+            None => Image::filled(size.width, size.height, 0),
         };
         let frame = RgbdFrame::new(time, picture, ranges, self.intrinsics).map_err(|error| {
             let culprit = match (&error, depth) {
-                (FrameError::Depth(_) | FrameError::Size { .. }, Some(depth)) => depth,
+                (FrameError::Size { .. }, Some(depth)) => depth,
                 _ => colour,
             };
             SourceError::Frame { what: culprit.display().to_string(), error }
@@ -169,7 +167,7 @@ fn nearest(sorted: &[Entry], time: f64) -> Option<&Entry> {
 
 #[cfg(test)]
 mod tests {
-    use opencv::core::{CV_8UC1, CV_8UC3};
+    use opencv::core::{CV_8UC1, CV_8UC3, CV_16UC1, Mat, Scalar};
     use opencv::imgcodecs::imwrite_def;
     use tempfile::TempDir;
 
@@ -203,8 +201,8 @@ mod tests {
             match source.next_frame() {
                 Ok(None) => return all,
                 Ok(Some(f)) => {
-                    let blue = f.colour().at_2d::<opencv::core::Vec3b>(0, 0).unwrap()[0];
-                    all.push(Ok((f.time(), blue, *f.depth().at_2d::<u16>(0, 0).unwrap())));
+                    let blue = f.colour().get(0, 0).unwrap()[0];
+                    all.push(Ok((f.time(), blue, f.depth().get(0, 0).unwrap())));
                 }
                 Err(e) => all.push(Err(e.to_string())),
             }

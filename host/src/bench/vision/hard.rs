@@ -113,7 +113,7 @@ impl<'a> HardShots<'a> {
         }
         let behind = &self.recorded[self.random.random_range(0..self.recorded.len())];
         let (light, mirrored) = (self.light(), self.random.random_bool(0.5));
-        let mut overlay = Overlay::new(behind, &self.camera, &light, mirrored)?;
+        let mut overlay = Overlay::new(behind, &self.camera, &light, mirrored);
         let strange = self.kind.trouble == Trouble::ColouredLight;
         let cast = if strange { 0.6..1.5 } else { 0.85..1.15 };
         overlay.tint(std::array::from_fn(|_| self.random.random_range(cast.clone())));

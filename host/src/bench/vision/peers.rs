@@ -1,7 +1,8 @@
 //! What every tutorial does with OpenCV to find a coloured ball, to compare with.
 
+use opencv::boxed_ref::BoxedRef;
 use opencv::core::{
-    BORDER_CONSTANT, Mat, Point, Scalar, Size, Vec3f, Vector, bitwise_or_def, in_range,
+    BORDER_CONSTANT, Mat, Point, Scalar, Size, Vec3b, Vec3f, Vector, bitwise_or_def, in_range,
 };
 use opencv::imgproc::{
     CHAIN_APPROX_SIMPLE, COLOR_BGR2GRAY, COLOR_BGR2HSV, HOUGH_GRADIENT, MORPH_ELLIPSE, MORPH_OPEN,
@@ -10,11 +11,18 @@ use opencv::imgproc::{
 };
 use plumb_vision::detect::{DetectError, Detection, Detector};
 use plumb_vision::frame::RgbdFrame;
+use plumb_vision::image::ColourImage;
 
 /// Radii that circles are looked for with, pixels.
 const RADII: (i32, i32) = (6, 65);
 /// The least area of a red thing, pixels.
 const MIN_AREA: f64 = 60.0;
+
+/// Borrows a colour image as an OpenCV matrix of type `CV_8UC3`.
+pub(super) fn borrow_colour(image: &ColourImage) -> opencv::Result<BoxedRef<'_, Mat>> {
+    let [rows, columns] = [image.height() as i32, image.width() as i32];
+    Mat::new_rows_cols_with_bytes::<Vec3b>(rows, columns, image.channels())
+}
 
 /// The strongest circle of `HoughCircles` in the blurred grey picture.
 #[derive(Debug, Default)]
@@ -26,27 +34,22 @@ impl Detector for Hough {
     }
 
     fn detect(&mut self, frame: &RgbdFrame) -> Result<Option<Detection>, DetectError> {
-        let (mut grey, mut smooth) = (Mat::default(), Mat::default());
-        cvt_color_def(frame.colour(), &mut grey, COLOR_BGR2GRAY)?;
-        gaussian_blur_def(&grey, &mut smooth, Size::new(9, 9), 2.0)?;
-        let mut circles: Vector<Vec3f> = Vector::new();
-        hough_circles(
-            &smooth,
-            &mut circles,
-            HOUGH_GRADIENT,
-            1.0,
-            60.0,
-            100.0,
-            30.0,
-            RADII.0,
-            RADII.1,
-        )?;
-        // They come strongest first.
-        Ok(circles.iter().next().map(|circle| {
-            let [u, v, radius] = circle.0.map(f64::from);
-            Detection::new(u, v, radius, 1.0)
-        }))
+        strongest_circle(frame.colour()).map_err(DetectError::processing)
     }
+}
+
+/// Returns the circle with the most votes.
+fn strongest_circle(colour: &ColourImage) -> opencv::Result<Option<Detection>> {
+    let (mut grey, mut smooth) = (Mat::default(), Mat::default());
+    cvt_color_def(&borrow_colour(colour)?, &mut grey, COLOR_BGR2GRAY)?;
+    gaussian_blur_def(&grey, &mut smooth, Size::new(9, 9), 2.0)?;
+    let mut circles: Vector<Vec3f> = Vector::new();
+    hough_circles(&smooth, &mut circles, HOUGH_GRADIENT, 1.0, 60.0, 100.0, 30.0, RADII.0, RADII.1)?;
+    // They come strongest first.
+    Ok(circles.iter().next().map(|circle| {
+        let [u, v, radius] = circle.0.map(f64::from);
+        Detection::new(u, v, radius, 1.0)
+    }))
 }
 
 /// `inRange` in HSV, an opening, and the moments of the largest contour.
@@ -59,31 +62,36 @@ impl Detector for HsvMoments {
     }
 
     fn detect(&mut self, frame: &RgbdFrame) -> Result<Option<Detection>, DetectError> {
-        let mut hsv = Mat::default();
-        cvt_color_def(frame.colour(), &mut hsv, COLOR_BGR2HSV)?;
-        let within = |low: f64, high: f64| -> opencv::Result<Mat> {
-            let (low, high) =
-                (Scalar::new(low, 120.0, 70.0, 0.0), Scalar::new(high, 255.0, 255.0, 0.0));
-            let mut mask = Mat::default();
-            in_range(&hsv, &low, &high, &mut mask)?;
-            Ok(mask)
-        };
-        let (mut mask, mut open) = (Mat::default(), Mat::default());
-        bitwise_or_def(&within(0.0, 10.0)?, &within(170.0, 180.0)?, &mut mask)?;
-        let kernel = get_structuring_element_def(MORPH_ELLIPSE, Size::new(5, 5))?;
-        let (middle, border) = (Point::new(-1, -1), Scalar::default());
-        morphology_ex(&mask, &mut open, MORPH_OPEN, &kernel, middle, 1, BORDER_CONSTANT, border)?;
-        let mut contours: Vector<Vector<Point>> = Vector::new();
-        find_contours_def(&open, &mut contours, RETR_EXTERNAL, CHAIN_APPROX_SIMPLE)?;
-        let mut largest: Option<Detection> = None;
-        for contour in &contours {
-            let area = contour_area_def(&contour)?;
-            if area > largest.map_or(MIN_AREA, |found| found.score) {
-                let moments = moments_def(&contour)?;
-                let (u, v) = (moments.m10 / moments.m00, moments.m01 / moments.m00);
-                largest = Some(Detection::new(u, v, (area / std::f64::consts::PI).sqrt(), area));
-            }
-        }
-        Ok(largest)
+        largest_red_contour(frame.colour()).map_err(DetectError::processing)
     }
+}
+
+/// Returns the largest contour of a red hue.
+fn largest_red_contour(colour: &ColourImage) -> opencv::Result<Option<Detection>> {
+    let mut hsv = Mat::default();
+    cvt_color_def(&borrow_colour(colour)?, &mut hsv, COLOR_BGR2HSV)?;
+    let within = |low: f64, high: f64| -> opencv::Result<Mat> {
+        let (low, high) =
+            (Scalar::new(low, 120.0, 70.0, 0.0), Scalar::new(high, 255.0, 255.0, 0.0));
+        let mut mask = Mat::default();
+        in_range(&hsv, &low, &high, &mut mask)?;
+        Ok(mask)
+    };
+    let (mut mask, mut open) = (Mat::default(), Mat::default());
+    bitwise_or_def(&within(0.0, 10.0)?, &within(170.0, 180.0)?, &mut mask)?;
+    let kernel = get_structuring_element_def(MORPH_ELLIPSE, Size::new(5, 5))?;
+    let (middle, border) = (Point::new(-1, -1), Scalar::default());
+    morphology_ex(&mask, &mut open, MORPH_OPEN, &kernel, middle, 1, BORDER_CONSTANT, border)?;
+    let mut contours: Vector<Vector<Point>> = Vector::new();
+    find_contours_def(&open, &mut contours, RETR_EXTERNAL, CHAIN_APPROX_SIMPLE)?;
+    let mut largest: Option<Detection> = None;
+    for contour in &contours {
+        let area = contour_area_def(&contour)?;
+        if area > largest.map_or(MIN_AREA, |found| found.score) {
+            let moments = moments_def(&contour)?;
+            let (u, v) = (moments.m10 / moments.m00, moments.m01 / moments.m00);
+            largest = Some(Detection::new(u, v, (area / std::f64::consts::PI).sqrt(), area));
+        }
+    }
+    Ok(largest)
 }

@@ -1,5 +1,5 @@
-use opencv::core::{CV_8UC3, CV_16UC1, Mat, MatTraitConst, Scalar};
 use plumb_vision::detect::Detection;
+use plumb_vision::image::Image;
 
 use super::tally::percentile;
 use super::*;
@@ -28,12 +28,11 @@ impl Detector for Redness {
 
     fn detect(&mut self, frame: &RgbdFrame) -> std::result::Result<Option<Detection>, DetectError> {
         let (mut count, mut u, mut v) = (0.0, 0.0, 0.0);
-        for row in 0..frame.colour().rows() {
-            for column in 0..frame.colour().cols() {
-                let [b, g, r] =
-                    frame.colour().at_2d::<opencv::core::Vec3b>(row, column)?.0.map(f64::from);
+        for (row, pixels) in frame.colour().rows().enumerate() {
+            for (column, pixel) in pixels.iter().enumerate() {
+                let [b, g, r] = pixel.map(f64::from);
                 if r - g.max(b) > 40.0 {
-                    (count, u, v) = (count + 1.0, u + f64::from(column), v + f64::from(row));
+                    (count, u, v) = (count + 1.0, u + column as f64, v + row as f64);
                 }
             }
         }
@@ -99,16 +98,15 @@ fn hits_and_false_alarms_are_counted_where_they_are() {
 }
 
 /// A recorded picture of a grey wall, `depth` of the camera's units away.
-fn grey(camera: &Camera, depth: f64) -> RgbdFrame {
-    let all =
-        |typ, value| Mat::new_rows_cols_with_default(120, 160, typ, Scalar::all(value)).unwrap();
-    RgbdFrame::new(0.0, all(CV_8UC3, 90.0), all(CV_16UC1, depth), camera.intrinsics).unwrap()
+fn grey(camera: &Camera, depth: u16) -> RgbdFrame {
+    let (colour, depth) = (Image::filled(160, 120, [90; 3]), Image::filled(160, 120, depth));
+    RgbdFrame::new(0.0, colour, depth, camera.intrinsics).unwrap()
 }
 
 #[test]
 fn recorded_pictures_get_their_own_number_of_balls() {
     let (camera, _) = small();
-    let frame = grey(&camera, 2000.0);
+    let frame = grey(&camera, 2000);
     let report = run(&[frame]);
     let real = scene(&report, 1, "real picture");
     assert_eq!((real.frames, real.hits), (60, 60));
@@ -118,7 +116,7 @@ fn recorded_pictures_get_their_own_number_of_balls() {
 #[test]
 fn the_hard_set_puts_balls_into_recorded_pictures_and_the_empty_one_none() {
     let (camera, options) = small();
-    let frame = grey(&camera, 12_500.0);
+    let frame = grey(&camera, 12_500);
     let run = |suite| {
         let options = VisionOptions { suite, ..options };
         let mut detectors: Vec<Box<dyn Detector>> = vec![Box::new(Redness)];

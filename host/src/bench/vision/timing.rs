@@ -10,6 +10,8 @@ use opencv::core::{
 use opencv::imgproc::gaussian_blur_def;
 use plumb_vision::frame::RgbdFrame;
 
+use super::peers::borrow_colour;
+
 /// What this thread has computed so far: a clock that other programs do not make go faster.
 pub(super) fn computed() -> Duration {
     // Where there is no such clock (there is on Linux) no time passes, and the table says so.
@@ -26,7 +28,7 @@ pub(super) fn milliseconds(since: Duration) -> f64 {
 pub(super) fn red_difference_of_gaussians(frame: &RgbdFrame) -> opencv::Result<Point> {
     let (mut red, mut wide, mut narrow, mut map) =
         (Mat::default(), Mat::default(), Mat::default(), Mat::default());
-    extract_channel(frame.colour(), &mut map, 2)?;
+    extract_channel(&borrow_colour(frame.colour())?, &mut map, 2)?;
     map.convert_to_def(&mut red, CV_32F)?;
     gaussian_blur_def(&red, &mut narrow, Size::default(), 12.0)?;
     gaussian_blur_def(&red, &mut wide, Size::default(), 19.2)?;

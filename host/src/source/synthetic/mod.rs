@@ -21,11 +21,9 @@ pub use scene::{Ball, Scene, Strand};
 pub use sensor::SensorOptions;
 
 use nalgebra::Isometry3;
-use opencv::core::{
-    CV_16UC1, Mat, MatTraitConst, MatTraitConstManual, MatTraitManual, Scalar, lut,
-};
 use plumb_vision::camera::Camera;
 use plumb_vision::frame::{FrameError, RgbdFrame};
+use plumb_vision::image::{ColourImage, Image, ImageError};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use thiserror::Error;
@@ -96,6 +94,9 @@ pub enum SyntheticError {
     /// What was rendered is not a frame (the time stamp).
     #[error("synthetic camera: {0}")]
     Frame(#[from] FrameError),
+    /// The rendered pixels do not make an image of the picture's size.
+    #[error("synthetic camera: {0}")]
+    Image(#[from] ImageError),
     /// OpenCV refused an operation.
     #[error("synthetic camera: OpenCV: {0}")]
     OpenCv(#[from] opencv::Error),
@@ -111,7 +112,7 @@ pub struct SyntheticCamera {
     width: usize,
     height: usize,
     /// 8-bit BGR, without noise.
-    colour: Mat,
+    colour: ColourImage,
     disparity: Vec<u16>,
     /// Distance of the background along the optical axis, metres; only where it may hide things.
     range: Option<Vec<f32>>,
@@ -133,9 +134,7 @@ impl SyntheticCamera {
         seed: u64,
     ) -> Result<Self, SyntheticError> {
         let size = match &background {
-            Background::Frame(frame) => {
-                (frame.colour().cols() as usize, frame.colour().rows() as usize)
-            }
+            Background::Frame(frame) => (frame.colour().width(), frame.colour().height()),
             Background::Room(_) => (usize::from(options.width), usize::from(options.height)),
         };
         check(&camera, &options, size)?;
@@ -143,13 +142,13 @@ impl SyntheticCamera {
         let sensor = Sensor::new(options.sensor, camera.intrinsics.depth_scale, size, &mut random)?;
         let (colour, disparity, range) = match background {
             Background::Frame(frame) => {
-                (frame.colour().try_clone()?, recorded(&frame, &sensor.disparity)?, None)
+                (frame.colour().clone(), recorded(&frame, &sensor.disparity), None)
             }
             Background::Room(room) => {
                 let view = room.cast(&camera, size);
                 let disparity = view.disparity(&sensor, size.0, &mut random);
-                let colour =
-                    Mat::from_slice(&view.colour)?.reshape(3, size.1 as i32)?.try_clone()?;
+                let colour = view.colour.as_chunks().0.to_vec();
+                let colour = Image::new(size.0, size.1, colour)?;
                 (colour, disparity, Some(view.range))
             }
         };
@@ -199,18 +198,13 @@ impl SyntheticCamera {
             (0.0..=50.0).contains(&scene.blur),
             "0 to 50 pixels",
         )?;
-        let mut colour = exposed(&self.colour, scene.light)?;
-        let mut depth = Mat::new_rows_cols_with_default(
-            self.height as i32,
-            self.width as i32,
-            CV_16UC1,
-            Scalar::all(0.0),
-        )?;
+        let mut colour = exposed(&self.colour, scene.light);
+        let mut depth = Image::filled(self.width, self.height, 0);
         self.work.copy_from_slice(&self.disparity);
         let mut canvas = Canvas {
             width: self.width,
             height: self.height,
-            colour: colour.data_bytes_mut()?,
+            colour: colour.channels_mut(),
             disparity: &mut self.work,
             sensor: &self.sensor.disparity,
             range: self.range.as_deref(),
@@ -228,37 +222,32 @@ impl SyntheticCamera {
                 What::Strand(strand) => strand.draw(&mut canvas, &style),
             }
         }
-        let raw = depth.data_typed_mut::<u16>()?;
+        let raw = depth.pixels_mut();
         self.sensor.finish(self.width, canvas.colour, canvas.disparity, raw, &mut self.random);
         Ok(RgbdFrame::new(time, colour, depth, self.camera.intrinsics)?)
     }
 }
 
 /// `colour` with `light` times the light.
-fn exposed(colour: &Mat, light: f64) -> opencv::Result<Mat> {
+fn exposed(colour: &ColourImage, light: f64) -> ColourImage {
+    let mut lit = colour.clone();
     if light == 1.0 {
-        return colour.try_clone();
+        return lit;
     }
     let table: Vec<u8> =
         (0..=255_u8).map(|value| encode(decode(value) * light).round() as u8).collect();
-    let mut lit = Mat::default();
-    lut(colour, &Mat::from_slice(&table)?, &mut lit)?;
-    Ok(lit)
+    lit.channels_mut().iter_mut().for_each(|value| *value = table[usize::from(*value)]);
+    lit
 }
 
 /// Disparity of a recorded depth picture.
-fn recorded(frame: &RgbdFrame, disparity: &Disparity) -> opencv::Result<Vec<u16>> {
+fn recorded(frame: &RgbdFrame, disparity: &Disparity) -> Vec<u16> {
     let scale = frame.intrinsics().depth_scale;
-    let mut values = Vec::with_capacity(frame.depth().total());
-    for row in 0..frame.depth().rows() {
-        let raw = frame.depth().at_row::<u16>(row)?;
-        let steps = raw.iter().map(|&raw| match raw {
-            0 => 0,
-            raw => disparity.at_metres(f64::from(raw) / scale),
-        });
-        values.extend(steps);
-    }
-    Ok(values)
+    let steps = frame.depth().pixels().iter().map(|&raw| match raw {
+        0 => 0,
+        raw => disparity.at_metres(f64::from(raw) / scale),
+    });
+    steps.collect()
 }
 
 fn require(

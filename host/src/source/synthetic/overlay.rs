@@ -1,12 +1,11 @@
 //! Things put into a recorded picture: shaded, in its depth, blurred and moving as they are told.
 
 use nalgebra::{Point3, Vector3};
-use opencv::core::{
-    CV_32F, Mat, MatTrait, MatTraitConst, MatTraitConstManual, Point, Scalar, Size, Vec3b, Vec4f,
-};
+use opencv::core::{CV_32F, Mat, MatTrait, MatTraitConstManual, Point, Scalar, Size, Vec4f};
 use opencv::imgproc::{filter_2d_def, gaussian_blur_def};
 use plumb_vision::camera::{Camera, Intrinsics};
 use plumb_vision::frame::RgbdFrame;
+use plumb_vision::image::Image;
 use rand::{Rng, RngExt};
 use rand_distr::StandardNormal;
 
@@ -61,24 +60,14 @@ pub(crate) struct Exposure {
 
 impl Overlay {
     /// Of `frame`, as seen by `camera`; with `mirrored`, left and right are changed over.
-    pub(crate) fn new(
-        frame: &RgbdFrame,
-        camera: &Camera,
-        light: &Light,
-        mirrored: bool,
-    ) -> opencv::Result<Self> {
-        let (width, height) = (frame.colour().cols() as usize, frame.colour().rows() as usize);
+    pub(crate) fn new(frame: &RgbdFrame, camera: &Camera, light: &Light, mirrored: bool) -> Self {
+        let (width, height) = (frame.colour().width(), frame.colour().height());
         let table: Vec<f32> = (0..=255_u8).map(|value| decode(value) as f32).collect();
         let (mut colour, mut depth) = (Vec::new(), Vec::new());
         let scale = frame.intrinsics().depth_scale;
-        for row in 0..height as i32 {
-            let pixels = frame.colour().at_row::<Vec3b>(row)?.iter();
-            let linear = pixels.map(|pixel| pixel.0.map(|value| table[usize::from(value)]));
-            let metres = frame
-                .depth()
-                .at_row::<u16>(row)?
-                .iter()
-                .map(|&raw| (f64::from(raw) / scale) as f32);
+        for (pixels, depths) in frame.colour().rows().zip(frame.depth().rows()) {
+            let linear = pixels.iter().map(|pixel| pixel.map(|value| table[usize::from(value)]));
+            let metres = depths.iter().map(|&raw| (f64::from(raw) / scale) as f32);
             if mirrored {
                 colour.extend(linear.rev());
                 depth.extend(metres.rev());
@@ -88,7 +77,7 @@ impl Overlay {
             }
         }
         let light = CameraLight::new(light, &camera.pose.rotation.inverse());
-        Ok(Self { camera: camera.clone(), light, width, height, colour, depth })
+        Self { camera: camera.clone(), light, width, height, colour, depth }
     }
 
     /// Multiplies each colour (blue, green, red).
@@ -183,19 +172,17 @@ impl Overlay {
             let noise: f64 = random.sample(StandardNormal);
             (encode(f64::from(linear) * exposure.gain) + exposure.noise * noise + 0.5) as u8
         };
-        let colour: Vec<Vec3b> =
-            self.colour.iter().map(|pixel| Vec3b::from(pixel.map(&mut noisy))).collect();
+        let colour = self.colour.iter().map(|pixel| pixel.map(&mut noisy)).collect();
         let lens = *self.lens();
-        let depth: Vec<u16> = (0..self.depth.len())
+        let depth = (0..self.depth.len())
             .map(|i| {
                 let (column, row) = ((i % self.width) as i32, (i / self.width) as i32);
                 let from = self.index(column - exposure.shift.0, row - exposure.shift.1);
                 from.map_or(0, |i| (f64::from(self.depth[i]) * lens.depth_scale).round() as u16)
             })
             .collect();
-        let (rows, columns) = (self.height as i32, self.width as i32);
-        let colour = Mat::new_rows_cols_with_data(rows, columns, &colour)?.try_clone()?;
-        let depth = Mat::new_rows_cols_with_data(rows, columns, &depth)?.try_clone()?;
+        let colour = Image::new(self.width, self.height, colour)?;
+        let depth = Image::new(self.width, self.height, depth)?;
         Ok(RgbdFrame::new(time, colour, depth, lens)?)
     }
 

@@ -1,5 +1,4 @@
 use nalgebra::Point3;
-use opencv::core::Vec3b;
 
 use super::paper::{PAPER_MOTORS, paper_camera};
 use super::*;
@@ -18,14 +17,8 @@ const NO_NOISE: SensorOptions = SensorOptions {
 /// A grey picture whose depth is `z` metres everywhere.
 fn plain(z: f64) -> Background {
     let lens = paper_camera().intrinsics;
-    let picture =
-        |typ, value| Mat::new_rows_cols_with_default(480, 640, typ, Scalar::all(value)).unwrap();
-    let frame = RgbdFrame::new(
-        0.0,
-        picture(opencv::core::CV_8UC3, 128.0),
-        picture(CV_16UC1, z * lens.depth_scale),
-        lens,
-    );
+    let depth = Image::filled(640, 480, (z * lens.depth_scale).round() as u16);
+    let frame = RgbdFrame::new(0.0, Image::filled(640, 480, [128; 3]), depth, lens);
     Background::Frame(frame.unwrap())
 }
 
@@ -35,11 +28,11 @@ fn camera(background: Background, sensor: SensorOptions, seed: u64) -> Synthetic
 }
 
 fn bytes(frame: &RgbdFrame) -> (Vec<u8>, Vec<u16>) {
-    (frame.colour().data_bytes().unwrap().to_vec(), frame.depth().data_typed().unwrap().to_vec())
+    (frame.colour().channels().to_vec(), frame.depth().pixels().to_vec())
 }
 
 fn pixel(frame: &RgbdFrame, u: f64, v: f64) -> [f64; 3] {
-    frame.colour().at_2d::<Vec3b>(v.round() as i32, u.round() as i32).unwrap().0.map(f64::from)
+    frame.colour().get(u.round() as usize, v.round() as usize).unwrap().map(f64::from)
 }
 
 fn seen(p: &Point3<f64>) -> (f64, f64) {
@@ -51,8 +44,7 @@ fn seen(p: &Point3<f64>) -> (f64, f64) {
 fn depth_of(frame: &RgbdFrame) -> (f64, f64) {
     let known: Vec<f64> = frame
         .depth()
-        .data_typed::<u16>()
-        .unwrap()
+        .pixels()
         .iter()
         .filter(|d| **d > 0)
         .map(|d| f64::from(*d) / frame.intrinsics().depth_scale)

@@ -9,7 +9,7 @@
 //!    nothing of the depth. All of it together is the probability that it is the ball (`evidence`).
 //!    The best one is the ball if that is enough; otherwise there is none.
 
-use opencv::core::{MatTraitConst, Rect};
+use opencv::core::Rect;
 
 use super::coarse::Coarse;
 use super::colour::BallColour;
@@ -78,10 +78,11 @@ impl Ball {
 
     /// The best candidate in a window of the picture and its score.
     fn best(&self, frame: &RgbdFrame, window: Rect) -> Result<Option<(Fine, f64)>, DetectError> {
-        let picture = Picture::new(frame.colour(), frame.intrinsics(), self.colour)?;
-        let depth = DepthView::of(frame)?;
+        let picture = Picture::new(frame.colour(), frame.intrinsics(), self.colour);
+        let depth = DepthView::of(frame);
         let judge = Judge { picture: &picture, depth: &depth, ball_radius: self.ball_radius };
-        let coarse = Coarse::new(frame.colour(), window, self.colour)?;
+        let coarse =
+            Coarse::new(frame.colour(), window, self.colour).map_err(DetectError::processing)?;
         let radii = self.radii(frame.intrinsics());
         let fits = |radius: f64| (0.93 * radii.0..1.07 * radii.1).contains(&radius);
         let mut best: Option<(Fine, f64)> = None;
@@ -240,7 +241,8 @@ impl Ball {
     /// The best candidate: near where the ball was last if it is sure enough there, or else in the
     /// whole picture.
     fn find(&self, frame: &RgbdFrame) -> Result<Option<(Fine, f64)>, DetectError> {
-        let whole = Rect::new(0, 0, frame.colour().cols(), frame.colour().rows());
+        let size = frame.colour().size();
+        let whole = Rect::new(0, 0, size.width as i32, size.height as i32);
         if let Some(last) = &self.last {
             let near = self.best(frame, Self::window(last, whole))?;
             if near.is_some_and(|(_, score)| score >= KEPT) {

@@ -3,8 +3,9 @@
 use opencv::core::{Mat, MatTraitConst, MatTraitConstManual, Rect, Size, Vec3b};
 use opencv::imgproc::{INTER_AREA, resize};
 
-use super::DetectError;
 use super::colour::BallColour;
+use crate::image::ColourImage;
+use crate::mat::borrow_colour;
 
 /// Pixels of the full picture in a pixel of the coarse one, either way.
 const SHRINK: i32 = 4;
@@ -25,7 +26,12 @@ impl Coarse {
 
     /// Of `window`, which is in the picture and not empty; up to three columns and rows at its end
     /// are left out.
-    pub(super) fn new(colour: &Mat, window: Rect, ball: BallColour) -> Result<Self, DetectError> {
+    pub(super) fn new(
+        colour: &ColourImage,
+        window: Rect,
+        ball: BallColour,
+    ) -> opencv::Result<Self> {
+        let colour = borrow_colour(colour)?;
         let coarse = |n: i32| (n / SHRINK).max(1);
         let whole = |n: i32| n.min(coarse(n) * SHRINK);
         let (width, height) = (coarse(window.width), coarse(window.height));

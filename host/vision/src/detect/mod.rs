@@ -1,5 +1,7 @@
 //! Finding the ball in a picture.
 
+use std::error::Error;
+
 use nalgebra::Matrix2;
 use thiserror::Error;
 
@@ -47,12 +49,20 @@ impl Detection {
     }
 }
 
-/// Why a picture could not be searched (a picture without a ball is not an error).
+/// Reasons why a frame could not be searched (a frame without a ball is not an error).
 #[derive(Debug, Error)]
+#[non_exhaustive]
 pub enum DetectError {
-    /// OpenCV refused an operation.
-    #[error("OpenCV: {0}")]
-    OpenCv(#[from] opencv::Error),
+    /// An operation on an image failed, for example for lack of memory.
+    #[error("image processing failed: {0}")]
+    Processing(#[source] Box<dyn Error + Send + Sync>),
+}
+
+impl DetectError {
+    /// Wraps the error of the library that a detector processes images with.
+    pub fn processing(error: impl Into<Box<dyn Error + Send + Sync>>) -> Self {
+        Self::Processing(error.into())
+    }
 }
 
 /// Something that finds the ball.

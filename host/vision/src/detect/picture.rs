@@ -1,14 +1,9 @@
 //! The picture that is searched, to be read at any place.
 
-use std::borrow::Cow;
-
-use opencv::core::{Mat, MatTraitConst, Vec3b};
-
-use super::DetectError;
 use super::colour::BallColour;
 use super::rays::{self, RAYS};
 use crate::camera::Intrinsics;
-use crate::locate::pixels;
+use crate::image::{Bgr, ColourImage};
 
 /// A ball's picture. The radius is that of a ball as far away on the optical axis, f R / z nearly.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -20,7 +15,7 @@ pub(super) struct Disc {
 
 /// The picture that is searched.
 pub(super) struct Picture<'a> {
-    pixels: Cow<'a, [Vec3b]>,
+    pixels: &'a [Bgr],
     width: usize,
     height: usize,
     intrinsics: &'a Intrinsics,
@@ -31,13 +26,13 @@ pub(super) struct Picture<'a> {
 impl<'a> Picture<'a> {
     /// In which `ball` is looked for.
     pub(super) fn new(
-        colour: &'a Mat,
+        colour: &'a ColourImage,
         intrinsics: &'a Intrinsics,
         ball: BallColour,
-    ) -> Result<Self, DetectError> {
-        let (width, height) = (colour.cols() as usize, colour.rows() as usize);
+    ) -> Self {
+        let (width, height) = (colour.width(), colour.height());
         let directions = rays::directions();
-        Ok(Self { pixels: pixels(colour)?, width, height, intrinsics, ball, directions })
+        Self { pixels: colour.pixels(), width, height, intrinsics, ball, directions }
     }
 
     /// How its pixels are rays.
@@ -61,8 +56,8 @@ impl<'a> Picture<'a> {
     }
 
     /// All of its pixels, row by row.
-    pub(super) fn pixels(&self) -> &[Vec3b] {
-        &self.pixels
+    pub(super) fn pixels(&self) -> &[Bgr] {
+        self.pixels
     }
 
     /// The colour (blue, green, red, 0 to 255) of the pixel nearest to (`u`, `v`); `None` outside
@@ -71,9 +66,8 @@ impl<'a> Picture<'a> {
     pub(super) fn colour_at(&self, u: f64, v: f64) -> Option<[f32; 3]> {
         let (x, y) = (u + 0.5, v + 0.5);
         let inside = x >= 0.0 && y >= 0.0 && x < self.width as f64 && y < self.height as f64;
-        inside.then(|| {
-            self.pixels[y as u32 as usize * self.width + x as u32 as usize].0.map(f32::from)
-        })
+        inside
+            .then(|| self.pixels[y as u32 as usize * self.width + x as u32 as usize].map(f32::from))
     }
 
     /// How much of the ball's colour the pixel nearest to (`u`, `v`) has, 0 to 1; 0 outside the

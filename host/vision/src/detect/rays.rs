@@ -5,9 +5,9 @@
 //! is a circle wherever the ball is.
 
 use nalgebra::Vector3;
-use opencv::core::Vec3b;
 
 use super::picture::{Disc, Picture};
+use crate::image::Bgr;
 
 /// Rays from a disc's middle.
 pub(super) const RAYS: usize = 40;
@@ -130,9 +130,9 @@ impl Rays<'_> {
 /// The colour between two pixels and the two below them, at these parts of the way to the right and
 /// down.
 #[inline]
-fn blend(upper: &[Vec3b], lower: &[Vec3b], (right, down): (f32, f32)) -> [f32; 3] {
-    let line = |pixels: &[Vec3b]| -> [f32; 3] {
-        let (a, b) = (pixels[0].0.map(f32::from), pixels[1].0.map(f32::from));
+fn blend(upper: &[Bgr], lower: &[Bgr], (right, down): (f32, f32)) -> [f32; 3] {
+    let line = |pixels: &[Bgr]| -> [f32; 3] {
+        let (a, b) = (pixels[0].map(f32::from), pixels[1].map(f32::from));
         std::array::from_fn(|c| a[c] + (b[c] - a[c]) * right)
     };
     let (a, b) = (line(upper), line(lower));

@@ -12,6 +12,8 @@ use opencv::imgproc::gaussian_blur_def;
 use super::{DetectError, Detection, Detector};
 use crate::camera::Camera;
 use crate::frame::RgbdFrame;
+use crate::image::ColourImage;
+use crate::mat::borrow_colour;
 
 /// Inner and outer standard deviation as parts of the ball's radius: 12 and 19.2 pixels at 20, a
 /// ratio of 1.6.
@@ -47,6 +49,22 @@ impl Red {
     pub fn for_camera(camera: &Camera, distance: f64) -> Self {
         Self::new(camera.intrinsics.fx * camera.ball_diameter / 2.0 / distance)
     }
+
+    /// Returns the largest difference of Gaussians and its pixel: the best local maximum is the
+    /// global one.
+    fn peak(&mut self, colour: &ColourImage) -> opencv::Result<(Point, f64)> {
+        let mut channel = Mat::default();
+        extract_channel(&borrow_colour(colour)?, &mut channel, RED)?;
+        channel.convert_to_def(&mut self.red, CV_32F)?;
+        for (wide, part) in self.wide.iter_mut().zip(SIGMAS) {
+            gaussian_blur_def(&self.red, wide, Size::default(), part * self.radius)?;
+        }
+        subtract_def(&self.wide[0], &self.wide[1], &mut self.difference)?;
+        let (mut score, mut at) = (0.0, Point::default());
+        let none = Mat::default();
+        min_max_loc(&self.difference, None, Some(&mut score), None, Some(&mut at), &none)?;
+        Ok((at, score))
+    }
 }
 
 impl Detector for Red {
@@ -55,17 +73,7 @@ impl Detector for Red {
     }
 
     fn detect(&mut self, frame: &RgbdFrame) -> Result<Option<Detection>, DetectError> {
-        let mut channel = Mat::default();
-        extract_channel(frame.colour(), &mut channel, RED)?;
-        channel.convert_to_def(&mut self.red, CV_32F)?;
-        for (wide, part) in self.wide.iter_mut().zip(SIGMAS) {
-            gaussian_blur_def(&self.red, wide, Size::default(), part * self.radius)?;
-        }
-        subtract_def(&self.wide[0], &self.wide[1], &mut self.difference)?;
-        let (mut score, mut at) = (0.0, Point::default());
-        // The best local maximum is the global one.
-        let none = Mat::default();
-        min_max_loc(&self.difference, None, Some(&mut score), None, Some(&mut at), &none)?;
+        let (at, score) = self.peak(frame.colour()).map_err(DetectError::processing)?;
         let found = Detection::new(f64::from(at.x), f64::from(at.y), self.radius, score);
         Ok((score >= THRESHOLD).then_some(found))
     }
@@ -73,29 +81,36 @@ impl Detector for Red {
 
 #[cfg(test)]
 mod tests {
-    use opencv::core::{CV_8UC3, CV_16UC1, Scalar};
-    use opencv::imgproc::{FILLED, LINE_AA, circle};
-
     use super::*;
     use crate::camera::Intrinsics;
+    use crate::image::{Bgr, Image};
 
     const INTRINSICS: Intrinsics =
         Intrinsics { fx: 500.0, fy: 500.0, cx: 159.5, cy: 119.5, depth_scale: 1000.0 };
 
-    fn frame(discs: &[(Point, i32, Scalar)]) -> RgbdFrame {
-        let mut colour =
-            Mat::new_rows_cols_with_default(240, 320, CV_8UC3, Scalar::all(60.0)).unwrap();
-        for &(at, radius, bgr) in discs {
-            circle(&mut colour, at, radius, bgr, FILLED, LINE_AA, 0).unwrap();
-        }
-        let depth = Mat::new_rows_cols_with_default(240, 320, CV_16UC1, Scalar::all(0.0)).unwrap();
-        RgbdFrame::new(0.0, colour, depth, INTRINSICS).unwrap()
+    /// A disc of one colour.
+    struct Disc {
+        at: (i32, i32),
+        radius: i32,
+        colour: Bgr,
+    }
+
+    fn frame(discs: &[Disc]) -> RgbdFrame {
+        let colour = Image::from_fn(320, 240, |u, v| {
+            let covers = |disc: &&Disc| {
+                let (x, y) = (u as i32 - disc.at.0, v as i32 - disc.at.1);
+                x * x + y * y <= disc.radius * disc.radius
+            };
+            discs.iter().find(covers).map_or([60; 3], |disc| disc.colour)
+        });
+        RgbdFrame::new(0.0, colour, Image::filled(320, 240, 0), INTRINSICS).unwrap()
     }
 
     #[test]
     fn the_disc_of_the_right_size_is_found_and_an_empty_picture_has_none() {
-        let red = Scalar::new(20.0, 20.0, 200.0, 0.0);
-        let discs = [(Point::new(200, 90), 20, red), (Point::new(60, 150), 5, red)];
+        let colour = [20, 20, 200];
+        let discs =
+            [Disc { at: (200, 90), radius: 20, colour }, Disc { at: (60, 150), radius: 5, colour }];
         let ball = Red::new(20.0).detect(&frame(&discs)).unwrap().unwrap();
         assert!((ball.u - 200.0).abs() <= 1.0 && (ball.v - 90.0).abs() <= 1.0, "{ball:?}");
         assert_eq!(ball.radius, 20.0);
@@ -107,8 +122,8 @@ mod tests {
     #[test]
     fn as_the_paper_s_it_takes_a_white_disc_for_the_ball() {
         let discs = [
-            (Point::new(200, 90), 20, Scalar::new(20.0, 20.0, 200.0, 0.0)),
-            (Point::new(80, 150), 20, Scalar::all(255.0)),
+            Disc { at: (200, 90), radius: 20, colour: [20, 20, 200] },
+            Disc { at: (80, 150), radius: 20, colour: [255; 3] },
         ];
         let ball = Red::new(20.0).detect(&frame(&discs)).unwrap().unwrap();
         assert!((ball.u - 80.0).abs() <= 1.0, "{ball:?}");

@@ -3,14 +3,14 @@
 use std::path::PathBuf;
 
 use nalgebra::{Point3, Vector3};
-use opencv::core::{
-    CV_8UC3, CV_16UC1, Mat, MatTraitConst, MatTraitManual, Point, Scalar, Size, Vec3b,
-};
+use opencv::core::{Mat, MatTraitConstManual, Point, Scalar, Size, Vec3b};
 use opencv::imgproc::{LINE_AA, gaussian_blur_def, line};
 
 use super::Detection;
 use crate::camera::Intrinsics;
 use crate::frame::RgbdFrame;
+use crate::image::{Bgr, ColourImage, DepthImage, Image};
+use crate::mat::borrow_colour;
 
 /// Of the plain pictures, and of those in the folder `osd`.
 pub(super) const INTRINSICS: Intrinsics =
@@ -19,8 +19,8 @@ pub(super) const INTRINSICS: Intrinsics =
 /// A picture that is being made.
 #[derive(Clone)]
 pub(super) struct Scene {
-    pub(super) colour: Mat,
-    pub(super) depth: Mat,
+    pub(super) colour: ColourImage,
+    pub(super) depth: DepthImage,
     pub(super) intrinsics: Intrinsics,
 }
 
@@ -51,10 +51,8 @@ impl Sphere {
 impl Scene {
     /// A grey wall at `distance` metres.
     pub(super) fn wall(distance: f64) -> Self {
-        let colour =
-            Mat::new_rows_cols_with_default(480, 640, CV_8UC3, Scalar::all(120.0)).unwrap();
-        let raw = Scalar::all(distance * INTRINSICS.depth_scale);
-        let depth = Mat::new_rows_cols_with_default(480, 640, CV_16UC1, raw).unwrap();
+        let colour = Image::filled(640, 480, [120; 3]);
+        let depth = Image::filled(640, 480, (distance * INTRINSICS.depth_scale).round() as u16);
         Self { colour, depth, intrinsics: INTRINSICS }
     }
 
@@ -73,7 +71,7 @@ impl Scene {
             let diffuse = 0.35 + 0.7 * normal.dot(&sun).max(0.0);
             let half = (sun - ray.normalize()).normalize();
             let specular = 0.5 * normal.dot(&half).max(0.0).powi(40);
-            for (channel, albedo) in pixel.0.iter_mut().zip(ball.albedo) {
+            for (channel, albedo) in pixel.iter_mut().zip(ball.albedo) {
                 *channel = (255.0 * ball.light * (albedo * diffuse + specular)).min(255.0) as u8;
             }
             *depth = (z * intrinsics.depth_scale).round() as u16;
@@ -81,10 +79,9 @@ impl Scene {
     }
 
     /// Calls `f` with the intrinsics, column and row, colour and depth of each pixel.
-    pub(super) fn each_pixel(&mut self, f: impl Fn(&Intrinsics, (i32, i32), &mut Vec3b, &mut u16)) {
-        let width = self.colour.cols();
-        let pixels = self.colour.data_typed_mut::<Vec3b>().unwrap();
-        let depths = self.depth.data_typed_mut::<u16>().unwrap();
+    pub(super) fn each_pixel(&mut self, f: impl Fn(&Intrinsics, (i32, i32), &mut Bgr, &mut u16)) {
+        let width = self.colour.width() as i32;
+        let (pixels, depths) = (self.colour.pixels_mut(), self.depth.pixels_mut());
         for (i, (pixel, depth)) in pixels.iter_mut().zip(depths).enumerate() {
             f(&self.intrinsics, (i as i32 % width, i as i32 / width), pixel, depth);
         }
@@ -94,14 +91,18 @@ impl Scene {
     pub(super) fn add_cable(&mut self, (u, v): (f64, f64), angle: f64, width: i32, grey: f64) {
         let end =
             |way: f64| Point::new((u + way * angle.cos()) as i32, (v + way * angle.sin()) as i32);
-        line(&mut self.colour, end(-800.0), end(800.0), Scalar::all(grey), width, LINE_AA, 0)
-            .unwrap();
+        let [rows, columns] = [self.colour.height(), self.colour.width()].map(|n| n as i32);
+        let bytes = self.colour.channels_mut();
+        let mut mat = Mat::new_rows_cols_with_bytes_mut::<Vec3b>(rows, columns, bytes).unwrap();
+        line(&mut mat, end(-800.0), end(800.0), Scalar::all(grey), width, LINE_AA, 0).unwrap();
     }
 
     /// Out of focus.
     pub(super) fn blur(&mut self, sigma: f64) {
-        let sharp = self.colour.clone();
-        gaussian_blur_def(&sharp, &mut self.colour, Size::default(), sigma).unwrap();
+        let mut blurred = Mat::default();
+        let sharp = borrow_colour(&self.colour).unwrap();
+        gaussian_blur_def(&sharp, &mut blurred, Size::default(), sigma).unwrap();
+        self.colour.channels_mut().copy_from_slice(blurred.data_bytes().unwrap());
     }
 
     /// Noise of up to `amplitude` grey levels either way, the same at each call.
@@ -112,7 +113,7 @@ impl Scene {
             (mixed >> 16) as i32
         };
         self.each_pixel(|_, (u, v), pixel, _| {
-            for (c, channel) in pixel.0.iter_mut().enumerate() {
+            for (c, channel) in pixel.iter_mut().enumerate() {
                 let noise = hash(u, v, c) % (2 * amplitude + 1) - amplitude;
                 *channel = (i32::from(*channel) + noise).clamp(0, 255) as u8;
             }

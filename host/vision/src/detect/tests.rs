@@ -10,6 +10,7 @@ use super::scene::{INTRINSICS, Scene, Sphere};
 use super::{Detection, Detector};
 use crate::camera::Intrinsics;
 use crate::frame::RgbdFrame;
+use crate::image::{Bgr, Image};
 
 fn detect(frame: &RgbdFrame) -> Option<Detection> {
     Ball::new(0.06).detect(frame).unwrap()
@@ -83,7 +84,7 @@ fn what_spoils_the_view_does_not_lose_it() {
             Box::new(move |s| {
                 s.each_pixel(|_, at, pixel, depth| {
                     if f64::from(at.0) < u - 0.35 * r {
-                        (*pixel, *depth) = ([90, 130, 170].into(), 3500);
+                        (*pixel, *depth) = ([90, 130, 170], 3500);
                     }
                 });
             }),
@@ -104,7 +105,7 @@ fn a_narrow_post_before_half_of_it_does_not_shift_it() {
         scene.each_pixel(|_, at, pixel, depth| {
             let off = (f64::from(at.0) - truth.u) / truth.radius;
             if (from..to).contains(&off) {
-                (*pixel, *depth) = ([105, 110, 112].into(), 4000);
+                (*pixel, *depth) = ([105, 110, 112], 4000);
             }
         });
         let found = detect(&scene.frame());
@@ -119,7 +120,7 @@ fn something_red_as_near_as_the_ball_beside_it_does_not_hide_it() {
         let [x, y] =
             [f64::from(at.0) - truth.u, f64::from(at.1) - truth.v].map(|way| way / truth.radius);
         if (1.15..3.0).contains(&x) && y.abs() < 0.9 {
-            (*pixel, *depth) = ([30, 25, 150].into(), 4500);
+            (*pixel, *depth) = ([30, 25, 150], 4500);
         }
     });
     let found = detect(&scene.frame());
@@ -134,7 +135,7 @@ fn a_red_print_on_the_wall_behind_does_not_hide_it() {
     scene.each_pixel(|_, (u, v), pixel, _| {
         let [x, y] = [f64::from(u) - truth.u, f64::from(v) - truth.v].map(|way| way / truth.radius);
         if (-0.5..1.3).contains(&x) && y.abs() < 1.2 && (v % 4 != 0 || (u / 5) % 3 == 0) {
-            *pixel = [45, 38, 190].into();
+            *pixel = [45, 38, 190];
         }
     });
     scene.add(&ball);
@@ -146,12 +147,12 @@ fn a_red_print_on_the_wall_behind_does_not_hide_it() {
 fn a_shaded_red_oval_without_depth_is_no_ball() {
     let mut scene = Scene::wall(2.2);
     let oval = |high: f64| {
-        move |_: &Intrinsics, at: (i32, i32), pixel: &mut opencv::core::Vec3b, depth: &mut u16| {
+        move |_: &Intrinsics, at: (i32, i32), pixel: &mut Bgr, depth: &mut u16| {
             let (x, y) =
                 ((f64::from(at.0) - 250.0) / 20.0, (f64::from(at.1) - 200.0) / 20.0 / high);
             if x * x + y * y < 1.0 {
                 let red = 150.0 - 40.0 * x - 40.0 * y;
-                *pixel = [(0.15 * red) as u8, (0.1 * red) as u8, red as u8].into();
+                *pixel = [(0.15 * red) as u8, (0.1 * red) as u8, red as u8];
             }
             *depth = 0;
         }
@@ -251,14 +252,11 @@ fn a_red_print_is_no_ball() {
 #[test]
 fn pictures_with_nothing_in_them_or_of_no_size_to_speak_of_are_searched() {
     assert_eq!(detect(&Scene::wall(1.0).frame()), None);
-    use opencv::core::{CV_8UC3, CV_16UC1, Mat, Scalar};
-    for (rows, columns) in [(1, 1), (3, 50), (50, 3)] {
-        let red = Scalar::new(0.0, 0.0, 255.0, 0.0);
-        let colour = Mat::new_rows_cols_with_default(rows, columns, CV_8UC3, red).unwrap();
-        let depth =
-            Mat::new_rows_cols_with_default(rows, columns, CV_16UC1, Scalar::all(900.0)).unwrap();
+    for (width, height) in [(1, 1), (3, 50), (50, 3)] {
+        let colour = Image::filled(width, height, [0, 0, 255]);
+        let depth = Image::filled(width, height, 900);
         let frame = RgbdFrame::new(0.0, colour, depth, INTRINSICS).unwrap();
-        assert_eq!(detect(&frame), None, "{rows}x{columns}");
+        assert_eq!(detect(&frame), None, "{width}x{height}");
     }
 }
 

@@ -35,7 +35,7 @@ fn consistency(spoil: impl Fn(&mut Scene, &Detection)) -> [f64; 2] {
     let mut wall = Scene::wall(2.0);
     wall.each_pixel(|_, (u, v), pixel, _| {
         let bright = [30, 75, 120, 165, 210][((u / 23 + v / 31) % 5) as usize];
-        *pixel = [bright, 255 - bright, bright / 2 + 40 * (u / 47 % 2) as u8].into();
+        *pixel = [bright, 255 - bright, bright / 2 + 40 * (u / 47 % 2) as u8];
     });
     let mut means = [0.0; 2];
     for i in 0..24 {

@@ -3,12 +3,14 @@
 use std::fs;
 
 use nalgebra::Point3;
+use opencv::core::{Mat, MatTraitConst, MatTraitConstManual, Vec3b};
 use opencv::imgcodecs::{IMREAD_COLOR, IMREAD_UNCHANGED, imread};
 
 use super::{detect, miss};
 use crate::camera::Intrinsics;
 use crate::detect::scene::{INTRINSICS, Scene, Sphere, pictures};
 use crate::frame::RgbdFrame;
+use crate::image::Image;
 
 /// The frames of a folder of real pictures.
 fn real(name: &str, intrinsics: Intrinsics) -> Vec<RgbdFrame> {
@@ -19,12 +21,17 @@ fn real(name: &str, intrinsics: Intrinsics) -> Vec<RgbdFrame> {
         let lines = text.lines().filter(|line| !line.starts_with('#'));
         lines.map(|line| line.split_once(' ').map(|(t, p)| (t.into(), p.into())).unwrap()).collect()
     };
-    let picture = |path: &str, flags| imread(folder.join(path).to_str().unwrap(), flags).unwrap();
+    let picture =
+        |path: &str, flags| -> Mat { imread(folder.join(path).to_str().unwrap(), flags).unwrap() };
     let (colours, depths) = (list("rgb.txt"), list("depth.txt"));
     assert!(!colours.is_empty() && colours.len() == depths.len(), "{name}");
     let pairs = colours.iter().zip(&depths).map(|((time, colour), (same_time, depth))| {
         assert_eq!(time, same_time, "{name}");
         let (colour, depth) = (picture(colour, IMREAD_COLOR), picture(depth, IMREAD_UNCHANGED));
+        let (width, height) = (colour.cols() as usize, colour.rows() as usize);
+        let colour = colour.data_typed::<Vec3b>().unwrap().iter().map(|pixel| pixel.0).collect();
+        let colour = Image::new(width, height, colour).unwrap();
+        let depth = Image::new(width, height, depth.data_typed().unwrap().to_vec()).unwrap();
         RgbdFrame::new(time.parse().unwrap(), colour, depth, intrinsics).unwrap()
     });
     pairs.collect()
