@@ -4,6 +4,8 @@
 //! These are the chip's parameters, already in its units. People write SI (TOML, on the host),
 //! which is turned into this once.
 
+mod example;
+
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 

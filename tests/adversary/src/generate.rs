@@ -27,31 +27,19 @@ pub const fn build(storage: bool) -> BuildLimits {
 /// Returns a configuration for a rig of usual size, whose loop closes.
 pub fn usual(random: &mut Random) -> Config {
     let travel = if random.percent(25) { 16 * random.range(5, 40) } else { 16 * 4000 } as i32;
-    let motor = Motor {
-        max_rate: Rate(400 << 8),
-        max_acceleration: Acceleration(2000),
-        travel_min: Steps16(-travel),
-        travel_max: Steps16(travel),
-        reversed: false,
-    };
+    let example = Config::example();
+    let motor = example.motors[0];
     let corner = |metres: [i32; 3]| Point(metres.map(|c| Micrometres(c * 100_000)));
     Config {
         law: usual_law(random),
-        motors: [motor; 3],
-        microsteps: 16,
+        motors: [Motor { travel_min: Steps16(-travel), travel_max: Steps16(travel), ..motor }; 3],
         workspace: Workspace { min: corner([-10, -10, -10]), max: corner([20, 20, 10]) },
         reached: Reached {
             radius: Micrometres(random.range(10_000, 50_000) as i32),
             frames: random.range(1, 10) as u8,
         },
-        deadlines: Deadlines {
-            host: Milliseconds(300),
-            position: Milliseconds(500),
-            max_age: Milliseconds(250),
-        },
-        growth: Growth { margin: Micrometres(60_000), time: Milliseconds(600) },
-        drivers: Drivers::StepDir(StepDir::TMC2209),
         mean: Milliseconds(random.pick(&[0, 0, 0, 100, 300])),
+        ..example
     }
 }
 

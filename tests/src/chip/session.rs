@@ -1,9 +1,7 @@
 //! A chip that is spoken to in the protocol's words, and what its pulses were.
 
 use plumb_protocol::Config;
-use plumb_protocol::config::{
-    Deadlines, Drivers, Growth, Interval, Law, Motor, Reached, StepDir, Workspace,
-};
+use plumb_protocol::config::{Drivers, Growth, Interval, Law, Motor, StepDir, Workspace};
 use plumb_protocol::frame::encode;
 use plumb_protocol::message::{
     Command, Fault, FromBoard, Hello, Position, Refusal, State, Telemetry, ToBoard,
@@ -215,17 +213,10 @@ pub fn fast(rate: f64, driver: StepDir) -> Config {
     Config {
         law: Law::Interval(Interval::uniform(Bound(65536), Bound(65536), Gain(1 << 20))),
         motors: [motor; 3],
-        microsteps: 16,
         workspace: Workspace { min: point([-1_000_000; 3]), max: point([2_000_000; 3]) },
-        reached: Reached { radius: Micrometres(10_000), frames: 10 },
-        deadlines: Deadlines {
-            host: Milliseconds(300),
-            position: Milliseconds(500),
-            max_age: Milliseconds(250),
-        },
         growth: Growth { margin: Micrometres(1_000_000), time: Milliseconds(60_000) },
         drivers: Drivers::StepDir(driver),
-        mean: Milliseconds(0),
+        ..Config::example()
     }
 }
 

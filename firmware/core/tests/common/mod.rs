@@ -7,12 +7,8 @@ pub(crate) mod bench;
 use plumb_core::BuildLimits;
 use plumb_core::params::Params;
 use plumb_protocol::Config;
-use plumb_protocol::config::{
-    self, Deadlines, Drivers, Growth, Law, Motor, Reached, StepDir, Workspace,
-};
-use plumb_protocol::units::{
-    Acceleration, Bound, Gain, Micrometres, Milliseconds, Point, Rate, Steps16,
-};
+use plumb_protocol::config::{self, Law, Motor};
+use plumb_protocol::units::{Acceleration, Bound, Gain, Rate, Steps16};
 
 pub(crate) const BUILD: BuildLimits = BuildLimits { max_pulse_rate: 1_000_000, storage: true };
 
@@ -33,28 +29,11 @@ pub(crate) fn motor(rate: f64, acceleration: u32, travel: i32) -> Motor {
 }
 
 pub(crate) fn interval_config(interval: config::Interval) -> Config {
-    Config {
-        law: Law::Interval(interval),
-        motors: [motor(400.0, 2000, 16 * 4000); 3],
-        microsteps: 16,
-        workspace: Workspace {
-            min: Point::from_metres([-1.0, -1.0, -1.0]).unwrap(),
-            max: Point::from_metres([2.0, 2.0, 0.6]).unwrap(),
-        },
-        reached: Reached { radius: Micrometres(10_000), frames: 10 },
-        deadlines: Deadlines {
-            host: Milliseconds(300),
-            position: Milliseconds(500),
-            max_age: Milliseconds(250),
-        },
-        growth: Growth { margin: Micrometres(60_000), time: Milliseconds(600) },
-        drivers: Drivers::StepDir(StepDir::TMC2209),
-        mean: Milliseconds(0),
-    }
+    Config { law: Law::Interval(interval), ..Config::example() }
 }
 
 pub(crate) fn config() -> Config {
-    interval_config(paper_interval(30.0))
+    Config::example()
 }
 
 pub(crate) fn params(config: Config) -> Params {

@@ -1,12 +1,8 @@
 use plumb_core::BuildLimits;
 use plumb_core::law::{Interval as FixedPoint, V_FRACTION_BITS};
 use plumb_core::params::Params;
-use plumb_protocol::config::{
-    self, Config, Deadlines, Drivers, Growth, Motor, Reached, StepDir, Workspace,
-};
-use plumb_protocol::units::{
-    Acceleration, Bound, Gain, Micrometres, Milliseconds, Point, Rate, Steps16,
-};
+use plumb_protocol::config::{self, Config};
+use plumb_protocol::units::{Bound, Gain};
 use proptest::prelude::*;
 
 use super::*;
@@ -30,37 +26,9 @@ fn board_families() -> impl Strategy<Value = config::Interval> {
 
 /// Returns the board's law for the family.
 fn fixed_point(family: config::Interval) -> FixedPoint {
+    let config = Config { law: config::Law::Interval(family), ..Config::example() };
     let build = BuildLimits { max_pulse_rate: 1_000_000, storage: true };
-    Params::check(&config(family), &build).unwrap().interval().unwrap()
-}
-
-/// Returns a configuration that a board accepts. These tests use its law only.
-fn config(family: config::Interval) -> Config {
-    let motor = Motor {
-        max_rate: Rate::from_si(400.0).unwrap(),
-        max_acceleration: Acceleration(2000),
-        travel_min: Steps16(-64_000),
-        travel_max: Steps16(64_000),
-        reversed: false,
-    };
-    Config {
-        law: config::Law::Interval(family),
-        motors: [motor; 3],
-        microsteps: 16,
-        workspace: Workspace {
-            min: Point::from_metres([-1.0, -1.0, -1.0]).unwrap(),
-            max: Point::from_metres([2.0, 2.0, 0.6]).unwrap(),
-        },
-        reached: Reached { radius: Micrometres(10_000), frames: 10 },
-        deadlines: Deadlines {
-            host: Milliseconds(300),
-            position: Milliseconds(500),
-            max_age: Milliseconds(250),
-        },
-        growth: Growth { margin: Micrometres(60_000), time: Milliseconds(600) },
-        drivers: Drivers::StepDir(StepDir::TMC2209),
-        mean: Milliseconds(0),
-    }
+    Params::check(&config, &build).unwrap().interval().unwrap()
 }
 
 /// Converts a family in the board's units.

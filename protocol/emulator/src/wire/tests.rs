@@ -227,42 +227,11 @@ impl Plant for Told {
     }
 }
 
-/// A configuration for the paper's rig, without a law that matters.
-fn config() -> plumb_protocol::Config {
-    use plumb_protocol::config::*;
-    use plumb_protocol::units::*;
-    let motor = Motor {
-        max_rate: Rate(400 << 8),
-        max_acceleration: Acceleration(2000),
-        travel_min: Steps16(-3000 * 16),
-        travel_max: Steps16(3000 * 16),
-        reversed: false,
-    };
-    let point = |x, y, z| Point([x, y, z].map(Micrometres));
-    Config {
-        law: Law::Taut(Estimated { delay: Milliseconds(0) }),
-        motors: [motor; 3],
-        microsteps: 16,
-        workspace: Workspace {
-            min: point(-200_000, -200_000, -100_000),
-            max: point(1_100_000, 900_000, 600_000),
-        },
-        reached: Reached { radius: Micrometres(10_000), frames: 10 },
-        deadlines: Deadlines {
-            host: Milliseconds(5000),
-            position: Milliseconds(5000),
-            max_age: Milliseconds(250),
-        },
-        drivers: Drivers::StepDir(StepDir::A4988),
-        growth: Growth { margin: Micrometres(40_000), time: Milliseconds(200) },
-        mean: Milliseconds(0),
-    }
-}
-
 #[test]
 fn a_reboot_leaves_the_rig_where_it_is() {
+    use plumb_protocol::config::{Config, Deadlines};
     use plumb_protocol::message::Jog;
-    use plumb_protocol::units::{Rate, Steps16};
+    use plumb_protocol::units::{Milliseconds, Rate, Steps16};
     let task = Task::paper();
     let motors = std::sync::Arc::new(std::sync::Mutex::new([0.0; 3]));
     let plant = QuasiStatic::new(task.geometry, task.start).expect("a rig");
@@ -271,10 +240,13 @@ fn a_reboot_leaves_the_rig_where_it_is() {
     let wire = Wire { reboots: reboots.into(), ..Wire::default() };
     let mut board =
         EmulatedBoard::with_plant(EMULATED, Box::new(Told(plant, motors.clone()))).with_wire(wire);
+    // No message comes for two seconds.
+    let example = Config::example();
+    let deadlines = Deadlines { host: Milliseconds(5000), ..example.deadlines };
+    let config = Config { deadlines, ..example };
     let jog = |board: &mut EmulatedBoard, motor| {
         let jog = Jog { motor, distance: Steps16(100 * 16), rate: Rate(400 << 8) };
-        for command in
-            [Command::Hello(Hello::OURS), Command::Configure(config()), Command::Jog(jog)]
+        for command in [Command::Hello(Hello::OURS), Command::Configure(config), Command::Jog(jog)]
         {
             board.write(&to_board(1, command));
         }
