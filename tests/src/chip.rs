@@ -11,7 +11,7 @@ use plumb_protocol::frame::Accumulator;
 use plumb_protocol::message::FromBoard;
 use serde_json::{Value, json};
 
-pub use session::{FAR, NEAR, Pulses, fast, point};
+pub use session::{BALL_UM, FAR_TARGET_UM, Pulses, fast_config, point};
 
 /// Cycles of the chip in a microsecond.
 pub const CYCLES_PER_US: u64 = 125;
@@ -30,7 +30,7 @@ pub const EMERGENCY: u8 = 15;
 ///
 /// # Panics
 /// With CI set and no image.
-pub fn image() -> Option<PathBuf> {
+pub fn firmware_image() -> Option<PathBuf> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let image = std::env::var_os("PLUMB_ELF")
         .map_or_else(|| root.join("target/firmware/plumb.elf"), PathBuf::from);
@@ -56,7 +56,7 @@ pub struct Chip {
     /// All that the board has sent over USB.
     pub sent: Vec<u8>,
     /// The same as messages.
-    pub heard: Vec<FromBoard>,
+    pub received: Vec<FromBoard>,
     /// Of the last command.
     id: u16,
     /// Of the last position.
@@ -87,12 +87,12 @@ impl Chip {
             cycle: 0,
             motors: [0.0; 3],
             sent: Vec::new(),
-            heard: Vec::new(),
+            received: Vec::new(),
             id: 0,
             sequence: 0,
         };
-        chip.ask(json!({ "gpio": [EMERGENCY, 0], "steppers": STEPPERS }));
-        chip.come_up();
+        chip.execute(json!({ "gpio": [EMERGENCY, 0], "steppers": STEPPERS }));
+        chip.wait_for_usb();
         chip
     }
 
@@ -100,7 +100,7 @@ impl Chip {
     ///
     /// # Panics
     /// Where it does not come within half a second.
-    pub fn come_up(&mut self) {
+    pub fn wait_for_usb(&mut self) {
         let ready = (0..100).any(|_| {
             let reply = self.run_us(5000);
             reply["states"]
@@ -114,7 +114,7 @@ impl Chip {
     ///
     /// # Panics
     /// Where the chip's process has ended or refuses.
-    pub fn ask(&mut self, command: Value) -> Value {
+    pub fn execute(&mut self, command: Value) -> Value {
         writeln!(self.commands, "{command}").expect("the chip takes commands");
         let mut line = String::new();
         self.replies.read_line(&mut line).expect("the chip replies");
@@ -127,29 +127,29 @@ impl Chip {
             }
         }
         for burst in reply["usb"].as_array().into_iter().flatten() {
-            self.hear(burst[1].as_str().expect("bytes"));
+            self.receive(burst[1].as_str().expect("bytes"));
         }
         reply
     }
 
     /// Lets the chip's time pass.
     pub fn run_us(&mut self, us: u64) -> Value {
-        self.ask(json!({ "run_us": us }))
+        self.execute(json!({ "run_us": us }))
     }
 
     /// Sends bytes over USB and lets time pass.
     pub fn send(&mut self, bytes: &[u8], us: u64) -> Value {
         let hex: String = bytes.iter().map(|b| format!("{b:02x}")).collect();
-        self.ask(json!({ "usb": hex }));
+        self.execute(json!({ "usb": hex }));
         self.run_us(us)
     }
 
-    fn hear(&mut self, hex: &str) {
+    fn receive(&mut self, hex: &str) {
         for at in (0..hex.len()).step_by(2) {
             let byte = u8::from_str_radix(&hex[at..at + 2], 16).expect("hexadecimal");
             self.sent.push(byte);
             if let Some(message) = self.accumulator.push(byte) {
-                self.heard.push(message.expect("the link inside the emulation loses nothing"));
+                self.received.push(message.expect("the link inside the emulation loses nothing"));
             }
         }
     }

@@ -41,7 +41,7 @@ impl Plant for Linear {
 pub struct Miswired<P> {
     /// The rig.
     pub plant: P,
-    /// Which of the board's motors turns pulley A, B, C.
+    /// BenchLaw of the board's motors turns pulley A, B, C.
     pub order: [usize; 3],
     /// +1, or -1 for a reversed motor; by pulley.
     pub signs: [f64; 3],

@@ -13,7 +13,7 @@ use plumb_protocol::message::{
 };
 use plumb_protocol::units::{Micros, Point, Steps16};
 use plumb_runtime::rig::{LawSettings, Rig};
-use plumb_tests::chip::{Chip, image};
+use plumb_tests::chip::{Chip, firmware_image};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -40,7 +40,7 @@ impl Pair {
         let plant = QuasiStatic::new(task.geometry, task.start).expect("the paper's rig");
         let board = EmulatedBoard::new(EMULATED);
         let mut pair = Self { chip, board, plant, sent: Vec::new(), sequence: 0, id: 0 };
-        pair.tell(Command::Hello(Hello::OURS));
+        pair.request(Command::Hello(Hello::OURS));
         pair
     }
 
@@ -50,17 +50,18 @@ impl Pair {
     fn give(&mut self, bytes: &[u8]) {
         let mut both = bytes.to_vec();
         both.extend(encode(&ToBoard { id: STATUS, command: Command::Status }).expect("a frame"));
-        let before = self.chip.heard.len();
+        let before = self.chip.received.len();
         self.chip.send(&both, 10 * u64::from(TICK_US));
         // Status is answered with telemetry and an answer of its own, one after the other.
-        let status = self.chip.heard[before..].windows(2).find_map(|pair| match pair {
+        let status = self.chip.received[before..].windows(2).find_map(|pair| match pair {
             [FromBoard::Telemetry(telemetry), FromBoard::Answer(answer)] if answer.id == STATUS => {
                 Some(telemetry.time.0)
             }
             _ => None,
         });
-        let status = status
-            .unwrap_or_else(|| panic!("no answer to Status in {:?}", &self.chip.heard[before..]));
+        let status = status.unwrap_or_else(|| {
+            panic!("no answer to Status in {:?}", &self.chip.received[before..])
+        });
         self.run_board(status - u64::from(TICK_US));
         self.board.write(bytes);
         self.run_board(status);
@@ -68,7 +69,7 @@ impl Pair {
         self.sent.extend(self.board.read());
     }
 
-    fn tell(&mut self, command: Command) {
+    fn request(&mut self, command: Command) {
         self.id += 1;
         let frame = encode(&ToBoard { id: self.id, command }).expect("a frame");
         self.give(&frame);
@@ -85,7 +86,7 @@ impl Pair {
         if report {
             self.sequence = self.sequence.wrapping_add(1);
             let ball = Point::from_metres(self.plant.ball().into());
-            self.tell(Command::Position(Position {
+            self.request(Command::Position(Position {
                 sequence: self.sequence,
                 age_us: 20_000,
                 ball,
@@ -101,7 +102,7 @@ impl Pair {
     }
 
     fn telemetry(&self) -> &Telemetry {
-        self.chip.heard.iter().rev().find_map(telemetry).expect("telemetry")
+        self.chip.received.iter().rev().find_map(telemetry).expect("telemetry")
     }
 
     fn state(&self) -> State {
@@ -112,7 +113,7 @@ impl Pair {
     /// says.
     fn assert_agree(&mut self, what: &str) {
         // Let what is under way arrive, then the emulated board catch up to the chip's last word.
-        self.tell(Command::Status);
+        self.request(Command::Status);
         let common = self.sent.len().min(self.chip.sent.len());
         assert!(
             common > 100 && self.chip.sent.len() - common < 300 && self.sent.len() - common < 300
@@ -147,8 +148,8 @@ fn seeking(image: &std::path::Path, law: LawSettings) -> Pair {
     let mut rig = Rig::paper().expect("the paper's rig file");
     rig.law = law;
     let mut pair = Pair::new(Chip::start(image));
-    pair.tell(Command::Configure(rig.config().expect("a configuration")));
-    pair.tell(Command::Target(rig.targets().expect("a target")[0]));
+    pair.request(Command::Configure(rig.config().expect("a configuration")));
+    pair.request(Command::Target(rig.targets().expect("a target")[0]));
     pair
 }
 
@@ -161,7 +162,7 @@ fn interval() -> LawSettings {
 
 #[test]
 fn the_papers_task_is_the_same_to_the_bit_with_every_law() {
-    let Some(image) = image() else { return };
+    let Some(image) = firmware_image() else { return };
     let named = |name| LawSettings::named(name).expect("a law");
     for law in [interval(), named("sign"), named("adaptive"), named("taut")] {
         let name = law.name();
@@ -176,7 +177,7 @@ fn the_papers_task_is_the_same_to_the_bit_with_every_law() {
                 pair.state()
             );
         }
-        pair.tell(Command::Stop);
+        pair.request(Command::Stop);
         pair.pass(600_000);
         pair.assert_agree(name);
         let error = (pair.plant.ball() - Task::paper().target).norm();
@@ -199,7 +200,7 @@ fn ten_seeded_faults_are_the_same_to_the_bit_with_slow_laws() {
 /// Ways to go wrong, each somewhere in the first second: silence, a blind camera, nonsense, other
 /// targets.
 fn faults(seeds: std::ops::Range<u64>, law: impl Fn(u64) -> LawSettings) {
-    let Some(image) = image() else { return };
+    let Some(image) = firmware_image() else { return };
     for seed in seeds {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let mut pair = seeking(&image, law(seed));
@@ -209,7 +210,7 @@ fn faults(seeds: std::ops::Range<u64>, law: impl Fn(u64) -> LawSettings) {
         match seed % 5 {
             0 => pair.pass(700_000),
             1 => (0..20).for_each(|_| {
-                pair.tell(Command::Position(Position {
+                pair.request(Command::Position(Position {
                     sequence: pair.sequence,
                     age_us: 0,
                     ball: None,
@@ -223,11 +224,13 @@ fn faults(seeds: std::ops::Range<u64>, law: impl Fn(u64) -> LawSettings) {
                 pair.give(&[noise.as_slice(), &[0]].concat());
                 pair.frame(true);
             }
-            3 => pair.tell(Command::Target(Point::from_metres([0.4, 0.4, 2.0]).expect("a point"))),
+            3 => {
+                pair.request(Command::Target(Point::from_metres([0.4, 0.4, 2.0]).expect("a point")))
+            }
             _ => (0..5).for_each(|_| {
                 pair.sequence += 1;
                 let ball = Point::from_metres([0.4, 0.4, random.random_range(1.0..3.0)]);
-                pair.tell(Command::Position(Position {
+                pair.request(Command::Position(Position {
                     sequence: pair.sequence,
                     age_us: 0,
                     ball,
@@ -236,7 +239,7 @@ fn faults(seeds: std::ops::Range<u64>, law: impl Fn(u64) -> LawSettings) {
                 pair.pass(30_000);
             }),
         }
-        pair.tell(Command::Stop);
+        pair.request(Command::Stop);
         // A ramp of 0.2 s, and taut's running mean.
         pair.pass(600_000);
         pair.assert_agree(&format!("seed {seed}"));

@@ -9,26 +9,26 @@ use plumb_protocol::config::{Coils, Drivers, StepDir};
 use plumb_protocol::frame::Accumulator;
 use plumb_protocol::message::{Command, FromBoard, Hello, Jog, Refusal, State};
 use plumb_protocol::units::{Acceleration, Rate, Steps16};
-use plumb_tests::chip::{Chip, fast, image};
+use plumb_tests::chip::{Chip, fast_config, firmware_image};
 use serde_json::{Value, json};
 
 const JOG: Jog = Jog { motor: 0, distance: Steps16(160), rate: Rate(100 << 8) };
 
 /// Stores the board's configuration; how long until it is written, µs, at most a second.
 fn store(chip: &mut Chip) -> u64 {
-    let (before, began) = (chip.heard.len(), chip.us());
+    let (before, began) = (chip.received.len(), chip.us());
     let frame = chip.frame(Command::Store);
     chip.send(&frame, 0);
     for _ in 0..1000 {
         chip.run_us(1000);
-        if chip.heard[before..]
+        if chip.received[before..]
             .iter()
             .any(|m| matches!(m, FromBoard::Answer(a) if a.refusal.is_none()))
         {
             return chip.us() - began;
         }
     }
-    panic!("not stored: {:?}", &chip.heard[before..]);
+    panic!("not stored: {:?}", &chip.received[before..]);
 }
 
 /// Whether a board that has just started has `config`: a jog at its highest rate is taken, one
@@ -36,8 +36,8 @@ fn store(chip: &mut Chip) -> u64 {
 fn has(chip: &mut Chip, config: &Config) -> bool {
     let rate = config.motors[0].max_rate;
     let mut refusal = |rate| {
-        let refusal = chip.tell(Command::Jog(Jog { rate, distance: Steps16(16), ..JOG }));
-        chip.stand_still();
+        let refusal = chip.request(Command::Jog(Jog { rate, distance: Steps16(16), ..JOG }));
+        chip.stop_and_wait();
         refusal
     };
     refusal(Rate(rate.0 + 256)) == Some(Refusal::JogRate) && refusal(rate).is_none()
@@ -45,16 +45,16 @@ fn has(chip: &mut Chip, config: &Config) -> bool {
 
 #[test]
 fn a_stored_configuration_outlives_the_power_and_moves_nothing_before_hello() {
-    let Some(image) = image() else { return };
-    let config = fast(400.0, StepDir::A4988);
+    let Some(image) = firmware_image() else { return };
+    let config = fast_config(400.0, StepDir::A4988);
     let mut chip = Chip::start(&image).configured(config);
     let took = store(&mut chip);
     assert!((45_000..60_000).contains(&took), "{took} µs for a sector of 45 ms and a page");
     chip.power_cycle();
-    assert_eq!(chip.tell(Command::Jog(JOG)), Some(Refusal::NotGreeted));
+    assert_eq!(chip.request(Command::Jog(JOG)), Some(Refusal::NotGreeted));
     chip.run_us(300_000);
     assert_eq!(chip.pulses().map(|pulses| pulses.count), [0; 3]);
-    chip.tell(Command::Hello(Hello::OURS));
+    chip.request(Command::Hello(Hello::OURS));
     assert_eq!(chip.state(), State::Ready);
     assert!(has(&mut chip, &config));
 }
@@ -63,19 +63,19 @@ fn a_stored_configuration_outlives_the_power_and_moves_nothing_before_hello() {
 /// written, and after.
 #[test]
 fn a_power_cut_while_storing_leaves_the_old_or_the_new_configuration() {
-    let Some(image) = image() else { return };
-    let [old, new] = [400.0, 500.0].map(|rate| fast(rate, StepDir::A4988));
+    let Some(image) = firmware_image() else { return };
+    let [old, new] = [400.0, 500.0].map(|rate| fast_config(rate, StepDir::A4988));
     let mut kept = [0, 0];
     for moment in
         [0, 500, 1_500, 2_500, 10_000, 25_000, 40_000, 46_000, 46_600, 46_900, 47_200, 55_000]
     {
         let mut chip = Chip::start(&image).configured(old);
         store(&mut chip);
-        assert_eq!(chip.tell(Command::Configure(new)), None);
+        assert_eq!(chip.request(Command::Configure(new)), None);
         let frame = chip.frame(Command::Store);
         chip.send(&frame, moment);
         chip.power_cycle();
-        chip.tell(Command::Hello(Hello::OURS));
+        chip.request(Command::Hello(Hello::OURS));
         assert_eq!(chip.state(), State::Ready, "cut after {moment} µs");
         let which = [old, new].iter().position(|config| has(&mut chip, config));
         kept[which.unwrap_or_else(|| panic!("neither, cut after {moment} µs"))] += 1;
@@ -121,14 +121,14 @@ impl Hats {
 /// Motor A, on M1 and M2 of the first HAT, goes eight full steps: its field turns twice.
 #[test]
 fn motor_hats_turn_the_field_with_the_steps() {
-    let Some(image) = image() else { return };
-    let mut config = fast(250.0, StepDir::A4988);
+    let Some(image) = firmware_image() else { return };
+    let mut config = fast_config(250.0, StepDir::A4988);
     config.drivers = Drivers::MotorHats(Coils { duty_percent: 80 });
     config.motors.iter_mut().for_each(|motor| motor.max_acceleration = Acceleration(4000));
     let mut hats = Hats::default();
     let mut chip = Chip::start(&image);
-    chip.ask(json!({ "i2c": [0, 0x60, "pca9685"] }));
-    chip.ask(json!({ "i2c": [0, 0x61, "pca9685"] }));
+    chip.execute(json!({ "i2c": [0, 0x60, "pca9685"] }));
+    chip.execute(json!({ "i2c": [0, 0x61, "pca9685"] }));
     let frames =
         [Command::Hello(Hello::OURS), Command::Configure(config)].map(|c| chip.frame(c)).concat();
     assert!(hats.take(&chip.send(&frames, 100_000)) > 10, "both are set up");
@@ -151,7 +151,7 @@ fn motor_hats_turn_the_field_with_the_steps() {
     assert_eq!(quadrants, [0, 1, 2, 3, 0, 1, 2, 3, 0], "four full steps are a turn");
     assert_eq!(chip.status().motors.map(Steps16::to_si), [8.0, 0.0, 0.0]);
 
-    chip.emergency(true);
+    chip.set_emergency(true);
     hats.take(&chip.run_us(5000));
     for (address, channel) in [0x60, 0x61].into_iter().flat_map(|a| (0..16).map(move |c| (a, c))) {
         assert_eq!(
@@ -166,7 +166,7 @@ fn motor_hats_turn_the_field_with_the_steps() {
 fn over_uart(chip: &mut Chip, commands: &[Command]) -> Vec<FromBoard> {
     let bytes: Vec<u8> = commands.iter().flat_map(|&command| chip.frame(command)).collect();
     let hex: String = bytes.iter().map(|byte| format!("{byte:02x}")).collect();
-    chip.ask(json!({ "uart": hex }));
+    chip.execute(json!({ "uart": hex }));
     let reply = chip.run_us(100_000);
     let mut accumulator = Accumulator::new();
     let hex = reply["uart"][0][1].as_str().unwrap_or_default();
@@ -181,9 +181,10 @@ fn over_uart(chip: &mut Chip, commands: &[Command]) -> Vec<FromBoard> {
 /// that is silent.
 #[test]
 fn the_serial_line_is_as_good_as_usb_and_keeps_the_board_while_it_speaks() {
-    let Some(image) = image() else { return };
+    let Some(image) = firmware_image() else { return };
     let mut chip = Chip::start(&image);
-    let setting_up = [Command::Hello(Hello::OURS), Command::Configure(fast(400.0, StepDir::A4988))];
+    let setting_up =
+        [Command::Hello(Hello::OURS), Command::Configure(fast_config(400.0, StepDir::A4988))];
     let said = over_uart(&mut chip, &setting_up);
     assert!(
         matches!(said[..], [FromBoard::Hello(hello), FromBoard::Started(_), FromBoard::Answer(answer), ..]
@@ -196,12 +197,12 @@ fn the_serial_line_is_as_good_as_usb_and_keeps_the_board_while_it_speaks() {
 
     let hello = chip.frame(Command::Hello(Hello::OURS));
     chip.send(&hello, 10_000);
-    assert_eq!(chip.heard, [], "not while the serial line is the master");
+    assert_eq!(chip.received, [], "not while the serial line is the master");
     chip.run_us(1_100_000);
-    chip.tell(Command::Hello(Hello::OURS));
-    chip.ask(json!({ "unplug": true }));
+    chip.request(Command::Hello(Hello::OURS));
+    chip.execute(json!({ "unplug": true }));
     chip.run_us(50_000);
-    chip.ask(json!({ "plug": true }));
-    chip.come_up();
-    chip.tell(Command::Hello(Hello::OURS));
+    chip.execute(json!({ "plug": true }));
+    chip.wait_for_usb();
+    chip.request(Command::Hello(Hello::OURS));
 }

@@ -6,7 +6,9 @@ use plumb_protocol::Config;
 use plumb_protocol::config::{Estimated, Law, StepDir};
 use plumb_protocol::message::{Command, Fault, Hello, Jog, Refusal, State};
 use plumb_protocol::units::{Acceleration, Milliseconds, Rate, Steps16};
-use plumb_tests::chip::{CYCLES_PER_US, Chip, ENABLE, FAR, NEAR, fast, image};
+use plumb_tests::chip::{
+    BALL_UM, CYCLES_PER_US, Chip, ENABLE, FAR_TARGET_UM, fast_config, firmware_image,
+};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde_json::json;
@@ -16,57 +18,57 @@ const EMERGENCY_STOP: State = State::Fault(Fault::EmergencyStop);
 /// The emergency input opens at 20 random moments while three motors hurry.
 #[test]
 fn the_emergency_input_cuts_the_pulses_and_the_positions_stay_exact() {
-    let Some(image) = image() else { return };
+    let Some(image) = firmware_image() else { return };
     let mut random = ChaCha8Rng::seed_from_u64(5);
-    let mut chip = Chip::start(&image).configured(fast(62_500.0, StepDir::TMC2209));
+    let mut chip = Chip::start(&image).configured(fast_config(62_500.0, StepDir::TMC2209));
     // The resistor that holds the drivers off.
-    chip.drive(ENABLE, Some(1));
+    chip.drive_pin(ENABLE, Some(1));
     for round in 0..20 {
-        let target = if round % 2 == 0 { FAR } else { FAR.map(|x| -x / 2) };
-        chip.hurry(NEAR, target);
+        let target = if round % 2 == 0 { FAR_TARGET_UM } else { FAR_TARGET_UM.map(|x| -x / 2) };
+        chip.seek(BALL_UM, target);
         let us = random.random_range(3_000..30_000);
         chip.run_us(us);
-        chip.ask(json!({ "run_cycles": random.random_range(0..25_000) }));
-        assert_eq!(chip.level(ENABLE), 0);
+        chip.execute(json!({ "run_cycles": random.random_range(0..25_000) }));
+        assert_eq!(chip.pin_level(ENABLE), 0);
         assert!(chip.pulses().iter().any(|pulses| pulses.count > 100));
 
         let opened = chip.cycle;
-        chip.emergency(true);
+        chip.set_emergency(true);
         chip.run_us(400);
         let last = chip.pulses().iter().filter_map(|pulses| pulses.last).max().expect("pulses");
         assert!(last <= opened + 125, "a pulse {} clocks after the input opened", last - opened);
-        assert_eq!(chip.level(ENABLE), 1, "the drivers are let go of within two ticks");
+        assert_eq!(chip.pin_level(ENABLE), 1, "the drivers are let go of within two ticks");
         let telemetry = chip.status();
         assert_eq!(telemetry.state, EMERGENCY_STOP);
         assert_eq!(telemetry.motors.map(Steps16::to_si), chip.motors, "round {round}");
 
-        assert_eq!(chip.tell(Command::ClearFault), Some(Refusal::Faulted(Fault::EmergencyStop)));
-        chip.emergency(false);
+        assert_eq!(chip.request(Command::ClearFault), Some(Refusal::Faulted(Fault::EmergencyStop)));
+        chip.set_emergency(false);
         chip.run_us(1000);
         assert_eq!(chip.state(), EMERGENCY_STOP, "closing the loop alone clears nothing");
-        assert_eq!(chip.tell(Command::ClearFault), None);
+        assert_eq!(chip.request(Command::ClearFault), None);
     }
 }
 
 #[test]
 fn a_silent_host_stops_the_motors_within_its_deadline_and_their_ramp() {
-    let Some(image) = image() else { return };
+    let Some(image) = firmware_image() else { return };
     let (deadline_us, ramp_us) = (150_000, 250_000);
-    let mut config = fast(1000.0, StepDir::TMC2209);
+    let mut config = fast_config(1000.0, StepDir::TMC2209);
     config.motors.iter_mut().for_each(|motor| motor.max_acceleration = Acceleration(4000));
     config.deadlines.host = Milliseconds(150);
     let mut chip = Chip::start(&image).configured(config);
     let jog =
         Jog { motor: 1, distance: Steps16(1 << 20), rate: Rate::from_si(1000.0).expect("a rate") };
-    assert_eq!(chip.tell(Command::Jog(jog)), None);
+    assert_eq!(chip.request(Command::Jog(jog)), None);
     for _ in 0..4 {
         chip.run_us(100_000);
         assert!(matches!(chip.state(), State::Ready | State::Seeking), "it jogs");
     }
     // The answer to the last Status came within 2 ms of it.
-    let heard = chip.us() - 2000;
+    let received = chip.us() - 2000;
     chip.run_us(1_000_000);
-    let stood = chip.pulses()[1].last.expect("pulses") / CYCLES_PER_US - heard;
+    let stood = chip.pulses()[1].last.expect("pulses") / CYCLES_PER_US - received;
     assert!(
         stood > deadline_us + ramp_us / 2,
         "{stood} µs: it stops by a ramp, after the deadline"
@@ -80,14 +82,14 @@ fn a_silent_host_stops_the_motors_within_its_deadline_and_their_ramp() {
 /// drivers off, and it says so.
 #[test]
 fn the_watchdog_stops_moving_motors() {
-    let Some(image) = image() else { return };
-    let mut chip = Chip::start(&image).configured(fast(62_500.0, StepDir::TMC2209));
-    chip.drive(ENABLE, Some(1));
-    chip.hurry(NEAR, FAR);
+    let Some(image) = firmware_image() else { return };
+    let mut chip = Chip::start(&image).configured(fast_config(62_500.0, StepDir::TMC2209));
+    chip.drive_pin(ENABLE, Some(1));
+    chip.seek(BALL_UM, FAR_TARGET_UM);
     chip.run_us(10_000);
     let hung = chip.cycle;
     chip.hang();
-    chip.assert_bitten_within(150);
+    chip.assert_watchdog_reset_within(150);
     let last = chip.pulses().iter().filter_map(|pulses| pulses.last).max().expect("pulses");
     assert!(
         last < hung + 2 * 200 * CYCLES_PER_US,
@@ -102,33 +104,35 @@ fn the_watchdog_stops_moving_motors() {
 #[test]
 fn the_stack_keeps_a_third_of_its_room() {
     const STACK: usize = 32 * 1024;
-    let Some(image) = image() else { return };
+    let Some(image) = firmware_image() else { return };
     let mut chip = Chip::start(&image);
-    chip.ask(json!({ "reset": "power" }));
-    chip.ask(json!({ "poke": [0x2000_0000, "a5".repeat(STACK - 256)] }));
-    chip.emergency(true);
-    chip.come_up();
-    chip.emergency(false);
+    chip.execute(json!({ "reset": "power" }));
+    chip.execute(json!({ "poke": [0x2000_0000, "a5".repeat(STACK - 256)] }));
+    chip.set_emergency(true);
+    chip.wait_for_usb();
+    chip.set_emergency(false);
     chip.run_us(1000);
-    chip.tell(Command::Hello(Hello::OURS));
-    assert_eq!(chip.tell(Command::ClearFault), None);
+    chip.request(Command::Hello(Hello::OURS));
+    assert_eq!(chip.request(Command::ClearFault), None);
     let delay = Milliseconds(40);
     let estimated = Estimated { delay };
-    for law in [Law::Adaptive(estimated), Law::Taut(estimated), fast(400.0, StepDir::A4988).law] {
+    for law in
+        [Law::Adaptive(estimated), Law::Taut(estimated), fast_config(400.0, StepDir::A4988).law]
+    {
         assert_eq!(
-            chip.tell(Command::Configure(Config { law, ..fast(400.0, StepDir::A4988) })),
+            chip.request(Command::Configure(Config { law, ..fast_config(400.0, StepDir::A4988) })),
             None
         );
-        chip.hurry(NEAR, FAR);
+        chip.seek(BALL_UM, FAR_TARGET_UM);
         for z in 0..5 {
-            chip.see([500_000, 300_000, 3_000 * z]);
+            chip.send_position([500_000, 300_000, 3_000 * z]);
             chip.run_us(30_000);
         }
-        chip.stand_still();
+        chip.stop_and_wait();
     }
     let frame = chip.frame(Command::Store);
     chip.send(&frame, 100_000);
-    let stack = chip.ask(json!({ "peek": [0x2000_0000, STACK] }))["peek"].to_string();
+    let stack = chip.execute(json!({ "peek": [0x2000_0000, STACK] }))["peek"].to_string();
     let free =
         stack.trim_matches('"').as_bytes().chunks(2).take_while(|digits| digits == b"a5").count();
     println!("{} of {STACK} bytes of stack were used", STACK - free);

@@ -6,7 +6,7 @@
 use plumb_protocol::config::StepDir;
 use plumb_protocol::message::{Command, Jog};
 use plumb_protocol::units::{Rate, Steps16};
-use plumb_tests::chip::{CYCLES_PER_US, Chip, Pulses, fast, image, point};
+use plumb_tests::chip::{CYCLES_PER_US, Chip, Pulses, fast_config, firmware_image, point};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -15,22 +15,22 @@ fn disturb(chip: &mut Chip, random: &mut ChaCha8Rng, rate: f64) {
     let mut place = || [0; 3].map(|_| random.random_range(-900_000..1_900_000));
     let (ball, target) = (place(), place());
     match random.random_range(0..12) {
-        0 => drop(chip.tell(Command::Stop)),
-        1..3 => drop(chip.tell(Command::Target(point(target)))),
+        0 => drop(chip.request(Command::Stop)),
+        1..3 => drop(chip.request(Command::Target(point(target)))),
         3 => {
-            chip.stand_still();
+            chip.stop_and_wait();
             let distance = Steps16(random.random_range(-20_000..20_000));
             let rate = Rate::from_si(rate * random.random_range(0.01..1.0)).expect("a rate");
             let motor = random.random_range(0..3);
-            assert_eq!(chip.tell(Command::Jog(Jog { motor, distance, rate })), None);
+            assert_eq!(chip.request(Command::Jog(Jog { motor, distance, rate })), None);
             chip.run_us(40_000);
-            chip.stand_still();
-            chip.see(ball);
-            chip.tell(Command::Target(point(target)));
+            chip.stop_and_wait();
+            chip.send_position(ball);
+            chip.request(Command::Target(point(target)));
         }
-        4..8 => chip.see(ball),
+        4..8 => chip.send_position(ball),
         // Near the target, so that the rates are any.
-        _ => chip.see([0, 1, 2].map(|i| {
+        _ => chip.send_position([0, 1, 2].map(|i| {
             let near: i32 = random.random_range(-3_000..3_000);
             (target[i] + near).clamp(-900_000, 1_900_000)
         })),
@@ -42,13 +42,13 @@ fn disturb(chip: &mut Chip, random: &mut ChaCha8Rng, rate: f64) {
 /// A million steps and more for each of `rounds`, at random; after each the board knows to the step
 /// where its motors are.
 fn random_steps(driver: StepDir, rate: f64, rounds: usize, seed: u64) {
-    let Some(image) = image() else { return };
+    let Some(image) = firmware_image() else { return };
     let mut random = ChaCha8Rng::seed_from_u64(seed);
-    let mut chip = Chip::start(&image).configured(fast(rate, driver));
+    let mut chip = Chip::start(&image).configured(fast_config(rate, driver));
     let [mut steps, mut turns] = [0, 0];
     for _ in 0..rounds {
-        chip.see([0; 3]);
-        chip.tell(Command::Target(point([1_000_000; 3])));
+        chip.send_position([0; 3]);
+        chip.request(Command::Target(point([1_000_000; 3])));
         let end = steps + 1_000_000;
         while steps < end {
             disturb(&mut chip, &mut random, rate);
@@ -58,7 +58,7 @@ fn random_steps(driver: StepDir, rate: f64, rounds: usize, seed: u64) {
                 assert_timing(&pulses, &driver);
             }
         }
-        let telemetry = chip.stand_still();
+        let telemetry = chip.stop_and_wait();
         assert_eq!(telemetry.motors.map(Steps16::to_si), chip.motors, "after {steps} steps");
     }
     println!(

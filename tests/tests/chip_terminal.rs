@@ -14,7 +14,7 @@ use plumb_emulator::rig::{QuasiStatic, Task};
 use plumb_runtime::link::Serial;
 use plumb_runtime::rig::Rig;
 use plumb_runtime::session::{Place, Session};
-use plumb_tests::chip::image;
+use plumb_tests::chip::firmware_image;
 use plumb_vision::detect::ball::Ball;
 
 /// Ended when dropped.
@@ -29,7 +29,7 @@ impl Drop for Ended {
 
 #[test]
 fn a_session_drives_the_real_image_over_a_serial_port() {
-    let Some(image) = image() else { return };
+    let Some(image) = firmware_image() else { return };
     let mut terminal = Ended(
         Command::new(env!("CARGO_BIN_EXE_chip-terminal"))
             .arg(image)

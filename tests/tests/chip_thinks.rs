@@ -10,7 +10,9 @@ use plumb_protocol::Config;
 use plumb_protocol::config::{Coils, Drivers, Estimated, Law, StepDir};
 use plumb_protocol::message::{Fault, FromBoard, State};
 use plumb_protocol::units::{Milliseconds, Steps16};
-use plumb_tests::chip::{CYCLES_PER_US, Chip, ENABLE, FAR, NEAR, fast, image};
+use plumb_tests::chip::{
+    BALL_UM, CYCLES_PER_US, Chip, ENABLE, FAR_TARGET_UM, fast_config, firmware_image,
+};
 use serde_json::json;
 
 /// A tick, cycles.
@@ -40,14 +42,14 @@ fn lateness(calls: &serde_json::Value) -> Vec<u64> {
 /// tick comes in its time, and no motor pauses.
 #[test]
 fn no_tick_is_late_while_a_slow_law_thinks() {
-    let Some(image) = image() else { return };
+    let Some(image) = firmware_image() else { return };
     for law in laws() {
-        let mut chip =
-            Chip::start(&image).configured(Config { law, ..fast(62_500.0, StepDir::TMC2209) });
-        chip.hurry(NEAR, FAR);
-        chip.ask(json!({ "trace": { "functions": {}, "handlers": { "tick": STEPPING } } }));
+        let mut chip = Chip::start(&image)
+            .configured(Config { law, ..fast_config(62_500.0, StepDir::TMC2209) });
+        chip.seek(BALL_UM, FAR_TARGET_UM);
+        chip.execute(json!({ "trace": { "functions": {}, "handlers": { "tick": STEPPING } } }));
         for at in 0..15 {
-            chip.see([NEAR[0] + 3000 * at, NEAR[1] - 700 * at, 1300 * at]);
+            chip.send_position([BALL_UM[0] + 3000 * at, BALL_UM[1] - 700 * at, 1300 * at]);
             for _ in 0..5 {
                 // Frames that are none, of 60 bytes.
                 chip.send(&[[at as u8 + 1; 59].as_slice(), &[0]].concat(), 6_000);
@@ -56,7 +58,7 @@ fn no_tick_is_late_while_a_slow_law_thinks() {
         }
         // 480 ms were 2400 ticks or one less, as the first one fell.
         chip.run_us(200);
-        let ticks = chip.ask(json!({ "calls": true }))["calls"]["tick"].take();
+        let ticks = chip.execute(json!({ "calls": true }))["calls"]["tick"].take();
         let late = lateness(&ticks);
         assert!(late.len() >= 2400, "{} ticks", late.len());
         // What was late once would move all that follow; single ones wait for interrupts to be let
@@ -68,7 +70,7 @@ fn no_tick_is_late_while_a_slow_law_thinks() {
             "{law:?}: {:?} cycles",
             late.iter().max()
         );
-        let telemetry = chip.stand_still();
+        let telemetry = chip.stop_and_wait();
         assert_eq!(telemetry.motors.map(Steps16::to_si), chip.motors, "{law:?}");
         assert!(telemetry.bad_frames >= 75 && telemetry.sequence == Some(17), "{telemetry:?}");
     }
@@ -89,43 +91,43 @@ fn answer(image: &Path) -> u64 {
 /// due, and the watchdog bites.
 #[test]
 fn a_thought_that_never_ends_stops_the_motors_and_then_the_board() {
-    let Some(image) = image() else { return };
-    let mut chip =
-        Chip::start(&image).configured(Config { law: laws()[0], ..fast(400.0, StepDir::TMC2209) });
-    chip.drive(ENABLE, Some(1));
-    chip.hurry(NEAR, FAR);
+    let Some(image) = firmware_image() else { return };
+    let mut chip = Chip::start(&image)
+        .configured(Config { law: laws()[0], ..fast_config(400.0, StepDir::TMC2209) });
+    chip.drive_pin(ENABLE, Some(1));
+    chip.seek(BALL_UM, FAR_TARGET_UM);
     chip.run_us(30_000);
-    chip.see(NEAR);
+    chip.send_position(BALL_UM);
     chip.run_us(30_000);
     assert!(chip.pulses().iter().any(|pulses| pulses.count > 100));
     // A jump to itself.
-    chip.ask(json!({ "poke": [answer(&image), "fee7"] }));
-    chip.see(NEAR);
+    chip.execute(json!({ "poke": [answer(&image), "fee7"] }));
+    chip.send_position(BALL_UM);
     chip.run_us(5_000);
     let told =
         |m: &FromBoard| matches!(m, FromBoard::Fault(report) if report.fault == Fault::LawLate);
-    assert!(chip.heard.iter().any(told), "{:?}", chip.heard.last());
+    assert!(chip.received.iter().any(told), "{:?}", chip.received.last());
     chip.pulses();
     chip.run_us(20_000);
     assert_eq!(chip.pulses().map(|pulses| pulses.count), [0; 3]);
-    chip.assert_bitten_within(250);
+    chip.assert_watchdog_reset_within(250);
     chip.assert_stopped_by_watchdog();
 }
 
 /// Motor HATs keep their bus busy all the time: the answers are there in time nevertheless.
 #[test]
 fn a_law_has_time_to_think_while_motor_hats_turn() {
-    let Some(image) = image() else { return };
+    let Some(image) = firmware_image() else { return };
     let mut chip = Chip::start(&image);
-    chip.ask(json!({ "i2c": [0, 0x60, "pca9685"] }));
-    chip.ask(json!({ "i2c": [0, 0x61, "pca9685"] }));
+    chip.execute(json!({ "i2c": [0, 0x60, "pca9685"] }));
+    chip.execute(json!({ "i2c": [0, 0x61, "pca9685"] }));
     let drivers = Drivers::MotorHats(Coils { duty_percent: 80 });
     let mut chip =
-        chip.configured(Config { law: laws()[1], drivers, ..fast(250.0, StepDir::TMC2209) });
-    chip.hurry(NEAR, FAR);
+        chip.configured(Config { law: laws()[1], drivers, ..fast_config(250.0, StepDir::TMC2209) });
+    chip.seek(BALL_UM, FAR_TARGET_UM);
     let mut writes = 0;
     for at in 0..20 {
-        let frame = chip.sight([NEAR[0] + 3000 * at, NEAR[1] - 700 * at, 1300 * at]);
+        let frame = chip.position_frame([BALL_UM[0] + 3000 * at, BALL_UM[1] - 700 * at, 1300 * at]);
         let reply = chip.send(&frame, 33_333);
         writes += reply["i2c"].as_array().map_or(0, Vec::len);
     }

@@ -8,7 +8,7 @@ use plumb_protocol::Config;
 use plumb_protocol::config::{Coils, Drivers, Law, Sign, StepDir};
 use plumb_protocol::message::{Command, Jog};
 use plumb_protocol::units::{Acceleration, Milliseconds, Rate, SignGain, Steps16};
-use plumb_tests::chip::{Chip, FAR, NEAR, fast, image, point};
+use plumb_tests::chip::{BALL_UM, Chip, FAR_TARGET_UM, fast_config, firmware_image, point};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde_json::{Value, json};
@@ -17,16 +17,16 @@ use serde_json::{Value, json};
 const STEPPING: u8 = 17;
 /// Clocks of a tick.
 const TICK: u64 = 25_000;
-/// Beyond the place of [`FAR`], so that motors on their way there are to turn round.
-const BEYOND: [i32; 3] = [2_000_000, 0, 2_000_000];
+/// Beyond the place of [`FAR_TARGET_UM`], so that motors on their way there are to turn round.
+const REVERSING_BALL_UM: [i32; 3] = [2_000_000, 0, 2_000_000];
 
 /// Step and direction at 1 M steps/s, without and with a running mean, this also with the law of
 /// signs; and coils.
 fn configs() -> [Config; 4] {
-    let quick = fast(62_500.0, StepDir::TMC2209);
+    let quick = fast_config(62_500.0, StepDir::TMC2209);
     let mut mean = quick;
     mean.mean = Milliseconds(320);
-    let mut coils = fast(2_400.0, StepDir::TMC2209);
+    let mut coils = fast_config(2_400.0, StepDir::TMC2209);
     coils.drivers = Drivers::Coils(Coils { duty_percent: 80 });
     coils.motors.iter_mut().for_each(|motor| motor.max_acceleration = Acceleration(100_000));
     let signs = Config { law: Law::Sign(Sign { gain: SignGain(1 << 20) }), ..mean };
@@ -47,30 +47,30 @@ fn spread(reply: &Value) -> u64 {
 /// comes at another part of the 25 000 clocks.
 #[test]
 fn no_tick_is_late_whatever_the_host_sends() {
-    let Some(image) = image() else { return };
+    let Some(image) = firmware_image() else { return };
     for config in configs() {
         let mut random = ChaCha8Rng::seed_from_u64(7);
         let mut chip = Chip::start(&image).configured(config);
-        chip.hurry(NEAR, FAR);
+        chip.seek(BALL_UM, FAR_TARGET_UM);
         chip.run_us(30_000);
-        chip.ask(json!({ "trace": { "functions": {}, "handlers": { "tick": STEPPING } } }));
+        chip.execute(json!({ "trace": { "functions": {}, "handlers": { "tick": STEPPING } } }));
         for round in 0..40 {
-            chip.see(if round % 2 == 0 { BEYOND } else { NEAR });
+            chip.send_position(if round % 2 == 0 { REVERSING_BALL_UM } else { BALL_UM });
             match round % 8 {
-                3 => drop(chip.tell(Command::Target(point(FAR)))),
-                4 => drop(chip.tell(Command::Configure(config))),
+                3 => drop(chip.request(Command::Target(point(FAR_TARGET_UM)))),
+                4 => drop(chip.request(Command::Configure(config))),
                 5 => {
                     let noise: Vec<u8> =
                         (0..250).map(|_| random.random_range(1..=255)).chain([0]).collect();
                     chip.send(&noise, 2_000);
                 }
-                6 => drop(chip.tell(Command::Status)),
+                6 => drop(chip.request(Command::Status)),
                 _ => {}
             }
             let us = random.random_range(0..2_000);
             chip.run_us(us);
         }
-        let reply = chip.ask(json!({ "calls": true }));
+        let reply = chip.execute(json!({ "calls": true }));
         // Some clocks later where the processor was just in a critical section.
         assert!(
             spread(&reply) < 400,
@@ -85,23 +85,23 @@ fn no_tick_is_late_whatever_the_host_sends() {
 /// In front of the end of its travel each tick of a jog finds out whether the motor still stops.
 #[test]
 fn no_tick_is_late_before_the_end_of_the_travel() {
-    let Some(image) = image() else { return };
+    let Some(image) = firmware_image() else { return };
     for mean in [0, 320] {
-        let mut config = fast(62_500.0, StepDir::TMC2209);
+        let mut config = fast_config(62_500.0, StepDir::TMC2209);
         config.mean = Milliseconds(mean);
         config.motors.iter_mut().for_each(|motor| motor.travel_max = Steps16(60_000));
         let mut chip = Chip::start(&image).configured(config);
         chip.run_us(10_000);
-        chip.ask(json!({ "trace": { "functions": {}, "handlers": { "tick": STEPPING } } }));
+        chip.execute(json!({ "trace": { "functions": {}, "handlers": { "tick": STEPPING } } }));
         for motor in 0..3 {
             let rate = Rate::from_si(62_000.0).expect("a rate");
             assert_eq!(
-                chip.tell(Command::Jog(Jog { motor, distance: Steps16(60_000), rate })),
+                chip.request(Command::Jog(Jog { motor, distance: Steps16(60_000), rate })),
                 None
             );
             chip.run_us(100_000 + 1000 * u64::from(mean));
         }
-        let reply = chip.ask(json!({ "calls": true }));
+        let reply = chip.execute(json!({ "calls": true }));
         assert!(
             spread(&reply) < 400,
             "{mean} ms: the ticks' phases are apart by {}",

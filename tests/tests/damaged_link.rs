@@ -81,11 +81,11 @@ fn a_link_that_damages_almost_everything_ends_safely() {
         let mut bench = configured(&rig, Wire::default());
         let lane = Lane { lost: 0.1, damaged: 0.85, doubled: 0.05, ..Lane::default() };
         bench.board.borrow_mut().set_wire(Wire::symmetric(lane, seed));
-        let heard = bench.link.target(rig.targets().expect("a target")[0]).is_ok();
+        let received = bench.link.target(rig.targets().expect("a target")[0]).is_ok();
         let (state, error) = run(bench, seed, 300);
         match state {
             // The target never got through.
-            State::Ready => assert!(!heard, "seed {seed}"),
+            State::Ready => assert!(!received, "seed {seed}"),
             State::Fault(_) => {}
             other => panic!("seed {seed}: {other} at {error} m"),
         }

@@ -3,7 +3,7 @@
 //! within 2 s, and the board stands still afterwards. `make links` prints the same as a table, and
 //! takes more seeds.
 
-use plumb_tests::links::{Outcome, Run, in_real_time, in_virtual_time, judge, link, links};
+use plumb_tests::links::{Outcome, Run, check_run, in_real_time, in_virtual_time, link, links};
 
 /// Seeds of each link and law, as `make links` has them.
 const SEEDS: u64 = 20;
@@ -11,7 +11,7 @@ const SEEDS: u64 = 20;
 /// What is wrong with a run, in a line; `None` where nothing is.
 fn wrong(run: &Run, in_time: fn(&Run) -> Outcome) -> Option<String> {
     let outcome = in_time(run);
-    let verdict = judge(run, &outcome);
+    let verdict = check_run(run, &outcome);
     let what = [verdict.false_reached.clone(), verdict.wrong.clone()].concat().join("; ");
     (!verdict.is_good())
         .then(|| format!("{}, {}, seed {}: {what}", run.link.name, run.law, run.seed))

@@ -15,7 +15,7 @@ use std::thread;
 
 use plumb_runtime::rig::LawSettings;
 use plumb_tests::links::{
-    LinkCase, Outcome, Run, Verdict, in_real_time, in_virtual_time, judge, links,
+    LinkCase, Outcome, Run, Verdict, check_run, in_real_time, in_virtual_time, links,
 };
 
 const USAGE: &str = "[--seeds N] [--link WORD] [--law NAME] [--runs] [--real-time]";
@@ -113,7 +113,7 @@ fn carry_out(runs: Vec<Run>, carry_out: fn(&Run) -> Outcome) -> Vec<Done> {
             let next = queue.lock().expect("no run panics").next();
             let Some(run) = next else { return };
             let outcome = carry_out(&run);
-            let verdict = judge(&run, &outcome);
+            let verdict = check_run(&run, &outcome);
             done.lock().expect("no run panics").push(Done { run, outcome, verdict });
         }
     };

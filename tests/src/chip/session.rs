@@ -37,8 +37,8 @@ impl Chip {
     /// # Panics
     /// Where it refuses.
     pub fn configured(mut self, config: Config) -> Self {
-        self.tell(Command::Hello(Hello::OURS));
-        assert_eq!(self.tell(Command::Configure(config)), None);
+        self.request(Command::Hello(Hello::OURS));
+        assert_eq!(self.request(Command::Configure(config)), None);
         self
     }
 
@@ -55,22 +55,24 @@ impl Chip {
     ///
     /// # Panics
     /// Where no answer comes.
-    pub fn tell(&mut self, command: Command) -> Option<Refusal> {
-        let before = self.heard.len();
+    pub fn request(&mut self, command: Command) -> Option<Refusal> {
+        let before = self.received.len();
         let frame = self.frame(command);
         self.send(&frame, 2000);
         let id = self.id;
-        let answer = self.heard[before..].iter().find_map(|message| match message {
+        let answer = self.received[before..].iter().find_map(|message| match message {
             FromBoard::Answer(answer) if answer.id == id => Some(answer.refusal),
             FromBoard::Hello(hello) if hello.id == id => Some(None),
             _ => None,
         });
-        answer.unwrap_or_else(|| panic!("{command:?} is not answered: {:?}", &self.heard[before..]))
+        answer.unwrap_or_else(|| {
+            panic!("{command:?} is not answered: {:?}", &self.received[before..])
+        })
     }
 
     /// Reports the ball, in micrometres, and lets 2 ms pass.
-    pub fn see(&mut self, ball: [i32; 3]) {
-        let frame = self.sight(ball);
+    pub fn send_position(&mut self, ball: [i32; 3]) {
+        let frame = self.position_frame(ball);
         self.send(&frame, 2000);
     }
 
@@ -78,14 +80,14 @@ impl Chip {
     ///
     /// # Panics
     /// Where the target is refused.
-    pub fn hurry(&mut self, ball: [i32; 3], target: [i32; 3]) {
-        self.see(ball);
-        assert_eq!(self.tell(Command::Target(point(target))), None);
-        self.see(ball);
+    pub fn seek(&mut self, ball: [i32; 3], target: [i32; 3]) {
+        self.send_position(ball);
+        assert_eq!(self.request(Command::Target(point(target))), None);
+        self.send_position(ball);
     }
 
     /// The bytes of the next position, micrometres.
-    pub fn sight(&mut self, ball: [i32; 3]) -> Vec<u8> {
+    pub fn position_frame(&mut self, ball: [i32; 3]) -> Vec<u8> {
         self.sequence = self.sequence.wrapping_add(1);
         let ball = Some(point(ball));
         self.frame(Command::Position(Position {
@@ -101,8 +103,8 @@ impl Chip {
     /// # Panics
     /// Where it does not answer.
     pub fn status(&mut self) -> Telemetry {
-        self.tell(Command::Status);
-        let telemetry = self.heard.iter().rev().find_map(|message| match message {
+        self.request(Command::Status);
+        let telemetry = self.received.iter().rev().find_map(|message| match message {
             FromBoard::Telemetry(telemetry) => Some(*telemetry),
             _ => None,
         });
@@ -115,8 +117,8 @@ impl Chip {
     }
 
     /// Stops, and lets time pass until the motors stand; where the board says that they do.
-    pub fn stand_still(&mut self) -> Telemetry {
-        self.tell(Command::Stop);
+    pub fn stop_and_wait(&mut self) -> Telemetry {
+        self.request(Command::Stop);
         loop {
             self.run_us(20_000);
             let telemetry = self.status();
@@ -131,7 +133,7 @@ impl Chip {
     /// # Panics
     /// Where the chip does not tell.
     pub fn pulses(&mut self) -> [Pulses; 3] {
-        let reply = self.ask(json!({ "pulses": true }));
+        let reply = self.execute(json!({ "pulses": true }));
         [0, 1, 2].map(|motor| {
             let of = |name: &str| reply["pulses"][motor][name].as_u64();
             Pulses {
@@ -146,36 +148,36 @@ impl Chip {
     }
 
     /// Drives a pin from outside; `None` lets go of it.
-    pub fn drive(&mut self, pin: u8, level: Option<u8>) -> Value {
-        self.ask(json!({ "gpio": [pin, level] }))
+    pub fn drive_pin(&mut self, pin: u8, level: Option<u8>) -> Value {
+        self.execute(json!({ "gpio": [pin, level] }))
     }
 
     /// The level of a pin.
-    pub fn level(&mut self, pin: u8) -> u64 {
-        self.ask(json!({ "levels": [pin] }))["levels"][0].as_u64().unwrap_or(2)
+    pub fn pin_level(&mut self, pin: u8) -> u64 {
+        self.execute(json!({ "levels": [pin] }))["levels"][0].as_u64().unwrap_or(2)
     }
 
     /// Opens or closes the emergency loop.
-    pub fn emergency(&mut self, open: bool) {
-        self.drive(EMERGENCY, Some(u8::from(open)));
+    pub fn set_emergency(&mut self, open: bool) {
+        self.drive_pin(EMERGENCY, Some(u8::from(open)));
     }
 
     /// Takes the power away and gives it back; waits for USB.
     pub fn power_cycle(&mut self) {
-        self.ask(json!({ "reset": "power" }));
-        self.come_up();
+        self.execute(json!({ "reset": "power" }));
+        self.wait_for_usb();
     }
 
     /// Lets the processor jump to itself for ever, with interrupts off.
     pub fn hang(&mut self) {
-        self.ask(json!({ "hang": true }));
+        self.execute(json!({ "hang": true }));
     }
 
     /// The watchdog resets the chip within `ms` from now.
     ///
     /// # Panics
     /// Where it does not.
-    pub fn assert_bitten_within(&mut self, ms: u32) {
+    pub fn assert_watchdog_reset_within(&mut self, ms: u32) {
         let bitten = (0..ms).map(|_| self.run_us(1000)).find(|reply| !reply["resets"].is_null());
         assert_eq!(bitten.expect("a reset")["resets"][0][1], "watchdog");
     }
@@ -185,9 +187,9 @@ impl Chip {
     /// # Panics
     /// Where it does not.
     pub fn assert_stopped_by_watchdog(&mut self) {
-        self.come_up();
-        assert_eq!(self.level(ENABLE), 1);
-        self.tell(Command::Hello(Hello::OURS));
+        self.wait_for_usb();
+        assert_eq!(self.pin_level(ENABLE), 1);
+        self.request(Command::Hello(Hello::OURS));
         assert_eq!(self.state(), State::Fault(Fault::Watchdog));
     }
 
@@ -202,7 +204,7 @@ impl Chip {
 ///
 /// # Panics
 /// Where there is no such rate.
-pub fn fast(rate: f64, driver: StepDir) -> Config {
+pub fn fast_config(rate: f64, driver: StepDir) -> Config {
     let motor = Motor {
         max_rate: Rate::from_si(rate).expect("a rate"),
         max_acceleration: Acceleration(4_000_000),
@@ -220,11 +222,11 @@ pub fn fast(rate: f64, driver: StepDir) -> Config {
     }
 }
 
-/// A target that every motor of [`fast`] hurries to from [`NEAR`].
-pub const FAR: [i32; 3] = [2_000_000, 100_000, 1_700_000];
+/// A target that every motor of [`fast_config`] hurries to from [`BALL_UM`].
+pub const FAR_TARGET_UM: [i32; 3] = [2_000_000, 100_000, 1_700_000];
 
-/// A place of the ball for [`fast`].
-pub const NEAR: [i32; 3] = [500_000, 300_000, 0];
+/// A place of the ball for [`fast_config`].
+pub const BALL_UM: [i32; 3] = [500_000, 300_000, 0];
 
 /// A point from micrometres.
 pub fn point(micrometres: [i32; 3]) -> Point {

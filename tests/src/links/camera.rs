@@ -24,7 +24,7 @@ const VARIANCE: f64 = 0.01;
 
 /// A camera that follows the ball and zooms: the ball is at the same place of every picture, and
 /// each picture's intrinsics say where that is.
-pub struct SpotCamera<W> {
+pub struct TrackingCamera<W> {
     world: W,
     camera: Camera,
     timing: Timing,
@@ -33,7 +33,7 @@ pub struct SpotCamera<W> {
     under_way: VecDeque<(f64, Point3<f64>)>,
 }
 
-impl<W: World> SpotCamera<W> {
+impl<W: World> TrackingCamera<W> {
     /// Looks at the ball of `world` from where `camera` is.
     pub fn new(world: W, camera: Camera, timing: Timing) -> Self {
         let next_capture = world.now();
@@ -72,7 +72,7 @@ fn surface(ray: &Vector3<f64>, centre: &Vector3<f64>, radius: f64) -> Option<f64
     (discriminant >= 0.0).then(|| (along - discriminant.sqrt()) / square)
 }
 
-impl<W: World> Source for SpotCamera<W> {
+impl<W: World> Source for TrackingCamera<W> {
     /// Pictures are taken on time and arrive late, as those of `SimulatedCamera`.
     fn next_frame(&mut self) -> Result<Option<RgbdFrame>, SourceError> {
         let Timing { rate, latency } = self.timing;
@@ -93,16 +93,16 @@ impl<W: World> Source for SpotCamera<W> {
     }
 }
 
-impl<W: World> Live for SpotCamera<W> {
+impl<W: World> Live for TrackingCamera<W> {
     fn now(&self) -> f64 {
         self.world.now()
     }
 }
 
-/// Finds the ball where a [`SpotCamera`] puts it.
-pub struct Spot;
+/// Finds the ball where a [`TrackingCamera`] puts it.
+pub struct FixedDetector;
 
-impl Detector for Spot {
+impl Detector for FixedDetector {
     fn name(&self) -> &'static str {
         "spot"
     }
@@ -141,9 +141,9 @@ mod tests {
     fn the_ball_is_located_where_it_is() {
         let camera = camera_file::paper().expect("the paper's camera");
         for ball in [[0.54, 0.22, 0.459], [0.4, 0.4, 0.15], [0.7, 0.1, 0.3]].map(Point3::from) {
-            let source = SpotCamera::new(Still(ball), camera.clone(), Timing::default());
+            let source = TrackingCamera::new(Still(ball), camera.clone(), Timing::default());
             let frame = source.picture(0.0, ball).expect("a picture");
-            let detection = Spot.detect(&frame).expect("no error").expect("a ball");
+            let detection = FixedDetector.detect(&frame).expect("no error").expect("a ball");
             let located = locate(&detection, &frame, &camera).expect("a position");
             // A unit of depth is 0.1 mm.
             assert!((located.position - ball).norm() < 1e-4, "{} for {ball}", located.position);

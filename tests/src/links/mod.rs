@@ -2,11 +2,11 @@
 //! and link before an emulated board whose wire is the link.
 
 mod camera;
-mod judge;
+mod check;
 mod run;
 mod table;
 
-pub use camera::{Spot, SpotCamera};
-pub use judge::{Verdict, judge};
+pub use camera::{FixedDetector, TrackingCamera};
+pub use check::{Verdict, check_run};
 pub use run::{Leg, Outcome, Run, in_real_time, in_virtual_time};
 pub use table::{Expected, LinkCase, link, links, usable_links};

@@ -21,7 +21,7 @@ use plumb_runtime::session::{Place, Session, SessionError, Summary};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::{LinkCase, Spot, SpotCamera};
+use super::{FixedDetector, LinkCase, TrackingCamera};
 
 /// Targets of a run.
 const TARGETS: usize = 3;
@@ -55,7 +55,7 @@ pub struct Leg {
     /// Distance of the simulated ball from the target at the last picture, m.
     pub true_error_m: f64,
     /// Whether the session reports it as reached.
-    pub claimed: bool,
+    pub reported_reached: bool,
 }
 
 /// What a run came to.
@@ -185,13 +185,13 @@ fn drive<W: World, T: Transport>(
     rest: impl FnOnce(),
 ) -> Outcome {
     let camera = camera_file::paper().expect("the paper's camera");
-    let mut source = SpotCamera::new(world, camera.clone(), Timing::default());
+    let mut source = TrackingCamera::new(world, camera.clone(), Timing::default());
     let folder = tempfile::tempdir().expect("a folder");
     let mut legs = Vec::new();
     let session = Session {
         rig,
         camera: &camera,
-        detector: &mut Spot,
+        detector: &mut FixedDetector,
         place: Place::Folder(folder.path().join("run")),
         timeout: TIMEOUT_S,
         interrupted: &AtomicBool::new(false),
@@ -200,9 +200,9 @@ fn drive<W: World, T: Transport>(
     };
     let result = session.run(&mut source, transport).map(|ended| ended.summary);
     let ended_at = board.look(EmulatedBoard::now);
-    let Told { claimed, exit_code, cause } = told(&result);
-    for leg in legs.iter_mut().take(claimed) {
-        leg.claimed = true;
+    let Told { reported_reached, exit_code, cause } = told(&result);
+    for leg in legs.iter_mut().take(reported_reached) {
+        leg.reported_reached = true;
     }
     rest();
     let (state, rates) = board.look(|b| (b.state(), b.rates()));
@@ -214,7 +214,7 @@ fn drive<W: World, T: Transport>(
 fn note(legs: &mut Vec<Leg>, row: &Row, ball: Point3<f64>) {
     let target = row.target.expect("every row of a run has a target");
     if legs.last().is_none_or(|leg| leg.target != target) {
-        legs.push(Leg { target, frames: 0, true_error_m: 0.0, claimed: false });
+        legs.push(Leg { target, frames: 0, true_error_m: 0.0, reported_reached: false });
     }
     if let Some(leg) = legs.last_mut() {
         leg.frames += 1;
@@ -225,28 +225,30 @@ fn note(legs: &mut Vec<Leg>, row: &Row, ball: Point3<f64>) {
 /// What a session's result tells its user.
 struct Told {
     /// Targets that are reported as reached, from the first.
-    claimed: usize,
+    reported_reached: usize,
     exit_code: u8,
     cause: String,
 }
 
 /// Reads a session's result as `plumb run` does.
 fn told(result: &Result<Summary, SessionError>) -> Told {
-    let claimed = |summary: &Summary| summary.targets_reached;
+    let reported_reached = |summary: &Summary| summary.targets_reached;
     match result {
         Ok(summary) => Told {
-            claimed: claimed(summary),
+            reported_reached: reported_reached(summary),
             exit_code: u8::from(!summary.reached),
             cause: summary.ending.clone(),
         },
         Err(error) => match error {
-            SessionError::Broken { error, ended } => {
-                Told { claimed: claimed(&ended.summary), exit_code: 1, cause: error.to_string() }
-            }
+            SessionError::Broken { error, ended } => Told {
+                reported_reached: reported_reached(&ended.summary),
+                exit_code: 1,
+                cause: error.to_string(),
+            },
             SessionError::Link(error) => {
-                Told { claimed: 0, exit_code: 1, cause: error.to_string() }
+                Told { reported_reached: 0, exit_code: 1, cause: error.to_string() }
             }
-            _ => Told { claimed: 0, exit_code: 2, cause: error.to_string() },
+            _ => Told { reported_reached: 0, exit_code: 2, cause: error.to_string() },
         },
     }
 }

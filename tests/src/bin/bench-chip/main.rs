@@ -17,7 +17,7 @@ mod symbols;
 
 use std::path::PathBuf;
 
-use measure::Which;
+use measure::BenchLaw;
 use plumb_core::TICK_US;
 use plumb_core::think::Kind;
 use serde_json::{Map, Value, json};
@@ -40,8 +40,8 @@ fn main() {
     if let [profile, law @ ..] = options
         && profile == "--profile"
     {
-        let law = law.first().map_or(Which::Interval, |name| {
-            Which::named(name).expect("interval, adaptive or taut")
+        let law = law.first().map_or(BenchLaw::Interval, |name| {
+            BenchLaw::named(name).expect("interval, adaptive or taut")
         });
         return profile::print(&PathBuf::from(image), law);
     }
@@ -72,8 +72,8 @@ fn table(image: &std::path::Path) -> Vec<Row> {
     let [one, three] = measure::highest_rates(image);
     let [busy_slow, busy_fast, busy_taut] = measure::busy(image);
     let latency = measure::latency(image);
-    let [interval, adaptive, taut] =
-        [Which::Interval, Which::Adaptive, Which::Taut].map(|law| measure::costs(image, law));
+    let [interval, adaptive, taut] = [BenchLaw::Interval, BenchLaw::Adaptive, BenchLaw::Taut]
+        .map(|law| measure::costs(image, law));
     let (silence, expected) = measure::silence(image);
     println!(
         "Silence to standstill is held against the configured deadline and ramp, {expected} ms together.\n"

@@ -6,7 +6,7 @@ use plumb_protocol::Config;
 use plumb_protocol::config::{Estimated, Law, StepDir};
 use plumb_protocol::message::{Command, Jog};
 use plumb_protocol::units::{Acceleration, Milliseconds, Rate, Steps16};
-use plumb_tests::chip::{CYCLES_PER_US, Chip, FAR, NEAR, fast};
+use plumb_tests::chip::{BALL_UM, CYCLES_PER_US, Chip, FAR_TARGET_UM, fast_config};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde_json::{Value, json};
@@ -17,18 +17,18 @@ use crate::symbols::law_update;
 const TICK: u64 = 25_000;
 /// TIMER_IRQ_1, the stepping: above everything else, so that nothing else is in its time.
 const STEPPING: u8 = 17;
-/// A target that asks all three motors for the same rate from [`NEAR`].
-pub(crate) const ALIKE: [i32; 3] = [500_000, 300_000, 1_900_000];
-/// The ball beyond [`FAR`]: motors that hurried there are to turn round.
-const BEYOND: [i32; 3] = [2_000_000, 0, 2_000_000];
+/// A target that asks all three motors for the same rate from [`BALL_UM`].
+pub(crate) const EQUAL_RATES_TARGET_UM: [i32; 3] = [500_000, 300_000, 1_900_000];
+/// The ball beyond [`FAR_TARGET_UM`]: motors that hurried there are to turn round.
+const REVERSING_BALL_UM: [i32; 3] = [2_000_000, 0, 2_000_000];
 
 fn start(image: &Path, rate: f64) -> Chip {
-    start_with(image, rate, Which::Interval)
+    start_with(image, rate, BenchLaw::Interval)
 }
 
 /// A board that is configured with motors of this many steps/s and a law.
-pub(crate) fn start_with(image: &Path, rate: f64, law: Which) -> Chip {
-    Chip::start(image).configured(law.configured(fast(rate, StepDir::TMC2209)))
+pub(crate) fn start_with(image: &Path, rate: f64, law: BenchLaw) -> Chip {
+    Chip::start(image).configured(law.configured(fast_config(rate, StepDir::TMC2209)))
 }
 
 fn us(cycles: u64) -> f64 {
@@ -42,11 +42,11 @@ pub(crate) fn highest_rates(image: &Path) -> [f64; 2] {
         if alone {
             let rate = Rate::from_si(78_125.0).expect("a rate");
             assert_eq!(
-                chip.tell(Command::Jog(Jog { motor: 0, distance: Steps16(1 << 28), rate })),
+                chip.request(Command::Jog(Jog { motor: 0, distance: Steps16(1 << 28), rate })),
                 None
             );
         } else {
-            chip.hurry(NEAR, ALIKE);
+            chip.seek(BALL_UM, EQUAL_RATES_TARGET_UM);
         }
         chip.run_us(40_000);
         chip.pulses();
@@ -60,14 +60,15 @@ pub(crate) fn highest_rates(image: &Path) -> [f64; 2] {
 /// The share of the processor that is not asleep, percent, with 30 positions/s: at 3 x 5 000 and at
 /// 3 x 1 000 000 steps/s, and at the former with the law `taut`.
 pub(crate) fn busy(image: &Path) -> [f64; 3] {
-    let laws = [(312.5, Which::Interval), (62_500.0, Which::Interval), (312.5, Which::Taut)];
+    let laws =
+        [(312.5, BenchLaw::Interval), (62_500.0, BenchLaw::Interval), (312.5, BenchLaw::Taut)];
     laws.map(|(rate, law)| {
         let mut chip = start_with(image, rate, law);
-        chip.hurry(NEAR, ALIKE);
+        chip.seek(BALL_UM, EQUAL_RATES_TARGET_UM);
         chip.run_us(30_000);
         let before = load(&mut chip);
         for at in 0..15 {
-            chip.see([NEAR[0], NEAR[1], at * 1000]);
+            chip.send_position([BALL_UM[0], BALL_UM[1], at * 1000]);
             chip.run_us(31_333);
         }
         let after = load(&mut chip);
@@ -77,15 +78,15 @@ pub(crate) fn busy(image: &Path) -> [f64; 3] {
 
 /// Cycles since power-on, and those asleep.
 fn load(chip: &mut Chip) -> [f64; 2] {
-    let reply = chip.ask(json!({ "load": true }));
+    let reply = chip.execute(json!({ "load": true }));
     ["cycles", "sleepCycles"].map(|name| reply["load"][name].as_f64().expect("cycles"))
 }
 
 /// Rising edges of a pin while `us` pass, cycles.
 fn rises(chip: &mut Chip, pin: u8, us: u64) -> Vec<u64> {
-    chip.ask(json!({ "list": [pin] }));
+    chip.execute(json!({ "list": [pin] }));
     let reply = chip.run_us(us);
-    chip.ask(json!({ "list": [] }));
+    chip.execute(json!({ "list": [] }));
     let edges = reply["edges"].as_array().cloned().unwrap_or_default();
     edges.iter().filter(|edge| edge[2] == 1).filter_map(|edge| edge[0].as_u64()).collect()
 }
@@ -94,11 +95,11 @@ fn rises(chip: &mut Chip, pin: u8, us: u64) -> Vec<u64> {
 /// change their rates every tick. Where the segments begin is not seen from outside: it is taken
 /// where they differ least, the same all the time.
 pub(crate) fn jitter(image: &Path) -> f64 {
-    let mut config = fast(62_500.0, StepDir::TMC2209);
+    let mut config = fast_config(62_500.0, StepDir::TMC2209);
     config.motors.iter_mut().for_each(|motor| motor.max_acceleration = Acceleration(1_000_000));
     let worst = [2, 4, 6].map(|pin| {
         let mut chip = Chip::start(image).configured(config);
-        chip.hurry(NEAR, FAR);
+        chip.seek(BALL_UM, FAR_TARGET_UM);
         chip.run_us(5_000);
         let rises = rises(&mut chip, pin, 10_000);
         assert!(rises.len() > 500, "{}", rises.len());
@@ -124,13 +125,13 @@ fn spread(rises: &[u64], phase: u64) -> u64 {
 pub(crate) fn latency(image: &Path) -> (f64, f64) {
     let mut random = ChaCha8Rng::seed_from_u64(1);
     let mut chip = start(image, 62_500.0);
-    chip.hurry(NEAR, FAR);
+    chip.seek(BALL_UM, FAR_TARGET_UM);
     chip.run_us(40_000);
     let mut delays: Vec<u64> = (0..200)
         .map(|_| {
-            chip.see(NEAR);
-            chip.ask(json!({ "run_cycles": 500_000 + random.random_range(0..TICK) }));
-            let frame = chip.sight(BEYOND);
+            chip.send_position(BALL_UM);
+            chip.execute(json!({ "run_cycles": 500_000 + random.random_range(0..TICK) }));
+            let frame = chip.position_frame(REVERSING_BALL_UM);
             let sent = chip.cycle;
             chip.send(&frame, 0);
             let rises = rises(&mut chip, 2, 700);
@@ -142,15 +143,15 @@ pub(crate) fn latency(image: &Path) -> (f64, f64) {
     (us(delays[100]), us(delays[199]))
 }
 
-/// Which law.
+/// BenchLaw law.
 #[derive(Clone, Copy, PartialEq)]
-pub(crate) enum Which {
+pub(crate) enum BenchLaw {
     Interval,
     Adaptive,
     Taut,
 }
 
-impl Which {
+impl BenchLaw {
     /// By the name that it has in a rig file.
     pub(crate) fn named(name: &str) -> Option<Self> {
         match name {
@@ -188,17 +189,17 @@ pub(crate) struct Costs {
 
 /// From entry to return of the law's function and of the stepping's handler, as the instructions go
 /// by, over 30 positions.
-pub(crate) fn costs(image: &Path, which: Which) -> Costs {
-    let config = which.configured(fast(312.5, StepDir::TMC2209));
+pub(crate) fn costs(image: &Path, which: BenchLaw) -> Costs {
+    let config = which.configured(fast_config(312.5, StepDir::TMC2209));
     let mut chip = Chip::start(image).configured(config);
-    chip.hurry(NEAR, FAR);
-    let names = json!({ "functions": { "update": law_update(image, which != Which::Interval) }, "handlers": { "tick": STEPPING } });
-    chip.ask(json!({ "trace": names }));
+    chip.seek(BALL_UM, FAR_TARGET_UM);
+    let names = json!({ "functions": { "update": law_update(image, which != BenchLaw::Interval) }, "handlers": { "tick": STEPPING } });
+    chip.execute(json!({ "trace": names }));
     for at in 0..30 {
-        chip.see([NEAR[0] + 1000 * at, NEAR[1] - 700 * at, 1300 * at]);
+        chip.send_position([BALL_UM[0] + 1000 * at, BALL_UM[1] - 700 * at, 1300 * at]);
         chip.run_us(31_333);
     }
-    let reply = chip.ask(json!({ "calls": true }));
+    let reply = chip.execute(json!({ "calls": true }));
     let [updates, ticks] = ["update", "tick"].map(|name| calls(&reply["calls"][name]));
     // The stepping interrupts what thinks, and never the other way round.
     let interrupted = |call: &(u64, u64)| -> u64 {
@@ -246,16 +247,16 @@ pub(crate) fn emergency(image: &Path) -> f64 {
     let mut random = ChaCha8Rng::seed_from_u64(2);
     let mut chip = start(image, 62_500.0);
     let delays = (0..100).map(|_| {
-        chip.hurry(NEAR, FAR);
-        chip.ask(json!({ "run_cycles": 1_000_000 + random.random_range(0..TICK) }));
+        chip.seek(BALL_UM, FAR_TARGET_UM);
+        chip.execute(json!({ "run_cycles": 1_000_000 + random.random_range(0..TICK) }));
         let opened = chip.cycle;
-        chip.emergency(true);
+        chip.set_emergency(true);
         chip.run_us(1000);
         let last = chip.pulses().iter().filter_map(|pulses| pulses.last).max().expect("pulses");
         assert_eq!(chip.status().motors.map(Steps16::to_si), chip.motors);
-        chip.emergency(false);
+        chip.set_emergency(false);
         chip.run_us(1000);
-        assert_eq!(chip.tell(Command::ClearFault), None);
+        assert_eq!(chip.request(Command::ClearFault), None);
         last.saturating_sub(opened)
     });
     us(delays.max().expect("moments"))
@@ -264,13 +265,13 @@ pub(crate) fn emergency(image: &Path) -> f64 {
 /// From the last byte of the host to the last pulse, ms; and the deadline with the ramp that were
 /// configured.
 pub(crate) fn silence(image: &Path) -> (f64, u32) {
-    let mut config = fast(1000.0, StepDir::TMC2209);
+    let mut config = fast_config(1000.0, StepDir::TMC2209);
     config.motors.iter_mut().for_each(|motor| motor.max_acceleration = Acceleration(4000));
     config.deadlines.host = Milliseconds(150);
     let mut chip = Chip::start(image).configured(config);
     let jog =
         Jog { motor: 1, distance: Steps16(1 << 20), rate: Rate::from_si(1000.0).expect("a rate") };
-    assert_eq!(chip.tell(Command::Jog(jog)), None);
+    assert_eq!(chip.request(Command::Jog(jog)), None);
     for _ in 0..4 {
         chip.run_us(100_000);
         chip.status();

@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use plumb_tests::chip::NEAR;
+use plumb_tests::chip::BALL_UM;
 use serde_json::json;
 
-use crate::measure::{ALIKE, Which, start_with};
+use crate::measure::{BenchLaw, EQUAL_RATES_TARGET_UM, start_with};
 use crate::symbols::functions;
 
 /// Pictures that are looked at.
@@ -17,16 +17,16 @@ const PERIOD_US: u64 = 33_333;
 /// Prints the share of the processor that each function takes under each exception (0: thread
 /// mode), at 3 x 1 M steps/s and 30 positions/s with a law; what an inlined function takes is its
 /// caller's.
-pub(crate) fn print(image: &Path, law: Which) {
+pub(crate) fn print(image: &Path, law: BenchLaw) {
     let mut chip = start_with(image, 62_500.0, law);
-    chip.hurry(NEAR, ALIKE);
+    chip.seek(BALL_UM, EQUAL_RATES_TARGET_UM);
     chip.run_us(30_000);
-    chip.ask(json!({ "trace": {} }));
+    chip.execute(json!({ "trace": {} }));
     for at in 0..PICTURES {
-        chip.see([NEAR[0], NEAR[1], at * 1000]);
+        chip.send_position([BALL_UM[0], BALL_UM[1], at * 1000]);
         chip.run_us(PERIOD_US - 2000);
     }
-    let reply = chip.ask(json!({ "profile": true }));
+    let reply = chip.execute(json!({ "profile": true }));
     let functions = functions(image);
     let (mut handlers, mut shares) =
         (BTreeMap::<u64, u64>::new(), BTreeMap::<(u64, &str), u64>::new());

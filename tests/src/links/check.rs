@@ -32,9 +32,9 @@ impl Verdict {
 }
 
 /// Judges a run.
-pub fn judge(run: &Run, outcome: &Outcome) -> Verdict {
-    let claimed = outcome.legs.iter().enumerate().filter(|(_, leg)| leg.claimed);
-    let (driven, not): (Vec<_>, Vec<_>) = claimed.partition(|(_, leg)| is_driven(leg));
+pub fn check_run(run: &Run, outcome: &Outcome) -> Verdict {
+    let reported_reached = outcome.legs.iter().enumerate().filter(|(_, leg)| leg.reported_reached);
+    let (driven, not): (Vec<_>, Vec<_>) = reported_reached.partition(|(_, leg)| is_driven(leg));
     let false_reached = not.iter().map(|(index, leg)| {
         format!("target {}: {} frames, {:.1} mm", index + 1, leg.frames, leg.true_error_m * 1e3)
     });
@@ -52,7 +52,7 @@ pub fn judge(run: &Run, outcome: &Outcome) -> Verdict {
     let (link, Outcome { cause, exit_code, .. }) = (&run.link, outcome);
     let reached = outcome.exit_code == 0;
     if reached {
-        let all = outcome.legs.iter().filter(|leg| leg.claimed).count() == outcome.targets;
+        let all = outcome.legs.iter().filter(|leg| leg.reported_reached).count() == outcome.targets;
         check(all, &|| format!("exit code 0 with {} legs", outcome.legs.len()));
         let may = !matches!(link.expected, super::Expected::Cause(_));
         check(may, &|| "reached, although the link was interrupted".to_owned());
