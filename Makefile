@@ -3,7 +3,7 @@
 PLUMB := cargo run --release --locked -p plumb --bin plumb --
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test adversary chip bench links bench-chip firmware flash lint
+.PHONY: help setup demo test adversary chip bench links bench-chip firmware flash lint quick docs
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-10s  %s\n", $$1, $$2 }' Makefile
@@ -43,3 +43,9 @@ flash: firmware ## write it to a Raspberry Pi Pico (ARGS="uf2", "picotool" or "p
 
 lint: ## check formatting, clippy, documentation, dependency rules, shell scripts
 	@scripts/lint
+
+quick: ## what to run after an edit: format, clippy and the tests of the crates that changed
+	@scripts/quick $(ARGS)
+
+docs: ## the book, in target/book (needs mdbook: cargo install mdbook)
+	@scripts/docs $(ARGS)
