@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use plumb::memory::Memory;
 use plumb_cameras::camera_file;
-use plumb_cameras::source::{Live, Source, SourceError};
+use plumb_cameras::source::{CameraSource, SourceError};
 use plumb_cameras::toml_file::Finite;
 use plumb_emulator::{EMULATED, EmulatedBoard};
 use plumb_protocol::units::{Micros, Point};
@@ -20,17 +20,19 @@ use plumb_vision::frame::RgbdFrame;
 /// A camera on the board's clock that loses every picture.
 struct Lossy(Rc<RefCell<EmulatedBoard>>);
 
-impl Source for Lossy {
+impl CameraSource for Lossy {
     fn next_frame(&mut self) -> Result<Option<RgbdFrame>, SourceError> {
         let now = self.0.borrow().now().0;
         self.0.borrow_mut().run_to(Micros(now + 33_000)).unwrap();
-        Err(SourceError::Other { is_final: false, error: "a lost picture".into() })
+        Err(SourceError::new("a lost picture"))
     }
-}
 
-impl Live for Lossy {
     fn now(&self) -> f64 {
         self.0.borrow().now().0 as f64 * 1e-6
+    }
+
+    fn is_live(&self) -> bool {
+        true
     }
 }
 

@@ -11,7 +11,7 @@ use std::time::Duration;
 
 use nalgebra::Point3;
 use plumb_cameras::camera_file;
-use plumb_cameras::source::openni::{Lens, OpenniSource};
+use plumb_cameras::source::openni::{IntrinsicsSource, OpenniSource};
 use plumb_emulator::rig::{QuasiStatic, Task};
 use plumb_emulator::{EMULATED, EmulatedBoard, serve};
 use plumb_openni::{OpenNi, Settings, Target};
@@ -75,8 +75,9 @@ fn the_papers_task_is_done_through_libopenni2() {
 
     let openni = OpenNi::load_from(&library).expect("the library");
     let settings = Settings { latency: 0.005, ..Settings::default() };
-    let mut source = OpenniSource::open(&openni, &Target::Uri(uri), settings, Lens::FieldOfView)
-        .expect("the camera");
+    let mut source =
+        OpenniSource::open(&openni, &Target::Uri(uri), settings, IntrinsicsSource::FieldOfView)
+            .expect("the camera");
     let camera = Camera { intrinsics: *source.intrinsics(), ..camera };
     let transport =
         Serial::open(&served.path().to_string_lossy(), rig.board.baud).expect("the board's port");

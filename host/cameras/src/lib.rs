@@ -1,9 +1,9 @@
 //! Plumb's cameras: sources of RGB-D pictures, recordings and their replay, and the camera file.
 //!
 //! - [`source`]: what a source is, a [camera](source::openni) or recording through OpenNI2, a
-//!   [TUM RGB-D folder](source::tum), and a [recording in the time of its making](source::paced).
+//!   [TUM RGB-D folder](source::tum), and a [recording in the time of its making](source::playback).
 //! - [`record`]: a run's pictures as a TUM RGB-D folder.
-//! - [`survey`]: which cameras are there, and what they lack.
+//! - [`discovery`]: which cameras are there, and what they lack.
 //! - [`camera_file`]: a camera's geometry. [`toml_file`] and [`bounded_read`] read it and other
 //!   files that a person names.
 //!
@@ -28,9 +28,9 @@
 
 pub mod bounded_read;
 pub mod camera_file;
+pub mod discovery;
 pub mod record;
 pub mod source;
-pub mod survey;
 pub mod toml_file;
 
 /// The example in docs/change/add-camera.md is compiled and run with the other tests.

@@ -32,11 +32,11 @@ const COMPRESSION: i32 = 1;
 
 /// What to do when pictures come faster than they can be written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Pace {
+pub enum Overflow {
     /// Leave some out, and count them: a run does not wait for a disk.
-    RealTime,
+    Drop,
     /// Wait: in virtual time nobody is late.
-    Virtual,
+    Block,
 }
 
 /// Why there is no recording, or an incomplete one.
@@ -85,7 +85,7 @@ pub struct RecordFolder(PathBuf);
 #[derive(Debug)]
 pub struct Recorder {
     folder: PathBuf,
-    pace: Pace,
+    overflow: Overflow,
     frames: SyncSender<RgbdFrame>,
     writer: JoinHandle<Result<u64, RecordError>>,
     left_out: u64,
@@ -128,7 +128,7 @@ impl RecordFolder {
         self,
         camera: &str,
         intrinsics: &Intrinsics,
-        pace: Pace,
+        overflow: Overflow,
     ) -> Result<Recorder, RecordError> {
         let folder = self.0;
         let (factor, scale) = scale(intrinsics.depth_scale);
@@ -141,7 +141,7 @@ impl RecordFolder {
         let writer = thread
             .spawn(move || writer.run(&incoming))
             .map_err(io("begin to write to", &folder))?;
-        Ok(Recorder { folder, pace, frames, writer, left_out: 0 })
+        Ok(Recorder { folder, overflow, frames, writer, left_out: 0 })
     }
 }
 
@@ -149,9 +149,9 @@ impl Recorder {
     /// Records a frame, as soon as may be.
     pub fn add(&mut self, frame: &RgbdFrame) {
         // A writer that has ended says why at the end.
-        self.left_out += match self.pace {
-            Pace::Virtual => u64::from(self.frames.send(frame.clone()).is_err()),
-            Pace::RealTime => match self.frames.try_send(frame.clone()) {
+        self.left_out += match self.overflow {
+            Overflow::Block => u64::from(self.frames.send(frame.clone()).is_err()),
+            Overflow::Drop => match self.frames.try_send(frame.clone()) {
                 Ok(()) => 0,
                 Err(TrySendError::Full(_) | TrySendError::Disconnected(_)) => 1,
             },

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use nalgebra::Point3;
-use plumb_cameras::source::{Live, SourceError};
+use plumb_cameras::source::{CameraSource, SourceError};
 use plumb_protocol::message::{Fault, State, Telemetry};
 use plumb_protocol::units::{Covariance, Point, Rate, Steps16};
 use plumb_vision::camera::Camera;
@@ -115,7 +115,7 @@ const PLAUSIBLE_RADII: f64 = 2.0;
 /// # Errors
 /// Where the link, the camera or the folder fails. The board then stops by itself, since it hears
 /// nothing more.
-pub fn drive<S: Live, T: Transport>(
+pub fn drive<S: CameraSource, T: Transport>(
     rig: &mut Rig<'_, S, T>,
     target: Point,
     timeout: f64,
@@ -133,7 +133,7 @@ pub fn drive<S: Live, T: Transport>(
         let seen = match look(rig) {
             Ok(Some(seen)) => Some(seen),
             Ok(None) => return Ok(Ending::EndOfPictures),
-            Err(DriveError::Source(error)) if error.is_final() => return Err(error.into()),
+            Err(DriveError::Source(error)) if error.is_over() => return Err(error.into()),
             Err(error) => {
                 tally.lost += 1;
                 lost_in_a_row += 1;
@@ -162,7 +162,7 @@ pub fn drive<S: Live, T: Transport>(
 }
 
 /// Reports to the board what was seen, or that the picture was lost, and takes in what it says.
-fn report<S: Live, T: Transport>(
+fn report<S: CameraSource, T: Transport>(
     rig: &mut Rig<'_, S, T>,
     seen: Option<&Seen>,
 ) -> Result<(), DriveError> {
@@ -233,7 +233,7 @@ impl Seen {
 }
 
 /// Takes the next picture and looks for the ball in it; `None` where there are no more.
-fn look<S: Live, T>(rig: &mut Rig<'_, S, T>) -> Result<Option<Seen>, DriveError> {
+fn look<S: CameraSource, T>(rig: &mut Rig<'_, S, T>) -> Result<Option<Seen>, DriveError> {
     let Some(frame) = rig.source.next_frame()? else { return Ok(None) };
     let detection = rig.detector.detect(&frame)?;
     let located = detection.and_then(|d| locate(&d, &frame, rig.camera));

@@ -14,8 +14,8 @@
 use std::io::{self, Write};
 use std::path::Path;
 
-use plumb_cameras::source::tum::TumFolder;
-use plumb_cameras::source::{Source, SourceError};
+use plumb_cameras::source::tum::{TumError, TumFolder};
+use plumb_cameras::source::{CameraSource, SourceError};
 use plumb_vision::camera::Camera;
 use plumb_vision::detect::{DetectError, Detection, Detector};
 use plumb_vision::frame::RgbdFrame;
@@ -31,7 +31,7 @@ pub const HEADER: [&str; 9] = ["t", "u", "v", "radius", "depth", "x", "y", "z", 
 pub enum ReplayError {
     /// The recording could not be opened.
     #[error(transparent)]
-    Open(#[from] SourceError),
+    Open(#[from] TumError),
     /// The rows could not be written.
     #[error("the rows cannot be written: {0}")]
     Write(#[from] csv::Error),
@@ -105,7 +105,7 @@ pub fn replay_folder(
 /// # Errors
 /// Where `out` cannot be written.
 pub fn replay(
-    source: &mut dyn Source,
+    source: &mut dyn CameraSource,
     camera: &Camera,
     detector: &mut dyn Detector,
     out: impl Write,
@@ -121,7 +121,7 @@ pub fn replay(
                 (Some(frame.time()), look(&frame, camera, detector, &mut outcome, &mut report))
             }
             Err(error) => {
-                let (time, last) = (error.time(), error.is_final());
+                let (time, last) = (error.stamp(), error.is_over());
                 outcome.broken += 1;
                 report(&error.into());
                 if last {

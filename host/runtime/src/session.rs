@@ -4,7 +4,7 @@
 use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
 
-use plumb_cameras::source::Live;
+use plumb_cameras::source::CameraSource;
 use plumb_protocol::units::Point;
 use plumb_vision::camera::Camera;
 use plumb_vision::detect::Detector;
@@ -136,7 +136,7 @@ impl Session<'_> {
     /// # Errors
     /// Where it could not begin, or broke. Whatever happens after the first picture, the folder is
     /// complete, save for what cannot be written, which is told besides.
-    pub fn run<S: Live, T: Transport>(
+    pub fn run<S: CameraSource, T: Transport>(
         mut self,
         source: &mut S,
         transport: T,
@@ -168,7 +168,7 @@ impl Session<'_> {
     }
 
     /// Drives to one target after the other until one is not reached.
-    fn drive_all<S: Live, T: Transport>(
+    fn drive_all<S: CameraSource, T: Transport>(
         &mut self,
         source: &mut S,
         link: &mut Link<T>,

@@ -9,7 +9,7 @@ use clap::{Parser, Subcommand, ValueEnum};
 use plumb::bench::control::{self, BenchError, Clock, Contender, PAPER_GAMMAS, Report, Suite};
 use plumb::bench::vision::{self, VisionOptions};
 use plumb_cameras::camera_file;
-use plumb_cameras::source::Source;
+use plumb_cameras::source::CameraSource;
 use plumb_cameras::source::tum::TumFolder;
 use plumb_runtime::rig::LawSettings;
 use plumb_vision::camera::Camera;

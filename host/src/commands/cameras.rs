@@ -4,7 +4,7 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use clap::Parser;
-use plumb_cameras::survey::{Library, Reach, Survey, survey};
+use plumb_cameras::discovery::{Access, Discovery, Library, discover};
 
 use super::print::tell;
 use super::{FAILED, Failure, OrFail, print};
@@ -20,33 +20,33 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
-    let survey = survey(Path::new("/"));
-    tell(&survey);
+    let found = discover(Path::new("/"));
+    tell(&found);
     if args.json {
-        print::result(serde_json::to_string(&survey).or_failed()?)?;
+        print::result(serde_json::to_string(&found).or_failed()?)?;
     }
-    Ok(if survey.cameras.is_empty() { ExitCode::from(FAILED) } else { ExitCode::SUCCESS })
+    Ok(if found.cameras.is_empty() { ExitCode::from(FAILED) } else { ExitCode::SUCCESS })
 }
 
-fn tell(survey: &Survey) {
-    match &survey.openni {
+fn tell(found: &Discovery) {
+    match &found.openni {
         Library::Loaded { version, drivers } => {
             tell!("OpenNI2 {version}, drivers: {}", drivers.join(", "))
         }
         Library::Absent { .. } => tell!("OpenNI2: not there"),
     }
-    for camera in &survey.cameras {
+    for camera in &found.cameras {
         tell!("camera: {} (uri = {:?})", camera.name, camera.uri);
     }
-    for camera in &survey.usb {
-        let reach = match camera.reach {
-            Reach::Open => "can be opened",
-            Reach::Forbidden => "may not be opened by this user",
-            Reach::Absent => "cannot be opened",
+    for camera in &found.usb {
+        let access = match camera.access {
+            Access::Open => "can be opened",
+            Access::Forbidden => "may not be opened by this user",
+            Access::Absent => "cannot be opened",
         };
-        tell!("USB: {} {}, {reach}, through {}", camera.id, camera.name, camera.through);
+        tell!("USB: {} {}, {access}, through {}", camera.id, camera.name, camera.through);
     }
-    for text in &survey.missing {
+    for text in &found.missing {
         tell!("missing: {text}");
     }
 }

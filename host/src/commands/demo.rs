@@ -14,10 +14,10 @@ use plumb::memory::Memory;
 use plumb::source::simulated::{ServedWorld, SimulatedCamera, Timing, VirtualWorld, World};
 use plumb::source::synthetic::{Background, Options, Room, SyntheticCamera};
 use plumb_cameras::camera_file;
-use plumb_cameras::record::{Pace, RecordFolder};
-use plumb_cameras::source::recorded::Recorded;
+use plumb_cameras::record::{Overflow, RecordFolder};
+use plumb_cameras::source::CameraSource;
+use plumb_cameras::source::tee::Tee;
 use plumb_cameras::source::tum::TumFolder;
-use plumb_cameras::source::{Live, Source};
 use plumb_emulator::{EMULATED, EmulatedBoard, serve};
 use plumb_runtime::link::{Serial, Transport};
 use plumb_runtime::rig::{LawSettings, Rig};
@@ -169,13 +169,14 @@ fn run<W: World, T: Transport>(
     transport: T,
 ) -> Result<ExitCode, Failure>
 where
-    SimulatedCamera<W>: Live,
+    SimulatedCamera<W>: CameraSource,
 {
     let Demo { args, rig, camera, interrupted, .. } = *demo;
-    let pace = if args.virtual_time { Pace::Virtual } else { Pace::RealTime };
-    let recorder =
-        folder.map(|folder| folder.begin(camera_file::PAPER, &camera.intrinsics, pace)).transpose();
-    let mut source = Recorded::new(source, recorder.or_bad_input()?);
+    let overflow = if args.virtual_time { Overflow::Block } else { Overflow::Drop };
+    let recorder = folder
+        .map(|folder| folder.begin(camera_file::PAPER, &camera.intrinsics, overflow))
+        .transpose();
+    let mut source = Tee::new(source, recorder.or_bad_input()?);
     let progress = Progress::new();
     let mut detector = args.options.detector.detector(camera);
     let session = Session {

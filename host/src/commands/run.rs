@@ -6,8 +6,8 @@ use std::process::ExitCode;
 use clap::Parser;
 use plumb_cameras::bounded_read::read_text;
 use plumb_cameras::camera_file;
-use plumb_cameras::record::Pace;
-use plumb_cameras::source::recorded::Recorded;
+use plumb_cameras::record::Overflow;
+use plumb_cameras::source::tee::Tee;
 use plumb_cameras::toml_file::MAX_BYTES;
 use plumb_runtime::drive::Follow;
 use plumb_runtime::link::Serial;
@@ -92,8 +92,8 @@ fn drive(file: &Path, mut rig: Rig, options: &Common) -> Result<ExitCode, Failur
     let Sight { source, camera, follower } =
         Sight::open(chosen, &rig, camera, options.run.physics, oni)?;
     let recorder =
-        folder.map(|folder| folder.begin(&text, &camera.intrinsics, Pace::RealTime)).transpose();
-    let mut source = Recorded::new(source, recorder.or_bad_input()?);
+        folder.map(|folder| folder.begin(&text, &camera.intrinsics, Overflow::Drop)).transpose();
+    let mut source = Tee::new(source, recorder.or_bad_input()?);
 
     let interrupted = interrupt_flag()?;
     let progress = Progress::new();

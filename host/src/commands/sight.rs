@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 use plumb::source::simulated::{Follower, FollowingWorld, SimulatedCamera, Timing};
 use plumb::source::synthetic::{Background, Options, Room, SyntheticCamera};
 use plumb_cameras::record::RecordFolder;
-use plumb_cameras::source::openni::{Lens, OpenNi, OpenniSource};
-use plumb_cameras::source::paced::Paced;
-use plumb_cameras::source::recorded::Recorded;
-use plumb_cameras::source::{Live, OpenedRecording, open_recording};
+use plumb_cameras::source::openni::{IntrinsicsSource, OpenNi, OpenniSource};
+use plumb_cameras::source::playback::Playback;
+use plumb_cameras::source::tee::Tee;
+use plumb_cameras::source::{CameraSource, OpenedRecording, open_recording};
 use plumb_runtime::rig::{IntrinsicsFrom, Rig, SourceName};
 use plumb_vision::camera::Camera;
 
@@ -17,7 +17,7 @@ use super::{Failure, OrFail, Physics};
 
 /// A source of pictures, and the camera that they are taken with.
 pub(crate) struct Sight {
-    pub(crate) source: Box<dyn Live>,
+    pub(crate) source: Box<dyn CameraSource>,
     /// As in its file, but for the intrinsics, where the device tells them.
     pub(crate) camera: Camera,
     /// Moves the simulated rig, where that is what the source shows.
@@ -44,7 +44,7 @@ impl Sight {
                 let OpenedRecording { source, intrinsics } =
                     open_recording(path, camera.intrinsics).or_bad_input()?;
                 let camera = Camera { intrinsics, ..camera };
-                Ok(Self { source: Box::new(Paced::new(source)), camera, follower: None })
+                Ok(Self { source: Box::new(Playback::new(source)), camera, follower: None })
             }
         }
     }
@@ -69,8 +69,8 @@ fn simulated(rig: &Rig, camera: Camera, physics: Physics) -> Result<Sight, Failu
 fn live(rig: &Rig, camera: Camera, oni: Option<PathBuf>) -> Result<Sight, Failure> {
     let choice = &rig.camera.openni;
     let lens = match choice.intrinsics {
-        IntrinsicsFrom::File => Lens::Calibrated(camera.intrinsics),
-        IntrinsicsFrom::Device => Lens::FieldOfView,
+        IntrinsicsFrom::File => IntrinsicsSource::Calibrated(camera.intrinsics),
+        IntrinsicsFrom::Device => IntrinsicsSource::FieldOfView,
     };
     let openni = OpenNi::load().or_bad_input()?;
     let (target, settings) = choice.settings(oni);
@@ -90,7 +90,7 @@ pub(super) fn record_folder(path: Option<&Path>) -> Result<Option<RecordFolder>,
 }
 
 /// Ends the recording, closes the source, and tells what was recorded.
-pub(super) fn recorded<S>(source: Recorded<S>) -> Result<(), Failure> {
+pub(super) fn recorded<S>(source: Tee<S>) -> Result<(), Failure> {
     let (source, recording) = source.finish();
     drop(source);
     if let Some(recording) = recording.or_failed()? {

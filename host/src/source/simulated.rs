@@ -8,7 +8,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use nalgebra::Point3;
-use plumb_cameras::source::{Live, Source, SourceError};
+use plumb_cameras::source::{CameraSource, SourceError};
 use plumb_cameras::toml_file::Finite;
 use plumb_emulator::rig::{Geometry, Plant, RigError};
 use plumb_emulator::{EmulatedBoard, Served};
@@ -34,7 +34,10 @@ pub enum SimulationError {
 
 impl From<SimulationError> for SourceError {
     fn from(error: SimulationError) -> Self {
-        Self::Other { is_final: matches!(error, SimulationError::Rig(_)), error: error.into() }
+        match error {
+            SimulationError::Rig(_) => Self::over(error),
+            SimulationError::Synthetic(_) => Self::new(error),
+        }
     }
 }
 
@@ -280,15 +283,17 @@ impl<W: World> SimulatedCamera<W> {
     }
 }
 
-impl<W: World> Source for SimulatedCamera<W> {
+impl<W: World> CameraSource for SimulatedCamera<W> {
     fn next_frame(&mut self) -> Result<Option<RgbdFrame>, SourceError> {
         Ok(Some(self.next_picture()?))
     }
-}
 
-impl<W: World> Live for SimulatedCamera<W> {
     fn now(&self) -> f64 {
         self.world.now()
+    }
+
+    fn is_live(&self) -> bool {
+        true
     }
 }
 
@@ -304,11 +309,11 @@ mod tests {
     fn only_a_rig_that_cannot_follow_ends_the_pictures() {
         let slack = RigError::OutOfRange { name: "cable", value: -1.0, allowed: "above 0" };
         let rig = SourceError::from(SimulationError::Rig(slack));
-        assert!(rig.is_final());
+        assert!(rig.is_over());
         assert!(rig.to_string().starts_with("the simulated rig: "), "{rig}");
         assert!(rig.source().is_some_and(|error| error.is::<SimulationError>()));
         let value = SyntheticError::Value { what: "it", value: -1.0, must: "be above 0" };
-        assert!(!SourceError::from(SimulationError::Synthetic(value)).is_final());
+        assert!(!SourceError::from(SimulationError::Synthetic(value)).is_over());
     }
 
     #[test]

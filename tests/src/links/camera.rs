@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 
 use nalgebra::{Matrix2, Point3, Vector3};
 use plumb::source::simulated::{SimulationError, Timing, World};
-use plumb_cameras::source::{Live, Source, SourceError};
+use plumb_cameras::source::{CameraSource, InvalidFrame, SourceError};
 use plumb_vision::camera::{Camera, Intrinsics};
 use plumb_vision::detect::{DetectError, Detection, Detector};
 use plumb_vision::frame::RgbdFrame;
@@ -58,9 +58,8 @@ impl<W: World> TrackingCamera<W> {
             surface(&ray, &centre, radius).map_or(0, |z| (z * DEPTH_SCALE).round() as u16)
         });
         let colour = Image::filled(SIZE, SIZE, [0; 3]);
-        let what = format!("the picture at {time} s");
-        RgbdFrame::new(time, colour, depth, intrinsics)
-            .map_err(|error| SourceError::Frame { what, error })
+        let frame = RgbdFrame::new(time, colour, depth, intrinsics);
+        Ok(frame.map_err(InvalidFrame::of(format!("the picture at {time} s")))?)
     }
 }
 
@@ -72,7 +71,7 @@ fn surface(ray: &Vector3<f64>, centre: &Vector3<f64>, radius: f64) -> Option<f64
     (discriminant >= 0.0).then(|| (along - discriminant.sqrt()) / square)
 }
 
-impl<W: World> Source for TrackingCamera<W> {
+impl<W: World> CameraSource for TrackingCamera<W> {
     /// Pictures are taken on time and arrive late, as those of `SimulatedCamera`.
     fn next_frame(&mut self) -> Result<Option<RgbdFrame>, SourceError> {
         let Timing { rate, latency } = self.timing;
@@ -91,11 +90,13 @@ impl<W: World> Source for TrackingCamera<W> {
             self.next_capture += (missed + 1.0) / rate;
         }
     }
-}
 
-impl<W: World> Live for TrackingCamera<W> {
     fn now(&self) -> f64 {
         self.world.now()
+    }
+
+    fn is_live(&self) -> bool {
+        true
     }
 }
 

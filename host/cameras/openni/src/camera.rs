@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use crate::OpenniError;
 use crate::library::OpenNi;
-use crate::mailbox::{Full, Mailbox};
+use crate::mailbox::{Mailbox, Overflow};
 use crate::picture::{DepthUnit, Mode, Pair};
 use crate::worker::{Event, Worker};
 
@@ -124,9 +124,9 @@ impl Camera {
     /// [`Deadlines::open`].
     pub fn open(openni: &OpenNi, target: &Target, settings: Settings) -> Result<Self, OpenniError> {
         let live = !matches!(target, Target::Recording(_));
-        let (room, full) = if live { (1, Full::Drop) } else { (4, Full::Wait) };
-        let mailbox = Arc::new(Mailbox::new(room, full));
-        let first = Arc::new(Mailbox::new(1, Full::Wait));
+        let (room, overflow) = if live { (1, Overflow::Drop) } else { (4, Overflow::Block) };
+        let mailbox = Arc::new(Mailbox::new(room, overflow));
+        let first = Arc::new(Mailbox::new(1, Overflow::Block));
         let (start, deadlines) = (Instant::now(), settings.deadlines);
         let worker = Worker {
             openni: openni.clone(),

@@ -6,12 +6,12 @@ use std::time::{Duration, Instant};
 
 /// What to do with a letter when there is no room.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Full {
+pub(crate) enum Overflow {
     /// The oldest of its kind makes room: of a live camera only now counts. There is room for so
     /// many of each kind.
     Drop,
     /// It waits: a recording is read whole.
-    Wait,
+    Block,
 }
 
 /// Kinds of letters. No letter pushes out one of another kind.
@@ -37,7 +37,7 @@ pub(crate) struct Mailbox<T> {
     state: Mutex<State<T>>,
     changed: Condvar,
     room: usize,
-    full: Full,
+    overflow: Overflow,
 }
 
 #[derive(Debug)]
@@ -47,15 +47,16 @@ struct State<T> {
 }
 
 impl<T: Letter> Mailbox<T> {
-    pub(crate) fn new(room: usize, full: Full) -> Self {
+    pub(crate) fn new(room: usize, overflow: Overflow) -> Self {
         let state = State { letters: VecDeque::with_capacity(room), closed: false };
-        Self { state: Mutex::new(state), changed: Condvar::new(), room, full }
+        Self { state: Mutex::new(state), changed: Condvar::new(), room, overflow }
     }
 
     /// Puts a letter in; `false` where nobody reads it any more.
     pub(crate) fn put(&self, letter: T) -> bool {
         let mut state = self.lock();
-        while self.full == Full::Wait && state.letters.len() >= self.room && !state.closed {
+        while self.overflow == Overflow::Block && state.letters.len() >= self.room && !state.closed
+        {
             state = self.changed.wait(state).unwrap_or_else(PoisonError::into_inner);
         }
         let kind = letter.kind();
@@ -117,7 +118,7 @@ mod tests {
 
     /// What is in a mailbox of a live camera with room for one after these letters.
     fn left(letters: &[u32]) -> Vec<u32> {
-        let mailbox = Mailbox::new(1, Full::Drop);
+        let mailbox = Mailbox::new(1, Overflow::Drop);
         for letter in letters {
             assert!(mailbox.put(*letter));
         }
@@ -134,7 +135,7 @@ mod tests {
 
     #[test]
     fn of_a_live_camera_the_newest_stays() {
-        let mailbox = Mailbox::new(2, Full::Drop);
+        let mailbox = Mailbox::new(2, Overflow::Drop);
         for letter in 0..5 {
             assert!(mailbox.put(letter));
         }
@@ -145,7 +146,7 @@ mod tests {
 
     #[test]
     fn a_recording_comes_whole_however_slowly_it_is_read() {
-        let mailbox = Mailbox::new(2, Full::Wait);
+        let mailbox = Mailbox::new(2, Overflow::Block);
         std::thread::scope(|scope| {
             scope.spawn(|| (0..100).for_each(|letter| assert!(mailbox.put(letter))));
             for letter in 0..100 {
@@ -156,7 +157,7 @@ mod tests {
 
     #[test]
     fn closing_frees_who_waits_for_room() {
-        let mailbox = Mailbox::new(1, Full::Wait);
+        let mailbox = Mailbox::new(1, Overflow::Block);
         std::thread::scope(|scope| {
             let writer = scope.spawn(|| mailbox.put(1) && mailbox.put(2));
             while mailbox.lock().letters.is_empty() {

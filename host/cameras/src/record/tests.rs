@@ -3,7 +3,7 @@ use plumb_vision::image::Image;
 
 use super::*;
 use crate::camera_file;
-use crate::source::Source;
+use crate::source::CameraSource;
 use crate::source::tum::TumFolder;
 
 const CAMERA: &str = include_str!("../../../rigs/camera.toml");
@@ -19,7 +19,7 @@ fn frame(time: f64, depth_scale: f64, values: &[u16]) -> RgbdFrame {
 fn there_and_back(frames: &[RgbdFrame]) -> (Camera, Vec<RgbdFrame>) {
     let folder = tempfile::tempdir().unwrap();
     let record = RecordFolder::create(folder.path()).unwrap();
-    let mut recorder = record.begin(CAMERA, frames[0].intrinsics(), Pace::Virtual).unwrap();
+    let mut recorder = record.begin(CAMERA, frames[0].intrinsics(), Overflow::Block).unwrap();
     frames.iter().for_each(|frame| recorder.add(frame));
     let recording = recorder.finish().unwrap();
     assert_eq!((recording.frames, recording.left_out), (frames.len() as u64, 0));
@@ -79,7 +79,7 @@ fn a_recording_that_cannot_be_written_says_so_at_its_end() {
     let one = frame(0.0, 1000.0, &[0; 16]);
     let mut recorder = RecordFolder::create(&path)
         .unwrap()
-        .begin(CAMERA, one.intrinsics(), Pace::Virtual)
+        .begin(CAMERA, one.intrinsics(), Overflow::Block)
         .unwrap();
     fs::remove_dir_all(path.join("depth")).unwrap();
     recorder.add(&one);

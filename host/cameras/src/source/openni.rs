@@ -1,17 +1,18 @@
 //! A camera or a recording through OpenNI2 (the crate `plumb-openni`) as a source.
 
-use plumb_openni::{Camera, Opened, OpenniError, Pair};
+use plumb_openni::{Camera, Opened, OpenniError, Pair, Sensor};
 use plumb_vision::camera::Intrinsics;
 use plumb_vision::frame::RgbdFrame;
-use plumb_vision::image::Image;
+use plumb_vision::image::{Image, ImageError};
+use thiserror::Error;
 
-use super::{Live, Source, SourceError};
+use super::{CameraSource, InvalidFrame, SourceError};
 
 pub use plumb_openni::{LIBRARY_VARIABLE, OpenNi, Settings, Target};
 
 /// Where the intrinsics are from.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Lens {
+pub enum IntrinsicsSource {
     /// Measured: these, but for the scale of depth, which the device tells.
     Calibrated(Intrinsics),
     /// The field of view of the device's colour camera; no better than it is built.
@@ -21,12 +22,61 @@ pub enum Lens {
 /// Colour and registered depth through OpenNI2.
 ///
 /// Time stamps are seconds: of a camera on the host's clock since it was opened, of a recording on
-/// its own from 0. After an error that is not [`SourceError::is_final`] the next call goes on with
+/// its own from 0. After an error that is not [`SourceError::is_over`] the next call goes on with
 /// the next frame.
 #[derive(Debug)]
 pub struct OpenniSource {
     camera: Camera,
     intrinsics: Intrinsics,
+    clock: Clock,
+}
+
+/// Clock that stamps the frames.
+#[derive(Debug, Clone, Copy)]
+enum Clock {
+    /// The host's, since the camera was opened.
+    Host,
+    /// The recording's: time stamp of its last frame, seconds.
+    Recording(f64),
+}
+
+/// Failure to open a camera or a recording through OpenNI2, or to read it.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum OpenniSourceError {
+    /// OpenNI2, the camera or the recording fails.
+    #[error(transparent)]
+    Openni(#[from] OpenniError),
+    /// An image has another number of pixels than its mode.
+    #[error(transparent)]
+    Image(#[from] ImageError),
+    /// The device's own intrinsics are to be used, but it does not state its field of view.
+    #[error(
+        "{uri}: it does not tell its field of view: write the intrinsics into the camera file, \
+         and leave out `intrinsics = \"device\"`"
+    )]
+    NoIntrinsics {
+        /// URI of the camera.
+        uri: String,
+    },
+    /// The intrinsics are those of another image size.
+    #[error(
+        "{uri}: its pictures are {width}x{height}, but the principal point of the camera file's \
+         intrinsics, ({cx}, {cy}), is far from their middle: was it calibrated at another \
+         resolution?"
+    )]
+    OtherIntrinsics {
+        /// URI of the camera, or path of the recording.
+        uri: String,
+        /// Columns of its images.
+        width: u16,
+        /// Rows of its images.
+        height: u16,
+        /// Column of the principal point, pixels.
+        cx: f64,
+        /// Row of the principal point, pixels.
+        cy: f64,
+    },
 }
 
 impl OpenniSource {
@@ -39,11 +89,15 @@ impl OpenniSource {
         openni: &OpenNi,
         target: &Target,
         settings: Settings,
-        lens: Lens,
-    ) -> Result<Self, SourceError> {
+        lens: IntrinsicsSource,
+    ) -> Result<Self, OpenniSourceError> {
         let camera = Camera::open(openni, target, settings)?;
         let intrinsics = intrinsics(camera.opened(), lens)?;
-        Ok(Self { camera, intrinsics })
+        let clock = match target {
+            Target::First | Target::Uri(_) => Clock::Host,
+            Target::Recording(_) => Clock::Recording(0.0),
+        };
+        Ok(Self { camera, intrinsics, clock })
     }
 
     /// What was opened.
@@ -58,56 +112,76 @@ impl OpenniSource {
 
     fn frame(&self, pair: &Pair) -> Result<RgbdFrame, SourceError> {
         let mode = self.camera.opened().mode;
-        let size = [mode.width, mode.height].map(usize::from);
+        let [width, height] = [mode.width, mode.height].map(usize::from);
         let bgr = |rgb: &[u8; 3]| [rgb[2], rgb[1], rgb[0]];
         let colour = pair.colour.as_chunks().0.iter().map(bgr).collect();
-        let colour = Image::new(size[0], size[1], colour)?;
-        let depth = Image::new(size[0], size[1], pair.depth.clone())?;
-        RgbdFrame::new(pair.time, colour, depth, self.intrinsics)
-            .map_err(|error| SourceError::Frame { what: self.camera.opened().uri.clone(), error })
+        let colour = Image::new(width, height, colour).map_err(OpenniSourceError::from)?;
+        let depth =
+            Image::new(width, height, pair.depth.clone()).map_err(OpenniSourceError::from)?;
+        let frame = RgbdFrame::new(pair.time, colour, depth, self.intrinsics);
+        Ok(frame.map_err(InvalidFrame::of(&self.camera.opened().uri))?)
     }
 }
 
-impl Source for OpenniSource {
+impl CameraSource for OpenniSource {
     fn next_frame(&mut self) -> Result<Option<RgbdFrame>, SourceError> {
-        match self.camera.next_pair() {
-            Ok(Some(pair)) => self.frame(&pair).map(Some),
-            Ok(None) => Ok(None),
-            Err(error) => Err(lost(error)),
+        let Some(pair) = self.camera.next_pair().map_err(OpenniSourceError::from)? else {
+            return Ok(None);
+        };
+        if let Clock::Recording(now) = &mut self.clock {
+            *now = pair.time;
         }
+        self.frame(&pair).map(Some)
     }
-}
 
-impl Live for OpenniSource {
     fn now(&self) -> f64 {
-        self.camera.now()
+        match self.clock {
+            Clock::Host => self.camera.now(),
+            Clock::Recording(now) => now,
+        }
+    }
+
+    fn is_live(&self) -> bool {
+        matches!(self.clock, Clock::Host)
     }
 }
 
-/// A colour picture that is lost is a frame that is lost: its time is known.
-fn lost(error: OpenniError) -> SourceError {
-    match error {
-        OpenniError::Alone { sensor: plumb_openni::Sensor::Colour, time, .. }
-        | OpenniError::OutOfStep { time, .. } => {
-            SourceError::At { time, error: Box::new(error.into()) }
+impl From<OpenniSourceError> for SourceError {
+    fn from(error: OpenniSourceError) -> Self {
+        match error {
+            OpenniSourceError::Openni(error) => lost(error),
+            _ => Self::new(error),
         }
-        _ => error.into(),
     }
+}
+
+/// Returns the source's error for one of the camera. The time stamp of a lost colour picture is
+/// that of the lost frame.
+fn lost(error: OpenniError) -> SourceError {
+    let stamp = match error {
+        OpenniError::Alone { sensor: Sensor::Colour, time, .. }
+        | OpenniError::OutOfStep { time, .. } => Some(time),
+        _ => None,
+    };
+    let is_passing = error.is_passing();
+    let cause = OpenniSourceError::from(error);
+    let error = if is_passing { SourceError::new(cause) } else { SourceError::over(cause) };
+    stamp.into_iter().fold(error, SourceError::with_stamp)
 }
 
 /// How the device's pixels become points.
-fn intrinsics(opened: &Opened, lens: Lens) -> Result<Intrinsics, SourceError> {
+fn intrinsics(opened: &Opened, lens: IntrinsicsSource) -> Result<Intrinsics, OpenniSourceError> {
     let (width, height) = (f64::from(opened.mode.width), f64::from(opened.mode.height));
     let depth_scale = opened.unit.per_metre();
     match lens {
-        Lens::Calibrated(known) => {
+        IntrinsicsSource::Calibrated(known) => {
             let Intrinsics { cx, cy, .. } = known;
             // No lens is so far out of its sensor's middle; another resolution is.
             if (0.25..0.75).contains(&(cx / width)) && (0.25..0.75).contains(&(cy / height)) {
                 return Ok(Intrinsics { depth_scale, ..known });
             }
             let (uri, mode) = (opened.uri.clone(), opened.mode);
-            Err(SourceError::OtherIntrinsics {
+            Err(OpenniSourceError::OtherIntrinsics {
                 uri,
                 width: mode.width,
                 height: mode.height,
@@ -115,10 +189,10 @@ fn intrinsics(opened: &Opened, lens: Lens) -> Result<Intrinsics, SourceError> {
                 cy,
             })
         }
-        Lens::FieldOfView => {
+        IntrinsicsSource::FieldOfView => {
             let (horizontal, vertical) = opened
                 .field_of_view
-                .ok_or_else(|| SourceError::NoIntrinsics { uri: opened.uri.clone() })?;
+                .ok_or_else(|| OpenniSourceError::NoIntrinsics { uri: opened.uri.clone() })?;
             // The field of view is that of the whole picture, from half a pixel before the first to
             // half a pixel behind the last.
             Ok(Intrinsics {
@@ -152,20 +226,22 @@ mod tests {
     #[test]
     fn a_calibrated_lens_keeps_its_numbers_and_takes_the_devices_scale() {
         let known = Intrinsics { fx: 530.0, fy: 531.0, cx: 318.0, cy: 242.0, depth_scale: 5000.0 };
-        let got = intrinsics(&opened(None), Lens::Calibrated(known)).unwrap();
+        let got = intrinsics(&opened(None), IntrinsicsSource::Calibrated(known)).unwrap();
         assert_eq!(got, Intrinsics { depth_scale: 10_000.0, ..known });
         let other = Intrinsics { cx: 959.5, ..known };
-        let error = intrinsics(&opened(None), Lens::Calibrated(other)).unwrap_err().to_string();
+        let error =
+            intrinsics(&opened(None), IntrinsicsSource::Calibrated(other)).unwrap_err().to_string();
         assert!(error.contains("640x480") && error.contains("959.5"), "{error}");
     }
 
     #[test]
     fn a_field_of_view_is_a_pinhole_camera() {
         let angles = (2.0 * (320.0_f64 / 525.0).atan(), 2.0 * (240.0_f64 / 520.0).atan());
-        let got = intrinsics(&opened(Some(angles)), Lens::FieldOfView).unwrap();
+        let got = intrinsics(&opened(Some(angles)), IntrinsicsSource::FieldOfView).unwrap();
         assert!((got.fx - 525.0).abs() < 1e-9 && (got.fy - 520.0).abs() < 1e-9, "{got:?}");
         assert_eq!((got.cx, got.cy), (319.5, 239.5));
-        let error = intrinsics(&opened(None), Lens::FieldOfView).unwrap_err().to_string();
+        let error =
+            intrinsics(&opened(None), IntrinsicsSource::FieldOfView).unwrap_err().to_string();
         assert!(error.contains("field of view") && error.contains("camera file"), "{error}");
     }
 }

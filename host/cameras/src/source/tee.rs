@@ -1,39 +1,40 @@
-//! A source whose frames are recorded as they are taken.
+//! Camera source whose frames are also recorded.
 
 use plumb_vision::frame::RgbdFrame;
 
-use super::{Live, Source, SourceError};
+use super::{CameraSource, SourceError};
 use crate::record::{RecordError, Recorder, Recording};
 
-/// `source`, with every frame that it gives also given to a recorder, where there is one. What goes
-/// wrong with the recording is told at its end, and never keeps a frame back.
+/// Camera source that passes on the frames of another one and gives each to a recorder.
+///
+/// A failure of the recording never delays or loses a frame. [`finish`](Self::finish) returns it.
 #[derive(Debug)]
-pub struct Recorded<S> {
+pub struct Tee<S> {
     source: S,
     recorder: Option<Recorder>,
 }
 
-impl<S> Recorded<S> {
-    /// Records what `source` gives.
+impl<S> Tee<S> {
+    /// Records the frames of `source`; without a recorder they are passed on only.
     pub fn new(source: S, recorder: Option<Recorder>) -> Self {
         Self { source, recorder }
     }
 
-    /// The source.
+    /// Returns the source of the frames.
     pub fn source(&self) -> &S {
         &self.source
     }
 
-    /// Ends the recording; the source, and what was recorded.
+    /// Ends the recording. Returns the source and a summary of the recording.
     ///
     /// # Errors
-    /// Where it could not be written to its end.
+    /// Where the recording could not be written to its end.
     pub fn finish(self) -> (S, Result<Option<Recording>, RecordError>) {
         (self.source, self.recorder.map(Recorder::finish).transpose())
     }
 }
 
-impl<S: Source> Source for Recorded<S> {
+impl<S: CameraSource> CameraSource for Tee<S> {
     fn next_frame(&mut self) -> Result<Option<RgbdFrame>, SourceError> {
         let frame = self.source.next_frame()?;
         if let (Some(frame), Some(recorder)) = (&frame, &mut self.recorder) {
@@ -41,10 +42,12 @@ impl<S: Source> Source for Recorded<S> {
         }
         Ok(frame)
     }
-}
 
-impl<S: Live> Live for Recorded<S> {
     fn now(&self) -> f64 {
         self.source.now()
+    }
+
+    fn is_live(&self) -> bool {
+        self.source.is_live()
     }
 }

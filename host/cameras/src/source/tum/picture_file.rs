@@ -8,9 +8,9 @@ use opencv::core::{
     CV_8UC3, CV_16UC1, DataType, Mat, MatTraitConst, MatTraitConstManual, Vec3b, Vector,
 };
 use opencv::imgcodecs::{IMREAD_ANYCOLOR, IMREAD_ANYDEPTH, IMREAD_UNCHANGED, imdecode};
-use plumb_vision::image::{ColourImage, DepthImage, Image};
+use plumb_vision::image::{ColourImage, DepthImage, Image, ImageSize};
 
-use super::SourceError;
+use super::error::TumError;
 use crate::bounded_read;
 
 /// Largest picture that is decoded, pixels. Colour and depth take 250 MB then.
@@ -24,11 +24,11 @@ pub const MAX_BYTES: u64 = 1 << 28;
 ///
 /// # Errors
 /// As [`read`], and if the pixels are of another type.
-pub(super) fn read_colour(path: &Path) -> Result<ColourImage, SourceError> {
+pub(super) fn read_colour(path: &Path) -> Result<ColourImage, TumError> {
     let mat = read(path, IMREAD_ANYCOLOR | IMREAD_ANYDEPTH)?;
     if mat.typ() != CV_8UC3 {
         let must = "the colour picture must be 8-bit BGR";
-        return Err(SourceError::PixelType { path: path.to_path_buf(), must });
+        return Err(TumError::PixelType { path: path.to_path_buf(), must });
     }
     image(path, &mat, |pixel: &Vec3b| pixel.0)
 }
@@ -37,11 +37,11 @@ pub(super) fn read_colour(path: &Path) -> Result<ColourImage, SourceError> {
 ///
 /// # Errors
 /// As [`read`], and if the pixels are of another type.
-pub(super) fn read_depth(path: &Path) -> Result<DepthImage, SourceError> {
+pub(super) fn read_depth(path: &Path) -> Result<DepthImage, TumError> {
     let mat = read(path, IMREAD_UNCHANGED)?;
     if mat.typ() != CV_16UC1 {
         let must = "the depth picture must be 16-bit with one channel";
-        return Err(SourceError::PixelType { path: path.to_path_buf(), must });
+        return Err(TumError::PixelType { path: path.to_path_buf(), must });
     }
     image(path, &mat, |&pixel: &u16| pixel)
 }
@@ -51,8 +51,8 @@ fn image<T: DataType, P: Copy>(
     path: &Path,
     mat: &Mat,
     pixel: impl Fn(&T) -> P,
-) -> Result<Image<P>, SourceError> {
-    let damaged = |_| SourceError::Decode { path: path.to_path_buf() };
+) -> Result<Image<P>, TumError> {
+    let damaged = |_| TumError::Decode { path: path.to_path_buf() };
     let pixels = mat.data_typed::<T>().map_err(damaged)?.iter().map(pixel).collect();
     Ok(Image::new(mat.cols() as usize, mat.rows() as usize, pixels)?)
 }
@@ -62,45 +62,39 @@ fn image<T: DataType, P: Copy>(
 /// # Errors
 /// Returns an error if the file cannot be read, is no regular file, is larger than [`MAX_BYTES`] or
 /// [`MAX_PIXELS`], is neither PNG nor JPEG, or is damaged.
-fn read(path: &Path, flags: i32) -> Result<Mat, SourceError> {
+fn read(path: &Path, flags: i32) -> Result<Mat, TumError> {
     let bytes = bounded_read::read(path, MAX_BYTES)?;
-    let damaged = || SourceError::Decode { path: path.to_path_buf() };
-    let Size { width, height } = size(&bytes).ok_or_else(damaged)?;
-    if u64::from(width) * u64::from(height) > MAX_PIXELS {
-        return Err(SourceError::TooManyPixels { path: path.to_path_buf(), width, height });
+    let damaged = || TumError::Decode { path: path.to_path_buf() };
+    let size = size(&bytes).ok_or_else(damaged)?;
+    if size.width as u64 * size.height as u64 > MAX_PIXELS {
+        let path = path.to_path_buf();
+        return Err(TumError::TooManyPixels { path, size, limit: MAX_PIXELS });
     }
     let mat = imdecode(&Vector::<u8>::from_slice(&bytes), flags).map_err(|_| damaged())?;
     if mat.empty() { Err(damaged()) } else { Ok(mat) }
 }
 
-/// Size of a picture, pixels.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct Size {
-    width: u32,
-    height: u32,
-}
-
 /// Returns the size that the header of a picture file states; `None` where it is neither PNG nor
 /// JPEG, or damaged.
-fn size(bytes: &[u8]) -> Option<Size> {
+fn size(bytes: &[u8]) -> Option<ImageSize> {
     png_size(bytes).or_else(|| jpeg_size(bytes)).filter(|size| size.width > 0 && size.height > 0)
 }
 
 /// PNG (RFC 2083): the signature and the length and name of the first chunk, which is the header.
 const PNG_START: &[u8; 16] = b"\x89PNG\r\n\x1a\n\0\0\0\x0dIHDR";
 
-fn png_size(bytes: &[u8]) -> Option<Size> {
+fn png_size(bytes: &[u8]) -> Option<ImageSize> {
     let (header, _) = bytes.strip_prefix(PNG_START)?.split_first_chunk::<8>()?;
     let [w0, w1, w2, w3, h0, h1, h2, h3] = *header;
-    Some(Size {
-        width: u32::from_be_bytes([w0, w1, w2, w3]),
-        height: u32::from_be_bytes([h0, h1, h2, h3]),
+    Some(ImageSize {
+        width: u32::from_be_bytes([w0, w1, w2, w3]) as usize,
+        height: u32::from_be_bytes([h0, h1, h2, h3]) as usize,
     })
 }
 
 /// JPEG (ITU-T T.81): segments of a marker and a length, up to the frame header (SOF), which has
 /// the size.
-fn jpeg_size(bytes: &[u8]) -> Option<Size> {
+fn jpeg_size(bytes: &[u8]) -> Option<ImageSize> {
     let mut rest = bytes.strip_prefix(b"\xff\xd8")?;
     loop {
         // Any number of bytes 0xff stands before a marker.
@@ -115,8 +109,8 @@ fn jpeg_size(bytes: &[u8]) -> Option<Size> {
             0xc0..=0xcf => {
                 let (&[_precision, h0, h1, w0, w1], _) = body.split_first_chunk::<5>()?;
                 let [width, height] =
-                    [[w0, w1], [h0, h1]].map(|bytes| u32::from(u16::from_be_bytes(bytes)));
-                return Some(Size { width, height });
+                    [[w0, w1], [h0, h1]].map(|bytes| usize::from(u16::from_be_bytes(bytes)));
+                return Some(ImageSize { width, height });
             }
             // Start of scan, markers without a length: there is no frame header before the pixels.
             0x00..=0x01 | 0xd0..=0xda => return None,
@@ -148,7 +142,7 @@ mod tests {
             encoded(".jpg", CV_8UC3, &[]),
             encoded(".jpg", CV_8UC3, &[IMWRITE_JPEG_PROGRESSIVE, 1]),
         ] {
-            assert_eq!(size(&bytes), Some(Size { width: 32, height: 24 }));
+            assert_eq!(size(&bytes), Some(ImageSize { width: 32, height: 24 }));
             // Wherever the header is cut there is no size, and no panic.
             let header = (0..bytes.len()).find(|&length| size(&bytes[..length]).is_some()).unwrap();
             assert!((20..bytes.len()).contains(&header), "{header}");

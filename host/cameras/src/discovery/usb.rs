@@ -18,13 +18,13 @@ pub struct UsbCamera {
     /// Its device file.
     pub node: PathBuf,
     /// Whether it can be opened.
-    pub reach: Reach,
+    pub access: Access,
 }
 
 /// Whether a device file can be opened for reading and writing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Reach {
+pub enum Access {
     /// It can.
     Open,
     /// This user may not.
@@ -109,16 +109,16 @@ fn camera(root: &Path, device: &Path) -> Option<UsbCamera> {
         id: format!("{vendor:04x}:{product:04x}"),
         name: text("product").unwrap_or_else(|| kind.name.to_owned()),
         through: kind.through,
-        reach: reach(&node),
+        access: access(&node),
         node,
     })
 }
 
-fn reach(node: &Path) -> Reach {
+fn access(node: &Path) -> Access {
     match fs::OpenOptions::new().read(true).write(true).open(node) {
-        Ok(_) => Reach::Open,
-        Err(error) if error.kind() == ErrorKind::PermissionDenied => Reach::Forbidden,
-        Err(_) => Reach::Absent,
+        Ok(_) => Access::Open,
+        Err(error) if error.kind() == ErrorKind::PermissionDenied => Access::Forbidden,
+        Err(_) => Access::Absent,
     }
 }
 
@@ -127,12 +127,12 @@ pub(super) fn missing(root: &Path, cameras: &[UsbCamera]) -> Vec<String> {
     let mut missing = Vec::new();
     for camera in cameras {
         let what = format!("{} ({}) at {}", camera.name, camera.id, camera.node.display());
-        match camera.reach {
-            Reach::Open => {}
-            Reach::Forbidden => {
+        match camera.access {
+            Access::Open => {}
+            Access::Forbidden => {
                 missing.push(format!("{what}: this user may not open it. {}", permission(root)))
             }
-            Reach::Absent => missing.push(format!(
+            Access::Absent => missing.push(format!(
                 "{what}: its device file cannot be opened; in a container, hand it in (--device /dev/bus/usb)"
             )),
         }
@@ -212,7 +212,7 @@ mod tests {
             names,
             [("1d27:0609", "PrimeSense Device"), ("045e:02ae", "Kinect (Xbox 360, for Windows)")]
         );
-        assert!(found.iter().all(|camera| camera.reach == Reach::Open));
+        assert!(found.iter().all(|camera| camera.access == Access::Open));
         assert!(found[0].node.ends_with("dev/bus/usb/001/003"), "{:?}", found[0].node);
         let texts = missing(root.path(), &found);
         assert_eq!(texts.len(), 1);
@@ -224,7 +224,8 @@ mod tests {
     fn what_a_camera_lacks_is_said() {
         let root = system(&[("1d27", "0601", None)]);
         let forbidden = |rules: bool| {
-            let found = [UsbCamera { reach: Reach::Forbidden, ..cameras(root.path())[0].clone() }];
+            let found =
+                [UsbCamera { access: Access::Forbidden, ..cameras(root.path())[0].clone() }];
             if rules {
                 let folder = root.path().join("lib/udev/rules.d");
                 fs::create_dir_all(&folder).unwrap();
@@ -237,7 +238,7 @@ mod tests {
         assert!(forbidden(true).contains("group video"));
         fs::remove_file(root.path().join("dev/bus/usb/001/002")).unwrap();
         let found = cameras(root.path());
-        assert_eq!(found[0].reach, Reach::Absent);
+        assert_eq!(found[0].access, Access::Absent);
         assert!(missing(root.path(), &found)[0].contains("container"));
     }
 
@@ -247,8 +248,8 @@ mod tests {
         let node = root.path().join("dev/bus/usb/001/002");
         fs::set_permissions(&node, fs::Permissions::from_mode(0o000)).unwrap();
         // Root may open everything.
-        let expected = if fs::File::open(&node).is_ok() { Reach::Open } else { Reach::Forbidden };
-        assert_eq!(reach(&node), expected);
+        let expected = if fs::File::open(&node).is_ok() { Access::Open } else { Access::Forbidden };
+        assert_eq!(access(&node), expected);
     }
 
     #[test]

@@ -7,11 +7,11 @@ use std::path::Path;
 use plumb_openni::OpenNi;
 use serde::Serialize;
 
-pub use usb::{Reach, UsbCamera};
+pub use usb::{Access, UsbCamera};
 
 /// What was found.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Survey {
+pub struct Discovery {
     /// The library OpenNI2.
     pub openni: Library,
     /// Cameras that can be opened now.
@@ -51,7 +51,7 @@ pub struct Found {
 
 /// Looks what is there: asks OpenNI2, and looks through the USB devices of the system whose root is
 /// `root` ("/").
-pub fn survey(root: &Path) -> Survey {
+pub fn discover(root: &Path) -> Discovery {
     let usb = usb::cameras(root);
     let mut missing = Vec::new();
     let (openni, cameras) = match OpenNi::load().and_then(|openni| Ok((openni.devices()?, openni)))
@@ -84,5 +84,5 @@ pub fn survey(root: &Path) -> Survey {
             }
         });
     }
-    Survey { openni, cameras, usb, missing }
+    Discovery { openni, cameras, usb, missing }
 }

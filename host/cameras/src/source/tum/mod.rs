@@ -10,8 +10,13 @@ use plumb_vision::camera::Intrinsics;
 use plumb_vision::frame::{FrameError, RgbdFrame};
 use plumb_vision::image::{Image, ImageSize};
 
-use super::{Source, SourceError, picture_file};
+use super::{CameraSource, InvalidFrame, SourceError};
 use crate::bounded_read;
+
+mod error;
+pub mod picture_file;
+
+pub use error::TumError;
 
 /// How far apart in time a colour picture and its depth may be taken, seconds: less than the 33 ms
 /// between frames, so that a depth picture that was dropped is not replaced by its neighbour.
@@ -37,6 +42,8 @@ pub struct TumFolder {
     intrinsics: Intrinsics,
     pending: VecDeque<Pending>,
     first_size: Option<ImageSize>,
+    /// Time stamp of the last frame, seconds.
+    now: f64,
 }
 
 /// What a call of `next_frame` will be about.
@@ -45,7 +52,7 @@ enum Pending {
     /// A colour picture and, where there is one, its depth.
     Frame { time: f64, colour: PathBuf, depth: Option<PathBuf> },
     /// A line that could not be read.
-    Bad(SourceError),
+    Bad(TumError),
 }
 
 /// A line of a list.
@@ -59,13 +66,13 @@ impl TumFolder {
     /// The recording in `folder`, taken by a camera with `intrinsics`.
     ///
     /// Only the lists are read here, the pictures one by one later. A line of a list that cannot be
-    /// understood is an error of a later [`Source::next_frame`] (those of `depth.txt` first), not
+    /// understood is an error of a later [`CameraSource::next_frame`] (those of `depth.txt` first), not
     /// of this.
     ///
     /// # Errors
     /// Where `rgb.txt` or `depth.txt` cannot be read, or is longer than [`MAX_LINES`] or
     /// [`MAX_LIST_BYTES`].
-    pub fn open(folder: &Path, intrinsics: Intrinsics) -> Result<Self, SourceError> {
+    pub fn open(folder: &Path, intrinsics: Intrinsics) -> Result<Self, TumError> {
         let mut pending = VecDeque::new();
         let mut depth = Vec::new();
         for entry in read_list(folder, "depth.txt")? {
@@ -82,7 +89,7 @@ impl TumFolder {
             }
             Err(error) => Pending::Bad(error),
         }));
-        Ok(Self { intrinsics, pending, first_size: None })
+        Ok(Self { intrinsics, pending, first_size: None, now: 0.0 })
     }
 
     fn read_frame(
@@ -90,7 +97,7 @@ impl TumFolder {
         time: f64,
         colour: &Path,
         depth: Option<&Path>,
-    ) -> Result<RgbdFrame, SourceError> {
+    ) -> Result<RgbdFrame, TumError> {
         let picture = picture_file::read_colour(colour)?;
         let size = picture.size();
         let ranges = match depth {
@@ -102,44 +109,55 @@ impl TumFolder {
                 (FrameError::Size { .. }, Some(depth)) => depth,
                 _ => colour,
             };
-            SourceError::Frame { what: culprit.display().to_string(), error }
+            InvalidFrame { origin: culprit.display().to_string(), error }
         })?;
         let first = *self.first_size.get_or_insert(size);
         if size != first {
-            return Err(SourceError::OtherSize { path: colour.to_path_buf(), size, first });
+            return Err(TumError::OtherSize { path: colour.to_path_buf(), size, first });
         }
         Ok(frame)
     }
 }
 
-impl Source for TumFolder {
+impl CameraSource for TumFolder {
     fn next_frame(&mut self) -> Result<Option<RgbdFrame>, SourceError> {
         match self.pending.pop_front() {
             None => Ok(None),
-            Some(Pending::Bad(error)) => Err(error),
-            Some(Pending::Frame { time, colour, depth }) => self
-                .read_frame(time, &colour, depth.as_deref())
-                .map(Some)
-                .map_err(|error| SourceError::At { time, error: Box::new(error) }),
+            Some(Pending::Bad(error)) => Err(error.into()),
+            Some(Pending::Frame { time, colour, depth }) => {
+                self.now = time;
+                self.read_frame(time, &colour, depth.as_deref())
+                    .map(Some)
+                    .map_err(|error| SourceError::new(error).with_stamp(time))
+            }
         }
+    }
+
+    /// Returns the time stamp of the last frame, seconds; 0 before the first one.
+    fn now(&self) -> f64 {
+        self.now
+    }
+
+    fn is_live(&self) -> bool {
+        false
     }
 }
 
 /// The lines of the list `name` in `folder`, those that are no entry as errors.
-fn read_list(folder: &Path, name: &str) -> Result<Vec<Result<Entry, SourceError>>, SourceError> {
+fn read_list(folder: &Path, name: &str) -> Result<Vec<Result<Entry, TumError>>, TumError> {
     let path = folder.join(name);
     let bytes = bounded_read::read(&path, MAX_LIST_BYTES)?;
     let text = String::from_utf8_lossy(&bytes);
     let lines = text.trim_start_matches('\u{feff}').lines();
     if lines.clone().nth(MAX_LINES).is_some() {
-        return Err(SourceError::TooManyLines { path });
+        return Err(TumError::TooManyLines { path, limit: MAX_LINES });
     }
     Ok(lines
         .enumerate()
         .map(|(i, line)| (i + 1, line.trim()))
         .filter(|(_, line)| !line.is_empty() && !line.starts_with('#'))
         .map(|(line, text)| {
-            parse_entry(folder, text).ok_or_else(|| SourceError::Line {
+            parse_entry(folder, text).ok_or_else(|| TumError::Line {
                 path: path.clone(),
                 line,
                 text: bounded_read::excerpt(text),

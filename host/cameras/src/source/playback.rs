@@ -1,0 +1,226 @@
+//! A recording, played in the time in which it was made.
+
+use std::thread;
+use std::time::{Duration, Instant};
+
+use plumb_vision::frame::RgbdFrame;
+use thiserror::Error;
+
+use super::{CameraSource, InvalidFrame, SourceError};
+
+/// Longest time without a picture. A live camera that is silent for so long counts as gone too
+/// ([`plumb_openni::Deadlines`]), and an interrupted run goes on for so long at most.
+pub const LONGEST_GAP: Duration = Duration::from_secs(2);
+
+/// A source whose frames come when they were taken: a recording where a camera is wanted.
+///
+/// Its clock stands at 0 until the first frame comes, and runs on from there. Frames are stamped on
+/// this clock, whatever the recording's time stamps begin with. Frames that are lost, but whose
+/// time is known, take their time too.
+///
+/// The recording's time stamps may not fall, else the frame is lost ([`PlaybackError::Backwards`]),
+/// and may not leave a gap above [`LONGEST_GAP`], else the recording ends there
+/// ([`PlaybackError::Gap`]).
+#[derive(Debug)]
+pub struct Playback<S> {
+    source: S,
+    begun: Option<Begun>,
+}
+
+/// Time stamp that a recording cannot be played at.
+#[derive(Debug, Clone, Copy, PartialEq, Error)]
+#[non_exhaustive]
+pub enum PlaybackError {
+    /// The recording has no frame for longer than [`LONGEST_GAP`], and ends there.
+    #[error(
+        "the frame at {time:.6} s was taken {gap:.3} s after the one before; a recording that is \
+         played as a camera may have gaps of at most {} s",
+        LONGEST_GAP.as_secs()
+    )]
+    Gap {
+        /// Time stamp of the frame after the gap, seconds on the recording's clock.
+        time: f64,
+        /// Time since the frame before it, seconds.
+        gap: f64,
+    },
+    /// The time stamp is before that of the previous frame. The frame is lost.
+    #[error(
+        "the frame at {time:.6} s is out of order: the one before it was taken at {before:.6} s"
+    )]
+    Backwards {
+        /// Time stamp of the lost frame, seconds on the recording's clock.
+        time: f64,
+        /// Time stamp of the frame before it, seconds on the recording's clock.
+        before: f64,
+    },
+}
+
+impl From<PlaybackError> for SourceError {
+    fn from(error: PlaybackError) -> Self {
+        match error {
+            PlaybackError::Gap { .. } => Self::over(error),
+            PlaybackError::Backwards { .. } => Self::new(error),
+        }
+    }
+}
+
+/// Clock of a recording whose first frame has come.
+#[derive(Debug, Clone, Copy)]
+struct Begun {
+    /// When the first frame came.
+    at: Instant,
+    /// Time stamp of the first frame, seconds on the recording's clock.
+    first: f64,
+    /// Time stamp of the last frame, likewise.
+    last: f64,
+}
+
+impl<S: CameraSource> Playback<S> {
+    /// Plays `source`.
+    pub fn new(source: S) -> Self {
+        Self { source, begun: None }
+    }
+
+    /// Waits until it is time for the frame with the time stamp `stamp` (seconds on the recording's
+    /// clock). Returns its time on this clock.
+    fn wait_for(&mut self, stamp: f64) -> Result<f64, PlaybackError> {
+        let fresh = Begun { at: Instant::now(), first: stamp, last: stamp };
+        let begun = self.begun.get_or_insert(fresh);
+        let gap = stamp - begun.last;
+        if gap < 0.0 {
+            return Err(PlaybackError::Backwards { time: stamp, before: begun.last });
+        }
+        if gap.is_nan() || gap > LONGEST_GAP.as_secs_f64() {
+            return Err(PlaybackError::Gap { time: stamp, gap });
+        }
+        begun.last = stamp;
+        let time = stamp - begun.first;
+        let due =
+            Duration::try_from_secs_f64(time).ok().and_then(|span| begun.at.checked_add(span));
+        // Gaps are limited, so that only a recording of centuries has a frame that is due beyond
+        // the clock's range.
+        let Some(due) = due else { return Err(PlaybackError::Gap { time: stamp, gap }) };
+        thread::sleep(due.saturating_duration_since(Instant::now()).min(LONGEST_GAP));
+        Ok(time)
+    }
+}
+
+impl<S: CameraSource> CameraSource for Playback<S> {
+    fn next_frame(&mut self) -> Result<Option<RgbdFrame>, SourceError> {
+        match self.source.next_frame() {
+            Ok(None) => Ok(None),
+            Ok(Some(frame)) => {
+                let time = self.wait_for(frame.time())?;
+                Ok(Some(frame.with_time(time).map_err(InvalidFrame::of("the recording"))?))
+            }
+            Err(error) => match error.stamp() {
+                Some(stamp) => Err(error.with_stamp(self.wait_for(stamp)?)),
+                None => Err(error),
+            },
+        }
+    }
+
+    /// Returns the seconds since the first frame, 0 before it.
+    fn now(&self) -> f64 {
+        self.begun.map_or(0.0, |begun| begun.at.elapsed().as_secs_f64())
+    }
+
+    fn is_live(&self) -> bool {
+        true
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::VecDeque;
+
+    use plumb_vision::camera::Intrinsics;
+    use plumb_vision::image::Image;
+
+    use super::*;
+
+    /// Frames with these time stamps, or lost ones.
+    struct Stamps(VecDeque<Result<f64, f64>>);
+
+    impl CameraSource for Stamps {
+        fn next_frame(&mut self) -> Result<Option<RgbdFrame>, SourceError> {
+            let intrinsics = Intrinsics { fx: 1.0, fy: 1.0, cx: 0.5, cy: 0.5, depth_scale: 1000.0 };
+            let frame = |time| {
+                let (colour, depth) = (Image::filled(2, 2, [1; 3]), Image::filled(2, 2, 1));
+                RgbdFrame::new(time, colour, depth, intrinsics).unwrap()
+            };
+            let lost = |time| SourceError::new("lost.png is damaged").with_stamp(time);
+            self.0.pop_front().map(|stamp| stamp.map(frame).map_err(lost)).transpose()
+        }
+
+        fn now(&self) -> f64 {
+            0.0
+        }
+
+        fn is_live(&self) -> bool {
+            false
+        }
+    }
+
+    fn playback(stamps: impl IntoIterator<Item = Result<f64, f64>>) -> Playback<Stamps> {
+        Playback::new(Stamps(stamps.into_iter().collect()))
+    }
+
+    /// Checks that the next frame is stamped with `time`, and that the clock has come there from
+    /// `before`.
+    fn expect(playback: &mut Playback<Stamps>, before: f64, time: f64) {
+        assert!(playback.now() >= before);
+        let frame = playback.next_frame().unwrap().unwrap();
+        assert!((frame.time() - time).abs() < 1e-6, "{} for {time}", frame.time());
+        assert!(playback.now() >= frame.time() - 1e-9, "{} before {time}", playback.now());
+    }
+
+    #[test]
+    fn frames_and_clock_begin_at_0_whatever_the_recordings_clock() {
+        for first in [0.0, 1305.0, 1_305_031_102.175_304, -7.0] {
+            let mut playback = playback([0.0, 0.05, 0.05, 0.1].map(|span| Ok(first + span)));
+            assert_eq!(playback.now(), 0.0);
+            for (before, time) in [(0.0, 0.0), (0.0, 0.05), (0.05, 0.05), (0.05, 0.1)] {
+                expect(&mut playback, before, time);
+            }
+            assert!(playback.next_frame().unwrap().is_none());
+            assert!(playback.now() < 1e6);
+        }
+    }
+
+    #[test]
+    fn a_lost_frame_takes_its_time_and_is_told_on_the_same_clock() {
+        let mut playback = playback([Err(1e9), Ok(1e9 + 0.03125), Err(1e9 + 0.0625)]);
+        assert_eq!(playback.next_frame().unwrap_err().stamp(), Some(0.0));
+        expect(&mut playback, 0.0, 0.03125);
+        assert_eq!(playback.next_frame().unwrap_err().stamp(), Some(0.0625));
+        assert!(playback.now() >= 0.0625);
+    }
+
+    #[test]
+    fn a_gap_ends_the_recording_at_once() {
+        for stamp in [5000.0, 1e19, f64::MAX] {
+            let mut playback = playback([Ok(0.0), Ok(stamp)]);
+            expect(&mut playback, 0.0, 0.0);
+            let error = playback.next_frame().unwrap_err();
+            assert!(
+                error.is_over() && error.to_string().contains("gaps of at most 2 s"),
+                "{error}"
+            );
+        }
+        let mut playback = playback([Ok(-f64::MAX), Ok(f64::MAX)]);
+        expect(&mut playback, 0.0, 0.0);
+        assert!(playback.next_frame().unwrap_err().is_over());
+    }
+
+    #[test]
+    fn a_frame_whose_time_stamp_falls_is_lost_and_the_others_come() {
+        let mut playback = playback([Ok(100.0), Ok(99.0), Err(-1e19), Ok(100.01)]);
+        expect(&mut playback, 0.0, 0.0);
+        for _ in 0..2 {
+            let error = playback.next_frame().unwrap_err();
+            assert!(!error.is_over() && error.to_string().contains("out of order"), "{error}");
+        }
+        expect(&mut playback, 0.0, 0.01);
+    }
+}

@@ -1,0 +1,85 @@
+//! Errors of TUM RGB-D folders.
+
+use std::path::PathBuf;
+
+use plumb_vision::image::{ImageError, ImageSize};
+use thiserror::Error;
+
+use crate::bounded_read::ReadError;
+use crate::source::{InvalidFrame, SourceError};
+
+/// Failure to read a TUM RGB-D folder or one of its frames.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum TumError {
+    /// The images do not make a frame.
+    #[error(transparent)]
+    Frame(#[from] InvalidFrame),
+    /// A file cannot be read, or is too large.
+    #[error(transparent)]
+    Read(#[from] ReadError),
+    /// A file is no image that can be decoded.
+    #[error("{}: not a picture (PNG or JPEG), or a damaged one", .path.display())]
+    Decode {
+        /// The file.
+        path: PathBuf,
+    },
+    /// An image has too many pixels.
+    #[error("{}: {size} pixels; at most {limit} are decoded", .path.display())]
+    TooManyPixels {
+        /// The file.
+        path: PathBuf,
+        /// Size of the image.
+        size: ImageSize,
+        /// Most pixels that are decoded.
+        limit: u64,
+    },
+    /// A list of images has too many lines.
+    #[error("{}: it has more than {limit} lines; split the recording", .path.display())]
+    TooManyLines {
+        /// The list.
+        path: PathBuf,
+        /// Most lines that are read.
+        limit: usize,
+    },
+    /// A line of a list of images is not `timestamp path`.
+    #[error(
+        "{}:{line}: {text:?} is not `timestamp path` (seconds, of at most 1e10, then a file)",
+        .path.display()
+    )]
+    Line {
+        /// The list.
+        path: PathBuf,
+        /// Number of the line, from 1.
+        line: usize,
+        /// Beginning of the line.
+        text: String,
+    },
+    /// An image file has pixels of another type than the frame needs.
+    #[error("{}: {must}", .path.display())]
+    PixelType {
+        /// The file.
+        path: PathBuf,
+        /// Required type.
+        must: &'static str,
+    },
+    /// A decoded image has another number of pixels than its size.
+    #[error(transparent)]
+    Image(#[from] ImageError),
+    /// An image differs in size from the first one. The intrinsics hold for one size only.
+    #[error("{}: {size}, but the recording's first picture is {first}", .path.display())]
+    OtherSize {
+        /// The image.
+        path: PathBuf,
+        /// Size of the image.
+        size: ImageSize,
+        /// Size of the recording's first image.
+        first: ImageSize,
+    },
+}
+
+impl From<TumError> for SourceError {
+    fn from(error: TumError) -> Self {
+        Self::new(error)
+    }
+}
