@@ -16,7 +16,8 @@ use embassy_rp::peripherals::{
     DMA_CH0, DMA_CH1, DMA_CH2, PIN_2, PIN_3, PIN_4, PIN_5, PIN_6, PIN_7, PIN_15, PIO0,
 };
 use embassy_rp::pio::{Common, Pio};
-use plumb_core::segment::{Segments, Timing, given};
+use plumb_core::driver_timing::DriverTiming;
+use plumb_core::segment::{Segments, given};
 use plumb_core::{Pulses, StepPlan};
 
 use crate::{Interrupts, pins};
@@ -94,17 +95,17 @@ impl Generator {
         for motor in 0..3 {
             set_up_channel(motor);
         }
-        program::set_width(Timing::SLOWEST.high);
+        program::set_width(DriverTiming::SLOWEST.high);
         Self {
             _pio: pio,
             _channels: parts.channels,
             motors: [0; 3]
-                .map(|_| Motor { segments: Segments::new(Timing::SLOWEST), given: [0; 2] }),
+                .map(|_| Motor { segments: Segments::new(DriverTiming::SLOWEST), given: [0; 2] }),
         }
     }
 
     /// Changes over to other drivers; at standstill.
-    pub(crate) fn set_timing(&mut self, timing: Timing) {
+    pub(crate) fn set_timing(&mut self, timing: DriverTiming) {
         program::set_width(timing.high);
         self.motors.iter_mut().for_each(|motor| motor.segments.set_timing(timing));
     }
@@ -119,7 +120,7 @@ impl Generator {
 
     /// Waits until the state machines have done what they were given, a tick at the most.
     pub(crate) fn finish(&mut self) {
-        for _ in 0..plumb_core::plan::TICK_CLOCKS {
+        for _ in 0..plumb_core::clock::TICK_CLOCKS {
             if (0..3).all(program::idle) || self.cut_off() {
                 break;
             }

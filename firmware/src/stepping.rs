@@ -11,7 +11,6 @@ use critical_section::Mutex;
 use embassy_rp::gpio::Level;
 use embassy_rp::interrupt::{self, InterruptExt, Priority};
 use embassy_rp::pac;
-use plumb_core::segment::Timing;
 use plumb_core::{Board, BuildLimits, Outbox, TICK_US, Tick};
 use plumb_protocol::config::{Config, Drivers};
 use plumb_protocol::message::StartCause;
@@ -209,25 +208,22 @@ impl Stepping {
         self.enable.set(false);
         self.turn_fields();
         self.coils.disconnect();
-        let (Some(drivers), Some(config)) = (self.board.drivers(), self.board.config()) else {
+        let (Some(drivers), Some(timing), Some(config)) =
+            (self.board.drivers(), self.board.driver_timing(), self.board.config())
+        else {
             return;
         };
         self.fields = Fields::None;
+        self.generator.set_timing(timing);
         match drivers {
-            Drivers::StepDir(times) => {
-                self.enable.active(Level::Low);
-                // Checked with the configuration.
-                self.generator.set_timing(Timing::of(&times).unwrap_or(Timing::SLOWEST));
-            }
+            Drivers::StepDir(_) => self.enable.active(Level::Low),
             Drivers::Coils(coils) => {
                 self.enable.active(Level::High);
                 self.coils.connect(coils.duty_percent, config.microsteps);
-                self.generator.set_timing(Timing::SLOWEST);
                 self.fields = Fields::Coils;
             }
             Drivers::MotorHats(coils) => {
                 self.enable.active(Level::High);
-                self.generator.set_timing(Timing::SLOWEST);
                 let (duty_percent, microsteps) = (coils.duty_percent, config.microsteps);
                 self.fields =
                     Fields::Hats(hats::Order { duty_percent, microsteps, positions: None });

@@ -15,7 +15,9 @@
 #![deny(missing_docs)]
 
 pub mod board;
+pub mod clock;
 pub mod coils;
+pub mod driver_timing;
 pub mod estimate;
 pub mod keep;
 pub mod law;
@@ -27,7 +29,8 @@ pub mod think;
 mod wide;
 
 pub use board::{Board, Outbox, Tick};
+pub use clock::TICK_US;
 pub use law::MotorRates;
 pub use params::BuildLimits;
-pub use plan::{Pulses, StepPlan, TICK_US};
+pub use plan::{Pulses, StepPlan};
 pub use think::Thinker;

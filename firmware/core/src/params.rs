@@ -1,27 +1,26 @@
-//! A configuration that was checked, and what the board was built for.
+//! A configuration that was checked, and the limits of the build.
 
 use plumb_protocol::config::{
-    Coils, Config, Deadlines, Drivers, Growth, Law, Motor, Reached, Workspace,
+    self, Coils, Config, Deadlines, Drivers, Growth, Law, Motor, Reached, Workspace,
 };
 use plumb_protocol::message::ConfigField;
 use plumb_protocol::units::Point;
 
-use crate::law::{Interval, Limits, Quick, Sign};
-use crate::plan::{LONGEST_MEAN_MS, TICK_US};
-use crate::segment::Timing;
-use crate::think::Kind;
+use crate::clock::TICK_US;
+use crate::driver_timing::DriverTiming;
+use crate::law::{DeferredLawKind, Interval, LawSelection, Limits};
 
-/// Limits that no configuration can lift: what the step generation of this board was built for.
+/// Limits of the build, which no configuration can lift.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct BuildLimits {
-    /// Highest pulse rate of one motor, microsteps/s; at most 1.25 million, which the planner's
-    /// arithmetic has room for.
+    /// Highest pulse rate of one motor, microsteps/s; at most 1.25 million, the limit of the
+    /// planner's arithmetic.
     pub max_pulse_rate: u32,
     /// Whether the board can keep a configuration over a loss of power.
     pub storage: bool,
 }
 
-/// A configuration within its ranges: the only way to one is [`Params::check`].
+/// A configuration within its ranges. [`Params::check`] is the only way to one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Params {
     pub(crate) law: Law,
@@ -32,69 +31,69 @@ pub struct Params {
     pub(crate) deadlines: Deadlines,
     pub(crate) growth: Growth,
     pub(crate) drivers: Drivers,
+    /// Pulse timing of the step generator for `drivers`.
+    pub(crate) timing: DriverTiming,
+    /// Span of the moving average over the step plan, ms; 0 is none.
     pub(crate) mean_ms: u16,
 }
 
-/// A law that is configured: it answers in the tick in which a picture comes, or takes longer.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Own {
-    /// Before its first picture.
-    Quick(Quick),
-    /// For a [`Thinker`](crate::think::Thinker).
-    Slow(Kind),
-}
-
-/// Bounds on J up to 8, Q16: what keeps the law's sums within 48 bits.
+/// Largest bound on an entry of J: 8, Q16. It keeps the interval law's sums within 48 bits.
 const MAX_BOUND: u32 = 8 << 16;
-/// 16 steps/s a µm, Q16.
+/// Largest gain of the interval law: 16 steps/s per µm, Q16.
 const MAX_GAIN: u32 = 16 << 16;
-/// 1 step/s a µm, Q20.
+/// Largest gain of the sign law: 1 step/s per µm, Q20.
 const MAX_SIGN_GAIN: u32 = 1 << 20;
-/// What the board remembers of its motors.
+/// Longest delay beyond a position's age, ms: the planner's history of motor positions is as long.
 const MAX_DELAY_MS: u16 = 500;
-/// 4 m, so that a difference of two points stays below 8.39 m.
-const MAX_COORDINATE: i32 = 4_000_000;
-/// 5 s.
-const MAX_DEADLINE: u16 = 5_000;
+/// Largest coordinate, µm: 4 m, so that a difference of two points stays below 8.39 m (2^23 µm).
+const MAX_COORDINATE_UM: i32 = 4_000_000;
+/// Largest radius within which a target counts as reached, µm.
+const MAX_REACHED_RADIUS_UM: i32 = 1_000_000;
+/// Longest deadline, ms.
+const MAX_DEADLINE_MS: u16 = 5_000;
+/// Longest span of the moving average over the step plan, ms.
+pub(crate) const MAX_MEAN_MS: u16 = 400;
 /// Least acceleration, steps/s²: eight units of the planner's rate a tick even without microsteps.
 const MIN_ACCELERATION: u32 = 40;
+/// Largest acceleration, steps/s²: 22 bits in the planner.
 const MAX_ACCELERATION: u32 = 4_000_000;
-/// Coils are set once a tick: half a full step of it at most, full steps/s.
+/// Highest rate of motors on coils, full steps/s: coils are set once a tick, and a motor follows
+/// half a full step at most.
 const MAX_COIL_RATE: u32 = 1_000_000 / TICK_US / 2;
-/// Three motors on the HATs' bus are set in 1.4 ms: about half a full step of it at most, full
-/// steps/s.
+/// Highest rate of motors on the HATs, full steps/s: three motors are set in 1.4 ms, about half a
+/// full step at this rate.
 const MAX_HAT_RATE: u32 = 300;
-/// Travel up to ±32 million steps leaves room for the way to a stop in an i32.
+/// Largest travel, Q4 steps: ±32 million steps, which leaves room for the way to a stop in an i32.
 const MAX_TRAVEL: i32 = 1 << 29;
 
 impl Params {
-    /// Checks every range.
+    /// Checks every field of `config` against its range and the limits of the build.
     ///
     /// # Errors
-    /// The first field that is out of its range.
+    /// Returns the first field that is out of its range.
     pub fn check(config: &Config, build: &BuildLimits) -> Result<Self, ConfigField> {
         check_law(&config.law)?;
         ensure(matches!(config.microsteps, 1 | 2 | 4 | 8 | 16), ConfigField::Microsteps)?;
-        let max_pulse_rate =
-            check_drivers(&config.drivers, config.microsteps)?.min(build.max_pulse_rate);
+        let (driver_pulse_rate, timing) = check_drivers(&config.drivers, config.microsteps)?;
+        let max_pulse_rate = driver_pulse_rate.min(build.max_pulse_rate);
         for motor in &config.motors {
             check_motor(motor, config.microsteps, max_pulse_rate)?;
         }
         check_workspace(&config.workspace)?;
         let radius = config.reached.radius.0;
         ensure(
-            (1..=1_000_000).contains(&radius) && config.reached.frames > 0,
+            (1..=MAX_REACHED_RADIUS_UM).contains(&radius) && config.reached.frames > 0,
             ConfigField::Reached,
         )?;
         let Deadlines { host, position, max_age } = config.deadlines;
-        let in_range = |ms: u16| (1..=MAX_DEADLINE).contains(&ms);
+        let in_range = |ms: u16| (1..=MAX_DEADLINE_MS).contains(&ms);
         ensure(
             in_range(host.0) && in_range(position.0) && in_range(max_age.0),
             ConfigField::Deadlines,
         )?;
         ensure(max_age < position, ConfigField::MaxAge)?;
         ensure(config.growth.margin.0 > 0 && config.growth.time.0 > 0, ConfigField::Growth)?;
-        ensure(config.mean.0 <= LONGEST_MEAN_MS, ConfigField::Mean)?;
+        ensure(config.mean.0 <= MAX_MEAN_MS, ConfigField::Mean)?;
         Ok(Self {
             law: config.law,
             motors: config.motors,
@@ -104,35 +103,27 @@ impl Params {
             deadlines: config.deadlines,
             growth: config.growth,
             drivers: config.drivers,
+            timing,
             mean_ms: config.mean.0,
         })
     }
 
-    /// The law before its first picture.
-    pub fn law(&self) -> Own {
-        match &self.law {
-            Law::Interval(law) => Own::Quick(Quick::Interval(Interval::new(law))),
-            Law::Sign(law) => Own::Quick(Quick::Sign(Sign::new(law))),
-            Law::Adaptive(_) => Own::Slow(Kind::Adaptive),
-            Law::Taut(_) => Own::Slow(Kind::Taut),
-        }
+    /// Returns the configured law before its first measurement.
+    pub fn law(&self) -> LawSelection {
+        LawSelection::new(&self.law)
     }
 
-    /// Which law it is, where it takes longer than a tick.
-    pub fn slow(&self) -> Option<Kind> {
-        match &self.law {
-            Law::Interval(_) | Law::Sign(_) => None,
-            Law::Adaptive(_) => Some(Kind::Adaptive),
-            Law::Taut(_) => Some(Kind::Taut),
-        }
+    /// Returns the kind of a deferred law; `None` where an inline one is configured.
+    pub fn deferred_law(&self) -> Option<DeferredLawKind> {
+        DeferredLawKind::of(&self.law)
     }
 
-    /// The least of the motors' limits.
+    /// Returns the least of the motors' limits.
     pub fn limits(&self) -> Limits {
         Limits::of(&self.motors)
     }
 
-    /// The interval law; `None` where another one is configured.
+    /// Returns the interval law; `None` where another one is configured.
     pub fn interval(&self) -> Option<Interval> {
         match &self.law {
             Law::Interval(law) => Some(Interval::new(law)),
@@ -140,7 +131,7 @@ impl Params {
         }
     }
 
-    /// Delay of the pictures beyond their age, µs.
+    /// Returns the delay of positions beyond their age, µs.
     pub(crate) fn delay_us(&self) -> u32 {
         match &self.law {
             Law::Interval(_) | Law::Sign(_) => 0,
@@ -148,7 +139,7 @@ impl Params {
         }
     }
 
-    /// The highest rate of each motor, Q8 steps/s.
+    /// Returns the highest rate of each motor, Q8 steps/s.
     pub(crate) fn max_rates(&self) -> [i32; 3] {
         self.motors.map(|m| m.max_rate.0)
     }
@@ -168,7 +159,7 @@ fn check_law(law: &Law) -> Result<(), ConfigField> {
     }
 }
 
-fn check_interval(law: &plumb_protocol::config::Interval) -> Result<(), ConfigField> {
+fn check_interval(law: &config::Interval) -> Result<(), ConfigField> {
     let signs = &law.signs;
     ensure(signs.iter().flatten().all(|s| (-1..=1).contains(s)), ConfigField::Signs)?;
     ensure((0..3).all(|k| signs.iter().any(|row| row[k] != 0)), ConfigField::Signs)?;
@@ -183,16 +174,20 @@ fn check_interval(law: &plumb_protocol::config::Interval) -> Result<(), ConfigFi
     ensure((1..=MAX_GAIN).contains(&law.gain.0), ConfigField::Gain)
 }
 
-/// The highest pulse rate that the drivers can follow, microsteps/s.
-fn check_drivers(drivers: &Drivers, microsteps: u8) -> Result<u32, ConfigField> {
-    let share =
-        |coils: &Coils| ensure((1..=100).contains(&coils.duty_percent), ConfigField::Drivers);
+/// Returns the highest pulse rate that the drivers can follow, microsteps/s, and the generator's
+/// timing for them. Drivers without a STEP input get the slowest timing.
+fn check_drivers(drivers: &Drivers, microsteps: u8) -> Result<(u32, DriverTiming), ConfigField> {
+    let coils = |coils: &Coils, max_rate: u32| {
+        ensure((1..=100).contains(&coils.duty_percent), ConfigField::Drivers)?;
+        Ok((max_rate * u32::from(microsteps), DriverTiming::SLOWEST))
+    };
     match drivers {
         Drivers::StepDir(times) => {
-            Ok(Timing::of(times).ok_or(ConfigField::Drivers)?.max_pulse_rate())
+            let timing = DriverTiming::new(times).ok_or(ConfigField::Drivers)?;
+            Ok((timing.max_pulse_rate(), timing))
         }
-        Drivers::Coils(coils) => share(coils).map(|()| MAX_COIL_RATE * u32::from(microsteps)),
-        Drivers::MotorHats(coils) => share(coils).map(|()| MAX_HAT_RATE * u32::from(microsteps)),
+        Drivers::Coils(settings) => coils(settings, MAX_COIL_RATE),
+        Drivers::MotorHats(settings) => coils(settings, MAX_HAT_RATE),
     }
 }
 
@@ -211,8 +206,9 @@ fn check_motor(motor: &Motor, microsteps: u8, max_pulse_rate: u32) -> Result<(),
 }
 
 fn check_workspace(workspace: &Workspace) -> Result<(), ConfigField> {
-    let near =
-        |p: Point| p.micrometres().iter().all(|c| (-MAX_COORDINATE..=MAX_COORDINATE).contains(c));
+    let near = |p: Point| {
+        p.micrometres().iter().all(|c| (-MAX_COORDINATE_UM..=MAX_COORDINATE_UM).contains(c))
+    };
     let (min, max) = (workspace.min, workspace.max);
     let spans = (0..3).all(|i| min.0[i] < max.0[i]);
     ensure(near(min) && near(max) && spans, ConfigField::Workspace)

@@ -12,71 +12,9 @@
 //! pulse that would come too soon after the last one, or after the direction line has changed,
 //! comes late, and the segment after it starts late by as much.
 
-use plumb_protocol::config::StepDir;
-use plumb_protocol::units::Nanoseconds;
-
-use crate::plan::{CLOCK_HZ, Pulses, TICK_CLOCKS};
-
-/// What a driver's inputs need, in clocks.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Timing {
-    /// Least time high, as the generator can do it. The direction is held for as long after a pulse
-    /// begins.
-    pub high: Width,
-    /// Least time low between pulses.
-    pub low: u32,
-    /// Least time from a change of direction to the next pulse.
-    pub setup: u32,
-}
-
-impl Timing {
-    /// Slow enough for any driver: what holds before a driver is configured.
-    pub const SLOWEST: Self = Self { high: Width { rounds: 31, delay: 15 }, low: 513, setup: 513 };
-
-    /// The timing for a driver's data sheet; `None` where the generator cannot make pulses so wide.
-    pub fn of(driver: &StepDir) -> Option<Self> {
-        let clocks = |ns: Nanoseconds| (u32::from(ns.0) * (CLOCK_HZ / 1_000_000)).div_ceil(1000);
-        let (low, setup) = (clocks(driver.low).max(LEAST_LOW), clocks(driver.setup));
-        Some(Self { high: Width::at_least(clocks(driver.high))?, low, setup })
-    }
-
-    /// The least time from one pulse to the next, clocks.
-    pub const fn least_period(&self) -> u32 {
-        self.high.clocks() + self.low
-    }
-
-    /// The highest pulse rate, pulses/s. A clock is kept for the rounding of the plan's periods.
-    pub const fn max_pulse_rate(&self) -> u32 {
-        CLOCK_HZ / (self.least_period() + 1)
-    }
-}
-
-/// A pulse's width: one clock and then a loop of up to 32 rounds of up to 16 clocks.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Width {
-    /// Rounds of the loop less one, 0..32: the operand of `set x`.
-    pub rounds: u8,
-    /// Clocks of a round less one, 0..16: the delay of `jmp x--`.
-    pub delay: u8,
-}
-
-impl Width {
-    /// The least width of at least `clocks`; `None` above 513.
-    pub fn at_least(clocks: u32) -> Option<Self> {
-        let looped = clocks.saturating_sub(1).max(1);
-        (0..16u8)
-            .filter_map(|delay| {
-                let rounds = looped.div_ceil(u32::from(delay) + 1);
-                (rounds <= 32).then_some(Self { rounds: (rounds - 1) as u8, delay })
-            })
-            .min_by_key(Self::clocks)
-    }
-
-    /// How long the pulse is high, clocks.
-    pub const fn clocks(&self) -> u32 {
-        1 + (self.rounds as u32 + 1) * (self.delay as u32 + 1)
-    }
-}
+use crate::clock::TICK_CLOCKS;
+use crate::driver_timing::{DriverTiming, MIN_LOW};
+use crate::plan::Pulses;
 
 /// Clocks of the program from a segment's start to the first pulse, without waiting.
 const TO_FIRST: u32 = 11;
@@ -88,8 +26,6 @@ const TO_NEXT: u32 = 4;
 const TO_END: u32 = 3;
 /// From the start of a segment without pulses to the next segment, without waiting.
 const EMPTY: u32 = 9;
-/// From the end of a segment's last pulse to the next segment's first.
-const LEAST_LOW: u32 = TO_END + TO_FIRST;
 
 /// The segments of one motor, one after the other.
 #[derive(Debug, Clone, Copy)]
@@ -114,7 +50,7 @@ pub struct Segments {
 
 impl Segments {
     /// From standstill.
-    pub fn new(timing: Timing) -> Self {
+    pub fn new(timing: DriverTiming) -> Self {
         let (direction, planned, period, word) = (false, 0, 0, 0);
         let mut segments = Self {
             high: 0,
@@ -132,9 +68,9 @@ impl Segments {
     }
 
     /// For another driver; at standstill.
-    pub fn set_timing(&mut self, timing: Timing) {
+    pub fn set_timing(&mut self, timing: DriverTiming) {
         (self.high, self.least, self.setup) =
-            (timing.high.clocks(), timing.least_period(), timing.setup);
+            (timing.high.clocks(), timing.min_period(), timing.setup);
         self.set_pulses(0, self.direction);
     }
 
@@ -188,9 +124,9 @@ impl Segments {
     }
 }
 
-// What `Segments::next` builds on: a pulse that is soon enough after the last is soon enough after
-// a late segment's beginning.
-const _: () = assert!(LEAST_LOW >= TO_END + TO_FIRST);
+// `Segments::next` depends on this: a pulse that keeps its distance from the last one also keeps it
+// from the beginning of a late segment.
+const _: () = assert!(MIN_LOW == TO_END + TO_FIRST);
 
 /// The first word of a segment, in the order in which the program takes it, lowest bits first: 10
 /// bits for the pulses after the first, and these.

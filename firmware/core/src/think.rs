@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! position -> Board::question -> Question -> Thinker::answer -> Answer -> Board::answered
-//!                 at the tick of the position                    in effect Kind::ticks later
+//!              in the tick of the position                 in effect DeferredLawKind::ticks later
 //! ```
 //!
 //! A [`Thinker`] owns the law with what it has learnt, and may take its time: on the chip below
@@ -11,30 +11,8 @@
 
 mod asking;
 
-use crate::law::{Adaptive, Demand, Law, Limits, Picture, Taut};
-use crate::plan::TICK_US;
+use crate::law::{DeferredLaw, DeferredLawKind, Law, Limits, Measurement, Setpoint};
 pub use asking::Asking;
-
-/// The laws that take longer than a tick.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
-    /// See [`Adaptive`].
-    Adaptive,
-    /// See [`Taut`].
-    Taut,
-}
-
-impl Kind {
-    /// Ticks from a question's to the one in which its answer takes effect. What the law takes of
-    /// the chip at most with the ticks and links that go before it (`make bench-chip`), and a third
-    /// of that in reserve.
-    pub const fn ticks(self) -> u32 {
-        match self {
-            Self::Adaptive => 1_000 / TICK_US,
-            Self::Taut => 16_000 / TICK_US,
-        }
-    }
-}
 
 /// What a law is asked.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -42,13 +20,13 @@ pub struct Question {
     /// Counts the questions, wrapping.
     pub number: u32,
     /// Which law.
-    pub kind: Kind,
+    pub kind: DeferredLawKind,
     /// The motors' limits.
     pub limits: Limits,
     /// Counts the board's configurations, wrapping. A law made for another one is replaced.
     pub configuration: u32,
     /// What is seen.
-    pub picture: Picture,
+    pub measurement: Measurement,
 }
 
 /// What a law wants.
@@ -56,37 +34,8 @@ pub struct Question {
 pub struct Answer {
     /// The question's.
     pub number: u32,
-    /// The law's demand, not limited yet.
-    pub demand: Demand,
-}
-
-/// A law that takes longer than a tick, with its state.
-#[derive(Debug, Clone, PartialEq)]
-#[allow(clippy::large_enum_variant, reason = "the chip has no heap, and there is one of it")]
-pub enum Slow {
-    /// See [`Adaptive`].
-    Adaptive(Adaptive),
-    /// See [`Taut`].
-    Taut(Taut),
-}
-
-impl Slow {
-    /// Before its first picture, for motors of these limits.
-    pub fn new(kind: Kind, limits: Limits) -> Self {
-        match kind {
-            Kind::Adaptive => Self::Adaptive(Adaptive::new(limits)),
-            Kind::Taut => Self::Taut(Taut::new(limits)),
-        }
-    }
-}
-
-impl Law for Slow {
-    fn update(&mut self, picture: &Picture) -> Demand {
-        match self {
-            Self::Adaptive(law) => law.update(picture),
-            Self::Taut(law) => law.update(picture),
-        }
-    }
+    /// The law's setpoint, not limited yet.
+    pub setpoint: Setpoint,
 }
 
 /// Answers questions. All those of one board, in their order: what has been asked is what the law
@@ -101,7 +50,7 @@ pub struct Thinker {
 struct Configured {
     /// See [`Question::configuration`].
     configuration: u32,
-    law: Slow,
+    law: DeferredLaw,
 }
 
 impl Thinker {
@@ -114,12 +63,12 @@ impl Thinker {
     /// question leaves no law of an earlier configuration in place.
     #[inline(never)]
     pub fn answer(&mut self, question: &Question) -> Answer {
-        let Question { number, kind, limits, configuration, picture } = question;
+        let Question { number, kind, limits, configuration, measurement } = question;
         self.law.take_if(|kept| kept.configuration != *configuration);
         let kept = self.law.get_or_insert_with(|| Configured {
             configuration: *configuration,
-            law: Slow::new(*kind, *limits),
+            law: DeferredLaw::new(*kind, *limits),
         });
-        Answer { number: *number, demand: kept.law.update(picture) }
+        Answer { number: *number, setpoint: kept.law.update(measurement) }
     }
 }

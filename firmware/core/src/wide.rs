@@ -17,7 +17,7 @@ pub(crate) fn signed_product(a: i32, b: i32) -> i64 {
 
 /// What of a number (up to 2^31) is in the ratio of `least` to `whole`, rounded down; `least` below
 /// `whole`, which is up to 2^31. One division for however many numbers.
-pub(crate) fn part(least: u32, whole: u32) -> impl Fn(u32) -> u32 {
+pub(crate) fn scale_by_ratio(least: u32, whole: u32) -> impl Fn(u32) -> u32 {
     // Of 32 bits behind the point. Both shifted, which takes less than a shift of 64 bits.
     let shift = leading_zeros(whole);
     let (least_shifted, divisor) = (least << shift, whole << shift);
@@ -101,9 +101,9 @@ mod tests {
             let whole = (whole >> shifts[0]).max(1);
             let (number, least) = (number >> shifts[1], (f64::from(whole) * share) as u32);
             let exact = u64::from(number) * u64::from(least) / u64::from(whole);
-            prop_assert_eq!(u64::from(part(least, whole)(number)), exact);
+            prop_assert_eq!(u64::from(scale_by_ratio(least, whole)(number)), exact);
             // Where it comes out even.
-            prop_assert_eq!(part(least, whole)(whole), least);
+            prop_assert_eq!(scale_by_ratio(least, whole)(whole), least);
         }
 
         #[test]

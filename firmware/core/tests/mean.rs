@@ -5,8 +5,9 @@ mod common;
 
 use common::{BUILD, config, motor, params};
 use plumb_core::MotorRates;
+use plumb_core::TICK_US;
 use plumb_core::params::Params;
-use plumb_core::plan::{Planner, TICK_US};
+use plumb_core::plan::Planner;
 use plumb_protocol::Config;
 use plumb_protocol::message::ConfigField;
 use plumb_protocol::units::Milliseconds;

@@ -4,7 +4,8 @@
 mod common;
 
 use common::{config, motor, params};
-use plumb_core::plan::{CLOCK_HZ, Jogging, Planner, TICK_CLOCKS, TICK_US};
+use plumb_core::clock::{CLOCK_HZ, TICK_CLOCKS, TICK_US};
+use plumb_core::plan::{Jogging, Planner};
 use plumb_core::{MotorRates, StepPlan};
 use plumb_protocol::Config;
 use proptest::prelude::*;

@@ -5,9 +5,11 @@
 
 mod common;
 
+use plumb_core::clock::TICK_CLOCKS;
+use plumb_core::driver_timing::{DriverTiming, PulseWidth};
 use plumb_core::law::MotorRates;
-use plumb_core::plan::{Planner, TICK_CLOCKS};
-use plumb_core::segment::{Segments, Timing, Width, given};
+use plumb_core::plan::Planner;
+use plumb_core::segment::{Segments, given};
 use plumb_core::{Pulses, StepPlan};
 use plumb_protocol::Config;
 use plumb_protocol::config::{Drivers, StepDir};
@@ -26,7 +28,7 @@ struct Machine {
 }
 
 impl Machine {
-    fn new(timing: &Timing) -> Self {
+    fn new(timing: &DriverTiming) -> Self {
         let high = u64::from(timing.high.clocks());
         Self { high, clock: 0, direction: false, pulses: Vec::new(), turns: Vec::new() }
     }
@@ -64,7 +66,7 @@ impl Machine {
 }
 
 /// Runs plans through the words and the machine, and checks what a driver would see.
-fn check(timing: Timing, plans: &[Pulses]) -> Machine {
+fn check(timing: DriverTiming, plans: &[Pulses]) -> Machine {
     let mut segments = Segments::new(timing);
     let mut machine = Machine::new(&timing);
     let mut planned = Vec::new();
@@ -98,7 +100,7 @@ fn check(timing: Timing, plans: &[Pulses]) -> Machine {
 
 /// Plans of a motor whose wanted rate changes now and then, and that comes to rest at the end.
 fn plans(timing: &StepDir, acceleration: u32, wanted: &[(i32, u8)]) -> Vec<Pulses> {
-    let max = Timing::of(timing).unwrap().max_pulse_rate().min(1_000_000) / 16;
+    let max = DriverTiming::new(timing).unwrap().max_pulse_rate().min(1_000_000) / 16;
     let motor = common::motor(f64::from(max), acceleration, 1 << 28);
     let config =
         Config { motors: [motor; 3], drivers: Drivers::StepDir(*timing), ..common::config() };
@@ -138,7 +140,7 @@ proptest! {
         acceleration in 1000u32..4_000_000,
         wanted in proptest::collection::vec((-1000i32..=1000, 1u8..30), 1..12),
     ) {
-        let timing = Timing::of(&driver).unwrap();
+        let timing = DriverTiming::new(&driver).unwrap();
         let plans = plans(&driver, acceleration, &wanted);
         let machine = check(timing, &plans);
         prop_assert_eq!(machine.clock, plans.len() as u64 * u64::from(TICK_CLOCKS), "in step again at rest");
@@ -146,7 +148,7 @@ proptest! {
 
     #[test]
     fn widths_are_the_least_that_will_do(clocks in 0u32..513) {
-        let width = Width::at_least(clocks).unwrap();
+        let width = PulseWidth::at_least(clocks).unwrap();
         prop_assert!(width.rounds < 32 && width.delay < 16);
         prop_assert!(width.clocks() >= clocks && width.clocks() <= clocks.max(2) + clocks / 16 + 1);
     }
@@ -154,7 +156,7 @@ proptest! {
 
 #[test]
 fn without_constraints_pulses_come_at_the_plans_very_clocks() {
-    let timing = Timing::of(&StepDir::TMC2209).unwrap();
+    let timing = DriverTiming::new(&StepDir::TMC2209).unwrap();
     let pulses = Pulses { direction: true, count: 100, first: 77, period: 250 };
     let machine = check(timing, &[pulses, Pulses::default(), pulses]);
     let expected: Vec<u64> =
@@ -164,8 +166,8 @@ fn without_constraints_pulses_come_at_the_plans_very_clocks() {
 
 #[test]
 fn too_wide_a_pulse_is_refused() {
-    assert_eq!(Width::at_least(514), None);
-    assert!(Timing::of(&StepDir { high: Nanoseconds(4200), ..StepDir::A4988 }).is_none());
+    assert_eq!(PulseWidth::at_least(514), None);
+    assert!(DriverTiming::new(&StepDir { high: Nanoseconds(4200), ..StepDir::A4988 }).is_none());
 }
 
 #[test]

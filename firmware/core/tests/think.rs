@@ -1,12 +1,13 @@
-//! Slow laws: questions and answers, and when those take effect.
+//! DeferredLaw laws: questions and answers, and when those take effect.
 #![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
 
 mod common;
 
 use common::bench::{BALL, TARGET, point};
 use common::{BUILD, config};
+use plumb_core::law::DeferredLawKind;
 use plumb_core::law::variances;
-use plumb_core::think::{Kind, Question};
+use plumb_core::think::Question;
 use plumb_core::{Board, Outbox, TICK_US, Thinker};
 use plumb_protocol::Config;
 use plumb_protocol::config::{Deadlines, Estimated, Law};
@@ -134,7 +135,10 @@ impl SlowBench {
 
 #[test]
 fn an_answer_takes_effect_in_its_tick_however_early_it_comes() {
-    for (law, kind) in [(Law::Adaptive as fn(_) -> _, Kind::Adaptive), (Law::Taut, Kind::Taut)] {
+    for (law, kind) in [
+        (Law::Adaptive as fn(_) -> _, DeferredLawKind::Adaptive),
+        (Law::Taut, DeferredLawKind::Taut),
+    ] {
         let [early, late] = [1, kind.ticks()]
             .map(|takes| SlowBench::seeking(slow(law), Some(takes)).run_seeing(60));
         assert_eq!(early, late, "{kind:?}");
@@ -150,7 +154,7 @@ fn an_answer_takes_effect_in_its_tick_however_early_it_comes() {
 
 #[test]
 fn a_host_that_thinks_at_once_does_the_same() {
-    let mut bench = SlowBench::seeking(slow(Law::Taut), Some(Kind::Taut.ticks()));
+    let mut bench = SlowBench::seeking(slow(Law::Taut), Some(DeferredLawKind::Taut.ticks()));
     let chip = bench.run_seeing(30);
     let mut bench = SlowBench::seeking(slow(Law::Taut), None);
     let mut host = Vec::new();
@@ -171,10 +175,10 @@ fn an_answer_that_does_not_come_stops_the_board() {
     let mut bench = SlowBench::seeking(slow(Law::Adaptive), Some(1));
     bench.run_seeing(20);
     assert!(!bench.still());
-    bench.takes = Some(Kind::Adaptive.ticks() + 1);
+    bench.takes = Some(DeferredLawKind::Adaptive.ticks() + 1);
     bench.out.clear();
     bench.see(BALL);
-    bench.run(Kind::Adaptive.ticks() + 1);
+    bench.run(DeferredLawKind::Adaptive.ticks() + 1);
     assert_eq!(bench.board.state(), State::Fault(Fault::LawLate));
     assert!(bench.told(Fault::LawLate));
     bench.run(2000);
@@ -203,10 +207,10 @@ fn of_the_pictures_that_come_while_the_law_thinks_the_newest_waits() {
         bench.see([0.5, 0.3, z]);
         bench.run(10);
     }
-    bench.run(Kind::Taut.ticks());
+    bench.run(DeferredLawKind::Taut.ticks());
     let seen: Vec<_> =
-        bench.asked.iter().map(|(tick, q)| (*tick, q.number, q.picture.ball[2])).collect();
-    assert_eq!(seen, [(0, 1, 400_000), (u64::from(Kind::Taut.ticks()), 2, 380_000)]);
+        bench.asked.iter().map(|(tick, q)| (*tick, q.number, q.measurement.ball[2])).collect();
+    assert_eq!(seen, [(0, 1, 400_000), (u64::from(DeferredLawKind::Taut.ticks()), 2, 380_000)]);
 }
 
 #[test]
@@ -219,11 +223,11 @@ fn what_waits_is_asked_about_for_the_target_of_then_and_forgotten_by_a_stop() {
         bench.send(command);
         bench.run(10);
         bench.send(Command::Target(point(BALL)));
-        bench.run(Kind::Taut.ticks());
+        bench.run(DeferredLawKind::Taut.ticks());
         assert_eq!(bench.asked.len(), questions, "{command:?}");
         let (_, question) = bench.asked.last().unwrap();
         let target = if questions == 2 { BALL } else { TARGET };
-        assert_eq!(question.picture.target, point(target).micrometres());
+        assert_eq!(question.measurement.target, point(target).micrometres());
     }
 }
 
@@ -242,7 +246,7 @@ fn a_law_begins_anew_with_each_configuration_and_not_with_a_target() {
     bench.send(Command::Target(point(TARGET)));
     bench.run_seeing(2);
     assert_eq!(made_for(&bench), [1, 1, 1, 2, 2]);
-    assert_eq!(bench.asked[4].1.kind, Kind::Adaptive);
+    assert_eq!(bench.asked[4].1.kind, DeferredLawKind::Adaptive);
 }
 
 #[test]
@@ -253,7 +257,7 @@ fn how_sure_a_position_is_comes_to_the_law() {
     bench.see_within(BALL, Some(Covariance { variances: [900, 1, u16::MAX], covariances: [0; 3] }));
     bench.run(20);
     let told: Vec<[i32; 3]> =
-        bench.asked.iter().map(|(_, question)| question.picture.variances).collect();
+        bench.asked.iter().map(|(_, question)| question.measurement.variances).collect();
     assert_eq!(told, [[4_000_000, 1_000_000, 1_000_000], [9_490_000, 500_000, 655_840_000]]);
 }
 
@@ -289,11 +293,11 @@ fn a_law_goes_less_by_a_position_that_is_unsure() {
         }
         let (_, question) = bench.asked[bench.asked.len() - 1];
         let answer = |off_um: i32, variance: u16| {
-            let mut picture = question.picture;
-            picture.ball[0] += off_um;
-            picture.variances =
+            let mut measurement = question.measurement;
+            measurement.ball[0] += off_um;
+            measurement.variances =
                 variances(Some(Covariance { variances: [variance; 3], covariances: [0; 3] }));
-            bench.thinker.clone().answer(&Question { picture, ..question }).demand.rates.0
+            bench.thinker.clone().answer(&Question { measurement, ..question }).setpoint.rates.0
         };
         let moved = |variance| -> i32 {
             let (there, off) = (answer(0, variance), answer(4000, variance));

@@ -10,7 +10,7 @@ use embassy_rp::pio::program::{
 use embassy_rp::pio::{
     Common, Config, Direction, LoadedProgram, Pin, ShiftConfig, ShiftDirection, StateMachine,
 };
-use plumb_core::segment::Width;
+use plumb_core::driver_timing::PulseWidth;
 
 /// Where the pulse's width is in the program.
 const SET_WIDTH: usize = 12;
@@ -94,7 +94,7 @@ pub(super) fn start_watcher(
 }
 
 /// Makes pulses this wide from the next one on.
-pub(super) fn set_width(width: Width) {
+pub(super) fn set_width(width: PulseWidth) {
     const STEP_HIGH: u16 = 1 << 12;
     let set =
         InstructionOperands::SET { destination: SetDestination::X, data: width.rounds }.encode();

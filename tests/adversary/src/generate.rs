@@ -1,7 +1,7 @@
 //! Configurations: usual ones, any within the ranges, and such that must be refused.
 
 use plumb_core::BuildLimits;
-use plumb_core::segment::Timing;
+use plumb_core::driver_timing::DriverTiming;
 use plumb_protocol::config::*;
 use plumb_protocol::units::*;
 
@@ -101,7 +101,9 @@ fn drivers(random: &mut Random) -> Drivers {
 /// Returns the highest rate that these drivers and the build allow, Q8 full steps/s.
 fn max_rate(drivers: &Drivers, microsteps: u8) -> i64 {
     let pulses = match drivers {
-        Drivers::StepDir(times) => Timing::of(times).map_or(1, |timing| timing.max_pulse_rate()),
+        Drivers::StepDir(times) => {
+            DriverTiming::new(times).map_or(1, |timing| timing.max_pulse_rate())
+        }
         Drivers::Coils(_) => MAX_COIL_RATE * u32::from(microsteps),
         Drivers::MotorHats(_) => MAX_HAT_RATE * u32::from(microsteps),
     };

@@ -1,9 +1,10 @@
 //! The control laws at the extremes of their input.
 
 use plumb_core::MotorRates;
-use plumb_core::law::{Demand, Law, Picture, variances};
-use plumb_core::params::{Own, Params};
-use plumb_core::think::{Kind, Slow};
+use plumb_core::law::{
+    DeferredLaw, DeferredLawKind, Law, LawSelection, Measurement, Setpoint, variances,
+};
+use plumb_core::params::Params;
 use plumb_protocol::Config;
 
 use crate::campaign::Outcome;
@@ -12,14 +13,14 @@ use crate::random::Random;
 
 /// What a law demands, brought within the motors' limits, is within them.
 pub const WITHIN: &str = "rates within the limits";
-/// Two copies of a law demand the same, to the bit.
+/// Two copies of a law give the same setpoint, to the bit.
 pub const DETERMINISTIC: &str = "a law is deterministic";
 /// A law's state holds no NaN.
 pub const NUMBERS: &str = "a law holds numbers";
 /// After the extremes and 300 ordinary pictures a law demands motion again.
 pub const RECOVERS: &str = "a law recovers";
 
-/// Ordinary pictures after which a law must demand motion.
+/// Ordinary pictures after which a law must ask for motion.
 const CALM_PICTURES: u64 = 300;
 /// Highest |position| of a motor, 1/16 steps.
 const MAX_TRAVEL: i64 = 1 << 29;
@@ -74,7 +75,7 @@ impl Scene {
         Self { motion, motors: [0; 3], ball: anywhere(random), target: anywhere(random) }
     }
 
-    fn next(&mut self, random: &mut Random) -> Picture {
+    fn next(&mut self, random: &mut Random) -> Measurement {
         if random.percent(2) {
             self.target = anywhere(random);
         }
@@ -87,24 +88,24 @@ impl Scene {
         let before = self.motors;
         self.motors = self.motors.map(|m| moved(m, self.motion.step(random), MAX_TRAVEL));
         let then = self.motors;
-        Picture {
+        Measurement {
             ball: self.ball,
             variances: variances(generate::covariance(random)),
-            then,
-            before: [before, [0, 1, 2].map(|i| before[i] - (then[i] - before[i]) / 2)],
-            ahead: then.map(|m| (i64::from(m) + self.motion.lead(random)) as i32),
+            motors: then,
+            motors_before: [before, [0, 1, 2].map(|i| before[i] - (then[i] - before[i]) / 2)],
+            motors_ahead: then.map(|m| (i64::from(m) + self.motion.lead(random)) as i32),
             target: self.target,
         }
     }
 
     /// Returns a picture of a ball and motors at rest.
-    fn calm(&self) -> Picture {
-        Picture {
+    fn calm(&self) -> Measurement {
+        Measurement {
             ball: [540_000, 220_000, 459_000],
             variances: variances(None),
-            then: self.motors,
-            before: [self.motors; 2],
-            ahead: self.motors,
+            motors: self.motors,
+            motors_before: [self.motors; 2],
+            motors_ahead: self.motors,
             target: [400_000, 400_000, 150_000],
         }
     }
@@ -126,10 +127,14 @@ pub fn run(seed: u64, pictures: u64, outcome: &mut Outcome) {
         Ok(params) => params,
         Err(field) => unreachable!("the configuration is within its ranges: {field}"),
     };
-    let kind = random.pick(&[Kind::Adaptive, Kind::Taut]);
-    outcome.tally.count(if kind == Kind::Adaptive { "law adaptive" } else { "law taut" });
-    drive(&mut random, Slow::new(kind, params.limits()), &config, pictures, outcome);
-    if let Own::Quick(law) = params.law() {
+    let kind = random.pick(&[DeferredLawKind::Adaptive, DeferredLawKind::Taut]);
+    outcome.tally.count(if kind == DeferredLawKind::Adaptive {
+        "law adaptive"
+    } else {
+        "law taut"
+    });
+    drive(&mut random, DeferredLaw::new(kind, params.limits()), &config, pictures, outcome);
+    if let LawSelection::Inline(law) = params.law() {
         outcome.tally.count("law quick");
         drive(&mut random, law, &config, pictures, outcome);
     }
@@ -144,10 +149,10 @@ where
     for tick in 0..pictures {
         outcome.tick = tick;
         let picture = scene.next(random);
-        let demand = law.update(&picture);
-        let same = demand == copy.update(&picture);
-        outcome.check(same, DETERMINISTIC, || format!("{demand:?} at {picture:?}"));
-        check_demand(random, demand, config, outcome);
+        let setpoint = law.update(&picture);
+        let same = setpoint == copy.update(&picture);
+        outcome.check(same, DETERMINISTIC, || format!("{setpoint:?} at {picture:?}"));
+        check_demand(random, setpoint, config, outcome);
     }
     outcome.tally.add("pictures", pictures);
     let state = format!("{law:?}");
@@ -158,14 +163,14 @@ where
     outcome.check(moves, RECOVERS, || format!("{:?}, limits {:?}", scene.motion, config.motors));
 }
 
-fn check_demand(random: &mut Random, demand: Demand, config: &Config, outcome: &mut Outcome) {
+fn check_demand(random: &mut Random, setpoint: Setpoint, config: &Config, outcome: &mut Outcome) {
     let limits = config.motors.map(|motor| motor.max_rate.0);
-    let MotorRates(rates) = demand.rates.within(limits);
+    let MotorRates(rates) = setpoint.rates.within(limits);
     let within = (0..3).all(|i| rates[i].unsigned_abs() <= limits[i].unsigned_abs());
-    outcome.check(within, WITHIN, || format!("{rates:?} of {demand:?}, limits {limits:?}"));
+    outcome.check(within, WITHIN, || format!("{rates:?} of {setpoint:?}, limits {limits:?}"));
     outcome.tally.add("demands of motion", (rates != [0; 3]).into());
     // Neither panics, whatever is demanded.
-    let later = demand.after(random.bits());
+    let later = setpoint.after(random.bits());
     let MotorRates(coasting) = later.rates.within(limits).coasting();
     let slower = (0..3).all(|i| coasting[i].unsigned_abs() <= limits[i].unsigned_abs());
     outcome.check(slower, WITHIN, || format!("coasting at {coasting:?}, limits {limits:?}"));

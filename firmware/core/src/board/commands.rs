@@ -10,7 +10,8 @@ use super::requests::LastRequest;
 use super::seek::{Guards, Seek, Sight};
 use super::{Activity, Board, Outbox, answer};
 use crate::estimate;
-use crate::params::{Own, Params};
+use crate::law::LawSelection;
+use crate::params::Params;
 use crate::plan::Jogging;
 
 /// The ball is given up when this many pictures in a row show it outside the workspace: one may be
@@ -177,8 +178,8 @@ impl Board {
         self.planner.configure(&params);
         // Here, where there is time for it.
         self.sight.law = match params.law() {
-            Own::Quick(law) => Some(law),
-            Own::Slow(_) => None,
+            LawSelection::Inline(law) => Some(law),
+            LawSelection::Deferred(_) => None,
         };
         self.params = Some(params);
         self.config = Some(*config);
@@ -222,7 +223,7 @@ impl Board {
         let (captured, ball) = (now.back(u64::from(position.age_us)), ball.micrometres());
         self.sight.saw(captured, ball);
         if let Activity::Seeking(seek) = &mut self.activity {
-            match params.slow() {
+            match params.deferred_law() {
                 Some(_) => self.asking.saw(captured, ball, position.covariance),
                 None => seek.answer(now, &mut self.sight, params),
             }

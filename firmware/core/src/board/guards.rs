@@ -4,7 +4,7 @@ use plumb_protocol::message::Fault;
 use plumb_protocol::units::{Micros, Milliseconds};
 
 use super::{Activity, Board, TELEMETRY_US};
-use crate::plan::TICK_US;
+use crate::clock::TICK_US;
 
 /// Whether `span_us` is longer than `limit`.
 fn exceeds(span_us: u64, limit: Milliseconds) -> bool {
@@ -64,8 +64,8 @@ impl Board {
             && let Activity::Seeking(seek) = &self.activity
         {
             let deadlines = &params.deadlines;
-            let (asked, lasts_us) = seek.lasts();
-            schedule.milestone(asked, lasts_us);
+            let (asked, valid_us) = seek.lasts();
+            schedule.milestone(asked, valid_us);
             schedule.deadline(self.heard, limit_us(deadlines.host) + 1);
             if let Some(since) = self.unseen_since() {
                 schedule.milestone(since, coasting_us(deadlines.position) + 1);
@@ -91,7 +91,7 @@ impl Board {
     }
 }
 
-/// Time until the next check of deadlines, telemetry and demand.
+/// Time until the next check of deadlines, telemetry and setpoint.
 struct Schedule {
     /// µs.
     now: u64,
@@ -106,8 +106,8 @@ impl Schedule {
         self.left = if at > self.now { self.left.min((at - self.now) as u32) } else { 0 };
     }
 
-    /// Adds the moment, `span_us` after `since`, at which the demand on the motors changes. A
-    /// moment that has passed is ignored: every check reads the present demand.
+    /// Adds the moment, `span_us` after `since`, at which the setpoint on the motors changes. A
+    /// moment that has passed is ignored: every check reads the present setpoint.
     fn milestone(&mut self, since: Micros, span_us: u64) {
         let at = since.0.saturating_add(span_us);
         if at > self.now {

@@ -13,8 +13,9 @@ use plumb_protocol::message::{
 };
 use plumb_protocol::units::{Micrometres, Micros, Point, Rate, Steps16};
 
+use crate::driver_timing::DriverTiming;
 use crate::estimate;
-use crate::law::{Demand, MotorRates};
+use crate::law::{MotorRates, Setpoint};
 use crate::params::{BuildLimits, Params};
 use crate::plan::{Jogging, Planner, StepPlan};
 use crate::think::{Answer as Thought, Asking, Question, Thinker};
@@ -165,6 +166,11 @@ impl Board {
         self.params.as_ref().map(|p| p.drivers)
     }
 
+    /// Returns the step generator's timing for the configured drivers.
+    pub fn driver_timing(&self) -> Option<DriverTiming> {
+        self.params.as_ref().map(|p| p.timing)
+    }
+
     /// Answers to [`Tick::store`]: whether the configuration was written, as known at `now`.
     pub fn stored(&mut self, now: Micros, written: bool, out: &mut Outbox) {
         self.attending = true;
@@ -207,7 +213,7 @@ impl Board {
     }
 
     /// Plans the tick that begins at `now`, and says what there is to say; call every
-    /// [`TICK_US`](crate::plan::TICK_US). This is [`plan`](Self::plan) and
+    /// [`TICK_US`](crate::clock::TICK_US). This is [`plan`](Self::plan) and
     /// [`report`](Self::report), with a `thinker` of the board's own that answers at once: for
     /// hosts, whose time does not pass meanwhile.
     pub fn tick(&mut self, now: Micros, thinker: &mut Thinker, out: &mut Outbox) -> Option<Tick> {
@@ -354,35 +360,35 @@ impl Board {
 
     /// Goes by the answer that takes effect at `now`, if it is still asked for.
     fn take_answer(&mut self, now: Micros, out: &mut Outbox) {
-        let Some((number, demand)) = self.asking.due(now) else { return };
+        let Some((number, setpoint)) = self.asking.due(now) else { return };
         let (Activity::Seeking(seek), Some(params)) = (&mut self.activity, &self.params) else {
             return;
         };
         if seek.question.take_if(|asked| *asked == number).is_none() {
             return;
         }
-        match demand {
-            Some(demand) => seek.follow(now, demand, params),
+        match setpoint {
+            Some(setpoint) => seek.follow(now, setpoint, params),
             None => self.fault(now, Fault::LawLate, out),
         }
     }
 
     /// What the present activity asks for; a jog that has arrived ends.
-    fn wanted(&mut self, now: Micros) -> Demand {
+    fn wanted(&mut self, now: Micros) -> Setpoint {
         match &self.activity {
-            Activity::Idle | Activity::Faulted(_) => Demand::default(),
+            Activity::Idle | Activity::Faulted(_) => Setpoint::default(),
             Activity::Jogging(jogging) => {
-                Demand::at_once(jogging.wanted(&self.planner).unwrap_or_else(|| {
+                Setpoint::at_once(jogging.wanted(&self.planner).unwrap_or_else(|| {
                     self.activity = Activity::Idle;
                     MotorRates::default()
                 }))
             }
             Activity::Seeking(seek) => match self.coasting(now) {
                 Some(since) => {
-                    let demand = seek.demand(since);
-                    Demand { rates: demand.rates.coasting(), ..demand }
+                    let setpoint = seek.setpoint(since);
+                    Setpoint { rates: setpoint.rates.coasting(), ..setpoint }
                 }
-                None => seek.demand(now),
+                None => seek.setpoint(now),
             },
         }
     }

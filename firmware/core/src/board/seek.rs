@@ -3,7 +3,7 @@
 use plumb_protocol::units::{Micros, Point};
 
 use crate::estimate::{self, Arrival, Divergence, Filter};
-use crate::law::{Demand, Law, Picture, Quick};
+use crate::law::{InlineLaw, Law, Measurement, Setpoint};
 use crate::params::Params;
 
 /// What the board knows of the ball.
@@ -20,7 +20,7 @@ pub(super) struct Sight {
     /// The filter over all of them.
     pub(super) filter: Filter,
     /// The law, where it is a quick one; made anew with each configuration.
-    pub(super) law: Option<Quick>,
+    pub(super) law: Option<InlineLaw>,
 }
 
 impl Sight {
@@ -52,7 +52,7 @@ pub(super) struct Seek {
     /// Whether it was reached once.
     pub(super) reached: bool,
     /// What the law asked for last, and when.
-    demand: Demand,
+    setpoint: Setpoint,
     asked: Micros,
     /// The question to a slow law that is open.
     pub(super) question: Option<u32>,
@@ -100,7 +100,7 @@ impl Seek {
             target,
             command: Some(command),
             reached,
-            demand: Demand::default(),
+            setpoint: Setpoint::default(),
             asked: now,
             question: None,
             arrival: Arrival::default(),
@@ -108,18 +108,18 @@ impl Seek {
     }
 
     /// What the law wants now.
-    pub(super) fn demand(&self, now: Micros) -> Demand {
-        self.demand.after(now.since(self.asked))
+    pub(super) fn setpoint(&self, now: Micros) -> Setpoint {
+        self.setpoint.after(now.since(self.asked))
     }
 
     /// When it took effect, and for how long it holds, µs.
     pub(super) fn lasts(&self) -> (Micros, u64) {
-        (self.asked, self.demand.lasts_us.into())
+        (self.asked, self.setpoint.valid_us.into())
     }
 
-    /// Goes by `demand` from `now` on, within the motors' limits.
-    pub(super) fn follow(&mut self, now: Micros, demand: Demand, params: &Params) {
-        self.demand = Demand { rates: demand.rates.within(params.max_rates()), ..demand };
+    /// Goes by `setpoint` from `now` on, within the motors' limits.
+    pub(super) fn follow(&mut self, now: Micros, setpoint: Setpoint, params: &Params) {
+        self.setpoint = Setpoint { rates: setpoint.rates.within(params.max_rates()), ..setpoint };
         self.asked = now;
     }
 
@@ -128,16 +128,16 @@ impl Seek {
         if let (Some(law), Some(ball)) = (&mut sight.law, sight.last) {
             // These laws go by the ball alone.
             let (nowhere, target) = ([0; 3], self.target.micrometres());
-            let picture = Picture {
+            let picture = Measurement {
                 ball,
                 variances: nowhere,
-                then: nowhere,
-                before: [nowhere; 2],
-                ahead: nowhere,
+                motors: nowhere,
+                motors_before: [nowhere; 2],
+                motors_ahead: nowhere,
                 target,
             };
-            let demand = law.update(&picture);
-            self.follow(now, demand, params);
+            let setpoint = law.update(&picture);
+            self.follow(now, setpoint, params);
         }
     }
 

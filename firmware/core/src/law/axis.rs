@@ -10,6 +10,8 @@
     reason = "rows and columns go by their numbers in several arrays at once"
 )]
 
+use super::fixed_point::times;
+
 /// J saturates here: 8.2 mm a step in Q6.
 const J_MAX: i64 = (1 << 19) - 1;
 /// P_JJ saturates here: (2 mm/step)² in Q8.
@@ -58,12 +60,6 @@ struct Measured {
 /// `value` within ±`limit`, which fits an i32.
 fn fit(value: i64, limit: i64) -> i32 {
     value.clamp(-limit, limit) as i32
-}
-
-/// A product whose bits are counted where it is used: not checked for overflow, which takes the
-/// chip longer than the product.
-pub(super) fn times(a: i64, b: i64) -> i64 {
-    a.wrapping_mul(b)
 }
 
 impl Axis {

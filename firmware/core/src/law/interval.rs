@@ -2,7 +2,8 @@
 
 use plumb_protocol::config;
 
-use super::{Demand, Law, MotorRates, Picture};
+use super::io::{Law, Measurement, Setpoint};
+use super::rates::MotorRates;
 use crate::wide::signed_product;
 
 /// Fraction bits of v: micrometres with 8 fraction bits.
@@ -117,7 +118,7 @@ fn whole([low, middle, high]: [i32; 3]) -> i64 {
 }
 
 impl Law for Interval {
-    fn update(&mut self, picture: &Picture) -> Demand {
-        Demand::at_once(self.rates(picture.error()))
+    fn update(&mut self, measurement: &Measurement) -> Setpoint {
+        Setpoint::at_once(self.rates(measurement.error()))
     }
 }

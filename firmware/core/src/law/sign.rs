@@ -2,8 +2,9 @@
 
 use plumb_protocol::config;
 
+use super::io::{Law, Measurement, Setpoint};
+use super::rates::MotorRates;
 use super::sides::{PAST, Sides};
-use super::{Demand, Law, MotorRates, Picture};
 use crate::wide::signed_product;
 
 /// |e| saturates here for this law, µm: 4.19 m, 22 bits.
@@ -32,7 +33,7 @@ const ONE: i32 = 1 << 14;
 /// it, Q14.
 const CUT: i32 = 205;
 const CALMEST: i32 = ONE / 10;
-/// The gain grows between these distances, µm, by so much with each picture, Q8, up to so much,
+/// The gain grows between these distances, µm, by so much with each measurement, Q8, up to so much,
 /// Q14. Closer it is what it was at first, so that noise is not made more of; farther away the
 /// motors turn as fast as they can.
 const GROWS: (u32, u32) = (12_000, 80_000);
@@ -98,13 +99,13 @@ pub(super) fn direction(e: [i32; 3]) -> [i32; 3] {
 }
 
 impl Law for Sign {
-    fn update(&mut self, picture: &Picture) -> Demand {
-        if self.target != picture.target {
+    fn update(&mut self, measurement: &Measurement) -> Setpoint {
+        if self.target != measurement.target {
             // What was learnt of the way to another target is not true of this one.
             (self.calm, self.bold, self.sides) = (ONE, ONE, Sides::default());
-            self.target = picture.target;
+            self.target = measurement.target;
         }
-        Demand::at_once(self.rates(picture.error()))
+        Setpoint::at_once(self.rates(measurement.error()))
     }
 }
 
@@ -113,19 +114,19 @@ mod tests {
     use super::*;
     use plumb_protocol::units::SignGain;
 
-    fn picture(ball: [i32; 3], target: [i32; 3]) -> Picture {
-        Picture {
+    fn measurement(ball: [i32; 3], target: [i32; 3]) -> Measurement {
+        Measurement {
             ball,
             variances: [0; 3],
-            then: [0; 3],
-            before: [[0; 3]; 2],
-            ahead: [0; 3],
+            motors: [0; 3],
+            motors_before: [[0; 3]; 2],
+            motors_ahead: [0; 3],
             target,
         }
     }
 
-    fn largest(demand: Demand) -> i32 {
-        demand.rates.0.iter().map(|rate| rate.abs()).max().unwrap_or(0)
+    fn largest(setpoint: Setpoint) -> i32 {
+        setpoint.rates.0.iter().map(|rate| rate.abs()).max().unwrap_or(0)
     }
 
     /// A ball that is thrown from one side of its target to the other, and one that comes nearer
@@ -133,7 +134,7 @@ mod tests {
     #[test]
     fn the_gain_is_cut_at_each_passing_and_grows_on_the_way() {
         let mut law = Sign::new(&config::Sign { gain: SignGain(1 << 14) });
-        let mut rate = |x: i32| largest(law.update(&picture([x, 0, 0], [0; 3])));
+        let mut rate = |x: i32| largest(law.update(&measurement([x, 0, 0], [0; 3])));
         let first = rate(50_000);
         let grown = (0..30).map(|_| rate(50_000)).last().unwrap_or(0);
         assert!((first * 19 / 10..2 * first).contains(&grown), "{first} {grown}");
@@ -147,11 +148,11 @@ mod tests {
         let gain = config::Sign { gain: SignGain(1 << 14) };
         let (mut law, mut new) = (Sign::new(&gain), Sign::new(&gain));
         for x in [50_000, -40_000, 30_000] {
-            law.update(&picture([x, 0, 0], [0; 3]));
+            law.update(&measurement([x, 0, 0], [0; 3]));
         }
         for x in [40_000, 20_000, 5_000] {
-            let picture = picture([x, 0, 0], [0, 1_000, 0]);
-            assert_eq!(law.update(&picture), new.update(&picture));
+            let measurement = measurement([x, 0, 0], [0, 1_000, 0]);
+            assert_eq!(law.update(&measurement), new.update(&measurement));
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Three linear equations in fixed point, with few bits where many would not fit.
 
-use super::axis::times;
+use super::fixed_point::{excess_bits, times};
 
 /// Bits of an entry of J before its determinant is taken.
 pub(super) const J_BITS: u32 = 14;
@@ -13,17 +13,11 @@ const J_FRACTION: i32 = 6;
 /// A solution saturates here: 2^18 steps in Q8.
 const MOST: i64 = 1 << 26;
 
-/// By how many bits the largest of these is longer than `bits`; negative where it is shorter.
-pub(super) fn excess(values: impl Iterator<Item = i32>, bits: u32) -> i32 {
-    let longest = values.map(|v| 32 - v.unsigned_abs().leading_zeros()).max().unwrap_or(0);
-    longest as i32 - bits as i32
-}
-
 /// n with J n = e: motor steps in Q8 for J in Q6 µm/step and e in µm. `None` where det J is not
 /// above zero, which for a matrix of the signs Σ it always is.
 pub(super) fn solve(j: &[[i32; 3]; 3], e: [i32; 3]) -> Option<[i32; 3]> {
-    let fewer_j = excess(j.iter().flatten().copied(), J_BITS).max(0);
-    let fewer_e = excess(e.into_iter(), E_BITS).max(0);
+    let fewer_j = excess_bits(j.iter().flatten().copied(), J_BITS).max(0);
+    let fewer_e = excess_bits(e.into_iter(), E_BITS).max(0);
     let j = j.map(|row| row.map(|v| i64::from(v >> fewer_j)));
     let e = e.map(|v| i64::from(v >> fewer_e));
     // Bits: 14 + 14 = 28, 29 the difference.

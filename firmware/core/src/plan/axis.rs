@@ -5,7 +5,8 @@
 //! same.
 
 use super::clocks::{self, Quotient};
-use super::{Pulses, TICK_CLOCKS, UNIT};
+use super::pulses::{Pulses, UNIT};
+use crate::clock::TICK_CLOCKS;
 
 /// UNIT as what is counted with.
 const MICROSTEP: u32 = UNIT.unsigned_abs();

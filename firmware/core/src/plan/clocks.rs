@@ -3,7 +3,8 @@
 
 use core::hint::black_box;
 
-use super::{CLOCK_HZ, RATE_BITS, TICK_CLOCKS, UNIT};
+use super::pulses::{RATE_BITS, UNIT};
+use crate::clock::{CLOCK_HZ, TICK_CLOCKS};
 use crate::wide::leading_zeros;
 
 /// A quotient rounded down, and the remainder.

@@ -1,6 +1,7 @@
 //! Where the reference goes on to, for laws whose answers take effect later.
 
-use super::{Planner, UNIT};
+use super::planner::Planner;
+use super::pulses::UNIT;
 
 /// Forecasts go no farther: 51 ms.
 const MOST_TICKS: u32 = 256;
@@ -43,8 +44,9 @@ mod tests {
             (ramp_us, gone, ticks) in (0u32..50_000, 0u32..100, 0u32..=MOST_TICKS),
         ) {
             let travels = [Travel::between(-(1 << 29), 1 << 29); 3];
-            let mut planner = Planner { deltas, travels, ..Planner::default() };
+            let mut planner = Planner::default();
             planner.set_microsteps(1 << microsteps);
+            (planner.deltas, planner.travels) = (deltas, travels);
             planner.axes.iter_mut().for_each(|axis| axis.configure(false, 1 << microsteps));
             planner.aim(MotorRates(before), 0);
             (0..500).for_each(|_| _ = planner.tick());

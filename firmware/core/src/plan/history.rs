@@ -1,6 +1,6 @@
 //! Where the motors were: a picture that arrives late is of a ball that hung on the cables of then.
 
-use super::TICK_US;
+use crate::clock::TICK_US;
 
 /// Ticks between two entries: 8 ms.
 const TICKS: u32 = 40;

@@ -1,6 +1,7 @@
 //! Turning one motor by an exact number of steps, for commissioning.
 
-use super::{Planner, UNIT};
+use super::planner::Planner;
+use super::pulses::UNIT;
 use crate::law::MotorRates;
 
 /// A move of one motor under way.

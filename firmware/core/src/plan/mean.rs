@@ -4,7 +4,8 @@
 //! from the mean of the last cells to the next such mean. A mean of rates within limits is within
 //! them, and so are its changes.
 
-use super::TICK_US;
+use crate::clock::TICK_US;
+use crate::params::MAX_MEAN_MS;
 use crate::wide;
 
 /// Ticks in a cell: 3.2 ms.
@@ -13,9 +14,7 @@ const CELL_TICKS: i64 = 16;
 /// Cells kept: 409.6 ms, 1.5 kilobytes.
 const CELLS: usize = 128;
 
-/// Longest span, milliseconds.
-pub(crate) const LONGEST_MS: u16 = 400;
-const _: () = assert!(LONGEST_MS as i64 * 1000 <= CELLS as i64 * CELL_TICKS * TICK_US as i64);
+const _: () = assert!(MAX_MEAN_MS as i64 * 1000 <= CELLS as i64 * CELL_TICKS * TICK_US as i64);
 
 /// One motor's share of it.
 #[derive(Debug, Clone, Copy)]
@@ -55,7 +54,7 @@ pub(super) struct Mean {
 impl Mean {
     pub(super) const OFF: Self = Self { lanes: [Lane::AT_REST; 3], length: 0, at: 0, tick: 0 };
 
-    /// A mean over `span_ms`, at most [`LONGEST_MS`]; at standstill.
+    /// A mean over `span_ms`, at most [`MAX_MEAN_MS`]; at standstill.
     pub(super) fn over(span_ms: u16) -> Self {
         let cells = i64::from(span_ms) * 1000 / (CELL_TICKS * i64::from(TICK_US));
         Self { length: (cells as usize).min(CELLS), ..Self::OFF }

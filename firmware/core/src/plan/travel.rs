@@ -1,6 +1,6 @@
 //! How far a motor may turn, and whether it can still stop before that.
 
-use super::UNIT;
+use super::pulses::UNIT;
 use crate::wide;
 
 /// For so many ticks a motor that is safe needs not be looked at again.

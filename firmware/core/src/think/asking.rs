@@ -8,9 +8,10 @@
 use plumb_protocol::units::{Covariance, Micros, Point};
 
 use super::{Answer, Question};
-use crate::law::{BEFORE_US, Demand, Picture, variances};
+use crate::clock::TICK_US;
+use crate::law::{MOTOR_SAMPLE_US, Measurement, Setpoint, variances};
 use crate::params::Params;
-use crate::plan::{Planner, TICK_US};
+use crate::plan::Planner;
 
 /// The ball in a picture.
 #[derive(Debug, Clone, Copy)]
@@ -29,7 +30,7 @@ struct Open {
     /// When it does.
     due: Micros,
     /// The answer, once it is there.
-    demand: Option<Demand>,
+    setpoint: Option<Setpoint>,
 }
 
 /// The questions to a slow law.
@@ -78,26 +79,27 @@ impl Asking {
         planner: &Planner,
         params: &Params,
     ) -> Option<u32> {
-        let kind = params.slow().filter(|_| self.open.is_none())?;
+        let kind = params.deferred_law().filter(|_| self.open.is_none())?;
         let glimpse = self.glimpse.take()?;
         // The motors' positions are those at the tick's end.
         let end = Micros(now.0 + u64::from(TICK_US));
         let age_us = end.since(glimpse.captured).min(u64::from(u32::MAX)) as u32;
         let age_us = age_us.saturating_add(params.delay_us());
-        let place = |times: u32| planner.positions_ago(age_us.saturating_add(times * BEFORE_US));
-        let picture = Picture {
+        let place =
+            |times: u32| planner.positions_ago(age_us.saturating_add(times * MOTOR_SAMPLE_US));
+        let measurement = Measurement {
             ball: glimpse.ball,
             variances: variances(glimpse.covariance),
-            then: place(0),
-            before: [place(1), place(2)],
-            ahead: planner.reference_after(kind.ticks() - 1),
+            motors: place(0),
+            motors_before: [place(1), place(2)],
+            motors_ahead: planner.reference_after(kind.ticks() - 1),
             target: target.micrometres(),
         };
         self.number = self.number.wrapping_add(1);
         self.open =
-            Some(Open { due: Micros(now.0 + u64::from(kind.ticks() * TICK_US)), demand: None });
+            Some(Open { due: Micros(now.0 + u64::from(kind.ticks() * TICK_US)), setpoint: None });
         let (number, limits, configuration) = (self.number, params.limits(), self.configuration);
-        self.question = Some(Question { number, kind, limits, configuration, picture });
+        self.question = Some(Question { number, kind, limits, configuration, measurement });
         Some(number)
     }
 
@@ -118,13 +120,13 @@ impl Asking {
         if let Some(open) = &mut self.open
             && answer.number == self.number
         {
-            open.demand = Some(answer.demand);
+            open.setpoint = Some(answer.setpoint);
         }
     }
 
     /// The question whose answer takes effect at `now`, and the answer, if it is there.
-    pub fn due(&mut self, now: Micros) -> Option<(u32, Option<Demand>)> {
+    pub fn due(&mut self, now: Micros) -> Option<(u32, Option<Setpoint>)> {
         let open = self.open.take_if(|open| open.due <= now)?;
-        Some((self.number, open.demand))
+        Some((self.number, open.setpoint))
     }
 }

@@ -4,7 +4,7 @@
 use nalgebra::Point3;
 use plumb_core::MotorRates;
 use plumb_core::estimate::{self, Arrival, Filter};
-use plumb_core::law::{Demand, Law, Picture, variances};
+use plumb_core::law::{Law, Measurement, Setpoint, variances};
 use plumb_core::params::Params;
 use plumb_core::plan::Planner;
 use plumb_core::think::{Answer, Asking};
@@ -33,9 +33,9 @@ pub(super) struct LawDriver {
     /// Whether it has stopped because nothing was seen for too long.
     lost: bool,
     sent_on: bool,
-    demand: Demand,
+    setpoint: Setpoint,
     asked: Micros,
-    /// Whether the demand is a new one, and what the planner was told to aim at last.
+    /// Whether the setpoint is a new one, and what the planner was told to aim at last.
     answered: bool,
     aimed: MotorRates,
 }
@@ -65,7 +65,7 @@ impl LawDriver {
             seen: Micros(0),
             lost: false,
             sent_on: false,
-            demand: Demand::default(),
+            setpoint: Setpoint::default(),
             asked: Micros(0),
             answered: false,
             aimed: MotorRates::default(),
@@ -76,8 +76,8 @@ impl LawDriver {
     fn resume(&mut self, now: Micros) {
         if self.lost && !self.planner.moving() {
             (self.lost, self.sent_on) = (false, true);
-            (self.arrival, self.demand, self.question) =
-                (Arrival::default(), Demand::default(), None);
+            (self.arrival, self.setpoint, self.question) =
+                (Arrival::default(), Setpoint::default(), None);
             self.seen = self.seen.max(now);
         }
     }
@@ -85,19 +85,19 @@ impl LawDriver {
     /// Lets the law answer at once to a ball seen at `ball`, µm.
     fn answer(&mut self, now: Micros, ball: [i32; 3]) {
         let (then, ahead) = (self.planner.positions(), self.planner.reference());
-        let demand = self.law.update(&Picture {
+        let setpoint = self.law.update(&Measurement {
             ball,
             variances: variances(None),
-            then,
-            before: [then; 2],
-            ahead,
+            motors: then,
+            motors_before: [then; 2],
+            motors_ahead: ahead,
             target: self.target.micrometres(),
         });
-        self.follow(now, demand);
+        self.follow(now, setpoint);
     }
 
-    fn follow(&mut self, now: Micros, demand: Demand) {
-        self.demand = Demand { rates: demand.rates.within(self.max_rates), ..demand };
+    fn follow(&mut self, now: Micros, setpoint: Setpoint) {
+        self.setpoint = Setpoint { rates: setpoint.rates.within(self.max_rates), ..setpoint };
         (self.asked, self.answered) = (now, true);
     }
 
@@ -110,24 +110,24 @@ impl LawDriver {
             self.question = Some(number);
         }
         if let Some(question) = self.asking.take_question() {
-            let demand = self.law.update(&question.picture);
-            self.asking.answered(&Answer { number: question.number, demand });
+            let setpoint = self.law.update(&question.measurement);
+            self.asking.answered(&Answer { number: question.number, setpoint });
         }
     }
 
     /// What is wanted of the motors at `now`.
-    fn wanted(&mut self, now: Micros) -> Demand {
+    fn wanted(&mut self, now: Micros) -> Setpoint {
         let deadline_us = u64::from(self.config.deadlines.position.0) * 1000;
         self.lost |= now.since(self.seen) > deadline_us;
         if self.lost {
-            return Demand::default();
+            return Setpoint::default();
         }
         let coasting = Micros(self.seen.0 + deadline_us * 2 / 5);
         if now > coasting {
-            let demand = self.demand.after(coasting.since(self.asked));
-            return Demand { rates: demand.rates.coasting(), ..demand };
+            let setpoint = self.setpoint.after(coasting.since(self.asked));
+            return Setpoint { rates: setpoint.rates.coasting(), ..setpoint };
         }
-        self.demand.after(now.since(self.asked))
+        self.setpoint.after(now.since(self.asked))
     }
 }
 
@@ -143,7 +143,7 @@ impl Driver for LawDriver {
         if self.lost {
             return;
         }
-        match self.params.slow() {
+        match self.params.deferred_law() {
             Some(_) => self.asking.saw(captured, ball, None),
             None => self.answer(now, ball),
         }
@@ -154,10 +154,10 @@ impl Driver for LawDriver {
     }
 
     fn tick(&mut self, now: Micros) -> [f64; 3] {
-        if let Some((number, Some(demand))) = self.asking.due(now)
+        if let Some((number, Some(setpoint))) = self.asking.due(now)
             && self.question == Some(number)
         {
-            self.follow(now, demand);
+            self.follow(now, setpoint);
         }
         let wanted = self.wanted(now);
         // A board aims anew where something has happened, which rounds less than to do so in every

@@ -19,7 +19,7 @@ use std::path::PathBuf;
 
 use measure::BenchLaw;
 use plumb_core::TICK_US;
-use plumb_core::think::Kind;
+use plumb_core::law::DeferredLawKind;
 use serde_json::{Map, Value, json};
 
 /// A line of the table.
@@ -68,7 +68,9 @@ fn table(image: &std::path::Path) -> Vec<Row> {
         unit,
         beside: beside.to_owned(),
     };
-    let due = |law: Kind| format!("its answer is due after {} ms", law.ticks() * TICK_US / 1000);
+    let due = |law: DeferredLawKind| {
+        format!("its answer is due after {} ms", law.ticks() * TICK_US / 1000)
+    };
     let [one, three] = measure::highest_rates(image);
     let [busy_slow, busy_fast, busy_taut] = measure::busy(image);
     let latency = measure::latency(image);
@@ -149,7 +151,7 @@ fn table(image: &std::path::Path) -> Vec<Row> {
             "the same with the ticks and links that go before it",
             adaptive.thought,
             "cycles",
-            &due(Kind::Adaptive),
+            &due(DeferredLawKind::Adaptive),
         ),
         row("update_taut", "one update of the law taut, at most", taut.update, "cycles", ""),
         row(
@@ -157,7 +159,7 @@ fn table(image: &std::path::Path) -> Vec<Row> {
             "the same with the ticks and links that go before it",
             taut.thought,
             "cycles",
-            &due(Kind::Taut),
+            &due(DeferredLawKind::Taut),
         ),
         row(
             "step_taut",

@@ -1,9 +1,10 @@
 //! What is known of the ball and of how the motors move it, and the steps that follow from it.
 
-use super::{SIGNS, square};
-use crate::law::Picture;
-use crate::law::axis::{Axis, HELD_MOST, times};
-use crate::law::solve::{J_BITS, excess, solve};
+use crate::law::axis::{Axis, HELD_MOST};
+use crate::law::fixed_point::{excess_bits, squared_length, times};
+use crate::law::io::Measurement;
+use crate::law::signs::SIGNS;
+use crate::law::solve::{J_BITS, solve};
 
 /// The first guess of |J|, µm/step: a rig a metre wide with its ball half a metre below the motors
 /// and pulleys of 17 mm. In x one cable works against two.
@@ -42,8 +43,8 @@ pub(super) struct Estimate {
 }
 
 impl Estimate {
-    /// At the first picture: with the J of a usual rig.
-    pub(super) fn new(picture: &Picture) -> Self {
+    /// At the first measurement: with the J of a usual rig.
+    pub(super) fn new(measurement: &Measurement) -> Self {
         let axis = |i: usize| {
             let zero = |k: usize| SIGNS[i][k] == 0;
             let row = [0, 1, 2].map(|k| SIGNS[i][k] * GUESS[i][k]);
@@ -57,20 +58,26 @@ impl Estimate {
             });
             // 0.09 of the others' noise.
             let noise = [0, 1, 2].map(|k| if zero(k) { 23 } else { 256 });
-            Axis::new(picture.ball[i], row.map(|j| j << 6), p_jj, picture.variances[i], noise)
+            Axis::new(
+                measurement.ball[i],
+                row.map(|j| j << 6),
+                p_jj,
+                measurement.variances[i],
+                noise,
+            )
         };
         // A step moves the ball in z the more the nearer it is to the motors' plane.
-        Self { axes: [axis(0), axis(1), axis(2).scaling()], motors: picture.then, held: 0 }
+        Self { axes: [axis(0), axis(1), axis(2).scaling()], motors: measurement.motors, held: 0 }
     }
 
-    /// Takes in a picture.
-    pub(super) fn update(&mut self, picture: &Picture) {
-        let turned = [0, 1, 2].map(|k| picture.then[k].saturating_sub(self.motors[k]));
-        self.motors = picture.then;
-        self.held = if self.holds(picture.target) { (self.held + 1).min(HELD_MOST) } else { 0 };
+    /// Takes in a measurement.
+    pub(super) fn update(&mut self, measurement: &Measurement) {
+        let turned = [0, 1, 2].map(|k| measurement.motors[k].saturating_sub(self.motors[k]));
+        self.motors = measurement.motors;
+        self.held = if self.holds(measurement.target) { (self.held + 1).min(HELD_MOST) } else { 0 };
         for (i, axis) in self.axes.iter_mut().enumerate() {
             axis.turned(turned);
-            let (ball, variance) = (picture.ball[i], picture.variances[i]);
+            let (ball, variance) = (measurement.ball[i], measurement.variances[i]);
             match self.held {
                 0 => axis.measured(ball, variance),
                 n => axis.held(ball, variance, n),
@@ -78,9 +85,10 @@ impl Estimate {
         }
     }
 
-    /// Whether the ball was at the target, as far as that was known before the picture.
+    /// Whether the ball was at the target, as far as that was known before the measurement.
     fn holds(&self, target: [i32; 3]) -> bool {
-        square([0, 1, 2].map(|i| (self.axes[i].p >> 4).saturating_sub(target[i]))) < HELD * HELD
+        squared_length([0, 1, 2].map(|i| (self.axes[i].p >> 4).saturating_sub(target[i])))
+            < HELD * HELD
     }
 
     /// J, every entry of Σ's sign and at least a hundredth of the largest: then it can be inverted
@@ -97,13 +105,14 @@ impl Estimate {
     }
 
     /// target - where the ball will be when the motors have done what they are about to, µm.
-    pub(super) fn ahead(&self, j: &[[i32; 3]; 3], picture: &Picture) -> [i32; 3] {
-        let due = [0, 1, 2].map(|k| i64::from(picture.ahead[k].saturating_sub(self.motors[k])));
+    pub(super) fn ahead(&self, j: &[[i32; 3]; 3], measurement: &Measurement) -> [i32; 3] {
+        let due = [0, 1, 2]
+            .map(|k| i64::from(measurement.motors_ahead[k].saturating_sub(self.motors[k])));
         [0, 1, 2].map(|i| {
             // Bits: J 19, steps in Q4 at most 26; Q10 to Q4.
             let moves: i64 = (0..3).map(|k| times(j[i][k].into(), due[k])).sum::<i64>() >> 6;
             let ball = (i64::from(self.axes[i].p) + moves) >> 4;
-            (i64::from(picture.target[i]) - ball).clamp(-(1 << 23), 1 << 23) as i32
+            (i64::from(measurement.target[i]) - ball).clamp(-(1 << 23), 1 << 23) as i32
         })
     }
 
@@ -119,7 +128,7 @@ impl Estimate {
     /// Ĵ'e. Where J is known it is Gauss-Newton's; where it is not, it turns motors little of which
     /// nobody knows what they do.
     pub(super) fn cautious(&self, j: &[[i32; 3]; 3], e: [i32; 3]) -> Option<[i32; 3]> {
-        let few = excess(j.iter().flatten().copied(), J_BITS).max(0) as u32;
+        let few = excess_bits(j.iter().flatten().copied(), J_BITS).max(0) as u32;
         let j = j.map(|row| row.map(|v| i64::from(v >> few)));
         // Bits: 14 + 14, 30 the sum; J is in Q6 less `few`, its square in Q12. P_JJ: 30, 32 the
         // sum; Q8.
@@ -147,7 +156,7 @@ impl Estimate {
     pub(super) fn doubt(&self, j: &[[i32; 3]; 3], e: [i32; 3], n: [i32; 3]) -> Option<u32> {
         // Neither the size of e nor that of n matters: 12 and 13 bits of them.
         let [e, n] = [(e, 12), (n, 13)].map(|(v, bits)| {
-            let fewer = excess(v.into_iter(), bits).max(0);
+            let fewer = excess_bits(v.into_iter(), bits).max(0);
             v.map(|v| v >> fewer)
         });
         let variances = [0, 1, 2].map(|i| self.axes[i].variance_of(n));

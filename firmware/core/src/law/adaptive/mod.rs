@@ -3,28 +3,17 @@
 mod estimate;
 mod swings;
 
-use plumb_protocol::config;
-
-use super::axis::times;
+use super::fixed_point::squared_length;
+use super::io::{Law, Limits, Measurement, Setpoint};
+use super::rates::MotorRates;
 use super::sign;
-use super::{Demand, Law, Limits, MotorRates, Picture};
 use estimate::{Estimate, Steps};
 use swings::Swings;
-
-/// Σ, pattern (12), in the width that the law computes with.
-pub(super) const SIGNS: [[i32; 3]; 3] = {
-    let (mut signs, mut at) = ([[0; 3]; 3], 0);
-    while at < 9 {
-        signs[at / 3][at % 3] = config::SIGNS[at / 3][at % 3] as i32;
-        at += 1;
-    }
-    signs
-};
 
 /// Of an unsure way the motors do not brake on more than so many steps less, Q8: by then more is
 /// known.
 const UNSURE_STEPS: i64 = 40 << 8;
-/// No demand lasts for less: a picture may come so much later than the one before it, µs.
+/// No setpoint lasts for less: a measurement may come so much later than the one before it, µs.
 const LASTS_US: i64 = 35_000;
 /// The law of signs slows down from here, µm.
 const SIGN_SLOWS: i64 = 65_000;
@@ -39,11 +28,6 @@ pub struct Adaptive {
     swings: Swings,
 }
 
-/// |e|², µm².
-fn square(e: [i32; 3]) -> i64 {
-    e.iter().map(|e| times((*e).into(), (*e).into())).sum()
-}
-
 impl Adaptive {
     /// The law for motors of these limits.
     pub(crate) fn new(limits: Limits) -> Self {
@@ -53,7 +37,7 @@ impl Adaptive {
     /// Along the `steps`: 9/s of the longest way, less where the motors could not brake in time; of
     /// these rates so much (Q8). They hold until what is left of the way is what the motors brake
     /// on.
-    fn along(&self, steps: &Steps, calm: u32) -> Demand {
+    fn along(&self, steps: &Steps, calm: u32) -> Setpoint {
         let n = steps.n;
         let acceleration = i64::from(self.limits.acceleration);
         let longest = n.iter().map(|n| i64::from(n.abs())).max().unwrap_or(0).max(1);
@@ -68,10 +52,10 @@ impl Adaptive {
         // Bits: 26 + 31 is no more than the ratio's 31 after the division.
         let rates = MotorRates(n.map(|n| (i64::from(n) * rate / longest) as i32));
         // m/v - v/2a, bits: 26 + 20 and 31 + 11.
-        let lasts_us = longest * 1_000_000 / rate.max(1) - rate * 1_953 / acceleration.max(1);
-        Demand {
-            lasts_us: lasts_us.clamp(LASTS_US, u32::MAX.into()) as u32,
-            ..Demand::at_once(rates)
+        let valid_us = longest * 1_000_000 / rate.max(1) - rate * 1_953 / acceleration.max(1);
+        Setpoint {
+            valid_us: valid_us.clamp(LASTS_US, u32::MAX.into()) as u32,
+            ..Setpoint::at_once(rates)
         }
     }
 
@@ -79,7 +63,7 @@ impl Adaptive {
     fn by_signs(&self, e: [i32; 3]) -> MotorRates {
         let w = sign::direction(e.map(|e| -e)).map(i64::from);
         let largest = w.iter().map(|w| w.abs()).max().unwrap_or(0).max(1);
-        let distance = (square(e).unsigned_abs().isqrt() as i64).min(SIGN_SLOWS);
+        let distance = (squared_length(e).unsigned_abs().isqrt() as i64).min(SIGN_SLOWS);
         // Bits: rate 31 + distance 16 = 47.
         let rate = i64::from(self.limits.rate) * distance / SIGN_SLOWS;
         MotorRates(w.map(|w| (w * rate / largest) as i32))
@@ -87,19 +71,19 @@ impl Adaptive {
 }
 
 impl Law for Adaptive {
-    fn update(&mut self, picture: &Picture) -> Demand {
+    fn update(&mut self, measurement: &Measurement) -> Setpoint {
         let estimate = match &mut self.estimate {
             Some(estimate) => {
-                estimate.update(picture);
+                estimate.update(measurement);
                 *estimate
             }
-            none => *none.insert(Estimate::new(picture)),
+            none => *none.insert(Estimate::new(measurement)),
         };
         let j = estimate.projected();
-        let e = estimate.ahead(&j, picture);
-        let calm = self.swings.calm(picture.target, e);
+        let e = estimate.ahead(&j, measurement);
+        let calm = self.swings.calm(measurement.target, e);
         let steps = estimate.steps(&j, e);
-        steps.map_or_else(|| Demand::at_once(self.by_signs(e)), |steps| self.along(&steps, calm))
+        steps.map_or_else(|| Setpoint::at_once(self.by_signs(e)), |steps| self.along(&steps, calm))
     }
 }
 

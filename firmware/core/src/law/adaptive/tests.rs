@@ -1,12 +1,12 @@
 use super::*;
 use crate::law::solve::solve;
 
-const PICTURE: Picture = Picture {
+const PICTURE: Measurement = Measurement {
     ball: [0; 3],
     variances: [4_000_000, 1_000_000, 1_000_000],
-    then: [0; 3],
-    before: [[0; 3]; 2],
-    ahead: [0; 3],
+    motors: [0; 3],
+    motors_before: [[0; 3]; 2],
+    motors_ahead: [0; 3],
     target: [0; 3],
 };
 /// Q6 µm/step: a small rig's, a usual one's and a large one's near its motors.
@@ -67,7 +67,7 @@ fn what_is_known_for_sure_is_used_as_it_is_and_is_certain() {
     }
 }
 
-/// The doubt at the first picture, from its equation.
+/// The doubt at the first measurement, from its equation.
 #[test]
 fn doubt_is_that_of_its_equation() {
     let estimate = Estimate::new(&PICTURE);
@@ -113,13 +113,13 @@ fn the_law_grows_calmer_with_each_swing_and_not_with_another_target() {
 #[test]
 fn j_is_learnt_on_the_way_and_not_from_a_ball_that_is_held() {
     let after = |target: i32| {
-        let picture = Picture { target: [target; 3], ..PICTURE };
-        let mut estimate = Estimate::new(&picture);
+        let measurement = Measurement { target: [target; 3], ..PICTURE };
+        let mut estimate = Estimate::new(&measurement);
         for k in 1..10 {
-            estimate.update(&Picture {
+            estimate.update(&Measurement {
                 ball: [k % 3 * 1_000; 3],
-                then: [k % 2 * 16, 0, 0],
-                ..picture
+                motors: [k % 2 * 16, 0, 0],
+                ..measurement
             });
         }
         estimate.axes.map(|axis| axis.j)

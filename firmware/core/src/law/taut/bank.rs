@@ -1,11 +1,11 @@
 //! Filters that began with different guesses, and what they say together.
 
-use super::Seen;
 use super::filter::Filter;
 use super::geometry::{
     Matrix, Vector, along, dot, length, projected, scaled, solve, transposed_times,
 };
 use super::prior::Guess;
+use super::seen::Seen;
 
 /// Gravity, mm/s².
 pub(super) const GRAVITY: f32 = 9810.0;

@@ -5,9 +5,9 @@
     reason = "rows and columns go by their numbers in several arrays at once"
 )]
 
-use super::Seen;
 use super::geometry::{Matrix, Vector, along, dot, inverse, length, scaled};
 use super::prior::{Guess, LATE, N, STEP};
+use super::seen::Seen;
 
 /// Variance of what the filter's model leaves out, mm².
 const UNMODELLED: f32 = 4.0;

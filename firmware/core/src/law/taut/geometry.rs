@@ -1,6 +1,6 @@
 //! Vectors and matrices of three, in f32.
 
-use crate::law::adaptive::SIGNS;
+use crate::law::signs::SIGNS;
 
 /// Three numbers.
 pub(super) type Vector = [f32; 3];

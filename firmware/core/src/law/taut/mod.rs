@@ -10,15 +10,18 @@ mod calm;
 mod filter;
 mod geometry;
 mod prior;
+mod seen;
 #[cfg(test)]
 mod tests;
 
-use super::{Demand, Law, Limits, MotorRates, Picture};
+use super::io::{Law, Limits, Measurement, Setpoint};
+use super::rates::MotorRates;
 use bank::{Bank, Belief, GRAVITY};
 use calm::Watch;
 use geometry::{Vector, along, dot, largest, scaled};
+use seen::{Seen, millimetres, steps};
 
-/// What the rates take to change, s: from a picture to the next at 30 Hz.
+/// What the rates take to change, s: from a measurement to the next at 30 Hz.
 const FRAME_S: f32 = 0.033;
 /// Cables are taut while what the ball bears, its weight and what it is accelerated by, points into
 /// the motors' triangle. Two standard deviations of what may slacken a cable shift the point where
@@ -36,43 +39,6 @@ const GAIN: f32 = 12.0;
 /// Nearer than about this the ball is left alone, mm: it is what noise makes of the estimate, and
 /// the microsteps of slow motors are in tune with a light ball on stiff cables.
 const NEAR: f32 = 1.0;
-
-/// What a picture says.
-struct Seen {
-    /// The ball, mm.
-    ball: Vector,
-    /// How sure that is along each axis, mm².
-    variances: Vector,
-    /// Where the motors were, steps.
-    motors: Vector,
-    /// What they turned in a picture's time before that, steps.
-    turned: Vector,
-    /// And how much more than in the one before.
-    faster: Vector,
-}
-
-impl Seen {
-    fn of(picture: &Picture) -> Self {
-        let [before, earlier] = picture.before;
-        let (turned, earlier) = (steps(before, picture.then), steps(earlier, before));
-        Self {
-            ball: millimetres(picture.ball),
-            variances: picture.variances.map(|v| v as f32 * 1e-6),
-            motors: steps([0; 3], picture.then),
-            turned,
-            faster: [0, 1, 2].map(|k| turned[k] - earlier[k]),
-        }
-    }
-}
-
-/// From one place of the motors (1/16 steps) to another, steps.
-fn steps(from: [i32; 3], to: [i32; 3]) -> Vector {
-    [0, 1, 2].map(|k| (to[k] - from[k]) as f32 / 16.0)
-}
-
-fn millimetres(p: [i32; 3]) -> Vector {
-    p.map(|p| p as f32 / 1000.0)
-}
 
 /// A bank of extended Kalman filters over the geometry, and a plan by what they say together.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -98,7 +64,7 @@ impl Taut {
         }
     }
 
-    /// Takes the picture into every filter; what they say.
+    /// Takes the measurement into every filter; what they say.
     fn look(&mut self, seen: &Seen, target: Vector) -> Belief {
         match &mut self.bank {
             Some(bank) => {
@@ -154,10 +120,10 @@ impl Taut {
 }
 
 impl Law for Taut {
-    fn update(&mut self, picture: &Picture) -> Demand {
-        let target = millimetres(picture.target);
-        let belief = self.look(&Seen::of(picture), target);
-        let due = steps(picture.then, picture.ahead);
+    fn update(&mut self, measurement: &Measurement) -> Setpoint {
+        let target = millimetres(measurement.target);
+        let belief = self.look(&Seen::of(measurement), target);
+        let due = steps(measurement.motors, measurement.motors_ahead);
         let moves = along(&belief.j, due);
         let e = [0, 1, 2].map(|i| target[i] - belief.ball[i] - moves[i]);
         if self.watch.look(target, e) {
@@ -166,6 +132,6 @@ impl Law for Taut {
         let wanted = self.wanted(&belief, e, due, target);
         self.asked = self.limited(&belief, wanted);
         let rates = MotorRates(self.asked.map(|rate| (rate * 256.0) as i32));
-        Demand { ramp_us: (FRAME_S * 1e6) as u32, ..Demand::at_once(rates) }
+        Setpoint { ramp_us: (FRAME_S * 1e6) as u32, ..Setpoint::at_once(rates) }
     }
 }

@@ -6,7 +6,7 @@ use super::geometry::Vector;
 pub(super) const N: usize = 14;
 /// Where ln s is.
 pub(super) const STEP: usize = 12;
-/// Where that lateness is, in pictures' times ([`crate::law::BEFORE_US`]).
+/// Where that lateness is, in pictures' times ([`crate::law::MOTOR_SAMPLE_US`]).
 pub(super) const LATE: usize = 13;
 
 /// From the middle of the way to each motor, mm: the mean of docs/understand/method.md's

@@ -3,7 +3,7 @@
 use super::bank::Bank;
 use super::calm::Watch;
 use super::geometry::{Vector, along, length};
-use super::{Law, Limits, Picture, Seen, Taut};
+use super::{Law, Limits, Measurement, Seen, Taut};
 
 fn seen(ball: Vector, motors: Vector) -> Seen {
     Seen { ball, variances: [4.0, 1.0, 1.0], motors, turned: [0.0; 3], faster: [0.0; 3] }
@@ -135,15 +135,15 @@ fn farthest_at_the_end(hz: f32, damping: f32) -> f32 {
         let ((ball, then), before) = (seen[2], [seen[1].1, seen[0].1]);
         let micro = |v: Vector| v.map(|v| (v * 1000.0) as i32);
         let sixteenths = |v: Vector| v.map(|v| (v * 16.0) as i32);
-        let picture = Picture {
+        let measurement = Measurement {
             ball: micro(ball),
             variances: [4_000_000, 1_000_000, 1_000_000],
-            then: sixteenths(then),
-            before: before.map(sixteenths),
-            ahead: sixteenths(motors),
+            motors: sixteenths(then),
+            motors_before: before.map(sixteenths),
+            motors_ahead: sixteenths(motors),
             target: micro(target),
         };
-        rates = law.update(&picture).rates.0.map(|rate| rate as f32 / 256.0);
+        rates = law.update(&measurement).rates.0.map(|rate| rate as f32 / 256.0);
         if frame >= 1740 {
             farthest = farthest.max(length([0, 1, 2].map(|i| ball[i] - target[i])));
         }

@@ -5,11 +5,11 @@
 use std::collections::VecDeque;
 
 use nalgebra::{Matrix3, Vector3};
-use plumb_core::law::{Demand, Law, Picture};
+use plumb_core::law::{Law, Measurement, Setpoint};
 use plumb_protocol::config::SIGNS;
 
 use super::super::limits::Limits;
-use super::super::twins::{Seen, along, demand};
+use super::super::twins::{Seen, along, setpoint};
 
 /// First guess of |J|, mm/step: the one in docs/understand/method.md.
 const GUESS: f64 = 0.188;
@@ -66,7 +66,7 @@ impl Broyden {
 }
 
 impl Law for Broyden {
-    fn update(&mut self, picture: &Picture) -> Demand {
+    fn update(&mut self, picture: &Measurement) -> Setpoint {
         let seen = Seen::from(picture);
         let position = self.located(&seen);
         self.learn(&seen);
@@ -75,6 +75,6 @@ impl Law for Broyden {
         // Levenberg: (J'J + μ²) n = J'e, positive definite.
         let normal = self.j.transpose() * self.j + damping;
         let steps = normal.cholesky().map(|c| c.solve(&(self.j.transpose() * e)));
-        demand(along(steps.unwrap_or_default(), &self.limits))
+        setpoint(along(steps.unwrap_or_default(), &self.limits))
     }
 }

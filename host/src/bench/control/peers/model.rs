@@ -1,13 +1,13 @@
 //! Inverse kinematics by a model that is wrong, corrected by what the camera sees.
 
 use nalgebra::{Point3, Vector3};
-use plumb_core::law::{Demand, Law, Picture};
+use plumb_core::law::{Law, Measurement, Setpoint};
 use plumb_emulator::rig::{Geometry, RigError, Task};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::super::limits::Limits;
-use super::super::twins::{Seen, along, demand};
+use super::super::twins::{Seen, along, setpoint};
 
 /// Of what a picture says of the way that is left beyond what the model foretold, what is taken.
 const GAIN: f64 = 0.35;
@@ -58,12 +58,12 @@ impl Model {
 }
 
 impl Law for Model {
-    fn update(&mut self, picture: &Picture) -> Demand {
+    fn update(&mut self, picture: &Measurement) -> Setpoint {
         let seen = Seen::from(picture);
         let by_sight = self.steps(seen.ball, seen.target);
         let foretold = self.left.map(|(left, motors)| left - (seen.then - motors));
         let left = foretold.map_or(by_sight, |left| left + (by_sight - left) * GAIN);
         self.left = Some((left, seen.then));
-        demand(along(left - (seen.ahead - seen.then), &self.limits))
+        setpoint(along(left - (seen.ahead - seen.then), &self.limits))
     }
 }

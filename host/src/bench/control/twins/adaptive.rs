@@ -2,12 +2,12 @@
 //! elsewhere.
 
 use nalgebra::{Matrix3, RowVector3, Vector3};
-use plumb_core::law::{Demand, Law, Picture};
+use plumb_core::law::{Law, Measurement, Setpoint};
 use plumb_protocol::config::SIGNS;
 
 use super::super::limits::Limits;
 use super::sign::direction;
-use super::{Seen, demand};
+use super::{Seen, setpoint};
 
 /// First guess of |J|, mm/step, and its variance in parts of its square: common to a row, and each
 /// entry's own.
@@ -24,7 +24,7 @@ const DOUBTFUL: f64 = 1.0 / 3.0;
 /// many steps.
 const SOONER: f64 = 7.0;
 const SOONER_MOST: (f64, f64) = (0.75, 40.0);
-/// No demand lasts for less, seconds.
+/// No setpoint lasts for less, seconds.
 const LASTS_S: f64 = 0.035;
 /// Nearer than this the ball is held, mm; an nth such picture in a row has 1 + n/4 times its
 /// variance, up to n = 28.
@@ -156,13 +156,13 @@ impl Adaptive {
     /// Along `n` steps: 9/s of the longest way, no faster than the motor may brake from on what is
     /// sure of it, or turn; of these rates a part. They hold until what is left of the way is what
     /// the motors brake on.
-    fn along(&self, n: Vector3<f64>, unsure: f64, calm: f64) -> Demand {
+    fn along(&self, n: Vector3<f64>, unsure: f64, calm: f64) -> Setpoint {
         let (longest, acceleration) = (n.amax().max(1e-9), self.limits.acceleration);
         let sure = longest - (longest * unsure).min(SOONER_MOST.1);
         let braking = (1.25 * acceleration * sure).sqrt();
         let rate = (9.0 * longest).min(braking).min(self.limits.rate) * calm;
         let lasts_s = longest / rate - rate / (2.0 * acceleration);
-        Demand { lasts_us: (lasts_s.max(LASTS_S) * 1e6) as u32, ..demand(n * (rate / longest)) }
+        Setpoint { valid_us: (lasts_s.max(LASTS_S) * 1e6) as u32, ..setpoint(n * (rate / longest)) }
     }
 
     /// The law of signs at full speed until close to the target, for e = target - ball.
@@ -204,7 +204,7 @@ fn steps(axes: &[Axis; 3], j: &Matrix3<f64>, e: &Vector3<f64>) -> Option<(Vector
 }
 
 impl Law for Adaptive {
-    fn update(&mut self, picture: &Picture) -> Demand {
+    fn update(&mut self, picture: &Measurement) -> Setpoint {
         let seen = Seen::from(picture);
         match &mut self.estimate {
             Some((axes, motors)) => {
@@ -220,12 +220,12 @@ impl Law for Adaptive {
             }
             none => *none = Some(([0, 1, 2].map(|i| Axis::new(i, seen.ball[i])), seen.then)),
         }
-        let Some((axes, motors)) = &self.estimate else { return Demand::default() };
+        let Some((axes, motors)) = &self.estimate else { return Setpoint::default() };
         let j = projected(axes);
         let p = Vector3::new(axes[0].p, axes[1].p, axes[2].p);
         let e = seen.target - (p + j * (seen.ahead - motors));
         let calm = self.swings.calm(seen.target, &e);
         let steps = steps(axes, &j, &e);
-        steps.map_or_else(|| demand(self.by_signs(&e)), |(n, unsure)| self.along(n, unsure, calm))
+        steps.map_or_else(|| setpoint(self.by_signs(&e)), |(n, unsure)| self.along(n, unsure, calm))
     }
 }

@@ -1,8 +1,8 @@
 //! The paper's law: eqs. (7) and (8) in explicit form.
 
-use plumb_core::law::{Demand, Law, Picture};
+use plumb_core::law::{Law, Measurement, Setpoint};
 
-use super::{Seen, demand};
+use super::{Seen, setpoint};
 use plumb_runtime::rig::NOMINAL_STEP_M;
 
 /// u̇ = -γ v; v_k is what of column k's interval of e'J is nearest to zero.
@@ -26,7 +26,7 @@ impl Interval {
 }
 
 impl Law for Interval {
-    fn update(&mut self, picture: &Picture) -> Demand {
+    fn update(&mut self, picture: &Measurement) -> Setpoint {
         let seen = Seen::from(picture);
         let e = seen.ball - seen.target;
         let v = [0, 1, 2].map(|k| {
@@ -38,6 +38,6 @@ impl Law for Interval {
             }
             f64::max(eta, 0.0) + f64::min(mu, 0.0)
         });
-        demand(v.map(|v| -self.gain * v).into())
+        setpoint(v.map(|v| -self.gain * v).into())
     }
 }

@@ -7,9 +7,8 @@ mod sign;
 
 use nalgebra::Vector3;
 use plumb_core::MotorRates;
-use plumb_core::law::{Demand, Law, Picture};
-use plumb_core::params::{Own, Params};
-use plumb_core::think::Slow;
+use plumb_core::law::{DeferredLaw, Law, LawSelection, Measurement, Setpoint};
+use plumb_core::params::Params;
 
 use super::limits::Limits;
 use adaptive::Adaptive;
@@ -36,12 +35,12 @@ pub(super) fn of(law: &LawSettings, params: &Params, limits: Limits) -> Box<dyn 
 /// The law that a board with these parameters has.
 pub(super) fn boards_own(params: &Params) -> Box<dyn Law> {
     match params.law() {
-        Own::Quick(law) => Box::new(law),
-        Own::Slow(kind) => Box::new(Slow::new(kind, params.limits())),
+        LawSelection::Inline(law) => Box::new(law),
+        LawSelection::Deferred(kind) => Box::new(DeferredLaw::new(kind, params.limits())),
     }
 }
 
-/// A [`Picture`] in millimetres and full steps.
+/// A [`Measurement`] in millimetres and full steps.
 pub(super) struct Seen {
     pub(super) ball: Vector3<f64>,
     pub(super) then: Vector3<f64>,
@@ -49,23 +48,23 @@ pub(super) struct Seen {
     pub(super) target: Vector3<f64>,
 }
 
-impl From<&Picture> for Seen {
-    fn from(picture: &Picture) -> Self {
+impl From<&Measurement> for Seen {
+    fn from(picture: &Measurement) -> Self {
         let millimetres = |p: [i32; 3]| Vector3::from(p.map(|c| f64::from(c) * 1e-3));
         let steps = |p: [i32; 3]| Vector3::from(p.map(|c| f64::from(c) / 16.0));
         Self {
             ball: millimetres(picture.ball),
-            then: steps(picture.then),
-            ahead: steps(picture.ahead),
+            then: steps(picture.motors),
+            ahead: steps(picture.motors_ahead),
             target: millimetres(picture.target),
         }
     }
 }
 
 /// Rates in full steps/s as the planner takes them, to the nearest 1/256, at once.
-pub(super) fn demand(rates: Vector3<f64>) -> Demand {
+pub(super) fn setpoint(rates: Vector3<f64>) -> Setpoint {
     let rates: [f64; 3] = rates.into();
-    Demand::at_once(MotorRates(rates.map(|rate| (rate * 256.0).round() as i32)))
+    Setpoint::at_once(MotorRates(rates.map(|rate| (rate * 256.0).round() as i32)))
 }
 
 /// Rates along `steps` that are still to go: 8/s of the longest way, no faster than the motor may

@@ -1,9 +1,9 @@
 //! The law of signs: u̇ = -g Σ⁻¹ e.
 
 use nalgebra::Vector3;
-use plumb_core::law::{Demand, Law, Picture};
+use plumb_core::law::{Law, Measurement, Setpoint};
 
-use super::{Seen, demand};
+use super::{Seen, setpoint};
 use plumb_runtime::rig::NOMINAL_STEP_M;
 
 /// Going past the target by less is noise.
@@ -41,7 +41,7 @@ pub(super) fn direction(e: &Vector3<f64>) -> Vector3<f64> {
 }
 
 impl Law for Sign {
-    fn update(&mut self, picture: &Picture) -> Demand {
+    fn update(&mut self, picture: &Measurement) -> Setpoint {
         let seen = Seen::from(picture);
         if self.target != seen.target {
             (self.calm, self.bold, self.side) = (1.0, 1.0, Vector3::zeros());
@@ -59,6 +59,6 @@ impl Law for Sign {
             self.side = e;
         }
         let bold = if distance > GROWS_MM.0 { self.bold } else { 1.0 };
-        demand(direction(&e) * (self.gain * self.calm * bold))
+        setpoint(direction(&e) * (self.gain * self.calm * bold))
     }
 }

@@ -1,6 +1,6 @@
 //! Motion: pulses and positions, rates, accelerations, travel.
 
-use plumb_core::plan::TICK_CLOCKS;
+use plumb_core::clock::TICK_CLOCKS;
 use plumb_protocol::message::{Command, Hello};
 
 use super::super::event::{Cut, Delivery, Ticked};

@@ -1,88 +1,30 @@
-//! From wanted motor rates to pulses: ramps within the limits, exact step counts, no motor past its
-//! travel.
-//!
-//! Time goes in ticks of [`TICK_US`]. In a tick each motor turns at a constant rate; between ticks
-//! the rates move towards the wanted ones with one common factor, so that the path in motor space
-//! bends as little as it can. What takes divisions is done when the wanted rates change
-//! ([`Planner::aim`]); a tick adds.
+//! The step planner: ramps, moving average, travel limits and pulses of the three motors.
 
-mod axis;
-mod clocks;
-mod forecast;
-mod history;
-mod jog;
-mod mean;
-mod ramp;
-mod travel;
-
+use super::axis::Axis;
+use super::history::History;
+use super::mean::Mean;
+use super::pulses::{Pulses, RATE_BITS, StepPlan, UNIT};
+use super::ramp::{Ramp, ticks_for};
+use super::travel::{PATIENCE, Place, Stop, Travel};
+use crate::clock::TICK_US;
 use crate::law::MotorRates;
 use crate::params::Params;
-use axis::Axis;
-use history::History;
-pub use jog::Jogging;
-pub(crate) use mean::LONGEST_MS as LONGEST_MEAN_MS;
-use mean::Mean;
-use ramp::{Ramp, ticks_for};
-use travel::{PATIENCE, Place, Stop, Travel};
-
-/// Length of a tick, microseconds: short enough that a new position changes the rates within 300
-/// µs, long enough that planning takes a few percent of the chip.
-pub const TICK_US: u32 = 200;
-
-/// The clock that pulses are placed on, per second: that of the chip, so that a plan is exact
-/// there.
-pub const CLOCK_HZ: u32 = 125_000_000;
-
-/// Clocks in a tick.
-pub const TICK_CLOCKS: u32 = CLOCK_HZ / 1_000_000 * TICK_US;
-
-/// Fraction bits of a pulse rate (microsteps/s), so that small accelerations still count in a tick.
-const RATE_BITS: u32 = 10;
-
-/// One microstep in units of the reference, which a pulse rate moves by itself every tick: 23 bits.
-const UNIT: i32 = (1_000_000 / TICK_US as i32) << RATE_BITS;
-
-/// What one motor does in a tick: `count` pulses, the k-th `first + k * period` clocks after the
-/// tick's start, all before its end.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Pulses {
-    /// Level of the direction line: high where the cable is paid out, unless the motor is reversed.
-    pub direction: bool,
-    /// Number of pulses (microsteps).
-    pub count: u16,
-    /// When the first comes, clocks after the tick's start.
-    pub first: u32,
-    /// From one to the next, clocks; at most a tick.
-    pub period: u32,
-}
-
-impl Pulses {
-    /// None at all.
-    const NONE: Self = Self { direction: false, count: 0, first: 0, period: 0 };
-}
-
-/// What the three motors do in a tick.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct StepPlan {
-    /// Motors A, B and C.
-    pub motors: [Pulses; 3],
-}
 
 /// Turns wanted rates into step plans and knows where the motors are.
 #[derive(Debug, Clone, Copy)]
 pub struct Planner {
-    axes: [Axis; 3],
-    travels: [Travel; 3],
+    pub(super) axes: [Axis; 3],
+    pub(super) travels: [Travel; 3],
     /// Highest change of each motor's rate a tick, at least 8; 24 bits.
-    deltas: [u32; 3],
+    pub(super) deltas: [u32; 3],
     /// Pulses that each motor may be behind its reference, at most: 20 bits.
     behind: [u32; 3],
-    microsteps: i32,
+    pub(super) microsteps: i32,
     /// 1/16 steps of a pulse; and what makes a pulse rate of Q8 full steps/s, as a shift.
     per_pulse: i32,
     shift: u32,
-    ramp: Ramp,
-    mean: Mean,
+    pub(super) ramp: Ramp,
+    pub(super) mean: Mean,
     /// Present rates of the motors, which follow the ramp's through the mean.
     turning: [i32; 3],
     history: History,
@@ -138,7 +80,7 @@ impl Planner {
     }
 
     /// Microsteps of a full step, a power of two up to 16.
-    fn set_microsteps(&mut self, microsteps: i32) {
+    pub(super) fn set_microsteps(&mut self, microsteps: i32) {
         self.microsteps = microsteps;
         self.per_pulse = 16 / microsteps;
         self.shift = microsteps.trailing_zeros() + RATE_BITS - 8;
@@ -190,7 +132,7 @@ impl Planner {
     }
 
     /// Units of a pulse rate in 1/256 full step/s.
-    fn per_q8(&self) -> i32 {
+    pub(super) fn per_q8(&self) -> i32 {
         self.microsteps << (RATE_BITS - 8)
     }
 

@@ -1,0 +1,78 @@
+//! Pulse timing of a STEP/DIR driver, in clocks of the step generator.
+
+use plumb_protocol::config::StepDir;
+use plumb_protocol::units::Nanoseconds;
+
+use crate::clock::{CLOCK_HZ, CLOCKS_PER_US};
+
+/// Clocks from the end of a segment's last pulse to the first pulse of the next segment, at least.
+///
+/// It is the sum of the generator's instructions between the two; [`segment`](crate::segment)
+/// counts them and checks this number.
+pub(crate) const MIN_LOW: u32 = 14;
+
+/// Minimum times at a driver's inputs, in clocks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct DriverTiming {
+    /// Time that STEP is high, at least, as a width that the generator can make. DIR is held for
+    /// as long after a pulse begins.
+    pub high: PulseWidth,
+    /// Time that STEP is low between pulses, at least.
+    pub low: u32,
+    /// Time from a change of DIR to the next pulse, at least.
+    pub setup: u32,
+}
+
+impl DriverTiming {
+    /// The slowest timing that the generator can make: safe for any driver while none is
+    /// configured.
+    pub const SLOWEST: Self =
+        Self { high: PulseWidth { rounds: 31, delay: 15 }, low: 513, setup: 513 };
+
+    /// Converts the times of a data sheet, rounded up to whole clocks. Returns `None` where the
+    /// generator cannot make pulses so wide (above 513 clocks, 4.1 µs).
+    pub fn new(driver: &StepDir) -> Option<Self> {
+        let clocks = |ns: Nanoseconds| (u32::from(ns.0) * CLOCKS_PER_US).div_ceil(1000);
+        let (low, setup) = (clocks(driver.low).max(MIN_LOW), clocks(driver.setup));
+        Some(Self { high: PulseWidth::at_least(clocks(driver.high))?, low, setup })
+    }
+
+    /// Returns the least time from one pulse to the next, clocks.
+    pub const fn min_period(&self) -> u32 {
+        self.high.clocks() + self.low
+    }
+
+    /// Returns the highest pulse rate, pulses/s. One clock is left for the rounding of the plan's
+    /// periods.
+    pub const fn max_pulse_rate(&self) -> u32 {
+        CLOCK_HZ / (self.min_period() + 1)
+    }
+}
+
+/// Width of a pulse as the generator makes it: one clock, then a loop of up to 32 rounds of up to
+/// 16 clocks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct PulseWidth {
+    /// Rounds of the loop minus one, 0..32: the operand of `set x`.
+    pub rounds: u8,
+    /// Clocks of a round minus one, 0..16: the delay of `jmp x--`.
+    pub delay: u8,
+}
+
+impl PulseWidth {
+    /// Returns the least width of at least `clocks`; `None` above 513.
+    pub fn at_least(clocks: u32) -> Option<Self> {
+        let looped = clocks.saturating_sub(1).max(1);
+        (0..16u8)
+            .filter_map(|delay| {
+                let rounds = looped.div_ceil(u32::from(delay) + 1);
+                (rounds <= 32).then_some(Self { rounds: (rounds - 1) as u8, delay })
+            })
+            .min_by_key(Self::clocks)
+    }
+
+    /// Returns the time that the pulse is high, clocks.
+    pub const fn clocks(&self) -> u32 {
+        1 + (self.rounds as u32 + 1) * (self.delay as u32 + 1)
+    }
+}

@@ -1,0 +1,111 @@
+//! Inputs and outputs of a control law.
+
+use plumb_protocol::config;
+use plumb_protocol::units::Covariance;
+
+use super::rates::MotorRates;
+
+/// A control law with its state.
+pub trait Law {
+    /// Takes in a measurement and returns what the motors are to do until the next one. The rates
+    /// are not limited yet.
+    fn update(&mut self, measurement: &Measurement) -> Setpoint;
+}
+
+/// Time between the samples of the motors' earlier positions, µs: a frame's time at 30 Hz,
+/// whatever the camera's frame rate is.
+pub const MOTOR_SAMPLE_US: u32 = 33_333;
+
+/// A position of the ball, with the motor positions that belong to it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Measurement {
+    /// Position of the ball, µm, within ±4 m.
+    pub ball: [i32; 3],
+    /// Variances of `ball` along x, y and z, µm²; see [`variances`].
+    pub variances: [i32; 3],
+    /// Motor positions when the frame was captured, Q4 steps.
+    pub motors: [i32; 3],
+    /// Motor positions [`MOTOR_SAMPLE_US`] before that, and twice as long before, Q4 steps: they
+    /// tell how the motors turned.
+    pub motors_before: [[i32; 3]; 2],
+    /// Motor positions after ramping down from the moment the law's setpoint takes effect, with
+    /// what is still under way through the moving average; Q4 steps.
+    pub motors_ahead: [i32; 3],
+    /// Target of the ball, µm, within ±4 m.
+    pub target: [i32; 3],
+}
+
+impl Measurement {
+    /// Returns the error e = position - target, µm.
+    pub fn error(&self) -> [i32; 3] {
+        [0, 1, 2].map(|i| self.ball[i] - self.target[i])
+    }
+}
+
+/// Standard deviations of a position that comes without a covariance, µm: those of a depth camera
+/// at a distance of a metre that looks along x (docs/understand/method.md).
+const DEFAULT_SD_UM: [i32; 3] = [2000, 1000, 1000];
+
+/// Variance that no covariance contains, µm²: the ball swings, and ages are not exact to the
+/// millisecond. (0.7 mm)²
+const UNMODELLED_VARIANCE_UM2: i32 = 490_000;
+
+/// Returns the variances that a law uses for a position, along x, y and z: µm², below 10^9 (the
+/// wire has 16 bits of 10^4 µm²). The laws filter each axis alone and do not use covariances
+/// between axes.
+pub fn variances(covariance: Option<Covariance>) -> [i32; 3] {
+    match covariance {
+        None => DEFAULT_SD_UM.map(|sd| sd * sd),
+        Some(Covariance { variances, .. }) => variances
+            .map(|v| i32::from(v) * Covariance::SQUARE_MICROMETRES + UNMODELLED_VARIANCE_UM2),
+    }
+}
+
+/// Motor rates that a law asks for, and for how long.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Setpoint {
+    /// The rates.
+    pub rates: MotorRates,
+    /// Time that the change to them takes at least, µs.
+    pub ramp_us: u32,
+    /// Time that they hold, µs from when they take effect. The motors stop when nothing newer has
+    /// come by then.
+    pub valid_us: u32,
+}
+
+impl Setpoint {
+    /// Returns a setpoint of these rates, as soon as the motors can, without an end.
+    pub const fn at_once(rates: MotorRates) -> Self {
+        Self { rates, ramp_us: 0, valid_us: u32::MAX }
+    }
+
+    /// Returns the setpoint as it is `elapsed_us` after it took effect.
+    #[must_use]
+    pub fn after(self, elapsed_us: u64) -> Self {
+        let elapsed_us = elapsed_us.min(u64::from(u32::MAX)) as u32;
+        if elapsed_us >= self.valid_us {
+            return Self::default();
+        }
+        Self { ramp_us: self.ramp_us.saturating_sub(elapsed_us), ..self }
+    }
+}
+
+/// The least of the motors' limits, for laws that plan with them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Limits {
+    /// Rate, Q8 steps/s.
+    pub rate: i32,
+    /// Acceleration, steps/s².
+    pub acceleration: u32,
+}
+
+impl Limits {
+    /// Returns the least of these motors' limits.
+    pub(crate) fn of(motors: &[config::Motor; 3]) -> Self {
+        let [a, b, c] = motors;
+        Self {
+            rate: a.max_rate.0.min(b.max_rate.0).min(c.max_rate.0),
+            acceleration: a.max_acceleration.0.min(b.max_acceleration.0).min(c.max_acceleration.0),
+        }
+    }
+}

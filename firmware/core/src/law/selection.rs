@@ -1,0 +1,110 @@
+//! The configured law, and where it runs: inline, in the tick of the position, or deferred, below
+//! the ticks.
+
+use plumb_protocol::config;
+
+use super::adaptive::Adaptive;
+use super::interval::Interval;
+use super::io::{Law, Limits, Measurement, Setpoint};
+use super::sign::Sign;
+use super::taut::Taut;
+use crate::clock::TICK_US;
+
+/// A configured law before its first measurement.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum LawSelection {
+    /// A law that answers in the tick of the position.
+    Inline(InlineLaw),
+    /// A law that the law worker runs.
+    Deferred(DeferredLawKind),
+}
+
+impl LawSelection {
+    /// Returns the law of a validated configuration.
+    pub(crate) fn new(law: &config::Law) -> Self {
+        match law {
+            config::Law::Interval(law) => Self::Inline(InlineLaw::Interval(Interval::new(law))),
+            config::Law::Sign(law) => Self::Inline(InlineLaw::Sign(Sign::new(law))),
+            config::Law::Adaptive(_) => Self::Deferred(DeferredLawKind::Adaptive),
+            config::Law::Taut(_) => Self::Deferred(DeferredLawKind::Taut),
+        }
+    }
+}
+
+/// A law that answers within the tick in which a position comes, with its state.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum InlineLaw {
+    /// See [`Interval`].
+    Interval(Interval),
+    /// See [`Sign`].
+    Sign(Sign),
+}
+
+impl Law for InlineLaw {
+    #[inline(never)]
+    fn update(&mut self, measurement: &Measurement) -> Setpoint {
+        match self {
+            Self::Interval(law) => law.update(measurement),
+            Self::Sign(law) => law.update(measurement),
+        }
+    }
+}
+
+/// The laws that take longer than a tick.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum DeferredLawKind {
+    /// See [`Adaptive`].
+    Adaptive,
+    /// See [`Taut`].
+    Taut,
+}
+
+impl DeferredLawKind {
+    /// Returns the kind of a configured law; `None` for an inline one.
+    pub(crate) fn of(law: &config::Law) -> Option<Self> {
+        match law {
+            config::Law::Interval(_) | config::Law::Sign(_) => None,
+            config::Law::Adaptive(_) => Some(Self::Adaptive),
+            config::Law::Taut(_) => Some(Self::Taut),
+        }
+    }
+
+    /// Returns the ticks from the request to the one in which the response takes effect: the
+    /// longest time that the law takes on the chip with the ticks and links that interrupt it
+    /// (`make bench-chip`), and a third of that in reserve.
+    pub const fn ticks(self) -> u32 {
+        match self {
+            Self::Adaptive => 1_000 / TICK_US,
+            Self::Taut => 16_000 / TICK_US,
+        }
+    }
+}
+
+/// A law that takes longer than a tick, with its state.
+#[derive(Debug, Clone, PartialEq)]
+#[allow(clippy::large_enum_variant, reason = "the chip has no heap, and there is one of it")]
+pub enum DeferredLaw {
+    /// See [`Adaptive`].
+    Adaptive(Adaptive),
+    /// See [`Taut`].
+    Taut(Taut),
+}
+
+impl DeferredLaw {
+    /// Creates the law before its first measurement, for motors of these limits.
+    pub fn new(kind: DeferredLawKind, limits: Limits) -> Self {
+        match kind {
+            DeferredLawKind::Adaptive => Self::Adaptive(Adaptive::new(limits)),
+            DeferredLawKind::Taut => Self::Taut(Taut::new(limits)),
+        }
+    }
+}
+
+impl Law for DeferredLaw {
+    fn update(&mut self, measurement: &Measurement) -> Setpoint {
+        match self {
+            Self::Adaptive(law) => law.update(measurement),
+            Self::Taut(law) => law.update(measurement),
+        }
+    }
+}

@@ -1,0 +1,22 @@
+//! From wanted motor rates to pulses: ramps within the limits, exact step counts, no motor past its
+//! travel.
+//!
+//! Time goes in ticks of [`TICK_US`](crate::clock::TICK_US). In a tick each motor turns at a
+//! constant rate. Between ticks the rates move towards the wanted ones with one common factor, so
+//! that the path in motor space bends as little as it can. Divisions happen when the wanted rates
+//! change ([`Planner::set_rates`]); a tick only adds.
+
+mod axis;
+mod clocks;
+mod forecast;
+mod history;
+mod jog;
+mod mean;
+mod planner;
+mod pulses;
+mod ramp;
+mod travel;
+
+pub use jog::Jogging;
+pub use planner::Planner;
+pub use pulses::{Pulses, StepPlan};
