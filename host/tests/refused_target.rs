@@ -14,7 +14,7 @@ use plumb_protocol::units::{Micros, Point};
 use plumb_runtime::link::Link;
 use plumb_runtime::rig::Rig;
 use plumb_runtime::session::{Place, Session, SessionError};
-use plumb_vision::detect::ball::Ball;
+use plumb_vision::detect::DetectorKind;
 use plumb_vision::frame::RgbdFrame;
 
 /// A camera on the board's clock that loses every picture.
@@ -61,8 +61,7 @@ fn a_board_that_refuses_a_target_is_stopped_and_waited_for() {
     let folder = tempfile::tempdir().unwrap();
     let session = Session {
         rig: &rig,
-        camera: &camera,
-        detector: &mut Ball::for_camera(&camera),
+        detector: &mut *DetectorKind::Ball.build(&camera),
         place: Place::Folder(folder.path().join("run")),
         timeout: 10.0,
         interrupted: &AtomicBool::new(false),

@@ -15,7 +15,7 @@ use plumb_runtime::link::Serial;
 use plumb_runtime::rig::Rig;
 use plumb_runtime::session::{Place, Session};
 use plumb_tests::chip::firmware_image;
-use plumb_vision::detect::ball::Ball;
+use plumb_vision::detect::DetectorKind;
 
 /// Ended when dropped.
 struct Ended(Child);
@@ -56,8 +56,7 @@ fn a_session_drives_the_real_image_over_a_serial_port() {
     let folder = tempfile::tempdir().expect("a folder");
     let session = Session {
         rig: &rig,
-        camera: &camera,
-        detector: &mut Ball::for_camera(&camera),
+        detector: &mut *DetectorKind::Ball.build(&camera),
         place: Place::Folder(folder.path().join("run")),
         timeout: 120.0,
         interrupted: &AtomicBool::new(false),

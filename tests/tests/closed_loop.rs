@@ -23,7 +23,7 @@ use plumb_runtime::session::{Place, Session, Summary};
 use plumb_tests::bench::{Bench, RATE_HZ, bench};
 use plumb_tests::links::{link, usable_links};
 use plumb_tests::plants::{Linear, Miswired};
-use plumb_vision::detect::ball::Ball;
+use plumb_vision::detect::DetectorKind;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -237,8 +237,7 @@ fn session(seed: u64, folder: std::path::PathBuf) -> Summary {
         SimulatedCamera::new(world, synthetic, *Geometry::paper().motors(), Timing::default());
     let session = Session {
         rig: &rig,
-        camera: &camera,
-        detector: &mut Ball::for_camera(&camera),
+        detector: &mut *DetectorKind::Ball.build(&camera),
         place: Place::Folder(folder),
         timeout: 60.0,
         interrupted: &AtomicBool::new(false),

@@ -20,7 +20,7 @@ use plumb_runtime::link::Serial;
 use plumb_runtime::rig::Rig;
 use plumb_runtime::session::{Place, Session};
 use plumb_vision::camera::Camera;
-use plumb_vision::detect::ball::Ball;
+use plumb_vision::detect::DetectorKind;
 
 /// The paper's rig file, quicker, and with timeout for a busy machine.
 fn rig() -> Rig {
@@ -81,11 +81,10 @@ fn the_papers_task_is_done_through_libopenni2() {
     let camera = Camera { intrinsics: *source.intrinsics(), ..camera };
     let transport =
         Serial::open(&served.path().to_string_lossy(), rig.board.baud).expect("the board's port");
-    let (mut detector, interrupted) = (Ball::for_camera(&camera), AtomicBool::new(false));
+    let (mut detector, interrupted) = (DetectorKind::Ball.build(&camera), AtomicBool::new(false));
     let session = Session {
         rig: &rig,
-        camera: &camera,
-        detector: &mut detector,
+        detector: &mut *detector,
         place: Place::Folder(folder.path().join("run")),
         timeout: 60.0,
         interrupted: &interrupted,

@@ -8,9 +8,8 @@ use nalgebra::Point3;
 use plumb_cameras::source::{CameraSource, SourceError};
 use plumb_protocol::message::{Fault, State, Telemetry};
 use plumb_protocol::units::{Covariance, Point, Rate, Steps16};
-use plumb_vision::camera::Camera;
-use plumb_vision::detect::{DetectError, Detection, Detector};
-use plumb_vision::locate::{Located, locate};
+use plumb_vision::detect::{BallDetector, DetectError};
+use plumb_vision::observation::{BallObservation, Gaussian3};
 use thiserror::Error;
 
 use crate::link::{Link, LinkError, Transport};
@@ -24,9 +23,7 @@ pub struct Rig<'a, S, T> {
     /// Sees.
     pub source: &'a mut S,
     /// Finds the ball.
-    pub detector: &'a mut dyn Detector,
-    /// What the pictures mean.
-    pub camera: &'a Camera,
+    pub detector: &'a mut dyn BallDetector,
     /// The configured board.
     pub link: &'a mut Link<T>,
     /// Keeps every frame.
@@ -209,35 +206,38 @@ fn is_reached<S, T: Transport>(rig: &Rig<'_, S, T>, seen: &Seen, target: Point) 
         telemetry.state == State::Holding && telemetry.filtered_error.to_si() <= rig.radius
     });
     let there =
-        |located: Located| (located.position - target).norm() <= PLAUSIBLE_RADII * rig.radius;
-    held && seen.located.is_some_and(there)
+        |position: Gaussian3| (position.mean - target).norm() <= PLAUSIBLE_RADII * rig.radius;
+    held && seen.position().is_some_and(there)
 }
 
 /// What one picture shows.
 struct Seen {
     time: f64,
-    detection: Option<Detection>,
-    located: Option<Located>,
+    ball: Option<BallObservation>,
 }
 
 impl Seen {
-    /// The ball for the board; `None` where it was not located.
+    /// Returns the ball's position and covariance; `None` if they are unknown.
+    fn position(&self) -> Option<Gaussian3> {
+        self.ball.and_then(|ball| ball.position)
+    }
+
+    /// Returns the ball's position for the board; `None` if it is unknown.
     fn ball(&self) -> Option<Point> {
-        self.located.and_then(|located| Point::from_metres(located.position.into()))
+        self.position().and_then(|position| Point::from_metres(position.mean.into()))
     }
 
     fn covariance(&self) -> Option<Covariance> {
-        self.located
-            .and_then(|located| Covariance::from_metres2(located.covariance.transpose().into()))
+        let position = self.position()?;
+        Covariance::from_metres2(position.covariance.transpose().into())
     }
 }
 
 /// Takes the next picture and looks for the ball in it; `None` where there are no more.
 fn look<S: CameraSource, T>(rig: &mut Rig<'_, S, T>) -> Result<Option<Seen>, DriveError> {
     let Some(frame) = rig.source.next_frame()? else { return Ok(None) };
-    let detection = rig.detector.detect(&frame)?;
-    let located = detection.and_then(|d| locate(&d, &frame, rig.camera));
-    Ok(Some(Seen { time: frame.time(), detection, located }))
+    let ball = rig.detector.detect(&frame)?;
+    Ok(Some(Seen { time: frame.time(), ball }))
 }
 
 /// The frame's row: what was seen, and the board as it was last heard of; its state only where that
@@ -250,11 +250,11 @@ fn row(
     about_target: Option<&Telemetry>,
 ) -> Row {
     let target = Point3::from(target.to_metres());
-    let position = seen.located.map(|l| l.position);
+    let position = seen.position().map(|p| p.mean);
     Row {
         frame: tally.frames,
         t_s: tally.time,
-        detection: seen.detection.map(Into::into),
+        detection: seen.ball.map(Into::into),
         position,
         target: Some(target),
         error_m: position.map(|p| (p - target).norm()),

@@ -3,7 +3,7 @@
 //! [`plumb_cameras`] gives the pictures and [`plumb_vision`] finds the ball.
 //!
 //! ```text
-//! camera -> RgbdFrame -> detect -> Detection -> locate -> Position (rig frame) -> link -> board
+//! camera -> RgbdFrame -> BallDetector -> BallObservation -> link -> board
 //! ```
 //!
 //! The crate knows no simulation and no control law: the board computes all motor rates.

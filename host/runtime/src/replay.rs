@@ -17,9 +17,9 @@ use std::path::Path;
 use plumb_cameras::source::tum::{TumError, TumFolder};
 use plumb_cameras::source::{CameraSource, SourceError};
 use plumb_vision::camera::Camera;
-use plumb_vision::detect::{DetectError, Detection, Detector};
+use plumb_vision::detect::{BallDetector, DetectError};
 use plumb_vision::frame::RgbdFrame;
-use plumb_vision::locate::{Located, locate};
+use plumb_vision::observation::BallObservation;
 use thiserror::Error;
 
 /// The CSV's first line, field by field.
@@ -92,7 +92,7 @@ pub struct ReplayOutcome {
 pub fn replay_folder(
     folder: &Path,
     camera: &Camera,
-    detector: &mut dyn Detector,
+    detector: &mut dyn BallDetector,
     out: impl Write,
     report: impl FnMut(&Problem),
 ) -> Result<ReplayOutcome, ReplayError> {
@@ -107,7 +107,7 @@ pub fn replay_folder(
 pub fn replay(
     source: &mut dyn CameraSource,
     camera: &Camera,
-    detector: &mut dyn Detector,
+    detector: &mut dyn BallDetector,
     out: impl Write,
     mut report: impl FnMut(&Problem),
 ) -> Result<ReplayOutcome, ReplayError> {
@@ -118,7 +118,7 @@ pub fn replay(
         let (time, ball) = match source.next_frame() {
             Ok(None) => break,
             Ok(Some(frame)) => {
-                (Some(frame.time()), look(&frame, camera, detector, &mut outcome, &mut report))
+                (Some(frame.time()), look(&frame, detector, &mut outcome, &mut report))
             }
             Err(error) => {
                 let (time, last) = (error.stamp(), error.is_over());
@@ -132,7 +132,7 @@ pub fn replay(
         };
         if let Some(time) = time {
             outcome.frames += 1;
-            rows.write_record(row(time, ball))?;
+            rows.write_record(row(time, ball.as_ref(), camera))?;
             rows.flush().map_err(csv::Error::from)?;
         }
     }
@@ -143,46 +143,44 @@ pub fn replay(
 /// The ball in one frame and where it is, counted in `outcome`.
 fn look(
     frame: &RgbdFrame,
-    camera: &Camera,
-    detector: &mut dyn Detector,
+    detector: &mut dyn BallDetector,
     outcome: &mut ReplayOutcome,
     report: &mut impl FnMut(&Problem),
-) -> Option<(Detection, Option<Located>)> {
+) -> Option<BallObservation> {
     let time = frame.time();
     if frame.depth().pixels().iter().all(|&depth| depth == 0) {
         outcome.without_depth += 1;
         report(&Problem::NoDepth { time });
     }
-    let detection = detector.detect(frame).unwrap_or_else(|error| {
+    let ball = detector.detect(frame).unwrap_or_else(|error| {
         outcome.broken += 1;
         report(&Problem::Detect { time, error });
         None
     })?;
-    let located = locate(&detection, frame, camera);
     outcome.detected += 1;
-    outcome.located += usize::from(located.is_some());
-    Some((detection, located))
+    outcome.located += usize::from(ball.position.is_some());
+    Some(ball)
 }
 
 /// The fields of a row, in the order of [`HEADER`]: pixels to 0.001, metres to 0.00001, the score
 /// to 0.0001.
-fn row(time: f64, ball: Option<(Detection, Option<Located>)>) -> [String; 9] {
+fn row(time: f64, ball: Option<&BallObservation>, camera: &Camera) -> [String; 9] {
     let field = |value: Option<f64>, digits: usize| {
         value.map(|x| format!("{x:.digits$}")).unwrap_or_default()
     };
-    let seen = ball.map(|(detection, _)| detection);
-    let located = ball.and_then(|(_, located)| located);
-    let position = |axis: usize| located.map(|l| l.position[axis]);
+    let circle = ball.map(|ball| ball.circle);
+    let mean = ball.and_then(|ball| ball.position).map(|position| position.mean);
+    let position = |axis: usize| mean.map(|mean| mean[axis]);
     [
         field(Some(time), 6),
-        field(seen.map(|d| d.u), 3),
-        field(seen.map(|d| d.v), 3),
-        field(seen.map(|d| d.radius), 3),
-        field(located.map(|l| l.depth), 5),
+        field(circle.map(|c| c.u), 3),
+        field(circle.map(|c| c.v), 3),
+        field(circle.map(|c| c.radius), 3),
+        field(mean.map(|mean| camera.depth_of(&mean)), 5),
         field(position(0), 5),
         field(position(1), 5),
         field(position(2), 5),
-        field(seen.map(|d| d.score), 4),
+        field(ball.map(|ball| ball.score), 4),
     ]
 }
 
@@ -192,20 +190,24 @@ mod tests {
     use opencv::core::{CV_8UC3, CV_16UC1, Mat, Scalar};
     use opencv::imgcodecs::imwrite_def;
     use plumb_vision::camera::Intrinsics;
+    use plumb_vision::observation::Circle;
 
     use super::*;
 
     /// Sees a ball where the first pixel's blue is 1, fails where it is 2.
     struct Scripted;
 
-    impl Detector for Scripted {
+    impl BallDetector for Scripted {
         fn name(&self) -> &'static str {
             "scripted"
         }
 
-        fn detect(&mut self, frame: &RgbdFrame) -> Result<Option<Detection>, DetectError> {
+        fn detect(&mut self, frame: &RgbdFrame) -> Result<Option<BallObservation>, DetectError> {
             match frame.colour().pixels()[0][0] {
-                1 => Ok(Some(Detection::new(15.5, 11.5, 8.0, 0.75))),
+                1 => {
+                    let circle = Circle::rough(15.5, 11.5, 8.0);
+                    Ok(Some(BallObservation::new(circle, 0.75, frame, &camera())))
+                }
                 2 => Err(DetectError::processing("scripted")),
                 _ => Ok(None),
             }

@@ -6,8 +6,7 @@ use std::sync::atomic::AtomicBool;
 
 use plumb_cameras::source::CameraSource;
 use plumb_protocol::units::Point;
-use plumb_vision::camera::Camera;
-use plumb_vision::detect::Detector;
+use plumb_vision::detect::BallDetector;
 use serde::Serialize;
 use thiserror::Error;
 
@@ -29,10 +28,8 @@ pub enum Place {
 pub struct Session<'a> {
     /// The rig and its targets.
     pub rig: &'a Rig,
-    /// The camera's geometry.
-    pub camera: &'a Camera,
     /// Finds the ball.
-    pub detector: &'a mut dyn Detector,
+    pub detector: &'a mut dyn BallDetector,
     /// Where the folder goes.
     pub place: Place,
     /// Seconds that each target may take.
@@ -180,7 +177,6 @@ impl Session<'_> {
         let mut rig = crate::drive::Rig {
             source,
             detector: &mut *self.detector,
-            camera: self.camera,
             link,
             folder,
             radius: self.rig.reached.radius.get(),

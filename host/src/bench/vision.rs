@@ -10,7 +10,7 @@ mod tally;
 mod timing;
 
 use plumb_vision::camera::Camera;
-use plumb_vision::detect::{DetectError, Detector};
+use plumb_vision::detect::{BallDetector, DetectError};
 use plumb_vision::frame::RgbdFrame;
 use thiserror::Error;
 
@@ -111,14 +111,18 @@ pub enum VisionError {
     },
 }
 
-/// `camera` with the ball of the suite `hard`.
-pub fn hard_camera(camera: &Camera) -> Camera {
-    Camera { ball_diameter: hard::DIAMETER, ..camera.clone() }
+/// Returns the camera of the pictures of `suite`: the intrinsics and the ball's hue of `camera`,
+/// where the scenes are built for, and with the ball of the suite `hard` for that suite.
+pub fn suite_camera(suite: Suite, camera: &Camera) -> Camera {
+    let placed = scenes::placed(camera);
+    match suite {
+        Suite::Hard => Camera { ball_diameter: hard::DIAMETER, ..placed },
+        Suite::Scenes | Suite::Empty => placed,
+    }
 }
 
 /// Runs `detectors`, and what every tutorial does with OpenCV, over the pictures, each searched
-/// like a first one. Of `camera` the intrinsics and the ball count (it stands where the scenes are
-/// built for; the ball of the hard set has its own size, which detectors must have been told);
+/// like a first one. The detectors must be made for the [`suite_camera`] of `camera`;
 /// `recorded` pictures, if any, are backgrounds of what needs some, else that is left out;
 /// `progress` is told the name of each scene. OpenCV runs on one thread meanwhile.
 ///
@@ -128,13 +132,16 @@ pub fn hard_camera(camera: &Camera) -> Camera {
 pub fn compare(
     camera: &Camera,
     recorded: &[RgbdFrame],
-    detectors: &mut [Box<dyn Detector>],
+    detectors: &mut [Box<dyn BallDetector>],
     options: &VisionOptions,
     progress: &mut dyn FnMut(&str),
 ) -> Result<VisionReport, VisionError> {
     check(options)?;
-    let mut peers: [Box<dyn Detector>; 2] = [Box::new(Hough), Box::new(HsvMoments)];
-    let detectors: Vec<&mut Box<dyn Detector>> = detectors.iter_mut().chain(&mut peers).collect();
+    let seen = suite_camera(options.suite, camera);
+    let mut peers: [Box<dyn BallDetector>; 2] =
+        [Box::new(Hough(seen.clone())), Box::new(HsvMoments(seen))];
+    let detectors: Vec<&mut Box<dyn BallDetector>> =
+        detectors.iter_mut().chain(&mut peers).collect();
     let _one = OneThread::new()?;
     let mut bench = Bench::new(camera, recorded, options, progress, detectors);
     if options.suite != Suite::Hard {

@@ -13,12 +13,12 @@ use plumb_cameras::source::CameraSource;
 use plumb_cameras::source::tum::TumFolder;
 use plumb_runtime::rig::LawSettings;
 use plumb_vision::camera::Camera;
-use plumb_vision::detect::Detector;
-use plumb_vision::detect::red::Red;
+use plumb_vision::detect::red::RedDetector;
+use plumb_vision::detect::{BallDetector, DetectorKind};
 use plumb_vision::frame::RgbdFrame;
 
 use super::print::{Reader, message, tell};
-use super::{DetectorName, Failure, OrFail, numbers, print};
+use super::{Failure, OrFail, numbers, print};
 
 #[derive(Subcommand)]
 pub(crate) enum Command {
@@ -266,10 +266,9 @@ fn bench_vision(args: &VisionArgs) -> Result<ExitCode, Failure> {
     }
     let (suite, frames, seed) = (args.suite, args.frames, args.seed);
     let options = VisionOptions { suite, frames, empty, seed, ..VisionOptions::default() };
-    let seen =
-        if suite == vision::Suite::Hard { vision::hard_camera(&camera) } else { camera.clone() };
-    let mut detectors: [Box<dyn Detector>; 2] =
-        [DetectorName::Ball.detector(&seen), Box::new(Red::new(options.radius))];
+    let seen = vision::suite_camera(suite, &camera);
+    let mut detectors: [Box<dyn BallDetector>; 2] =
+        [DetectorKind::Ball.build(&seen), Box::new(RedDetector::new(&seen, options.radius))];
     let report = vision::compare(&camera, &recorded, &mut detectors, &options, &mut |scene| {
         tell!("{scene}")
     })

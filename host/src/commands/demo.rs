@@ -181,7 +181,6 @@ where
     let mut detector = args.options.detector.detector(camera);
     let session = Session {
         rig,
-        camera,
         detector: &mut *detector,
         place: demo.place.clone(),
         timeout: args.options.timeout,

@@ -22,9 +22,7 @@ use std::error::Error;
 use clap::ValueEnum;
 use plumb_emulator::rig::{Elastic, ElasticParameters, Plant, QuasiStatic, RigError};
 use plumb_vision::camera::Camera;
-use plumb_vision::detect::Detector;
-use plumb_vision::detect::ball::Ball;
-use plumb_vision::detect::red::Red;
+use plumb_vision::detect::{BallDetector, DetectorKind};
 
 use plumb::source::simulated::geometry;
 use plumb_runtime::rig::{LawSettings, Simulation};
@@ -67,16 +65,14 @@ pub(crate) enum DetectorName {
     Red,
 }
 
-/// How far away the red detector, which knows one size only, takes the ball to be: the demo's
-/// middle, metres.
-const RED_DISTANCE_M: f64 = 1.25;
-
 impl DetectorName {
-    fn detector(self, camera: &Camera) -> Box<dyn Detector> {
-        match self {
-            Self::Ball => Box::new(Ball::for_camera(camera)),
-            Self::Red => Box::new(Red::for_camera(camera, RED_DISTANCE_M)),
-        }
+    /// Makes the detector for `camera` and its ball.
+    fn detector(self, camera: &Camera) -> Box<dyn BallDetector> {
+        let kind = match self {
+            Self::Ball => DetectorKind::Ball,
+            Self::Red => DetectorKind::Red,
+        };
+        kind.build(camera)
     }
 }
 

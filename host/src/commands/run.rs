@@ -101,7 +101,6 @@ fn drive(file: &Path, mut rig: Rig, options: &Common) -> Result<ExitCode, Failur
     let mut follow = follower.map(|mut follower| move |motors| Ok(follower.board_moved(motors)?));
     let session = Session {
         rig: &rig,
-        camera: &camera,
         detector: &mut *detector,
         place: options.run.place("run"),
         timeout: options.run.timeout,

@@ -61,3 +61,10 @@ pub struct Camera {
     /// Hue of the ball, degrees: 0 red, 60 yellow, 120 green, 180 cyan, 240 blue, 300 magenta.
     pub ball_hue: f64,
 }
+
+impl Camera {
+    /// Returns the depth along the optical axis, metres, of a point in the rig frame.
+    pub fn depth_of(&self, point: &Point3<f64>) -> f64 {
+        self.pose.inverse_transform_point(point).z
+    }
+}

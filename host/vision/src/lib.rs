@@ -1,13 +1,14 @@
 //! Finds a ball in RGB-D pictures and works out where it is.
 //!
 //! ```text
-//! RgbdFrame -> Detector::detect -> Detection -> locate -> Located { position, covariance }
+//! RgbdFrame -> BallDetector -> BallObservation { stamp, circle, score, position }
 //! ```
 //!
 //! - [`image`]: pixels in memory; [`frame`]: a colour picture with the depth registered to it.
 //! - [`camera`]: the pinhole model, the pose in the rig frame and the ball's size and hue.
 //! - [`detect`]: the detectors, [`ball`](detect::ball) (the default) and [`red`](detect::red).
-//! - [`locate`]: from a detection to a position in the rig frame with its covariance.
+//! - [`localise`]: from a circle in the image to a position in the rig frame with its covariance.
+//! - [`observation`]: what a detector returns.
 //!
 //! The crate computes only. It reads no file, opens no device, starts no thread and knows no
 //! clock, no board and no run: those are the program's, which also reads camera files.
@@ -17,10 +18,9 @@
 //! ```
 //! use nalgebra::{Isometry3, Vector3};
 //! use plumb_vision::camera::{Camera, Intrinsics};
-//! use plumb_vision::detect::{Detector, ball::Ball};
+//! use plumb_vision::detect::DetectorKind;
 //! use plumb_vision::frame::RgbdFrame;
 //! use plumb_vision::image::Image;
-//! use plumb_vision::locate::locate;
 //!
 //! let intrinsics = Intrinsics { fx: 525.0, fy: 525.0, cx: 319.5, cy: 239.5, depth_scale: 1000.0 };
 //! let pose = Isometry3::identity();
@@ -43,9 +43,10 @@
 //!
 //! let (colour, depth) = (Image::new(640, 480, colour)?, Image::new(640, 480, depth)?);
 //! let frame = RgbdFrame::new(0.0, colour, depth, intrinsics)?;
-//! let detection = Ball::for_camera(&camera).detect(&frame)?.expect("there is a ball");
-//! let located = locate(&detection, &frame, &camera).expect("it has depth");
-//! assert!((located.position.coords - centre).norm() < 0.002);
+//! let mut detector = DetectorKind::Ball.build(&camera);
+//! let ball = detector.detect(&frame)?.expect("there is a ball");
+//! let position = ball.position.expect("it has depth");
+//! assert!((position.mean.coords - centre).norm() < 0.002);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
@@ -56,5 +57,6 @@ pub mod camera;
 pub mod detect;
 pub mod frame;
 pub mod image;
-pub mod locate;
+pub mod localise;
 mod mat;
+pub mod observation;

@@ -7,9 +7,10 @@ use nalgebra::{Matrix2, Point3, Vector3};
 use plumb::source::simulated::{SimulationError, Timing, World};
 use plumb_cameras::source::{CameraSource, InvalidFrame, SourceError};
 use plumb_vision::camera::{Camera, Intrinsics};
-use plumb_vision::detect::{DetectError, Detection, Detector};
+use plumb_vision::detect::{BallDetector, DetectError};
 use plumb_vision::frame::RgbdFrame;
 use plumb_vision::image::Image;
+use plumb_vision::observation::{BallObservation, Circle};
 
 /// Rows and columns of a picture, pixels.
 const SIZE: usize = 15;
@@ -101,16 +102,17 @@ impl<W: World> CameraSource for TrackingCamera<W> {
 }
 
 /// Finds the ball where a [`TrackingCamera`] puts it.
-pub struct FixedDetector;
+pub struct FixedDetector(pub Camera);
 
-impl Detector for FixedDetector {
+impl BallDetector for FixedDetector {
     fn name(&self) -> &'static str {
         "spot"
     }
 
-    fn detect(&mut self, _frame: &RgbdFrame) -> Result<Option<Detection>, DetectError> {
+    fn detect(&mut self, frame: &RgbdFrame) -> Result<Option<BallObservation>, DetectError> {
         let covariance = Matrix2::identity() * VARIANCE;
-        Ok(Some(Detection { u: CENTRE, v: CENTRE, radius: RADIUS, score: 1.0, covariance }))
+        let circle = Circle { u: CENTRE, v: CENTRE, radius: RADIUS, covariance };
+        Ok(Some(BallObservation::new(circle, 1.0, frame, &self.0)))
     }
 }
 
@@ -118,7 +120,6 @@ impl Detector for FixedDetector {
 mod tests {
     use plumb_cameras::camera_file;
     use plumb_emulator::rig::RigError;
-    use plumb_vision::locate::locate;
 
     use super::*;
 
@@ -144,10 +145,10 @@ mod tests {
         for ball in [[0.54, 0.22, 0.459], [0.4, 0.4, 0.15], [0.7, 0.1, 0.3]].map(Point3::from) {
             let source = TrackingCamera::new(Still(ball), camera.clone(), Timing::default());
             let frame = source.picture(0.0, ball).expect("a picture");
-            let detection = FixedDetector.detect(&frame).expect("no error").expect("a ball");
-            let located = locate(&detection, &frame, &camera).expect("a position");
+            let seen = FixedDetector(camera.clone()).detect(&frame).expect("no error").expect("a ball");
+            let position = seen.position.expect("a position").mean;
             // A unit of depth is 0.1 mm.
-            assert!((located.position - ball).norm() < 1e-4, "{} for {ball}", located.position);
+            assert!((position - ball).norm() < 1e-4, "{position} for {ball}");
         }
     }
 }

@@ -190,8 +190,7 @@ fn drive<W: World, T: Transport>(
     let mut legs = Vec::new();
     let session = Session {
         rig,
-        camera: &camera,
-        detector: &mut FixedDetector,
+        detector: &mut FixedDetector(camera.clone()),
         place: Place::Folder(folder.path().join("run")),
         timeout: TIMEOUT_S,
         interrupted: &AtomicBool::new(false),

@@ -1,6 +1,7 @@
 //! A row of `run.csv`.
 
 use nalgebra::Point3;
+use plumb_vision::observation::BallObservation;
 
 /// What is known of one frame. A field that is `None` is left empty in the file.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -25,7 +26,7 @@ pub struct Row {
     pub rates_steps_s: Option<[f64; 3]>,
 }
 
-/// Where the ball is in the picture; as [`plumb_vision::detect::Detection`].
+/// Where the ball is in the picture; as in [`BallObservation`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RowDetection {
     /// Column of its centre, pixels.
@@ -38,9 +39,9 @@ pub struct RowDetection {
     pub score: f64,
 }
 
-impl From<plumb_vision::detect::Detection> for RowDetection {
-    fn from(d: plumb_vision::detect::Detection) -> Self {
-        Self { u: d.u, v: d.v, radius: d.radius, score: d.score }
+impl From<BallObservation> for RowDetection {
+    fn from(BallObservation { circle, score, .. }: BallObservation) -> Self {
+        Self { u: circle.u, v: circle.v, radius: circle.radius, score }
     }
 }
 

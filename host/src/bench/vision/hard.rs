@@ -8,8 +8,8 @@ use plumb_vision::frame::RgbdFrame;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::scenes::{Shot, placed};
-use super::{VisionError, VisionOptions, hard_camera};
+use super::scenes::Shot;
+use super::{Suite, VisionError, VisionOptions, suite_camera};
 use crate::source::synthetic::overlay::{Exposure, Look, Overlay};
 use crate::source::synthetic::{Light, Material, Pattern, Shape, Thing};
 
@@ -102,7 +102,7 @@ impl<'a> HardShots<'a> {
         options: &VisionOptions,
     ) -> Self {
         let seed = options.seed.wrapping_mul(1000).wrapping_add(500 + number);
-        let camera = hard_camera(&placed(camera));
+        let camera = suite_camera(Suite::Hard, camera);
         Self { kind, camera, recorded, random: ChaCha8Rng::seed_from_u64(seed), shot: 0 }
     }
 
@@ -124,12 +124,7 @@ impl<'a> HardShots<'a> {
         for _ in 0..things {
             self.put_thing(&mut overlay)?;
         }
-        let mut shot = Shot {
-            ball: None,
-            centre: Point3::origin(),
-            camera: self.camera.clone(),
-            frame: behind.clone(),
-        };
+        let mut shot = Shot { ball: None, centre: Point3::origin(), frame: behind.clone() };
         if self.kind.ball {
             let place = self.place(&overlay);
             shot.centre =

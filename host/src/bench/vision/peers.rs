@@ -9,9 +9,11 @@ use opencv::imgproc::{
     RETR_EXTERNAL, contour_area_def, cvt_color_def, find_contours_def, gaussian_blur_def,
     get_structuring_element_def, hough_circles, moments_def, morphology_ex,
 };
-use plumb_vision::detect::{DetectError, Detection, Detector};
+use plumb_vision::camera::Camera;
+use plumb_vision::detect::{BallDetector, DetectError};
 use plumb_vision::frame::RgbdFrame;
 use plumb_vision::image::ColourImage;
+use plumb_vision::observation::{BallObservation, Circle};
 
 /// Radii that circles are looked for with, pixels.
 const RADII: (i32, i32) = (6, 65);
@@ -25,21 +27,22 @@ pub(super) fn borrow_colour(image: &ColourImage) -> opencv::Result<BoxedRef<'_, 
 }
 
 /// The strongest circle of `HoughCircles` in the blurred grey picture.
-#[derive(Debug, Default)]
-pub(super) struct Hough;
+#[derive(Debug)]
+pub(super) struct Hough(pub(super) Camera);
 
-impl Detector for Hough {
+impl BallDetector for Hough {
     fn name(&self) -> &'static str {
         "HoughCircles"
     }
 
-    fn detect(&mut self, frame: &RgbdFrame) -> Result<Option<Detection>, DetectError> {
-        strongest_circle(frame.colour()).map_err(DetectError::processing)
+    fn detect(&mut self, frame: &RgbdFrame) -> Result<Option<BallObservation>, DetectError> {
+        let circle = strongest_circle(frame.colour()).map_err(DetectError::processing)?;
+        Ok(circle.map(|circle| BallObservation::new(circle, 1.0, frame, &self.0)))
     }
 }
 
 /// Returns the circle with the most votes.
-fn strongest_circle(colour: &ColourImage) -> opencv::Result<Option<Detection>> {
+fn strongest_circle(colour: &ColourImage) -> opencv::Result<Option<Circle>> {
     let (mut grey, mut smooth) = (Mat::default(), Mat::default());
     cvt_color_def(&borrow_colour(colour)?, &mut grey, COLOR_BGR2GRAY)?;
     gaussian_blur_def(&grey, &mut smooth, Size::new(9, 9), 2.0)?;
@@ -48,26 +51,28 @@ fn strongest_circle(colour: &ColourImage) -> opencv::Result<Option<Detection>> {
     // They come strongest first.
     Ok(circles.iter().next().map(|circle| {
         let [u, v, radius] = circle.0.map(f64::from);
-        Detection::new(u, v, radius, 1.0)
+        Circle::rough(u, v, radius)
     }))
 }
 
 /// `inRange` in HSV, an opening, and the moments of the largest contour.
-#[derive(Debug, Default)]
-pub(super) struct HsvMoments;
+#[derive(Debug)]
+pub(super) struct HsvMoments(pub(super) Camera);
 
-impl Detector for HsvMoments {
+impl BallDetector for HsvMoments {
     fn name(&self) -> &'static str {
         "inRange + moments"
     }
 
-    fn detect(&mut self, frame: &RgbdFrame) -> Result<Option<Detection>, DetectError> {
-        largest_red_contour(frame.colour()).map_err(DetectError::processing)
+    fn detect(&mut self, frame: &RgbdFrame) -> Result<Option<BallObservation>, DetectError> {
+        let contour = largest_red_contour(frame.colour()).map_err(DetectError::processing)?;
+        Ok(contour.map(|(circle, area)| BallObservation::new(circle, area, frame, &self.0)))
     }
 }
 
-/// Returns the largest contour of a red hue.
-fn largest_red_contour(colour: &ColourImage) -> opencv::Result<Option<Detection>> {
+/// Returns the disc of the same area and centroid as the largest contour of a red hue, and that
+/// area, pixels².
+fn largest_red_contour(colour: &ColourImage) -> opencv::Result<Option<(Circle, f64)>> {
     let mut hsv = Mat::default();
     cvt_color_def(&borrow_colour(colour)?, &mut hsv, COLOR_BGR2HSV)?;
     let within = |low: f64, high: f64| -> opencv::Result<Mat> {
@@ -84,13 +89,13 @@ fn largest_red_contour(colour: &ColourImage) -> opencv::Result<Option<Detection>
     morphology_ex(&mask, &mut open, MORPH_OPEN, &kernel, middle, 1, BORDER_CONSTANT, border)?;
     let mut contours: Vector<Vector<Point>> = Vector::new();
     find_contours_def(&open, &mut contours, RETR_EXTERNAL, CHAIN_APPROX_SIMPLE)?;
-    let mut largest: Option<Detection> = None;
+    let mut largest: Option<(Circle, f64)> = None;
     for contour in &contours {
         let area = contour_area_def(&contour)?;
-        if area > largest.map_or(MIN_AREA, |found| found.score) {
+        if area > largest.map_or(MIN_AREA, |(_, area)| area) {
             let moments = moments_def(&contour)?;
             let (u, v) = (moments.m10 / moments.m00, moments.m01 / moments.m00);
-            largest = Some(Detection::new(u, v, (area / std::f64::consts::PI).sqrt(), area));
+            largest = Some((Circle::rough(u, v, (area / std::f64::consts::PI).sqrt()), area));
         }
     }
     Ok(largest)

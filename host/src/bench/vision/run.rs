@@ -6,9 +6,9 @@ use plumb_protocol::frame::{Frame, encode};
 use plumb_protocol::message::{Command, Position, ToBoard};
 use plumb_protocol::units as wire;
 use plumb_vision::camera::Camera;
-use plumb_vision::detect::Detector;
+use plumb_vision::detect::BallDetector;
 use plumb_vision::frame::RgbdFrame;
-use plumb_vision::locate::{Located, locate};
+use plumb_vision::observation::{BallObservation, Gaussian3};
 
 use super::hard::{self, HardShots};
 use super::scenes::{self, Backdrop, KINDS, Kind, Shot, Shots};
@@ -27,7 +27,7 @@ pub(super) struct Bench<'a> {
     options: &'a VisionOptions,
     /// Is told the name of each scene.
     progress: &'a mut dyn FnMut(&str),
-    detectors: Vec<&'a mut Box<dyn Detector>>,
+    detectors: Vec<&'a mut Box<dyn BallDetector>>,
     tallies: Vec<Tally>,
     /// Times of the reference, milliseconds.
     reference: Vec<f64>,
@@ -41,7 +41,7 @@ impl<'a> Bench<'a> {
         recorded: &'a [RgbdFrame],
         options: &'a VisionOptions,
         progress: &'a mut dyn FnMut(&str),
-        detectors: Vec<&'a mut Box<dyn Detector>>,
+        detectors: Vec<&'a mut Box<dyn BallDetector>>,
     ) -> Self {
         let tallies = detectors.iter().map(|_| Tally::default()).collect();
         Self {
@@ -126,10 +126,9 @@ impl<'a> Bench<'a> {
             let start = computed();
             let found = detector.detect(&shot.frame).map_err(failed)?;
             tally.times.push((milliseconds(start), shot.ball.is_some()));
-            let located = found.and_then(|found| locate(&found, &shot.frame, &shot.camera));
-            let sent = black_box(message(located.as_ref()));
+            let sent = black_box(message(found.as_ref()));
             tally.path_times.extend(sent.map(|_| milliseconds(start)));
-            tally.note(shot, found, located);
+            tally.note(shot, found);
             if found.is_some() {
                 let start = computed();
                 detector.detect(&shot.frame).map_err(failed)?;
@@ -153,10 +152,11 @@ impl<'a> Bench<'a> {
 }
 
 /// The bytes that tell the board where the ball is.
-fn message(located: Option<&Located>) -> Option<Frame> {
-    let ball = located.and_then(|l| wire::Point::from_metres(l.position.into()));
+fn message(found: Option<&BallObservation>) -> Option<Frame> {
+    let position: Option<&Gaussian3> = found.and_then(|found| found.position.as_ref());
+    let ball = position.and_then(|p| wire::Point::from_metres(p.mean.into()));
     let covariance =
-        located.and_then(|l| wire::Covariance::from_metres2(l.covariance.transpose().into()));
+        position.and_then(|p| wire::Covariance::from_metres2(p.covariance.transpose().into()));
     let command = Command::Position(Position { sequence: 1, age_us: 30_000, ball, covariance });
     encode(&ToBoard { id: 1, command }).ok()
 }

@@ -120,8 +120,6 @@ pub(super) struct Shot {
     pub(super) ball: Option<[f64; 3]>,
     /// Where it is, rig frame, metres.
     pub(super) centre: Point3<f64>,
-    /// What the picture was taken with.
-    pub(super) camera: Camera,
 }
 
 /// `camera` where the scenes are built for: level, at (1.737, 0.286, 0.225) m of the rig frame,
@@ -248,7 +246,7 @@ impl<'a> Shots<'a> {
             .project(&seen)
             .filter(|_| self.kind.ball)
             .map(|(u, v)| [u, v, radius]);
-        Ok(Some(Shot { frame, ball, centre, camera }))
+        Ok(Some(Shot { frame, ball, centre }))
     }
 
     /// A ball of about the wished radius anywhere in the picture, well inside.

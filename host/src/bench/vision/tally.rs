@@ -1,7 +1,6 @@
 //! Counting what a detector finds.
 
-use plumb_vision::detect::Detection;
-use plumb_vision::locate::Located;
+use plumb_vision::observation::BallObservation;
 
 use super::scenes::Shot;
 use super::{DetectorReport, SceneReport};
@@ -37,11 +36,11 @@ impl Tally {
         self.normalised.clear();
     }
 
-    pub(super) fn note(&mut self, shot: &Shot, found: Option<Detection>, located: Option<Located>) {
+    pub(super) fn note(&mut self, shot: &Shot, found: Option<BallObservation>) {
         self.frames += 1;
         self.balls += usize::from(shot.ball.is_some());
-        let Some(found) = found else { return };
-        let error = shot.ball.map(|[u, v, radius]| ((found.u - u).hypot(found.v - v), radius));
+        let Some(BallObservation { circle, position, .. }) = found else { return };
+        let error = shot.ball.map(|[u, v, radius]| ((circle.u - u).hypot(circle.v - v), radius));
         match error {
             Some((error, radius)) if error <= radius / 2.0 => self.errors.push(error),
             _ => {
@@ -49,10 +48,10 @@ impl Tally {
                 return;
             }
         }
-        if let Some(located) = located {
-            let off = located.position - shot.centre;
+        if let Some(position) = position {
+            let off = position.mean - shot.centre;
             self.positions.push(1e3 * off.norm());
-            let inverse = located.covariance.try_inverse();
+            let inverse = position.covariance.try_inverse();
             self.normalised.extend(inverse.map(|inverse| off.dot(&(inverse * off))));
         }
     }

@@ -1,5 +1,5 @@
-use plumb_vision::detect::Detection;
 use plumb_vision::image::Image;
+use plumb_vision::observation::{BallObservation, Circle};
 
 use super::tally::percentile;
 use super::*;
@@ -8,25 +8,31 @@ use crate::source::synthetic::paper::paper_camera;
 /// Finds nothing, ever.
 struct Blind;
 
-impl Detector for Blind {
+impl BallDetector for Blind {
     fn name(&self) -> &'static str {
         "blind"
     }
 
-    fn detect(&mut self, _: &RgbdFrame) -> std::result::Result<Option<Detection>, DetectError> {
+    fn detect(
+        &mut self,
+        _: &RgbdFrame,
+    ) -> std::result::Result<Option<BallObservation>, DetectError> {
         Ok(None)
     }
 }
 
 /// The middle of what is much redder than green and blue: finds a red ball that is alone.
-struct Redness;
+struct Redness(Camera);
 
-impl Detector for Redness {
+impl BallDetector for Redness {
     fn name(&self) -> &'static str {
         "redness"
     }
 
-    fn detect(&mut self, frame: &RgbdFrame) -> std::result::Result<Option<Detection>, DetectError> {
+    fn detect(
+        &mut self,
+        frame: &RgbdFrame,
+    ) -> std::result::Result<Option<BallObservation>, DetectError> {
         let (mut count, mut u, mut v) = (0.0, 0.0, 0.0);
         for (row, pixels) in frame.colour().rows().enumerate() {
             for (column, pixel) in pixels.iter().enumerate() {
@@ -37,7 +43,8 @@ impl Detector for Redness {
             }
         }
         let radius = f64::sqrt(count / std::f64::consts::PI);
-        Ok((count > 20.0).then(|| Detection::new(u / count, v / count, radius, count)))
+        let circle = Circle::rough(u / count, v / count, radius);
+        Ok((count > 20.0).then(|| BallObservation::new(circle, count, frame, &self.0)))
     }
 }
 
@@ -59,7 +66,8 @@ fn small() -> (Camera, VisionOptions) {
 
 fn run(recorded: &[RgbdFrame]) -> VisionReport {
     let (camera, options) = small();
-    let mut detectors: Vec<Box<dyn Detector>> = vec![Box::new(Blind), Box::new(Redness)];
+    let seen = suite_camera(options.suite, &camera);
+    let mut detectors: Vec<Box<dyn BallDetector>> = vec![Box::new(Blind), Box::new(Redness(seen))];
     compare(&camera, recorded, &mut detectors, &options, &mut |_| {}).unwrap()
 }
 
@@ -119,7 +127,8 @@ fn the_hard_set_puts_balls_into_recorded_pictures_and_the_empty_one_none() {
     let frame = grey(&camera, 12_500);
     let run = |suite| {
         let options = VisionOptions { suite, ..options };
-        let mut detectors: Vec<Box<dyn Detector>> = vec![Box::new(Redness)];
+        let seen = suite_camera(suite, &camera);
+        let mut detectors: Vec<Box<dyn BallDetector>> = vec![Box::new(Redness(seen))];
         compare(&camera, std::slice::from_ref(&frame), &mut detectors, &options, &mut |_| {})
             .unwrap()
     };

@@ -18,10 +18,11 @@ use super::judge::Judge;
 use super::picture::{Disc, Picture};
 use super::propose::Proposal;
 use super::sphere::{Depths, seen};
-use super::{DetectError, Detection, Detector};
+use super::{BallDetector, DetectError};
 use crate::camera::{Camera, Intrinsics};
 use crate::frame::RgbdFrame;
-use crate::locate::DepthView;
+use crate::localise::DepthView;
+use crate::observation::{BallObservation, Circle};
 
 /// Distances at which the ball is looked for, metres.
 const DISTANCES: (f64, f64) = (0.25, 2.5);
@@ -53,27 +54,19 @@ const SIZE_FACTOR: f64 = 2.0;
 /// is none where no red thing is round and of the right size. Its score is 0 to 1; 0.52 and more is
 /// a ball. A ball without depth scores 0.9 at most.
 #[derive(Debug, Clone)]
-pub struct Ball {
+pub struct ShapeDetector {
+    camera: Camera,
     ball_radius: f64,
     colour: BallColour,
     /// Where it was in the picture before.
     last: Option<Disc>,
 }
 
-impl Ball {
-    /// For a red ball of `ball_diameter` metres.
-    pub fn new(ball_diameter: f64) -> Self {
-        Self { ball_radius: ball_diameter / 2.0, colour: BallColour::new(0.0), last: None }
-    }
-
-    /// For the camera's ball.
-    pub fn for_camera(camera: &Camera) -> Self {
-        Self::new(camera.ball_diameter).with_hue(camera.ball_hue)
-    }
-
-    /// The same for a ball of another hue, degrees (the default is 0, red).
-    pub fn with_hue(self, degrees: f64) -> Self {
-        Self { colour: BallColour::new(degrees), ..self }
+impl ShapeDetector {
+    /// Makes a detector for the ball that `camera` looks for.
+    pub fn new(camera: &Camera) -> Self {
+        let (ball_radius, colour) = (camera.ball_diameter / 2.0, BallColour::new(camera.ball_hue));
+        Self { camera: camera.clone(), ball_radius, colour, last: None }
     }
 
     /// The best candidate in a window of the picture and its score.
@@ -226,7 +219,7 @@ fn depth_about(disc: &Disc, depth: &DepthView) -> Option<f64> {
     (n >= 4).then(|| depths[n / 2])
 }
 
-impl Ball {
+impl ShapeDetector {
     /// The window of the picture in which a ball is that was seen as `last` a moment ago; whole
     /// coarse pixels.
     fn window(last: &Disc, whole: Rect) -> Rect {
@@ -253,17 +246,18 @@ impl Ball {
     }
 }
 
-impl Detector for Ball {
+impl BallDetector for ShapeDetector {
     fn name(&self) -> &'static str {
         "ball"
     }
 
-    fn detect(&mut self, frame: &RgbdFrame) -> Result<Option<Detection>, DetectError> {
+    fn detect(&mut self, frame: &RgbdFrame) -> Result<Option<BallObservation>, DetectError> {
         let found = self.find(frame)?.filter(|(_, score)| *score >= THRESHOLD);
         self.last = found.map(|(fine, _)| fine.disc);
         Ok(found.map(|(fine, score)| {
             let Disc { u, v, radius } = fine.disc;
-            Detection { u, v, radius, score, covariance: fine.place() }
+            let circle = Circle { u, v, radius, covariance: fine.place() };
+            BallObservation::new(circle, score, frame, &self.camera)
         }))
     }
 

@@ -10,7 +10,7 @@ use super::picture::{Disc, Picture};
 use super::rays::{RAYS, Rays};
 use super::round::{FINELY, ROUGHLY, on_sphere, roundness};
 use super::sphere::COLOURED;
-use crate::locate::{CentreDepth, DepthView, rough_centre_depth};
+use crate::localise::{CentreDepth, DepthView, rough_centre_depth};
 
 /// Part of what is seen of the disc that must agree on its depth for it to be taken as known.
 const KNOWN: f64 = 0.33;

@@ -2,10 +2,13 @@
 
 use std::error::Error;
 
-use nalgebra::Matrix2;
 use thiserror::Error;
 
+use crate::camera::Camera;
 use crate::frame::RgbdFrame;
+use crate::observation::BallObservation;
+use ball::ShapeDetector;
+use red::RedDetector;
 
 mod around;
 pub mod ball;
@@ -26,29 +29,6 @@ mod sphere;
 #[cfg(test)]
 mod tests;
 
-/// The ball as it is seen in a picture.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Detection {
-    /// Column of the ball's centre, pixels (the centre of the left-most pixel is 0).
-    pub u: f64,
-    /// Row of the ball's centre, pixels.
-    pub v: f64,
-    /// Radius of its disc, pixels.
-    pub radius: f64,
-    /// How sure it is, larger is surer; the scale is the detector's own.
-    pub score: f64,
-    /// Covariance of column and row, pixels².
-    pub covariance: Matrix2<f64>,
-}
-
-impl Detection {
-    /// A ball at (`u`, `v`) of `radius` pixels, known no better than to a quarter of its radius
-    /// (standard deviation).
-    pub fn new(u: f64, v: f64, radius: f64, score: f64) -> Self {
-        Self { u, v, radius, score, covariance: Matrix2::identity() * (radius / 4.0).powi(2) }
-    }
-}
-
 /// Reasons why a frame could not be searched (a frame without a ball is not an error).
 #[derive(Debug, Error)]
 #[non_exhaustive]
@@ -65,17 +45,56 @@ impl DetectError {
     }
 }
 
-/// Something that finds the ball.
-pub trait Detector {
-    /// Its name, as in the configuration.
+/// A detector: finds the ball in a frame.
+pub trait BallDetector {
+    /// Returns the detector's name, as in the configuration.
     fn name(&self) -> &'static str;
 
-    /// The ball in `frame`, or `None` where there is none.
+    /// Returns the observation of the ball in `frame`; `None` if there is no ball.
     ///
     /// # Errors
-    /// Where the picture could not be searched.
-    fn detect(&mut self, frame: &RgbdFrame) -> Result<Option<Detection>, DetectError>;
+    /// Returns an error if the frame could not be searched.
+    fn detect(&mut self, frame: &RgbdFrame) -> Result<Option<BallObservation>, DetectError>;
 
-    /// Forgets where the ball was: the next picture is searched like a first one.
+    /// Forgets where the ball was: the next frame is searched like a first one.
     fn reset(&mut self) {}
+}
+
+/// The detectors of this crate, by name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum DetectorKind {
+    /// [`ShapeDetector`]: colour proposes, shape and size decide.
+    Ball,
+    /// [`RedDetector`], the paper's: a difference of Gaussians on the red channel.
+    Red,
+}
+
+/// Distance of the ball from the camera that [`DetectorKind::Red`] expects, metres: the middle of
+/// the demo. That detector knows one size of the ball in the image only.
+const RED_DISTANCE_M: f64 = 1.25;
+
+impl DetectorKind {
+    /// All detectors.
+    pub const ALL: [Self; 2] = [Self::Ball, Self::Red];
+
+    /// Returns the name, as in the configuration.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Ball => "ball",
+            Self::Red => "red",
+        }
+    }
+
+    /// Returns the detector called `name`; `None` if there is no such detector.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|kind| kind.name() == name)
+    }
+
+    /// Makes the detector for `camera` and its ball.
+    pub fn build(self, camera: &Camera) -> Box<dyn BallDetector> {
+        match self {
+            Self::Ball => Box::new(ShapeDetector::new(camera)),
+            Self::Red => Box::new(RedDetector::at_distance(camera, RED_DISTANCE_M)),
+        }
+    }
 }

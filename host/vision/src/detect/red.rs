@@ -1,7 +1,7 @@
 //! The paper's detector: a difference of Gaussians of the size of the ball, on the red channel.
 //!
 //! Kept to compare with: anything bright of that size (a lamp, a white ball, a window) answers as
-//! strongly as the ball does, and it cannot tell that there is no ball. [`Ball`](super::ball::Ball)
+//! strongly as the ball does, and it cannot tell that there is no ball. [`ShapeDetector`](super::ball::ShapeDetector)
 //! is the default.
 
 use opencv::core::{
@@ -9,11 +9,12 @@ use opencv::core::{
 };
 use opencv::imgproc::gaussian_blur_def;
 
-use super::{DetectError, Detection, Detector};
+use super::{BallDetector, DetectError};
 use crate::camera::Camera;
 use crate::frame::RgbdFrame;
 use crate::image::ColourImage;
 use crate::mat::borrow_colour;
+use crate::observation::{BallObservation, Circle};
 
 /// Inner and outer standard deviation as parts of the ball's radius: 12 and 19.2 pixels at 20, a
 /// ratio of 1.6.
@@ -27,17 +28,19 @@ const RED: i32 = 2;
 /// largest of its local maxima is the ball if it is above a threshold. Its place is a whole pixel,
 /// its radius the expected one.
 #[derive(Debug)]
-pub struct Red {
+pub struct RedDetector {
+    camera: Camera,
     radius: f64,
     red: Mat,
     wide: [Mat; 2],
     difference: Mat,
 }
 
-impl Red {
-    /// For balls of about `radius` pixels (at least 1 is taken).
-    pub fn new(radius: f64) -> Self {
+impl RedDetector {
+    /// Makes a detector for balls of about `radius` pixels (at least 1).
+    pub fn new(camera: &Camera, radius: f64) -> Self {
         Self {
+            camera: camera.clone(),
             radius: radius.max(1.0),
             red: Mat::default(),
             wide: [Mat::default(), Mat::default()],
@@ -45,9 +48,9 @@ impl Red {
         }
     }
 
-    /// For the camera's ball at about `distance` metres.
-    pub fn for_camera(camera: &Camera, distance: f64) -> Self {
-        Self::new(camera.intrinsics.fx * camera.ball_diameter / 2.0 / distance)
+    /// Makes a detector for the camera's ball at about `distance` metres.
+    pub fn at_distance(camera: &Camera, distance: f64) -> Self {
+        Self::new(camera, camera.intrinsics.fx * camera.ball_diameter / 2.0 / distance)
     }
 
     /// Returns the largest difference of Gaussians and its pixel: the best local maximum is the
@@ -67,26 +70,35 @@ impl Red {
     }
 }
 
-impl Detector for Red {
+impl BallDetector for RedDetector {
     fn name(&self) -> &'static str {
         "red"
     }
 
-    fn detect(&mut self, frame: &RgbdFrame) -> Result<Option<Detection>, DetectError> {
+    fn detect(&mut self, frame: &RgbdFrame) -> Result<Option<BallObservation>, DetectError> {
         let (at, score) = self.peak(frame.colour()).map_err(DetectError::processing)?;
-        let found = Detection::new(f64::from(at.x), f64::from(at.y), self.radius, score);
-        Ok((score >= THRESHOLD).then_some(found))
+        let circle = Circle::rough(f64::from(at.x), f64::from(at.y), self.radius);
+        let observation = || BallObservation::new(circle, score, frame, &self.camera);
+        Ok((score >= THRESHOLD).then(observation))
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use nalgebra::Isometry3;
+
     use super::*;
     use crate::camera::Intrinsics;
     use crate::image::{Bgr, Image};
 
     const INTRINSICS: Intrinsics =
         Intrinsics { fx: 500.0, fy: 500.0, cx: 159.5, cy: 119.5, depth_scale: 1000.0 };
+
+    fn detect(discs: &[Disc]) -> Option<BallObservation> {
+        let pose = Isometry3::identity();
+        let camera = Camera { intrinsics: INTRINSICS, pose, ball_diameter: 0.06, ball_hue: 0.0 };
+        RedDetector::new(&camera, 20.0).detect(&frame(discs)).unwrap()
+    }
 
     /// A disc of one colour.
     struct Disc {
@@ -111,12 +123,15 @@ mod tests {
         let colour = [20, 20, 200];
         let discs =
             [Disc { at: (200, 90), radius: 20, colour }, Disc { at: (60, 150), radius: 5, colour }];
-        let ball = Red::new(20.0).detect(&frame(&discs)).unwrap().unwrap();
-        assert!((ball.u - 200.0).abs() <= 1.0 && (ball.v - 90.0).abs() <= 1.0, "{ball:?}");
-        assert_eq!(ball.radius, 20.0);
+        let ball = detect(&discs).unwrap();
+        assert!(
+            (ball.circle.u - 200.0).abs() <= 1.0 && (ball.circle.v - 90.0).abs() <= 1.0,
+            "{ball:?}"
+        );
+        assert_eq!(ball.circle.radius, 20.0);
         // 140 grey levels of contrast.
         assert!((ball.score - 0.36 * 140.0).abs() < 5.0, "{ball:?}");
-        assert_eq!(Red::new(20.0).detect(&frame(&[])).unwrap(), None);
+        assert_eq!(detect(&[]), None);
     }
 
     #[test]
@@ -125,7 +140,7 @@ mod tests {
             Disc { at: (200, 90), radius: 20, colour: [20, 20, 200] },
             Disc { at: (80, 150), radius: 20, colour: [255; 3] },
         ];
-        let ball = Red::new(20.0).detect(&frame(&discs)).unwrap().unwrap();
-        assert!((ball.u - 80.0).abs() <= 1.0, "{ball:?}");
+        let ball = detect(&discs).unwrap();
+        assert!((ball.circle.u - 80.0).abs() <= 1.0, "{ball:?}");
     }
 }

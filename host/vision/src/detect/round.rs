@@ -3,7 +3,7 @@
 use nalgebra::{Matrix6, Vector3, Vector6};
 
 use super::picture::Disc;
-use crate::locate::DepthView;
+use crate::localise::DepthView;
 
 /// Pixels that have the noise of depth in common.
 const SMOOTH: f64 = 10.0;

@@ -2,19 +2,25 @@
 
 use std::path::PathBuf;
 
-use nalgebra::{Point3, Vector3};
+use nalgebra::{Isometry3, Point3, Vector3};
 use opencv::core::{Mat, MatTraitConstManual, Point, Scalar, Size, Vec3b};
 use opencv::imgproc::{LINE_AA, gaussian_blur_def, line};
 
-use super::Detection;
-use crate::camera::Intrinsics;
+use crate::camera::{Camera, Intrinsics};
 use crate::frame::RgbdFrame;
 use crate::image::{Bgr, ColourImage, DepthImage, Image};
 use crate::mat::borrow_colour;
+use crate::observation::Circle;
 
 /// Of the plain pictures, and of those in the folder `osd`.
 pub(super) const INTRINSICS: Intrinsics =
     Intrinsics { fx: 525.0, fy: 525.0, cx: 319.5, cy: 239.5, depth_scale: 5000.0 };
+
+/// The camera of those pictures, with a red ball of 60 mm.
+pub(super) fn camera() -> Camera {
+    let pose = Isometry3::identity();
+    Camera { intrinsics: INTRINSICS, pose, ball_diameter: 0.06, ball_hue: 0.0 }
+}
 
 /// A picture that is being made.
 #[derive(Clone)]
@@ -42,9 +48,9 @@ impl Sphere {
     }
 
     /// As it should be seen.
-    pub(super) fn seen(&self, intrinsics: &Intrinsics) -> Detection {
+    pub(super) fn seen(&self, intrinsics: &Intrinsics) -> Circle {
         let (u, v) = intrinsics.project(&self.centre).unwrap();
-        Detection::new(u, v, intrinsics.fx * self.radius / self.centre.z, 1.0)
+        Circle::rough(u, v, intrinsics.fx * self.radius / self.centre.z)
     }
 }
 

@@ -7,7 +7,7 @@ use nalgebra::{Matrix3, Point3, Vector3};
 
 use super::coarse::Coarse;
 use super::picture::{Disc, Picture};
-use crate::locate::DepthView;
+use crate::localise::DepthView;
 
 /// A pixel with less of the ball's colour is another thing's.
 pub(super) const COLOURED: f32 = 0.14;

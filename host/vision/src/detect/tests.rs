@@ -5,20 +5,23 @@ mod real;
 
 use proptest::prelude::*;
 
-use super::ball::Ball;
-use super::scene::{INTRINSICS, Scene, Sphere};
-use super::{Detection, Detector};
-use crate::camera::Intrinsics;
+use super::BallDetector;
+use super::ball::ShapeDetector;
+use super::scene::{INTRINSICS, Scene, Sphere, camera};
+use crate::camera::{Camera, Intrinsics};
 use crate::frame::RgbdFrame;
 use crate::image::{Bgr, Image};
+use crate::observation::{BallObservation, Circle};
 
-fn detect(frame: &RgbdFrame) -> Option<Detection> {
-    Ball::new(0.06).detect(frame).unwrap()
+fn detect(frame: &RgbdFrame) -> Option<BallObservation> {
+    ShapeDetector::new(&camera()).detect(frame).unwrap()
 }
 
 /// How far off a detection is, in radii; infinite where there is none.
-fn miss(found: Option<Detection>, truth: &Detection) -> f64 {
-    found.map_or(f64::INFINITY, |f| (f.u - truth.u).hypot(f.v - truth.v) / truth.radius)
+fn miss(found: Option<BallObservation>, truth: &Circle) -> f64 {
+    found.map_or(f64::INFINITY, |BallObservation { circle, .. }| {
+        (circle.u - truth.u).hypot(circle.v - truth.v) / truth.radius
+    })
 }
 
 /// A ball that is seen at a pixel.
@@ -32,7 +35,7 @@ fn usual_ball() -> Sphere {
 }
 
 /// A ball before a wall, and how it is seen.
-fn before_a_wall(ball: &Sphere) -> (Scene, Detection) {
+fn before_a_wall(ball: &Sphere) -> (Scene, Circle) {
     let mut scene = Scene::wall(2.2);
     scene.add(ball);
     (scene, ball.seen(&INTRINSICS))
@@ -50,7 +53,7 @@ proptest! {
         scene.add(&ball);
         let (found, truth) = (detect(&scene.frame()), ball.seen(&INTRINSICS));
         prop_assert!(miss(found, &truth) * truth.radius < 0.4, "{found:?} {truth:?}");
-        let radius = found.unwrap().radius;
+        let radius = found.unwrap().circle.radius;
         prop_assert!((radius / truth.radius - 1.0).abs() < 0.06, "{found:?} {truth:?}");
     }
 }
@@ -170,7 +173,7 @@ fn it_is_followed_and_found_again_when_it_is_elsewhere() {
         let (scene, truth) = before_a_wall(&ball_at(u, v, 1.0));
         (scene.frame(), truth)
     };
-    let mut detector = Ball::new(0.06);
+    let mut detector = ShapeDetector::new(&camera());
     // Small steps, a leap across the picture, the border, nothing, and back.
     let places = [
         (100.0, 100.0),
@@ -185,7 +188,10 @@ fn it_is_followed_and_found_again_when_it_is_elsewhere() {
         let followed = detector.detect(&frame).unwrap();
         assert!(miss(followed, &truth) < 0.06, "{followed:?} {truth:?}");
         let alone = detect(&frame).unwrap();
-        assert!((followed.unwrap().u - alone.u).abs() < 0.1, "{followed:?} {alone:?}");
+        assert!(
+            (followed.unwrap().circle.u - alone.circle.u).abs() < 0.1,
+            "{followed:?} {alone:?}"
+        );
     }
     assert_eq!(detector.detect(&Scene::wall(2.2).frame()).unwrap(), None);
     let (frame, truth) = frame_of(60.0, 420.0);
@@ -199,7 +205,9 @@ fn a_ball_of_any_hue_is_found_by_its_own_detector_only() {
     for (hue, albedo) in colours {
         let (scene, truth) = before_a_wall(&Sphere { albedo, ..usual_ball() });
         for (other, _) in colours {
-            let found = Ball::new(0.06).with_hue(other).detect(&scene.frame()).unwrap();
+            let found = ShapeDetector::new(&Camera { ball_hue: other, ..camera() })
+                .detect(&scene.frame())
+                .unwrap();
             if other == hue {
                 assert!(miss(found, &truth) < 0.03, "{hue}: {found:?}");
             } else {
@@ -264,6 +272,8 @@ fn pictures_with_nothing_in_them_or_of_no_size_to_speak_of_are_searched() {
 fn balls_of_absurd_size_are_not_found() {
     let (scene, _) = before_a_wall(&usual_ball());
     for diameter in [0.0, -1.0, 1e-9, 1e3, 1e300, f64::INFINITY, f64::NAN] {
-        assert_eq!(Ball::new(diameter).detect(&scene.frame()).unwrap(), None, "{diameter}");
+        let camera = Camera { ball_diameter: diameter, ..camera() };
+        let found = ShapeDetector::new(&camera).detect(&scene.frame()).unwrap();
+        assert_eq!(found, None, "{diameter}");
     }
 }

@@ -3,8 +3,8 @@
 use nalgebra::Vector2;
 
 use super::{ball_at, before_a_wall, detect, miss, usual_ball};
-use crate::detect::Detection;
 use crate::detect::scene::{INTRINSICS, Scene};
+use crate::observation::Circle;
 
 #[test]
 fn where_less_of_the_edge_is_seen_its_place_is_less_sure_in_that_direction() {
@@ -14,9 +14,15 @@ fn where_less_of_the_edge_is_seen_its_place_is_less_sure_in_that_direction() {
     assert!(miss(Some(half), &truth) < 0.04, "{half:?}");
     let (scene, _) = before_a_wall(&ball_at(320.0, 240.0, 0.8));
     let whole = detect(&scene.frame()).unwrap();
-    assert!(half.covariance[(0, 0)] > 1.5 * half.covariance[(1, 1)], "{half:?}");
-    assert!(half.covariance[(0, 0)] > 1.5 * whole.covariance[(0, 0)], "{half:?} {whole:?}");
-    assert!((whole.covariance[(0, 0)] / whole.covariance[(1, 1)] - 1.0).abs() < 0.3, "{whole:?}");
+    assert!(half.circle.covariance[(0, 0)] > 1.5 * half.circle.covariance[(1, 1)], "{half:?}");
+    assert!(
+        half.circle.covariance[(0, 0)] > 1.5 * whole.circle.covariance[(0, 0)],
+        "{half:?} {whole:?}"
+    );
+    assert!(
+        (whole.circle.covariance[(0, 0)] / whole.circle.covariance[(1, 1)] - 1.0).abs() < 0.3,
+        "{whole:?}"
+    );
 }
 
 #[test]
@@ -26,12 +32,15 @@ fn a_ball_without_depth_is_less_sure() {
     scene.each_pixel(|_, _, _, depth| *depth = 0);
     let without = detect(&scene.frame()).unwrap();
     assert!(without.score < with_depth.score, "{without:?} {with_depth:?}");
-    assert!((without.radius / with_depth.radius - 1.0).abs() < 0.05, "{without:?} {with_depth:?}");
+    assert!(
+        (without.circle.radius / with_depth.circle.radius - 1.0).abs() < 0.05,
+        "{without:?} {with_depth:?}"
+    );
 }
 
 /// Means of e' C⁻¹ e of centres in the picture and of the covariances' traces, of balls before a
 /// wall of many colours, seen through `spoil`.
-fn consistency(spoil: impl Fn(&mut Scene, &Detection)) -> [f64; 2] {
+fn consistency(spoil: impl Fn(&mut Scene, &Circle)) -> [f64; 2] {
     let mut wall = Scene::wall(2.0);
     wall.each_pixel(|_, (u, v), pixel, _| {
         let bright = [30, 75, 120, 165, 210][((u / 23 + v / 31) % 5) as usize];
@@ -47,10 +56,10 @@ fn consistency(spoil: impl Fn(&mut Scene, &Detection)) -> [f64; 2] {
         spoil(&mut scene, &truth);
         scene.add_noise(4);
         let found = detect(&scene.frame()).unwrap_or_else(|| panic!("ball {i} is not found"));
-        let error = Vector2::new(found.u - truth.u, found.v - truth.v);
-        let normalised = error.dot(&(found.covariance.try_inverse().unwrap() * error));
+        let error = Vector2::new(found.circle.u - truth.u, found.circle.v - truth.v);
+        let normalised = error.dot(&(found.circle.covariance.try_inverse().unwrap() * error));
         means[0] += normalised / 24.0;
-        means[1] += found.covariance.trace() / 24.0;
+        means[1] += found.circle.covariance.trace() / 24.0;
     }
     means
 }

@@ -1,4 +1,4 @@
-//! From a detection to a position in the rig frame.
+//! From a circle in the image to a position in the rig frame.
 //!
 //! Every pixel of the ball says by itself how far the ball's centre is. With camera axes, c = (x,
 //! y, 1) on the ray to the centre and P = z_s (x_s, y_s, 1) the surface point that a pixel sees at
@@ -13,11 +13,11 @@
 //! Taken pixel by pixel it is right for whatever part of the disc has depth, and the median over
 //! the pixels is then the centre's.
 
-use nalgebra::{Matrix3, Point3, Vector3};
+use nalgebra::{Matrix3, Vector3};
 
 use crate::camera::{Camera, Intrinsics};
-use crate::detect::Detection;
 use crate::frame::RgbdFrame;
+use crate::observation::{Circle, Gaussian3};
 
 /// Part of the disc's radius that is read: at the edge a depth camera mixes ball and background.
 const MASK: f64 = 0.85;
@@ -44,17 +44,6 @@ struct Reading {
     size_error: f64,
 }
 
-/// Where the ball is.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Located {
-    /// Depth of its centre along the optical axis, metres.
-    pub depth: f64,
-    /// Its centre in the rig frame, metres.
-    pub position: Point3<f64>,
-    /// Covariance of that, rig frame, metres².
-    pub covariance: Matrix3<f64>,
-}
-
 /// What the depth picture says of a ball's centre.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CentreDepth {
@@ -67,34 +56,31 @@ pub struct CentreDepth {
     pub error: f64,
 }
 
-/// The ball's position: the median of what the valid depth pixels on its disc say of its centre,
-/// deprojected and mapped into the rig frame; `None` where too few pixels have depth or agree on
-/// it.
-pub fn locate(detection: &Detection, frame: &RgbdFrame, camera: &Camera) -> Option<Located> {
-    let centre = centre_depth(detection, frame, camera.ball_diameter / 2.0)?;
+/// Returns the centre, in the rig frame, of the ball that is seen as `circle`.
+///
+/// The depth is the median of the votes of the pixels on the disc. Returns `None` if too few pixels
+/// have depth or agree on it.
+pub fn localise(circle: &Circle, frame: &RgbdFrame, camera: &Camera) -> Option<Gaussian3> {
+    let centre = centre_depth(circle, frame, camera.ball_diameter / 2.0)?;
     let lens = frame.intrinsics();
-    let point = lens.deproject(detection.u, detection.v, centre.depth);
+    let point = lens.deproject(circle.u, circle.v, centre.depth);
     let mut across = Matrix3::zeros();
-    across.fixed_view_mut::<2, 2>(0, 0).copy_from(&detection.covariance);
+    across.fixed_view_mut::<2, 2>(0, 0).copy_from(&circle.covariance);
     let pixel =
         Matrix3::from_diagonal(&Vector3::new(centre.depth / lens.fx, centre.depth / lens.fy, 0.0));
     let along = point.coords / point.z * centre.error;
     let seen = pixel * across * pixel + along * along.transpose();
     let turn = camera.pose.rotation.to_rotation_matrix();
     let covariance = turn * seen * turn.transpose();
-    Some(Located { depth: centre.depth, position: camera.pose * point, covariance })
+    Some(Gaussian3 { mean: camera.pose * point, covariance })
 }
 
-/// The depth of the centre of a ball of radius `ball_radius` (metres) that is seen as `detection`.
+/// The depth of the centre of a ball of radius `ball_radius` (metres) that is seen as `circle`.
 ///
 /// Of the pixels' votes the densest group is taken (things in front of the ball and behind it vote
 /// elsewhere), and of that the median. `None` where it is fewer than a tenth of the disc's pixels.
-pub fn centre_depth(
-    detection: &Detection,
-    frame: &RgbdFrame,
-    ball_radius: f64,
-) -> Option<CentreDepth> {
-    let disc = (detection.u, detection.v, detection.radius);
+pub fn centre_depth(circle: &Circle, frame: &RgbdFrame, ball_radius: f64) -> Option<CentreDepth> {
+    let disc = (circle.u, circle.v, circle.radius);
     agreed_depth(disc, &DepthView::of(frame), ball_radius, FINELY, |_, _| true)
 }
 
@@ -250,7 +236,7 @@ fn median_of_sorted(sorted: &[f64]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::{Isometry3, Vector3};
+    use nalgebra::{Isometry3, Point3, Vector3};
     use proptest::prelude::*;
 
     use super::*;
@@ -283,16 +269,16 @@ mod tests {
         RgbdFrame::new(0.0, Image::filled(320, 240, [0; 3]), depth, INTRINSICS).unwrap()
     }
 
-    fn detection(centre: &Point3<f64>, ball_radius: f64) -> Detection {
+    fn circle(centre: &Point3<f64>, ball_radius: f64) -> Circle {
         let (u, v) = INTRINSICS.project(centre).unwrap();
-        Detection::new(u, v, 520.0 * ball_radius / centre.z, 1.0)
+        Circle::rough(u, v, 520.0 * ball_radius / centre.z)
     }
 
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(24))]
 
         #[test]
-        fn a_rendered_sphere_is_located_within_a_millimetre(
+        fn a_rendered_sphere_is_localised_within_a_millimetre(
             z in 0.4..2.0f64, x in -0.15..0.15f64, y in -0.1..0.1f64, radius in 0.015..0.04f64,
             holes in 0..3i32, side in prop::bool::ANY,
         ) {
@@ -304,20 +290,21 @@ mod tests {
                 hole.then_some(0)
             });
             let camera = camera(radius);
-            let located = locate(&detection(&centre, radius), &frame, &camera).unwrap();
-            prop_assert!((located.depth - z).abs() < 1e-3, "{} {z}", located.depth);
-            prop_assert!((located.position - camera.pose * centre).norm() < 1e-3);
+            let found = localise(&circle(&centre, radius), &frame, &camera).unwrap();
+            prop_assert!((camera.depth_of(&found.mean) - z).abs() < 1e-3, "{found:?} {z}");
+            prop_assert!((found.mean - camera.pose * centre).norm() < 1e-3);
         }
 
         #[test]
         fn a_thing_in_front_of_a_third_of_it_does_not_matter(z in 0.5..1.5f64, near in 0.1..0.3f64) {
             let centre = Point3::new(0.02, 0.01, z);
-            let seen = detection(&centre, 0.03);
+            let seen = circle(&centre, 0.03);
             let edge = (seen.u - 0.3 * seen.radius) as i32;
             let cover = ((z - near) * INTRINSICS.depth_scale) as u16;
             let frame = render(&centre, 0.03, |u, _| (u < edge).then_some(cover));
-            let located = locate(&seen, &frame, &camera(0.03)).unwrap();
-            prop_assert!((located.depth - z).abs() < 2e-3, "{} {z}", located.depth);
+            let camera = camera(0.03);
+            let found = localise(&seen, &frame, &camera).unwrap();
+            prop_assert!((camera.depth_of(&found.mean) - z).abs() < 2e-3, "{found:?} {z}");
         }
     }
 
@@ -325,23 +312,24 @@ mod tests {
     fn a_larger_thing_before_it_is_not_taken_for_it() {
         // Two thirds of it are hidden, but at that depth it would be seen twice as large.
         let centre = Point3::new(0.02, 0.01, 1.0);
-        let seen = detection(&centre, 0.03);
+        let seen = circle(&centre, 0.03);
         let edge = (seen.u + 0.3 * seen.radius) as i32;
         let frame = render(&centre, 0.03, |u, _| (u < edge).then_some(5000));
-        let located = locate(&seen, &frame, &camera(0.03)).unwrap();
-        assert!((located.depth - 1.0).abs() < 2e-3, "{}", located.depth);
+        let camera = camera(0.03);
+        let found = localise(&seen, &frame, &camera).unwrap();
+        assert!((camera.depth_of(&found.mean) - 1.0).abs() < 2e-3, "{found:?}");
     }
 
     #[test]
     fn the_covariance_is_that_of_pixels_and_depth_in_the_rig_frame() {
         let centre = Point3::new(0.0, 0.0, 1.3);
-        let mut seen = detection(&centre, 0.03);
+        let mut seen = circle(&centre, 0.03);
         seen.covariance = nalgebra::Matrix2::new(4.0, 0.0, 0.0, 1.0);
         let (frame, camera) = (render(&centre, 0.03, |_, _| None), camera(0.03));
-        let located = locate(&seen, &frame, &camera).unwrap();
+        let found = localise(&seen, &frame, &camera).unwrap();
         let sd = |axis: Vector3<f64>| {
             let axis = camera.pose.rotation * axis;
-            axis.dot(&(located.covariance * axis)).sqrt()
+            axis.dot(&(found.covariance * axis)).sqrt()
         };
         assert!((sd(Vector3::x()) / (2.0 * 1.3 / 525.0) - 1.0).abs() < 0.01);
         assert!((sd(Vector3::y()) / (1.3 / 520.0) - 1.0).abs() < 0.01);
@@ -351,15 +339,15 @@ mod tests {
     #[test]
     fn too_little_depth_is_none() {
         let centre = Point3::new(0.0, 0.0, 1.0);
-        let seen = detection(&centre, 0.03);
+        let seen = circle(&centre, 0.03);
         let dotted = |every: i32| {
             render(&centre, 0.03, move |u, v| (u % every + v % every != 0).then_some(0))
         };
-        assert!(locate(&seen, &dotted(2), &camera(0.03)).is_some());
-        assert!(locate(&seen, &dotted(4), &camera(0.03)).is_none());
-        let outside = Detection { u: -50.0, ..seen };
-        assert!(locate(&outside, &dotted(1), &camera(0.03)).is_none());
-        let absurd = Detection { radius: f64::NAN, ..seen };
-        assert!(locate(&absurd, &dotted(1), &camera(0.03)).is_none());
+        assert!(localise(&seen, &dotted(2), &camera(0.03)).is_some());
+        assert!(localise(&seen, &dotted(4), &camera(0.03)).is_none());
+        let outside = Circle { u: -50.0, ..seen };
+        assert!(localise(&outside, &dotted(1), &camera(0.03)).is_none());
+        let absurd = Circle { radius: f64::NAN, ..seen };
+        assert!(localise(&absurd, &dotted(1), &camera(0.03)).is_none());
     }
 }
