@@ -1,5 +1,5 @@
-//! A host without a camera before an emulated board in virtual time: what a test sees is what the
-//! rig does.
+//! A link to an emulated board in virtual time, without a camera: tests report the position of the
+//! simulated ball.
 
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -15,10 +15,10 @@ use plumb_protocol::units::{Micros, Point};
 use plumb_runtime::link::{Link, LinkError};
 use plumb_runtime::rig::Rig;
 
-/// Pictures a second.
+/// Rate of the positions, 1/s.
 pub const RATE_HZ: u64 = 30;
 
-/// A greeted and configured board with a rig.
+/// A connected and configured board with a rig.
 pub struct Bench {
     /// The board, shared with the link.
     pub board: Rc<RefCell<EmulatedBoard>>,
@@ -28,13 +28,13 @@ pub struct Bench {
     start: Micros,
 }
 
-/// A board behind `wire`.
+/// Connects to a board behind `wire` and configures it.
 ///
 /// # Errors
-/// Where the board does not take the configuration.
+/// [`LinkError`] if the board refuses the configuration.
 ///
 /// # Panics
-/// Where the rig file says what the board cannot be told.
+/// If a value of the rig file is out of the wire's range.
 pub fn bench(rig: &Rig, plant: Box<dyn Plant + Send>, wire: Wire) -> Result<Bench, LinkError> {
     let board = EmulatedBoard::with_plant(EMULATED, plant).with_wire(wire);
     let board = Rc::new(RefCell::new(board));
@@ -45,26 +45,26 @@ pub fn bench(rig: &Rig, plant: Box<dyn Plant + Send>, wire: Wire) -> Result<Benc
 }
 
 impl Bench {
-    /// Where the rig's ball is, metres.
+    /// Returns the position of the rig's ball, m.
     pub fn ball(&self) -> Point3<f64> {
         self.board.borrow().ball().unwrap_or_else(Point3::origin)
     }
 
-    /// The board's state.
+    /// Returns the board's state.
     pub fn state(&self) -> State {
         self.board.borrow().state()
     }
 
-    /// Reports the ball as `seen` makes it of where it is, and lets the board's time pass to the
-    /// next picture.
+    /// Sends the position that `measure` makes of the ball's true one, and runs the board until the
+    /// next frame.
     ///
     /// # Errors
-    /// Where the link fails, or the rig cannot follow.
+    /// [`LinkError`] if the link fails or the rig cannot follow.
     pub fn frame(
         &mut self,
-        seen: impl FnOnce(Point3<f64>) -> Option<Point3<f64>>,
+        measure: impl FnOnce(Point3<f64>) -> Option<Point3<f64>>,
     ) -> Result<(), LinkError> {
-        let ball = seen(self.ball()).and_then(|p| Point::from_metres(p.into()));
+        let ball = measure(self.ball()).and_then(|p| Point::from_metres(p.into()));
         self.link.position(ball, None, Duration::ZERO)?;
         self.frame += 1;
         let next = Micros(self.start.0 + self.frame * 1_000_000 / RATE_HZ);

@@ -1,5 +1,5 @@
-//! The real firmware in the emulated chip (`tests/chip`), in lock step: nothing happens in it
-//! between two calls.
+//! The real firmware in the emulated chip (`tests/chip`), in lock step: the chip's time passes only
+//! during calls.
 
 mod session;
 
@@ -13,23 +13,23 @@ use serde_json::{Value, json};
 
 pub use session::{BALL_UM, FAR_TARGET_UM, Pulses, fast_config, point};
 
-/// Cycles of the chip in a microsecond.
+/// Processor cycles per microsecond.
 pub const CYCLES_PER_US: u64 = 125;
 
-/// STEP and DIR of motors A, B, C, as docs/use/board.md wires them.
+/// Pins of STEP and DIR of motors A, B, C (docs/use/board.md).
 pub const STEPPERS: [[u8; 2]; 3] = [[2, 3], [4, 5], [6, 7]];
 
-/// The enable line, low where the drivers hold.
+/// Pin of the enable line; low enables the drivers.
 pub const ENABLE: u8 = 14;
 
-/// The emergency input: low where the loop is closed.
+/// Pin of the emergency input; low if the emergency loop is closed.
 pub const EMERGENCY: u8 = 15;
 
-/// The image to run: `PLUMB_ELF`, else what `make firmware` has built. `None` where there is none;
-/// never with CI set.
+/// Returns the path of the firmware image: `PLUMB_ELF`, or the result of `make firmware`. Returns
+/// `None` if there is none.
 ///
 /// # Panics
-/// With CI set and no image.
+/// If there is no image and CI is set.
 pub fn firmware_image() -> Option<PathBuf> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let image = std::env::var_os("PLUMB_ELF")
@@ -37,12 +37,12 @@ pub fn firmware_image() -> Option<PathBuf> {
     if image.exists() {
         return Some(image);
     }
-    assert!(std::env::var_os("CI").is_none(), "{} is not there: make firmware", image.display());
-    println!("skipped: {} is not there (make firmware)", image.display());
+    assert!(std::env::var_os("CI").is_none(), "{} is missing: make firmware", image.display());
+    println!("skipped: {} is missing (make firmware)", image.display());
     None
 }
 
-/// A chip that is running.
+/// A running chip.
 pub struct Chip {
     child: Child,
     commands: ChildStdin,
@@ -50,24 +50,24 @@ pub struct Chip {
     accumulator: Accumulator,
     /// Cycles since power-on.
     pub cycle: u64,
-    /// Full steps of the motors since power-on, as counted from the chip's own STEP and DIR edges;
-    /// + pays out.
+    /// Motor positions since power-on, full steps, counted from the edges on STEP and DIR; + pays
+    /// out.
     pub motors: [f64; 3],
-    /// All that the board has sent over USB.
-    pub sent: Vec<u8>,
-    /// The same as messages.
+    /// All bytes that the board has sent over USB.
+    pub usb_bytes: Vec<u8>,
+    /// All messages that the board has sent over USB.
     pub received: Vec<FromBoard>,
-    /// Of the last command.
+    /// Id of the last command.
     id: u16,
-    /// Of the last position.
+    /// Sequence number of the last position.
     sequence: u16,
 }
 
 impl Chip {
-    /// Powers a chip on with the emergency loop closed, and lets it come up on USB.
+    /// Powers a chip on with the emergency loop closed, and waits for USB.
     ///
     /// # Panics
-    /// Where Node or its packages are missing, or the image does not come up.
+    /// If Node or its packages are missing, or if the image does not start.
     pub fn start(image: &Path) -> Self {
         let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("chip/serve.mjs");
         let mut child = Command::new("node")
@@ -86,7 +86,7 @@ impl Chip {
             accumulator: Accumulator::new(),
             cycle: 0,
             motors: [0.0; 3],
-            sent: Vec::new(),
+            usb_bytes: Vec::new(),
             received: Vec::new(),
             id: 0,
             sequence: 0,
@@ -96,10 +96,10 @@ impl Chip {
         chip
     }
 
-    /// Lets time pass until the board is there on USB, after its power or its cable has come.
+    /// Runs the chip until USB is configured, after power-on or after plugging in.
     ///
     /// # Panics
-    /// Where it does not come within half a second.
+    /// If that takes more than half a second.
     pub fn wait_for_usb(&mut self) {
         let ready = (0..100).any(|_| {
             let reply = self.run_us(5000);
@@ -107,13 +107,13 @@ impl Chip {
                 .as_array()
                 .is_some_and(|states| states.iter().any(|state| state[1] == "ready"))
         });
-        assert!(ready, "the chip does not come up on USB");
+        assert!(ready, "USB is not configured");
     }
 
-    /// Carries out a command of tests/chip/README.md; its reply.
+    /// Executes a command of tests/chip/README.md and returns the reply.
     ///
     /// # Panics
-    /// Where the chip's process has ended or refuses.
+    /// If the chip's process has ended or reports an error.
     pub fn execute(&mut self, command: Value) -> Value {
         writeln!(self.commands, "{command}").expect("the chip takes commands");
         let mut line = String::new();
@@ -132,24 +132,25 @@ impl Chip {
         reply
     }
 
-    /// Lets the chip's time pass.
+    /// Runs the chip for `us` µs of its time.
     pub fn run_us(&mut self, us: u64) -> Value {
         self.execute(json!({ "run_us": us }))
     }
 
-    /// Sends bytes over USB and lets time pass.
+    /// Sends bytes over USB, then runs the chip for `us` µs.
     pub fn send(&mut self, bytes: &[u8], us: u64) -> Value {
         let hex: String = bytes.iter().map(|b| format!("{b:02x}")).collect();
         self.execute(json!({ "usb": hex }));
         self.run_us(us)
     }
 
+    /// Parses a burst of USB bytes, in hexadecimal.
     fn receive(&mut self, hex: &str) {
         for at in (0..hex.len()).step_by(2) {
             let byte = u8::from_str_radix(&hex[at..at + 2], 16).expect("hexadecimal");
-            self.sent.push(byte);
+            self.usb_bytes.push(byte);
             if let Some(message) = self.accumulator.push(byte) {
-                self.received.push(message.expect("the link inside the emulation loses nothing"));
+                self.received.push(message.expect("the emulated link is lossless"));
             }
         }
     }

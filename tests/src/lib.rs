@@ -1,5 +1,5 @@
-//! What the whole-system tests in `tests/` share: a board in virtual time, rigs that misbehave,
-//! links that are slow, lossy and interrupted.
+//! Shared parts of the whole-system tests in `tests/`: a board in virtual time, faulty rigs, slow,
+//! lossy and interrupted links, and the firmware in the emulated chip.
 
 #![allow(clippy::expect_used, clippy::panic, reason = "a test stops at the first surprise")]
 

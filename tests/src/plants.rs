@@ -1,22 +1,21 @@
-//! Rigs that a law is proved for, and rigs that are put together wrongly.
+//! Plants with a constant Jacobian, and plants with wiring faults.
 
 use nalgebra::{Matrix3, Point3, Vector3};
 use plumb_emulator::rig::{Plant, RigError};
 
-/// A ball that moves by a constant Jacobian: any member of an interval family, which no real rig
-/// need be.
+/// A plant with a constant Jacobian: any member of an interval family.
 pub struct Linear {
-    /// dp/du, metres of ball a metre of cable.
+    /// dp/du, metres of ball per metre of cable.
     pub jacobian: Matrix3<f64>,
-    /// Metres of cable a full step.
+    /// Cable per full step, m.
     pub step: f64,
-    /// Where the ball is with the motors at zero, metres.
+    /// Position of the ball with the motors at zero, m.
     pub start: Point3<f64>,
     motors: Vector3<f64>,
 }
 
 impl Linear {
-    /// With the motors at zero.
+    /// Returns the plant with the motors at zero.
     pub fn new(jacobian: Matrix3<f64>, step: f64, start: Point3<f64>) -> Self {
         Self { jacobian, step, start, motors: Vector3::zeros() }
     }
@@ -37,13 +36,13 @@ impl Plant for Linear {
     }
 }
 
-/// A rig whose motors are plugged in wrongly.
+/// A plant whose motors are connected in the wrong order or direction.
 pub struct Miswired<P> {
-    /// The rig.
+    /// The plant with correct wiring.
     pub plant: P,
-    /// BenchLaw of the board's motors turns pulley A, B, C.
+    /// Index of the board's motor that turns pulley A, B, C.
     pub order: [usize; 3],
-    /// +1, or -1 for a reversed motor; by pulley.
+    /// +1, or -1 for a reversed motor, for pulley A, B, C.
     pub signs: [f64; 3],
 }
 

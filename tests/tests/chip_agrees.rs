@@ -1,6 +1,6 @@
-//! The real image in the emulated chip against the emulated board: the same commands at the same
-//! ticks give the same bytes, and the chip's own STEP and DIR edges count the steps that both speak
-//! of.
+//! The real firmware in the emulated chip against the emulated board. The same commands in the same
+//! ticks give the same bytes, and the edges on the chip's STEP and DIR pins count the reported
+//! steps.
 
 #![allow(clippy::expect_used, clippy::panic, reason = "a test stops at the first surprise")]
 
@@ -17,19 +17,19 @@ use plumb_tests::chip::{Chip, firmware_image};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-/// From one picture to the next, µs of the chip's time.
+/// Period of the positions, µs of the chip's time.
 const FRAME_US: u64 = 33_333;
 
-/// The id of every Status.
+/// Id of every Status.
 const STATUS: u16 = 9999;
 
-/// A chip and an emulated board that are told the same.
+/// A chip and an emulated board that receive the same bytes.
 struct Pair {
     chip: Chip,
     board: EmulatedBoard,
     plant: QuasiStatic,
-    /// What the emulated board has sent.
-    sent: Vec<u8>,
+    /// All bytes that the emulated board has sent.
+    board_bytes: Vec<u8>,
     sequence: u16,
     id: u16,
 }
@@ -39,20 +39,20 @@ impl Pair {
         let task = Task::paper();
         let plant = QuasiStatic::new(task.geometry, task.start).expect("the paper's rig");
         let board = EmulatedBoard::new(EMULATED);
-        let mut pair = Self { chip, board, plant, sent: Vec::new(), sequence: 0, id: 0 };
+        let mut pair = Self { chip, board, plant, board_bytes: Vec::new(), sequence: 0, id: 0 };
         pair.request(Command::Hello(Hello::OURS));
         pair
     }
 
-    /// Gives the chip bytes; then the emulated board the same, at the tick at which the chip's
-    /// board took them: that of the telemetry that a Status right behind them asks for, less one,
-    /// since a tick takes one frame.
-    fn give(&mut self, bytes: &[u8]) {
+    /// Sends bytes to the chip, then to the emulated board in the tick in which the chip's board
+    /// received them. This tick is one before that of the telemetry for a Status right behind them,
+    /// because a tick receives one frame.
+    fn send(&mut self, bytes: &[u8]) {
         let mut both = bytes.to_vec();
         both.extend(encode(&ToBoard { id: STATUS, command: Command::Status }).expect("a frame"));
         let before = self.chip.received.len();
         self.chip.send(&both, 10 * u64::from(TICK_US));
-        // Status is answered with telemetry and an answer of its own, one after the other.
+        // The board answers Status with telemetry, then an answer.
         let status = self.chip.received[before..].windows(2).find_map(|pair| match pair {
             [FromBoard::Telemetry(telemetry), FromBoard::Answer(answer)] if answer.id == STATUS => {
                 Some(telemetry.time.0)
@@ -66,37 +66,35 @@ impl Pair {
         self.board.write(bytes);
         self.run_board(status);
         self.board.write(&both[bytes.len()..]);
-        self.sent.extend(self.board.read());
+        self.board_bytes.extend(self.board.read());
     }
 
     fn request(&mut self, command: Command) {
         self.id += 1;
         let frame = encode(&ToBoard { id: self.id, command }).expect("a frame");
-        self.give(&frame);
+        self.send(&frame);
     }
 
     fn run_board(&mut self, time: u64) {
-        self.board.run_to(Micros(time)).expect("a board without a rig follows anything");
-        self.sent.extend(self.board.read());
+        self.board.run_to(Micros(time)).expect("a board without a rig");
+        self.board_bytes.extend(self.board.read());
     }
 
-    /// Reports where the ball of the rig is that the chip's edges turn; then lets a frame's time
-    /// pass.
-    fn frame(&mut self, report: bool) {
-        if report {
-            self.sequence = self.sequence.wrapping_add(1);
-            let ball = Point::from_metres(self.plant.ball().into());
-            self.request(Command::Position(Position {
-                sequence: self.sequence,
-                age_us: 20_000,
-                ball,
-                covariance: None,
-            }));
-        }
-        self.pass(FRAME_US - 10 * u64::from(TICK_US));
+    /// Sends the position of the rig's ball, which follows the chip's edges, and runs for a period.
+    fn frame(&mut self) {
+        self.sequence = self.sequence.wrapping_add(1);
+        let ball = Point::from_metres(self.plant.ball().into());
+        self.request(Command::Position(Position {
+            sequence: self.sequence,
+            age_us: 20_000,
+            ball,
+            covariance: None,
+        }));
+        self.run(FRAME_US - 10 * u64::from(TICK_US));
     }
 
-    fn pass(&mut self, us: u64) {
+    /// Runs the chip and the rig for `us` µs.
+    fn run(&mut self, us: u64) {
         self.chip.run_us(us);
         self.plant.advance(us as f64 * 1e-6, self.chip.motors).expect("a rig that follows");
     }
@@ -109,19 +107,23 @@ impl Pair {
         self.telemetry().state
     }
 
-    /// Both have said the same, as far as both have come, and the edges are where the telemetry
-    /// says.
+    /// Checks that both have sent the same bytes, up to the shorter output, and that the telemetry
+    /// agrees with the edges.
     fn assert_agree(&mut self, what: &str) {
-        // Let what is under way arrive, then the emulated board catch up to the chip's last word.
+        // The emulated board catches up with the chip's last message.
         self.request(Command::Status);
-        let common = self.sent.len().min(self.chip.sent.len());
+        let common = self.board_bytes.len().min(self.chip.usb_bytes.len());
         assert!(
-            common > 100 && self.chip.sent.len() - common < 300 && self.sent.len() - common < 300
+            common > 100
+                && self.chip.usb_bytes.len() - common < 300
+                && self.board_bytes.len() - common < 300
         );
-        if let Some(at) = (0..common).find(|&i| self.sent[i] != self.chip.sent[i]) {
-            let (ours, theirs) = (messages(&self.sent), messages(&self.chip.sent));
+        if let Some(at) = (0..common).find(|&i| self.board_bytes[i] != self.chip.usb_bytes[i]) {
+            let (ours, theirs) = (messages(&self.board_bytes), messages(&self.chip.usb_bytes));
             let first = ours.iter().zip(&theirs).find(|(a, b)| a != b);
-            panic!("{what}: byte {at} of {common} differs; emulated board and chip say {first:#?}");
+            panic!(
+                "{what}: byte {at} of {common} differs; emulated board and chip send {first:#?}"
+            );
         }
         assert_eq!(
             self.telemetry().motors.map(Steps16::to_si),
@@ -143,7 +145,7 @@ fn telemetry(message: &FromBoard) -> Option<&Telemetry> {
     }
 }
 
-/// The paper's rig and task with a law, on a started chip.
+/// Starts a chip with the paper's rig and target, and a law.
 fn seeking(image: &std::path::Path, law: LawSettings) -> Pair {
     let mut rig = Rig::paper().expect("the paper's rig file");
     rig.law = law;
@@ -153,7 +155,7 @@ fn seeking(image: &std::path::Path, law: LawSettings) -> Pair {
     pair
 }
 
-/// The paper's law, faster.
+/// Returns law `interval` with a higher gain than the paper's.
 fn interval() -> LawSettings {
     let mut law = LawSettings::named("interval").expect("a law");
     law.set_gamma(100.0).expect("a gain");
@@ -169,7 +171,7 @@ fn the_papers_task_is_the_same_to_the_bit_with_every_law() {
         let mut pair = seeking(&image, law);
         let mut frames = 0;
         while pair.state() != State::Holding {
-            pair.frame(true);
+            pair.frame();
             frames += 1;
             assert!(
                 frames < 1000 && pair.state() != State::Fault(Fault::HostSilent),
@@ -178,7 +180,7 @@ fn the_papers_task_is_the_same_to_the_bit_with_every_law() {
             );
         }
         pair.request(Command::Stop);
-        pair.pass(600_000);
+        pair.run(600_000);
         pair.assert_agree(name);
         let error = (pair.plant.ball() - Task::paper().target).norm();
         assert!(error < 0.010, "{name}: {error} m");
@@ -190,25 +192,25 @@ fn twenty_seeded_faults_are_the_same_to_the_bit() {
     faults(0..20, |_| interval());
 }
 
-/// The same while a slow law thinks, both of which take turns.
+/// The same with the deferred laws, in turn.
 #[test]
-fn ten_seeded_faults_are_the_same_to_the_bit_with_slow_laws() {
-    let slow = |seed: u64| ["taut", "adaptive"][seed as usize % 2];
-    faults(20..30, |seed| LawSettings::named(slow(seed)).expect("a law"));
+fn ten_seeded_faults_are_the_same_to_the_bit_with_deferred_laws() {
+    let deferred = |seed: u64| ["taut", "adaptive"][seed as usize % 2];
+    faults(20..30, |seed| LawSettings::named(deferred(seed)).expect("a law"));
 }
 
-/// Ways to go wrong, each somewhere in the first second: silence, a blind camera, nonsense, other
-/// targets.
+/// Compares both with a fault in the first second: silence, positions without a ball, noise, a
+/// target or a ball outside the workspace.
 fn faults(seeds: std::ops::Range<u64>, law: impl Fn(u64) -> LawSettings) {
     let Some(image) = firmware_image() else { return };
     for seed in seeds {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let mut pair = seeking(&image, law(seed));
         for _ in 0..random.random_range(3..20) {
-            pair.frame(true);
+            pair.frame();
         }
         match seed % 5 {
-            0 => pair.pass(700_000),
+            0 => pair.run(700_000),
             1 => (0..20).for_each(|_| {
                 pair.request(Command::Position(Position {
                     sequence: pair.sequence,
@@ -216,13 +218,13 @@ fn faults(seeds: std::ops::Range<u64>, law: impl Fn(u64) -> LawSettings) {
                     ball: None,
                     covariance: None,
                 }));
-                pair.pass(30_000);
+                pair.run(30_000);
             }),
             2 => {
                 let noise: Vec<u8> =
                     (0..random.random_range(20..60)).map(|_| random.random()).collect();
-                pair.give(&[noise.as_slice(), &[0]].concat());
-                pair.frame(true);
+                pair.send(&[noise.as_slice(), &[0]].concat());
+                pair.frame();
             }
             3 => {
                 pair.request(Command::Target(Point::from_metres([0.4, 0.4, 2.0]).expect("a point")))
@@ -236,12 +238,12 @@ fn faults(seeds: std::ops::Range<u64>, law: impl Fn(u64) -> LawSettings) {
                     ball,
                     covariance: None,
                 }));
-                pair.pass(30_000);
+                pair.run(30_000);
             }),
         }
         pair.request(Command::Stop);
-        // A ramp of 0.2 s, and taut's running mean.
-        pair.pass(600_000);
+        // A ramp of 0.2 s, and the moving average of law `taut`.
+        pair.run(600_000);
         pair.assert_agree(&format!("seed {seed}"));
     }
 }

@@ -1,4 +1,4 @@
-//! The real image in the emulated chip: its flash, its Motor HATs, its serial line.
+//! The real firmware in the emulated chip: flash, Motor HATs and UART.
 
 #![allow(clippy::expect_used, clippy::panic, reason = "a test stops at the first surprise")]
 
@@ -14,7 +14,7 @@ use serde_json::{Value, json};
 
 const JOG: Jog = Jog { motor: 0, distance: Steps16(160), rate: Rate(100 << 8) };
 
-/// Stores the board's configuration; how long until it is written, µs, at most a second.
+/// Stores the board's configuration and returns the time until it is written, µs, at most 1 s.
 fn store(chip: &mut Chip) -> u64 {
     let (before, began) = (chip.received.len(), chip.us());
     let frame = chip.frame(Command::Store);
@@ -31,9 +31,9 @@ fn store(chip: &mut Chip) -> u64 {
     panic!("not stored: {:?}", &chip.received[before..]);
 }
 
-/// Whether a board that has just started has `config`: a jog at its highest rate is taken, one
-/// beyond is not.
-fn has(chip: &mut Chip, config: &Config) -> bool {
+/// Returns whether a board that has just started has `config`: it accepts a jog at the maximum rate
+/// and refuses a faster one.
+fn has_config(chip: &mut Chip, config: &Config) -> bool {
     let rate = config.motors[0].max_rate;
     let mut refusal = |rate| {
         let refusal = chip.request(Command::Jog(Jog { rate, distance: Steps16(16), ..JOG }));
@@ -56,11 +56,11 @@ fn a_stored_configuration_outlives_the_power_and_moves_nothing_before_hello() {
     assert_eq!(chip.pulses().map(|pulses| pulses.count), [0; 3]);
     chip.request(Command::Hello(Hello::OURS));
     assert_eq!(chip.state(), State::Ready);
-    assert!(has(&mut chip, &config));
+    assert!(has_config(&mut chip, &config));
 }
 
-/// The power fails at twelve moments of the second Store, while the sector is erased, the page
-/// written, and after.
+/// Cuts the power at twelve times of the second Store: while the sector is erased, while the page
+/// is written, and afterwards.
 #[test]
 fn a_power_cut_while_storing_leaves_the_old_or_the_new_configuration() {
     let Some(image) = firmware_image() else { return };
@@ -77,19 +77,19 @@ fn a_power_cut_while_storing_leaves_the_old_or_the_new_configuration() {
         chip.power_cycle();
         chip.request(Command::Hello(Hello::OURS));
         assert_eq!(chip.state(), State::Ready, "cut after {moment} µs");
-        let which = [old, new].iter().position(|config| has(&mut chip, config));
+        let which = [old, new].iter().position(|config| has_config(&mut chip, config));
         kept[which.unwrap_or_else(|| panic!("neither, cut after {moment} µs"))] += 1;
     }
     assert!(kept[0] >= 5 && kept[1] >= 1, "{kept:?}");
 }
 
-/// The registers of the two HATs, as written over the bus.
+/// Registers of the two HATs, as written over the bus.
 #[derive(Default)]
 struct Hats(BTreeMap<(u64, u64), u8>);
 
 impl Hats {
-    /// Takes in what a reply tells; how many writes.
-    fn take(&mut self, reply: &Value) -> usize {
+    /// Applies the writes of a reply and returns their number.
+    fn apply(&mut self, reply: &Value) -> usize {
         let writes = reply["i2c"].as_array().map_or(&[][..], Vec::as_slice);
         for write in writes {
             let (address, register) = (write[0].as_u64(), write[1].as_u64().expect("a register"));
@@ -103,14 +103,14 @@ impl Hats {
         writes.len()
     }
 
-    /// How long a channel is on, of 4095.
+    /// Returns the duty of a channel, of 4095.
     fn duty(&self, address: u64, channel: u64) -> u16 {
         let byte = |at| *self.0.get(&(address, 8 + 4 * channel + at)).unwrap_or(&0);
         u16::from_le_bytes([byte(0), byte(1)]) & 0x1fff
     }
 
-    /// The drive of a bridge, with its sign: by Adafruit's schematic, `[enable, forward,
-    /// backward]`.
+    /// Returns the signed drive of a bridge with the channels `[enable, forward, backward]`
+    /// (Adafruit's schematic).
     fn drive(&self, address: u64, [enable, forward, backward]: [u64; 3]) -> i32 {
         let sign = i32::from(self.duty(address, forward) > 0)
             - i32::from(self.duty(address, backward) > 0);
@@ -118,7 +118,7 @@ impl Hats {
     }
 }
 
-/// Motor A, on M1 and M2 of the first HAT, goes eight full steps: its field turns twice.
+/// Motor A, on M1 and M2 of the first HAT, moves eight full steps: its field turns twice.
 #[test]
 fn motor_hats_turn_the_field_with_the_steps() {
     let Some(image) = firmware_image() else { return };
@@ -131,15 +131,15 @@ fn motor_hats_turn_the_field_with_the_steps() {
     chip.execute(json!({ "i2c": [0, 0x61, "pca9685"] }));
     let frames =
         [Command::Hello(Hello::OURS), Command::Configure(config)].map(|c| chip.frame(c)).concat();
-    assert!(hats.take(&chip.send(&frames, 100_000)) > 10, "both are set up");
+    assert!(hats.apply(&chip.send(&frames, 100_000)) > 10, "both are set up");
 
     let jog =
         Jog { motor: 0, distance: Steps16(8 * 16), rate: Rate::from_si(40.0).expect("a rate") };
     let frame = chip.frame(Command::Jog(jog));
-    hats.take(&chip.send(&frame, 0));
+    hats.apply(&chip.send(&frame, 0));
     let mut quadrants = Vec::new();
     for _ in 0..150 {
-        hats.take(&chip.run_us(2000));
+        hats.apply(&chip.run_us(2000));
         let coils = [hats.drive(0x60, [8, 10, 9]), hats.drive(0x60, [13, 11, 12])];
         let length = f64::from(coils[0]).hypot(f64::from(coils[1])) / (0.8 * 4095.0);
         assert!((0.85..1.05).contains(&length), "{coils:?}: a field as strong as asked for");
@@ -152,7 +152,7 @@ fn motor_hats_turn_the_field_with_the_steps() {
     assert_eq!(chip.status().motors.map(Steps16::to_si), [8.0, 0.0, 0.0]);
 
     chip.set_emergency(true);
-    hats.take(&chip.run_us(5000));
+    hats.apply(&chip.run_us(5000));
     for (address, channel) in [0x60, 0x61].into_iter().flat_map(|a| (0..16).map(move |c| (a, c))) {
         assert_eq!(
             hats.duty(address, channel),
@@ -162,7 +162,7 @@ fn motor_hats_turn_the_field_with_the_steps() {
     }
 }
 
-/// What the board says on its serial line to `commands`.
+/// Sends commands over the UART and returns the messages received.
 fn over_uart(chip: &mut Chip, commands: &[Command]) -> Vec<FromBoard> {
     let bytes: Vec<u8> = commands.iter().flat_map(|&command| chip.frame(command)).collect();
     let hex: String = bytes.iter().map(|byte| format!("{byte:02x}")).collect();
@@ -177,27 +177,28 @@ fn over_uart(chip: &mut Chip, commands: &[Command]) -> Vec<FromBoard> {
         .collect()
 }
 
-/// Hello, a configuration and a jog over the serial line; USB, plugged in, is not listened to until
-/// that is silent.
+/// The board accepts Hello, a configuration and a jog over the UART. It ignores USB until the UART
+/// is silent.
 #[test]
-fn the_serial_line_is_as_good_as_usb_and_keeps_the_board_while_it_speaks() {
+fn the_uart_controls_the_board_until_it_is_silent() {
     let Some(image) = firmware_image() else { return };
     let mut chip = Chip::start(&image);
     let setting_up =
         [Command::Hello(Hello::OURS), Command::Configure(fast_config(400.0, StepDir::A4988))];
-    let said = over_uart(&mut chip, &setting_up);
-    assert!(
-        matches!(said[..], [FromBoard::Hello(hello), FromBoard::Started(_), FromBoard::Answer(answer), ..]
-        if hello.accepted && answer.refusal.is_none()),
-        "{said:?}"
-    );
+    let replies = over_uart(&mut chip, &setting_up);
+    let [FromBoard::Hello(hello), FromBoard::Started(_), FromBoard::Answer(answer), ..] =
+        replies[..]
+    else {
+        panic!("{replies:?}")
+    };
+    assert!(hello.accepted && answer.refusal.is_none(), "{replies:?}");
     over_uart(&mut chip, &[Command::Jog(JOG)]);
     over_uart(&mut chip, &[Command::Status]);
     assert_eq!(chip.motors, [10.0, 0.0, 0.0]);
 
     let hello = chip.frame(Command::Hello(Hello::OURS));
     chip.send(&hello, 10_000);
-    assert_eq!(chip.received, [], "not while the serial line is the master");
+    assert_eq!(chip.received, [], "the UART has control");
     chip.run_us(1_100_000);
     chip.request(Command::Hello(Hello::OURS));
     chip.execute(json!({ "unplug": true }));

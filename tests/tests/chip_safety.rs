@@ -1,4 +1,4 @@
-//! The real image in the emulated chip: how it stops.
+//! The real firmware in the emulated chip: emergency stop, silent host, watchdog, stack.
 
 #![allow(clippy::expect_used, clippy::panic, reason = "a test stops at the first surprise")]
 
@@ -15,13 +15,13 @@ use serde_json::json;
 
 const EMERGENCY_STOP: State = State::Fault(Fault::EmergencyStop);
 
-/// The emergency input opens at 20 random moments while three motors hurry.
+/// Opens the emergency input at 20 random times while three motors move.
 #[test]
 fn the_emergency_input_cuts_the_pulses_and_the_positions_stay_exact() {
     let Some(image) = firmware_image() else { return };
     let mut random = ChaCha8Rng::seed_from_u64(5);
     let mut chip = Chip::start(&image).configured(fast_config(62_500.0, StepDir::TMC2209));
-    // The resistor that holds the drivers off.
+    // The pull-up resistor of the enable line.
     chip.drive_pin(ENABLE, Some(1));
     for round in 0..20 {
         let target = if round % 2 == 0 { FAR_TARGET_UM } else { FAR_TARGET_UM.map(|x| -x / 2) };
@@ -37,7 +37,7 @@ fn the_emergency_input_cuts_the_pulses_and_the_positions_stay_exact() {
         chip.run_us(400);
         let last = chip.pulses().iter().filter_map(|pulses| pulses.last).max().expect("pulses");
         assert!(last <= opened + 125, "a pulse {} clocks after the input opened", last - opened);
-        assert_eq!(chip.pin_level(ENABLE), 1, "the drivers are let go of within two ticks");
+        assert_eq!(chip.pin_level(ENABLE), 1, "the drivers are disabled within two ticks");
         let telemetry = chip.status();
         assert_eq!(telemetry.state, EMERGENCY_STOP);
         assert_eq!(telemetry.motors.map(Steps16::to_si), chip.motors, "round {round}");
@@ -45,7 +45,7 @@ fn the_emergency_input_cuts_the_pulses_and_the_positions_stay_exact() {
         assert_eq!(chip.request(Command::ClearFault), Some(Refusal::Faulted(Fault::EmergencyStop)));
         chip.set_emergency(false);
         chip.run_us(1000);
-        assert_eq!(chip.state(), EMERGENCY_STOP, "closing the loop alone clears nothing");
+        assert_eq!(chip.state(), EMERGENCY_STOP, "closing the loop does not clear the fault");
         assert_eq!(chip.request(Command::ClearFault), None);
     }
 }
@@ -68,18 +68,18 @@ fn a_silent_host_stops_the_motors_within_its_deadline_and_their_ramp() {
     // The answer to the last Status came within 2 ms of it.
     let received = chip.us() - 2000;
     chip.run_us(1_000_000);
-    let stood = chip.pulses()[1].last.expect("pulses") / CYCLES_PER_US - received;
+    let stopped = chip.pulses()[1].last.expect("pulses") / CYCLES_PER_US - received;
     assert!(
-        stood > deadline_us + ramp_us / 2,
-        "{stood} µs: it stops by a ramp, after the deadline"
+        stopped > deadline_us + ramp_us / 2,
+        "{stopped} µs: it stops by a ramp, after the deadline"
     );
-    assert!(stood <= deadline_us + ramp_us + 2000, "{stood} µs");
+    assert!(stopped <= deadline_us + ramp_us + 2000, "{stopped} µs");
     assert_eq!(chip.state(), State::Fault(Fault::HostSilent));
     assert_eq!(chip.status().motors.map(Steps16::to_si), chip.motors);
 }
 
-/// A processor that hangs while its motors move: no pulse longer than the words in hand last,
-/// drivers off, and it says so.
+/// Hangs the processor while the motors move: the pulses end with the buffered words, the drivers
+/// are disabled, and the board reports the fault.
 #[test]
 fn the_watchdog_stops_moving_motors() {
     let Some(image) = firmware_image() else { return };
@@ -99,10 +99,10 @@ fn the_watchdog_stops_moving_motors() {
     chip.assert_stopped_by_watchdog();
 }
 
-/// The deepest that the stack has been from power-on, by a pattern laid under it: with the
-/// emergency loop open and closed, each law seeking, and the configuration stored.
+/// Measures the maximum stack use from power-on with a fill pattern: with the emergency loop open
+/// and closed, with each law, and with a Store.
 #[test]
-fn the_stack_keeps_a_third_of_its_room() {
+fn a_third_of_the_stack_stays_free() {
     const STACK: usize = 32 * 1024;
     let Some(image) = firmware_image() else { return };
     let mut chip = Chip::start(&image);

@@ -1,5 +1,4 @@
-//! The real image in the emulated chip: what a stepper driver sees on its inputs, counted and timed
-//! at the pins.
+//! The real firmware in the emulated chip: number and timing of the pulses at the drivers' inputs.
 
 #![allow(clippy::expect_used, clippy::panic, reason = "a test stops at the first surprise")]
 
@@ -10,10 +9,10 @@ use plumb_tests::chip::{CYCLES_PER_US, Chip, Pulses, fast_config, firmware_image
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-/// Gives `chip` one random thing to do: a place of the ball, a target, a stop, a jog.
-fn disturb(chip: &mut Chip, random: &mut ChaCha8Rng, rate: f64) {
-    let mut place = || [0; 3].map(|_| random.random_range(-900_000..1_900_000));
-    let (ball, target) = (place(), place());
+/// Sends one random command: a position, a target, a stop or a jog.
+fn send_random(chip: &mut Chip, random: &mut ChaCha8Rng, rate: f64) {
+    let mut point_um = || [0; 3].map(|_| random.random_range(-900_000..1_900_000));
+    let (ball, target) = (point_um(), point_um());
     match random.random_range(0..12) {
         0 => drop(chip.request(Command::Stop)),
         1..3 => drop(chip.request(Command::Target(point(target)))),
@@ -29,7 +28,7 @@ fn disturb(chip: &mut Chip, random: &mut ChaCha8Rng, rate: f64) {
             chip.request(Command::Target(point(target)));
         }
         4..8 => chip.send_position(ball),
-        // Near the target, so that the rates are any.
+        // Near the target, the rates take any value.
         _ => chip.send_position([0, 1, 2].map(|i| {
             let near: i32 = random.random_range(-3_000..3_000);
             (target[i] + near).clamp(-900_000, 1_900_000)
@@ -39,8 +38,8 @@ fn disturb(chip: &mut Chip, random: &mut ChaCha8Rng, rate: f64) {
     chip.run_us(us);
 }
 
-/// A million steps and more for each of `rounds`, at random; after each the board knows to the step
-/// where its motors are.
+/// Makes at least a million random steps in each of `rounds`. After each, the board's motor
+/// positions are exact.
 fn random_steps(driver: StepDir, rate: f64, rounds: usize, seed: u64) {
     let Some(image) = firmware_image() else { return };
     let mut random = ChaCha8Rng::seed_from_u64(seed);
@@ -51,7 +50,7 @@ fn random_steps(driver: StepDir, rate: f64, rounds: usize, seed: u64) {
         chip.request(Command::Target(point([1_000_000; 3])));
         let end = steps + 1_000_000;
         while steps < end {
-            disturb(&mut chip, &mut random, rate);
+            send_random(&mut chip, &mut random, rate);
             for pulses in chip.pulses() {
                 steps += pulses.count;
                 turns += u64::from(pulses.hold.is_some());
@@ -68,19 +67,20 @@ fn random_steps(driver: StepDir, rate: f64, rounds: usize, seed: u64) {
     assert!(turns > 10 * rounds as u64, "{turns}");
 }
 
-/// No time is shorter than `driver`'s inputs need; the direction is held as long as a pulse is
-/// high.
+/// Checks that no time is below `driver`'s minimum. The hold time of the direction is that of a
+/// pulse.
 fn assert_timing(pulses: &Pulses, driver: &StepDir) {
-    let least = [driver.high, driver.low, driver.setup, driver.high];
-    let seen = [pulses.high, pulses.low, pulses.setup, pulses.hold];
-    for ((seen, least), what) in seen.into_iter().zip(least).zip(["high", "low", "set-up", "hold"])
+    let minima = [driver.high, driver.low, driver.setup, driver.high];
+    let measured = [pulses.high, pulses.low, pulses.setup, pulses.hold];
+    for ((measured, minimum), what) in
+        measured.into_iter().zip(minima).zip(["high", "low", "set-up", "hold"])
     {
-        let ns = seen.map_or(u64::MAX, |cycles| cycles * 1000 / CYCLES_PER_US);
-        assert!(ns >= u64::from(least.0), "{what}: {ns} ns of {driver:?}");
+        let ns = measured.map_or(u64::MAX, |cycles| cycles * 1000 / CYCLES_PER_US);
+        assert!(ns >= u64::from(minimum.0), "{what}: {ns} ns of {driver:?}");
     }
 }
 
-/// Ten million steps together with the next, which runs beside it.
+/// Ten million steps together with the next test, which runs in parallel.
 #[test]
 fn no_step_of_five_million_is_lost_on_a_tmc2209() {
     random_steps(StepDir::TMC2209, 78_125.0, 5, 1);

@@ -1,5 +1,5 @@
-//! The real image as a host meets it: on a serial port, in real time, with a camera that follows
-//! what it says of its motors.
+//! The real firmware on a serial port in real time, with a simulated camera that follows the
+//! telemetry.
 
 #![allow(clippy::expect_used, reason = "a test stops at the first surprise")]
 
@@ -17,10 +17,10 @@ use plumb_runtime::session::{Place, Session};
 use plumb_tests::chip::firmware_image;
 use plumb_vision::detect::DetectorKind;
 
-/// Ended when dropped.
-struct Ended(Child);
+/// A process that is killed on drop.
+struct KillOnDrop(Child);
 
-impl Drop for Ended {
+impl Drop for KillOnDrop {
     fn drop(&mut self) {
         let _ = self.0.kill();
         let _ = self.0.wait();
@@ -30,7 +30,7 @@ impl Drop for Ended {
 #[test]
 fn a_session_drives_the_real_image_over_a_serial_port() {
     let Some(image) = firmware_image() else { return };
-    let mut terminal = Ended(
+    let mut terminal = KillOnDrop(
         Command::new(env!("CARGO_BIN_EXE_chip-terminal"))
             .arg(image)
             .stdout(Stdio::piped())

@@ -1,5 +1,5 @@
-//! The real image in the emulated chip: a law that thinks for longer than a tick, and what must not
-//! wait for it.
+//! The real firmware in the emulated chip: a deferred law takes longer than a tick and delays
+//! nothing else.
 
 #![allow(clippy::expect_used, clippy::panic, reason = "a test stops at the first surprise")]
 
@@ -15,22 +15,22 @@ use plumb_tests::chip::{
 };
 use serde_json::json;
 
-/// A tick, cycles.
+/// Duration of a tick, cycles.
 const TICK: u64 = 25_000;
-/// The stepping interrupt: TIMER_IRQ_1.
+/// Exception number of TIMER_IRQ_1, the stepping interrupt.
 const STEPPING: u8 = 17;
 
-/// The slow laws.
+/// Returns the deferred laws.
 fn laws() -> [Law; 2] {
     let estimated = Estimated { delay: Milliseconds(0) };
     [Law::Adaptive(estimated), Law::Taut(estimated)]
 }
 
-/// How late each tick's interrupt came, cycles: by how much it is behind the first one.
+/// Returns the lateness of each tick's interrupt relative to the first, cycles.
 fn lateness(calls: &serde_json::Value) -> Vec<u64> {
     let began: Vec<u64> =
         calls.as_array().expect("calls").iter().filter_map(|call| call[0].as_u64()).collect();
-    // The first may have waited some cycles for others to be let in.
+    // The first may be some cycles late, if interrupts were off.
     began
         .iter()
         .map(|at| (at + TICK / 2 - began[0]) % TICK)
@@ -38,10 +38,10 @@ fn lateness(calls: &serde_json::Value) -> Vec<u64> {
         .collect()
 }
 
-/// While the law thinks, the links are full of noise and the motors turn at 3 x 1 M steps/s: every
-/// tick comes in its time, and no motor pauses.
+/// With noise on the link and 3 x 1 M steps/s, every tick is on time while a law computes, and no
+/// motor pauses.
 #[test]
-fn no_tick_is_late_while_a_slow_law_thinks() {
+fn no_tick_is_late_while_a_deferred_law_computes() {
     let Some(image) = firmware_image() else { return };
     for law in laws() {
         let mut chip = Chip::start(&image)
@@ -51,18 +51,17 @@ fn no_tick_is_late_while_a_slow_law_thinks() {
         for at in 0..15 {
             chip.send_position([BALL_UM[0] + 3000 * at, BALL_UM[1] - 700 * at, 1300 * at]);
             for _ in 0..5 {
-                // Frames that are none, of 60 bytes.
+                // Invalid frames of 60 bytes.
                 chip.send(&[[at as u8 + 1; 59].as_slice(), &[0]].concat(), 6_000);
             }
             chip.pulses();
         }
-        // 480 ms were 2400 ticks or one less, as the first one fell.
+        // 480 ms are 2400 ticks or one less, depending on the first.
         chip.run_us(200);
         let ticks = chip.execute(json!({ "calls": true }))["calls"]["tick"].take();
         let late = lateness(&ticks);
         assert!(late.len() >= 2400, "{} ticks", late.len());
-        // What was late once would move all that follow; single ones wait for interrupts to be let
-        // in again.
+        // A late tick delays all that follow. A single interrupt may wait while interrupts are off.
         let at_the_end = late[late.len() - 100..].iter().min().expect("ticks");
         assert!(*at_the_end < CYCLES_PER_US, "{law:?}: {at_the_end} cycles late");
         assert!(
@@ -76,21 +75,21 @@ fn no_tick_is_late_while_a_slow_law_thinks() {
     }
 }
 
-/// Where the function is in which slow laws think.
-fn answer(image: &Path) -> u64 {
+/// Returns the address of the law worker's function.
+fn law_worker_address(image: &Path) -> u64 {
     let elf = std::fs::read(image).expect("an image that can be read");
     let file = object::File::parse(&*elf).expect("an ELF file");
     let name = |name: &str| {
         name.starts_with("_ZN") && name.contains("think") && name.contains("Thinker6answer")
     };
     let found = file.symbols().find(|symbol| symbol.name().is_ok_and(name));
-    found.expect("the thinker's function").address() & !1
+    found.expect("the law worker's function").address() & !1
 }
 
-/// Thread mode hangs in a thought, and all else goes on: the motors ramp down when the answer is
-/// due, and the watchdog bites.
+/// Hangs the law worker in thread mode: the motors ramp down when the response is due, and the
+/// watchdog resets the board.
 #[test]
-fn a_thought_that_never_ends_stops_the_motors_and_then_the_board() {
+fn a_law_that_hangs_stops_the_motors_and_then_resets_the_board() {
     let Some(image) = firmware_image() else { return };
     let mut chip = Chip::start(&image)
         .configured(Config { law: laws()[0], ..fast_config(400.0, StepDir::TMC2209) });
@@ -101,12 +100,12 @@ fn a_thought_that_never_ends_stops_the_motors_and_then_the_board() {
     chip.run_us(30_000);
     assert!(chip.pulses().iter().any(|pulses| pulses.count > 100));
     // A jump to itself.
-    chip.execute(json!({ "poke": [answer(&image), "fee7"] }));
+    chip.execute(json!({ "poke": [law_worker_address(&image), "fee7"] }));
     chip.send_position(BALL_UM);
     chip.run_us(5_000);
-    let told =
+    let is_late =
         |m: &FromBoard| matches!(m, FromBoard::Fault(report) if report.fault == Fault::LawLate);
-    assert!(chip.received.iter().any(told), "{:?}", chip.received.last());
+    assert!(chip.received.iter().any(is_late), "{:?}", chip.received.last());
     chip.pulses();
     chip.run_us(20_000);
     assert_eq!(chip.pulses().map(|pulses| pulses.count), [0; 3]);
@@ -114,9 +113,9 @@ fn a_thought_that_never_ends_stops_the_motors_and_then_the_board() {
     chip.assert_stopped_by_watchdog();
 }
 
-/// Motor HATs keep their bus busy all the time: the answers are there in time nevertheless.
+/// Motor HATs keep their bus busy. The law's responses are on time.
 #[test]
-fn a_law_has_time_to_think_while_motor_hats_turn() {
+fn a_deferred_law_is_on_time_with_motor_hats() {
     let Some(image) = firmware_image() else { return };
     let mut chip = Chip::start(&image);
     chip.execute(json!({ "i2c": [0, 0x60, "pca9685"] }));
@@ -131,6 +130,6 @@ fn a_law_has_time_to_think_while_motor_hats_turn() {
         let reply = chip.send(&frame, 33_333);
         writes += reply["i2c"].as_array().map_or(0, Vec::len);
     }
-    assert!(writes > 1000, "{writes}: the HATs are told all the time");
+    assert!(writes > 1000, "{writes} writes to the HATs");
     assert_eq!(chip.state(), State::Seeking);
 }

@@ -1,4 +1,4 @@
-//! The real image in the emulated chip: every tick is planned before it begins, whatever comes.
+//! The real firmware in the emulated chip: every tick is planned in time, for any input.
 
 #![allow(clippy::expect_used, clippy::panic, reason = "a test stops at the first surprise")]
 
@@ -13,15 +13,15 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde_json::{Value, json};
 
-/// TIMER_IRQ_1, the stepping.
+/// Exception number of TIMER_IRQ_1, the stepping interrupt.
 const STEPPING: u8 = 17;
-/// Clocks of a tick.
+/// Duration of a tick, cycles.
 const TICK: u64 = 25_000;
-/// Beyond the place of [`FAR_TARGET_UM`], so that motors on their way there are to turn round.
+/// A position beyond [`FAR_TARGET_UM`], µm: the motors must reverse.
 const REVERSING_BALL_UM: [i32; 3] = [2_000_000, 0, 2_000_000];
 
-/// Step and direction at 1 M steps/s, without and with a running mean, this also with the law of
-/// signs; and coils.
+/// Returns step and direction at 1 M steps/s without and with a moving average, the latter also
+/// with law `sign`; and coils.
 fn configs() -> [Config; 4] {
     let quick = fast_config(62_500.0, StepDir::TMC2209);
     let mut mean = quick;
@@ -33,9 +33,8 @@ fn configs() -> [Config; 4] {
     [quick, mean, signs, coils]
 }
 
-/// How far the ticks' beginnings are apart within the 25 000 clocks, of which the first one is in
-/// the middle.
-fn spread(reply: &Value) -> u64 {
+/// Returns the spread of the ticks' phases within the 25 000 cycles. The first is in the middle.
+fn phase_spread(reply: &Value) -> u64 {
     let ticks = reply["calls"]["tick"].as_array().expect("calls");
     let began: Vec<u64> = ticks.iter().filter_map(|tick| tick[0].as_u64()).collect();
     let phases: BTreeSet<u64> = began.iter().map(|at| (at + TICK / 2 - began[0]) % TICK).collect();
@@ -43,10 +42,10 @@ fn spread(reply: &Value) -> u64 {
     phases.last().expect("ticks") - phases.first().expect("ticks")
 }
 
-/// A tick that is planned too late is given late, and all that follow with it: the stepping then
-/// comes at another part of the 25 000 clocks.
+/// A tick that is planned too late is executed late, and so are all that follow: the phase of the
+/// stepping interrupt changes.
 #[test]
-fn no_tick_is_late_whatever_the_host_sends() {
+fn no_tick_is_late_for_any_input() {
     let Some(image) = firmware_image() else { return };
     for config in configs() {
         let mut random = ChaCha8Rng::seed_from_u64(7);
@@ -71,18 +70,18 @@ fn no_tick_is_late_whatever_the_host_sends() {
             chip.run_us(us);
         }
         let reply = chip.execute(json!({ "calls": true }));
-        // Some clocks later where the processor was just in a critical section.
+        // A critical section delays the interrupt by some cycles.
         assert!(
-            spread(&reply) < 400,
-            "{:?}: the ticks' phases are apart by {}",
+            phase_spread(&reply) < 400,
+            "{:?}: phase spread {} cycles",
             config.drivers,
-            spread(&reply)
+            phase_spread(&reply)
         );
         assert!(chip.pulses().iter().all(|pulses| pulses.count > 10), "it has moved");
     }
 }
 
-/// In front of the end of its travel each tick of a jog finds out whether the motor still stops.
+/// Close to the end of the travel, each tick of a jog computes the stopping distance.
 #[test]
 fn no_tick_is_late_before_the_end_of_the_travel() {
     let Some(image) = firmware_image() else { return };
@@ -103,9 +102,9 @@ fn no_tick_is_late_before_the_end_of_the_travel() {
         }
         let reply = chip.execute(json!({ "calls": true }));
         assert!(
-            spread(&reply) < 400,
-            "{mean} ms: the ticks' phases are apart by {}",
-            spread(&reply)
+            phase_spread(&reply) < 400,
+            "{mean} ms: phase spread {} cycles",
+            phase_spread(&reply)
         );
         assert_eq!(chip.motors, [3750.0; 3]);
     }

@@ -1,5 +1,5 @@
-//! The loop closed in virtual time, over links that take time and lose frames: rigs that the law is
-//! proved for, random ones, and ones put together wrongly.
+//! Closed loops in virtual time, over links with delay and loss: Jacobians of the law's family,
+//! random rigs, and rigs with wiring faults.
 
 #![allow(clippy::expect_used, clippy::panic, reason = "a test stops at the first surprise")]
 
@@ -27,7 +27,7 @@ use plumb_vision::detect::DetectorKind;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-/// The paper's rig file with another gain.
+/// Returns the paper's rig file with another gain.
 fn rig(gamma: f64) -> Rig {
     let mut rig = Rig::paper().expect("the paper's rig file");
     rig.law.set_gamma(gamma).expect("a gain");
@@ -39,38 +39,38 @@ fn paper_plant() -> QuasiStatic {
     QuasiStatic::new(task.geometry, task.start).expect("the paper's rig")
 }
 
-/// Links that take time and lose nothing.
+/// Links with delay and without loss.
 const PACED: [&str; 7] =
     ["ideal", "115200 baud", "921600 baud", "0.3 ms", "0.5 ms", "1 ms", "2 ms"];
 
-/// The link of run `index`: each of [`PACED`] in turn.
+/// Returns the wire of run `index`: the links of [`PACED`] in turn.
 fn paced(index: usize) -> Wire {
     (link(PACED[index % PACED.len()]).wire)(index as u64)
 }
 
-/// The link of run `index`: each of the usable ones in turn, lossy ones too.
+/// Returns the wire of run `index`: the usable links in turn, with loss too.
 fn usable(index: usize) -> Wire {
     let links = usable_links();
     (links[index % links.len()].wire)(index as u64)
 }
 
-/// A bench that has been given the first target of its rig file.
+/// Returns a bench that seeks the first target of its rig file.
 fn seeking(rig: &Rig, plant: Box<dyn Plant + Send>, wire: Wire) -> Bench {
     let mut bench = bench(rig, plant, wire).expect("a configured board");
-    let targets = rig.targets().expect("targets that the board can be told");
+    let targets = rig.targets().expect("targets in the wire's range");
     bench.link.target(targets[0]).expect("a target inside the workspace");
     bench
 }
 
-/// The min-max theorem on the whole board: for any J of the family |e| never grows, and the ball
-/// arrives.
+/// Theorem 1 on the whole board: for any J of the family |e| never grows, and the ball reaches its
+/// target.
 #[test]
 fn the_error_never_grows_for_any_jacobian_of_the_family() {
     let mut random = ChaCha8Rng::seed_from_u64(13);
     for run in 0..40 {
         let mut rig = rig(20.0);
         rig.law.set_bounds(0.05, 0.5).expect("bounds");
-        // Limits that do not bend the law's way: it is proved without ramps.
+        // The theorem has no ramps, so that the limits must not be active.
         rig.motors.max_rate = 4000.0.try_into().expect("a rate");
         rig.motors.max_acceleration = 400_000.0.try_into().expect("an acceleration");
         let jacobian =
@@ -89,15 +89,15 @@ fn the_error_never_grows_for_any_jacobian_of_the_family() {
                 "run {run}, frame {frames}: {error} -> {now} with J = {jacobian}"
             );
             (error, frames) = (now, frames + 1);
-            assert!(frames < 5000, "run {run} does not arrive: {error} m with J = {jacobian}");
+            assert!(frames < 5000, "run {run} is not reached: {error} m with J = {jacobian}");
         }
         assert!(error < 0.010, "run {run} ended at {error} m");
     }
 }
 
-/// Noise, latency and drop-outs on random rigs: always reached, without a fault, and truly so.
+/// Random rigs with noise, latency and drop-outs reach their targets without a fault.
 #[test]
-fn random_rigs_are_reached_through_a_camera_that_errs() {
+fn random_rigs_reach_their_targets_with_a_noisy_camera() {
     for index in 0..20 {
         let task = Population::default().sample(3, index).expect("a random rig");
         let mut rig = rig(300.0);
@@ -110,11 +110,11 @@ fn random_rigs_are_reached_through_a_camera_that_errs() {
         let mut observer = Observer::new(Default::default(), index).expect("an observer");
         for frame in 0u32.. {
             let time = f64::from(frame) / RATE_HZ as f64;
-            let seen = |ball| {
+            let measure = |ball| {
                 observer.observe(time, ball);
                 observer.delivered(time).and_then(|o| o.position)
             };
-            bench.frame(seen).expect("an intact link");
+            bench.frame(measure).expect("an intact link");
             match bench.state() {
                 State::Holding => break,
                 State::Seeking => {
@@ -124,12 +124,12 @@ fn random_rigs_are_reached_through_a_camera_that_errs() {
             }
         }
         let error = (bench.ball() - task.target).norm();
-        assert!(error < 0.010, "rig {index} claims to be there at {error} m");
+        assert!(error < 0.010, "rig {index} reports its target as reached at {error} m");
     }
 }
 
-/// Every exchange of two or three motors, and every reversal: the board's motor for each pulley,
-/// and its sign.
+/// Returns every exchange of two or three motors, and every reversal: the board's motor for each
+/// pulley, and its sign.
 fn miswirings() -> impl Iterator<Item = ([usize; 3], [f64; 3])> {
     let orders =
         [[1, 0, 2], [2, 1, 0], [0, 2, 1], [1, 2, 0], [2, 0, 1]].map(|order| (order, [1.0; 3]));
@@ -138,8 +138,8 @@ fn miswirings() -> impl Iterator<Item = ([usize; 3], [f64; 3])> {
     orders.into_iter().chain(signs)
 }
 
-/// Drives every miswired rig and asserts that the board stops by itself before the ball is far
-/// away. `target` is called before each picture with its number.
+/// Drives every miswired rig and checks that the board stops by itself before the ball is far away.
+/// Calls `target` before each frame with its number.
 fn assert_miswired_rigs_stop(target: impl Fn(&mut Bench, u32)) {
     for (index, (order, signs)) in miswirings().enumerate() {
         let plant = Miswired { plant: paper_plant(), order, signs };
@@ -162,19 +162,19 @@ fn assert_miswired_rigs_stop(target: impl Fn(&mut Bench, u32)) {
         );
         assert!(
             worst < start + 0.25,
-            "{order:?} {signs:?}: the ball went {worst} m away before {fault}"
+            "{order:?} {signs:?}: the ball was {worst} m away before {fault}"
         );
     }
 }
 
 #[test]
-fn a_rig_that_is_wired_wrongly_stops_by_itself() {
+fn a_miswired_rig_stops_by_itself() {
     assert_miswired_rigs_stop(|_, _| {});
 }
 
-/// A new target with every picture, on a circle of 3 cm at 10 cm/s.
+/// A new target with every frame, on a circle of 3 cm at 10 cm/s.
 #[test]
-fn a_rig_that_is_wired_wrongly_stops_by_itself_also_with_a_moving_target() {
+fn a_miswired_rig_with_a_moving_target_stops_by_itself() {
     assert_miswired_rigs_stop(|bench, frame| {
         let angle = f64::from(frame) / RATE_HZ as f64 * 0.10 / 0.03;
         let target = Task::paper().target + Vector3::new(angle.cos(), angle.sin(), 0.0) * 0.03;
@@ -184,7 +184,7 @@ fn a_rig_that_is_wired_wrongly_stops_by_itself_also_with_a_moving_target() {
 }
 
 #[test]
-fn a_host_that_vanishes_leaves_the_rig_at_rest() {
+fn a_silent_host_stops_the_rig() {
     let mut bench = seeking(&rig(100.0), Box::new(paper_plant()), (link("2 ms").wire)(0));
     for _ in 0..30 {
         bench.frame(Some).expect("an intact link");
@@ -201,7 +201,7 @@ fn a_host_that_vanishes_leaves_the_rig_at_rest() {
     assert_eq!(bench.board.borrow().rates(), [0.0; 3]);
 }
 
-/// An elastic rig, slow enough not to ring: the interval law arrives there too.
+/// Law `interval` reaches the target on an elastic rig, with a gain that does not excite it.
 #[test]
 fn the_elastic_rig_is_reached() {
     let task = Task::paper();
@@ -221,7 +221,7 @@ fn the_elastic_rig_is_reached() {
     }
 }
 
-/// The whole run with pictures, detection and its folder, in virtual time.
+/// Runs with rendered images, detection and an output folder, in virtual time.
 fn session(seed: u64, folder: std::path::PathBuf) -> Summary {
     let rig = rig(200.0);
     let camera = camera_file::paper().expect("the paper's camera");

@@ -1,4 +1,4 @@
-//! The loop over a link that loses, damages and doubles frames, from seeds.
+//! Closed loops over a link that loses, damages and duplicates frames, with seeds.
 
 #![allow(clippy::expect_used, clippy::panic, reason = "a test stops at the first surprise")]
 
@@ -11,7 +11,7 @@ use plumb_runtime::link::LinkError;
 use plumb_runtime::rig::Rig;
 use plumb_tests::bench::{Bench, bench};
 
-/// A board with the paper's rig behind `wire`, greeted and configured over it.
+/// Connects to a board with the paper's rig behind `wire` and configures it.
 fn configured(rig: &Rig, wire: Wire) -> Bench {
     let task = Task::paper();
     let plant = QuasiStatic::new(task.geometry, task.start).expect("the paper's rig");
@@ -24,12 +24,11 @@ fn rig() -> Rig {
     rig
 }
 
-/// Time in which a board whose host has given up comes to rest: its deadline and a ramp, and as
-/// much again.
+/// Time in which a board without a host comes to rest, µs: twice its deadline and a ramp.
 const REST_US: u64 = 1_000_000;
 
-/// How a run ended, after at most `frames` pictures; the host gives up where the board no longer
-/// answers.
+/// Returns the final state and error, m, of a run of at most `frames` frames. The run ends early if
+/// the board does not answer.
 fn run(mut bench: Bench, seed: u64, frames: u32) -> (State, f64) {
     for _ in 0..frames {
         match bench.frame(Some) {
@@ -73,7 +72,7 @@ fn a_link_that_damages_a_frame_in_14_still_reaches() {
     }
 }
 
-/// So much damage that hardly a frame passes: the board stops by itself, or goes nowhere.
+/// Almost no frame passes: the board stops by itself or does not start.
 #[test]
 fn a_link_that_damages_almost_everything_ends_safely() {
     for seed in 0..20 {
@@ -81,11 +80,11 @@ fn a_link_that_damages_almost_everything_ends_safely() {
         let mut bench = configured(&rig, Wire::default());
         let lane = Lane { lost: 0.1, damaged: 0.85, doubled: 0.05, ..Lane::default() };
         bench.board.borrow_mut().set_wire(Wire::symmetric(lane, seed));
-        let received = bench.link.target(rig.targets().expect("a target")[0]).is_ok();
+        let accepted = bench.link.target(rig.targets().expect("a target")[0]).is_ok();
         let (state, error) = run(bench, seed, 300);
         match state {
-            // The target never got through.
-            State::Ready => assert!(!received, "seed {seed}"),
+            // The target was lost.
+            State::Ready => assert!(!accepted, "seed {seed}"),
             State::Fault(_) => {}
             other => panic!("seed {seed}: {other} at {error} m"),
         }

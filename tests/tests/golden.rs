@@ -1,5 +1,5 @@
-//! The bytes on the wire, as an independent encoder wrote them. They must not change without a new
-//! schema; those of the first three commands and of the board's Hello not at all.
+//! Bytes on the wire, from an independent encoder. They change only with the schema; those of the
+//! first three commands and of the board's Hello never change.
 
 #![allow(clippy::expect_used, clippy::panic, reason = "a test stops at the first surprise")]
 
@@ -14,8 +14,11 @@ use plumb_protocol::units::{
 use serde::{Serialize, de::DeserializeOwned};
 use std::fmt::Debug;
 
-/// The message has these bytes, and these bytes are the message.
-fn pinned<T: Serialize + DeserializeOwned + Clone + PartialEq + Debug>(message: T, hex: &str) {
+/// Checks that the message encodes to these bytes, and that these bytes decode to the message.
+fn assert_bytes<T: Serialize + DeserializeOwned + Clone + PartialEq + Debug>(
+    message: T,
+    hex: &str,
+) {
     let frame = encode(&message).expect("it fits a frame");
     let written: String = frame.iter().map(|b| format!("{b:02x}")).collect();
     assert_eq!(written, hex, "{message:?}");
@@ -25,24 +28,24 @@ fn pinned<T: Serialize + DeserializeOwned + Clone + PartialEq + Debug>(message: 
 }
 
 fn to_board(command: Command, hex: &str) {
-    pinned(ToBoard { id: 300, command }, hex);
+    assert_bytes(ToBoard { id: 300, command }, hex);
 }
 
 fn point(x: i32, y: i32, z: i32) -> Point {
     Point([x, y, z].map(Micrometres))
 }
 
-/// A Hello whose schema does not move with the types.
+/// A Hello whose schema does not depend on the types.
 const HELLO: Hello = Hello { magic: MAGIC, version: 1, schema: [1, 2, 3, 4, 5, 6, 7, 8] };
 
 #[test]
-fn what_never_changes() {
+fn frames_that_never_change() {
     assert_eq!(MAGIC, *b"PLMB");
     to_board(Command::Hello(HELLO), "03ac0212504c4d420101020304050607081fb23e5e00");
     to_board(Command::Stop, "08ac0201022f126a00");
     to_board(Command::Bootloader, "08ac0202b87e1bf300");
     let hello = BoardHello { id: 300, hello: HELLO, max_pulse_rate: 1_250_000, accepted: true };
-    pinned(FromBoard::Hello(hello), "0118ac02504c4d42010102030405060708d0a54c01353dd97f00");
+    assert_bytes(FromBoard::Hello(hello), "0118ac02504c4d42010102030405060708d0a54c01353dd97f00");
 }
 
 #[test]
@@ -102,16 +105,25 @@ fn the_configuration() {
     };
     to_board(
         Command::Configure(config),
-        "04ac020306ffff01ff013effffffc702c702c702c702c702c702c702c702c702808002808002808002808002808002808002808002808002808002cc2080c00cd00fffed0580ee050c80c00cd00fffed0580ee050c80c00cd00fffed0580ee052410ffb418ffb418bf9a0cc0a38601c0ee6d80904ea09c010aac02f403fa01c0a907d8040de807e807c801ac020b2001bc00",
+        "04ac020306ffff01ff013effffffc702c702c702c702c702c702c702c702c7028080028080028080\
+         02808002808002808002808002808002808002cc2080c00cd00fffed0580ee050c80c00cd00fffed\
+         0580ee050c80c00cd00fffed0580ee052410ffb418ffb418bf9a0cc0a38601c0ee6d80904ea09c01\
+         0aac02f403fa01c0a907d8040de807e807c801ac020b2001bc00",
     );
 }
 
 #[test]
 fn reports() {
     let answer = |refusal| FromBoard::Answer(Answer { id: 300, refusal, time: Micros(1_234_567) });
-    pinned(answer(None), "0401ac020887ad4b8601d83100");
-    pinned(answer(Some(Refusal::Faulted(Fault::PositionLost))), "0e01ac0201040187ad4bbea6b20300");
-    pinned(answer(Some(Refusal::Config(ConfigField::Workspace))), "0e01ac0201050787ad4bd2d0b91b00");
+    assert_bytes(answer(None), "0401ac020887ad4b8601d83100");
+    assert_bytes(
+        answer(Some(Refusal::Faulted(Fault::PositionLost))),
+        "0e01ac0201040187ad4bbea6b20300",
+    );
+    assert_bytes(
+        answer(Some(Refusal::Config(ConfigField::Workspace))),
+        "0e01ac0201050787ad4bd2d0b91b00",
+    );
     let telemetry = Telemetry {
         time: Micros(1_234_567),
         state: State::Fault(Fault::Travel(1)),
@@ -124,16 +136,17 @@ fn reports() {
         filtered_error: Micrometres(384_000),
         bad_frames: 3,
     };
-    pinned(
+    assert_bytes(
         FromBoard::Telemetry(telemetry),
-        "140287ad4b04040101aa0201ac02014dec15b67f04dc8f0214ff03c08b11bffc1590dc2580f02e0399f4566400",
+        "140287ad4b04040101aa0201ac02014dec15b67f04dc8f0214ff03c08b11bffc1590dc2580f02e03\
+         99f4566400",
     );
     let idle = Telemetry { configuration: None, target: None, ..telemetry };
-    pinned(
+    assert_bytes(
         FromBoard::Telemetry(idle),
         "080287ad4b0404010107014dec15b67f04dc8f0214ff03c08b11bffc1590dc2580f02e0346d3bd1800",
     );
-    pinned(
+    assert_bytes(
         FromBoard::Fault(FaultReport {
             time: Micros(300_200),
             fault: Fault::HostSilent,
@@ -143,10 +156,9 @@ fn reports() {
     );
 }
 
-/// Every frame on the page for other languages is what the code sends, and both directions are
-/// shown.
+/// Every frame in the wire format's documentation is a message, and both directions are shown.
 #[test]
-fn the_page_on_the_wire_format_shows_real_frames() {
+fn the_documentation_of_the_wire_format_has_valid_frames() {
     let page = include_str!("../../docs/understand/wire-format.md");
     let is_frame = |word: &&str| word.len() >= 16 && word.bytes().all(|b| b.is_ascii_hexdigit());
     let (mut to_board, mut from_board) = (0, 0);
@@ -158,7 +170,7 @@ fn the_page_on_the_wire_format_shows_real_frames() {
         if is_message::<ToBoard>(&bytes) {
             to_board += 1;
         } else {
-            assert!(is_message::<FromBoard>(&bytes), "{hex} is no message");
+            assert!(is_message::<FromBoard>(&bytes), "{hex} is not a message");
             from_board += 1;
         }
     }
@@ -168,7 +180,7 @@ fn the_page_on_the_wire_format_shows_real_frames() {
     );
 }
 
-/// Whether `bytes` are one frame with a message of this type, to the last byte.
+/// Returns whether `bytes` are exactly one frame with a message of this type.
 fn is_message<T: Serialize + DeserializeOwned>(bytes: &[u8]) -> bool {
     let mut accumulator = Accumulator::new();
     let read = bytes.iter().find_map(|&b| accumulator.push::<T>(b));

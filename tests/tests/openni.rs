@@ -1,6 +1,5 @@
-//! The paper's task with pictures that went through the real libOpenNI2, in real time: the test
-//! driver's camera looks at the ball of the emulated board's rig, and the board is at the other end
-//! of a pseudo-terminal.
+//! The paper's task with images from the real libOpenNI2, in real time. The test driver renders the
+//! ball of the emulated board's rig; the board is on a pseudo-terminal.
 
 #![allow(clippy::expect_used, reason = "a test stops at the first surprise")]
 
@@ -22,7 +21,7 @@ use plumb_runtime::session::{Place, Session};
 use plumb_vision::camera::Camera;
 use plumb_vision::detect::DetectorKind;
 
-/// The paper's rig file, quicker, and with timeout for a busy machine.
+/// Returns the paper's rig file with a higher gain, and with deadlines for a busy machine.
 fn rig() -> Rig {
     let mut rig = Rig::paper().expect("the paper's rig file");
     rig.law.set_gamma(150.0).expect("a gain");
@@ -33,8 +32,8 @@ fn rig() -> Rig {
     rig
 }
 
-/// The camera's view of `ball` (rig frame, metres).
-fn seen(camera: &Camera, ball: Point3<f64>) -> Control {
+/// Returns the driver's settings for a ball at `ball` (rig frame, m).
+fn ball_view(camera: &Camera, ball: Point3<f64>) -> Control {
     let ball = camera.pose.inverse_transform_point(&ball);
     Control { ball: Some(ball.into()), diameter: camera.ball_diameter, ..Control::default() }
 }
@@ -57,7 +56,7 @@ fn the_papers_task_is_done_through_libopenni2() {
     );
     let path = folder.path().join("control");
     let mut control =
-        ControlFile::create(&path, &seen(&camera, task.start)).expect("a control file");
+        ControlFile::create(&path, &ball_view(&camera, task.start)).expect("a control file");
     let uri = control.uri();
 
     // The camera looks at the rig.
@@ -67,7 +66,7 @@ fn the_papers_task_is_done_through_libopenni2() {
         thread::spawn(move || {
             while !over.load(Ordering::Relaxed) {
                 let ball = served.board().ball().expect("a rig");
-                control.write(&seen(&camera, ball)).expect("the control file");
+                control.write(&ball_view(&camera, ball)).expect("the control file");
                 thread::sleep(Duration::from_millis(2));
             }
         })

@@ -1,7 +1,7 @@
 //! The real firmware in the emulated chip, on a pseudo-terminal, in real time: for `plumb goto` and
-//! anything else that speaks to a board. Its emergency loop is closed.
+//! other programs that connect to a board. The emergency loop is closed.
 //!
-//! Usage: `chip-terminal FIRMWARE.elf`. Prints the terminal's path, and runs until it is ended.
+//! Usage: `chip-terminal FIRMWARE.elf`. Prints the terminal's path and runs until it is stopped.
 
 #![allow(
     clippy::expect_used,
@@ -18,8 +18,8 @@ use std::time::Duration;
 use plumb_emulator::Terminal;
 use plumb_tests::chip::EMERGENCY;
 
-/// How long the loop sleeps: what the terminal adds to the link's delay.
-const NAP: Duration = Duration::from_micros(500);
+/// Sleep of the loop, which adds to the link's latency.
+const POLL_INTERVAL: Duration = Duration::from_micros(500);
 
 fn main() {
     let image = std::env::args_os().nth(1).expect("usage: chip-terminal FIRMWARE.elf");
@@ -58,6 +58,6 @@ fn main() {
         for bytes in receiver.try_iter() {
             terminal.write(&bytes).expect("the pseudo-terminal");
         }
-        thread::sleep(NAP);
+        thread::sleep(POLL_INTERVAL);
     }
 }

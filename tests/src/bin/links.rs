@@ -1,10 +1,9 @@
-//! Every law over every link, three targets and several seeds each: what was driven, what is told,
-//! and how soon. Ends with exit code 1 where a run is not as it must be.
+//! Table of runs with every law over every link, with three targets and several seeds each. Exits
+//! with 1 if a run fails a check.
 //!
-//! Usage: `links [--seeds N] [--link WORD] [--law NAME] [--runs] [--real-time]`. `--link` takes the
-//! links with this word in their names; `--runs` also prints every run that is not as it must be;
-//! `--real-time` runs over pseudo-terminals, which takes ten seconds a run and more, without the
-//! links that fall silent.
+//! Usage: `links [--seeds N] [--link WORD] [--law NAME] [--runs] [--real-time]`. `--link` selects
+//! the links with WORD in their names; `--runs` also prints every failed run; `--real-time` runs
+//! over pseudo-terminals, at ten seconds or more per run, without the links that fall silent.
 
 #![allow(clippy::expect_used, reason = "a tool for tests: it stops at the first surprise")]
 
@@ -20,13 +19,13 @@ use plumb_tests::links::{
 
 const USAGE: &str = "[--seeds N] [--link WORD] [--law NAME] [--runs] [--real-time]";
 
-/// What to run.
+/// Options of the command line.
 struct Options {
     seeds: u64,
     link: String,
     law: String,
     runs: bool,
-    /// Over pseudo-terminals.
+    /// Whether to run over pseudo-terminals.
     real_time: bool,
 }
 
@@ -45,32 +44,30 @@ fn main() -> ExitCode {
             return ExitCode::from(2);
         }
     };
-    let mut done = carry_out(
-        planned(&options),
-        if options.real_time { in_real_time } else { in_virtual_time },
-    );
+    let mut done =
+        run_all(planned(&options), if options.real_time { in_real_time } else { in_virtual_time });
     done.sort_by_key(|done| done.run.seed);
     let mut rows: Vec<(&str, &str)> = Vec::new();
     for link in links() {
         rows.extend(LawSettings::NAMES.map(|law| (link.name, law)));
     }
     println!(
-        "| link | law | runs | legs driven | false reached | wrong | s to the cause | causes |"
+        "| link | law | runs | legs driven | false reached | violations | s to the cause | causes |"
     );
     println!("|---|---|---:|---:|---:|---:|---:|---|");
     for (link, law) in rows {
         let row: Vec<&Done> =
             done.iter().filter(|d| d.run.link.name == link && d.run.law == law).collect();
         if !row.is_empty() {
-            println!("{}", line(link, law, &row));
+            println!("{}", format_row(link, law, &row));
         }
     }
-    let bad: Vec<&Done> = done.iter().filter(|done| !done.verdict.is_good()).collect();
+    let failed: Vec<&Done> = done.iter().filter(|done| !done.verdict.is_good()).collect();
     if options.runs {
-        bad.iter().for_each(|done| println!("{}", told(done)));
+        failed.iter().for_each(|done| println!("{}", format_violations(done)));
     }
-    println!("{} runs, {} of them not as they must be", done.len(), bad.len());
-    ExitCode::from(u8::from(!bad.is_empty() || done.is_empty()))
+    println!("{} runs, {} failed", done.len(), failed.len());
+    ExitCode::from(u8::from(!failed.is_empty() || done.is_empty()))
 }
 
 fn options(mut words: impl Iterator<Item = String>) -> Result<Options, String> {
@@ -90,14 +87,14 @@ fn options(mut words: impl Iterator<Item = String>) -> Result<Options, String> {
     Ok(options)
 }
 
+/// Returns the runs that the options select.
 fn planned(options: &Options) -> Vec<Run> {
     let mut runs = Vec::new();
-    // In real time the board's deadlines are long, so that a busy machine does not look like a
-    // silent host.
-    let is_meant = |link: &LinkCase| {
+    // In real time the board's deadlines are long, so that a silence has no effect.
+    let is_selected = |link: &LinkCase| {
         link.name.contains(&options.link) && !(options.real_time && link.falls_silent())
     };
-    for link in links().into_iter().filter(is_meant) {
+    for link in links().into_iter().filter(is_selected) {
         for law in LawSettings::NAMES.into_iter().filter(|law| law.contains(&options.law)) {
             runs.extend((0..options.seeds).map(|seed| Run { link, law, seed }));
         }
@@ -105,14 +102,14 @@ fn planned(options: &Options) -> Vec<Run> {
     runs
 }
 
-/// Carries out the runs on every processor.
-fn carry_out(runs: Vec<Run>, carry_out: fn(&Run) -> Outcome) -> Vec<Done> {
+/// Executes the runs on all processors.
+fn run_all(runs: Vec<Run>, execute: fn(&Run) -> Outcome) -> Vec<Done> {
     let (queue, done) = (Mutex::new(runs.into_iter()), Mutex::new(Vec::new()));
     let work = || {
         loop {
             let next = queue.lock().expect("no run panics").next();
             let Some(run) = next else { return };
-            let outcome = carry_out(&run);
+            let outcome = execute(&run);
             let verdict = check_run(&run, &outcome);
             done.lock().expect("no run panics").push(Done { run, outcome, verdict });
         }
@@ -125,12 +122,12 @@ fn carry_out(runs: Vec<Run>, carry_out: fn(&Run) -> Outcome) -> Vec<Done> {
     done.into_inner().expect("no run panics")
 }
 
-/// A row of the table.
-fn line(link: &str, law: &str, row: &[&Done]) -> String {
+/// Formats a row of the table.
+fn format_row(link: &str, law: &str, row: &[&Done]) -> String {
     let targets: usize = row.iter().map(|d| d.outcome.targets).sum();
     let driven: usize = row.iter().map(|d| d.verdict.driven).sum();
-    let false_reached: usize = row.iter().map(|d| d.verdict.false_reached.len()).sum();
-    let wrong = row.iter().filter(|d| !d.verdict.wrong.is_empty()).count();
+    let false_claims: usize = row.iter().map(|d| d.verdict.false_reached.len()).sum();
+    let violations = row.iter().filter(|d| !d.verdict.violations.is_empty()).count();
     let latest = row.iter().filter_map(|d| d.verdict.cause_after_s).reduce(f64::max);
     let latest = latest.map_or("-".to_owned(), |s| format!("{s:.1}"));
     let mut causes: BTreeMap<&str, usize> = BTreeMap::new();
@@ -140,17 +137,18 @@ fn line(link: &str, law: &str, row: &[&Done]) -> String {
     let causes: Vec<String> =
         causes.iter().map(|(cause, count)| format!("{count}x {cause}")).collect();
     format!(
-        "| {link} | {law} | {} | {driven}/{targets} | {false_reached} | {wrong} | {latest} | {} |",
+        "| {link} | {law} | {} | {driven}/{targets} | {false_claims} | {violations} \
+         | {latest} | {} |",
         row.len(),
         causes.join("; ")
     )
 }
 
-/// What is wrong with a run.
-fn told(Done { run, outcome, verdict }: &Done) -> String {
+/// Formats the failed checks of a run.
+fn format_violations(Done { run, outcome, verdict }: &Done) -> String {
     let mut what: Vec<String> =
         verdict.false_reached.iter().map(|leg| format!("false \"reached\" of {leg}")).collect();
-    what.extend(verdict.wrong.clone());
+    what.extend(verdict.violations.clone());
     let legs: Vec<String> = outcome
         .legs
         .iter()

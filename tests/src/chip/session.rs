@@ -1,4 +1,4 @@
-//! A chip that is spoken to in the protocol's words, and what its pulses were.
+//! The protocol, the pins and the pulses of a chip.
 
 use plumb_protocol::Config;
 use plumb_protocol::config::{Drivers, Growth, Interval, Law, Motor, StepDir, Workspace};
@@ -13,36 +13,36 @@ use serde_json::{Value, json};
 
 use super::{CYCLES_PER_US, Chip, EMERGENCY, ENABLE};
 
-/// What a driver has seen on its STEP and DIR inputs since it was last asked; times in cycles,
-/// `None` where there was none.
+/// Pulses on a driver's STEP and DIR inputs since the last query. Times are in cycles, and `None`
+/// if there was no such interval.
 #[derive(Debug, Clone, Copy)]
 pub struct Pulses {
-    /// How many.
+    /// Number of pulses.
     pub count: u64,
-    /// Least time high.
+    /// Minimum time high.
     pub high: Option<u64>,
-    /// Least time low.
+    /// Minimum time low.
     pub low: Option<u64>,
-    /// Least time from a turn of the direction to a pulse.
+    /// Minimum time from a change of direction to a pulse.
     pub setup: Option<u64>,
-    /// Least time from a pulse's beginning to a turn of the direction.
+    /// Minimum time from the start of a pulse to a change of direction.
     pub hold: Option<u64>,
-    /// The cycle at which the very last pulse began.
+    /// Start of the last pulse, cycle.
     pub last: Option<u64>,
 }
 
 impl Chip {
-    /// Greets and configures the board.
+    /// Connects to the board and configures it.
     ///
     /// # Panics
-    /// Where it refuses.
+    /// If the board refuses.
     pub fn configured(mut self, config: Config) -> Self {
         self.request(Command::Hello(Hello::OURS));
         assert_eq!(self.request(Command::Configure(config)), None);
         self
     }
 
-    /// The bytes of a command, with an id of its own.
+    /// Returns the frame of a command with a new id.
     ///
     /// # Panics
     /// Never: all commands fit a frame.
@@ -51,10 +51,10 @@ impl Chip {
         encode(&ToBoard { id: self.id, command }).expect("a frame").to_vec()
     }
 
-    /// Sends a command and lets 2 ms pass; why it was refused, if it was.
+    /// Sends a command, runs the chip for 2 ms, and returns the refusal, if any.
     ///
     /// # Panics
-    /// Where no answer comes.
+    /// If there is no answer.
     pub fn request(&mut self, command: Command) -> Option<Refusal> {
         let before = self.received.len();
         let frame = self.frame(command);
@@ -65,28 +65,26 @@ impl Chip {
             FromBoard::Hello(hello) if hello.id == id => Some(None),
             _ => None,
         });
-        answer.unwrap_or_else(|| {
-            panic!("{command:?} is not answered: {:?}", &self.received[before..])
-        })
+        answer.unwrap_or_else(|| panic!("no answer to {command:?}: {:?}", &self.received[before..]))
     }
 
-    /// Reports the ball, in micrometres, and lets 2 ms pass.
+    /// Sends the position of the ball, µm, and runs the chip for 2 ms.
     pub fn send_position(&mut self, ball: [i32; 3]) {
         let frame = self.position_frame(ball);
         self.send(&frame, 2000);
     }
 
-    /// Sends the ball to `target`, and reports it at `ball`; micrometres.
+    /// Sends a target and a position before and after it, µm, so that the board seeks.
     ///
     /// # Panics
-    /// Where the target is refused.
+    /// If the board refuses the target.
     pub fn seek(&mut self, ball: [i32; 3], target: [i32; 3]) {
         self.send_position(ball);
         assert_eq!(self.request(Command::Target(point(target))), None);
         self.send_position(ball);
     }
 
-    /// The bytes of the next position, micrometres.
+    /// Returns the frame of the next position, µm.
     pub fn position_frame(&mut self, ball: [i32; 3]) -> Vec<u8> {
         self.sequence = self.sequence.wrapping_add(1);
         let ball = Some(point(ball));
@@ -98,10 +96,10 @@ impl Chip {
         }))
     }
 
-    /// Where the board says that it is.
+    /// Requests telemetry and returns it.
     ///
     /// # Panics
-    /// Where it does not answer.
+    /// If there is no answer.
     pub fn status(&mut self) -> Telemetry {
         self.request(Command::Status);
         let telemetry = self.received.iter().rev().find_map(|message| match message {
@@ -111,12 +109,12 @@ impl Chip {
         telemetry.expect("a Status is answered with telemetry")
     }
 
-    /// The board's state.
+    /// Requests the board's state.
     pub fn state(&mut self) -> State {
         self.status().state
     }
 
-    /// Stops, and lets time pass until the motors stand; where the board says that they do.
+    /// Stops the motors, runs the chip until their rates are 0, and returns the telemetry.
     pub fn stop_and_wait(&mut self) -> Telemetry {
         self.request(Command::Stop);
         loop {
@@ -128,10 +126,10 @@ impl Chip {
         }
     }
 
-    /// What each motor's driver has seen since it was last asked.
+    /// Returns the pulses of each motor since the last call.
     ///
     /// # Panics
-    /// Where the chip does not tell.
+    /// If the reply has none.
     pub fn pulses(&mut self) -> [Pulses; 3] {
         let reply = self.execute(json!({ "pulses": true }));
         [0, 1, 2].map(|motor| {
@@ -147,12 +145,12 @@ impl Chip {
         })
     }
 
-    /// Drives a pin from outside; `None` lets go of it.
+    /// Drives a pin from outside; `None` releases it.
     pub fn drive_pin(&mut self, pin: u8, level: Option<u8>) -> Value {
         self.execute(json!({ "gpio": [pin, level] }))
     }
 
-    /// The level of a pin.
+    /// Returns the level of a pin: 0 or 1; 2 if the reply has none.
     pub fn pin_level(&mut self, pin: u8) -> u64 {
         self.execute(json!({ "levels": [pin] }))["levels"][0].as_u64().unwrap_or(2)
     }
@@ -162,30 +160,31 @@ impl Chip {
         self.drive_pin(EMERGENCY, Some(u8::from(open)));
     }
 
-    /// Takes the power away and gives it back; waits for USB.
+    /// Switches the power off and on, and waits for USB.
     pub fn power_cycle(&mut self) {
         self.execute(json!({ "reset": "power" }));
         self.wait_for_usb();
     }
 
-    /// Lets the processor jump to itself for ever, with interrupts off.
+    /// Hangs the processor in an endless loop with interrupts off.
     pub fn hang(&mut self) {
         self.execute(json!({ "hang": true }));
     }
 
-    /// The watchdog resets the chip within `ms` from now.
+    /// Checks that the watchdog resets the chip within `ms`.
     ///
     /// # Panics
-    /// Where it does not.
+    /// If it does not.
     pub fn assert_watchdog_reset_within(&mut self, ms: u32) {
         let bitten = (0..ms).map(|_| self.run_us(1000)).find(|reply| !reply["resets"].is_null());
         assert_eq!(bitten.expect("a reset")["resets"][0][1], "watchdog");
     }
 
-    /// After a watchdog's reset: the board comes up, lets the drivers go and says why.
+    /// Checks the board after a reset by the watchdog: it starts, disables the drivers and reports
+    /// the fault.
     ///
     /// # Panics
-    /// Where it does not.
+    /// If it does not.
     pub fn assert_stopped_by_watchdog(&mut self) {
         self.wait_for_usb();
         assert_eq!(self.pin_level(ENABLE), 1);
@@ -193,17 +192,17 @@ impl Chip {
         assert_eq!(self.state(), State::Fault(Fault::Watchdog));
     }
 
-    /// The chip's time, µs.
+    /// Returns the chip's time, µs.
     pub fn us(&self) -> u64 {
         self.cycle / CYCLES_PER_US
     }
 }
 
-/// A configuration for `rate` full steps/s in sixteenths, which a ball 2 m from its target asks
-/// for, with next to no ramp.
+/// Returns a configuration with a maximum of `rate` full steps/s at 1/16 steps and almost no ramp.
+/// A ball 2 m from its target needs this rate.
 ///
 /// # Panics
-/// Where there is no such rate.
+/// If the rate is out of range.
 pub fn fast_config(rate: f64, driver: StepDir) -> Config {
     let motor = Motor {
         max_rate: Rate::from_si(rate).expect("a rate"),
@@ -222,13 +221,13 @@ pub fn fast_config(rate: f64, driver: StepDir) -> Config {
     }
 }
 
-/// A target that every motor of [`fast_config`] hurries to from [`BALL_UM`].
+/// A target that needs the maximum rate of every motor from [`BALL_UM`], with [`fast_config`]; µm.
 pub const FAR_TARGET_UM: [i32; 3] = [2_000_000, 100_000, 1_700_000];
 
-/// A place of the ball for [`fast_config`].
+/// A position of the ball for [`fast_config`], µm.
 pub const BALL_UM: [i32; 3] = [500_000, 300_000, 0];
 
-/// A point from micrometres.
+/// Returns a point from µm.
 pub fn point(micrometres: [i32; 3]) -> Point {
     Point(micrometres.map(Micrometres))
 }

@@ -1,5 +1,5 @@
-//! A camera that costs nothing: small depth pictures of the ball, and a detector that knows where
-//! the ball is in them. Localisation, session and link are the real ones.
+//! A cheap camera: small depth images with the ball at a fixed pixel, and a detector that returns
+//! this pixel. Localisation, control loop and link are the real ones.
 
 use std::collections::VecDeque;
 
@@ -12,37 +12,38 @@ use plumb_vision::frame::RgbdFrame;
 use plumb_vision::image::Image;
 use plumb_vision::observation::{BallObservation, Circle};
 
-/// Rows and columns of a picture, pixels.
+/// Rows and columns of an image, pixels.
 const SIZE: usize = 15;
-/// The ball's centre in every picture, row and column, pixels.
+/// Row and column of the ball's centre in every image, pixels.
 const CENTRE: f64 = 7.0;
-/// The ball's radius in every picture, pixels.
+/// Radius of the ball in every image, pixels.
 const RADIUS: f64 = 6.0;
-/// Units of the depth picture in a metre.
+/// Units of depth per metre.
 const DEPTH_SCALE: f64 = 10_000.0;
-/// Variance of the centre's row and column, pixels²: a tenth of a pixel, as the detector `ball`.
+/// Variance of the centre's row and column, pixels²; the standard deviation is 0.1 pixel, as for
+/// the detector `ball`.
 const VARIANCE: f64 = 0.01;
 
-/// A camera that follows the ball and zooms: the ball is at the same place of every picture, and
-/// each picture's intrinsics say where that is.
+/// A camera whose intrinsics follow the ball, so that the ball has the same pixel and radius in
+/// every image.
 pub struct TrackingCamera<W> {
     world: W,
     camera: Camera,
     timing: Timing,
     next_capture: f64,
-    /// Taken but not yet arrived: the time, s, and the ball's position, m.
-    under_way: VecDeque<(f64, Point3<f64>)>,
+    /// Frames in transit: capture time, s, and position of the ball, m.
+    in_transit: VecDeque<(f64, Point3<f64>)>,
 }
 
 impl<W: World> TrackingCamera<W> {
-    /// Looks at the ball of `world` from where `camera` is.
+    /// Returns a camera at the pose of `camera` that follows the ball of `world`.
     pub fn new(world: W, camera: Camera, timing: Timing) -> Self {
         let next_capture = world.now();
-        Self { world, camera, timing, next_capture, under_way: VecDeque::new() }
+        Self { world, camera, timing, next_capture, in_transit: VecDeque::new() }
     }
 
-    /// The picture of a ball at `ball`, m, taken at `time`, s.
-    fn picture(&self, time: f64, ball: Point3<f64>) -> Result<RgbdFrame, SourceError> {
+    /// Renders the frame of a ball at `ball`, m, captured at `time`, s.
+    fn render(&self, time: f64, ball: Point3<f64>) -> Result<RgbdFrame, SourceError> {
         let centre = self.camera.pose.inverse_transform_point(&ball).coords;
         let radius = self.camera.ball_diameter / 2.0;
         let focal = RADIUS * centre.z / radius;
@@ -64,7 +65,7 @@ impl<W: World> TrackingCamera<W> {
     }
 }
 
-/// Returns the depth, m, at which `ray` (camera axes, z = 1) meets a ball; `None` where it misses.
+/// Returns the depth, m, at which `ray` (camera axes, z = 1) meets a ball; `None` if it misses.
 fn surface(ray: &Vector3<f64>, centre: &Vector3<f64>, radius: f64) -> Option<f64> {
     let along = ray.dot(centre);
     let square = ray.norm_squared();
@@ -73,20 +74,21 @@ fn surface(ray: &Vector3<f64>, centre: &Vector3<f64>, radius: f64) -> Option<f64
 }
 
 impl<W: World> CameraSource for TrackingCamera<W> {
-    /// Pictures are taken on time and arrive late, as those of `SimulatedCamera`.
+    /// Captures frames at the camera's rate and delivers them after the latency, as
+    /// `SimulatedCamera` does.
     fn next_frame(&mut self) -> Result<Option<RgbdFrame>, SourceError> {
         let Timing { rate, latency } = self.timing;
         loop {
-            if let Some(&(taken, ball)) = self.under_way.front()
+            if let Some(&(taken, ball)) = self.in_transit.front()
                 && taken + latency <= self.next_capture
             {
-                self.under_way.pop_front();
+                self.in_transit.pop_front();
                 self.world.wait_until(taken + latency).map_err(SimulationError::Rig)?;
-                return self.picture(taken, ball).map(Some);
+                return self.render(taken, ball).map(Some);
             }
             self.world.wait_until(self.next_capture).map_err(SimulationError::Rig)?;
             let now = self.world.now();
-            self.under_way.push_back((now, self.world.ball()));
+            self.in_transit.push_back((now, self.world.ball()));
             let missed = ((now - self.next_capture) * rate).floor().max(0.0);
             self.next_capture += (missed + 1.0) / rate;
         }
@@ -101,7 +103,7 @@ impl<W: World> CameraSource for TrackingCamera<W> {
     }
 }
 
-/// Finds the ball where a [`TrackingCamera`] puts it.
+/// A detector that returns the fixed pixel of a [`TrackingCamera`].
 pub struct FixedDetector(pub Camera);
 
 impl BallDetector for FixedDetector {
@@ -123,9 +125,10 @@ mod tests {
 
     use super::*;
 
-    struct Still(Point3<f64>);
+    /// A world in which nothing moves.
+    struct StaticWorld(Point3<f64>);
 
-    impl World for Still {
+    impl World for StaticWorld {
         fn now(&self) -> f64 {
             0.0
         }
@@ -140,12 +143,13 @@ mod tests {
     }
 
     #[test]
-    fn the_ball_is_located_where_it_is() {
+    fn localisation_recovers_the_position() {
         let camera = camera_file::paper().expect("the paper's camera");
         for ball in [[0.54, 0.22, 0.459], [0.4, 0.4, 0.15], [0.7, 0.1, 0.3]].map(Point3::from) {
-            let source = TrackingCamera::new(Still(ball), camera.clone(), Timing::default());
-            let frame = source.picture(0.0, ball).expect("a picture");
-            let seen = FixedDetector(camera.clone()).detect(&frame).expect("no error").expect("a ball");
+            let source = TrackingCamera::new(StaticWorld(ball), camera.clone(), Timing::default());
+            let frame = source.render(0.0, ball).expect("a picture");
+            let seen = FixedDetector(camera.clone()).detect(&frame);
+            let seen = seen.expect("no error").expect("a ball");
             let position = seen.position.expect("a position").mean;
             // A unit of depth is 0.1 mm.
             assert!((position - ball).norm() < 1e-4, "{position} for {ball}");

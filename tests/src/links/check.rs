@@ -1,37 +1,37 @@
-//! Whether a run did what its link allows, and told the truth.
+//! Checks of a run: what its link allows, and whether the report is true.
 
 use std::time::Duration;
 
 use super::{Leg, Outcome, Run};
 
-/// Distance within which the ball is at its target, m: the paper's rig file.
+/// Distance from the target that counts as reached, m; from the paper's rig file.
 const RADIUS_M: f64 = 0.010;
-/// Pictures in a row within that distance: the paper's rig file.
+/// Consecutive frames within that distance; from the paper's rig file.
 const FRAMES: u64 = 10;
-/// Longest time from a disturbance to the end of the run.
+/// Maximum time from a disturbance to the end of the run.
 const CAUSE_WITHIN: Duration = Duration::from_secs(2);
 
-/// What is wrong with a run.
+/// Result of the checks of a run.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Verdict {
-    /// Targets that were driven to: reported as reached, and truly so.
+    /// Number of targets reported as reached and truly reached.
     pub driven: usize,
-    /// Targets that are reported as reached but were not: each with its frames and error.
+    /// Targets reported as reached but not reached: each with its frames and error.
     pub false_reached: Vec<String>,
-    /// Everything else that must not be.
-    pub wrong: Vec<String>,
-    /// From the disturbance to the end of a run that ended early, s.
+    /// All other violations.
+    pub violations: Vec<String>,
+    /// Time from the disturbance to the end of a run that ended early, s.
     pub cause_after_s: Option<f64>,
 }
 
 impl Verdict {
-    /// Whether nothing is wrong.
+    /// Returns whether all checks passed.
     pub fn is_good(&self) -> bool {
-        self.false_reached.is_empty() && self.wrong.is_empty()
+        self.false_reached.is_empty() && self.violations.is_empty()
     }
 }
 
-/// Judges a run.
+/// Checks a run.
 pub fn check_run(run: &Run, outcome: &Outcome) -> Verdict {
     let reported_reached = outcome.legs.iter().enumerate().filter(|(_, leg)| leg.reported_reached);
     let (driven, not): (Vec<_>, Vec<_>) = reported_reached.partition(|(_, leg)| is_driven(leg));
@@ -43,10 +43,10 @@ pub fn check_run(run: &Run, outcome: &Outcome) -> Verdict {
         false_reached: false_reached.collect(),
         ..Verdict::default()
     };
-    let mut wrong = Vec::new();
+    let mut violations = Vec::new();
     let mut check = |right: bool, what: &dyn Fn() -> String| {
         if !right {
-            wrong.push(what());
+            violations.push(what());
         }
     };
     let (link, Outcome { cause, exit_code, .. }) = (&run.link, outcome);
@@ -54,22 +54,24 @@ pub fn check_run(run: &Run, outcome: &Outcome) -> Verdict {
     if reached {
         let all = outcome.legs.iter().filter(|leg| leg.reported_reached).count() == outcome.targets;
         check(all, &|| format!("exit code 0 with {} legs", outcome.legs.len()));
-        let may = !matches!(link.expected, super::Expected::Cause(_));
-        check(may, &|| "reached, although the link was interrupted".to_owned());
+        let may_reach = !matches!(link.expected, super::Expected::Cause(_));
+        check(may_reach, &|| "reached, although the link was interrupted".to_owned());
     } else {
         check(link.expected.allows(cause), &|| format!("exit code {exit_code}: {cause}"));
         if let Some(disturbed) = link.disturbed_at(run.seed) {
             let after = Duration::from_micros(outcome.ended_at.since(disturbed));
-            check(after <= CAUSE_WITHIN, &|| format!("told after {:.1} s", after.as_secs_f64()));
+            check(after <= CAUSE_WITHIN, &|| {
+                format!("reported after {:.1} s", after.as_secs_f64())
+            });
             verdict.cause_after_s = Some(after.as_secs_f64());
         }
     }
-    check(outcome.at_rest, &|| format!("the motors still turn afterwards ({})", outcome.state));
-    verdict.wrong = wrong;
+    check(outcome.at_rest, &|| format!("the motors still turn after the run ({})", outcome.state));
+    verdict.violations = violations;
     verdict
 }
 
-/// Whether a leg took the pictures that it must, and ended at its target.
+/// Returns whether a leg has enough frames and ended at its target.
 fn is_driven(leg: &Leg) -> bool {
     leg.frames >= FRAMES && leg.true_error_m <= RADIUS_M
 }

@@ -1,5 +1,5 @@
-//! Closed loops over links that take time, lose frames and are interrupted: the real session, drive
-//! and link before an emulated board whose wire is the link.
+//! Closed loops over links with delay, loss and interruption: the real control loop and link, and
+//! an emulated board whose wire is the link under test.
 
 mod camera;
 mod check;

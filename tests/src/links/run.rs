@@ -1,4 +1,4 @@
-//! One run over a link, and what was seen of it from outside.
+//! One run over a link, and its observation from outside.
 
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -23,73 +23,74 @@ use rand_chacha::ChaCha8Rng;
 
 use super::{FixedDetector, LinkCase, TrackingCamera};
 
-/// Targets of a run.
+/// Number of targets of a run.
 const TARGETS: usize = 3;
-/// Smallest distance from one target to the next, m: a leg that is not driven shows.
+/// Minimum distance between consecutive targets, m. A leg that was not driven ends this far off.
 const APART_M: f64 = 0.12;
-/// Gain of the law interval, 1/s: the paper's, 30, takes minutes for some of the targets.
+/// Gain of law `interval`, 1/s. The paper's, 30, takes minutes for some of the targets.
 const GAMMA: f64 = 200.0;
-/// Longest time for a target, s.
+/// Timeout for a target, s.
 const TIMEOUT_S: f64 = 60.0;
-/// Time after a run in which the board must come to rest without a host: its deadline and a ramp.
+/// Time after a run in which the board must come to rest: longer than its deadline and a ramp.
 const REST: Duration = Duration::from_secs(2);
 
-/// A run to try.
+/// Settings of a run.
 #[derive(Debug, Clone, Copy)]
 pub struct Run {
     /// The link.
     pub link: LinkCase,
-    /// The law's name.
+    /// Name of the law.
     pub law: &'static str,
-    /// Seed of the link's faults, of the targets and of the moment of the first picture.
+    /// Seed of the link's faults, of the targets and of the time of the first frame.
     pub seed: u64,
 }
 
-/// What was seen of one target.
+/// Observation of one target.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Leg {
     /// The target, m.
     pub target: Point3<f64>,
-    /// Pictures.
+    /// Number of frames.
     pub frames: u64,
-    /// Distance of the simulated ball from the target at the last picture, m.
+    /// Distance of the simulated ball from the target at the last frame, m.
     pub true_error_m: f64,
-    /// Whether the session reports it as reached.
+    /// Whether the run reports the target as reached.
     pub reported_reached: bool,
 }
 
-/// What a run came to.
+/// Observation of a run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outcome {
-    /// The targets that the run got to, in order.
+    /// The targets that the run started, in order.
     pub legs: Vec<Leg>,
-    /// Targets that it was given.
+    /// Number of targets of the run.
     pub targets: usize,
-    /// The exit code that `plumb run` has for this result.
+    /// Exit code of `plumb run` for this result.
     pub exit_code: u8,
-    /// The cause that is told.
+    /// Reported cause of the end.
     pub cause: String,
-    /// When the session returned, on the board's clock.
+    /// Time of the end on the board's clock.
     pub ended_at: Micros,
-    /// The board's state after 2 s without a host.
+    /// State of the board 2 s after the end.
     pub state: State,
-    /// Whether the motors stood still then.
+    /// Whether the motors were at rest then.
     pub at_rest: bool,
 }
 
-/// The board's clock when the host opens its port: another phase of tick and picture for each seed.
-pub(super) fn begin(seed: u64) -> Micros {
+/// Returns the board's clock when the host opens its port. The phase of tick and frame depends on
+/// the seed.
+pub(super) fn start_time(seed: u64) -> Micros {
     Micros(10_000 + seed % 20 * 1_700)
 }
 
-/// Runs with the board in memory and in virtual time.
+/// Runs in virtual time, with the board in memory.
 ///
 /// # Panics
-/// Where the run cannot be prepared.
+/// If the run cannot be prepared.
 pub fn in_virtual_time(run: &Run) -> Outcome {
     let rig = rig(run);
     let mut board = board(run);
-    board.run_to(begin(run.seed)).expect("a rig at rest");
+    board.run_to(start_time(run.seed)).expect("a rig at rest");
     let board = Rc::new(RefCell::new(board));
     let world = VirtualWorld::new(Rc::clone(&board)).expect("a board with a rig");
     let rest = || {
@@ -100,11 +101,11 @@ pub fn in_virtual_time(run: &Run) -> Outcome {
     drive(&rig, world, Memory::new(Rc::clone(&board)), &board, rest)
 }
 
-/// Runs with the board on a pseudo-terminal and in real time. The board's deadlines are long, so
-/// that a busy machine does not look like a silent host.
+/// Runs in real time, with the board on a pseudo-terminal. The board's deadlines are long, so that
+/// a delay of a busy machine does not look like a silent host.
 ///
 /// # Panics
-/// Where the run cannot be prepared.
+/// If the run cannot be prepared.
 pub fn in_real_time(run: &Run) -> Outcome {
     let mut rig = rig(run);
     let deadline = |seconds: f64| seconds.try_into().expect("seconds");
@@ -124,24 +125,24 @@ pub fn in_real_time(run: &Run) -> Outcome {
     drive(&rig, world, transport, &served, rest)
 }
 
-/// Something that has an emulated board.
+/// Access to the emulated board of a run.
 trait Probe {
-    fn look<R>(&self, at: impl FnOnce(&EmulatedBoard) -> R) -> R;
+    fn inspect<R>(&self, at: impl FnOnce(&EmulatedBoard) -> R) -> R;
 }
 
 impl Probe for Rc<RefCell<EmulatedBoard>> {
-    fn look<R>(&self, at: impl FnOnce(&EmulatedBoard) -> R) -> R {
+    fn inspect<R>(&self, at: impl FnOnce(&EmulatedBoard) -> R) -> R {
         at(&self.borrow())
     }
 }
 
 impl Probe for Rc<Served> {
-    fn look<R>(&self, at: impl FnOnce(&EmulatedBoard) -> R) -> R {
+    fn inspect<R>(&self, at: impl FnOnce(&EmulatedBoard) -> R) -> R {
         at(&self.board())
     }
 }
 
-/// The paper's rig with the run's law and targets.
+/// Returns the paper's rig with the run's law and targets.
 fn rig(run: &Run) -> Rig {
     let mut law = LawSettings::named(run.law).expect("a law of that name");
     if run.law == "interval" {
@@ -154,7 +155,7 @@ fn rig(run: &Run) -> Rig {
     Rig { law, targets: targets.into(), ..Rig::paper().expect("the paper's rig file") }
 }
 
-/// Random targets in the middle of the workspace, each away from the one before.
+/// Returns random targets in the middle of the workspace, at least [`APART_M`] apart.
 fn targets(seed: u64) -> [Point3<f64>; TARGETS] {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let mut last = Task::paper().start;
@@ -176,7 +177,7 @@ fn board(run: &Run) -> EmulatedBoard {
     EmulatedBoard::with_plant(EMULATED, Box::new(plant)).with_wire((run.link.wire)(run.seed))
 }
 
-/// Runs the session and looks at the board at each picture and, after `rest`, at the end.
+/// Runs the control loop and inspects the board at each frame and, after `rest`, at the end.
 fn drive<W: World, T: Transport>(
     rig: &Rig,
     world: W,
@@ -194,23 +195,23 @@ fn drive<W: World, T: Transport>(
         place: Place::Folder(folder.path().join("run")),
         timeout: TIMEOUT_S,
         interrupted: &AtomicBool::new(false),
-        progress: &mut |row| note(&mut legs, row, board.look(|b| b.ball()).expect("a rig")),
+        progress: &mut |row| record(&mut legs, row, board.inspect(|b| b.ball()).expect("a rig")),
         follow: None,
     };
     let result = session.run(&mut source, transport).map(|ended| ended.summary);
-    let ended_at = board.look(EmulatedBoard::now);
-    let Told { reported_reached, exit_code, cause } = told(&result);
+    let ended_at = board.inspect(EmulatedBoard::now);
+    let Report { reported_reached, exit_code, cause } = report(&result);
     for leg in legs.iter_mut().take(reported_reached) {
         leg.reported_reached = true;
     }
     rest();
-    let (state, rates) = board.look(|b| (b.state(), b.rates()));
+    let (state, rates) = board.inspect(|b| (b.state(), b.rates()));
     let at_rest = rates == [0.0; 3];
     Outcome { legs, targets: rig.targets.len(), exit_code, cause, ended_at, state, at_rest }
 }
 
-/// Adds a picture to its leg.
-fn note(legs: &mut Vec<Leg>, row: &Row, ball: Point3<f64>) {
+/// Adds a frame to its leg.
+fn record(legs: &mut Vec<Leg>, row: &Row, ball: Point3<f64>) {
     let target = row.target.expect("every row of a run has a target");
     if legs.last().is_none_or(|leg| leg.target != target) {
         legs.push(Leg { target, frames: 0, true_error_m: 0.0, reported_reached: false });
@@ -221,33 +222,33 @@ fn note(legs: &mut Vec<Leg>, row: &Row, ball: Point3<f64>) {
     }
 }
 
-/// What a session's result tells its user.
-struct Told {
-    /// Targets that are reported as reached, from the first.
+/// The result that `plumb run` reports to its user.
+struct Report {
+    /// Number of targets reported as reached, from the first.
     reported_reached: usize,
     exit_code: u8,
     cause: String,
 }
 
-/// Reads a session's result as `plumb run` does.
-fn told(result: &Result<Summary, SessionError>) -> Told {
+/// Converts the result as `plumb run` does.
+fn report(result: &Result<Summary, SessionError>) -> Report {
     let reported_reached = |summary: &Summary| summary.targets_reached;
     match result {
-        Ok(summary) => Told {
+        Ok(summary) => Report {
             reported_reached: reported_reached(summary),
             exit_code: u8::from(!summary.reached),
             cause: summary.ending.clone(),
         },
         Err(error) => match error {
-            SessionError::Broken { error, ended } => Told {
+            SessionError::Broken { error, ended } => Report {
                 reported_reached: reported_reached(&ended.summary),
                 exit_code: 1,
                 cause: error.to_string(),
             },
             SessionError::Link(error) => {
-                Told { reported_reached: 0, exit_code: 1, cause: error.to_string() }
+                Report { reported_reached: 0, exit_code: 1, cause: error.to_string() }
             }
-            _ => Told { reported_reached: 0, exit_code: 2, cause: error.to_string() },
+            _ => Report { reported_reached: 0, exit_code: 2, cause: error.to_string() },
         },
     }
 }

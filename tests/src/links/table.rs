@@ -1,4 +1,4 @@
-//! The links and what a run over each must come to.
+//! The table of links, with the expected result of a run over each.
 
 use std::time::Duration;
 
@@ -7,40 +7,40 @@ use plumb_emulator::wire::{Lane, Line, Reboot, Silence};
 use plumb_protocol::message::StartCause;
 use plumb_protocol::units::Micros;
 
-/// What a run over a link must come to.
+/// Expected result of a run over a link.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Expected {
     /// Every target is reached.
     Reached,
-    /// The run ends early and its cause contains one of these words.
+    /// The run ends early, with a cause that contains one of these phrases.
     Cause(&'static [&'static str]),
-    /// Every target is reached, or the run ends early with one of these words.
+    /// One of the two above.
     Either(&'static [&'static str]),
 }
 
-/// A link to try.
+/// A link under test.
 #[derive(Debug, Clone, Copy)]
 pub struct LinkCase {
-    /// Its name in tables.
+    /// Name in tables.
     pub name: &'static str,
-    /// Its settings for a seed.
+    /// Returns the wire for a seed.
     pub wire: fn(u64) -> Wire,
-    /// What a run over it must come to.
+    /// Expected result of a run.
     pub expected: Expected,
 }
 
-/// Words for a link that is interrupted.
+/// Causes over an interrupted link.
 const INTERRUPTED: &[&str] =
     &["nothing came from the host", "no answer", "nothing has come from the board"];
-/// Words for a link that may lose enough frames in a row for a deadline of the board to pass.
-const UNHEARD: &[&str] = &["nothing came from the host", "no fresh position"];
-/// Words for a link that is too bad for requests, too.
-const TOO_BAD: &[&str] =
+/// Causes over a link that may lose enough consecutive frames to miss a deadline of the board.
+const DEADLINE_MISSED: &[&str] = &["nothing came from the host", "no fresh position"];
+/// Causes over a link that may also lose every repetition of a request.
+const REQUEST_LOST: &[&str] =
     &["nothing came from the host", "no fresh position", "no answer", "nothing has come"];
-/// Words for a board that has restarted.
+/// Causes after a restart of the board.
 const RESTARTED: &[&str] = &["restart"];
 
-/// Every link.
+/// Returns every link.
 pub fn links() -> Vec<LinkCase> {
     use Expected::{Cause, Either, Reached};
     let case = |name, wire, expected| LinkCase { name, wire, expected };
@@ -54,8 +54,8 @@ pub fn links() -> Vec<LinkCase> {
         case("2 ms", |seed| wire(frame(2000), seed), Reached),
         case("1 % lost", |seed| both(Lane { lost: 0.01, ..usb() }, seed), Reached),
         case("10 % lost", |seed| both(Lane { lost: 0.1, ..usb() }, seed), Reached),
-        case("25 % lost", |seed| both(Lane { lost: 0.25, ..usb() }, seed), Either(UNHEARD)),
-        case("50 % lost", |seed| both(Lane { lost: 0.5, ..usb() }, seed), Either(TOO_BAD)),
+        case("25 % lost", |seed| both(Lane { lost: 0.25, ..usb() }, seed), Either(DEADLINE_MISSED)),
+        case("50 % lost", |seed| both(Lane { lost: 0.5, ..usb() }, seed), Either(REQUEST_LOST)),
         case("latency 20 ms", |seed| both(Lane { latency: ms(20), ..usb() }, seed), Reached),
         case("5 % damaged", |seed| both(Lane { damaged: 0.05, ..usb() }, seed), Reached),
         case("10 % doubled", |seed| both(Lane { doubled: 0.1, ..usb() }, seed), Reached),
@@ -75,21 +75,21 @@ pub fn links() -> Vec<LinkCase> {
     ]
 }
 
-/// The link of this name in the table.
+/// Returns the link with this name.
 ///
 /// # Panics
-/// Where there is none.
+/// If there is none.
 pub fn link(name: &str) -> LinkCase {
     links().into_iter().find(|link| link.name == name).expect("a link of that name")
 }
 
-/// The links over which every target is reached: slow and lossy ones, but not too lossy.
+/// Returns the links over which every target is reached.
 pub fn usable_links() -> Vec<LinkCase> {
     links().into_iter().filter(|link| link.expected == Expected::Reached).collect()
 }
 
 impl Expected {
-    /// Whether a run may end with this cause.
+    /// Returns whether a run may end with this cause.
     pub fn allows(self, cause: &str) -> bool {
         match self {
             Self::Reached => false,
@@ -101,17 +101,17 @@ impl Expected {
 }
 
 impl LinkCase {
-    /// Whether the link falls silent for a while: what comes of that depends on the board's
+    /// Returns whether the link is silent for a while. The result of that depends on the board's
     /// deadlines.
     pub fn falls_silent(&self) -> bool {
         !(self.wire)(0).silences.is_empty()
     }
 
-    /// When the link is first disturbed on the board's clock, where that is one moment.
+    /// Returns the time of the first disturbance on the board's clock, if the link has one.
     pub fn disturbed_at(&self, seed: u64) -> Option<Micros> {
         let Wire { to_board, silences, reboots, .. } = (self.wire)(seed);
-        // A dead link is disturbed from the moment at which the host opens its port.
-        let dead = (to_board.lost >= 1.0).then(|| super::run::begin(seed));
+        // The disturbance of a dead link starts when the host opens its port.
+        let dead = (to_board.lost >= 1.0).then(|| super::run::start_time(seed));
         dead.into_iter()
             .chain(silences.iter().map(|silence| silence.from))
             .chain(reboots.iter().map(|reboot| reboot.at))
@@ -127,7 +127,7 @@ fn frame(us: u64) -> Line {
     Line::Frame(Duration::from_micros(us))
 }
 
-/// A full-speed USB link: a frame a millisecond.
+/// Returns a full-speed USB lane: one frame per millisecond.
 fn usb() -> Lane {
     Lane::on(frame(1000))
 }
@@ -140,14 +140,15 @@ fn wire(line: Line, seed: u64) -> Wire {
     both(Lane::on(line), seed)
 }
 
-/// Everything at once: a slow line that delays, loses, damages and doubles.
+/// Returns a slow wire with delay, loss, damage and duplicates.
 fn poor_radio(seed: u64) -> Wire {
     let faults =
         Lane { latency: ms(10), lost: 0.03, damaged: 0.03, doubled: 0.03, ..Lane::default() };
     both(Lane { line: Line::Baud(115_200), ..faults }, seed)
 }
 
-/// A moment in mid-run, another one for each seed: 1.5 s to 2.5 s, in steps of 52.6 ms.
+/// Returns a time during the run, µs, which depends on the seed: 1.5 s to 2.5 s in steps of 52.6
+/// ms.
 fn mid_run(seed: u64) -> u64 {
     1_500_000 + seed % 20 * 52_600
 }
@@ -163,14 +164,14 @@ fn rebooted(cause: StartCause, seed: u64) -> Wire {
     Wire { reboots, ..both(usb(), seed) }
 }
 
-/// A restart that takes the board from the link for 300 ms, as a start over USB does.
+/// Returns a wire with a restart and 300 ms of silence, as at a start over USB.
 fn rebooted_in_silence(seed: u64) -> Wire {
     Wire { silences: silent(300, seed).silences, ..rebooted(StartCause::PowerOn, seed) }
 }
 
-/// A restart 1 ms to 20 ms after the host begins to greet: between any two requests.
+/// Returns a wire with a restart 1 ms to 20 ms after the host's first Hello: between two requests.
 fn rebooted_in_greeting(seed: u64) -> Wire {
-    let at = Micros(super::run::begin(seed).0 + 1000 * (1 + seed % 20));
+    let at = Micros(super::run::start_time(seed).0 + 1000 * (1 + seed % 20));
     let reboots = vec![Reboot { at, cause: StartCause::PowerOn }];
     Wire { reboots, ..both(usb(), seed) }
 }

@@ -1,4 +1,4 @@
-//! Where the processor's time goes, by handler and function.
+//! Profile of the processor's time by handler and function.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -9,20 +9,19 @@ use serde_json::json;
 use crate::measure::{BenchLaw, EQUAL_RATES_TARGET_UM, start_with};
 use crate::symbols::functions;
 
-/// Pictures that are looked at.
-const PICTURES: i32 = 5;
-/// From one to the next, µs.
+/// Number of positions.
+const POSITIONS: i32 = 5;
+/// Period of the positions, µs.
 const PERIOD_US: u64 = 33_333;
 
-/// Prints the share of the processor that each function takes under each exception (0: thread
-/// mode), at 3 x 1 M steps/s and 30 positions/s with a law; what an inlined function takes is its
-/// caller's.
+/// Prints the processor's time of each function in each exception (0: thread mode), at
+/// 3 x 1 M steps/s and 30 positions/s. The time of an inlined function counts for its caller.
 pub(crate) fn print(image: &Path, law: BenchLaw) {
     let mut chip = start_with(image, 62_500.0, law);
     chip.seek(BALL_UM, EQUAL_RATES_TARGET_UM);
     chip.run_us(30_000);
     chip.execute(json!({ "trace": {} }));
-    for at in 0..PICTURES {
+    for at in 0..POSITIONS {
         chip.send_position([BALL_UM[0], BALL_UM[1], at * 1000]);
         chip.run_us(PERIOD_US - 2000);
     }
@@ -38,7 +37,7 @@ pub(crate) fn print(image: &Path, law: BenchLaw) {
         *shares.entry((exception, function.map_or("?", |(_, f)| f.1.as_str()))).or_default() +=
             cycles;
     }
-    let all = f64::from(PICTURES) * PERIOD_US as f64 * 125.0;
+    let all = f64::from(POSITIONS) * PERIOD_US as f64 * 125.0;
     let percent = |cycles: u64| 100.0 * cycles as f64 / all;
     for (handler, cycles) in handlers {
         println!("{:6.2} % exception {handler}", percent(cycles));
@@ -49,7 +48,7 @@ pub(crate) fn print(image: &Path, law: BenchLaw) {
             of_it.iter().take(20).filter(|(_, cycles)| percent(**cycles) > 0.005)
         {
             println!(
-                "{:12.2} % {:5.0} a tick  {name}",
+                "{:12.2} % {:5.0} per tick  {name}",
                 percent(**cycles),
                 **cycles as f64 / (all / 25_000.0)
             );

@@ -1,14 +1,14 @@
-//! Where functions are in the image.
+//! Addresses of functions in the image.
 
 use std::collections::BTreeMap;
 use std::path::Path;
 
 use object::{Object, ObjectSymbol, SymbolKind};
 
-/// The address of the function in which a law answers: quick laws in the tick, slow ones in their
-/// thinker.
-pub(crate) fn law_update(image: &Path, slow: bool) -> u64 {
-    let parts: &[&str] = match slow {
+/// Returns the address of the law's update: in the tick for inline laws, in the law worker for
+/// deferred laws.
+pub(crate) fn law_update(image: &Path, deferred: bool) -> u64 {
+    let parts: &[&str] = match deferred {
         true => &["plumb_core", "think", "Thinker", "answer"],
         false => &["plumb_core..law..Quick", "Law", "update"],
     };
@@ -16,13 +16,13 @@ pub(crate) fn law_update(image: &Path, slow: bool) -> u64 {
     let file = object::File::parse(&*elf).expect("an ELF file");
     let found = file.symbols().find(|symbol| {
         let name = symbol.name().unwrap_or_default();
-        // Not the linker's jumps to it, whose names say so first.
+        // The names of the linker's jumps to it have a prefix.
         name.starts_with("_ZN") && parts.iter().all(|part| name.contains(part))
     });
     found.expect("the law's function, with a name and not inlined").address()
 }
 
-/// The functions of an image, by their addresses.
+/// Returns size and name of each function of an image, by address.
 pub(crate) fn functions(image: &Path) -> BTreeMap<u64, (u64, String)> {
     let elf = std::fs::read(image).expect("an image that can be read");
     let file = object::File::parse(&*elf).expect("an ELF file");
