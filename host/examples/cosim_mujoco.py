@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""`plumb cosim` on MuJoCo: a ball on three elastic cables (spatial tendons that pull and do not push).
+"""`plumb cosim` on MuJoCo: a ball on three elastic cables, spatial tendons that only pull.
 
     pip install mujoco
     python3 host/examples/cosim_mujoco.py [--plumb PATH] [--law NAME] [--seed N]
 
-Drives the paper's task with a camera of 30 pictures/s, two pictures late and noisy. Ends with a line of JSON; exit code 0
-where the target was reached.
+Drives the paper's task with a noisy camera of 30 pictures/s whose positions are two pictures late.
+Ends with a line of JSON. Exit code: 0 if the board reports the target as reached, 1 otherwise.
 """
 
 import argparse
@@ -19,31 +19,39 @@ import sys
 import mujoco
 import numpy
 
-MOTORS = {"A": (0.850, 0.610, 0.665), "B": (0.850, 0.0, 0.665), "C": (0.0, 0.240, 0.665)}
-START, TARGET = (0.540, 0.220, 0.459), (0.400, 0.400, 0.150)
-STEP_M = 2 * math.pi * 0.015 / 200
-MASS, STIFFNESS = 0.2, 800.0
-DAMPING = 2 * 0.1 * math.sqrt(STIFFNESS * MASS)
-FRAME_S, LATE, SAMPLES = 1 / 30, 2, 33
+MOTORS = {"A": (0.850, 0.610, 0.665), "B": (0.850, 0.0, 0.665), "C": (0.0, 0.240, 0.665)}  # m
+START, TARGET = (0.540, 0.220, 0.459), (0.400, 0.400, 0.150)  # m
+STEP_M = 2 * math.pi * 0.015 / 200  # cable of a full step
+MASS, STIFFNESS = 0.2, 800.0  # kg, N/m
+DAMPING = 2 * 0.1 * math.sqrt(STIFFNESS * MASS)  # N s/m
+NOISE_M = (0.002, 0.001, 0.001)  # standard deviations
+FRAME_S = 1 / 30
+LATE = 2  # pictures
+SAMPLES = 33  # motor positions in an answer
+LIMIT_S = 30
+AFTER_S = 2  # simulated after the target is reached
+
+JOINTS = "".join(f'<joint type="slide" axis="{axis}"/>' for axis in ("1 0 0", "0 1 0", "0 0 1"))
 
 
 def model():
-    """The ball and its cables; each is a tendon that an actuator pulls by."""
-    sites = "".join(f'<site name="{name}" pos="{x} {y} {z}"/>' for name, (x, y, z) in MOTORS.items())
+    """Returns the ball and its cables; each cable is a tendon with an actuator that pulls."""
+    sites = "".join(f'<site name="{n}" pos="{x} {y} {z}"/>' for n, (x, y, z) in MOTORS.items())
     tendons = "".join(
-        f'<spatial name="{name}"><site site="{name}"/><site site="ball"/></spatial>' for name in MOTORS
+        f'<spatial name="{n}"><site site="{n}"/><site site="ball"/></spatial>' for n in MOTORS
     )
-    pulls = "".join(f'<motor tendon="{name}" gear="-1"/>' for name in MOTORS)
+    pulls = "".join(f'<motor tendon="{n}" gear="-1"/>' for n in MOTORS)
+    start = " ".join(map(str, START))
     return mujoco.MjModel.from_xml_string(
         f"""<mujoco><option timestep="0.0005" gravity="0 0 -9.81"/><worldbody>{sites}
-        <body name="ball" pos="{' '.join(map(str, START))}"><joint type="slide" axis="1 0 0"/><joint type="slide" axis="0 1 0"/>
-        <joint type="slide" axis="0 0 1"/><geom type="sphere" size="0.02" mass="{MASS}"/><site name="ball"/></body></worldbody>
+        <body name="ball" pos="{start}">{JOINTS}<geom type="sphere" size="0.02" mass="{MASS}"/>
+        <site name="ball"/></body></worldbody>
         <tendon>{tendons}</tendon><actuator>{pulls}</actuator></mujoco>"""
     )
 
 
 def hang(m, d):
-    """Cable lengths with which the ball hangs at rest at START: straight, less what its weight stretches them."""
+    """Returns the unstretched cable lengths (m) with which the ball hangs at rest at START."""
     mujoco.mj_forward(m, d)
     directions = numpy.array(list(MOTORS.values())) - START
     lengths = numpy.linalg.norm(directions, axis=1)
@@ -52,8 +60,11 @@ def hang(m, d):
 
 
 def advance(m, d, lengths, rates):
-    """One time step with cables of these lengths (m) that grow at these rates (m/s); which of them are slack. A cable pulls where it
-    is stretched, and is damped as it stretches: not as it is paid out."""
+    """Simulates one time step with unstretched cable lengths (m) and their rates (m/s).
+
+    Returns which cables are slack. A cable pulls where it is stretched. Its damping is on the rate
+    of the stretch, not on the rate at which it is paid out.
+    """
     mujoco.mj_step1(m, d)
     stretch = d.ten_length - lengths
     pulls = STIFFNESS * stretch + DAMPING * (d.ten_velocity - rates)
@@ -62,33 +73,42 @@ def advance(m, d, lengths, rates):
     return stretch <= 0
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--plumb", default="plumb", help="the program")
-    parser.add_argument("--law", help="a law's name")
-    parser.add_argument("--seed", type=int, default=1)
-    args = parser.parse_args()
-    noise = random.Random(args.seed)
-    command = [args.plumb, "cosim", "--samples", str(SAMPLES)] + (["--law", args.law] if args.law else [])
-    board = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+class Board:
+    """The program's end: `plumb cosim` in a process of its own."""
 
+    def __init__(self, plumb, law):
+        command = [plumb, "cosim", "--samples", str(SAMPLES), *(["--law", law] if law else [])]
+        pipe = subprocess.PIPE
+        self.process = subprocess.Popen(command, stdin=pipe, stdout=pipe, text=True)
+
+    def step(self, frame, position):
+        """Runs the board over one picture's time; returns its answer."""
+        line = {"t": frame * FRAME_S, "dt": FRAME_S, "position": position, "age": LATE * FRAME_S}
+        if frame == 0:
+            line["target"] = TARGET
+        self.process.stdin.write(json.dumps(line) + "\n")
+        self.process.stdin.flush()
+        return json.loads(self.process.stdout.readline())
+
+    def close(self):
+        """Ends the process."""
+        self.process.stdin.close()
+        self.process.wait()
+
+
+def simulate(board, noise):
+    """Drives to the target. Returns when it was reached (s; None: never), the last error (m) and
+    the times that each cable was slack (s)."""
     m = model()
     d = mujoco.MjData(m)
     rest = lengths = hang(m, d)
     seen = collections.deque(maxlen=LATE + 1)
     slack_s, reached_s, frame, error = numpy.zeros(3), None, 0, math.inf
-    while frame < 30 * 30 and (reached_s is None or frame * FRAME_S < reached_s + 2):
+    while frame < LIMIT_S * 30 and (reached_s is None or frame * FRAME_S < reached_s + AFTER_S):
         ball = [START[i] + d.qpos[i] for i in range(3)]
         error = math.dist(ball, TARGET)
-        seen.append([p + noise.gauss(0, sd) for p, sd in zip(ball, (0.002, 0.001, 0.001))])
-        line = {"t": frame * FRAME_S, "dt": FRAME_S, "position": None, "age": LATE * FRAME_S}
-        if len(seen) > LATE:
-            line["position"] = seen[0]
-        if frame == 0:
-            line["target"] = TARGET
-        board.stdin.write(json.dumps(line) + "\n")
-        board.stdin.flush()
-        answer = json.loads(board.stdout.readline())
+        seen.append([p + noise.gauss(0, sd) for p, sd in zip(ball, NOISE_M)])
+        answer = board.step(frame, seen[0] if len(seen) > LATE else None)
         for k, steps in enumerate(answer["steps"]):
             before, lengths = lengths, rest + STEP_M * numpy.array(steps)
             begin, span = (frame + k / SAMPLES) * FRAME_S, FRAME_S / SAMPLES
@@ -98,9 +118,20 @@ def main():
         if answer["reached"] and reached_s is None:
             reached_s = (frame + 1) * FRAME_S
         frame += 1
-    board.stdin.close()
-    board.wait()
-    print(json.dumps({"reached_s": reached_s, "error_mm": round(error * 1e3, 2), "slack_s": round(max(slack_s), 3)}))
+    return reached_s, error, slack_s
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--plumb", default="plumb", help="the program")
+    parser.add_argument("--law", help="a law's name")
+    parser.add_argument("--seed", type=int, default=1, help="seed of the camera's noise")
+    args = parser.parse_args()
+    board = Board(args.plumb, args.law)
+    reached_s, error, slack_s = simulate(board, random.Random(args.seed))
+    board.close()
+    result = {"reached_s": reached_s, "error_mm": round(error * 1e3, 2)}
+    print(json.dumps(result | {"slack_s": round(max(slack_s), 3)}))
     return 0 if reached_s is not None else 1
 
 

@@ -1,8 +1,8 @@
-"""A Plumb board without Plumb: greets it, configures it, jogs motor A by ten steps and prints its telemetry.
+"""Connects to a board without Plumb: configures it, jogs motor A by ten steps, prints telemetry.
 
 usage: client.py PORT      (a serial port, or the path that `plumb emulate` prints)
 
-Only Python's own library. docs/understand/wire-format.md describes the bytes.
+Uses only Python's own library. docs/understand/wire-format.md describes the bytes.
 """
 
 import os
@@ -13,7 +13,7 @@ import tty
 import zlib
 
 MAGIC, VERSION = b"PLMB", 2
-# Identifies the types of all messages. A board of another schema says no to the Hello.
+# Identifies the types of all messages. A board with another schema rejects the Hello.
 SCHEMA = bytes.fromhex("cebc72a22fac5dae")
 HELLO, STOP, CONFIGURE, JOG, CLEAR_FAULT, STATUS = 0, 1, 3, 6, 8, 9
 STATES = ["unconfigured", "ready", "seeking", "holding", "fault"]
@@ -34,13 +34,15 @@ def signed(*numbers):
 
 
 def frame(message):
-    """Wraps a message: its CRC-32 behind it, COBS around both (no run of a frame has 254 bytes), a zero."""
+    """Wraps a message: appends its CRC-32, encodes with COBS, appends a zero.
+
+    Runs of 254 bytes and more, which COBS splits, do not occur in these frames."""
     runs = (message + zlib.crc32(message).to_bytes(4, "little")).split(b"\0")
     return b"".join(bytes([len(run) + 1]) + run for run in runs) + b"\0"
 
 
 def message(chunk):
-    """Unwraps a frame without its zero; None where it is damaged."""
+    """Returns the message of a frame without its zero; None if it is damaged."""
     plain, at = b"", 0
     while at < len(chunk):
         plain += chunk[at + 1 : at + chunk[at]] + b"\0"
@@ -77,7 +79,7 @@ class Reader:
 
 
 def telemetry(fields):
-    """Reads the fields of telemetry behind its variant's number."""
+    """Reads the fields of telemetry that follow the number of its variant."""
     told = {"time_us": fields.unsigned(), "state": STATES[fields.unsigned()]}
     if told["state"] == "fault" and fields.unsigned() == 4:
         fields.byte()  # the motor that would have passed its travel
@@ -96,7 +98,7 @@ class Board:
         self.waiting, self.id, self.telemetry = b"", 0, None
 
     def messages(self, seconds):
-        """Yields what has come, as readers, after a wait of at most `seconds`."""
+        """Waits for at most `seconds` and yields the received messages as readers."""
         if select.select([self.port], [], [], seconds)[0]:
             self.waiting += os.read(self.port, 4096)
         *chunks, self.waiting = self.waiting.split(b"\0")
@@ -104,7 +106,9 @@ class Board:
             yield Reader(body)
 
     def request(self, command, content=b""):
-        """Sends a command, and again with the same id until it is answered; raises where it is refused."""
+        """Sends a command, and repeats it with the same id until the board answers.
+
+        Raises SystemExit if the board refuses it or does not answer."""
         self.id += 1
         for _ in range(10):
             os.write(self.port, frame(unsigned(self.id) + unsigned(command) + content))
@@ -123,7 +127,8 @@ class Board:
 
 
 def config():
-    """The law `sign`, 400 steps/s, 2000 steps/s², 3000 steps of travel, STEP/DIR drivers at 16 microsteps."""
+    """Returns a configuration: law `sign`, 400 steps/s, 2000 steps/s², 3000 steps of travel,
+    STEP/DIR drivers at 16 microsteps."""
     motor = signed(400 * 256) + unsigned(2000) + signed(-3000 * 16, 3000 * 16) + b"\0"
     workspace = signed(-200_000, -200_000, -100_000, 1_100_000, 900_000, 600_000)
     reached = signed(10_000) + bytes([10])
@@ -131,7 +136,9 @@ def config():
     growth = signed(40_000) + unsigned(200)
     drivers = unsigned(0) + unsigned(1000) + unsigned(1000) + unsigned(200)
     law = unsigned(1) + unsigned(1000)
-    return law + 3 * motor + bytes([16]) + workspace + reached + deadlines + growth + drivers + unsigned(0)
+    mean = unsigned(0)
+    limits = workspace + reached + deadlines + growth
+    return law + 3 * motor + bytes([16]) + limits + drivers + mean
 
 
 def main():
@@ -144,7 +151,7 @@ def main():
     board.request(JOG, bytes([0]) + signed(10 * 16, 100 * 256))
     while True:
         board.request(STATUS)
-        told = board.telemetry  # None where it was lost on the way
+        told = board.telemetry  # None if it was lost
         print(told, flush=True)
         if told and told["rates_steps_s"] == [0, 0, 0] and told["motors_steps"][0] == 10:
             return
