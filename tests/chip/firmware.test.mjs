@@ -1,4 +1,5 @@
-// The real firmware: that it comes up in the emulated chip and answers. What it then does is tested against the emulated board, in Rust.
+// The real firmware starts in the emulated chip and answers. The Rust tests compare its behaviour
+// with the emulated board.
 // usage: PLUMB_ELF=target/firmware/plumb.elf node --test tests/chip/firmware.test.mjs
 import assert from 'node:assert/strict';
 import { before, test } from 'node:test';
@@ -6,13 +7,16 @@ import { Chip } from './src/chip.mjs';
 
 const MS = 1e6;
 const ELF = process.env.PLUMB_ELF;
-/** Hello with id 300, framed, as tests/tests/golden.rs has it; and what the board's answer contains, whatever its schema. */
+/**
+ * Frame of Hello with id 300 (tests/tests/golden.rs); and a part of the board's answer that does
+ * not depend on the schema.
+ */
 const HELLO = Buffer.from('03ac0212504c4d420101020304050607081fb23e5e00', 'hex');
 const ANSWER = 'ac02504c4d42';
 
 before(() => assert.ok(ELF, 'PLUMB_ELF has to name the firmware'));
 
-/** The chip 200 ms after power-on, with everything that it has sent. */
+/** Returns the chip 200 ms after power-on, and everything that it has sent. */
 function started() {
   const chip = new Chip({ image: ELF });
   const usb = [];

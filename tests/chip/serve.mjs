@@ -1,10 +1,14 @@
 #!/usr/bin/env node
-// The emulated chip for other programs: commands and replies in JSON lines, in lock step; or a serial line's bytes in real time.
+// Serves the emulated chip to other programs: commands and replies in JSON lines, in lock step; or
+// the bytes of a serial line, in real time. The commands: README.md
 // usage: node serve.mjs FIRMWARE.elf|.uf2 [--flash FILE] [--first JSON] [--bytes usb|uart]
-//   --first JSON   a command that is carried out before anything else, such as '{"gpio":[15,0]}'
-//   --flash FILE   flash contents: read if it is there (under the image), written at the end
-//   --bytes        standard input and output are the bytes of that line, and the chip runs in real time
-// exit: 0 at the end of the input; 2 bad arguments, or a firmware that cannot be loaded. The commands: README.md
+//   --first JSON   a command that is executed first, such as '{"gpio":[15,0]}'
+//   --flash FILE   flash contents: read at the start if the file exists (the image is placed over
+//                  them), written at the end
+//   --bytes LINE   standard input and output are the bytes of USB or UART, and the chip runs in
+// real
+//                  time
+// exit: 0 at the end of the input; 2 bad arguments, or a firmware that cannot be loaded
 import fs from 'node:fs';
 import readline from 'node:readline';
 import { parseArgs } from 'node:util';
@@ -12,7 +16,7 @@ import { Session } from './src/session.mjs';
 
 const SLICE_NS = 500_000;
 const LAST_NS = 5_000_000;
-/** Further behind than this, the chip's time is let lag: it must not race later. */
+/** Maximum lag that the chip catches up with. Beyond it, the chip's time stays behind. */
 const LAG_NS = 20_000_000;
 
 function options() {
@@ -33,14 +37,14 @@ function answer(session, line) {
   }
 }
 
-/** A command a line, a reply a line. */
+/** Serves one command and one reply per line. */
 async function lockStep(session) {
   for await (const line of readline.createInterface({ input: process.stdin })) {
     if (line.trim() !== '') process.stdout.write(`${JSON.stringify(answer(session, line))}\n`);
   }
 }
 
-/** Bytes in real time, until the input ends. */
+/** Serves bytes in real time until the input ends. */
 function realTime({ chip }, line) {
   let behind = process.hrtime.bigint();
   let open = true;
@@ -56,7 +60,7 @@ function realTime({ chip }, line) {
       if (open) {
         setTimeout(turn, 1);
       } else {
-        // What has come shortly before the end still gets its answer.
+        // The last bytes of the input still get their answers.
         chip.runFor(LAST_NS);
         resolve();
       }

@@ -1,9 +1,13 @@
-// The second boot stage: the image's first 256 bytes, with a checksum that the boot ROM checks before it starts them.
+// The second boot stage: the first 256 bytes of the image, with a checksum. The boot ROM verifies
+// it.
 
 const LENGTH = 252;
 const POLYNOMIAL = 0x04c11db7;
 
-/** CRC-32 as the boot ROM computes it (RP2040 datasheet 2.8.1.3.1): from all ones, most significant bit first, nothing inverted. */
+/**
+ * CRC-32 of the boot ROM (RP2040 datasheet 2.8.1.3.1): starts with all ones, most significant bit
+ * first, not inverted.
+ */
 export function checksum(bytes) {
   let crc = 0xffffffff;
   for (const byte of bytes) {
@@ -13,7 +17,7 @@ export function checksum(bytes) {
   return crc >>> 0;
 }
 
-/** Would the boot ROM start this flash? */
+/** Returns whether the boot ROM starts this flash. */
 export function bootTwoIsValid(flash) {
   const stored = new DataView(flash.buffer, flash.byteOffset).getUint32(LENGTH, true);
   return checksum(flash.subarray(0, LENGTH)) === stored;

@@ -1,8 +1,10 @@
-// A boot ROM of our own: the function table that firmware looks its flash and memory functions up in (RP2040 datasheet 2.8.3).
+// A substitute for the boot ROM: the function table in which firmware looks up its flash and memory
+// functions (RP2040 datasheet 2.8.3).
 //
-// rp2040js has none, and the real one is Raspberry Pi's. Each function here is `bkpt #n; bx lr` at its address: the breakpoint is
-// carried out by this file, which takes as long as the flash does. Functions that a table lookup does not find are 0, as on the chip;
-// the floating-point functions of the real ROM are not here.
+// rp2040js has no boot ROM, and the real one is Raspberry Pi's. Each function here is `bkpt #n; bx
+// lr` at its address. This file executes the breakpoint, which takes as long as the flash does. A
+// lookup of an unknown function returns 0, as on the chip; the real ROM's floating-point functions
+// are missing.
 import { FAULT } from './core/bus.mjs';
 
 const LOOKUP = 0x20;
@@ -41,7 +43,7 @@ const pure = (result) => (chip, [a]) => {
 };
 const reverse = (word) => Number.parseInt((word >>> 0).toString(2).padStart(32, '0').split('').reverse().join(''), 2);
 
-/** Functions by the two letters that name them (datasheet 2.8.3.1). Each returns its cycles. */
+/** Functions by their two-letter names (datasheet 2.8.3.1). Each returns its cycles. */
 const FUNCTIONS = {
   IF: () => CALL_CYCLES, // connect_internal_flash
   EX: leaveXip, // flash_exit_xip
@@ -60,7 +62,7 @@ const FUNCTIONS = {
   T3: pure((word) => (word === 0 ? 32 : 31 - Math.clz32(word & -word))), // ctz32
 };
 
-/** Erases or programs. The processor is in the ROM meanwhile: it comes back to its breakpoint until the flash is done. */
+/** Erases or programs. The processor stays at its breakpoint in the ROM until the flash is done. */
 function write(chip, offset, length, from) {
   const { flash, core, clock } = chip;
   if (chip.bus.flashReadable) throw new Error('a flash function was called with flash still mapped: flash_exit_xip comes first');
@@ -78,11 +80,11 @@ function write(chip, offset, length, from) {
   return CALL_CYCLES;
 }
 
-/** Lays the ROM out in `chip.mcu.bootrom`, and answers its calls. */
+/** Writes the ROM into `chip.mcu.bootrom`, and executes its functions. */
 export function installBootrom(chip) {
   const rom = new DataView(chip.mcu.bootrom.buffer);
   const names = Object.keys(FUNCTIONS);
-  // 0x10: "Mu", 1, version; then half-word pointers to the tables and to the function that looks things up in them.
+  // 0x10: "Mu", 1, version; then half-word pointers to the tables and to the lookup function.
   [0x4d, 0x75, 0x01, 0x03].forEach((byte, i) => rom.setUint8(0x10 + i, byte));
   [FUNCTION_TABLE, DATA_TABLE, LOOKUP | 1].forEach((pointer, i) => rom.setUint16(0x14 + 2 * i, pointer, true));
   const stub = (address, call) => {

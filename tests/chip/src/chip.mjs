@@ -1,4 +1,5 @@
-// An RP2040 with a Pico's flash, in lock step and virtual time: rp2040js 1.4.1 with the repairs beside this file. See ../README.md.
+// An RP2040 with a Pico's flash, in lock step and virtual time: rp2040js 1.4.1 with the repairs in
+// this folder. See ../README.md.
 import { RP2040 } from 'rp2040js';
 import { bootTwoIsValid } from './boot2.mjs';
 import { installBootrom } from './bootrom.mjs';
@@ -27,7 +28,7 @@ export { Pca9685 } from './i2c-targets.mjs';
 const FLASH = 0x10000000;
 const VECTORS = FLASH + 0x100;
 const SRAM = 0x20000000;
-/** Where `hang` puts its jump: near the end of memory. */
+/** Address of the jump that `hang` writes: near the end of memory. */
 const HANGING = 0x20041f00;
 const WATCHDOG = 0x40058;
 const PIOS = [0x50200, 0x50300];
@@ -39,7 +40,7 @@ const PINS = 30;
 /** Kinds of events in the digest. */
 const EVENT = { pin: 1, data: 2, state: 3, uart: 4, reset: 5 };
 const STATES = ['attached', 'ready', 'lost', 'stalled'];
-/** Causes of a reset; the watchdog's tell the next boot of themselves in its REASON register. */
+/** Causes of a reset. After a watchdog reset, the REASON register has its cause. */
 const CAUSES = ['power', 'run', 'watchdog', 'forced', 'system', 'bootloader'];
 const REASONS = { watchdog: REASON_TIMER, forced: REASON_FORCE };
 
@@ -47,7 +48,8 @@ const digest = (bytes) => bytes.reduce((sum, byte) => (Math.imul(sum, 31) + byte
 
 export class Chip {
   /**
-   * @param {{ image?: string | Uint8Array, flash?: Uint8Array }} options `image`: an .elf or .uf2 file, or flash contents from
+   * @param {{ image?: string | Uint8Array, flash?: Uint8Array }} options `image`: an .elf or .uf2
+   * file, or flash contents from
    * 0x10000000 on; `flash`: contents saved with `saveFlash`, under the image
    */
   constructor({ image, flash } = {}) {
@@ -57,9 +59,12 @@ export class Chip {
     this.hash = new EventHash();
     /** Called with (cause, cycle) after a reset; the causes are listed in the README. */
     this.onReset = () => {};
-    /** What firmware did that rp2040js has no answer to, by text, with how often. */
+    /** Accesses that rp2040js does not implement: number by text. */
     this.warnings = new Map();
-    /** Cycles before the last reset, cycles slept before it, and up to when the chip has been asked to run: nanoseconds and cycles. */
+    /**
+     * Cycles before the last reset, cycles slept before it, and end of the requested run in
+     * nanoseconds and cycles.
+     */
     this.origin = 0;
     this.sleptBefore = 0;
     this.asked = 0;
@@ -72,7 +77,7 @@ export class Chip {
       data: (bytes) => this.hash.add(EVENT.data, this.cycles, digest(bytes)),
       state: (name) => this.hash.add(EVENT.state, this.cycles, STATES.indexOf(name)),
     });
-    /** The other end of the serial line at UART0. */
+    /** The other end of UART0's line. */
     this.uart0 = { onByte: () => {}, feed: (bytes) => this.uarts[0].feed(bytes) };
     this.boot('power');
   }
@@ -88,7 +93,9 @@ export class Chip {
     return this.cycles * CYCLE_NS;
   }
 
-  /** The cycle of the event being told: of the pin's edge, where PIO makes it within a longer instruction of the processor. */
+  /**
+   * Cycle of the current event. An edge by PIO may be within a longer instruction of the processor.
+   */
   get eventCycle() {
     return this.origin + (this.engine?.advancing ? this.engine.now : this.clock.now);
   }
@@ -99,8 +106,8 @@ export class Chip {
   }
 
   /**
-   * Runs for that long; what happens in its last cycle has happened then. An instruction that has begun is finished, so that the chip
-   * may be some cycles ahead; the next call takes them off again.
+   * Runs for `nanos` nanoseconds, including the events of the last cycle. The last instruction is
+   * completed, so that the chip may be some cycles ahead; the next call is shorter by them.
    */
   runFor(nanos) {
     this.asked += nanos;
@@ -113,7 +120,10 @@ export class Chip {
     if (this.resetWanted !== null) this.boot(this.resetWanted);
   }
 
-  /** Runs in steps of `step` nanoseconds until `done()`, for at most `limit` nanoseconds. Was it done? */
+  /**
+   * Runs in steps of `step` nanoseconds until `done()`, for at most `limit` nanoseconds. Returns
+   * whether it was done.
+   */
   runUntil(done, limit, step = 10_000) {
     for (let spent = 0; !done(); spent += step) {
       if (spent >= limit) return false;
@@ -122,7 +132,7 @@ export class Chip {
     return true;
   }
 
-  /** To the next event or the deadline, whichever comes first; by sleeping there or by working. */
+  /** Runs or sleeps to the next event or the deadline, whichever is first. */
   stretch() {
     const { clock, core } = this;
     clock.limit = this.deadline - this.origin;
@@ -151,7 +161,10 @@ export class Chip {
     this.boot(cause);
   }
 
-  /** reset_to_usb_boot: the chip waits in its boot ROM for an image, and does nothing here until it is reset. */
+  /**
+   * reset_to_usb_boot: the chip waits in its boot ROM for an image, which here ends with a reset
+   * only.
+   */
   enterBootloader() {
     this.requestReset('bootloader');
     return 1;
@@ -179,14 +192,14 @@ export class Chip {
     this.onReset(cause, this.cycles);
   }
 
-  /** Closes the books of the chip that is being reset. */
+  /** Adds the counters of the chip before its reset to the totals. */
   leave(cause) {
     this.flash.interrupt(this.cycles, cause === 'power');
     this.sleptBefore += this.slept;
     this.origin += this.clock.now;
   }
 
-  /** The repairs, and what they need of each other. */
+  /** Installs the repairs and connects them. */
   build() {
     const { mcu, clock } = this;
     this.bus = new Bus(mcu);
@@ -217,7 +230,10 @@ export class Chip {
     installBootrom(this);
   }
 
-  /** Starts the image as the boot ROM does, with the second stage's work done; without a good image, or asked to, it stays in the ROM. */
+  /**
+   * Starts the image as the boot ROM does, after the second stage. Stays in the ROM on request, or
+   * if the image is invalid.
+   */
   start(cause) {
     this.inBootloader = cause === 'bootloader' || !bootTwoIsValid(this.flash.bytes);
     if (this.inBootloader) {
@@ -244,23 +260,29 @@ export class Chip {
     this.engine?.inputChanged();
   }
 
-  /** Calls back with (level, cycle, pin) at every edge of a pin, over all resets. Returns a function that ends it. */
+  /**
+   * Calls back with (level, cycle, pin) at every edge of a pin, over all resets. Returns a function
+   * that ends it.
+   */
   watch(pin, callback) {
     this.watchers[pin].push(callback);
     return () => (this.watchers[pin] = this.watchers[pin].filter((watcher) => watcher !== callback));
   }
 
-  /** The world drives a pin to 0 or 1, or lets go of it (null), so that the chip's pull decides. */
+  /**
+   * Drives a pin from outside to 0 or 1, or releases it (null): the chip's pull then sets the
+   * level.
+   */
   drive(pin, level) {
     this.pins.drive(pin, level);
   }
 
-  /** The level on a pin now. */
+  /** Returns the level of a pin. */
   level(pin) {
     return this.pins.levels[pin];
   }
 
-  /** Bytes of memory or flash, whatever the processor may read at the moment. */
+  /** Returns bytes of memory or flash, also those that the processor cannot read at the moment. */
   peek(address, length) {
     const { bus } = this;
     const readable = bus.flashReadable;
@@ -274,13 +296,13 @@ export class Chip {
     return new DataView(this.peek(address, 4).buffer).getUint32(0, true);
   }
 
-  /** Writes memory from outside, such as a pattern under the stack. */
+  /** Writes memory from outside, such as a fill pattern of the stack. */
   poke(address, bytes) {
     this.mcu.sram.set(bytes, address - SRAM);
     this.bus.sramChanged();
   }
 
-  /** Lets the processor jump to itself for ever, with interrupts off, as firmware that hangs. */
+  /** Hangs the processor in an endless loop with interrupts off. */
   hang() {
     this.poke(HANGING, [0xfe, 0xe7]);
     this.core.setPrimask(1);
@@ -288,12 +310,12 @@ export class Chip {
     this.core.pc = HANGING;
   }
 
-  /** What is in the flash chip, to be given to another `Chip`. */
+  /** Returns the contents of the flash chip, for another `Chip`. */
   saveFlash() {
     return this.flash.bytes.slice();
   }
 
-  /** A summary for measurements: cycles, how many of them the processor slept, instructions since the last reset. */
+  /** Returns counters for measurements: cycles, cycles slept, instructions since the last reset. */
   get load() {
     const { cycles, sleepCycles } = this;
     return { cycles, sleepCycles, idle: cycles ? sleepCycles / cycles : 0, instructions: this.core.instructions };

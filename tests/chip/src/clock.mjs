@@ -1,15 +1,16 @@
-// Virtual time: whole cycles of a 125 MHz clk_sys, counted from the chip's last reset.
+// Virtual time: whole cycles of a 125 MHz clk_sys since the chip's last reset.
 //
-// rp2040js' own SimulationClock counts nanoseconds as a sum of floats and walks a list for every instruction. This one
-// has the interface rp2040js' peripherals use (`nanos`, `micros`, `createAlarm`), counts integers, so that an event's
-// cycle is exact, and knows its horizon: until then the processor may run without looking for events.
+// rp2040js' SimulationClock counts nanoseconds as a sum of floats and walks a list for every
+// instruction. This clock has the interface that rp2040js' peripherals use (`nanos`, `micros`,
+// `createAlarm`). It counts integers, so that the cycle of an event is exact, and has a horizon:
+// until then the processor runs without a check for events.
 
 /** Nanoseconds in one cycle of clk_sys at 125 MHz. */
 export const CYCLE_NS = 8;
 /** Cycles in one microsecond. */
 export const CYCLES_PER_US = 1000 / CYCLE_NS;
 
-/** A call that is to be made at a cycle. */
+/** A callback at a cycle. */
 class Alarm {
   constructor(clock, callback) {
     this.clock = clock;
@@ -19,12 +20,15 @@ class Alarm {
     this.scheduled = false;
   }
 
-  /** Calls back after that many nanoseconds, rounded up to a whole cycle; instead of what was scheduled before. */
+  /**
+   * Schedules the callback after `nanos` nanoseconds, rounded up to a whole cycle. Replaces an
+   * earlier schedule.
+   */
   schedule(nanos) {
     this.scheduleAt(this.clock.now + Math.ceil(nanos / CYCLE_NS));
   }
 
-  /** Calls back at that cycle of this clock; at once where it has passed. */
+  /** Schedules the callback at a cycle of this clock; at once if it is past. */
   scheduleAt(cycle) {
     if (this.scheduled) this.clock.unlink(this);
     this.at = cycle;
@@ -40,9 +44,9 @@ export class VirtualClock {
   constructor() {
     /** Cycles since the reset. */
     this.now = 0;
-    /** Where the present run ends, if nothing else happens before. */
+    /** End of the current run, if no event is before it. */
     this.limit = 0;
-    /** The next cycle at which something happens that is not the processor's doing. */
+    /** Cycle of the next event that the processor does not cause. */
     this.horizon = 0;
     this.first = null;
   }
@@ -59,7 +63,7 @@ export class VirtualClock {
     return new Alarm(this, callback);
   }
 
-  /** Puts an alarm into the list; alarms of the same cycle ring in the order in which they were scheduled. */
+  /** Inserts an alarm. Alarms of the same cycle run in the order of scheduling. */
   link(alarm) {
     let before = null;
     let after = this.first;
@@ -86,7 +90,10 @@ export class VirtualClock {
     alarm.scheduled = false;
   }
 
-  /** Rings what is due. An alarm that is late by part of an instruction still sees the present cycle as `now`. */
+  /**
+   * Runs the alarms that are due. An alarm that is late by part of an instruction has the current
+   * cycle as `now`.
+   */
   ring() {
     while (this.first !== null && this.first.at <= this.now) {
       const alarm = this.first;

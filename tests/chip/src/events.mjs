@@ -1,4 +1,5 @@
-// A digest of everything that the chip does to the world, in its order and with its cycles: two runs with the same inputs have the same.
+// A digest of all outputs of the chip, in their order and with their cycles: two runs with the same
+// inputs have the same digest.
 
 /** FNV-1a over 32-bit words, twice with different offsets. */
 export class EventHash {
@@ -8,7 +9,7 @@ export class EventHash {
     this.count = 0;
   }
 
-  /** @param {number} kind a small number @param {number} cycle when @param {number} value what */
+  /** @param {number} kind a small number @param {number} cycle @param {number} value */
   add(kind, cycle, value) {
     this.count++;
     for (const word of [kind, cycle >>> 0, Math.floor(cycle / 0x100000000), value]) {

@@ -1,35 +1,41 @@
-// The board's flash chip (a W25Q16JV on the Pico): contents that outlive a reset, erased and programmed in steps that take time, so
-// that the power can fail in the middle of one.
+// The board's flash chip (a W25Q16JV on the Pico). Its contents survive a reset. Erasing and
+// programming take time, so that the power can fail during a step.
 //
-// Erasing sets a 4 KB sector to ones, programming a 256-byte page clears bits. When the power fails, the step being done is
-// left in part (the data sheet calls what it then holds undefined; here the first part of its bytes is done, in proportion to
-// the time that it had), and what had not been begun is untouched.
+// Erasing sets a 4 KB sector to ones, programming a 256-byte page clears bits. If the power fails,
+// the current step is partly done: the data sheet calls the contents undefined; here the first
+// bytes are done, in proportion to the time. Later steps are not started.
 import { CYCLES_PER_US } from './clock.mjs';
 
 /** The Pico's flash, in bytes. */
 export const FLASH_BYTES = 2 * 1024 * 1024;
 export const SECTOR = 4096;
 export const PAGE = 256;
-/** Typical times of the W25Q16JV's data sheet (9.6, AC characteristics): sector erase 45 ms, page program 0.4 ms. */
+/**
+ * Typical times of the W25Q16JV's data sheet (9.6, AC characteristics): sector erase 45 ms, page
+ * program 0.4 ms.
+ */
 const ERASE_CYCLES = 45_000 * CYCLES_PER_US;
 const PROGRAM_CYCLES = 400 * CYCLES_PER_US;
 
 export class Flash {
   constructor() {
     this.bytes = new Uint8Array(FLASH_BYTES).fill(0xff);
-    /** Steps done since the start: { kind: 'erase' | 'program', offset, length, at }, `at` being the chip's cycle at its end. */
+    /**
+     * Steps done since the start: { kind: 'erase' | 'program', offset, length, at }, with the
+     * chip's cycle `at` the end.
+     */
     this.log = [];
-    /** Steps that are asked for and not done; the first of them is being done. */
+    /** Steps requested and not done; the first is in progress. */
     this.queue = [];
     this.began = 0;
   }
 
-  /** The step being done, { kind, offset, length, cycles }, or null. */
+  /** The step in progress, { kind, offset, length, cycles }, or null. */
   get busy() {
     return this.queue[0] ?? null;
   }
 
-  /** Begins an erase (no `data`) or program call at `now` (in the chip's cycles). */
+  /** Starts an erase (no `data`) or program call at `now` (in the chip's cycles). */
   begin(offset, length, data, now) {
     const size = data ? PAGE : SECTOR;
     if (offset % size !== 0 || length % size !== 0 || offset + length > FLASH_BYTES) {
@@ -43,7 +49,10 @@ export class Flash {
     this.began = now;
   }
 
-  /** Does what is finished by `now`. Returns the cycles to the end of the next step, 0 if all is done. */
+  /**
+   * Applies the steps that end by `now`. Returns the cycles to the end of the next step, 0 if all
+   * are done.
+   */
   work(now) {
     while (this.queue.length > 0) {
       const [step] = this.queue;
@@ -56,7 +65,7 @@ export class Flash {
     return 0;
   }
 
-  /** The processor is reset: the chip finishes its step by itself. With the power gone, it does not. */
+  /** Called at a reset: the flash chip completes its step, unless the power fails. */
   interrupt(now, powerFails) {
     const step = this.busy;
     if (step) {

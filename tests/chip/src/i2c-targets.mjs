@@ -1,8 +1,9 @@
-// What may be on the I2C bus.
+// Targets on the I2C bus.
 
 /**
- * A PCA9685, sixteen channels of PWM, as far as a driver can tell: a register pointer that counts up where MODE1.AI asks for it, the
- * registers, and a record of what was written (data sheet, 7.3).
+ * A PCA9685 with sixteen channels of PWM: a register pointer that counts up if MODE1.AI is set, the
+ * registers, and a record of
+ * the writes (data sheet, 7.3).
  */
 export class Pca9685 {
   constructor() {
@@ -12,7 +13,7 @@ export class Pca9685 {
     this.registers[0xfe] = 0x1e; // PRESCALE: 200 Hz
     /** Transactions: { register, bytes }, in their order. */
     this.writes = [];
-    /** Bytes to acknowledge before it refuses; Infinity refuses none, 0 does not answer to its address. */
+    /** Number of bytes to acknowledge; Infinity for all, 0 for none, not even the address. */
     this.patience = Infinity;
     this.pointer = null;
     this.underWay = false;
@@ -61,7 +62,7 @@ export class Pca9685 {
     this.underWay = false;
   }
 
-  /** The writes since this was last asked, but for one that has not come to its end. */
+  /** Returns the completed writes since the last call. */
   take() {
     return this.writes.splice(0, this.writes.length - (this.underWay ? 1 : 0));
   }

@@ -1,4 +1,5 @@
-// Puts a firmware image into flash: an ELF file by its program headers, or a UF2 file block by block.
+// Puts a firmware image into flash: an ELF file by its program headers, or a UF2 file block by
+// block.
 import fs from 'node:fs';
 
 const FLASH_BASE = 0x10000000;
@@ -6,7 +7,9 @@ const PT_LOAD = 1;
 const UF2_MAGIC = [0x0a324655, 0x9e5d5157, 0x0ab16f30];
 const UF2_NOT_MAIN_FLASH = 1;
 
-/** Copies `bytes` to their address in flash, or says which part of the image lies outside of it. */
+/**
+ * Copies `bytes` to their address in flash, or throws an error that names the part outside of it.
+ */
 function place(flash, address, bytes, name) {
   const offset = address - FLASH_BASE;
   if (offset < 0 || offset + bytes.length > flash.length) {
@@ -39,7 +42,8 @@ function loadUf2(file, flash, name) {
 
 /**
  * Puts an image into a flash array (offset 0 is address 0x10000000).
- * @param {string | Uint8Array} image path of an .elf or .uf2 file, its contents, or a plain flash image to copy
+ * @param {string | Uint8Array} image path of an .elf or .uf2 file, its contents, or a plain flash
+ * image to copy
  */
 export function loadImage(image, flash) {
   const name = typeof image === 'string' ? image : 'image';

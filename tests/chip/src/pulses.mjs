@@ -1,7 +1,7 @@
-// What a stepper driver sees on its STEP and DIR inputs: the position, and the shortest times, in cycles.
+// Position and shortest times, in cycles, from the edges on a stepper driver's STEP and DIR inputs.
 
 export class Pulses {
-  /** Counts the rising edges of `step` as one up or down, as `direction` (not `inverted`) is high or low at the time. */
+  /** Counts each rising edge of `step` up if `direction` (not `inverted`) is high, else down. */
   constructor(chip, [step, direction, inverted = false]) {
     this.position = 0;
     this.rise = -Infinity;
@@ -37,8 +37,10 @@ export class Pulses {
   }
 
   /**
-   * Since it was last asked: pulses; the least time high and low, from a turn of the direction to a pulse (`setup`) and from a pulse
-   * to a turn (`hold`), null where there was none; and the cycle of the very last pulse's beginning.
+   * Returns, since the last call: the number of pulses; the minimum times high, low, from a change
+   * of direction to a pulse (`setup`)
+   * and from a pulse to a change (`hold`), null if there was none; and the cycle at which the last
+   * pulse started.
    */
   take() {
     const { count, high, low, setup, hold, rise } = this;

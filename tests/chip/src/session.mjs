@@ -1,4 +1,5 @@
-// The chip by commands: what serve.mjs speaks over standard input and output. One command object, one reply object; see ../README.md.
+// Commands to the chip, which serve.mjs passes over standard input and output: one command object,
+// one reply object; see ../README.md.
 import { Chip, CYCLE_NS, Pca9685 } from './chip.mjs';
 import { Pulses } from './pulses.mjs';
 import { Trace } from './trace.mjs';
@@ -18,7 +19,7 @@ export class Session {
     this.listen();
   }
 
-  /** Forgets what has been told. */
+  /** Clears the records that were reported. */
   clear() {
     this.told = { usb: [], uart: [], edges: [], resets: [], states: [], i2c: [] };
     this.rises.fill(0);
@@ -38,7 +39,7 @@ export class Session {
     }
   }
 
-  /** Measures functions and handlers from now on, or no longer. */
+  /** Starts or stops the measurement of functions and handlers. */
   trace(what) {
     this.tracer?.end();
     this.tracer = what ? new Trace(this.chip, what.functions ?? {}, what.handlers ?? {}) : null;
@@ -51,7 +52,7 @@ export class Session {
     this.hats.set(address, hat);
   }
 
-  /** Carries out a command's entries in their order, and returns the reply. */
+  /** Executes the entries of a command in their order, and returns the reply. */
   do(command) {
     const answers = {};
     for (const [name, argument] of Object.entries(command)) {
@@ -62,7 +63,7 @@ export class Session {
     return { ...this.report(), ...answers };
   }
 
-  /** Everything that has happened since the last reply; empty lists are left out. */
+  /** Returns the events since the last reply, without empty lists. */
   report() {
     for (const [address, hat] of this.hats) {
       for (const { register, bytes } of hat.take()) this.told.i2c.push([address, register, Buffer.from(bytes).toString('hex')]);
@@ -78,7 +79,7 @@ export class Session {
   }
 }
 
-/** Bytes with their cycles as [cycle of the last, hex] for each run of them. */
+/** Groups bytes with their cycles into runs: [cycle of the last, hex]. */
 function gather(bytes) {
   return [[bytes.at(-1)[0], Buffer.from(bytes.map(([, byte]) => byte)).toString('hex')]];
 }

@@ -1,17 +1,18 @@
-// How long functions and exception handlers take, to the cycle, from outside: every instruction is looked at before it is carried out.
-// While this goes on nothing is translated, which makes the chip some times slower, and changes nothing in what it does.
+// Execution times of functions and exception handlers, to the cycle, from outside: a check before
+// every instruction. No code is translated during a trace, which makes the chip a few times slower
+// and does not change its behaviour.
 
 export class Trace {
   /**
    * @param {import('./chip.mjs').Chip} chip up to its next reset
-   * @param {Record<string, number>} functions by a name: the address of the first instruction
-   * @param {Record<string, number>} handlers by a name: the number of the exception (16 + IRQ)
+   * @param {Record<string, number>} functions by name: address of the first instruction
+   * @param {Record<string, number>} handlers by name: number of the exception (16 + IRQ)
    */
   constructor(chip, functions, handlers) {
     this.chip = chip;
     this.core = chip.core;
     this.names = new Map(Object.entries(functions).map(([name, address]) => [address & ~1, name]));
-    // One that is under way already is not counted.
+    // A handler that is already active is not counted.
     this.handlers = Object.entries(handlers).map(([name, number]) => ({ name, number, began: null, left: this.core.IPSR !== number }));
     /** Functions that have not returned: { name, began, sp, back }. */
     this.open = [];
@@ -37,7 +38,10 @@ export class Trace {
     if (name !== undefined) open.push({ name, began: chip.cycles, sp: core.r[13], back: core.r[14] & ~1 });
   }
 
-  /** Charges what has passed since the last instruction began to that instruction, unless the processor slept. */
+  /**
+   * Adds the cycles since the start of the last instruction to that instruction, unless the
+   * processor slept.
+   */
   charge() {
     const { core, chip } = this;
     const awake = chip.cycles - chip.load.sleepCycles;
@@ -58,14 +62,20 @@ export class Trace {
     for (const name of [...this.names.values(), ...this.handlers.map((handler) => handler.name)]) this.calls[name] = [];
   }
 
-  /** By name, [cycle of its beginning, cycles that it took] of each call that has returned since this was last asked. */
+  /**
+   * Returns [start cycle, cycles] of each call that has returned since the last call of this
+   * function, by name.
+   */
   take() {
     const { calls } = this;
     this.forget();
     return calls;
   }
 
-  /** [exception, address, cycles awake] of each instruction that was carried out since the calls were last asked. */
+  /**
+   * Returns [exception, address, cycles awake] of each instruction executed since the calls were
+   * last read.
+   */
   profile() {
     return [...this.spent.cycles].map(([key, cycles]) => [Math.floor(key / 2 ** 32), key % 2 ** 32, cycles]);
   }

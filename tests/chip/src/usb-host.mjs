@@ -1,11 +1,14 @@
-// A USB host with one port, and its driver for a serial device (CDC-ACM), as far as firmware can tell: it enumerates what is plugged
-// in, sets the line up, and then carries bytes. It outlives resets of the chip, as a computer does.
+// A USB host with one port, and its driver for a serial device (CDC-ACM): it enumerates the device,
+// sets the line up, and transfers bytes. It survives resets of the chip, as a computer does.
 import { CYCLES_PER_US } from './clock.mjs';
 
 const ATTACH_US = 1_000;
 const RESET_US = 10_000;
 const SUSPEND_US = 3_000;
-/** Bits of a transaction beside its data: token, sync, identifiers, checksums, handshake, turn-around. */
+/**
+ * Bits of a transaction besides its data: token, sync, identifiers, checksums, handshake,
+ * turn-around.
+ */
 const OVERHEAD_BYTES = 13;
 const CYCLES_PER_BYTE = (8 / 12) * CYCLES_PER_US;
 const PACKET = 64;
@@ -23,7 +26,10 @@ const CDC_DATA = 10;
 const LINE_CODING = [0x00, 0xc2, 0x01, 0x00, 0, 0, 8]; // 115 200 baud, 8N1
 
 export class UsbHost {
-  /** @param {{ data(bytes: Uint8Array): void, state(name: string): void }} record is told of everything before the callbacks are */
+  /**
+   * @param {{ data(bytes: Uint8Array): void, state(name: string): void }} record is called before
+   * the callbacks
+   */
   constructor(record) {
     this.record = record;
     /** Called with a Uint8Array for every packet of data. */
@@ -37,7 +43,7 @@ export class UsbHost {
     this.forget();
   }
 
-  /** Has the serial port come up? */
+  /** Whether the serial port is configured. */
   get ready() {
     return this.state === 'ready';
   }
@@ -56,7 +62,7 @@ export class UsbHost {
     this.outgoing.length = 0;
   }
 
-  /** The chip has started (again): what was plugged in has gone, and may come back. */
+  /** Called at a start of the chip: the device is gone, and may return. */
   attach(port, clock) {
     if (this.state !== 'absent') this.lose();
     this.port = port;
@@ -90,7 +96,10 @@ export class UsbHost {
     this.forget();
   }
 
-  /** Pulls the plug. The board stays powered: for one powered by the plug, reset it with 'power'. */
+  /**
+   * Unplugs the cable. The board stays powered; for a board with bus power, also reset it with
+   * 'power'.
+   */
   unplug() {
     this.plugged = false;
     this.lose();
@@ -102,7 +111,7 @@ export class UsbHost {
     if (this.port?.pullup) this.connection(true);
   }
 
-  /** The program on the host opens or closes the port. Closed, the host takes no data. */
+  /** Opens or closes the port on the host. While it is closed, the host receives no data. */
   setDtr(open) {
     this.dtr = open;
     if (this.state === 'ready') this.request(CLASS_INTERFACE, SET_CONTROL_LINE_STATE, open ? 3 : 0, this.endpoints.control, [], () => {});
@@ -139,7 +148,7 @@ export class UsbHost {
     });
   }
 
-  /** Queues a control transfer; `data` is what is sent, or how many bytes are wanted. */
+  /** Queues a control transfer; `data` are the bytes to send, or the number of bytes to receive. */
   request(type, request, value, index, data, then) {
     const length = typeof data === 'number' ? data : data.length;
     const setup = [type, request, value & 255, value >> 8, index & 255, index >> 8, length & 255, length >> 8];
@@ -157,7 +166,7 @@ export class UsbHost {
     else this.poll();
   }
 
-  /** Goes on with the control transfer where the device is ready for its next packet. */
+  /** Continues the control transfer if the device is ready for its next packet. */
   pollControl() {
     const { port, stage } = this;
     if (stage === null || stage === 'setup' || this.controlAlarm.scheduled) return;
@@ -166,7 +175,7 @@ export class UsbHost {
     this.controlAlarm.scheduleAt(this.controlAlarm.clock.now + packetCycles(PACKET));
   }
 
-  /** The next packet of the control transfer, if the device is ready for it. */
+  /** Transfers the next packet of the control transfer, if the device is ready. */
   control() {
     const { port } = this;
     const [transfer] = this.transfers;
@@ -201,7 +210,7 @@ export class UsbHost {
     if (this.transfers.length > 0 && this.stage === null) this.begin();
   }
 
-  /** Begins the transactions that both sides are ready for. */
+  /** Starts the transactions for which both sides are ready. */
   poll() {
     if (!this.endpoints || this.state === 'absent') return;
     const { port, endpoints } = this;
@@ -218,7 +227,8 @@ export class UsbHost {
     const { port, endpoints } = this;
     if (!port.isOffered(endpoints.in, false)) return;
     const { bytes, data1 } = port.take(endpoints.in);
-    // A packet with the wrong toggle is one that the host has had already: it is acknowledged and dropped (USB 2.0, 8.6).
+    // A packet with the wrong toggle is a repetition: it is acknowledged and dropped
+    // (USB 2.0, 8.6).
     if (data1 === this.data1) {
       this.data1 = !this.data1;
       if (bytes.length > 0) {
@@ -242,7 +252,10 @@ function packetCycles(bytes) {
   return Math.ceil((bytes + OVERHEAD_BYTES) * CYCLES_PER_BYTE);
 }
 
-/** The serial function in a configuration: its control interface and the data interface's bulk endpoints. */
+/**
+ * Returns the serial function of a configuration: its control interface and the data interface's
+ * bulk endpoints.
+ */
 function serialEndpoints(descriptors) {
   const found = {};
   let interfaceClass = 0;

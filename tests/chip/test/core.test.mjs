@@ -1,4 +1,5 @@
-// The processor: instructions against rp2040js' own core, and where that is wrong against arithmetic; faults, exceptions, sleep.
+// Tests of the processor: instructions against rp2040js' own core, or against arithmetic where that
+// is wrong; faults, exceptions, sleep.
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { RP2040 } from 'rp2040js';
@@ -11,13 +12,16 @@ const RAM = 0x20000100;
 
 const execute = (core, op) => FUNCTIONS[KINDS[op]](core, op);
 
-/** Numbers as programs have them: small, large, and at the edges of the words. */
+/** Returns typical operands: small, large, and at the limits of a word. */
 function operand(next) {
   const kind = next() % 4;
   return kind === 0 ? next() : kind === 1 ? next() % 64 : kind === 2 ? [0, 1, 0x7fffffff, 0x80000000, 0xffffffff][next() % 5] : -(next() % 64) >>> 0;
 }
 
-/** Puts registers and flags into our core and into rp2040js', does one instruction in each, and compares. */
+/**
+ * Executes one instruction in our core and in rp2040js', with the same registers and flags, and
+ * compares.
+ */
 function compare(chip, mcu, op, next) {
   const { core } = chip;
   const values = Array.from({ length: 8 }, () => operand(next));
@@ -39,7 +43,10 @@ function compare(chip, mcu, op, next) {
   assert.equal(cycles, theirs, `cycles of ${name}`);
 }
 
-/** Where rp2040js is wrong: carry in (ADCS, SBCS), carries of register shifts by 0, 32 or more, and ROR by 0. */
+/**
+ * Instructions for which rp2040js is wrong: carry in (ADCS, SBCS), carries of register shifts by 0,
+ * 32 or more, and ROR by 0.
+ */
 const differs = (op) => [0b0100000010, 0b0100000011, 0b0100000100, 0b0100000101, 0b0100000110, 0b0100000111].includes(op >> 6);
 
 test('arithmetic, logic and moves are those of rp2040js, where it is right', () => {
@@ -143,7 +150,7 @@ test('SEV sets the event that the next WFE takes', () => {
   assert.equal(chip.peek32(RAM), 1);
 });
 
-/** A program that counts an interrupt's calls in RAM, after `prepare`. */
+/** Returns a program that counts an interrupt's calls in RAM, after `prepare`. */
 function interrupted(prepare, irq = 26) {
   const program = prepare(new Program().set(NVIC_ISER, 1 << irq).set(RAM, 0)).sleep();
   program.handler(16 + irq).load(1, RAM).ldr(0, 1).raw(0x3001).str(0, 1); // adds r0, #1

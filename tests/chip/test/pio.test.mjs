@@ -1,4 +1,4 @@
-// PIO by the cycle: delays, dividers, side-set, FIFOs, flags, waits, and DMA at their pace.
+// Tests of PIO to the cycle: delays, dividers, side-set, FIFOs, flags, stalls, and DMA.
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { configure, DMA, loadPio, MS, pio, PIO0, PINS, record, SIO, sleepingChip, SM0, start, US, X, IO_BANK0 } from './support.mjs';
@@ -9,7 +9,10 @@ const FLEVEL = PIO0 + 0x0c;
 const IRQ = PIO0 + 0x30;
 const LINE = { sideBits: 1 };
 
-/** Runs a program on a machine with pin 2 as SET, OUT and side-set pin; returns the pin's edges in cycles from the start. */
+/**
+ * Runs a program on a machine with pin 2 as SET, OUT and side-set pin; returns the pin's edges in
+ * cycles from the start.
+ */
 function run(program, { nanos = 10 * US, words = [], shift = 3 << 18, sideBits = 0, ...settings } = {}) {
   const chip = sleepingChip();
   loadPio(chip, program, [2]);
@@ -59,7 +62,7 @@ test('side-set is there in the first cycle, also of an instruction that waits', 
   assert.deepEqual(edges, [[1, 0]]);
   chip.bus.write32(TXF0, 1);
   chip.runFor(US);
-  // OUT comes after PULL and takes four cycles; then it waits again.
+  // OUT follows PULL and takes four cycles; then PULL stalls again.
   assert.deepEqual(edges.map(([level]) => level), [1, 0, 1]);
   assert.equal(edges[2][1] - edges[1][1], 4);
 });
@@ -68,7 +71,7 @@ test('OUT with autopull: the last word is replaced while it is shifted out, an e
   const threshold = (bits) => (3 << 18) | (1 << 17) | ((bits & 31) << 25);
   const words = [0b01, 0b01, 0b01];
   const { edges, chip } = run([pio.out(PINS, 1)], { words, shift: threshold(2) });
-  // The OSR is empty at first: filled in cycle 0, used from cycle 1 on, then without a gap.
+  // The OSR is empty at the start: filled in cycle 0, used from cycle 1 on, then without a gap.
   assert.deepEqual(edges, [[1, 1], [0, 2], [1, 3], [0, 4], [1, 5], [0, 6]]);
   assert.equal((chip.bus.read32(PIO0 + 8) >>> 24) & 1, 1, 'it has stalled for data since');
 });

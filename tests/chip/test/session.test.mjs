@@ -1,4 +1,4 @@
-// The commands of serve.mjs, in one process and over a pipe.
+// Tests of the commands of serve.mjs, in one process and over a pipe.
 import assert from 'node:assert/strict';
 import { spawnSync } from 'node:child_process';
 import fs from 'node:fs';
@@ -12,7 +12,7 @@ import { IO_BANK0, Program, SIO, UART0 } from './support.mjs';
 const SERVE = fileURLToPath(new URL('../serve.mjs', import.meta.url));
 const [STEP, DIR] = [2, 3];
 
-/** Three steps up and one down, and two bytes to the UART; then it sleeps. */
+/** A program with three steps up, one step down and two bytes to the UART; then it sleeps. */
 function image() {
   const p = new Program();
   for (const pin of [STEP, DIR]) p.set(IO_BANK0 + 8 * pin + 4, 5);
@@ -105,7 +105,7 @@ test('serve.mjs without a firmware says how it is used', () => {
   assert.match(result.stderr, /usage/);
 });
 
-/** A UF2 file of an image at the beginning of flash. */
+/** Returns the UF2 file of an image at the start of flash. */
 function toUf2(bytes) {
   const blocks = Math.ceil(bytes.length / 256);
   const file = Buffer.alloc(512 * blocks);

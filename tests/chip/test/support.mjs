@@ -1,4 +1,5 @@
-// What the tests share: tiny images in Thumb, PIO instructions, registers by their names in the datasheet.
+// Shared parts of the tests: small images in Thumb, PIO instructions, registers by their names in
+// the datasheet.
 import { checksum } from '../src/boot2.mjs';
 import { Chip } from '../src/chip.mjs';
 
@@ -9,7 +10,10 @@ const CODE = 0x200;
 const FLASH = 0x10000000;
 export const STACK = 0x20042000;
 
-/** A program for the processor: each method appends an instruction. Registers are numbers; 8 and up only where said. */
+/**
+ * A program for the processor: each method appends an instruction. Registers are numbers below 8,
+ * unless documented.
+ */
 export class Program {
   constructor() {
     this.halves = [];
@@ -29,7 +33,7 @@ export class Program {
     return this;
   }
 
-  /** This exception's handler begins here. */
+  /** Starts the handler of an exception. */
   handler(exception) {
     this.vectors.set(exception, this.halves.length);
     return this;
@@ -54,7 +58,7 @@ export class Program {
     return this.raw(0x6800 | ((offset >> 2) << 6) | (base << 3) | register);
   }
 
-  /** Writes a word to an address, by way of r0 and r1. */
+  /** Writes a word to an address; uses r0 and r1. */
   set(address, value) {
     return this.load(0, value).load(1, address).str(0, 1);
   }
@@ -63,7 +67,7 @@ export class Program {
     return this.label(`sleep${this.halves.length}`).raw(0xbf30).jump(`sleep${this.halves.length - 1}`);
   }
 
-  /** The image, with a second boot stage that the boot ROM accepts. */
+  /** Returns the image, with a second boot stage that the boot ROM accepts. */
   build() {
     const { halves } = this;
     if (halves.length % 2) halves.push(0xbf00);
@@ -90,7 +94,7 @@ export class Program {
   }
 }
 
-/** A chip whose processor sleeps for ever, to be used from outside by its bus. */
+/** Returns a chip whose processor sleeps forever; tests use its bus from outside. */
 export const sleepingChip = () => {
   const chip = new Program().sleep().chip();
   chip.runFor(US);
@@ -129,7 +133,7 @@ export const PINS = 0;
 export const X = 1;
 export const Y = 2;
 
-/** Loads a PIO program from address 0 on, and gives pins to PIO0 as outputs. */
+/** Loads a PIO program at address 0, and makes pins outputs of PIO0. */
 export function loadPio(chip, program, pins = []) {
   program.forEach((op, i) => chip.bus.write32(PIO0 + 0x48 + 4 * i, op));
   for (const pin of pins) {
@@ -139,7 +143,7 @@ export function loadPio(chip, program, pins = []) {
   }
 }
 
-/** A machine's registers. */
+/** Sets the registers of a machine. */
 export function configure(chip, machine, { clkdiv = 1 << 16, wrap = [0, 31], exec = 0, shift = 3 << 18, pinctrl = 0 }) {
   const base = SM0 + 0x18 * machine;
   chip.bus.write32(base, clkdiv);
@@ -148,20 +152,20 @@ export function configure(chip, machine, { clkdiv = 1 << 16, wrap = [0, 31], exe
   chip.bus.write32(base + 0x14, pinctrl);
 }
 
-/** Starts machines (bits) at address 0, their clocks in phase. Returns the cycle. */
+/** Starts machines (bits) at address 0, with their clocks in phase. Returns the cycle. */
 export function start(chip, machines = 1) {
   chip.bus.write32(PIO0, machines | (machines << 4) | (machines << 8));
   return chip.cycles;
 }
 
-/** Edges of a pin while the chip runs: [level, cycles since `from`]. */
+/** Records the edges of a pin while the chip runs: [level, cycles since `from`]. */
 export function record(chip, pin, from) {
   const edges = [];
   chip.watch(pin, (level, at) => edges.push([level, at - from()]));
   return edges;
 }
 
-/** A small generator of numbers (xorshift), so that tests have the same every time. */
+/** Returns a random generator (xorshift) with a seed. */
 export function random(seed) {
   let state = seed;
   return () => {

@@ -1,4 +1,4 @@
-// Virtual time: alarms, the watchdog, resets, DMA, and that two runs are the same.
+// Tests of virtual time: alarms, watchdog, resets, DMA, and that two runs are equal.
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { Chip } from '../src/chip.mjs';
@@ -36,7 +36,9 @@ test('the chip runs exactly as long as it is asked to', () => {
   }
 });
 
-/** A chip that was told in RAM and scratch what to remember, with its watchdog set to `micros`. */
+/**
+ * Returns a chip with values in RAM and in a scratch register, and its watchdog set to `micros`.
+ */
 function watched(micros) {
   const chip = sleepingChip();
   const causes = [];
@@ -122,7 +124,7 @@ test('an image that the boot ROM would not start is not started', () => {
   assert.notEqual(chip.peek32(RAM), 1);
 });
 
-/** A chip with pulses, alarms and a watchdog that bites, run in pieces of `step`. */
+/** Runs a chip with pulses, alarms and a watchdog reset, in steps of `step`. */
 function busyRun(step) {
   const program = new Program().set(TIMER + 0x38, 1).set(NVIC_ISER, 1).set(WATCHDOG + 4, 9000).set(WATCHDOG, ENABLE);
   program.set(0x40014000 + 8 * 25 + 4, 5).set(0xd0000020, 1 << 25).set(TIMER + 0x10, 100).sleep();

@@ -1,4 +1,5 @@
-// Translated code against the instructions one by one: the same registers, flags, memory and cycles.
+// Tests of translated code against single instructions: the same registers, flags, memory and
+// cycles.
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { MS, Program, random, TIMER, US } from './support.mjs';
@@ -6,7 +7,10 @@ import { MS, Program, random, TIMER, US } from './support.mjs';
 const RAM = 0x20000400;
 const ROUNDS = 60;
 
-/** An instruction that leaves r6 (the rounds) and r7 (memory) alone, and reads the timer by way of r8 now and then. */
+/**
+ * Returns an instruction that does not change r6 (rounds) and r7 (memory), and sometimes reads the
+ * timer through r8.
+ */
 function anyInstruction(next) {
   const pick = (list) => list[next() % list.length];
   const [d, m, n, five] = [next() % 6, next() % 8, next() % 8, next() % 32];
@@ -28,7 +32,7 @@ function anyInstruction(next) {
     case 8:
       return pick([[0x4644, 0x6aa3], [0x4644, 0x63a3], [0x4600 | m << 3 | d], [0x4480 | m << 3 | 1], [0x4580 | m << 3], [0x463d, 0x5deb, 0x57ea]]);
     default:
-      // A branch over one instruction, so that pieces end and flags are looked at.
+      // A branch over one instruction, so that pieces end and flags are read.
       return [0xd000 | (next() % 14) << 8, 0x3001 | d << 8];
   }
 }
@@ -69,7 +73,8 @@ test('random programs do the same translated, in whatever pieces they are run', 
 });
 
 test('code in SRAM is translated, and again after it has been written over', () => {
-  // A function in SRAM: movs r0, #n; adds r1, r1, r0; bx lr. It is called a hundred times, then n is changed, and again.
+  // A function in SRAM: movs r0, #n; adds r1, r1, r0; bx lr. It is called a hundred times, then n
+  // is changed, and again.
   const CODE = 0x20003000;
   const program = new Program().load(4, CODE + 1).raw(0x2100);
   for (const n of [1, 2]) {
@@ -84,7 +89,7 @@ test('code in SRAM is translated, and again after it has been written over', () 
 });
 
 test('an access that faults in the middle of translated code faults there', () => {
-  // Reads further and further, until there is no more memory.
+  // Reads at increasing addresses, beyond the end of memory.
   const program = new Program().load(1, 0x20041f80).label('loop').raw(0x2005, 0x680a, 0x2006, 0x3104).jump('loop');
   const run = (translates) => {
     const chip = program.chip();

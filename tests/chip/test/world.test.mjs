@@ -1,4 +1,4 @@
-// What the chip has around it: pins, serial line, I2C bus, flash, USB cable.
+// Tests of the chip's surroundings: pins, UART, I2C bus, flash, USB cable.
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { Chip, Pca9685 } from '../src/chip.mjs';
@@ -52,7 +52,7 @@ test('an edge on a pin interrupts; a change of its settings does not', () => {
   assert.equal((chip.core.lines >> 13) & 1, 0);
 });
 
-/** UART0 at 115 200 baud with FIFOs. */
+/** Sets up UART0 at 115 200 baud with FIFOs. */
 function serialChip() {
   const chip = sleepingChip();
   [[0x24, 67], [0x28, 52], [0x2c, 0x70], [0x30, 0x301]].forEach(([offset, value]) => chip.bus.write32(UART0 + offset, value));
@@ -104,7 +104,7 @@ test('a byte that finds the FIFO full is lost', () => {
   assert.equal(chip.uarts[0].overruns, 8);
 });
 
-/** I2C0 at 400 kHz, talking to `address`. */
+/** Sets up I2C0 at 400 kHz with the target `address`. */
 function busChip(address) {
   const chip = sleepingChip();
   [[0x6c, 0], [0x1c, 125], [0x20, 187], [0x04, address], [0x6c, 1]].forEach(([offset, value]) => chip.bus.write32(I2C0 + offset, value));
@@ -156,7 +156,9 @@ test('the bus reads, and its interrupts follow the FIFOs', () => {
   assert.equal(raw(chip) & 4, 0);
 });
 
-/** Erases the last sector and programs its first page with 0x55, as the boot ROM's caller does: from RAM, with flash unmapped. */
+/**
+ * Erases the last sector and programs its first page with 0x55, from RAM and with flash unmapped.
+ */
 function flashWriter() {
   const SECTOR = 0x1ff000;
   const call = (p, name, ...args) => {
@@ -167,7 +169,7 @@ function flashWriter() {
   const p = new Program();
   for (const [name, ...args] of [['IF'], ['EX'], ['RE', SECTOR, 4096], ['RP', SECTOR, RAM, 256], ['FC'], ['CX']]) call(p, name, ...args);
   const image = p.set(0x20008000, 1).sleep().build();
-  // The code must not be in flash while that cannot be read: it is copied to RAM and started there.
+  // Flash is not readable meanwhile, so that the code is copied to RAM and started there.
   return { image, SECTOR };
 }
 
@@ -235,7 +237,10 @@ test('a second boot stage makes flash readable by the registers of its interface
   assert.equal(bus.read32(FLASH), first);
 });
 
-/** A chip whose firmware (played by the test) has offered a buffer for reception on endpoint 2, and none for sending. */
+/**
+ * Returns a chip whose firmware (the test) has a receive buffer on endpoint 2 and no transmit
+ * buffer.
+ */
 function usbChip() {
   const chip = sleepingChip();
   chip.bus.write32(USB + 0x40, 1);

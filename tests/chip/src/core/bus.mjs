@@ -1,12 +1,12 @@
 // The processor's view of memory.
 //
-// What is wrong in rp2040js 1.4.1: an access to an address where nothing is answers 0xffffffff, and an unaligned one is
-// carried out. On the chip both are a HardFault (datasheet 2.1, ARMv6-M A3.2.1), and that is how a stack that has grown out of its
-// memory is found. Memory is also read here without a call into rp2040js, for speed.
+// Defects of rp2040js 1.4.1: an access to an unmapped address returns 0xffffffff, and an unaligned
+// access is executed. On the chip both are a HardFault (datasheet 2.1, ARMv6-M A3.2.1), which
+// detects a stack overflow. This file also reads memory without a call into rp2040js, for speed.
 
 import { translate } from './translate.mjs';
 
-/** Thrown by an access that the chip answers with a bus fault; the core turns it into a HardFault. */
+/** Thrown by an access that is a bus fault on the chip; the core converts it to a HardFault. */
 export const FAULT = new Error('bus fault');
 
 const SRAM = 0x20000000;
@@ -19,7 +19,7 @@ const PPB_END = 0xe0100000;
 
 /** Halfwords at the beginning of flash that may be translated: 1 MB. */
 const FLASH_PIECES = 512 * 1024;
-/** Code is translated once it has been run this often. */
+/** Number of runs after which code is translated. */
 const OFTEN = 20;
 
 export class Bus {
@@ -37,16 +37,22 @@ export class Bus {
     this.sramSize = mcu.sram.length;
     this.romSize = this.rom8.length;
     this.flashMask = mcu.flash.length - 1;
-    /** Translations by address, and how often the code there was run before it had one. */
+    /** Translations by address, and the number of runs of code without one. */
     this.pieces = new Array(FLASH_PIECES + this.sramSize / 2).fill(undefined);
     this.visits = new Uint8Array(this.pieces.length);
     /** Which words of SRAM have been translated. */
     this.code = new Uint8Array(this.sramSize / 4);
-    /** False while flash is being erased or programmed: then it cannot be read (datasheet 2.8.3.1.3). */
+    /**
+     * False while flash is being erased or programmed: then it cannot be read (datasheet
+     * 2.8.3.1.3).
+     */
     this.flashReadable = true;
   }
 
-  /** Cycles of a load or store: 2; 1 to SIO (datasheet 2.3.1); 3 more to read and 4 to write across the APB bridge (2.1.4). */
+  /**
+   * Cycles of a load or store: 2; 1 to SIO (datasheet 2.3.1); 3 more to read and 4 to write across
+   * the APB bridge (2.1.4).
+   */
   cost(address, apb) {
     const region = address >>> 28;
     if (region < 4) return 2;
@@ -54,12 +60,12 @@ export class Bus {
     return region === 13 ? 1 : 2;
   }
 
-  /** May code at this address be translated? */
+  /** Returns whether code at this address may be translated. */
   isCode(address) {
     return address - XIP >>> 0 < 2 * FLASH_PIECES || address - SRAM >>> 0 < this.sramSize;
   }
 
-  /** The translation of code that is run often, or null (translate.mjs). */
+  /** Returns the translation of code that runs often, or null (translate.mjs). */
   pieceAt(address) {
     let index = (address - XIP) >>> 1;
     if (index >= FLASH_PIECES) {
@@ -79,13 +85,13 @@ export class Bus {
     if (address - SRAM >>> 0 < this.sramSize) this.code[(address - SRAM) >> 2] = 1;
   }
 
-  /** Flash has new contents. */
+  /** Called after a change of the flash contents. */
   flashChanged() {
     this.pieces.fill(undefined, 0, FLASH_PIECES);
     this.visits.fill(0, 0, FLASH_PIECES);
   }
 
-  /** Something has been written over translated code in SRAM. */
+  /** Called after a write over translated code in SRAM. */
   sramChanged() {
     this.pieces.fill(undefined, FLASH_PIECES);
     this.visits.fill(0, FLASH_PIECES);
@@ -163,7 +169,10 @@ export class Bus {
     }
   }
 
-  /** A write narrower than a word: USB memory takes its bytes; a register gets the value in every lane (datasheet 2.1.4). */
+  /**
+   * Writes less than a word: USB memory is written by bytes; a register gets the value in every
+   * lane (datasheet 2.1.4).
+   */
   writeNarrow(address, value, mask, lanes) {
     const word = (address & ~3) >>> 0;
     if (word - DPRAM >>> 0 < 4096) {
@@ -197,7 +206,8 @@ export class Bus {
     } else {
       const peripheral = mcu.findPeripheral(address);
       if (peripheral) peripheral.writeUint32Atomic(address & 0xfff, value, (address >>> 12) & 3);
-      // A write into cached flash is lost without a fault; CTRL.ERR_BADWRITE (datasheet 2.6.3) is about its other aliases.
+      // A write to cached flash has no effect and is no fault; CTRL.ERR_BADWRITE (datasheet 2.6.3)
+      // applies to the other aliases.
       else if (address - XIP >>> 0 >= 0x1000000) throw FAULT;
     }
   }

@@ -1,14 +1,23 @@
 // A Cortex-M0+ (ARMv6-M): registers, exceptions, sleep, and the loop that runs instructions.
 //
-// Why rp2040js' own is not used, all of it seen with 1.4.1:
-// - SEV does nothing, so that an executor that sleeps in WFE is never woken from thread mode (ARMv6-M B1.5.18).
-// - ADCS and SBCS take the carry into an operand before the overflow flag is made of it: 0 < i64::MAX is false.
-// - No fault exists: UDF, an unaligned or an unmapped access go on as if nothing had been. The chip takes a HardFault.
-// - An exception costs nothing; PUSH {.., LR} and POP {.., PC} are a cycle short (Cortex-M0+ TRM, table 3-1 and 3.9).
-// - An interrupt is forgotten if its line falls before it is taken; SCR and AIRCR are missing (repairs/ppb.mjs).
-// - Every instruction goes through a chain of some eighty comparisons; here a table gives its function (instructions.mjs).
+// Defects of the core in rp2040js 1.4.1, all observed:
+// - SEV does nothing, so that an executor that sleeps in WFE is never woken from thread mode
+//   (ARMv6-M B1.5.18).
+// - ADCS and SBCS add the carry to an operand before they compute the overflow flag: 0 < i64::MAX
+//   is
+//   false.
+// - There are no faults: UDF, an unaligned or an unmapped access have no effect. On the chip each
+//   is
+//   a HardFault.
+// - An exception takes no time; PUSH {.., LR} and POP {.., PC} are one cycle short (Cortex-M0+ TRM,
+//   table 3-1 and 3.9).
+// - An interrupt is lost if its line falls before it is taken; SCR and AIRCR are missing
+//   (repairs/ppb.mjs).
+// - Every instruction takes up to eighty comparisons; here a table gives its function
+//   (instructions.mjs).
 //
-// The fields that rp2040js' other parts read and write keep its names (`pendingInterrupts`, `interruptPriorities`, ...).
+// The fields that other parts of rp2040js read and write keep its names (`pendingInterrupts`,
+// `interruptPriorities`, ...).
 import { FAULT } from './bus.mjs';
 import { FUNCTIONS, KINDS } from './instructions.mjs';
 
@@ -19,7 +28,10 @@ const PEND_SV = 14;
 const SYS_TICK = 15;
 const FIRST_IRQ = 16;
 const THREAD = 4; // below every configurable priority
-/** TRM 3.9: 15 cycles from an interrupt to its first instruction. The way back is not published; this is our estimate. */
+/**
+ * TRM 3.9: 15 cycles from an interrupt to its first instruction. The return is not published; 13 is
+ * an estimate.
+ */
 const ENTRY_CYCLES = 15;
 const EXIT_CYCLES = 13;
 const SLEEP_ON_EXIT = 1 << 1;
@@ -33,10 +45,10 @@ export class Core {
   constructor(bus, clock) {
     this.bus = bus;
     this.clock = clock;
-    /** r0 to r12, SP (of the present stack), LR; the program counter is `pc`. */
+    /** r0 to r12, SP (of the current stack), LR; the program counter is `pc`. */
     this.r = new Int32Array(16);
     this.pc = 0;
-    /** Address of the instruction that is being carried out. */
+    /** Address of the current instruction. */
     this.at = 0;
     // Flags: N is n < 0, Z is z === 0; C and V are 0 or 1.
     this.n = 0;
@@ -63,13 +75,16 @@ export class Core {
     this.eventRegistered = false;
     this.waiting = false;
     this.waitsForEvent = false;
-    /** Set by a fault within a fault: nothing but a reset ends it (ARMv6-M B1.5.15). */
+    /** Set by a fault within a fault; only a reset clears it (ARMv6-M B1.5.15). */
     this.lockedUp = false;
-    /** What stopped the last HardFault's instruction: { address, kind }, for people. */
+    /** Cause of the last HardFault: { address, kind }. */
     this.fault = null;
-    /** Instructions carried out. */
+    /** Number of instructions executed. */
     this.instructions = 0;
-    /** rp2040js adds its divider's eight cycles here; the chip's processor does not wait for them (datasheet 2.3.1.5). */
+    /**
+     * rp2040js adds the divider's eight cycles here; the chip's processor does not wait (datasheet
+     * 2.3.1.5).
+     */
     this.cycles = 0;
   }
 
@@ -105,7 +120,7 @@ export class Core {
     }
   }
 
-  /** One instruction. */
+  /** Executes one instruction. */
   step(bus) {
     const { pc } = this;
     this.at = pc;
@@ -115,7 +130,7 @@ export class Core {
     return FUNCTIONS[KINDS[instruction]](this, instruction);
   }
 
-  /** A register as an operand: the program counter reads four bytes ahead. */
+  /** Returns a register as an operand: the program counter is four bytes ahead. */
   operand(register) {
     return register === 15 ? this.at + 4 : this.r[register];
   }
@@ -131,7 +146,9 @@ export class Core {
     this.v = (xpsr >>> 28) & 1;
   }
 
-  /** A peripheral's interrupt line. A rising line is remembered until it is served (ARMv6-M B3.4). */
+  /**
+   * Sets a peripheral's interrupt line. A rising line is pending until it is served (ARMv6-M B3.4).
+   */
   setInterrupt(irq, level) {
     const bit = 1 << irq;
     if (!level) {
@@ -163,7 +180,9 @@ export class Core {
     }
   }
 
-  /** The exception to take at a priority above (a number below) `limit`; 0 if there is none. */
+  /**
+   * Returns the exception to take at a priority above (a number below) `limit`; 0 if there is none.
+   */
   candidate(limit) {
     if (this.pendingNMI && limit > -2) return NMI;
     const ready = this.pendingInterrupts & this.enabledInterrupts;
@@ -200,10 +219,10 @@ export class Core {
     this.enter(exception, this.pc);
   }
 
-  /** Wakes from WFI or WFE where something has happened that wakes it (ARMv6-M B1.5.17, B1.5.18). */
+  /** Wakes the processor from WFI or WFE if there is a wake-up event (ARMv6-M B1.5.17, B1.5.18). */
   wakeIfReady() {
     if (this.lockedUp) return;
-    // PRIMASK keeps an interrupt from being taken, and does not keep it from ending WFI.
+    // PRIMASK prevents an interrupt from being taken, but not from ending WFI.
     const wakes = this.waitsForEvent ? this.eventRegistered || this.candidate(this.limit) : this.candidate(this.priority(this.IPSR));
     if (!wakes) {
       this.interruptsUpdated = false;
@@ -223,7 +242,7 @@ export class Core {
     this.interruptsUpdated = true;
   }
 
-  /** Pushes the frame and goes to the handler (ARMv6-M B1.5.6). */
+  /** Pushes the frame and enters the handler (ARMv6-M B1.5.6). */
   enter(exception, returnAddress) {
     const { r, bus } = this;
     const handler = this.IPSR !== 0;
@@ -236,7 +255,8 @@ export class Core {
       words.forEach((word, i) => bus.write32(frame + 4 * i, word));
     } catch (error) {
       if (error !== FAULT) throw error;
-      // The fault's own frame may go nowhere: the handler runs all the same, unless it was the handler's fault (B1.5.14).
+      // The frame of a fault may have no memory: the handler runs, unless the fault was in the
+      // handler (B1.5.14).
       if (exception !== HARD_FAULT) return this.hardFault('stacking fault');
     }
     r[13] = frame;
@@ -260,7 +280,7 @@ export class Core {
     this.setFlags(words[7]);
     this.IPSR = words[7] & 0x3f;
     r[13] = (frame + 32) | (words[7] & (1 << 9) ? 4 : 0);
-    // A line that is still high asks again.
+    // A line that is still high is pending again.
     if (left >= 0) this.pendingInterrupts |= this.lines & (1 << left);
     this.interruptsUpdated = true;
     this.eventRegistered = true;

@@ -1,5 +1,6 @@
-// The Thumb instructions of ARMv6-M (reference manual A6.7), one small function each: it changes the core and returns its
-// cycles (Cortex-M0+ TRM, table 3-1, with the RP2040's one-cycle multiplier). KINDS and FUNCTIONS map a halfword to its function.
+// The Thumb instructions of ARMv6-M (reference manual A6.7), one small function each: it changes
+// the core and returns its cycles (Cortex-M0+ TRM, table 3-1, with the RP2040's one-cycle
+// multiplier). KINDS and FUNCTIONS map a halfword to its function.
 import { BY_IMMEDIATE, BY_REGISTER, loadLiteral, loadMultiple, loadStack, pop, push, storeMultiple, storeStack } from './memory.mjs';
 
 const low = (op) => op & 7;
@@ -182,7 +183,10 @@ const supervisorCall = (core) => {
   core.interruptsUpdated = true;
   return 1;
 };
-/** A breakpoint in the boot ROM is a call of ours (bootrom.mjs); elsewhere, with no debugger, it is a HardFault. */
+/**
+ * A breakpoint in the boot ROM calls a function of bootrom.mjs; elsewhere, without a debugger, it
+ * is a HardFault.
+ */
 const breakpoint = (core, op) => {
   if (core.at < core.bus.romSize) return core.onRomCall(op & 255);
   core.hardFault('breakpoint');
@@ -247,7 +251,10 @@ function decode(op) {
   }
 }
 
-/** The functions, and for each halfword the number of its own: a small table and a dense one, so that both stay in the cache. */
+/**
+ * The functions, and the index of a function for each halfword: a small and a dense table that stay
+ * in the cache.
+ */
 export const FUNCTIONS = [];
 export const KINDS = Uint8Array.from({ length: 0x10000 }, (_, op) => {
   const operation = decode(op);

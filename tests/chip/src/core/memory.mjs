@@ -1,7 +1,8 @@
-// Loads and stores of ARMv6-M (reference manual A6.7), one function each, as instructions.mjs explains. They are written out, and not made
-// by a function of their kind: V8 compiles each for itself then, and they are most of what a program does.
+// Loads and stores of ARMv6-M (reference manual A6.7), one function each, as in instructions.mjs.
+// Each is written out, so that V8 compiles it separately: most instructions of a program are loads
+// and stores.
 //
-// A store's cycles are reckoned before it is done, since the write may read the clock.
+// The cycles of a store are computed before the write, because the write may read the clock.
 
 const low = (op) => op & 7;
 const middle = (op) => (op >> 3) & 7;

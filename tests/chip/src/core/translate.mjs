@@ -1,9 +1,11 @@
-// Straight pieces of code, translated to JavaScript: what an instruction's function does, without finding it each time, and without
-// flags that nobody reads. Everything is as in instructions.mjs, to the cycle; what is not here ends a piece and is left to it.
+// Translation of straight pieces of code to JavaScript: the effect of each instruction's function,
+// without its lookup and without flags that no instruction reads. The result equals that of
+// instructions.mjs, to the cycle. An instruction that is not here ends a piece and is left to it.
 //
-// A piece is run only if all its instructions would be begun before the clock's horizon. Memory is reached at once in SRAM; any other access is
-// made at its own cycle, and ends the piece, since what it changes may be an event. A store into translated code is such an access: the bus then
-// forgets what it has translated in SRAM.
+// A piece runs only if all its instructions start before the clock's horizon. SRAM is accessed
+// directly; any other access is made at its own cycle and ends the piece, because its effect may be
+// an event. A store into translated code is such an access: the bus then discards its translations
+// of SRAM.
 import { KINDS } from './instructions.mjs';
 
 const SRAM = 0x20000000;
@@ -16,7 +18,7 @@ const sum = (a, b, carry, to) => ({
   bare: to ? `${to} = ${a} + ${b} + ${carry};` : '',
   kills: true,
 });
-/** A result that sets N and Z, and perhaps C by `carry`. */
+/** A result that sets N and Z, and C by `carry` if given. */
 const result = (value, to, carry = '') => ({
   full: `${carry} t = ${value}; core.n = core.z = t; ${to ? `${to} = t;` : ''}`,
   bare: `${carry} ${to ? `${to} = ${value};` : ''}`,
@@ -55,7 +57,7 @@ function arithmetic(op) {
   }
 }
 
-/** Register-register operations; those that shift by a register are left to their functions. */
+/** Register-register operations, except for shifts by a register. */
 function data(op) {
   const [d, m] = [`r[${op & 7}]`, `r[${(op >> 3) & 7}]`];
   switch ((op >> 6) & 15) {
@@ -134,7 +136,7 @@ function stack(op) {
   };
 }
 
-/** An instruction as a text with what is to be known of it, or null where a piece ends before it. */
+/** Returns an instruction's text and properties, or null if a piece ends before it. */
 function translateOne(op, at, bus) {
   switch (op >> 12) {
     case 0: case 1: case 2: case 3:
@@ -155,7 +157,7 @@ function translateOne(op, at, bus) {
   }
 }
 
-/** A literal behind the code is as constant as the code is, where it is in the same memory. */
+/** A literal in the same memory as the code is as constant as the code. */
 function literal(op, at, bus) {
   const from = ((at + 4) & ~3) + 4 * (op & 255);
   if (from >>> 24 !== at >>> 24) return null;
@@ -166,7 +168,7 @@ function literal(op, at, bus) {
 const ends = (op) => (op >> 12 === 13 && ((op >> 8) & 15) < 14)
   || op >> 11 === 28 || op >> 11 === 30 || (op & 0xff00) === 0xbd00 || (op & 0xff00) === 0x4700;
 
-/** Marks whose flags nobody reads: they are set again before anything can look. */
+/** Marks instructions whose flags are set again before they are read. */
 function findDeadFlags(parts) {
   let live = true;
   for (const part of [...parts].reverse()) {
@@ -195,8 +197,10 @@ function collect(bus, start) {
 }
 
 /**
- * Translates the piece of code at an address: { run(core, bus, clock, r, F), reach } or null if there is too little of it. `run` returns
- * the cycles that are to be added to the clock, `reach` is how far into it its last instruction begins.
+ * Translates the piece of code at an address. Returns { run(core, bus, clock, r, F), reach }, or
+ * null if the piece is too short.
+ * `run` returns the cycles to add to the clock; `reach` is the cycle, from the start, at which the
+ * last instruction starts.
  */
 export function translate(bus, start) {
   const parts = collect(bus, start);
@@ -224,7 +228,9 @@ export function translate(bus, start) {
   return { run: compile(lines.join('\n')), reach };
 }
 
-/** Functions by their text: the same code in another chip, or after a reset, is not compiled and warmed up again. */
+/**
+ * Functions by their text: the same code in another chip, or after a reset, is not compiled again.
+ */
 const COMPILED = new Map();
 
 function compile(body) {

@@ -1,4 +1,5 @@
-// A PIO block: the registers, instruction memory, pins and flags that four state machines share (RP2040 datasheet 3.2, 3.5, 3.7).
+// A PIO block: the registers, instruction memory, pins and flags that four state machines share
+// (RP2040 datasheet 3.2, 3.5, 3.7).
 import { Machine, SUBCYCLES } from './machine.mjs';
 
 const CTRL = 0x00;
@@ -38,13 +39,13 @@ export class Block {
     this.firstIrq = firstIrq;
     this.instructions = new Uint16Array(32);
     this.irq = 0;
-    /** Flags raised in this cycle: others see them in the next. */
+    /** Flags raised in this cycle: visible to others in the next. */
     this.raising = 0;
     this.fdebug = 0;
     this.inte = [0, 0];
     this.intf = [0, 0];
     this.syncBypass = 0;
-    // The names by which rp2040js' pins ask for what a block drives.
+    // rp2040js' pins read a block's outputs by these names.
     this.pinValues = 0;
     this.pinDirections = 0;
     this.values = 0;
@@ -53,7 +54,7 @@ export class Block {
     for (const machine of this.machines) this.requestData(machine);
   }
 
-  /** A machine drives pins; it shows at the end of the cycle (`commit`). */
+  /** Drives pins for a machine; visible at the end of the cycle (`commit`). */
   drive(what, value, base, count) {
     if (count === 0) return;
     const mask = rotate(count >= 32 ? -1 : (1 << count) - 1, base);
@@ -82,7 +83,7 @@ export class Block {
     this.updateInterrupts();
   }
 
-  /** The end of a cycle: what the machines have driven and raised in it becomes visible. */
+  /** Ends a cycle: makes the machines' outputs and flags visible. */
   commit() {
     if (this.raising) {
       this.irq |= this.raising;
@@ -99,7 +100,7 @@ export class Block {
     }
   }
 
-  /** A FIFO has gained or lost a word. */
+  /** Called when a FIFO has gained or lost a word. */
   fifosChanged(machine) {
     this.requestData(machine);
     machine.wake(this.engine.now);
@@ -125,14 +126,14 @@ export class Block {
     for (const n of [0, 1]) this.mcu.setInterrupt(this.firstIrq + n, ((this.intr & this.inte[n]) | this.intf[n]) !== 0);
   }
 
-  /** A word for a machine's FIFO, from the processor or from DMA. */
+  /** Writes a word to a machine's FIFO, from the processor or from DMA. */
   writeFifo(machine, word) {
     if (machine.tx.full) {
       this.fdebug |= 1 << (16 + machine.index);
       return;
     }
     machine.tx.push(word);
-    // A spent OSR takes it at once, unless an OUT is just about to look (datasheet 3.5.4.2).
+    // An empty OSR takes it at once, unless an OUT is due in this cycle (datasheet 3.5.4.2).
     const outNow = !machine.stalled && machine.time <= machine.tickFrom(this.engine.now + 1);
     if (machine.autopull && machine.enabled && machine.osrCount >= machine.pullThreshold && !machine.stalled && !outNow) {
       machine.refill();
@@ -250,7 +251,7 @@ export class Block {
     for (const machine of this.machines) {
       const [enabled, restarts, inPhase] = [0, 4, 8].map((shift) => ((value >> (shift + machine.index)) & 1) === 1);
       if (enabled === machine.enabled && !restarts && !inPhase) continue;
-      // A delay that has begun stands still with its machine, and goes on with it.
+      // A delay pauses and continues with its machine.
       let left = machine.enabled ? Math.max(0, machine.time - now) : machine.left;
       if (restarts) {
         machine.restart();
@@ -267,7 +268,8 @@ export class Block {
     const register = SM_REGISTERS[offset >> 2];
     if (register === 'addr') return;
     if (register === 'instr') {
-      // Carried out at once, also by a machine that is not enabled or that waits (datasheet 3.7, SM0_INSTR).
+      // Executed at once, also by a machine that is disabled or stalled (datasheet 3.7,
+      // SM0_INSTR).
       machine.time = this.engine.now * SUBCYCLES;
       machine.left = 0;
       machine.forced = value & 0xffff;

@@ -1,10 +1,11 @@
 // Both PIO blocks in lock step with the rest of the chip.
 //
-// What is wrong in rp2040js 1.4.1: its state machines run a thousand steps at a time from setTimeout, whatever the chip's time is;
-// clock dividers, delays, FIFO joining, the phase of CLKDIV_RESTART and instructions that wait are missing or wrong; a word written
-// to a FIFO restarts a program at the wrong place. Here every instruction has its cycle (datasheet 3.5.5: a divider of
-// n + f/256 gives a tick every n or n + 1 cycles), what a machine does at a cycle is seen by the others from the next on, and a
-// machine that counts down in one instruction, or waits, costs nothing.
+// Defects of rp2040js 1.4.1: its state machines run a thousand steps at a time from setTimeout,
+// independent of the chip's time. Clock dividers, delays, FIFO joining, the phase of CLKDIV_RESTART
+// and stalled instructions are missing or wrong. A word written to a FIFO restarts a program at the
+// wrong place. Here every instruction has its cycle (datasheet 3.5.5: a divider of n + f/256 gives
+// a tick every n or n + 1 cycles). Other machines see the effects of a cycle from the next one on.
+// A machine that counts down in one instruction, or is stalled, takes no computing time.
 import { Block } from './block.mjs';
 import { SUBCYCLES } from './machine.mjs';
 
@@ -14,9 +15,9 @@ const PIO1_IRQ0 = 9;
 export class Engine {
   constructor(mcu, clock) {
     this.clock = clock;
-    /** The cycle of the instruction being carried out; at other times, the last one looked at. */
+    /** Cycle of the current instruction; at other times, the last cycle that was run. */
     this.now = 0;
-    /** Is `now` the time of what happens on the pins? */
+    /** Whether `now` is the time of the events on the pins. */
     this.advancing = false;
     this.alarm = clock.createAlarm(() => {
       this.catchUp();
@@ -26,7 +27,7 @@ export class Engine {
     this.machines = this.blocks.flatMap((block) => block.machines);
   }
 
-  /** Carries out everything up to the present. */
+  /** Runs everything up to the current cycle. */
   catchUp() {
     if (this.advancing) return;
     this.advancing = true;
@@ -36,7 +37,7 @@ export class Engine {
     this.advancing = false;
   }
 
-  /** The next instruction's time in subcycles, with the waits before `until` skipped. */
+  /** Returns the time of the next instruction in subcycles; skips the waits before `until`. */
   nextTick(until) {
     let next = Infinity;
     for (const machine of this.machines) {
@@ -48,7 +49,7 @@ export class Engine {
     return next;
   }
 
-  /** All that is carried out in one cycle. */
+  /** Runs one cycle of all machines. */
   cycle(now) {
     this.now = now;
     for (const machine of this.machines) {
@@ -57,7 +58,7 @@ export class Engine {
     for (const block of this.blocks) block.commit();
   }
 
-  /** Sets the alarm to when a machine next does something that can be seen. */
+  /** Sets the alarm to the next visible action of a machine. */
   plan() {
     if (this.advancing) return;
     let next = Infinity;
@@ -71,7 +72,7 @@ export class Engine {
     else this.alarm.scheduleAt(Math.ceil(next / SUBCYCLES));
   }
 
-  /** An input pin has changed: machines that wait look again. */
+  /** Called at an edge of an input pin: stalled machines check again. */
   inputChanged() {
     if (!this.advancing) this.catchUp();
     let woken = false;
@@ -84,7 +85,7 @@ export class Engine {
   }
 }
 
-/** Counts down at once what `machine` will have counted down by `until`. */
+/** Applies all count-downs of `machine` by `until` at once. */
 function skip(machine, period, until) {
   const left = machine[machine.counter];
   const times = Math.min(left, Math.floor((until - machine.time) / period) + 1);

@@ -1,4 +1,5 @@
-// A FIFO between the system and a state machine: four words, eight when it has its neighbour's storage, none when it lent it.
+// A FIFO between the system and a state machine: four words; eight with the storage of its
+// neighbour, none if the neighbour has its storage.
 
 export class Fifo {
   constructor() {
@@ -8,7 +9,7 @@ export class Fifo {
     this.count = 0;
   }
 
-  /** Another depth; the contents are lost, as on the chip (datasheet 3.7, SHIFTCTRL.FJOIN_TX). */
+  /** Sets the depth; the contents are lost, as on the chip (datasheet 3.7, SHIFTCTRL.FJOIN_TX). */
   resize(depth) {
     this.depth = depth;
     this.first = 0;

@@ -1,5 +1,6 @@
-// One PIO state machine, by the RP2040 datasheet, 3.4 (instructions) and 3.5 (side-set, wrapping, FIFO joining, autopush and -pull,
-// clock dividers). It is stepped by its block's engine (engine.mjs), one instruction at the cycle at which it is carried out.
+// One PIO state machine, by the RP2040 datasheet, 3.4 (instructions) and 3.5 (side-set, wrapping,
+// FIFO joining, autopush and autopull, clock dividers). The engine (engine.mjs) executes each
+// instruction at its cycle.
 import { Fifo } from './fifo.mjs';
 import { AGAIN, DONE, OPERATIONS } from './operations.mjs';
 
@@ -28,17 +29,19 @@ export class Machine {
     this.osr = 0;
     this.isrCount = 0;
     this.osrCount = 32;
-    /** An instruction to be carried out instead of the one at `pc`, or -1: written to INSTR, or from OUT or MOV EXEC. */
+    /**
+     * Instruction to execute instead of the one at `pc`, or -1: from INSTR, OUT EXEC or MOV EXEC.
+     */
     this.forced = -1;
-    /** Does its instruction wait for something? */
+    /** Whether the instruction is stalled. */
     this.stalled = false;
-    /** Has the waiting IRQ instruction raised its flag already? */
+    /** Whether the stalled IRQ instruction has raised its flag. */
     this.raised = false;
-    /** When the next instruction is carried out, in subcycles (1/256 cycle) since the reset. */
+    /** Time of the next instruction, in subcycles (1/256 cycle) since the reset. */
     this.time = 0;
-    /** Of a machine that is not enabled: subcycles of its delay that are left. */
+    /** Remaining delay of a disabled machine, in subcycles. */
     this.left = 0;
-    /** Has it just jumped to where it was? */
+    /** Whether the last instruction was a jump to itself. */
     this.repeats = false;
     this.previous = 0;
     this.jumped = false;
@@ -50,7 +53,7 @@ export class Machine {
     this.configure('pinctrl', 5 << 26);
   }
 
-  /** Takes a register's value apart. */
+  /** Decodes the value of a register. */
   configure(register, value) {
     this[register] = value >>> 0;
     if (register === 'clkdiv') {
@@ -81,7 +84,10 @@ export class Machine {
     this.delayMask = (1 << (5 - this.sideBits)) - 1;
   }
 
-  /** FIFO joining (datasheet 3.5.3): 1 gives the receive FIFO's words to the transmit FIFO, 2 the other way. */
+  /**
+   * FIFO joining (datasheet 3.5.3): with 1 the transmit FIFO has all words, with 2 the receive
+   * FIFO.
+   */
   join(which) {
     const depths = [[4, 4], [8, 0], [0, 8], [0, 0]][which];
     if (this.tx.depth === depths[0] && this.rx.depth === depths[1]) return;
@@ -90,7 +96,10 @@ export class Machine {
     this.block.fifosChanged(this);
   }
 
-  /** CTRL.SM_RESTART (datasheet 3.7): what a program cannot see, and not x, y or the program counter. */
+  /**
+   * CTRL.SM_RESTART (datasheet 3.7): clears the internal state, but not x, y or the program
+   * counter.
+   */
   restart() {
     this.isr = 0;
     this.isrCount = 0;
@@ -105,14 +114,14 @@ export class Machine {
     this.execctrl = (this.execctrl & ~EXEC_STALLED) >>> 0;
   }
 
-  /** The next tick of this machine's divided clock at or after `now` (in cycles). */
+  /** Returns the next tick of the divided clock at or after `now` (in cycles). */
   tickFrom(now) {
     const at = now * SUBCYCLES;
     const late = at - this.time;
     return late <= 0 ? this.time : this.time + Math.ceil(late / this.divider) * this.divider;
   }
 
-  /** Carries out the instruction that is due, or finds that it still waits. */
+  /** Executes the instruction that is due, unless it is still stalled. */
   step() {
     const { forced } = this;
     this.previous = this.pc;
@@ -122,7 +131,7 @@ export class Machine {
     this.forced = -1;
     this.stalled = false;
     const done = OPERATIONS[instruction >> 13](this, instruction & 255);
-    // After the operation, since side-set wins where both drive a pin (datasheet 3.5.6.2).
+    // After the operation: side-set has priority if both drive a pin (datasheet 3.5.6.2).
     if (this.sideBits) this.sideSet(delayOrSide);
     if (done !== DONE) {
       this.forced = forced;
@@ -139,7 +148,7 @@ export class Machine {
     this.time += (this.forced >= 0 ? 1 : 1 + (delayOrSide & this.delayMask)) * this.divider;
   }
 
-  /** Side-set happens at the beginning of an instruction, also of one that then waits (datasheet 3.5.1). */
+  /** Side-set is at the start of an instruction, also of a stalled one (datasheet 3.5.1). */
   sideSet(field) {
     let bits = this.sideBits;
     let value = field >> (5 - bits);
@@ -151,7 +160,7 @@ export class Machine {
     this.block.drive(this.execctrl & SIDE_PINDIRS ? 'directions' : 'values', value, this.sideBase, bits);
   }
 
-  /** Autopull (datasheet 3.5.4.2): takes a word from the FIFO when the OSR is spent. */
+  /** Autopull (datasheet 3.5.4.2): takes a word from the FIFO if the OSR is empty. */
   refill() {
     if (this.tx.empty) return false;
     this.osr = this.pullWord();
@@ -173,9 +182,11 @@ export class Machine {
   }
 
   /**
-   * A wait of known length: the subcycles of one more `jmp x-- here` (or y, or always) that will jump to itself again, having done so
-   * before; 0 if the machine does something else. Nobody can see anything of such a wait, so that the engine may skip it.
-   * `this[this.counter]` is how many more there are.
+   * Returns the subcycles of one more `jmp x-- here` (or y, or always) that jumps to itself and has
+   * done so before; 0 if the machine
+   * does something else. Such a wait has no visible effect, so that the engine may skip it.
+   * `this[this.counter]` is the number of
+   * jumps left.
    */
   spin() {
     if (!this.repeats || this.forced >= 0) return 0;
@@ -187,7 +198,10 @@ export class Machine {
     return this[this.counter] === 0 ? 0 : (1 + ((instruction >> 8) & this.delayMask)) * this.divider;
   }
 
-  /** Something it may be waiting for has changed at `now` (in cycles): it looks again at its next tick. */
+  /**
+   * Called when a condition may have changed at `now` (in cycles): the machine checks at its next
+   * tick.
+   */
   wake(now) {
     if (!this.stalled) return;
     this.stalled = false;
@@ -201,7 +215,7 @@ export class Machine {
     return instruction >> 13 === 1;
   }
 
-  /** Is there an instruction to carry out? */
+  /** Whether there is an instruction to execute. */
   get active() {
     return !this.stalled && (this.enabled || this.forced >= 0);
   }

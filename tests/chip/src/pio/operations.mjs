@@ -1,10 +1,11 @@
-// The nine PIO instructions (RP2040 datasheet 3.4). Each function carries one out and says whether it was completed.
+// The nine PIO instructions (RP2040 datasheet 3.4). Each function executes one and returns whether
+// it is complete.
 
-/** It was completed. */
+/** The instruction is complete. */
 export const DONE = 1;
-/** It waits for something, and is tried again when that may have changed. */
+/** The instruction is stalled until its condition may have changed. */
 export const WAITS = 0;
-/** It needs another cycle. */
+/** The instruction needs another cycle. */
 export const AGAIN = 2;
 
 const FDEBUG_TXSTALL = 24;
@@ -169,7 +170,7 @@ function push(machine, ifFull, block) {
 
 function pull(machine, ifEmpty, block) {
   if (ifEmpty && machine.osrCount < machine.pullThreshold) return DONE;
-  // With autopull, PULL of a full OSR does nothing, so that it is a fence (datasheet 3.4.7.2).
+  // With autopull, PULL of a full OSR does nothing, which makes it a fence (datasheet 3.4.7.2).
   if (machine.autopull && machine.osrCount === 0) return DONE;
   if (machine.tx.empty) {
     stall(machine, FDEBUG_TXSTALL);

@@ -1,11 +1,15 @@
-// DMA in time.
+// Timing of DMA.
 //
-// What is wrong in rp2040js 1.4.1: a transfer takes no time at all, so that a block of memory is copied within one instruction; a
-// request that is withdrawn before its transfer is served all the same; a pacing timer runs at the inverse of its rate
-// (datasheet 2.5.5.1: X/Y transfers a cycle). A transfer here comes some cycles after its request, the next of an unpaced
-// block one cycle after the last (2.5: a read and a write each cycle).
+// Defects of rp2040js 1.4.1: a transfer takes no time, so that a block of memory is copied within
+// one instruction; a request that is withdrawn before its transfer is served; a pacing timer runs
+// at the inverse of its rate (datasheet 2.5.5.1: X/Y transfers per cycle). Here a transfer is some
+// cycles after its request, and the next of an unpaced block is one cycle later (2.5: a read and a
+// write in each cycle).
 
-/** From a data request to its word's arrival. Not published: our estimate, of the handshake, a read and a write. */
+/**
+ * Cycles from a data request to its word. Not published: an estimate of the handshake, a read and a
+ * write.
+ */
 const REQUEST_CYCLES = 4;
 const PERMANENT = 63;
 const TIMER0 = 59;
@@ -27,7 +31,7 @@ export function repairDma(mcu, clock, bus) {
   }
 }
 
-/** Cycles to a channel's next transfer; 0 if its timer stands still. */
+/** Returns the cycles to a channel's next transfer; 0 if its timer is stopped. */
 function pace(dma, request) {
   if (request === PERMANENT) return 1;
   if (request < TIMER0) return REQUEST_CYCLES;
@@ -36,7 +40,7 @@ function pace(dma, request) {
   return x === 0 || y === 0 ? 0 : Math.max(1, Math.round(y / x));
 }
 
-/** DMA writes past the bus that the processor uses, which has to know of code that is overwritten. */
+/** DMA bypasses the processor's bus. The bus must be informed of overwritten code. */
 function tellBus(mcu, name, bus) {
   const write = mcu[name].bind(mcu);
   mcu[name] = (address, value) => {

@@ -1,9 +1,9 @@
-// Pins: what is on the pad, and who sees it.
+// Pins: the level of the pad, and its observers.
 //
-// What is wrong in rp2040js 1.4.1: an input reads what was last set from outside, whatever the pad does. On the chip it reads the
-// pad (datasheet 2.19.1): what the chip itself drives, else what the world drives, else the pull-up or -down. Its edge interrupts are also
-// recorded without an edge: any refresh of an input counts as one. After a reset its pads have their input disabled; the chip's are
-// enabled, with a pull-down (2.19.6.3, reset value 0x56).
+// Defects of rp2040js 1.4.1: an input reads the level that was last set from outside. On the chip
+// it reads the pad (datasheet 2.19.1): the chip's own output, else the outside level, else the
+// pull. Any refresh of an input counts as an edge for the interrupts. After a reset the pads have
+// their input disabled; on the chip it is enabled, with a pull-down (2.19.6.3, reset value 0x56).
 
 const PINS = 30;
 const PAD_RESET = 0x56;
@@ -11,11 +11,11 @@ const EDGE_LOW = 1 << 2;
 const EDGE_HIGH = 1 << 3;
 const LEVELS = 3;
 
-/** The pins, seen from outside. */
+/** The pins, from outside. */
 export class Pins {
   /**
    * @param {(pin: number, level: number, at: number) => void} changed called with every edge
-   * @param {() => number} at the cycle of what is happening
+   * @param {() => number} at returns the cycle of the current event
    */
   constructor(changed, at) {
     this.changed = changed;
@@ -25,7 +25,7 @@ export class Pins {
     this.mcu = null;
   }
 
-  /** Goes over to a chip that has just been reset: what it drove, it drives no more. */
+  /** Connects to a chip after its reset: it drives no pin. */
   connect(mcu) {
     this.mcu = mcu;
     mcu.gpio.forEach((pin, index) => this.attach(pin, index));
@@ -35,12 +35,15 @@ export class Pins {
   attach(pin, index) {
     pin.padValue = PAD_RESET;
     pin.checkForUpdates = () => this.settle(index);
-    // What rp2040js calls when a pad's settings have changed.
+    // rp2040js calls this after a change of a pad's settings.
     pin.refreshInput = () => this.present(index);
     this.present(index);
   }
 
-  /** A pad's level: driven by the chip, by the world, by its pull; a floating pad reads 0, one with both pulls keeps its level. */
+  /**
+   * Returns a pad's level: the chip's output, the outside level, or the pull. A floating pad reads
+   * 0, one with both pulls keeps its level.
+   */
   resolve(index) {
     const pin = this.mcu.gpio[index];
     if (pin.outputEnable && !pin.outputDisable) return pin.outputValue ? 1 : 0;
@@ -57,7 +60,7 @@ export class Pins {
     this.changed(index, level, this.at());
   }
 
-  /** Lets the chip see a pad's level: input value, interrupts, PWM counters. */
+  /** Passes a pad's level to the chip: input value, interrupts, PWM counters. */
   present(index) {
     const pin = this.mcu.gpio[index];
     const before = pin.inputValue;
@@ -69,7 +72,7 @@ export class Pins {
     if (edge && pin.functionSelect === 4) this.mcu.pwm.gpioOnInput(index);
   }
 
-  /** The world puts a level on a pin (0 or 1), or lets go of it (null). */
+  /** Drives a pin from outside (0 or 1), or releases it (null). */
   drive(index, level) {
     this.driven[index] = level;
     this.settle(index);

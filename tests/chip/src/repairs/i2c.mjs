@@ -1,8 +1,9 @@
-// The I2C controller's bus in time, and its level-sensitive interrupts.
+// Timing of the I2C bus, and the controller's level-sensitive interrupts.
 //
-// What is wrong in rp2040js 1.4.1: TX_EMPTY and RX_FULL are set and cleared by events, though they are levels of the FIFOs
-// (datasheet 4.3.17, IC_RAW_INTR_STAT): a driver that waits for room waits for ever; the registers of DMA and of a few settings are
-// missing. Whoever is on the bus answers in no time: here each condition and byte takes its clock periods.
+// Defects of rp2040js 1.4.1: TX_EMPTY and RX_FULL are set and cleared by events, but they are
+// levels of the FIFOs (datasheet 4.3.17, IC_RAW_INTR_STAT), so that a driver that waits for room
+// waits forever; the registers of DMA and of some settings are missing; a target answers in no
+// time. Here each condition and byte takes its clock periods.
 const DATA_CMD = 0x10;
 const INTR_STAT = 0x2c;
 const INTR_MASK = 0x30;
@@ -17,9 +18,9 @@ const ENABLE = 1;
 const ALL_INTERRUPTS = 0x1fff;
 const BYTE_PERIODS = 9;
 
-/** The world's side of one bus: targets by address, called as the bus comes to them. */
+/** The outside of one bus: targets by address, with a call for each condition and byte. */
 export class I2cBus {
-  /** @param {Map<number, object>} targets by 7-bit address; they outlive resets of the chip */
+  /** @param {Map<number, object>} targets by 7-bit address; they survive resets of the chip */
   constructor(controller, clock, targets) {
     this.controller = controller;
     this.targets = targets;
@@ -33,7 +34,7 @@ export class I2cBus {
     controller.onStop = () => this.after(1, () => this.stop());
   }
 
-  /** Cycles of one clock period, from the counts that the firmware has set (clk_sys cycles). */
+  /** Cycles of one clock period, from the firmware's settings (clk_sys cycles). */
   get period() {
     return this.controller.sclHighPeriod + this.controller.sclLowPeriod;
   }
@@ -65,7 +66,7 @@ export function repairI2c(controller) {
       | (rxFIFO.itemCount > rxThreshold ? RX_FULL : 0);
     controller.rp2040.setInterrupt(controller.irq, controller.intStatus !== 0);
   };
-  // Every change of a FIFO ends in one of these.
+  // Every change of a FIFO calls one of these.
   for (const name of ['nextCommand', 'pushRX', 'abort', 'clearInterrupts', 'setInterrupts']) {
     const original = controller[name].bind(controller);
     controller[name] = (...args) => {
@@ -77,7 +78,7 @@ export function repairI2c(controller) {
   installRegisters(controller, levels);
 }
 
-/** Registers: the missing ones as plain values, and the levels brought up to date where they are read. */
+/** Registers: the missing ones as plain values; the levels are updated before a read. */
 function installRegisters(controller, levels) {
   const plain = { [SDA_HOLD]: 1, [SLV_DATA_NACK_ONLY]: 0, 0x88: 0, 0x8c: 0, 0x90: 0, 0x94: 100, [ACK_GENERAL_CALL]: 1 };
   const read = controller.readUint32.bind(controller);

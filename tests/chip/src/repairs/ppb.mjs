@@ -1,8 +1,8 @@
 // The processor's own registers: NVIC and system control.
 //
-// What is wrong in rp2040js 1.4.1: clearing a pending interrupt (NVIC_ICPR) does nothing for those of the chip's peripherals; SCR and
-// AIRCR are missing, so that SEVONPEND has no effect and a request for a system reset is ignored (ARMv6-M B3.2.6, B3.2.7); SysTick
-// is of no use to us and is left as it is.
+// Defects of rp2040js 1.4.1: clearing a pending interrupt (NVIC_ICPR) has no effect for the chip's
+// peripherals; SCR and AIRCR are missing, so that SEVONPEND has no effect and a request for a
+// system reset is ignored (ARMv6-M B3.2.6, B3.2.7). SysTick is not used and not changed.
 const NVIC_ICPR = 0x280;
 const AIRCR = 0xd0c;
 const SCR = 0xd10;

@@ -1,9 +1,13 @@
-// Registers of which firmware only wants that they are there.
+// Registers that firmware only expects to exist.
 //
-// What is wrong in rp2040js 1.4.1: XIP_CTRL is missing altogether; ROSC and VREG_AND_CHIP_RESET answer 0xffffffff, which is an
-// unstable oscillator and every reason of a reset at once; RESET_DONE never shows a peripheral that is held in reset.
+// Defects of rp2040js 1.4.1: XIP_CTRL is missing; ROSC and VREG_AND_CHIP_RESET return 0xffffffff,
+// which means an unstable oscillator and every reset cause at once; RESET_DONE never shows a
+// peripheral in reset.
 
-/** A block of plain registers: what is written is read; `fixed` gives those that the chip decides. */
+/**
+ * A block of plain registers: a read returns the last write; `fixed` has the values that the chip
+ * sets.
+ */
 export class Registers {
   constructor(values = {}, fixed = {}) {
     this.values = values;
@@ -28,18 +32,23 @@ const ROSC = 0x40060;
 const VREG_AND_CHIP_RESET = 0x40064;
 const IO_QSPI = 0x40018;
 const RESETS_ALL = 0x1ffffff;
-/** CHIP_RESET (datasheet 2.11.5): which of the chip's own causes the last reset had. */
+/** CHIP_RESET (datasheet 2.11.5): the cause of the last reset of the chip. */
 const CHIP_RESET = 0x08;
 const HAD = { power: 1 << 8, run: 1 << 16 };
 
-/** @param {'power' | 'run'} cause of the last reset of the whole chip; a watchdog's leaves it as it was */
+/**
+ * @param {'power' | 'run'} cause of the last reset of the whole chip; a watchdog reset does not
+ * change it
+ */
 export function installRegisters(mcu, cause) {
-  // XIP_CTRL (2.6.3): cache on; FLUSH reads as done; STAT: FIFO empty, flush ready; no stream is running.
+  // XIP_CTRL (2.6.3): cache on; FLUSH reads as done; STAT: FIFO empty, flush ready; no stream is
+  // running.
   mcu.peripherals[XIP_CTRL] = new Registers({ 0x00: 3 }, { 0x04: 0, 0x08: 3, 0x18: 0, 0x1c: 0 });
-  // ROSC (2.17.8): STATUS is stable and enabled; RANDOMBIT is not random here, so that two runs are the same.
+  // ROSC (2.17.8): STATUS is stable and enabled; RANDOMBIT is not random here, so that two runs are
+  // the same.
   mcu.peripherals[ROSC] = new Registers({ 0x00: 0xfab000 }, { 0x18: (1 << 31) | (1 << 12), 0x1c: 1 });
   mcu.peripherals[VREG_AND_CHIP_RESET] = new Registers({ 0x00: 0xb1, 0x04: 0x91 }, { [CHIP_RESET]: HAD[cause] });
-  // SELECTED by no one: the pins of the flash (2.19.6.2).
+  // The pins of the flash have no selectable function (2.19.6.2).
   mcu.peripherals[IO_QSPI] = new Registers();
   const resets = new Registers({ 0x00: RESETS_ALL });
   resets.fixed[0x08] = () => RESETS_ALL & ~resets.values[0x00];

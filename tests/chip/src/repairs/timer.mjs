@@ -1,8 +1,9 @@
 // TIMER alarms.
 //
-// What is wrong in rp2040js 1.4.1: an alarm's distance is made of a time in microseconds with its fraction cut off, so that it rings
-// up to one microsecond before the counter has the value, and a driver that then reads the counter arms it again, over and over.
-// The chip's alarm rings when the counter's lower 32 bits become the alarm's value (datasheet 4.6.3).
+// Defect of rp2040js 1.4.1: the time to an alarm is computed from truncated microseconds, so that
+// the alarm is up to one microsecond before the counter has the value; a driver that then reads the
+// counter arms it again and again. On the chip the alarm is when the counter's lower 32 bits become
+// the alarm's value (datasheet 4.6.3).
 import { CYCLES_PER_US } from '../clock.mjs';
 
 const TIMER = 0x40054;

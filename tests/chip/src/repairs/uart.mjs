@@ -1,7 +1,8 @@
-// A PL011 UART (RP2040 datasheet 4.2) in time: bytes take as long as the baud rate says.
+// Timing of a PL011 UART (RP2040 datasheet 4.2): bytes take the time that the baud rate gives.
 //
-// What is wrong in rp2040js 1.4.1: a byte is sent in no time and there is no transmit FIFO, so that no firmware ever waits; the
-// receive time-out interrupt, the FIFO levels, overruns and the data requests of the receiver are missing.
+// Defects of rp2040js 1.4.1: a byte is sent in no time and there is no transmit FIFO, so that
+// firmware never waits; the receive timeout interrupt, the FIFO levels, overruns and the receiver's
+// data requests are missing.
 
 const DR = 0x00;
 const RSR = 0x04;
@@ -38,7 +39,7 @@ export class Uart {
     this.received = [];
     this.sending = [];
     this.shifting = null;
-    /** Bytes on the wire towards the chip. */
+    /** Bytes on the wire to the chip. */
     this.arriving = [];
     this.overruns = 0;
     this.onByte = () => {};
@@ -47,7 +48,7 @@ export class Uart {
     this.timeout = clock.createAlarm(() => this.timedOut());
   }
 
-  /** rp2040js tells every UART of a new clk_peri; here the rate is computed when it is used. */
+  /** rp2040js calls this after a change of clk_peri; here the rate is computed at each use. */
   clkPeriChanged() {}
 
   get(register) {
@@ -77,7 +78,7 @@ export class Uart {
     return (this.get(CR) & (ENABLED | bits)) === (ENABLED | bits);
   }
 
-  /** Interrupts and data requests, after any change. */
+  /** Updates interrupts and data requests after a change. */
   update() {
     if (this.received.length >= this.level(3)) this.raw |= RX;
     else this.raw &= ~RX;
@@ -94,7 +95,7 @@ export class Uart {
   send() {
     if (this.shifting !== null || this.sending.length === 0 || !this.on(TX_ENABLED)) return;
     this.shifting = this.sending.shift();
-    // The interrupt comes with the fall to its level, not with the level (4.2.6.2).
+    // The interrupt is at the fall to the level, not while the level is low (4.2.6.2).
     if (this.sending.length === (this.depth === 1 ? 0 : this.level(0))) this.raw |= TX;
     this.txAlarm.scheduleAt(this.clock.now + this.byteCycles);
   }
@@ -107,7 +108,7 @@ export class Uart {
     this.update();
   }
 
-  /** Bytes that the world sends, one after the other. */
+  /** Sends bytes to the chip, one after the other. */
   feed(bytes) {
     this.arriving.push(...bytes);
     if (!this.rxAlarm.scheduled && this.arriving.length > 0) this.rxAlarm.scheduleAt(this.clock.now + this.byteCycles);

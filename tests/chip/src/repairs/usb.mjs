@@ -1,9 +1,11 @@
-// The USB device controller's buffers and bus state.
+// Buffers and bus state of the USB device controller.
 //
-// What is wrong in rp2040js 1.4.1: a buffer that the firmware offers for reception loses its AVAILABLE bit at once, so that a driver
-// that polls this bit reads a packet that has not come; one offered for sending is reported as sent before any host has asked for it,
-// so that a host that has gone is never noticed; suspend is missing. On the chip the buffer belongs to the controller until the
-// host's packet has come or gone (RP2040 datasheet 4.1.2.7, 4.1.3.2 buffer control).
+// Defects of rp2040js 1.4.1: a receive buffer loses its AVAILABLE bit at once, so that a driver
+// that polls this bit reads a packet that has not arrived; a transmit buffer is reported as sent
+// before a host has requested it, so that the loss of the host is never detected; suspend is
+// missing. On the chip the controller owns the buffer until the host's packet was transferred
+// (RP2040 datasheet
+// 4.1.2.7, 4.1.3.2 buffer control).
 
 const BUFFER_CONTROL = 0x80;
 const BUFFER_CONTROL_END = 0x100;
@@ -21,7 +23,7 @@ const FULL = 1 << 15;
 const LENGTH = 0x3ff;
 const EP0_BUFFER = 0x100;
 
-/** The controller as the bus sees it. A host (usb-host.mjs) sets the callbacks. */
+/** The bus side of the controller. A host (usb-host.mjs) sets the callbacks. */
 export class UsbPort {
   constructor(mcu) {
     this.mcu = mcu;
@@ -31,7 +33,7 @@ export class UsbPort {
     this.onOffer = () => {};
     /** Called with true or false when the firmware connects or disconnects its pull-up. */
     this.onPullup = () => {};
-    /** Called when the firmware has seen the bus reset. */
+    /** Called when the firmware has acknowledged the bus reset. */
     this.onResetSeen = () => {};
     this.pullup = false;
     this.suspendFlag = false;
@@ -56,7 +58,7 @@ export class UsbPort {
     const update = controller.sieStatusUpdated.bind(controller);
     controller.sieStatusUpdated = () => {
       update();
-      // DEV_SUSPEND tells of a change, not of the state (4.1.4, INTR).
+      // DEV_SUSPEND reports a change, not the state (4.1.4, INTR).
       controller.intRaw = (controller.intRaw & ~DEV_SUSPEND) | (this.suspendFlag ? DEV_SUSPEND : 0);
       controller.checkInterrupts();
     };
@@ -67,7 +69,7 @@ export class UsbPort {
     return this.memory.getUint32(BUFFER_CONTROL + 8 * endpoint + (out ? 4 : 0), true);
   }
 
-  /** Where an endpoint's buffer is in USB memory. */
+  /** Returns the offset of an endpoint's buffer in USB memory. */
   buffer(endpoint, out) {
     if (endpoint === 0) return EP0_BUFFER;
     return this.memory.getUint32(8 * endpoint + (out ? 4 : 0), true) & 0xffc0;
@@ -86,7 +88,7 @@ export class UsbPort {
     this.controller.indicateBufferReady(endpoint, out);
   }
 
-  /** The host takes the packet that is offered for sending: { bytes, data1 }. */
+  /** Takes the packet of a transmit buffer for the host: { bytes, data1 }. */
   take(endpoint) {
     const control = this.control(endpoint, false);
     const from = this.buffer(endpoint, false);
@@ -95,14 +97,14 @@ export class UsbPort {
     return { bytes, data1: (control & DATA1) !== 0 };
   }
 
-  /** The host's packet arrives in the buffer that is offered for it. */
+  /** Puts the host's packet into the receive buffer. */
   put(endpoint, bytes) {
     const control = this.control(endpoint, true);
     this.mcu.usbDPRAM.set(bytes.slice(0, control & LENGTH), this.buffer(endpoint, true));
     this.done(endpoint, true, (control & ~LENGTH) | bytes.length | FULL);
   }
 
-  /** How many bytes the buffer offered for reception takes. */
+  /** Returns the size of the receive buffer. */
   room(endpoint) {
     return this.control(endpoint, true) & LENGTH;
   }

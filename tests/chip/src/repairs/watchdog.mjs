@@ -1,8 +1,9 @@
-// The watchdog, as the chip has it: it counts down twice a microsecond (errata RP2040-E1), and resets the chip when it comes to 0.
+// The watchdog: it counts down twice per microsecond (errata RP2040-E1), and resets the chip at 0.
 //
-// What is wrong in rp2040js 1.4.1: its periodic alarm fires again at once when the count has reached 0, for ever and within one
-// instant; a write that triggers a reset also changes the settings that follow it in the register; LOAD while it is disabled is lost.
-// The reason and the scratch registers outlive the reset (datasheet 4.7.5, 2.12.7): the chip hands them to the next boot.
+// Defects of rp2040js 1.4.1: the periodic alarm fires again at once when the count has reached 0,
+// in an endless loop; a write that triggers a reset also changes the other settings in the
+// register; LOAD has no effect while the watchdog is disabled. The reason and the scratch registers
+// survive the reset (datasheet 4.7.5, 2.12.7): the chip passes them to the next boot.
 import { CYCLES_PER_US } from '../clock.mjs';
 
 const CTRL = 0x00;
@@ -24,7 +25,7 @@ export const REASON_FORCE = 2;
 export class Watchdog {
   /**
    * @param {import('../clock.mjs').VirtualClock} clock
-   * @param {(reason: number) => void} bite what a reset is asked with
+   * @param {(reason: number) => void} bite requests a reset
    */
   constructor(clock, bite) {
     this.clock = clock;
@@ -50,7 +51,7 @@ export class Watchdog {
     return Math.max(0, this.count - gone);
   }
 
-  /** Takes a change of the count or of whether it runs into account. */
+  /** Called after a change of the count or of the enable bit. */
   restart(count) {
     this.count = count;
     this.since = this.clock.now;
