@@ -6,14 +6,14 @@ use std::rc::Rc;
 use std::time::Duration;
 
 use nalgebra::Point3;
-use plumb::memory::Memory;
-use plumb::source::simulated::SimulationError;
 use plumb_emulator::rig::Plant;
 use plumb_emulator::{EMULATED, EmulatedBoard, Wire};
 use plumb_protocol::message::State;
 use plumb_protocol::units::{Micros, Point};
 use plumb_runtime::link::{Link, LinkError};
 use plumb_runtime::rig::Rig;
+use plumb_sim::memory::Memory;
+use plumb_sim::simulated::SimulationError;
 
 /// Rate of the positions, 1/s.
 pub const RATE_HZ: u64 = 30;

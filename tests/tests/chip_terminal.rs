@@ -7,13 +7,13 @@ use std::io::{BufRead, BufReader};
 use std::process::{Child, Command, Stdio};
 use std::sync::atomic::AtomicBool;
 
-use plumb::source::simulated::{FollowingWorld, SimulatedCamera, Timing};
-use plumb::source::synthetic::{Background, Material, Options, Room, SyntheticCamera};
 use plumb_cameras::camera_file;
 use plumb_emulator::rig::{QuasiStatic, Task};
 use plumb_runtime::link::Serial;
 use plumb_runtime::rig::Rig;
 use plumb_runtime::session::{Place, Session};
+use plumb_sim::simulated::{FollowingWorld, SimulatedCamera, Timing};
+use plumb_sim::synthetic::{Background, Material, Options, Room, SyntheticCamera};
 use plumb_tests::chip::firmware_image;
 use plumb_vision::detect::DetectorKind;
 

@@ -6,10 +6,8 @@
 use std::sync::atomic::AtomicBool;
 
 use nalgebra::{Matrix3, Point3, Vector3};
-use plumb::memory::Memory;
+use plumb_sim::memory::Memory;
 
-use plumb::source::simulated::{SimulatedCamera, Timing, VirtualWorld};
-use plumb::source::synthetic::{Background, Options, Room, SyntheticCamera};
 use plumb_cameras::camera_file;
 use plumb_emulator::rig::{
     Elastic, ElasticParameters, Geometry, Observer, Plant, Population, QuasiStatic, Task,
@@ -20,6 +18,8 @@ use plumb_protocol::message::{Fault, State};
 use plumb_protocol::units::Point;
 use plumb_runtime::rig::Rig;
 use plumb_runtime::session::{Place, Session, Summary};
+use plumb_sim::simulated::{SimulatedCamera, Timing, VirtualWorld};
+use plumb_sim::synthetic::{Background, Options, Room, SyntheticCamera};
 use plumb_tests::bench::{Bench, RATE_HZ, bench};
 use plumb_tests::links::{link, usable_links};
 use plumb_tests::plants::{Linear, Miswired};

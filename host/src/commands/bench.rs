@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand, ValueEnum};
-use plumb::bench::control::{self, BenchError, Clock, Contender, PAPER_GAMMAS, Report, Suite};
-use plumb::bench::vision::{self, VisionOptions};
+use plumb_bench::control::{self, BenchError, Clock, Contender, PAPER_GAMMAS, Report, Suite};
+use plumb_bench::vision::{self, VisionOptions};
 use plumb_cameras::camera_file;
 use plumb_cameras::source::CameraSource;
 use plumb_cameras::source::tum::TumFolder;

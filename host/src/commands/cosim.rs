@@ -4,11 +4,11 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Parser;
-use plumb::bench::control::Limits;
-use plumb::cosim::{Cosim, Request};
 use plumb_cameras::bounded_read::read_line;
 use plumb_protocol::Config;
 use plumb_runtime::rig::{LawSettings, Rig};
+use plumb_sim::cosim::{Cosim, Request};
+use plumb_sim::limits::Limits;
 
 use super::print::{self, Reader};
 use super::{Failure, OrFail, law};

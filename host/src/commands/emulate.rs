@@ -10,8 +10,8 @@ use std::thread;
 use std::time::Duration;
 
 use clap::Parser;
-use plumb_emulator::{EMULATED, EmulatedBoard, serve};
 use plumb_runtime::rig::Rig;
+use plumb_sim::emulator::{EMULATED, EmulatedBoard, serve};
 use serde::Serialize;
 
 use self::link::TerminalLink;

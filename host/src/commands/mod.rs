@@ -20,12 +20,12 @@ pub(crate) mod verify;
 use std::error::Error;
 
 use clap::ValueEnum;
-use plumb_emulator::rig::{Elastic, ElasticParameters, Plant, QuasiStatic, RigError};
+use plumb_sim::emulator::rig::{Elastic, ElasticParameters, Plant, QuasiStatic, RigError};
 use plumb_vision::camera::Camera;
 use plumb_vision::detect::{BallDetector, DetectorKind};
 
-use plumb::source::simulated::geometry;
 use plumb_runtime::rig::{LawSettings, Simulation};
+use plumb_sim::simulated::geometry;
 
 /// Exit code for what did not work out.
 pub(crate) const FAILED: u8 = 1;

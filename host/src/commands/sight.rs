@@ -2,14 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
-use plumb::source::simulated::{Follower, FollowingWorld, SimulatedCamera, Timing};
-use plumb::source::synthetic::{Background, Options, Room, SyntheticCamera};
 use plumb_cameras::record::RecordFolder;
 use plumb_cameras::source::openni::{IntrinsicsSource, OpenNi, OpenniSource};
 use plumb_cameras::source::playback::Playback;
 use plumb_cameras::source::tee::Tee;
 use plumb_cameras::source::{CameraSource, OpenedRecording, open_recording};
 use plumb_runtime::rig::{IntrinsicsFrom, Rig, SourceName};
+use plumb_sim::simulated::{Follower, FollowingWorld, SimulatedCamera, Timing};
+use plumb_sim::synthetic::{Background, Options, Room, SyntheticCamera};
 use plumb_vision::camera::Camera;
 
 use super::print::tell;

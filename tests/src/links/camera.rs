@@ -4,8 +4,8 @@
 use std::collections::VecDeque;
 
 use nalgebra::{Matrix2, Point3, Vector3};
-use plumb::source::simulated::{SimulationError, Timing, World};
 use plumb_cameras::source::{CameraSource, InvalidFrame, SourceError};
+use plumb_sim::simulated::{SimulationError, Timing, World};
 use plumb_vision::camera::{Camera, Intrinsics};
 use plumb_vision::detect::{BallDetector, DetectError};
 use plumb_vision::frame::RgbdFrame;

@@ -7,8 +7,6 @@ use std::thread;
 use std::time::Duration;
 
 use nalgebra::Point3;
-use plumb::memory::Memory;
-use plumb::source::simulated::{ServedWorld, Timing, VirtualWorld, World};
 use plumb_cameras::camera_file;
 use plumb_emulator::rig::{QuasiStatic, Task};
 use plumb_emulator::{EMULATED, EmulatedBoard, Served, serve};
@@ -18,6 +16,8 @@ use plumb_runtime::link::{Serial, Transport};
 use plumb_runtime::rig::{LawSettings, Rig};
 use plumb_runtime::run::Row;
 use plumb_runtime::session::{Place, Session, SessionError, Summary};
+use plumb_sim::memory::Memory;
+use plumb_sim::simulated::{ServedWorld, Timing, VirtualWorld, World};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 

@@ -3,10 +3,10 @@
 use std::time::Duration;
 
 use clap::Args;
-use plumb_emulator::Wire;
-use plumb_emulator::wire::{Lane, Line, Reboot};
 use plumb_protocol::message::StartCause;
 use plumb_protocol::units::Micros;
+use plumb_sim::emulator::Wire;
+use plumb_sim::emulator::wire::{Lane, Line, Reboot};
 
 use super::super::numbers;
 

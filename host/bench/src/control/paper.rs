@@ -1,0 +1,125 @@
+//! `plumb bench control`: how fast a law is, on simulated rigs, through the board's own code.
+
+use std::cell::RefCell;
+use std::rc::Rc;
+use std::time::Duration;
+
+use plumb_cameras::toml_file::{NumberError, TomlFileError};
+use plumb_emulator::rig::{QuasiStatic, RigError, Task};
+use plumb_emulator::{EMULATED, EmulatedBoard};
+use plumb_protocol::units::{Micros, Point};
+use serde::Serialize;
+use thiserror::Error;
+
+use plumb_runtime::link::{Link, LinkError};
+use plumb_runtime::rig::{OutOfRange, Rig};
+use plumb_sim::memory::Memory;
+
+/// Gains of the suite `paper`, 1/s.
+pub const PAPER_GAMMAS: [f64; 4] = [10.0, 20.0, 40.0, 80.0];
+
+/// Pictures a second, as in the paper.
+const RATE_HZ: u64 = 30;
+
+/// A run that takes longer has failed: γ = 10 takes about 1700.
+const MAX_FRAMES: u32 = 10_000;
+
+/// Distance from the target at which the paper stops, metres.
+const NEAR_M: f64 = 0.010;
+
+/// What the suite `paper` found: frames until the ball is within 10 mm of the target, noise-free,
+/// at 30 Hz.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct PaperSuite {
+    /// Always `"paper"`.
+    pub suite: &'static str,
+    /// The control law.
+    pub law: &'static str,
+    /// γ, 1/s at 0.471 mm of cable a step.
+    pub gamma: Vec<f64>,
+    /// Frames for each γ.
+    pub frames: Vec<u32>,
+}
+
+/// Why there is no result.
+#[derive(Debug, Error)]
+pub enum ControlError {
+    /// The rig is not one that the suite can run on.
+    #[error(transparent)]
+    Rig(#[from] TomlFileError),
+    /// A gain that cannot be.
+    #[error(transparent)]
+    Number(#[from] NumberError),
+    /// A parameter that the board cannot be told.
+    #[error(transparent)]
+    Range(#[from] OutOfRange),
+    /// The board refused, or stopped by itself.
+    #[error(transparent)]
+    Link(#[from] LinkError),
+    /// The simulated rig cannot follow.
+    #[error("the simulated rig: {0}")]
+    Plant(#[from] RigError),
+    /// The ball did not get there.
+    #[error("γ = {gamma} /s: not within 10 mm after {MAX_FRAMES} frames")]
+    NotReached {
+        /// The gain.
+        gamma: f64,
+    },
+}
+
+/// The paper's task with the paper's law, without noise or latency, for each of `gammas` (1/s).
+///
+/// # Errors
+/// Where the ball does not get there.
+pub fn paper(gammas: &[f64]) -> Result<PaperSuite, ControlError> {
+    let frames = gammas.iter().map(|&gamma| paper_frames(gamma)).collect::<Result<_, _>>()?;
+    Ok(PaperSuite { suite: "paper", law: "interval", gamma: gammas.to_vec(), frames })
+}
+
+/// Motor limits that the law does not meet: what is reproduced is the law, and the paper's has no
+/// limits. Steps/s and steps/s².
+const UNLIMITED: (f64, f64) = (4_000.0, 400_000.0);
+
+fn paper_frames(gamma: f64) -> Result<u32, ControlError> {
+    let mut rig = Rig::paper()?;
+    rig.law.set_gamma(gamma)?;
+    (rig.motors.max_rate, rig.motors.max_acceleration) =
+        (UNLIMITED.0.try_into()?, UNLIMITED.1.try_into()?);
+    let task = Task::paper();
+    let plant = Box::new(QuasiStatic::new(task.geometry, task.start)?);
+    let board = Rc::new(RefCell::new(EmulatedBoard::with_plant(EMULATED, plant)));
+    let mut link = Link::greet(Memory::new(Rc::clone(&board)))?;
+    link.configure(rig.config()?)?;
+    for target in rig.targets()? {
+        link.target(target)?;
+    }
+    let start = board.borrow().now();
+    for frame in 0..MAX_FRAMES {
+        board.borrow_mut().run_to(Micros(start.0 + u64::from(frame) * 1_000_000 / RATE_HZ))?;
+        let Some(ball) = board.borrow().ball() else { break };
+        if (ball - task.target).norm() < NEAR_M {
+            return Ok(frame);
+        }
+        link.position(Point::from_metres(ball.into()), None, Duration::ZERO)?;
+        link.poll()?;
+        if let Some(fault) = link.fault() {
+            return Err(LinkError::Fault(fault).into());
+        }
+    }
+    Err(ControlError::NotReached { gamma })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// docs/understand/method.md: 17 100/γ within 5 %.
+    #[test]
+    fn the_papers_law_takes_17_100_frames_over_gamma() {
+        let suite = paper(&PAPER_GAMMAS).unwrap();
+        for (gamma, frames) in suite.gamma.iter().zip(&suite.frames) {
+            let product = gamma * f64::from(*frames);
+            assert!((product / 17_100.0 - 1.0).abs() < 0.05, "γ = {gamma}: {frames} frames");
+        }
+    }
+}

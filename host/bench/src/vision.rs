@@ -1,0 +1,173 @@
+//! `plumb bench vision`: detectors on seeded scenes, and their time against the paper's detector.
+
+mod hard;
+mod peers;
+mod report;
+mod run;
+mod scenes;
+mod table;
+mod tally;
+mod timing;
+
+use plumb_vision::camera::Camera;
+use plumb_vision::detect::{BallDetector, DetectError};
+use plumb_vision::frame::RgbdFrame;
+use thiserror::Error;
+
+use peers::{Hough, HsvMoments};
+use plumb_sim::synthetic::SyntheticError;
+pub use report::{DetectorReport, SceneReport, VisionReport};
+use run::Bench;
+use timing::OneThread;
+
+/// Which pictures.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Suite {
+    /// Rendered scenes, with a ball and without.
+    Scenes,
+    /// Balls of 60 mm put into recorded pictures, with what spoils the view; the same pictures
+    /// without a ball.
+    Hard,
+    /// Those of both without a ball.
+    Empty,
+}
+
+impl Suite {
+    /// The suite called `name`: `scenes`, `hard` or `empty`.
+    pub fn named(name: &str) -> Option<Self> {
+        [("scenes", Self::Scenes), ("hard", Self::Hard), ("empty", Self::Empty)]
+            .into_iter()
+            .find_map(|(known, suite)| (known == name).then_some(suite))
+    }
+}
+
+/// What is rendered.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct VisionOptions {
+    /// Which pictures.
+    pub suite: Suite,
+    /// Pictures of each kind of scene; at least 1.
+    pub frames: usize,
+    /// Pictures of each kind of scene without a ball; at least 1.
+    pub empty: usize,
+    /// Balls in recorded pictures, where there are any.
+    pub recorded_balls: usize,
+    /// What everything random comes from.
+    pub seed: u64,
+    /// Radius of the ball, pixels, ±15 % where the scene does not say another.
+    pub radius: f64,
+    /// Columns of the rendered pictures.
+    pub width: u16,
+    /// Rows of the rendered pictures.
+    pub height: u16,
+}
+
+impl Default for VisionOptions {
+    /// 20 pictures a scene, with a ball and without, at 640x480, balls of about 20 pixels, 60 in
+    /// recorded pictures.
+    fn default() -> Self {
+        let (suite, radius) = (Suite::Scenes, 20.0);
+        Self {
+            suite,
+            frames: 20,
+            empty: 20,
+            recorded_balls: 60,
+            seed: 1,
+            radius,
+            width: 640,
+            height: 480,
+        }
+    }
+}
+
+/// Why there is no comparison.
+#[derive(Debug, Error)]
+pub enum VisionError {
+    /// A scene could not be rendered.
+    #[error("{0}")]
+    Scene(#[from] SyntheticError),
+    /// A detector could not search a picture.
+    #[error("detector {name}, scene \"{scene}\": {error}")]
+    Detect {
+        /// Which detector.
+        name: &'static str,
+        /// In which scene.
+        scene: &'static str,
+        /// What it said.
+        error: DetectError,
+    },
+    /// OpenCV refused an operation.
+    #[error("OpenCV: {0}")]
+    OpenCv(#[from] opencv::Error),
+    /// A number that cannot be.
+    #[error("bench vision: {what} is {value}, but must be {must}")]
+    Value {
+        /// Which number.
+        what: &'static str,
+        /// What it is.
+        value: f64,
+        /// What it may be.
+        must: &'static str,
+    },
+}
+
+/// Returns the camera of the pictures of `suite`: the intrinsics and the ball's hue of `camera`,
+/// where the scenes are built for, and with the ball of the suite `hard` for that suite.
+pub fn suite_camera(suite: Suite, camera: &Camera) -> Camera {
+    let placed = scenes::placed(camera);
+    match suite {
+        Suite::Hard => Camera { ball_diameter: hard::DIAMETER, ..placed },
+        Suite::Scenes | Suite::Empty => placed,
+    }
+}
+
+/// Runs `detectors`, and what every tutorial does with OpenCV, over the pictures, each searched
+/// like a first one. The detectors must be made for the [`suite_camera`] of `camera`;
+/// `recorded` pictures, if any, are backgrounds of what needs some, else that is left out;
+/// `progress` is told the name of each scene. OpenCV runs on one thread meanwhile.
+///
+/// # Errors
+/// Where a scene could not be rendered (intrinsics that do not fit the pictures) or a detector
+/// failed.
+pub fn compare(
+    camera: &Camera,
+    recorded: &[RgbdFrame],
+    detectors: &mut [Box<dyn BallDetector>],
+    options: &VisionOptions,
+    progress: &mut dyn FnMut(&str),
+) -> Result<VisionReport, VisionError> {
+    check(options)?;
+    let seen = suite_camera(options.suite, camera);
+    let mut peers: [Box<dyn BallDetector>; 2] =
+        [Box::new(Hough(seen.clone())), Box::new(HsvMoments(seen))];
+    let detectors: Vec<&mut Box<dyn BallDetector>> =
+        detectors.iter_mut().chain(&mut peers).collect();
+    let _one = OneThread::new()?;
+    let mut bench = Bench::new(camera, recorded, options, progress, detectors);
+    if options.suite != Suite::Hard {
+        bench.scenes()?;
+    }
+    if options.suite != Suite::Scenes && !recorded.is_empty() {
+        bench.hard()?;
+    }
+    Ok(bench.report())
+}
+
+fn check(options: &VisionOptions) -> Result<(), VisionError> {
+    if options.frames == 0 || options.empty == 0 {
+        return Err(VisionError::Value {
+            what: "the number of frames",
+            value: 0.0,
+            must: "1 or more",
+        });
+    }
+    let room = f64::from(options.width.min(options.height)) / 6.0;
+    if !(2.0..=room).contains(&options.radius) {
+        let must = "at least 2 pixels and at most a sixth of the picture";
+        return Err(VisionError::Value { what: "the ball's radius", value: options.radius, must });
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,51 @@
+//! An emulated board at the other end of a link, in memory.
+
+use std::cell::RefCell;
+use std::rc::Rc;
+use std::time::Duration;
+
+use plumb_emulator::EmulatedBoard;
+use plumb_protocol::units::Micros;
+use plumb_runtime::link::{LinkError, Transport};
+
+use crate::simulated::SimulationError;
+
+/// An emulated board in this process, in virtual time: waiting lets its time pass.
+pub struct Memory {
+    board: Rc<RefCell<EmulatedBoard>>,
+}
+
+impl Memory {
+    /// A link to `board`.
+    pub fn new(board: Rc<RefCell<EmulatedBoard>>) -> Self {
+        Self { board }
+    }
+}
+
+impl Transport for Memory {
+    fn name(&self) -> String {
+        "memory".to_owned()
+    }
+
+    fn now(&self) -> Duration {
+        Duration::from_micros(self.board.borrow().now().0)
+    }
+
+    fn send(&mut self, bytes: &[u8]) -> Result<(), LinkError> {
+        self.board.borrow_mut().write(bytes);
+        Ok(())
+    }
+
+    fn receive(&mut self, bytes: &mut Vec<u8>, wait: Duration) -> Result<(), LinkError> {
+        let mut board = self.board.borrow_mut();
+        let mut arrived = board.read();
+        let end = board.now().0 + wait.as_micros() as u64;
+        while arrived.is_empty() && board.now().0 < end {
+            let next = board.now().0 + u64::from(plumb_core::TICK_US);
+            board.run_to(Micros(next)).map_err(SimulationError::from)?;
+            arrived = board.read();
+        }
+        bytes.append(&mut arrived);
+        Ok(())
+    }
+}

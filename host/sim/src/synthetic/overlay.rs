@@ -1,0 +1,334 @@
+//! Things put into a recorded picture: shaded, in its depth, blurred and moving as they are told.
+
+use nalgebra::{Point3, Vector3};
+use opencv::core::{CV_32F, Mat, MatTrait, MatTraitConstManual, Point, Scalar, Size, Vec4f};
+use opencv::imgproc::{filter_2d_def, gaussian_blur_def};
+use plumb_vision::camera::{Camera, Intrinsics};
+use plumb_vision::frame::RgbdFrame;
+use plumb_vision::image::Image;
+use rand::{Rng, RngExt};
+use rand_distr::StandardNormal;
+
+use super::SyntheticError;
+use super::light::{CameraLight, Light, decode, encode};
+use super::room::Thing;
+
+/// Rays in a pixel, in each direction.
+const RAYS: usize = 4;
+/// What a Kinect's or Carmine's depth has at 1 m, metres (with the square of the distance): steps,
+/// and noise.
+const STEP: f64 = 0.002_85;
+const NOISE: f64 = 0.001_2;
+/// Between camera and projector, metres.
+const BASELINE: f64 = 0.075;
+
+/// How a thing is seen.
+#[derive(Debug, Clone, Copy)]
+pub struct Look {
+    /// Standard deviation of its blur, pixels.
+    pub blur: f64,
+    /// How far it moves while the picture is taken, pixels.
+    pub motion: (f64, f64),
+    /// Share of its pixels that lack depth by chance; 1 has none.
+    pub holes: f64,
+    /// Whether light mixes at its edge as it does in a lens, or as a drawing program mixes colours.
+    pub linear: bool,
+}
+
+/// A picture that things are put into.
+pub struct Overlay {
+    camera: Camera,
+    light: CameraLight,
+    width: usize,
+    height: usize,
+    /// Linear, order blue, green, red.
+    colour: Vec<[f32; 3]>,
+    /// Metres; 0 = none.
+    depth: Vec<f32>,
+}
+
+/// What is read out at the end.
+#[derive(Debug, Clone, Copy)]
+pub struct Exposure {
+    /// Of all light; 1 as it is.
+    pub gain: f64,
+    /// Standard deviation of the colours' noise, of 255.
+    pub noise: f64,
+    /// How far depth is shifted against colour, pixels.
+    pub shift: (i32, i32),
+}
+
+impl Overlay {
+    /// Of `frame`, as seen by `camera`; with `mirrored`, left and right are changed over.
+    pub fn new(frame: &RgbdFrame, camera: &Camera, light: &Light, mirrored: bool) -> Self {
+        let (width, height) = (frame.colour().width(), frame.colour().height());
+        let table: Vec<f32> = (0..=255_u8).map(|value| decode(value) as f32).collect();
+        let (mut colour, mut depth) = (Vec::new(), Vec::new());
+        let scale = frame.intrinsics().depth_scale;
+        for (pixels, depths) in frame.colour().rows().zip(frame.depth().rows()) {
+            let linear = pixels.iter().map(|pixel| pixel.map(|value| table[usize::from(value)]));
+            let metres = depths.iter().map(|&raw| (f64::from(raw) / scale) as f32);
+            if mirrored {
+                colour.extend(linear.rev());
+                depth.extend(metres.rev());
+            } else {
+                colour.extend(linear);
+                depth.extend(metres);
+            }
+        }
+        let light = CameraLight::new(light, &camera.pose.rotation.inverse());
+        Self { camera: camera.clone(), light, width, height, colour, depth }
+    }
+
+    /// Multiplies each colour (blue, green, red).
+    pub fn tint(&mut self, gains: [f64; 3]) {
+        for pixel in &mut self.colour {
+            *pixel = std::array::from_fn(|c| pixel[c] * gains[c] as f32);
+        }
+    }
+
+    /// The nearest depth within `reach` pixels of (`u`, `v`), metres; infinite where there is none.
+    pub fn nearest(&self, (u, v): (f64, f64), reach: f64) -> f64 {
+        let span = |x: f64, size: usize| {
+            ((x - reach).max(0.0) as usize).min(size)
+                ..((x + reach + 1.0).max(0.0) as usize).min(size)
+        };
+        let rows = span(v, self.height).step_by(2);
+        let depths = rows.flat_map(|row| &self.depth[row * self.width..][span(u, self.width)]);
+        depths.copied().filter(|&z| z > 0.0).fold(f64::INFINITY, |least, z| least.min(f64::from(z)))
+    }
+
+    /// Puts `thing` before everything that is there.
+    ///
+    /// # Errors
+    /// Where OpenCV refused to blur it.
+    pub fn put(
+        &mut self,
+        thing: &Thing,
+        look: &Look,
+        random: &mut impl Rng,
+    ) -> Result<(), SyntheticError> {
+        let (middle, radius) = thing.bounds();
+        let centre = self.camera.pose.inverse() * middle;
+        let Some((u, v)) = self.lens().project(&centre).filter(|_| centre.z > 1.2 * radius) else {
+            return Ok(());
+        };
+        let reach = 1.2 * self.lens().fx * radius / (centre.z - radius)
+            + 3.0
+            + 3.0 * look.blur
+            + look.motion.0.abs().max(look.motion.1.abs());
+        // All of it, also what is out of the picture: blur takes it in.
+        let [left, right] =
+            [u - reach, u + reach].map(|x| x.clamp(-400.0, self.width as f64 + 400.0) as i32);
+        let [top, bottom] =
+            [v - reach, v + reach].map(|x| x.clamp(-400.0, self.height as f64 + 400.0) as i32);
+        if left >= right || top >= bottom {
+            return Ok(());
+        }
+        let layer: Vec<Vec4f> = (top..bottom)
+            .flat_map(|row| (left..right).map(move |column| (column, row)))
+            .map(|at| self.pixel(thing, at, look.linear))
+            .collect();
+        let layer = smeared(&layer, (right - left, bottom - top), look)?;
+        for (line, row) in layer.chunks_exact((right - left) as usize).zip(top..bottom) {
+            for (value, column) in line.iter().zip(left..right) {
+                if let Some(i) = self.index(column, row) {
+                    self.blend(i, value, look.linear);
+                }
+            }
+            self.set_depths(thing, row, left..right, look, random);
+        }
+        Ok(())
+    }
+
+    /// Draws a line of `width` pixels from `from` to `to` (pixels), grey (0 to 1, linear), without
+    /// depth of its own.
+    pub fn line(&mut self, from: (f64, f64), to: (f64, f64), width: f64, grey: f64) {
+        let (along, length) =
+            ((to.0 - from.0, to.1 - from.1), (to.0 - from.0).hypot(to.1 - from.1).max(1e-9));
+        for i in 0..self.colour.len() {
+            let (x, y) = ((i % self.width) as f64 - from.0, (i / self.width) as f64 - from.1);
+            let way = (x * along.0 + y * along.1) / length;
+            let off = (x * along.1 - y * along.0).abs() / length;
+            let share = (width / 2.0 + 0.5 - off).clamp(0.0, 1.0).min(width);
+            if share > 0.0 && (0.0..=length).contains(&way) {
+                let grey = (grey * share) as f32;
+                self.colour[i] = self.colour[i].map(|c| c * (1.0 - share as f32) + grey);
+            }
+        }
+    }
+
+    /// The picture as it is read out, taken at `time`.
+    ///
+    /// # Errors
+    /// Where OpenCV refused.
+    pub fn finish(
+        &self,
+        time: f64,
+        exposure: &Exposure,
+        random: &mut impl Rng,
+    ) -> Result<RgbdFrame, SyntheticError> {
+        let mut noisy = |linear: f32| {
+            let noise: f64 = random.sample(StandardNormal);
+            (encode(f64::from(linear) * exposure.gain) + exposure.noise * noise + 0.5) as u8
+        };
+        let colour = self.colour.iter().map(|pixel| pixel.map(&mut noisy)).collect();
+        let lens = *self.lens();
+        let depth = (0..self.depth.len())
+            .map(|i| {
+                let (column, row) = ((i % self.width) as i32, (i / self.width) as i32);
+                let from = self.index(column - exposure.shift.0, row - exposure.shift.1);
+                from.map_or(0, |i| (f64::from(self.depth[i]) * lens.depth_scale).round() as u16)
+            })
+            .collect();
+        let colour = Image::new(self.width, self.height, colour)?;
+        let depth = Image::new(self.width, self.height, depth)?;
+        Ok(RgbdFrame::new(time, colour, depth, lens)?)
+    }
+
+    fn lens(&self) -> &Intrinsics {
+        &self.camera.intrinsics
+    }
+
+    fn index(&self, column: i32, row: i32) -> Option<usize> {
+        let inside =
+            (0..self.width as i32).contains(&column) && (0..self.height as i32).contains(&row);
+        inside.then(|| row as usize * self.width + column as usize)
+    }
+
+    /// What of `thing` the ray through a place in the picture meets: depth (metres) and colour
+    /// (linear).
+    fn meet(&self, thing: &Thing, (u, v): (f64, f64)) -> Option<(f64, [f64; 3])> {
+        let pose = &self.camera.pose;
+        let ray = self.lens().deproject(u, v, 1.0).coords;
+        let (depth, normal, surface) =
+            thing.meet(Point3::from(pose.translation.vector), pose * ray)?;
+        let normal: Vector3<f64> = pose.rotation.inverse() * normal;
+        let to_eye = -ray.normalize();
+        let highlight = self.light.highlight(&surface, &normal, &to_eye);
+        Some((
+            depth,
+            self.light.shade(&surface, &normal, &to_eye, highlight).map(|x| x + thing.glow),
+        ))
+    }
+
+    /// What of `thing` is in a pixel: colour times coverage, and coverage.
+    fn pixel(&self, thing: &Thing, (column, row): (i32, i32), linear: bool) -> Vec4f {
+        let mut sum = [0.0; 4];
+        for i in 0..RAYS * RAYS {
+            let off = |k: usize| (k as f64 + 0.5) / RAYS as f64 - 0.5;
+            let at = (f64::from(column) + off(i % RAYS), f64::from(row) + off(i / RAYS));
+            let Some((_, colour)) = self.meet(thing, at) else { continue };
+            for (sum, value) in sum.iter_mut().zip(colour) {
+                *sum += if linear { value } else { encode(value) / 255.0 };
+            }
+            sum[3] += 1.0;
+        }
+        Vec4f::from(sum.map(|x| (x / (RAYS * RAYS) as f64) as f32))
+    }
+
+    fn blend(&mut self, i: usize, value: &Vec4f, linear: bool) {
+        let [b, g, r, share] = value.0;
+        if share < 1e-4 {
+            return;
+        }
+        let under = self.colour[i];
+        self.colour[i] = std::array::from_fn(|c| {
+            let over = [b, g, r][c];
+            if linear {
+                return under[c] * (1.0 - share) + over;
+            }
+            let mixed =
+                encode(f64::from(under[c])) / 255.0 * f64::from(1.0 - share) + f64::from(over);
+            decode_share(mixed)
+        });
+    }
+
+    /// The depth of `thing` in a row, and the projector's shadow to the left of it.
+    fn set_depths(
+        &mut self,
+        thing: &Thing,
+        row: i32,
+        columns: std::ops::Range<i32>,
+        look: &Look,
+        random: &mut impl Rng,
+    ) {
+        let mut first: Option<(i32, f64)> = None;
+        for column in columns {
+            let Some(i) = self.index(column, row) else { continue };
+            let Some((z, _)) = self.meet(thing, (f64::from(column), f64::from(row))) else {
+                continue;
+            };
+            first = first.or(Some((column, z)));
+            let noise: f64 = random.sample(StandardNormal);
+            let lost = thing.glow > 0.0 || random.random::<f64>() < look.holes;
+            self.depth[i] = if lost { 0.0 } else { quantised(z + noise * NOISE * z * z) as f32 };
+        }
+        let Some((first, z)) = first else { return };
+        let behind = self.index(first - 2, row).map_or(0.0, |i| f64::from(self.depth[i]));
+        let far = if behind > 0.0 { behind } else { 4.0 };
+        let width = (self.lens().fx * BASELINE * (1.0 / z - 1.0 / far)).max(0.0) as i32;
+        for column in first - width..first {
+            if let Some(i) = self.index(column, row) {
+                self.depth[i] = 0.0;
+            }
+        }
+    }
+}
+
+/// The linear light of an sRGB value of 0 to 1.
+fn decode_share(value: f64) -> f32 {
+    let x = value.clamp(0.0, 1.0);
+    (if x <= 0.040_45 { x / 12.92 } else { ((x + 0.055) / 1.055).powf(2.4) }) as f32
+}
+
+/// Depth in the sensor's steps of disparity.
+fn quantised(z: f64) -> f64 {
+    let steps = 1.0 / STEP;
+    steps / (steps / z).round().max(1.0)
+}
+
+/// A layer out of focus and in motion.
+fn smeared(
+    layer: &[Vec4f],
+    (columns, rows): (i32, i32),
+    look: &Look,
+) -> opencv::Result<Vec<Vec4f>> {
+    let sharp = Mat::new_rows_cols_with_data(rows, columns, layer)?;
+    let mut soft = Mat::default();
+    gaussian_blur_def(&sharp, &mut soft, Size::default(), look.blur.max(0.05))?;
+    let length = look.motion.0.hypot(look.motion.1);
+    if length > 0.5 {
+        let reach = (length / 2.0).ceil() as i32 + 1;
+        let size = 2 * reach + 1;
+        let mut kernel = Mat::new_rows_cols_with_default(size, size, CV_32F, Scalar::all(0.0))?;
+        let steps = 8 * reach;
+        for k in 0..=steps {
+            let way = f64::from(k) / f64::from(steps) - 0.5;
+            spread(
+                &mut kernel,
+                reach,
+                (way * look.motion.0, way * look.motion.1),
+                1.0 / (f64::from(steps) + 1.0),
+            )?;
+        }
+        let sharp = soft;
+        soft = Mat::default();
+        filter_2d_def(&sharp, &mut soft, -1, &kernel)?;
+    }
+    Ok(soft.data_typed::<Vec4f>()?.to_vec())
+}
+
+/// Adds `weight` to a kernel at a place beside its middle, shared by the four cells around it.
+fn spread(kernel: &mut Mat, reach: i32, (x, y): (f64, f64), weight: f64) -> opencv::Result<()> {
+    let (left, top) = (x.floor(), y.floor());
+    for (dx, dy) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
+        let share = |whole: f64, x: f64, d: i32| if d == 0 { 1.0 - (x - whole) } else { x - whole };
+        let part = weight * share(left, x, dx) * share(top, y, dy);
+        let at = Point::new(reach + left as i32 + dx, reach + top as i32 + dy);
+        if part > 0.0 {
+            *kernel.at_pt_mut::<f32>(at)? += part as f32;
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,75 @@
+//! A board that refuses a target is stopped, and the run waits until its motors stand still.
+
+use std::cell::RefCell;
+use std::rc::Rc;
+use std::sync::atomic::AtomicBool;
+use std::time::Duration;
+
+use plumb_cameras::camera_file;
+use plumb_cameras::source::{CameraSource, SourceError};
+use plumb_cameras::toml_file::Finite;
+use plumb_emulator::{EMULATED, EmulatedBoard};
+use plumb_protocol::units::{Micros, Point};
+use plumb_runtime::link::Link;
+use plumb_runtime::rig::Rig;
+use plumb_runtime::session::{Place, Session, SessionError};
+use plumb_sim::memory::Memory;
+use plumb_vision::detect::DetectorKind;
+use plumb_vision::frame::RgbdFrame;
+
+/// A camera on the board's clock that loses every picture.
+struct Lossy(Rc<RefCell<EmulatedBoard>>);
+
+impl CameraSource for Lossy {
+    fn next_frame(&mut self) -> Result<Option<RgbdFrame>, SourceError> {
+        let now = self.0.borrow().now().0;
+        self.0.borrow_mut().run_to(Micros(now + 33_000)).unwrap();
+        Err(SourceError::new("a lost picture"))
+    }
+
+    fn now(&self) -> f64 {
+        self.0.borrow().now().0 as f64 * 1e-6
+    }
+
+    fn is_live(&self) -> bool {
+        true
+    }
+}
+
+/// Drives towards the rig's target for a second.
+fn move_motors(rig: &Rig, board: &Rc<RefCell<EmulatedBoard>>) {
+    let target = rig.targets().unwrap()[0];
+    let [x, y, z] = target.to_metres();
+    let ball = Point::from_metres([x, y, z + 0.2]).unwrap();
+    let mut link = Link::greet(Memory::new(Rc::clone(board))).unwrap();
+    link.configure(rig.config().unwrap()).unwrap();
+    link.target(target).unwrap();
+    for _ in 0..30 {
+        link.position(Some(ball), None, Duration::ZERO).unwrap();
+        let now = board.borrow().now().0;
+        board.borrow_mut().run_to(Micros(now + 33_000)).unwrap();
+    }
+}
+
+#[test]
+fn a_board_that_refuses_a_target_is_stopped_and_waited_for() {
+    let mut rig = Rig::paper().unwrap();
+    let camera = camera_file::paper().unwrap();
+    let board = Rc::new(RefCell::new(EmulatedBoard::new(EMULATED)));
+    move_motors(&rig, &board);
+    rig.motors.travel = [-1.0, 1.0].map(|steps| Finite::try_from(steps).unwrap());
+    let folder = tempfile::tempdir().unwrap();
+    let session = Session {
+        rig: &rig,
+        detector: &mut *DetectorKind::Ball.build(&camera),
+        place: Place::Folder(folder.path().join("run")),
+        timeout: 10.0,
+        interrupted: &AtomicBool::new(false),
+        progress: &mut |_| {},
+        follow: None,
+    };
+    let result = session.run(&mut Lossy(Rc::clone(&board)), Memory::new(board));
+    let Err(SessionError::Broken { error, ended }) = result else { panic!("{result:?}") };
+    assert!(error.to_string().contains("stands outside its travel"), "{error}");
+    assert!(ended.summary.at_rest);
+}

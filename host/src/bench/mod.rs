@@ -1,4 +1,0 @@
-//! Comparisons that can be repeated from a seed.
-
-pub mod control;
-pub mod vision;
