@@ -29,7 +29,10 @@
 pub mod bounded_read;
 pub mod camera_file;
 pub mod discovery;
+pub mod driver;
+pub mod drivers;
 pub mod record;
+pub mod settings;
 pub mod source;
 pub mod toml_file;
 

@@ -1,12 +1,12 @@
 //! Rig files: what a person configures, in SI, and what the board is told of it.
 
-mod camera;
 mod driver;
 mod law;
 
 use std::path::Path;
 
 use nalgebra::Point3;
+use plumb_cameras::settings::CameraSettings;
 use plumb_cameras::toml_file::{
     Finite, NumberError, Positive, TomlFileError, parse_toml, read_toml,
 };
@@ -15,7 +15,6 @@ use plumb_protocol::units::{Acceleration, Micrometres, Milliseconds, Point, Rate
 use serde::Deserialize;
 use thiserror::Error;
 
-pub use self::camera::{CameraChoice, CameraChoiceError, IntrinsicsFrom, OpenniChoice, SourceName};
 pub use self::driver::Driver;
 pub use self::law::{Estimating, LawSettings, NOMINAL_STEP_M, Seconds};
 
@@ -42,8 +41,8 @@ pub struct Rig {
     pub deadlines: DeadlineSettings,
     /// When a growing error stops it.
     pub growth: GrowthRule,
-    /// Which camera looks.
-    pub camera: CameraChoice,
+    /// Choice of the camera.
+    pub camera: CameraSettings,
     /// The rig of an emulation; absent for a real one.
     pub simulation: Option<Simulation>,
 }

@@ -1,10 +1,11 @@
-//! `plumb cameras`: what is there, and what is missing.
+//! `plumb cameras`: depth cameras, and what is missing to use them.
 
 use std::path::Path;
 use std::process::ExitCode;
 
 use clap::Parser;
-use plumb_cameras::discovery::{Access, Discovery, Library, discover};
+use plumb_cameras::discovery::{Access, Discovery, discover};
+use plumb_cameras::driver::LibraryState;
 
 use super::print::tell;
 use super::{FAILED, Failure, OrFail, print};
@@ -28,12 +29,15 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
     Ok(if found.cameras.is_empty() { ExitCode::from(FAILED) } else { ExitCode::SUCCESS })
 }
 
+/// Prints what was found and what is missing for a person.
 fn tell(found: &Discovery) {
-    match &found.openni {
-        Library::Loaded { version, drivers } => {
-            tell!("OpenNI2 {version}, drivers: {}", drivers.join(", "))
+    for library in found.libraries.values() {
+        match &library.state {
+            LibraryState::Loaded { version, drivers } => {
+                tell!("{} {version}, drivers: {}", library.name, drivers.join(", "))
+            }
+            LibraryState::Absent { .. } => tell!("{}: not there", library.name),
         }
-        Library::Absent { .. } => tell!("OpenNI2: not there"),
     }
     for camera in &found.cameras {
         tell!("camera: {} (uri = {:?})", camera.name, camera.uri);
@@ -44,7 +48,7 @@ fn tell(found: &Discovery) {
             Access::Forbidden => "may not be opened by this user",
             Access::Absent => "cannot be opened",
         };
-        tell!("USB: {} {}, {access}, through {}", camera.id, camera.name, camera.through);
+        tell!("USB: {} {}, {access}, through {}", camera.id, camera.name, camera.support);
     }
     for text in &found.missing {
         tell!("missing: {text}");

@@ -30,8 +30,8 @@ use serde::Serialize;
 use super::interrupt::interrupt_flag;
 use super::options::RunOptions;
 use super::print::tell;
+use super::run_camera::{record_folder, recorded};
 use super::show::{Progress, conclude};
-use super::sight::{record_folder, recorded};
 use super::{Failure, OrFail, law, numbers, print};
 
 /// The paper's task, closed loop: rendered pictures, OpenCV, a serial port, an emulated board, a

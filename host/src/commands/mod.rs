@@ -13,8 +13,8 @@ mod options;
 pub(crate) mod print;
 pub(crate) mod replay;
 pub(crate) mod run;
+mod run_camera;
 mod show;
-mod sight;
 pub(crate) mod verify;
 
 use std::error::Error;

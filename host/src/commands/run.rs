@@ -16,8 +16,8 @@ use plumb_runtime::session::{Session, Summary};
 
 use super::interrupt::interrupt_flag;
 use super::options::RunOptions;
+use super::run_camera::{RunCamera, record_folder, recorded};
 use super::show::{Progress, conclude};
-use super::sight::{Sight, record_folder, recorded};
 use super::{Failure, OrFail, law, numbers, print};
 
 /// Drive the ball through the targets of a rig file
@@ -89,8 +89,8 @@ fn drive(file: &Path, mut rig: Rig, options: &Common) -> Result<ExitCode, Failur
     let transport = Serial::open(port, rig.board.baud).or_bad_input()?;
     let folder = record_folder(options.run.record.as_deref())?;
     let oni = folder.as_ref().map(|folder| folder.oni());
-    let Sight { source, camera, follower } =
-        Sight::open(chosen, &rig, camera, options.run.physics, oni)?;
+    let RunCamera { source, camera, follower } =
+        RunCamera::open(chosen, &rig, camera, options.run.physics, oni)?;
     let recorder =
         folder.map(|folder| folder.begin(&text, &camera.intrinsics, Overflow::Drop)).transpose();
     let mut source = Tee::new(source, recorder.or_bad_input()?);

@@ -1,88 +1,60 @@
-//! What cameras are there, and what they lack (`plumb cameras`).
+//! Discovery of cameras, and of what is missing to use them (`plumb cameras`).
 
+mod models;
 mod usb;
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
-use plumb_openni::OpenNi;
 use serde::Serialize;
 
+use crate::driver::{FoundCamera, LibraryState, LibraryStatus};
+use crate::drivers::DRIVERS;
+use crate::settings::SourceName;
+
+pub use models::Support;
 pub use usb::{Access, UsbCamera};
 
-/// What was found.
+/// Cameras that are plugged in, and what is missing to use them.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Discovery {
-    /// The library OpenNI2.
-    pub openni: Library,
+    /// Libraries of the drivers that need one.
+    #[serde(flatten)]
+    pub libraries: BTreeMap<SourceName, LibraryStatus>,
     /// Cameras that can be opened now.
-    pub cameras: Vec<Found>,
+    pub cameras: Vec<FoundCamera>,
     /// Depth cameras at the USB, whether they can be opened or not.
     pub usb: Vec<UsbCamera>,
-    /// What is missing, and what to do about it, in the order to do it in.
+    /// What is missing and how to mend it, in the order in which to do it.
     pub missing: Vec<String>,
 }
 
-/// The library OpenNI2.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Library {
-    /// It is there.
-    Loaded {
-        /// Its version.
-        version: String,
-        /// Its drivers' file names.
-        drivers: Vec<String>,
-    },
-    /// It is not, or does not begin.
-    Absent {
-        /// Why.
-        error: String,
-    },
-}
-
-/// A camera that can be opened now.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Found {
-    /// What it is opened by: `uri` in a rig file.
-    pub uri: String,
-    /// Who made it, and what it is called.
-    pub name: String,
-}
-
-/// Looks what is there: asks OpenNI2, and looks through the USB devices of the system whose root is
-/// `root` ("/").
+/// Asks every driver for its cameras, and lists the depth cameras among the USB devices of the
+/// system whose root folder is `root` ("/").
 pub fn discover(root: &Path) -> Discovery {
     let usb = usb::cameras(root);
-    let mut missing = Vec::new();
-    let (openni, cameras) = match OpenNi::load().and_then(|openni| Ok((openni.devices()?, openni)))
-    {
-        Ok((devices, openni)) => {
-            let drivers: Vec<String> = openni
-                .drivers()
-                .iter()
-                .filter_map(|path| Some(path.file_name()?.to_string_lossy().into_owned()))
-                .collect();
-            let found = |device: plumb_openni::DeviceInfo| Found {
-                uri: device.uri,
-                name: format!("{} {}", device.vendor, device.name).trim().to_owned(),
-            };
-            let cameras = devices.into_iter().map(found).collect();
-            (Library::Loaded { version: openni.version(), drivers }, cameras)
+    let (mut libraries, mut cameras, mut missing) = (BTreeMap::new(), Vec::new(), Vec::new());
+    for driver in DRIVERS {
+        let listing = driver.list();
+        cameras.extend(listing.cameras);
+        let Some(library) = listing.library else { continue };
+        if let LibraryState::Absent { error } = &library.state {
+            missing.push(error.clone());
         }
-        Err(error) => {
-            missing.push(error.to_string());
-            (Library::Absent { error: error.to_string() }, Vec::new())
-        }
-    };
+        libraries.insert(driver.name(), library);
+    }
     missing.extend(usb::missing(root, &usb));
     if missing.is_empty() && cameras.is_empty() {
-        missing.push(match usb.is_empty() {
-            true => "no depth camera is plugged in".to_owned(),
-            false => {
-                "no driver of OpenNI2 takes the camera that is plugged in; unplug it and plug it in again"
-                    .to_owned()
-            }
-        });
+        missing.push(nothing_found(&usb).to_owned());
     }
-    Discovery { openni, cameras, usb, missing }
+    Discovery { libraries, cameras, usb, missing }
+}
+
+/// Returns why no camera can be opened where nothing else is missing.
+fn nothing_found(usb: &[UsbCamera]) -> &'static str {
+    if usb.is_empty() {
+        "no depth camera is plugged in"
+    } else {
+        "no driver of OpenNI2 takes the camera that is plugged in; unplug it and plug it in again"
+    }
 }

@@ -1,4 +1,4 @@
-//! Depth cameras at the USB, as the kernel tells of them: also those that no library sees.
+//! Depth cameras among the USB devices that the kernel lists, also those without a driver.
 
 use std::fs;
 use std::io::ErrorKind;
@@ -6,88 +6,41 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
-/// A depth camera at the USB.
+use super::models::{Support, model};
+
+/// Depth camera at the USB.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct UsbCamera {
     /// Vendor and product, "1d27:0609".
     pub id: String,
-    /// What it is.
+    /// Name that the device states, else that of its model.
     pub name: String,
-    /// Through what it can be used.
-    pub through: &'static str,
-    /// Its device file.
+    /// Software that Plumb can use the camera through.
+    #[serde(rename = "through")]
+    pub support: Support,
+    /// Path of its device file.
     pub node: PathBuf,
-    /// Whether it can be opened.
+    /// Access to the device file.
     pub access: Access,
+    /// Module of the Linux kernel that takes the camera for a webcam.
+    #[serde(skip)]
+    pub webcam_module: Option<&'static str>,
 }
 
-/// Whether a device file can be opened for reading and writing.
+/// Access to a device file for reading and writing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Access {
-    /// It can.
+    /// The file can be opened.
     Open,
-    /// This user may not.
+    /// This user lacks the permission.
     Forbidden,
-    /// Otherwise not.
+    /// The file cannot be opened for another reason.
     Absent,
 }
 
-/// A kind of camera.
-struct Kind {
-    vendor: u16,
-    /// Its products; none for every product of the vendor.
-    products: &'static [u16],
-    name: &'static str,
-    through: &'static str,
-}
-
-/// What is known of depth cameras. The products are those of the makers' udev rules.
-const KINDS: [Kind; 6] = [
-    Kind {
-        vendor: 0x1d27,
-        products: &[],
-        name: "PrimeSense camera (Carmine, ASUS Xtion)",
-        through: "OpenNI2 (libopenni2-0)",
-    },
-    Kind {
-        vendor: 0x045e,
-        products: &[0x02ae, 0x02bf],
-        name: "Kinect (Xbox 360, for Windows)",
-        through: "OpenNI2 with libfreenect's driver FreenectDriver, which is not in libopenni2-0",
-    },
-    Kind {
-        vendor: 0x045e,
-        products: &[0x02c4, 0x02d8, 0x02d9],
-        name: "Kinect v2",
-        through: "OpenNI2 with libfreenect2's driver, which is not in libopenni2-0",
-    },
-    Kind {
-        vendor: 0x2bc5,
-        products: &[],
-        name: "Orbbec camera",
-        through: "OpenNI2 with Orbbec's driver, which is not in libopenni2-0",
-    },
-    Kind {
-        vendor: 0x8086,
-        products: &[0x0ad2, 0x0ad3, 0x0ad4, 0x0b07, 0x0b3a, 0x0b5b, 0x0b5c, 0x0b64],
-        name: "RealSense camera",
-        through: "nothing yet: record a TUM RGB-D folder with it, or add a source \
-                  (docs/change/add-camera.md)",
-    },
-    Kind {
-        vendor: 0x03e7,
-        products: &[],
-        name: "Luxonis OAK camera",
-        through: "nothing yet: record a TUM RGB-D folder with it, or add a source \
-                  (docs/change/add-camera.md)",
-    },
-];
-
-/// The kernel's module that takes a Kinect for a webcam.
-const KINECT_MODULE: &str = "gspca_kinect";
-
-/// The depth cameras at the USB of the system whose root is `root`.
+/// Lists the depth cameras at the USB of the system whose root folder is `root`, ordered by device
+/// file.
 pub(super) fn cameras(root: &Path) -> Vec<UsbCamera> {
     let devices = fs::read_dir(root.join("sys/bus/usb/devices")).into_iter().flatten().flatten();
     let mut cameras: Vec<UsbCamera> =
@@ -96,24 +49,25 @@ pub(super) fn cameras(root: &Path) -> Vec<UsbCamera> {
     cameras
 }
 
+/// Reads the USB device in the folder `device`; `None` where it is no depth camera.
 fn camera(root: &Path, device: &Path) -> Option<UsbCamera> {
     let text = |name: &str| Some(fs::read_to_string(device.join(name)).ok()?.trim().to_owned());
     let hex = |name: &str| u16::from_str_radix(&text(name)?, 16).ok();
     let number = |name: &str| text(name)?.parse::<u16>().ok();
     let (vendor, product) = (hex("idVendor")?, hex("idProduct")?);
-    let kind = KINDS.iter().find(|kind| {
-        kind.vendor == vendor && (kind.products.is_empty() || kind.products.contains(&product))
-    })?;
+    let model = model(vendor, product)?;
     let node = root.join(format!("dev/bus/usb/{:03}/{:03}", number("busnum")?, number("devnum")?));
     Some(UsbCamera {
         id: format!("{vendor:04x}:{product:04x}"),
-        name: text("product").unwrap_or_else(|| kind.name.to_owned()),
-        through: kind.through,
+        name: text("product").unwrap_or_else(|| model.name.to_owned()),
+        support: model.support,
         access: access(&node),
         node,
+        webcam_module: model.webcam_module,
     })
 }
 
+/// Checks whether a device file can be opened.
 fn access(node: &Path) -> Access {
     match fs::OpenOptions::new().read(true).write(true).open(node) {
         Ok(_) => Access::Open,
@@ -122,48 +76,56 @@ fn access(node: &Path) -> Access {
     }
 }
 
-/// What keeps these cameras from being used, and what to do.
+/// Returns the obstacles to the use of these cameras, each with its remedy.
 pub(super) fn missing(root: &Path, cameras: &[UsbCamera]) -> Vec<String> {
-    let mut missing = Vec::new();
-    for camera in cameras {
-        let what = format!("{} ({}) at {}", camera.name, camera.id, camera.node.display());
-        match camera.access {
-            Access::Open => {}
-            Access::Forbidden => {
-                missing.push(format!("{what}: this user may not open it. {}", permission(root)))
-            }
-            Access::Absent => missing.push(format!(
-                "{what}: its device file cannot be opened; in a container, hand it in (--device /dev/bus/usb)"
-            )),
-        }
-        if !camera.through.starts_with("OpenNI2 (") {
-            missing.push(format!("{what}: works through {}", camera.through));
-        }
-    }
-    let kinect =
-        cameras.iter().any(|camera| camera.id.starts_with("045e:02a") || camera.id == "045e:02bf");
+    let mut missing: Vec<String> =
+        cameras.iter().flat_map(|camera| obstacles(root, camera)).collect();
     let modules = fs::read_to_string(root.join("proc/modules")).unwrap_or_default();
-    if kinect && modules.lines().any(|line| line.starts_with(KINECT_MODULE)) {
-        missing.push(format!(
-            "the kernel takes the Kinect for a webcam: as root, modprobe -r {KINECT_MODULE}"
-        ));
+    let mut webcam_modules: Vec<&str> = cameras.iter().filter_map(|c| c.webcam_module).collect();
+    webcam_modules.dedup();
+    for module in webcam_modules {
+        if modules.lines().any(|line| line.starts_with(module)) {
+            missing.push(format!(
+                "the kernel takes the Kinect for a webcam: as root, modprobe -r {module}"
+            ));
+        }
     }
     missing
 }
 
-/// What to do about a camera that may not be opened.
-fn permission(root: &Path) -> String {
+/// Returns the obstacles to the use of one camera.
+fn obstacles(root: &Path, camera: &UsbCamera) -> Vec<String> {
+    let UsbCamera { id, name, node, support, .. } = camera;
+    let camera_text = format!("{name} ({id}) at {}", node.display());
+    let access = match camera.access {
+        Access::Open => None,
+        Access::Forbidden => {
+            Some(format!("{camera_text}: this user may not open it. {}", permission(root)))
+        }
+        Access::Absent => Some(format!(
+            "{camera_text}: its device file cannot be opened; in a container, hand it in \
+             (--device /dev/bus/usb)"
+        )),
+    };
+    let software = match support {
+        Support::Openni => None,
+        Support::OpenniDriver(_) | Support::None => {
+            Some(format!("{camera_text}: works through {support}"))
+        }
+    };
+    access.into_iter().chain(software).collect()
+}
+
+/// Returns the remedy for a camera that this user may not open.
+fn permission(root: &Path) -> &'static str {
     let folders = ["lib/udev/rules.d", "usr/lib/udev/rules.d", "etc/udev/rules.d"]
         .map(|folder| root.join(folder));
-    let rules = folders.iter().filter_map(|folder| fs::read_dir(folder).ok()).flatten().flatten();
-    let known =
-        rules.filter(|rule| rule.file_name().to_string_lossy().contains("openni")).count() > 0;
-    if known {
-        "There are udev rules for it: unplug it and plug it in again, or join the group video (usermod -aG video USER)"
-            .to_owned()
+    let mut rules = folders.iter().filter_map(|f| fs::read_dir(f).ok()).flatten().flatten();
+    if rules.any(|rule| rule.file_name().to_string_lossy().contains("openni")) {
+        "There are udev rules for it: unplug it and plug it in again, or join the group video \
+         (usermod -aG video USER)"
     } else {
         "There are no udev rules for it: install libopenni2-0, which has them, and plug it in again"
-            .to_owned()
     }
 }
 
@@ -173,7 +135,7 @@ mod tests {
 
     use super::*;
 
-    /// A system with the USB devices (vendor, product, name) and nothing else.
+    /// Returns the root folder of a system with the USB devices (vendor, product, name).
     fn system(devices: &[(&str, &str, Option<&str>)]) -> tempfile::TempDir {
         let root = tempfile::tempdir().unwrap();
         for (i, (vendor, product, name)) in devices.iter().enumerate() {
@@ -197,7 +159,7 @@ mod tests {
     }
 
     #[test]
-    fn depth_cameras_are_told_from_mice() {
+    fn only_depth_cameras_are_listed() {
         let root = system(&[
             ("1d6b", "0002", Some("a hub")),
             ("1d27", "0609", Some("PrimeSense Device")),
@@ -221,7 +183,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_camera_lacks_is_said() {
+    fn each_obstacle_is_listed_with_its_remedy() {
         let root = system(&[("1d27", "0601", None)]);
         let forbidden = |rules: bool| {
             let found =
@@ -243,7 +205,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_that_this_user_may_not_open_is_forbidden() {
+    fn access_without_permission_is_forbidden() {
         let root = system(&[("1d27", "0601", None)]);
         let node = root.path().join("dev/bus/usb/001/002");
         fs::set_permissions(&node, fs::Permissions::from_mode(0o000)).unwrap();
@@ -253,7 +215,7 @@ mod tests {
     }
 
     #[test]
-    fn a_kinect_that_the_kernel_took_is_told_of() {
+    fn a_kinect_that_the_kernel_took_is_listed() {
         let root = system(&[("045e", "02ae", None)]);
         fs::create_dir_all(root.path().join("proc")).unwrap();
         fs::write(root.path().join("proc/modules"), "gspca_kinect 16384 0 - Live 0x0\n").unwrap();

@@ -8,7 +8,10 @@ use thiserror::Error;
 
 use super::{CameraSource, InvalidFrame, SourceError};
 
+mod settings;
+
 pub use plumb_openni::{LIBRARY_VARIABLE, OpenNi, Settings, Target};
+pub use settings::{IntrinsicsFrom, OpenniSettings};
 
 /// Where the intrinsics are from.
 #[derive(Debug, Clone, Copy, PartialEq)]

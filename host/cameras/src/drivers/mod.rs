@@ -1,0 +1,80 @@
+//! Registry of the camera drivers.
+//!
+//! A driver is a unit type that implements [`CameraDriver`], in a module of its own, and an entry
+//! of [`DRIVERS`]. Its settings are a field of [`CameraSettings`].
+
+mod openni;
+mod recording;
+
+use std::path::PathBuf;
+
+use plumb_vision::camera::Camera;
+
+use crate::driver::{CameraDriver, OpenError, OpenRequest, OpenedCamera};
+use crate::settings::{CameraSettings, SourceName};
+
+pub use openni::OpenniDriver;
+pub use recording::RecordingDriver;
+
+/// All camera drivers.
+pub const DRIVERS: [&dyn CameraDriver; 2] = [&OpenniDriver, &RecordingDriver];
+
+/// Returns the driver of that name. [`SourceName::Simulated`] has none.
+pub fn driver(name: SourceName) -> Option<&'static dyn CameraDriver> {
+    DRIVERS.into_iter().find(|driver| driver.name() == name)
+}
+
+/// Opens the camera or recording that `settings` choose and that the camera file describes as
+/// `camera`. A camera that can record by itself also records to the file `device_recording`.
+///
+/// # Errors
+/// Where the settings contradict themselves, or the driver cannot open the camera.
+pub fn open_camera(
+    settings: &CameraSettings,
+    camera: Camera,
+    device_recording: Option<PathBuf>,
+) -> Result<OpenedCamera, OpenError> {
+    let name = settings.source(false)?;
+    let driver = driver(name).ok_or(OpenError::NoDriver(name))?;
+    let request = OpenRequest { settings, camera, device_recording };
+    driver.open(&request).map_err(|cause| OpenError::Driver { driver: name, cause })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::error::Error;
+    use std::path::Path;
+
+    use super::*;
+    use crate::camera_file;
+    use crate::source::OpenRecordingError;
+    use crate::source::tum::TumError;
+
+    #[test]
+    fn every_source_but_the_simulated_one_has_one_driver() {
+        let mut names: Vec<SourceName> = DRIVERS.iter().map(|driver| driver.name()).collect();
+        names.push(SourceName::Simulated);
+        let all = [SourceName::Openni, SourceName::Recording, SourceName::Simulated];
+        assert_eq!(names, all);
+        assert!(driver(SourceName::Simulated).is_none());
+    }
+
+    #[test]
+    fn a_recording_that_is_absent_is_an_error_with_its_cause() {
+        let recording = Some(Path::new("no/such/folder").to_owned());
+        let settings = CameraSettings { recording, ..CameraSettings::new("camera.toml") };
+        let camera = camera_file::paper().unwrap();
+        let Err(error) = open_camera(&settings, camera, None) else { panic!("opened") };
+        assert!(error.to_string().contains("no/such/folder"), "{error}");
+        let cause = error.source().and_then(|cause| cause.downcast_ref::<OpenRecordingError>());
+        assert!(matches!(cause, Some(OpenRecordingError::Tum(TumError::Read(_)))), "{cause:?}");
+    }
+
+    #[test]
+    fn the_simulated_rig_is_no_camera() {
+        let simulated = Some(SourceName::Simulated);
+        let settings = CameraSettings { source: simulated, ..CameraSettings::new("camera.toml") };
+        let error = open_camera(&settings, camera_file::paper().unwrap(), None).err();
+        assert!(matches!(error, Some(OpenError::Settings(_))), "{error:?}");
+    }
+}

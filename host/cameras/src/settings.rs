@@ -1,0 +1,136 @@
+//! Table `[camera]` of a rig file.
+
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use crate::source::openni::OpenniSettings;
+
+/// Choice of a camera: table `[camera]` of a rig file.
+///
+/// ```toml
+/// [camera]
+/// file = "camera.toml"
+/// source = "openni"          # or "simulated", or "recording"
+/// recording = "desk.oni"     # of "recording": an .oni file or a TUM folder
+/// [camera.openni]            # of "openni", each key with a default
+/// uri = "1d27/0609@2/4"
+/// width = 640
+/// height = 480
+/// rate = 30
+/// latency = 0.045
+/// intrinsics = "device"
+/// ```
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CameraSettings {
+    /// Path of the camera file, relative to the rig file.
+    pub file: PathBuf,
+    /// Source of the frames. Default: the recording where one is named, else the simulated rig
+    /// where there is one, else a camera through OpenNI2.
+    pub source: Option<SourceName>,
+    /// Path of the recording, relative to the rig file: an `.oni` file or a TUM folder.
+    pub recording: Option<PathBuf>,
+    /// Settings of a camera through OpenNI2.
+    #[serde(default)]
+    pub openni: OpenniSettings,
+}
+
+/// Source of the frames: key `source` of the table `[camera]`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Deserialize, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum SourceName {
+    /// Frames of the simulated rig, which the program renders itself: no camera driver.
+    Simulated,
+    /// A camera through OpenNI2.
+    Openni,
+    /// A recording, played at the speed at which it was recorded.
+    Recording,
+}
+
+/// Contradiction in the table `[camera]`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
+pub enum SettingsError {
+    /// The source is the simulated rig, but there is none.
+    #[error("the camera is to be simulated, but there is no [simulation] table")]
+    NoSimulation,
+    /// The source is a recording, but none is named.
+    #[error("the camera is to be a recording, but [camera] has no key `recording` that says which")]
+    NoRecording,
+    /// A recording is named, but the source is another one.
+    #[error("[camera] names a recording, but its source is another; leave one of them out")]
+    Recording,
+}
+
+impl CameraSettings {
+    /// Returns the settings of the first camera that is plugged in, described by the camera file
+    /// `file`.
+    pub fn new(file: impl Into<PathBuf>) -> Self {
+        let openni = OpenniSettings::default();
+        Self { file: file.into(), source: None, recording: None, openni }
+    }
+
+    /// Returns the source of the frames, where `simulation` says whether there is a simulated rig.
+    ///
+    /// # Errors
+    /// Where the source that is chosen does not exist, or a recording is named for another one.
+    pub fn source(&self, simulation: bool) -> Result<SourceName, SettingsError> {
+        let source = self.source.unwrap_or(match (&self.recording, simulation) {
+            (Some(_), _) => SourceName::Recording,
+            (None, true) => SourceName::Simulated,
+            (None, false) => SourceName::Openni,
+        });
+        match (source, &self.recording) {
+            (SourceName::Simulated, _) if !simulation => Err(SettingsError::NoSimulation),
+            (SourceName::Recording, None) => Err(SettingsError::NoRecording),
+            (SourceName::Simulated | SourceName::Openni, Some(_)) => Err(SettingsError::Recording),
+            _ => Ok(source),
+        }
+    }
+
+    /// Makes the paths relative to `folder`.
+    pub fn relative_to(&mut self, folder: &Path) {
+        self.file = folder.join(&self.file);
+        if let Some(recording) = &mut self.recording {
+            *recording = folder.join(&*recording);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::toml_file::parse_toml;
+
+    fn settings(text: &str) -> CameraSettings {
+        parse_toml(Path::new("rig.toml"), &format!("file = 'camera.toml'\n{text}")).unwrap()
+    }
+
+    #[test]
+    fn the_default_source_is_the_recording_then_the_simulated_rig_then_a_camera() {
+        assert_eq!(settings("").source(true), Ok(SourceName::Simulated));
+        assert_eq!(settings("").source(false), Ok(SourceName::Openni));
+        assert_eq!(settings("recording = 'a.oni'").source(true), Ok(SourceName::Recording));
+        assert_eq!(settings("source = 'openni'").source(true), Ok(SourceName::Openni));
+        assert_eq!(settings(""), CameraSettings::new("camera.toml"));
+    }
+
+    #[test]
+    fn contradictions_are_refused() {
+        let simulated = settings("source = 'simulated'").source(false);
+        assert_eq!(simulated, Err(SettingsError::NoSimulation));
+        let recording = settings("source = 'recording'").source(true);
+        assert_eq!(recording, Err(SettingsError::NoRecording));
+        let both = settings("source = 'openni'\nrecording = 'a.oni'");
+        assert_eq!(both.source(false), Err(SettingsError::Recording));
+    }
+
+    #[test]
+    fn paths_are_relative_to_the_rig_file() {
+        let mut settings = settings("recording = 'a.oni'");
+        settings.relative_to(Path::new("rigs"));
+        assert_eq!(settings.file, Path::new("rigs/camera.toml"));
+        assert_eq!(settings.recording.as_deref(), Some(Path::new("rigs/a.oni")));
+    }
+}

@@ -1,0 +1,86 @@
+//! The camera of a run, and the recording of its frames.
+
+use std::path::{Path, PathBuf};
+
+use plumb_cameras::driver::OpenedCamera;
+use plumb_cameras::drivers::open_camera;
+use plumb_cameras::record::RecordFolder;
+use plumb_cameras::settings::SourceName;
+use plumb_cameras::source::CameraSource;
+use plumb_cameras::source::tee::Tee;
+use plumb_runtime::rig::Rig;
+use plumb_sim::simulated::{Follower, FollowingWorld, SimulatedCamera, Timing};
+use plumb_sim::synthetic::{Background, Options, Room, SyntheticCamera};
+use plumb_vision::camera::Camera;
+
+use super::print::tell;
+use super::{Failure, OrFail, Physics};
+
+/// Open camera of a run.
+pub(crate) struct RunCamera {
+    /// Source of the frames.
+    pub(crate) source: Box<dyn CameraSource>,
+    /// The camera file, with the intrinsics of the frames.
+    pub(crate) camera: Camera,
+    /// Moves the simulated rig, where the source renders one.
+    pub(crate) follower: Option<Follower>,
+}
+
+impl RunCamera {
+    /// Opens the source `chosen` of `rig`, whose camera file describes `camera`. A device also
+    /// records to the file `oni`.
+    pub(super) fn open(
+        chosen: SourceName,
+        rig: &Rig,
+        camera: Camera,
+        physics: Physics,
+        oni: Option<PathBuf>,
+    ) -> Result<Self, Failure> {
+        if chosen == SourceName::Simulated {
+            return simulated(rig, camera, physics);
+        }
+        let OpenedCamera { source, camera, description, notes } =
+            open_camera(&rig.camera, camera, oni).or_bad_input()?;
+        if let Some(description) = description {
+            tell!("camera: {description}");
+        }
+        for note in &notes {
+            tell!("plumb: {note}");
+        }
+        Ok(Self { source, camera, follower: None })
+    }
+}
+
+/// Opens a camera that renders the simulated rig, which follows the board's motors.
+fn simulated(rig: &Rig, camera: Camera, physics: Physics) -> Result<RunCamera, Failure> {
+    let Some(simulation) = &rig.simulation else {
+        return Err("no rig is simulated").or_bad_input();
+    };
+    let motors = simulation.motors();
+    let world = FollowingWorld::new(physics.plant(simulation).or_bad_input()?);
+    let follower = Some(world.follower());
+    let background = Background::Room(Room::furnished());
+    let synthetic =
+        SyntheticCamera::new(camera.clone(), background, Options::default(), 1).or_bad_input()?;
+    let source = SimulatedCamera::new(world, synthetic, motors, Timing::default());
+    Ok(RunCamera { source: Box::new(source), camera, follower })
+}
+
+/// Creates the folder for a recording, where one is asked for.
+pub(super) fn record_folder(path: Option<&Path>) -> Result<Option<RecordFolder>, Failure> {
+    path.map(RecordFolder::create).transpose().or_bad_input()
+}
+
+/// Ends the recording, closes the source, and reports what was recorded.
+pub(super) fn recorded<S>(source: Tee<S>) -> Result<(), Failure> {
+    let (source, recording) = source.finish();
+    drop(source);
+    if let Some(recording) = recording.or_failed()? {
+        let left_out = match recording.left_out {
+            0 => String::new(),
+            n => format!(", {n} left out: they came faster than they could be written"),
+        };
+        tell!("recorded: {} frames in {}{left_out}", recording.frames, recording.folder.display());
+    }
+    Ok(())
+}
