@@ -6,7 +6,7 @@
 //!
 //! - [`image`]: pixels in memory; [`frame`]: a colour picture with the depth registered to it.
 //! - [`camera`]: the pinhole model, the pose in the rig frame and the ball's size and hue.
-//! - [`detect`]: the detectors, [`ball`](detect::ball) (the default) and [`red`](detect::red).
+//! - [`detect`]: the detectors, [`shape`](detect::shape) (the default) and [`red`](detect::red).
 //! - [`localise`]: from a circle in the image to a position in the rig frame with its covariance.
 //! - [`observation`]: what a detector returns.
 //!
@@ -54,6 +54,7 @@
 #![deny(missing_docs)]
 
 pub mod camera;
+mod depth_view;
 pub mod detect;
 pub mod frame;
 pub mod image;

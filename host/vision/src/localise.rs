@@ -16,6 +16,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use crate::camera::{Camera, Intrinsics};
+use crate::depth_view::DepthView;
 use crate::frame::RgbdFrame;
 use crate::observation::{Circle, Gaussian3};
 
@@ -81,7 +82,7 @@ pub fn localise(circle: &Circle, frame: &RgbdFrame, camera: &Camera) -> Option<G
 /// elsewhere), and of that the median. `None` where it is fewer than a tenth of the disc's pixels.
 pub fn centre_depth(circle: &Circle, frame: &RgbdFrame, ball_radius: f64) -> Option<CentreDepth> {
     let disc = (circle.u, circle.v, circle.radius);
-    agreed_depth(disc, &DepthView::of(frame), ball_radius, FINELY, |_, _| true)
+    agreed_depth(disc, &DepthView::new(frame), ball_radius, FINELY, |_, _| true)
 }
 
 /// As [`centre_depth`], of a disc (column, row, radius, pixels) that is not fitted yet, from fewer
@@ -104,7 +105,7 @@ fn agreed_depth(
     count: impl Fn(f64, f64) -> bool,
 ) -> Option<CentreDepth> {
     let (mut votes, pixels) = centre_votes(disc, depth, ball_radius, grid, count);
-    let expected = depth.intrinsics.depth_of(ball_radius, disc.2);
+    let expected = depth.intrinsics().depth_of(ball_radius, disc.2);
     votes.sort_unstable_by(f64::total_cmp);
     // What is in front of the ball may be larger than what is seen of it, but is not of the size
     // that a ball there has.
@@ -119,47 +120,6 @@ fn agreed_depth(
     let proofs = (group.len() as f64 / ALIKE).max(1.0);
     let error = (spread / proofs.sqrt()).hypot(BIAS * depth * depth);
     Some(CentreDepth { depth, support, error })
-}
-
-/// A frame's depth picture, to be read at many pixels.
-pub(crate) struct DepthView<'a> {
-    raw: &'a [u16],
-    width: i32,
-    height: i32,
-    intrinsics: &'a Intrinsics,
-}
-
-impl<'a> DepthView<'a> {
-    pub(crate) fn of(frame: &'a RgbdFrame) -> Self {
-        let depth = frame.depth();
-        let (width, height) = (depth.width() as i32, depth.height() as i32);
-        Self { raw: depth.pixels(), width, height, intrinsics: frame.intrinsics() }
-    }
-
-    /// How its pixels are rays.
-    pub(crate) fn intrinsics(&self) -> &Intrinsics {
-        self.intrinsics
-    }
-
-    /// Whether (`u`, `v`) is in the picture.
-    pub(crate) fn contains(&self, u: f64, v: f64) -> bool {
-        u >= -0.5
-            && v >= -0.5
-            && u < f64::from(self.width) - 0.5
-            && v < f64::from(self.height) - 0.5
-    }
-
-    /// Depth in metres at the pixel nearest to (`u`, `v`); `None` outside the picture or where
-    /// there is none.
-    pub(crate) fn at(&self, u: f64, v: f64) -> Option<f64> {
-        if !self.contains(u, v) {
-            return None;
-        }
-        // Not negative: to cut off is to round down, without a call of the C library's floor.
-        let (column, row) = ((u + 0.5) as u32, (v + 0.5) as u32);
-        let raw = self.raw[row as usize * self.width as usize + column as usize];
-        (raw != 0).then(|| f64::from(raw) / self.intrinsics.depth_scale)
-    }
 }
 
 /// What each pixel on the disc that counts says of the centre's depth, metres, and how many pixels
@@ -184,7 +144,7 @@ fn centre_votes(
             }
             pixels += 1;
             let z = depth.at(x, y).filter(|_| counts(x, y));
-            votes.extend(z.and_then(|z| vote(depth.intrinsics, (u, v), (x, y), z, ball_radius)));
+            votes.extend(z.and_then(|z| vote(depth.intrinsics(), (u, v), (x, y), z, ball_radius)));
         }
     }
     (votes, pixels)

@@ -1,64 +1,18 @@
-//! Finding the ball in a picture.
+//! Detectors: they find the ball in a frame.
 
-use std::error::Error;
-
-use thiserror::Error;
-
-use crate::camera::Camera;
-use crate::frame::RgbdFrame;
-use crate::observation::BallObservation;
-use ball::ShapeDetector;
-use red::RedDetector;
-
-mod around;
-pub mod ball;
-mod coarse;
-mod colour;
-mod edge;
-mod evidence;
-mod judge;
-mod outline;
-mod picture;
-mod propose;
-mod rays;
+mod detector;
 pub mod red;
-mod round;
 #[cfg(test)]
 mod scene;
-mod sphere;
+pub mod shape;
 #[cfg(test)]
 mod tests;
 
-/// Reasons why a frame could not be searched (a frame without a ball is not an error).
-#[derive(Debug, Error)]
-#[non_exhaustive]
-pub enum DetectError {
-    /// An operation on an image failed, for example for lack of memory.
-    #[error("image processing failed: {0}")]
-    Processing(#[source] Box<dyn Error + Send + Sync>),
-}
+pub use detector::{BallDetector, DetectError};
 
-impl DetectError {
-    /// Wraps the error of the library that a detector processes images with.
-    pub fn processing(error: impl Into<Box<dyn Error + Send + Sync>>) -> Self {
-        Self::Processing(error.into())
-    }
-}
-
-/// A detector: finds the ball in a frame.
-pub trait BallDetector {
-    /// Returns the detector's name, as in the configuration.
-    fn name(&self) -> &'static str;
-
-    /// Returns the observation of the ball in `frame`; `None` if there is no ball.
-    ///
-    /// # Errors
-    /// Returns an error if the frame could not be searched.
-    fn detect(&mut self, frame: &RgbdFrame) -> Result<Option<BallObservation>, DetectError>;
-
-    /// Forgets where the ball was: the next frame is searched like a first one.
-    fn reset(&mut self) {}
-}
+use crate::camera::Camera;
+use red::RedDetector;
+use shape::ShapeDetector;
 
 /// The detectors of this crate, by name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,7 +1,7 @@
 //! The paper's detector: a difference of Gaussians of the size of the ball, on the red channel.
 //!
 //! Kept to compare with: anything bright of that size (a lamp, a white ball, a window) answers as
-//! strongly as the ball does, and it cannot tell that there is no ball. [`ShapeDetector`](super::ball::ShapeDetector)
+//! strongly as the ball does, and it cannot tell that there is no ball. [`ShapeDetector`](super::shape::ShapeDetector)
 //! is the default.
 
 use opencv::core::{
@@ -9,7 +9,7 @@ use opencv::core::{
 };
 use opencv::imgproc::gaussian_blur_def;
 
-use super::{BallDetector, DetectError};
+use super::detector::{BallDetector, DetectError};
 use crate::camera::Camera;
 use crate::frame::RgbdFrame;
 use crate::image::ColourImage;

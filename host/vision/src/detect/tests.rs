@@ -6,8 +6,8 @@ mod real;
 use proptest::prelude::*;
 
 use super::BallDetector;
-use super::ball::ShapeDetector;
 use super::scene::{INTRINSICS, Scene, Sphere, camera};
+use super::shape::ShapeDetector;
 use crate::camera::{Camera, Intrinsics};
 use crate::frame::RgbdFrame;
 use crate::image::{Bgr, Image};

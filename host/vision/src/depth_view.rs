@@ -1,0 +1,46 @@
+//! Reading the depth of a frame at many places.
+
+use crate::camera::Intrinsics;
+use crate::frame::RgbdFrame;
+
+/// The depth image of a frame.
+pub(crate) struct DepthView<'a> {
+    raw: &'a [u16],
+    width: i32,
+    height: i32,
+    intrinsics: &'a Intrinsics,
+}
+
+impl<'a> DepthView<'a> {
+    /// Borrows the depth image of `frame`.
+    pub(crate) fn new(frame: &'a RgbdFrame) -> Self {
+        let depth = frame.depth();
+        let (width, height) = (depth.width() as i32, depth.height() as i32);
+        Self { raw: depth.pixels(), width, height, intrinsics: frame.intrinsics() }
+    }
+
+    /// Returns the intrinsics of the image.
+    pub(crate) fn intrinsics(&self) -> &Intrinsics {
+        self.intrinsics
+    }
+
+    /// Checks whether (`u`, `v`) is in the image.
+    pub(crate) fn contains(&self, u: f64, v: f64) -> bool {
+        u >= -0.5
+            && v >= -0.5
+            && u < f64::from(self.width) - 0.5
+            && v < f64::from(self.height) - 0.5
+    }
+
+    /// Returns the depth in metres at the pixel nearest to (`u`, `v`); `None` outside the image or
+    /// where the depth is unknown.
+    pub(crate) fn at(&self, u: f64, v: f64) -> Option<f64> {
+        if !self.contains(u, v) {
+            return None;
+        }
+        // Both are at least 0: a cast rounds down without a call of the C library's floor.
+        let (column, row) = ((u + 0.5) as u32, (v + 0.5) as u32);
+        let raw = self.raw[row as usize * self.width as usize + column as usize];
+        (raw != 0).then(|| f64::from(raw) / self.intrinsics.depth_scale)
+    }
+}

@@ -1,0 +1,98 @@
+//! The classifier: from features to the probability that a disc is the ball.
+//!
+//! Each feature has its weight, and the sum is the logarithm of the odds: a small excess of one
+//! feature may be balanced by the others, which a limit for each feature could not do. The weights
+//! and where they come from are in [`Weights`].
+
+use super::super::parameters::Weights;
+use super::features::{ColourFeatures, DepthFeatures, FreeFitResidual};
+
+/// A logistic classifier.
+pub(super) struct Classifier<'a> {
+    weights: &'a Weights,
+}
+
+impl<'a> Classifier<'a> {
+    /// Makes the classifier with `weights`.
+    pub(super) fn new(weights: &'a Weights) -> Self {
+        Self { weights }
+    }
+
+    /// Returns the log-odds of a disc with depth if its free fit has no penalty: an upper bound.
+    pub(super) fn depth_log_odds(&self, features: &DepthFeatures) -> f64 {
+        let weights = &self.weights.depth;
+        let attached = weights.attached - weights.attached_round * self.roundness(features);
+        let flat = features.curvature.map_or(0.0, |curvature| {
+            weights.flat.penalty(curvature.most).min(weights.flat.weight * weights.max_flat)
+        });
+        weights.intercept
+            - attached * features.attached
+            - weights.continued * features.continued
+            - weights.covered_alike * features.covered_alike
+            - weights.continues * features.continues
+            - weights.likeness.penalty(features.likeness)
+            - flat
+            - weights.on_sphere.penalty(features.sphere.on)
+            - weights.off_sphere * features.sphere.off.min(weights.max_off_sphere)
+    }
+
+    /// Returns the log-odds of a disc without depth if its free fit has no penalty: an upper bound.
+    pub(super) fn colour_log_odds(&self, features: &ColourFeatures) -> f64 {
+        let weights = &self.weights.colour;
+        weights.intercept
+            - weights.likeness.penalty(features.likeness)
+            - weights.shading.penalty(features.shading)
+            - weights.contrast.penalty(features.contrast)
+            - weights.through * features.through
+            - weights.covered * features.covered
+            + weights.behind * features.behind
+    }
+
+    /// Returns the penalty of the free fit of a disc with depth.
+    ///
+    /// `behind` is the part of the rays whose surroundings are behind the disc if depth shows a
+    /// sphere beyond doubt, 0 otherwise: the edges may then be those of a background of the ball's
+    /// colour.
+    pub(super) fn depth_penalty(
+        &self,
+        free: &FreeFitResidual,
+        features: &DepthFeatures,
+        behind: f64,
+    ) -> f64 {
+        let weights = &self.weights.free_fit;
+        let excess = (free.rms - weights.rms_free).max(0.0).powi(2).min(weights.max_rms_square);
+        let rms = weights.rms - weights.rms_round * self.roundness(features);
+        let missing = weights.missing * (1.0 - free.edges).min(weights.max_missing);
+        weights.size * free.size.min(weights.max_square)
+            + weights.place * free.place.min(weights.max_square)
+            + (1.0 - weights.sphere_discount * behind) * (rms * excess + missing)
+    }
+
+    /// Returns the penalty of the free fit of a disc without depth and with an edge on the part
+    /// `edges` of all rays.
+    pub(super) fn colour_penalty(&self, free: &FreeFitResidual, edges: f64) -> f64 {
+        let weights = &self.weights.free_fit;
+        weights.bare_rms * free.rms.min(weights.max_bare_rms)
+            + weights.bare_missing_all * (1.0 - edges).min(weights.max_bare_missing_all)
+            + weights.bare_missing * (1.0 - free.edges).min(weights.max_missing)
+    }
+
+    /// Returns the lower bound of the curvature as far as it counts; 0 if it is unknown.
+    fn roundness(&self, features: &DepthFeatures) -> f64 {
+        let most = self.weights.depth.max_round;
+        features.curvature.map_or(0.0, |curvature| curvature.least.clamp(0.0, most))
+    }
+
+    /// Checks whether depth shows a sphere of the ball's size beyond doubt.
+    pub(super) fn is_sphere(&self, features: &DepthFeatures) -> bool {
+        let weights = &self.weights.depth;
+        features.curvature.is_some_and(|curvature| curvature.least > weights.sphere_round)
+            && features.sphere.on > weights.sphere_on
+            && features.sphere.off < weights.sphere_off
+    }
+}
+
+/// Returns the probability, 0 to 1, of these log-odds.
+pub(super) fn probability(log_odds: f64) -> f64 {
+    1.0 / (1.0 + (-log_odds).exp())
+}

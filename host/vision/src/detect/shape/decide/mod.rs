@@ -1,0 +1,184 @@
+//! Stage 3, decide: how likely a refined circle is the ball.
+//!
+//! [`features`] reads how much of the disc is visible, its colour, its surface and its
+//! surroundings, and fits its edges once more without what depth says. [`classifier`] weights them.
+//! Screens that are cheaper than a refinement use the same features.
+
+mod classifier;
+mod curvature;
+mod features;
+
+pub use curvature::{Curvature, SphereMatch};
+pub use features::{ColourFeatures, DepthFeatures, FreeFitResidual};
+
+use super::parameters::DecideParameters;
+use super::radial_scan::RAYS;
+use super::refine::{Boundary, Candidate, Outline, Surroundings};
+use super::view::{Disc, FrameView};
+use classifier::{Classifier, probability};
+use curvature::curvature;
+use features::{Appearance, part_in_image};
+
+/// What the classifier knows of a candidate.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Features {
+    /// Of a disc with depth.
+    Depth(DepthFeatures),
+    /// Of a disc without depth.
+    Colour(ColourFeatures),
+}
+
+/// A decision about a candidate.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Decision {
+    /// Probability that the candidate is the ball, 0 to 1. It is 0 if the candidate was rejected
+    /// before all features were read.
+    pub score: f64,
+    /// What surrounds the disc, ray by ray; `None` outside the image.
+    pub surroundings: [Option<Surroundings>; RAYS],
+    /// Features, as far as they were read.
+    pub features: Option<Features>,
+    /// Residual of the free fit, if it was made.
+    pub free_fit: Option<FreeFitResidual>,
+}
+
+/// Decides about the candidates of a frame.
+pub(super) struct Decider<'a> {
+    view: &'a FrameView<'a>,
+    parameters: &'a DecideParameters,
+    classifier: Classifier<'a>,
+}
+
+impl<'a> Decider<'a> {
+    /// Decides in `view`.
+    pub(super) fn new(view: &'a FrameView<'a>) -> Self {
+        let classifier = Classifier::new(&view.parameters.weights);
+        Self { view, parameters: &view.parameters.decide, classifier }
+    }
+
+    /// Checks whether the disc of a blob can be the ball: it has enough of the ball's colour and is
+    /// not flat beyond doubt. This is cheaper than [`Self::passes`].
+    pub(super) fn passes_blob(&self, disc: &Disc) -> bool {
+        let readings = self.view.parameters.curvature.rough_readings;
+        let depth = self.view.centre_depth(disc);
+        let is_flat = depth
+            .and_then(|z| curvature(self.view, disc, z, readings))
+            .is_some_and(|curvature| curvature.most < self.parameters.flat_curvature);
+        let likeness = || f64::from(Appearance::new(self.view, disc, depth).likeness);
+        !is_flat && likeness() >= self.parameters.min_likeness
+    }
+
+    /// Checks whether the log-odds of `disc`, about where a ball may be, are high enough for a
+    /// refinement.
+    pub(super) fn passes(&self, disc: &Disc) -> bool {
+        let view = self.view;
+        let outline = || Outline::new(view, *disc);
+        let Some(z) = view.centre_depth(disc) else {
+            let (outline, z) = (outline(), view.depth_of(disc));
+            let boundary = Boundary::new(view, &outline, z);
+            let features = ColourFeatures::new(view, disc, &outline, &boundary, z);
+            let least = self.parameters.min_log_odds_without_depth;
+            return self.classifier.colour_log_odds(&features) > least;
+        };
+        let readings = view.parameters.curvature.rough_readings;
+        let features = DepthFeatures::without_boundary(view, disc, z, readings);
+        let passes = |features: &DepthFeatures| {
+            self.classifier.depth_log_odds(features) > self.parameters.min_log_odds_with_depth
+        };
+        passes(&features) && {
+            let outline = outline();
+            let boundary = Boundary::new(view, &outline, z);
+            passes(&features.with_boundary(&boundary, &outline))
+        }
+    }
+
+    /// Decides about `candidate`. A candidate whose score will be less than `least` is rejected as
+    /// soon as this is known.
+    pub(super) fn decide(&self, candidate: &Candidate, least: f64) -> Decision {
+        let Candidate { circle, outline } = candidate;
+        let by_image = self.view.depth_of(&circle.disc);
+        let depth = self.view.centre_depth(&circle.disc);
+        let boundary = Boundary::new(self.view, outline, depth.unwrap_or(by_image));
+        let mut decision =
+            Decision { score: 0.0, surroundings: *boundary.rays(), features: None, free_fit: None };
+        let free = boundary.part(Surroundings::Free) + boundary.part(Surroundings::Behind);
+        let uncovered = (1.0 - boundary.covered()).max(0.01);
+        if free > self.parameters.min_free
+            && free / uncovered > self.parameters.min_free_of_uncovered
+        {
+            match depth {
+                Some(z) => self.with_depth(candidate, &boundary, z, least, &mut decision),
+                None => {
+                    let factor = self.parameters.unknown_depth_factor;
+                    let least = least / factor;
+                    self.without_depth(candidate, &boundary, by_image, least, &mut decision);
+                    decision.score *= factor;
+                }
+            }
+        }
+        decision
+    }
+
+    /// Scores a candidate with depth `z`.
+    fn with_depth(
+        &self,
+        Candidate { circle, outline }: &Candidate,
+        boundary: &Boundary,
+        z: f64,
+        least: f64,
+        decision: &mut Decision,
+    ) {
+        let in_image = part_in_image(boundary);
+        let edges = circle.edge_count() / boundary.visible();
+        // At the border less of a larger ball's cap fits, and a sliver may be a smaller ball's.
+        let &DecideParameters { cut_edges_none, cut_edges_full, .. } = self.parameters;
+        let is_whole = in_image > self.parameters.whole;
+        let cut = if is_whole { 1.0 } else { ramp(edges, cut_edges_none, cut_edges_full) };
+        if cut == 0.0 || in_image < self.parameters.min_in_image {
+            return;
+        }
+        let readings = self.view.parameters.curvature.fine_readings;
+        let features = DepthFeatures::without_boundary(self.view, &circle.disc, z, readings)
+            .with_boundary(boundary, outline);
+        decision.features = Some(Features::Depth(features));
+        let log_odds = self.classifier.depth_log_odds(&features);
+        if cut * probability(log_odds) < least {
+            return;
+        }
+        let radius = self.view.radius_at(z);
+        decision.free_fit = FreeFitResidual::new(self.view, circle, radius, boundary);
+        let is_sphere = self.classifier.is_sphere(&features);
+        let behind = if is_sphere { boundary.part(Surroundings::Behind) } else { 0.0 };
+        decision.score = decision.free_fit.map_or(0.0, |free| {
+            let penalty = self.classifier.depth_penalty(&free, &features, behind);
+            cut * probability(log_odds - penalty)
+        });
+    }
+
+    /// Scores a candidate without depth; a ball of its size is at depth `z`.
+    fn without_depth(
+        &self,
+        Candidate { circle, outline }: &Candidate,
+        boundary: &Boundary,
+        z: f64,
+        least: f64,
+        decision: &mut Decision,
+    ) {
+        let features = ColourFeatures::new(self.view, &circle.disc, outline, boundary, z);
+        decision.features = Some(Features::Colour(features));
+        let log_odds = self.classifier.colour_log_odds(&features);
+        if probability(log_odds) < least {
+            return;
+        }
+        let edges = circle.edge_count() / RAYS as f64;
+        decision.free_fit = FreeFitResidual::new(self.view, circle, circle.disc.radius, boundary);
+        decision.score = decision.free_fit.map_or(0.0, |free| {
+            probability(log_odds - self.classifier.colour_penalty(&free, edges))
+        });
+    }
+}
+
+/// Returns 0 up to `low`, 1 from `high`, and a straight line between.
+fn ramp(x: f64, low: f64, high: f64) -> f64 {
+    ((x - low) / (high - low)).clamp(0.0, 1.0)
+}

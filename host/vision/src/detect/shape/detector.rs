@@ -1,0 +1,113 @@
+//! The detector `ball`.
+
+use super::ball_colour::BallColour;
+use super::downsampled::{LikenessMap, Window};
+use super::parameters::ShapeParameters;
+use super::search::search;
+use super::trace::{CandidateTrace, DetectionTrace, SearchTrace};
+use super::view::{Disc, FrameView};
+use crate::camera::Camera;
+use crate::detect::detector::{BallDetector, DetectError};
+use crate::frame::RgbdFrame;
+use crate::observation::{BallObservation, Circle};
+
+/// Windows start and end at a multiple of so many pixels: at whole downsampled pixels.
+const WINDOW_STEP: usize = 8;
+
+/// Finds a ball of known size and hue to a fraction of a pixel, at any distance from 0.25 to 2.5 m.
+///
+/// It finds no ball where nothing of the ball's colour is round and of the right size. The score is
+/// 0 to 1; 0.52 and more is a ball. A ball without depth scores 0.9 at most.
+#[derive(Debug, Clone)]
+pub struct ShapeDetector {
+    camera: Camera,
+    colour: BallColour,
+    parameters: ShapeParameters,
+    /// The ball in the previous frame.
+    previous: Option<Disc>,
+}
+
+impl ShapeDetector {
+    /// Makes a detector for the ball that `camera` looks for.
+    pub fn new(camera: &Camera) -> Self {
+        Self::with_parameters(camera, ShapeParameters::DEFAULT)
+    }
+
+    /// Makes a detector with other parameters than the default ones.
+    pub fn with_parameters(camera: &Camera, parameters: ShapeParameters) -> Self {
+        let colour = BallColour::new(camera.ball_hue);
+        Self { camera: camera.clone(), colour, parameters, previous: None }
+    }
+
+    /// Searches a window of a frame.
+    fn search(&self, frame: &RgbdFrame, window: Window) -> Result<SearchTrace, DetectError> {
+        let likeness = LikenessMap::new(frame.colour(), window, self.colour)
+            .map_err(DetectError::processing)?;
+        let ball_radius = self.camera.ball_diameter / 2.0;
+        let view = FrameView::new(frame, self.colour, ball_radius, &self.parameters);
+        Ok(search(&view, window, likeness))
+    }
+
+    /// Searches near the previous ball, and the whole image if the ball is not surely there.
+    fn search_all(&self, frame: &RgbdFrame) -> Result<DetectionTrace, DetectError> {
+        let (width, height) = (frame.colour().width(), frame.colour().height());
+        let mut searches = Vec::with_capacity(2);
+        if let Some(previous) = &self.previous {
+            let near = self.search(frame, self.window(previous, width, height))?;
+            let score = near.best().map(CandidateTrace::score);
+            searches.push(near);
+            if score.is_some_and(|score| score >= self.parameters.search.min_score_tracked) {
+                return Ok(DetectionTrace { searches });
+            }
+        }
+        searches.push(self.search(frame, Window { left: 0, top: 0, width, height })?);
+        Ok(DetectionTrace { searches })
+    }
+
+    /// Returns the window around the previous ball, in whole downsampled pixels.
+    fn window(&self, previous: &Disc, width: usize, height: usize) -> Window {
+        let reach = self.parameters.search.window.at(previous.radius);
+        let step = WINDOW_STEP as f64;
+        let low = |x: f64, size: usize| {
+            (((x - reach).max(0.0) / step) as usize * WINDOW_STEP).min(size - 1)
+        };
+        let high = |x: f64, size: usize| {
+            (((x + reach).max(0.0) / step) as usize * WINDOW_STEP + WINDOW_STEP).min(size)
+        };
+        let (left, top) = (low(previous.u, width), low(previous.v, height));
+        let (right, bottom) = (high(previous.u, width), high(previous.v, height));
+        let (width, height) = (right.saturating_sub(left), bottom.saturating_sub(top));
+        Window { left, top, width: width.max(1), height: height.max(1) }
+    }
+}
+
+impl BallDetector for ShapeDetector {
+    fn name(&self) -> &'static str {
+        "ball"
+    }
+
+    fn detect(&mut self, frame: &RgbdFrame) -> Result<Option<BallObservation>, DetectError> {
+        self.detect_traced(frame).map(|(observation, _)| observation)
+    }
+
+    fn detect_traced(
+        &mut self,
+        frame: &RgbdFrame,
+    ) -> Result<(Option<BallObservation>, DetectionTrace), DetectError> {
+        let trace = self.search_all(frame)?;
+        let best = trace.searches.last().and_then(SearchTrace::best);
+        let found = best.filter(|best| best.score() >= self.parameters.search.min_score);
+        self.previous = found.map(|found| found.circle.disc);
+        let observation = found.map(|found| {
+            let Disc { u, v, radius } = found.circle.disc;
+            let covariance = found.circle.centre_covariance(&self.parameters.edges);
+            let circle = Circle { u, v, radius, covariance };
+            BallObservation::new(circle, found.score(), frame, &self.camera)
+        });
+        Ok((observation, trace))
+    }
+
+    fn reset(&mut self) {
+        self.previous = None;
+    }
+}

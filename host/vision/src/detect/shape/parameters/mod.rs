@@ -1,0 +1,112 @@
+//! Parameters of the detector `ball`, stage by stage.
+//!
+//! Lengths are in pixels of the full image, in metres, or in units of the ball's radius (in the
+//! image or in space), as each field says. Where no source is given, the value was chosen on
+//! `plumb bench vision` (suites `scenes` and `hard`).
+
+mod decide;
+mod propose;
+mod refine;
+mod weights;
+
+pub use decide::{BoundaryParameters, CurvatureParameters, DecideParameters, FreeFitParameters};
+pub use propose::{BlobParameters, ClusterParameters, SeedParameters, SphereFitParameters};
+pub use refine::{EdgeBand, EdgeParameters, ProfileParameters, RefineParameters, Tolerance};
+pub use weights::{ColourWeights, DepthWeights, FreeFitWeights, Hinge, Weights};
+
+/// Parameters of the detector `ball`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ShapeParameters {
+    /// Search over the candidates of a frame.
+    pub search: SearchParameters,
+    /// Propose: blobs of the ball's colour.
+    pub blobs: BlobParameters,
+    /// Propose: seeds from blobs.
+    pub seeds: SeedParameters,
+    /// Propose: clusters of coloured pixels with depth.
+    pub clusters: ClusterParameters,
+    /// Propose: fit of a sphere to depth.
+    pub sphere: SphereFitParameters,
+    /// Refine: radial profile of colour.
+    pub profile: ProfileParameters,
+    /// Refine: sub-pixel edges.
+    pub edges: EdgeParameters,
+    /// Refine: when a fit is repeated or rejected.
+    pub refine: RefineParameters,
+    /// Decide: what surrounds the disc.
+    pub boundary: BoundaryParameters,
+    /// Decide: curvature of the surface.
+    pub curvature: CurvatureParameters,
+    /// Decide: thresholds and features.
+    pub decide: DecideParameters,
+    /// Decide: fit to the edges alone.
+    pub free_fit: FreeFitParameters,
+    /// Decide: weights of the classifier.
+    pub weights: Weights,
+}
+
+impl ShapeParameters {
+    /// The default parameters.
+    pub const DEFAULT: Self = Self {
+        search: SearchParameters::DEFAULT,
+        blobs: BlobParameters::DEFAULT,
+        seeds: SeedParameters::DEFAULT,
+        clusters: ClusterParameters::DEFAULT,
+        sphere: SphereFitParameters::DEFAULT,
+        profile: ProfileParameters::DEFAULT,
+        edges: EdgeParameters::DEFAULT,
+        refine: RefineParameters::DEFAULT,
+        boundary: BoundaryParameters::DEFAULT,
+        curvature: CurvatureParameters::DEFAULT,
+        decide: DecideParameters::DEFAULT,
+        free_fit: FreeFitParameters::DEFAULT,
+        weights: Weights::DEFAULT,
+    };
+}
+
+impl Default for ShapeParameters {
+    fn default() -> Self {
+        Self::DEFAULT
+    }
+}
+
+/// Parameters of the search over a frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SearchParameters {
+    /// Least distance of the ball, metres along the optical axis.
+    pub min_distance: f64,
+    /// Largest distance of the ball, metres along the optical axis.
+    pub max_distance: f64,
+    /// Part by which a refined radius may lie outside the radii of those distances.
+    pub radius_margin: f64,
+    /// Least score of a ball, 0 to 1.
+    pub min_score: f64,
+    /// Least score in the window around the previous ball; below it the whole image is searched.
+    pub min_score_tracked: f64,
+    /// Score that ends the search, because no other candidate can be much better.
+    pub certain_score: f64,
+    /// Half size of the window around the previous ball: in its radius, and pixels more.
+    pub window: Tolerance,
+    /// Largest number of depth seeds that are refined.
+    pub max_depth_seeds: usize,
+    /// Candidates whose centres are nearer than this are one, in the smaller radius.
+    pub same_centre: f64,
+    /// Candidates whose radii differ by less than this are one, in the smaller radius.
+    pub same_radius: f64,
+}
+
+impl SearchParameters {
+    /// The default parameters.
+    pub const DEFAULT: Self = Self {
+        min_distance: 0.25,
+        max_distance: 2.5,
+        radius_margin: 0.07,
+        min_score: 0.52,
+        min_score_tracked: 0.75,
+        certain_score: 0.95,
+        window: Tolerance { relative: 3.0, pixels: 16.0 },
+        max_depth_seeds: 4,
+        same_centre: 0.12,
+        same_radius: 0.1,
+    };
+}

@@ -1,0 +1,158 @@
+//! Parameters of the stage "refine".
+
+/// A length that grows with the disc: a part of its radius and some pixels.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Tolerance {
+    /// In the disc's radius.
+    pub relative: f64,
+    /// Pixels more.
+    pub pixels: f64,
+}
+
+impl Tolerance {
+    /// Returns the length for a disc of `radius` pixels.
+    pub fn at(&self, radius: f64) -> f64 {
+        self.relative * radius + self.pixels
+    }
+}
+
+/// Parameters of the radial profile of likeness around a disc.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ProfileParameters {
+    /// Width of the Gaussian that weights edges by their distance from the disc in each step, in
+    /// the disc's radius.
+    pub widths: [f64; 3],
+    /// Cut-off of Tukey's biweight, in that width.
+    pub cutoff: f64,
+    /// Weight of a radius known from depth, in clear edges.
+    pub radius_prior: f64,
+    /// Weight of the previous disc against few edges, in clear edges.
+    pub damping: f64,
+    /// Least part of the rays with an edge after a step.
+    pub min_support: f64,
+    /// The same if the radius is not known from depth.
+    pub min_support_free: f64,
+    /// Least drop of likeness at an edge, in the contrast of a clear edge.
+    pub clear_drop: f32,
+    /// Least likeness beyond the disc for the ball's colour to continue, in the contrast.
+    pub continued_likeness: f32,
+}
+
+impl ProfileParameters {
+    /// The default parameters.
+    pub const DEFAULT: Self = Self {
+        widths: [0.3, 0.2, 0.12],
+        cutoff: 2.0,
+        radius_prior: 12.0,
+        damping: 1.0,
+        min_support: 0.3,
+        min_support_free: 0.5,
+        clear_drop: 0.4,
+        continued_likeness: 0.5,
+    };
+}
+
+/// The band around a disc in which its edges are looked for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct EdgeBand {
+    /// Half width, in the disc's radius.
+    pub relative: f64,
+    /// Least half width, pixels.
+    pub min_pixels: f64,
+}
+
+/// Parameters of the sub-pixel edges and of the circle through them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct EdgeParameters {
+    /// Band of each pass.
+    pub bands: [EdgeBand; 4],
+    /// Largest half width of the band if the start is locked, in the disc's radius.
+    pub locked_band: f64,
+    /// Half width of the band once the blur is known: in its standard deviation. Nearer to the
+    /// edge both colours are mixed; farther away they are other colours.
+    pub blur_band: f64,
+    /// Pixels more.
+    pub blur_band_pixels: f64,
+    /// Correction of an edge that is wider than the opposite one, in the difference of their blurs.
+    pub glare_gain: f64,
+    /// Largest difference of blurs that is corrected, pixels.
+    pub max_glare: f64,
+    /// Cut-off of Tukey's biweight, in the band's half width.
+    pub cutoff: f64,
+    /// Standard deviation of a radius known from depth.
+    pub radius_error: Tolerance,
+    /// Least standard deviation of one edge, pixels.
+    pub edge_error: f64,
+    /// Weight of the previous disc, in clear edges, in directions without edges.
+    pub damping: f64,
+    /// Standard deviation of the error that all edges share, pixels: reflections along the limb.
+    pub systematic_error: f64,
+    /// Standard deviation of the blur of a sharp image, pixels.
+    pub sharp_blur: f64,
+    /// Error that all edges share, in the blur beyond that of a sharp image.
+    pub blur_error: f64,
+    /// Further error of the centre, in the product of that blur and the rms residual (both pixels):
+    /// over a background of many colours, the edges of a moving ball err together on one side.
+    pub motion_error: f64,
+    /// Difference of colours that has half the full weight, grey levels.
+    pub faint_contrast: f32,
+    /// Distance from the disc within which an edge belongs to the disc.
+    pub touching: Tolerance,
+    /// Weight from which on an edge is clear.
+    pub clear_weight: f64,
+    /// Least sum of the weights of a fit, rays.
+    pub min_weight: f64,
+}
+
+impl EdgeParameters {
+    /// The default parameters.
+    pub const DEFAULT: Self = Self {
+        bands: [
+            EdgeBand { relative: 0.5, min_pixels: 4.0 },
+            EdgeBand { relative: 0.4, min_pixels: 3.5 },
+            EdgeBand { relative: 0.35, min_pixels: 1.8 },
+            EdgeBand { relative: 0.35, min_pixels: 1.2 },
+        ],
+        locked_band: 0.25,
+        blur_band: 1.3,
+        blur_band_pixels: 0.35,
+        glare_gain: 1.3,
+        max_glare: 0.6,
+        cutoff: 0.8,
+        radius_error: Tolerance { relative: 0.005, pixels: 0.1 },
+        edge_error: 0.4,
+        damping: 0.05,
+        systematic_error: 0.09,
+        sharp_blur: 0.5,
+        blur_error: 0.45,
+        motion_error: 3.5,
+        faint_contrast: 12.0,
+        touching: Tolerance { relative: 0.05, pixels: 0.3 },
+        clear_weight: 0.3,
+        min_weight: 4.0,
+    };
+}
+
+/// Parameters that say when a refinement is repeated or rejected.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RefineParameters {
+    /// Largest move of a locked disc.
+    pub locked_move: Tolerance,
+    /// Move after which the disc is refined again, in its radius.
+    pub repeat_move: f64,
+    /// Difference from the radius that depth gives after which the disc is refined again, in the
+    /// radius.
+    pub repeat_resize: f64,
+    /// Standard deviation of a disc with too few edges to refine, in its radius.
+    pub unrefined_error: f64,
+}
+
+impl RefineParameters {
+    /// The default parameters.
+    pub const DEFAULT: Self = Self {
+        locked_move: Tolerance { relative: 0.12, pixels: 4.0 },
+        repeat_move: 0.1,
+        repeat_resize: 0.025,
+        unrefined_error: 0.15,
+    };
+}

@@ -1,0 +1,157 @@
+//! Rays from a disc's centre, along which its outline is looked for.
+//!
+//! A sphere is seen as a cone, so its image is a circle only on the optical axis and an ellipse
+//! elsewhere. The rays are laid out in a plane across the direction to the ball: there the outline
+//! is a circle wherever the ball is.
+
+use std::f64::consts::TAU;
+use std::sync::LazyLock;
+
+use nalgebra::Vector3;
+
+use super::view::{ColourView, Disc};
+use crate::image::Bgr;
+
+/// Number of rays.
+pub const RAYS: usize = 40;
+
+/// Direction of a ray: cosine and sine of its angle.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Direction {
+    pub(super) cos: f64,
+    pub(super) sin: f64,
+}
+
+/// The directions of all rays.
+static DIRECTIONS: LazyLock<[Direction; RAYS]> = LazyLock::new(|| {
+    std::array::from_fn(|ray| {
+        let (sin, cos) = (TAU * ray as f64 / RAYS as f64).sin_cos();
+        Direction { cos, sin }
+    })
+});
+
+/// Returns the directions of all rays.
+pub(super) fn directions() -> &'static [Direction; RAYS] {
+    &DIRECTIONS
+}
+
+/// The rays of a disc. Points are homogeneous pixel coordinates, so that they add up along a ray.
+pub(super) struct RadialScan<'a> {
+    image: &'a ColourView<'a>,
+    directions: &'static [Direction; RAYS],
+    /// The disc's centre.
+    centre: Vector3<f64>,
+    /// A pixel of the disc's radius to the right of it, and down.
+    right: Vector3<f64>,
+    down: Vector3<f64>,
+}
+
+/// Returns column and row of a point.
+#[inline]
+fn pixel(point: &Vector3<f64>) -> (f64, f64) {
+    let inverse = 1.0 / point.z;
+    (point.x * inverse, point.y * inverse)
+}
+
+impl<'a> RadialScan<'a> {
+    /// Lays out the rays of `disc`.
+    pub(super) fn new(image: &'a ColourView<'a>, disc: &Disc) -> Self {
+        let intrinsics = image.intrinsics();
+        let ahead = intrinsics.deproject(disc.u, disc.v, 1.0).coords.normalize();
+        let right = (Vector3::x() - ahead * ahead.x).normalize();
+        let down = ahead.cross(&right);
+        let homogeneous = |p: Vector3<f64>| {
+            let u = intrinsics.fx * p.x + intrinsics.cx * p.z;
+            Vector3::new(u, intrinsics.fy * p.y + intrinsics.cy * p.z, p.z)
+        };
+        let pixel = ahead.z / intrinsics.focal();
+        let [centre, right, down] = [ahead, right * pixel, down * pixel].map(homogeneous);
+        Self { image, directions: directions(), centre, right, down }
+    }
+
+    /// Returns a pixel of the disc's radius along a ray.
+    fn step(&self, ray: usize) -> Vector3<f64> {
+        let Direction { cos, sin } = self.directions[ray];
+        self.right * cos + self.down * sin
+    }
+
+    /// Returns column and row of the point `distance` pixels of the disc's radius from the centre;
+    /// `None` behind the camera.
+    pub(super) fn at(&self, ray: usize, distance: f64) -> Option<(f64, f64)> {
+        let point = self.centre + self.step(ray) * distance;
+        (point.z > 1e-9).then(|| pixel(&point))
+    }
+
+    /// Returns the disc of `radius` moved by the first two components of `step` across the
+    /// direction to it, and grown by the third, pixels. It grows or shrinks by 0.6 to 1.6 at most.
+    pub(super) fn moved(&self, radius: f64, step: &Vector3<f64>) -> Disc {
+        let (u, v) = pixel(&(self.centre + self.right * step.x + self.down * step.y));
+        Disc { u, v, radius: (radius + step.z).clamp(0.6 * radius, 1.6 * radius) }
+    }
+
+    /// Reads the colours (blue, green, red, 0 to 255) of the nearest pixels from `start`, every
+    /// `step` pixels of the disc's radius, until the ray leaves the image. Returns their number.
+    pub(super) fn read_nearest(
+        &self,
+        ray: usize,
+        start: f64,
+        step: f64,
+        colours: &mut [[f32; 3]],
+    ) -> usize {
+        let along = self.step(ray);
+        let (mut point, step) = (self.centre + along * start, along * step);
+        for (n, colour) in colours.iter_mut().enumerate() {
+            let (u, v) = pixel(&point);
+            let Some(seen) = self.image.at(u, v) else { return n };
+            *colour = seen;
+            point += step;
+        }
+        colours.len()
+    }
+
+    /// Reads the colours between pixels (bilinear). Returns `false`, and nothing of use is read, if
+    /// the ray leaves the image.
+    ///
+    /// OpenCV's `remap` rounds places to 1/32 pixel (`INTER_BITS` is 5), too coarse for the edges.
+    pub(super) fn read_bilinear(
+        &self,
+        ray: usize,
+        start: f64,
+        step: f64,
+        colours: &mut [[f32; 3]],
+    ) -> bool {
+        let along = self.step(ray);
+        let (mut point, step) = (self.centre + along * start, along * step);
+        let (width, height) = self.image.size();
+        let pixels = self.image.pixels();
+        let is_inside = |point: &Vector3<f64>| {
+            let (u, v) = pixel(point);
+            u >= 0.0 && v >= 0.0 && u < (width - 1) as f64 && v < (height - 1) as f64
+        };
+        // All points between two points in the image are in it.
+        if !is_inside(&point) || !is_inside(&(point + step * (colours.len() - 1) as f64)) {
+            return false;
+        }
+        for colour in colours {
+            let (u, v) = pixel(&point);
+            point += step;
+            let (column, row) = (u as u32, v as u32);
+            let parts = ((u - f64::from(column)) as f32, (v - f64::from(row)) as f32);
+            let at = (row as usize * width + column as usize).min(pixels.len() - width - 2);
+            *colour = blend(&pixels[at..at + 2], &pixels[at + width..at + width + 2], parts);
+        }
+        true
+    }
+}
+
+/// Returns the colour between two pixels and the two below them, at these parts of the way to the
+/// right and down.
+#[inline]
+fn blend(upper: &[Bgr], lower: &[Bgr], (right, down): (f32, f32)) -> [f32; 3] {
+    let line = |pixels: &[Bgr]| -> [f32; 3] {
+        let (a, b) = (pixels[0].map(f32::from), pixels[1].map(f32::from));
+        std::array::from_fn(|c| a[c] + (b[c] - a[c]) * right)
+    };
+    let (a, b) = (line(upper), line(lower));
+    std::array::from_fn(|c| a[c] + (b[c] - a[c]) * down)
+}

@@ -1,0 +1,82 @@
+//! Stage 2, refine: the circle of a seed to a fraction of a pixel.
+//!
+//! [`radial_profile`] fits a disc to the drop of likeness along rays, to a few pixels.
+//! [`sub_pixel_edge`] fits a circle to the edges on the rays that [`boundary`] trusts.
+
+mod boundary;
+mod radial_profile;
+mod sub_pixel_edge;
+
+use nalgebra::Matrix3;
+
+pub(super) use boundary::Boundary;
+pub use boundary::Surroundings;
+pub use radial_profile::RayEnd;
+pub(super) use radial_profile::{Outline, fit_profile};
+pub use sub_pixel_edge::RefinedCircle;
+pub(super) use sub_pixel_edge::fit_edges;
+
+use super::radial_scan::{RAYS, RadialScan};
+use super::view::{Disc, FrameView};
+
+/// Distances, in the radius, at which a ray must be in the image to end in it: the centre of the
+/// disc may be outside.
+const END_PLACES: [f64; 3] = [0.8, 1.0, 1.3];
+
+/// A refined circle and its radial profile.
+pub(super) struct Candidate {
+    pub(super) circle: RefinedCircle,
+    pub(super) outline: Outline,
+}
+
+/// Refines the disc at `start`. A `locked` start must not move far.
+pub(super) fn refine(view: &FrameView, start: &Disc, locked: bool) -> Candidate {
+    let parameters = &view.parameters.refine;
+    let mut circle = fit_once(view, start, locked);
+    // The boundary and the depth were read about the start: repeat if that was wrong.
+    let has_moved = circle.disc.distance(start) > parameters.repeat_move * start.radius;
+    let by_depth = view.centre_depth(&circle.disc).map(|z| view.radius_at(z));
+    let other_size = by_depth
+        .filter(|radius| (radius / circle.disc.radius - 1.0).abs() > parameters.repeat_resize);
+    if has_moved || other_size.is_some() {
+        let radius = other_size.unwrap_or(circle.disc.radius);
+        circle = fit_once(view, &Disc { radius, ..circle.disc }, locked);
+    }
+    let mut outline = Outline::new(view, circle.disc);
+    let scan = RadialScan::new(&view.colour, &circle.disc);
+    for (ray, end) in outline.ends.iter_mut().enumerate() {
+        if circle.edges[ray] {
+            *end = RayEnd::Edge;
+        } else if *end == RayEnd::OutsideImage && ends_in_image(view, &scan, ray, &circle.disc) {
+            *end = RayEnd::NoEdge;
+        }
+    }
+    Candidate { circle, outline }
+}
+
+/// Fits the disc at `start` to its edges, of the size that depth gives. Edges of objects that cover
+/// the disc or are attached to it are left out as far as depth shows them. Returns `start` if there
+/// are too few edges.
+fn fit_once(view: &FrameView, start: &Disc, locked: bool) -> RefinedCircle {
+    let parameters = &view.parameters.refine;
+    let depth = view.centre_depth(start);
+    let radius = depth.map(|z| view.radius_at(z));
+    let boundary = depth.map(|z| Boundary::new(view, &Outline::new(view, *start), z));
+    let trusted = boundary.map_or([true; RAYS], |boundary| boundary.trusted());
+    let is_near = |circle: &RefinedCircle| {
+        !locked || circle.disc.distance(start) < parameters.locked_move.at(start.radius)
+    };
+    let fitted = fit_edges(view, start, radius, &trusted, locked).filter(is_near);
+    fitted.unwrap_or_else(|| {
+        let error = parameters.unrefined_error * start.radius;
+        RefinedCircle::unrefined(*start, Matrix3::identity() * error.powi(2))
+    })
+}
+
+/// Checks whether a ray enters the image before it ends, and ends in it.
+fn ends_in_image(view: &FrameView, scan: &RadialScan, ray: usize, disc: &Disc) -> bool {
+    END_PLACES.iter().all(|&place| {
+        let pixel = scan.at(ray, place * disc.radius);
+        pixel.is_some_and(|(u, v)| view.colour.at(u, v).is_some())
+    })
+}

@@ -1,0 +1,128 @@
+//! A frame as the stages read it.
+
+use nalgebra::Point3;
+
+use super::ball_colour::BallColour;
+use super::parameters::ShapeParameters;
+use crate::camera::Intrinsics;
+use crate::depth_view::DepthView;
+use crate::frame::RgbdFrame;
+use crate::image::{Bgr, ColourImage};
+
+/// A ball's disc in the image.
+///
+/// Off the optical axis a ball is seen as an ellipse. The radius is that of the disc of a ball at
+/// the same depth on the optical axis, f R / z.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Disc {
+    /// Column of the centre, pixels.
+    pub u: f64,
+    /// Row of the centre, pixels.
+    pub v: f64,
+    /// Radius, pixels.
+    pub radius: f64,
+}
+
+impl Disc {
+    /// Returns the distance between the centres, pixels.
+    pub(super) fn distance(&self, other: &Self) -> f64 {
+        (self.u - other.u).hypot(self.v - other.v)
+    }
+}
+
+/// A frame, the ball that is looked for in it, and the parameters of the search.
+pub(super) struct FrameView<'a> {
+    pub(super) colour: ColourView<'a>,
+    pub(super) depth: DepthView<'a>,
+    /// Radius of the ball, metres.
+    pub(super) ball_radius: f64,
+    pub(super) parameters: &'a ShapeParameters,
+}
+
+impl<'a> FrameView<'a> {
+    /// Borrows `frame`, in which a ball of `ball_radius` metres and of colour `ball` is looked for.
+    pub(super) fn new(
+        frame: &'a RgbdFrame,
+        ball: BallColour,
+        ball_radius: f64,
+        parameters: &'a ShapeParameters,
+    ) -> Self {
+        let colour = ColourView::new(frame.colour(), frame.intrinsics(), ball);
+        Self { colour, depth: DepthView::new(frame), ball_radius, parameters }
+    }
+
+    /// Returns the intrinsics of the frame.
+    pub(super) fn intrinsics(&self) -> &Intrinsics {
+        self.colour.intrinsics
+    }
+
+    /// Returns the radius (pixels, on the optical axis) of the ball at depth `z`, metres.
+    pub(super) fn radius_at(&self, z: f64) -> f64 {
+        self.intrinsics().radius_at(self.ball_radius, z)
+    }
+
+    /// Returns the depth, metres, at which the ball is as large as `disc`.
+    pub(super) fn depth_of(&self, disc: &Disc) -> f64 {
+        self.intrinsics().depth_of(self.ball_radius, disc.radius)
+    }
+
+    /// Returns the disc of a ball at `centre` (camera axes, metres); `None` behind the camera.
+    pub(super) fn disc_of(&self, centre: &Point3<f64>) -> Option<Disc> {
+        let (u, v) = self.intrinsics().project(centre)?;
+        Some(Disc { u, v, radius: self.radius_at(centre.z) })
+    }
+}
+
+/// The colour image of a frame.
+pub(super) struct ColourView<'a> {
+    pixels: &'a [Bgr],
+    width: usize,
+    height: usize,
+    intrinsics: &'a Intrinsics,
+    ball: BallColour,
+}
+
+impl<'a> ColourView<'a> {
+    fn new(colour: &'a ColourImage, intrinsics: &'a Intrinsics, ball: BallColour) -> Self {
+        let (width, height) = (colour.width(), colour.height());
+        Self { pixels: colour.pixels(), width, height, intrinsics, ball }
+    }
+
+    /// Returns the intrinsics of the image.
+    pub(super) fn intrinsics(&self) -> &Intrinsics {
+        self.intrinsics
+    }
+
+    /// Returns the colour that is looked for.
+    pub(super) fn ball(&self) -> BallColour {
+        self.ball
+    }
+
+    /// Returns columns and rows.
+    pub(super) fn size(&self) -> (usize, usize) {
+        (self.width, self.height)
+    }
+
+    /// Returns all pixels, row by row.
+    pub(super) fn pixels(&self) -> &[Bgr] {
+        self.pixels
+    }
+
+    /// Returns the colour (blue, green, red, 0 to 255) of the pixel nearest to (`u`, `v`); `None`
+    /// outside the image.
+    #[inline]
+    pub(super) fn at(&self, u: f64, v: f64) -> Option<[f32; 3]> {
+        let (x, y) = (u + 0.5, v + 0.5);
+        let inside = x >= 0.0 && y >= 0.0 && x < self.width as f64 && y < self.height as f64;
+        inside
+            .then(|| self.pixels[y as u32 as usize * self.width + x as u32 as usize])
+            .map(|pixel| pixel.map(f32::from))
+    }
+
+    /// Returns the likeness of the pixel nearest to (`u`, `v`) to the ball's colour, 0 to 1; 0
+    /// outside the image.
+    #[inline]
+    pub(super) fn likeness(&self, u: f64, v: f64) -> f32 {
+        self.at(u, v).map_or(0.0, |colour| self.ball.likeness(colour))
+    }
+}
