@@ -1,47 +1,47 @@
-//! What the camera is to do, in a file between a test and the driver.
+//! Control of the camera by a test, through a file.
 
 use std::fs::{File, OpenOptions};
 use std::io;
 use std::os::unix::fs::FileExt;
 use std::path::{Path, PathBuf};
 
-/// Numbers in a record, without the two that frame it.
+/// Numbers in a record, without the first and last, which detect an incomplete write.
 const NUMBERS: usize = 15;
 const BYTES: usize = 8 * (NUMBERS + 2);
 
-/// What the camera is to do.
+/// Scene and faults of the camera.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Control {
-    /// The ball's centre in camera axes (x right, y down, z forward), metres; `None` for no ball.
+    /// Centre of the ball in camera axes (x right, y down, z forward), m; `None` for no ball.
     pub ball: Option<[f64; 3]>,
-    /// The ball's diameter, metres.
+    /// Diameter of the ball, m.
     pub diameter: f64,
-    /// Pictures a second.
+    /// Frame rate, 1/s.
     pub rate: f64,
-    /// Whether it is plugged in; pulling the plug is told to the library.
+    /// Whether the camera is plugged in. The library is informed of a change.
     pub plugged: bool,
-    /// Gives no pictures, and does not say why.
+    /// Whether there are no frames, without an error.
     pub silent: bool,
-    /// Gives no depth pictures.
+    /// Whether there are no depth frames.
     pub blind: bool,
-    /// Depth pictures are stamped so much later than colour, seconds.
+    /// Offset of the depth timestamps after the colour timestamps, s.
     pub depth_late: f64,
-    /// Colour pictures have so many rows less than were set.
+    /// Number of rows missing in colour frames.
     pub rows_missing: u16,
-    /// Registration is not among what it can do.
+    /// Whether registration is unsupported.
     pub no_registration: bool,
-    /// Accepts a mode and keeps another.
+    /// Whether a new mode is accepted without effect.
     pub keeps_mode: bool,
-    /// Stays mirrored.
+    /// Whether mirroring cannot be switched off.
     pub keeps_mirroring: bool,
-    /// Cannot take colour and depth at one moment.
+    /// Whether frame synchronisation is unsupported.
     pub no_sync: bool,
-    /// Opening takes so long, seconds.
+    /// Duration of opening, s.
     pub slow: f64,
 }
 
 impl Default for Control {
-    /// A well-behaved camera at 30 Hz, a ball of 80 mm at 1.2 m before its middle.
+    /// Returns a camera without faults at 30 Hz, and a ball of 80 mm at 1.2 m on its axis.
     fn default() -> Self {
         Self {
             ball: Some([0.0, 0.0, 1.2]),
@@ -106,7 +106,7 @@ impl Control {
     }
 }
 
-/// The file with a [`Control`]: written by one, read by others while it is.
+/// File with a [`Control`]. The driver may read it during a write.
 #[derive(Debug)]
 pub struct ControlFile {
     path: PathBuf,
@@ -115,10 +115,10 @@ pub struct ControlFile {
 }
 
 impl ControlFile {
-    /// Makes the file, with `control` in it.
+    /// Creates the file with `control`.
     ///
     /// # Errors
-    /// Where it cannot be written.
+    /// [`io::Error`] if it cannot be written.
     pub fn create(path: &Path, control: &Control) -> io::Result<Self> {
         let file =
             OpenOptions::new().read(true).write(true).create(true).truncate(true).open(path)?;
@@ -127,20 +127,20 @@ impl ControlFile {
         Ok(this)
     }
 
-    /// Where it is.
+    /// Returns the path of the file.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// The URI of the camera that does what this file says.
+    /// Returns the URI of the camera with this file.
     pub fn uri(&self) -> String {
         format!("{}{}", crate::SCHEME, self.path.display())
     }
 
-    /// Has the camera do as `control` says from its next picture on.
+    /// Sets `control` from the next frame on.
     ///
     /// # Errors
-    /// Where it cannot be written.
+    /// [`io::Error`] if the file cannot be written.
     pub fn write(&mut self, control: &Control) -> io::Result<()> {
         self.written += 1;
         let mut bytes = Vec::with_capacity(BYTES);
@@ -151,7 +151,7 @@ impl ControlFile {
     }
 }
 
-/// What the file says now; `None` where it cannot be read or is just being written.
+/// Reads the file; `None` if it cannot be read or is incomplete.
 pub(crate) fn read(file: &File) -> Option<Control> {
     let mut bytes = [0; BYTES];
     file.read_exact_at(&mut bytes, 0).ok()?;

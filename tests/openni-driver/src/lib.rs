@@ -1,12 +1,12 @@
-//! A camera that is not there, as a driver for OpenNI2, so that tests go through the real library.
+//! A simulated camera as a driver for OpenNI2, for tests with the real library.
 //!
-//! It renders a ball before a wall and does as a [`Control`] says, which tests write to a file that
-//! the driver reads before every picture: where the ball is, whether it is plugged in, what it does
-//! wrongly. Like a PrimeSense camera it begins at 320x240, mirrored, with depth as the depth sensor
-//! sees it: who does not set it up sees the difference.
+//! It renders a ball in front of a wall. Tests write a [`Control`] to a file, which the driver
+//! reads before every frame: the position of the ball, whether the camera is plugged in, and its
+//! faults. Like a PrimeSense camera it starts at 320x240, mirrored, with unregistered depth, so
+//! that a missing setup has an effect.
 //!
-//! Its URI is `plumb-test:PATH` with the path of the control file. Where [`CONTROL_VARIABLE`] holds
-//! such a path, that camera is plugged in from the beginning.
+//! Its URI is `plumb-test:PATH` with the path of the control file. If [`CONTROL_VARIABLE`] has such
+//! a path, that camera is plugged in from the start.
 
 pub mod control;
 mod device;
@@ -18,9 +18,8 @@ pub use control::{Control, ControlFile};
 pub use render::{FOCAL_LENGTH, INTRINSICS_CENTRE};
 pub use stage::stage;
 
-/// What the URIs of these cameras begin with.
+/// Scheme of the cameras' URIs.
 pub const SCHEME: &str = "plumb-test:";
 
-/// The environment variable with the control file of a camera that is plugged in from the
-/// beginning.
+/// Environment variable with the control file of a camera that is plugged in from the start.
 pub const CONTROL_VARIABLE: &str = "PLUMB_TEST_CAMERA";

@@ -1,15 +1,14 @@
-//! The pictures: a red ball before a wall.
+//! Rendering: a red ball in front of a wall.
 
 use crate::control::Control;
 
 /// Focal length at 640 columns, pixels; both axes.
 pub const FOCAL_LENGTH: f64 = 525.0;
 
-/// The optical axis goes through the middle of the picture: this part of its width and height, less
-/// half a pixel.
+/// Principal point, as a part of width and height; half a pixel is subtracted.
 pub const INTRINSICS_CENTRE: f64 = 0.5;
 
-/// Distance of the wall, metres.
+/// Distance of the wall, m.
 const WALL: f64 = 2.2;
 /// Points a pixel is looked at, along each side.
 const FINE: usize = 4;

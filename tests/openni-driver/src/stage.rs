@@ -1,14 +1,14 @@
-//! A folder with the real library and this driver in it.
+//! A folder with the real library and this driver.
 //!
-//! The library takes drivers only from a folder beside itself, so it is copied.
+//! The library loads drivers only from a folder next to itself, so that it must be copied.
 
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// The library's file name.
+/// File name of the library.
 const LIBRARY: &str = "libOpenNI2.so.0";
 
-/// Where the system keeps the library; `None` where it is not installed.
+/// Returns the path of the installed library, if there is one.
 pub fn installed() -> Option<PathBuf> {
     let multiarch =
         std::fs::read_dir("/usr/lib").into_iter().flatten().flatten().map(|entry| entry.path());
@@ -21,11 +21,11 @@ pub fn installed() -> Option<PathBuf> {
 }
 
 /// Copies the installed library, its driver for recordings and, with `driver`, this one into
-/// `folder`; the path of the library to load. To be called from a test: the driver is beside it.
+/// `folder`. Returns the path of the library to load. For tests only: cargo puts the driver next to
+/// them.
 ///
 /// # Errors
-/// [`io::ErrorKind::NotFound`] where the library is not installed; where something cannot be
-/// copied.
+/// [`io::ErrorKind::NotFound`] if the library is not installed; errors of copying.
 pub fn stage(folder: &Path, driver: bool) -> io::Result<PathBuf> {
     let missing = |what: String| io::Error::new(io::ErrorKind::NotFound, what);
     let library =
@@ -36,7 +36,7 @@ pub fn stage(folder: &Path, driver: bool) -> io::Result<PathBuf> {
     let files = library.with_file_name("OpenNI2/Drivers/libOniFile.so.0");
     std::fs::copy(files, drivers.join("libOniFile.so.0"))?;
     if driver {
-        // Cargo puts it beside the program that it was built for.
+        // Cargo puts it next to the test program.
         let own = std::env::current_exe()?.with_file_name("libplumb_openni_driver.so");
         std::fs::copy(&own, drivers.join("libPlumbTest.so.0"))
             .map_err(|error| missing(format!("{}: {error}", own.display())))?;
