@@ -12,7 +12,7 @@ use plumb_openni::sys::*;
 use crate::control::{self, Control};
 use crate::render::{self, View};
 
-/// The library's part of a stream (`OniStreamServices`).
+/// Services of the library for a stream (`OniStreamServices`).
 #[repr(C)]
 pub(crate) struct StreamServices {
     cookie: *mut c_void,
@@ -22,11 +22,11 @@ pub(crate) struct StreamServices {
     release: unsafe extern "C" fn(*mut c_void, *mut OniFrame),
 }
 
-/// Hears of a stream's new picture.
+/// Callback for a new frame of a stream.
 pub(crate) type FrameCallback =
     unsafe extern "C" fn(stream: *mut c_void, frame: *mut OniFrame, cookie: *mut c_void);
 
-/// What the library said of itself to the driver.
+/// Callbacks of the library.
 #[derive(Clone, Copy)]
 pub(crate) struct Library {
     pub(crate) connected: DeviceCallback,
@@ -34,10 +34,10 @@ pub(crate) struct Library {
     pub(crate) cookie: *mut c_void,
 }
 
-// SAFETY: the pointers are the library's, which is called from any of a driver's threads.
+// SAFETY: the pointers are the library's, which accepts calls from any thread of a driver.
 unsafe impl Send for Library {}
 
-/// The modes of both sensors.
+/// Modes of both sensors.
 const MODES: [(c_int, c_int); 2] = [(320, 240), (640, 480)];
 
 fn mode(sensor: c_int, (resolution_x, resolution_y): (c_int, c_int)) -> OniVideoMode {
@@ -45,7 +45,7 @@ fn mode(sensor: c_int, (resolution_x, resolution_y): (c_int, c_int)) -> OniVideo
     OniVideoMode { pixel_format, resolution_x, resolution_y, fps: 30 }
 }
 
-/// A stream. Its address is what the library knows it by.
+/// A stream. Its address is the library's handle.
 pub(crate) struct Stream {
     sensor: c_int,
     services: *const StreamServices,
@@ -57,15 +57,14 @@ pub(crate) struct Stream {
     device: Arc<Shared>,
 }
 
-/// The streams of a camera; each lives until the library has it destroyed, which waits for this
-/// lock.
+/// Streams of a camera. Each lives until the library destroys it, which waits for this lock.
 #[derive(Default)]
 struct Streams(Vec<*mut Stream>);
 
-// SAFETY: they are only looked at under the mutex that this is kept in.
+// SAFETY: every access is under the mutex that contains this.
 unsafe impl Send for Streams {}
 
-/// What the camera's thread shares with the library's.
+/// State that the camera's thread shares with the library's.
 struct Shared {
     streams: Mutex<Streams>,
     registration: AtomicI32,
@@ -78,11 +77,11 @@ pub(crate) struct Device {
     shared: Arc<Shared>,
     thread: Option<JoinHandle<()>>,
     infos: [OniSensorInfo; 2],
-    /// Both sensors' modes, which `infos` points to.
+    /// Modes of both sensors; `infos` points to them.
     _modes: Box<[[OniVideoMode; 2]; 2]>,
 }
 
-/// The description of the camera with `uri`.
+/// Returns the description of the camera with `uri`.
 pub(crate) fn describe(uri: &str) -> OniDeviceInfo {
     let field = |text: &str| {
         let mut field = [0 as c_char; MAX_STR];
@@ -105,7 +104,7 @@ fn lock(streams: &Mutex<Streams>) -> MutexGuard<'_, Streams> {
 }
 
 impl Device {
-    /// The camera of `uri`, which does as the file at `path` says.
+    /// Opens the camera of `uri`, with the control file at `path`.
     pub(crate) fn open(uri: &str, path: &str, library: Option<Library>) -> Option<Self> {
         let file = File::open(path).ok()?;
         let control = control::read(&file)?;
@@ -146,11 +145,10 @@ impl Device {
     }
 
     /// # Safety
-    /// `stream` is this camera's, and not used after this.
+    /// `stream` belongs to this camera and is not used after this.
     pub(crate) unsafe fn destroy_stream(&self, stream: *mut Stream) {
         lock(&self.shared.streams).0.retain(|&other| other != stream);
-        // SAFETY: it was made by `create_stream`, and is not in the list any more that the thread
-        // looks into.
+        // SAFETY: the stream is from `create_stream`, and was removed from the list of the thread.
         drop(unsafe { Box::from_raw(stream) });
     }
 
@@ -171,7 +169,7 @@ impl Drop for Device {
     fn drop(&mut self) {
         self.shared.closed.store(true, Ordering::Relaxed);
         if let Some(thread) = self.thread.take() {
-            // A thread that panicked has said so.
+            // A panic of the thread was printed.
             let _ = thread.join();
         }
     }
@@ -182,7 +180,7 @@ impl Shared {
         control::read(&self.file).unwrap_or_default()
     }
 
-    /// Takes pictures until the camera is closed.
+    /// Captures frames until the camera is closed.
     fn run(&self, uri: &str, library: Option<Library>) {
         let begin = Instant::now();
         let (mut next, mut index, mut plugged) = (begin, 0, true);
@@ -197,8 +195,8 @@ impl Shared {
                 plugged = control.plugged;
                 let (info, tell) =
                     (describe(uri), if plugged { library.connected } else { library.disconnected });
-                // SAFETY: the library gave this callback and cookie for this; the description lives
-                // through the call.
+                // SAFETY: the library supplied this callback and cookie for this purpose; the
+                // description lives until the call returns.
                 unsafe { tell(&raw const info, library.cookie) };
             }
             if plugged && !control.silent {
@@ -208,12 +206,12 @@ impl Shared {
         }
     }
 
-    /// Both pictures of one moment.
+    /// Captures a depth and a colour frame.
     fn take(&self, control: &Control, index: c_int, time: Duration) {
         let registered = self.registration.load(Ordering::Relaxed) == REGISTRATION_DEPTH_TO_COLOUR;
         for &stream in &lock(&self.streams).0 {
-            // SAFETY: streams in the list live, and the library's calls that change them come
-            // before they are started.
+            // SAFETY: streams in the list are alive, and the library changes them only before they
+            // are started.
             let stream = unsafe { &*stream };
             if stream.sensor != SENSOR_DEPTH || !control.blind {
                 stream.give(control, registered, index, time);
@@ -239,7 +237,7 @@ impl Stream {
         self.started = started;
     }
 
-    /// Whether it can; it may say so and stay as it is.
+    /// Sets mirroring and returns whether it was accepted. With a fault it has no effect.
     pub(crate) fn set_mirrored(&mut self, mirrored: bool) -> bool {
         if !self.control().keeps_mirroring {
             self.mirrored = mirrored;
@@ -259,7 +257,7 @@ impl Stream {
         self.mode
     }
 
-    /// Whether it can do `wanted`; it may say so and stay as it is.
+    /// Sets the mode and returns whether it was accepted. With a fault it has no effect.
     pub(crate) fn set_mode(&mut self, wanted: OniVideoMode) -> bool {
         let can = MODES.iter().any(|&m| mode(self.sensor, m) == wanted);
         if can && !self.control().keeps_mode {
@@ -272,12 +270,12 @@ impl Stream {
         if self.sensor == SENSOR_DEPTH { 2 } else { 3 }
     }
 
-    /// Bytes of a picture.
+    /// Returns the size of a frame, bytes.
     pub(crate) fn bytes(&self) -> c_int {
         self.mode.resolution_x * self.mode.resolution_y * self.pixel_bytes()
     }
 
-    /// Renders a picture and hands it to the library.
+    /// Renders a frame and passes it to the library.
     fn give(&self, control: &Control, registered: bool, index: c_int, time: Duration) {
         let (true, Some(callback), false) = (self.started, self.callback, self.services.is_null())
         else {
@@ -285,17 +283,17 @@ impl Stream {
         };
         // SAFETY: the library's services live as long as the stream.
         let services = unsafe { &*self.services };
-        // SAFETY: the library gives a frame with room for `bytes()`, or null.
+        // SAFETY: the library returns a frame with room for `bytes()`, or null.
         let frame = unsafe { (services.acquire)(services.cookie) };
-        // SAFETY: the frame is this function's until it is handed over.
+        // SAFETY: this function owns the frame until it is passed on.
         let Some(filled) = (unsafe { frame.as_mut() }) else { return };
         let late = if self.sensor == SENSOR_DEPTH { control.depth_late } else { 0.0 };
         filled.timestamp = time.as_micros() as u64 + (late * 1e6) as u64;
         filled.frame_index = index;
         self.fill(filled, control, registered);
-        // SAFETY: the callback and its cookie are the library's, of this stream.
+        // SAFETY: the library supplied the callback and its cookie for this stream.
         unsafe { callback(std::ptr::from_ref(self).cast_mut().cast(), frame, self.cookie) };
-        // SAFETY: the reference that `acquire` gave is given back once.
+        // SAFETY: the reference from `acquire` is released once.
         unsafe { (services.release)(services.cookie, frame) };
     }
 
@@ -311,7 +309,7 @@ impl Stream {
         let (width, height) = (width as usize, height as usize);
         let view = View { width, height, mirrored: self.mirrored, registered };
         let length = frame.data_size as usize;
-        // SAFETY: the frame has room for `bytes()`, which `length` is not above.
+        // SAFETY: the frame has room for `bytes()`, and `length` is at most that.
         let pixels = unsafe { std::slice::from_raw_parts_mut(frame.data.cast::<u8>(), length) };
         if self.sensor == SENSOR_DEPTH {
             render::depth(control, &view, pixels);

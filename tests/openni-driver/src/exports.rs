@@ -229,8 +229,9 @@ driver! {
             // The player returns no frames of a recording without cropping.
             STREAM_PROPERTY_CROPPING => {
                 let (width, height) = (mode.resolution_x, mode.resolution_y);
+                let cropping = OniCropping { width, height, ..OniCropping::default() };
                 // SAFETY: the buffer has the given size.
-                unsafe { write(data, size, OniCropping { width, height, ..OniCropping::default() }) }
+                unsafe { write(data, size, cropping) }
             }
             // SAFETY: as above.
             STREAM_PROPERTY_HORIZONTAL_FOV => unsafe { write(data, size, angle(640.0)) },

@@ -1,4 +1,4 @@
-//! `plumb-openni` before the real libOpenNI2, with the camera of this crate.
+//! Tests of `plumb-openni` with the real libOpenNI2 and the camera of this crate.
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops at the first surprise")]
 
@@ -10,7 +10,8 @@ use plumb_openni::{Camera, Deadlines, OpenNi, OpenniError, Pair, Settings, Targe
 use plumb_openni_driver::{Control, ControlFile, FOCAL_LENGTH};
 use tempfile::TempDir;
 
-/// The library with this crate's driver; `None` where it is not installed, but never with CI set.
+/// Returns the library with this crate's driver; `None` if it is not installed (an error with CI
+/// set).
 fn openni() -> Option<&'static OpenNi> {
     static OPENNI: OnceLock<Option<(TempDir, OpenNi)>> = OnceLock::new();
     let staged = OPENNI.get_or_init(|| {
@@ -27,7 +28,7 @@ fn openni() -> Option<&'static OpenNi> {
     staged.as_ref().map(|(_, openni)| openni)
 }
 
-/// A camera that is told what to do.
+/// A camera and its control file.
 struct Told {
     folder: TempDir,
     file: ControlFile,
@@ -53,7 +54,7 @@ fn quick() -> Deadlines {
     Deadlines { picture: Duration::from_millis(500), ..Deadlines::default() }
 }
 
-/// Where the red ball is seen, and its nearest depth, millimetres.
+/// Returns the pixel of the red ball, and its smallest depth, mm.
 fn seen(pair: &Pair, width: usize) -> (f64, f64, u16) {
     let red = |p: &[u8]| i32::from(p[0]) - i32::from(p[1].max(p[2])) > 40;
     let hits: Vec<usize> =
@@ -65,7 +66,7 @@ fn seen(pair: &Pair, width: usize) -> (f64, f64, u16) {
     (u, v, pair.depth[v.round() as usize * width + u.round() as usize])
 }
 
-/// The next pair, whatever was lost before it.
+/// Returns the next pair; ignores lost ones.
 fn next(camera: &mut Camera) -> Pair {
     loop {
         match camera.next_pair() {
@@ -92,7 +93,7 @@ fn a_live_camera_is_registered_unmirrored_and_of_the_size_asked_for() {
     let mut last = 0.0;
     for _ in 0..10 {
         let pair = next(&mut camera);
-        // The optical axis goes through (319.5, 239.5).
+        // The principal point is (319.5, 239.5).
         let (u, v, z) = seen(&pair, 640);
         let k = FOCAL_LENGTH / 1.2;
         assert!(
@@ -166,7 +167,7 @@ fn without_synchronisation_they_are_paired_by_time() {
     }
 }
 
-/// The first lasting error of the camera.
+/// Returns the camera's first permanent error.
 fn lasting(camera: &mut Camera) -> OpenniError {
     loop {
         match camera.next_pair() {
@@ -190,7 +191,7 @@ fn pulling_the_plug_is_noticed_and_stays_so() {
     assert_eq!(error, OpenniError::Unplugged { uri: told.file.uri() });
     assert_eq!(camera.next_pair(), Err(error));
     camera.close().unwrap();
-    // Plugged in again it is another camera.
+    // After plugging in, it is a new camera.
     told.file.write(&Control::default()).unwrap();
 }
 
@@ -226,7 +227,7 @@ fn a_stream_that_stops_and_streams_out_of_step_are_noticed() {
             assert!(error.is_passing() && error.to_string().contains(says), "{says} in {error}");
         }
     }
-    // Where the library pairs them itself, nothing comes.
+    // With pairing by the library, no frame arrives.
     let told = Told::new(&Control { blind: true, ..Control::default() });
     let mut camera = told.open(Settings { deadlines: quick(), ..Settings::default() }).unwrap();
     assert!(matches!(lasting(&mut camera), OpenniError::Silent { .. }));
@@ -245,7 +246,7 @@ fn a_picture_of_another_size_is_refused_and_the_next_one_taken() {
     next(&mut camera);
 }
 
-/// Records `count` pairs and a few more at that rate; the file.
+/// Records at least `count` pairs at that rate and returns the file.
 fn record(told: &mut Told, count: usize) -> PathBuf {
     let path = told.path("recording.oni");
     let settings = Settings { record: Some(path.clone()), ..Settings::default() };
@@ -259,7 +260,7 @@ fn record(told: &mut Told, count: usize) -> PathBuf {
     path
 }
 
-/// All pairs of a recording and how it ended.
+/// Returns all pairs of a recording, and its end.
 fn play(path: &Path) -> (Vec<Pair>, Vec<OpenniError>, Result<(), OpenniError>) {
     let settings = Settings::default();
     let mut camera =
@@ -297,7 +298,7 @@ fn what_is_recorded_is_played_whole() {
             "picture {i}: colour and depth are apart ({after:?})"
         );
     }
-    // The same again.
+    // A second time.
     assert_eq!(play(&path), (pairs, problems, end));
 }
 
@@ -323,7 +324,7 @@ fn a_damaged_recording_is_an_error_and_never_blocks() {
             "{part}: {error}"
         );
     }
-    // A byte of a depth picture, which is compressed.
+    // A byte of a compressed depth frame.
     let mut flipped = whole.clone();
     flipped[2100] ^= 0x55;
     std::fs::write(&cut, &flipped).unwrap();
