@@ -1,5 +1,4 @@
-//! A camera: how it projects (intrinsics), where it stands (pose in the rig frame) and how big the
-//! ball is.
+//! Camera model: intrinsics, pose in the rig frame, and the ball that the camera looks for.
 
 use nalgebra::{Isometry3, Point3};
 
@@ -19,31 +18,31 @@ pub struct Intrinsics {
 }
 
 impl Intrinsics {
-    /// The point at pixel (`u`, `v`) and depth `z` metres along the optical axis, in camera axes
+    /// Returns the point at pixel (`u`, `v`) and depth `z` metres along the optical axis, in camera axes
     /// (x right, y down, z forward), metres.
     pub fn deproject(&self, u: f64, v: f64, z: f64) -> Point3<f64> {
         Point3::new((u - self.cx) / self.fx * z, (v - self.cy) / self.fy * z, z)
     }
 
-    /// The pixel that a point in camera axes (metres) is seen at; `None` for a point that is not in
-    /// front.
+    /// Returns the pixel of a point in camera axes (metres); `None` for a point that is not in front
+    /// of the camera.
     pub fn project(&self, p: &Point3<f64>) -> Option<(f64, f64)> {
         (p.z > 1e-9).then(|| (self.fx * p.x / p.z + self.cx, self.fy * p.y / p.z + self.cy))
     }
 
-    /// The mean of the two focal lengths, pixels.
+    /// Returns the mean of the two focal lengths, pixels.
     pub(crate) fn focal(&self) -> f64 {
         (self.fx + self.fy) / 2.0
     }
 
-    /// The radius (pixels, on the optical axis) of a ball of radius `ball_radius` at depth `z`,
+    /// Returns the radius (pixels, on the optical axis) of a ball of radius `ball_radius` at depth `z`,
     /// metres.
     pub(crate) fn radius_at(&self, ball_radius: f64, z: f64) -> f64 {
         self.focal() * ball_radius / z
     }
 
-    /// The depth, metres, of a ball of radius `ball_radius` (metres) that is seen with `radius`
-    /// pixels.
+    /// Returns the depth, metres, of a ball of radius `ball_radius` (metres) that is seen with
+    /// `radius` pixels.
     pub(crate) fn depth_of(&self, ball_radius: f64, radius: f64) -> f64 {
         self.focal() * ball_radius / radius
     }
@@ -52,7 +51,7 @@ impl Intrinsics {
 /// Model of a camera and of the ball that it looks for.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Camera {
-    /// How it projects.
+    /// Projection.
     pub intrinsics: Intrinsics,
     /// From camera axes into the rig frame.
     pub pose: Isometry3<f64>,

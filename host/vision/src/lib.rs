@@ -1,19 +1,20 @@
-//! Finds a ball in RGB-D pictures and works out where it is.
+//! Finds a ball in RGB-D frames and localises it.
 //!
 //! ```text
 //! RgbdFrame -> BallDetector -> BallObservation { stamp, circle, score, position }
 //! ```
 //!
-//! - [`image`]: pixels in memory; [`frame`]: a colour picture with the depth registered to it.
+//! - [`image`]: pixels in memory; [`frame`]: a colour image with registered depth.
 //! - [`camera`]: the pinhole model, the pose in the rig frame and the ball's size and hue.
-//! - [`detect`]: the detectors, [`shape`](detect::shape) (the default) and [`red`](detect::red).
-//! - [`localise`]: from a circle in the image to a position in the rig frame with its covariance.
+//! - [`detect`]: the detectors [`shape`](detect::shape) (`ball`, the default) and
+//!   [`red`](detect::red), and [`DetectorKind`](detect::DetectorKind), which makes one by name.
 //! - [`observation`]: what a detector returns.
+//! - [`localise`]: from a circle in the image to a position in the rig frame with its covariance.
 //!
-//! The crate computes only. It reads no file, opens no device, starts no thread and knows no
-//! clock, no board and no run: those are the program's, which also reads camera files.
+//! The crate only computes: it reads no files, opens no devices, starts no threads, and has no
+//! clock. It processes images with OpenCV, but no OpenCV type is in its interface.
 //!
-//! A grey wall with a red ball 0.8 m before the camera:
+//! A red ball 0.8 m from the camera in front of a grey wall:
 //!
 //! ```
 //! use nalgebra::{Isometry3, Vector3};

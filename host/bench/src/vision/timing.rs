@@ -8,6 +8,7 @@ use opencv::core::{
     set_num_threads, subtract_def,
 };
 use opencv::imgproc::gaussian_blur_def;
+use plumb_vision::detect::red::RedParameters;
 use plumb_vision::frame::RgbdFrame;
 
 use super::peers::borrow_colour;
@@ -23,15 +24,19 @@ pub(super) fn milliseconds(since: Duration) -> f64 {
     (computed() - since).as_secs_f64() * 1e3
 }
 
-/// What times are compared with: the paper's map at full size, for a ball of 20 pixels, and its
-/// highest point.
+/// Radius of the ball of the reference, pixels.
+const RADIUS: f64 = 20.0;
+
+/// Computes the reference that times are compared with: the difference of Gaussians of the detector
+/// `red` at full size. Returns its highest point.
 pub(super) fn red_difference_of_gaussians(frame: &RgbdFrame) -> opencv::Result<Point> {
     let (mut red, mut wide, mut narrow, mut map) =
         (Mat::default(), Mat::default(), Mat::default(), Mat::default());
     extract_channel(&borrow_colour(frame.colour())?, &mut map, 2)?;
     map.convert_to_def(&mut red, CV_32F)?;
-    gaussian_blur_def(&red, &mut narrow, Size::default(), 12.0)?;
-    gaussian_blur_def(&red, &mut wide, Size::default(), 19.2)?;
+    let RedParameters { narrow_sigma, wide_sigma, .. } = RedParameters::DEFAULT;
+    gaussian_blur_def(&red, &mut narrow, Size::default(), narrow_sigma * RADIUS)?;
+    gaussian_blur_def(&red, &mut wide, Size::default(), wide_sigma * RADIUS)?;
     subtract_def(&narrow, &wide, &mut map)?;
     let mut place = Point::default();
     min_max_loc(&map, None, None, None, Some(&mut place), &Mat::default())?;

@@ -1,8 +1,8 @@
-//! The paper's detector: a difference of Gaussians of the size of the ball, on the red channel.
+//! The detector `red`, the paper's: a difference of Gaussians of the ball's size on the red channel.
 //!
-//! Kept to compare with: anything bright of that size (a lamp, a white ball, a window) answers as
-//! strongly as the ball does, and it cannot tell that there is no ball. [`ShapeDetector`](super::shape::ShapeDetector)
-//! is the default.
+//! It serves for comparison. Anything bright of that size (a lamp, a white ball, a window) gives as
+//! strong a response as the ball, and it cannot tell that there is no ball. The default detector is
+//! [`ShapeDetector`](super::shape::ShapeDetector).
 
 use opencv::core::{
     CV_32F, Mat, MatTraitConst, Point, Size, extract_channel, min_max_loc, subtract_def,
@@ -16,23 +16,48 @@ use crate::image::ColourImage;
 use crate::mat::borrow_colour;
 use crate::observation::{BallObservation, Circle};
 
-/// Inner and outer standard deviation as parts of the ball's radius: 12 and 19.2 pixels at 20, a
-/// ratio of 1.6.
-const SIGMAS: [f64; 2] = [0.6, 0.96];
-/// Grey levels that the difference must reach. A ball of contrast c gives about 0.36 c.
-const THRESHOLD: f64 = 10.0;
-/// Red is the third channel of BGR.
-const RED: i32 = 2;
+/// The red channel of a BGR image.
+const RED_CHANNEL: i32 = 2;
 
-/// Difference of Gaussians on the red channel, in f32 and at full size (8 bits make plateaus); the
-/// largest of its local maxima is the ball if it is above a threshold. Its place is a whole pixel,
-/// its radius the expected one.
+/// Parameters of the difference of Gaussians.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RedParameters {
+    /// Standard deviation of the narrow Gaussian, in the ball's radius in the image: 12 pixels for
+    /// a ball of 20 pixels. The Laplacian of Gaussian with the same zero crossings then has a
+    /// standard deviation of 0.745 radii, near 1/√2, where the response of a disc is the largest.
+    pub narrow_sigma: f64,
+    /// Standard deviation of the wide Gaussian, in the ball's radius in the image: 1.6 times the
+    /// narrow one (19.2 pixels for a ball of 20 pixels), the usual ratio to approximate a Laplacian
+    /// of Gaussian.
+    pub wide_sigma: f64,
+    /// Least difference, grey levels. A ball with a contrast of c grey levels gives about 0.36 c.
+    pub min_difference: f64,
+}
+
+impl RedParameters {
+    /// The default parameters.
+    pub const DEFAULT: Self = Self { narrow_sigma: 0.6, wide_sigma: 0.96, min_difference: 10.0 };
+}
+
+impl Default for RedParameters {
+    fn default() -> Self {
+        Self::DEFAULT
+    }
+}
+
+/// Difference of Gaussians on the red channel, in f32 and at full size (8 bits make plateaus).
+///
+/// The largest local maximum is the ball if it is high enough. Its place is a whole pixel and its
+/// radius the expected one.
 #[derive(Debug)]
 pub struct RedDetector {
     camera: Camera,
+    parameters: RedParameters,
+    /// Expected radius of the ball, pixels.
     radius: f64,
     red: Mat,
-    wide: [Mat; 2],
+    narrow: Mat,
+    wide: Mat,
     difference: Mat,
 }
 
@@ -41,9 +66,11 @@ impl RedDetector {
     pub fn new(camera: &Camera, radius: f64) -> Self {
         Self {
             camera: camera.clone(),
+            parameters: RedParameters::DEFAULT,
             radius: radius.max(1.0),
             red: Mat::default(),
-            wide: [Mat::default(), Mat::default()],
+            narrow: Mat::default(),
+            wide: Mat::default(),
             difference: Mat::default(),
         }
     }
@@ -57,16 +84,17 @@ impl RedDetector {
     /// global one.
     fn peak(&mut self, colour: &ColourImage) -> opencv::Result<(Point, f64)> {
         let mut channel = Mat::default();
-        extract_channel(&borrow_colour(colour)?, &mut channel, RED)?;
+        extract_channel(&borrow_colour(colour)?, &mut channel, RED_CHANNEL)?;
         channel.convert_to_def(&mut self.red, CV_32F)?;
-        for (wide, part) in self.wide.iter_mut().zip(SIGMAS) {
-            gaussian_blur_def(&self.red, wide, Size::default(), part * self.radius)?;
-        }
-        subtract_def(&self.wide[0], &self.wide[1], &mut self.difference)?;
-        let (mut score, mut at) = (0.0, Point::default());
-        let none = Mat::default();
-        min_max_loc(&self.difference, None, Some(&mut score), None, Some(&mut at), &none)?;
-        Ok((at, score))
+        let RedParameters { narrow_sigma, wide_sigma, .. } = self.parameters;
+        let (narrow, wide) = (narrow_sigma * self.radius, wide_sigma * self.radius);
+        gaussian_blur_def(&self.red, &mut self.narrow, Size::default(), narrow)?;
+        gaussian_blur_def(&self.red, &mut self.wide, Size::default(), wide)?;
+        subtract_def(&self.narrow, &self.wide, &mut self.difference)?;
+        let (mut largest, mut at) = (0.0, Point::default());
+        let mask = Mat::default();
+        min_max_loc(&self.difference, None, Some(&mut largest), None, Some(&mut at), &mask)?;
+        Ok((at, largest))
     }
 }
 
@@ -79,7 +107,7 @@ impl BallDetector for RedDetector {
         let (at, score) = self.peak(frame.colour()).map_err(DetectError::processing)?;
         let circle = Circle::rough(f64::from(at.x), f64::from(at.y), self.radius);
         let observation = || BallObservation::new(circle, score, frame, &self.camera);
-        Ok((score >= THRESHOLD).then(observation))
+        Ok((score >= self.parameters.min_difference).then(observation))
     }
 }
 
@@ -119,7 +147,7 @@ mod tests {
     }
 
     #[test]
-    fn the_disc_of_the_right_size_is_found_and_an_empty_picture_has_none() {
+    fn the_disc_of_the_right_size_is_found_and_an_empty_image_has_none() {
         let colour = [20, 20, 200];
         let discs =
             [Disc { at: (200, 90), radius: 20, colour }, Disc { at: (60, 150), radius: 5, colour }];
@@ -135,7 +163,7 @@ mod tests {
     }
 
     #[test]
-    fn as_the_paper_s_it_takes_a_white_disc_for_the_ball() {
+    fn a_white_disc_is_taken_for_the_ball_as_by_the_paper_s() {
         let discs = [
             Disc { at: (200, 90), radius: 20, colour: [20, 20, 200] },
             Disc { at: (80, 150), radius: 20, colour: [255; 3] },

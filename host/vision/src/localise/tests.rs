@@ -1,0 +1,117 @@
+//! Localisation on rendered depth.
+
+use nalgebra::{Isometry3, Point3, Vector3};
+use proptest::prelude::*;
+
+use super::*;
+use crate::image::Image;
+
+const INTRINSICS: Intrinsics =
+    Intrinsics { fx: 525.0, fy: 520.0, cx: 159.5, cy: 119.5, depth_scale: 10_000.0 };
+
+fn camera(ball_radius: f64) -> Camera {
+    let pose = Isometry3::new(Vector3::new(1.0, -0.5, 0.3), Vector3::new(0.3, -1.2, 0.8));
+    Camera { intrinsics: INTRINSICS, pose, ball_diameter: 2.0 * ball_radius, ball_hue: 0.0 }
+}
+
+/// Renders the depth of a sphere in front of a wall 3 m away; `replace` gives the raw depth of
+/// pixels that show something else.
+fn render(
+    centre: &Point3<f64>,
+    radius: f64,
+    replace: impl Fn(i32, i32) -> Option<u16>,
+) -> RgbdFrame {
+    let depth = Image::from_fn(320, 240, |u, v| {
+        // The nearer root of |z d - centre| = radius.
+        let d = INTRINSICS.deproject(u as f64, v as f64, 1.0).coords;
+        let b = d.dot(&centre.coords);
+        let disc = b * b - d.norm_squared() * (centre.coords.norm_squared() - radius * radius);
+        let z = if disc >= 0.0 { (b - disc.sqrt()) / d.norm_squared() } else { 3.0 };
+        let surface = (z * INTRINSICS.depth_scale).round() as u16;
+        replace(u as i32, v as i32).unwrap_or(surface)
+    });
+    RgbdFrame::new(0.0, Image::filled(320, 240, [0; 3]), depth, INTRINSICS).unwrap()
+}
+
+fn circle(centre: &Point3<f64>, ball_radius: f64) -> Circle {
+    let (u, v) = INTRINSICS.project(centre).unwrap();
+    Circle::rough(u, v, 520.0 * ball_radius / centre.z)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+
+    #[test]
+    fn a_rendered_sphere_is_localised_within_a_millimetre(
+        z in 0.4..2.0f64, x in -0.15..0.15f64, y in -0.1..0.1f64, radius in 0.015..0.04f64,
+        holes in 0..3i32, side in prop::bool::ANY,
+    ) {
+        let centre = Point3::new(x * z, y * z, z);
+        let middle = INTRINSICS.project(&centre).unwrap().0 as i32;
+        // Holes in a pattern, and half of the ball without depth: the rest must say the same.
+        let frame = render(&centre, radius, |u, v| {
+            let hole = (u + 2 * v) % 4 < holes || (side && u < middle);
+            hole.then_some(0)
+        });
+        let camera = camera(radius);
+        let found = localise(&circle(&centre, radius), &frame, &camera).unwrap();
+        prop_assert!((camera.depth_of(&found.mean) - z).abs() < 1e-3, "{found:?} {z}");
+        prop_assert!((found.mean - camera.pose * centre).norm() < 1e-3);
+    }
+
+    #[test]
+    fn an_object_in_front_of_a_third_of_it_does_not_matter(
+        z in 0.5..1.5f64, near in 0.1..0.3f64,
+    ) {
+        let centre = Point3::new(0.02, 0.01, z);
+        let seen = circle(&centre, 0.03);
+        let edge = (seen.u - 0.3 * seen.radius) as i32;
+        let cover = ((z - near) * INTRINSICS.depth_scale) as u16;
+        let frame = render(&centre, 0.03, |u, _| (u < edge).then_some(cover));
+        let camera = camera(0.03);
+        let found = localise(&seen, &frame, &camera).unwrap();
+        prop_assert!((camera.depth_of(&found.mean) - z).abs() < 2e-3, "{found:?} {z}");
+    }
+}
+
+#[test]
+fn a_larger_object_in_front_is_not_taken_for_the_ball() {
+    // Two thirds of it are hidden, but at that depth it would be seen twice as large.
+    let centre = Point3::new(0.02, 0.01, 1.0);
+    let seen = circle(&centre, 0.03);
+    let edge = (seen.u + 0.3 * seen.radius) as i32;
+    let frame = render(&centre, 0.03, |u, _| (u < edge).then_some(5000));
+    let camera = camera(0.03);
+    let found = localise(&seen, &frame, &camera).unwrap();
+    assert!((camera.depth_of(&found.mean) - 1.0).abs() < 2e-3, "{found:?}");
+}
+
+#[test]
+fn the_covariance_is_that_of_pixels_and_depth_in_the_rig_frame() {
+    let centre = Point3::new(0.0, 0.0, 1.3);
+    let mut seen = circle(&centre, 0.03);
+    seen.covariance = nalgebra::Matrix2::new(4.0, 0.0, 0.0, 1.0);
+    let (frame, camera) = (render(&centre, 0.03, |_, _| None), camera(0.03));
+    let found = localise(&seen, &frame, &camera).unwrap();
+    let sd = |axis: Vector3<f64>| {
+        let axis = camera.pose.rotation * axis;
+        axis.dot(&(found.covariance * axis)).sqrt()
+    };
+    assert!((sd(Vector3::x()) / (2.0 * 1.3 / 525.0) - 1.0).abs() < 0.01);
+    assert!((sd(Vector3::y()) / (1.3 / 520.0) - 1.0).abs() < 0.01);
+    assert!((0.000_5..0.002).contains(&sd(Vector3::z())), "{}", sd(Vector3::z()));
+}
+
+#[test]
+fn too_little_depth_is_none() {
+    let centre = Point3::new(0.0, 0.0, 1.0);
+    let seen = circle(&centre, 0.03);
+    let dotted =
+        |every: i32| render(&centre, 0.03, move |u, v| (u % every + v % every != 0).then_some(0));
+    assert!(localise(&seen, &dotted(2), &camera(0.03)).is_some());
+    assert!(localise(&seen, &dotted(4), &camera(0.03)).is_none());
+    let outside = Circle { u: -50.0, ..seen };
+    assert!(localise(&outside, &dotted(1), &camera(0.03)).is_none());
+    let absurd = Circle { radius: f64::NAN, ..seen };
+    assert!(localise(&absurd, &dotted(1), &camera(0.03)).is_none());
+}
