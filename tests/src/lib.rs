@@ -7,3 +7,4 @@ pub mod bench;
 pub mod chip;
 pub mod links;
 pub mod plants;
+pub mod source_tree;

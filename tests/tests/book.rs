@@ -4,60 +4,16 @@
 #![allow(clippy::expect_used, clippy::panic, reason = "a test stops at the first surprise")]
 
 use std::collections::BTreeSet;
-use std::fs;
-use std::path::{Component, Path, PathBuf};
+use std::path::{Path, PathBuf};
 
-/// Folders that are not searched: build output, dependencies and repositories.
-const SKIPPED: &[&str] = &["target", "node_modules", ".git", "runs"];
+use plumb_tests::source_tree::{files, normalise, read, root};
 
 /// Folders at the top level whose files the pages name in backticks.
 const TOP: &[&str] =
     &[".ci/", ".cargo/", "docs/", "firmware/", "host/", "protocol/", "scripts/", "tests/"];
 
-fn root() -> PathBuf {
-    normalise(&Path::new(env!("CARGO_MANIFEST_DIR")).join(".."))
-}
-
-/// Resolves `..` without following symbolic links.
-fn normalise(path: &Path) -> PathBuf {
-    let mut found = PathBuf::new();
-    for part in path.components() {
-        match part {
-            Component::ParentDir => {
-                found.pop();
-            }
-            Component::CurDir => {}
-            other => found.push(other),
-        }
-    }
-    found
-}
-
-/// Collects the files below `folder` whose names end in one of `endings`.
-fn files(folder: &Path, endings: &[&str], found: &mut Vec<PathBuf>) {
-    let entries = fs::read_dir(folder).unwrap_or_else(|e| panic!("{}: {e}", folder.display()));
-    for entry in entries {
-        let path = entry.expect("a directory entry").path();
-        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        if path.is_dir() && !path.is_symlink() {
-            if !SKIPPED.contains(&name.as_str()) {
-                files(&path, endings, found);
-            }
-        } else if endings.iter().any(|ending| name.ends_with(ending)) {
-            found.push(path);
-        }
-    }
-    found.sort();
-}
-
 fn markdown() -> Vec<PathBuf> {
-    let mut found = Vec::new();
-    files(&root(), &[".md"], &mut found);
-    found
-}
-
-fn read(path: &Path) -> String {
-    fs::read_to_string(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
+    files(&root(), &[".md"])
 }
 
 /// Returns the lines of a page outside its code blocks.
@@ -146,8 +102,7 @@ fn the_summary_lists_every_page_of_the_book_once() {
     let summary = docs.join("SUMMARY.md");
     let mut listed = links(&read(&summary));
     listed.sort();
-    let mut pages = Vec::new();
-    files(&docs, &[".md"], &mut pages);
+    let pages = files(&docs, &[".md"]);
     let names = pages.iter().filter(|page| **page != summary).map(|page| {
         page.strip_prefix(&docs).expect("a page of the book").to_string_lossy().into_owned()
     });
@@ -175,9 +130,8 @@ fn every_file_that_a_page_names_exists() {
 
 #[test]
 fn every_page_that_a_source_names_exists() {
-    let mut sources = Vec::new();
-    files(&root(), &[".rs", ".toml", ".py", ".mjs", ".sh"], &mut sources);
-    files(&root().join("scripts"), &[""], &mut sources);
+    let mut sources = files(&root(), &[".rs", ".toml", ".py", ".mjs", ".sh"]);
+    sources.extend(files(&root().join("scripts"), &[""]));
     let part = |c: char| c.is_ascii_alphanumeric() || "/._-".contains(c);
     let mut problems = Vec::new();
     for source in sources {

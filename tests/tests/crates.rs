@@ -13,20 +13,19 @@
 #![allow(clippy::expect_used, clippy::panic, reason = "a test stops at the first surprise")]
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::ffi::OsStr;
 use std::fmt;
-use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use plumb_tests::source_tree::{files, read};
 use serde_json::Value;
 
-/// The crates that a crate of the workspace may depend on.
+/// Allowed dependencies of a crate on other crates of the workspace.
 struct Rule {
     name: &'static str,
-    /// In what it ships.
+    /// Dependencies of the crate itself.
     uses: &'static [&'static str],
-    /// In its tests besides.
+    /// Further dependencies of its tests.
     tests_use: &'static [&'static str],
 }
 
@@ -65,7 +64,7 @@ const CRATES: &[Rule] = &[
     Rule {
         name: "plumb-verify",
         uses: &[],
-        // References: the law on the chip and the kinematics of the emulated rig.
+        // References: the board's law and the kinematics of the emulated rig.
         tests_use: &["plumb-core", "plumb-emulator", "plumb-protocol"],
     },
     Rule {
@@ -184,7 +183,7 @@ fn violations(edges: &BTreeSet<Edge>) -> Vec<String> {
     edges.iter().filter(|edge| !is_allowed(edge)).map(Edge::to_string).collect()
 }
 
-/// Every crate that `name` may depend on, directly or through others.
+/// Returns every crate that `name` may depend on, directly or through others.
 fn reach(name: &str) -> BTreeSet<&'static str> {
     let uses = |name: &str| rule(name).map_or(&[][..], |rule| rule.uses);
     let mut found = BTreeSet::new();
@@ -201,10 +200,7 @@ fn reach(name: &str) -> BTreeSet<&'static str> {
 fn the_crates_depend_on_each_other_as_the_rules_allow() {
     let (names, edges) = workspace();
     let unknown: Vec<_> = names.iter().filter(|name| rule(name).is_none()).collect();
-    assert!(
-        unknown.is_empty(),
-        "{unknown:?}: say in CRATES of tests/tests/crates.rs what they may use"
-    );
+    assert!(unknown.is_empty(), "{unknown:?}: add them to CRATES of tests/tests/crates.rs");
     let found = violations(&edges);
     assert!(
         found.is_empty(),
@@ -216,18 +212,15 @@ fn the_crates_depend_on_each_other_as_the_rules_allow() {
 
 /// Returns the lines of Rust in a folder and those below it, without tests.
 fn lines(folder: &Path) -> usize {
-    let entries = fs::read_dir(folder).expect("a readable folder");
-    let lines_of = |path: PathBuf| match path.file_name().and_then(OsStr::to_str) {
-        Some("tests" | "tests.rs") => 0,
-        _ if path.is_dir() => lines(&path),
-        Some(name) if name.ends_with(".rs") => {
-            let text = fs::read_to_string(&path).expect("a readable file");
-            let program = text.split("#[cfg(test)]\nmod tests {").next().unwrap_or_default();
-            program.lines().count()
-        }
-        _ => 0,
+    let is_test = |path: &PathBuf| path.iter().any(|part| part == "tests" || part == "tests.rs");
+    let lines_of = |path: PathBuf| {
+        let text = read(&path);
+        let program = text.split("#[cfg(test)]\nmod tests {").next().unwrap_or_default();
+        program.lines().count()
     };
-    entries.map(|entry| lines_of(entry.expect("an entry").path())).sum()
+    let relative = |path: &PathBuf| path.strip_prefix(folder).expect("a file below").to_owned();
+    let sources = files(folder, &[".rs"]).into_iter();
+    sources.filter(|path| !is_test(&relative(path))).map(lines_of).sum()
 }
 
 #[test]
