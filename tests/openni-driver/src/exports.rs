@@ -204,12 +204,12 @@ driver! {
         // SAFETY: the handle is a stream's, which is not started.
         let stream = unsafe { &mut *stream };
         let done = match property {
-            // SAFETY: the buffer has the given size.
             STREAM_PROPERTY_VIDEO_MODE => {
+                // SAFETY: the buffer has the given size.
                 unsafe { value(data, size) }.map(|mode| stream.set_mode(mode))
             }
-            // SAFETY: as above.
             STREAM_PROPERTY_MIRRORING => {
+                // SAFETY: as above.
                 unsafe { value(data, size) }.map(|on: c_int| stream.set_mirrored(on != 0))
             }
             _ => return STATUS_NOT_SUPPORTED,
