@@ -1,7 +1,12 @@
 //! The book against the program: every key of the rig file and the camera file with its default,
 //! every command and every option that a page names.
 
-#![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops at the first surprise")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    reason = "a test stops at the first surprise"
+)]
 
 mod common;
 
@@ -284,7 +289,7 @@ fn problem(code: &str, helps: &Helps) -> Option<String> {
             .then(|| format!("there is no command in `{code}`"));
     };
     options(&rest)
-        .find(|option| !helps[&command].contains(&format!("{option}")))
+        .find(|option| !options(&helps[&command]).any(|known| known == *option))
         .map(|option| format!("`{code}`: {command} has no option {option}"))
 }
 
