@@ -72,7 +72,7 @@ fn next(camera: &mut Camera) -> Pair {
         match camera.next_pair() {
             Ok(Some(pair)) => return pair,
             Ok(None) => panic!("a camera does not end"),
-            Err(error) => assert!(error.is_passing(), "{error}"),
+            Err(error) => assert!(error.is_transient(), "{error}"),
         }
     }
 }
@@ -143,7 +143,7 @@ fn what_the_camera_does_not_do_is_said() {
         deadlines: Deadlines { open: Duration::from_millis(100), ..quick() },
         ..Settings::default()
     };
-    says(refused(Control { slow: 1.0, ..good }, slow), &["does not come back from opening it"]);
+    says(refused(Control { slow: 1.0, ..good }, slow), &["does not return from opening it"]);
     let absent = Camera::open(
         openni().unwrap(),
         &Target::Uri("plumb-test:/no/such".to_owned()),
@@ -172,7 +172,7 @@ fn lasting(camera: &mut Camera) -> OpenniError {
     loop {
         match camera.next_pair() {
             Ok(pair) => assert!(pair.is_some()),
-            Err(error) if error.is_passing() => {}
+            Err(error) if error.is_transient() => {}
             Err(error) => return error,
         }
     }
@@ -224,7 +224,7 @@ fn a_stream_that_stops_and_streams_out_of_step_are_noticed() {
         assert_eq!(camera.opened().notes.is_empty(), !no_sync);
         for _ in 0..5 {
             let error = camera.next_pair().map(|pair| pair.map(|pair| pair.time)).unwrap_err();
-            assert!(error.is_passing() && error.to_string().contains(says), "{says} in {error}");
+            assert!(error.is_transient() && error.to_string().contains(says), "{says} in {error}");
         }
     }
     // With pairing by the library, no frame arrives.
@@ -241,7 +241,7 @@ fn a_picture_of_another_size_is_refused_and_the_next_one_taken() {
     let mut told = Told::new(&Control { rows_missing: 8, ..Control::default() });
     let mut camera = told.open(Settings::default()).unwrap();
     let error = camera.next_pair().unwrap_err();
-    assert!(error.to_string().contains("640x472") && error.is_passing(), "{error}");
+    assert!(error.to_string().contains("640x472") && error.is_transient(), "{error}");
     told.file.write(&Control::default()).unwrap();
     next(&mut camera);
 }
@@ -273,7 +273,7 @@ fn play(path: &Path) -> (Vec<Pair>, Vec<OpenniError>, Result<(), OpenniError>) {
         match camera.next_pair() {
             Ok(Some(pair)) => pairs.push(pair),
             Ok(None) => return (pairs, problems, camera.close()),
-            Err(error) if error.is_passing() => problems.push(error),
+            Err(error) if error.is_transient() => problems.push(error),
             Err(error) => return (pairs, problems, Err(error)),
         }
     }

@@ -1,18 +1,17 @@
-//! The library's functions, found at run time.
+//! Functions of the library, found at run time.
 
 use core::ffi::{c_char, c_int, c_void};
 use std::path::{Path, PathBuf};
 
 use libloading::Library;
 
-use crate::OpenniError;
+use crate::error::OpenniError;
 use crate::sys::*;
 
-/// Declares the table of functions and how it is filled, each by its name in the library.
+/// Declares the table of functions and its loader, each function by its name in the library.
 macro_rules! functions {
     ($($field:ident = $symbol:literal: fn($($argument:ty),*) $(-> $answer:ty)?;)*) => {
-        /// The library and what is called of it. It stays loaded: its drivers have threads of their
-        /// own.
+        /// Functions of the library. It stays loaded, because its drivers have threads of their own.
         pub(crate) struct Api {
             pub(crate) path: PathBuf,
             $(pub(crate) $field: unsafe extern "C" fn($($argument),*) $(-> $answer)?,)*
@@ -23,9 +22,8 @@ macro_rules! functions {
             /// Finds every function in `library`, which was loaded from `path`.
             fn find(library: Library, path: &Path) -> Result<Self, OpenniError> {
                 $(
-                    // SAFETY: the symbol has this type in OpenNI 2.2 (OniCAPI.h), which has one ABI
-                    // since 2013, and the pointer is kept no longer than the library it points
-                    // into.
+                    // SAFETY: the symbol has this type in OpenNI 2.2 (OniCAPI.h), whose ABI is
+                    // unchanged since 2013. The pointer lives no longer than the library.
                     let $field = unsafe {
                         library.get::<unsafe extern "C" fn($($argument),*) $(-> $answer)?>($symbol)
                     };
@@ -52,32 +50,41 @@ functions! {
     device_close = b"oniDeviceClose\0": fn(OniDeviceHandle) -> OniStatus;
     device_info = b"oniDeviceGetInfo\0": fn(OniDeviceHandle, *mut OniDeviceInfo) -> OniStatus;
     sensor_info = b"oniDeviceGetSensorInfo\0": fn(OniDeviceHandle, c_int) -> *const OniSensorInfo;
-    create_stream = b"oniDeviceCreateStream\0": fn(OniDeviceHandle, c_int, *mut OniStreamHandle) -> OniStatus;
-    registration_supported = b"oniDeviceIsImageRegistrationModeSupported\0": fn(OniDeviceHandle, c_int) -> c_int;
+    create_stream = b"oniDeviceCreateStream\0":
+        fn(OniDeviceHandle, c_int, *mut OniStreamHandle) -> OniStatus;
+    registration_supported = b"oniDeviceIsImageRegistrationModeSupported\0":
+        fn(OniDeviceHandle, c_int) -> c_int;
     enable_sync = b"oniDeviceEnableDepthColorSync\0": fn(OniDeviceHandle) -> OniStatus;
     disable_sync = b"oniDeviceDisableDepthColorSync\0": fn(OniDeviceHandle);
-    device_set = b"oniDeviceSetProperty\0": fn(OniDeviceHandle, c_int, *const c_void, c_int) -> OniStatus;
-    device_get = b"oniDeviceGetProperty\0": fn(OniDeviceHandle, c_int, *mut c_void, *mut c_int) -> OniStatus;
-    stream_set = b"oniStreamSetProperty\0": fn(OniStreamHandle, c_int, *const c_void, c_int) -> OniStatus;
-    stream_get = b"oniStreamGetProperty\0": fn(OniStreamHandle, c_int, *mut c_void, *mut c_int) -> OniStatus;
+    device_set = b"oniDeviceSetProperty\0":
+        fn(OniDeviceHandle, c_int, *const c_void, c_int) -> OniStatus;
+    device_get = b"oniDeviceGetProperty\0":
+        fn(OniDeviceHandle, c_int, *mut c_void, *mut c_int) -> OniStatus;
+    stream_set = b"oniStreamSetProperty\0":
+        fn(OniStreamHandle, c_int, *const c_void, c_int) -> OniStatus;
+    stream_get = b"oniStreamGetProperty\0":
+        fn(OniStreamHandle, c_int, *mut c_void, *mut c_int) -> OniStatus;
     stream_start = b"oniStreamStart\0": fn(OniStreamHandle) -> OniStatus;
     stream_stop = b"oniStreamStop\0": fn(OniStreamHandle);
     stream_destroy = b"oniStreamDestroy\0": fn(OniStreamHandle);
-    wait = b"oniWaitForAnyStream\0": fn(*mut OniStreamHandle, c_int, *mut c_int, c_int) -> OniStatus;
+    wait = b"oniWaitForAnyStream\0":
+        fn(*mut OniStreamHandle, c_int, *mut c_int, c_int) -> OniStatus;
     read_frame = b"oniStreamReadFrame\0": fn(OniStreamHandle, *mut *mut OniFrame) -> OniStatus;
     release_frame = b"oniFrameRelease\0": fn(*mut OniFrame);
-    create_recorder = b"oniCreateRecorder\0": fn(*const c_char, *mut OniRecorderHandle) -> OniStatus;
-    recorder_attach = b"oniRecorderAttachStream\0": fn(OniRecorderHandle, OniStreamHandle, c_int) -> OniStatus;
+    create_recorder = b"oniCreateRecorder\0":
+        fn(*const c_char, *mut OniRecorderHandle) -> OniStatus;
+    recorder_attach = b"oniRecorderAttachStream\0":
+        fn(OniRecorderHandle, OniStreamHandle, c_int) -> OniStatus;
     recorder_start = b"oniRecorderStart\0": fn(OniRecorderHandle) -> OniStatus;
     recorder_stop = b"oniRecorderStop\0": fn(OniRecorderHandle);
     recorder_destroy = b"oniRecorderDestroy\0": fn(*mut OniRecorderHandle) -> OniStatus;
 }
 
 impl Api {
-    /// Loads the library at `path`, or by that name from where the system keeps its libraries.
+    /// Loads the library at `path`; a file name alone is searched among the system's libraries.
     pub(crate) fn load(path: &Path) -> Result<Self, OpenniError> {
-        // SAFETY: loading runs the library's initialisers, as linking against it would; OpenNI2's
-        // are C++ statics that start nothing. That the file is OpenNI2 is the user's word, as with
+        // SAFETY: loading runs the library's initialisers, as linking would. Those of OpenNI2 are
+        // C++ statics that start nothing. The user guarantees that the file is OpenNI2, as with
         // every plug-in.
         let library = unsafe { Library::new(path) };
         let library = library.map_err(|error| OpenniError::NoLibrary {

@@ -1,131 +1,54 @@
-//! A camera or a recording, as Plumb reads it.
+//! Open camera or recording.
 
-use std::path::PathBuf;
 use std::sync::Arc;
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-use crate::OpenniError;
+use crate::error::OpenniError;
 use crate::library::OpenNi;
 use crate::mailbox::{Mailbox, Overflow};
-use crate::picture::{DepthUnit, Mode, Pair};
-use crate::worker::{Event, Worker};
+use crate::message::Event;
+use crate::picture::Pair;
+use crate::settings::{Deadlines, Opened, Settings, Target};
+use crate::worker::Worker;
 
-/// What to open.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Target {
-    /// The first camera that is plugged in.
-    First,
-    /// The camera of this URI, as [`OpenNi::devices`] lists them.
-    Uri(String),
-    /// An `.oni` file, which is read picture by picture, once.
-    Recording(PathBuf),
-}
+/// Pairs that may wait to be taken: of a camera the newest only.
+const LIVE_ROOM: usize = 1;
+/// Pairs of a recording that are read ahead.
+const RECORDING_ROOM: usize = 4;
+/// Time that the worker may exceed its own timeout before it counts as blocked.
+const WORKER_GRACE: Duration = Duration::from_secs(1);
+/// Poll interval while the worker ends.
+const POLL_INTERVAL: Duration = Duration::from_millis(2);
 
-impl Target {
-    /// How it is called in messages.
-    fn name(&self) -> String {
-        match self {
-            Self::First => "the first camera".to_owned(),
-            Self::Uri(uri) => uri.clone(),
-            Self::Recording(path) => path.display().to_string(),
-        }
-    }
-}
-
-/// How long is waited.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Deadlines {
-    /// For a camera to open and start.
-    pub open: Duration,
-    /// For the next picture.
-    pub picture: Duration,
-    /// For a camera to stop and close.
-    pub close: Duration,
-}
-
-impl Default for Deadlines {
-    /// 20 s, 2 s, 5 s: a Carmine's firmware may take seconds to begin.
-    fn default() -> Self {
-        Self {
-            open: Duration::from_secs(20),
-            picture: Duration::from_secs(2),
-            close: Duration::from_secs(5),
-        }
-    }
-}
-
-/// How a camera is to be set. A recording is as it is: only the deadlines are of use.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Settings {
-    /// Columns of both pictures.
-    pub width: u16,
-    /// Rows of both pictures.
-    pub height: u16,
-    /// Pairs a second.
-    pub rate: u16,
-    /// From exposure to the earliest arrival of a picture, seconds; see
-    /// [`HostClock`](crate::HostClock).
-    pub latency: f64,
-    /// Also record to this `.oni` file.
-    pub record: Option<PathBuf>,
-    /// How long is waited.
-    pub deadlines: Deadlines,
-}
-
-impl Default for Settings {
-    /// 640x480 at 30 Hz, 45 ms late (as PrimeSense cameras are said to be; not measured), not
-    /// recorded.
-    fn default() -> Self {
-        let (record, deadlines) = (None, Deadlines::default());
-        Self { width: 640, height: 480, rate: 30, latency: 0.045, record, deadlines }
-    }
-}
-
-/// What was opened.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Opened {
-    /// Its URI; the path of a recording.
-    pub uri: String,
-    /// Who made it and what it is called.
-    pub name: String,
-    /// Size and rate of its pictures.
-    pub mode: Mode,
-    /// What a unit of depth is.
-    pub unit: DepthUnit,
-    /// Field of view of the colour picture, horizontal and vertical, radians, where the device
-    /// tells.
-    pub field_of_view: Option<(f64, f64)>,
-    /// What it could not be set to, and what follows from that.
-    pub notes: Vec<String>,
-}
-
-/// A camera or a recording that gives colour and depth in pairs.
+/// Camera or recording that delivers colour and depth in pairs.
 ///
-/// A thread of its own talks to the library. Where that thread does not come back it is left
-/// behind, and what was waited for is an error.
+/// A thread of its own makes all calls into the library. A thread whose call does not return is
+/// abandoned, and the operation that waits for it fails.
 #[derive(Debug)]
 pub struct Camera {
     opened: Opened,
     deadlines: Deadlines,
     mailbox: Arc<Mailbox<Event>>,
     thread: Option<JoinHandle<()>>,
-    /// Begun with the thread: the clock of live pictures.
+    /// Start of the clock that stamps live pictures.
     start: Instant,
     ended: Option<Result<(), OpenniError>>,
 }
 
 impl Camera {
-    /// Opens `target` as `settings` say, and starts it. Depth is registered to colour, mirroring is
-    /// off, size and rate are those asked for; where the camera does otherwise, it is not opened.
+    /// Opens `target` with `settings`, and starts it. Depth is registered to colour, mirroring is
+    /// off, size and rate are those of the settings.
     ///
     /// # Errors
-    /// Where there is no such thing, it cannot be set so, or it takes longer than
+    /// Where there is no such camera, it does not accept a setting, or opening takes longer than
     /// [`Deadlines::open`].
     pub fn open(openni: &OpenNi, target: &Target, settings: Settings) -> Result<Self, OpenniError> {
-        let live = !matches!(target, Target::Recording(_));
-        let (room, overflow) = if live { (1, Overflow::Drop) } else { (4, Overflow::Block) };
-        let mailbox = Arc::new(Mailbox::new(room, overflow));
+        let mailbox = Arc::new(if target.is_recording() {
+            Mailbox::new(RECORDING_ROOM, Overflow::Block)
+        } else {
+            Mailbox::new(LIVE_ROOM, Overflow::Drop)
+        });
         let first = Arc::new(Mailbox::new(1, Overflow::Block));
         let (start, deadlines) = (Instant::now(), settings.deadlines);
         let worker = Worker {
@@ -136,49 +59,45 @@ impl Camera {
             opened: Arc::clone(&first),
             mailbox: Arc::clone(&mailbox),
         };
-        let thread = thread::Builder::new().name("openni".to_owned()).spawn(move || worker.run());
-        let failed = |error: std::io::Error| OpenniError::Open {
-            uri: target.name(),
-            error: error.to_string(),
-        };
-        let thread = thread.map_err(failed)?;
-        let Some(opened) = first.take(deadlines.open) else {
+        let thread = thread::Builder::new().name("openni".to_owned());
+        let thread = thread
+            .spawn(move || worker.run())
+            .map_err(|error| OpenniError::Open { uri: target.name(), error: error.to_string() })?;
+        let Some(opened) = first.receive(deadlines.open) else {
             mailbox.close();
             let seconds = deadlines.open.as_secs_f64();
-            return Err(OpenniError::Stuck { uri: target.name(), what: "opening it", seconds });
+            let (uri, what) = (target.name(), "opening it");
+            return Err(OpenniError::Unresponsive { uri, what, seconds });
         };
         Ok(Self { opened: opened?, deadlines, mailbox, thread: Some(thread), start, ended: None })
     }
 
-    /// What was opened.
+    /// Returns the description of the camera.
     pub fn opened(&self) -> &Opened {
         &self.opened
     }
 
-    /// The time on the clock of live pictures, seconds.
+    /// Returns the time on the clock of live pictures, seconds.
     pub fn now(&self) -> f64 {
         self.start.elapsed().as_secs_f64()
     }
 
-    /// The next pair: of a camera the newest, of a recording each; `None` at a recording's end.
+    /// Returns the next pair: the newest of a camera, each one of a recording, `None` at the end of
+    /// a recording. Returns or fails within [`Deadlines::picture`] and one second.
     ///
     /// # Errors
-    /// About one picture ([`OpenniError::is_passing`]), after which the next may come; or about all
-    /// of them, and then again at every further call. Comes back within [`Deadlines::picture`] and
-    /// a little.
+    /// Where a picture is lost ([`OpenniError::is_transient`]); the next one may come. Any other
+    /// error is final, and every further call returns it again.
     pub fn next_pair(&mut self) -> Result<Option<Pair>, OpenniError> {
         if let Some(ended) = &self.ended {
             return ended.clone().map(|()| None);
         }
-        // The worker tells by itself when nothing comes; this is for when it is stuck.
-        let timeout = self.deadlines.picture + Duration::from_secs(1);
-        let event = self.mailbox.take(timeout).unwrap_or_else(|| {
-            let uri = self.opened.uri.clone();
-            Event::Over(Err(OpenniError::Stuck {
-                uri,
-                what: "waiting for a picture",
-                seconds: timeout.as_secs_f64(),
-            }))
+        // The worker reports a silent camera by itself; this timeout is for a blocked worker.
+        let timeout = self.deadlines.picture + WORKER_GRACE;
+        let event = self.mailbox.receive(timeout).unwrap_or_else(|| {
+            let (uri, what) = (self.opened.uri.clone(), "waiting for a picture");
+            let seconds = timeout.as_secs_f64();
+            Event::Over(Err(OpenniError::Unresponsive { uri, what, seconds }))
         });
         match event {
             Event::Pair(pair) => Ok(Some(pair)),
@@ -193,7 +112,7 @@ impl Camera {
     /// Stops and closes the camera, and completes its recording.
     ///
     /// # Errors
-    /// Where that takes longer than [`Deadlines::close`]; the camera is then left as it is.
+    /// Where that takes longer than [`Deadlines::close`]. The camera then stays open.
     pub fn close(mut self) -> Result<(), OpenniError> {
         self.end()
     }
@@ -204,10 +123,11 @@ impl Camera {
         let deadline = Instant::now() + self.deadlines.close;
         while !thread.is_finished() {
             if Instant::now() > deadline {
-                let (uri, seconds) = (self.opened.uri.clone(), self.deadlines.close.as_secs_f64());
-                return Err(OpenniError::Stuck { uri, what: "closing it", seconds });
+                let (uri, what) = (self.opened.uri.clone(), "closing it");
+                let seconds = self.deadlines.close.as_secs_f64();
+                return Err(OpenniError::Unresponsive { uri, what, seconds });
             }
-            thread::sleep(Duration::from_millis(2));
+            thread::sleep(POLL_INTERVAL);
         }
         Ok(())
     }
@@ -215,7 +135,7 @@ impl Camera {
 
 impl Drop for Camera {
     fn drop(&mut self) {
-        // Who wants to know calls close().
+        // close() returns this error.
         let _ = self.end();
     }
 }

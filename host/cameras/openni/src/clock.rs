@@ -1,36 +1,36 @@
-//! A device's time stamps on the host's clock.
+//! Mapping of a device's time stamps to the host's clock.
 
 use std::collections::VecDeque;
 
-/// Pictures that the least delay is looked for in: 10 s at 30 Hz. Two clocks drift by 1 ms in that
-/// time at most.
+/// Pictures among which the least delayed one is searched: 10 s at 30 Hz. Two clocks drift by at
+/// most 1 ms in that time.
 const WINDOW: usize = 300;
 
-/// A jump of the device's clock against the host's by so much is a new beginning, seconds.
+/// Jump of the device's clock against the host's that restarts the mapping, seconds.
 const JUMP: f64 = 1.0;
 
-/// Maps a device's time stamps to the host's clock.
+/// Mapping of a device's time stamps to the host's clock.
 ///
-/// Of arrival and time stamp, both of one picture, only the time stamp is regular: the arrival is
-/// late by a transfer and by whatever the host was busy with. The picture that was least late of
-/// the last 300 tells how the clocks stand to each other, and that one is taken to be `latency`
-/// late: the time from exposure to the earliest arrival, which no time stamp can tell.
+/// Time stamps are regular; arrivals are delayed by the transfer and by the load of the host. The
+/// offset between the clocks is that of the least delayed picture among the last 300, less
+/// `latency`: the time from exposure to the earliest arrival, which no time stamp contains.
 #[derive(Debug, Clone)]
 pub struct HostClock {
     latency: f64,
-    /// Arrival less time stamp of the last pictures, seconds.
+    /// Arrival minus time stamp of the last pictures, seconds.
     offsets: VecDeque<f64>,
 }
 
 impl HostClock {
-    /// For a camera whose pictures arrive `latency` seconds after they were taken at the earliest.
+    /// Maps the time stamps of a camera whose pictures arrive at the earliest `latency` seconds
+    /// after their exposure.
     pub fn new(latency: f64) -> Self {
         Self { latency, offsets: VecDeque::with_capacity(WINDOW) }
     }
 
-    /// When the picture was taken, seconds on the host's clock, that the device has stamped with
-    /// `stamp` seconds of its own and that arrived at `arrival`, seconds on the host's. Never after
-    /// its arrival.
+    /// Returns the time of a picture's exposure, seconds on the host's clock, never after its
+    /// arrival. `stamp` is the device's time stamp, `arrival` the arrival on the host's clock,
+    /// both in seconds.
     pub fn taken(&mut self, stamp: f64, arrival: f64) -> f64 {
         let offset = arrival - stamp;
         let least = |offsets: &VecDeque<f64>| offsets.iter().copied().fold(f64::INFINITY, f64::min);
@@ -68,7 +68,7 @@ mod tests {
     }
 
     #[test]
-    fn a_device_clock_that_begins_anew_is_followed_at_once() {
+    fn a_restarted_device_clock_is_followed_at_once() {
         let mut clock = HostClock::new(0.0);
         assert_eq!(clock.taken(1000.0, 5.0), 5.0);
         assert_eq!(clock.taken(1001.0, 6.0), 6.0);

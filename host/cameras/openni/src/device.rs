@@ -1,17 +1,19 @@
-//! An open camera or recording, and its pictures as they come.
+//! Open camera or recording with its two streams.
 
 use core::ffi::c_int;
 use std::path::Path;
 use std::time::Duration;
 
-use crate::camera::{Settings, Target};
+use crate::error::OpenniError;
 use crate::handle::Handle;
 use crate::library::OpenNi;
-use crate::picture::{Picture, Raw, Sensor};
-use crate::stream::{Bare, Stream};
-use crate::{OpenniError, oni_file, sys};
+use crate::mode::Sensor;
+use crate::picture::{Picture, Raw};
+use crate::settings::{Settings, Target};
+use crate::stream::{RawStream, Stream};
+use crate::{oni_file, sys};
 
-/// A device and its two streams. Its handles are used by one thread only.
+/// Device with its two streams. One thread only uses its handles.
 pub(crate) struct Device {
     openni: OpenNi,
     handle: sys::OniDeviceHandle,
@@ -21,12 +23,12 @@ pub(crate) struct Device {
     pub(crate) depth: Stream,
     synchronised: bool,
     recording: bool,
-    /// Given up without being closed: what it was is gone.
+    /// Whether the device is left open when it is dropped.
     abandoned: bool,
 }
 
 impl Device {
-    /// Opens `target`, sets it up and verifies that it is so; nothing is started.
+    /// Opens `target` with `settings`, and verifies them. The streams are not started.
     pub(crate) fn open(
         openni: &OpenNi,
         target: &Target,
@@ -35,9 +37,9 @@ impl Device {
         let uri = match target {
             Target::First => first(openni)?,
             Target::Uri(uri) => uri.clone(),
-            Target::Recording(path) => readable(path)?,
+            Target::Recording(path) => checked_path(path)?,
         };
-        openni.inner.events.begin(&uri);
+        openni.inner.events.reset(&uri);
         let handle = Handle::open(openni, &uri)?;
         let name = handle.name();
         let (colour, depth) = match target {
@@ -45,12 +47,12 @@ impl Device {
             Target::First | Target::Uri(_) => handle.live_streams(&uri, settings)?,
         };
         let handle = handle.into_raw();
-        let recording = matches!(target, Target::Recording(_));
+        let recording = target.is_recording();
         let (openni, synchronised, abandoned) = (openni.clone(), false, false);
         Ok(Self { openni, handle, uri, name, colour, depth, synchronised, recording, abandoned })
     }
 
-    /// The stream of `sensor`.
+    /// Returns the stream of `sensor`.
     fn stream(&self, sensor: Sensor) -> &Stream {
         match sensor {
             Sensor::Colour => &self.colour,
@@ -58,45 +60,55 @@ impl Device {
         }
     }
 
-    /// The stream's handle, for the recorder.
+    /// Returns the handle of a stream, for the recorder.
     pub(crate) fn stream_handle(&self, sensor: Sensor) -> sys::OniStreamHandle {
         self.stream(sensor).handle
     }
 
-    /// The library.
+    /// Returns the library.
     pub(crate) fn openni(&self) -> &OpenNi {
         &self.openni
     }
 
-    /// Lets the pictures come.
+    /// Returns whether the camera was unplugged.
+    pub(crate) fn is_unplugged(&self) -> bool {
+        self.openni.inner.events.is_unplugged(&self.uri)
+    }
+
+    /// Returns whether the recording was played to its end.
+    pub(crate) fn has_ended(&self) -> bool {
+        self.openni.inner.events.has_ended(&self.uri)
+    }
+
+    /// Starts both streams.
     pub(crate) fn start(&self) -> Result<(), OpenniError> {
         for stream in [&self.depth, &self.colour] {
-            // SAFETY: the stream is the device's and is destroyed only with it.
+            // SAFETY: the stream lives as long as the device.
             let status = unsafe { (self.openni.inner.api.stream_start)(stream.handle) };
-            self.set("the stream's start", status)?;
+            self.check("the stream's start", status)?;
         }
         Ok(())
     }
 
-    /// Asks the camera to take colour and depth at one moment. To be called once, when both streams
-    /// are started: the library frees its own memory twice otherwise.
+    /// Makes the camera take colour and depth at the same moment. Must be called once, after both
+    /// streams are started: else the library frees its own memory twice.
     pub(crate) fn synchronise(&mut self) -> Result<(), OpenniError> {
         // SAFETY: the device is open.
         let status = unsafe { (self.openni.inner.api.enable_sync)(self.handle) };
-        self.set("the synchronisation of depth and colour", status)?;
+        self.check("the synchronisation of depth and colour", status)?;
         self.synchronised = true;
         Ok(())
     }
 
-    /// Whether colour and depth are taken at one moment.
+    /// Returns whether colour and depth are taken at the same moment.
     pub(crate) fn is_synchronised(&self) -> bool {
         self.synchronised
     }
 
-    /// The field of view of the colour camera, horizontal and vertical, radians; `None` where it
-    /// does not tell.
+    /// Returns the horizontal and vertical field of view of the colour camera, radians; `None` where
+    /// the device does not state it.
     pub(crate) fn field_of_view(&self) -> Option<(f64, f64)> {
-        let stream = Bare { openni: &self.openni, raw: self.colour.handle };
+        let stream = RawStream { openni: &self.openni, raw: self.colour.handle };
         let angle = |property| {
             let value = f64::from(stream.get(property, 0.0_f32).ok()?);
             (value > 0.0 && value < std::f64::consts::PI).then_some(value)
@@ -107,48 +119,49 @@ impl Device {
         ))
     }
 
-    /// How many pictures of `sensor` a recording says that it has; 0 where it was not finished.
+    /// Returns the number of pictures of `sensor` that a recording states; 0 where it was not
+    /// completed.
     pub(crate) fn promised(&self, sensor: Sensor) -> i32 {
-        let stream = Bare { openni: &self.openni, raw: self.stream(sensor).handle };
+        let stream = RawStream { openni: &self.openni, raw: self.stream(sensor).handle };
         stream.get(sys::STREAM_PROPERTY_NUMBER_OF_FRAMES, 0).unwrap_or(0).max(0)
     }
 
-    /// The next picture of either stream, as it came; `None` where none comes within `timeout`.
+    /// Returns the next picture of either stream; `None` where none comes within `timeout`.
     ///
     /// # Errors
-    /// Where the library fails, or the picture is not of the stream's mode.
+    /// Where the library fails, or the picture does not have the stream's mode.
     pub(crate) fn next(&self, timeout: Duration) -> Result<Option<Picture>, OpenniError> {
         let api = &self.openni.inner.api;
         let mut streams = [self.depth.handle, self.colour.handle];
         let mut index = -1;
         let milliseconds = c_int::try_from(timeout.as_millis()).unwrap_or(c_int::MAX);
-        // SAFETY: both streams live, and the library writes nothing but the index.
+        // SAFETY: both streams live, and the library writes the index only.
         let status = unsafe { (api.wait)(streams.as_mut_ptr(), 2, &raw mut index, milliseconds) };
         if status == sys::STATUS_TIME_OUT {
             return Ok(None);
         }
-        self.set("the wait for a picture", status)?;
+        self.check("the wait for a picture", status)?;
         let stream = if index == 0 { &self.depth } else { &self.colour };
         let mut frame = std::ptr::null_mut();
-        // SAFETY: the stream lives and has a picture, so that this does not block.
+        // SAFETY: the stream lives. It has a picture, so that the call does not block.
         let status = unsafe { (api.read_frame)(stream.handle, &raw mut frame) };
-        self.set("the reading of a picture", status)?;
-        // SAFETY: the library hands over a reference to a picture, or null; it is released below.
+        self.check("the reading of a picture", status)?;
+        // SAFETY: the library returns a picture, which is released below, or null.
         let Some(read) = (unsafe { frame.as_ref() }) else { return Ok(None) };
         let picture = unpack(read, stream);
-        // SAFETY: the picture is released once, and `read` is not used any more.
+        // SAFETY: the picture is released once, and `read` is not used after this.
         unsafe { (api.release_frame)(frame) };
         picture.map(Some)
     }
 
-    /// Gives the device up as it is. Nobody knows what a driver makes of being told to stop a
-    /// camera that is not there.
+    /// Leaves the device open when it is dropped. Stopping an unplugged camera is undefined in some
+    /// drivers.
     pub(crate) fn abandon(&mut self) {
         self.abandoned = true;
     }
 
-    /// `status` of what was done to the device.
-    fn set(&self, what: &'static str, status: sys::OniStatus) -> Result<(), OpenniError> {
+    /// Returns the error of a failed call.
+    fn check(&self, what: &'static str, status: sys::OniStatus) -> Result<(), OpenniError> {
         let uri = || self.uri.clone();
         self.openni.inner.check(status).map_err(|error| OpenniError::Setting {
             uri: uri(),
@@ -169,11 +182,11 @@ impl Drop for Device {
             unsafe { (api.disable_sync)(self.handle) };
         }
         for stream in [&self.depth, &self.colour] {
-            // SAFETY: the stream lives; a stream that was not started may be stopped.
+            // SAFETY: the stream lives; a stream may be stopped before it was started.
             unsafe { (api.stream_stop)(stream.handle) };
         }
-        // The player of recordings goes through its streams, in a thread of its own and without a
-        // lock, until it is closed: they are left to it.
+        // The library's player reads its streams in a thread of its own, without a lock, until the
+        // device is closed: it destroys them itself.
         let owned: &[&Stream] = if self.recording { &[] } else { &[&self.depth, &self.colour] };
         for stream in owned {
             // SAFETY: the stream lives, and is not used after this.
@@ -184,14 +197,13 @@ impl Drop for Device {
     }
 }
 
-/// The picture out of the library's memory.
+/// Copies a picture out of the library's memory.
 fn unpack(frame: &sys::OniFrame, stream: &Stream) -> Result<Picture, OpenniError> {
     let length = usize::try_from(frame.data_size).unwrap_or(0);
     let bytes = if frame.data.is_null() {
         &[]
     } else {
-        // SAFETY: the library says that so many bytes are there; they stay until the frame is
-        // released.
+        // SAFETY: the frame has `data_size` bytes, which stay until it is released.
         unsafe { std::slice::from_raw_parts(frame.data.cast::<u8>(), length) }
     };
     let raw = Raw {
@@ -207,17 +219,17 @@ fn unpack(frame: &sys::OniFrame, stream: &Stream) -> Result<Picture, OpenniError
     raw.unpack(&stream.mode, stream.mirrored)
 }
 
-/// The first camera there is.
+/// Returns the URI of the first camera.
 fn first(openni: &OpenNi) -> Result<String, OpenniError> {
     let first = openni.devices()?.into_iter().next();
     first.map(|device| device.uri).ok_or(OpenniError::NoDevice)
 }
 
-/// The path of a recording that can be read, as the library takes it.
-fn readable(path: &Path) -> Result<String, OpenniError> {
+/// Checks that a recording can be read. Returns its path in the library's form.
+fn checked_path(path: &Path) -> Result<String, OpenniError> {
     let uri = path.display().to_string();
     let failed = |error: String| OpenniError::Open { uri: uri.clone(), error };
-    oni_file::examine(path).map_err(|error| failed(error.to_string()))?;
+    oni_file::check(path).map_err(|error| failed(error.to_string()))?;
     match path.to_str() {
         Some(text) => Ok(text.to_owned()),
         None => Err(failed("OpenNI2 takes paths in UTF-8 only".to_owned())),

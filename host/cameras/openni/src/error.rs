@@ -1,204 +1,223 @@
-//! What can go wrong with a camera or a recording.
+//! Errors of cameras and recordings.
 
 use std::path::PathBuf;
 
 use thiserror::Error;
 
-use crate::{Mode, Sensor};
+use crate::mode::{Mode, Sensor};
+use crate::search::LIBRARY_VARIABLE;
 
-/// Why there is no camera, or no picture of it.
+/// Failure to load OpenNI2, to open a camera or a recording, or to read it.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum OpenniError {
     /// The library is not installed.
-    #[error("OpenNI2 is not there: on Debian and Ubuntu install the package libopenni2-0 (apt-get install libopenni2-0), elsewhere give the path of libOpenNI2.so.0 in the environment variable {} ({}: {error})", crate::LIBRARY_VARIABLE, .path.display())]
+    #[error(
+        "OpenNI2 is not installed: on Debian and Ubuntu install the package libopenni2-0 \
+         (apt-get install libopenni2-0), elsewhere give the path of libOpenNI2.so.0 in the \
+         environment variable {LIBRARY_VARIABLE} ({}: {error})",
+        .path.display()
+    )]
     NoLibrary {
-        /// What was looked for.
+        /// Path or name that was loaded.
         path: PathBuf,
-        /// What the system said.
+        /// Error of the system.
         error: String,
     },
-    /// The library is another one, or too old.
+    /// The file is another library, or an older version.
     #[error("{}: this is not OpenNI 2.2 or later: {error}", .path.display())]
     NotOpenni {
         /// The library.
         path: PathBuf,
-        /// What it lacks.
+        /// Function that it lacks.
         error: String,
     },
-    /// The library does not begin: mostly, it has no drivers.
-    #[error("{}: OpenNI2 does not begin: {error}. Its drivers belong into the folder OpenNI2/Drivers beside it", .path.display())]
+    /// The library cannot be initialised, mostly because it finds no drivers.
+    #[error(
+        "{}: OpenNI2 cannot be initialised: {error}. Its drivers belong into the folder \
+         OpenNI2/Drivers beside it",
+        .path.display()
+    )]
     Initialize {
         /// The library.
         path: PathBuf,
-        /// What it said.
+        /// Message of the library.
         error: String,
     },
-    /// Nothing is plugged in that a driver knows.
+    /// No camera is plugged in that has a driver.
     #[error(
-        "no camera is plugged in that OpenNI2 has a driver for; `plumb cameras` says what is there and what is missing"
+        "no camera is plugged in that OpenNI2 has a driver for; `plumb cameras` lists what \
+         is there and what is missing"
     )]
     NoDevice,
-    /// A camera or a recording cannot be opened.
+    /// The camera or recording cannot be opened.
     #[error("{uri}: cannot be opened: {error}")]
     Open {
-        /// Which.
+        /// URI of the camera, or path of the recording.
         uri: String,
-        /// Why not.
+        /// Reason.
         error: String,
     },
-    /// It has no such sensor.
+    /// The camera or recording lacks a sensor.
     #[error("{uri}: has no {sensor} picture")]
     NoSensor {
-        /// Which.
+        /// URI of the camera, or path of the recording.
         uri: String,
-        /// What it lacks.
+        /// Missing sensor.
         sensor: Sensor,
     },
-    /// It cannot give what was asked for.
+    /// The camera lacks the mode of the settings.
     #[error("{uri}: its {sensor} camera has no mode {wanted}; it has {}", list(.has))]
     NoMode {
-        /// Which.
+        /// URI of the camera, or path of the recording.
         uri: String,
-        /// Of which sensor.
+        /// Sensor of the picture.
         sensor: Sensor,
-        /// What was asked for.
+        /// Mode of the settings.
         wanted: Mode,
-        /// What there is.
+        /// Modes of the camera.
         has: Vec<Mode>,
     },
-    /// It does not do what it was told.
+    /// A setting failed.
     #[error("{uri}: {what} could not be set: {error}")]
     Setting {
-        /// Which.
+        /// URI of the camera, or path of the recording.
         uri: String,
-        /// What was to be set.
+        /// The setting.
         what: &'static str,
-        /// What came of it.
+        /// Result of the attempt.
         error: String,
     },
-    /// Colour and depth of a recording do not belong together.
+    /// Colour and depth of a recording differ in size.
     #[error(
-        "{uri}: colour is {colour} but depth {depth}: depth must be registered to colour, and of its size"
+        "{uri}: colour is {colour} but depth {depth}: depth must be registered to colour, and of its \
+         size"
     )]
     Sizes {
-        /// Which.
+        /// URI of the camera, or path of the recording.
         uri: String,
-        /// The colour stream.
+        /// Mode of the colour stream.
         colour: Mode,
-        /// The depth stream.
+        /// Mode of the depth stream.
         depth: Mode,
     },
-    /// A picture that is not of the stream's size.
+    /// A picture does not have the stream's mode.
     #[error(
         "a {sensor} picture of {width}x{height} pixels and {bytes} bytes where {expected} was set"
     )]
     Picture {
-        /// Of which sensor.
+        /// Sensor of the picture.
         sensor: Sensor,
-        /// Its columns.
+        /// Columns of the picture.
         width: i32,
-        /// Its rows.
+        /// Rows of the picture.
         height: i32,
-        /// Its bytes.
+        /// Bytes of the picture.
         bytes: i32,
-        /// What was set.
+        /// Mode of the stream.
         expected: Mode,
     },
-    /// A picture without its counterpart.
-    #[error("a {sensor} picture at {time:.6} s without {} within {:.0} ms: colour and depth are out of step or one of them is lost", .sensor.other(), .within * 1e3)]
-    Alone {
-        /// Of which sensor.
+    /// A picture has no counterpart in time.
+    #[error(
+        "a {sensor} picture at {time:.6} s without {} within {:.0} ms: colour and depth are out of \
+         step or one of them is lost",
+        .sensor.other(),
+        .within * 1e3
+    )]
+    Unpaired {
+        /// Sensor of the picture.
         sensor: Sensor,
-        /// When it was taken, seconds.
+        /// Time stamp of the picture, seconds.
         time: f64,
-        /// How far apart a pair may be, seconds.
+        /// Largest difference of the time stamps of a pair, seconds.
         within: f64,
     },
-    /// A colour picture with the depth of another moment.
+    /// Colour and depth of a pair have different numbers: they are of different moments.
     #[error(
-        "colour picture {colour} and depth picture {depth} at {time:.6} s: colour and depth are out of step"
+        "colour picture {colour} and depth picture {depth} at {time:.6} s: colour and \
+         depth are out of step"
     )]
     OutOfStep {
         /// Number of the colour picture.
         colour: i32,
         /// Number of the depth picture.
         depth: i32,
-        /// When the colour picture was taken, seconds.
+        /// Time stamp of the colour picture, seconds.
         time: f64,
     },
-    /// Frames of a recording that were not handed over.
+    /// Pictures of a recording are missing.
     #[error("{count} {sensor} pictures of the recording before {time:.6} s were lost on the way")]
     Skipped {
-        /// Of which sensor.
+        /// Sensor of the picture.
         sensor: Sensor,
-        /// How many.
+        /// Number of missing pictures.
         count: i32,
-        /// When the next one was taken, seconds.
+        /// Time stamp of the next picture, seconds.
         time: f64,
     },
-    /// The camera is gone.
+    /// The camera was unplugged.
     #[error("{uri}: the camera was unplugged")]
     Unplugged {
-        /// Which.
+        /// URI of the camera, or path of the recording.
         uri: String,
     },
-    /// It gives nothing any more.
+    /// The camera delivers no pictures any more.
     #[error("{uri}: no picture for {seconds:.1} s")]
     Silent {
-        /// Which.
+        /// URI of the camera, or path of the recording.
         uri: String,
-        /// How long.
+        /// Time without a picture, seconds.
         seconds: f64,
     },
-    /// A recording ends before its end.
+    /// A recording has fewer pictures than its header states.
     #[error("{uri}: damaged: {got} of {promised} {sensor} pictures could be read")]
     Truncated {
-        /// Which.
+        /// URI of the camera, or path of the recording.
         uri: String,
-        /// Of which sensor.
+        /// Sensor of the picture.
         sensor: Sensor,
-        /// Pictures read.
+        /// Pictures that were read.
         got: i32,
-        /// Pictures that its header promises.
+        /// Pictures that its header states.
         promised: i32,
     },
-    /// A call into the library does not come back.
+    /// A call into the library does not return.
     #[error(
-        "{uri}: OpenNI2 does not come back from {what} ({seconds:.0} s); unplug the camera and plug it in again"
+        "{uri}: OpenNI2 does not return from {what} ({seconds:.0} s); unplug the camera and \
+         plug it in again"
     )]
-    Stuck {
-        /// Which.
+    Unresponsive {
+        /// URI of the camera, or path of the recording.
         uri: String,
-        /// From what.
+        /// The call.
         what: &'static str,
-        /// How long it was waited for.
+        /// Time waited, seconds.
         seconds: f64,
     },
-    /// A recording could not be made.
+    /// The device's own recording failed.
     #[error("{}: cannot be recorded to: {error}", .path.display())]
     Record {
         /// The file.
         path: PathBuf,
-        /// Why not.
+        /// Reason.
         error: String,
     },
 }
 
 impl OpenniError {
-    /// Whether it is about one picture, and the next may come as if nothing had been.
-    pub fn is_passing(&self) -> bool {
+    /// Returns whether only single pictures are lost: the next one may be good.
+    pub fn is_transient(&self) -> bool {
         matches!(
             self,
             Self::Picture { .. }
-                | Self::Alone { .. }
+                | Self::Unpaired { .. }
                 | Self::OutOfStep { .. }
                 | Self::Skipped { .. }
         )
     }
 }
 
-/// "640x480 at 30 Hz, 320x240 at 30 Hz", or "none".
+/// Formats modes as "640x480 at 30 Hz, 320x240 at 30 Hz", or "none".
 fn list(modes: &[Mode]) -> String {
     let texts: Vec<String> = modes.iter().map(Mode::to_string).collect();
     if texts.is_empty() { "none".to_owned() } else { texts.join(", ") }

@@ -1,16 +1,17 @@
-//! A device that is open, and how its streams are set up.
+//! Open device, and the set-up of its streams.
 
 use core::ffi::{c_int, c_void};
 use std::ffi::CString;
 
-use crate::camera::Settings;
-use crate::events::text;
+use crate::error::OpenniError;
 use crate::library::OpenNi;
-use crate::picture::{Mode, Sensor};
-use crate::stream::{Bare, Stream};
-use crate::{OpenniError, sys};
+use crate::mode::{Mode, Sensor};
+use crate::settings::Settings;
+use crate::stream::{RawStream, Stream};
+use crate::sys;
+use crate::text::text;
 
-/// An open device without streams yet; closed when it is dropped.
+/// Open device without streams. Dropping it closes the device.
 pub(crate) struct Handle<'a> {
     openni: &'a OpenNi,
     raw: sys::OniDeviceHandle,
@@ -18,7 +19,7 @@ pub(crate) struct Handle<'a> {
 
 impl Drop for Handle<'_> {
     fn drop(&mut self) {
-        // SAFETY: the handle is open, and nothing else has it.
+        // SAFETY: the handle is open, and not used after this.
         unsafe { (self.openni.inner.api.device_close)(self.raw) };
     }
 }
@@ -29,20 +30,20 @@ impl<'a> Handle<'a> {
         let failed = |error: String| OpenniError::Open { uri: uri.to_owned(), error };
         let text = CString::new(uri).map_err(|error| failed(error.to_string()))?;
         let mut raw = std::ptr::null_mut();
-        // SAFETY: the string has its closing zero and lives through the call, as does the variable.
+        // SAFETY: the string ends with a zero; it and the variable live through the call.
         let status = unsafe { (openni.inner.api.device_open)(text.as_ptr(), &raw mut raw) };
         openni.inner.check(status).map_err(failed)?;
         Ok(Self { openni, raw })
     }
 
-    /// Its handle, without closing it: from now on that is for the caller to do.
+    /// Returns the device's handle, which the caller must close.
     pub(crate) fn into_raw(self) -> sys::OniDeviceHandle {
         let raw = self.raw;
         std::mem::forget(self);
         raw
     }
 
-    /// What the device is called.
+    /// Returns maker and model of the device.
     pub(crate) fn name(&self) -> String {
         let zero = sys::OniDeviceInfo {
             uri: [0; sys::MAX_STR],
@@ -57,10 +58,10 @@ impl<'a> Handle<'a> {
         format!("{} {}", text(&info.vendor), text(&info.name)).trim().to_owned()
     }
 
-    /// The modes of `sensor`; `None` where the device has none.
+    /// Returns the modes of `sensor`; `None` where the device lacks the sensor.
     fn modes(&self, sensor: Sensor) -> Option<Vec<Mode>> {
-        // SAFETY: the device is open; the library gives null or a description that stays as long as
-        // it.
+        // SAFETY: the device is open; the library returns null or a description that lives as long
+        // as the device.
         let info = unsafe { (self.openni.inner.api.sensor_info)(self.raw, sensor.number()) };
         // SAFETY: as above.
         let info = unsafe { info.as_ref() }?;
@@ -68,12 +69,13 @@ impl<'a> Handle<'a> {
         if info.modes.is_null() {
             return Some(Vec::new());
         }
-        // SAFETY: the description says that so many modes are there.
+        // SAFETY: the description has `mode_count` modes.
         let modes = unsafe { std::slice::from_raw_parts(info.modes, count) };
         Some(modes.iter().filter_map(Mode::from_raw).collect())
     }
 
-    fn create(&self, uri: &str, sensor: Sensor) -> Result<Bare<'_>, OpenniError> {
+    /// Creates the stream of `sensor`.
+    fn create(&self, uri: &str, sensor: Sensor) -> Result<RawStream<'_>, OpenniError> {
         let mut raw = std::ptr::null_mut();
         // SAFETY: the device is open, and the variable lives through the call.
         let status = unsafe {
@@ -81,15 +83,15 @@ impl<'a> Handle<'a> {
         };
         let check = self.openni.inner.check(status);
         check.map_err(|error| OpenniError::Open { uri: format!("{uri}, {sensor}"), error })?;
-        Ok(Bare { openni: self.openni, raw })
+        Ok(RawStream { openni: self.openni, raw })
     }
 
-    /// Colour and depth, as `set_up` makes them of what is created; where anything fails neither
-    /// stays.
+    /// Creates both streams and sets them up with `set_up`. Returns colour and depth. Destroys both
+    /// where anything fails.
     fn streams(
         &self,
         uri: &str,
-        set_up: impl FnOnce(&Bare<'_>, &Bare<'_>) -> Result<(Stream, Stream), OpenniError>,
+        set_up: impl FnOnce(&RawStream<'_>, &RawStream<'_>) -> Result<(Stream, Stream), OpenniError>,
     ) -> Result<(Stream, Stream), OpenniError> {
         let depth = self.create(uri, Sensor::Depth)?;
         let colour = self.create(uri, Sensor::Colour).inspect_err(|_| depth.destroy())?;
@@ -99,8 +101,8 @@ impl<'a> Handle<'a> {
         })
     }
 
-    /// The streams of a camera: size and rate as asked for, depth registered to colour, not
-    /// mirrored.
+    /// Sets up the streams of a camera: size and rate of `settings`, depth registered to colour, not
+    /// mirrored. Returns colour and depth.
     pub(crate) fn live_streams(
         &self,
         uri: &str,
@@ -112,23 +114,18 @@ impl<'a> Handle<'a> {
             depth.set_up(uri, depth_mode)?;
             colour.set_up(uri, colour_mode)?;
             self.register(uri)?;
-            Ok((
-                Stream {
-                    sensor: Sensor::Colour,
-                    handle: colour.raw,
-                    mode: colour_mode,
-                    mirrored: false,
-                },
-                Stream {
-                    sensor: Sensor::Depth,
-                    handle: depth.raw,
-                    mode: depth_mode,
-                    mirrored: false,
-                },
-            ))
+            let stream = |sensor, raw: &RawStream<'_>, mode| Stream {
+                sensor,
+                handle: raw.raw,
+                mode,
+                mirrored: false,
+            };
+            let colour = stream(Sensor::Colour, colour, colour_mode);
+            Ok((colour, stream(Sensor::Depth, depth, depth_mode)))
         })
     }
 
+    /// Returns the mode of `sensor` that `settings` ask for.
     fn find_mode(
         &self,
         uri: &str,
@@ -155,7 +152,7 @@ impl<'a> Handle<'a> {
         })
     }
 
-    /// Has depth given as the colour camera would see it.
+    /// Turns on the registration of depth to colour, and verifies it.
     fn register(&self, uri: &str) -> Result<(), OpenniError> {
         let failed = |error: &str| OpenniError::Setting {
             uri: uri.to_owned(),
@@ -175,7 +172,8 @@ impl<'a> Handle<'a> {
         }
     }
 
-    /// The streams of a recording, as they were recorded; played frame by frame, once.
+    /// Sets up the streams of a recording, to be played once and frame by frame. Returns colour and
+    /// depth.
     pub(crate) fn recorded_streams(&self, uri: &str) -> Result<(Stream, Stream), OpenniError> {
         let set = |what, result: Result<(), String>| {
             result.map_err(|error| OpenniError::Setting { uri: uri.to_owned(), what, error })
@@ -207,7 +205,7 @@ impl<'a> Handle<'a> {
     fn set<T: Copy>(&self, property: c_int, value: T) -> Result<(), String> {
         let size = size_of::<T>() as c_int;
         let pointer = std::ptr::from_ref(&value).cast::<c_void>();
-        // SAFETY: the device is open; so many bytes of a plain value are at the pointer.
+        // SAFETY: the device is open; the pointer is to `size` bytes of a plain value.
         let status =
             unsafe { (self.openni.inner.api.device_set)(self.raw, property, pointer, size) };
         self.openni.inner.check(status)
@@ -216,8 +214,8 @@ impl<'a> Handle<'a> {
     fn get(&self, property: c_int, zero: c_int) -> Result<c_int, String> {
         let (mut value, mut size) = (zero, size_of::<c_int>() as c_int);
         let pointer = (&raw mut value).cast::<c_void>();
-        // SAFETY: the device is open; the library writes no more than `size` bytes, and a C int may
-        // have any value.
+        // SAFETY: the device is open; the library writes at most `size` bytes, and any bytes make a C
+        // int.
         let status = unsafe {
             (self.openni.inner.api.device_get)(self.raw, property, pointer, &raw mut size)
         };

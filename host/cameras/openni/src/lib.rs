@@ -1,9 +1,9 @@
-//! Cameras and recordings through OpenNI2, for Plumb and without `unsafe` for who uses it.
+//! Cameras and recordings through OpenNI2, behind an interface without `unsafe`.
 //!
-//! The library (Debian's libopenni2-0) is loaded when it is asked for, so that its absence is a
-//! message and not a program that does not start. A [`Camera`] has a thread of its own that alone
-//! talks to the library: whatever a driver, a cable or a damaged recording does,
-//! [`Camera::next_pair`] comes back in bounded time.
+//! The library (Debian's package libopenni2-0) is loaded at run time, so that a program also starts
+//! without it. A [`Camera`] has a thread of its own, which makes all calls into the library:
+//! [`Camera::next_pair`] returns in bounded time, also where a driver, a cable or a damaged
+//! recording blocks a call.
 //!
 //! ```no_run
 //! use plumb_openni::{Camera, OpenNi, Settings, Target};
@@ -11,7 +11,7 @@
 //! let openni = OpenNi::load()?;
 //! let mut camera = Camera::open(&openni, &Target::First, Settings::default())?;
 //! while let Some(pair) = camera.next_pair()? {
-//!     println!("{:.3} s: {} bytes of colour, {} depths", pair.time, pair.colour.len(), pair.depth.len());
+//!     println!("{:.3} s: {} depths", pair.time, pair.depth.len());
 //! }
 //! # Ok::<(), plumb_openni::OpenniError>(())
 //! ```
@@ -25,18 +25,26 @@ mod events;
 mod handle;
 mod library;
 mod mailbox;
+mod message;
+mod mode;
 mod oni_file;
-mod oni_node;
 mod pairing;
 mod picture;
+mod reader;
 mod recorder;
+mod search;
+mod settings;
 mod stream;
 pub mod sys;
+mod text;
 mod worker;
 
-pub use camera::{Camera, Deadlines, Opened, Settings, Target};
+pub use camera::Camera;
 pub use clock::HostClock;
 pub use error::OpenniError;
-pub use library::{DeviceInfo, LIBRARY_VARIABLE, OpenNi};
+pub use library::{DeviceInfo, OpenNi};
+pub use mode::{DepthUnit, Mode, Sensor};
 pub use pairing::{Pairing, Timed};
-pub use picture::{DepthUnit, Mode, Pair, Sensor};
+pub use picture::Pair;
+pub use search::LIBRARY_VARIABLE;
+pub use settings::{Deadlines, Opened, Settings, Target};

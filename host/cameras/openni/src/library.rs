@@ -1,23 +1,18 @@
-//! The library: found, loaded, asked what is plugged in.
+//! Loading of the library, and the list of its cameras.
 
 use std::fmt;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
-use crate::OpenniError;
 use crate::api::Api;
-use crate::events::{Events, owned, text};
+use crate::error::OpenniError;
+use crate::events::Events;
+use crate::search::{LIBRARY_VARIABLE, NAMES};
 use crate::sys::{API_VERSION, OniStatus, STATUS_OK, STATUS_TIME_OUT};
+use crate::text::{owned, text};
 
-/// The environment variable that says where the library is, where it is not where the system keeps
-/// them.
-pub const LIBRARY_VARIABLE: &str = "PLUMB_OPENNI2";
-
-/// Under these names the library is looked for.
-const NAMES: [&str; 3] = ["libOpenNI2.so.0", "libOpenNI2.so", "libOpenNI2.dylib"];
-
-/// The loaded library. Copies are the same library; it stays loaded until the program ends, since
-/// drivers have threads of their own and not all survive being ended.
+/// Loaded library. Clones share it. It stays loaded until the program ends, because its drivers
+/// have threads of their own and some crash when they are unloaded.
 #[derive(Clone)]
 pub struct OpenNi {
     pub(crate) inner: Arc<Inner>,
@@ -28,26 +23,26 @@ pub(crate) struct Inner {
     pub(crate) events: &'static Events,
 }
 
-/// What is plugged in.
+/// Camera that is plugged in.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct DeviceInfo {
-    /// How it is opened.
+    /// URI, by which the camera is opened.
     pub uri: String,
-    /// Who made it.
+    /// Maker.
     pub vendor: String,
-    /// What it is called.
+    /// Model.
     pub name: String,
-    /// USB vendor and product.
+    /// USB identifiers of vendor and product.
     pub usb: (u16, u16),
 }
 
-/// Those that were loaded, by what they were asked for with: a second loading would be a second set
-/// of drivers at one camera.
+/// Loaded libraries by the path or name that was asked for. Loading one twice would put two sets of
+/// drivers on one camera.
 static LOADED: Mutex<Vec<(PathBuf, OpenNi)>> = Mutex::new(Vec::new());
 
 impl OpenNi {
-    /// Loads the library from where [`LIBRARY_VARIABLE`] says, or else by its usual names, and its
-    /// drivers. The folder that the program runs in is another one for that moment.
+    /// Loads the library and its drivers from the path in [`LIBRARY_VARIABLE`], else by its usual
+    /// names. The working directory of the program changes during the call.
     ///
     /// # Errors
     /// [`OpenniError::NoLibrary`], [`OpenniError::NotOpenni`], [`OpenniError::Initialize`].
@@ -57,7 +52,7 @@ impl OpenNi {
             None => {
                 let mut results = NAMES.iter().map(|name| Self::load_from(Path::new(name)));
                 let first = results.next().unwrap_or(Err(OpenniError::NoDevice));
-                // What the most usual name's absence says is what a person needs.
+                // The error for the most usual name is the helpful one.
                 first.or_else(|error| results.find_map(Result::ok).ok_or(error))
             }
         }
@@ -72,12 +67,13 @@ impl OpenNi {
         if let Some((_, openni)) = loaded.iter().find(|(from, _)| from == path) {
             return Ok(openni.clone());
         }
-        let openni = Self::begin(Api::load(path)?)?;
+        let openni = Self::initialise(Api::load(path)?)?;
         loaded.push((path.to_owned(), openni.clone()));
         Ok(openni)
     }
 
-    fn begin(api: Api) -> Result<Self, OpenniError> {
+    /// Initialises the library and registers its callbacks.
+    fn initialise(api: Api) -> Result<Self, OpenniError> {
         let events: &'static Events = Box::leak(Box::default());
         let inner = Inner { api, events };
         // SAFETY: the function is the library's, and may be called at any time.
@@ -87,8 +83,8 @@ impl OpenNi {
             .map_err(|error| OpenniError::Initialize { path: inner.api.path.clone(), error })?;
         let mut callbacks = Events::callbacks();
         let mut handle = std::ptr::null_mut();
-        // SAFETY: the library copies the three pointers; the cookie is never freed, and what the
-        // callbacks do with it is made for any thread.
+        // SAFETY: the library copies the three pointers. The cookie is never freed, and the callbacks
+        // may use it from any thread.
         let status = unsafe {
             (inner.api.register_callbacks)(
                 &raw mut callbacks,
@@ -102,13 +98,13 @@ impl OpenNi {
         Ok(Self { inner: Arc::new(inner) })
     }
 
-    /// Where the library was loaded from, as it was asked for.
+    /// Returns the path or name from which the library was loaded.
     pub fn path(&self) -> &Path {
         &self.inner.api.path
     }
 
-    /// Its drivers: the files in the folder beside it that it takes them from. Empty where that
-    /// cannot be found out.
+    /// Returns the library's drivers: the files in the folder `OpenNI2/Drivers` beside it. Empty
+    /// where the folder is unknown.
     pub fn drivers(&self) -> Vec<PathBuf> {
         let Some(folder) = self.folder() else { return Vec::new() };
         let entries = std::fs::read_dir(folder.join("OpenNI2/Drivers"));
@@ -118,7 +114,7 @@ impl OpenNi {
         files
     }
 
-    /// The folder that it is in: as it was given, or where the system says that it found it.
+    /// Returns the library's folder: that of its path, else the one where the system found it.
     fn folder(&self) -> Option<PathBuf> {
         let path = &self.inner.api.path;
         if path.components().count() > 1 {
@@ -129,20 +125,20 @@ impl OpenNi {
         Path::new(line.get(line.find('/')?..)?).parent().map(Path::to_owned)
     }
 
-    /// The library's version, "2.2.0.33".
+    /// Returns the library's version, "2.2.0.33".
     pub fn version(&self) -> String {
         // SAFETY: the function only reads constants of the library.
         let version = unsafe { (self.inner.api.version)() };
         format!("{}.{}.{}.{}", version.major, version.minor, version.maintenance, version.build)
     }
 
-    /// The cameras that its drivers know of.
+    /// Lists the cameras of the library's drivers.
     ///
     /// # Errors
-    /// Where the library cannot tell.
+    /// Where the library fails.
     pub fn devices(&self) -> Result<Vec<DeviceInfo>, OpenniError> {
         let (mut list, mut count) = (std::ptr::null_mut(), 0);
-        // SAFETY: both pointers are to variables that live through the call.
+        // SAFETY: both variables live through the call.
         let status = unsafe { (self.inner.api.device_list)(&raw mut list, &raw mut count) };
         self.inner
             .check(status)
@@ -150,8 +146,7 @@ impl OpenNi {
         if list.is_null() {
             return Ok(Vec::new());
         }
-        // SAFETY: the library has made a list of `count` entries, which is its caller's until it is
-        // released.
+        // SAFETY: the library made a list of `count` entries, which stays until it is released.
         let entries =
             unsafe { std::slice::from_raw_parts(list, usize::try_from(count).unwrap_or(0)) };
         let devices = entries
@@ -176,28 +171,28 @@ impl fmt::Debug for OpenNi {
 }
 
 impl Inner {
-    /// What `status` says, in the library's words.
+    /// Returns the message of `status` as an error, unless it is a success.
     pub(crate) fn check(&self, status: OniStatus) -> Result<(), String> {
         if status == STATUS_OK {
             return Ok(());
         }
-        // SAFETY: the library gives a string of this thread's, which stays until its next call from
-        // here.
+        // SAFETY: the library returns a string of this thread, which stays until the thread's next
+        // call.
         let pointer = unsafe { (self.api.extended_error)() };
         // SAFETY: no call is made in between.
-        let said = unsafe { owned(pointer) };
+        let message = unsafe { owned(pointer) };
         let kind = match status {
             1 => "it failed",
             2 => "it is not implemented",
             3 => "it is not supported",
             4 => "a value or its size is not accepted",
-            5 => "it is out of turn",
+            5 => "it was called out of order",
             6 => "the device is gone",
             STATUS_TIME_OUT => "it took too long",
             _ => "unknown status",
         };
         let lines: Vec<&str> =
-            said.lines().map(str::trim).filter(|line| !line.is_empty()).collect();
+            message.lines().map(str::trim).filter(|line| !line.is_empty()).collect();
         Err(if lines.is_empty() {
             kind.to_owned()
         } else {

@@ -1,83 +1,87 @@
-//! Between the thread that talks to the library and who wants its pictures.
+//! Bounded queue between the worker thread and the reader of its messages.
 
 use std::collections::VecDeque;
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-/// What to do with a letter when there is no room.
+/// Behaviour of a full mailbox.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Overflow {
-    /// The oldest of its kind makes room: of a live camera only now counts. There is room for so
-    /// many of each kind.
+    /// The oldest message of the same kind is dropped: of a live camera only the newest counts. The
+    /// capacity is per kind.
     Drop,
-    /// It waits: a recording is read whole.
+    /// The sender waits: a recording is read completely.
     Block,
 }
 
-/// Kinds of letters. No letter pushes out one of another kind.
+/// Kind of a message. A message never displaces one of another kind.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Kind {
-    /// What is waited for.
+pub(crate) enum MessageKind {
+    /// A result.
     Content,
-    /// News of what was lost.
+    /// A loss.
     Problem,
-    /// The last letter.
+    /// The last message.
     End,
 }
 
-/// Something to put into a [`Mailbox`].
-pub(crate) trait Letter {
-    /// Its kind.
-    fn kind(&self) -> Kind;
+/// Message of a [`Mailbox`].
+pub(crate) trait Message {
+    /// Returns the kind of the message.
+    fn kind(&self) -> MessageKind;
 }
 
-/// A queue with room for a few letters.
+/// Queue with a capacity of a few messages.
 #[derive(Debug)]
 pub(crate) struct Mailbox<T> {
     state: Mutex<State<T>>,
     changed: Condvar,
-    room: usize,
+    capacity: usize,
     overflow: Overflow,
 }
 
 #[derive(Debug)]
 struct State<T> {
-    letters: VecDeque<T>,
+    messages: VecDeque<T>,
     closed: bool,
 }
 
-impl<T: Letter> Mailbox<T> {
-    pub(crate) fn new(room: usize, overflow: Overflow) -> Self {
-        let state = State { letters: VecDeque::with_capacity(room), closed: false };
-        Self { state: Mutex::new(state), changed: Condvar::new(), room, overflow }
+impl<T: Message> Mailbox<T> {
+    /// Makes an empty mailbox.
+    pub(crate) fn new(capacity: usize, overflow: Overflow) -> Self {
+        let state = State { messages: VecDeque::with_capacity(capacity), closed: false };
+        Self { state: Mutex::new(state), changed: Condvar::new(), capacity, overflow }
     }
 
-    /// Puts a letter in; `false` where nobody reads it any more.
-    pub(crate) fn put(&self, letter: T) -> bool {
+    /// Adds a message. Returns `false` where the mailbox is closed.
+    pub(crate) fn send(&self, message: T) -> bool {
         let mut state = self.lock();
-        while self.overflow == Overflow::Block && state.letters.len() >= self.room && !state.closed
+        while self.overflow == Overflow::Block
+            && state.messages.len() >= self.capacity
+            && !state.closed
         {
             state = self.changed.wait(state).unwrap_or_else(PoisonError::into_inner);
         }
-        let kind = letter.kind();
-        if state.letters.iter().filter(|other| other.kind() == kind).count() >= self.room
-            && let Some(oldest) = state.letters.iter().position(|other| other.kind() == kind)
+        let kind = message.kind();
+        let of_kind = state.messages.iter().filter(|other| other.kind() == kind).count();
+        if of_kind >= self.capacity
+            && let Some(oldest) = state.messages.iter().position(|other| other.kind() == kind)
         {
-            state.letters.remove(oldest);
+            state.messages.remove(oldest);
         }
-        state.letters.push_back(letter);
+        state.messages.push_back(message);
         self.changed.notify_all();
         !state.closed
     }
 
-    /// The oldest letter; `None` where none comes within `timeout`.
-    pub(crate) fn take(&self, timeout: Duration) -> Option<T> {
+    /// Removes and returns the oldest message; `None` where none comes within `timeout`.
+    pub(crate) fn receive(&self, timeout: Duration) -> Option<T> {
         let deadline = Instant::now() + timeout;
         let mut state = self.lock();
         loop {
-            if let Some(letter) = state.letters.pop_front() {
+            if let Some(message) = state.messages.pop_front() {
                 self.changed.notify_all();
-                return Some(letter);
+                return Some(message);
             }
             let left = deadline.checked_duration_since(Instant::now())?;
             (state, _) =
@@ -85,13 +89,13 @@ impl<T: Letter> Mailbox<T> {
         }
     }
 
-    /// Nobody reads any more.
+    /// Closes the mailbox: its messages are no longer received.
     pub(crate) fn close(&self) {
         self.lock().closed = true;
         self.changed.notify_all();
     }
 
-    /// Whether nobody reads any more.
+    /// Returns whether the mailbox is closed.
     pub(crate) fn is_closed(&self) -> bool {
         self.lock().closed
     }
@@ -105,28 +109,28 @@ impl<T: Letter> Mailbox<T> {
 mod tests {
     use super::*;
 
-    impl Letter for u32 {
+    impl Message for u32 {
         /// Numbers from 100 are problems, those from 200 ends.
-        fn kind(&self) -> Kind {
+        fn kind(&self) -> MessageKind {
             match *self {
-                0..100 => Kind::Content,
-                100..200 => Kind::Problem,
-                _ => Kind::End,
+                0..100 => MessageKind::Content,
+                100..200 => MessageKind::Problem,
+                _ => MessageKind::End,
             }
         }
     }
 
-    /// What is in a mailbox of a live camera with room for one after these letters.
-    fn left(letters: &[u32]) -> Vec<u32> {
+    /// Sends `messages` to a live camera's mailbox with a capacity of one. Returns what it holds.
+    fn left(messages: &[u32]) -> Vec<u32> {
         let mailbox = Mailbox::new(1, Overflow::Drop);
-        for letter in letters {
-            assert!(mailbox.put(*letter));
+        for message in messages {
+            assert!(mailbox.send(*message));
         }
-        std::iter::from_fn(|| mailbox.take(Duration::ZERO)).collect()
+        std::iter::from_fn(|| mailbox.receive(Duration::ZERO)).collect()
     }
 
     #[test]
-    fn a_problem_never_pushes_out_a_picture() {
+    fn a_problem_never_displaces_a_picture() {
         assert_eq!(left(&[1, 100]), [1, 100]);
         assert_eq!(left(&[100, 1, 101, 102]), [1, 102]);
         assert_eq!(left(&[1, 100, 2]), [100, 2]);
@@ -134,33 +138,33 @@ mod tests {
     }
 
     #[test]
-    fn of_a_live_camera_the_newest_stays() {
+    fn a_live_camera_keeps_the_newest() {
         let mailbox = Mailbox::new(2, Overflow::Drop);
-        for letter in 0..5 {
-            assert!(mailbox.put(letter));
+        for message in 0..5 {
+            assert!(mailbox.send(message));
         }
-        assert_eq!(mailbox.take(Duration::ZERO), Some(3));
-        assert_eq!(mailbox.take(Duration::ZERO), Some(4));
-        assert_eq!(mailbox.take(Duration::ZERO), None);
+        assert_eq!(mailbox.receive(Duration::ZERO), Some(3));
+        assert_eq!(mailbox.receive(Duration::ZERO), Some(4));
+        assert_eq!(mailbox.receive(Duration::ZERO), None);
     }
 
     #[test]
-    fn a_recording_comes_whole_however_slowly_it_is_read() {
+    fn a_slow_reader_loses_nothing_of_a_recording() {
         let mailbox = Mailbox::new(2, Overflow::Block);
         std::thread::scope(|scope| {
-            scope.spawn(|| (0..100).for_each(|letter| assert!(mailbox.put(letter))));
-            for letter in 0..100 {
-                assert_eq!(mailbox.take(Duration::from_secs(60)), Some(letter));
+            scope.spawn(|| (0..100).for_each(|message| assert!(mailbox.send(message))));
+            for message in 0..100 {
+                assert_eq!(mailbox.receive(Duration::from_secs(60)), Some(message));
             }
         });
     }
 
     #[test]
-    fn closing_frees_who_waits_for_room() {
+    fn closing_releases_a_waiting_sender() {
         let mailbox = Mailbox::new(1, Overflow::Block);
         std::thread::scope(|scope| {
-            let writer = scope.spawn(|| mailbox.put(1) && mailbox.put(2));
-            while mailbox.lock().letters.is_empty() {
+            let writer = scope.spawn(|| mailbox.send(1) && mailbox.send(2));
+            while mailbox.lock().messages.is_empty() {
                 std::thread::yield_now();
             }
             mailbox.close();

@@ -1,164 +1,49 @@
-//! Pictures, and how they are out of the library's memory.
+//! Pictures, copied out of the library's memory.
 
-use core::ffi::c_int;
-use std::fmt;
+use crate::error::OpenniError;
+use crate::mode::{Mode, Sensor};
+use crate::pairing::Timed;
 
-use crate::OpenniError;
-use crate::sys;
-
-/// Which of a camera's sensors.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Sensor {
-    /// Red, green and blue.
-    Colour,
-    /// Distances.
-    Depth,
-}
-
-impl Sensor {
-    /// The other one of a pair.
-    pub fn other(self) -> Self {
-        match self {
-            Self::Colour => Self::Depth,
-            Self::Depth => Self::Colour,
-        }
-    }
-
-    /// Its number in the library.
-    pub(crate) fn number(self) -> i32 {
-        match self {
-            Self::Colour => sys::SENSOR_COLOUR,
-            Self::Depth => sys::SENSOR_DEPTH,
-        }
-    }
-
-    /// The library's numbers of the formats that are understood, the one that is liked best first.
-    pub(crate) fn formats(self) -> &'static [c_int] {
-        match self {
-            Self::Colour => &[sys::FORMAT_RGB888],
-            Self::Depth => &[sys::FORMAT_DEPTH_1_MM, sys::FORMAT_DEPTH_100_UM],
-        }
-    }
-}
-
-impl fmt::Display for Sensor {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Colour => "colour",
-            Self::Depth => "depth",
-        })
-    }
-}
-
-/// What a unit of depth is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum DepthUnit {
-    /// A millimetre.
-    Millimetre,
-    /// A tenth of a millimetre.
-    Tenth,
-}
-
-impl DepthUnit {
-    /// Units in a metre.
-    pub fn per_metre(self) -> f64 {
-        match self {
-            Self::Millimetre => 1_000.0,
-            Self::Tenth => 10_000.0,
-        }
-    }
-}
-
-/// Size, rate and format of a stream.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Mode {
-    /// Columns.
-    pub width: u16,
-    /// Rows.
-    pub height: u16,
-    /// Pictures a second.
-    pub rate: u16,
-    /// The library's number of the pixels' format.
-    pub format: i32,
-}
-
-impl Mode {
-    /// The mode as the library has it.
-    pub(crate) fn raw(&self) -> sys::OniVideoMode {
-        sys::OniVideoMode {
-            pixel_format: self.format,
-            resolution_x: self.width.into(),
-            resolution_y: self.height.into(),
-            fps: self.rate.into(),
-        }
-    }
-
-    /// `None` for what is no picture's mode.
-    pub(crate) fn from_raw(raw: &sys::OniVideoMode) -> Option<Self> {
-        let size = |value: i32| u16::try_from(value).ok().filter(|&value| value > 0);
-        Some(Self {
-            width: size(raw.resolution_x)?,
-            height: size(raw.resolution_y)?,
-            rate: u16::try_from(raw.fps).ok()?,
-            format: raw.pixel_format,
-        })
-    }
-
-    /// Bytes of a pixel, in the formats that are read here.
-    fn bytes_per_pixel(&self) -> Option<usize> {
-        match self.format {
-            sys::FORMAT_RGB888 => Some(3),
-            sys::FORMAT_DEPTH_1_MM | sys::FORMAT_DEPTH_100_UM => Some(2),
-            _ => None,
-        }
-    }
-
-    /// Whether pictures of `other` have the same number of rows and columns.
-    pub fn same_size(&self, other: &Self) -> bool {
-        (self.width, self.height) == (other.width, other.height)
-    }
-}
-
-impl fmt::Display for Mode {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}x{} at {} Hz", self.width, self.height, self.rate)?;
-        match self.format {
-            sys::FORMAT_RGB888 | sys::FORMAT_DEPTH_1_MM => Ok(()),
-            sys::FORMAT_DEPTH_100_UM => f.write_str(" in 0.1 mm"),
-            201 | 205 => f.write_str(" in YUV"),
-            202 | 203 => f.write_str(" in grey"),
-            204 => f.write_str(" in JPEG"),
-            102 | 103 => f.write_str(" in shifts"),
-            other => write!(f, " in format {other}"),
-        }
-    }
-}
-
-/// A colour picture and its depth.
+/// Colour picture and its depth picture.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Pair {
-    /// When they were taken, seconds: on the host's clock since the camera was opened, or on the
-    /// recording's.
+    /// Time stamp, seconds: of a camera on the host's clock since it was opened, of a recording on
+    /// the recording's clock.
     pub time: f64,
     /// Red, green, blue, row by row from the top left.
     pub colour: Vec<u8>,
-    /// Depths, row by row from the top left, in the [`DepthUnit`] that the camera was opened with;
-    /// 0 = none.
+    /// Depths, row by row from the top left, in the
+    /// [`DepthUnit`](crate::DepthUnit) of the open camera; 0 = unknown.
     pub depth: Vec<u16>,
 }
 
-/// A picture, its pixels packed row by row.
+/// Picture with its pixels row by row, without gaps.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Picture {
     pub(crate) sensor: Sensor,
-    /// Counts up.
+    /// Number of the picture, counted up.
     pub(crate) index: i32,
-    /// µs on the device's clock.
+    /// Time stamp, µs on the device's clock.
     pub(crate) timestamp: u64,
     pub(crate) pixels: Vec<u8>,
 }
 
-/// A picture as the library says it is, its bytes beside it.
+impl Timed for Picture {
+    fn time(&self) -> f64 {
+        self.timestamp as f64 * 1e-6
+    }
+}
+
+impl Pair {
+    /// Joins a colour picture and its depth picture, taken at `time`.
+    pub(crate) fn new(time: f64, colour: Picture, depth: &Picture) -> Self {
+        let bytes = depth.pixels.as_chunks::<2>().0;
+        let depth = bytes.iter().map(|&bytes| u16::from_ne_bytes(bytes)).collect();
+        Self { time, colour: colour.pixels, depth }
+    }
+}
+
+/// Picture in the library's memory.
 pub(crate) struct Raw<'a> {
     pub(crate) sensor: Sensor,
     pub(crate) index: i32,
@@ -171,10 +56,10 @@ pub(crate) struct Raw<'a> {
 }
 
 impl Raw<'_> {
-    /// The picture, packed, and with left and right exchanged where it came `mirrored`.
+    /// Copies the picture row by row without gaps. Exchanges left and right where it is `mirrored`.
     ///
     /// # Errors
-    /// Where it is not of the mode `expected`.
+    /// Where the picture does not have the mode `expected`.
     pub(crate) fn unpack(&self, expected: &Mode, mirrored: bool) -> Result<Picture, OpenniError> {
         self.rows(expected, mirrored)
             .map(|pixels| Picture {
@@ -192,6 +77,7 @@ impl Raw<'_> {
             })
     }
 
+    /// Copies the pixels; `None` where the picture does not have the mode `expected`.
     fn rows(&self, expected: &Mode, mirrored: bool) -> Option<Vec<u8>> {
         let pixel = expected.bytes_per_pixel()?;
         let (width, height) = (usize::from(expected.width), usize::from(expected.height));
@@ -200,7 +86,7 @@ impl Raw<'_> {
         {
             return None;
         }
-        // Players of recordings leave the stride zero.
+        // Recordings have a stride of zero.
         let stride = usize::try_from(self.stride).ok().filter(|&s| s > 0).unwrap_or(width * pixel);
         if stride < width * pixel || self.bytes.len() < stride * (height - 1) + width * pixel {
             return None;
@@ -221,6 +107,7 @@ impl Raw<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::sys;
 
     const MODE: Mode = Mode { width: 2, height: 2, rate: 30, format: sys::FORMAT_RGB888 };
 
@@ -249,13 +136,13 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_of_the_mode_is_refused() {
+    fn pictures_of_another_mode_are_refused() {
         let bytes = [0; 12];
         assert!(raw(6, &bytes[..11]).unpack(&MODE, false).is_err());
         assert!(raw(4, &bytes).unpack(&MODE, false).is_err());
         assert!(Raw { width: 3, ..raw(6, &bytes) }.unpack(&MODE, false).is_err());
         assert!(Raw { height: 1, ..raw(6, &bytes) }.unpack(&MODE, false).is_err());
         let error = Raw { cropped: true, ..raw(6, &bytes) }.unpack(&MODE, false).unwrap_err();
-        assert!(error.to_string().contains("2x2") && error.is_passing(), "{error}");
+        assert!(error.to_string().contains("2x2") && error.is_transient(), "{error}");
     }
 }

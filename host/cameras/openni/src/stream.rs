@@ -1,33 +1,35 @@
-//! A stream: set up, or as it was recorded.
+//! Streams of a camera or a recording.
 
 use core::ffi::{c_int, c_void};
 
+use crate::error::OpenniError;
 use crate::library::OpenNi;
-use crate::picture::{Mode, Sensor};
-use crate::{OpenniError, sys};
+use crate::mode::{Mode, Sensor};
+use crate::sys;
 
-/// One of the device's streams.
+/// Stream of a device.
 pub(crate) struct Stream {
     pub(crate) sensor: Sensor,
     pub(crate) handle: sys::OniStreamHandle,
     pub(crate) mode: Mode,
-    /// Left and right are exchanged in what comes.
+    /// Whether left and right are exchanged in its pictures.
     pub(crate) mirrored: bool,
 }
 
-/// A stream that is being set up.
-pub(crate) struct Bare<'a> {
+/// Stream that is being set up.
+pub(crate) struct RawStream<'a> {
     pub(crate) openni: &'a OpenNi,
     pub(crate) raw: sys::OniStreamHandle,
 }
 
-/// What may be read as a property: any bytes are a value of it.
+/// Type of a property for which any bytes are a value.
 pub(crate) trait Plain: Copy {}
 impl Plain for c_int {}
 impl Plain for f32 {}
 impl Plain for sys::OniVideoMode {}
 
-impl Bare<'_> {
+impl RawStream<'_> {
+    /// Destroys the stream. It must not be used afterwards.
     pub(crate) fn destroy(&self) {
         // SAFETY: the stream lives, and is not used after this.
         unsafe { (self.openni.inner.api.stream_destroy)(self.raw) };
@@ -36,24 +38,25 @@ impl Bare<'_> {
     fn set<T: Plain>(&self, property: c_int, value: T) -> Result<(), String> {
         let size = size_of::<T>() as c_int;
         let pointer = std::ptr::from_ref(&value).cast::<c_void>();
-        // SAFETY: the stream lives; so many bytes of a plain value are at the pointer.
+        // SAFETY: the stream lives; the pointer is to `size` bytes of a plain value.
         let status =
             unsafe { (self.openni.inner.api.stream_set)(self.raw, property, pointer, size) };
         self.openni.inner.check(status)
     }
 
+    /// Returns the value of a property. `zero` is any value.
     pub(crate) fn get<T: Plain>(&self, property: c_int, zero: T) -> Result<T, String> {
         let (mut value, mut size) = (zero, size_of::<T>() as c_int);
         let pointer = (&raw mut value).cast::<c_void>();
-        // SAFETY: the stream lives; the library writes no more than `size` bytes, of which any make
-        // a `T`.
+        // SAFETY: the stream lives; the library writes at most `size` bytes, and any bytes make a
+        // `T`.
         let status = unsafe {
             (self.openni.inner.api.stream_get)(self.raw, property, pointer, &raw mut size)
         };
         self.openni.inner.check(status).map(|()| value)
     }
 
-    /// Sets the mode and turns mirroring off, and sees that it is so.
+    /// Sets the mode, turns mirroring off, and verifies both.
     pub(crate) fn set_up(&self, uri: &str, mode: Mode) -> Result<(), OpenniError> {
         let failed = |what, error| OpenniError::Setting { uri: uri.to_owned(), what, error };
         let size = |error| failed("size and rate", error);
@@ -77,7 +80,7 @@ impl Bare<'_> {
         }
     }
 
-    /// The stream of a recording as it was recorded.
+    /// Returns the stream of a recording with its recorded mode.
     pub(crate) fn recorded(&self, uri: &str, sensor: Sensor) -> Result<Stream, OpenniError> {
         let failed = |error: String| OpenniError::Open { uri: format!("{uri}, {sensor}"), error };
         let raw = self

@@ -162,13 +162,13 @@ impl From<OpenniSourceError> for SourceError {
 /// that of the lost frame.
 fn lost(error: OpenniError) -> SourceError {
     let stamp = match error {
-        OpenniError::Alone { sensor: Sensor::Colour, time, .. }
+        OpenniError::Unpaired { sensor: Sensor::Colour, time, .. }
         | OpenniError::OutOfStep { time, .. } => Some(time),
         _ => None,
     };
-    let is_passing = error.is_passing();
+    let is_transient = error.is_transient();
     let cause = OpenniSourceError::from(error);
-    let error = if is_passing { SourceError::new(cause) } else { SourceError::over(cause) };
+    let error = if is_transient { SourceError::new(cause) } else { SourceError::over(cause) };
     stamp.into_iter().fold(error, SourceError::with_stamp)
 }
 
