@@ -11,14 +11,15 @@ use embassy_rp::peripherals::FLASH;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
 use embassy_time::Timer;
-use plumb_core::keep::Slots;
+use plumb_core::config_store::ConfigStore;
 use plumb_protocol::Config;
 
 use crate::watch;
 
 /// A Pico has 2 MiB. memory.x leaves the last two sectors free.
 const SIZE: usize = 2 * 1024 * 1024;
-const SLOTS: Slots = Slots([(SIZE - 2 * ERASE_SIZE) as u32, (SIZE - ERASE_SIZE) as u32]);
+const STORE: ConfigStore =
+    ConfigStore([(SIZE - 2 * ERASE_SIZE) as u32, (SIZE - ERASE_SIZE) as u32]);
 
 /// The flash, for writing.
 pub(crate) type Keeper = Flash<'static, FLASH, Blocking, SIZE>;
@@ -33,7 +34,7 @@ const FAILED: u8 = 2;
 /// What was kept, and the flash to keep more.
 pub(crate) fn open(flash: Peri<'static, FLASH>) -> (Option<Config>, Keeper) {
     let mut flash = Flash::new_blocking(flash);
-    (SLOTS.load(&mut flash), flash)
+    (STORE.load(&mut flash), flash)
 }
 
 /// Has a configuration written. For the stepping: never waits.
@@ -60,7 +61,7 @@ pub(crate) async fn keep(mut flash: Keeper) {
         watch::be_lenient(true);
         // Until the watchdog has been fed accordingly.
         Timer::after_millis(4).await;
-        let result = SLOTS.save(&mut flash, &config);
+        let result = STORE.save(&mut flash, &config);
         watch::be_lenient(false);
         RESULT.store(if result.is_ok() { WRITTEN } else { FAILED }, Ordering::Relaxed);
     }

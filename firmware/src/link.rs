@@ -18,7 +18,7 @@ use embassy_time::{Duration, Instant, Timer};
 use heapless::spsc::{Consumer, Producer, Queue};
 use plumb_protocol::ToBoard;
 use plumb_protocol::frame::{self, Accumulator, FrameError};
-use plumb_protocol::message::Sighting;
+use plumb_protocol::message::PositionCommand;
 use static_cell::StaticCell;
 
 use crate::spawn;
@@ -33,7 +33,7 @@ const WRITE: Duration = Duration::from_millis(100);
 #[derive(Clone, Copy)]
 pub(crate) enum Message {
     /// A position.
-    Position(Sighting),
+    Position(PositionCommand),
     /// Another one: the next of [`Inbox::commands`]. Apart, since the largest of them is five times
     /// a position.
     Command,
@@ -60,7 +60,7 @@ impl ToInbox {
     /// message: it is taken out first.
     fn put(&mut self, found: Result<&[u8], FrameError>) {
         let message = match found.map(ToBoard::position) {
-            Ok(Some(sighting)) => Message::Position(sighting),
+            Ok(Some(position)) => Message::Position(position),
             Ok(None) => self.put_command(found),
             Err(error) => Message::Damaged(error),
         };

@@ -4,8 +4,8 @@
 //! ```text
 //! USB, UART -> link -> INBOX -> stepping (every 200 µs, above all else) -> generator -> DMA -> PIO -> pulses
 //!           <- link <- OUTBOX <-  |  ^
-//!                        QUESTION v  | ANSWER
-//!                              think (below all else)
+//!                         REQUEST v  | RESPONSE
+//!                              law_worker (below all else)
 //! ```
 //! By priority: stepping; the peripherals' interrupts; the tasks of links, flash, HATs and lamp;
 //! thread mode, which thinks.
@@ -20,11 +20,11 @@ mod flash;
 mod float;
 mod generator;
 mod hats;
+mod law_worker;
 mod link;
 mod pins;
 mod restart;
 mod stepping;
-mod think;
 mod watch;
 
 use coils::Coils;
@@ -121,5 +121,5 @@ fn main() -> ! {
         tasks.spawn(begin);
     }
     stepping::start(stepping::Parts { inbox, generator, coils, enable, watch, cause, kept });
-    think::run()
+    law_worker::run()
 }

@@ -22,7 +22,7 @@ use crate::enable::Enable;
 use crate::generator::Generator;
 use crate::link::{self, Inbox, Message};
 use crate::watch::Watch;
-use crate::{flash, hats, restart, think};
+use crate::{flash, hats, law_worker, restart};
 
 /// How long before a tick's beginning it is planned: what planning may take. Measured in the
 /// emulated chip, to the last word for the state machines: at most 5852 clocks (47 µs), with a
@@ -71,7 +71,7 @@ pub(crate) struct Stepping {
     enable: Enable,
     watch: Watch,
     /// How often the board had been configured when the drivers were set up.
-    configurations: u32,
+    generation: u32,
     fields: Fields,
     /// The board's time: when the coming tick begins.
     now: Micros,
@@ -117,7 +117,7 @@ impl Stepping {
     fn new(parts: Parts) -> Self {
         let Parts { inbox, generator, coils, enable, watch, cause, kept } = parts;
         let mut board = Board::new(BUILD);
-        board.started(cause);
+        board.set_start_cause(cause);
         if let Some(config) = kept {
             board.restore(&config);
         }
@@ -129,7 +129,7 @@ impl Stepping {
             coils,
             enable,
             watch,
-            configurations: 0,
+            generation: 0,
             fields: Fields::None,
             now: Micros(0),
             beginning: timer().wrapping_add(AHEAD_US),
@@ -163,8 +163,8 @@ impl Stepping {
         if self.inbox.messages.ready() {
             self.listen();
         }
-        if let Some(answer) = think::answer() {
-            self.board.answered(&answer);
+        if let Some(response) = law_worker::response() {
+            self.board.on_law_response(&response);
         }
         if let Some(tick) = self.board.plan(self.now, &mut self.outbox) {
             self.carry_out(tick);
@@ -175,8 +175,8 @@ impl Stepping {
         self.go_on();
         // From here on there is time.
         self.board.report(self.now, &mut self.outbox);
-        if let Some(question) = self.board.question() {
-            think::ask(question);
+        if let Some(request) = self.board.take_law_request() {
+            law_worker::request(request);
         }
         if !self.outbox.is_empty() {
             link::send(self.outbox.bytes());
@@ -192,7 +192,7 @@ impl Stepping {
         if tick.bootloader {
             restart::bootloader();
         }
-        if self.board.configurations() != self.configurations {
+        if self.board.generation() != self.generation {
             self.change_drivers();
         }
         if tick.store {
@@ -204,7 +204,7 @@ impl Stepping {
     /// Takes up the drivers of a new configuration; the motors stand still.
     #[inline(never)]
     fn change_drivers(&mut self) {
-        self.configurations = self.board.configurations();
+        self.generation = self.board.generation();
         self.enable.set(false);
         self.turn_fields();
         self.coils.disconnect();
@@ -255,7 +255,7 @@ impl Stepping {
     fn store(&mut self) {
         if let Some(written) = flash::written() {
             self.storing = false;
-            self.board.stored(self.now, written, &mut self.outbox);
+            self.board.on_stored(self.now, written, &mut self.outbox);
         } else if !self.storing
             && let Some(config) = self.board.config()
         {
@@ -269,16 +269,16 @@ impl Stepping {
     fn listen(&mut self) {
         let Self { board, inbox, outbox, now, .. } = self;
         match inbox.messages.peek() {
-            Some(Message::Position(sighting)) => {
-                board.see(*now, sighting.id, &sighting.position, outbox)
+            Some(Message::Position(position)) => {
+                board.on_position(*now, position.id, &position.position, outbox)
             }
             Some(Message::Command) => {
                 if let Some(command) = inbox.commands.peek() {
-                    board.take(*now, Ok(command), outbox);
+                    board.on_frame(*now, Ok(command), outbox);
                 }
                 let _ = inbox.commands.dequeue();
             }
-            Some(Message::Damaged(error)) => board.take(*now, Err(*error), outbox),
+            Some(Message::Damaged(error)) => board.on_frame(*now, Err(*error), outbox),
             None => {}
         }
         let _ = inbox.messages.dequeue();
@@ -299,7 +299,7 @@ impl Stepping {
         } else if self.generator.emergency_closed() {
             self.generator.watch();
         }
-        self.board.emergency(self.now, missing, &mut self.outbox);
+        self.board.on_emergency_stop(self.now, missing, &mut self.outbox);
     }
 
     /// Gives the state machines the coming tick; starts them where they stand, or are about to run

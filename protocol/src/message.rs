@@ -31,7 +31,7 @@ impl ToBoard {
     /// The position, where these bytes of postcard are a [`Command::Position`]: what a board waits
     /// for, without the room that the largest command takes.
     #[inline(always)]
-    pub fn position(message: &[u8]) -> Option<Sighting> {
+    pub fn position(message: &[u8]) -> Option<PositionCommand> {
         /// Which one of the commands it is.
         const POSITION: u32 = 4;
         let mut reader = postcard::Deserializer::from_bytes(message);
@@ -42,7 +42,7 @@ impl ToBoard {
         // By reference: what may also be an error is copied by the byte.
         match &Position::deserialize(&mut reader) {
             Ok(position) if reader.finalize().is_ok_and(<[u8]>::is_empty) => {
-                Some(Sighting { id, position: *position })
+                Some(PositionCommand { id, position: *position })
             }
             _ => None,
         }
@@ -51,7 +51,7 @@ impl ToBoard {
 
 /// A [`ToBoard`] with a position.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Sighting {
+pub struct PositionCommand {
     /// See [`ToBoard::id`].
     pub id: u16,
     /// See [`Command::Position`].

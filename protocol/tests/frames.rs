@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops at the first surprise")]
 
 use plumb_protocol::frame::{Accumulator, FrameError, MAX_FRAME, TooLong, encode, read};
-use plumb_protocol::message::{Command, Hello, Position, Sighting, ToBoard};
+use plumb_protocol::message::{Command, Hello, Position, PositionCommand, ToBoard};
 use plumb_protocol::units::{Covariance, Micrometres, Point};
 use proptest::prelude::*;
 
@@ -51,7 +51,7 @@ proptest! {
                 let message = message.unwrap();
                 let (whole, position) = (read::<ToBoard>(message).unwrap(), ToBoard::position(message));
                 match whole.command {
-                    Command::Position(seen) => prop_assert_eq!(position, Some(Sighting { id: whole.id, position: seen })),
+                    Command::Position(seen) => prop_assert_eq!(position, Some(PositionCommand { id: whole.id, position: seen })),
                     _ => prop_assert_eq!(position, None),
                 }
                 received.push(whole);

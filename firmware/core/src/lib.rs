@@ -7,7 +7,7 @@
 //! fixed point, but for one law in f32 that keeps to what IEEE 754 lays down.
 //!
 //! ```text
-//! bytes -> Board::receive -> law -> MotorRates        (on every position; a slow law in a Thinker, some ticks later)
+//! bytes -> Board::receive -> law -> MotorRates        (on every position; a slow law in a LawWorker, some ticks later)
 //! time  -> Board::tick -> Planner -> StepPlan         (every 200 µs)
 //! ```
 #![no_std]
@@ -17,20 +17,20 @@
 pub mod board;
 pub mod clock;
 pub mod coils;
+pub mod config_store;
 pub mod driver_timing;
 pub mod estimate;
-pub mod keep;
 pub mod law;
+pub mod law_worker;
 pub mod params;
 pub mod plan;
 pub mod segment;
 pub mod soft_float;
-pub mod think;
 mod wide;
 
 pub use board::{Board, Outbox, Tick};
 pub use clock::TICK_US;
 pub use law::MotorRates;
+pub use law_worker::LawWorker;
 pub use params::BuildLimits;
 pub use plan::{Pulses, StepPlan};
-pub use think::Thinker;

@@ -150,7 +150,7 @@ fn the_bootloader_waits_for_standstill() {
     assert_eq!(bench.send(Command::Bootloader), Ok(()));
     let mut out = Outbox::new();
     for _ in 0..1500 {
-        let tick = bench.board.tick(Micros(bench.now), &mut bench.thinker, &mut out).unwrap();
+        let tick = bench.board.tick(Micros(bench.now), &mut bench.law_worker, &mut out).unwrap();
         bench.now += u64::from(TICK_US);
         assert_eq!(tick.bootloader, !bench.moving());
         if tick.bootloader {

@@ -19,7 +19,7 @@ fn jog(bench: &mut Bench) -> Result<(), Refusal> {
 
 /// The emergency input is open; so many pulses of the last tick were cut off.
 fn emergency(bench: &mut Bench, missing: [i32; 3]) {
-    bench.board.emergency(Micros(bench.now), missing, &mut bench.out);
+    bench.board.on_emergency_stop(Micros(bench.now), missing, &mut bench.out);
     bench.collect();
 }
 
@@ -95,7 +95,7 @@ fn a_board_says_why_it_started_and_stays_stopped_where_it_was_its_own_doing() {
         (HardFault, true),
     ] {
         let mut bench = Bench::new(BUILD);
-        bench.board.started(cause);
+        bench.board.set_start_cause(cause);
         bench.board.restore(&config());
         assert_eq!(bench.tick().drivers_enabled, !stopped, "{cause:?}");
         assert_eq!(bench.send(Command::Hello(Hello::OURS)), Ok(()));
@@ -144,7 +144,7 @@ fn storing_is_answered_when_it_is_done_and_nothing_moves_meanwhile() {
         assert!(bench.tick().store);
         let _ = jog(&mut bench);
         assert_eq!(bench.answers(), [Err(Refusal::Busy(State::Ready))]);
-        bench.board.stored(Micros(bench.now), written, &mut bench.out);
+        bench.board.on_stored(Micros(bench.now), written, &mut bench.out);
         assert_eq!(bench.answers(), [answer]);
         assert!(!bench.tick().store);
     }

@@ -60,7 +60,7 @@ fn a_repeated_clear_does_not_clear_a_later_fault() {
     let mut bench = Bench::seeking();
     bench.run_ms(600);
     assert_eq!(bench.send_as(100, Command::ClearFault), Ok(()));
-    bench.board.emergency(Micros(bench.now), [0; 3], &mut bench.out);
+    bench.board.on_emergency_stop(Micros(bench.now), [0; 3], &mut bench.out);
     bench.run_ms(10);
     assert_eq!(bench.send_as(100, Command::ClearFault), Ok(()));
     assert_eq!(bench.board.state(), State::Fault(Fault::EmergencyStop));
@@ -177,7 +177,7 @@ fn every_store_is_answered_and_a_configuration_waits_for_it() {
     let busy = Some(Refusal::Busy(State::Ready));
     assert_eq!(answered(&mut bench), [(12, busy), (13, busy), (14, busy)]);
     assert!(bench.tick().store);
-    bench.board.stored(Micros(bench.now), true, &mut bench.out);
+    bench.board.on_stored(Micros(bench.now), true, &mut bench.out);
     assert_eq!(answered(&mut bench), [(11, None)]);
     assert!(!bench.tick().store);
     // Its repetition is answered, and not written again.

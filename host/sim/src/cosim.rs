@@ -1,7 +1,7 @@
 //! The board in lock step with any physics engine: a line says how long time passes and what the
 //! camera saw, the answer says where the motors went.
 
-use plumb_core::{Board, Outbox, TICK_US, Thinker};
+use plumb_core::{Board, LawWorker, Outbox, TICK_US};
 use plumb_emulator::EMULATED;
 use plumb_protocol::Config;
 use plumb_protocol::frame::{self, FrameError};
@@ -83,7 +83,7 @@ const SLIP_S: f64 = 1e-3;
 /// A board that is run in steps.
 pub struct Cosim {
     board: Board,
-    thinker: Thinker,
+    law_worker: LawWorker,
     outbox: Outbox,
     /// The board's clock, and the engine's time at its zero.
     clock: Micros,
@@ -104,7 +104,7 @@ impl Cosim {
     pub fn new(config: Config) -> Result<Self, CosimError> {
         let mut cosim = Self {
             board: Board::new(EMULATED),
-            thinker: Thinker::new(),
+            law_worker: LawWorker::new(),
             outbox: Outbox::new(),
             clock: Micros(0),
             zero_s: None,
@@ -193,7 +193,7 @@ impl Cosim {
             if self.clock.since(self.heard) >= HEARTBEAT_US {
                 self.send(Command::Status)?;
             }
-            let _ = self.board.tick(self.clock, &mut self.thinker, &mut self.outbox);
+            let _ = self.board.tick(self.clock, &mut self.law_worker, &mut self.outbox);
             self.outbox.clear();
             self.clock.0 += u64::from(TICK_US);
         }

@@ -2,7 +2,7 @@
 //! steps move.
 
 use nalgebra::Point3;
-use plumb_core::{Board, BuildLimits, Outbox, TICK_US, Thinker};
+use plumb_core::{Board, BuildLimits, LawWorker, Outbox, TICK_US};
 use plumb_protocol::message::{StartCause, State};
 use plumb_protocol::units::{Micros, Rate, Steps16};
 
@@ -20,7 +20,7 @@ const WAITING_MAX: usize = 1 << 16;
 pub struct EmulatedBoard {
     build: BuildLimits,
     board: Board,
-    thinker: Thinker,
+    law_worker: LawWorker,
     plant: Option<Box<dyn Plant + Send>>,
     /// Where the rig's motors were when the board last started, full steps since the rig's start.
     origin: [f64; 3],
@@ -37,7 +37,7 @@ impl EmulatedBoard {
         Self {
             build,
             board: Board::new(build),
-            thinker: Thinker::new(),
+            law_worker: LawWorker::new(),
             plant: None,
             origin: [0.0; 3],
             link: None,
@@ -105,7 +105,7 @@ impl EmulatedBoard {
             self.deliver();
             // The plan itself is for hardware: the rig follows the positions, which are counted
             // from the same pulses.
-            let _ = self.board.tick(self.now, &mut self.thinker, &mut self.outbox);
+            let _ = self.board.tick(self.now, &mut self.law_worker, &mut self.outbox);
             self.now.0 += u64::from(TICK_US);
             self.collect();
             let motors = self.rig_motors();
@@ -158,8 +158,8 @@ impl EmulatedBoard {
     fn restart(&mut self, cause: StartCause) {
         self.origin = self.rig_motors();
         self.board = Board::new(self.build);
-        self.board.started(cause);
-        self.thinker = Thinker::new();
+        self.board.set_start_cause(cause);
+        self.law_worker = LawWorker::new();
         self.outbox = Outbox::new();
         if let Some(link) = &mut self.link {
             link.to_host.restart(self.now);

@@ -162,7 +162,7 @@ fn parse_any_bytes(random: &mut Random, outcome: &mut Outcome) {
     let bytes = if random.percent(50) { nearly_a_message(random) } else { any_bytes(random) };
     let whole = read::<ToBoard>(&bytes).ok();
     let expected = whole.and_then(|message| match message.command {
-        Command::Position(position) => Some(Sighting { id: message.id, position }),
+        Command::Position(position) => Some(PositionCommand { id: message.id, position }),
         _ => None,
     });
     outcome.tally.add("parsed from any bytes", whole.is_some().into());

@@ -24,8 +24,8 @@ const CRAWL: i32 = 20 << 8;
 
 impl Board {
     /// Carries out one command.
-    pub(super) fn handle(&mut self, now: Micros, message: &ToBoard, out: &mut Outbox) {
-        self.heard = now;
+    pub(super) fn on_command(&mut self, now: Micros, message: &ToBoard, out: &mut Outbox) {
+        self.last_rx = now;
         let ToBoard { id, ref command } = *message;
         let result = match *command {
             Command::Hello(hello) => return self.hello(id, hello, out),
@@ -39,12 +39,12 @@ impl Board {
                 Ok(())
             }
             _ if !self.greeted => Err(Refusal::NotGreeted),
-            Command::Position(ref position) => return self.see(now, id, position, out),
+            Command::Position(ref position) => return self.on_position(now, id, position, out),
             Command::Status => {
-                self.tell(now, out);
+                self.send_telemetry(now, out);
                 Ok(())
             }
-            _ => return self.handle_once(now, message, out),
+            _ => return self.on_request(now, message, out),
         };
         answer(now, out, id, result);
     }
@@ -52,7 +52,7 @@ impl Board {
     /// Carries out a command that must not be carried out twice. One that repeats the last of them,
     /// with its id and content, is answered again; a Store that is still being written is answered
     /// once it is.
-    fn handle_once(&mut self, now: Micros, message: &ToBoard, out: &mut Outbox) {
+    fn on_request(&mut self, now: Micros, message: &ToBoard, out: &mut Outbox) {
         let repeated = self
             .last_request
             .is_some_and(|last| last.is_repeated_by(message, self.config.as_ref()));
@@ -91,13 +91,13 @@ impl Board {
 
     /// Takes in a position, command `id`, for who tells them from other commands himself.
     #[inline(never)]
-    pub fn see(&mut self, now: Micros, id: u16, position: &Position, out: &mut Outbox) {
-        (self.attending, self.heard) = (true, now);
+    pub fn on_position(&mut self, now: Micros, id: u16, position: &Position, out: &mut Outbox) {
+        (self.dirty, self.last_rx) = (true, now);
         let result =
             if self.greeted { self.position(now, position, out) } else { Err(Refusal::NotGreeted) };
         match result {
             // Telemetry answers to it.
-            Ok(()) => self.telling = true,
+            Ok(()) => self.telemetry_due = true,
             refused => answer(now, out, id, refused),
         }
     }
@@ -163,18 +163,18 @@ impl Board {
         }
         self.at_rest()?;
         let params = Params::check(config, &self.build).map_err(Refusal::Config)?;
-        self.take_up(params, config);
+        self.apply_config(params, config);
         self.configuration = Some(id);
-        self.asking.begin_anew();
+        self.law_client.reset();
         // What was seen was judged by another workspace.
-        self.asking.forget();
+        self.law_client.discard_pending();
         let Sight { sequence, law, .. } = self.sight;
         self.sight = Sight { sequence, law, ..Sight::default() };
         Ok(())
     }
 
     /// Goes by `params`, which were made from `config`, from now on; at standstill.
-    pub(super) fn take_up(&mut self, params: Params, config: &Config) {
+    pub(super) fn apply_config(&mut self, params: Params, config: &Config) {
         self.planner.configure(&params);
         // Here, where there is time for it.
         self.sight.law = match params.law() {
@@ -183,7 +183,7 @@ impl Board {
         };
         self.params = Some(params);
         self.config = Some(*config);
-        self.configurations = self.configurations.wrapping_add(1);
+        self.generation = self.generation.wrapping_add(1);
     }
 
     fn store(&mut self, id: u16) -> Result<(), Refusal> {
@@ -224,10 +224,10 @@ impl Board {
         self.sight.saw(captured, ball);
         if let Activity::Seeking(seek) = &mut self.activity {
             match params.deferred_law() {
-                Some(_) => self.asking.saw(captured, ball, position.covariance),
+                Some(_) => self.law_client.on_position(captured, ball, position.covariance),
                 None => seek.answer(now, &mut self.sight, params),
             }
-            self.judging = true;
+            self.progress_due = true;
         }
         Ok(())
     }
@@ -235,8 +235,8 @@ impl Board {
     /// Checks after a picture whether the target is reached, and whether the ball is driven away
     /// from it. There is time for that once the tick is under way.
     #[inline(never)]
-    pub(super) fn judge(&mut self, now: Micros, out: &mut Outbox) {
-        self.judging = false;
+    pub(super) fn check_progress(&mut self, now: Micros, out: &mut Outbox) {
+        self.progress_due = false;
         let (Activity::Seeking(seek), Some(params)) = (&mut self.activity, &self.params) else {
             return;
         };

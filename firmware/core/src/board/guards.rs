@@ -32,7 +32,7 @@ impl Board {
             Activity::Jogging(_) => None,
             Activity::Seeking(_) => self.unseen_us(now),
         };
-        if exceeds(now.since(self.heard), deadlines.host) {
+        if exceeds(now.since(self.last_rx), deadlines.host) {
             return Some(Fault::HostSilent);
         }
         under_way.filter(|&span| exceeds(span, deadlines.position)).map(|_| Fault::PositionLost)
@@ -48,7 +48,7 @@ impl Board {
     /// telemetry; 0 where one is overdue. An event may put a deadline off. An event that brings a
     /// deadline nearer is attended to, and this is called again.
     #[inline(never)]
-    pub(super) fn idle_ticks(&self, now: Micros) -> u32 {
+    pub(super) fn ticks_to_deadline(&self, now: Micros) -> u32 {
         if self.bootloader
             || self.storing.is_some()
             || matches!(self.activity, Activity::Jogging(_))
@@ -58,7 +58,7 @@ impl Board {
         }
         let mut schedule = Schedule { now: now.0, left: TELEMETRY_US as u32 };
         if self.greeted {
-            schedule.deadline(self.told, TELEMETRY_US);
+            schedule.deadline(self.last_telemetry, TELEMETRY_US);
         }
         if let Some(params) = &self.params
             && let Activity::Seeking(seek) = &self.activity
@@ -66,13 +66,13 @@ impl Board {
             let deadlines = &params.deadlines;
             let (asked, valid_us) = seek.lasts();
             schedule.milestone(asked, valid_us);
-            schedule.deadline(self.heard, limit_us(deadlines.host) + 1);
+            schedule.deadline(self.last_rx, limit_us(deadlines.host) + 1);
             if let Some(since) = self.unseen_since() {
                 schedule.milestone(since, coasting_us(deadlines.position) + 1);
                 schedule.deadline(since, limit_us(deadlines.position) + 1);
             }
         }
-        (schedule.left.saturating_sub(1) / TICK_US).min(self.asking.idle_ticks(now))
+        (schedule.left.saturating_sub(1) / TICK_US).min(self.law_client.ticks_to_due(now))
     }
 
     /// Returns the time since [`unseen_since`](Self::unseen_since), µs; `None` without a target.

@@ -16,9 +16,9 @@ use plumb_protocol::units::{Micrometres, Micros, Point, Rate, Steps16};
 use crate::driver_timing::DriverTiming;
 use crate::estimate;
 use crate::law::{MotorRates, Setpoint};
+use crate::law_worker::{LawClient, LawRequest, LawResponse, LawWorker};
 use crate::params::{BuildLimits, Params};
 use crate::plan::{Jogging, Planner, StepPlan};
-use crate::think::{Answer as Thought, Asking, Question, Thinker};
 pub use outbox::Outbox;
 use requests::LastRequest;
 use seek::{Guards, Seek, Sight};
@@ -46,7 +46,7 @@ pub struct Board {
     params: Option<Params>,
     /// What the parameters were made from.
     config: Option<Config>,
-    configurations: u32,
+    generation: u32,
     /// Id of the Configure command of this session that made it.
     configuration: Option<u16>,
     start_cause: StartCause,
@@ -60,20 +60,20 @@ pub struct Board {
     guards: Guards,
     planner: Planner,
     sight: Sight,
-    asking: Asking,
+    law_client: LawClient,
     /// When the last intact command came.
-    heard: Micros,
+    last_rx: Micros,
     /// When telemetry was sent last.
-    told: Micros,
+    last_telemetry: Micros,
     /// Whether it is to be sent after this tick.
-    telling: bool,
+    telemetry_due: bool,
     bootloader: bool,
     /// Whether a picture was taken in that is still to be judged by.
-    judging: bool,
+    progress_due: bool,
     /// Whether something has happened that the coming tick is to look at.
-    attending: bool,
+    dirty: bool,
     /// Ticks until one that is to look at what time has brought.
-    idle_for: u32,
+    idle_ticks: u32,
 }
 
 /// What the board is at.
@@ -98,7 +98,7 @@ pub struct Tick {
     pub drivers_enabled: bool,
     /// Restart into the bootloader now; the motors stand still.
     pub bootloader: bool,
-    /// Write the configuration now ([`Board::config`]) and say how that went ([`Board::stored`]);
+    /// Write the configuration now ([`Board::config`]) and say how that went ([`Board::on_stored`]);
     /// the motors stand still.
     pub store: bool,
 }
@@ -113,7 +113,7 @@ impl Board {
             greeted: false,
             params: None,
             config: None,
-            configurations: 0,
+            generation: 0,
             configuration: None,
             start_cause: StartCause::PowerOn,
             last_request: None,
@@ -123,20 +123,20 @@ impl Board {
             guards: Guards::new(Micros(0)),
             planner: Planner::default(),
             sight: Sight::default(),
-            asking: Asking::default(),
-            heard: Micros(0),
-            told: Micros(0),
-            telling: false,
+            law_client: LawClient::default(),
+            last_rx: Micros(0),
+            last_telemetry: Micros(0),
+            telemetry_due: false,
             bootloader: false,
-            judging: false,
-            attending: true,
-            idle_for: 0,
+            progress_due: false,
+            dirty: true,
+            idle_ticks: 0,
         }
     }
 
     /// Says why the board has started; before its first tick. What the motors did meanwhile is not
     /// known where it was for a mistake of its own, and the board begins stopped.
-    pub fn started(&mut self, cause: StartCause) {
+    pub fn set_start_cause(&mut self, cause: StartCause) {
         self.start_cause = cause;
         if matches!(cause, StartCause::Watchdog | StartCause::Panic | StartCause::HardFault) {
             self.activity = Activity::Faulted(Fault::Watchdog);
@@ -147,7 +147,7 @@ impl Board {
     /// moves until a host's Hello has matched. One that is out of range for this board is ignored.
     pub fn restore(&mut self, config: &Config) {
         if let Ok(params) = Params::check(config, &self.build) {
-            self.take_up(params, config);
+            self.apply_config(params, config);
         }
     }
 
@@ -157,8 +157,8 @@ impl Board {
     }
 
     /// How often the board has been configured.
-    pub fn configurations(&self) -> u32 {
-        self.configurations
+    pub fn generation(&self) -> u32 {
+        self.generation
     }
 
     /// What turns the motors; `None` before the first configuration.
@@ -172,8 +172,8 @@ impl Board {
     }
 
     /// Answers to [`Tick::store`]: whether the configuration was written, as known at `now`.
-    pub fn stored(&mut self, now: Micros, written: bool, out: &mut Outbox) {
-        self.attending = true;
+    pub fn on_stored(&mut self, now: Micros, written: bool, out: &mut Outbox) {
+        self.dirty = true;
         if let Some(id) = self.storing.take() {
             if !written {
                 // A repetition tries again.
@@ -189,7 +189,7 @@ impl Board {
             let message =
                 self.accumulator.take(&mut bytes).map(|message| message.and_then(frame::read));
             if let Some(message) = &message {
-                self.take(now, message.as_ref().map_err(|error| *error), out);
+                self.on_frame(now, message.as_ref().map_err(|error| *error), out);
             }
         }
     }
@@ -197,11 +197,16 @@ impl Board {
     /// Takes in what a frame that arrived at `now` has turned out to be, for who looks for the
     /// frames himself.
     #[inline(never)]
-    pub fn take(&mut self, now: Micros, message: Result<&ToBoard, FrameError>, out: &mut Outbox) {
+    pub fn on_frame(
+        &mut self,
+        now: Micros,
+        message: Result<&ToBoard, FrameError>,
+        out: &mut Outbox,
+    ) {
         match message {
             Ok(message) => {
-                self.attending = true;
-                self.handle(now, message, out);
+                self.dirty = true;
+                self.on_command(now, message, out);
             }
             Err(error) => {
                 self.bad_frames = self.bad_frames.saturating_add(1);
@@ -216,11 +221,16 @@ impl Board {
     /// [`TICK_US`](crate::clock::TICK_US). This is [`plan`](Self::plan) and
     /// [`report`](Self::report), with a `thinker` of the board's own that answers at once: for
     /// hosts, whose time does not pass meanwhile.
-    pub fn tick(&mut self, now: Micros, thinker: &mut Thinker, out: &mut Outbox) -> Option<Tick> {
+    pub fn tick(
+        &mut self,
+        now: Micros,
+        law_worker: &mut LawWorker,
+        out: &mut Outbox,
+    ) -> Option<Tick> {
         let tick = self.plan(now, out);
         self.report(now, out);
-        if let Some(question) = self.question() {
-            self.answered(&thinker.answer(&question));
+        if let Some(question) = self.take_law_request() {
+            self.on_law_response(&law_worker.respond(&question));
         }
         tick
     }
@@ -229,17 +239,17 @@ impl Board {
     /// where that may have changed. A chip has that in hand before it goes on to the second.
     #[inline]
     pub fn plan(&mut self, now: Micros, out: &mut Outbox) -> Option<Tick> {
-        if self.attending || self.idle_for == 0 {
-            return Some(self.attend(now, out));
+        if self.dirty || self.idle_ticks == 0 {
+            return Some(self.run_due(now, out));
         }
-        self.idle_for -= 1;
-        self.turn(now, out);
+        self.idle_ticks -= 1;
+        self.plan_pulses(now, out);
         None
     }
 
     /// Plans the pulses.
     #[inline(always)]
-    fn turn(&mut self, now: Micros, out: &mut Outbox) {
+    fn plan_pulses(&mut self, now: Micros, out: &mut Outbox) {
         if let Some(motor) = self.planner.plan_tick() {
             self.fault(now, Fault::Travel(motor as u8), out);
         }
@@ -256,38 +266,38 @@ impl Board {
     #[inline]
     pub fn report(&mut self, now: Micros, out: &mut Outbox) {
         self.planner.follow_up();
-        if self.judging {
-            self.judge(now, out);
+        if self.progress_due {
+            self.check_progress(now, out);
         }
-        if self.idle_for == 0 {
-            self.idle_for = self.idle_ticks(now);
+        if self.idle_ticks == 0 {
+            self.idle_ticks = self.ticks_to_deadline(now);
         }
-        if self.asking.waiting() {
+        if self.law_client.has_pending() {
             self.ask(now);
         }
-        if self.telling {
-            self.tell(now, out);
+        if self.telemetry_due {
+            self.send_telemetry(now, out);
         }
     }
 
     /// A tick that looks at what has happened and at what is due. One in which neither is needs
     /// nothing of this.
     #[inline(never)]
-    fn attend(&mut self, now: Micros, out: &mut Outbox) -> Tick {
+    fn run_due(&mut self, now: Micros, out: &mut Outbox) -> Tick {
         // Until then nothing is, whatever else there is to look at.
-        let due = self.idle_for == 0;
+        let due = self.idle_ticks == 0;
         if due && let Some(fault) = self.expired(now) {
             self.fault(now, fault, out);
         }
         self.take_answer(now, out);
         let wanted = self.wanted(now);
         self.planner.aim(wanted.rates, wanted.ramp_us);
-        self.telling |= due && self.greeted && now.since(self.told) >= TELEMETRY_US;
+        self.telemetry_due |= due && self.greeted && now.since(self.last_telemetry) >= TELEMETRY_US;
         let off =
             matches!(self.activity, Activity::Faulted(Fault::EmergencyStop | Fault::Watchdog));
         self.emergency_ticks = self.emergency_ticks.saturating_sub(1);
-        (self.attending, self.idle_for) = (self.emergency_ticks > 0, 0);
-        self.turn(now, out);
+        (self.dirty, self.idle_ticks) = (self.emergency_ticks > 0, 0);
+        self.plan_pulses(now, out);
         Tick {
             drivers_enabled: self.params.is_some() && !off,
             bootloader: self.bootloader && self.storing.is_none() && !self.planner.moving(),
@@ -295,18 +305,18 @@ impl Board {
         }
     }
 
-    /// The question to a slow law that has come up, if any, for a [`Thinker`]; once. To be looked
+    /// The question to a slow law that has come up, if any, for a [`LawWorker`]; once. To be looked
     /// for after every [`report`](Self::report).
     #[inline]
-    pub fn question(&mut self) -> Option<Question> {
-        self.asking.take_question()
+    pub fn take_law_request(&mut self) -> Option<LawRequest> {
+        self.law_client.take_request()
     }
 
     /// A thinker's answer is there; it takes effect in its tick. One that is not there by then
     /// stops the board.
     #[inline(never)]
-    pub fn answered(&mut self, answer: &Thought) {
-        self.asking.answered(answer);
+    pub fn on_law_response(&mut self, answer: &LawResponse) {
+        self.law_client.on_response(answer);
     }
 
     /// The emergency input has cut the pulses off: the motors stand, `missing` pulses each from
@@ -314,9 +324,9 @@ impl Board {
     /// go. Latched like any fault; to be called before every tick for as long as the input is open,
     /// so that clearing it is refused.
     #[inline(never)]
-    pub fn emergency(&mut self, now: Micros, missing: [i32; 3], out: &mut Outbox) {
+    pub fn on_emergency_stop(&mut self, now: Micros, missing: [i32; 3], out: &mut Outbox) {
         self.emergency_ticks = EMERGENCY_TICKS;
-        self.attending = true;
+        self.dirty = true;
         self.planner.cut(missing);
         if !matches!(self.activity, Activity::Faulted(Fault::EmergencyStop)) {
             self.activity = Activity::Idle;
@@ -324,7 +334,7 @@ impl Board {
         }
     }
 
-    /// The state, as it is told to the host.
+    /// The state, as the host reads it.
     pub fn state(&self) -> State {
         match (&self.params, &self.activity) {
             (_, Activity::Faulted(fault)) => State::Fault(*fault),
@@ -349,18 +359,19 @@ impl Board {
     #[inline(never)]
     fn ask(&mut self, now: Micros) {
         let (Activity::Seeking(seek), Some(params)) = (&mut self.activity, &self.params) else {
-            return self.asking.forget();
+            return self.law_client.discard_pending();
         };
-        if let Some(number) = self.asking.ask(now, seek.target, &self.planner, params) {
+        if let Some(number) = self.law_client.make_request(now, seek.target, &self.planner, params)
+        {
             seek.question = Some(number);
             // The tick in which the answer takes effect is looked at.
-            self.idle_for = self.idle_for.min(self.asking.idle_ticks(now));
+            self.idle_ticks = self.idle_ticks.min(self.law_client.ticks_to_due(now));
         }
     }
 
     /// Goes by the answer that takes effect at `now`, if it is still asked for.
     fn take_answer(&mut self, now: Micros, out: &mut Outbox) {
-        let Some((number, setpoint)) = self.asking.due(now) else { return };
+        let Some((number, setpoint)) = self.law_client.take_due(now) else { return };
         let (Activity::Seeking(seek), Some(params)) = (&mut self.activity, &self.params) else {
             return;
         };
@@ -400,20 +411,20 @@ impl Board {
             return;
         }
         self.activity = Activity::Faulted(fault);
-        self.attending = true;
+        self.dirty = true;
         out.send(&FromBoard::Fault(FaultReport {
             time: now,
             fault,
             configuration: self.configuration,
         }));
-        self.tell(now, out);
+        self.send_telemetry(now, out);
     }
 
     /// Sends telemetry.
     #[inline(never)]
-    fn tell(&mut self, now: Micros, out: &mut Outbox) {
-        self.told = now;
-        self.telling = false;
+    fn send_telemetry(&mut self, now: Micros, out: &mut Outbox) {
+        self.last_telemetry = now;
+        self.telemetry_due = false;
         let (target, error, filtered) = match &self.activity {
             Activity::Seeking(seek) => (
                 seek.command,

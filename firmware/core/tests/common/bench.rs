@@ -1,6 +1,6 @@
 //! The board as a host sees it: bytes in, bytes out, a tick every 200 µs.
 
-use plumb_core::{Board, BuildLimits, Outbox, TICK_US, Thinker, Tick};
+use plumb_core::{Board, BuildLimits, LawWorker, Outbox, TICK_US, Tick};
 use plumb_protocol::Config;
 use plumb_protocol::frame::{Accumulator, encode};
 use plumb_protocol::message::*;
@@ -11,7 +11,7 @@ use super::{BUILD, config};
 /// A board, its clock and what it has said.
 pub(crate) struct Bench {
     pub(crate) board: Board,
-    pub(crate) thinker: Thinker,
+    pub(crate) law_worker: LawWorker,
     pub(crate) now: u64,
     pub(crate) out: Outbox,
     pub(crate) heard: Vec<FromBoard>,
@@ -34,7 +34,7 @@ impl Bench {
     pub(crate) fn new(build: BuildLimits) -> Self {
         Self {
             board: Board::new(build),
-            thinker: Thinker::new(),
+            law_worker: LawWorker::new(),
             now: 0,
             out: Outbox::new(),
             heard: Vec::new(),
@@ -113,7 +113,7 @@ impl Bench {
     }
 
     pub(crate) fn tick(&mut self) -> Tick {
-        let told = self.board.tick(Micros(self.now), &mut self.thinker, &mut self.out);
+        let told = self.board.tick(Micros(self.now), &mut self.law_worker, &mut self.out);
         self.told = told.unwrap_or(self.told);
         self.now += u64::from(TICK_US);
         self.collect();

@@ -1,7 +1,7 @@
 //! Contenders as drivers: the board's own code, bytes and all, and plans made beforehand.
 
 use nalgebra::Point3;
-use plumb_core::{Board, Outbox, Thinker};
+use plumb_core::{Board, LawWorker, Outbox};
 use plumb_emulator::EMULATED;
 use plumb_protocol::Config;
 use plumb_protocol::frame;
@@ -14,7 +14,7 @@ use super::suite::Clock;
 /// A board of [`plumb_core`], spoken to in frames.
 pub(crate) struct BoardDriver {
     board: Board,
-    thinker: Thinker,
+    law_worker: LawWorker,
     outbox: Outbox,
     sequence: u16,
     /// Id of the last request.
@@ -29,7 +29,7 @@ impl BoardDriver {
     pub(crate) fn new(config: Config, target: Point3<f64>) -> Self {
         let mut driver = Self {
             board: Board::new(EMULATED),
-            thinker: Thinker::new(),
+            law_worker: LawWorker::new(),
             outbox: Outbox::new(),
             sequence: 0,
             id: 0,
@@ -79,7 +79,7 @@ impl Driver for BoardDriver {
     }
 
     fn tick(&mut self, now: Micros) -> [f64; 3] {
-        let _ = self.board.tick(now, &mut self.thinker, &mut self.outbox);
+        let _ = self.board.tick(now, &mut self.law_worker, &mut self.outbox);
         self.outbox.clear();
         self.board.positions().map(|p| Steps16(p).to_si())
     }

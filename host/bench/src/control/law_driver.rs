@@ -5,9 +5,9 @@ use nalgebra::Point3;
 use plumb_core::MotorRates;
 use plumb_core::estimate::{self, Arrival, Filter};
 use plumb_core::law::{Law, Measurement, Setpoint, variances};
+use plumb_core::law_worker::{LawClient, LawResponse};
 use plumb_core::params::Params;
 use plumb_core::plan::Planner;
-use plumb_core::think::{Answer, Asking};
 use plumb_protocol::config::Config;
 use plumb_protocol::units::{Micros, Point, Steps16};
 
@@ -23,8 +23,8 @@ pub(super) struct LawDriver {
     max_rates: [i32; 3],
     target: Point,
     /// For a law that the board lets think, and the question that is open.
-    asking: Asking,
-    question: Option<u32>,
+    law_client: LawClient,
+    request: Option<u32>,
     filter: Filter,
     arrival: Arrival,
     reached: bool,
@@ -57,8 +57,8 @@ impl LawDriver {
             config,
             max_rates: config.motors.map(|motor| motor.max_rate.0),
             target,
-            asking: Asking::default(),
-            question: None,
+            law_client: LawClient::default(),
+            request: None,
             filter: Filter::default(),
             arrival: Arrival::default(),
             reached: false,
@@ -76,14 +76,14 @@ impl LawDriver {
     fn resume(&mut self, now: Micros) {
         if self.lost && !self.planner.moving() {
             (self.lost, self.sent_on) = (false, true);
-            (self.arrival, self.setpoint, self.question) =
+            (self.arrival, self.setpoint, self.request) =
                 (Arrival::default(), Setpoint::default(), None);
             self.seen = self.seen.max(now);
         }
     }
 
     /// Lets the law answer at once to a ball seen at `ball`, µm.
-    fn answer(&mut self, now: Micros, ball: [i32; 3]) {
+    fn response(&mut self, now: Micros, ball: [i32; 3]) {
         let (then, ahead) = (self.planner.positions(), self.planner.reference());
         let setpoint = self.law.update(&Measurement {
             ball,
@@ -104,14 +104,16 @@ impl LawDriver {
     /// Lets the law think about what was seen, after the tick at `now`.
     fn think(&mut self, now: Micros) {
         if self.lost {
-            return self.asking.forget();
+            return self.law_client.discard_pending();
         }
-        if let Some(number) = self.asking.ask(now, self.target, &self.planner, &self.params) {
-            self.question = Some(number);
+        if let Some(number) =
+            self.law_client.make_request(now, self.target, &self.planner, &self.params)
+        {
+            self.request = Some(number);
         }
-        if let Some(question) = self.asking.take_question() {
-            let setpoint = self.law.update(&question.measurement);
-            self.asking.answered(&Answer { number: question.number, setpoint });
+        if let Some(request) = self.law_client.take_request() {
+            let setpoint = self.law.update(&request.measurement);
+            self.law_client.on_response(&LawResponse { number: request.number, setpoint });
         }
     }
 
@@ -144,8 +146,8 @@ impl Driver for LawDriver {
             return;
         }
         match self.params.deferred_law() {
-            Some(_) => self.asking.saw(captured, ball, None),
-            None => self.answer(now, ball),
+            Some(_) => self.law_client.on_position(captured, ball, None),
+            None => self.response(now, ball),
         }
         if let Some(filtered) = self.filter.position() {
             let distance = estimate::magnitude(estimate::error(filtered, self.target));
@@ -154,8 +156,8 @@ impl Driver for LawDriver {
     }
 
     fn tick(&mut self, now: Micros) -> [f64; 3] {
-        if let Some((number, Some(setpoint))) = self.asking.due(now)
-            && self.question == Some(number)
+        if let Some((number, Some(setpoint))) = self.law_client.take_due(now)
+            && self.request == Some(number)
         {
             self.follow(now, setpoint);
         }

@@ -17,7 +17,7 @@ pub struct Snapshot {
     /// The state.
     pub state: State,
     /// How often the board was configured.
-    pub configurations: u32,
+    pub generation: u32,
 }
 
 impl Snapshot {
@@ -27,7 +27,7 @@ impl Snapshot {
             positions: board.positions(),
             rates: board.rates(),
             state: board.state(),
-            configurations: board.configurations(),
+            generation: board.generation(),
         }
     }
 
@@ -85,7 +85,7 @@ impl Delivery<'_> {
 
     /// Whether the board was configured by it.
     pub fn configured(&self) -> bool {
-        self.before.configurations != self.after.configurations
+        self.before.generation != self.after.generation
     }
 }
 

@@ -1,6 +1,6 @@
 //! One board, its clock, and what is done to it.
 
-use plumb_core::{Board, Outbox, StepPlan, Thinker, Tick};
+use plumb_core::{Board, LawWorker, Outbox, StepPlan, Tick};
 use plumb_protocol::Config;
 use plumb_protocol::frame::{Accumulator, FrameError, read};
 use plumb_protocol::message::*;
@@ -68,13 +68,13 @@ impl Chip {
 struct Twin {
     board: Board,
     out: Outbox,
-    thinker: Thinker,
+    law_worker: LawWorker,
 }
 
 /// How the law thinks.
 enum Thinking {
     /// At once, in [`Board::tick`].
-    AtOnce(Box<Thinker>),
+    AtOnce(Box<LawWorker>),
     /// Late, between [`Board::plan`] and [`Board::report`] of later ticks.
     Slowly(Box<Slowly>),
 }
@@ -125,7 +125,7 @@ impl<'a> Session<'a> {
         let twin = random.one_in(8).then(|| Twin {
             board: board(),
             out: Outbox::new(),
-            thinker: Thinker::new(),
+            law_worker: LawWorker::new(),
         });
         Self {
             adversary,
@@ -357,11 +357,11 @@ impl<'a> Session<'a> {
         let now = Micros(self.now);
         let Chip { board, out, .. } = &mut self.chip;
         match &mut self.thinking {
-            Thinking::AtOnce(thinker) => {
+            Thinking::AtOnce(law_worker) => {
                 if let Some(twin) = &mut self.twin {
-                    let _ = twin.board.tick(now, &mut twin.thinker, &mut twin.out);
+                    let _ = twin.board.tick(now, &mut twin.law_worker, &mut twin.out);
                 }
-                board.tick(now, thinker, out)
+                board.tick(now, law_worker, out)
             }
             Thinking::Slowly(slowly) => {
                 slowly.deliver(self.now, board, self.twin.as_mut().map(|twin| &mut twin.board));
@@ -411,9 +411,9 @@ impl<'a> Session<'a> {
 
     fn write(&mut self) {
         let written = self.random.percent(60);
-        self.chip.board.stored(Micros(self.now), written, &mut self.chip.out);
+        self.chip.board.on_stored(Micros(self.now), written, &mut self.chip.out);
         if let Some(twin) = &mut self.twin {
-            twin.board.stored(Micros(self.now), written, &mut twin.out);
+            twin.board.on_stored(Micros(self.now), written, &mut twin.out);
         }
         self.collect();
         if !written {
@@ -451,9 +451,9 @@ impl<'a> Session<'a> {
         self.emergency = true;
         let before = Snapshot::of(&self.chip.board);
         let now = Micros(self.now);
-        self.chip.board.emergency(now, missing, &mut self.chip.out);
+        self.chip.board.on_emergency_stop(now, missing, &mut self.chip.out);
         if let Some(twin) = &mut self.twin {
-            twin.board.emergency(now, missing, &mut twin.out);
+            twin.board.on_emergency_stop(now, missing, &mut twin.out);
         }
         self.collect();
         count_replies(&self.replies, self.outcome);
@@ -475,18 +475,18 @@ impl<'a> Session<'a> {
         self.outcome.tally.count("restarts");
         self.adversary.restarted();
         let mut board = Board::new(generate::build(self.storage));
-        board.started(cause);
+        board.set_start_cause(cause);
         let kept = self.kept();
         if let Some(config) = &kept {
             board.restore(config);
         }
         if let Some(twin) = &mut self.twin {
             twin.board = Board::new(generate::build(self.storage));
-            twin.board.started(cause);
+            twin.board.set_start_cause(cause);
             if let Some(config) = &kept {
                 twin.board.restore(config);
             }
-            (twin.out, twin.thinker) = (Outbox::new(), Thinker::new());
+            (twin.out, twin.law_worker) = (Outbox::new(), LawWorker::new());
         }
         self.thinking = match self.thinking {
             Thinking::AtOnce(_) => Thinking::AtOnce(Box::default()),

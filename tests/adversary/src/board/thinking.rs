@@ -1,7 +1,7 @@
 //! The thinker of a session: at once, or late, with questions that get lost.
 
-use plumb_core::think::{Answer, Question};
-use plumb_core::{Board, Thinker};
+use plumb_core::law_worker::{LawRequest, LawResponse};
+use plumb_core::{Board, LawWorker};
 
 use super::event::TICK;
 use super::invariants::{FRESH_LAW, TWIN};
@@ -11,9 +11,9 @@ use crate::random::Random;
 /// A thinker that takes its time.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Slowly {
-    thinker: Thinker,
+    law_worker: LawWorker,
     /// The same law, which began with the present configuration.
-    fresh: Thinker,
+    fresh: LawWorker,
     waiting: Option<Waiting>,
 }
 
@@ -21,21 +21,21 @@ pub(super) struct Slowly {
 #[derive(Debug, Clone, Copy)]
 struct Waiting {
     due: u64,
-    answer: Answer,
+    response: LawResponse,
 }
 
 impl Slowly {
     /// Takes note that the board was configured: its law knows nothing.
     pub(super) fn configured(&mut self) {
-        self.fresh = Thinker::new();
+        self.fresh = LawWorker::new();
     }
 
     /// Hands the answer over that is due.
     pub(super) fn deliver(&mut self, now: u64, board: &mut Board, twin: Option<&mut Board>) {
         if let Some(waiting) = self.waiting.take_if(|waiting| waiting.due <= now) {
-            board.answered(&waiting.answer);
+            board.on_law_response(&waiting.response);
             if let Some(twin) = twin {
-                twin.answered(&waiting.answer);
+                twin.on_law_response(&waiting.response);
             }
         }
     }
@@ -49,31 +49,31 @@ impl Slowly {
         random: &mut Random,
         outcome: &mut Outcome,
     ) {
-        let question = board.question();
+        let request = board.take_law_request();
         if let Some(twin) = twin {
-            let other = twin.question();
-            outcome.check(other == question, TWIN, || format!("asks {other:?} and {question:?}"));
+            let other = twin.take_law_request();
+            outcome.check(other == request, TWIN, || format!("asks {other:?} and {request:?}"));
         }
-        let Some(question) = question else { return };
-        outcome.tally.count("questions");
+        let Some(request) = request else { return };
+        outcome.tally.count("requests");
         if random.one_in(60) {
-            outcome.tally.count("questions lost");
+            outcome.tally.count("requests lost");
             return;
         }
-        let answer = self.think(&question, outcome);
+        let response = self.think(&request, outcome);
         let delay = match random.below(400) {
             0 => 100_000,
             1 => 17_000,
             _ => random.below(4) * TICK,
         };
-        self.waiting = Some(Waiting { due: now + delay, answer });
+        self.waiting = Some(Waiting { due: now + delay, response });
     }
 
-    fn think(&mut self, question: &Question, outcome: &mut Outcome) -> Answer {
-        let (answer, fresh) = (self.thinker.answer(question), self.fresh.answer(question));
-        outcome.check(answer == fresh, FRESH_LAW, || {
-            format!("answered {answer:?}; a law that began with the configuration {fresh:?}")
+    fn think(&mut self, request: &LawRequest, outcome: &mut Outcome) -> LawResponse {
+        let (response, fresh) = (self.law_worker.respond(request), self.fresh.respond(request));
+        outcome.check(response == fresh, FRESH_LAW, || {
+            format!("answered {response:?}; a law that began with the configuration {fresh:?}")
         });
-        answer
+        response
     }
 }

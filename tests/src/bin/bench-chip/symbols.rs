@@ -9,8 +9,8 @@ use object::{Object, ObjectSymbol, SymbolKind};
 /// deferred laws.
 pub(crate) fn law_update(image: &Path, deferred: bool) -> u64 {
     let parts: &[&str] = match deferred {
-        true => &["plumb_core", "think", "Thinker", "answer"],
-        false => &["plumb_core..law..Quick", "Law", "update"],
+        true => &["plumb_core", "law_worker", "LawWorker", "respond"],
+        false => &["plumb_core..law..selection..InlineLaw", "Law", "update"],
     };
     let elf = std::fs::read(image).expect("an image that can be read");
     let file = object::File::parse(&*elf).expect("an ELF file");

@@ -14,7 +14,7 @@ use swings::Swings;
 /// known.
 const UNSURE_STEPS: i64 = 40 << 8;
 /// No setpoint lasts for less: a measurement may come so much later than the one before it, µs.
-const LASTS_US: i64 = 35_000;
+const VALID_US: i64 = 35_000;
 /// The law of signs slows down from here, µm.
 const SIGN_SLOWS: i64 = 65_000;
 
@@ -54,7 +54,7 @@ impl Adaptive {
         // m/v - v/2a, bits: 26 + 20 and 31 + 11.
         let valid_us = longest * 1_000_000 / rate.max(1) - rate * 1_953 / acceleration.max(1);
         Setpoint {
-            valid_us: valid_us.clamp(LASTS_US, u32::MAX.into()) as u32,
+            valid_us: valid_us.clamp(VALID_US, u32::MAX.into()) as u32,
             ..Setpoint::at_once(rates)
         }
     }

@@ -32,12 +32,12 @@ impl Bench {
             positions: [0; 3],
             rates: [0; 3],
             state: State::Unconfigured,
-            configurations: 0,
+            generation: 0,
         };
         let board = Board::new(generate::build(true));
         let (invariants, outcome) = (Invariants::new(&board), Outcome::of(0));
         let mut bench = Self { invariants, config, now: 0, id: 0, at, outcome };
-        let after = Snapshot { state: State::Ready, configurations: 1, ..at };
+        let after = Snapshot { state: State::Ready, generation: 1, ..at };
         let hello = BoardHello { id: 1, hello: Hello::OURS, max_pulse_rate: 0, accepted: true };
         let started = FromBoard::Started(StartCause::PowerOn);
         bench.deliver(Command::Hello(Hello::OURS), &[FromBoard::Hello(hello), started], at);
@@ -277,7 +277,7 @@ fn missing_and_wrong_answers_are_found() {
 #[test]
 fn a_request_that_is_carried_out_twice_is_found() {
     let mut bench = Bench::ready();
-    let after = Snapshot { configurations: 2, ..bench.at };
+    let after = Snapshot { generation: 2, ..bench.at };
     let message = Ok(ToBoard { id: 2, command: Command::Configure(bench.config) });
     let (at, before, replies) = (bench.now, bench.at, &[answer(2, None)][..]);
     let delivery = Delivery { at, message, repeated: true, replies, before, after };

@@ -21,13 +21,13 @@ struct Record {
 
 /// Where the slots are: offsets of two blocks that are erased apart from each other.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Slots(pub [u32; 2]);
+pub struct ConfigStore(pub [u32; 2]);
 
 /// The configuration was not written. What was kept before still is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct NotKept;
+pub struct StoreError;
 
-impl Slots {
+impl ConfigStore {
     /// The configuration that was kept last; `None` where there is none of this version.
     pub fn load(&self, flash: &mut impl ReadNorFlash) -> Option<Config> {
         self.newest(flash).map(|(_, record)| record.config)
@@ -38,7 +38,7 @@ impl Slots {
     ///
     /// # Errors
     /// Where the flash fails, or does not hold what was written.
-    pub fn save<F: NorFlash>(&self, flash: &mut F, config: &Config) -> Result<(), NotKept> {
+    pub fn save<F: NorFlash>(&self, flash: &mut F, config: &Config) -> Result<(), StoreError> {
         let newest = self.newest(flash);
         if newest.as_ref().is_some_and(|(_, record)| record.config == *config) {
             return Ok(());
@@ -47,13 +47,14 @@ impl Slots {
             newest.map_or((0, 0), |(slot, record)| (1 - slot, record.sequence.wrapping_add(1)));
         let offset = self.0[slot];
         let mut page: Vec<u8, MAX_FRAME> =
-            encode(&Record { schema: SCHEMA, sequence, config: *config }).map_err(|_| NotKept)?;
-        page.resize(MAX_FRAME, u8::MAX).map_err(|_| NotKept)?;
-        flash.erase(offset, offset + F::ERASE_SIZE as u32).map_err(|_| NotKept)?;
-        flash.write(offset, &page).map_err(|_| NotKept)?;
+            encode(&Record { schema: SCHEMA, sequence, config: *config })
+                .map_err(|_| StoreError)?;
+        page.resize(MAX_FRAME, u8::MAX).map_err(|_| StoreError)?;
+        flash.erase(offset, offset + F::ERASE_SIZE as u32).map_err(|_| StoreError)?;
+        flash.write(offset, &page).map_err(|_| StoreError)?;
         let kept =
             self.read(flash, slot).is_some_and(|r| r.sequence == sequence && r.config == *config);
-        if kept { Ok(()) } else { Err(NotKept) }
+        if kept { Ok(()) } else { Err(StoreError) }
     }
 
     /// The newer of the slots' records, and which slot it is in.

@@ -80,7 +80,7 @@ fn law_worker_address(image: &Path) -> u64 {
     let elf = std::fs::read(image).expect("an image that can be read");
     let file = object::File::parse(&*elf).expect("an ELF file");
     let name = |name: &str| {
-        name.starts_with("_ZN") && name.contains("think") && name.contains("Thinker6answer")
+        name.starts_with("_ZN") && name.contains("law_worker") && name.contains("LawWorker7respond")
     };
     let found = file.symbols().find(|symbol| symbol.name().is_ok_and(name));
     found.expect("the law worker's function").address() & !1

@@ -5,11 +5,11 @@ mod common;
 
 use common::config;
 use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
-use plumb_core::keep::{NotKept, Slots};
+use plumb_core::config_store::{ConfigStore, StoreError};
 use plumb_protocol::Config;
 
 const SECTOR: usize = 4096;
-const SLOTS: Slots = Slots([SECTOR as u32, 2 * SECTOR as u32]);
+const STORE: ConfigStore = ConfigStore([SECTOR as u32, 2 * SECTOR as u32]);
 
 /// Two sectors and one before them. Erasing and writing go byte by byte, until the power does.
 struct Flash {
@@ -80,10 +80,10 @@ fn numbered(number: u8) -> Config {
 #[test]
 fn the_last_one_kept_is_loaded() {
     let mut flash = Flash::new();
-    assert_eq!(SLOTS.load(&mut flash), None);
+    assert_eq!(STORE.load(&mut flash), None);
     for number in 1..20 {
-        assert_eq!(SLOTS.save(&mut flash, &numbered(number)), Ok(()));
-        assert_eq!(SLOTS.load(&mut flash), Some(numbered(number)));
+        assert_eq!(STORE.save(&mut flash, &numbered(number)), Ok(()));
+        assert_eq!(STORE.load(&mut flash), Some(numbered(number)));
     }
     assert!(flash.bytes[..SECTOR].iter().all(|&b| b == 0xff), "nothing else is touched");
 }
@@ -91,24 +91,24 @@ fn the_last_one_kept_is_loaded() {
 #[test]
 fn the_same_again_wears_nothing() {
     let mut flash = Flash::new();
-    SLOTS.save(&mut flash, &numbered(1)).unwrap();
+    STORE.save(&mut flash, &numbered(1)).unwrap();
     let writes = flash.writes;
-    SLOTS.save(&mut flash, &numbered(1)).unwrap();
+    STORE.save(&mut flash, &numbered(1)).unwrap();
     assert_eq!(flash.writes, writes);
 }
 
 #[test]
 fn a_loss_of_power_at_any_moment_leaves_the_old_one_or_the_new_one() {
     let mut before = Flash::new();
-    SLOTS.save(&mut before, &numbered(1)).unwrap();
-    SLOTS.save(&mut before, &numbered(2)).unwrap();
+    STORE.save(&mut before, &numbered(1)).unwrap();
+    STORE.save(&mut before, &numbered(2)).unwrap();
     let mut news = 0;
     // A sector is erased and a page written; around the record's end every byte counts.
     for power in (0..SECTOR).step_by(61).chain(SECTOR..SECTOR + 256) {
         let mut flash = Flash { bytes: before.bytes.clone(), power, writes: 0 };
-        assert_eq!(SLOTS.save(&mut flash, &numbered(3)), Err(NotKept));
+        assert_eq!(STORE.save(&mut flash, &numbered(3)), Err(StoreError));
         flash.power = usize::MAX;
-        let found = SLOTS.load(&mut flash).unwrap();
+        let found = STORE.load(&mut flash).unwrap();
         assert!(
             found == numbered(2) || found == numbered(3),
             "after {power} bytes: {}",
@@ -116,8 +116,8 @@ fn a_loss_of_power_at_any_moment_leaves_the_old_one_or_the_new_one() {
         );
         news += usize::from(found == numbered(3));
         // And it goes on from there.
-        SLOTS.save(&mut flash, &numbered(4)).unwrap();
-        assert_eq!(SLOTS.load(&mut flash), Some(numbered(4)));
+        STORE.save(&mut flash, &numbered(4)).unwrap();
+        assert_eq!(STORE.load(&mut flash), Some(numbered(4)));
     }
     assert!(news > 0, "the new one counts as soon as it is whole");
 }
@@ -125,12 +125,12 @@ fn a_loss_of_power_at_any_moment_leaves_the_old_one_or_the_new_one() {
 #[test]
 fn a_damaged_record_is_not_believed() {
     let mut flash = Flash::new();
-    SLOTS.save(&mut flash, &numbered(1)).unwrap();
-    SLOTS.save(&mut flash, &numbered(2)).unwrap();
+    STORE.save(&mut flash, &numbered(1)).unwrap();
+    STORE.save(&mut flash, &numbered(2)).unwrap();
     let damaged = 2 * SECTOR;
     for at in damaged..damaged + 100 {
         let mut flash = Flash { bytes: flash.bytes.clone(), ..Flash::new() };
         flash.bytes[at] ^= 0x10;
-        assert_eq!(SLOTS.load(&mut flash), Some(numbered(1)), "byte {at}");
+        assert_eq!(STORE.load(&mut flash), Some(numbered(1)), "byte {at}");
     }
 }

@@ -7,7 +7,7 @@
 
 use plumb_protocol::units::{Covariance, Micros, Point};
 
-use super::{Answer, Question};
+use super::{LawRequest, LawResponse};
 use crate::clock::TICK_US;
 use crate::law::{MOTOR_SAMPLE_US, Measurement, Setpoint, variances};
 use crate::params::Params;
@@ -15,7 +15,7 @@ use crate::plan::Planner;
 
 /// The ball in a picture.
 #[derive(Debug, Clone, Copy)]
-struct Glimpse {
+struct PendingMeasurement {
     /// When it was taken.
     captured: Micros,
     /// µm.
@@ -26,7 +26,7 @@ struct Glimpse {
 
 /// A question whose answer has not taken effect yet.
 #[derive(Debug, Clone, Copy)]
-struct Open {
+struct OpenRequest {
     /// When it does.
     due: Micros,
     /// The answer, once it is there.
@@ -35,44 +35,49 @@ struct Open {
 
 /// The questions to a slow law.
 #[derive(Debug, Clone, Default)]
-pub struct Asking {
+pub struct LawClient {
     /// Of the last question.
     number: u32,
-    open: Option<Open>,
+    open: Option<OpenRequest>,
     /// The newest one that nothing was asked about.
-    glimpse: Option<Glimpse>,
-    /// See [`Question::configuration`].
+    pending: Option<PendingMeasurement>,
+    /// See [`LawRequest::configuration`].
     configuration: u32,
     /// To be handed out.
-    question: Option<Question>,
+    request: Option<LawRequest>,
 }
 
-impl Asking {
+impl LawClient {
     /// The ball was seen at `ball` (µm), with this covariance, in a picture taken at `captured`.
-    pub fn saw(&mut self, captured: Micros, ball: [i32; 3], covariance: Option<Covariance>) {
-        self.glimpse = Some(Glimpse { captured, ball, covariance });
+    pub fn on_position(
+        &mut self,
+        captured: Micros,
+        ball: [i32; 3],
+        covariance: Option<Covariance>,
+    ) {
+        self.pending = Some(PendingMeasurement { captured, ball, covariance });
     }
 
     /// Nothing is sought that what was seen could be asked about.
-    pub fn forget(&mut self) {
-        self.glimpse = None;
+    pub fn discard_pending(&mut self) {
+        self.pending = None;
     }
 
     /// The next question is to a law that knows nothing: the board was configured.
-    pub fn begin_anew(&mut self) {
+    pub fn reset(&mut self) {
         self.configuration = self.configuration.wrapping_add(1);
     }
 
-    /// Whether there is something to [`ask`](Self::ask) about, now or when no question is open any
+    /// Whether there is something to [`make_request`](Self::make_request) about, now or when no question is open any
     /// more.
     #[inline]
-    pub fn waiting(&self) -> bool {
-        self.glimpse.is_some()
+    pub fn has_pending(&self) -> bool {
+        self.pending.is_some()
     }
 
     /// After the planning of the tick at `now`: makes a question of what was seen, where none is
-    /// open, and hands it [out](Self::take_question); its number.
-    pub fn ask(
+    /// open, and hands it [out](Self::take_request); its number.
+    pub fn make_request(
         &mut self,
         now: Micros,
         target: Point,
@@ -80,52 +85,54 @@ impl Asking {
         params: &Params,
     ) -> Option<u32> {
         let kind = params.deferred_law().filter(|_| self.open.is_none())?;
-        let glimpse = self.glimpse.take()?;
+        let pending = self.pending.take()?;
         // The motors' positions are those at the tick's end.
         let end = Micros(now.0 + u64::from(TICK_US));
-        let age_us = end.since(glimpse.captured).min(u64::from(u32::MAX)) as u32;
+        let age_us = end.since(pending.captured).min(u64::from(u32::MAX)) as u32;
         let age_us = age_us.saturating_add(params.delay_us());
         let place =
             |times: u32| planner.positions_ago(age_us.saturating_add(times * MOTOR_SAMPLE_US));
         let measurement = Measurement {
-            ball: glimpse.ball,
-            variances: variances(glimpse.covariance),
+            ball: pending.ball,
+            variances: variances(pending.covariance),
             motors: place(0),
             motors_before: [place(1), place(2)],
             motors_ahead: planner.reference_after(kind.ticks() - 1),
             target: target.micrometres(),
         };
         self.number = self.number.wrapping_add(1);
-        self.open =
-            Some(Open { due: Micros(now.0 + u64::from(kind.ticks() * TICK_US)), setpoint: None });
+        self.open = Some(OpenRequest {
+            due: Micros(now.0 + u64::from(kind.ticks() * TICK_US)),
+            setpoint: None,
+        });
         let (number, limits, configuration) = (self.number, params.limits(), self.configuration);
-        self.question = Some(Question { number, kind, limits, configuration, measurement });
+        self.request = Some(LawRequest { number, kind, limits, configuration, measurement });
         Some(number)
     }
 
     /// Ticks between that at `now` and the one in which an answer takes effect.
-    pub(crate) fn idle_ticks(&self, now: Micros) -> u32 {
+    pub(crate) fn ticks_to_due(&self, now: Micros) -> u32 {
         let left = self.open.map_or(u64::MAX, |open| open.due.since(now).saturating_sub(1));
         (left / u64::from(TICK_US)).min(u64::from(u32::MAX)) as u32
     }
 
     /// Hands the question out, once.
     #[inline]
-    pub fn take_question(&mut self) -> Option<Question> {
-        self.question.take()
+    pub fn take_request(&mut self) -> Option<LawRequest> {
+        self.request.take()
     }
 
     /// The answer has come; one that is too late is of no use any more.
-    pub fn answered(&mut self, answer: &Answer) {
+    pub fn on_response(&mut self, response: &LawResponse) {
         if let Some(open) = &mut self.open
-            && answer.number == self.number
+            && response.number == self.number
         {
-            open.setpoint = Some(answer.setpoint);
+            open.setpoint = Some(response.setpoint);
         }
     }
 
     /// The question whose answer takes effect at `now`, and the answer, if it is there.
-    pub fn due(&mut self, now: Micros) -> Option<(u32, Option<Setpoint>)> {
+    pub fn take_due(&mut self, now: Micros) -> Option<(u32, Option<Setpoint>)> {
         let open = self.open.take_if(|open| open.due <= now)?;
         Some((self.number, open.setpoint))
     }

@@ -6,27 +6,27 @@ use core::sync::atomic::{AtomicBool, Ordering};
 
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
-use plumb_core::think::{Answer, Question, Thinker};
+use plumb_core::law_worker::{LawRequest, LawResponse, LawWorker};
 use static_cell::ConstStaticCell;
 
 use crate::watch;
 
-static QUESTION: Signal<CriticalSectionRawMutex, Question> = Signal::new();
-static ANSWER: Signal<CriticalSectionRawMutex, Answer> = Signal::new();
+static REQUEST: Signal<CriticalSectionRawMutex, LawRequest> = Signal::new();
+static RESPONSE: Signal<CriticalSectionRawMutex, LawResponse> = Signal::new();
 /// Whether there is one to be looked for: that much is seen in some clocks, in every tick.
-static ASKED: AtomicBool = AtomicBool::new(false);
-static ANSWERED: AtomicBool = AtomicBool::new(false);
+static REQUESTED: AtomicBool = AtomicBool::new(false);
+static RESPONDED: AtomicBool = AtomicBool::new(false);
 
 /// Leaves a question. For the stepping: never waits.
-pub(crate) fn ask(question: Question) {
-    QUESTION.signal(question);
-    ASKED.store(true, Ordering::Release);
+pub(crate) fn request(request: LawRequest) {
+    REQUEST.signal(request);
+    REQUESTED.store(true, Ordering::Release);
 }
 
 /// The answer to the last one, if it is there; once. For the stepping: never waits.
 #[inline]
-pub(crate) fn answer() -> Option<Answer> {
-    if taken(&ANSWERED) { ANSWER.try_take() } else { None }
+pub(crate) fn response() -> Option<LawResponse> {
+    if taken(&RESPONDED) { RESPONSE.try_take() } else { None }
 }
 
 /// Whether `flag` was set; it no longer is. Where it is set anew in between, so is what it tells
@@ -42,17 +42,17 @@ fn taken(flag: &AtomicBool) -> bool {
 
 /// Answers questions for ever, and sleeps in between.
 pub(crate) fn run() -> ! {
-    static THINKER: ConstStaticCell<Thinker> = ConstStaticCell::new(Thinker::new());
-    let thinker = THINKER.take();
+    static WORKER: ConstStaticCell<LawWorker> = ConstStaticCell::new(LawWorker::new());
+    let law_worker = WORKER.take();
     loop {
         watch::thread_is_alive();
-        if !taken(&ASKED) {
+        if !taken(&REQUESTED) {
             // Until the next interrupt: one that came since the look above ends the sleep before it
             // begins.
             cortex_m::asm::wfe();
-        } else if let Some(question) = QUESTION.try_take() {
-            ANSWER.signal(thinker.answer(&question));
-            ANSWERED.store(true, Ordering::Release);
+        } else if let Some(request) = REQUEST.try_take() {
+            RESPONSE.signal(law_worker.respond(&request));
+            RESPONDED.store(true, Ordering::Release);
         }
     }
 }

@@ -7,8 +7,8 @@ use common::bench::{BALL, TARGET, point};
 use common::{BUILD, config};
 use plumb_core::law::DeferredLawKind;
 use plumb_core::law::variances;
-use plumb_core::think::Question;
-use plumb_core::{Board, Outbox, TICK_US, Thinker};
+use plumb_core::law_worker::LawRequest;
+use plumb_core::{Board, LawWorker, Outbox, TICK_US};
 use plumb_protocol::Config;
 use plumb_protocol::config::{Deadlines, Estimated, Law};
 use plumb_protocol::frame::{Accumulator, encode};
@@ -20,11 +20,11 @@ const DELAY: Estimated = Estimated { delay: Milliseconds(0) };
 /// A board, and a thinker that takes some ticks for an answer.
 struct SlowBench {
     board: Board,
-    thinker: Thinker,
+    law_worker: LawWorker,
     /// Ticks from a question to its answer; `None` where there is none.
     takes: Option<u32>,
-    open: Option<(Question, u32)>,
-    asked: Vec<(u64, Question)>,
+    open: Option<(LawRequest, u32)>,
+    asked: Vec<(u64, LawRequest)>,
     tick: u64,
     out: Outbox,
     sequence: u16,
@@ -40,7 +40,7 @@ impl SlowBench {
     fn seeking(config: Config, takes: Option<u32>) -> Self {
         let mut bench = Self {
             board: Board::new(BUILD),
-            thinker: Thinker::new(),
+            law_worker: LawWorker::new(),
             takes,
             open: None,
             asked: Vec::new(),
@@ -85,14 +85,14 @@ impl SlowBench {
             if let Some((question, left)) = &mut self.open {
                 *left -= 1;
                 if *left == 0 {
-                    let answer = self.thinker.answer(question);
-                    self.board.answered(&answer);
+                    let answer = self.law_worker.respond(question);
+                    self.board.on_law_response(&answer);
                     self.open = None;
                 }
             }
             self.board.plan(self.now(), &mut self.out);
             self.board.report(self.now(), &mut self.out);
-            if let Some(question) = self.board.question() {
+            if let Some(question) = self.board.take_law_request() {
                 self.asked.push((self.tick, question));
                 self.open = self.takes.map(|ticks| (question, ticks));
             }
@@ -162,7 +162,7 @@ fn a_host_that_thinks_at_once_does_the_same() {
         let part = f64::from(k) / 50.0;
         bench.see([0, 1, 2].map(|i| BALL[i] + part * (TARGET[i] - BALL[i])));
         for tick in 1..=165 {
-            bench.board.tick(bench.now(), &mut bench.thinker, &mut bench.out);
+            bench.board.tick(bench.now(), &mut bench.law_worker, &mut bench.out);
             bench.tick += 1;
             host.extend((tick % 5 == 0).then(|| bench.board.positions()));
         }
@@ -297,7 +297,13 @@ fn a_law_goes_less_by_a_position_that_is_unsure() {
             measurement.ball[0] += off_um;
             measurement.variances =
                 variances(Some(Covariance { variances: [variance; 3], covariances: [0; 3] }));
-            bench.thinker.clone().answer(&Question { measurement, ..question }).setpoint.rates.0
+            bench
+                .law_worker
+                .clone()
+                .respond(&LawRequest { measurement, ..question })
+                .setpoint
+                .rates
+                .0
         };
         let moved = |variance| -> i32 {
             let (there, off) = (answer(0, variance), answer(4000, variance));
