@@ -179,7 +179,7 @@ fn a_miswired_rig_with_a_moving_target_stops_by_itself() {
         let angle = f64::from(frame) / RATE_HZ as f64 * 0.10 / 0.03;
         let target = Task::paper().target + Vector3::new(angle.cos(), angle.sin(), 0.0) * 0.03;
         let target = Point::from_metres(target.into()).expect("a point in the workspace");
-        bench.link.aim(target).expect("an intact link");
+        bench.link.set_rates(target).expect("an intact link");
     });
 }
 

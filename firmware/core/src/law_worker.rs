@@ -1,45 +1,45 @@
-//! Laws that take longer than a tick, and how they are asked without a tick waiting for them.
+//! Deferred laws: laws that take longer than a tick run in a worker, and no tick waits for them.
 //!
 //! ```text
-//! position -> Board::take_law_request -> LawRequest -> LawWorker::respond -> LawResponse -> Board::on_law_response
-//!              in the tick of the position                 in effect DeferredLawKind::ticks later
+//! position -> Board::take_law_request -> LawRequest -> LawWorker::respond
+//!          -> LawResponse -> Board::on_law_response, in effect DeferredLawKind::ticks later
 //! ```
 //!
-//! A [`LawWorker`] owns the law with what it has learnt, and may take its time: on the chip below
-//! everything else, on a host at once. When an answer takes effect is fixed by the question's tick,
-//! so that both do the same, to the bit.
+//! A [`LawWorker`] owns the law with its state. On the chip it runs below everything else, on a
+//! host it responds at once. The tick of the request alone fixes the tick in which the response
+//! takes effect, so both behave alike, to the bit.
 
 mod client;
 
 use crate::law::{DeferredLaw, DeferredLawKind, Law, Limits, Measurement, Setpoint};
 pub use client::LawClient;
 
-/// What a law is asked.
+/// A request for one update of a deferred law.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct LawRequest {
-    /// Counts the questions, wrapping.
+    /// Number of the request; wraps.
     pub number: u32,
-    /// Which law.
+    /// The configured law.
     pub kind: DeferredLawKind,
-    /// The motors' limits.
+    /// Limits of the motors.
     pub limits: Limits,
-    /// Counts the board's configurations, wrapping. A law made for another one is replaced.
-    pub configuration: u32,
-    /// What is seen.
+    /// Number of the board's configuration; wraps. The worker replaces a law that was made for
+    /// another one.
+    pub generation: u32,
+    /// Input of the law.
     pub measurement: Measurement,
 }
 
-/// What a law wants.
+/// Response to a [`LawRequest`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct LawResponse {
-    /// The question's.
+    /// Number of the request.
     pub number: u32,
-    /// The law's setpoint, not limited yet.
+    /// Output of the law, not limited yet.
     pub setpoint: Setpoint,
 }
 
-/// Answers questions. All those of one board, in their order: what has been asked is what the law
-/// has learnt.
+/// Worker that responds to the requests of one board, in their order: each updates the law's state.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct LawWorker {
     law: Option<Configured>,
@@ -48,27 +48,27 @@ pub struct LawWorker {
 /// A law, and the configuration that it was made for.
 #[derive(Debug, Clone, PartialEq)]
 struct Configured {
-    /// See [`LawRequest::configuration`].
-    configuration: u32,
+    /// See [`LawRequest::generation`].
+    generation: u32,
     law: DeferredLaw,
 }
 
 impl LawWorker {
-    /// One that has learnt nothing.
+    /// Creates a worker without a law.
     pub const fn new() -> Self {
         Self { law: None }
     }
 
-    /// Lets the law think. Makes it anew for the first question of a configuration, so that a lost
-    /// question leaves no law of an earlier configuration in place.
+    /// Updates the law with the request's measurement. The first request of a configuration makes
+    /// the law anew, so a lost request leaves no law of an earlier configuration in place.
     #[inline(never)]
     pub fn respond(&mut self, request: &LawRequest) -> LawResponse {
-        let LawRequest { number, kind, limits, configuration, measurement } = request;
-        self.law.take_if(|kept| kept.configuration != *configuration);
-        let kept = self.law.get_or_insert_with(|| Configured {
-            configuration: *configuration,
+        let LawRequest { number, kind, limits, generation, measurement } = request;
+        self.law.take_if(|configured| configured.generation != *generation);
+        let configured = self.law.get_or_insert_with(|| Configured {
+            generation: *generation,
             law: DeferredLaw::new(*kind, *limits),
         });
-        LawResponse { number: *number, setpoint: kept.law.update(measurement) }
+        LawResponse { number: *number, setpoint: configured.law.update(measurement) }
     }
 }

@@ -19,12 +19,12 @@ pub mod clock;
 pub mod coils;
 pub mod config_store;
 pub mod driver_timing;
-pub mod estimate;
 pub mod law;
 pub mod law_worker;
 pub mod params;
 pub mod plan;
 pub mod segment;
+pub mod servo;
 pub mod soft_float;
 mod wide;
 

@@ -5,9 +5,9 @@ mod common;
 
 use common::bench::{BALL, Bench, TARGET, point};
 use common::{BUILD, config, motor};
-use plumb_core::estimate::{self, Divergence};
 use plumb_core::params::Params;
 use plumb_core::plan::Planner;
+use plumb_core::servo::{DivergenceGuard, error, magnitude};
 use plumb_core::{BuildLimits, MotorRates};
 use plumb_protocol::Config;
 use plumb_protocol::config::{Growth, Motor};
@@ -52,7 +52,7 @@ fn the_fastest_motors_at_the_ends_of_every_range_stay_within_their_travel() {
                 for tick in 0..120_000 {
                     let way = if tick % 50_000 < 30_000 { fastest } else { -fastest };
                     let swing = if tick / 17 % 2 == 0 { fastest } else { -fastest };
-                    planner.aim(MotorRates([way, -way, swing]), 0);
+                    planner.set_rates(MotorRates([way, -way, swing]), 0);
                     planner.tick();
                     assert!(planner.positions().iter().all(|at| (-travel..=travel).contains(at)));
                 }
@@ -65,10 +65,10 @@ fn the_fastest_motors_at_the_ends_of_every_range_stay_within_their_travel() {
 fn the_divergence_guard_takes_the_farthest_positions() {
     const FAR: i32 = 4_000_000;
     let (here, there) = ([-FAR; 3], Point([Micrometres(FAR); 3]));
-    let far = estimate::magnitude(estimate::error(here, there));
+    let far = magnitude(error(here, there));
     for margin in [1, i32::MAX] {
         let rule = Growth { margin: Micrometres(margin), time: Milliseconds(u16::MAX) };
-        let mut guard = Divergence::default();
+        let mut guard = DivergenceGuard::default();
         assert!(!guard.update(Micros(0), [FAR; 3], 0, there, &rule));
         assert!(!guard.update(Micros(1), here, far, there, &rule));
         assert_eq!(guard.update(Micros(u64::MAX), here, far, there, &rule), margin == 1);

@@ -235,7 +235,7 @@ fn what_waits_is_asked_about_for_the_target_of_then_and_forgotten_by_a_stop() {
 fn a_law_begins_anew_with_each_configuration_and_not_with_a_target() {
     let mut bench = SlowBench::seeking(slow(Law::Taut), Some(5));
     let made_for =
-        |bench: &SlowBench| bench.asked.iter().map(|(_, q)| q.configuration).collect::<Vec<_>>();
+        |bench: &SlowBench| bench.asked.iter().map(|(_, q)| q.generation).collect::<Vec<_>>();
     bench.run_seeing(2);
     bench.send(Command::Target(point(BALL)));
     bench.run_seeing(1);

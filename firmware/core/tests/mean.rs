@@ -26,7 +26,7 @@ fn motors_end_where_the_reference_does_and_half_the_span_later() {
     let halfway = |planner: &mut Planner| {
         (0u32..)
             .find(|_| {
-                planner.aim(rates, 0);
+                planner.set_rates(rates, 0);
                 planner.tick();
                 planner.positions()[0] >= 16 * 100
             })
@@ -37,7 +37,7 @@ fn motors_end_where_the_reference_does_and_half_the_span_later() {
     let ahead = mean.reference();
     assert!((ahead[0] - mean.positions()[0] - 16 * 45).abs() < 16 * 5, "{ahead:?}");
     for _ in 0..5000 {
-        mean.aim(MotorRates::default(), 0);
+        mean.set_rates(MotorRates::default(), 0);
         mean.tick();
     }
     assert!(!mean.moving());
@@ -52,7 +52,7 @@ fn the_past_is_remembered_between_its_entries() {
     let mut planner = planner(0);
     let mut past = Vec::new();
     for k in 0..4000i32 {
-        planner.aim(MotorRates([(k % 1700 - 800) * 100, 20_000, -30_000]), 0);
+        planner.set_rates(MotorRates([(k % 1700 - 800) * 100, 20_000, -30_000]), 0);
         planner.tick();
         past.push(planner.positions());
     }
@@ -85,7 +85,7 @@ proptest! {
         let mut last = [0; 3];
         for (rates, ticks) in orders {
             for _ in 0..ticks {
-                planner.aim(MotorRates(rates.map(|r| (r * 256.0) as i32)), 0);
+                planner.set_rates(MotorRates(rates.map(|r| (r * 256.0) as i32)), 0);
                 planner.tick();
                 let (now, at) = (planner.rates(), planner.positions());
                 for i in 0..3 {

@@ -28,7 +28,7 @@ impl Watch {
     }
 
     fn tick(&mut self, wanted: [i32; 3]) -> Option<usize> {
-        self.planner.aim(MotorRates(wanted), 0);
+        self.planner.set_rates(MotorRates(wanted), 0);
         let beyond = self.planner.tick();
         let plan = *self.planner.plan();
         self.check_pulses(&plan);
@@ -123,7 +123,7 @@ proptest! {
         planner.configure(&params(Config { motors: [motor(1000.0, 4_000_000, 1 << 24); 3], ..config() }));
         let (mut times, mut start) = (Vec::new(), 0u32);
         for _ in 0..1000 {
-            planner.aim(MotorRates([steps_q8, 0, 0]), 0);
+            planner.set_rates(MotorRates([steps_q8, 0, 0]), 0);
             planner.tick();
             let a = planner.plan().motors[0];
             times.extend((0..u32::from(a.count)).map(|k| start + a.first + k * a.period));

@@ -109,7 +109,7 @@ fn plans(timing: &StepDir, acceleration: u32, wanted: &[(i32, u8)]) -> Vec<Pulse
     let mut plans = Vec::new();
     let mut tick = |per_mille: i32| {
         let rate = (i64::from(per_mille) * i64::from(motor.max_rate.0) / 1000) as i32;
-        planner.aim(MotorRates([rate, 0, 0]), 0);
+        planner.set_rates(MotorRates([rate, 0, 0]), 0);
         planner.tick();
         let StepPlan { motors } = *planner.plan();
         plans.push(motors[0]);

@@ -118,7 +118,7 @@ pub fn drive<S: CameraSource, T: Transport>(
     timeout: f64,
     tally: &mut Tally,
 ) -> Result<Ending, DriveError> {
-    rig.link.aim(target)?;
+    rig.link.set_rates(target)?;
     tally.error = None;
     let begin = rig.source.now();
     let start = *tally.begin.get_or_insert(begin);

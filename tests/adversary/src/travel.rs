@@ -149,12 +149,12 @@ fn there_and_back(random: &mut Random, config: &Config, params: &Params, outcome
     let back = MotorRates(there.0.map(|rate| -rate));
     let (turning, resting) = (random.range(1, 200), random.range(0, 200));
     for (wanted, ticks) in [(there, turning), (MotorRates::default(), resting), (back, turning)] {
-        planner.aim(wanted, 0);
+        planner.set_rates(wanted, 0);
         for _ in 0..ticks {
             planner.tick();
         }
     }
-    planner.aim(MotorRates::default(), 0);
+    planner.set_rates(MotorRates::default(), 0);
     for _ in 0..MOST_TICKS_TO_REST {
         if !planner.moving() {
             break;
@@ -184,7 +184,7 @@ impl Approach<'_> {
     /// Drives until the planner refuses to go on; whether it has.
     fn drive_to_the_end(&mut self, random: &mut Random, outcome: &mut Outcome) -> bool {
         for tick in 0..MOST_TICKS_THERE {
-            self.aim(random, tick);
+            self.set_rates(random, tick);
             let refused = self.planner.tick().is_some();
             self.ticks += 1;
             self.check(outcome);
@@ -196,7 +196,7 @@ impl Approach<'_> {
     }
 
     /// Sets the wanted rates, if it is time.
-    fn aim(&mut self, random: &mut Random, tick: u64) {
+    fn set_rates(&mut self, random: &mut Random, tick: u64) {
         let due = match self.aim {
             Aim::Wander => tick == 0 || random.one_in(self.aim.period()),
             _ => tick.is_multiple_of(self.aim.period()),
@@ -212,18 +212,18 @@ impl Approach<'_> {
             }
             Aim::Once | Aim::Repeated30Hz | Aim::RepeatedEveryTick => {}
         }
-        self.planner.aim(self.wanted, 0);
+        self.planner.set_rates(self.wanted, 0);
     }
 
     /// Aims at rest, as the board does after a fault, until the motors rest.
     fn drive_to_rest(&mut self, outcome: &mut Outcome) {
-        self.planner.aim(MotorRates::default(), 0);
+        self.planner.set_rates(MotorRates::default(), 0);
         for tick in 0..MOST_TICKS_TO_REST {
             if !self.planner.moving() {
                 return;
             }
             if tick % self.aim.period() == 0 {
-                self.planner.aim(MotorRates::default(), 0);
+                self.planner.set_rates(MotorRates::default(), 0);
             }
             self.planner.tick();
             self.ticks += 1;

@@ -82,8 +82,8 @@ const EVENTS: [&str; 11] = [
     "restarts into the bootloader",
     "stored",
     "store failed",
-    "questions",
-    "questions lost",
+    "law requests",
+    "law requests lost",
     "repeated requests",
 ];
 

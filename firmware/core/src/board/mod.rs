@@ -1,201 +1,175 @@
-//! The board: what it does with the bytes and the time that it is given.
+//! The board: commands, states, and when each part runs. It knows bytes and time, no hardware.
+//!
+//! ```text
+//! bytes -> Session -> on_command -> admit -> State, Setup, Servo
+//!                  -> on_position ---------> Servo -> setpoint
+//! time  -> plan -> Schedule -> run_due: deadlines, setpoint of the State -> Planner -> pulses
+//!       -> report: progress, law requests, telemetry
+//! ```
+//!
+//! # States
+//!
+//! ```text
+//!              Configure            Target                     reached
+//! Unconfigured ---------> Ready --------------------> Seeking --------> Holding
+//!                         | | |  Hold                    ^      Target     |  ^
+//!                         | | +--------------------------|-----------------|--+
+//!                         | |                            +-----------------+
+//!                         | | Jog              Stop, or the jog's end
+//!                         | +-----> Jogging ----------------------> Stopping { then: Ready }
+//!                         |         Seeking, Holding ---Stop------> Stopping { then: Ready }
+//!                         |                                           | at rest: Ready
+//!                         | Store                                     | Target, Hold: Seeking, Holding
+//!                         +-----> Storing { id } ---written or not--> Ready
+//!
+//! any ---Bootloader, once what is under way has ended---> Stopping { then: Bootloader } -> restart
+//! any ---guard, deadline, emergency input---> Fault ---ClearFault, at rest---> Ready, Unconfigured
+//! ```
+//!
+//! [`admit`](admit::admit) is the table of the commands that each state accepts. A fault is latched;
+//! an emergency stop alone replaces another fault. A write to flash and a restart into the
+//! bootloader go on in a fault.
 
+mod admit;
 mod commands;
-mod guards;
 mod outbox;
 mod requests;
-mod seek;
+mod schedule;
+mod session;
+mod setup;
+mod state;
 
 use plumb_protocol::config::{Config, Drivers};
-use plumb_protocol::frame::{self, Accumulator, FrameError};
+use plumb_protocol::frame::{self, FrameError};
 use plumb_protocol::message::{
-    Answer, Fault, FaultReport, FromBoard, Refusal, StartCause, State, Telemetry, ToBoard,
+    self, Fault, FaultReport, FromBoard, Refusal, StartCause, Telemetry, ToBoard,
 };
 use plumb_protocol::units::{Micrometres, Micros, Point, Rate, Steps16};
 
 use crate::driver_timing::DriverTiming;
-use crate::estimate;
 use crate::law::{MotorRates, Setpoint};
-use crate::law_worker::{LawClient, LawRequest, LawResponse, LawWorker};
-use crate::params::{BuildLimits, Params};
-use crate::plan::{Jogging, Planner, StepPlan};
+use crate::law_worker::{LawRequest, LawResponse, LawWorker};
+use crate::params::BuildLimits;
+use crate::plan::{Planner, StepPlan};
+use crate::servo::{Servo, error, magnitude};
 pub use outbox::Outbox;
-use requests::LastRequest;
-use seek::{Guards, Seek, Sight};
+use schedule::{EMERGENCY_TICKS, Schedule, TELEMETRY_US};
+use session::Session;
+use setup::Setup;
+use state::{AfterStop, Goal, State};
 
-/// Telemetry comes at least this often once a host was greeted.
-const TELEMETRY_US: u64 = 100_000;
-
-/// Ticks from the last report of an open emergency input until it counts as closed: the tick that
-/// the report precedes, and one that no report precedes.
-const EMERGENCY_TICKS: u8 = 2;
-
-/// A board without its chip. States and transitions:
-///
-/// ```text
-/// Unconfigured -Configure-> Ready -Target-> Seeking -reached-> Holding -Target-> Seeking
-///                           Ready -Hold-> Holding;  Seeking, Holding -Stop-> Ready
-///                           any -guard-> Fault -ClearFault-> Ready
-/// ```
+/// A board without its chip. The [module's front page](self) draws its states.
 #[derive(Debug)]
 pub struct Board {
-    build: BuildLimits,
-    accumulator: Accumulator,
-    bad_frames: u16,
-    greeted: bool,
-    params: Option<Params>,
-    /// What the parameters were made from.
-    config: Option<Config>,
-    generation: u32,
-    /// Id of the Configure command of this session that made it.
-    configuration: Option<u16>,
-    start_cause: StartCause,
-    last_request: Option<LastRequest>,
-    /// The command that waits for the configuration to be written.
-    storing: Option<u16>,
-    /// Ticks to be planned until the emergency input counts as closed.
-    emergency_ticks: u8,
-    activity: Activity,
-    /// Guards of the present drive, or the last one.
-    guards: Guards,
+    session: Session,
+    setup: Setup,
+    state: State,
+    servo: Servo,
     planner: Planner,
-    sight: Sight,
-    law_client: LawClient,
-    /// When the last intact command came.
-    last_rx: Micros,
-    /// When telemetry was sent last.
-    last_telemetry: Micros,
-    /// Whether it is to be sent after this tick.
-    telemetry_due: bool,
-    bootloader: bool,
-    /// Whether a picture was taken in that is still to be judged by.
-    progress_due: bool,
-    /// Whether something has happened that the coming tick is to look at.
-    dirty: bool,
-    /// Ticks until one that is to look at what time has brought.
-    idle_ticks: u32,
+    schedule: Schedule,
 }
 
-/// What the board is at.
-#[derive(Debug, Clone, Copy)]
-enum Activity {
-    /// Nothing: ramping down or at rest.
-    Idle,
-    /// Turning one motor.
-    Jogging(Jogging),
-    /// Driving the ball to a target, or keeping it there.
-    Seeking(Seek),
-    /// Stopped by itself.
-    Faulted(Fault),
-}
-
-/// What the chip carries out for the next tick.
+/// What the chip carries out besides the pulses, from the next tick on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Tick {
     /// Whether the drivers hold the motors: from the first configuration on, since motors without
-    /// current drop the ball; but not after an emergency stop or a restart for a mistake of the
-    /// board's own.
+    /// current drop the ball; but not after an emergency stop or a restart for an error of the
+    /// board itself.
     pub drivers_enabled: bool,
     /// Restart into the bootloader now; the motors stand still.
     pub bootloader: bool,
-    /// Write the configuration now ([`Board::config`]) and say how that went ([`Board::on_stored`]);
-    /// the motors stand still.
+    /// Write the configuration now ([`Board::config`]) and report the result
+    /// ([`Board::on_stored`]); the motors stand still.
     pub store: bool,
 }
 
 impl Board {
-    /// A board that has just started.
+    /// Creates a board that has just started.
     pub fn new(build: BuildLimits) -> Self {
         Self {
-            build,
-            accumulator: Accumulator::new(),
-            bad_frames: 0,
-            greeted: false,
-            params: None,
-            config: None,
-            generation: 0,
-            configuration: None,
-            start_cause: StartCause::PowerOn,
-            last_request: None,
-            storing: None,
-            emergency_ticks: 0,
-            activity: Activity::Idle,
-            guards: Guards::new(Micros(0)),
+            session: Session::new(),
+            setup: Setup::new(build),
+            state: State::Unconfigured,
+            servo: Servo::new(None),
             planner: Planner::default(),
-            sight: Sight::default(),
-            law_client: LawClient::default(),
-            last_rx: Micros(0),
-            last_telemetry: Micros(0),
-            telemetry_due: false,
-            bootloader: false,
-            progress_due: false,
-            dirty: true,
-            idle_ticks: 0,
+            schedule: Schedule::new(),
         }
     }
 
-    /// Says why the board has started; before its first tick. What the motors did meanwhile is not
-    /// known where it was for a mistake of its own, and the board begins stopped.
+    /// Sets the cause of the start; call before the first tick. After a restart for an error of the
+    /// board itself the motors' positions are unknown, and the board begins in a fault.
     pub fn set_start_cause(&mut self, cause: StartCause) {
-        self.start_cause = cause;
+        self.session.start_cause = cause;
         if matches!(cause, StartCause::Watchdog | StartCause::Panic | StartCause::HardFault) {
-            self.activity = Activity::Faulted(Fault::Watchdog);
+            self.state = self.state.faulted(Fault::Watchdog);
         }
     }
 
-    /// Takes up a configuration that was kept over a loss of power; before the first tick. Nothing
-    /// moves until a host's Hello has matched. One that is out of range for this board is ignored.
+    /// Applies a configuration that was stored in flash; call before the first tick. Nothing moves
+    /// until a host's Hello has matched. A configuration that is out of range for this board is
+    /// ignored.
     pub fn restore(&mut self, config: &Config) {
-        if let Ok(params) = Params::check(config, &self.build) {
+        if let Ok(params) = self.setup.check(config) {
             self.apply_config(params, config);
         }
     }
 
-    /// The present configuration.
+    /// Returns the configuration in force.
     pub fn config(&self) -> Option<&Config> {
-        self.config.as_ref()
+        self.setup.config()
     }
 
-    /// How often the board has been configured.
+    /// Returns the number of configurations since the start; wraps.
     pub fn generation(&self) -> u32 {
-        self.generation
+        self.setup.generation()
     }
 
-    /// What turns the motors; `None` before the first configuration.
+    /// Returns the configured drivers; `None` before the first configuration.
     pub fn drivers(&self) -> Option<Drivers> {
-        self.params.as_ref().map(|p| p.drivers)
+        self.setup.params().map(|params| params.drivers)
     }
 
     /// Returns the step generator's timing for the configured drivers.
     pub fn driver_timing(&self) -> Option<DriverTiming> {
-        self.params.as_ref().map(|p| p.timing)
+        self.setup.params().map(|params| params.timing)
     }
 
-    /// Answers to [`Tick::store`]: whether the configuration was written, as known at `now`.
-    pub fn on_stored(&mut self, now: Micros, written: bool, out: &mut Outbox) {
-        self.dirty = true;
-        if let Some(id) = self.storing.take() {
-            if !written {
-                // A repetition tries again.
-                self.last_request.take_if(|last| last.is_store(id));
-            }
-            answer(now, out, id, if written { Ok(()) } else { Err(Refusal::NotStored) });
-        }
+    /// Returns the state as telemetry names it.
+    pub fn state(&self) -> message::State {
+        self.state.on_wire()
     }
 
-    /// Takes in bytes that arrived at `now`, in any pieces; answers go to `out`.
+    /// Returns the motor positions at the end of the last tick, 1/16 steps since the start.
+    pub fn positions(&self) -> [i32; 3] {
+        self.planner.positions()
+    }
+
+    /// Returns the motor rates during the last tick, Q8 steps/s.
+    pub fn rates(&self) -> [i32; 3] {
+        self.planner.rates()
+    }
+
+    /// Returns the pulses of the tick that was planned last.
+    #[inline]
+    pub fn pulses(&self) -> &StepPlan {
+        self.planner.plan()
+    }
+}
+
+/// Events.
+impl Board {
+    /// Takes in bytes that arrived at `now`, in any pieces. Answers go to `out`.
     pub fn receive(&mut self, now: Micros, mut bytes: &[u8], out: &mut Outbox) {
         while !bytes.is_empty() {
-            let message =
-                self.accumulator.take(&mut bytes).map(|message| message.and_then(frame::read));
-            if let Some(message) = &message {
+            let decoded = self.session.decoder.take(&mut bytes);
+            if let Some(message) = decoded.map(|message| message.and_then(frame::read)) {
                 self.on_frame(now, message.as_ref().map_err(|error| *error), out);
             }
         }
     }
 
-    /// Takes in what a frame that arrived at `now` has turned out to be, for who looks for the
-    /// frames himself.
+    /// Takes in a frame that arrived at `now`: [`receive`](Self::receive) for a caller that decodes
+    /// frames itself.
     #[inline(never)]
     pub fn on_frame(
         &mut self,
@@ -205,22 +179,57 @@ impl Board {
     ) {
         match message {
             Ok(message) => {
-                self.dirty = true;
+                self.schedule.dirty = true;
                 self.on_command(now, message, out);
             }
             Err(error) => {
-                self.bad_frames = self.bad_frames.saturating_add(1);
+                self.session.bad_frames = self.session.bad_frames.saturating_add(1);
                 if error == FrameError::Malformed {
-                    answer(now, out, 0, Err(Refusal::Malformed));
+                    out.answer(now, 0, Err(Refusal::Malformed));
                 }
             }
         }
     }
 
-    /// Plans the tick that begins at `now`, and says what there is to say; call every
-    /// [`TICK_US`](crate::clock::TICK_US). This is [`plan`](Self::plan) and
-    /// [`report`](Self::report), with a `thinker` of the board's own that answers at once: for
-    /// hosts, whose time does not pass meanwhile.
+    /// Takes in the result of [`Tick::store`]: whether the configuration was written.
+    pub fn on_stored(&mut self, now: Micros, written: bool, out: &mut Outbox) {
+        self.schedule.dirty = true;
+        let Some(id) = self.state.storing() else { return };
+        self.state = self.state.stored();
+        if !written {
+            // A repetition tries again.
+            self.session.last_request.take_if(|last| last.is_store(id));
+        }
+        out.answer(now, id, if written { Ok(()) } else { Err(Refusal::NotStored) });
+    }
+
+    /// Takes in the law worker's response, which takes effect in its tick. A response that is not
+    /// there by then stops the board.
+    #[inline(never)]
+    pub fn on_law_response(&mut self, response: &LawResponse) {
+        self.servo.on_response(response);
+    }
+
+    /// Stops the board for the emergency input, which has cut the pulses off. The motors stand,
+    /// `missing` pulses each from their planned positions (+ where the direction line is high), and
+    /// the drivers are let go. The fault is latched. Call before every tick for as long as the
+    /// input is open, so that the fault cannot be cleared.
+    #[inline(never)]
+    pub fn on_emergency_stop(&mut self, now: Micros, missing: [i32; 3], out: &mut Outbox) {
+        self.schedule.emergency_ticks = EMERGENCY_TICKS;
+        self.schedule.dirty = true;
+        self.planner.cut(missing);
+        if self.state() != message::State::Fault(Fault::EmergencyStop) {
+            self.enter_fault(now, Fault::EmergencyStop, out);
+        }
+    }
+}
+
+/// Ticks.
+impl Board {
+    /// Plans and reports the tick that begins at `now`; call every
+    /// [`TICK_US`](crate::clock::TICK_US). This is [`plan`](Self::plan), [`report`](Self::report),
+    /// and a response of `law_worker` at once: for hosts, where the law takes no board time.
     pub fn tick(
         &mut self,
         now: Micros,
@@ -229,25 +238,78 @@ impl Board {
     ) -> Option<Tick> {
         let tick = self.plan(now, out);
         self.report(now, out);
-        if let Some(question) = self.take_law_request() {
-            self.on_law_response(&law_worker.respond(&question));
+        if let Some(request) = self.take_law_request() {
+            self.on_law_response(&law_worker.respond(&request));
         }
         tick
     }
 
-    /// The first half of a tick: its [pulses](Self::pulses), and what else is to be carried out
-    /// where that may have changed. A chip has that in hand before it goes on to the second.
+    /// Runs the first half of a tick: plans its [pulses](Self::pulses). Returns what else the chip
+    /// carries out, where that may have changed. The chip gives the pulses to its step generator
+    /// before the second half.
     #[inline]
     pub fn plan(&mut self, now: Micros, out: &mut Outbox) -> Option<Tick> {
-        if self.dirty || self.idle_ticks == 0 {
+        if self.schedule.dirty || self.schedule.idle_ticks == 0 {
             return Some(self.run_due(now, out));
         }
-        self.idle_ticks -= 1;
+        self.schedule.idle_ticks -= 1;
         self.plan_pulses(now, out);
         None
     }
 
-    /// Plans the pulses.
+    /// Runs the second half of a tick: the check of the progress, law requests, telemetry after a
+    /// position and from time to time, and the next deadline.
+    #[inline]
+    pub fn report(&mut self, now: Micros, out: &mut Outbox) {
+        self.planner.follow_up();
+        if self.schedule.check_due {
+            self.check(now, out);
+        }
+        if self.schedule.idle_ticks == 0 {
+            self.schedule.idle_ticks = self.poll_at(now);
+        }
+        if self.servo.client().has_pending() {
+            self.make_law_request(now);
+        }
+        if self.schedule.telemetry_due {
+            self.send_telemetry(now, out);
+        }
+    }
+
+    /// Returns the request for the [`LawWorker`] that this tick has made, once. Call after every
+    /// [`report`](Self::report).
+    #[inline]
+    pub fn take_law_request(&mut self) -> Option<LawRequest> {
+        self.servo.take_request()
+    }
+
+    /// Handles pending events and expired deadlines, and plans the pulses.
+    #[inline(never)]
+    fn run_due(&mut self, now: Micros, out: &mut Outbox) -> Tick {
+        // Before that tick no deadline has passed.
+        let due = self.schedule.idle_ticks == 0;
+        if due && let Some(fault) = self.expired_deadline(now) {
+            self.fault(now, fault, out);
+        }
+        self.apply_law_response(now, out);
+        let setpoint = self.setpoint(now);
+        self.planner.set_rates(setpoint.rates, setpoint.ramp_us);
+        let overdue = now.since(self.session.last_telemetry) >= TELEMETRY_US;
+        self.schedule.telemetry_due |= due && self.session.greeted && overdue;
+        let off = matches!(
+            self.state,
+            State::Fault { fault: Fault::EmergencyStop | Fault::Watchdog, .. }
+        );
+        self.schedule.emergency_ticks = self.schedule.emergency_ticks.saturating_sub(1);
+        (self.schedule.dirty, self.schedule.idle_ticks) = (self.schedule.emergency_ticks > 0, 0);
+        self.plan_pulses(now, out);
+        Tick {
+            drivers_enabled: self.setup.params().is_some() && !off,
+            bootloader: self.state.leaves() && !self.planner.moving(),
+            store: self.state.storing().is_some(),
+        }
+    }
+
     #[inline(always)]
     fn plan_pulses(&mut self, now: Micros, out: &mut Outbox) {
         if let Some(motor) = self.planner.plan_tick() {
@@ -255,167 +317,94 @@ impl Board {
         }
     }
 
-    /// What the motors do in the tick that was planned last.
-    #[inline]
-    pub fn pulses(&self) -> &StepPlan {
-        self.planner.plan()
-    }
-
-    /// The second half: how things go, what a slow law is to be asked, telemetry after a position
-    /// and from time to time, and what to wait for.
-    #[inline]
-    pub fn report(&mut self, now: Micros, out: &mut Outbox) {
-        self.planner.follow_up();
-        if self.progress_due {
-            self.check_progress(now, out);
+    /// Returns the setpoint of the present state. A jog that has arrived ends.
+    fn setpoint(&mut self, now: Micros) -> Setpoint {
+        if let State::Jogging(jogging) = &self.state {
+            return Setpoint::at_once(jogging.wanted(&self.planner).unwrap_or_else(|| {
+                self.state = State::Stopping { then: AfterStop::Ready };
+                self.schedule.check_due = true;
+                MotorRates::default()
+            }));
         }
-        if self.idle_ticks == 0 {
-            self.idle_ticks = self.ticks_to_deadline(now);
-        }
-        if self.law_client.has_pending() {
-            self.ask(now);
-        }
-        if self.telemetry_due {
-            self.send_telemetry(now, out);
+        match (self.state.goal(), self.setup.params()) {
+            (Some(_), Some(params)) => self.servo.setpoint(now, params),
+            _ => Setpoint::default(),
         }
     }
 
-    /// A tick that looks at what has happened and at what is due. One in which neither is needs
-    /// nothing of this.
+    /// Checks after a position how the drive goes on, and in a stop whether the motors stand. This
+    /// runs in the second half of a tick, where there is time for it.
     #[inline(never)]
-    fn run_due(&mut self, now: Micros, out: &mut Outbox) -> Tick {
-        // Until then nothing is, whatever else there is to look at.
-        let due = self.idle_ticks == 0;
-        if due && let Some(fault) = self.expired(now) {
-            self.fault(now, fault, out);
-        }
-        self.take_answer(now, out);
-        let wanted = self.wanted(now);
-        self.planner.aim(wanted.rates, wanted.ramp_us);
-        self.telemetry_due |= due && self.greeted && now.since(self.last_telemetry) >= TELEMETRY_US;
-        let off =
-            matches!(self.activity, Activity::Faulted(Fault::EmergencyStop | Fault::Watchdog));
-        self.emergency_ticks = self.emergency_ticks.saturating_sub(1);
-        (self.dirty, self.idle_ticks) = (self.emergency_ticks > 0, 0);
-        self.plan_pulses(now, out);
-        Tick {
-            drivers_enabled: self.params.is_some() && !off,
-            bootloader: self.bootloader && self.storing.is_none() && !self.planner.moving(),
-            store: self.storing.is_some(),
+    fn check(&mut self, now: Micros, out: &mut Outbox) {
+        self.schedule.check_due = false;
+        match self.state {
+            State::Seeking(goal) | State::Holding(goal) => self.check_progress(now, goal, out),
+            State::Stopping { then: AfterStop::Ready } => self.settle(),
+            _ => {}
         }
     }
 
-    /// The question to a slow law that has come up, if any, for a [`LawWorker`]; once. To be looked
-    /// for after every [`report`](Self::report).
-    #[inline]
-    pub fn take_law_request(&mut self) -> Option<LawRequest> {
-        self.law_client.take_request()
+    /// Checks whether the target is reached and whether the ball is driven away from it.
+    fn check_progress(&mut self, now: Micros, goal: Goal, out: &mut Outbox) {
+        let Some(params) = self.setup.params() else { return };
+        let progress = self.servo.check_progress(now, goal.target, params);
+        if progress.reached {
+            self.state = State::Holding(goal);
+        }
+        if progress.diverged {
+            self.fault(now, Fault::ErrorGrowing, out);
+        }
     }
 
-    /// A thinker's answer is there; it takes effect in its tick. One that is not there by then
-    /// stops the board.
+    /// Ends a stop where the motors stand. Otherwise the next tick checks again.
+    fn settle(&mut self) {
+        if self.planner.moving() {
+            self.schedule.check_due = true;
+        } else {
+            self.state = State::Ready;
+        }
+    }
+
+    /// Makes a law request of the position that waits, where there is a target.
     #[inline(never)]
-    pub fn on_law_response(&mut self, answer: &LawResponse) {
-        self.law_client.on_response(answer);
-    }
-
-    /// The emergency input has cut the pulses off: the motors stand, `missing` pulses each from
-    /// where they were planned to be (+ where the direction line is high), and the drivers are let
-    /// go. Latched like any fault; to be called before every tick for as long as the input is open,
-    /// so that clearing it is refused.
-    #[inline(never)]
-    pub fn on_emergency_stop(&mut self, now: Micros, missing: [i32; 3], out: &mut Outbox) {
-        self.emergency_ticks = EMERGENCY_TICKS;
-        self.dirty = true;
-        self.planner.cut(missing);
-        if !matches!(self.activity, Activity::Faulted(Fault::EmergencyStop)) {
-            self.activity = Activity::Idle;
-            self.fault(now, Fault::EmergencyStop, out);
+    fn make_law_request(&mut self, now: Micros) {
+        let Some(params) = self.setup.params() else { return };
+        let target = self.state.goal().map(|goal| goal.target);
+        if self.servo.make_request(now, target, &self.planner, params) {
+            // The tick in which the response takes effect is a due one.
+            let ticks = self.servo.client().ticks_to_due(now);
+            self.schedule.idle_ticks = self.schedule.idle_ticks.min(ticks);
         }
     }
 
-    /// The state, as the host reads it.
-    pub fn state(&self) -> State {
-        match (&self.params, &self.activity) {
-            (_, Activity::Faulted(fault)) => State::Fault(*fault),
-            (None, _) => State::Unconfigured,
-            (_, Activity::Seeking(seek)) if seek.reached => State::Holding,
-            (_, Activity::Seeking(_)) => State::Seeking,
-            (_, Activity::Idle | Activity::Jogging(_)) => State::Ready,
+    /// Applies the law response that takes effect at `now`, where the board still drives.
+    fn apply_law_response(&mut self, now: Micros, out: &mut Outbox) {
+        let Some(params) = self.setup.params() else { return };
+        let applied = self.servo.apply_response(now, params);
+        if applied.is_err() && self.state.goal().is_some() {
+            self.fault(now, Fault::LawLate, out);
         }
     }
+}
 
-    /// Motor positions in 1/16 steps since the start, to the end of the last tick.
-    pub fn positions(&self) -> [i32; 3] {
-        self.planner.positions()
-    }
-
-    /// Motor rates in Q8 steps/s during the last tick.
-    pub fn rates(&self) -> [i32; 3] {
-        self.planner.rates()
-    }
-
-    /// Makes a question of what was seen, if something is sought.
-    #[inline(never)]
-    fn ask(&mut self, now: Micros) {
-        let (Activity::Seeking(seek), Some(params)) = (&mut self.activity, &self.params) else {
-            return self.law_client.discard_pending();
-        };
-        if let Some(number) = self.law_client.make_request(now, seek.target, &self.planner, params)
-        {
-            seek.question = Some(number);
-            // The tick in which the answer takes effect is looked at.
-            self.idle_ticks = self.idle_ticks.min(self.law_client.ticks_to_due(now));
-        }
-    }
-
-    /// Goes by the answer that takes effect at `now`, if it is still asked for.
-    fn take_answer(&mut self, now: Micros, out: &mut Outbox) {
-        let Some((number, setpoint)) = self.law_client.take_due(now) else { return };
-        let (Activity::Seeking(seek), Some(params)) = (&mut self.activity, &self.params) else {
-            return;
-        };
-        if seek.question.take_if(|asked| *asked == number).is_none() {
-            return;
-        }
-        match setpoint {
-            Some(setpoint) => seek.follow(now, setpoint, params),
-            None => self.fault(now, Fault::LawLate, out),
-        }
-    }
-
-    /// What the present activity asks for; a jog that has arrived ends.
-    fn wanted(&mut self, now: Micros) -> Setpoint {
-        match &self.activity {
-            Activity::Idle | Activity::Faulted(_) => Setpoint::default(),
-            Activity::Jogging(jogging) => {
-                Setpoint::at_once(jogging.wanted(&self.planner).unwrap_or_else(|| {
-                    self.activity = Activity::Idle;
-                    MotorRates::default()
-                }))
-            }
-            Activity::Seeking(seek) => match self.coasting(now) {
-                Some(since) => {
-                    let setpoint = seek.setpoint(since);
-                    Setpoint { rates: setpoint.rates.coasting(), ..setpoint }
-                }
-                None => seek.setpoint(now),
-            },
-        }
-    }
-
-    /// Stops for `fault`, unless the board has stopped already: the first reason stays.
+/// Faults and telemetry.
+impl Board {
+    /// Stops the board for `fault`, unless it is in a fault: the first one stays.
     #[inline(never)]
     fn fault(&mut self, now: Micros, fault: Fault, out: &mut Outbox) {
-        if matches!(self.activity, Activity::Faulted(_)) {
-            return;
+        if !matches!(self.state, State::Fault { .. }) {
+            self.enter_fault(now, fault, out);
         }
-        self.activity = Activity::Faulted(fault);
-        self.dirty = true;
+    }
+
+    /// Enters the fault and reports it.
+    fn enter_fault(&mut self, now: Micros, fault: Fault, out: &mut Outbox) {
+        self.state = self.state.faulted(fault);
+        self.schedule.dirty = true;
         out.send(&FromBoard::Fault(FaultReport {
             time: now,
             fault,
-            configuration: self.configuration,
+            configuration: self.session.configuration,
         }));
         self.send_telemetry(now, out);
     }
@@ -423,32 +412,24 @@ impl Board {
     /// Sends telemetry.
     #[inline(never)]
     fn send_telemetry(&mut self, now: Micros, out: &mut Outbox) {
-        self.last_telemetry = now;
-        self.telemetry_due = false;
-        let (target, error, filtered) = match &self.activity {
-            Activity::Seeking(seek) => (
-                seek.command,
-                self.sight.last.map_or([0; 3], |last| estimate::error(last, seek.target)),
-                self.sight.filtered_error(seek.target).unwrap_or(0),
-            ),
-            _ => (None, [0; 3], 0),
+        self.session.last_telemetry = now;
+        self.schedule.telemetry_due = false;
+        let goal = self.state.goal();
+        let tracker = self.servo.tracker();
+        let error_of = |ball: Option<[i32; 3]>| {
+            goal.zip(ball).map_or([0; 3], |(goal, ball)| error(ball, goal.target))
         };
         out.send(&FromBoard::Telemetry(Telemetry {
             time: now,
             state: self.state(),
-            configuration: self.configuration,
-            target,
-            sequence: self.sight.sequence,
+            configuration: self.session.configuration,
+            target: goal.and_then(|goal| goal.command),
+            sequence: self.session.sequence,
             motors: self.positions().map(Steps16),
             rates: self.rates().map(Rate),
-            error: Point(error.map(Micrometres)),
-            filtered_error: Micrometres(filtered as i32),
-            bad_frames: self.bad_frames,
+            error: Point(error_of(tracker.last()).map(Micrometres)),
+            filtered_error: Micrometres(magnitude(error_of(tracker.filtered())) as i32),
+            bad_frames: self.session.bad_frames,
         }));
     }
-}
-
-/// Answers command `id` at `now`.
-fn answer(now: Micros, out: &mut Outbox, id: u16, result: Result<(), Refusal>) {
-    out.send(&FromBoard::Answer(Answer { id, refusal: result.err(), time: now }));
 }

@@ -1,15 +1,16 @@
-//! What the board has to say, as bytes for whatever carries them.
+//! The board's messages to the host, as bytes for any link.
 
 use heapless::Vec;
 use plumb_protocol::frame;
-use plumb_protocol::message::FromBoard;
+use plumb_protocol::message::{Answer, FromBoard, Refusal};
+use plumb_protocol::units::Micros;
 
-/// Messages that wait to become frames: more are made into frames at once.
+/// Messages that can wait to become frames. When one more comes, all become frames at once.
 const WAITING: usize = 8;
 
-/// Messages waiting to be sent. They become frames when those are asked for, which takes a chip
-/// some of its time. What does not fit is dropped whole and counted: a host that does not listen
-/// must not hold the board up.
+/// Queue of messages to the host. They become frames when the bytes are read, since encoding takes
+/// the chip some time. A message that does not fit is dropped whole and counted: a host that does
+/// not listen must not hold the board up.
 #[derive(Debug, Default)]
 pub struct Outbox {
     waiting: Vec<FromBoard, WAITING>,
@@ -18,7 +19,7 @@ pub struct Outbox {
 }
 
 impl Outbox {
-    /// An empty one.
+    /// Creates an empty queue.
     pub const fn new() -> Self {
         Self { waiting: Vec::new(), bytes: Vec::new(), dropped: 0 }
     }
@@ -31,7 +32,12 @@ impl Outbox {
         }
     }
 
-    /// Appends the frames of the messages that wait.
+    /// Appends the answer to command `id`.
+    pub(super) fn answer(&mut self, now: Micros, id: u16, result: Result<(), Refusal>) {
+        self.send(&FromBoard::Answer(Answer { id, refusal: result.err(), time: now }));
+    }
+
+    /// Makes frames of the messages that wait.
     fn frame(&mut self) {
         for message in &self.waiting {
             let framed = frame::encode(message)
@@ -44,24 +50,24 @@ impl Outbox {
         self.waiting.clear();
     }
 
-    /// Whether there is nothing to send.
+    /// Checks whether there is nothing to send.
     pub fn is_empty(&self) -> bool {
         self.waiting.is_empty() && self.bytes.is_empty()
     }
 
-    /// The bytes to send, oldest first.
+    /// Returns the bytes to send, oldest first.
     pub fn bytes(&mut self) -> &[u8] {
         self.frame();
         &self.bytes
     }
 
-    /// Forgets what was sent.
+    /// Empties the queue, after its bytes were sent.
     pub fn clear(&mut self) {
         self.waiting.clear();
         self.bytes.clear();
     }
 
-    /// Messages that did not fit, since the start.
+    /// Returns the number of messages that did not fit, since the start.
     pub const fn dropped(&self) -> u32 {
         self.dropped
     }

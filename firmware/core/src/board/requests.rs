@@ -1,10 +1,10 @@
-//! The request that was carried out last, so that a repetition is not carried out again.
+//! The last request that was carried out, so that a repetition is not carried out again.
 
 use plumb_protocol::Config;
 use plumb_protocol::message::{Command, Jog, ToBoard};
 use plumb_protocol::units::Point;
 
-/// The last request that was carried out, of those that are carried out once.
+/// Record of the last request that was carried out, of those that are carried out once.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct LastRequest {
     id: u16,
@@ -14,7 +14,7 @@ pub(super) struct LastRequest {
 /// Content of a request.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Content {
-    /// Its content is the configuration in force, which the board keeps elsewhere.
+    /// The content is the configuration in force, which [`Setup`](super::setup::Setup) holds.
     Configure,
     Target(Point),
     Jog(Jog),
@@ -43,12 +43,12 @@ impl LastRequest {
         Some(Self { id: message.id, content })
     }
 
-    /// Whether it is the Store command `id`.
+    /// Checks whether this is the Store command `id`.
     pub(super) fn is_store(&self, id: u16) -> bool {
         *self == Self { id, content: Content::Store }
     }
 
-    /// Whether `message` is the same request once more, where `config` is in force.
+    /// Checks whether `message` repeats this request, where `config` is in force.
     pub(super) fn is_repeated_by(&self, message: &ToBoard, config: Option<&Config>) -> bool {
         if self.id != message.id || Some(*self) != Self::of(message) {
             return false;

@@ -1,9 +1,9 @@
-//! Putting questions to a law that takes longer than a tick.
+//! The board's side of the law worker: requests, and when their responses take effect.
 //!
-//! One question is open at a time, until the tick at which its answer takes effect. The newest
-//! picture that comes meanwhile waits, and is asked about then. An answer concerns the target that
-//! it was asked for: after another target, a stop or a fault it is void, but the law has learnt
-//! from the picture all the same.
+//! One request is open at a time, until the tick in which its response takes effect. Of the
+//! positions that come meanwhile the newest waits, and becomes the next request. A response belongs
+//! to the target of its request: after another target, a stop or a fault it has no effect, but the
+//! law's state has taken in the position.
 
 use plumb_protocol::units::{Covariance, Micros, Point};
 
@@ -13,42 +13,42 @@ use crate::law::{MOTOR_SAMPLE_US, Measurement, Setpoint, variances};
 use crate::params::Params;
 use crate::plan::Planner;
 
-/// The ball in a picture.
+/// A position that waits to become a request.
 #[derive(Debug, Clone, Copy)]
 struct PendingMeasurement {
-    /// When it was taken.
+    /// When the frame was captured.
     captured: Micros,
-    /// µm.
+    /// Position of the ball, µm.
     ball: [i32; 3],
-    /// How sure that is, where that was told.
+    /// Covariance of the position, where the host knows it.
     covariance: Option<Covariance>,
 }
 
-/// A question whose answer has not taken effect yet.
+/// A request whose response has not taken effect yet.
 #[derive(Debug, Clone, Copy)]
 struct OpenRequest {
-    /// When it does.
+    /// When the response takes effect.
     due: Micros,
-    /// The answer, once it is there.
+    /// The response, once it is there.
     setpoint: Option<Setpoint>,
 }
 
-/// The questions to a slow law.
+/// Client of a [`LawWorker`](super::LawWorker).
 #[derive(Debug, Clone, Default)]
 pub struct LawClient {
-    /// Of the last question.
+    /// Number of the last request.
     number: u32,
     open: Option<OpenRequest>,
-    /// The newest one that nothing was asked about.
+    /// Newest position without a request.
     pending: Option<PendingMeasurement>,
-    /// See [`LawRequest::configuration`].
-    configuration: u32,
-    /// To be handed out.
+    /// See [`LawRequest::generation`].
+    generation: u32,
+    /// Request that was made and not taken yet.
     request: Option<LawRequest>,
 }
 
 impl LawClient {
-    /// The ball was seen at `ball` (µm), with this covariance, in a picture taken at `captured`.
+    /// Takes in the position `ball` (µm) of a frame that was captured at `captured`.
     pub fn on_position(
         &mut self,
         captured: Micros,
@@ -58,25 +58,27 @@ impl LawClient {
         self.pending = Some(PendingMeasurement { captured, ball, covariance });
     }
 
-    /// Nothing is sought that what was seen could be asked about.
+    /// Discards the position that waits.
     pub fn discard_pending(&mut self) {
         self.pending = None;
     }
 
-    /// The next question is to a law that knows nothing: the board was configured.
+    /// Begins with another configuration: the law is made anew with the next request, and the
+    /// position that waits is discarded.
     pub fn reset(&mut self) {
-        self.configuration = self.configuration.wrapping_add(1);
+        self.generation = self.generation.wrapping_add(1);
+        self.discard_pending();
     }
 
-    /// Whether there is something to [`make_request`](Self::make_request) about, now or when no question is open any
-    /// more.
+    /// Checks whether a position waits to become a request.
     #[inline]
     pub fn has_pending(&self) -> bool {
         self.pending.is_some()
     }
 
-    /// After the planning of the tick at `now`: makes a question of what was seen, where none is
-    /// open, and hands it [out](Self::take_request); its number.
+    /// Makes a request from the position that waits, where no request is open, and returns its
+    /// number. Call after the planning of the tick at `now`. See
+    /// [`take_request`](Self::take_request).
     pub fn make_request(
         &mut self,
         now: Micros,
@@ -86,17 +88,17 @@ impl LawClient {
     ) -> Option<u32> {
         let kind = params.deferred_law().filter(|_| self.open.is_none())?;
         let pending = self.pending.take()?;
-        // The motors' positions are those at the tick's end.
+        // The planner's positions are those at the end of the tick.
         let end = Micros(now.0 + u64::from(TICK_US));
         let age_us = end.since(pending.captured).min(u64::from(u32::MAX)) as u32;
         let age_us = age_us.saturating_add(params.delay_us());
-        let place =
+        let motors =
             |times: u32| planner.positions_ago(age_us.saturating_add(times * MOTOR_SAMPLE_US));
         let measurement = Measurement {
             ball: pending.ball,
             variances: variances(pending.covariance),
-            motors: place(0),
-            motors_before: [place(1), place(2)],
+            motors: motors(0),
+            motors_before: [motors(1), motors(2)],
             motors_ahead: planner.reference_after(kind.ticks() - 1),
             target: target.micrometres(),
         };
@@ -105,24 +107,24 @@ impl LawClient {
             due: Micros(now.0 + u64::from(kind.ticks() * TICK_US)),
             setpoint: None,
         });
-        let (number, limits, configuration) = (self.number, params.limits(), self.configuration);
-        self.request = Some(LawRequest { number, kind, limits, configuration, measurement });
+        let (number, limits, generation) = (self.number, params.limits(), self.generation);
+        self.request = Some(LawRequest { number, kind, limits, generation, measurement });
         Some(number)
     }
 
-    /// Ticks between that at `now` and the one in which an answer takes effect.
+    /// Returns the ticks between that at `now` and the one in which a response takes effect.
     pub(crate) fn ticks_to_due(&self, now: Micros) -> u32 {
         let left = self.open.map_or(u64::MAX, |open| open.due.since(now).saturating_sub(1));
         (left / u64::from(TICK_US)).min(u64::from(u32::MAX)) as u32
     }
 
-    /// Hands the question out, once.
+    /// Returns the request that was made, once.
     #[inline]
     pub fn take_request(&mut self) -> Option<LawRequest> {
         self.request.take()
     }
 
-    /// The answer has come; one that is too late is of no use any more.
+    /// Takes in a response. One that comes too late is ignored.
     pub fn on_response(&mut self, response: &LawResponse) {
         if let Some(open) = &mut self.open
             && response.number == self.number
@@ -131,7 +133,8 @@ impl LawClient {
         }
     }
 
-    /// The question whose answer takes effect at `now`, and the answer, if it is there.
+    /// Returns the number of the request whose response takes effect at `now`, with the response's
+    /// setpoint where it is there. The request is then no longer open.
     pub fn take_due(&mut self, now: Micros) -> Option<(u32, Option<Setpoint>)> {
         let open = self.open.take_if(|open| open.due <= now)?;
         Some((self.number, open.setpoint))

@@ -48,9 +48,9 @@ mod tests {
             planner.set_microsteps(1 << microsteps);
             (planner.deltas, planner.travels) = (deltas, travels);
             planner.axes.iter_mut().for_each(|axis| axis.configure(false, 1 << microsteps));
-            planner.aim(MotorRates(before), 0);
+            planner.set_rates(MotorRates(before), 0);
             (0..500).for_each(|_| _ = planner.tick());
-            planner.aim(MotorRates(rates), ramp_us);
+            planner.set_rates(MotorRates(rates), ramp_us);
             (0..gone).for_each(|_| _ = planner.tick());
             let said = planner.reference_after(ticks);
             (0..ticks).for_each(|_| _ = planner.tick());

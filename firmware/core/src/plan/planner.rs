@@ -183,7 +183,7 @@ impl Planner {
 
     /// From the next tick on, goes towards the `wanted` rates (each within its motor's limit), over
     /// `ramp_us` at least.
-    pub fn aim(&mut self, wanted: MotorRates, ramp_us: u32) {
+    pub fn set_rates(&mut self, wanted: MotorRates, ramp_us: u32) {
         let wanted = wanted.0.map(|rate| self.per_second(rate));
         if self.ramp.ended_at(&wanted) {
             return;
@@ -205,7 +205,7 @@ impl Planner {
         }
     }
 
-    /// Plans a tick towards the rates that were [aimed](Self::aim) at. Where a motor could then no
+    /// Plans a tick towards the rates that were [aimed](Self::set_rates) at. Where a motor could then no
     /// longer stop within its travel, it plans a tick of ramping down instead, aims at rest, and
     /// names that motor.
     pub fn tick(&mut self) -> Option<usize> {

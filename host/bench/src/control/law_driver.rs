@@ -1,48 +1,50 @@
-//! Laws in `f64` as drivers: what the board does between a picture and the motors, with another law
-//! in it.
+//! Drivers with laws in `f64`: the board's servo and planner, with another law in them.
 
 use nalgebra::Point3;
 use plumb_core::MotorRates;
-use plumb_core::estimate::{self, Arrival, Filter};
-use plumb_core::law::{Law, Measurement, Setpoint, variances};
-use plumb_core::law_worker::{LawClient, LawResponse};
+use plumb_core::law::{Law, Measurement, Setpoint};
+use plumb_core::law_worker::LawResponse;
 use plumb_core::params::Params;
 use plumb_core::plan::Planner;
+use plumb_core::servo::{BallPosition, MotorPositions, Servo};
 use plumb_protocol::config::Config;
 use plumb_protocol::units::{Micros, Point, Steps16};
 
 use super::simulate::Driver;
 
-/// The board's planner, its history and its rules for late pictures, and any [`Law`]. With the
-/// board's own law in it, it does what a board does, up to rounding.
+/// Any [`Law`] in the board's own [`Servo`] and [`Planner`]. With the board's law in it, the driver
+/// does what a board does, up to rounding.
 pub(super) struct LawDriver {
-    law: Box<dyn Law>,
+    servo: Servo<BoxedLaw>,
+    /// The law, where the board's configuration has a deferred one.
+    deferred: Option<BoxedLaw>,
     planner: Planner,
     params: Params,
     config: Config,
-    max_rates: [i32; 3],
     target: Point,
-    /// For a law that the board lets think, and the question that is open.
-    law_client: LawClient,
-    request: Option<u32>,
-    filter: Filter,
-    arrival: Arrival,
     reached: bool,
-    /// When the last picture with a ball was taken, or the target was set.
-    seen: Micros,
-    /// Whether it has stopped because nothing was seen for too long.
+    /// Whether the drive has ended because positions failed to come for too long.
     lost: bool,
+    /// Whether a lost drive has begun again.
     sent_on: bool,
-    setpoint: Setpoint,
-    asked: Micros,
-    /// Whether the setpoint is a new one, and what the planner was told to aim at last.
-    answered: bool,
-    aimed: MotorRates,
+    /// Whether the setpoint is a new one.
+    changed: bool,
+    /// Rates that the planner has.
+    planned: MotorRates,
+}
+
+/// A law of any kind.
+struct BoxedLaw(Box<dyn Law>);
+
+impl Law for BoxedLaw {
+    fn update(&mut self, measurement: &Measurement) -> Setpoint {
+        self.0.update(measurement)
+    }
 }
 
 impl LawDriver {
-    /// `law` in a board of this configuration, from which `params` were made, that drives the ball
-    /// to `target`.
+    /// Creates the driver of a board with this configuration, from which `params` were made. It
+    /// drives the ball to `target` with `law`.
     pub(super) fn new(
         law: Box<dyn Law>,
         (config, params): (Config, &Params),
@@ -50,126 +52,82 @@ impl LawDriver {
     ) -> Self {
         let mut planner = Planner::default();
         planner.configure(params);
+        let law = Some(BoxedLaw(law));
+        let is_deferred = params.deferred_law().is_some();
+        let (inline, deferred) = if is_deferred { (None, law) } else { (law, None) };
+        let mut servo = Servo::new(inline);
+        servo.begin_drive(Micros(0), false);
         Self {
-            law,
+            servo,
+            deferred,
             planner,
             params: *params,
             config,
-            max_rates: config.motors.map(|motor| motor.max_rate.0),
             target,
-            law_client: LawClient::default(),
-            request: None,
-            filter: Filter::default(),
-            arrival: Arrival::default(),
             reached: false,
-            seen: Micros(0),
             lost: false,
             sent_on: false,
-            setpoint: Setpoint::default(),
-            asked: Micros(0),
-            answered: false,
-            aimed: MotorRates::default(),
+            changed: false,
+            planned: MotorRates::default(),
         }
     }
 
-    /// Goes on once it stands still and the ball is seen again, as the bench sends a board on.
+    /// Begins a lost drive again once the motors stand and the ball is seen, as the bench does with
+    /// a board.
     fn resume(&mut self, now: Micros) {
         if self.lost && !self.planner.moving() {
             (self.lost, self.sent_on) = (false, true);
-            (self.arrival, self.setpoint, self.request) =
-                (Arrival::default(), Setpoint::default(), None);
-            self.seen = self.seen.max(now);
+            self.servo.begin_drive(now, false);
         }
     }
 
-    /// Lets the law answer at once to a ball seen at `ball`, µm.
-    fn response(&mut self, now: Micros, ball: [i32; 3]) {
-        let (then, ahead) = (self.planner.positions(), self.planner.reference());
-        let setpoint = self.law.update(&Measurement {
-            ball,
-            variances: variances(None),
-            motors: then,
-            motors_before: [then; 2],
-            motors_ahead: ahead,
-            target: self.target.micrometres(),
-        });
-        self.follow(now, setpoint);
-    }
-
-    fn follow(&mut self, now: Micros, setpoint: Setpoint) {
-        self.setpoint = Setpoint { rates: setpoint.rates.within(self.max_rates), ..setpoint };
-        (self.asked, self.answered) = (now, true);
-    }
-
-    /// Lets the law think about what was seen, after the tick at `now`.
-    fn think(&mut self, now: Micros) {
-        if self.lost {
-            return self.law_client.discard_pending();
-        }
-        if let Some(number) =
-            self.law_client.make_request(now, self.target, &self.planner, &self.params)
-        {
-            self.request = Some(number);
-        }
-        if let Some(request) = self.law_client.take_request() {
-            let setpoint = self.law.update(&request.measurement);
-            self.law_client.on_response(&LawResponse { number: request.number, setpoint });
+    /// Makes the law request that is due after the tick at `now`, and responds to it at once.
+    fn respond(&mut self, now: Micros) {
+        let target = (!self.lost).then_some(self.target);
+        self.servo.make_request(now, target, &self.planner, &self.params);
+        if let (Some(request), Some(law)) = (self.servo.take_request(), &mut self.deferred) {
+            let setpoint = law.update(&request.measurement);
+            self.servo.on_response(&LawResponse { number: request.number, setpoint });
         }
     }
 
-    /// What is wanted of the motors at `now`.
-    fn wanted(&mut self, now: Micros) -> Setpoint {
-        let deadline_us = u64::from(self.config.deadlines.position.0) * 1000;
-        self.lost |= now.since(self.seen) > deadline_us;
-        if self.lost {
-            return Setpoint::default();
-        }
-        let coasting = Micros(self.seen.0 + deadline_us * 2 / 5);
-        if now > coasting {
-            let setpoint = self.setpoint.after(coasting.since(self.asked));
-            return Setpoint { rates: setpoint.rates.coasting(), ..setpoint };
-        }
-        self.setpoint.after(now.since(self.asked))
+    /// Returns the setpoint at `now`.
+    fn setpoint(&mut self, now: Micros) -> Setpoint {
+        self.lost |= self.servo.position_lost(now, &self.params);
+        if self.lost { Setpoint::default() } else { self.servo.setpoint(now, &self.params) }
     }
 }
 
 impl Driver for LawDriver {
     fn see(&mut self, now: Micros, age_us: u32, ball: Option<Point3<f64>>) {
         let point = ball.and_then(|ball| Point::from_metres(ball.into()));
-        let Some(point) = point.filter(|point| self.inside(*point)) else { return };
+        let Some(point) = point.filter(|point| self.config.workspace.contains(*point)) else {
+            return;
+        };
         self.resume(now);
-        let ball = point.micrometres();
         let captured = now.back(u64::from(age_us));
-        self.seen = self.seen.max(captured);
-        self.filter.update(ball);
+        let position = BallPosition { captured, ball: point.micrometres(), covariance: None };
+        let motors =
+            MotorPositions { present: self.planner.positions(), ahead: self.planner.reference() };
+        let target = (!self.lost).then_some(self.target);
+        self.servo.on_position(now, &position, target, &motors, &self.params);
         if self.lost {
             return;
         }
-        match self.params.deferred_law() {
-            Some(_) => self.law_client.on_position(captured, ball, None),
-            None => self.response(now, ball),
-        }
-        if let Some(filtered) = self.filter.position() {
-            let distance = estimate::magnitude(estimate::error(filtered, self.target));
-            self.reached |= self.arrival.update(distance, self.filter.off(), &self.config.reached);
-        }
+        self.changed |= self.deferred.is_none();
+        self.reached |= self.servo.check_progress(now, self.target, &self.params).reached;
     }
 
     fn tick(&mut self, now: Micros) -> [f64; 3] {
-        if let Some((number, Some(setpoint))) = self.law_client.take_due(now)
-            && self.request == Some(number)
-        {
-            self.follow(now, setpoint);
-        }
-        let wanted = self.wanted(now);
-        // A board aims anew where something has happened, which rounds less than to do so in every
-        // tick.
-        if self.answered || wanted.rates != self.aimed {
-            self.planner.aim(wanted.rates, wanted.ramp_us);
-            (self.answered, self.aimed) = (false, wanted.rates);
+        self.changed |= self.servo.apply_response(now, &self.params) == Ok(true);
+        let setpoint = self.setpoint(now);
+        // The board sets the rates only after an event, which rounds less than in every tick.
+        if self.changed || setpoint.rates != self.planned {
+            self.planner.set_rates(setpoint.rates, setpoint.ramp_us);
+            (self.changed, self.planned) = (false, setpoint.rates);
         }
         self.planner.tick();
-        self.think(now);
+        self.respond(now);
         self.planner.positions().map(|p| Steps16(p).to_si())
     }
 
@@ -183,12 +141,5 @@ impl Driver for LawDriver {
 
     fn sent_on(&self) -> bool {
         self.sent_on
-    }
-}
-
-impl LawDriver {
-    /// Whether the board would take a ball at `point` for one.
-    fn inside(&self, point: Point) -> bool {
-        self.config.workspace.contains(point)
     }
 }

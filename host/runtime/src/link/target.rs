@@ -57,7 +57,7 @@ impl<T: Transport> Link<T> {
     ///
     /// # Errors
     /// Where the link is lost.
-    pub fn aim(&mut self, target: Point) -> Result<(), LinkError> {
+    pub fn set_rates(&mut self, target: Point) -> Result<(), LinkError> {
         let (id, now) = (self.post(Command::Target(target))?, self.transport.now());
         let outcome = Outcome::Unknown;
         self.target = Some(TargetRequest { id, target, first_sent: now, last_sent: now, outcome });
@@ -69,7 +69,7 @@ impl<T: Transport> Link<T> {
     /// # Errors
     /// Where the board refuses it or has stopped by itself, or the link fails.
     pub fn target(&mut self, target: Point) -> Result<(), LinkError> {
-        self.aim(target)?;
+        self.set_rates(target)?;
         while self.target.is_some_and(|request| request.outcome == Outcome::Unknown) {
             self.listen(POLL_INTERVAL)?;
             self.poll()?;

@@ -55,9 +55,9 @@ impl Slowly {
             outcome.check(other == request, TWIN, || format!("asks {other:?} and {request:?}"));
         }
         let Some(request) = request else { return };
-        outcome.tally.count("requests");
+        outcome.tally.count("law requests");
         if random.one_in(60) {
-            outcome.tally.count("requests lost");
+            outcome.tally.count("law requests lost");
             return;
         }
         let response = self.think(&request, outcome);

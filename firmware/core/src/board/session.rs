@@ -1,0 +1,74 @@
+//! The conversation with the host.
+
+use plumb_protocol::frame::Accumulator;
+use plumb_protocol::message::{Hello, Refusal, StartCause};
+use plumb_protocol::units::Micros;
+
+use super::requests::LastRequest;
+
+/// State of the conversation with the host.
+#[derive(Debug)]
+pub(super) struct Session {
+    /// Decoder of the bytes that arrive.
+    pub(super) decoder: Accumulator,
+    /// Frames that were torn, corrupted, overlong or not a command, since the start; saturating.
+    pub(super) bad_frames: u16,
+    /// Whether the last Hello matched.
+    pub(super) greeted: bool,
+    /// When the last intact command came.
+    pub(super) last_rx: Micros,
+    /// When telemetry was sent last.
+    pub(super) last_telemetry: Micros,
+    /// Why the board has started.
+    pub(super) start_cause: StartCause,
+    /// Last request that was carried out, since the last matching Hello.
+    pub(super) last_request: Option<LastRequest>,
+    /// Id of the Configure command in force; `None` where it was of an earlier session.
+    pub(super) configuration: Option<u16>,
+    /// Sequence number of the last accepted position.
+    pub(super) sequence: Option<u16>,
+}
+
+impl Session {
+    /// Creates the session of a board that has just started.
+    pub(super) fn new() -> Self {
+        Self {
+            decoder: Accumulator::new(),
+            bad_frames: 0,
+            greeted: false,
+            last_rx: Micros(0),
+            last_telemetry: Micros(0),
+            start_cause: StartCause::PowerOn,
+            last_request: None,
+            configuration: None,
+            sequence: None,
+        }
+    }
+
+    /// Takes in a Hello and returns whether it matches. A matching one begins a new session: the
+    /// host counts its positions and its requests anew.
+    pub(super) fn greet(&mut self, hello: Hello) -> bool {
+        self.greeted = hello == Hello::OURS;
+        if self.greeted {
+            (self.sequence, self.configuration, self.last_request) = (None, None, None);
+        }
+        self.greeted
+    }
+
+    /// Checks that a matching Hello has come.
+    ///
+    /// # Errors
+    /// [`Refusal::NotGreeted`].
+    pub(super) fn require_greeting(&self) -> Result<(), Refusal> {
+        if self.greeted { Ok(()) } else { Err(Refusal::NotGreeted) }
+    }
+
+    /// Checks that `sequence` is newer than that of the last accepted position. The numbers wrap.
+    ///
+    /// # Errors
+    /// [`Refusal::PositionOutOfOrder`].
+    pub(super) fn check_order(&self, sequence: u16) -> Result<(), Refusal> {
+        let newer = |last: u16| sequence.wrapping_sub(last) as i16 > 0;
+        if self.sequence.is_none_or(newer) { Ok(()) } else { Err(Refusal::PositionOutOfOrder) }
+    }
+}

@@ -1,0 +1,158 @@
+//! What the board is doing, and the transitions that do not depend on anything else.
+
+use plumb_protocol::message::{self, Fault};
+use plumb_protocol::units::Point;
+
+use crate::plan::Jogging;
+
+/// State of the board. The [module's front page](super) draws the transitions.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum State {
+    /// The board has no configuration.
+    Unconfigured,
+    /// The board is configured and its motors stand.
+    Ready,
+    /// One motor turns by an exact number of steps.
+    Jogging(Jogging),
+    /// The servo drives the ball to a target.
+    Seeking(Goal),
+    /// The target was reached, and the servo keeps the ball there.
+    Holding(Goal),
+    /// The motors ramp down. With [`AfterStop::Bootloader`] also what follows: the board waits for
+    /// its restart.
+    Stopping {
+        /// What follows.
+        then: AfterStop,
+    },
+    /// The chip writes the configuration; the motors stand.
+    Storing {
+        /// Id of the Store command, which is answered once that is done.
+        id: u16,
+        /// What follows.
+        then: AfterStop,
+    },
+    /// The board has stopped by itself: it ramps down or stands until the fault is cleared.
+    Fault {
+        /// Why it has stopped.
+        fault: Fault,
+        /// Id of the Store command whose writing goes on meanwhile.
+        storing: Option<u16>,
+        /// What follows; [`AfterStop::Ready`] only once the fault is cleared.
+        then: AfterStop,
+    },
+}
+
+/// What follows once the motors stand.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum AfterStop {
+    /// [`State::Ready`].
+    Ready,
+    /// A restart into the chip's bootloader.
+    Bootloader,
+}
+
+/// Target of a drive.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Goal {
+    /// Where the ball is to go.
+    pub(super) target: Point,
+    /// Id of the command that set the target; `None` where that was of an earlier session.
+    pub(super) command: Option<u16>,
+}
+
+impl State {
+    /// Returns the target while the servo drives the motors.
+    pub(super) fn goal(&self) -> Option<&Goal> {
+        match self {
+            Self::Seeking(goal) | Self::Holding(goal) => Some(goal),
+            _ => None,
+        }
+    }
+
+    /// Forgets which command has set the target.
+    pub(super) fn forget_command(&mut self) {
+        if let Self::Seeking(goal) | Self::Holding(goal) = self {
+            goal.command = None;
+        }
+    }
+
+    /// Returns the id of the Store command whose writing is under way.
+    pub(super) fn storing(&self) -> Option<u16> {
+        match *self {
+            Self::Storing { id, .. } => Some(id),
+            Self::Fault { storing, .. } => storing,
+            _ => None,
+        }
+    }
+
+    /// Checks whether the board restarts into the bootloader as soon as the motors stand.
+    pub(super) fn leaves(&self) -> bool {
+        matches!(
+            self,
+            Self::Stopping { then: AfterStop::Bootloader }
+                | Self::Fault { storing: None, then: AfterStop::Bootloader, .. }
+        )
+    }
+
+    /// Checks whether motors turn for a command, not only to ramp down.
+    pub(super) fn is_driven(&self) -> bool {
+        matches!(self, Self::Jogging(_) | Self::Seeking(_) | Self::Holding(_))
+    }
+
+    /// Returns the state after Stop.
+    pub(super) fn stopped(self) -> Self {
+        if self.is_driven() { Self::Stopping { then: AfterStop::Ready } } else { self }
+    }
+
+    /// Returns the state after Bootloader. What is under way ends first.
+    pub(super) fn leaving(self) -> Self {
+        let then = AfterStop::Bootloader;
+        match self {
+            Self::Storing { id, .. } => Self::Storing { id, then },
+            Self::Fault { fault, storing, .. } => Self::Fault { fault, storing, then },
+            _ => Self::Stopping { then },
+        }
+    }
+
+    /// Returns the state after `fault`. A fault before it is replaced.
+    pub(super) fn faulted(self, fault: Fault) -> Self {
+        let (storing, then) = match self {
+            Self::Stopping { then } => (None, then),
+            Self::Storing { id, then } => (Some(id), then),
+            Self::Fault { storing, then, .. } => (storing, then),
+            _ => (None, AfterStop::Ready),
+        };
+        Self::Fault { fault, storing, then }
+    }
+
+    /// Returns the state while the configuration is written for Store command `id`.
+    pub(super) fn storing_for(self, id: u16) -> Self {
+        match self {
+            Self::Fault { fault, then, .. } => Self::Fault { fault, storing: Some(id), then },
+            _ => Self::Storing { id, then: AfterStop::Ready },
+        }
+    }
+
+    /// Returns the state once the configuration is written, or that has failed.
+    pub(super) fn stored(self) -> Self {
+        match self {
+            Self::Storing { then: AfterStop::Ready, .. } => Self::Ready,
+            Self::Storing { then, .. } => Self::Stopping { then },
+            Self::Fault { fault, then, .. } => Self::Fault { fault, storing: None, then },
+            other => other,
+        }
+    }
+
+    /// Returns the state as telemetry and refusals name it.
+    pub(super) fn on_wire(&self) -> message::State {
+        match self {
+            Self::Unconfigured => message::State::Unconfigured,
+            Self::Ready | Self::Jogging(_) | Self::Stopping { .. } | Self::Storing { .. } => {
+                message::State::Ready
+            }
+            Self::Seeking(_) => message::State::Seeking,
+            Self::Holding(_) => message::State::Holding,
+            Self::Fault { fault, .. } => message::State::Fault(*fault),
+        }
+    }
+}

@@ -1,0 +1,283 @@
+//! The control loop between the ball's positions and the motors' setpoint, with its guards.
+//!
+//! ```text
+//! position -> BallTracker -> law -> setpoint                     (an inline law, at once)
+//!                         -> LawClient -> LawWorker -> setpoint  (a deferred law, ticks later)
+//!                         -> ArrivalDetector, DivergenceGuard
+//! ```
+//!
+//! A [`Servo`] knows no commands and no states. The board gives it positions and its present
+//! target, and asks it for the setpoint; the control benchmarks do the same with laws of their own.
+
+mod arrival;
+mod divergence;
+mod error;
+mod tracker;
+
+use plumb_protocol::units::{Covariance, Micros, Milliseconds, Point};
+
+use crate::law::{InlineLaw, Law, Measurement, Setpoint, variances};
+use crate::law_worker::{LawClient, LawRequest, LawResponse};
+use crate::params::Params;
+use crate::plan::Planner;
+
+pub use arrival::ArrivalDetector;
+pub use divergence::DivergenceGuard;
+pub use error::{error, magnitude};
+pub use tracker::BallTracker;
+
+/// A position of the ball, inside the workspace.
+#[derive(Debug, Clone, Copy)]
+pub struct BallPosition {
+    /// When the frame was captured.
+    pub captured: Micros,
+    /// Position of the ball, µm, within ±4 m.
+    pub ball: [i32; 3],
+    /// Covariance of the position, where the host knows it.
+    pub covariance: Option<Covariance>,
+}
+
+/// Motor positions that an inline law gets with a position of the ball, Q4 steps.
+#[derive(Debug, Clone, Copy)]
+pub struct MotorPositions {
+    /// See [`Measurement::motors`].
+    pub present: [i32; 3],
+    /// See [`Measurement::motors_ahead`].
+    pub ahead: [i32; 3],
+}
+
+impl MotorPositions {
+    /// Zeros, for laws that use the ball's position alone. The board's inline laws do.
+    pub const UNUSED: Self = Self { present: [0; 3], ahead: [0; 3] };
+}
+
+/// Result of [`Servo::check_progress`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Progress {
+    /// Whether the target counts as reached.
+    pub reached: bool,
+    /// Whether the error has grown for too long.
+    pub diverged: bool,
+}
+
+/// The response of a deferred law was not there in its tick.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct LawLate;
+
+/// The control loop: it tracks the ball, runs the law, and guards the drive.
+///
+/// A drive lasts from the first target at rest to the stop. Its guards and the tracker outlive a
+/// change of the target. The travel limits are guarded by the [`Planner`], since they hold for jogs
+/// too.
+#[derive(Debug, Clone)]
+pub struct Servo<L = InlineLaw> {
+    tracker: BallTracker,
+    /// The law, where it is an inline one.
+    law: Option<L>,
+    /// Client of the law worker, where the law is a deferred one.
+    client: LawClient,
+    /// Number of the law request for the present target; `None` where none is open.
+    request: Option<u32>,
+    /// Setpoint of the law, within the motors' limits.
+    setpoint: Setpoint,
+    /// When the setpoint took effect.
+    setpoint_since: Micros,
+    arrival: ArrivalDetector,
+    /// When the drive began.
+    drive_since: Micros,
+    divergence: DivergenceGuard,
+}
+
+/// Returns `limit` in µs.
+pub(crate) fn limit_us(limit: Milliseconds) -> u64 {
+    // 16 + 10 bits: a product of 32 bits costs the chip one clock, one of 64 bits forty.
+    u64::from(u32::from(limit.0) * 1000)
+}
+
+/// Returns the time without a position after which the rates are reduced, µs: two fifths of the
+/// deadline, which at 500 ms and 30 Hz is six frames.
+pub(crate) fn coasting_us(deadline: Milliseconds) -> u64 {
+    u64::from(u32::from(deadline.0) * 400)
+}
+
+impl<L: Law> Servo<L> {
+    /// Creates a servo that has seen nothing, with an inline law, or none.
+    pub fn new(law: Option<L>) -> Self {
+        Self {
+            tracker: BallTracker::default(),
+            law,
+            client: LawClient::default(),
+            request: None,
+            setpoint: Setpoint::default(),
+            setpoint_since: Micros(0),
+            arrival: ArrivalDetector::default(),
+            drive_since: Micros(0),
+            divergence: DivergenceGuard::default(),
+        }
+    }
+
+    /// Replaces the law (`None`: a deferred one) and forgets the ball, which was judged by another
+    /// workspace. The law worker makes its law anew with the next request.
+    pub fn configure(&mut self, law: Option<L>) {
+        self.law = law;
+        self.tracker = BallTracker::default();
+        self.client.reset();
+    }
+
+    /// Begins a drive. The guards start anew at standstill only: while motors turn
+    /// (`moving`) from the last drive, the divergence guard goes on.
+    pub fn begin_drive(&mut self, now: Micros, moving: bool) {
+        if !moving {
+            self.divergence = DivergenceGuard::default();
+        }
+        self.drive_since = now;
+        self.change_target(now);
+    }
+
+    /// Begins with another target of the same drive, from zero rates on.
+    pub fn change_target(&mut self, now: Micros) {
+        self.setpoint = Setpoint::default();
+        self.setpoint_since = now;
+        self.request = None;
+        self.arrival = ArrivalDetector::default();
+    }
+
+    /// Ends the drive, so that the guards start anew with the next one even in motion.
+    pub fn end_drive(&mut self, now: Micros) {
+        self.drive_since = now;
+        self.divergence = DivergenceGuard::default();
+    }
+
+    /// Takes in a position that arrived at `now`. With a target, an inline law computes the
+    /// setpoint from it, and a deferred law gets it with the next request.
+    pub fn on_position(
+        &mut self,
+        now: Micros,
+        position: &BallPosition,
+        target: Option<Point>,
+        motors: &MotorPositions,
+        params: &Params,
+    ) {
+        let BallPosition { captured, ball, covariance } = *position;
+        self.tracker.update(captured, ball);
+        let Some(target) = target else { return };
+        if params.deferred_law().is_some() {
+            self.client.on_position(captured, ball, covariance);
+        } else if let Some(law) = &mut self.law {
+            let setpoint = law.update(&Measurement {
+                ball,
+                variances: variances(covariance),
+                motors: motors.present,
+                motors_before: [motors.present; 2],
+                motors_ahead: motors.ahead,
+                target: target.micrometres(),
+            });
+            self.set_setpoint(now, setpoint, params);
+        }
+    }
+
+    /// Sets the setpoint from `now` on, within the motors' limits.
+    fn set_setpoint(&mut self, now: Micros, setpoint: Setpoint, params: &Params) {
+        self.setpoint = Setpoint { rates: setpoint.rates.within(params.max_rates()), ..setpoint };
+        self.setpoint_since = now;
+    }
+
+    /// Checks the filtered position after a position was taken in. Call once for each position.
+    pub fn check_progress(&mut self, now: Micros, target: Point, params: &Params) -> Progress {
+        let Some(filtered) = self.tracker.filtered() else { return Progress::default() };
+        let distance = magnitude(error(filtered, target));
+        Progress {
+            reached: self.arrival.update(distance, self.tracker.residual(), &params.reached),
+            diverged: self.divergence.update(now, filtered, distance, target, &params.growth),
+        }
+    }
+
+    /// Returns the setpoint at `now`. While positions fail to come, it is the setpoint of the
+    /// moment when that began to count, at reduced rates.
+    pub fn setpoint(&self, now: Micros, params: &Params) -> Setpoint {
+        let coasting = Micros(self.last_seen().0 + coasting_us(params.deadlines.position));
+        if now > coasting {
+            let setpoint = self.setpoint.after(coasting.since(self.setpoint_since));
+            return Setpoint { rates: setpoint.rates.coasting(), ..setpoint };
+        }
+        self.setpoint.after(now.since(self.setpoint_since))
+    }
+
+    /// Returns when the setpoint took effect and how long it holds, µs.
+    pub(crate) fn setpoint_validity(&self) -> (Micros, u64) {
+        (self.setpoint_since, self.setpoint.valid_us.into())
+    }
+
+    /// Returns when the ball was last seen; not before the drive began.
+    pub(crate) fn last_seen(&self) -> Micros {
+        let since = self.drive_since;
+        self.tracker.captured().map_or(since, |captured| captured.max(since))
+    }
+
+    /// Checks whether the deadline for positions has passed.
+    pub fn position_lost(&self, now: Micros, params: &Params) -> bool {
+        now.since(self.last_seen()) > limit_us(params.deadlines.position)
+    }
+
+    /// Returns the tracker.
+    pub fn tracker(&self) -> &BallTracker {
+        &self.tracker
+    }
+
+    /// Returns the tracker, for counts of the ball outside the workspace.
+    pub(crate) fn tracker_mut(&mut self) -> &mut BallTracker {
+        &mut self.tracker
+    }
+
+    /// Returns the client of the law worker.
+    #[inline]
+    pub(crate) fn client(&self) -> &LawClient {
+        &self.client
+    }
+
+    /// Makes a law request from the newest position, where one waits and no request is open; call
+    /// after the planning of the tick at `now`. Without a target the position is discarded.
+    /// Returns whether a request was made.
+    pub fn make_request(
+        &mut self,
+        now: Micros,
+        target: Option<Point>,
+        planner: &Planner,
+        params: &Params,
+    ) -> bool {
+        let Some(target) = target else {
+            self.client.discard_pending();
+            return false;
+        };
+        let number = self.client.make_request(now, target, planner, params);
+        if number.is_some() {
+            self.request = number;
+        }
+        number.is_some()
+    }
+
+    /// Returns the request for the law worker, once.
+    #[inline]
+    pub fn take_request(&mut self) -> Option<LawRequest> {
+        self.client.take_request()
+    }
+
+    /// Takes in the law worker's response. It takes effect in its tick.
+    pub fn on_response(&mut self, response: &LawResponse) {
+        self.client.on_response(response);
+    }
+
+    /// Applies the response that takes effect at `now`, where it is for the present target. Returns
+    /// whether the setpoint has changed.
+    ///
+    /// # Errors
+    /// [`LawLate`] where that response is not there.
+    pub fn apply_response(&mut self, now: Micros, params: &Params) -> Result<bool, LawLate> {
+        let Some((number, setpoint)) = self.client.take_due(now) else { return Ok(false) };
+        if self.request.take_if(|request| *request == number).is_none() {
+            return Ok(false);
+        }
+        self.set_setpoint(now, setpoint.ok_or(LawLate)?, params);
+        Ok(true)
+    }
+}
