@@ -1,19 +1,21 @@
-//! The board under adversarial messages.
+//! The board with adversarial messages.
 //!
 //! ```text
 //! adversary -> session -> board (and its twin) -> events -> invariants
 //! ```
 //!
-//! The [`Adversary`](adversary::Adversary) chooses what happens next. The session carries it out on
-//! a board, parses what went in with the reference decoder, and shows each event to the
-//! [`Invariants`](invariants::Invariants). They know the board only by its public interface.
+//! The [`Adversary`](adversary::Adversary) chooses the next action. The session executes it on a
+//! board, decodes the input with the reference decoder, and passes each event to the
+//! [`Invariants`](invariants::Invariants). They use the board's public interface only.
 
 pub mod adversary;
+mod chip;
 mod count;
+mod delayed_law;
 pub mod event;
 pub mod invariants;
+mod requests;
 mod session;
-mod thinking;
 
 use crate::campaign::Outcome;
 

@@ -1,4 +1,4 @@
-//! A campaign: runs over many seeds, what they exercised, and what they found.
+//! Campaigns: runs over many seeds, with counts of what they exercised, and the violations found.
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -12,11 +12,11 @@ use std::sync::atomic::{AtomicU64, Ordering};
 pub struct Violation {
     /// The run's seed.
     pub seed: u64,
-    /// The tick (or picture, or frame) of the run, counted from 0.
+    /// Index of the tick (or measurement, or frame) in the run, from 0.
     pub tick: u64,
     /// The invariant's name.
     pub invariant: &'static str,
-    /// What was seen.
+    /// Observation.
     pub detail: String,
 }
 
@@ -32,12 +32,12 @@ impl fmt::Display for Violation {
 pub struct Tally(BTreeMap<String, u64>);
 
 impl Tally {
-    /// Counts one more of `name`.
+    /// Adds 1 to the count of `name`.
     pub fn count(&mut self, name: &str) {
         self.add(name, 1);
     }
 
-    /// Counts `more` of `name`.
+    /// Adds `more` to the count of `name`.
     pub fn add(&mut self, name: &str, more: u64) {
         match self.0.get_mut(name) {
             Some(count) => *count += more,
@@ -61,16 +61,16 @@ impl fmt::Display for Tally {
     }
 }
 
-/// What one run or a whole campaign exercised and found.
+/// Result of a run or of a campaign.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Outcome {
-    /// What was exercised.
+    /// Counts of what was exercised.
     pub tally: Tally,
-    /// What was broken, in the order of seeds and ticks.
+    /// Broken invariants, in the order of seeds and ticks.
     pub violations: Vec<Violation>,
-    /// The seed of the present run.
+    /// Seed of the current run.
     seed: u64,
-    /// The tick of the present run.
+    /// Tick of the current run.
     pub tick: u64,
 }
 
@@ -117,7 +117,7 @@ impl Outcome {
 /// A broken invariant.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Broken<'a> {
-    /// In how many runs it was broken.
+    /// Number of runs in which it was broken.
     pub runs: u64,
     /// Its first violation.
     pub first: &'a Violation,
@@ -169,19 +169,19 @@ fn guarded(seed: u64, run: &(impl Fn(u64, &mut Outcome) + Sync)) -> Outcome {
 }
 
 thread_local! {
-    /// What this thread's last panic said, and where.
+    /// Message and location of this thread's last panic.
     static LAST_PANIC: RefCell<String> = const { RefCell::new(String::new()) };
 }
 
-/// Keeps what a panic says, instead of printing it, on the threads that campaigns start. They have
-/// no name, unlike the threads of tests and the program's own.
+/// Stores the message of a panic, instead of printing it, on the threads of campaigns. They have no
+/// name, unlike the threads of tests and the main thread.
 fn keep_panics() {
     static ONCE: std::sync::Once = std::sync::Once::new();
     ONCE.call_once(|| {
-        let usual = std::panic::take_hook();
+        let default_hook = std::panic::take_hook();
         std::panic::set_hook(Box::new(move |panic| {
             if std::thread::current().name().is_some() {
-                usual(panic);
+                default_hook(panic);
             } else {
                 LAST_PANIC.set(panic.to_string());
             }

@@ -1,4 +1,4 @@
-//! The frame decoder against a plain reference, and the messages' parser on any bytes.
+//! The frame decoder against a simple reference, and the parser of messages with any bytes.
 
 mod reference;
 
@@ -11,13 +11,13 @@ use crate::generate;
 use crate::random::Random;
 pub use reference::{Decoder, decode};
 
-/// The decoder finds the same messages and errors as the reference, in pieces of any size.
+/// The decoder returns the same messages and errors as the reference, for pieces of any size.
 pub const REFERENCE: &str = "decodes as the reference";
-/// A frame has one zero, at its end, and at most `MAX_FRAME` bytes; its message comes out again.
+/// A frame has one zero, at its end, and at most `MAX_FRAME` bytes; decoding returns its message.
 pub const ENCODING: &str = "encodes what decodes";
-/// An intact frame after a zero is decoded, whatever came before.
+/// An intact frame after a zero is decoded, independent of the bytes before.
 pub const RESYNCHRONISES: &str = "resynchronises";
-/// The quick parser for positions agrees with the parser for all commands.
+/// The fast parser for positions agrees with the parser for all commands.
 pub const POSITIONS: &str = "finds positions";
 
 /// Returns the frame of `message`.
@@ -139,7 +139,7 @@ fn message(random: &mut Random) -> ToBoard {
     let command = match random.below(8) {
         0 => Command::Hello(Hello { version: random.bits() as u16, ..Hello::OURS }),
         1 => Command::Stop,
-        2 => Command::Configure(generate::absurd(random, [0; 3])),
+        2 => Command::Configure(generate::invalid(random, [0; 3])),
         3 => Command::Target(generate::any_point(random)),
         4 => Command::Jog(Jog {
             motor: random.bits() as u8,
@@ -172,7 +172,7 @@ fn parse_any_bytes(random: &mut Random, outcome: &mut Outcome) {
     outcome.check(quick == expected, POSITIONS, || format!("{quick:?} instead of {expected:?}"));
 }
 
-/// Returns a message of which a byte or its length may be wrong.
+/// Returns a message that may have a wrong byte or length.
 fn nearly_a_message(random: &mut Random) -> Vec<u8> {
     let frame = framed(&message(random));
     let mut bytes = decode(&frame[..frame.len() - 1]).unwrap_or_default();
@@ -185,7 +185,7 @@ fn nearly_a_message(random: &mut Random) -> Vec<u8> {
     bytes
 }
 
-/// Returns up to 60 bytes, in half of the cases small ones.
+/// Returns up to 60 bytes; in half of the cases with small values.
 fn any_bytes(random: &mut Random) -> Vec<u8> {
     let mask = if random.percent(50) { 0x0F } else { 0xFF };
     (0..random.below(60)).map(|_| random.bits() as u8 & mask).collect()

@@ -1,4 +1,4 @@
-//! Configurations: usual ones, any within the ranges, and such that must be refused.
+//! Random configurations: typical ones, valid ones over the whole ranges, and invalid ones.
 
 use plumb_core::BuildLimits;
 use plumb_core::driver_timing::DriverTiming;
@@ -7,31 +7,31 @@ use plumb_protocol::units::*;
 
 use crate::random::Random;
 
-/// Highest |position| that a travel may contain, 1/16 steps.
+/// Maximum |position| of a travel, 1/16 steps.
 const MAX_TRAVEL: i64 = 1 << 29;
-/// Highest |coordinate| of a workspace, µm.
+/// Maximum |coordinate| of a workspace, µm.
 const MAX_COORDINATE: i64 = 4_000_000;
-/// Highest bound of the interval law, Q16.
+/// Maximum bound of law `interval`, Q16.
 const MAX_BOUND: i64 = 8 << 16;
-/// Longest deadline, ms.
+/// Maximum deadline, ms.
 const MAX_DEADLINE: i64 = 5_000;
 /// Highest full-step rates of coils and of Motor HATs, full steps/s.
 const MAX_COIL_RATE: u32 = 2_500;
 const MAX_HAT_RATE: u32 = 300;
 
-/// What the boards are built for: the steps of the Pico's firmware.
+/// Returns the limits of the build: the pulse rate of the Pico's firmware.
 pub const fn build(storage: bool) -> BuildLimits {
     BuildLimits { max_pulse_rate: 1_250_000, storage }
 }
 
-/// Returns a configuration for a rig of usual size, whose loop closes.
-pub fn usual(random: &mut Random) -> Config {
+/// Returns a configuration for a rig of typical size, with a stable loop.
+pub fn typical(random: &mut Random) -> Config {
     let travel = if random.percent(25) { 16 * random.range(5, 40) } else { 16 * 4000 } as i32;
     let example = Config::example();
     let motor = example.motors[0];
     let corner = |metres: [i32; 3]| Point(metres.map(|c| Micrometres(c * 100_000)));
     Config {
-        law: usual_law(random),
+        law: typical_law(random),
         motors: [Motor { travel_min: Steps16(-travel), travel_max: Steps16(travel), ..motor }; 3],
         workspace: Workspace { min: corner([-10, -10, -10]), max: corner([20, 20, 10]) },
         reached: Reached {
@@ -43,9 +43,9 @@ pub fn usual(random: &mut Random) -> Config {
     }
 }
 
-fn usual_law(random: &mut Random) -> Law {
+fn typical_law(random: &mut Random) -> Law {
     match random.below(4) {
-        // α 0.005, β 0.5, γ 30 /s; g 4 /s; both at 0.471 mm a step.
+        // α 0.005, β 0.5, γ 30 /s; g 4 /s; both at 0.471 mm per step.
         0 => Law::Interval(Interval::uniform(Bound(328), Bound(32_768), Gain(4172))),
         1 => Law::Sign(Sign { gain: SignGain(2225) }),
         2 => Law::Adaptive(Estimated { delay: Milliseconds(5) }),
@@ -53,7 +53,7 @@ fn usual_law(random: &mut Random) -> Law {
     }
 }
 
-/// Returns a configuration within the ranges, whose travel contains `positions`.
+/// Returns a valid configuration whose travel contains `positions`.
 pub fn accepted(random: &mut Random, positions: [i32; 3]) -> Config {
     let microsteps = random.pick(&[1, 2, 4, 8, 16]);
     let drivers = drivers(random);
@@ -140,11 +140,11 @@ fn law(random: &mut Random) -> Law {
         1 => Law::Sign(Sign { gain: SignGain(random.corner(1, 1 << 20) as u32) }),
         2 => Law::Adaptive(Estimated { delay: Milliseconds(random.corner(0, 500) as u16) }),
         3 => Law::Taut(Estimated { delay: Milliseconds(random.corner(0, 500) as u16) }),
-        _ => usual_law(random),
+        _ => typical_law(random),
     }
 }
 
-/// Returns a family of which each motor moves something: its first row has no zero.
+/// Returns a family in which each motor moves the ball: its first row has no zero.
 fn interval(random: &mut Random) -> Interval {
     let gain = Gain(random.corner(1, 16 << 16) as u32);
     let mut law = Interval::uniform(Bound(1), Bound(8 << 16), gain);
@@ -166,7 +166,7 @@ fn workspace(random: &mut Random) -> Workspace {
         min: Point([Micrometres(-MAX_COORDINATE as i32); 3]),
         max: Point([Micrometres(MAX_COORDINATE as i32); 3]),
     };
-    // In half of the cases as large as can be.
+    // In half of the cases the largest workspace.
     if random.percent(50) {
         for axis in 0..3 {
             let low = random.corner(-MAX_COORDINATE, MAX_COORDINATE - 1);
@@ -178,7 +178,7 @@ fn workspace(random: &mut Random) -> Workspace {
     workspace
 }
 
-/// Returns deadlines with the greatest age below the position deadline, which is at least 2 ms.
+/// Returns deadlines with the maximum age below the position deadline, which is at least 2 ms.
 fn deadlines(random: &mut Random) -> Deadlines {
     let position = random.corner(2, MAX_DEADLINE);
     Deadlines {
@@ -196,8 +196,8 @@ fn growth(random: &mut Random) -> Growth {
     }
 }
 
-/// Returns a configuration with something that is usually out of its range.
-pub fn absurd(random: &mut Random, positions: [i32; 3]) -> Config {
+/// Returns a configuration with a value that is usually out of range.
+pub fn invalid(random: &mut Random, positions: [i32; 3]) -> Config {
     let mut config = accepted(random, positions);
     let motor = random.below(3) as usize;
     match random.below(20) {
@@ -210,7 +210,7 @@ pub fn absurd(random: &mut Random, positions: [i32; 3]) -> Config {
         6 => config.reached.radius = Micrometres(random.any_i32()),
         7 => config.reached.frames = 0,
         8 => config.deadlines.host = Milliseconds(random.pick(&[0, 5001, u16::MAX])),
-        // The position deadline passes before the oldest accepted position comes.
+        // The position deadline is below the maximum age.
         9 => config.deadlines.max_age = Milliseconds(random.corner(1, MAX_DEADLINE) as u16),
         10 => config.growth.time = Milliseconds(0),
         11 => config.drivers = Drivers::Coils(Coils { duty_percent: random.pick(&[0, 101, 255]) }),
@@ -219,13 +219,13 @@ pub fn absurd(random: &mut Random, positions: [i32; 3]) -> Config {
             config.law =
                 Law::Taut(Estimated { delay: Milliseconds(random.range(501, 65_535) as u16) })
         }
-        14..=16 => config.law = absurd_interval(random),
+        14..=16 => config.law = invalid_interval(random),
         _ => config.motors[motor] = narrowed(config.motors[motor], positions[motor]),
     }
     config
 }
 
-fn absurd_interval(random: &mut Random) -> Law {
+fn invalid_interval(random: &mut Random) -> Law {
     let mut law = interval(random);
     match random.below(4) {
         0 => law.signs[0][0] = 2,

@@ -1,4 +1,4 @@
-//! The control laws at the extremes of their input.
+//! The control laws with extreme input.
 
 use plumb_core::MotorRates;
 use plumb_core::law::{
@@ -11,23 +11,23 @@ use crate::campaign::Outcome;
 use crate::generate;
 use crate::random::Random;
 
-/// What a law demands, brought within the motors' limits, is within them.
+/// A law's setpoint, limited by the motors' limits, is within them.
 pub const WITHIN: &str = "rates within the limits";
 /// Two copies of a law give the same setpoint, to the bit.
 pub const DETERMINISTIC: &str = "a law is deterministic";
-/// A law's state holds no NaN.
+/// A law's state has no NaN.
 pub const NUMBERS: &str = "a law holds numbers";
-/// After the extremes and 300 ordinary pictures a law demands motion again.
+/// After the extremes and 300 ordinary measurements a law moves the motors again.
 pub const RECOVERS: &str = "a law recovers";
 
-/// Ordinary pictures after which a law must ask for motion.
+/// Number of ordinary measurements after which a law must move the motors.
 const CALM_PICTURES: u64 = 300;
 /// Highest |position| of a motor, 1/16 steps.
 const MAX_TRAVEL: i64 = 1 << 29;
 /// Highest |coordinate| of the ball, µm.
 const MAX_COORDINATE: i64 = 4_000_000;
 
-/// How the motors move from one picture to the next.
+/// Motion of the motors between two measurements.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Motion {
     Rest,
@@ -52,7 +52,7 @@ impl Motion {
         }
     }
 
-    /// Returns how far a motor goes on by itself, 1/16 steps.
+    /// Returns the steps that a motor moves until the setpoint takes effect, 1/16 steps.
     fn lead(self, random: &mut Random) -> i64 {
         match self {
             Self::EndToEnd => random.range(-MAX_TRAVEL / 4, MAX_TRAVEL / 4),
@@ -61,7 +61,7 @@ impl Motion {
     }
 }
 
-/// What a camera and the motors show, picture by picture.
+/// Source of measurements.
 struct Scene {
     motion: Motion,
     motors: [i32; 3],
@@ -98,8 +98,8 @@ impl Scene {
         }
     }
 
-    /// Returns a picture of a ball and motors at rest.
-    fn calm(&self) -> Measurement {
+    /// Returns the measurement of a ball and motors at rest.
+    fn at_rest(&self) -> Measurement {
         Measurement {
             ball: [540_000, 220_000, 459_000],
             variances: variances(None),
@@ -119,8 +119,8 @@ fn moved(from: i32, by: i64, most: i64) -> i32 {
     (i64::from(from) + by).clamp(-most, most) as i32
 }
 
-/// Shows the laws of one seed `pictures` extreme pictures, and then ordinary ones.
-pub fn run(seed: u64, pictures: u64, outcome: &mut Outcome) {
+/// Runs the laws of one seed with `measurements` extreme measurements, then with ordinary ones.
+pub fn run(seed: u64, measurements: u64, outcome: &mut Outcome) {
     let mut random = Random::new(seed);
     let config = generate::accepted(&mut random, [0; 3]);
     let params = match Params::check(&config, &generate::build(true)) {
@@ -133,20 +133,25 @@ pub fn run(seed: u64, pictures: u64, outcome: &mut Outcome) {
     } else {
         "law taut"
     });
-    drive(&mut random, DeferredLaw::new(kind, params.limits()), &config, pictures, outcome);
+    drive(&mut random, DeferredLaw::new(kind, params.limits()), &config, measurements, outcome);
     if let LawSelection::Inline(law) = params.law() {
         outcome.tally.count("law quick");
-        drive(&mut random, law, &config, pictures, outcome);
+        drive(&mut random, law, &config, measurements, outcome);
     }
 }
 
-fn drive<L>(random: &mut Random, mut law: L, config: &Config, pictures: u64, outcome: &mut Outcome)
-where
+fn drive<L>(
+    random: &mut Random,
+    mut law: L,
+    config: &Config,
+    measurements: u64,
+    outcome: &mut Outcome,
+) where
     L: Law + Clone + PartialEq + std::fmt::Debug,
 {
     let mut scene = Scene::new(random);
     let mut copy = law.clone();
-    for tick in 0..pictures {
+    for tick in 0..measurements {
         outcome.tick = tick;
         let picture = scene.next(random);
         let setpoint = law.update(&picture);
@@ -154,11 +159,11 @@ where
         outcome.check(same, DETERMINISTIC, || format!("{setpoint:?} at {picture:?}"));
         check_demand(random, setpoint, config, outcome);
     }
-    outcome.tally.add("pictures", pictures);
+    outcome.tally.add("measurements", measurements);
     let state = format!("{law:?}");
     outcome.check(!state.contains("NaN"), NUMBERS, || format!("{:?}: {state}", scene.motion));
     let moves =
-        (0..CALM_PICTURES).any(|_| law.update(&scene.calm()).rates != MotorRates::default());
+        (0..CALM_PICTURES).any(|_| law.update(&scene.at_rest()).rates != MotorRates::default());
     outcome.tally.add("recovered", moves.into());
     outcome.check(moves, RECOVERS, || format!("{:?}, limits {:?}", scene.motion, config.motors));
 }
@@ -169,7 +174,7 @@ fn check_demand(random: &mut Random, setpoint: Setpoint, config: &Config, outcom
     let within = (0..3).all(|i| rates[i].unsigned_abs() <= limits[i].unsigned_abs());
     outcome.check(within, WITHIN, || format!("{rates:?} of {setpoint:?}, limits {limits:?}"));
     outcome.tally.add("demands of motion", (rates != [0; 3]).into());
-    // Neither panics, whatever is demanded.
+    // Neither panics, for any setpoint.
     let later = setpoint.after(random.bits());
     let MotorRates(coasting) = later.rates.within(limits).coasting();
     let slower = (0..3).all(|i| coasting[i].unsigned_abs() <= limits[i].unsigned_abs());

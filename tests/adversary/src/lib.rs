@@ -1,4 +1,4 @@
-//! Plumb under adversarial input, with the invariants that must hold.
+//! Tests of Plumb with adversarial input, and the invariants that must hold.
 //!
 //! Four campaigns, each a function of a seed and a size:
 //!
@@ -6,10 +6,10 @@
 //!   answers of the law, emergencies and restarts;
 //! - [`frames`]: the frame decoder against a plain reference;
 //! - [`laws`]: the control laws at the extremes of their input;
-//! - [`travel`]: stops at the end of the travel, with the wanted rates set anew at every tick.
+//! - [`travel`]: stops at the end of the travel, with new setpoints in every tick.
 //!
-//! The tests run each campaign for some seconds. The program `adversary` runs one for as long as
-//! it is told to. The same seed gives the same run.
+//! The tests run each campaign for some seconds. The program `adversary` runs one campaign for any
+//! number of seeds. The same seed gives the same run.
 
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]

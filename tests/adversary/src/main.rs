@@ -1,4 +1,4 @@
-//! A long campaign: `adversary CAMPAIGN [--first-seed SEED] [--seeds COUNT] [--SIZE COUNT]`.
+//! Runs a long campaign: `adversary CAMPAIGN [--first-seed SEED] [--seeds COUNT] [--SIZE COUNT]`.
 
 use std::process::ExitCode;
 use std::thread::available_parallelism;
@@ -11,35 +11,35 @@ const USAGE: &str = "\
 usage: adversary CAMPAIGN [--first-seed SEED] [--seeds COUNT] [--SIZE COUNT] [--threads COUNT]
 
 campaigns, and their size for each seed:
-  board    the board under adversarial messages      --ticks 20000
+  board    the board with adversarial messages       --ticks 20000
   frames   the frame decoder against a reference     --stretches 20000
-  laws     the laws at the extremes of their input   --pictures 2000
+  laws     the laws with extreme input               --measurements 2000
   travel   stops at the end of the travel            --stops 1000
 
-Without other words 1000 seeds from 1 on, and a thread for each core. The exit code is 1 if an
-invariant was broken.";
+Defaults: 1000 seeds from 1 on, one thread for each core. The exit code is 1 if an invariant is
+broken.";
 
-/// Most violations that are printed.
-const MOST_PRINTED: usize = 30;
+/// Maximum number of violations printed.
+const MAX_PRINTED: usize = 30;
 
 /// A campaign of the library.
 #[derive(Clone, Copy)]
 struct Campaign {
     name: &'static str,
-    /// The option for its size, and its size without it.
+    /// Option for the size.
     size: &'static str,
-    usual: u64,
+    default_size: u64,
     run: fn(u64, u64, &mut Outcome),
 }
 
 const CAMPAIGNS: [Campaign; 4] = [
-    Campaign { name: "board", size: "--ticks", usual: 20_000, run: board::run },
-    Campaign { name: "frames", size: "--stretches", usual: 20_000, run: frames::run },
-    Campaign { name: "laws", size: "--pictures", usual: 2_000, run: laws::run },
-    Campaign { name: "travel", size: "--stops", usual: 1_000, run: travel::run },
+    Campaign { name: "board", size: "--ticks", default_size: 20_000, run: board::run },
+    Campaign { name: "frames", size: "--stretches", default_size: 20_000, run: frames::run },
+    Campaign { name: "laws", size: "--measurements", default_size: 2_000, run: laws::run },
+    Campaign { name: "travel", size: "--stops", default_size: 1_000, run: travel::run },
 ];
 
-/// What was asked for.
+/// Options of the command line.
 struct Options {
     campaign: Campaign,
     first: u64,
@@ -53,10 +53,11 @@ fn parse(arguments: &[String]) -> Result<Options, String> {
     let campaign = CAMPAIGNS.into_iter().find(|campaign| campaign.name == name);
     let campaign = campaign.ok_or_else(|| format!("there is no campaign {name}"))?;
     let threads = available_parallelism().map_or(1, usize::from);
-    let mut options = Options { campaign, first: 1, seeds: 1000, size: campaign.usual, threads };
+    let mut options =
+        Options { campaign, first: 1, seeds: 1000, size: campaign.default_size, threads };
     for pair in rest.chunks(2) {
         let [option, value] = pair else { return Err(format!("{} needs a number", pair[0])) };
-        let value: u64 = value.parse().map_err(|_| format!("{option} {value}: no whole number"))?;
+        let value: u64 = value.parse().map_err(|_| format!("{option} {value}: not an integer"))?;
         match option.as_str() {
             "--first-seed" => options.first = value,
             "--seeds" => options.seeds = value,
@@ -84,7 +85,7 @@ fn main() -> ExitCode {
     });
     let seconds = began.elapsed().as_secs_f64();
     println!("{}, {seeds} seeds from {first} in {seconds:.1} s: {}", campaign.name, outcome.tally);
-    for violation in outcome.violations.iter().take(MOST_PRINTED) {
+    for violation in outcome.violations.iter().take(MAX_PRINTED) {
         println!("{violation}");
     }
     for broken in outcome.summary() {

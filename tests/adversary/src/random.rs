@@ -1,4 +1,4 @@
-//! Random numbers that favour the ends of their ranges.
+//! Random numbers with a preference for the limits of their ranges.
 
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -43,7 +43,7 @@ impl Random {
         values[self.below(values.len() as u64) as usize]
     }
 
-    /// Returns a number of `low..=high`: often an end or its neighbour, often a small distance
+    /// Returns a number of `low..=high`: often a limit or its neighbour, often a small distance
     /// from `low` on a logarithmic scale.
     pub fn corner(&mut self, low: i64, high: i64) -> i64 {
         match self.below(8) {
@@ -60,7 +60,7 @@ impl Random {
         }
     }
 
-    /// Returns any 32-bit number: often an end of the range, 0, or a small one.
+    /// Returns any 32-bit number: often a limit of the range, 0, or a small one.
     pub fn any_i32(&mut self) -> i32 {
         match self.below(6) {
             0 => i32::MIN,

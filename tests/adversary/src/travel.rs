@@ -1,4 +1,4 @@
-//! Stops at the end of the travel, with the wanted rates set anew all the time.
+//! Stops at the end of the travel, with new setpoints all the time.
 
 use plumb_core::MotorRates;
 use plumb_core::params::Params;
@@ -11,23 +11,24 @@ use crate::campaign::Outcome;
 use crate::generate;
 use crate::random::Random;
 
-/// No motor passes its travel, not even by one pulse.
+/// No motor passes the end of its travel, not even by one pulse.
 pub const WITHIN: &str = "within the travel";
-/// A planner that has refused to go on comes to rest.
+/// After a travel fault the planner comes to rest.
 pub const RESTS: &str = "comes to rest";
 
-/// A planner that says it rests has no motion left, not in its running mean either.
+/// A planner that reports rest has no motion left, not even in its moving average.
 pub const STAYS: &str = "rest is rest";
 
-/// Ticks in which the longest running mean passes all that it holds.
+/// Length of the longest moving average, ticks.
 const LONGEST_MEAN_TICKS: u64 = 2100;
 
-/// Most ticks until a motor comes to the end of its travel: at least 2 s at an eighth of its rate.
+/// Maximum number of ticks to the end of the travel: at least 2 s at an eighth of the rate.
 const MOST_TICKS_THERE: u64 = 10_000;
-/// Most ticks until all rest after that: the longest ramp, 2 s, and the lag of the longest mean.
+/// Maximum number of ticks to rest after that: the longest ramp, 2 s, and the lag of the longest
+/// moving average.
 const MOST_TICKS_TO_REST: u64 = 14_000;
 
-/// How the wanted rates are set on the way to the end of the travel.
+/// Pattern of setpoints on the way to the end of the travel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Aim {
     /// Once.
@@ -38,7 +39,7 @@ pub enum Aim {
     RepeatedEveryTick,
     /// Other rates of the same sign at every tick.
     OtherEveryTick,
-    /// Any rates, or none, at any time: stops of the host's near the end of the travel.
+    /// Any rates, or zero, at any time: stops by the host near the end of the travel.
     Wander,
 }
 
@@ -61,7 +62,7 @@ impl Aim {
         }
     }
 
-    /// Ticks from one setting to the next.
+    /// Returns the ticks between setpoints.
     fn period(self) -> u64 {
         match self {
             Self::Once => u64::MAX,
@@ -72,7 +73,7 @@ impl Aim {
     }
 }
 
-/// Runs `stops` stops with the randomness of one seed.
+/// Runs `stops` stops of one seed.
 pub fn run(seed: u64, stops: u64, outcome: &mut Outcome) {
     let mut random = Random::new(seed);
     for stop in 0..stops {
@@ -88,7 +89,7 @@ pub fn run(seed: u64, stops: u64, outcome: &mut Outcome) {
     }
 }
 
-/// Returns motors that reach the end of their travel soon.
+/// Returns a configuration whose motors reach the end of their travel soon.
 fn config(random: &mut Random) -> Config {
     let slow = random.percent(20);
     let rate = if slow { random.range(1, 10) } else { random.range(20, 1000) };
@@ -107,11 +108,11 @@ fn config(random: &mut Random) -> Config {
         microsteps: random.pick(&[1, 2, 4, 8, 16, 16, 16]),
         drivers: Drivers::StepDir(StepDir::TMC2209),
         mean: Milliseconds(if random.percent(30) { 0 } else { random.corner(1, 400) as u16 }),
-        ..generate::usual(random)
+        ..generate::typical(random)
     }
 }
 
-/// Motors on their way to the end of their travel.
+/// Motors that move to the end of their travel.
 struct Approach<'a> {
     planner: Planner,
     config: &'a Config,
@@ -123,8 +124,7 @@ struct Approach<'a> {
     ticks: u64,
 }
 
-/// Drives the motors towards an end of their travel until the planner refuses, and on until they
-/// rest.
+/// Drives the motors to an end of their travel until the planner reports it, then until they rest.
 fn one_stop(random: &mut Random, config: &Config, params: &Params, outcome: &mut Outcome) {
     let mut planner = Planner::default();
     planner.configure(params);
@@ -140,8 +140,8 @@ fn one_stop(random: &mut Random, config: &Config, params: &Params, outcome: &mut
     outcome.tally.add("ticks", approach.ticks);
 }
 
-/// Turns the motors for some ticks, and back for as many: what they have turned in all is nothing.
-/// Once the planner says that it rests, checks that it does.
+/// Drives the motors for some ticks, and back for as many: the sum of the steps is 0. Checks that
+/// the motors rest once the planner reports rest.
 fn there_and_back(random: &mut Random, config: &Config, params: &Params, outcome: &mut Outcome) {
     let mut planner = Planner::default();
     planner.configure(params);
@@ -181,7 +181,7 @@ fn rates(random: &mut Random, config: &Config, directions: [i32; 3]) -> MotorRat
 }
 
 impl Approach<'_> {
-    /// Drives until the planner refuses to go on; whether it has.
+    /// Drives until the planner reports the end of the travel. Returns whether it did.
     fn drive_to_the_end(&mut self, random: &mut Random, outcome: &mut Outcome) -> bool {
         for tick in 0..MOST_TICKS_THERE {
             self.set_rates(random, tick);
@@ -195,7 +195,7 @@ impl Approach<'_> {
         false
     }
 
-    /// Sets the wanted rates, if it is time.
+    /// Sets new rates if they are due.
     fn set_rates(&mut self, random: &mut Random, tick: u64) {
         let due = match self.aim {
             Aim::Wander => tick == 0 || random.one_in(self.aim.period()),
@@ -215,7 +215,7 @@ impl Approach<'_> {
         self.planner.set_rates(self.wanted, 0);
     }
 
-    /// Aims at rest, as the board does after a fault, until the motors rest.
+    /// Sets the rates to 0, as the board does after a fault, until the motors rest.
     fn drive_to_rest(&mut self, outcome: &mut Outcome) {
         self.planner.set_rates(MotorRates::default(), 0);
         for tick in 0..MOST_TICKS_TO_REST {
@@ -245,7 +245,8 @@ impl Approach<'_> {
             let (microsteps, mean) = (self.config.microsteps, self.config.mean.0);
             let limits = self.config.motors[motor];
             format!(
-                "motor {motor} by {}/16 steps, {:?}, {microsteps} microsteps, mean {mean} ms, {limits:?}",
+                "motor {motor} by {}/16 steps, {:?}, {microsteps} microsteps, mean {mean} ms, \
+                 {limits:?}",
                 over(motor),
                 self.aim
             )

@@ -1,16 +1,16 @@
-//! The board under adversarial messages, for some seconds: no invariant is broken, and what is to
-//! be exercised is.
+//! The board with adversarial messages, for some seconds: no invariant is broken, and every fault,
+//! refusal and command is exercised.
 
 use plumb_adversary::campaign::{self, Outcome};
 
-/// Runs, and ticks of each: thirty million.
+/// Runs, and ticks of each: thirty million in all.
 const SEEDS: u64 = 1500;
 const TICKS: u64 = 20_000;
 
-/// How often everything must have happened.
+/// Minimum count of everything.
 const LEAST: u64 = 20;
 
-/// Every fault but `Watchdog`, which stands from the start where it does.
+/// Every fault except `Watchdog`, which exists only from the start.
 const FAULTS: [&str; 8] = [
     "HostSilent",
     "PositionLost",
@@ -22,7 +22,7 @@ const FAULTS: [&str; 8] = [
     "LawLate",
 ];
 
-/// Every refusal that a message can provoke; `Config(Law)` is for boards without time for a law.
+/// Every refusal that a message can cause; `Config(Law)` is for boards that are too slow for a law.
 const REFUSALS: [&str; 31] = [
     "OutsideTravel",
     "Config(MaxAge)",
@@ -72,7 +72,7 @@ const COMMANDS: [&str; 11] = [
     "Store",
 ];
 
-/// What else must happen.
+/// Other counts.
 const EVENTS: [&str; 11] = [
     "ticks seeking",
     "ticks holding",

@@ -1,4 +1,4 @@
-//! The frame decoder against a plain reference, for a second.
+//! The frame decoder against a simple reference, for a second.
 
 use plumb_adversary::{campaign, frames};
 

@@ -1,4 +1,4 @@
-//! The laws at the extremes of their input, for some seconds.
+//! The laws with extreme input, for some seconds.
 
 use plumb_adversary::{campaign, laws};
 

@@ -1,4 +1,4 @@
-//! What happens to the board next.
+//! The choice of the board's next event.
 
 use plumb_protocol::Config;
 use plumb_protocol::frame::encode;
@@ -9,65 +9,65 @@ use crate::frames::{damage, framed, noise};
 use crate::generate;
 use crate::random::Random;
 
-/// Steps of cable, metres.
+/// Cable per step, m.
 const METRES_A_STEP: f64 = 0.0004;
 
-/// How the ball moves with each motor's cable: a rig of the usual sign pattern.
+/// Jacobian of the simulated rig, with the sign pattern (12).
 const JACOBIAN: [[f64; 3]; 3] = [[-0.5, -0.5, 1.0], [-1.0, 1.0, 0.0], [-0.7, -0.7, -0.7]];
 
-/// What happens next.
+/// Next action.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Move {
-    /// A command.
+pub enum Action {
+    /// Sends a command.
     Send(Command),
-    /// The last frame, or the last one with a request, again, to the byte.
+    /// Repeats the last frame, or the last frame with a request.
     Repeat,
-    /// Bytes that are no frame, or a damaged one.
+    /// Sends noise, or a damaged frame.
     Bytes(Vec<u8>),
-    /// The emergency input opens for some ticks.
+    /// Opens the emergency input for some ticks.
     Emergency(u64),
-    /// The chip restarts.
+    /// Restarts the chip.
     Restart(StartCause),
 }
 
-/// What the adversary sees of the board.
+/// State of the board that the adversary uses.
 #[derive(Debug, Clone, Copy)]
 pub struct View {
-    /// The configuration in force.
+    /// Current configuration.
     pub config: Option<Config>,
     /// Motor positions, 1/16 steps.
     pub positions: [i32; 3],
     /// The state.
     pub state: State,
-    /// Whether a motor turns.
+    /// Whether a motor moves.
     pub moving: bool,
 }
 
-/// Whose pictures the board gets.
+/// Positions that the board receives.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Camera {
-    /// Those of the ball.
+    /// Positions of the simulated ball.
     Honest,
-    /// Any.
+    /// Any positions.
     Any,
 }
 
-/// Source of what happens to one board.
+/// Source of actions for one board.
 #[derive(Debug, Clone)]
 pub struct Adversary {
     camera: Camera,
-    /// Whether the configurations are usual ones, and disturbances rare.
+    /// Whether the configurations are typical, and disturbances rare.
     calm: bool,
     ball: [f64; 3],
-    /// Metres of ball for a step: negative for a rig whose motors are reversed.
+    /// Motion of the ball per step, m; negative for a rig with reversed motors.
     metres_a_step: f64,
     sequence: u16,
-    /// Whether the last Hello matched.
+    /// Whether the last Hello had the right version.
     greeted: bool,
 }
 
 impl Adversary {
-    /// Returns an adversary of random character.
+    /// Returns an adversary with random settings.
     pub fn new(random: &mut Random) -> Self {
         let sign = if random.percent(15) { -1.0 } else { 1.0 };
         Self {
@@ -80,21 +80,25 @@ impl Adversary {
         }
     }
 
-    /// Takes note of a command that was sent.
+    /// Records a command that was sent.
     pub fn sent(&mut self, command: &Command) {
         if let Command::Hello(hello) = command {
             self.greeted = *hello == Hello::OURS;
         }
     }
 
-    /// Takes note that the board begins anew.
+    /// Records a restart of the board.
     pub fn restarted(&mut self) {
         self.greeted = false;
     }
 
     /// Returns a configuration that should be accepted.
     pub fn config(&self, random: &mut Random, view: &View) -> Config {
-        if self.calm { generate::usual(random) } else { generate::accepted(random, view.positions) }
+        if self.calm {
+            generate::typical(random)
+        } else {
+            generate::accepted(random, view.positions)
+        }
     }
 
     /// Moves the ball with the motors, by 1/16 steps.
@@ -109,34 +113,34 @@ impl Adversary {
         }
     }
 
-    /// Chooses what happens next.
-    pub fn choose(&mut self, random: &mut Random, view: &View) -> Move {
+    /// Chooses the next action.
+    pub fn choose(&mut self, random: &mut Random, view: &View) -> Action {
         if let Some(way_on) = self.way_on(random, view) {
-            return Move::Send(way_on);
+            return Action::Send(way_on);
         }
         let roll = random.below(if self.calm { 4000 } else { 1000 });
         match roll {
-            0..=9 => Move::Send(Command::Hello(hello(random))),
-            10..=24 => Move::Send(Command::Configure(self.config(random, view))),
-            25..=34 => Move::Send(Command::Configure(generate::absurd(random, view.positions))),
-            35..=104 => Move::Send(Command::Target(target(random, view))),
-            105..=144 => Move::Send(Command::Jog(jog(random, view))),
-            145..=164 => Move::Send(Command::Hold),
-            165..=184 => Move::Send(Command::ClearFault),
-            185..=214 => Move::Send(Command::Status),
-            215..=222 => Move::Send(Command::Store),
-            223..=232 => Move::Send(Command::Stop),
-            233 => Move::Send(Command::Bootloader),
-            234..=263 => Move::Repeat,
-            264..=279 => Move::Bytes(any_bytes(random)),
-            280..=299 => Move::Bytes(self.damaged(random, view)),
-            300..=302 => Move::Emergency(1 + random.below(20)),
-            303 => Move::Restart(restart(random)),
-            _ => Move::Send(self.position(random, view)),
+            0..=9 => Action::Send(Command::Hello(hello(random))),
+            10..=24 => Action::Send(Command::Configure(self.config(random, view))),
+            25..=34 => Action::Send(Command::Configure(generate::invalid(random, view.positions))),
+            35..=104 => Action::Send(Command::Target(target(random, view))),
+            105..=144 => Action::Send(Command::Jog(jog(random, view))),
+            145..=164 => Action::Send(Command::Hold),
+            165..=184 => Action::Send(Command::ClearFault),
+            185..=214 => Action::Send(Command::Status),
+            215..=222 => Action::Send(Command::Store),
+            223..=232 => Action::Send(Command::Stop),
+            233 => Action::Send(Command::Bootloader),
+            234..=263 => Action::Repeat,
+            264..=279 => Action::Bytes(any_bytes(random)),
+            280..=299 => Action::Bytes(self.damaged(random, view)),
+            300..=302 => Action::Emergency(1 + random.below(20)),
+            303 => Action::Restart(restart(random)),
+            _ => Action::Send(self.position(random, view)),
         }
     }
 
-    /// Returns, at times, the command that leads on from a state in which little else is accepted.
+    /// Returns, sometimes, the command that leaves a state in which few commands are accepted.
     fn way_on(&self, random: &mut Random, view: &View) -> Option<Command> {
         if random.percent(60) {
             return None;
@@ -147,7 +151,7 @@ impl Adversary {
             State::Unconfigured => Some(Command::Configure(self.config(random, view))),
             State::Ready if !view.moving => Some(match random.below(16) {
                 0 => Command::Configure(self.config(random, view)),
-                1 => Command::Configure(generate::absurd(random, view.positions)),
+                1 => Command::Configure(generate::invalid(random, view.positions)),
                 2 => Command::Store,
                 3..=5 => Command::Jog(jog(random, view)),
                 _ => Command::Target(target(random, view)),
@@ -156,7 +160,7 @@ impl Adversary {
         }
     }
 
-    /// Returns a position: mostly the next, fresh, of the ball; sometimes late, out of order,
+    /// Returns a position: mostly a fresh one of the ball; sometimes late, out of order,
     /// without a ball or far outside.
     pub fn position(&mut self, random: &mut Random, view: &View) -> Command {
         let strange = !self.calm || random.one_in(8);
@@ -188,7 +192,7 @@ impl Adversary {
         }
     }
 
-    /// Returns a damaged frame: it may still be intact.
+    /// Returns a frame with random damage, which may be none.
     fn damaged(&mut self, random: &mut Random, view: &View) -> Vec<u8> {
         let mut frame = framed(&ToBoard { id: 1, command: self.position(random, view) });
         damage(random, &mut frame);
@@ -196,7 +200,7 @@ impl Adversary {
     }
 }
 
-/// Returns noise, or an intact frame that is no command.
+/// Returns noise, or an intact frame that is not a command.
 fn any_bytes(random: &mut Random) -> Vec<u8> {
     if random.percent(50) {
         // The number of a command that does not exist, and its id.
@@ -240,7 +244,7 @@ fn jog(random: &mut Random, view: &View) -> Jog {
     let limit = view.config.and_then(|config| config.motors.get(usize::from(motor)).copied());
     let position = view.positions.get(usize::from(motor)).copied().unwrap_or(0);
     let distance = match random.below(10) {
-        // Towards where the motor began, which every travel contains.
+        // Towards the start position, which every travel contains.
         0..=2 => -random.corner(0, i64::from(position.unsigned_abs())) as i32 * position.signum(),
         3..=7 => random.any_i32() % 4000,
         _ => random.any_i32(),

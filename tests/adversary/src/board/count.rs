@@ -1,11 +1,11 @@
-//! Counts of what was exercised.
+//! Counts of what a run exercises.
 
 use plumb_protocol::message::*;
 
-use super::event::Delivery;
-use crate::campaign::Outcome;
+use super::event::{Delivery, Ticked};
+use crate::campaign::{Outcome, Tally};
 
-/// Counts what was received and how it was answered.
+/// Counts a frame and its answer.
 pub(super) fn count_delivery(delivery: &Delivery<'_>, outcome: &mut Outcome) {
     count_replies(delivery.replies, outcome);
     let Ok(message) = delivery.message else {
@@ -17,7 +17,7 @@ pub(super) fn count_delivery(delivery: &Delivery<'_>, outcome: &mut Outcome) {
     outcome.tally.count(&format!("{name} {answer}"));
 }
 
-/// Counts the refusals and faults in what the board said.
+/// Counts the refusals and faults in the board's messages.
 pub(super) fn count_replies(replies: &[FromBoard], outcome: &mut Outcome) {
     for reply in replies {
         match reply {
@@ -32,8 +32,7 @@ pub(super) fn count_replies(replies: &[FromBoard], outcome: &mut Outcome) {
     }
 }
 
-/// Returns the name of a refusal or fault without what it carries, but for the configuration's
-/// field.
+/// Returns the name of a refusal or fault without its data, except for the configuration's field.
 fn variant(value: &impl std::fmt::Debug) -> String {
     let text = format!("{value:?}");
     match text.split_once('(') {
@@ -55,5 +54,38 @@ fn name(command: &Command) -> &'static str {
         Command::ClearFault => "ClearFault",
         Command::Status => "Status",
         Command::Store => "Store",
+    }
+}
+
+/// Number of ticks of a run, in total and by activity.
+#[derive(Debug, Default)]
+pub(super) struct TickCounts {
+    pub(super) ticks: u64,
+    moving: u64,
+    seeking: u64,
+    holding: u64,
+    /// Moving in `Ready`.
+    jogging: u64,
+}
+
+impl TickCounts {
+    /// Counts a tick.
+    pub(super) fn record(&mut self, ticked: &Ticked<'_>) {
+        let state = ticked.after.state;
+        self.ticks += 1;
+        self.moving += u64::from(ticked.pulses());
+        self.seeking += u64::from(state == State::Seeking);
+        self.holding += u64::from(state == State::Holding);
+        self.jogging += u64::from(state == State::Ready && ticked.pulses());
+    }
+
+    /// Adds the counts to the tally of the campaign.
+    pub(super) fn add_to(&self, tally: &mut Tally, has_twin: bool) {
+        tally.add("ticks", self.ticks);
+        tally.add("ticks moving", self.moving);
+        tally.add("ticks seeking", self.seeking);
+        tally.add("ticks holding", self.holding);
+        tally.add("ticks jogging", self.jogging);
+        tally.add("ticks with a twin", if has_twin { self.ticks } else { 0 });
     }
 }

@@ -1,27 +1,27 @@
-//! What happens to a board, as its public interface shows it.
+//! Events of a board, from its public interface.
 
 use plumb_core::{Board, StepPlan, TICK_US, Tick};
 use plumb_protocol::frame::FrameError;
 use plumb_protocol::message::*;
 
-/// A tick, µs.
+/// Duration of a tick, µs.
 pub const TICK: u64 = TICK_US as u64;
 
-/// A board at a moment.
+/// State of a board at one time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Snapshot {
-    /// 1/16 steps.
+    /// Motor positions, 1/16 steps.
     pub positions: [i32; 3],
-    /// Q8 steps/s.
+    /// Motor rates, Q8 steps/s.
     pub rates: [i32; 3],
     /// The state.
     pub state: State,
-    /// How often the board was configured.
+    /// Number of configurations since the start.
     pub generation: u32,
 }
 
 impl Snapshot {
-    /// Returns the board's present values.
+    /// Returns the board's current values.
     pub fn of(board: &Board) -> Self {
         Self {
             positions: board.positions(),
@@ -31,12 +31,12 @@ impl Snapshot {
         }
     }
 
-    /// Whether the board drives the ball or keeps it at its target.
+    /// Returns whether the board seeks or holds.
     pub fn seeking(&self) -> bool {
         matches!(self.state, State::Seeking | State::Holding)
     }
 
-    /// The fault that the board is in.
+    /// Returns the board's fault, if any.
     pub fn fault(&self) -> Option<Fault> {
         match self.state {
             State::Fault(fault) => Some(fault),
@@ -45,25 +45,25 @@ impl Snapshot {
     }
 }
 
-/// The end of a frame has arrived.
+/// Reception of the end of a frame.
 #[derive(Debug, Clone, Copy)]
 pub struct Delivery<'a> {
-    /// The time that the board was given with it, µs.
+    /// Time of reception, µs.
     pub at: u64,
-    /// What the frame was, by the reference decoder.
+    /// Content of the frame, from the reference decoder.
     pub message: Result<ToBoard, FrameError>,
-    /// Whether the command, with its id, is the last one that was carried out: a repeated request.
+    /// Whether the command is a repetition of the last executed request, with the same id.
     pub repeated: bool,
-    /// What the board said.
+    /// Messages of the board.
     pub replies: &'a [FromBoard],
-    /// The board before it.
+    /// State before the event.
     pub before: Snapshot,
-    /// The board after it.
+    /// State after the event.
     pub after: Snapshot,
 }
 
 impl Delivery<'_> {
-    /// Returns the refusals and acceptances with the command's id.
+    /// Returns the refusal, or `None` for an acceptance, of each answer with this id.
     pub fn answers(&self, id: u16) -> impl Iterator<Item = Option<Refusal>> + '_ {
         self.replies.iter().filter_map(move |reply| match reply {
             FromBoard::Answer(answer) if answer.id == id => Some(answer.refusal),
@@ -71,59 +71,59 @@ impl Delivery<'_> {
         })
     }
 
-    /// Returns the number of answers to whatever command.
+    /// Returns the number of answers to any command.
     pub fn answer_count(&self) -> usize {
         self.replies.iter().filter(|reply| matches!(reply, FromBoard::Answer(_))).count()
     }
 
-    /// Returns the command and its id where the frame was one that the board did not refuse.
+    /// Returns the command and its id, if the board did not refuse it.
     pub fn accepted(&self) -> Option<ToBoard> {
         let message = self.message.ok()?;
         let refused = self.answers(message.id).any(|refusal| refusal.is_some());
         (!refused).then_some(message)
     }
 
-    /// Whether the board was configured by it.
+    /// Returns whether the frame configured the board.
     pub fn configured(&self) -> bool {
         self.before.generation != self.after.generation
     }
 }
 
-/// A tick was planned and reported.
+/// Execution of a tick.
 #[derive(Debug, Clone, Copy)]
 pub struct Ticked<'a> {
-    /// When it began, µs.
+    /// Start of the tick, µs.
     pub now: u64,
-    /// The board before it.
+    /// State before the event.
     pub before: Snapshot,
-    /// The board after it.
+    /// State after the event.
     pub after: Snapshot,
-    /// Its pulses.
+    /// Pulses of the tick.
     pub plan: StepPlan,
-    /// What the board asked its chip for, if that may have changed.
-    pub told: Option<Tick>,
-    /// What the board said.
+    /// Requests of the board to its chip, if they may have changed.
+    pub requests: Option<Tick>,
+    /// Messages of the board.
     pub replies: &'a [FromBoard],
     /// Whether the emergency input is open.
     pub emergency: bool,
 }
 
 impl Ticked<'_> {
-    /// Whether a motor gets a pulse.
+    /// Returns whether a motor has a pulse.
     pub fn pulses(&self) -> bool {
         self.plan.motors.iter().any(|motor| motor.count > 0)
     }
 }
 
-/// The emergency input has cut the pulses off, or is still open.
+/// Emergency stop: the input has cut the pulses, or is still open.
 #[derive(Debug, Clone, Copy)]
 pub struct Cut<'a> {
-    /// The pulses that were planned and not given, + where the direction line is high.
+    /// Planned pulses that were not executed; + if the direction line is high.
     pub missing: [i32; 3],
-    /// The board before it.
+    /// State before the event.
     pub before: Snapshot,
-    /// The board after it.
+    /// State after the event.
     pub after: Snapshot,
-    /// What the board said.
+    /// Messages of the board.
     pub replies: &'a [FromBoard],
 }

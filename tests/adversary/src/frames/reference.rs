@@ -1,11 +1,11 @@
-//! The frame format by its definition, without regard for speed.
+//! Reference decoder: the frame format by its definition, without optimisation.
 
 use plumb_protocol::frame::{FrameError, MAX_FRAME};
 
 /// Bytes of a frame's checksum.
 const CRC_LEN: usize = 4;
 
-/// Returns the message in `frame`, which is what came between two zeros.
+/// Returns the message in `frame`, the bytes between two zeros.
 ///
 /// # Errors
 /// As [`Accumulator::take`](plumb_protocol::frame::Accumulator::take).
@@ -15,7 +15,7 @@ pub fn decode(frame: &[u8]) -> Result<Vec<u8>, FrameError> {
     if crc32(message).to_le_bytes() == *crc { Ok(message.to_vec()) } else { Err(FrameError::Crc) }
 }
 
-/// Takes COBS off: each block begins with its length and stands for its other bytes and, unless it
+/// Decodes COBS: each block starts with its length, and represents its other bytes and, unless it
 /// has 255 bytes or is the last, a zero. A frame of [`MAX_FRAME`] bytes or more is overlong.
 fn take_cobs_off(frame: &[u8]) -> Result<Vec<u8>, FrameError> {
     let mut plain = Vec::new();
@@ -49,14 +49,14 @@ fn crc32(bytes: &[u8]) -> u32 {
     !crc
 }
 
-/// Cuts a stream into frames.
+/// Splits a stream into frames.
 #[derive(Debug, Clone, Default)]
 pub struct Decoder {
     frame: Vec<u8>,
 }
 
 impl Decoder {
-    /// Takes the next byte; returns the message, or what is wrong with it, that this byte ends.
+    /// Adds a byte; returns the message that it completes, or the error.
     pub fn push(&mut self, byte: u8) -> Option<Result<Vec<u8>, FrameError>> {
         if byte != 0 {
             self.frame.push(byte);

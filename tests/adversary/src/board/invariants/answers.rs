@@ -6,23 +6,23 @@ use plumb_protocol::message::*;
 use super::super::event::{Delivery, TICK, Ticked};
 use crate::campaign::Outcome;
 
-/// Each command is answered once, with its id: a Hello by a Hello, an accepted position not at
-/// all, an accepted Store later. Nothing else is answered, but for intact frames that are no
-/// command.
+/// Each command has one answer, with its id: a Hello for a Hello, none for an accepted position, a
+/// later one for an accepted Store. Apart from that, only intact frames that are not commands have
+/// an answer.
 pub(super) const ANSWERED: &str = "every command is answered once";
-/// Before a matching Hello nothing is accepted but Stop and Bootloader.
+/// Before a matching Hello, only Stop and Bootloader are accepted.
 pub(super) const GREETED: &str = "no command before a matching Hello";
-/// Telemetry comes every 100 ms once a host was greeted, whatever else comes.
+/// After a Hello, telemetry is sent every 100 ms, independent of other messages.
 pub(super) const TELEMETRY: &str = "telemetry every 100 ms";
 
-/// A request that is repeated, with its id and content, is accepted again and not carried out
-/// again.
+/// A repeated request, with the same id and content, is accepted again and not executed again.
 pub(super) const REPEATED: &str = "a repeated request is carried out once";
 
-/// Telemetry and fault reports name the Configure, and the Target or Hold, that are in force.
+/// Telemetry and fault reports have the ids of the current Configure, and of the current Target or
+/// Hold.
 pub(super) const NAMED: &str = "telemetry names its configuration and target";
 
-/// Longest time between two telemetries, with a tick's slack, µs.
+/// Maximum time between two telemetries, with one tick of tolerance, µs.
 const TELEMETRY_US: u64 = 100_000 + TICK;
 
 /// Checker of [`ANSWERED`], [`GREETED`] and [`REPEATED`].
@@ -56,7 +56,7 @@ impl Answers {
         }
     }
 
-    /// Checks that a tick answers nothing.
+    /// Checks that a tick has no answer.
     pub(super) fn ticked(&self, ticked: &Ticked<'_>, outcome: &mut Outcome) {
         let other =
             |reply: &FromBoard| !matches!(reply, FromBoard::Telemetry(_) | FromBoard::Fault(_));
@@ -65,7 +65,7 @@ impl Answers {
     }
 }
 
-/// Whether the replies are those that this command must have.
+/// Returns whether the replies are those that this command requires.
 fn answered(delivery: &Delivery<'_>, message: &ToBoard) -> bool {
     let count = delivery.answer_count();
     let own = delivery.answers(message.id).count();
@@ -80,17 +80,20 @@ fn answered(delivery: &Delivery<'_>, message: &ToBoard) -> bool {
 
 fn greeted(replies: &[FromBoard], id: u16, hello: Hello) -> bool {
     let matches = hello == Hello::OURS;
-    let named = |reply: &&FromBoard| matches!(reply, FromBoard::Hello(board) if board.id == id && board.accepted == matches);
+    let answers = |reply: &&FromBoard| match reply {
+        FromBoard::Hello(board) => board.id == id && board.accepted == matches,
+        _ => false,
+    };
     let started = replies.iter().filter(|reply| matches!(reply, FromBoard::Started(_))).count();
-    replies.iter().filter(named).count() == 1 && started == usize::from(matches)
+    replies.iter().filter(answers).count() == 1 && started == usize::from(matches)
 }
 
 /// Checker of [`TELEMETRY`].
 #[derive(Debug, Clone, Default)]
 pub(super) struct Telemetry {
     greeted: bool,
-    /// When it came last, or the host was greeted, µs.
-    told: u64,
+    /// Time of the last telemetry, or of Hello, µs.
+    requests: u64,
 }
 
 impl Telemetry {
@@ -98,24 +101,24 @@ impl Telemetry {
         self.hear(delivery.replies);
         if let Ok(ToBoard { command: Command::Hello(hello), .. }) = delivery.message {
             if !self.greeted {
-                self.told = self.told.max(delivery.at);
+                self.requests = self.requests.max(delivery.at);
             }
             self.greeted = hello == Hello::OURS;
         }
     }
 
-    /// Takes note of the telemetry in what the board said.
+    /// Records the telemetry in the board's messages.
     pub(super) fn hear(&mut self, replies: &[FromBoard]) {
         for reply in replies {
             if let FromBoard::Telemetry(telemetry) = reply {
-                self.told = self.told.max(telemetry.time.0);
+                self.requests = self.requests.max(telemetry.time.0);
             }
         }
     }
 
     pub(super) fn ticked(&mut self, ticked: &Ticked<'_>, outcome: &mut Outcome) {
         self.hear(ticked.replies);
-        let gap = ticked.now.saturating_sub(self.told);
+        let gap = ticked.now.saturating_sub(self.requests);
         let holds = !self.greeted || gap <= TELEMETRY_US;
         outcome
             .check(holds, TELEMETRY, || format!("none for {gap} µs in {:?}", ticked.after.state));
@@ -125,9 +128,9 @@ impl Telemetry {
 /// Checker of [`NAMED`].
 #[derive(Debug, Clone, Default)]
 pub(super) struct Names {
-    /// The id of the last Configure that was carried out since the last matching Hello.
+    /// Id of the last executed Configure since the last matching Hello.
     configuration: Option<u16>,
-    /// The id of the last Target or Hold that was carried out since then.
+    /// Id of the last executed Target or Hold since then.
     target: Option<u16>,
 }
 
@@ -146,7 +149,7 @@ impl Names {
         self.hear(delivery.replies, outcome);
     }
 
-    /// Checks the names in what the board said. A state that has no target has no name of one.
+    /// Checks the ids in the board's messages. A state without a target has no target id.
     pub(super) fn hear(&self, replies: &[FromBoard], outcome: &mut Outcome) {
         for reply in replies {
             let holds = match reply {

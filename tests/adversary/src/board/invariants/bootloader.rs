@@ -1,4 +1,4 @@
-//! Leaving for the bootloader.
+//! Restart into the bootloader.
 
 use plumb_protocol::message::Command;
 
@@ -6,17 +6,17 @@ use super::super::event::{Delivery, Ticked};
 use super::motion::begins_motion;
 use crate::campaign::Outcome;
 
-/// After Bootloader nothing begins any more.
+/// After Bootloader no motion, configuration or Store starts.
 pub(super) const LAST: &str = "nothing begins after Bootloader";
-/// The chip is asked to restart at standstill only, and after a Bootloader.
+/// The board requests a restart only at standstill, after a Bootloader.
 pub(super) const AT_REST: &str = "the bootloader starts at rest";
 
 /// Checker of [`LAST`] and [`AT_REST`].
 #[derive(Debug, Clone, Default)]
 pub(super) struct Bootloader {
     asked: bool,
-    /// Whether the chip was asked to restart.
-    told: bool,
+    /// Whether the board has requested a restart.
+    requests: bool,
 }
 
 impl Bootloader {
@@ -28,15 +28,15 @@ impl Bootloader {
     }
 
     pub(super) fn ticked(&mut self, ticked: &Ticked<'_>, outcome: &mut Outcome) {
-        let restarts = ticked.told.is_some_and(|told| told.bootloader);
+        let restarts = ticked.requests.is_some_and(|requests| requests.bootloader);
         outcome.check(self.asked || !restarts, AT_REST, || "nobody asked for it".into());
-        self.told |= restarts;
+        self.requests |= restarts;
         let rest = ticked.before.positions == ticked.after.positions && !ticked.pulses();
-        outcome.check(!self.told || rest, AT_REST, || format!("{ticked:?}"));
+        outcome.check(!self.requests || rest, AT_REST, || format!("{ticked:?}"));
     }
 }
 
-/// Whether a new request that takes time was accepted: to move, to configure, to store.
+/// Returns whether a new request for motion, configuration or Store was accepted.
 fn begins(delivery: &Delivery<'_>) -> bool {
     let begins = |command: &Command| {
         begins_motion(command) || matches!(command, Command::Configure(_) | Command::Store)

@@ -1,4 +1,4 @@
-//! Deadlines: of the host, and of positions.
+//! Deadlines of the host and of positions.
 
 use plumb_protocol::message::Command;
 
@@ -6,20 +6,19 @@ use super::super::event::{Delivery, TICK, Ticked};
 use super::limits::Limits;
 use crate::campaign::Outcome;
 
-/// Without a message from the host for its deadline, the board is not seeking or holding any more,
-/// and no motor turns for longer than the longest stop.
+/// If the host is silent beyond its deadline, the board neither seeks nor holds, and all motors
+/// rest after the longest stop.
 pub(super) const HOST: &str = "a silent host stops the board";
-/// Without a picture that was taken within the position deadline the board does not seek or hold.
+/// Without a position within its deadline the board neither seeks nor holds.
 pub(super) const POSITION: &str = "a lost position stops the board";
 
-/// Ticks that a deadline may be late: the one under way, and one for the time of arrival, which
-/// may lie a tick off.
+/// Tolerance of a deadline, ticks: the current one, and one for the time of arrival.
 const SLACK: u64 = 2 * TICK;
 
 /// Checker of [`HOST`].
 #[derive(Debug, Clone, Default)]
 pub(super) struct HostDeadline {
-    /// When the last command came, µs.
+    /// Time of the last command, µs.
     heard: u64,
 }
 
@@ -50,9 +49,9 @@ impl HostDeadline {
 /// Checker of [`POSITION`].
 #[derive(Debug, Clone, Default)]
 pub(super) struct PositionDeadline {
-    /// When the newest accepted picture was taken, µs.
+    /// Time of the newest accepted position, µs.
     captured: u64,
-    /// When the board began to seek, µs. Another target does not begin anew.
+    /// Start of seeking, µs. A new target does not change it.
     since: u64,
 }
 

@@ -1,16 +1,16 @@
-//! Faults: told, latched, and cleared at standstill only.
+//! Faults are reported, latched, and cleared at standstill only.
 
 use plumb_protocol::message::{Command, Fault, FromBoard};
 
 use super::super::event::{Cut, Delivery, Snapshot, Ticked};
 use crate::campaign::Outcome;
 
-/// A fault stays until a ClearFault; only an emergency stop takes its place. That motors rest from
-/// then on is the invariant of standstill.
+/// A fault stays until a ClearFault; only an emergency stop replaces it. The invariant of
+/// standstill covers the motors.
 pub(super) const LATCHED: &str = "a fault is latched";
-/// While the emergency input is open, the board is in its fault, and nothing moves.
+/// While the emergency input is open, the board is in its fault, and no motor moves.
 pub(super) const EMERGENCY: &str = "an open emergency input holds the board";
-/// A fault is reported when it begins, once, by its name.
+/// A fault is reported once, at its start.
 pub(super) const REPORTED: &str = "a fault is reported once";
 
 /// Checker of the invariants of faults.
@@ -45,7 +45,7 @@ impl Faults {
         outcome.check(latched, LATCHED, || format!("{before:?} to {after:?} by itself"));
         if ticked.emergency {
             let still = before.positions == after.positions && !ticked.pulses();
-            let off = ticked.told.is_none_or(|told| !told.drivers_enabled);
+            let off = ticked.requests.is_none_or(|requests| !requests.drivers_enabled);
             let held = after.fault() == Some(Fault::EmergencyStop) && still && off;
             outcome.check(held, EMERGENCY, || format!("{ticked:?}"));
         }

@@ -1,27 +1,27 @@
-//! The limits of a configuration, in the units that the checkers compare in.
+//! Limits of a configuration, in the units of the checkers.
 
 use plumb_protocol::Config;
 use plumb_protocol::config::{Deadlines, Motor};
 
 use super::super::event::TICK;
 
-/// Ticks that the running mean's cells last.
+/// Duration of a cell of the moving average, ticks.
 const CELL_TICKS: u64 = 16;
 
 /// Fraction bits of the planner's pulse rates.
 const RATE_BITS: u32 = 10;
 
-/// Ticks that a stop may take beyond its ramp: the one under way, and roundings.
+/// Tolerance of a stop's duration, ticks: the current one, and rounding.
 const STOP_SLACK: u64 = 3;
 
 /// One motor's limits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct MotorLimits {
-    /// As configured.
+    /// Configuration.
     pub(super) motor: Motor,
-    /// 1/16 steps of a pulse.
+    /// 1/16 steps per pulse.
     pub(super) pulse: i32,
-    /// Most pulses in a tick.
+    /// Maximum number of pulses in a tick.
     pub(super) pulses: u16,
     /// Change of the planner's rate in a tick, rounded down: microsteps/s with 10 fraction bits.
     delta: u64,
@@ -48,15 +48,15 @@ impl MotorLimits {
         (rate + 1) * self.units / self.delta + 1
     }
 
-    /// Whether a change of the rate by `change` (Q8 steps/s) within `ticks` is within the
-    /// acceleration, but for a unit of rounding.
+    /// Returns whether a change of the rate by `change` (Q8 steps/s) within `ticks` is within the
+    /// acceleration, with a tolerance of one unit of rounding.
     pub(super) fn allows(&self, change: u32, ticks: u64) -> bool {
-        // A step/s² is 256 Q8 steps/s in 5000 ticks.
+        // 1 step/s² is 256 Q8 steps/s in 5000 ticks.
         let allowed = u64::from(self.motor.max_acceleration.0) * 256 * ticks;
         u64::from(change) * 5000 <= allowed + 5000
     }
 
-    /// Returns how far `position` is beyond the travel, 1/16 steps; 0 or less inside.
+    /// Returns the distance of `position` beyond the travel, 1/16 steps; 0 or less inside.
     pub(super) fn beyond(&self, position: i32) -> i64 {
         let position = i64::from(position);
         let (min, max) = (i64::from(self.motor.travel_min.0), i64::from(self.motor.travel_max.0));
@@ -64,12 +64,12 @@ impl MotorLimits {
     }
 }
 
-/// The limits of a configuration.
+/// Limits of a configuration.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Limits {
     pub(super) motors: [MotorLimits; 3],
     pub(super) deadlines: Deadlines,
-    /// Ticks that the motors are behind the wanted rates at the most.
+    /// Maximum lag of the motors behind the setpoint, ticks.
     lag: u64,
 }
 
@@ -79,7 +79,7 @@ impl Limits {
         Self {
             motors: config.motors.map(|motor| MotorLimits::of(motor, config.microsteps)),
             deadlines: config.deadlines,
-            // The cell that gathers, and the one in which the rates change.
+            // The cell that is filled, and the one in which the rates change.
             lag: if cells == 0 { 0 } else { (cells + 2) * CELL_TICKS },
         }
     }
@@ -87,14 +87,14 @@ impl Limits {
     /// Returns the ticks of the longest stop from these rates (Q8 steps/s).
     pub(super) fn stop_ticks(&self, rates: [i32; 3]) -> u64 {
         if self.lag > 0 {
-            // What the ramp's rates are cannot be seen through the mean.
+            // The moving average hides the rates of the ramp.
             return self.longest_stop();
         }
         let ramp = |i: usize| self.motors[i].ramp_ticks(rates[i].unsigned_abs().into());
         ramp(0).max(ramp(1)).max(ramp(2)) + STOP_SLACK
     }
 
-    /// Returns the ticks of a stop from the highest rates.
+    /// Returns the ticks of a stop from the maximum rates.
     pub(super) fn longest_stop(&self) -> u64 {
         let ramp = self.motors.map(|m| m.ramp_ticks(m.motor.max_rate.0.unsigned_abs().into()));
         ramp[0].max(ramp[1]).max(ramp[2]) + self.lag + STOP_SLACK

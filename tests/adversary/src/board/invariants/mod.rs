@@ -1,7 +1,7 @@
-//! What must hold of the board, whatever happens to it.
+//! Invariants of the board for any input.
 //!
-//! Each invariant has a name, which stands in reports, and a checker. Checkers see the events of
-//! [`event`](super::event) and keep what they need of the past.
+//! Each invariant has a name, for reports, and a checker. Checkers get the events of
+//! [`event`](super::event) and store their own history.
 
 mod answers;
 mod bootloader;
@@ -30,14 +30,14 @@ use storage::Storage;
 
 /// Every frame that the board sends is intact.
 pub const UNBROKEN: &str = "the board's frames are intact";
-/// `report` leaves the plan of the tick as it is.
+/// `report` does not change the plan of the tick.
 pub const REPORT: &str = "report leaves the plan";
-/// Two boards with the same input, in other pieces, do and say the same to the bit.
+/// Two boards with the same input in different pieces have the same output, to the bit.
 pub const TWIN: &str = "twins agree";
-/// A law that is configured anew knows nothing of what was before.
+/// A new configuration resets the state of the law.
 pub const FRESH_LAW: &str = "a configured law begins anew";
 
-/// All checkers of one board, from its start on.
+/// All checkers of one board, from its start.
 #[derive(Debug, Clone)]
 pub struct Invariants {
     limits: Option<Limits>,
@@ -71,7 +71,7 @@ impl Invariants {
         }
     }
 
-    /// Checks what a frame did; `config` is the configuration after it.
+    /// Checks the effect of a frame; `config` is the configuration after it.
     pub fn delivered(
         &mut self,
         delivery: &Delivery<'_>,
@@ -112,7 +112,7 @@ impl Invariants {
         self.bootloader.ticked(ticked, outcome);
     }
 
-    /// Checks that the emergency input has stopped the board.
+    /// Checks an emergency stop.
     pub fn cut(&mut self, cut: &Cut<'_>, outcome: &mut Outcome) {
         self.faults.cut(cut, outcome);
         self.telemetry.hear(cut.replies);
@@ -122,12 +122,12 @@ impl Invariants {
         self.standstill.cut();
     }
 
-    /// Takes note that the emergency input has closed.
+    /// Records that the emergency input is closed.
     pub fn closed(&mut self) {
         self.faults.closed();
     }
 
-    /// Checks what the board said when its configuration was written.
+    /// Checks the messages after the configuration was written.
     pub fn stored(
         &mut self,
         replies: &[plumb_protocol::message::FromBoard],
@@ -136,7 +136,7 @@ impl Invariants {
         self.storage.stored(replies, outcome);
     }
 
-    /// Checks what must have happened by the end of a run.
+    /// Checks the end of a run.
     pub fn end(&self, outcome: &mut Outcome) {
         self.storage.end(outcome);
     }

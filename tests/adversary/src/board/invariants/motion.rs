@@ -7,25 +7,25 @@ use super::super::event::{Cut, Delivery, Ticked};
 use super::limits::{Limits, MotorLimits};
 use crate::campaign::Outcome;
 
-/// Without a configuration no motor turns.
+/// Without a configuration no motor moves.
 pub(super) const CONFIGURED: &str = "no motion without a configuration";
-/// A motor's position advances by exactly its pulses; it changes by nothing but pulses and cuts.
+/// A motor's position changes by exactly its pulses, and by emergency stops.
 pub(super) const POSITIONS: &str = "positions advance by the pulses";
-/// All pulses lie within their tick.
+/// All pulses are within their tick.
 pub(super) const PULSES: &str = "pulses lie within the tick";
-/// No rate is above the motor's limit, nor are there more pulses in a tick than that gives.
+/// No rate is above the motor's limit, and neither is the number of pulses in a tick.
 pub(super) const RATE: &str = "rates within the limits";
 /// No rate changes faster than the motor's acceleration allows, in a tick and in 64.
 pub(super) const ACCELERATION: &str = "accelerations within the limits";
-/// No motor passes the end of its travel, not by one pulse.
+/// No motor passes the end of its travel, not even by one pulse.
 pub(super) const TRAVEL: &str = "no motor passes its travel";
-/// A motor that is outside a travel that was configured later turns inwards only, and slowly.
+/// A motor outside its travel, after a new configuration, moves inwards only, and slowly.
 pub(super) const WAY_BACK: &str = "a motor outside its travel crawls inwards";
 
-/// Highest rate of a motor outside its travel, Q8 steps/s.
+/// Maximum rate of a motor outside its travel, Q8 steps/s.
 const CRAWL: i32 = 20 << 8;
 
-/// Checks that a message by itself moves nothing.
+/// Checks that a message does not change positions.
 pub(super) fn check_delivery(delivery: &Delivery<'_>, outcome: &mut Outcome) {
     let Delivery { before, after, message, .. } = delivery;
     outcome.check(before.positions == after.positions, POSITIONS, || {
@@ -84,7 +84,7 @@ fn check_travel(ticked: &Ticked<'_>, i: usize, limits: &MotorLimits, outcome: &m
     }
 }
 
-/// Checks that a cut sets the positions back by the pulses that were not given.
+/// Checks that an emergency stop subtracts the missing pulses from the positions.
 pub(super) fn check_cut(cut: &Cut<'_>, limits: Option<&Limits>, outcome: &mut Outcome) {
     let Cut { missing, before, after, .. } = cut;
     let back = |i: usize| {
@@ -96,19 +96,19 @@ pub(super) fn check_cut(cut: &Cut<'_>, limits: Option<&Limits>, outcome: &mut Ou
     outcome.check(holds, POSITIONS, || format!("cut by {missing:?}: {before:?} to {after:?}"));
 }
 
-/// Ticks of the longer window.
+/// Length of the longer window, ticks.
 const WINDOW: usize = 64;
 
 /// Checker of [`ACCELERATION`].
 #[derive(Debug, Clone)]
 pub(super) struct Acceleration {
-    /// Rates of the last ticks, Q8 steps/s.
+    /// Rates in the last ticks, Q8 steps/s.
     rates: [[i32; 3]; WINDOW],
     tick: usize,
 }
 
 impl Default for Acceleration {
-    /// Returns the checker of motors that have been at rest.
+    /// Returns the checker for motors at rest.
     fn default() -> Self {
         Self { rates: [[0; 3]; WINDOW], tick: 0 }
     }
@@ -133,12 +133,12 @@ impl Acceleration {
     }
 }
 
-/// Whether this command, accepted, sets motors in motion.
+/// Returns whether this command, if accepted, starts motion.
 pub(super) fn begins_motion(command: &Command) -> bool {
     matches!(command, Command::Target(_) | Command::Jog(_) | Command::Hold)
 }
 
-/// Whether this command, accepted, ends motion.
+/// Returns whether this command, if accepted, ends motion.
 pub(super) fn ends_motion(command: &Command) -> bool {
     match command {
         Command::Stop | Command::Bootloader => true,

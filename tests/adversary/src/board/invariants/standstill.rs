@@ -1,4 +1,4 @@
-//! Standstill: at the start, after a stop, after a fault, while storing.
+//! Standstill at the start, after a stop, after a fault, and during a Store.
 
 use plumb_protocol::message::Command;
 
@@ -7,26 +7,26 @@ use super::limits::Limits;
 use super::motion::{begins_motion, ends_motion};
 use crate::campaign::Outcome;
 
-/// Motors turn only after an accepted Target, Hold or Jog; after Stop, Bootloader, a Hello that
-/// does not match and a fault they rest as soon as their ramp allows.
-pub(super) const STANDSTILL: &str = "motors rest unless told to turn";
+/// Motors move only after an accepted Target, Hold or Jog. After Stop, Bootloader, a Hello that
+/// does not match, or a fault, they rest after their ramp.
+pub(super) const STANDSTILL: &str = "motors rest unless commanded to move";
 
 /// Checker of [`STANDSTILL`].
 #[derive(Debug, Clone)]
 pub(super) struct Standstill {
-    /// From this time on motors must rest, µs; `None` where they may turn.
+    /// Time from which the motors must rest, µs; `None` if they may move.
     from: Option<u64>,
-    /// Start of the coming tick, µs.
+    /// Start of the next tick, µs.
     now: u64,
 }
 
 impl Standstill {
-    /// Returns the checker of a board that has not moved yet.
+    /// Returns the checker for a board that has not moved.
     pub(super) fn at_start() -> Self {
         Self { from: Some(0), now: 0 }
     }
 
-    /// Requires rest in `ticks` ticks from now, or earlier where that was required before.
+    /// Requires rest in `ticks` ticks from now, or earlier if required before.
     fn require(&mut self, ticks: u64) {
         let from = self.now + ticks * TICK;
         self.from = Some(self.from.map_or(from, |earlier| earlier.min(from)));

@@ -1,19 +1,19 @@
-//! Keeping the configuration.
+//! Storage of the configuration.
 
 use plumb_protocol::message::{Command, FromBoard};
 
 use super::super::event::{Delivery, Ticked};
 use crate::campaign::Outcome;
 
-/// Each Store is answered once: at once where it is refused, or when the configuration is written.
+/// Each Store has one answer: at once if it is refused, else when the configuration is written.
 pub(super) const STORED: &str = "every Store is answered once";
-/// The configuration is written at standstill, after a Store, and does not change meanwhile.
+/// The configuration is written at standstill, after a Store, and does not change during the write.
 pub(super) const QUIET: &str = "nothing changes while storing";
 
 /// Checker of [`STORED`] and [`QUIET`].
 #[derive(Debug, Clone, Default)]
 pub(super) struct Storage {
-    /// The ids of the Stores without an answer.
+    /// Ids of the Stores without an answer.
     waiting: Vec<u16>,
 }
 
@@ -29,7 +29,7 @@ impl Storage {
     }
 
     pub(super) fn ticked(&self, ticked: &Ticked<'_>, outcome: &mut Outcome) {
-        let writes = ticked.told.is_some_and(|told| told.store);
+        let writes = ticked.requests.is_some_and(|requests| requests.store);
         let asked = !self.waiting.is_empty();
         outcome.check(writes == asked, QUIET, || {
             format!("the board writes: {writes}, Stores without an answer: {:?}", self.waiting)
@@ -53,7 +53,7 @@ impl Storage {
             .check(answered == waiting, STORED, || format!("{answered:?} instead of {waiting:?}"));
     }
 
-    /// Checks that no Store is left without an answer.
+    /// Checks that every Store has an answer.
     pub(super) fn end(&self, outcome: &mut Outcome) {
         outcome.check(self.waiting.is_empty(), STORED, || format!("never: {:?}", self.waiting));
     }

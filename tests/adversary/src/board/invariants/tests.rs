@@ -1,5 +1,4 @@
-//! Each checker finds what it is for: events of a board that keeps to everything, with one thing
-//! made wrong.
+//! Tests of the checkers: events of a correct board, with one error.
 
 use plumb_core::{Pulses, StepPlan, Tick};
 use plumb_protocol::Config;
@@ -11,7 +10,7 @@ use super::*;
 use crate::generate;
 use crate::random::Random;
 
-/// A host, a configuration and the checkers of a board that keeps to everything.
+/// A host, a configuration and the checkers of a correct board.
 struct Bench {
     invariants: Invariants,
     config: Config,
@@ -21,13 +20,13 @@ struct Bench {
     outcome: Outcome,
 }
 
-/// Motors that turn at 50 steps/s: a pulse of a motor every 6.25 ticks.
+/// Motor rates of 50 steps/s: a pulse every 6.25 ticks.
 const RATE: i32 = 50 << 8;
 
 impl Bench {
-    /// Returns a board that was greeted and configured.
+    /// Returns a configured board after Hello.
     fn ready() -> Self {
-        let config = Config { mean: Milliseconds(0), ..generate::usual(&mut Random::new(1)) };
+        let config = Config { mean: Milliseconds(0), ..generate::typical(&mut Random::new(1)) };
         let at = Snapshot {
             positions: [0; 3],
             rates: [0; 3],
@@ -53,7 +52,7 @@ impl Bench {
         bench
     }
 
-    /// Delivers the next command and checks that the board is now as it should be.
+    /// Delivers the next command, with the correct answer.
     fn deliver(&mut self, command: Command, replies: &[FromBoard], after: Snapshot) {
         self.id += 1;
         let message = Ok(ToBoard { id: self.id, command });
@@ -63,16 +62,22 @@ impl Bench {
         self.at = after;
     }
 
-    /// Lets a tick pass in which `after` comes about by these pulses.
-    fn tick(&mut self, after: Snapshot, plan: StepPlan, told: Option<Tick>, replies: &[FromBoard]) {
+    /// Executes a tick with these pulses, which ends in `after`.
+    fn tick(
+        &mut self,
+        after: Snapshot,
+        plan: StepPlan,
+        requests: Option<Tick>,
+        replies: &[FromBoard],
+    ) {
         let (now, before) = (self.now, self.at);
-        let ticked = Ticked { now, before, after, plan, told, replies, emergency: false };
+        let ticked = Ticked { now, before, after, plan, requests, replies, emergency: false };
         self.invariants.ticked(&ticked, &mut self.outcome);
         self.at = after;
         self.now += TICK;
     }
 
-    /// Lets ticks pass in which nothing happens but telemetry.
+    /// Executes ticks with telemetry only.
     fn rest(&mut self, ticks: u64) {
         for _ in 0..ticks {
             let telemetry = telemetry(self.now);
@@ -117,7 +122,7 @@ fn pulses(count: u16, first: u32, period: u32) -> StepPlan {
     plan
 }
 
-/// Returns the board after motor A has turned by `steps` 1/16 steps at `rate`.
+/// Returns the board after motor A has moved by `steps` 1/16 steps at `rate`.
 fn turned(at: Snapshot, steps: i32, rate: i32) -> Snapshot {
     let [a, b, c] = at.positions;
     Snapshot { positions: [a + steps, b, c], rates: [rate, 0, 0], ..at }
@@ -158,7 +163,7 @@ fn a_pulse_after_its_tick_is_found() {
 fn a_rate_above_the_limit_is_found() {
     let mut bench = Bench::seeking();
     let most = bench.config.motors[0].max_rate.0;
-    // 2000 steps/s² are 102.4 Q8 steps/s a tick.
+    // 2000 steps/s² are 102.4 Q8 steps/s per tick.
     for tick in 1..=1002 {
         let rate = (tick * 1024 / 10).min(most + 1);
         bench.tick(turned(bench.at, 0, rate), StepPlan::default(), None, &[telemetry(bench.now)]);
@@ -173,7 +178,7 @@ fn an_acceleration_above_the_limit_is_found() {
     bench.assert_only(motion::ACCELERATION);
     let mut bench = Bench::seeking();
     for tick in 1..=64 {
-        // Each within a unit of rounding, all together not.
+        // Each is within a unit of rounding, but not their sum.
         bench.tick(turned(bench.at, 0, tick * 103), StepPlan::default(), None, &[]);
     }
     bench.assert_only(motion::ACCELERATION);
@@ -210,7 +215,7 @@ fn a_stop_that_takes_too_long_is_found() {
     let after = Snapshot { state: State::Ready, ..bench.at };
     bench.deliver(Command::Stop, &[answer(4, None)], after);
     let limits = Limits::of(&bench.config);
-    // From 50 steps/s at 2000 steps/s² it takes 25 ms.
+    // A stop from 50 steps/s at 2000 steps/s² takes 25 ms.
     assert!((125..135).contains(&limits.stop_ticks([RATE, 0, 0])));
     let slow = turned(bench.at, 0, 50);
     for _ in 0..limits.stop_ticks([RATE, 0, 0]) + 1 {
@@ -253,11 +258,11 @@ fn an_emergency_that_is_cleared_while_open_is_found() {
 #[test]
 fn deadlines_that_pass_are_found() {
     let mut bench = Bench::seeking();
-    // A host that says nothing for 300 ms.
+    // A silent host for 300 ms.
     bench.rest(1500 + 2 + 2);
     bench.assert_only(deadlines::HOST);
     let mut bench = Bench::seeking();
-    // One that is heard, but shows no picture for 500 ms, and sets its target anew.
+    // A host without a position for 500 ms, with a new target.
     for id in 0..25 {
         bench.rest(100 + 1);
         bench.deliver(Command::Target(Point::default()), &[answer(4 + id, None)], bench.at);

@@ -1,4 +1,4 @@
-//! The thinker of a session: at once, or late, with questions that get lost.
+//! A law worker with random delays and lost requests.
 
 use plumb_core::law_worker::{LawRequest, LawResponse};
 use plumb_core::{Board, LawWorker};
@@ -8,40 +8,40 @@ use super::invariants::{FRESH_LAW, TWIN};
 use crate::campaign::Outcome;
 use crate::random::Random;
 
-/// A thinker that takes its time.
+/// A law worker whose responses are delayed.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Slowly {
+pub(super) struct DelayedLaw {
     law_worker: LawWorker,
-    /// The same law, which began with the present configuration.
+    /// The same law, started with the current configuration.
     fresh: LawWorker,
-    waiting: Option<Waiting>,
+    in_transit: Option<InTransit>,
 }
 
-/// An answer on its way.
+/// A response in transit.
 #[derive(Debug, Clone, Copy)]
-struct Waiting {
+struct InTransit {
     due: u64,
     response: LawResponse,
 }
 
-impl Slowly {
-    /// Takes note that the board was configured: its law knows nothing.
-    pub(super) fn configured(&mut self) {
+impl DelayedLaw {
+    /// Records a new configuration, which resets the law.
+    pub(super) fn on_configured(&mut self) {
         self.fresh = LawWorker::new();
     }
 
-    /// Hands the answer over that is due.
+    /// Passes a response that is due to the board.
     pub(super) fn deliver(&mut self, now: u64, board: &mut Board, twin: Option<&mut Board>) {
-        if let Some(waiting) = self.waiting.take_if(|waiting| waiting.due <= now) {
-            board.on_law_response(&waiting.response);
+        if let Some(response) = self.in_transit.take_if(|response| response.due <= now) {
+            board.on_law_response(&response.response);
             if let Some(twin) = twin {
-                twin.on_law_response(&waiting.response);
+                twin.on_law_response(&response.response);
             }
         }
     }
 
-    /// Takes up the question that has come up, if any, and loses it at times.
-    pub(super) fn ask(
+    /// Takes the board's request, if any. Loses some of them.
+    pub(super) fn take_request(
         &mut self,
         now: u64,
         board: &mut Board,
@@ -60,16 +60,17 @@ impl Slowly {
             outcome.tally.count("law requests lost");
             return;
         }
-        let response = self.think(&request, outcome);
+        let response = self.respond(&request, outcome);
         let delay = match random.below(400) {
             0 => 100_000,
             1 => 17_000,
             _ => random.below(4) * TICK,
         };
-        self.waiting = Some(Waiting { due: now + delay, response });
+        self.in_transit = Some(InTransit { due: now + delay, response });
     }
 
-    fn think(&mut self, request: &LawRequest, outcome: &mut Outcome) -> LawResponse {
+    /// Returns the law's response, and checks it against the law that was reset.
+    fn respond(&mut self, request: &LawRequest, outcome: &mut Outcome) -> LawResponse {
         let (response, fresh) = (self.law_worker.respond(request), self.fresh.respond(request));
         outcome.check(response == fresh, FRESH_LAW, || {
             format!("answered {response:?}; a law that began with the configuration {fresh:?}")
