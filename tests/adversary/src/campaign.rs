@@ -95,6 +95,25 @@ impl Outcome {
         }
     }
 
+    /// Checks that no invariant is broken.
+    ///
+    /// # Panics
+    /// If one is broken, with the first violation of each.
+    pub fn assert_unbroken(&self) {
+        let broken: Vec<String> = self.summary().iter().map(ToString::to_string).collect();
+        assert!(broken.is_empty(), "{}", broken.join("\n"));
+    }
+
+    /// Checks that each name was counted more than `minimum` times.
+    ///
+    /// # Panics
+    /// If one was not.
+    pub fn assert_exercised(&self, names: &[&str], minimum: u64) {
+        for name in names {
+            assert!(self.tally.of(name) > minimum, "{name} is too rare: {}", self.tally);
+        }
+    }
+
     /// Adds the outcome of other runs.
     fn merge(&mut self, other: Self) {
         for (name, count) in &other.tally.0 {

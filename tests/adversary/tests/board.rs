@@ -107,8 +107,7 @@ fn no_message_breaks_an_invariant_of_the_board() {
     let outcome = campaign::run(1..1 + SEEDS, 2, |seed, outcome| {
         plumb_adversary::board::run(seed, TICKS, outcome);
     });
-    let broken: Vec<String> = outcome.summary().iter().map(ToString::to_string).collect();
-    assert!(broken.is_empty(), "{}", broken.join("\n"));
+    outcome.assert_unbroken();
     assert_exercised(&outcome);
 }
 
