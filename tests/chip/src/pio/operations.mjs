@@ -115,6 +115,18 @@ function stall(machine, flag) {
   return WAITS;
 }
 
+/**
+ * Writes a value to the destination PINS (0), X (1) or Y (2), whose codes OUT, MOV and SET share;
+ * the pins are `count` from `base` on. Returns whether it was one of them.
+ */
+function writeShared(machine, destination, value, base, count) {
+  if (destination === 0) machine.block.drive('values', value, base, count);
+  else if (destination === 1) machine.x = value;
+  else if (destination === 2) machine.y = value;
+  else return false;
+  return true;
+}
+
 function shiftOut(machine, field) {
   const bits = field & 31 || 32;
   if (machine.autopull && machine.osrCount >= machine.pullThreshold) {
@@ -126,21 +138,13 @@ function shiftOut(machine, field) {
   if (bits === 32) machine.osr = 0;
   else machine.osr = (machine.outRight ? machine.osr >>> bits : machine.osr << bits) >>> 0;
   machine.osrCount = Math.min(32, machine.osrCount + bits);
-  const { block } = machine;
+  const { block, outBase, outCount } = machine;
+  if (writeShared(machine, field >> 5, value, outBase, outCount)) return DONE;
   switch (field >> 5) {
-    case 0:
-      block.drive('values', value, machine.outBase, machine.outCount);
-      break;
-    case 1:
-      machine.x = value;
-      break;
-    case 2:
-      machine.y = value;
-      break;
     case 3:
       break;
     case 4:
-      block.drive('directions', value, machine.outBase, machine.outCount);
+      block.drive('directions', value, outBase, outCount);
       break;
     case 5:
       jump(machine, value);
@@ -193,17 +197,8 @@ function mov(machine, field) {
   const source = sourceOf(machine, field & 7);
   const operation = (field >> 3) & 3;
   const value = (operation === 1 ? ~source : operation === 2 ? reverse(source) : source) >>> 0;
-  const { block } = machine;
+  if (writeShared(machine, field >> 5, value, machine.outBase, machine.outCount)) return DONE;
   switch (field >> 5) {
-    case 0:
-      block.drive('values', value, machine.outBase, machine.outCount);
-      break;
-    case 1:
-      machine.x = value;
-      break;
-    case 2:
-      machine.y = value;
-      break;
     case 4:
       machine.forced = value & 0xffff;
       break;
@@ -243,22 +238,10 @@ function irq(machine, field) {
 
 function set(machine, field) {
   const value = field & 31;
-  switch (field >> 5) {
-    case 0:
-      machine.block.drive('values', value, machine.setBase, machine.setCount);
-      break;
-    case 1:
-      machine.x = value;
-      break;
-    case 2:
-      machine.y = value;
-      break;
-    case 4:
-      machine.block.drive('directions', value, machine.setBase, machine.setCount);
-      break;
-    default:
-      throw new Error('PIO: SET of a reserved destination');
-  }
+  const { block, setBase, setCount } = machine;
+  if (writeShared(machine, field >> 5, value, setBase, setCount)) return DONE;
+  if (field >> 5 !== 4) throw new Error('PIO: SET of a reserved destination');
+  block.drive('directions', value, setBase, setCount);
   return DONE;
 }
 
