@@ -28,7 +28,7 @@ function started() {
 }
 const hex = (bytes) => Buffer.from(bytes).toString('hex');
 
-test('it enumerates, and answers Hello over USB', () => {
+test('the firmware enumerates, and answers Hello over USB', () => {
   const { chip, usb } = started();
   assert.equal(chip.usb.ready, true);
   chip.usb.send(HELLO);
@@ -36,7 +36,7 @@ test('it enumerates, and answers Hello over USB', () => {
   assert.ok(hex(usb).includes(ANSWER), hex(usb));
 });
 
-test('it answers Hello over UART, with no USB cable', () => {
+test('the firmware answers Hello over UART, without a USB cable', () => {
   const chip = new Chip({ image: ELF });
   chip.usb.unplug();
   const uart = [];
@@ -47,7 +47,7 @@ test('it answers Hello over UART, with no USB cable', () => {
   assert.ok(hex(uart).includes(ANSWER), hex(uart));
 });
 
-test('it comes back after the cable was pulled', () => {
+test('the firmware enumerates again after the cable was unplugged', () => {
   const { chip, usb } = started();
   chip.usb.send(HELLO);
   chip.runFor(10 * MS);
@@ -62,7 +62,7 @@ test('it comes back after the cable was pulled', () => {
   assert.equal(chip.resets, 0);
 });
 
-test('left alone it sleeps most of the time, and its watchdog does not bite', () => {
+test('an idle firmware sleeps most of the time, without a watchdog reset', () => {
   const { chip } = started();
   chip.runFor(2000 * MS);
   assert.equal(chip.resets, 0);
@@ -70,7 +70,7 @@ test('left alone it sleeps most of the time, and its watchdog does not bite', ()
   assert.ok(chip.load.idle > 0.5, `idle ${chip.load.idle}`);
 });
 
-test('a processor that hangs is bitten by the watchdog, and comes back', () => {
+test('the watchdog resets a hanging processor, which starts again', () => {
   const { chip, usb } = started();
   const causes = [];
   chip.onReset = (cause) => causes.push(cause);

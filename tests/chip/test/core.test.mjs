@@ -131,7 +131,7 @@ for (const [name, provoke, kind] of faults) {
   });
 }
 
-test('a stack that has grown below the RAM faults, and its handler still runs', () => {
+test('a stack overflow below the RAM faults, and the handler runs', () => {
   const program = new Program().load(0, 0x20000000).raw(0x4685, 0xb500); // mov sp, r0; push {lr}
   const chip = program.sleep().handler(HARD_FAULT).set(RAM, 1).sleep().chip();
   chip.runFor(MS);
@@ -144,7 +144,7 @@ test('a fault within the HardFault handler locks the processor up', () => {
   assert.equal(chip.core.lockedUp, true);
 });
 
-test('SEV sets the event that the next WFE takes', () => {
+test('SEV sets the event that the next WFE consumes', () => {
   const chip = new Program().raw(0xbf40, 0xbf20).set(RAM, 1).raw(0xbf20, 0xbf20).set(RAM, 2).sleep().chip();
   chip.runFor(MS);
   assert.equal(chip.peek32(RAM), 1);
@@ -157,7 +157,7 @@ function interrupted(prepare, irq = 26) {
   return program.raw(0x4770);
 }
 
-test('an interrupt takes fifteen cycles to its handler, and the program goes on after it', () => {
+test('an interrupt enters its handler after fifteen cycles, and the program continues after it', () => {
   const quiet = new Program().set(NVIC_ISER, 1 << 26).set(RAM, 0).set(0xe000e200, 0).set(RAM + 4, 7).sleep().chip();
   const chip = interrupted((p) => p.set(0xe000e200, 1 << 26).set(RAM + 4, 7)).chip();
   for (const each of [quiet, chip]) each.runFor(MS);
@@ -167,7 +167,7 @@ test('an interrupt takes fifteen cycles to its handler, and the program goes on 
   assert.equal(chip.cycles - chip.sleepCycles - (quiet.cycles - quiet.sleepCycles), 15 + handler + 13);
 });
 
-test('PRIMASK holds an interrupt back and does not keep WFI asleep', () => {
+test('PRIMASK delays an interrupt, which still ends WFI', () => {
   const chip = interrupted((p) => p.raw(0xb672).set(0xe000e200, 1 << 26).raw(0xbf30).set(RAM + 4, 9)).chip();
   chip.runFor(MS);
   assert.equal(chip.peek32(RAM), 0);
@@ -193,7 +193,7 @@ test('an interrupt whose line stays high is served again and again', () => {
   assert.ok(chip.peek32(RAM) > 100);
 });
 
-test('a system reset is carried out', () => {
+test('a system reset resets the chip', () => {
   const chip = new Program().set(0xe000ed0c, 0x05fa0004).sleep().chip();
   const causes = [];
   chip.onReset = (cause) => causes.push(cause);
@@ -201,7 +201,7 @@ test('a system reset is carried out', () => {
   assert.ok(causes.length > 0 && causes.every((cause) => cause === 'system'));
 });
 
-test('the stack begins where the vector table says', () => {
+test('the initial stack pointer is from the vector table', () => {
   const chip = sleepingChip();
   assert.equal(chip.core.r[13] >>> 0, STACK);
   assert.equal(chip.bus.read32(TIMER + 0x28), 1);

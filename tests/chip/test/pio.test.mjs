@@ -40,14 +40,14 @@ test('a clock divider stretches everything, its fraction evenly', () => {
   assert.equal(fraction[200][1], 500);
 });
 
-test('counting down in one instruction is skipped, and ends at the same cycle', () => {
+test('a count-down in one instruction is skipped, and ends at the same cycle', () => {
   const program = [pio.with(pio.set(PINS, 1), { delay: 2 }), pio.set(X, 31), pio.with(pio.jmp(2, 2), { delay: 3 }), pio.set(PINS, 0)];
   const { edges } = run(program);
   // 3 for SET, 1 for SET X, 32 rounds of 4, then low for 1.
   assert.deepEqual(edges.slice(0, 3), [[1, 0], [0, 3 + 1 + 128], [1, 3 + 1 + 128 + 1]]);
 });
 
-test('a wait of 2^32 rounds costs nothing', () => {
+test('a wait of 2^32 rounds takes no computing time', () => {
   const program = [pio.pull, pio.mov(X, 7), pio.jmp(2, 2), pio.set(PINS, 1)];
   const { chip, edges } = run(program, { words: [0xffffffff], nanos: 8e9 });
   assert.deepEqual(edges, []);
@@ -56,7 +56,7 @@ test('a wait of 2^32 rounds costs nothing', () => {
   assert.equal(chip.engine.machines[0].x, 0xffffffff - (1e9 - 1));
 });
 
-test('side-set is there in the first cycle, also of an instruction that waits', () => {
+test('side-set takes effect in the first cycle, also of a stalled instruction', () => {
   const program = [pio.with(pio.pull, { side: 1, ...LINE }), pio.with(pio.out(X, 32), { side: 0, delay: 3, ...LINE })];
   const { chip, edges } = run(program, { sideBits: 1 });
   assert.deepEqual(edges, [[1, 0]]);
@@ -121,7 +121,7 @@ test('a flag that a machine raises is seen by another from the next cycle on', (
   assert.equal(chip.bus.read32(IRQ), 0, 'WAIT has cleared it');
 });
 
-test('IRQ WAIT goes on when the processor has cleared the flag, and interrupts it', () => {
+test('IRQ WAIT interrupts the processor, and continues when the flag is cleared', () => {
   const { chip, edges } = run([pio.irqWait(0), pio.set(PINS, 1), pio.jmp(2)]);
   chip.bus.write32(PIO0 + 0x12c, 1 << 8);
   assert.equal((chip.core.lines >> 7) & 1, 1);
@@ -132,7 +132,7 @@ test('IRQ WAIT goes on when the processor has cleared the flag, and interrupts i
   assert.equal((chip.core.lines >> 7) & 1, 0);
 });
 
-test('WAIT and JMP look at the pins', () => {
+test('WAIT and JMP read the pins', () => {
   const { chip, edges } = run([pio.wait(1, 0, 15), pio.set(PINS, 1), pio.jmp(1, 6), pio.set(PINS, 0), pio.jmp(4)], { exec: 15 << 24 });
   assert.deepEqual(edges, []);
   chip.drive(15, 1);
@@ -147,7 +147,7 @@ test('WAIT and JMP look at the pins', () => {
   assert.ok(fall[1] - rise[1] >= down - up - 2 && fall[1] - rise[1] <= down - up + 4);
 });
 
-test('an instruction written to INSTR is carried out at once, by a machine that stands still', () => {
+test('an instruction written to INSTR is executed at once, also by a stopped machine', () => {
   const chip = sleepingChip();
   chip.bus.write32(SM0 + 0x10, pio.set(X, 9));
   chip.bus.write32(SM0 + 0x10, pio.mov(6, X));
@@ -156,12 +156,12 @@ test('an instruction written to INSTR is carried out at once, by a machine that 
   assert.equal(chip.bus.read32(SM0 + 0x0c), 0);
 });
 
-test('OUT EXEC carries out what it has shifted out, in the next cycle', () => {
+test('OUT EXEC executes its bits in the next cycle', () => {
   const { edges } = run([pio.pull, pio.with(pio.out(7, 16), { delay: 5 }), pio.jmp(2)], { words: [pio.set(PINS, 1)] });
   assert.deepEqual(edges, [[1, 2]]);
 });
 
-test('machines started together stay together', () => {
+test('machines started together stay in phase', () => {
   const chip = sleepingChip();
   loadPio(chip, [pio.with(pio.set(PINS, 1), { delay: 9 }), pio.with(pio.set(PINS, 0), { delay: 9 })], [2]);
   chip.bus.write32(IO_BANK0 + 8 * 3 + 4, 6);
@@ -174,7 +174,7 @@ test('machines started together stay together', () => {
   assert.deepEqual(edges[0], edges[1]);
 });
 
-test('a machine that is stopped within a delay goes on with the rest of it', () => {
+test('a machine stopped within a delay continues with the rest of it', () => {
   const { chip, edges } = run([pio.with(pio.set(PINS, 1), { delay: 31 }), pio.with(pio.set(PINS, 0), { delay: 31 })], { nanos: 8 * 10 });
   chip.bus.write32(PIO0, 0);
   chip.runFor(8 * 1000);

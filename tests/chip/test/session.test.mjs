@@ -26,7 +26,7 @@ function image() {
   return p.sleep().build();
 }
 
-test('a reply tells everything that has happened since the last', () => {
+test('a reply has all events since the last', () => {
   const session = new Session({ image: image() });
   session.do({ steppers: [[STEP, DIR]], list: [DIR] });
   const reply = session.do({ run_us: 100, levels: [STEP, DIR] });
@@ -39,7 +39,7 @@ test('a reply tells everything that has happened since the last', () => {
   assert.deepEqual(session.do({ run_us: 1 }), { cycle: 12_625, steps: [2] });
 });
 
-test('a stepper tells how its pulses were', () => {
+test('a stepper reports number and times of its pulses', () => {
   const session = new Session({ image: image() });
   session.do({ steppers: [[STEP, DIR]] });
   // Two loads of a constant and a store between any two edges.
@@ -48,7 +48,7 @@ test('a stepper tells how its pulses were', () => {
   assert.deepEqual({ ...session.do({ run_us: 1, pulses: true }).pulses[0], last: null }, { count: 0, high: null, low: null, setup: null, hold: null, last: null });
 });
 
-test('functions are measured to the cycle, and only while that is asked for', () => {
+test('functions are measured to the cycle, and only on request', () => {
   const p = new Program().jump('main').raw(0xbf00, 0xbf00, 0x4770); // nop; nop; bx lr
   const call = () => p.load(3, 0x10000203).raw(0x4798);
   p.label('main');
@@ -61,7 +61,7 @@ test('functions are measured to the cycle, and only while that is asked for', ()
   assert.deepEqual(session.do({ reset: 'run', trace: null, run_us: 10, calls: true }).calls, {});
 });
 
-test('a reset, memory and the load are told', () => {
+test('a reset, memory and the load are reported', () => {
   const session = new Session({ image: image() });
   session.do({ run_us: 100 });
   assert.deepEqual(session.do({ reset: 'power' }).resets, [[12_500, 'power']]);
@@ -70,7 +70,7 @@ test('a reset, memory and the load are told', () => {
   assert.ok(session.do({ run_us: 1000, load: true }).load.idle > 0.5);
 });
 
-test('serve.mjs speaks JSON lines, and says what it does not understand', () => {
+test('serve.mjs accepts JSON lines, and reports invalid ones', () => {
   const folder = fs.mkdtempSync(path.join(os.tmpdir(), 'plumb-chip-'));
   const uf2 = path.join(folder, 'image.uf2');
   fs.writeFileSync(uf2, toUf2(image()));
@@ -89,7 +89,7 @@ test('serve.mjs speaks JSON lines, and says what it does not understand', () => 
   fs.rmSync(folder, { recursive: true });
 });
 
-test('serve.mjs carries a line as plain bytes', () => {
+test('serve.mjs transfers the bytes of a line', () => {
   const folder = fs.mkdtempSync(path.join(os.tmpdir(), 'plumb-chip-'));
   const uf2 = path.join(folder, 'image.uf2');
   fs.writeFileSync(uf2, toUf2(image()));
@@ -99,7 +99,7 @@ test('serve.mjs carries a line as plain bytes', () => {
   fs.rmSync(folder, { recursive: true });
 });
 
-test('serve.mjs without a firmware says how it is used', () => {
+test('serve.mjs without a firmware prints its usage', () => {
   const result = spawnSync(process.execPath, [SERVE], { encoding: 'utf8' });
   assert.equal(result.status, 2);
   assert.match(result.stderr, /usage/);

@@ -7,7 +7,7 @@ import { configure, DMA, loadPio, MS, NVIC_ISER, pio, PINS, Program, record, sle
 const RAM = 0x20000100;
 const ENABLE = 1 << 30;
 
-test('an alarm rings in the microsecond it is set for, and not before', () => {
+test('an alarm is in its microsecond, and not before', () => {
   const chip = sleepingChip();
   chip.bus.write32(TIMER + 0x38, 1);
   chip.runFor(400);
@@ -28,7 +28,7 @@ test('a program that sleeps to an alarm wakes there, to the cycle', () => {
   assert.ok(chip.load.idle > 0.999);
 });
 
-test('the chip runs exactly as long as it is asked to', () => {
+test('the chip runs exactly for the requested time', () => {
   const chip = new Program().label('loop').load(0, 0x20000000).raw(0xc8ff).jump('loop').chip();
   for (let i = 1; i <= 1000; i++) {
     chip.runFor(US);
@@ -50,7 +50,7 @@ function watched(micros) {
   return { chip, causes, from: chip.cycles };
 }
 
-test('the watchdog bites when it has counted down, once, and tells the next boot', () => {
+test('the watchdog resets the chip once at the end of its count, and reports it to the next boot', () => {
   const { chip, causes, from } = watched(100);
   chip.runFor(99 * US);
   assert.deepEqual(causes, []);
@@ -63,7 +63,7 @@ test('the watchdog bites when it has counted down, once, and tells the next boot
   assert.equal(chip.bus.read32(TIMER + 0x28) < 2000, true, 'the timer begins anew');
 });
 
-test('a watchdog that is fed does not bite', () => {
+test('a watchdog that is fed does not reset the chip', () => {
   const { chip, causes } = watched(100);
   for (let i = 0; i < 100; i++) {
     chip.runFor(99 * US);
@@ -72,7 +72,7 @@ test('a watchdog that is fed does not bite', () => {
   assert.deepEqual(causes, []);
 });
 
-test('a reset by the watchdog register is told from one by its time', () => {
+test('a forced watchdog reset differs from a timeout', () => {
   const { chip, causes } = watched(1000);
   chip.bus.write32(WATCHDOG, 1 << 31);
   chip.runFor(US);
@@ -80,7 +80,7 @@ test('a reset by the watchdog register is told from one by its time', () => {
   assert.equal(chip.bus.read32(WATCHDOG + 8), 2);
 });
 
-test('power off and on forgets everything but the flash', () => {
+test('only the flash survives power off', () => {
   const { chip, causes } = watched(1000);
   chip.reset('power');
   assert.equal(causes[0][0], 'power');
@@ -89,14 +89,14 @@ test('power off and on forgets everything but the flash', () => {
   assert.equal(chip.bus.read32(0x40064008), 1 << 8, 'HAD_POR');
 });
 
-test('a processor that is locked up is freed by the watchdog', () => {
+test('the watchdog resets a locked-up processor', () => {
   const program = new Program().set(WATCHDOG + 4, 2000).set(WATCHDOG, ENABLE).raw(0xde00).handler(3).raw(0xde00);
   const chip = program.chip();
   chip.runFor(10 * MS);
   assert.ok(chip.resets >= 9 && chip.resets <= 10);
 });
 
-test('DMA copies a word a cycle, and tells when it is done', () => {
+test('DMA copies one word per cycle, and reports its end', () => {
   const chip = sleepingChip();
   chip.poke(0x20001000, Uint8Array.from({ length: 400 }, (_, i) => i));
   [0x20001000, 0x20002000, 100, 1 | (2 << 2) | (3 << 4) | (63 << 15)].forEach((word, i) => chip.bus.write32(DMA + 4 * i, word));
@@ -115,7 +115,7 @@ test('DMA paced by a timer keeps its rate: X words in Y cycles', () => {
   assert.equal(chip.bus.read32(DMA + 8), 900);
 });
 
-test('an image that the boot ROM would not start is not started', () => {
+test('an image that the boot ROM rejects is not started', () => {
   const image = new Program().set(RAM, 1).sleep().build();
   image[4] ^= 1;
   const chip = new Chip({ image });
@@ -139,7 +139,7 @@ function busyRun(step) {
   return { hash: String(chip.hash), count: chip.hash.count, edges };
 }
 
-test('two runs do the same at the same cycles, in whatever pieces they are run', () => {
+test('two runs are equal to the cycle, for any division into steps', () => {
   const first = busyRun(MS);
   assert.ok(first.count > 1000 && first.edges.length > 100);
   assert.deepEqual(busyRun(MS), first);

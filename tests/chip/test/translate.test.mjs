@@ -59,7 +59,7 @@ function outcome(chip) {
   };
 }
 
-test('random programs do the same translated, in whatever pieces they are run', () => {
+test('translated random programs are equal, for any division into steps', () => {
   let translated = 0;
   for (let seed = 1; seed <= 150; seed++) {
     const [plain, fast] = [anyProgram(seed * 7919).chip(), anyProgram(seed * 7919).chip()];
@@ -72,7 +72,7 @@ test('random programs do the same translated, in whatever pieces they are run', 
   assert.ok(translated > 1000, `${translated} pieces`);
 });
 
-test('code in SRAM is translated, and again after it has been written over', () => {
+test('code in SRAM is translated again after a write over it', () => {
   // A function in SRAM: movs r0, #n; adds r1, r1, r0; bx lr. It is called a hundred times, then n
   // is changed, and again.
   const CODE = 0x20003000;
@@ -88,7 +88,7 @@ test('code in SRAM is translated, and again after it has been written over', () 
   assert.ok(chip.bus.pieceAt(CODE), 'translated');
 });
 
-test('an access that faults in the middle of translated code faults there', () => {
+test('a faulting access within translated code faults at its instruction', () => {
   // Reads at increasing addresses, beyond the end of memory.
   const program = new Program().load(1, 0x20041f80).label('loop').raw(0x2005, 0x680a, 0x2006, 0x3104).jump('loop');
   const run = (translates) => {

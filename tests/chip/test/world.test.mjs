@@ -26,7 +26,7 @@ test('an input reads what drives it, or its pull', () => {
   assert.equal(input(chip, 15), 0);
 });
 
-test('what is driven from outside stays so over a reset, what the chip drove does not', () => {
+test('a level from outside survives a reset, an output of the chip does not', () => {
   const chip = sleepingChip();
   chip.drive(15, 1);
   chip.bus.write32(IO_BANK0 + 8 * 8 + 4, 5);
@@ -60,7 +60,7 @@ function serialChip() {
 }
 const BYTE_US = 10 / 0.1152;
 
-test('bytes take their time over the serial line, both ways', () => {
+test('bytes take their time over the UART, in both directions', () => {
   const chip = serialChip();
   const sent = [];
   chip.uart0.onByte = (byte) => sent.push([byte, chip.nanos / US]);
@@ -94,7 +94,7 @@ test('the receiver interrupts at its level, or after a pause', () => {
   assert.equal(line(), 1, 'half full');
 });
 
-test('a byte that finds the FIFO full is lost', () => {
+test('a byte for a full FIFO is lost', () => {
   const chip = serialChip();
   chip.uart0.feed(Array.from({ length: 40 }, (_, i) => i));
   chip.runFor(50 * BYTE_US * US);
@@ -129,7 +129,7 @@ test('a PCA9685 records what is written to it, at the speed of the bus', () => {
   assert.deepEqual(hat.channel(0), { on: 0x1000, off: 0x234 });
 });
 
-test('an address that nobody has, and a byte that is refused, abort', () => {
+test('an unknown address and a refused byte abort a transfer', () => {
   const chip = busChip(0x61);
   command(chip, [0, 1 | STOP]);
   chip.runFor(100 * US);
@@ -184,7 +184,7 @@ function flashChip() {
   return { chip, SECTOR };
 }
 
-test('flash is erased and programmed in its time, and outlives a reset', () => {
+test('flash is erased and programmed in its time, and survives a reset', () => {
   const { chip, SECTOR } = flashChip();
   chip.runFor(44 * MS);
   assert.equal(chip.flash.busy.kind, 'erase');
@@ -199,7 +199,7 @@ test('flash is erased and programmed in its time, and outlives a reset', () => {
   assert.equal(chip.peek32(0x10000000 + SECTOR), 0x55555555);
 });
 
-test('power that fails while flash is erased leaves the sector in part; a watchdog lets it finish', () => {
+test('a power failure leaves a sector partly erased; a watchdog reset does not', () => {
   const { chip, SECTOR } = flashChip();
   chip.runUntil(() => chip.flash.busy, MS);
   chip.runFor(22.5 * MS);
@@ -221,7 +221,7 @@ test('code in flash faults while flash is unmapped', () => {
   assert.equal(chip.core.fault.kind, 'bus fault');
 });
 
-test('a second boot stage makes flash readable by the registers of its interface, once they are set to read', () => {
+test('a second boot stage makes flash readable through the registers of its interface', () => {
   const FLASH = 0x10000000;
   const { bus } = sleepingChip();
   const first = bus.read32(FLASH);
@@ -250,7 +250,7 @@ function usbChip() {
   return chip;
 }
 
-test('a buffer offered for reception stays offered until a packet has come', () => {
+test('a receive buffer stays available until a packet has arrived', () => {
   const chip = usbChip();
   chip.runFor(MS);
   assert.equal(chip.bus.read32(DPRAM + 0x94) & AVAILABLE, AVAILABLE);
@@ -261,7 +261,7 @@ test('a buffer offered for reception stays offered until a packet has come', () 
   assert.deepEqual([...chip.peek(DPRAM + 0x180, 3)], [1, 2, 3]);
 });
 
-test('a packet that no host asks for is not sent', () => {
+test('a packet is not sent without a request of the host', () => {
   const chip = usbChip();
   chip.bus.write32(DPRAM + 0x200, 0x04030201);
   chip.bus.write32(DPRAM + 0x90, 3 | FULL | AVAILABLE);
@@ -272,7 +272,7 @@ test('a packet that no host asks for is not sent', () => {
   assert.equal(chip.bus.read32(USB + 0x58), 1 << 4);
 });
 
-test('a host that is plugged in resets the bus; one that goes lets it fall asleep, once', () => {
+test('a new host resets the bus; unplugging suspends it once', () => {
   const chip = usbChip();
   const states = [];
   chip.usb.onState = (state) => states.push(state);
