@@ -1,8 +1,8 @@
-//! A configuration kept in flash: in two slots by turns, so that a loss of power while one is
-//! written leaves the other.
+//! The configuration in flash: two slots in turn, so that a loss of power during a write leaves the
+//! other one.
 //!
-//! A slot begins with a frame as on the wire ([`plumb_protocol::frame`]): its CRC tells a whole
-//! record from a torn one, and the schema in it one of this version from any other.
+//! A slot begins with a frame as on the wire ([`plumb_protocol::frame`]). Its CRC tells a whole
+//! record from a torn one, and its schema tells a record of this version from others.
 
 use embedded_storage::nor_flash::{NorFlash, ReadNorFlash};
 use heapless::Vec;
@@ -10,34 +10,34 @@ use plumb_protocol::frame::{Accumulator, MAX_FRAME, encode};
 use plumb_protocol::{Config, SCHEMA};
 use serde::{Deserialize, Serialize};
 
-/// What a slot holds.
+/// Content of a slot.
 #[derive(Clone, Serialize, Deserialize)]
 struct Record {
     schema: [u8; 8],
-    /// One more than the record before; wraps.
+    /// Number of the record, one more than the last; wraps.
     sequence: u32,
     config: Config,
 }
 
-/// Where the slots are: offsets of two blocks that are erased apart from each other.
+/// Store of two slots: the offsets of two blocks that can be erased each alone.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ConfigStore(pub [u32; 2]);
 
-/// The configuration was not written. What was kept before still is.
+/// Error of a write. The configuration that was stored before is still there.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct StoreError;
 
 impl ConfigStore {
-    /// The configuration that was kept last; `None` where there is none of this version.
+    /// Returns the configuration that was stored last; `None` where there is none of this version.
     pub fn load(&self, flash: &mut impl ReadNorFlash) -> Option<Config> {
         self.newest(flash).map(|(_, record)| record.config)
     }
 
-    /// Keeps `config`. Blocks until it is written and read back; writes nothing where it is kept
+    /// Stores `config`. Blocks until it is written and read back; writes nothing where it is stored
     /// already.
     ///
     /// # Errors
-    /// Where the flash fails, or does not hold what was written.
+    /// [`StoreError`] where the flash fails, or reads back something else.
     pub fn save<F: NorFlash>(&self, flash: &mut F, config: &Config) -> Result<(), StoreError> {
         let newest = self.newest(flash);
         if newest.as_ref().is_some_and(|(_, record)| record.config == *config) {
@@ -52,12 +52,12 @@ impl ConfigStore {
         page.resize(MAX_FRAME, u8::MAX).map_err(|_| StoreError)?;
         flash.erase(offset, offset + F::ERASE_SIZE as u32).map_err(|_| StoreError)?;
         flash.write(offset, &page).map_err(|_| StoreError)?;
-        let kept =
+        let written =
             self.read(flash, slot).is_some_and(|r| r.sequence == sequence && r.config == *config);
-        if kept { Ok(()) } else { Err(StoreError) }
+        if written { Ok(()) } else { Err(StoreError) }
     }
 
-    /// The newer of the slots' records, and which slot it is in.
+    /// Returns the newer of the two records, with its slot.
     fn newest(&self, flash: &mut impl ReadNorFlash) -> Option<(usize, Record)> {
         let [a, b] = [0, 1].map(|slot| self.read(flash, slot).map(|record| (slot, record)));
         match (a, b) {
@@ -66,7 +66,7 @@ impl ConfigStore {
         }
     }
 
-    /// A slot's record, if it is whole and of this version.
+    /// Returns the record of a slot, where it is whole and of this version.
     fn read(&self, flash: &mut impl ReadNorFlash, slot: usize) -> Option<Record> {
         let mut page = [0; MAX_FRAME];
         flash.read(self.0[slot], &mut page).ok()?;

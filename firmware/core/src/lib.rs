@@ -1,14 +1,32 @@
-//! Everything the board thinks, with no hardware in it: the laws, the step plans, the state machine
-//! and its stops.
+//! The board without hardware: control laws, step plans, the state machine and its stops.
 //!
-//! The crate is synchronous and knows no clock, executor or HAL. The chip and the emulator give a
+//! The crate is synchronous and has no clock, executor or HAL. The chip and the emulator give a
 //! [`Board`] the bytes that arrive and the time, call [`Board::tick`] every [`TICK_US`], and carry
-//! out what it returns. It allocates nothing, and does the same for the same input, to the bit:
-//! fixed point, but for one law in f32 that keeps to what IEEE 754 lays down.
+//! out what it returns. The crate allocates nothing. The same input gives the same output, to the
+//! bit: the arithmetic is fixed point, and in one law f32 within IEEE 754.
 //!
 //! ```text
-//! bytes -> Board::receive -> law -> MotorRates        (on every position; a slow law in a LawWorker, some ticks later)
-//! time  -> Board::tick -> Planner -> StepPlan         (every 200 µs)
+//! bytes -> Board::receive -> servo::Servo -> law -> Setpoint   (on every position)
+//!                                         -> LawWorker         (a deferred law, ticks later)
+//! time  -> Board::tick -> plan::Planner -> StepPlan            (every 200 µs)
+//! ```
+//!
+//! A board answers a host's Hello and reports its state:
+//!
+//! ```
+//! use plumb_core::{Board, BuildLimits, LawWorker, Outbox};
+//! use plumb_protocol::frame::encode;
+//! use plumb_protocol::message::{Command, Hello, State, ToBoard};
+//! use plumb_protocol::units::Micros;
+//!
+//! let mut board = Board::new(BuildLimits { max_pulse_rate: 1_250_000, storage: false });
+//! let (mut law_worker, mut out) = (LawWorker::new(), Outbox::new());
+//! let hello = ToBoard { id: 1, command: Command::Hello(Hello::OURS) };
+//! board.receive(Micros(0), &encode(&hello)?, &mut out);
+//! board.tick(Micros(0), &mut law_worker, &mut out);
+//! assert!(!out.bytes().is_empty());
+//! assert_eq!(board.state(), State::Unconfigured);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 #![no_std]
 #![forbid(unsafe_code)]

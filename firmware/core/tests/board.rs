@@ -1,5 +1,5 @@
-//! What the board does with the commands that it is sent.
-#![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops at the first surprise")]
+//! Commands and their effects.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test ends at the first error")]
 
 mod common;
 
@@ -23,8 +23,8 @@ fn nothing_moves_before_the_greeting_matches() {
     ];
     for hello in wrong {
         let _ = bench.send(Command::Hello(hello));
-        let Some(FromBoard::Hello(answer)) = bench.heard.last() else {
-            panic!("{:?}", bench.heard)
+        let Some(FromBoard::Hello(answer)) = bench.received.last() else {
+            panic!("{:?}", bench.received)
         };
         assert!(!answer.accepted && answer.hello == Hello::OURS);
         assert_eq!(bench.send(Command::Target(point(TARGET))), Err(Refusal::NotGreeted));
@@ -35,7 +35,7 @@ fn nothing_moves_before_the_greeting_matches() {
 }
 
 #[test]
-fn a_host_of_another_version_stops_what_is_under_way() {
+fn a_hello_of_another_version_stops_the_motors() {
     let mut bench = Bench::seeking();
     assert!(bench.moving());
     let _ = bench.send(Command::Hello(Hello { version: VERSION + 1, ..Hello::OURS }));
@@ -45,13 +45,13 @@ fn a_host_of_another_version_stops_what_is_under_way() {
 }
 
 #[test]
-fn unconfigured_refuses_to_move() {
+fn an_unconfigured_board_refuses_to_move() {
     let mut bench = Bench::greeted(BUILD);
     let jog = Jog { motor: 0, distance: Steps16(160), rate: Rate(256) };
     for command in [Command::Target(point(TARGET)), Command::Hold, Command::Jog(jog)] {
         assert_eq!(bench.send(command), Err(Refusal::Unconfigured));
     }
-    assert_eq!(bench.see_aged(Some(BALL), 0), Err(Refusal::Unconfigured));
+    assert_eq!(bench.send_position(Some(BALL), 0), Err(Refusal::Unconfigured));
     assert_eq!(bench.board.state(), State::Unconfigured);
 }
 
@@ -59,10 +59,10 @@ fn unconfigured_refuses_to_move() {
 fn a_target_is_sought_and_held() {
     let mut bench = Bench::seeking();
     assert!(bench.moving());
-    // The error is cut short: the ball is seen at the target.
-    bench.run_seeing(9, TARGET);
-    assert_eq!(bench.board.state(), State::Seeking, "not on a few pictures");
-    bench.run_seeing(40, TARGET);
+    // The ball jumps to the target.
+    bench.run_with_ball(9, TARGET);
+    assert_eq!(bench.board.state(), State::Seeking, "after a few positions");
+    bench.run_with_ball(40, TARGET);
     assert_eq!(bench.board.state(), State::Holding);
     assert!(bench.faults().is_empty());
     assert_eq!(bench.send(Command::Stop), Ok(()));
@@ -70,11 +70,11 @@ fn a_target_is_sought_and_held() {
 }
 
 #[test]
-fn one_raw_picture_near_the_target_is_not_reached() {
+fn a_single_position_near_the_target_is_no_arrival() {
     let mut bench = Bench::seeking();
     for _ in 0..20 {
-        bench.run_seeing(1, TARGET);
-        bench.run_seeing(4, [0.41, 0.42, 0.15]);
+        bench.run_with_ball(1, TARGET);
+        bench.run_with_ball(4, [0.41, 0.42, 0.15]);
     }
     assert_eq!(bench.board.state(), State::Seeking);
 }
@@ -83,7 +83,7 @@ fn one_raw_picture_near_the_target_is_not_reached() {
 fn positions_out_of_order_are_refused_and_numbers_wrap() {
     let mut bench = Bench::configured(config());
     let mut position = |sequence| {
-        bench.heard.clear();
+        bench.received.clear();
         bench.send(Command::Position(Position {
             sequence,
             age_us: 0,
@@ -102,9 +102,9 @@ fn positions_out_of_order_are_refused_and_numbers_wrap() {
 fn hold_keeps_the_ball_where_it_is() {
     let mut bench = Bench::configured(config());
     assert_eq!(bench.send(Command::Hold), Err(Refusal::NoPosition));
-    bench.run_seeing(10, BALL);
+    bench.run_with_ball(10, BALL);
     assert_eq!(bench.send(Command::Hold), Ok(()));
-    bench.run_seeing(10, BALL);
+    bench.run_with_ball(10, BALL);
     assert_eq!(bench.board.state(), State::Holding);
     assert_eq!(bench.board.positions(), [0; 3]);
 }
@@ -126,19 +126,19 @@ fn a_jog_turns_one_motor_and_is_bounded() {
     assert_eq!(bench.send(Command::Status), Ok(()));
     bench.run_ms(200);
     assert_eq!(bench.board.positions(), [0, -16 * 20, 0]);
-    // A long one is stopped by the host's silence.
+    // The host's silence stops a long jog.
     assert_eq!(bench.send(jog(1, 2000, 100 * 256)), Ok(()));
     bench.run_ms(302);
     bench.assert_stopped_by(Fault::HostSilent);
 }
 
 #[test]
-fn what_must_not_happen_under_way_is_refused() {
+fn a_drive_refuses_configurations_and_jogs() {
     let mut bench = Bench::seeking();
     assert_eq!(bench.send(Command::Configure(config())), Err(Refusal::Busy(State::Seeking)));
     let jog = Jog { motor: 0, distance: Steps16(16), rate: Rate(256) };
     assert_eq!(bench.send(Command::Jog(jog)), Err(Refusal::Busy(State::Seeking)));
-    // Also while ramping down after Stop.
+    // The ramp down after Stop refuses them too.
     assert_eq!(bench.send(Command::Stop), Ok(()));
     assert!(bench.moving());
     assert_eq!(bench.send(Command::Configure(config())), Err(Refusal::Busy(State::Ready)));
@@ -161,7 +161,7 @@ fn the_bootloader_waits_for_standstill() {
 }
 
 #[test]
-fn every_absurd_configuration_is_refused_by_its_part() {
+fn a_configuration_out_of_range_is_refused_with_its_field() {
     let mut cases: Vec<(ConfigField, Config)> = Vec::new();
     let mut case = |field, change: &dyn Fn(&mut Config)| {
         let mut config = config();
@@ -222,10 +222,12 @@ fn torn_and_unknown_frames_are_counted_and_an_unknown_command_is_answered() {
     let unknown = encode(&(3u16, 99u8)).unwrap();
     bench.board.receive(Micros(bench.now), &unknown, &mut bench.out);
     bench.collect();
-    let Some(FromBoard::Answer(answer)) = bench.heard.last() else { panic!("{:?}", bench.heard) };
+    let Some(FromBoard::Answer(answer)) = bench.received.last() else {
+        panic!("{:?}", bench.received)
+    };
     assert_eq!((answer.id, answer.refusal), (0, Some(Refusal::Malformed)));
     let _ = bench.send(Command::Status);
-    let telemetry = bench.heard.iter().rev().find_map(|m| match m {
+    let telemetry = bench.received.iter().rev().find_map(|m| match m {
         FromBoard::Telemetry(telemetry) => Some(*telemetry),
         _ => None,
     });
@@ -233,7 +235,7 @@ fn torn_and_unknown_frames_are_counted_and_an_unknown_command_is_answered() {
 }
 
 #[test]
-fn a_host_that_does_not_listen_does_not_hold_the_board_up() {
+fn a_full_outbox_does_not_stop_the_board() {
     let mut bench = Bench::seeking();
     let mut unread = Outbox::new();
     for _ in 0..100 {
@@ -241,6 +243,6 @@ fn a_host_that_does_not_listen_does_not_hold_the_board_up() {
         bench.board.receive(Micros(bench.now), &frame, &mut unread);
     }
     assert!(unread.dropped() > 0);
-    bench.run_seeing(10, BALL);
+    bench.run_with_ball(10, BALL);
     assert_eq!(bench.board.state(), State::Seeking);
 }

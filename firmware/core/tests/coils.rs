@@ -1,4 +1,4 @@
-//! The field of two coils over the motor's positions.
+//! The field of two coils at the motor's positions.
 
 use plumb_core::coils::Commutation;
 
@@ -33,13 +33,13 @@ fn full_steps_have_both_coils_on_and_change_one_at_a_time() {
 }
 
 #[test]
-fn half_steps_have_one_coil_on_at_every_other() {
+fn every_other_half_step_has_one_coil_on() {
     let on = |position| commutation().at(position, 2).iter().filter(|&&drive| drive != 0).count();
     assert_eq!([0, 8, 16, 24].map(on), [1, 2, 1, 2]);
 }
 
 #[test]
-fn the_field_turns_the_same_way_however_it_is_stepped() {
+fn the_field_turns_the_same_way_in_every_step_mode() {
     // From a position to the next, the field's cross product is positive.
     for microsteps in [1, 2, 4, 8, 16] {
         for k in -20..20 {

@@ -1,5 +1,5 @@
-//! A configuration in flash, and the power going away at every moment of its writing.
-#![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
+//! The configuration in flash, with a loss of power at every moment of a write.
+#![allow(clippy::unwrap_used, reason = "a test ends at the first error")]
 
 mod common;
 
@@ -11,10 +11,11 @@ use plumb_protocol::Config;
 const SECTOR: usize = 4096;
 const STORE: ConfigStore = ConfigStore([SECTOR as u32, 2 * SECTOR as u32]);
 
-/// Two sectors and one before them. Erasing and writing go byte by byte, until the power does.
+/// Flash of two sectors for the store and one before them. It changes byte by byte until the power
+/// fails.
 struct Flash {
     bytes: Vec<u8>,
-    /// Bytes that can still be changed.
+    /// Bytes that change before the power fails.
     power: usize,
     writes: usize,
 }
@@ -63,7 +64,7 @@ impl NorFlash for Flash {
     }
 
     fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Self::Error> {
-        // Writing only clears bits.
+        // A write only clears bits.
         bytes
             .iter()
             .zip(offset as usize..)
@@ -78,18 +79,21 @@ fn numbered(number: u8) -> Config {
 }
 
 #[test]
-fn the_last_one_kept_is_loaded() {
+fn the_last_configuration_is_loaded() {
     let mut flash = Flash::new();
     assert_eq!(STORE.load(&mut flash), None);
     for number in 1..20 {
         assert_eq!(STORE.save(&mut flash, &numbered(number)), Ok(()));
         assert_eq!(STORE.load(&mut flash), Some(numbered(number)));
     }
-    assert!(flash.bytes[..SECTOR].iter().all(|&b| b == 0xff), "nothing else is touched");
+    assert!(
+        flash.bytes[..SECTOR].iter().all(|&b| b == 0xff),
+        "the sector before the store is unchanged"
+    );
 }
 
 #[test]
-fn the_same_again_wears_nothing() {
+fn an_unchanged_configuration_is_not_written_again() {
     let mut flash = Flash::new();
     STORE.save(&mut flash, &numbered(1)).unwrap();
     let writes = flash.writes;
@@ -98,7 +102,7 @@ fn the_same_again_wears_nothing() {
 }
 
 #[test]
-fn a_loss_of_power_at_any_moment_leaves_the_old_one_or_the_new_one() {
+fn a_loss_of_power_leaves_the_old_configuration_or_the_new_one() {
     let mut before = Flash::new();
     STORE.save(&mut before, &numbered(1)).unwrap();
     STORE.save(&mut before, &numbered(2)).unwrap();
@@ -115,15 +119,15 @@ fn a_loss_of_power_at_any_moment_leaves_the_old_one_or_the_new_one() {
             found.reached.frames
         );
         news += usize::from(found == numbered(3));
-        // And it goes on from there.
+        // The store works on after it.
         STORE.save(&mut flash, &numbered(4)).unwrap();
         assert_eq!(STORE.load(&mut flash), Some(numbered(4)));
     }
-    assert!(news > 0, "the new one counts as soon as it is whole");
+    assert!(news > 0, "the new one is valid once it is whole");
 }
 
 #[test]
-fn a_damaged_record_is_not_believed() {
+fn a_damaged_record_is_not_loaded() {
     let mut flash = Flash::new();
     STORE.save(&mut flash, &numbered(1)).unwrap();
     STORE.save(&mut flash, &numbered(2)).unwrap();

@@ -1,5 +1,5 @@
-//! Deadlines and guards hold whatever arrives meanwhile, and however often.
-#![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
+//! Deadlines and guards hold whatever arrives, and however often.
+#![allow(clippy::unwrap_used, reason = "a test ends at the first error")]
 
 mod common;
 
@@ -20,16 +20,16 @@ fn deadlines(host: u16, position: u16, max_age: u16) -> Deadlines {
     }
 }
 
-/// A board under way with these deadlines.
+/// Returns a board that seeks a target with these deadlines.
 fn seeking(deadlines: Deadlines) -> Bench {
     let mut bench = Bench::configured(Config { deadlines, ..config() });
-    bench.see(BALL);
+    bench.send_ball(BALL);
     assert_eq!(bench.send(Command::Target(point(TARGET))), Ok(()));
-    bench.run_seeing(20, BALL);
+    bench.run_with_ball(20, BALL);
     bench
 }
 
-/// Asserts that the board stops for lost positions within `most_ms`, while `each` sends what a host
+/// Checks that the board stops for lost positions within `most_ms`, while `each` sends what a host
 /// sends every `period_ms`.
 fn assert_positions_are_lost(
     bench: &mut Bench,
@@ -39,7 +39,7 @@ fn assert_positions_are_lost(
 ) {
     let mut gone = 0;
     while bench.board.state() == State::Seeking {
-        assert!(gone <= most_ms, "no fresh position for {gone} ms, and the board drives on");
+        assert!(gone <= most_ms, "no fresh position for {gone} ms, and no stop");
         each(bench);
         bench.run_ms(period_ms);
         gone += period_ms;
@@ -57,28 +57,27 @@ fn a_highest_age_at_the_position_deadline_or_above_is_refused() {
 }
 
 #[test]
-fn one_old_picture_and_a_heartbeat_stop_the_board() {
+fn one_old_position_and_a_heartbeat_stop_the_board() {
     let mut bench = seeking(deadlines(300, 500, 499));
-    let _ = bench.see_aged(Some(BALL), 498_000);
+    let _ = bench.send_position(Some(BALL), 498_000);
     assert_positions_are_lost(&mut bench, 60, 30, |bench| {
         assert_eq!(bench.send(Command::Status), Ok(()));
     });
 }
 
-/// Each picture is nearly as old as the deadline, and each comes as the last one is about to be too
-/// old.
+/// Each position is nearly as old as the deadline, and comes just before the last one is too old.
 #[test]
-fn pictures_that_grow_older_stop_the_board() {
+fn positions_that_grow_older_stop_the_board() {
     let mut bench = seeking(deadlines(300, 100, 99));
-    let _ = bench.see_aged(Some(BALL), 95_000);
+    let _ = bench.send_position(Some(BALL), 95_000);
     assert_positions_are_lost(&mut bench, 50, 2, |bench| {
-        let _ = bench.see_aged(Some(BALL), 99_000);
+        let _ = bench.send_position(Some(BALL), 99_000);
         let _ = bench.send(Command::Status);
     });
 }
 
 #[test]
-fn targets_without_pictures_stop_the_board() {
+fn targets_without_positions_stop_the_board() {
     for period_ms in [1, 5, 33] {
         let mut bench = seeking(deadlines(300, 500, 250));
         assert_positions_are_lost(&mut bench, 600, period_ms, |bench| {
@@ -89,25 +88,25 @@ fn targets_without_pictures_stop_the_board() {
 
 #[test]
 fn telemetry_comes_every_100_ms_whatever_is_refused() {
-    // Greeted long after the start, so that the telemetry is overdue from the beginning.
+    // The Hello comes long after the start, so that telemetry is overdue at once.
     let mut bench = Bench::new(BUILD);
     bench.run_ms(1000);
     let _ = bench.send(Command::Hello(Hello::OURS));
     let mut last = bench.now;
     for k in 0..20_000u32 {
         if k % 7 == 0 {
-            bench.see(BALL);
+            bench.send_ball(BALL);
         }
-        bench.heard.clear();
+        bench.received.clear();
         bench.tick();
-        if bench.heard.iter().any(|m| matches!(m, FromBoard::Telemetry(_))) {
+        if bench.received.iter().any(|m| matches!(m, FromBoard::Telemetry(_))) {
             last = bench.now;
         }
         assert!(bench.now - last <= 100_000 + u64::from(TICK_US), "{} µs", bench.now - last);
     }
 }
 
-/// The ball is driven away while its target moves a little with every picture.
+/// The ball moves away while its target moves a little with every position.
 #[test]
 fn targets_that_come_often_do_not_disarm_the_divergence_guard() {
     let mut bench = Bench::seeking();
@@ -117,7 +116,7 @@ fn targets_that_come_often_do_not_disarm_the_divergence_guard() {
         let angle = f64::from(step) * 0.1;
         let target = [TARGET[0] + 0.05 * angle.cos(), TARGET[1] + 0.05 * angle.sin(), TARGET[2]];
         let _ = bench.send(Command::Target(point(target)));
-        bench.run_seeing(1, ball);
+        bench.run_with_ball(1, ball);
     }
     assert_eq!(bench.faults(), [Fault::ErrorGrowing]);
 }
@@ -127,7 +126,7 @@ fn stops_between_targets_do_not_disarm_the_divergence_guard() {
     let mut bench = Bench::seeking();
     for step in 0..120 {
         let ball = [BALL[0] + f64::from(step) * 0.005, BALL[1], BALL[2]];
-        bench.run_seeing(1, ball);
+        bench.run_with_ball(1, ball);
         let _ = bench.send(Command::Stop);
         let _ = bench.send(Command::Target(point(TARGET)));
     }
@@ -137,19 +136,19 @@ fn stops_between_targets_do_not_disarm_the_divergence_guard() {
 #[test]
 fn a_drive_that_follows_a_jog_begins_with_new_guards() {
     let mut bench = Bench::seeking();
-    bench.run_seeing(60, TARGET);
+    bench.run_with_ball(60, TARGET);
     let away = [TARGET[0] + 0.2, TARGET[1], TARGET[2]];
-    bench.run_seeing(8, away);
+    bench.run_with_ball(8, away);
     assert_eq!(bench.send(Command::Stop), Ok(()));
-    bench.run_seeing(60, away);
+    bench.run_with_ball(60, away);
     let jog = Jog { motor: 0, distance: Steps16(16 * 20), rate: Rate(256 * 100) };
     assert_eq!(bench.send(Command::Jog(jog)), Ok(()));
-    bench.run_seeing(2, away);
+    bench.run_with_ball(2, away);
     // The motor still turns when the next target comes.
     assert_eq!(bench.send(Command::Stop), Ok(()));
     assert!(bench.moving());
     assert_eq!(bench.send(Command::Target(point(TARGET))), Ok(()));
-    bench.run_seeing(3, away);
+    bench.run_with_ball(3, away);
     assert_eq!(bench.faults(), []);
 }
 
@@ -159,19 +158,19 @@ fn a_target_far_away_is_no_divergence() {
     let far: [Point; 2] = [[-0.9, -0.9, -0.9], [1.9, 1.9, 0.5]].map(point);
     for target in far.into_iter().cycle().take(6) {
         assert_eq!(bench.send(Command::Target(target)), Ok(()));
-        bench.run_seeing(30, BALL);
+        bench.run_with_ball(30, BALL);
         assert_eq!(bench.board.state(), State::Seeking);
     }
 }
 
-/// Somebody moves the ball by hand while nothing drives it.
+/// A person moves the ball by hand while the motors stand.
 #[test]
-fn a_ball_that_was_moved_at_standstill_is_no_divergence() {
+fn a_ball_moved_by_hand_at_standstill_is_no_divergence() {
     let mut bench = Bench::seeking();
-    bench.run_seeing(60, TARGET);
+    bench.run_with_ball(60, TARGET);
     assert_eq!(bench.send(Command::Stop), Ok(()));
-    bench.run_seeing(20, [TARGET[0] + 0.4, TARGET[1], TARGET[2]]);
+    bench.run_with_ball(20, [TARGET[0] + 0.4, TARGET[1], TARGET[2]]);
     assert_eq!(bench.send(Command::Target(point(TARGET))), Ok(()));
-    bench.run_seeing(30, [TARGET[0] + 0.4, TARGET[1], TARGET[2]]);
+    bench.run_with_ball(30, [TARGET[0] + 0.4, TARGET[1], TARGET[2]]);
     assert_eq!(bench.board.state(), State::Seeking);
 }

@@ -1,5 +1,5 @@
-//! The ends of the accepted ranges: nothing overflows there. An overflow panics in this build.
-#![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
+//! The ends of the accepted ranges. An overflow panics in this build.
+#![allow(clippy::unwrap_used, reason = "a test ends at the first error")]
 
 mod common;
 
@@ -16,7 +16,7 @@ use plumb_protocol::units::{
     Acceleration, Micrometres, Micros, Milliseconds, Point, Rate, Steps16,
 };
 
-/// Highest pulse rate of the firmware's own steps, 1/s.
+/// Highest pulse rate of the firmware's step generator, 1/s.
 const PULSES: i32 = 1_250_000;
 
 /// The widest travel, and one that the fastest motors pass in a second, 1/16 steps.
@@ -48,7 +48,7 @@ fn the_fastest_motors_at_the_ends_of_every_range_stay_within_their_travel() {
                 [0, 4, 7, 400].into_iter().flat_map(|mean| TRAVELS.map(|t| (mean, t)))
             {
                 let (mut planner, fastest) = planner(microsteps, acceleration, mean, travel);
-                // There for a while, and back at once; the third motor to and fro.
+                // Two motors turn for a while and back at once; the third turns to and fro.
                 for tick in 0..120_000 {
                     let way = if tick % 50_000 < 30_000 { fastest } else { -fastest };
                     let swing = if tick / 17 % 2 == 0 { fastest } else { -fastest };
@@ -62,7 +62,7 @@ fn the_fastest_motors_at_the_ends_of_every_range_stay_within_their_travel() {
 }
 
 #[test]
-fn the_divergence_guard_takes_the_farthest_positions() {
+fn the_divergence_guard_accepts_the_farthest_positions() {
     const FAR: i32 = 4_000_000;
     let (here, there) = ([-FAR; 3], Point([Micrometres(FAR); 3]));
     let far = magnitude(error(here, there));
@@ -82,9 +82,9 @@ fn a_clock_of_more_than_32_bits_keeps_the_deadlines() {
         bench.now = start;
         assert_eq!(bench.send(Command::Hello(Hello::OURS)), Ok(()));
         assert_eq!(bench.send(Command::Configure(config())), Ok(()));
-        bench.see(BALL);
+        bench.send_ball(BALL);
         assert_eq!(bench.send(Command::Target(point(TARGET))), Ok(()));
-        bench.run_seeing(30, BALL);
+        bench.run_with_ball(30, BALL);
         assert_eq!((bench.board.state(), bench.faults().len()), (State::Seeking, 0));
         let last = bench.now;
         while bench.faults().is_empty() {

@@ -1,6 +1,6 @@
-//! What the chip tells the board: the emergency input, why it started, what was kept in flash.
+//! Events of the chip: the emergency input, the cause of the start, the configuration in flash.
 
-#![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
+#![allow(clippy::unwrap_used, reason = "a test ends at the first error")]
 
 mod common;
 
@@ -17,14 +17,14 @@ fn jog(bench: &mut Bench) -> Result<(), Refusal> {
     bench.send(Command::Jog(Jog { motor: 0, distance: Steps16(16_000), rate }))
 }
 
-/// The emergency input is open; so many pulses of the last tick were cut off.
+/// Opens the emergency input, with `missing` pulses of the last tick cut off.
 fn emergency(bench: &mut Bench, missing: [i32; 3]) {
     bench.board.on_emergency_stop(Micros(bench.now), missing, &mut bench.out);
     bench.collect();
 }
 
 #[test]
-fn an_emergency_stops_dead_where_the_pulses_were_cut_off() {
+fn an_emergency_stop_counts_the_pulses_that_were_cut_off() {
     for reversed in [false, true] {
         let mut motors = config().motors;
         motors[0].reversed = reversed;
@@ -46,7 +46,7 @@ fn an_emergency_stops_dead_where_the_pulses_were_cut_off() {
 }
 
 #[test]
-fn an_emergency_is_cleared_only_once_the_input_is_closed() {
+fn an_emergency_stop_is_cleared_only_after_the_input_has_closed() {
     let mut bench = Bench::configured(config());
     for _ in 0..3 {
         emergency(&mut bench, [0; 3]);
@@ -57,12 +57,12 @@ fn an_emergency_is_cleared_only_once_the_input_is_closed() {
         for off_us in [0, 199] {
             let frame =
                 encode(&ToBoard { id: 500 + off_us as u16, command: Command::ClearFault }).unwrap();
-            bench.heard.clear();
+            bench.received.clear();
             bench.board.receive(Micros(bench.now - off_us), &frame, &mut bench.out);
             assert_eq!(bench.answers(), [Err(Refusal::Faulted(Fault::EmergencyStop))]);
         }
     }
-    // A tick before which the input was not open.
+    // One tick that no report of an open input precedes.
     bench.tick();
     assert_eq!(bench.send(Command::ClearFault), Ok(()));
     assert!(bench.tick().drivers_enabled);
@@ -73,7 +73,7 @@ fn an_emergency_is_cleared_only_once_the_input_is_closed() {
 }
 
 #[test]
-fn an_emergency_goes_before_another_fault() {
+fn an_emergency_stop_replaces_another_fault() {
     let mut bench = Bench::configured(config());
     assert_eq!(jog(&mut bench), Ok(()));
     // The host is silent for too long.
@@ -84,7 +84,7 @@ fn an_emergency_goes_before_another_fault() {
 }
 
 #[test]
-fn a_board_says_why_it_started_and_stays_stopped_where_it_was_its_own_doing() {
+fn a_board_reports_its_start_cause_and_begins_in_a_fault_after_its_own_error() {
     use StartCause::*;
     for (cause, stopped) in [
         (PowerOn, false),
@@ -99,7 +99,7 @@ fn a_board_says_why_it_started_and_stays_stopped_where_it_was_its_own_doing() {
         bench.board.restore(&config());
         assert_eq!(bench.tick().drivers_enabled, !stopped, "{cause:?}");
         assert_eq!(bench.send(Command::Hello(Hello::OURS)), Ok(()));
-        assert!(bench.heard.contains(&FromBoard::Started(cause)));
+        assert!(bench.received.contains(&FromBoard::Started(cause)));
         let answer = if stopped { Err(Refusal::Faulted(Fault::Watchdog)) } else { Ok(()) };
         assert_eq!(jog(&mut bench), answer, "{cause:?}");
         let _ = bench.send(Command::Stop);
@@ -109,14 +109,14 @@ fn a_board_says_why_it_started_and_stays_stopped_where_it_was_its_own_doing() {
 }
 
 #[test]
-fn a_host_of_another_version_is_not_told_more_than_the_hello() {
+fn a_host_of_another_version_gets_the_hello_alone() {
     let mut bench = Bench::new(BUILD);
     let _ = bench.send(Command::Hello(Hello { version: 0, ..Hello::OURS }));
-    assert!(matches!(bench.heard[..], [FromBoard::Hello(hello)] if !hello.accepted));
+    assert!(matches!(bench.received[..], [FromBoard::Hello(hello)] if !hello.accepted));
 }
 
 #[test]
-fn a_kept_configuration_is_taken_up_but_moves_nothing_before_a_hello() {
+fn a_stored_configuration_is_restored_but_moves_nothing_before_a_hello() {
     let mut bench = Bench::new(BUILD);
     bench.board.restore(&config());
     assert_eq!(bench.board.state(), State::Ready);
@@ -129,14 +129,14 @@ fn a_kept_configuration_is_taken_up_but_moves_nothing_before_a_hello() {
 }
 
 #[test]
-fn a_kept_configuration_of_another_board_is_ignored() {
+fn a_stored_configuration_that_is_out_of_range_is_ignored() {
     let mut bench = Bench::new(BuildLimits { max_pulse_rate: 100, ..BUILD });
     bench.board.restore(&config());
     assert_eq!(bench.board.state(), State::Unconfigured);
 }
 
 #[test]
-fn storing_is_answered_when_it_is_done_and_nothing_moves_meanwhile() {
+fn a_store_is_answered_once_it_is_written_and_nothing_moves_meanwhile() {
     let mut bench = Bench::configured(config());
     for (written, answer) in [(true, Ok(())), (false, Err(Refusal::NotStored))] {
         bench.answers();
@@ -154,7 +154,7 @@ fn storing_is_answered_when_it_is_done_and_nothing_moves_meanwhile() {
 }
 
 #[test]
-fn what_cannot_be_stored_is_refused() {
+fn a_store_without_storage_or_configuration_is_refused() {
     let mut bench = Bench::greeted(BuildLimits { storage: false, ..BUILD });
     assert_eq!(bench.send(Command::Store), Err(Refusal::Unsupported));
     let mut bench = Bench::greeted(BUILD);

@@ -1,5 +1,5 @@
-//! The interval law in fixed point against the paper's formulas in f64.
-#![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops at the first surprise")]
+//! The interval law in fixed point against the paper's equations in f64.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test ends at the first error")]
 
 mod common;
 
@@ -10,7 +10,8 @@ use plumb_protocol::config;
 use plumb_protocol::units::{Bound, Gain};
 use proptest::prelude::*;
 
-/// v of eqs. (7), (8) in f64. Every product of whole micrometres and Q16 bounds is exact there.
+/// Returns v of eqs. (7), (8) in f64. Every product of whole micrometres and Q16 bounds is exact
+/// there.
 fn v_f64(law: &config::Interval, e: [i32; 3]) -> [f64; 3] {
     [0, 1, 2].map(|k| {
         let ends = [0, 1, 2].map(|i| {
@@ -33,7 +34,7 @@ fn v_f64(law: &config::Interval, e: [i32; 3]) -> [f64; 3] {
     })
 }
 
-/// Any sign pattern in which every motor moves something, any bounds α_ik <= β_ik.
+/// Returns any sign pattern in which every motor moves the ball, with any bounds α_ik <= β_ik.
 fn families() -> impl Strategy<Value = config::Interval> {
     let signs = any::<[[bool; 3]; 3]>();
     let zeros = proptest::array::uniform3(0usize..4);
@@ -60,7 +61,7 @@ fn families() -> impl Strategy<Value = config::Interval> {
     })
 }
 
-/// A Jacobian of the family: each entry somewhere in its interval, as fractions of it.
+/// Returns a Jacobian of the family: each entry at a fraction of its interval.
 fn member(law: &config::Interval, at: [[f64; 3]; 3]) -> [[f64; 3]; 3] {
     [0, 1, 2].map(|i| {
         [0, 1, 2].map(|k| {
@@ -86,8 +87,9 @@ proptest! {
             let unit = 1.0 / f64::from(1u32 << V_FRACTION_BITS);
             let exact = float[k].clamp(-524_288.0, 524_288.0);
             let got = f64::from(fixed[k]) * unit;
-            // Towards zero: never above the exact value, and less than one unit below it.
-            prop_assert!(got.abs() <= exact.abs() && exact.abs() - got.abs() < unit, "{got} for {exact}");
+            // v is rounded towards zero: not above the exact value, and less than a unit below it.
+            let below = exact.abs() - got.abs();
+            prop_assert!((0.0..unit).contains(&below), "{got} for {exact}");
             prop_assert!(got == 0.0 || got.signum() == exact.signum());
         }
     }
@@ -101,7 +103,8 @@ proptest! {
     ) {
         let v = law(family).v(e).map(|v| f64::from(v) / f64::from(1u32 << V_FRACTION_BITS));
         let j = member(&family, at);
-        let descent: f64 = (0..3).map(|i| f64::from(e[i]) * (0..3).map(|k| j[i][k] * v[k]).sum::<f64>()).sum();
+        let moved = j.map(|row| (0..3).map(|k| row[k] * v[k]).sum::<f64>());
+        let descent: f64 = (0..3).map(|i| f64::from(e[i]) * moved[i]).sum();
         let square: f64 = v.iter().map(|v| v * v).sum();
         prop_assert!(descent >= square * (1.0 - 1e-9), "{descent} < {square}");
     }
@@ -126,9 +129,12 @@ proptest! {
         for k in 0..3 {
             prop_assert!(limited[k].abs() <= limits[k]);
         }
-        let factor = (0..3).map(|k| f64::from(limits[k]) / f64::from(rates[k]).abs()).fold(1.0, f64::min);
+        let factor = (0..3)
+            .map(|k| f64::from(limits[k]) / f64::from(rates[k]).abs())
+            .fold(1.0, f64::min);
         for k in 0..3 {
-            prop_assert!((f64::from(limited[k]) - factor * f64::from(rates[k])).abs() <= 1.0 + 1e-6);
+            let exact = factor * f64::from(rates[k]);
+            prop_assert!((f64::from(limited[k]) - exact).abs() <= 1.0 + 1e-6);
         }
     }
 }

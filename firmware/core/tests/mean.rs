@@ -1,5 +1,5 @@
-//! The running mean over a step plan, and where the motors were.
-#![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
+//! The moving average over a step plan, and the history of motor positions.
+#![allow(clippy::unwrap_used, reason = "a test ends at the first error")]
 
 mod common;
 
@@ -20,7 +20,7 @@ fn planner(mean: u16) -> Planner {
 }
 
 #[test]
-fn motors_end_where_the_reference_does_and_half_the_span_later() {
+fn motors_end_at_the_reference_half_the_span_later() {
     let (mut plain, mut mean) = (planner(0), planner(300));
     let rates = MotorRates([300 * 256, -150 * 256, 0]);
     let halfway = |planner: &mut Planner| {
@@ -43,12 +43,12 @@ fn motors_end_where_the_reference_does_and_half_the_span_later() {
     assert!(!mean.moving());
     let rest = mean.reference();
     assert_eq!(mean.positions(), rest);
-    // Standing still took the reference 300²/(2 · 2000) steps farther.
+    // The ramp down takes the reference 300²/(2 · 2000) steps farther.
     assert!((rest[0] - ahead[0] - 16 * 45 / 2).abs() < 16 * 2, "{rest:?} after {ahead:?}");
 }
 
 #[test]
-fn the_past_is_remembered_between_its_entries() {
+fn earlier_positions_are_interpolated() {
     let mut planner = planner(0);
     let mut past = Vec::new();
     for k in 0..4000i32 {
@@ -66,20 +66,26 @@ fn the_past_is_remembered_between_its_entries() {
 }
 
 #[test]
-fn a_mean_over_more_than_there_is_room_for_is_refused() {
+fn a_span_above_the_limit_is_refused() {
     let config = Config { mean: Milliseconds(401), ..config() };
     assert_eq!(Params::check(&config, &BUILD), Err(ConfigField::Mean));
 }
 
+/// Returns rates, full steps/s, each for some ticks.
+fn orders() -> impl Strategy<Value = Vec<([f64; 3], usize)>> {
+    proptest::collection::vec((proptest::array::uniform3(-400.0f64..400.0), 1usize..400), 1..12)
+}
+
 proptest! {
-    /// Rates and their changes stay within the limits, and no motor passes its travel, whatever the
+    /// Rates and their changes stay within the limits, and no motor passes its travel, for any
     /// span.
     #[test]
     fn limits_hold_through_the_mean(
         span in 0u16..=400,
-        orders in proptest::collection::vec((proptest::array::uniform3(-400.0f64..400.0), 1usize..400), 1..12),
+        orders in orders(),
     ) {
-        let config = Config { motors: [motor(400.0, 2000, 16 * 300); 3], mean: Milliseconds(span), ..config() };
+        let motors = [motor(400.0, 2000, 16 * 300); 3];
+        let config = Config { motors, mean: Milliseconds(span), ..config() };
         let mut planner = Planner::default();
         planner.configure(&params(config));
         let mut last = [0; 3];

@@ -1,5 +1,5 @@
 //! Step plans: exact counts, ramps within the limits, no motor past its travel.
-#![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops at the first surprise")]
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test ends at the first error")]
 
 mod common;
 
@@ -12,7 +12,7 @@ use proptest::prelude::*;
 
 const TICKS_PER_S: u32 = 1_000_000 / TICK_US;
 
-/// Watches a planner from outside: counts pulses, their times, and how rates change.
+/// Observer of a planner: it counts pulses and checks their times and the changes of rates.
 struct Watch {
     planner: Planner,
     config: Config,
@@ -36,8 +36,8 @@ impl Watch {
         beyond
     }
 
-    /// What the pulses add up to is where the planner says that the motors are, and all lie within
-    /// their tick.
+    /// Checks that the sum of the pulses is the planner's position, and that all lie within their
+    /// tick.
     fn check_pulses(&mut self, plan: &StepPlan) {
         for (i, pulses) in plan.motors.iter().enumerate() {
             let step = 16 / i32::from(self.config.microsteps);
@@ -56,7 +56,7 @@ impl Watch {
         for i in 0..3 {
             let limits = &self.config.motors[i];
             assert!(rates[i].abs() <= limits.max_rate.0, "rate {rates:?}");
-            // a · tick in Q8; one more, since the rates are told rounded.
+            // a · tick in Q8; one more, since the rates are rounded.
             let change = f64::from(limits.max_acceleration.0) * 256.0 / f64::from(TICKS_PER_S);
             assert!(f64::from(rates[i] - self.last_rates[i]).abs() <= change + 1.0, "acceleration");
             let position = self.planner.positions()[i];
@@ -80,17 +80,22 @@ fn configs() -> impl Strategy<Value = Config> {
     })
 }
 
-/// Wanted rates as fractions of the limits, each for some ticks.
+/// Returns rates as fractions of the limits, each for some ticks.
 fn orders() -> impl Strategy<Value = Vec<([f64; 3], usize)>> {
     proptest::collection::vec((proptest::array::uniform3(-1.0f64..=1.0), 1usize..200), 1..20)
 }
 
+/// Returns rates, Q8 steps/s, at fractions of the motors' limits.
+fn rates(config: &Config, fractions: [f64; 3]) -> [i32; 3] {
+    [0, 1, 2].map(|i| (fractions[i] * f64::from(config.motors[i].max_rate.0)) as i32)
+}
+
 proptest! {
     #[test]
-    fn limits_hold_whatever_is_wanted(config in configs(), orders in orders()) {
+    fn limits_hold_for_any_rates(config in configs(), orders in orders()) {
         let mut watch = Watch::new(config);
         for (fractions, ticks) in orders {
-            let wanted = [0, 1, 2].map(|i| (fractions[i] * f64::from(config.motors[i].max_rate.0)) as i32);
+            let wanted = rates(&config, fractions);
             for _ in 0..ticks {
                 watch.tick(wanted);
             }
@@ -99,18 +104,21 @@ proptest! {
 
     /// From any rates, ramping down ends at rest, within the travel, and then nothing moves.
     #[test]
-    fn a_stop_ends_at_rest(config in configs(), fractions in proptest::array::uniform3(-1.0f64..=1.0)) {
+    fn a_stop_ends_at_rest(
+        config in configs(), fractions in proptest::array::uniform3(-1.0f64..=1.0)
+    ) {
         let mut watch = Watch::new(config);
-        let wanted = [0, 1, 2].map(|i| (fractions[i] * f64::from(config.motors[i].max_rate.0)) as i32);
+        let wanted = rates(&config, fractions);
         for _ in 0..500 {
             watch.tick(wanted);
         }
         let seconds = |i: usize| {
-            f64::from(watch.planner.rates()[i].abs()) / 256.0 / f64::from(config.motors[i].max_acceleration.0)
+            let acceleration = f64::from(config.motors[i].max_acceleration.0);
+            f64::from(watch.planner.rates()[i].abs()) / 256.0 / acceleration
         };
         // The change of a tick is rounded down to a whole unit, of eight or more.
-        let longest = seconds(0).max(seconds(1)).max(seconds(2)) * f64::from(TICKS_PER_S) * 9.0 / 8.0;
-        for _ in 0..longest as u32 + 2 {
+        let longest = seconds(0).max(seconds(1)).max(seconds(2)) * 9.0 / 8.0;
+        for _ in 0..(longest * f64::from(TICKS_PER_S)) as u32 + 2 {
             prop_assert_eq!(watch.tick([0; 3]), None);
         }
         prop_assert!(!watch.planner.moving());
@@ -120,7 +128,8 @@ proptest! {
     #[test]
     fn pulses_are_even_at_a_constant_rate(steps_q8 in 10_000i32..200_000) {
         let mut planner = Planner::default();
-        planner.configure(&params(Config { motors: [motor(1000.0, 4_000_000, 1 << 24); 3], ..config() }));
+        let motors = [motor(1000.0, 4_000_000, 1 << 24); 3];
+        planner.configure(&params(Config { motors, ..config() }));
         let (mut times, mut start) = (Vec::new(), 0u32);
         for _ in 0..1000 {
             planner.set_rates(MotorRates([steps_q8, 0, 0]), 0);
@@ -130,9 +139,10 @@ proptest! {
             start += TICK_CLOCKS;
         }
         let period = f64::from(CLOCK_HZ) / (f64::from(steps_q8) / 256.0 * 16.0);
-        // From the first tick at the full rate on.
+        // The first four pulses come before the full rate.
         for pair in times[4..].windows(2) {
-            prop_assert!((f64::from(pair[1] - pair[0]) - period).abs() <= 3.0, "{} for {period}", pair[1] - pair[0]);
+            let measured = f64::from(pair[1] - pair[0]);
+            prop_assert!((measured - period).abs() <= 3.0, "{measured} for {period}");
         }
     }
 
@@ -146,16 +156,17 @@ proptest! {
         let end = (16 * steps).clamp(-travel, travel) / per_pulse * per_pulse;
         let rate = ((share * f64::from(config.motors[motor].max_rate.0)) as i32).max(1);
         let jogging = Jogging::new(motor, end, rate);
-        // At the full rate, plus a ramp at each end, plus the last steps at the least rate,
-        // generously.
+        // The time at the full rate, a ramp at each end, and a reserve for the last steps at the
+        // least rate.
         let acceleration = f64::from(config.motors[motor].max_acceleration.0);
         let (distance, rate) = (f64::from(end.abs()) / 16.0, f64::from(rate) / 256.0);
-        let patience = 2.0 * f64::from(TICKS_PER_S) * (distance / rate + rate / acceleration + (distance / acceleration).sqrt()) + 2000.0;
+        let seconds = distance / rate + rate / acceleration + (distance / acceleration).sqrt();
+        let timeout = 2.0 * f64::from(TICKS_PER_S) * seconds + 2000.0;
         let mut ticks = 0;
         while let Some(wanted) = jogging.wanted(&watch.planner) {
             prop_assert_eq!(watch.tick(wanted.0), None);
             ticks += 1;
-            prop_assert!(f64::from(ticks) < patience, "not there after {ticks} ticks");
+            prop_assert!(f64::from(ticks) < timeout, "not there after {ticks} ticks");
         }
         prop_assert_eq!(watch.planner.positions()[motor], end);
     }

@@ -1,6 +1,5 @@
-//! Requests that are repeated, or come while the board is busy with another; what telemetry says it
-//! is about.
-#![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops at the first surprise")]
+//! Repeated requests, requests to a busy board, and the ids in telemetry.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test ends at the first error")]
 
 mod common;
 
@@ -15,20 +14,20 @@ fn jog(motor: u8, steps: i32, rate: i32) -> Command {
     Command::Jog(Jog { motor, distance: Steps16(16 * steps), rate: Rate(256 * rate) })
 }
 
-/// Ids and results of the answers since the last call.
+/// Returns ids and refusals of the answers since the last call.
 fn answered(bench: &mut Bench) -> Vec<(u16, Option<Refusal>)> {
     bench.collect();
     let answer = |m| match m {
         FromBoard::Answer(answer) => Some((answer.id, answer.refusal)),
         _ => None,
     };
-    bench.heard.drain(..).filter_map(answer).collect()
+    bench.received.drain(..).filter_map(answer).collect()
 }
 
 fn telemetry(bench: &mut Bench) -> Telemetry {
-    bench.heard.clear();
+    bench.received.clear();
     let _ = bench.send(Command::Status);
-    let telemetry = bench.heard.iter().find_map(|m| match m {
+    let telemetry = bench.received.iter().find_map(|m| match m {
         FromBoard::Telemetry(telemetry) => Some(*telemetry),
         _ => None,
     });
@@ -46,7 +45,7 @@ fn a_repeated_jog_moves_once_and_is_answered_each_time() {
     assert_eq!(bench.send_as(100, jog(0, 10, 100)), Ok(()));
     bench.run_ms(200);
     assert_eq!(bench.board.positions(), [160, 0, 0]);
-    // Another id is another jog, and so is other content.
+    // Another id makes another jog, and so does other content.
     assert_eq!(bench.send_as(101, jog(0, 10, 100)), Ok(()));
     bench.run_ms(250);
     assert_eq!(bench.board.positions(), [320, 0, 0]);
@@ -56,7 +55,7 @@ fn a_repeated_jog_moves_once_and_is_answered_each_time() {
 }
 
 #[test]
-fn a_repeated_clear_does_not_clear_a_later_fault() {
+fn a_repeated_clear_fault_does_not_clear_a_later_fault() {
     let mut bench = Bench::seeking();
     bench.run_ms(600);
     assert_eq!(bench.send_as(100, Command::ClearFault), Ok(()));
@@ -78,7 +77,7 @@ fn a_repeated_target_is_not_set_again_and_a_refused_one_is_tried_again() {
     );
     bench.run_ms(290);
     assert_eq!(bench.send_as(100, Command::Target(point(TARGET))), Ok(()));
-    bench.run_seeing(60, TARGET);
+    bench.run_with_ball(60, TARGET);
     assert_eq!(bench.board.state(), State::Holding);
     assert_eq!(bench.send_as(100, Command::Target(point(TARGET))), Ok(()));
     assert_eq!(bench.board.state(), State::Holding);
@@ -98,15 +97,15 @@ fn a_new_session_may_begin_with_the_ids_of_the_last() {
 }
 
 #[test]
-fn telemetry_names_the_configuration_and_the_target_that_it_is_about() {
+fn telemetry_names_its_configuration_and_target() {
     let mut bench = Bench::greeted(BUILD);
     assert_eq!(telemetry(&mut bench).configuration, None);
     assert_eq!(bench.send_as(200, Command::Configure(config())), Ok(()));
-    bench.run_seeing(5, BALL);
+    bench.run_with_ball(5, BALL);
     let idle = telemetry(&mut bench);
     assert_eq!((idle.configuration, idle.target), (Some(200), None));
     assert_eq!(bench.send_as(201, Command::Target(point(TARGET))), Ok(()));
-    bench.run_seeing(60, TARGET);
+    bench.run_with_ball(60, TARGET);
     let first = telemetry(&mut bench);
     assert_eq!((first.state, first.target), (State::Holding, Some(201)));
     assert_eq!(bench.send_as(202, Command::Target(point(BALL))), Ok(()));
@@ -114,7 +113,7 @@ fn telemetry_names_the_configuration_and_the_target_that_it_is_about() {
     assert_eq!((second.state, second.target), (State::Seeking, Some(202)));
     assert_eq!(bench.send_as(203, Command::Hold), Ok(()));
     assert_eq!(telemetry(&mut bench).target, Some(203));
-    // Of an earlier session neither is known.
+    // A new session forgets both ids.
     let _ = bench.send(Command::Hello(Hello::OURS));
     let other = telemetry(&mut bench);
     assert_eq!((other.configuration, other.target), (None, None));
@@ -126,10 +125,12 @@ fn a_fault_names_its_configuration_and_an_answer_its_time() {
     assert_eq!(bench.send_as(200, Command::Configure(config())), Ok(()));
     bench.run_ms(7);
     assert_eq!(bench.send(Command::Target(point(TARGET))), Ok(()));
-    let Some(FromBoard::Answer(answer)) = bench.heard.last() else { panic!("{:?}", bench.heard) };
+    let Some(FromBoard::Answer(answer)) = bench.received.last() else {
+        panic!("{:?}", bench.received)
+    };
     assert_eq!(answer.time, Micros(bench.now));
     bench.run_ms(400);
-    let report = bench.heard.iter().find_map(|m| match m {
+    let report = bench.received.iter().find_map(|m| match m {
         FromBoard::Fault(report) => Some(*report),
         _ => None,
     });
@@ -138,7 +139,7 @@ fn a_fault_names_its_configuration_and_an_answer_its_time() {
 }
 
 #[test]
-fn after_the_bootloader_command_nothing_is_begun() {
+fn nothing_begins_after_the_bootloader_command() {
     let mut bench = Bench::seeking();
     assert_eq!(bench.send(Command::Bootloader), Ok(()));
     let begun = [
@@ -151,17 +152,17 @@ fn after_the_bootloader_command_nothing_is_begun() {
     for command in begun {
         assert_eq!(bench.send(command), Err(Refusal::Busy(State::Ready)), "{command:?}");
     }
-    bench.run_seeing(10, BALL);
-    assert!(bench.told.bootloader && !bench.moving());
+    bench.run_with_ball(10, BALL);
+    assert!(bench.outputs.bootloader && !bench.moving());
     for command in begun {
         assert_eq!(bench.send(command), Err(Refusal::Busy(State::Ready)), "{command:?}");
     }
 }
 
 #[test]
-fn every_store_is_answered_and_a_configuration_waits_for_it() {
+fn every_store_is_answered_and_a_configuration_is_refused_meanwhile() {
     let mut bench = Bench::configured(config());
-    bench.heard.clear();
+    bench.received.clear();
     let other = Config { microsteps: 8, ..config() };
     let requests = [
         (11, Command::Store),
@@ -180,7 +181,7 @@ fn every_store_is_answered_and_a_configuration_waits_for_it() {
     bench.board.on_stored(Micros(bench.now), true, &mut bench.out);
     assert_eq!(answered(&mut bench), [(11, None)]);
     assert!(!bench.tick().store);
-    // Its repetition is answered, and not written again.
+    // A repeated Store is answered without another write.
     assert_eq!(bench.send_as(11, Command::Store), Ok(()));
     assert!(!bench.tick().store);
     assert_eq!(bench.send_as(13, Command::Configure(other)), Ok(()));
@@ -189,14 +190,14 @@ fn every_store_is_answered_and_a_configuration_waits_for_it() {
 #[test]
 fn a_hold_is_refused_during_a_jog() {
     let mut bench = Bench::configured(config());
-    bench.run_seeing(5, BALL);
+    bench.run_with_ball(5, BALL);
     assert_eq!(bench.send(jog(0, 100, 100)), Ok(()));
     bench.run_ms(50);
     assert_eq!(bench.send(Command::Hold), Err(Refusal::Busy(State::Ready)));
 }
 
 #[test]
-fn a_motor_outside_its_travel_comes_back_at_a_crawl_and_goes_nowhere_else() {
+fn a_motor_outside_its_travel_only_comes_back_and_slowly() {
     let mut bench = Bench::configured(config());
     assert_eq!(bench.send(jog(1, 60, 400)), Ok(()));
     for _ in 0..5 {
@@ -206,7 +207,7 @@ fn a_motor_outside_its_travel_comes_back_at_a_crawl_and_goes_nowhere_else() {
     assert_eq!(bench.board.positions(), [0, 960, 0]);
     let motors = [motor(400.0, 2000, 16 * 50); 3];
     assert_eq!(bench.send(Command::Configure(Config { motors, ..config() })), Ok(()));
-    bench.run_seeing(5, BALL);
+    bench.run_with_ball(5, BALL);
     for command in [Command::Target(point(TARGET)), Command::Hold] {
         assert_eq!(bench.send(command), Err(Refusal::OutsideTravel(1)));
     }
@@ -219,6 +220,6 @@ fn a_motor_outside_its_travel_comes_back_at_a_crawl_and_goes_nowhere_else() {
         assert!(bench.board.rates()[1].abs() <= 20 * 256);
     }
     assert_eq!(bench.board.positions(), [0, 800, 0]);
-    bench.run_seeing(1, BALL);
+    bench.run_with_ball(1, BALL);
     assert_eq!(bench.send(Command::Target(point(TARGET))), Ok(()));
 }

@@ -1,7 +1,7 @@
-//! The words for the step generator, taken as its program takes them: nothing lost, nothing late,
-//! every time kept.
+//! The words for the step generator, executed as its program does: no pulse is lost or late, and
+//! every time of the driver holds.
 
-#![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
+#![allow(clippy::unwrap_used, reason = "a test ends at the first error")]
 
 mod common;
 
@@ -16,14 +16,14 @@ use plumb_protocol::config::{Drivers, StepDir};
 use plumb_protocol::units::Nanoseconds;
 use proptest::prelude::*;
 
-/// The state machine that runs firmware/src/generator/program.rs, an instruction a clock.
+/// State machine that runs firmware/src/generator/program.rs, one instruction a clock.
 struct Machine {
     high: u64,
     clock: u64,
     direction: bool,
-    /// Pulses: when each began, with the direction line's level.
+    /// Pulses: the clock at which each began, with the direction line's level.
     pulses: Vec<(u64, bool)>,
-    /// When the direction line changed.
+    /// Clocks at which the direction line changed.
     turns: Vec<u64>,
 }
 
@@ -65,7 +65,7 @@ impl Machine {
     }
 }
 
-/// Runs plans through the words and the machine, and checks what a driver would see.
+/// Runs plans through the words and the machine, and checks the driver's inputs.
 fn check(timing: DriverTiming, plans: &[Pulses]) -> Machine {
     let mut segments = Segments::new(timing);
     let mut machine = Machine::new(&timing);
@@ -98,7 +98,7 @@ fn check(timing: DriverTiming, plans: &[Pulses]) -> Machine {
     machine
 }
 
-/// Plans of a motor whose wanted rate changes now and then, and that comes to rest at the end.
+/// Returns the plans of a motor whose rate changes at times, and that comes to rest at the end.
 fn plans(timing: &StepDir, acceleration: u32, wanted: &[(i32, u8)]) -> Vec<Pulses> {
     let max = DriverTiming::new(timing).unwrap().max_pulse_rate().min(1_000_000) / 16;
     let motor = common::motor(f64::from(max), acceleration, 1 << 28);
@@ -143,11 +143,12 @@ proptest! {
         let timing = DriverTiming::new(&driver).unwrap();
         let plans = plans(&driver, acceleration, &wanted);
         let machine = check(timing, &plans);
-        prop_assert_eq!(machine.clock, plans.len() as u64 * u64::from(TICK_CLOCKS), "in step again at rest");
+        let clocks = plans.len() as u64 * u64::from(TICK_CLOCKS);
+        prop_assert_eq!(machine.clock, clocks, "in step again at rest");
     }
 
     #[test]
-    fn widths_are_the_least_that_will_do(clocks in 0u32..513) {
+    fn widths_are_the_least_that_are_wide_enough(clocks in 0u32..513) {
         let width = PulseWidth::at_least(clocks).unwrap();
         prop_assert!(width.rounds < 32 && width.delay < 16);
         prop_assert!(width.clocks() >= clocks && width.clocks() <= clocks.max(2) + clocks / 16 + 1);
@@ -155,7 +156,7 @@ proptest! {
 }
 
 #[test]
-fn without_constraints_pulses_come_at_the_plans_very_clocks() {
+fn without_constraints_pulses_come_at_the_clocks_of_the_plan() {
     let timing = DriverTiming::new(&StepDir::TMC2209).unwrap();
     let pulses = Pulses { direction: true, count: 100, first: 77, period: 250 };
     let machine = check(timing, &[pulses, Pulses::default(), pulses]);
@@ -171,7 +172,7 @@ fn too_wide_a_pulse_is_refused() {
 }
 
 #[test]
-fn what_was_given_of_a_segment_is_read_from_its_counter() {
+fn the_counter_tells_the_pulses_given_of_a_segment() {
     // Ten pulses: before the first the counter is 9; after the last it has gone below 0.
     assert_eq!([9, 8, 0, u32::MAX].map(|remaining| given(10, remaining)), [0, 1, 9, 10]);
     assert_eq!(given(0, 9), 0);

@@ -1,13 +1,13 @@
-//! The soft floats against the host's own, bit for bit.
+//! The soft floats against the host's floats, bit for bit.
 
 use plumb_core::soft_float::{add, divide, equal, less, less_or_equal, multiply, unordered};
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-/// Pairs of a kind that are tried.
+/// Pairs to try of each kind.
 const PAIRS: usize = 1_000_000;
 
-/// One of each class, and those at its borders, of positive sign.
+/// One number of each class and those at its borders, of positive sign.
 const EDGES: [u32; 30] = [
     0, // zero
     1, // the least subnormal
@@ -41,12 +41,12 @@ const EDGES: [u32; 30] = [
     0x7fc0_0000, // NaN
 ];
 
-/// Whole numbers, as the chip's divider does it.
+/// Divides whole numbers, as the chip's divider does.
 fn whole(dividend: u32, divisor: u32) -> (u32, u32) {
     (dividend / divisor, dividend % divisor)
 }
 
-/// Every function on a pair, against the host.
+/// Checks every function on a pair against the host.
 #[track_caller]
 fn check(a: u32, b: u32) {
     let (x, y) = (f32::from_bits(a), f32::from_bits(b));
@@ -74,8 +74,8 @@ fn check_all(seed: u64, mut pair: impl FnMut(&mut ChaCha8Rng) -> (u32, u32)) {
     }
 }
 
-/// Few significant bits, so that results are often half way between two numbers, at an exponent
-/// about the middle.
+/// Returns a number of few significant bits, at an exponent about the middle: results are often
+/// half way between two numbers.
 fn coarse(random: &mut ChaCha8Rng) -> u32 {
     let kept = random.random_range(1..=23);
     let significand = random.next_u32() >> 9 >> (23 - kept) << (23 - kept);
@@ -83,7 +83,7 @@ fn coarse(random: &mut ChaCha8Rng) -> u32 {
 }
 
 #[test]
-fn every_class_meets_every_other() {
+fn pairs_of_every_class() {
     let signed = || EDGES.into_iter().flat_map(|edge| [edge, edge | 1 << 31]);
     for a in signed() {
         signed().for_each(|b| check(a, b));
@@ -91,7 +91,7 @@ fn every_class_meets_every_other() {
 }
 
 #[test]
-fn edges_meet_anything() {
+fn pairs_of_an_edge_and_any_number() {
     check_all(1, |random| {
         let edge = EDGES[random.random_range(0..EDGES.len())];
         let (a, b) = (edge ^ random.next_u32() & 1 << 31, random.next_u32());
@@ -100,13 +100,13 @@ fn edges_meet_anything() {
 }
 
 #[test]
-fn any_two_patterns() {
+fn pairs_of_any_bits() {
     check_all(2, |random| (random.next_u32(), random.next_u32()));
 }
 
-/// Where sums are rounded and cancel.
+/// Sums of such pairs are rounded and cancel.
 #[test]
-fn numbers_of_about_one_size() {
+fn pairs_of_about_one_size() {
     check_all(3, |random| {
         let a = random.next_u32();
         let near = (a >> 23).wrapping_add(random.random_range(0..=54)).wrapping_sub(27) << 23;
@@ -132,7 +132,7 @@ fn ties_go_to_even() {
 /// Products and quotients of numbers whose exponents make them subnormal, or hardly not; the same
 /// at the upper end.
 #[test]
-fn at_the_ends_of_the_range() {
+fn pairs_at_the_ends_of_the_range() {
     check_all(7, |random| {
         let a = random.next_u32();
         let end = if random.random() { 127 - 12 } else { 127 + 254 };

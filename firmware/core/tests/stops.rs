@@ -1,5 +1,5 @@
-//! What the board stops for by itself.
-#![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
+//! The deadlines and guards that stop the board.
+#![allow(clippy::unwrap_used, reason = "a test ends at the first error")]
 
 mod common;
 
@@ -17,10 +17,10 @@ fn a_silent_host_stops_the_board() {
 }
 
 #[test]
-fn a_host_that_talks_but_does_not_see_stops_the_board() {
+fn positions_without_a_ball_stop_the_board() {
     let mut bench = Bench::seeking();
     for _ in 0..16 {
-        assert_eq!(bench.see_aged(None, 0), Ok(()));
+        assert_eq!(bench.send_position(None, 0), Ok(()));
         bench.run_ms(33);
     }
     bench.assert_stopped_by(Fault::PositionLost);
@@ -30,7 +30,7 @@ fn a_host_that_talks_but_does_not_see_stops_the_board() {
 fn stale_positions_do_not_count_as_fresh() {
     let mut bench = Bench::seeking();
     for _ in 0..16 {
-        assert_eq!(bench.see_aged(Some(BALL), 251_000), Err(Refusal::PositionStale));
+        assert_eq!(bench.send_position(Some(BALL), 251_000), Err(Refusal::PositionStale));
         bench.run_ms(33);
     }
     bench.assert_stopped_by(Fault::PositionLost);
@@ -41,7 +41,7 @@ fn a_target_without_any_position_ends_in_a_fault() {
     let mut bench = Bench::configured(config());
     assert_eq!(bench.send(Command::Target(point(TARGET))), Ok(()));
     for _ in 0..16 {
-        assert_eq!(bench.see_aged(None, 0), Ok(()));
+        assert_eq!(bench.send_position(None, 0), Ok(()));
         bench.run_ms(33);
         assert!(!bench.moving());
     }
@@ -49,11 +49,11 @@ fn a_target_without_any_position_ends_in_a_fault() {
 }
 
 #[test]
-fn rates_are_cut_while_positions_fail_to_come() {
+fn rates_are_reduced_while_positions_fail_to_come() {
     let mut bench = Bench::seeking();
     let before = bench.board.rates().map(i32::abs).into_iter().max().unwrap();
     for _ in 0..10 {
-        let _ = bench.see_aged(None, 0);
+        let _ = bench.send_position(None, 0);
         bench.run_ms(33);
     }
     let after = bench.board.rates().map(i32::abs).into_iter().max().unwrap();
@@ -61,24 +61,24 @@ fn rates_are_cut_while_positions_fail_to_come() {
 }
 
 #[test]
-fn a_ball_outside_stops_the_board_but_one_mistake_does_not() {
+fn a_ball_outside_stops_the_board_after_three_frames_in_a_row() {
     let outside = [0.5, 0.2, 1.5];
     let mut bench = Bench::seeking();
     for _ in 0..5 {
-        assert_eq!(bench.see_aged(Some(outside), 0), Err(Refusal::BallOutside));
+        assert_eq!(bench.send_position(Some(outside), 0), Err(Refusal::BallOutside));
         bench.run_ms(33);
-        bench.run_seeing(2, BALL);
+        bench.run_with_ball(2, BALL);
     }
     assert_eq!(bench.board.state(), State::Seeking);
     for _ in 0..3 {
-        let _ = bench.see_aged(Some(outside), 0);
+        let _ = bench.send_position(Some(outside), 0);
         bench.run_ms(33);
     }
     bench.assert_stopped_by(Fault::BallOutside);
 }
 
 #[test]
-fn a_target_outside_is_refused_and_stops_what_is_under_way() {
+fn a_target_outside_is_refused_and_stops_a_drive() {
     let mut bench = Bench::configured(config());
     for absurd in [[0.4, 0.4, 0.7], [-1.1, 0.0, 0.0], [2000.0, 0.0, 0.0]] {
         assert_eq!(bench.send(Command::Target(point(absurd))), Err(Refusal::TargetOutside));
@@ -93,9 +93,9 @@ fn a_target_outside_is_refused_and_stops_what_is_under_way() {
 fn a_motor_at_its_travel_stops_the_board() {
     let motors = [motor(400.0, 2000, 16 * 20); 3];
     let mut bench = Bench::configured(Config { motors, ..config() });
-    bench.see(BALL);
+    bench.send_ball(BALL);
     assert_eq!(bench.send(Command::Target(point(TARGET))), Ok(()));
-    bench.run_seeing(60, BALL);
+    bench.run_with_ball(60, BALL);
     let State::Fault(fault @ Fault::Travel(_)) = bench.board.state() else {
         panic!("{:?}", bench.board.state())
     };
@@ -108,7 +108,7 @@ fn an_error_that_keeps_growing_stops_the_board() {
     let mut bench = Bench::seeking();
     for step in 0..60 {
         let away = f64::from(step) * 0.005;
-        bench.run_seeing(1, [BALL[0] + away, BALL[1] - away, BALL[2]]);
+        bench.run_with_ball(1, [BALL[0] + away, BALL[1] - away, BALL[2]]);
     }
     assert_eq!(bench.faults(), [Fault::ErrorGrowing]);
 }

@@ -89,8 +89,8 @@ impl Board {
         }
     }
 
-    /// Takes in a position, command `id`: [`on_frame`](Self::on_frame) for a caller that has decoded
-    /// the position already. Telemetry answers an accepted one.
+    /// Takes in a position, command `id`: [`on_frame`](Self::on_frame) for a caller that has
+    /// decoded the position already. Telemetry answers an accepted one.
     #[inline(never)]
     pub fn on_position(&mut self, now: Micros, id: u16, position: &Position, out: &mut Outbox) {
         (self.schedule.dirty, self.session.last_rx) = (true, now);

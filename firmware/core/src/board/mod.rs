@@ -1,4 +1,4 @@
-//! The board: commands, states, and when each part runs. It knows bytes and time, no hardware.
+//! The board: commands, states, and when each part runs. Its inputs are bytes and time.
 //!
 //! ```text
 //! bytes -> Session -> on_command -> admit -> State, Setup, Servo
@@ -19,15 +19,15 @@
 //!                         | +-----> Jogging ----------------------> Stopping { then: Ready }
 //!                         |         Seeking, Holding ---Stop------> Stopping { then: Ready }
 //!                         |                                           | at rest: Ready
-//!                         | Store                                     | Target, Hold: Seeking, Holding
+//!                         | Store                        Target, Hold | Seeking, Holding
 //!                         +-----> Storing { id } ---written or not--> Ready
 //!
 //! any ---Bootloader, once what is under way has ended---> Stopping { then: Bootloader } -> restart
 //! any ---guard, deadline, emergency input---> Fault ---ClearFault, at rest---> Ready, Unconfigured
 //! ```
 //!
-//! [`admit`](admit::admit) is the table of the commands that each state accepts. A fault is latched;
-//! an emergency stop alone replaces another fault. A write to flash and a restart into the
+//! [`admit`](admit::admit) is the table of the commands that each state accepts. A fault is
+//! latched; an emergency stop alone replaces another fault. A write to flash and a restart into the
 //! bootloader go on in a fault.
 
 mod admit;

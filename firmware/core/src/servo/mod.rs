@@ -6,8 +6,8 @@
 //!                         -> ArrivalDetector, DivergenceGuard
 //! ```
 //!
-//! A [`Servo`] knows no commands and no states. The board gives it positions and its present
-//! target, and asks it for the setpoint; the control benchmarks do the same with laws of their own.
+//! A [`Servo`] has no commands and no states. The board gives it positions and the present target,
+//! and reads the setpoint; the control benchmarks do the same with laws of their own.
 
 mod arrival;
 mod divergence;

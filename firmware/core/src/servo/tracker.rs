@@ -7,7 +7,8 @@ use plumb_protocol::units::Micros;
 /// four standard deviations.
 const MAX_MOVE_UM: i32 = 25_000;
 
-/// Outliers in a row that the filter passes over. The next position is taken in: the ball has moved.
+/// Outliers in a row that the filter passes over. It takes in the next position: the ball has
+/// moved.
 const MAX_OUTLIERS: u8 = 2;
 
 /// Tracker of the ball: its last position, and a filter over all positions.

@@ -1,4 +1,4 @@
-//! The board as a host sees it: bytes in, bytes out, a tick every 200 µs.
+//! A board as a host sees it: bytes in, bytes out, a tick every 200 µs.
 
 use plumb_core::{Board, BuildLimits, LawWorker, Outbox, TICK_US, Tick};
 use plumb_protocol::Config;
@@ -8,19 +8,19 @@ use plumb_protocol::units::{Micros, Point};
 
 use super::{BUILD, config};
 
-/// A board, its clock and what it has said.
+/// A board with its clock and its messages.
 pub(crate) struct Bench {
     pub(crate) board: Board,
     pub(crate) law_worker: LawWorker,
     pub(crate) now: u64,
     pub(crate) out: Outbox,
-    pub(crate) heard: Vec<FromBoard>,
+    pub(crate) received: Vec<FromBoard>,
     pub(crate) accumulator: Accumulator,
     pub(crate) sequence: u16,
     /// Id of the last request.
     pub(crate) id: u16,
-    /// What goes with the pulses, as it was last told.
-    pub(crate) told: Tick,
+    /// Last outputs besides the pulses.
+    pub(crate) outputs: Tick,
 }
 
 pub(crate) const TARGET: [f64; 3] = [0.4, 0.4, 0.15];
@@ -37,11 +37,11 @@ impl Bench {
             law_worker: LawWorker::new(),
             now: 0,
             out: Outbox::new(),
-            heard: Vec::new(),
+            received: Vec::new(),
             accumulator: Accumulator::new(),
             sequence: 0,
             id: 0,
-            told: Tick::default(),
+            outputs: Tick::default(),
         }
     }
 
@@ -57,12 +57,12 @@ impl Bench {
         bench
     }
 
-    /// A board under way, with the ball in sight.
+    /// Creates a board that seeks a target and gets positions.
     pub(crate) fn seeking() -> Self {
         let mut bench = Self::configured(config());
-        bench.see(BALL);
+        bench.send_ball(BALL);
         assert_eq!(bench.send(Command::Target(point(TARGET))), Ok(()));
-        bench.run_seeing(5, BALL);
+        bench.run_with_ball(5, BALL);
         assert_eq!(bench.board.state(), State::Seeking);
         bench
     }
@@ -70,24 +70,24 @@ impl Bench {
     pub(crate) fn collect(&mut self) {
         for &byte in self.out.bytes() {
             if let Some(message) = self.accumulator.push(byte) {
-                self.heard.push(message.unwrap());
+                self.received.push(message.unwrap());
             }
         }
         self.out.clear();
     }
 
-    /// Sends a new command as bytes; its answer.
+    /// Sends a new command as bytes. Returns its answer.
     pub(crate) fn send(&mut self, command: Command) -> Result<(), Refusal> {
         self.id += 1;
         self.send_as(self.id, command)
     }
 
-    /// The same with an id of the caller's choice.
+    /// Sends a command with this id. Returns its answer.
     pub(crate) fn send_as(&mut self, id: u16, command: Command) -> Result<(), Refusal> {
         let frame = encode(&ToBoard { id, command }).unwrap();
         self.board.receive(Micros(self.now), &frame, &mut self.out);
         self.collect();
-        match self.heard.last() {
+        match self.received.last() {
             Some(FromBoard::Answer(Answer { id: answered, refusal: Some(refusal), .. }))
                 if *answered == id =>
             {
@@ -97,7 +97,11 @@ impl Bench {
         }
     }
 
-    pub(crate) fn see_aged(&mut self, ball: Option<[f64; 3]>, age_us: u32) -> Result<(), Refusal> {
+    pub(crate) fn send_position(
+        &mut self,
+        ball: Option<[f64; 3]>,
+        age_us: u32,
+    ) -> Result<(), Refusal> {
         self.sequence = self.sequence.wrapping_add(1);
         let sequence = self.sequence;
         self.send(Command::Position(Position {
@@ -108,16 +112,16 @@ impl Bench {
         }))
     }
 
-    pub(crate) fn see(&mut self, ball: [f64; 3]) {
-        let _ = self.see_aged(Some(ball), 30_000);
+    pub(crate) fn send_ball(&mut self, ball: [f64; 3]) {
+        let _ = self.send_position(Some(ball), 30_000);
     }
 
     pub(crate) fn tick(&mut self) -> Tick {
-        let told = self.board.tick(Micros(self.now), &mut self.law_worker, &mut self.out);
-        self.told = told.unwrap_or(self.told);
+        let outputs = self.board.tick(Micros(self.now), &mut self.law_worker, &mut self.out);
+        self.outputs = outputs.unwrap_or(self.outputs);
         self.now += u64::from(TICK_US);
         self.collect();
-        self.told
+        self.outputs
     }
 
     pub(crate) fn run_ms(&mut self, ms: u64) {
@@ -126,9 +130,9 @@ impl Bench {
         }
     }
 
-    pub(crate) fn run_seeing(&mut self, frames: u32, ball: [f64; 3]) {
+    pub(crate) fn run_with_ball(&mut self, frames: u32, ball: [f64; 3]) {
         for _ in 0..frames {
-            self.see(ball);
+            self.send_ball(ball);
             self.run_ms(33);
         }
     }
@@ -137,14 +141,14 @@ impl Bench {
         self.board.rates() != [0; 3]
     }
 
-    /// The answers in what was heard so far, which is forgotten.
+    /// Takes the messages received so far. Returns the answers among them.
     pub(crate) fn answers(&mut self) -> Vec<Result<(), Refusal>> {
         self.collect();
         let answer = |m| match m {
             FromBoard::Answer(Answer { refusal, .. }) => Some(refusal.map_or(Ok(()), Err)),
             _ => None,
         };
-        self.heard.drain(..).filter_map(answer).collect()
+        self.received.drain(..).filter_map(answer).collect()
     }
 
     pub(crate) fn faults(&self) -> Vec<Fault> {
@@ -152,16 +156,17 @@ impl Bench {
             FromBoard::Fault(report) => Some(report.fault),
             _ => None,
         };
-        self.heard.iter().filter_map(fault).collect()
+        self.received.iter().filter_map(fault).collect()
     }
 
-    /// The board is in this fault, has said so once, comes to rest within its ramp and stays there.
+    /// Checks that the board is in this fault, has reported it once, comes to rest within its ramp
+    /// and stays there. Then clears the fault.
     pub(crate) fn assert_stopped_by(&mut self, fault: Fault) {
         assert_eq!(self.board.state(), State::Fault(fault));
         assert_eq!(self.faults(), [fault]);
         self.run_ms(210);
         let rest = self.board.positions();
-        self.run_seeing(30, BALL);
+        self.run_with_ball(30, BALL);
         assert!(!self.moving() && self.board.positions() == rest);
         assert_eq!(self.send(Command::Target(point(TARGET))), Err(Refusal::Faulted(fault)));
         assert_eq!(self.send(Command::ClearFault), Ok(()));
