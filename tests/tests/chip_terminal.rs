@@ -12,7 +12,7 @@ use plumb_emulator::rig::{QuasiStatic, Task};
 use plumb_runtime::link::Serial;
 use plumb_runtime::rig::Rig;
 use plumb_runtime::session::{Place, Session};
-use plumb_sim::simulated::{FollowingWorld, SimulatedCamera, Timing};
+use plumb_sim::simulated::{HilPlant, SimulatedCamera, Timing};
 use plumb_sim::synthetic::{Background, Material, Options, Room, SyntheticCamera};
 use plumb_tests::chip::firmware_image;
 use plumb_vision::detect::DetectorKind;
@@ -49,10 +49,10 @@ fn a_session_drives_the_real_image_over_a_serial_port() {
     let synthetic =
         SyntheticCamera::new(camera.clone(), background, Options::default(), 1).expect("a camera");
     let plant = QuasiStatic::new(task.geometry, task.start).expect("the paper's rig");
-    let world = FollowingWorld::new(Box::new(plant));
-    let mut follower = world.follower();
+    let plant = HilPlant::new(Box::new(plant));
+    let mut follower = plant.follower();
     let mut source =
-        SimulatedCamera::new(world, synthetic, *task.geometry.motors(), Timing::default());
+        SimulatedCamera::new(plant, synthetic, *task.geometry.motors(), Timing::default());
     let folder = tempfile::tempdir().expect("a folder");
     let session = Session {
         rig: &rig,

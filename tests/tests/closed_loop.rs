@@ -18,7 +18,7 @@ use plumb_protocol::message::{Fault, State};
 use plumb_protocol::units::Point;
 use plumb_runtime::rig::Rig;
 use plumb_runtime::session::{Place, Session, Summary};
-use plumb_sim::simulated::{SimulatedCamera, Timing, VirtualWorld};
+use plumb_sim::simulated::{SimulatedCamera, Timing, VirtualRig};
 use plumb_sim::synthetic::{Background, Options, Room, SyntheticCamera};
 use plumb_tests::bench::{Bench, RATE_HZ, bench};
 use plumb_tests::links::{link, usable_links};
@@ -232,9 +232,9 @@ fn session(seed: u64, folder: std::path::PathBuf) -> Summary {
     let board = std::rc::Rc::new(std::cell::RefCell::new(
         EmulatedBoard::with_plant(EMULATED, plant).with_wire((link("115200 baud").wire)(seed)),
     ));
-    let world = VirtualWorld::new(board.clone()).expect("a board with a rig");
+    let simulated = VirtualRig::new(board.clone()).expect("a board with a rig");
     let mut source =
-        SimulatedCamera::new(world, synthetic, *Geometry::paper().motors(), Timing::default());
+        SimulatedCamera::new(simulated, synthetic, *Geometry::paper().motors(), Timing::default());
     let session = Session {
         rig: &rig,
         detector: &mut *DetectorKind::Ball.build(&camera),

@@ -1,7 +1,7 @@
 //! `plumb bench vision`: detectors on seeded scenes, and their time against the paper's detector.
 
+mod baselines;
 mod hard;
-mod peers;
 mod report;
 mod run;
 mod scenes;
@@ -14,7 +14,7 @@ use plumb_vision::detect::{BallDetector, DetectError};
 use plumb_vision::frame::RgbdFrame;
 use thiserror::Error;
 
-use peers::{Hough, HsvMoments};
+use baselines::{Hough, HsvMoments};
 use plumb_sim::synthetic::SyntheticError;
 pub use report::{DetectorReport, SceneReport, VisionReport};
 use run::Bench;
@@ -138,10 +138,10 @@ pub fn compare(
 ) -> Result<VisionReport, VisionError> {
     check(options)?;
     let seen = suite_camera(options.suite, camera);
-    let mut peers: [Box<dyn BallDetector>; 2] =
+    let mut baselines: [Box<dyn BallDetector>; 2] =
         [Box::new(Hough(seen.clone())), Box::new(HsvMoments(seen))];
     let detectors: Vec<&mut Box<dyn BallDetector>> =
-        detectors.iter_mut().chain(&mut peers).collect();
+        detectors.iter_mut().chain(&mut baselines).collect();
     let _one = OneThread::new()?;
     let mut bench = Bench::new(camera, recorded, options, progress, detectors);
     if options.suite != Suite::Hard {

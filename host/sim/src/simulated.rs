@@ -56,7 +56,7 @@ pub fn geometry(simulation: &Simulation) -> Result<Geometry, RigError> {
 }
 
 /// Where a simulated rig's ball is, and the clock that goes with it.
-pub trait World {
+pub trait SimClock {
     /// The time, seconds.
     fn now(&self) -> f64;
 
@@ -71,11 +71,11 @@ pub trait World {
 }
 
 /// The rig of an emulated board in this process, in virtual time.
-pub struct VirtualWorld {
+pub struct VirtualRig {
     board: Rc<RefCell<EmulatedBoard>>,
 }
 
-impl VirtualWorld {
+impl VirtualRig {
     /// The rig that `board` moves; `None` where it moves none.
     pub fn new(board: Rc<RefCell<EmulatedBoard>>) -> Option<Self> {
         board.borrow().ball()?;
@@ -83,7 +83,7 @@ impl VirtualWorld {
     }
 }
 
-impl World for VirtualWorld {
+impl SimClock for VirtualRig {
     fn now(&self) -> f64 {
         self.board.borrow().now().0 as f64 * 1e-6
     }
@@ -98,12 +98,12 @@ impl World for VirtualWorld {
 }
 
 /// The rig of an emulated board in another thread, in real time.
-pub struct ServedWorld {
+pub struct ServedRig {
     served: Rc<Served>,
     clock: RealTime,
 }
 
-impl ServedWorld {
+impl ServedRig {
     /// The rig that the served board moves; `None` where it moves none.
     pub fn new(served: Rc<Served>) -> Option<Self> {
         served.board().ball()?;
@@ -111,7 +111,7 @@ impl ServedWorld {
     }
 }
 
-impl World for ServedWorld {
+impl SimClock for ServedRig {
     fn now(&self) -> f64 {
         self.clock.now()
     }
@@ -128,18 +128,18 @@ impl World for ServedWorld {
 
 /// A rig in this process that follows what any board, real or not, says of its motors, in real
 /// time: a board is tried without a rig.
-pub struct FollowingWorld {
-    rig: Rc<RefCell<FollowingRig>>,
+pub struct HilPlant {
+    rig: Rc<RefCell<HilRig>>,
     clock: RealTime,
 }
 
-/// Moves the rig of a [`FollowingWorld`].
+/// Moves the rig of a [`HilPlant`].
 pub struct Follower {
-    rig: Rc<RefCell<FollowingRig>>,
+    rig: Rc<RefCell<HilRig>>,
     clock: RealTime,
 }
 
-struct FollowingRig {
+struct HilRig {
     plant: Box<dyn Plant>,
     /// Where the board's motors were when the rig began to follow, full steps.
     zero: Option<[f64; 3]>,
@@ -147,10 +147,10 @@ struct FollowingRig {
     moved: f64,
 }
 
-impl FollowingWorld {
+impl HilPlant {
     /// Lets `plant` follow; it starts where it is, whatever the motors' positions are at first.
     pub fn new(plant: Box<dyn Plant>) -> Self {
-        let rig = FollowingRig { plant, zero: None, moved: 0.0 };
+        let rig = HilRig { plant, zero: None, moved: 0.0 };
         Self { rig: Rc::new(RefCell::new(rig)), clock: RealTime::start() }
     }
 
@@ -161,7 +161,7 @@ impl FollowingWorld {
     }
 }
 
-impl World for FollowingWorld {
+impl SimClock for HilPlant {
     fn now(&self) -> f64 {
         self.clock.now()
     }
@@ -228,9 +228,9 @@ impl Default for Timing {
     }
 }
 
-/// A [`SyntheticCamera`] on a [`World`].
-pub struct SimulatedCamera<W> {
-    world: W,
+/// A [`SyntheticCamera`] on a [`SimClock`].
+pub struct SimulatedCamera<C> {
+    rig: C,
     camera: SyntheticCamera,
     motors: [Point3<f64>; 3],
     timing: Timing,
@@ -239,28 +239,23 @@ pub struct SimulatedCamera<W> {
     under_way: VecDeque<(f64, Point3<f64>)>,
 }
 
-impl<W: World> SimulatedCamera<W> {
-    /// Looks at `world`, whose cables come from `motors` (metres, rig frame).
-    pub fn new(
-        world: W,
-        camera: SyntheticCamera,
-        motors: [Point3<f64>; 3],
-        timing: Timing,
-    ) -> Self {
-        let next_capture = world.now();
-        Self { world, camera, motors, timing, next_capture, under_way: VecDeque::new() }
+impl<C: SimClock> SimulatedCamera<C> {
+    /// Looks at `rig`, whose cables come from `motors` (metres, rig frame).
+    pub fn new(rig: C, camera: SyntheticCamera, motors: [Point3<f64>; 3], timing: Timing) -> Self {
+        let next_capture = rig.now();
+        Self { rig, camera, motors, timing, next_capture, under_way: VecDeque::new() }
     }
 
-    /// The world, to look at.
-    pub fn world(&self) -> &W {
-        &self.world
+    /// The rig, to look at.
+    pub fn rig(&self) -> &C {
+        &self.rig
     }
 
     /// Lets time pass to the next picture's exposure and takes it.
     fn capture(&mut self) -> Result<(), RigError> {
-        self.world.wait_until(self.next_capture)?;
-        let now = self.world.now();
-        self.under_way.push_back((now, self.world.ball()));
+        self.rig.wait_until(self.next_capture)?;
+        let now = self.rig.now();
+        self.under_way.push_back((now, self.rig.ball()));
         // A host that is too slow misses pictures; it does not get them later.
         let period = 1.0 / self.timing.rate;
         self.next_capture +=
@@ -275,7 +270,7 @@ impl<W: World> SimulatedCamera<W> {
                 && taken + self.timing.latency <= self.next_capture
             {
                 self.under_way.pop_front();
-                self.world.wait_until(taken + self.timing.latency)?;
+                self.rig.wait_until(taken + self.timing.latency)?;
                 return Ok(self.camera.render(taken, &Scene::rig(ball, self.motors))?);
             }
             self.capture()?;
@@ -283,13 +278,13 @@ impl<W: World> SimulatedCamera<W> {
     }
 }
 
-impl<W: World> CameraSource for SimulatedCamera<W> {
+impl<C: SimClock> CameraSource for SimulatedCamera<C> {
     fn next_frame(&mut self) -> Result<Option<RgbdFrame>, SourceError> {
         Ok(Some(self.next_picture()?))
     }
 
     fn now(&self) -> f64 {
-        self.world.now()
+        self.rig.now()
     }
 
     fn is_live(&self) -> bool {
@@ -319,11 +314,11 @@ mod tests {
     #[test]
     fn a_rig_follows_the_motors_from_where_they_are_at_first() {
         let Task { geometry, start, .. } = Task::paper();
-        let world = FollowingWorld::new(Box::new(QuasiStatic::new(geometry, start).unwrap()));
-        let (mut follower, before) = (world.follower(), world.ball());
+        let rig = HilPlant::new(Box::new(QuasiStatic::new(geometry, start).unwrap()));
+        let (mut follower, before) = (rig.follower(), rig.ball());
         follower.board_moved([100.0, -50.0, 7.0]).unwrap();
-        assert_eq!(world.ball(), before);
+        assert_eq!(rig.ball(), before);
         follower.board_moved([120.0, -50.0, 7.0]).unwrap();
-        assert!((world.ball() - before).norm() > 1e-3, "{}", world.ball());
+        assert!((rig.ball() - before).norm() > 1e-3, "{}", rig.ball());
     }
 }

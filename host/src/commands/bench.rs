@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand, ValueEnum};
-use plumb_bench::control::{self, BenchError, Clock, Contender, PAPER_GAMMAS, Report, Suite};
+use plumb_bench::control::{self, BenchError, Clock, ControllerKind, PAPER_GAMMAS, Report, Suite};
 use plumb_bench::vision::{self, VisionOptions};
 use plumb_cameras::camera_file;
 use plumb_cameras::source::CameraSource;
@@ -28,7 +28,7 @@ pub(crate) enum Command {
 
 /// How fast the laws are on simulated rigs, through the board's own arithmetic
 ///
-/// Laws: interval, sign, adaptive, taut; their twins in f64 (sign-f64); peers: broyden
+/// Laws: interval, sign, adaptive, taut; their f64_reference in f64 (sign-f64); baselines: broyden
 /// (uncalibrated servoing), model-5, model-10, model-20 (inverse kinematics, geometry so many
 /// percent wrong); limits: oracle, reference (slack-free). Times are multiples of what an oracle
 /// with a perfect model needs. Suites: paper (frames to 10 mm of the paper's task for several γ),
@@ -40,9 +40,9 @@ pub(crate) struct ControlArgs {
     /// What to compare on; several with commas, or given more than once
     #[arg(long, default_value = "quasi-static", value_delimiter = ',')]
     suite: Vec<String>,
-    /// Law or peer, likewise [default: the default law]
-    #[arg(long, value_parser = contender, value_delimiter = ',')]
-    law: Vec<Contender>,
+    /// Law or baseline, likewise [default: the default law]
+    #[arg(long, value_parser = controller, value_delimiter = ',')]
+    law: Vec<ControllerKind>,
     /// Gain of the law interval, 1/s at 0.471 mm of cable a step
     #[arg(long, default_value_t = 450.0, allow_negative_numbers = true, value_parser = numbers::positive)]
     gamma: f64,
@@ -118,9 +118,9 @@ fn suite(name: &str) -> Result<vision::Suite, String> {
     vision::Suite::named(name).ok_or_else(|| "scenes, hard or empty".to_owned())
 }
 
-fn contender(name: &str) -> Result<Contender, String> {
-    let known = || format!("one of {}", Contender::names().join(", "));
-    Contender::named(name).ok_or_else(known)
+fn controller(name: &str) -> Result<ControllerKind, String> {
+    let known = || format!("one of {}", ControllerKind::names().join(", "));
+    ControllerKind::named(name).ok_or_else(known)
 }
 
 pub(crate) fn main(command: Command) -> Result<ExitCode, Failure> {
@@ -138,14 +138,14 @@ fn bench_control(args: &ControlArgs) -> Result<ExitCode, Failure> {
         return bench_paper(args.json);
     }
     let suites = suites(args)?;
-    let contenders = contenders(args)?;
+    let controllers = controllers(args)?;
     // Before the runs, since a file that cannot be written is known at once.
     let svg = args.svg.as_ref().map(|file| create(file)).transpose()?;
     let mut reports = Vec::new();
     'suites: for suite in &suites {
         tell!("{}: {}\n{}", suite.name, suite.about, Report::HEADING);
-        for contender in &contenders {
-            let report = measure(contender, suite, args)?;
+        for controller in &controllers {
+            let report = measure(controller, suite, args)?;
             let line = serde_json::to_string(&report).or_failed()?;
             reports.push(report);
             if args.json && print::results(line)? == Reader::Gone {
@@ -164,16 +164,20 @@ fn create(file: &Path) -> Result<File, Failure> {
     File::create(file).map_err(|error| format!("{}: {error}", file.display())).or_bad_input()
 }
 
-/// Runs a contender on a suite and tells people of it.
-fn measure(contender: &Contender, suite: &Suite, args: &ControlArgs) -> Result<Report, Failure> {
+/// Runs a controller on a suite and tells people of it.
+fn measure(
+    controller: &ControllerKind,
+    suite: &Suite,
+    args: &ControlArgs,
+) -> Result<Report, Failure> {
     let terminal = std::io::stderr().is_terminal();
     let mut progress = |done: u64| {
         if terminal {
-            message(format_args!("\r{} {done}/{} ", contender.name(), args.rigs));
+            message(format_args!("\r{} {done}/{} ", controller.name(), args.rigs));
         }
     };
     let rigs = args.first_rig..args.first_rig + args.rigs;
-    let report = match control::run(contender, suite, rigs, args.seed, &mut progress) {
+    let report = match control::run(controller, suite, rigs, args.seed, &mut progress) {
         error @ Err(BenchError::Range(_) | BenchError::Config(_)) => error.or_bad_input(),
         result => result.or_failed(),
     }?;
@@ -183,8 +187,8 @@ fn measure(contender: &Contender, suite: &Suite, args: &ControlArgs) -> Result<R
             report.failed.iter().take(FAILED_SHOWN).map(|(k, why)| format!("{k} {why}")).collect();
         tell!("  failed: {}", first.join(", "));
     }
-    if report.sent_on > 0 {
-        tell!("  saw nothing for half a second, stopped and were sent on: {}", report.sent_on);
+    if report.resumed > 0 {
+        tell!("  saw nothing for half a second, stopped and were sent on: {}", report.resumed);
     }
     Ok(report)
 }
@@ -204,18 +208,18 @@ fn suites(args: &ControlArgs) -> Result<Vec<Suite>, Failure> {
 }
 
 /// Who was asked for, with what was said about their parameters.
-fn contenders(args: &ControlArgs) -> Result<Vec<Contender>, Failure> {
-    let mut contenders = args.law.clone();
-    if contenders.is_empty() {
-        contenders.push(Contender::Board(LawSettings::default()));
+fn controllers(args: &ControlArgs) -> Result<Vec<ControllerKind>, Failure> {
+    let mut controllers = args.law.clone();
+    if controllers.is_empty() {
+        controllers.push(ControllerKind::Board(LawSettings::default()));
     }
-    for law in contenders.iter_mut().filter_map(Contender::settings_mut) {
+    for law in controllers.iter_mut().filter_map(ControllerKind::settings_mut) {
         law.set_gamma(args.gamma).or_bad_input()?;
         if let Some(mean) = args.mean {
             law.set_mean(mean.into());
         }
     }
-    Ok(contenders)
+    Ok(controllers)
 }
 
 fn bench_paper(json: bool) -> Result<ExitCode, Failure> {

@@ -21,7 +21,7 @@ use plumb_runtime::run::Row;
 use plumb_runtime::session::{Place, Session, Summary};
 use plumb_sim::emulator::{EMULATED, EmulatedBoard, serve};
 use plumb_sim::memory::Memory;
-use plumb_sim::simulated::{ServedWorld, SimulatedCamera, Timing, VirtualWorld, World};
+use plumb_sim::simulated::{ServedRig, SimClock, SimulatedCamera, Timing, VirtualRig};
 use plumb_sim::synthetic::{Background, Options, Room, SyntheticCamera};
 use plumb_vision::camera::Camera;
 use plumb_vision::frame::RgbdFrame;
@@ -117,20 +117,20 @@ fn drive(
     let mut demo = Demo { args, rig: &rig, camera: &camera, place, interrupted, rows };
     if args.virtual_time {
         let board = Rc::new(RefCell::new(board));
-        let Some(world) = VirtualWorld::new(Rc::clone(&board)) else {
+        let Some(simulated) = VirtualRig::new(Rc::clone(&board)) else {
             return Err("the board moves no rig").or_failed();
         };
-        let source = SimulatedCamera::new(world, synthetic, motors, Timing::default());
+        let source = SimulatedCamera::new(simulated, synthetic, motors, Timing::default());
         run(&mut demo, source, folder, Memory::new(board))
     } else {
         let served = Rc::new(serve(board).or_failed()?);
         let port = served.path().to_string_lossy().into_owned();
         tell!("emulated board on {port}");
         let transport = Serial::open(&port, rig.board.baud).or_failed()?;
-        let Some(world) = ServedWorld::new(served) else {
+        let Some(simulated) = ServedRig::new(served) else {
             return Err("the board moves no rig").or_failed();
         };
-        let source = SimulatedCamera::new(world, synthetic, motors, Timing::default());
+        let source = SimulatedCamera::new(simulated, synthetic, motors, Timing::default());
         run(&mut demo, source, folder, transport)
     }
 }
@@ -152,7 +152,7 @@ fn first_frame(folder: &std::path::Path, camera: &Camera) -> Result<RgbdFrame, F
         .or_bad_input()
 }
 
-/// What a run is made of, whatever its world and its link.
+/// What a run is made of, whatever its clock and its link.
 struct Demo<'a> {
     args: &'a Args,
     rig: &'a Rig,
@@ -162,14 +162,14 @@ struct Demo<'a> {
     rows: &'a mut dyn FnMut(&Row),
 }
 
-fn run<W: World, T: Transport>(
+fn run<C: SimClock, T: Transport>(
     demo: &mut Demo<'_>,
-    source: SimulatedCamera<W>,
+    source: SimulatedCamera<C>,
     folder: Option<RecordFolder>,
     transport: T,
 ) -> Result<ExitCode, Failure>
 where
-    SimulatedCamera<W>: CameraSource,
+    SimulatedCamera<C>: CameraSource,
 {
     let Demo { args, rig, camera, interrupted, .. } = *demo;
     let overflow = if args.virtual_time { Overflow::Block } else { Overflow::Drop };
@@ -195,7 +195,7 @@ where
     progress.done();
     let target =
         rig.targets.last().map_or_else(Point3::origin, |t| Point3::from(t.map(|c| c.get())));
-    let true_error_mm = ((source.source().world().ball() - target).norm() * 1e6).round() / 1e3;
+    let true_error_mm = ((source.source().rig().ball() - target).norm() * 1e6).round() / 1e3;
     let recording = recorded(source);
     let line = |summary: &Summary| {
         let time = if args.virtual_time { "virtual" } else { "real" };

@@ -9,7 +9,7 @@ use plumb_cameras::settings::SourceName;
 use plumb_cameras::source::CameraSource;
 use plumb_cameras::source::tee::Tee;
 use plumb_runtime::rig::Rig;
-use plumb_sim::simulated::{Follower, FollowingWorld, SimulatedCamera, Timing};
+use plumb_sim::simulated::{Follower, HilPlant, SimulatedCamera, Timing};
 use plumb_sim::synthetic::{Background, Options, Room, SyntheticCamera};
 use plumb_vision::camera::Camera;
 
@@ -57,12 +57,12 @@ fn simulated(rig: &Rig, camera: Camera, physics: Physics) -> Result<RunCamera, F
         return Err("no rig is simulated").or_bad_input();
     };
     let motors = simulation.motors();
-    let world = FollowingWorld::new(physics.plant(simulation).or_bad_input()?);
-    let follower = Some(world.follower());
+    let plant = HilPlant::new(physics.plant(simulation).or_bad_input()?);
+    let follower = Some(plant.follower());
     let background = Background::Room(Room::furnished());
     let synthetic =
         SyntheticCamera::new(camera.clone(), background, Options::default(), 1).or_bad_input()?;
-    let source = SimulatedCamera::new(world, synthetic, motors, Timing::default());
+    let source = SimulatedCamera::new(plant, synthetic, motors, Timing::default());
     Ok(RunCamera { source: Box::new(source), camera, follower })
 }
 

@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 
 use nalgebra::{Matrix2, Point3, Vector3};
 use plumb_cameras::source::{CameraSource, InvalidFrame, SourceError};
-use plumb_sim::simulated::{SimulationError, Timing, World};
+use plumb_sim::simulated::{SimClock, SimulationError, Timing};
 use plumb_vision::camera::{Camera, Intrinsics};
 use plumb_vision::detect::{BallDetector, DetectError};
 use plumb_vision::frame::RgbdFrame;
@@ -26,8 +26,8 @@ const VARIANCE: f64 = 0.01;
 
 /// A camera whose intrinsics follow the ball, so that the ball has the same pixel and radius in
 /// every image.
-pub struct TrackingCamera<W> {
-    world: W,
+pub struct TrackingCamera<C> {
+    rig: C,
     camera: Camera,
     timing: Timing,
     next_capture: f64,
@@ -35,11 +35,11 @@ pub struct TrackingCamera<W> {
     in_transit: VecDeque<(f64, Point3<f64>)>,
 }
 
-impl<W: World> TrackingCamera<W> {
-    /// Returns a camera at the pose of `camera` that follows the ball of `world`.
-    pub fn new(world: W, camera: Camera, timing: Timing) -> Self {
-        let next_capture = world.now();
-        Self { world, camera, timing, next_capture, in_transit: VecDeque::new() }
+impl<C: SimClock> TrackingCamera<C> {
+    /// Returns a camera at the pose of `camera` that follows the ball of `rig`.
+    pub fn new(rig: C, camera: Camera, timing: Timing) -> Self {
+        let next_capture = rig.now();
+        Self { rig, camera, timing, next_capture, in_transit: VecDeque::new() }
     }
 
     /// Renders the frame of a ball at `ball`, m, captured at `time`, s.
@@ -73,7 +73,7 @@ fn surface(ray: &Vector3<f64>, centre: &Vector3<f64>, radius: f64) -> Option<f64
     (discriminant >= 0.0).then(|| (along - discriminant.sqrt()) / square)
 }
 
-impl<W: World> CameraSource for TrackingCamera<W> {
+impl<C: SimClock> CameraSource for TrackingCamera<C> {
     /// Captures frames at the camera's rate and delivers them after the latency, as
     /// `SimulatedCamera` does.
     fn next_frame(&mut self) -> Result<Option<RgbdFrame>, SourceError> {
@@ -83,19 +83,19 @@ impl<W: World> CameraSource for TrackingCamera<W> {
                 && taken + latency <= self.next_capture
             {
                 self.in_transit.pop_front();
-                self.world.wait_until(taken + latency).map_err(SimulationError::Rig)?;
+                self.rig.wait_until(taken + latency).map_err(SimulationError::Rig)?;
                 return self.render(taken, ball).map(Some);
             }
-            self.world.wait_until(self.next_capture).map_err(SimulationError::Rig)?;
-            let now = self.world.now();
-            self.in_transit.push_back((now, self.world.ball()));
+            self.rig.wait_until(self.next_capture).map_err(SimulationError::Rig)?;
+            let now = self.rig.now();
+            self.in_transit.push_back((now, self.rig.ball()));
             let missed = ((now - self.next_capture) * rate).floor().max(0.0);
             self.next_capture += (missed + 1.0) / rate;
         }
     }
 
     fn now(&self) -> f64 {
-        self.world.now()
+        self.rig.now()
     }
 
     fn is_live(&self) -> bool {
@@ -125,10 +125,10 @@ mod tests {
 
     use super::*;
 
-    /// A world in which nothing moves.
-    struct StaticWorld(Point3<f64>);
+    /// A rig in which nothing moves.
+    struct StaticRig(Point3<f64>);
 
-    impl World for StaticWorld {
+    impl SimClock for StaticRig {
         fn now(&self) -> f64 {
             0.0
         }
@@ -146,7 +146,7 @@ mod tests {
     fn localisation_recovers_the_position() {
         let camera = camera_file::paper().expect("the paper's camera");
         for ball in [[0.54, 0.22, 0.459], [0.4, 0.4, 0.15], [0.7, 0.1, 0.3]].map(Point3::from) {
-            let source = TrackingCamera::new(StaticWorld(ball), camera.clone(), Timing::default());
+            let source = TrackingCamera::new(StaticRig(ball), camera.clone(), Timing::default());
             let frame = source.render(0.0, ball).expect("a picture");
             let seen = FixedDetector(camera.clone()).detect(&frame);
             let seen = seen.expect("no error").expect("a ball");

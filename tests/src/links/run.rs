@@ -17,7 +17,7 @@ use plumb_runtime::rig::{LawSettings, Rig};
 use plumb_runtime::run::Row;
 use plumb_runtime::session::{Place, Session, SessionError, Summary};
 use plumb_sim::memory::Memory;
-use plumb_sim::simulated::{ServedWorld, Timing, VirtualWorld, World};
+use plumb_sim::simulated::{ServedRig, SimClock, Timing, VirtualRig};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -92,13 +92,13 @@ pub fn in_virtual_time(run: &Run) -> Outcome {
     let mut board = board(run);
     board.run_to(start_time(run.seed)).expect("a rig at rest");
     let board = Rc::new(RefCell::new(board));
-    let world = VirtualWorld::new(Rc::clone(&board)).expect("a board with a rig");
+    let simulated = VirtualRig::new(Rc::clone(&board)).expect("a board with a rig");
     let rest = || {
         let now = board.borrow().now();
         let end = Micros(now.0 + REST.as_micros() as u64);
         board.borrow_mut().run_to(end).expect("a rig that follows");
     };
-    drive(&rig, world, Memory::new(Rc::clone(&board)), &board, rest)
+    drive(&rig, simulated, Memory::new(Rc::clone(&board)), &board, rest)
 }
 
 /// Runs in real time, with the board on a pseudo-terminal. The board's deadlines are long, so that
@@ -115,14 +115,14 @@ pub fn in_real_time(run: &Run) -> Outcome {
     let served = Rc::new(serve(board(run)).expect("a pseudo-terminal"));
     let port = served.path().to_string_lossy().into_owned();
     let transport = Serial::open(&port, rig.board.baud).expect("the board's port");
-    let world = ServedWorld::new(Rc::clone(&served)).expect("a board with a rig");
+    let simulated = ServedRig::new(Rc::clone(&served)).expect("a board with a rig");
     let rest = || {
         let end = served.board().now().0 + REST.as_micros() as u64;
         while served.board().now().0 < end {
             thread::sleep(Duration::from_millis(20));
         }
     };
-    drive(&rig, world, transport, &served, rest)
+    drive(&rig, simulated, transport, &served, rest)
 }
 
 /// Access to the emulated board of a run.
@@ -178,15 +178,15 @@ fn board(run: &Run) -> EmulatedBoard {
 }
 
 /// Runs the control loop and inspects the board at each frame and, after `rest`, at the end.
-fn drive<W: World, T: Transport>(
+fn drive<C: SimClock, T: Transport>(
     rig: &Rig,
-    world: W,
+    simulated: C,
     transport: T,
     board: &impl Probe,
     rest: impl FnOnce(),
 ) -> Outcome {
     let camera = camera_file::paper().expect("the paper's camera");
-    let mut source = TrackingCamera::new(world, camera.clone(), Timing::default());
+    let mut source = TrackingCamera::new(simulated, camera.clone(), Timing::default());
     let folder = tempfile::tempdir().expect("a folder");
     let mut legs = Vec::new();
     let session = Session {

@@ -10,7 +10,7 @@ use plumb_core::servo::{BallPosition, MotorPositions, Servo};
 use plumb_protocol::config::Config;
 use plumb_protocol::units::{Micros, Point, Steps16};
 
-use super::simulate::Driver;
+use super::simulate::Controller;
 
 /// Any [`Law`] in the board's own [`Servo`] and [`Planner`]. With the board's law in it, the driver
 /// does what a board does, up to rounding.
@@ -98,7 +98,7 @@ impl LawDriver {
     }
 }
 
-impl Driver for LawDriver {
+impl Controller for LawDriver {
     fn see(&mut self, now: Micros, age_us: u32, ball: Option<Point3<f64>>) {
         let point = ball.and_then(|ball| Point::from_metres(ball.into()));
         let Some(point) = point.filter(|point| self.config.workspace.contains(*point)) else {
@@ -139,7 +139,7 @@ impl Driver for LawDriver {
         false
     }
 
-    fn sent_on(&self) -> bool {
+    fn resumed(&self) -> bool {
         self.sent_on
     }
 }

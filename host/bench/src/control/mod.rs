@@ -4,19 +4,19 @@
 //! Our laws run as the board runs them: frames in, step counts out, in the chip's arithmetic. What
 //! they are compared with is computed in `f64`.
 
+mod baselines;
 mod bounce;
-mod contender;
+mod controller;
+mod controllers;
 mod curves;
-mod drivers;
+mod f64_reference;
 mod kinematic;
 mod law_driver;
 mod oracle;
 mod paper;
-mod peers;
 mod report;
 mod simulate;
 mod suite;
-mod twins;
 
 use std::num::NonZeroUsize;
 use std::ops::Range;
@@ -33,7 +33,7 @@ use plumb_runtime::rig::OutOfRange;
 use plumb_sim::limits::Limits;
 use simulate::Outcome;
 
-pub use contender::Contender;
+pub use controller::ControllerKind;
 pub use curves::draw as draw_curves;
 pub use paper::{ControlError, PAPER_GAMMAS, PaperSuite, paper};
 pub use report::Report;
@@ -63,13 +63,13 @@ pub enum BenchError {
     },
 }
 
-/// Runs `contender` on rigs of a suite, by their numbers, on all cores. `progress` hears how many
+/// Runs `controller` on rigs of a suite, by their numbers, on all cores. `progress` hears how many
 /// runs are done.
 ///
 /// # Errors
 /// Where the law's parameters are out of the board's range.
 pub fn run(
-    contender: &Contender,
+    controller: &ControllerKind,
     suite: &Suite,
     rigs: Range<u64>,
     seed: u64,
@@ -87,7 +87,7 @@ pub fn run(
                 loop {
                     let index = next.fetch_add(1, Ordering::Relaxed);
                     if index >= end
-                        || sender.send((index, one(contender, suite, seed, index))).is_err()
+                        || sender.send((index, one(controller, suite, seed, index))).is_err()
                     {
                         break;
                     }
@@ -102,12 +102,12 @@ pub fn run(
         Ok::<(), BenchError>(())
     })?;
     let runs: Vec<(Outcome, f64)> = runs.into_iter().flatten().collect();
-    Ok(Report::new(contender.name(), suite.name, (seed, rigs.start), &runs))
+    Ok(Report::new(controller.name(), suite.name, (seed, rigs.start), &runs))
 }
 
 /// One run and the oracle's time for its task.
 fn one(
-    contender: &Contender,
+    controller: &ControllerKind,
     suite: &Suite,
     seed: u64,
     index: u64,
@@ -115,10 +115,10 @@ fn one(
     let of_rig = |error| BenchError::Rig { index, seed, error };
     let task = suite.task(seed, index).map_err(of_rig)?;
     let oracle_s = oracle::time_s(&task, &Limits::default(), suite.threshold_m).map_err(of_rig)?;
-    let mut driver =
-        contender.driver(suite, &task, suite.elasticity(seed, index), (seed, index))?;
+    let mut controller =
+        controller.build(suite, &task, suite.elasticity(seed, index), (seed, index))?;
     let outcome =
-        simulate::run(&mut *driver, suite, &task, (seed, index), oracle_s).map_err(of_rig)?;
+        simulate::run(&mut *controller, suite, &task, (seed, index), oracle_s).map_err(of_rig)?;
     Ok((outcome, oracle_s))
 }
 

@@ -1,4 +1,4 @@
-//! What all runs of a contender come to.
+//! What all runs of a controller come to.
 
 use std::fmt;
 
@@ -50,7 +50,7 @@ pub struct Report {
     pub failed: Vec<(u64, &'static str)>,
     /// Runs that stopped because nothing was seen for half a second, and were sent on.
     #[serde(skip)]
-    pub sent_on: usize,
+    pub resumed: usize,
 }
 
 /// The value below which a share `q` of the `sorted` ones lies.
@@ -108,7 +108,7 @@ impl Report {
             ratios,
             median_s: quantile(&times, 0.5),
             failed,
-            sent_on: runs.iter().filter(|(run, _)| run.sent_on).count(),
+            resumed: runs.iter().filter(|(run, _)| run.resumed).count(),
         }
     }
 

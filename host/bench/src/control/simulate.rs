@@ -1,4 +1,4 @@
-//! One run: a contender, a rig and a camera in virtual time.
+//! One run: a controller, a rig and a camera in virtual time.
 
 use nalgebra::Point3;
 use plumb_core::TICK_US;
@@ -21,7 +21,7 @@ const KEPT: f64 = 0.95;
 const PATIENCE: (f64, f64) = (15.0, 30.0);
 
 /// What is put to the test: sees positions and moves motors.
-pub(crate) trait Driver {
+pub(crate) trait Controller {
     /// A picture arrives at `now` that was, as far as anyone can tell, taken `age_us` earlier.
     fn see(&mut self, now: Micros, age_us: u32, ball: Option<Point3<f64>>);
     /// The motors over the tick that begins at `now`; where they are at its end, full steps, + pays
@@ -32,7 +32,7 @@ pub(crate) trait Driver {
     /// Whether it has given up.
     fn failed(&self) -> bool;
     /// Whether it stopped because it saw nothing for half a second, and was sent on.
-    fn sent_on(&self) -> bool {
+    fn resumed(&self) -> bool {
         false
     }
 }
@@ -50,7 +50,7 @@ pub(crate) struct Outcome {
     /// Whether the target was said to be reached while the ball was outside the threshold.
     pub(crate) false_reached: bool,
     /// Whether it stopped because it had seen nothing for half a second, and was sent on.
-    pub(crate) sent_on: bool,
+    pub(crate) resumed: bool,
     /// How it ended.
     pub(crate) ending: &'static str,
 }
@@ -59,7 +59,7 @@ pub(crate) struct Outcome {
 struct Watch {
     target: Point3<f64>,
     threshold_m: f64,
-    /// When the clock started, which for all contenders is the same.
+    /// When the clock started, which for all controllers is the same.
     first_s: Option<f64>,
     arrived_s: Option<f64>,
     slack_s: [f64; 3],
@@ -101,13 +101,13 @@ impl Watch {
     }
 }
 
-/// Lets `driver` drive the ball of a task of `suite`; the oracle needs `oracle_s` for it.
+/// Lets `controller` drive the ball of a task of `suite`; the oracle needs `oracle_s` for it.
 ///
 /// # Errors
 /// Where the rig cannot be, or the camera. A rig that cannot follow its motors is a run that
 /// failed.
 pub(crate) fn run(
-    driver: &mut dyn Driver,
+    controller: &mut dyn Controller,
     suite: &Suite,
     task: &Task,
     (seed, index): (u64, u64),
@@ -129,8 +129,8 @@ pub(crate) fn run(
     while !complete {
         let now = Micros(tick * u64::from(TICK_US));
         let t = now.0 as f64 * 1e-6;
-        if t > oracle_s * PATIENCE.0 + PATIENCE.1 || driver.failed() {
-            watch.outcome.ending = if driver.failed() { "gave up" } else { "took too long" };
+        if t > oracle_s * PATIENCE.0 + PATIENCE.1 || controller.failed() {
+            watch.outcome.ending = if controller.failed() { "gave up" } else { "took too long" };
             break;
         }
         if tick.is_multiple_of(TICKS_A_LOOK) && f64::from(frames) * camera.period_s() <= t {
@@ -141,18 +141,18 @@ pub(crate) fn run(
             watch.first_s.get_or_insert(t);
             let age_us =
                 if suite.ages_known { ((t - seen.captured_at_s) * 1e6) as u32 } else { age_us };
-            driver.see(now, age_us, seen.position);
+            controller.see(now, age_us, seen.position);
         }
-        let motors = driver.tick(now);
+        let motors = controller.tick(now);
         tick += 1;
         if tick.is_multiple_of(TICKS_A_LOOK) {
             if plant.advance(1e-6 * (TICKS_A_LOOK * u64::from(TICK_US)) as f64, motors).is_err() {
                 watch.outcome.ending = "the rig could not follow";
                 break;
             }
-            complete = watch.look(t + 1e-6 * f64::from(TICK_US), &*plant, driver.reached());
+            complete = watch.look(t + 1e-6 * f64::from(TICK_US), &*plant, controller.reached());
         }
     }
-    watch.outcome.sent_on = driver.sent_on();
+    watch.outcome.resumed = controller.resumed();
     Ok(watch.outcome(complete))
 }

@@ -1,4 +1,4 @@
-//! What the contenders are put to: which rigs, which physics, which camera.
+//! What the controllers are put to: which rigs, which physics, which camera.
 
 use super::kinematic::Kinematic;
 use plumb_emulator::rig::{

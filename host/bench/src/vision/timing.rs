@@ -11,7 +11,7 @@ use opencv::imgproc::gaussian_blur_def;
 use plumb_vision::detect::red::RedParameters;
 use plumb_vision::frame::RgbdFrame;
 
-use super::peers::borrow_colour;
+use super::baselines::borrow_colour;
 
 /// What this thread has computed so far: a clock that other programs do not make go faster.
 pub(super) fn computed() -> Duration {

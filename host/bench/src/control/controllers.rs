@@ -8,11 +8,11 @@ use plumb_protocol::frame;
 use plumb_protocol::message::{Command, Fault, Hello, Position, State, ToBoard};
 use plumb_protocol::units::{Micros, Point, Steps16};
 
-use super::simulate::Driver;
+use super::simulate::Controller;
 use super::suite::Clock;
 
 /// A board of [`plumb_core`], spoken to in frames.
-pub(crate) struct BoardDriver {
+pub(crate) struct BoardController {
     board: Board,
     law_worker: LawWorker,
     outbox: Outbox,
@@ -20,36 +20,36 @@ pub(crate) struct BoardDriver {
     /// Id of the last request.
     id: u16,
     reached: bool,
-    sent_on: bool,
+    resumed: bool,
     target: Option<Point>,
 }
 
-impl BoardDriver {
+impl BoardController {
     /// A board with this configuration that is told to drive the ball to `target` (metres).
     pub(crate) fn new(config: Config, target: Point3<f64>) -> Self {
-        let mut driver = Self {
+        let mut controller = Self {
             board: Board::new(EMULATED),
             law_worker: LawWorker::new(),
             outbox: Outbox::new(),
             sequence: 0,
             id: 0,
             reached: false,
-            sent_on: false,
+            resumed: false,
             target: Point::from_metres(target.into()),
         };
-        driver.send(Micros(0), Command::Hello(Hello::OURS));
-        driver.send(Micros(0), Command::Configure(config));
-        if let Some(target) = driver.target {
-            driver.send(Micros(0), Command::Target(target));
+        controller.send(Micros(0), Command::Hello(Hello::OURS));
+        controller.send(Micros(0), Command::Configure(config));
+        if let Some(target) = controller.target {
+            controller.send(Micros(0), Command::Target(target));
         }
-        driver
+        controller
     }
 
     /// A board that has stopped because it saw nothing for half a second is sent on when the ball
     /// is seen again.
     fn resume(&mut self, now: Micros, seen: bool) {
         if self.board.state() == State::Fault(Fault::PositionLost) && seen {
-            self.sent_on = true;
+            self.resumed = true;
             self.send(now, Command::ClearFault);
         }
         if let (State::Ready, Some(target)) = (self.board.state(), self.target) {
@@ -67,7 +67,7 @@ impl BoardDriver {
     }
 }
 
-impl Driver for BoardDriver {
+impl Controller for BoardController {
     fn see(&mut self, now: Micros, age_us: u32, ball: Option<Point3<f64>>) {
         self.sequence = self.sequence.wrapping_add(1);
         self.resume(now, ball.is_some());
@@ -94,26 +94,26 @@ impl Driver for BoardDriver {
             && self.board.state() != lost
     }
 
-    fn sent_on(&self) -> bool {
-        self.sent_on
+    fn resumed(&self) -> bool {
+        self.resumed
     }
 }
 
 /// A plan made beforehand, a row a millisecond, from when the clock starts.
-pub(crate) struct PlanDriver {
+pub(crate) struct PlanController {
     rows: Vec<[f64; 3]>,
     start: Option<Micros>,
     /// Milliseconds of the plan that are over.
     gone: u64,
 }
 
-impl PlanDriver {
+impl PlanController {
     pub(crate) fn new(rows: Vec<[f64; 3]>, clock: Clock) -> Self {
         Self { rows, start: (clock == Clock::Target).then_some(Micros(0)), gone: 0 }
     }
 }
 
-impl Driver for PlanDriver {
+impl Controller for PlanController {
     fn see(&mut self, now: Micros, _: u32, _: Option<Point3<f64>>) {
         self.start.get_or_insert(now);
     }

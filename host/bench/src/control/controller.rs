@@ -7,22 +7,22 @@ use plumb_emulator::rig::{ElasticParameters, Task};
 use plumb_protocol::Config;
 use plumb_protocol::units::Point;
 
-use super::drivers::{BoardDriver, PlanDriver};
+use super::baselines::{Broyden, Model};
+use super::controllers::{BoardController, PlanController};
 use super::law_driver::LawDriver;
-use super::peers::{Broyden, Model};
-use super::simulate::Driver;
+use super::simulate::Controller;
 use super::suite::Suite;
-use super::{BenchError, oracle, twins};
+use super::{BenchError, f64_reference, oracle};
 use plumb_runtime::rig::{Estimating, LawSettings, Seconds};
 use plumb_sim::limits::Limits;
 
 /// Who drives.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Contender {
+pub enum ControllerKind {
     /// One of the board's laws, on the board's code.
     Board(LawSettings),
     /// The same law written in `f64`, through the board's planner.
-    Twin(LawSettings),
+    F64(LawSettings),
     /// Uncalibrated servoing: Broyden's updates of J, damped Gauss-Newton.
     Broyden,
     /// Inverse kinematics with a geometry and a pulley radius that are wrong by so many percent.
@@ -38,35 +38,38 @@ pub enum Contender {
 const REFERENCE_MEAN_S: f64 = 0.3;
 
 /// Names and what they stand for, besides the board's laws.
-const PEERS: [(&str, Contender); 6] = [
-    ("broyden", Contender::Broyden),
-    ("model-5", Contender::Model(5)),
-    ("model-10", Contender::Model(10)),
-    ("model-20", Contender::Model(20)),
-    ("oracle", Contender::Oracle),
-    ("reference", Contender::Reference(REFERENCE_MEAN_S)),
+const BASELINES: [(&str, ControllerKind); 6] = [
+    ("broyden", ControllerKind::Broyden),
+    ("model-5", ControllerKind::Model(5)),
+    ("model-10", ControllerKind::Model(10)),
+    ("model-20", ControllerKind::Model(20)),
+    ("oracle", ControllerKind::Oracle),
+    ("reference", ControllerKind::Reference(REFERENCE_MEAN_S)),
 ];
 
-/// What a law's name ends in where its twin in `f64` is meant.
-const TWIN: &str = "-f64";
+/// What a law's name ends in where its reference in `f64` is meant.
+const F64_SUFFIX: &str = "-f64";
 
-impl Contender {
+impl ControllerKind {
     /// Every name that [`named`](Self::named) knows.
     #[must_use]
     pub fn names() -> Vec<String> {
         let laws = LawSettings::NAMES.into_iter().map(str::to_owned);
-        let twins = twins::NAMES.into_iter().map(|name| format!("{name}{TWIN}"));
-        laws.chain(twins).chain(PEERS.map(|(name, _)| name.to_owned())).collect()
+        let f64_reference =
+            f64_reference::NAMES.into_iter().map(|name| format!("{name}{F64_SUFFIX}"));
+        laws.chain(f64_reference).chain(BASELINES.map(|(name, _)| name.to_owned())).collect()
     }
 
-    /// A law with the parameters of the paper's rig, its twin, or a peer, by its name.
+    /// A law with the parameters of the paper's rig, its reference, or a baseline, by its name.
     #[must_use]
     pub fn named(name: &str) -> Option<Self> {
-        if let Some((_, peer)) = PEERS.into_iter().find(|(known, _)| *known == name) {
-            return Some(peer);
+        if let Some((_, baseline)) = BASELINES.into_iter().find(|(known, _)| *known == name) {
+            return Some(baseline);
         }
-        match name.strip_suffix(TWIN) {
-            Some(law) if twins::NAMES.contains(&law) => LawSettings::named(law).map(Self::Twin),
+        match name.strip_suffix(F64_SUFFIX) {
+            Some(law) if f64_reference::NAMES.contains(&law) => {
+                LawSettings::named(law).map(Self::F64)
+            }
             _ => LawSettings::named(name).map(Self::Board),
         }
     }
@@ -76,7 +79,7 @@ impl Contender {
     pub fn name(&self) -> String {
         match self {
             Self::Board(law) => law.name().to_owned(),
-            Self::Twin(law) => format!("{}{TWIN}", law.name()),
+            Self::F64(law) => format!("{}{F64_SUFFIX}", law.name()),
             Self::Broyden => "broyden".to_owned(),
             Self::Model(percent) => format!("model-{percent}"),
             Self::Oracle => "oracle".to_owned(),
@@ -87,7 +90,7 @@ impl Contender {
     /// The parameters of its law, where it has one.
     pub fn settings_mut(&mut self) -> Option<&mut LawSettings> {
         match self {
-            Self::Board(law) | Self::Twin(law) => Some(law),
+            Self::Board(law) | Self::F64(law) => Some(law),
             _ => None,
         }
     }
@@ -96,26 +99,31 @@ impl Contender {
     ///
     /// # Errors
     /// Where a parameter is out of the board's range, or the rig cannot be.
-    pub(super) fn driver(
+    pub(super) fn build(
         &self,
         suite: &Suite,
         task: &Task,
         elasticity: Option<ElasticParameters>,
         (seed, index): (u64, u64),
-    ) -> Result<Box<dyn Driver>, BenchError> {
+    ) -> Result<Box<dyn Controller>, BenchError> {
         let limits = Limits::default();
-        let plan = |rows| -> Box<dyn Driver> { Box::new(PlanDriver::new(rows, suite.clock)) };
+        let plan =
+            |rows| -> Box<dyn Controller> { Box::new(PlanController::new(rows, suite.clock)) };
         Ok(match self {
             Self::Board(law) => {
                 let (config, _) = checked(law, suite)?;
-                Box::new(BoardDriver::new(config, task.target))
+                Box::new(BoardController::new(config, task.target))
             }
-            Self::Twin(law) => by_law(law, suite, task, |params| twins::of(law, params, limits))?,
-            Self::Broyden => by_law(&PEERS_OWN, suite, task, |_| Box::new(Broyden::new(limits)))?,
+            Self::F64(law) => {
+                by_law(law, suite, task, |params| f64_reference::of(law, params, limits))?
+            }
+            Self::Broyden => {
+                by_law(&BASELINE_SETTINGS, suite, task, |_| Box::new(Broyden::new(limits)))?
+            }
             Self::Model(percent) => {
                 let model = Model::new(task, f64::from(*percent) / 100.0, limits, (seed, index))
                     .map_err(|error| BenchError::Rig { index, seed, error })?;
-                by_law(&PEERS_OWN, suite, task, |_| Box::new(model))?
+                by_law(&BASELINE_SETTINGS, suite, task, |_| Box::new(model))?
             }
             Self::Oracle => plan(oracle::trapezoids(task, &limits)),
             Self::Reference(mean_s) => plan(oracle::slack_free(task, &limits, *mean_s, elasticity)),
@@ -123,8 +131,8 @@ impl Contender {
     }
 }
 
-/// What peers take from the board's settings: no delay, no running mean.
-const PEERS_OWN: LawSettings =
+/// What baselines take from the board's settings: no delay, no running mean.
+const BASELINE_SETTINGS: LawSettings =
     LawSettings::Adaptive(Estimating { delay: Seconds::ZERO, mean: Seconds::ZERO });
 
 /// The configuration of a board with these `settings` in a suite, and its parameters.
@@ -150,7 +158,7 @@ pub(super) fn by_law(
     suite: &Suite,
     task: &Task,
     law: impl FnOnce(&Params) -> Box<dyn Law>,
-) -> Result<Box<dyn Driver>, BenchError> {
+) -> Result<Box<dyn Controller>, BenchError> {
     let (config, params) = checked(settings, suite)?;
     let target = Point::from_metres(task.target.into()).ok_or(BenchError::Target(task.target))?;
     Ok(Box::new(LawDriver::new(law(&params), (config, &params), target)))

@@ -8,7 +8,7 @@ use nalgebra::{Matrix3, Vector3};
 use plumb_core::law::{Law, Measurement, Setpoint};
 use plumb_protocol::config::SIGNS;
 
-use super::super::twins::{Seen, along, setpoint};
+use super::super::f64_reference::{Seen, along, setpoint};
 use plumb_sim::limits::Limits;
 
 /// First guess of |J|, mm/step: the one in docs/understand/method.md.

@@ -6,7 +6,7 @@ use plumb_emulator::rig::{Geometry, RigError, Task};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::super::twins::{Seen, along, setpoint};
+use super::super::f64_reference::{Seen, along, setpoint};
 use plumb_sim::limits::Limits;
 
 /// Of what a picture says of the way that is left beyond what the model foretold, what is taken.

@@ -16,10 +16,10 @@ use plumb_runtime::rig::LawSettings;
 use plumb_sim::limits::Limits;
 use sign::Sign;
 
-/// The laws that have a twin; `taut` computes in floating point on the board too.
+/// The laws that have a reference; `taut` computes in floating point on the board too.
 pub(super) const NAMES: [&str; 3] = ["interval", "sign", "adaptive"];
 
-/// The twin of a law with these parameters, on motors of these limits; the board's own where that
+/// The reference of a law with these parameters, on motors of these limits; the board's own where that
 /// is no fixed point.
 pub(super) fn of(law: &LawSettings, params: &Params, limits: Limits) -> Box<dyn Law> {
     match law {
