@@ -44,7 +44,7 @@ fn has_config(chip: &mut Chip, config: &Config) -> bool {
 }
 
 #[test]
-fn a_stored_configuration_outlives_the_power_and_moves_nothing_before_hello() {
+fn a_stored_configuration_survives_power_off_without_motion_before_hello() {
     let Some(image) = firmware_image() else { return };
     let config = fast_config(400.0, StepDir::A4988);
     let mut chip = Chip::start(&image).configured(config);

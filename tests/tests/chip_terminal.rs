@@ -28,7 +28,7 @@ impl Drop for KillOnDrop {
 }
 
 #[test]
-fn a_session_drives_the_real_image_over_a_serial_port() {
+fn a_run_drives_the_real_firmware_over_a_serial_port() {
     let Some(image) = firmware_image() else { return };
     let mut terminal = KillOnDrop(
         Command::new(env!("CARGO_BIN_EXE_chip-terminal"))

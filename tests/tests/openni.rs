@@ -39,7 +39,7 @@ fn ball_view(camera: &Camera, ball: Point3<f64>) -> Control {
 }
 
 #[test]
-fn the_papers_task_is_done_through_libopenni2() {
+fn a_run_with_libopenni2_reaches_the_papers_target() {
     let folder = tempfile::tempdir().expect("a folder");
     let library = match plumb_openni_driver::stage(folder.path(), true) {
         Ok(library) => library,

@@ -169,7 +169,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_written_is_read() {
+    fn a_record_survives_writing_and_reading() {
         let folder = tempfile::tempdir().unwrap();
         let mut control = Control::default();
         let mut file = ControlFile::create(&folder.path().join("control"), &control).unwrap();

@@ -157,7 +157,7 @@ mod tests {
     }
 
     #[test]
-    fn the_ball_is_where_a_pinhole_camera_sees_it_in_both_pictures() {
+    fn both_frames_show_the_ball_at_its_pinhole_projection() {
         let control = Control { ball: Some([0.2, -0.1, 1.0]), ..Control::default() };
         let (mut rgb, mut mm) = (vec![0; 640 * 480 * 3], vec![0; 640 * 480 * 2]);
         let ranges = |mm: &[u8]| -> Vec<u16> {

@@ -78,7 +78,7 @@ fn next(camera: &mut Camera) -> Pair {
 }
 
 #[test]
-fn a_live_camera_is_registered_unmirrored_and_of_the_size_asked_for() {
+fn a_live_camera_is_registered_unmirrored_and_of_the_requested_size() {
     if openni().is_none() {
         return;
     }
@@ -108,7 +108,7 @@ fn a_live_camera_is_registered_unmirrored_and_of_the_size_asked_for() {
 }
 
 #[test]
-fn what_the_camera_does_not_do_is_said() {
+fn unsupported_features_are_reported() {
     if openni().is_none() {
         return;
     }
@@ -156,7 +156,7 @@ fn what_the_camera_does_not_do_is_said() {
 }
 
 #[test]
-fn without_synchronisation_they_are_paired_by_time() {
+fn frames_without_synchronisation_are_paired_by_time() {
     if openni().is_none() {
         return;
     }
@@ -179,7 +179,7 @@ fn lasting(camera: &mut Camera) -> OpenniError {
 }
 
 #[test]
-fn pulling_the_plug_is_noticed_and_stays_so() {
+fn unplugging_is_a_permanent_error() {
     if openni().is_none() {
         return;
     }
@@ -196,7 +196,7 @@ fn pulling_the_plug_is_noticed_and_stays_so() {
 }
 
 #[test]
-fn silence_is_noticed() {
+fn a_silent_camera_is_an_error() {
     if openni().is_none() {
         return;
     }
@@ -209,7 +209,7 @@ fn silence_is_noticed() {
 }
 
 #[test]
-fn a_stream_that_stops_and_streams_out_of_step_are_noticed() {
+fn a_stopped_stream_and_unpaired_streams_are_errors() {
     if openni().is_none() {
         return;
     }
@@ -234,7 +234,7 @@ fn a_stream_that_stops_and_streams_out_of_step_are_noticed() {
 }
 
 #[test]
-fn a_picture_of_another_size_is_refused_and_the_next_one_taken() {
+fn a_frame_of_another_size_is_refused_and_the_next_accepted() {
     if openni().is_none() {
         return;
     }
@@ -280,7 +280,7 @@ fn play(path: &Path) -> (Vec<Pair>, Vec<OpenniError>, Result<(), OpenniError>) {
 }
 
 #[test]
-fn what_is_recorded_is_played_whole() {
+fn a_recording_is_played_completely() {
     if openni().is_none() {
         return;
     }

@@ -72,12 +72,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_checksum_is_that_of_its_catalogue() {
+    fn the_checksum_has_its_catalogue_value() {
         assert_eq!(crc32(b"123456789"), 0xCBF4_3926);
     }
 
     #[test]
-    fn blocks_are_taken_apart() {
+    fn blocks_are_decoded() {
         assert_eq!(take_cobs_off(&[3, 7, 8, 2, 9]), Ok(vec![7, 8, 0, 9]));
         assert_eq!(take_cobs_off(&[1, 1, 1]), Ok(vec![0, 0]));
         assert_eq!(take_cobs_off(&[9, 1]), Err(FrameError::Torn));

@@ -129,7 +129,7 @@ fn turned(at: Snapshot, steps: i32, rate: i32) -> Snapshot {
 }
 
 #[test]
-fn a_board_that_keeps_to_everything_breaks_nothing() {
+fn a_correct_board_breaks_no_invariant() {
     let mut bench = Bench::seeking();
     bench.rest(100);
     bench.tick(turned(bench.at, 1, 102), pulses(1, 7, 25_000), None, &[]);
@@ -193,7 +193,7 @@ fn a_pulse_beyond_the_travel_is_found() {
 }
 
 #[test]
-fn a_motor_outside_that_goes_on_is_found() {
+fn a_motor_that_moves_further_outside_is_found() {
     let mut bench = Bench::seeking();
     bench.at.positions[0] = bench.config.motors[0].travel_max.0 + 50;
     bench.tick(turned(bench.at, 1, 0), pulses(1, 7, 25_000), None, &[]);
@@ -201,7 +201,7 @@ fn a_motor_outside_that_goes_on_is_found() {
 }
 
 #[test]
-fn motion_that_nobody_asked_for_is_found() {
+fn motion_without_a_command_is_found() {
     let mut bench = Bench::ready();
     bench.tick(turned(bench.at, 1, 0), pulses(1, 7, 25_000), None, &[]);
     bench.assert_only(standstill::STANDSTILL);
@@ -225,7 +225,7 @@ fn a_stop_that_takes_too_long_is_found() {
 }
 
 #[test]
-fn a_fault_that_goes_by_itself_is_found() {
+fn a_fault_that_clears_itself_is_found() {
     let mut bench = Bench::seeking();
     let fault = Fault::PositionLost;
     let after = Snapshot { state: State::Fault(fault), ..bench.at };
@@ -243,7 +243,7 @@ fn a_fault_without_a_report_is_found() {
 }
 
 #[test]
-fn an_emergency_that_is_cleared_while_open_is_found() {
+fn a_cleared_emergency_with_an_open_input_is_found() {
     let mut bench = Bench::seeking();
     let fault = Fault::EmergencyStop;
     let (before, ready) = (bench.at, Snapshot { state: State::Ready, ..bench.at });
@@ -256,7 +256,7 @@ fn an_emergency_that_is_cleared_while_open_is_found() {
 }
 
 #[test]
-fn deadlines_that_pass_are_found() {
+fn missed_deadlines_are_found() {
     let mut bench = Bench::seeking();
     // A silent host for 300 ms.
     bench.rest(1500 + 2 + 2);
@@ -280,7 +280,7 @@ fn missing_and_wrong_answers_are_found() {
 }
 
 #[test]
-fn a_request_that_is_carried_out_twice_is_found() {
+fn a_request_that_is_executed_twice_is_found() {
     let mut bench = Bench::ready();
     let after = Snapshot { generation: 2, ..bench.at };
     let message = Ok(ToBoard { id: 2, command: Command::Configure(bench.config) });
