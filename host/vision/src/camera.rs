@@ -20,29 +20,34 @@ pub struct Intrinsics {
 impl Intrinsics {
     /// Returns the point at pixel (`u`, `v`) and depth `z` metres along the optical axis, in camera axes
     /// (x right, y down, z forward), metres.
+    #[inline]
     pub fn deproject(&self, u: f64, v: f64, z: f64) -> Point3<f64> {
         Point3::new((u - self.cx) / self.fx * z, (v - self.cy) / self.fy * z, z)
     }
 
     /// Returns the pixel of a point in camera axes (metres); `None` for a point that is not in front
     /// of the camera.
+    #[inline]
     pub fn project(&self, p: &Point3<f64>) -> Option<(f64, f64)> {
         (p.z > 1e-9).then(|| (self.fx * p.x / p.z + self.cx, self.fy * p.y / p.z + self.cy))
     }
 
     /// Returns the mean of the two focal lengths, pixels.
+    #[inline]
     pub(crate) fn focal(&self) -> f64 {
         (self.fx + self.fy) / 2.0
     }
 
     /// Returns the radius (pixels, on the optical axis) of a ball of radius `ball_radius` at depth `z`,
     /// metres.
+    #[inline]
     pub(crate) fn radius_at(&self, ball_radius: f64, z: f64) -> f64 {
         self.focal() * ball_radius / z
     }
 
     /// Returns the depth, metres, of a ball of radius `ball_radius` (metres) that is seen with
     /// `radius` pixels.
+    #[inline]
     pub(crate) fn depth_of(&self, ball_radius: f64, radius: f64) -> f64 {
         self.focal() * ball_radius / radius
     }

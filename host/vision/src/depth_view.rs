@@ -20,11 +20,13 @@ impl<'a> DepthView<'a> {
     }
 
     /// Returns the intrinsics of the image.
+    #[inline]
     pub(crate) fn intrinsics(&self) -> &Intrinsics {
         self.intrinsics
     }
 
     /// Checks whether (`u`, `v`) is in the image.
+    #[inline]
     pub(crate) fn contains(&self, u: f64, v: f64) -> bool {
         u >= -0.5
             && v >= -0.5
@@ -34,6 +36,7 @@ impl<'a> DepthView<'a> {
 
     /// Returns the depth in metres at the pixel nearest to (`u`, `v`); `None` outside the image or
     /// where the depth is unknown.
+    #[inline]
     pub(crate) fn at(&self, u: f64, v: f64) -> Option<f64> {
         if !self.contains(u, v) {
             return None;

@@ -18,11 +18,13 @@ pub(super) struct DiscPlace {
 
 impl DiscPlace {
     /// Returns the square of the distance from the centre, in the radius.
+    #[inline]
     pub(super) fn square(&self) -> f64 {
         self.x * self.x + self.y * self.y
     }
 
     /// Returns column and row of the place on `disc`.
+    #[inline]
     pub(super) fn on(&self, disc: &Disc) -> (f64, f64) {
         (disc.u + self.x * disc.radius, disc.v + self.y * disc.radius)
     }
@@ -41,18 +43,20 @@ impl FrameView<'_> {
     /// Pixels of the ball's colour come first: a post in front of the ball may hide more of the
     /// disc than is visible of the ball.
     pub(super) fn centre_depth(&self, disc: &Disc) -> Option<f64> {
+        let least = self.parameters.clusters.min_likeness;
+        let coloured = self.agreed_depth(disc, |u, v| self.colour.likeness(u, v) >= least);
+        coloured.or_else(|| self.agreed_depth(disc, |_, _| true))
+    }
+
+    /// Returns the depth of the ball's centre, metres, if enough of the visible disc agrees on it.
+    /// Only pixels that `counts` accepts are read.
+    fn agreed_depth(&self, disc: &Disc, counts: impl Fn(f64, f64) -> bool) -> Option<f64> {
         let parameters = &self.parameters.decide;
         let circle = (disc.u, disc.v, disc.radius);
-        let has_support = |known: &CentreDepth| {
-            let visible = 1.0 - self.covered_part(disc, known.depth);
-            known.support >= parameters.min_depth_support * visible.max(parameters.min_visible)
-        };
-        let least = self.parameters.clusters.min_likeness;
-        let read = |counts: &dyn Fn(f64, f64) -> bool| {
-            rough_centre_depth(circle, &self.depth, self.ball_radius, counts).filter(has_support)
-        };
-        let coloured = read(&|u, v| self.colour.likeness(u, v) >= least);
-        coloured.or_else(|| read(&|_, _| true)).map(|known| known.depth)
+        let CentreDepth { depth, support, .. } =
+            rough_centre_depth(circle, &self.depth, self.ball_radius, counts)?;
+        let visible = (1.0 - self.covered_part(disc, depth)).max(parameters.min_visible);
+        (support >= parameters.min_depth_support * visible).then_some(depth)
     }
 
     /// Returns the part of a disc that is hidden by objects in front of a ball at depth `z`.
@@ -77,6 +81,7 @@ impl FrameView<'_> {
     }
 
     /// Checks whether an object at depth `depth` is in front of a ball at depth `z`, metres.
+    #[inline]
     pub(super) fn is_in_front(&self, depth: f64, z: f64) -> bool {
         depth < z - self.parameters.decide.covers_disc * self.ball_radius
     }

@@ -72,6 +72,7 @@ impl LikenessMap {
     }
 
     /// Returns the likenesses, 0 to 1, row by row.
+    #[inline]
     pub fn values(&self) -> &[f32] {
         &self.values
     }
@@ -87,6 +88,7 @@ impl LikenessMap {
     }
 
     /// Returns the index of the value at column `u`, row `v` of the full image; `None` outside.
+    #[inline]
     pub(super) fn index(&self, u: f64, v: f64) -> Option<usize> {
         let x = (u + 0.5 - self.origin.0) / Self::FACTOR;
         let y = (v + 0.5 - self.origin.1) / Self::FACTOR;
@@ -95,6 +97,7 @@ impl LikenessMap {
     }
 
     /// Returns column and row in the full image of the centre of the pixel at column `x`, row `y`.
+    #[inline]
     pub fn to_full(&self, x: f64, y: f64) -> (f64, f64) {
         let full = |k: f64, origin: f64| (k + 0.5) * Self::FACTOR - 0.5 + origin;
         (full(x, self.origin.0), full(y, self.origin.1))

@@ -10,7 +10,6 @@ use std::sync::LazyLock;
 use nalgebra::Vector3;
 
 use super::view::{ColourView, Disc};
-use crate::image::Bgr;
 
 /// Number of rays.
 pub const RAYS: usize = 40;
@@ -31,6 +30,7 @@ static DIRECTIONS: LazyLock<[Direction; RAYS]> = LazyLock::new(|| {
 });
 
 /// Returns the directions of all rays.
+#[inline]
 pub(super) fn directions() -> &'static [Direction; RAYS] {
     &DIRECTIONS
 }
@@ -70,6 +70,7 @@ impl<'a> RadialScan<'a> {
     }
 
     /// Returns a pixel of the disc's radius along a ray.
+    #[inline]
     fn step(&self, ray: usize) -> Vector3<f64> {
         let Direction { cos, sin } = self.directions[ray];
         self.right * cos + self.down * sin
@@ -77,6 +78,7 @@ impl<'a> RadialScan<'a> {
 
     /// Returns column and row of the point `distance` pixels of the disc's radius from the centre;
     /// `None` behind the camera.
+    #[inline]
     pub(super) fn at(&self, ray: usize, distance: f64) -> Option<(f64, f64)> {
         let point = self.centre + self.step(ray) * distance;
         (point.z > 1e-9).then(|| pixel(&point))
@@ -123,7 +125,7 @@ impl<'a> RadialScan<'a> {
         let along = self.step(ray);
         let (mut point, step) = (self.centre + along * start, along * step);
         let (width, height) = self.image.size();
-        let pixels = self.image.pixels();
+        let bytes = self.image.pixels().as_flattened();
         let is_inside = |point: &Vector3<f64>| {
             let (u, v) = pixel(point);
             u >= 0.0 && v >= 0.0 && u < (width - 1) as f64 && v < (height - 1) as f64
@@ -132,26 +134,31 @@ impl<'a> RadialScan<'a> {
         if !is_inside(&point) || !is_inside(&(point + step * (colours.len() - 1) as f64)) {
             return false;
         }
+        // The last pair of pixels that has another pair below it.
+        let last = bytes.len() - 3 * width - 6;
         for colour in colours {
             let (u, v) = pixel(&point);
             point += step;
             let (column, row) = (u as u32, v as u32);
             let parts = ((u - f64::from(column)) as f32, (v - f64::from(row)) as f32);
-            let at = (row as usize * width + column as usize).min(pixels.len() - width - 2);
-            *colour = blend(&pixels[at..at + 2], &pixels[at + width..at + width + 2], parts);
+            let at = (3 * (row as usize * width + column as usize)).min(last);
+            let (upper, lower) = (&bytes[at..at + 6], &bytes[at + 3 * width..at + 3 * width + 6]);
+            *colour = blend(upper, lower, parts);
         }
         true
     }
 }
 
-/// Returns the colour between two pixels and the two below them, at these parts of the way to the
-/// right and down.
+/// Returns the colour between two pixels (six bytes) and the two below them, at these parts of the
+/// way to the right and down.
 #[inline]
-fn blend(upper: &[Bgr], lower: &[Bgr], (right, down): (f32, f32)) -> [f32; 3] {
-    let line = |pixels: &[Bgr]| -> [f32; 3] {
-        let (a, b) = (pixels[0].map(f32::from), pixels[1].map(f32::from));
-        std::array::from_fn(|c| a[c] + (b[c] - a[c]) * right)
-    };
-    let (a, b) = (line(upper), line(lower));
-    std::array::from_fn(|c| a[c] + (b[c] - a[c]) * down)
+fn blend(upper: &[u8], lower: &[u8], (right, down): (f32, f32)) -> [f32; 3] {
+    std::array::from_fn(|c| {
+        let line = |bytes: &[u8]| {
+            let (a, b) = (f32::from(bytes[c]), f32::from(bytes[c + 3]));
+            a + (b - a) * right
+        };
+        let (a, b) = (line(upper), line(lower));
+        a + (b - a) * down
+    })
 }

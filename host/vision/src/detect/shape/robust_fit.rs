@@ -35,6 +35,7 @@ impl TukeyStep {
 
     /// Adds an observation: the derivative of its residual by the unknowns, the residual, and its
     /// weight.
+    #[inline]
     pub(super) fn add(&mut self, row: Vector3<f64>, residual: f64, weight: f64) {
         let relative = residual / self.cutoff;
         if relative.abs() >= 1.0 {

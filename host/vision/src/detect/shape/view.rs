@@ -52,6 +52,7 @@ impl<'a> FrameView<'a> {
     }
 
     /// Returns the intrinsics of the frame.
+    #[inline]
     pub(super) fn intrinsics(&self) -> &Intrinsics {
         self.colour.intrinsics
     }
@@ -94,16 +95,19 @@ impl<'a> ColourView<'a> {
     }
 
     /// Returns the colour that is looked for.
+    #[inline]
     pub(super) fn ball(&self) -> BallColour {
         self.ball
     }
 
     /// Returns columns and rows.
+    #[inline]
     pub(super) fn size(&self) -> (usize, usize) {
         (self.width, self.height)
     }
 
     /// Returns all pixels, row by row.
+    #[inline]
     pub(super) fn pixels(&self) -> &[Bgr] {
         self.pixels
     }
@@ -114,9 +118,10 @@ impl<'a> ColourView<'a> {
     pub(super) fn at(&self, u: f64, v: f64) -> Option<[f32; 3]> {
         let (x, y) = (u + 0.5, v + 0.5);
         let inside = x >= 0.0 && y >= 0.0 && x < self.width as f64 && y < self.height as f64;
-        inside
-            .then(|| self.pixels[y as u32 as usize * self.width + x as u32 as usize])
-            .map(|pixel| pixel.map(f32::from))
+        inside.then(|| {
+            let index = y as u32 as usize * self.width + x as u32 as usize;
+            self.pixels[index].map(f32::from)
+        })
     }
 
     /// Returns the likeness of the pixel nearest to (`u`, `v`) to the ball's colour, 0 to 1; 0
