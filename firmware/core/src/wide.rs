@@ -1,7 +1,7 @@
-//! Products and quotients of 64 bits for a chip that multiplies and divides 32: the compiler's own
-//! take it hundreds of clocks.
+//! Products and quotients of 64 bits for a chip that multiplies and divides 32 bits. The compiler's
+//! own take it hundreds of clocks.
 
-/// The product of two numbers, from those of their halves.
+/// Returns the product of two numbers, from the products of their halves.
 pub(crate) fn product(a: u32, b: u32) -> u64 {
     let ([high_a, low_a], [high_b, low_b]) = (halves(a), halves(b));
     let part = |a: u32, b: u32| u64::from(a.wrapping_mul(b));
@@ -9,47 +9,34 @@ pub(crate) fn product(a: u32, b: u32) -> u64 {
     (part(high_a, high_b) << 32).wrapping_add(cross << 16).wrapping_add(part(low_a, low_b))
 }
 
-/// The product of two numbers with signs.
+/// Returns the product of two signed numbers.
 pub(crate) fn signed_product(a: i32, b: i32) -> i64 {
     let size = product(a.unsigned_abs(), b.unsigned_abs()) as i64;
     if (a < 0) == (b < 0) { size } else { -size }
 }
 
-/// What of a number (up to 2^31) is in the ratio of `least` to `whole`, rounded down; `least` below
-/// `whole`, which is up to 2^31. One division for however many numbers.
+/// Returns a function that scales numbers (up to 2^31) by `least`/`whole`, rounded down. `least` is
+/// below `whole`, which is up to 2^31. One division serves all numbers.
 pub(crate) fn scale_by_ratio(least: u32, whole: u32) -> impl Fn(u32) -> u32 {
-    // Of 32 bits behind the point. Both shifted, which takes less than a shift of 64 bits.
-    let shift = leading_zeros(whole);
+    // The ratio in Q32. Shifting both numbers takes less time than a shift of 64 bits.
+    let shift = whole.leading_zeros();
     let (least_shifted, divisor) = (least << shift, whole << shift);
     let (high, rest) = digit(least_shifted, 0, divisor);
     let ratio = high << 16 | digit(rest, 0, divisor).0;
     move |number| {
-        // The ratio is too small by less than 2^-32, so this is right or one too little; what is
-        // left is below twice `whole`.
+        // The ratio is too small by less than 2^-32, so the guess is right or one too small, and the
+        // remainder is below twice `whole`.
         let about = (product(number, ratio) >> 32) as u32;
         let left = number.wrapping_mul(least).wrapping_sub(about.wrapping_mul(whole));
         if left >= whole { about.wrapping_add(1) } else { about }
     }
 }
 
-/// The zeros before a number's highest bit; 32 for 0. The chip has no instruction for that.
-pub(crate) fn leading_zeros(number: u32) -> u32 {
-    /// Of four bits.
-    const ZEROS: [u8; 16] = [4, 3, 2, 2, 1, 1, 1, 1, 0, 0, 0, 0, 0, 0, 0, 0];
-    let (mut zeros, mut rest) = (0, number);
-    for bits in [16, 8, 4] {
-        if rest >> (32 - bits) == 0 {
-            (zeros, rest) = (zeros + bits, rest << bits);
-        }
-    }
-    zeros + u32::from(ZEROS[(rest >> 28) as usize])
-}
-
-/// `dividend / divisor`, rounded down, where that fits 32 bits: half by half (Knuth, The Art of
-/// Computer Programming, 4.3.1, D).
+/// Returns `dividend / divisor`, rounded down, where that fits 32 bits. It divides half by half
+/// (Knuth, The Art of Computer Programming, 4.3.1, algorithm D).
 pub(crate) fn quotient(dividend: u64, divisor: u32) -> u32 {
-    // The divisor's highest bit set, so that a guess from its upper half is at most two too much.
-    let shift = leading_zeros(divisor);
+    // With the divisor's highest bit set, a guess from its upper half is at most two too large.
+    let shift = divisor.leading_zeros();
     let (divisor, dividend) = (divisor << shift, dividend << shift);
     let [upper, lower] = halves(dividend as u32);
     let (high, rest) = digit((dividend >> 32) as u32, upper, divisor);
@@ -57,7 +44,8 @@ pub(crate) fn quotient(dividend: u64, divisor: u32) -> u32 {
     high << 16 | low
 }
 
-/// A half of a quotient: of `rest` (below `divisor`) with 16 bits more behind it; and what is left.
+/// Divides `rest` (below `divisor`) with the 16 bits `next` behind it. Returns 16 bits of quotient,
+/// and the remainder.
 fn digit(rest: u32, next: u32, divisor: u32) -> (u32, u32) {
     let [upper, lower] = halves(divisor);
     let (mut guess, mut left) = (rest / upper, rest % upper);
@@ -70,7 +58,7 @@ fn digit(rest: u32, next: u32, divisor: u32) -> (u32, u32) {
     (guess, (rest << 16 | next).wrapping_sub(guess.wrapping_mul(divisor)))
 }
 
-/// The upper and the lower 16 bits.
+/// Returns the upper and the lower 16 bits.
 const fn halves(number: u32) -> [u32; 2] {
     [number >> 16, number & 0xffff]
 }
@@ -80,7 +68,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// Numbers of every size.
+    /// Draws numbers of every size.
     fn numbers() -> impl Strategy<Value = u32> {
         (any::<u32>(), 0u32..32).prop_map(|(number, shift)| number >> shift)
     }
@@ -97,18 +85,13 @@ mod tests {
         }
 
         #[test]
-        fn a_part_is_exact(number in 0u32..=1 << 31, whole in 1u32..=1 << 31, share in 0.0f64..1.0, shifts in proptest::array::uniform2(0u32..32)) {
+        fn a_scaled_number_is_exact(number in 0u32..=1 << 31, whole in 1u32..=1 << 31, share in 0.0f64..1.0, shifts in proptest::array::uniform2(0u32..32)) {
             let whole = (whole >> shifts[0]).max(1);
             let (number, least) = (number >> shifts[1], (f64::from(whole) * share) as u32);
             let exact = u64::from(number) * u64::from(least) / u64::from(whole);
             prop_assert_eq!(u64::from(scale_by_ratio(least, whole)(number)), exact);
-            // Where it comes out even.
+            // A ratio that divides evenly.
             prop_assert_eq!(scale_by_ratio(least, whole)(whole), least);
-        }
-
-        #[test]
-        fn leading_zeros_are_counted(number in numbers()) {
-            prop_assert_eq!(leading_zeros(number), number.leading_zeros());
         }
 
         #[test]

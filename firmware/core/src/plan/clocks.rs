@@ -1,11 +1,10 @@
-//! The divisions of a tick, in 32 bits: the chip divides those in 8 clocks, and 64 bits in
-//! hundreds.
+//! Divisions of a tick in 32 bits. The chip's divider takes 8 clocks for 32 bits; a division of 64
+//! bits takes hundreds.
 
 use core::hint::black_box;
 
 use super::pulses::{RATE_BITS, UNIT};
 use crate::clock::{CLOCK_HZ, TICK_CLOCKS};
-use crate::wide::leading_zeros;
 
 /// A quotient rounded down, and the remainder.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -15,7 +14,8 @@ pub(super) struct Quotient {
 }
 
 impl Quotient {
-    /// What takes it off again when it is added to a quotient with the same divisor; wraps.
+    /// Returns the quotient that subtracts this one when it is added to another of the same
+    /// divisor; wraps.
     pub(super) fn negative(self, divisor: u32) -> Self {
         match self.rest {
             0 => Self { whole: self.whole.wrapping_neg(), rest: 0 },
@@ -24,10 +24,10 @@ impl Quotient {
     }
 }
 
-/// From one pulse to the next at `rate` (31 bits, at least 64 units), clocks, rounded down.
+/// Returns the time between pulses at `rate` (31 bits, at least 64 units), clocks, rounded down.
 pub(super) fn period(rate: u32) -> u32 {
-    // UNIT·TICK_CLOCKS = CLOCK_HZ·2^10 = (CLOCK_HZ·2^5)·2^5; the first factor fits 32 bits, and the
-    // rest is done by hand.
+    // UNIT·TICK_CLOCKS = CLOCK_HZ·2^10 = (CLOCK_HZ·2^5)·2^5. The first factor fits 32 bits; the
+    // other 5 bits follow one by one.
     const HIGH: u32 = CLOCK_HZ << (RATE_BITS - LOW_BITS);
     const LOW_BITS: u32 = 5;
     const { assert!(HIGH as u64 * 32 == UNIT as u64 * TICK_CLOCKS as u64) };
@@ -45,11 +45,11 @@ pub(super) fn period(rate: u32) -> u32 {
     whole
 }
 
-/// Until `units` (up to a microstep) are passed at `rate`, clocks; where they lie within the tick
-/// (`units` up to `rate`), or from 64 units of the rate on.
+/// Returns the time in which `units` (up to a microstep) are passed at `rate`, clocks. Where the
+/// time exceeds a tick (`units` above `rate`), `rate` must be 64 units at least.
 pub(super) fn until(units: u32, rate: u32) -> Quotient {
     if units > rate {
-        // Beyond the tick: whole ticks by themselves.
+        // Whole ticks first, then the rest of the last one.
         let (ticks, units) = (units / rate, units % rate);
         let Quotient { whole, rest } = within(units, rate);
         return Quotient { whole: ticks.wrapping_mul(TICK_CLOCKS).wrapping_add(whole), rest };
@@ -57,15 +57,15 @@ pub(super) fn until(units: u32, rate: u32) -> Quotient {
     within(units, rate)
 }
 
-/// The same for `units` up to `rate`.
+/// Returns the same for `units` up to `rate`.
 fn within(units: u32, rate: u32) -> Quotient {
-    // First with both to 17 bits, whose product with 25 000 has 32: that is right or one too
-    // little. (The bound is said again for the compiler: a product that may overflow is checked in
-    // 64 bits.)
-    let shift = 15u32.saturating_sub(leading_zeros(rate));
+    // The first guess has both numbers to 17 bits: their product with 25 000 has 32, and the guess
+    // is right or one too small. (`min` repeats the bound for the compiler, which would check a
+    // product that may overflow in 64 bits.)
+    let shift = 15u32.saturating_sub(rate.leading_zeros());
     let about =
         (units >> shift).min(1 << 17) * TICK_CLOCKS / ((rate >> shift) + u32::from(shift > 0));
-    // What is left is below twice the rate, so it is right although its two parts overflow.
+    // The remainder is below twice the rate, so it is right although its two terms overflow.
     let left = units.wrapping_mul(TICK_CLOCKS).wrapping_sub(about.wrapping_mul(rate));
     if left >= rate {
         Quotient { whole: about + 1, rest: left - rate }
@@ -74,9 +74,9 @@ fn within(units: u32, rate: u32) -> Quotient {
     }
 }
 
-/// `units` in whole microsteps, and what is left of them.
+/// Splits `units` into whole microsteps and the rest.
 pub(super) fn split(units: u32) -> (u32, u32) {
-    // Hidden, since a division by a known number becomes a product of 64 bits.
+    // Hidden from the compiler, which would make a product of 64 bits of a division by a constant.
     let unit = black_box(UNIT.unsigned_abs());
     (units / unit, units % unit)
 }

@@ -1,26 +1,26 @@
-//! Where the reference goes on to, for laws whose answers take effect later.
+//! Forecast of the reference, for laws whose setpoints take effect later.
 
 use super::planner::Planner;
 use super::pulses::UNIT;
 
-/// Forecasts go no farther: 51 ms.
-const MOST_TICKS: u32 = 256;
+/// Longest forecast, ticks: 51 ms.
+const MAX_TICKS: u32 = 256;
 
-/// Units are counted without so many bits, so that 32 hold a forecast's way.
-const FEWER_BITS: u32 = 9;
-const _: () = assert!((UNIT / 16) % (1 << FEWER_BITS) == 0);
+/// Bits that are dropped from units, so that a forecast's movement fits 32.
+const DROPPED_BITS: u32 = 9;
+const _: () = assert!((UNIT / 16) % (1 << DROPPED_BITS) == 0);
 
 impl Planner {
-    /// As [`reference`](Self::reference), if it stands still only after `ticks` more ticks (at most
-    /// 256) of what is aimed at; 1/16 steps, right to about one.
+    /// Returns the same as [`reference`](Self::reference) where the reference stands still only
+    /// after `ticks` more ticks (at most 256) of the present ramp; Q4 steps, accurate to about one.
     pub(crate) fn reference_after(&self, ticks: u32) -> [i32; 3] {
-        let ticks = ticks.min(MOST_TICKS);
+        let ticks = ticks.min(MAX_TICKS);
         let mut reference = self.reference();
         for (reference, turned) in reference.iter_mut().zip(self.ramp.turned(ticks)) {
-            // Bits: 31 + 8 - 9.
-            let units = (turned >> FEWER_BITS) as i32;
+            // Bits: rates 31 + ticks 8 - dropped 9.
+            let units = (turned >> DROPPED_BITS) as i32;
             *reference =
-                reference.saturating_add(units / ((UNIT / 16 * self.microsteps) >> FEWER_BITS));
+                reference.saturating_add(units / ((UNIT / 16 * self.microsteps) >> DROPPED_BITS));
         }
         reference
     }
@@ -30,7 +30,7 @@ impl Planner {
 mod tests {
     use super::*;
     use crate::law::MotorRates;
-    use crate::plan::travel::Travel;
+    use crate::plan::travel_limit::TravelLimit;
     use proptest::prelude::*;
 
     proptest! {
@@ -41,9 +41,9 @@ mod tests {
             deltas in proptest::array::uniform3(2_000u32..2_000_000),
             rates in proptest::array::uniform3(-102_400i32..102_400),
             before in proptest::array::uniform3(-102_400i32..102_400),
-            (ramp_us, gone, ticks) in (0u32..50_000, 0u32..100, 0u32..=MOST_TICKS),
+            (ramp_us, gone, ticks) in (0u32..50_000, 0u32..100, 0u32..=MAX_TICKS),
         ) {
-            let travels = [Travel::between(-(1 << 29), 1 << 29); 3];
+            let travels = [TravelLimit::between(-(1 << 29), 1 << 29); 3];
             let mut planner = Planner::default();
             planner.set_microsteps(1 << microsteps);
             (planner.deltas, planner.travels) = (deltas, travels);

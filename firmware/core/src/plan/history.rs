@@ -1,42 +1,43 @@
-//! Where the motors were: a picture that arrives late is of a ball that hung on the cables of then.
+//! History of the motor positions: a position of the ball belongs to the cable lengths at its
+//! capture.
 
 use crate::clock::TICK_US;
 
 /// Ticks between two entries: 8 ms.
-const TICKS: u32 = 40;
+const SPACING_TICKS: u32 = 40;
 
-/// Entries: half a second, 0.8 kilobytes.
+/// Number of entries: half a second, 0.8 kB.
 const ENTRIES: usize = 64;
 
-/// From one entry to the next, µs.
-const SPACING_US: u32 = TICKS * TICK_US;
+/// Time between two entries, µs.
+const SPACING_US: u32 = SPACING_TICKS * TICK_US;
 
-/// The motors' positions of the last half second.
+/// Motor positions of the last half second, Q4 steps.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct History {
     entries: [[i32; 3]; ENTRIES],
-    /// The newest one.
+    /// Index of the newest entry.
     newest: usize,
-    /// Ticks since it.
+    /// Ticks since the newest entry.
     ticks: u32,
 }
 
 impl History {
     pub(super) const EMPTY: Self = Self { entries: [[0; 3]; ENTRIES], newest: 0, ticks: 0 };
 
-    /// A tick has passed.
+    /// Counts a tick.
     #[inline(always)]
     pub(super) fn tick(&mut self) {
         self.ticks = self.ticks.wrapping_add(1);
     }
 
-    /// Whether the motors' positions are to be [entered](Self::enter) now.
+    /// Returns whether an [entry](Self::enter) is due.
     #[inline(always)]
     pub(super) fn is_due(&self) -> bool {
-        self.ticks >= TICKS
+        self.ticks >= SPACING_TICKS
     }
 
-    /// The motors are at `positions` now (1/16 steps).
+    /// Enters the present positions (Q4 steps).
     #[inline(never)]
     pub(super) fn enter(&mut self, positions: [i32; 3]) {
         self.ticks = 0;
@@ -44,8 +45,8 @@ impl History {
         self.entries[self.newest] = positions;
     }
 
-    /// Where the motors were `age_us` before `now`, when they are at `positions`; the oldest that
-    /// is known where it is longer ago than that.
+    /// Returns the positions `age_us` ago, interpolated; `positions` are the present ones. Returns
+    /// the oldest entry where `age_us` is beyond it.
     pub(super) fn ago(&self, age_us: u32, positions: [i32; 3]) -> [i32; 3] {
         let since_newest = self.ticks * TICK_US;
         if age_us <= since_newest {
@@ -66,9 +67,9 @@ impl History {
     }
 }
 
-/// The point `part`/`whole` of the way from `a` to `b`.
+/// Interpolates: returns the point at `part`/`whole` of the way from `a` to `b`.
 fn between(a: [i32; 3], b: [i32; 3], part: u32, whole: u32) -> [i32; 3] {
-    // Bits: 31 + 13.
+    // Bits: positions 31 + `part` 13.
     [0, 1, 2].map(|i| {
         a[i] + ((i64::from(b[i]) - i64::from(a[i])) * i64::from(part) / i64::from(whole)) as i32
     })

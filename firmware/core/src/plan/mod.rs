@@ -6,16 +6,16 @@
 //! that the path in motor space bends as little as it can. Divisions happen when the wanted rates
 //! change ([`Planner::set_rates`]); a tick only adds.
 
-mod axis;
 mod clocks;
 mod forecast;
 mod history;
 mod jog;
-mod mean;
+mod moving_average;
 mod planner;
 mod pulses;
 mod ramp;
-mod travel;
+mod step_axis;
+mod travel_limit;
 
 pub use jog::Jogging;
 pub use planner::Planner;

@@ -1,27 +1,27 @@
-//! From the present rates to wanted ones, in a straight line: three motors with one common factor.
+//! Linear ramp of three rates from the present ones to the wanted ones, with one common factor.
 
-/// A change of three pulse rates, spread evenly over some ticks. What a tick does is additions
-/// only.
+/// A change of three pulse rates, spread evenly over some ticks. A tick takes additions only.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Ramp {
-    /// Present rates; 31 bits with the sign.
+    /// Present rates, units; 31 bits with the sign.
     pub(super) rates: [i32; 3],
-    /// Those at the end.
+    /// Rates at the end of the ramp.
     wanted: [i32; 3],
-    /// How many ticks it takes in all, and how many of them are left.
+    /// Ticks of the whole ramp.
     ticks: u32,
+    /// Ticks that are left.
     left: u32,
     lanes: [Lane; 3],
 }
 
-/// One motor's share: `step` every tick and `rest`/`ticks` of `unit` besides.
+/// Change of one motor's rate: `step` every tick, and `rest`/`ticks` of `unit` besides.
 #[derive(Debug, Clone, Copy, Default)]
 struct Lane {
     step: i32,
-    /// One unit in the direction of the change.
+    /// +1 or -1, in the direction of the change.
     unit: i32,
     rest: u32,
-    /// What has come together of it, in 1/`ticks`.
+    /// Sum of the `rest`s, in 1/`ticks`.
     gathered: u32,
 }
 
@@ -34,27 +34,28 @@ impl Ramp {
         lanes: [Lane { step: 0, unit: 0, rest: 0, gathered: 0 }; 3],
     };
 
-    /// The rates at its end.
+    /// Returns the rates at the end of the ramp.
     pub(super) fn wanted(&self) -> [i32; 3] {
         self.wanted
     }
 
-    /// Whether it is over, and the rates are these. (Whole arrays are compared by a call.)
+    /// Returns whether the ramp is over and its rates are `wanted`. (The compiler would compare
+    /// whole arrays by a call.)
     pub(super) fn ended_at(&self, wanted: &[i32; 3]) -> bool {
         self.over() && self.wanted.iter().zip(wanted).all(|(a, b)| a == b)
     }
 
-    /// Whether the rates are what was wanted.
+    /// Returns whether the ramp is over.
     pub(super) fn over(&self) -> bool {
         self.left == 0
     }
 
-    /// Goes to `wanted` from where the rates are, in at least `ticks` (below 2^31), a motor
-    /// changing its rate by at most its `most` a tick. All motors arrive in the same tick.
+    /// Begins a ramp from the present rates to `wanted`, over at least `ticks` (below 2^31). A
+    /// motor's rate changes by at most its `most` a tick. All motors arrive in the same tick.
     pub(super) fn to(&mut self, wanted: [i32; 3], ticks: u32, most: [u32; 3]) {
         self.wanted = wanted;
         self.left = 0;
-        // Within the limits rates are at most 1.28e9: the difference of two has 32 bits.
+        // Rates within the limits are at most 1.28e9: the difference of two has 32 bits.
         let changes = [0, 1, 2].map(|i| wanted[i].abs_diff(self.rates[i]));
         if changes[0] | changes[1] | changes[2] == 0 {
             return;
@@ -63,7 +64,7 @@ impl Ramp {
         self.left = self.ticks;
         for i in 0..3 {
             let whole = changes[i] / self.ticks;
-            // One division and a product are less than two divisions.
+            // A division and a product take less time than two divisions.
             let rest = changes[i].wrapping_sub(whole.wrapping_mul(self.ticks));
             let (step, unit) =
                 if wanted[i] < self.rates[i] { (-(whole as i32), -1) } else { (whole as i32, 1) };
@@ -71,8 +72,8 @@ impl Ramp {
         }
     }
 
-    /// A tick on. No step is above the `most` of its motor: that is whole, and at least the exact
-    /// step.
+    /// Advances by a tick. No step exceeds its motor's `most`, which is a whole number and at least
+    /// the exact step.
     pub(super) fn tick(&mut self) {
         if self.left == 0 {
             return;
@@ -80,7 +81,7 @@ impl Ramp {
         self.left -= 1;
         for (rate, lane) in self.rates.iter_mut().zip(&mut self.lanes) {
             *rate += lane.step;
-            // Both are below `ticks`, of 29 bits.
+            // Both are below `ticks`, which has 29 bits.
             lane.gathered += lane.rest;
             if lane.gathered >= self.ticks {
                 lane.gathered -= self.ticks;
@@ -89,18 +90,19 @@ impl Ramp {
         }
     }
 
-    /// The sum of the rates of so many coming ticks (at most 256), right to a unit a tick and tick.
+    /// Returns the sum of the rates of the next `ticks` ticks (at most 256). The error is at most
+    /// `ticks`² units.
     pub(super) fn turned(&self, ticks: u32) -> [i64; 3] {
         let (rising, risen) = (ticks.min(self.left), ticks.saturating_sub(self.left));
         [0, 1, 2].map(|i| {
-            // Bits: rates 31 + 8; a tick's step is at most the whole change over the ramp's ticks.
+            // Bits: rates 31 + ticks 8; a step is at most the whole change over the ramp's ticks.
             i64::from(self.rates[i]) * i64::from(rising)
                 + i64::from(self.lanes[i].step) * i64::from(rising * (rising + 1) / 2)
                 + i64::from(self.wanted[i]) * i64::from(risen)
         })
     }
 
-    /// The rates after the next tick.
+    /// Returns the rates after the next tick.
     pub(super) fn next(&self) -> [i32; 3] {
         if self.left == 0 {
             return self.rates;
@@ -116,8 +118,8 @@ impl Ramp {
     }
 }
 
-/// Ticks in which three rates change by `changes`, each by at most its `most` (8 and above) a tick:
-/// 29 bits.
+/// Returns the ticks in which three rates change by `changes`, each by at most its `most` (8 and
+/// above) a tick: 29 bits.
 pub(super) fn ticks_for(changes: [u32; 3], most: [u32; 3]) -> u32 {
     let ticks = |i: usize| if changes[i] == 0 { 0 } else { (changes[i] - 1) / most[i] + 1 };
     ticks(0).max(ticks(1)).max(ticks(2))

@@ -1,22 +1,21 @@
-//! Sums.
+//! Addition.
 
 use super::{
-    HIDDEN, INFINITY, NAN, SIGN, exponent, is_infinite, is_nan, is_zero, leading_zeros, parts,
-    rounded, shifted,
+    HIDDEN, INFINITY, NAN, SIGN, exponent, is_infinite, is_nan, is_zero, parts, rounded, shifted,
 };
 
-/// The highest bit of a significand with 7 bits below its last.
+/// Leading bit of a significand with 7 guard bits.
 const TOP: u32 = HIDDEN << 7;
 
-/// `a` + `b`.
+/// Returns `a` + `b`.
 #[inline(always)]
 #[must_use]
 pub fn add(a: u32, b: u32) -> u32 {
-    // Twice the same code, as nothing has to change places then.
+    // The code is instantiated twice, so that no registers change places.
     if a << 1 < b << 1 { add_lesser(b, a) } else { add_lesser(a, b) }
 }
 
-/// `a` + `b`, |a| >= |b|.
+/// Returns `a` + `b` for |a| >= |b|.
 #[inline(always)]
 fn add_lesser(a: u32, b: u32) -> u32 {
     let (above, below) = (exponent(a), exponent(b));
@@ -27,7 +26,7 @@ fn add_lesser(a: u32, b: u32) -> u32 {
     if apart > 25 {
         return a;
     }
-    // What is shifted out decides only where the rest is half way.
+    // Bits that are shifted out matter for ties only.
     let (greater, smaller) = ((a << 8 | SIGN) >> 1, ((b << 8 | SIGN) >> 1).wrapping_shr(apart));
     if ((a ^ b) as i32) >= 0 {
         let sum = greater.wrapping_add(smaller);
@@ -44,21 +43,20 @@ fn add_lesser(a: u32, b: u32) -> u32 {
     }
 }
 
-/// The nearest number to `sum`, the lowest `BELOW` bits of which are to go: 7 where it has the
-/// exponent of `a`. Of `a` + `b`, where that is half way between two.
+/// Rounds `sum` by its lowest `BELOW` bits: 7 where it has the exponent of `a`. Ties are resolved
+/// from `a` and `b`.
 #[inline(always)]
 fn packed<const BELOW: u32>(a: u32, b: u32, sum: u32) -> u32 {
     let up = sum.wrapping_add(1 << (BELOW - 1));
     if up << (32 - BELOW) == 0 {
-        return half_way::<BELOW>(a, b, up);
+        return round_tie::<BELOW>(a, b, up);
     }
     with_exponent::<BELOW>(a, up >> BELOW)
 }
 
-/// The same where what is left of the sum is half a unit: to even, unless something of `b` was
-/// lost.
+/// Rounds a tie to even, unless bits of `b` were shifted out.
 #[inline(never)]
-fn half_way<const BELOW: u32>(a: u32, b: u32, up: u32) -> u32 {
+fn round_tie<const BELOW: u32>(a: u32, b: u32, up: u32) -> u32 {
     if exponent(a).wrapping_sub(exponent(b)) > 7 {
         add_any(a, b)
     } else {
@@ -66,30 +64,31 @@ fn half_way<const BELOW: u32>(a: u32, b: u32, up: u32) -> u32 {
     }
 }
 
-/// A significand, to the exponent of which its hidden bit is added, and a carry.
+/// Packs a significand with the sign and exponent of `a`. Its hidden bit and a carry add to the
+/// exponent.
 #[inline(always)]
 fn with_exponent<const BELOW: u32>(a: u32, significand: u32) -> u32 {
     ((a >> 23).wrapping_add(BELOW).wrapping_sub(8) << 23).wrapping_add(significand)
 }
 
-/// `a` less another, where `difference` has lost bits at its upper end and nothing is left to be
-/// rounded: the two were of about one size.
+/// Returns the difference of two numbers of about one size, with the sign of `a`: leading bits have
+/// cancelled, and no rounding is needed.
 #[inline(never)]
 fn cancelled(a: u32, difference: u32) -> u32 {
     if difference == 0 {
         return 0;
     }
     let highest = (a >> 23).wrapping_sub(1);
-    // A subnormal has no hidden bit, and the same exponent as the least that has.
-    let shift = (leading_zeros(difference).wrapping_sub(1)).min(highest & 0xff);
+    // A subnormal has no hidden bit, and the exponent of the least normal number.
+    let shift = (difference.leading_zeros().wrapping_sub(1)).min(highest & 0xff);
     (highest.wrapping_sub(shift) << 23).wrapping_add(difference.wrapping_shl(shift) >> 7)
 }
 
-/// `a` + `b`, |a| >= |b|, whatever they are.
+/// Returns `a` + `b` for |a| >= |b|, of any class.
 #[inline(never)]
 fn add_any(a: u32, b: u32) -> u32 {
     if is_zero(b) && !is_nan(a) {
-        // -0 + -0 is -0, and 0 of other signs 0.
+        // -0 + -0 is -0; zeros of other signs sum to +0.
         return if is_zero(a) { a & b } else { a };
     }
     if is_nan(a) || is_infinite(a) && b == a ^ SIGN {
@@ -104,6 +103,6 @@ fn add_any(a: u32, b: u32) -> u32 {
     if sum == 0 {
         return 0;
     }
-    let shift = leading_zeros(sum);
+    let shift = sum.leading_zeros();
     rounded(a & SIGN, above + 1 - shift as i32, sum << shift)
 }

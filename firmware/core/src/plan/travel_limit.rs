@@ -1,112 +1,116 @@
-//! How far a motor may turn, and whether it can still stop before that.
+//! Travel limits of a motor, and whether it can still stop within them.
 
 use super::pulses::UNIT;
 use crate::wide;
 
-/// For so many ticks a motor that is safe needs not be looked at again.
-pub(super) const PATIENCE: u32 = 16;
+/// Ticks for which a motor in its safe zone needs no further check.
+pub(super) const SAFE_TICKS: u32 = 16;
 
-/// A motor's travel, and where in it nothing is to be feared.
+/// Travel of one motor, and the zone in it that needs no check.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Travel {
-    /// 1/16 steps.
+pub(super) struct TravelLimit {
+    /// Lowest and highest position, Q4 steps.
     limits: (i32, i32),
-    /// From in here the motor can stop, also after [`PATIENCE`] ticks more, whatever its rate is on
-    /// the way to the one that is wanted; empty where the first is above the second.
+    /// Safe zone, Q4 steps: from a position in it the motor can stop, also after [`SAFE_TICKS`]
+    /// ticks more, at any rate on the way to the wanted one. Empty where the first bound is above
+    /// the second.
     safe: (i32, i32),
 }
 
-/// What one pulse is, a motor's position in pulses and units, and how far it follows its reference.
+/// Position of a motor, and how far it still follows its reference.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Place {
+pub(super) struct MotorPosition {
+    /// Position by the pulses given, Q4 steps.
     pub(super) position: i32,
+    /// Position beyond the last pulse, units.
     pub(super) fraction: i32,
-    /// Units that the motor still turns if the reference stands still.
+    /// Movement that follows if the reference stands still, units.
     pub(super) ahead: i64,
-    /// 1/16 steps of a pulse.
+    /// Q4 steps of a pulse: 1, 2, 4, 8 or 16.
     pub(super) per_pulse: i32,
 }
 
 /// A ramp to rest that all motors take together.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Stop {
+    /// Ticks of the ramp.
     ticks: u32,
-    /// What rounding adds to the way of each motor, units.
+    /// What rounding adds to the distance of each motor at most, units.
     rounding: i64,
 }
 
-/// Units that the running mean's rates are off by in a tick, at most: one for the mean, one for the
-/// way to it.
+/// Error of the moving average's rates in a tick at most, units: one for the mean, one for the
+/// interpolation towards it.
 const MEAN_ROUNDING: u32 = 2;
 
-impl Travel {
-    /// Between these, 1/16 steps.
+/// Longest ramp for which a safe zone is computed, ticks. Beyond it the product has no room, and
+/// the motor is checked in every tick.
+const MAX_SAFE_ZONE_TICKS: u32 = 1 << 17;
+
+impl TravelLimit {
+    /// Creates a travel between two positions, Q4 steps, without a safe zone.
     pub(super) const fn between(low: i32, high: i32) -> Self {
         Self { limits: (low, high), safe: (i32::MAX, i32::MIN) }
     }
 
-    /// Whether no more is to be looked at where the motor is here.
-    pub(super) fn surely(&self, position: i32) -> bool {
+    /// Returns whether a motor at `position` needs no check.
+    pub(super) fn in_safe_zone(&self, position: i32) -> bool {
         self.safe.0 <= position && position <= self.safe.1
     }
 
-    /// Says that the motor turns at up to `speed` (units, 31 bits), from which it stops in `ticks`,
-    /// its reference up to `ahead` pulses ahead of it.
-    pub(super) fn expect(&mut self, speed: u32, ticks: u32, ahead: u32, per_pulse: i32) {
-        // Where the product has no room, the motor is looked at in every tick.
-        const MOST_TICKS: u32 = 1 << 17;
+    /// Computes the safe zone of a motor that turns at up to `speed` (units, 31 bits), from which
+    /// it stops in `ticks`, and that is up to `ahead` pulses behind its reference.
+    pub(super) fn set_safe_zone(&mut self, speed: u32, ticks: u32, ahead: u32, per_pulse: i32) {
         self.safe = (i32::MAX, i32::MIN);
-        if ticks >= MOST_TICKS {
+        if ticks >= MAX_SAFE_ZONE_TICKS {
             return;
         }
-        // A microstep has 22.3 bits. This tick and a ramp; a pulse for each part that is begun.
-        // Bits: 9 + 17, ahead 20, + 4.
-        let pulses = ((speed >> 22) + 1).wrapping_mul(ticks + 3 + 2 * PATIENCE) / 2 + ahead + 3;
-        let way = pulses.wrapping_mul(per_pulse as u32) as i32;
-        self.safe = (self.limits.0 + way, self.limits.1 - way);
+        // This tick and a ramp, with a pulse for each part of one; a microstep has 22.3 bits.
+        // Bits: speed 9 + ticks 17, ahead 20; + 4 for `per_pulse`.
+        let pulses = ((speed >> 22) + 1).wrapping_mul(ticks + 3 + 2 * SAFE_TICKS) / 2 + ahead + 3;
+        let distance = pulses.wrapping_mul(per_pulse as u32) as i32;
+        self.safe = (self.limits.0 + distance, self.limits.1 - distance);
     }
 
-    /// Whether the motor stays within its travel if its reference turns at `rate` for this tick and
-    /// then comes to rest by `stop`.
-    pub(super) fn can_stop(&self, place: &Place, rate: i32, stop: &Stop) -> bool {
+    /// Returns whether the motor stays within its travel if its reference turns at `rate` (units)
+    /// for this tick and then comes to rest by `stop`.
+    pub(super) fn can_stop(&self, motor: &MotorPosition, rate: i32, stop: &Stop) -> bool {
         // This tick at `rate`, then rate·(1 - k/ticks) for k = 1.. : rate·(ticks + 1)/2 in all.
-        // Bits: rate 31, ticks 28.
+        // Bits: rate 31 + ticks 28.
         let line = wide::product(rate.unsigned_abs(), stop.ticks.wrapping_add(1)) >> 1;
         let size = line as i64 + stop.rounding;
-        let units = i64::from(place.fraction) + place.ahead + if rate < 0 { -size } else { size };
-        // Whole pulses to a limit, 30 bits and the sign, and not from units to pulses, which would
-        // be a division.
-        let pulses_to = |limit: i32| (limit - place.position) >> place.per_pulse.trailing_zeros();
-        let way = |pulses: i32| wide::signed_product(pulses, UNIT);
+        let units = i64::from(motor.fraction) + motor.ahead + if rate < 0 { -size } else { size };
+        // Whole pulses to a limit, 30 bits and the sign. Units are not converted to pulses, which
+        // would take a division.
+        let to_pulses = |distance: i32| distance >> motor.per_pulse.trailing_zeros();
+        let to_units = |pulses: i32| wide::signed_product(pulses, UNIT);
+        let (low, high) = self.limits;
         match rate.signum() {
-            1 => units < way(pulses_to(self.limits.1) + 1),
-            // Rounded up: to the first pulse that is not beyond.
-            -1 => {
-                units
-                    >= way(-((place.position - self.limits.0) >> place.per_pulse.trailing_zeros()))
-            }
+            1 => units < to_units(to_pulses(high - motor.position) + 1),
+            // Rounded up: to the first pulse that is not beyond the limit.
+            -1 => units >= to_units(-to_pulses(motor.position - low)),
             _ => true,
         }
     }
 }
 
 impl Stop {
-    /// A ramp over `ticks` (28 bits), the fewest that the motors can; they follow their references
-    /// through a running mean within `lag_ticks`, 0 where there is none.
+    /// Creates a ramp over `ticks` (28 bits), the fewest that the motors can take. They follow
+    /// their references through a moving average within `lag_ticks`; 0 where there is none.
     ///
     /// A ramp from R over n ticks goes through R - floor(R·k/n), k = 1..n, each less than a unit
-    /// above the straight line. Without rounding the sum with the tick before is R·(n + 1)/2. Let
+    /// above the straight line. Without rounding, the sum with the tick before is R·(n + 1)/2. Let
     /// Φ(R, n) = R·(n - 1)/2 + n·(n - 1)/4 be the bound of the ramp alone. After one tick the rate
     /// is R' <= R·(n - 1)/n + (n - 1)/n, and the next ramp takes n - 1 ticks: R' + Φ(R', n - 1) <=
-    /// R·(n - 1)/2 + (n - 1)/2 + (n - 1)·(n - 2)/4 = Φ(R, n). So the bound holds for the ramp and
-    /// for every ramp to rest that is begun on its way, in each tick another.
+    /// R·(n - 1)/2 + (n - 1)/2 + (n - 1)·(n - 2)/4 = Φ(R, n). So the bound holds for the ramp, and
+    /// for every ramp to rest that begins on its way, also where each tick begins another one.
     pub(super) fn over(ticks: u32, lag_ticks: u32) -> Self {
         let ramps = (wide::product(ticks, ticks.saturating_sub(1)) >> 2) as i64;
         let mean = match lag_ticks {
             0 => 0,
             _ => i64::from(lag_ticks.wrapping_add(ticks).wrapping_mul(MEAN_ROUNDING)),
         };
-        // A unit for each of the halves that are rounded down here.
+        // One unit for each of the two halves that are rounded down above.
         Self { ticks, rounding: ramps + mean + 2 }
     }
 }
@@ -120,15 +124,19 @@ mod tests {
     #[test]
     fn the_longest_stop_overflows_nowhere() {
         const FASTEST: i32 = 1_280_000_000;
-        let travel = Travel::between(-(1 << 29), 1 << 29);
+        let travel = TravelLimit::between(-(1 << 29), 1 << 29);
         for lag_ticks in [0, 2032] {
             let stop = Stop::over(FASTEST as u32 / 8, lag_ticks);
             for (rate, position) in [(FASTEST, -(1 << 29)), (-FASTEST, 1 << 29)] {
                 let ahead = i64::from(rate) * i64::from(lag_ticks);
-                let place = Place { position, fraction: UNIT - 1, ahead, per_pulse: 1 };
-                assert!(!travel.can_stop(&place, rate, &stop));
+                let motor = MotorPosition { position, fraction: UNIT - 1, ahead, per_pulse: 1 };
+                assert!(!travel.can_stop(&motor, rate, &stop));
                 let slowly = Stop::over(1, lag_ticks);
-                assert!(travel.can_stop(&Place { per_pulse: 16, ..place }, rate.signum(), &slowly));
+                assert!(travel.can_stop(
+                    &MotorPosition { per_pulse: 16, ..motor },
+                    rate.signum(),
+                    &slowly
+                ));
             }
         }
     }
@@ -167,9 +175,9 @@ mod tests {
             let limits = (-(1i32 << 28), 1i32 << 28);
             let position = if high { limits.1 } else { limits.0 } - end + off * per_pulse;
             prop_assume!((limits.0..=limits.1).contains(&position));
-            let travel = Travel::between(limits.0, limits.1);
-            let place = Place { position, fraction, ahead, per_pulse };
-            let can = travel.can_stop(&place, rate as i32, &Stop::over(ticks, 0));
+            let travel = TravelLimit::between(limits.0, limits.1);
+            let motor = MotorPosition { position, fraction, ahead, per_pulse };
+            let can = travel.can_stop(&motor, rate as i32, &Stop::over(ticks, 0));
             let inside = if rate > 0 { position + end <= limits.1 } else { position + end >= limits.0 };
             prop_assert!(!can || inside, "{end}");
             let more = units + signed(i128::from(ticks) * i128::from(ticks) / 4 + 3);
@@ -181,24 +189,24 @@ mod tests {
             prop_assert!(can || !spare);
         }
 
-        /// Where a motor surely can stop, it can.
+        /// A motor in its safe zone can stop.
         #[test]
-        fn what_is_sure_is_so(
+        fn a_motor_in_its_safe_zone_can_stop(
             high in 0i32..1 << 29, part in 0.0f64..=1.0, shift in 0u32..30, most in 1u32..1_280_000_000, share in -1.0f64..=1.0,
-            all_ticks in 1u32..200_000, later in 0..PATIENCE, fraction in 0..UNIT, ahead in 0u32..600_000, ahead_share in -1.0f64..=1.0, log in 0u32..5,
+            all_ticks in 1u32..200_000, later in 0..SAFE_TICKS, fraction in 0..UNIT, ahead in 0u32..600_000, ahead_share in -1.0f64..=1.0, log in 0u32..5,
         ) {
             let (speed, per_pulse) = ((most >> shift).max(1), 1 << log);
-            let mut travel = Travel::between(-high, high);
-            travel.expect(speed, all_ticks, ahead, per_pulse);
+            let mut travel = TravelLimit::between(-high, high);
+            travel.set_safe_zone(speed, all_ticks, ahead, per_pulse);
             let position = (f64::from(high) * (2.0 * part - 1.0)) as i32;
-            prop_assume!(travel.surely(position));
+            prop_assume!(travel.in_safe_zone(position));
             let rate = (f64::from(speed) * share) as i32;
             let ahead = (f64::from(ahead) * f64::from(UNIT) * ahead_share) as i64;
-            // The reference moves on until the motor is looked at the next time.
+            // The reference moves on until the next check.
             let ahead = ahead + i64::from(speed) * i64::from(later) * if share < 0.0 { -1 } else { 1 };
-            let place = Place { position, fraction, ahead, per_pulse };
+            let motor = MotorPosition { position, fraction, ahead, per_pulse };
             let ticks = (f64::from(all_ticks) * share.abs()).ceil() as u32;
-            prop_assert!(travel.can_stop(&place, rate, &Stop::over(ticks, 0)));
+            prop_assert!(travel.can_stop(&motor, rate, &Stop::over(ticks, 0)));
         }
     }
 }

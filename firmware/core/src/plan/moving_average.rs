@@ -1,6 +1,6 @@
-//! The running mean over a step plan: what shakes a ball on soft cables is taken out of it.
+//! Moving average over the step plan: it filters out what makes a ball on soft cables swing.
 //!
-//! In cells of [`CELL_TICKS`] ticks the reference's rates are summed; the motors' rates go linearly
+//! The reference's rates are summed in cells of [`CELL_TICKS`] ticks. The motors' rates go linearly
 //! from the mean of the last cells to the next such mean. A mean of rates within limits is within
 //! them, and so are its changes.
 
@@ -11,62 +11,66 @@ use crate::wide;
 /// Ticks in a cell: 3.2 ms.
 const CELL_TICKS: i64 = 16;
 
-/// Cells kept: 409.6 ms, 1.5 kilobytes.
+/// Cells kept: 409.6 ms, 1.5 kB of RAM for three motors.
 const CELLS: usize = 128;
 
 const _: () = assert!(MAX_MEAN_MS as i64 * 1000 <= CELLS as i64 * CELL_TICKS * TICK_US as i64);
 
-/// One motor's share of it.
+/// Moving average of one motor.
 #[derive(Debug, Clone, Copy)]
 struct Lane {
-    /// What the reference moved in each cell, in 32 units.
+    /// Movement of the reference in each cell, in 32 units.
     cells: [i32; CELLS],
     /// Cells in a row, up to the newest, in which the reference stood still; at rest all of them.
     quiet: u32,
-    /// Their sum; 38 bits. And the sum before the newest of them.
+    /// Sum of the cells; 38 bits.
     sum: i64,
+    /// The sum before the newest cell.
     sum_before: i64,
-    /// What the cells still turn the motor by if the reference stands still, without rounding; in
-    /// 32 units over twice the number of cells. 47 bits.
+    /// Movement that the cells still cause if the reference stands still, without rounding; in 32
+    /// units over twice the number of cells. 47 bits.
     to_come: i64,
-    /// What it moved in the present cell, units.
+    /// Movement of the reference in the present cell, units.
     moved: i64,
-    /// The rates at the beginning and at the end of the present cell.
+    /// Rates at the beginning and at the end of the present cell.
     span: (i32, i32),
-    /// The rate at the middle of the coming tick, times 32; and what a tick adds to that. 38 bits.
+    /// Rate at the middle of the coming tick, times 32. 38 bits.
     rate: i64,
+    /// Change of `rate` a tick. 38 bits.
     slope: i64,
-    /// How far the motor still turns if the reference stands still, units: right to the rounding of
-    /// the present cell and of what is still to come.
+    /// Movement of the motor that follows if the reference stands still, units; without the
+    /// rounding of the present cell and of later ones.
     ahead: i64,
 }
 
-/// The means of three motors.
+/// Moving averages of three motors.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Mean {
+pub(super) struct MovingAverage {
     lanes: [Lane; 3],
-    /// Cells that the mean is over; 0: none.
+    /// Cells of the span; 0 switches the average off.
     length: usize,
+    /// Index of the cell that the present one replaces.
     at: usize,
+    /// Ticks passed in the present cell.
     tick: i64,
 }
 
-impl Mean {
+impl MovingAverage {
     pub(super) const OFF: Self = Self { lanes: [Lane::AT_REST; 3], length: 0, at: 0, tick: 0 };
 
-    /// A mean over `span_ms`, at most [`MAX_MEAN_MS`]; at standstill.
+    /// Creates an average over `span_ms`, at most [`MAX_MEAN_MS`], at standstill.
     pub(super) fn over(span_ms: u16) -> Self {
         let cells = i64::from(span_ms) * 1000 / (CELL_TICKS * i64::from(TICK_US));
         Self { length: (cells as usize).min(CELLS), ..Self::OFF }
     }
 
-    /// The same span, at standstill.
+    /// Returns an average of the same span at standstill.
     pub(super) fn emptied(&self) -> Self {
         Self { length: self.length, ..Self::OFF }
     }
 
-    /// The motors' rates in a tick in which the reference moves at `reference`;
-    /// [`pass`](Self::pass) takes that in.
+    /// Returns the motors' rates in a tick in which the reference moves at `reference`.
+    /// [`pass`](Self::pass) then enters that tick.
     pub(super) fn rates(&self, reference: [i32; 3]) -> [i32; 3] {
         if self.length == 0 {
             return reference;
@@ -75,7 +79,7 @@ impl Mean {
         [a.now(), b.now(), c.now()]
     }
 
-    /// A tick has passed in which the reference moved at `reference`.
+    /// Enters a tick in which the reference moved at `reference`.
     #[inline(never)]
     pub(super) fn pass(&mut self, reference: [i32; 3]) {
         for (lane, wanted) in self.lanes.iter_mut().zip(reference) {
@@ -91,24 +95,24 @@ impl Mean {
         }
     }
 
-    /// How far each motor still turns if the reference stands still, units.
+    /// Returns the movement of each motor that follows if the reference stands still, units.
     pub(super) fn ahead(&self) -> [i64; 3] {
         [0, 1, 2].map(|i| self.lanes[i].ahead)
     }
 
-    /// Whether there is none.
+    /// Returns whether no average is configured.
     pub(super) fn is_off(&self) -> bool {
         self.length == 0
     }
 
-    /// Ticks that the motors are behind the reference at the most: the cells of the mean, the one
-    /// that gathers, and the one in which the rates change.
+    /// Returns the ticks that the motors are behind the reference at most: the cells of the span,
+    /// the present cell, and the one in which the rates change.
     pub(super) fn lag_ticks(&self) -> u32 {
         if self.length == 0 { 0 } else { (self.length as u32 + 2) * CELL_TICKS as u32 }
     }
 
-    /// Whether motors are still to follow. A sum of 0 is not enough: after a move there and back
-    /// within the span the cells hold both.
+    /// Returns whether motors still follow. A sum of 0 is not enough: after a move there and back
+    /// within the span, the cells hold both.
     pub(super) fn moving(&self) -> bool {
         self.lanes
             .iter()
@@ -130,14 +134,15 @@ impl Lane {
         ahead: 0,
     };
 
-    /// The rate of the coming tick.
+    /// Returns the rate of the coming tick.
     fn now(&self) -> i32 {
         (self.rate >> 5) as i32
     }
 
     /// Returns [`to_come`](Self::to_come) in units, rounded towards zero.
     fn units_to_come(&self, length: usize) -> i64 {
-        // Two divisions of 32 bits: 47 - 16, and 9 bits of the first remainder with 16 behind them.
+        // Two divisions of 32 bits: the upper 47 - 16 bits, then 9 bits of remainder with the lower
+        // 16 bits.
         let (to_come, divisor) = (self.to_come.unsigned_abs(), 2 * length as u32);
         let (high, low) = ((to_come >> 16) as u32, to_come as u32 & 0xffff);
         let lower = ((high % divisor) << 16 | low) / divisor;
@@ -146,9 +151,9 @@ impl Lane {
         if self.to_come < 0 { -units } else { units }
     }
 
-    /// Ends the present cell, which is number `at` of `length`.
+    /// Ends the present cell, number `at` of `length`.
     fn close(&mut self, at: usize, length: usize) {
-        // The rest stays for the next cell. Bits: 31 + 4 - 5.
+        // The remainder stays for the next cell. Bits: rate 31 + ticks 4 - 5.
         let cell = (self.moved >> 5) as i32;
         self.moved &= 31;
         self.quiet = if cell == 0 { self.quiet.saturating_add(1) } else { 0 };
@@ -157,17 +162,17 @@ impl Lane {
         self.sum_before = self.sum;
         self.sum += i64::from(cell) - i64::from(self.cells[at]);
         self.cells[at] = cell;
-        // Rounded towards zero; a mean of rates is one: 31 bits.
+        // Rounded towards zero. A mean of rates has the bits of a rate: 31.
         let mean = wide::quotient(self.sum.unsigned_abs() * 2, length as u32) as i32;
         self.span = (self.span.1, if self.sum < 0 { -mean } else { mean });
         let change = i64::from(self.span.1) - i64::from(self.span.0);
         (self.rate, self.slope) = (i64::from(self.span.0) * 32 + change, 2 * change);
         if self.quiet > length as u32 {
-            // Every cell is 0, and so are both means that the rate goes between. What rounding has
-            // left: less than a thousandth of a microstep.
+            // Every cell is 0, and so are both means of the present cell. The remainders of
+            // rounding are dropped: less than a thousandth of a microstep.
             (self.to_come, self.sum_before, self.moved) = (0, 0, 0);
         }
-        // The rounding of the cell that ends is no longer to come.
+        // The rounding of the cell that ends is over.
         self.ahead = self.units_to_come(length) + self.moved;
     }
 }

@@ -1,63 +1,72 @@
-//! One motor's microsteps: how many of them a tick passes, and when.
+//! Microsteps of one motor: how many of them a tick passes, and when.
 //!
-//! While the rate changes, a tick divides for its moments. While it does not, each tick's moments
-//! follow from the last one's by additions, with the remainders carried, so that they are the very
-//! same.
+//! Positions within a microstep count in units of the reference ([`UNIT`] a microstep). While the
+//! rate changes, each tick divides for the times of its pulses. At a constant rate, the times of a
+//! tick follow from those of the last one by additions. The remainders are carried along, so both
+//! ways give the same times to the clock.
 
 use super::clocks::{self, Quotient};
 use super::pulses::{Pulses, UNIT};
 use crate::clock::TICK_CLOCKS;
 
-/// UNIT as what is counted with.
+/// Units of a microstep, unsigned.
 const MICROSTEP: u32 = UNIT.unsigned_abs();
 
-/// Below this a pulse may be more clocks away than 31 bits hold; units.
-const SLOW: u32 = 64;
-const _: () = assert!(MICROSTEP as u64 * TICK_CLOCKS as u64 / (SLOW as u64) < 1 << 31);
+/// Rates below this (units a tick) are not extrapolated: the time to their next pulse may exceed 31
+/// bits of clocks.
+const MIN_CRUISE_RATE: u32 = 64;
+const _: () = assert!(MICROSTEP as u64 * TICK_CLOCKS as u64 / (MIN_CRUISE_RATE as u64) < 1 << 31);
 
+/// Position and rate of one motor.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Axis {
+pub(super) struct StepAxis {
+    /// Whether the motor pays out when its direction line is low.
     pub(super) reversed: bool,
-    /// Pulses given, 1/16 steps.
+    /// Position by the pulses given, Q4 steps.
     pub(super) position: i32,
-    /// What a pulse is, as a shift of 1/16 steps.
+    /// Q4 steps of a pulse, as a shift: 0 for 16 microsteps, 4 for full steps.
     shift: u32,
-    /// Whether the rate is, or was last, above 0.
+    /// Whether the last rate that was not 0 is positive.
     up: bool,
-    /// Units to before the next pulse in that direction: [0, UNIT). All pulses lie before a tick's
-    /// end.
+    /// Units to the position before the next pulse in that direction: [0, UNIT). All pulses lie
+    /// before a tick's end.
     to_next: u32,
-    /// The rate of the last tick, units.
+    /// Rate of the last tick, units.
     rate: i32,
-    /// What is known of that rate, once it has lasted for a tick.
+    /// Extrapolation of that rate, once it has lasted for a tick.
     cruise: Option<Cruise>,
 }
 
-/// A rate that does not change.
+/// Extrapolation of a constant rate.
 #[derive(Debug, Clone, Copy)]
 struct Cruise {
-    /// Until the next pulse, clocks; in parts of `speed`.
+    /// Clocks to the next pulse; the remainder is in 1/`speed`.
     first: Quotient,
+    /// Magnitude of the rate, units a tick.
     speed: u32,
-    /// A tick passes the greater number of pulses where the first is less than so many units away.
+    /// `speed` modulo UNIT. A tick passes the greater number of pulses where the next pulse is
+    /// nearer than this.
     part: u32,
-    fewer: Stretch,
-    more: Stretch,
+    /// A tick with floor(`speed`/UNIT) pulses.
+    fewer: CruiseTick,
+    /// A tick with one pulse more.
+    more: CruiseTick,
 }
 
-/// A tick with a certain number of pulses: what it adds, wrapping.
+/// A tick at constant rate with a known number of pulses: its additions, which wrap.
 #[derive(Debug, Clone, Copy)]
-struct Stretch {
-    /// To `first`.
+struct CruiseTick {
+    /// Added to [`Cruise::first`].
     clocks: Quotient,
-    /// To the units before the next pulse.
+    /// Added to [`StepAxis::to_next`].
     units: u32,
-    /// To the position.
-    way: i32,
+    /// Added to [`StepAxis::position`].
+    position: i32,
+    /// Number of pulses.
     count: u16,
 }
 
-impl Axis {
+impl StepAxis {
     pub(super) const AT_REST: Self = Self {
         reversed: false,
         position: 0,
@@ -68,14 +77,13 @@ impl Axis {
         cruise: None,
     };
 
-    /// Takes over what the motor is configured for; at standstill.
+    /// Takes over the motor's configuration; at standstill.
     pub(super) fn configure(&mut self, reversed: bool, microsteps: i32) {
         let shift = 4 - microsteps.trailing_zeros();
         *self = Self { reversed, shift, position: self.position, ..Self::AT_REST };
     }
 
-    /// Stopped dead, in the middle of a microstep, `back` pulses short of where it was planned to
-    /// be.
+    /// Stops at once, in the middle of a microstep, `back` pulses short of the planned position.
     pub(super) fn cut(&mut self, back: i32) {
         *self = Self {
             position: self.position - (back << self.shift),
@@ -86,43 +94,42 @@ impl Axis {
         (self.rate, self.cruise) = (0, None);
     }
 
-    /// How far the motor is to be beyond the last pulse, units: [0, UNIT).
+    /// Returns the planned position beyond the last pulse, units: [0, UNIT).
     pub(super) fn fraction(&self) -> i32 {
         let fraction = if self.up { MICROSTEP - 1 - self.to_next } else { self.to_next };
         fraction as i32
     }
 
-    /// Moves the motor by a tick at `rate`; `pulses`, which are those of the last tick, become what
-    /// it passes.
+    /// Moves the motor by a tick at `rate` (units). `pulses` holds the pulses of the last tick and
+    /// becomes those of this one.
     #[inline(never)]
     pub(super) fn advance(&mut self, rate: i32, pulses: &mut Pulses) {
         if rate != self.rate {
-            *pulses = self.change(rate);
+            *pulses = self.change_rate(rate);
         } else if self.cruise.is_some() {
             self.cruise(pulses);
         } else if rate != 0 {
-            *pulses = self.settle();
+            *pulses = self.begin_cruise();
         }
     }
 
-    /// Whether the next ticks at the same rate need but [`cruise`].
+    /// Returns whether [`cruise`](Self::cruise) is enough for further ticks at the same rate.
     pub(super) fn cruises(&self) -> bool {
         self.cruise.is_some() || self.rate == 0
     }
 
-    /// A tick at the same rate as the last two; direction and period of the pulses are those of the
-    /// last tick.
+    /// Passes a tick at the same rate as the last two. Direction and period of the pulses stay.
     #[inline(never)]
     pub(super) fn cruise(&mut self, pulses: &mut Pulses) {
         if let Some(cruise) = &mut self.cruise {
-            let stretch = if self.to_next < cruise.part { &cruise.more } else { &cruise.fewer };
-            pulses.count = stretch.count;
+            let tick = if self.to_next < cruise.part { &cruise.more } else { &cruise.fewer };
+            pulses.count = tick.count;
             pulses.first = cruise.first.whole;
-            self.to_next = self.to_next.wrapping_add(stretch.units);
-            self.position = self.position.wrapping_add(stretch.way);
-            // Both rests are below `speed`, of 31 bits.
-            let mut rest = cruise.first.rest.wrapping_add(stretch.clocks.rest);
-            let mut whole = cruise.first.whole.wrapping_add(stretch.clocks.whole);
+            self.to_next = self.to_next.wrapping_add(tick.units);
+            self.position = self.position.wrapping_add(tick.position);
+            // Both remainders are below `speed`, which has 31 bits: the sum has 32.
+            let mut rest = cruise.first.rest.wrapping_add(tick.clocks.rest);
+            let mut whole = cruise.first.whole.wrapping_add(tick.clocks.whole);
             if rest >= cruise.speed {
                 rest = rest.wrapping_sub(cruise.speed);
                 whole = whole.wrapping_add(1);
@@ -131,22 +138,23 @@ impl Axis {
         }
     }
 
-    /// A tick at the rate of the last one, which is the first to be so.
-    fn settle(&mut self) -> Pulses {
+    /// Passes a tick at the rate of the last one, which was the first at that rate.
+    fn begin_cruise(&mut self) -> Pulses {
         let speed = self.rate.unsigned_abs();
-        if speed < SLOW {
+        if speed < MIN_CRUISE_RATE {
             return self.pass(speed);
         }
         let (whole, part) = clocks::split(speed);
         let other = MICROSTEP - part;
         let [back, forth, first] =
             [part, other, self.to_next].map(|units| clocks::until(units, speed));
-        let stretch = |count: u32, units: u32, clocks| {
-            let way = (count << self.shift) as i32;
-            Stretch { clocks, units, way: if self.up { way } else { -way }, count: count as u16 }
+        let tick = |count: u32, units: u32, clocks| {
+            let moved = (count << self.shift) as i32;
+            let position = if self.up { moved } else { -moved };
+            CruiseTick { clocks, units, position, count: count as u16 }
         };
-        let fewer = stretch(whole, part.wrapping_neg(), back.negative(speed));
-        let more = stretch(whole + 1, other, forth);
+        let fewer = tick(whole, part.wrapping_neg(), back.negative(speed));
+        let more = tick(whole + 1, other, forth);
         self.cruise = Some(Cruise { first, speed, part, fewer, more });
         let period = if whole > 0 { clocks::period(speed) } else { TICK_CLOCKS };
         let mut pulses = Pulses { direction: self.up != self.reversed, period, ..Pulses::NONE };
@@ -154,8 +162,8 @@ impl Axis {
         pulses
     }
 
-    /// A tick at another rate than the last one.
-    fn change(&mut self, rate: i32) -> Pulses {
+    /// Passes a tick at another rate than the last one.
+    fn change_rate(&mut self, rate: i32) -> Pulses {
         (self.rate, self.cruise) = (rate, None);
         if rate == 0 {
             return Pulses::NONE;
@@ -167,20 +175,20 @@ impl Axis {
         self.pass(rate.unsigned_abs())
     }
 
-    /// A tick at `speed` (above 0).
+    /// Passes a tick at `speed` (units, above 0) in the present direction.
     fn pass(&mut self, speed: u32) -> Pulses {
         let direction = self.up != self.reversed;
         if speed <= self.to_next {
             self.to_next -= speed;
             return Pulses { direction, ..Pulses::NONE };
         }
-        // Pulses are passed at to_next, to_next + UNIT, ..., below `speed`.
+        // Pulses lie at to_next, to_next + UNIT, ..., below `speed`.
         let (more, left) = clocks::split(speed - 1 - self.to_next);
         let first = clocks::until(self.to_next, speed).whole;
         self.to_next = MICROSTEP - 1 - left;
         let count = more + 1;
-        let way = (count << self.shift) as i32;
-        self.position += if self.up { way } else { -way };
+        let moved = (count << self.shift) as i32;
+        self.position += if self.up { moved } else { -moved };
         let period = if more > 0 { clocks::period(speed) } else { TICK_CLOCKS };
         Pulses { direction, count: count as u16, first, period }
     }
@@ -215,7 +223,7 @@ mod tests {
         fn pulses_are_where_the_motor_passes_its_microsteps(
             stretches in proptest::collection::vec((rates(), 1usize..300), 1..8), reversed: bool, shift in 0u32..5
         ) {
-            let mut axis = Axis::AT_REST;
+            let mut axis = StepAxis::AT_REST;
             axis.configure(reversed, 1 << shift);
             let mut at = i128::from(axis.fraction());
             let mut pulses = Pulses::NONE;
