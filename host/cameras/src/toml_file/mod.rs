@@ -1,40 +1,44 @@
-//! Reading configuration files (TOML) such that a mistake is named with its file, its line and its
-//! key.
+//! Configuration files (TOML). Every mistake is reported with its file, line and key.
 
 use std::path::{Path, PathBuf};
 
-use serde::{Deserialize, de::DeserializeOwned};
+use serde::de::DeserializeOwned;
 use thiserror::Error;
 
 use crate::bounded_read::{ReadError, excerpt, read_text};
 
-/// Largest file that is read, bytes. Parsed it takes some 60 times as much memory.
+mod number;
+mod suggestion;
+
+pub use number::{Finite, NumberError, Positive};
+
+/// Most bytes of a file. Parsing takes about 60 times as much memory.
 pub const MAX_BYTES: u64 = 1 << 20;
 
-/// Why a TOML file could not be used.
+/// Failure to read a TOML file.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum TomlFileError {
-    /// The file could not be read, or is too large.
+    /// The file cannot be read, or is too large.
     #[error(transparent)]
     Read(#[from] ReadError),
-    /// What stands in the file is not what is asked for: a syntax error, an unknown key, a missing
-    /// field or a value out of its range.
+    /// The contents are invalid: a syntax error, an unknown key, a missing key or a value out of
+    /// its range.
     #[error("{}", at_line(.path, *.line, .key, .message))]
     Content {
         /// The file.
         path: PathBuf,
-        /// The line, counted from 1. For a missing field that of its table's header, for a missing
-        /// table the file's last.
+        /// Number of the line, from 1. Of a missing key it is the line of its table's header, of a
+        /// missing table the file's last line.
         line: usize,
-        /// The key with its tables, `intrinsics.fx`; empty where the mistake belongs to no key.
+        /// The key with its tables, `intrinsics.fx`. Empty where the mistake has no key.
         key: String,
-        /// What is wrong.
+        /// The mistake. For an unknown key with the nearest known one.
         message: String,
     },
 }
 
-/// "FILE:LINE: in `KEY`: what is wrong", so that editors can jump there.
+/// Formats "FILE:LINE: in `KEY`: MISTAKE", which editors can jump to.
 fn at_line(path: &Path, line: usize, key: &str, message: &str) -> String {
     match key {
         "" => format!("{}:{line}: {message}", path.display()),
@@ -42,22 +46,23 @@ fn at_line(path: &Path, line: usize, key: &str, message: &str) -> String {
     }
 }
 
-/// The contents of the TOML file at `path`, of at most [`MAX_BYTES`].
+/// Reads the TOML file at `path`, of at most [`MAX_BYTES`].
 ///
-/// Give `T` and all it holds `#[serde(deny_unknown_fields)]`, and check values while they are read
-/// (with `#[serde(try_from = "...")]`, see [`Positive`]), so that they are named with their lines
-/// too.
+/// `T` and the types of its fields need `#[serde(deny_unknown_fields)]`. Values should be checked
+/// when they are read (`#[serde(try_from = "...")]`, see [`Positive`]), so that their mistakes are
+/// reported with lines too.
 ///
 /// # Errors
-/// Where the file cannot be read, or where it does not say a `T`; with file, line and key.
+/// Where the file cannot be read, or its contents are invalid.
 pub fn read_toml<T: DeserializeOwned>(path: &Path) -> Result<T, TomlFileError> {
     parse_toml(path, &read_text(path, MAX_BYTES)?)
 }
 
-/// As [`read_toml`], of `text` that is already read; `path` is only used to name it.
+/// Parses the text of the TOML file at `path`, as [`read_toml`]. The file is not read; errors name
+/// it.
 ///
 /// # Errors
-/// Where the text does not say a `T`.
+/// Where the contents are invalid.
 pub fn parse_toml<T: DeserializeOwned>(path: &Path, text: &str) -> Result<T, TomlFileError> {
     toml::from_str(text).map_err(|error| {
         let key = key_of(error.clone());
@@ -67,12 +72,15 @@ pub fn parse_toml<T: DeserializeOwned>(path: &Path, text: &str) -> Result<T, Tom
             let quoted = excerpt(text.lines().nth(line - 1).unwrap_or_default().trim());
             message = format!("{message}: {quoted}");
         }
+        if let Some(name) = suggestion::nearest(error.message()) {
+            message.push_str(&format!("; did you mean `{name}`?"));
+        }
         TomlFileError::Content { path: path.to_path_buf(), line, key, message }
     })
 }
 
-/// The line (from 1) that a mistake is on. What is missing at the top level is missing at the
-/// file's end: the crate `toml` puts it at the beginning.
+/// Returns the line (from 1) of a mistake. A table that is missing is reported at the file's end;
+/// the crate `toml` reports it at the beginning.
 fn line_of(text: &str, error: &toml::de::Error, key: &str) -> usize {
     let end = text.trim_end().len();
     let missing = key.is_empty() && error.message().starts_with("missing field");
@@ -83,8 +91,8 @@ fn line_of(text: &str, error: &toml::de::Error, key: &str) -> usize {
     1 + text.as_bytes()[..start].iter().filter(|&&b| b == b'\n').count()
 }
 
-/// The dotted key that an error belongs to. The crate `toml` says it only in the text of an error
-/// that does not know its input, in a last line "in `a.b`".
+/// Returns the dotted key of an error. The crate `toml` states it only in the text of an error
+/// without input, in the last line "in `a.b`".
 fn key_of(mut error: toml::de::Error) -> String {
     error.set_input(None);
     let text = error.to_string();
@@ -92,59 +100,10 @@ fn key_of(mut error: toml::de::Error) -> String {
     last.strip_prefix("in `").and_then(|k| k.strip_suffix('`')).unwrap_or_default().to_owned()
 }
 
-/// A finite number above zero, checked while it is read.
-#[derive(Debug, Clone, Copy, PartialEq, PartialOrd, Deserialize)]
-#[serde(try_from = "f64")]
-pub struct Positive(f64);
-
-/// A finite number, checked while it is read.
-#[derive(Debug, Clone, Copy, PartialEq, PartialOrd, Deserialize)]
-#[serde(try_from = "f64")]
-pub struct Finite(f64);
-
-/// A number out of its range.
-#[derive(Debug, Clone, Copy, PartialEq, Error)]
-pub enum NumberError {
-    /// Not a number above zero, or infinite.
-    #[error("{0} must be a finite number above 0")]
-    NotPositive(f64),
-    /// Infinite or not a number.
-    #[error("{0} must be a finite number")]
-    NotFinite(f64),
-}
-
-impl Positive {
-    /// The number.
-    pub fn get(self) -> f64 {
-        self.0
-    }
-}
-
-impl Finite {
-    /// The number.
-    pub fn get(self) -> f64 {
-        self.0
-    }
-}
-
-impl TryFrom<f64> for Positive {
-    type Error = NumberError;
-
-    fn try_from(x: f64) -> Result<Self, NumberError> {
-        if x.is_finite() && x > 0.0 { Ok(Self(x)) } else { Err(NumberError::NotPositive(x)) }
-    }
-}
-
-impl TryFrom<f64> for Finite {
-    type Error = NumberError;
-
-    fn try_from(x: f64) -> Result<Self, NumberError> {
-        if x.is_finite() { Ok(Self(x)) } else { Err(NumberError::NotFinite(x)) }
-    }
-}
-
 #[cfg(test)]
 mod tests {
+    use serde::Deserialize;
+
     use super::*;
 
     #[derive(Debug, Deserialize)]
@@ -196,6 +155,14 @@ mod tests {
             assert_eq!(l, line, "line of {m:?} ({k:?}) in {text:?}");
             assert!(format!("{k} {m}").contains(key), "{key} in {k:?} {m:?}");
         }
+    }
+
+    #[test]
+    fn an_unknown_key_is_reported_with_the_nearest_one() {
+        let (line, _, message) = error_of("[rig]\ngian = 2\n");
+        assert!(line == 2 && message.ends_with("; did you mean `gain`?"), "{message}");
+        let (_, _, message) = error_of("[rig]\ncolour = 2\n");
+        assert!(!message.contains("did you mean"), "{message}");
     }
 
     #[test]
