@@ -1,7 +1,7 @@
-//! Reading of files that a person names: regular files only, and never more bytes than a limit.
+//! Reading of files that a user names: regular files only, up to a limit of bytes.
 //!
-//! A named pipe would be waited for without end, a device such as `/dev/zero` read without end, and
-//! a file of any size taken into memory.
+//! Reading a named pipe can block, reading a device such as `/dev/zero` never ends, and a large
+//! file fills the memory.
 
 use std::fmt;
 use std::fs::{self, File, OpenOptions};
@@ -12,11 +12,11 @@ use std::path::{Path, PathBuf};
 use nix::fcntl::OFlag;
 use thiserror::Error;
 
-/// Why a file was not read.
+/// Failure to read a file.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum ReadError {
-    /// The operating system refused.
+    /// The operating system reports an error.
     #[error("{}: cannot be read: {error}", .path.display())]
     Io {
         /// The file.
@@ -25,40 +25,44 @@ pub enum ReadError {
         #[source]
         error: io::Error,
     },
-    /// Something else than a regular file has this path.
+    /// The path is not that of a regular file.
     #[error("{}: is {kind}, but must be a regular file", .path.display())]
     NotAFile {
         /// The path.
         path: PathBuf,
-        /// What it is.
+        /// Kind of the file.
         kind: FileKind,
     },
     /// The file is larger than its limit.
-    #[error("{}: is too large: it has {} bytes, and at most {limit} are read", .path.display(), at_least(*.found, *.limit))]
+    #[error(
+        "{}: is too large: it has {} bytes, and at most {limit} are read",
+        .path.display(),
+        at_least(*.found, *.limit)
+    )]
     TooLarge {
         /// The file.
         path: PathBuf,
-        /// Its length, bytes; the file may have grown since.
+        /// Length of the file when it was opened, bytes.
         found: u64,
         /// The limit, bytes.
         limit: u64,
     },
-    /// The file is no text.
+    /// The file is not UTF-8 text.
     #[error("{}:{line}: is not UTF-8 text", .path.display())]
     NotText {
         /// The file.
         path: PathBuf,
-        /// The line, counted from 1, of the first byte that is no text.
+        /// Line, from 1, of the first invalid byte.
         line: usize,
     },
 }
 
-/// The length of a file in words. A file that grew while it was read has an unknown one.
+/// Formats the length of a file. The length of a file that grew while it was read is unknown.
 fn at_least(found: u64, limit: u64) -> String {
     if found > limit { found.to_string() } else { format!("more than {limit}") }
 }
 
-/// A kind of file that is not regular.
+/// Kind of a file that is not regular.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FileKind {
     /// A folder.
@@ -107,7 +111,7 @@ impl FileKind {
 /// Reads the regular file at `path`, of at most `limit` bytes.
 ///
 /// # Errors
-/// Where it cannot be read, is no regular file or is larger.
+/// Where the file cannot be read, is not regular, or is larger.
 pub fn read(path: &Path, limit: u64) -> Result<Vec<u8>, ReadError> {
     let io_error = |error| ReadError::Io { path: path.to_owned(), error };
     let (file, found) = open(path)?;
@@ -126,7 +130,7 @@ pub fn read(path: &Path, limit: u64) -> Result<Vec<u8>, ReadError> {
 /// Reads the regular file at `path`, UTF-8 text of at most `limit` bytes.
 ///
 /// # Errors
-/// As [`read`]; where it is not UTF-8.
+/// As [`read`]; where the file is not UTF-8.
 pub fn read_text(path: &Path, limit: u64) -> Result<String, ReadError> {
     String::from_utf8(read(path, limit)?).map_err(|error| {
         let good = error.utf8_error().valid_up_to();
@@ -142,7 +146,7 @@ fn open(path: &Path) -> Result<(File, u64), ReadError> {
         None => Ok(()),
         Some(kind) => Err(ReadError::NotAFile { path: path.to_owned(), kind }),
     };
-    // The first look keeps devices closed: to open one may have an effect. The second is of the
+    // The first check avoids opening a device, which may have an effect. The second one checks the
     // file that was opened.
     regular(&fs::metadata(path).map_err(io_error)?)?;
     let flags = (OFlag::O_NONBLOCK | OFlag::O_NOCTTY).bits();
@@ -152,11 +156,11 @@ fn open(path: &Path) -> Result<(File, u64), ReadError> {
     Ok((file, data.len()))
 }
 
-/// Why a line was not read.
+/// Failure to read a line.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum LineError {
-    /// The operating system refused.
+    /// The operating system reports an error.
     #[error("cannot be read: {0}")]
     Io(#[from] io::Error),
     /// The line is longer than its limit.
@@ -165,17 +169,17 @@ pub enum LineError {
         /// The limit, bytes.
         limit: u64,
     },
-    /// The line is no text.
+    /// The line is not UTF-8 text.
     #[error("is not UTF-8 text")]
     NotText,
 }
 
-/// Reads the next line of `input`, of at most `limit` bytes with its end; `None` at the end of the
-/// input.
+/// Reads the next line of `input`, of at most `limit` bytes including its end. Returns `None` at
+/// the end of the input.
 ///
 /// # Errors
-/// Where it cannot be read, is longer or is not UTF-8. The rest of a line that is too long remains
-/// in `input`.
+/// Where the line cannot be read, is longer, or is not UTF-8. The rest of a line that is too long
+/// remains in `input`.
 pub fn read_line(input: &mut impl BufRead, limit: u64) -> Result<Option<String>, LineError> {
     let mut bytes = Vec::new();
     input.by_ref().take(limit.saturating_add(1)).read_until(b'\n', &mut bytes)?;
@@ -188,12 +192,12 @@ pub fn read_line(input: &mut impl BufRead, limit: u64) -> Result<Option<String>,
     String::from_utf8(bytes).map(Some).map_err(|_| LineError::NotText)
 }
 
-/// Longest excerpt, characters.
-const EXCERPT: usize = 80;
+/// Most characters of an excerpt.
+const MAX_EXCERPT: usize = 80;
 
-/// Returns the beginning of a line that is quoted in a message.
+/// Returns the beginning of a line, to be quoted in a message.
 pub(crate) fn excerpt(line: &str) -> String {
-    match line.char_indices().nth(EXCERPT) {
+    match line.char_indices().nth(MAX_EXCERPT) {
         None => line.to_owned(),
         Some((end, _)) => format!("{}...", &line[..end]),
     }
@@ -226,7 +230,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_regular_file_is_named() {
+    fn files_that_are_not_regular_are_refused() {
         let folder = tempfile::tempdir().unwrap();
         let pipe = folder.path().join("pipe");
         mkfifo(&pipe, Mode::S_IRWXU).unwrap();
@@ -248,7 +252,7 @@ mod tests {
     }
 
     #[test]
-    fn bytes_that_are_no_text_are_named_with_their_line() {
+    fn invalid_text_is_reported_with_its_line() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("file");
         fs::write(&path, b"a\nb\xff\nc").unwrap();

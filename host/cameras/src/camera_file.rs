@@ -1,4 +1,4 @@
-//! The camera file (TOML): reads a [`Camera`].
+//! Camera file (TOML): intrinsics and pose of a camera, and the ball.
 
 use std::path::Path;
 
@@ -9,10 +9,10 @@ use thiserror::Error;
 
 use crate::toml_file::{Finite, Positive, TomlFileError, parse_toml, read_toml};
 
-/// The paper's camera file, `rigs/camera.toml`.
+/// Text of the paper's camera file, `rigs/camera.toml`.
 pub const PAPER: &str = include_str!("../../rigs/camera.toml");
 
-/// The camera that the TOML file at `path` describes:
+/// Reads the camera file at `path`:
 ///
 /// ```toml
 /// [intrinsics]            # pixels; depth_scale: depth units in a metre
@@ -26,34 +26,34 @@ pub const PAPER: &str = include_str!("../../rigs/camera.toml");
 /// quaternion = [-0.5, -0.5, 0.5, 0.5]     # x, y, z, w
 /// [ball]
 /// diameter_m = 0.06
-/// hue = 0.0               # degrees: 0 red (as where it is left out), 120 green, 240 blue
+/// hue = 0.0               # degrees: 0 red (the default), 120 green, 240 blue
 /// ```
 ///
 /// # Errors
-/// Where the file cannot be read, has an unknown key, lacks one, or a value is out of its range:
-/// lengths and scales above 0, everything finite, the hue from 0 to 360, the quaternion's norm
-/// within 1 % of 1 (it is normalised then).
+/// Where the file cannot be read, has an unknown key, lacks a key, or a value is out of its range:
+/// all numbers are finite, `fx`, `fy`, `depth_scale` and `diameter_m` above 0, the hue from 0 to
+/// 360, the quaternion's norm within 1 % of 1 (it is normalised).
 pub fn read(path: &Path) -> Result<Camera, TomlFileError> {
     read_toml::<CameraFile>(path).map(Camera::from)
 }
 
-/// As [`read`], of `text` that is already read; `path` is only used to name it.
+/// Parses the text of the camera file at `path`, as [`read`]. The file is not read; errors name it.
 ///
 /// # Errors
-/// Where the text does not describe a camera.
+/// Where the contents are invalid.
 pub fn parse(path: &Path, text: &str) -> Result<Camera, TomlFileError> {
     parse_toml::<CameraFile>(path, text).map(Camera::from)
 }
 
-/// The paper's camera, as in `rigs/camera.toml`: at (1.737, 0.286, 0.225) m, looking along -x.
+/// Returns the paper's camera, `rigs/camera.toml`: at (1.737, 0.286, 0.225) m, looking along -x.
 ///
 /// # Errors
-/// None in a released program: the file is part of it.
+/// None in a released program: the file is compiled in, and a test parses it.
 pub fn paper() -> Result<Camera, TomlFileError> {
     parse(Path::new("rigs/camera.toml"), PAPER)
 }
 
-/// The camera file as it is written.
+/// Contents of a camera file. Every key is required but `ball.hue`.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct CameraFile {
@@ -62,67 +62,82 @@ struct CameraFile {
     ball: BallTable,
 }
 
+/// Table `[intrinsics]`: pinhole camera without distortion, of the colour image.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct IntrinsicsTable {
+    /// Focal length along the rows, pixels, above 0.
     fx: Positive,
+    /// Focal length along the columns, pixels, above 0.
     fy: Positive,
+    /// Column of the principal point, pixels from the centre of the leftmost pixel.
     cx: Finite,
+    /// Row of the principal point, pixels from the centre of the topmost pixel.
     cy: Finite,
+    /// Depth units in a metre, above 0. A live camera and an `.oni` file state their own.
     depth_scale: Positive,
 }
 
+/// Table `[pose]`: camera axes (x right, y down, z forward) in the rig frame.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct PoseTable {
+    /// Position of the camera in the rig frame, metres.
     translation: [Finite; 3],
+    /// Rotation from camera axes into the rig frame: x, y, z, w; norm 1 within 1 %.
     quaternion: Rotation,
 }
 
+/// Table `[ball]`.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct BallTable {
+    /// Diameter, metres, above 0.
     diameter_m: Positive,
+    /// Hue, degrees, 0 to 360. Default: 0, red.
     #[serde(default)]
     hue: Hue,
 }
 
-/// A hue in degrees, red where none is given.
+/// Hue, degrees. The default is red.
 #[derive(Debug, Default, Deserialize)]
 #[serde(try_from = "f64")]
 struct Hue(f64);
 
-/// A number that is no hue.
+/// Hue out of its range.
 #[derive(Debug, Error)]
 #[error("a hue is from 0 to 360 degrees (0 red, 120 green, 240 blue), not {0}")]
-struct NotAHue(f64);
+struct HueError(f64);
 
 impl TryFrom<f64> for Hue {
-    type Error = NotAHue;
+    type Error = HueError;
 
-    fn try_from(degrees: f64) -> Result<Self, NotAHue> {
-        if (0.0..=360.0).contains(&degrees) { Ok(Self(degrees)) } else { Err(NotAHue(degrees)) }
+    fn try_from(degrees: f64) -> Result<Self, HueError> {
+        if (0.0..=360.0).contains(&degrees) { Ok(Self(degrees)) } else { Err(HueError(degrees)) }
     }
 }
 
-/// A unit quaternion that was written as [x, y, z, w].
+/// Rotation, written as the quaternion [x, y, z, w].
 #[derive(Debug, Deserialize)]
 #[serde(try_from = "[f64; 4]")]
 struct Rotation(UnitQuaternion<f64>);
 
-/// A quaternion that is none of a rotation.
+/// Quaternion whose norm is not 1.
 #[derive(Debug, Error)]
 #[error("the quaternion [x, y, z, w] has norm {0}, a rotation's is 1")]
-struct NotARotation(f64);
+struct NormError(f64);
+
+/// Largest deviation of a quaternion's norm from 1, for numbers that were rounded.
+const NORM_TOLERANCE: f64 = 0.01;
 
 impl TryFrom<[f64; 4]> for Rotation {
-    type Error = NotARotation;
+    type Error = NormError;
 
-    fn try_from([x, y, z, w]: [f64; 4]) -> Result<Self, NotARotation> {
+    fn try_from([x, y, z, w]: [f64; 4]) -> Result<Self, NormError> {
         let q = Quaternion::new(w, x, y, z);
         let norm = q.norm();
-        if norm.is_nan() || (norm - 1.0).abs() > 0.01 {
-            return Err(NotARotation(norm));
+        if norm.is_nan() || (norm - 1.0).abs() > NORM_TOLERANCE {
+            return Err(NormError(norm));
         }
         Ok(Self(UnitQuaternion::from_quaternion(q)))
     }
@@ -175,14 +190,13 @@ diameter_m = 0.06
     }
 
     #[test]
-    fn the_camera_axes_are_mapped_into_the_rig_frame() {
+    fn camera_axes_are_mapped_into_the_rig_frame() {
         let camera = read_text(GOOD).unwrap();
         assert_eq!(camera.intrinsics.fy, 524.0);
         assert_eq!(camera.ball_diameter, 0.06);
         assert_eq!(camera.ball_hue, 0.0);
         assert_eq!(read_text(&GOOD.replace("0.06", "0.06\nhue = 120")).unwrap().ball_hue, 120.0);
-        // This quaternion looks along -x with the picture's rows pointing down: right is +y, down
-        // is -z.
+        // This camera looks along -x with its rows pointing down: right is +y, down is -z.
         let p = camera.pose * camera.intrinsics.deproject(319.5, 239.5, 0.5);
         assert!((p - Point3::new(0.5, 2.0, 3.0)).norm() < 2e-3, "{p}");
         let q = camera.pose * Point3::new(0.0, 1.0, 0.0);
@@ -190,7 +204,7 @@ diameter_m = 0.06
     }
 
     #[test]
-    fn mistakes_are_named_with_file_line_and_key() {
+    fn mistakes_are_reported_with_file_line_and_key() {
         let cases = [
             ("fx = 525.0", "fx = -525.0", "camera.toml:2: ", "intrinsics.fx"),
             ("depth_scale = 5000", "depth_scale = nan", "camera.toml:6: ", "depth_scale"),

@@ -1,24 +1,62 @@
-//! Plumb's cameras: sources of RGB-D pictures, recordings and their replay, and the camera file.
+//! Plumb's cameras: sources of RGB-D frames, recordings, and the camera file.
 //!
-//! - [`source`]: what a source is, a [camera](source::openni) or recording through OpenNI2, a
-//!   [TUM RGB-D folder](source::tum), and a [recording in the time of its making](source::playback).
-//! - [`record`]: a run's pictures as a TUM RGB-D folder.
-//! - [`discovery`]: which cameras are there, and what they lack.
-//! - [`camera_file`]: a camera's geometry. [`toml_file`] and [`bounded_read`] read it and other
-//!   files that a person names.
+//! - [`source`]: the trait [`CameraSource`](source::CameraSource) and its implementations: cameras
+//!   [through OpenNI2](source::openni), recordings as [TUM RGB-D folders](source::tum) and `.oni`
+//!   files, their [playback](source::playback) in the place of a camera, and a
+//!   [tee](source::tee) that also records.
+//! - [`drivers`]: the registry of camera [`driver`]s. [`open_camera`](drivers::open_camera) opens
+//!   the camera that [`settings`] choose.
+//! - [`discovery`]: the cameras that are plugged in, and what is missing to use them.
+//! - [`record`]: recording of frames as a TUM RGB-D folder.
+//! - [`camera_file`]: intrinsics and pose of a camera, and the ball. [`toml_file`] and
+//!   [`bounded_read`] read it and other files that a user names.
 //!
 //! The crate knows no board, no rig and no simulation.
 //!
-//! ```no_run
+//! # Read a recording
+//!
+//! ```
 //! use std::path::Path;
 //!
 //! use plumb_cameras::camera_file;
+//! use plumb_cameras::record::{Overflow, RecordFolder};
 //! use plumb_cameras::source::open_recording;
+//! use plumb_vision::frame::RgbdFrame;
+//! use plumb_vision::image::Image;
 //!
-//! let camera = camera_file::read(Path::new("desk/camera.toml"))?;
-//! let mut recording = open_recording(Path::new("desk"), camera.intrinsics)?;
+//! // Record a frame of a wall 2 m away.
+//! let folder = std::env::temp_dir().join(format!("plumb-example-{}", std::process::id()));
+//! let camera = camera_file::paper()?;
+//! let (colour, depth) = (Image::filled(640, 480, [120; 3]), Image::filled(640, 480, 10_000));
+//! let frame = RgbdFrame::new(0.0, colour, depth, camera.intrinsics)?;
+//! let recording = RecordFolder::create(&folder)?;
+//! let mut recorder = recording.begin(camera_file::PAPER, &camera.intrinsics, Overflow::Block)?;
+//! recorder.add(&frame);
+//! recorder.finish()?;
+//!
+//! // Read it back.
+//! let camera = camera_file::read(&folder.join("camera.toml"))?;
+//! let mut recording = open_recording(&folder, camera.intrinsics)?;
 //! while let Some(frame) = recording.source.next_frame()? {
-//!     println!("{:.3} s: {:?} m", frame.time(), frame.depth_at(320, 240));
+//!     assert_eq!(frame.depth_at(320, 240), Some(2.0));
+//! }
+//! # std::fs::remove_dir_all(&folder)?;
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # Open a camera
+//!
+//! ```no_run
+//! use plumb_cameras::camera_file;
+//! use plumb_cameras::drivers::open_camera;
+//! use plumb_cameras::settings::CameraSettings;
+//!
+//! let settings = CameraSettings::new("camera.toml");
+//! let mut opened = open_camera(&settings, camera_file::read(&settings.file)?, None)?;
+//! println!("{}", opened.description.unwrap_or_default());
+//! while let Some(frame) = opened.source.next_frame()? {
+//!     let age = opened.source.now() - frame.time();
+//!     println!("{age:.3} s ago: {:?} m", frame.depth_at(320, 240));
 //! }
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```

@@ -76,11 +76,11 @@ pub(super) fn recorded<S>(source: Tee<S>) -> Result<(), Failure> {
     let (source, recording) = source.finish();
     drop(source);
     if let Some(recording) = recording.or_failed()? {
-        let left_out = match recording.left_out {
+        let dropped = match recording.dropped {
             0 => String::new(),
             n => format!(", {n} left out: they came faster than they could be written"),
         };
-        tell!("recorded: {} frames in {}{left_out}", recording.frames, recording.folder.display());
+        tell!("recorded: {} frames in {}{dropped}", recording.frames, recording.folder.display());
     }
     Ok(())
 }

@@ -11,7 +11,8 @@ use crate::sys::*;
 /// Declares the table of functions and its loader, each function by its name in the library.
 macro_rules! functions {
     ($($field:ident = $symbol:literal: fn($($argument:ty),*) $(-> $answer:ty)?;)*) => {
-        /// Functions of the library. It stays loaded, because its drivers have threads of their own.
+        /// Functions of the library. It stays loaded, because its drivers have threads of their
+        /// own.
         pub(crate) struct Api {
             pub(crate) path: PathBuf,
             $(pub(crate) $field: unsafe extern "C" fn($($argument),*) $(-> $answer)?,)*

@@ -105,8 +105,8 @@ impl Device {
         self.synchronised
     }
 
-    /// Returns the horizontal and vertical field of view of the colour camera, radians; `None` where
-    /// the device does not state it.
+    /// Returns the horizontal and vertical field of view of the colour camera, radians; `None`
+    /// where the device does not state it.
     pub(crate) fn field_of_view(&self) -> Option<(f64, f64)> {
         let stream = RawStream { openni: &self.openni, raw: self.colour.handle };
         let angle = |property| {

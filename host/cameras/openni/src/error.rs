@@ -90,8 +90,8 @@ pub enum OpenniError {
     },
     /// Colour and depth of a recording differ in size.
     #[error(
-        "{uri}: colour is {colour} but depth {depth}: depth must be registered to colour, and of its \
-         size"
+        "{uri}: colour is {colour} but depth {depth}: depth must be registered to colour, and \
+         of its size"
     )]
     Sizes {
         /// URI of the camera, or path of the recording.

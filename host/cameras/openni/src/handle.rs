@@ -11,6 +11,9 @@ use crate::stream::{RawStream, Stream};
 use crate::sys;
 use crate::text::text;
 
+/// Colour stream and depth stream.
+type Streams = (Stream, Stream);
+
 /// Open device without streams. Dropping it closes the device.
 pub(crate) struct Handle<'a> {
     openni: &'a OpenNi,
@@ -91,8 +94,8 @@ impl<'a> Handle<'a> {
     fn streams(
         &self,
         uri: &str,
-        set_up: impl FnOnce(&RawStream<'_>, &RawStream<'_>) -> Result<(Stream, Stream), OpenniError>,
-    ) -> Result<(Stream, Stream), OpenniError> {
+        set_up: impl FnOnce(&RawStream<'_>, &RawStream<'_>) -> Result<Streams, OpenniError>,
+    ) -> Result<Streams, OpenniError> {
         let depth = self.create(uri, Sensor::Depth)?;
         let colour = self.create(uri, Sensor::Colour).inspect_err(|_| depth.destroy())?;
         set_up(&colour, &depth).inspect_err(|_| {
@@ -101,13 +104,13 @@ impl<'a> Handle<'a> {
         })
     }
 
-    /// Sets up the streams of a camera: size and rate of `settings`, depth registered to colour, not
-    /// mirrored. Returns colour and depth.
+    /// Sets up the streams of a camera: size and rate of `settings`, depth registered to colour,
+    /// not mirrored. Returns colour and depth.
     pub(crate) fn live_streams(
         &self,
         uri: &str,
         settings: &Settings,
-    ) -> Result<(Stream, Stream), OpenniError> {
+    ) -> Result<Streams, OpenniError> {
         let colour_mode = self.find_mode(uri, settings, Sensor::Colour)?;
         let depth_mode = self.find_mode(uri, settings, Sensor::Depth)?;
         self.streams(uri, |colour, depth| {
@@ -174,7 +177,7 @@ impl<'a> Handle<'a> {
 
     /// Sets up the streams of a recording, to be played once and frame by frame. Returns colour and
     /// depth.
-    pub(crate) fn recorded_streams(&self, uri: &str) -> Result<(Stream, Stream), OpenniError> {
+    pub(crate) fn recorded_streams(&self, uri: &str) -> Result<Streams, OpenniError> {
         let set = |what, result: Result<(), String>| {
             result.map_err(|error| OpenniError::Setting { uri: uri.to_owned(), what, error })
         };
@@ -214,8 +217,8 @@ impl<'a> Handle<'a> {
     fn get(&self, property: c_int, zero: c_int) -> Result<c_int, String> {
         let (mut value, mut size) = (zero, size_of::<c_int>() as c_int);
         let pointer = (&raw mut value).cast::<c_void>();
-        // SAFETY: the device is open; the library writes at most `size` bytes, and any bytes make a C
-        // int.
+        // SAFETY: the device is open; the library writes at most `size` bytes, and any bytes make a
+        // C int.
         let status = unsafe {
             (self.openni.inner.api.device_get)(self.raw, property, pointer, &raw mut size)
         };

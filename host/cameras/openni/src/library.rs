@@ -83,8 +83,8 @@ impl OpenNi {
             .map_err(|error| OpenniError::Initialize { path: inner.api.path.clone(), error })?;
         let mut callbacks = Events::callbacks();
         let mut handle = std::ptr::null_mut();
-        // SAFETY: the library copies the three pointers. The cookie is never freed, and the callbacks
-        // may use it from any thread.
+        // SAFETY: the library copies the three pointers. The cookie is never freed, and the
+        // callbacks may use it from any thread.
         let status = unsafe {
             (inner.api.register_callbacks)(
                 &raw mut callbacks,

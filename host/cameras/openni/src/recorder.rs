@@ -63,7 +63,8 @@ impl Drop for Recorder {
     fn drop(&mut self) {
         // SAFETY: the recorder lives.
         unsafe { (self.openni.inner.api.recorder_stop)(self.handle) };
-        // SAFETY: the recorder lives, and is not used after this. It writes the rest of its file first.
+        // SAFETY: the recorder lives, and is not used after this. It writes the rest of its file
+        // first.
         unsafe { (self.openni.inner.api.recorder_destroy)(&raw mut self.handle) };
         // The recorder leaves unused bytes behind the last record. An incomplete file is reported
         // when it is read.

@@ -22,7 +22,7 @@ fn there_and_back(frames: &[RgbdFrame]) -> (Camera, Vec<RgbdFrame>) {
     let mut recorder = record.begin(CAMERA, frames[0].intrinsics(), Overflow::Block).unwrap();
     frames.iter().for_each(|frame| recorder.add(frame));
     let recording = recorder.finish().unwrap();
-    assert_eq!((recording.frames, recording.left_out), (frames.len() as u64, 0));
+    assert_eq!((recording.frames, recording.dropped), (frames.len() as u64, 0));
     let camera = camera_file::read(&folder.path().join(CAMERA_FILE)).unwrap();
     let mut source = TumFolder::open(folder.path(), camera.intrinsics).unwrap();
     let mut read = Vec::new();

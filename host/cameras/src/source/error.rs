@@ -6,7 +6,8 @@ use std::fmt;
 use plumb_vision::frame::FrameError;
 use thiserror::Error;
 
-use super::BoxedError;
+/// Boxed error of any crate.
+pub type BoxedError = Box<dyn StdError + Send + Sync>;
 
 /// Failure of a camera source to deliver a frame.
 ///

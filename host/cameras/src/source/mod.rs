@@ -1,9 +1,6 @@
 //! Sources of RGB-D frames: cameras and recordings.
 
-use std::error::Error as StdError;
-
-use plumb_vision::frame::RgbdFrame;
-
+mod camera_source;
 mod error;
 pub mod openni;
 pub mod playback;
@@ -11,40 +8,6 @@ mod recording;
 pub mod tee;
 pub mod tum;
 
-pub use error::{InvalidFrame, SourceError};
+pub use camera_source::CameraSource;
+pub use error::{BoxedError, InvalidFrame, SourceError};
 pub use recording::{OpenRecordingError, OpenedRecording, open_recording};
-
-/// Boxed error of any crate.
-pub type BoxedError = Box<dyn StdError + Send + Sync>;
-
-/// Camera or recording that delivers RGB-D frames one after the other.
-pub trait CameraSource {
-    /// Returns the next frame, or `None` at the end of a recording.
-    ///
-    /// # Errors
-    /// Where a frame is lost. The next call may deliver the frame after it, unless
-    /// [`SourceError::is_over`] says that no frame comes any more.
-    fn next_frame(&mut self) -> Result<Option<RgbdFrame>, SourceError>;
-
-    /// Returns the time on the clock that stamps the frames, seconds. The difference to a frame's
-    /// time stamp is the frame's age.
-    fn now(&self) -> f64;
-
-    /// Returns whether the clock runs by itself and the frames show the present, as those of a
-    /// camera. The clock of a recording that is read at any speed stands at its last frame.
-    fn is_live(&self) -> bool;
-}
-
-impl<S: CameraSource + ?Sized> CameraSource for Box<S> {
-    fn next_frame(&mut self) -> Result<Option<RgbdFrame>, SourceError> {
-        (**self).next_frame()
-    }
-
-    fn now(&self) -> f64 {
-        (**self).now()
-    }
-
-    fn is_live(&self) -> bool {
-        (**self).is_live()
-    }
-}

@@ -1,4 +1,4 @@
-//! A recording, played in the time in which it was made.
+//! Playback of a recording at the speed at which it was recorded.
 
 use std::thread;
 use std::time::{Duration, Instant};
@@ -6,25 +6,25 @@ use std::time::{Duration, Instant};
 use plumb_vision::frame::RgbdFrame;
 use thiserror::Error;
 
-use super::{CameraSource, InvalidFrame, SourceError};
+use super::camera_source::CameraSource;
+use super::error::{InvalidFrame, SourceError};
 
-/// Longest time without a picture. A live camera that is silent for so long counts as gone too
-/// ([`plumb_openni::Deadlines`]), and an interrupted run goes on for so long at most.
+/// Longest gap between two frames. It is the time after which a live camera without pictures counts
+/// as silent ([`plumb_openni::Deadlines`]), and the longest delay of an interruption.
 pub const LONGEST_GAP: Duration = Duration::from_secs(2);
 
-/// A source whose frames come when they were taken: a recording where a camera is wanted.
+/// Camera source that plays a recording in the place of a camera.
 ///
-/// Its clock stands at 0 until the first frame comes, and runs on from there. Frames are stamped on
-/// this clock, whatever the recording's time stamps begin with. Frames that are lost, but whose
-/// time is known, take their time too.
+/// Its clock is 0 until the first frame is delivered, and runs from there. The frames are stamped
+/// on this clock, whatever the recording's time stamps are. A lost frame with a known time stamp
+/// takes its time too.
 ///
-/// The recording's time stamps may not fall, else the frame is lost ([`PlaybackError::Backwards`]),
-/// and may not leave a gap above [`LONGEST_GAP`], else the recording ends there
-/// ([`PlaybackError::Gap`]).
+/// A frame whose time stamp is before the previous one is lost ([`PlaybackError::Backwards`]). A
+/// gap above [`LONGEST_GAP`] ends the recording ([`PlaybackError::Gap`]).
 #[derive(Debug)]
 pub struct Playback<S> {
     source: S,
-    begun: Option<Begun>,
+    clock: Option<Clock>,
 }
 
 /// Time stamp that a recording cannot be played at.
@@ -64,39 +64,39 @@ impl From<PlaybackError> for SourceError {
     }
 }
 
-/// Clock of a recording whose first frame has come.
+/// Clock that runs from the first frame.
 #[derive(Debug, Clone, Copy)]
-struct Begun {
-    /// When the first frame came.
-    at: Instant,
+struct Clock {
+    /// Time at which the first frame was delivered.
+    start: Instant,
     /// Time stamp of the first frame, seconds on the recording's clock.
     first: f64,
-    /// Time stamp of the last frame, likewise.
+    /// Time stamp of the last frame, seconds on the recording's clock.
     last: f64,
 }
 
 impl<S: CameraSource> Playback<S> {
-    /// Plays `source`.
+    /// Plays the recording `source`.
     pub fn new(source: S) -> Self {
-        Self { source, begun: None }
+        Self { source, clock: None }
     }
 
-    /// Waits until it is time for the frame with the time stamp `stamp` (seconds on the recording's
-    /// clock). Returns its time on this clock.
+    /// Waits until the frame with the time stamp `stamp` (seconds on the recording's clock) is due.
+    /// Returns its time stamp on this clock.
     fn wait_for(&mut self, stamp: f64) -> Result<f64, PlaybackError> {
-        let fresh = Begun { at: Instant::now(), first: stamp, last: stamp };
-        let begun = self.begun.get_or_insert(fresh);
-        let gap = stamp - begun.last;
+        let fresh = Clock { start: Instant::now(), first: stamp, last: stamp };
+        let clock = self.clock.get_or_insert(fresh);
+        let gap = stamp - clock.last;
         if gap < 0.0 {
-            return Err(PlaybackError::Backwards { time: stamp, before: begun.last });
+            return Err(PlaybackError::Backwards { time: stamp, before: clock.last });
         }
         if gap.is_nan() || gap > LONGEST_GAP.as_secs_f64() {
             return Err(PlaybackError::Gap { time: stamp, gap });
         }
-        begun.last = stamp;
-        let time = stamp - begun.first;
+        clock.last = stamp;
+        let time = stamp - clock.first;
         let due =
-            Duration::try_from_secs_f64(time).ok().and_then(|span| begun.at.checked_add(span));
+            Duration::try_from_secs_f64(time).ok().and_then(|span| clock.start.checked_add(span));
         // Gaps are limited, so that only a recording of centuries has a frame that is due beyond
         // the clock's range.
         let Some(due) = due else { return Err(PlaybackError::Gap { time: stamp, gap }) };
@@ -122,7 +122,7 @@ impl<S: CameraSource> CameraSource for Playback<S> {
 
     /// Returns the seconds since the first frame, 0 before it.
     fn now(&self) -> f64 {
-        self.begun.map_or(0.0, |begun| begun.at.elapsed().as_secs_f64())
+        self.clock.map_or(0.0, |clock| clock.start.elapsed().as_secs_f64())
     }
 
     fn is_live(&self) -> bool {

@@ -5,7 +5,7 @@ use std::path::Path;
 use plumb_vision::camera::Intrinsics;
 use thiserror::Error;
 
-use super::CameraSource;
+use super::camera_source::CameraSource;
 use super::openni::{IntrinsicsSource, OpenNi, OpenniSource, OpenniSourceError, Settings, Target};
 use super::tum::{TumError, TumFolder};
 

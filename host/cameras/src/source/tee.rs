@@ -2,7 +2,8 @@
 
 use plumb_vision::frame::RgbdFrame;
 
-use super::{CameraSource, SourceError};
+use super::camera_source::CameraSource;
+use super::error::SourceError;
 use crate::record::{RecordError, Recorder, Recording};
 
 /// Camera source that passes on the frames of another one and gives each to a recorder.

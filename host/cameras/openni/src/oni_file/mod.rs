@@ -1,9 +1,10 @@
 //! Check of an `.oni` file before the library opens it. The library's player reads a damaged file
 //! beyond its own memory, and reports no reason for a truncated one.
 //!
-//! A file is a header of 24 bytes and records, all little-endian. A record is a header, fields and a
-//! payload; the header has the magic `NIR\0`, the type, the node (stream), the bytes of header and
-//! fields, the bytes of the payload (32 bits each) and the position of an undo record (64 bits).
+//! A file is a header of 24 bytes and records, all little-endian. A record is a header, fields and
+//! a payload; the header has the magic `NIR\0`, the type, the node (stream), the bytes of header
+//! and fields, the bytes of the payload (32 bits each) and the position of an undo record (64
+//! bits).
 //!
 //! Strings in fields are a length (32 bits, with the final zero) and characters. A record that adds
 //! a stream has name, type, codec, number of pictures, first and last time stamp, and the position

@@ -1,4 +1,4 @@
-//! A camera or a recording through OpenNI2 (the crate `plumb-openni`) as a source.
+//! Cameras and recordings through OpenNI2 (the crate `plumb-openni`).
 
 use plumb_openni::{Camera, Opened, OpenniError, Pair, Sensor};
 use plumb_vision::camera::Intrinsics;
@@ -6,27 +6,27 @@ use plumb_vision::frame::RgbdFrame;
 use plumb_vision::image::{Image, ImageError};
 use thiserror::Error;
 
-use super::{CameraSource, InvalidFrame, SourceError};
+use super::camera_source::CameraSource;
+use super::error::{InvalidFrame, SourceError};
 
 mod settings;
 
 pub use plumb_openni::{LIBRARY_VARIABLE, OpenNi, Settings, Target};
 pub use settings::{IntrinsicsFrom, OpenniSettings};
 
-/// Where the intrinsics are from.
+/// Source of the intrinsics.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum IntrinsicsSource {
-    /// Measured: these, but for the scale of depth, which the device tells.
+    /// These calibrated intrinsics, with the depth scale of the device.
     Calibrated(Intrinsics),
-    /// The field of view of the device's colour camera; no better than it is built.
+    /// The field of view that the device's colour camera was designed for.
     FieldOfView,
 }
 
-/// Colour and registered depth through OpenNI2.
+/// Camera or recording through OpenNI2, with depth registered to colour.
 ///
-/// Time stamps are seconds: of a camera on the host's clock since it was opened, of a recording on
-/// its own from 0. After an error that is not [`SourceError::is_over`] the next call goes on with
-/// the next frame.
+/// Time stamps are in seconds: of a camera on the host's clock since it was opened, of a recording
+/// on its own clock from 0.
 #[derive(Debug)]
 pub struct OpenniSource {
     camera: Camera,
@@ -55,7 +55,7 @@ pub enum OpenniSourceError {
     Image(#[from] ImageError),
     /// The device's own intrinsics are to be used, but it does not state its field of view.
     #[error(
-        "{uri}: it does not tell its field of view: write the intrinsics into the camera file, \
+        "{uri}: it does not state its field of view: write the intrinsics into the camera file, \
          and leave out `intrinsics = \"device\"`"
     )]
     NoIntrinsics {
@@ -83,19 +83,19 @@ pub enum OpenniSourceError {
 }
 
 impl OpenniSource {
-    /// Opens `target` as `settings` say, which only hold for a camera, and starts it.
+    /// Opens `target` and starts it. `settings` apply to a camera only.
     ///
     /// # Errors
-    /// As [`Camera::open`]; where `lens` is not known of the device, or belongs to pictures of
-    /// another size.
+    /// As [`Camera::open`]; where the device does not state its field of view, or calibrated
+    /// intrinsics belong to images of another size.
     pub fn open(
         openni: &OpenNi,
         target: &Target,
         settings: Settings,
-        lens: IntrinsicsSource,
+        source: IntrinsicsSource,
     ) -> Result<Self, OpenniSourceError> {
         let camera = Camera::open(openni, target, settings)?;
-        let intrinsics = intrinsics(camera.opened(), lens)?;
+        let intrinsics = intrinsics(camera.opened(), source)?;
         let clock = match target {
             Target::First | Target::Uri(_) => Clock::Host,
             Target::Recording(_) => Clock::Recording(0.0),
@@ -103,16 +103,17 @@ impl OpenniSource {
         Ok(Self { camera, intrinsics, clock })
     }
 
-    /// What was opened.
+    /// Returns the description of the camera or recording.
     pub fn opened(&self) -> &Opened {
         self.camera.opened()
     }
 
-    /// The intrinsics of its frames.
+    /// Returns the intrinsics of the frames.
     pub fn intrinsics(&self) -> &Intrinsics {
         &self.intrinsics
     }
 
+    /// Makes a frame of a pair of images.
     fn frame(&self, pair: &Pair) -> Result<RgbdFrame, SourceError> {
         let mode = self.camera.opened().mode;
         let [width, height] = [mode.width, mode.height].map(usize::from);
@@ -158,7 +159,7 @@ impl From<OpenniSourceError> for SourceError {
     }
 }
 
-/// Returns the source's error for one of the camera. The time stamp of a lost colour picture is
+/// Converts an error of the camera. The time stamp of a lost colour picture is
 /// that of the lost frame.
 fn lost(error: OpenniError) -> SourceError {
     let stamp = match error {
@@ -172,14 +173,14 @@ fn lost(error: OpenniError) -> SourceError {
     stamp.into_iter().fold(error, SourceError::with_stamp)
 }
 
-/// How the device's pixels become points.
-fn intrinsics(opened: &Opened, lens: IntrinsicsSource) -> Result<Intrinsics, OpenniSourceError> {
+/// Returns the intrinsics of the device's images.
+fn intrinsics(opened: &Opened, source: IntrinsicsSource) -> Result<Intrinsics, OpenniSourceError> {
     let (width, height) = (f64::from(opened.mode.width), f64::from(opened.mode.height));
     let depth_scale = opened.unit.per_metre();
-    match lens {
+    match source {
         IntrinsicsSource::Calibrated(known) => {
             let Intrinsics { cx, cy, .. } = known;
-            // No lens is so far out of its sensor's middle; another resolution is.
+            // A principal point so far from the middle belongs to another resolution.
             if (0.25..0.75).contains(&(cx / width)) && (0.25..0.75).contains(&(cy / height)) {
                 return Ok(Intrinsics { depth_scale, ..known });
             }
@@ -196,8 +197,8 @@ fn intrinsics(opened: &Opened, lens: IntrinsicsSource) -> Result<Intrinsics, Ope
             let (horizontal, vertical) = opened
                 .field_of_view
                 .ok_or_else(|| OpenniSourceError::NoIntrinsics { uri: opened.uri.clone() })?;
-            // The field of view is that of the whole picture, from half a pixel before the first to
-            // half a pixel behind the last.
+            // The field of view spans the whole image, from half a pixel before the first one to
+            // half a pixel behind the last one.
             Ok(Intrinsics {
                 fx: width / 2.0 / (horizontal / 2.0).tan(),
                 fy: height / 2.0 / (vertical / 2.0).tan(),
@@ -227,7 +228,7 @@ mod tests {
     }
 
     #[test]
-    fn a_calibrated_lens_keeps_its_numbers_and_takes_the_devices_scale() {
+    fn calibrated_intrinsics_take_the_devices_depth_scale() {
         let known = Intrinsics { fx: 530.0, fy: 531.0, cx: 318.0, cy: 242.0, depth_scale: 5000.0 };
         let got = intrinsics(&opened(None), IntrinsicsSource::Calibrated(known)).unwrap();
         assert_eq!(got, Intrinsics { depth_scale: 10_000.0, ..known });

@@ -6,7 +6,7 @@ use plumb_vision::image::{ImageError, ImageSize};
 use thiserror::Error;
 
 use crate::bounded_read::ReadError;
-use crate::source::{InvalidFrame, SourceError};
+use crate::source::error::{InvalidFrame, SourceError};
 
 /// Failure to read a TUM RGB-D folder or one of its frames.
 #[derive(Debug, Error)]

@@ -1,9 +1,8 @@
-//! Recording a run's pictures as a TUM RGB-D folder, which `plumb replay` reads back to the same
-//! detections.
+//! Recording of frames as a TUM RGB-D folder. `plumb replay` makes the same detections from it.
 //!
-//! Beside `rgb.txt`, `depth.txt` and the PNGs the folder holds the camera file of the run with the
-//! intrinsics that were used. Depth is written at 5000 units a metre, as the format has it,
-//! wherever that keeps every value.
+//! Beside `rgb.txt`, `depth.txt` and the PNG files, the folder has the camera file of the run with
+//! the intrinsics that were used. Depth is written with the format's 5000 units in a metre, where
+//! that is exact.
 
 use std::fs::{self, File};
 use std::io::{self, Write};
@@ -18,90 +17,96 @@ use plumb_vision::frame::RgbdFrame;
 use plumb_vision::image::DepthImage;
 use thiserror::Error;
 
-/// The camera file in a recording.
+/// File name of the camera file in a recording.
 pub const CAMERA_FILE: &str = "camera.toml";
 
-/// Depth units a metre of TUM RGB-D.
+/// Depth units in a metre of the TUM RGB-D format.
 const TUM_SCALE: f64 = 5000.0;
 
 /// Frames that may wait to be written: 2 s at 30 Hz, 100 MB at 640x480.
-const WAITING: usize = 64;
+const QUEUE: usize = 64;
 
-/// zlib's least: a tenth of its usual time for half as much again of file.
+/// zlib's lowest level: a tenth of the default's time, for files half as large again.
 const COMPRESSION: i32 = 1;
 
-/// What to do when pictures come faster than they can be written.
+/// Behaviour where frames come faster than they can be written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Overflow {
-    /// Leave some out, and count them: a run does not wait for a disk.
+    /// Frames are dropped and counted: a run never waits for the disk.
     Drop,
-    /// Wait: in virtual time nobody is late.
+    /// The run waits: in virtual time this costs nothing.
     Block,
 }
 
-/// Why there is no recording, or an incomplete one.
+/// Failure of a recording.
 #[derive(Debug, Error)]
 pub enum RecordError {
-    /// There is something already.
-    #[error("{} exists already and is not an empty folder: recordings are never overwritten; give another folder or move it away", .0.display())]
+    /// The path exists, and is not an empty folder.
+    #[error(
+        "{} exists already and is not an empty folder: recordings are never overwritten; give \
+         another folder or move it away",
+        .0.display()
+    )]
     Exists(PathBuf),
-    /// The file system refused.
+    /// A file operation failed.
     #[error("the recording: cannot {action} {}: {error}", .path.display())]
     Io {
-        /// What was to be done.
+        /// The operation.
         action: &'static str,
-        /// To what.
+        /// Its file or folder.
         path: PathBuf,
-        /// Why not.
+        /// Error of the operating system.
+        #[source]
         error: io::Error,
     },
     /// The camera file cannot be written with other intrinsics.
     #[error("the recording: the camera file: {0}")]
     Camera(String),
-    /// OpenCV refused.
+    /// An image could not be encoded.
     #[error("the recording: OpenCV: {0}")]
     OpenCv(#[from] opencv::Error),
-    /// The thread that writes ended otherwise.
+    /// The writing thread panicked.
     #[error("the recording's thread broke down")]
     Thread,
 }
 
-/// What was recorded.
+/// Summary of a recording.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Recording {
     /// The folder.
     pub folder: PathBuf,
-    /// Frames in it.
+    /// Frames in the recording.
     pub frames: u64,
-    /// Frames that were left out, because they came faster than they could be written.
-    pub left_out: u64,
+    /// Frames that were dropped, because they came faster than they could be written.
+    pub dropped: u64,
 }
 
-/// A new folder for a recording.
+/// Empty folder for a recording.
 #[derive(Debug)]
 pub struct RecordFolder(PathBuf);
 
-/// Writes frames in a thread of its own.
+/// Recorder, which writes frames in a thread of its own.
 #[derive(Debug)]
 pub struct Recorder {
     folder: PathBuf,
     overflow: Overflow,
     frames: SyncSender<RgbdFrame>,
     writer: JoinHandle<Result<u64, RecordError>>,
-    left_out: u64,
+    dropped: u64,
 }
 
+/// Returns a function that adds operation and path to an error.
 fn io(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> RecordError {
     let path = path.to_owned();
     move |error| RecordError::Io { action, path, error }
 }
 
 impl RecordFolder {
-    /// Makes the folder `path`, and those above it.
+    /// Creates the folder `path`, and those above it.
     ///
     /// # Errors
-    /// [`RecordError::Exists`] where there is something that is no empty folder; where it cannot be
-    /// made.
+    /// [`RecordError::Exists`] where `path` exists and is not an empty folder; where it cannot be
+    /// created.
     pub fn create(path: &Path) -> Result<Self, RecordError> {
         if path.symlink_metadata().is_ok_and(|data| !data.is_dir()) {
             return Err(RecordError::Exists(path.to_owned()));
@@ -114,16 +119,15 @@ impl RecordFolder {
         Ok(Self(path.to_owned()))
     }
 
-    /// Where a device's own recording goes.
+    /// Returns the path for a device's own recording.
     pub fn oni(&self) -> PathBuf {
         self.0.join("recording.oni")
     }
 
-    /// Begins to record frames of `intrinsics`, taken by the camera that `camera` describes (the
-    /// text of its file).
+    /// Starts a recording of frames with `intrinsics`. `camera` is the text of the camera file.
     ///
     /// # Errors
-    /// Where a file cannot be made.
+    /// Where a file cannot be created.
     pub fn begin(
         self,
         camera: &str,
@@ -136,20 +140,20 @@ impl RecordFolder {
         let path = folder.join(CAMERA_FILE);
         fs::write(&path, described).map_err(io("write", &path))?;
         let mut writer = Writer::create(&folder, factor)?;
-        let (frames, incoming) = sync_channel(WAITING);
+        let (frames, incoming) = sync_channel(QUEUE);
         let thread = thread::Builder::new().name("recorder".to_owned());
         let writer = thread
             .spawn(move || writer.run(&incoming))
             .map_err(io("begin to write to", &folder))?;
-        Ok(Recorder { folder, overflow, frames, writer, left_out: 0 })
+        Ok(Recorder { folder, overflow, frames, writer, dropped: 0 })
     }
 }
 
 impl Recorder {
-    /// Records a frame, as soon as may be.
+    /// Queues a frame for writing.
     pub fn add(&mut self, frame: &RgbdFrame) {
-        // A writer that has ended says why at the end.
-        self.left_out += match self.overflow {
+        // finish() returns the error of a writer that has ended.
+        self.dropped += match self.overflow {
             Overflow::Block => u64::from(self.frames.send(frame.clone()).is_err()),
             Overflow::Drop => match self.frames.try_send(frame.clone()) {
                 Ok(()) => 0,
@@ -158,19 +162,19 @@ impl Recorder {
         };
     }
 
-    /// Writes what waits, and ends.
+    /// Writes the queued frames, and ends the recording.
     ///
     /// # Errors
-    /// Where something could not be written; what was before it is complete.
+    /// Where a file could not be written. The frames before it are complete.
     pub fn finish(self) -> Result<Recording, RecordError> {
         drop(self.frames);
         let frames = self.writer.join().map_err(|_| RecordError::Thread)??;
-        Ok(Recording { folder: self.folder, frames, left_out: self.left_out })
+        Ok(Recording { folder: self.folder, frames, dropped: self.dropped })
     }
 }
 
-/// What depth is multiplied by, and its units a metre then: the format's where that is a whole
-/// factor.
+/// Returns the factor for depth values, and the resulting units in a metre: the format's where the
+/// factor is an integer, else `own`, unchanged.
 fn scale(own: f64) -> (u16, f64) {
     let factor = (TUM_SCALE / own).round();
     if (1.0..=1000.0).contains(&factor) && factor * own == TUM_SCALE {
@@ -180,20 +184,20 @@ fn scale(own: f64) -> (u16, f64) {
     }
 }
 
-/// The camera file `text` with other intrinsics.
+/// Replaces the intrinsics in the text of a camera file.
 fn camera_file(text: &str, intrinsics: &Intrinsics) -> Result<String, RecordError> {
     let mut table: toml::Table = text
         .parse()
         .map_err(|error: toml::de::Error| RecordError::Camera(error.message().to_owned()))?;
     let Intrinsics { fx, fy, cx, cy, depth_scale } = *intrinsics;
     let entries = [("fx", fx), ("fy", fy), ("cx", cx), ("cy", cy), ("depth_scale", depth_scale)];
-    let lens: toml::Table =
+    let intrinsics: toml::Table =
         entries.map(|(key, value)| (key.to_owned(), value.into())).into_iter().collect();
-    table.insert("intrinsics".to_owned(), lens.into());
+    table.insert("intrinsics".to_owned(), intrinsics.into());
     toml::to_string(&table).map_err(|error| RecordError::Camera(error.to_string()))
 }
 
-/// The files of a recording that is going on.
+/// Files of an unfinished recording.
 struct Writer {
     folder: PathBuf,
     lists: [File; 2],
@@ -202,6 +206,7 @@ struct Writer {
 }
 
 impl Writer {
+    /// Creates the lists and the folders for the images.
     fn create(folder: &Path, factor: u16) -> Result<Self, RecordError> {
         let list = |name: &str, kind: &str| -> Result<File, RecordError> {
             let pictures = folder.join(kind);
@@ -215,6 +220,7 @@ impl Writer {
         Ok(Self { folder: folder.to_owned(), lists, factor, frames: 0 })
     }
 
+    /// Writes frames until the sender is dropped. Returns their number.
     fn run(&mut self, frames: &Receiver<RgbdFrame>) -> Result<u64, RecordError> {
         for frame in frames {
             self.write(&frame)?;
@@ -223,7 +229,7 @@ impl Writer {
         Ok(self.frames)
     }
 
-    /// Writes both pictures, and then names them in the lists: what is named is whole.
+    /// Writes both images, and then their lines in the lists: every listed image is complete.
     fn write(&mut self, frame: &RgbdFrame) -> Result<(), RecordError> {
         let depth = multiplied(frame.depth(), self.factor);
         let [rows, columns] = [depth.height() as i32, depth.width() as i32];
@@ -245,8 +251,7 @@ impl Writer {
     }
 }
 
-/// `depth` in units of which there are `factor` times as many; none (0) where that is out of range:
-/// beyond 13.1 m.
+/// Multiplies the depth values. A product out of range (beyond 13.1 m) becomes 0, unknown.
 fn multiplied(depth: &DepthImage, factor: u16) -> DepthImage {
     let mut depth = depth.clone();
     if factor != 1 {

@@ -1,6 +1,6 @@
-//! Picture files: PNG and JPEG, refused by size before they are decoded.
+//! Image files: PNG and JPEG. Images that are too large are refused before they are decoded.
 //!
-//! A PNG file of 100 kB may hold 30000 x 30000 pixels, which take gigabytes once they are decoded.
+//! A PNG file of 100 kB may have 30000 x 30000 pixels, which take gigabytes when decoded.
 
 use std::path::Path;
 
@@ -13,17 +13,16 @@ use plumb_vision::image::{ColourImage, DepthImage, Image, ImageSize};
 use super::error::TumError;
 use crate::bounded_read;
 
-/// Largest picture that is decoded, pixels. Colour and depth take 250 MB then.
+/// Most pixels of an image. Colour and depth of that size take 250 MB.
 pub const MAX_PIXELS: u64 = 50_000_000;
 
-/// Largest picture file that is read, bytes: a picture of [`MAX_PIXELS`] without compression, and
-/// some room.
+/// Most bytes of an image file: an uncompressed image of [`MAX_PIXELS`], and a reserve.
 pub const MAX_BYTES: u64 = 1 << 28;
 
-/// Reads the colour picture (8-bit, three channels) in the file at `path`.
+/// Reads the colour image (8-bit, three channels) in the file at `path`.
 ///
 /// # Errors
-/// As [`read`], and if the pixels are of another type.
+/// As [`read`]; where the pixels have another type.
 pub(super) fn read_colour(path: &Path) -> Result<ColourImage, TumError> {
     let mat = read(path, IMREAD_ANYCOLOR | IMREAD_ANYDEPTH)?;
     if mat.typ() != CV_8UC3 {
@@ -33,10 +32,10 @@ pub(super) fn read_colour(path: &Path) -> Result<ColourImage, TumError> {
     image(path, &mat, |pixel: &Vec3b| pixel.0)
 }
 
-/// Reads the depth picture (16-bit, one channel) in the file at `path`.
+/// Reads the depth image (16-bit, one channel) in the file at `path`.
 ///
 /// # Errors
-/// As [`read`], and if the pixels are of another type.
+/// As [`read`]; where the pixels have another type.
 pub(super) fn read_depth(path: &Path) -> Result<DepthImage, TumError> {
     let mat = read(path, IMREAD_UNCHANGED)?;
     if mat.typ() != CV_16UC1 {
@@ -46,7 +45,7 @@ pub(super) fn read_depth(path: &Path) -> Result<DepthImage, TumError> {
     image(path, &mat, |&pixel: &u16| pixel)
 }
 
-/// Copies the pixels of a decoded picture.
+/// Copies the pixels of a decoded image.
 fn image<T: DataType, P: Copy>(
     path: &Path,
     mat: &Mat,
@@ -57,10 +56,10 @@ fn image<T: DataType, P: Copy>(
     Ok(Image::new(mat.cols() as usize, mat.rows() as usize, pixels)?)
 }
 
-/// Reads and decodes the picture file at `path`; `flags` are those of OpenCV's `imread`.
+/// Reads and decodes the image file at `path`. `flags` are those of OpenCV's `imread`.
 ///
 /// # Errors
-/// Returns an error if the file cannot be read, is no regular file, is larger than [`MAX_BYTES`] or
+/// Where the file cannot be read, is no regular file, is larger than [`MAX_BYTES`] or
 /// [`MAX_PIXELS`], is neither PNG nor JPEG, or is damaged.
 fn read(path: &Path, flags: i32) -> Result<Mat, TumError> {
     let bytes = bounded_read::read(path, MAX_BYTES)?;
@@ -74,8 +73,8 @@ fn read(path: &Path, flags: i32) -> Result<Mat, TumError> {
     if mat.empty() { Err(damaged()) } else { Ok(mat) }
 }
 
-/// Returns the size that the header of a picture file states; `None` where it is neither PNG nor
-/// JPEG, or damaged.
+/// Returns the size in the header of an image file; `None` where the file is neither PNG nor JPEG,
+/// or damaged.
 fn size(bytes: &[u8]) -> Option<ImageSize> {
     png_size(bytes).or_else(|| jpeg_size(bytes)).filter(|size| size.width > 0 && size.height > 0)
 }
@@ -83,6 +82,7 @@ fn size(bytes: &[u8]) -> Option<ImageSize> {
 /// PNG (RFC 2083): the signature and the length and name of the first chunk, which is the header.
 const PNG_START: &[u8; 16] = b"\x89PNG\r\n\x1a\n\0\0\0\x0dIHDR";
 
+/// Returns the size of a PNG image.
 fn png_size(bytes: &[u8]) -> Option<ImageSize> {
     let (header, _) = bytes.strip_prefix(PNG_START)?.split_first_chunk::<8>()?;
     let [w0, w1, w2, w3, h0, h1, h2, h3] = *header;
@@ -92,8 +92,8 @@ fn png_size(bytes: &[u8]) -> Option<ImageSize> {
     })
 }
 
-/// JPEG (ITU-T T.81): segments of a marker and a length, up to the frame header (SOF), which has
-/// the size.
+/// Returns the size of a JPEG image (ITU-T T.81): segments of a marker and a length, up to the
+/// frame header (SOF), which has the size.
 fn jpeg_size(bytes: &[u8]) -> Option<ImageSize> {
     let mut rest = bytes.strip_prefix(b"\xff\xd8")?;
     loop {

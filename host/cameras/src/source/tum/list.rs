@@ -1,0 +1,76 @@
+//! Lists of images in a TUM RGB-D folder.
+
+use std::path::{Path, PathBuf};
+
+use super::error::TumError;
+use crate::bounded_read;
+
+/// Largest time difference between a colour image and its depth image, seconds. It is below the
+/// 33 ms between frames, so that the neighbour of a missing depth image does not replace it.
+pub const MAX_TIME_DIFFERENCE: f64 = 0.020;
+
+/// Most lines of a list: 9 hours at 30 Hz.
+pub const MAX_LINES: usize = 1_000_000;
+
+/// Most bytes of a list: [`MAX_LINES`] lines of 67 bytes.
+pub const MAX_LIST_BYTES: u64 = 1 << 26;
+
+/// Largest absolute time stamp, seconds. Up to there an `f64` is exact to a microsecond. Time stamps
+/// in nanoseconds since 1970 are above it.
+const MAX_TIME: f64 = 1e10;
+
+/// Line of a list.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Entry {
+    /// Time stamp, seconds.
+    pub(super) time: f64,
+    /// Path of the image.
+    pub(super) path: PathBuf,
+}
+
+/// Reads the lines of the list `name` in `folder`. A line that is no entry is an error of its own.
+///
+/// # Errors
+/// Where the list cannot be read or is too long.
+pub(super) fn read_list(
+    folder: &Path,
+    name: &str,
+) -> Result<Vec<Result<Entry, TumError>>, TumError> {
+    let path = folder.join(name);
+    let bytes = bounded_read::read(&path, MAX_LIST_BYTES)?;
+    let text = String::from_utf8_lossy(&bytes);
+    let lines = text.trim_start_matches('\u{feff}').lines();
+    if lines.clone().nth(MAX_LINES).is_some() {
+        return Err(TumError::TooManyLines { path, limit: MAX_LINES });
+    }
+    Ok(lines
+        .enumerate()
+        .map(|(i, line)| (i + 1, line.trim()))
+        .filter(|(_, line)| !line.is_empty() && !line.starts_with('#'))
+        .map(|(line, text)| {
+            parse_entry(folder, text).ok_or_else(|| TumError::Line {
+                path: path.clone(),
+                line,
+                text: bounded_read::excerpt(text),
+            })
+        })
+        .collect())
+}
+
+/// Parses `timestamp path`; `None` where the line is something else.
+fn parse_entry(folder: &Path, line: &str) -> Option<Entry> {
+    let (time, path) = line.split_once(char::is_whitespace)?;
+    let time: f64 = time.parse().ok()?;
+    (time.abs() <= MAX_TIME).then(|| Entry { time, path: folder.join(path.trim()) })
+}
+
+/// Returns the entry of `sorted` (by time) nearest to `time`; `None` where it differs by more than
+/// [`MAX_TIME_DIFFERENCE`].
+pub(super) fn nearest(sorted: &[Entry], time: f64) -> Option<&Entry> {
+    let after = sorted.partition_point(|e| e.time < time);
+    let distance = |e: &&Entry| (e.time - time).abs();
+    let candidates = sorted[after.saturating_sub(1)..].iter().take(2);
+    candidates
+        .min_by(|a, b| distance(a).total_cmp(&distance(b)))
+        .filter(|e| distance(e) <= MAX_TIME_DIFFERENCE)
+}

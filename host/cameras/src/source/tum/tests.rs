@@ -1,0 +1,148 @@
+//! Tests of TUM RGB-D folders.
+
+use opencv::core::{CV_8UC1, CV_8UC3, CV_16UC1, Mat, Scalar};
+use opencv::imgcodecs::imwrite_def;
+use tempfile::TempDir;
+
+use super::*;
+
+const INTRINSICS: Intrinsics =
+    Intrinsics { fx: 500.0, fy: 500.0, cx: 15.5, cy: 11.5, depth_scale: 5000.0 };
+
+fn picture(folder: &TempDir, name: &str, typ: i32, width: i32, value: f64) {
+    let mat = Mat::new_rows_cols_with_default(24, width, typ, Scalar::all(value)).unwrap();
+    imwrite_def(folder.path().join(name).to_str().unwrap(), &mat).unwrap();
+}
+
+fn recording(rgb: &str, depth: &str) -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("rgb.txt"), rgb).unwrap();
+    std::fs::write(folder.path().join("depth.txt"), depth).unwrap();
+    for i in 0..4 {
+        picture(&folder, &format!("c{i}.png"), CV_8UC3, 32, f64::from(i));
+        picture(&folder, &format!("d{i}.png"), CV_16UC1, 32, f64::from(1000 + i));
+    }
+    folder
+}
+
+/// (time, blue of the first pixel, depth units of the first pixel) or the error's text, to the
+/// end.
+fn read_all(folder: &TempDir) -> Vec<Result<(f64, u8, u16), String>> {
+    let mut source = TumFolder::open(folder.path(), INTRINSICS).unwrap();
+    let mut all = Vec::new();
+    loop {
+        match source.next_frame() {
+            Ok(None) => return all,
+            Ok(Some(f)) => {
+                let blue = f.colour().get(0, 0).unwrap()[0];
+                all.push(Ok((f.time(), blue, f.depth().get(0, 0).unwrap())));
+            }
+            Err(e) => all.push(Err(e.to_string())),
+        }
+    }
+}
+
+#[test]
+fn colour_and_depth_are_paired_by_nearest_time() {
+    let rgb = "# timestamp path\n10.000 c0.png\n10.033 c1.png\n10.066 c2.png\n10.100 c3.png\n";
+    // Not in order, one dropped, one 15 ms late, one 21 ms late.
+    let depth = "10.048 d1.png\n\n10.002 d0.png\n10.121000 d3.png\n";
+    let frames = read_all(&recording(rgb, depth));
+    let expected = [(10.0, 0, 1000), (10.033, 1, 1001), (10.066, 2, 1001), (10.1, 3, 0)];
+    assert_eq!(frames, expected.map(Ok));
+}
+
+#[test]
+fn broken_files_are_named_and_reading_goes_on() {
+    let rgb = "0.0 c0.png\nx c1.png\n0.1 gone.png\n0.2\n0.3 torn.png\n0.4 grey.png\n0.5 wide.png\n\
+               0.6 c2.png\n0.7 c3.png\n0.8 c1.png\n0.9 both.png\n1.0 c3.png\n";
+    let depth = "0.0 d0.png\n0.1 d1.png\nnan d2.png\n0.3 d1.png\n0.4 d1.png\n0.5 d1.png\n\
+                     0.6 d8.png\n0.7 dgone.png\n0.8 d1.png\n0.9 dboth.png\n1.0 d3.png\n";
+    let folder = recording(rgb, depth);
+    let good = std::fs::read(folder.path().join("c0.png")).unwrap();
+    std::fs::write(folder.path().join("torn.png"), &good[..good.len() / 2]).unwrap();
+    picture(&folder, "grey.png", CV_8UC1, 32, 1.0);
+    picture(&folder, "wide.png", CV_8UC3, 40, 1.0);
+    picture(&folder, "d8.png", CV_8UC1, 32, 1.0);
+    picture(&folder, "both.png", CV_8UC3, 40, 1.0);
+    picture(&folder, "dboth.png", CV_16UC1, 40, 1.0);
+    let all = read_all(&folder);
+    let expected = [
+        Err("depth.txt:3: "),
+        Ok((0.0, 0, 1000)),
+        Err("rgb.txt:2: "),
+        Err("gone.png: cannot be read"),
+        Err("rgb.txt:4: "),
+        Err("torn.png: not a picture"),
+        Err("grey.png: the colour picture must be 8-bit BGR"),
+        Err("d1.png: the colour picture is 40x24 but the depth picture is 32x24"),
+        Err("d8.png: the depth picture must be 16-bit"),
+        Err("dgone.png: cannot be read"),
+        Ok((0.8, 1, 1001)),
+        Err("both.png: 40x24, but the recording's first picture is 32x24"),
+        Ok((1.0, 3, 1003)),
+    ];
+    assert_eq!(all.len(), expected.len(), "{all:#?}");
+    for (got, want) in all.iter().zip(expected) {
+        match (got, want) {
+            (Err(got), Err(want)) => assert!(got.contains(want), "{want:?} in {got:?}"),
+            (got, want) => assert_eq!(got.clone().ok(), want.ok(), "{got:?} {want:?}"),
+        }
+    }
+}
+
+#[test]
+fn what_a_list_names_must_be_a_regular_file() {
+    let rgb = "0.0 pipe.png\n0.1 /dev/zero\n0.2 .\n0.3 c3.png\n";
+    let folder = recording(rgb, "0.3 d3.png\n");
+    nix::unistd::mkfifo(&folder.path().join("pipe.png"), nix::sys::stat::Mode::S_IRWXU).unwrap();
+    let all = read_all(&folder);
+    for (got, named) in
+        all.iter().zip(["pipe.png: is a named pipe", "/dev/zero: is a device", "is a folder"])
+    {
+        let error = got.as_ref().unwrap_err();
+        assert!(
+            error.contains(named) && error.contains("must be a regular file"),
+            "{named:?} in {error:?}"
+        );
+    }
+    assert_eq!(all[3..], [Ok((0.3, 3, 1003))]);
+}
+
+#[test]
+fn a_long_line_is_not_quoted_whole() {
+    let all = read_all(&recording(&"x".repeat(100_000), ""));
+    assert!(all[0].as_ref().is_err_and(|error| error.len() < 400), "{all:?}");
+}
+
+#[test]
+fn time_stamps_that_are_no_seconds_are_refused() {
+    let all = read_all(&recording(
+        "1e19 c0.png\n1305031102175304000 c1.png\n1305031102.175304 c2.png\n",
+        "",
+    ));
+    assert!(all[0].as_ref().is_err_and(|error| error.contains("rgb.txt:1: ")), "{all:?}");
+    assert!(all[1].as_ref().is_err_and(|error| error.contains("rgb.txt:2: ")), "{all:?}");
+    assert_eq!(all[2..], [Ok((1_305_031_102.175_304, 2, 0))]);
+}
+
+#[test]
+fn a_list_that_is_too_long_is_refused() {
+    let folder = recording("", "");
+    std::fs::write(folder.path().join("rgb.txt"), "0 c0.png\n".repeat(MAX_LINES)).unwrap();
+    assert_eq!(TumFolder::open(folder.path(), INTRINSICS).unwrap().pending.len(), MAX_LINES);
+    std::fs::write(folder.path().join("rgb.txt"), "0 c0.png\n".repeat(MAX_LINES + 1)).unwrap();
+    let error = TumFolder::open(folder.path(), INTRINSICS).unwrap_err().to_string();
+    assert!(error.contains("rgb.txt: it has more than 1000000 lines"), "{error}");
+    let large = std::fs::File::create(folder.path().join("rgb.txt")).unwrap();
+    large.set_len(MAX_LIST_BYTES + 1).unwrap();
+    let error = TumFolder::open(folder.path(), INTRINSICS).unwrap_err().to_string();
+    assert!(error.contains("rgb.txt: is too large"), "{error}");
+}
+
+#[test]
+fn a_folder_without_lists_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let error = TumFolder::open(folder.path(), INTRINSICS).unwrap_err();
+    assert!(error.to_string().contains("depth.txt"), "{error}");
+}
