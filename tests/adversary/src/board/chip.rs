@@ -1,5 +1,4 @@
-//! A board with its clock-independent surroundings: the decoders of both directions, the law worker,
-//! and a twin.
+//! A board and its surroundings: the decoders of both directions, the law worker, and a twin.
 
 use plumb_core::{Board, LawWorker, Outbox, Tick};
 use plumb_protocol::Config;
