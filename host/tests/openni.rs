@@ -1,5 +1,5 @@
-//! The program with a camera: the real libOpenNI2 with the test driver of `tests/openni-driver` in
-//! it.
+//! The program with a camera, through the real libOpenNI2 and the test driver of
+//! `tests/openni-driver`.
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops at the first surprise")]
 
@@ -13,18 +13,20 @@ use std::time::Duration;
 use plumb_openni_driver::{CONTROL_VARIABLE, Control, ControlFile, FOCAL_LENGTH};
 use tempfile::TempDir;
 
-/// A folder with the library, a camera and a rig file.
-struct Place {
+/// Folder with the library, a camera and a rig file.
+struct Fixture {
     folder: TempDir,
     library: PathBuf,
     camera: ControlFile,
 }
 
-/// Where the rig file's target is for the camera of `rigs/camera.toml`: PT, 1.337 m before it.
+/// Target of the rig file in the axes of the camera of `rigs/camera.toml`, metres: PT, 1.337 m in
+/// front of it.
 const AT_TARGET: [f64; 3] = [0.400 - 0.286, -(0.150 - 0.225), 1.737 - 0.400];
 
-impl Place {
-    /// `None` where the library is not installed, but never with CI set.
+impl Fixture {
+    /// Prepares the folder, with the test driver where `driver` is set. Returns `None` where the
+    /// library is not installed; with CI set, that fails the test.
     fn new(driver: bool) -> Option<Self> {
         let folder = tempfile::tempdir().unwrap();
         let library = match plumb_openni_driver::stage(&folder.path().join("openni"), driver) {
@@ -39,6 +41,7 @@ impl Place {
         Some(Self { folder, library, camera })
     }
 
+    /// Returns a control file's contents with the ball at the target.
     fn control() -> Control {
         Control { ball: Some(AT_TARGET), ..Control::default() }
     }
@@ -47,6 +50,7 @@ impl Place {
         self.folder.path()
     }
 
+    /// Returns a command of the program that uses the folder's library and camera.
     fn command(&self, arguments: &[&str]) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_plumb"));
         command
@@ -57,19 +61,20 @@ impl Place {
         command
     }
 
+    /// Runs the program to its end.
     fn plumb(&self, arguments: &[&str]) -> Output {
         self.command(arguments).output().unwrap()
     }
 
-    /// The paper's rig file for a board on `port`, without its simulated rig and with `camera` as
-    /// its camera.
+    /// Writes the paper's rig file for a board on `port`, without its simulated rig and with the
+    /// lines `camera` in its table `[camera]`.
     fn rig(&self, port: &str, camera: &str) {
         let rigs = Path::new(env!("CARGO_MANIFEST_DIR")).join("rigs");
         let text = fs::read_to_string(rigs.join("paper.toml")).unwrap();
         let text = text[..text.find("\n[simulation]").unwrap()].replace("/dev/ttyACM0", port);
         let text =
             text.replace("file = \"camera.toml\"", &format!("file = \"camera.toml\"\n{camera}"));
-        // What is looked at here is not how busy the machine is.
+        // Longer deadlines, so that a busy machine does not stop the run.
         let text =
             text.replace("host = 0.3", "host = 5.0").replace("position = 0.5", "position = 5.0");
         let text = text.replace("max_age = 0.25", "max_age = 4.9");
@@ -78,8 +83,8 @@ impl Place {
     }
 }
 
-/// `plumb emulate` in the background, one at a time, since boards have deadlines; killed when
-/// dropped.
+/// `plumb emulate` in the background, one at a time, because boards have deadlines. Dropping it
+/// ends the process.
 struct Emulator {
     child: Child,
     port: String,
@@ -110,7 +115,7 @@ impl Drop for Emulator {
     }
 }
 
-/// Waits until the run has so many rows; or until it has ended, which the test will see.
+/// Waits until the run log has `count` rows or the run has ended.
 fn until_rows(run: &mut Child, folder: &Path, count: usize) {
     let rows =
         || fs::read_to_string(folder.join("run/run.csv")).unwrap_or_default().lines().count();
@@ -127,13 +132,13 @@ fn stdout(output: &Output) -> String {
     String::from_utf8_lossy(&output.stdout).into_owned()
 }
 
-/// The columns of a CSV's rows, without its header.
+/// Returns the fields of a CSV's rows, without its header.
 fn rows(text: &str) -> Vec<Vec<String>> {
     text.lines().skip(1).map(|line| line.split(',').map(str::to_owned).collect()).collect()
 }
 
 #[test]
-fn without_the_library_its_package_is_named() {
+fn a_missing_library_is_reported_with_its_package() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("a.oni"), b"NI10").unwrap();
     let camera = Path::new(env!("CARGO_MANIFEST_DIR")).join("rigs/camera.toml");
@@ -149,7 +154,7 @@ fn without_the_library_its_package_is_named() {
         assert!(matches!(output.status.code(), Some(1 | 2)), "{text}");
         assert!(text.contains("libopenni2-0") && text.contains("/no/such"), "{text}");
     }
-    // A library that is another one.
+    // Another library under that path.
     let other = Command::new(env!("CARGO_BIN_EXE_plumb"))
         .arg("cameras")
         .env(plumb_cameras::source::openni::LIBRARY_VARIABLE, "libc.so.6")
@@ -159,34 +164,34 @@ fn without_the_library_its_package_is_named() {
 }
 
 #[test]
-fn cameras_lists_what_is_there() {
-    let Some(place) = Place::new(true) else { return };
-    let output = place.plumb(&["cameras", "--json"]);
+fn cameras_lists_library_drivers_and_cameras() {
+    let Some(fixture) = Fixture::new(true) else { return };
+    let output = fixture.plumb(&["cameras", "--json"]);
     assert!(output.status.success(), "{}", stderr(&output));
     let json: serde_json::Value = serde_json::from_str(&stdout(&output)).unwrap();
-    assert_eq!(json["cameras"][0]["uri"], place.camera.uri());
+    assert_eq!(json["cameras"][0]["uri"], fixture.camera.uri());
     assert_eq!(json["cameras"][0]["name"], "Plumb test camera");
     let drivers = &json["openni"]["loaded"]["drivers"];
     assert_eq!(drivers, &serde_json::json!(["libOniFile.so.0", "libPlumbTest.so.0"]));
 }
 
 #[test]
-fn without_a_camera_it_is_said() {
-    let Some(place) = Place::new(false) else { return };
-    let output = place.plumb(&["cameras"]);
+fn a_missing_camera_is_reported() {
+    let Some(fixture) = Fixture::new(false) else { return };
+    let output = fixture.plumb(&["cameras"]);
     assert_eq!(output.status.code(), Some(1));
     assert!(stderr(&output).contains("missing: "), "{}", stderr(&output));
     let emulator = Emulator::start();
-    place.rig(&emulator.port, "");
-    let output = place.plumb(&["run", "rig.toml"]);
+    fixture.rig(&emulator.port, "");
+    let output = fixture.plumb(&["run", "rig.toml"]);
     assert_eq!(output.status.code(), Some(2));
     assert!(stderr(&output).contains("no camera is plugged in"), "{}", stderr(&output));
-    assert!(!place.path().join("runs").exists());
+    assert!(!fixture.path().join("runs").exists());
 }
 
 #[test]
-fn a_camera_that_cannot_be_what_the_rig_file_says_is_refused() {
-    let Some(place) = Place::new(true) else { return };
+fn settings_that_the_camera_lacks_are_refused() {
+    let Some(fixture) = Fixture::new(true) else { return };
     let emulator = Emulator::start();
     for (camera, says) in [
         ("[camera.openni]\nwidth = 1280\nheight = 1024", "1280x1024"),
@@ -197,20 +202,20 @@ fn a_camera_that_cannot_be_what_the_rig_file_says_is_refused() {
         ("recording = \"absent.oni\"", "absent.oni"),
         ("[camera.openni]\nlatency = -1.0", "latency"),
     ] {
-        place.rig(&emulator.port, camera);
-        let output = place.plumb(&["run", "rig.toml"]);
+        fixture.rig(&emulator.port, camera);
+        let output = fixture.plumb(&["run", "rig.toml"]);
         assert_eq!(output.status.code(), Some(2), "{camera}: {}", stderr(&output));
         assert!(stderr(&output).contains(says), "{camera}: {}", stderr(&output));
     }
 }
 
-/// A run through the library with `--record`, both its recordings replayed: the same detections.
+/// A run with `--record`: replays of both recordings make the same detections.
 #[test]
-fn what_a_run_sees_is_what_is_replayed() {
-    let Some(place) = Place::new(true) else { return };
+fn a_replay_makes_the_detections_of_the_run() {
+    let Some(fixture) = Fixture::new(true) else { return };
     let emulator = Emulator::start();
-    place.rig(&emulator.port, "[camera.openni]\nintrinsics = \"device\"\nlatency = 0.005");
-    let output = place.plumb(&["run", "rig.toml", "--record", "recording", "--out", "run"]);
+    fixture.rig(&emulator.port, "[camera.openni]\nintrinsics = \"device\"\nlatency = 0.005");
+    let output = fixture.plumb(&["run", "rig.toml", "--record", "recording", "--out", "run"]);
     assert!(output.status.success(), "{}", stderr(&output));
     assert!(
         stderr(&output).contains("recorded: ") && !stderr(&output).contains("left out"),
@@ -218,15 +223,15 @@ fn what_a_run_sees_is_what_is_replayed() {
         stderr(&output)
     );
 
-    let run = rows(&fs::read_to_string(place.path().join("run/run.csv")).unwrap());
-    let replayed = place.plumb(&["replay", "recording"]);
+    let run = rows(&fs::read_to_string(fixture.path().join("run/run.csv")).unwrap());
+    let replayed = fixture.plumb(&["replay", "recording"]);
     assert!(replayed.status.success(), "{}", stderr(&replayed));
     let replayed = rows(&stdout(&replayed));
     assert_eq!(run.len(), replayed.len());
     let numbers =
         |row: &[String]| -> Vec<f64> { row.iter().map(|field| field.parse().unwrap()).collect() };
     for (run, replayed) in run.iter().zip(&replayed) {
-        // u, v, radius and x, y, z, to what both write.
+        // u, v, radius and x, y, z, to the digits that both write.
         let (run, replayed) =
             ([&run[2..5], &run[6..9]].concat(), [&replayed[1..4], &replayed[5..8]].concat());
         for (a, b) in numbers(&run).iter().zip(numbers(&replayed)) {
@@ -239,21 +244,19 @@ fn what_a_run_sees_is_what_is_replayed() {
         );
     }
 
-    // The device's own recording has every picture of the device, also those that the run was too
-    // slow for.
-    let oni = place.plumb(&["replay", "recording/recording.oni"]);
+    // The device's own recording has every frame of the device, also those that the run skipped.
+    let oni = fixture.plumb(&["replay", "recording/recording.oni"]);
     assert!(oni.status.success(), "{}", stderr(&oni));
     let oni = rows(&stdout(&oni));
     assert!(oni.len() >= run.len(), "{} of {}", oni.len(), run.len());
     for row in &oni {
-        assert_eq!(row[1..], replayed[0][1..], "the ball hangs still");
+        assert_eq!(row[1..], replayed[0][1..], "the ball is at rest");
     }
 
-    // And runs of the recordings, in a rig file; they may be over before the board has said that it
-    // is there.
+    // Runs of the recordings from a rig file. They may end before the board reports.
     for (recording, out) in [("recording/recording.oni", "again"), ("recording", "once-more")] {
-        place.rig(&emulator.port, &format!("recording = {recording:?}"));
-        let again = place.plumb(&["run", "rig.toml", "--out", out, "--json"]);
+        fixture.rig(&emulator.port, &format!("recording = {recording:?}"));
+        let again = fixture.plumb(&["run", "rig.toml", "--out", out, "--json"]);
         let summary: serde_json::Value = serde_json::from_str(&stdout(&again)).unwrap();
         assert!(
             again.status.success() || summary["ending"] == "no more pictures",
@@ -268,40 +271,41 @@ fn what_a_run_sees_is_what_is_replayed() {
 }
 
 #[test]
-fn pulling_the_cameras_plug_ends_a_run_with_its_folder_whole() {
-    let Some(mut place) = Place::new(true) else { return };
-    // Far from its target, so that the run goes on; it hangs still, so that nothing grows.
+fn unplugging_the_camera_ends_a_run_with_a_complete_folder() {
+    let Some(mut fixture) = Fixture::new(true) else { return };
+    // The ball is far from the target, so that the run goes on, and at rest, so that no error grows.
     let ball = Some([0.0, 0.0, 1.2]);
-    place.camera.write(&Control { ball, ..Place::control() }).unwrap();
+    fixture.camera.write(&Control { ball, ..Fixture::control() }).unwrap();
     let emulator = Emulator::start();
-    place.rig(&emulator.port, "");
-    let mut command = place.command(&["run", "rig.toml", "--record", "recording", "--out", "run"]);
+    fixture.rig(&emulator.port, "");
+    let mut command =
+        fixture.command(&["run", "rig.toml", "--record", "recording", "--out", "run"]);
     let mut run = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
-    until_rows(&mut run, place.path(), 10);
-    place.camera.write(&Control { plugged: false, ..Place::control() }).unwrap();
+    until_rows(&mut run, fixture.path(), 10);
+    fixture.camera.write(&Control { plugged: false, ..Fixture::control() }).unwrap();
     let output = run.wait_with_output().unwrap();
     assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
     assert!(stderr(&output).contains("the camera was unplugged"), "{}", stderr(&output));
-    let summary = fs::read_to_string(place.path().join("run/summary.json")).unwrap();
+    let summary = fs::read_to_string(fixture.path().join("run/summary.json")).unwrap();
     assert!(summary.contains("unplugged"), "{summary}");
-    assert!(place.path().join("run/figure4.svg").exists());
+    assert!(fixture.path().join("run/figure4.svg").exists());
     for recording in ["recording", "recording/recording.oni"] {
-        let replayed = place.plumb(&["replay", recording]);
+        let replayed = fixture.plumb(&["replay", recording]);
         assert!(replayed.status.success(), "{recording}: {}", stderr(&replayed));
         assert!(rows(&stdout(&replayed)).len() >= 9, "{recording}");
     }
 }
 
 #[test]
-fn a_camera_that_falls_silent_ends_a_run() {
-    let Some(mut place) = Place::new(true) else { return };
-    place.camera.write(&Control { ball: Some([0.0, 0.0, 1.2]), ..Place::control() }).unwrap();
+fn a_silent_camera_ends_a_run() {
+    let Some(mut fixture) = Fixture::new(true) else { return };
+    fixture.camera.write(&Control { ball: Some([0.0, 0.0, 1.2]), ..Fixture::control() }).unwrap();
     let emulator = Emulator::start();
-    place.rig(&emulator.port, "");
-    let mut command = place.command(&["run", "rig.toml", "--out", "run"]);
+    fixture.rig(&emulator.port, "");
+    let mut command = fixture.command(&["run", "rig.toml", "--out", "run"]);
     let mut run = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
-    until_rows(&mut run, place.path(), 3);
-    place.camera.write(&Control { silent: true, ..Place::control() }).unwrap();
+    until_rows(&mut run, fixture.path(), 3);
+    fixture.camera.write(&Control { silent: true, ..Fixture::control() }).unwrap();
     let output = run.wait_with_output().unwrap();
     assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
     assert!(stderr(&output).contains("no picture for"), "{}", stderr(&output));
@@ -309,16 +313,19 @@ fn a_camera_that_falls_silent_ends_a_run() {
 
 #[test]
 fn a_truncated_recording_is_an_error() {
-    let Some(place) = Place::new(true) else { return };
+    let Some(fixture) = Fixture::new(true) else { return };
     let emulator = Emulator::start();
-    place.rig(&emulator.port, "");
+    fixture.rig(&emulator.port, "");
     assert!(
-        place.plumb(&["run", "rig.toml", "--record", "recording", "--out", "run"]).status.success()
+        fixture
+            .plumb(&["run", "rig.toml", "--record", "recording", "--out", "run"])
+            .status
+            .success()
     );
-    let path = place.path().join("recording/recording.oni");
+    let path = fixture.path().join("recording/recording.oni");
     let whole = fs::read(&path).unwrap();
     fs::write(&path, &whole[..whole.len() * 2 / 3]).unwrap();
-    let output = place.plumb(&["replay", "recording/recording.oni"]);
+    let output = fixture.plumb(&["replay", "recording/recording.oni"]);
     assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
     assert!(
         stderr(&output).contains("recording.oni") && stderr(&output).contains("truncated"),
@@ -327,21 +334,24 @@ fn a_truncated_recording_is_an_error() {
     );
 }
 
-/// The program, and the library in it, given a file with bytes changed anywhere, or cut: rows or an
-/// error, never a crash.
+/// A file with bytes changed anywhere, or cut, gives rows or an error, never a crash of the program
+/// or of the library in it.
 #[test]
 fn damaged_recordings_give_rows_or_an_error() {
-    let Some(place) = Place::new(true) else { return };
+    let Some(fixture) = Fixture::new(true) else { return };
     let emulator = Emulator::start();
-    place.rig(&emulator.port, "[camera.openni]\nintrinsics = \"device\"\nlatency = 0.005");
+    fixture.rig(&emulator.port, "[camera.openni]\nintrinsics = \"device\"\nlatency = 0.005");
     assert!(
-        place.plumb(&["run", "rig.toml", "--record", "recording", "--out", "run"]).status.success()
+        fixture
+            .plumb(&["run", "rig.toml", "--record", "recording", "--out", "run"])
+            .status
+            .success()
     );
-    let path = place.path().join("recording/recording.oni");
+    let path = fixture.path().join("recording/recording.oni");
     let whole = fs::read(&path).unwrap();
-    let sound = rows(&stdout(&place.plumb(&["replay", "recording/recording.oni"])));
+    let sound = rows(&stdout(&fixture.plumb(&["replay", "recording/recording.oni"])));
     assert!(!sound.is_empty());
-    // Most of the file is pictures: what is before them and behind them is hit as often.
+    // Most of the file is pictures. The bytes before and behind them are changed as often.
     let (head, tail) = (2000.min(whole.len()), whole.len().saturating_sub(1200));
     let mut random = 0x9E37_79B9_7F4A_7C15_u64;
     let mut below = |n: usize| {
@@ -367,8 +377,8 @@ fn damaged_recordings_give_rows_or_an_error() {
             bytes.get_mut(at).into_iter().for_each(|byte| *byte = value);
         }
         fs::write(&path, bytes).unwrap();
-        let output = place.plumb(&["replay", "recording/recording.oni"]);
-        // A crash has no code.
+        let output = fixture.plumb(&["replay", "recording/recording.oni"]);
+        // A crash has no exit code.
         match output.status.code() {
             Some(0) => assert_eq!(rows(&stdout(&output)).len(), sound.len(), "case {case}"),
             Some(1 | 2) => {
@@ -386,7 +396,7 @@ fn damaged_recordings_give_rows_or_an_error() {
 }
 
 #[test]
-fn the_test_cameras_lens_is_that_of_the_camera_file() {
+fn the_test_camera_has_the_intrinsics_of_the_camera_file() {
     let camera = plumb_cameras::camera_file::paper().unwrap();
     assert_eq!(camera.intrinsics.fx, FOCAL_LENGTH);
     let (u, v) = camera.intrinsics.project(&AT_TARGET.into()).unwrap();

@@ -36,7 +36,7 @@ fn tell(found: &Discovery) {
             LibraryState::Loaded { version, drivers } => {
                 tell!("{} {version}, drivers: {}", library.name, drivers.join(", "))
             }
-            LibraryState::Absent { .. } => tell!("{}: not there", library.name),
+            LibraryState::Absent { .. } => tell!("{}: cannot be loaded", library.name),
         }
     }
     for camera in &found.cameras {

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 use std::time::Duration;
 
-use plumb_openni::{Camera, Deadlines, OpenNi, OpenniError, Pair, Settings, Target};
+use plumb_openni::{Camera, OpenNi, OpenniError, Pair, Settings, Target, Timeouts};
 use plumb_openni_driver::{Control, ControlFile, FOCAL_LENGTH};
 use tempfile::TempDir;
 
@@ -50,8 +50,8 @@ impl Told {
     }
 }
 
-fn quick() -> Deadlines {
-    Deadlines { picture: Duration::from_millis(500), ..Deadlines::default() }
+fn quick() -> Timeouts {
+    Timeouts { picture: Duration::from_millis(500), ..Timeouts::default() }
 }
 
 /// Returns the pixel of the red ball, and its smallest depth, mm.
@@ -140,7 +140,7 @@ fn unsupported_features_are_reported() {
     let opened = refused(Control { no_sync: true, ..good }, Settings::default()).unwrap();
     assert!(opened.notes[0].contains("synchronisation"), "{:?}", opened.notes);
     let slow = Settings {
-        deadlines: Deadlines { open: Duration::from_millis(100), ..quick() },
+        timeouts: Timeouts { open: Duration::from_millis(100), ..quick() },
         ..Settings::default()
     };
     says(refused(Control { slow: 1.0, ..good }, slow), &["does not return from opening it"]);
@@ -201,7 +201,7 @@ fn a_silent_camera_is_an_error() {
         return;
     }
     let mut told = Told::new(&Control::default());
-    let mut camera = told.open(Settings { deadlines: quick(), ..Settings::default() }).unwrap();
+    let mut camera = told.open(Settings { timeouts: quick(), ..Settings::default() }).unwrap();
     next(&mut camera);
     told.file.write(&Control { silent: true, ..Control::default() }).unwrap();
     assert!(matches!(lasting(&mut camera), OpenniError::Silent { .. }));
@@ -229,7 +229,7 @@ fn a_stopped_stream_and_unpaired_streams_are_errors() {
     }
     // With pairing by the library, no frame arrives.
     let told = Told::new(&Control { blind: true, ..Control::default() });
-    let mut camera = told.open(Settings { deadlines: quick(), ..Settings::default() }).unwrap();
+    let mut camera = told.open(Settings { timeouts: quick(), ..Settings::default() }).unwrap();
     assert!(matches!(lasting(&mut camera), OpenniError::Silent { .. }));
 }
 

@@ -9,7 +9,7 @@ use crate::library::OpenNi;
 use crate::mailbox::{Mailbox, Overflow};
 use crate::message::Event;
 use crate::picture::Pair;
-use crate::settings::{Deadlines, Opened, Settings, Target};
+use crate::settings::{Opened, Settings, Target, Timeouts};
 use crate::worker::Worker;
 
 /// Pairs that may wait to be taken: of a camera the newest only.
@@ -28,7 +28,7 @@ const POLL_INTERVAL: Duration = Duration::from_millis(2);
 #[derive(Debug)]
 pub struct Camera {
     opened: Opened,
-    deadlines: Deadlines,
+    timeouts: Timeouts,
     mailbox: Arc<Mailbox<Event>>,
     thread: Option<JoinHandle<()>>,
     /// Start of the clock that stamps live pictures.
@@ -42,7 +42,7 @@ impl Camera {
     ///
     /// # Errors
     /// Where there is no such camera, it does not accept a setting, or opening takes longer than
-    /// [`Deadlines::open`].
+    /// [`Timeouts::open`].
     pub fn open(openni: &OpenNi, target: &Target, settings: Settings) -> Result<Self, OpenniError> {
         let mailbox = Arc::new(if target.is_recording() {
             Mailbox::new(RECORDING_ROOM, Overflow::Block)
@@ -50,7 +50,7 @@ impl Camera {
             Mailbox::new(LIVE_ROOM, Overflow::Drop)
         });
         let first = Arc::new(Mailbox::new(1, Overflow::Block));
-        let (start, deadlines) = (Instant::now(), settings.deadlines);
+        let (start, timeouts) = (Instant::now(), settings.timeouts);
         let worker = Worker {
             openni: openni.clone(),
             target: target.clone(),
@@ -63,13 +63,13 @@ impl Camera {
         let thread = thread
             .spawn(move || worker.run())
             .map_err(|error| OpenniError::Open { uri: target.name(), error: error.to_string() })?;
-        let Some(opened) = first.receive(deadlines.open) else {
+        let Some(opened) = first.receive(timeouts.open) else {
             mailbox.close();
-            let seconds = deadlines.open.as_secs_f64();
+            let seconds = timeouts.open.as_secs_f64();
             let (uri, what) = (target.name(), "opening it");
             return Err(OpenniError::Unresponsive { uri, what, seconds });
         };
-        Ok(Self { opened: opened?, deadlines, mailbox, thread: Some(thread), start, ended: None })
+        Ok(Self { opened: opened?, timeouts, mailbox, thread: Some(thread), start, ended: None })
     }
 
     /// Returns the description of the camera.
@@ -83,7 +83,7 @@ impl Camera {
     }
 
     /// Returns the next pair: the newest of a camera, each one of a recording, `None` at the end of
-    /// a recording. Returns or fails within [`Deadlines::picture`] and one second.
+    /// a recording. Returns or fails within [`Timeouts::picture`] and one second.
     ///
     /// # Errors
     /// Where a picture is lost ([`OpenniError::is_transient`]); the next one may come. Any other
@@ -93,7 +93,7 @@ impl Camera {
             return ended.clone().map(|()| None);
         }
         // The worker reports a silent camera by itself; this timeout is for a blocked worker.
-        let timeout = self.deadlines.picture + WORKER_GRACE;
+        let timeout = self.timeouts.picture + WORKER_GRACE;
         let event = self.mailbox.receive(timeout).unwrap_or_else(|| {
             let (uri, what) = (self.opened.uri.clone(), "waiting for a picture");
             let seconds = timeout.as_secs_f64();
@@ -112,7 +112,7 @@ impl Camera {
     /// Stops and closes the camera, and completes its recording.
     ///
     /// # Errors
-    /// Where that takes longer than [`Deadlines::close`]. The camera then stays open.
+    /// Where that takes longer than [`Timeouts::close`]. The camera then stays open.
     pub fn close(mut self) -> Result<(), OpenniError> {
         self.end()
     }
@@ -120,11 +120,11 @@ impl Camera {
     fn end(&mut self) -> Result<(), OpenniError> {
         self.mailbox.close();
         let Some(thread) = self.thread.take() else { return Ok(()) };
-        let deadline = Instant::now() + self.deadlines.close;
+        let deadline = Instant::now() + self.timeouts.close;
         while !thread.is_finished() {
             if Instant::now() > deadline {
                 let (uri, what) = (self.opened.uri.clone(), "closing it");
-                let seconds = self.deadlines.close.as_secs_f64();
+                let seconds = self.timeouts.close.as_secs_f64();
                 return Err(OpenniError::Unresponsive { uri, what, seconds });
             }
             thread::sleep(POLL_INTERVAL);

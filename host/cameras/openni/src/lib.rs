@@ -47,4 +47,4 @@ pub use mode::{DepthUnit, Mode, Sensor};
 pub use pairing::{Pairing, Timed};
 pub use picture::Pair;
 pub use search::LIBRARY_VARIABLE;
-pub use settings::{Deadlines, Opened, Settings, Target};
+pub use settings::{Opened, Settings, Target, Timeouts};

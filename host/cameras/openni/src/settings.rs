@@ -34,7 +34,7 @@ impl Target {
 
 /// Timeouts of a camera.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Deadlines {
+pub struct Timeouts {
     /// Longest time to open and start a camera.
     pub open: Duration,
     /// Longest time to the next picture.
@@ -43,7 +43,7 @@ pub struct Deadlines {
     pub close: Duration,
 }
 
-impl Default for Deadlines {
+impl Default for Timeouts {
     /// Returns 20 s, 2 s and 5 s: a Carmine's firmware may take seconds to start.
     fn default() -> Self {
         Self {
@@ -54,7 +54,7 @@ impl Default for Deadlines {
     }
 }
 
-/// Settings of a camera. Of a recording only the deadlines count.
+/// Settings of a camera. Of a recording only the timeouts count.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
     /// Columns of both pictures.
@@ -69,15 +69,15 @@ pub struct Settings {
     /// File for the device's own `.oni` recording.
     pub record: Option<PathBuf>,
     /// Timeouts.
-    pub deadlines: Deadlines,
+    pub timeouts: Timeouts,
 }
 
 impl Default for Settings {
     /// Returns 640x480 at 30 Hz with a latency of 45 ms, not recorded. The latency is the one
     /// reported for PrimeSense cameras; it has not been measured.
     fn default() -> Self {
-        let (record, deadlines) = (None, Deadlines::default());
-        Self { width: 640, height: 480, rate: 30, latency: 0.045, record, deadlines }
+        let (record, timeouts) = (None, Timeouts::default());
+        Self { width: 640, height: 480, rate: 30, latency: 0.045, record, timeouts }
     }
 }
 

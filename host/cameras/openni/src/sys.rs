@@ -1,29 +1,29 @@
-//! OpenNI 2.2's C interface as far as it is used here: types and numbers of `OniCTypes.h`,
-//! `OniCEnums.h` and `OniCProperties.h`. Also what a driver for OpenNI2 is written with.
+//! Types and constants of OpenNI 2.2's C interface (`OniCTypes.h`, `OniCEnums.h` and
+//! `OniCProperties.h`), as far as this crate and a driver for OpenNI2 need them.
 
 use core::ffi::{c_char, c_int, c_void};
 
-/// What [`Initialize`](crate::OpenNi) is told: version 2.2.
+/// Version of the interface for `oniInitialize`: 2.2.
 pub const API_VERSION: c_int = 2002;
 
-/// Length of the strings in [`OniDeviceInfo`], with the closing zero.
+/// Length of the strings in [`OniDeviceInfo`], with the final zero.
 pub const MAX_STR: usize = 256;
 
-/// Every call's answer; 0 is success.
+/// Status of a call.
 pub type OniStatus = c_int;
 /// Success.
 pub const STATUS_OK: OniStatus = 0;
-/// Whatever went wrong.
+/// Failure without a specific reason.
 pub const STATUS_ERROR: OniStatus = 1;
-/// The driver has no such thing.
+/// The driver does not implement it.
 pub const STATUS_NOT_IMPLEMENTED: OniStatus = 2;
-/// The device cannot do that.
+/// The device does not support it.
 pub const STATUS_NOT_SUPPORTED: OniStatus = 3;
 /// A value or its size is wrong.
 pub const STATUS_BAD_PARAMETER: OniStatus = 4;
-/// The device is gone.
+/// The device was disconnected.
 pub const STATUS_NO_DEVICE: OniStatus = 6;
-/// Nothing came in time.
+/// Timeout.
 pub const STATUS_TIME_OUT: OniStatus = 102;
 
 /// The colour camera.
@@ -40,16 +40,16 @@ pub const FORMAT_RGB888: c_int = 200;
 
 /// Device: [`REGISTRATION_OFF`] or [`REGISTRATION_DEPTH_TO_COLOUR`].
 pub const DEVICE_PROPERTY_REGISTRATION: c_int = 5;
-/// Recording: how fast it is played, `f32`; [`PLAYBACK_MANUAL`] frame by frame.
+/// Recording: playback speed, `f32`; [`PLAYBACK_MANUAL`] for frame by frame.
 pub const DEVICE_PROPERTY_PLAYBACK_SPEED: c_int = 100;
-/// Recording: whether it begins again at its end (it does, unless told).
+/// Recording: whether it restarts at its end (the default), `c_int`.
 pub const DEVICE_PROPERTY_PLAYBACK_REPEAT: c_int = 101;
 
-/// Depth as the depth camera sees it.
+/// Depth in the pixels of the depth camera.
 pub const REGISTRATION_OFF: c_int = 0;
-/// Depth as the colour camera would see it.
+/// Depth in the pixels of the colour camera.
 pub const REGISTRATION_DEPTH_TO_COLOUR: c_int = 1;
-/// Playback speed: a frame whenever one is waited for.
+/// Playback speed: a frame for each wait.
 pub const PLAYBACK_MANUAL: f32 = -1.0;
 
 /// Stream: [`OniCropping`].
@@ -74,11 +74,11 @@ pub const STREAM_PROPERTY_NUMBER_OF_FRAMES: c_int = 8;
 /// Device state: at the end of a recording.
 pub const DEVICE_STATE_EOF: c_int = 3;
 
-/// A device.
+/// Handle of a device.
 pub type OniDeviceHandle = *mut c_void;
-/// A stream of a device.
+/// Handle of a stream.
 pub type OniStreamHandle = *mut c_void;
-/// A recorder to a file.
+/// Handle of a recorder.
 pub type OniRecorderHandle = *mut c_void;
 
 /// Format, size and rate of a stream.
@@ -91,11 +91,11 @@ pub struct OniVideoMode {
     pub resolution_x: c_int,
     /// Rows.
     pub resolution_y: c_int,
-    /// Pictures a second.
+    /// Frames per second.
     pub fps: c_int,
 }
 
-/// What a sensor can do.
+/// Modes of a sensor.
 #[repr(C)]
 #[derive(Debug)]
 pub struct OniSensorInfo {
@@ -103,19 +103,19 @@ pub struct OniSensorInfo {
     pub sensor_type: c_int,
     /// Length of `modes`.
     pub mode_count: c_int,
-    /// Its modes.
+    /// The modes.
     pub modes: *mut OniVideoMode,
 }
 
-/// What a device is.
+/// Description of a device.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct OniDeviceInfo {
-    /// How it is opened.
+    /// URI, by which the device is opened.
     pub uri: [c_char; MAX_STR],
-    /// Who made it.
+    /// Maker.
     pub vendor: [c_char; MAX_STR],
-    /// What it is called.
+    /// Model.
     pub name: [c_char; MAX_STR],
     /// USB vendor.
     pub usb_vendor: u16,
@@ -123,11 +123,11 @@ pub struct OniDeviceInfo {
     pub usb_product: u16,
 }
 
-/// A part of a sensor's picture.
+/// Cropping of a sensor's picture.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct OniCropping {
-    /// Whether only a part comes.
+    /// Whether the picture is cropped.
     pub enabled: c_int,
     /// First column.
     pub origin_x: c_int,
@@ -139,7 +139,7 @@ pub struct OniCropping {
     pub height: c_int,
 }
 
-/// A picture, in memory of the library.
+/// Picture in the library's memory.
 #[repr(C)]
 #[derive(Debug)]
 pub struct OniFrame {
@@ -149,17 +149,17 @@ pub struct OniFrame {
     pub data: *mut c_void,
     /// `SENSOR_*`.
     pub sensor_type: c_int,
-    /// µs on the device's clock.
+    /// Time stamp, µs on the device's clock.
     pub timestamp: u64,
-    /// Counts up.
+    /// Number of the picture, counted up.
     pub frame_index: c_int,
     /// Columns.
     pub width: c_int,
     /// Rows.
     pub height: c_int,
-    /// Of the stream.
+    /// Mode of the stream.
     pub mode: OniVideoMode,
-    /// Whether it is a part of the sensor's picture.
+    /// Whether the picture is cropped.
     pub cropping_enabled: c_int,
     /// First column.
     pub crop_origin_x: c_int,
@@ -169,33 +169,33 @@ pub struct OniFrame {
     pub stride: c_int,
 }
 
-/// A version of the library.
+/// Version of the library.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct OniVersion {
-    /// 2.
+    /// Major version: 2.
     pub major: c_int,
-    /// New with each set of new functions.
+    /// Minor version: changes with new functions.
     pub minor: c_int,
-    /// New with each set of repairs.
+    /// Maintenance version: changes with corrections.
     pub maintenance: c_int,
-    /// New with each build.
+    /// Number of the build.
     pub build: c_int,
 }
 
-/// Hears of a device.
+/// Callback about a device.
 pub type DeviceCallback = unsafe extern "C" fn(info: *const OniDeviceInfo, cookie: *mut c_void);
-/// Hears of a device's new state.
+/// Callback about a device's new state.
 pub type DeviceStateCallback =
     unsafe extern "C" fn(info: *const OniDeviceInfo, state: c_int, cookie: *mut c_void);
 
-/// Who hears of devices.
+/// Callbacks about devices.
 #[repr(C)]
 pub struct OniDeviceCallbacks {
-    /// One is there.
+    /// A device was connected.
     pub connected: DeviceCallback,
-    /// One is gone.
+    /// A device was disconnected.
     pub disconnected: DeviceCallback,
-    /// One is in another state (`DEVICE_STATE_*`).
+    /// A device changed its state (`DEVICE_STATE_*`).
     pub state_changed: DeviceStateCallback,
 }

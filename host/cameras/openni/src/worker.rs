@@ -38,7 +38,7 @@ impl Worker {
                     is_recording: self.target.is_recording(),
                     start: self.start,
                     latency: self.settings.latency,
-                    timeout: self.settings.deadlines.picture,
+                    timeout: self.settings.timeouts.picture,
                 };
                 let mut reader = Reader::new(options, recorder, device);
                 let over = reader.run(&self.mailbox);

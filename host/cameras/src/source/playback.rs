@@ -10,7 +10,7 @@ use super::camera_source::CameraSource;
 use super::error::{InvalidFrame, SourceError};
 
 /// Longest gap between two frames. It is the time after which a live camera without pictures counts
-/// as silent ([`plumb_openni::Deadlines`]), and the longest delay of an interruption.
+/// as silent ([`plumb_openni::Timeouts`]), and the longest delay of an interruption.
 pub const LONGEST_GAP: Duration = Duration::from_secs(2);
 
 /// Camera source that plays a recording in the place of a camera.
