@@ -1,7 +1,33 @@
-//! Benchmarks of control and vision that anyone can repeat from a seed.
+//! Benchmarks of control and vision. Every result can be repeated from a seed.
+//!
+//! - [`control`]: control laws, baselines and references on simulated rigs.
+//! - [`vision`]: detectors on synthetic and composited frames.
+//!
+//! ```
+//! use plumb_bench::control::{self, ControllerKind, Suite, SuiteName};
+//!
+//! let controller: ControllerKind = "adaptive".parse()?;
+//! let suite = Suite::new(SuiteName::QuasiStatic);
+//! let report = control::run(&controller, &suite, 0..2, 1, &mut |done| println!("{done} done"))?;
+//! assert_eq!(report.converged, 1.0);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]
 
 pub mod control;
 pub mod vision;
+
+/// Error of parsing a name that is not in the list of known names.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("one of {0}")]
+pub struct UnknownName(String);
+
+impl UnknownName {
+    /// Creates the error from the known names.
+    fn new<T: ToString>(known: impl IntoIterator<Item = T>) -> Self {
+        let known: Vec<String> = known.into_iter().map(|name| name.to_string()).collect();
+        Self(known.join(", "))
+    }
+}

@@ -9,35 +9,58 @@ mod table;
 mod tally;
 mod timing;
 
+use std::fmt::{self, Display, Formatter};
+use std::str::FromStr;
+
 use plumb_vision::camera::Camera;
 use plumb_vision::detect::{BallDetector, DetectError};
 use plumb_vision::frame::RgbdFrame;
 use thiserror::Error;
 
+use crate::UnknownName;
 use baselines::{Hough, HsvMoments};
 use plumb_sim::synthetic::SyntheticError;
 pub use report::{DetectorReport, SceneReport, VisionReport};
 use run::Bench;
 use timing::OneThread;
 
-/// Which pictures.
+/// Set of frames to search.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Suite {
-    /// Rendered scenes, with a ball and without.
+pub enum FrameSuite {
+    /// Rendered scenes, with and without a ball.
     Scenes,
-    /// Balls of 60 mm put into recorded pictures, with what spoils the view; the same pictures
-    /// without a ball.
+    /// Recorded frames with a ball of 60 mm under difficult conditions, and without a ball.
     Hard,
-    /// Those of both without a ball.
+    /// The frames without a ball of both suites.
     Empty,
 }
 
-impl Suite {
-    /// The suite called `name`: `scenes`, `hard` or `empty`.
-    pub fn named(name: &str) -> Option<Self> {
-        [("scenes", Self::Scenes), ("hard", Self::Hard), ("empty", Self::Empty)]
-            .into_iter()
-            .find_map(|(known, suite)| (known == name).then_some(suite))
+impl FrameSuite {
+    /// Every suite.
+    pub const ALL: [Self; 3] = [Self::Scenes, Self::Hard, Self::Empty];
+
+    /// Returns the name in options.
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::Scenes => "scenes",
+            Self::Hard => "hard",
+            Self::Empty => "empty",
+        }
+    }
+}
+
+impl Display for FrameSuite {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        f.write_str(self.as_str())
+    }
+}
+
+impl FromStr for FrameSuite {
+    type Err = UnknownName;
+
+    fn from_str(text: &str) -> Result<Self, UnknownName> {
+        let known = || UnknownName::new(Self::ALL);
+        Self::ALL.into_iter().find(|suite| suite.as_str() == text).ok_or_else(known)
     }
 }
 
@@ -45,7 +68,7 @@ impl Suite {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct VisionOptions {
     /// Which pictures.
-    pub suite: Suite,
+    pub suite: FrameSuite,
     /// Pictures of each kind of scene; at least 1.
     pub frames: usize,
     /// Pictures of each kind of scene without a ball; at least 1.
@@ -66,7 +89,7 @@ impl Default for VisionOptions {
     /// 20 pictures a scene, with a ball and without, at 640x480, balls of about 20 pixels, 60 in
     /// recorded pictures.
     fn default() -> Self {
-        let (suite, radius) = (Suite::Scenes, 20.0);
+        let (suite, radius) = (FrameSuite::Scenes, 20.0);
         Self {
             suite,
             frames: 20,
@@ -113,11 +136,11 @@ pub enum VisionError {
 
 /// Returns the camera of the pictures of `suite`: the intrinsics and the ball's hue of `camera`,
 /// where the scenes are built for, and with the ball of the suite `hard` for that suite.
-pub fn suite_camera(suite: Suite, camera: &Camera) -> Camera {
+pub fn suite_camera(suite: FrameSuite, camera: &Camera) -> Camera {
     let placed = scenes::placed(camera);
     match suite {
-        Suite::Hard => Camera { ball_diameter: hard::DIAMETER, ..placed },
-        Suite::Scenes | Suite::Empty => placed,
+        FrameSuite::Hard => Camera { ball_diameter: hard::DIAMETER, ..placed },
+        FrameSuite::Scenes | FrameSuite::Empty => placed,
     }
 }
 
@@ -144,10 +167,10 @@ pub fn compare(
         detectors.iter_mut().chain(&mut baselines).collect();
     let _one = OneThread::new()?;
     let mut bench = Bench::new(camera, recorded, options, progress, detectors);
-    if options.suite != Suite::Hard {
+    if options.suite != FrameSuite::Hard {
         bench.scenes()?;
     }
-    if options.suite != Suite::Scenes && !recorded.is_empty() {
+    if options.suite != FrameSuite::Scenes && !recorded.is_empty() {
         bench.hard()?;
     }
     Ok(bench.report())

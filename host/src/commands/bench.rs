@@ -1,13 +1,17 @@
-//! `plumb bench`: the comparisons.
+//! `plumb bench`: benchmarks of control and vision.
 
 use std::fs::File;
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::str::FromStr;
 
 use clap::{Parser, Subcommand, ValueEnum};
-use plumb_bench::control::{self, BenchError, Clock, ControllerKind, PAPER_GAMMAS, Report, Suite};
-use plumb_bench::vision::{self, VisionOptions};
+use plumb_bench::UnknownName;
+use plumb_bench::control::{
+    self, BenchError, Clock, ControllerKind, PAPER_GAMMAS, Report, Suite, SuiteName,
+};
+use plumb_bench::vision::{self, FrameSuite, VisionOptions};
 use plumb_cameras::camera_file;
 use plumb_cameras::source::CameraSource;
 use plumb_cameras::source::tum::TumFolder;
@@ -39,9 +43,9 @@ pub(crate) enum Command {
 pub(crate) struct ControlArgs {
     /// What to compare on; several with commas, or given more than once
     #[arg(long, default_value = "quasi-static", value_delimiter = ',')]
-    suite: Vec<String>,
+    suite: Vec<SuiteArg>,
     /// Law or baseline, likewise [default: the default law]
-    #[arg(long, value_parser = controller, value_delimiter = ',')]
+    #[arg(long, value_delimiter = ',')]
     law: Vec<ControllerKind>,
     /// Gain of the law interval, 1/s at 0.471 mm of cable a step
     #[arg(long, default_value_t = 450.0, allow_negative_numbers = true, value_parser = numbers::positive)]
@@ -70,6 +74,27 @@ pub(crate) struct ControlArgs {
     json: bool,
 }
 
+/// Value of `--suite`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum SuiteArg {
+    /// The paper's task, for several gains.
+    Paper,
+    /// Simulated rigs.
+    Rigs(SuiteName),
+}
+
+impl FromStr for SuiteArg {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        if text == "paper" {
+            return Ok(Self::Paper);
+        }
+        let known = SuiteName::ALL.map(SuiteName::as_str).join(", ");
+        text.parse().map(Self::Rigs).map_err(|_: UnknownName| format!("one of paper, {known}"))
+    }
+}
+
 /// When a run's clock starts.
 #[derive(Clone, Copy, ValueEnum)]
 enum ClockName {
@@ -94,8 +119,8 @@ impl From<ClockName> for Clock {
 #[derive(Parser)]
 pub(crate) struct VisionArgs {
     /// Which pictures: scenes, hard or empty
-    #[arg(long, default_value = "scenes", value_parser = suite)]
-    suite: vision::Suite,
+    #[arg(long, default_value = "scenes")]
+    suite: FrameSuite,
     /// Pictures of each kind of scene
     #[arg(long, default_value_t = 20)]
     frames: usize,
@@ -114,15 +139,6 @@ pub(crate) struct VisionArgs {
     json: bool,
 }
 
-fn suite(name: &str) -> Result<vision::Suite, String> {
-    vision::Suite::named(name).ok_or_else(|| "scenes, hard or empty".to_owned())
-}
-
-fn controller(name: &str) -> Result<ControllerKind, String> {
-    let known = || format!("one of {}", ControllerKind::names().join(", "));
-    ControllerKind::named(name).ok_or_else(known)
-}
-
 pub(crate) fn main(command: Command) -> Result<ExitCode, Failure> {
     match command {
         Command::Control(args) => bench_control(&args),
@@ -130,20 +146,20 @@ pub(crate) fn main(command: Command) -> Result<ExitCode, Failure> {
     }
 }
 
-/// Of the runs that failed, so many are named.
-const FAILED_SHOWN: usize = 12;
+/// Greatest number of failed runs to list.
+const MAX_FAILED_LISTED: usize = 12;
 
 fn bench_control(args: &ControlArgs) -> Result<ExitCode, Failure> {
-    if args.suite == ["paper"] {
+    if args.suite == [SuiteArg::Paper] {
         return bench_paper(args.json);
     }
     let suites = suites(args)?;
     let controllers = controllers(args)?;
-    // Before the runs, since a file that cannot be written is known at once.
+    // The file is created before the runs, so that an error shows at once.
     let svg = args.svg.as_ref().map(|file| create(file)).transpose()?;
     let mut reports = Vec::new();
     'suites: for suite in &suites {
-        tell!("{}: {}\n{}", suite.name, suite.about, Report::HEADING);
+        tell!("{}: {}\n{}", suite.name, suite.name.about(), Report::HEADING);
         for controller in &controllers {
             let report = measure(controller, suite, args)?;
             let line = serde_json::to_string(&report).or_failed()?;
@@ -164,7 +180,7 @@ fn create(file: &Path) -> Result<File, Failure> {
     File::create(file).map_err(|error| format!("{}: {error}", file.display())).or_bad_input()
 }
 
-/// Runs a controller on a suite and tells people of it.
+/// Runs a controller on a suite and prints the progress and the result.
 fn measure(
     controller: &ControllerKind,
     suite: &Suite,
@@ -183,31 +199,32 @@ fn measure(
     }?;
     tell!("{}{report}", if terminal { "\r\x1b[K" } else { "" });
     if !report.failed.is_empty() {
-        let first: Vec<String> =
-            report.failed.iter().take(FAILED_SHOWN).map(|(k, why)| format!("{k} {why}")).collect();
+        let first: Vec<String> = report
+            .failed
+            .iter()
+            .take(MAX_FAILED_LISTED)
+            .map(|(k, why)| format!("{k} {why}"))
+            .collect();
         tell!("  failed: {}", first.join(", "));
     }
     if report.resumed > 0 {
-        tell!("  saw nothing for half a second, stopped and were sent on: {}", report.resumed);
+        tell!("  stopped for a lost position and were started again: {}", report.resumed);
     }
     Ok(report)
 }
 
-/// The suites that were asked for, with the clock that was.
+/// Returns the suites of the options, with the clock of the options.
 fn suites(args: &ControlArgs) -> Result<Vec<Suite>, Failure> {
-    let known = || Suite::all().iter().map(|suite| suite.name).collect::<Vec<_>>().join(", ");
-    let named = |name: &String| {
-        let unknown = || match name.as_str() {
-            "paper" => "the suite `paper` is of another kind: ask for it alone".to_owned(),
-            _ => format!("no suite `{name}`: one of paper, {}", known()),
-        };
-        let suite = Suite::named(name).ok_or_else(unknown);
-        suite.map(|suite| Suite { clock: args.clock.into(), ..suite }).or_bad_input()
+    let with_clock = |arg: &SuiteArg| match arg {
+        SuiteArg::Rigs(name) => Ok(Suite { clock: args.clock.into(), ..Suite::new(*name) }),
+        SuiteArg::Paper => {
+            Err("the suite `paper` is of another kind: ask for it alone").or_bad_input()
+        }
     };
-    args.suite.iter().map(named).collect()
+    args.suite.iter().map(with_clock).collect()
 }
 
-/// Who was asked for, with what was said about their parameters.
+/// Returns the controllers of the options, with the law parameters of the options.
 fn controllers(args: &ControlArgs) -> Result<Vec<ControllerKind>, Failure> {
     let mut controllers = args.law.clone();
     if controllers.is_empty() {
@@ -222,6 +239,7 @@ fn controllers(args: &ControlArgs) -> Result<Vec<ControllerKind>, Failure> {
     Ok(controllers)
 }
 
+/// Runs the suite `paper`.
 fn bench_paper(json: bool) -> Result<ExitCode, Failure> {
     let suite = control::paper(&PAPER_GAMMAS).or_failed()?;
     tell!(
@@ -239,19 +257,19 @@ fn bench_paper(json: bool) -> Result<ExitCode, Failure> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Most pixels of all backgrounds, which are kept in memory: 1300 pictures of 640x480, 2 GB.
-const MOST_BACKGROUND_PIXELS: usize = 400_000_000;
+/// Greatest number of pixels of all backgrounds, which stay in memory: 1300 frames of 640x480, 2 GB.
+const MAX_BACKGROUND_PIXELS: usize = 400_000_000;
 
-/// Reads the pictures of the recordings in `folders`.
+/// Reads the frames of the recordings in `folders`.
 fn backgrounds(folders: &[PathBuf], camera: &Camera) -> Result<Vec<RgbdFrame>, Failure> {
     let (mut frames, mut pixels) = (Vec::new(), 0);
     for folder in folders {
         let mut source = TumFolder::open(folder, camera.intrinsics).or_bad_input()?;
         while let Some(frame) = source.next_frame().or_bad_input()? {
             pixels += frame.colour().pixels().len();
-            if pixels > MOST_BACKGROUND_PIXELS {
+            if pixels > MAX_BACKGROUND_PIXELS {
                 let why = format!(
-                    "the backgrounds have more than {MOST_BACKGROUND_PIXELS} pixels; give fewer"
+                    "the backgrounds have more than {MAX_BACKGROUND_PIXELS} pixels; give fewer"
                 );
                 return Err(format!("{}: {why}", folder.display())).or_bad_input();
             }
@@ -265,7 +283,7 @@ fn bench_vision(args: &VisionArgs) -> Result<ExitCode, Failure> {
     let camera = camera_file::paper().or_bad_input()?;
     let recorded = backgrounds(&args.background, &camera)?;
     let empty = args.empty.unwrap_or(args.frames);
-    if recorded.is_empty() && args.suite == vision::Suite::Hard {
+    if recorded.is_empty() && args.suite == FrameSuite::Hard {
         return Err("the suite `hard` needs a --background FOLDER").or_bad_input();
     }
     let (suite, frames, seed) = (args.suite, args.frames, args.seed);

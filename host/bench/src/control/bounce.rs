@@ -1,24 +1,28 @@
-//! A rig whose ball swings about where it would hang: a resonance without a cause, to see what it
-//! does to a law.
+//! A rig with a resonance between the cables' lowest point and the ball. It shows the effect of a
+//! resonance on a law.
 
 use nalgebra::{Point3, Vector3};
 use plumb_emulator::rig::{Plant, RigError};
 
 use super::kinematic::Kinematic;
 
-/// Sub-steps are at most this long, seconds: 1/150 of a period at 4 Hz.
+/// Longest integration step, seconds: 1/250 of a period at 4 Hz.
 const SUBSTEP_S: f64 = 1e-3;
 
-/// p̈ = ω²(q - p) - 2ζω ṗ, where q is where the ball of a rigid rig would be.
+/// Second-order response of the ball p to the position q of a rigid rig's ball:
+/// p̈ = ω²(q - p) - 2ζω ṗ.
 pub(super) struct Bounce {
     rig: Kinematic,
+    /// Natural frequency ω, rad/s.
     omega: f64,
+    /// 2ζω, 1/s.
     damping: f64,
     ball: Point3<f64>,
     velocity: Vector3<f64>,
 }
 
 impl Bounce {
+    /// Creates the plant with its ball at rest.
     pub(super) fn new(rig: Kinematic, frequency_hz: f64, damping_ratio: f64) -> Self {
         let omega = std::f64::consts::TAU * frequency_hz;
         Self {
@@ -38,8 +42,8 @@ impl Plant for Bounce {
         let h = dt_s / parts;
         let mut left = parts;
         while left > 0.0 {
-            // Semi-implicit Euler: neutral to energy at this step, and the damping is all that is
-            // left.
+            // Semi-implicit Euler conserves energy at this step, so the model's damping is the only
+            // damping.
             let pull = (self.rig.ball() - self.ball) * (self.omega * self.omega);
             self.velocity += (pull - self.velocity * self.damping) * h;
             self.ball += self.velocity * h;

@@ -1,80 +1,73 @@
-//! Who can be put to the test.
+//! The controllers that the benchmark compares.
+
+use std::fmt;
+use std::str::FromStr;
 
 use plumb_core::law::Law;
 use plumb_core::params::Params;
 use plumb_emulator::EMULATED;
-use plumb_emulator::rig::{ElasticParameters, Task};
+use plumb_emulator::rig::Task;
 use plumb_protocol::Config;
 use plumb_protocol::units::Point;
-
-use super::baselines::{Broyden, Model};
-use super::controllers::{BoardController, PlanController};
-use super::law_driver::LawDriver;
-use super::simulate::Controller;
-use super::suite::Suite;
-use super::{BenchError, f64_reference, oracle};
 use plumb_runtime::rig::{Estimating, LawSettings, Seconds};
 use plumb_sim::limits::Limits;
 
-/// Who drives.
+use super::baselines::{Broyden, Model};
+use super::board_controller::BoardController;
+use super::law_controller::LawController;
+use super::plan_controller::PlanController;
+use super::simulate::Controller;
+use super::suite::{RunId, Suite};
+use super::{BenchError, f64_reference, oracle, slack_free};
+use crate::UnknownName;
+
+/// A controller to measure.
 #[derive(Debug, Clone, PartialEq)]
 pub enum ControllerKind {
-    /// One of the board's laws, on the board's code.
+    /// A law of the board, on the board's own code.
     Board(LawSettings),
-    /// The same law written in `f64`, through the board's planner.
+    /// The same law in `f64`, with the board's servo and planner.
     F64(LawSettings),
-    /// Uncalibrated servoing: Broyden's updates of J, damped Gauss-Newton.
+    /// Uncalibrated visual servoing: Broyden's updates of J with damped Gauss-Newton steps.
     Broyden,
-    /// Inverse kinematics with a geometry and a pulley radius that are wrong by so many percent.
+    /// Inverse kinematics with geometry and pulley radius wrong by this percentage.
     Model(u8),
-    /// A perfect model, all motors in step as fast as their limits allow, no feedback.
+    /// A perfect model without feedback: all motors synchronised, as fast as their limits allow.
     Oracle,
-    /// The slack-free reference through a running mean of so many seconds: full knowledge, no
-    /// feedback.
-    Reference(f64),
+    /// The slack-free reference: full knowledge without feedback, through a running mean of
+    /// 0.3 s.
+    Reference,
 }
 
 /// Running mean of the slack-free reference, seconds.
 const REFERENCE_MEAN_S: f64 = 0.3;
 
-/// Names and what they stand for, besides the board's laws.
-const BASELINES: [(&str, ControllerKind); 6] = [
-    ("broyden", ControllerKind::Broyden),
-    ("model-5", ControllerKind::Model(5)),
-    ("model-10", ControllerKind::Model(10)),
-    ("model-20", ControllerKind::Model(20)),
-    ("oracle", ControllerKind::Oracle),
-    ("reference", ControllerKind::Reference(REFERENCE_MEAN_S)),
+/// Controllers without a law of the board.
+const BASELINES: [ControllerKind; 6] = [
+    ControllerKind::Broyden,
+    ControllerKind::Model(5),
+    ControllerKind::Model(10),
+    ControllerKind::Model(20),
+    ControllerKind::Oracle,
+    ControllerKind::Reference,
 ];
 
-/// What a law's name ends in where its reference in `f64` is meant.
+/// Suffix of a law's name for its `f64` reference.
 const F64_SUFFIX: &str = "-f64";
 
 impl ControllerKind {
-    /// Every name that [`named`](Self::named) knows.
+    /// Returns every controller. Laws have the parameters of the paper's rig.
     #[must_use]
-    pub fn names() -> Vec<String> {
-        let laws = LawSettings::NAMES.into_iter().map(str::to_owned);
-        let f64_reference =
-            f64_reference::NAMES.into_iter().map(|name| format!("{name}{F64_SUFFIX}"));
-        laws.chain(f64_reference).chain(BASELINES.map(|(name, _)| name.to_owned())).collect()
+    pub fn all() -> Vec<Self> {
+        let laws = |names: &[&str]| -> Vec<LawSettings> {
+            names.iter().filter_map(|name| LawSettings::named(name)).collect()
+        };
+        let board = laws(&LawSettings::NAMES).into_iter().map(Self::Board);
+        let f64_reference = laws(&f64_reference::NAMES).into_iter().map(Self::F64);
+        board.chain(f64_reference).chain(BASELINES).collect()
     }
 
-    /// A law with the parameters of the paper's rig, its reference, or a baseline, by its name.
-    #[must_use]
-    pub fn named(name: &str) -> Option<Self> {
-        if let Some((_, baseline)) = BASELINES.into_iter().find(|(known, _)| *known == name) {
-            return Some(baseline);
-        }
-        match name.strip_suffix(F64_SUFFIX) {
-            Some(law) if f64_reference::NAMES.contains(&law) => {
-                LawSettings::named(law).map(Self::F64)
-            }
-            _ => LawSettings::named(name).map(Self::Board),
-        }
-    }
-
-    /// Its name.
+    /// Returns the name in options, reports and JSON.
     #[must_use]
     pub fn name(&self) -> String {
         match self {
@@ -83,11 +76,11 @@ impl ControllerKind {
             Self::Broyden => "broyden".to_owned(),
             Self::Model(percent) => format!("model-{percent}"),
             Self::Oracle => "oracle".to_owned(),
-            Self::Reference(_) => "reference".to_owned(),
+            Self::Reference => "reference".to_owned(),
         }
     }
 
-    /// The parameters of its law, where it has one.
+    /// Returns the parameters of the law; `None` for a baseline.
     pub fn settings_mut(&mut self) -> Option<&mut LawSettings> {
         match self {
             Self::Board(law) | Self::F64(law) => Some(law),
@@ -95,20 +88,20 @@ impl ControllerKind {
         }
     }
 
-    /// What drives the ball of `task`, number `index` of `seed`, in a suite.
+    /// Creates the controller of a run of `suite`.
     ///
     /// # Errors
-    /// Where a parameter is out of the board's range, or the rig cannot be.
+    /// If a board refuses a parameter or the target, or the model describes no valid rig.
     pub(super) fn build(
         &self,
         suite: &Suite,
         task: &Task,
-        elasticity: Option<ElasticParameters>,
-        (seed, index): (u64, u64),
+        id: RunId,
     ) -> Result<Box<dyn Controller>, BenchError> {
         let limits = Limits::default();
         let plan =
             |rows| -> Box<dyn Controller> { Box::new(PlanController::new(rows, suite.clock)) };
+        let with_law = |law: Box<dyn Law>| by_law(&BASELINE_SETTINGS, suite, task, |_| law);
         Ok(match self {
             Self::Board(law) => {
                 let (config, _) = checked(law, suite)?;
@@ -117,28 +110,43 @@ impl ControllerKind {
             Self::F64(law) => {
                 by_law(law, suite, task, |params| f64_reference::of(law, params, limits))?
             }
-            Self::Broyden => {
-                by_law(&BASELINE_SETTINGS, suite, task, |_| Box::new(Broyden::new(limits)))?
-            }
+            Self::Broyden => with_law(Box::new(Broyden::new(limits)))?,
             Self::Model(percent) => {
-                let model = Model::new(task, f64::from(*percent) / 100.0, limits, (seed, index))
-                    .map_err(|error| BenchError::Rig { index, seed, error })?;
-                by_law(&BASELINE_SETTINGS, suite, task, |_| Box::new(model))?
+                let error = f64::from(*percent) / 100.0;
+                let model = Model::new(task, error, limits, id);
+                with_law(Box::new(model.map_err(|error| BenchError::Rig { id, error })?))?
             }
             Self::Oracle => plan(oracle::trapezoids(task, &limits)),
-            Self::Reference(mean_s) => plan(oracle::slack_free(task, &limits, *mean_s, elasticity)),
+            Self::Reference => {
+                plan(slack_free::slack_free(task, &limits, REFERENCE_MEAN_S, suite.elasticity(id)))
+            }
         })
     }
 }
 
-/// What baselines take from the board's settings: no delay, no running mean.
+impl fmt::Display for ControllerKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.name())
+    }
+}
+
+impl FromStr for ControllerKind {
+    type Err = UnknownName;
+
+    fn from_str(text: &str) -> Result<Self, UnknownName> {
+        let known = || UnknownName::new(Self::all().iter().map(Self::name));
+        Self::all().into_iter().find(|kind| kind.name() == text).ok_or_else(known)
+    }
+}
+
+/// Settings of the board for baselines: no delay and no running mean.
 const BASELINE_SETTINGS: LawSettings =
     LawSettings::Adaptive(Estimating { delay: Seconds::ZERO, mean: Seconds::ZERO });
 
-/// The configuration of a board with these `settings` in a suite, and its parameters.
+/// Returns the configuration of a board with these `settings` in a suite, and its parameters.
 ///
 /// # Errors
-/// Where a board would refuse it.
+/// If a board refuses the configuration.
 fn checked(settings: &LawSettings, suite: &Suite) -> Result<(Config, Params), BenchError> {
     let config = Limits::default().config(
         settings.config()?,
@@ -149,10 +157,11 @@ fn checked(settings: &LawSettings, suite: &Suite) -> Result<(Config, Params), Be
     Ok((config, params))
 }
 
-/// The driver with what `law` makes of the parameters of a board with these `settings`.
+/// Creates the controller that runs the law made by `law` from the parameters of a board with these
+/// `settings`.
 ///
 /// # Errors
-/// Where a board would refuse them.
+/// If a board refuses the settings or the target.
 pub(super) fn by_law(
     settings: &LawSettings,
     suite: &Suite,
@@ -161,5 +170,5 @@ pub(super) fn by_law(
 ) -> Result<Box<dyn Controller>, BenchError> {
     let (config, params) = checked(settings, suite)?;
     let target = Point::from_metres(task.target.into()).ok_or(BenchError::Target(task.target))?;
-    Ok(Box::new(LawDriver::new(law(&params), (config, &params), target)))
+    Ok(Box::new(LawController::new(law(&params), (config, &params), target)))
 }

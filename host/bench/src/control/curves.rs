@@ -1,4 +1,4 @@
-//! The share of runs that have arrived, over time in multiples of the oracle's.
+//! A plot of the share of arrived runs over time, in multiples of the oracle's time.
 
 use plotters::drawing::DrawingAreaErrorKind;
 use plotters::prelude::*;
@@ -6,16 +6,19 @@ use plotters::prelude::*;
 use super::report::Report;
 use plumb_runtime::plot_colours::COLOURS;
 
-/// The time axis ends here: beyond it there is little to be told apart.
-const LONGEST: f64 = 6.0;
+/// Start of the time axis, multiples of the oracle's time.
+const MIN_RATIO: f64 = 0.8;
+/// End of the time axis, multiples of the oracle's time. Beyond it the curves hardly differ.
+const MAX_RATIO: f64 = 6.0;
 
+/// Width and height of the plot, pixels.
 const SIZE: (u32, u32) = (1200, 720);
 
-/// The curves of `reports` as SVG: across, time to the threshold over the oracle's; up, the share
-/// of runs.
+/// Returns the curves of `reports` as SVG: share of runs over time to the threshold, in multiples of
+/// the oracle's time.
 ///
 /// # Errors
-/// Where the drawing library cannot draw it.
+/// If the plotting library fails.
 pub fn draw(reports: &[Report]) -> Result<String, DrawingAreaErrorKind<std::io::Error>> {
     let mut svg = String::new();
     {
@@ -25,7 +28,7 @@ pub fn draw(reports: &[Report]) -> Result<String, DrawingAreaErrorKind<std::io::
             .margin(24)
             .set_label_area_size(LabelAreaPosition::Left, 72)
             .set_label_area_size(LabelAreaPosition::Bottom, 60)
-            .build_cartesian_2d(0.8..LONGEST, 0.0..1.0)?;
+            .build_cartesian_2d(MIN_RATIO..MAX_RATIO, 0.0..1.0)?;
         chart
             .configure_mesh()
             .light_line_style(TRANSPARENT)
@@ -34,10 +37,10 @@ pub fn draw(reports: &[Report]) -> Result<String, DrawingAreaErrorKind<std::io::
             .y_desc("share of the runs")
             .draw()?;
         for (number, (report, colour)) in reports.iter().zip(COLOURS.iter().cycle()).enumerate() {
-            // Thinner where the colours come round again.
+            // Thin lines distinguish a second use of a colour.
             let width = if number < COLOURS.len() { 3 } else { 1 };
             let n = report.ratios.len() as f64;
-            let points = (0..).zip(&report.ratios).filter(|(_, r)| **r <= LONGEST);
+            let points = (0..).zip(&report.ratios).filter(|(_, r)| **r <= MAX_RATIO);
             let line = LineSeries::new(
                 points.map(|(k, r)| (*r, f64::from(k + 1) / n)),
                 colour.stroke_width(width),

@@ -1,11 +1,12 @@
-//! The rig as the paper takes it to be: rigid cables that are all taut, whatever that asks of them.
+//! The paper's model of the rig: rigid cables that are always taut, even where one would have to
+//! push.
 
 use nalgebra::{Matrix3, Point3, Vector3};
 use plumb_emulator::rig::{Geometry, Plant, RigError};
 
-/// A ball where three rigid rods of variable length meet. Where one of them pushes, a cable would
-/// be slack: [`Plant::slack`] says so, and the ball goes on as if it were not. Where they are too
-/// short to meet, the ball is in the motors' plane, until they are longer.
+/// A ball at the common end of three rigid rods of variable length. [`Plant::slack`] reports a rod
+/// under pressure, which would be a slack cable; the ball moves as if the cable were a rod. If the
+/// rods are too short to meet, the ball lies in the motors' plane.
 #[derive(Debug, Clone)]
 pub(super) struct Kinematic {
     geometry: Geometry,
@@ -14,13 +15,15 @@ pub(super) struct Kinematic {
 }
 
 impl Kinematic {
+    /// Creates the rig with its ball at `start` (metres, rig frame).
     pub(super) fn new(geometry: Geometry, start: Point3<f64>) -> Self {
         Self { geometry, start_m: geometry.cable_lengths_m(&start), ball: start }
     }
 
-    /// The lower of the two points at which the cables have these lengths: where the spheres about
-    /// A and B, A and C meet in the motors' plane, and below it by what is left of A's cable.
-    fn meet(&self, lengths: [f64; 3]) -> Option<Point3<f64>> {
+    /// Returns the lower of the two points with these distances (metres) from motors A, B and C. The
+    /// spheres around A and B and around A and C give its projection into the motors' plane; the
+    /// length of A's cable gives its distance below the plane.
+    fn lowest_point(&self, lengths: [f64; 3]) -> Option<Point3<f64>> {
         let [a, b, c] = *self.geometry.motors();
         let normal = (b - a).cross(&(c - a)).normalize();
         let down = if normal.z > 0.0 { -normal } else { normal };
@@ -41,7 +44,7 @@ impl Plant for Kinematic {
     fn advance(&mut self, _dt_s: f64, motors: [f64; 3]) -> Result<(), RigError> {
         let steps = self.geometry.step_lengths_m();
         let lengths_m = [0, 1, 2].map(|i| self.start_m[i] + steps[i] * motors[i]);
-        self.ball = self.meet(lengths_m).ok_or(RigError::TooShortTogether { lengths_m })?;
+        self.ball = self.lowest_point(lengths_m).ok_or(RigError::TooShortTogether { lengths_m })?;
         Ok(())
     }
 

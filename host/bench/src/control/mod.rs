@@ -1,21 +1,23 @@
-//! `plumb bench control`: laws against each other and against what is possible, on random rigs, in
-//! virtual time.
+//! `plumb bench control`: compares control laws with each other and with baselines on random rigs
+//! in virtual time.
 //!
-//! Our laws run as the board runs them: frames in, step counts out, in the chip's arithmetic. What
-//! they are compared with is computed in `f64`.
+//! The board's laws run on the board's own code: encoded frames in, step counts out, in the chip's
+//! arithmetic. Baselines and references compute in `f64`.
 
 mod baselines;
+mod board_controller;
 mod bounce;
 mod controller;
-mod controllers;
 mod curves;
 mod f64_reference;
 mod kinematic;
-mod law_driver;
+mod law_controller;
 mod oracle;
 mod paper;
+mod plan_controller;
 mod report;
 mod simulate;
+mod slack_free;
 mod suite;
 
 use std::num::NonZeroUsize;
@@ -37,37 +39,37 @@ pub use controller::ControllerKind;
 pub use curves::draw as draw_curves;
 pub use paper::{ControlError, PAPER_GAMMAS, PaperSuite, paper};
 pub use report::Report;
-pub use suite::{ASSUMED_LATENCY_FRAMES, Clock, Physics, Suite};
+pub use simulate::RunEnd;
+pub use suite::{ASSUMED_LATENCY_FRAMES, Clock, Physics, RunId, Suite, SuiteName};
 
-/// Why there is no result.
+/// Reason that a benchmark gave no result.
 #[derive(Debug, Error)]
 pub enum BenchError {
-    /// A parameter that the board cannot be told.
+    /// A parameter outside the range of the protocol.
     #[error(transparent)]
     Range(#[from] OutOfRange),
-    /// A configuration that a board would refuse.
-    #[error("a board would refuse this configuration: out of range is {0}")]
+    /// A configuration that a board refuses.
+    #[error("a board would refuse this configuration: {0} is out of range")]
     Config(ConfigField),
-    /// A target that no board can be told.
+    /// A target outside the range of the protocol.
     #[error("a board takes targets within 4 m, not {0}")]
     Target(Point3<f64>),
-    /// A rig that cannot be.
-    #[error("rig {index} of seed {seed}: {error}")]
+    /// A rig with invalid parameters.
+    #[error("rig {rig} of seed {seed}: {error}", rig = .id.rig, seed = .id.seed)]
     Rig {
-        /// The rig's number.
-        index: u64,
-        /// The seed.
-        seed: u64,
-        /// What is wrong with it.
+        /// Number and seed of the rig.
+        id: RunId,
+        /// Invalid parameter.
+        #[source]
         error: RigError,
     },
 }
 
-/// Runs `controller` on rigs of a suite, by their numbers, on all cores. `progress` hears how many
-/// runs are done.
+/// Runs `controller` on the numbered rigs of a suite, on all cores. Calls `progress` with the number
+/// of runs done after each run.
 ///
 /// # Errors
-/// Where the law's parameters are out of the board's range.
+/// If a board refuses the parameters of the law, or a rig is invalid.
 pub fn run(
     controller: &ControllerKind,
     suite: &Suite,
@@ -87,7 +89,9 @@ pub fn run(
                 loop {
                     let index = next.fetch_add(1, Ordering::Relaxed);
                     if index >= end
-                        || sender.send((index, one(controller, suite, seed, index))).is_err()
+                        || sender
+                            .send((index, run_one(controller, suite, RunId { seed, rig: index })))
+                            .is_err()
                     {
                         break;
                     }
@@ -102,23 +106,21 @@ pub fn run(
         Ok::<(), BenchError>(())
     })?;
     let runs: Vec<(Outcome, f64)> = runs.into_iter().flatten().collect();
-    Ok(Report::new(controller.name(), suite.name, (seed, rigs.start), &runs))
+    Ok(Report::new(controller.name(), suite.name, RunId { seed, rig: rigs.start }, &runs))
 }
 
-/// One run and the oracle's time for its task.
-fn one(
+/// Runs one rig. Returns the outcome and the oracle's time for the task, seconds.
+fn run_one(
     controller: &ControllerKind,
     suite: &Suite,
-    seed: u64,
-    index: u64,
+    id: RunId,
 ) -> Result<(Outcome, f64), BenchError> {
-    let of_rig = |error| BenchError::Rig { index, seed, error };
-    let task = suite.task(seed, index).map_err(of_rig)?;
-    let oracle_s = oracle::time_s(&task, &Limits::default(), suite.threshold_m).map_err(of_rig)?;
-    let mut controller =
-        controller.build(suite, &task, suite.elasticity(seed, index), (seed, index))?;
-    let outcome =
-        simulate::run(&mut *controller, suite, &task, (seed, index), oracle_s).map_err(of_rig)?;
+    let on_error = |error| BenchError::Rig { id, error };
+    let task = suite.task(id).map_err(on_error)?;
+    let oracle_s =
+        oracle::time_s(&task, &Limits::default(), suite.threshold_m).map_err(on_error)?;
+    let mut controller = controller.build(suite, &task, id)?;
+    let outcome = simulate::run(&mut *controller, suite, &task, id, oracle_s).map_err(on_error)?;
     Ok((outcome, oracle_s))
 }
 

@@ -1,4 +1,4 @@
-//! `plumb bench control`: how fast a law is, on simulated rigs, through the board's own code.
+//! `plumb bench control --suite paper`: frames of the paper's law to 10 mm of the paper's target.
 
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -18,16 +18,16 @@ use plumb_sim::memory::Memory;
 /// Gains of the suite `paper`, 1/s.
 pub const PAPER_GAMMAS: [f64; 4] = [10.0, 20.0, 40.0, 80.0];
 
-/// Pictures a second, as in the paper.
-const RATE_HZ: u64 = 30;
+/// Frame rate of the paper, Hz.
+const FRAME_RATE_HZ: u64 = 30;
 
-/// A run that takes longer has failed: γ = 10 takes about 1700.
+/// Frame limit of a run. γ = 10 /s takes about 1700 frames.
 const MAX_FRAMES: u32 = 10_000;
 
 /// Distance from the target at which the paper stops, metres.
-const NEAR_M: f64 = 0.010;
+const THRESHOLD_M: f64 = 0.010;
 
-/// What the suite `paper` found: frames until the ball is within 10 mm of the target, noise-free,
+/// Result of the suite `paper`: frames until the ball is within 10 mm of the target, without noise,
 /// at 30 Hz.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PaperSuite {
@@ -41,25 +41,25 @@ pub struct PaperSuite {
     pub frames: Vec<u32>,
 }
 
-/// Why there is no result.
+/// Reason that the suite `paper` gave no result.
 #[derive(Debug, Error)]
 pub enum ControlError {
-    /// The rig is not one that the suite can run on.
+    /// The paper's rig file is invalid.
     #[error(transparent)]
     Rig(#[from] TomlFileError),
-    /// A gain that cannot be.
+    /// An invalid gain.
     #[error(transparent)]
     Number(#[from] NumberError),
-    /// A parameter that the board cannot be told.
+    /// A parameter outside the range of the protocol.
     #[error(transparent)]
     Range(#[from] OutOfRange),
-    /// The board refused, or stopped by itself.
+    /// The board refused a command or stopped.
     #[error(transparent)]
     Link(#[from] LinkError),
-    /// The simulated rig cannot follow.
+    /// The simulated rig cannot follow its motors.
     #[error("the simulated rig: {0}")]
     Plant(#[from] RigError),
-    /// The ball did not get there.
+    /// The ball did not arrive within the frame limit.
     #[error("γ = {gamma} /s: not within 10 mm after {MAX_FRAMES} frames")]
     NotReached {
         /// The gain.
@@ -67,24 +67,26 @@ pub enum ControlError {
     },
 }
 
-/// The paper's task with the paper's law, without noise or latency, for each of `gammas` (1/s).
+/// Runs the paper's task with the paper's law, without noise or latency, for each of `gammas` (1/s).
 ///
 /// # Errors
-/// Where the ball does not get there.
+/// If the ball does not arrive.
 pub fn paper(gammas: &[f64]) -> Result<PaperSuite, ControlError> {
     let frames = gammas.iter().map(|&gamma| paper_frames(gamma)).collect::<Result<_, _>>()?;
     Ok(PaperSuite { suite: "paper", law: "interval", gamma: gammas.to_vec(), frames })
 }
 
-/// Motor limits that the law does not meet: what is reproduced is the law, and the paper's has no
-/// limits. Steps/s and steps/s².
-const UNLIMITED: (f64, f64) = (4_000.0, 400_000.0);
+/// Rate limit, steps/s. It is never active, as the paper's law has no limits.
+const MAX_RATE: f64 = 4_000.0;
+/// Acceleration limit, steps/s². It is never active either.
+const MAX_ACCELERATION: f64 = 400_000.0;
 
+/// Returns the number of frames to 10 mm with gain `gamma` (1/s).
 fn paper_frames(gamma: f64) -> Result<u32, ControlError> {
     let mut rig = Rig::paper()?;
     rig.law.set_gamma(gamma)?;
-    (rig.motors.max_rate, rig.motors.max_acceleration) =
-        (UNLIMITED.0.try_into()?, UNLIMITED.1.try_into()?);
+    rig.motors.max_rate = MAX_RATE.try_into()?;
+    rig.motors.max_acceleration = MAX_ACCELERATION.try_into()?;
     let task = Task::paper();
     let plant = Box::new(QuasiStatic::new(task.geometry, task.start)?);
     let board = Rc::new(RefCell::new(EmulatedBoard::with_plant(EMULATED, plant)));
@@ -95,9 +97,11 @@ fn paper_frames(gamma: f64) -> Result<u32, ControlError> {
     }
     let start = board.borrow().now();
     for frame in 0..MAX_FRAMES {
-        board.borrow_mut().run_to(Micros(start.0 + u64::from(frame) * 1_000_000 / RATE_HZ))?;
+        board
+            .borrow_mut()
+            .run_to(Micros(start.0 + u64::from(frame) * 1_000_000 / FRAME_RATE_HZ))?;
         let Some(ball) = board.borrow().ball() else { break };
-        if (ball - task.target).norm() < NEAR_M {
+        if (ball - task.target).norm() < THRESHOLD_M {
             return Ok(frame);
         }
         link.position(Point::from_metres(ball.into()), None, Duration::ZERO)?;

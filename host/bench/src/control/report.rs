@@ -1,77 +1,79 @@
-//! What all runs of a controller come to.
+//! Statistics over all runs of a controller.
 
 use std::fmt;
 
 use serde::Serialize;
 
-use super::simulate::Outcome;
+use super::simulate::{Outcome, RunEnd};
+use super::suite::{RunId, SuiteName};
 
-/// A cable that is slack for longer in all counts, seconds.
-const SLACK_S: f64 = 0.020;
+/// Least total slack time at which a run counts as slack, seconds.
+const MIN_SLACK_S: f64 = 0.020;
 
-/// The result of one law on one suite; times are multiples of the oracle's for the same task.
+/// Result of one controller on one suite. Times are multiples of the oracle's time for the same
+/// task.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Report {
-    /// The law.
+    /// Name of the controller.
     pub law: String,
-    /// The suite.
+    /// Name of the suite.
     pub suite: &'static str,
     /// Number of rigs.
     pub rigs: u64,
     /// Seed of the rigs.
     pub seed: u64,
-    /// Share of the runs whose ball came to its target and stayed.
+    /// Share of the runs in which the ball arrived at its target and stayed.
     pub converged: f64,
-    /// Time to the threshold over the oracle's, of all runs; runs that failed count as endless
-    /// (`null`).
+    /// Median time to the threshold over the oracle's time; failed runs count as infinite (`null`
+    /// in JSON).
     pub median: f64,
-    /// So are nine of ten.
+    /// 90th percentile of that ratio.
     pub p90: f64,
-    /// So are 99 of 100.
+    /// 99th percentile of that ratio.
     pub p99: f64,
-    /// The slowest.
+    /// Maximum of that ratio.
     pub max: f64,
     /// Share of the runs with a cable slack for more than 20 ms.
     pub slack: f64,
-    /// Distance from the target while holding, mean, millimetres.
+    /// Mean distance from the target during the hold test, millimetres.
     pub hold_mean_mm: f64,
-    /// So is it 99 % of the time.
+    /// 99th percentile of that distance, millimetres.
     pub hold_p99_mm: f64,
-    /// Share of the runs in which "reached" was told while the ball was outside the threshold.
+    /// Share of the runs that reported "reached" with the ball outside the threshold.
     pub false_reached: f64,
-    /// Every run's time over the oracle's, in order, for the curves.
+    /// Time ratio of every run, ascending, for the curves.
     #[serde(skip)]
     pub ratios: Vec<f64>,
     /// Median time to the threshold, seconds.
     #[serde(skip)]
     pub median_s: f64,
-    /// Numbers of the runs that failed, and how.
+    /// Number and end of each failed run.
     #[serde(skip)]
-    pub failed: Vec<(u64, &'static str)>,
-    /// Runs that stopped because nothing was seen for half a second, and were sent on.
+    pub failed: Vec<(u64, RunEnd)>,
+    /// Number of runs that stopped for a lost position and were started again.
     #[serde(skip)]
     pub resumed: usize,
 }
 
-/// The value below which a share `q` of the `sorted` ones lies.
+/// Returns the `q` quantile (0 to 1) of `sorted` values; NaN if there are none.
 fn quantile<T: Copy + Into<f64>>(sorted: &[T], q: f64) -> f64 {
     let last = sorted.len().saturating_sub(1);
     let at = (q * last as f64).round() as usize;
     sorted.get(at).map_or(f64::NAN, |&v| v.into())
 }
 
-/// To four digits after the point, which is all that a sample means.
+/// Rounds to four decimal places, the resolution of a sample.
 fn round(value: f64) -> f64 {
     (value * 1e4).round() / 1e4
 }
 
 impl Report {
-    /// Sums up the runs of rigs from number `first` on, each with the oracle's time for its task
-    /// (seconds).
+    /// Summarises runs of consecutive rigs, the first being `first`. Each run comes with the
+    /// oracle's time for its task, seconds.
     pub(crate) fn new(
         law: String,
-        suite: &'static str,
-        (seed, first): (u64, u64),
+        suite: SuiteName,
+        first: RunId,
         runs: &[(Outcome, f64)],
     ) -> Self {
         let n = runs.len() as f64;
@@ -87,19 +89,19 @@ impl Report {
         let mut hold: Vec<f32> =
             runs.iter().flat_map(|(run, _)| run.hold_m.iter().copied()).collect();
         hold.sort_by(f32::total_cmp);
-        let failed = (first..).zip(runs).filter(|(_, (run, _))| run.time_s.is_none());
-        let failed: Vec<_> = failed.map(|(k, (run, _))| (k, run.ending)).collect();
+        let failed = (first.rig..).zip(runs).filter(|(_, (run, _))| run.time_s.is_none());
+        let failed: Vec<_> = failed.map(|(k, (run, _))| (k, run.end)).collect();
         Self {
             law,
-            suite,
+            suite: suite.as_str(),
             rigs: runs.len() as u64,
-            seed,
+            seed: first.seed,
             converged: share(runs.len() - failed.len()),
             median: round(quantile(&ratios, 0.5)),
             p90: round(quantile(&ratios, 0.9)),
             p99: round(quantile(&ratios, 0.99)),
             max: round(quantile(&ratios, 1.0)),
-            slack: share(runs.iter().filter(|(run, _)| run.slack_s > SLACK_S).count()),
+            slack: share(runs.iter().filter(|(run, _)| run.slack_s > MIN_SLACK_S).count()),
             hold_mean_mm: round(
                 hold.iter().map(|h| f64::from(*h)).sum::<f64>() / hold.len() as f64 * 1e3,
             ),
@@ -112,9 +114,10 @@ impl Report {
         }
     }
 
-    /// The heading over lines of [`Display`](fmt::Display).
-    pub const HEADING: &'static str = "law              suite          rigs converged  median    p90    p99    max  \
-                                       slack  hold mm   p99 mm  false  median s";
+    /// Heading of the lines that [`Display`](fmt::Display) writes.
+    pub const HEADING: &'static str = "\
+        law              suite          rigs converged  median    p90    p99    max  \
+        slack  hold mm   p99 mm  false  median s";
 }
 
 impl fmt::Display for Report {

@@ -1,84 +1,133 @@
 //! One run: a controller, a rig and a camera in virtual time.
 
+use std::fmt;
+
 use nalgebra::Point3;
 use plumb_core::TICK_US;
 use plumb_emulator::rig::{Observer, Plant, RigError, Task};
 use plumb_protocol::units::Micros;
 
-use super::suite::{ASSUMED_LATENCY_FRAMES, Clock, Suite};
+use super::suite::{ASSUMED_LATENCY_FRAMES, Clock, RunId, Suite};
 
-/// Ticks between two looks at the rig: 1 ms.
-const TICKS_A_LOOK: u64 = 5;
+/// Ticks between two steps of the plant.
+const TICKS_PER_STEP: u64 = 5;
+/// Time between two steps of the plant, seconds: 1 ms.
+const STEP_S: f64 = 1e-6 * (TICKS_PER_STEP * TICK_US as u64) as f64;
 
-/// From "reached" until holding is judged, and for how long it is, seconds.
+/// Time from "reached" to the start of the hold test, seconds.
 const SETTLE_S: f64 = 1.0;
+/// Duration of the hold test, seconds.
 const HOLD_S: f64 = 3.0;
+/// Least share of the hold test that the ball must spend within the threshold.
+const MIN_HELD: f64 = 0.95;
 
-/// The share of that time that the ball must be within the threshold for the run to have converged.
-const KEPT: f64 = 0.95;
+/// Time limit of a run in multiples of the oracle's time.
+const TIME_LIMIT_ORACLES: f64 = 15.0;
+/// Time limit of a run in addition to that, seconds.
+const TIME_LIMIT_S: f64 = 30.0;
 
-/// A run is given up after so many times the oracle's time, and so many seconds besides.
-const PATIENCE: (f64, f64) = (15.0, 30.0);
-
-/// What is put to the test: sees positions and moves motors.
+/// A controller under test: receives ball positions and moves motors.
 pub(crate) trait Controller {
-    /// A picture arrives at `now` that was, as far as anyone can tell, taken `age_us` earlier.
-    fn see(&mut self, now: Micros, age_us: u32, ball: Option<Point3<f64>>);
-    /// The motors over the tick that begins at `now`; where they are at its end, full steps, + pays
-    /// out.
+    /// Handles a frame that arrives at `now`. `age_us` is its assumed age, µs; `ball` the measured
+    /// position in metres, rig frame.
+    fn on_position(&mut self, now: Micros, age_us: u32, ball: Option<Point3<f64>>);
+    /// Runs the motors for the tick that begins at `now`. Returns their positions at its end, full
+    /// steps; + pays cable out.
     fn tick(&mut self, now: Micros) -> [f64; 3];
-    /// Whether it says that the ball has reached its target.
+    /// Returns whether the controller has reported that the ball reached its target.
     fn reached(&self) -> bool;
-    /// Whether it has given up.
+    /// Returns whether the controller has given up.
     fn failed(&self) -> bool;
-    /// Whether it stopped because it saw nothing for half a second, and was sent on.
+    /// Returns whether the controller stopped for a lost position and was started again.
     fn resumed(&self) -> bool {
         false
     }
 }
 
-/// What became of a run.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub(crate) struct Outcome {
-    /// When the ball came within the threshold first, seconds by the suite's clock; `None` where it
-    /// never did, where "reached" was never told, or where the ball was not kept there afterwards.
-    pub(crate) time_s: Option<f64>,
-    /// The longest that one cable was slack, all its times taken together, seconds.
-    pub(crate) slack_s: f64,
-    /// Distances from the target while holding, metres, one a millisecond.
-    pub(crate) hold_m: Vec<f32>,
-    /// Whether the target was said to be reached while the ball was outside the threshold.
-    pub(crate) false_reached: bool,
-    /// Whether it stopped because it had seen nothing for half a second, and was sent on.
-    pub(crate) resumed: bool,
-    /// How it ended.
-    pub(crate) ending: &'static str,
+/// End of a run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum RunEnd {
+    /// The hold test ended with the ball at its target.
+    #[default]
+    Held,
+    /// The hold test ended after the ball had left its target.
+    NotHeld,
+    /// The controller gave up.
+    GaveUp,
+    /// The time limit passed.
+    TimedOut,
+    /// The rig could not follow its motors.
+    PlantFailed,
 }
 
-/// What is watched during a run.
-struct Watch {
+impl fmt::Display for RunEnd {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Held => "held its target",
+            Self::NotHeld => "left its target",
+            Self::GaveUp => "gave up",
+            Self::TimedOut => "took too long",
+            Self::PlantFailed => "the rig could not follow",
+        })
+    }
+}
+
+/// Result of a run.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(crate) struct Outcome {
+    /// Time of the ball's first arrival within the threshold, seconds on the suite's clock; `None`
+    /// if the run did not end with [`RunEnd::Held`].
+    pub(crate) time_s: Option<f64>,
+    /// Longest total time that one cable was slack, seconds.
+    pub(crate) slack_s: f64,
+    /// Distances from the target during the hold test, metres, one a millisecond.
+    pub(crate) hold_m: Vec<f32>,
+    /// Whether "reached" was reported with the ball outside the threshold.
+    pub(crate) false_reached: bool,
+    /// Whether the controller stopped for a lost position and was started again.
+    pub(crate) resumed: bool,
+    /// End of the run.
+    pub(crate) end: RunEnd,
+}
+
+/// Measurements of a run in progress.
+struct Monitor {
     target: Point3<f64>,
     threshold_m: f64,
-    /// When the clock started, which for all controllers is the same.
-    first_s: Option<f64>,
+    /// Start of the clock, which is the same for all controllers, seconds.
+    start_s: Option<f64>,
+    /// First arrival within the threshold, seconds on the suite's clock.
     arrived_s: Option<f64>,
+    /// Total time that each cable was slack, seconds.
     slack_s: [f64; 3],
+    /// First report of "reached", seconds.
     reached_s: Option<f64>,
     outcome: Outcome,
 }
 
-impl Watch {
-    /// Looks at the rig at `t` seconds; whether there is nothing more to be seen.
-    fn look(&mut self, t: f64, plant: &dyn Plant, reached: bool) -> bool {
+impl Monitor {
+    fn new(suite: &Suite, task: &Task) -> Self {
+        Self {
+            target: task.target,
+            threshold_m: suite.threshold_m,
+            start_s: (suite.clock == Clock::Target).then_some(0.0),
+            arrived_s: None,
+            slack_s: [0.0; 3],
+            reached_s: None,
+            outcome: Outcome::default(),
+        }
+    }
+
+    /// Measures the plant at `t` seconds. Returns whether the hold test is over.
+    fn step(&mut self, t: f64, plant: &dyn Plant, reached: bool) -> bool {
         let distance = (plant.ball() - self.target).norm();
         let inside = distance <= self.threshold_m;
-        let dt = 1e-6 * (u64::from(TICK_US) * TICKS_A_LOOK) as f64;
         for (sum, slack) in self.slack_s.iter_mut().zip(plant.slack()) {
-            *sum += if slack { dt } else { 0.0 };
+            *sum += if slack { STEP_S } else { 0.0 };
         }
         if inside {
-            let first = self.first_s.unwrap_or(0.0);
-            self.arrived_s.get_or_insert(t - first);
+            let start = self.start_s.unwrap_or(0.0);
+            self.arrived_s.get_or_insert(t - start);
         }
         if reached && self.reached_s.is_none() {
             self.reached_s = Some(t);
@@ -91,68 +140,108 @@ impl Watch {
         t >= since + SETTLE_S + HOLD_S
     }
 
-    fn outcome(self, complete: bool) -> Outcome {
+    /// Returns the result of a run that ended with `end`.
+    fn outcome(self, end: RunEnd, resumed: bool) -> Outcome {
         let slack_s = self.slack_s.into_iter().fold(0.0, f64::max);
         let hold = &self.outcome.hold_m;
         let inside = hold.iter().filter(|d| f64::from(**d) <= self.threshold_m).count();
-        let kept = complete && inside as f64 >= KEPT * hold.len() as f64;
-        let ending = if complete && !kept { "did not keep there" } else { self.outcome.ending };
-        Outcome { time_s: self.arrived_s.filter(|_| kept), slack_s, ending, ..self.outcome }
+        let held = inside as f64 >= MIN_HELD * hold.len() as f64;
+        let end = if end == RunEnd::Held && !held { RunEnd::NotHeld } else { end };
+        let time_s = self.arrived_s.filter(|_| end == RunEnd::Held);
+        Outcome { time_s, slack_s, end, resumed, ..self.outcome }
     }
 }
 
-/// Lets `controller` drive the ball of a task of `suite`; the oracle needs `oracle_s` for it.
+/// A run in progress.
+struct Simulation<'a> {
+    controller: &'a mut dyn Controller,
+    suite: &'a Suite,
+    plant: Box<dyn Plant>,
+    camera: Observer,
+    /// Age of each frame where the board does not get the true one, µs.
+    assumed_age_us: u32,
+    monitor: Monitor,
+    /// Frames captured so far.
+    frames: u32,
+    /// Ticks of the board so far.
+    ticks: u64,
+    /// Time limit, seconds.
+    limit_s: f64,
+}
+
+impl Simulation<'_> {
+    /// Runs one tick. Returns the end of the run once there is one.
+    fn tick(&mut self) -> Option<RunEnd> {
+        let now = Micros(self.ticks * u64::from(TICK_US));
+        let t = now.0 as f64 * 1e-6;
+        if self.controller.failed() {
+            return Some(RunEnd::GaveUp);
+        }
+        if t > self.limit_s {
+            return Some(RunEnd::TimedOut);
+        }
+        self.run_camera(now, t);
+        let motors = self.controller.tick(now);
+        self.ticks += 1;
+        if !self.ticks.is_multiple_of(TICKS_PER_STEP) {
+            return None;
+        }
+        if self.plant.advance(STEP_S, motors).is_err() {
+            return Some(RunEnd::PlantFailed);
+        }
+        let t = t + 1e-6 * f64::from(TICK_US);
+        self.monitor.step(t, &*self.plant, self.controller.reached()).then_some(RunEnd::Held)
+    }
+
+    /// Captures a frame if one is due, and passes arrived frames to the controller.
+    fn run_camera(&mut self, now: Micros, t: f64) {
+        let due = f64::from(self.frames) * self.camera.period_s() <= t;
+        if self.ticks.is_multiple_of(TICKS_PER_STEP) && due {
+            self.camera.observe(t, self.plant.ball());
+            self.frames += 1;
+        }
+        while let Some(observed) = self.camera.delivered(t) {
+            self.monitor.start_s.get_or_insert(t);
+            let age_us = if self.suite.ages_known {
+                ((t - observed.captured_at_s) * 1e6) as u32
+            } else {
+                self.assumed_age_us
+            };
+            self.controller.on_position(now, age_us, observed.position);
+        }
+    }
+}
+
+/// Runs `controller` on a task of `suite`. The oracle needs `oracle_s` seconds for the task.
 ///
 /// # Errors
-/// Where the rig cannot be, or the camera. A rig that cannot follow its motors is a run that
-/// failed.
+/// If the parameters of the rig or the camera are invalid. A rig that cannot follow its motors is
+/// an outcome ([`RunEnd::PlantFailed`]).
 pub(crate) fn run(
     controller: &mut dyn Controller,
     suite: &Suite,
     task: &Task,
-    (seed, index): (u64, u64),
+    id: RunId,
     oracle_s: f64,
 ) -> Result<Outcome, RigError> {
-    let mut plant = suite.plant(task, seed, index)?;
-    let mut camera = Observer::new(suite.camera, seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ index)?;
-    let age_us = (ASSUMED_LATENCY_FRAMES * camera.period_s() * 1e6) as u32;
-    let mut watch = Watch {
-        target: task.target,
-        threshold_m: suite.threshold_m,
-        first_s: (suite.clock == Clock::Target).then_some(0.0),
-        arrived_s: None,
-        slack_s: [0.0; 3],
-        reached_s: None,
-        outcome: Outcome::default(),
+    let camera_seed = id.seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ id.rig;
+    let camera = Observer::new(suite.camera, camera_seed)?;
+    let mut simulation = Simulation {
+        plant: suite.plant(task, id)?,
+        assumed_age_us: (ASSUMED_LATENCY_FRAMES * camera.period_s() * 1e6) as u32,
+        monitor: Monitor::new(suite, task),
+        limit_s: oracle_s * TIME_LIMIT_ORACLES + TIME_LIMIT_S,
+        frames: 0,
+        ticks: 0,
+        camera,
+        controller,
+        suite,
     };
-    let (mut frames, mut tick, mut complete) = (0u32, 0u64, false);
-    while !complete {
-        let now = Micros(tick * u64::from(TICK_US));
-        let t = now.0 as f64 * 1e-6;
-        if t > oracle_s * PATIENCE.0 + PATIENCE.1 || controller.failed() {
-            watch.outcome.ending = if controller.failed() { "gave up" } else { "took too long" };
-            break;
+    let end = loop {
+        if let Some(end) = simulation.tick() {
+            break end;
         }
-        if tick.is_multiple_of(TICKS_A_LOOK) && f64::from(frames) * camera.period_s() <= t {
-            camera.observe(t, plant.ball());
-            frames += 1;
-        }
-        while let Some(seen) = camera.delivered(t) {
-            watch.first_s.get_or_insert(t);
-            let age_us =
-                if suite.ages_known { ((t - seen.captured_at_s) * 1e6) as u32 } else { age_us };
-            controller.see(now, age_us, seen.position);
-        }
-        let motors = controller.tick(now);
-        tick += 1;
-        if tick.is_multiple_of(TICKS_A_LOOK) {
-            if plant.advance(1e-6 * (TICKS_A_LOOK * u64::from(TICK_US)) as f64, motors).is_err() {
-                watch.outcome.ending = "the rig could not follow";
-                break;
-            }
-            complete = watch.look(t + 1e-6 * f64::from(TICK_US), &*plant, controller.reached());
-        }
-    }
-    watch.outcome.resumed = controller.resumed();
-    Ok(watch.outcome(complete))
+    };
+    let resumed = simulation.controller.resumed();
+    Ok(simulation.monitor.outcome(end, resumed))
 }

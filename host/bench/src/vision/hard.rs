@@ -9,7 +9,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::scenes::Shot;
-use super::{Suite, VisionError, VisionOptions, suite_camera};
+use super::{FrameSuite, VisionError, VisionOptions, suite_camera};
 use plumb_sim::synthetic::overlay::{Exposure, Look, Overlay};
 use plumb_sim::synthetic::{Light, Material, Pattern, Shape, Thing};
 
@@ -102,7 +102,7 @@ impl<'a> HardShots<'a> {
         options: &VisionOptions,
     ) -> Self {
         let seed = options.seed.wrapping_mul(1000).wrapping_add(500 + number);
-        let camera = suite_camera(Suite::Hard, camera);
+        let camera = suite_camera(FrameSuite::Hard, camera);
         Self { kind, camera, recorded, random: ChaCha8Rng::seed_from_u64(seed), shot: 0 }
     }
 

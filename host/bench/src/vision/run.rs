@@ -14,7 +14,7 @@ use super::hard::{self, HardShots};
 use super::scenes::{self, Backdrop, KINDS, Kind, Shot, Shots};
 use super::tally::{Tally, percentile};
 use super::timing::{computed, milliseconds, red_difference_of_gaussians};
-use super::{Suite, VisionError, VisionOptions, VisionReport};
+use super::{FrameSuite, VisionError, VisionOptions, VisionReport};
 use plumb_sim::synthetic::SyntheticCamera;
 
 /// The reference is timed on the first of so many pictures.
@@ -61,7 +61,7 @@ impl<'a> Bench<'a> {
         let (camera, recorded, options) = (self.camera, self.recorded, self.options);
         let mut known: Vec<(Backdrop, Vec<SyntheticCamera>)> = Vec::new();
         for (number, kind) in (0..).zip(KINDS) {
-            let unwanted = kind.ball && options.suite == Suite::Empty;
+            let unwanted = kind.ball && options.suite == FrameSuite::Empty;
             if unwanted || (kind.backdrop == Backdrop::Recorded && recorded.is_empty()) {
                 continue;
             }
@@ -84,7 +84,7 @@ impl<'a> Bench<'a> {
     pub(super) fn hard(&mut self) -> Result<(), VisionError> {
         let (camera, recorded, options) = (self.camera, self.recorded, self.options);
         for (number, kind) in (0..).zip(hard::KINDS) {
-            if kind.ball && options.suite == Suite::Empty {
+            if kind.ball && options.suite == FrameSuite::Empty {
                 continue;
             }
             (self.progress)(kind.name);

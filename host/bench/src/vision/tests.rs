@@ -132,17 +132,17 @@ fn the_hard_set_puts_balls_into_recorded_pictures_and_the_empty_one_none() {
         compare(&camera, std::slice::from_ref(&frame), &mut detectors, &options, &mut |_| {})
             .unwrap()
     };
-    let hard = run(Suite::Hard);
-    assert_eq!(hard.detectors[0].scenes, run(Suite::Hard).detectors[0].scenes);
+    let hard = run(FrameSuite::Hard);
+    assert_eq!(hard.detectors[0].scenes, run(FrameSuite::Hard).detectors[0].scenes);
     let plain = scene(&hard, 0, "plain");
     assert_eq!((plain.frames, plain.balls), (3, 3));
     // Where nothing else is red, redness finds the ball near where it is said to be.
     assert!(hard.detectors[0].scenes.iter().map(|s| s.hits).sum::<usize>() > 10, "{hard}");
     assert!(plain.error_median_px.is_none_or(|error| error < 1.0), "{plain:?}");
-    let empty = run(Suite::Empty);
+    let empty = run(FrameSuite::Empty);
     assert!(empty.detectors[0].scenes.iter().all(|scene| scene.balls == 0 && scene.frames == 2));
     assert_eq!(empty.detectors[0].scenes.len(), 11);
-    assert_eq!(Suite::named("hard"), Some(Suite::Hard));
+    assert_eq!("hard".parse(), Ok(FrameSuite::Hard));
 }
 
 #[test]

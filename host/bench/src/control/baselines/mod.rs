@@ -1,5 +1,5 @@
-//! What others would use, in `f64`: uncalibrated servoing, and inverse kinematics with a model that
-//! is not quite right.
+//! Baselines in `f64`: uncalibrated visual servoing, and inverse kinematics with an inaccurate
+//! model.
 
 mod broyden;
 mod model;

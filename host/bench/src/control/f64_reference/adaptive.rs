@@ -1,105 +1,132 @@
-//! Kalman filters for p and J, a cautious step where descent is certain enough, the law of signs
-//! elsewhere.
+//! The law `adaptive`: Kalman filters for p and J, a cautious step where descent is certain enough,
+//! and the law `sign` elsewhere.
 
 use nalgebra::{Matrix3, RowVector3, Vector3};
 use plumb_core::law::{Law, Measurement, Setpoint};
 use plumb_protocol::config::SIGNS;
 
 use super::sign::direction;
-use super::{Seen, setpoint};
+use super::{FloatMeasurement, setpoint};
 use plumb_sim::limits::Limits;
 
-/// First guess of |J|, mm/step, and its variance in parts of its square: common to a row, and each
-/// entry's own.
-const GUESS: [[f64; 3]; 3] = [[0.27, 0.27, 0.54], [0.51, 0.51, 0.0], [0.33, 0.33, 0.33]];
-const COMMON: f64 = 77.0 / 256.0;
-const OWN: [f64; 3] = [102.0 / 256.0, 26.0 / 256.0, 102.0 / 256.0];
-/// What J_yC may be, mm/step.
-const ASKEW: f64 = 0.090;
-/// σ of measurements, mm.
-const SIGMA: [f64; 3] = [2.0, 1.0, 1.0];
-/// A step is not certain enough from this standard deviation of e'J n over its mean on.
-const DOUBTFUL: f64 = 1.0 / 3.0;
-/// Of the way, this times its square is not what the motors brake on; so much of it at most, and so
-/// many steps.
-const SOONER: f64 = 7.0;
-const SOONER_MOST: (f64, f64) = (0.75, 40.0);
-/// No setpoint lasts for less, seconds.
-const LASTS_S: f64 = 0.035;
-/// Nearer than this the ball is held, mm; an nth such picture in a row has 1 + n/4 times its
-/// variance, up to n = 28.
-const HELD: f64 = 3.0;
-const HELD_GROWS: f64 = 4.0;
-const HELD_MOST: u32 = 28;
-/// A row of J that scales may be all different after this way along its axis, mm, and at most this
-/// part of it for a picture's.
-const SCALES: f64 = 102.4;
-const SCALES_MOST: f64 = 0.5;
-/// Going past the target by less is noise, mm; so many times are free; what is left of the rates
-/// after each more, and at least.
-const PAST: f64 = 7.0;
-const FREE: u32 = 1;
-const CUT: f64 = 0.75;
-const CALMEST: f64 = 0.1;
-/// The law of signs slows down from here, mm.
-const SIGN_SLOWS: f64 = 65.0;
-/// What moves the ball besides the motors, mm a picture.
-const WANDER: f64 = 0.05;
-/// Noise of J_yC, of the others' variance.
-const ASKEW_NOISE: f64 = 23.0 / 256.0;
+/// Initial |J|, mm/step.
+const INITIAL_J: [[f64; 3]; 3] = [[0.27, 0.27, 0.54], [0.51, 0.51, 0.0], [0.33, 0.33, 0.33]];
+/// Initial variance common to a row of J, relative to the square of its entries.
+const ROW_VARIANCE: f64 = 77.0 / 256.0;
+/// Initial variance of each entry, relative to its square, by row.
+const ENTRY_VARIANCE: [f64; 3] = [102.0 / 256.0, 26.0 / 256.0, 102.0 / 256.0];
+/// Standard deviation of the entry J_yC, which is 0 in a symmetric rig, mm/step.
+const ZERO_ENTRY_SD: f64 = 0.090;
+/// Noise of J_yC, relative to the variance of the other entries' noise.
+const ZERO_ENTRY_NOISE: f64 = 23.0 / 256.0;
+/// Standard deviation of measurements along x, y, z, mm.
+const MEASUREMENT_SD: [f64; 3] = [2.0, 1.0, 1.0];
+/// Standard deviation of disturbances of the ball between two frames, mm.
+const DISTURBANCE_SD: f64 = 0.05;
+/// Standard deviation of a motion's effect, as a fraction of it.
+const MOTION_SD: f64 = 0.02;
+/// Standard deviation of J's drift for the square root of a step, as a fraction of its largest entry.
+const DRIFT_SD: f64 = 0.01;
+/// Innovations beyond this many standard deviations are clamped.
+const MAX_INNOVATION_SDS: f64 = 4.0;
+/// Greatest ratio of standard deviation to mean of e'J n for a step n.
+const MAX_UNCERTAINTY: f64 = 1.0 / 3.0;
+/// Braking margin of a step, in squares of that ratio.
+const MARGIN_GAIN: f64 = 7.0;
+/// Greatest braking margin, as a fraction of the way.
+const MAX_MARGIN: f64 = 0.75;
+/// Greatest braking margin, steps.
+const MAX_MARGIN_STEPS: f64 = 40.0;
+/// Rate for a remaining step, 1/s.
+const PROPORTIONAL_GAIN: f64 = 9.0;
+/// Factor in the rate sqrt(1.25 a n) from which a motor brakes within n steps.
+const BRAKING_FACTOR: f64 = 1.25;
+/// Least validity of a setpoint, seconds.
+const MIN_VALID_S: f64 = 0.035;
+/// Distance from the target below which the ball is held, mm.
+const HOLD_DISTANCE: f64 = 3.0;
+/// The nth consecutive frame of a held ball has 1 + n/4 times the measurement's variance.
+const HOLD_VARIANCE_FRAMES: f64 = 4.0;
+/// Greatest such n.
+const MAX_HOLD_FRAMES: u32 = 28;
+/// Motion of the ball along z after which row z of J may have another scale, mm.
+const SCALE_DISTANCE: f64 = 102.4;
+/// Greatest such change of scale between two frames, as a fraction.
+const MAX_SCALE_CHANGE: f64 = 0.5;
+/// Least error that counts as an overshoot, mm. Smaller errors are noise.
+const MIN_OVERSHOOT: f64 = 7.0;
+/// Number of overshoots without an effect.
+const FREE_OVERSHOOTS: u32 = 1;
+/// Factor of the rates after each further overshoot.
+const OVERSHOOT_DAMPING: f64 = 0.75;
+/// Least factor of the rates after overshoots.
+const MIN_GAIN_SCALE: f64 = 0.1;
+/// Distance from the target below which the law `sign` slows down, mm.
+const SIGN_SLOWDOWN: f64 = 65.0;
 
-/// One coordinate of the ball, and the row of J that moves it.
-struct Axis {
+/// Kalman filter of one coordinate of the ball and its row of J.
+struct AxisKalman {
+    /// Estimated coordinate, mm.
     p: f64,
+    /// Estimated row of J, mm/step.
     j: Vector3<f64>,
+    /// Covariance of the row of J.
     p_jj: Matrix3<f64>,
+    /// Covariance of coordinate and row of J.
     p_pj: Vector3<f64>,
+    /// Variance of the coordinate.
     p_pp: f64,
+    /// Variance of a measurement, mm².
     variance: f64,
-    /// Of the growth of P_JJ, each entry's part.
+    /// Noise of each entry of J, relative to the row's.
     noise: Vector3<f64>,
+    /// Whether the scale of the row changes with the coordinate.
     scales: bool,
 }
 
-impl Axis {
+impl AxisKalman {
+    /// Creates the filter of coordinate `i` from its first measurement `p`, mm.
     fn new(i: usize, p: f64) -> Self {
         let signs = Vector3::from(SIGNS[i].map(f64::from));
         let zeros = signs.map(|s: f64| 1.0 - s.abs());
-        let j = signs.component_mul(&Vector3::from(GUESS[i]));
-        let own = j.component_mul(&j) * OWN[i] + zeros * ASKEW.powi(2);
-        let variance = SIGMA[i].powi(2);
+        let j = signs.component_mul(&Vector3::from(INITIAL_J[i]));
+        let own = j.component_mul(&j) * ENTRY_VARIANCE[i] + zeros * ZERO_ENTRY_SD.powi(2);
+        let variance = MEASUREMENT_SD[i].powi(2);
         Self {
             p,
             j,
-            p_jj: j * j.transpose() * COMMON + Matrix3::from_diagonal(&own),
+            p_jj: j * j.transpose() * ROW_VARIANCE + Matrix3::from_diagonal(&own),
             p_pj: Vector3::zeros(),
             p_pp: variance,
             variance,
-            noise: zeros * ASKEW_NOISE + signs.map(f64::abs),
+            noise: zeros * ZERO_ENTRY_NOISE + signs.map(f64::abs),
             scales: i == 2,
         }
     }
 
-    /// The motors turned by `d` steps.
-    fn turned(&mut self, d: &Vector3<f64>) {
+    /// Predicts the state after a motion of the motors by `d` steps.
+    fn predict(&mut self, d: &Vector3<f64>) {
         let moved = self.j.dot(d);
         let spread = self.p_jj * d;
         self.p += moved;
-        self.p_pp += d.dot(&(2.0 * self.p_pj + spread)) + (0.02 * moved).powi(2) + WANDER.powi(2);
+        self.p_pp += d.dot(&(2.0 * self.p_pj + spread))
+            + (MOTION_SD * moved).powi(2)
+            + DISTURBANCE_SD.powi(2);
         self.p_pj += spread;
-        let growth = (0.01 * self.j.amax()).powi(2) * d.lp_norm(1);
+        let growth = (DRIFT_SD * self.j.amax()).powi(2) * d.lp_norm(1);
         self.p_jj += Matrix3::from_diagonal(&(self.noise * growth));
         if self.scales {
-            self.p_jj +=
-                self.j * self.j.transpose() * (moved / SCALES).abs().min(SCALES_MOST).powi(2);
+            self.p_jj += self.j
+                * self.j.transpose()
+                * (moved / SCALE_DISTANCE).abs().min(MAX_SCALE_CHANGE).powi(2);
         }
     }
 
-    /// Takes in a measurement, mm; what is farther off than 4 standard deviations counts as so far
-    /// off. Of a ball that is held, as in so many pictures before, it says nothing of J.
-    fn measured(&mut self, z: f64, held: u32) {
-        let s = self.p_pp + self.variance * (1.0 + f64::from(held) / HELD_GROWS);
-        let most = 4.0 * s.sqrt();
+    /// Updates the state with a measurement `z`, mm, after `held` consecutive frames of a held ball.
+    /// The innovation is clamped. Frames of a held ball do not change J.
+    fn update(&mut self, z: f64, held: u32) {
+        let s = self.p_pp + self.variance * (1.0 + f64::from(held) / HOLD_VARIANCE_FRAMES);
+        let most = MAX_INNOVATION_SDS * s.sqrt();
         let innovation = (z - self.p).clamp(-most, most);
         let (k_p, k_j) = (self.p_pp / s, self.p_pj / s);
         self.p += k_p * innovation;
@@ -112,73 +139,80 @@ impl Axis {
     }
 }
 
-/// The estimate and the motors' limits.
+/// State of the law.
 pub(super) struct Adaptive {
     limits: Limits,
-    /// The axes, and where the motors were for them.
-    estimate: Option<([Axis; 3], Vector3<f64>)>,
-    swings: Swings,
-    /// Pictures in a row of a ball that is held.
+    /// Filters, and the motor positions of their estimate, steps.
+    estimate: Option<([AxisKalman; 3], Vector3<f64>)>,
+    overshoots: OvershootDetector,
+    /// Number of consecutive frames of a held ball.
     held: u32,
 }
 
-/// How often the ball went past its target.
+/// Counter of overshoots during a drive to a target.
 #[derive(Default)]
-struct Swings {
+struct OvershootDetector {
     target: Vector3<f64>,
-    /// The error on the side that the ball was on last, mm.
+    /// Error at the last sign change outside the noise, mm.
     side: Vector3<f64>,
-    passed: u32,
+    count: u32,
 }
 
-impl Swings {
-    /// What is left of the rates.
-    fn calm(&mut self, target: Vector3<f64>, e: &Vector3<f64>) -> f64 {
+impl OvershootDetector {
+    /// Updates the counter with error `e`, mm. Returns the factor of the rates.
+    fn gain_scale(&mut self, target: Vector3<f64>, e: &Vector3<f64>) -> f64 {
         if self.target != target {
             *self = Self { target, ..Self::default() };
         }
-        if e.norm() > PAST {
+        if e.norm() > MIN_OVERSHOOT {
             let along = e.dot(&self.side);
-            self.passed += u32::from(along < 0.0);
+            self.count += u32::from(along < 0.0);
             if along <= 0.0 {
                 self.side = *e;
             }
         }
-        CUT.powi(self.passed.saturating_sub(FREE) as i32).max(CALMEST)
+        let counted = self.count.saturating_sub(FREE_OVERSHOOTS);
+        OVERSHOOT_DAMPING.powi(counted as i32).max(MIN_GAIN_SCALE)
     }
 }
 
 impl Adaptive {
+    /// Creates the law for motors of these limits.
     pub(super) fn new(limits: Limits) -> Self {
-        Self { limits, estimate: None, swings: Swings::default(), held: 0 }
+        Self { limits, estimate: None, overshoots: OvershootDetector::default(), held: 0 }
     }
 
-    /// Along `n` steps: 9/s of the longest way, no faster than the motor may brake from on what is
-    /// sure of it, or turn; of these rates a part. They hold until what is left of the way is what
-    /// the motors brake on.
-    fn along(&self, n: Vector3<f64>, unsure: f64, calm: f64) -> Setpoint {
+    /// Returns the setpoint for `n` steps: rates proportional to the longest, limited by the rate from
+    /// which a motor can brake within the steps less the `margin` (a fraction of them) and by the
+    /// greatest rate, all times `gain_scale`. The setpoint is valid until the remaining steps are
+    /// the braking distance.
+    fn along(&self, n: Vector3<f64>, margin: f64, gain_scale: f64) -> Setpoint {
         let (longest, acceleration) = (n.amax().max(1e-9), self.limits.acceleration);
-        let sure = longest - (longest * unsure).min(SOONER_MOST.1);
-        let braking = (1.25 * acceleration * sure).sqrt();
-        let rate = (9.0 * longest).min(braking).min(self.limits.rate) * calm;
-        let lasts_s = longest / rate - rate / (2.0 * acceleration);
-        Setpoint { valid_us: (lasts_s.max(LASTS_S) * 1e6) as u32, ..setpoint(n * (rate / longest)) }
+        let certain = longest - (longest * margin).min(MAX_MARGIN_STEPS);
+        let braking = (BRAKING_FACTOR * acceleration * certain).sqrt();
+        let rate = (PROPORTIONAL_GAIN * longest).min(braking).min(self.limits.rate) * gain_scale;
+        let valid_s = longest / rate - rate / (2.0 * acceleration);
+        Setpoint {
+            valid_us: (valid_s.max(MIN_VALID_S) * 1e6) as u32,
+            ..setpoint(n * (rate / longest))
+        }
     }
 
-    /// The law of signs at full speed until close to the target, for e = target - ball.
+    /// Returns the rates of the law `sign` for e = target - ball (mm): the greatest rate until close to
+    /// the target.
     fn by_signs(&self, e: &Vector3<f64>) -> Vector3<f64> {
         let w = direction(&-e);
         let largest = w.amax();
         if largest > 0.0 {
-            w * (self.limits.rate * (e.norm() / SIGN_SLOWS).min(1.0) / largest)
+            w * (self.limits.rate * (e.norm() / SIGN_SLOWDOWN).min(1.0) / largest)
         } else {
             w
         }
     }
 }
 
-/// J with every signed entry of Σ's sign and at least a hundredth of the largest.
-fn projected(axes: &[Axis; 3]) -> Matrix3<f64> {
+/// Returns J with every entry projected to Σ's sign and at least a hundredth of the largest entry.
+fn projected(axes: &[AxisKalman; 3]) -> Matrix3<f64> {
     let j = Matrix3::from_rows(&[0, 1, 2].map(|i| -> RowVector3<f64> { axes[i].j.transpose() }));
     let least = j.amax() / 100.0;
     Matrix3::from_fn(|i, k| match f64::from(SIGNS[i][k]) {
@@ -187,45 +221,63 @@ fn projected(axes: &[Axis; 3]) -> Matrix3<f64> {
     })
 }
 
-/// The standard deviation of e'J n over its mean, where that is above zero.
-fn doubt(axes: &[Axis; 3], j: &Matrix3<f64>, e: &Vector3<f64>, n: &Vector3<f64>) -> Option<f64> {
+/// Returns the ratio of standard deviation to mean of e'J n; `None` if the mean is not positive.
+fn uncertainty(
+    axes: &[AxisKalman; 3],
+    j: &Matrix3<f64>,
+    e: &Vector3<f64>,
+    n: &Vector3<f64>,
+) -> Option<f64> {
     let variance: f64 = (0..3).map(|i| e[i].powi(2) * n.dot(&(axes[i].p_jj * n))).sum();
     let mean = e.dot(&(j * n));
     (mean > 0.0).then(|| variance.max(0.0).sqrt() / mean)
 }
 
-/// The steps that make E|e - J n|² the least, where those are certain enough, and what of the way
-/// is unsure.
-fn steps(axes: &[Axis; 3], j: &Matrix3<f64>, e: &Vector3<f64>) -> Option<(Vector3<f64>, f64)> {
-    let unknown = axes.iter().fold(Matrix3::zeros(), |sum, axis| sum + axis.p_jj);
-    let n = (j.transpose() * j + unknown).try_inverse()? * (j.transpose() * e);
-    let doubt = doubt(axes, j, e, &n).filter(|doubt| *doubt < DOUBTFUL)?;
-    Some((n, (SOONER * doubt.powi(2)).min(SOONER_MOST.0)))
+/// Returns the steps n that minimise E|e - J n|² and the braking margin as a fraction of them;
+/// `None` if descent is not certain enough.
+fn steps(
+    axes: &[AxisKalman; 3],
+    j: &Matrix3<f64>,
+    e: &Vector3<f64>,
+) -> Option<(Vector3<f64>, f64)> {
+    let covariance = axes.iter().fold(Matrix3::zeros(), |sum, axis| sum + axis.p_jj);
+    let n = (j.transpose() * j + covariance).try_inverse()? * (j.transpose() * e);
+    let ratio = uncertainty(axes, j, e, &n).filter(|ratio| *ratio < MAX_UNCERTAINTY)?;
+    Some((n, (MARGIN_GAIN * ratio.powi(2)).min(MAX_MARGIN)))
 }
 
 impl Law for Adaptive {
-    fn update(&mut self, picture: &Measurement) -> Setpoint {
-        let seen = Seen::from(picture);
+    fn update(&mut self, measurement: &Measurement) -> Setpoint {
+        let measurement = FloatMeasurement::from(measurement);
         match &mut self.estimate {
             Some((axes, motors)) => {
-                let d = seen.then - *motors;
-                let holds =
-                    (Vector3::from([0, 1, 2].map(|i| axes[i].p)) - seen.target).norm() < HELD;
-                self.held = if holds { (self.held + 1).min(HELD_MOST) } else { 0 };
-                for (axis, z) in axes.iter_mut().zip(&seen.ball) {
-                    axis.turned(&d);
-                    axis.measured(*z, self.held);
+                let d = measurement.motors - *motors;
+                let holds = (Vector3::from([0, 1, 2].map(|i| axes[i].p)) - measurement.target)
+                    .norm()
+                    < HOLD_DISTANCE;
+                self.held = if holds { (self.held + 1).min(MAX_HOLD_FRAMES) } else { 0 };
+                for (axis, z) in axes.iter_mut().zip(&measurement.ball) {
+                    axis.predict(&d);
+                    axis.update(*z, self.held);
                 }
-                *motors = seen.then;
+                *motors = measurement.motors;
             }
-            none => *none = Some(([0, 1, 2].map(|i| Axis::new(i, seen.ball[i])), seen.then)),
+            none => {
+                *none = Some((
+                    [0, 1, 2].map(|i| AxisKalman::new(i, measurement.ball[i])),
+                    measurement.motors,
+                ))
+            }
         }
         let Some((axes, motors)) = &self.estimate else { return Setpoint::default() };
         let j = projected(axes);
         let p = Vector3::new(axes[0].p, axes[1].p, axes[2].p);
-        let e = seen.target - (p + j * (seen.ahead - motors));
-        let calm = self.swings.calm(seen.target, &e);
+        let e = measurement.target - (p + j * (measurement.motors_ahead - motors));
+        let gain_scale = self.overshoots.gain_scale(measurement.target, &e);
         let steps = steps(axes, &j, &e);
-        steps.map_or_else(|| setpoint(self.by_signs(&e)), |(n, unsure)| self.along(n, unsure, calm))
+        steps.map_or_else(
+            || setpoint(self.by_signs(&e)),
+            |(n, margin)| self.along(n, margin, gain_scale),
+        )
     }
 }

@@ -2,19 +2,19 @@
 
 use plumb_core::law::{Law, Measurement, Setpoint};
 
-use super::{Seen, setpoint};
+use super::{FloatMeasurement, setpoint};
 use plumb_runtime::rig::NOMINAL_STEP_M;
 
-/// u̇ = -γ v; v_k is what of column k's interval of e'J is nearest to zero.
+/// Law u̇ = -γ v, where v_k is the point nearest to zero in column k's interval of e'J.
 pub(super) struct Interval {
-    /// Steps/s for a millimetre of v.
+    /// Gain, steps/s for a millimetre of v.
     gain: f64,
-    /// Least and greatest value of each entry of J.
+    /// Bounds of each entry of J, dimensionless.
     bounds: [[(f64, f64); 3]; 3],
 }
 
 impl Interval {
-    /// γ in 1/s for a cable of [`NOMINAL_STEP_M`] a step; α, β; Σ by rows.
+    /// Creates the law from γ (1/s for a cable of [`NOMINAL_STEP_M`] a step), α, β and the rows of Σ.
     pub(super) fn new(gamma: f64, (alpha, beta): (f64, f64), signs: &[[i8; 3]; 3]) -> Self {
         let entry = |sign: i8| match sign {
             0 => (0.0, 0.0),
@@ -26,9 +26,9 @@ impl Interval {
 }
 
 impl Law for Interval {
-    fn update(&mut self, picture: &Measurement) -> Setpoint {
-        let seen = Seen::from(picture);
-        let e = seen.ball - seen.target;
+    fn update(&mut self, measurement: &Measurement) -> Setpoint {
+        let measurement = FloatMeasurement::from(measurement);
+        let e = measurement.ball - measurement.target;
         let v = [0, 1, 2].map(|k| {
             let (mut eta, mut mu) = (0.0, 0.0);
             for i in 0..3 {

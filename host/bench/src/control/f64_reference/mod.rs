@@ -1,5 +1,5 @@
-//! The board's laws again, from their equations, in `f64`: what their fixed point costs is the
-//! difference.
+//! The board's laws in `f64`, written from their equations. The difference to the board's results is
+//! the cost of fixed point.
 
 mod adaptive;
 mod interval;
@@ -16,11 +16,11 @@ use plumb_runtime::rig::LawSettings;
 use plumb_sim::limits::Limits;
 use sign::Sign;
 
-/// The laws that have a reference; `taut` computes in floating point on the board too.
+/// Names of the laws with a reference. The law `taut` uses floating point on the board, too.
 pub(super) const NAMES: [&str; 3] = ["interval", "sign", "adaptive"];
 
-/// The reference of a law with these parameters, on motors of these limits; the board's own where that
-/// is no fixed point.
+/// Returns the `f64` reference of a law for motors of these limits. For a law that uses floating point
+/// on the board, this is the board's own law with `params`.
 pub(super) fn of(law: &LawSettings, params: &Params, limits: Limits) -> Box<dyn Law> {
     match law {
         LawSettings::Interval { gamma, alpha, beta, signs, .. } => {
@@ -32,7 +32,7 @@ pub(super) fn of(law: &LawSettings, params: &Params, limits: Limits) -> Box<dyn 
     }
 }
 
-/// The law that a board with these parameters has.
+/// Returns the law of a board with these parameters.
 pub(super) fn boards_own(params: &Params) -> Box<dyn Law> {
     match params.law() {
         LawSelection::Inline(law) => Box::new(law),
@@ -41,40 +41,51 @@ pub(super) fn boards_own(params: &Params) -> Box<dyn Law> {
 }
 
 /// A [`Measurement`] in millimetres and full steps.
-pub(super) struct Seen {
+pub(super) struct FloatMeasurement {
+    /// Ball, mm.
     pub(super) ball: Vector3<f64>,
-    pub(super) then: Vector3<f64>,
-    pub(super) ahead: Vector3<f64>,
+    /// Motor positions at capture, full steps.
+    pub(super) motors: Vector3<f64>,
+    /// Motor positions at the end of the planned motion, full steps.
+    pub(super) motors_ahead: Vector3<f64>,
+    /// Target, mm.
     pub(super) target: Vector3<f64>,
 }
 
-impl From<&Measurement> for Seen {
-    fn from(picture: &Measurement) -> Self {
+impl From<&Measurement> for FloatMeasurement {
+    fn from(measurement: &Measurement) -> Self {
         let millimetres = |p: [i32; 3]| Vector3::from(p.map(|c| f64::from(c) * 1e-3));
         let steps = |p: [i32; 3]| Vector3::from(p.map(|c| f64::from(c) / 16.0));
         Self {
-            ball: millimetres(picture.ball),
-            then: steps(picture.motors),
-            ahead: steps(picture.motors_ahead),
-            target: millimetres(picture.target),
+            ball: millimetres(measurement.ball),
+            motors: steps(measurement.motors),
+            motors_ahead: steps(measurement.motors_ahead),
+            target: millimetres(measurement.target),
         }
     }
 }
 
-/// Rates in full steps/s as the planner takes them, to the nearest 1/256, at once.
+/// Returns the immediate setpoint for `rates` (full steps/s), rounded to 1/256 step/s.
 pub(super) fn setpoint(rates: Vector3<f64>) -> Setpoint {
     let rates: [f64; 3] = rates.into();
     Setpoint::at_once(MotorRates(rates.map(|rate| (rate * 256.0).round() as i32)))
 }
 
-/// Rates along `steps` that are still to go: 8/s of the longest way, no faster than the motor may
-/// brake from, or turn.
+/// Rate for a remaining step, 1/s.
+const PROPORTIONAL_GAIN: f64 = 8.0;
+/// Share of the braking distance's acceleration: a rate of sqrt(2 a n) stops within n steps.
+const BRAKING_FACTOR: f64 = 1.2;
+
+/// Returns rates (full steps/s) in the direction of the remaining `steps`: proportional to the longest,
+/// limited by the rate from which a motor can brake and by the greatest rate.
 pub(super) fn along(steps: Vector3<f64>, limits: &Limits) -> Vector3<f64> {
     let longest = steps.amax();
     if longest <= 0.0 {
         return Vector3::zeros();
     }
-    let rate = (8.0 * longest).min((1.2 * limits.acceleration * longest).sqrt()).min(limits.rate);
+    let rate = (PROPORTIONAL_GAIN * longest)
+        .min((BRAKING_FACTOR * limits.acceleration * longest).sqrt())
+        .min(limits.rate);
     steps * (rate / longest)
 }
 

@@ -8,24 +8,24 @@ use super::super::controller::{ControllerKind, by_law};
 use super::super::simulate::{self, Controller, Outcome};
 use super::super::{oracle, run};
 use super::*;
-use crate::control::Suite;
+use crate::control::{RunId, Suite, SuiteName};
 
-/// A law with the gain that docs/understand/method.md measures it with.
+/// Returns a law with the gain of docs/understand/method.md.
 fn settings(name: &str) -> LawSettings {
     let mut law = LawSettings::named(name).unwrap();
     law.set_gamma(450.0).unwrap();
     law
 }
 
-/// A controller whose motor positions are kept, one row a tick.
+/// A controller that records its motor positions, one row a tick.
 struct Recorded {
     inner: Box<dyn Controller>,
     rows: Vec<[f64; 3]>,
 }
 
 impl Controller for Recorded {
-    fn see(&mut self, now: Micros, age_us: u32, ball: Option<Point3<f64>>) {
-        self.inner.see(now, age_us, ball);
+    fn on_position(&mut self, now: Micros, age_us: u32, ball: Option<Point3<f64>>) {
+        self.inner.on_position(now, age_us, ball);
     }
 
     fn tick(&mut self, now: Micros) -> [f64; 3] {
@@ -47,19 +47,17 @@ impl Controller for Recorded {
     }
 }
 
-/// A whole run of what `controller` makes, or of the board's own law in
-/// [`LawDriver`](super::super::law_driver::LawDriver).
+/// Runs `controller` or, if it is `None`, the board's own law in
+/// [`LawController`](super::super::law_controller::LawController). Returns the motor positions, too.
 fn whole_run(
     controller: Option<&ControllerKind>,
     law: &LawSettings,
     suite: &Suite,
-    id: (u64, u64),
+    id: RunId,
 ) -> (Outcome, Vec<[f64; 3]>) {
-    let task = suite.task(id.0, id.1).unwrap();
+    let task = suite.task(id).unwrap();
     let inner = match controller {
-        Some(controller) => {
-            controller.build(suite, &task, suite.elasticity(id.0, id.1), id).unwrap()
-        }
+        Some(controller) => controller.build(suite, &task, id).unwrap(),
         None => by_law(law, suite, &task, boards_own).unwrap(),
     };
     let mut controller = Recorded { inner, rows: Vec::new() };
@@ -72,11 +70,11 @@ fn whole_run(
 /// the law differs. In run 101 of seed 5 nothing is seen for half a second.
 #[test]
 fn the_harness_is_the_board() {
-    let (plain, elastic) =
-        (Suite::named("quasi-static").unwrap(), Suite::named("elastic").unwrap());
+    let (plain, elastic) = (Suite::new(SuiteName::QuasiStatic), Suite::new(SuiteName::Elastic));
     for name in LawSettings::NAMES {
         let law = LawSettings::named(name).unwrap();
-        for (suite, id) in [(&plain, (5, 101)), (&plain, (5, 7)), (&elastic, (8, 2))] {
+        for (suite, seed, rig) in [(&plain, 5, 101), (&plain, 5, 7), (&elastic, 8, 2)] {
+            let id = RunId { seed, rig };
             let board = whole_run(Some(&ControllerKind::Board(law.clone())), &law, suite, id);
             let harness = whole_run(None, &law, suite, id);
             let apart = farthest(&board.1, &harness.1);
@@ -84,13 +82,13 @@ fn the_harness_is_the_board() {
             assert!(apart <= 0.5, "{name}, {}, {id:?}: {apart} steps apart", suite.name);
         }
     }
-    let lost = whole_run(None, &settings("sign"), &plain, (5, 101)).0;
+    let lost = whole_run(None, &settings("sign"), &plain, RunId { seed: 5, rig: 101 }).0;
     assert!(lost.resumed, "this run is here because it loses the ball");
 }
 
 /// By how many steps any motor is at most apart from where `f64` has it, in a whole run with the
 /// same noise.
-fn apart(law: &LawSettings, suite: &Suite, id: (u64, u64)) -> f64 {
+fn apart(law: &LawSettings, suite: &Suite, id: RunId) -> f64 {
     let [board, reference] = [ControllerKind::Board(law.clone()), ControllerKind::F64(law.clone())]
         .map(|controller| whole_run(Some(&controller), law, suite, id).1);
     farthest(&board, &reference)
@@ -106,12 +104,13 @@ fn farthest(a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
 /// does not chatter, has an α on the chip that is rounded outwards by 0.2 %.
 #[test]
 fn motors_go_the_same_way_in_fixed_point_and_in_f64() {
-    let suite = Suite::named("quasi-static").unwrap();
+    let suite = Suite::new(SuiteName::QuasiStatic);
     for (name, median, most) in
         [("interval", 4.0, 40.0), ("sign", 0.07, 0.2), ("adaptive", 1.0, 40.0)]
     {
         let law = LawSettings::named(name).unwrap();
-        let mut steps: Vec<f64> = (0..12).map(|index| apart(&law, &suite, (21, index))).collect();
+        let mut steps: Vec<f64> =
+            (0..12).map(|rig| apart(&law, &suite, RunId { seed: 21, rig })).collect();
         steps.sort_by(f64::total_cmp);
         eprintln!("{name}: {steps:?}");
         assert!(steps[6] <= median && steps[11] <= most, "{name}: {steps:?}");
@@ -121,7 +120,7 @@ fn motors_go_the_same_way_in_fixed_point_and_in_f64() {
 /// The bound, on as many rigs: median times within 1 %.
 #[test]
 fn fixed_point_is_as_fast_as_f64() {
-    let suite = Suite::named("quasi-static").unwrap();
+    let suite = Suite::new(SuiteName::QuasiStatic);
     for name in NAMES {
         let law = settings(name);
         let [board, reference] = [ControllerKind::Board(law.clone()), ControllerKind::F64(law)]

@@ -1,4 +1,4 @@
-//! Drivers with laws in `f64`: the board's servo and planner, with another law in them.
+//! Controllers with laws in `f64`: the board's servo and planner, with another law in them.
 
 use nalgebra::Point3;
 use plumb_core::MotorRates;
@@ -12,9 +12,9 @@ use plumb_protocol::units::{Micros, Point, Steps16};
 
 use super::simulate::Controller;
 
-/// Any [`Law`] in the board's own [`Servo`] and [`Planner`]. With the board's law in it, the driver
+/// Any [`Law`] in the board's own [`Servo`] and [`Planner`]. With the board's law in it, the controller
 /// does what a board does, up to rounding.
-pub(super) struct LawDriver {
+pub(super) struct LawController {
     servo: Servo<BoxedLaw>,
     /// The law, where the board's configuration has a deferred one.
     deferred: Option<BoxedLaw>,
@@ -26,7 +26,7 @@ pub(super) struct LawDriver {
     /// Whether the drive has ended because positions failed to come for too long.
     lost: bool,
     /// Whether a lost drive has begun again.
-    sent_on: bool,
+    resumed: bool,
     /// Whether the setpoint is a new one.
     changed: bool,
     /// Rates that the planner has.
@@ -42,8 +42,8 @@ impl Law for BoxedLaw {
     }
 }
 
-impl LawDriver {
-    /// Creates the driver of a board with this configuration, from which `params` were made. It
+impl LawController {
+    /// Creates the controller of a board with this configuration, from which `params` were made. It
     /// drives the ball to `target` with `law`.
     pub(super) fn new(
         law: Box<dyn Law>,
@@ -66,7 +66,7 @@ impl LawDriver {
             target,
             reached: false,
             lost: false,
-            sent_on: false,
+            resumed: false,
             changed: false,
             planned: MotorRates::default(),
         }
@@ -76,7 +76,7 @@ impl LawDriver {
     /// a board.
     fn resume(&mut self, now: Micros) {
         if self.lost && !self.planner.moving() {
-            (self.lost, self.sent_on) = (false, true);
+            (self.lost, self.resumed) = (false, true);
             self.servo.begin_drive(now, false);
         }
     }
@@ -98,8 +98,8 @@ impl LawDriver {
     }
 }
 
-impl Controller for LawDriver {
-    fn see(&mut self, now: Micros, age_us: u32, ball: Option<Point3<f64>>) {
+impl Controller for LawController {
+    fn on_position(&mut self, now: Micros, age_us: u32, ball: Option<Point3<f64>>) {
         let point = ball.and_then(|ball| Point::from_metres(ball.into()));
         let Some(point) = point.filter(|point| self.config.workspace.contains(*point)) else {
             return;
@@ -140,6 +140,6 @@ impl Controller for LawDriver {
     }
 
     fn resumed(&self) -> bool {
-        self.sent_on
+        self.resumed
     }
 }

@@ -1,4 +1,4 @@
-//! Contenders as drivers: the board's own code, bytes and all, and plans made beforehand.
+//! The board's own code as a controller, driven through encoded frames.
 
 use nalgebra::Point3;
 use plumb_core::{Board, LawWorker, Outbox};
@@ -9,9 +9,8 @@ use plumb_protocol::message::{Command, Fault, Hello, Position, State, ToBoard};
 use plumb_protocol::units::{Micros, Point, Steps16};
 
 use super::simulate::Controller;
-use super::suite::Clock;
 
-/// A board of [`plumb_core`], spoken to in frames.
+/// A board of [`plumb_core`] that gets its commands as encoded frames.
 pub(crate) struct BoardController {
     board: Board,
     law_worker: LawWorker,
@@ -25,7 +24,7 @@ pub(crate) struct BoardController {
 }
 
 impl BoardController {
-    /// A board with this configuration that is told to drive the ball to `target` (metres).
+    /// Creates a board with this configuration and sends it `target` (metres, rig frame).
     pub(crate) fn new(config: Config, target: Point3<f64>) -> Self {
         let mut controller = Self {
             board: Board::new(EMULATED),
@@ -45,10 +44,10 @@ impl BoardController {
         controller
     }
 
-    /// A board that has stopped because it saw nothing for half a second is sent on when the ball
-    /// is seen again.
-    fn resume(&mut self, now: Micros, seen: bool) {
-        if self.board.state() == State::Fault(Fault::PositionLost) && seen {
+    /// Clears the fault of a lost position once the ball is `visible` again, and sends the target
+    /// again to a board that is ready.
+    fn resume(&mut self, now: Micros, visible: bool) {
+        if self.board.state() == State::Fault(Fault::PositionLost) && visible {
             self.resumed = true;
             self.send(now, Command::ClearFault);
         }
@@ -57,9 +56,10 @@ impl BoardController {
         }
     }
 
+    /// Sends a command and discards the answer.
     fn send(&mut self, now: Micros, command: Command) {
         self.id = self.id.checked_add(1).unwrap_or(1);
-        // Every message fits a frame.
+        // Every command fits a frame.
         if let Ok(frame) = frame::encode(&ToBoard { id: self.id, command }) {
             self.board.receive(now, &frame, &mut self.outbox);
         }
@@ -68,13 +68,13 @@ impl BoardController {
 }
 
 impl Controller for BoardController {
-    fn see(&mut self, now: Micros, age_us: u32, ball: Option<Point3<f64>>) {
+    fn on_position(&mut self, now: Micros, age_us: u32, ball: Option<Point3<f64>>) {
         self.sequence = self.sequence.wrapping_add(1);
         self.resume(now, ball.is_some());
         let ball = ball.and_then(|ball| Point::from_metres(ball.into()));
         let position = Position { sequence: self.sequence, age_us, ball, covariance: None };
         self.send(now, Command::Position(position));
-        // Told once: a board may go back from holding to seeking.
+        // Latched: a board can return from holding to seeking.
         self.reached |= self.board.state() == State::Holding;
     }
 
@@ -96,39 +96,5 @@ impl Controller for BoardController {
 
     fn resumed(&self) -> bool {
         self.resumed
-    }
-}
-
-/// A plan made beforehand, a row a millisecond, from when the clock starts.
-pub(crate) struct PlanController {
-    rows: Vec<[f64; 3]>,
-    start: Option<Micros>,
-    /// Milliseconds of the plan that are over.
-    gone: u64,
-}
-
-impl PlanController {
-    pub(crate) fn new(rows: Vec<[f64; 3]>, clock: Clock) -> Self {
-        Self { rows, start: (clock == Clock::Target).then_some(Micros(0)), gone: 0 }
-    }
-}
-
-impl Controller for PlanController {
-    fn see(&mut self, now: Micros, _: u32, _: Option<Point3<f64>>) {
-        self.start.get_or_insert(now);
-    }
-
-    fn tick(&mut self, now: Micros) -> [f64; 3] {
-        self.gone = self.start.map_or(0, |start| now.since(start) / 1000);
-        let row = self.rows.get(self.gone as usize).or(self.rows.last());
-        row.copied().unwrap_or_default()
-    }
-
-    fn reached(&self) -> bool {
-        self.gone >= self.rows.len() as u64
-    }
-
-    fn failed(&self) -> bool {
-        false
     }
 }

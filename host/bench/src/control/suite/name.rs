@@ -1,0 +1,156 @@
+//! Names of the suites.
+
+use std::fmt;
+use std::str::FromStr;
+
+use crate::UnknownName;
+
+/// Name of a suite. Each differs from [`QuasiStatic`](Self::QuasiStatic) in the respect given.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SuiteName {
+    /// The default population, camera and physics.
+    QuasiStatic,
+    /// Rigs yawed by up to ±20°.
+    Yaw,
+    /// Motor plane tilted by up to 10°.
+    Tilt,
+    /// Motor plane tilted by up to 20°.
+    Tilt20,
+    /// Pulley radii that differ by up to ±30 %.
+    Radii,
+    /// Motor heights that differ by up to ±10 cm.
+    Heights,
+    /// Position noise of 6, 3, 3 mm.
+    Noise,
+    /// 5 % outliers of 50 mm.
+    Outliers,
+    /// Latency of 1 to 2 frames, assumed to be 1.5.
+    Ages,
+    /// Latency of 4 frames, assumed to be 1.5.
+    Latency,
+    /// Correlated depth noise and a threshold of 3 mm.
+    Drift,
+    /// Rigid cables that cannot push.
+    Unilateral,
+    /// A resonance of the ball at 4 Hz.
+    Bounce4,
+    /// A resonance of the ball at 3 Hz.
+    Bounce3,
+    /// A resonance of the ball at 2 Hz.
+    Bounce2,
+    /// Spring cables of 800 and 150 N/m in turn.
+    Elastic,
+    /// Spring cables of 800 N/m.
+    Elastic800,
+    /// Spring cables of 150 N/m.
+    Elastic150,
+    /// Start and target close to the edge of the reachable region.
+    Edge,
+    /// Start and target close below the motors.
+    High,
+    /// A threshold of 2 mm.
+    Fine,
+    /// The paper's rig and task with the default camera.
+    PaperTask,
+}
+
+impl SuiteName {
+    /// Every suite.
+    pub const ALL: [Self; 22] = [
+        Self::QuasiStatic,
+        Self::Yaw,
+        Self::Tilt,
+        Self::Tilt20,
+        Self::Radii,
+        Self::Heights,
+        Self::Noise,
+        Self::Outliers,
+        Self::Ages,
+        Self::Latency,
+        Self::Drift,
+        Self::Unilateral,
+        Self::Bounce4,
+        Self::Bounce3,
+        Self::Bounce2,
+        Self::Elastic,
+        Self::Elastic800,
+        Self::Elastic150,
+        Self::Edge,
+        Self::High,
+        Self::Fine,
+        Self::PaperTask,
+    ];
+
+    /// Returns the name in options, reports and JSON.
+    #[must_use]
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::QuasiStatic => "quasi-static",
+            Self::Yaw => "yaw",
+            Self::Tilt => "tilt",
+            Self::Tilt20 => "tilt20",
+            Self::Radii => "radii",
+            Self::Heights => "heights",
+            Self::Noise => "noise",
+            Self::Outliers => "outliers",
+            Self::Ages => "ages",
+            Self::Latency => "latency",
+            Self::Drift => "drift",
+            Self::Unilateral => "unilateral",
+            Self::Bounce4 => "bounce4",
+            Self::Bounce3 => "bounce3",
+            Self::Bounce2 => "bounce2",
+            Self::Elastic => "elastic",
+            Self::Elastic800 => "elastic800",
+            Self::Elastic150 => "elastic150",
+            Self::Edge => "edge",
+            Self::High => "high",
+            Self::Fine => "fine",
+            Self::PaperTask => "paper-task",
+        }
+    }
+
+    /// Returns a description for people.
+    #[must_use]
+    pub const fn about(self) -> &'static str {
+        match self {
+            Self::QuasiStatic => "the default population",
+            Self::Yaw => "rigs yawed by up to ±20°",
+            Self::Tilt => "motor plane tilted by up to 10°",
+            Self::Tilt20 => "motor plane tilted by up to 20°",
+            Self::Radii => "each pulley ±30 %",
+            Self::Heights => "each motor ±10 cm",
+            Self::Noise => "noise of 6, 3, 3 mm",
+            Self::Outliers => "5 % outliers of 50 mm",
+            Self::Ages => "latency of 1 to 2 frames, assumed to be 1.5",
+            Self::Latency => "latency of 4 frames, assumed to be 1.5",
+            Self::Drift => "depth noise AR(1) 0.9 of 2 mm, threshold 3 mm",
+            Self::Unilateral => "rigid cables that cannot push",
+            Self::Bounce4 => "a ball mode of 4 Hz, ζ = 0.1",
+            Self::Bounce3 => "a ball mode of 3 Hz, ζ = 0.1",
+            Self::Bounce2 => "a ball mode of 2 Hz, ζ = 0.05",
+            Self::Elastic => "0.1-0.3 kg on 800 and 150 N/m in turn",
+            Self::Elastic800 => "0.1-0.3 kg on 800 N/m",
+            Self::Elastic150 => "0.1-0.3 kg on 150 N/m",
+            Self::Edge => "start and target with λ >= 0.005",
+            Self::High => "5 to 20 cm below the motors",
+            Self::Fine => "threshold 2 mm",
+            Self::PaperTask => "the paper's rig and task with the default camera",
+        }
+    }
+}
+
+impl fmt::Display for SuiteName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.as_str())
+    }
+}
+
+impl FromStr for SuiteName {
+    type Err = UnknownName;
+
+    fn from_str(text: &str) -> Result<Self, UnknownName> {
+        let known = || UnknownName::new(Self::ALL.map(Self::as_str));
+        Self::ALL.into_iter().find(|name| name.as_str() == text).ok_or_else(known)
+    }
+}
