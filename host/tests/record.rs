@@ -78,3 +78,36 @@ fn a_folder_that_cannot_be_made_is_named() {
         assert!(stderr(&output).contains(path), "{path}: {}", stderr(&output));
     }
 }
+
+#[test]
+fn replay_writes_an_image_of_each_stage_for_each_frame() {
+    let folder = tempfile::tempdir().unwrap();
+    let run =
+        ["demo", "--virtual-time", "--timeout", "0.2", "--record", "recording", "--out", "run"];
+    let output = plumb(&run, folder.path());
+    assert!(stderr(&output).contains("recorded: "), "{}", stderr(&output));
+    let replay = ["replay", "recording", "--debug", "stages"];
+    let replayed = plumb(&replay, folder.path());
+    assert!(replayed.status.success(), "{}", stderr(&replayed));
+    let frames = numbers(&String::from_utf8_lossy(&replayed.stdout), &[0]).len();
+    let mut names: Vec<String> = fs::read_dir(folder.path().join("stages"))
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    names.sort();
+    let stages = ["1-proposals", "2-seeds", "3-outline", "4-features", "5-score"];
+    let expected: Vec<String> = (0..frames)
+        .flat_map(|frame| stages.map(|stage| format!("{frame:06}-{stage}.png")))
+        .collect();
+    assert!(frames > 3, "{frames}");
+    assert_eq!(names, expected);
+    // Each is a picture.
+    for name in &names[..stages.len()] {
+        let bytes = fs::read(folder.path().join("stages").join(name)).unwrap();
+        assert!(bytes.starts_with(b"\x89PNG") && bytes.len() > 1000, "{name}");
+    }
+    // Images are never mixed with those of another replay.
+    let again = plumb(&replay, folder.path());
+    assert_eq!(again.status.code(), Some(2), "{}", stderr(&again));
+    assert!(stderr(&again).contains("is not empty"), "{}", stderr(&again));
+}

@@ -69,6 +69,7 @@ pub mod camera_file;
 pub mod discovery;
 pub mod driver;
 pub mod drivers;
+pub mod png;
 pub mod record;
 pub mod settings;
 pub mod source;

@@ -1,4 +1,4 @@
-//! Detection and location on a recording: a CSV row a frame (`plumb replay`).
+//! Detection on a recording: a CSV row for each frame (`plumb replay`).
 //!
 //! | column | meaning |
 //! |---|---|
@@ -11,6 +11,8 @@
 //! Fields that are not known are empty: all after `t` where there is no ball or the frame is
 //! broken, `depth`, `x`, `y` and `z` where the ball has too little depth.
 
+mod debug;
+
 use std::io::{self, Write};
 use std::path::Path;
 
@@ -21,6 +23,8 @@ use plumb_vision::detect::{BallDetector, DetectError};
 use plumb_vision::frame::RgbdFrame;
 use plumb_vision::observation::BallObservation;
 use thiserror::Error;
+
+pub use debug::{DebugError, DebugFolder};
 
 /// The CSV's first line, field by field.
 pub const HEADER: [&str; 9] = ["t", "u", "v", "radius", "depth", "x", "y", "z", "score"];
@@ -35,6 +39,9 @@ pub enum ReplayError {
     /// The rows could not be written.
     #[error("the rows cannot be written: {0}")]
     Write(#[from] csv::Error),
+    /// The images of the stages could not be written.
+    #[error("the images of the stages: {0}")]
+    Debug(#[from] DebugError),
 }
 
 impl ReplayError {
@@ -97,18 +104,20 @@ pub fn replay_folder(
     report: impl FnMut(&Problem),
 ) -> Result<ReplayOutcome, ReplayError> {
     let mut source = TumFolder::open(folder, camera.intrinsics)?;
-    replay(&mut source, camera, detector, out, report)
+    replay(&mut source, camera, detector, out, None, report)
 }
 
-/// As [`replay_folder`], on any source that comes to an end, or to an error that is its end.
+/// As [`replay_folder`], on any source that comes to an end, or to an error that is its end. Images
+/// of the detector's stages go to `debug`.
 ///
 /// # Errors
-/// Where `out` cannot be written.
+/// Returns an error if `out` or the images cannot be written.
 pub fn replay(
     source: &mut dyn CameraSource,
     camera: &Camera,
     detector: &mut dyn BallDetector,
     out: impl Write,
+    debug: Option<&DebugFolder>,
     mut report: impl FnMut(&Problem),
 ) -> Result<ReplayOutcome, ReplayError> {
     let mut rows = csv::Writer::from_writer(out);
@@ -118,7 +127,8 @@ pub fn replay(
         let (time, ball) = match source.next_frame() {
             Ok(None) => break,
             Ok(Some(frame)) => {
-                (Some(frame.time()), look(&frame, detector, &mut outcome, &mut report))
+                let ball = look(&frame, detector, &mut outcome, debug, &mut report)?;
+                (Some(frame.time()), ball)
             }
             Err(error) => {
                 let (time, last) = (error.stamp(), error.is_over());
@@ -140,26 +150,30 @@ pub fn replay(
     Ok(outcome)
 }
 
-/// The ball in one frame and where it is, counted in `outcome`.
+/// Looks for the ball in one frame, and counts the result in `outcome`.
 fn look(
     frame: &RgbdFrame,
     detector: &mut dyn BallDetector,
     outcome: &mut ReplayOutcome,
+    debug: Option<&DebugFolder>,
     report: &mut impl FnMut(&Problem),
-) -> Option<BallObservation> {
+) -> Result<Option<BallObservation>, DebugError> {
     let time = frame.time();
     if frame.depth().pixels().iter().all(|&depth| depth == 0) {
         outcome.without_depth += 1;
         report(&Problem::NoDepth { time });
     }
-    let ball = detector.detect(frame).unwrap_or_else(|error| {
+    let (ball, trace) = detector.detect_traced(frame).unwrap_or_else(|error| {
         outcome.broken += 1;
         report(&Problem::Detect { time, error });
-        None
-    })?;
-    outcome.detected += 1;
-    outcome.located += usize::from(ball.position.is_some());
-    Some(ball)
+        Default::default()
+    });
+    if let Some(debug) = debug {
+        debug.write(outcome.frames, frame, &trace, ball.as_ref())?;
+    }
+    outcome.detected += usize::from(ball.is_some());
+    outcome.located += usize::from(ball.is_some_and(|ball| ball.position.is_some()));
+    Ok(ball)
 }
 
 /// The fields of a row, in the order of [`HEADER`]: pixels to 0.001, metres to 0.00001, the score

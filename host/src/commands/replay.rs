@@ -7,7 +7,7 @@ use clap::Parser;
 use plumb_cameras::camera_file;
 use plumb_cameras::record::CAMERA_FILE;
 use plumb_cameras::source::{OpenedRecording, open_recording};
-use plumb_runtime::replay::{ReplayError, replay};
+use plumb_runtime::replay::{DebugFolder, ReplayError, replay};
 
 use super::print::{self, tell};
 use super::{DetectorName, FAILED, Failure, OrFail};
@@ -23,6 +23,9 @@ pub(crate) struct Args {
     /// Detector
     #[arg(long, value_enum, default_value = "ball")]
     detector: DetectorName,
+    /// Write an image of each of the detector's stages for each frame into this new folder
+    #[arg(long, value_name = "DIR")]
+    debug: Option<PathBuf>,
     /// End with a line of JSON on standard output
     #[arg(long)]
     json: bool,
@@ -35,11 +38,13 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
         open_recording(&args.recording, camera.intrinsics).or_bad_input()?;
     camera.intrinsics = intrinsics;
     let mut detector = args.detector.detector(&camera);
+    let debug = args.debug.as_deref().map(DebugFolder::create).transpose().or_bad_input()?;
     let report = |problem: &plumb_runtime::replay::Problem| tell!("plumb: {problem}");
-    let outcome = match replay(&mut *source, &camera, &mut *detector, print::Results, report) {
+    let (rows, debug) = (print::Results, debug.as_ref());
+    let outcome = match replay(&mut *source, &camera, &mut *detector, rows, debug, report) {
         // Whoever reads the rows has enough of them.
         Err(error) if error.is_closed_pipe() => return Ok(ExitCode::SUCCESS),
-        Err(error @ ReplayError::Write(_)) => Err(error).or_failed(),
+        Err(error @ (ReplayError::Write(_) | ReplayError::Debug(_))) => Err(error).or_failed(),
         result => result.or_bad_input(),
     }?;
     tell!(

@@ -8,7 +8,7 @@
 //! - [`camera`]: the pinhole model, the pose in the rig frame and the ball's size and hue.
 //! - [`detect`]: the detectors [`shape`](detect::shape) (`ball`, the default) and
 //!   [`red`](detect::red), and [`DetectorKind`](detect::DetectorKind), which makes one by name.
-//! - [`observation`]: what a detector returns.
+//! - [`observation`]: what a detector returns; [`debug`]: images of what each stage found.
 //! - [`localise`]: from a circle in the image to a position in the rig frame with its covariance.
 //!
 //! The crate only computes: it reads no files, opens no devices, starts no threads, and has no
@@ -55,6 +55,7 @@
 #![deny(missing_docs)]
 
 pub mod camera;
+pub mod debug;
 mod depth_view;
 pub mod detect;
 pub mod frame;

@@ -10,12 +10,13 @@ use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
 use std::thread::{self, JoinHandle};
 
-use opencv::core::{Mat, Vec3b, Vector};
-use opencv::imgcodecs::{IMWRITE_PNG_COMPRESSION, imencode};
+use opencv::core::Mat;
 use plumb_vision::camera::Intrinsics;
 use plumb_vision::frame::RgbdFrame;
 use plumb_vision::image::DepthImage;
 use thiserror::Error;
+
+use crate::png;
 
 /// File name of the camera file in a recording.
 pub const CAMERA_FILE: &str = "camera.toml";
@@ -25,9 +26,6 @@ const TUM_SCALE: f64 = 5000.0;
 
 /// Frames that may wait to be written: 2 s at 30 Hz, 100 MB at 640x480.
 const QUEUE: usize = 64;
-
-/// zlib's lowest level: a tenth of the default's time, for files half as large again.
-const COMPRESSION: i32 = 1;
 
 /// Behaviour where frames come faster than they can be written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -233,14 +231,10 @@ impl Writer {
     fn write(&mut self, frame: &RgbdFrame) -> Result<(), RecordError> {
         let depth = multiplied(frame.depth(), self.factor);
         let [rows, columns] = [depth.height() as i32, depth.width() as i32];
-        let bytes = frame.colour().channels();
-        let colour = Mat::new_rows_cols_with_bytes::<Vec3b>(rows, columns, bytes)?;
-        let depth = Mat::new_rows_cols_with_data(rows, columns, depth.pixels())?;
-        for (kind, picture, list) in [("rgb", &colour, 0), ("depth", &depth, 1)] {
+        let colour = png::encode_colour(frame.colour())?;
+        let depth = png::encode(&Mat::new_rows_cols_with_data(rows, columns, depth.pixels())?)?;
+        for (kind, bytes, list) in [("rgb", colour, 0), ("depth", depth, 1)] {
             let name = format!("{kind}/{:06}.png", self.frames + 1);
-            let mut bytes = Vector::<u8>::new();
-            let options = Vector::from_slice(&[IMWRITE_PNG_COMPRESSION, COMPRESSION]);
-            imencode(".png", picture, &mut bytes, &options)?;
             let path = self.folder.join(&name);
             fs::write(&path, bytes.as_slice()).map_err(io("write", &path))?;
             let line = format!("{:.6} {name}\n", frame.time());

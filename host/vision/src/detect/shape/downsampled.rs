@@ -96,6 +96,11 @@ impl LikenessMap {
         inside.then(|| y as u32 as usize * self.width + x as u32 as usize)
     }
 
+    /// Returns the likeness at column `u`, row `v` of the full image; `None` outside the window.
+    pub fn at(&self, u: f64, v: f64) -> Option<f32> {
+        self.index(u, v).map(|i| self.values[i])
+    }
+
     /// Returns column and row in the full image of the centre of the pixel at column `x`, row `y`.
     #[inline]
     pub fn to_full(&self, x: f64, y: f64) -> (f64, f64) {

@@ -1,0 +1,297 @@
+//! Images that show what each stage of the detector found in a frame.
+//!
+//! | stage | shows |
+//! |---|---|
+//! | `1-proposals` | likeness to the ball's colour (red), blobs (white; the strongest are thicker) |
+//! | `2-seeds` | spheres in depth (cyan) and seeds among the blobs (yellow), in their order |
+//! | `3-outline` | each candidate: start (grey), refined circle (green), what each ray shows |
+//! | `4-features` | each candidate: what surrounds it, ray by ray, and the features' values |
+//! | `5-score` | all candidates with their scores; the ball is green |
+//!
+//! Candidates are numbered in the order in which they were refined.
+
+mod canvas;
+
+use std::f64::consts::TAU;
+
+use crate::detect::DetectError;
+use crate::detect::shape::{
+    CandidateTrace, DetectionTrace, Disc, Features, RAYS, RayEnd, SearchTrace, Surroundings,
+};
+use crate::frame::RgbdFrame;
+use crate::image::{Bgr, ColourImage, Image};
+use crate::observation::BallObservation;
+use canvas::Canvas;
+
+/// Columns that the image is enlarged to, at least half of it.
+const WIDTH: usize = 1280;
+/// Blobs that are drawn.
+const MAX_BLOBS: usize = 40;
+/// Blobs that are drawn thick and labelled.
+const LABELLED_BLOBS: usize = 5;
+/// Candidates that have a tile.
+const MAX_TILES: usize = 6;
+/// Tiles in a row.
+const TILES_IN_ROW: usize = 2;
+/// Side of the picture in a tile, pixels.
+const TILE: usize = 400;
+/// Columns of the text beside it, pixels.
+const PANEL: usize = 260;
+/// Part of the frame in a tile, in the disc's radius on either side of its centre.
+const TILE_REACH: f64 = 2.2;
+
+const WHITE: Bgr = [255, 255, 255];
+const GREY: Bgr = [160, 160, 160];
+const GREEN: Bgr = [60, 230, 60];
+const RED: Bgr = [60, 60, 255];
+const YELLOW: Bgr = [0, 230, 255];
+const CYAN: Bgr = [255, 230, 0];
+const MAGENTA: Bgr = [255, 60, 255];
+const ORANGE: Bgr = [0, 140, 255];
+
+/// The image of one stage.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StageImage {
+    /// Name of the stage; names sort in the order of the stages.
+    pub stage: &'static str,
+    /// The image.
+    pub image: ColourImage,
+}
+
+/// Draws what each stage found: one image for each stage of the last search in `trace`, and one of
+/// the result.
+///
+/// # Errors
+/// Returns an error if an image operation fails.
+pub fn draw_stages(
+    frame: &RgbdFrame,
+    trace: &DetectionTrace,
+    observation: Option<&BallObservation>,
+) -> Result<Vec<StageImage>, DetectError> {
+    draw(frame, trace, observation).map_err(DetectError::processing)
+}
+
+fn draw(
+    frame: &RgbdFrame,
+    trace: &DetectionTrace,
+    observation: Option<&BallObservation>,
+) -> opencv::Result<Vec<StageImage>> {
+    let mut images = Vec::with_capacity(5);
+    let mut add = |stage, canvas: Canvas| -> opencv::Result<()> {
+        images.push(StageImage { stage, image: canvas.into_image()? });
+        Ok(())
+    };
+    if let Some(search) = trace.searches.last() {
+        add("1-proposals", proposals(frame, search)?)?;
+        add("2-seeds", seeds(frame, search)?)?;
+        add("3-outline", tiles(frame, search, outline_tile)?)?;
+        add("4-features", tiles(frame, search, features_tile)?)?;
+    }
+    add("5-score", score(frame, trace.searches.last(), observation)?)?;
+    Ok(images)
+}
+
+/// Returns the whole frame, enlarged.
+fn enlarged(colour: &ColourImage) -> opencv::Result<Canvas> {
+    Canvas::new(colour, (WIDTH / colour.width()).clamp(1, 4))
+}
+
+/// Draws the likeness map and the blobs.
+fn proposals(frame: &RgbdFrame, search: &SearchTrace) -> opencv::Result<Canvas> {
+    let mut tinted = frame.colour().clone();
+    let width = tinted.width();
+    for (i, pixel) in tinted.pixels_mut().iter_mut().enumerate() {
+        let (u, v) = ((i % width) as f64, (i / width) as f64);
+        let likeness = search.likeness.at(u, v).unwrap_or(0.0);
+        let grey = pixel.iter().map(|&c| f32::from(c)).sum::<f32>() / 6.0;
+        let red = (grey + 255.0 * likeness).min(255.0);
+        *pixel = [grey, grey, red].map(|c| c as u8);
+    }
+    let mut canvas = enlarged(&tinted)?;
+    let window = search.window;
+    canvas.rectangle([window.left, window.top, window.width, window.height], GREY)?;
+    for (i, blob) in search.blobs.iter().enumerate().take(MAX_BLOBS) {
+        let is_strong = i < LABELLED_BLOBS;
+        canvas.disc(&blob.disc, WHITE, if is_strong { 2 } else { 1 })?;
+        if is_strong {
+            canvas.label(&blob.disc, &format!("{:.2}", blob.response), WHITE)?;
+        }
+    }
+    let (all, shown) = (search.blobs.len(), search.blobs.len().min(MAX_BLOBS));
+    canvas.title(&format!("{all} blobs, {shown} shown"))?;
+    Ok(canvas)
+}
+
+/// Draws the spheres in depth and the seeds.
+fn seeds(frame: &RgbdFrame, search: &SearchTrace) -> opencv::Result<Canvas> {
+    let mut canvas = enlarged(frame.colour())?;
+    for (discs, colour) in [(&search.spheres, CYAN), (&search.seeds, YELLOW)] {
+        for (i, disc) in discs.iter().enumerate() {
+            canvas.disc(disc, colour, 2)?;
+            canvas.label(disc, &(i + 1).to_string(), colour)?;
+        }
+    }
+    let (spheres, seeds) = (search.spheres.len(), search.seeds.len());
+    canvas.title(&format!("{spheres} spheres in depth (cyan), {seeds} seeds (yellow)"))?;
+    Ok(canvas)
+}
+
+/// Draws a tile for each candidate.
+fn tiles(
+    frame: &RgbdFrame,
+    search: &SearchTrace,
+    tile: impl Fn(&mut Canvas, &CandidateTrace) -> opencv::Result<()>,
+) -> opencv::Result<Canvas> {
+    let count = search.candidates.len().min(MAX_TILES);
+    let rows = count.div_ceil(TILES_IN_ROW).max(1);
+    let columns = count.clamp(1, TILES_IN_ROW);
+    let width = columns * (PANEL + TILE);
+    let mut all = Image::filled(width, rows * TILE, [0; 3]);
+    for (i, candidate) in search.candidates.iter().enumerate().take(count) {
+        let reach = TILE_REACH * candidate.circle.disc.radius;
+        let mut canvas =
+            Canvas::around(frame.colour(), &candidate.circle.disc, reach, TILE, PANEL)?;
+        tile(&mut canvas, candidate)?;
+        let best = if search.best == Some(i) { ", the best" } else { "" };
+        canvas.title(&format!("{}: score {:.3}{best}", i + 1, candidate.score()))?;
+        let drawn = canvas.into_image()?;
+        let (left, top) = (i % TILES_IN_ROW * drawn.width(), i / TILES_IN_ROW * TILE);
+        for (row, pixels) in drawn.rows().enumerate() {
+            let start = (top + row) * width + left;
+            all.pixels_mut()[start..start + pixels.len()].copy_from_slice(pixels);
+        }
+    }
+    let mut canvas = Canvas::new(&all, 1)?;
+    if count == 0 {
+        canvas.title("no candidates")?;
+    }
+    Ok(canvas)
+}
+
+/// Draws a dot for each ray at the end of the disc.
+fn draw_rays(
+    canvas: &mut Canvas,
+    disc: &Disc,
+    colour: impl Fn(usize) -> Option<Bgr>,
+) -> opencv::Result<()> {
+    for ray in 0..RAYS {
+        let (sin, cos) = (TAU * ray as f64 / RAYS as f64).sin_cos();
+        let (u, v) = (disc.u + disc.radius * cos, disc.v + disc.radius * sin);
+        if let Some(colour) = colour(ray) {
+            canvas.dot(u, v, colour)?;
+        }
+    }
+    Ok(())
+}
+
+/// Draws the refinement of a candidate.
+fn outline_tile(canvas: &mut Canvas, candidate: &CandidateTrace) -> opencv::Result<()> {
+    let circle = &candidate.circle;
+    canvas.disc(&candidate.start, GREY, 1)?;
+    canvas.disc(&circle.disc, GREEN, 1)?;
+    draw_rays(canvas, &circle.disc, |ray| match candidate.ray_ends[ray] {
+        RayEnd::Edge => Some(GREEN),
+        RayEnd::BallColoured => Some(RED),
+        RayEnd::NoEdge => Some(YELLOW),
+        RayEnd::OutsideImage => None,
+    })?;
+    let Disc { u, v, radius } = circle.disc;
+    canvas.text(&[
+        ("edge".into(), GREEN),
+        ("ball's colour continues".into(), RED),
+        ("no edge".into(), YELLOW),
+        (format!("({u:.2}, {v:.2}), radius {radius:.2} px"), WHITE),
+        (format!("{} edges, blur {:.2} px", circle.edge_count(), circle.blur), WHITE),
+        (format!("rms residual {:.2} px", circle.rms_residual), WHITE),
+    ])
+}
+
+/// Draws the decision about a candidate.
+fn features_tile(canvas: &mut Canvas, candidate: &CandidateTrace) -> opencv::Result<()> {
+    let Some(decision) = &candidate.decision else {
+        return canvas.text(&[("the ball cannot have this size".into(), RED)]);
+    };
+    draw_rays(canvas, &candidate.circle.disc, |ray| {
+        decision.surroundings[ray].map(|surroundings| match surroundings {
+            Surroundings::Free => GREEN,
+            Surroundings::Behind => CYAN,
+            Surroundings::Open => YELLOW,
+            Surroundings::Attached => ORANGE,
+            Surroundings::Continued => RED,
+            Surroundings::Covered | Surroundings::CoveredAlike => MAGENTA,
+        })
+    })?;
+    let mut lines = vec![
+        ("free".to_owned(), GREEN),
+        ("behind".to_owned(), CYAN),
+        ("open".to_owned(), YELLOW),
+        ("attached".to_owned(), ORANGE),
+        ("continued".to_owned(), RED),
+        ("covered".to_owned(), MAGENTA),
+    ];
+    let values = decision.features.iter().flat_map(feature_lines);
+    lines.extend(values.map(|line| (line, WHITE)));
+    lines.extend(decision.free_fit.iter().flat_map(|free| {
+        [
+            format!("free fit: size {:.2}, place {:.2}", free.size, free.place),
+            format!("rms {:.2}, edges {:.2}", free.rms, free.edges),
+        ]
+        .map(|line| (line, WHITE))
+    }));
+    canvas.text(&lines)
+}
+
+/// Returns the features' values as lines of text.
+fn feature_lines(features: &Features) -> Vec<String> {
+    match features {
+        Features::Depth(depth) => {
+            let curvature = depth.curvature.map_or("unknown".to_owned(), |curvature| {
+                format!("{:.2} to {:.2}", curvature.least, curvature.most)
+            });
+            vec![
+                format!("likeness {:.2}", depth.likeness),
+                format!("curvature {curvature}"),
+                format!("on sphere {:.2}, off {:.3}", depth.sphere.on, depth.sphere.off),
+                format!("attached {:.2}, continued {:.2}", depth.attached, depth.continued),
+                format!("continues {:.2}", depth.continues),
+            ]
+        }
+        Features::Colour(colour) => vec![
+            format!("no depth; likeness {:.2}", colour.likeness),
+            format!("shading {:.2}, contrast {:.2}", colour.shading, colour.contrast),
+            format!("through {:.2}, covered {:.2}", colour.through, colour.covered),
+            format!("behind {:.2}", colour.behind),
+        ],
+    }
+}
+
+/// Draws all candidates with their scores, and the ball.
+fn score(
+    frame: &RgbdFrame,
+    search: Option<&SearchTrace>,
+    observation: Option<&BallObservation>,
+) -> opencv::Result<Canvas> {
+    let mut canvas = enlarged(frame.colour())?;
+    let candidates = search.map_or(&[][..], |search| &search.candidates);
+    for (i, candidate) in candidates.iter().enumerate() {
+        let is_ball = observation.is_some() && search.and_then(|s| s.best) == Some(i);
+        if !is_ball {
+            canvas.disc(&candidate.circle.disc, YELLOW, 1)?;
+            let text = format!("{}: {:.2}", i + 1, candidate.score());
+            canvas.label(&candidate.circle.disc, &text, YELLOW)?;
+        }
+    }
+    let Some(BallObservation { circle, score, position, .. }) = observation else {
+        canvas.title(&format!("{} candidates, no ball", candidates.len()))?;
+        return Ok(canvas);
+    };
+    let disc = Disc { u: circle.u, v: circle.v, radius: circle.radius };
+    canvas.disc(&disc, GREEN, 2)?;
+    canvas.label(&disc, &format!("{score:.2}"), GREEN)?;
+    let position = position.map_or("position unknown".to_owned(), |position| {
+        let [x, y, z] = position.mean.into();
+        format!("position ({x:.4}, {y:.4}, {z:.4}) m")
+    });
+    canvas.title(&format!("ball, score {score:.3}, {position}"))?;
+    Ok(canvas)
+}
