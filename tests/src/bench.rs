@@ -38,7 +38,7 @@ pub struct Bench {
 pub fn bench(rig: &Rig, plant: Box<dyn Plant + Send>, wire: Wire) -> Result<Bench, LinkError> {
     let board = EmulatedBoard::with_plant(EMULATED, plant).with_wire(wire);
     let board = Rc::new(RefCell::new(board));
-    let mut link = Link::greet(Memory::new(Rc::clone(&board)))?;
+    let mut link = Link::connect(Memory::new(Rc::clone(&board)))?;
     link.configure(rig.config().expect("a rig file that fits the board"))?;
     let start = board.borrow().now();
     Ok(Bench { board, link, frame: 0, start })

@@ -11,7 +11,7 @@ use plumb_cameras::camera_file;
 use plumb_emulator::rig::{QuasiStatic, Task};
 use plumb_runtime::link::Serial;
 use plumb_runtime::rig::Rig;
-use plumb_runtime::session::{Place, Session};
+use plumb_runtime::run::{Run, RunParts};
 use plumb_sim::simulated::{HilPlant, SimulatedCamera, Timing};
 use plumb_sim::synthetic::{Background, Material, Options, Room, SyntheticCamera};
 use plumb_tests::chip::firmware_image;
@@ -53,18 +53,16 @@ fn a_run_drives_the_real_firmware_over_a_serial_port() {
     let mut follower = plant.follower();
     let mut source =
         SimulatedCamera::new(plant, synthetic, *task.geometry.motors(), Timing::default());
-    let folder = tempfile::tempdir().expect("a folder");
-    let session = Session {
-        rig: &rig,
+    let transport = Serial::open(port.trim(), 115_200).expect("the port");
+    let run = Run::connect(&rig, transport).expect("a configured board");
+    let summary = run.drive(RunParts {
+        source: &mut source,
         detector: &mut *DetectorKind::Ball.build(&camera),
-        place: Place::Folder(folder.path().join("run")),
+        observers: &mut [&mut follower],
         timeout: 120.0,
         interrupted: &AtomicBool::new(false),
-        progress: &mut |_| {},
-        follow: Some(&mut |motors| Ok(follower.board_moved(motors)?)),
-    };
-    let transport = Serial::open(port.trim(), 115_200).expect("the port");
-    let summary = session.run(&mut source, transport).expect("a run").summary;
+    });
+    let summary = summary.expect("an unbroken run");
     assert!(summary.reached, "{summary:?}");
     assert!(summary.error_mm.is_some_and(|e| e < 10.0), "{summary:?}");
 }

@@ -17,7 +17,8 @@ use plumb_protocol::config::SIGNS;
 use plumb_protocol::message::{Fault, State};
 use plumb_protocol::units::Point;
 use plumb_runtime::rig::Rig;
-use plumb_runtime::session::{Place, Session, Summary};
+use plumb_runtime::run::{Run, RunParts, Summary};
+use plumb_runtime::run_log::{FigureSettings, OutputDir, RunLog};
 use plumb_sim::simulated::{SimulatedCamera, Timing, VirtualRig};
 use plumb_sim::synthetic::{Background, Options, Room, SyntheticCamera};
 use plumb_tests::bench::{Bench, RATE_HZ, bench};
@@ -58,7 +59,7 @@ fn usable(index: usize) -> Wire {
 fn seeking(rig: &Rig, plant: Box<dyn Plant + Send>, wire: Wire) -> Bench {
     let mut bench = bench(rig, plant, wire).expect("a configured board");
     let targets = rig.targets().expect("targets in the wire's range");
-    bench.link.target(targets[0]).expect("a target inside the workspace");
+    bench.link.set_target(targets[0]).expect("a target inside the workspace");
     bench
 }
 
@@ -179,7 +180,7 @@ fn a_miswired_rig_with_a_moving_target_stops_by_itself() {
         let angle = f64::from(frame) / RATE_HZ as f64 * 0.10 / 0.03;
         let target = Task::paper().target + Vector3::new(angle.cos(), angle.sin(), 0.0) * 0.03;
         let target = Point::from_metres(target.into()).expect("a point in the workspace");
-        bench.link.set_rates(target).expect("an intact link");
+        bench.link.request_target(target).expect("an intact link");
     });
 }
 
@@ -222,7 +223,7 @@ fn the_elastic_rig_is_reached() {
 }
 
 /// Runs with rendered images, detection and an output folder, in virtual time.
-fn session(seed: u64, folder: std::path::PathBuf) -> Summary {
+fn run(seed: u64, folder: std::path::PathBuf) -> Summary {
     let rig = rig(200.0);
     let camera = camera_file::paper().expect("the paper's camera");
     let background = Background::Room(Room::furnished());
@@ -235,23 +236,23 @@ fn session(seed: u64, folder: std::path::PathBuf) -> Summary {
     let simulated = VirtualRig::new(board.clone()).expect("a board with a rig");
     let mut source =
         SimulatedCamera::new(simulated, synthetic, *Geometry::paper().motors(), Timing::default());
-    let session = Session {
-        rig: &rig,
+    let run = Run::connect(&rig, Memory::new(board)).expect("a configured board");
+    let log = RunLog::create(&OutputDir::Path(folder), FigureSettings::of(&rig));
+    run.drive(RunParts {
+        source: &mut source,
         detector: &mut *DetectorKind::Ball.build(&camera),
-        place: Place::Folder(folder),
+        observers: &mut [&mut log.expect("a folder")],
         timeout: 60.0,
         interrupted: &AtomicBool::new(false),
-        progress: &mut |_| {},
-        follow: None,
-    };
-    session.run(&mut source, Memory::new(board)).expect("a run").summary
+    })
+    .expect("an unbroken run")
 }
 
 #[test]
 fn the_same_seed_gives_the_same_run_to_the_bit() {
     let folder = tempfile::tempdir().expect("a folder");
     let [one, two, other] = [(1, "one"), (1, "two"), (2, "other")].map(|(seed, name)| {
-        let summary = session(seed, folder.path().join(name));
+        let summary = run(seed, folder.path().join(name));
         let read = |file: &str| {
             std::fs::read(folder.path().join(name).join(file)).expect("a file of the run")
         };

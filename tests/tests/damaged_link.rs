@@ -64,7 +64,7 @@ fn a_link_that_damages_a_frame_in_14_still_reaches() {
         let mut bench = configured(&rig, Wire::symmetric(lane, seed));
         bench
             .link
-            .target(rig.targets().expect("a target")[0])
+            .set_target(rig.targets().expect("a target")[0])
             .expect("a target inside the workspace");
         let (state, error) = run(bench, seed, 2000);
         assert_eq!(state, State::Holding, "seed {seed}: {error} m");
@@ -80,7 +80,7 @@ fn a_link_that_damages_almost_everything_ends_safely() {
         let mut bench = configured(&rig, Wire::default());
         let lane = Lane { lost: 0.1, damaged: 0.85, doubled: 0.05, ..Lane::default() };
         bench.board.borrow_mut().set_wire(Wire::symmetric(lane, seed));
-        let accepted = bench.link.target(rig.targets().expect("a target")[0]).is_ok();
+        let accepted = bench.link.set_target(rig.targets().expect("a target")[0]).is_ok();
         let (state, error) = run(bench, seed, 300);
         match state {
             // The target was lost.

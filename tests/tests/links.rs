@@ -2,13 +2,13 @@
 //! target reported as reached is reached, a run that ends early reports the true cause within 2 s,
 //! and the board is at rest afterwards. `make links` prints the same as a table, with more seeds.
 
-use plumb_tests::links::{Outcome, Run, check_run, in_real_time, in_virtual_time, link, links};
+use plumb_tests::links::{LinkRun, Outcome, check_run, in_real_time, in_virtual_time, link, links};
 
 /// Seeds for each link and law; the default of `make links`.
 const SEEDS: u64 = 20;
 
 /// Executes a run and returns its violations, in a line; `None` if there are none.
-fn violations(run: &Run, execute: fn(&Run) -> Outcome) -> Option<String> {
+fn violations(run: &LinkRun, execute: fn(&LinkRun) -> Outcome) -> Option<String> {
     let outcome = execute(run);
     let verdict = check_run(run, &outcome);
     let what = [verdict.false_reached.clone(), verdict.violations.clone()].concat().join("; ");
@@ -17,8 +17,9 @@ fn violations(run: &Run, execute: fn(&Run) -> Outcome) -> Option<String> {
 }
 
 fn every_link(law: &'static str) {
-    let runs =
-        links().into_iter().flat_map(|link| (0..SEEDS).map(move |seed| Run { link, law, seed }));
+    let runs = links()
+        .into_iter()
+        .flat_map(|link| (0..SEEDS).map(move |seed| LinkRun { link, law, seed }));
     let failed: Vec<String> = runs.filter_map(|run| violations(&run, in_virtual_time)).collect();
     assert!(failed.is_empty(), "{} runs:\n{}", failed.len(), failed.join("\n"));
 }
@@ -45,7 +46,7 @@ fn taut_is_correct_over_every_link() {
 
 /// Checks a run in real time over a pseudo-terminal. No wall-clock time is checked.
 fn over_a_terminal(name: &str) {
-    let run = Run { link: link(name), law: "taut", seed: 1 };
+    let run = LinkRun { link: link(name), law: "taut", seed: 1 };
     assert_eq!(violations(&run, in_real_time), None);
 }
 

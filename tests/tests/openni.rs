@@ -17,7 +17,7 @@ use plumb_openni::{OpenNi, Settings, Target};
 use plumb_openni_driver::{Control, ControlFile};
 use plumb_runtime::link::Serial;
 use plumb_runtime::rig::Rig;
-use plumb_runtime::session::{Place, Session};
+use plumb_runtime::run::{Run, RunParts};
 use plumb_vision::camera::Camera;
 use plumb_vision::detect::DetectorKind;
 
@@ -81,19 +81,17 @@ fn a_run_with_libopenni2_reaches_the_papers_target() {
     let transport =
         Serial::open(&served.path().to_string_lossy(), rig.board.baud).expect("the board's port");
     let (mut detector, interrupted) = (DetectorKind::Ball.build(&camera), AtomicBool::new(false));
-    let session = Session {
-        rig: &rig,
+    let run = Run::connect(&rig, transport).expect("a configured board");
+    let result = run.drive(RunParts {
+        source: &mut source,
         detector: &mut *detector,
-        place: Place::Folder(folder.path().join("run")),
+        observers: &mut [],
         timeout: 60.0,
         interrupted: &interrupted,
-        progress: &mut |_| (),
-        follow: None,
-    };
-    let result = session.run(&mut source, transport);
+    });
     over.store(true, Ordering::Relaxed);
     eye.join().expect("the camera's eye");
-    let summary = result.expect("an unbroken run").summary;
+    let summary = result.expect("an unbroken run");
     assert!(summary.reached, "{summary:?}");
     // 114 periods by the law, without latency.
     assert!(summary.located > 60 && summary.lost < summary.frames / 10, "{summary:?}");

@@ -2,8 +2,7 @@
 //!
 //! - [`source`]: the trait [`CameraSource`](source::CameraSource) and its implementations: cameras
 //!   [through OpenNI2](source::openni), recordings as [TUM RGB-D folders](source::tum) and `.oni`
-//!   files, their [playback](source::playback) in the place of a camera, and a
-//!   [tee](source::tee) that also records.
+//!   files, and their [playback](source::playback) in the place of a camera.
 //! - [`drivers`]: the registry of camera [`driver`]s. [`open_camera`](drivers::open_camera) opens
 //!   the camera that [`settings`] choose.
 //! - [`discovery`]: the cameras that are plugged in, and what is missing to use them.

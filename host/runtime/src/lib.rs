@@ -11,10 +11,12 @@
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]
 
-pub mod drive;
 pub mod link;
+pub mod observer;
 pub mod plot_colours;
+pub mod queued;
+pub mod recording;
 pub mod replay;
 pub mod rig;
 pub mod run;
-pub mod session;
+pub mod run_log;

@@ -8,12 +8,13 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use nalgebra::Point3;
-use plumb_cameras::source::{CameraSource, SourceError};
+use plumb_cameras::source::{BoxedError, CameraSource, SourceError};
 use plumb_cameras::toml_file::Finite;
 use plumb_emulator::rig::{Geometry, Plant, RigError};
 use plumb_emulator::{EmulatedBoard, Served};
-use plumb_protocol::units::Micros;
+use plumb_protocol::units::{Micros, Steps16};
 use plumb_runtime::link::LinkError;
+use plumb_runtime::observer::{FrameRecord, Observer};
 use plumb_runtime::rig::Simulation;
 use plumb_vision::frame::RgbdFrame;
 use thiserror::Error;
@@ -133,10 +134,12 @@ pub struct HilPlant {
     clock: RealTime,
 }
 
-/// Moves the rig of a [`HilPlant`].
+/// Observer that moves the rig of a [`HilPlant`] to the motor positions of the telemetry. A
+/// rig that cannot follow ends the run.
 pub struct Follower {
     rig: Rc<RefCell<HilRig>>,
     clock: RealTime,
+    failure: Option<SimulationError>,
 }
 
 struct HilRig {
@@ -154,10 +157,9 @@ impl HilPlant {
         Self { rig: Rc::new(RefCell::new(rig)), clock: RealTime::start() }
     }
 
-    /// Returns what moves the rig; a session hands it the motors' positions
-    /// ([`Session::follow`](plumb_runtime::session::Session::follow)).
+    /// Returns the observer that moves the rig.
     pub fn follower(&self) -> Follower {
-        Follower { rig: Rc::clone(&self.rig), clock: self.clock }
+        Follower { rig: Rc::clone(&self.rig), clock: self.clock, failure: None }
     }
 }
 
@@ -177,7 +179,7 @@ impl SimClock for HilPlant {
 }
 
 impl Follower {
-    /// Hears where the board says that its motors are (full steps since its start).
+    /// Moves the rig to these motor positions (full steps since the board's start).
     ///
     /// # Errors
     /// Where the rig cannot follow them.
@@ -189,6 +191,18 @@ impl Follower {
         rig.plant.advance(seconds, [0, 1, 2].map(|i| motors[i] - zero[i]))?;
         rig.moved = now;
         Ok(())
+    }
+}
+
+impl Observer for Follower {
+    fn frame(&mut self, record: &FrameRecord) {
+        if let Some(telemetry) = &record.telemetry {
+            self.failure = self.board_moved(telemetry.motors.map(Steps16::to_si)).err();
+        }
+    }
+
+    fn failure(&mut self) -> Option<BoxedError> {
+        self.failure.take().map(Into::into)
     }
 }
 

@@ -22,7 +22,7 @@ fn smoothed() -> Config {
 
 fn memory() -> (Rc<RefCell<EmulatedBoard>>, Link<Memory>) {
     let board = Rc::new(RefCell::new(EmulatedBoard::new(EMULATED)));
-    let link = Link::greet(Memory::new(Rc::clone(&board))).unwrap();
+    let link = Link::connect(Memory::new(Rc::clone(&board))).unwrap();
     (board, link)
 }
 
@@ -46,13 +46,13 @@ fn a_board_whose_motors_still_turn_is_configured_once_they_rest() {
     for phase in 0..100 {
         let (board, mut link) = memory();
         link.configure(smoothed()).unwrap();
-        link.target(target).unwrap();
+        link.set_target(target).unwrap();
         for _ in 0..10 {
             see(&board, &mut link, ball, 33_000);
         }
         see(&board, &mut link, ball, 200 * phase);
         // Another host takes over.
-        let mut link = Link::greet(Memory::new(Rc::clone(&board))).unwrap();
+        let mut link = Link::connect(Memory::new(Rc::clone(&board))).unwrap();
         let configured = link.configure(smoothed());
         assert!(configured.is_ok(), "after {phase} ticks: {configured:?}");
     }
@@ -63,11 +63,11 @@ fn a_target_that_is_refused_for_a_fault_is_not_reported_as_set() {
     let (target, _) = target_and_ball();
     let (board, mut link) = memory();
     link.configure(smoothed()).unwrap();
-    link.target(target).unwrap();
+    link.set_target(target).unwrap();
     // Nobody speaks to the board: it stops by itself.
     let now = board.borrow().now().0;
     board.borrow_mut().run_to(Micros(now + 3_000_000)).unwrap();
-    let again = link.target(target);
+    let again = link.set_target(target);
     assert!(matches!(again, Err(LinkError::Fault(_))), "{again:?}");
 }
 
@@ -83,13 +83,13 @@ fn the_numbers_of_requests_may_wrap_in_a_long_run() {
     let (target, _) = target_and_ball();
     let (board, mut link) = memory();
     link.configure(smoothed()).unwrap();
-    link.target(target).unwrap();
+    link.set_target(target).unwrap();
     for _ in 0..70_000 {
         see(&board, &mut link, target, 1_000);
         link.poll().unwrap();
         assert!(link.target_telemetry().is_some());
     }
-    link.target(target).unwrap();
+    link.set_target(target).unwrap();
     assert_eq!(link.refused_positions(), 0);
     // Among their numbers is that of a target.
     for _ in 0..70_000 {
@@ -112,7 +112,7 @@ fn a_host_that_was_suspended_for_minutes_finds_the_fault() {
     // Each time anew: a second fault is not hidden by the first, nor the other way round.
     for _ in 0..2 {
         assert_eq!(link.fault(), None);
-        link.target(target).unwrap();
+        link.set_target(target).unwrap();
         for _ in 0..30 {
             see(&board, &mut link, ball, 33_000);
             link.poll().unwrap();

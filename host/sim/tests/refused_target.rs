@@ -12,7 +12,7 @@ use plumb_emulator::{EMULATED, EmulatedBoard};
 use plumb_protocol::units::{Micros, Point};
 use plumb_runtime::link::Link;
 use plumb_runtime::rig::Rig;
-use plumb_runtime::session::{Place, Session, SessionError};
+use plumb_runtime::run::{Run, RunError, RunParts};
 use plumb_sim::memory::Memory;
 use plumb_vision::detect::DetectorKind;
 use plumb_vision::frame::RgbdFrame;
@@ -41,9 +41,9 @@ fn move_motors(rig: &Rig, board: &Rc<RefCell<EmulatedBoard>>) {
     let target = rig.targets().unwrap()[0];
     let [x, y, z] = target.to_metres();
     let ball = Point::from_metres([x, y, z + 0.2]).unwrap();
-    let mut link = Link::greet(Memory::new(Rc::clone(board))).unwrap();
+    let mut link = Link::connect(Memory::new(Rc::clone(board))).unwrap();
     link.configure(rig.config().unwrap()).unwrap();
-    link.target(target).unwrap();
+    link.set_target(target).unwrap();
     for _ in 0..30 {
         link.position(Some(ball), None, Duration::ZERO).unwrap();
         let now = board.borrow().now().0;
@@ -58,18 +58,15 @@ fn a_board_that_refuses_a_target_is_stopped_and_waited_for() {
     let board = Rc::new(RefCell::new(EmulatedBoard::new(EMULATED)));
     move_motors(&rig, &board);
     rig.motors.travel = [-1.0, 1.0].map(|steps| Finite::try_from(steps).unwrap());
-    let folder = tempfile::tempdir().unwrap();
-    let session = Session {
-        rig: &rig,
+    let run = Run::connect(&rig, Memory::new(Rc::clone(&board))).unwrap();
+    let result = run.drive(RunParts {
+        source: &mut Lossy(board),
         detector: &mut *DetectorKind::Ball.build(&camera),
-        place: Place::Folder(folder.path().join("run")),
+        observers: &mut [],
         timeout: 10.0,
         interrupted: &AtomicBool::new(false),
-        progress: &mut |_| {},
-        follow: None,
-    };
-    let result = session.run(&mut Lossy(Rc::clone(&board)), Memory::new(board));
-    let Err(SessionError::Broken { error, ended }) = result else { panic!("{result:?}") };
+    });
+    let Err(RunError::Broken { error, summary }) = result else { panic!("{result:?}") };
     assert!(error.to_string().contains("stands outside its travel"), "{error}");
-    assert!(ended.summary.at_rest);
+    assert!(summary.at_rest);
 }

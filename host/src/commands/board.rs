@@ -50,7 +50,7 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
             let config = Rig::read(&rig).or_bad_input()?.config().or_bad_input()?;
             let mut link = open(&port, args.baud)?;
             link.configure(config).or_failed()?;
-            link.store().or_failed()?;
+            link.save().or_failed()?;
             tell!("{port}: the board keeps the configuration of {}", rig.display());
         }
         What::Bootloader => {
@@ -79,7 +79,7 @@ fn only_board() -> Result<String, Failure> {
 }
 
 fn open(port: &str, baud: u32) -> Result<Link<Serial>, Failure> {
-    Link::greet(Serial::open(port, baud).or_bad_input()?).or_failed()
+    Link::connect(Serial::open(port, baud).or_bad_input()?).or_failed()
 }
 
 fn status(port: &str, link: &mut Link<Serial>, json: bool) -> Result<(), Failure> {

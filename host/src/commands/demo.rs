@@ -13,12 +13,11 @@ use nalgebra::Point3;
 use plumb_cameras::camera_file;
 use plumb_cameras::record::{Overflow, RecordFolder};
 use plumb_cameras::source::CameraSource;
-use plumb_cameras::source::tee::Tee;
 use plumb_cameras::source::tum::TumFolder;
 use plumb_runtime::link::{Serial, Transport};
 use plumb_runtime::rig::{LawSettings, Rig};
-use plumb_runtime::run::Row;
-use plumb_runtime::session::{Place, Session, Summary};
+use plumb_runtime::run::{Run, RunParts, Summary};
+use plumb_runtime::run_log::{FigureSettings, LawCurve, OutputDir, RunLog};
 use plumb_sim::emulator::{EMULATED, EmulatedBoard, serve};
 use plumb_sim::memory::Memory;
 use plumb_sim::simulated::{ServedRig, SimClock, SimulatedCamera, Timing, VirtualRig};
@@ -29,9 +28,9 @@ use serde::Serialize;
 
 use super::interrupt::interrupt_flag;
 use super::options::RunOptions;
+use super::outputs::{Outputs, not_begun};
 use super::print::tell;
-use super::run_camera::{record_folder, recorded};
-use super::show::{Progress, conclude};
+use super::run_camera::record_folder;
 use super::{Failure, OrFail, law, numbers, print};
 
 /// The paper's task, closed loop: rendered pictures, OpenCV, a serial port, an emulated board, a
@@ -83,7 +82,8 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
         return compare::main(&args, &interrupted);
     }
     let law = chosen(&args)?;
-    drive(&args, law, args.options.place("demo"), &interrupted, &mut |_| {})
+    let mut curve = LawCurve::new(law.title());
+    drive(&args, law, args.options.output_dir("demo"), &interrupted, &mut curve)
 }
 
 /// The law that was asked for.
@@ -94,13 +94,13 @@ fn chosen(args: &Args) -> Result<LawSettings, Failure> {
     Ok(law)
 }
 
-/// One run with `law`; `rows` hears of every frame.
+/// Runs with `law`, and adds the errors to `curve`.
 fn drive(
     args: &Args,
     law: LawSettings,
-    place: Place,
+    output_dir: OutputDir,
     interrupted: &AtomicBool,
-    rows: &mut dyn FnMut(&Row),
+    curve: &mut LawCurve,
 ) -> Result<ExitCode, Failure> {
     let rig = Rig { law, ..Rig::paper().or_bad_input()? };
     let camera = camera_file::paper().or_bad_input()?;
@@ -114,7 +114,7 @@ fn drive(
         EMULATED,
         args.options.physics.plant(&simulation).or_bad_input()?,
     );
-    let mut demo = Demo { args, rig: &rig, camera: &camera, place, interrupted, rows };
+    let mut demo = Demo { args, rig: &rig, camera: &camera, output_dir, interrupted, curve };
     if args.virtual_time {
         let board = Rc::new(RefCell::new(board));
         let Some(simulated) = VirtualRig::new(Rc::clone(&board)) else {
@@ -157,14 +157,14 @@ struct Demo<'a> {
     args: &'a Args,
     rig: &'a Rig,
     camera: &'a Camera,
-    place: Place,
+    output_dir: OutputDir,
     interrupted: &'a AtomicBool,
-    rows: &'a mut dyn FnMut(&Row),
+    curve: &'a mut LawCurve,
 }
 
 fn run<C: SimClock, T: Transport>(
     demo: &mut Demo<'_>,
-    source: SimulatedCamera<C>,
+    mut source: SimulatedCamera<C>,
     folder: Option<RecordFolder>,
     transport: T,
 ) -> Result<ExitCode, Failure>
@@ -175,31 +175,24 @@ where
     let overflow = if args.virtual_time { Overflow::Block } else { Overflow::Drop };
     let recorder = folder
         .map(|folder| folder.begin(camera_file::PAPER, &camera.intrinsics, overflow))
-        .transpose();
-    let mut source = Tee::new(source, recorder.or_bad_input()?);
-    let progress = Progress::new();
-    let mut detector = args.options.detector.detector(camera);
-    let session = Session {
-        rig,
-        detector: &mut *detector,
-        place: demo.place.clone(),
+        .transpose()
+        .or_bad_input()?;
+    let run = Run::connect(rig, transport).map_err(not_begun)?;
+    let log = RunLog::create(&demo.output_dir, FigureSettings::of(rig)).or_bad_input()?;
+    let mut outputs = Outputs::start(log, recorder, overflow)?;
+    let result = run.drive(RunParts {
+        source: &mut source,
+        detector: &mut *args.options.detector.detector(camera),
+        observers: &mut [&mut outputs, &mut *demo.curve],
         timeout: args.options.timeout,
         interrupted,
-        progress: &mut |row| {
-            progress.show(row);
-            (demo.rows)(row);
-        },
-        follow: None,
-    };
-    let result = session.run(&mut source, transport);
-    progress.done();
+    });
     let target =
         rig.targets.last().map_or_else(Point3::origin, |t| Point3::from(t.map(|c| c.get())));
-    let true_error_mm = ((source.source().rig().ball() - target).norm() * 1e6).round() / 1e3;
-    let recording = recorded(source);
-    let line = |summary: &Summary| {
+    let true_error_mm = ((source.rig().ball() - target).norm() * 1e6).round() / 1e3;
+    outputs.conclude(result, |summary| {
         let time = if args.virtual_time { "virtual" } else { "real" };
-        serde_json::to_string(&Line { summary, true_error_mm, seed: args.seed, time }).or_failed()
-    };
-    conclude(result, recording, |summary| print::result(line(summary)?))
+        let line = Line { summary, true_error_mm, seed: args.seed, time };
+        print::result(serde_json::to_string(&line).or_failed()?)
+    })
 }

@@ -10,11 +10,11 @@ pub(crate) mod emulate;
 mod interrupt;
 mod numbers;
 mod options;
+mod outputs;
 pub(crate) mod print;
 pub(crate) mod replay;
 pub(crate) mod run;
 mod run_camera;
-mod show;
 pub(crate) mod verify;
 
 use std::error::Error;

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use plumb_runtime::session::Place;
+use plumb_runtime::run_log::OutputDir;
 
 use super::{DetectorName, Physics, numbers};
 
@@ -31,8 +31,9 @@ pub(super) struct RunOptions {
 }
 
 impl RunOptions {
-    /// Where the run's folder goes; numbered ones are called `prefix`.
-    pub(super) fn place(&self, prefix: &'static str) -> Place {
-        self.out.clone().map_or(Place::Numbered(prefix), Place::Folder)
+    /// Returns the folder of the run. Numbered folders begin with `prefix`.
+    pub(super) fn output_dir(&self, prefix: &'static str) -> OutputDir {
+        let numbered = || OutputDir::Numbered { parent: "runs".into(), prefix };
+        self.out.clone().map_or_else(numbered, OutputDir::Path)
     }
 }

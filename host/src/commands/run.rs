@@ -7,17 +7,17 @@ use clap::Parser;
 use plumb_cameras::bounded_read::read_text;
 use plumb_cameras::camera_file;
 use plumb_cameras::record::Overflow;
-use plumb_cameras::source::tee::Tee;
 use plumb_cameras::toml_file::MAX_BYTES;
-use plumb_runtime::drive::Follow;
 use plumb_runtime::link::Serial;
+use plumb_runtime::observer::Observer;
 use plumb_runtime::rig::{LawSettings, Rig};
-use plumb_runtime::session::{Session, Summary};
+use plumb_runtime::run::{Run, RunParts};
+use plumb_runtime::run_log::{FigureSettings, RunLog};
 
 use super::interrupt::interrupt_flag;
 use super::options::RunOptions;
-use super::run_camera::{RunCamera, record_folder, recorded};
-use super::show::{Progress, conclude};
+use super::outputs::{Outputs, not_begun};
+use super::run_camera::{RunCamera, record_folder};
 use super::{Failure, OrFail, law, numbers, print};
 
 /// Drive the ball through the targets of a rig file
@@ -89,33 +89,32 @@ fn drive(file: &Path, mut rig: Rig, options: &Common) -> Result<ExitCode, Failur
     let transport = Serial::open(port, rig.board.baud).or_bad_input()?;
     let folder = record_folder(options.run.record.as_deref())?;
     let oni = folder.as_ref().map(|folder| folder.oni());
-    let RunCamera { source, camera, follower } =
+    let RunCamera { mut source, camera, mut follower } =
         RunCamera::open(chosen, &rig, camera, options.run.physics, oni)?;
-    let recorder =
-        folder.map(|folder| folder.begin(&text, &camera.intrinsics, Overflow::Drop)).transpose();
-    let mut source = Tee::new(source, recorder.or_bad_input()?);
+    let recorder = folder
+        .map(|folder| folder.begin(&text, &camera.intrinsics, Overflow::Drop))
+        .transpose()
+        .or_bad_input()?;
 
     let interrupted = interrupt_flag()?;
-    let progress = Progress::new();
-    let mut detector = options.run.detector.detector(&camera);
-    let mut follow = follower.map(|mut follower| move |motors| Ok(follower.board_moved(motors)?));
-    let session = Session {
-        rig: &rig,
-        detector: &mut *detector,
-        place: options.run.place("run"),
+    let run = Run::connect(&rig, transport).map_err(not_begun)?;
+    let log = RunLog::create(&options.run.output_dir("run"), FigureSettings::of(&rig));
+    let mut outputs = Outputs::start(log.or_bad_input()?, recorder, Overflow::Drop)?;
+    let mut observers: Vec<&mut dyn Observer> = vec![&mut outputs];
+    observers.extend(follower.as_mut().map(|follower| follower as &mut dyn Observer));
+    let result = run.drive(RunParts {
+        source: &mut *source,
+        detector: &mut *options.run.detector.detector(&camera),
+        observers: &mut observers,
         timeout: options.run.timeout,
         interrupted: &interrupted,
-        progress: &mut |row| progress.show(row),
-        follow: follow.as_mut().map(|follow| follow as Follow<'_>),
-    };
-    let result = session.run(&mut source, transport);
-    progress.done();
-    let recording = recorded(source);
-    let json = |summary: &Summary| -> Result<(), Failure> {
+    });
+    // A device ends its own recording.
+    drop(source);
+    outputs.conclude(result, |summary| {
         if options.run.json {
             print::result(serde_json::to_string(summary).or_failed()?)?;
         }
         Ok(())
-    };
-    conclude(result, recording, json)
+    })
 }

@@ -7,7 +7,6 @@ use plumb_cameras::drivers::open_camera;
 use plumb_cameras::record::RecordFolder;
 use plumb_cameras::settings::SourceName;
 use plumb_cameras::source::CameraSource;
-use plumb_cameras::source::tee::Tee;
 use plumb_runtime::rig::Rig;
 use plumb_sim::simulated::{Follower, HilPlant, SimulatedCamera, Timing};
 use plumb_sim::synthetic::{Background, Options, Room, SyntheticCamera};
@@ -69,18 +68,4 @@ fn simulated(rig: &Rig, camera: Camera, physics: Physics) -> Result<RunCamera, F
 /// Creates the folder for a recording, where one is asked for.
 pub(super) fn record_folder(path: Option<&Path>) -> Result<Option<RecordFolder>, Failure> {
     path.map(RecordFolder::create).transpose().or_bad_input()
-}
-
-/// Ends the recording, closes the source, and reports what was recorded.
-pub(super) fn recorded<S>(source: Tee<S>) -> Result<(), Failure> {
-    let (source, recording) = source.finish();
-    drop(source);
-    if let Some(recording) = recording.or_failed()? {
-        let dropped = match recording.dropped {
-            0 => String::new(),
-            n => format!(", {n} left out: they came faster than they could be written"),
-        };
-        tell!("recorded: {} frames in {}{dropped}", recording.frames, recording.folder.display());
-    }
-    Ok(())
 }

@@ -14,7 +14,7 @@ use std::thread;
 
 use plumb_runtime::rig::LawSettings;
 use plumb_tests::links::{
-    LinkCase, Outcome, Run, Verdict, check_run, in_real_time, in_virtual_time, links,
+    LinkCase, LinkRun, Outcome, Verdict, check_run, in_real_time, in_virtual_time, links,
 };
 
 const USAGE: &str = "[--seeds N] [--link WORD] [--law NAME] [--runs] [--real-time]";
@@ -31,7 +31,7 @@ struct Options {
 
 /// A finished run.
 struct Done {
-    run: Run,
+    run: LinkRun,
     outcome: Outcome,
     verdict: Verdict,
 }
@@ -88,7 +88,7 @@ fn options(mut words: impl Iterator<Item = String>) -> Result<Options, String> {
 }
 
 /// Returns the runs that the options select.
-fn planned(options: &Options) -> Vec<Run> {
+fn planned(options: &Options) -> Vec<LinkRun> {
     let mut runs = Vec::new();
     // In real time the board's deadlines are long, so that a silence has no effect.
     let is_selected = |link: &LinkCase| {
@@ -96,14 +96,14 @@ fn planned(options: &Options) -> Vec<Run> {
     };
     for link in links().into_iter().filter(is_selected) {
         for law in LawSettings::NAMES.into_iter().filter(|law| law.contains(&options.law)) {
-            runs.extend((0..options.seeds).map(|seed| Run { link, law, seed }));
+            runs.extend((0..options.seeds).map(|seed| LinkRun { link, law, seed }));
         }
     }
     runs
 }
 
 /// Executes the runs on all processors.
-fn run_all(runs: Vec<Run>, execute: fn(&Run) -> Outcome) -> Vec<Done> {
+fn run_all(runs: Vec<LinkRun>, execute: fn(&LinkRun) -> Outcome) -> Vec<Done> {
     let (queue, done) = (Mutex::new(runs.into_iter()), Mutex::new(Vec::new()));
     let work = || {
         loop {

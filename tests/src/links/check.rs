@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use super::{Leg, Outcome, Run};
+use super::{Leg, LinkRun, Outcome};
 
 /// Distance from the target that counts as reached, m; from the paper's rig file.
 const RADIUS_M: f64 = 0.010;
@@ -32,7 +32,7 @@ impl Verdict {
 }
 
 /// Checks a run.
-pub fn check_run(run: &Run, outcome: &Outcome) -> Verdict {
+pub fn check_run(run: &LinkRun, outcome: &Outcome) -> Verdict {
     let reported_reached = outcome.legs.iter().enumerate().filter(|(_, leg)| leg.reported_reached);
     let (driven, not): (Vec<_>, Vec<_>) = reported_reached.partition(|(_, leg)| is_driven(leg));
     let false_reached = not.iter().map(|(index, leg)| {

@@ -8,5 +8,5 @@ mod table;
 
 pub use camera::{FixedDetector, TrackingCamera};
 pub use check::{Verdict, check_run};
-pub use run::{Leg, Outcome, Run, in_real_time, in_virtual_time};
+pub use run::{Leg, LinkRun, Outcome, in_real_time, in_virtual_time};
 pub use table::{Expected, LinkCase, link, links, usable_links};

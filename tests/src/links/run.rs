@@ -13,9 +13,9 @@ use plumb_emulator::{EMULATED, EmulatedBoard, Served, serve};
 use plumb_protocol::message::State;
 use plumb_protocol::units::Micros;
 use plumb_runtime::link::{Serial, Transport};
+use plumb_runtime::observer::{FrameRecord, Observer};
 use plumb_runtime::rig::{LawSettings, Rig};
-use plumb_runtime::run::Row;
-use plumb_runtime::session::{Place, Session, SessionError, Summary};
+use plumb_runtime::run::{Run, RunError, RunParts, Summary};
 use plumb_sim::memory::Memory;
 use plumb_sim::simulated::{ServedRig, SimClock, Timing, VirtualRig};
 use rand::{RngExt, SeedableRng};
@@ -36,7 +36,7 @@ const REST: Duration = Duration::from_secs(2);
 
 /// Settings of a run.
 #[derive(Debug, Clone, Copy)]
-pub struct Run {
+pub struct LinkRun {
     /// The link.
     pub link: LinkCase,
     /// Name of the law.
@@ -87,7 +87,7 @@ pub(super) fn start_time(seed: u64) -> Micros {
 ///
 /// # Panics
 /// If the run cannot be prepared.
-pub fn in_virtual_time(run: &Run) -> Outcome {
+pub fn in_virtual_time(run: &LinkRun) -> Outcome {
     let rig = rig(run);
     let mut board = board(run);
     board.run_to(start_time(run.seed)).expect("a rig at rest");
@@ -106,7 +106,7 @@ pub fn in_virtual_time(run: &Run) -> Outcome {
 ///
 /// # Panics
 /// If the run cannot be prepared.
-pub fn in_real_time(run: &Run) -> Outcome {
+pub fn in_real_time(run: &LinkRun) -> Outcome {
     let mut rig = rig(run);
     let deadline = |seconds: f64| seconds.try_into().expect("seconds");
     rig.deadlines.host = deadline(5.0);
@@ -143,7 +143,7 @@ impl Probe for Rc<Served> {
 }
 
 /// Returns the paper's rig with the run's law and targets.
-fn rig(run: &Run) -> Rig {
+fn rig(run: &LinkRun) -> Rig {
     let mut law = LawSettings::named(run.law).expect("a law of that name");
     if run.law == "interval" {
         law.set_gamma(GAMMA).expect("a gain");
@@ -171,7 +171,7 @@ fn targets(seed: u64) -> [Point3<f64>; TARGETS] {
     })
 }
 
-fn board(run: &Run) -> EmulatedBoard {
+fn board(run: &LinkRun) -> EmulatedBoard {
     let task = Task::paper();
     let plant = QuasiStatic::new(task.geometry, task.start).expect("the paper's rig");
     EmulatedBoard::with_plant(EMULATED, Box::new(plant)).with_wire((run.link.wire)(run.seed))
@@ -187,18 +187,17 @@ fn drive<C: SimClock, T: Transport>(
 ) -> Outcome {
     let camera = camera_file::paper().expect("the paper's camera");
     let mut source = TrackingCamera::new(simulated, camera.clone(), Timing::default());
-    let folder = tempfile::tempdir().expect("a folder");
-    let mut legs = Vec::new();
-    let session = Session {
-        rig,
-        detector: &mut FixedDetector(camera.clone()),
-        place: Place::Folder(folder.path().join("run")),
-        timeout: TIMEOUT_S,
-        interrupted: &AtomicBool::new(false),
-        progress: &mut |row| record(&mut legs, row, board.inspect(|b| b.ball()).expect("a rig")),
-        follow: None,
-    };
-    let result = session.run(&mut source, transport).map(|ended| ended.summary);
+    let mut observer = LegObserver { legs: Vec::new(), board };
+    let result = Run::connect(rig, transport).and_then(|run| {
+        run.drive(RunParts {
+            source: &mut source,
+            detector: &mut FixedDetector(camera.clone()),
+            observers: &mut [&mut observer],
+            timeout: TIMEOUT_S,
+            interrupted: &AtomicBool::new(false),
+        })
+    });
+    let mut legs = observer.legs;
     let ended_at = board.inspect(EmulatedBoard::now);
     let Report { reported_reached, exit_code, cause } = report(&result);
     for leg in legs.iter_mut().take(reported_reached) {
@@ -210,15 +209,23 @@ fn drive<C: SimClock, T: Transport>(
     Outcome { legs, targets: rig.targets.len(), exit_code, cause, ended_at, state, at_rest }
 }
 
-/// Adds a frame to its leg.
-fn record(legs: &mut Vec<Leg>, row: &Row, ball: Point3<f64>) {
-    let target = row.target.expect("every row of a run has a target");
-    if legs.last().is_none_or(|leg| leg.target != target) {
-        legs.push(Leg { target, frames: 0, true_error_m: 0.0, reported_reached: false });
-    }
-    if let Some(leg) = legs.last_mut() {
-        leg.frames += 1;
-        leg.true_error_m = (ball - target).norm();
+/// Observer that inspects the board at each frame.
+struct LegObserver<'a, P> {
+    legs: Vec<Leg>,
+    board: &'a P,
+}
+
+impl<P: Probe> Observer for LegObserver<'_, P> {
+    fn frame(&mut self, record: &FrameRecord) {
+        let (target, legs) = (record.target, &mut self.legs);
+        if legs.last().is_none_or(|leg| leg.target != target) {
+            legs.push(Leg { target, frames: 0, true_error_m: 0.0, reported_reached: false });
+        }
+        if let Some(leg) = legs.last_mut() {
+            let ball = self.board.inspect(|board| board.ball()).expect("a rig");
+            leg.frames += 1;
+            leg.true_error_m = (ball - target).norm();
+        }
     }
 }
 
@@ -231,21 +238,21 @@ struct Report {
 }
 
 /// Converts the result as `plumb run` does.
-fn report(result: &Result<Summary, SessionError>) -> Report {
+fn report(result: &Result<Summary, RunError>) -> Report {
     let reported_reached = |summary: &Summary| summary.targets_reached;
     match result {
         Ok(summary) => Report {
             reported_reached: reported_reached(summary),
             exit_code: u8::from(!summary.reached),
-            cause: summary.ending.clone(),
+            cause: summary.ending.to_string(),
         },
         Err(error) => match error {
-            SessionError::Broken { error, ended } => Report {
-                reported_reached: reported_reached(&ended.summary),
+            RunError::Broken { error, summary } => Report {
+                reported_reached: reported_reached(summary),
                 exit_code: 1,
                 cause: error.to_string(),
             },
-            SessionError::Link(error) => {
+            RunError::Connect(error) => {
                 Report { reported_reached: 0, exit_code: 1, cause: error.to_string() }
             }
             _ => Report { reported_reached: 0, exit_code: 2, cause: error.to_string() },

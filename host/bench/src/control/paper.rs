@@ -90,10 +90,10 @@ fn paper_frames(gamma: f64) -> Result<u32, ControlError> {
     let task = Task::paper();
     let plant = Box::new(QuasiStatic::new(task.geometry, task.start)?);
     let board = Rc::new(RefCell::new(EmulatedBoard::with_plant(EMULATED, plant)));
-    let mut link = Link::greet(Memory::new(Rc::clone(&board)))?;
+    let mut link = Link::connect(Memory::new(Rc::clone(&board)))?;
     link.configure(rig.config()?)?;
     for target in rig.targets()? {
-        link.target(target)?;
+        link.set_target(target)?;
     }
     let start = board.borrow().now();
     for frame in 0..MAX_FRAMES {

@@ -5,7 +5,6 @@ mod error;
 pub mod openni;
 pub mod playback;
 mod recording;
-pub mod tee;
 pub mod tum;
 
 pub use camera_source::CameraSource;

@@ -65,7 +65,7 @@ impl<T: Transport> Link<T> {
     ///
     /// # Errors
     /// Where nothing answers, or a board of another version does.
-    pub fn greet(transport: T) -> Result<Self, LinkError> {
+    pub fn connect(transport: T) -> Result<Self, LinkError> {
         let mut link = Self::open(transport)?;
         link.hello(ANSWER_TIMEOUT)?;
         link.monitor.begin(link.transport.now());
@@ -123,7 +123,7 @@ impl<T: Transport> Link<T> {
     ///
     /// # Errors
     /// Where it has no place to keep it, could not write it, or the link fails.
-    pub fn store(&mut self) -> Result<(), LinkError> {
+    pub fn save(&mut self) -> Result<(), LinkError> {
         self.request("the request to store its configuration", Command::Store).map(drop)
     }
 

@@ -57,7 +57,7 @@ impl<T: Transport> Link<T> {
     ///
     /// # Errors
     /// Where the link is lost.
-    pub fn set_rates(&mut self, target: Point) -> Result<(), LinkError> {
+    pub fn request_target(&mut self, target: Point) -> Result<(), LinkError> {
         let (id, now) = (self.post(Command::Target(target))?, self.transport.now());
         let outcome = Outcome::Unknown;
         self.target = Some(TargetRequest { id, target, first_sent: now, last_sent: now, outcome });
@@ -68,8 +68,8 @@ impl<T: Transport> Link<T> {
     ///
     /// # Errors
     /// Where the board refuses it or has stopped by itself, or the link fails.
-    pub fn target(&mut self, target: Point) -> Result<(), LinkError> {
-        self.set_rates(target)?;
+    pub fn set_target(&mut self, target: Point) -> Result<(), LinkError> {
+        self.request_target(target)?;
         while self.target.is_some_and(|request| request.outcome == Outcome::Unknown) {
             self.listen(POLL_INTERVAL)?;
             self.poll()?;

@@ -31,6 +31,6 @@ impl Transport for Restless {
 
 #[test]
 fn a_host_that_is_held_up_between_two_looks_at_the_clock_waits_no_longer() {
-    let silent = Link::greet(Restless { looks: Cell::new(0) }).err();
+    let silent = Link::connect(Restless { looks: Cell::new(0) }).err();
     assert!(matches!(silent, Some(LinkError::Silent { .. })), "{silent:?}");
 }

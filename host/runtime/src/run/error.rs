@@ -1,67 +1,54 @@
-//! What can go wrong with a run's folder.
+//! Errors of a run.
 
-use std::path::PathBuf;
-
-use plotters::drawing::DrawingAreaErrorKind;
+use plumb_cameras::source::{BoxedError, SourceError};
+use plumb_vision::detect::DetectError;
 use thiserror::Error;
 
-/// Why a run's folder could not be made or written.
+use super::Summary;
+use crate::link::LinkError;
+use crate::rig::OutOfRange;
+
+/// Failure of the control loop.
 #[derive(Debug, Error)]
-pub enum RunError {
-    /// There is something already: a run is never overwritten.
-    #[error("{} exists already and is not an empty folder: runs are never overwritten; give another folder or move it away", .0.display())]
-    Exists(PathBuf),
-    /// The parent folder holds more numbered runs than there are numbers.
-    #[error("no free run number under {} for '{prefix}'; move old runs away", .parent.display())]
-    NoFreeNumber {
-        /// Where the folder was to be made.
-        parent: PathBuf,
-        /// What its name was to begin with.
-        prefix: String,
-    },
-    /// The file system refused.
-    #[error("cannot {action} {}: {source}", .path.display())]
-    Io {
-        /// What was to be done.
-        action: &'static str,
-        /// To what.
-        path: PathBuf,
-        /// Why not.
-        source: std::io::Error,
-    },
-    /// A row could not be written.
-    #[error("cannot write a row to {}: {source}", .path.display())]
-    Csv {
-        /// The CSV file.
-        path: PathBuf,
-        /// Why not.
-        source: csv::Error,
-    },
-    /// The summary cannot be turned into JSON.
-    #[error("cannot write the summary to {}: {source}", .path.display())]
-    Json {
-        /// The JSON file.
-        path: PathBuf,
-        /// Why not.
-        source: serde_json::Error,
-    },
-    /// A figure could not be drawn.
-    #[error("cannot draw {}: {source}", .path.display())]
-    Figure {
-        /// The SVG file.
-        path: PathBuf,
-        /// Why not.
-        source: DrawingAreaErrorKind<std::io::Error>,
-    },
+#[non_exhaustive]
+pub enum ControlLoopError {
+    /// The link to the board failed.
+    #[error(transparent)]
+    Link(#[from] LinkError),
+    /// The camera delivers no frames any more, or lost too many in a row.
+    #[error(transparent)]
+    Source(#[from] SourceError),
+    /// The detector failed on too many frames in a row.
+    #[error(transparent)]
+    Detect(#[from] DetectError),
+    /// An observer cannot go on.
+    #[error(transparent)]
+    Observer(BoxedError),
 }
 
-impl RunError {
-    /// For `map_err`: names what was to be done to which path.
-    pub(crate) fn io(
-        action: &'static str,
-        path: impl Into<PathBuf>,
-    ) -> impl FnOnce(std::io::Error) -> Self {
-        let path = path.into();
-        move |source| Self::Io { action, path, source }
-    }
+/// Failure of a run.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum RunError {
+    /// A value of the rig file is beyond what the board can be sent.
+    #[error("rig file: {0}")]
+    Config(#[source] OutOfRange),
+    /// A target is outside the workspace of the rig file.
+    #[error("the target {0:?} m is outside the workspace of the rig file")]
+    TargetOutside([f64; 3]),
+    /// The rig file has no targets.
+    #[error("the rig file has no targets: list them as `targets = [[x, y, z], ...]`, metres")]
+    NoTargets,
+    /// The board did not answer, or refused the configuration.
+    #[error(transparent)]
+    Connect(LinkError),
+    /// The run failed after it had begun.
+    #[error("{error}")]
+    Broken {
+        /// Cause of the failure.
+        #[source]
+        error: Box<ControlLoopError>,
+        /// Summary of the run until then.
+        summary: Box<Summary>,
+    },
 }

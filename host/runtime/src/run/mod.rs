@@ -1,14 +1,150 @@
-//! What a run leaves behind: a folder with `run.csv` (a row a frame), `summary.json`, `figure4.svg`
-//! (x, y, z and |e| over the frames) and `figure5.svg` (the path in space), named after the paper's
-//! figures.
+//! A run: connects to the board, configures it, and drives the ball through a list of targets.
 
+mod control_loop;
 mod error;
-mod figures;
-mod folder;
-mod laws;
-mod row;
+mod stats;
+mod stop_reason;
 
-pub use error::RunError;
-pub use folder::{RunFolder, Scene};
-pub use laws::{LawCurve, LawsFolder};
-pub use row::{Row, RowDetection};
+use std::sync::atomic::AtomicBool;
+
+use plumb_cameras::source::CameraSource;
+use plumb_protocol::units::Point;
+use plumb_vision::detect::BallDetector;
+
+use crate::link::{Link, LinkError, Transport};
+use crate::observer::Observer;
+use crate::rig::Rig;
+use control_loop::ControlLoop;
+pub use error::{ControlLoopError, RunError};
+pub use stats::{Leg, Summary};
+use stats::{RunStats, millimetres, round};
+pub use stop_reason::StopReason;
+
+/// A run that is ready to begin: the board is connected and configured, and its motors stand still.
+pub struct Run<T> {
+    link: Link<T>,
+    targets: Vec<Point>,
+    law: &'static str,
+    radius: f64,
+}
+
+/// Parts of a run besides the rig and the board.
+pub struct RunParts<'a> {
+    /// Source of the frames.
+    pub source: &'a mut dyn CameraSource,
+    /// Detector of the ball.
+    pub detector: &'a mut dyn BallDetector,
+    /// Outputs of the run.
+    pub observers: &'a mut [&'a mut dyn Observer],
+    /// Longest drive to one target, seconds.
+    pub timeout: f64,
+    /// Flag that ends the run when it is set from outside.
+    pub interrupted: &'a AtomicBool,
+}
+
+impl<T: Transport> Run<T> {
+    /// Checks the targets of `rig`, connects to the board at the other end of `transport`, and
+    /// configures it.
+    ///
+    /// # Errors
+    /// Where the rig file has no valid targets, or the board does not answer or refuses the
+    /// configuration.
+    pub fn connect(rig: &Rig, transport: T) -> Result<Self, RunError> {
+        let config = rig.config().map_err(RunError::Config)?;
+        let targets = rig.targets().map_err(RunError::Config)?;
+        if targets.is_empty() {
+            return Err(RunError::NoTargets);
+        }
+        if let Some(target) = targets.iter().find(|target| !config.workspace.contains(**target)) {
+            return Err(RunError::TargetOutside(target.to_metres()));
+        }
+        let mut link = Link::connect(transport).map_err(RunError::Connect)?;
+        link.configure(config).map_err(RunError::Connect)?;
+        Ok(Self { link, targets, law: rig.law.name(), radius: rig.reached.radius.get() })
+    }
+
+    /// Drives the ball to one target after the other until one is not reached. The motors are
+    /// ramped down at the end.
+    ///
+    /// # Errors
+    /// [`RunError::Broken`] where the link, the camera or an observer fails. The observers receive
+    /// the summary in that case too.
+    pub fn drive(mut self, mut parts: RunParts<'_>) -> Result<Summary, RunError> {
+        let mut legs = Vec::new();
+        let (result, stats) = self.drive_all(&mut parts, &mut legs);
+        let (result, at_rest) = come_to_rest(&mut self.link, result);
+        let targets_reached = legs.iter().filter(|leg| leg.reached).count();
+        let summary = Summary {
+            reached: targets_reached == self.targets.len(),
+            law: self.law,
+            detector: parts.detector.name(),
+            frames: stats.frames,
+            time_s: round(stats.time, 1e6),
+            error_mm: stats.error.map(millimetres),
+            targets_reached,
+            legs,
+            at_rest,
+            located: stats.located,
+            lost: stats.lost,
+            refused_positions: self.link.refused_positions(),
+            ending: match &result {
+                Ok(reason) => reason.clone(),
+                Err(error) => StopReason::Failed(error.to_string()),
+            },
+            dropped_records: parts.observers.iter().map(|observer| observer.dropped()).sum(),
+        };
+        for observer in parts.observers.iter_mut() {
+            observer.end(&summary);
+        }
+        match result {
+            Ok(_) => Ok(summary),
+            Err(error) => Err(RunError::Broken { error: error.into(), summary: summary.into() }),
+        }
+    }
+
+    /// Drives to the targets and adds a leg for each.
+    fn drive_all(
+        &mut self,
+        parts: &mut RunParts<'_>,
+        legs: &mut Vec<Leg>,
+    ) -> (Result<StopReason, ControlLoopError>, RunStats) {
+        let (link, radius) = (&mut self.link, self.radius);
+        let mut control = ControlLoop { parts, link, radius, stats: RunStats::default() };
+        for (number, &target) in self.targets.iter().enumerate() {
+            let before = control.stats.frames;
+            let result = control.drive_to(number, target);
+            let reached = matches!(result, Ok(StopReason::Reached));
+            legs.push(Leg {
+                target: target.to_metres().map(|metres| round(metres, 1e6)),
+                frames: control.stats.frames - before,
+                reached,
+                error_mm: control.stats.error.map(millimetres),
+            });
+            if !reached {
+                return (result, control.stats);
+            }
+        }
+        (Ok(StopReason::Reached), control.stats)
+    }
+}
+
+/// Ramps the motors down and waits until they stand still. Returns the result of the run, and
+/// whether the board reported that they stand.
+fn come_to_rest<T: Transport>(
+    link: &mut Link<T>,
+    result: Result<StopReason, ControlLoopError>,
+) -> (Result<StopReason, ControlLoopError>, bool) {
+    let is_link_lost = matches!(
+        &result,
+        Err(ControlLoopError::Link(error)) if !matches!(error, LinkError::Refused { .. })
+    );
+    if is_link_lost {
+        // The first cause counts, and a board without a host stops by itself.
+        link.abandon();
+        return (result, false);
+    }
+    match link.stop() {
+        Ok(()) => (result, true),
+        Err(error) => (result.and(Err(error.into())), false),
+    }
+}

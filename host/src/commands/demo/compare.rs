@@ -4,8 +4,7 @@ use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use plumb_runtime::rig::{LawSettings, Rig};
-use plumb_runtime::run::{LawCurve, LawsFolder};
-use plumb_runtime::session::Place;
+use plumb_runtime::run_log::{ComparisonLog, LawCurve, OutputDir};
 
 use super::super::print::tell;
 use super::super::{FAILED, Failure, OrFail, law};
@@ -13,20 +12,14 @@ use super::{Args, drive};
 
 /// Runs every law, in the order of [`LawSettings::NAMES`], into a folder of its own.
 pub(super) fn main(args: &Args, interrupted: &AtomicBool) -> Result<ExitCode, Failure> {
-    let folder = match args.options.place("laws") {
-        Place::Folder(path) => LawsFolder::create(path),
-        Place::Numbered(prefix) => LawsFolder::create_numbered("runs", prefix),
-    }
-    .or_bad_input()?;
+    let folder = ComparisonLog::create(&args.options.output_dir("laws")).or_bad_input()?;
     let threshold_m = Rig::paper().or_bad_input()?.reached.radius.get();
     let (mut curves, mut code) = (Vec::new(), ExitCode::SUCCESS);
     for name in LawSettings::NAMES {
         let settings = law(name).or_bad_input()?;
-        let mut curve = LawCurve { law: settings.title(), points: Vec::new() };
-        let place = Place::Folder(folder.path().join(name));
-        let ended = drive(args, settings, place, interrupted, &mut |row| {
-            curve.points.extend(row.error_m.map(|error_m| (row.t_s, error_m)));
-        })?;
+        let mut curve = LawCurve::new(settings.title());
+        let output_dir = OutputDir::Path(folder.path().join(name));
+        let ended = drive(args, settings, output_dir, interrupted, &mut curve)?;
         if ended != ExitCode::SUCCESS {
             code = ExitCode::from(FAILED);
         }

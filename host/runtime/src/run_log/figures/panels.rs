@@ -5,7 +5,7 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use super::{
-    DrawError, FAINT, FARTHEST_M, FONT, INK, MEASURED, Sample, Scene, TARGET, round_step,
+    DrawError, FAINT, FARTHEST_M, FONT, FigureSettings, INK, MEASURED, Sample, TARGET, round_step,
     shown_at_half_size, span, stretches, stroke,
 };
 
@@ -25,7 +25,7 @@ struct Panel {
 }
 
 /// The figure as SVG.
-pub(crate) fn over_frames(samples: &[Sample], scene: &Scene) -> Result<String, DrawError> {
+pub(crate) fn over_frames(samples: &[Sample], scene: &FigureSettings) -> Result<String, DrawError> {
     let frames = span(samples.iter().map(|s| s.frame)).unwrap_or((0.0, 1.0));
     let frames = frames.0..frames.1.max(frames.0 + 1.0);
     let mut svg = String::new();
@@ -46,7 +46,7 @@ pub(crate) fn over_frames(samples: &[Sample], scene: &Scene) -> Result<String, D
     Ok(shown_at_half_size(&svg, SIZE))
 }
 
-fn panels(samples: &[Sample], scene: &Scene, frames: &std::ops::Range<f64>) -> [Panel; 4] {
+fn panels(samples: &[Sample], scene: &FigureSettings, frames: &std::ops::Range<f64>) -> [Panel; 4] {
     let axis = |name, i: usize| {
         let measured = thinned(samples, |s| s.position.map(|p| p[i]));
         let wanted = thinned(samples, |s| s.target.map(|p| p[i]));
@@ -95,7 +95,7 @@ pub(crate) fn thinned(
 
 fn draw_title(
     area: &DrawingArea<SVGBackend, plotters::coord::Shift>,
-    scene: &Scene,
+    scene: &FigureSettings,
 ) -> Result<(), DrawError> {
     let at = |h| Pos::new(h, VPos::Center);
     let middle = TITLE_HEIGHT as i32 / 2 + 8;

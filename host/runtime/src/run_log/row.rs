@@ -1,34 +1,38 @@
 //! A row of `run.csv`.
 
 use nalgebra::Point3;
+use plumb_protocol::message::State;
+use plumb_protocol::units::{Rate, Steps16};
 use plumb_vision::observation::BallObservation;
 
-/// What is known of one frame. A field that is `None` is left empty in the file.
+use crate::observer::FrameRecord;
+
+/// Everything that is known of one frame. A field that is `None` is left empty in the file.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Row {
+pub struct LogRow {
     /// Number of the frame, from 0.
     pub frame: u64,
-    /// When it was taken, seconds since the run's start.
+    /// Its time stamp, seconds since the run's start.
     pub t_s: f64,
     /// The ball as detected in the picture.
-    pub detection: Option<RowDetection>,
+    pub detection: Option<LogDetection>,
     /// The ball as measured, metres in the rig frame.
     pub position: Option<Point3<f64>>,
-    /// Where it is to go, metres in the rig frame.
+    /// The target, metres in the rig frame.
     pub target: Option<Point3<f64>>,
-    /// |e|, the distance from the target, metres; the caller's choice of raw or filtered.
+    /// |e|, the distance of the measured position from the target, metres.
     pub error_m: Option<f64>,
-    /// The board's state in a word, as it was last heard of; empty where it was not.
-    pub board: String,
+    /// State of the board, if its telemetry is about the target.
+    pub board: Option<State>,
     /// Motor positions, full steps since the start, + pays out; order A, B, C.
     pub motors_steps: Option<[f64; 3]>,
     /// Motor rates, full steps a second, + pays out; order A, B, C.
     pub rates_steps_s: Option<[f64; 3]>,
 }
 
-/// Where the ball is in the picture; as in [`BallObservation`].
+/// The ball in the image, as in [`BallObservation`].
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct RowDetection {
+pub struct LogDetection {
     /// Column of its centre, pixels.
     pub u: f64,
     /// Row of its centre, pixels.
@@ -39,14 +43,31 @@ pub struct RowDetection {
     pub score: f64,
 }
 
-impl From<BallObservation> for RowDetection {
+impl From<BallObservation> for LogDetection {
     fn from(BallObservation { circle, score, .. }: BallObservation) -> Self {
         Self { u: circle.u, v: circle.v, radius: circle.radius, score }
     }
 }
 
-impl Row {
-    /// The names of the columns, with their units.
+impl From<&FrameRecord> for LogRow {
+    fn from(record: &FrameRecord) -> Self {
+        let telemetry = record.telemetry.as_ref();
+        Self {
+            frame: record.number,
+            t_s: record.time,
+            detection: record.observation.map(Into::into),
+            position: record.position(),
+            target: Some(record.target),
+            error_m: record.error(),
+            board: record.state,
+            motors_steps: telemetry.map(|telemetry| telemetry.motors.map(Steps16::to_si)),
+            rates_steps_s: telemetry.map(|telemetry| telemetry.rates.map(Rate::to_si)),
+        }
+    }
+}
+
+impl LogRow {
+    /// Names of the columns, with their units.
     pub const HEADER: [&'static str; 20] = [
         "frame",
         "t_s",
@@ -70,7 +91,7 @@ impl Row {
         "rate_c_steps_s",
     ];
 
-    /// The row's fields in the order of [`Row::HEADER`]; numbers such that they read back the same.
+    /// Returns the fields in the order of [`LogRow::HEADER`]. Numbers read back to the last bit.
     pub(crate) fn fields(&self) -> Vec<String> {
         let three = |values: Option<[f64; 3]>| values.map_or([None; 3], |v| v.map(Some));
         let detection =
@@ -83,7 +104,7 @@ impl Row {
         fields.extend(three(self.position.map(Into::into)).map(text));
         fields.extend(three(self.target.map(Into::into)).map(text));
         fields.push(text(self.error_m));
-        fields.push(self.board.clone());
+        fields.push(self.board.map(|state| state.to_string()).unwrap_or_default());
         fields.extend(three(self.motors_steps).map(text));
         fields.extend(three(self.rates_steps_s).map(text));
         fields

@@ -8,8 +8,8 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use super::projection::{Bounds, Projection};
 use super::{
-    DrawError, FAINT, FONT, INK, MEASURED, START, Sample, Scene, TARGET, shown_at_half_size,
-    stretches, stroke,
+    DrawError, FAINT, FONT, FigureSettings, INK, MEASURED, START, Sample, TARGET,
+    shown_at_half_size, stretches, stroke,
 };
 
 const SIZE: (u32, u32) = (2000, 1640);
@@ -27,7 +27,7 @@ struct Canvas<'a> {
 }
 
 /// The figure as SVG.
-pub(crate) fn in_space(samples: &[Sample], scene: &Scene) -> Result<String, DrawError> {
+pub(crate) fn in_space(samples: &[Sample], scene: &FigureSettings) -> Result<String, DrawError> {
     let mut svg = String::new();
     {
         let area = SVGBackend::with_string(&mut svg, SIZE).into_drawing_area();
@@ -53,7 +53,7 @@ pub(crate) fn in_space(samples: &[Sample], scene: &Scene) -> Result<String, Draw
 }
 
 impl Canvas<'_> {
-    fn draw(&self, samples: &[Sample], scene: &Scene) -> Result<(), DrawError> {
+    fn draw(&self, samples: &[Sample], scene: &FigureSettings) -> Result<(), DrawError> {
         self.walls()?;
         self.axes()?;
         let ball = samples.iter().rev().find_map(|s| s.position);

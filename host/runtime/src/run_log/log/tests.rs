@@ -1,19 +1,27 @@
+use std::fs;
+
+use plumb_protocol::message::{Fault, State};
 use serde_json::json;
 
 use super::*;
-use crate::run::RowDetection;
+use crate::run_log::LogDetection;
 
-fn scene() -> Scene {
+/// Creates a log in the folder `path`.
+fn create(path: impl Into<PathBuf>, settings: FigureSettings) -> Result<RunLog, RunLogError> {
+    RunLog::create(&OutputDir::Path(path.into()), settings)
+}
+
+fn scene() -> FigureSettings {
     let motors = [
         Point3::new(0.85, 0.61, 0.665),
         Point3::new(0.85, 0.0, 0.665),
         Point3::new(0.0, 0.24, 0.665),
     ];
-    Scene { title: "interval, γ = 30 /s".into(), threshold_m: 0.01, motors: Some(motors) }
+    FigureSettings { title: "interval, γ = 30 /s".into(), threshold_m: 0.01, motors: Some(motors) }
 }
 
 /// A run like the paper's: y first, then x, z last; the ball is lost now and then.
-fn row(frame: u32) -> Row {
+fn row(frame: u32) -> LogRow {
     let (k, target) = (f64::from(frame), Point3::new(0.4, 0.4, 0.15));
     let to = |from: f64, to: f64, when: f64| to + (from - to) * (1.0 - k / when).max(0.0);
     let noise = |phase: f64| 0.002 * (k * 12.9 + phase).sin();
@@ -23,10 +31,10 @@ fn row(frame: u32) -> Row {
         to(0.459, 0.15, 560.0) + noise(2.0),
     );
     let lost = frame % 97 > 90;
-    Row {
+    LogRow {
         frame: u64::from(frame),
         t_s: k / 30.0,
-        detection: (!lost).then_some(RowDetection {
+        detection: (!lost).then_some(LogDetection {
             u: 320.5,
             v: 240.25,
             radius: 20.0,
@@ -35,7 +43,7 @@ fn row(frame: u32) -> Row {
         position: (!lost).then_some(ball),
         target: Some(target),
         error_m: (!lost).then_some((ball - target).norm()),
-        board: "Seeking".into(),
+        board: Some(State::Seeking),
         motors_steps: Some([k, -k / 16.0, 0.0]),
         rates_steps_s: None,
     }
@@ -49,15 +57,15 @@ fn lines(folder: &Path) -> Vec<String> {
 fn rows_are_in_the_file_before_the_run_ends() {
     let parent = tempfile::tempdir().unwrap();
     let path = parent.path().join("deep/run");
-    let mut run = RunFolder::create(&path, scene()).unwrap();
-    assert_eq!(lines(&path), [Row::HEADER.join(",")]);
+    let mut run = create(&path, scene()).unwrap();
+    assert_eq!(lines(&path), [LogRow::HEADER.join(",")]);
     run.record(&row(0)).unwrap();
     run.record(&row(95)).unwrap();
     let written = lines(&path);
     assert_eq!(written.len(), 3);
     assert!(written[1].starts_with("0,0,320.5,240.25,20,60,0.54,0.22"), "{}", written[1]);
     assert!(written[1].contains(",0.4,0.4,0.15,0.38"), "target and error: {}", written[1]);
-    assert!(written[1].ends_with(",Seeking,0,0,0,,,"), "{}", written[1]);
+    assert!(written[1].ends_with(",seeking,0,0,0,,,"), "{}", written[1]);
     drop(run);
     assert_eq!(lines(&path), written, "dropped without an end, the rows stay");
     assert!(!path.join("summary.json").exists());
@@ -67,17 +75,17 @@ fn rows_are_in_the_file_before_the_run_ends() {
 fn rows_read_back_the_same_and_what_is_absent_is_empty() {
     let parent = tempfile::tempdir().unwrap();
     let path = parent.path().join("run");
-    let mut run = RunFolder::create(&path, scene()).unwrap();
-    let odd = Row { board: "Fault(\"host, silent\")".into(), ..row(1) };
-    for row in [&odd, &row(95), &Row::default()] {
+    let mut run = create(&path, scene()).unwrap();
+    let odd = LogRow { board: Some(State::Fault(Fault::HostSilent)), ..row(1) };
+    for row in [&odd, &row(95), &LogRow::default()] {
         run.record(row).unwrap();
     }
     let mut reader = csv::Reader::from_path(path.join("run.csv")).unwrap();
-    assert_eq!(reader.headers().unwrap().iter().collect::<Vec<_>>(), Row::HEADER);
+    assert_eq!(reader.headers().unwrap().iter().collect::<Vec<_>>(), LogRow::HEADER);
     let records: Vec<csv::StringRecord> = reader.records().map(Result::unwrap).collect();
     let position: Vec<f64> = (6..9).map(|i| records[0][i].parse().unwrap()).collect();
     assert_eq!(Some(Point3::from_slice(&position)), odd.position, "to the last bit");
-    assert_eq!(&records[0][13], odd.board, "commas and quotes survive");
+    assert_eq!(&records[0][13], odd.board.unwrap().to_string());
     assert!((2..9).chain([12]).chain(17..20).all(|i| records[1][i].is_empty()), "{:?}", records[1]);
     assert_eq!(&records[1][15], "-5.9375");
     assert!((2..20).all(|i| records[2][i].is_empty()), "{:?}", records[2]);
@@ -87,7 +95,7 @@ fn rows_read_back_the_same_and_what_is_absent_is_empty() {
 fn a_finished_run_has_its_summary_and_figures() {
     let parent = tempfile::tempdir().unwrap();
     let path = parent.path().join("run");
-    let mut run = RunFolder::create(&path, scene()).unwrap();
+    let mut run = create(&path, scene()).unwrap();
     for frame in 0..600 {
         run.record(&row(frame)).unwrap();
     }
@@ -118,9 +126,9 @@ fn a_finished_run_has_its_summary_and_figures() {
 
 #[test]
 fn a_run_that_ended_at_once_can_be_finished() {
-    let nothing = Scene { motors: None, ..scene() };
-    let blind = Row { position: None, error_m: None, target: None, ..row(0) };
-    let absurd = Row {
+    let nothing = FigureSettings { motors: None, ..scene() };
+    let blind = LogRow { position: None, error_m: None, target: None, ..row(0) };
+    let absurd = LogRow {
         position: Some(Point3::new(f64::NAN, 0.0, f64::INFINITY)),
         error_m: Some(f64::NAN),
         ..row(0)
@@ -130,7 +138,7 @@ fn a_run_that_ended_at_once_can_be_finished() {
     {
         let parent = tempfile::tempdir().unwrap();
         let path = parent.path().join(name);
-        let mut run = RunFolder::create(&path, nothing.clone()).unwrap();
+        let mut run = create(&path, nothing.clone()).unwrap();
         for row in &rows {
             run.record(row).unwrap();
         }
@@ -149,13 +157,14 @@ fn a_run_that_ended_at_once_can_be_finished() {
 
 #[test]
 fn absurd_numbers_do_not_spoil_the_figures() {
-    let far = |c: f64| Row { position: Some(Point3::new(c, -c, c)), error_m: Some(c), ..row(3) };
+    let far = |c: f64| LogRow { position: Some(Point3::new(c, -c, c)), error_m: Some(c), ..row(3) };
     for threshold_m in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         let parent = tempfile::tempdir().unwrap();
         let path = parent.path().join("run");
         let title = "|e| < 10 mm & \"so on\"".into();
-        let mut run = RunFolder::create(&path, Scene { title, threshold_m, ..scene() }).unwrap();
-        let end = Row { frame: u64::MAX, target: Some(Point3::new(f64::MAX, 0.0, 0.0)), ..row(4) };
+        let mut run = create(&path, FigureSettings { title, threshold_m, ..scene() }).unwrap();
+        let end =
+            LogRow { frame: u64::MAX, target: Some(Point3::new(f64::MAX, 0.0, 0.0)), ..row(4) };
         for row in [row(0), row(1), far(f64::MAX), far(1e9), far(f64::NAN), end] {
             run.record(&row).unwrap();
         }
@@ -172,33 +181,31 @@ fn absurd_numbers_do_not_spoil_the_figures() {
 fn a_run_is_never_overwritten() {
     let parent = tempfile::tempdir().unwrap();
     let path = parent.path().join("run");
-    RunFolder::create(&path, scene()).unwrap().record(&row(0)).unwrap();
+    create(&path, scene()).unwrap().record(&row(0)).unwrap();
     let before = lines(&path);
-    let err = RunFolder::create(&path, scene()).unwrap_err();
-    assert!(matches!(&err, RunError::Exists(p) if *p == path), "{err}");
+    let err = create(&path, scene()).unwrap_err();
+    assert!(matches!(&err, RunLogError::Exists(p) if *p == path), "{err}");
     assert_eq!(lines(&path), before);
 
     let file = parent.path().join("file");
     fs::write(&file, "mine").unwrap();
-    assert!(matches!(RunFolder::create(&file, scene()), Err(RunError::Exists(_))));
+    assert!(matches!(create(&file, scene()), Err(RunLogError::Exists(_))));
     assert!(matches!(
-        RunFolder::create(file.join("under"), scene()),
-        Err(RunError::Io { .. } | RunError::Exists(_))
+        create(file.join("under"), scene()),
+        Err(RunLogError::Io { .. } | RunLogError::Exists(_))
     ));
     assert_eq!(fs::read(&file).unwrap(), b"mine");
 
     let empty = parent.path().join("empty");
     fs::create_dir(&empty).unwrap();
-    assert!(RunFolder::create(&empty, scene()).is_ok(), "an empty folder can be used");
+    assert!(create(&empty, scene()).is_ok(), "an empty folder can be used");
 }
 
 #[test]
 fn numbered_runs_go_on_from_the_highest() {
     let parent = tempfile::tempdir().unwrap();
     let runs = parent.path().join("runs");
-    let next = |prefix| {
-        RunFolder::create_numbered(&runs, prefix, scene()).map(|run| run.path().to_path_buf())
-    };
+    let next = |prefix| OutputDir::Numbered { parent: runs.clone(), prefix }.create();
     assert_eq!(next("demo").unwrap(), runs.join("demo-0001"));
     assert_eq!(next("demo").unwrap(), runs.join("demo-0002"));
     assert_eq!(next("bench").unwrap(), runs.join("bench-0001"));
@@ -206,7 +213,7 @@ fn numbered_runs_go_on_from_the_highest() {
     fs::create_dir(runs.join("demo-later")).unwrap();
     assert_eq!(next("demo").unwrap(), runs.join("demo-0042"));
     fs::create_dir(runs.join("demo-9999")).unwrap();
-    assert!(matches!(next("demo"), Err(RunError::NoFreeNumber { .. })));
+    assert!(matches!(next("demo"), Err(RunLogError::NoFreeNumber { .. })));
     fs::create_dir(runs.join("demo-4294967295")).unwrap();
-    assert!(matches!(next("demo"), Err(RunError::NoFreeNumber { .. })));
+    assert!(matches!(next("demo"), Err(RunLogError::NoFreeNumber { .. })));
 }

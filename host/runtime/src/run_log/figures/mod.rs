@@ -1,6 +1,6 @@
 //! The figures of a run, drawn like the paper's figures 4 and 5.
 
-mod laws;
+mod comparison;
 mod panels;
 mod path;
 mod projection;
@@ -9,9 +9,9 @@ use nalgebra::Point3;
 use plotters::drawing::DrawingAreaErrorKind;
 use plotters::style::{Color, RGBColor, ShapeStyle};
 
-use super::{Row, Scene};
+use super::{FigureSettings, LogRow};
 
-pub(super) use laws::errors_over_time;
+pub(super) use comparison::errors_over_time;
 pub(super) use panels::over_frames;
 pub(super) use path::in_space;
 
@@ -41,8 +41,8 @@ pub(super) struct Sample {
     error_m: Option<f64>,
 }
 
-impl From<&Row> for Sample {
-    fn from(row: &Row) -> Self {
+impl From<&LogRow> for Sample {
+    fn from(row: &LogRow) -> Self {
         let near = |c: &f64| c.abs() <= FARTHEST_M;
         let shown = |p: &Point3<f64>| p.iter().all(near);
         Self {

@@ -1,0 +1,95 @@
+//! Observers: the outputs of a run. Each one receives every frame record, the events and the
+//! summary.
+
+use std::sync::Arc;
+
+use nalgebra::Point3;
+use plumb_cameras::source::BoxedError;
+use plumb_protocol::message::{State, Telemetry};
+use plumb_vision::frame::RgbdFrame;
+use plumb_vision::observation::BallObservation;
+
+use crate::run::{StopReason, Summary};
+
+/// Output of a run.
+///
+/// The control loop calls an observer between two frames, so an observer must return at once. One
+/// that writes to a disk, a terminal or a network runs behind a [`Queued`](crate::queued::Queued).
+pub trait Observer {
+    /// Receives the record of a frame.
+    fn frame(&mut self, record: &FrameRecord);
+
+    /// Receives an event.
+    fn event(&mut self, _event: &RunEvent) {}
+
+    /// Receives the summary at the end, also of a run that failed.
+    fn end(&mut self, _summary: &Summary) {}
+
+    /// Returns a new error that must end the run, such as a full disk below the run log. The run
+    /// asks after every frame.
+    fn failure(&mut self) -> Option<BoxedError> {
+        None
+    }
+
+    /// Returns the number of records that this observer should have kept and dropped instead.
+    fn dropped(&self) -> u64 {
+        0
+    }
+}
+
+/// Everything that is known about one frame.
+#[derive(Debug, Clone)]
+pub struct FrameRecord {
+    /// Number of the frame in the run, from 0.
+    pub number: u64,
+    /// Time stamp of the frame, seconds since the run's start.
+    pub time: f64,
+    /// The frame; `None` behind a queue that leaves frames out.
+    pub frame: Option<Arc<RgbdFrame>>,
+    /// The ball as detected; `None` if it was not found.
+    pub observation: Option<BallObservation>,
+    /// The present target, metres in the rig frame.
+    pub target: Point3<f64>,
+    /// The newest telemetry of the board; `None` before the first.
+    pub telemetry: Option<Telemetry>,
+    /// State of the board, if its telemetry is about the present target.
+    pub state: Option<State>,
+}
+
+impl FrameRecord {
+    /// Returns the ball's measured position, metres in the rig frame; `None` if it is unknown.
+    pub fn position(&self) -> Option<Point3<f64>> {
+        self.observation.and_then(|ball| ball.position).map(|position| position.mean)
+    }
+
+    /// Returns the distance of the measured position from the target, metres.
+    pub fn error(&self) -> Option<f64> {
+        self.position().map(|position| (position - self.target).norm())
+    }
+}
+
+/// Event of a run between two frames.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub enum RunEvent {
+    /// The board received a new target.
+    TargetSet {
+        /// Number of the target in the list, from 0.
+        number: usize,
+        /// The target, metres in the rig frame.
+        target: Point3<f64>,
+    },
+    /// The drive to a target ended. A failure of the link or the camera has no such event; the
+    /// summary has its message.
+    TargetEnded {
+        /// Number of the target in the list, from 0.
+        number: usize,
+        /// Reason of its end.
+        reason: StopReason,
+    },
+    /// A frame was lost or could not be searched.
+    FrameLost {
+        /// Message of the error.
+        message: String,
+    },
+}

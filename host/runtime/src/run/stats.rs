@@ -1,0 +1,84 @@
+//! Counts and measurements of a run, and its summary.
+
+use serde::Serialize;
+
+use super::StopReason;
+
+/// Counts and measurements of a run so far, over all targets.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(super) struct RunStats {
+    /// Time of the run's start, seconds on the source's clock. The first target sets it.
+    pub(super) start: Option<f64>,
+    /// Number of frames.
+    pub(super) frames: u64,
+    /// Number of frames in which the ball was found and located.
+    pub(super) located: u64,
+    /// Number of frames that were lost or could not be searched.
+    pub(super) lost: u64,
+    /// |e| of the filtered position to the present target, as the board last reported it, metres.
+    pub(super) error: Option<f64>,
+    /// Time stamp of the last frame, seconds since the run's start.
+    pub(super) time: f64,
+}
+
+/// Result of a run: `summary.json`, and the last line of `--json`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Summary {
+    /// Whether every target was reached.
+    pub reached: bool,
+    /// Name of the control law.
+    pub law: &'static str,
+    /// Name of the detector.
+    pub detector: &'static str,
+    /// Number of frames.
+    pub frames: u64,
+    /// Duration on the source's clock, seconds.
+    pub time_s: f64,
+    /// The board's filtered |e| at the end, millimetres; absent if it never reported one.
+    pub error_mm: Option<f64>,
+    /// Number of targets that were reached.
+    pub targets_reached: usize,
+    /// The targets of the run so far, in order.
+    pub legs: Vec<Leg>,
+    /// Whether the board reported at the end that its motors stand still.
+    pub at_rest: bool,
+    /// Number of frames in which the ball was found and located.
+    pub located: u64,
+    /// Number of frames that were lost or could not be searched.
+    pub lost: u64,
+    /// Number of positions that the board refused.
+    pub refused_positions: u32,
+    /// Reason of the end.
+    pub ending: StopReason,
+    /// Number of records that observers had no room for; left out where it is 0.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub dropped_records: u64,
+}
+
+fn is_zero(count: &u64) -> bool {
+    *count == 0
+}
+
+/// Result of the drive to one target.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Leg {
+    /// The target, metres in the rig frame.
+    pub target: [f64; 3],
+    /// Number of frames.
+    pub frames: u64,
+    /// Whether the target was reached.
+    pub reached: bool,
+    /// The board's filtered |e| at the end of the leg, millimetres; absent if the board reported
+    /// none, or the ball was never located.
+    pub error_mm: Option<f64>,
+}
+
+/// Converts metres to millimetres, rounded to the micrometre.
+pub(super) fn millimetres(metres: f64) -> f64 {
+    round(metres * 1e3, 1e3)
+}
+
+/// Rounds `value` to the nearest 1/`per`, for output without meaningless digits.
+pub(super) fn round(value: f64, per: f64) -> f64 {
+    (value * per).round() / per
+}

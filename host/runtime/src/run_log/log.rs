@@ -1,0 +1,152 @@
+//! Log of one run: `run.csv`, `summary.json` and the figures.
+
+use std::fs::File;
+use std::path::{Path, PathBuf};
+
+use nalgebra::Point3;
+use plumb_cameras::source::BoxedError;
+use serde::Serialize;
+
+use super::figures::{self, Sample};
+use super::output_dir::{create_new, write_new};
+use super::{LogRow, OutputDir, RunLogError};
+use crate::observer::{FrameRecord, Observer};
+use crate::rig::{Rig, Simulation};
+use crate::run::Summary;
+
+/// Content of the figures besides the rows.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FigureSettings {
+    /// Title of the figures: the law, its gain and the like.
+    pub title: String,
+    /// |e| below which the target counts as reached, metres.
+    pub threshold_m: f64,
+    /// Motor points A, B, C, metres in the rig frame, if they are known.
+    pub motors: Option<[Point3<f64>; 3]>,
+}
+
+impl FigureSettings {
+    /// Returns the settings for a run of `rig`.
+    pub fn of(rig: &Rig) -> Self {
+        Self {
+            title: rig.law.title(),
+            threshold_m: rig.reached.radius.get(),
+            motors: rig.simulation.as_ref().map(Simulation::motors),
+        }
+    }
+}
+
+/// Observer that writes the log of a run. Every row is handed to the operating system when it is
+/// recorded, so that `run.csv` is complete up to the last frame however the run ends. The end of
+/// the run adds the other files.
+#[derive(Debug)]
+pub struct RunLog {
+    path: PathBuf,
+    rows: csv::Writer<File>,
+    samples: Vec<Sample>,
+    settings: FigureSettings,
+    failure: Option<RunLogError>,
+    unwritten: Option<RunLogError>,
+}
+
+impl RunLog {
+    /// Creates the folder and begins `run.csv` in it.
+    ///
+    /// # Errors
+    /// Those of [`OutputDir::create`]; [`RunLogError::Io`].
+    pub fn create(folder: &OutputDir, settings: FigureSettings) -> Result<Self, RunLogError> {
+        let path = folder.create()?;
+        let rows = csv::Writer::from_writer(create_new(&path.join("run.csv"))?);
+        let (failure, unwritten) = (None, None);
+        let mut log = Self { path, rows, samples: Vec::new(), settings, failure, unwritten };
+        log.write(LogRow::HEADER)?;
+        Ok(log)
+    }
+
+    /// Returns the folder.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Returns the error of the file that could not be written at the end of the run.
+    pub fn unwritten(&self) -> Option<&RunLogError> {
+        self.unwritten.as_ref()
+    }
+
+    /// Adds a row, which is in the file when this returns.
+    ///
+    /// # Errors
+    /// [`RunLogError::Csv`] or [`RunLogError::Io`] where it cannot be written (a full disk).
+    pub fn record(&mut self, row: &LogRow) -> Result<(), RunLogError> {
+        self.samples.push(Sample::from(row));
+        self.write(row.fields())
+    }
+
+    /// Ends the log: writes `summary.json` and draws the figures from the rows so far.
+    ///
+    /// # Errors
+    /// The first file that cannot be written (a full disk). The others are tried all the same. A
+    /// file that was begun and not finished is removed.
+    pub fn finish<T: Serialize + ?Sized>(&mut self, summary: &T) -> Result<(), RunLogError> {
+        let written = [
+            self.write_summary(summary),
+            self.draw("figure4.svg", figures::over_frames),
+            self.draw("figure5.svg", figures::in_space),
+        ];
+        let rows = self.path.join("run.csv");
+        let flushed = self.rows.flush().and_then(|()| self.rows.get_ref().sync_all());
+        let flushed = flushed.map_err(RunLogError::io("finish", rows));
+        written.into_iter().chain([flushed]).collect()
+    }
+
+    fn write_summary<T: Serialize + ?Sized>(&self, summary: &T) -> Result<(), RunLogError> {
+        let path = self.path.join("summary.json");
+        let mut json = serde_json::to_vec_pretty(summary)
+            .map_err(|source| RunLogError::Json { path: path.clone(), source })?;
+        json.push(b'\n');
+        write_new(&path, &json)
+    }
+
+    fn draw(
+        &self,
+        name: &str,
+        figure: fn(&[Sample], &FigureSettings) -> Result<String, figures::DrawError>,
+    ) -> Result<(), RunLogError> {
+        let path = self.path.join(name);
+        match figure(&self.samples, &self.settings) {
+            Ok(svg) => write_new(&path, svg.as_bytes()),
+            Err(source) => Err(RunLogError::Figure { path, source }),
+        }
+    }
+
+    fn write<T: AsRef<[u8]>>(
+        &mut self,
+        fields: impl IntoIterator<Item = T>,
+    ) -> Result<(), RunLogError> {
+        let path = || self.path.join("run.csv");
+        self.rows
+            .write_record(fields)
+            .map_err(|source| RunLogError::Csv { path: path(), source })?;
+        self.rows.flush().map_err(RunLogError::io("write", path()))
+    }
+}
+
+impl Observer for RunLog {
+    fn frame(&mut self, record: &FrameRecord) {
+        if let Err(error) = self.record(&LogRow::from(record)) {
+            self.failure.get_or_insert(error);
+        }
+    }
+
+    fn end(&mut self, summary: &Summary) {
+        self.unwritten = self.finish(summary).err();
+    }
+
+    fn failure(&mut self) -> Option<BoxedError> {
+        self.failure.take().map(Into::into)
+    }
+}
+
+#[cfg(test)]
+mod tests;

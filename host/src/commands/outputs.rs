@@ -1,0 +1,212 @@
+//! Outputs of the commands that run: progress on the terminal, run log, recording, and the result
+//! for people.
+
+use std::io::{IsTerminal, stderr};
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use plumb_cameras::record::{Overflow, Recorder};
+use plumb_protocol::message::Refusal;
+use plumb_runtime::link::LinkError;
+use plumb_runtime::observer::{FrameRecord, Observer, RunEvent};
+use plumb_runtime::queued::{QueueSettings, Queued};
+use plumb_runtime::recording::FrameRecorder;
+use plumb_runtime::run::{RunError, Summary};
+use plumb_runtime::run_log::RunLog;
+
+use super::print::{message, tell};
+use super::{FAILED, Failure, OrFail, both};
+
+/// Rows that may wait for the disk: 5 minutes at 30 Hz, some 5 MB.
+const LOG_CAPACITY: usize = 9000;
+
+/// Progress lines that may wait for the terminal.
+const PROGRESS_CAPACITY: usize = 2;
+
+/// Progress line on a terminal, renewed in place.
+struct TerminalLine;
+
+impl Observer for TerminalLine {
+    fn frame(&mut self, record: &FrameRecord) {
+        let ball = match (record.position(), record.error()) {
+            (Some(p), Some(error)) => {
+                let (x, y, z, error_mm) = (p.x, p.y, p.z, error * 1e3);
+                format!("ball at ({x:6.3}, {y:6.3}, {z:6.3}) m, {error_mm:6.1} mm to go")
+            }
+            _ => "no ball".to_owned(),
+        };
+        let board = record.state.map(|state| state.to_string()).unwrap_or_default();
+        let (number, time) = (record.number, record.time);
+        message(format_args!("\r\x1b[2Kframe {number:5}  {time:7.2} s  {ball}  {board}"));
+    }
+}
+
+/// Progress on standard error, where that is a terminal. Lines that the terminal has no time for
+/// are left out.
+struct Progress(Option<Queued<TerminalLine>>);
+
+impl Progress {
+    fn start() -> std::io::Result<Self> {
+        let settings = QueueSettings {
+            name: "progress",
+            capacity: PROGRESS_CAPACITY,
+            overflow: Overflow::Drop,
+            with_frames: false,
+        };
+        let on = stderr().is_terminal();
+        on.then(|| Queued::new(TerminalLine, settings)).transpose().map(Self)
+    }
+
+    /// Ends the line.
+    fn close(self) {
+        if let Some(queue) = self.0 {
+            queue.close();
+            message(format_args!("\n"));
+        }
+    }
+}
+
+impl Observer for Progress {
+    fn frame(&mut self, record: &FrameRecord) {
+        if let Some(queue) = &mut self.0 {
+            queue.frame(record);
+        }
+    }
+}
+
+/// Outputs of a run.
+pub(super) struct Outputs {
+    progress: Progress,
+    log: Queued<RunLog>,
+    folder: PathBuf,
+    recorder: Option<FrameRecorder>,
+}
+
+impl Outputs {
+    /// Starts the outputs. In virtual time nothing is late, and `overflow` is to block.
+    pub(super) fn start(
+        log: RunLog,
+        recorder: Option<Recorder>,
+        overflow: Overflow,
+    ) -> Result<Self, Failure> {
+        let folder = log.path().to_owned();
+        let settings =
+            QueueSettings { name: "run log", capacity: LOG_CAPACITY, overflow, with_frames: false };
+        let log = Queued::new(log, settings).or_failed()?;
+        let progress = Progress::start().or_failed()?;
+        Ok(Self { progress, log, folder, recorder: recorder.map(FrameRecorder::new) })
+    }
+
+    /// Writes what is left, and reports the recording.
+    fn close(self) -> Closed {
+        self.progress.close();
+        let unwritten = match self.log.close() {
+            Some(log) => log.unwritten().map(ToString::to_string),
+            None => Some("its thread has failed".to_owned()),
+        };
+        Closed { folder: self.folder, unwritten, recording: report_recording(self.recorder) }
+    }
+
+    /// Ends the command of a run: reports the result and hands the summary to `print`. The exit
+    /// code is the run's. A recording or a result that cannot be written fails the command too.
+    pub(super) fn conclude(
+        self,
+        result: Result<Summary, RunError>,
+        print: impl FnOnce(&Summary) -> Result<(), Failure>,
+    ) -> Result<ExitCode, Failure> {
+        let closed = self.close();
+        match result {
+            Ok(summary) => {
+                let code = closed.report(&summary);
+                both(closed.recording, print(&summary)).map(|()| code)
+            }
+            Err(RunError::Broken { error, summary }) => {
+                let printed = print(&summary);
+                closed.report_unwritten();
+                let (folder, frames) = (closed.folder.display(), summary.frames);
+                let broken = format!("{error} (recorded so far: {folder}, {frames} frames)");
+                both(Err(broken).or_failed(), both(closed.recording, printed))
+                    .map(|()| ExitCode::from(FAILED))
+            }
+            Err(error) => Err(error).or_bad_input(),
+        }
+    }
+}
+
+impl Observer for Outputs {
+    fn frame(&mut self, record: &FrameRecord) {
+        self.log.frame(record);
+        if let Some(recorder) = &mut self.recorder {
+            recorder.frame(record);
+        }
+        self.progress.frame(record);
+    }
+
+    fn event(&mut self, event: &RunEvent) {
+        self.log.event(event);
+    }
+
+    fn end(&mut self, summary: &Summary) {
+        self.log.end(summary);
+    }
+
+    fn failure(&mut self) -> Option<plumb_cameras::source::BoxedError> {
+        self.log.failure()
+    }
+
+    fn dropped(&self) -> u64 {
+        self.log.dropped()
+    }
+}
+
+/// Outputs whose files are closed.
+struct Closed {
+    folder: PathBuf,
+    /// Message of the file of the run log that could not be written.
+    unwritten: Option<String>,
+    recording: Result<(), Failure>,
+}
+
+impl Closed {
+    /// Reports the result of a run and its folder. Returns the exit code.
+    fn report(&self, summary: &Summary) -> ExitCode {
+        let error = summary.error_mm.map(|e| format!(", filtered |e| = {e:.1} mm"));
+        let (frames, time) = (summary.frames, summary.time_s);
+        tell!("{}: {frames} frames, {time:.1} s{}", summary.ending, error.unwrap_or_default());
+        tell!("run folder: {}", self.folder.display());
+        if summary.dropped_records > 0 {
+            tell!("plumb: the run log lacks {} rows: the disk is slow", summary.dropped_records);
+        }
+        self.report_unwritten();
+        if summary.reached { ExitCode::SUCCESS } else { ExitCode::from(FAILED) }
+    }
+
+    fn report_unwritten(&self) {
+        if let Some(error) = &self.unwritten {
+            tell!("plumb: the run folder is not complete: {error}");
+        }
+    }
+}
+
+/// Ends a recording and reports it.
+fn report_recording(recorder: Option<FrameRecorder>) -> Result<(), Failure> {
+    let Some(recorder) = recorder else { return Ok(()) };
+    let recording = recorder.finish().or_failed()?;
+    let dropped = match recording.dropped {
+        0 => String::new(),
+        n => format!(", {n} left out: they came faster than they could be written"),
+    };
+    tell!("recorded: {} frames in {}{dropped}", recording.frames, recording.folder.display());
+    Ok(())
+}
+
+/// Reports why a run could not begin: a board that refuses the configuration finds a mistake in the
+/// rig file.
+pub(super) fn not_begun(error: RunError) -> Failure {
+    let failed = matches!(
+        &error,
+        RunError::Connect(error)
+            if !matches!(error, LinkError::Refused { refusal: Refusal::Config(_), .. })
+    );
+    Failure { code: if failed { FAILED } else { super::BAD_INPUT }, error: error.into() }
+}
