@@ -3,7 +3,7 @@
 
 use std::collections::VecDeque;
 
-use nalgebra::{Matrix2, Point3, Vector3};
+use nalgebra::{Matrix2, Point3};
 use plumb_cameras::source::{CameraSource, InvalidFrame, SourceError};
 use plumb_sim::simulated::{SimClock, SimulationError, Timing};
 use plumb_vision::camera::{Camera, Intrinsics};
@@ -11,6 +11,7 @@ use plumb_vision::detect::{BallDetector, DetectError};
 use plumb_vision::frame::RgbdFrame;
 use plumb_vision::image::Image;
 use plumb_vision::observation::{BallObservation, Circle};
+use plumb_vision::render::sphere_depth;
 
 /// Rows and columns of an image, pixels.
 const SIZE: usize = 15;
@@ -57,20 +58,12 @@ impl<C: SimClock> TrackingCamera<C> {
         };
         let depth = Image::from_fn(SIZE, SIZE, |column, row| {
             let ray = intrinsics.deproject(column as f64, row as f64, 1.0).coords;
-            surface(&ray, &centre, radius).map_or(0, |z| (z * DEPTH_SCALE).round() as u16)
+            sphere_depth(&ray, &centre, radius).map_or(0, |z| (z * DEPTH_SCALE).round() as u16)
         });
         let colour = Image::filled(SIZE, SIZE, [0; 3]);
         let frame = RgbdFrame::new(time, colour, depth, intrinsics);
         Ok(frame.map_err(InvalidFrame::of(format!("the picture at {time} s")))?)
     }
-}
-
-/// Returns the depth, m, at which `ray` (camera axes, z = 1) meets a ball; `None` if it misses.
-fn surface(ray: &Vector3<f64>, centre: &Vector3<f64>, radius: f64) -> Option<f64> {
-    let along = ray.dot(centre);
-    let square = ray.norm_squared();
-    let discriminant = along * along - square * (centre.norm_squared() - radius * radius);
-    (discriminant >= 0.0).then(|| (along - discriminant.sqrt()) / square)
 }
 
 impl<C: SimClock> CameraSource for TrackingCamera<C> {

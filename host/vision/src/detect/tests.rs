@@ -6,12 +6,13 @@ mod real;
 use proptest::prelude::*;
 
 use super::BallDetector;
-use super::scene::{INTRINSICS, Scene, Sphere, camera};
+use super::scene::{INTRINSICS, camera, red_ball, wall};
 use super::shape::ShapeDetector;
 use crate::camera::{Camera, Intrinsics};
 use crate::frame::RgbdFrame;
 use crate::image::{Bgr, Image};
 use crate::observation::{BallObservation, Circle};
+use crate::render::{Ball, Scene};
 
 fn detect(frame: &RgbdFrame) -> Option<BallObservation> {
     ShapeDetector::new(&camera()).detect(frame).unwrap()
@@ -25,18 +26,18 @@ fn miss(found: Option<BallObservation>, truth: &Circle) -> f64 {
 }
 
 /// A ball that is seen at a pixel.
-fn ball_at(u: f64, v: f64, z: f64) -> Sphere {
-    Sphere::red(INTRINSICS.deproject(u, v, z))
+fn ball_at(u: f64, v: f64, z: f64) -> Ball {
+    red_ball(INTRINSICS.deproject(u, v, z))
 }
 
 /// The usual one.
-fn usual_ball() -> Sphere {
+fn usual_ball() -> Ball {
     ball_at(250.0, 200.0, 0.9)
 }
 
 /// A ball before a wall, and how it is seen.
-fn before_a_wall(ball: &Sphere) -> (Scene, Circle) {
-    let mut scene = Scene::wall(2.2);
+fn before_a_wall(ball: &Ball) -> (Scene, Circle) {
+    let mut scene = wall(2.2);
     scene.add(ball);
     (scene, ball.seen(&INTRINSICS))
 }
@@ -48,10 +49,10 @@ proptest! {
     fn a_ball_is_found_to_a_fraction_of_a_pixel_wherever_it_is(
         u in 60.0..580.0f64, v in 60.0..420.0f64, z in 0.45..1.9f64, light in 0.4..1.6f64,
     ) {
-        let ball = Sphere { light, ..ball_at(u, v, z) };
-        let mut scene = Scene::wall(2.5);
+        let ball = Ball { light, ..ball_at(u, v, z) };
+        let mut scene = wall(2.5);
         scene.add(&ball);
-        let (found, truth) = (detect(&scene.frame()), ball.seen(&INTRINSICS));
+        let (found, truth) = (detect(&scene.frame(0.0).unwrap()), ball.seen(&INTRINSICS));
         prop_assert!(miss(found, &truth) * truth.radius < 0.4, "{found:?} {truth:?}");
         let radius = found.unwrap().circle.radius;
         prop_assert!((radius / truth.radius - 1.0).abs() < 0.06, "{found:?} {truth:?}");
@@ -94,9 +95,9 @@ fn what_spoils_the_view_does_not_lose_it() {
         ),
     ];
     for (name, light, spoil) in cases {
-        let (mut scene, truth) = before_a_wall(&Sphere { light, ..usual_ball() });
+        let (mut scene, truth) = before_a_wall(&Ball { light, ..usual_ball() });
         spoil(&mut scene);
-        let found = detect(&scene.frame());
+        let found = detect(&scene.frame(0.0).unwrap());
         assert!(miss(found, &truth) < 0.15, "{name}: {found:?} {truth:?}");
     }
 }
@@ -111,7 +112,7 @@ fn a_narrow_post_before_half_of_it_does_not_shift_it() {
                 (*pixel, *depth) = ([105, 110, 112], 4000);
             }
         });
-        let found = detect(&scene.frame());
+        let found = detect(&scene.frame(0.0).unwrap());
         assert!(miss(found, &truth) * truth.radius < 0.4, "{from} to {to}: {found:?} {truth:?}");
     }
 }
@@ -126,7 +127,7 @@ fn something_red_as_near_as_the_ball_beside_it_does_not_hide_it() {
             (*pixel, *depth) = ([30, 25, 150], 4500);
         }
     });
-    let found = detect(&scene.frame());
+    let found = detect(&scene.frame(0.0).unwrap());
     assert!(miss(found, &truth) * truth.radius < 0.4, "{found:?} {truth:?}");
 }
 
@@ -134,7 +135,7 @@ fn something_red_as_near_as_the_ball_beside_it_does_not_hide_it() {
 fn a_red_print_on_the_wall_behind_does_not_hide_it() {
     let ball = usual_ball();
     let truth = ball.seen(&INTRINSICS);
-    let mut scene = Scene::wall(2.2);
+    let mut scene = wall(2.2);
     scene.each_pixel(|_, (u, v), pixel, _| {
         let [x, y] = [f64::from(u) - truth.u, f64::from(v) - truth.v].map(|way| way / truth.radius);
         if (-0.5..1.3).contains(&x) && y.abs() < 1.2 && (v % 4 != 0 || (u / 5) % 3 == 0) {
@@ -142,13 +143,13 @@ fn a_red_print_on_the_wall_behind_does_not_hide_it() {
         }
     });
     scene.add(&ball);
-    let found = detect(&scene.frame());
+    let found = detect(&scene.frame(0.0).unwrap());
     assert!(miss(found, &truth) * truth.radius < 1.5, "{found:?} {truth:?}");
 }
 
 #[test]
 fn a_shaded_red_oval_without_depth_is_no_ball() {
-    let mut scene = Scene::wall(2.2);
+    let mut scene = wall(2.2);
     let oval = |high: f64| {
         move |_: &Intrinsics, at: (i32, i32), pixel: &mut Bgr, depth: &mut u16| {
             let (x, y) =
@@ -161,17 +162,17 @@ fn a_shaded_red_oval_without_depth_is_no_ball() {
         }
     };
     scene.each_pixel(oval(0.7));
-    assert_eq!(detect(&scene.frame()), None);
+    assert_eq!(detect(&scene.frame(0.0).unwrap()), None);
     // The same, round.
     scene.each_pixel(oval(1.0));
-    assert!(detect(&scene.frame()).is_some());
+    assert!(detect(&scene.frame(0.0).unwrap()).is_some());
 }
 
 #[test]
 fn it_is_followed_and_found_again_when_it_is_elsewhere() {
     let frame_of = |u: f64, v: f64| {
         let (scene, truth) = before_a_wall(&ball_at(u, v, 1.0));
-        (scene.frame(), truth)
+        (scene.frame(0.0).unwrap(), truth)
     };
     let mut detector = ShapeDetector::new(&camera());
     // Small steps, a leap across the picture, the border, nothing, and back.
@@ -193,7 +194,7 @@ fn it_is_followed_and_found_again_when_it_is_elsewhere() {
             "{followed:?} {alone:?}"
         );
     }
-    assert_eq!(detector.detect(&Scene::wall(2.2).frame()).unwrap(), None);
+    assert_eq!(detector.detect(&wall(2.2).frame(0.0).unwrap()).unwrap(), None);
     let (frame, truth) = frame_of(60.0, 420.0);
     assert!(miss(detector.detect(&frame).unwrap(), &truth) < 0.06);
 }
@@ -203,10 +204,10 @@ fn a_ball_of_any_hue_is_found_by_its_own_detector_only() {
     let colours =
         [(0.0, [0.12, 0.08, 0.8]), (120.0, [0.1, 0.6, 0.08]), (220.0, [0.75, 0.25, 0.06])];
     for (hue, albedo) in colours {
-        let (scene, truth) = before_a_wall(&Sphere { albedo, ..usual_ball() });
+        let (scene, truth) = before_a_wall(&Ball { albedo, ..usual_ball() });
         for (other, _) in colours {
             let found = ShapeDetector::new(&Camera { ball_hue: other, ..camera() })
-                .detect(&scene.frame())
+                .detect(&scene.frame(0.0).unwrap())
                 .unwrap();
             if other == hue {
                 assert!(miss(found, &truth) < 0.03, "{hue}: {found:?}");
@@ -220,9 +221,9 @@ fn a_ball_of_any_hue_is_found_by_its_own_detector_only() {
 #[test]
 fn the_ball_is_told_from_what_is_like_it() {
     let ball = ball_at(450.0, 300.0, 1.1);
-    let other = |albedo: [f64; 3]| Sphere { albedo, ..ball_at(200.0, 150.0, 0.8) };
-    let twice = Sphere { radius: 0.06, ..ball_at(200.0, 150.0, 0.8) };
-    let half = Sphere { radius: 0.015, ..ball_at(200.0, 150.0, 0.8) };
+    let other = |albedo: [f64; 3]| Ball { albedo, ..ball_at(200.0, 150.0, 0.8) };
+    let twice = Ball { radius: 0.06, ..ball_at(200.0, 150.0, 0.8) };
+    let half = Ball { radius: 0.015, ..ball_at(200.0, 150.0, 0.8) };
     let others = [
         ("white", other([0.9, 0.9, 0.9])),
         ("orange", other([0.1, 0.5, 0.9])),
@@ -235,31 +236,31 @@ fn the_ball_is_told_from_what_is_like_it() {
         let (mut scene, _) = before_a_wall(&other);
         // Skin may be as pale as an overexposed ball.
         if name != "of skin" {
-            assert_eq!(detect(&scene.frame()), None, "{name} alone");
+            assert_eq!(detect(&scene.frame(0.0).unwrap()), None, "{name} alone");
         }
         scene.add(&ball);
-        let (found, truth) = (detect(&scene.frame()), ball.seen(&INTRINSICS));
+        let (found, truth) = (detect(&scene.frame(0.0).unwrap()), ball.seen(&INTRINSICS));
         assert!(miss(found, &truth) < 0.1, "{name} beside it: {found:?}");
     }
 }
 
 #[test]
 fn a_red_print_is_no_ball() {
-    let mut scene = Scene::wall(0.9);
+    let mut scene = wall(0.9);
     scene.add(&usual_ball());
     // The picture of a ball on the wall's depth, then on that of a box that is not much larger.
     scene.each_pixel(|_, _, _, depth| *depth = 4500);
-    assert_eq!(detect(&scene.frame()), None);
+    assert_eq!(detect(&scene.frame(0.0).unwrap()), None);
     scene.each_pixel(|_, (u, v), _, depth| {
         let on_box = (u - 250).abs() < 30 && (v - 200).abs() < 30;
         *depth = if on_box { 4500 } else { 11_000 };
     });
-    assert_eq!(detect(&scene.frame()), None);
+    assert_eq!(detect(&scene.frame(0.0).unwrap()), None);
 }
 
 #[test]
 fn pictures_with_nothing_in_them_or_of_no_size_to_speak_of_are_searched() {
-    assert_eq!(detect(&Scene::wall(1.0).frame()), None);
+    assert_eq!(detect(&wall(1.0).frame(0.0).unwrap()), None);
     for (width, height) in [(1, 1), (3, 50), (50, 3)] {
         let colour = Image::filled(width, height, [0, 0, 255]);
         let depth = Image::filled(width, height, 900);
@@ -273,7 +274,7 @@ fn balls_of_absurd_size_are_not_found() {
     let (scene, _) = before_a_wall(&usual_ball());
     for diameter in [0.0, -1.0, 1e-9, 1e3, 1e300, f64::INFINITY, f64::NAN] {
         let camera = Camera { ball_diameter: diameter, ..camera() };
-        let found = ShapeDetector::new(&camera).detect(&scene.frame()).unwrap();
+        let found = ShapeDetector::new(&camera).detect(&scene.frame(0.0).unwrap()).unwrap();
         assert_eq!(found, None, "{diameter}");
     }
 }

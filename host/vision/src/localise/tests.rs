@@ -4,7 +4,7 @@ use nalgebra::{Isometry3, Point3, Vector3};
 use proptest::prelude::*;
 
 use super::*;
-use crate::image::Image;
+use crate::render::{Ball, Scene};
 
 const INTRINSICS: Intrinsics =
     Intrinsics { fx: 525.0, fy: 520.0, cx: 159.5, cy: 119.5, depth_scale: 10_000.0 };
@@ -21,16 +21,10 @@ fn render(
     radius: f64,
     replace: impl Fn(i32, i32) -> Option<u16>,
 ) -> RgbdFrame {
-    let depth = Image::from_fn(320, 240, |u, v| {
-        // The nearer root of |z d - centre| = radius.
-        let d = INTRINSICS.deproject(u as f64, v as f64, 1.0).coords;
-        let b = d.dot(&centre.coords);
-        let disc = b * b - d.norm_squared() * (centre.coords.norm_squared() - radius * radius);
-        let z = if disc >= 0.0 { (b - disc.sqrt()) / d.norm_squared() } else { 3.0 };
-        let surface = (z * INTRINSICS.depth_scale).round() as u16;
-        replace(u as i32, v as i32).unwrap_or(surface)
-    });
-    RgbdFrame::new(0.0, Image::filled(320, 240, [0; 3]), depth, INTRINSICS).unwrap()
+    let mut scene = Scene::wall(320, 240, INTRINSICS, 3.0);
+    scene.add(&Ball::red(*centre, radius));
+    scene.each_pixel(|_, (u, v), _, depth| *depth = replace(u, v).unwrap_or(*depth));
+    scene.frame(0.0).unwrap()
 }
 
 fn circle(centre: &Point3<f64>, ball_radius: f64) -> Circle {

@@ -3,17 +3,18 @@
 use nalgebra::Vector2;
 
 use super::{ball_at, before_a_wall, detect, miss, usual_ball};
-use crate::detect::scene::{INTRINSICS, Scene};
+use crate::detect::scene::{INTRINSICS, wall};
 use crate::observation::Circle;
+use crate::render::Scene;
 
 #[test]
 fn where_less_of_the_edge_is_seen_its_place_is_less_sure_in_that_direction() {
     // The right half of it is out of the picture: the column is known by one side only.
     let (scene, truth) = before_a_wall(&ball_at(639.0, 240.0, 0.8));
-    let half = detect(&scene.frame()).unwrap();
+    let half = detect(&scene.frame(0.0).unwrap()).unwrap();
     assert!(miss(Some(half), &truth) < 0.04, "{half:?}");
     let (scene, _) = before_a_wall(&ball_at(320.0, 240.0, 0.8));
-    let whole = detect(&scene.frame()).unwrap();
+    let whole = detect(&scene.frame(0.0).unwrap()).unwrap();
     assert!(half.circle.covariance[(0, 0)] > 1.5 * half.circle.covariance[(1, 1)], "{half:?}");
     assert!(
         half.circle.covariance[(0, 0)] > 1.5 * whole.circle.covariance[(0, 0)],
@@ -28,9 +29,9 @@ fn where_less_of_the_edge_is_seen_its_place_is_less_sure_in_that_direction() {
 #[test]
 fn a_ball_without_depth_is_less_sure() {
     let (mut scene, _) = before_a_wall(&usual_ball());
-    let with_depth = detect(&scene.frame()).unwrap();
+    let with_depth = detect(&scene.frame(0.0).unwrap()).unwrap();
     scene.each_pixel(|_, _, _, depth| *depth = 0);
-    let without = detect(&scene.frame()).unwrap();
+    let without = detect(&scene.frame(0.0).unwrap()).unwrap();
     assert!(without.score < with_depth.score, "{without:?} {with_depth:?}");
     assert!(
         (without.circle.radius / with_depth.circle.radius - 1.0).abs() < 0.05,
@@ -41,8 +42,8 @@ fn a_ball_without_depth_is_less_sure() {
 /// Means of e' C⁻¹ e of centres in the picture and of the covariances' traces, of balls before a
 /// wall of many colours, seen through `spoil`.
 fn consistency(spoil: impl Fn(&mut Scene, &Circle)) -> [f64; 2] {
-    let mut wall = Scene::wall(2.0);
-    wall.each_pixel(|_, (u, v), pixel, _| {
+    let mut background = wall(2.0);
+    background.each_pixel(|_, (u, v), pixel, _| {
         let bright = [30, 75, 120, 165, 210][((u / 23 + v / 31) % 5) as usize];
         *pixel = [bright, 255 - bright, bright / 2 + 40 * (u / 47 % 2) as u8];
     });
@@ -51,11 +52,12 @@ fn consistency(spoil: impl Fn(&mut Scene, &Circle)) -> [f64; 2] {
         let k = f64::from(i);
         let ball =
             ball_at(90.3 + 19.7 * k, 120.2 + 83.3 * f64::from(i % 4), 0.8 + 0.1 * f64::from(i % 5));
-        let (mut scene, truth) = (wall.clone(), ball.seen(&INTRINSICS));
+        let (mut scene, truth) = (background.clone(), ball.seen(&INTRINSICS));
         scene.add(&ball);
         spoil(&mut scene, &truth);
         scene.add_noise(4);
-        let found = detect(&scene.frame()).unwrap_or_else(|| panic!("ball {i} is not found"));
+        let found =
+            detect(&scene.frame(0.0).unwrap()).unwrap_or_else(|| panic!("ball {i} is not found"));
         let error = Vector2::new(found.circle.u - truth.u, found.circle.v - truth.v);
         let normalised = error.dot(&(found.circle.covariance.try_inverse().unwrap() * error));
         means[0] += normalised / 24.0;

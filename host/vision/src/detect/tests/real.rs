@@ -8,9 +8,10 @@ use opencv::imgcodecs::{IMREAD_COLOR, IMREAD_UNCHANGED, imread};
 
 use super::{detect, miss};
 use crate::camera::Intrinsics;
-use crate::detect::scene::{INTRINSICS, Scene, Sphere, pictures};
+use crate::detect::scene::{INTRINSICS, pictures, red_ball};
 use crate::frame::RgbdFrame;
 use crate::image::Image;
+use crate::render::{Ball, Scene};
 
 /// The frames of a folder of real pictures.
 fn real(name: &str, intrinsics: Intrinsics) -> Vec<RgbdFrame> {
@@ -66,9 +67,9 @@ fn balls_in_real_pictures_are_found() {
             let free = frame.depth_at(u as i32, v as i32).unwrap_or(f64::INFINITY);
             let intrinsics = *frame.intrinsics();
             let z = z.min(free - 0.08).max(0.45);
-            let ball = Sphere {
+            let ball = Ball {
                 light: [1.0, 0.3, 2.2, 1.0][k],
-                ..Sphere::red(Point3::from(intrinsics.deproject(u, v, z).coords))
+                ..red_ball(Point3::from(intrinsics.deproject(u, v, z).coords))
             };
             let (colour, depth) = (frame.colour().clone(), frame.depth().clone());
             let mut scene = Scene { colour, depth, intrinsics };
@@ -78,7 +79,7 @@ fn balls_in_real_pictures_are_found() {
             }
             scene.add_cable((u, v), at(0.33, -3.0, 0.0), 2, [20.0, 230.0][i % 2]);
             scene.add_noise(6);
-            let (found, truth) = (detect(&scene.frame()), ball.seen(&intrinsics));
+            let (found, truth) = (detect(&scene.frame(0.0).unwrap()), ball.seen(&intrinsics));
             let hit = miss(found, &truth) < 0.5;
             all += 1;
             hits += usize::from(hit);
