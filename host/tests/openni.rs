@@ -273,7 +273,8 @@ fn a_replay_makes_the_detections_of_the_run() {
 #[test]
 fn unplugging_the_camera_ends_a_run_with_a_complete_folder() {
     let Some(mut fixture) = Fixture::new(true) else { return };
-    // The ball is far from the target, so that the run goes on, and at rest, so that no error grows.
+    // The ball is far from the target, so that the run goes on, and at rest, so that no error
+    // grows.
     let ball = Some([0.0, 0.0, 1.2]);
     fixture.camera.write(&Control { ball, ..Fixture::control() }).unwrap();
     let emulator = Emulator::start();

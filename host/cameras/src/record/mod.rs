@@ -4,19 +4,21 @@
 //! the intrinsics that were used. Depth is written with the format's 5000 units in a metre, where
 //! that is exact.
 
-use std::fs::{self, File};
-use std::io::{self, Write};
+mod error;
+mod writer;
+
+use std::fs;
 use std::path::{Path, PathBuf};
-use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
+use std::sync::mpsc::{SyncSender, TrySendError, sync_channel};
 use std::thread::{self, JoinHandle};
 
-use opencv::core::Mat;
 use plumb_vision::camera::Intrinsics;
 use plumb_vision::frame::RgbdFrame;
-use plumb_vision::image::DepthImage;
-use thiserror::Error;
 
-use crate::png;
+use error::io_error;
+use writer::Writer;
+
+pub use error::RecordError;
 
 /// File name of the camera file in a recording.
 pub const CAMERA_FILE: &str = "camera.toml";
@@ -34,38 +36,6 @@ pub enum Overflow {
     Drop,
     /// The run waits: in virtual time this costs nothing.
     Block,
-}
-
-/// Failure of a recording.
-#[derive(Debug, Error)]
-pub enum RecordError {
-    /// The path exists, and is not an empty folder.
-    #[error(
-        "{} exists already and is not an empty folder: recordings are never overwritten; give \
-         another folder or move it away",
-        .0.display()
-    )]
-    Exists(PathBuf),
-    /// A file operation failed.
-    #[error("the recording: cannot {action} {}: {error}", .path.display())]
-    Io {
-        /// The operation.
-        action: &'static str,
-        /// Its file or folder.
-        path: PathBuf,
-        /// Error of the operating system.
-        #[source]
-        error: io::Error,
-    },
-    /// The camera file cannot be written with other intrinsics.
-    #[error("the recording: the camera file: {0}")]
-    Camera(String),
-    /// An image could not be encoded.
-    #[error("the recording: OpenCV: {0}")]
-    OpenCv(#[from] opencv::Error),
-    /// The writing thread panicked.
-    #[error("the recording's thread broke down")]
-    Thread,
 }
 
 /// Summary of a recording.
@@ -93,12 +63,6 @@ pub struct Recorder {
     dropped: u64,
 }
 
-/// Returns a function that adds operation and path to an error.
-fn io(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> RecordError {
-    let path = path.to_owned();
-    move |error| RecordError::Io { action, path, error }
-}
-
 impl RecordFolder {
     /// Creates the folder `path`, and those above it.
     ///
@@ -109,8 +73,8 @@ impl RecordFolder {
         if path.symlink_metadata().is_ok_and(|data| !data.is_dir()) {
             return Err(RecordError::Exists(path.to_owned()));
         }
-        fs::create_dir_all(path).map_err(io("create", path))?;
-        let mut entries = fs::read_dir(path).map_err(io("look into", path))?;
+        fs::create_dir_all(path).map_err(io_error("create", path))?;
+        let mut entries = fs::read_dir(path).map_err(io_error("look into", path))?;
         if entries.next().is_some() {
             return Err(RecordError::Exists(path.to_owned()));
         }
@@ -136,13 +100,13 @@ impl RecordFolder {
         let (factor, scale) = scale(intrinsics.depth_scale);
         let described = camera_file(camera, &Intrinsics { depth_scale: scale, ..*intrinsics })?;
         let path = folder.join(CAMERA_FILE);
-        fs::write(&path, described).map_err(io("write", &path))?;
+        fs::write(&path, described).map_err(io_error("write", &path))?;
         let mut writer = Writer::create(&folder, factor)?;
         let (frames, incoming) = sync_channel(QUEUE);
         let thread = thread::Builder::new().name("recorder".to_owned());
         let writer = thread
             .spawn(move || writer.run(&incoming))
-            .map_err(io("begin to write to", &folder))?;
+            .map_err(io_error("begin to write to", &folder))?;
         Ok(Recorder { folder, overflow, frames, writer, dropped: 0 })
     }
 }
@@ -193,67 +157,6 @@ fn camera_file(text: &str, intrinsics: &Intrinsics) -> Result<String, RecordErro
         entries.map(|(key, value)| (key.to_owned(), value.into())).into_iter().collect();
     table.insert("intrinsics".to_owned(), intrinsics.into());
     toml::to_string(&table).map_err(|error| RecordError::Camera(error.to_string()))
-}
-
-/// Files of an unfinished recording.
-struct Writer {
-    folder: PathBuf,
-    lists: [File; 2],
-    factor: u16,
-    frames: u64,
-}
-
-impl Writer {
-    /// Creates the lists and the folders for the images.
-    fn create(folder: &Path, factor: u16) -> Result<Self, RecordError> {
-        let list = |name: &str, kind: &str| -> Result<File, RecordError> {
-            let pictures = folder.join(kind);
-            fs::create_dir(&pictures).map_err(io("create", &pictures))?;
-            let path = folder.join(name);
-            let mut file = File::create_new(&path).map_err(io("create", &path))?;
-            writeln!(file, "# timestamp path").map_err(io("write", &path))?;
-            Ok(file)
-        };
-        let lists = [list("rgb.txt", "rgb")?, list("depth.txt", "depth")?];
-        Ok(Self { folder: folder.to_owned(), lists, factor, frames: 0 })
-    }
-
-    /// Writes frames until the sender is dropped. Returns their number.
-    fn run(&mut self, frames: &Receiver<RgbdFrame>) -> Result<u64, RecordError> {
-        for frame in frames {
-            self.write(&frame)?;
-            self.frames += 1;
-        }
-        Ok(self.frames)
-    }
-
-    /// Writes both images, and then their lines in the lists: every listed image is complete.
-    fn write(&mut self, frame: &RgbdFrame) -> Result<(), RecordError> {
-        let depth = multiplied(frame.depth(), self.factor);
-        let [rows, columns] = [depth.height() as i32, depth.width() as i32];
-        let colour = png::encode_colour(frame.colour())?;
-        let depth = png::encode(&Mat::new_rows_cols_with_data(rows, columns, depth.pixels())?)?;
-        for (kind, bytes, list) in [("rgb", colour, 0), ("depth", depth, 1)] {
-            let name = format!("{kind}/{:06}.png", self.frames + 1);
-            let path = self.folder.join(&name);
-            fs::write(&path, bytes.as_slice()).map_err(io("write", &path))?;
-            let line = format!("{:.6} {name}\n", frame.time());
-            let Some(file) = self.lists.get_mut(list) else { continue };
-            file.write_all(line.as_bytes()).map_err(io("add a line for", &path))?;
-        }
-        Ok(())
-    }
-}
-
-/// Multiplies the depth values. A product out of range (beyond 13.1 m) becomes 0, unknown.
-fn multiplied(depth: &DepthImage, factor: u16) -> DepthImage {
-    let mut depth = depth.clone();
-    if factor != 1 {
-        for value in depth.pixels_mut() {
-            *value = value.checked_mul(factor).unwrap_or(0);
-        }
-    }
-    depth
 }
 
 #[cfg(test)]

@@ -1,3 +1,5 @@
+//! Tests of recordings.
+
 use plumb_vision::camera::Camera;
 use plumb_vision::image::Image;
 
@@ -9,14 +11,14 @@ use crate::source::tum::TumFolder;
 const CAMERA: &str = include_str!("../../../rigs/camera.toml");
 
 fn frame(time: f64, depth_scale: f64, values: &[u16]) -> RgbdFrame {
-    let lens = camera_file::paper().unwrap().intrinsics;
+    let intrinsics = camera_file::paper().unwrap().intrinsics;
     let colour = Image::filled(4, 4, [time as u8, 20, 30]);
     let depth = Image::new(4, 4, values.to_vec()).unwrap();
-    RgbdFrame::new(time, colour, depth, Intrinsics { depth_scale, ..lens }).unwrap()
+    RgbdFrame::new(time, colour, depth, Intrinsics { depth_scale, ..intrinsics }).unwrap()
 }
 
 /// Records `frames` and reads the folder back with its own camera file.
-fn there_and_back(frames: &[RgbdFrame]) -> (Camera, Vec<RgbdFrame>) {
+fn recorded_and_read(frames: &[RgbdFrame]) -> (Camera, Vec<RgbdFrame>) {
     let folder = tempfile::tempdir().unwrap();
     let record = RecordFolder::create(folder.path()).unwrap();
     let mut recorder = record.begin(CAMERA, frames[0].intrinsics(), Overflow::Block).unwrap();
@@ -37,13 +39,13 @@ fn depths(frame: &RgbdFrame) -> Vec<Option<f64>> {
 }
 
 #[test]
-fn what_is_recorded_is_read_back_to_the_bit() {
-    // Millimetres, TUM's units, tenths of a millimetre (of which 5000 a metre are no multiple).
+fn recorded_frames_are_read_back_exactly() {
+    // Millimetres, TUM units, tenths of a millimetre. 5000 in a metre are no multiple of the last.
     for (own, written) in [(1000.0, 5000.0), (5000.0, 5000.0), (10_000.0, 10_000.0)] {
         let values: Vec<u16> = (0..16).map(|i| i * 777).collect();
         let frames: Vec<RgbdFrame> =
             (0..70).map(|i| frame(f64::from(i) / 30.0, own, &values)).collect();
-        let (camera, read) = there_and_back(&frames);
+        let (camera, read) = recorded_and_read(&frames);
         assert_eq!(camera.intrinsics.depth_scale, written);
         assert_eq!(read.len(), frames.len());
         for (read, frame) in read.iter().zip(&frames) {
@@ -55,10 +57,10 @@ fn what_is_recorded_is_read_back_to_the_bit() {
 }
 
 #[test]
-fn depth_that_the_format_cannot_hold_is_none() {
+fn depth_out_of_the_formats_range_is_unknown() {
     let mut values = [1000; 16];
     (values[0], values[1]) = (13_107, 13_108);
-    let (_, read) = there_and_back(&[frame(0.0, 1000.0, &values)]);
+    let (_, read) = recorded_and_read(&[frame(0.0, 1000.0, &values)]);
     assert_eq!(depths(&read[0])[..3], [Some(13.107), None, Some(1.0)]);
 }
 
@@ -73,7 +75,7 @@ fn a_recording_is_never_overwritten() {
 }
 
 #[test]
-fn a_recording_that_cannot_be_written_says_so_at_its_end() {
+fn a_write_error_is_returned_at_the_end() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("record");
     let one = frame(0.0, 1000.0, &[0; 16]);

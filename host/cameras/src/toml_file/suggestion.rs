@@ -1,7 +1,7 @@
 //! Suggestions for misspelt keys and names.
 
-/// Returns the name that `message` of the crate `toml` most probably means: of "unknown field `gian`,
-/// expected one of `gain`, `name`" it is `gain`. `None` where no expected name is similar.
+/// Returns the name that `message` of the crate `toml` most probably means: of "unknown field
+/// `gian`, expected one of `gain`, `name`" it is `gain`. `None` where no expected name is similar.
 pub(super) fn nearest(message: &str) -> Option<&str> {
     if !message.starts_with("unknown field") && !message.starts_with("unknown variant") {
         return None;
@@ -13,8 +13,8 @@ pub(super) fn nearest(message: &str) -> Option<&str> {
     (3 * distance <= unknown.chars().count().max(3)).then_some(name)
 }
 
-/// Returns the number of characters to insert, delete, replace or exchange with their neighbour that
-/// turns `a` into `b` (optimal string alignment distance).
+/// Returns the number of characters to insert, delete, replace or exchange with their neighbour
+/// that turns `a` into `b` (optimal string alignment distance).
 fn edit_distance(a: &str, b: &str) -> usize {
     let (a, b): (Vec<char>, Vec<char>) = (a.chars().collect(), b.chars().collect());
     // Rows i - 2, i - 1 and i of the table: distances between the first i characters of `a` and the

@@ -15,8 +15,8 @@ pub const MAX_LINES: usize = 1_000_000;
 /// Most bytes of a list: [`MAX_LINES`] lines of 67 bytes.
 pub const MAX_LIST_BYTES: u64 = 1 << 26;
 
-/// Largest absolute time stamp, seconds. Up to there an `f64` is exact to a microsecond. Time stamps
-/// in nanoseconds since 1970 are above it.
+/// Largest absolute time stamp, seconds. Up to there an `f64` is exact to a microsecond. Time
+/// stamps in nanoseconds since 1970 are above it.
 const MAX_TIME: f64 = 1e10;
 
 /// Line of a list.
