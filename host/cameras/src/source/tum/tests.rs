@@ -5,6 +5,7 @@ use opencv::imgcodecs::imwrite_def;
 use tempfile::TempDir;
 
 use super::*;
+use crate::source::playback::Playback;
 
 const INTRINSICS: Intrinsics =
     Intrinsics { fx: 500.0, fy: 500.0, cx: 15.5, cy: 11.5, depth_scale: 5000.0 };
@@ -145,4 +146,17 @@ fn a_folder_without_lists_is_named() {
     let folder = tempfile::tempdir().unwrap();
     let error = TumFolder::open(folder.path(), INTRINSICS).unwrap_err();
     assert!(error.to_string().contains("depth.txt"), "{error}");
+}
+
+#[test]
+fn the_clock_stands_at_the_last_frame() {
+    let folder = recording("10.0 c0.png\n10.5 gone.png\n", "");
+    let mut source = TumFolder::open(folder.path(), INTRINSICS).unwrap();
+    assert!(!source.is_live());
+    assert_eq!(source.now(), 0.0);
+    assert!(source.next_frame().is_ok());
+    assert_eq!(source.now(), 10.0);
+    let lost = source.next_frame().unwrap_err();
+    assert_eq!((lost.stamp(), lost.is_over(), source.now()), (Some(10.5), false, 10.5));
+    assert!(Playback::new(source).is_live());
 }
