@@ -25,7 +25,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     println!("circle: ({:.2}, {:.2}), radius {:.2} px", circle.u, circle.v, circle.radius);
     println!("score: {:.3}", ball.score);
     let position = ball.position.ok_or("too little depth")?;
-    println!("position: {:.4} m", position.mean);
-    println!("standard deviations: {:.4} m", position.covariance.diagonal().map(f64::sqrt));
+    let [x, y, z] = position.mean.into();
+    println!("position: ({x:.4}, {y:.4}, {z:.4}) m");
+    let [sx, sy, sz] = position.covariance.diagonal().map(f64::sqrt).into();
+    println!("standard deviations: ({sx:.4}, {sy:.4}, {sz:.4}) m");
     Ok(())
 }

@@ -18,15 +18,15 @@ pub struct Intrinsics {
 }
 
 impl Intrinsics {
-    /// Returns the point at pixel (`u`, `v`) and depth `z` metres along the optical axis, in camera axes
-    /// (x right, y down, z forward), metres.
+    /// Returns the point at pixel (`u`, `v`) and depth `z` metres along the optical axis, in camera
+    /// axes (x right, y down, z forward), metres.
     #[inline]
     pub fn deproject(&self, u: f64, v: f64, z: f64) -> Point3<f64> {
         Point3::new((u - self.cx) / self.fx * z, (v - self.cy) / self.fy * z, z)
     }
 
-    /// Returns the pixel of a point in camera axes (metres); `None` for a point that is not in front
-    /// of the camera.
+    /// Returns the pixel of a point in camera axes (metres); `None` for a point that is not in
+    /// front of the camera.
     #[inline]
     pub fn project(&self, p: &Point3<f64>) -> Option<(f64, f64)> {
         (p.z > 1e-9).then(|| (self.fx * p.x / p.z + self.cx, self.fy * p.y / p.z + self.cy))
@@ -38,8 +38,8 @@ impl Intrinsics {
         (self.fx + self.fy) / 2.0
     }
 
-    /// Returns the radius (pixels, on the optical axis) of a ball of radius `ball_radius` at depth `z`,
-    /// metres.
+    /// Returns the radius (pixels, on the optical axis) of a ball of radius `ball_radius` at depth
+    /// `z`, both metres.
     #[inline]
     pub(crate) fn radius_at(&self, ball_radius: f64, z: f64) -> f64 {
         self.focal() * ball_radius / z

@@ -2,7 +2,7 @@
 //!
 //! | stage | shows |
 //! |---|---|
-//! | `1-proposals` | likeness to the ball's colour (red), blobs (white; the strongest are thicker) |
+//! | `1-proposals` | likeness to the ball's colour (red), blobs (white; the strongest are thick) |
 //! | `2-seeds` | spheres in depth (cyan) and seeds among the blobs (yellow), in their order |
 //! | `3-outline` | each candidate: start (grey), refined circle (green), what each ray shows |
 //! | `4-features` | each candidate: what surrounds it, ray by ray, and the features' values |

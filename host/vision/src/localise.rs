@@ -10,8 +10,8 @@
 //!
 //! For a distant ball this adds R sqrt(1 - ρ²/R²) to the depth of a surface point at distance ρ
 //! from the middle of the disc: R in the middle, 2R/3 in the mean over the disc, R/√2 in the
-//! median. Added for each pixel, it is right for whatever part of the disc has depth, and the median
-//! of the votes is the centre's depth.
+//! median. As it is added for each pixel, it is right for whatever part of the disc has depth, and
+//! the median of the votes is the centre's depth.
 
 use nalgebra::{Matrix3, Vector3};
 

@@ -1,4 +1,5 @@
-//! The detector `red`, the paper's: a difference of Gaussians of the ball's size on the red channel.
+//! The detector `red`, the paper's: a difference of Gaussians of the ball's size on the red
+//! channel.
 //!
 //! It serves for comparison. Anything bright of that size (a lamp, a white ball, a window) gives as
 //! strong a response as the ball, and it cannot tell that there is no ball. The default detector is

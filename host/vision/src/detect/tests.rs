@@ -1,6 +1,7 @@
-//! The default detector on rendered pictures.
+//! The detector `ball` on rendered frames.
 
 mod certainty;
+mod interface;
 mod real;
 
 use proptest::prelude::*;
@@ -18,25 +19,25 @@ fn detect(frame: &RgbdFrame) -> Option<BallObservation> {
     ShapeDetector::new(&camera()).detect(frame).unwrap()
 }
 
-/// How far off a detection is, in radii; infinite where there is none.
+/// Returns the error of the centre, in radii; infinite if no ball was found.
 fn miss(found: Option<BallObservation>, truth: &Circle) -> f64 {
     found.map_or(f64::INFINITY, |BallObservation { circle, .. }| {
         (circle.u - truth.u).hypot(circle.v - truth.v) / truth.radius
     })
 }
 
-/// A ball that is seen at a pixel.
+/// Returns a ball at depth `z` that is seen at pixel (`u`, `v`).
 fn ball_at(u: f64, v: f64, z: f64) -> Ball {
     red_ball(INTRINSICS.deproject(u, v, z))
 }
 
-/// The usual one.
+/// Returns the ball of most tests.
 fn usual_ball() -> Ball {
     ball_at(250.0, 200.0, 0.9)
 }
 
-/// A ball before a wall, and how it is seen.
-fn before_a_wall(ball: &Ball) -> (Scene, Circle) {
+/// Returns a ball in front of a wall, and the circle that it is seen as.
+fn in_front_of_wall(ball: &Ball) -> (Scene, Circle) {
     let mut scene = wall(2.2);
     scene.add(ball);
     (scene, ball.seen(&INTRINSICS))
@@ -60,7 +61,7 @@ proptest! {
 }
 
 #[test]
-fn what_spoils_the_view_does_not_lose_it() {
+fn the_ball_is_found_in_disturbed_images() {
     let truth = usual_ball().seen(&INTRINSICS);
     let (u, v, r) = (truth.u, truth.v, truth.radius);
     type Spoil = Box<dyn Fn(&mut Scene)>;
@@ -83,7 +84,7 @@ fn what_spoils_the_view_does_not_lose_it() {
             }),
         ),
         (
-            "a hand's breadth in front of a third of it",
+            "an object in front of a third of it",
             1.0,
             Box::new(move |s| {
                 s.each_pixel(|_, at, pixel, depth| {
@@ -95,7 +96,7 @@ fn what_spoils_the_view_does_not_lose_it() {
         ),
     ];
     for (name, light, spoil) in cases {
-        let (mut scene, truth) = before_a_wall(&Ball { light, ..usual_ball() });
+        let (mut scene, truth) = in_front_of_wall(&Ball { light, ..usual_ball() });
         spoil(&mut scene);
         let found = detect(&scene.frame(0.0).unwrap());
         assert!(miss(found, &truth) < 0.15, "{name}: {found:?} {truth:?}");
@@ -103,9 +104,9 @@ fn what_spoils_the_view_does_not_lose_it() {
 }
 
 #[test]
-fn a_narrow_post_before_half_of_it_does_not_shift_it() {
+fn a_narrow_post_in_front_of_half_the_ball_does_not_shift_it() {
     for (from, to) in [(0.05, 1.3), (-0.1, 1.1), (-1.2, -0.05)] {
-        let (mut scene, truth) = before_a_wall(&usual_ball());
+        let (mut scene, truth) = in_front_of_wall(&usual_ball());
         scene.each_pixel(|_, at, pixel, depth| {
             let off = (f64::from(at.0) - truth.u) / truth.radius;
             if (from..to).contains(&off) {
@@ -118,8 +119,8 @@ fn a_narrow_post_before_half_of_it_does_not_shift_it() {
 }
 
 #[test]
-fn something_red_as_near_as_the_ball_beside_it_does_not_hide_it() {
-    let (mut scene, truth) = before_a_wall(&usual_ball());
+fn a_red_object_beside_the_ball_at_its_depth_does_not_hide_it() {
+    let (mut scene, truth) = in_front_of_wall(&usual_ball());
     scene.each_pixel(|_, at, pixel, depth| {
         let [x, y] =
             [f64::from(at.0) - truth.u, f64::from(at.1) - truth.v].map(|way| way / truth.radius);
@@ -169,13 +170,13 @@ fn a_shaded_red_oval_without_depth_is_no_ball() {
 }
 
 #[test]
-fn it_is_followed_and_found_again_when_it_is_elsewhere() {
+fn the_ball_is_tracked_and_found_again_elsewhere() {
     let frame_of = |u: f64, v: f64| {
-        let (scene, truth) = before_a_wall(&ball_at(u, v, 1.0));
+        let (scene, truth) = in_front_of_wall(&ball_at(u, v, 1.0));
         (scene.frame(0.0).unwrap(), truth)
     };
     let mut detector = ShapeDetector::new(&camera());
-    // Small steps, a leap across the picture, the border, nothing, and back.
+    // Small steps, a leap across the image, the border, nothing, and back.
     let places = [
         (100.0, 100.0),
         (104.0, 97.0),
@@ -204,7 +205,7 @@ fn a_ball_of_any_hue_is_found_by_its_own_detector_only() {
     let colours =
         [(0.0, [0.12, 0.08, 0.8]), (120.0, [0.1, 0.6, 0.08]), (220.0, [0.75, 0.25, 0.06])];
     for (hue, albedo) in colours {
-        let (scene, truth) = before_a_wall(&Ball { albedo, ..usual_ball() });
+        let (scene, truth) = in_front_of_wall(&Ball { albedo, ..usual_ball() });
         for (other, _) in colours {
             let found = ShapeDetector::new(&Camera { ball_hue: other, ..camera() })
                 .detect(&scene.frame(0.0).unwrap())
@@ -219,7 +220,7 @@ fn a_ball_of_any_hue_is_found_by_its_own_detector_only() {
 }
 
 #[test]
-fn the_ball_is_told_from_what_is_like_it() {
+fn similar_objects_are_not_taken_for_the_ball() {
     let ball = ball_at(450.0, 300.0, 1.1);
     let other = |albedo: [f64; 3]| Ball { albedo, ..ball_at(200.0, 150.0, 0.8) };
     let twice = Ball { radius: 0.06, ..ball_at(200.0, 150.0, 0.8) };
@@ -233,8 +234,8 @@ fn the_ball_is_told_from_what_is_like_it() {
         ("half as large", half),
     ];
     for (name, other) in others {
-        let (mut scene, _) = before_a_wall(&other);
-        // Skin may be as pale as an overexposed ball.
+        let (mut scene, _) = in_front_of_wall(&other);
+        // Skin may be as pale as an overexposed ball, so it may be found.
         if name != "of skin" {
             assert_eq!(detect(&scene.frame(0.0).unwrap()), None, "{name} alone");
         }
@@ -248,7 +249,7 @@ fn the_ball_is_told_from_what_is_like_it() {
 fn a_red_print_is_no_ball() {
     let mut scene = wall(0.9);
     scene.add(&usual_ball());
-    // The picture of a ball on the wall's depth, then on that of a box that is not much larger.
+    // The image of a ball at the wall's depth, then at that of a box that is not much larger.
     scene.each_pixel(|_, _, _, depth| *depth = 4500);
     assert_eq!(detect(&scene.frame(0.0).unwrap()), None);
     scene.each_pixel(|_, (u, v), _, depth| {
@@ -259,7 +260,7 @@ fn a_red_print_is_no_ball() {
 }
 
 #[test]
-fn pictures_with_nothing_in_them_or_of_no_size_to_speak_of_are_searched() {
+fn empty_and_tiny_images_are_searched() {
     assert_eq!(detect(&wall(1.0).frame(0.0).unwrap()), None);
     for (width, height) in [(1, 1), (3, 50), (50, 3)] {
         let colour = Image::filled(width, height, [0, 0, 255]);
@@ -270,8 +271,8 @@ fn pictures_with_nothing_in_them_or_of_no_size_to_speak_of_are_searched() {
 }
 
 #[test]
-fn balls_of_absurd_size_are_not_found() {
-    let (scene, _) = before_a_wall(&usual_ball());
+fn absurd_diameters_find_no_ball() {
+    let (scene, _) = in_front_of_wall(&usual_ball());
     for diameter in [0.0, -1.0, 1e-9, 1e3, 1e300, f64::INFINITY, f64::NAN] {
         let camera = Camera { ball_diameter: diameter, ..camera() };
         let found = ShapeDetector::new(&camera).detect(&scene.frame(0.0).unwrap()).unwrap();

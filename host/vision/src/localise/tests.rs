@@ -81,7 +81,7 @@ fn a_larger_object_in_front_is_not_taken_for_the_ball() {
 }
 
 #[test]
-fn the_covariance_is_that_of_pixels_and_depth_in_the_rig_frame() {
+fn the_covariance_combines_pixels_and_depth_in_the_rig_frame() {
     let centre = Point3::new(0.0, 0.0, 1.3);
     let mut seen = circle(&centre, 0.03);
     seen.covariance = nalgebra::Matrix2::new(4.0, 0.0, 0.0, 1.0);
@@ -97,7 +97,7 @@ fn the_covariance_is_that_of_pixels_and_depth_in_the_rig_frame() {
 }
 
 #[test]
-fn too_little_depth_is_none() {
+fn too_little_depth_gives_no_position() {
     let centre = Point3::new(0.0, 0.0, 1.0);
     let seen = circle(&centre, 0.03);
     let dotted =

@@ -97,7 +97,7 @@ mod tests {
     }
 
     #[test]
-    fn a_ball_s_own_hue_counts_and_others_do_not() {
+    fn only_the_ball_s_hue_counts() {
         for (degrees, own) in [
             (0.0, [200, 30, 32]),
             (-358.0, [200, 32, 30]),
@@ -116,7 +116,7 @@ mod tests {
     }
 
     #[test]
-    fn exposure_changes_it_little_until_it_is_dark() {
+    fn exposure_hardly_changes_the_likeness_until_it_is_dark() {
         let bright = of(0.0, [240, 36, 39]);
         let dim = of(0.0, [120, 18, 20]);
         assert!((dim / bright - 1.0).abs() < 0.15, "{dim} {bright}");

@@ -1,19 +1,19 @@
-//! How sure it says to be: covariance and score.
+//! Covariance and score of an observation.
 
 use nalgebra::Vector2;
 
-use super::{ball_at, before_a_wall, detect, miss, usual_ball};
+use super::{ball_at, detect, in_front_of_wall, miss, usual_ball};
 use crate::detect::scene::{INTRINSICS, wall};
 use crate::observation::Circle;
 use crate::render::Scene;
 
 #[test]
-fn where_less_of_the_edge_is_seen_its_place_is_less_sure_in_that_direction() {
-    // The right half of it is out of the picture: the column is known by one side only.
-    let (scene, truth) = before_a_wall(&ball_at(639.0, 240.0, 0.8));
+fn the_variance_is_larger_across_a_hidden_edge() {
+    // The right half of the ball is outside the image: one side only determines the column.
+    let (scene, truth) = in_front_of_wall(&ball_at(639.0, 240.0, 0.8));
     let half = detect(&scene.frame(0.0).unwrap()).unwrap();
     assert!(miss(Some(half), &truth) < 0.04, "{half:?}");
-    let (scene, _) = before_a_wall(&ball_at(320.0, 240.0, 0.8));
+    let (scene, _) = in_front_of_wall(&ball_at(320.0, 240.0, 0.8));
     let whole = detect(&scene.frame(0.0).unwrap()).unwrap();
     assert!(half.circle.covariance[(0, 0)] > 1.5 * half.circle.covariance[(1, 1)], "{half:?}");
     assert!(
@@ -27,8 +27,8 @@ fn where_less_of_the_edge_is_seen_its_place_is_less_sure_in_that_direction() {
 }
 
 #[test]
-fn a_ball_without_depth_is_less_sure() {
-    let (mut scene, _) = before_a_wall(&usual_ball());
+fn a_ball_without_depth_has_a_lower_score() {
+    let (mut scene, _) = in_front_of_wall(&usual_ball());
     let with_depth = detect(&scene.frame(0.0).unwrap()).unwrap();
     scene.each_pixel(|_, _, _, depth| *depth = 0);
     let without = detect(&scene.frame(0.0).unwrap()).unwrap();
@@ -39,9 +39,9 @@ fn a_ball_without_depth_is_less_sure() {
     );
 }
 
-/// Means of e' C⁻¹ e of centres in the picture and of the covariances' traces, of balls before a
-/// wall of many colours, seen through `spoil`.
-fn consistency(spoil: impl Fn(&mut Scene, &Circle)) -> [f64; 2] {
+/// Returns the means of e' C⁻¹ e of the centres in the image and of the covariances' traces, of
+/// balls in front of a wall of many colours that `disturb` is applied to.
+fn consistency(disturb: impl Fn(&mut Scene, &Circle)) -> [f64; 2] {
     let mut background = wall(2.0);
     background.each_pixel(|_, (u, v), pixel, _| {
         let bright = [30, 75, 120, 165, 210][((u / 23 + v / 31) % 5) as usize];
@@ -54,7 +54,7 @@ fn consistency(spoil: impl Fn(&mut Scene, &Circle)) -> [f64; 2] {
             ball_at(90.3 + 19.7 * k, 120.2 + 83.3 * f64::from(i % 4), 0.8 + 0.1 * f64::from(i % 5));
         let (mut scene, truth) = (background.clone(), ball.seen(&INTRINSICS));
         scene.add(&ball);
-        spoil(&mut scene, &truth);
+        disturb(&mut scene, &truth);
         scene.add_noise(4);
         let found =
             detect(&scene.frame(0.0).unwrap()).unwrap_or_else(|| panic!("ball {i} is not found"));
@@ -67,13 +67,14 @@ fn consistency(spoil: impl Fn(&mut Scene, &Circle)) -> [f64; 2] {
 }
 
 #[test]
-fn the_covariance_is_not_much_larger_than_errors_are_and_not_smaller() {
+fn the_covariance_matches_the_errors() {
     let sharp = consistency(|_, _| ());
     let smeared = consistency(|scene, truth| {
         scene.add_cable((truth.u, truth.v), 0.9, 5, 20.0);
         scene.blur(3.0);
     });
-    // 2 on the average where it is just right; ten times too small it would be 2.5 here at least.
+    // The mean is 2 for a covariance that is exactly right. With a tenth of it, it would be at
+    // least 2.5 here.
     for (name, [normalised, _]) in [("sharp", sharp), ("smeared", smeared)] {
         assert!((0.1..2.0).contains(&normalised), "{name}: {normalised}");
     }

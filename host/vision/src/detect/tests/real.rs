@@ -1,4 +1,4 @@
-//! On real pictures, and on balls drawn into them.
+//! The detector `ball` on real pictures, and on balls drawn into them.
 
 use std::fs;
 
@@ -13,7 +13,7 @@ use crate::frame::RgbdFrame;
 use crate::image::Image;
 use crate::render::{Ball, Scene};
 
-/// The frames of a folder of real pictures.
+/// Reads the frames of a folder of real pictures; none if the folder is absent.
 fn real(name: &str, intrinsics: Intrinsics) -> Vec<RgbdFrame> {
     let Some(folder) = pictures(name) else { return Vec::new() };
     // Lines "timestamp path"; each colour picture of these folders has its depth on the same line.
@@ -43,7 +43,7 @@ fn desk() -> Vec<RgbdFrame> {
 }
 
 #[test]
-fn there_is_no_ball_on_the_real_desk_nor_on_the_real_table() {
+fn no_ball_is_found_on_the_real_desk_and_table() {
     for (i, frame) in desk().iter().chain(&real("osd", INTRINSICS)).enumerate() {
         assert_eq!(detect(frame), None, "frame {i}");
     }
