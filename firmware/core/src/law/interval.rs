@@ -1,4 +1,4 @@
-//! The paper's law for a Jacobian known only to lie in a box of intervals.
+//! The law `interval`: the paper's law for a Jacobian in a box of intervals.
 
 use plumb_protocol::config;
 
@@ -6,33 +6,33 @@ use super::io::{Law, Measurement, Setpoint};
 use super::rates::MotorRates;
 use crate::wide::signed_product;
 
-/// Fraction bits of v: micrometres with 8 fraction bits.
+/// Fraction bits of v, which is in µm.
 pub const V_FRACTION_BITS: u32 = 8;
 
-/// Fraction bits that e is given before it meets a bound.
+/// Fraction bits of e in its product with a bound.
 const E_FRACTION_BITS: u32 = 4;
 
 /// Fraction bits of a bound.
 const BOUND_BITS: u32 = 16;
 
-/// |e| saturates here: 2^27 in Q4 is 8.39 m.
-const E_MAX: i32 = (1 << 27) - 1;
+/// Saturation of |e|: 2^27 in Q4 µm is 8.39 m.
+const MAX_ERROR: i32 = (1 << 27) - 1;
 
-/// Blanchini et al. (2023), eqs. (7) and (8) in explicit form: u̇ = -γ v, where v_k is what of
-/// column k's interval [η_k, μ_k] of e'J is nearest to zero. Then e'Jv >= |v|² for every J in the
-/// family, so |e| falls.
+/// Blanchini et al. (2023), eqs. (7) and (8) in explicit form: u̇ = -γ v. v_k is the number nearest to
+/// zero in column k's interval [η_k, μ_k] of e'J. Then e'Jv >= |v|² for every J in the family, so |e|
+/// falls.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Interval {
-    /// Least value of each entry of J, signed, Q16, |.| <= 2^19.
+    /// Least value of each entry of J, signed, Q16, magnitude at most 2^19.
     lower: [[i32; 3]; 3],
-    /// Largest value of each entry of J, likewise.
+    /// Largest value of each entry of J, in the same format.
     upper: [[i32; 3]; 3],
-    /// Q16, at most 2^20: steps/s for a micrometre of v.
+    /// Gain, Q16, at most 2^20: steps/s per µm of v.
     gain: i32,
 }
 
 impl Interval {
-    /// The law of a validated configuration (see [`Params`](crate::params::Params)).
+    /// Creates the law of a validated configuration.
     pub(crate) fn new(config: &config::Interval) -> Self {
         let entry = |i: usize, k: usize| {
             let (alpha, beta) = (config.alpha[i][k].0 as i32, config.beta[i][k].0 as i32);
@@ -50,17 +50,15 @@ impl Interval {
         }
     }
 
-    /// v for the error `e` (position - target, µm), in µm with [`V_FRACTION_BITS`], rounded towards
-    /// zero.
-    ///
-    /// |v| saturates at 2^27 (0.52 m).
+    /// Returns v for the error `e` (position - target, µm), in µm with [`V_FRACTION_BITS`], rounded
+    /// towards zero. |v| saturates at 2^27 (0.52 m).
     pub fn v(&self, e: [i32; 3]) -> [i32; 3] {
         let e = e.map(|e| {
-            let most = E_MAX >> E_FRACTION_BITS;
+            let most = MAX_ERROR >> E_FRACTION_BITS;
             if e > most {
-                E_MAX
+                MAX_ERROR
             } else if e < -most {
-                -E_MAX
+                -MAX_ERROR
             } else {
                 e << E_FRACTION_BITS
             }
@@ -70,12 +68,12 @@ impl Interval {
             let [mut eta, mut mu] = [[0; 3]; 2];
             for i in 0..3 {
                 let (lower, upper) = (self.lower[i][k], self.upper[i][k]);
-                // The interval turns round with the sign of e.
+                // A negative e swaps the bounds.
                 let (least, most) = if e[i] < 0 { (upper, lower) } else { (lower, upper) };
                 add_product(&mut eta, limbs[i], least);
                 add_product(&mut mu, limbs[i], most);
             }
-            // Bits: e 27 + bound 19 = 46 a product, 48 the sum of three.
+            // Bits: e 27 + bound 19 = 46, 48 the sum of three.
             let (eta, mu) = (whole(eta), whole(mu));
             let nearest_to_zero = eta.max(0) + mu.min(0);
             let shift = E_FRACTION_BITS + BOUND_BITS - V_FRACTION_BITS;
@@ -84,7 +82,7 @@ impl Interval {
         })
     }
 
-    /// The motor rates u̇ = -γ v for the error `e` (position - target, µm), not limited yet.
+    /// Returns the motor rates u̇ = -γ v for the error `e` (position - target, µm), not limited yet.
     pub fn rates(&self, e: [i32; 3]) -> MotorRates {
         // Bits: v 27 + gain 20 = 47; v has the 8 fraction bits of a rate, so the gain's 16 go.
         MotorRates(self.v(e).map(|v| {
@@ -97,22 +95,22 @@ impl Interval {
 /// Bits of a limb: a limb times a bound is 28 bits, three of them 30.
 const LIMB_BITS: u32 = 9;
 
-/// A number of 27 bits and its sign in limbs, the highest with the sign: the chip multiplies 32
-/// bits in a clock, 64 in forty.
+/// Splits a number of 27 bits and a sign into limbs, the highest with the sign. The chip multiplies
+/// 32 bits in one clock, 64 in forty.
 fn limbs(number: i32) -> [i32; 3] {
     let mask = (1 << LIMB_BITS) - 1;
     [number & mask, (number >> LIMB_BITS) & mask, number >> (2 * LIMB_BITS)]
 }
 
-/// Adds a product of limbs and a bound; three fit. Not checked for overflow, which would take 64
-/// bits.
+/// Adds the product of limbs and a bound to `sum`; three products fit. Not checked for overflow: a
+/// check takes 64 bits.
 fn add_product(sum: &mut [i32; 3], limbs: [i32; 3], bound: i32) {
     for (sum, limb) in sum.iter_mut().zip(limbs) {
         *sum = sum.wrapping_add(limb.wrapping_mul(bound));
     }
 }
 
-/// The number that the limbs' sums make.
+/// Joins the limbs' sums to a number.
 fn whole([low, middle, high]: [i32; 3]) -> i64 {
     i64::from(low) + (i64::from(middle) << LIMB_BITS) + (i64::from(high) << (2 * LIMB_BITS))
 }

@@ -4,13 +4,13 @@
 //! configured law; docs/understand/method.md describes each with its equations.
 
 mod adaptive;
-mod axis;
+mod axis_kalman;
 mod fixed_point;
 mod interval;
 mod io;
+mod overshoot;
 mod rates;
 mod selection;
-mod sides;
 mod sign;
 mod signs;
 mod solve;

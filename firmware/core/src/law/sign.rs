@@ -1,68 +1,70 @@
-//! The law that knows nothing but the signs of the Jacobian.
+//! The law `sign`: uses the signs of the Jacobian and nothing else.
 
 use plumb_protocol::config;
 
 use super::io::{Law, Measurement, Setpoint};
+use super::overshoot::{MIN_OVERSHOOT_UM, OvershootDetector};
 use super::rates::MotorRates;
-use super::sides::{PAST, Sides};
 use crate::wide::signed_product;
 
-/// |e| saturates here for this law, µm: 4.19 m, 22 bits.
-const E_MAX: i32 = (1 << 22) - 1;
+/// Saturation of |e| for this law, µm: 4.19 m, 22 bits.
+const MAX_ERROR_UM: i32 = (1 << 22) - 1;
 
-/// u̇ = -g Σ⁻¹ e with a constant matrix. For every J with the signs Σ (and a zero where Σ has one)
-/// -JΣ⁻¹ is stable, by Routh and Hurwitz, whatever the sizes of its entries; and any g > 0 lets |e|
-/// fall where a constant one does. So g may be found on the way to a target: it grows while the
-/// ball is near and has not gone past, and is cut each time that it does.
+/// u̇ = -g Σ⁻¹ e with a constant matrix. For every J with the signs Σ (and a zero where Σ has one),
+/// -JΣ⁻¹ is stable by Routh and Hurwitz, whatever the sizes of its entries. If a constant g > 0 lets
+/// |e| fall, any other g > 0 does. So the law adapts g on the way to a target: it grows while the
+/// ball is near and has not overshot, and falls at each overshoot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Sign {
-    /// g/(4s), Q20, at most 2^20: steps/s for a micrometre.
+    /// g/(4s), Q20, at most 2^20: steps/s per µm.
     gain: i32,
-    /// Where the ball is to go, µm.
+    /// Target, µm.
     target: [i32; 3],
-    /// What is left of the gain after overshooting, Q14.
-    calm: i32,
-    /// What it has grown to on the way, Q14.
-    bold: i32,
-    sides: Sides,
+    /// Scale of the gain after overshoots, Q14.
+    gain_scale: i32,
+    /// Growth of the gain on the way, Q14.
+    boost: i32,
+    detector: OvershootDetector,
 }
 
 /// 1 in Q14: 15 bits.
 const ONE: i32 = 1 << 14;
-/// The gain is cut to so much where the ball goes past its target, Q8, and at least this is left of
-/// it, Q14.
-const CUT: i32 = 205;
-const CALMEST: i32 = ONE / 10;
-/// The gain grows between these distances, µm, by so much with each measurement, Q8, up to so much,
-/// Q14. Closer it is what it was at first, so that noise is not made more of; farther away the
-/// motors turn as fast as they can.
-const GROWS: (u32, u32) = (12_000, 80_000);
-const GROWTH: i32 = 264;
-const BOLDEST: i32 = 2 * ONE;
-/// No distance is told that is greater, µm.
-const FAR: u32 = GROWS.1;
-const _: () = assert!(PAST < FAR && FAR < 1 << 17);
+/// Factor on the gain at an overshoot, Q8.
+const DAMPING: i32 = 205;
+/// Least scale of the gain, Q14.
+const MIN_GAIN_SCALE: i32 = ONE / 10;
+/// Distance below which the gain is not boosted, µm: closer, it would amplify noise.
+const MIN_BOOST_UM: u32 = 12_000;
+/// Distance below which the boost grows, µm: farther, the motors turn as fast as they can.
+const MAX_BOOST_UM: u32 = 80_000;
+/// Growth of the boost with each measurement between these distances, Q8.
+const BOOST_GROWTH: i32 = 264;
+/// Largest boost, Q14.
+const MAX_BOOST: i32 = 2 * ONE;
+/// Saturation of distances, µm.
+const MAX_DISTANCE_UM: u32 = MAX_BOOST_UM;
+const _: () = assert!(MIN_OVERSHOOT_UM < MAX_DISTANCE_UM && MAX_DISTANCE_UM < 1 << 17);
 
 impl Sign {
-    /// The law of a validated configuration.
+    /// Creates the law of a validated configuration.
     pub(crate) fn new(config: &config::Sign) -> Self {
         Self {
             gain: config.gain.0 as i32,
             target: [0; 3],
-            calm: ONE,
-            bold: ONE,
-            sides: Sides::default(),
+            gain_scale: ONE,
+            boost: ONE,
+            detector: OvershootDetector::default(),
         }
     }
 
-    /// The motor rates for the error `e` (position - target, µm), not limited yet.
+    /// Returns the motor rates for the error `e` (position - target, µm), not limited yet.
     pub fn rates(&mut self, e: [i32; 3]) -> MotorRates {
-        let e = e.map(|e| e.clamp(-E_MAX, E_MAX));
+        let e = e.map(|e| e.clamp(-MAX_ERROR_UM, MAX_ERROR_UM));
         let distance = distance(e);
-        self.look_where(e, distance);
-        let bold = if distance > GROWS.0 { self.bold } else { ONE };
+        self.adapt_gain(e, distance);
+        let boost = if distance > MIN_BOOST_UM { self.boost } else { ONE };
         // Bits: 15 + 16 = 31; gain 21 + 16 = 37, 22 after the shift.
-        let gain = (signed_product(self.gain, (self.calm * bold) >> 14) >> 14) as i32;
+        let gain = (signed_product(self.gain, (self.gain_scale * boost) >> 14) >> 14) as i32;
         // Bits: sum 25 + gain 22 = 47; Q20 to Q8 is 12 bits less.
         let limit = i64::from(i32::MAX);
         MotorRates(
@@ -70,39 +72,41 @@ impl Sign {
         )
     }
 
-    /// Notices that the ball went past its target; until it does, goes faster and faster.
-    fn look_where(&mut self, e: [i32; 3], distance: u32) {
-        if self.sides.passed(e, distance) {
-            self.calm = ((self.calm * CUT) >> 8).max(CALMEST);
-            self.bold = (self.bold + ONE) / 2;
-        } else if self.calm == ONE && GROWS.0 < distance && distance < GROWS.1 {
-            self.bold = ((self.bold * GROWTH) >> 8).min(BOLDEST);
+    /// Reduces the gain at an overshoot, and lets it grow before the first one.
+    fn adapt_gain(&mut self, e: [i32; 3], distance: u32) {
+        if self.detector.overshoots(e, distance) {
+            self.gain_scale = ((self.gain_scale * DAMPING) >> 8).max(MIN_GAIN_SCALE);
+            self.boost = (self.boost + ONE) / 2;
+        } else if self.gain_scale == ONE && MIN_BOOST_UM < distance && distance < MAX_BOOST_UM {
+            self.boost = ((self.boost * BOOST_GROWTH) >> 8).min(MAX_BOOST);
         }
     }
 }
 
-/// |e| in µm, right to 4, or [`FAR`] where it is more.
+/// Returns |e| in µm, accurate to 4 µm, or [`MAX_DISTANCE_UM`] where it is more.
 pub(super) fn distance(e: [i32; 3]) -> u32 {
     let e = e.map(i32::unsigned_abs);
-    if e.iter().any(|&c| c >= FAR) {
-        return FAR;
+    if e.iter().any(|&c| c >= MAX_DISTANCE_UM) {
+        return MAX_DISTANCE_UM;
     }
-    // Bits: 15 + 15, 32 the sum of three: a root of 32 takes the chip a fraction of one of 64.
+    // Bits: 15 + 15, 32 the sum of three. A root of 32 bits takes the chip a fraction of the time
+    // of one of 64.
     let root = e.iter().map(|c| (c >> 2).wrapping_mul(c >> 2)).fold(0, u32::wrapping_add).isqrt();
-    (root << 2).min(FAR)
+    (root << 2).min(MAX_DISTANCE_UM)
 }
 
-/// -4Σ⁻¹e, µm, 25 bits: the direction in which the motors turn.
+/// Returns -4Σ⁻¹e, µm, 25 bits: the direction of the motor rates.
 pub(super) fn direction(e: [i32; 3]) -> [i32; 3] {
-    let [x, y, z] = e.map(|e| e.clamp(-E_MAX, E_MAX));
+    let [x, y, z] = e.map(|e| e.clamp(-MAX_ERROR_UM, MAX_ERROR_UM));
     [x + 2 * y + z, x - 2 * y + z, 2 * (z - x)]
 }
 
 impl Law for Sign {
     fn update(&mut self, measurement: &Measurement) -> Setpoint {
         if self.target != measurement.target {
-            // What was learnt of the way to another target is not true of this one.
-            (self.calm, self.bold, self.sides) = (ONE, ONE, Sides::default());
+            // The gain that fits the way to one target may not fit the way to another.
+            (self.gain_scale, self.boost) = (ONE, ONE);
+            self.detector = OvershootDetector::default();
             self.target = measurement.target;
         }
         Setpoint::at_once(self.rates(measurement.error()))
@@ -129,10 +133,10 @@ mod tests {
         setpoint.rates.0.iter().map(|rate| rate.abs()).max().unwrap_or(0)
     }
 
-    /// A ball that is thrown from one side of its target to the other, and one that comes nearer
-    /// without ever getting there.
+    /// A ball that comes no nearer, and then one that jumps from one side of its target to the
+    /// other.
     #[test]
-    fn the_gain_is_cut_at_each_passing_and_grows_on_the_way() {
+    fn the_gain_falls_at_each_overshoot_and_grows_on_the_way() {
         let mut law = Sign::new(&config::Sign { gain: SignGain(1 << 14) });
         let mut rate = |x: i32| largest(law.update(&measurement([x, 0, 0], [0; 3])));
         let first = rate(50_000);

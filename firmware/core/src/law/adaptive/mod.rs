@@ -1,71 +1,76 @@
-//! The law that estimates J while driving, and uses it where descent is certain enough.
+//! The law `adaptive`: estimates J while driving, and uses it where descent is certain enough.
 
+mod damping;
 mod estimate;
-mod swings;
+#[cfg(test)]
+mod tests;
 
 use super::fixed_point::squared_length;
 use super::io::{Law, Limits, Measurement, Setpoint};
 use super::rates::MotorRates;
 use super::sign;
+use damping::OvershootDamping;
 use estimate::{Estimate, Steps};
-use swings::Swings;
 
-/// Of an unsure way the motors do not brake on more than so many steps less, Q8: by then more is
+/// Rate over the steps to go, 1/s.
+const GAIN: i64 = 9;
+/// Longest part of an unsure distance that braking does not count on, steps in Q8: by then more is
 /// known.
-const UNSURE_STEPS: i64 = 40 << 8;
-/// No setpoint lasts for less: a measurement may come so much later than the one before it, µs.
-const VALID_US: i64 = 35_000;
-/// The law of signs slows down from here, µm.
-const SIGN_SLOWS: i64 = 65_000;
+const MAX_UNSURE_STEPS: i64 = 40 << 8;
+/// Least validity of a setpoint, µs: a measurement may come that much after the last one.
+const MIN_VALID_US: i64 = 35_000;
+/// Distance below which the sign law slows down, µm.
+const SIGN_SLOWDOWN_UM: i64 = 65_000;
 
-/// Kalman filters for p and J; the step on them that makes E|e|² the least, where |e| falls for
-/// every J within three standard deviations; the law of signs elsewhere. Both make V = |e|² fall,
-/// so that going from one to the other needs no wait.
+/// Kalman filters of p and J. Where |e| falls for every J within three standard deviations, the law
+/// takes the step that minimises E|e|²; elsewhere it takes the sign law. Both let V = |e|² fall, so
+/// that switching between them needs no wait.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Adaptive {
     limits: Limits,
     estimate: Option<Estimate>,
-    swings: Swings,
+    damping: OvershootDamping,
 }
 
 impl Adaptive {
-    /// The law for motors of these limits.
+    /// Creates the law for motors of these limits.
     pub(crate) fn new(limits: Limits) -> Self {
-        Self { limits, estimate: None, swings: Swings::to([0; 3]) }
+        Self { limits, estimate: None, damping: OvershootDamping::new([0; 3]) }
     }
 
-    /// Along the `steps`: 9/s of the longest way, less where the motors could not brake in time; of
-    /// these rates so much (Q8). They hold until what is left of the way is what the motors brake
-    /// on.
-    fn along(&self, steps: &Steps, calm: u32) -> Setpoint {
+    /// Returns rates along the `steps`: [`GAIN`] times the longest distance, less where the motors
+    /// could not brake in time, times `gain_scale` (Q8). They are valid until the distance that is
+    /// left is the braking distance.
+    fn along(&self, steps: &Steps, gain_scale: u32) -> Setpoint {
         let n = steps.n;
         let acceleration = i64::from(self.limits.acceleration);
         let longest = n.iter().map(|n| i64::from(n.abs())).max().unwrap_or(0).max(1);
         // Bits: 26 + 8.
-        let sure = longest - ((longest * i64::from(steps.unsure)) >> 8).min(UNSURE_STEPS);
+        let sure = longest - ((longest * i64::from(steps.unsure)) >> 8).min(MAX_UNSURE_STEPS);
         // sqrt(1.25 a m) in Q8, bits: 22 + 1 + 22 + 8.
         let braking = acceleration * 5 / 4 * sure.min(1 << 22) * 256;
         let braking = braking.unsigned_abs().isqrt() as i64;
+        let limit = i64::from(self.limits.rate);
         // Bits: 31 + 9.
-        let rate =
-            ((9 * longest).min(braking).min(i64::from(self.limits.rate)) * i64::from(calm)) >> 8;
-        // Bits: 26 + 31 is no more than the ratio's 31 after the division.
+        let rate = ((GAIN * longest).min(braking).min(limit) * i64::from(gain_scale)) >> 8;
+        // Bits: 26 + 31; after the division at most the 31 of `rate`.
         let rates = MotorRates(n.map(|n| (i64::from(n) * rate / longest) as i32));
-        // m/v - v/2a, bits: 26 + 20 and 31 + 11.
+        // m/v - v/(2a) in µs, bits: 26 + 20 and 31 + 11. 10^6/(2·256) is 1953.
         let valid_us = longest * 1_000_000 / rate.max(1) - rate * 1_953 / acceleration.max(1);
         Setpoint {
-            valid_us: valid_us.clamp(VALID_US, u32::MAX.into()) as u32,
+            valid_us: valid_us.clamp(MIN_VALID_US, u32::MAX.into()) as u32,
             ..Setpoint::at_once(rates)
         }
     }
 
-    /// The law of signs at full speed until close to the target.
+    /// Returns the rates of the sign law for the error `e` (target - position, µm), at full rate
+    /// until close to the target.
     fn by_signs(&self, e: [i32; 3]) -> MotorRates {
         let w = sign::direction(e.map(|e| -e)).map(i64::from);
         let largest = w.iter().map(|w| w.abs()).max().unwrap_or(0).max(1);
-        let distance = (squared_length(e).unsigned_abs().isqrt() as i64).min(SIGN_SLOWS);
+        let distance = (squared_length(e).unsigned_abs().isqrt() as i64).min(SIGN_SLOWDOWN_UM);
         // Bits: rate 31 + distance 16 = 47.
-        let rate = i64::from(self.limits.rate) * distance / SIGN_SLOWS;
+        let rate = i64::from(self.limits.rate) * distance / SIGN_SLOWDOWN_UM;
         MotorRates(w.map(|w| (w * rate / largest) as i32))
     }
 }
@@ -80,12 +85,11 @@ impl Law for Adaptive {
             none => *none.insert(Estimate::new(measurement)),
         };
         let j = estimate.projected();
-        let e = estimate.ahead(&j, measurement);
-        let calm = self.swings.calm(measurement.target, e);
-        let steps = estimate.steps(&j, e);
-        steps.map_or_else(|| Setpoint::at_once(self.by_signs(e)), |steps| self.along(&steps, calm))
+        let e = estimate.predicted_error(&j, measurement);
+        let gain_scale = self.damping.update(measurement.target, e);
+        match estimate.steps(&j, e) {
+            Some(steps) => self.along(&steps, gain_scale),
+            None => Setpoint::at_once(self.by_signs(e)),
+        }
     }
 }
-
-#[cfg(test)]
-mod tests;

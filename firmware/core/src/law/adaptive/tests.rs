@@ -50,7 +50,7 @@ fn a_cautious_step_is_the_one_of_its_equation() {
         [0, 1, 2].map(|l| estimate.axes.iter().map(|a| f64::from(a.p_jj[k][l]) / 256.0).sum())
     });
     for (j, e) in JACOBIANS.iter().flat_map(|j| ERRORS.map(|e| (j, e))) {
-        let off = estimate.cautious(j, e).map(|n| off(n, exact(j, unknown, e)));
+        let off = estimate.cautious_steps(j, e).map(|n| off(n, exact(j, unknown, e)));
         assert!(off.is_some_and(|off| off < 0.01), "{j:?} {e:?}: {off:?}");
     }
 }
@@ -67,12 +67,12 @@ fn what_is_known_for_sure_is_used_as_it_is_and_is_certain() {
     }
 }
 
-/// The doubt at the first measurement, from its equation.
+/// Compares the doubt at the first measurement with its equation.
 #[test]
 fn doubt_is_that_of_its_equation() {
     let estimate = Estimate::new(&PICTURE);
     for (j, e) in JACOBIANS.iter().flat_map(|j| ERRORS.map(|e| (j, e))) {
-        let n = estimate.cautious(j, e).unwrap();
+        let n = estimate.cautious_steps(j, e).unwrap();
         let sum = |f: &dyn Fn(usize) -> f64| (0..3).map(f).sum::<f64>();
         let (e_, n_) = (e.map(f64::from), n.map(|n| f64::from(n) / 256.0));
         let p_jj = |i: usize, k: usize, l: usize| f64::from(estimate.axes[i].p_jj[k][l]) / 256.0;
@@ -89,7 +89,7 @@ fn doubt_is_that_of_its_equation() {
 }
 
 #[test]
-fn what_is_in_doubt_is_left_to_the_law_of_signs() {
+fn steps_in_doubt_are_refused() {
     let mut estimate = Estimate::new(&PICTURE);
     let (j, e) = (estimate.projected(), [100_000, 50_000, -80_000]);
     assert!(estimate.steps(&j, e).is_none());
@@ -97,21 +97,21 @@ fn what_is_in_doubt_is_left_to_the_law_of_signs() {
     assert!(estimate.steps(&j, e).is_some_and(|steps| steps.unsure > 0));
 }
 
-/// A ball that is thrown from one side of its target to the other: once is as it may be.
+/// A ball that jumps from one side of its target to the other; the first overshoot is free.
 #[test]
-fn the_law_grows_calmer_with_each_swing_and_not_with_another_target() {
-    let mut swings = Swings::to([0; 3]);
-    let mut calm = |k: i32, target| {
-        swings.calm([target, 0, 0], [if k % 2 == 0 { 20_000 } else { -20_000 }, 0, 0])
+fn each_overshoot_reduces_the_gain_until_the_target_changes() {
+    let mut damping = OvershootDamping::new([0; 3]);
+    let mut gain_scale = |k: i32, target| {
+        damping.update([target, 0, 0], [if k % 2 == 0 { 20_000 } else { -20_000 }, 0, 0])
     };
-    assert_eq!([0, 1].map(|k| calm(k, 0)), [256; 2]);
-    assert_eq!([2, 3, 3].map(|k| calm(k, 0)), [192, 144, 144]);
-    assert_eq!(calm(4, 1), 256);
+    assert_eq!([0, 1].map(|k| gain_scale(k, 0)), [256; 2]);
+    assert_eq!([2, 3, 3].map(|k| gain_scale(k, 0)), [192, 144, 144]);
+    assert_eq!(gain_scale(4, 1), 256);
 }
 
-/// Noise of a ball that is held says nothing of J, and little of where the ball is.
+/// The noise of a ball at its target does not change J.
 #[test]
-fn j_is_learnt_on_the_way_and_not_from_a_ball_that_is_held() {
+fn j_is_estimated_on_the_way_and_not_at_the_target() {
     let after = |target: i32| {
         let measurement = Measurement { target: [target; 3], ..PICTURE };
         let mut estimate = Estimate::new(&measurement);

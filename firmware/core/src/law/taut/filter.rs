@@ -1,136 +1,145 @@
-//! An extended Kalman filter over the ball, the motors' points, the cable of a step and the
-//! pictures' lateness.
+//! Extended Kalman filter over the ball, the motors' positions, the cable of a step and the delay
+//! of the measurements.
 #![allow(
     clippy::needless_range_loop,
     reason = "rows and columns go by their numbers in several arrays at once"
 )]
 
-use super::geometry::{Matrix, Vector, along, dot, inverse, length, scaled};
-use super::prior::{Guess, LATE, N, STEP};
-use super::seen::Seen;
+use super::cables::{Cables, Gradient, cable_vectors};
+use super::geometry::{Matrix, Vector, along, dot, length, scaled};
+use super::observation::Observation;
+use super::prior::{DELAY, Guess, N, STEP};
 
-/// Variance of what the filter's model leaves out, mm².
-const UNMODELLED: f32 = 4.0;
-/// Motors are not farther from the ball than this, mm.
-const FARTHEST: f32 = 1600.0;
-/// ln 0.1 and ln 1.5: cable of a step, mm.
-const STEPS: (f32, f32) = (-core::f32::consts::LN_10, 0.405_465);
-/// Pictures are later than told by so many pictures' times, at least and at most.
-const LATENESS: (f32, f32) = (-1.0, 5.0);
-/// What is left of the score from a picture to the next.
-const FORGOTTEN: f32 = 0.995;
-/// A coordinate that is farther off than so many standard deviations is strange.
-const STRANGE: f32 = 4.0;
-/// So many strange pictures in a row are passed over.
-const PATIENCE: u8 = 2;
-/// What a picture that is passed over adds to the score: as much as an axis at the edge of that.
-const PASSED_OVER: f32 = 30.0;
-/// How far the ball hangs behind on its springs, over its acceleration, squares of a picture's
-/// time: 2 of them are 0.002 s², 22 rad/s, between a stiff rig and a soft one.
-const BEHIND: f32 = 2.0;
+/// Variance that the filter's model leaves out, mm².
+const UNMODELLED_VARIANCE_MM2: f32 = 4.0;
+/// Largest distance of a motor from the ball along an axis, mm.
+const MAX_MOTOR_DISTANCE_MM: f32 = 1600.0;
+/// Range of ln s: cable of a step from 0.1 to 1.5 mm.
+const LN_STEP_RANGE: (f32, f32) = (-core::f32::consts::LN_10, 0.405_465);
+/// Range of the measurements' delay beyond their age, frame times.
+const DELAY_RANGE: (f32, f32) = (-1.0, 5.0);
+/// Factor on the score from measurement to measurement: a memory of 200.
+const SCORE_MEMORY: f32 = 0.995;
+/// Innovation of an outlier, standard deviations.
+const OUTLIER_SIGMAS: f32 = 4.0;
+/// Outliers in a row that are skipped.
+const MAX_SKIPPED: u8 = 2;
+/// Score of a skipped measurement: that of an axis at the edge of [`OUTLIER_SIGMAS`].
+const SKIPPED_SCORE: f32 = 30.0;
+/// Highest score of a measurement.
+const MAX_SCORE: f32 = 60.0;
+/// Lag of the ball on its springs over its acceleration, squares of a frame time: 2 of them are
+/// 0.002 s², 22 rad/s, between a stiff rig and a soft one.
+const SPRING_LAG: f32 = 2.0;
+/// Factor on the mean innovation from measurement to measurement: a memory of 10.
+const BIAS_MEMORY: f32 = 0.9;
+/// Weight of a measurement in the mean innovation.
+const BIAS_WEIGHT: f32 = 0.1;
 
-/// One filter of the bank.
+/// Standard deviation of a motor's coordinate below which the filter is confident, mm.
+const CONFIDENT_MOTOR_MM: f32 = 260.0;
+/// Standard deviation of ln s below which the filter is confident.
+const CONFIDENT_LN_STEP: f32 = 0.4;
+/// Factor on the standard deviations of the geometry where a confident filter is biased.
+const INFLATION: f32 = 1.05;
+
+/// Bounds on the motors' positions relative to the ball and to each other, mm: A and B on the side of
+/// larger x, C opposite, A at larger y than B, all above the ball.
+struct MotorBounds {
+    /// Least height of a motor above the ball.
+    min_height: f32,
+    /// Least distance along x from the ball.
+    min_x: f32,
+    /// Least y of A, and the negative of the largest y of B, relative to the ball.
+    min_y: f32,
+    /// Least distance along y of A from B.
+    min_apart: f32,
+}
+
+const BOUNDS: MotorBounds =
+    MotorBounds { min_height: 60.0, min_x: 15.0, min_y: -100.0, min_apart: 250.0 };
+
+/// Process noise of a prediction.
+struct ProcessNoise {
+    /// Standard deviation of the position, mm.
+    position_sd: f32,
+    /// Standard deviation of the position over the ball's movement.
+    position_per_move: f32,
+    /// Standard deviation of a motor's coordinate over the ball's movement.
+    motor_per_move: f32,
+    /// Largest correction of the position for the bend of the way, mm.
+    max_bend: f32,
+}
+
+const NOISE: ProcessNoise =
+    ProcessNoise { position_sd: 0.05, position_per_move: 0.1, motor_per_move: 0.2, max_bend: 20.0 };
+
+/// One filter of the [multi-model filter](super::multi_model).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Filter {
+    /// State; [`super::prior`] lists its entries.
     x: [f32; N],
+    /// Covariance of the state.
     p: [[f32; N]; N],
-    /// What x says of the cables, as it was left by the last picture.
+    /// Cables at x after the last measurement.
     cables: Cables,
-    /// How sure the last picture was, mm².
-    told: Vector,
-    /// Where the motors were, steps.
+    /// Variances of the last measurement, mm².
+    variances: Vector,
+    /// Motor positions at the last measurement, steps.
     motors: Vector,
-    /// How far the ball went in a picture's time before the last picture, mm.
-    flown: Vector,
-    /// Twice the negative logarithm of the likelihood of what was seen, forgotten over 200
-    /// pictures.
+    /// Movement of the ball in the frame time before the last measurement, mm.
+    moved: Vector,
+    /// Twice the negative log-likelihood of the measurements, with [`SCORE_MEMORY`].
     score: f32,
-    /// Innovations over their standard deviations, forgotten over 10 pictures.
+    /// Mean of the normalised innovations, with [`BIAS_MEMORY`].
     bias: Vector,
-    /// Pictures in a row that were strange.
-    strange: u8,
+    /// Outliers in a row.
+    outliers: u8,
 }
 
-/// Directions and lengths of the cables at an estimate, and ṗ per cable rate.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Cables {
-    units: Matrix,
-    lengths: Vector,
-    j: Matrix,
-    step: f32,
-}
-
-/// From each motor to the ball.
-fn cable_vectors(x: &[f32; N]) -> Matrix {
-    [0, 1, 2].map(|k| [0, 1, 2].map(|c| x[c] - x[3 + 3 * k + c]))
-}
-
-impl Cables {
-    fn new(x: &[f32; N]) -> Self {
-        let from = cable_vectors(x);
-        let lengths = from.map(|v| length(v).max(1.0));
-        let units = [0, 1, 2].map(|k| scaled(from[k], 1.0 / lengths[k]));
-        Self { units, lengths, j: inverse(&units), step: libm::expf(x[STEP]) }
-    }
-}
-
-/// How the way of the ball changes with the state when the motors turn: F = J G. Row k of G is -w_k
-/// at the ball, w_k at motor k, and what is paid out at ln s: seven entries of thirteen.
-struct Gradient {
-    /// w_k: how far the ball goes across cable k, over its length.
-    bends: Matrix,
-    /// Cable that each motor pays out, mm.
-    paid: Vector,
-}
-
-impl Gradient {
-    fn new(cables: &Cables, d: Vector) -> Self {
-        let paid = scaled(d, cables.step);
-        let moved = along(&cables.j, paid);
-        let bends = [0, 1, 2].map(|k| {
-            let unit = cables.units[k];
-            // Along the cable the ball goes as far as it is paid out.
-            let part = dot(unit, moved);
-            scaled([0, 1, 2].map(|c| moved[c] - part * unit[c]), 1.0 / cables.lengths[k])
-        });
-        Self { bends, paid }
-    }
-}
-
-/// Where the cables' lengths would have the ball that is seen: on springs it comes later while it
-/// gets faster.
-fn ahead_of(seen: &Seen, cables: &Cables) -> Vector {
-    let behind = along(&cables.j, scaled(seen.faster, BEHIND * cables.step));
-    // The weight holds it against that downwards.
-    [seen.ball[0] + behind[0], seen.ball[1] + behind[1], seen.ball[2]]
+/// Returns the position of the ball that the cable lengths give. On springs the ball lags behind
+/// that while it accelerates.
+fn without_lag(seen: &Observation, cables: &Cables) -> Vector {
+    let lag = along(&cables.j, scaled(seen.faster, SPRING_LAG * cables.step));
+    // Not in z: the weight keeps the springs stretched.
+    [seen.ball[0] + lag[0], seen.ball[1] + lag[1], seen.ball[2]]
 }
 
 impl Filter {
-    /// At the first picture, on the way to `target` (mm).
-    pub(super) fn new(seen: &Seen, target: Vector, guess: &Guess) -> Self {
-        let Seen { ball, variances: told, motors, .. } = *seen;
-        let (x, p) = guess.prior(ball, told, target);
-        let cables = Cables::new(&x);
-        Self { x, p, cables, told, motors, flown: [0.0; 3], score: 0.0, bias: [0.0; 3], strange: 0 }
+    /// Creates the filter at the first measurement, on the way to `target` (mm).
+    pub(super) fn new(seen: &Observation, target: Vector, guess: &Guess) -> Self {
+        let Observation { ball, variances, motors, .. } = *seen;
+        let (x, p) = guess.prior(ball, variances, target);
+        Self {
+            x,
+            p,
+            cables: Cables::new(&x),
+            variances,
+            motors,
+            moved: [0.0; 3],
+            score: 0.0,
+            bias: [0.0; 3],
+            outliers: 0,
+        }
     }
 
-    /// The ball, mm.
+    /// Returns the position of the ball, mm.
     pub(super) fn ball(&self) -> Vector {
         [self.x[0], self.x[1], self.x[2]]
     }
 
-    /// How badly it explains what was seen.
+    /// Returns twice the negative log-likelihood of the measurements: less is better.
     pub(super) fn score(&self) -> f32 {
         self.score
     }
 
-    /// J, mm a step.
+    /// Returns J, mm/step.
     pub(super) fn jacobian(&self) -> Matrix {
         let Cables { j, step, .. } = self.cables;
         j.map(|row| row.map(|j| step * j))
     }
 
-    /// G P: three rows.
+    /// Returns G P: three rows.
     fn times_covariance(&self, gradient: &Gradient) -> [[f32; N]; 3] {
         [0, 1, 2].map(|k| {
             let (w, paid) = (gradient.bends[k], gradient.paid[k]);
@@ -143,7 +152,7 @@ impl Filter {
         })
     }
 
-    /// G P G', of G P.
+    /// Returns G P G' from G P.
     fn spread(gradient: &Gradient, gp: &[[f32; N]; 3]) -> Matrix {
         let entry = |k: usize, l: usize| {
             let motor = 3 + 3 * l;
@@ -154,7 +163,7 @@ impl Filter {
         [[entry(0, 0), ab, ac], [ab, entry(1, 1), bc], [ac, bc, entry(2, 2)]]
     }
 
-    /// The covariance of J a, mm².
+    /// Returns the covariance of J a, mm², for `a` in steps.
     pub(super) fn covariance(&self, a: Vector) -> Matrix {
         let j = &self.cables.j;
         let gradient = Gradient::new(&self.cables, a);
@@ -163,8 +172,8 @@ impl Filter {
         j.map(|row| across.map(|across| dot(row, across)))
     }
 
-    /// Motor steps from where the ball is to where its cables reach `point` (mm): by their lengths,
-    /// not by J, which near the motors doubles within a few centimetres.
+    /// Returns the motor steps from the ball's position to `point` (mm), by the lengths of the
+    /// cables: J is not constant, and near the motors it doubles within a few centimetres.
     pub(super) fn steps_to(&self, point: Vector) -> Vector {
         let Cables { lengths, step, .. } = self.cables;
         [0, 1, 2].map(|k| {
@@ -173,15 +182,15 @@ impl Filter {
         })
     }
 
-    /// How far the motors are above the ball in the mean, mm.
+    /// Returns the mean height of the motors above the ball, mm.
     pub(super) fn height(&self) -> f32 {
         (self.x[5] + self.x[8] + self.x[11]) / 3.0 - self.x[2]
     }
 
-    /// Whether all of it is numbers, and the covariance one: rounding may spoil a filter that is
-    /// very sure of itself.
-    pub(super) fn sound(&self) -> bool {
-        // What is below the diagonal is the same as what is above it.
+    /// Returns whether the state is finite and the variances positive: rounding may break a filter
+    /// of very small variances.
+    pub(super) fn is_valid(&self) -> bool {
+        // P is symmetric, so its upper triangle is enough.
         (0..N).all(|i| {
             self.x[i].is_finite()
                 && self.p[i][i] > 0.0
@@ -189,30 +198,30 @@ impl Filter {
         })
     }
 
-    /// The same filter begun anew, scored as one that has explained things as badly as `score`
-    /// says.
-    pub(super) fn restarted(seen: &Seen, target: Vector, guess: &Guess, score: f32) -> Self {
+    /// Returns the filter as at the first measurement, with this score.
+    pub(super) fn restarted(seen: &Observation, target: Vector, guess: &Guess, score: f32) -> Self {
         Self { score, ..Self::new(seen, target, guess) }
     }
 
-    /// Takes in a picture.
-    pub(super) fn update(&mut self, seen: &Seen) {
+    /// Updates the filter by a measurement.
+    pub(super) fn update(&mut self, seen: &Observation) {
         let d = [0, 1, 2].map(|k| seen.motors[k] - self.motors[k]);
-        (self.motors, self.told) = (seen.motors, seen.variances);
+        (self.motors, self.variances) = (seen.motors, seen.variances);
         self.predict(d);
         let cables = Cables::new(&self.x);
-        self.flown = along(&cables.j, scaled(seen.turned, cables.step));
-        self.measure(ahead_of(seen, &cables));
-        if !self.sound() {
+        self.moved = along(&cables.j, scaled(seen.turned, cables.step));
+        self.correct(without_lag(seen, &cables));
+        if !self.is_valid() {
             return;
         }
-        if dot(self.bias, self.bias) > 1.0 && self.still_sure() {
-            self.doubt_itself();
+        if dot(self.bias, self.bias) > 1.0 && self.is_confident() {
+            self.inflate_covariance();
         }
-        self.keep_possible();
+        self.clamp_state();
         self.cables = Cables::new(&self.x);
     }
 
+    /// Predicts the state after the motors turned by `d` steps.
     fn predict(&mut self, d: Vector) {
         let before = self.cables;
         let gradient = Gradient::new(&before, d);
@@ -220,24 +229,27 @@ impl Filter {
         for i in 0..3 {
             self.x[i] += moved[i];
         }
-        // The way is bent: what the lengths lack after the straight step.
+        // The way is bent: one Newton step corrects the lengths after the straight movement.
         let after = cable_vectors(&self.x).map(|v| length(v).max(1.0));
         let lacking = [0, 1, 2].map(|k| before.lengths[k] + gradient.paid[k] - after[k]);
-        let back = along(&before.j, lacking);
+        let bend = along(&before.j, lacking);
         for i in 0..3 {
-            self.x[i] += back[i].clamp(-20.0, 20.0);
+            self.x[i] += bend[i].clamp(-NOISE.max_bend, NOISE.max_bend);
         }
         let unknown = self.propagate(&gradient, &before.j);
         let square = dot(moved, moved);
         for i in 0..3 {
-            self.p[i][i] += 0.05 * 0.05 + 0.1 * 0.1 * square + unknown[i];
+            self.p[i][i] += NOISE.position_sd * NOISE.position_sd
+                + NOISE.position_per_move * NOISE.position_per_move * square
+                + unknown[i];
         }
         for i in 3..STEP {
-            self.p[i][i] += 0.2 * 0.2 * square;
+            self.p[i][i] += NOISE.motor_per_move * NOISE.motor_per_move * square;
         }
     }
 
-    /// P becomes (I + F) P (I + F)', where F = J G has three rows; the diagonal of F P F'.
+    /// Replaces P by (I + F) P (I + F)', where F = J G has three rows. Returns the diagonal of
+    /// F P F'.
     fn propagate(&mut self, gradient: &Gradient, j: &Matrix) -> Vector {
         let gp = self.times_covariance(gradient);
         let spread = Self::spread(gradient, &gp);
@@ -258,42 +270,45 @@ impl Filter {
         [0, 1, 2].map(|i| fpf[i][i].max(0.0))
     }
 
-    /// How far a ball that is seen at `z` is from where it is expected along an axis: where it was
-    /// by the pictures' lateness ago.
-    fn off(&self, z: Vector, axis: usize) -> f32 {
-        z[axis] - (self.x[axis] - self.flown[axis] * self.x[LATE])
+    /// Returns the innovation of a ball at `z` along an axis, mm: the prediction is the position
+    /// before the measurement's delay.
+    fn innovation(&self, z: Vector, axis: usize) -> f32 {
+        z[axis] - (self.x[axis] - self.moved[axis] * self.x[DELAY])
     }
 
+    /// Returns the variance of the innovation along an axis, mm².
     fn variance(&self, axis: usize) -> f32 {
-        let flown = self.flown[axis];
-        let late = flown * (flown * self.p[LATE][LATE] - 2.0 * self.p[axis][LATE]);
-        (self.p[axis][axis] + late).max(0.0) + self.told[axis] + UNMODELLED
+        let moved = self.moved[axis];
+        let late = moved * (moved * self.p[DELAY][DELAY] - 2.0 * self.p[axis][DELAY]);
+        (self.p[axis][axis] + late).max(0.0) + self.variances[axis] + UNMODELLED_VARIANCE_MM2
     }
 
-    /// Whether to take in a picture of the ball at `z`. Strange ones are passed over; where they go
-    /// on, the ball is elsewhere indeed, and how it came there says little of the geometry.
+    /// Returns whether a measurement of the ball at `z` is to be used. Outliers are skipped. After
+    /// [`MAX_SKIPPED`] in a row the ball has really moved: the variance of its position grows, and
+    /// the geometry stays.
     fn accepts(&mut self, z: Vector) -> bool {
-        let off = [0, 1, 2].map(|i| self.off(z, i));
-        let strange = [0, 1, 2].map(|i| off[i] * off[i] > STRANGE * STRANGE * self.variance(i));
-        if strange == [false; 3] {
-            self.strange = 0;
+        let off = [0, 1, 2].map(|i| self.innovation(z, i));
+        let outlier =
+            [0, 1, 2].map(|i| off[i] * off[i] > OUTLIER_SIGMAS * OUTLIER_SIGMAS * self.variance(i));
+        if outlier == [false; 3] {
+            self.outliers = 0;
             return true;
         }
-        self.strange = self.strange.saturating_add(1);
-        if self.strange <= PATIENCE {
-            self.score = FORGOTTEN * self.score + PASSED_OVER;
+        self.outliers = self.outliers.saturating_add(1);
+        if self.outliers <= MAX_SKIPPED {
+            self.score = SCORE_MEMORY * self.score + SKIPPED_SCORE;
             return false;
         }
         for i in 0..3 {
-            if strange[i] {
+            if outlier[i] {
                 self.p[i][i] += off[i] * off[i];
             }
         }
         true
     }
 
-    /// The three coordinates one after the other.
-    fn measure(&mut self, z: Vector) {
+    /// Corrects the state by a ball at `z`, one coordinate after the other.
+    fn correct(&mut self, z: Vector) {
         if !self.accepts(z) {
             return;
         }
@@ -301,58 +316,60 @@ impl Filter {
         for i in 0..3 {
             let variance = self.variance(i);
             let precision = 1.0 / variance;
-            let off = self.off(z, i);
+            let off = self.innovation(z, i);
             surprise += off * off * precision + libm::logf(variance);
-            self.bias[i] = 0.9 * self.bias[i] + 0.1 * off / libm::sqrtf(variance);
+            self.bias[i] = BIAS_MEMORY * self.bias[i] + BIAS_WEIGHT * off / libm::sqrtf(variance);
             let row: [f32; N] =
-                core::array::from_fn(|k| self.p[i][k] - self.flown[i] * self.p[LATE][k]);
+                core::array::from_fn(|k| self.p[i][k] - self.moved[i] * self.p[DELAY][k]);
             for k in 0..N {
                 let gain = row[k] * precision;
                 self.x[k] += gain * off;
-                // What is below the diagonal is the same as what is above it.
+                // P is symmetric: the lower triangle is copied.
                 for l in k..N {
                     self.p[k][l] -= gain * row[l];
                     self.p[l][k] = self.p[k][l];
                 }
             }
         }
-        self.score = FORGOTTEN * self.score + surprise.min(60.0);
+        self.score = SCORE_MEMORY * self.score + surprise.min(MAX_SCORE);
     }
 
-    /// Whether it takes the geometry for known.
-    fn still_sure(&self) -> bool {
-        (3..STEP).all(|i| self.p[i][i] < 260.0 * 260.0) && self.p[STEP][STEP] < 0.4 * 0.4
+    /// Returns whether the variances of the geometry are small.
+    fn is_confident(&self) -> bool {
+        (3..STEP).all(|i| self.p[i][i] < CONFIDENT_MOTOR_MM * CONFIDENT_MOTOR_MM)
+            && self.p[STEP][STEP] < CONFIDENT_LN_STEP * CONFIDENT_LN_STEP
     }
 
-    /// The geometry is less certain by a twentieth: pictures have been off to one side.
-    fn doubt_itself(&mut self) {
+    /// Inflates the covariance of the geometry: the innovations are biased.
+    fn inflate_covariance(&mut self) {
         for i in 0..N {
             for k in 0..N {
-                let factor = if i >= 3 { 1.05 } else { 1.0 } * if k >= 3 { 1.05 } else { 1.0 };
+                let factor =
+                    if i >= 3 { INFLATION } else { 1.0 } * if k >= 3 { INFLATION } else { 1.0 };
                 self.p[i][k] *= factor;
             }
         }
     }
 
-    /// Motors are above the ball and about it as A, B and C are.
-    fn keep_possible(&mut self) {
+    /// Clamps the state to [`BOUNDS`] and to the ranges of the other entries.
+    fn clamp_state(&mut self) {
         let x = &mut self.x;
         let ball = [x[0], x[1], x[2]];
         for z in [5, 8, 11] {
-            x[z] = x[z].max(ball[2] + 60.0);
+            x[z] = x[z].max(ball[2] + BOUNDS.min_height);
         }
-        x[3] = x[3].max(ball[0] + 15.0);
-        x[6] = x[6].max(ball[0] + 15.0);
-        x[9] = x[9].min(ball[0] - 15.0);
-        x[4] = x[4].max(ball[1] - 100.0);
-        x[7] = x[7].min(ball[1] + 100.0);
-        x[4] = x[4].max(x[7] + 250.0);
+        x[3] = x[3].max(ball[0] + BOUNDS.min_x);
+        x[6] = x[6].max(ball[0] + BOUNDS.min_x);
+        x[9] = x[9].min(ball[0] - BOUNDS.min_x);
+        x[4] = x[4].max(ball[1] + BOUNDS.min_y);
+        x[7] = x[7].min(ball[1] - BOUNDS.min_y);
+        x[4] = x[4].max(x[7] + BOUNDS.min_apart);
         x[10] = x[10].max(x[7]).min(x[4]);
         for i in 3..STEP {
             let centre = ball[i % 3];
-            x[i] = x[i].max(centre - FARTHEST).min(centre + FARTHEST);
+            x[i] = x[i].max(centre - MAX_MOTOR_DISTANCE_MM).min(centre + MAX_MOTOR_DISTANCE_MM);
         }
-        x[LATE] = x[LATE].max(LATENESS.0).min(LATENESS.1);
-        x[STEP] = x[STEP].max(STEPS.0).min(STEPS.1);
+        x[DELAY] = x[DELAY].max(DELAY_RANGE.0).min(DELAY_RANGE.1);
+        x[STEP] = x[STEP].max(LN_STEP_RANGE.0).min(LN_STEP_RANGE.1);
     }
 }

@@ -1,40 +1,43 @@
-//! Vectors and matrices of three, in f32.
+//! Vectors and matrices of three in f32.
 
 use crate::law::signs::SIGNS;
 
-/// Three numbers.
+/// A vector of three numbers.
 pub(super) type Vector = [f32; 3];
-/// Rows.
+/// A matrix by its rows.
 pub(super) type Matrix = [Vector; 3];
 
+/// Returns the scalar product.
 pub(super) fn dot(a: Vector, b: Vector) -> f32 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
+/// Returns the Euclidean length.
 pub(super) fn length(v: Vector) -> f32 {
     libm::sqrtf(dot(v, v))
 }
 
+/// Returns v times `factor`.
 pub(super) fn scaled(v: Vector, factor: f32) -> Vector {
     v.map(|v| v * factor)
 }
 
-/// m v.
+/// Returns m v.
 pub(super) fn along(m: &Matrix, v: Vector) -> Vector {
     m.map(|row| dot(row, v))
 }
 
-/// m' v.
+/// Returns m' v.
 pub(super) fn transposed_times(m: &Matrix, v: Vector) -> Vector {
     [0, 1, 2].map(|k| m[0][k] * v[0] + m[1][k] * v[1] + m[2][k] * v[2])
 }
 
-/// The largest magnitude.
+/// Returns the largest magnitude of the entries.
 pub(super) fn largest(v: Vector) -> f32 {
     v[0].abs().max(v[1].abs()).max(v[2].abs())
 }
 
-/// J with every entry of Σ's sign and at least a hundredth of the largest.
+/// Returns J with every entry of Σ's sign and at least a hundredth of the largest.
 pub(super) fn projected(j: &Matrix) -> Matrix {
     let least = j.iter().flatten().fold(0.0, |m: f32, v| m.max(v.abs())) / 100.0;
     [0, 1, 2].map(|i| {
@@ -45,7 +48,7 @@ pub(super) fn projected(j: &Matrix) -> Matrix {
     })
 }
 
-/// The matrix of cofactors, and the determinant.
+/// Returns the matrix of cofactors, and the determinant.
 fn cofactors(m: &Matrix) -> (Matrix, f32) {
     const OTHERS: [[usize; 2]; 3] = [[1, 2], [2, 0], [0, 1]];
     let cofactors = [0, 1, 2].map(|r: usize| {
@@ -57,14 +60,14 @@ fn cofactors(m: &Matrix) -> (Matrix, f32) {
     (cofactors, dot(m[0], cofactors[0]))
 }
 
-/// v with m v = e; `None` where det m is not above zero, which for a matrix of the signs Σ it is.
+/// Solves m v = e; `None` where det m is not above zero. For a matrix of the signs Σ it is.
 pub(super) fn solve(m: &Matrix, e: Vector) -> Option<Vector> {
     let (cofactors, det) = cofactors(m);
     (det > 1e-12).then(|| scaled(transposed_times(&cofactors, e), 1.0 / det))
 }
 
-/// The inverse, with a determinant that is at least 10⁻³ in magnitude: of three unit vectors that
-/// are almost in a plane.
+/// Returns the inverse. The magnitude of the determinant is 10⁻³ at least: three unit vectors may lie
+/// almost in a plane.
 pub(super) fn inverse(m: &Matrix) -> Matrix {
     let (cofactors, det) = cofactors(m);
     let scale = 1.0 / if det < 0.0 { det.min(-1e-3) } else { det.max(1e-3) };

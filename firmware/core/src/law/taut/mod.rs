@@ -1,120 +1,120 @@
-//! The law that keeps the cables taut: the rig's geometry is estimated while driving, and the
-//! acceleration that is asked for is limited by what of it is unknown.
+//! The law `taut`: estimates the rig's geometry while driving, and keeps the cables taut.
 //!
-//! In f32: additions, products, quotients and square roots are the same everywhere (IEEE 754), and
-//! so is what `libm` makes of them, so that chip and emulation agree to the bit. Millimetres, motor
-//! steps, seconds.
+//! The acceleration is limited by the uncertainty of the geometry. The law computes in f32. Sums,
+//! products, quotients and square roots are the same everywhere (IEEE 754), and so are the results
+//! of `libm`, so chip and emulation agree to the bit. Units: mm, motor steps, s.
 
-mod bank;
-mod calm;
+mod cables;
 mod filter;
 mod geometry;
+mod multi_model;
+mod observation;
 mod prior;
-mod seen;
+mod progress;
 #[cfg(test)]
 mod tests;
 
 use super::io::{Law, Limits, Measurement, Setpoint};
 use super::rates::MotorRates;
-use bank::{Bank, Belief, GRAVITY};
-use calm::Watch;
 use geometry::{Vector, along, dot, largest, scaled};
-use seen::{Seen, millimetres, steps};
+use multi_model::{GRAVITY, Mixture, MultiModelFilter};
+use observation::{Observation, millimetres, steps};
+use progress::ProgressMonitor;
 
-/// What the rates take to change, s: from a measurement to the next at 30 Hz.
+/// Time of a change of the rates, s: a frame time at 30 Hz.
 const FRAME_S: f32 = 0.033;
-/// Cables are taut while what the ball bears, its weight and what it is accelerated by, points into
-/// the motors' triangle. Two standard deviations of what may slacken a cable shift the point where
-/// it meets the motors' plane by no more than this, mm, and are below so much acceleration, mm/s²:
-/// at an edge of the population's triangles there is room for 440 (1 % quantile).
-const ASIDE: f32 = 14.0;
-const UNKNOWN: f32 = 400.0;
-/// The motors may always accelerate so much, steps/s².
-const ALWAYS: f32 = 250.0;
-/// Braking is planned with so much of the acceleration that is allowed: what the springs swing back
-/// by is as much again.
-const BRAKE: f32 = 0.5;
-/// Rates are at most so much of the way that is left, 1/s.
+/// Cables are taut while the sum of weight and inertia points into the motors' triangle. Two
+/// standard deviations of the lateral acceleration shift the point where it meets the motors' plane
+/// by at most this, mm.
+const MAX_SHIFT_MM: f32 = 14.0;
+/// Bound of the same two standard deviations, mm/s². At an edge of the population's triangles there
+/// is room for 440 (1 % quantile).
+const MAX_UNKNOWN: f32 = 400.0;
+/// Acceleration that the motors may always have, steps/s².
+const MIN_ACCELERATION: f32 = 250.0;
+/// Share of the allowed acceleration that braking is planned with: the springs swing back by as
+/// much again.
+const BRAKING_SHARE: f32 = 0.5;
+/// Rate over the steps that are left, 1/s.
 const GAIN: f32 = 12.0;
-/// Nearer than about this the ball is left alone, mm: it is what noise makes of the estimate, and
-/// the microsteps of slow motors are in tune with a light ball on stiff cables.
-const NEAR: f32 = 1.0;
+/// Error below which the gain falls, mm. Below it lies the noise of the estimate, and the microsteps
+/// of slow motors are in tune with a light ball on stiff cables.
+const DEAD_ZONE_MM: f32 = 1.0;
 
-/// A bank of extended Kalman filters over the geometry, and a plan by what they say together.
+/// A multi-model filter over the geometry, and a plan by its mixture.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Taut {
-    rate: f32,
-    acceleration: f32,
-    bank: Option<Bank>,
-    /// Rates that were asked for last, steps/s.
-    asked: Vector,
-    watch: Watch,
+    /// Limit of the rates, steps/s.
+    max_rate: f32,
+    /// Limit of the acceleration, steps/s².
+    max_acceleration: f32,
+    filter: Option<MultiModelFilter>,
+    /// Rates of the last setpoint, steps/s.
+    rates: Vector,
+    progress: ProgressMonitor,
 }
 
 impl Taut {
-    /// The law for motors of these limits.
+    /// Creates the law for motors of these limits.
     pub(crate) fn new(limits: Limits) -> Self {
-        let rate = limits.rate as f32 / 256.0;
         Self {
-            rate,
-            acceleration: limits.acceleration as f32,
-            bank: None,
-            asked: [0.0; 3],
-            watch: Watch::new([f32::NAN; 3]),
+            max_rate: limits.rate as f32 / 256.0,
+            max_acceleration: limits.acceleration as f32,
+            filter: None,
+            rates: [0.0; 3],
+            progress: ProgressMonitor::new([f32::NAN; 3]),
         }
     }
 
-    /// Takes the measurement into every filter; what they say.
-    fn look(&mut self, seen: &Seen, target: Vector) -> Belief {
-        match &mut self.bank {
-            Some(bank) => {
-                bank.update(seen, target);
-                bank.belief(target)
+    /// Updates the filters, and returns their mixture.
+    fn estimate(&mut self, seen: &Observation, target: Vector) -> Mixture {
+        match &mut self.filter {
+            Some(filter) => {
+                filter.update(seen, target);
+                filter.mixture(target)
             }
-            none => none.insert(Bank::new(seen, target)).belief(target),
+            none => none.insert(MultiModelFilter::new(seen, target)).mixture(target),
         }
     }
 
-    /// What the motors may accelerate along `a` (largest entry 1), steps/s².
-    fn acceleration(&self, belief: &Belief, a: Vector) -> f32 {
-        let unknown = (GRAVITY * ASIDE / belief.height.max(1.0)).min(UNKNOWN);
-        let known = unknown / (2.0 * belief.harm(a) + 1e-6);
-        belief.tension(a).min(known).max(ALWAYS).min(self.acceleration)
+    /// Returns the allowed acceleration of the motors along `a` (largest entry 1), steps/s².
+    fn acceleration(&self, mixture: &Mixture, a: Vector) -> f32 {
+        let unknown = (GRAVITY * MAX_SHIFT_MM / mixture.height.max(1.0)).min(MAX_UNKNOWN);
+        let known = unknown / (2.0 * mixture.lateral_sigma(a) + 1e-6);
+        mixture.tension_factor(a).min(known).max(MIN_ACCELERATION).min(self.max_acceleration)
     }
 
-    /// The rates towards the target, before the change to them is limited: along the straight way
-    /// in motor space, as fast as the ball can be stopped on what is left of it.
-    fn wanted(&self, belief: &Belief, e: Vector, due: Vector, target: Vector) -> Vector {
-        let Some(steps) = belief.steps(e) else { return [0.0; 3] };
+    /// Returns the rates towards the target before their change is limited: along the straight line
+    /// in motor space, as fast as the ball can be stopped on the steps that are left.
+    fn wanted(&self, mixture: &Mixture, e: Vector, due: Vector, target: Vector) -> Vector {
+        let Some(steps) = mixture.steps(e) else { return [0.0; 3] };
         let unit = scaled(steps, 1.0 / largest(steps).max(1e-9));
-        let way = belief.left(target, due, unit, largest(steps));
-        let pace = self.watch.pace();
-        let braking = pace * BRAKE * self.acceleration(belief, scaled(unit, -1.0));
-        let heed = dot(e, e) / (dot(e, e) + NEAR * NEAR);
-        scaled(
-            unit,
-            (heed * pace * GAIN * way).min(libm::sqrtf(2.0 * braking * way)).min(self.rate),
-        )
+        let left = mixture.steps_left(target, due, unit, largest(steps));
+        let pace = self.progress.pace();
+        let braking = pace * BRAKING_SHARE * self.acceleration(mixture, scaled(unit, -1.0));
+        let weight = dot(e, e) / (dot(e, e) + DEAD_ZONE_MM * DEAD_ZONE_MM);
+        let rate = (weight * pace * GAIN * left).min(libm::sqrtf(2.0 * braking * left));
+        scaled(unit, rate.min(self.max_rate))
     }
 
-    /// The rates after a frame on the way from the last ones to `wanted`. To turn less fast along
-    /// the way that the ball is on is one thing, of which much is known; to turn elsewhere is
-    /// another.
-    fn limited(&self, belief: &Belief, wanted: Vector) -> Vector {
-        let asked = self.asked;
-        let kept = (dot(wanted, asked) / dot(asked, asked).max(1e-9)).clamp(0.0, 1.0);
-        let slower = self.in_a_frame(belief, scaled(asked, kept - 1.0));
-        let other = self.in_a_frame(belief, [0, 1, 2].map(|i| wanted[i] - kept * asked[i]));
-        [0, 1, 2].map(|i| asked[i] + slower[i] + other[i])
+    /// Returns the rates after a frame on the way from the last ones to `wanted`. Slowing down along
+    /// the present direction and turning elsewhere are limited apart: of the present direction more
+    /// is known.
+    fn limited(&self, mixture: &Mixture, wanted: Vector) -> Vector {
+        let last = self.rates;
+        let kept = (dot(wanted, last) / dot(last, last).max(1e-9)).clamp(0.0, 1.0);
+        let slower = self.in_a_frame(mixture, scaled(last, kept - 1.0));
+        let other = self.in_a_frame(mixture, [0, 1, 2].map(|i| wanted[i] - kept * last[i]));
+        [0, 1, 2].map(|i| last[i] + slower[i] + other[i])
     }
 
-    /// So much of a change of rates as the acceleration allows in a frame.
-    fn in_a_frame(&self, belief: &Belief, change: Vector) -> Vector {
+    /// Returns the part of a change of rates that the acceleration allows in a frame.
+    fn in_a_frame(&self, mixture: &Mixture, change: Vector) -> Vector {
         let most = largest(change) / FRAME_S;
         if most < 1e-6 {
             return change;
         }
-        let limit = self.acceleration(belief, scaled(change, 1.0 / largest(change)));
+        let limit = self.acceleration(mixture, scaled(change, 1.0 / largest(change)));
         scaled(change, (limit / most).min(1.0))
     }
 }
@@ -122,16 +122,16 @@ impl Taut {
 impl Law for Taut {
     fn update(&mut self, measurement: &Measurement) -> Setpoint {
         let target = millimetres(measurement.target);
-        let belief = self.look(&Seen::of(measurement), target);
+        let mixture = self.estimate(&Observation::new(measurement), target);
         let due = steps(measurement.motors, measurement.motors_ahead);
-        let moves = along(&belief.j, due);
-        let e = [0, 1, 2].map(|i| target[i] - belief.ball[i] - moves[i]);
-        if self.watch.look(target, e) {
-            self.bank = None;
+        let moves = along(&mixture.j, due);
+        let e = [0, 1, 2].map(|i| target[i] - mixture.ball[i] - moves[i]);
+        if self.progress.update(target, e) {
+            self.filter = None;
         }
-        let wanted = self.wanted(&belief, e, due, target);
-        self.asked = self.limited(&belief, wanted);
-        let rates = MotorRates(self.asked.map(|rate| (rate * 256.0) as i32));
+        let wanted = self.wanted(&mixture, e, due, target);
+        self.rates = self.limited(&mixture, wanted);
+        let rates = MotorRates(self.rates.map(|rate| (rate * 256.0) as i32));
         Setpoint { ramp_us: (FRAME_S * 1e6) as u32, ..Setpoint::at_once(rates) }
     }
 }

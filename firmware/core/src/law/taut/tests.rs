@@ -1,52 +1,53 @@
-//! What the bank is to do with pictures, good and bad.
+//! Tests of the filters with good and bad measurements, and of the damping.
 
-use super::bank::Bank;
-use super::calm::Watch;
 use super::geometry::{Vector, along, length};
-use super::{Law, Limits, Measurement, Seen, Taut};
+use super::multi_model::MultiModelFilter;
+use super::observation::Observation;
+use super::progress::ProgressMonitor;
+use super::{Law, Limits, Measurement, Taut};
 
-fn seen(ball: Vector, motors: Vector) -> Seen {
-    Seen { ball, variances: [4.0, 1.0, 1.0], motors, turned: [0.0; 3], faster: [0.0; 3] }
+fn seen(ball: Vector, motors: Vector) -> Observation {
+    Observation { ball, variances: [4.0, 1.0, 1.0], motors, turned: [0.0; 3], faster: [0.0; 3] }
 }
 
-/// How far the ball's estimate is from `ball`, mm.
-fn off(bank: &Bank, ball: Vector) -> f32 {
-    let believed = bank.belief([0.0; 3]).ball;
-    length([0, 1, 2].map(|i| believed[i] - ball[i]))
+/// Returns the distance of the estimate from `ball`, mm.
+fn off(filter: &MultiModelFilter, ball: Vector) -> f32 {
+    let estimate = filter.mixture([0.0; 3]).ball;
+    length([0, 1, 2].map(|i| estimate[i] - ball[i]))
 }
 
 #[test]
-fn a_strange_picture_is_passed_over_and_the_third_in_a_row_is_believed() {
+fn two_outliers_are_skipped_and_the_third_in_a_row_is_accepted() {
     let (home, away) = ([0.0, 0.0, -500.0], [0.0, 200.0, -500.0]);
-    let mut bank = Bank::new(&seen(home, [0.0; 3]), home);
+    let mut filter = MultiModelFilter::new(&seen(home, [0.0; 3]), home);
     for _ in 0..10 {
-        bank.update(&seen(home, [0.0; 3]), home);
+        filter.update(&seen(home, [0.0; 3]), home);
     }
     for _ in 0..2 {
-        bank.update(&seen(away, [0.0; 3]), home);
-        assert!(off(&bank, home) < 1e-3, "moved by {}", off(&bank, home));
+        filter.update(&seen(away, [0.0; 3]), home);
+        assert!(off(&filter, home) < 1e-3, "moved by {}", off(&filter, home));
     }
-    bank.update(&seen(away, [0.0; 3]), home);
-    assert!(off(&bank, away) < 5.0, "still {} away", off(&bank, away));
+    filter.update(&seen(away, [0.0; 3]), home);
+    assert!(off(&filter, away) < 5.0, "still {} away", off(&filter, away));
 }
 
 #[test]
-fn motion_that_is_seen_tells_how_far_a_step_goes() {
-    // Motors A and B pay out together; the ball falls and goes to C's side by what no guess says.
+fn measured_motion_corrects_the_cable_of_a_step() {
+    // Motors A and B pay out together; the ball falls and goes to C's side differently from every guess.
     let (per_step, home) = ([-0.5, 0.0, -0.3], [0.0, 0.0, -500.0]);
-    let mut bank = Bank::new(&seen(home, [0.0; 3]), home);
+    let mut filter = MultiModelFilter::new(&seen(home, [0.0; 3]), home);
     for k in 1..60 {
         let n = k as f32 * 2.0;
-        bank.update(&seen([per_step[0] * n, 0.0, per_step[2] * n - 500.0], [n, n, 0.0]), home);
+        filter.update(&seen([per_step[0] * n, 0.0, per_step[2] * n - 500.0], [n, n, 0.0]), home);
     }
-    let learnt = along(&bank.belief([0.0; 3]).j, [1.0, 1.0, 0.0]);
+    let learnt = along(&filter.mixture([0.0; 3]).j, [1.0, 1.0, 0.0]);
     let error = length([0, 1, 2].map(|i| learnt[i] - per_step[i]));
     assert!(error < 0.1 * length(per_step), "{learnt:?} for {per_step:?}");
 }
 
 #[test]
-fn pictures_that_are_later_than_told_do_not_put_the_ball_behind() {
-    // Two pictures' times late: 5 mm at this speed, there and back.
+fn a_delay_beyond_the_age_does_not_bias_the_position() {
+    // A delay of two frame times: 5 mm at this speed, there and back.
     const LATE: usize = 2;
     let (speed, per_step) = (4.0, [-0.5, 0.0, -0.3]);
     let steps = |k: usize| speed * k.min(60 - k) as f32;
@@ -54,65 +55,65 @@ fn pictures_that_are_later_than_told_do_not_put_the_ball_behind() {
     let at = |k: usize| {
         let turned = steps(k) - steps(k.saturating_sub(1));
         let motors = [steps(k), steps(k), 0.0];
-        Seen { turned: [turned, turned, 0.0], ..seen(place(k.saturating_sub(LATE)), motors) }
+        Observation { turned: [turned, turned, 0.0], ..seen(place(k.saturating_sub(LATE)), motors) }
     };
-    let mut bank = Bank::new(&at(0), place(0));
+    let mut filter = MultiModelFilter::new(&at(0), place(0));
     for k in 1..50 {
-        bank.update(&at(k), place(0));
+        filter.update(&at(k), place(0));
     }
-    assert!(off(&bank, place(49)) < 1.0, "{} mm off", off(&bank, place(49)));
+    assert!(off(&filter, place(49)) < 1.0, "{} mm off", off(&filter, place(49)));
 }
 
-/// Errors along x that go from side to side.
-fn swing_about(target: Vector, watch: &mut Watch, amplitude: f32, times: usize) {
+/// Feeds errors along x that change sides.
+fn swing_about(target: Vector, progress: &mut ProgressMonitor, amplitude: f32, times: usize) {
     for k in 0..times {
         let x = if k % 2 == 0 { amplitude } else { -amplitude };
         for part in [0.3, 1.0, 0.3] {
-            assert!(!watch.look(target, [x * part, 0.0, 0.0]), "swinging is not being stuck");
+            assert!(!progress.update(target, [x * part, 0.0, 0.0]), "a swing is not stuck");
         }
     }
 }
 
 #[test]
-fn a_swing_calms_the_law_until_there_is_another_target() {
-    let mut watch = Watch::new([0.0; 3]);
-    swing_about([0.0; 3], &mut watch, 2.0, 30);
-    assert_eq!(watch.pace(), 1.0, "noise is no swing");
-    swing_about([0.0; 3], &mut watch, 20.0, 5);
-    let calmer = watch.pace();
-    assert!(calmer < 0.5, "{calmer}");
-    swing_about([0.0; 3], &mut watch, 20.0, 60);
-    assert!(watch.pace() < calmer && watch.pace() > 0.01, "{}", watch.pace());
-    watch.look([0.0, 0.0, 9.0], [1.0; 3]);
-    assert_eq!(watch.pace(), 1.0);
+fn swings_reduce_the_pace_until_the_target_changes() {
+    let mut progress = ProgressMonitor::new([0.0; 3]);
+    swing_about([0.0; 3], &mut progress, 2.0, 30);
+    assert_eq!(progress.pace(), 1.0, "noise is no swing");
+    swing_about([0.0; 3], &mut progress, 20.0, 5);
+    let slower = progress.pace();
+    assert!(slower < 0.5, "{slower}");
+    swing_about([0.0; 3], &mut progress, 20.0, 60);
+    assert!(progress.pace() < slower && progress.pace() > 0.01, "{}", progress.pace());
+    progress.update([0.0, 0.0, 9.0], [1.0; 3]);
+    assert_eq!(progress.pace(), 1.0);
 }
 
 #[test]
-fn a_calmed_law_gets_quicker_while_the_ball_is_far_and_does_not_swing() {
-    let mut watch = Watch::new([0.0; 3]);
-    swing_about([0.0; 3], &mut watch, 20.0, 5);
-    let calmer = watch.pace();
+fn the_pace_recovers_while_the_ball_is_far_and_does_not_swing() {
+    let mut progress = ProgressMonitor::new([0.0; 3]);
+    swing_about([0.0; 3], &mut progress, 20.0, 5);
+    let slower = progress.pace();
     for k in 0..90 {
-        watch.look([0.0; 3], [2.0 + 0.01 * k as f32, 0.0, 0.0]);
+        progress.update([0.0; 3], [2.0 + 0.01 * k as f32, 0.0, 0.0]);
     }
-    assert_eq!(watch.pace(), calmer, "at the target there is no haste");
+    assert_eq!(progress.pace(), slower, "the pace stays at the target");
     for k in 0..400 {
-        watch.look([0.0; 3], [50.0 - 0.1 * k as f32, 0.0, 0.0]);
+        progress.update([0.0; 3], [50.0 - 0.1 * k as f32, 0.0, 0.0]);
     }
-    assert_eq!(watch.pace(), 1.0);
+    assert_eq!(progress.pace(), 1.0);
 }
 
 #[test]
-fn an_error_that_stays_means_that_the_bank_is_stuck() {
-    let mut watch = Watch::new([0.0; 3]);
-    let stuck = (0..90).filter(|_| watch.look([0.0; 3], [20.0, 0.0, 0.0])).count();
+fn a_constant_error_means_that_the_filters_are_stuck() {
+    let mut progress = ProgressMonitor::new([0.0; 3]);
+    let stuck = (0..90).filter(|_| progress.update([0.0; 3], [20.0, 0.0, 0.0])).count();
     assert_eq!(stuck, 1);
 }
 
-/// A ball that follows the motors through a resonance (Hz, damping ratio) and is seen three
-/// pictures late: its farthest from the target, mm, in the last two of 60 s.
+/// Simulates a ball that follows the motors through a resonance (Hz, damping ratio), measured with a
+/// delay of three frames. Returns the largest distance from the target in the last two of 60 s, mm.
 fn farthest_at_the_end(hz: f32, damping: f32) -> f32 {
-    // Seen from (0, 0, -120): high up, and a step moves the ball farther than the usual rig's.
+    // The rig at (0, 0, -120): close to the motors, where a step moves the ball farther than usual.
     let j = [[-0.7, -0.7, 0.7], [-0.6, 0.6, 0.0], [-1.2, -1.2, -0.6]];
     let omega = core::f32::consts::TAU * hz;
     let (start, target) = ([0.0, 0.0, -400.0], [0.0, 80.0, -300.0]);
@@ -152,7 +153,7 @@ fn farthest_at_the_end(hz: f32, damping: f32) -> f32 {
 }
 
 #[test]
-fn a_loop_that_would_swing_for_ever_settles() {
+fn a_loop_near_a_resonance_settles() {
     for (hz, damping) in [(3.0, 0.05), (1.5, 0.03), (0.9, 0.05), (0.8, 0.05), (0.7, 0.05)] {
         let farthest = farthest_at_the_end(hz, damping);
         assert!(farthest < 10.0, "{hz} Hz: still {farthest} mm away");

@@ -1,24 +1,25 @@
-//! A measurement in the units of the filters.
+//! A measurement in the units of the filters: mm and steps.
 
 use super::geometry::Vector;
 use crate::law::io::Measurement;
 
-/// What a measurement says.
-pub(super) struct Seen {
-    /// The ball, mm.
+/// A position of the ball and the motors' movement before it.
+pub(super) struct Observation {
+    /// Position of the ball, mm.
     pub(super) ball: Vector,
-    /// How sure that is along each axis, mm².
+    /// Variances of `ball` along each axis, mm².
     pub(super) variances: Vector,
-    /// Where the motors were, steps.
+    /// Motor positions at the capture, steps.
     pub(super) motors: Vector,
-    /// What they turned in a measurement's time before that, steps.
+    /// Movement of the motors in the frame time before that, steps.
     pub(super) turned: Vector,
-    /// And how much more than in the one before.
+    /// `turned` minus the movement in the frame time before, steps.
     pub(super) faster: Vector,
 }
 
-impl Seen {
-    pub(super) fn of(measurement: &Measurement) -> Self {
+impl Observation {
+    /// Converts a measurement.
+    pub(super) fn new(measurement: &Measurement) -> Self {
         let [before, earlier] = measurement.motors_before;
         let (turned, earlier) = (steps(before, measurement.motors), steps(earlier, before));
         Self {
@@ -31,11 +32,12 @@ impl Seen {
     }
 }
 
-/// From one place of the motors (1/16 steps) to another, steps.
+/// Returns the steps between two motor positions (Q4 steps).
 pub(super) fn steps(from: [i32; 3], to: [i32; 3]) -> Vector {
     [0, 1, 2].map(|k| (to[k] - from[k]) as f32 / 16.0)
 }
 
+/// Converts a point from µm to mm.
 pub(super) fn millimetres(p: [i32; 3]) -> Vector {
     p.map(|p| p as f32 / 1000.0)
 }
