@@ -1,5 +1,5 @@
-//! Framing: a frame is COBS of (postcard bytes, their CRC-32 ISO-HDLC in little endian), then a zero
-//! byte.
+//! Framing: a frame is COBS of (postcard bytes, their CRC-32 ISO-HDLC in little endian), then a
+//! zero byte.
 
 use core::fmt;
 
@@ -192,8 +192,8 @@ impl Accumulator {
         bytes.get(count..).unwrap_or_default()
     }
 
-    /// Begins the run of COBS code `byte` (1 to 255), which has `byte` - 1 bytes. A zero follows it,
-    /// but for a code of 255.
+    /// Begins the run of COBS code `byte` (1 to 255), which has `byte` - 1 bytes. A zero follows
+    /// it, but for a code of 255.
     #[inline(always)]
     fn begin_run(&mut self, byte: u8) {
         if self.zero {

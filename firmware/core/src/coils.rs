@@ -1,7 +1,8 @@
 //! Commutation: the drive of a motor's two coils at a position.
 //!
 //! Four full steps are a turn of the field. Coil 0 gets its cosine, coil 1 its sine, so paying out
-//! turns the field from coil 0 to coil 1. With full steps both coils are on at each, for more torque.
+//! turns the field from coil 0 to coil 1. With full steps both coils are on at each, for more
+//! torque.
 
 /// Positions (Q4 steps) in a turn of the field.
 const TURN: i32 = 64;
@@ -16,8 +17,8 @@ pub struct Commutation {
 }
 
 impl Commutation {
-    /// Creates the commutation from the sine of 0 to 90° in steps of 90°/16, times the highest drive;
-    /// `quarter[16]` is the highest drive itself.
+    /// Creates the commutation from the sine of 0 to 90° in steps of 90°/16, times the highest
+    /// drive; `quarter[16]` is the highest drive itself.
     pub const fn new(quarter: [u16; QUARTER + 1]) -> Self {
         Self { quarter }
     }

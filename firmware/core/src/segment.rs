@@ -9,8 +9,8 @@
 //!
 //! All segments together take as long as the ticks, to the clock, so that three motors and the
 //! board's timer stay in step. The driver's minimum times take precedence over the plan: a pulse
-//! that would come too soon after the last one, or after a change of the direction line, comes late,
-//! and the next segment starts late by as much.
+//! that would come too soon after the last one, or after a change of the direction line, comes
+//! late, and the next segment starts late by as much.
 
 use crate::clock::TICK_CLOCKS;
 use crate::driver_timing::{DriverTiming, MIN_LOW};

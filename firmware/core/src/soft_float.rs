@@ -1,10 +1,10 @@
-//! IEEE 754 binary32 in software: sums, products, quotients and comparisons of bit patterns, rounded
-//! to nearest, ties to even.
+//! IEEE 754 binary32 in software: sums, products, quotients and comparisons of bit patterns,
+//! rounded to nearest, ties to even.
 //!
-//! Results are those of every conforming processor, bit for bit, subnormals and infinities included;
-//! the payload of a NaN is not specified. The code is made for a Cortex-M0+: nothing of 64 bits, and
-//! no product of which more than the lower 32 bits are needed. Each function handles normal numbers
-//! itself, and leaves all others, and ties, to a general function beside it.
+//! Results are those of every conforming processor, bit for bit, subnormals and infinities
+//! included; the payload of a NaN is not specified. The code is made for a Cortex-M0+: nothing of
+//! 64 bits, and no product of which more than the lower 32 bits are needed. Each function handles
+//! normal numbers itself, and leaves all others, and ties, to a general function beside it.
 
 mod add;
 mod compare;

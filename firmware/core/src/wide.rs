@@ -24,8 +24,8 @@ pub(crate) fn scale_by_ratio(least: u32, whole: u32) -> impl Fn(u32) -> u32 {
     let (high, rest) = digit(least_shifted, 0, divisor);
     let ratio = high << 16 | digit(rest, 0, divisor).0;
     move |number| {
-        // The ratio is too small by less than 2^-32, so the guess is right or one too small, and the
-        // remainder is below twice `whole`.
+        // The ratio is too small by less than 2^-32, so the guess is right or one too small, and
+        // the remainder is below twice `whole`.
         let about = (product(number, ratio) >> 32) as u32;
         let left = number.wrapping_mul(least).wrapping_sub(about.wrapping_mul(whole));
         if left >= whole { about.wrapping_add(1) } else { about }

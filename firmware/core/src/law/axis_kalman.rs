@@ -132,8 +132,8 @@ impl AxisKalman {
         }
     }
 
-    /// Adds J J' (moved / 102 mm)² to P_JJ: noise that all entries have in common. `bent` is
-    /// (moved / 50)² in µm². Skipped where the sum would not fit: saturated, P_JJ would no longer be
+    /// Adds J J' (moved / 102 mm)² to P_JJ: noise that all entries have in common. `bent` is (moved
+    /// / 50)² in µm². Skipped where the sum would not fit: saturated, P_JJ would no longer be
     /// positive definite.
     fn add_scale_noise(&mut self, bent: i64) {
         // Q16; at most half of J.
@@ -159,8 +159,8 @@ impl AxisKalman {
         self.correct_position(&innovation);
     }
 
-    /// Updates the position alone, by the `n`th measurement in a row of a ball at its target. Such a
-    /// ball hardly moves but by its law's response to noise, so J and P_JJ stay.
+    /// Updates the position alone, by the `n`th measurement in a row of a ball at its target. Such
+    /// a ball hardly moves but by its law's response to noise, so J and P_JJ stay.
     pub(super) fn update_held(&mut self, z: i32, variance: i32, n: u8) {
         let times_more = (1 << HELD_BITS) + i64::from(n.min(MAX_HELD));
         let innovation = self.innovation(z, times(variance.into(), times_more) >> HELD_BITS);

@@ -11,7 +11,8 @@ use crate::wide::signed_product;
 const MAX_ERROR_UM: i32 = (1 << 22) - 1;
 
 /// u̇ = -g Σ⁻¹ e with a constant matrix. For every J with the signs Σ (and a zero where Σ has one),
-/// -JΣ⁻¹ is stable by Routh and Hurwitz, whatever the sizes of its entries. If a constant g > 0 lets
+/// -JΣ⁻¹ is stable by Routh and Hurwitz, whatever the sizes of its entries. If a constant g > 0
+/// lets
 /// |e| fall, any other g > 0 does. So the law adapts g on the way to a target: it grows while the
 /// ball is near and has not overshot, and falls at each overshoot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

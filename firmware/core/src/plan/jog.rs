@@ -15,8 +15,8 @@ pub struct Jogging {
 }
 
 impl Jogging {
-    /// Creates a jog of `motor` (0..3) to `end` (Q4 steps, within its travel) at `rate` (Q8 steps/s,
-    /// above 0) at most.
+    /// Creates a jog of `motor` (0..3) to `end` (Q4 steps, within its travel) at `rate` (Q8
+    /// steps/s, above 0) at most.
     pub fn new(motor: usize, end: i32, rate: i32) -> Self {
         Self { motor, end, rate }
     }
@@ -27,8 +27,8 @@ impl Jogging {
         let axis = &planner.axes[self.motor];
         let per_microstep = 16 / planner.microsteps;
         let microsteps = (self.end - axis.position).div_euclid(per_microstep);
-        // Distance to the middle of the last microstep, bits: microsteps 29 + units 23. A pulse rate
-        // of the same number would get there in one tick.
+        // Distance to the middle of the last microstep, bits: microsteps 29 + units 23. A pulse
+        // rate of the same number would get there in one tick.
         let ahead = planner.mean.ahead()[self.motor];
         let distance =
             i64::from(microsteps) * i64::from(UNIT) + i64::from(UNIT / 2 - axis.fraction()) - ahead;

@@ -43,8 +43,8 @@ const CONFIDENT_LN_STEP: f32 = 0.4;
 /// Factor on the standard deviations of the geometry where a confident filter is biased.
 const INFLATION: f32 = 1.05;
 
-/// Bounds on the motors' positions relative to the ball and to each other, mm: A and B on the side of
-/// larger x, C opposite, A at larger y than B, all above the ball.
+/// Bounds on the motors' positions relative to the ball and to each other, mm: A and B on the side
+/// of larger x, C opposite, A at larger y than B, all above the ball.
 struct MotorBounds {
     /// Least height of a motor above the ball.
     min_height: f32,

@@ -37,8 +37,8 @@ const MIN_ACCELERATION: f32 = 250.0;
 const BRAKING_SHARE: f32 = 0.5;
 /// Rate over the steps that are left, 1/s.
 const GAIN: f32 = 12.0;
-/// Error below which the gain falls, mm. Below it lies the noise of the estimate, and the microsteps
-/// of slow motors are in tune with a light ball on stiff cables.
+/// Error below which the gain falls, mm. Below it lies the noise of the estimate, and the
+/// microsteps of slow motors are in tune with a light ball on stiff cables.
 const DEAD_ZONE_MM: f32 = 1.0;
 
 /// A multi-model filter over the geometry, and a plan by its mixture.
@@ -97,9 +97,9 @@ impl Taut {
         scaled(unit, rate.min(self.max_rate))
     }
 
-    /// Returns the rates after a frame on the way from the last ones to `wanted`. Slowing down along
-    /// the present direction and turning elsewhere are limited apart: of the present direction more
-    /// is known.
+    /// Returns the rates after a frame on the way from the last ones to `wanted`. Slowing down
+    /// along the present direction and turning elsewhere are limited apart: of the present
+    /// direction more is known.
     fn limited(&self, mixture: &Mixture, wanted: Vector) -> Vector {
         let last = self.rates;
         let kept = (dot(wanted, last) / dot(last, last).max(1e-9)).clamp(0.0, 1.0);

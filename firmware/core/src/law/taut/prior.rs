@@ -31,8 +31,8 @@ struct PriorSd {
 
 const SD: PriorSd = PriorSd { level: 200.0, height: 200.0, own: 20.0, ln_step: 0.3, delay: 1.5 };
 
-/// Mean height of the motors above the middle of start and target, mm. They are 100 to 1000 mm above
-/// both.
+/// Mean height of the motors above the middle of start and target, mm. They are 100 to 1000 mm
+/// above both.
 const MEAN_HEIGHT_MM: f32 = 550.0;
 /// Range of the motors' heights, mm. A difference in height between start and target leaves that
 /// much less of it.
@@ -52,8 +52,8 @@ pub(super) struct Guess {
 }
 
 impl Guess {
-    /// Returns state and covariance with the ball at `ball` (mm), of `variance` (mm²), on its way to
-    /// `target` (mm). The motors are at about one height, A and B at about one x.
+    /// Returns state and covariance with the ball at `ball` (mm), of `variance` (mm²), on its way
+    /// to `target` (mm). The motors are at about one height, A and B at about one x.
     pub(super) fn prior(
         &self,
         ball: Vector,

@@ -33,7 +33,8 @@ fn two_outliers_are_skipped_and_the_third_in_a_row_is_accepted() {
 
 #[test]
 fn measured_motion_corrects_the_cable_of_a_step() {
-    // Motors A and B pay out together; the ball falls and goes to C's side differently from every guess.
+    // Motors A and B pay out together; the ball falls and goes to C's side differently from every
+    // guess.
     let (per_step, home) = ([-0.5, 0.0, -0.3], [0.0, 0.0, -500.0]);
     let mut filter = MultiModelFilter::new(&seen(home, [0.0; 3]), home);
     for k in 1..60 {
@@ -110,8 +111,9 @@ fn a_constant_error_means_that_the_filters_are_stuck() {
     assert_eq!(stuck, 1);
 }
 
-/// Simulates a ball that follows the motors through a resonance (Hz, damping ratio), measured with a
-/// delay of three frames. Returns the largest distance from the target in the last two of 60 s, mm.
+/// Simulates a ball that follows the motors through a resonance (Hz, damping ratio), measured with
+/// a delay of three frames. Returns the largest distance from the target in the last two of 60 s,
+/// mm.
 fn farthest_at_the_end(hz: f32, damping: f32) -> f32 {
     // The rig at (0, 0, -120): close to the motors, where a step moves the ball farther than usual.
     let j = [[-0.7, -0.7, 0.7], [-0.6, 0.6, 0.0], [-1.2, -1.2, -0.6]];
