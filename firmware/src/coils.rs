@@ -1,9 +1,9 @@
 //! Four-wire motors on two H-bridges each, driven by pulse-width modulation at 30.5 kHz.
 //!
-//! A bridge has two inputs: the one is modulated, the other low. Motor A's are GP2/GP3 (coil 0) and
-//! GP4/GP5 (coil 1), B's GP6 to GP9, C's GP10 to GP13: in this order they are both outputs of PWM
-//! slices 1 to 6. The step generator runs all the same, with its pins disconnected: it is what
-//! counts, and what the emergency input cuts off.
+//! A bridge has two inputs: one is modulated, the other low. Motor A has GP2/GP3 (coil 0) and
+//! GP4/GP5 (coil 1), B GP6 to GP9, C GP10 to GP13: the outputs of PWM slices 1 to 6 in this order.
+//! The step generator runs too, with its pins disconnected: it counts the steps, and the emergency
+//! input stops it.
 
 use embassy_rp::Peri;
 use embassy_rp::pac;
@@ -11,17 +11,22 @@ use embassy_rp::peripherals::{PIN_8, PIN_9, PIN_10, PIN_11, PIN_12, PIN_13};
 use micromath::F32Ext;
 use plumb_core::coils::Commutation;
 
-/// Full drive: the modulation's period, clocks.
-const TOP: u16 = 4096;
+/// Period of the modulation, clocks; the number of full drive.
+const PERIOD: u16 = 4096;
+/// First pin of the coils.
 const FIRST_PIN: usize = 2;
+/// Pins that the coils share with the step generator.
 const STEP_DIR_PINS: core::ops::Range<usize> = 2..8;
+/// All pins of the coils.
 const PINS: core::ops::Range<usize> = 2..14;
-/// Functions of a pin (datasheet 2.19.2).
+/// Pin function PWM (RP2040 datasheet, section 2.19.2).
 const PWM: u8 = 4;
+/// Pin function PIO0.
 const PIO0: u8 = 6;
+/// No pin function.
 const NONE: u8 = 31;
 
-/// The pins that only coils use; the others are the step generator's as well.
+/// The pins that only the coils use.
 pub(crate) type Pins = (
     Peri<'static, PIN_8>,
     Peri<'static, PIN_9>,
@@ -46,49 +51,49 @@ pub(crate) fn commutation(percent: u8, full: u16) -> Commutation {
     Commutation::new(core::array::from_fn(sine))
 }
 
-/// The bridges.
+/// The H-bridges of the coils.
 pub(crate) struct Coils {
     _pins: Pins,
-    /// The sine and the microsteps, while coils are what is configured.
+    /// Commutation and microsteps, while coils are configured.
     drive: Option<(Commutation, u8)>,
-    /// The positions that the outputs show.
+    /// Motor positions that the outputs show, Q4 steps.
     shown: Option<[i32; 3]>,
 }
 
 impl Coils {
-    /// Bridges that are not connected.
+    /// Sets up the modulation, with the pins disconnected.
     pub(crate) fn new(pins: Pins) -> Self {
         pac::RESETS.reset().modify(|w| w.set_pwm(false));
         while !pac::RESETS.reset_done().read().pwm() {}
         for slice in 1..7 {
-            pac::PWM.ch(slice).top().write(|w| w.set_top(TOP - 1));
+            pac::PWM.ch(slice).top().write(|w| w.set_top(PERIOD - 1));
             pac::PWM.ch(slice).cc().write(|_| {});
             pac::PWM.ch(slice).csr().write(|w| w.set_en(true));
         }
         Self { _pins: pins, drive: None, shown: None }
     }
 
-    /// Connects the pins to the bridges, without current.
+    /// Connects the pins to the modulation, without current.
     pub(crate) fn connect(&mut self, duty_percent: u8, microsteps: u8) {
         self.release();
-        self.drive = Some((commutation(duty_percent, TOP), microsteps));
+        self.drive = Some((commutation(duty_percent, PERIOD), microsteps));
         PINS.for_each(|pin| connect(pin, PWM));
     }
 
-    /// Gives the pins back to the step generator.
+    /// Connects the pins to the step generator again.
     pub(crate) fn disconnect(&mut self) {
         self.release();
         self.drive = None;
         PINS.for_each(|pin| connect(pin, if STEP_DIR_PINS.contains(&pin) { PIO0 } else { NONE }));
     }
 
-    /// Lets the motors go.
+    /// Switches the current off.
     pub(crate) fn release(&mut self) {
         self.shown = None;
         (1..7).for_each(|slice| pac::PWM.ch(slice).cc().write(|_| {}));
     }
 
-    /// Puts the fields where the motors are to be, 1/16 steps.
+    /// Turns the fields to the motor positions, Q4 steps.
     pub(crate) fn show(&mut self, positions: [i32; 3]) {
         let Some((commutation, microsteps)) = &self.drive else { return };
         if self.shown == Some(positions) {
@@ -107,6 +112,7 @@ impl Coils {
     }
 }
 
+/// Selects the function of a pin.
 fn connect(pin: usize, function: u8) {
     debug_assert!(pin >= FIRST_PIN);
     pac::PADS_BANK0.gpio(pin).modify(|w| {

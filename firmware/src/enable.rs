@@ -1,7 +1,7 @@
-//! The line that lets current through the motors.
+//! The enable line of the motor drivers.
 //!
-//! Off, the pin is an input: a resistor on the wire then holds the line where the drivers are off,
-//! as it does while the chip is in reset, has no program, or has lost its power.
+//! While the drivers are off, the pin is an input, and a resistor on the wire holds the line at the
+//! off level. The same holds while the chip is in reset, has no program, or has no power.
 
 use embassy_rp::Peri;
 use embassy_rp::gpio::{Flex, Level, Pull};
@@ -15,7 +15,7 @@ pub(crate) struct Enable {
 }
 
 impl Enable {
-    /// The line, off.
+    /// Sets up the line, with the drivers off.
     pub(crate) fn new(pin: Peri<'static, PIN_14>) -> Self {
         let mut pin = Flex::new(pin);
         pin.set_pull(Pull::None);
@@ -23,12 +23,12 @@ impl Enable {
         Self { pin, on: false, active: Level::Low }
     }
 
-    /// Which level lets the drivers work: low for those with STEP inputs, high for bridges.
-    pub(crate) fn active(&mut self, level: Level) {
+    /// Sets the active level: low for drivers with STEP inputs, high for bridges.
+    pub(crate) fn set_active_level(&mut self, level: Level) {
         self.active = level;
     }
 
-    /// Whether the drivers are on.
+    /// Returns whether the drivers are on.
     pub(crate) fn is_on(&self) -> bool {
         self.on
     }

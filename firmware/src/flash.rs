@@ -1,7 +1,7 @@
-//! The configuration in the last two sectors of the flash.
+//! The stored configuration, in the last two sectors of the flash.
 //!
-//! While the flash is written the processor can read nothing from it, and all interrupts wait: that
-//! is only done at standstill. The emergency input needs no processor.
+//! While the flash is written, the processor cannot read from it, and all interrupts wait. So it is
+//! written at standstill only. The emergency input works without the processor.
 
 use core::sync::atomic::{AtomicU8, Ordering};
 
@@ -14,55 +14,57 @@ use embassy_time::Timer;
 use plumb_core::config_store::ConfigStore;
 use plumb_protocol::Config;
 
-use crate::watch;
+use crate::watchdog;
 
-/// A Pico has 2 MiB. memory.x leaves the last two sectors free.
+/// Size of a Pico's flash, bytes. memory.x leaves the last two sectors free.
 const SIZE: usize = 2 * 1024 * 1024;
 const STORE: ConfigStore =
     ConfigStore([(SIZE - 2 * ERASE_SIZE) as u32, (SIZE - ERASE_SIZE) as u32]);
 
-/// The flash, for writing.
-pub(crate) type Keeper = Flash<'static, FLASH, Blocking, SIZE>;
+/// The flash driver.
+pub(crate) type ConfigFlash = Flash<'static, FLASH, Blocking, SIZE>;
 
+/// The configuration to write.
 static TO_WRITE: Signal<CriticalSectionRawMutex, Config> = Signal::new();
 
-/// What has become of it: 0 nothing yet, otherwise [`WRITTEN`] or [`FAILED`].
-static RESULT: AtomicU8 = AtomicU8::new(0);
+/// Result of the last write: [`NONE`], [`WRITTEN`] or [`FAILED`].
+static RESULT: AtomicU8 = AtomicU8::new(NONE);
+const NONE: u8 = 0;
 const WRITTEN: u8 = 1;
 const FAILED: u8 = 2;
 
-/// What was kept, and the flash to keep more.
-pub(crate) fn open(flash: Peri<'static, FLASH>) -> (Option<Config>, Keeper) {
+/// Returns the stored configuration, and the flash.
+pub(crate) fn open(flash: Peri<'static, FLASH>) -> (Option<Config>, ConfigFlash) {
     let mut flash = Flash::new_blocking(flash);
     (STORE.load(&mut flash), flash)
 }
 
-/// Has a configuration written. For the stepping: never waits.
+/// Requests that a configuration is written. Called by the stepping interrupt; never waits.
 pub(crate) fn write(config: &Config) {
     TO_WRITE.signal(*config);
 }
 
-/// Whether it was written; `None` while it still is. Tells it once.
+/// Returns, once, whether the configuration was written; `None` while it is not finished.
 pub(crate) fn written() -> Option<bool> {
     match RESULT.load(Ordering::Relaxed) {
-        0 => None,
+        NONE => None,
         result => {
-            RESULT.store(0, Ordering::Relaxed);
+            RESULT.store(NONE, Ordering::Relaxed);
             Some(result == WRITTEN)
         }
     }
 }
 
-/// Writes what it is given.
+/// Writes the requested configurations.
 #[embassy_executor::task]
-pub(crate) async fn keep(mut flash: Keeper) {
+pub(crate) async fn write_configs(mut flash: ConfigFlash) {
     loop {
         let config = TO_WRITE.wait().await;
-        watch::be_lenient(true);
-        // Until the watchdog has been fed accordingly.
+        watchdog::extend_timeout(true);
+        // Until a tick has fed the watchdog with the extended timeout.
         Timer::after_millis(4).await;
         let result = STORE.save(&mut flash, &config);
-        watch::be_lenient(false);
+        watchdog::extend_timeout(false);
         RESULT.store(if result.is_ok() { WRITTEN } else { FAILED }, Ordering::Relaxed);
     }
 }

@@ -1,10 +1,10 @@
-//! Steps in hardware: three state machines of PIO0 run one program, each fed with two words a tick
-//! by its DMA channel; a fourth watches the emergency input.
+//! Step generation in hardware: three state machines of PIO0 run one program. A DMA channel gives
+//! each of them two words a tick. A fourth state machine monitors the emergency input.
 //!
 //! All three begin in the same clock and take exactly a tick for a tick's words
-//! ([`plumb_core::segment`]), so they stay together without any further doing. The emergency input
-//! raises a flag in the PIO that each machine looks at before each pulse: when it opens, no further
-//! pulse begins, whatever the processor is doing.
+//! ([`plumb_core::segment`]), so they stay in step. When the emergency input opens, the fourth
+//! state machine sets a flag in the PIO that the others check before each pulse: no further pulse
+//! begins, whatever the processor does.
 
 mod program;
 
@@ -20,47 +20,47 @@ use plumb_core::driver_timing::DriverTiming;
 use plumb_core::segment::{Segments, given};
 use plumb_core::{Pulses, StepPlan};
 
-use crate::{Interrupts, pins};
+use crate::interrupts::Interrupts;
+use crate::pins;
 
 /// The state machines of the motors.
 const MOTORS: u8 = 0b0111;
-/// The one that watches the emergency input.
-const WATCHER: usize = 3;
-/// The flag that it raises.
-const CUT: u8 = 1 << 4;
+/// The state machine that monitors the emergency input.
+const ESTOP_MACHINE: usize = 3;
+/// The flag that it sets.
+const ESTOP_FLAG: u8 = 1 << 4;
 /// The STEP pins.
 const STEP_PINS: u32 = 1 << pins::STEP[0] | 1 << pins::STEP[1] | 1 << pins::STEP[2];
 
-/// What the DMA channels read: the words of the coming tick.
+/// Words of the coming tick, which the DMA channels read.
 static WORDS: [[AtomicU32; 2]; 3] = [const { [const { AtomicU32::new(0) }; 2] }; 3];
 
-/// What the generator takes of the chip. Motor A has the first of each, B the second, C the third.
-pub(crate) struct Parts {
+/// Resources of the generator, in the order of motors A, B and C.
+pub(crate) struct GeneratorResources {
     pub(crate) pio: Peri<'static, PIO0>,
     pub(crate) step: (Peri<'static, PIN_2>, Peri<'static, PIN_4>, Peri<'static, PIN_6>),
     pub(crate) direction: (Peri<'static, PIN_3>, Peri<'static, PIN_5>, Peri<'static, PIN_7>),
-    pub(crate) emergency: Peri<'static, PIN_15>,
+    pub(crate) estop: Peri<'static, PIN_15>,
     pub(crate) channels: (Peri<'static, DMA_CH0>, Peri<'static, DMA_CH1>, Peri<'static, DMA_CH2>),
 }
 
 /// The step generator.
 pub(crate) struct Generator {
-    /// Kept, since the pins are given back when it goes.
+    /// Kept, because dropping it releases the pins.
     _pio: Pio<'static, PIO0>,
     _channels: (Peri<'static, DMA_CH0>, Peri<'static, DMA_CH1>, Peri<'static, DMA_CH2>),
     motors: [Motor; 3],
 }
 
-/// One motor's state machine.
+/// State machine of one motor.
 struct Motor {
     segments: Segments,
-    /// The pulses that it was given before the last time, and then; + where the direction line is
-    /// high.
+    /// Pulses of the last tick but one and of the last tick, + where the direction line is high.
     given: [i32; 2],
 }
 
 impl Motor {
-    /// Gives it what it does in the next tick.
+    /// Gives the state machine its words for the next tick.
     #[inline(always)]
     fn give(&mut self, motor: usize, pulses: &Pulses) {
         let count = i32::from(pulses.count);
@@ -73,13 +73,13 @@ impl Motor {
 }
 
 impl Generator {
-    /// Sets the hardware up; nothing runs but the watch over the emergency input.
-    pub(crate) fn new(parts: Parts) -> Self {
-        let mut pio = Pio::new(parts.pio, Interrupts);
+    /// Sets up the hardware, and starts the monitor of the emergency input.
+    pub(crate) fn new(resources: GeneratorResources) -> Self {
+        let mut pio = Pio::new(resources.pio, Interrupts);
         let stepper = program::load_stepper(&mut pio.common);
         let pins = |common: &mut Common<'static, PIO0>| {
-            let (a, b, c) = parts.step;
-            let (d, e, f) = parts.direction;
+            let (a, b, c) = resources.step;
+            let (d, e, f) = resources.direction;
             [
                 (common.make_pio_pin(a), common.make_pio_pin(d)),
                 (common.make_pio_pin(b), common.make_pio_pin(e)),
@@ -90,27 +90,27 @@ impl Generator {
         program::set_up_stepper(&mut pio.sm0, &stepper, &a);
         program::set_up_stepper(&mut pio.sm1, &stepper, &b);
         program::set_up_stepper(&mut pio.sm2, &stepper, &c);
-        let emergency = pio.common.make_pio_pin(parts.emergency);
-        program::start_watcher(&mut pio.common, &mut pio.sm3, emergency);
+        let estop = pio.common.make_pio_pin(resources.estop);
+        program::start_estop_monitor(&mut pio.common, &mut pio.sm3, estop);
         for motor in 0..3 {
             set_up_channel(motor);
         }
         program::set_width(DriverTiming::SLOWEST.high);
         Self {
             _pio: pio,
-            _channels: parts.channels,
+            _channels: resources.channels,
             motors: [0; 3]
                 .map(|_| Motor { segments: Segments::new(DriverTiming::SLOWEST), given: [0; 2] }),
         }
     }
 
-    /// Changes over to other drivers; at standstill.
+    /// Changes to other drivers; at standstill.
     pub(crate) fn set_timing(&mut self, timing: DriverTiming) {
         program::set_width(timing.high);
         self.motors.iter_mut().for_each(|motor| motor.segments.set_timing(timing));
     }
 
-    /// Gives the state machines what they do in the next tick.
+    /// Gives the state machines their words for the next tick.
     pub(crate) fn give(&mut self, plan: &StepPlan) {
         let ([a, b, c], [of_a, of_b, of_c]) = (&mut self.motors, &plan.motors);
         a.give(0, of_a);
@@ -118,17 +118,17 @@ impl Generator {
         c.give(2, of_c);
     }
 
-    /// Waits until the state machines have done what they were given, a tick at the most.
+    /// Waits until the state machines have finished, a tick at most.
     pub(crate) fn finish(&mut self) {
         for _ in 0..plumb_core::clock::TICK_CLOCKS {
-            if (0..3).all(program::idle) || self.cut_off() {
+            if (0..3).all(program::idle) || self.estop_tripped() {
                 break;
             }
         }
     }
 
-    /// Puts the state machines before their first instruction, with nothing to do;
-    /// [`run`](Self::run) lets them go.
+    /// Stops the state machines before their first instruction, with empty queues.
+    /// [`run`](Self::run) starts them.
     pub(crate) fn halt(&mut self) {
         let pio = pac::PIO0;
         pio.ctrl().modify(|w| w.set_sm_enable(w.sm_enable() & !MOTORS));
@@ -138,7 +138,7 @@ impl Generator {
         self.motors.iter_mut().for_each(|motor| motor.segments.restart());
     }
 
-    /// Lets all three go in this very clock.
+    /// Starts all three in the same clock.
     pub(crate) fn run(&mut self) {
         pac::PIO0.ctrl().modify(|w| {
             w.set_sm_enable(w.sm_enable() | MOTORS);
@@ -146,21 +146,21 @@ impl Generator {
         });
     }
 
-    /// Whether the emergency input has opened since the watch over it began.
-    pub(crate) fn cut_off(&self) -> bool {
-        pac::PIO0.irq().read().irq() & CUT != 0
+    /// Returns whether the emergency input has opened since the monitor was armed.
+    pub(crate) fn estop_tripped(&self) -> bool {
+        pac::PIO0.irq().read().irq() & ESTOP_FLAG != 0
     }
 
-    /// Whether the emergency input is closed now.
-    pub(crate) fn emergency_closed(&self) -> bool {
-        pac::SIO.gpio_in(0).read() & (1 << pins::EMERGENCY) == 0
+    /// Returns whether the emergency input is closed now.
+    pub(crate) fn estop_closed(&self) -> bool {
+        pac::SIO.gpio_in(0).read() & (1 << pins::ESTOP) == 0
     }
 
-    /// Stops after the emergency input has cut the pulses off: the pulses of each motor that were
-    /// planned and not given, + where the direction line is high.
+    /// Stops the state machines after the emergency input has opened. Returns the pulses of each
+    /// motor that were planned and not given, + where the direction line is high.
     pub(crate) fn stop(&mut self) -> [i32; 3] {
         let pio = pac::PIO0;
-        // A pulse under way ends in 513 clocks; no other begins.
+        // A pulse under way ends within 513 clocks; no other begins.
         for _ in 0..513 {
             if pio.dbg_padout().read() & STEP_PINS == 0 {
                 break;
@@ -172,13 +172,14 @@ impl Generator {
         missing
     }
 
-    /// Watches the emergency input again.
-    pub(crate) fn watch(&mut self) {
-        program::rewind_watcher(WATCHER);
-        pac::PIO0.irq().write(|w| w.set_irq(CUT));
+    /// Arms the monitor of the emergency input again.
+    pub(crate) fn rearm_estop(&mut self) {
+        program::rearm_estop_monitor(ESTOP_MACHINE);
+        pac::PIO0.irq().write(|w| w.set_irq(ESTOP_FLAG));
     }
 
-    /// See [`stop`](Self::stop); the state machine stands still.
+    /// Returns the missing pulses of a motor for [`stop`](Self::stop); its state machine is
+    /// stopped.
     fn missing(&self, motor: usize) -> i32 {
         let [before, last] = self.motors[motor].given;
         // A segment's two words leave the queue as its program begins.
@@ -196,13 +197,12 @@ impl Generator {
     }
 }
 
-/// Two words a trigger, from wherever the trigger says to the state machine, as fast as it has
-/// room.
+/// Sets up a channel: each trigger copies two words to the state machine, as it has room.
 fn set_up_channel(motor: usize) {
     let channel = pac::DMA.ch(motor);
     channel.write_addr().write_value(pac::PIO0.txf(motor).as_ptr() as u32);
     channel.trans_count().write_value(2);
-    // By the alias that starts nothing.
+    // Written through the alias that does not start the channel.
     let mut control = pac::dma::regs::CtrlTrig(0);
     control.set_en(true);
     control.set_high_priority(true);

@@ -1,10 +1,9 @@
 //! Two Adafruit Motor HATs, as in the paper: a PCA9685 each on I2C0 (GP16 data, GP17 clock), 400
 //! kHz.
 //!
-//! The bus sets the pace. A channel is 5 bytes with its address, 47 bits or 0.12 ms; a microstep
-//! changes two channels of a motor, four where a coil turns over: 0.7 to 1.4 ms for three motors
-//! under way. The fields follow the motors' positions as fast as that; 300 full steps/s are then at
-//! most half a step in one go.
+//! The bus limits the speed. A channel takes 5 bytes with its address: 47 bits or 0.12 ms. A
+//! microstep changes two channels of a motor, four where a coil's current reverses: 0.7 to 1.4 ms
+//! for three motors. At 300 full steps/s this is at most half a step at once.
 
 use embassy_embedded_hal::shared_bus::asynch::i2c::I2cDevice;
 use embassy_rp::Peri;
@@ -18,19 +17,20 @@ use plumb_core::coils::Commutation;
 use pwm_pca9685::{Channel, Pca9685};
 use static_cell::StaticCell;
 
-use crate::{Interrupts, coils};
+use crate::coils;
+use crate::interrupts::Interrupts;
 
 type Bus = I2c<'static, I2C0, Async>;
-/// Shared by the two HATs alone, of one task.
+/// The bus, shared by the two HATs in one task.
 type SharedBus = Mutex<NoopRawMutex, Bus>;
 type Chip = Pca9685<I2cDevice<'static, NoopRawMutex, Bus>>;
 
-/// Counts in the chip's period; this many are fully on.
+/// Counts of full drive.
 const FULL: u16 = 4095;
-/// The chip's own frequency at most: 25 MHz/(4096·4) = 1.5 kHz.
+/// Prescaler for the chip's highest frequency: 25 MHz/(4096·4) = 1.5 kHz.
 const PRESCALE: u8 = 3;
 
-/// A bridge of a HAT: its modulated enable and its two inputs.
+/// An H-bridge of a HAT: its modulated enable and its two inputs.
 struct Bridge {
     enable: Channel,
     forward: Channel,
@@ -43,44 +43,46 @@ const M2: Bridge = Bridge { enable: Channel::C13, forward: Channel::C11, backwar
 const M3: Bridge = Bridge { enable: Channel::C2, forward: Channel::C4, backward: Channel::C3 };
 const M4: Bridge = Bridge { enable: Channel::C7, forward: Channel::C5, backward: Channel::C6 };
 
-/// Motors A and B on the first HAT, C on the second: which HAT, and the bridges of both coils.
+/// Index of each motor's HAT, and the bridges of its two coils.
 const MOTORS: [(usize, [Bridge; 2]); 3] = [(0, [M1, M2]), (0, [M3, M4]), (1, [M1, M2])];
 
-/// How the fields are to be.
+/// Drive of the HATs' motors.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Order {
-    /// Share of the voltage that a coil gets at most.
+pub(crate) struct HatCommand {
+    /// Highest share of the supply's voltage on a coil, percent.
     pub(crate) duty_percent: u8,
+    /// Microsteps of a full step.
     pub(crate) microsteps: u8,
-    /// Where, 1/16 steps; `None` is without current.
+    /// Motor positions, Q4 steps; `None` switches the current off.
     pub(crate) positions: Option<[i32; 3]>,
 }
 
-static ORDER: Signal<CriticalSectionRawMutex, Order> = Signal::new();
+/// The newest command.
+static COMMAND: Signal<CriticalSectionRawMutex, HatCommand> = Signal::new();
 
-/// Tells the HATs what is wanted now; what they have not got to is dropped. For the stepping: never
-/// waits.
-pub(crate) fn order(order: Order) {
-    ORDER.signal(order);
+/// Sets the newest command, which replaces one that is still waiting. Called by the stepping
+/// interrupt; never waits.
+pub(crate) fn command(command: HatCommand) {
+    COMMAND.signal(command);
 }
 
-/// What the HATs take of the chip.
-pub(crate) struct Parts {
+/// Resources of the HATs.
+pub(crate) struct HatResources {
     pub(crate) bus: Peri<'static, I2C0>,
     pub(crate) data: Peri<'static, PIN_16>,
     pub(crate) clock: Peri<'static, PIN_17>,
 }
 
-/// Carries orders out. A HAT that does not answer is set up anew until it does.
+/// Executes the commands. Where a HAT does not answer, both are set up again every 100 ms.
 #[embassy_executor::task]
-pub(crate) async fn follow(parts: Parts) {
+pub(crate) async fn drive_hats(resources: HatResources) {
     static BUS: StaticCell<SharedBus> = StaticCell::new();
     let mut config = Config::default();
     config.frequency = 400_000;
     let bus = BUS.init(Mutex::new(I2c::new_async(
-        parts.bus,
-        parts.clock,
-        parts.data,
+        resources.bus,
+        resources.clock,
+        resources.data,
         Interrupts,
         config,
     )));
@@ -91,50 +93,51 @@ pub(crate) async fn follow(parts: Parts) {
         commutation: coils::commutation(0, FULL),
         shown: [[0; 2]; 3],
     };
-    let mut order = ORDER.wait().await;
+    let mut command = COMMAND.wait().await;
     loop {
-        if hats.carry_out(&order).await.is_some() {
-            order = ORDER.wait().await;
+        if hats.execute(&command).await.is_some() {
+            command = COMMAND.wait().await;
         } else {
             hats.chips = None;
             Timer::after_millis(100).await;
-            order = ORDER.try_take().unwrap_or(order);
+            command = COMMAND.try_take().unwrap_or(command);
         }
     }
 }
 
+/// State of the two HATs.
 struct Hats {
     bus: &'static SharedBus,
     /// Both chips, while they answer.
     chips: Option<[Chip; 2]>,
-    /// For this share of the voltage.
+    /// Share of the voltage that `commutation` is for, percent.
     percent: u8,
     commutation: Commutation,
-    /// The drive that each coil has.
+    /// Present drive of each coil.
     shown: [[i32; 2]; 3],
 }
 
 impl Hats {
-    /// `None` where a chip did not answer.
-    async fn carry_out(&mut self, order: &Order) -> Option<()> {
-        let Some(positions) = order.positions else {
+    /// Executes a command; `None` where a chip did not answer.
+    async fn execute(&mut self, command: &HatCommand) -> Option<()> {
+        let Some(positions) = command.positions else {
             return self.show([[0; 2]; 3]).await;
         };
-        if self.percent != order.duty_percent {
-            self.percent = order.duty_percent;
-            self.commutation = coils::commutation(order.duty_percent, FULL);
+        if self.percent != command.duty_percent {
+            self.percent = command.duty_percent;
+            self.commutation = coils::commutation(command.duty_percent, FULL);
         }
-        self.show(positions.map(|position| self.commutation.at(position, order.microsteps))).await
+        self.show(positions.map(|position| self.commutation.at(position, command.microsteps))).await
     }
 
-    /// Both chips: asleep, all outputs off, the frequency, awake.
+    /// Sets up both chips.
     async fn set_up(&mut self) -> Option<()> {
         self.chips = Some([set_up(self.bus, 0x60).await?, set_up(self.bus, 0x61).await?]);
         self.shown = [[0; 2]; 3];
         Some(())
     }
 
-    /// Changes what is different from before.
+    /// Sets the drive of each coil that changes.
     async fn show(&mut self, wanted: [[i32; 2]; 3]) -> Option<()> {
         if self.chips.is_none() {
             self.set_up().await?;
@@ -150,7 +153,7 @@ impl Hats {
     }
 }
 
-/// A chip asleep, all its outputs off, the frequency, and awake.
+/// Sets up a chip: sleep, frequency, all outputs off, wake.
 async fn set_up(bus: &'static SharedBus, address: u8) -> Option<Chip> {
     let mut chip = Pca9685::new(I2cDevice::new(bus), address).ok()?;
     chip.disable().await.ok()?;
@@ -160,7 +163,7 @@ async fn set_up(bus: &'static SharedBus, address: u8) -> Option<Chip> {
     Some(chip)
 }
 
-/// Takes a coil from one drive to another.
+/// Changes the drive of a coil.
 async fn drive(chip: &mut Chip, bridge: &Bridge, from: i32, to: i32) -> Option<()> {
     if from == to {
         return Some(());

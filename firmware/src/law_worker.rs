@@ -1,6 +1,6 @@
-//! Thread mode, below everything else: where laws that take longer than a tick think.
+//! Thread mode, below everything else: runs the deferred laws.
 //!
-//! The stepping leaves a question, and finds the answer when that is due.
+//! The stepping interrupt leaves a request, and finds the response when it is due.
 
 use core::sync::atomic::{AtomicBool, Ordering};
 
@@ -9,28 +9,29 @@ use embassy_sync::signal::Signal;
 use plumb_core::law_worker::{LawRequest, LawResponse, LawWorker};
 use static_cell::ConstStaticCell;
 
-use crate::watch;
+use crate::watchdog;
 
 static REQUEST: Signal<CriticalSectionRawMutex, LawRequest> = Signal::new();
 static RESPONSE: Signal<CriticalSectionRawMutex, LawResponse> = Signal::new();
-/// Whether there is one to be looked for: that much is seen in some clocks, in every tick.
+/// Whether there is a request; checked in a few clocks.
 static REQUESTED: AtomicBool = AtomicBool::new(false);
+/// Whether there is a response; checked in every tick.
 static RESPONDED: AtomicBool = AtomicBool::new(false);
 
-/// Leaves a question. For the stepping: never waits.
+/// Leaves a request. Called by the stepping interrupt; never waits.
 pub(crate) fn request(request: LawRequest) {
     REQUEST.signal(request);
     REQUESTED.store(true, Ordering::Release);
 }
 
-/// The answer to the last one, if it is there; once. For the stepping: never waits.
+/// Returns the response to the last request, once. Called by the stepping interrupt; never waits.
 #[inline]
 pub(crate) fn response() -> Option<LawResponse> {
     if taken(&RESPONDED) { RESPONSE.try_take() } else { None }
 }
 
-/// Whether `flag` was set; it no longer is. Where it is set anew in between, so is what it tells
-/// of.
+/// Takes `flag`, and returns whether it was set. Where it is set again in between, the new request
+/// or response is there too.
 #[inline]
 fn taken(flag: &AtomicBool) -> bool {
     let set = flag.load(Ordering::Acquire);
@@ -40,15 +41,14 @@ fn taken(flag: &AtomicBool) -> bool {
     set
 }
 
-/// Answers questions for ever, and sleeps in between.
+/// Responds to requests for ever, and sleeps in between.
 pub(crate) fn run() -> ! {
     static WORKER: ConstStaticCell<LawWorker> = ConstStaticCell::new(LawWorker::new());
     let law_worker = WORKER.take();
     loop {
-        watch::thread_is_alive();
+        watchdog::thread_is_alive();
         if !taken(&REQUESTED) {
-            // Until the next interrupt: one that came since the look above ends the sleep before it
-            // begins.
+            // Until the next interrupt. One that came since the check above ends the sleep at once.
             cortex_m::asm::wfe();
         } else if let Some(request) = REQUEST.try_take() {
             RESPONSE.signal(law_worker.respond(&request));

@@ -1,7 +1,7 @@
-//! How the board ends, so that it begins again in a safe state, and why it began.
+//! Restart after a panic or a fault, in a safe state, and the cause of the last start.
 //!
-//! The reason is kept over the restart in one of the watchdog's scratch registers, which only a
-//! loss of power clears.
+//! A scratch register of the watchdog keeps the cause over a restart; only a loss of power clears
+//! it.
 
 use core::panic::PanicInfo;
 
@@ -11,11 +11,12 @@ use plumb_protocol::message::StartCause;
 
 use crate::pins;
 
-/// What is in the scratch register after a panic or a fault of the processor.
+/// Scratch register after a panic.
 const PANIC: u32 = 0x504c_0001;
+/// Scratch register after a fault of the processor.
 const HARD_FAULT: u32 = 0x504c_0002;
 
-/// Why the board started, and clears it for the next time.
+/// Returns the cause of the start, and clears the scratch register.
 pub(crate) fn cause() -> StartCause {
     let kept = pac::WATCHDOG.scratch0().read();
     pac::WATCHDOG.scratch0().write_value(0);
@@ -30,17 +31,18 @@ pub(crate) fn cause() -> StartCause {
     }
 }
 
-/// No more pulses, no current through the motors.
+/// Stops the pulses, and switches the drivers off.
 fn make_safe() {
     cortex_m::interrupt::disable();
     pac::PIO0.ctrl().write(|_| {});
     pac::SIO.gpio_oe(0).value_clr().write_value(1 << pins::ENABLE);
 }
 
+/// Restarts the chip, and keeps the reason.
 fn restart(reason: u32) -> ! {
     make_safe();
     pac::WATCHDOG.scratch0().write_value(reason);
-    // Everything but the oscillators, as the HAL's watchdog does it.
+    // Reset everything but the oscillators, as the HAL's watchdog does.
     pac::PSM.wdsel().write_value(pac::psm::regs::Wdsel(0x0001_fffc));
     loop {
         pac::WATCHDOG.ctrl().write(|w| w.set_trigger(true));
@@ -52,13 +54,13 @@ fn panic(_: &PanicInfo) -> ! {
     restart(PANIC)
 }
 
-// SAFETY: the handler uses neither the stack's content nor any variable.
+// SAFETY: the handler uses no content of the stack and no variables.
 #[exception]
 unsafe fn HardFault(_: &ExceptionFrame) -> ! {
     restart(HARD_FAULT)
 }
 
-/// Into the chip's bootloader, which takes a new firmware over USB.
+/// Starts the chip's bootloader, which takes a new firmware over USB.
 pub(crate) fn bootloader() -> ! {
     make_safe();
     rom_data::reset_to_usb_boot(0, 0);

@@ -1,4 +1,4 @@
-//! The programs of the state machines, and looking into them.
+//! Programs of the state machines, and reading their state.
 
 use embassy_rp::gpio::Pull;
 use embassy_rp::pac;
@@ -12,18 +12,19 @@ use embassy_rp::pio::{
 };
 use plumb_core::driver_timing::PulseWidth;
 
-/// Where the pulse's width is in the program.
+/// Address of `set x` for the pulse's width.
 const SET_WIDTH: usize = 12;
+/// Address of the loop for the pulse's width.
 const LOOP_WIDTH: usize = 13;
-/// `out y`: before it, the counter is still the last segment's.
+/// Address after `out y`: before it, the counter is that of the last segment.
 const COUNTED: u8 = 2;
-/// Where the watcher's program begins, behind the other.
-const WATCHER: u8 = 17;
+/// Start address of the emergency monitor, behind the other program.
+const ESTOP_START: u8 = 17;
 
 /// Loads the program that turns a segment's two words into pulses, at address 0.
 pub(super) fn load_stepper(common: &mut Common<'static, PIO0>) -> LoadedProgram<'static, PIO0> {
-    // Clocks and words as plumb_core::segment counts them; one clock an instruction. The numbers
-    // are addresses.
+    // plumb_core::segment counts its clocks and packs its words. An instruction takes one clock.
+    // The numbers are addresses.
     let program = pio_asm!(
         ".origin 0",
         ".side_set 1", // STEP
@@ -70,8 +71,8 @@ pub(super) fn set_up_stepper<const SM: usize>(
     machine.set_pin_dirs(Direction::Out, &[step, direction]);
 }
 
-/// Starts the watch over the emergency input.
-pub(super) fn start_watcher(
+/// Starts the monitor of the emergency input.
+pub(super) fn start_estop_monitor(
     common: &mut Common<'static, PIO0>,
     machine: &mut StateMachine<'static, PIO0, 3>,
     mut pin: Pin<'static, PIO0>,
@@ -93,7 +94,7 @@ pub(super) fn start_watcher(
     machine.set_enable(true);
 }
 
-/// Makes pulses this wide from the next one on.
+/// Sets the width of the pulses, from the next one on.
 pub(super) fn set_width(width: PulseWidth) {
     const STEP_HIGH: u16 = 1 << 12;
     let set =
@@ -110,15 +111,16 @@ pub(super) fn set_width(width: PulseWidth) {
     write(LOOP_WIDTH, jump | STEP_HIGH | u16::from(width.delay) << 8);
 }
 
+/// Executes an instruction at once.
 fn execute(machine: usize, instruction: InstructionOperands) {
     pac::PIO0.sm(machine).instr().write(|w| w.set_instr(instruction.encode()));
 }
 
-/// Puts a motor's state machine, which stands still, before its program with empty queues and STEP
+/// Resets a motor's stopped state machine to the start of its program, with empty queues and STEP
 /// low.
 pub(super) fn rewind(machine: usize) {
     let pio = pac::PIO0;
-    // Changing how the queues are joined empties them.
+    // Changing the join of the queues empties them.
     for joined in [true, false] {
         pio.sm(machine).shiftctrl().modify(|w| w.set_fjoin_rx(joined));
     }
@@ -126,39 +128,39 @@ pub(super) fn rewind(machine: usize) {
     execute(machine, InstructionOperands::JMP { condition: JmpCondition::Always, address: 0 });
 }
 
-/// Lets the watcher look at its pin again.
-pub(super) fn rewind_watcher(machine: usize) {
+/// Restarts the monitor of the emergency input.
+pub(super) fn rearm_estop_monitor(machine: usize) {
     execute(
         machine,
-        InstructionOperands::JMP { condition: JmpCondition::Always, address: WATCHER },
+        InstructionOperands::JMP { condition: JmpCondition::Always, address: ESTOP_START },
     );
 }
 
-/// Words that wait for the state machine.
+/// Returns the words in the queue of a motor's state machine.
 pub(super) fn queued(machine: usize) -> u8 {
     let level = pac::PIO0.flevel().read();
     [level.tx0(), level.tx1(), level.tx2()][machine]
 }
 
-/// Whether a motor's state machine has done everything that it was given.
+/// Returns whether a motor's state machine has finished all its words.
 pub(super) fn idle(machine: usize) -> bool {
     pac::PIO0.sm(machine).addr().read().addr() == 0 && queued(machine) == 0
 }
 
-/// How far a state machine is.
+/// Progress of a state machine in its program.
 pub(super) enum Progress {
     /// It waits for a segment.
     Between,
-    /// It has taken the first word of a segment and done nothing yet.
+    /// It has taken the first word of a segment, and no pulse was given yet.
     Beginning,
-    /// It is under way in a segment, between pulses or after them.
+    /// It is in a segment, between pulses or after them.
     Within {
-        /// Its counter: pulses after the coming one.
+        /// Its counter: pulses after the next one.
         remaining: u32,
     },
 }
 
-/// How far a motor's state machine is; it stands still, and its STEP is low.
+/// Returns the progress of a motor's stopped state machine with STEP low.
 pub(super) fn progress(machine: usize) -> Progress {
     match pac::PIO0.sm(machine).addr().read().addr() {
         0 => Progress::Between,
@@ -167,7 +169,7 @@ pub(super) fn progress(machine: usize) -> Progress {
     }
 }
 
-/// The counter of a state machine that stands still.
+/// Returns the counter of a stopped state machine.
 fn counter(machine: usize) -> u32 {
     let (destination, op, source) = (MovDestination::ISR, MovOperation::None, MovSource::Y);
     execute(machine, InstructionOperands::MOV { destination, op, source });

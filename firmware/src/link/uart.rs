@@ -1,16 +1,16 @@
 //! UART0 at 115 200 baud on GP0 and GP1.
 
 use embassy_rp::peripherals::{PIN_0, PIN_1, UART0};
-use embassy_rp::uart::{BufferedUart, BufferedUartRx, BufferedUartTx, Config};
+use embassy_rp::uart::{BufferedUart, BufferedUartRx, BufferedUartTx, Config, Error};
 use embassy_rp::{Peri, pac};
-use embassy_time::with_timeout;
 use embedded_io_async::{Read, Write};
 use static_cell::StaticCell;
 
-use super::{SharedDesk, Source, WRITE, heard};
-use crate::{Interrupts, pins};
+use super::arbiter::{self, Port, SharedArbiter};
+use crate::interrupts::Interrupts;
+use crate::pins;
 
-/// Sets the port up.
+/// Sets up the port.
 pub(super) fn set_up(
     uart: Peri<'static, UART0>,
     tx: Peri<'static, PIN_0>,
@@ -27,24 +27,24 @@ pub(super) fn set_up(
         IN.init([0; 256]),
         Config::default(),
     );
-    // With nothing plugged in the line is to be idle, not noise.
+    // The pull-up keeps the line idle while nothing is connected.
     pac::PADS_BANK0.gpio(usize::from(pins::UART_RX)).modify(|w| w.set_pue(true));
     port.split()
 }
 
-/// Hands on what comes.
+/// Passes received bytes on.
 #[embassy_executor::task]
-pub(super) async fn receive(mut port: BufferedUartRx, desk: SharedDesk) {
+pub(super) async fn receive(mut port: BufferedUartRx, arbiter: SharedArbiter) {
     let mut bytes = [0; 64];
     loop {
-        // What was damaged on the way is found by its CRC.
+        // The frame's CRC detects bytes that the UART reports as damaged.
         if let Ok(count) = port.read(&mut bytes).await {
-            heard(desk, Source::Uart, &bytes[..count]).await;
+            arbiter::receive(arbiter, Port::Uart, &bytes[..count]).await;
         }
     }
 }
 
-/// Writes all of it, if that is possible in time.
-pub(super) async fn write(port: &mut BufferedUartTx, bytes: &[u8]) {
-    let _ = with_timeout(WRITE, port.write_all(bytes)).await;
+/// Writes all bytes.
+pub(super) async fn write(port: &mut BufferedUartTx, bytes: &[u8]) -> Result<(), Error> {
+    port.write_all(bytes).await
 }

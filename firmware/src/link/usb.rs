@@ -4,28 +4,30 @@ use embassy_executor::Spawner;
 use embassy_rp::Peri;
 use embassy_rp::peripherals::USB;
 use embassy_rp::usb::Driver;
-use embassy_time::with_timeout;
 use embassy_usb::class::cdc_acm::{CdcAcmClass, ControlChanged, Receiver, Sender, State};
+use embassy_usb::driver::EndpointError;
 use embassy_usb::{Builder, Config, UsbDevice};
 use static_cell::{ConstStaticCell, StaticCell};
 
-use super::{SharedDesk, Source, WRITE, heard, lost};
-use crate::{Interrupts, spawn};
+use super::arbiter::{self, Port, SharedArbiter};
+use crate::executor::spawn;
+use crate::interrupts::Interrupts;
 
 type Usb = Driver<'static, USB>;
 pub(super) type Out = Sender<'static, Usb>;
 pub(super) type In = Receiver<'static, Usb>;
-pub(super) type Port = ControlChanged<'static>;
+pub(super) type ControlLines = ControlChanged<'static>;
 
-/// Bytes of the largest packet at full speed.
+/// Largest packet at full speed, bytes.
 pub(super) const PACKET: usize = 64;
 
-/// Raspberry Pi's vendor number and that of a Pico's serial port, which they let anyone use.
+/// Vendor id of Raspberry Pi.
 const VENDOR: u16 = 0x2e8a;
+/// Product id of a Pico's serial port, which Raspberry Pi lets anyone use.
 const PRODUCT: u16 = 0x000a;
 
-/// Sets the port up.
-pub(super) fn set_up(spawner: Spawner, usb: Peri<'static, USB>) -> (Out, In, Port) {
+/// Sets up the port.
+pub(super) fn set_up(spawner: Spawner, usb: Peri<'static, USB>) -> (Out, In, ControlLines) {
     static DESCRIPTOR: ConstStaticCell<[u8; 128]> = ConstStaticCell::new([0; 128]);
     static STRINGS: ConstStaticCell<[u8; 64]> = ConstStaticCell::new([0; 64]);
     static CONTROL: ConstStaticCell<[u8; 64]> = ConstStaticCell::new([0; 64]);
@@ -47,44 +49,39 @@ pub(super) fn set_up(spawner: Spawner, usb: Peri<'static, USB>) -> (Out, In, Por
     class.split_with_control()
 }
 
-/// Answers the computer's questions about the port.
+/// Runs the USB device.
 #[embassy_executor::task]
 async fn run(mut device: UsbDevice<'static, Usb>) {
     device.run().await;
 }
 
-/// Hands on what comes.
+/// Passes received bytes on.
 #[embassy_executor::task]
-pub(super) async fn receive(mut port: In, desk: SharedDesk) {
+pub(super) async fn receive(mut port: In, arbiter: SharedArbiter) {
     let mut packet = [0; PACKET];
     loop {
         port.wait_connection().await;
         while let Ok(count) = port.read_packet(&mut packet).await {
-            heard(desk, Source::Usb, &packet[..count]).await;
+            arbiter::receive(arbiter, Port::Usb, &packet[..count]).await;
         }
-        lost(desk, Source::Usb).await;
+        arbiter::disconnect(arbiter, Port::Usb).await;
     }
 }
 
-/// Notices that the program on the other side has closed the port.
+/// Disconnects the link when the host's program closes the port.
 #[embassy_executor::task]
-pub(super) async fn watch_port(port: Port, desk: SharedDesk) {
+pub(super) async fn watch_control_lines(port: ControlLines, arbiter: SharedArbiter) {
     loop {
         port.control_changed().await;
         if !port.dtr() {
-            lost(desk, Source::Usb).await;
+            arbiter::disconnect(arbiter, Port::Usb).await;
         }
     }
 }
 
-/// Writes a packet of up to 64 bytes. One of exactly 64 says that more is to come: where nothing is
-/// (`last`), an empty one says so.
-pub(super) async fn write(port: &mut Out, packet: &[u8], last: bool, desk: SharedDesk) {
-    let whole = async {
-        port.write_packet(packet).await?;
-        if last && packet.len() == PACKET { port.write_packet(&[]).await } else { Ok(()) }
-    };
-    if !matches!(with_timeout(WRITE, whole).await, Ok(Ok(()))) {
-        lost(desk, Source::Usb).await;
-    }
+/// Writes a packet of up to 64 bytes. A packet of 64 bytes announces another one; where it is the
+/// `last`, an empty packet follows.
+pub(super) async fn write(port: &mut Out, packet: &[u8], last: bool) -> Result<(), EndpointError> {
+    port.write_packet(packet).await?;
+    if last && packet.len() == PACKET { port.write_packet(&[]).await } else { Ok(()) }
 }
