@@ -6,8 +6,9 @@
 //!
 //! - [`image`]: pixels in memory; [`frame`]: a colour image with registered depth.
 //! - [`camera`]: the pinhole model, the pose in the rig frame and the ball's size and hue.
-//! - [`detect`]: the detectors [`shape`](detect::shape) (`ball`, the default) and
-//!   [`red`](detect::red), and [`DetectorKind`](detect::DetectorKind), which makes one by name.
+//! - [`detect`]: the detectors [`ball`](detect::ball) (the default; its stages and parameters are
+//!   in [`shape`](detect::shape)) and [`red`](detect::red), and
+//!   [`DetectorKind`](detect::DetectorKind), which makes one by name.
 //! - [`observation`]: what a detector returns; [`debug`]: images of what each stage found.
 //! - [`localise`]: from a circle in the image to a position in the rig frame with its covariance.
 //! - [`render`]: a small renderer for tests and examples.
@@ -46,6 +47,7 @@ pub mod debug;
 mod depth_view;
 pub mod detect;
 pub mod frame;
+mod geometry;
 pub mod image;
 pub mod localise;
 mod mat;

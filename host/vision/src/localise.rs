@@ -18,7 +18,7 @@ use nalgebra::{Matrix3, Vector3};
 use crate::camera::{Camera, Intrinsics};
 use crate::depth_view::DepthView;
 use crate::frame::RgbdFrame;
-use crate::observation::{Circle, Gaussian3};
+use crate::geometry::{Circle, Gaussian3};
 
 /// Parameters of the localisation.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,5 +1,6 @@
 //! Detectors: they find the ball in a frame.
 
+pub mod ball;
 mod detector;
 pub mod red;
 #[cfg(test)]
@@ -11,8 +12,8 @@ mod tests;
 pub use detector::{BallDetector, DetectError};
 
 use crate::camera::Camera;
+use ball::ShapeDetector;
 use red::RedDetector;
-use shape::ShapeDetector;
 
 /// The detectors of this crate, by name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -3,7 +3,7 @@
 //!
 //! It serves for comparison. Anything bright of that size (a lamp, a white ball, a window) gives as
 //! strong a response as the ball, and it cannot tell that there is no ball. The default detector is
-//! [`ShapeDetector`](super::shape::ShapeDetector).
+//! [`ShapeDetector`](super::ball::ShapeDetector).
 
 use opencv::core::{
     CV_32F, Mat, MatTraitConst, Point, Size, extract_channel, min_max_loc, subtract_def,

@@ -7,8 +7,8 @@ mod real;
 use proptest::prelude::*;
 
 use super::BallDetector;
+use super::ball::ShapeDetector;
 use super::scene::{INTRINSICS, camera, red_ball, wall};
-use super::shape::ShapeDetector;
 use crate::camera::{Camera, Intrinsics};
 use crate::frame::RgbdFrame;
 use crate::image::{Bgr, Image};

@@ -1,4 +1,4 @@
-//! The detector `ball`: colour proposes, shape and size against depth decide.
+//! The stages of the detector [`ball`](super::ball).
 //!
 //! 1. Propose: clusters of coloured pixels with a sphere in depth, and blobs of the ball's colour
 //!    of every size that the ball can have, on the image at a quarter of the size. Where depth is
@@ -14,7 +14,6 @@
 
 mod ball_colour;
 mod decide;
-mod detector;
 mod disc_depth;
 mod downsampled;
 mod parameters;
@@ -29,7 +28,6 @@ mod view;
 pub use decide::{
     ColourFeatures, Curvature, Decision, DepthFeatures, Features, FreeFitResidual, SphereMatch,
 };
-pub use detector::ShapeDetector;
 pub use downsampled::{LikenessMap, Window};
 pub use parameters::*;
 pub use propose::Proposal;
@@ -37,3 +35,19 @@ pub use radial_scan::RAYS;
 pub use refine::{RayEnd, RefinedCircle, Surroundings};
 pub use trace::{CandidateTrace, DetectionTrace, SearchTrace};
 pub use view::Disc;
+
+use crate::camera::Camera;
+use crate::frame::RgbdFrame;
+
+/// Searches a window of `frame` for the ball of `camera`.
+pub(super) fn search_window(
+    frame: &RgbdFrame,
+    window: Window,
+    camera: &Camera,
+    parameters: &ShapeParameters,
+) -> opencv::Result<SearchTrace> {
+    let colour = ball_colour::BallColour::new(camera.ball_hue);
+    let likeness = LikenessMap::new(frame.colour(), window, colour)?;
+    let view = view::FrameView::new(frame, colour, camera.ball_diameter / 2.0, parameters);
+    Ok(search::search(&view, window, likeness))
+}

@@ -3,8 +3,9 @@
 use std::error::Error;
 
 use super::{in_front_of_wall, usual_ball};
+use crate::detect::ball::ShapeDetector;
 use crate::detect::scene::{camera, wall};
-use crate::detect::shape::{SearchParameters, ShapeDetector, ShapeParameters};
+use crate::detect::shape::{SearchParameters, ShapeParameters};
 use crate::detect::{BallDetector, DetectError, DetectorKind};
 
 #[test]

@@ -52,7 +52,7 @@ impl RefinedCircle {
     }
 
     /// Returns the covariance of column and row, pixels², with the error of motion blur.
-    pub(in super::super) fn centre_covariance(&self, parameters: &EdgeParameters) -> Matrix2<f64> {
+    pub fn centre_covariance(&self, parameters: &EdgeParameters) -> Matrix2<f64> {
         let blur = (self.blur - parameters.sharp_blur).max(0.0);
         let motion = parameters.motion_error * self.rms_residual * blur;
         self.covariance.fixed_view::<2, 2>(0, 0) + Matrix2::identity() * motion.powi(2)

@@ -1,13 +1,12 @@
-//! The detector `ball`.
+//! The detector `ball`: colour proposes, shape and size against depth decide.
+//!
+//! The stages are in [`shape`](super::shape).
 
-use super::ball_colour::BallColour;
-use super::downsampled::{LikenessMap, Window};
-use super::parameters::ShapeParameters;
-use super::search::search;
-use super::trace::{CandidateTrace, DetectionTrace, SearchTrace};
-use super::view::{Disc, FrameView};
+use super::detector::{BallDetector, DetectError};
+use super::shape::{
+    CandidateTrace, DetectionTrace, Disc, SearchTrace, ShapeParameters, Window, search_window,
+};
 use crate::camera::Camera;
-use crate::detect::detector::{BallDetector, DetectError};
 use crate::frame::RgbdFrame;
 use crate::observation::{BallObservation, Circle};
 
@@ -21,7 +20,6 @@ const WINDOW_STEP: usize = 8;
 #[derive(Debug, Clone)]
 pub struct ShapeDetector {
     camera: Camera,
-    colour: BallColour,
     parameters: ShapeParameters,
     /// The ball in the previous frame.
     previous: Option<Disc>,
@@ -35,17 +33,13 @@ impl ShapeDetector {
 
     /// Makes a detector with other parameters than the default ones.
     pub fn with_parameters(camera: &Camera, parameters: ShapeParameters) -> Self {
-        let colour = BallColour::new(camera.ball_hue);
-        Self { camera: camera.clone(), colour, parameters, previous: None }
+        Self { camera: camera.clone(), parameters, previous: None }
     }
 
     /// Searches a window of a frame.
     fn search(&self, frame: &RgbdFrame, window: Window) -> Result<SearchTrace, DetectError> {
-        let likeness = LikenessMap::new(frame.colour(), window, self.colour)
-            .map_err(DetectError::processing)?;
-        let ball_radius = self.camera.ball_diameter / 2.0;
-        let view = FrameView::new(frame, self.colour, ball_radius, &self.parameters);
-        Ok(search(&view, window, likeness))
+        search_window(frame, window, &self.camera, &self.parameters)
+            .map_err(DetectError::processing)
     }
 
     /// Searches near the previous ball, and the whole image if the ball is not surely there.
