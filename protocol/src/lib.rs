@@ -1,9 +1,22 @@
-//! What a Plumb host and its board say to each other: messages, units on the wire, and framing.
+//! Messages between a Plumb host and its board, units on the wire, and framing.
 //!
 //! A message ([`ToBoard`] or [`FromBoard`]) is serialised with postcard, closed with its CRC-32 and
 //! wrapped in a COBS frame that ends with a zero byte ([`frame`]), so that it passes over any
-//! stream of bytes: USB-CDC, a UART, a pseudo-terminal, memory. This crate knows no control: it
-//! says what the words are, not what they do.
+//! stream of bytes: USB-CDC, a UART, a pseudo-terminal, memory. The crate contains no control.
+//!
+//! A host encodes a command; the other side finds it in the bytes, in pieces of any size:
+//!
+//! ```
+//! use plumb_protocol::frame::{Accumulator, encode};
+//! use plumb_protocol::{Command, Hello, ToBoard};
+//!
+//! let hello = ToBoard { id: 1, command: Command::Hello(Hello::OURS) };
+//! let frame = encode(&hello)?;
+//! let mut accumulator = Accumulator::new();
+//! let mut received = frame.iter().filter_map(|&byte| accumulator.push::<ToBoard>(byte));
+//! assert_eq!(received.next(), Some(Ok(hello)));
+//! # Ok::<(), plumb_protocol::frame::TooLong>(())
+//! ```
 //!
 //! # Order, loss and duplicates
 //! Frames may be lost, damaged, delayed or doubled; a byte stream keeps the order of those that

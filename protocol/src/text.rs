@@ -59,15 +59,21 @@ impl fmt::Display for State {
 impl fmt::Display for ConfigField {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Self::Signs => "the sign pattern (entries -1, 0, +1, and every motor must move something)",
+            Self::Signs => {
+                "the sign pattern (entries -1, 0, +1, and every motor must move something)"
+            }
             Self::Bounds => "the bounds (0 < alpha <= beta <= 8)",
             Self::Gain => "the gain (above 0, at most 16 steps/s for a micrometre)",
-            Self::MaxRate => "a motor's highest rate (above 0, within what the board was built for)",
+            Self::MaxRate => {
+                "a motor's highest rate (above 0, within what the board was built for)"
+            }
             Self::MaxAcceleration => "a motor's acceleration (40 to 4 000 000 steps/s²)",
             Self::Travel => "a motor's travel (it must contain 0)",
             Self::Microsteps => "the microsteps (1, 2, 4, 8 or 16)",
             Self::Workspace => "the workspace (min below max, within 4 m of the origin)",
-            Self::Reached => "what counts as reached (radius above 0 and at most 1 m, 1 frame or more)",
+            Self::Reached => {
+                "what counts as reached (radius above 0 and at most 1 m, 1 frame or more)"
+            }
             Self::Deadlines => "the deadlines (above 0, at most 5 s)",
             Self::Growth => "the error's growth limit (margin and time above 0)",
             Self::Drivers => "the motor drivers (pulse times up to 4.1 µs, a duty of 1 to 100 %)",
@@ -75,8 +81,8 @@ impl fmt::Display for ConfigField {
             Self::Delay => "the law's delay (at most 500 ms)",
             Self::Law => "the law: it takes longer than this board has time for",
             Self::MaxAge => {
-                "the highest age of a position (it must be below the deadline for positions, or the board \
-                 would drive on positions older than that deadline)"
+                "the highest age of a position (it must be below the deadline for positions, or \
+                 the board would drive on positions older than that deadline)"
             }
         })
     }
@@ -107,7 +113,8 @@ impl fmt::Display for Refusal {
             }
             Self::OutsideTravel(i) => write!(
                 f,
-                "motor {} stands outside its travel; jog it back inside, or configure a wider travel",
+                "motor {} stands outside its travel; jog it back inside, or configure a wider \
+                 travel",
                 motor(*i)
             ),
         }

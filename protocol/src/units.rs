@@ -9,7 +9,8 @@ use serde::{Deserialize, Serialize};
 macro_rules! quantity {
     ($(#[$doc:meta])* $name:ident($raw:ty), $lsb:expr) => {
         $(#[$doc])*
-        #[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
+        #[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy)]
+        #[derive(PartialEq, Eq, PartialOrd, Ord, Default)]
         pub struct $name(pub $raw);
 
         impl $name {
@@ -22,7 +23,8 @@ macro_rules! quantity {
                 // Half away from zero, by hand: `f64::round` needs std. The cast saturates and is
                 // checked before.
                 let rounded = if raw < 0.0 { raw - 0.5 } else { raw + 0.5 };
-                let in_range = rounded > <$raw>::MIN as f64 - 1.0 && rounded < <$raw>::MAX as f64 + 1.0;
+                let (min, max) = (<$raw>::MIN as f64, <$raw>::MAX as f64);
+                let in_range = rounded > min - 1.0 && rounded < max + 1.0;
                 (in_range && value.is_finite()).then_some(Self(rounded as $raw))
             }
 

@@ -85,7 +85,12 @@ mod tests {
         }
 
         #[test]
-        fn a_scaled_number_is_exact(number in 0u32..=1 << 31, whole in 1u32..=1 << 31, share in 0.0f64..1.0, shifts in proptest::array::uniform2(0u32..32)) {
+        fn a_scaled_number_is_exact(
+            number in 0u32..=1 << 31,
+            whole in 1u32..=1 << 31,
+            share in 0.0f64..1.0,
+            shifts in proptest::array::uniform2(0u32..32),
+        ) {
             let whole = (whole >> shifts[0]).max(1);
             let (number, least) = (number >> shifts[1], (f64::from(whole) * share) as u32);
             let exact = u64::from(number) * u64::from(least) / u64::from(whole);
@@ -96,7 +101,8 @@ mod tests {
 
         #[test]
         fn a_quotient_is_exact(divisor in 1u32.., whole in numbers(), part in 0.0f64..1.0) {
-            let dividend = u64::from(divisor) * u64::from(whole) + (f64::from(divisor) * part) as u64;
+            let rest = (f64::from(divisor) * part) as u64;
+            let dividend = u64::from(divisor) * u64::from(whole) + rest;
             prop_assert_eq!(u64::from(quotient(dividend, divisor)), dividend / u64::from(divisor));
         }
     }

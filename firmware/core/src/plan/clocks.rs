@@ -108,7 +108,8 @@ mod tests {
         #[test]
         fn a_moment_is_exact(rate in rates(), part in 0u32..=1_000_000) {
             let within = (u64::from(rate) * u64::from(part) / 1_000_000) as u32;
-            prop_assert_eq!(until(within, rate), exact(u64::from(within) * u64::from(TICK_CLOCKS), rate));
+            let clocks = u64::from(within) * u64::from(TICK_CLOCKS);
+            prop_assert_eq!(until(within, rate), exact(clocks, rate));
             prop_assume!(rate >= 64);
             let any = (UNIT as u64 * u64::from(part) / 1_000_000) as u32;
             prop_assert_eq!(until(any, rate), exact(u64::from(any) * u64::from(TICK_CLOCKS), rate));

@@ -144,13 +144,15 @@ mod tests {
                 let from = ramp.rates;
                 ramp.to(wanted, least, most);
                 let changes = [0, 1, 2].map(|i| wanted[i].abs_diff(from[i]));
-                let ticks = ticks_for(changes, most).max(if changes == [0; 3] { 0 } else { least.max(1) });
+                let least = if changes == [0; 3] { 0 } else { least.max(1) };
+                let ticks = ticks_for(changes, most).max(least);
                 for k in 1..=ticks.min(2000) {
                     let (before, next) = (ramp.rates, ramp.next());
                     ramp.tick();
                     prop_assert_eq!(ramp.rates, next);
                     for i in 0..3 {
-                        let way = (i128::from(wanted[i]) - i128::from(from[i])) * i128::from(k) / i128::from(ticks);
+                        let change = i128::from(wanted[i]) - i128::from(from[i]);
+                        let way = change * i128::from(k) / i128::from(ticks);
                         prop_assert_eq!(i128::from(ramp.rates[i]), i128::from(from[i]) + way);
                         prop_assert!(ramp.rates[i].abs_diff(before[i]) <= most[i]);
                     }

@@ -157,7 +157,7 @@ mod tests {
             prop_assume!(ticks < 20_000);
             // The stop, with a new ramp in the ticks that `again` names.
             let (mut size, mut left, mut from, mut gone, mut over) =
-                (rate.unsigned_abs(), u64::from(ticks), rate.unsigned_abs(), 0u64, u64::from(ticks));
+                (rate.unsigned_abs(), ticks.into(), rate.unsigned_abs(), 0u64, u64::from(ticks));
             let mut now = from;
             while left > 0 {
                 if again >> (left % 64) & 1 == 1 {
@@ -178,7 +178,8 @@ mod tests {
             let travel = TravelLimit::between(limits.0, limits.1);
             let motor = MotorPosition { position, fraction, ahead, per_pulse };
             let can = travel.can_stop(&motor, rate as i32, &Stop::over(ticks, 0));
-            let inside = if rate > 0 { position + end <= limits.1 } else { position + end >= limits.0 };
+            let reached = position + end;
+            let inside = if rate > 0 { reached <= limits.1 } else { reached >= limits.0 };
             prop_assert!(!can || inside, "{end}");
             let more = units + signed(i128::from(ticks) * i128::from(ticks) / 4 + 3);
             let spare = if rate > 0 {
@@ -192,8 +193,10 @@ mod tests {
         /// A motor in its safe zone can stop.
         #[test]
         fn a_motor_in_its_safe_zone_can_stop(
-            high in 0i32..1 << 29, part in 0.0f64..=1.0, shift in 0u32..30, most in 1u32..1_280_000_000, share in -1.0f64..=1.0,
-            all_ticks in 1u32..200_000, later in 0..SAFE_TICKS, fraction in 0..UNIT, ahead in 0u32..600_000, ahead_share in -1.0f64..=1.0, log in 0u32..5,
+            high in 0i32..1 << 29, part in 0.0f64..=1.0, shift in 0u32..30,
+            most in 1u32..1_280_000_000, share in -1.0f64..=1.0, all_ticks in 1u32..200_000,
+            later in 0..SAFE_TICKS, fraction in 0..UNIT, ahead in 0u32..600_000,
+            ahead_share in -1.0f64..=1.0, log in 0u32..5,
         ) {
             let (speed, per_pulse) = ((most >> shift).max(1), 1 << log);
             let mut travel = TravelLimit::between(-high, high);
@@ -203,7 +206,8 @@ mod tests {
             let rate = (f64::from(speed) * share) as i32;
             let ahead = (f64::from(ahead) * f64::from(UNIT) * ahead_share) as i64;
             // The reference moves on until the next check.
-            let ahead = ahead + i64::from(speed) * i64::from(later) * if share < 0.0 { -1 } else { 1 };
+            let sign = if share < 0.0 { -1 } else { 1 };
+            let ahead = ahead + i64::from(speed) * i64::from(later) * sign;
             let motor = MotorPosition { position, fraction, ahead, per_pulse };
             let ticks = (f64::from(all_ticks) * share.abs()).ceil() as u32;
             prop_assert!(travel.can_stop(&motor, rate, &Stop::over(ticks, 0)));
