@@ -20,3 +20,8 @@ pub mod replay;
 pub mod rig;
 pub mod run;
 pub mod run_log;
+
+/// The example in docs/change/add-observer.md is compiled and run with the other tests.
+#[cfg(doctest)]
+#[doc = include_str!("../../../docs/change/add-observer.md")]
+struct ObserverPage;
