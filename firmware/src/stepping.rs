@@ -177,11 +177,11 @@ impl Stepping {
         if let Some(tick) = self.board.plan(self.now, &mut self.outbox) {
             self.carry_out(tick);
         }
+        self.give_words();
+        // The rest of the tick is not urgent.
         if !matches!(self.commutated, Commutated::None) {
             self.turn_fields();
         }
-        self.give_words();
-        // The rest of the tick is not urgent.
         self.board.report(self.now, &mut self.outbox);
         if let Some(request) = self.board.take_law_request() {
             law_worker::request(request);
