@@ -24,7 +24,7 @@ impl Hinge {
 /// of this repository, with other shading, edges, depth and distractors. 12 262 discs had depth and
 /// 3726 had none; 136 of the latter were balls. Both intercepts were then raised (by 0.3 and 0.9),
 /// because a missed ball costs as much as a false alarm and most discs are no balls. The results on
-/// other seeds are in the chapter on cameras.
+/// other seeds are in the chapter on the detector (docs/understand/detector.md).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Weights {
     /// For discs with depth.
