@@ -14,9 +14,10 @@ import zlib
 
 MAGIC, VERSION = b"PLMB", 2
 # Identifies the types of all messages. A board with another schema rejects the Hello.
-SCHEMA = bytes.fromhex("cebc72a22fac5dae")
+SCHEMA = bytes.fromhex("cea9e7b2fd90353e")
 HELLO, STOP, CONFIGURE, JOG, CLEAR_FAULT, STATUS = 0, 1, 3, 6, 8, 9
 STATES = ["unconfigured", "ready", "seeking", "holding", "fault"]
+STATES += ["jogging", "stopping", "storing"]
 
 
 def unsigned(number):
@@ -153,7 +154,7 @@ def main():
         board.request(STATUS)
         told = board.telemetry  # None if it was lost
         print(told, flush=True)
-        if told and told["rates_steps_s"] == [0, 0, 0] and told["motors_steps"][0] == 10:
+        if told and told["state"] == "ready" and told["motors_steps"][0] == 10:
             return
 
 

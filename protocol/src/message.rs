@@ -249,19 +249,25 @@ pub enum ConfigField {
     MaxAge,
 }
 
-/// Where the board stands.
+/// State of the board. Grows at its end.
 #[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
 pub enum State {
-    /// It knows nothing of its rig.
+    /// The board has no configuration.
     Unconfigured,
-    /// It may be given a target.
+    /// The board is configured and its motors stand.
     Ready,
-    /// It drives the ball to its target.
+    /// The board drives the ball to its target.
     Seeking,
-    /// The target is reached, and it keeps the ball there.
+    /// The target was reached, and the board keeps the ball there.
     Holding,
-    /// It has stopped by itself and waits to be told to go on.
+    /// The board has stopped by itself: its motors ramp down or stand until the fault is cleared.
     Fault(Fault),
+    /// The board turns one motor by an exact number of steps.
+    Jogging,
+    /// The motors ramp down; or the board restarts into its bootloader.
+    Stopping,
+    /// The board writes its configuration; the motors stand.
+    Storing,
 }
 
 /// Why a board started. Grows at its end.

@@ -52,6 +52,9 @@ impl fmt::Display for State {
             Self::Seeking => f.write_str("seeking"),
             Self::Holding => f.write_str("holding"),
             Self::Fault(fault) => write!(f, "fault: {fault}"),
+            Self::Jogging => f.write_str("jogging"),
+            Self::Stopping => f.write_str("stopping"),
+            Self::Storing => f.write_str("storing"),
         }
     }
 }
@@ -94,7 +97,10 @@ impl fmt::Display for Refusal {
             Self::NotGreeted => f.write_str("no matching Hello came before"),
             Self::Malformed => f.write_str("that is no command of this protocol version"),
             Self::Unconfigured => f.write_str("the board is not configured"),
-            Self::Busy(state) => write!(f, "not while the board is moving or {state}"),
+            Self::Busy(State::Fault(fault)) => {
+                write!(f, "not before the board has come to rest after its fault ({fault})")
+            }
+            Self::Busy(state) => write!(f, "not while the board is {state}"),
             Self::Faulted(fault) => {
                 write!(f, "the board has stopped by itself ({fault}); clear the fault first")
             }

@@ -9,7 +9,7 @@ use plumb_core::{Outbox, TICK_US};
 use plumb_protocol::Config;
 use plumb_protocol::frame::encode;
 use plumb_protocol::message::*;
-use plumb_protocol::units::{Micrometres, Micros, Rate, Steps16};
+use plumb_protocol::units::{Micrometres, Micros, Milliseconds, Rate, Steps16};
 
 #[test]
 fn nothing_moves_before_the_greeting_matches() {
@@ -121,7 +121,7 @@ fn a_jog_turns_one_motor_and_is_bounded() {
     assert_eq!(bench.send(jog(0, 4001, 256)), Err(Refusal::JogTravel));
     assert_eq!(bench.send(jog(1, -20, 100 * 256)), Ok(()));
     bench.run_ms(100);
-    assert_eq!(bench.send(jog(1, 20, 256)), Err(Refusal::Busy(State::Ready)));
+    assert_eq!(bench.send(jog(1, 20, 256)), Err(Refusal::Busy(State::Jogging)));
     bench.run_ms(180);
     assert_eq!(bench.send(Command::Status), Ok(()));
     bench.run_ms(200);
@@ -141,7 +141,30 @@ fn a_drive_refuses_configurations_and_jogs() {
     // The ramp down after Stop refuses them too.
     assert_eq!(bench.send(Command::Stop), Ok(()));
     assert!(bench.moving());
-    assert_eq!(bench.send(Command::Configure(config())), Err(Refusal::Busy(State::Ready)));
+    assert_eq!(bench.send(Command::Configure(config())), Err(Refusal::Busy(State::Stopping)));
+}
+
+/// A moving average stretches the end of the ramp: the rates are rounded to 0 before the motors
+/// stand.
+#[test]
+fn a_stop_ends_in_ready_once_the_motors_stand() {
+    let mut bench = Bench::configured(Config { mean: Milliseconds(400), ..config() });
+    bench.send_ball(BALL);
+    assert_eq!(bench.send(Command::Target(point(TARGET))), Ok(()));
+    bench.run_with_ball(20, BALL);
+    assert_eq!(bench.send(Command::Stop), Ok(()));
+    let mut slow = 0;
+    while bench.board.state() == State::Stopping {
+        assert_eq!(bench.send(Command::Configure(config())), Err(Refusal::Busy(State::Stopping)));
+        bench.tick();
+        slow += u32::from(!bench.moving() && bench.board.state() == State::Stopping);
+    }
+    assert!(slow > 0);
+    assert_eq!(bench.board.state(), State::Ready);
+    let rest = bench.board.positions();
+    bench.run_ms(100);
+    assert_eq!(bench.board.positions(), rest);
+    assert_eq!(bench.send(Command::Configure(config())), Ok(()));
 }
 
 #[test]

@@ -143,14 +143,14 @@ fn a_store_is_answered_once_it_is_written_and_nothing_moves_meanwhile() {
         let _ = bench.send(Command::Store);
         assert!(bench.tick().store);
         let _ = jog(&mut bench);
-        assert_eq!(bench.answers(), [Err(Refusal::Busy(State::Ready))]);
+        assert_eq!(bench.answers(), [Err(Refusal::Busy(State::Storing))]);
         bench.board.on_stored(Micros(bench.now), written, &mut bench.out);
         assert_eq!(bench.answers(), [answer]);
         assert!(!bench.tick().store);
     }
     assert_eq!(jog(&mut bench), Ok(()));
     bench.tick();
-    assert_eq!(bench.send(Command::Store), Err(Refusal::Busy(State::Ready)));
+    assert_eq!(bench.send(Command::Store), Err(Refusal::Busy(State::Jogging)));
 }
 
 #[test]

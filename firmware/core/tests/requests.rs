@@ -73,7 +73,7 @@ fn a_repeated_target_is_not_set_again_and_a_refused_one_is_tried_again() {
     assert_eq!(bench.send(jog(0, 10, 100)), Ok(()));
     assert_eq!(
         bench.send_as(100, Command::Target(point(TARGET))),
-        Err(Refusal::Busy(State::Ready))
+        Err(Refusal::Busy(State::Jogging))
     );
     bench.run_ms(290);
     assert_eq!(bench.send_as(100, Command::Target(point(TARGET))), Ok(()));
@@ -150,12 +150,12 @@ fn nothing_begins_after_the_bootloader_command() {
         Command::Store,
     ];
     for command in begun {
-        assert_eq!(bench.send(command), Err(Refusal::Busy(State::Ready)), "{command:?}");
+        assert_eq!(bench.send(command), Err(Refusal::Busy(State::Stopping)), "{command:?}");
     }
     bench.run_with_ball(10, BALL);
     assert!(bench.outputs.bootloader && !bench.moving());
     for command in begun {
-        assert_eq!(bench.send(command), Err(Refusal::Busy(State::Ready)), "{command:?}");
+        assert_eq!(bench.send(command), Err(Refusal::Busy(State::Stopping)), "{command:?}");
     }
 }
 
@@ -175,7 +175,7 @@ fn every_store_is_answered_and_a_configuration_is_refused_meanwhile() {
         let frame = encode(&ToBoard { id, command }).unwrap();
         bench.board.receive(Micros(bench.now), &frame, &mut bench.out);
     }
-    let busy = Some(Refusal::Busy(State::Ready));
+    let busy = Some(Refusal::Busy(State::Storing));
     assert_eq!(answered(&mut bench), [(12, busy), (13, busy), (14, busy)]);
     assert!(bench.tick().store);
     bench.board.on_stored(Micros(bench.now), true, &mut bench.out);
@@ -193,7 +193,7 @@ fn a_hold_is_refused_during_a_jog() {
     bench.run_with_ball(5, BALL);
     assert_eq!(bench.send(jog(0, 100, 100)), Ok(()));
     bench.run_ms(50);
-    assert_eq!(bench.send(Command::Hold), Err(Refusal::Busy(State::Ready)));
+    assert_eq!(bench.send(Command::Hold), Err(Refusal::Busy(State::Jogging)));
 }
 
 #[test]

@@ -147,11 +147,12 @@ impl State {
     pub(super) fn on_wire(&self) -> message::State {
         match self {
             Self::Unconfigured => message::State::Unconfigured,
-            Self::Ready | Self::Jogging(_) | Self::Stopping { .. } | Self::Storing { .. } => {
-                message::State::Ready
-            }
+            Self::Ready => message::State::Ready,
+            Self::Jogging(_) => message::State::Jogging,
             Self::Seeking(_) => message::State::Seeking,
             Self::Holding(_) => message::State::Holding,
+            Self::Stopping { .. } => message::State::Stopping,
+            Self::Storing { .. } => message::State::Storing,
             Self::Fault { fault, .. } => message::State::Fault(*fault),
         }
     }

@@ -145,9 +145,10 @@ impl<T: Transport> Link<T> {
         self.request("the request to stop", Command::Stop)?;
         let (mut fastest, mut since) = (u64::MAX, self.transport.now());
         loop {
-            let rate =
-                self.status()?.rates.iter().map(|rate| u64::from(rate.0.unsigned_abs())).sum();
-            if rate == 0 {
+            let Telemetry { state, rates, .. } = self.status()?;
+            let rate = rates.iter().map(|rate| u64::from(rate.0.unsigned_abs())).sum();
+            // The last rates of a ramp are rounded to 0 while the board still stops.
+            if rate == 0 && state != State::Stopping {
                 return Ok(());
             }
             let now = self.transport.now();

@@ -39,8 +39,6 @@ pub struct View {
     pub positions: [i32; 3],
     /// The state.
     pub state: State,
-    /// Whether a motor moves.
-    pub moving: bool,
 }
 
 /// Positions that the board receives.
@@ -149,14 +147,16 @@ impl Adversary {
             _ if !self.greeted => Some(Command::Hello(Hello::OURS)),
             State::Fault(_) => Some(Command::ClearFault),
             State::Unconfigured => Some(Command::Configure(self.config(random, view))),
-            State::Ready if !view.moving => Some(match random.below(16) {
+            State::Ready => Some(match random.below(16) {
                 0 => Command::Configure(self.config(random, view)),
                 1 => Command::Configure(generate::invalid(random, view.positions)),
                 2 => Command::Store,
                 3..=5 => Command::Jog(jog(random, view)),
                 _ => Command::Target(target(random, view)),
             }),
-            State::Ready | State::Seeking | State::Holding => None,
+            State::Jogging | State::Seeking | State::Holding | State::Stopping | State::Storing => {
+                None
+            }
         }
     }
 

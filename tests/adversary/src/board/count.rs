@@ -76,7 +76,7 @@ impl TickCounts {
         self.moving += u64::from(ticked.pulses());
         self.seeking += u64::from(state == State::Seeking);
         self.holding += u64::from(state == State::Holding);
-        self.jogging += u64::from(state == State::Ready && ticked.pulses());
+        self.jogging += u64::from(state == State::Jogging);
     }
 
     /// Adds the counts to the tally of the campaign.

@@ -130,12 +130,7 @@ impl<'a> Session<'a> {
 
     fn view(&self) -> View {
         let board = self.chip.board();
-        View {
-            config: board.config().copied(),
-            positions: board.positions(),
-            state: board.state(),
-            moving: board.rates() != [0; 3],
-        }
+        View { config: board.config().copied(), positions: board.positions(), state: board.state() }
     }
 
     fn execute(&mut self, action: Action) {
