@@ -1,5 +1,5 @@
-//! A board and a rig that are not there: the board's own code ([`plumb_core`]) on a host, in
-//! virtual time or on a pseudo-terminal, and three cables with a ball that its steps move.
+//! An emulated board and a simulated rig: the board's own code ([`plumb_core`]) on a host, in
+//! virtual time or on a pseudo-terminal, and a ball on three cables that its steps move.
 
 pub mod board;
 pub mod rig;

@@ -2,65 +2,18 @@
 
 use nalgebra::{Point3, Vector3};
 
-use super::error::{check, check_advance};
+use super::error::{RigError, check_advance};
 use super::geometry::{Geometry, check_lengths};
-use super::{Plant, RigError};
+use super::plant::Plant;
 use equilibrium::equilibrium;
+pub use parameters::{ElasticParameters, GRAVITY_M_S2};
 
 mod equilibrium;
-
-/// Gravity, m/s².
-pub const GRAVITY_M_S2: f64 = 9.81;
-
-/// An internal sub-step times the highest frequency of the rig, radians.
-const SUBSTEP_RAD: f64 = 0.1;
-
-/// The longest internal sub-step, seconds.
-const LONGEST_SUBSTEP_S: f64 = 1e-3;
+mod parameters;
 
 /// Into how many parts a sub-step is cut within which a cable goes slack or taut: its pull jumps
 /// there, which would cost the method its order.
 const PARTS_AT_A_JUMP: u32 = 32;
-
-/// What the ball and the cables are made of.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ElasticParameters {
-    /// Mass of the ball, kg; > 0.
-    pub mass_kg: f64,
-    /// Stiffness of each cable, N/m whatever its length; > 0; order A, B, C.
-    pub stiffness_n_m: [f64; 3],
-    /// Damping ratio ζ of the ball on one cable alone: damping 2ζ√(km) on the stretch rate; 0 to
-    /// 10.
-    pub damping_ratio: f64,
-}
-
-impl Default for ElasticParameters {
-    /// 0.2 kg, 800 N/m, ζ = 0.1: the stiffer of the two rigs of the control notes.
-    fn default() -> Self {
-        Self { mass_kg: 0.2, stiffness_n_m: [800.0; 3], damping_ratio: 0.1 }
-    }
-}
-
-impl ElasticParameters {
-    /// Refuses what is not a ball on springs.
-    fn check(&self) -> Result<(), RigError> {
-        check("mass (kg)", self.mass_kg, "greater than 0", |m| m > 0.0)?;
-        for k in self.stiffness_n_m {
-            check("stiffness (N/m)", k, "greater than 0", |k| k > 0.0)?;
-        }
-        check("damping ratio", self.damping_ratio, "between 0 and 10", |z| {
-            (0.0..=10.0).contains(&z)
-        })?;
-        Ok(())
-    }
-
-    /// The sub-step that follows the stiffest motion (all cables pulling one way) closely.
-    fn substep_s(&self) -> f64 {
-        let highest = (self.stiffness_n_m.iter().sum::<f64>() / self.mass_kg).sqrt()
-            * (1.0 + 2.0 * self.damping_ratio);
-        (SUBSTEP_RAD / highest).min(LONGEST_SUBSTEP_S)
-    }
-}
 
 /// A point mass on three unilateral spring cables, in air that does not resist.
 ///

@@ -8,8 +8,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-use super::RigError;
-use super::error::check;
+use super::error::{RigError, check};
 
 /// How a camera and its detector err. Camera axes are taken along the rig's; x is the depth axis.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -6,7 +6,8 @@ use nalgebra::{Point3, Rotation3, Unit, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::{Geometry, RigError};
+use super::error::RigError;
+use super::geometry::Geometry;
 
 /// Height of the motors of a random rig above the rig frame's origin, metres: the ball stays above
 /// zero.

@@ -2,10 +2,10 @@
 
 use nalgebra::Point3;
 
-use super::error::check_advance;
+use super::error::{RigError, check_advance};
 use super::forward::{Hang, lowest_point};
 use super::geometry::Geometry;
-use super::{Plant, RigError};
+use super::plant::Plant;
 
 /// Three inextensible cables that do not push: the ball is at the lowest point within reach, at
 /// once.

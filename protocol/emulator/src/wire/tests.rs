@@ -1,5 +1,6 @@
 use std::fs::OpenOptions;
 use std::io::{Read, Write};
+use std::time::Duration;
 
 use plumb_protocol::frame::{Accumulator, encode};
 use plumb_protocol::message::{Command, FromBoard, Hello, State, ToBoard};

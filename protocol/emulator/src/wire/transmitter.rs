@@ -7,7 +7,7 @@ use plumb_protocol::units::Micros;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::{Lane, Line, Silence};
+use super::lane::{Lane, Line, Silence};
 
 /// Bits of a byte on a UART: start bit, eight data bits, stop bit.
 const UART_BITS: u64 = 10;

@@ -1,9 +1,10 @@
-//! Where a ball on unilateral springs is at rest.
+//! Rest position of a ball on unilateral springs.
 
 use nalgebra::{Matrix3, Point3, Vector3};
 
-use super::{ElasticParameters, GRAVITY_M_S2};
-use crate::rig::{Geometry, lowest_point};
+use super::parameters::{ElasticParameters, GRAVITY_M_S2};
+use crate::rig::forward::lowest_point;
+use crate::rig::geometry::Geometry;
 
 /// Where the ball is at rest: the minimum of its potential energy, which is convex, by damped
 /// Newton steps (Levenberg-Marquardt) from where rigid cables would hold it.

@@ -1,0 +1,24 @@
+//! Interface of the plant models.
+
+use nalgebra::Point3;
+
+use super::error::RigError;
+
+/// A rig whose ball follows the motors: [`QuasiStatic`](super::QuasiStatic) or
+/// [`Elastic`](super::Elastic).
+pub trait Plant {
+    /// Advances time by `dt_s` seconds (0 to 10), during which the motors turn from their last
+    /// positions to `motors` (full steps since the start, + pays out, fractions allowed; order A,
+    /// B, C).
+    ///
+    /// # Errors
+    /// A number that is not finite or out of range, a cable reeled in to nothing, or (rigid cables)
+    /// cables too short to meet. The plant then stays as it was before the call.
+    fn advance(&mut self, dt_s: f64, motors: [f64; 3]) -> Result<(), RigError>;
+
+    /// Returns the ball's centre, metres in the rig frame.
+    fn ball(&self) -> Point3<f64>;
+
+    /// Returns which cables are slack; order A, B, C.
+    fn slack(&self) -> [bool; 3];
+}
