@@ -9,13 +9,11 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-use commands::Failure;
-use commands::print::tell;
-
 /// Drives a ball on three cables to a target in space, without a model of the robot.
 ///
-/// Exit codes: 0 done, 1 did not reach or found a fault, 2 bad input. What people read goes to
-/// standard error.
+/// Exit codes: 0 done; 1 the command failed or did not reach its aim (a target, a proof, a board
+/// that is silent, a full disk); 2 the input is wrong (an option, a file, a port that cannot be
+/// opened, a configuration that the board refuses). Messages for people go to standard error.
 #[derive(Parser)]
 #[command(version, max_term_width = 100)]
 struct Cli {
@@ -54,9 +52,6 @@ fn main() -> ExitCode {
     };
     match result {
         Ok(code) => code,
-        Err(Failure { code, error }) => {
-            tell!("plumb: {error}");
-            ExitCode::from(code)
-        }
+        Err(failure) => failure.report(),
     }
 }

@@ -105,7 +105,7 @@ fn random_rigs_reach_their_targets_with_a_noisy_camera() {
         rig.motors.travel = [-60_000.0, 60_000.0].map(|t| t.try_into().expect("a travel"));
         rig.workspace.min = [-3.0; 3].map(|c| c.try_into().expect("a corner"));
         rig.workspace.max = [3.0; 3].map(|c| c.try_into().expect("a corner"));
-        rig.set_target(task.target.into()).expect("a target");
+        rig.set_targets(&[task.target.into()]).expect("a target");
         let plant = QuasiStatic::new(task.geometry, task.start).expect("a plant");
         let mut bench = seeking(&rig, Box::new(plant), usable(index as usize));
         let mut observer = Observer::new(Default::default(), index).expect("an observer");

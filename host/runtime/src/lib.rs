@@ -1,12 +1,45 @@
-//! Plumb's runtime: the rig file, the link to the board, the control loop, and the run log.
+//! Plumb's runtime: drives a ball on three cables to its targets.
 //!
-//! [`plumb_cameras`] gives the pictures and [`plumb_vision`] finds the ball.
+//! - [`rig`]: the rig file, and the board's configuration that follows from it.
+//! - [`link`]: the link to the board.
+//! - [`run`]: a run: the control loop through a list of targets.
+//! - [`observer`]: the outputs of a run. [`queued`] gives an output a thread of its own; the
+//!   [`run_log`] and the [`recording`] of frames are such outputs.
+//! - [`replay`]: the detector on a recording.
+//!
+//! [`plumb_cameras`] delivers the frames and [`plumb_vision`] finds the ball in them:
 //!
 //! ```text
-//! camera -> RgbdFrame -> BallDetector -> BallObservation -> link -> board
+//! CameraSource -> RgbdFrame -> BallDetector -> BallObservation -> Link -> board
+//!                                    every frame -> FrameRecord -> observers
 //! ```
 //!
 //! The crate knows no simulation and no control law: the board computes all motor rates.
+//!
+//! ```no_run
+//! use std::path::Path;
+//! use std::sync::atomic::AtomicBool;
+//!
+//! use plumb_cameras::camera_file;
+//! use plumb_cameras::drivers::open_camera;
+//! use plumb_runtime::link::Serial;
+//! use plumb_runtime::rig::Rig;
+//! use plumb_runtime::run::{Run, RunParts};
+//! use plumb_vision::detect::DetectorKind;
+//!
+//! let rig = Rig::read(Path::new("rig.toml"))?;
+//! let mut camera = open_camera(&rig.camera, camera_file::read(&rig.camera.file)?, None)?;
+//! let run = Run::connect(&rig, Serial::open(&rig.board.port, rig.board.baud)?)?;
+//! let summary = run.drive(RunParts {
+//!     source: &mut *camera.source,
+//!     detector: &mut *DetectorKind::Ball.build(&camera.camera),
+//!     observers: &mut [],
+//!     timeout: 60.0,
+//!     interrupted: &AtomicBool::new(false),
+//! })?;
+//! println!("{}", summary.ending);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]

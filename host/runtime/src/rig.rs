@@ -1,4 +1,5 @@
-//! Rig files: what a person configures, in SI, and what the board is told of it.
+//! Rig file: the configuration of a rig in SI units, and the configuration of the board that follows
+//! from it.
 
 mod driver;
 mod law;
@@ -24,30 +25,30 @@ const PAPER: &str = include_str!("../../rigs/paper.toml");
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Rig {
-    /// Where the ball is to go, one after the other.
+    /// Targets of the ball in their order, metres in the rig frame.
     pub targets: Vec<[Finite; 3]>,
-    /// How the board is reached.
+    /// Serial port of the board.
     pub board: BoardPort,
     /// The control law; `taut` where none is named.
     #[serde(default)]
     pub law: LawSettings,
     /// The motors' limits.
     pub motors: Motors,
-    /// Where ball and targets may be.
+    /// Box that the ball and the targets must not leave.
     pub workspace: Box3,
-    /// When a target counts as reached.
+    /// Rule by which a target counts as reached.
     pub reached: ReachedRule,
-    /// When the board stops by itself.
+    /// Deadlines after which the board stops by itself.
     pub deadlines: DeadlineSettings,
-    /// When a growing error stops it.
+    /// Rule by which a growing error stops the board.
     pub growth: GrowthRule,
     /// Choice of the camera.
     pub camera: CameraSettings,
-    /// The rig of an emulation; absent for a real one.
+    /// The simulated rig; absent for a real one.
     pub simulation: Option<Simulation>,
 }
 
-/// The serial port.
+/// Serial port of the board.
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct BoardPort {
@@ -62,7 +63,7 @@ fn default_baud() -> u32 {
     115_200
 }
 
-/// What the motors may do.
+/// Limits of the motors, and their drivers.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Motors {
@@ -74,15 +75,15 @@ pub struct Motors {
     pub microsteps: u8,
     /// Lowest and highest position, full steps from where the board started.
     pub travel: [Finite; 2],
-    /// Which of A, B, C turn the wrong way round.
+    /// Whether A, B, C turn the wrong way round.
     #[serde(default)]
     pub reversed: [bool; 3],
-    /// What turns them.
+    /// The drivers of the motors.
     #[serde(default)]
     pub driver: Driver,
 }
 
-/// A box in the rig frame.
+/// Box in the rig frame.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Box3 {
@@ -128,11 +129,11 @@ pub struct GrowthRule {
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Simulation {
-    /// Motor points A, B, C, metres.
+    /// Motor points A, B, C, metres in the rig frame.
     pub motors: [[Finite; 3]; 3],
     /// Pulley radii, metres.
     pub pulley_radii: [Finite; 3],
-    /// Where the ball hangs at first, metres.
+    /// First position of the ball, metres in the rig frame.
     pub start: [Finite; 3],
 }
 
@@ -148,7 +149,7 @@ impl Simulation {
     }
 }
 
-/// A value that the chip cannot be told.
+/// Value that the board cannot be sent.
 #[derive(Debug, Error, PartialEq)]
 #[error("`{key}` = {value} {why}")]
 pub struct OutOfRange {
@@ -156,15 +157,15 @@ pub struct OutOfRange {
     pub key: &'static str,
     /// Its value.
     pub value: f64,
-    /// What is wrong with it.
+    /// Reason.
     pub why: &'static str,
 }
 
-/// A value for which the wire has no room.
+/// Reason of a value that is beyond the range of the wire.
 const NO_ROOM: &str = "is out of the board's range";
 
 impl Rig {
-    /// Reads a rig file. The camera file's path is then relative to where the program runs.
+    /// Reads a rig file. The path of the camera file becomes relative to the working directory.
     ///
     /// # Errors
     /// Where it cannot be read or is not a rig file.
@@ -176,7 +177,7 @@ impl Rig {
         Ok(rig)
     }
 
-    /// The paper's rig, as in `rigs/paper.toml`.
+    /// Returns the paper's rig, as in `rigs/paper.toml`.
     ///
     /// # Errors
     /// None in a released program: the file is part of it.
@@ -184,20 +185,21 @@ impl Rig {
         parse_toml(Path::new("rigs/paper.toml"), PAPER)
     }
 
-    /// Replaces the targets by one, metres in the rig frame.
+    /// Replaces the targets, metres in the rig frame.
     ///
     /// # Errors
     /// Where a coordinate is not finite.
-    pub fn set_target(&mut self, target: [f64; 3]) -> Result<(), NumberError> {
-        let [x, y, z] = target;
-        self.targets = vec![[x.try_into()?, y.try_into()?, z.try_into()?]];
+    pub fn set_targets(&mut self, targets: &[[f64; 3]]) -> Result<(), NumberError> {
+        let finite = |[x, y, z]: [f64; 3]| Ok([x.try_into()?, y.try_into()?, z.try_into()?]);
+        self.targets = targets.iter().copied().map(finite).collect::<Result<_, _>>()?;
         Ok(())
     }
 
-    /// What the board is told, in its own units.
+    /// Returns the configuration of the board, in its own units.
     ///
     /// # Errors
-    /// Names the value that does not fit; the board checks the ranges themselves.
+    /// The first value that is beyond the range of the wire. The board checks its own, narrower
+    /// ranges.
     pub fn config(&self) -> Result<Config, OutOfRange> {
         Ok(Config {
             law: self.law.config()?,
@@ -221,10 +223,10 @@ impl Rig {
         })
     }
 
-    /// The targets in the board's units.
+    /// Returns the targets in the board's units.
     ///
     /// # Errors
-    /// Where one is beyond what the board can be told.
+    /// The first target that is beyond the range of the wire.
     pub fn targets(&self) -> Result<Vec<Point>, OutOfRange> {
         self.targets.iter().map(|&target| point("targets", target)).collect()
     }
@@ -263,7 +265,7 @@ impl DeadlineSettings {
     }
 }
 
-/// `value` as `convert` puts it, or an error that names its key.
+/// Converts `value`. The error names its key.
 fn fit<Q>(
     key: &'static str,
     value: f64,

@@ -8,9 +8,7 @@ use std::str::FromStr;
 
 use clap::{Parser, Subcommand, ValueEnum};
 use plumb_bench::UnknownName;
-use plumb_bench::control::{
-    self, BenchError, Clock, ControllerKind, PAPER_GAMMAS, Report, Suite, SuiteName,
-};
+use plumb_bench::control::{self, Clock, ControllerKind, PAPER_GAMMAS, Report, Suite, SuiteName};
 use plumb_bench::vision::{self, FrameSuite, VisionOptions};
 use plumb_cameras::camera_file;
 use plumb_cameras::source::CameraSource;
@@ -22,7 +20,7 @@ use plumb_vision::detect::{BallDetector, DetectorKind};
 use plumb_vision::frame::RgbdFrame;
 
 use super::print::{Reader, message, tell};
-use super::{Failure, OrFail, numbers, print};
+use super::{Failure, bad_input, numbers, print};
 
 #[derive(Subcommand)]
 pub(crate) enum Command {
@@ -162,7 +160,7 @@ fn bench_control(args: &ControlArgs) -> Result<ExitCode, Failure> {
         tell!("{}: {}\n{}", suite.name, suite.name.about(), Report::HEADING);
         for controller in &controllers {
             let report = measure(controller, suite, args)?;
-            let line = serde_json::to_string(&report).or_failed()?;
+            let line = serde_json::to_string(&report)?;
             reports.push(report);
             if args.json && print::results(line)? == Reader::Gone {
                 break 'suites;
@@ -170,14 +168,14 @@ fn bench_control(args: &ControlArgs) -> Result<ExitCode, Failure> {
         }
     }
     if let (Some(mut svg), Some(file)) = (svg, &args.svg) {
-        svg.write_all(control::draw_curves(&reports).or_failed()?.as_bytes()).or_failed()?;
+        svg.write_all(control::draw_curves(&reports)?.as_bytes())?;
         tell!("curves: {}", file.display());
     }
     Ok(ExitCode::SUCCESS)
 }
 
 fn create(file: &Path) -> Result<File, Failure> {
-    File::create(file).map_err(|error| format!("{}: {error}", file.display())).or_bad_input()
+    File::create(file).map_err(|error| bad_input(format!("{}: {error}", file.display())))
 }
 
 /// Runs a controller on a suite and prints the progress and the result.
@@ -193,10 +191,7 @@ fn measure(
         }
     };
     let rigs = args.first_rig..args.first_rig + args.rigs;
-    let report = match control::run(controller, suite, rigs, args.seed, &mut progress) {
-        error @ Err(BenchError::Range(_) | BenchError::Config(_)) => error.or_bad_input(),
-        result => result.or_failed(),
-    }?;
+    let report = control::run(controller, suite, rigs, args.seed, &mut progress)?;
     tell!("{}{report}", if terminal { "\r\x1b[K" } else { "" });
     if !report.failed.is_empty() {
         let first: Vec<String> = report
@@ -217,9 +212,7 @@ fn measure(
 fn suites(args: &ControlArgs) -> Result<Vec<Suite>, Failure> {
     let with_clock = |arg: &SuiteArg| match arg {
         SuiteArg::Rigs(name) => Ok(Suite { clock: args.clock.into(), ..Suite::new(*name) }),
-        SuiteArg::Paper => {
-            Err("the suite `paper` is of another kind: ask for it alone").or_bad_input()
-        }
+        SuiteArg::Paper => Err(bad_input("the suite `paper` is of another kind: ask for it alone")),
     };
     args.suite.iter().map(with_clock).collect()
 }
@@ -231,7 +224,7 @@ fn controllers(args: &ControlArgs) -> Result<Vec<ControllerKind>, Failure> {
         controllers.push(ControllerKind::Board(LawSettings::default()));
     }
     for law in controllers.iter_mut().filter_map(ControllerKind::settings_mut) {
-        law.set_gamma(args.gamma).or_bad_input()?;
+        law.set_gamma(args.gamma)?;
         if let Some(mean) = args.mean {
             law.set_mean(mean.into());
         }
@@ -241,7 +234,7 @@ fn controllers(args: &ControlArgs) -> Result<Vec<ControllerKind>, Failure> {
 
 /// Runs the suite `paper`.
 fn bench_paper(json: bool) -> Result<ExitCode, Failure> {
-    let suite = control::paper(&PAPER_GAMMAS).or_failed()?;
+    let suite = control::paper(&PAPER_GAMMAS)?;
     tell!(
         "law interval on the paper's task, no noise, 30 Hz: frames to 10 mm (the paper: 17 100/γ)"
     );
@@ -252,7 +245,7 @@ fn bench_paper(json: bool) -> Result<ExitCode, Failure> {
         );
     }
     if json {
-        print::result(serde_json::to_string(&suite).or_failed()?)?;
+        print::result(serde_json::to_string(&suite)?)?;
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -264,14 +257,14 @@ const MAX_BACKGROUND_PIXELS: usize = 400_000_000;
 fn backgrounds(folders: &[PathBuf], camera: &Camera) -> Result<Vec<RgbdFrame>, Failure> {
     let (mut frames, mut pixels) = (Vec::new(), 0);
     for folder in folders {
-        let mut source = TumFolder::open(folder, camera.intrinsics).or_bad_input()?;
-        while let Some(frame) = source.next_frame().or_bad_input()? {
+        let mut source = TumFolder::open(folder, camera.intrinsics)?;
+        while let Some(frame) = source.next_frame()? {
             pixels += frame.colour().pixels().len();
             if pixels > MAX_BACKGROUND_PIXELS {
                 let why = format!(
                     "the backgrounds have more than {MAX_BACKGROUND_PIXELS} pixels; give fewer"
                 );
-                return Err(format!("{}: {why}", folder.display())).or_bad_input();
+                return Err(bad_input(format!("{}: {why}", folder.display())));
             }
             frames.push(frame);
         }
@@ -280,11 +273,11 @@ fn backgrounds(folders: &[PathBuf], camera: &Camera) -> Result<Vec<RgbdFrame>, F
 }
 
 fn bench_vision(args: &VisionArgs) -> Result<ExitCode, Failure> {
-    let camera = camera_file::paper().or_bad_input()?;
+    let camera = camera_file::paper()?;
     let recorded = backgrounds(&args.background, &camera)?;
     let empty = args.empty.unwrap_or(args.frames);
     if recorded.is_empty() && args.suite == FrameSuite::Hard {
-        return Err("the suite `hard` needs a --background FOLDER").or_bad_input();
+        return Err(bad_input("the suite `hard` needs a --background FOLDER"));
     }
     let (suite, frames, seed) = (args.suite, args.frames, args.seed);
     let options = VisionOptions { suite, frames, empty, seed, ..VisionOptions::default() };
@@ -293,11 +286,10 @@ fn bench_vision(args: &VisionArgs) -> Result<ExitCode, Failure> {
         [DetectorKind::Ball.build(&seen), Box::new(RedDetector::new(&seen, options.radius))];
     let report = vision::compare(&camera, &recorded, &mut detectors, &options, &mut |scene| {
         tell!("{scene}")
-    })
-    .or_failed()?;
+    })?;
     tell!("{report}");
     if args.json {
-        print::result(serde_json::to_string(&report).or_failed()?)?;
+        print::result(serde_json::to_string(&report)?)?;
     }
     Ok(ExitCode::SUCCESS)
 }

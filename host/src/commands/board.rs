@@ -10,7 +10,7 @@ use plumb_runtime::rig::Rig;
 use serde_json::json;
 
 use super::print::tell;
-use super::{Failure, OrFail, print};
+use super::{Failure, bad_input, print};
 
 /// Ask the board how it is, have it keep a configuration, or send it into its bootloader
 #[derive(Parser)]
@@ -47,15 +47,15 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
     match args.what {
         What::Status { json } => status(&port, &mut open(&port, args.baud)?, json)?,
         What::Save { rig } => {
-            let config = Rig::read(&rig).or_bad_input()?.config().or_bad_input()?;
+            let config = Rig::read(&rig)?.config()?;
             let mut link = open(&port, args.baud)?;
-            link.configure(config).or_failed()?;
-            link.save().or_failed()?;
+            link.configure(config)?;
+            link.save()?;
             tell!("{port}: the board keeps the configuration of {}", rig.display());
         }
         What::Bootloader => {
-            let serial = Serial::open(&port, args.baud).or_bad_input()?;
-            Link::bootloader(serial).or_failed()?;
+            let serial = Serial::open(&port, args.baud)?;
+            Link::bootloader(serial)?;
             tell!("{port}: the board is on its way into its bootloader");
         }
     }
@@ -64,26 +64,23 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
 
 /// The port of the one board that is plugged in.
 fn only_board() -> Result<String, Failure> {
-    let found = boards().or_bad_input()?;
+    let found = boards()?;
     match &found[..] {
         [port] => Ok(port.clone()),
-        [] => {
-            Err("no Plumb board is on USB; plug it in, or name its port with --port").or_bad_input()
-        }
-        several => Err(format!(
+        [] => Err(bad_input("no Plumb board is on USB; plug it in, or name its port with --port")),
+        several => Err(bad_input(format!(
             "several Plumb boards are on USB; choose one with --port: {}",
             several.join(", ")
-        ))
-        .or_bad_input(),
+        ))),
     }
 }
 
 fn open(port: &str, baud: u32) -> Result<Link<Serial>, Failure> {
-    Link::connect(Serial::open(port, baud).or_bad_input()?).or_failed()
+    Ok(Link::connect(Serial::open(port, baud)?)?)
 }
 
 fn status(port: &str, link: &mut Link<Serial>, json: bool) -> Result<(), Failure> {
-    let telemetry = link.status().or_failed()?;
+    let telemetry = link.status()?;
     let motors = telemetry.motors.map(|steps: Steps16| steps.to_si());
     let rates = telemetry.rates.map(|rate: Rate| rate.to_si());
     let [a, b, c] = motors;

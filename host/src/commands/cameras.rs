@@ -8,7 +8,7 @@ use plumb_cameras::discovery::{Access, Discovery, discover};
 use plumb_cameras::driver::LibraryState;
 
 use super::print::tell;
-use super::{FAILED, Failure, OrFail, print};
+use super::{FAILED, Failure, print};
 
 /// The depth cameras that are there, and what is missing to use them
 ///
@@ -24,7 +24,7 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
     let found = discover(Path::new("/"));
     tell(&found);
     if args.json {
-        print::result(serde_json::to_string(&found).or_failed()?)?;
+        print::result(serde_json::to_string(&found)?)?;
     }
     Ok(if found.cameras.is_empty() { ExitCode::from(FAILED) } else { ExitCode::SUCCESS })
 }

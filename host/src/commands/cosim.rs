@@ -11,7 +11,7 @@ use plumb_sim::cosim::{Cosim, Request};
 use plumb_sim::limits::Limits;
 
 use super::print::{self, Reader};
-use super::{Failure, OrFail, law};
+use super::{Failure, bad_input, law};
 
 /// The board in lock step with any physics engine: JSON lines on standard input and output
 ///
@@ -36,33 +36,33 @@ pub(crate) struct Args {
 
 fn config(args: &Args) -> Result<Config, Failure> {
     if let Some(path) = &args.rig {
-        let mut rig = Rig::read(path).or_bad_input()?;
+        let mut rig = Rig::read(path)?;
         if let Some(law) = &args.law {
             rig.law = law.clone();
         }
-        return rig.config().or_bad_input();
+        return Ok(rig.config()?);
     }
     let law = args.law.clone().unwrap_or_default();
-    let mean = law.mean().config("mean").or_bad_input()?;
-    Ok(Limits::default().config(law.config().or_bad_input()?, mean, 0.010))
+    let mean = law.mean().config("mean")?;
+    Ok(Limits::default().config(law.config()?, mean, 0.010))
 }
 
 /// Longest line of input, bytes: a request has some 150.
 const LONGEST_LINE: u64 = 1 << 16;
 
 pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
-    let mut cosim = Cosim::new(config(&args)?).or_bad_input()?;
+    let mut cosim = Cosim::new(config(&args)?)?;
     let mut input = std::io::stdin().lock();
     for number in 1_u64.. {
-        let wrong = |error: &dyn std::fmt::Display| format!("line {number}: {error}");
-        let line = read_line(&mut input, LONGEST_LINE).map_err(|e| wrong(&e)).or_bad_input()?;
+        let wrong = |error: &dyn std::fmt::Display| bad_input(format!("line {number}: {error}"));
+        let line = read_line(&mut input, LONGEST_LINE).map_err(|e| wrong(&e))?;
         let Some(line) = line else { break };
         if line.trim().is_empty() {
             continue;
         }
-        let request: Request = serde_json::from_str(&line).map_err(|e| wrong(&e)).or_bad_input()?;
-        let answer = cosim.step(&request, args.samples).map_err(|e| wrong(&e)).or_bad_input()?;
-        let answer = serde_json::to_string(&answer).or_failed()?;
+        let request: Request = serde_json::from_str(&line).map_err(|e| wrong(&e))?;
+        let answer = cosim.step(&request, args.samples).map_err(|e| wrong(&e))?;
+        let answer = serde_json::to_string(&answer)?;
         // The engine waits for each line.
         if print::results(answer)? == Reader::Gone {
             break;

@@ -28,10 +28,10 @@ use serde::Serialize;
 
 use super::interrupt::interrupt_flag;
 use super::options::RunOptions;
-use super::outputs::{Outputs, not_begun};
+use super::outputs::Outputs;
 use super::print::tell;
 use super::run_camera::record_folder;
-use super::{Failure, OrFail, law, numbers, print};
+use super::{Failure, Physics, bad_input, failed, law, numbers, print};
 
 /// The paper's task, closed loop: rendered pictures, OpenCV, a serial port, an emulated board, a
 /// simulated rig
@@ -61,6 +61,9 @@ pub(crate) struct Args {
     /// laws.svg
     #[arg(long, conflicts_with_all = ["law", "gamma", "record"])]
     compare: bool,
+    /// Physics of the simulated rig
+    #[arg(long, value_enum, default_value = "quasi-static")]
+    physics: Physics,
     #[command(flatten)]
     options: RunOptions,
 }
@@ -89,8 +92,8 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
 /// The law that was asked for.
 fn chosen(args: &Args) -> Result<LawSettings, Failure> {
     let Some(gamma) = args.gamma else { return Ok(args.law.clone().unwrap_or_default()) };
-    let mut law = args.law.clone().map_or_else(|| law("interval"), Ok).or_bad_input()?;
-    law.set_gamma(gamma).or_bad_input()?;
+    let mut law = args.law.clone().map_or_else(|| law("interval").map_err(bad_input), Ok)?;
+    law.set_gamma(gamma)?;
     Ok(law)
 }
 
@@ -102,33 +105,30 @@ fn drive(
     interrupted: &AtomicBool,
     curve: &mut LawCurve,
 ) -> Result<ExitCode, Failure> {
-    let rig = Rig { law, ..Rig::paper().or_bad_input()? };
-    let camera = camera_file::paper().or_bad_input()?;
+    let rig = Rig { law, ..Rig::paper()? };
+    let camera = camera_file::paper()?;
     let folder = record_folder(args.options.record.as_deref())?;
     let synthetic = synthetic_camera(args, &camera)?;
     let Some(simulation) = rig.simulation.clone() else {
-        return Err("the paper's rig is not simulated").or_bad_input();
+        return Err(bad_input("the paper's rig is not simulated"));
     };
     let motors = simulation.motors();
-    let board = EmulatedBoard::with_plant(
-        EMULATED,
-        args.options.physics.plant(&simulation).or_bad_input()?,
-    );
+    let board = EmulatedBoard::with_plant(EMULATED, args.physics.plant(&simulation)?);
     let mut demo = Demo { args, rig: &rig, camera: &camera, output_dir, interrupted, curve };
     if args.virtual_time {
         let board = Rc::new(RefCell::new(board));
         let Some(simulated) = VirtualRig::new(Rc::clone(&board)) else {
-            return Err("the board moves no rig").or_failed();
+            return Err(failed("the board moves no rig"));
         };
         let source = SimulatedCamera::new(simulated, synthetic, motors, Timing::default());
         run(&mut demo, source, folder, Memory::new(board))
     } else {
-        let served = Rc::new(serve(board).or_failed()?);
+        let served = Rc::new(serve(board)?);
         let port = served.path().to_string_lossy().into_owned();
         tell!("emulated board on {port}");
-        let transport = Serial::open(&port, rig.board.baud).or_failed()?;
+        let transport = Serial::open(&port, rig.board.baud)?;
         let Some(simulated) = ServedRig::new(served) else {
-            return Err("the board moves no rig").or_failed();
+            return Err(failed("the board moves no rig"));
         };
         let source = SimulatedCamera::new(simulated, synthetic, motors, Timing::default());
         run(&mut demo, source, folder, transport)
@@ -141,15 +141,14 @@ fn synthetic_camera(args: &Args, camera: &Camera) -> Result<SyntheticCamera, Fai
         None => Background::Room(Room::furnished()),
         Some(folder) => Background::Frame(first_frame(folder, camera)?),
     };
-    SyntheticCamera::new(camera.clone(), background, Options::default(), args.seed).or_bad_input()
+    SyntheticCamera::new(camera.clone(), background, Options::default(), args.seed)
+        .map_err(Into::into)
 }
 
 fn first_frame(folder: &std::path::Path, camera: &Camera) -> Result<RgbdFrame, Failure> {
-    let mut recording = TumFolder::open(folder, camera.intrinsics).or_bad_input()?;
-    let frame = recording.next_frame().or_bad_input()?;
-    frame
-        .ok_or_else(|| format!("{}: no picture in this recording", folder.display()))
-        .or_bad_input()
+    let mut recording = TumFolder::open(folder, camera.intrinsics)?;
+    let frame = recording.next_frame()?;
+    frame.ok_or_else(|| bad_input(format!("{}: no frame in this recording", folder.display())))
 }
 
 /// What a run is made of, whatever its clock and its link.
@@ -175,10 +174,9 @@ where
     let overflow = if args.virtual_time { Overflow::Block } else { Overflow::Drop };
     let recorder = folder
         .map(|folder| folder.begin(camera_file::PAPER, &camera.intrinsics, overflow))
-        .transpose()
-        .or_bad_input()?;
-    let run = Run::connect(rig, transport).map_err(not_begun)?;
-    let log = RunLog::create(&demo.output_dir, FigureSettings::of(rig)).or_bad_input()?;
+        .transpose()?;
+    let run = Run::connect(rig, transport)?;
+    let log = RunLog::create(&demo.output_dir, FigureSettings::of(rig))?;
     let mut outputs = Outputs::start(log, recorder, overflow)?;
     let result = run.drive(RunParts {
         source: &mut source,
@@ -193,6 +191,6 @@ where
     outputs.conclude(result, |summary| {
         let time = if args.virtual_time { "virtual" } else { "real" };
         let line = Line { summary, true_error_mm, seed: args.seed, time };
-        print::result(serde_json::to_string(&line).or_failed()?)
+        print::result(serde_json::to_string(&line)?)
     })
 }

@@ -18,7 +18,7 @@ use self::link::TerminalLink;
 use self::wire::WireOptions;
 use super::interrupt::interrupt_flag;
 use super::print::tell;
-use super::{Failure, OrFail, Physics, print};
+use super::{Failure, Physics, bad_input, print};
 
 /// An emulated board on a pseudo-terminal, for anything that speaks the protocol
 ///
@@ -59,18 +59,18 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
     let board = match &args.rig {
         None => EmulatedBoard::new(EMULATED),
         Some(path) => {
-            let rig = Rig::read(path).or_bad_input()?;
+            let rig = Rig::read(path)?;
             let simulation =
                 rig.simulation.ok_or_else(|| format!("{}: no [simulation] table", path.display()));
             EmulatedBoard::with_plant(
                 EMULATED,
-                args.physics.plant(&simulation.or_bad_input()?).or_bad_input()?,
+                args.physics.plant(&simulation.map_err(bad_input)?)?,
             )
         }
     };
-    let served = serve(board.with_wire(args.wire.wire())).or_failed()?;
+    let served = serve(board.with_wire(args.wire.wire()))?;
     let link = args.link.as_ref().map(|link| TerminalLink::create(link, served.path()));
-    let link = link.transpose().or_bad_input()?;
+    let link = link.transpose().map_err(bad_input)?;
     print::result(served.path().display())?;
     let mut state = None;
     while !interrupted.load(Ordering::Relaxed) && !served.ended() {
@@ -91,8 +91,8 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
         }
     };
     if args.json {
-        print::result(serde_json::to_string(&line).or_failed()?)?;
+        print::result(serde_json::to_string(&line)?)?;
     }
-    served.stop().or_failed()?;
+    served.stop()?;
     Ok(ExitCode::SUCCESS)
 }

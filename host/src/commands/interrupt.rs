@@ -7,7 +7,7 @@ use std::sync::atomic::AtomicBool;
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 use signal_hook::flag::register;
 
-use super::{Failure, OrFail};
+use super::Failure;
 
 /// Returns a flag that Ctrl-C, SIGTERM and SIGHUP set, so that the motors are ramped down and the
 /// run's folder is finished.
@@ -18,7 +18,7 @@ pub(crate) fn interrupt_flag() -> Result<Arc<AtomicBool>, Failure> {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     for signal in [SIGINT, SIGTERM, SIGHUP] {
         if signal != SIGHUP || !ignores(&status, signal) {
-            register(signal, Arc::clone(&flag)).or_failed()?;
+            register(signal, Arc::clone(&flag))?;
         }
     }
     Ok(flag)

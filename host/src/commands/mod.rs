@@ -7,6 +7,7 @@ pub(crate) mod cameras;
 pub(crate) mod cosim;
 pub(crate) mod demo;
 pub(crate) mod emulate;
+mod exit;
 mod interrupt;
 mod numbers;
 mod options;
@@ -17,8 +18,6 @@ pub(crate) mod run;
 mod run_camera;
 pub(crate) mod verify;
 
-use std::error::Error;
-
 use clap::ValueEnum;
 use plumb_sim::emulator::rig::{Elastic, ElasticParameters, Plant, QuasiStatic, RigError};
 use plumb_vision::camera::Camera;
@@ -27,34 +26,8 @@ use plumb_vision::detect::{BallDetector, DetectorKind};
 use plumb_runtime::rig::{LawSettings, Simulation};
 use plumb_sim::simulated::geometry;
 
-/// Exit code for what did not work out.
-pub(crate) const FAILED: u8 = 1;
-/// Exit code for what cannot be, as it was typed or written.
-const BAD_INPUT: u8 = 2;
-
-/// Why a command ends without having done its work.
-pub(crate) struct Failure {
-    pub(crate) code: u8,
-    pub(crate) error: Box<dyn Error>,
-}
-
-/// Says whose fault an error is.
-trait OrFail<T> {
-    /// What was asked for cannot be: exit code 2.
-    fn or_bad_input(self) -> Result<T, Failure>;
-    /// It was tried and did not work out: exit code 1.
-    fn or_failed(self) -> Result<T, Failure>;
-}
-
-impl<T, E: Into<Box<dyn Error>>> OrFail<T> for Result<T, E> {
-    fn or_bad_input(self) -> Result<T, Failure> {
-        self.map_err(|error| Failure { code: BAD_INPUT, error: error.into() })
-    }
-
-    fn or_failed(self) -> Result<T, Failure> {
-        self.map_err(|error| Failure { code: FAILED, error: error.into() })
-    }
-}
+pub(crate) use exit::Failure;
+use exit::{FAILED, bad_input, failed};
 
 /// Which detector looks for the ball.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -100,11 +73,11 @@ fn law(name: &str) -> Result<LawSettings, String> {
     LawSettings::named(name).ok_or_else(|| format!("one of {}", LawSettings::NAMES.join(", ")))
 }
 
-/// Returns the first of two failures, and tells people of the second.
+/// Returns the first of two failures, and prints the second.
 fn both(first: Result<(), Failure>, second: Result<(), Failure>) -> Result<(), Failure> {
     match (first, second) {
         (Err(first), Err(second)) => {
-            print::tell!("plumb: {}", second.error);
+            second.print();
             Err(first)
         }
         (first, second) => first.and(second),

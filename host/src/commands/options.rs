@@ -1,20 +1,17 @@
-//! What `demo`, `run` and `goto` can all be told.
+//! Options of `demo`, `run` and `goto`.
 
 use std::path::PathBuf;
 
 use clap::Args;
 use plumb_runtime::run_log::OutputDir;
 
-use super::{DetectorName, Physics, numbers};
+use super::{DetectorName, numbers};
 
 #[derive(Args)]
 pub(super) struct RunOptions {
     /// Detector
     #[arg(long, value_enum, default_value = "ball")]
     pub(super) detector: DetectorName,
-    /// How a simulated rig behaves
-    #[arg(long, value_enum, default_value = "quasi-static")]
-    pub(super) physics: Physics,
     /// Seconds until a target is given up
     #[arg(long, default_value_t = 120.0, allow_negative_numbers = true, value_parser = numbers::seconds)]
     pub(super) timeout: f64,

@@ -6,16 +6,15 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use plumb_cameras::record::{Overflow, Recorder};
-use plumb_protocol::message::Refusal;
-use plumb_runtime::link::LinkError;
 use plumb_runtime::observer::{FrameRecord, Observer, RunEvent};
 use plumb_runtime::queued::{QueueSettings, Queued};
 use plumb_runtime::recording::FrameRecorder;
 use plumb_runtime::run::{RunError, Summary};
 use plumb_runtime::run_log::RunLog;
 
+use super::exit::Chain;
 use super::print::{message, tell};
-use super::{FAILED, Failure, OrFail, both};
+use super::{FAILED, Failure, both, failed};
 
 /// Rows that may wait for the disk: 5 minutes at 30 Hz, some 5 MB.
 const LOG_CAPACITY: usize = 9000;
@@ -92,8 +91,8 @@ impl Outputs {
         let folder = log.path().to_owned();
         let settings =
             QueueSettings { name: "run log", capacity: LOG_CAPACITY, overflow, with_frames: false };
-        let log = Queued::new(log, settings).or_failed()?;
-        let progress = Progress::start().or_failed()?;
+        let log = Queued::new(log, settings)?;
+        let progress = Progress::start()?;
         Ok(Self { progress, log, folder, recorder: recorder.map(FrameRecorder::new) })
     }
 
@@ -124,11 +123,12 @@ impl Outputs {
                 let printed = print(&summary);
                 closed.report_unwritten();
                 let (folder, frames) = (closed.folder.display(), summary.frames);
-                let broken = format!("{error} (recorded so far: {folder}, {frames} frames)");
-                both(Err(broken).or_failed(), both(closed.recording, printed))
+                let broken =
+                    format!("{} (recorded so far: {folder}, {frames} frames)", Chain(&*error));
+                both(Err(failed(broken)), both(closed.recording, printed))
                     .map(|()| ExitCode::from(FAILED))
             }
-            Err(error) => Err(error).or_bad_input(),
+            Err(error) => Err(error.into()),
         }
     }
 }
@@ -191,22 +191,11 @@ impl Closed {
 /// Ends a recording and reports it.
 fn report_recording(recorder: Option<FrameRecorder>) -> Result<(), Failure> {
     let Some(recorder) = recorder else { return Ok(()) };
-    let recording = recorder.finish().or_failed()?;
+    let recording = recorder.finish().map_err(failed)?;
     let dropped = match recording.dropped {
         0 => String::new(),
         n => format!(", {n} left out: they came faster than they could be written"),
     };
     tell!("recorded: {} frames in {}{dropped}", recording.frames, recording.folder.display());
     Ok(())
-}
-
-/// Reports why a run could not begin: a board that refuses the configuration finds a mistake in the
-/// rig file.
-pub(super) fn not_begun(error: RunError) -> Failure {
-    let failed = matches!(
-        &error,
-        RunError::Connect(error)
-            if !matches!(error, LinkError::Refused { refusal: Refusal::Config(_), .. })
-    );
-    Failure { code: if failed { FAILED } else { super::BAD_INPUT }, error: error.into() }
 }

@@ -6,7 +6,7 @@ use std::io::{self, ErrorKind, Write};
 use std::thread;
 use std::time::Duration;
 
-use super::{FAILED, Failure};
+use super::{Failure, failed};
 
 /// Writes a line for people to standard error, as `eprintln!` does.
 macro_rules! tell {
@@ -48,10 +48,7 @@ pub(crate) fn results(line: impl fmt::Display) -> Result<Reader, Failure> {
     match Results.write_all(text.as_bytes()).and_then(|()| Results.flush()) {
         Ok(()) => Ok(Reader::Reads),
         Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(Reader::Gone),
-        Err(error) => Err(Failure {
-            code: FAILED,
-            error: format!("standard output: cannot be written: {error}").into(),
-        }),
+        Err(error) => Err(failed(format!("standard output: cannot be written: {error}"))),
     }
 }
 

@@ -7,10 +7,10 @@ use clap::Parser;
 use plumb_cameras::camera_file;
 use plumb_cameras::record::CAMERA_FILE;
 use plumb_cameras::source::{OpenedRecording, open_recording};
-use plumb_runtime::replay::{DebugFolder, ReplayError, replay};
+use plumb_runtime::replay::{DebugFolder, replay};
 
 use super::print::{self, tell};
-use super::{DetectorName, FAILED, Failure, OrFail};
+use super::{DetectorName, FAILED, Failure};
 
 /// Detection and location on a recording (a TUM RGB-D folder or an .oni file): a CSV row a frame
 #[derive(Parser)]
@@ -33,20 +33,19 @@ pub(crate) struct Args {
 
 pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
     let file = args.camera.clone().unwrap_or_else(|| beside(&args.recording));
-    let mut camera = camera_file::read(&file).or_bad_input()?;
+    let mut camera = camera_file::read(&file)?;
     let OpenedRecording { mut source, intrinsics } =
-        open_recording(&args.recording, camera.intrinsics).or_bad_input()?;
+        open_recording(&args.recording, camera.intrinsics)?;
     camera.intrinsics = intrinsics;
     let mut detector = args.detector.detector(&camera);
-    let debug = args.debug.as_deref().map(DebugFolder::create).transpose().or_bad_input()?;
+    let debug = args.debug.as_deref().map(DebugFolder::create).transpose()?;
     let report = |problem: &plumb_runtime::replay::Problem| tell!("plumb: {problem}");
     let (rows, debug) = (print::Results, debug.as_ref());
     let outcome = match replay(&mut *source, &camera, &mut *detector, rows, debug, report) {
         // Whoever reads the rows has enough of them.
         Err(error) if error.is_closed_pipe() => return Ok(ExitCode::SUCCESS),
-        Err(error @ (ReplayError::Write(_) | ReplayError::Debug(_))) => Err(error).or_failed(),
-        result => result.or_bad_input(),
-    }?;
+        result => result?,
+    };
     tell!(
         "{} frames: {} with a ball, {} of them located; {} broken, {} without depth",
         outcome.frames,

@@ -7,6 +7,7 @@ use clap::Parser;
 use plumb_cameras::bounded_read::read_text;
 use plumb_cameras::camera_file;
 use plumb_cameras::record::Overflow;
+use plumb_cameras::settings::SourceName;
 use plumb_cameras::toml_file::MAX_BYTES;
 use plumb_runtime::link::Serial;
 use plumb_runtime::observer::Observer;
@@ -16,9 +17,9 @@ use plumb_runtime::run_log::{FigureSettings, RunLog};
 
 use super::interrupt::interrupt_flag;
 use super::options::RunOptions;
-use super::outputs::{Outputs, not_begun};
+use super::outputs::Outputs;
 use super::run_camera::{RunCamera, record_folder};
-use super::{Failure, OrFail, law, numbers, print};
+use super::{Failure, Physics, bad_input, law, numbers, print};
 
 /// Drive the ball through the targets of a rig file
 ///
@@ -62,18 +63,21 @@ struct Common {
     /// file's]
     #[arg(long, value_parser = law)]
     law: Option<LawSettings>,
+    /// Physics of the simulated rig, where the camera is simulated [default: quasi-static]
+    #[arg(long, value_enum)]
+    physics: Option<Physics>,
     #[command(flatten)]
     run: RunOptions,
 }
 
 pub(crate) fn run(args: RunArgs) -> Result<ExitCode, Failure> {
-    let rig = Rig::read(&args.rig).or_bad_input()?;
+    let rig = Rig::read(&args.rig)?;
     drive(&args.rig, rig, &args.options)
 }
 
 pub(crate) fn goto(args: GotoArgs) -> Result<ExitCode, Failure> {
-    let mut rig = Rig::read(&args.rig).or_bad_input()?;
-    rig.set_target([args.x, args.y, args.z]).or_bad_input()?;
+    let mut rig = Rig::read(&args.rig)?;
+    rig.set_targets(&[[args.x, args.y, args.z]])?;
     drive(&args.rig, rig, &args.options)
 }
 
@@ -81,25 +85,32 @@ fn drive(file: &Path, mut rig: Rig, options: &Common) -> Result<ExitCode, Failur
     if let Some(law) = &options.law {
         rig.law = law.clone();
     }
-    let text = read_text(&rig.camera.file, MAX_BYTES).or_bad_input()?;
-    let camera = camera_file::parse(&rig.camera.file, &text).or_bad_input()?;
+    let text = read_text(&rig.camera.file, MAX_BYTES)?;
+    let camera = camera_file::parse(&rig.camera.file, &text)?;
     let chosen = rig.camera.source(rig.simulation.is_some());
-    let chosen = chosen.map_err(|error| format!("{}: {error}", file.display())).or_bad_input()?;
+    let chosen = chosen.map_err(|error| bad_input(format!("{}: {error}", file.display())))?;
+    if options.physics.is_some() && chosen != SourceName::Simulated {
+        let why = "--physics is of a simulated rig, but the camera of this rig file is real";
+        return Err(bad_input(format!("{}: {why}", file.display())));
+    }
     let port = options.port.as_ref().unwrap_or(&rig.board.port);
-    let transport = Serial::open(port, rig.board.baud).or_bad_input()?;
+    let transport = Serial::open(port, rig.board.baud)?;
     let folder = record_folder(options.run.record.as_deref())?;
     let oni = folder.as_ref().map(|folder| folder.oni());
-    let RunCamera { mut source, camera, mut follower } =
-        RunCamera::open(chosen, &rig, camera, options.run.physics, oni)?;
-    let recorder = folder
-        .map(|folder| folder.begin(&text, &camera.intrinsics, Overflow::Drop))
-        .transpose()
-        .or_bad_input()?;
+    let RunCamera { mut source, camera, mut follower } = RunCamera::open(
+        chosen,
+        &rig,
+        camera,
+        options.physics.unwrap_or(Physics::QuasiStatic),
+        oni,
+    )?;
+    let recorder =
+        folder.map(|folder| folder.begin(&text, &camera.intrinsics, Overflow::Drop)).transpose()?;
 
     let interrupted = interrupt_flag()?;
-    let run = Run::connect(&rig, transport).map_err(not_begun)?;
+    let run = Run::connect(&rig, transport)?;
     let log = RunLog::create(&options.run.output_dir("run"), FigureSettings::of(&rig));
-    let mut outputs = Outputs::start(log.or_bad_input()?, recorder, Overflow::Drop)?;
+    let mut outputs = Outputs::start(log?, recorder, Overflow::Drop)?;
     let mut observers: Vec<&mut dyn Observer> = vec![&mut outputs];
     observers.extend(follower.as_mut().map(|follower| follower as &mut dyn Observer));
     let result = run.drive(RunParts {
@@ -113,7 +124,7 @@ fn drive(file: &Path, mut rig: Rig, options: &Common) -> Result<ExitCode, Failur
     drop(source);
     outputs.conclude(result, |summary| {
         if options.run.json {
-            print::result(serde_json::to_string(summary).or_failed()?)?;
+            print::result(serde_json::to_string(summary)?)?;
         }
         Ok(())
     })

@@ -13,7 +13,7 @@ use plumb_sim::synthetic::{Background, Options, Room, SyntheticCamera};
 use plumb_vision::camera::Camera;
 
 use super::print::tell;
-use super::{Failure, OrFail, Physics};
+use super::{Failure, Physics, bad_input};
 
 /// Open camera of a run.
 pub(crate) struct RunCamera {
@@ -39,7 +39,7 @@ impl RunCamera {
             return simulated(rig, camera, physics);
         }
         let OpenedCamera { source, camera, description, notes } =
-            open_camera(&rig.camera, camera, oni).or_bad_input()?;
+            open_camera(&rig.camera, camera, oni)?;
         if let Some(description) = description {
             tell!("camera: {description}");
         }
@@ -53,19 +53,18 @@ impl RunCamera {
 /// Opens a camera that renders the simulated rig, which follows the board's motors.
 fn simulated(rig: &Rig, camera: Camera, physics: Physics) -> Result<RunCamera, Failure> {
     let Some(simulation) = &rig.simulation else {
-        return Err("no rig is simulated").or_bad_input();
+        return Err(bad_input("no rig is simulated"));
     };
     let motors = simulation.motors();
-    let plant = HilPlant::new(physics.plant(simulation).or_bad_input()?);
+    let plant = HilPlant::new(physics.plant(simulation)?);
     let follower = Some(plant.follower());
     let background = Background::Room(Room::furnished());
-    let synthetic =
-        SyntheticCamera::new(camera.clone(), background, Options::default(), 1).or_bad_input()?;
+    let synthetic = SyntheticCamera::new(camera.clone(), background, Options::default(), 1)?;
     let source = SimulatedCamera::new(plant, synthetic, motors, Timing::default());
     Ok(RunCamera { source: Box::new(source), camera, follower })
 }
 
 /// Creates the folder for a recording, where one is asked for.
 pub(super) fn record_folder(path: Option<&Path>) -> Result<Option<RecordFolder>, Failure> {
-    path.map(RecordFolder::create).transpose().or_bad_input()
+    Ok(path.map(RecordFolder::create).transpose()?)
 }

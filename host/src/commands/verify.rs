@@ -12,7 +12,7 @@ use plumb_runtime::rig::Rig;
 use plumb_verify::{BallPath, Interval, RigFamily};
 
 use self::report::Report;
-use super::{FAILED, Failure, OrFail, numbers, print};
+use super::{FAILED, Failure, bad_input, numbers, print};
 
 /// Proofs about the control laws, for a family of rigs or for a family of Jacobians
 ///
@@ -128,28 +128,28 @@ impl Scope {
         // The paths belong to the rig of the file.
         let is_files_rig = [args.depth, args.width, args.apex].iter().all(Option::is_none);
         let paths = if is_files_rig { base.paths } else { Vec::new() };
-        Ok(Self { rigs: rigs.check().or_bad_input()?, paths })
+        Ok(Self { rigs: rigs.check()?, paths })
     }
 
     /// Returns the rigs around the rig of the file, and its paths.
     fn of_file(args: &Args) -> Result<Self, Failure> {
-        let rig =
-            args.rig.as_ref().map_or_else(Rig::paper, |path| Rig::read(path)).or_bad_input()?;
+        let rig = args.rig.as_ref().map_or_else(Rig::paper, |path| Rig::read(path))?;
         let Some(simulation) = rig.simulation else {
-            return Err("the rig file has no [simulation] with the positions of the motors: \
-                        add it, or give --depth, --width and --apex")
-            .or_bad_input();
+            return Err(bad_input(
+                "the rig file has no [simulation] with the positions of the motors: \
+                        add it, or give --depth, --width and --apex",
+            ));
         };
         let motors = simulation.motors.map(|motor| motor.map(Finite::get));
         let below = Interval::new(MIN_BELOW_M, motors[0][2].max(MIN_BELOW_M));
         if !(0.0..=1.0).contains(&args.tolerance) {
-            return Err("--tolerance is a length from 0 to 1 m").or_bad_input();
+            return Err(bad_input("--tolerance is a length from 0 to 1 m"));
         }
-        let rigs = RigFamily::around(&motors, args.tolerance, MIN_LAMBDA, below).or_bad_input()?;
+        let rigs = RigFamily::around(&motors, args.tolerance, MIN_LAMBDA, below)?;
         let mut start = simulation.start.map(Finite::get);
         let mut paths = Vec::new();
         for target in rig.targets.iter().map(|target| target.map(Finite::get)) {
-            let path = BallPath::new(&motors, start, target).or_bad_input()?;
+            let path = BallPath::new(&motors, start, target)?;
             paths.push(TargetPath { target, path });
             start = target;
         }
@@ -164,7 +164,7 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
         let report = Report::new(&Scope::new(&args)?, args.cells);
         report.print();
         if args.json {
-            print::result(serde_json::to_string(&report).or_failed()?)?;
+            print::result(serde_json::to_string(&report)?)?;
         }
         report.is_proved()
     };

@@ -7,16 +7,16 @@ use plumb_runtime::rig::{LawSettings, Rig};
 use plumb_runtime::run_log::{ComparisonLog, LawCurve, OutputDir};
 
 use super::super::print::tell;
-use super::super::{FAILED, Failure, OrFail, law};
+use super::super::{FAILED, Failure, bad_input, failed, law};
 use super::{Args, drive};
 
 /// Runs every law, in the order of [`LawSettings::NAMES`], into a folder of its own.
 pub(super) fn main(args: &Args, interrupted: &AtomicBool) -> Result<ExitCode, Failure> {
-    let folder = ComparisonLog::create(&args.options.output_dir("laws")).or_bad_input()?;
-    let threshold_m = Rig::paper().or_bad_input()?.reached.radius.get();
+    let folder = ComparisonLog::create(&args.options.output_dir("laws"))?;
+    let threshold_m = Rig::paper()?.reached.radius.get();
     let (mut curves, mut code) = (Vec::new(), ExitCode::SUCCESS);
     for name in LawSettings::NAMES {
-        let settings = law(name).or_bad_input()?;
+        let settings = law(name).map_err(bad_input)?;
         let mut curve = LawCurve::new(settings.title());
         let output_dir = OutputDir::Path(folder.path().join(name));
         let ended = drive(args, settings, output_dir, interrupted, &mut curve)?;
@@ -28,7 +28,7 @@ pub(super) fn main(args: &Args, interrupted: &AtomicBool) -> Result<ExitCode, Fa
             break;
         }
     }
-    let figure = folder.finish(&curves, threshold_m).or_failed()?;
+    let figure = folder.finish(&curves, threshold_m).map_err(failed)?;
     tell!("the laws' errors over time: {}", figure.display());
     Ok(code)
 }

@@ -7,7 +7,7 @@ use plumb_verify::{Nonsingularity, Polytope, PolytopeError, Robustness};
 use serde::{Deserialize, Serialize};
 
 use crate::commands::print::tell;
-use crate::commands::{Failure, OrFail, print};
+use crate::commands::{Failure, print};
 
 /// File that describes a family. The vertices are checked while they are read, so that an error
 /// names the line.
@@ -79,11 +79,11 @@ impl Line {
 
 /// Returns whether every matrix of the family in the file at `path` is proved nonsingular.
 pub(super) fn main(path: &Path, max_patches: usize, json: bool) -> Result<bool, Failure> {
-    let FamilyFile(family) = read_toml(path).or_bad_input()?;
+    let FamilyFile(family) = read_toml(path)?;
     let line = Line::new(&family, &family.robustness(max_patches));
     line.print();
     if json {
-        print::result(serde_json::to_string(&line).or_failed()?)?;
+        print::result(serde_json::to_string(&line)?)?;
     }
     Ok(line.nonsingular == Some(true))
 }

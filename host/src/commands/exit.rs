@@ -1,0 +1,182 @@
+//! Exit codes: one function from an error to a code, for every command.
+
+use std::error::Error;
+use std::fmt;
+use std::process::ExitCode;
+
+use plumb_bench::control::{BenchError, ControlError};
+use plumb_bench::vision::VisionError;
+use plumb_cameras::record::RecordError;
+use plumb_protocol::message::Refusal;
+use plumb_runtime::link::LinkError;
+use plumb_runtime::replay::ReplayError;
+use plumb_runtime::run::RunError;
+use plumb_runtime::run_log::RunLogError;
+use thiserror::Error;
+
+use super::print::tell;
+
+/// Exit code of a command that did its work and did not succeed, and of a command that failed: a
+/// target is not reached, a board is silent, a disk is full.
+pub(crate) const FAILED: u8 = 1;
+
+/// Exit code of a command that cannot begin because of its input: an option, a file or a port.
+pub(crate) const BAD_INPUT: u8 = 2;
+
+/// Error that ends a command, and its exit code.
+pub(crate) struct Failure {
+    code: u8,
+    error: Box<dyn Error>,
+}
+
+/// Mistake in the input, in words.
+#[derive(Debug, Error)]
+#[error("{0}")]
+struct InputError(String);
+
+/// Failure of a command, in words.
+#[derive(Debug, Error)]
+#[error("{0}")]
+struct CommandError(String);
+
+/// Returns the failure of a command for a mistake in its input.
+pub(crate) fn bad_input(message: impl fmt::Display) -> Failure {
+    InputError(message.to_string()).into()
+}
+
+/// Returns the failure of a command that could not do its work.
+pub(crate) fn failed(message: impl fmt::Display) -> Failure {
+    CommandError(message.to_string()).into()
+}
+
+impl<E: Error + 'static> From<E> for Failure {
+    fn from(error: E) -> Self {
+        Self { code: exit_code(&error), error: error.into() }
+    }
+}
+
+impl Failure {
+    /// Prints the error. Returns the exit code.
+    pub(crate) fn report(&self) -> ExitCode {
+        self.print();
+        ExitCode::from(self.code)
+    }
+
+    /// Prints the error, without its consequences.
+    pub(crate) fn print(&self) {
+        tell!("plumb: {}", Chain(&*self.error));
+    }
+}
+
+/// Error with its causes, which are left out where the message of the error ends with theirs.
+pub(super) struct Chain<'a>(pub(super) &'a dyn Error);
+
+impl fmt::Display for Chain<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut text = self.0.to_string();
+        let mut source = self.0.source();
+        while let Some(cause) = source {
+            let message = cause.to_string();
+            if !text.contains(&message) {
+                text = format!("{text}: {message}");
+            }
+            source = cause.source();
+        }
+        f.write_str(&text)
+    }
+}
+
+/// Returns the exit code for an error. An error that is not listed is a mistake in the input: what
+/// is read and checked before the work begins has many types of error.
+fn exit_code(error: &(dyn Error + 'static)) -> u8 {
+    if let Some(error) = error.downcast_ref::<LinkError>() {
+        return link_exit_code(error);
+    }
+    if let Some(error) = error.downcast_ref::<RunError>() {
+        return match error {
+            RunError::Connect(error) => link_exit_code(error),
+            RunError::Broken { .. } => FAILED,
+            _ => BAD_INPUT,
+        };
+    }
+    let is_failure = match error.downcast_ref::<BenchError>() {
+        Some(error) => !matches!(error, BenchError::Range(_) | BenchError::Config(_)),
+        None => false,
+    } || matches!(
+        error.downcast_ref(),
+        Some(ReplayError::Write(_) | ReplayError::Debug(_))
+    ) || matches!(
+        error.downcast_ref(),
+        Some(RunLogError::Csv { .. } | RunLogError::Json { .. } | RunLogError::Figure { .. })
+    ) || matches!(error.downcast_ref(), Some(RecordError::Thread))
+        || error.is::<ControlError>()
+        || error.is::<VisionError>()
+        || error.is::<CommandError>()
+        || error.is::<std::io::Error>()
+        || error.is::<serde_json::Error>();
+    if is_failure { FAILED } else { BAD_INPUT }
+}
+
+/// Returns the exit code for an error of the link. A port that cannot be opened, and a
+/// configuration that the board refuses, are mistakes in the input.
+fn link_exit_code(error: &LinkError) -> u8 {
+    match error {
+        LinkError::Absent { .. }
+        | LinkError::Busy { .. }
+        | LinkError::Permission { .. }
+        | LinkError::Open { .. }
+        | LinkError::Ports { .. }
+        | LinkError::Refused { refusal: Refusal::Config(_), .. } => BAD_INPUT,
+        _ => FAILED,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use plumb_protocol::message::ConfigField;
+
+    use super::*;
+
+    fn silent() -> LinkError {
+        let waited = Duration::from_secs(1);
+        LinkError::Silent { port: "port".to_owned(), what: "the greeting", waited }
+    }
+
+    fn code(error: impl Error + 'static) -> u8 {
+        Failure::from(error).code
+    }
+
+    #[test]
+    fn a_silent_board_is_the_same_failure_for_every_command() {
+        assert_eq!([code(silent()), code(RunError::Connect(silent()))], [FAILED; 2]);
+    }
+
+    #[test]
+    fn mistakes_in_the_input_are_told_from_failures() {
+        let refusal = Refusal::Config(ConfigField::Travel);
+        let refused = || LinkError::Refused { what: "the configuration", refusal };
+        let absent = LinkError::Absent { port: "port".to_owned() };
+        assert_eq!(code(refused()), BAD_INPUT);
+        assert_eq!(code(RunError::Connect(refused())), BAD_INPUT);
+        assert_eq!(code(absent), BAD_INPUT);
+        assert_eq!(code(RunError::NoTargets), BAD_INPUT);
+        assert_eq!(code(RunLogError::Exists("run".into())), BAD_INPUT);
+        assert_eq!(bad_input("an option").code, BAD_INPUT);
+        assert_eq!(code(std::io::Error::other("a full disk")), FAILED);
+        assert_eq!(code(RecordError::Thread), FAILED);
+        assert_eq!(failed("a full disk").code, FAILED);
+    }
+
+    #[test]
+    fn causes_are_printed_once() {
+        #[derive(Debug, Error)]
+        #[error("the camera cannot be opened")]
+        struct Outer(#[source] CommandError);
+        let outer = Outer(CommandError("it is busy".to_owned()));
+        assert_eq!(Chain(&outer).to_string(), "the camera cannot be opened: it is busy");
+        let ports = RunError::Connect(silent());
+        assert_eq!(Chain(&ports).to_string(), ports.to_string());
+    }
+}
