@@ -102,32 +102,31 @@ pub fn localise(circle: &Circle, frame: &RgbdFrame, camera: &Camera) -> Option<G
 /// The densest group of votes counts, because objects in front of the ball and behind it vote for
 /// other depths; its median is the depth. Returns `None` if the group is too small.
 pub fn centre_depth(circle: &Circle, frame: &RgbdFrame, ball_radius: f64) -> Option<CentreDepth> {
-    let disc = (circle.u, circle.v, circle.radius);
     let depth = DepthView::new(frame);
-    agreed_depth(disc, &depth, ball_radius, &LocaliseParameters::DEFAULT, |_, _| true)
+    agreed_depth(circle, &depth, ball_radius, &LocaliseParameters::DEFAULT, |_, _| true)
 }
 
-/// As [`centre_depth`], of a disc (column, row, radius, pixels) that is not refined yet, from fewer
-/// pixels: those that `counts` accepts.
+/// As [`centre_depth`], of a circle that is not refined yet, from fewer pixels: those that `counts`
+/// accepts.
 pub(crate) fn rough_centre_depth(
-    disc: (f64, f64, f64),
+    circle: &Circle,
     depth: &DepthView,
     ball_radius: f64,
     counts: impl Fn(f64, f64) -> bool,
 ) -> Option<CentreDepth> {
-    agreed_depth(disc, depth, ball_radius, &LocaliseParameters::ROUGH, counts)
+    agreed_depth(circle, depth, ball_radius, &LocaliseParameters::ROUGH, counts)
 }
 
 /// Returns the depth that the likeliest group of votes agrees on.
 fn agreed_depth(
-    disc: (f64, f64, f64),
+    circle: &Circle,
     depth: &DepthView,
     ball_radius: f64,
     parameters: &LocaliseParameters,
     counts: impl Fn(f64, f64) -> bool,
 ) -> Option<CentreDepth> {
-    let Votes { mut depths, pixels } = read_votes(disc, depth, ball_radius, parameters, counts);
-    let expected = depth.intrinsics().depth_of(ball_radius, disc.2);
+    let Votes { mut depths, pixels } = read_votes(circle, depth, ball_radius, parameters, counts);
+    let expected = depth.intrinsics().depth_of(ball_radius, circle.radius);
     depths.sort_unstable_by(f64::total_cmp);
     // An object in front of the ball may hide most of it, but it has not the size of a ball at its
     // depth.
@@ -153,9 +152,9 @@ struct Votes {
     pixels: usize,
 }
 
-/// Reads the votes of the pixels on the disc (column, row, radius) that `counts` accepts.
+/// Reads the votes of the pixels in the circle that `counts` accepts.
 fn read_votes(
-    (u, v, radius): (f64, f64, f64),
+    &Circle { u, v, radius, .. }: &Circle,
     depth: &DepthView,
     ball_radius: f64,
     parameters: &LocaliseParameters,

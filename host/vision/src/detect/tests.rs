@@ -64,8 +64,8 @@ proptest! {
 fn the_ball_is_found_in_disturbed_images() {
     let truth = usual_ball().seen(&INTRINSICS);
     let (u, v, r) = (truth.u, truth.v, truth.radius);
-    type Spoil = Box<dyn Fn(&mut Scene)>;
-    let cases: [(&str, f64, Spoil); 8] = [
+    type Disturb = Box<dyn Fn(&mut Scene)>;
+    let cases: [(&str, f64, Disturb); 8] = [
         ("dim", 0.25, Box::new(|_| ())),
         ("overexposed", 2.5, Box::new(|_| ())),
         ("a dark cable", 1.0, Box::new(move |s| s.add_cable((u, v), 1.2, 4, 15.0))),
@@ -75,13 +75,7 @@ fn the_ball_is_found_in_disturbed_images() {
         (
             "no depth on it",
             1.0,
-            Box::new(|s| {
-                s.each_pixel(|_, _, _, d| {
-                    if *d < 10_000 {
-                        *d = 0
-                    }
-                })
-            }),
+            Box::new(|s| s.each_pixel(|_, _, _, d| *d = if *d < 10_000 { 0 } else { *d })),
         ),
         (
             "an object in front of a third of it",
@@ -95,9 +89,9 @@ fn the_ball_is_found_in_disturbed_images() {
             }),
         ),
     ];
-    for (name, light, spoil) in cases {
+    for (name, light, disturb) in cases {
         let (mut scene, truth) = in_front_of_wall(&Ball { light, ..usual_ball() });
-        spoil(&mut scene);
+        disturb(&mut scene);
         let found = detect(&scene.frame(0.0).unwrap());
         assert!(miss(found, &truth) < 0.15, "{name}: {found:?} {truth:?}");
     }

@@ -1,6 +1,7 @@
 //! Depth on a disc: where the ball's centre is, and what hides it.
 
 use super::view::{Disc, FrameView};
+use crate::geometry::Circle;
 use crate::localise::{CentreDepth, rough_centre_depth};
 
 /// Spacing of the places on a disc that are read, in its radius.
@@ -52,9 +53,9 @@ impl FrameView<'_> {
     /// Only pixels that `counts` accepts are read.
     fn agreed_depth(&self, disc: &Disc, counts: impl Fn(f64, f64) -> bool) -> Option<f64> {
         let parameters = &self.parameters.decide;
-        let circle = (disc.u, disc.v, disc.radius);
+        let circle = Circle::rough(disc.u, disc.v, disc.radius);
         let CentreDepth { depth, support, .. } =
-            rough_centre_depth(circle, &self.depth, self.ball_radius, counts)?;
+            rough_centre_depth(&circle, &self.depth, self.ball_radius, counts)?;
         let visible = (1.0 - self.covered_part(disc, depth)).max(parameters.min_visible);
         (support >= parameters.min_depth_support * visible).then_some(depth)
     }
