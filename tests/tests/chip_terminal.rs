@@ -13,7 +13,7 @@ use plumb_runtime::link::Serial;
 use plumb_runtime::rig::Rig;
 use plumb_runtime::run::{Run, RunParts};
 use plumb_sim::simulated::{HilPlant, SimulatedCamera, Timing};
-use plumb_sim::synthetic::{Background, Material, Options, Room, SyntheticCamera};
+use plumb_sim::synthetic::{Background, Material, RenderOptions, Room, SyntheticCamera};
 use plumb_tests::chip::firmware_image;
 use plumb_vision::detect::DetectorKind;
 
@@ -46,8 +46,8 @@ fn a_run_drives_the_real_firmware_over_a_serial_port() {
     rig.law.set_gamma(200.0).expect("a gain");
     let camera = camera_file::paper().expect("the paper's camera");
     let background = Background::Room(Room::bare(Material::from_srgb(150, 150, 145)));
-    let synthetic =
-        SyntheticCamera::new(camera.clone(), background, Options::default(), 1).expect("a camera");
+    let synthetic = SyntheticCamera::new(camera.clone(), background, RenderOptions::default(), 1)
+        .expect("a camera");
     let plant = QuasiStatic::new(task.geometry, task.start).expect("the paper's rig");
     let plant = HilPlant::new(Box::new(plant));
     let mut follower = plant.follower();

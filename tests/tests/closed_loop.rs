@@ -20,7 +20,7 @@ use plumb_runtime::rig::Rig;
 use plumb_runtime::run::{Run, RunParts, Summary};
 use plumb_runtime::run_log::{FigureSettings, OutputDir, RunLog};
 use plumb_sim::simulated::{SimulatedCamera, Timing, VirtualRig};
-use plumb_sim::synthetic::{Background, Options, Room, SyntheticCamera};
+use plumb_sim::synthetic::{Background, RenderOptions, Room, SyntheticCamera};
 use plumb_tests::bench::{Bench, RATE_HZ, bench};
 use plumb_tests::links::{link, usable_links};
 use plumb_tests::plants::{Linear, Miswired};
@@ -227,8 +227,9 @@ fn run(seed: u64, folder: std::path::PathBuf) -> Summary {
     let rig = rig(200.0);
     let camera = camera_file::paper().expect("the paper's camera");
     let background = Background::Room(Room::furnished());
-    let synthetic = SyntheticCamera::new(camera.clone(), background, Options::default(), seed)
-        .expect("a camera");
+    let synthetic =
+        SyntheticCamera::new(camera.clone(), background, RenderOptions::default(), seed)
+            .expect("a camera");
     let plant = Box::new(paper_plant());
     let board = std::rc::Rc::new(std::cell::RefCell::new(
         EmulatedBoard::with_plant(EMULATED, plant).with_wire((link("115200 baud").wire)(seed)),

@@ -1,12 +1,17 @@
-//! `plumb bench vision`: detectors on seeded scenes, and their time against the paper's detector.
+//! `plumb bench vision`: compares detectors on frames from a seed, and their times with the paper's
+//! detector.
 
+mod backdrops;
 mod baselines;
 mod hard;
+mod labelled;
 mod report;
 mod run;
+mod scene_kind;
 mod scenes;
+mod stats;
 mod table;
-mod tally;
+
 mod timing;
 
 use std::fmt::{self, Display, Formatter};
@@ -21,7 +26,7 @@ use crate::UnknownName;
 use baselines::{Hough, HsvMoments};
 use plumb_sim::synthetic::SyntheticError;
 pub use report::{DetectorReport, SceneReport, VisionReport};
-use run::Bench;
+use run::Comparison;
 use timing::OneThread;
 
 /// Set of frames to search.
@@ -64,30 +69,30 @@ impl FromStr for FrameSuite {
     }
 }
 
-/// What is rendered.
+/// Options of a comparison.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct VisionOptions {
-    /// Which pictures.
+    /// Frames to search.
     pub suite: FrameSuite,
-    /// Pictures of each kind of scene; at least 1.
+    /// Number of frames of each kind of scene with a ball; at least 1.
     pub frames: usize,
-    /// Pictures of each kind of scene without a ball; at least 1.
+    /// Number of frames of each kind of scene without a ball; at least 1.
     pub empty: usize,
-    /// Balls in recorded pictures, where there are any.
+    /// Number of balls composited into recorded frames, if there are any.
     pub recorded_balls: usize,
-    /// What everything random comes from.
+    /// Seed of all random numbers.
     pub seed: u64,
-    /// Radius of the ball, pixels, ±15 % where the scene does not say another.
+    /// Radius of the ball, pixels, ±15 % unless the scene has another.
     pub radius: f64,
-    /// Columns of the rendered pictures.
+    /// Width of the rendered frames, pixels.
     pub width: u16,
-    /// Rows of the rendered pictures.
+    /// Height of the rendered frames, pixels.
     pub height: u16,
 }
 
 impl Default for VisionOptions {
-    /// 20 pictures a scene, with a ball and without, at 640x480, balls of about 20 pixels, 60 in
-    /// recorded pictures.
+    /// 20 frames a scene, with and without a ball, at 640x480, balls of about 20 pixels radius, 60
+    /// balls in recorded frames.
     fn default() -> Self {
         let (suite, radius) = (FrameSuite::Scenes, 20.0);
         Self {
@@ -103,55 +108,54 @@ impl Default for VisionOptions {
     }
 }
 
-/// Why there is no comparison.
+/// Reason that a comparison gave no result.
 #[derive(Debug, Error)]
 pub enum VisionError {
     /// A scene could not be rendered.
     #[error("{0}")]
     Scene(#[from] SyntheticError),
-    /// A detector could not search a picture.
+    /// A detector failed on a frame.
     #[error("detector {name}, scene \"{scene}\": {error}")]
     Detect {
-        /// Which detector.
+        /// Name of the detector.
         name: &'static str,
-        /// In which scene.
+        /// Name of the scene.
         scene: &'static str,
-        /// What it said.
+        /// Error of the detector.
         error: DetectError,
     },
     /// OpenCV refused an operation.
     #[error("OpenCV: {0}")]
     OpenCv(#[from] opencv::Error),
-    /// A number that cannot be.
+    /// An invalid number.
     #[error("bench vision: {what} is {value}, but must be {must}")]
     Value {
-        /// Which number.
+        /// Name of the number.
         what: &'static str,
-        /// What it is.
+        /// Its value.
         value: f64,
-        /// What it may be.
+        /// Its valid range.
         must: &'static str,
     },
 }
 
-/// Returns the camera of the pictures of `suite`: the intrinsics and the ball's hue of `camera`,
-/// where the scenes are built for, and with the ball of the suite `hard` for that suite.
+/// Returns the camera of the frames of `suite`: the intrinsics and the ball's hue of `camera`, at
+/// the pose that the scenes assume, with the ball of the suite.
 pub fn suite_camera(suite: FrameSuite, camera: &Camera) -> Camera {
-    let placed = scenes::placed(camera);
+    let placed = backdrops::placed(camera);
     match suite {
         FrameSuite::Hard => Camera { ball_diameter: hard::DIAMETER, ..placed },
         FrameSuite::Scenes | FrameSuite::Empty => placed,
     }
 }
 
-/// Runs `detectors`, and what every tutorial does with OpenCV, over the pictures, each searched
-/// like a first one. The detectors must be made for the [`suite_camera`] of `camera`;
-/// `recorded` pictures, if any, are backgrounds of what needs some, else that is left out;
-/// `progress` is told the name of each scene. OpenCV runs on one thread meanwhile.
+/// Runs `detectors` and two common OpenCV methods over the frames, each frame without knowledge of
+/// the one before. The detectors must be made for the [`suite_camera`] of `camera`. Scenes with a
+/// recorded background are left out if there are no `recorded` frames. Calls `progress` with the
+/// name of each scene. OpenCV runs on one thread meanwhile.
 ///
 /// # Errors
-/// Where a scene could not be rendered (intrinsics that do not fit the pictures) or a detector
-/// failed.
+/// If an option is out of range, the intrinsics do not fit the frames, or a detector fails.
 pub fn compare(
     camera: &Camera,
     recorded: &[RgbdFrame],
@@ -166,16 +170,17 @@ pub fn compare(
     let detectors: Vec<&mut Box<dyn BallDetector>> =
         detectors.iter_mut().chain(&mut baselines).collect();
     let _one = OneThread::new()?;
-    let mut bench = Bench::new(camera, recorded, options, progress, detectors);
+    let mut comparison = Comparison::new(camera, recorded, options, progress, detectors);
     if options.suite != FrameSuite::Hard {
-        bench.scenes()?;
+        comparison.scenes()?;
     }
     if options.suite != FrameSuite::Scenes && !recorded.is_empty() {
-        bench.hard()?;
+        comparison.hard()?;
     }
-    Ok(bench.report())
+    Ok(comparison.report())
 }
 
+/// Checks the options.
 fn check(options: &VisionOptions) -> Result<(), VisionError> {
     if options.frames == 0 || options.empty == 0 {
         return Err(VisionError::Value {
@@ -184,8 +189,8 @@ fn check(options: &VisionOptions) -> Result<(), VisionError> {
             must: "1 or more",
         });
     }
-    let room = f64::from(options.width.min(options.height)) / 6.0;
-    if !(2.0..=room).contains(&options.radius) {
+    let max = f64::from(options.width.min(options.height)) / 6.0;
+    if !(2.0..=max).contains(&options.radius) {
         let must = "at least 2 pixels and at most a sixth of the picture";
         return Err(VisionError::Value { what: "the ball's radius", value: options.radius, must });
     }

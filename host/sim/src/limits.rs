@@ -1,16 +1,16 @@
-//! The motors' limits that all contenders share, and the board that is configured with them.
+//! Motor limits that all benchmarks share, and a board configuration with them.
 
 use plumb_protocol::config::{
     Config, Deadlines, Drivers, Growth, Law, Motor, Reached, StepDir, Workspace,
 };
 use plumb_protocol::units::{Acceleration, Micrometres, Milliseconds, Point, Rate, Steps16};
 
-/// What a motor may do.
+/// Limits of a motor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Limits {
-    /// Full steps/s.
+    /// Greatest rate, full steps/s.
     pub rate: f64,
-    /// Full steps/s².
+    /// Greatest acceleration, full steps/s².
     pub acceleration: f64,
 }
 
@@ -21,11 +21,12 @@ impl Default for Limits {
     }
 }
 
-/// ±4 m, the widest that a board takes.
-const WIDEST: i32 = 4_000_000;
+/// Half the width of the largest workspace that a board accepts, µm.
+const MAX_WORKSPACE: i32 = 4_000_000;
 
 impl Limits {
-    /// A board that is stopped by nothing but lost positions: guards are tried elsewhere.
+    /// Returns a configuration in which only lost positions stop the board. Other tests cover the
+    /// guards.
     pub fn config(&self, law: Law, mean: Milliseconds, threshold_m: f64) -> Config {
         let motor = Motor {
             max_rate: Rate((self.rate * 256.0) as i32),
@@ -39,8 +40,8 @@ impl Limits {
             motors: [motor; 3],
             microsteps: 16,
             workspace: Workspace {
-                min: Point([Micrometres(-WIDEST); 3]),
-                max: Point([Micrometres(WIDEST); 3]),
+                min: Point([Micrometres(-MAX_WORKSPACE); 3]),
+                max: Point([Micrometres(MAX_WORKSPACE); 3]),
             },
             reached: Reached { radius: Micrometres((threshold_m * 1e6) as i32), frames: 10 },
             deadlines: Deadlines {

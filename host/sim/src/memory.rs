@@ -1,4 +1,4 @@
-//! An emulated board at the other end of a link, in memory.
+//! A transport to an emulated board in memory.
 
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -10,13 +10,13 @@ use plumb_runtime::link::{LinkError, Transport};
 
 use crate::simulated::SimulationError;
 
-/// An emulated board in this process, in virtual time: waiting lets its time pass.
+/// Transport to an emulated board in this process, in virtual time. Waiting advances its clock.
 pub struct Memory {
     board: Rc<RefCell<EmulatedBoard>>,
 }
 
 impl Memory {
-    /// A link to `board`.
+    /// Creates a transport to `board`.
     pub fn new(board: Rc<RefCell<EmulatedBoard>>) -> Self {
         Self { board }
     }

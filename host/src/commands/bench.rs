@@ -46,13 +46,16 @@ pub(crate) struct ControlArgs {
     #[arg(long, value_delimiter = ',')]
     law: Vec<ControllerKind>,
     /// Gain of the law interval, 1/s at 0.471 mm of cable a step
-    #[arg(long, default_value_t = 450.0, allow_negative_numbers = true, value_parser = numbers::positive)]
+    #[arg(long, default_value_t = 450.0, allow_negative_numbers = true)]
+    #[arg(value_parser = numbers::positive)]
     gamma: f64,
     /// Number of rigs
-    #[arg(long, default_value_t = 300, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    #[arg(long, default_value_t = 300)]
+    #[arg(value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     rigs: u64,
     /// Number of the first of them, to look at one again that failed
-    #[arg(long, default_value_t = 0, value_parser = clap::value_parser!(u64).range(..=1_000_000_000))]
+    #[arg(long, default_value_t = 0)]
+    #[arg(value_parser = clap::value_parser!(u64).range(..=1_000_000_000))]
     first_rig: u64,
     /// Seed of rigs and noise
     #[arg(long, default_value_t = 1)]
@@ -250,7 +253,8 @@ fn bench_paper(json: bool) -> Result<ExitCode, Failure> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Greatest number of pixels of all backgrounds, which stay in memory: 1300 frames of 640x480, 2 GB.
+/// Greatest number of pixels of all backgrounds, which stay in memory: 1300 frames of 640x480, 2
+/// GB.
 const MAX_BACKGROUND_PIXELS: usize = 400_000_000;
 
 /// Reads the frames of the recordings in `folders`.

@@ -21,7 +21,7 @@ use plumb_runtime::run_log::{FigureSettings, LawCurve, OutputDir, RunLog};
 use plumb_sim::emulator::{EMULATED, EmulatedBoard, serve};
 use plumb_sim::memory::Memory;
 use plumb_sim::simulated::{ServedRig, SimClock, SimulatedCamera, Timing, VirtualRig};
-use plumb_sim::synthetic::{Background, Options, Room, SyntheticCamera};
+use plumb_sim::synthetic::{Background, RenderOptions, Room, SyntheticCamera};
 use plumb_vision::camera::Camera;
 use plumb_vision::frame::RgbdFrame;
 use serde::Serialize;
@@ -141,7 +141,7 @@ fn synthetic_camera(args: &Args, camera: &Camera) -> Result<SyntheticCamera, Fai
         None => Background::Room(Room::furnished()),
         Some(folder) => Background::Frame(first_frame(folder, camera)?),
     };
-    SyntheticCamera::new(camera.clone(), background, Options::default(), args.seed)
+    SyntheticCamera::new(camera.clone(), background, RenderOptions::default(), args.seed)
         .map_err(Into::into)
 }
 

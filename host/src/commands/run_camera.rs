@@ -9,7 +9,7 @@ use plumb_cameras::settings::SourceName;
 use plumb_cameras::source::CameraSource;
 use plumb_runtime::rig::Rig;
 use plumb_sim::simulated::{Follower, HilPlant, SimulatedCamera, Timing};
-use plumb_sim::synthetic::{Background, Options, Room, SyntheticCamera};
+use plumb_sim::synthetic::{Background, RenderOptions, Room, SyntheticCamera};
 use plumb_vision::camera::Camera;
 
 use super::print::tell;
@@ -59,7 +59,7 @@ fn simulated(rig: &Rig, camera: Camera, physics: Physics) -> Result<RunCamera, F
     let plant = HilPlant::new(physics.plant(simulation)?);
     let follower = Some(plant.follower());
     let background = Background::Room(Room::furnished());
-    let synthetic = SyntheticCamera::new(camera.clone(), background, Options::default(), 1)?;
+    let synthetic = SyntheticCamera::new(camera.clone(), background, RenderOptions::default(), 1)?;
     let source = SimulatedCamera::new(plant, synthetic, motors, Timing::default());
     Ok(RunCamera { source: Box::new(source), camera, follower })
 }

@@ -14,8 +14,8 @@ const MAX_RATIO: f64 = 6.0;
 /// Width and height of the plot, pixels.
 const SIZE: (u32, u32) = (1200, 720);
 
-/// Returns the curves of `reports` as SVG: share of runs over time to the threshold, in multiples of
-/// the oracle's time.
+/// Returns the curves of `reports` as SVG: share of runs over time to the threshold, in multiples
+/// of the oracle's time.
 ///
 /// # Errors
 /// If the plotting library fails.

@@ -20,9 +20,9 @@ impl Kinematic {
         Self { geometry, start_m: geometry.cable_lengths_m(&start), ball: start }
     }
 
-    /// Returns the lower of the two points with these distances (metres) from motors A, B and C. The
-    /// spheres around A and B and around A and C give its projection into the motors' plane; the
-    /// length of A's cable gives its distance below the plane.
+    /// Returns the lower of the two points with these distances (metres) from motors A, B and C.
+    /// The spheres around A and B and around A and C give its projection into the motors' plane;
+    /// the length of A's cable gives its distance below the plane.
     fn lowest_point(&self, lengths: [f64; 3]) -> Option<Point3<f64>> {
         let [a, b, c] = *self.geometry.motors();
         let normal = (b - a).cross(&(c - a)).normalize();

@@ -12,8 +12,8 @@ use plumb_protocol::units::{Micros, Point, Steps16};
 
 use super::simulate::Controller;
 
-/// Any [`Law`] in the board's own [`Servo`] and [`Planner`]. With the board's law in it, the controller
-/// does what a board does, up to rounding.
+/// Any [`Law`] in the board's own [`Servo`] and [`Planner`]. With the board's law in it, the
+/// controller does what a board does, up to rounding.
 pub(super) struct LawController {
     servo: Servo<BoxedLaw>,
     /// The law, where the board's configuration has a deferred one.

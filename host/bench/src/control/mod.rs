@@ -65,8 +65,8 @@ pub enum BenchError {
     },
 }
 
-/// Runs `controller` on the numbered rigs of a suite, on all cores. Calls `progress` with the number
-/// of runs done after each run.
+/// Runs `controller` on the numbered rigs of a suite, on all cores. Calls `progress` with the
+/// number of runs done after each run.
 ///
 /// # Errors
 /// If a board refuses the parameters of the law, or a rig is invalid.

@@ -40,8 +40,8 @@ impl Path {
     }
 }
 
-/// Returns the fraction of a path of `length` steps that a trapezoidal rate profile has covered after
-/// `t` seconds.
+/// Returns the fraction of a path of `length` steps that a trapezoidal rate profile has covered
+/// after `t` seconds.
 fn trapezoid(length: f64, limits: &Limits, t: f64) -> f64 {
     let ramp = limits.rate / limits.acceleration;
     let (ramp, top) = if length >= limits.rate * ramp {

@@ -67,7 +67,8 @@ pub enum ControlError {
     },
 }
 
-/// Runs the paper's task with the paper's law, without noise or latency, for each of `gammas` (1/s).
+/// Runs the paper's task with the paper's law, without noise or latency, for each of `gammas`
+/// (1/s).
 ///
 /// # Errors
 /// If the ball does not arrive.

@@ -179,7 +179,8 @@ fn adaptive_holds_its_ball_in_noise() {
     assert!(report.converged == 1.0 && report.hold_p99_mm < 5.0, "{report}");
 }
 
-/// With large pulleys and a ball 20 cm below the motors, the configured gain is ten times too large.
+/// With large pulleys and a ball 20 cm below the motors, the configured gain is ten times too
+/// large.
 #[test]
 fn sign_reduces_a_gain_that_oscillates() {
     let (controller, suite) = (controller("sign"), Suite::new(SuiteName::QuasiStatic));

@@ -1,4 +1,4 @@
-//! What every tutorial does with OpenCV to find a coloured ball, to compare with.
+//! Baselines: two common OpenCV methods for a coloured ball.
 
 use opencv::boxed_ref::BoxedRef;
 use opencv::core::{
@@ -15,9 +15,11 @@ use plumb_vision::frame::RgbdFrame;
 use plumb_vision::image::ColourImage;
 use plumb_vision::observation::{BallObservation, Circle};
 
-/// Radii that circles are looked for with, pixels.
-const RADII: (i32, i32) = (6, 65);
-/// The least area of a red thing, pixels.
+/// Least radius of circles to search, pixels.
+const MIN_RADIUS: i32 = 6;
+/// Greatest radius of circles to search, pixels.
+const MAX_RADIUS: i32 = 65;
+/// Least area of a red contour, pixels.
 const MIN_AREA: f64 = 60.0;
 
 /// Borrows a colour image as an OpenCV matrix of type `CV_8UC3`.
@@ -26,7 +28,7 @@ pub(super) fn borrow_colour(image: &ColourImage) -> opencv::Result<BoxedRef<'_, 
     Mat::new_rows_cols_with_bytes::<Vec3b>(rows, columns, image.channels())
 }
 
-/// The strongest circle of `HoughCircles` in the blurred grey picture.
+/// Detector by the strongest circle of `HoughCircles` in the blurred grey image.
 #[derive(Debug)]
 pub(super) struct Hough(pub(super) Camera);
 
@@ -47,15 +49,25 @@ fn strongest_circle(colour: &ColourImage) -> opencv::Result<Option<Circle>> {
     cvt_color_def(&borrow_colour(colour)?, &mut grey, COLOR_BGR2GRAY)?;
     gaussian_blur_def(&grey, &mut smooth, Size::new(9, 9), 2.0)?;
     let mut circles: Vector<Vec3f> = Vector::new();
-    hough_circles(&smooth, &mut circles, HOUGH_GRADIENT, 1.0, 60.0, 100.0, 30.0, RADII.0, RADII.1)?;
-    // They come strongest first.
+    hough_circles(
+        &smooth,
+        &mut circles,
+        HOUGH_GRADIENT,
+        1.0,
+        60.0,
+        100.0,
+        30.0,
+        MIN_RADIUS,
+        MAX_RADIUS,
+    )?;
+    // The strongest circle comes first.
     Ok(circles.iter().next().map(|circle| {
         let [u, v, radius] = circle.0.map(f64::from);
         Circle::rough(u, v, radius)
     }))
 }
 
-/// `inRange` in HSV, an opening, and the moments of the largest contour.
+/// Detector by `inRange` in HSV, an opening, and the moments of the largest contour.
 #[derive(Debug)]
 pub(super) struct HsvMoments(pub(super) Camera);
 

@@ -1,41 +1,40 @@
-//! What the comparison says.
+//! Result of a comparison.
 
 use serde::Serialize;
 
-/// The comparison.
+/// Result of a comparison.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct VisionReport {
     /// Always `"vision"`.
     pub suite: &'static str,
-    /// What everything random came from.
+    /// Seed of all random numbers.
     pub seed: u64,
-    /// Pictures of each kind of scene.
+    /// Number of frames of each kind of scene.
     pub frames: usize,
     /// Median time of the full-size f32 difference of Gaussians on the red channel, one thread,
     /// milliseconds.
     pub reference_ms: f64,
-    /// One for each detector, in the order given.
+    /// Results of the detectors, in the order given.
     pub detectors: Vec<DetectorReport>,
 }
 
-/// What one detector did.
+/// Result of one detector.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct DetectorReport {
     /// Its name.
     pub name: &'static str,
-    /// Median time for a picture, one thread, milliseconds.
+    /// Median time for a frame, one thread, milliseconds.
     pub median_ms: f64,
     /// That time over `reference_ms`.
     pub ratio: f64,
-    /// The same of pictures without a ball, if there were any.
+    /// That ratio for frames without a ball; `None` if there were none.
     pub empty_ratio: Option<f64>,
-    /// The scene that takes longest, and that of its median.
+    /// Scene with the greatest median time, and the ratio of that time.
     pub slowest: Option<(&'static str, f64)>,
-    /// From the picture to the bytes for the board (detection, location, encoding), searching, 99th
-    /// percentile, milliseconds.
+    /// Time from the frame to the bytes for the board (detection, localisation, encoding) without
+    /// tracking, 99th percentile, milliseconds.
     pub path_p99_ms: f64,
-    /// The same for a picture just like the one before: of detectors that look first where the ball
-    /// was.
+    /// Ratio of the median time for a repeated frame, in which a detector can track the ball.
     pub tracking_ratio: f64,
     /// Share of all balls that it hit, 0 to 1.
     pub hit_rate: f64,
@@ -48,14 +47,14 @@ pub struct DetectorReport {
     pub scenes: Vec<SceneReport>,
 }
 
-/// What one detector did in one kind of scene.
+/// Result of one detector in one kind of scene.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SceneReport {
-    /// Which.
+    /// Name of the scene.
     pub scene: &'static str,
-    /// Pictures.
+    /// Number of frames.
     pub frames: usize,
-    /// Pictures with a ball.
+    /// Number of frames with a ball.
     pub balls: usize,
     /// Detections within half the ball's radius of its centre.
     pub hits: usize,
@@ -65,7 +64,7 @@ pub struct SceneReport {
     pub error_median_px: Option<f64>,
     /// 95th percentile of that distance, pixels.
     pub error_p95_px: Option<f64>,
-    /// Hits whose position is known.
+    /// Number of hits with a position.
     pub located: usize,
     /// Median distance of those from the ball's centre, millimetres.
     pub position_median_mm: Option<f64>,

@@ -1,4 +1,4 @@
-//! The detectors run over the pictures.
+//! Runs the detectors over the frames.
 
 use std::hint::black_box;
 
@@ -10,32 +10,36 @@ use plumb_vision::detect::BallDetector;
 use plumb_vision::frame::RgbdFrame;
 use plumb_vision::observation::{BallObservation, Gaussian3};
 
-use super::hard::{self, HardShots};
-use super::scenes::{self, Backdrop, KINDS, Kind, Shot, Shots};
-use super::tally::{Tally, percentile};
+use super::backdrops;
+use super::hard::{self, HardFrames};
+use super::labelled::LabelledFrame;
+use super::scene_kind::{Backdrop, KINDS, SceneKind};
+use super::scenes::SceneFrames;
+use super::stats::{DetectorStats, FrameTime, percentile};
 use super::timing::{computed, milliseconds, red_difference_of_gaussians};
 use super::{FrameSuite, VisionError, VisionOptions, VisionReport};
 use plumb_sim::synthetic::SyntheticCamera;
 
-/// The reference is timed on the first of so many pictures.
-const REFERENCE_EVERY: usize = 4;
+/// Number of frames for each timing of the reference.
+const REFERENCE_INTERVAL: usize = 4;
 
-/// Detectors and what they have done so far.
-pub(super) struct Bench<'a> {
+/// A comparison in progress.
+pub(super) struct Comparison<'a> {
     camera: &'a Camera,
     recorded: &'a [RgbdFrame],
     options: &'a VisionOptions,
-    /// Is told the name of each scene.
+    /// Callback with the name of each scene.
     progress: &'a mut dyn FnMut(&str),
     detectors: Vec<&'a mut Box<dyn BallDetector>>,
-    tallies: Vec<Tally>,
+    stats: Vec<DetectorStats>,
     /// Times of the reference, milliseconds.
     reference: Vec<f64>,
-    pictures: usize,
+    /// Number of frames so far.
+    count: usize,
 }
 
-impl<'a> Bench<'a> {
-    /// Detectors that have done nothing yet.
+impl<'a> Comparison<'a> {
+    /// Creates the comparison.
     pub(super) fn new(
         camera: &'a Camera,
         recorded: &'a [RgbdFrame],
@@ -43,20 +47,20 @@ impl<'a> Bench<'a> {
         progress: &'a mut dyn FnMut(&str),
         detectors: Vec<&'a mut Box<dyn BallDetector>>,
     ) -> Self {
-        let tallies = detectors.iter().map(|_| Tally::default()).collect();
+        let stats = detectors.iter().map(|_| DetectorStats::default()).collect();
         Self {
             camera,
             recorded,
             options,
             progress,
             detectors,
-            tallies,
+            stats,
             reference: Vec::new(),
-            pictures: 0,
+            count: 0,
         }
     }
 
-    /// The suite `scenes`, or what of it has no ball.
+    /// Runs the suite `scenes`, or its part without a ball.
     pub(super) fn scenes(&mut self) -> Result<(), VisionError> {
         let (camera, recorded, options) = (self.camera, self.recorded, self.options);
         let mut known: Vec<(Backdrop, Vec<SyntheticCamera>)> = Vec::new();
@@ -69,89 +73,91 @@ impl<'a> Bench<'a> {
             if !known.iter().any(|(backdrop, _)| *backdrop == kind.backdrop) {
                 known.push((
                     kind.backdrop,
-                    scenes::cameras(kind.backdrop, camera, recorded, options)?,
+                    backdrops::cameras(kind.backdrop, camera, recorded, options)?,
                 ));
             }
             let cameras = known.iter().find(|(backdrop, _)| *backdrop == kind.backdrop);
             let cameras = cameras.map(|(_, cameras)| cameras.clone()).unwrap_or_default();
-            let mut shots = Shots::new((number, kind), cameras, recorded, options);
-            self.run(kind.name, count(&kind, options), &mut || shots.next())?;
+            let mut frames = SceneFrames::new((number, kind), cameras, recorded, options);
+            self.run(kind.name, count(&kind, options), &mut || frames.next())?;
         }
         Ok(())
     }
 
-    /// The suite `hard`, or what of it has no ball.
+    /// Runs the suite `hard`, or its part without a ball.
     pub(super) fn hard(&mut self) -> Result<(), VisionError> {
         let (camera, recorded, options) = (self.camera, self.recorded, self.options);
-        for (number, kind) in (0..).zip(hard::KINDS) {
+        for (number, kind) in (0..).zip(hard::CASES) {
             if kind.ball && options.suite == FrameSuite::Empty {
                 continue;
             }
             (self.progress)(kind.name);
-            let mut shots = HardShots::new((number, kind), camera, recorded, options);
+            let mut frames = HardFrames::new((number, kind), camera, recorded, options);
             let count = if kind.ball { options.frames } else { options.empty };
-            self.run(kind.name, count, &mut || shots.next())?;
+            self.run(kind.name, count, &mut || frames.next())?;
         }
         Ok(())
     }
 
-    /// Up to `count` pictures of one kind.
+    /// Runs up to `count` frames of one kind.
     fn run(
         &mut self,
         name: &'static str,
         count: usize,
-        next: &mut dyn FnMut() -> Result<Option<Shot>, VisionError>,
+        next: &mut dyn FnMut() -> Result<Option<LabelledFrame>, VisionError>,
     ) -> Result<(), VisionError> {
-        self.tallies.iter_mut().for_each(Tally::open);
+        self.stats.iter_mut().for_each(DetectorStats::begin_scene);
         for _ in 0..count {
-            let Some(shot) = next()? else { break };
-            self.round(&shot, name)?;
+            let Some(labelled) = next()? else { break };
+            self.round(&labelled, name)?;
         }
-        self.tallies.iter_mut().for_each(|tally| tally.close(name));
+        self.stats.iter_mut().for_each(|stats| stats.end_scene(name));
         Ok(())
     }
 
-    /// One picture to the reference (not to each) and to every detector, each timed.
-    fn round(&mut self, shot: &Shot, name: &'static str) -> Result<(), VisionError> {
-        if self.pictures.is_multiple_of(REFERENCE_EVERY) {
+    /// Runs every detector, and the reference at times, on one frame and measures their times.
+    fn round(&mut self, labelled: &LabelledFrame, name: &'static str) -> Result<(), VisionError> {
+        if self.count.is_multiple_of(REFERENCE_INTERVAL) {
             let start = computed();
-            red_difference_of_gaussians(&shot.frame)?;
+            red_difference_of_gaussians(&labelled.frame)?;
             self.reference.push(milliseconds(start));
         }
-        self.pictures += 1;
-        for (detector, tally) in self.detectors.iter_mut().zip(&mut self.tallies) {
-            let of = detector.name();
-            let failed = |error| VisionError::Detect { name: of, scene: name, error };
+        self.count += 1;
+        for (detector, stats) in self.detectors.iter_mut().zip(&mut self.stats) {
+            let detector_name = detector.name();
+            let failed = |error| VisionError::Detect { name: detector_name, scene: name, error };
             detector.reset();
             let start = computed();
-            let found = detector.detect(&shot.frame).map_err(failed)?;
-            tally.times.push((milliseconds(start), shot.ball.is_some()));
+            let found = detector.detect(&labelled.frame).map_err(failed)?;
+            let ms = milliseconds(start);
+            stats.times.push(FrameTime { ms, ball: labelled.ball.is_some() });
             let sent = black_box(message(found.as_ref()));
-            tally.path_times.extend(sent.map(|_| milliseconds(start)));
-            tally.note(shot, found);
+            stats.path_times.extend(sent.map(|_| milliseconds(start)));
+            stats.add(labelled, found);
             if found.is_some() {
                 let start = computed();
-                detector.detect(&shot.frame).map_err(failed)?;
-                tally.tracking_times.push(milliseconds(start));
+                detector.detect(&labelled.frame).map_err(failed)?;
+                stats.tracking_times.push(milliseconds(start));
             }
         }
         Ok(())
     }
 
+    /// Returns the report of all frames.
     pub(super) fn report(mut self) -> VisionReport {
         let VisionOptions { seed, frames, .. } = *self.options;
         let reference_ms = percentile(&mut self.reference, 0.5).unwrap_or(0.0);
         let detectors = self
             .detectors
             .iter()
-            .zip(self.tallies)
-            .map(|(detector, tally)| tally.report(detector.name(), reference_ms))
+            .zip(self.stats)
+            .map(|(detector, stats)| stats.report(detector.name(), reference_ms))
             .collect();
         VisionReport { suite: "vision", seed, frames, reference_ms, detectors }
     }
 }
 
-/// The bytes that tell the board where the ball is.
+/// Returns the encoded position command for a detection.
 fn message(found: Option<&BallObservation>) -> Option<Frame> {
     let position: Option<&Gaussian3> = found.and_then(|found| found.position.as_ref());
     let ball = position.and_then(|p| wire::Point::from_metres(p.mean.into()));
@@ -161,7 +167,8 @@ fn message(found: Option<&BallObservation>) -> Option<Frame> {
     encode(&ToBoard { id: 1, command }).ok()
 }
 
-fn count(kind: &Kind, options: &VisionOptions) -> usize {
+/// Returns the number of frames of a kind of scene.
+fn count(kind: &SceneKind, options: &VisionOptions) -> usize {
     match kind.ball {
         false => options.empty,
         true if kind.backdrop == Backdrop::Recorded => options.recorded_balls,

@@ -1,234 +1,49 @@
-//! The scenes that detectors are compared on: what is in them and where the ball is, from a seed.
+//! Frames of rendered scenes: content and position of the ball from a seed.
 
-use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Point3, Vector3};
+use plumb_sim::synthetic::{ExtraBall, Material, Scene, Strand, SyntheticCamera};
 use plumb_vision::camera::Camera;
 use plumb_vision::frame::RgbdFrame;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
+use super::labelled::{GroundTruth, LabelledFrame};
+use super::scene_kind::{Addition, Backdrop, RED, SceneKind};
 use super::{VisionError, VisionOptions};
-use plumb_sim::synthetic::{
-    Background, Ball, Material, Options, Pattern, Room, Scene, Shape, Strand, SyntheticCamera,
-    Thing,
-};
 
-/// A kind of scene.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Kind {
-    pub(super) name: &'static str,
-    pub(super) backdrop: Backdrop,
-    what: What,
-    /// Whether the rig's ball is there.
-    pub(super) ball: bool,
-    light: f64,
-    /// Blur of what is drawn, standard deviation, pixels.
-    blur: f64,
-    /// Least and largest radius of the ball, in that of the options.
-    radii: (f64, f64),
-    /// Whether about half of the ball is out of the picture.
-    half_out: bool,
-}
-
-/// What is behind it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Backdrop {
-    GreyWall,
-    WhiteWall,
-    LampAndWindow,
-    RedPaper,
-    RedThings,
-    Furnished,
-    Recorded,
-}
-
-/// What is in the picture besides the rig.
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum What {
-    Nothing,
-    /// A ball beside the rig's, sRGB red, green, blue.
-    Balls(&'static [[u8; 3]]),
-    /// A cable across the ball, sRGB red, green, blue.
-    Cable([u8; 3]),
-    /// A post in front of a part of the ball.
-    Post,
-    /// Red balls of twice and half the size.
-    RedBalls,
-}
-
-const WHITE: [u8; 3] = [242, 241, 238];
-const SKIN: [u8; 3] = [228, 178, 148];
-const ORANGE: [u8; 3] = [240, 132, 30];
-const RED: [u8; 3] = [196, 32, 34];
-
-const fn kind(name: &'static str, backdrop: Backdrop, what: What) -> Kind {
-    let (light, blur, radii) = (1.0, 0.6, (0.85, 1.15));
-    Kind { name, backdrop, what, ball: true, light, blur, radii, half_out: false }
-}
-
-const fn empty(name: &'static str, backdrop: Backdrop, what: What) -> Kind {
-    Kind { ball: false, ..kind(name, backdrop, what) }
-}
-
-/// Every kind of scene, in the order of the table.
-pub(super) const KINDS: [Kind; 29] = [
-    kind("clean", Backdrop::GreyWall, What::Nothing),
-    Kind { light: 0.25, ..kind("dark", Backdrop::GreyWall, What::Nothing) },
-    Kind { light: 2.5, ..kind("overexposed", Backdrop::GreyWall, What::Nothing) },
-    kind("white ball beside it", Backdrop::GreyWall, What::Balls(&[WHITE])),
-    kind("lamp and window", Backdrop::LampAndWindow, What::Nothing),
-    kind("white wall behind", Backdrop::WhiteWall, What::Nothing),
-    kind("skin ball", Backdrop::GreyWall, What::Balls(&[SKIN])),
-    kind("orange ball", Backdrop::GreyWall, What::Balls(&[ORANGE])),
-    kind("red paper", Backdrop::RedPaper, What::Nothing),
-    kind("dark cable across", Backdrop::GreyWall, What::Cable([34, 33, 32])),
-    kind("white cable across", Backdrop::GreyWall, What::Cable(WHITE)),
-    kind("furnished room", Backdrop::Furnished, What::Nothing),
-    kind("red things behind", Backdrop::RedThings, What::Nothing),
-    kind("other red balls", Backdrop::GreyWall, What::RedBalls),
-    kind("partly behind a post", Backdrop::Furnished, What::Post),
-    Kind { half_out: true, ..kind("half out of the picture", Backdrop::GreyWall, What::Nothing) },
-    Kind { blur: 3.0, ..kind("out of focus", Backdrop::GreyWall, What::Nothing) },
-    Kind { radii: (1.6, 2.3), ..kind("near", Backdrop::GreyWall, What::Nothing) },
-    Kind { radii: (2.4, 3.0), ..kind("too near for depth", Backdrop::GreyWall, What::Nothing) },
-    Kind { radii: (0.42, 0.65), ..kind("far", Backdrop::GreyWall, What::Nothing) },
-    kind("real picture", Backdrop::Recorded, What::Nothing),
-    empty("no ball", Backdrop::GreyWall, What::Nothing),
-    empty("no ball: lamp and window", Backdrop::LampAndWindow, What::Nothing),
-    empty("no ball: other balls", Backdrop::GreyWall, What::Balls(&[WHITE, SKIN, ORANGE])),
-    empty("no ball: other red balls", Backdrop::GreyWall, What::RedBalls),
-    empty("no ball: red paper", Backdrop::RedPaper, What::Nothing),
-    empty("no ball: red things", Backdrop::RedThings, What::Nothing),
-    empty("no ball: furnished room", Backdrop::Furnished, What::Nothing),
-    empty("no ball: real picture", Backdrop::Recorded, What::Nothing),
-];
-
-/// Pictures of one kind of scene.
-pub(super) struct Shots<'a> {
-    kind: Kind,
+/// Generator of the frames of one kind of scene.
+pub(super) struct SceneFrames<'a> {
+    kind: SceneKind,
     cameras: Vec<SyntheticCamera>,
-    /// Of the recorded pictures that are backdrops, which the ball must not stand behind.
+    /// Recorded frames behind the ball, one for each camera, if the background is recorded.
     recorded: &'a [RgbdFrame],
     random: ChaCha8Rng,
+    /// Radius of the ball from the options, pixels.
     radius: f64,
-    shot: usize,
+    /// Number of frames so far.
+    count: usize,
 }
 
-/// One picture and where the ball is in it.
-pub(super) struct Shot {
-    pub(super) frame: RgbdFrame,
-    /// Column, row and radius of the ball, pixels.
-    pub(super) ball: Option<[f64; 3]>,
-    /// Where it is, rig frame, metres.
-    pub(super) centre: Point3<f64>,
-}
-
-/// `camera` where the scenes are built for: level, at (1.737, 0.286, 0.225) m of the rig frame,
-/// looking along -x.
-pub(super) fn placed(camera: &Camera) -> Camera {
-    let axes = Matrix3::new(0.0, 0.0, -1.0, 1.0, 0.0, 0.0, 0.0, -1.0, 0.0);
-    let rotation = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(axes));
-    let pose = Isometry3::from_parts(Translation3::new(1.737, 0.286, 0.225), rotation);
-    Camera { pose, ..camera.clone() }
-}
-
-/// Cameras before one backdrop: one, or one for each recorded picture.
-pub(super) fn cameras(
-    backdrop: Backdrop,
-    camera: &Camera,
-    recorded: &[RgbdFrame],
-    options: &VisionOptions,
-) -> Result<Vec<SyntheticCamera>, VisionError> {
-    let camera = placed(camera);
-    let rendering = Options { width: options.width, height: options.height, ..Options::default() };
-    let grey = Room::bare(Material::from_srgb(104, 102, 97));
-    let room = match backdrop {
-        Backdrop::GreyWall => grey,
-        Backdrop::WhiteWall => Room::bare(Material::from_srgb(250, 249, 246)),
-        Backdrop::LampAndWindow => lamp_and_window(grey),
-        Backdrop::RedPaper => red_paper(grey),
-        Backdrop::RedThings => red_things(grey),
-        Backdrop::Furnished => Room::furnished(),
-        Backdrop::Recorded => {
-            let camera_of = |frame: &RgbdFrame| {
-                let background = Background::Frame(frame.clone());
-                SyntheticCamera::new(camera.clone(), background, rendering, options.seed)
-            };
-            return Ok(recorded.iter().map(camera_of).collect::<Result<_, _>>()?);
-        }
-    };
-    Ok(vec![SyntheticCamera::new(camera, Background::Room(room), rendering, options.seed)?])
-}
-
-fn lamp_and_window(room: Room) -> Room {
-    let block = |centre: [f64; 3], half: [f64; 3]| Shape::Block {
-        centre: centre.into(),
-        half: half.into(),
-        yaw: 0.0,
-    };
-    let frame = Material::from_srgb(236, 236, 232);
-    let pane = Thing::new(
-        block([-2.19, -0.6, 0.5], [0.01, 0.55, 0.6]),
-        Material::from_srgb(228, 238, 255),
-    );
-    let lamp = Shape::Sphere { centre: Point3::new(0.2, 0.8, 0.35), radius: 0.06 };
-    let pole = Shape::Cylinder { base: Point3::new(0.2, 0.8, -0.75), radius: 0.008, height: 1.05 };
-    room.with(pane.with_pattern(Pattern::Sky).glowing(1.3))
-        .with(Thing::new(block([-2.17, -0.6, 0.5], [0.03, 0.02, 0.6]), frame))
-        .with(Thing::new(block([-2.17, -0.6, 0.7], [0.03, 0.55, 0.02]), frame))
-        .with(Thing::new(lamp, Material::from_srgb(255, 244, 222)).glowing(1.6))
-        .with(Thing::new(pole, Material::from_srgb(90, 90, 94)))
-}
-
-/// A sheet of A4 in the left part of the picture, 1.3 m away.
-fn red_paper(room: Room) -> Room {
-    let half = Vector3::new(0.001, 0.105, 0.148);
-    let sheet = Shape::Block { centre: Point3::new(0.437, -0.18, 0.225), half, yaw: 0.15 };
-    room.with(Thing::new(sheet, Material::from_srgb(205, 40, 44).matt()))
-}
-
-/// Cans, boxes and a cushion, all red, 1.3 to 1.8 m away: behind any ball.
-fn red_things(room: Room) -> Room {
-    let red = |r, g, b| Material::from_srgb(r, g, b);
-    let can = |base: [f64; 3]| {
-        let shape = Shape::Cylinder { base: base.into(), radius: 0.033, height: 0.115 };
-        Thing::new(shape, red(190, 24, 30)).with_pattern(Pattern::Label([0.75, 0.75, 0.75]))
-    };
-    let block = |centre: [f64; 3], half: [f64; 3], yaw: f64| {
-        let shape = Shape::Block { centre: centre.into(), half: half.into(), yaw };
-        Thing::new(shape, red(176, 30, 40).matt())
-    };
-    let cushion = Shape::Sphere { centre: Point3::new(-0.1, -0.28, 0.36), radius: 0.16 };
-    room.with(can([0.4, 0.45, 0.1]))
-        .with(can([0.25, 0.1, 0.3]))
-        .with(can([0.05, 0.62, 0.35]))
-        .with(
-            block([0.3, 0.3, 0.02], [0.04, 0.06, 0.09], 0.5)
-                .with_pattern(Pattern::Print([0.6, 0.6, 0.6])),
-        )
-        .with(block([0.1, -0.05, 0.02], [0.05, 0.04, 0.05], 0.9))
-        .with(Thing::new(cushion, red(150, 28, 36).matt()))
-}
-
-impl<'a> Shots<'a> {
-    /// Pictures of `kind`, number `number`, before `cameras` (one for each of the `recorded`
-    /// pictures if it needs such).
+impl<'a> SceneFrames<'a> {
+    /// Creates the generator for the kind of number `number`. A recorded background needs one of
+    /// the `cameras` for each of the `recorded` frames.
     pub(super) fn new(
-        (number, kind): (u64, Kind),
+        (number, kind): (u64, SceneKind),
         cameras: Vec<SyntheticCamera>,
         recorded: &'a [RgbdFrame],
         options: &VisionOptions,
     ) -> Self {
         let random =
             ChaCha8Rng::seed_from_u64(options.seed.wrapping_mul(1000).wrapping_add(number));
-        Self { kind, cameras, recorded, random, radius: options.radius, shot: 0 }
+        Self { kind, cameras, recorded, random, radius: options.radius, count: 0 }
     }
 
-    /// The next picture; `None` where there is no backdrop for this kind.
-    pub(super) fn next(&mut self) -> Result<Option<Shot>, VisionError> {
+    /// Returns the next frame; `None` if there is no background for this kind.
+    pub(super) fn next(&mut self) -> Result<Option<LabelledFrame>, VisionError> {
         if self.cameras.is_empty() {
             return Ok(None);
         }
-        let which = self.shot % self.cameras.len();
+        let which = self.count % self.cameras.len();
         let camera = self.cameras[which].camera().clone();
         let size = self.cameras[which].size();
         let centre = match self.kind.backdrop {
@@ -237,30 +52,31 @@ impl<'a> Shots<'a> {
             _ => self.in_picture(&camera, size),
         };
         let scene = self.scene(centre, &camera);
-        let frame = self.cameras[which].render(self.shot as f64 / 30.0, &scene)?;
-        self.shot += 1;
+        let frame = self.cameras[which].render(self.count as f64 / 30.0, &scene)?;
+        self.count += 1;
         let seen = camera.pose.inverse() * centre;
         let radius = camera.intrinsics.fx * camera.ball_diameter / 2.0 / seen.z;
         let ball = camera
             .intrinsics
             .project(&seen)
             .filter(|_| self.kind.ball)
-            .map(|(u, v)| [u, v, radius]);
-        Ok(Some(Shot { frame, ball, centre }))
+            .map(|(u, v)| GroundTruth { u, v, radius, centre });
+        Ok(Some(LabelledFrame { frame, ball }))
     }
 
-    /// A ball of about the wished radius anywhere in the picture, well inside.
+    /// Returns a random position of a ball of about the option's radius, well inside the frame.
     fn in_picture(&mut self, camera: &Camera, size: (usize, usize)) -> Point3<f64> {
-        let radius = self.radius * self.random.random_range(self.kind.radii.0..self.kind.radii.1);
-        let margin = 2.5 * self.radius * self.kind.radii.1.max(1.0);
-        // The red paper is in the left part: the ball is beside it.
+        let radius =
+            self.radius * self.random.random_range(self.kind.radii.min..self.kind.radii.max);
+        let margin = 2.5 * self.radius * self.kind.radii.max.max(1.0);
+        // The red paper covers the left part of the frame.
         let left =
             if self.kind.backdrop == Backdrop::RedPaper { 0.42 * size.0 as f64 } else { margin };
         let u = self.random.random_range(left..(size.0 as f64 - margin).max(left + 1.0));
         let v = self.random.random_range(margin..(size.1 as f64 - margin).max(margin + 1.0));
         let z = camera.intrinsics.fx * camera.ball_diameter / 2.0 / radius;
         let out = radius * self.random.random_range(-0.3..0.5);
-        let (u, v) = match self.shot % 4 {
+        let (u, v) = match self.count % 4 {
             _ if !self.kind.half_out => (u, v),
             0 => (out, v),
             1 => (size.0 as f64 - 1.0 - out, v),
@@ -270,15 +86,15 @@ impl<'a> Shots<'a> {
         camera.pose * camera.intrinsics.deproject(u, v, z)
     }
 
-    /// A ball where everything that `behind` has depth of is farther away; where no such place is
-    /// found in some tries, one at the last place but so near (and large) that it is.
+    /// Returns a random position of a ball in front of all depth of `behind`. If 40 tries find
+    /// none, moves the last one towards the camera until it is in front.
     fn in_front(
         &mut self,
         camera: &Camera,
         size: (usize, usize),
         behind: &RgbdFrame,
     ) -> Point3<f64> {
-        let mut brought = Point3::origin();
+        let mut moved = Point3::origin();
         for _ in 0..40 {
             let centre = self.in_picture(camera, size);
             let seen = camera.pose.inverse() * centre;
@@ -286,12 +102,12 @@ impl<'a> Shots<'a> {
             if nearest > seen.z + 0.02 {
                 return centre;
             }
-            brought = camera.pose * (seen * ((nearest - 0.1) / seen.z).max(0.4));
+            moved = camera.pose * (seen * ((nearest - 0.1) / seen.z).max(0.4));
         }
-        brought
+        moved
     }
 
-    /// A ball where the paper's rig can bring it.
+    /// Returns a random position of a ball in the reach of the paper's rig.
     fn in_workspace(&mut self) -> Point3<f64> {
         let weights: [f64; 3] = std::array::from_fn(|_| self.random.random_range(0.15..1.0));
         let sum: f64 = weights.iter().sum();
@@ -300,7 +116,7 @@ impl<'a> Shots<'a> {
         Point3::new(0.85 * (a + b), 0.61 * a + 0.24 * (1.0 - a - b), z)
     }
 
-    /// What is there around `centre`, where the rig's ball is or would be.
+    /// Returns the scene around `centre`, the position of the rig's ball.
     fn scene(&mut self, centre: Point3<f64>, camera: &Camera) -> Scene {
         let to = |x, y, z| centre + Vector3::new(x, y, z);
         let mut scene = Scene { light: self.kind.light, blur: self.kind.blur, ..Scene::default() };
@@ -308,41 +124,46 @@ impl<'a> Shots<'a> {
             scene.ball = Some(centre);
             scene.motors = Some([to(0.3, 0.35, 0.5), to(0.3, -0.25, 0.5), to(-0.5, 0.0, 0.5)]);
         }
-        match self.kind.what {
-            What::Nothing => {}
-            What::Balls(colours) => {
+        match self.kind.addition {
+            Addition::Nothing => {}
+            Addition::Balls(colours) => {
                 for colour in colours {
                     scene.others.push(self.beside(&centre, camera, 1.0, *colour));
                 }
             }
-            What::RedBalls => {
+            Addition::RedBalls => {
                 for size in [0.5, 2.0] {
                     scene.others.push(self.beside(&centre, camera, size, RED));
                 }
             }
-            What::Cable(colour) => scene.strands.push(self.across(&centre, camera, colour)),
-            What::Post => scene.strands.push(self.post(&centre, camera)),
+            Addition::Cable(colour) => scene.strands.push(self.across(&centre, camera, colour)),
+            Addition::Post => scene.strands.push(self.post(&centre, camera)),
         }
         scene
     }
 
-    /// A ball of another colour or `size` (in the rig's ball's), 1.5 to 2.5 of its larger diameter
-    /// beside `centre`.
+    /// Returns a ball of another colour or `size` (in diameters of the rig's ball), 1.5 to 2.5 of
+    /// the larger diameter beside `centre`.
     fn beside(
         &mut self,
         centre: &Point3<f64>,
         camera: &Camera,
         size: f64,
         [red, green, blue]: [u8; 3],
-    ) -> Ball {
+    ) -> ExtraBall {
         let diameter = camera.ball_diameter * size;
         let (sin, cos) = self.random.random_range(0.0..std::f64::consts::TAU).sin_cos();
         let away = camera.ball_diameter.max(diameter) * self.random.random_range(1.5..2.5);
         let offset = camera.pose.rotation * Vector3::new(away * cos, away * sin, 0.0);
-        Ball { centre: centre + offset, diameter, material: Material::from_srgb(red, green, blue) }
+        ExtraBall {
+            centre: centre + offset,
+            diameter,
+            material: Material::from_srgb(red, green, blue),
+        }
     }
 
-    /// A cable 0.15 diameters thick before the ball, near its middle, rather upright.
+    /// Returns a cable of 0.15 ball diameters in front of the ball, near its middle and nearly
+    /// upright.
     fn across(
         &mut self,
         centre: &Point3<f64>,
@@ -361,7 +182,9 @@ impl<'a> Shots<'a> {
             material: Material::from_srgb(red, green, blue).matt(),
         }
     }
-    /// An upright post 1.5 diameters before the ball that hides a sixth to a half of it.
+
+    /// Returns an upright post 1.5 diameters in front of the ball that occludes a sixth to a half
+    /// of it.
     fn post(&mut self, centre: &Point3<f64>, camera: &Camera) -> Strand {
         let diameter = camera.ball_diameter;
         let edge = diameter * self.random.random_range(0.0..0.33);
@@ -380,7 +203,8 @@ impl<'a> Shots<'a> {
     }
 }
 
-/// The nearest depth that `frame` has where a ball at `seen` (camera axes) covers it, metres.
+/// Returns the least depth (metres) of the part of `frame` covered by a ball at `seen` (camera
+/// axes).
 fn nearest(camera: &Camera, seen: &Point3<f64>, frame: &RgbdFrame) -> f64 {
     let Some((u, v)) = camera.intrinsics.project(seen) else { return 0.0 };
     let reach = (1.2 * camera.intrinsics.fx * camera.ball_diameter / 2.0 / seen.z).ceil() as i32;

@@ -1,4 +1,4 @@
-//! The comparison for people.
+//! Result of a comparison as a table.
 
 use std::fmt::{Display, Formatter, Result};
 
@@ -38,6 +38,7 @@ impl Display for VisionReport {
     }
 }
 
+/// Writes the cells of one detector in one scene.
 fn cells(f: &mut Formatter<'_>, scene: &SceneReport) -> Result {
     let hits =
         if scene.balls > 0 { format!("{}/{}", scene.hits, scene.balls) } else { String::new() };
@@ -55,11 +56,13 @@ fn cells(f: &mut Formatter<'_>, scene: &SceneReport) -> Result {
     )
 }
 
+/// Writes the totals and times of a detector.
 fn summary(f: &mut Formatter<'_>, detector: &DetectorReport, reference_ms: f64) -> Result {
     writeln!(
         f,
-        "{}: {:.1} % of the balls, {} false alarms, {:.2} ms a picture: {:.3} of the full-size red difference of Gaussians \
-         ({reference_ms:.2} ms){}{}, {:.3} tracking; to the bytes on the wire 99 % within {:.2} ms ({:.3})",
+        "{}: {:.1} % of the balls, {} false alarms, {:.2} ms a picture: {:.3} of the full-size \
+         red difference of Gaussians ({reference_ms:.2} ms){}{}, {:.3} tracking; \
+         to the bytes on the wire 99 % within {:.2} ms ({:.3})",
         detector.name,
         100.0 * detector.hit_rate,
         detector.false_alarms,

@@ -1,7 +1,7 @@
 use plumb_vision::image::Image;
 use plumb_vision::observation::{BallObservation, Circle};
 
-use super::tally::percentile;
+use super::stats::percentile;
 use super::*;
 use plumb_cameras::camera_file;
 

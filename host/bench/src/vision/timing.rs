@@ -1,4 +1,4 @@
-//! What times are measured with, and what they are compared with.
+//! Measurement of computing time, and the reference that times are compared with.
 
 use std::time::Duration;
 
@@ -13,13 +13,13 @@ use plumb_vision::frame::RgbdFrame;
 
 use super::baselines::borrow_colour;
 
-/// What this thread has computed so far: a clock that other programs do not make go faster.
+/// Returns the CPU time of this thread, which other programs do not affect.
 pub(super) fn computed() -> Duration {
-    // Where there is no such clock (there is on Linux) no time passes, and the table says so.
+    // Without such a clock (Linux has one) every time is 0.
     clock_gettime(ClockId::CLOCK_THREAD_CPUTIME_ID).map(Duration::from).unwrap_or_default()
 }
 
-/// What it has computed `since`, milliseconds.
+/// Returns the CPU time of this thread since `since`, milliseconds.
 pub(super) fn milliseconds(since: Duration) -> f64 {
     (computed() - since).as_secs_f64() * 1e3
 }
@@ -43,10 +43,11 @@ pub(super) fn red_difference_of_gaussians(frame: &RgbdFrame) -> opencv::Result<P
     Ok(place)
 }
 
-/// OpenCV on one thread for as long as this lives.
+/// Guard that limits OpenCV to one thread during its life.
 pub(super) struct OneThread(i32);
 
 impl OneThread {
+    /// Limits OpenCV to one thread.
     pub(super) fn new() -> opencv::Result<Self> {
         let before = get_num_threads()?;
         set_num_threads(1)?;
@@ -56,7 +57,7 @@ impl OneThread {
 
 impl Drop for OneThread {
     fn drop(&mut self) {
-        // Nothing can be done about a failure here, and nothing depends on it but speed.
+        // A failure only costs speed.
         let _ = set_num_threads(self.0);
     }
 }

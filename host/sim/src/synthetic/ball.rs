@@ -1,5 +1,5 @@
-//! Draws a ball: shaded, with an anti-aliased edge, its depth and the shadow that it throws on the
-//! depth behind it.
+//! Drawing of a ball: shading, anti-aliased edge, depth, and the projector's shadow in the depth
+//! behind it.
 
 use nalgebra::{Point3, Vector3};
 use opencv::core::{Mat, MatTraitConstManual, Size, Vec4f};
@@ -8,18 +8,18 @@ use plumb_vision::camera::Intrinsics;
 use rand::{Rng, RngExt};
 
 use super::canvas::Canvas;
-use super::light::{CameraLight, Material, encode, glint};
+use super::light::{CameraLight, Material, encode, specular};
 use super::sensor::Disparity;
 
 /// A ball to be drawn, in camera axes, metres.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct BallToDraw {
+pub(super) struct CameraBall {
     pub(super) centre: Point3<f64>,
     pub(super) radius: f64,
     pub(super) material: Material,
 }
 
-/// How it is drawn.
+/// Parameters of drawing.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Style<'a> {
     pub(super) intrinsics: &'a Intrinsics,
@@ -38,8 +38,8 @@ const BLINDING: f64 = 0.35;
 /// baseline).
 const PROJECTOR: Vector3<f64> = Vector3::new(0.075, 0.0, 0.0);
 
-/// Where the line of sight through a pixel meets the ball.
-struct Sight {
+/// Intersection of a pixel's line of sight with the ball.
+struct Fragment {
     /// Share of the pixel that the ball covers, 0 to 1.
     coverage: f64,
     normal: Vector3<f64>,
@@ -48,9 +48,10 @@ struct Sight {
     z: f64,
 }
 
-impl BallToDraw {
-    /// The line of sight along `direction` (camera axes, z = 1), of a camera with `focal` pixels.
-    fn meet(&self, direction: &Vector3<f64>, focal: f64) -> Option<Sight> {
+impl CameraBall {
+    /// Returns the intersection with the line of sight along `direction` (camera axes, z = 1), for
+    /// a camera with a focal length of `focal` pixels.
+    fn intersect(&self, direction: &Vector3<f64>, focal: f64) -> Option<Fragment> {
         let length = direction.norm();
         let ray = direction / length;
         let centre = self.centre.coords;
@@ -66,13 +67,13 @@ impl BallToDraw {
         let depth = (self.radius * self.radius - aside_squared).max(0.0).sqrt();
         let hit = ray * (nearest - depth);
         let normal = (hit - centre).try_normalize(1e-12).unwrap_or(-ray);
-        Some(Sight { coverage, normal, to_eye: -ray, z: hit.z })
+        Some(Fragment { coverage, normal, to_eye: -ray, z: hit.z })
     }
 
-    /// Draws it. A ball that reaches the camera is not drawn.
+    /// Draws the ball. A ball that reaches the camera is not drawn.
     ///
     /// # Errors
-    /// Where OpenCV refused to blur it.
+    /// If OpenCV fails to blur the layer.
     pub(super) fn draw(
         &self,
         canvas: &mut Canvas<'_>,
@@ -95,16 +96,20 @@ impl BallToDraw {
             let mut span: Option<(usize, usize)> = None;
             for column in left..right {
                 let direction = lens.deproject(column as f64, row as f64, 1.0).coords;
-                let sight = self.meet(&direction, lens.fx);
+                let fragment = self.intersect(&direction, lens.fx);
                 layer.push(
-                    sight.as_ref().map_or_else(Vec4f::default, |sight| self.colour(sight, style)),
+                    fragment
+                        .as_ref()
+                        .map_or_else(Vec4f::default, |fragment| self.colour(fragment, style)),
                 );
-                let Some(sight) = sight.filter(|sight| sight.coverage > 0.5) else { continue };
+                let Some(fragment) = fragment.filter(|fragment| fragment.coverage > 0.5) else {
+                    continue;
+                };
                 let i = row * canvas.width + column;
-                if canvas.in_front(i, sight.z) {
+                if canvas.in_front(i, fragment.z) {
                     span = Some((span.map_or(column, |(first, _)| first), column));
-                    let lost = style.holes && self.is_lost(&sight, style, random.random());
-                    canvas.set_depth(i, (!lost).then_some(sight.z));
+                    let lost = style.holes && self.is_lost(&fragment, style, random.random());
+                    canvas.set_depth(i, (!lost).then_some(fragment.z));
                 }
             }
             if let (Some(span), true) = (span, style.holes) {
@@ -115,24 +120,26 @@ impl BallToDraw {
         self.lay(canvas, [left, right, top, bottom], layer, style.blur)
     }
 
-    /// What is seen, 0 to 255, times coverage; coverage last.
-    fn colour(&self, sight: &Sight, style: &Style<'_>) -> Vec4f {
-        let highlight = style.light.highlight(&self.material, &sight.normal, &sight.to_eye);
-        let linear = style.light.shade(&self.material, &sight.normal, &sight.to_eye, highlight);
-        let [b, g, r] = linear.map(|x| (encode(x * style.gain) * sight.coverage) as f32);
-        Vec4f::from([b, g, r, sight.coverage as f32])
+    /// Returns the colour (0 to 255) times coverage, and coverage.
+    fn colour(&self, fragment: &Fragment, style: &Style<'_>) -> Vec4f {
+        let highlight = style.light.highlight(&self.material, &fragment.normal, &fragment.to_eye);
+        let linear =
+            style.light.shade(&self.material, &fragment.normal, &fragment.to_eye, highlight);
+        let [b, g, r] = linear.map(|x| (encode(x * style.gain) * fragment.coverage) as f32);
+        Vec4f::from([b, g, r, fragment.coverage as f32])
     }
 
-    /// Whether the depth sensor sees nothing here: `chance` is uniform in 0 to 1.
-    fn is_lost(&self, sight: &Sight, style: &Style<'_>, chance: f64) -> bool {
-        let facing = sight.normal.dot(&sight.to_eye);
-        let to_projector =
-            (PROJECTOR + sight.to_eye * sight.z).try_normalize(1e-12).unwrap_or(sight.to_eye);
+    /// Returns whether the depth sensor gets no depth here. `hash_noise` is uniform in 0 to 1.
+    fn is_lost(&self, fragment: &Fragment, style: &Style<'_>, hash_noise: f64) -> bool {
+        let facing = fragment.normal.dot(&fragment.to_eye);
+        let to_projector = (PROJECTOR + fragment.to_eye * fragment.z)
+            .try_normalize(1e-12)
+            .unwrap_or(fragment.to_eye);
         let glare = style
             .light
-            .highlight(&self.material, &sight.normal, &sight.to_eye)
-            .max(0.9 * glint(&self.material, &sight.normal, &sight.to_eye, &to_projector));
-        glare > BLINDING + 0.15 * (chance - 0.5) || facing < 0.12 + 0.3 * chance
+            .highlight(&self.material, &fragment.normal, &fragment.to_eye)
+            .max(0.9 * specular(&self.material, &fragment.normal, &fragment.to_eye, &to_projector));
+        glare > BLINDING + 0.15 * (hash_noise - 0.5) || facing < 0.12 + 0.3 * hash_noise
     }
 
     /// Lays the finished `layer` of `window` over the picture.
@@ -165,9 +172,8 @@ impl BallToDraw {
     }
 }
 
-/// Takes the depth away where a thing that covers columns `span` of `row` at disparity `near`
-/// stands between the projector and what is behind; `ragged` pixels more or less, as each row of a
-/// real shadow is different.
+/// Removes the depth in the projector's shadow of an object that covers columns `span` of `row` at
+/// disparity `near`. `ragged` shifts the shadow's edge (pixels), as rows of a real shadow differ.
 fn throw_shadow(canvas: &mut Canvas<'_>, row: usize, span: (usize, usize), near: u16, ragged: f64) {
     let longest = Disparity::shadow(near, 0).ceil() as usize + 2;
     for column in span.0.saturating_sub(longest)..span.0 {

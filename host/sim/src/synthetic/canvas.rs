@@ -1,8 +1,8 @@
-//! The picture while things are drawn into it.
+//! The frame in progress.
 
 use super::sensor::Disparity;
 
-/// A colour picture and a disparity picture of one size, row by row, that things are drawn into.
+/// A colour picture and a disparity picture of one size, row by row, that objects are drawn into.
 pub(super) struct Canvas<'a> {
     /// Columns.
     pub(super) width: usize,
@@ -12,9 +12,9 @@ pub(super) struct Canvas<'a> {
     pub(super) colour: &'a mut [u8],
     /// Disparity in the sensor's fine units, 0 = no depth.
     pub(super) disparity: &'a mut [u16],
-    /// What disparity means.
+    /// Conversion between depth and disparity.
     pub(super) sensor: &'a Disparity,
-    /// Distance of the background along the optical axis, metres, where it may hide what is drawn.
+    /// Distance of the background along the optical axis, metres; `None` if it occludes nothing.
     pub(super) range: Option<&'a [f32]>,
 }
 
@@ -36,7 +36,8 @@ impl Canvas<'_> {
         self.range.is_none_or(|range| z < f64::from(range[i]))
     }
 
-    /// Lays `colour` (0 to 255; blue, green, red) over pixel `i`, `alpha` (0 to 1) of it.
+    /// Blends `colour` (0 to 255; blue, green, red) over pixel `i` with the opacity `alpha` (0 to
+    /// 1).
     pub(super) fn blend(&mut self, i: usize, colour: [f64; 3], alpha: f64) {
         for (below, over) in self.colour[3 * i..3 * i + 3].iter_mut().zip(colour) {
             let mixed = f64::from(*below) * (1.0 - alpha) + over * alpha;

@@ -1,11 +1,11 @@
-//! How surfaces answer to light: a Lambert term, ambient light from above and below, one highlight.
+//! Shading: a Lambert term, ambient light from above and below, one highlight.
 //!
 //! Colours here are linear and in the order blue, green, red, 1 = as bright as the picture can
 //! show; [`encode`] and [`decode`] go to and from the 0 to 255 of an sRGB picture.
 
 use nalgebra::Vector3;
 
-/// What a surface is made of.
+/// Optical properties of a surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Material {
     /// Diffuse reflectance, linear, order blue, green, red; 0 to 1 each.
@@ -23,12 +23,12 @@ impl Material {
         Self { colour: [blue, green, red].map(decode), gloss: 0.6, shininess: 70.0 }
     }
 
-    /// The same without a highlight.
+    /// Returns the material without a highlight.
     pub fn matt(self) -> Self {
         Self { gloss: 0.0, ..self }
     }
 
-    /// Lacquered red: the rig's ball.
+    /// Returns the material of the rig's ball: lacquered red.
     pub fn red_ball() -> Self {
         Self { gloss: 0.9, shininess: 110.0, ..Self::from_srgb(196, 32, 34) }
     }
@@ -70,7 +70,7 @@ pub(super) struct CameraLight {
 }
 
 impl CameraLight {
-    /// `light` turned by `to_camera` (rig frame to camera axes).
+    /// Returns `light` rotated by `to_camera` (rig frame to camera axes).
     pub(super) fn new(light: &Light, to_camera: &nalgebra::UnitQuaternion<f64>) -> Self {
         let direction = light.direction.try_normalize(1e-12).unwrap_or_else(Vector3::z);
         Self {
@@ -82,7 +82,7 @@ impl CameraLight {
         }
     }
 
-    /// Light that arrives at a surface with unit `normal`, linear.
+    /// Returns the irradiance of a surface with unit `normal`, linear.
     pub(super) fn irradiance(&self, normal: &Vector3<f64>) -> [f64; 3] {
         self.arriving(normal.dot(&self.direction).max(0.0), normal.dot(&self.up))
     }
@@ -109,10 +109,11 @@ impl CameraLight {
         normal: &Vector3<f64>,
         to_eye: &Vector3<f64>,
     ) -> f64 {
-        glint(material, normal, to_eye, &self.direction)
+        specular(material, normal, to_eye, &self.direction)
     }
 
-    /// What is seen of a surface, linear; `highlight` as from [`CameraLight::highlight`].
+    /// Returns the visible colour of a surface, linear; `highlight` as from
+    /// [`CameraLight::highlight`].
     pub(super) fn shade(
         &self,
         material: &Material,
@@ -121,11 +122,11 @@ impl CameraLight {
         highlight: f64,
     ) -> [f64; 3] {
         let arriving = self.irradiance(normal);
-        // Schlick: lacquer mirrors its surroundings where it is looked at along the surface.
+        // Schlick: lacquer reflects its surroundings at grazing angles.
         let rim = 0.25 * material.gloss * (1.0 - normal.dot(to_eye).clamp(0.0, 1.0)).powi(5);
         let mirrored = 2.0 * normal * normal.dot(to_eye) - to_eye;
         let from_above = 0.5 + 0.5 * mirrored.dot(&self.up);
-        // A faint broad lobe: nothing real is as smooth as one exponent.
+        // A faint broad lobe models the roughness that one exponent lacks.
         let haze = 0.04 * material.gloss * from_above.max(0.0).powi(3);
         std::array::from_fn(|k| {
             let surroundings = self.sky[k] * from_above + self.ground[k] * (1.0 - from_above);
@@ -137,7 +138,7 @@ impl CameraLight {
 }
 
 /// Blinn-Phong highlight of a light in unit direction `to_light`; 0 to `gloss`.
-pub(super) fn glint(
+pub(super) fn specular(
     material: &Material,
     normal: &Vector3<f64>,
     to_eye: &Vector3<f64>,
@@ -157,7 +158,7 @@ pub(super) fn encode(linear: f64) -> f64 {
     255.0 * if x <= 0.003_130_8 { 12.92 * x } else { 1.055 * x.powf(1.0 / 2.4) - 0.055 }
 }
 
-/// The linear light of an sRGB value.
+/// Returns the linear light of an sRGB value.
 pub(super) fn decode(value: u8) -> f64 {
     let x = f64::from(value) / 255.0;
     if x <= 0.040_45 { x / 12.92 } else { ((x + 0.055) / 1.055).powf(2.4) }

@@ -1,21 +1,22 @@
-//! A camera that is not there: it renders the rig's ball, its cables and what a depth sensor makes
-//! of them into a recorded picture or a furnished room.
+//! A synthetic camera: renders the rig's ball and cables, with the noise of a depth sensor, into a
+//! recorded frame or a furnished room.
 //!
-//! The same seed and the same calls give the same pictures, bit for bit.
+//! The same seed and the same calls give the same frames, bit for bit.
 
-mod arrange;
 mod ball;
 mod canvas;
+mod check;
+pub mod compositor;
+mod draw_list;
 mod light;
-pub mod overlay;
 mod room;
 mod scene;
 mod sensor;
 mod strand;
 
 pub use light::{Light, Material};
-pub use room::{Pattern, Room, Shape, Thing};
-pub use scene::{Ball, Scene, Strand};
+pub use room::{Object, Pattern, Room, Shape};
+pub use scene::{ExtraBall, Scene, Strand};
 pub use sensor::SensorOptions;
 
 use nalgebra::Isometry3;
@@ -26,43 +27,44 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use thiserror::Error;
 
-use arrange::{What, items};
 use ball::Style;
 use canvas::Canvas;
+use check::{check, require};
+use draw_list::{Primitive, items};
 use light::{CameraLight, decode, encode};
 use sensor::{Disparity, Sensor};
 
-/// What is behind the ball.
+/// Background of the scene.
 #[derive(Debug, Clone)]
 pub enum Background {
-    /// A recorded picture, used as wallpaper: everything is drawn in front of it. Its own
-    /// intrinsics only say what its depth means; the camera's say where things are seen.
+    /// A recorded frame; everything is drawn in front of it. Its own intrinsics scale its depth;
+    /// the camera's intrinsics project the scene.
     Frame(RgbdFrame),
-    /// A room, cast once from where the camera stands. Its things hide what is behind them.
+    /// A room, rendered once from the camera's pose. Its objects occlude the scene behind them.
     Room(Room),
 }
 
 /// How the pictures are made.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Options {
+pub struct RenderOptions {
     /// Columns of the picture of a [`Background::Room`]; a recorded one has its own size.
     pub width: u16,
     /// Rows of the picture of a [`Background::Room`].
     pub height: u16,
     /// Light on the ball and the cables (a room is lit by its own lamp and window).
     pub light: Light,
-    /// What the sensors add.
+    /// Noise model of the sensors.
     pub sensor: SensorOptions,
 }
 
-impl Default for Options {
+impl Default for RenderOptions {
     /// 640x480, the light and the sensor of their defaults.
     fn default() -> Self {
         Self { width: 640, height: 480, light: Light::default(), sensor: SensorOptions::default() }
     }
 }
 
-/// Why there is no synthetic camera, or no picture of it.
+/// Reason that a synthetic camera or its frame could not be made.
 #[derive(Debug, Error)]
 pub enum SyntheticError {
     /// A number that cannot be.
@@ -70,14 +72,15 @@ pub enum SyntheticError {
     Value {
         /// Which number.
         what: &'static str,
-        /// What it is.
+        /// Its value.
         value: f64,
-        /// What it may be.
+        /// Its valid range.
         must: &'static str,
     },
     /// The intrinsics are those of a picture of another size.
     #[error(
-        "synthetic camera: its principal point ({cx}, {cy}) is not in a picture of {width}x{height}; give the background's own intrinsics"
+        "synthetic camera: its principal point ({cx}, {cy}) is not in a picture of {width}x{height}; \
+         give the background's own intrinsics"
     )]
     Intrinsics {
         /// Principal point, pixels.
@@ -89,7 +92,7 @@ pub enum SyntheticError {
         /// Rows of the background.
         height: usize,
     },
-    /// What was rendered is not a frame (the time stamp).
+    /// The rendered frame is invalid (its time stamp).
     #[error("synthetic camera: {0}")]
     Frame(#[from] FrameError),
     /// The rendered pixels do not make an image of the picture's size.
@@ -112,7 +115,7 @@ pub struct SyntheticCamera {
     /// 8-bit BGR, without noise.
     colour: ColourImage,
     disparity: Vec<u16>,
-    /// Distance of the background along the optical axis, metres; only where it may hide things.
+    /// Distance of the background along the optical axis, metres; `None` if it occludes nothing.
     range: Option<Vec<f32>>,
     random: ChaCha8Rng,
     /// Disparity of the picture in work.
@@ -128,7 +131,7 @@ impl SyntheticCamera {
     pub fn new(
         camera: Camera,
         background: Background,
-        options: Options,
+        options: RenderOptions,
         seed: u64,
     ) -> Result<Self, SyntheticError> {
         let size = match &background {
@@ -143,7 +146,7 @@ impl SyntheticCamera {
                 (frame.colour().clone(), recorded(&frame, &sensor.disparity), None)
             }
             Background::Room(room) => {
-                let view = room.cast(&camera, size);
+                let view = room.render(&camera, size);
                 let disparity = view.disparity(&sensor, size.0, &mut random);
                 let colour = view.colour.as_chunks().0.to_vec();
                 let colour = Image::new(size.0, size.1, colour)?;
@@ -215,9 +218,9 @@ impl SyntheticCamera {
             holes: self.sensor.options.holes,
         };
         for item in items(scene, &self.to_camera, self.camera.ball_diameter) {
-            match item.what {
-                What::Ball(ball) => ball.draw(&mut canvas, &style, &mut self.random)?,
-                What::Strand(strand) => strand.draw(&mut canvas, &style),
+            match item.primitive {
+                Primitive::Ball(ball) => ball.draw(&mut canvas, &style, &mut self.random)?,
+                Primitive::Strand(strand) => strand.draw(&mut canvas, &style),
             }
         }
         let raw = depth.pixels_mut();
@@ -246,74 +249,6 @@ fn recorded(frame: &RgbdFrame, disparity: &Disparity) -> Vec<u16> {
         raw => disparity.at_metres(f64::from(raw) / scale),
     });
     steps.collect()
-}
-
-fn require(
-    what: &'static str,
-    value: f64,
-    holds: bool,
-    must: &'static str,
-) -> Result<(), SyntheticError> {
-    if holds { Ok(()) } else { Err(SyntheticError::Value { what, value, must }) }
-}
-
-/// Refuses what would make no picture.
-fn check(
-    camera: &Camera,
-    options: &Options,
-    (width, height): (usize, usize),
-) -> Result<(), SyntheticError> {
-    let (lens, sensor) = (&camera.intrinsics, &options.sensor);
-    let positive = |x: f64| x > 0.0 && x.is_finite();
-    require(
-        "the picture's width",
-        width as f64,
-        (16..=8192).contains(&width),
-        "16 to 8192 pixels",
-    )?;
-    require(
-        "the picture's height",
-        height as f64,
-        (16..=8192).contains(&height),
-        "16 to 8192 pixels",
-    )?;
-    require("fx", lens.fx, positive(lens.fx), "more than 0 pixels")?;
-    require("fy", lens.fy, positive(lens.fy), "more than 0 pixels")?;
-    require("depth_scale", lens.depth_scale, positive(lens.depth_scale), "more than 0")?;
-    require(
-        "the ball's diameter",
-        camera.ball_diameter,
-        positive(camera.ball_diameter),
-        "more than 0 m",
-    )?;
-    let known = |x: f64, low: f64, high: f64| (low..=high).contains(&x);
-    require(
-        "colour_noise",
-        sensor.colour_noise,
-        known(sensor.colour_noise, 0.0, 100.0),
-        "0 to 100",
-    )?;
-    require("depth_noise", sensor.depth_noise, known(sensor.depth_noise, 0.0, 1.0), "0 to 1 m")?;
-    require(
-        "depth_step",
-        sensor.depth_step,
-        known(sensor.depth_step, 0.000_5, 0.1),
-        "0.0005 to 0.1 m",
-    )?;
-    require("speckle", sensor.speckle, known(sensor.speckle, 0.0, 0.5), "0 to 0.5")?;
-    require("nearest", sensor.nearest, known(sensor.nearest, 0.1, 100.0), "0.1 to 100 m")?;
-    require(
-        "farthest",
-        sensor.farthest,
-        known(sensor.farthest, sensor.nearest, 1e3),
-        "beyond the nearest",
-    )?;
-    let inside = (0.0..width as f64).contains(&lens.cx) && (0.0..height as f64).contains(&lens.cy);
-    if inside {
-        Ok(())
-    } else {
-        Err(SyntheticError::Intrinsics { cx: lens.cx, cy: lens.cy, width, height })
-    }
 }
 
 #[cfg(test)]

@@ -1,35 +1,35 @@
-//! What is in front of the camera at one moment.
+//! The content of a frame.
 
 use nalgebra::Point3;
 
 use super::light::Material;
 
-/// What is drawn into the background. Lengths in metres, positions in the rig frame.
+/// Objects drawn in front of the background. Lengths in metres, positions in the rig frame.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scene {
-    /// Centre of the rig's ball; `None` where there is none in the picture.
+    /// Centre of the rig's ball; `None` if there is no ball.
     pub ball: Option<Point3<f64>>,
-    /// What the ball is made of.
+    /// Material of the ball.
     pub ball_material: Material,
     /// Where the three cables leave motors A, B, C; `None` for a ball without cables and motors.
     pub motors: Option<[Point3<f64>; 3]>,
     /// Diameter of the cables, metres.
     pub cable_diameter: f64,
-    /// What the cables are made of.
+    /// Material of the cables.
     pub cable_material: Material,
     /// Other balls.
-    pub others: Vec<Ball>,
-    /// Other straight thin things: cables that cross the picture, sticks.
+    pub others: Vec<ExtraBall>,
+    /// Other straight thin objects: cables that cross the picture, sticks.
     pub strands: Vec<Strand>,
-    /// Exposure: 1 = as the background is, less is darker, more saturates. Greater than 0.
+    /// Exposure, above 0; 1 = the background's own.
     pub light: f64,
-    /// Standard deviation of the blur of what is drawn, pixels; 0 = sharp, 0.6 = as cheap cameras
-    /// are, 2 = out of focus.
+    /// Standard deviation of the blur of drawn objects, pixels: 0 = sharp, 0.6 = a low-cost camera,
+    /// 2 = out of focus.
     pub blur: f64,
 }
 
 impl Default for Scene {
-    /// Nothing in the picture, the paper's ball and thin dark cables for what is put there.
+    /// An empty scene with the paper's ball and thin dark cables as defaults.
     fn default() -> Self {
         Self {
             ball: None,
@@ -54,16 +54,16 @@ impl Scene {
 
 /// A ball that is not the rig's.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Ball {
+pub struct ExtraBall {
     /// Its centre, rig frame, metres.
     pub centre: Point3<f64>,
     /// Its diameter, metres.
     pub diameter: f64,
-    /// What it is made of.
+    /// Its material.
     pub material: Material,
 }
 
-/// A straight round thin thing.
+/// A straight round thin object.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Strand {
     /// One end, rig frame, metres.
@@ -72,6 +72,6 @@ pub struct Strand {
     pub to: Point3<f64>,
     /// Its diameter, metres.
     pub diameter: f64,
-    /// What it is made of.
+    /// Its material.
     pub material: Material,
 }

@@ -1,9 +1,8 @@
-//! What a structured-light depth sensor and a cheap colour sensor make of a perfect picture.
+//! Noise models of a structured-light depth sensor and of a low-cost colour sensor.
 //!
 //! A Kinect or Carmine measures disparity, `d = f b / z`, in steps of an eighth of a pixel. Noise
-//! and steps of one size in disparity are noise and steps that grow with z² in depth. What its
-//! projector does not reach from beside the camera has no depth: a strip on the left of everything
-//! that stands before something else.
+//! and steps of one size in disparity are noise and steps that grow with z² in depth. A surface
+//! in the projector's shadow has no depth: a strip to the left of every foreground object.
 
 use opencv::core::{Mat, MatTraitConstManual, Scalar, Size, mean_std_dev_def};
 use opencv::imgproc::gaussian_blur_def;
@@ -14,12 +13,14 @@ use rand_distr::StandardNormal;
 const FINE: f64 = 32.0;
 /// Steps of disparity in a pixel.
 const STEPS_IN_PIXEL: f64 = 8.0;
-/// Marks a place without depth in a plane of noise.
+/// Value of a pixel without depth in a plane of noise.
 const HOLE: i8 = i8::MIN;
-/// How much larger than the picture a plane of noise is: columns, rows.
-const SLACK: (usize, usize) = (160, 96);
+/// Additional columns of a plane of noise beyond the frame's.
+const EXTRA_COLUMNS: usize = 160;
+/// Additional rows of a plane of noise beyond the frame's.
+const EXTRA_ROWS: usize = 96;
 
-/// How a picture is spoilt. The defaults are those of a Kinect or Carmine.
+/// Noise model of the sensors. The defaults are those of a Kinect or Carmine.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SensorOptions {
     /// Standard deviation of the colour noise, of 255.
@@ -28,13 +29,13 @@ pub struct SensorOptions {
     pub depth_noise: f64,
     /// Step of the depth at 1 m, metres; at z metres z² of it. 0.0005 to 0.1.
     pub depth_step: f64,
-    /// Share of the pixels that lack depth by chance, 0 to 0.5.
+    /// Share of the pixels that lack depth at random, 0 to 0.5.
     pub speckle: f64,
-    /// Nothing nearer has depth, metres; at least 0.1.
+    /// Least distance with depth, metres; at least 0.1.
     pub nearest: f64,
-    /// Nothing farther has depth, metres.
+    /// Greatest distance with depth, metres.
     pub farthest: f64,
-    /// Whether there are holes beside and on things: the projector's shadow, edges, highlights.
+    /// Whether depth has holes at objects: the projector's shadow, edges, highlights.
     pub holes: bool,
 }
 
@@ -52,7 +53,7 @@ impl Default for SensorOptions {
     }
 }
 
-/// Depth as the sensor measures it: disparity in fine units (1/32 of its step), 0 = none.
+/// Depth in the sensor's terms: disparity in fine units (1/32 of its step), 0 = no depth.
 #[derive(Debug, Clone)]
 pub(super) struct Disparity {
     /// Fine units times metres.
@@ -64,7 +65,7 @@ pub(super) struct Disparity {
 }
 
 impl Disparity {
-    /// For a depth picture of `scale` units a metre.
+    /// Creates the conversion for raw depth of `scale` units a metre.
     pub(super) fn new(options: &SensorOptions, scale: f64) -> Self {
         let steps_metres = 1.0 / options.depth_step;
         let depths = (0..=u16::MAX / FINE as u16 + 8)
@@ -82,13 +83,13 @@ impl Disparity {
         Self { constant, nearest, farthest: options.farthest, depths }
     }
 
-    /// Fine disparity of `z` metres; 0 outside the sensor's reach.
+    /// Returns the fine disparity of `z` metres; 0 outside the sensor's range.
     pub(super) fn at_metres(&self, z: f64) -> u16 {
         if z >= self.nearest && z <= self.farthest { (self.constant / z).round() as u16 } else { 0 }
     }
 
-    /// How far the projector's shadow falls to the left, pixels, from a thing at disparity `near`
-    /// onto one at `far`.
+    /// Returns the width (pixels) of the projector's shadow to the left of an object at disparity
+    /// `near` on a surface at `far`.
     pub(super) fn shadow(near: u16, far: u16) -> f64 {
         (f64::from(near) - f64::from(far)) / (FINE * STEPS_IN_PIXEL)
     }
@@ -99,7 +100,7 @@ impl Disparity {
         &self,
         disparity: &[u16],
         width: usize,
-        noise: &Plane,
+        noise: &NoisePlane,
         start: usize,
         depth: &mut [u16],
     ) {
@@ -121,21 +122,21 @@ impl Disparity {
     }
 }
 
-/// A plane of noise, larger than the picture, that each picture takes a random part of.
+/// A plane of noise, larger than the frame. Each frame uses a random part of it.
 #[derive(Debug, Clone)]
-struct Plane {
+struct NoisePlane {
     values: Vec<i8>,
     /// Values in a row.
     width: usize,
 }
 
-/// Both sensors: what they add to each picture.
+/// Noise models of both sensors.
 #[derive(Debug, Clone)]
 pub(super) struct Sensor {
     pub(super) disparity: Disparity,
     pub(super) options: SensorOptions,
-    colour: Plane,
-    depth: Plane,
+    colour: NoisePlane,
+    depth: NoisePlane,
 }
 
 impl Sensor {
@@ -146,10 +147,10 @@ impl Sensor {
         (width, height): (usize, usize),
         random: &mut impl Rng,
     ) -> opencv::Result<Self> {
-        let (width, height) = (width + SLACK.0, height + SLACK.1);
+        let (width, height) = (width + EXTRA_COLUMNS, height + EXTRA_ROWS);
         let fine = options.depth_noise / options.depth_step * FINE;
-        let colour = grain(3 * width, height, options.colour_noise, None, random)?;
-        let mut depth = grain(width, height, fine, Some(1.1), random)?;
+        let colour = gaussian_noise(3 * width, height, options.colour_noise, None, random)?;
+        let mut depth = gaussian_noise(width, height, fine, Some(1.1), random)?;
         speckle(&mut depth, options.speckle, random);
         Ok(Self { disparity: Disparity::new(&options, scale), options, colour, depth })
     }
@@ -163,8 +164,8 @@ impl Sensor {
         depth: &mut [u16],
         random: &mut impl Rng,
     ) {
-        let start = random.random_range(0..SLACK.1) * self.colour.width
-            + 3 * random.random_range(0..SLACK.0);
+        let start = random.random_range(0..EXTRA_ROWS) * self.colour.width
+            + 3 * random.random_range(0..EXTRA_COLUMNS);
         for (row, pixels) in colour.chunks_exact_mut(3 * width).enumerate() {
             let from = start + row * self.colour.width;
             for (value, &noise) in
@@ -173,20 +174,20 @@ impl Sensor {
                 *value = value.saturating_add_signed(noise);
             }
         }
-        let start =
-            random.random_range(0..SLACK.1) * self.depth.width + random.random_range(0..SLACK.0);
+        let start = random.random_range(0..EXTRA_ROWS) * self.depth.width
+            + random.random_range(0..EXTRA_COLUMNS);
         self.disparity.finish(disparity, width, &self.depth, start, depth);
     }
 }
 
-/// Normal noise of standard deviation `sd`, smoothed over `correlation` pixels where given.
-fn grain(
+/// Returns normal noise of standard deviation `sd`, smoothed over `correlation` pixels if given.
+fn gaussian_noise(
     width: usize,
     height: usize,
     sd: f64,
     correlation: Option<f64>,
     random: &mut impl Rng,
-) -> opencv::Result<Plane> {
+) -> opencv::Result<NoisePlane> {
     let mut values: Vec<f32> = (0..width * height).map(|_| random.sample(StandardNormal)).collect();
     if let Some(sigma) = correlation {
         let white = Mat::new_rows_cols_with_data(height as i32, width as i32, &values)?;
@@ -199,11 +200,11 @@ fn grain(
     }
     let values =
         values.iter().map(|x| (f64::from(*x) * sd).round().clamp(-127.0, 127.0) as i8).collect();
-    Ok(Plane { values, width })
+    Ok(NoisePlane { values, width })
 }
 
-/// Takes `share` of the depth away, in specks of one to six pixels.
-fn speckle(plane: &mut Plane, share: f64, random: &mut impl Rng) {
+/// Removes a `share` of the depth in specks of one to six pixels.
+fn speckle(plane: &mut NoisePlane, share: f64, random: &mut impl Rng) {
     let specks = (share / 2.5 * plane.values.len() as f64) as usize;
     let reach = plane.values.len().saturating_sub(plane.width + 3).max(1);
     for _ in 0..specks {

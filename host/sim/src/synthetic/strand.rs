@@ -1,4 +1,4 @@
-//! Draws cables: straight, thin, anti-aliased, thicker where they are nearer.
+//! Drawing of cables: straight, thin, anti-aliased, with perspective.
 
 use nalgebra::Point3;
 
@@ -6,21 +6,21 @@ use super::ball::Style;
 use super::canvas::Canvas;
 use super::light::{Material, encode};
 
-/// Nothing nearer to the camera than this is drawn, metres.
-const NEAREST: f64 = 0.05;
-/// A depth sensor does not see what is thinner than this, pixels.
-const SEEN: f64 = 3.0;
+/// Least distance of drawn strands from the camera, metres.
+const NEAR_PLANE: f64 = 0.05;
+/// Least width that the depth sensor resolves, pixels.
+const MIN_DEPTH_WIDTH: f64 = 3.0;
 
-/// A straight round thin thing to be drawn, in camera axes, metres.
+/// A straight round thin object to be drawn, in camera axes, metres.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct StrandToDraw {
+pub(super) struct CameraStrand {
     pub(super) from: Point3<f64>,
     pub(super) to: Point3<f64>,
     pub(super) diameter: f64,
     pub(super) material: Material,
 }
 
-/// A strand in the picture: along its major axis (the one it crosses more pixels of) and across.
+/// A projected strand along its major axis (the axis with more pixels) and its minor axis.
 struct Line {
     /// Major and minor coordinate and 1/z of the end with the smaller major coordinate.
     start: [f64; 3],
@@ -32,18 +32,18 @@ struct Line {
     upright: bool,
 }
 
-impl StrandToDraw {
+impl CameraStrand {
     /// The part in front of the camera, as seen.
     fn project(&self, style: &Style<'_>) -> Option<Line> {
         let (mut a, mut b) = (self.from, self.to);
         if a.z > b.z {
             std::mem::swap(&mut a, &mut b);
         }
-        if b.z <= NEAREST {
+        if b.z <= NEAR_PLANE {
             return None;
         }
-        if a.z < NEAREST {
-            a = b + (a - b) * ((b.z - NEAREST) / (b.z - a.z));
+        if a.z < NEAR_PLANE {
+            a = b + (a - b) * ((b.z - NEAR_PLANE) / (b.z - a.z));
         }
         let seen = |p: &Point3<f64>| style.intrinsics.project(p).map(|(u, v)| [u, v, 1.0 / p.z]);
         let (a, b) = (seen(&a)?, seen(&b)?);
@@ -58,7 +58,7 @@ impl StrandToDraw {
         Some(Line { start: a, slope, end: b[0], upright })
     }
 
-    /// Draws it.
+    /// Draws the strand.
     pub(super) fn draw(&self, canvas: &mut Canvas<'_>, style: &Style<'_>) {
         let Some(line) = self.project(style) else { return };
         let axis = (self.to - self.from).try_normalize(1e-12).unwrap_or_else(nalgebra::Vector3::x);
@@ -107,17 +107,18 @@ struct Dot {
     z: f64,
 }
 
+/// Draws one pixel of a strand.
 fn dot(canvas: &mut Canvas<'_>, i: usize, at: Dot, lit: [f64; 3]) {
     let half = at.width / 2.0;
     let coverage = smeared((at.aside + half) / at.soft) - smeared((at.aside - half) / at.soft);
     if coverage <= 0.0 || !canvas.in_front(i, at.z) {
         return;
     }
-    // Round: its sides look away from the light. A thin one shows its mean.
-    let turned = if at.width > SEEN { (at.aside / half).min(1.0) } else { 0.5 };
+    // The sides of a round strand are darker. A thin strand has its mean brightness.
+    let turned = if at.width > MIN_DEPTH_WIDTH { (at.aside / half).min(1.0) } else { 0.5 };
     let round = 1.2 - 0.65 * turned * turned;
     canvas.blend(i, lit.map(|x| encode(x * round)), coverage);
-    if at.width >= SEEN && coverage > 0.5 {
+    if at.width >= MIN_DEPTH_WIDTH && coverage > 0.5 {
         canvas.set_depth(i, Some(at.z));
     }
 }

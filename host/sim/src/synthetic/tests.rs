@@ -27,7 +27,7 @@ fn camera(background: Background, sensor: SensorOptions, seed: u64) -> Synthetic
     SyntheticCamera::new(
         camera_file::paper().unwrap(),
         background,
-        Options { sensor, ..Options::default() },
+        RenderOptions { sensor, ..RenderOptions::default() },
         seed,
     )
     .unwrap()
@@ -254,8 +254,8 @@ fn the_room_fools_a_detector_that_looks_at_the_red_channel() {
 
 #[test]
 fn what_cannot_be_is_refused() {
-    let make = |change: fn(&mut Camera, &mut Options)| {
-        let (mut camera, mut options) = (camera_file::paper().unwrap(), Options::default());
+    let make = |change: fn(&mut Camera, &mut RenderOptions)| {
+        let (mut camera, mut options) = (camera_file::paper().unwrap(), RenderOptions::default());
         change(&mut camera, &mut options);
         SyntheticCamera::new(camera, plain(2.0), options, 1).map(|_| ())
     };
@@ -265,7 +265,7 @@ fn what_cannot_be_is_refused() {
         Err(SyntheticError::Intrinsics { .. })
     ));
     for wrong in [
-        (|camera, _| camera.intrinsics.fx = f64::NAN) as fn(&mut Camera, &mut Options),
+        (|camera, _| camera.intrinsics.fx = f64::NAN) as fn(&mut Camera, &mut RenderOptions),
         |camera, _| camera.intrinsics.depth_scale = 0.0,
         |camera, _| camera.ball_diameter = -1.0,
         |_, options| options.sensor.depth_step = 0.0,

@@ -25,7 +25,8 @@ const MEASUREMENT_SD: [f64; 3] = [2.0, 1.0, 1.0];
 const DISTURBANCE_SD: f64 = 0.05;
 /// Standard deviation of a motion's effect, as a fraction of it.
 const MOTION_SD: f64 = 0.02;
-/// Standard deviation of J's drift for the square root of a step, as a fraction of its largest entry.
+/// Standard deviation of J's drift for the square root of a step, as a fraction of its largest
+/// entry.
 const DRIFT_SD: f64 = 0.01;
 /// Innovations beyond this many standard deviations are clamped.
 const MAX_INNOVATION_SDS: f64 = 4.0;
@@ -122,8 +123,8 @@ impl AxisKalman {
         }
     }
 
-    /// Updates the state with a measurement `z`, mm, after `held` consecutive frames of a held ball.
-    /// The innovation is clamped. Frames of a held ball do not change J.
+    /// Updates the state with a measurement `z`, mm, after `held` consecutive frames of a held
+    /// ball. The innovation is clamped. Frames of a held ball do not change J.
     fn update(&mut self, z: f64, held: u32) {
         let s = self.p_pp + self.variance * (1.0 + f64::from(held) / HOLD_VARIANCE_FRAMES);
         let most = MAX_INNOVATION_SDS * s.sqrt();
@@ -182,10 +183,10 @@ impl Adaptive {
         Self { limits, estimate: None, overshoots: OvershootDetector::default(), held: 0 }
     }
 
-    /// Returns the setpoint for `n` steps: rates proportional to the longest, limited by the rate from
-    /// which a motor can brake within the steps less the `margin` (a fraction of them) and by the
-    /// greatest rate, all times `gain_scale`. The setpoint is valid until the remaining steps are
-    /// the braking distance.
+    /// Returns the setpoint for `n` steps: rates proportional to the longest, limited by the rate
+    /// from which a motor can brake within the steps less the `margin` (a fraction of them) and by
+    /// the greatest rate, all times `gain_scale`. The setpoint is valid until the remaining steps
+    /// are the braking distance.
     fn along(&self, n: Vector3<f64>, margin: f64, gain_scale: f64) -> Setpoint {
         let (longest, acceleration) = (n.amax().max(1e-9), self.limits.acceleration);
         let certain = longest - (longest * margin).min(MAX_MARGIN_STEPS);
@@ -198,8 +199,8 @@ impl Adaptive {
         }
     }
 
-    /// Returns the rates of the law `sign` for e = target - ball (mm): the greatest rate until close to
-    /// the target.
+    /// Returns the rates of the law `sign` for e = target - ball (mm): the greatest rate until
+    /// close to the target.
     fn by_signs(&self, e: &Vector3<f64>) -> Vector3<f64> {
         let w = direction(&-e);
         let largest = w.amax();

@@ -1,5 +1,5 @@
-//! The board's laws in `f64`, written from their equations. The difference to the board's results is
-//! the cost of fixed point.
+//! The board's laws in `f64`, written from their equations. The difference to the board's results
+//! is the cost of fixed point.
 
 mod adaptive;
 mod interval;
@@ -19,8 +19,8 @@ use sign::Sign;
 /// Names of the laws with a reference. The law `taut` uses floating point on the board, too.
 pub(super) const NAMES: [&str; 3] = ["interval", "sign", "adaptive"];
 
-/// Returns the `f64` reference of a law for motors of these limits. For a law that uses floating point
-/// on the board, this is the board's own law with `params`.
+/// Returns the `f64` reference of a law for motors of these limits. For a law that uses floating
+/// point on the board, this is the board's own law with `params`.
 pub(super) fn of(law: &LawSettings, params: &Params, limits: Limits) -> Box<dyn Law> {
     match law {
         LawSettings::Interval { gamma, alpha, beta, signs, .. } => {
@@ -76,8 +76,8 @@ const PROPORTIONAL_GAIN: f64 = 8.0;
 /// Share of the braking distance's acceleration: a rate of sqrt(2 a n) stops within n steps.
 const BRAKING_FACTOR: f64 = 1.2;
 
-/// Returns rates (full steps/s) in the direction of the remaining `steps`: proportional to the longest,
-/// limited by the rate from which a motor can brake and by the greatest rate.
+/// Returns rates (full steps/s) in the direction of the remaining `steps`: proportional to the
+/// longest, limited by the rate from which a motor can brake and by the greatest rate.
 pub(super) fn along(steps: Vector3<f64>, limits: &Limits) -> Vector3<f64> {
     let longest = steps.amax();
     if longest <= 0.0 {

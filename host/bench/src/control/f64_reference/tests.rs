@@ -48,7 +48,8 @@ impl Controller for Recorded {
 }
 
 /// Runs `controller` or, if it is `None`, the board's own law in
-/// [`LawController`](super::super::law_controller::LawController). Returns the motor positions, too.
+/// [`LawController`](super::super::law_controller::LawController). Returns the motor positions,
+/// too.
 fn whole_run(
     controller: Option<&ControllerKind>,
     law: &LawSettings,
@@ -66,8 +67,8 @@ fn whole_run(
     (outcome, controller.rows)
 }
 
-/// With the board's own law the harness of the `f64` laws gives the board's run, up to rounding: nothing but
-/// the law differs. In run 101 of seed 5 nothing is seen for half a second.
+/// With the board's own law the harness of the `f64` laws gives the board's run, up to rounding:
+/// nothing but the law differs. In run 101 of seed 5 nothing is seen for half a second.
 #[test]
 fn the_harness_is_the_board() {
     let (plain, elastic) = (Suite::new(SuiteName::QuasiStatic), Suite::new(SuiteName::Elastic));
@@ -100,8 +101,8 @@ fn farthest(a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
 }
 
 /// Whole runs with the same noise: the motors go the same way. `adaptive` may use its estimate a
-/// picture earlier or later than its reference where descent is just certain; `interval`, at a gain that
-/// does not chatter, has an α on the chip that is rounded outwards by 0.2 %.
+/// picture earlier or later than its reference where descent is just certain; `interval`, at a gain
+/// that does not chatter, has an α on the chip that is rounded outwards by 0.2 %.
 #[test]
 fn motors_go_the_same_way_in_fixed_point_and_in_f64() {
     let suite = Suite::new(SuiteName::QuasiStatic);

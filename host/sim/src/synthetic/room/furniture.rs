@@ -1,9 +1,9 @@
-//! The furnished room: a workshop with a bench, a window and the things that lie about in one.
+//! The furnished room: a workshop with a bench, a window and the objects that lie about in one.
 
 use nalgebra::{Point3, Vector3};
 
-use super::pattern::chance;
-use super::{Panel, Pattern, Room, Shape, Thing};
+use super::pattern::hash_noise;
+use super::{AreaLight, Object, Pattern, Room, Shape};
 use crate::synthetic::light::Material;
 
 /// Top of the bench is the rig frame's z = 0.
@@ -12,20 +12,20 @@ pub(super) fn furnished() -> Room {
     room.paint[4] = Material::from_srgb(150, 112, 80);
     room.paint[5] = Material::from_srgb(235, 233, 228).matt();
     room.floor = Pattern::Boards;
-    room.panels.push(Panel {
+    room.panels.push(AreaLight {
         centre: Point3::new(-2.12, -0.75, 0.55),
         a: Vector3::new(0.0, 0.5, 0.0),
         b: Vector3::new(0.0, 0.0, 0.55),
         power: [2.4, 2.15, 1.95],
     });
-    room.things.extend(bench());
-    room.things.extend(distractors());
-    room.things.extend(on_the_bench());
-    room.things.extend(window());
-    room.things.extend(walls());
-    room.things.extend(shelf());
-    room.things.extend(chair());
-    room.things.extend(plant());
+    room.objects.extend(bench());
+    room.objects.extend(distractors());
+    room.objects.extend(on_the_bench());
+    room.objects.extend(window());
+    room.objects.extend(walls());
+    room.objects.extend(shelf());
+    room.objects.extend(chair());
+    room.objects.extend(plant());
     room
 }
 
@@ -41,12 +41,15 @@ fn cylinder(base: [f64; 3], radius: f64, height: f64) -> Shape {
     Shape::Cylinder { base: base.into(), radius, height }
 }
 
-fn bench() -> Vec<Thing> {
+fn bench() -> Vec<Object> {
     let leg = |x, y| {
-        Thing::new(block([x, y, -0.395], [0.03, 0.03, 0.355], 0.0), Material::from_srgb(70, 72, 76))
+        Object::new(
+            block([x, y, -0.395], [0.03, 0.03, 0.355], 0.0),
+            Material::from_srgb(70, 72, 76),
+        )
     };
     vec![
-        Thing::new(
+        Object::new(
             block([0.475, 0.325, -0.02], [0.825, 0.85, 0.02], 0.0),
             Material::from_srgb(206, 176, 136),
         )
@@ -56,55 +59,55 @@ fn bench() -> Vec<Thing> {
     ]
 }
 
-/// What a detector that looks at the red channel takes for the ball.
-fn distractors() -> Vec<Thing> {
+/// Returns objects that a detector on the red channel confuses with the ball.
+fn distractors() -> Vec<Object> {
     let white = Material::from_srgb(240, 239, 235);
     let red_paper = Material::from_srgb(205, 40, 44).matt();
     let can = |base| {
-        Thing::new(cylinder(base, 0.033, 0.122), Material::from_srgb(190, 22, 30))
+        Object::new(cylinder(base, 0.033, 0.122), Material::from_srgb(190, 22, 30))
             .with_pattern(Pattern::Label([0.75, 0.75, 0.75]))
     };
     vec![
-        Thing::new(sphere([0.45, 0.80, 0.04], 0.04), white),
-        Thing::new(sphere([0.30, -0.28, 0.045], 0.045), Material::from_srgb(228, 178, 148)),
-        Thing::new(sphere([0.05, 1.02, 0.042], 0.042), Material::from_srgb(240, 132, 30)),
+        Object::new(sphere([0.45, 0.80, 0.04], 0.04), white),
+        Object::new(sphere([0.30, -0.28, 0.045], 0.045), Material::from_srgb(228, 178, 148)),
+        Object::new(sphere([0.05, 1.02, 0.042], 0.042), Material::from_srgb(240, 132, 30)),
         can([0.12, -0.44, 0.0]),
         can([-0.22, 0.66, 0.0]),
-        Thing::new(block([0.25, 0.98, 0.001_5], [0.105, 0.148, 0.001_5], 0.35), red_paper),
-        Thing::new(block([-1.945, 0.56, 0.62], [0.002, 0.105, 0.148], 0.0), red_paper)
+        Object::new(block([0.25, 0.98, 0.001_5], [0.105, 0.148, 0.001_5], 0.35), red_paper),
+        Object::new(block([-1.945, 0.56, 0.62], [0.002, 0.105, 0.148], 0.0), red_paper)
             .with_pattern(Pattern::Print([0.6, 0.6, 0.6])),
-        Thing::new(sphere([-0.15, 0.99, 0.42], 0.062), Material::from_srgb(255, 244, 222))
+        Object::new(sphere([-0.15, 0.99, 0.42], 0.062), Material::from_srgb(255, 244, 222))
             .glowing(1.6),
-        Thing::new(cylinder([-0.15, 0.99, 0.0], 0.07, 0.02), Material::from_srgb(40, 40, 44)),
-        Thing::new(cylinder([-0.15, 0.99, 0.02], 0.008, 0.35), Material::from_srgb(170, 172, 176)),
+        Object::new(cylinder([-0.15, 0.99, 0.0], 0.07, 0.02), Material::from_srgb(40, 40, 44)),
+        Object::new(cylinder([-0.15, 0.99, 0.02], 0.008, 0.35), Material::from_srgb(170, 172, 176)),
     ]
 }
 
-fn on_the_bench() -> Vec<Thing> {
+fn on_the_bench() -> Vec<Object> {
     let black = Material::from_srgb(34, 35, 38);
     vec![
-        Thing::new(block([-0.2, -0.27, 0.25], [0.018, 0.25, 0.165], -0.3), black),
-        Thing::new(
+        Object::new(block([-0.2, -0.27, 0.25], [0.018, 0.25, 0.165], -0.3), black),
+        Object::new(
             block([-0.181, -0.275, 0.255], [0.003, 0.235, 0.145], -0.3),
             Material::from_srgb(58, 74, 104),
         ),
-        Thing::new(cylinder([-0.22, -0.27, 0.0], 0.02, 0.1), black),
-        Thing::new(cylinder([-0.21, -0.27, 0.0], 0.1, 0.012), black),
-        Thing::new(
+        Object::new(cylinder([-0.22, -0.27, 0.0], 0.02, 0.1), black),
+        Object::new(cylinder([-0.21, -0.27, 0.0], 0.1, 0.012), black),
+        Object::new(
             block([0.0, -0.3, 0.01], [0.07, 0.2, 0.01], -0.3),
             Material::from_srgb(60, 61, 64),
         )
         .with_pattern(Pattern::Print([0.2, 0.2, 0.2])),
-        Thing::new(cylinder([-0.08, 0.47, 0.0], 0.04, 0.095), Material::from_srgb(44, 92, 150)),
-        Thing::new(
+        Object::new(cylinder([-0.08, 0.47, 0.0], 0.04, 0.095), Material::from_srgb(44, 92, 150)),
+        Object::new(
             block([-0.2, 0.22, 0.018], [0.10, 0.14, 0.018], 0.25),
             Material::from_srgb(60, 110, 70),
         ),
-        Thing::new(
+        Object::new(
             block([-0.2, 0.22, 0.05], [0.09, 0.12, 0.014], -0.1),
             Material::from_srgb(222, 214, 196),
         ),
-        Thing::new(
+        Object::new(
             block([0.2, -0.05, 0.001], [0.105, 0.148, 0.001], 1.2),
             Material::from_srgb(244, 244, 240).matt(),
         )
@@ -113,12 +116,13 @@ fn on_the_bench() -> Vec<Thing> {
 }
 
 /// In the wall behind the rig, to its left.
-fn window() -> Vec<Thing> {
+fn window() -> Vec<Object> {
     let frame = Material::from_srgb(236, 236, 232);
-    let bar =
-        |y, z, half_y, half_z| Thing::new(block([-2.17, y, z], [0.03, half_y, half_z], 0.0), frame);
+    let bar = |y, z, half_y, half_z| {
+        Object::new(block([-2.17, y, z], [0.03, half_y, half_z], 0.0), frame)
+    };
     vec![
-        Thing::new(
+        Object::new(
             block([-2.195, -0.75, 0.55], [0.005, 0.5, 0.55], 0.0),
             Material::from_srgb(226, 238, 255),
         )
@@ -129,19 +133,19 @@ fn window() -> Vec<Thing> {
         bar(-0.75, 0.55, 0.022, 0.55),
         bar(-0.75, 1.12, 0.535, 0.035),
         bar(-0.75, 0.72, 0.5, 0.02),
-        Thing::new(block([-2.12, -0.75, -0.03], [0.09, 0.56, 0.02], 0.0), frame),
+        Object::new(block([-2.12, -0.75, -0.03], [0.09, 0.56, 0.02], 0.0), frame),
     ]
 }
 
 /// A white chimney breast, a skirting board, a lamp under the ceiling, a notice.
-fn walls() -> Vec<Thing> {
+fn walls() -> Vec<Object> {
     let white = Material::from_srgb(246, 245, 241).matt();
     vec![
-        Thing::new(block([-2.08, 0.35, 0.45], [0.13, 0.42, 1.2], 0.0), white)
+        Object::new(block([-2.08, 0.35, 0.45], [0.13, 0.42, 1.2], 0.0), white)
             .with_pattern(Pattern::Mottled),
-        Thing::new(block([-2.19, 0.3, -0.69], [0.012, 1.9, 0.06], 0.0), white),
-        Thing::new(block([-1.5, 0.9, 1.62], [0.55, 0.07, 0.025], 0.0), white).glowing(1.5),
-        Thing::new(
+        Object::new(block([-2.19, 0.3, -0.69], [0.012, 1.9, 0.06], 0.0), white),
+        Object::new(block([-1.5, 0.9, 1.62], [0.55, 0.07, 0.025], 0.0), white).glowing(1.5),
+        Object::new(
             block([-1.948, 0.12, 0.35], [0.002, 0.105, 0.148], 0.0),
             Material::from_srgb(238, 236, 224).matt(),
         )
@@ -150,38 +154,38 @@ fn walls() -> Vec<Thing> {
 }
 
 /// Against the wall behind the rig, to its right.
-fn shelf() -> Vec<Thing> {
+fn shelf() -> Vec<Object> {
     let board = Material::from_srgb(128, 92, 62).matt();
-    let mut things = vec![
-        Thing::new(block([-2.02, 0.86, 0.12], [0.17, 0.018, 0.87], 0.0), board),
-        Thing::new(block([-2.02, 1.94, 0.12], [0.17, 0.018, 0.87], 0.0), board),
+    let mut objects = vec![
+        Object::new(block([-2.02, 0.86, 0.12], [0.17, 0.018, 0.87], 0.0), board),
+        Object::new(block([-2.02, 1.94, 0.12], [0.17, 0.018, 0.87], 0.0), board),
     ];
     for level in 0..6 {
         let z = -0.72 + 0.34 * f64::from(level);
-        things.push(Thing::new(block([-2.02, 1.4, z], [0.17, 0.53, 0.014], 0.0), board));
+        objects.push(Object::new(block([-2.02, 1.4, z], [0.17, 0.53, 0.014], 0.0), board));
         if level < 5 {
             let books = block(
                 [-2.05, 1.4 - 0.02 * f64::from(level % 3), z + 0.139],
                 [0.12, 0.5, 0.125],
                 0.0,
             );
-            things.push(
-                Thing::new(books, Material::from_srgb(90, 90, 90).matt())
+            objects.push(
+                Object::new(books, Material::from_srgb(90, 90, 90).matt())
                     .with_pattern(Pattern::Books),
             );
         }
     }
-    things
+    objects
 }
 
-fn chair() -> Vec<Thing> {
+fn chair() -> Vec<Object> {
     let cloth = Material::from_srgb(66, 82, 98).matt();
     let steel = Material::from_srgb(110, 112, 116);
-    let leg = |x, y, top| Thing::new(cylinder([x, y, -0.75], 0.014, top), steel);
+    let leg = |x, y, top| Object::new(cylinder([x, y, -0.75], 0.014, top), steel);
     vec![
-        Thing::new(block([-0.95, 0.62, -0.30], [0.21, 0.21, 0.025], 0.4), cloth)
+        Object::new(block([-0.95, 0.62, -0.30], [0.21, 0.21, 0.025], 0.4), cloth)
             .with_pattern(Pattern::Mottled),
-        Thing::new(block([-1.13, 0.53, 0.08], [0.02, 0.2, 0.16], 0.4), cloth)
+        Object::new(block([-1.13, 0.53, 0.08], [0.02, 0.2, 0.16], 0.4), cloth)
             .with_pattern(Pattern::Mottled),
         leg(-0.84, 0.86, 0.43),
         leg(-0.70, 0.52, 0.43),
@@ -193,19 +197,19 @@ fn chair() -> Vec<Thing> {
 }
 
 /// In the corner to the left.
-fn plant() -> Vec<Thing> {
-    let pot = Thing::new(
+fn plant() -> Vec<Object> {
+    let pot = Object::new(
         cylinder([-1.55, -1.2, -0.75], 0.17, 0.34),
         Material::from_srgb(176, 104, 78).matt(),
     );
     let leaves = (0..16_i64).map(|k| {
-        let random = |what| chance(k, what, 40);
+        let random = |what| hash_noise(k, what, 40);
         let (sin, cos) = (std::f64::consts::TAU * random(0)).sin_cos();
         let out = 0.22 * random(1).sqrt();
         let centre = [-1.55 + out * cos, -1.2 + out * sin, -0.25 + 0.5 * random(2)];
         let green =
             Material::from_srgb(44 + (26.0 * random(3)) as u8, 92 + (40.0 * random(4)) as u8, 46);
-        Thing::new(sphere(centre, 0.06 + 0.06 * random(5)), green.matt())
+        Object::new(sphere(centre, 0.06 + 0.06 * random(5)), green.matt())
             .with_pattern(Pattern::Mottled)
     });
     std::iter::once(pot).chain(leaves).collect()

@@ -1,10 +1,10 @@
-//! What surfaces look like: colours that change from place to place.
+//! Surface patterns.
 
 use nalgebra::Vector3;
 
-use super::shape::Meeting;
+use super::shape::Intersection;
 
-/// How a surface's colour changes over it. Second colours are linear, order blue, green, red.
+/// Variation of a surface's colour. Second colours are linear, order blue, green, red.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Pattern {
     /// It does not.
@@ -26,21 +26,21 @@ pub enum Pattern {
 }
 
 impl Pattern {
-    /// Whether it has edges of its own, which want smoothing.
+    /// Returns whether the pattern has edges, which need anti-aliasing.
     pub(super) fn has_edges(self) -> bool {
         matches!(self, Self::Books | Self::Label(_) | Self::Print(_) | Self::Boards)
     }
 
     /// The colour at `at` of a surface whose own colour is `base`.
-    pub(super) fn colour(self, base: [f64; 3], at: &Meeting) -> [f64; 3] {
+    pub(super) fn colour(self, base: [f64; 3], at: &Intersection) -> [f64; 3] {
         let p = at.local;
         let scaled = |by: f64| base.map(|x| x * by);
         match self {
             Self::Plain => base,
-            Self::Mottled => scaled(0.92 + 0.16 * cloud(p * 6.0)),
+            Self::Mottled => scaled(0.92 + 0.16 * value_noise(p * 6.0)),
             Self::Wood => {
-                let rings = cloud(Vector3::new(p.x * 9.0, p.y * 1.3, p.z * 9.0)) * 9.0;
-                let fine = cloud(Vector3::new(p.x * 160.0, p.y * 9.0, p.z * 160.0));
+                let rings = value_noise(Vector3::new(p.x * 9.0, p.y * 1.3, p.z * 9.0)) * 9.0;
+                let fine = value_noise(Vector3::new(p.x * 160.0, p.y * 9.0, p.z * 160.0));
                 scaled(0.78 + 0.20 * (rings - rings.floor()).powi(2) + 0.14 * fine)
             }
             Self::Boards => boards(base, &p),
@@ -48,7 +48,7 @@ impl Pattern {
             Self::Label(second) => {
                 let wave = 0.02 * (p.x * 90.0).sin();
                 let letters =
-                    chance((p.y * 170.0).floor() as i64, (p.z * 60.0).floor() as i64, 5) > 0.62;
+                    hash_noise((p.y * 170.0).floor() as i64, (p.z * 60.0).floor() as i64, 5) > 0.62;
                 if (p.z + wave).abs() < 0.018 || (letters && p.z.abs() < 0.03) {
                     second
                 } else {
@@ -65,10 +65,10 @@ fn boards(base: [f64; 3], p: &Vector3<f64>) -> [f64; 3] {
     const WIDTH: f64 = 0.14;
     let board = (p.y / WIDTH).floor();
     let across = p.y / WIDTH - board;
-    let tone = 0.8 + 0.35 * chance(board as i64, 0, 1);
-    let grain = cloud(Vector3::new(p.x * 2.0, p.y * 60.0, board));
+    let tone = 0.8 + 0.35 * hash_noise(board as i64, 0, 1);
+    let gaussian_noise = value_noise(Vector3::new(p.x * 2.0, p.y * 60.0, board));
     let gap = if across < 0.03 { 0.35 } else { 1.0 };
-    base.map(|x| x * gap * tone * (0.85 + 0.3 * grain))
+    base.map(|x| x * gap * tone * (0.85 + 0.3 * gaussian_noise))
 }
 
 fn books(p: &Vector3<f64>) -> [f64; 3] {
@@ -87,13 +87,13 @@ fn books(p: &Vector3<f64>) -> [f64; 3] {
     let slot = (p.y / 0.034).floor();
     let across = p.y / 0.034 - slot;
     let slot = slot as i64;
-    let height = 0.02 + 0.09 * chance(slot, 3, 2);
+    let height = 0.02 + 0.09 * hash_noise(slot, 3, 2);
     if p.z > 0.125 - height || across < 0.06 {
         return [0.015; 3];
     }
-    let cover = COVERS[(chance(slot, 7, 3) * 8.999) as usize];
+    let cover = COVERS[(hash_noise(slot, 7, 3) * 8.999) as usize];
     let title =
-        (p.z - 0.01).abs() < 0.03 && (0.3..0.75).contains(&across) && chance(slot, 9, 4) > 0.4;
+        (p.z - 0.01).abs() < 0.03 && (0.3..0.75).contains(&across) && hash_noise(slot, 9, 4) > 0.4;
     if title {
         [0.5, 0.6, 0.6]
     } else {
@@ -105,13 +105,13 @@ fn print(base: [f64; 3], ink: [f64; 3], p: &Vector3<f64>) -> [f64; 3] {
     let line = (p.z / 0.025).floor();
     let within = p.z / 0.025 - line;
     let (line, letter) = (line as i64, (p.y / 0.012).floor() as i64);
-    let word = chance(line, letter.div_euclid(5), 6) > 0.25;
-    let inked = (0.3..0.72).contains(&within) && word && chance(line, letter, 8) > 0.35;
+    let word = hash_noise(line, letter.div_euclid(5), 6) > 0.25;
+    let inked = (0.3..0.72).contains(&within) && word && hash_noise(line, letter, 8) > 0.35;
     if inked { ink } else { base }
 }
 
 /// A number in 0 to 1 that looks random but is always the same for the same arguments.
-pub(super) fn chance(a: i64, b: i64, c: i64) -> f64 {
+pub(super) fn hash_noise(a: i64, b: i64, c: i64) -> f64 {
     let mut x = (a as u64)
         .wrapping_mul(0x9e37_79b9_7f4a_7c15)
         .wrapping_add((b as u64).wrapping_mul(0xc2b2_ae3d_27d4_eb4f))
@@ -123,7 +123,7 @@ pub(super) fn chance(a: i64, b: i64, c: i64) -> f64 {
 }
 
 /// Smooth noise, 0 to 1, that changes over a unit of length.
-fn cloud(p: Vector3<f64>) -> f64 {
+fn value_noise(p: Vector3<f64>) -> f64 {
     let cell = p.map(f64::floor);
     let within = (p - cell).map(|x| x * x * (3.0 - 2.0 * x));
     let mut sum = 0.0;
@@ -132,7 +132,7 @@ fn cloud(p: Vector3<f64>) -> f64 {
         let weight: f64 =
             (0..3).map(|k| if offset[k] > 0.5 { within[k] } else { 1.0 - within[k] }).product();
         let at = [0, 1, 2].map(|k| (cell[k] + offset[k]) as i64);
-        sum += weight * chance(at[0], at[1], at[2]);
+        sum += weight * hash_noise(at[0], at[1], at[2]);
     }
     sum
 }

@@ -1,4 +1,4 @@
-//! Solids and where a ray meets them.
+//! Solids and their intersections with rays.
 
 use nalgebra::{Point3, Vector3};
 
@@ -7,16 +7,16 @@ use nalgebra::{Point3, Vector3};
 pub enum Shape {
     /// A box that stands upright.
     Block {
-        /// Its middle.
+        /// Its centre.
         centre: Point3<f64>,
         /// Half its size along its own x, y and z.
         half: Vector3<f64>,
-        /// How far it is turned about z, radians.
+        /// Rotation about z, radians.
         yaw: f64,
     },
     /// A ball.
     Sphere {
-        /// Its middle.
+        /// Its centre.
         centre: Point3<f64>,
         /// Its radius.
         radius: f64,
@@ -41,7 +41,7 @@ pub(super) struct Ray {
 
 /// Where a ray meets a surface.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Meeting {
+pub(super) struct Intersection {
     /// Along the ray.
     pub(super) t: f64,
     /// Unit, outwards.
@@ -57,7 +57,7 @@ const START: f64 = 1e-6;
 
 impl Shape {
     /// A ball around the solid: middle and radius.
-    pub(super) fn bounds(&self) -> (Point3<f64>, f64) {
+    pub(super) fn bounding_sphere(&self) -> (Point3<f64>, f64) {
         match *self {
             Self::Block { centre, half, .. } => (centre, half.norm()),
             Self::Sphere { centre, radius } => (centre, radius),
@@ -68,7 +68,7 @@ impl Shape {
     }
 
     /// Where `ray` first enters the solid.
-    pub(super) fn meet(&self, ray: &Ray) -> Option<Meeting> {
+    pub(super) fn intersect(&self, ray: &Ray) -> Option<Intersection> {
         match *self {
             Self::Block { centre, half, yaw } => block(ray, &centre, &half, yaw),
             Self::Sphere { centre, radius } => sphere(ray, &centre, radius),
@@ -81,7 +81,7 @@ fn turn(v: &Vector3<f64>, (sin, cos): (f64, f64)) -> Vector3<f64> {
     Vector3::new(v.x * cos - v.y * sin, v.x * sin + v.y * cos, v.z)
 }
 
-fn block(ray: &Ray, centre: &Point3<f64>, half: &Vector3<f64>, yaw: f64) -> Option<Meeting> {
+fn block(ray: &Ray, centre: &Point3<f64>, half: &Vector3<f64>, yaw: f64) -> Option<Intersection> {
     let (sin, cos) = yaw.sin_cos();
     let from = turn(&(ray.from - centre), (-sin, cos));
     let along = turn(&ray.along, (-sin, cos));
@@ -100,10 +100,15 @@ fn block(ray: &Ray, centre: &Point3<f64>, half: &Vector3<f64>, yaw: f64) -> Opti
     let mut normal = Vector3::zeros();
     normal[axis] = -along[axis].signum();
     let side = 2 * axis as u8 + u8::from(along[axis] < 0.0);
-    Some(Meeting { t: enter, normal: turn(&normal, (sin, cos)), local: from + along * enter, side })
+    Some(Intersection {
+        t: enter,
+        normal: turn(&normal, (sin, cos)),
+        local: from + along * enter,
+        side,
+    })
 }
 
-fn sphere(ray: &Ray, centre: &Point3<f64>, radius: f64) -> Option<Meeting> {
+fn sphere(ray: &Ray, centre: &Point3<f64>, radius: f64) -> Option<Intersection> {
     let from = ray.from - centre;
     let (a, b) = (ray.along.norm_squared(), from.dot(&ray.along));
     let root = b * b - a * (from.norm_squared() - radius * radius);
@@ -112,10 +117,10 @@ fn sphere(ray: &Ray, centre: &Point3<f64>, radius: f64) -> Option<Meeting> {
     }
     let t = (-b - root.sqrt()) / a;
     let local = from + ray.along * t;
-    (t > START).then(|| Meeting { t, normal: local / radius, local, side: 0 })
+    (t > START).then(|| Intersection { t, normal: local / radius, local, side: 0 })
 }
 
-fn cylinder(ray: &Ray, base: &Point3<f64>, radius: f64, height: f64) -> Option<Meeting> {
+fn cylinder(ray: &Ray, base: &Point3<f64>, radius: f64, height: f64) -> Option<Intersection> {
     let from = ray.from - base;
     let middle = Vector3::z() * (height / 2.0);
     let flat = |v: &Vector3<f64>| Vector3::new(v.x, v.y, 0.0);
@@ -126,14 +131,14 @@ fn cylinder(ray: &Ray, base: &Point3<f64>, radius: f64, height: f64) -> Option<M
         let t = (-b - root.sqrt()) / a;
         let p = from + ray.along * t;
         if t > START && (0.0..=height).contains(&p.z) {
-            return Some(Meeting { t, normal: flat(&p) / radius, local: p - middle, side: 0 });
+            return Some(Intersection { t, normal: flat(&p) / radius, local: p - middle, side: 0 });
         }
     }
     let (lid, side) = if ray.along.z < 0.0 { (height, 1) } else { (0.0, 2) };
     let t = (lid - from.z) / ray.along.z;
     let p = from + ray.along * t;
     let normal = Vector3::z() * -ray.along.z.signum();
-    (t > START && flat(&p).norm_squared() <= radius * radius).then(|| Meeting {
+    (t > START && flat(&p).norm_squared() <= radius * radius).then(|| Intersection {
         t,
         normal,
         local: p - middle,
@@ -142,7 +147,7 @@ fn cylinder(ray: &Ray, base: &Point3<f64>, radius: f64, height: f64) -> Option<M
 }
 
 /// Where `ray`, from inside, meets the wall of the room from `low` to `high`.
-pub(super) fn wall(ray: &Ray, low: &Point3<f64>, high: &Point3<f64>) -> Meeting {
+pub(super) fn wall(ray: &Ray, low: &Point3<f64>, high: &Point3<f64>) -> Intersection {
     let (mut t, mut axis) = (f64::INFINITY, 0);
     for k in 0..3 {
         let to = if ray.along[k] > 0.0 { high[k] } else { low[k] };
@@ -154,7 +159,7 @@ pub(super) fn wall(ray: &Ray, low: &Point3<f64>, high: &Point3<f64>) -> Meeting 
     let mut normal = Vector3::zeros();
     normal[axis] = -ray.along[axis].signum();
     let side = 2 * axis as u8 + u8::from(ray.along[axis] > 0.0);
-    Meeting { t, normal, local: (ray.from + ray.along * t).coords, side }
+    Intersection { t, normal, local: (ray.from + ray.along * t).coords, side }
 }
 
 #[cfg(test)]
@@ -169,7 +174,7 @@ mod tests {
             Shape::Sphere { centre: Point3::new(0.0, 0.1, 0.2), radius: 1.0 },
             Shape::Cylinder { base: Point3::new(0.0, 0.1, 0.0), radius: 1.0, height: 0.5 },
         ]
-        .map(|shape| shape.meet(&ray));
+        .map(|shape| shape.intersect(&ray));
         for meeting in meets {
             let meeting = meeting.expect("it is in the way");
             assert!((meeting.t - 1.0).abs() < 1e-9, "{meeting:?}");
@@ -180,7 +185,7 @@ mod tests {
             half: Vector3::new(1.0, 1.0, 1.0),
             yaw: std::f64::consts::FRAC_PI_4,
         };
-        let meeting = turned.meet(&ray).expect("it is in the way");
+        let meeting = turned.intersect(&ray).expect("it is in the way");
         assert!((meeting.t - (3.0 - (2.0_f64.sqrt() - 0.1)) / 2.0).abs() < 1e-9, "{meeting:?}");
     }
 
@@ -193,7 +198,10 @@ mod tests {
             Shape::Sphere { centre: Point3::origin(), radius: 1.0 },
             Shape::Cylinder { base: Point3::new(0.0, 0.0, -0.5), radius: 1.0, height: 1.0 },
         ] {
-            assert!(shape.meet(&away).is_none() && shape.meet(&beside).is_none(), "{shape:?}");
+            assert!(
+                shape.intersect(&away).is_none() && shape.intersect(&beside).is_none(),
+                "{shape:?}"
+            );
         }
     }
 }

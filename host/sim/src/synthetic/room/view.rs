@@ -1,22 +1,22 @@
-//! What is cast, and what a depth sensor makes of it.
+//! A rendered room and its disparity.
 
 use rand::{Rng, RngExt};
 
 use crate::synthetic::sensor::{Disparity, Sensor};
 
-/// What a camera sees of a room.
+/// A rendered room.
 pub(in crate::synthetic) struct View {
     /// 8-bit blue, green, red, row by row.
     pub(in crate::synthetic) colour: Vec<u8>,
     /// Along the optical axis, metres.
     pub(in crate::synthetic) range: Vec<f32>,
-    /// Whether a depth sensor can see it.
+    /// Whether the surface gives depth.
     pub(super) reflects: Vec<bool>,
 }
 
 impl View {
-    /// What a depth sensor makes of it, but for the noise: holes in the projector's shadow, on
-    /// lamps and windows, and here and there at edges.
+    /// Returns the disparity without noise, with holes in the projector's shadow, at lamps and
+    /// windows, and at random along edges.
     pub(in crate::synthetic) fn disparity(
         &self,
         sensor: &Sensor,
@@ -30,8 +30,7 @@ impl View {
             let row: Vec<u16> =
                 range.iter().map(|&z| sensor.disparity.at_metres(f64::from(z))).collect();
             let ragged: f64 = random.random_range(-1.0..1.0);
-            // Where the projector's light that has passed everything to the right can get to,
-            // pixels of its picture.
+            // Leftmost column of the projector that reaches past all surfaces to the right.
             let mut free = f64::INFINITY;
             let mut lit = vec![true; width];
             for column in (0..width).rev() {

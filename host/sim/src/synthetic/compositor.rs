@@ -1,42 +1,47 @@
-//! Things put into a recorded picture: shaded, in its depth, blurred and moving as they are told.
+//! Composites rendered objects into a recorded frame: shading, depth, blur, motion.
+
+mod blur;
 
 use nalgebra::{Point3, Vector3};
-use opencv::core::{CV_32F, Mat, MatTrait, MatTraitConstManual, Point, Scalar, Size, Vec4f};
-use opencv::imgproc::{filter_2d_def, gaussian_blur_def};
+use opencv::core::Vec4f;
 use plumb_vision::camera::{Camera, Intrinsics};
 use plumb_vision::frame::RgbdFrame;
 use plumb_vision::image::Image;
 use rand::{Rng, RngExt};
 use rand_distr::StandardNormal;
 
+use blur::blurred;
+
 use super::SyntheticError;
 use super::light::{CameraLight, Light, decode, encode};
-use super::room::Thing;
+use super::room::Object;
 
-/// Rays in a pixel, in each direction.
+/// Number of rays a pixel along each axis.
 const RAYS: usize = 4;
-/// What a Kinect's or Carmine's depth has at 1 m, metres (with the square of the distance): steps,
-/// and noise.
-const STEP: f64 = 0.002_85;
-const NOISE: f64 = 0.001_2;
-/// Between camera and projector, metres.
+/// Depth step of a Kinect or Carmine at 1 m, metres; proportional to the square of the distance.
+const DEPTH_STEP: f64 = 0.002_85;
+/// Standard deviation of the depth noise at 1 m, metres; proportional to the square of the
+/// distance.
+const DEPTH_NOISE: f64 = 0.001_2;
+/// Distance between camera and projector, metres.
 const BASELINE: f64 = 0.075;
 
-/// How a thing is seen.
+/// Appearance of a composited object.
 #[derive(Debug, Clone, Copy)]
-pub struct Look {
+pub struct Appearance {
     /// Standard deviation of its blur, pixels.
     pub blur: f64,
-    /// How far it moves while the picture is taken, pixels.
+    /// Motion during the exposure, pixels.
     pub motion: (f64, f64),
-    /// Share of its pixels that lack depth by chance; 1 has none.
+    /// Share of the pixels that lack depth at random; 1 = no depth.
     pub holes: f64,
-    /// Whether light mixes at its edge as it does in a lens, or as a drawing program mixes colours.
+    /// Whether edges blend in linear light, as in a lens, or in sRGB values, as in a drawing
+    /// program.
     pub linear: bool,
 }
 
-/// A picture that things are put into.
-pub struct Overlay {
+/// A recorded frame that objects are added to.
+pub struct Compositor {
     camera: Camera,
     light: CameraLight,
     width: usize,
@@ -47,19 +52,19 @@ pub struct Overlay {
     depth: Vec<f32>,
 }
 
-/// What is read out at the end.
+/// Parameters of the readout.
 #[derive(Debug, Clone, Copy)]
 pub struct Exposure {
-    /// Of all light; 1 as it is.
+    /// Factor of all light; 1 = unchanged.
     pub gain: f64,
     /// Standard deviation of the colours' noise, of 255.
     pub noise: f64,
-    /// How far depth is shifted against colour, pixels.
+    /// Shift of depth against colour, pixels: columns, rows.
     pub shift: (i32, i32),
 }
 
-impl Overlay {
-    /// Of `frame`, as seen by `camera`; with `mirrored`, left and right are changed over.
+impl Compositor {
+    /// Creates a compositor for `frame`, taken by `camera`. `mirrored` swaps left and right.
     pub fn new(frame: &RgbdFrame, camera: &Camera, light: &Light, mirrored: bool) -> Self {
         let (width, height) = (frame.colour().width(), frame.colour().height());
         let table: Vec<f32> = (0..=255_u8).map(|value| decode(value) as f32).collect();
@@ -87,7 +92,8 @@ impl Overlay {
         }
     }
 
-    /// The nearest depth within `reach` pixels of (`u`, `v`), metres; infinite where there is none.
+    /// Returns the least depth within `reach` pixels of (`u`, `v`), metres; infinity if there is
+    /// none.
     pub fn nearest(&self, (u, v): (f64, f64), reach: f64) -> f64 {
         let span = |x: f64, size: usize| {
             ((x - reach).max(0.0) as usize).min(size)
@@ -98,26 +104,26 @@ impl Overlay {
         depths.copied().filter(|&z| z > 0.0).fold(f64::INFINITY, |least, z| least.min(f64::from(z)))
     }
 
-    /// Puts `thing` before everything that is there.
+    /// Adds `object` in front of everything in the frame.
     ///
     /// # Errors
-    /// Where OpenCV refused to blur it.
-    pub fn put(
+    /// If OpenCV fails to blur the object.
+    pub fn add(
         &mut self,
-        thing: &Thing,
-        look: &Look,
+        object: &Object,
+        appearance: &Appearance,
         random: &mut impl Rng,
     ) -> Result<(), SyntheticError> {
-        let (middle, radius) = thing.bounds();
+        let (middle, radius) = object.bounding_sphere();
         let centre = self.camera.pose.inverse() * middle;
         let Some((u, v)) = self.lens().project(&centre).filter(|_| centre.z > 1.2 * radius) else {
             return Ok(());
         };
         let reach = 1.2 * self.lens().fx * radius / (centre.z - radius)
             + 3.0
-            + 3.0 * look.blur
-            + look.motion.0.abs().max(look.motion.1.abs());
-        // All of it, also what is out of the picture: blur takes it in.
+            + 3.0 * appearance.blur
+            + appearance.motion.0.abs().max(appearance.motion.1.abs());
+        // The window extends beyond the frame, because blur mixes pixels across the border.
         let [left, right] =
             [u - reach, u + reach].map(|x| x.clamp(-400.0, self.width as f64 + 400.0) as i32);
         let [top, bottom] =
@@ -127,16 +133,16 @@ impl Overlay {
         }
         let layer: Vec<Vec4f> = (top..bottom)
             .flat_map(|row| (left..right).map(move |column| (column, row)))
-            .map(|at| self.pixel(thing, at, look.linear))
+            .map(|at| self.pixel(object, at, appearance.linear))
             .collect();
-        let layer = smeared(&layer, (right - left, bottom - top), look)?;
+        let layer = blurred(&layer, (right - left, bottom - top), appearance)?;
         for (line, row) in layer.chunks_exact((right - left) as usize).zip(top..bottom) {
             for (value, column) in line.iter().zip(left..right) {
                 if let Some(i) = self.index(column, row) {
-                    self.blend(i, value, look.linear);
+                    self.blend(i, value, appearance.linear);
                 }
             }
-            self.set_depths(thing, row, left..right, look, random);
+            self.set_depths(object, row, left..right, appearance, random);
         }
         Ok(())
     }
@@ -158,7 +164,7 @@ impl Overlay {
         }
     }
 
-    /// The picture as it is read out, taken at `time`.
+    /// Returns the frame read out at `time`.
     ///
     /// # Errors
     /// Where OpenCV refused.
@@ -196,29 +202,29 @@ impl Overlay {
         inside.then(|| row as usize * self.width + column as usize)
     }
 
-    /// What of `thing` the ray through a place in the picture meets: depth (metres) and colour
-    /// (linear).
-    fn meet(&self, thing: &Thing, (u, v): (f64, f64)) -> Option<(f64, [f64; 3])> {
+    /// Returns depth (metres) and colour (linear) of the intersection of `object` with the ray
+    /// through a point of the frame.
+    fn intersect(&self, object: &Object, (u, v): (f64, f64)) -> Option<(f64, [f64; 3])> {
         let pose = &self.camera.pose;
         let ray = self.lens().deproject(u, v, 1.0).coords;
         let (depth, normal, surface) =
-            thing.meet(Point3::from(pose.translation.vector), pose * ray)?;
+            object.intersect(Point3::from(pose.translation.vector), pose * ray)?;
         let normal: Vector3<f64> = pose.rotation.inverse() * normal;
         let to_eye = -ray.normalize();
         let highlight = self.light.highlight(&surface, &normal, &to_eye);
         Some((
             depth,
-            self.light.shade(&surface, &normal, &to_eye, highlight).map(|x| x + thing.glow),
+            self.light.shade(&surface, &normal, &to_eye, highlight).map(|x| x + object.glow),
         ))
     }
 
-    /// What of `thing` is in a pixel: colour times coverage, and coverage.
-    fn pixel(&self, thing: &Thing, (column, row): (i32, i32), linear: bool) -> Vec4f {
+    /// Returns colour times coverage, and coverage, of `object` in a pixel.
+    fn pixel(&self, object: &Object, (column, row): (i32, i32), linear: bool) -> Vec4f {
         let mut sum = [0.0; 4];
         for i in 0..RAYS * RAYS {
             let off = |k: usize| (k as f64 + 0.5) / RAYS as f64 - 0.5;
             let at = (f64::from(column) + off(i % RAYS), f64::from(row) + off(i / RAYS));
-            let Some((_, colour)) = self.meet(thing, at) else { continue };
+            let Some((_, colour)) = self.intersect(object, at) else { continue };
             for (sum, value) in sum.iter_mut().zip(colour) {
                 *sum += if linear { value } else { encode(value) / 255.0 };
             }
@@ -244,25 +250,26 @@ impl Overlay {
         });
     }
 
-    /// The depth of `thing` in a row, and the projector's shadow to the left of it.
+    /// Sets the depth of `object` in a row, and the projector's shadow to the left of it.
     fn set_depths(
         &mut self,
-        thing: &Thing,
+        object: &Object,
         row: i32,
         columns: std::ops::Range<i32>,
-        look: &Look,
+        appearance: &Appearance,
         random: &mut impl Rng,
     ) {
         let mut first: Option<(i32, f64)> = None;
         for column in columns {
             let Some(i) = self.index(column, row) else { continue };
-            let Some((z, _)) = self.meet(thing, (f64::from(column), f64::from(row))) else {
+            let Some((z, _)) = self.intersect(object, (f64::from(column), f64::from(row))) else {
                 continue;
             };
             first = first.or(Some((column, z)));
             let noise: f64 = random.sample(StandardNormal);
-            let lost = thing.glow > 0.0 || random.random::<f64>() < look.holes;
-            self.depth[i] = if lost { 0.0 } else { quantised(z + noise * NOISE * z * z) as f32 };
+            let lost = object.glow > 0.0 || random.random::<f64>() < appearance.holes;
+            self.depth[i] =
+                if lost { 0.0 } else { quantised(z + noise * DEPTH_NOISE * z * z) as f32 };
         }
         let Some((first, z)) = first else { return };
         let behind = self.index(first - 2, row).map_or(0.0, |i| f64::from(self.depth[i]));
@@ -276,59 +283,14 @@ impl Overlay {
     }
 }
 
-/// The linear light of an sRGB value of 0 to 1.
+/// Returns the linear light of an sRGB value of 0 to 1.
 fn decode_share(value: f64) -> f32 {
     let x = value.clamp(0.0, 1.0);
     (if x <= 0.040_45 { x / 12.92 } else { ((x + 0.055) / 1.055).powf(2.4) }) as f32
 }
 
-/// Depth in the sensor's steps of disparity.
+/// Returns a depth rounded to the sensor's steps of disparity, metres.
 fn quantised(z: f64) -> f64 {
-    let steps = 1.0 / STEP;
+    let steps = 1.0 / DEPTH_STEP;
     steps / (steps / z).round().max(1.0)
-}
-
-/// A layer out of focus and in motion.
-fn smeared(
-    layer: &[Vec4f],
-    (columns, rows): (i32, i32),
-    look: &Look,
-) -> opencv::Result<Vec<Vec4f>> {
-    let sharp = Mat::new_rows_cols_with_data(rows, columns, layer)?;
-    let mut soft = Mat::default();
-    gaussian_blur_def(&sharp, &mut soft, Size::default(), look.blur.max(0.05))?;
-    let length = look.motion.0.hypot(look.motion.1);
-    if length > 0.5 {
-        let reach = (length / 2.0).ceil() as i32 + 1;
-        let size = 2 * reach + 1;
-        let mut kernel = Mat::new_rows_cols_with_default(size, size, CV_32F, Scalar::all(0.0))?;
-        let steps = 8 * reach;
-        for k in 0..=steps {
-            let way = f64::from(k) / f64::from(steps) - 0.5;
-            spread(
-                &mut kernel,
-                reach,
-                (way * look.motion.0, way * look.motion.1),
-                1.0 / (f64::from(steps) + 1.0),
-            )?;
-        }
-        let sharp = soft;
-        soft = Mat::default();
-        filter_2d_def(&sharp, &mut soft, -1, &kernel)?;
-    }
-    Ok(soft.data_typed::<Vec4f>()?.to_vec())
-}
-
-/// Adds `weight` to a kernel at a place beside its middle, shared by the four cells around it.
-fn spread(kernel: &mut Mat, reach: i32, (x, y): (f64, f64), weight: f64) -> opencv::Result<()> {
-    let (left, top) = (x.floor(), y.floor());
-    for (dx, dy) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
-        let share = |whole: f64, x: f64, d: i32| if d == 0 { 1.0 - (x - whole) } else { x - whole };
-        let part = weight * share(left, x, dx) * share(top, y, dy);
-        let at = Point::new(reach + left as i32 + dx, reach + top as i32 + dy);
-        if part > 0.0 {
-            *kernel.at_pt_mut::<f32>(at)? += part as f32;
-        }
-    }
-    Ok(())
 }

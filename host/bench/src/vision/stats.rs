@@ -1,63 +1,77 @@
-//! Counting what a detector finds.
+//! Statistics of a detector over the frames.
 
 use plumb_vision::observation::BallObservation;
 
-use super::scenes::Shot;
+use super::labelled::{GroundTruth, LabelledFrame};
 use super::{DetectorReport, SceneReport};
 
-/// What is counted of one detector.
+/// Statistics of one detector.
 #[derive(Debug, Default)]
-pub(super) struct Tally {
-    /// Milliseconds, and whether there was a ball.
-    pub(super) times: Vec<(f64, bool)>,
+pub(super) struct DetectorStats {
+    /// Time for each frame.
+    pub(super) times: Vec<FrameTime>,
+    /// Times from the frame to the bytes for the board, milliseconds.
     pub(super) path_times: Vec<f64>,
-    /// Those of the scene before this one end here.
+    /// Number of times that belong to earlier scenes.
     timed: usize,
+    /// Scene with the greatest median time, and that time, milliseconds.
     slowest: Option<(&'static str, f64)>,
+    /// Times for a repeated frame, milliseconds.
     pub(super) tracking_times: Vec<f64>,
     scenes: Vec<SceneReport>,
     frames: usize,
     balls: usize,
     false_alarms: usize,
+    /// Distances of the hits from the projected centre, pixels.
     errors: Vec<f64>,
-    /// Millimetres.
+    /// Distances of the hits' positions from the centre, millimetres.
     positions: Vec<f64>,
-    /// Squares of those over their covariance.
+    /// Squared Mahalanobis distances of those positions.
     normalised: Vec<f64>,
-    /// Those of all scenes.
+    /// Squared Mahalanobis distances in all scenes.
     all_normalised: Vec<f64>,
 }
 
-impl Tally {
-    pub(super) fn open(&mut self) {
+/// Time of a detector for one frame.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct FrameTime {
+    /// Computing time, milliseconds.
+    pub(super) ms: f64,
+    /// Whether the frame contains a ball.
+    pub(super) ball: bool,
+}
+
+impl DetectorStats {
+    /// Starts a scene.
+    pub(super) fn begin_scene(&mut self) {
         (self.frames, self.balls, self.false_alarms) = (0, 0, 0);
         self.errors.clear();
         self.positions.clear();
         self.normalised.clear();
     }
 
-    pub(super) fn note(&mut self, shot: &Shot, found: Option<BallObservation>) {
+    /// Adds a frame and its detection.
+    pub(super) fn add(&mut self, frame: &LabelledFrame, found: Option<BallObservation>) {
         self.frames += 1;
-        self.balls += usize::from(shot.ball.is_some());
+        self.balls += usize::from(frame.ball.is_some());
         let Some(BallObservation { circle, position, .. }) = found else { return };
-        let error = shot.ball.map(|[u, v, radius]| ((circle.u - u).hypot(circle.v - v), radius));
-        match error {
-            Some((error, radius)) if error <= radius / 2.0 => self.errors.push(error),
-            _ => {
-                self.false_alarms += 1;
-                return;
-            }
-        }
+        let error = |ball: &GroundTruth| (circle.u - ball.u).hypot(circle.v - ball.v);
+        let Some(ball) = frame.ball.filter(|ball| error(ball) <= ball.radius / 2.0) else {
+            self.false_alarms += 1;
+            return;
+        };
+        self.errors.push(error(&ball));
         if let Some(position) = position {
-            let off = position.mean - shot.centre;
+            let off = position.mean - ball.centre;
             self.positions.push(1e3 * off.norm());
             let inverse = position.covariance.try_inverse();
             self.normalised.extend(inverse.map(|inverse| off.dot(&(inverse * off))));
         }
     }
 
-    pub(super) fn close(&mut self, scene: &'static str) {
-        let mut times: Vec<f64> = self.times.iter().skip(self.timed).map(|(ms, _)| *ms).collect();
+    /// Ends a scene and stores its report.
+    pub(super) fn end_scene(&mut self, scene: &'static str) {
+        let mut times: Vec<f64> = self.times.iter().skip(self.timed).map(|time| time.ms).collect();
         self.timed = self.times.len();
         let ms = percentile(&mut times, 0.5).unwrap_or(0.0);
         if self.slowest.is_none_or(|(_, slowest)| ms > slowest) {
@@ -80,10 +94,11 @@ impl Tally {
         self.all_normalised.append(&mut self.normalised);
     }
 
+    /// Returns the report of all scenes. `reference_ms` is the time of the reference, milliseconds.
     pub(super) fn report(mut self, name: &'static str, reference_ms: f64) -> DetectorReport {
         let median = |ball: Option<bool>| {
-            let wanted = self.times.iter().filter(|(_, is)| ball.is_none_or(|ball| ball == *is));
-            percentile(&mut wanted.map(|(ms, _)| *ms).collect::<Vec<_>>(), 0.5)
+            let wanted = self.times.iter().filter(|time| ball.is_none_or(|ball| ball == time.ball));
+            percentile(&mut wanted.map(|time| time.ms).collect::<Vec<_>>(), 0.5)
         };
         let (median_ms, empty_ms) = (median(None).unwrap_or(0.0), median(Some(false)));
         let ratio = |ms: f64| ms / reference_ms.max(1e-9);
@@ -107,11 +122,13 @@ impl Tally {
     }
 }
 
+/// Returns the mean; `None` if there are no values.
 fn mean(values: &[f64]) -> Option<f64> {
     (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
 }
 
-/// The smallest value that `share` of `values` do not exceed; `None` of no values.
+/// Returns the least value that a share (0 to 1) of `values` does not exceed; `None` if there are
+/// no values.
 pub(super) fn percentile(values: &mut [f64], share: f64) -> Option<f64> {
     values.sort_by(f64::total_cmp);
     let index = (share * values.len() as f64).ceil() as usize;

@@ -1,40 +1,42 @@
-//! What a scene consists of and in which order it is drawn.
+//! The primitives of a scene in drawing order.
 
 use nalgebra::{Isometry3, Point3, Vector3};
 
-use super::ball::BallToDraw;
+use super::ball::CameraBall;
 use super::light::Material;
 use super::scene::{Scene, Strand};
-use super::strand::StrandToDraw;
+use super::strand::CameraStrand;
 
-/// Something to draw and how far away it is, metres along the optical axis.
+/// A primitive and its distance along the optical axis, metres.
 pub(super) struct Item {
     distance: f64,
-    pub(super) what: What,
+    pub(super) primitive: Primitive,
 }
 
-/// A thing to draw.
-pub(super) enum What {
-    Ball(BallToDraw),
-    Strand(StrandToDraw),
+/// A primitive to draw.
+pub(super) enum Primitive {
+    Ball(CameraBall),
+    Strand(CameraStrand),
 }
 
-/// Diameter of what turns a cable at a motor, metres.
-const PULLEY: f64 = 0.03;
-/// Diameter and length of the rod that a motor hangs on, metres.
-const ROD: (f64, f64) = (0.016, 1.5);
+/// Diameter of a pulley, metres.
+const PULLEY_DIAMETER: f64 = 0.03;
+/// Diameter of the rod that holds a motor, metres.
+const ROD_DIAMETER: f64 = 0.016;
+/// Length of that rod, metres.
+const ROD_LENGTH: f64 = 1.5;
 
-/// What `scene` consists of in camera axes, the farthest first.
+/// Returns the primitives of `scene` in camera axes, the farthest first.
 pub(super) fn items(scene: &Scene, to_camera: &Isometry3<f64>, diameter: f64) -> Vec<Item> {
     let ball = |centre: &Point3<f64>, diameter: f64, material: Material| {
         let centre = to_camera * centre;
-        let ball = BallToDraw { centre, radius: diameter / 2.0, material };
-        Item { distance: centre.z, what: What::Ball(ball) }
+        let ball = CameraBall { centre, radius: diameter / 2.0, material };
+        Item { distance: centre.z, primitive: Primitive::Ball(ball) }
     };
     let strand = |strand: &Strand| {
         let (from, to) = (to_camera * strand.from, to_camera * strand.to);
-        let drawn = StrandToDraw { from, to, diameter: strand.diameter, material: strand.material };
-        Item { distance: (from.z + to.z) / 2.0, what: What::Strand(drawn) }
+        let drawn = CameraStrand { from, to, diameter: strand.diameter, material: strand.material };
+        Item { distance: (from.z + to.z) / 2.0, primitive: Primitive::Strand(drawn) }
     };
     let mut items: Vec<Item> =
         scene.others.iter().map(|o| ball(&o.centre, o.diameter, o.material)).collect();
@@ -42,9 +44,10 @@ pub(super) fn items(scene: &Scene, to_camera: &Isometry3<f64>, diameter: f64) ->
     items.extend(scene.ball.map(|centre| ball(&centre, diameter, scene.ball_material)));
     let metal = Material::from_srgb(150, 152, 155).matt();
     for motor in scene.motors.iter().flatten() {
-        let top = motor + Vector3::new(0.0, 0.0, ROD.1);
-        let rod = strand(&Strand { from: *motor, to: top, diameter: ROD.0, material: metal });
-        let pulley = ball(motor, PULLEY, Material::from_srgb(60, 60, 64));
+        let top = motor + Vector3::new(0.0, 0.0, ROD_LENGTH);
+        let rod =
+            strand(&Strand { from: *motor, to: top, diameter: ROD_DIAMETER, material: metal });
+        let pulley = ball(motor, PULLEY_DIAMETER, Material::from_srgb(60, 60, 64));
         items.push(Item { distance: pulley.distance + 1e-3, ..rod });
         items.push(pulley);
         if let Some(centre) = scene.ball {
@@ -55,8 +58,8 @@ pub(super) fn items(scene: &Scene, to_camera: &Isometry3<f64>, diameter: f64) ->
     items
 }
 
-/// The cable from the ball's surface to `motor`: before the ball where it leaves the side one sees,
-/// else behind it.
+/// Returns the cable from the ball's surface to `motor`: in front of the ball if it leaves the
+/// visible side, else behind it.
 fn cable(
     scene: &Scene,
     centre: &Point3<f64>,

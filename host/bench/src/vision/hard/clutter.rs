@@ -1,0 +1,165 @@
+//! Objects in a hard frame besides the ball: occluders, neighbours and distractors.
+
+use nalgebra::Vector3;
+use plumb_sim::synthetic::compositor::{Appearance, Compositor};
+use plumb_sim::synthetic::{Material, Object, Pattern, Shape};
+use rand::RngExt;
+
+use super::{BallPlacement, DIAMETER, HardFrames};
+use crate::vision::VisionError;
+
+impl HardFrames<'_> {
+    /// Adds a cable across the ball, with a width in the range `widths` of the ball's radius.
+    pub(super) fn add_cable(
+        &mut self,
+        compositor: &mut Compositor,
+        place: &BallPlacement,
+        widths: std::ops::Range<f64>,
+    ) {
+        let (sin, cos) = self.random.random_range(0.0..std::f64::consts::PI).sin_cos();
+        let off = place.radius * self.random.random_range(-0.5..0.5);
+        let (u, v) = (place.u - sin * off, place.v + cos * off);
+        let (width, grey) =
+            (place.radius * self.random.random_range(widths) + 0.6, [0.01, 0.05, 0.3, 0.8]);
+        let grey = grey[self.random.random_range(0..4)];
+        compositor.line(
+            (u - 900.0 * cos, v - 900.0 * sin),
+            (u + 900.0 * cos, v + 900.0 * sin),
+            width,
+            grey,
+        );
+    }
+
+    /// Adds a post that occludes an eighth to a half of the ball.
+    pub(super) fn add_post(
+        &mut self,
+        compositor: &mut Compositor,
+        place: &BallPlacement,
+    ) -> Result<(), VisionError> {
+        let z = place.z - self.random.random_range(0.06..0.2);
+        let hidden = self.random.random_range(0.12..0.5);
+        let side = if self.random.random_bool(0.5) { 1.0 } else { -1.0 };
+        let half = place.radius * self.random.random_range(0.3..1.5);
+        let u = place.u + side * (place.radius * (1.0 - 2.0 * hidden) + half);
+        let lens = self.camera.intrinsics;
+        let half = half * z / lens.fx;
+        let shape = Shape::Block {
+            centre: self.deproject(u, lens.cy, z + half),
+            half: Vector3::new(half, half, 2.0),
+            yaw: 0.0,
+        };
+        let colour =
+            [[150, 150, 150], [60, 60, 60], [180, 140, 90], [230, 230, 230], [110, 45, 35]]
+                [self.random.random_range(0..5)];
+        self.add(compositor, Object::new(shape, srgb(colour).matt()))
+    }
+
+    /// Adds a block at the ball's distance that touches the ball from beside or below.
+    pub(super) fn add_neighbour(
+        &mut self,
+        compositor: &mut Compositor,
+        place: &BallPlacement,
+    ) -> Result<(), VisionError> {
+        let half = self.random.random_range(0.02..0.06);
+        let way = (DIAMETER / 2.0 + half) * self.camera.intrinsics.fx / place.z;
+        let (du, dv) = [(way, 0.0), (-way, 0.0), (0.0, way)][self.random.random_range(0..3)];
+        let colour = [[228, 178, 148], [90, 60, 40], [235, 235, 230], [30, 30, 34], [60, 80, 160]]
+            [self.random.random_range(0..5)];
+        let shape = Shape::Block {
+            centre: self.deproject(place.u + du, place.v + dv, place.z),
+            half: Vector3::repeat(half),
+            yaw: 0.0,
+        };
+        self.add(compositor, Object::new(shape, srgb(colour).matt()))
+    }
+
+    /// Adds a distractor in front of everything it covers: a red object, or a ball of another size
+    /// or colour.
+    pub(super) fn add_distractor(
+        &mut self,
+        compositor: &mut Compositor,
+    ) -> Result<(), VisionError> {
+        let red = self.red();
+        let kind = self.random.random_range(0..7);
+        let size = match kind {
+            2 => self.random.random_range(0.09..0.16),
+            3 => DIAMETER / 2.0 * [0.45, 2.0, 2.6][self.random.random_range(0..3)],
+            4 => DIAMETER / 2.0,
+            5 => self.random.random_range(0.05..0.09),
+            _ => self.random.random_range(0.03..0.09),
+        };
+        let lens = self.camera.intrinsics;
+        let (width, height) = (2.0 * lens.cx + 1.0, 2.0 * lens.cy + 1.0);
+        let mut within = |size: f64| self.random.random_range(0.05 * size..0.95 * size);
+        let (u, v) = (within(width), within(height));
+        let z = self.random.random_range(0.6..1.8_f64);
+        let free = compositor.nearest((u, v), lens.fx * size / z) - size;
+        let z = z.min(free);
+        if z < 0.45 + size {
+            return Ok(());
+        }
+        let centre = self.deproject(u, v, z);
+        let sphere = |material| Object::new(Shape::Sphere { centre, radius: size }, material);
+        let block = |half, yaw, material: Material| {
+            Object::new(Shape::Block { centre, half, yaw }, material.matt())
+        };
+        let yaw = self.random.random_range(0.0..1.5);
+        let half = Vector3::new(
+            size,
+            self.random.random_range(0.4..1.0) * size,
+            self.random.random_range(0.4..1.2) * size,
+        );
+        let thing = match kind {
+            0 => {
+                let shape = Shape::Cylinder {
+                    base: centre - Vector3::z() * 0.058,
+                    radius: 0.033,
+                    height: 0.115,
+                };
+                Object::new(shape, red).with_pattern(Pattern::Label([0.75; 3]))
+            }
+            1 => {
+                let paper = [[235, 235, 230], [240, 200, 60], [60, 80, 160]]
+                    [self.random.random_range(0..3)];
+                block(half, yaw, srgb(paper)).with_pattern(Pattern::Print(red.colour))
+            }
+            2 => sphere(Material { colour: red.colour.map(|x| 0.6 * x), ..red }.matt()),
+            3 => sphere(red),
+            4 => sphere(srgb(
+                [[240, 132, 30], [240, 240, 238], [228, 178, 148], [40, 60, 190]]
+                    [self.random.random_range(0..4)],
+            )),
+            5 => sphere(
+                srgb([[150, 85, 45], [120, 60, 30], [110, 45, 35]][self.random.random_range(0..3)])
+                    .matt(),
+            ),
+            _ => block(half, yaw, red).with_pattern(Pattern::Wood),
+        };
+        self.add(compositor, thing)
+    }
+
+    /// Adds an object in sharp focus.
+    fn add(&mut self, compositor: &mut Compositor, thing: Object) -> Result<(), VisionError> {
+        let appearance = Appearance { blur: 0.6, motion: (0.0, 0.0), holes: 0.01, linear: true };
+        Ok(compositor.add(&thing, &appearance, &mut self.random)?)
+    }
+
+    /// Returns a red of balls and other red objects.
+    pub(super) fn red(&mut self) -> Material {
+        const REDS: [[u8; 3]; 7] = [
+            [196, 32, 34],
+            [180, 20, 30],
+            [215, 45, 40],
+            [150, 25, 30],
+            [205, 30, 60],
+            [225, 60, 45],
+            [170, 15, 15],
+        ];
+        srgb(REDS[self.random.random_range(0..REDS.len())])
+    }
+}
+
+/// Returns the material of an sRGB colour: red, green, blue.
+fn srgb([red, green, blue]: [u8; 3]) -> Material {
+    Material::from_srgb(red, green, blue)
+}

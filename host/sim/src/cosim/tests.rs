@@ -1,0 +1,75 @@
+use super::*;
+use crate::limits::Limits;
+use plumb_emulator::rig::{Elastic, ElasticParameters, Plant, Task};
+use plumb_runtime::rig::LawSettings;
+
+fn cosim(law: &str) -> Cosim {
+    let law = LawSettings::named(law).unwrap();
+    let mean = law.mean().config("mean").unwrap();
+    Cosim::new(Limits::default().config(law.config().unwrap(), mean, 0.010)).unwrap()
+}
+
+fn request(t: f64, dt: f64) -> Request {
+    Request { t, dt, position: None, age: 0.0, target: None }
+}
+
+/// The paper's task on springs, pictures two frames late: an engine that is driven by the
+/// answers alone.
+#[test]
+fn an_engine_that_follows_the_steps_reaches_the_target() {
+    let task = Task::paper();
+    let mut plant = Elastic::new(task.geometry, ElasticParameters::default(), task.start).unwrap();
+    let mut cosim = cosim("taut");
+    let (dt, late) = (1.0 / 30.0, 2);
+    let mut seen = vec![task.start; late];
+    for frame in 0..300 {
+        seen.push(plant.ball());
+        let mut line = request(f64::from(frame) * dt, dt);
+        line.position = Some(seen[seen.len() - 1 - late].into());
+        line.age = dt * late as f64;
+        line.target = (frame == 0).then_some(task.target.into());
+        let answer = cosim.step(&line, 20).unwrap();
+        for motors in &answer.steps {
+            plant.advance(dt / 20.0, *motors).unwrap();
+        }
+        assert_eq!(answer.steps.len(), 20);
+        if answer.reached {
+            assert!((plant.ball() - task.target).norm() < 0.010);
+            return;
+        }
+    }
+    panic!("not there after 10 s: {}", plant.ball());
+}
+
+#[test]
+fn long_spans_keep_the_link_alive_and_gaps_are_errors() {
+    let mut cosim = cosim("sign");
+    let answer = cosim.step(&request(5.0, 3.0), 2).unwrap();
+    assert_eq!((answer.t, answer.state.as_str(), answer.reached), (8.0, "ready", false));
+    assert!(matches!(cosim.step(&request(9.0, 0.1), 1), Err(CosimError::Gap { .. })));
+    assert!(matches!(cosim.step(&request(8.0, 0.0), 1), Err(CosimError::Number { key: "dt", .. })));
+    for t in [1e10, -1e300, f64::NAN] {
+        assert!(matches!(
+            cosim.step(&request(t, 0.1), 1),
+            Err(CosimError::Number { key: "t", .. })
+        ));
+    }
+    let far = Request { target: Some([9.0, 0.0, 0.0]), ..request(8.0, 0.1) };
+    assert_eq!(cosim.step(&far, 1), Err(CosimError::Refused(Refusal::TargetOutside)));
+}
+
+#[test]
+fn a_board_with_a_lost_position_resumes_when_the_ball_returns() {
+    let mut cosim = cosim("adaptive");
+    let line = |t, position| Request {
+        position,
+        target: (t == 0.0).then_some([0.4, 0.4, 0.15]),
+        ..request(t, 0.1)
+    };
+    cosim.step(&line(0.0, Some([0.54, 0.22, 0.459])), 1).unwrap();
+    let states: Vec<String> =
+        (1..20).map(|k| cosim.step(&line(f64::from(k) * 0.1, None), 1).unwrap().state).collect();
+    assert!(states.last().unwrap().starts_with("fault: no fresh position"), "{states:?}");
+    let answer = cosim.step(&line(2.0, Some([0.54, 0.22, 0.459])), 1).unwrap();
+    assert_eq!(answer.state, "seeking");
+}

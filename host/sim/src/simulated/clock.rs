@@ -1,0 +1,102 @@
+//! Clocks of simulated rigs: virtual time and real time.
+
+use std::cell::RefCell;
+use std::rc::Rc;
+use std::thread;
+use std::time::{Duration, Instant};
+
+use nalgebra::Point3;
+use plumb_emulator::rig::RigError;
+use plumb_emulator::{EmulatedBoard, Served};
+use plumb_protocol::units::Micros;
+
+/// The clock of a simulated rig, and the position of its ball.
+pub trait SimClock {
+    /// Returns the time, seconds.
+    fn now(&self) -> f64;
+
+    /// Waits until `time`, seconds. Returns at once if it has passed.
+    ///
+    /// # Errors
+    /// If the rig cannot follow its motors.
+    fn wait_until(&mut self, time: f64) -> Result<(), RigError>;
+
+    /// Returns the present centre of the ball, metres, rig frame.
+    fn ball(&self) -> Point3<f64>;
+}
+
+/// The rig of an emulated board in this process, in virtual time.
+pub struct VirtualRig {
+    board: Rc<RefCell<EmulatedBoard>>,
+}
+
+impl VirtualRig {
+    /// Returns the rig of `board`; `None` if it has none.
+    pub fn new(board: Rc<RefCell<EmulatedBoard>>) -> Option<Self> {
+        board.borrow().ball()?;
+        Some(Self { board })
+    }
+}
+
+impl SimClock for VirtualRig {
+    fn now(&self) -> f64 {
+        self.board.borrow().now().0 as f64 * 1e-6
+    }
+
+    fn wait_until(&mut self, time: f64) -> Result<(), RigError> {
+        self.board.borrow_mut().run_to(Micros((time * 1e6) as u64))
+    }
+
+    fn ball(&self) -> Point3<f64> {
+        self.board.borrow().ball().unwrap_or_else(Point3::origin)
+    }
+}
+
+/// The rig of an emulated board in another thread, in real time.
+pub struct ServedRig {
+    served: Rc<Served>,
+    clock: RealTime,
+}
+
+impl ServedRig {
+    /// Returns the rig of the served board; `None` if it has none.
+    pub fn new(served: Rc<Served>) -> Option<Self> {
+        served.board().ball()?;
+        Some(Self { served, clock: RealTime::start() })
+    }
+}
+
+impl SimClock for ServedRig {
+    fn now(&self) -> f64 {
+        self.clock.now()
+    }
+
+    fn wait_until(&mut self, time: f64) -> Result<(), RigError> {
+        self.clock.wait_until(time);
+        Ok(())
+    }
+
+    fn ball(&self) -> Point3<f64> {
+        self.served.board().ball().unwrap_or_else(Point3::origin)
+    }
+}
+
+/// Wall-clock time since the start.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct RealTime(Instant);
+
+impl RealTime {
+    pub(super) fn start() -> Self {
+        Self(Instant::now())
+    }
+
+    pub(super) fn now(&self) -> f64 {
+        self.0.elapsed().as_secs_f64()
+    }
+
+    pub(super) fn wait_until(&self, time: f64) {
+        if let Ok(span) = Duration::try_from_secs_f64(time) {
+            thread::sleep((self.0 + span).saturating_duration_since(Instant::now()));
+        }
+    }
+}

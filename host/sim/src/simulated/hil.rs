@@ -1,0 +1,92 @@
+//! Hardware in the loop: a simulated rig on a board's motor positions.
+
+use std::cell::RefCell;
+use std::rc::Rc;
+
+use nalgebra::Point3;
+use plumb_cameras::source::BoxedError;
+use plumb_emulator::rig::{Plant, RigError};
+use plumb_protocol::units::Steps16;
+use plumb_runtime::observer::{FrameRecord, Observer};
+
+use super::SimulationError;
+use super::clock::{RealTime, SimClock};
+
+/// Hardware in the loop: a simulated rig that follows the motor positions of any board, real or
+/// emulated, in real time.
+pub struct HilPlant {
+    rig: Rc<RefCell<HilRig>>,
+    clock: RealTime,
+}
+
+/// Observer that moves the rig of a [`HilPlant`] to the motor positions of the telemetry. A rig that
+/// cannot follow ends the run.
+pub struct Follower {
+    rig: Rc<RefCell<HilRig>>,
+    clock: RealTime,
+    failure: Option<SimulationError>,
+}
+
+struct HilRig {
+    plant: Box<dyn Plant>,
+    /// Motor positions of the board at the first call, full steps.
+    zero: Option<[f64; 3]>,
+    /// Time of the last motion, seconds.
+    moved: f64,
+}
+
+impl HilPlant {
+    /// Creates the rig of `plant`. The first motor positions count as those of its present state.
+    pub fn new(plant: Box<dyn Plant>) -> Self {
+        let rig = HilRig { plant, zero: None, moved: 0.0 };
+        Self { rig: Rc::new(RefCell::new(rig)), clock: RealTime::start() }
+    }
+
+    /// Returns the observer that moves the rig.
+    pub fn follower(&self) -> Follower {
+        Follower { rig: Rc::clone(&self.rig), clock: self.clock, failure: None }
+    }
+}
+
+impl SimClock for HilPlant {
+    fn now(&self) -> f64 {
+        self.clock.now()
+    }
+
+    fn wait_until(&mut self, time: f64) -> Result<(), RigError> {
+        self.clock.wait_until(time);
+        Ok(())
+    }
+
+    fn ball(&self) -> Point3<f64> {
+        self.rig.borrow().plant.ball()
+    }
+}
+
+impl Follower {
+    /// Moves the rig to the motor positions of the board (full steps since its start).
+    ///
+    /// # Errors
+    /// If the rig cannot follow them.
+    pub fn board_moved(&mut self, motors: [f64; 3]) -> Result<(), SimulationError> {
+        let mut rig = self.rig.borrow_mut();
+        let zero = *rig.zero.get_or_insert(motors);
+        let now = self.clock.now();
+        let seconds = now - rig.moved;
+        rig.plant.advance(seconds, [0, 1, 2].map(|i| motors[i] - zero[i]))?;
+        rig.moved = now;
+        Ok(())
+    }
+}
+
+impl Observer for Follower {
+    fn frame(&mut self, record: &FrameRecord) {
+        if let Some(telemetry) = &record.telemetry {
+            self.failure = self.board_moved(telemetry.motors.map(Steps16::to_si)).err();
+        }
+    }
+
+    fn failure(&mut self) -> Option<BoxedError> {
+        self.failure.take().map(Into::into)
+    }
+}
