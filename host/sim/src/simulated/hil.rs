@@ -19,8 +19,8 @@ pub struct HilPlant {
     clock: RealTime,
 }
 
-/// Observer that moves the rig of a [`HilPlant`] to the motor positions of the telemetry. A rig that
-/// cannot follow ends the run.
+/// Observer that moves the rig of a [`HilPlant`] to the motor positions of the telemetry. A rig
+/// that cannot follow ends the run.
 pub struct Follower {
     rig: Rc<RefCell<HilRig>>,
     clock: RealTime,

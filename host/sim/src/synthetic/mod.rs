@@ -79,8 +79,8 @@ pub enum SyntheticError {
     },
     /// The intrinsics are those of a picture of another size.
     #[error(
-        "synthetic camera: its principal point ({cx}, {cy}) is not in a picture of {width}x{height}; \
-         give the background's own intrinsics"
+        "synthetic camera: its principal point ({cx}, {cy}) is not in a picture of \
+         {width}x{height}; give the background's own intrinsics"
     )]
     Intrinsics {
         /// Principal point, pixels.
