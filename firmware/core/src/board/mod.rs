@@ -38,6 +38,7 @@ mod schedule;
 mod session;
 mod setup;
 mod state;
+mod ticks;
 
 use plumb_protocol::config::{Config, Drivers};
 use plumb_protocol::frame::{self, FrameError};
@@ -47,16 +48,15 @@ use plumb_protocol::message::{
 use plumb_protocol::units::{Micrometres, Micros, Point, Rate, Steps16};
 
 use crate::driver_timing::DriverTiming;
-use crate::law::{MotorRates, Setpoint};
-use crate::law_worker::{LawRequest, LawResponse, LawWorker};
+use crate::law_worker::LawResponse;
 use crate::params::BuildLimits;
 use crate::plan::{Planner, StepPlan};
 use crate::servo::{Servo, error, magnitude};
 pub use outbox::Outbox;
-use schedule::{EMERGENCY_TICKS, Schedule, TELEMETRY_US};
+use schedule::{EMERGENCY_TICKS, Schedule};
 use session::Session;
 use setup::Setup;
-use state::{AfterStop, Goal, State};
+use state::State;
 
 /// A board without its chip. The [module's front page](self) draws its states.
 #[derive(Debug)]
@@ -225,173 +225,11 @@ impl Board {
     }
 }
 
-/// Ticks.
-impl Board {
-    /// Plans and reports the tick that begins at `now`; call every
-    /// [`TICK_US`](crate::clock::TICK_US). This is [`plan`](Self::plan), [`report`](Self::report),
-    /// and a response of `law_worker` at once: for hosts, where the law takes no board time.
-    pub fn tick(
-        &mut self,
-        now: Micros,
-        law_worker: &mut LawWorker,
-        out: &mut Outbox,
-    ) -> Option<Tick> {
-        let tick = self.plan(now, out);
-        self.report(now, out);
-        if let Some(request) = self.take_law_request() {
-            self.on_law_response(&law_worker.respond(&request));
-        }
-        tick
-    }
-
-    /// Runs the first half of a tick: plans its [pulses](Self::pulses). Returns what else the chip
-    /// carries out, where that may have changed. The chip gives the pulses to its step generator
-    /// before the second half.
-    #[inline]
-    pub fn plan(&mut self, now: Micros, out: &mut Outbox) -> Option<Tick> {
-        if self.schedule.dirty || self.schedule.idle_ticks == 0 {
-            return Some(self.run_due(now, out));
-        }
-        self.schedule.idle_ticks -= 1;
-        self.plan_pulses(now, out);
-        None
-    }
-
-    /// Runs the second half of a tick: the check of the progress, law requests, telemetry after a
-    /// position and from time to time, and the next deadline.
-    #[inline]
-    pub fn report(&mut self, now: Micros, out: &mut Outbox) {
-        self.planner.follow_up();
-        if self.schedule.check_due {
-            self.check(now, out);
-        }
-        if self.schedule.idle_ticks == 0 {
-            self.schedule.idle_ticks = self.poll_at(now);
-        }
-        if self.servo.client().has_pending() {
-            self.make_law_request(now);
-        }
-        if self.schedule.telemetry_due {
-            self.send_telemetry(now, out);
-        }
-    }
-
-    /// Returns the request for the [`LawWorker`] that this tick has made, once. Call after every
-    /// [`report`](Self::report).
-    #[inline]
-    pub fn take_law_request(&mut self) -> Option<LawRequest> {
-        self.servo.take_request()
-    }
-
-    /// Handles pending events and expired deadlines, and plans the pulses.
-    #[inline(never)]
-    fn run_due(&mut self, now: Micros, out: &mut Outbox) -> Tick {
-        // Before that tick no deadline has passed.
-        let due = self.schedule.idle_ticks == 0;
-        if due && let Some(fault) = self.expired_deadline(now) {
-            self.fault(now, fault, out);
-        }
-        self.apply_law_response(now, out);
-        let setpoint = self.setpoint(now);
-        self.planner.set_rates(setpoint.rates, setpoint.ramp_us);
-        let overdue = now.since(self.session.last_telemetry) >= TELEMETRY_US;
-        self.schedule.telemetry_due |= due && self.session.greeted && overdue;
-        let off = matches!(
-            self.state,
-            State::Fault { fault: Fault::EmergencyStop | Fault::Watchdog, .. }
-        );
-        self.schedule.emergency_ticks = self.schedule.emergency_ticks.saturating_sub(1);
-        (self.schedule.dirty, self.schedule.idle_ticks) = (self.schedule.emergency_ticks > 0, 0);
-        self.plan_pulses(now, out);
-        Tick {
-            drivers_enabled: self.setup.params().is_some() && !off,
-            bootloader: self.state.leaves() && !self.planner.moving(),
-            store: self.state.storing().is_some(),
-        }
-    }
-
-    #[inline(always)]
-    fn plan_pulses(&mut self, now: Micros, out: &mut Outbox) {
-        if let Some(motor) = self.planner.plan_tick() {
-            self.fault(now, Fault::Travel(motor as u8), out);
-        }
-    }
-
-    /// Returns the setpoint of the present state. A jog that has arrived ends.
-    fn setpoint(&mut self, now: Micros) -> Setpoint {
-        if let State::Jogging(jogging) = &self.state {
-            return Setpoint::at_once(jogging.wanted(&self.planner).unwrap_or_else(|| {
-                self.state = State::Stopping { then: AfterStop::Ready };
-                self.schedule.check_due = true;
-                MotorRates::default()
-            }));
-        }
-        match (self.state.goal(), self.setup.params()) {
-            (Some(_), Some(params)) => self.servo.setpoint(now, params),
-            _ => Setpoint::default(),
-        }
-    }
-
-    /// Checks after a position how the drive goes on, and in a stop whether the motors stand. This
-    /// runs in the second half of a tick, where there is time for it.
-    #[inline(never)]
-    fn check(&mut self, now: Micros, out: &mut Outbox) {
-        self.schedule.check_due = false;
-        match self.state {
-            State::Seeking(goal) | State::Holding(goal) => self.check_progress(now, goal, out),
-            State::Stopping { then: AfterStop::Ready } => self.settle(),
-            _ => {}
-        }
-    }
-
-    /// Checks whether the target is reached and whether the ball is driven away from it.
-    fn check_progress(&mut self, now: Micros, goal: Goal, out: &mut Outbox) {
-        let Some(params) = self.setup.params() else { return };
-        let progress = self.servo.check_progress(now, goal.target, params);
-        if progress.reached {
-            self.state = State::Holding(goal);
-        }
-        if progress.diverged {
-            self.fault(now, Fault::ErrorGrowing, out);
-        }
-    }
-
-    /// Ends a stop where the motors stand. Otherwise the next tick checks again.
-    fn settle(&mut self) {
-        if self.planner.moving() {
-            self.schedule.check_due = true;
-        } else {
-            self.state = State::Ready;
-        }
-    }
-
-    /// Makes a law request of the position that waits, where there is a target.
-    #[inline(never)]
-    fn make_law_request(&mut self, now: Micros) {
-        let Some(params) = self.setup.params() else { return };
-        let target = self.state.goal().map(|goal| goal.target);
-        if self.servo.make_request(now, target, &self.planner, params) {
-            // The tick in which the response takes effect is a due one.
-            let ticks = self.servo.client().ticks_to_due(now);
-            self.schedule.idle_ticks = self.schedule.idle_ticks.min(ticks);
-        }
-    }
-
-    /// Applies the law response that takes effect at `now`, where the board still drives.
-    fn apply_law_response(&mut self, now: Micros, out: &mut Outbox) {
-        let Some(params) = self.setup.params() else { return };
-        let applied = self.servo.apply_response(now, params);
-        if applied.is_err() && self.state.goal().is_some() {
-            self.fault(now, Fault::LawLate, out);
-        }
-    }
-}
-
 /// Faults and telemetry.
 impl Board {
     /// Stops the board for `fault`, unless it is in a fault: the first one stays.
     #[inline(never)]
-    fn fault(&mut self, now: Micros, fault: Fault, out: &mut Outbox) {
+    pub(super) fn fault(&mut self, now: Micros, fault: Fault, out: &mut Outbox) {
         if !matches!(self.state, State::Fault { .. }) {
             self.enter_fault(now, fault, out);
         }
