@@ -45,6 +45,15 @@ impl Board {
     #[inline]
     pub fn report(&mut self, now: Micros, out: &mut Outbox) {
         self.planner.follow_up();
+        // After an event `idle_ticks` is 0, so that a tick without one has two checks only.
+        if self.schedule.idle_ticks == 0 || self.schedule.check_due {
+            self.report_due(now, out);
+        }
+    }
+
+    /// Reports what an event or an expired deadline has made due.
+    #[inline(never)]
+    fn report_due(&mut self, now: Micros, out: &mut Outbox) {
         if self.schedule.check_due {
             self.check(now, out);
         }
