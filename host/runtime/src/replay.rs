@@ -48,7 +48,8 @@ impl ReplayError {
     /// Whether the rows were written to a pipe whose reader has closed it.
     pub fn is_closed_pipe(&self) -> bool {
         let Self::Write(error) = self else { return false };
-        matches!(error.kind(), csv::ErrorKind::Io(error) if error.kind() == io::ErrorKind::BrokenPipe)
+        let csv::ErrorKind::Io(error) = error.kind() else { return false };
+        error.kind() == io::ErrorKind::BrokenPipe
     }
 }
 

@@ -1,5 +1,4 @@
-//! Rig file: the configuration of a rig in SI units, and the configuration of the board that follows
-//! from it.
+//! Rig file: the configuration of a rig in SI units, from which that of the board follows.
 
 mod driver;
 mod law;
@@ -253,8 +252,8 @@ impl DeadlineSettings {
     fn config(&self) -> Result<Deadlines, OutOfRange> {
         let max_age = self.max_age.get();
         if max_age >= self.position.get() {
-            let why = "is not below `deadlines.position`: the board would drive on positions that are older \
-                       than that deadline";
+            let why = "is not below `deadlines.position`: the board would drive on \
+                       positions that are older than that deadline";
             return Err(OutOfRange { key: "deadlines.max_age", value: max_age, why });
         }
         Ok(Deadlines {

@@ -88,7 +88,10 @@ fn status(port: &str, link: &mut Link<Serial>, json: bool) -> Result<(), Failure
     tell!("{port}: {} damaged frames since its start", telemetry.bad_frames);
     if json {
         let state = telemetry.state.to_string();
-        let line = json!({"port": port, "state": state, "steps": motors, "rates": rates, "bad_frames": telemetry.bad_frames});
+        let line = json!({
+            "port": port, "state": state, "steps": motors, "rates": rates,
+            "bad_frames": telemetry.bad_frames,
+        });
         print::result(line)?;
     }
     Ok(())

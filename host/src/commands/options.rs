@@ -13,7 +13,12 @@ pub(super) struct RunOptions {
     #[arg(long, value_enum, default_value = "ball")]
     pub(super) detector: DetectorName,
     /// Seconds until a target is given up
-    #[arg(long, default_value_t = 120.0, allow_negative_numbers = true, value_parser = numbers::seconds)]
+    #[arg(
+        long,
+        default_value_t = 120.0,
+        allow_negative_numbers = true,
+        value_parser = numbers::seconds
+    )]
     pub(super) timeout: f64,
     /// Folder for the run, new or empty [default: the next number under runs/]
     #[arg(long, value_name = "FOLDER")]

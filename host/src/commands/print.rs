@@ -10,7 +10,9 @@ use super::{Failure, failed};
 
 /// Writes a line for people to standard error, as `eprintln!` does.
 macro_rules! tell {
-    ($($text:tt)*) => { $crate::commands::print::message(format_args!("{}\n", format_args!($($text)*))) };
+    ($($text:tt)*) => {
+        $crate::commands::print::message(format_args!("{}\n", format_args!($($text)*)))
+    };
 }
 pub(crate) use tell;
 

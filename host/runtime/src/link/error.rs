@@ -1,4 +1,4 @@
-//! What can go wrong between host and board.
+//! Errors of the link between host and board.
 
 use std::error::Error;
 use std::time::Duration;
@@ -7,70 +7,73 @@ use plumb_protocol::VERSION;
 use plumb_protocol::message::{Fault, Refusal, StartCause};
 use thiserror::Error;
 
-/// Why the link to the board failed.
+/// Failure of the link to the board.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum LinkError {
-    /// No such port.
+    /// The port does not exist.
     #[error(
-        "{port}: there is no such serial port; is the board plugged in? (`ls /dev/ttyACM* /dev/ttyUSB*` lists them)"
+        "{port}: there is no such serial port; is the board plugged in? \
+         (`ls /dev/ttyACM* /dev/ttyUSB*` lists them)"
     )]
     Absent {
         /// Its path.
         port: String,
     },
-    /// Another program has it.
+    /// Another program uses the port.
     #[error("{port}: another program uses this serial port; close it first")]
     Busy {
         /// Its path.
         port: String,
     },
-    /// Not allowed.
+    /// This user may not open the port.
     #[error(
-        "{port}: no permission to open this serial port; on Debian: `sudo adduser $USER dialout`, then log in again"
+        "{port}: no permission to open this serial port; on Debian: \
+         `sudo adduser $USER dialout`, then log in again"
     )]
     Permission {
         /// Its path.
         port: String,
     },
-    /// It cannot be opened for another reason.
-    #[error("{port}: cannot be opened as a serial port: {error}")]
+    /// The port cannot be opened for another reason.
+    #[error("{port}: cannot be opened as a serial port: {source}")]
     Open {
         /// Its path.
         port: String,
-        /// What the operating system said.
-        error: serialport::Error,
+        /// Error of the operating system.
+        source: serialport::Error,
     },
-    /// The operating system does not say which ports there are.
-    #[error("the serial ports cannot be listed: {error}; name the board's with --port")]
+    /// The operating system cannot list its ports.
+    #[error("the serial ports cannot be listed: {source}; name the board's with --port")]
     Ports {
-        /// What the operating system said.
-        error: serialport::Error,
+        /// Error of the operating system.
+        source: serialport::Error,
     },
-    /// It was there and is gone.
-    #[error("{port}: the board was unplugged, or its link broke: {error}")]
+    /// The port was open and is gone.
+    #[error("{port}: the board was unplugged, or its link broke: {source}")]
     Lost {
         /// Its path.
         port: String,
-        /// What the operating system said.
-        error: std::io::Error,
+        /// Error of the operating system.
+        source: std::io::Error,
     },
-    /// Nothing answers.
+    /// The board does not answer a request.
     #[error(
-        "{port}: no answer to {what} within {waited:?}; is this port a Plumb board, and does its cable lose nothing?"
+        "{port}: no answer to {what} within {waited:?}; is this port a Plumb board, and does its \
+         cable lose nothing?"
     )]
     Silent {
         /// Its path.
         port: String,
-        /// What was asked.
+        /// The request.
         what: &'static str,
-        /// How long was waited.
+        /// Time that the host waited.
         waited: Duration,
     },
-    /// The board has fallen silent.
+    /// The board does not send telemetry any more.
     #[error(
-        "{port}: nothing has come from the board for {:.1} s; is it powered, and its cable plugged in? It stops \
-         by itself when it hears nothing",
+        "{port}: nothing has come from the board for {:.1} s; is it powered, and its cable \
+         plugged in? It stops by itself when it hears nothing",
         .age.as_secs_f64()
     )]
     NoTelemetry {
@@ -79,10 +82,10 @@ pub enum LinkError {
         /// Time since the last telemetry.
         age: Duration,
     },
-    /// The board is there, but what it is sent arrives late or not at all.
+    /// The board answers, but positions arrive late or not at all.
     #[error(
-        "{port}: the board has not acknowledged a position for {:.1} s: the link is too slow, or loses too much; \
-         check the baud rate and the cable",
+        "{port}: the board has not acknowledged a position for {:.1} s: the link is too slow, \
+         or loses too much; check the baud rate and the cable",
         .age.as_secs_f64()
     )]
     Lagging {
@@ -91,34 +94,39 @@ pub enum LinkError {
         /// Time since the oldest position without an acknowledgement was sent.
         age: Duration,
     },
-    /// The board restarted, and knows nothing of the run any more.
+    /// The board restarted and has lost its configuration.
     #[error(
-        "{port}: the board restarted in mid-run ({}); its motor positions begin at 0 where the motors stand now",
+        "{port}: the board restarted in mid-run ({}); its motor positions begin at 0 where the \
+         motors stand now",
         .cause.map_or_else(|| "it did not say why".to_owned(), |cause| cause.to_string())
     )]
     Restarted {
         /// Its path.
         port: String,
-        /// Why, where the board could be asked.
+        /// Cause of the restart, if the board reported it.
         cause: Option<StartCause>,
     },
-    /// The board goes by a configuration that is not this program's.
+    /// Another program configured the board.
     #[error("{port}: the board has another configuration now: does another program use it too?")]
     Reconfigured {
         /// Its path.
         port: String,
     },
-    /// The motors turn on after a stop.
-    #[error("{port}: the board was told to stop, and its motors have not come to rest after {:.1} s", .waited.as_secs_f64())]
+    /// The motors did not come to rest after a stop.
+    #[error(
+        "{port}: the board was told to stop, and its motors have not come to rest after {:.1} s",
+        .waited.as_secs_f64()
+    )]
     NotAtRest {
         /// Its path.
         port: String,
         /// Time since the motors last slowed down.
         waited: Duration,
     },
-    /// The board speaks another version.
+    /// The board has another version of the protocol.
     #[error(
-        "the board speaks protocol version {board} (schema {schema}), this program version {VERSION}; flash the firmware of this release"
+        "the board speaks protocol version {board} (schema {schema}), this program version \
+         {VERSION}; flash the firmware of this release"
     )]
     Version {
         /// The board's version.
@@ -126,12 +134,12 @@ pub enum LinkError {
         /// The board's schema, in hexadecimal.
         schema: String,
     },
-    /// The board will not do it.
+    /// The board refused a request.
     #[error("the board refused {what}: {refusal}")]
     Refused {
-        /// What was asked.
+        /// The request.
         what: &'static str,
-        /// Why not.
+        /// Reason of the refusal.
         refusal: Refusal,
     },
     /// The board has stopped by itself.
@@ -140,7 +148,7 @@ pub enum LinkError {
     /// Error of a transport that this crate does not know.
     #[error(transparent)]
     Other(Box<dyn Error + Send + Sync>),
-    /// A message of this program did not fit a frame.
+    /// A message does not fit a frame.
     #[error(transparent)]
     TooLong(#[from] plumb_protocol::frame::TooLong),
 }

@@ -7,13 +7,13 @@ use serialport::{ClearBuffer, SerialPort, SerialPortInfo, SerialPortType, TTYPor
 
 use super::LinkError;
 
-/// A way for bytes to the board and back.
+/// Byte stream to the board and back.
 pub trait Transport {
-    /// What to call it in an error.
+    /// Returns the name of the transport, for errors.
     fn name(&self) -> String;
 
-    /// The time on the link's clock, which runs evenly and never back: real time, or the virtual
-    /// time of an emulated board. Every deadline of a link is counted on it.
+    /// Returns the time on the link's clock, which never runs backwards: real time, or the virtual
+    /// time of an emulated board. All timeouts of a link are measured on it.
     fn now(&self) -> Duration;
 
     /// Sends all of `bytes`.
@@ -29,49 +29,49 @@ pub trait Transport {
     fn receive(&mut self, bytes: &mut Vec<u8>, wait: Duration) -> Result<(), LinkError>;
 }
 
-/// A serial port: USB-CDC, a UART or a pseudo-terminal.
+/// Serial port: USB-CDC, a UART or a pseudo-terminal.
 pub struct Serial {
     name: String,
     port: TTYPort,
     opened: Instant,
 }
 
-/// A write that takes longer than this means that nobody takes the bytes away.
-const WRITE_PATIENCE: Duration = Duration::from_millis(200);
+/// Timeout of a write: after this time nobody reads at the other end.
+const WRITE_TIMEOUT: Duration = Duration::from_millis(200);
 
-/// What the firmware calls itself on USB (firmware/src/link/usb.rs).
+/// USB product name of the firmware (firmware/src/link/usb.rs).
 const PRODUCT: &str = "Plumb board";
 
 impl Serial {
-    /// Opens `name` at `baud` (without effect on USB-CDC and pseudo-terminals) for this process
-    /// alone.
+    /// Opens `name` for this process only. The rate `baud` has no effect on USB-CDC and
+    /// pseudo-terminals.
     ///
     /// # Errors
     /// Where it is absent, busy, not allowed or not a serial port.
     pub fn open(name: &str, baud: u32) -> Result<Self, LinkError> {
         let port = serialport::new(name, baud)
-            .timeout(WRITE_PATIENCE)
+            .timeout(WRITE_TIMEOUT)
             .open_native()
             .map_err(|error| open_error(name, error))?;
-        // What an earlier host left unread is not for this one. DTR is not touched:
-        // pseudo-terminals have none.
+        // Discards what an earlier host left unread. DTR stays as it is: pseudo-terminals have
+        // none.
         let _ = port.clear(ClearBuffer::All);
         Ok(Self { name: name.to_owned(), port, opened: Instant::now() })
     }
 
-    fn lost(&self, error: std::io::Error) -> LinkError {
-        LinkError::Lost { port: self.name.clone(), error }
+    fn lost(&self, source: std::io::Error) -> LinkError {
+        LinkError::Lost { port: self.name.clone(), source }
     }
 }
 
-/// The USB ports of boards that are plugged in, by what they call themselves.
+/// Returns the USB ports of the boards that are plugged in, by their product name.
 ///
 /// # Errors
 /// Where the operating system does not list its ports.
 pub fn boards() -> Result<Vec<String>, LinkError> {
-    let ports = serialport::available_ports().map_err(|error| LinkError::Ports { error })?;
+    let ports = serialport::available_ports().map_err(|source| LinkError::Ports { source })?;
     let is_board = |port: &SerialPortInfo| match &port.port_type {
-        // Some systems give the name with underscores.
+        // Some systems report the name with underscores.
         SerialPortType::UsbPort(usb) => {
             usb.product.as_ref().is_some_and(|product| product.replace('_', " ") == PRODUCT)
         }
@@ -80,14 +80,14 @@ pub fn boards() -> Result<Vec<String>, LinkError> {
     Ok(ports.into_iter().filter(is_board).map(|port| port.port_name).collect())
 }
 
-fn open_error(name: &str, error: serialport::Error) -> LinkError {
+fn open_error(name: &str, source: serialport::Error) -> LinkError {
     let port = name.to_owned();
-    match error.kind() {
+    match source.kind() {
         serialport::ErrorKind::Io(ErrorKind::NotFound) => LinkError::Absent { port },
         serialport::ErrorKind::Io(ErrorKind::PermissionDenied) => LinkError::Permission { port },
-        // What `serialport` calls a port that another program has locked (EBUSY, flock).
+        // The kind of a port that another program has locked (EBUSY, flock).
         serialport::ErrorKind::NoDevice => LinkError::Busy { port },
-        _ => LinkError::Open { port, error },
+        _ => LinkError::Open { port, source },
     }
 }
 
@@ -109,12 +109,12 @@ impl Transport for Serial {
         let waiting = self.port.bytes_to_read().map_err(|error| self.lost(error.into()))?;
         if waiting == 0 {
             if wait.is_zero() {
-                return self.present();
+                return self.check_exists();
             }
             self.port.set_timeout(wait).map_err(|error| self.lost(error.into()))?;
         }
         let read = self.port.read(&mut buffer);
-        let restored = self.port.set_timeout(WRITE_PATIENCE);
+        let restored = self.port.set_timeout(WRITE_TIMEOUT);
         match read {
             Ok(0) => return Err(self.lost(ErrorKind::UnexpectedEof.into())),
             Ok(count) => bytes.extend_from_slice(&buffer[..count]),
@@ -126,15 +126,15 @@ impl Transport for Serial {
     }
 }
 
-/// Whether a read ended without bytes and without harm: its time was up, or a signal came.
+/// Returns whether a read ended without bytes and without harm: by its timeout or a signal.
 fn is_passing(error: &std::io::Error) -> bool {
     matches!(error.kind(), ErrorKind::TimedOut | ErrorKind::WouldBlock | ErrorKind::Interrupted)
 }
 
 impl Serial {
-    /// Whether the other end is still there; a port that is gone may report nothing to read for
-    /// ever.
-    fn present(&self) -> Result<(), LinkError> {
+    /// Checks that the port still exists. A port that is gone may report for ever that there is
+    /// nothing to read.
+    fn check_exists(&self) -> Result<(), LinkError> {
         match std::fs::metadata(&self.name) {
             Ok(_) => Ok(()),
             Err(error) => Err(self.lost(error)),

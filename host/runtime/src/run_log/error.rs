@@ -1,32 +1,36 @@
-//! What can go wrong with a run's folder.
+//! Errors of the run log.
 
 use std::path::PathBuf;
 
 use plotters::drawing::DrawingAreaErrorKind;
 use thiserror::Error;
 
-/// Why a run's folder could not be made or written.
+/// Failure to create or write the run log.
 #[derive(Debug, Error)]
 pub enum RunLogError {
-    /// There is something already: a run is never overwritten.
-    #[error("{} exists already and is not an empty folder: runs are never overwritten; give another folder or move it away", .0.display())]
+    /// The folder exists and is not empty: a run is never overwritten.
+    #[error(
+        "{} exists already and is not an empty folder: runs are never overwritten; give another \
+         folder or move it away",
+        .0.display()
+    )]
     Exists(PathBuf),
     /// The parent folder holds more numbered runs than there are numbers.
     #[error("no free run number under {} for '{prefix}'; move old runs away", .parent.display())]
     NoFreeNumber {
-        /// Where the folder was to be made.
+        /// Folder of the runs.
         parent: PathBuf,
-        /// What its name was to begin with.
+        /// First part of the name.
         prefix: String,
     },
-    /// The file system refused.
+    /// An operation on a file failed.
     #[error("cannot {action} {}: {source}", .path.display())]
     Io {
-        /// What was to be done.
+        /// The operation.
         action: &'static str,
-        /// To what.
+        /// Its file or folder.
         path: PathBuf,
-        /// Why not.
+        /// Cause.
         source: std::io::Error,
     },
     /// A row could not be written.
@@ -34,7 +38,7 @@ pub enum RunLogError {
     Csv {
         /// The CSV file.
         path: PathBuf,
-        /// Why not.
+        /// Cause.
         source: csv::Error,
     },
     /// The summary cannot be turned into JSON.
@@ -42,7 +46,7 @@ pub enum RunLogError {
     Json {
         /// The JSON file.
         path: PathBuf,
-        /// Why not.
+        /// Cause.
         source: serde_json::Error,
     },
     /// A figure could not be drawn.
@@ -50,13 +54,13 @@ pub enum RunLogError {
     Figure {
         /// The SVG file.
         path: PathBuf,
-        /// Why not.
+        /// Cause.
         source: DrawingAreaErrorKind<std::io::Error>,
     },
 }
 
 impl RunLogError {
-    /// For `map_err`: names what was to be done to which path.
+    /// Returns a function for `map_err` that names the operation and its path.
     pub(crate) fn io(
         action: &'static str,
         path: impl Into<PathBuf>,

@@ -26,7 +26,8 @@ impl TerminalLink {
         match made {
             Ok(()) => Ok(Self { path: path.to_owned(), terminal: terminal.to_owned() }),
             taken if is_taken(&taken) => Err(format!(
-                "{}: exists already; only a link to a pseudo-terminal that is gone is replaced: remove it, or give another path",
+                "{}: exists already; only a link to a pseudo-terminal that is gone is \
+                 replaced: remove it, or give another path",
                 path.display()
             )),
             Err(error) => Err(format!("{}: cannot make this link: {error}", path.display())),

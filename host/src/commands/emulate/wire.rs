@@ -16,7 +16,11 @@ use super::super::numbers;
 #[command(next_help_heading = "The link to the board")]
 pub(super) struct WireOptions {
     /// Frames take their time at this baud rate
-    #[arg(long, value_name = "BAUD", value_parser = clap::value_parser!(u32).range(300..=20_000_000))]
+    #[arg(
+        long,
+        value_name = "BAUD",
+        value_parser = clap::value_parser!(u32).range(300..=20_000_000)
+    )]
     baud: Option<u32>,
     /// Every frame takes this time, as over USB, seconds
     #[arg(long, value_name = "S", conflicts_with = "baud", value_parser = numbers::seconds)]

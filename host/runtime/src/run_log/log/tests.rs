@@ -103,12 +103,10 @@ fn a_finished_run_has_its_summary_and_figures() {
     let summary: serde_json::Value =
         serde_json::from_slice(&fs::read(path.join("summary.json")).unwrap()).unwrap();
     assert_eq!(summary["frames"], 600);
+    let title = "interval, γ = 30 /s";
     for (figure, words) in [
-        (
-            "figure4.svg",
-            &["x (m)", "y (m)", "z (m)", "|e| (mm)", "frame", "measured", "interval, γ = 30 /s"][..],
-        ),
-        ("figure5.svg", &["start", "target", "x (m)", "z (m)", "interval, γ = 30 /s"][..]),
+        ("figure4.svg", &["x (m)", "y (m)", "z (m)", "|e| (mm)", "frame", "measured", title][..]),
+        ("figure5.svg", &["start", "target", "x (m)", "z (m)", title][..]),
     ] {
         let svg = fs::read_to_string(path.join(figure)).unwrap();
         assert!(
