@@ -1,5 +1,7 @@
 //! The link to an emulated board in memory.
 
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops at the first surprise")]
+
 use std::cell::RefCell;
 use std::rc::Rc;
 use std::time::Duration;

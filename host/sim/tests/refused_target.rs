@@ -1,5 +1,7 @@
 //! A board that refuses a target is stopped, and the run waits until its motors stand still.
 
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops at the first surprise")]
+
 use std::cell::RefCell;
 use std::rc::Rc;
 use std::sync::atomic::AtomicBool;

@@ -68,7 +68,7 @@ pub(crate) struct Args {
     options: RunOptions,
 }
 
-/// The JSON line: the run's summary, and what only a simulation knows.
+/// Line of JSON: the summary, and the true error of the simulation.
 #[derive(Serialize)]
 struct Line<'a> {
     #[serde(flatten)]
@@ -89,7 +89,7 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
     drive(&args, law, args.options.output_dir("demo"), &interrupted, &mut curve)
 }
 
-/// The law that was asked for.
+/// Returns the law of the options.
 fn chosen(args: &Args) -> Result<LawSettings, Failure> {
     let Some(gamma) = args.gamma else { return Ok(args.law.clone().unwrap_or_default()) };
     let mut law = args.law.clone().map_or_else(|| law("interval").map_err(bad_input), Ok)?;
@@ -135,7 +135,7 @@ fn drive(
     }
 }
 
-/// The camera before a recorded picture or a room.
+/// Returns the camera in front of a recorded frame or a room.
 fn synthetic_camera(args: &Args, camera: &Camera) -> Result<SyntheticCamera, Failure> {
     let background = match &args.background {
         None => Background::Room(Room::furnished()),
@@ -151,7 +151,7 @@ fn first_frame(folder: &std::path::Path, camera: &Camera) -> Result<RgbdFrame, F
     frame.ok_or_else(|| bad_input(format!("{}: no frame in this recording", folder.display())))
 }
 
-/// What a run is made of, whatever its clock and its link.
+/// Parts of a demo that do not depend on its clock and its link.
 struct Demo<'a> {
     args: &'a Args,
     rig: &'a Rig,

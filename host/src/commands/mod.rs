@@ -1,5 +1,4 @@
-//! The commands: from what a person types to what the library does, and back to what a person or a
-//! program reads.
+//! The commands of the program: options, calls of the libraries, output.
 
 pub(crate) mod bench;
 pub(crate) mod board;
@@ -29,7 +28,7 @@ use plumb_sim::simulated::geometry;
 pub(crate) use exit::Failure;
 use exit::{FAILED, bad_input, failed};
 
-/// Which detector looks for the ball.
+/// Name of a detector.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum DetectorName {
     /// Colour proposes, shape and size decide
@@ -49,7 +48,7 @@ impl DetectorName {
     }
 }
 
-/// How the simulated rig behaves.
+/// Physics of the simulated rig.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Physics {
     /// Rigid cables, the ball always at rest
@@ -68,7 +67,7 @@ impl Physics {
     }
 }
 
-/// A law by its name, with its usual parameters.
+/// Returns the law of this name with its default parameters.
 fn law(name: &str) -> Result<LawSettings, String> {
     LawSettings::named(name).ok_or_else(|| format!("one of {}", LawSettings::NAMES.join(", ")))
 }

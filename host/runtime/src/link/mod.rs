@@ -1,5 +1,4 @@
-//! The link to the board: greets it, configures it, reports where the ball is, and hears how it
-//! goes.
+//! Link to the board: connects, configures the board, sends positions, and receives telemetry.
 //!
 //! Frames may be lost or late. A request is repeated with its id until its answer comes
 //! (`exchange.rs`), a target until telemetry names it. Telemetry counts only where it names this
@@ -27,7 +26,7 @@ use monitor::{LinkMonitor, Problem};
 use target::TargetRequest;
 pub use transport::{Serial, Transport, boards};
 
-/// A board that is there answers a request within this, even over a link that loses a quarter of
+/// Timeout of a request. A board answers within this time even over a link that loses a quarter of
 /// the frames.
 const ANSWER_TIMEOUT: Duration = Duration::from_millis(1500);
 
@@ -35,13 +34,13 @@ const ANSWER_TIMEOUT: Duration = Duration::from_millis(1500);
 /// host that is usual, 300 ms.
 const REPEAT_AFTER: Duration = Duration::from_millis(100);
 
-/// Longest wait of each look at the port.
+/// Longest wait of one poll of the port.
 const POLL_INTERVAL: Duration = Duration::from_millis(20);
 
 /// Bytes that one poll takes in at most: 20 s of telemetry.
 const MAX_BACKLOG: usize = 1 << 16;
 
-/// A greeted board.
+/// Connection to a board that has answered the greeting.
 pub struct Link<T> {
     transport: T,
     accumulator: Accumulator,
@@ -61,10 +60,10 @@ pub struct Link<T> {
 }
 
 impl<T: Transport> Link<T> {
-    /// Greets the board at the other end.
+    /// Connects to the board at the other end: sends the greeting and waits for its answer.
     ///
     /// # Errors
-    /// Where nothing answers, or a board of another version does.
+    /// Where no board answers, or one of another version.
     pub fn connect(transport: T) -> Result<Self, LinkError> {
         let mut link = Self::open(transport)?;
         link.hello(ANSWER_TIMEOUT)?;
@@ -119,15 +118,15 @@ impl<T: Transport> Link<T> {
         Ok(())
     }
 
-    /// Has the board keep its configuration over a loss of power.
+    /// Saves the configuration in the board's flash, for the time after a loss of power.
     ///
     /// # Errors
-    /// Where it has no place to keep it, could not write it, or the link fails.
+    /// Where the board has no flash for it or cannot write it, or the link fails.
     pub fn save(&mut self) -> Result<(), LinkError> {
         self.request("the request to store its configuration", Command::Store).map(drop)
     }
 
-    /// Returns how things are now.
+    /// Returns the present telemetry.
     ///
     /// # Errors
     /// Where the link fails.
@@ -193,8 +192,8 @@ impl<T: Transport> Link<T> {
         Ok(())
     }
 
-    /// Takes in what has arrived, without waiting, and repeats the target where it was not accepted
-    /// yet.
+    /// Handles the messages that have arrived, without waiting, and repeats a target that the board
+    /// has not accepted.
     ///
     /// # Errors
     /// Where the link is lost, the board has fallen silent, lags behind, has restarted or has
@@ -211,17 +210,17 @@ impl<T: Transport> Link<T> {
         self.telemetry.as_ref().filter(|telemetry| telemetry.configuration == self.configuration)
     }
 
-    /// Why the board has stopped by itself, if it has.
+    /// Returns the fault for which the board stopped by itself, if there is one.
     pub fn fault(&self) -> Option<Fault> {
         self.fault
     }
 
-    /// Positions that the board did not take, since the greeting.
+    /// Returns the number of positions that the board refused since the greeting.
     pub fn refused_positions(&self) -> u32 {
         self.refused_positions
     }
 
-    /// Frames from the board that were torn or corrupted, since the greeting.
+    /// Returns the number of torn or corrupted frames from the board since the greeting.
     pub fn bad_frames(&self) -> u32 {
         self.bad_frames
     }
@@ -245,11 +244,11 @@ impl<T: Transport> Link<T> {
         }
     }
 
-    /// Takes in what has arrived, or arrives within `wait`.
+    /// Receives the messages that have arrived, or arrive within `wait`.
     fn listen(&mut self, wait: Duration) -> Result<Vec<FromBoard>, LinkError> {
         let mut bytes = Vec::new();
         self.transport.receive(&mut bytes, wait)?;
-        // A host that was busy elsewhere finds more than one look brings.
+        // After a pause of the host more has arrived than one call returns.
         let mut before = 0;
         while bytes.len() > before && bytes.len() < MAX_BACKLOG {
             before = bytes.len();
@@ -269,7 +268,7 @@ impl<T: Transport> Link<T> {
         Ok(messages)
     }
 
-    /// Takes in a message of the board.
+    /// Handles a message of the board.
     fn note(&mut self, message: &FromBoard) {
         match message {
             FromBoard::Telemetry(telemetry) => self.note_telemetry(telemetry),

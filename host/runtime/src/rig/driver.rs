@@ -1,4 +1,4 @@
-//! What turns the motors, as rig files have it.
+//! Drivers of the motors, as in rig files.
 
 use plumb_cameras::toml_file::{Finite, Positive};
 use plumb_protocol::config::{Coils, Drivers, StepDir};
@@ -7,7 +7,7 @@ use serde::Deserialize;
 
 use super::{OutOfRange, fit};
 
-/// What turns the motors: `driver = "a4988"`, or `driver = { coils = { duty = 0.8 } }`.
+/// Driver of the motors: `driver = "a4988"`, or `driver = { coils = { duty = 0.8 } }`.
 /// docs/use/board.md says how each is wired.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
@@ -41,7 +41,7 @@ pub enum Driver {
 }
 
 impl Driver {
-    /// What the board is told of it.
+    /// Returns the drivers in the board's units.
     pub(super) fn config(&self) -> Result<Drivers, OutOfRange> {
         Ok(match self {
             Self::A4988 => Drivers::StepDir(StepDir::A4988),

@@ -1,4 +1,4 @@
-//! The control law as a person configures it, and what the board is told of it.
+//! Settings of the control law, and the configuration of the board that follows from them.
 
 use plumb_cameras::toml_file::{NumberError, Positive};
 use plumb_protocol::config::{Estimated, Interval, Law, SIGNS, Sign};
@@ -7,11 +7,11 @@ use serde::Deserialize;
 
 use super::{OutOfRange, fit};
 
-/// The cable of a step that γ is given for, metres: a pulley of 15 mm and 200 steps a turn. The
-/// true one is unknown, and only makes γ larger or smaller.
+/// Nominal cable length of a step, metres: a pulley of 15 mm and 200 steps a turn. γ is given for
+/// it. The true length is unknown; it scales γ.
 pub const NOMINAL_STEP_M: f64 = 2.0 * std::f64::consts::PI * 0.015 / 200.0;
 
-/// The law and its parameters.
+/// Law and its parameters.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "lowercase")]
 pub enum LawSettings {
@@ -30,7 +30,7 @@ pub enum LawSettings {
         #[serde(default)]
         mean: Seconds,
     },
-    /// A constant matrix from the signs (12).
+    /// Law with a constant matrix from the signs (12).
     Sign {
         /// g, 1/s, for a cable of [`NOMINAL_STEP_M`] a step.
         gain: Positive,
@@ -38,13 +38,13 @@ pub enum LawSettings {
         #[serde(default)]
         mean: Seconds,
     },
-    /// J is estimated while driving, and used where descent is certain.
+    /// Law that estimates J while it drives, and uses it where descent is certain.
     Adaptive(Estimating),
-    /// The geometry is estimated while driving, and the cables are kept taut.
+    /// Law that estimates the geometry while it drives, and keeps the cables taut.
     Taut(Estimating),
 }
 
-/// What a law that estimates may be told.
+/// Parameters of a law that estimates.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Estimating {
@@ -56,7 +56,7 @@ pub struct Estimating {
     pub mean: Seconds,
 }
 
-/// A span of time that may be zero, seconds.
+/// Time span that may be zero, seconds.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
 #[serde(transparent)]
 pub struct Seconds(f64);
@@ -67,7 +67,7 @@ impl Seconds {
 }
 
 impl From<f64> for Seconds {
-    /// Any span; the board's range is checked when it is told.
+    /// Takes any span. [`Seconds::config`] checks the range.
     fn from(seconds: f64) -> Self {
         Self(seconds)
     }
@@ -78,17 +78,17 @@ fn default_signs() -> [[i8; 3]; 3] {
 }
 
 impl Default for LawSettings {
-    /// The law that is taken where none is named, with its usual parameters.
+    /// Returns the law of a rig file without one: `taut` with its default parameters.
     fn default() -> Self {
         Self::Taut(Estimating { delay: Seconds::default(), mean: Seconds(TAUT_MEAN_S) })
     }
 }
 
 impl LawSettings {
-    /// Every law's name, as in rig files and for `--law`.
+    /// Names of all laws, as in rig files and for `--law`.
     pub const NAMES: [&str; 4] = ["interval", "sign", "adaptive", "taut"];
 
-    /// A law by its name, with the parameters of the paper's rig.
+    /// Returns the law called `name`, with the parameters for the paper's rig.
     pub fn named(name: &str) -> Option<Self> {
         let positive = |value: f64| Positive::try_from(value).ok();
         let none = Seconds::default();
@@ -107,7 +107,7 @@ impl LawSettings {
         }
     }
 
-    /// The law's name.
+    /// Returns the law's name.
     pub fn name(&self) -> &'static str {
         match self {
             Self::Interval { .. } => "interval",
@@ -117,7 +117,7 @@ impl LawSettings {
         }
     }
 
-    /// Span of the running mean over the step plan.
+    /// Returns the span of the running mean over the step plan.
     pub fn mean(&self) -> Seconds {
         match self {
             Self::Interval { mean, .. } | Self::Sign { mean, .. } => *mean,
@@ -125,7 +125,7 @@ impl LawSettings {
         }
     }
 
-    /// Sets that.
+    /// Sets the span of the running mean.
     pub fn set_mean(&mut self, span: Seconds) {
         match self {
             Self::Interval { mean, .. } | Self::Sign { mean, .. } => *mean = span,
@@ -134,11 +134,12 @@ impl LawSettings {
     }
 }
 
-/// What takes the shaking out of a ball on soft cables.
+/// Span of the running mean of the law `taut`, seconds. It damps the swing of a ball on soft
+/// cables.
 const TAUT_MEAN_S: f64 = 0.4;
 
 impl Seconds {
-    /// In the board's unit; `key` names it where it does not fit.
+    /// Converts the span to the board's unit. The error names `key`.
     ///
     /// # Errors
     /// Where it is negative, not a number or longer than a minute.
@@ -171,7 +172,7 @@ impl LawSettings {
         Ok(())
     }
 
-    /// The law and its parameters in a line.
+    /// Returns the law and its parameters in a line.
     pub fn title(&self) -> String {
         match self {
             Self::Interval { gamma, alpha, beta, .. } => {
@@ -182,14 +183,14 @@ impl LawSettings {
         }
     }
 
-    /// What the board is told of it.
+    /// Returns the law in the board's units.
     ///
     /// # Errors
-    /// Names the parameter that does not fit.
+    /// The first parameter that is beyond the range of the wire.
     pub fn config(&self) -> Result<Law, OutOfRange> {
         Ok(match self {
             Self::Interval { gamma, alpha, beta, signs, .. } => {
-                // Outwards, so that the family on the chip contains the one that was asked for.
+                // Rounds outwards, so that the family on the chip contains the one that was asked for.
                 let half = Bound::LSB / 2.0;
                 let alpha = fit("law.interval.alpha", alpha.get(), |a| Bound::from_si(a - half))?;
                 let beta = fit("law.interval.beta", beta.get(), |b| Bound::from_si(b + half))?;

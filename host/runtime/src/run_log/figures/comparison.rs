@@ -1,4 +1,4 @@
-//! The errors of several runs over time, one curve each.
+//! Errors of several runs over time, one curve each.
 
 use plotters::prelude::*;
 
@@ -8,10 +8,10 @@ use crate::plot_colours::COLOURS;
 
 const SIZE: (u32, u32) = (2000, 1100);
 const LABEL: i32 = 38;
-/// The time axis begins here, seconds: it is logarithmic, since laws differ by factors.
+/// Begin of the time axis, seconds. The axis is logarithmic, since laws differ by factors.
 const FIRST_S: f64 = 0.1;
 
-/// |e| (mm) over time (s) as SVG, with the distance at which the target counts as reached.
+/// Returns |e| (mm) over time (s) as SVG, with the distance at which the target counts as reached.
 pub(crate) fn errors_over_time(curves: &[LawCurve], threshold_m: f64) -> Result<String, DrawError> {
     let points = || curves.iter().flat_map(|curve| &curve.points);
     let last = points().map(|(t, _)| *t).fold(10.0 * FIRST_S, f64::max);

@@ -15,10 +15,10 @@ pub(super) use comparison::errors_over_time;
 pub(super) use panels::over_frames;
 pub(super) use path::in_space;
 
-/// Why a figure could not be drawn.
+/// Failure to draw a figure.
 pub(super) type DrawError = DrawingAreaErrorKind<std::io::Error>;
 
-/// More points than this in a line cannot be seen, but make the file large.
+/// Greatest number of points in a line. More cannot be seen and make the file large.
 const MOST_POINTS: usize = 3000;
 
 const FONT: &str = "sans-serif";
@@ -28,11 +28,10 @@ const START: RGBColor = RGBColor(40, 140, 70);
 const INK: RGBColor = RGBColor(50, 50, 55);
 const FAINT: RGBColor = RGBColor(218, 220, 224);
 
-/// Nothing that is farther away than this, metres, is drawn: it would leave nothing to be seen of
-/// the rest.
+/// Largest coordinate that is drawn, metres. One that is larger would shrink the rest to a dot.
 const FARTHEST_M: f64 = 100.0;
 
-/// What of a row is drawn: what is a number and not absurd.
+/// Plotted part of a row: the values that are numbers and within [`FARTHEST_M`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Sample {
     frame: f64,
@@ -54,25 +53,25 @@ impl From<&LogRow> for Sample {
     }
 }
 
-/// Drawn on twice the pixels it is shown on: the drawing library rounds to whole ones.
+/// Sets the displayed size to half of the drawn size: the drawing library rounds to whole pixels.
 fn shown_at_half_size(svg: &str, (width, height): (u32, u32)) -> String {
     let size = |w, h| format!("width=\"{w}\" height=\"{h}\"");
     svg.replacen(&size(width, height), &size(width / 2, height / 2), 1)
 }
 
-/// A line of this colour and width in pixels.
+/// Returns a line style of this colour and width in pixels.
 fn stroke(colour: RGBColor, width: u32) -> ShapeStyle {
     colour.stroke_width(width)
 }
 
-/// The least and the greatest of some numbers; `None` where there are none.
+/// Returns the least and the greatest of some numbers; `None` if there are none.
 fn span(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
     values
         .fold(None, |span, v| Some(span.map_or((v, v), |(a, b): (f64, f64)| (a.min(v), b.max(v)))))
 }
 
-/// The values that are there, cut into stretches without a gap, of at most `MOST_POINTS` in all (or
-/// so): of as many neighbours as needed every one that `keep` picks.
+/// Returns the present values as stretches without a gap, of about `MOST_POINTS` in all: `keep`
+/// picks from each group of neighbours.
 fn stretches<T: Copy>(
     samples: &[Sample],
     value: impl Fn(&Sample) -> Option<T>,
@@ -95,8 +94,8 @@ fn stretches<T: Copy>(
         .collect()
 }
 
-/// The length 1, 2 or 5 times a power of ten that divides `span` into `parts` parts or somewhat
-/// fewer.
+/// Returns the length, 1, 2 or 5 times a power of ten, that divides `span` into `parts` parts or
+/// slightly fewer.
 fn round_step(span: f64, parts: f64) -> f64 {
     let raw = (span / parts).max(1e-6);
     let power = 10f64.powf(raw.log10().floor());

@@ -15,7 +15,7 @@ const CAPTION: i32 = 46;
 const LABEL: i32 = 38;
 const TICK: i32 = 34;
 
-/// One panel: what is measured and what it should be, both over the frame number.
+/// Panel: measured value and its target over the frame number.
 struct Panel {
     name: &'static str,
     measured: Vec<Vec<(f64, f64)>>,
@@ -24,7 +24,7 @@ struct Panel {
     digits: usize,
 }
 
-/// The figure as SVG.
+/// Returns the figure as SVG.
 pub(crate) fn over_frames(samples: &[Sample], scene: &FigureSettings) -> Result<String, DrawError> {
     let frames = span(samples.iter().map(|s| s.frame)).unwrap_or((0.0, 1.0));
     let frames = frames.0..frames.1.max(frames.0 + 1.0);
@@ -73,7 +73,7 @@ fn panels(samples: &[Sample], scene: &FigureSettings, frames: &std::ops::Range<f
     [axis("x (m)", 0), axis("y (m)", 1), axis("z (m)", 2), error]
 }
 
-/// Values over the frame number; of a long run the extremes.
+/// Returns the values over the frame number; of a long run the extremes.
 pub(crate) fn thinned(
     samples: &[Sample],
     value: impl Fn(&Sample) -> Option<f64>,

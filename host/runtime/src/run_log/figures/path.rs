@@ -19,14 +19,14 @@ const TICK: i32 = 34;
 const TRIANGLE: RGBColor = RGBColor(120, 124, 132);
 const SHADOW: RGBColor = RGBColor(180, 190, 205);
 
-/// The drawing and how space is shown on it.
+/// Drawing, and projection of space onto it.
 struct Canvas<'a> {
     area: DrawingArea<SVGBackend<'a>, Shift>,
     view: Projection,
     bounds: Bounds,
 }
 
-/// The figure as SVG.
+/// Returns the figure as SVG.
 pub(crate) fn in_space(samples: &[Sample], scene: &FigureSettings) -> Result<String, DrawError> {
     let mut svg = String::new();
     {
@@ -78,7 +78,7 @@ impl Canvas<'_> {
         self.area.present()
     }
 
-    /// A grid on the floor and on the two walls behind.
+    /// Draws a grid on the floor and on the two walls behind.
     fn walls(&self) -> Result<(), DrawError> {
         let (low, high) = (self.bounds.least, self.bounds.greatest);
         let at = Point3::new;
@@ -97,7 +97,7 @@ impl Canvas<'_> {
         Ok(())
     }
 
-    /// The three edges in front with their numbers and names.
+    /// Draws the three edges in front with their numbers and names.
     fn axes(&self) -> Result<(), DrawError> {
         let (low, high, far) =
             (self.bounds.least, self.bounds.greatest, self.bounds.corner([true, false, false]));
@@ -123,7 +123,7 @@ impl Canvas<'_> {
         Ok(())
     }
 
-    /// The triangle of motors, and the cables from there to the ball.
+    /// Draws the triangle of motors, and the cables from there to the ball.
     fn motors(
         &self,
         motors: &[Point3<f64>; 3],
@@ -144,7 +144,7 @@ impl Canvas<'_> {
         Ok(())
     }
 
-    /// A ring at each target, its name at the last one.
+    /// Draws a ring at each target, and its name at the last one.
     fn targets(&self, samples: &[Sample]) -> Result<(), DrawError> {
         let mut targets: Vec<Point3<f64>> = samples.iter().filter_map(|s| s.target).collect();
         targets.dedup();
@@ -164,7 +164,7 @@ impl Canvas<'_> {
         Point3::new(p.x, p.y, self.bounds.least.z)
     }
 
-    /// A dashed line straight down to the floor.
+    /// Draws a dashed line straight down to the floor.
     fn drop_line(&self, p: &Point3<f64>) -> Result<(), DrawError> {
         let ends = [self.view.pixel(p), self.view.pixel(&self.on_floor(p))];
         self.area.draw(&DashedPathElement::new(ends, 6, 8, stroke(TRIANGLE, 2)))?;

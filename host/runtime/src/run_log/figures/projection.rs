@@ -4,23 +4,23 @@ use nalgebra::{Point3, Vector3};
 
 use super::round_step;
 
-/// Where the eye is: degrees from x towards y, and above the horizon.
+/// Direction of the viewer: degrees from x towards y, and above the horizon.
 const AZIMUTH_DEG: f64 = -25.0;
 const ELEVATION_DEG: f64 = 22.0;
 
-/// A box along the axes with bounds on round numbers, one step for all axes; metres.
+/// Box along the axes with bounds on round numbers, one step for all axes; metres.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Bounds {
-    /// The corner with the least coordinates.
+    /// Corner with the least coordinates.
     pub(super) least: Point3<f64>,
-    /// The corner with the greatest.
+    /// Corner with the greatest coordinates.
     pub(super) greatest: Point3<f64>,
     /// Distance between two ticks, metres.
     pub(super) step: f64,
 }
 
 impl Bounds {
-    /// The box around some points; `None` where there are none.
+    /// Returns the box around some points; `None` if there are none.
     pub(super) fn around<'a>(points: impl Iterator<Item = &'a Point3<f64>>) -> Option<Self> {
         let (least, greatest) = points.fold(None, |bounds, p| {
             Some(bounds.map_or((*p, *p), |(a, b): (Point3<f64>, Point3<f64>)| (a.inf(p), b.sup(p))))
@@ -33,13 +33,13 @@ impl Bounds {
         Some(Self { least, greatest, step })
     }
 
-    /// The ticks of axis `axis` (0, 1, 2 for x, y, z), metres.
+    /// Returns the ticks of axis `axis` (0, 1, 2 for x, y, z), metres.
     pub(super) fn ticks(&self, axis: usize) -> Vec<f64> {
         let count = ((self.greatest[axis] - self.least[axis]) / self.step).round() as i32;
         (0..=count).map(|k| self.least[axis] + f64::from(k) * self.step).collect()
     }
 
-    /// The corner with the greatest (true) or least coordinate along each axis.
+    /// Returns the corner with the greatest (true) or least coordinate along each axis.
     pub(super) fn corner(&self, greatest: [bool; 3]) -> Point3<f64> {
         Point3::from(std::array::from_fn(|i| {
             if greatest[i] { self.greatest[i] } else { self.least[i] }
@@ -47,7 +47,7 @@ impl Bounds {
     }
 }
 
-/// From metres in space to pixels, equal in scale along all axes.
+/// Projection from metres in space to pixels, with the same scale along all axes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Projection {
     right: Vector3<f64>,
@@ -86,7 +86,7 @@ impl Projection {
         Self { right, up, scale, offset }
     }
 
-    /// Where a point is on the drawing: pixels to the right and down.
+    /// Returns the position of a point on the drawing: pixels to the right and down.
     pub(super) fn pixel(&self, p: &Point3<f64>) -> (i32, i32) {
         let (x, y) = (self.right.dot(&p.coords), self.up.dot(&p.coords));
         (
