@@ -190,7 +190,7 @@ impl LawSettings {
     pub fn config(&self) -> Result<Law, OutOfRange> {
         Ok(match self {
             Self::Interval { gamma, alpha, beta, signs, .. } => {
-                // Rounds outwards, so that the family on the chip contains the one that was asked for.
+                // Rounds outwards: the family on the chip contains the one that was asked for.
                 let half = Bound::LSB / 2.0;
                 let alpha = fit("law.interval.alpha", alpha.get(), |a| Bound::from_si(a - half))?;
                 let beta = fit("law.interval.beta", beta.get(), |b| Bound::from_si(b + half))?;
