@@ -55,7 +55,7 @@ pub(crate) struct Generator {
 /// State machine of one motor.
 struct Motor {
     segments: Segments,
-    /// Pulses of the last tick but one and of the last tick, + where the direction line is high.
+    /// Pulses of the last two ticks, the older first, + where the direction line is high.
     given: [i32; 2],
 }
 

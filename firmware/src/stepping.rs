@@ -35,7 +35,7 @@ const AHEAD_US: u32 = 50;
 /// words takes 4.5 µs.
 const LATE_US: i32 = 5;
 
-/// Limits of this build; those of the emulated board but for the storage.
+/// Limits of this build; the same as in the emulated board, except `storage`.
 const BUILD: BuildLimits = BuildLimits { max_pulse_rate: 1_250_000, storage: true };
 
 /// Commutation by the firmware, once a tick.

@@ -146,6 +146,22 @@ fn reports() {
         FromBoard::Telemetry(idle),
         "080287ad4b0404010107014dec15b67f04dc8f0214ff03c08b11bffc1590dc2580f02e0346d3bd1800",
     );
+    for (state, hex) in [
+        (
+            State::Jogging,
+            "060287ad4b050107014dec15b67f04dc8f0214ff03c08b11bffc1590dc2580f02e038999a77500",
+        ),
+        (
+            State::Stopping,
+            "060287ad4b060107014dec15b67f04dc8f0214ff03c08b11bffc1590dc2580f02e03e5f2afd000",
+        ),
+        (
+            State::Storing,
+            "060287ad4b070107014dec15b67f04dc8f0214ff03c08b11bffc1590dc2580f02e03c12ba8b300",
+        ),
+    ] {
+        assert_bytes(FromBoard::Telemetry(Telemetry { state, ..idle }), hex);
+    }
     assert_bytes(
         FromBoard::Fault(FaultReport {
             time: Micros(300_200),

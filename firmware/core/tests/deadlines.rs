@@ -1,4 +1,4 @@
-//! Deadlines and guards hold whatever arrives, and however often.
+//! Deadlines and guards hold under other traffic: lost and late positions, repeated commands.
 #![allow(clippy::unwrap_used, reason = "a test ends at the first error")]
 
 mod common;

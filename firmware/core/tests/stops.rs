@@ -1,4 +1,4 @@
-//! The deadlines and guards that stop the board.
+//! Each deadline and guard stops the board, one at a time.
 #![allow(clippy::unwrap_used, reason = "a test ends at the first error")]
 
 mod common;

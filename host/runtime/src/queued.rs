@@ -103,7 +103,7 @@ impl<O: Observer + Send + 'static> Observer for Queued<O> {
         self.add(Item::Event(event.clone()));
     }
 
-    /// Waits for room: the motors stand still then.
+    /// Waits for room. The motors stand at the end of a run, so this delays no position.
     fn end(&mut self, summary: &Summary) {
         let _panicked = self.items.send(Item::End(Box::new(summary.clone())));
     }

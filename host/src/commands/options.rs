@@ -12,7 +12,7 @@ pub(super) struct RunOptions {
     /// Detector
     #[arg(long, value_enum, default_value = "ball")]
     pub(super) detector: DetectorName,
-    /// Seconds until a target is given up
+    /// Longest time for one target, seconds; then the run ends
     #[arg(
         long,
         default_value_t = 120.0,

@@ -210,10 +210,10 @@ impl Board {
         self.servo.on_response(response);
     }
 
-    /// Stops the board for the emergency input, which has cut the pulses off. The motors stand,
-    /// `missing` pulses each from their planned positions (+ where the direction line is high), and
-    /// the drivers are let go. The fault is latched. Call before every tick for as long as the
-    /// input is open, so that the fault cannot be cleared.
+    /// Stops the board for the emergency input. The hardware has stopped the pulses: each motor is
+    /// `missing` pulses short of its planned position (+ if the direction line is high). The drivers
+    /// are switched off and the fault is latched. Call this before every tick as long as the input
+    /// is open, so that the fault cannot be cleared.
     #[inline(never)]
     pub fn on_emergency_stop(&mut self, now: Micros, missing: [i32; 3], out: &mut Outbox) {
         self.schedule.emergency_ticks = EMERGENCY_TICKS;

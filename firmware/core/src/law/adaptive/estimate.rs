@@ -55,8 +55,8 @@ pub(super) struct Estimate {
     pub(super) axes: [AxisKalman; 3],
     /// Motor positions of the last measurement, Q4 steps.
     motors: [i32; 3],
-    /// Measurements in a row, up to [`MAX_HELD`], before which the ball was known to be at its
-    /// target.
+    /// Number of consecutive measurements, at most [`MAX_HELD`], that came while the ball was held
+    /// at its target.
     held: u8,
 }
 

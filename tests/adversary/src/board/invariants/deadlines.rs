@@ -10,7 +10,7 @@ use crate::campaign::Outcome;
 /// rest after the longest stop.
 pub(super) const HOST: &str = "a silent host stops the board";
 /// Without a position within its deadline the board neither seeks nor holds.
-pub(super) const POSITION: &str = "a lost position stops the board";
+pub(super) const POSITION: &str = "the absence of positions stops the board";
 
 /// Tolerance of a deadline, ticks: the current one, and one for the time of arrival.
 const SLACK: u64 = 2 * TICK;
