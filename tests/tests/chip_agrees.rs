@@ -12,7 +12,7 @@ use plumb_protocol::message::{
     Command, Fault, FromBoard, Hello, Position, State, Telemetry, ToBoard,
 };
 use plumb_protocol::units::{Micros, Point, Steps16};
-use plumb_runtime::rig::{LawSettings, Rig};
+use plumb_runtime::rig::{LawName, LawSettings, Rig};
 use plumb_tests::chip::{Chip, firmware_image};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -157,7 +157,7 @@ fn seeking(image: &std::path::Path, law: LawSettings) -> Pair {
 
 /// Returns law `interval` with a higher gain than the paper's.
 fn interval() -> LawSettings {
-    let mut law = LawSettings::named("interval").expect("a law");
+    let mut law = LawSettings::from(LawName::Interval);
     law.set_gamma(100.0).expect("a gain");
     law
 }
@@ -165,8 +165,7 @@ fn interval() -> LawSettings {
 #[test]
 fn the_papers_task_is_the_same_to_the_bit_with_every_law() {
     let Some(image) = firmware_image() else { return };
-    let named = |name| LawSettings::named(name).expect("a law");
-    for law in [interval(), named("sign"), named("adaptive"), named("taut")] {
+    for law in [interval(), LawName::Sign.into(), LawName::Adaptive.into(), LawName::Taut.into()] {
         let name = law.name();
         let mut pair = seeking(&image, law);
         let mut frames = 0;
@@ -181,7 +180,7 @@ fn the_papers_task_is_the_same_to_the_bit_with_every_law() {
         }
         pair.request(Command::Stop);
         pair.run(600_000);
-        pair.assert_agree(name);
+        pair.assert_agree(name.as_str());
         let error = (pair.plant.ball() - Task::paper().target).norm();
         assert!(error < 0.010, "{name}: {error} m");
     }
@@ -195,8 +194,8 @@ fn twenty_seeded_faults_are_the_same_to_the_bit() {
 /// The same with the deferred laws, in turn.
 #[test]
 fn ten_seeded_faults_are_the_same_to_the_bit_with_deferred_laws() {
-    let deferred = |seed: u64| ["taut", "adaptive"][seed as usize % 2];
-    faults(20..30, |seed| LawSettings::named(deferred(seed)).expect("a law"));
+    let deferred = |seed: u64| [LawName::Taut, LawName::Adaptive][seed as usize % 2];
+    faults(20..30, |seed| deferred(seed).into());
 }
 
 /// Compares both with a fault in the first second: silence, positions without a ball, noise, a

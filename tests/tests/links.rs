@@ -2,6 +2,7 @@
 //! target reported as reached is reached, a run that ends early reports the true cause within 2 s,
 //! and the board is at rest afterwards. `make links` prints the same as a table, with more seeds.
 
+use plumb_runtime::rig::LawName;
 use plumb_tests::links::{LinkRun, Outcome, check_run, in_real_time, in_virtual_time, link, links};
 
 /// Seeds for each link and law; the default of `make links`.
@@ -16,7 +17,7 @@ fn violations(run: &LinkRun, execute: fn(&LinkRun) -> Outcome) -> Option<String>
         .then(|| format!("{}, {}, seed {}: {what}", run.link.name, run.law, run.seed))
 }
 
-fn every_link(law: &'static str) {
+fn every_link(law: LawName) {
     let runs = links()
         .into_iter()
         .flat_map(|link| (0..SEEDS).map(move |seed| LinkRun { link, law, seed }));
@@ -26,27 +27,27 @@ fn every_link(law: &'static str) {
 
 #[test]
 fn interval_is_correct_over_every_link() {
-    every_link("interval");
+    every_link(LawName::Interval);
 }
 
 #[test]
 fn sign_is_correct_over_every_link() {
-    every_link("sign");
+    every_link(LawName::Sign);
 }
 
 #[test]
 fn adaptive_is_correct_over_every_link() {
-    every_link("adaptive");
+    every_link(LawName::Adaptive);
 }
 
 #[test]
 fn taut_is_correct_over_every_link() {
-    every_link("taut");
+    every_link(LawName::Taut);
 }
 
 /// Checks a run in real time over a pseudo-terminal. No wall-clock time is checked.
 fn over_a_terminal(name: &str) {
-    let run = LinkRun { link: link(name), law: "taut", seed: 1 };
+    let run = LinkRun { link: link(name), law: LawName::Taut, seed: 1 };
     assert_eq!(violations(&run, in_real_time), None);
 }
 

@@ -2,6 +2,7 @@
 
 mod driver;
 mod law;
+mod law_name;
 
 use std::path::Path;
 
@@ -17,6 +18,7 @@ use thiserror::Error;
 
 pub use self::driver::Driver;
 pub use self::law::{Estimating, LawSettings, NOMINAL_STEP_M, Seconds};
+pub use self::law_name::{LawName, UnknownLaw};
 
 const PAPER: &str = include_str!("../../rigs/paper.toml");
 

@@ -15,7 +15,7 @@ use plumb_cameras::record::{Overflow, RecordFolder};
 use plumb_cameras::source::CameraSource;
 use plumb_cameras::source::tum::TumFolder;
 use plumb_runtime::link::{Serial, Transport};
-use plumb_runtime::rig::{LawSettings, Rig};
+use plumb_runtime::rig::{LawName, LawSettings, Rig};
 use plumb_runtime::run::{Run, RunParts, Summary};
 use plumb_runtime::run_log::{FigureSettings, LawCurve, OutputDir, RunLog};
 use plumb_sim::emulator::{EMULATED, EmulatedBoard, serve};
@@ -92,7 +92,7 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
 /// Returns the law of the options.
 fn chosen(args: &Args) -> Result<LawSettings, Failure> {
     let Some(gamma) = args.gamma else { return Ok(args.law.clone().unwrap_or_default()) };
-    let mut law = args.law.clone().map_or_else(|| law("interval").map_err(bad_input), Ok)?;
+    let mut law = args.law.clone().unwrap_or_else(|| LawName::Interval.into());
     law.set_gamma(gamma)?;
     Ok(law)
 }

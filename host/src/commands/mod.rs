@@ -22,7 +22,7 @@ use plumb_sim::emulator::rig::{Elastic, ElasticParameters, Plant, QuasiStatic, R
 use plumb_vision::camera::Camera;
 use plumb_vision::detect::{BallDetector, DetectorKind};
 
-use plumb_runtime::rig::{LawSettings, Simulation};
+use plumb_runtime::rig::{LawName, LawSettings, Simulation, UnknownLaw};
 use plumb_sim::simulated::geometry;
 
 pub(crate) use exit::Failure;
@@ -68,8 +68,8 @@ impl Physics {
 }
 
 /// Returns the law of this name with its default parameters.
-fn law(name: &str) -> Result<LawSettings, String> {
-    LawSettings::named(name).ok_or_else(|| format!("one of {}", LawSettings::NAMES.join(", ")))
+fn law(name: &str) -> Result<LawSettings, UnknownLaw> {
+    name.parse().map(LawName::into)
 }
 
 /// Returns the first of two failures, and prints the second.

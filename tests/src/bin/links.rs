@@ -12,7 +12,7 @@ use std::process::ExitCode;
 use std::sync::Mutex;
 use std::thread;
 
-use plumb_runtime::rig::LawSettings;
+use plumb_runtime::rig::LawName;
 use plumb_tests::links::{
     LinkCase, LinkRun, Outcome, Verdict, check_run, in_real_time, in_virtual_time, links,
 };
@@ -47,9 +47,9 @@ fn main() -> ExitCode {
     let mut done =
         run_all(planned(&options), if options.real_time { in_real_time } else { in_virtual_time });
     done.sort_by_key(|done| done.run.seed);
-    let mut rows: Vec<(&str, &str)> = Vec::new();
+    let mut rows: Vec<(&str, LawName)> = Vec::new();
     for link in links() {
-        rows.extend(LawSettings::NAMES.map(|law| (link.name, law)));
+        rows.extend(LawName::ALL.map(|law| (link.name, law)));
     }
     println!(
         "| link | law | runs | legs driven | false reached | violations | s to the cause | causes |"
@@ -95,7 +95,7 @@ fn planned(options: &Options) -> Vec<LinkRun> {
         link.name.contains(&options.link) && !(options.real_time && link.falls_silent())
     };
     for link in links().into_iter().filter(is_selected) {
-        for law in LawSettings::NAMES.into_iter().filter(|law| law.contains(&options.law)) {
+        for law in LawName::ALL.into_iter().filter(|law| law.as_str().contains(&options.law)) {
             runs.extend((0..options.seeds).map(|seed| LinkRun { link, law, seed }));
         }
     }
@@ -123,7 +123,7 @@ fn run_all(runs: Vec<LinkRun>, execute: fn(&LinkRun) -> Outcome) -> Vec<Done> {
 }
 
 /// Formats a row of the table.
-fn format_row(link: &str, law: &str, row: &[&Done]) -> String {
+fn format_row(link: &str, law: LawName, row: &[&Done]) -> String {
     let targets: usize = row.iter().map(|d| d.outcome.targets).sum();
     let driven: usize = row.iter().map(|d| d.verdict.driven).sum();
     let false_claims: usize = row.iter().map(|d| d.verdict.false_reached.len()).sum();

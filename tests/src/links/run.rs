@@ -14,7 +14,7 @@ use plumb_protocol::message::State;
 use plumb_protocol::units::Micros;
 use plumb_runtime::link::{Serial, Transport};
 use plumb_runtime::observer::{FrameRecord, Observer};
-use plumb_runtime::rig::{LawSettings, Rig};
+use plumb_runtime::rig::{LawName, LawSettings, Rig};
 use plumb_runtime::run::{Run, RunError, RunParts, Summary};
 use plumb_sim::memory::Memory;
 use plumb_sim::simulated::{ServedRig, SimClock, Timing, VirtualRig};
@@ -39,8 +39,8 @@ const REST: Duration = Duration::from_secs(2);
 pub struct LinkRun {
     /// The link.
     pub link: LinkCase,
-    /// Name of the law.
-    pub law: &'static str,
+    /// The law.
+    pub law: LawName,
     /// Seed of the link's faults, of the targets and of the time of the first frame.
     pub seed: u64,
 }
@@ -144,8 +144,8 @@ impl Probe for Rc<Served> {
 
 /// Returns the paper's rig with the run's law and targets.
 fn rig(run: &LinkRun) -> Rig {
-    let mut law = LawSettings::named(run.law).expect("a law of that name");
-    if run.law == "interval" {
+    let mut law = LawSettings::from(run.law);
+    if run.law == LawName::Interval {
         law.set_gamma(GAMMA).expect("a gain");
     }
     let targets = targets(run.seed).map(|target| {

@@ -9,7 +9,7 @@ use plumb_emulator::EMULATED;
 use plumb_emulator::rig::Task;
 use plumb_protocol::Config;
 use plumb_protocol::units::Point;
-use plumb_runtime::rig::{Estimating, LawSettings, Seconds};
+use plumb_runtime::rig::{Estimating, LawName, LawSettings, Seconds};
 use plumb_sim::limits::Limits;
 
 use super::baselines::{Broyden, Model};
@@ -59,11 +59,8 @@ impl ControllerKind {
     /// Returns every controller. Laws have the parameters of the paper's rig.
     #[must_use]
     pub fn all() -> Vec<Self> {
-        let laws = |names: &[&str]| -> Vec<LawSettings> {
-            names.iter().filter_map(|name| LawSettings::named(name)).collect()
-        };
-        let board = laws(&LawSettings::NAMES).into_iter().map(Self::Board);
-        let f64_reference = laws(&f64_reference::NAMES).into_iter().map(Self::F64);
+        let board = LawName::ALL.into_iter().map(|name| Self::Board(name.into()));
+        let f64_reference = f64_reference::LAWS.into_iter().map(|name| Self::F64(name.into()));
         board.chain(f64_reference).chain(BASELINES).collect()
     }
 
@@ -71,7 +68,7 @@ impl ControllerKind {
     #[must_use]
     pub fn name(&self) -> String {
         match self {
-            Self::Board(law) => law.name().to_owned(),
+            Self::Board(law) => law.name().to_string(),
             Self::F64(law) => format!("{}{F64_SUFFIX}", law.name()),
             Self::Broyden => "broyden".to_owned(),
             Self::Model(percent) => format!("model-{percent}"),

@@ -2,10 +2,10 @@ use plumb_emulator::rig::Task;
 use plumb_sim::limits::Limits;
 
 use super::*;
-use plumb_runtime::rig::LawSettings;
+use plumb_runtime::rig::{LawName, LawSettings};
 
 fn settings(gamma: f64) -> LawSettings {
-    let mut law = LawSettings::named("interval").unwrap();
+    let mut law = LawSettings::from(LawName::Interval);
     law.set_gamma(gamma).unwrap();
     law
 }

@@ -25,6 +25,14 @@ pub enum NumberError {
 }
 
 impl Positive {
+    /// Returns `x` as a positive number.
+    ///
+    /// # Errors
+    /// If `x` is not above zero or not finite.
+    pub const fn new(x: f64) -> Result<Self, NumberError> {
+        if x.is_finite() && x > 0.0 { Ok(Self(x)) } else { Err(NumberError::NotPositive(x)) }
+    }
+
     /// Returns the number.
     pub fn get(self) -> f64 {
         self.0
@@ -42,7 +50,7 @@ impl TryFrom<f64> for Positive {
     type Error = NumberError;
 
     fn try_from(x: f64) -> Result<Self, NumberError> {
-        if x.is_finite() && x > 0.0 { Ok(Self(x)) } else { Err(NumberError::NotPositive(x)) }
+        Self::new(x)
     }
 }
 

@@ -5,11 +5,28 @@ use plumb_protocol::config::{Estimated, Interval, Law, SIGNS, Sign};
 use plumb_protocol::units::{Bound, Gain, Milliseconds, SignGain};
 use serde::Deserialize;
 
-use super::{OutOfRange, fit};
+use super::{LawName, OutOfRange, fit};
 
 /// Nominal cable length of a step, metres: a pulley of 15 mm and 200 steps a turn. γ is given for
 /// it. The true length is unknown; it scales γ.
 pub const NOMINAL_STEP_M: f64 = 2.0 * std::f64::consts::PI * 0.015 / 200.0;
+
+/// γ of the law `interval` on the paper's rig, 1/s.
+const PAPER_GAMMA: Positive = positive(30.0);
+/// α on the paper's rig, metres of ball a metre of cable.
+const PAPER_ALPHA: Positive = positive(0.005);
+/// β on the paper's rig, metres of ball a metre of cable.
+const PAPER_BETA: Positive = positive(0.5);
+/// g of the law `sign` on the paper's rig, 1/s.
+const PAPER_SIGN_GAIN: Positive = positive(4.0);
+
+/// Returns a constant as a positive number. A constant out of range does not compile.
+const fn positive(value: f64) -> Positive {
+    match Positive::new(value) {
+        Ok(number) => number,
+        Err(_) => panic!("the constant is not above 0"),
+    }
+}
 
 /// Law and its parameters.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -48,7 +65,7 @@ pub enum LawSettings {
 #[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Estimating {
-    /// Delay of the pictures beyond their age, seconds, at most 0.5.
+    /// Delay of the frames beyond their age, seconds, at most 0.5.
     #[serde(default)]
     pub delay: Seconds,
     /// Running mean over the step plan, seconds, at most 0.4; 0 is none.
@@ -84,36 +101,33 @@ impl Default for LawSettings {
     }
 }
 
-impl LawSettings {
-    /// Names of all laws, as in rig files and for `--law`.
-    pub const NAMES: [&str; 4] = ["interval", "sign", "adaptive", "taut"];
-
-    /// Returns the law called `name`, with the parameters for the paper's rig.
-    pub fn named(name: &str) -> Option<Self> {
-        let positive = |value: f64| Positive::try_from(value).ok();
-        let none = Seconds::default();
+impl From<LawName> for LawSettings {
+    /// Returns the law with the parameters for the paper's rig.
+    fn from(name: LawName) -> Self {
+        let mean = Seconds::ZERO;
         match name {
-            "interval" => Some(Self::Interval {
-                gamma: positive(30.0)?,
-                alpha: positive(0.005)?,
-                beta: positive(0.5)?,
+            LawName::Interval => Self::Interval {
+                gamma: PAPER_GAMMA,
+                alpha: PAPER_ALPHA,
+                beta: PAPER_BETA,
                 signs: SIGNS,
-                mean: none,
-            }),
-            "sign" => Some(Self::Sign { gain: positive(4.0)?, mean: none }),
-            "adaptive" => Some(Self::Adaptive(Estimating::default())),
-            "taut" => Some(Self::default()),
-            _ => None,
+                mean,
+            },
+            LawName::Sign => Self::Sign { gain: PAPER_SIGN_GAIN, mean },
+            LawName::Adaptive => Self::Adaptive(Estimating::default()),
+            LawName::Taut => Self::default(),
         }
     }
+}
 
+impl LawSettings {
     /// Returns the law's name.
-    pub fn name(&self) -> &'static str {
+    pub fn name(&self) -> LawName {
         match self {
-            Self::Interval { .. } => "interval",
-            Self::Sign { .. } => "sign",
-            Self::Adaptive(_) => "adaptive",
-            Self::Taut(_) => "taut",
+            Self::Interval { .. } => LawName::Interval,
+            Self::Sign { .. } => LawName::Sign,
+            Self::Adaptive(_) => LawName::Adaptive,
+            Self::Taut(_) => LawName::Taut,
         }
     }
 
@@ -179,7 +193,7 @@ impl LawSettings {
                 format!("interval, γ = {} /s, α = {}, β = {}", gamma.get(), alpha.get(), beta.get())
             }
             Self::Sign { gain, .. } => format!("sign, g = {} /s", gain.get()),
-            Self::Adaptive(_) | Self::Taut(_) => self.name().to_owned(),
+            Self::Adaptive(_) | Self::Taut(_) => self.name().to_string(),
         }
     }
 

@@ -60,7 +60,7 @@ impl<T: Transport> Run<T> {
         }
         let mut link = Link::connect(transport).map_err(RunError::Connect)?;
         link.configure(config).map_err(RunError::Connect)?;
-        Ok(Self { link, targets, law: rig.law.name(), radius: rig.reached.radius.get() })
+        Ok(Self { link, targets, law: rig.law.name().as_str(), radius: rig.reached.radius.get() })
     }
 
     /// Drives the ball to one target after the other until one is not reached. The motors are

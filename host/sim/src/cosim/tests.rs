@@ -1,10 +1,10 @@
 use super::*;
 use crate::limits::Limits;
 use plumb_emulator::rig::{Elastic, ElasticParameters, Plant, Task};
-use plumb_runtime::rig::LawSettings;
+use plumb_runtime::rig::{LawName, LawSettings};
 
-fn cosim(law: &str) -> Cosim {
-    let law = LawSettings::named(law).unwrap();
+fn cosim(law: LawName) -> Cosim {
+    let law = LawSettings::from(law);
     let mean = law.mean().config("mean").unwrap();
     Cosim::new(Limits::default().config(law.config().unwrap(), mean, 0.010)).unwrap()
 }
@@ -19,7 +19,7 @@ fn request(t: f64, dt: f64) -> Request {
 fn an_engine_that_follows_the_steps_reaches_the_target() {
     let task = Task::paper();
     let mut plant = Elastic::new(task.geometry, ElasticParameters::default(), task.start).unwrap();
-    let mut cosim = cosim("taut");
+    let mut cosim = cosim(LawName::Taut);
     let (dt, late) = (1.0 / 30.0, 2);
     let mut seen = vec![task.start; late];
     for frame in 0..300 {
@@ -43,7 +43,7 @@ fn an_engine_that_follows_the_steps_reaches_the_target() {
 
 #[test]
 fn long_spans_keep_the_link_alive_and_gaps_are_errors() {
-    let mut cosim = cosim("sign");
+    let mut cosim = cosim(LawName::Sign);
     let answer = cosim.step(&request(5.0, 3.0), 2).unwrap();
     assert_eq!((answer.t, answer.state.as_str(), answer.reached), (8.0, "ready", false));
     assert!(matches!(cosim.step(&request(9.0, 0.1), 1), Err(CosimError::Gap { .. })));
@@ -60,7 +60,7 @@ fn long_spans_keep_the_link_alive_and_gaps_are_errors() {
 
 #[test]
 fn a_board_with_a_lost_position_resumes_when_the_ball_returns() {
-    let mut cosim = cosim("adaptive");
+    let mut cosim = cosim(LawName::Adaptive);
     let line = |t, position| Request {
         position,
         target: (t == 0.0).then_some([0.4, 0.4, 0.15]),

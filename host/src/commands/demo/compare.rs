@@ -3,22 +3,22 @@
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use plumb_runtime::rig::{LawSettings, Rig};
+use plumb_runtime::rig::{LawName, LawSettings, Rig};
 use plumb_runtime::run_log::{ComparisonLog, LawCurve, OutputDir};
 
 use super::super::print::tell;
-use super::super::{FAILED, Failure, bad_input, failed, law};
+use super::super::{FAILED, Failure, failed};
 use super::{Args, drive};
 
-/// Runs every law, in the order of [`LawSettings::NAMES`], into a folder of its own.
+/// Runs every law, in the order of [`LawName::ALL`], into a folder of its own.
 pub(super) fn main(args: &Args, interrupted: &AtomicBool) -> Result<ExitCode, Failure> {
     let folder = ComparisonLog::create(&args.options.output_dir("laws"))?;
     let threshold_m = Rig::paper()?.reached.radius.get();
     let (mut curves, mut code) = (Vec::new(), ExitCode::SUCCESS);
-    for name in LawSettings::NAMES {
-        let settings = law(name).map_err(bad_input)?;
+    for name in LawName::ALL {
+        let settings = LawSettings::from(name);
         let mut curve = LawCurve::new(settings.title());
-        let output_dir = OutputDir::Path(folder.path().join(name));
+        let output_dir = OutputDir::Path(folder.path().join(name.as_str()));
         let ended = drive(args, settings, output_dir, interrupted, &mut curve)?;
         if ended != ExitCode::SUCCESS {
             code = ExitCode::from(FAILED);

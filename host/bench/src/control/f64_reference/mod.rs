@@ -12,12 +12,12 @@ use plumb_core::params::Params;
 
 use adaptive::Adaptive;
 use interval::Interval;
-use plumb_runtime::rig::LawSettings;
+use plumb_runtime::rig::{LawName, LawSettings};
 use plumb_sim::limits::Limits;
 use sign::Sign;
 
 /// Names of the laws with a reference. The law `taut` uses floating point on the board, too.
-pub(super) const NAMES: [&str; 3] = ["interval", "sign", "adaptive"];
+pub(super) const LAWS: [LawName; 3] = [LawName::Interval, LawName::Sign, LawName::Adaptive];
 
 /// Returns the `f64` reference of a law for motors of these limits. For a law that uses floating
 /// point on the board, this is the board's own law with `params`.

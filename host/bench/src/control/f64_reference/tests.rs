@@ -11,8 +11,8 @@ use super::*;
 use crate::control::{RunId, Suite, SuiteName};
 
 /// Returns a law with the gain of docs/understand/method.md.
-fn settings(name: &str) -> LawSettings {
-    let mut law = LawSettings::named(name).unwrap();
+fn settings(name: LawName) -> LawSettings {
+    let mut law = LawSettings::from(name);
     law.set_gamma(450.0).unwrap();
     law
 }
@@ -72,8 +72,8 @@ fn whole_run(
 #[test]
 fn the_harness_is_the_board() {
     let (plain, elastic) = (Suite::new(SuiteName::QuasiStatic), Suite::new(SuiteName::Elastic));
-    for name in LawSettings::NAMES {
-        let law = LawSettings::named(name).unwrap();
+    for name in LawName::ALL {
+        let law = LawSettings::from(name);
         for (suite, seed, rig) in [(&plain, 5, 101), (&plain, 5, 7), (&elastic, 8, 2)] {
             let id = RunId { seed, rig };
             let board = whole_run(Some(&ControllerKind::Board(law.clone())), &law, suite, id);
@@ -83,7 +83,7 @@ fn the_harness_is_the_board() {
             assert!(apart <= 0.5, "{name}, {}, {id:?}: {apart} steps apart", suite.name);
         }
     }
-    let lost = whole_run(None, &settings("sign"), &plain, RunId { seed: 5, rig: 101 }).0;
+    let lost = whole_run(None, &settings(LawName::Sign), &plain, RunId { seed: 5, rig: 101 }).0;
     assert!(lost.resumed, "this run is here because it loses the ball");
 }
 
@@ -101,15 +101,15 @@ fn farthest(a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
 }
 
 /// Whole runs with the same noise: the motors go the same way. `adaptive` may use its estimate a
-/// picture earlier or later than its reference where descent is just certain; `interval`, at a gain
+/// frame earlier or later than its reference where descent is just certain; `interval`, at a gain
 /// that does not chatter, has an α on the chip that is rounded outwards by 0.2 %.
 #[test]
 fn motors_go_the_same_way_in_fixed_point_and_in_f64() {
     let suite = Suite::new(SuiteName::QuasiStatic);
     for (name, median, most) in
-        [("interval", 4.0, 40.0), ("sign", 0.07, 0.2), ("adaptive", 1.0, 40.0)]
+        [(LawName::Interval, 4.0, 40.0), (LawName::Sign, 0.07, 0.2), (LawName::Adaptive, 1.0, 40.0)]
     {
-        let law = LawSettings::named(name).unwrap();
+        let law = LawSettings::from(name);
         let mut steps: Vec<f64> =
             (0..12).map(|rig| apart(&law, &suite, RunId { seed: 21, rig })).collect();
         steps.sort_by(f64::total_cmp);
@@ -122,7 +122,7 @@ fn motors_go_the_same_way_in_fixed_point_and_in_f64() {
 #[test]
 fn fixed_point_is_as_fast_as_f64() {
     let suite = Suite::new(SuiteName::QuasiStatic);
-    for name in NAMES {
+    for name in LAWS {
         let law = settings(name);
         let [board, reference] = [ControllerKind::Board(law.clone()), ControllerKind::F64(law)]
             .map(|controller| run(&controller, &suite, 0..300, 31, &mut |_| ()).unwrap());
