@@ -1,24 +1,25 @@
-//! What the firmware may take of the chip, and what it takes.
+//! Budgets of flash, RAM and stack, and their use by the firmware.
 
 use std::fmt;
 
 use crate::image::Image;
 
-/// The most that the firmware may take, bytes.
+/// Limits of the firmware's sizes, bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Budgets {
-    /// Of the flash's 2 MiB.
+    /// Largest use of the flash's 2 MiB.
     pub flash: u32,
-    /// Of the RAM's 264 KiB, by variables and by code that runs from there.
+    /// Largest use of the RAM's 264 KiB by variables and by code in RAM.
     pub statics: u32,
-    /// Least RAM kept for the stack.
+    /// Smallest RAM for the stack.
     pub stack: u32,
 }
 
-/// Room to grow by a third or so: enough to notice when something large slips in.
+/// Budgets of the Pico's firmware: about a third above its sizes, so that a large addition exceeds
+/// them.
 pub const PICO: Budgets = Budgets { flash: 256 * 1024, statics: 112 * 1024, stack: 32 * 1024 };
 
-/// A firmware's sizes beside its budgets.
+/// Sizes of a firmware with their budgets.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Usage {
     flash: u32,
@@ -28,7 +29,7 @@ pub struct Usage {
 }
 
 impl Usage {
-    /// What `image` takes.
+    /// Returns the sizes of `image`, to be compared with `budgets`.
     pub fn new(image: &Image, budgets: Budgets) -> Self {
         Self {
             flash: image.flash.len() as u32,
@@ -38,7 +39,7 @@ impl Usage {
         }
     }
 
-    /// Whether every budget is kept.
+    /// Returns whether all sizes are within their budgets.
     pub fn within(&self) -> bool {
         let Budgets { flash, statics, stack } = self.budgets;
         self.flash <= flash && self.statics <= statics && self.stack >= stack

@@ -1,46 +1,46 @@
-//! What a linked firmware puts into the chip's flash and takes of its RAM.
+//! Flash content and RAM use of a linked firmware.
 
 use object::elf::{FileHeader32, PT_LOAD, SHF_ALLOC};
 use object::read::elf::{FileHeader, ProgramHeader, SectionHeader};
 use object::{Endianness, Object, ObjectSymbol};
 use thiserror::Error;
 
-/// The chip's flash as the processor sees it.
+/// Addresses of the chip's flash.
 pub const FLASH: std::ops::Range<u32> = 0x1000_0000..0x1020_0000;
 
-/// The chip's RAM as the processor sees it.
+/// Addresses of the chip's RAM.
 pub const RAM: std::ops::Range<u32> = 0x2000_0000..0x2004_2000;
 
-/// A linked firmware that cannot be turned into an image.
+/// Reason why a linked firmware cannot be converted to an image.
 #[derive(Debug, Error, PartialEq, Eq)]
 pub enum ImageError {
     /// Not a 32-bit ELF file.
     #[error("not a linked firmware (32-bit ELF): {0}")]
     NotElf(#[from] object::Error),
-    /// A part lies where the chip has no flash.
+    /// A segment is outside the chip's flash.
     #[error("{length} bytes at {address:#010x} are outside the flash: check firmware/memory.x")]
     OutsideFlash {
-        /// Where it was to be put.
+        /// Address of the segment.
         address: u32,
-        /// Its length.
+        /// Length of the segment, bytes.
         length: usize,
     },
-    /// Nothing in it goes into the flash.
-    #[error("there is nothing in it for the flash: was it linked with firmware/memory.x?")]
+    /// The file has no content for the flash.
+    #[error("the file has no content for the flash: was it linked with firmware/memory.x?")]
     Empty,
     /// A symbol of the linker script is missing.
     #[error("the symbol {0} is missing: was it linked with firmware/memory.x?")]
     NoSymbol(&'static str),
 }
 
-/// The flash's content and what the RAM is used for.
+/// Flash content and RAM use.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Image {
-    /// What goes into the flash from its first address on; gaps are filled with 0xff.
+    /// Content of the flash from its first address; gaps are filled with 0xff.
     pub flash: Vec<u8>,
-    /// Bytes of RAM that variables and code take.
+    /// RAM for variables and code, bytes.
     pub statics: u32,
-    /// Bytes of RAM that are kept for the stack.
+    /// RAM for the stack, bytes.
     pub stack: u32,
 }
 
@@ -48,7 +48,7 @@ impl Image {
     /// Reads a linked firmware.
     ///
     /// # Errors
-    /// Where it is no 32-bit ELF file or was not linked for this chip.
+    /// If the file is not a 32-bit ELF file or was not linked for this chip.
     pub fn read(elf: &[u8]) -> Result<Self, ImageError> {
         let header = FileHeader32::<Endianness>::parse(elf)?;
         let endian = header.endian()?;
@@ -73,7 +73,7 @@ impl Image {
     }
 }
 
-/// Puts `bytes` where the flash's `address` is.
+/// Writes `bytes` to the place of `address` in `flash`, which grows as needed.
 fn place(flash: &mut Vec<u8>, address: u32, bytes: &[u8]) -> Result<(), ImageError> {
     if bytes.is_empty() {
         return Ok(());
@@ -91,6 +91,7 @@ fn place(flash: &mut Vec<u8>, address: u32, bytes: &[u8]) -> Result<(), ImageErr
     Ok(())
 }
 
+/// Returns the address of a symbol.
 fn symbol(elf: &[u8], name: &'static str) -> Result<u32, ImageError> {
     let file = object::File::parse(elf)?;
     let found = file.symbols().find(|s| s.name() == Ok(name)).map(|s| s.address() as u32);

@@ -1,4 +1,4 @@
-//! From the linked firmware to the file that a Pico takes, with its size against its budgets.
+//! Conversion of the linked firmware to a UF2 file for the Pico, and checks of its size budgets.
 //!
 //! ```text
 //! ELF -> Image::read -> { uf2::blocks -> plumb.uf2;  Usage -> the budgets' table }

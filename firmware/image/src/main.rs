@@ -1,5 +1,7 @@
-//! usage: plumb-image ELF UF2     writes UF2 and prints the sizes against their budgets exit:  0
-//! written and within; 1 over budget (nothing is written); 2 no such file, or not a firmware
+//! Writes a UF2 file from a linked firmware and prints its sizes with their budgets.
+//!
+//! Usage: `plumb-image ELF UF2`. Exit codes: 0, the file is written; 1, a size is over its budget
+//! and nothing is written; 2, a file cannot be read or written, or is not a firmware.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -18,7 +20,7 @@ enum Failure {
     Image { path: PathBuf, source: ImageError },
 }
 
-/// Writes the UF2 file where the budgets are kept; whether they are.
+/// Writes the UF2 file if all sizes are within their budgets. Returns whether they are.
 fn convert(elf: &Path, uf2: &Path) -> Result<bool, Failure> {
     let file = |path: &Path| {
         let path = path.to_owned();

@@ -1,4 +1,4 @@
-//! The UF2 file and the budgets.
+//! Tests of the UF2 file and the budgets.
 
 use plumb_image::{Budgets, Image, ImageError, Usage, uf2};
 
@@ -30,7 +30,7 @@ fn every_byte_of_the_flash_is_in_its_block() {
 }
 
 #[test]
-fn what_is_no_firmware_is_named_so() {
+fn files_other_than_firmware_are_refused() {
     assert!(matches!(
         Image::read(b"PK\x03\x04 a zip file, not an ELF"),
         Err(ImageError::NotElf(_))
