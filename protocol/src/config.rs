@@ -1,8 +1,7 @@
-//! What a board is configured with: the law and its parameters, the motors, where the ball may be,
-//! and deadlines.
+//! Configuration of a board: the law and its parameters, motors, workspace and deadlines.
 //!
-//! These are the chip's parameters, already in its units. People write SI (TOML, on the host),
-//! which is turned into this once.
+//! The values are in the chip's units. A rig file is in SI (TOML, on the host); the host converts
+//! it once.
 
 mod example;
 
@@ -14,26 +13,26 @@ use crate::units::{
     Steps16,
 };
 
-/// Everything a board must know before it moves.
+/// Configuration of a board. A board needs one before it moves.
 #[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Config {
     /// The control law.
     pub law: Law,
     /// The motors A, B and C.
     pub motors: [Motor; 3],
-    /// Microsteps in a full step that the drivers are set to: 1, 2, 4, 8 or 16.
+    /// Microsteps per full step, as set at the drivers: 1, 2, 4, 8 or 16.
     pub microsteps: u8,
-    /// Where the ball and its target may be.
+    /// Box that the ball and its target must not leave.
     pub workspace: Workspace,
-    /// When the target counts as reached.
+    /// Condition for a reached target.
     pub reached: Reached,
-    /// After how long the board stops by itself.
+    /// Times after which the board stops by itself.
     pub deadlines: Deadlines,
-    /// When a growing error means that a motor is swapped or reversed.
+    /// Limit of the error's growth; beyond it, a motor is probably swapped or reversed.
     pub growth: Growth,
-    /// What turns the motors.
+    /// Motor drivers.
     pub drivers: Drivers,
-    /// Span of the running mean over the step plan, at most 400 ms; 0 is none.
+    /// Span of the running mean over the step plan, at most 400 ms; 0 turns it off.
     pub mean: Milliseconds,
 }
 
@@ -42,47 +41,47 @@ pub struct Config {
 pub enum Law {
     /// The paper's law for an interval family of Jacobians.
     Interval(Interval),
-    /// A constant matrix: the signs of J and nothing else.
+    /// A constant matrix made of the signs of J.
     Sign(Sign),
-    /// J is estimated while driving, and used where descent is certain.
+    /// Estimates the Jacobian J during the run, and uses it where descent is certain.
     Adaptive(Estimated),
-    /// The rig's geometry is estimated while driving, and the cables are kept taut.
+    /// Estimates the rig's geometry during the run, and keeps the cables taut.
     Taut(Estimated),
 }
 
-/// The gain of the law of signs, for a rig of pattern [`SIGNS`].
+/// Parameter of the law `sign`, for a rig with the sign pattern [`SIGNS`].
 #[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Sign {
-    /// g/(4s).
+    /// Gain g/(4s): g in 1/s, s in metres of cable per step.
     pub gain: SignGain,
 }
 
-/// What a law that estimates is told, for a rig of about the pattern [`SIGNS`].
+/// Parameter of the estimating laws, for a rig with approximately the pattern [`SIGNS`].
 #[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Estimated {
-    /// Delay beyond each position's age: what nobody has told the host. A millisecond too much
-    /// costs less than one too little.
+    /// Delay in addition to each position's age: the part that the host cannot measure. An
+    /// estimate that is 1 ms too long costs less than one that is 1 ms too short.
     pub delay: Milliseconds,
 }
 
-/// The interval family and the gain of the paper's law, eqs. (7), (8) and (13).
+/// Interval family and gain of the paper's law, eqs. (7), (8) and (13).
 #[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Interval {
-    /// Σ: the sign of each entry of J, row by row (x, y, z) by column (cable A, B, C): -1, 0 or +1.
+    /// Σ: signs of the entries of J: -1, 0 or +1. Rows x, y, z; columns cable A, B, C.
     pub signs: [[i8; 3]; 3],
-    /// α_ik: the least |J_ik|; ignored where the sign is 0.
+    /// α_ik: lower bound of |J_ik|; ignored where the sign is 0.
     pub alpha: [[Bound; 3]; 3],
-    /// β_ik: the largest |J_ik|, not below α_ik; ignored where the sign is 0.
+    /// β_ik: upper bound of |J_ik|, at least α_ik; ignored where the sign is 0.
     pub beta: [[Bound; 3]; 3],
-    /// From v to motor rates.
+    /// Gain from v to motor rates.
     pub gain: Gain,
 }
 
-/// The sign pattern (12) of a rig whose motors hang at one height.
+/// Sign pattern, eq. (12), of a rig whose motors are at one height.
 pub const SIGNS: [[i8; 3]; 3] = [[-1, -1, 1], [-1, 1, 0], [-1, -1, -1]];
 
 impl Interval {
-    /// The family (12), (13) with one pair of bounds for every entry.
+    /// Returns the family of eqs. (12) and (13) with the same bounds for every entry.
     pub const fn uniform(alpha: Bound, beta: Bound, gain: Gain) -> Self {
         Self { signs: SIGNS, alpha: [[alpha; 3]; 3], beta: [[beta; 3]; 3], gain }
     }
@@ -95,81 +94,82 @@ pub struct Motor {
     pub max_rate: Rate,
     /// Highest acceleration and deceleration.
     pub max_acceleration: Acceleration,
-    /// Lowest position, counted from where the motor was when the board started; at most 0.
+    /// Lowest position, relative to the motor's position at the board's start; at most 0.
     pub travel_min: Steps16,
-    /// Highest position, likewise; at least 0.
+    /// Highest position, relative to the same zero; at least 0.
     pub travel_max: Steps16,
-    /// Whether the motor pays out when its direction line says the opposite.
+    /// Whether the motor's direction is reversed: it pays out where the direction line says
+    /// reel in.
     pub reversed: bool,
 }
 
 /// A box in the rig frame.
 #[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Workspace {
-    /// Its corner of smallest coordinates.
+    /// Corner with the smallest coordinates.
     pub min: Point,
-    /// Its corner of largest coordinates.
+    /// Corner with the largest coordinates.
     pub max: Point,
 }
 
 impl Workspace {
-    /// Whether `p` is inside or on the border.
+    /// Returns whether `p` is inside or on the border.
     pub fn contains(&self, p: Point) -> bool {
         (0..3).all(|i| self.min.0[i] <= p.0[i] && p.0[i] <= self.max.0[i])
     }
 }
 
-/// When a target counts as reached: the filtered |e| within 0.8 of `radius` for `frames` positions
-/// in a row.
+/// Condition for a reached target: the filtered |e| is within 0.8 of `radius` for `frames`
+/// consecutive positions.
 #[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Reached {
-    /// Distance from the target that the ball is to be within.
+    /// Required distance of the ball from the target.
     pub radius: Micrometres,
-    /// Positions in a row.
+    /// Number of consecutive positions.
     pub frames: u8,
 }
 
-/// After how long the board stops by itself, and what it takes for fresh.
+/// Times after which the board stops by itself, and the highest age of a position.
 #[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Deadlines {
-    /// Without a valid frame from the host while moving or holding.
+    /// Longest time without a valid frame from the host while moving or holding.
     pub host: Milliseconds,
-    /// Without a fresh position while seeking or holding.
+    /// Longest time without a fresh position while seeking or holding.
     pub position: Milliseconds,
-    /// A position older than this at its arrival is refused; below `position`.
+    /// Highest age of a position at its arrival; older ones are refused. Below `position`.
     pub max_age: Milliseconds,
 }
 
-/// A target is given up when |e| has stayed beyond its smallest value so far by `margin` for
-/// `time`.
+/// Limit of the error's growth: the board stops when |e| has been more than `margin` above its
+/// minimum for `time`.
 #[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Growth {
-    /// How much above the smallest |e| since the target was set.
+    /// Margin above the smallest |e| since the target was set.
     pub margin: Micrometres,
-    /// For how long.
+    /// Duration.
     pub time: Milliseconds,
 }
 
-/// What turns the motors. Grows at its end.
+/// Motor drivers. Grows at its end.
 #[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Drivers {
-    /// A driver for each motor with inputs STEP, DIR and ENABLE (on where low).
+    /// One driver per motor with inputs STEP, DIR and ENABLE (active low).
     StepDir(StepDir),
-    /// Two H-bridges for each motor on four pins of the board, enabled where high (TB6612 and the
-    /// like); 1 microstep is full steps, 2 are half steps, more are by pulse-width modulation.
+    /// Two H-bridges per motor on four pins of the board, with an active-high enable (for example
+    /// TB6612). 1 microstep means full steps, 2 half steps; more use pulse-width modulation.
     Coils(Coils),
     /// Two Adafruit Motor HATs (PCA9685 at 0x60: motors A and B, at 0x61: motor C).
     MotorHats(Coils),
 }
 
-/// The times that a driver's inputs need, from its data sheet.
+/// Timing of a driver's inputs, from its data sheet.
 #[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
 pub struct StepDir {
-    /// Least time STEP is high; DIR is held for as long.
+    /// Minimum time of STEP high, and minimum hold time of DIR.
     pub high: Nanoseconds,
-    /// Least time STEP is low.
+    /// Minimum time of STEP low.
     pub low: Nanoseconds,
-    /// Least time from a change of DIR to STEP going high.
+    /// Minimum setup time from a change of DIR to the rising edge of STEP.
     pub setup: Nanoseconds,
 }
 
@@ -186,9 +186,9 @@ impl StepDir {
     }
 }
 
-/// How coils are driven.
+/// Settings of the coil drivers.
 #[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Coils {
-    /// The share of the supply's voltage that a coil gets at most, percent: 1 to 100.
+    /// Highest coil voltage as a percentage of the supply voltage: 1 to 100.
     pub duty_percent: u8,
 }

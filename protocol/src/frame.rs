@@ -1,5 +1,5 @@
-//! Framing: a frame is COBS of (postcard bytes, their CRC-32 ISO-HDLC in little endian), then a
-//! zero byte.
+//! Framing: a frame contains postcard bytes and their CRC-32 (ISO-HDLC, little endian), encoded
+//! with COBS, and ends with a zero byte.
 
 use core::fmt;
 
@@ -7,24 +7,25 @@ use crc::{CRC_32_ISO_HDLC, Crc, Table};
 use heapless::Vec;
 use serde::{Serialize, de::DeserializeOwned};
 
-/// Largest frame, its closing zero included, bytes.
+/// Largest frame including its closing zero, bytes.
 pub const MAX_FRAME: usize = 256;
 
-/// Largest message, bytes of postcard: a frame less CRC, COBS overhead (1 byte up to 253) and zero.
+/// Largest message in postcard, bytes: a frame without the CRC, the COBS overhead (1 byte for up to
+/// 253 bytes) and the zero.
 pub const MAX_MESSAGE: usize = 248;
 
 const CRC_LEN: usize = 4;
-/// Most bytes of a frame after decoding: one less than before, for the first COBS code.
+/// Largest decoded frame, bytes: one less than the encoded one, for the first COBS code.
 const MAX_PLAIN: usize = MAX_FRAME - 1;
 const _: () = assert!(MAX_MESSAGE + CRC_LEN + 2 <= MAX_FRAME && MAX_MESSAGE + CRC_LEN < 254);
 
-// One table of a kilobyte. Without it, each message would take the board a quarter of a tick.
+// A table of 1 KiB. Without it, the CRC of one message takes the board a quarter of a tick.
 static CRC: Crc<u32, Table<1>> = Crc::<u32, Table<1>>::new(&CRC_32_ISO_HDLC);
 
-/// A whole frame, with its closing zero.
+/// A complete frame with its closing zero.
 pub type Frame = Vec<u8, MAX_FRAME>;
 
-/// Error: a message does not fit [`MAX_MESSAGE`].
+/// Error: a message is longer than [`MAX_MESSAGE`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct TooLong;
 
@@ -39,7 +40,7 @@ impl core::error::Error for TooLong {}
 /// Encodes `message` as a frame.
 ///
 /// # Errors
-/// [`TooLong`] where it does not fit a frame; every message of this crate fits.
+/// [`TooLong`] if the message does not fit a frame. Every message of this crate fits.
 pub fn encode<T: Serialize>(message: &T) -> Result<Frame, TooLong> {
     let mut plain = [0; MAX_MESSAGE + CRC_LEN];
     let len = postcard::to_slice(message, &mut plain[..MAX_MESSAGE]).map_err(|_| TooLong)?.len();
@@ -57,23 +58,23 @@ pub fn encode<T: Serialize>(message: &T) -> Result<Frame, TooLong> {
 /// Reason for dropping a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FrameError {
-    /// More than [`MAX_FRAME`] bytes came without a zero.
+    /// More than [`MAX_FRAME`] bytes arrived without a zero.
     Overlong,
-    /// The COBS code is broken: bytes are missing.
+    /// The COBS code is incomplete: bytes are missing.
     Torn,
     /// The CRC does not match.
     Crc,
-    /// The bytes arrived intact, but are no message of this schema.
+    /// The CRC matches, but the bytes are not a message of this schema.
     Malformed,
 }
 
 impl fmt::Display for FrameError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Self::Overlong => "a frame without an end",
+            Self::Overlong => "an overlong frame",
             Self::Torn => "a torn frame",
             Self::Crc => "a corrupted frame (CRC)",
-            Self::Malformed => "an intact frame that is no message of this version",
+            Self::Malformed => "an intact frame that is not a message of this version",
         })
     }
 }
@@ -83,7 +84,7 @@ impl core::error::Error for FrameError {}
 /// Decodes a message from its postcard bytes.
 ///
 /// # Errors
-/// [`FrameError::Malformed`] where they are no message of this schema.
+/// [`FrameError::Malformed`] if the bytes are not a message of this schema.
 pub fn read<T: DeserializeOwned>(message: &[u8]) -> Result<T, FrameError> {
     match postcard::take_from_bytes(message) {
         Ok((message, [])) => Ok(message),
@@ -91,7 +92,7 @@ pub fn read<T: DeserializeOwned>(message: &[u8]) -> Result<T, FrameError> {
     }
 }
 
-/// Checks the CRC of a decoded frame, and returns the postcard bytes of its message.
+/// Checks the CRC of a decoded frame and returns the postcard bytes of its message.
 fn check(plain: &[u8]) -> Result<&[u8], FrameError> {
     let (message, crc) = plain.split_last_chunk::<CRC_LEN>().ok_or(FrameError::Torn)?;
     if CRC.checksum(message) == u32::from_le_bytes(*crc) {
@@ -101,26 +102,26 @@ fn check(plain: &[u8]) -> Result<&[u8], FrameError> {
     }
 }
 
-/// Finds the frames in a stream of bytes that may begin anywhere and be damaged anywhere. After any
-/// damage, the next zero byte starts afresh.
+/// Decoder that finds the frames in a stream of bytes. The stream may start inside a frame and may
+/// be damaged. After damage, decoding starts again behind the next zero byte.
 ///
-/// COBS is removed run by run while the bytes come in. The `cobs` crate has an incremental decoder
-/// (`DecoderState::feed`), which takes one byte at a time. In its place, the time from a position's
-/// last byte to the new rate was 305.6 µs at worst instead of 298.9, beyond the target of 300 µs,
-/// and its median 215 µs instead of 199 (`make bench-chip`).
+/// It removes COBS run by run while the bytes arrive. The `cobs` crate has an incremental decoder
+/// (`DecoderState::feed`), which takes one byte at a time. With that decoder, the time from a
+/// position's last byte to the new rate is 305.6 µs at worst (here 298.9 µs; target 300 µs), and
+/// its median 215 µs (here 199 µs), measured with `make bench-chip`.
 #[derive(Debug, Clone)]
 pub struct Accumulator {
-    /// Bytes of the present frame, without COBS.
+    /// Decoded bytes of the current frame.
     plain: [u8; MAX_PLAIN],
-    /// How many of `plain` are used.
+    /// Number of used bytes in `plain`.
     len: usize,
-    /// Bytes until the next COBS code.
+    /// Number of bytes until the next COBS code.
     run: u8,
-    /// Whether that code stands for a zero byte.
+    /// Whether the next COBS code represents a zero byte.
     zero: bool,
-    /// Whether the first byte of the frame has come.
+    /// Whether the first byte of the frame has arrived.
     begun: bool,
-    /// Whether more bytes have come than `plain` has room for.
+    /// Whether the frame is longer than `plain`.
     overlong: bool,
 }
 
@@ -136,14 +137,14 @@ impl Accumulator {
         Self { plain: [0; MAX_PLAIN], len: 0, run: 0, zero: false, begun: false, overlong: false }
     }
 
-    /// Takes the next byte, and returns the message that it completes. Empty frames (zeros in a
-    /// row) are ignored: a sender may put a zero first to end whatever came before.
+    /// Takes the next byte and returns the message that it completes. Empty frames (consecutive
+    /// zeros) are ignored: a sender may send a zero first, to end an incomplete frame.
     pub fn push<T: DeserializeOwned>(&mut self, byte: u8) -> Option<Result<T, FrameError>> {
         self.take(&mut &[byte][..]).map(|message| message.and_then(read))
     }
 
-    /// Takes bytes off the front of `bytes`, up to the end of the first frame, and returns the
-    /// message of that frame, as bytes to be [read]. Returns `None` where no frame ends.
+    /// Removes the bytes up to the end of the first frame from the front of `bytes`. Returns that
+    /// frame's message as bytes for [`read`], or `None` if no frame ends in `bytes`.
     #[inline(always)]
     pub fn take(&mut self, bytes: &mut &[u8]) -> Option<Result<&[u8], FrameError>> {
         if !self.find_end(bytes) {
@@ -158,8 +159,8 @@ impl Accumulator {
         })
     }
 
-    /// Takes bytes off the front of `bytes` and decodes them. Returns whether a frame has ended
-    /// that is not empty.
+    /// Decodes bytes from the front of `bytes` and removes them. Returns whether a frame that is
+    /// not empty has ended.
     #[inline(always)]
     fn find_end(&mut self, bytes: &mut &[u8]) -> bool {
         while let Some((&byte, rest)) = self.take_run(bytes).split_first() {
@@ -174,7 +175,7 @@ impl Accumulator {
         false
     }
 
-    /// Takes the bytes of the present run, and returns the bytes behind it.
+    /// Takes the bytes of the current run and returns the bytes behind it.
     #[inline(always)]
     fn take_run<'a>(&mut self, bytes: &'a [u8]) -> &'a [u8] {
         let room = self.plain.get_mut(self.len..).unwrap_or_default();
@@ -193,7 +194,7 @@ impl Accumulator {
     }
 
     /// Begins the run of COBS code `byte` (1 to 255), which has `byte` - 1 bytes. A zero follows
-    /// it, but for a code of 255.
+    /// the run unless the code is 255.
     #[inline(always)]
     fn begin_run(&mut self, byte: u8) {
         if self.zero {
@@ -205,7 +206,7 @@ impl Accumulator {
         self.reserve(usize::from(self.run));
     }
 
-    /// Makes room for `count` bytes (at most 254); of an overlong frame none are needed.
+    /// Makes room for `count` bytes (at most 254). Discards the bytes of an overlong frame.
     #[inline(always)]
     fn reserve(&mut self, count: usize) {
         if count > MAX_PLAIN - self.len {

@@ -1,10 +1,10 @@
 //! Messages between a Plumb host and its board, units on the wire, and framing.
 //!
-//! A message ([`ToBoard`] or [`FromBoard`]) is serialised with postcard, closed with its CRC-32 and
-//! wrapped in a COBS frame that ends with a zero byte ([`frame`]), so that it passes over any
-//! stream of bytes: USB-CDC, a UART, a pseudo-terminal, memory. The crate contains no control.
+//! A message ([`ToBoard`] or [`FromBoard`]) is serialised with postcard, followed by its CRC-32,
+//! and wrapped in a COBS frame that ends with a zero byte ([`frame`]). Frames pass over any stream
+//! of bytes: USB-CDC, a UART, a pseudo-terminal, memory. The crate contains no control law.
 //!
-//! A host encodes a command; the other side finds it in the bytes, in pieces of any size:
+//! A host encodes a command. The other side finds it in the stream, in pieces of any size:
 //!
 //! ```
 //! use plumb_protocol::frame::{Accumulator, encode};
@@ -19,41 +19,42 @@
 //! ```
 //!
 //! # Order, loss and duplicates
-//! Frames may be lost, damaged, delayed or doubled; a byte stream keeps the order of those that
-//! arrive. A damaged frame is dropped and counted. What each message guarantees then:
+//! Frames may be lost, damaged, delayed or doubled. A byte stream keeps the order of the frames
+//! that arrive. A damaged frame is dropped and counted. The guarantees of each message:
 //!
 //! - [`Position`](message::Command::Position): carries a sequence number. The board accepts only
-//!   numbers newer than the last accepted one, so that a doubled or late position has no effect. A
+//!   numbers newer than the last accepted one: a doubled or late position has no effect. A
 //!   lost position is not sent again: the next one replaces it.
 //! - [`Hello`](message::Command::Hello), [`Stop`](message::Command::Stop),
 //!   [`Bootloader`](message::Command::Bootloader), [`Status`](message::Command::Status): safe to
 //!   repeat, since the board is in the same state after one or several. An accepted Hello begins a
-//!   new session: sequence numbers, configuration number and target number of the session before no
-//!   longer count.
+//!   new session, which forgets the previous session's sequence numbers, configuration number and
+//!   target number.
 //! - [`Configure`](message::Command::Configure), [`Target`](message::Command::Target),
 //!   [`Jog`](message::Command::Jog), [`Hold`](message::Command::Hold),
 //!   [`ClearFault`](message::Command::ClearFault), [`Store`](message::Command::Store): safe to
-//!   repeat with the same [`id`](ToBoard::id). The board remembers the last of these that it
-//!   carried out. A request with the same id and the same content is answered again and not carried
-//!   out again: a repeated Jog moves once, a repeated ClearFault clears no later fault. A host must
-//!   give every new request a new id. Ids may wrap: a repetition follows its request at once.
+//!   repeat with the same [`id`](ToBoard::id). The board remembers the last of these commands that
+//!   it executed. It answers a request with the same id and content again, but does not execute it
+//!   again: a repeated Jog moves once, a repeated ClearFault clears no later fault. A host must
+//!   give every new request a new id. Ids may wrap, because a repetition directly follows its
+//!   request.
 //! - [`Answer`](message::FromBoard::Answer): carries the request's id and the board's time. A host
 //!   that waits for an answer repeats the request, and ignores answers with other ids.
 //! - [`Telemetry`](message::FromBoard::Telemetry): names the configuration and the target that it
-//!   describes, by the ids of the commands that set them. Telemetry about another target says
-//!   nothing about the present one, in whatever order it arrives. Telemetry is not repeated; after
-//!   each accepted position, and at least every 100 ms, the next one follows.
-//! - [`Fault`](message::FromBoard::Fault): sent once. A host that misses it learns of the fault
-//!   from telemetry, whose state stays [`Fault`](message::State::Fault) until ClearFault.
+//!   describes, by the ids of the commands that set them. A host ignores telemetry about another
+//!   target, in whatever order it arrives. Telemetry is not repeated: the board sends the next one
+//!   after each accepted position, and at least every 100 ms.
+//! - [`Fault`](message::FromBoard::Fault): sent once. A host that misses it finds the fault in the
+//!   telemetry, whose state stays [`Fault`](message::State::Fault) until ClearFault.
 //! - A board that restarts forgets Hello, configuration and target. It refuses positions with
 //!   [`NotGreeted`](message::Refusal::NotGreeted), and answers the next Hello with the
 //!   [cause](message::FromBoard::Started) of its restart.
 //!
 //! # Compatibility
 //! [`Hello`](message::Command::Hello), [`Stop`](message::Command::Stop) and
-//! [`Bootloader`](message::Command::Bootloader) keep their bytes for ever. Everything else may
-//! change with [`SCHEMA`], which is derived from the types: a board refuses to move for a host of
-//! another schema, and says so. Enums only grow at their end.
+//! [`Bootloader`](message::Command::Bootloader) never change their bytes. All other messages may
+//! change with [`SCHEMA`], which is derived from the types: a board refuses to move for a host with
+//! another schema, and reports the mismatch. Enums only grow at their end.
 #![no_std]
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]

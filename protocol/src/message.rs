@@ -1,4 +1,4 @@
-//! The messages in both directions.
+//! Messages in both directions.
 
 use postcard_schema::{Schema, key::Key};
 use serde::{Deserialize, Serialize};
@@ -9,37 +9,37 @@ use crate::units::{Covariance, Micrometres, Micros, Point, Rate, Steps16};
 /// First bytes of every [`Hello`]: "PLMB".
 pub const MAGIC: [u8; 4] = *b"PLMB";
 
-/// Version of the protocol's meaning; the bytes are covered by [`SCHEMA`].
+/// Version of the messages' meaning. [`SCHEMA`] covers their bytes.
 pub const VERSION: u16 = 2;
 
-/// Identifies the messages' types on both sides: a hash of their schema, so any change of a message
-/// changes it.
+/// Identifier of the message types: a hash of their schema. Any change of a message changes it.
 pub const SCHEMA: [u8; 8] = Key::for_path::<(ToBoard, FromBoard)>("plumb").to_bytes();
 
-/// A command and the number that its answer carries.
+/// A command with its request number.
 #[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ToBoard {
     /// Number of the request, chosen by the host and returned in [`Answer::id`]. Each new request
-    /// has another number, 0 excepted. A request that is sent again keeps its number: see the
+    /// has a new number other than 0. A repeated request keeps its number: see the
     /// [crate's front page](crate#order-loss-and-duplicates).
     pub id: u16,
-    /// What is asked for.
+    /// The command.
     pub command: Command,
 }
 
 impl ToBoard {
-    /// The position, where these bytes of postcard are a [`Command::Position`]: what a board waits
-    /// for, without the room that the largest command takes.
+    /// Decodes a [`Command::Position`] from its postcard bytes. Returns `None` for other commands
+    /// and for invalid bytes. Positions arrive most often, and this path does not need the memory
+    /// of the largest command.
     #[inline(always)]
     pub fn position(message: &[u8]) -> Option<PositionCommand> {
-        /// Which one of the commands it is.
+        /// Index of [`Command::Position`] among the variants.
         const POSITION: u32 = 4;
         let mut reader = postcard::Deserializer::from_bytes(message);
         let id = u16::deserialize(&mut reader).ok()?;
         if u32::deserialize(&mut reader) != Ok(POSITION) {
             return None;
         }
-        // By reference: what may also be an error is copied by the byte.
+        // Matched by reference: the compiler copies the `Result` byte by byte.
         match &Position::deserialize(&mut reader) {
             Ok(position) if reader.finalize().is_ok_and(<[u8]>::is_empty) => {
                 Some(PositionCommand { id, position: *position })
@@ -49,44 +49,45 @@ impl ToBoard {
     }
 }
 
-/// A [`ToBoard`] with a position.
+/// A [`ToBoard`] that carries a position.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct PositionCommand {
     /// See [`ToBoard::id`].
     pub id: u16,
-    /// See [`Command::Position`].
+    /// The position; see [`Command::Position`].
     pub position: Position,
 }
 
-/// What a host can ask for. Grows at its end; the first three never change.
+/// Command of a host. Grows at its end; the first three never change.
 #[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Command {
-    /// Who is there? Comes first; until it matches, nothing moves.
+    /// Identifies the host and asks for the board's [`BoardHello`]. The board moves only after a
+    /// matching Hello.
     Hello(Hello),
-    /// Ramp down and forget the target. Always obeyed.
+    /// Ramps down and forgets the target. Accepted in every state.
     Stop,
-    /// Ramp down, then restart into the chip's bootloader.
+    /// Ramps down, then restarts into the chip's bootloader.
     Bootloader,
-    /// Take these parameters; refused while moving.
+    /// Sets the configuration; refused while moving.
     Configure(Config),
-    /// Where the ball was seen.
+    /// Reports a measured position of the ball.
     Position(Position),
-    /// Drive the ball here.
+    /// Sets the target and drives the ball there.
     Target(Point),
-    /// Turn one motor, for commissioning.
+    /// Turns one motor, for commissioning.
     Jog(Jog),
-    /// Keep the ball where it is now.
+    /// Holds the ball at its current position.
     Hold,
-    /// Leave the fault state, at standstill.
+    /// Clears the fault, at standstill.
     ClearFault,
-    /// Send telemetry now. Also the heartbeat of a host that has nothing else to say.
+    /// Requests telemetry now. Also the heartbeat of a host that sends nothing else.
     Status,
-    /// Keep the present configuration over a loss of power; refused while moving. The answer comes
-    /// once it is written.
+    /// Stores the current configuration in flash; refused while moving. The answer follows when it
+    /// is written.
     Store,
 }
 
-/// One side's name and version. Its bytes never change.
+/// Protocol identification of one side. Its bytes never change.
 #[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Hello {
     /// [`MAGIC`].
@@ -98,51 +99,52 @@ pub struct Hello {
 }
 
 impl Hello {
-    /// What this side says of itself.
+    /// Identification of this build.
     pub const OURS: Self = Self { magic: MAGIC, version: VERSION, schema: SCHEMA };
 }
 
-/// Where the ball was, in a picture taken `age_us` before this message was sent.
+/// Measured position of the ball, from a picture taken `age_us` before this message was sent.
 #[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Position {
-    /// Number of the picture, counting up and wrapping.
+    /// Number of the picture; counts up and wraps.
     pub sequence: u16,
-    /// From the middle of the exposure to the sending of this message, microseconds.
+    /// Time from the middle of the exposure to the sending of this message, microseconds.
     pub age_us: u32,
     /// The ball's centre in the rig frame; `None` where the picture shows no ball.
     pub ball: Option<Point>,
-    /// How sure that is; `None` where nobody knows, and the board takes what is usual for its law.
+    /// Covariance of `ball`; `None` if it is unknown. The board then uses its law's default.
     pub covariance: Option<Covariance>,
 }
 
-/// A move of one motor on its own.
+/// Move of one motor.
 #[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Jog {
-    /// 0 = A, 1 = B, 2 = C.
+    /// Index of the motor: 0 = A, 1 = B, 2 = C.
     pub motor: u8,
-    /// How far from where it is now, + pays out.
+    /// Distance from the current position, + pays out.
     pub distance: Steps16,
-    /// How fast at most; above 0.
+    /// Highest rate; above 0.
     pub rate: Rate,
 }
 
-/// What a board says. Grows at its end; the first never changes.
+/// Message of a board. Grows at its end; the first never changes.
 #[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FromBoard {
     /// Answers a Hello.
     Hello(BoardHello),
-    /// Answers any other command. Accepted positions have no answer: telemetry carries their
+    /// Answers any other command except accepted positions, which telemetry acknowledges by their
     /// sequence number.
     Answer(Answer),
-    /// How things are; after every accepted position, and every 100 ms at least once greeted.
+    /// Reports the board's state: after every accepted position, and, after a Hello, at least every
+    /// 100 ms.
     Telemetry(Telemetry),
-    /// The board has just stopped by itself.
+    /// Reports that the board has just stopped by itself.
     Fault(FaultReport),
-    /// Follows an accepting Hello: why the board last started.
+    /// Reports the cause of the board's last start. Follows an accepting Hello.
     Started(StartCause),
 }
 
-/// The board's name, what it was built with, and whether the host's Hello matched. Its bytes never
+/// Identification and limits of the board, and whether the host's Hello matched. Its bytes never
 /// change.
 #[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
 pub struct BoardHello {
@@ -150,77 +152,77 @@ pub struct BoardHello {
     pub id: u16,
     /// Magic, version and schema of the board.
     pub hello: Hello,
-    /// Highest pulse rate of a motor that the board was built for, microsteps/s.
+    /// Highest pulse rate of a motor in this build, microsteps/s.
     pub max_pulse_rate: u32,
-    /// Whether the board accepts this host; otherwise it will not move for it.
+    /// Whether the board accepts this host. It does not move for a host that it does not accept.
     pub accepted: bool,
 }
 
-/// Whether a command was carried out.
+/// Answer to a command.
 #[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Answer {
     /// The command's [`ToBoard::id`].
     pub id: u16,
-    /// Why it was not; `None` where it was.
+    /// Reason for the refusal; `None` if the command was executed.
     pub refusal: Option<Refusal>,
-    /// When the board answered, on the board's clock. Telemetry with a later
+    /// Time of the answer on the board's clock. Telemetry with a later
     /// [`time`](Telemetry::time) describes the board after the command.
     pub time: Micros,
 }
 
-/// Why a command was not carried out. Nothing has changed then, save what the variant says. Grows
-/// at its end.
+/// Reason for refusing a command. A refused command changes nothing except what the variant says.
+/// Grows at its end.
 #[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Refusal {
-    /// No matching Hello came before.
+    /// No matching Hello preceded the command.
     NotGreeted,
-    /// The frame was intact, but it is no command of this protocol version; `id` is 0.
+    /// The frame was intact but is not a command of this protocol version; `id` is 0.
     Malformed,
-    /// Configure first.
+    /// The board has no configuration.
     Unconfigured,
-    /// Not in this state; Stop first and wait for standstill.
+    /// The command is not allowed in this state. Send Stop and wait for standstill.
     Busy(State),
-    /// The board has stopped by itself; clear that first.
+    /// The board has stopped by itself. Send ClearFault first.
     Faulted(Fault),
-    /// This part of the configuration is out of its range.
+    /// This part of the configuration is out of range.
     Config(ConfigField),
-    /// The target is outside the workspace. A board under way has stopped with
+    /// The target is outside the workspace. A board that was moving has stopped with
     /// [`Fault::TargetOutside`].
     TargetOutside,
     /// The picture is older than [`max_age`](crate::config::Deadlines::max_age).
     PositionStale,
-    /// A newer picture's position has come before.
+    /// The position of a newer picture has already arrived.
     PositionOutOfOrder,
-    /// The ball is outside the workspace. It is not used, and the board stops when it happens
-    /// repeatedly.
+    /// The ball is outside the workspace. The board does not use the position; it stops when this
+    /// happens repeatedly.
     BallOutside,
-    /// No position is known to hold.
+    /// No position of the ball is known, so the board cannot hold it.
     NoPosition,
-    /// No such motor.
+    /// The motor's index is above 2.
     NoSuchMotor,
-    /// A jog without a rate, or faster than the motor's limit.
+    /// The jog's rate is not above 0, or is above the motor's limit.
     JogRate,
-    /// A jog beyond the motor's travel; of a motor that stands outside, one that does not lead
-    /// back.
+    /// The jog would pass the motor's travel limit, or leads further out for a motor that is
+    /// outside its travel.
     JogTravel,
-    /// This board cannot do that.
+    /// This board does not support the command.
     Unsupported,
-    /// The configuration could not be written; what was kept before still is.
+    /// The configuration could not be written. The configuration stored before is unchanged.
     NotStored,
-    /// This motor (0 = A, 1 = B, 2 = C) stands outside its travel; jog it back inside first.
+    /// This motor (0 = A, 1 = B, 2 = C) is outside its travel. Jog it back inside first.
     OutsideTravel(u8),
 }
 
-/// The part of a configuration that is out of its range.
+/// Part of a configuration that is out of range.
 #[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ConfigField {
-    /// A sign other than -1, 0, +1, or a motor that moves nothing.
+    /// A sign other than -1, 0, +1, or a motor whose signs are all 0.
     Signs,
     /// α = 0, α > β or β above 8.
     Bounds,
-    /// Gain 0 or above 16 steps/s a µm.
+    /// Gain of 0 or above 16 steps/s per µm.
     Gain,
-    /// A rate of 0 or above what the board was built for.
+    /// Rate of 0 or above the limit of the build.
     MaxRate,
     /// Acceleration below 40 steps/s² or above 4 million.
     MaxAcceleration,
@@ -236,13 +238,13 @@ pub enum ConfigField {
     Deadlines,
     /// A margin or time of 0.
     Growth,
-    /// A driver's pulse time above 4.1 µs, or a share of 0 or above 100 %.
+    /// A driver's pulse time above 4.1 µs, or a duty of 0 or above 100 %.
     Drivers,
     /// A running mean over more than 400 ms.
     Mean,
     /// A delay above 500 ms.
     Delay,
-    /// A law that this board has no time for; those of this version have it for every law.
+    /// A law that takes longer than this board allows. Boards of this version accept every law.
     Law,
     /// A [`max_age`](crate::config::Deadlines::max_age) at or above the deadline for positions:
     /// positions older than the deadline would be accepted.
@@ -254,79 +256,79 @@ pub enum ConfigField {
 pub enum State {
     /// The board has no configuration.
     Unconfigured,
-    /// The board is configured and its motors stand.
+    /// The board is configured and its motors are at rest.
     Ready,
     /// The board drives the ball to its target.
     Seeking,
     /// The target was reached, and the board keeps the ball there.
     Holding,
-    /// The board has stopped by itself: its motors ramp down or stand until the fault is cleared.
+    /// The board has stopped by itself: its motors ramp down, then rest until the fault is cleared.
     Fault(Fault),
     /// The board turns one motor by an exact number of steps.
     Jogging,
-    /// The motors ramp down; or the board restarts into its bootloader.
+    /// The motors ramp down, or the board restarts into its bootloader.
     Stopping,
-    /// The board writes its configuration; the motors stand.
+    /// The board writes its configuration; the motors are at rest.
     Storing,
 }
 
-/// Why a board started. Grows at its end.
+/// Cause of a board's start. Grows at its end.
 #[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
 pub enum StartCause {
-    /// It was given power, or its supply had sagged.
+    /// Power on, or a brown-out of the supply.
     PowerOn,
-    /// Its reset pin was pulled.
+    /// Reset pin.
     ResetPin,
-    /// The watchdog restarted it: its program hung, or its stack overflowed.
+    /// Watchdog: the program hung, or its stack overflowed.
     Watchdog,
-    /// Its program found itself in error and restarted.
+    /// Panic of the program.
     Panic,
-    /// The processor met an instruction or an address that it could not carry out.
+    /// Hard fault of the processor: an invalid instruction or address.
     HardFault,
-    /// It was restarted on purpose, as after an update.
+    /// Intended restart, for example after an update.
     Requested,
 }
 
-/// Why a board stopped by itself. Grows at its end.
+/// Reason why a board stopped by itself. Grows at its end.
 #[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Fault {
-    /// Nothing valid came from the host for too long.
+    /// No valid frame came from the host before the deadline.
     HostSilent,
-    /// No fresh position came for too long.
+    /// No fresh position came before the deadline.
     PositionLost,
-    /// The ball was seen outside the workspace repeatedly.
+    /// Repeated positions were outside the workspace.
     BallOutside,
-    /// A target outside the workspace was asked for while under way.
+    /// The host set a target outside the workspace while the board was moving.
     TargetOutside,
-    /// A motor (0 = A, 1 = B, 2 = C) would have passed its travel.
+    /// A motor (0 = A, 1 = B, 2 = C) would have passed its travel limit.
     Travel(u8),
-    /// |e| keeps growing: a motor is swapped or reversed, or the ball is held back.
+    /// |e| keeps growing: a motor is swapped or reversed, or the ball is blocked.
     ErrorGrowing,
     /// The emergency input opened.
     EmergencyStop,
-    /// The board restarted because of itself ([`StartCause`] says how): where its motors are is no
-    /// longer known.
+    /// The board restarted after a failure ([`StartCause`] names it). The motor positions are
+    /// unknown.
     Watchdog,
-    /// The control law had no answer in time.
+    /// The control law did not answer in time.
     LawLate,
 }
 
-/// How things are at a moment.
+/// State of the board at one moment.
 #[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Telemetry {
-    /// The moment, on the board's clock.
+    /// Time on the board's clock.
     pub time: Micros,
-    /// The state.
+    /// State of the board.
     pub state: State,
-    /// [`ToBoard::id`] of the Configure command in force; `None` where none was carried out since
-    /// the last accepted Hello.
+    /// [`ToBoard::id`] of the Configure command in force; `None` if none was executed since the
+    /// last accepted Hello.
     pub configuration: Option<u16>,
     /// [`ToBoard::id`] of the Target or Hold command in force; `None` without a target. State,
     /// error and filtered error belong to this target.
     pub target: Option<u16>,
     /// Number of the last accepted position.
     pub sequence: Option<u16>,
-    /// Motor positions since the board started.
+    /// Motor positions relative to the board's start.
     pub motors: [Steps16; 3],
     /// Motor rates.
     pub rates: [Rate; 3],
@@ -334,17 +336,17 @@ pub struct Telemetry {
     pub error: Point,
     /// |e| of the filtered position; 0 without a target.
     pub filtered_error: Micrometres,
-    /// Frames from the host that were torn, corrupted, overlong or not a command, since the start;
-    /// saturating.
+    /// Number of frames from the host since the start that were torn, corrupted, overlong or not a
+    /// command; saturating.
     pub bad_frames: u16,
 }
 
-/// The board has stopped by itself.
+/// Report that the board has stopped by itself.
 #[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
 pub struct FaultReport {
-    /// When, on the board's clock.
+    /// Time of the fault on the board's clock.
     pub time: Micros,
-    /// Why.
+    /// Reason.
     pub fault: Fault,
     /// See [`Telemetry::configuration`].
     pub configuration: Option<u16>,

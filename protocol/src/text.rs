@@ -1,10 +1,10 @@
-//! The same in words: what a person reads of a refusal, a fault or a state.
+//! Texts of refusals, faults, states and start causes (`Display`).
 
 use core::fmt;
 
 use crate::message::{ConfigField, Fault, Refusal, StartCause, State};
 
-/// The name of motor 0, 1, 2.
+/// Returns the letter of motor 0, 1 or 2.
 fn motor(index: u8) -> char {
     (b'A'.saturating_add(index)) as char
 }
@@ -39,7 +39,7 @@ impl fmt::Display for StartCause {
             Self::Watchdog => "the watchdog",
             Self::Panic => "an error in its program",
             Self::HardFault => "a fault of its processor",
-            Self::Requested => "a restart that was asked for",
+            Self::Requested => "a requested restart",
         })
     }
 }
@@ -95,7 +95,7 @@ impl fmt::Display for Refusal {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::NotGreeted => f.write_str("no matching Hello came before"),
-            Self::Malformed => f.write_str("that is no command of this protocol version"),
+            Self::Malformed => f.write_str("the frame is not a command of this protocol version"),
             Self::Unconfigured => f.write_str("the board is not configured"),
             Self::Busy(State::Fault(fault)) => {
                 write!(f, "not before the board has come to rest after its fault ({fault})")

@@ -1,7 +1,7 @@
-//! Quantities as they are on the wire and on the chip: fixed point, the unit in the type.
+//! Quantities on the wire and on the chip: fixed point, with the unit in the type.
 //!
-//! Each type says what its least significant bit is worth (`LSB`, in SI) and how to come from and
-//! go to SI. The conversions are the host's; nothing on the board needs floating point.
+//! Each type has the value of its least significant bit (`LSB`, in SI) and conversions from and to
+//! SI. Only the host uses the conversions: the board does not need floating point for them.
 
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
@@ -14,21 +14,22 @@ macro_rules! quantity {
         pub struct $name(pub $raw);
 
         impl $name {
-            /// What one unit of the raw number is worth.
+            /// Value of one unit of the raw number, SI.
             pub const LSB: f64 = $lsb;
 
-            /// The nearest representable quantity; `None` for what is not finite or out of range.
+            /// Returns the nearest representable quantity; `None` if `value` is not finite or out
+            /// of range.
             pub fn from_si(value: f64) -> Option<Self> {
                 let raw = value / Self::LSB;
-                // Half away from zero, by hand: `f64::round` needs std. The cast saturates and is
-                // checked before.
+                // Rounds half away from zero: `f64::round` needs std. The range is checked before
+                // the cast, which would saturate.
                 let rounded = if raw < 0.0 { raw - 0.5 } else { raw + 0.5 };
                 let (min, max) = (<$raw>::MIN as f64, <$raw>::MAX as f64);
                 let in_range = rounded > min - 1.0 && rounded < max + 1.0;
                 (in_range && value.is_finite()).then_some(Self(rounded as $raw))
             }
 
-            /// The value in SI.
+            /// Returns the value in SI.
             pub fn to_si(self) -> f64 {
                 self.0 as f64 * Self::LSB
             }
@@ -49,25 +50,25 @@ quantity! {
     Rate(i32), 1.0 / 256.0
 }
 quantity! {
-    /// A motor acceleration in full steps/s², whole numbers.
+    /// A motor acceleration in whole full steps/s².
     Acceleration(u32), 1.0
 }
 quantity! {
-    /// A bound α or β on an entry of the Jacobian: Q16, without unit (metres of ball a metre of
-    /// cable).
+    /// A bound α or β on an entry of the Jacobian, Q16: metres of ball per metre of cable.
     Bound(u32), 1.0 / 65536.0
 }
 quantity! {
-    /// The gain from v to motor rates, Q16: full steps/s for each micrometre of v.
+    /// The gain from v to motor rates, Q16: full steps/s per micrometre of v.
     ///
-    /// With γ in 1/s and s metres of cable a step it is γ·1 µm/s: γ = 30 /s at 0.471 mm a step is
-    /// 0.0637, raw 4172.
+    /// With γ in 1/s and s metres of cable per step, the gain is γ · 1 µm / s. For γ = 30 /s and
+    /// s = 0.471 mm it is 0.0637, raw 4172.
     Gain(u32), 1.0 / 65536.0
 }
 quantity! {
-    /// The gain g/(4s) of the law of signs, Q20: full steps/s for each micrometre of error.
+    /// The gain g/(4s) of the law `sign`, Q20: full steps/s per micrometre of error.
     ///
-    /// g in 1/s, s the cable of a step: g = 4 /s at 0.471 mm is 0.00212, raw 2225.
+    /// g is in 1/s, s the cable per step. For g = 4 /s and s = 0.471 mm the gain is 0.00212, raw
+    /// 2225.
     SignGain(u32), 1.0 / 1_048_576.0
 }
 quantity! {
@@ -86,12 +87,12 @@ quantity! {
 pub struct Micros(pub u64);
 
 impl Micros {
-    /// The span from `earlier` to this moment, microseconds; 0 where `earlier` is later.
+    /// Returns the time from `earlier` to this moment, microseconds; 0 if `earlier` is later.
     pub const fn since(self, earlier: Self) -> u64 {
         self.0.saturating_sub(earlier.0)
     }
 
-    /// This moment `us` microseconds earlier, but not before the clock started.
+    /// Returns the moment `us` microseconds earlier, but not before the clock's start.
     pub const fn back(self, us: u64) -> Self {
         Self(self.0.saturating_sub(us))
     }
@@ -103,25 +104,26 @@ impl Micros {
 pub struct Point(pub [Micrometres; 3]);
 
 impl Point {
-    /// The nearest point to `metres`; `None` where a coordinate is not finite or beyond ±2147 m.
+    /// Returns the nearest point to `metres`; `None` if a coordinate is not finite or beyond
+    /// ±2147 m.
     pub fn from_metres(metres: [f64; 3]) -> Option<Self> {
         let [x, y, z] = metres.map(Micrometres::from_si);
         Some(Self([x?, y?, z?]))
     }
 
-    /// The coordinates in metres.
+    /// Returns the coordinates in metres.
     pub fn to_metres(self) -> [f64; 3] {
         self.0.map(Micrometres::to_si)
     }
 
-    /// The coordinates in whole micrometres.
+    /// Returns the coordinates in whole micrometres.
     pub const fn micrometres(self) -> [i32; 3] {
         let [x, y, z] = self.0;
         [x.0, y.0, z.0]
     }
 }
 
-/// How sure a position is: its covariance in the rig frame, in steps of 0.01 mm².
+/// Covariance of a position in the rig frame, in units of 0.01 mm².
 #[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Covariance {
     /// Variances of x, y and z: up to 655.35 mm², a standard deviation of 25.6 mm.
@@ -131,14 +133,15 @@ pub struct Covariance {
 }
 
 impl Covariance {
-    /// What one unit is worth, metres².
+    /// Value of one unit, metres².
     pub const LSB: f64 = 1e-8;
-    /// The same in µm².
+    /// Value of one unit, µm².
     pub const SQUARE_MICROMETRES: i32 = 10_000;
 
-    /// The nearest one to `metres2`, row by row, of which the lower triangle is not looked at;
-    /// larger entries become the largest, variances below one unit one unit. `None` where an entry
-    /// is not finite or a variance is negative.
+    /// Returns the nearest covariance to the matrix `metres2` (rows x, y, z; m²), of which only the
+    /// upper triangle is used. Entries out of range become the nearest limit, and variances below
+    /// one unit become one unit. Returns `None` if an entry is not finite or a variance is
+    /// negative.
     pub fn from_metres2(metres2: [[f64; 3]; 3]) -> Option<Self> {
         let [[xx, xy, xz], [_, yy, yz], [_, _, zz]] = metres2;
         let (diagonal, beside) = ([xx, yy, zz], [xy, xz, yz]);
@@ -147,7 +150,7 @@ impl Covariance {
         {
             return None;
         }
-        // Casts saturate.
+        // The casts saturate.
         Some(Self {
             variances: diagonal.map(|v| ((v / Self::LSB + 0.5) as u16).max(1)),
             covariances: beside.map(|v| (v / Self::LSB + if v < 0.0 { -0.5 } else { 0.5 }) as i16),

@@ -1,5 +1,5 @@
-//! Frames over a stream that may begin anywhere and be damaged anywhere.
-#![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops at the first surprise")]
+//! Tests of framing: a stream may start inside a frame and may be damaged.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails at the first unexpected value")]
 
 use plumb_protocol::frame::{Accumulator, FrameError, MAX_FRAME, TooLong, encode, read};
 use plumb_protocol::message::{Command, Hello, Position, PositionCommand, ToBoard};
@@ -33,15 +33,18 @@ fn receive(bytes: &[u8]) -> Vec<Result<ToBoard, FrameError>> {
 
 proptest! {
     #[test]
-    fn what_is_sent_arrives(sent in proptest::collection::vec(messages(), 1..8)) {
+    fn sent_messages_arrive(sent in proptest::collection::vec(messages(), 1..8)) {
         let bytes: Vec<u8> = sent.iter().flat_map(|m| encode(m).unwrap()).collect();
         let received: Vec<_> = receive(&bytes).into_iter().map(Result::unwrap).collect();
         prop_assert_eq!(received, sent);
     }
 
-    /// In pieces of any size, and whether or not it is a position that is looked for first.
+    /// Checks `take` with pieces of any size, and `ToBoard::position` with every command.
     #[test]
-    fn a_position_is_found_by_itself(sent in proptest::collection::vec(messages(), 1..8), piece in 1usize..70) {
+    fn positions_are_decoded_in_pieces_of_any_size(
+        sent in proptest::collection::vec(messages(), 1..8),
+        piece in 1usize..70,
+    ) {
         let bytes: Vec<u8> = sent.iter().flat_map(|m| encode(m).unwrap()).collect();
         let mut accumulator = Accumulator::new();
         let mut received = Vec::new();
@@ -49,11 +52,14 @@ proptest! {
             while !piece.is_empty() {
                 let Some(message) = accumulator.take(&mut piece) else { continue };
                 let message = message.unwrap();
-                let (whole, position) = (read::<ToBoard>(message).unwrap(), ToBoard::position(message));
-                match whole.command {
-                    Command::Position(seen) => prop_assert_eq!(position, Some(PositionCommand { id: whole.id, position: seen })),
-                    _ => prop_assert_eq!(position, None),
-                }
+                let whole = read::<ToBoard>(message).unwrap();
+                let expected = match whole.command {
+                    Command::Position(position) => {
+                        Some(PositionCommand { id: whole.id, position })
+                    }
+                    _ => None,
+                };
+                prop_assert_eq!(ToBoard::position(message), expected);
                 received.push(whole);
             }
         }
@@ -67,8 +73,8 @@ proptest! {
         prop_assert_eq!(frame.iter().position(|&b| b == 0), Some(frame.len() - 1));
     }
 
-    /// Any one byte changed: the frame is lost or split, never taken for another message, and the
-    /// next arrives.
+    /// Changes one byte: the frame is lost or split but never decoded as another message, and the
+    /// next frame arrives.
     #[test]
     fn a_damaged_frame_is_dropped_and_the_next_arrives(
         first in messages(), second in messages(), at in any::<prop::sample::Index>(), flip in 1u8..
@@ -78,14 +84,16 @@ proptest! {
         bytes[at] ^= flip;
         bytes.extend(encode(&second).unwrap());
         let good: Vec<_> = receive(&bytes).into_iter().filter_map(Result::ok).collect();
-        // A damaged closing zero glues the second frame to the first, which loses both.
+        // Without the closing zero of the first frame, both frames are one damaged frame.
         let expected = if at == encode(&first).unwrap().len() - 1 { vec![] } else { vec![second] };
         prop_assert_eq!(good, expected);
     }
 
-    /// A stream that is cut anywhere and goes on with whole frames after any zero.
+    /// Cuts a frame anywhere. The stream continues with a zero and a complete frame.
     #[test]
-    fn a_torn_frame_costs_only_itself(first in messages(), second in messages(), keep in any::<prop::sample::Index>()) {
+    fn a_torn_frame_does_not_affect_the_next(
+        first in messages(), second in messages(), keep in any::<prop::sample::Index>()
+    ) {
         let frame = encode(&first).unwrap();
         let keep = keep.index(frame.len() - 1);
         let mut bytes = frame[..keep].to_vec();
@@ -97,7 +105,9 @@ proptest! {
     }
 
     #[test]
-    fn noise_never_becomes_a_message(noise in proptest::collection::vec(any::<u8>(), 0..600), message in messages()) {
+    fn noise_is_never_decoded_as_a_message(
+        noise in proptest::collection::vec(any::<u8>(), 0..600), message in messages()
+    ) {
         let mut bytes = noise;
         bytes.push(0);
         let before = receive(&bytes);
@@ -109,7 +119,7 @@ proptest! {
 }
 
 #[test]
-fn each_damage_has_its_name() {
+fn each_damage_has_its_error() {
     let frame = encode(&ToBoard { id: 1, command: Command::Status }).unwrap();
     let overlong: Vec<u8> = std::iter::repeat_n(1, MAX_FRAME + 1).chain([0]).collect();
     assert_eq!(receive(&overlong), [Err(FrameError::Overlong)]);
@@ -118,23 +128,22 @@ fn each_damage_has_its_name() {
     let last = wrong.len() - 2;
     wrong[last] ^= 0x40;
     assert_eq!(receive(&wrong), [Err(FrameError::Crc)]);
-    // Intact, but of a newer protocol: an unknown command, and a known one with something behind
-    // it.
+    // Intact frames of a newer protocol: an unknown command, and a known one with trailing bytes.
     assert_eq!(receive(&encode(&(1u16, 200u8)).unwrap()), [Err(FrameError::Malformed)]);
     assert_eq!(receive(&encode(&(1u16, 9u8, 0u8)).unwrap()), [Err(FrameError::Malformed)]);
     assert_eq!(receive(&[0, 0, 0]), []);
 }
 
 #[test]
-fn what_is_too_long_for_a_frame_is_refused() {
-    // A byte of length before fewer than 128 entries of one byte, two from there on.
+fn overlong_messages_are_refused() {
+    // The length prefix has one byte below 128 entries, and two from 128 on.
     let bytes = [7u8; 300];
     assert!(encode(&&bytes[..246]).is_ok_and(|frame| frame.len() <= MAX_FRAME));
     assert_eq!(encode(&&bytes[..247]), Err(TooLong));
 }
 
 #[test]
-fn a_covariance_is_rounded_and_kept_within_its_range() {
+fn a_covariance_is_rounded_and_limited_to_its_range() {
     let of = |m: [[f64; 3]; 3]| Covariance::from_metres2(m);
     let seen = of([[4e-6, -2.96e-8, 0.0], [9.0; 3], [9.0, 9.0, 1e-6]]).unwrap();
     assert_eq!(
