@@ -6,7 +6,7 @@ use std::rc::Rc;
 use std::time::Duration;
 
 use nalgebra::Point3;
-use plumb_emulator::rig::Plant;
+use plumb_emulator::plant::Plant;
 use plumb_emulator::{EMULATED, EmulatedBoard, Wire};
 use plumb_protocol::message::State;
 use plumb_protocol::units::{Micros, Point};

@@ -1,7 +1,7 @@
 //! Plants with a constant Jacobian, and plants with wiring faults.
 
 use nalgebra::{Matrix3, Point3, Vector3};
-use plumb_emulator::rig::{Plant, RigError};
+use plumb_emulator::plant::{Plant, RigError};
 
 /// A plant with a constant Jacobian: any member of an interval family.
 pub struct Linear {

@@ -5,7 +5,7 @@
 #![allow(clippy::expect_used, clippy::panic, reason = "a test stops at the first surprise")]
 
 use plumb_core::TICK_US;
-use plumb_emulator::rig::{Plant, QuasiStatic, Task};
+use plumb_emulator::plant::{Plant, QuasiStatic, Task};
 use plumb_emulator::{EMULATED, EmulatedBoard};
 use plumb_protocol::frame::{Accumulator, encode};
 use plumb_protocol::message::{

@@ -8,7 +8,7 @@ use std::process::{Child, Command, Stdio};
 use std::sync::atomic::AtomicBool;
 
 use plumb_cameras::camera_file;
-use plumb_emulator::rig::{QuasiStatic, Task};
+use plumb_emulator::plant::{QuasiStatic, Task};
 use plumb_runtime::link::Serial;
 use plumb_runtime::rig::Rig;
 use plumb_runtime::run::{Run, RunParts};

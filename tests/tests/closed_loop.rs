@@ -9,7 +9,7 @@ use nalgebra::{Matrix3, Point3, Vector3};
 use plumb_sim::memory::Memory;
 
 use plumb_cameras::camera_file;
-use plumb_emulator::rig::{
+use plumb_emulator::plant::{
     Elastic, ElasticParameters, Geometry, Observer, Plant, Population, QuasiStatic, Task,
 };
 use plumb_emulator::{EMULATED, EmulatedBoard, Wire};

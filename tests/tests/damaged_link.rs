@@ -3,7 +3,7 @@
 #![allow(clippy::expect_used, clippy::panic, reason = "a test stops at the first surprise")]
 
 use plumb_emulator::Wire;
-use plumb_emulator::rig::{QuasiStatic, Task};
+use plumb_emulator::plant::{QuasiStatic, Task};
 use plumb_emulator::wire::Lane;
 use plumb_protocol::message::State;
 use plumb_protocol::units::Micros;

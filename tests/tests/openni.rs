@@ -11,7 +11,7 @@ use std::time::Duration;
 use nalgebra::Point3;
 use plumb_cameras::camera_file;
 use plumb_cameras::source::openni::{IntrinsicsSource, OpenniSource};
-use plumb_emulator::rig::{QuasiStatic, Task};
+use plumb_emulator::plant::{QuasiStatic, Task};
 use plumb_emulator::{EMULATED, EmulatedBoard, serve};
 use plumb_openni::{OpenNi, Settings, Target};
 use plumb_openni_driver::{Control, ControlFile};

@@ -10,7 +10,7 @@
 //! [`plumb_emulator`] is part of this crate's interface and exported as [`emulator`].
 //!
 //! ```
-//! use plumb_sim::emulator::rig::Task;
+//! use plumb_sim::emulator::plant::Task;
 //! use plumb_sim::synthetic::{Background, RenderOptions, Room, Scene, SyntheticCamera};
 //!
 //! let camera = plumb_cameras::camera_file::paper()?;

@@ -11,7 +11,7 @@ use std::collections::VecDeque;
 use nalgebra::Point3;
 use plumb_cameras::source::{CameraSource, SourceError};
 use plumb_cameras::toml_file::Finite;
-use plumb_emulator::rig::{Geometry, RigError};
+use plumb_emulator::plant::{Geometry, RigError};
 use plumb_runtime::link::LinkError;
 use plumb_runtime::rig::Simulation;
 use plumb_vision::frame::RgbdFrame;
@@ -147,7 +147,7 @@ impl<C: SimClock> CameraSource for SimulatedCamera<C> {
 mod tests {
     use std::error::Error;
 
-    use plumb_emulator::rig::{QuasiStatic, Task};
+    use plumb_emulator::plant::{QuasiStatic, Task};
 
     use super::*;
 

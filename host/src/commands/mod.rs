@@ -18,7 +18,7 @@ mod run_camera;
 pub(crate) mod verify;
 
 use clap::ValueEnum;
-use plumb_sim::emulator::rig::{Elastic, ElasticParameters, Plant, QuasiStatic, RigError};
+use plumb_sim::emulator::plant::{Elastic, ElasticParameters, Plant, QuasiStatic, RigError};
 use plumb_vision::camera::Camera;
 use plumb_vision::detect::{BallDetector, DetectorKind};
 

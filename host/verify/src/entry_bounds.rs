@@ -148,7 +148,7 @@ pub fn closed_form_bounds(rigs: &RigFamily) -> EntryBounds {
 #[cfg(test)]
 mod tests {
     use nalgebra::Point3;
-    use plumb_emulator::rig::Geometry;
+    use plumb_emulator::plant::Geometry;
     use proptest::prelude::*;
 
     use super::*;

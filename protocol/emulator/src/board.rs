@@ -1,30 +1,30 @@
-//! The board in virtual time: bytes in and out, a clock that is moved by hand, and a rig that its
-//! steps move.
+//! Board in virtual time: bytes in and out, a clock that the caller advances, and a plant that the
+//! board's steps move.
 
 use nalgebra::Point3;
 use plumb_core::{Board, BuildLimits, LawWorker, Outbox, TICK_US};
 use plumb_protocol::message::{StartCause, State};
 use plumb_protocol::units::{Micros, Rate, Steps16};
 
-use crate::rig::{Plant, RigError};
+use crate::plant::{Plant, RigError};
 use crate::wire::{Link, Traffic, Wire};
 
-/// What an emulated board is built for: the steps of the Pico's firmware, and no storage.
+/// Limits of an emulated board: the pulse rate of the Pico's firmware, and no storage.
 pub const EMULATED: BuildLimits = BuildLimits { max_pulse_rate: 1_250_000, storage: false };
 
-/// Bytes that wait for a host that does not read; the oldest go first, as on a link that nobody
-/// listens to.
+/// Largest number of bytes that wait for the host. Beyond it the oldest are dropped, as on a link
+/// that no host reads.
 const WAITING_MAX: usize = 1 << 16;
 
-/// A board whose chip is this program. Nothing happens in it but by [`run_to`](Self::run_to).
+/// Emulated board. Its time passes only in [`run_to`](Self::run_to).
 pub struct EmulatedBoard {
     build: BuildLimits,
     board: Board,
     law_worker: LawWorker,
     plant: Option<Box<dyn Plant + Send>>,
-    /// Where the rig's motors were when the board last started, full steps since the rig's start.
+    /// Positions of the rig's motors at the board's last start, full steps since the rig's start.
     origin: [f64; 3],
-    /// Between the host and the board; `None` for a direct connection.
+    /// Link between the host and the board; `None` for a direct connection.
     link: Option<Link>,
     now: Micros,
     outbox: Outbox,
@@ -32,7 +32,7 @@ pub struct EmulatedBoard {
 }
 
 impl EmulatedBoard {
-    /// A board without a rig: its steps go nowhere.
+    /// Creates a board without a rig.
     pub fn new(build: BuildLimits) -> Self {
         Self {
             build,
@@ -47,7 +47,7 @@ impl EmulatedBoard {
         }
     }
 
-    /// A board whose motors move `plant`.
+    /// Creates a board whose motors move `plant`.
     pub fn with_plant(build: BuildLimits, plant: Box<dyn Plant + Send>) -> Self {
         Self { plant: Some(plant), ..Self::new(build) }
     }
@@ -59,24 +59,24 @@ impl EmulatedBoard {
         self
     }
 
-    /// Replaces the link between the host and this board. Frames that are on their way on the old
-    /// one are lost. Reboots whose time has passed happen in the next tick.
+    /// Replaces the link between the host and this board. Frames on the old link are lost. Reboots
+    /// whose time has passed happen in the next tick.
     pub fn set_wire(&mut self, wire: Wire) {
         self.link = Some(Link::new(wire));
     }
 
-    /// What has happened on the link: towards the board, towards the host. `None` without a
+    /// Returns the traffic of the link towards the board and towards the host; `None` without a
     /// [`Wire`].
     pub fn traffic(&self) -> Option<[Traffic; 2]> {
         self.link.as_ref().map(|link| [link.to_board.traffic(), link.to_host.traffic()])
     }
 
-    /// The board's clock.
+    /// Returns the time on the board's clock.
     pub fn now(&self) -> Micros {
         self.now
     }
 
-    /// The host sends `bytes` now. Without a wire they arrive at the board at once.
+    /// Sends `bytes` from the host now. Without a wire they arrive at the board at once.
     pub fn write(&mut self, bytes: &[u8]) {
         match &mut self.link {
             None => self.board.receive(self.now, bytes, &mut self.outbox),
@@ -88,23 +88,21 @@ impl EmulatedBoard {
         self.collect();
     }
 
-    /// What has arrived at the host since the last call.
+    /// Returns the bytes that have arrived at the host since the last call.
     pub fn read(&mut self) -> Vec<u8> {
         std::mem::take(&mut self.waiting)
     }
 
-    /// Lets the board's time pass up to `end`, in whole ticks: the last one ends at `end` or before
-    /// it.
+    /// Advances the board's time in whole ticks. The last tick ends at `end` or before it.
     ///
     /// # Errors
-    /// Where the rig cannot follow its motors; the board is then at the tick in which that
-    /// happened.
+    /// If the rig cannot follow its motors. The board's time is then the end of that tick.
     pub fn run_to(&mut self, end: Micros) -> Result<(), RigError> {
         while self.now.0 + u64::from(TICK_US) <= end.0 {
             self.restart_if_due();
             self.deliver();
-            // The plan itself is for hardware: the rig follows the positions, which are counted
-            // from the same pulses.
+            // Only hardware needs the step plan. The rig follows the board's positions, which
+            // count the same pulses.
             let _ = self.board.tick(self.now, &mut self.law_worker, &mut self.outbox);
             self.now.0 += u64::from(TICK_US);
             self.collect();
@@ -116,45 +114,45 @@ impl EmulatedBoard {
         Ok(())
     }
 
-    /// Motor positions, full steps since the board's last start, + pays out.
+    /// Returns the motor positions, full steps since the board's last start, + pays out.
     pub fn motors(&self) -> [f64; 3] {
         self.board.positions().map(|p| Steps16(p).to_si())
     }
 
-    /// Motor rates, full steps/s.
+    /// Returns the motor rates, full steps/s, + pays out.
     pub fn rates(&self) -> [f64; 3] {
         self.board.rates().map(|r| Rate(r).to_si())
     }
 
-    /// The board's state.
+    /// Returns the board's state.
     pub fn state(&self) -> State {
         self.board.state()
     }
 
-    /// Where the ball is, metres in the rig frame; `None` without a rig.
+    /// Returns the ball's centre, metres in the rig frame; `None` without a rig.
     pub fn ball(&self) -> Option<Point3<f64>> {
         self.plant.as_ref().map(|p| p.ball())
     }
 
-    /// Which cables are slack; none without a rig.
+    /// Returns which cables are slack, order A, B, C; all `false` without a rig.
     pub fn slack(&self) -> [bool; 3] {
         self.plant.as_ref().map_or([false; 3], |p| p.slack())
     }
 
-    /// Motor positions, full steps since the rig's start, + pays out.
+    /// Returns the rig's motor positions, full steps since the rig's start, + pays out.
     fn rig_motors(&self) -> [f64; 3] {
         let motors = self.motors();
         [0, 1, 2].map(|i| self.origin[i] + motors[i])
     }
 
-    /// Starts the board anew where the link's settings say so.
+    /// Restarts the board if one of the link's reboots is due.
     fn restart_if_due(&mut self) {
         while let Some(cause) = self.link.as_mut().and_then(|link| link.reboot(self.now)) {
             self.restart(cause);
         }
     }
 
-    /// Starts the board anew, for `cause`. The clock goes on and the rig stays where it is.
+    /// Restarts the board with `cause`. The clock continues and the rig keeps its position.
     fn restart(&mut self, cause: StartCause) {
         self.origin = self.rig_motors();
         self.board = Board::new(self.build);
@@ -166,7 +164,7 @@ impl EmulatedBoard {
         }
     }
 
-    /// Hands the frames to the board that have arrived by now.
+    /// Passes the frames that have arrived by now to the board.
     fn deliver(&mut self) {
         while let Some(frame) = self.link.as_mut().and_then(|link| link.to_board.receive(self.now))
         {
@@ -175,7 +173,7 @@ impl EmulatedBoard {
         }
     }
 
-    /// Sends what the board has to say, and keeps what has arrived at the host.
+    /// Sends the board's outbox, and collects the bytes that have arrived at the host.
     fn collect(&mut self) {
         match &mut self.link {
             None => self.waiting.extend_from_slice(self.outbox.bytes()),

@@ -1,8 +1,10 @@
-//! An emulated board and a simulated rig: the board's own code ([`plumb_core`]) on a host, in
-//! virtual time or on a pseudo-terminal, and a ball on three cables that its steps move.
+//! An emulated board and simulated rigs.
+//!
+//! The emulated board runs the firmware's core ([`plumb_core`]) on a host, in virtual time or on a
+//! pseudo-terminal. Its steps move a [plant]: a ball on three cables.
 
 pub mod board;
-pub mod rig;
+pub mod plant;
 pub mod serve;
 pub mod terminal;
 pub mod wire;

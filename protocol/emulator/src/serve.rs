@@ -1,4 +1,4 @@
-//! The board in real time, on a pseudo-terminal.
+//! Emulated board in real time, on a pseudo-terminal.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -12,14 +12,14 @@ use plumb_protocol::units::Micros;
 use thiserror::Error;
 
 use crate::board::EmulatedBoard;
-use crate::rig::RigError;
+use crate::plant::RigError;
 use crate::terminal::Terminal;
 
-/// A board that lags further behind than this has its clock stopped for the rest: a busy machine
-/// must not look like a silent host.
+/// Largest lag of the board's clock behind real time. Beyond it the board's clock pauses, so that a
+/// busy machine does not look like a silent host.
 const LAG_MAX: Duration = Duration::from_millis(20);
 
-/// Why a served board came to its end.
+/// Reason why a served board ended.
 #[derive(Debug, Error)]
 pub enum ServeError {
     /// The pseudo-terminal failed.
@@ -30,7 +30,7 @@ pub enum ServeError {
     Rig(#[from] RigError),
 }
 
-/// A board that runs in a thread of its own until it is stopped or dropped.
+/// Board that runs in its own thread until it is stopped or dropped.
 pub struct Served {
     board: Arc<Mutex<EmulatedBoard>>,
     path: PathBuf,
@@ -41,7 +41,7 @@ pub struct Served {
 /// Serves `board` on a new pseudo-terminal in real time.
 ///
 /// # Errors
-/// Where there is no pseudo-terminal to be had.
+/// If the operating system provides no pseudo-terminal or no thread.
 pub fn serve(board: EmulatedBoard) -> io::Result<Served> {
     let terminal = Terminal::open()?;
     let path = terminal.path().to_owned();
@@ -55,29 +55,30 @@ pub fn serve(board: EmulatedBoard) -> io::Result<Served> {
 }
 
 impl Served {
-    /// The pseudo-terminal that a host opens.
+    /// Returns the path of the pseudo-terminal that a host opens.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// The board, to look at; its time stands still meanwhile.
+    /// Locks the board for inspection. Its time pauses until the guard is dropped.
     pub fn board(&self) -> MutexGuard<'_, EmulatedBoard> {
         lock(&self.board)
     }
 
-    /// Whether the board has come to its end by itself; [`stop`](Self::stop) says why.
+    /// Returns whether the board has ended by itself; [`stop`](Self::stop) returns the reason.
     pub fn ended(&self) -> bool {
         self.thread.as_ref().is_none_or(JoinHandle::is_finished)
     }
 
-    /// Pulls the plug: the pseudo-terminal is gone when this returns.
+    /// Stops the board and closes its pseudo-terminal, like unplugging it.
     ///
     /// # Errors
-    /// Where the board had come to its end by itself.
+    /// If the board had ended by itself.
     pub fn stop(mut self) -> Result<(), ServeError> {
         self.halt()
     }
 
+    /// Stops the thread and returns its result.
     fn halt(&mut self) -> Result<(), ServeError> {
         self.stop.store(true, Ordering::Relaxed);
         match self.thread.take().map(JoinHandle::join) {
@@ -94,12 +95,13 @@ impl Drop for Served {
     }
 }
 
-/// A poisoned lock means that another thread panicked; the board itself is as it was after its last
-/// tick.
+/// Locks the board, also if another thread has panicked with the lock: the board is then in its
+/// state after the last tick.
 fn lock(board: &Mutex<EmulatedBoard>) -> MutexGuard<'_, EmulatedBoard> {
     board.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
+/// Runs the board in real time until `stop` is set, and passes bytes between it and the terminal.
 fn run(
     board: &Mutex<EmulatedBoard>,
     mut terminal: Terminal,

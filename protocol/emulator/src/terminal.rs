@@ -1,4 +1,4 @@
-//! A pseudo-terminal: a serial port that is not there.
+//! Pseudo-terminal: a virtual serial port.
 
 use std::fs::{File, OpenOptions};
 use std::io::{self, ErrorKind, Read, Write};
@@ -9,22 +9,20 @@ use rustix::fs::{OFlags, fcntl_getfl, fcntl_setfl};
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
 
-/// The board's end of a pseudo-terminal; hosts open the other end by its [`path`](Self::path) like
-/// any serial port.
-///
-/// Dropping it is what pulling the plug is to a host.
+/// Board's end of a pseudo-terminal. A host opens the other end by its [`path`](Self::path) like
+/// any serial port. Dropping the terminal looks like an unplugged board to a host.
 pub struct Terminal {
     board_end: File,
     path: PathBuf,
-    /// Kept open, so that the terminal stays as it is between two hosts.
+    /// Kept open so that the terminal keeps its mode between two hosts.
     _host_end: File,
 }
 
 impl Terminal {
-    /// Opens a new one in raw mode.
+    /// Opens a new pseudo-terminal in raw mode.
     ///
     /// # Errors
-    /// What the operating system says: no pseudo-terminals left, or none mounted.
+    /// Errors of the operating system: no pseudo-terminal is left, or none is mounted.
     pub fn open() -> io::Result<Self> {
         let board_end: OwnedFd =
             openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC)?;
@@ -41,16 +39,16 @@ impl Terminal {
         Ok(Self { board_end: File::from(board_end), path, _host_end: host_end })
     }
 
-    /// The path that a host opens.
+    /// Returns the path that a host opens.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Reads what has come from the host, without waiting; the number of bytes, 0 where there are
-    /// none.
+    /// Reads the bytes that have arrived from the host, without waiting. Returns their number,
+    /// which may be 0.
     ///
     /// # Errors
-    /// What the operating system says.
+    /// Errors of the operating system.
     pub fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         match self.board_end.read(buffer) {
             Err(e) if e.kind() == ErrorKind::WouldBlock => Ok(0),
@@ -58,11 +56,11 @@ impl Terminal {
         }
     }
 
-    /// Sends `bytes` to the host, without waiting: what does not fit, since nobody reads it, is
-    /// lost.
+    /// Sends `bytes` to the host without waiting. Bytes that do not fit the terminal's buffer,
+    /// because no host reads it, are lost.
     ///
     /// # Errors
-    /// What the operating system says.
+    /// Errors of the operating system.
     pub fn write(&mut self, bytes: &[u8]) -> io::Result<()> {
         match self.board_end.write_all(bytes) {
             Err(e) if e.kind() == ErrorKind::WouldBlock => Ok(()),
@@ -71,6 +69,7 @@ impl Terminal {
     }
 }
 
+/// Opens the host's end at `path`.
 fn open_terminal(path: &Path) -> io::Result<File> {
     use std::os::unix::fs::OpenOptionsExt;
     let flags = OFlags::NOCTTY.bits() as i32;

@@ -114,7 +114,7 @@ impl BallDetector for FixedDetector {
 #[cfg(test)]
 mod tests {
     use plumb_cameras::camera_file;
-    use plumb_emulator::rig::RigError;
+    use plumb_emulator::plant::RigError;
 
     use super::*;
 

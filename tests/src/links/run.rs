@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use nalgebra::Point3;
 use plumb_cameras::camera_file;
-use plumb_emulator::rig::{QuasiStatic, Task};
+use plumb_emulator::plant::{QuasiStatic, Task};
 use plumb_emulator::{EMULATED, EmulatedBoard, Served, serve};
 use plumb_protocol::message::State;
 use plumb_protocol::units::Micros;

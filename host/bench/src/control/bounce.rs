@@ -2,7 +2,7 @@
 //! resonance on a law.
 
 use nalgebra::{Point3, Vector3};
-use plumb_emulator::rig::{Plant, RigError};
+use plumb_emulator::plant::{Plant, RigError};
 
 use super::kinematic::Kinematic;
 

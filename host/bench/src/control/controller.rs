@@ -6,7 +6,7 @@ use std::str::FromStr;
 use plumb_core::law::Law;
 use plumb_core::params::Params;
 use plumb_emulator::EMULATED;
-use plumb_emulator::rig::Task;
+use plumb_emulator::plant::Task;
 use plumb_protocol::Config;
 use plumb_protocol::units::Point;
 use plumb_runtime::rig::{Estimating, LawName, LawSettings, Seconds};

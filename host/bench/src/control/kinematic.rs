@@ -2,7 +2,7 @@
 //! push.
 
 use nalgebra::{Matrix3, Point3, Vector3};
-use plumb_emulator::rig::{Geometry, Plant, RigError};
+use plumb_emulator::plant::{Geometry, Plant, RigError};
 
 /// A ball at the common end of three rigid rods of variable length. [`Plant::slack`] reports a rod
 /// under pressure, which would be a slack cable; the ball moves as if the cable were a rod. If the

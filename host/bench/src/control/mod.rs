@@ -27,7 +27,7 @@ use std::sync::mpsc;
 use std::thread;
 
 use nalgebra::Point3;
-use plumb_emulator::rig::RigError;
+use plumb_emulator::plant::RigError;
 use plumb_protocol::message::ConfigField;
 use thiserror::Error;
 

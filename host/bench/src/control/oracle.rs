@@ -1,7 +1,7 @@
 //! The oracle: a robot with a perfect model that moves all motors synchronised, as fast as their
 //! limits allow.
 
-use plumb_emulator::rig::{RigError, Task, lowest_point};
+use plumb_emulator::plant::{RigError, Task, lowest_point};
 
 use plumb_sim::limits::Limits;
 

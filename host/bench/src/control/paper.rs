@@ -5,7 +5,7 @@ use std::rc::Rc;
 use std::time::Duration;
 
 use plumb_cameras::toml_file::{NumberError, TomlFileError};
-use plumb_emulator::rig::{QuasiStatic, RigError, Task};
+use plumb_emulator::plant::{QuasiStatic, RigError, Task};
 use plumb_emulator::{EMULATED, EmulatedBoard};
 use plumb_protocol::units::{Micros, Point};
 use serde::Serialize;

@@ -4,7 +4,7 @@ use std::fmt;
 
 use nalgebra::Point3;
 use plumb_core::TICK_US;
-use plumb_emulator::rig::{Observer, Plant, RigError, Task};
+use plumb_emulator::plant::{Observer, Plant, RigError, Task};
 use plumb_protocol::units::Micros;
 
 use super::suite::{ASSUMED_LATENCY_FRAMES, Clock, RunId, Suite};

@@ -1,7 +1,7 @@
 //! The slack-free reference: the fastest plan with a perfect model that keeps all cables taut.
 
 use nalgebra::{Point3, Vector3};
-use plumb_emulator::rig::{ElasticParameters, GRAVITY_M_S2, Task, lowest_point};
+use plumb_emulator::plant::{ElasticParameters, GRAVITY_M_S2, Task, lowest_point};
 use plumb_sim::limits::Limits;
 
 use super::oracle::{Path, STEP_S};

@@ -4,7 +4,7 @@ mod name;
 
 pub use name::SuiteName;
 
-use plumb_emulator::rig::{
+use plumb_emulator::plant::{
     DepthDrift, Elastic, ElasticParameters, ObserverParameters, Plant, Population, QuasiStatic,
     RigError, Task, Variations,
 };

@@ -1,4 +1,4 @@
-use plumb_emulator::rig::Task;
+use plumb_emulator::plant::Task;
 use plumb_sim::limits::Limits;
 
 use super::*;

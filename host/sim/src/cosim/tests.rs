@@ -1,6 +1,6 @@
 use super::*;
 use crate::limits::Limits;
-use plumb_emulator::rig::{Elastic, ElasticParameters, Plant, Task};
+use plumb_emulator::plant::{Elastic, ElasticParameters, Plant, Task};
 use plumb_runtime::rig::{LawName, LawSettings};
 
 fn cosim(law: LawName) -> Cosim {

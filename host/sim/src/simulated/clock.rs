@@ -6,7 +6,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use nalgebra::Point3;
-use plumb_emulator::rig::RigError;
+use plumb_emulator::plant::RigError;
 use plumb_emulator::{EmulatedBoard, Served};
 use plumb_protocol::units::Micros;
 

@@ -5,7 +5,7 @@ use std::rc::Rc;
 
 use nalgebra::Point3;
 use plumb_cameras::source::BoxedError;
-use plumb_emulator::rig::{Plant, RigError};
+use plumb_emulator::plant::{Plant, RigError};
 use plumb_protocol::units::Steps16;
 use plumb_runtime::observer::{FrameRecord, Observer};
 

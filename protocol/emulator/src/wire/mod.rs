@@ -1,10 +1,9 @@
-//! A link between a host and an emulated board that takes time, loses and damages frames, falls
-//! silent and sees the board restart: everything from a seed, in the board's virtual time.
+//! Simulated link between a host and an emulated board: delays, lost and damaged frames, silences,
+//! and restarts of the board. All faults follow from a seed, in the board's virtual time.
 //!
-//! Each direction is a [`Lane`]. It transmits one frame after the other: a frame starts when it is
-//! sent or when the line is free, whichever is later, occupies the line for the time that its
-//! [`Line`] says, and is complete at the other end after the lane's latency. A frame ends at its
-//! zero byte and is handed over whole.
+//! Each direction is a [`Lane`], which transmits one frame after another. A frame starts when it is
+//! sent or when the line is free, whichever is later. It occupies the line for the time of its
+//! [`Line`], and arrives complete after the lane's latency. A frame ends at its zero byte.
 
 mod lane;
 #[cfg(test)]
@@ -18,56 +17,57 @@ pub use lane::{Lane, Line, Silence};
 pub use transmitter::Traffic;
 pub(crate) use transmitter::Transmitter;
 
-/// Bytes that wait for the line towards the board: the output buffer of a serial port in Linux.
+/// Size of the buffer towards the board, bytes: the output buffer of a serial port in Linux.
 pub const TO_BOARD_BUFFER: usize = 4096;
 
-/// Bytes that wait for the line towards the host: the firmware's `Outbox`.
+/// Size of the buffer towards the host, bytes: the firmware's `Outbox`.
 pub const TO_HOST_BUFFER: usize = 1024;
 
-/// A restart of the board.
+/// Restart of the board.
 ///
-/// The board is up again in the same tick: add a [`Silence`] for the time that a start takes. Its
-/// clock goes on, its motor positions begin at 0, and everything that waits to be sent is lost. The
-/// simulated rig stays where it is, as if the motors held it without current.
+/// The board runs again in the same tick: add a [`Silence`] for the duration of a start. Its clock
+/// continues, its motor positions start at 0, and unsent bytes are lost. The simulated rig keeps
+/// its position, as if the motors held it without current.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Reboot {
-    /// The moment on the board's clock.
+    /// Time on the board's clock.
     pub at: Micros,
-    /// The cause that the board reports.
+    /// Cause that the board reports.
     pub cause: StartCause,
 }
 
-/// The settings of a link. The default is an ideal link: no delay, no faults, no reboots.
+/// Settings of a link. The default is an ideal link: no delay, no faults, no reboots.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Wire {
-    /// From the host to the board.
+    /// Lane from the host to the board.
     pub to_board: Lane,
-    /// From the board to the host.
+    /// Lane from the board to the host.
     pub to_host: Lane,
     /// Interruptions of both directions.
     pub silences: Vec<Silence>,
     /// Restarts of the board, in any order.
     pub reboots: Vec<Reboot>,
-    /// Seed of all losses, damages and doublings.
+    /// Seed of all lost, damaged and doubled frames.
     pub seed: u64,
 }
 
 impl Wire {
-    /// A link that is the same in both directions.
+    /// Creates a link with the same lane in both directions.
     pub fn symmetric(lane: Lane, seed: u64) -> Self {
         Self { to_board: lane.clone(), to_host: lane, seed, ..Self::default() }
     }
 }
 
-/// A link at work.
+/// State of a link.
 pub(crate) struct Link {
     pub(crate) to_board: Transmitter,
     pub(crate) to_host: Transmitter,
-    /// Reboots to come, the next one last.
+    /// Future reboots, the next one last.
     reboots: Vec<Reboot>,
 }
 
 impl Link {
+    /// Creates an idle link.
     pub(crate) fn new(wire: Wire) -> Self {
         let Wire { to_board, to_host, silences, mut reboots, seed } = wire;
         reboots.sort_by_key(|reboot| std::cmp::Reverse(reboot.at));

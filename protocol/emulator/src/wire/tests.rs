@@ -6,10 +6,10 @@ use plumb_protocol::frame::{Accumulator, encode};
 use plumb_protocol::message::{Command, FromBoard, Hello, State, ToBoard};
 
 use super::*;
-use crate::rig::{Plant, QuasiStatic, RigError, Task};
+use crate::plant::{Plant, QuasiStatic, RigError, Task};
 use crate::{EMULATED, EmulatedBoard, serve};
 
-/// A frame of `length` bytes with `mark` in it.
+/// Returns a frame of `length` bytes filled with `mark`.
 fn frame(length: usize, mark: u8) -> Vec<u8> {
     let mut frame = vec![mark; length - 1];
     frame.push(0);
@@ -20,7 +20,7 @@ fn transmitter(lane: Lane) -> Transmitter {
     Transmitter::new(lane, Vec::new(), TO_BOARD_BUFFER, 1, 0)
 }
 
-/// The microsecond in which each frame is complete at the other end, until `end`.
+/// Returns each frame that arrives by `end` with its arrival time, both times in microseconds.
 fn arrivals(transmitter: &mut Transmitter, end: u64) -> Vec<(u64, Vec<u8>)> {
     let mut arrived = Vec::new();
     for now in 0..=end {
@@ -40,7 +40,7 @@ fn a_frame_takes_ten_bits_a_byte_and_the_latency() {
     let lane = Lane { latency: milliseconds(2), ..Lane::on(Line::Baud(115_200)) };
     let mut wire = transmitter(lane);
     wire.send(Micros(100), &frame(30, 1));
-    // The second one waits for the line: 60 bytes are 5208.3 µs.
+    // The second frame waits for the line: 60 bytes take 5208.3 µs.
     wire.send(Micros(150), &frame(30, 2));
     let expected = [(100 + 2605 + 2000, frame(30, 1)), (100 + 5209 + 2000, frame(30, 2))];
     assert_eq!(arrivals(&mut wire, 10_000), expected);
@@ -52,13 +52,13 @@ fn the_rounding_of_frames_does_not_add_up() {
     for _ in 0..400 {
         wire.send(Micros(0), &frame(7, 1));
     }
-    // 2800 bytes are 30 381.9 µs; rounded up one by one they would be 30 400.
+    // 2800 bytes take 30 381.9 µs. Frames rounded up one by one would take 30 400 µs.
     let arrived = arrivals(&mut wire, 40_000);
     assert_eq!((arrived.len(), arrived[399].0), (400, 30_382));
 }
 
 #[test]
-fn every_frame_takes_the_same_time_where_that_is_fixed() {
+fn every_frame_takes_the_same_time_on_a_frame_line() {
     let mut wire = transmitter(Lane::on(Line::Frame(Duration::from_micros(300))));
     wire.send(Micros(0), &[frame(5, 1), frame(200, 2), frame(1, 0)].concat());
     wire.send(Micros(5000), &frame(9, 3));
@@ -68,13 +68,13 @@ fn every_frame_takes_the_same_time_where_that_is_fixed() {
 }
 
 #[test]
-fn a_frame_starts_when_its_end_is_there() {
+fn a_frame_starts_when_its_zero_is_sent() {
     let mut wire = transmitter(Lane::default());
     wire.send(Micros(0), &[7, 7]);
     assert_eq!(wire.receive(Micros(1000)), None);
     wire.send(Micros(2000), &[7, 0, 8]);
     assert_eq!(wire.receive(Micros(2000)), Some(vec![7, 7, 7, 0]));
-    // Without a zero there is no end; the line does not wait for it forever.
+    // Bytes without a zero are sent as soon as they fill a frame.
     wire.send(Micros(3000), &[8; 255]);
     assert_eq!(wire.receive(Micros(3000)), Some(vec![8; 256]));
 }
@@ -142,21 +142,21 @@ fn the_same_seed_gives_the_same_traffic() {
 }
 
 #[test]
-fn what_does_not_fit_the_buffer_is_dropped_whole() {
+fn frames_that_do_not_fit_the_buffer_are_dropped() {
     let lane = Lane { latency: milliseconds(500), ..Lane::on(Line::Frame(milliseconds(1))) };
     let mut wire = Transmitter::new(lane, Vec::new(), 100, 1, 0);
     for mark in 1..=20 {
         wire.send(Micros(0), &frame(30, mark));
     }
     assert_eq!(wire.traffic().dropped, 17);
-    // A frame that has left the buffer makes room, although it has not arrived.
+    // A frame that has left the buffer frees its space before it arrives.
     wire.send(Micros(1000), &frame(30, 21));
     let marks: Vec<_> = arrivals(&mut wire, 600_000).iter().map(|(_, frame)| frame[0]).collect();
     assert_eq!(marks, [1, 2, 3, 21]);
 }
 
 #[test]
-fn nothing_passes_in_a_silence() {
+fn frames_in_a_silence_are_lost() {
     let silences = vec![Silence { from: Micros(10_000), to: Micros(20_000) }];
     let lane = Lane { latency: milliseconds(1), ..Lane::on(Line::Frame(milliseconds(1))) };
     let mut wire = Transmitter::new(lane, silences, TO_BOARD_BUFFER, 1, 0);
@@ -167,7 +167,7 @@ fn nothing_passes_in_a_silence() {
         }
         received.extend(wire.receive(Micros(now)).map(|frame| (now, frame[0])));
     }
-    // Those of 9, 12, 15 and 18 ms are on their way in it.
+    // The frames sent at 9, 12, 15 and 18 ms are on the link during the silence.
     let expected = [0, 3, 6, 21, 24, 27].map(|ms| (ms * 1000 + 2000, ms as u8 + 1));
     assert_eq!(received, expected);
 }
@@ -182,17 +182,17 @@ fn messages(bytes: &[u8]) -> Vec<FromBoard> {
 }
 
 #[test]
-fn an_ideal_wire_is_no_wire_to_the_bit() {
+fn an_ideal_wire_is_bit_identical_to_no_wire() {
     let run = |mut board: EmulatedBoard| {
-        let mut heard = Vec::new();
+        let mut received = Vec::new();
         for step in 0..200u64 {
             let command = if step % 7 == 0 { Command::Hello(Hello::OURS) } else { Command::Status };
             board.write(&to_board(step as u16, command));
-            heard.push((board.now(), board.read()));
+            received.push((board.now(), board.read()));
             board.run_to(Micros(step * 3100)).expect("no rig");
-            heard.push((board.now(), board.read()));
+            received.push((board.now(), board.read()));
         }
-        heard
+        received
     };
     let direct = run(EmulatedBoard::new(EMULATED));
     assert!(direct.iter().map(|(_, bytes)| bytes.len()).sum::<usize>() > 5000);
@@ -200,7 +200,7 @@ fn an_ideal_wire_is_no_wire_to_the_bit() {
 }
 
 #[test]
-fn an_answer_takes_both_ways() {
+fn an_answer_takes_the_latency_of_both_directions() {
     let slow = Lane { latency: milliseconds(10), ..Lane::default() };
     let mut board = EmulatedBoard::new(EMULATED).with_wire(Wire::symmetric(slow, 1));
     board.write(&to_board(1, Command::Hello(Hello::OURS)));
@@ -210,10 +210,10 @@ fn an_answer_takes_both_ways() {
     assert!(matches!(messages(&board.read())[..], [FromBoard::Hello(_), FromBoard::Started(_)]));
 }
 
-/// A rig that tells where its motors are.
-struct Told(QuasiStatic, std::sync::Arc<std::sync::Mutex<[f64; 3]>>);
+/// Plant that publishes its motor positions.
+struct MonitoredPlant(QuasiStatic, std::sync::Arc<std::sync::Mutex<[f64; 3]>>);
 
-impl Plant for Told {
+impl Plant for MonitoredPlant {
     fn advance(&mut self, dt_s: f64, motors: [f64; 3]) -> Result<(), RigError> {
         *self.1.lock().expect("a lock") = motors;
         self.0.advance(dt_s, motors)
@@ -229,7 +229,7 @@ impl Plant for Told {
 }
 
 #[test]
-fn a_reboot_leaves_the_rig_where_it_is() {
+fn a_reboot_keeps_the_rigs_position() {
     use plumb_protocol::config::{Config, Deadlines};
     use plumb_protocol::message::Jog;
     use plumb_protocol::units::{Milliseconds, Rate, Steps16};
@@ -240,8 +240,9 @@ fn a_reboot_leaves_the_rig_where_it_is() {
         [1_000_000, 2_000_000].map(|at| Reboot { at: Micros(at), cause: StartCause::Requested });
     let wire = Wire { reboots: reboots.into(), ..Wire::default() };
     let mut board =
-        EmulatedBoard::with_plant(EMULATED, Box::new(Told(plant, motors.clone()))).with_wire(wire);
-    // No message comes for two seconds.
+        EmulatedBoard::with_plant(EMULATED, Box::new(MonitoredPlant(plant, motors.clone())))
+            .with_wire(wire);
+    // The test sends no message for up to 1.5 s.
     let example = Config::example();
     let deadlines = Deadlines { host: Milliseconds(5000), ..example.deadlines };
     let config = Config { deadlines, ..example };
@@ -262,10 +263,10 @@ fn a_reboot_leaves_the_rig_where_it_is() {
     assert_eq!(*motors.lock().expect("a lock"), before);
     assert_eq!(board.ball(), Some(ball));
     assert_eq!(board.now(), Micros(1_500_000));
-    // A board that has not been greeted says nothing of itself.
+    // A board sends nothing before a Hello.
     assert_eq!(board.read(), []);
 
-    // The way goes on from there, also after the second one.
+    // The motors continue from there, also after the second reboot.
     jog(&mut board, 1);
     board.run_to(Micros(2_100_000)).expect("a rig that follows");
     assert_eq!(*motors.lock().expect("a lock"), [100.0, 100.0, 0.0]);
@@ -273,7 +274,7 @@ fn a_reboot_leaves_the_rig_where_it_is() {
 }
 
 #[test]
-fn a_reboot_for_a_mistake_of_its_own_begins_stopped() {
+fn a_board_starts_in_fault_after_a_failure() {
     for cause in [StartCause::Watchdog, StartCause::Panic, StartCause::HardFault] {
         let reboots = vec![Reboot { at: Micros(500), cause }];
         let mut board = EmulatedBoard::new(EMULATED).with_wire(Wire { reboots, ..Wire::default() });
@@ -285,7 +286,7 @@ fn a_reboot_for_a_mistake_of_its_own_begins_stopped() {
 }
 
 #[test]
-fn a_reboot_loses_what_waits_to_be_sent() {
+fn a_reboot_loses_unsent_frames() {
     let reboots = vec![Reboot { at: Micros(1000), cause: StartCause::PowerOn }];
     let lane = Lane::on(Line::Frame(milliseconds(5)));
     let wire = Wire { to_host: lane, reboots, ..Wire::default() };
@@ -296,8 +297,8 @@ fn a_reboot_loses_what_waits_to_be_sent() {
     assert_eq!(board.traffic().expect("a wire")[1].dropped, 2);
 }
 
-/// A served board keeps the wire's times on a pseudo-terminal; they are the board's, so that a busy
-/// machine does not matter.
+/// A served board keeps the wire's times on a pseudo-terminal. They are measured on the board's
+/// clock, so that a busy machine does not change them.
 #[test]
 fn a_served_board_keeps_the_times_of_its_wire() {
     let lane = Lane { latency: milliseconds(60), ..Lane::on(Line::Baud(9600)) };

@@ -1,4 +1,4 @@
-//! One direction of a link at work.
+//! Transmission in one direction of a link.
 
 use std::collections::VecDeque;
 
@@ -9,44 +9,44 @@ use rand_chacha::ChaCha8Rng;
 
 use super::lane::{Lane, Line, Silence};
 
-/// Bits of a byte on a UART: start bit, eight data bits, stop bit.
+/// Bits per byte on a UART: start bit, eight data bits, stop bit.
 const UART_BITS: u64 = 10;
 
-/// What has happened to the frames of a lane.
+/// Counters of a lane's frames.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Traffic {
-    /// Frames that went onto the line; a doubled one counts twice.
+    /// Frames put onto the line; a doubled one counts twice.
     pub sent: u64,
-    /// Of these: lost at random or in a silence.
+    /// Frames of `sent` that were lost, at random or in a silence.
     pub lost: u64,
-    /// Of these: damaged, and not lost.
+    /// Frames of `sent` that were damaged and not lost.
     pub damaged: u64,
-    /// Frames that came twice.
+    /// Frames that were doubled.
     pub doubled: u64,
-    /// Frames that did not fit the sender's buffer, and frames lost in it by a reboot.
+    /// Frames that did not fit the sender's buffer, or were in it at a reboot.
     pub dropped: u64,
 }
 
-/// A frame on its way, or waiting for the line. Times in nanoseconds of the board's clock, so that
-/// the rounding of one frame does not add to that of the next.
+/// Frame on the line or waiting for it. Times are in nanoseconds of the board's clock, so that
+/// rounding errors of frames do not add up.
 struct Flight {
-    /// When it has left the sender's buffer.
+    /// Time at which it leaves the sender's buffer.
     sent_ns: u64,
-    /// When it is complete at the other end.
+    /// Time at which it is complete at the other end.
     arrives_ns: u64,
-    /// Bytes that it occupies in the sender's buffer.
+    /// Number of bytes in the sender's buffer.
     length: usize,
-    /// Bytes that arrive; none of a lost frame.
+    /// Bytes that arrive; empty for a lost frame.
     bytes: Vec<u8>,
 }
 
-/// The sender's buffer and the line of one direction.
+/// Sender's buffer and line of one direction.
 pub(crate) struct Transmitter {
     lane: Lane,
     silences: Vec<Silence>,
     buffer: usize,
     random: ChaCha8Rng,
-    /// The begin of a frame whose end has not been sent yet.
+    /// Beginning of a frame whose end has not been sent yet.
     begun: Vec<u8>,
     flights: VecDeque<Flight>,
     line_free_ns: u64,
@@ -54,7 +54,8 @@ pub(crate) struct Transmitter {
 }
 
 impl Transmitter {
-    /// Creates an idle one with a buffer of `buffer` bytes.
+    /// Creates an idle transmitter with a buffer of `buffer` bytes. `seed` and `stream` select its
+    /// random numbers.
     pub(crate) fn new(
         lane: Lane,
         silences: Vec<Silence>,
@@ -76,8 +77,8 @@ impl Transmitter {
         }
     }
 
-    /// Sends `bytes`, in any pieces. A frame starts when its zero byte is there; bytes without a
-    /// zero go out in pieces of [`MAX_FRAME`].
+    /// Sends `bytes`, which may be pieces of frames. A frame starts when its zero byte is given.
+    /// Bytes without a zero are sent in pieces of [`MAX_FRAME`].
     pub(crate) fn send(&mut self, now: Micros, bytes: &[u8]) {
         for &byte in bytes {
             self.begun.push(byte);
@@ -93,7 +94,7 @@ impl Transmitter {
         }
     }
 
-    /// Returns the next frame that is complete at the other end by `now`, in order.
+    /// Returns the next frame, in order, that has arrived by `now`.
     pub(crate) fn receive(&mut self, now: Micros) -> Option<Vec<u8>> {
         while self.flights.front().is_some_and(|flight| flight.arrives_ns <= nanoseconds(now)) {
             let flight = self.flights.pop_front()?;
@@ -104,7 +105,7 @@ impl Transmitter {
         None
     }
 
-    /// Forgets everything that has not left the sender by `now`: the sender has restarted.
+    /// Drops all frames that have not left the sender by `now`, after a restart of the sender.
     pub(crate) fn restart(&mut self, now: Micros) {
         let before = self.flights.len();
         self.flights.retain(|flight| flight.sent_ns <= nanoseconds(now));
@@ -113,13 +114,12 @@ impl Transmitter {
         self.line_free_ns = self.line_free_ns.min(nanoseconds(now));
     }
 
-    /// What has happened so far.
+    /// Returns the counters.
     pub(crate) fn traffic(&self) -> Traffic {
         self.traffic
     }
 
-    /// Puts a frame onto the line, or drops it where the buffer has no room. The newest frame is
-    /// dropped, as the firmware's `Outbox` does.
+    /// Puts a frame onto the line, or drops it if the buffer is full, like the firmware's `Outbox`.
     fn transmit(&mut self, now: Micros, frame: Vec<u8>) {
         let (now_ns, length) = (nanoseconds(now), frame.len());
         let waiting = self.flights.iter().filter(|flight| flight.sent_ns > now_ns);
@@ -135,10 +135,10 @@ impl Transmitter {
         self.flights.push_back(Flight { sent_ns, arrives_ns, length, bytes });
     }
 
-    /// Returns the bytes that arrive of `frame`.
+    /// Returns the bytes of `frame` that arrive.
     fn disturb(&mut self, mut frame: Vec<u8>, silent: bool) -> Vec<u8> {
         self.traffic.sent += 1;
-        // Both are drawn for every frame, so that a silence does not change what follows it.
+        // Draws both for every frame, so that a silence does not change later faults.
         let lost = self.chance(self.lane.lost);
         let damaged = self.chance(self.lane.damaged);
         if lost || silent {
@@ -151,7 +151,7 @@ impl Transmitter {
         frame
     }
 
-    /// Damages one place of a frame of at least one byte.
+    /// Damages a frame of at least one byte, at one random byte.
     fn damage(&mut self, frame: &mut Vec<u8>) {
         let place = self.random.random_range(0..frame.len());
         match self.random.random_range(0..4) {
@@ -162,19 +162,19 @@ impl Transmitter {
         }
     }
 
-    /// Whether something of probability `p` happens; no randomness is used up where it cannot.
+    /// Returns `true` with probability `p`. Draws no random number if `p` is 0.
     fn chance(&mut self, p: f64) -> bool {
         p > 0.0 && self.random.random::<f64>() < p
     }
 
-    /// Whether the link is silent at any moment from `start_ns` to `end_ns`.
+    /// Returns whether the link is silent at any moment from `start_ns` to `end_ns`.
     fn is_silent(&self, start_ns: u64, end_ns: u64) -> bool {
         self.silences.iter().any(|silence| {
             nanoseconds(silence.from) <= end_ns && start_ns < nanoseconds(silence.to)
         })
     }
 
-    /// How long `length` bytes occupy the line.
+    /// Returns the time for which `length` bytes occupy the line, nanoseconds.
     fn line_ns(&self, length: usize) -> u64 {
         match self.lane.line {
             Line::Instant => 0,
@@ -184,7 +184,7 @@ impl Transmitter {
     }
 }
 
-/// `time` in nanoseconds.
+/// Converts `time` to nanoseconds.
 fn nanoseconds(time: Micros) -> u64 {
     time.0.saturating_mul(1000)
 }

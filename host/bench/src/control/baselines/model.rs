@@ -2,7 +2,7 @@
 
 use nalgebra::{Point3, Vector3};
 use plumb_core::law::{Law, Measurement, Setpoint};
-use plumb_emulator::rig::{Geometry, RigError, Task};
+use plumb_emulator::plant::{Geometry, RigError, Task};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 

@@ -3,7 +3,7 @@ use proptest::test_runner::RngSeed;
 
 use super::equilibrium::potential;
 use super::*;
-use crate::rig::QuasiStatic;
+use crate::plant::QuasiStatic;
 
 const START: [f64; 3] = [0.54, 0.22, 0.459];
 
@@ -61,7 +61,7 @@ fn a_symmetric_rig_sags_as_computed_by_hand() {
 #[test]
 fn without_taut_cables_it_falls_freely() {
     let mut rig = rig(800.0, 0.1);
-    // A motor jump of a metre of cable: nothing holds the ball.
+    // The motors jump by a metre of cable, so that all cables are slack.
     rig.advance(0.0, [2200.0; 3]).unwrap();
     assert_eq!(rig.slack(), [true; 3]);
     for _ in 0..20 {
@@ -75,7 +75,8 @@ fn without_taut_cables_it_falls_freely() {
 
 #[test]
 fn it_bounces_at_the_frequency_of_mass_on_spring() {
-    // Undamped on cable C alone, struck by 1 mm of cable: z = z0 + 1 mm · (cos ωt - 1), ω² = k/m.
+    // Undamped on cable C alone after a jump of 1 mm of cable: z = z0 + 1 mm · (cos ωt - 1), with
+    // ω² = k/m.
     let mut rig =
         Elastic::with_lengths(Geometry::paper(), parameters(800.0, 0.0), [2.0, 2.0, 0.5]).unwrap();
     let (start, omega) = (rig.ball().z, (800.0f64 / 0.2).sqrt());
@@ -95,7 +96,7 @@ fn it_bounces_at_the_frequency_of_mass_on_spring() {
 
 #[test]
 fn damping_ratio_is_that_of_one_cable() {
-    // Decay over whole periods is exp(-ζωt) at exactly the damped frequency.
+    // Over whole periods of the damped frequency, the amplitude decays by exp(-ζωt).
     let mut rig =
         Elastic::with_lengths(Geometry::paper(), parameters(800.0, 0.1), [2.0, 2.0, 0.5]).unwrap();
     let (omega, rest) = ((800.0f64 / 0.2).sqrt(), rig.ball().z);
@@ -113,7 +114,7 @@ fn damping_ratio_is_that_of_one_cable() {
 }
 
 #[test]
-fn undamped_it_keeps_its_energy_and_damped_it_loses_it() {
+fn energy_is_constant_without_damping_and_falls_with_it() {
     for (zeta, stiffness) in [(0.0, 800.0), (0.0, 150.0), (0.1, 800.0)] {
         let mut rig = rig(stiffness, zeta);
         rig.velocity = Vector3::new(0.05, -0.03, 0.1);
@@ -137,8 +138,9 @@ fn undamped_it_keeps_its_energy_and_damped_it_loses_it() {
     }
 }
 
-/// A rough ride: fast motors, cables that go slack and snap taut.
-fn ride(mut rig: Elastic) -> (Elastic, bool) {
+/// Moves the motors fast, so that cables go slack and taut. Returns the rig, and whether a cable
+/// went slack.
+fn shake(mut rig: Elastic) -> (Elastic, bool) {
     let mut went_slack = false;
     for k in 0..200 {
         let t = f64::from(k) * 0.01;
@@ -152,15 +154,15 @@ fn ride(mut rig: Elastic) -> (Elastic, bool) {
 #[test]
 fn halving_the_substep_changes_little() {
     for (stiffness, tolerance_m) in [(150.0, 2e-5), (800.0, 5e-5)] {
-        let (coarse, slack) = ride(rig(stiffness, 0.1));
+        let (coarse, slack) = shake(rig(stiffness, 0.1));
         let mut finer = rig(stiffness, 0.1);
         finer.substep_s /= 2.0;
-        let (finer, _) = ride(finer);
+        let (finer, _) = shake(finer);
         let mut finest = rig(stiffness, 0.1);
         finest.substep_s /= 16.0;
-        let (finest, _) = ride(finest);
+        let (finest, _) = shake(finest);
         let error = |rig: &Elastic| (rig.ball() - finest.ball()).norm();
-        assert!(slack, "the ride was meant to be rough at {stiffness} N/m");
+        assert!(slack, "no cable went slack at {stiffness} N/m");
         assert!(error(&coarse) < tolerance_m, "{} m at {stiffness} N/m", error(&coarse));
         assert!(
             error(&finer) < error(&coarse).max(1e-6),
@@ -194,8 +196,8 @@ fn stiff_and_slow_is_quasi_static() {
     let mut stiff = rig(1e6, 1.0);
     let mut rigid = QuasiStatic::new(g, Point3::from(START)).unwrap();
     for k in 1..=400 {
-        // Down, then to the outside of the triangle, where C goes slack; motors that start and stop
-        // gently.
+        // The ball moves down, then out of the triangle, where C goes slack. The motors start and
+        // stop smoothly.
         let s = f64::from(k) / 400.0;
         let way = s * s * (3.0 - 2.0 * s);
         let steps = [20.0 * way, 100.0 * way, 1400.0 * way];
@@ -205,11 +207,11 @@ fn stiff_and_slow_is_quasi_static() {
         assert!(rigid.slack()[2] || apart < 1e-4, "{apart} m apart at {s}");
         assert!(apart < 0.05, "{apart} m apart at {s} (a pendulum on two cables swings)");
     }
-    assert!(rigid.slack()[2], "the way was meant to end with a slack cable");
+    assert!(rigid.slack()[2], "the path must end with a slack cable");
 }
 
 #[test]
-fn absurd_parameters_and_steps_are_refused() {
+fn invalid_parameters_and_steps_are_refused() {
     let start = Point3::from(START);
     for wrong in [
         ElasticParameters { mass_kg: 0.0, ..Default::default() },
@@ -235,18 +237,24 @@ fn absurd_parameters_and_steps_are_refused() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { rng_seed: RngSeed::Fixed(1), failure_persistence: None, ..Default::default() })]
+    #![proptest_config(ProptestConfig {
+        rng_seed: RngSeed::Fixed(1),
+        failure_persistence: None,
+        ..Default::default()
+    })]
 
-    /// The equilibrium balances: forces sum to nothing, whichever cables are slack.
+    /// Checks that the forces sum to zero at the equilibrium, for any slack cables.
     #[test]
     fn equilibrium_is_at_rest(
         lengths in prop::array::uniform3(0.3..2.0f64),
         stiffness in prop::array::uniform3(100.0..2000.0f64),
         mass_kg in 0.1..0.3f64,
     ) {
-        let parameters = ElasticParameters { mass_kg, stiffness_n_m: stiffness, damping_ratio: 0.1 };
+        let parameters =
+            ElasticParameters { mass_kg, stiffness_n_m: stiffness, damping_ratio: 0.1 };
         let rig = Elastic::with_lengths(Geometry::paper(), parameters, lengths).unwrap();
         let (tensions, acceleration) = rig.pull(&rig.position, &rig.velocity, lengths, [0.0; 3]);
-        prop_assert!(acceleration.norm() < 1e-6, "{acceleration} at {} under {tensions:?}", rig.position);
+        let (size, ball) = (acceleration.norm(), rig.position);
+        prop_assert!(size < 1e-6, "{acceleration} at {ball} under {tensions:?}");
     }
 }

@@ -4,7 +4,7 @@ use nalgebra::Point3;
 
 use super::error::RigError;
 
-/// A rig whose ball follows the motors: [`QuasiStatic`](super::QuasiStatic) or
+/// Model of a rig whose ball follows the motors: [`QuasiStatic`](super::QuasiStatic) or
 /// [`Elastic`](super::Elastic).
 pub trait Plant {
     /// Advances time by `dt_s` seconds (0 to 10), during which the motors turn from their last
@@ -12,8 +12,8 @@ pub trait Plant {
     /// B, C).
     ///
     /// # Errors
-    /// A number that is not finite or out of range, a cable reeled in to nothing, or (rigid cables)
-    /// cables too short to meet. The plant then stays as it was before the call.
+    /// If a number is not finite or out of range, a cable is reeled in completely, or rigid cables
+    /// are too short to meet. The plant is then unchanged.
     fn advance(&mut self, dt_s: f64, motors: [f64; 3]) -> Result<(), RigError>;
 
     /// Returns the ball's centre, metres in the rig frame.

@@ -1,14 +1,14 @@
-//! The rig whose ball is always at rest: slow motors, cables that do not stretch.
+//! Plant model whose ball is always at rest: slow motors and inextensible cables.
 
 use nalgebra::Point3;
 
 use super::error::{RigError, check_advance};
 use super::forward::{Hang, lowest_point};
 use super::geometry::Geometry;
-use super::plant::Plant;
+use super::interface::Plant;
 
-/// Three inextensible cables that do not push: the ball is at the lowest point within reach, at
-/// once.
+/// Rig with three inextensible cables that cannot push. The ball is always at the lowest point
+/// within reach.
 #[derive(Debug, Clone, PartialEq)]
 pub struct QuasiStatic {
     geometry: Geometry,
@@ -17,26 +17,26 @@ pub struct QuasiStatic {
 }
 
 impl QuasiStatic {
-    /// A rig with all cables taut and the ball at `start` (metres, rig frame); the motors' zero is
-    /// here.
+    /// Creates a rig with taut cables and the ball at `start` (metres, rig frame), where the motors
+    /// are at zero.
     ///
     /// # Errors
-    /// [`RigError::CannotHang`] where three cables cannot hold a ball at `start`.
+    /// [`RigError::CannotHang`] if three cables cannot hold a ball at `start`.
     pub fn new(geometry: Geometry, start: Point3<f64>) -> Result<Self, RigError> {
         geometry.check_hangs(&start)?;
         Self::with_lengths(geometry, geometry.cable_lengths_m(&start))
     }
 
-    /// A rig with these cable lengths (metres; A, B, C) when the motors are at zero; cables may be
-    /// slack.
+    /// Creates a rig with these cable lengths (metres; A, B, C) when the motors are at zero. Cables
+    /// may be slack.
     ///
     /// # Errors
-    /// As [`lowest_point`].
+    /// The errors of [`lowest_point`].
     pub fn with_lengths(geometry: Geometry, lengths_m: [f64; 3]) -> Result<Self, RigError> {
         Ok(Self { geometry, start_lengths_m: lengths_m, hang: lowest_point(&geometry, lengths_m)? })
     }
 
-    /// The rig's geometry.
+    /// Returns the rig's geometry.
     #[must_use]
     pub fn geometry(&self) -> &Geometry {
         &self.geometry

@@ -1,14 +1,14 @@
 //! Parameters of the elastic rig.
 
-use crate::rig::error::{RigError, check};
+use crate::plant::error::{RigError, check};
 
 /// Gravity, m/s².
 pub const GRAVITY_M_S2: f64 = 9.81;
 
-/// An internal sub-step times the highest frequency of the rig, radians.
+/// Internal sub-step as a phase of the rig's highest frequency, radians.
 const SUBSTEP_RAD: f64 = 0.1;
 
-/// The longest internal sub-step, seconds.
+/// Longest internal sub-step, seconds.
 const LONGEST_SUBSTEP_S: f64 = 1e-3;
 
 /// Parameters of the ball and the cables.
@@ -16,15 +16,14 @@ const LONGEST_SUBSTEP_S: f64 = 1e-3;
 pub struct ElasticParameters {
     /// Mass of the ball, kg; > 0.
     pub mass_kg: f64,
-    /// Stiffness of each cable, N/m whatever its length; > 0; order A, B, C.
+    /// Stiffness of each cable, N/m, independent of its length; > 0; order A, B, C.
     pub stiffness_n_m: [f64; 3],
-    /// Damping ratio ζ of the ball on one cable alone: damping 2ζ√(km) on the stretch rate; 0 to
-    /// 10.
+    /// Damping ratio ζ of the ball on a single cable: damping 2ζ√(km) of the stretch rate; 0 to 10.
     pub damping_ratio: f64,
 }
 
 impl Default for ElasticParameters {
-    /// 0.2 kg, 800 N/m, ζ = 0.1: the stiffer of the two rigs of the control notes.
+    /// Returns 0.2 kg, 800 N/m, ζ = 0.1: the stiffer of the control notes' two rigs.
     fn default() -> Self {
         Self { mass_kg: 0.2, stiffness_n_m: [800.0; 3], damping_ratio: 0.1 }
     }
@@ -43,7 +42,7 @@ impl ElasticParameters {
         Ok(())
     }
 
-    /// Returns the sub-step that follows the stiffest motion (all cables pulling one way) closely.
+    /// Returns the sub-step for the stiffest motion, in which all cables pull in one direction.
     pub(super) fn substep_s(&self) -> f64 {
         let highest = (self.stiffness_n_m.iter().sum::<f64>() / self.mass_kg).sqrt()
             * (1.0 + 2.0 * self.damping_ratio);

@@ -1,30 +1,30 @@
-//! Forward kinematics of three cables that pull and do not push: the lowest point within reach.
+//! Forward kinematics of three cables that pull but cannot push: the lowest point within reach.
 //!
 //! A ball at rest minimises its height z subject to |p - M_i| <= l_i. The problem is convex and its
-//! solution unique: the lowest point of one sphere, of the circle where two meet, or of the two
-//! points where three meet. Each of these seven candidates has a closed form; the lowest that all
-//! cables reach is the answer, and the cables that do not define it are slack (their multiplier,
-//! which is their tension, is zero).
+//! solution is unique. It is the lowest point of one sphere, of the circle where two spheres meet,
+//! or of the two points where three spheres meet. Each of these seven candidates has a closed form.
+//! The solution is the lowest candidate that all cables reach. The cables that do not define it are
+//! slack: their multiplier, which is their tension, is zero.
 
 use nalgebra::{Point3, Vector3};
 
 use super::error::{NAMES, RigError};
 use super::geometry::{Geometry, check_lengths};
 
-/// How far outside a cable's reach a candidate may be for rounding, metres.
+/// Tolerance of a cable's reach for rounding errors, metres.
 const REACH_TOLERANCE_M: f64 = 1e-10;
 
-/// Where the ball hangs at rest, and on which cables.
+/// Rest position of the ball, and its slack cables.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Hang {
-    /// The ball, metres in the rig frame.
+    /// Centre of the ball, metres in the rig frame.
     pub ball: Point3<f64>,
-    /// Cables that bear nothing; order A, B, C.
+    /// Whether each cable is slack; order A, B, C.
     pub slack: [bool; 3],
 }
 
-/// The lowest point within reach of three inextensible cables of these lengths (metres; order A, B,
-/// C).
+/// Returns the lowest point within reach of three inextensible cables of these lengths (metres;
+/// order A, B, C).
 ///
 /// # Errors
 /// [`RigError::NoCable`] for a length of zero or less, [`RigError::TooShort`] or
@@ -37,7 +37,7 @@ pub fn lowest_point(geometry: &Geometry, lengths_m: [f64; 3]) -> Result<Hang, Ri
         motors.iter().zip(lengths_m).all(|(m, l)| (p - m).norm() <= l + REACH_TOLERANCE_M)
     };
     let mut best: Option<Hang> = None;
-    // Fewer cables first: of equal candidates, the one with more slack cables is kept.
+    // Candidates with fewer cables come first, so that equal heights keep more slack cables.
     for (candidate, slack) in candidates(motors, lengths_m) {
         if let Some(ball) = candidate
             && within_reach(&ball)
@@ -49,7 +49,7 @@ pub fn lowest_point(geometry: &Geometry, lengths_m: [f64; 3]) -> Result<Hang, Ri
     best.ok_or_else(|| too_short(motors, lengths_m))
 }
 
-/// The seven points that can be lowest, each with the cables that would be slack there.
+/// Returns the seven candidates for the lowest point, each with its slack cables.
 fn candidates(
     motors: &[Point3<f64>; 3],
     lengths: [f64; 3],
@@ -68,13 +68,15 @@ fn candidates(
     ]
 }
 
-/// A square that is negative by rounding only is zero; one that is more negative has no root.
+/// Returns the square root of `square` (m²). A value that is negative only by rounding counts as
+/// zero; a more negative one has no root. `scale_m` is the length that the tolerance refers to.
 fn root(square: f64, scale_m: f64) -> Option<f64> {
     (square > -2.0 * scale_m * REACH_TOLERANCE_M).then(|| square.max(0.0).sqrt())
 }
 
-/// The lowest point of the circle where two spheres (centre, radius) meet. `None` where they don't,
-/// or where the circle is level: then the lowest point of one of them is lower or as low.
+/// Returns the lowest point of the circle where two spheres (centre, radius) meet. Returns `None`
+/// if they do not meet, or if the circle is level: the lowest point of one sphere is then as low or
+/// lower.
 fn lowest_on_circle(first: (Point3<f64>, f64), second: (Point3<f64>, f64)) -> Option<Point3<f64>> {
     let between = second.0 - first.0;
     let apart = between.norm();
@@ -85,8 +87,8 @@ fn lowest_on_circle(first: (Point3<f64>, f64), second: (Point3<f64>, f64)) -> Op
     Some(first.0 + axis * along + down * radius)
 }
 
-/// The lower of the two points where three spheres meet (trilateration in a frame on the motors'
-/// plane).
+/// Returns the lower of the two points where three spheres meet (trilateration in a frame in the
+/// motors' plane).
 fn lower_intersection(motors: &[Point3<f64>; 3], lengths: [f64; 3]) -> Option<Point3<f64>> {
     let [ab, ac] = [motors[1] - motors[0], motors[2] - motors[0]];
     let apart = ab.norm();
@@ -103,7 +105,7 @@ fn lower_intersection(motors: &[Point3<f64>; 3], lengths: [f64; 3]) -> Option<Po
     Some(motors[0] + ex * x + ey * y + down * depth)
 }
 
-/// Says which cables cannot meet.
+/// Returns the error that names the cables that cannot meet.
 fn too_short(motors: &[Point3<f64>; 3], lengths_m: [f64; 3]) -> RigError {
     for (i, j) in [(0, 1), (1, 2), (2, 0)] {
         let (sum_m, apart_m) = (lengths_m[i] + lengths_m[j], (motors[i] - motors[j]).norm());
@@ -181,10 +183,14 @@ mod tests {
     }
 
     proptest! {
-        #![proptest_config(ProptestConfig { rng_seed: RngSeed::Fixed(1), failure_persistence: None, ..Default::default() })]
+        #![proptest_config(ProptestConfig {
+            rng_seed: RngSeed::Fixed(1),
+            failure_persistence: None,
+            ..Default::default()
+        })]
 
-        /// Within reach, and lowest: gravity is borne by pulling cables only (the
-        /// Karush-Kuhn-Tucker conditions of a convex problem, necessary and sufficient).
+        /// Checks that the point is within reach, and that pulling cables alone balance gravity.
+        /// These Karush-Kuhn-Tucker conditions are necessary and sufficient for a convex problem.
         #[test]
         fn no_point_within_reach_is_lower(
             lengths in prop::array::uniform3(0.05..2.0f64),
@@ -193,17 +199,22 @@ mod tests {
             let g = rig(heights);
             match lowest_point(&g, lengths) {
                 Ok(hang) => {
-                    for (length, (motor, slack)) in lengths.into_iter().zip(g.motors().iter().zip(hang.slack)) {
-                        let free = length - (hang.ball - motor).norm();
-                        prop_assert!(free > -1e-9, "a cable is stretched by {free} m");
-                        prop_assert!(slack || free < 1e-9, "a cable is said to be taut, {free} m free");
+                    for (i, motor) in g.motors().iter().enumerate() {
+                        let free = lengths[i] - (hang.ball - motor).norm();
+                        prop_assert!(free > -1e-9, "cable {i} is stretched by {free} m");
+                        prop_assert!(
+                            hang.slack[i] || free < 1e-9,
+                            "cable {i} is not slack, but {free} m are free"
+                        );
                     }
                     let (a, residual) = multipliers(&g, &hang);
                     prop_assert!(a.iter().all(|a| *a > -1e-6), "a cable pushes: {a:?}");
                     prop_assert!(residual < 1e-4, "the ball is not at rest: {residual}");
                 }
                 Err(RigError::TooShort { sum_m, apart_m, .. }) => prop_assert!(sum_m < apart_m),
-                Err(RigError::TooShortTogether { .. }) => prop_assert!(!some_point_within(&g, lengths)),
+                Err(RigError::TooShortTogether { .. }) => {
+                    prop_assert!(!some_point_within(&g, lengths));
+                }
                 Err(other) => prop_assert!(false, "{other}"),
             }
         }
@@ -215,14 +226,15 @@ mod tests {
             heights in prop::array::uniform3(-0.2..0.2f64),
         ) {
             let (g, sum) = (rig(heights), l.iter().sum::<f64>());
-            let ball = Point3::from(g.motors().iter().zip(l).map(|(m, l)| m.coords * (l / sum)).sum::<Vector3<f64>>()) - Vector3::z() * h;
+            let weighted = g.motors().iter().zip(l).map(|(m, l)| m.coords * (l / sum));
+            let ball = Point3::from(weighted.sum::<Vector3<f64>>()) - Vector3::z() * h;
             let hang = lowest_point(&g, g.cable_lengths_m(&ball)).unwrap();
             prop_assert!((hang.ball - ball).norm() < 1e-8, "{} is not {ball}", hang.ball);
             prop_assert_eq!(hang.slack, [false; 3]);
         }
 
-        /// A micrometre of cable moves the ball little, also where a cable goes slack or two are
-        /// stretched out.
+        /// Checks that 1 µm of cable moves the ball only a little, also where a cable goes slack or
+        /// two cables are in line.
         #[test]
         fn the_ball_does_not_jump(
             lengths in prop::array::uniform3(0.5..2.0f64),
@@ -233,15 +245,14 @@ mod tests {
             let mut longer = lengths;
             longer[motor] += 1e-6;
             if let (Ok(before), Ok(after)) = (lowest_point(&g, lengths), lowest_point(&g, longer)) {
-                // The motion is at worst that of a square root, at a stretched-out pair: sqrt(2 ·
-                // 1e-6 · 2 m).
+                // The worst case is a square root, at two cables in line: sqrt(2 · 1e-6 · 2 m).
                 let moved = (after.ball - before.ball).norm();
                 prop_assert!(moved < 4e-3, "{moved} m from {} to {}", before.ball, after.ball);
             }
         }
     }
 
-    /// Looks for any point within reach by relaxing towards the cable that is exceeded most.
+    /// Searches a point within reach by relaxation of the most exceeded cable.
     fn some_point_within(g: &Geometry, lengths: [f64; 3]) -> bool {
         let mut p = g.motors()[0];
         for _ in 0..20_000 {
@@ -258,7 +269,7 @@ mod tests {
         false
     }
 
-    /// Walks through the points where a cable goes slack: continuous there to the length step.
+    /// Checks that the ball moves continuously where a cable goes slack.
     #[test]
     fn going_slack_is_continuous() {
         let g = Geometry::paper();

@@ -1,25 +1,24 @@
-//! What can be wrong with a rig or with what it is asked to do.
+//! Errors of the plant models.
 
 use thiserror::Error;
 
-/// Why a rig cannot be made, or cannot do what its motors ask of it. Motors are named 'A', 'B',
-/// 'C'.
+/// Reason why a rig cannot be created or cannot follow its motors. Motors are named 'A', 'B', 'C'.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum RigError {
     /// A setting or an argument is outside its range.
     #[error("{name} is {value}, but must be {allowed}")]
     OutOfRange {
-        /// Which one, with its unit.
+        /// Name of the value, with its unit.
         name: &'static str,
-        /// What it was.
+        /// The value.
         value: f64,
-        /// The range in words.
+        /// Description of the range.
         allowed: &'static str,
     },
     /// Seen from above, the motors lie on one line.
     #[error(
-        "the motors are (nearly) on one line when seen from above (triangle of {area_m2:.1e} m²): the three cables \
-         cannot hold the ball in space; check the motor positions"
+        "the motors are (nearly) on one line when seen from above (triangle of {area_m2:.1e} m²): \
+         the three cables cannot hold the ball in space; check the motor positions"
     )]
     Flat {
         /// Area of the triangle of motors as projected on the horizontal plane, m².
@@ -27,7 +26,8 @@ pub enum RigError {
     },
     /// A motor has reeled its whole cable in.
     #[error(
-        "motor {motor} has reeled its whole cable in ({length_m:.3} m are left): do not reel in beyond the pulley"
+        "motor {motor} has reeled its whole cable in ({length_m:.3} m are left): do not reel in \
+         beyond the pulley"
     )]
     NoCable {
         /// The motor.
@@ -35,10 +35,10 @@ pub enum RigError {
         /// Cable length that would be left, metres (zero or less).
         length_m: f64,
     },
-    /// Two rigid cables together are shorter than the way between their motors.
+    /// Two rigid cables together are shorter than the distance between their motors.
     #[error(
-        "cables {first} and {second} are {sum_m:.3} m together, but their motors are {apart_m:.3} m apart: they cannot \
-         meet at the ball; pay one of them out"
+        "cables {first} and {second} are {sum_m:.3} m together, but their motors are \
+         {apart_m:.3} m apart: they cannot meet at the ball; pay one of them out"
     )]
     TooShort {
         /// One motor.
@@ -50,16 +50,20 @@ pub enum RigError {
         /// Distance between the motors, metres.
         apart_m: f64,
     },
-    /// Each two rigid cables meet, but not all three in one point.
-    #[error("cables of {:.3}, {:.3} and {:.3} m cannot all three reach one point: pay one of them out", .lengths_m[0], .lengths_m[1], .lengths_m[2])]
+    /// Each pair of rigid cables can meet, but the three have no common point.
+    #[error(
+        "cables of {:.3}, {:.3} and {:.3} m cannot all three reach one point: pay one of them out",
+        .lengths_m[0], .lengths_m[1], .lengths_m[2]
+    )]
     TooShortTogether {
         /// The cable lengths, metres; order A, B, C.
         lengths_m: [f64; 3],
     },
-    /// A ball cannot be at rest there: some cable would have to push.
+    /// A ball cannot be at rest at the point: a cable would have to push.
     #[error(
-        "the ball cannot hang at ({:.3}, {:.3}, {:.3}) m: cable {motor} would have to push; choose a point below the \
-         motors and inside their triangle", .ball_m[0], .ball_m[1], .ball_m[2]
+        "the ball cannot hang at ({:.3}, {:.3}, {:.3}) m: cable {motor} would have to push; \
+         choose a point below the motors and inside their triangle",
+        .ball_m[0], .ball_m[1], .ball_m[2]
     )]
     CannotHang {
         /// The motor whose cable would push.
@@ -69,10 +73,10 @@ pub enum RigError {
     },
 }
 
-/// The motors' names in their order.
+/// Names of the motors in their order.
 pub(crate) const NAMES: [char; 3] = ['A', 'B', 'C'];
 
-/// `value`, if `good` holds for it (which a value that is not a number should not pass).
+/// Returns `value` if it is finite and `good` holds for it, otherwise [`RigError::OutOfRange`].
 pub(crate) fn check(
     name: &'static str,
     value: f64,
@@ -86,7 +90,7 @@ pub(crate) fn check(
     }
 }
 
-/// The time step and the motor positions of [`super::Plant::advance`].
+/// Checks the arguments of [`super::Plant::advance`].
 pub(crate) fn check_advance(dt_s: f64, motors: [f64; 3]) -> Result<(), RigError> {
     check("dt_s (time step, s)", dt_s, "between 0 and 10", |dt| (0.0..=10.0).contains(&dt))?;
     for steps in motors {

@@ -1,17 +1,17 @@
-//! Where the motors are, how much cable a step is, and the exact kinematics that follow.
+//! Positions of the motors, cable per step, and the exact kinematics.
 
 use nalgebra::{Matrix3, Point3, Vector3};
 
 use super::error::{NAMES, RigError, check};
 
-/// Full steps of the usual stepper motor (1.8 degrees a step).
+/// Full steps per revolution of a common stepper motor (1.8 degrees per step).
 pub const FULL_STEPS_PER_REVOLUTION: f64 = 200.0;
 
-/// The least area, m², of the triangle of motors as seen from above.
+/// Smallest area of the triangle of motors as seen from above, m².
 const LEAST_AREA_M2: f64 = 1e-6;
 
-/// Three motors and their pulleys. The cables are taken to leave from the motor points, whatever
-/// the pulley radius.
+/// Three motors and their pulleys. In this model, the cables leave from the motor points for every
+/// pulley radius.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Geometry {
     motors: [Point3<f64>; 3],
@@ -19,12 +19,12 @@ pub struct Geometry {
 }
 
 impl Geometry {
-    /// A rig with its motors A, B, C at these points (metres, rig frame; usually at one height) and
-    /// pulleys of these radii (metres, > 0).
+    /// Creates a rig with its motors A, B, C at these points (metres, rig frame; usually at one
+    /// height) and pulleys of these radii (metres, > 0).
     ///
     /// # Errors
-    /// Where a number is not finite, a radius is not positive, or the motors are on one line as
-    /// seen from above.
+    /// If a number is not finite, a radius is not positive, or the motors are on one line as seen
+    /// from above.
     pub fn new(motors: [Point3<f64>; 3], pulley_radii_m: [f64; 3]) -> Result<Self, RigError> {
         for coordinate in motors.iter().flat_map(|m| m.iter()) {
             check("motor coordinate (m)", *coordinate, "a finite number", |_| true)?;
@@ -39,8 +39,8 @@ impl Geometry {
         Ok(Self { motors, pulley_radii_m })
     }
 
-    /// The paper's rig: A (0.850, 0.610, 0.665), B (0.850, 0, 0.665), C (0, 0.240, 0.665) m,
-    /// pulleys of 15 mm radius.
+    /// Returns the paper's rig: A (0.850, 0.610, 0.665), B (0.850, 0, 0.665), C (0, 0.240, 0.665)
+    /// m, pulleys of 15 mm radius.
     #[must_use]
     pub fn paper() -> Self {
         Self {
@@ -53,36 +53,35 @@ impl Geometry {
         }
     }
 
-    /// The motor points A, B, C; metres, rig frame.
+    /// Returns the motor points A, B, C; metres, rig frame.
     #[must_use]
     pub fn motors(&self) -> &[Point3<f64>; 3] {
         &self.motors
     }
 
-    /// The pulley radii r, metres; order A, B, C.
+    /// Returns the pulley radii r, metres; order A, B, C.
     #[must_use]
     pub fn pulley_radii_m(&self) -> [f64; 3] {
         self.pulley_radii_m
     }
 
-    /// Cable paid out by one full step of each motor: 2πr/200, metres.
+    /// Returns the cable per full step of each motor: 2πr/200, metres; order A, B, C.
     #[must_use]
     pub fn step_lengths_m(&self) -> [f64; 3] {
         self.pulley_radii_m.map(|r| std::f64::consts::TAU * r / FULL_STEPS_PER_REVOLUTION)
     }
 
-    /// The lengths of three straight cables from the motors to a ball at `ball` (metres, rig
-    /// frame).
+    /// Returns the lengths of three straight cables from the motors to a ball at `ball` (metres,
+    /// rig frame); metres.
     #[must_use]
     pub fn cable_lengths_m(&self, ball: &Point3<f64>) -> [f64; 3] {
         self.motors.map(|m| (ball - m).norm())
     }
 
-    /// The cable lengths after the motors made `motors` full steps (+ pays out) from `start_m`,
-    /// metres.
+    /// Returns the cable lengths after `motors` full steps (+ pays out) from `start_m`, metres.
     ///
     /// # Errors
-    /// [`RigError::NoCable`] where a length would be zero or less.
+    /// [`RigError::NoCable`] if a length would be zero or less.
     pub(crate) fn paid_out_m(
         &self,
         start_m: [f64; 3],
@@ -94,11 +93,11 @@ impl Geometry {
         Ok(lengths)
     }
 
-    /// The exact Jacobian J = dp/du, metres of ball per metre of cable: rows x, y, z; columns A, B,
-    /// C; all cables taut.
+    /// Returns the exact Jacobian J = dp/du, metres of ball per metre of cable, for taut cables:
+    /// rows x, y, z; columns A, B, C.
     ///
-    /// From l_i² = |p - M_i|²: diag(l) du = N dp, where row i of N is p - M_i, so J = N⁻¹ diag(l).
-    /// `None` where J does not exist: the ball is in the plane of the motors.
+    /// From l_i² = |p - M_i|² follows diag(l) du = N dp, where row i of N is p - M_i. So J = N⁻¹
+    /// diag(l). Returns `None` if the ball is in the plane of the motors, where J does not exist.
     #[must_use]
     pub fn jacobian(&self, ball: &Point3<f64>) -> Option<Matrix3<f64>> {
         let rows = self.motors.map(|m| (ball - m).transpose());
@@ -106,17 +105,17 @@ impl Geometry {
         Some(inverse * Matrix3::from_diagonal(&Vector3::from(self.cable_lengths_m(ball))))
     }
 
-    /// The tensions that hold a ball of unit weight at rest at `ball`, order A, B, C: -J'ẑ (rigid
-    /// cables). A negative one is a cable that would have to push. `None` in the plane of the
-    /// motors.
+    /// Returns the tensions that hold a ball of unit weight at rest at `ball`, order A, B, C: -J'ẑ
+    /// (rigid cables). A negative tension means that the cable would have to push. Returns `None`
+    /// in the plane of the motors.
     #[must_use]
     pub fn tensions_per_weight(&self, ball: &Point3<f64>) -> Option<[f64; 3]> {
         let j = self.jacobian(ball)?;
         Some([-j[(2, 0)], -j[(2, 1)], -j[(2, 2)]])
     }
 
-    /// Barycentric coordinates λ of the ball's projection in the triangle of motors as seen from
-    /// above: all positive inside, 1 in sum.
+    /// Returns the barycentric coordinates λ of the ball's projection in the triangle of motors as
+    /// seen from above. Inside, all are positive; their sum is 1.
     #[must_use]
     pub fn barycentric(&self, ball: &Point3<f64>) -> [f64; 3] {
         let cross = |i: usize, j: usize| (self.motors[i] - ball).cross(&(self.motors[j] - ball)).z;
@@ -125,7 +124,8 @@ impl Geometry {
         parts.map(|part| part / sum)
     }
 
-    /// Refuses a point where the ball could not be at rest on three taut cables.
+    /// Checks that the ball can rest at `ball` on three taut cables. Returns their tensions per
+    /// weight.
     pub(crate) fn check_hangs(&self, ball: &Point3<f64>) -> Result<[f64; 3], RigError> {
         for coordinate in ball.iter() {
             check("ball coordinate (m)", *coordinate, "a finite number", |_| true)?;
@@ -138,7 +138,7 @@ impl Geometry {
     }
 }
 
-/// Refuses cables that are reeled in to nothing, or whose length is not a number.
+/// Checks that all cable lengths are finite and above zero.
 pub(crate) fn check_lengths(lengths_m: [f64; 3]) -> Result<(), RigError> {
     for (motor, length_m) in NAMES.into_iter().zip(lengths_m) {
         check("cable length (m)", length_m, "a finite number", |_| true)?;
@@ -153,7 +153,7 @@ pub(crate) fn check_lengths(lengths_m: [f64; 3]) -> Result<(), RigError> {
 mod tests {
     use super::*;
 
-    /// J = K diag(l) with K as in the control notes, written out for motors at one height.
+    /// Returns J = K diag(l) with K from the control notes, for motors at one height.
     fn exact_structure(g: &Geometry, ball: &Point3<f64>) -> Matrix3<f64> {
         let [a, b, c] = g.motors();
         let (d, w, h) = (a.y - b.y, a.x - c.x, a.z - ball.z);
@@ -205,7 +205,7 @@ mod tests {
     }
 
     #[test]
-    fn absurd_rigs_are_refused() {
+    fn invalid_rigs_are_refused() {
         let [a, b, c] = *Geometry::paper().motors();
         let line = Geometry::new([a, b, Point3::new(0.85, 0.3, 1.0)], [0.015; 3]);
         assert!(matches!(line, Err(RigError::Flat { .. })), "{line:?}");

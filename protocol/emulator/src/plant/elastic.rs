@@ -1,25 +1,25 @@
-//! The rig whose ball has mass and hangs on springs that pull and do not push.
+//! Plant model whose ball has mass and hangs on springs that cannot push.
 
 use nalgebra::{Point3, Vector3};
 
 use super::error::{RigError, check_advance};
 use super::geometry::{Geometry, check_lengths};
-use super::plant::Plant;
+use super::interface::Plant;
 use equilibrium::equilibrium;
 pub use parameters::{ElasticParameters, GRAVITY_M_S2};
 
 mod equilibrium;
 mod parameters;
 
-/// Into how many parts a sub-step is cut within which a cable goes slack or taut: its pull jumps
-/// there, which would cost the method its order.
+/// Number of parts of a sub-step in which a cable goes slack or taut. The tension is discontinuous
+/// there, which would reduce the method's order.
 const PARTS_AT_A_JUMP: u32 = 32;
 
-/// A point mass on three unilateral spring cables, in air that does not resist.
+/// Point mass on three unilateral spring cables, without air drag.
 ///
-/// A cable stretched by s > 0 pulls with max(0, k s + c ds/dt), an unstretched one not at all; c =
-/// 2ζ√(km). Integrated with the classical Runge-Kutta method of fourth order in fixed sub-steps,
-/// finer where a cable goes slack or taut; deterministic.
+/// A cable stretched by s > 0 pulls with max(0, k s + c ds/dt), where c = 2ζ√(km). An unstretched
+/// cable does not pull. The motion is integrated with the classical Runge-Kutta method of fourth
+/// order in fixed sub-steps, which are finer where a cable goes slack or taut. It is deterministic.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Elastic {
     geometry: Geometry,
@@ -34,13 +34,13 @@ pub struct Elastic {
 }
 
 impl Elastic {
-    /// A rig whose ball hangs at rest on three stretched cables at `start` (metres, rig frame); the
-    /// motors' zero is here.
+    /// Creates a rig whose ball rests at `start` (metres, rig frame) on three stretched cables. The
+    /// motors are at zero there.
     ///
     /// # Errors
-    /// [`RigError::CannotHang`] where three cables cannot hold a ball at `start`;
-    /// [`RigError::OutOfRange`] for the parameters; [`RigError::NoCable`] where a cable so soft
-    /// would have to be shorter than nothing.
+    /// [`RigError::CannotHang`] if three cables cannot hold a ball at `start`;
+    /// [`RigError::OutOfRange`] for the parameters; [`RigError::NoCable`] if a soft cable's
+    /// unstretched length would be zero or less.
     pub fn new(
         geometry: Geometry,
         parameters: ElasticParameters,
@@ -56,8 +56,8 @@ impl Elastic {
         Self::with_position(geometry, parameters, lengths, start)
     }
 
-    /// A rig with these unstretched cable lengths (metres; A, B, C) when the motors are at zero,
-    /// its ball at rest where it hangs; cables may be slack.
+    /// Creates a rig with these unstretched cable lengths (metres; A, B, C) when the motors are at
+    /// zero. The ball starts at rest. Cables may be slack.
     ///
     /// # Errors
     /// [`RigError::OutOfRange`], [`RigError::NoCable`].
@@ -72,6 +72,7 @@ impl Elastic {
         Self::with_position(geometry, parameters, lengths_m, position)
     }
 
+    /// Creates a rig with these unstretched cable lengths and the ball at `position`, not moving.
     fn with_position(
         geometry: Geometry,
         parameters: ElasticParameters,
@@ -95,26 +96,26 @@ impl Elastic {
         Ok(rig)
     }
 
-    /// The rig's geometry.
+    /// Returns the rig's geometry.
     #[must_use]
     pub fn geometry(&self) -> &Geometry {
         &self.geometry
     }
 
-    /// The ball's velocity, m/s in the rig frame.
+    /// Returns the ball's velocity, m/s in the rig frame.
     #[must_use]
     pub fn velocity(&self) -> Vector3<f64> {
         self.velocity
     }
 
-    /// The pull of each cable now, newtons, >= 0; order A, B, C.
+    /// Returns the tension of each cable, newtons, >= 0; order A, B, C.
     #[must_use]
     pub fn tensions_n(&self) -> [f64; 3] {
         self.tensions_n
     }
 
-    /// Tensions (N) and the ball's acceleration (m/s²) for cables of these lengths that grow at
-    /// these rates.
+    /// Returns the tensions (N) and the ball's acceleration (m/s²) at position `p` (m) and velocity
+    /// `v` (m/s), for cables of these lengths (m) that grow at these rates (m/s).
     fn pull(
         &self,
         p: &Point3<f64>,
@@ -140,14 +141,14 @@ impl Elastic {
         (tensions, force / self.parameters.mass_kg)
     }
 
-    /// Which cables pull, the lengths growing at `rates` (m/s).
+    /// Returns which cables pull while their lengths grow at `rates` (m/s).
     fn pulling(&self, rates: [f64; 3]) -> [bool; 3] {
         self.pull(&self.position, &self.velocity, self.lengths_m, rates)
             .0
             .map(|tension| tension > 0.0)
     }
 
-    /// One sub-step of `h` seconds, in smaller parts where a cable goes slack or taut in it.
+    /// Integrates `h` seconds: one sub-step, or smaller parts if a cable goes slack or taut in it.
     fn careful_substep(&mut self, h: f64, rates: [f64; 3]) {
         let before = (self.position, self.velocity, self.lengths_m);
         let pulling = self.pulling(rates);
@@ -160,8 +161,8 @@ impl Elastic {
         }
     }
 
-    /// One Runge-Kutta sub-step of `h` seconds over which the cables go from `self.lengths_m` at
-    /// `rates` (m/s).
+    /// Integrates one Runge-Kutta sub-step of `h` seconds, in which the cable lengths grow from
+    /// `self.lengths_m` at `rates` (m/s).
     fn substep(&mut self, h: f64, rates: [f64; 3]) {
         let (p, v, start) = (self.position, self.velocity, self.lengths_m);
         let lengths = |t: f64| -> [f64; 3] { std::array::from_fn(|i| start[i] + rates[i] * t) };
@@ -180,8 +181,8 @@ impl Elastic {
 }
 
 impl Plant for Elastic {
-    /// As [`Plant::advance`]; the cable lengths go linearly. With `dt_s` = 0 the motors jump and
-    /// the ball stays.
+    /// Implements [`Plant::advance`]. The cable lengths change linearly. With `dt_s` = 0 the motors
+    /// jump and the ball does not move.
     fn advance(&mut self, dt_s: f64, motors: [f64; 3]) -> Result<(), RigError> {
         check_advance(dt_s, motors)?;
         let goal = self.geometry.paid_out_m(self.start_lengths_m, motors)?;

@@ -2,7 +2,7 @@ use super::*;
 
 const BALL: Point3<f64> = Point3::new(0.4, 0.3, 0.2);
 
-/// All that `frames` frames of a ball at rest deliver, a minute later.
+/// Returns all observations of `frames` frames of a ball at rest.
 fn watch(parameters: ObserverParameters, seed: u64, frames: u32) -> Vec<Observation> {
     let mut observer = Observer::new(parameters, seed).unwrap();
     for k in 0..frames {
@@ -22,7 +22,7 @@ fn sd(values: impl Iterator<Item = f64> + Clone) -> f64 {
 }
 
 #[test]
-fn a_perfect_observer_sees_the_truth_at_once() {
+fn a_perfect_observer_reports_the_position_at_once() {
     let mut observer = Observer::perfect(30.0).unwrap();
     assert_eq!(observer.delivered(10.0), None);
     observer.observe(0.1, BALL);
@@ -59,7 +59,7 @@ fn latency_is_uniform_between_its_bounds_and_in_order() {
     );
     let mean = latencies.iter().sum::<f64>() / latencies.len() as f64;
     assert!((mean - 1.5).abs() < 0.03, "{mean}");
-    // Longer than a frame and irregular: arrival waits for the frames before.
+    // With latencies of several frames, an observation arrives after those of earlier frames.
     let irregular = ObserverParameters { latency_frames: (0.0, 5.0), ..Default::default() };
     let seen = watch(irregular, 7, 1000);
     assert!(seen.is_sorted_by(|a, b| a.captured_at_s < b.captured_at_s));
@@ -104,7 +104,7 @@ fn frames_are_lost_singly_and_in_bursts() {
         burst_frames: (4, 6),
         ..ObserverParameters::perfect(30.0)
     };
-    // A burst every 100 frames of sight, 5 long in the mean.
+    // One burst per 100 frames with a ball, with a mean length of 5.
     assert!((losses(bursts) - 5.0 / 104.0).abs() < 0.005, "{}", losses(bursts));
     let seen = watch(bursts, 3, 50_000);
     let mut runs = seen.chunk_by(|a, b| a.position.is_none() == b.position.is_none());
@@ -112,7 +112,7 @@ fn frames_are_lost_singly_and_in_bursts() {
 }
 
 #[test]
-fn outliers_are_as_many_and_as_far_as_said() {
+fn outliers_have_their_probability_and_size() {
     let parameters = ObserverParameters {
         outlier_probability: 0.05,
         outlier_size_m: 0.05,
@@ -128,7 +128,7 @@ fn outliers_are_as_many_and_as_far_as_said() {
 }
 
 #[test]
-fn one_seed_one_run_and_the_streams_are_apart() {
+fn the_same_seed_gives_the_same_errors_and_streams_are_independent() {
     let base = watch(ObserverParameters::default(), 11, 500);
     assert_eq!(base, watch(ObserverParameters::default(), 11, 500));
     assert_ne!(base, watch(ObserverParameters::default(), 12, 500));
@@ -141,7 +141,7 @@ fn one_seed_one_run_and_the_streams_are_apart() {
 }
 
 #[test]
-fn absurd_parameters_are_refused_by_name() {
+fn invalid_parameters_are_refused_by_name() {
     let good = ObserverParameters::default();
     for (wrong, word) in [
         (ObserverParameters { rate_hz: 0.0, ..good }, "rate"),

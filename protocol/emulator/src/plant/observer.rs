@@ -1,5 +1,4 @@
-//! What a camera would report of the ball: late, noisy, sometimes nothing, sometimes something
-//! else.
+//! Positions of the ball with a camera's errors: latency, noise, drop-outs and outliers.
 
 use std::collections::VecDeque;
 
@@ -10,42 +9,43 @@ use rand_distr::{Distribution, StandardNormal};
 
 use super::error::{RigError, check};
 
-/// How a camera and its detector err. Camera axes are taken along the rig's; x is the depth axis.
+/// Errors of a camera and its detector. The camera's axes are parallel to the rig's; x is the depth
+/// axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ObserverParameters {
-    /// Frames a second; > 0.
+    /// Frame rate, Hz; > 0.
     pub rate_hz: f64,
-    /// Least and greatest latency from capture to delivery, frames; each frame's is uniform between
-    /// them; >= 0.
+    /// Smallest and largest latency from capture to delivery, frames, >= 0. Each frame's latency is
+    /// uniform between them.
     pub latency_frames: (f64, f64),
     /// Standard deviation of the white noise on x, y, z; metres, >= 0.
     pub noise_sd_m: [f64; 3],
-    /// Noise on the depth axis that changes slowly, besides the white one.
+    /// Slow noise on the depth axis, in addition to the white noise.
     pub depth_drift: Option<DepthDrift>,
-    /// Probability that a frame shows no ball, each frame for itself.
+    /// Probability that a frame shows no ball, independent for each frame.
     pub dropout_probability: f64,
-    /// Probability that a run of frames without a ball begins at a frame.
+    /// Probability that a burst of frames without a ball begins at a frame.
     pub burst_probability: f64,
-    /// Least and greatest length of such a run, frames, uniform; the first at most the second.
+    /// Smallest and largest length of a burst, frames; uniform. The first is at most the second.
     pub burst_frames: (u32, u32),
-    /// Probability that the ball is reported somewhere else.
+    /// Probability that a report is an outlier.
     pub outlier_probability: f64,
-    /// How far away such a report is, metres, in a random direction; >= 0.
+    /// Distance of an outlier from the ball, metres, in a random direction; >= 0.
     pub outlier_size_m: f64,
 }
 
-/// First-order autoregressive noise: n = φ n' + √(1-φ²) sd ε, stationary from the first frame on.
+/// First-order autoregressive noise n = φ n' + √(1-φ²) sd ε, stationary from the first frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DepthDrift {
     /// Standard deviation, metres, >= 0.
     pub sd_m: f64,
-    /// φ, the correlation of one frame with the next; 0 to less than 1.
+    /// φ: correlation of consecutive frames; 0 to less than 1.
     pub correlation: f64,
 }
 
 impl Default for ObserverParameters {
-    /// The control notes' camera: 30 Hz, 1-2 frames late, white noise of (2, 1, 1) mm, 2 %
-    /// drop-outs and now and then a burst of 3 to 10 frames.
+    /// Returns the control notes' camera: 30 Hz, latency of 1 to 2 frames, white noise of (2, 1, 1)
+    /// mm, 2 % drop-outs, and bursts of 3 to 10 frames with a probability of 0.2 % per frame.
     fn default() -> Self {
         Self {
             latency_frames: (1.0, 2.0),
@@ -58,7 +58,7 @@ impl Default for ObserverParameters {
 }
 
 impl ObserverParameters {
-    /// No noise, no latency, nothing lost, at this frame rate.
+    /// Returns a camera of this frame rate without noise, latency or losses.
     #[must_use]
     pub fn perfect(rate_hz: f64) -> Self {
         Self {
@@ -74,6 +74,7 @@ impl ObserverParameters {
         }
     }
 
+    /// Checks the ranges.
     fn check(&self) -> Result<(), RigError> {
         check("frame rate (Hz)", self.rate_hz, "greater than 0", |r| r > 0.0)?;
         check("least latency (frames)", self.latency_frames.0, "0 or more", |l| l >= 0.0)?;
@@ -111,23 +112,24 @@ impl ObserverParameters {
     }
 }
 
-/// What was seen in one frame.
+/// Measurement from one frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Observation {
-    /// When the picture was taken, seconds.
+    /// Time of the exposure, seconds.
     pub captured_at_s: f64,
-    /// Where the ball was seen, metres in the rig frame; `None` where it was not.
+    /// Measured position of the ball, metres in the rig frame; `None` if the frame shows no ball.
     pub position: Option<Point3<f64>>,
 }
 
-/// A camera and detector that err as their parameters say: same seed, same errors.
+/// Simulated camera and detector with the errors of their parameters. The same seed gives the same
+/// errors.
 ///
-/// At each frame time call [`Observer::observe`] with the true position; whenever time has passed,
-/// take what [`Observer::delivered`] gives until it gives nothing. Frames arrive in the order in
-/// which they were taken.
+/// Call [`Observer::observe`] with the true position at each frame time. Call
+/// [`Observer::delivered`] whenever time has passed, until it returns `None`. Frames arrive in the
+/// order in which they were taken.
 ///
-/// Noise, latency, drop-outs and outliers have a random stream each, of one draw a frame: changing
-/// one of them leaves the others as they were.
+/// Noise, latency, drop-outs and outliers have one random stream each, with the same number of
+/// draws per frame: a change of one parameter does not change the other errors.
 #[derive(Debug, Clone)]
 pub struct Observer {
     parameters: ObserverParameters,
@@ -142,10 +144,10 @@ pub struct Observer {
 }
 
 impl Observer {
-    /// An observer with these errors.
+    /// Creates an observer with these errors.
     ///
     /// # Errors
-    /// [`RigError::OutOfRange`] names the parameter that is outside its range.
+    /// [`RigError::OutOfRange`] names the parameter that is out of range.
     pub fn new(parameters: ObserverParameters, seed: u64) -> Result<Self, RigError> {
         parameters.check()?;
         let stream = |number| {
@@ -166,21 +168,21 @@ impl Observer {
         })
     }
 
-    /// An observer that sees the truth at once, `rate_hz` times a second.
+    /// Creates an observer without errors and latency, with frames at `rate_hz`.
     ///
     /// # Errors
-    /// Where the rate is not positive.
+    /// If the rate is not positive.
     pub fn perfect(rate_hz: f64) -> Result<Self, RigError> {
         Self::new(ObserverParameters::perfect(rate_hz), 0)
     }
 
-    /// The time from a frame to the next, seconds.
+    /// Returns the time from one frame to the next, seconds.
     #[must_use]
     pub fn period_s(&self) -> f64 {
         self.parameters.rate_hz.recip()
     }
 
-    /// Takes a picture at `t_s` (seconds, growing from call to call) of a ball that is at `ball`
+    /// Takes a picture at `t_s` (seconds, increasing from call to call) of a ball at `ball`
     /// (metres, rig frame).
     pub fn observe(&mut self, t_s: f64, ball: Point3<f64>) {
         let error = self.noise() + self.outlier();
@@ -192,14 +194,14 @@ impl Observer {
             .push_back((self.newest_arrival_s, Observation { captured_at_s: t_s, position }));
     }
 
-    /// The oldest observation that has arrived by `t_s` (seconds) and was not taken yet.
+    /// Removes and returns the oldest observation that has arrived by `t_s` (seconds).
     pub fn delivered(&mut self, t_s: f64) -> Option<Observation> {
         self.waiting
             .pop_front_if(|(arrival, _)| *arrival <= t_s)
             .map(|(_, observation)| observation)
     }
 
-    /// White noise and drift of one frame, metres.
+    /// Draws the white noise and drift of one frame, metres.
     fn noise(&mut self) -> Vector3<f64> {
         let [x, y, z, slow]: [f64; 4] =
             std::array::from_fn(|_| StandardNormal.sample(&mut self.noise));
@@ -207,7 +209,7 @@ impl Observer {
         Vector3::new(sd[0] * x + self.drift(slow), sd[1] * y, sd[2] * z)
     }
 
-    /// The slow noise on the depth axis after the standard normal `draw`, metres.
+    /// Updates the slow noise on the depth axis with the standard normal `draw`; metres.
     fn drift(&mut self, draw: f64) -> f64 {
         let Some(DepthDrift { sd_m, correlation }) = self.parameters.depth_drift else {
             return 0.0;
@@ -222,7 +224,7 @@ impl Observer {
         next
     }
 
-    /// How far away from the ball this frame's report is for being wrong, metres; mostly nothing.
+    /// Draws the outlier of one frame as an offset from the ball, metres; zero if there is none.
     fn outlier(&mut self) -> Vector3<f64> {
         let chance: f64 = self.outliers.random();
         let direction: [f64; 3] = rand_distr::UnitSphere.sample(&mut self.outliers);
@@ -233,12 +235,12 @@ impl Observer {
         }
     }
 
-    /// Whether this frame shows no ball.
+    /// Draws whether this frame shows no ball.
     fn lost(&mut self) -> bool {
         let [single, burst, length]: [f64; 3] = std::array::from_fn(|_| self.losses.random());
         if self.blind_frames == 0 && burst < self.parameters.burst_probability {
             let (least, greatest) = self.parameters.burst_frames;
-            // At most `greatest`: `length` is less than 1.
+            // The result is at most `greatest`, because `length` is below 1.
             let more = (f64::from(greatest - least) + 1.0) * length;
             self.blind_frames = least + (more as u32);
         }

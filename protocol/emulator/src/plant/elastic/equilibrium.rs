@@ -3,11 +3,11 @@
 use nalgebra::{Matrix3, Point3, Vector3};
 
 use super::parameters::{ElasticParameters, GRAVITY_M_S2};
-use crate::rig::forward::lowest_point;
-use crate::rig::geometry::Geometry;
+use crate::plant::forward::lowest_point;
+use crate::plant::geometry::Geometry;
 
-/// Where the ball is at rest: the minimum of its potential energy, which is convex, by damped
-/// Newton steps (Levenberg-Marquardt) from where rigid cables would hold it.
+/// Returns the ball's rest position: the minimum of its potential energy, which is convex. The
+/// search takes damped Newton steps (Levenberg-Marquardt) from the rest position on rigid cables.
 pub(super) fn equilibrium(
     geometry: &Geometry,
     parameters: &ElasticParameters,
@@ -32,7 +32,7 @@ pub(super) fn equilibrium(
             continue;
         };
         let there = potential(geometry, parameters, lengths, &(p - step));
-        // Near the bottom the energy no longer resolves the step, the gradient does.
+        // Near the minimum, rounding hides the change of the energy, but not of the gradient.
         if there.energy < here.energy || there.gradient.norm() < here.gradient.norm() {
             (p, here, lambda) = (p - step, there, lambda / 8.0);
         } else {
@@ -49,6 +49,7 @@ pub(super) struct Potential {
     hessian: Matrix3<f64>,
 }
 
+/// Returns the potential energy of a ball at `p` on cables of these unstretched lengths (m).
 pub(super) fn potential(
     geometry: &Geometry,
     parameters: &ElasticParameters,

@@ -1,4 +1,4 @@
-//! Rigs and tasks to try a law on: the paper's, and random ones.
+//! Rigs and tasks for the comparison of laws: the paper's task and random ones.
 
 use std::ops::RangeInclusive;
 
@@ -9,23 +9,23 @@ use rand_chacha::ChaCha8Rng;
 use super::error::RigError;
 use super::geometry::Geometry;
 
-/// Height of the motors of a random rig above the rig frame's origin, metres: the ball stays above
-/// zero.
+/// Height of a random rig's motors above the rig frame's origin, metres. The ball stays above zero.
 const MOTOR_HEIGHT_M: f64 = 1.2;
 
-/// A rig and where its ball is to go.
+/// Rig with a start and a target.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Task {
     /// The rig.
     pub geometry: Geometry,
-    /// Where the ball is at first, metres in the rig frame.
+    /// Position of the ball at the start, metres in the rig frame.
     pub start: Point3<f64>,
-    /// Where it is to go, metres in the rig frame.
+    /// Target, metres in the rig frame.
     pub target: Point3<f64>,
 }
 
 impl Task {
-    /// The paper's: its rig, P0 (0.540, 0.220, 0.459) to PT (0.400, 0.400, 0.150) m.
+    /// Returns the paper's task: its rig, from P0 (0.540, 0.220, 0.459) to PT (0.400, 0.400, 0.150)
+    /// m.
     #[must_use]
     pub fn paper() -> Self {
         Self {
@@ -36,11 +36,11 @@ impl Task {
     }
 }
 
-/// The control notes' population of rigs and tasks: each quantity uniform in its range.
+/// Population of rigs and tasks from the control notes. Each quantity is uniform in its range.
 ///
-/// A rig is A (W, D, H), B (W, 0, H), C (0, tD, H). Start and target are uniform in the part of the
-/// triangle where all barycentric coordinates are at least `least_lambda`, each at its own depth
-/// below the motors' plane.
+/// A rig has A (W, D, H), B (W, 0, H), C (0, tD, H). Start and target are uniform in the part of
+/// the triangle where all barycentric coordinates are at least `least_lambda`, each at its own
+/// depth below the motors' plane.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Population {
     /// D = y_A - y_B, metres.
@@ -51,29 +51,27 @@ pub struct Population {
     pub apex: RangeInclusive<f64>,
     /// Pulley radius r of all three motors, metres.
     pub pulley_radius_m: RangeInclusive<f64>,
-    /// The least barycentric coordinate of start and target; 0 to less than 1/3.
+    /// Smallest barycentric coordinate of start and target; 0 to less than 1/3.
     pub least_lambda: f64,
-    /// How far start and target are below the plane of the motors, metres.
+    /// Distance of start and target below the plane of the motors, metres.
     pub below_m: RangeInclusive<f64>,
-    /// How the rigs differ from what the laws take for granted; by default not at all.
+    /// Deviations of the rigs from the laws' assumptions; by default none.
     pub variations: Variations,
 }
 
-/// Rigs that are not quite built as assumed. With all of them 0 (the default) the rigs are the same
-/// as without.
+/// Deviations of built rigs from the laws' assumptions. The default is 0: nominal rigs.
 ///
-/// Gravity stays along -z. Yaw and tilt turn the motors about the middle of their triangle: the rig
-/// stands askew in the frame in which positions are measured.
+/// Gravity stays along -z. Yaw and tilt rotate the motors about the centroid of their triangle, in
+/// the frame in which positions are measured.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Variations {
-    /// The rig is turned about the vertical by up to this angle either way, uniform; radians.
+    /// Largest yaw about the vertical in either direction, uniform; radians.
     pub yaw_rad: f64,
-    /// The motors' plane is tilted by up to this angle, uniform, about a random level axis;
-    /// radians.
+    /// Largest tilt of the motors' plane about a random level axis, uniform; radians.
     pub tilt_rad: f64,
-    /// Each motor's pulley radius is up to this fraction larger or smaller, uniform; 0.3 is ±30 %.
+    /// Largest relative deviation of each motor's pulley radius, uniform; 0.3 means ±30 %.
     pub radius_fraction: f64,
-    /// Each motor is up to this much higher or lower, uniform; metres.
+    /// Largest deviation of each motor's height, up or down, uniform; metres.
     pub height_m: f64,
 }
 
@@ -93,11 +91,11 @@ impl Default for Population {
 }
 
 impl Population {
-    /// Task number `index` of the population with this seed. It depends on nothing else: tasks may
-    /// be drawn in any order, and a variation changes only what it says.
+    /// Returns task number `index` of the population with this seed. It depends on nothing else:
+    /// tasks may be drawn in any order, and a variation changes only its own quantity.
     ///
     /// # Errors
-    /// Where the ranges allow rigs that cannot be ([`Geometry::new`]).
+    /// The errors of [`Geometry::new`], if the ranges allow invalid rigs.
     pub fn sample(&self, seed: u64, index: u64) -> Result<Task, RigError> {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         rng.set_stream(index);
@@ -117,10 +115,10 @@ impl Population {
         Ok(Task { geometry: Geometry::new(motors, radii)?, start: place(from), target: place(to) })
     }
 
-    /// Barycentric coordinates, uniform in the part of the triangle where all are at least
+    /// Draws barycentric coordinates, uniform in the part of the triangle where all are at least
     /// `least_lambda`.
     fn lambda(&self, rng: &mut ChaCha8Rng) -> [f64; 3] {
-        // Two cuts of the unit interval leave three parts that are uniform on the triangle.
+        // Two uniform cuts of the unit interval give three parts that are uniform on the triangle.
         let cuts: [f64; 2] = [rng.random(), rng.random()];
         let (first, second) = (cuts[0].min(cuts[1]), cuts[0].max(cuts[1]));
         [first, second - first, 1.0 - second]
@@ -129,7 +127,7 @@ impl Population {
 }
 
 impl Variations {
-    /// The motors and their pulley radii as built instead of as drawn.
+    /// Returns the motors and pulley radii with these deviations from the nominal ones.
     fn apply(
         &self,
         rng: &mut ChaCha8Rng,
@@ -151,12 +149,12 @@ impl Variations {
     }
 }
 
-/// Uniform in a range, whose bounds need not be in order or finite.
+/// Draws a uniform number from a range. Its bounds may be in any order and may be not finite.
 fn uniform(rng: &mut ChaCha8Rng, range: &RangeInclusive<f64>) -> f64 {
     range.start() + (range.end() - range.start()) * rng.random::<f64>()
 }
 
-/// Uniform from -1 to 1.
+/// Draws a uniform number from -1 to 1.
 fn symmetric(rng: &mut ChaCha8Rng) -> f64 {
     2.0 * rng.random::<f64>() - 1.0
 }
@@ -164,7 +162,7 @@ fn symmetric(rng: &mut ChaCha8Rng) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::rig::{Plant, QuasiStatic};
+    use crate::plant::{Plant, QuasiStatic};
 
     fn shape(g: &Geometry) -> (f64, f64, f64) {
         let [a, b, c] = g.motors();
@@ -172,7 +170,7 @@ mod tests {
     }
 
     #[test]
-    fn rigs_fill_their_ranges_and_can_do_their_tasks() {
+    fn rigs_fill_their_ranges_and_hold_the_ball_at_start_and_target() {
         let population = Population::default();
         let tasks: Vec<Task> = (0..2000).map(|i| population.sample(42, i).unwrap()).collect();
         let spread = |value: &dyn Fn(&Task) -> f64| {
@@ -207,7 +205,7 @@ mod tests {
     }
 
     #[test]
-    fn a_task_is_its_seed_and_number() {
+    fn a_task_depends_on_its_seed_and_number_only() {
         let population = Population::default();
         assert_eq!(population.sample(1, 5), population.sample(1, 5));
         assert_ne!(population.sample(1, 5), population.sample(1, 6));
@@ -215,7 +213,7 @@ mod tests {
     }
 
     #[test]
-    fn variations_change_what_they_say() {
+    fn each_variation_changes_its_own_quantity() {
         let with =
             |variations| Population { variations, ..Population::default() }.sample(9, 3).unwrap();
         let plain = with(Variations::default());
