@@ -39,6 +39,12 @@ pub enum RunError {
     /// The rig file has no targets.
     #[error("the rig file has no targets: list them as `targets = [[x, y, z], ...]`, metres")]
     NoTargets,
+    /// The source does not show the present: it is a recording that is read at any speed.
+    #[error(
+        "the source of the frames is not live: a recording must be played at the speed of its \
+         camera to drive a board"
+    )]
+    NotLive,
     /// The board did not answer, or refused the configuration.
     #[error(transparent)]
     Connect(LinkError),

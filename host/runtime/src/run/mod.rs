@@ -30,7 +30,7 @@ pub struct Run<T> {
 
 /// Parts of a run besides the rig and the board.
 pub struct RunParts<'a> {
-    /// Source of the frames.
+    /// Source of the frames, which must be live ([`CameraSource::is_live`]).
     pub source: &'a mut dyn CameraSource,
     /// Detector of the ball.
     pub detector: &'a mut dyn BallDetector,
@@ -67,9 +67,13 @@ impl<T: Transport> Run<T> {
     /// ramped down at the end.
     ///
     /// # Errors
-    /// [`RunError::Broken`] where the link, the camera or an observer fails. The observers receive
-    /// the summary in that case too.
+    /// [`RunError::NotLive`], before the board receives a target, where the age of the source's
+    /// frames is unknown. [`RunError::Broken`] where the link, the camera or an observer fails. The
+    /// observers receive the summary in that case too.
     pub fn drive(mut self, mut parts: RunParts<'_>) -> Result<Summary, RunError> {
+        if !parts.source.is_live() {
+            return Err(RunError::NotLive);
+        }
         let mut legs = Vec::new();
         let (result, stats) = self.drive_all(&mut parts, &mut legs);
         let (result, at_rest) = come_to_rest(&mut self.link, result);
