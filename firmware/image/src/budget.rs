@@ -15,8 +15,7 @@ pub struct Budgets {
     pub stack: u32,
 }
 
-/// Budgets of the Pico's firmware: about a third above its sizes, so that a large addition exceeds
-/// them.
+/// Budgets of the Pico's firmware. A large addition exceeds them and is noticed.
 pub const PICO: Budgets = Budgets { flash: 256 * 1024, statics: 112 * 1024, stack: 32 * 1024 };
 
 /// Sizes of a firmware with their budgets.
