@@ -76,7 +76,8 @@ pub struct Variations {
 }
 
 impl Default for Population {
-    /// D, W 0.5-1.5 m; t 0.15-0.85; r 5-30 mm; λ >= 0.05; 0.1-1 m below the motors; no variations.
+    /// Returns D, W 0.5-1.5 m; t 0.15-0.85; r 5-30 mm; λ >= 0.05; 0.1-1 m below the motors; no
+    /// variations.
     fn default() -> Self {
         Self {
             depth_m: 0.5..=1.5,
