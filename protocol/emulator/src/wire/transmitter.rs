@@ -188,3 +188,6 @@ impl Transmitter {
 fn nanoseconds(time: Micros) -> u64 {
     time.0.saturating_mul(1000)
 }
+
+#[cfg(test)]
+mod tests;
