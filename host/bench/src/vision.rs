@@ -11,7 +11,6 @@ mod scene_kind;
 mod scenes;
 mod stats;
 mod table;
-
 mod timing;
 
 use std::fmt::{self, Display, Formatter};
@@ -191,7 +190,7 @@ fn check(options: &VisionOptions) -> Result<(), VisionError> {
     }
     let max = f64::from(options.width.min(options.height)) / 6.0;
     if !(2.0..=max).contains(&options.radius) {
-        let must = "at least 2 pixels and at most a sixth of the picture";
+        let must = "at least 2 pixels and at most a sixth of the frame's shorter side";
         return Err(VisionError::Value { what: "the ball's radius", value: options.radius, must });
     }
     Ok(())

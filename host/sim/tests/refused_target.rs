@@ -19,14 +19,14 @@ use plumb_sim::memory::Memory;
 use plumb_vision::detect::DetectorKind;
 use plumb_vision::frame::RgbdFrame;
 
-/// A camera on the board's clock that loses every picture.
+/// A camera on the board's clock that loses every frame.
 struct Lossy(Rc<RefCell<EmulatedBoard>>);
 
 impl CameraSource for Lossy {
     fn next_frame(&mut self) -> Result<Option<RgbdFrame>, SourceError> {
         let now = self.0.borrow().now().0;
         self.0.borrow_mut().run_to(Micros(now + 33_000)).unwrap();
-        Err(SourceError::new("a lost picture"))
+        Err(SourceError::new("a lost frame"))
     }
 
     fn now(&self) -> f64 {

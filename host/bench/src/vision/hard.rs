@@ -1,7 +1,9 @@
 //! The suite `hard`: balls composited into recorded frames under difficult conditions, and recorded
 //! frames without a ball.
 
+mod ball;
 mod clutter;
+mod distractor;
 
 use nalgebra::{Point3, Vector3};
 use plumb_vision::camera::Camera;
@@ -11,8 +13,8 @@ use rand_chacha::ChaCha8Rng;
 
 use super::labelled::{GroundTruth, LabelledFrame};
 use super::{FrameSuite, VisionError, VisionOptions, suite_camera};
-use plumb_sim::synthetic::compositor::{Appearance, Compositor, Exposure};
-use plumb_sim::synthetic::{Light, Material, Object, Shape};
+use plumb_sim::synthetic::Light;
+use plumb_sim::synthetic::compositor::{Compositor, Exposure};
 
 /// Diameter of the ball, metres.
 pub(super) const DIAMETER: f64 = 0.06;
@@ -232,64 +234,6 @@ impl<'a> HardFrames<'a> {
             }
         }
         last
-    }
-
-    fn add_ball(
-        &mut self,
-        compositor: &mut Compositor,
-        place: &BallPlacement,
-    ) -> Result<(), VisionError> {
-        let BallPlacement { u, v, z, radius } = *place;
-        let holes = match self.case.condition {
-            Condition::HolesInDepth => self.random.random_range(0.3..0.7),
-            Condition::NoDepth => 1.0,
-            _ => 0.03,
-        };
-        let mut appearance = Appearance {
-            blur: self.random.random_range(0.4..0.8),
-            motion: (0.0, 0.0),
-            holes,
-            linear: self.random.random_bool(0.5),
-        };
-        if self.case.condition == Condition::Blurred {
-            appearance.blur = self.random.random_range(1.2..(0.2 * radius + 1.3).min(4.0));
-        }
-        if self.case.condition == Condition::Moving {
-            let (sin, cos) = self.random.random_range(0.0..std::f64::consts::TAU).sin_cos();
-            let way = radius * self.random.random_range(0.25..0.9);
-            appearance.motion = (way * cos, way * sin);
-        }
-        // Cables of the ball.
-        for _ in 0..self.random.random_range(0..4) {
-            let to = (
-                u + self.random.random_range(-300.0..300.0),
-                v - self.random.random_range(200.0..500.0),
-            );
-            let (width, grey) =
-                (self.random.random_range(0.5..1.6), self.random.random_range(0.02..0.8));
-            compositor.line((u, v), to, width, grey);
-        }
-        let red = self.red();
-        let material = Material {
-            gloss: self.random.random_range(0.0..1.0),
-            shininess: self.random.random_range(15.0..150.0),
-            ..red
-        };
-        let centre = self.deproject(u, v, z);
-        if self.case.condition == Condition::Touching {
-            self.add_neighbour(compositor, place)?;
-        }
-        let shape = Shape::Sphere { centre, radius: DIAMETER / 2.0 };
-        compositor.add(&Object::new(shape, material), &appearance, &mut self.random)?;
-        match self.case.condition {
-            Condition::Cable => self.add_cable(compositor, place, 0.08..0.2),
-            Condition::TwoCables => {
-                (0..2).for_each(|_| self.add_cable(compositor, place, 0.2..0.35))
-            }
-            Condition::Post => self.add_post(compositor, place)?,
-            _ => {}
-        }
-        Ok(())
     }
 
     /// Returns the point (rig frame, metres) of a pixel at depth `z`, metres.

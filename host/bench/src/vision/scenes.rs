@@ -49,7 +49,7 @@ impl<'a> SceneFrames<'a> {
         let centre = match self.kind.backdrop {
             Backdrop::Furnished => self.in_workspace(),
             Backdrop::Recorded => self.in_front(&camera, size, &self.recorded[which]),
-            _ => self.in_picture(&camera, size),
+            _ => self.in_frame(&camera, size),
         };
         let scene = self.scene(centre, &camera);
         let frame = self.cameras[which].render(self.count as f64 / 30.0, &scene)?;
@@ -65,7 +65,7 @@ impl<'a> SceneFrames<'a> {
     }
 
     /// Returns a random position of a ball of about the option's radius, well inside the frame.
-    fn in_picture(&mut self, camera: &Camera, size: (usize, usize)) -> Point3<f64> {
+    fn in_frame(&mut self, camera: &Camera, size: (usize, usize)) -> Point3<f64> {
         let radius =
             self.radius * self.random.random_range(self.kind.radii.min..self.kind.radii.max);
         let margin = 2.5 * self.radius * self.kind.radii.max.max(1.0);
@@ -96,7 +96,7 @@ impl<'a> SceneFrames<'a> {
     ) -> Point3<f64> {
         let mut moved = Point3::origin();
         for _ in 0..40 {
-            let centre = self.in_picture(camera, size);
+            let centre = self.in_frame(camera, size);
             let seen = camera.pose.inverse() * centre;
             let nearest = nearest(camera, &seen, behind);
             if nearest > seen.z + 0.02 {

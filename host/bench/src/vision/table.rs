@@ -5,9 +5,10 @@ use std::fmt::{Display, Formatter, Result};
 use super::{DetectorReport, SceneReport, VisionReport};
 
 impl Display for VisionReport {
-    /// A table: a row a scene, for each detector the hits, the false alarms, and the error of the
-    /// hits in pixels and in millimetres (median and 95th percentile), and that squared over its
-    /// covariance (mean and 95th percentile; 3 and 7.8 where that is right); then the times.
+    /// Writes a table with a row for each scene. For each detector it has the hits, the false
+    /// alarms, the error of the hits in pixels and in millimetres (median and 95th percentile),
+    /// and the squared error over its covariance (mean and 95th percentile; a correct covariance
+    /// gives 3 and 7.8). The times of the detectors follow.
     fn fmt(&self, f: &mut Formatter<'_>) -> Result {
         write!(f, "{:26}", "")?;
         for detector in &self.detectors {
@@ -60,7 +61,7 @@ fn cells(f: &mut Formatter<'_>, scene: &SceneReport) -> Result {
 fn summary(f: &mut Formatter<'_>, detector: &DetectorReport, reference_ms: f64) -> Result {
     writeln!(
         f,
-        "{}: {:.1} % of the balls, {} false alarms, {:.2} ms a picture: {:.3} of the full-size \
+        "{}: {:.1} % of the balls, {} false alarms, {:.2} ms a frame: {:.3} of the full-size \
          red difference of Gaussians ({reference_ms:.2} ms){}{}, {:.3} tracking; \
          to the bytes on the wire 99 % within {:.2} ms ({:.3})",
         detector.name,

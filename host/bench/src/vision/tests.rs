@@ -105,7 +105,7 @@ fn hits_and_false_alarms_are_counted_where_they_are() {
     assert!(report.detectors[0].scenes.iter().all(|scene| !scene.scene.contains("real")));
 }
 
-/// A recorded picture of a grey wall, `depth` of the camera's units away.
+/// Returns a recorded frame of a grey wall, `depth` of the camera's units away.
 fn grey(camera: &Camera, depth: u16) -> RgbdFrame {
     let (colour, depth) = (Image::filled(160, 120, [90; 3]), Image::filled(160, 120, depth));
     RgbdFrame::new(0.0, colour, depth, camera.intrinsics).unwrap()

@@ -13,7 +13,7 @@ fn request(t: f64, dt: f64) -> Request {
     Request { t, dt, position: None, age: 0.0, target: None }
 }
 
-/// The paper's task on springs, pictures two frames late: an engine that is driven by the
+/// The paper's task on springs, frames two frames late: an engine that is driven by the
 /// answers alone.
 #[test]
 fn an_engine_that_follows_the_steps_reaches_the_target() {

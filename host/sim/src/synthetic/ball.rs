@@ -142,7 +142,7 @@ impl CameraBall {
         glare > BLINDING + 0.15 * (hash_noise - 0.5) || facing < 0.12 + 0.3 * hash_noise
     }
 
-    /// Lays the finished `layer` of `window` over the picture.
+    /// Lays the finished `layer` of `window` over the frame.
     fn lay(
         &self,
         canvas: &mut Canvas<'_>,

@@ -2,7 +2,7 @@
 
 use super::sensor::Disparity;
 
-/// A colour picture and a disparity picture of one size, row by row, that objects are drawn into.
+/// A colour image and a disparity image of one size, row by row, that objects are drawn into.
 pub(super) struct Canvas<'a> {
     /// Columns.
     pub(super) width: usize,
@@ -20,7 +20,7 @@ pub(super) struct Canvas<'a> {
 
 impl Canvas<'_> {
     /// Columns and rows (first, and one past the last) of the pixels within `reach` pixels of (`u`,
-    /// `v`); `None` where none of them is in the picture.
+    /// `v`); `None` where none of them is in the frame.
     pub(super) fn window(&self, u: f64, v: f64, reach: f64) -> Option<[usize; 4]> {
         let clip = |x: f64, size: usize| x.clamp(0.0, size as f64) as usize;
         let (left, right) =

@@ -1,7 +1,7 @@
 //! Shading: a Lambert term, ambient light from above and below, one highlight.
 //!
-//! Colours here are linear and in the order blue, green, red, 1 = as bright as the picture can
-//! show; [`encode`] and [`decode`] go to and from the 0 to 255 of an sRGB picture.
+//! Colours here are linear and in the order blue, green, red, 1 = as bright as the frame can
+//! show; [`encode`] and [`decode`] go to and from the 0 to 255 of an sRGB image.
 
 use nalgebra::Vector3;
 
@@ -151,7 +151,7 @@ pub(super) fn specular(
     material.gloss * normal.dot(&half).max(0.0).powf(material.shininess)
 }
 
-/// Linear light (1 = white) as the 0 to 255 of an sRGB picture, not rounded; too much light
+/// Linear light (1 = white) as the 0 to 255 of an sRGB image, not rounded; too much light
 /// saturates.
 pub(super) fn encode(linear: f64) -> f64 {
     let x = linear.clamp(0.0, 1.0);

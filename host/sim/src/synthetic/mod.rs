@@ -44,12 +44,12 @@ pub enum Background {
     Room(Room),
 }
 
-/// How the pictures are made.
+/// Options of rendering.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RenderOptions {
-    /// Columns of the picture of a [`Background::Room`]; a recorded one has its own size.
+    /// Columns of the frame of a [`Background::Room`]; a recorded one has its own size.
     pub width: u16,
-    /// Rows of the picture of a [`Background::Room`].
+    /// Rows of the frame of a [`Background::Room`].
     pub height: u16,
     /// Light on the ball and the cables (a room is lit by its own lamp and window).
     pub light: Light,
@@ -77,9 +77,9 @@ pub enum SyntheticError {
         /// Its valid range.
         must: &'static str,
     },
-    /// The intrinsics are those of a picture of another size.
+    /// The intrinsics are those of a frame of another size.
     #[error(
-        "synthetic camera: its principal point ({cx}, {cy}) is not in a picture of \
+        "synthetic camera: its principal point ({cx}, {cy}) is not in a frame of \
          {width}x{height}; give the background's own intrinsics"
     )]
     Intrinsics {
@@ -95,7 +95,7 @@ pub enum SyntheticError {
     /// The rendered frame is invalid (its time stamp).
     #[error("synthetic camera: {0}")]
     Frame(#[from] FrameError),
-    /// The rendered pixels do not make an image of the picture's size.
+    /// The rendered pixels do not make an image of the frame's size.
     #[error("synthetic camera: {0}")]
     Image(#[from] ImageError),
     /// OpenCV refused an operation.
@@ -103,7 +103,7 @@ pub enum SyntheticError {
     OpenCv(#[from] opencv::Error),
 }
 
-/// Renders pictures of a [`Scene`].
+/// Renders frames of a [`Scene`].
 #[derive(Debug, Clone)]
 pub struct SyntheticCamera {
     camera: Camera,
@@ -118,7 +118,7 @@ pub struct SyntheticCamera {
     /// Distance of the background along the optical axis, metres; `None` if it occludes nothing.
     range: Option<Vec<f32>>,
     random: ChaCha8Rng,
-    /// Disparity of the picture in work.
+    /// Disparity of the frame in work.
     work: Vec<u16>,
 }
 
@@ -172,17 +172,17 @@ impl SyntheticCamera {
         })
     }
 
-    /// The camera that the pictures are taken with.
+    /// The camera that the frames are taken with.
     pub fn camera(&self) -> &Camera {
         &self.camera
     }
 
-    /// Columns and rows of its pictures.
+    /// Columns and rows of its frames.
     pub fn size(&self) -> (usize, usize) {
         (self.width, self.height)
     }
 
-    /// A picture of `scene`, taken at `time` (seconds on the caller's clock).
+    /// Returns a frame of `scene`, taken at `time` (seconds on the caller's clock).
     ///
     /// # Errors
     /// Where the time is not finite, the light not positive, or the blur not in 0 to 50 pixels.
@@ -241,7 +241,7 @@ fn exposed(colour: &ColourImage, light: f64) -> ColourImage {
     lit
 }
 
-/// Disparity of a recorded depth picture.
+/// Disparity of a recorded depth image.
 fn recorded(frame: &RgbdFrame, disparity: &Disparity) -> Vec<u16> {
     let scale = frame.intrinsics().depth_scale;
     let steps = frame.depth().pixels().iter().map(|&raw| match raw {

@@ -19,7 +19,7 @@ pub struct Scene {
     pub cable_material: Material,
     /// Other balls.
     pub others: Vec<ExtraBall>,
-    /// Other straight thin objects: cables that cross the picture, sticks.
+    /// Other straight thin objects: cables that cross the frame, sticks.
     pub strands: Vec<Strand>,
     /// Exposure, above 0; 1 = the background's own.
     pub light: f64,

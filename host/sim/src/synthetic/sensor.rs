@@ -94,7 +94,7 @@ impl Disparity {
         (f64::from(near) - f64::from(far)) / (FINE * STEPS_IN_PIXEL)
     }
 
-    /// The raw depth picture of `disparity` with `noise` (row by row, of `noise_width` columns from
+    /// The raw depth image of `disparity` with `noise` (row by row, of `noise_width` columns from
     /// `start`).
     fn finish(
         &self,
@@ -140,7 +140,7 @@ pub(super) struct Sensor {
 }
 
 impl Sensor {
-    /// Sensors for pictures of `width` x `height`, whose noise is drawn from `random`.
+    /// Sensors for frames of `width` x `height`, whose noise is drawn from `random`.
     pub(super) fn new(
         options: SensorOptions,
         scale: f64,
@@ -155,7 +155,7 @@ impl Sensor {
         Ok(Self { disparity: Disparity::new(&options, scale), options, colour, depth })
     }
 
-    /// Adds this picture's noise to `colour` and makes raw `depth` of `disparity`.
+    /// Adds this frame's noise to `colour` and makes raw `depth` of `disparity`.
     pub(super) fn finish(
         &self,
         width: usize,

@@ -15,7 +15,7 @@ const NO_NOISE: SensorOptions = SensorOptions {
     holes: false,
 };
 
-/// A grey picture whose depth is `z` metres everywhere.
+/// Returns a grey frame whose depth is `z` metres everywhere.
 fn plain(z: f64) -> Background {
     let lens = camera_file::paper().unwrap().intrinsics;
     let depth = Image::filled(640, 480, (z * lens.depth_scale).round() as u16);
@@ -97,7 +97,7 @@ fn the_ball_is_red_where_it_projects_to_and_as_far_as_it_is() {
 }
 
 #[test]
-fn what_is_red_covers_the_area_of_the_disc() {
+fn the_rendered_ball_has_the_area_of_its_disc() {
     let mut camera = camera(plain(2.0), NO_NOISE, 1);
     let centre = Point3::new(0.7, 0.286, 0.225);
     let scene = Scene {
@@ -108,7 +108,7 @@ fn what_is_red_covers_the_area_of_the_disc() {
     };
     let (with, without) =
         (camera.render(0.0, &scene).unwrap(), camera.render(0.0, &Scene::default()).unwrap());
-    // Green goes down by what the ball covers; the share of an edge pixel tells how much of it.
+    // The ball lowers the green value of every pixel that it covers, edge pixels included.
     let green = |frame: &RgbdFrame| {
         bytes(frame).0.iter().skip(1).step_by(3).filter(|g| **g != 128).count() as f64
     };
@@ -187,7 +187,7 @@ fn more_light_makes_everything_brighter() {
 }
 
 #[test]
-fn what_is_half_outside_or_nowhere_is_drawn_as_far_as_it_is_seen() {
+fn a_ball_outside_the_frame_is_drawn_as_far_as_it_is_visible() {
     let mut camera = camera(plain(3.0), NO_NOISE, 1);
     let lens = camera_file::paper().unwrap();
     let at = |u: f64, v: f64, z: f64| lens.pose * lens.intrinsics.deproject(u, v, z);

@@ -1,8 +1,8 @@
-//! Objects in a hard frame besides the ball: occluders, neighbours and distractors.
+//! Objects in a hard frame besides the ball: occluders and neighbours.
 
 use nalgebra::Vector3;
 use plumb_sim::synthetic::compositor::{Appearance, Compositor};
-use plumb_sim::synthetic::{Material, Object, Pattern, Shape};
+use plumb_sim::synthetic::{Material, Object, Shape};
 use rand::RngExt;
 
 use super::{BallPlacement, DIAMETER, HardFrames};
@@ -73,73 +73,12 @@ impl HardFrames<'_> {
         self.add(compositor, Object::new(shape, srgb(colour).matt()))
     }
 
-    /// Adds a distractor in front of everything it covers: a red object, or a ball of another size
-    /// or colour.
-    pub(super) fn add_distractor(
+    /// Adds an object in sharp focus.
+    pub(super) fn add(
         &mut self,
         compositor: &mut Compositor,
+        thing: Object,
     ) -> Result<(), VisionError> {
-        let red = self.red();
-        let kind = self.random.random_range(0..7);
-        let size = match kind {
-            2 => self.random.random_range(0.09..0.16),
-            3 => DIAMETER / 2.0 * [0.45, 2.0, 2.6][self.random.random_range(0..3)],
-            4 => DIAMETER / 2.0,
-            5 => self.random.random_range(0.05..0.09),
-            _ => self.random.random_range(0.03..0.09),
-        };
-        let lens = self.camera.intrinsics;
-        let (width, height) = (2.0 * lens.cx + 1.0, 2.0 * lens.cy + 1.0);
-        let mut within = |size: f64| self.random.random_range(0.05 * size..0.95 * size);
-        let (u, v) = (within(width), within(height));
-        let z = self.random.random_range(0.6..1.8_f64);
-        let free = compositor.nearest((u, v), lens.fx * size / z) - size;
-        let z = z.min(free);
-        if z < 0.45 + size {
-            return Ok(());
-        }
-        let centre = self.deproject(u, v, z);
-        let sphere = |material| Object::new(Shape::Sphere { centre, radius: size }, material);
-        let block = |half, yaw, material: Material| {
-            Object::new(Shape::Block { centre, half, yaw }, material.matt())
-        };
-        let yaw = self.random.random_range(0.0..1.5);
-        let half = Vector3::new(
-            size,
-            self.random.random_range(0.4..1.0) * size,
-            self.random.random_range(0.4..1.2) * size,
-        );
-        let thing = match kind {
-            0 => {
-                let shape = Shape::Cylinder {
-                    base: centre - Vector3::z() * 0.058,
-                    radius: 0.033,
-                    height: 0.115,
-                };
-                Object::new(shape, red).with_pattern(Pattern::Label([0.75; 3]))
-            }
-            1 => {
-                let paper = [[235, 235, 230], [240, 200, 60], [60, 80, 160]]
-                    [self.random.random_range(0..3)];
-                block(half, yaw, srgb(paper)).with_pattern(Pattern::Print(red.colour))
-            }
-            2 => sphere(Material { colour: red.colour.map(|x| 0.6 * x), ..red }.matt()),
-            3 => sphere(red),
-            4 => sphere(srgb(
-                [[240, 132, 30], [240, 240, 238], [228, 178, 148], [40, 60, 190]]
-                    [self.random.random_range(0..4)],
-            )),
-            5 => sphere(
-                srgb([[150, 85, 45], [120, 60, 30], [110, 45, 35]][self.random.random_range(0..3)])
-                    .matt(),
-            ),
-            _ => block(half, yaw, red).with_pattern(Pattern::Wood),
-        };
-        self.add(compositor, thing)
-    }
-
-    /// Adds an object in sharp focus.
-    fn add(&mut self, compositor: &mut Compositor, thing: Object) -> Result<(), VisionError> {
         let appearance = Appearance { blur: 0.6, motion: (0.0, 0.0), holes: 0.01, linear: true };
         Ok(compositor.add(&thing, &appearance, &mut self.random)?)
     }
@@ -160,6 +99,6 @@ impl HardFrames<'_> {
 }
 
 /// Returns the material of an sRGB colour: red, green, blue.
-fn srgb([red, green, blue]: [u8; 3]) -> Material {
+pub(super) fn srgb([red, green, blue]: [u8; 3]) -> Material {
     Material::from_srgb(red, green, blue)
 }

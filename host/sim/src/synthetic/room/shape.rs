@@ -190,7 +190,7 @@ mod tests {
     }
 
     #[test]
-    fn rays_miss_what_is_beside_or_behind_them() {
+    fn rays_miss_shapes_beside_or_behind_them() {
         let away = Ray { from: Point3::new(3.0, 0.0, 0.0), along: Vector3::x() };
         let beside = Ray { from: Point3::new(3.0, 2.0, 0.0), along: -Vector3::x() };
         for shape in [
