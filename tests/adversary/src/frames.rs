@@ -58,9 +58,11 @@ fn stretch(random: &mut Random, accumulator: &mut Accumulator, outcome: &mut Out
     stream.extend(framed(&last));
     let found = decode_in_pieces(random, accumulator, &stream);
     compare(&stream, &found, outcome);
-    let heard =
+    let received =
         found.last().and_then(|found| found.as_ref().ok()).and_then(|bytes| read(bytes).ok());
-    outcome.check(heard == Some(last), RESYNCHRONISES, || format!("{heard:?} instead of {last:?}"));
+    outcome.check(received == Some(last), RESYNCHRONISES, || {
+        format!("{received:?} instead of {last:?}")
+    });
 }
 
 fn check_encoding(frame: &[u8], outcome: &mut Outcome) {

@@ -21,7 +21,7 @@ pub const NUMBERS: &str = "a law holds numbers";
 pub const RECOVERS: &str = "a law recovers";
 
 /// Number of ordinary measurements after which a law must move the motors.
-const CALM_PICTURES: u64 = 300;
+const RECOVERY_MEASUREMENTS: u64 = 300;
 /// Highest |position| of a motor, 1/16 steps.
 const MAX_TRAVEL: i64 = 1 << 29;
 /// Highest |coordinate| of the ball, µm.
@@ -153,27 +153,27 @@ fn drive<L>(
     let mut copy = law.clone();
     for tick in 0..measurements {
         outcome.tick = tick;
-        let picture = scene.next(random);
-        let setpoint = law.update(&picture);
-        let same = setpoint == copy.update(&picture);
-        outcome.check(same, DETERMINISTIC, || format!("{setpoint:?} at {picture:?}"));
-        check_demand(random, setpoint, config, outcome);
+        let measurement = scene.next(random);
+        let setpoint = law.update(&measurement);
+        let same = setpoint == copy.update(&measurement);
+        outcome.check(same, DETERMINISTIC, || format!("{setpoint:?} at {measurement:?}"));
+        check_setpoint(random, setpoint, config, outcome);
     }
     outcome.tally.add("measurements", measurements);
     let state = format!("{law:?}");
     outcome.check(!state.contains("NaN"), NUMBERS, || format!("{:?}: {state}", scene.motion));
-    let moves =
-        (0..CALM_PICTURES).any(|_| law.update(&scene.at_rest()).rates != MotorRates::default());
+    let moves = (0..RECOVERY_MEASUREMENTS)
+        .any(|_| law.update(&scene.at_rest()).rates != MotorRates::default());
     outcome.tally.add("recovered", moves.into());
     outcome.check(moves, RECOVERS, || format!("{:?}, limits {:?}", scene.motion, config.motors));
 }
 
-fn check_demand(random: &mut Random, setpoint: Setpoint, config: &Config, outcome: &mut Outcome) {
+fn check_setpoint(random: &mut Random, setpoint: Setpoint, config: &Config, outcome: &mut Outcome) {
     let limits = config.motors.map(|motor| motor.max_rate.0);
     let MotorRates(rates) = setpoint.rates.within(limits);
     let within = (0..3).all(|i| rates[i].unsigned_abs() <= limits[i].unsigned_abs());
     outcome.check(within, WITHIN, || format!("{rates:?} of {setpoint:?}, limits {limits:?}"));
-    outcome.tally.add("demands of motion", (rates != [0; 3]).into());
+    outcome.tally.add("setpoints with motion", (rates != [0; 3]).into());
     // Neither panics, for any setpoint.
     let later = setpoint.after(random.bits());
     let MotorRates(coasting) = later.rates.within(limits).coasting();

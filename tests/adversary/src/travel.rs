@@ -118,7 +118,7 @@ struct Approach<'a> {
     config: &'a Config,
     aim: Aim,
     directions: [i32; 3],
-    wanted: MotorRates,
+    setpoint: MotorRates,
     /// Whether a motor has passed its travel.
     passed: bool,
     ticks: u64,
@@ -129,10 +129,10 @@ fn one_stop(random: &mut Random, config: &Config, params: &Params, outcome: &mut
     let mut planner = Planner::default();
     planner.configure(params);
     let directions = [0; 3].map(|_| random.range(-1, 1) as i32);
-    let wanted = rates(random, config, directions);
+    let setpoint = rates(random, config, directions);
     let aim = random.pick(&Aim::ALL);
     let mut approach =
-        Approach { planner, config, aim, directions, wanted, passed: false, ticks: 0 };
+        Approach { planner, config, aim, directions, setpoint, passed: false, ticks: 0 };
     if approach.drive_to_the_end(random, outcome) {
         approach.drive_to_rest(outcome);
         approach.count(outcome);
@@ -148,8 +148,8 @@ fn there_and_back(random: &mut Random, config: &Config, params: &Params, outcome
     let there = rates(random, config, [1, -1, 1]);
     let back = MotorRates(there.0.map(|rate| -rate));
     let (turning, resting) = (random.range(1, 200), random.range(0, 200));
-    for (wanted, ticks) in [(there, turning), (MotorRates::default(), resting), (back, turning)] {
-        planner.set_rates(wanted, 0);
+    for (setpoint, ticks) in [(there, turning), (MotorRates::default(), resting), (back, turning)] {
+        planner.set_rates(setpoint, 0);
         for _ in 0..ticks {
             planner.tick();
         }
@@ -205,14 +205,14 @@ impl Approach<'_> {
             return;
         }
         match self.aim {
-            Aim::OtherEveryTick => self.wanted = rates(random, self.config, self.directions),
+            Aim::OtherEveryTick => self.setpoint = rates(random, self.config, self.directions),
             Aim::Wander => {
                 self.directions = [0; 3].map(|_| random.range(-1, 1) as i32);
-                self.wanted = rates(random, self.config, self.directions);
+                self.setpoint = rates(random, self.config, self.directions);
             }
             Aim::Once | Aim::Repeated30Hz | Aim::RepeatedEveryTick => {}
         }
-        self.planner.set_rates(self.wanted, 0);
+        self.planner.set_rates(self.setpoint, 0);
     }
 
     /// Sets the rates to 0, as the board does after a fault, until the motors rest.

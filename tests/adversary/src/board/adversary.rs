@@ -55,7 +55,7 @@ enum Camera {
 pub struct Adversary {
     camera: Camera,
     /// Whether the configurations are typical, and disturbances rare.
-    calm: bool,
+    ordinary: bool,
     ball: [f64; 3],
     /// Motion of the ball per step, m; negative for a rig with reversed motors.
     metres_a_step: f64,
@@ -70,7 +70,7 @@ impl Adversary {
         let sign = if random.percent(15) { -1.0 } else { 1.0 };
         Self {
             camera: if random.percent(60) { Camera::Honest } else { Camera::Any },
-            calm: random.percent(35),
+            ordinary: random.percent(35),
             ball: [0.5, 0.2, 0.4],
             metres_a_step: sign * METRES_A_STEP,
             sequence: 0,
@@ -92,7 +92,7 @@ impl Adversary {
 
     /// Returns a configuration that should be accepted.
     pub fn config(&self, random: &mut Random, view: &View) -> Config {
-        if self.calm {
+        if self.ordinary {
             generate::typical(random)
         } else {
             generate::accepted(random, view.positions)
@@ -116,7 +116,7 @@ impl Adversary {
         if let Some(way_on) = self.way_on(random, view) {
             return Action::Send(way_on);
         }
-        let roll = random.below(if self.calm { 4000 } else { 1000 });
+        let roll = random.below(if self.ordinary { 4000 } else { 1000 });
         match roll {
             0..=9 => Action::Send(Command::Hello(hello(random))),
             10..=24 => Action::Send(Command::Configure(self.config(random, view))),
@@ -163,7 +163,7 @@ impl Adversary {
     /// Returns a position: mostly a fresh one of the ball; sometimes late, out of order,
     /// without a ball or far outside.
     pub fn position(&mut self, random: &mut Random, view: &View) -> Command {
-        let strange = !self.calm || random.one_in(8);
+        let strange = !self.ordinary || random.one_in(8);
         if strange {
             self.sequence = next_sequence(random, self.sequence);
         } else {

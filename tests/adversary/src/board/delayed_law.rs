@@ -52,7 +52,7 @@ impl DelayedLaw {
         let request = board.take_law_request();
         if let Some(twin) = twin {
             let other = twin.take_law_request();
-            outcome.check(other == request, TWIN, || format!("asks {other:?} and {request:?}"));
+            outcome.check(other == request, TWIN, || format!("requests {other:?} and {request:?}"));
         }
         let Some(request) = request else { return };
         outcome.tally.count("law requests");
@@ -73,7 +73,7 @@ impl DelayedLaw {
     fn respond(&mut self, request: &LawRequest, outcome: &mut Outcome) -> LawResponse {
         let (response, fresh) = (self.law_worker.respond(request), self.fresh.respond(request));
         outcome.check(response == fresh, FRESH_LAW, || {
-            format!("answered {response:?}; a law that began with the configuration {fresh:?}")
+            format!("answered {response:?}; a law started with the configuration: {fresh:?}")
         });
         response
     }

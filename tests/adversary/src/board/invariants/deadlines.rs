@@ -19,18 +19,18 @@ const SLACK: u64 = 2 * TICK;
 #[derive(Debug, Clone, Default)]
 pub(super) struct HostDeadline {
     /// Time of the last command, µs.
-    heard: u64,
+    last_rx: u64,
 }
 
 impl HostDeadline {
     pub(super) fn delivered(&mut self, delivery: &Delivery<'_>) {
         if delivery.message.is_ok() {
-            self.heard = self.heard.max(delivery.at);
+            self.last_rx = self.last_rx.max(delivery.at);
         }
     }
 
     pub(super) fn ticked(&self, ticked: &Ticked<'_>, limits: &Limits, outcome: &mut Outcome) {
-        let silence = ticked.now.saturating_sub(self.heard);
+        let silence = ticked.now.saturating_sub(self.last_rx);
         let limit = u64::from(limits.deadlines.host.0) * 1000 + SLACK;
         if silence <= limit {
             return;
@@ -80,7 +80,7 @@ impl PositionDeadline {
         let limit = u64::from(limits.deadlines.position.0) * 1000 + SLACK;
         outcome.check(unseen <= limit, POSITION, || {
             format!(
-                "{:?} {unseen} µs after the last picture, {:?}",
+                "{:?} {unseen} µs after the last position, {:?}",
                 ticked.after.state, limits.deadlines
             )
         });
