@@ -2,14 +2,14 @@
 //!
 //! | column | meaning |
 //! |---|---|
-//! | `t` | the colour picture's time stamp, seconds |
-//! | `u`, `v`, `radius` | the ball's centre and radius, pixels |
-//! | `depth` | of its centre along the optical axis, metres |
-//! | `x`, `y`, `z` | its centre in the rig frame, metres |
-//! | `score` | the detector's |
+//! | `t` | time stamp of the colour image, seconds |
+//! | `u`, `v`, `radius` | centre and radius of the ball, pixels |
+//! | `depth` | depth of the ball's centre along the optical axis, metres |
+//! | `x`, `y`, `z` | centre of the ball in the rig frame, metres |
+//! | `score` | score of the detector |
 //!
-//! Fields that are not known are empty: all after `t` where there is no ball or the frame is
-//! broken, `depth`, `x`, `y` and `z` where the ball has too little depth.
+//! Unknown fields are empty: all after `t` if the frame is broken or has no ball, and `depth`, `x`,
+//! `y` and `z` if the ball has too little depth.
 
 mod debug;
 
@@ -26,10 +26,10 @@ use thiserror::Error;
 
 pub use debug::{DebugError, DebugFolder};
 
-/// The CSV's first line, field by field.
+/// Header of the CSV: the names of the columns.
 pub const HEADER: [&str; 9] = ["t", "u", "v", "radius", "depth", "x", "y", "z", "score"];
 
-/// Why a replay ended early.
+/// Error that ends a replay early.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum ReplayError {
@@ -45,7 +45,7 @@ pub enum ReplayError {
 }
 
 impl ReplayError {
-    /// Whether the rows were written to a pipe whose reader has closed it.
+    /// Returns whether the reader of the rows has closed its pipe.
     pub fn is_closed_pipe(&self) -> bool {
         let Self::Write(error) = self else { return false };
         let csv::ErrorKind::Io(error) = error.kind() else { return false };
@@ -53,50 +53,50 @@ impl ReplayError {
     }
 }
 
-/// What went wrong with one frame, or one line of a list; the replay goes on.
+/// Problem with one frame or one line of a list. The replay continues.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum Problem {
-    /// It could not be read.
+    /// The frame could not be read.
     #[error(transparent)]
     Source(#[from] SourceError),
-    /// It could not be searched.
+    /// The detector failed on the frame.
     #[error("the frame at {time:.6} s: {error}")]
     Detect {
-        /// Its time stamp, seconds.
+        /// Time stamp of the frame, seconds.
         time: f64,
-        /// What the detector said.
+        /// Error of the detector.
         error: DetectError,
     },
-    /// It has colour but not one pixel of depth (no depth picture near in time, for example).
-    #[error("the frame at {time:.6} s: no depth picture within 20 ms, or an empty one")]
+    /// The frame has no pixel of depth, for example because no depth image is near in time.
+    #[error("the frame at {time:.6} s: no depth image within 20 ms, or an empty one")]
     NoDepth {
-        /// Its time stamp, seconds.
+        /// Time stamp of the frame, seconds.
         time: f64,
     },
 }
 
-/// What a replay found.
+/// Counts of a replay.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct ReplayOutcome {
-    /// Frames in the recording, broken ones too: rows written.
+    /// Frames in the recording, including broken ones: the number of rows.
     pub frames: usize,
     /// Frames with a ball.
     pub detected: usize,
     /// Frames with a ball whose position is known.
     pub located: usize,
-    /// Frames without any depth.
+    /// Frames without depth.
     pub without_depth: usize,
-    /// Frames that could not be read or searched, and lines that are no frame.
+    /// Frames on which reading or detection failed, and lines that describe no frame.
     pub broken: usize,
 }
 
-/// Runs `detector` over the TUM RGB-D recording in `folder`, taken by `camera`, and writes a row a
-/// colour frame to `out`, at once. What is wrong with single frames goes to `report` and does not
-/// end it.
+/// Runs `detector` over the TUM RGB-D recording in `folder`, taken by `camera`. Writes a row for
+/// each colour frame to `out` and flushes it. Problems with single frames go to `report` and do not
+/// end the replay.
 ///
 /// # Errors
-/// Where the recording's lists cannot be read or `out` cannot be written.
+/// Returns an error if the recording's lists cannot be read or `out` cannot be written.
 pub fn replay_folder(
     folder: &Path,
     camera: &Camera,
@@ -108,8 +108,8 @@ pub fn replay_folder(
     replay(&mut source, camera, detector, out, None, report)
 }
 
-/// As [`replay_folder`], on any source that comes to an end, or to an error that is its end. Images
-/// of the detector's stages go to `debug`.
+/// Runs `detector` over the frames of `source` until it ends, as [`replay_folder`]. Writes images
+/// of the detector's stages to `debug`.
 ///
 /// # Errors
 /// Returns an error if `out` or the images cannot be written.
@@ -128,7 +128,7 @@ pub fn replay(
         let (time, ball) = match source.next_frame() {
             Ok(None) => break,
             Ok(Some(frame)) => {
-                let ball = look(&frame, detector, &mut outcome, debug, &mut report)?;
+                let ball = detect(&frame, detector, &mut outcome, debug, &mut report)?;
                 (Some(frame.time()), ball)
             }
             Err(error) => {
@@ -151,8 +151,8 @@ pub fn replay(
     Ok(outcome)
 }
 
-/// Looks for the ball in one frame, and counts the result in `outcome`.
-fn look(
+/// Runs the detector on one frame, and counts the result in `outcome`.
+fn detect(
     frame: &RgbdFrame,
     detector: &mut dyn BallDetector,
     outcome: &mut ReplayOutcome,
@@ -177,8 +177,8 @@ fn look(
     Ok(ball)
 }
 
-/// The fields of a row, in the order of [`HEADER`]: pixels to 0.001, metres to 0.00001, the score
-/// to 0.0001.
+/// Returns the fields of a row in the order of [`HEADER`]: pixels to 0.001, metres to 0.00001, the
+/// score to 0.0001.
 fn row(time: f64, ball: Option<&BallObservation>, camera: &Camera) -> [String; 9] {
     let field = |value: Option<f64>, digits: usize| {
         value.map(|x| format!("{x:.digits$}")).unwrap_or_default()
@@ -200,106 +200,4 @@ fn row(time: f64, ball: Option<&BallObservation>, camera: &Camera) -> [String; 9
 }
 
 #[cfg(test)]
-mod tests {
-    use nalgebra::{Isometry3, Vector3};
-    use opencv::core::{CV_8UC3, CV_16UC1, Mat, Scalar};
-    use opencv::imgcodecs::imwrite_def;
-    use plumb_vision::camera::Intrinsics;
-    use plumb_vision::observation::Circle;
-
-    use super::*;
-
-    /// Sees a ball where the first pixel's blue is 1, fails where it is 2.
-    struct Scripted;
-
-    impl BallDetector for Scripted {
-        fn name(&self) -> &'static str {
-            "scripted"
-        }
-
-        fn detect(&mut self, frame: &RgbdFrame) -> Result<Option<BallObservation>, DetectError> {
-            match frame.colour().pixels()[0][0] {
-                1 => {
-                    let circle = Circle::rough(15.5, 11.5, 8.0);
-                    Ok(Some(BallObservation::new(circle, 0.75, frame, &camera())))
-                }
-                2 => Err(DetectError::processing("scripted")),
-                _ => Ok(None),
-            }
-        }
-    }
-
-    fn camera() -> Camera {
-        let intrinsics =
-            Intrinsics { fx: 200.0, fy: 200.0, cx: 15.5, cy: 11.5, depth_scale: 1000.0 };
-        let pose = Isometry3::new(Vector3::new(1.0, 2.0, 3.0), Vector3::zeros());
-        Camera { intrinsics, pose, ball_diameter: 0.04, ball_hue: 0.0 }
-    }
-
-    fn recording() -> tempfile::TempDir {
-        let folder = tempfile::tempdir().unwrap();
-        let write =
-            |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
-        write(
-            "rgb.txt",
-            "# t\n0.000000 0.png\n0.033333 1.png\n0.066667 gone.png\n0.1 2.png\n0.2 1.png\n",
-        );
-        write("depth.txt", "0.001 d.png\n0.034 d.png\n0.066667 d.png\n0.1 d.png\nx y\n");
-        let picture = |name: &str, typ: i32, value: f64| {
-            let mat = Mat::new_rows_cols_with_default(24, 32, typ, Scalar::all(value)).unwrap();
-            imwrite_def(folder.path().join(name).to_str().unwrap(), &mat).unwrap();
-        };
-        for value in 0..3 {
-            picture(&format!("{value}.png"), CV_8UC3, f64::from(value));
-        }
-        picture("d.png", CV_16UC1, 500.0);
-        folder
-    }
-
-    #[test]
-    fn there_is_a_row_a_colour_frame_and_every_problem_is_reported() {
-        let (mut out, mut problems) = (Vec::new(), Vec::new());
-        let folder = recording();
-        let report = |p: &Problem| problems.push(p.to_string());
-        let outcome =
-            replay_folder(folder.path(), &camera(), &mut Scripted, &mut out, report).unwrap();
-        let text = String::from_utf8(out).unwrap();
-        let lines: Vec<&str> = text.lines().collect();
-        assert_eq!(lines[0], "t,u,v,radius,depth,x,y,z,score");
-        assert_eq!(lines[1], "0.000000,,,,,,,,");
-        assert!(lines[2].starts_with("0.033333,15.500,11.500,8.000,0.51"), "{}", lines[2]);
-        assert!(
-            lines[2].contains(",1.00000,2.00000,3.51") && lines[2].ends_with(",0.7500"),
-            "{}",
-            lines[2]
-        );
-        assert_eq!(lines[3], "0.066667,,,,,,,,");
-        assert_eq!(lines[4], "0.100000,,,,,,,,");
-        assert_eq!(lines[5], "0.200000,15.500,11.500,8.000,,,,,0.7500");
-        assert_eq!(lines.len(), 6);
-        let expected =
-            ReplayOutcome { frames: 5, detected: 2, located: 1, without_depth: 1, broken: 3 };
-        assert_eq!(outcome, expected);
-        let named = ["depth.txt:5", "gone.png", "scripted", "0.200000 s: no depth"];
-        assert_eq!(problems.len(), named.len(), "{problems:?}");
-        for (problem, name) in problems.iter().zip(named) {
-            assert!(problem.contains(name), "{name} in {problem}");
-        }
-    }
-
-    #[test]
-    fn a_pipe_that_closes_ends_it_with_an_error() {
-        struct Closed;
-        impl Write for Closed {
-            fn write(&mut self, _: &[u8]) -> std::io::Result<usize> {
-                Err(std::io::ErrorKind::BrokenPipe.into())
-            }
-            fn flush(&mut self) -> std::io::Result<()> {
-                Ok(())
-            }
-        }
-        let folder = recording();
-        let outcome = replay_folder(folder.path(), &camera(), &mut Scripted, Closed, |_| ());
-        assert!(outcome.as_ref().is_err_and(ReplayError::is_closed_pipe), "{outcome:?}");
-    }
-}
+mod tests;

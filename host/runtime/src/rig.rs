@@ -100,7 +100,7 @@ pub struct Box3 {
 pub struct ReachedRule {
     /// Distance, metres.
     pub radius: Positive,
-    /// Pictures in a row.
+    /// Number of consecutive frames.
     pub frames: u8,
 }
 
@@ -112,7 +112,7 @@ pub struct DeadlineSettings {
     pub host: Positive,
     /// Without a fresh position.
     pub position: Positive,
-    /// Oldest picture that is used; below `position`.
+    /// Greatest age of a frame that is used, seconds; below `position`.
     pub max_age: Positive,
 }
 

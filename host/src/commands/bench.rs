@@ -28,21 +28,21 @@ pub(crate) enum Command {
     Vision(VisionArgs),
 }
 
-/// How fast the laws are on simulated rigs, through the board's own arithmetic
+/// Speed of the laws on simulated rigs, with the board's own arithmetic
 ///
-/// Laws: interval, sign, adaptive, taut; their f64_reference in f64 (sign-f64); baselines: broyden
-/// (uncalibrated servoing), model-5, model-10, model-20 (inverse kinematics, geometry so many
-/// percent wrong); limits: oracle, reference (slack-free). Times are multiples of what an oracle
-/// with a perfect model needs. Suites: paper (frames to 10 mm of the paper's task for several γ),
-/// quasi-static, yaw, tilt, tilt20, radii, heights, noise, outliers, ages, latency, drift,
-/// unilateral, bounce4, bounce3, bounce2, elastic, elastic800, elastic150, edge, high, fine,
-/// paper-task.
+/// Laws: interval, sign, adaptive, taut; their references in f64 (sign-f64); baselines: broyden
+/// (uncalibrated servoing), model-5, model-10, model-20 (inverse kinematics, with that error of
+/// the geometry in percent); limits: oracle, reference (slack-free). Times are multiples of the
+/// time of an oracle with a perfect model. Suites: paper (frames to 10 mm of the paper's task for
+/// several γ), quasi-static, yaw, tilt, tilt20, radii, heights, noise, outliers, ages, latency,
+/// drift, unilateral, bounce4, bounce3, bounce2, elastic, elastic800, elastic150, edge, high,
+/// fine, paper-task.
 #[derive(Parser)]
 pub(crate) struct ControlArgs {
-    /// What to compare on; several with commas, or given more than once
+    /// Suite; several with commas, or given more than once
     #[arg(long, default_value = "quasi-static", value_delimiter = ',')]
     suite: Vec<SuiteArg>,
-    /// Law or baseline, likewise [default: the default law]
+    /// Law or baseline; several likewise [default: the default law]
     #[arg(long, value_delimiter = ',')]
     law: Vec<ControllerKind>,
     /// Gain of the law interval, 1/s at 0.471 mm of cable a step
@@ -53,7 +53,7 @@ pub(crate) struct ControlArgs {
     #[arg(long, default_value_t = 300)]
     #[arg(value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     rigs: u64,
-    /// Number of the first of them, to look at one again that failed
+    /// Number of the first rig, to repeat one that failed
     #[arg(long, default_value_t = 0)]
     #[arg(value_parser = clap::value_parser!(u64).range(..=1_000_000_000))]
     first_rig: u64,
@@ -63,11 +63,11 @@ pub(crate) struct ControlArgs {
     /// Running mean over the step plan, seconds, instead of each law's own
     #[arg(long, allow_negative_numbers = true, value_parser = numbers::finite)]
     mean: Option<f64>,
-    /// When the clock starts: with the first picture's arrival, or 1 to 2 frames earlier, when the
-    /// target is told
+    /// Start of the clock: arrival of the first frame (picture), or 1 to 2 frames earlier, when the
+    /// target is set (target)
     #[arg(long, value_enum, default_value = "picture")]
     clock: ClockName,
-    /// Draw the share of runs that have arrived over time into this SVG file
+    /// Draw the share of runs that have reached the target over time into this SVG file
     #[arg(long, value_name = "FILE")]
     svg: Option<PathBuf>,
     /// End with a line of JSON on standard output for each law and suite; endless times are null
@@ -96,7 +96,7 @@ impl FromStr for SuiteArg {
     }
 }
 
-/// When a run's clock starts.
+/// Value of `--clock`.
 #[derive(Clone, Copy, ValueEnum)]
 enum ClockName {
     Picture,
@@ -112,26 +112,26 @@ impl From<ClockName> for Clock {
     }
 }
 
-/// How well and how fast the detectors find the ball in scenes from a seed
+/// Accuracy and speed of the detectors in scenes from a seed
 ///
-/// Suites: scenes (rendered, and balls in the first background), hard (balls of 60 mm put into the
-/// backgrounds with what spoils the view, and the same without a ball), empty (all of both without
+/// Suites: scenes (rendered, and balls in the first background), hard (balls of 60 mm in the
+/// backgrounds under difficult conditions, and the same without a ball), empty (all of both without
 /// a ball). Backgrounds have the paper's intrinsics.
 #[derive(Parser)]
 pub(crate) struct VisionArgs {
-    /// Which pictures: scenes, hard or empty
+    /// Set of frames: scenes, hard or empty
     #[arg(long, default_value = "scenes")]
     suite: FrameSuite,
-    /// Pictures of each kind of scene
+    /// Number of frames of each kind of scene
     #[arg(long, default_value_t = 20)]
     frames: usize,
-    /// Pictures of each kind of scene without a ball, as many as of the others by default
+    /// Number of frames of each kind of scene without a ball [default: as --frames]
     #[arg(long)]
     empty: Option<usize>,
     /// Seed of the scenes
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// A TUM RGB-D folder; balls are then also rendered into its pictures. May be given more than
+    /// A TUM RGB-D folder; balls are then also rendered into its frames. May be given more than
     /// once
     #[arg(long, value_name = "FOLDER")]
     background: Vec<PathBuf>,
@@ -165,7 +165,7 @@ fn bench_control(args: &ControlArgs) -> Result<ExitCode, Failure> {
             let report = measure(controller, suite, args)?;
             let line = serde_json::to_string(&report)?;
             reports.push(report);
-            if args.json && print::results(line)? == Reader::Gone {
+            if args.json && print::results(line)? == Reader::Closed {
                 break 'suites;
             }
         }
@@ -177,6 +177,7 @@ fn bench_control(args: &ControlArgs) -> Result<ExitCode, Failure> {
     Ok(ExitCode::SUCCESS)
 }
 
+/// Creates a file of results.
 fn create(file: &Path) -> Result<File, Failure> {
     File::create(file).map_err(|error| bad_input(format!("{}: {error}", file.display())))
 }

@@ -18,22 +18,23 @@ use super::{Failure, bad_input, law};
 /// In: {"t": s, "dt": s, "position": [x, y, z] or null, "age": s, "target": [x, y, z]}, metres in
 /// the rig frame, `target` where it changes. Out, after the board has run from t to t plus dt:
 /// {"t": s, "steps": [[a, b, c], ...], "rates": [a, b, c], "state": "...", "reached": bool}, full
-/// steps since the start, positive where cable is paid out. A board that stopped because it received
-/// no position for half a second goes on with the next one.
+/// steps since the start, positive where cable is paid out. A board that stopped because it
+/// received no position for half a second continues with the next one.
 #[derive(Parser)]
 pub(crate) struct Args {
     /// A rig file with limits, workspace and law; without one: 400 steps/s, 2000 steps/s², all of
     /// ±4 m, 10 mm
     #[arg(long)]
     rig: Option<PathBuf>,
-    /// The law, with its usual parameters [default: the rig file's, or the default law]
+    /// Control law, with its default parameters [default: the rig file's, or the default law]
     #[arg(long, value_parser = law)]
     law: Option<LawSettings>,
-    /// Motor positions in an answer, evenly over dt
+    /// Number of motor positions in an answer, evenly spaced over dt
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     samples: u32,
 }
 
+/// Returns the configuration of the options.
 fn config(args: &Args) -> Result<Config, Failure> {
     if let Some(path) = &args.rig {
         let mut rig = Rig::read(path)?;
@@ -47,7 +48,7 @@ fn config(args: &Args) -> Result<Config, Failure> {
     Ok(Limits::default().config(law.config()?, mean, 0.010))
 }
 
-/// Longest line of input, bytes: a request has some 150.
+/// Longest line of input, bytes. A request has about 150.
 const LONGEST_LINE: u64 = 1 << 16;
 
 pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
@@ -64,7 +65,7 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
         let answer = cosim.step(&request, args.samples).map_err(|e| wrong(&e))?;
         let answer = serde_json::to_string(&answer)?;
         // The engine waits for each line.
-        if print::results(answer)? == Reader::Gone {
+        if print::results(answer)? == Reader::Closed {
             break;
         }
     }

@@ -33,7 +33,7 @@ use super::print::tell;
 use super::run_camera::record_folder;
 use super::{Failure, Physics, bad_input, failed, law, numbers, print};
 
-/// The paper's task, closed loop: rendered pictures, OpenCV, a serial port, an emulated board, a
+/// The paper's task, closed loop: rendered frames, OpenCV, a serial port, an emulated board, a
 /// simulated rig
 ///
 /// The ball goes from P0 (0.540, 0.220, 0.459) to PT (0.400, 0.400, 0.150) m. The last line of
@@ -44,7 +44,7 @@ pub(crate) struct Args {
     /// seed
     #[arg(long)]
     virtual_time: bool,
-    /// Render into the first picture of this TUM RGB-D folder instead of a room
+    /// Render into the first frame of this TUM RGB-D folder instead of a room
     #[arg(long, value_name = "FOLDER")]
     background: Option<PathBuf>,
     /// Seed of the camera's noise

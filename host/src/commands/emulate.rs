@@ -22,17 +22,17 @@ use super::{Failure, Physics, bad_input, print};
 
 /// An emulated board on a pseudo-terminal, for anything that speaks the protocol
 ///
-/// Prints the terminal's path, tells of every change of state, and runs until it is interrupted.
+/// Prints the terminal's path and every change of state, and runs until it is interrupted.
 #[derive(Parser)]
 pub(crate) struct Args {
-    /// A rig file; the board's motors then move its simulated rig
+    /// A rig file, whose simulated rig the board's motors move
     #[arg(long)]
     rig: Option<PathBuf>,
-    /// How the simulated rig behaves
+    /// Model of the simulated rig
     #[arg(long, value_enum, default_value = "quasi-static")]
     physics: Physics,
-    /// Also make this symbolic link to the terminal, and remove it at the end; one that was left
-    /// behind is replaced
+    /// Create this symbolic link to the terminal, and remove it at the end; replaces a link that
+    /// an earlier emulation left behind
     #[arg(long, value_name = "PATH")]
     link: Option<PathBuf>,
     #[command(flatten)]
@@ -42,7 +42,7 @@ pub(crate) struct Args {
     json: bool,
 }
 
-/// How the board was left.
+/// Final state of the board.
 #[derive(Serialize)]
 struct Line {
     state: String,
@@ -51,8 +51,8 @@ struct Line {
     time_s: f64,
 }
 
-/// Often enough for a person to follow.
-const LOOK: Duration = Duration::from_millis(20);
+/// Interval at which the board's state is read, short enough for a person to follow.
+const POLL_INTERVAL: Duration = Duration::from_millis(20);
 
 pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
     let interrupted = interrupt_flag()?;
@@ -78,7 +78,7 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
         if state.replace(now) != Some(now) {
             tell!("{now}");
         }
-        thread::sleep(LOOK);
+        thread::sleep(POLL_INTERVAL);
     }
     drop(link);
     let line = {

@@ -1,27 +1,28 @@
-//! Numbers on the command line: checked while they are read, so that the option is named.
+//! Numbers on the command line. They are checked while they are parsed, so that errors name the
+//! option.
 
 use plumb_cameras::toml_file::{Finite, NumberError, Positive};
 
-/// Longest time that can be asked for, seconds: 30 years, which every clock can count.
+/// Longest time of an option, seconds: 30 years, which every clock can represent.
 const LONGEST_S: f64 = 1e9;
 
-/// A finite number.
+/// Parses a finite number.
 pub(super) fn finite(text: &str) -> Result<f64, String> {
     checked(text, Finite::try_from, Finite::get)
 }
 
-/// A finite number above 0.
+/// Parses a finite number above 0.
 pub(super) fn positive(text: &str) -> Result<f64, String> {
     checked(text, Positive::try_from, Positive::get)
 }
 
-/// A time above 0, at most [`LONGEST_S`].
+/// Parses a time above 0 and at most [`LONGEST_S`], seconds.
 pub(super) fn seconds(text: &str) -> Result<f64, String> {
     let time = positive(text)?;
     if time <= LONGEST_S { Ok(time) } else { Err(format!("{time} must be at most {LONGEST_S} s")) }
 }
 
-/// A share, 0 to 1.
+/// Parses a share, 0 to 1.
 pub(super) fn share(text: &str) -> Result<f64, String> {
     let share = finite(text)?;
     if (0.0..=1.0).contains(&share) {
@@ -31,12 +32,13 @@ pub(super) fn share(text: &str) -> Result<f64, String> {
     }
 }
 
+/// Parses a number and checks it with `check`.
 fn checked<T>(
     text: &str,
     check: impl FnOnce(f64) -> Result<T, NumberError>,
     value: impl FnOnce(T) -> f64,
 ) -> Result<f64, String> {
-    let number = text.parse().map_err(|_| "a number is wanted".to_owned())?;
+    let number = text.parse().map_err(|_| "must be a number".to_owned())?;
     check(number).map(value).map_err(|error| error.to_string())
 }
 

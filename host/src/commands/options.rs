@@ -23,7 +23,7 @@ pub(super) struct RunOptions {
     /// Folder for the run, new or empty [default: the next number under runs/]
     #[arg(long, value_name = "FOLDER")]
     pub(super) out: Option<PathBuf>,
-    /// Record the pictures to this folder, new or empty (TUM RGB-D, for `plumb replay`; a camera's
+    /// Record the frames to this folder, new or empty (TUM RGB-D, for `plumb replay`; a camera's
     /// also as .oni)
     #[arg(long, value_name = "FOLDER")]
     pub(super) record: Option<PathBuf>,

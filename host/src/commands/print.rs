@@ -1,5 +1,5 @@
-//! Output: results to standard output, messages for people to standard error. Neither panics when
-//! nobody reads.
+//! Output: results to standard output, messages for people to standard error. Neither panics if the
+//! reader has closed the pipe.
 
 use std::fmt;
 use std::io::{self, ErrorKind, Write};
@@ -16,65 +16,64 @@ macro_rules! tell {
 }
 pub(crate) use tell;
 
-/// Writes `text` for people to standard error. A message that cannot be written is lost: it is no
-/// result.
+/// Writes `text` for people to standard error. Ignores errors: a message is no result.
 pub(crate) fn message(text: fmt::Arguments<'_>) {
     // One write for the whole text: messages of several programs in one terminal do not mix.
     let _lost = io::stderr().write_all(text.to_string().as_bytes());
 }
 
-/// Writes a line of results to standard output. A closed pipe is no error: its reader has all that
-/// it wanted.
+/// Writes a line of results to standard output. A closed pipe is no error: its reader needs no more
+/// lines.
 ///
 /// # Errors
-/// Where it cannot be written for another reason, such as a full disk.
+/// Returns an error if writing fails for another reason, such as a full disk.
 pub(crate) fn result(line: impl fmt::Display) -> Result<(), Failure> {
     results(line).map(|_| ())
 }
 
-/// Whether a pipe has a reader.
+/// State of the reader of standard output.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Reader {
-    /// It has one, or standard output is no pipe.
-    Reads,
-    /// The pipe is closed: nobody will read another line.
-    Gone,
+    /// The pipe is open, or standard output is no pipe.
+    Open,
+    /// The reader has closed the pipe.
+    Closed,
 }
 
-/// As [`result`], one of many lines: returns whether it is of use to go on.
+/// Writes one of many lines of results, as [`result`]. Returns whether the reader is still there.
 ///
 /// # Errors
-/// As [`result`].
+/// Returns the errors of [`result`].
 pub(crate) fn results(line: impl fmt::Display) -> Result<Reader, Failure> {
     let text = format!("{line}\n");
     match Results.write_all(text.as_bytes()).and_then(|()| Results.flush()) {
-        Ok(()) => Ok(Reader::Reads),
-        Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(Reader::Gone),
+        Ok(()) => Ok(Reader::Open),
+        Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(Reader::Closed),
         Err(error) => Err(failed(format!("standard output: cannot be written: {error}"))),
     }
 }
 
-/// Standard output. A full pipe is waited for, also where its reader has set it to not block.
+/// Standard output. A write waits while the pipe is full, also if the pipe is non-blocking.
 pub(crate) struct Results;
 
-/// Time between two looks at a full pipe.
-const LOOK: Duration = Duration::from_millis(5);
+/// Interval between two attempts to write to a full pipe.
+const RETRY_INTERVAL: Duration = Duration::from_millis(5);
 
 impl Write for Results {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        patiently(|| io::stdout().write(bytes))
+        retry_while_full(|| io::stdout().write(bytes))
     }
 
     fn flush(&mut self) -> io::Result<()> {
-        patiently(|| io::stdout().flush())
+        retry_while_full(|| io::stdout().flush())
     }
 }
 
-/// Repeats `attempt` until it does not fail for want of room.
-fn patiently<T>(mut attempt: impl FnMut() -> io::Result<T>) -> io::Result<T> {
+/// Repeats `attempt` while the pipe is full.
+fn retry_while_full<T>(mut attempt: impl FnMut() -> io::Result<T>) -> io::Result<T> {
     loop {
         match attempt() {
-            Err(error) if error.kind() == ErrorKind::WouldBlock => thread::sleep(LOOK),
+            Err(error) if error.kind() == ErrorKind::WouldBlock => thread::sleep(RETRY_INTERVAL),
             done => return done,
         }
     }

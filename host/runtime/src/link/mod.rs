@@ -173,7 +173,7 @@ impl<T: Transport> Link<T> {
         }
     }
 
-    /// Reports where the ball was (`None`: not seen) in a picture taken `age` ago, and how sure
+    /// Reports where the ball was (`None`: not seen) in a frame taken `age` ago, and how sure
     /// that is. Does not wait for an answer.
     ///
     /// # Errors

@@ -14,7 +14,7 @@ pub struct LogRow {
     pub frame: u64,
     /// Its time stamp, seconds since the run's start.
     pub t_s: f64,
-    /// The ball as detected in the picture.
+    /// The ball as detected in the frame.
     pub detection: Option<LogDetection>,
     /// The ball as measured, metres in the rig frame.
     pub position: Option<Point3<f64>>,

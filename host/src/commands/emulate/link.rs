@@ -7,17 +7,17 @@ use std::path::{Path, PathBuf};
 
 use crate::commands::print::tell;
 
-/// A symbolic link to a pseudo-terminal; removed when it is dropped.
+/// Symbolic link to a pseudo-terminal. Dropping it removes the link.
 pub(super) struct TerminalLink {
     path: PathBuf,
     terminal: PathBuf,
 }
 
 impl TerminalLink {
-    /// Makes the link `path` to `terminal`. A link that an emulation has left behind is replaced.
+    /// Creates the link `path` to `terminal`. Replaces a link that an emulation left behind.
     ///
     /// # Errors
-    /// Where something else has this path, or the link cannot be made.
+    /// Returns an error if another file has this path, or the link cannot be created.
     pub(super) fn create(path: &Path, terminal: &Path) -> Result<Self, String> {
         let mut made = symlink(terminal, path);
         if is_taken(&made) && is_left_behind(path, terminal) {
@@ -37,7 +37,7 @@ impl TerminalLink {
 
 impl Drop for TerminalLink {
     fn drop(&mut self) {
-        // Another emulation may have put its own link there.
+        // Another emulation may have replaced the link with its own.
         if fs::read_link(&self.path).is_ok_and(|target| target == self.terminal)
             && let Err(error) = fs::remove_file(&self.path)
         {
@@ -50,8 +50,8 @@ fn is_taken(made: &io::Result<()>) -> bool {
     made.as_ref().is_err_and(|error| error.kind() == ErrorKind::AlreadyExists)
 }
 
-/// Whether `link` is a symbolic link to a pseudo-terminal that is gone: there is none of that
-/// number, or the number has just been given to `terminal`.
+/// Returns whether `link` is a symbolic link to a pseudo-terminal that no longer exists: no
+/// terminal has its number, or the system has reused the number for `terminal`.
 fn is_left_behind(link: &Path, terminal: &Path) -> bool {
     let Ok(target) = fs::read_link(link) else { return false };
     let gone =
@@ -59,7 +59,7 @@ fn is_left_behind(link: &Path, terminal: &Path) -> bool {
     target == terminal || (is_pseudo_terminal(&target) && gone())
 }
 
-/// Whether `path` is that of a pseudo-terminal, `/dev/pts/NUMBER`.
+/// Returns whether `path` is that of a pseudo-terminal, `/dev/pts/NUMBER`.
 fn is_pseudo_terminal(path: &Path) -> bool {
     let number = path.to_str().and_then(|path| path.strip_prefix("/dev/pts/"));
     number.is_some_and(|number| {
@@ -72,7 +72,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_link_is_removed_at_the_end_unless_it_is_anothers() {
+    fn a_link_is_removed_at_the_end_unless_another_emulation_replaced_it() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("board");
         drop(TerminalLink::create(&path, Path::new("/dev/pts/1000001")).unwrap());

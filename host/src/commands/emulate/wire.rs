@@ -1,4 +1,4 @@
-//! A link that takes time, loses frames and sees the board restart, for `plumb emulate`.
+//! Options of `plumb emulate` for a link with delay and losses, and for a restart of the board.
 
 use std::time::Duration;
 
@@ -10,40 +10,40 @@ use plumb_sim::emulator::wire::{Lane, Line, Reboot};
 
 use super::super::numbers;
 
-/// What the link to the emulated board does, the same in both directions; an ideal one without
-/// options.
+/// Faults of the link to the emulated board, the same in both directions. Without options the link
+/// is ideal.
 #[derive(Args)]
 #[command(next_help_heading = "The link to the board")]
 pub(super) struct WireOptions {
-    /// Frames take their time at this baud rate
+    /// Baud rate, which gives the transmission time of a frame
     #[arg(
         long,
         value_name = "BAUD",
         value_parser = clap::value_parser!(u32).range(300..=20_000_000)
     )]
     baud: Option<u32>,
-    /// Every frame takes this time, as over USB, seconds
+    /// Transmission time of every frame, as over USB, seconds
     #[arg(long, value_name = "S", conflicts_with = "baud", value_parser = numbers::seconds)]
     frame_time: Option<f64>,
-    /// Frames arrive so much later, seconds
+    /// Additional delay of every frame, seconds
     #[arg(long, value_name = "S", value_parser = numbers::seconds)]
     latency: Option<f64>,
-    /// Share of the frames that is lost, 0 to 1
+    /// Share of lost frames, 0 to 1
     #[arg(long, value_name = "SHARE", default_value_t = 0.0, value_parser = numbers::share)]
     lost: f64,
-    /// Share of the frames that is damaged, 0 to 1
+    /// Share of damaged frames, 0 to 1
     #[arg(long, value_name = "SHARE", default_value_t = 0.0, value_parser = numbers::share)]
     damaged: f64,
-    /// The board restarts after this time, as if its supply had failed, seconds
+    /// Time after which the board restarts, as after a power failure, seconds
     #[arg(long, value_name = "S", value_parser = numbers::seconds)]
     reboot_after: Option<f64>,
-    /// Seed of what is lost and damaged
+    /// Seed of the losses and damages
     #[arg(long, value_name = "N", default_value_t = 1)]
     link_seed: u64,
 }
 
 impl WireOptions {
-    /// The link that was asked for.
+    /// Returns the link of the options.
     pub(super) fn wire(&self) -> Wire {
         let line = match (self.baud, self.frame_time) {
             (Some(baud), _) => Line::Baud(baud),
