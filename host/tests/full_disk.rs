@@ -66,3 +66,17 @@ fn rows_without_room_end_the_run_with_the_cause() {
             .unwrap();
     assert_eq!(kept["ending"], line["ending"]);
 }
+
+#[test]
+fn the_last_rows_without_room_fail_the_run_at_the_same_frame() {
+    // 26 KiB: all rows but the last ones.
+    let results = [(); 4].map(|()| {
+        let folder = folder();
+        let output = demo(folder.path(), 52);
+        assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
+        let line = json(&output);
+        assert!(line["ending"].as_str().unwrap().contains("run.csv"), "{line}");
+        line["frames"].as_u64().unwrap()
+    });
+    assert!(results.iter().all(|&frames| frames == results[0]), "{results:?}");
+}

@@ -1,11 +1,13 @@
 //! A bounded queue and a thread between a run and an observer that writes.
 
-use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
+use std::any::Any;
+use std::sync::mpsc::{Receiver, Sender, SyncSender, TrySendError, channel, sync_channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
 
 use plumb_cameras::record::Overflow;
 use plumb_cameras::source::BoxedError;
+use thiserror::Error;
 
 use crate::observer::{FrameRecord, Observer, RunEvent};
 use crate::run::Summary;
@@ -13,7 +15,7 @@ use crate::run::Summary;
 /// Settings of the queue before an observer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct QueueSettings {
-    /// Name of the thread.
+    /// Name of the observer and its thread.
     pub name: &'static str,
     /// Number of records that may wait.
     pub capacity: usize,
@@ -21,6 +23,27 @@ pub struct QueueSettings {
     pub overflow: Overflow,
     /// Whether the records keep their frames: 1.5 MB each at 640x480.
     pub with_frames: bool,
+}
+
+/// Failure of an observer behind a queue.
+#[derive(Debug, Error)]
+pub enum QueuedError {
+    /// The observer reported a failure.
+    #[error("the {name} has failed")]
+    Observer {
+        /// Name of the observer.
+        name: &'static str,
+        /// Cause.
+        source: BoxedError,
+    },
+    /// The observer panicked. Everything after that is lost.
+    #[error("the {name} has panicked: {message}")]
+    Panicked {
+        /// Name of the observer.
+        name: &'static str,
+        /// Message of the panic.
+        message: String,
+    },
 }
 
 /// Item of the queue.
@@ -33,12 +56,23 @@ enum Item {
 /// Failure of the observer, from its thread to the run.
 type Failure = Arc<Mutex<Option<BoxedError>>>;
 
-/// Observer that runs in a thread of its own, behind a bounded queue. A slow observer never delays
-/// the run: with [`Overflow::Drop`] a record for which there is no room is dropped and counted.
+/// Observer that runs in a thread of its own, behind a bounded queue.
+///
+/// With [`Overflow::Drop`] a slow observer never delays the run: a record for which there is no
+/// room is dropped and counted. With [`Overflow::Block`] the run waits until the observer has
+/// handled the record, so that a failure ends the run at the same frame every time.
+///
+/// Dropping it waits until the observer has received everything, also while the run panics.
 pub struct Queued<O> {
-    items: SyncSender<Item>,
-    thread: JoinHandle<O>,
+    /// Beginning of the queue; `None` once it is closed or the observer panicked.
+    items: Option<SyncSender<Item>>,
+    /// Receives a message for each handled item with [`Overflow::Block`].
+    handled: Receiver<()>,
+    /// `None` once it is joined.
+    thread: Option<JoinHandle<O>>,
     failure: Failure,
+    /// Message of the panic that ended the thread.
+    panicked: Option<String>,
     settings: QueueSettings,
     dropped: u64,
 }
@@ -50,36 +84,81 @@ impl<O: Observer + Send + 'static> Queued<O> {
     /// Where the operating system starts no thread.
     pub fn new(observer: O, settings: QueueSettings) -> std::io::Result<Self> {
         let (items, incoming) = sync_channel(settings.capacity);
+        let (done, handled) = channel();
+        let done = (settings.overflow == Overflow::Block).then_some(done);
         let failure = Failure::default();
         let shared = Arc::clone(&failure);
         let thread = thread::Builder::new()
             .name(settings.name.to_owned())
-            .spawn(move || serve(observer, &incoming, &shared))?;
-        Ok(Self { items, thread, failure, settings, dropped: 0 })
+            .spawn(move || serve(observer, &incoming, &shared, done.as_ref()))?;
+        let (items, thread, panicked, dropped) = (Some(items), Some(thread), None, 0);
+        Ok(Self { items, handled, thread, failure, panicked, settings, dropped })
     }
 
-    /// Waits until the observer has received everything. Returns it; `None` if it panicked.
-    pub fn close(self) -> Option<O> {
-        drop(self.items);
-        self.thread.join().ok()
+    /// Waits until the observer has received everything. Returns it.
+    ///
+    /// # Errors
+    /// A failure that [`Observer::failure`] has not returned yet; [`QueuedError::Panicked`] where
+    /// the observer panicked.
+    pub fn close(mut self) -> Result<O, QueuedError> {
+        self.items = None;
+        let observer = self.thread.take().and_then(|thread| self.join(thread));
+        let name = self.settings.name;
+        match (observer, self.take_failure()) {
+            (Some(observer), None) => Ok(observer),
+            (Some(_), Some(source)) => Err(QueuedError::Observer { name, source }),
+            (None, _) => Err(self.panicked()),
+        }
     }
 
-    /// Adds an item as the settings say.
-    fn add(&mut self, item: Item) {
-        // A thread that ended by a panic takes nothing; `close` reports it.
-        let lost = match self.settings.overflow {
-            Overflow::Block => self.items.send(item).is_err(),
-            Overflow::Drop => matches!(
-                self.items.try_send(item),
-                Err(TrySendError::Full(_) | TrySendError::Disconnected(_))
-            ),
+    /// Adds an item as the settings say. Returns whether the queue took it.
+    fn add(&mut self, item: Item) -> bool {
+        let Some(items) = &self.items else { return false };
+        let (taken, panicked) = match self.settings.overflow {
+            Overflow::Block => {
+                let handled = items.send(item).is_ok() && self.handled.recv().is_ok();
+                (handled, !handled)
+            }
+            Overflow::Drop => match items.try_send(item) {
+                Ok(()) => (true, false),
+                Err(error) => (false, matches!(error, TrySendError::Disconnected(_))),
+            },
         };
-        self.dropped += u64::from(lost);
+        if panicked {
+            self.items = None;
+        }
+        taken
+    }
+
+    /// Waits for the end of the thread. Returns the observer; `None` if it panicked.
+    fn join(&mut self, thread: JoinHandle<O>) -> Option<O> {
+        match thread.join() {
+            Ok(observer) => Some(observer),
+            Err(payload) => {
+                self.panicked = Some(panic_message(&*payload));
+                None
+            }
+        }
+    }
+
+    fn take_failure(&self) -> Option<BoxedError> {
+        self.failure.lock().unwrap_or_else(PoisonError::into_inner).take()
+    }
+
+    fn panicked(&self) -> QueuedError {
+        let message = self.panicked.clone().unwrap_or_default();
+        QueuedError::Panicked { name: self.settings.name, message }
     }
 }
 
-/// Passes the items on to the observer until the queue is closed.
-fn serve<O: Observer>(mut observer: O, items: &Receiver<Item>, failure: &Failure) -> O {
+/// Passes the items on to the observer until the queue is closed. Sends a message to `done` after
+/// each.
+fn serve<O: Observer>(
+    mut observer: O,
+    items: &Receiver<Item>,
+    failure: &Failure,
+    done: Option<&Sender<()>>,
+) -> O {
     for item in items {
         match item {
             Item::Frame(record) => observer.frame(&record),
@@ -89,14 +168,26 @@ fn serve<O: Observer>(mut observer: O, items: &Receiver<Item>, failure: &Failure
         if let Some(error) = observer.failure() {
             failure.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
         }
+        if let Some(done) = done {
+            // A run that has ended does not wait for it.
+            let _ = done.send(());
+        }
     }
     observer
+}
+
+/// Returns the message of a panic.
+fn panic_message(payload: &(dyn Any + Send)) -> String {
+    let text = payload.downcast_ref::<&str>().map(|text| (*text).to_owned());
+    text.or_else(|| payload.downcast_ref::<String>().cloned())
+        .unwrap_or_else(|| "no message".to_owned())
 }
 
 impl<O: Observer + Send + 'static> Observer for Queued<O> {
     fn frame(&mut self, record: &FrameRecord) {
         let frame = record.frame.clone().filter(|_| self.settings.with_frames);
-        self.add(Item::Frame(Box::new(FrameRecord { frame, ..record.clone() })));
+        let taken = self.add(Item::Frame(Box::new(FrameRecord { frame, ..record.clone() })));
+        self.dropped += u64::from(!taken);
     }
 
     fn event(&mut self, event: &RunEvent) {
@@ -105,11 +196,23 @@ impl<O: Observer + Send + 'static> Observer for Queued<O> {
 
     /// Waits for room. The motors stand at the end of a run, so this delays no position.
     fn end(&mut self, summary: &Summary) {
-        let _panicked = self.items.send(Item::End(Box::new(summary.clone())));
+        if let Some(items) = &self.items {
+            let _panicked = items.send(Item::End(Box::new(summary.clone())));
+        }
     }
 
+    /// Returns a new failure of the observer, or once that it panicked.
     fn failure(&mut self) -> Option<BoxedError> {
-        self.failure.lock().unwrap_or_else(PoisonError::into_inner).take()
+        if let Some(error) = self.take_failure() {
+            return Some(error);
+        }
+        // Before `close`, only a panic ends the thread.
+        if self.items.is_none() || self.thread.as_ref()?.is_finished() {
+            let thread = self.thread.take()?;
+            self.join(thread);
+            return Some(self.panicked().into());
+        }
+        None
     }
 
     fn dropped(&self) -> u64 {
@@ -117,65 +220,14 @@ impl<O: Observer + Send + 'static> Observer for Queued<O> {
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use std::sync::mpsc::{Sender, channel};
-
-    use nalgebra::Point3;
-
-    use super::*;
-
-    /// Waits for permission before each record, and counts the records.
-    struct Slow {
-        permission: Receiver<()>,
-        numbers: Vec<u64>,
-    }
-
-    impl Observer for Slow {
-        fn frame(&mut self, record: &FrameRecord) {
-            let _ = self.permission.recv();
-            self.numbers.push(record.number);
+impl<O> Drop for Queued<O> {
+    fn drop(&mut self) {
+        self.items = None;
+        if let Some(thread) = self.thread.take() {
+            let _panicked = thread.join();
         }
-
-        fn failure(&mut self) -> Option<BoxedError> {
-            self.numbers.contains(&1).then(|| "a full disk".into())
-        }
-    }
-
-    fn record(number: u64) -> FrameRecord {
-        let target = Point3::origin();
-        let (frame, observation, telemetry, state) = (None, None, None, None);
-        FrameRecord { number, time: 0.0, frame, observation, target, telemetry, state }
-    }
-
-    fn slow(overflow: Overflow) -> (Queued<Slow>, Sender<()>) {
-        let (allow, permission) = channel();
-        let observer = Slow { permission, numbers: Vec::new() };
-        let settings = QueueSettings { name: "slow", capacity: 2, overflow, with_frames: false };
-        (Queued::new(observer, settings).unwrap(), allow)
-    }
-
-    #[test]
-    fn a_slow_observer_delays_nothing_and_drops_are_counted() {
-        let (mut queued, allow) = slow(Overflow::Drop);
-        (0..100).for_each(|number| queued.frame(&record(number)));
-        drop(allow);
-        let dropped = queued.dropped();
-        let numbers = queued.close().unwrap().numbers;
-        // One record with the observer, two in the queue.
-        assert!((2..=3).contains(&numbers.len()), "{numbers:?}");
-        assert_eq!(numbers.len() as u64 + dropped, 100);
-    }
-
-    #[test]
-    fn a_queue_that_blocks_drops_nothing_and_failures_reach_the_run() {
-        let (mut queued, allow) = slow(Overflow::Block);
-        drop(allow);
-        (0..100).for_each(|number| queued.frame(&record(number)));
-        while queued.failure().is_none() {
-            thread::yield_now();
-        }
-        assert_eq!(queued.dropped(), 0);
-        assert_eq!(queued.close().unwrap().numbers, Vec::from_iter(0..100));
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -59,7 +59,7 @@ impl Progress {
     /// Ends the line.
     fn close(self) {
         if let Some(queue) = self.0 {
-            queue.close();
+            let _failed = queue.close();
             message(format_args!("\n"));
         }
     }
@@ -99,15 +99,19 @@ impl Outputs {
     /// Writes what is left, and reports the recording.
     fn close(self) -> Closed {
         self.progress.close();
-        let unwritten = match self.log.close() {
-            Some(log) => log.unwritten().map(ToString::to_string),
-            None => Some("its thread has failed".to_owned()),
+        let (rows, unwritten) = match self.log.close() {
+            Ok(log) => (Ok(()), log.unwritten().map(ToString::to_string)),
+            Err(error) => {
+                (Err(failed(format!("the run folder is not complete: {}", Chain(&error)))), None)
+            }
         };
-        Closed { folder: self.folder, unwritten, recording: report_recording(self.recorder) }
+        let files = both(rows, report_recording(self.recorder));
+        Closed { folder: self.folder, unwritten, files }
     }
 
     /// Ends the command of a run: reports the result and hands the summary to `print`. The exit
-    /// code is the run's. A recording or a result that cannot be written fails the command too.
+    /// code is the run's. A row of the run log, a recording or a result that cannot be written
+    /// fails the command too.
     pub(super) fn conclude(
         self,
         result: Result<Summary, RunError>,
@@ -117,7 +121,7 @@ impl Outputs {
         match result {
             Ok(summary) => {
                 let code = closed.report(&summary);
-                both(closed.recording, print(&summary)).map(|()| code)
+                both(closed.files, print(&summary)).map(|()| code)
             }
             Err(RunError::Broken { error, summary }) => {
                 let printed = print(&summary);
@@ -125,7 +129,7 @@ impl Outputs {
                 let (folder, frames) = (closed.folder.display(), summary.frames);
                 let broken =
                     format!("{} (recorded so far: {folder}, {frames} frames)", Chain(&*error));
-                both(Err(failed(broken)), both(closed.recording, printed))
+                both(Err(failed(broken)), both(closed.files, printed))
                     .map(|()| ExitCode::from(FAILED))
             }
             Err(error) => Err(error.into()),
@@ -162,9 +166,10 @@ impl Observer for Outputs {
 /// Outputs whose files are closed.
 struct Closed {
     folder: PathBuf,
-    /// Message of the file of the run log that could not be written.
+    /// Message of the file of the run log, other than the rows, that could not be written.
     unwritten: Option<String>,
-    recording: Result<(), Failure>,
+    /// Failure to write the rows of the run log or the recording.
+    files: Result<(), Failure>,
 }
 
 impl Closed {

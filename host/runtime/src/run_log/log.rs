@@ -37,8 +37,10 @@ impl FigureSettings {
 }
 
 /// Observer that writes the log of a run. Every row is handed to the operating system when it is
-/// recorded, so that `run.csv` is complete up to the last frame however the run ends. The end of
-/// the run adds the other files.
+/// recorded. The end of the run adds the other files.
+///
+/// Behind a [`Queued`](crate::queued::Queued), `run.csv` is complete up to the last frame, also
+/// where the run fails or panics. A process that is killed (SIGKILL) loses the rows in the queue.
 #[derive(Debug)]
 pub struct RunLog {
     path: PathBuf,
@@ -69,7 +71,8 @@ impl RunLog {
         &self.path
     }
 
-    /// Returns the error of the file that could not be written at the end of the run.
+    /// Returns the error of the summary or the figure that could not be written at the end of the
+    /// run.
     pub fn unwritten(&self) -> Option<&RunLogError> {
         self.unwritten.as_ref()
     }
@@ -83,21 +86,31 @@ impl RunLog {
         self.write(row.fields())
     }
 
-    /// Ends the log: writes `summary.json` and draws the figures from the rows so far.
+    /// Ends the log: writes the rows to the disk and `summary.json`, and draws the figures from the
+    /// rows so far.
     ///
     /// # Errors
     /// The first file that cannot be written (a full disk). The others are tried all the same. A
     /// file that was begun and not finished is removed.
     pub fn finish<T: Serialize + ?Sized>(&mut self, summary: &T) -> Result<(), RunLogError> {
+        let rows = self.finish_rows();
+        rows.and(self.write_result(summary))
+    }
+
+    /// Writes the rows so far to the disk.
+    fn finish_rows(&mut self) -> Result<(), RunLogError> {
+        let flushed = self.rows.flush().and_then(|()| self.rows.get_ref().sync_all());
+        flushed.map_err(RunLogError::io("finish", self.path.join("run.csv")))
+    }
+
+    /// Writes `summary.json` and the figures.
+    fn write_result<T: Serialize + ?Sized>(&self, summary: &T) -> Result<(), RunLogError> {
         let written = [
             self.write_summary(summary),
             self.draw("figure4.svg", figures::over_frames),
             self.draw("figure5.svg", figures::in_space),
         ];
-        let rows = self.path.join("run.csv");
-        let flushed = self.rows.flush().and_then(|()| self.rows.get_ref().sync_all());
-        let flushed = flushed.map_err(RunLogError::io("finish", rows));
-        written.into_iter().chain([flushed]).collect()
+        written.into_iter().collect()
     }
 
     fn write_summary<T: Serialize + ?Sized>(&self, summary: &T) -> Result<(), RunLogError> {
@@ -140,7 +153,10 @@ impl Observer for RunLog {
     }
 
     fn end(&mut self, summary: &Summary) {
-        self.unwritten = self.finish(summary).err();
+        if let Err(error) = self.finish_rows() {
+            self.failure.get_or_insert(error);
+        }
+        self.unwritten = self.write_result(summary).err();
     }
 
     fn failure(&mut self) -> Option<BoxedError> {
