@@ -46,7 +46,8 @@ pub struct FrameRecord {
     pub time: f64,
     /// The frame; `None` behind a queue that leaves frames out.
     pub frame: Option<Arc<RgbdFrame>>,
-    /// The ball as detected; `None` if it was not found.
+    /// The ball as detected; `None` if it was not found, or if the detector could not search the
+    /// frame (then [`RunEvent::FrameLost`] follows).
     pub observation: Option<BallObservation>,
     /// The present target, metres in the rig frame.
     pub target: Point3<f64>,
@@ -87,7 +88,7 @@ pub enum RunEvent {
         /// Reason of its end.
         reason: StopReason,
     },
-    /// A frame was lost or could not be searched.
+    /// A frame was lost, or the detector could not search the frame of the record before.
     FrameLost {
         /// Message of the error.
         message: String,

@@ -6,8 +6,10 @@ use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use nalgebra::Point3;
+use plumb_cameras::source::SourceError;
 use plumb_protocol::message::State;
 use plumb_protocol::units::{Covariance, Point};
+use plumb_vision::detect::DetectError;
 use plumb_vision::frame::RgbdFrame;
 use plumb_vision::observation::{BallObservation, Gaussian3};
 
@@ -39,6 +41,8 @@ pub(super) struct ControlLoop<'a, 'p, T> {
 struct View {
     frame: Arc<RgbdFrame>,
     ball: Option<BallObservation>,
+    /// Error of the detector, if it could not search the frame.
+    error: Option<DetectError>,
 }
 
 impl View {
@@ -92,21 +96,26 @@ impl<T: Transport> ControlLoop<'_, '_, T> {
             if self.parts.interrupted.load(Ordering::Relaxed) {
                 return Ok(StopReason::Interrupted);
             }
-            let view = match self.look() {
+            let mut view = match self.look() {
                 Ok(Some(view)) => Some(view),
                 Ok(None) => return Ok(StopReason::EndOfFrames),
                 Err(error) => {
                     lost_in_a_row += 1;
-                    self.note_lost(error, lost_in_a_row)?;
+                    self.note_lost(error.into(), lost_in_a_row)?;
                     None
                 }
             };
             let reported = self.report(view.as_ref());
             if let Some(view) = &view {
-                lost_in_a_row = 0;
                 self.record(view, target);
             }
             reported?;
+            if let Some(view) = &mut view {
+                lost_in_a_row = if view.error.is_some() { lost_in_a_row + 1 } else { 0 };
+                if let Some(error) = view.error.take() {
+                    self.note_lost(error.into(), lost_in_a_row)?;
+                }
+            }
             if let Some(reason) = self.stop_reason(view.as_ref(), target)? {
                 return Ok(reason);
             }
@@ -117,13 +126,17 @@ impl<T: Transport> ControlLoop<'_, '_, T> {
     }
 
     /// Takes the next frame and looks for the ball in it; `None` where there are no more.
-    fn look(&mut self) -> Result<Option<View>, ControlLoopError> {
+    fn look(&mut self) -> Result<Option<View>, SourceError> {
         let Some(frame) = self.parts.source.next_frame()? else { return Ok(None) };
-        let ball = self.parts.detector.detect(&frame)?;
-        Ok(Some(View { frame: Arc::new(frame), ball }))
+        let (ball, error) = match self.parts.detector.detect(&frame) {
+            Ok(ball) => (ball, None),
+            Err(error) => (None, Some(error)),
+        };
+        Ok(Some(View { frame: Arc::new(frame), ball, error }))
     }
 
-    /// Counts a lost frame. Returns the error if the camera is gone.
+    /// Counts a frame that was lost or could not be searched. Returns the error if the camera is
+    /// gone or too many frames are lost.
     fn note_lost(
         &mut self,
         error: ControlLoopError,
