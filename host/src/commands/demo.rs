@@ -31,7 +31,7 @@ use super::options::RunOptions;
 use super::outputs::Outputs;
 use super::print::tell;
 use super::run_camera::record_folder;
-use super::{Failure, Physics, bad_input, failed, law, numbers, print};
+use super::{Failure, Physics, bad_input, failed, failed_because, law, numbers, print};
 
 /// The paper's task, closed loop: rendered frames, OpenCV, a serial port, an emulated board, a
 /// simulated rig
@@ -126,7 +126,8 @@ fn drive(
         let served = Rc::new(serve(board)?);
         let port = served.path().to_string_lossy().into_owned();
         tell!("emulated board on {port}");
-        let transport = Serial::open(&port, rig.board.baud)?;
+        // This port is no input of the command.
+        let transport = Serial::open(&port, rig.board.baud).map_err(failed_because)?;
         let Some(simulated) = ServedRig::new(served) else {
             return Err(failed("the board moves no rig"));
         };

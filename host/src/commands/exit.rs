@@ -12,6 +12,7 @@ use plumb_runtime::link::LinkError;
 use plumb_runtime::replay::ReplayError;
 use plumb_runtime::run::RunError;
 use plumb_runtime::run_log::RunLogError;
+use plumb_sim::emulator::serve::ServeError;
 use thiserror::Error;
 
 use super::print::tell;
@@ -47,6 +48,11 @@ pub(crate) fn bad_input(message: impl fmt::Display) -> Failure {
 /// Returns the failure of a command that could not do its work.
 pub(crate) fn failed(message: impl fmt::Display) -> Failure {
     CommandError(message.to_string()).into()
+}
+
+/// Returns the failure of a command because of an error that is no mistake in its input.
+pub(crate) fn failed_because(error: impl Error + 'static) -> Failure {
+    Failure { code: FAILED, error: error.into() }
 }
 
 impl<E: Error + 'static> From<E> for Failure {
@@ -111,6 +117,7 @@ fn exit_code(error: &(dyn Error + 'static)) -> u8 {
     ) || matches!(error.downcast_ref(), Some(RecordError::Thread))
         || error.is::<ControlError>()
         || error.is::<VisionError>()
+        || error.is::<ServeError>()
         || error.is::<CommandError>()
         || error.is::<std::io::Error>()
         || error.is::<serde_json::Error>();
@@ -166,6 +173,8 @@ mod tests {
         assert_eq!(bad_input("an option").code, BAD_INPUT);
         assert_eq!(code(std::io::Error::other("a full disk")), FAILED);
         assert_eq!(code(RecordError::Thread), FAILED);
+        let hung_up = std::io::Error::other("hung up");
+        assert_eq!(code(ServeError::Terminal(hung_up)), FAILED);
         assert_eq!(failed("a full disk").code, FAILED);
     }
 

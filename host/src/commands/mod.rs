@@ -26,7 +26,7 @@ use plumb_runtime::rig::{LawName, LawSettings, Simulation, UnknownLaw};
 use plumb_sim::simulated::geometry;
 
 pub(crate) use exit::Failure;
-use exit::{FAILED, bad_input, failed};
+use exit::{FAILED, bad_input, failed, failed_because};
 
 /// Name of a detector.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
