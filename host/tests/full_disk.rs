@@ -80,3 +80,11 @@ fn the_last_rows_without_room_fail_the_run_at_the_same_frame() {
     });
     assert!(results.iter().all(|&frames| frames == results[0]), "{results:?}");
 }
+
+#[test]
+fn a_disk_that_is_full_from_the_beginning_is_a_failure() {
+    let folder = folder();
+    let output = demo(folder.path(), 0);
+    assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
+    assert!(stderr(&output).contains("run.csv"), "{}", stderr(&output));
+}

@@ -2,6 +2,7 @@
 
 use std::error::Error;
 use std::fmt;
+use std::io::{self, ErrorKind};
 use std::process::ExitCode;
 
 use plumb_bench::control::{BenchError, ControlError};
@@ -105,23 +106,51 @@ fn exit_code(error: &(dyn Error + 'static)) -> u8 {
             _ => BAD_INPUT,
         };
     }
-    let is_failure = match error.downcast_ref::<BenchError>() {
+    if let Some(RunLogError::Io { source: error, .. }) = error.downcast_ref() {
+        return file_exit_code(error);
+    }
+    if let Some(RecordError::Io { error, .. }) = error.downcast_ref() {
+        return file_exit_code(error);
+    }
+    if is_failure(error) { FAILED } else { BAD_INPUT }
+}
+
+/// Returns whether an error of a type with one exit code, or with a code for each variant, is a
+/// failure of the work.
+fn is_failure(error: &(dyn Error + 'static)) -> bool {
+    let is_bench_failure = match error.downcast_ref::<BenchError>() {
         Some(error) => !matches!(error, BenchError::Range(_) | BenchError::Config(_)),
         None => false,
-    } || matches!(
-        error.downcast_ref(),
-        Some(ReplayError::Write(_) | ReplayError::Debug(_))
-    ) || matches!(
-        error.downcast_ref(),
-        Some(RunLogError::Csv { .. } | RunLogError::Json { .. } | RunLogError::Figure { .. })
-    ) || matches!(error.downcast_ref(), Some(RecordError::Thread))
+    };
+    is_bench_failure
+        || matches!(error.downcast_ref(), Some(ReplayError::Write(_) | ReplayError::Debug(_)))
+        || matches!(
+            error.downcast_ref(),
+            Some(RunLogError::Csv { .. } | RunLogError::Json { .. } | RunLogError::Figure { .. })
+        )
+        || matches!(error.downcast_ref(), Some(RecordError::Thread))
         || error.is::<ControlError>()
         || error.is::<VisionError>()
         || error.is::<ServeError>()
         || error.is::<CommandError>()
-        || error.is::<std::io::Error>()
-        || error.is::<serde_json::Error>();
-    if is_failure { FAILED } else { BAD_INPUT }
+        || error.is::<io::Error>()
+        || error.is::<serde_json::Error>()
+}
+
+/// Returns the exit code for a failed operation on an output file. A path that cannot be created is
+/// a mistake in the input. Any other error is a failure of the work, such as a full disk.
+fn file_exit_code(error: &io::Error) -> u8 {
+    match error.kind() {
+        ErrorKind::NotFound
+        | ErrorKind::PermissionDenied
+        | ErrorKind::NotADirectory
+        | ErrorKind::IsADirectory
+        | ErrorKind::AlreadyExists
+        | ErrorKind::ReadOnlyFilesystem
+        | ErrorKind::InvalidFilename
+        | ErrorKind::InvalidInput => BAD_INPUT,
+        _ => FAILED,
+    }
 }
 
 /// Returns the exit code for an error of the link. A port that cannot be opened, and a
@@ -171,11 +200,26 @@ mod tests {
         assert_eq!(code(RunError::NoTargets), BAD_INPUT);
         assert_eq!(code(RunLogError::Exists("run".into())), BAD_INPUT);
         assert_eq!(bad_input("an option").code, BAD_INPUT);
-        assert_eq!(code(std::io::Error::other("a full disk")), FAILED);
+        assert_eq!(code(io::Error::other("a full disk")), FAILED);
         assert_eq!(code(RecordError::Thread), FAILED);
-        let hung_up = std::io::Error::other("hung up");
+        let hung_up = io::Error::other("hung up");
         assert_eq!(code(ServeError::Terminal(hung_up)), FAILED);
         assert_eq!(failed("a full disk").code, FAILED);
+    }
+
+    #[test]
+    fn a_full_disk_is_a_failure_and_a_path_that_cannot_be_created_is_bad_input() {
+        let codes = |kind: ErrorKind| {
+            let log = RunLogError::Io { action: "write", path: "run".into(), source: kind.into() };
+            let error = kind.into();
+            [code(log), code(RecordError::Io { action: "write", path: "run".into(), error })]
+        };
+        for kind in [ErrorKind::StorageFull, ErrorKind::QuotaExceeded, ErrorKind::FileTooLarge] {
+            assert_eq!(codes(kind), [FAILED; 2], "{kind}");
+        }
+        for kind in [ErrorKind::NotFound, ErrorKind::PermissionDenied, ErrorKind::NotADirectory] {
+            assert_eq!(codes(kind), [BAD_INPUT; 2], "{kind}");
+        }
     }
 
     #[test]
