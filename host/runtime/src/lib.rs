@@ -53,6 +53,8 @@ pub mod replay;
 pub mod rig;
 pub mod run;
 pub mod run_log;
+mod stop_reason;
+mod summary;
 
 /// The example in docs/change/add-observer.md is compiled and run with the other tests.
 #[cfg(doctest)]

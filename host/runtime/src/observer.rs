@@ -9,7 +9,8 @@ use plumb_protocol::message::{State, Telemetry};
 use plumb_vision::frame::RgbdFrame;
 use plumb_vision::observation::BallObservation;
 
-use crate::run::{StopReason, Summary};
+use crate::stop_reason::StopReason;
+use crate::summary::Summary;
 
 /// Output of a run.
 ///

@@ -10,7 +10,7 @@ use plumb_cameras::source::BoxedError;
 use thiserror::Error;
 
 use crate::observer::{FrameRecord, Observer, RunEvent};
-use crate::run::Summary;
+use crate::summary::Summary;
 
 /// Settings of the queue before an observer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

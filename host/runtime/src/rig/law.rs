@@ -21,6 +21,7 @@ const PAPER_BETA: Positive = positive(0.5);
 const PAPER_SIGN_GAIN: Positive = positive(4.0);
 
 /// Returns a constant as a positive number. A constant out of range does not compile.
+#[allow(clippy::panic, reason = "evaluated by the compiler only")]
 const fn positive(value: f64) -> Positive {
     match Positive::new(value) {
         Ok(number) => number,

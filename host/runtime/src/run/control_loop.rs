@@ -13,10 +13,12 @@ use plumb_vision::detect::DetectError;
 use plumb_vision::frame::RgbdFrame;
 use plumb_vision::observation::{BallObservation, Gaussian3};
 
-use super::stats::RunStats;
-use super::{ControlLoopError, RunParts, StopReason};
+use super::error::ControlLoopError;
+use super::parts::RunParts;
 use crate::link::{Link, Transport};
 use crate::observer::{FrameRecord, RunEvent};
+use crate::stop_reason::StopReason;
+use crate::summary::RunStats;
 
 /// Number of lost frames in a row after which the camera counts as gone.
 const MAX_LOST_IN_A_ROW: u32 = 30;

@@ -4,9 +4,9 @@ use plumb_cameras::source::{BoxedError, SourceError};
 use plumb_vision::detect::DetectError;
 use thiserror::Error;
 
-use super::Summary;
 use crate::link::LinkError;
 use crate::rig::OutOfRange;
+use crate::summary::Summary;
 
 /// Failure of the control loop.
 #[derive(Debug, Error)]

@@ -2,23 +2,18 @@
 
 mod control_loop;
 mod error;
-mod stats;
-mod stop_reason;
+mod parts;
 
-use std::sync::atomic::AtomicBool;
-
-use plumb_cameras::source::CameraSource;
 use plumb_protocol::units::Point;
-use plumb_vision::detect::BallDetector;
 
 use crate::link::{Link, LinkError, Transport};
-use crate::observer::Observer;
 use crate::rig::Rig;
+pub use crate::stop_reason::StopReason;
+pub use crate::summary::{Leg, Summary};
+use crate::summary::{RunStats, millimetres, round};
 use control_loop::ControlLoop;
 pub use error::{ControlLoopError, RunError};
-pub use stats::{Leg, Summary};
-use stats::{RunStats, millimetres, round};
-pub use stop_reason::StopReason;
+pub use parts::RunParts;
 
 /// A run that is ready to begin: the board is connected and configured, and its motors stand still.
 pub struct Run<T> {
@@ -26,20 +21,6 @@ pub struct Run<T> {
     targets: Vec<Point>,
     law: &'static str,
     radius: f64,
-}
-
-/// Parts of a run besides the rig and the board.
-pub struct RunParts<'a> {
-    /// Source of the frames, which must be live ([`CameraSource::is_live`]).
-    pub source: &'a mut dyn CameraSource,
-    /// Detector of the ball.
-    pub detector: &'a mut dyn BallDetector,
-    /// Outputs of the run.
-    pub observers: &'a mut [&'a mut dyn Observer],
-    /// Longest drive to one target, seconds.
-    pub timeout: f64,
-    /// Flag that ends the run when it is set from outside.
-    pub interrupted: &'a AtomicBool,
 }
 
 impl<T: Transport> Run<T> {

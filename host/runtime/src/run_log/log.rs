@@ -12,7 +12,7 @@ use super::output_dir::{create_new, write_new};
 use super::{LogRow, OutputDir, RunLogError};
 use crate::observer::{FrameRecord, Observer};
 use crate::rig::{Rig, Simulation};
-use crate::run::Summary;
+use crate::summary::Summary;
 
 /// Content of the figures besides the rows.
 #[derive(Debug, Clone, PartialEq)]

@@ -2,23 +2,23 @@
 
 use serde::Serialize;
 
-use super::StopReason;
+use crate::stop_reason::StopReason;
 
 /// Counts and measurements of a run so far, over all targets.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(super) struct RunStats {
+pub(crate) struct RunStats {
     /// Time of the run's start, seconds on the source's clock. The first target sets it.
-    pub(super) start: Option<f64>,
+    pub(crate) start: Option<f64>,
     /// Number of frames.
-    pub(super) frames: u64,
+    pub(crate) frames: u64,
     /// Number of frames in which the ball was found and located.
-    pub(super) located: u64,
+    pub(crate) located: u64,
     /// Number of frames that were lost or could not be searched.
-    pub(super) lost: u64,
+    pub(crate) lost: u64,
     /// |e| of the filtered position to the present target, as the board last reported it, metres.
-    pub(super) error: Option<f64>,
+    pub(crate) error: Option<f64>,
     /// Time stamp of the last frame, seconds since the run's start.
-    pub(super) time: f64,
+    pub(crate) time: f64,
 }
 
 /// Result of a run: `summary.json`, and the last line of `--json`.
@@ -74,11 +74,11 @@ pub struct Leg {
 }
 
 /// Converts metres to millimetres, rounded to the micrometre.
-pub(super) fn millimetres(metres: f64) -> f64 {
+pub(crate) fn millimetres(metres: f64) -> f64 {
     round(metres * 1e3, 1e3)
 }
 
 /// Rounds `value` to the nearest 1/`per`, for output without meaningless digits.
-pub(super) fn round(value: f64, per: f64) -> f64 {
+pub(crate) fn round(value: f64, per: f64) -> f64 {
     (value * per).round() / per
 }

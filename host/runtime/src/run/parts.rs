@@ -1,0 +1,22 @@
+//! Parts of a run that its caller chooses.
+
+use std::sync::atomic::AtomicBool;
+
+use plumb_cameras::source::CameraSource;
+use plumb_vision::detect::BallDetector;
+
+use crate::observer::Observer;
+
+/// Parts of a run besides the rig and the board.
+pub struct RunParts<'a> {
+    /// Source of the frames, which must be live ([`CameraSource::is_live`]).
+    pub source: &'a mut dyn CameraSource,
+    /// Detector of the ball.
+    pub detector: &'a mut dyn BallDetector,
+    /// Outputs of the run.
+    pub observers: &'a mut [&'a mut dyn Observer],
+    /// Longest drive to one target, seconds.
+    pub timeout: f64,
+    /// Flag that ends the run when it is set from outside.
+    pub interrupted: &'a AtomicBool,
+}
