@@ -211,9 +211,9 @@ impl Board {
     }
 
     /// Stops the board for the emergency input. The hardware has stopped the pulses: each motor is
-    /// `missing` pulses short of its planned position (+ if the direction line is high). The drivers
-    /// are switched off and the fault is latched. Call this before every tick as long as the input
-    /// is open, so that the fault cannot be cleared.
+    /// `missing` pulses short of its planned position (+ if the direction line is high). The
+    /// drivers are switched off and the fault is latched. Call this before every tick as long as
+    /// the input is open, so that the fault cannot be cleared.
     #[inline(never)]
     pub fn on_emergency_stop(&mut self, now: Micros, missing: [i32; 3], out: &mut Outbox) {
         self.schedule.emergency_ticks = EMERGENCY_TICKS;

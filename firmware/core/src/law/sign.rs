@@ -12,8 +12,8 @@ const MAX_ERROR_UM: i32 = (1 << 22) - 1;
 
 /// u̇ = -g Σ⁻¹ e with a constant matrix. For every J with the signs Σ (and a zero where Σ has one),
 /// -JΣ⁻¹ is stable by Routh and Hurwitz, whatever the sizes of its entries. If |e| falls with one
-/// constant g > 0, it falls with every g > 0. Therefore the law may adapt g on the way to a target: g
-/// grows while the ball is near and has not overshot, and falls at each overshoot.
+/// constant g > 0, it falls with every g > 0. Therefore the law may adapt g on the way to a target:
+/// g grows while the ball is near and has not overshot, and falls at each overshoot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Sign {
     /// g/(4s), Q20, at most 2^20: steps/s per µm.
