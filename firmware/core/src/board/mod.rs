@@ -26,7 +26,7 @@
 //! any ---guard, deadline, emergency input---> Fault ---ClearFault, at rest---> Ready, Unconfigured
 //! ```
 //!
-//! [`admit`](admit::admit) is the table of the commands that each state accepts. A fault is
+//! `admit` (board/admit.rs) is the table of the commands that each state accepts. A fault is
 //! latched; an emergency stop alone replaces another fault. A write to flash and a restart into the
 //! bootloader go on in a fault.
 
