@@ -50,7 +50,8 @@ pub struct Summary {
     pub refused_positions: u32,
     /// Reason of the end.
     pub ending: StopReason,
-    /// Number of records that observers had no room for; left out where it is 0.
+    /// Number of records that outputs (the run log, the recording) had no room for; left out where
+    /// it is 0.
     #[serde(skip_serializing_if = "is_zero")]
     pub dropped_records: u64,
 }

@@ -99,6 +99,7 @@ impl Outputs {
     /// Writes what is left, and reports the recording.
     fn close(self) -> Closed {
         self.progress.close();
+        let dropped_rows = self.log.dropped();
         let (rows, unwritten) = match self.log.close() {
             Ok(log) => (Ok(()), log.unwritten().map(ToString::to_string)),
             Err(error) => {
@@ -106,7 +107,7 @@ impl Outputs {
             }
         };
         let files = both(rows, report_recording(self.recorder));
-        Closed { folder: self.folder, unwritten, files }
+        Closed { folder: self.folder, dropped_rows, unwritten, files }
     }
 
     /// Ends the command of a run: reports the result and hands the summary to `print`. The exit
@@ -125,7 +126,7 @@ impl Outputs {
             }
             Err(RunError::Broken { error, summary }) => {
                 let printed = print(&summary);
-                closed.report_unwritten();
+                closed.report_missing();
                 let (folder, frames) = (closed.folder.display(), summary.frames);
                 let broken =
                     format!("{} (recorded so far: {folder}, {frames} frames)", Chain(&*error));
@@ -159,13 +160,16 @@ impl Observer for Outputs {
     }
 
     fn dropped(&self) -> u64 {
-        self.log.dropped()
+        let frames = self.recorder.as_ref().map_or(0, Observer::dropped);
+        self.log.dropped() + frames
     }
 }
 
 /// Outputs whose files are closed.
 struct Closed {
     folder: PathBuf,
+    /// Number of rows that the run log lacks.
+    dropped_rows: u64,
     /// Message of the file of the run log, other than the rows, that could not be written.
     unwritten: Option<String>,
     /// Failure to write the rows of the run log or the recording.
@@ -179,14 +183,15 @@ impl Closed {
         let (frames, time) = (summary.frames, summary.time_s);
         tell!("{}: {frames} frames, {time:.1} s{}", summary.ending, error.unwrap_or_default());
         tell!("run folder: {}", self.folder.display());
-        if summary.dropped_records > 0 {
-            tell!("plumb: the run log lacks {} rows: the disk is slow", summary.dropped_records);
-        }
-        self.report_unwritten();
+        self.report_missing();
         if summary.reached { ExitCode::SUCCESS } else { ExitCode::from(FAILED) }
     }
 
-    fn report_unwritten(&self) {
+    /// Reports what the run folder lacks.
+    fn report_missing(&self) {
+        if self.dropped_rows > 0 {
+            tell!("plumb: the run log lacks {} rows: the disk is slow", self.dropped_rows);
+        }
         if let Some(error) = &self.unwritten {
             tell!("plumb: the run folder is not complete: {error}");
         }

@@ -124,6 +124,11 @@ impl Recorder {
         };
     }
 
+    /// Returns the number of frames dropped so far.
+    pub fn dropped(&self) -> u64 {
+        self.dropped
+    }
+
     /// Writes the queued frames, and ends the recording.
     ///
     /// # Errors
