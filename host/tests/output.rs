@@ -7,11 +7,17 @@ mod common;
 use std::fs::{self, File, OpenOptions};
 use std::io::{BufRead, BufReader, ErrorKind, PipeReader, PipeWriter, Read, Write};
 use std::os::unix::fs::symlink;
+use std::os::unix::process::ExitStatusExt;
 use std::path::Path;
 use std::process::{Child, Command, ExitStatus, Stdio};
+use std::sync::mpsc::channel;
+use std::thread;
+use std::time::Duration;
 
 use nix::fcntl::{FcntlArg, OFlag, fcntl};
+use nix::pty::openpty;
 use nix::sys::signal::{Signal, kill};
+use nix::sys::termios::{FlowArg, tcflow};
 use nix::unistd::Pid;
 
 use common::{Emulator, folder, json, patient, plumb, record, rig_file, stderr, until_rows};
@@ -232,4 +238,32 @@ fn a_link_that_was_left_behind_is_replaced_and_nothing_else() {
     symlink("absent", &link).unwrap();
     assert_eq!(plumb(&["emulate", "--link", "board"], folder.path()).status.code(), Some(2));
     assert_eq!(fs::read_link(&link).unwrap(), Path::new("absent"));
+}
+
+#[test]
+fn a_stopped_terminal_holds_back_no_result_and_no_signal() {
+    let folder = folder();
+    let terminal = openpty(None, None).unwrap();
+    // As Ctrl-S does.
+    tcflow(&terminal.slave, FlowArg::TCOOFF).unwrap();
+    let mut demo = program(&["demo", "--virtual-time", "--out", "run"], folder.path())
+        .stdout(Stdio::piped())
+        .stderr(terminal.slave.try_clone().unwrap())
+        .spawn()
+        .unwrap();
+    let stdout = demo.stdout.take().unwrap();
+    let (sender, lines) = channel();
+    thread::spawn(move || sender.send(BufReader::new(stdout).lines().next()));
+    let line = lines.recv_timeout(Duration::from_secs(60));
+    send(&demo, Signal::SIGTERM);
+    let ended = (0..100).find_map(|_| {
+        thread::sleep(Duration::from_millis(50));
+        demo.try_wait().unwrap()
+    });
+    if ended.is_none() {
+        demo.kill().unwrap();
+    }
+    assert!(line.unwrap().unwrap().unwrap().contains("\"reached\":true"));
+    assert_eq!(ended.unwrap().signal(), Some(Signal::SIGTERM as i32));
+    assert!(folder.path().join("run/figure5.svg").exists());
 }

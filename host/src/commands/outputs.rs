@@ -1,18 +1,19 @@
 //! Outputs of the commands that run: progress on the terminal, run log, recording, and the result
 //! for people.
 
-use std::io::{IsTerminal, stderr};
+use std::io::{IsTerminal, stderr, stdout};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use plumb_cameras::record::{Overflow, Recorder};
+use plumb_cameras::record::{Overflow, Recorder, Recording};
 use plumb_runtime::observer::{FrameRecord, Observer, RunEvent};
 use plumb_runtime::queued::{QueueSettings, Queued};
 use plumb_runtime::recording::FrameRecorder;
-use plumb_runtime::run::{RunError, Summary};
+use plumb_runtime::run::{ControlLoopError, RunError, Summary};
 use plumb_runtime::run_log::RunLog;
 
 use super::exit::Chain;
+use super::interrupt::DefaultSignals;
 use super::print::{message, tell};
 use super::{FAILED, Failure, both, failed};
 
@@ -56,6 +57,11 @@ impl Progress {
         on.then(|| Queued::new(TerminalLine, settings)).transpose().map(Self)
     }
 
+    /// Returns whether there is a terminal to write to.
+    fn is_on(&self) -> bool {
+        self.0.is_some()
+    }
+
     /// Ends the line.
     fn close(self) {
         if let Some(queue) = self.0 {
@@ -96,9 +102,9 @@ impl Outputs {
         Ok(Self { progress, log, folder, recorder: recorder.map(FrameRecorder::new) })
     }
 
-    /// Writes what is left, and reports the recording.
-    fn close(self) -> Closed {
-        self.progress.close();
+    /// Writes what is left and closes the files. Returns the progress too: its terminal may be
+    /// stopped (Ctrl-S), and the files do not wait for it.
+    fn close(self) -> (Closed, Progress) {
         let dropped_rows = self.log.dropped();
         let (rows, unwritten) = match self.log.close() {
             Ok(log) => (Ok(()), log.unwritten().map(ToString::to_string)),
@@ -106,8 +112,9 @@ impl Outputs {
                 (Err(failed(format!("the run folder is not complete: {}", Chain(&error)))), None)
             }
         };
-        let files = both(rows, report_recording(self.recorder));
-        Closed { folder: self.folder, dropped_rows, unwritten, files }
+        let recording = self.recorder.map(FrameRecorder::finish).transpose().map_err(failed);
+        let closed = Closed { folder: self.folder, dropped_rows, unwritten, rows, recording };
+        (closed, self.progress)
     }
 
     /// Ends the command of a run: reports the result and hands the summary to `print`. The exit
@@ -118,23 +125,25 @@ impl Outputs {
         result: Result<Summary, RunError>,
         print: impl FnOnce(&Summary) -> Result<(), Failure>,
     ) -> Result<ExitCode, Failure> {
-        let closed = self.close();
-        match result {
-            Ok(summary) => {
-                let code = closed.report(&summary);
-                both(closed.files, print(&summary)).map(|()| code)
-            }
-            Err(RunError::Broken { error, summary }) => {
-                let printed = print(&summary);
-                closed.report_missing();
-                let (folder, frames) = (closed.folder.display(), summary.frames);
-                let broken =
-                    format!("{} (recorded so far: {folder}, {frames} frames)", Chain(&*error));
-                both(Err(failed(broken)), both(closed.files, printed))
-                    .map(|()| ExitCode::from(FAILED))
-            }
-            Err(error) => Err(error.into()),
-        }
+        let (summary, error) = match result {
+            Ok(summary) => (summary, None),
+            Err(RunError::Broken { error, summary }) => (*summary, Some(error)),
+            Err(error) => return Err(error.into()),
+        };
+        let (closed, progress) = self.close();
+        let _signals = DefaultSignals::begin();
+        // The result does not wait for a terminal that only messages go to.
+        let (printed, ended) = if progress.is_on() && !stdout().is_terminal() {
+            let printed = print(&summary);
+            progress.close();
+            (printed, closed.report(&summary, error.as_deref()))
+        } else {
+            progress.close();
+            let ended = closed.report(&summary, error.as_deref());
+            (print(&summary), ended)
+        };
+        both(ended, printed)?;
+        Ok(if summary.reached { ExitCode::SUCCESS } else { ExitCode::from(FAILED) })
     }
 }
 
@@ -172,19 +181,42 @@ struct Closed {
     dropped_rows: u64,
     /// Message of the file of the run log, other than the rows, that could not be written.
     unwritten: Option<String>,
-    /// Failure to write the rows of the run log or the recording.
-    files: Result<(), Failure>,
+    /// Failure to write the rows of the run log.
+    rows: Result<(), Failure>,
+    /// Result of the recording, if there is one.
+    recording: Result<Option<Recording>, Failure>,
 }
 
 impl Closed {
-    /// Reports the result of a run and its folder. Returns the exit code.
-    fn report(&self, summary: &Summary) -> ExitCode {
-        let error = summary.error_mm.map(|e| format!(", filtered |e| = {e:.1} mm"));
-        let (frames, time) = (summary.frames, summary.time_s);
-        tell!("{}: {frames} frames, {time:.1} s{}", summary.ending, error.unwrap_or_default());
-        tell!("run folder: {}", self.folder.display());
+    /// Reports the result of a run that ended, or failed with `error`.
+    ///
+    /// # Errors
+    /// The failure of the run, of the rows or of the recording. Those after the first are printed.
+    fn report(self, summary: &Summary, error: Option<&ControlLoopError>) -> Result<(), Failure> {
+        let (frames, time, folder) = (summary.frames, summary.time_s, self.folder.display());
+        let run = match error {
+            Some(error) => {
+                let error = Chain(error);
+                Err(failed(format!("{error} (recorded so far: {folder}, {frames} frames)")))
+            }
+            None => {
+                let error = summary.error_mm.map(|e| format!(", filtered |e| = {e:.1} mm"));
+                tell!(
+                    "{}: {frames} frames, {time:.1} s{}",
+                    summary.ending,
+                    error.unwrap_or_default()
+                );
+                tell!("run folder: {folder}");
+                Ok(())
+            }
+        };
         self.report_missing();
-        if summary.reached { ExitCode::SUCCESS } else { ExitCode::from(FAILED) }
+        let recording = self.recording.map(|recording| {
+            if let Some(recording) = recording {
+                report_recording(&recording);
+            }
+        });
+        both(run, both(self.rows, recording))
     }
 
     /// Reports what the run folder lacks.
@@ -198,14 +230,10 @@ impl Closed {
     }
 }
 
-/// Ends a recording and reports it.
-fn report_recording(recorder: Option<FrameRecorder>) -> Result<(), Failure> {
-    let Some(recorder) = recorder else { return Ok(()) };
-    let recording = recorder.finish().map_err(failed)?;
+fn report_recording(recording: &Recording) {
     let dropped = match recording.dropped {
         0 => String::new(),
         n => format!(", {n} left out: they came faster than they could be written"),
     };
     tell!("recorded: {} frames in {}{dropped}", recording.frames, recording.folder.display());
-    Ok(())
 }
