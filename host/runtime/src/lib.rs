@@ -44,6 +44,7 @@
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]
 
+pub mod error_chain;
 pub mod link;
 pub mod observer;
 pub mod plot_colours;

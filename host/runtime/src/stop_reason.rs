@@ -18,7 +18,7 @@ pub enum StopReason {
     Interrupted,
     /// The source has no more frames.
     EndOfFrames,
-    /// The link, the camera or an observer failed; the message of the error.
+    /// The link, the camera or an observer failed; the messages of the error and its causes.
     Failed(String),
 }
 

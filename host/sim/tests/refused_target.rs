@@ -3,6 +3,8 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops at the first surprise")]
 
 use std::cell::RefCell;
+use std::error::Error;
+use std::iter::successors;
 use std::rc::Rc;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
@@ -12,9 +14,10 @@ use plumb_cameras::source::{CameraSource, SourceError};
 use plumb_cameras::toml_file::Finite;
 use plumb_emulator::{EMULATED, EmulatedBoard};
 use plumb_protocol::units::{Micros, Point};
-use plumb_runtime::link::Link;
+use plumb_runtime::error_chain::ErrorChain;
+use plumb_runtime::link::{Link, LinkError};
 use plumb_runtime::rig::Rig;
-use plumb_runtime::run::{Run, RunError, RunParts};
+use plumb_runtime::run::{ControlLoopError, Run, RunError, RunParts};
 use plumb_sim::memory::Memory;
 use plumb_vision::detect::DetectorKind;
 use plumb_vision::frame::RgbdFrame;
@@ -36,6 +39,11 @@ impl CameraSource for Lossy {
     fn is_live(&self) -> bool {
         true
     }
+}
+
+/// Returns the error and its causes.
+fn chain<'a>(error: &'a (dyn Error + 'static)) -> impl Iterator<Item = &'a (dyn Error + 'static)> {
+    successors(Some(error), |&error| error.source())
 }
 
 /// Drives towards the rig's target for a second.
@@ -68,7 +76,11 @@ fn a_board_that_refuses_a_target_is_stopped_and_waited_for() {
         timeout: 10.0,
         interrupted: &AtomicBool::new(false),
     });
-    let Err(RunError::Broken { error, summary }) = result else { panic!("{result:?}") };
-    assert!(error.to_string().contains("stands outside its travel"), "{error}");
+    let error = result.unwrap_err();
+    let message = ErrorChain(&error).to_string();
+    assert!(message.contains("stands outside its travel"), "{message}");
+    assert!(chain(&error).any(|error| error.is::<ControlLoopError>()));
+    assert!(chain(&error).any(|error| error.is::<LinkError>()));
+    let RunError::Broken { summary, .. } = error else { panic!("{error:?}") };
     assert!(summary.at_rest);
 }

@@ -9,6 +9,7 @@ use plumb_bench::control::{BenchError, ControlError};
 use plumb_bench::vision::VisionError;
 use plumb_cameras::record::RecordError;
 use plumb_protocol::message::Refusal;
+use plumb_runtime::error_chain::ErrorChain;
 use plumb_runtime::link::LinkError;
 use plumb_runtime::replay::ReplayError;
 use plumb_runtime::run::RunError;
@@ -71,25 +72,7 @@ impl Failure {
 
     /// Prints the error, without its consequences.
     pub(crate) fn print(&self) {
-        tell!("plumb: {}", Chain(&*self.error));
-    }
-}
-
-/// Error with its causes, which are left out where the message of the error ends with theirs.
-pub(super) struct Chain<'a>(pub(super) &'a dyn Error);
-
-impl fmt::Display for Chain<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let mut text = self.0.to_string();
-        let mut source = self.0.source();
-        while let Some(cause) = source {
-            let message = cause.to_string();
-            if !text.contains(&message) {
-                text = format!("{text}: {message}");
-            }
-            source = cause.source();
-        }
-        f.write_str(&text)
+        tell!("plumb: {}", ErrorChain(&*self.error));
     }
 }
 
@@ -220,16 +203,5 @@ mod tests {
         for kind in [ErrorKind::NotFound, ErrorKind::PermissionDenied, ErrorKind::NotADirectory] {
             assert_eq!(codes(kind), [BAD_INPUT; 2], "{kind}");
         }
-    }
-
-    #[test]
-    fn causes_are_printed_once() {
-        #[derive(Debug, Error)]
-        #[error("the camera cannot be opened")]
-        struct Outer(#[source] CommandError);
-        let outer = Outer(CommandError("it is busy".to_owned()));
-        assert_eq!(Chain(&outer).to_string(), "the camera cannot be opened: it is busy");
-        let ports = RunError::Connect(silent());
-        assert_eq!(Chain(&ports).to_string(), ports.to_string());
     }
 }

@@ -6,13 +6,13 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use plumb_cameras::record::{Overflow, Recorder, Recording};
+use plumb_runtime::error_chain::ErrorChain;
 use plumb_runtime::observer::{FrameRecord, Observer, RunEvent};
 use plumb_runtime::queued::{QueueSettings, Queued};
 use plumb_runtime::recording::FrameRecorder;
 use plumb_runtime::run::{ControlLoopError, RunError, Summary};
 use plumb_runtime::run_log::RunLog;
 
-use super::exit::Chain;
 use super::interrupt::DefaultSignals;
 use super::print::{message, tell};
 use super::{FAILED, Failure, both, failed};
@@ -108,9 +108,10 @@ impl Outputs {
         let dropped_rows = self.log.dropped();
         let (rows, unwritten) = match self.log.close() {
             Ok(log) => (Ok(()), log.unwritten().map(ToString::to_string)),
-            Err(error) => {
-                (Err(failed(format!("the run folder is not complete: {}", Chain(&error)))), None)
-            }
+            Err(error) => (
+                Err(failed(format!("the run folder is not complete: {}", ErrorChain(&error)))),
+                None,
+            ),
         };
         let recording = self.recorder.map(FrameRecorder::finish).transpose().map_err(failed);
         let closed = Closed { folder: self.folder, dropped_rows, unwritten, rows, recording };
@@ -136,10 +137,10 @@ impl Outputs {
         let (printed, ended) = if progress.is_on() && !stdout().is_terminal() {
             let printed = print(&summary);
             progress.close();
-            (printed, closed.report(&summary, error.as_deref()))
+            (printed, closed.report(&summary, error.as_ref()))
         } else {
             progress.close();
-            let ended = closed.report(&summary, error.as_deref());
+            let ended = closed.report(&summary, error.as_ref());
             (print(&summary), ended)
         };
         both(ended, printed)?;
@@ -196,7 +197,7 @@ impl Closed {
         let (frames, time, folder) = (summary.frames, summary.time_s, self.folder.display());
         let run = match error {
             Some(error) => {
-                let error = Chain(error);
+                let error = ErrorChain(error);
                 Err(failed(format!("{error} (recorded so far: {folder}, {frames} frames)")))
             }
             None => {

@@ -12,6 +12,7 @@ use plumb_emulator::plant::{QuasiStatic, Task};
 use plumb_emulator::{EMULATED, EmulatedBoard, Served, serve};
 use plumb_protocol::message::State;
 use plumb_protocol::units::Micros;
+use plumb_runtime::error_chain::ErrorChain;
 use plumb_runtime::link::{Serial, Transport};
 use plumb_runtime::observer::{FrameRecord, Observer};
 use plumb_runtime::rig::{LawName, LawSettings, Rig};
@@ -250,12 +251,12 @@ fn report(result: &Result<Summary, RunError>) -> Report {
             RunError::Broken { error, summary } => Report {
                 reported_reached: reported_reached(summary),
                 exit_code: 1,
-                cause: error.to_string(),
+                cause: ErrorChain(error).to_string(),
             },
             RunError::Connect(error) => {
-                Report { reported_reached: 0, exit_code: 1, cause: error.to_string() }
+                Report { reported_reached: 0, exit_code: 1, cause: ErrorChain(error).to_string() }
             }
-            _ => Report { reported_reached: 0, exit_code: 2, cause: error.to_string() },
+            _ => Report { reported_reached: 0, exit_code: 2, cause: ErrorChain(error).to_string() },
         },
     }
 }

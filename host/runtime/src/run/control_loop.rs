@@ -15,6 +15,7 @@ use plumb_vision::observation::{BallObservation, Gaussian3};
 
 use super::error::ControlLoopError;
 use super::parts::RunParts;
+use crate::error_chain::ErrorChain;
 use crate::link::{Link, Transport};
 use crate::observer::{FrameRecord, RunEvent};
 use crate::stop_reason::StopReason;
@@ -151,7 +152,7 @@ impl<T: Transport> ControlLoop<'_, '_, T> {
         if lost_in_a_row >= MAX_LOST_IN_A_ROW {
             return Err(error);
         }
-        self.emit(&RunEvent::FrameLost { message: error.to_string() });
+        self.emit(&RunEvent::FrameLost { message: ErrorChain(&error).to_string() });
         Ok(())
     }
 

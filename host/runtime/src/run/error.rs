@@ -8,30 +8,31 @@ use crate::link::LinkError;
 use crate::rig::OutOfRange;
 use crate::summary::Summary;
 
-/// Failure of the control loop.
+/// Failure of the control loop. The message names the part that failed; the source is its error.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum ControlLoopError {
     /// The link to the board failed.
-    #[error(transparent)]
+    #[error("link to the board")]
     Link(#[from] LinkError),
     /// The camera delivers no frames any more, or lost too many in a row.
-    #[error(transparent)]
+    #[error("camera")]
     Source(#[from] SourceError),
     /// The detector failed on too many frames in a row.
-    #[error(transparent)]
+    #[error("detector")]
     Detect(#[from] DetectError),
     /// An observer cannot go on.
-    #[error(transparent)]
-    Observer(BoxedError),
+    #[error("output of the run")]
+    Observer(#[source] BoxedError),
 }
 
-/// Failure of a run.
+/// Failure of a run. A message does not contain that of its source
+/// ([`ErrorChain`](crate::error_chain::ErrorChain) joins them).
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum RunError {
     /// A value of the rig file is beyond what the board can be sent.
-    #[error("rig file: {0}")]
+    #[error("rig file")]
     Config(#[source] OutOfRange),
     /// A target is outside the workspace of the rig file.
     #[error("the target {0:?} m is outside the workspace of the rig file")]
@@ -46,14 +47,14 @@ pub enum RunError {
     )]
     NotLive,
     /// The board did not answer, or refused the configuration.
-    #[error(transparent)]
-    Connect(LinkError),
+    #[error("connection to the board")]
+    Connect(#[source] LinkError),
     /// The run failed after it had begun.
-    #[error("{error}")]
+    #[error("the run failed")]
     Broken {
         /// Cause of the failure.
         #[source]
-        error: Box<ControlLoopError>,
+        error: ControlLoopError,
         /// Summary of the run until then.
         summary: Box<Summary>,
     },

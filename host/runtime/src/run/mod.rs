@@ -6,6 +6,7 @@ mod parts;
 
 use plumb_protocol::units::Point;
 
+use crate::error_chain::ErrorChain;
 use crate::link::{Link, LinkError, Transport};
 use crate::rig::Rig;
 pub use crate::stop_reason::StopReason;
@@ -74,7 +75,7 @@ impl<T: Transport> Run<T> {
             refused_positions: self.link.refused_positions(),
             ending: match &result {
                 Ok(reason) => reason.clone(),
-                Err(error) => StopReason::Failed(error.to_string()),
+                Err(error) => StopReason::Failed(ErrorChain(error).to_string()),
             },
             dropped_records: parts.observers.iter().map(|observer| observer.dropped()).sum(),
         };
@@ -83,7 +84,7 @@ impl<T: Transport> Run<T> {
         }
         match result {
             Ok(_) => Ok(summary),
-            Err(error) => Err(RunError::Broken { error: error.into(), summary: summary.into() }),
+            Err(error) => Err(RunError::Broken { error, summary: summary.into() }),
         }
     }
 
