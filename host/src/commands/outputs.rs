@@ -107,7 +107,7 @@ impl Outputs {
     fn close(self) -> (Closed, Progress) {
         let dropped_rows = self.log.dropped();
         let (rows, unwritten) = match self.log.close() {
-            Ok(log) => (Ok(()), log.unwritten().map(ToString::to_string)),
+            Ok(log) => (Ok(()), log.unwritten().map(|error| ErrorChain(error).to_string())),
             Err(error) => (
                 Err(failed(format!("the run folder is not complete: {}", ErrorChain(&error)))),
                 None,

@@ -36,7 +36,7 @@ pub enum LinkError {
         port: String,
     },
     /// The port cannot be opened for another reason.
-    #[error("{port}: cannot be opened as a serial port: {source}")]
+    #[error("{port}: cannot be opened as a serial port")]
     Open {
         /// Its path.
         port: String,
@@ -44,13 +44,13 @@ pub enum LinkError {
         source: serialport::Error,
     },
     /// The operating system cannot list its ports.
-    #[error("the serial ports cannot be listed: {source}; name the board's with --port")]
+    #[error("the serial ports cannot be listed; name the board's with --port")]
     Ports {
         /// Error of the operating system.
         source: serialport::Error,
     },
     /// The port was open and is gone.
-    #[error("{port}: the board was unplugged, or its link broke: {source}")]
+    #[error("{port}: the board was unplugged, or its link broke")]
     Lost {
         /// Its path.
         port: String,

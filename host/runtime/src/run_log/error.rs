@@ -24,7 +24,7 @@ pub enum RunLogError {
         prefix: String,
     },
     /// An operation on a file failed.
-    #[error("cannot {action} {}: {source}", .path.display())]
+    #[error("cannot {action} {}", .path.display())]
     Io {
         /// The operation.
         action: &'static str,
@@ -34,7 +34,7 @@ pub enum RunLogError {
         source: std::io::Error,
     },
     /// A row could not be written.
-    #[error("cannot write a row to {}: {source}", .path.display())]
+    #[error("cannot write a row to {}", .path.display())]
     Csv {
         /// The CSV file.
         path: PathBuf,
@@ -42,7 +42,7 @@ pub enum RunLogError {
         source: csv::Error,
     },
     /// The summary cannot be turned into JSON.
-    #[error("cannot write the summary to {}: {source}", .path.display())]
+    #[error("cannot write the summary to {}", .path.display())]
     Json {
         /// The JSON file.
         path: PathBuf,
@@ -50,7 +50,7 @@ pub enum RunLogError {
         source: serde_json::Error,
     },
     /// A figure could not be drawn.
-    #[error("cannot draw {}: {source}", .path.display())]
+    #[error("cannot draw {}", .path.display())]
     Figure {
         /// The SVG file.
         path: PathBuf,
