@@ -42,7 +42,7 @@ pub(super) fn load_stepper(common: &mut Common<'static, PIO0>) -> LoadedProgram<
         "    mov x, isr         side 0", //  9
         "delay:",
         "    jmp x--, delay     side 0", // 10
-        "    wait 0 irq 4       side 0", // 11  for ever, when the emergency input has opened
+        "    wait 0 irq 4       side 0", // 11  flag 4: the emergency input has opened
         "    set x, 31          side 1", // 12  the pulse; see set_width
         "high:",
         "    jmp x--, high      side 1", // 13

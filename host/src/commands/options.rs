@@ -12,7 +12,7 @@ pub(super) struct RunOptions {
     /// Detector
     #[arg(long, value_enum, default_value = "ball")]
     pub(super) detector: DetectorName,
-    /// Longest time for one target, seconds; then the run ends
+    /// Longest time for each target, seconds; if it passes, the run ends without the other targets
     #[arg(
         long,
         default_value_t = 120.0,

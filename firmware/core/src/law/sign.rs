@@ -16,7 +16,7 @@ const MAX_ERROR_UM: i32 = (1 << 22) - 1;
 /// g grows while the ball is near and has not overshot, and falls at each overshoot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Sign {
-    /// g/(4s), Q20, at most 2^20: steps/s per µm.
+    /// Gain g/(4s), steps/s per µm, Q20, at most 2^20; s is the cable of one full step, µm.
     gain: i32,
     /// Target, µm.
     target: [i32; 3],

@@ -156,8 +156,8 @@ impl<T: Transport> ControlLoop<'_, '_, T> {
         Ok(())
     }
 
-    /// Reports to the board the ball's position, or that the frame was lost, and receives its
-    /// messages.
+    /// Reports the ball's position to the board, or that it is unknown: the frame shows no ball, or
+    /// was lost (its age is then 0 and has no effect). Receives the board's messages.
     fn report(&mut self, view: Option<&View>) -> Result<(), ControlLoopError> {
         let age = view.map_or(0.0, |view| self.parts.source.now() - view.frame.time());
         // The board refuses an age beyond its limit.

@@ -23,13 +23,13 @@ const RED_CHANNEL: i32 = 2;
 /// Parameters of the difference of Gaussians.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RedParameters {
-    /// Standard deviation of the narrow Gaussian, in the ball's radius in the image: 12 pixels for
-    /// a ball of 20 pixels. The Laplacian of Gaussian with the same zero crossings then has a
+    /// Standard deviation of the narrow Gaussian, in radii of the ball in the image: 12 pixels for
+    /// a radius of 20 pixels. The Laplacian of Gaussian with the same zero crossings then has a
     /// standard deviation of 0.745 radii, near 1/√2, where the response of a disc is the largest.
     pub narrow_sigma: f64,
-    /// Standard deviation of the wide Gaussian, in the ball's radius in the image: 1.6 times the
-    /// narrow one (19.2 pixels for a ball of 20 pixels), the usual ratio to approximate a Laplacian
-    /// of Gaussian.
+    /// Standard deviation of the wide Gaussian, in radii of the ball in the image: 1.6 times the
+    /// narrow one (19.2 pixels for a radius of 20 pixels), the usual ratio to approximate a
+    /// Laplacian of Gaussian.
     pub wide_sigma: f64,
     /// Least difference, grey levels. A ball with a contrast of c grey levels gives about 0.36 c.
     pub min_difference: f64,
