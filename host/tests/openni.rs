@@ -66,6 +66,15 @@ impl Fixture {
         self.command(arguments).output().unwrap()
     }
 
+    /// Runs and records. Returns the path of the `.oni` file and its bytes.
+    fn record(&self) -> (PathBuf, Vec<u8>) {
+        let run = self.plumb(&["run", "rig.toml", "--record", "recording", "--out", "run"]);
+        assert!(run.status.success(), "{}", stderr(&run));
+        let path = self.path().join("recording/recording.oni");
+        let whole = fs::read(&path).unwrap();
+        (path, whole)
+    }
+
     /// Writes the paper's rig file for a board on `port`, without its simulated rig and with the
     /// lines `camera` in its table `[camera]`.
     fn rig(&self, port: &str, camera: &str) {
@@ -318,14 +327,7 @@ fn a_truncated_recording_is_an_error() {
     let Some(fixture) = Fixture::new(true) else { return };
     let emulator = Emulator::start();
     fixture.rig(&emulator.port, "");
-    assert!(
-        fixture
-            .plumb(&["run", "rig.toml", "--record", "recording", "--out", "run"])
-            .status
-            .success()
-    );
-    let path = fixture.path().join("recording/recording.oni");
-    let whole = fs::read(&path).unwrap();
+    let (path, whole) = fixture.record();
     fs::write(&path, &whole[..whole.len() * 2 / 3]).unwrap();
     let output = fixture.plumb(&["replay", "recording/recording.oni"]);
     assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
@@ -343,14 +345,7 @@ fn damaged_recordings_give_rows_or_an_error() {
     let Some(fixture) = Fixture::new(true) else { return };
     let emulator = Emulator::start();
     fixture.rig(&emulator.port, "[camera.openni]\nintrinsics = \"device\"\nlatency = 0.005");
-    assert!(
-        fixture
-            .plumb(&["run", "rig.toml", "--record", "recording", "--out", "run"])
-            .status
-            .success()
-    );
-    let path = fixture.path().join("recording/recording.oni");
-    let whole = fs::read(&path).unwrap();
+    let (path, whole) = fixture.record();
     let sound = rows(&stdout(&fixture.plumb(&["replay", "recording/recording.oni"])));
     assert!(!sound.is_empty());
     // Most of the file is pictures. The bytes before and behind them are changed as often.

@@ -43,7 +43,7 @@ pub(super) fn admit(state: &State, command: &Command) -> Result<(), Refusal> {
     }
 }
 
-/// Checks whether `state` accepts a position: [`admit`] for who has no whole [`Command`].
+/// Checks whether `state` accepts a position. [`admit`] calls it for a whole [`Command`].
 pub(super) fn admit_position(state: &State) -> Result<(), Refusal> {
     match state {
         State::Unconfigured => Err(Refusal::Unconfigured),

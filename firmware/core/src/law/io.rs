@@ -79,7 +79,7 @@ impl Setpoint {
         Self { rates, ramp_us: 0, valid_us: u32::MAX }
     }
 
-    /// Returns the setpoint as it is `elapsed_us` after it took effect.
+    /// Returns the setpoint that is in force `elapsed_us` after it took effect.
     #[must_use]
     pub fn after(self, elapsed_us: u64) -> Self {
         let elapsed_us = elapsed_us.min(u64::from(u32::MAX)) as u32;

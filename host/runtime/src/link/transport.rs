@@ -53,7 +53,7 @@ impl Serial {
             .timeout(WRITE_TIMEOUT)
             .open_native()
             .map_err(|error| open_error(name, error))?;
-        // Discards what an earlier host left unread. DTR stays as it is: pseudo-terminals have
+        // Discards what an earlier host left unread. DTR is not changed: pseudo-terminals have
         // none.
         let _ = port.clear(ClearBuffer::All);
         Ok(Self { name: name.to_owned(), port, opened: Instant::now() })
