@@ -7,6 +7,7 @@ use serde::Serialize;
 use thiserror::Error;
 
 use crate::settings::{CameraSettings, SettingsError, SourceName};
+use crate::source::capture::{Capture, CaptureLimits, StartCaptureError};
 use crate::source::{BoxedError, CameraSource};
 
 /// Driver of a kind of camera. [`drivers`](crate::drivers) has the registry of all drivers.
@@ -48,14 +49,19 @@ pub struct OpenedCamera {
 }
 
 impl OpenedCamera {
-    /// Returns a camera without description: `source`, whose frames have `intrinsics`.
-    pub fn new(
-        source: impl CameraSource + 'static,
+    /// Starts to read `source`, whose frames have `intrinsics`, in a thread of its own. Returns a
+    /// camera without description.
+    ///
+    /// # Errors
+    /// As [`Capture::start`].
+    pub fn start(
+        source: impl CameraSource + Send + 'static,
         camera: Camera,
         intrinsics: Intrinsics,
-    ) -> Self {
+    ) -> Result<Self, StartCaptureError> {
         let camera = Camera { intrinsics, ..camera };
-        Self { source: Box::new(source), camera, description: None, notes: Vec::new() }
+        let source = Box::new(Capture::start(source, CaptureLimits::default())?);
+        Ok(Self { source, camera, description: None, notes: Vec::new() })
     }
 }
 

@@ -1,12 +1,12 @@
 //! A bounded queue and a thread between a run and an observer that writes.
 
-use std::any::Any;
 use std::sync::mpsc::{Receiver, Sender, SyncSender, TrySendError, channel, sync_channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
 
 use plumb_cameras::record::Overflow;
 use plumb_cameras::source::BoxedError;
+use plumb_cameras::source::capture::panic_message;
 use thiserror::Error;
 
 use crate::observer::{FrameRecord, Observer, RunEvent};
@@ -174,13 +174,6 @@ fn serve<O: Observer>(
         }
     }
     observer
-}
-
-/// Returns the message of a panic.
-fn panic_message(payload: &(dyn Any + Send)) -> String {
-    let text = payload.downcast_ref::<&str>().map(|text| (*text).to_owned());
-    text.or_else(|| payload.downcast_ref::<String>().cloned())
-        .unwrap_or_else(|| "no message".to_owned())
 }
 
 impl<O: Observer + Send + 'static> Observer for Queued<O> {

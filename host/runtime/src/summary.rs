@@ -46,6 +46,10 @@ pub struct Summary {
     pub located: u64,
     /// Number of frames that were lost or could not be searched.
     pub lost: u64,
+    /// Number of frames that a newer one replaced before the detector was free; left out where it
+    /// is 0.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub skipped: u64,
     /// Number of positions that the board refused.
     pub refused_positions: u32,
     /// Reason of the end.

@@ -82,6 +82,11 @@ impl Camera {
         self.start.elapsed().as_secs_f64()
     }
 
+    /// Returns the start of the clock of live pictures.
+    pub fn start(&self) -> Instant {
+        self.start
+    }
+
     /// Returns the next pair: the newest of a camera, each one of a recording, `None` at the end of
     /// a recording. Returns or fails within [`Timeouts::picture`] and one second.
     ///

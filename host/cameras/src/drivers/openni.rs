@@ -39,7 +39,7 @@ impl CameraDriver for OpenniDriver {
         let description = Some(format!("{} ({}), {}", opened.name, opened.uri, opened.mode));
         let notes = opened.notes.clone();
         let intrinsics = *source.intrinsics();
-        let camera = OpenedCamera::new(source, request.camera.clone(), intrinsics);
+        let camera = OpenedCamera::start(source, request.camera.clone(), intrinsics)?;
         Ok(OpenedCamera { description, notes, ..camera })
     }
 }

@@ -23,6 +23,6 @@ impl CameraDriver for RecordingDriver {
         let path = request.settings.recording.as_ref().ok_or(SettingsError::NoRecording)?;
         let OpenedRecording { source, intrinsics } =
             open_recording(path, request.camera.intrinsics)?;
-        Ok(OpenedCamera::new(Playback::new(source), request.camera.clone(), intrinsics))
+        Ok(OpenedCamera::start(Playback::new(source), request.camera.clone(), intrinsics)?)
     }
 }

@@ -1,6 +1,8 @@
 //! Sources of RGB-D frames: cameras and recordings.
 
 mod camera_source;
+pub mod capture;
+mod clock;
 mod error;
 pub mod openni;
 pub mod playback;
@@ -8,5 +10,6 @@ mod recording;
 pub mod tum;
 
 pub use camera_source::CameraSource;
+pub use clock::LiveClock;
 pub use error::{BoxedError, InvalidFrame, SourceError};
 pub use recording::{OpenRecordingError, OpenedRecording, open_recording};

@@ -7,15 +7,12 @@ use plumb_vision::frame::RgbdFrame;
 use thiserror::Error;
 
 use super::camera_source::CameraSource;
+use super::clock::LiveClock;
 use super::error::{InvalidFrame, SourceError};
 
 /// Longest gap between two frames. It is the time after which a live camera without pictures counts
 /// as silent ([`plumb_openni::Timeouts`]), and the longest delay of an interruption.
 pub const LONGEST_GAP: Duration = Duration::from_secs(2);
-
-/// Largest number of overdue frames that one call reads. Where the reading alone is slower than the
-/// recording, the caller gets an overdue frame after that many.
-const MAX_READ: usize = 10;
 
 /// Camera source that plays a recording in the place of a camera.
 ///
@@ -23,15 +20,16 @@ const MAX_READ: usize = 10;
 /// on this clock, whatever the recording's time stamps are. A lost frame with a known time stamp
 /// takes its time too.
 ///
-/// A caller that is slower than the recording misses frames, as with a camera: a frame that is
-/// overdue by more than one period is left out if another one follows it.
+/// A caller that is slower than the recording gets every frame, later and later. A
+/// [`Capture`](super::capture::Capture) leaves the overdue ones out, as of a camera.
 ///
 /// A frame whose time stamp is before the previous one is lost ([`PlaybackError::Backwards`]). A
 /// gap above [`LONGEST_GAP`] ends the recording ([`PlaybackError::Gap`]).
 #[derive(Debug)]
 pub struct Playback<S> {
     source: S,
-    clock: Option<Clock>,
+    clock: LiveClock,
+    progress: Option<Progress>,
 }
 
 /// Time stamp that a recording cannot be played at.
@@ -71,96 +69,69 @@ impl From<PlaybackError> for SourceError {
     }
 }
 
-/// Clock that runs from the first frame.
+/// Time stamps of the frames so far, seconds on the recording's clock.
 #[derive(Debug, Clone, Copy)]
-struct Clock {
-    /// Time at which the first frame was delivered.
-    start: Instant,
-    /// Time stamp of the first frame, seconds on the recording's clock.
+struct Progress {
     first: f64,
-    /// Time stamp of the last frame, seconds on the recording's clock.
     last: f64,
-    /// Time between the last two frames with different time stamps, seconds; infinite before.
-    period: f64,
-}
-
-impl Clock {
-    /// Returns the seconds since the first frame.
-    fn now(&self) -> f64 {
-        self.start.elapsed().as_secs_f64()
-    }
 }
 
 impl<S: CameraSource> Playback<S> {
     /// Plays the recording `source`.
     pub fn new(source: S) -> Self {
-        Self { source, clock: None }
+        Self { source, clock: LiveClock::default(), progress: None }
     }
 
     /// Waits until the frame with the time stamp `stamp` (seconds on the recording's clock) is due.
     /// Returns its time stamp on this clock.
     fn wait_for(&mut self, stamp: f64) -> Result<f64, PlaybackError> {
-        let fresh =
-            Clock { start: Instant::now(), first: stamp, last: stamp, period: f64::INFINITY };
-        let clock = self.clock.get_or_insert(fresh);
-        let gap = stamp - clock.last;
+        let start = self.clock.start();
+        let progress = self.progress.get_or_insert(Progress { first: stamp, last: stamp });
+        let gap = stamp - progress.last;
         if gap < 0.0 {
-            return Err(PlaybackError::Backwards { time: stamp, before: clock.last });
+            return Err(PlaybackError::Backwards { time: stamp, before: progress.last });
         }
         if gap.is_nan() || gap > LONGEST_GAP.as_secs_f64() {
             return Err(PlaybackError::Gap { time: stamp, gap });
         }
-        clock.last = stamp;
-        if gap > 0.0 {
-            clock.period = gap;
-        }
-        let time = stamp - clock.first;
-        let due =
-            Duration::try_from_secs_f64(time).ok().and_then(|span| clock.start.checked_add(span));
+        progress.last = stamp;
+        let time = stamp - progress.first;
+        let due = Duration::try_from_secs_f64(time).ok().and_then(|span| start.checked_add(span));
         // Gaps are limited, so that only a recording of centuries has a frame that is due beyond
         // the clock's range.
         let Some(due) = due else { return Err(PlaybackError::Gap { time: stamp, gap }) };
         thread::sleep(due.saturating_duration_since(Instant::now()).min(LONGEST_GAP));
         Ok(time)
     }
-
-    /// Returns whether the frame with the time stamp `time` on this clock is overdue by more than
-    /// one period.
-    fn is_overdue(&self, time: f64) -> bool {
-        self.clock.is_some_and(|clock| clock.now() - time > clock.period)
-    }
 }
 
 impl<S: CameraSource> CameraSource for Playback<S> {
     fn next_frame(&mut self) -> Result<Option<RgbdFrame>, SourceError> {
-        let mut overdue = None;
-        for _ in 0..MAX_READ {
-            match self.source.next_frame() {
-                Ok(None) => return Ok(overdue),
-                Ok(Some(frame)) => {
-                    let time = self.wait_for(frame.time())?;
-                    let frame = frame.with_time(time).map_err(InvalidFrame::of("the recording"))?;
-                    if !self.is_overdue(time) {
-                        return Ok(Some(frame));
-                    }
-                    overdue = Some(frame);
-                }
-                Err(error) => match error.stamp() {
-                    Some(stamp) => return Err(error.with_stamp(self.wait_for(stamp)?)),
-                    None => return Err(error),
-                },
+        match self.source.next_frame() {
+            Ok(None) => Ok(None),
+            Ok(Some(frame)) => {
+                let time = self.wait_for(frame.time())?;
+                let frame = frame.with_time(time).map_err(InvalidFrame::of("the recording"))?;
+                Ok(Some(frame))
             }
+            Err(error) => match error.stamp() {
+                Some(stamp) => Err(error.with_stamp(self.wait_for(stamp)?)),
+                None => Err(error),
+            },
         }
-        Ok(overdue)
     }
 
     /// Returns the seconds since the first frame, 0 before it.
     fn now(&self) -> f64 {
-        self.clock.map_or(0.0, |clock| clock.now())
+        self.clock.now()
     }
 
     fn is_live(&self) -> bool {
         true
+    }
+
+    fn clock(&self) -> Option<LiveClock> {
+        Some(self.clock.clone())
     }
 }
 
@@ -220,28 +191,6 @@ mod tests {
             assert!(playback.next_frame().unwrap().is_none());
             assert!(playback.now() < 1e6);
         }
-    }
-
-    #[test]
-    fn a_slow_caller_gets_the_newest_frame() {
-        let mut playback = playback([0.0, 0.1, 0.2, 0.3, 0.4].map(Ok));
-        expect(&mut playback, 0.0, 0.0);
-        thread::sleep(Duration::from_millis(250));
-        // 0.1 s is overdue by more than a period.
-        let frame = playback.next_frame().unwrap().unwrap();
-        assert!(frame.time() > 0.15, "{}", frame.time());
-        thread::sleep(Duration::from_secs(1));
-        expect(&mut playback, 1.0, 0.4);
-        assert!(playback.next_frame().unwrap().is_none());
-    }
-
-    #[test]
-    fn a_recording_that_is_read_too_slowly_still_delivers() {
-        let mut playback = playback((0..100).map(|i| Ok(f64::from(i) * 1e-3)));
-        expect(&mut playback, 0.0, 0.0);
-        thread::sleep(Duration::from_secs(1));
-        expect(&mut playback, 1.0, 0.010);
-        expect(&mut playback, 1.0, 0.020);
     }
 
     #[test]

@@ -12,7 +12,7 @@ use super::tum::{TumError, TumFolder};
 /// Open recording.
 pub struct OpenedRecording {
     /// Source of its frames.
-    pub source: Box<dyn CameraSource>,
+    pub source: Box<dyn CameraSource + Send>,
     /// Intrinsics of its frames.
     pub intrinsics: Intrinsics,
 }

@@ -72,6 +72,7 @@ impl<T: Transport> Run<T> {
             at_rest,
             located: stats.located,
             lost: stats.lost,
+            skipped: parts.source.skipped(),
             refused_positions: self.link.refused_positions(),
             ending: match &result {
                 Ok(reason) => reason.clone(),

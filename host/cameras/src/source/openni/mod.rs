@@ -7,6 +7,7 @@ use plumb_vision::image::{Image, ImageError};
 use thiserror::Error;
 
 use super::camera_source::CameraSource;
+use super::clock::LiveClock;
 use super::error::{InvalidFrame, SourceError};
 
 mod settings;
@@ -35,10 +36,10 @@ pub struct OpenniSource {
 }
 
 /// Clock that stamps the frames.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 enum Clock {
     /// The host's, since the camera was opened.
-    Host,
+    Host(LiveClock),
     /// The recording's: time stamp of its last frame, seconds.
     Recording(f64),
 }
@@ -97,7 +98,7 @@ impl OpenniSource {
         let camera = Camera::open(openni, target, settings)?;
         let intrinsics = intrinsics(camera.opened(), source)?;
         let clock = match target {
-            Target::First | Target::Uri(_) => Clock::Host,
+            Target::First | Target::Uri(_) => Clock::Host(LiveClock::since(camera.start())),
             Target::Recording(_) => Clock::Recording(0.0),
         };
         Ok(Self { camera, intrinsics, clock })
@@ -139,14 +140,21 @@ impl CameraSource for OpenniSource {
     }
 
     fn now(&self) -> f64 {
-        match self.clock {
-            Clock::Host => self.camera.now(),
-            Clock::Recording(now) => now,
+        match &self.clock {
+            Clock::Host(clock) => clock.now(),
+            Clock::Recording(now) => *now,
         }
     }
 
     fn is_live(&self) -> bool {
-        matches!(self.clock, Clock::Host)
+        matches!(self.clock, Clock::Host(_))
+    }
+
+    fn clock(&self) -> Option<LiveClock> {
+        match &self.clock {
+            Clock::Host(clock) => Some(clock.clone()),
+            Clock::Recording(_) => None,
+        }
     }
 }
 
