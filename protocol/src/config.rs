@@ -30,6 +30,8 @@ pub struct Config {
     pub deadlines: Deadlines,
     /// Limit of the error's growth; beyond it, a motor is probably swapped or reversed.
     pub growth: Growth,
+    /// Limits of jogs.
+    pub jog: JogLimits,
     /// Motor drivers.
     pub drivers: Drivers,
     /// Span of the running mean over the step plan, at most 400 ms; 0 turns it off.
@@ -94,7 +96,8 @@ pub struct Motor {
     pub max_rate: Rate,
     /// Highest acceleration and deceleration.
     pub max_acceleration: Acceleration,
-    /// Lowest position, relative to the motor's position at the board's start; at most 0.
+    /// Lowest position, relative to the zero of travel: the motor's position at the board's start
+    /// or at the last [`Home`](crate::Command::Home); at most 0.
     pub travel_min: Steps16,
     /// Highest position, relative to the same zero; at least 0.
     pub travel_max: Steps16,
@@ -148,6 +151,15 @@ pub struct Growth {
     pub margin: Micrometres,
     /// Duration.
     pub time: Milliseconds,
+}
+
+/// Limits of a [`Jog`](crate::Command::Jog), besides those of its motor. No camera watches a jog.
+#[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
+pub struct JogLimits {
+    /// Highest rate of a jog.
+    pub max_rate: Rate,
+    /// Longest distance of one jog, in either direction.
+    pub max_distance: Steps16,
 }
 
 /// Motor drivers. Grows at its end.

@@ -85,6 +85,8 @@ pub enum Command {
     /// Stores the current configuration in flash; refused while moving. The answer follows when it
     /// is written.
     Store,
+    /// Makes the present motor positions the zero of travel. Accepted in [`State::Ready`] only.
+    Home,
 }
 
 /// Protocol identification of one side. Its bytes never change.
@@ -200,7 +202,8 @@ pub enum Refusal {
     NoPosition,
     /// The motor's index is above 2.
     NoSuchMotor,
-    /// The jog's rate is not above 0, or is above the motor's limit.
+    /// The jog's rate is not above 0, or is above the motor's limit or
+    /// [`max_rate`](crate::config::JogLimits::max_rate).
     JogRate,
     /// The jog would pass the motor's travel limit, or leads further out for a motor that is
     /// outside its travel.
@@ -211,6 +214,8 @@ pub enum Refusal {
     NotStored,
     /// This motor (0 = A, 1 = B, 2 = C) is outside its travel. Jog it back inside first.
     OutsideTravel(u8),
+    /// The jog is longer than [`max_distance`](crate::config::JogLimits::max_distance).
+    JogDistance,
 }
 
 /// Part of a configuration that is out of range.
@@ -249,6 +254,8 @@ pub enum ConfigField {
     /// A [`max_age`](crate::config::Deadlines::max_age) at or above the deadline for positions:
     /// positions older than the deadline would be accepted.
     MaxAge,
+    /// A rate of 0 or less for jogs, a distance of 0 or less, or one above 67 million steps.
+    Jog,
 }
 
 /// State of the board. Grows at its end.
@@ -328,7 +335,8 @@ pub struct Telemetry {
     pub target: Option<u16>,
     /// Number of the last accepted position.
     pub sequence: Option<u16>,
-    /// Motor positions relative to the board's start.
+    /// Motor positions relative to the zero of travel: where the board started, or the place of
+    /// the last [`Command::Home`].
     pub motors: [Steps16; 3],
     /// Motor rates.
     pub rates: [Rate; 3],

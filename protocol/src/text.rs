@@ -87,6 +87,7 @@ impl fmt::Display for ConfigField {
                 "the highest age of a position (it must be below the deadline for positions, or \
                  the board would drive on positions older than that deadline)"
             }
+            Self::Jog => "the limits of jogs (rate and distance above 0)",
         })
     }
 }
@@ -111,7 +112,9 @@ impl fmt::Display for Refusal {
             Self::BallOutside => f.write_str("the ball is outside the workspace"),
             Self::NoPosition => f.write_str("no position of the ball is known"),
             Self::NoSuchMotor => f.write_str("there are motors 0, 1 and 2"),
-            Self::JogRate => f.write_str("a jog needs a rate above 0 and within the motor's limit"),
+            Self::JogRate => f.write_str(
+                "a jog needs a rate above 0, within the limits of its motor and of jogs",
+            ),
             Self::JogTravel => f.write_str("the jog would pass the motor's travel limit"),
             Self::Unsupported => f.write_str("this board cannot do that"),
             Self::NotStored => {
@@ -123,6 +126,9 @@ impl fmt::Display for Refusal {
                  travel",
                 motor(*i)
             ),
+            Self::JogDistance => {
+                f.write_str("the jog is longer than the limit of jogs; divide it into shorter ones")
+            }
         }
     }
 }

@@ -4,7 +4,8 @@
 #![allow(clippy::expect_used, clippy::panic, reason = "a test stops at the first surprise")]
 
 use plumb_protocol::config::{
-    Config, Deadlines, Drivers, Growth, Interval, Law, Motor, Reached, StepDir, Workspace,
+    Config, Deadlines, Drivers, Growth, Interval, JogLimits, Law, Motor, Reached, StepDir,
+    Workspace,
 };
 use plumb_protocol::frame::{Accumulator, encode};
 use plumb_protocol::message::*;
@@ -74,6 +75,8 @@ fn commands() {
     to_board(Command::Hold, "08ac0207378a718300");
     to_board(Command::ClearFault, "08ac0208a697ce1300");
     to_board(Command::Status, "08ac020930a7c96400");
+    to_board(Command::Store, "08ac020a8af6c0fd00");
+    to_board(Command::Home, "08ac020b1cc6c78a00");
 }
 
 #[test]
@@ -100,6 +103,7 @@ fn the_configuration() {
             max_age: Milliseconds(250),
         },
         growth: Growth { margin: Micrometres(60_000), time: Milliseconds(600) },
+        jog: JogLimits { max_rate: Rate(50 * 256), max_distance: Steps16(3200) },
         drivers: Drivers::StepDir(StepDir::A4988),
         mean: Milliseconds(300),
     };
@@ -107,8 +111,8 @@ fn the_configuration() {
         Command::Configure(config),
         "04ac020306ffff01ff013effffffc702c702c702c702c702c702c702c702c7028080028080028080\
          02808002808002808002808002808002808002cc2080c00cd00fffed0580ee050c80c00cd00fffed\
-         0580ee050c80c00cd00fffed0580ee052410ffb418ffb418bf9a0cc0a38601c0ee6d80904ea09c01\
-         0aac02f403fa01c0a907d8040de807e807c801ac020b2001bc00",
+         0580ee050c80c00cd00fffed0580ee052910ffb418ffb418bf9a0cc0a38601c0ee6d80904ea09c01\
+         0aac02f403fa01c0a907d80480c80180320de807e807c801ac022a1fdb6200",
     );
 }
 

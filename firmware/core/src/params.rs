@@ -1,7 +1,7 @@
 //! A configuration that was checked, and the limits of the build.
 
 use plumb_protocol::config::{
-    self, Coils, Config, Deadlines, Drivers, Growth, Law, Motor, Reached, Workspace,
+    self, Coils, Config, Deadlines, Drivers, Growth, JogLimits, Law, Motor, Reached, Workspace,
 };
 use plumb_protocol::message::ConfigField;
 use plumb_protocol::units::Point;
@@ -30,6 +30,7 @@ pub struct Params {
     pub(crate) reached: Reached,
     pub(crate) deadlines: Deadlines,
     pub(crate) growth: Growth,
+    pub(crate) jog: JogLimits,
     pub(crate) drivers: Drivers,
     /// Pulse timing of the step generator for `drivers`.
     pub(crate) timing: DriverTiming,
@@ -64,7 +65,7 @@ const MAX_COIL_RATE: u32 = 1_000_000 / TICK_US / 2;
 /// full step at this rate.
 const MAX_HAT_RATE: u32 = 300;
 /// Largest travel, Q4 steps: ±32 million steps, which leaves room for the way to a stop in an i32.
-const MAX_TRAVEL: i32 = 1 << 29;
+pub(crate) const MAX_TRAVEL: i32 = 1 << 29;
 
 impl Params {
     /// Checks every field of `config` against its range and the limits of the build.
@@ -93,6 +94,10 @@ impl Params {
         )?;
         ensure(max_age < position, ConfigField::MaxAge)?;
         ensure(config.growth.margin.0 > 0 && config.growth.time.0 > 0, ConfigField::Growth)?;
+        ensure(
+            config.jog.max_rate.0 > 0 && (1..=2 * MAX_TRAVEL).contains(&config.jog.max_distance.0),
+            ConfigField::Jog,
+        )?;
         ensure(config.mean.0 <= MAX_MEAN_MS, ConfigField::Mean)?;
         Ok(Self {
             law: config.law,
@@ -102,6 +107,7 @@ impl Params {
             reached: config.reached,
             deadlines: config.deadlines,
             growth: config.growth,
+            jog: config.jog,
             drivers: config.drivers,
             timing,
             mean_ms: config.mean.0,

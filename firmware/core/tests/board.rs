@@ -225,6 +225,9 @@ fn a_configuration_out_of_range_is_refused_with_its_field() {
     case(ConfigField::MaxAge, &|c| c.deadlines.max_age.0 = 5_000);
     case(ConfigField::Growth, &|c| c.growth.margin = Micrometres(-1));
     case(ConfigField::Growth, &|c| c.growth.time.0 = 0);
+    case(ConfigField::Jog, &|c| c.jog.max_rate = Rate(0));
+    case(ConfigField::Jog, &|c| c.jog.max_distance = Steps16(0));
+    case(ConfigField::Jog, &|c| c.jog.max_distance = Steps16(i32::MAX));
     let mut bench = Bench::greeted(BUILD);
     for (field, config) in cases {
         assert_eq!(

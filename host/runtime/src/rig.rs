@@ -1,6 +1,7 @@
 //! Rig file: the configuration of a rig in SI units, from which that of the board follows.
 
 mod driver;
+mod jog;
 mod law;
 mod law_name;
 
@@ -17,6 +18,7 @@ use serde::Deserialize;
 use thiserror::Error;
 
 pub use self::driver::Driver;
+pub use self::jog::JogSettings;
 pub use self::law::{Estimating, LawSettings, NOMINAL_STEP_M, Seconds};
 pub use self::law_name::{LawName, UnknownLaw};
 
@@ -43,6 +45,9 @@ pub struct Rig {
     pub deadlines: DeadlineSettings,
     /// Rule by which a growing error stops the board.
     pub growth: GrowthRule,
+    /// Limits of jogs.
+    #[serde(default)]
+    pub jog: JogSettings,
     /// Choice of the camera.
     pub camera: CameraSettings,
     /// The simulated rig; absent for a real one.
@@ -220,6 +225,7 @@ impl Rig {
                 margin: fit("growth.margin", self.growth.margin.get(), Micrometres::from_si)?,
                 time: fit("growth.time", self.growth.time.get(), Milliseconds::from_si)?,
             },
+            jog: self.jog.config()?,
             mean: self.law.mean().config("law.mean")?,
         })
     }

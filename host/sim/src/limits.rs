@@ -1,7 +1,7 @@
 //! Motor limits that all benchmarks share, and a board configuration with them.
 
 use plumb_protocol::config::{
-    Config, Deadlines, Drivers, Growth, Law, Motor, Reached, StepDir, Workspace,
+    Config, Deadlines, Drivers, Growth, JogLimits, Law, Motor, Reached, StepDir, Workspace,
 };
 use plumb_protocol::units::{Acceleration, Micrometres, Milliseconds, Point, Rate, Steps16};
 
@@ -50,6 +50,7 @@ impl Limits {
                 max_age: Milliseconds(499),
             },
             growth: Growth { margin: Micrometres(i32::MAX), time: Milliseconds(u16::MAX) },
+            jog: JogLimits { max_rate: motor.max_rate, max_distance: Steps16(1 << 30) },
             drivers: Drivers::StepDir(StepDir::TMC2209),
             mean,
         }

@@ -114,7 +114,8 @@ impl EmulatedBoard {
         Ok(())
     }
 
-    /// Returns the motor positions, full steps since the board's last start, + pays out.
+    /// Returns the motor positions, full steps since the board's last start, + pays out. Home does
+    /// not change them.
     pub fn motors(&self) -> [f64; 3] {
         self.board.positions().map(|p| Steps16(p).to_si())
     }

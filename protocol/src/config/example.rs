@@ -1,7 +1,8 @@
 //! A valid configuration, for examples and tests.
 
 use super::{
-    Config, Deadlines, Drivers, Growth, Interval, Law, Motor, Reached, StepDir, Workspace,
+    Config, Deadlines, Drivers, Growth, Interval, JogLimits, Law, Motor, Reached, StepDir,
+    Workspace,
 };
 use crate::units::{Acceleration, Bound, Gain, Micrometres, Milliseconds, Point, Rate, Steps16};
 
@@ -35,6 +36,7 @@ impl Config {
                 max_age: Milliseconds(250),
             },
             growth: Growth { margin: Micrometres(60_000), time: Milliseconds(600) },
+            jog: JogLimits { max_rate: Rate(400 << 8), max_distance: Steps16(16 * 8000) },
             drivers: Drivers::StepDir(StepDir::TMC2209),
             mean: Milliseconds(0),
         }

@@ -77,6 +77,7 @@ pub fn accepted(random: &mut Random, positions: [i32; 3]) -> Config {
         },
         deadlines: deadlines(random),
         growth: growth(random),
+        jog: jog_limits(random),
         drivers,
         mean: Milliseconds(if random.percent(40) { 0 } else { random.corner(0, 400) as u16 }),
     }
@@ -196,11 +197,21 @@ fn growth(random: &mut Random) -> Growth {
     }
 }
 
+/// Returns limits of jogs, in half of the cases the widest.
+fn jog_limits(random: &mut Random) -> JogLimits {
+    let wide = random.percent(50);
+    let most = |wide, random: &mut Random| if wide { 1 << 30 } else { random.corner(1, 1 << 30) };
+    JogLimits {
+        max_rate: Rate(most(wide, random) as i32),
+        max_distance: Steps16(most(wide, random) as i32),
+    }
+}
+
 /// Returns a configuration with a value that is usually out of range.
 pub fn invalid(random: &mut Random, positions: [i32; 3]) -> Config {
     let mut config = accepted(random, positions);
     let motor = random.below(3) as usize;
-    match random.below(20) {
+    match random.below(21) {
         0 => config.motors[motor].max_rate = Rate(random.any_i32()),
         1 => config.motors[motor].max_acceleration = Acceleration(random.any_i32() as u32),
         2 => config.motors[motor].travel_min = Steps16(random.any_i32()),
@@ -219,6 +230,7 @@ pub fn invalid(random: &mut Random, positions: [i32; 3]) -> Config {
             config.law =
                 Law::Taut(Estimated { delay: Milliseconds(random.range(501, 65_535) as u16) })
         }
+        17 => config.jog.max_rate = Rate(-(random.below(2) as i32)),
         14..=16 => config.law = invalid_interval(random),
         _ => config.motors[motor] = narrowed(config.motors[motor], positions[motor]),
     }

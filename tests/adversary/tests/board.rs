@@ -23,7 +23,7 @@ const FAULTS: [&str; 8] = [
 ];
 
 /// Every refusal that a message can cause; `Config(Law)` is for boards that are too slow for a law.
-const REFUSALS: [&str; 31] = [
+const REFUSALS: [&str; 33] = [
     "OutsideTravel",
     "Config(MaxAge)",
     "NotGreeted",
@@ -39,6 +39,7 @@ const REFUSALS: [&str; 31] = [
     "NoSuchMotor",
     "JogRate",
     "JogTravel",
+    "JogDistance",
     "Unsupported",
     "NotStored",
     "Config(Signs)",
@@ -53,12 +54,13 @@ const REFUSALS: [&str; 31] = [
     "Config(Deadlines)",
     "Config(Growth)",
     "Config(Drivers)",
+    "Config(Jog)",
     "Config(Mean)",
     "Config(Delay)",
 ];
 
 /// Every command.
-const COMMANDS: [&str; 11] = [
+const COMMANDS: [&str; 12] = [
     "Hello",
     "Stop",
     "Bootloader",
@@ -70,6 +72,7 @@ const COMMANDS: [&str; 11] = [
     "ClearFault",
     "Status",
     "Store",
+    "Home",
 ];
 
 /// Other counts.

@@ -24,7 +24,7 @@ pub(super) fn admit(state: &State, command: &Command) -> Result<(), Refusal> {
             | State::Stopping { then: AfterStop::Ready } => Ok(()),
             _ => Err(refusal(state)),
         },
-        Command::Jog(_) => match state {
+        Command::Jog(_) | Command::Home => match state {
             State::Ready => Ok(()),
             _ => Err(refusal(state)),
         },
@@ -94,7 +94,7 @@ mod tests {
     }
 
     /// Every command, in the order of the rows of [`EXPECTED`].
-    fn commands() -> [Command; 11] {
+    fn commands() -> [Command; 12] {
         let position = Position { sequence: 1, age_us: 0, ball: None, covariance: None };
         [
             Command::Hello(Hello::OURS),
@@ -108,12 +108,13 @@ mod tests {
             Command::Jog(Jog { motor: 0, distance: Steps16(16), rate: Rate(256) }),
             Command::Store,
             Command::ClearFault,
+            Command::Home,
         ]
     }
 
     /// `+` accepted, `u` Unconfigured, `b` Busy with the state, `f` Faulted with the fault.
     #[rustfmt::skip]
-    const EXPECTED: [[char; 12]; 11] = [
+    const EXPECTED: [[char; 12]; 12] = [
         // Unconfigured, Ready, Jogging, Seeking, Holding, Stopping (then Bootloader),
         // Storing (then Bootloader), Fault (storing, then Bootloader)
         /* Hello      */ ['+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+'],
@@ -127,6 +128,7 @@ mod tests {
         /* Jog        */ ['u', '+', 'b', 'b', 'b', 'b', 'b', 'b', 'b', 'f', 'f', 'f'],
         /* Store      */ ['u', '+', 'b', 'b', 'b', 'b', 'b', 'b', 'b', '+', 'b', 'b'],
         /* ClearFault */ ['+', '+', '+', '+', '+', '+', '+', '+', '+', '+', 'b', 'b'],
+        /* Home       */ ['u', '+', 'b', 'b', 'b', 'b', 'b', 'b', 'b', 'f', 'f', 'f'],
     ];
 
     /// State on the wire of each column.

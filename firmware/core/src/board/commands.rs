@@ -80,6 +80,7 @@ impl Board {
             Command::Jog(jog) => self.jog(now, jog),
             Command::ClearFault => self.clear_fault(),
             Command::Store => self.store(id),
+            Command::Home => self.home(),
             // `on_command` has executed these.
             Command::Hello(_)
             | Command::Stop
@@ -206,14 +207,14 @@ impl Board {
             }
             return Err(Refusal::TargetOutside);
         }
-        self.setup.check_travel(self.positions())?;
+        self.setup.check_travel(self.travel_positions())?;
         self.drive_to(now, State::Seeking(Goal { target, command: Some(id) }));
         Ok(())
     }
 
     fn hold(&mut self, now: Micros, id: u16) -> Result<(), Refusal> {
         let limit_us = limit_us(self.setup.require()?.deadlines.position);
-        self.setup.check_travel(self.positions())?;
+        self.setup.check_travel(self.travel_positions())?;
         let tracker = self.servo.tracker();
         let fresh = tracker.captured().is_some_and(|captured| now.since(captured) <= limit_us);
         let here = tracker.filtered().filter(|_| fresh).ok_or(Refusal::NoPosition)?;
@@ -238,10 +239,13 @@ impl Board {
         let params = self.setup.require()?;
         let motor = usize::from(jog.motor);
         let limits = params.motors.get(motor).ok_or(Refusal::NoSuchMotor)?;
-        if !(1..=limits.max_rate.0).contains(&jog.rate.0) {
+        if !(1..=limits.max_rate.min(params.jog.max_rate).0).contains(&jog.rate.0) {
             return Err(Refusal::JogRate);
         }
-        let position = self.planner.positions()[motor];
+        if jog.distance.0.unsigned_abs() > params.jog.max_distance.0.unsigned_abs() {
+            return Err(Refusal::JogDistance);
+        }
+        let position = self.travel_positions()[motor];
         let end = position.saturating_add(jog.distance.0);
         let (low, high) = (limits.travel_min.0, limits.travel_max.0);
         if !(low.min(position)..=high.max(position)).contains(&end) {
@@ -249,8 +253,15 @@ impl Board {
         }
         let inside = (low..=high).contains(&position);
         let rate = if inside { jog.rate.0 } else { jog.rate.0.min(MAX_RETURN_RATE) };
+        let end = end + self.planner.zero()[motor];
         self.state = State::Jogging(Jogging::new(motor, end, rate));
         self.servo.end_drive(now);
+        Ok(())
+    }
+
+    /// Makes the present motor positions the zero of travel.
+    fn home(&mut self) -> Result<(), Refusal> {
+        self.planner.home(self.setup.require()?);
         Ok(())
     }
 

@@ -26,6 +26,7 @@
 //! any ---guard, deadline, emergency input---> Fault ---ClearFault, at rest---> Ready, Unconfigured
 //! ```
 //!
+//! Home changes the zero of travel in Ready, and no state.
 //! `admit` (board/admit.rs) is the table of the commands that each state accepts. A fault is
 //! latched; an emergency stop alone replaces another fault. A write to flash and a restart into the
 //! bootloader go on in a fault.
@@ -142,6 +143,12 @@ impl Board {
     /// Returns the motor positions at the end of the last tick, 1/16 steps since the start.
     pub fn positions(&self) -> [i32; 3] {
         self.planner.positions()
+    }
+
+    /// Returns the motor positions at the end of the last tick, 1/16 steps from the zero of travel.
+    pub fn travel_positions(&self) -> [i32; 3] {
+        let (positions, zero) = (self.positions(), self.planner.zero());
+        [0, 1, 2].map(|i| positions[i] - zero[i])
     }
 
     /// Returns the motor rates during the last tick, Q8 steps/s.
@@ -263,7 +270,7 @@ impl Board {
             configuration: self.session.configuration,
             target: goal.and_then(|goal| goal.command),
             sequence: self.session.sequence,
-            motors: self.positions().map(Steps16),
+            motors: self.travel_positions().map(Steps16),
             rates: self.rates().map(Rate),
             error: Point(error_of(tracker.last()).map(Micrometres)),
             filtered_error: Micrometres(magnitude(error_of(tracker.filtered())) as i32),

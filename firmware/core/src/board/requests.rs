@@ -21,6 +21,7 @@ enum Content {
     Hold,
     ClearFault,
     Store,
+    Home,
 }
 
 impl LastRequest {
@@ -34,6 +35,7 @@ impl LastRequest {
             Command::Hold => Content::Hold,
             Command::ClearFault => Content::ClearFault,
             Command::Store => Content::Store,
+            Command::Home => Content::Home,
             Command::Hello(_)
             | Command::Stop
             | Command::Bootloader

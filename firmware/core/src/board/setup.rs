@@ -61,7 +61,8 @@ impl Setup {
         self.generation
     }
 
-    /// Checks that no motor stands outside its travel; `positions` in 1/16 steps.
+    /// Checks that no motor stands outside its travel; `positions` in 1/16 steps from its
+    /// zero.
     ///
     /// # Errors
     /// [`Refusal::OutsideTravel`] with the first such motor.

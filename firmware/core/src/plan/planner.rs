@@ -15,6 +15,8 @@ use crate::params::Params;
 pub struct Planner {
     pub(super) axes: [StepAxis; 3],
     pub(super) travels: [TravelLimit; 3],
+    /// Motor positions at the zero of travel, Q4 steps since the start.
+    zero: [i32; 3],
     /// Highest change of each motor's rate a tick, units, at least 8; 24 bits.
     pub(super) deltas: [u32; 3],
     /// Pulses that each motor may be behind its reference at most; 20 bits.
@@ -42,6 +44,7 @@ impl Default for Planner {
         Self {
             axes: [StepAxis::AT_REST; 3],
             travels: [TravelLimit::between(0, 0); 3],
+            zero: [0; 3],
             deltas: [8; 3],
             behind: [0; 3],
             microsteps: 16,
@@ -66,7 +69,7 @@ impl Planner {
         self.mean = MovingAverage::over(params.mean_ms);
         for (i, motor) in params.motors.iter().enumerate() {
             self.axes[i].configure(motor.reversed, self.microsteps);
-            self.travels[i] = TravelLimit::between(motor.travel_min.0, motor.travel_max.0);
+            self.travels[i] = TravelLimit::about(self.zero[i], motor);
             // Rounded down, so that the limit holds. Bits: acceleration 22, microsteps 5, fraction
             // 10, tick 8.
             let per_second =
@@ -79,6 +82,18 @@ impl Planner {
         self.ramp = Ramp::AT_REST;
         self.plan = StepPlan { motors: [Pulses::NONE; 3] };
         self.plan_transition();
+    }
+
+    /// Makes the present positions the zero of travel; call at standstill. `params` are those in
+    /// force. Positions since the start go on, so that coils and laws see no jump.
+    pub fn home(&mut self, params: &Params) {
+        self.zero = self.positions();
+        self.configure(params);
+    }
+
+    /// Returns the motor positions at the zero of travel, Q4 steps since the start.
+    pub fn zero(&self) -> [i32; 3] {
+        self.zero
     }
 
     /// Sets the microsteps of a full step, a power of two up to 16.

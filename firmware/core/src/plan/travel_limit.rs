@@ -1,6 +1,9 @@
 //! Travel limits of a motor, and whether it can still stop within them.
 
+use plumb_protocol::config::Motor;
+
 use super::pulses::UNIT;
+use crate::params::MAX_TRAVEL;
 use crate::wide;
 
 /// Ticks for which a motor in its safe zone needs no further check.
@@ -48,6 +51,14 @@ const MEAN_ROUNDING: u32 = 2;
 const MAX_SAFE_ZONE_TICKS: u32 = 1 << 17;
 
 impl TravelLimit {
+    /// Creates the travel of `motor` about `zero` (Q4 steps, within ±[`MAX_TRAVEL`]), without a
+    /// safe zone. Limits beyond ±[`MAX_TRAVEL`] from the start, which leave no room for a stop in
+    /// an i32, become that.
+    pub(super) fn about(zero: i32, motor: &Motor) -> Self {
+        let limit = |of_zero: i32| (zero + of_zero).clamp(-MAX_TRAVEL, MAX_TRAVEL);
+        Self::between(limit(motor.travel_min.0), limit(motor.travel_max.0))
+    }
+
     /// Creates a travel between two positions, Q4 steps, without a safe zone.
     pub(super) const fn between(low: i32, high: i32) -> Self {
         Self { limits: (low, high), safe: (i32::MAX, i32::MIN) }
@@ -117,8 +128,27 @@ impl Stop {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use plumb_protocol::units::Steps16;
     use proptest::prelude::*;
+
+    use super::*;
+
+    #[test]
+    fn a_travel_never_passes_the_range_of_the_planner() {
+        let config = plumb_protocol::Config::example();
+        let wide = Motor {
+            travel_min: Steps16(-MAX_TRAVEL),
+            travel_max: Steps16(MAX_TRAVEL),
+            ..config.motors[0]
+        };
+        for zero in [-MAX_TRAVEL, -5, 0, 5, MAX_TRAVEL] {
+            let (low, high) = TravelLimit::about(zero, &wide).limits;
+            assert_eq!(
+                (low, high),
+                ((zero - MAX_TRAVEL).max(-MAX_TRAVEL), (zero + MAX_TRAVEL).min(MAX_TRAVEL))
+            );
+        }
+    }
 
     /// 1.25 million pulses/s, which at the least acceleration take 160 million ticks to rest.
     #[test]

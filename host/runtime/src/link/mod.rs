@@ -126,6 +126,14 @@ impl<T: Transport> Link<T> {
         self.request("the request to store its configuration", Command::Store).map(drop)
     }
 
+    /// Makes the present motor positions the zero of travel; at standstill.
+    ///
+    /// # Errors
+    /// Where the board is not ready: it turns, or stands in a fault; or the link fails.
+    pub fn home(&mut self) -> Result<(), LinkError> {
+        self.request("the request for a new zero of travel", Command::Home).map(drop)
+    }
+
     /// Returns the present telemetry.
     ///
     /// # Errors

@@ -22,7 +22,7 @@ const PAPER_SIGN_GAIN: Positive = positive(4.0);
 
 /// Returns a constant as a positive number. A constant out of range does not compile.
 #[allow(clippy::panic, reason = "evaluated by the compiler only")]
-const fn positive(value: f64) -> Positive {
+pub(super) const fn positive(value: f64) -> Positive {
     match Positive::new(value) {
         Ok(number) => number,
         Err(_) => panic!("the constant is not above 0"),

@@ -35,7 +35,7 @@ pub enum Action {
 pub struct View {
     /// Current configuration.
     pub config: Option<Config>,
-    /// Motor positions, 1/16 steps.
+    /// Motor positions, 1/16 steps from the zero of travel.
     pub positions: [i32; 3],
     /// The state.
     pub state: State,
@@ -127,6 +127,7 @@ impl Adversary {
             165..=184 => Action::Send(Command::ClearFault),
             185..=214 => Action::Send(Command::Status),
             215..=222 => Action::Send(Command::Store),
+            304..=309 => Action::Send(Command::Home),
             223..=232 => Action::Send(Command::Stop),
             233 => Action::Send(Command::Bootloader),
             234..=263 => Action::Repeat,
@@ -151,6 +152,7 @@ impl Adversary {
                 0 => Command::Configure(self.config(random, view)),
                 1 => Command::Configure(generate::invalid(random, view.positions)),
                 2 => Command::Store,
+                6 if random.one_in(4) => Command::Home,
                 3..=5 => Command::Jog(jog(random, view)),
                 _ => Command::Target(target(random, view)),
             }),

@@ -54,6 +54,7 @@ fn name(command: &Command) -> &'static str {
         Command::ClearFault => "ClearFault",
         Command::Status => "Status",
         Command::Store => "Store",
+        Command::Home => "Home",
     }
 }
 

@@ -10,8 +10,10 @@ pub const TICK: u64 = TICK_US as u64;
 /// State of a board at one time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Snapshot {
-    /// Motor positions, 1/16 steps.
+    /// Motor positions, 1/16 steps since the start.
     pub positions: [i32; 3],
+    /// Motor positions, 1/16 steps from the zero of travel.
+    pub travel: [i32; 3],
     /// Motor rates, Q8 steps/s.
     pub rates: [i32; 3],
     /// The state.
@@ -25,6 +27,7 @@ impl Snapshot {
     pub fn of(board: &Board) -> Self {
         Self {
             positions: board.positions(),
+            travel: board.travel_positions(),
             rates: board.rates(),
             state: board.state(),
             generation: board.generation(),

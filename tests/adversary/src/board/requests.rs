@@ -35,6 +35,6 @@ pub(super) fn is_request(command: &Command) -> bool {
         Command::Hello(_) | Command::Stop | Command::Bootloader => false,
         Command::Position(_) | Command::Status => false,
         Command::Configure(_) | Command::Target(_) | Command::Jog(_) => true,
-        Command::Hold | Command::ClearFault | Command::Store => true,
+        Command::Hold | Command::ClearFault | Command::Store | Command::Home => true,
     }
 }

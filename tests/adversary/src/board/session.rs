@@ -130,7 +130,11 @@ impl<'a> Session<'a> {
 
     fn view(&self) -> View {
         let board = self.chip.board();
-        View { config: board.config().copied(), positions: board.positions(), state: board.state() }
+        View {
+            config: board.config().copied(),
+            positions: board.travel_positions(),
+            state: board.state(),
+        }
     }
 
     fn execute(&mut self, action: Action) {

@@ -1,7 +1,7 @@
 //! Motion: pulses and positions, rates, accelerations, travel.
 
 use plumb_core::clock::TICK_CLOCKS;
-use plumb_protocol::message::{Command, Hello};
+use plumb_protocol::message::{Command, Hello, State, ToBoard};
 
 use super::super::event::{Cut, Delivery, Ticked};
 use super::limits::{Limits, MotorLimits};
@@ -11,6 +11,8 @@ use crate::campaign::Outcome;
 pub(super) const CONFIGURED: &str = "no motion without a configuration";
 /// A motor's position changes by exactly its pulses, and by emergency stops.
 pub(super) const POSITIONS: &str = "positions advance by the pulses";
+/// The zero of travel changes by an accepted Home only, which makes the present positions zero.
+pub(super) const ZERO: &str = "only Home changes the zero of travel";
 /// All pulses are within their tick.
 pub(super) const PULSES: &str = "pulses lie within the tick";
 /// No rate is above the motor's limit, and neither is the number of pulses in a tick.
@@ -31,6 +33,14 @@ pub(super) fn check_delivery(delivery: &Delivery<'_>, outcome: &mut Outcome) {
     outcome.check(before.positions == after.positions, POSITIONS, || {
         format!("{message:?} moved motors")
     });
+    let is_home = |message: ToBoard| message.command == Command::Home;
+    let homed = !delivery.repeated && delivery.accepted().is_some_and(is_home);
+    let holds = if homed {
+        before.state == State::Ready && after.travel == [0; 3]
+    } else {
+        after.travel == before.travel
+    };
+    outcome.check(holds, ZERO, || format!("{before:?} to {after:?} by {message:?}"));
 }
 
 /// Checks the pulses of a tick.
@@ -58,7 +68,8 @@ fn check_pulses(ticked: &Ticked<'_>, i: usize, limits: &MotorLimits, outcome: &m
     let signed = if pulses.direction == limits.motor.reversed { -count } else { count };
     let way = signed * limits.pulse;
     let (before, after) = (ticked.before.positions[i], ticked.after.positions[i]);
-    outcome.check(after == before + way, POSITIONS, || {
+    let travelled = ticked.after.travel[i] - ticked.before.travel[i];
+    outcome.check(after == before + way && travelled == way, POSITIONS, || {
         format!("motor {i}: {before} to {after}: {pulses:?}")
     });
     let periods = u64::from(pulses.count.saturating_sub(1));
@@ -68,7 +79,7 @@ fn check_pulses(ticked: &Ticked<'_>, i: usize, limits: &MotorLimits, outcome: &m
 }
 
 fn check_travel(ticked: &Ticked<'_>, i: usize, limits: &MotorLimits, outcome: &mut Outcome) {
-    let (before, after) = (ticked.before.positions[i], ticked.after.positions[i]);
+    let (before, after) = (ticked.before.travel[i], ticked.after.travel[i]);
     let (was, is) = (limits.beyond(before), limits.beyond(after));
     if is <= 0 {
         return;

@@ -29,6 +29,7 @@ impl Bench {
         let config = Config { mean: Milliseconds(0), ..generate::typical(&mut Random::new(1)) };
         let at = Snapshot {
             positions: [0; 3],
+            travel: [0; 3],
             rates: [0; 3],
             state: State::Unconfigured,
             generation: 0,
@@ -124,8 +125,8 @@ fn pulses(count: u16, first: u32, period: u32) -> StepPlan {
 
 /// Returns the board after motor A has moved by `steps` 1/16 steps at `rate`.
 fn turned(at: Snapshot, steps: i32, rate: i32) -> Snapshot {
-    let [a, b, c] = at.positions;
-    Snapshot { positions: [a + steps, b, c], rates: [rate, 0, 0], ..at }
+    let by = |[a, b, c]: [i32; 3]| [a + steps, b, c];
+    Snapshot { positions: by(at.positions), travel: by(at.travel), rates: [rate, 0, 0], ..at }
 }
 
 #[test]
@@ -187,7 +188,7 @@ fn an_acceleration_above_the_limit_is_found() {
 #[test]
 fn a_pulse_beyond_the_travel_is_found() {
     let mut bench = Bench::seeking();
-    bench.at.positions[0] = bench.config.motors[0].travel_max.0;
+    bench.at.travel[0] = bench.config.motors[0].travel_max.0;
     bench.tick(turned(bench.at, 1, 0), pulses(1, 7, 25_000), None, &[]);
     bench.assert_only(motion::TRAVEL);
 }
@@ -195,7 +196,7 @@ fn a_pulse_beyond_the_travel_is_found() {
 #[test]
 fn a_motor_that_moves_further_outside_is_found() {
     let mut bench = Bench::seeking();
-    bench.at.positions[0] = bench.config.motors[0].travel_max.0 + 50;
+    bench.at.travel[0] = bench.config.motors[0].travel_max.0 + 50;
     bench.tick(turned(bench.at, 1, 0), pulses(1, 7, 25_000), None, &[]);
     bench.assert_only(motion::WAY_BACK);
 }
