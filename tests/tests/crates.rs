@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! protocol <- core <- { firmware, emulator }
-//! vision <- cameras <- runtime <- plumb;   protocol <- runtime
+//! vision <- cameras <- runtime <- plumb;   protocol <- runtime;   cameras <- calibrate <- plumb
 //! { emulator, vision, cameras, runtime } <- sim <- { bench, plumb, tests }
 //! ```
 //!
@@ -44,6 +44,7 @@ const CRATES: &[Rule] = &[
         uses: &["plumb-openni", "plumb-realsense", "plumb-vision"],
         tests_use: &["plumb-openni-driver"],
     },
+    Rule { name: "plumb-calibrate", uses: &["plumb-cameras", "plumb-vision"], tests_use: &[] },
     Rule {
         name: "plumb-runtime",
         uses: &["plumb-cameras", "plumb-protocol", "plumb-vision"],
@@ -70,6 +71,7 @@ const CRATES: &[Rule] = &[
     Rule {
         name: "plumb-bench",
         uses: &[
+            "plumb-calibrate",
             "plumb-cameras",
             "plumb-core",
             "plumb-emulator",
@@ -84,6 +86,7 @@ const CRATES: &[Rule] = &[
         name: "plumb",
         uses: &[
             "plumb-bench",
+            "plumb-calibrate",
             "plumb-cameras",
             "plumb-protocol",
             "plumb-runtime",

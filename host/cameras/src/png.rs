@@ -46,7 +46,10 @@ pub fn save(path: &Path, image: &ColourImage) -> Result<(), PngError> {
 }
 
 /// Encodes a colour image.
-pub(crate) fn encode_colour(image: &ColourImage) -> Result<Vec<u8>, BoxedError> {
+///
+/// # Errors
+/// Where the image has no pixels or memory is short.
+pub fn encode_colour(image: &ColourImage) -> Result<Vec<u8>, BoxedError> {
     let [rows, columns] = [image.height() as i32, image.width() as i32];
     encode(&Mat::new_rows_cols_with_bytes::<Vec3b>(rows, columns, image.channels())?)
 }

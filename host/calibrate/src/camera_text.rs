@@ -1,0 +1,112 @@
+//! The text of a camera file with another pose. Everything else stays as it is.
+
+use std::ops::Range;
+
+use nalgebra::Isometry3;
+use serde::Deserialize;
+use thiserror::Error;
+use toml::Spanned;
+
+/// Reason why the pose of a camera file's text could not be replaced.
+#[derive(Debug, Error)]
+#[error("the camera file has no [pose] with translation and quaternion")]
+pub struct NoPose(#[source] toml::de::Error);
+
+/// The part of a camera file that is replaced.
+#[derive(Deserialize)]
+struct File {
+    pose: Pose,
+}
+
+#[derive(Deserialize)]
+struct Pose {
+    translation: Spanned<[f64; 3]>,
+    quaternion: Spanned<[f64; 4]>,
+}
+
+/// Returns a camera file's text with the pose `pose` (camera axes into the rig frame), its numbers
+/// rounded to micrometres and 1e-8. A comment behind a replaced value, which describes the old one,
+/// is replaced by `comment`; other comments and the order of keys stay.
+///
+/// # Errors
+/// If the text is no TOML or lacks the pose.
+pub fn with_pose(text: &str, pose: &Isometry3<f64>, comment: &str) -> Result<String, NoPose> {
+    let old: File = toml::from_str(text).map_err(NoPose)?;
+    let t = pose.translation.vector;
+    let q = pose.rotation.coords;
+    let translation = format!("[{:.6}, {:.6}, {:.6}]", t.x, t.y, t.z);
+    let quaternion = format!("[{:.8}, {:.8}, {:.8}, {:.8}]", q.x, q.y, q.z, q.w);
+    let mut edits =
+        [(old.pose.translation.span(), translation), (old.pose.quaternion.span(), quaternion)];
+    // From the end, so that the earlier places stay valid.
+    edits.sort_by_key(|(span, _)| std::cmp::Reverse(span.start));
+    let mut text = text.to_owned();
+    for (span, value) in edits {
+        match line_end(&text, &span) {
+            Some(end) => text.replace_range(span.start..end, &format!("{value}  # {comment}")),
+            None => text.replace_range(span, &value),
+        }
+    }
+    Ok(text)
+}
+
+/// Returns the end of the line of a value if nothing but a comment is behind it. Behind a value of
+/// an inline table there is more.
+fn line_end(text: &str, value: &Range<usize>) -> Option<usize> {
+    let line = text[value.end..].split('\n').next().unwrap_or_default().trim_end();
+    (line.is_empty() || line.trim_start().starts_with('#')).then_some(value.end + line.len())
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use nalgebra::{Translation3, UnitQuaternion};
+    use plumb_cameras::camera_file;
+
+    use super::*;
+
+    fn pose() -> Isometry3<f64> {
+        let rotation = UnitQuaternion::from_euler_angles(0.3, -0.7, 2.0);
+        Isometry3::from_parts(Translation3::new(1.25, -0.5, 0.123_456_7), rotation)
+    }
+
+    #[test]
+    fn only_the_pose_changes() {
+        let old = camera_file::PAPER;
+        let new = with_pose(old, &pose(), "plumb calibrate --board").unwrap();
+        let camera = camera_file::parse(Path::new("camera.toml"), &new).unwrap();
+        assert!((camera.pose.to_homogeneous() - pose().to_homogeneous()).norm() < 1e-6);
+        assert_eq!(camera.intrinsics, camera_file::paper().unwrap().intrinsics);
+        assert!(new.contains("# plumb calibrate --board\n"), "{new}");
+        // The comment on the old rotation is gone, the file's first line is not.
+        assert!(!new.contains("camera x is rig y"), "{new}");
+        assert_eq!(new.lines().next(), old.lines().next());
+        assert_eq!(new.lines().count(), old.lines().count());
+    }
+
+    #[test]
+    fn values_over_several_lines_and_windows_line_ends_are_replaced() {
+        let text = "[pose]\r\nquaternion = [0,\r\n 0, # a comment\r\n 0, 1]\r\n\
+                    translation = [1, 2, 3] # tape measure\r\n# end\r\n";
+        let new = with_pose(text, &pose(), "new").unwrap();
+        assert!(new.starts_with("[pose]\r\nquaternion = ["), "{new}");
+        assert!(new.ends_with("# new\r\n# end\r\n"), "{new}");
+        let read: File = toml::from_str(&new).unwrap();
+        assert_eq!(read.pose.translation.into_inner(), [1.25, -0.5, 0.123_457]);
+    }
+
+    #[test]
+    fn a_text_without_a_pose_is_an_error() {
+        assert!(with_pose("[intrinsics]\nfx = 1\n", &pose(), "").is_err());
+        assert!(with_pose("[pose]\ntranslation = [1, 2, 3]\n", &pose(), "").is_err());
+    }
+
+    #[test]
+    fn an_inline_table_is_replaced_without_comments() {
+        let text = "pose = { translation = [1, 2, 3], quaternion = [0, 0, 0, 1] } # mine\n";
+        let new = with_pose(text, &pose(), "new").unwrap();
+        assert!(new.starts_with("pose = { translation = [1.250000,"), "{new}");
+        assert!(new.ends_with("] } # mine\n"), "{new}");
+    }
+}
