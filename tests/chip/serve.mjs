@@ -20,11 +20,16 @@ const LAST_NS = 5_000_000;
 const LAG_NS = 20_000_000;
 
 function options() {
-  const parsed = parseArgs({ allowPositionals: true, options: { flash: { type: 'string' }, first: { type: 'string' }, bytes: { type: 'string' } } });
+  const parsed = parseArgs({
+    allowPositionals: true,
+    options: { flash: { type: 'string' }, first: { type: 'string' }, bytes: { type: 'string' } },
+  });
   const [image, ...rest] = parsed.positionals;
   const { flash, first, bytes } = parsed.values;
   if (!image || rest.length > 0 || (bytes !== undefined && bytes !== 'usb' && bytes !== 'uart')) {
-    throw new Error('usage: node serve.mjs FIRMWARE.elf|.uf2 [--flash FILE] [--first JSON] [--bytes usb|uart]');
+    throw new Error(
+      'usage: node serve.mjs FIRMWARE.elf|.uf2 [--flash FILE] [--first JSON] [--bytes usb|uart]',
+    );
   }
   return { image, flash, first, bytes };
 }
@@ -48,7 +53,9 @@ async function lockStep(session) {
 function realTime({ chip }, line) {
   let behind = process.hrtime.bigint();
   let open = true;
-  process.stdin.on('data', (bytes) => (line === 'usb' ? chip.usb.send(bytes) : chip.uart0.feed(bytes)));
+  process.stdin.on('data', (bytes) =>
+    line === 'usb' ? chip.usb.send(bytes) : chip.uart0.feed(bytes),
+  );
   process.stdin.on('end', () => (open = false));
   if (line === 'usb') chip.usb.onData = (bytes) => process.stdout.write(bytes);
   else chip.uart0.onByte = (byte) => process.stdout.write(Uint8Array.of(byte));
@@ -56,7 +63,10 @@ function realTime({ chip }, line) {
     const turn = () => {
       const now = process.hrtime.bigint();
       if (now - behind > LAG_NS) behind = now - BigInt(LAG_NS);
-      for (; now - behind >= SLICE_NS && process.hrtime.bigint() - now < LAG_NS; behind += BigInt(SLICE_NS)) chip.runFor(SLICE_NS);
+      while (now - behind >= SLICE_NS && process.hrtime.bigint() - now < LAG_NS) {
+        chip.runFor(SLICE_NS);
+        behind += BigInt(SLICE_NS);
+      }
       if (open) {
         setTimeout(turn, 1);
       } else {

@@ -10,7 +10,7 @@ use plumb_tests::source_tree::{files, read, root};
 const MAX_WIDTH: usize = 100;
 
 /// Endings of the files that are checked, besides the scripts.
-const ENDINGS: [&str; 4] = [".rs", ".toml", ".py", ".sh"];
+const ENDINGS: [&str; 6] = [".rs", ".toml", ".py", ".sh", ".js", ".mjs"];
 
 /// Folders in which every file is a script.
 const SCRIPT_FOLDERS: [&str; 2] = ["scripts", ".ci"];

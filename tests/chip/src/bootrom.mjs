@@ -37,11 +37,14 @@ const count = (bits) => {
   for (let left = bits >>> 0; left; left = (left & (left - 1)) >>> 0) n++;
   return n;
 };
-const pure = (result) => (chip, [a]) => {
-  chip.core.r[0] = result(a);
-  return CALL_CYCLES;
-};
-const reverse = (word) => Number.parseInt((word >>> 0).toString(2).padStart(32, '0').split('').reverse().join(''), 2);
+const pure =
+  (result) =>
+  (chip, [a]) => {
+    chip.core.r[0] = result(a);
+    return CALL_CYCLES;
+  };
+const reverse = (word) =>
+  Number.parseInt((word >>> 0).toString(2).padStart(32, '0').split('').reverse().join(''), 2);
 
 /** Functions by their two-letter names (datasheet 2.8.3.1). Each returns its cycles. */
 const FUNCTIONS = {
@@ -65,9 +68,15 @@ const FUNCTIONS = {
 /** Erases or programs. The processor stays at its breakpoint in the ROM until the flash is done. */
 function write(chip, offset, length, from) {
   const { flash, core, clock } = chip;
-  if (chip.bus.flashReadable) throw new Error('a flash function was called with flash still mapped: flash_exit_xip comes first');
+  if (chip.bus.flashReadable)
+    throw new Error(
+      'a flash function was called with flash still mapped: flash_exit_xip comes first',
+    );
   if (!flash.busy) {
-    const data = from === undefined ? undefined : Uint8Array.from({ length }, (_, i) => chip.bus.read8(from + i));
+    const data =
+      from === undefined
+        ? undefined
+        : Uint8Array.from({ length }, (_, i) => chip.bus.read8(from + i));
     flash.begin(offset, length, data, chip.cycles);
   }
   const left = flash.work(chip.cycles);
@@ -86,7 +95,9 @@ export function installBootrom(chip) {
   const names = Object.keys(FUNCTIONS);
   // 0x10: "Mu", 1, version; then half-word pointers to the tables and to the lookup function.
   [0x4d, 0x75, 0x01, 0x03].forEach((byte, i) => rom.setUint8(0x10 + i, byte));
-  [FUNCTION_TABLE, DATA_TABLE, LOOKUP | 1].forEach((pointer, i) => rom.setUint16(0x14 + 2 * i, pointer, true));
+  [FUNCTION_TABLE, DATA_TABLE, LOOKUP | 1].forEach((pointer, i) =>
+    rom.setUint16(0x14 + 2 * i, pointer, true),
+  );
   const stub = (address, call) => {
     rom.setUint16(address, BKPT | call, true);
     rom.setUint16(address + 2, BX_LR, true);

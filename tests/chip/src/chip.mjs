@@ -44,7 +44,8 @@ const STATES = ['attached', 'ready', 'lost', 'stalled'];
 const CAUSES = ['power', 'run', 'watchdog', 'forced', 'system', 'bootloader'];
 const REASONS = { watchdog: REASON_TIMER, forced: REASON_FORCE };
 
-const digest = (bytes) => bytes.reduce((sum, byte) => (Math.imul(sum, 31) + byte) | 0, bytes.length);
+const digest = (bytes) =>
+  bytes.reduce((sum, byte) => (Math.imul(sum, 31) + byte) | 0, bytes.length);
 
 export class Chip {
   /**
@@ -71,7 +72,10 @@ export class Chip {
     this.deadline = 0;
     this.resets = 0;
     this.watchers = Array.from({ length: PINS }, () => []);
-    this.pins = new Pins((pin, level, at) => this.edge(pin, level, at), () => this.eventCycle);
+    this.pins = new Pins(
+      (pin, level, at) => this.edge(pin, level, at),
+      () => this.eventCycle,
+    );
     this.i2c = [{ targets: new Map() }, { targets: new Map() }];
     this.usb = new UsbHost({
       data: (bytes) => this.hash.add(EVENT.data, this.cycles, digest(bytes)),
@@ -182,7 +186,8 @@ export class Chip {
     if (before && cause !== 'power') this.mcu.sram.set(before.sram);
     if (cause === 'power' || cause === 'run') this.chipReset = cause;
     this.build();
-    if (before && cause in REASONS) Object.assign(this.watchdog, { reason: REASONS[cause], scratch: before.watchdog.scratch });
+    if (before && cause in REASONS)
+      Object.assign(this.watchdog, { reason: REASONS[cause], scratch: before.watchdog.scratch });
     this.pins.connect(this.mcu);
     this.usb.attach(this.port, this.clock);
     this.start(cause);
@@ -210,7 +215,9 @@ export class Chip {
     repairDma(mcu, clock, this.bus);
     installRegisters(mcu, this.chipReset);
     repairSsi(mcu, this.bus);
-    this.watchdog = new Watchdog(clock, (reason) => this.requestReset(reason === REASON_FORCE ? 'forced' : 'watchdog'));
+    this.watchdog = new Watchdog(clock, (reason) =>
+      this.requestReset(reason === REASON_FORCE ? 'forced' : 'watchdog'),
+    );
     mcu.peripherals[WATCHDOG] = this.watchdog;
     this.engine = new Engine(mcu, clock);
     mcu.pio = this.engine.blocks;
@@ -266,7 +273,8 @@ export class Chip {
    */
   watch(pin, callback) {
     this.watchers[pin].push(callback);
-    return () => (this.watchers[pin] = this.watchers[pin].filter((watcher) => watcher !== callback));
+    return () =>
+      (this.watchers[pin] = this.watchers[pin].filter((watcher) => watcher !== callback));
   }
 
   /**
@@ -318,6 +326,11 @@ export class Chip {
   /** Returns counters for measurements: cycles, cycles slept, instructions since the last reset. */
   get load() {
     const { cycles, sleepCycles } = this;
-    return { cycles, sleepCycles, idle: cycles ? sleepCycles / cycles : 0, instructions: this.core.instructions };
+    return {
+      cycles,
+      sleepCycles,
+      idle: cycles ? sleepCycles / cycles : 0,
+      instructions: this.core.instructions,
+    };
   }
 }

@@ -39,12 +39,19 @@ export class Flash {
   begin(offset, length, data, now) {
     const size = data ? PAGE : SECTOR;
     if (offset % size !== 0 || length % size !== 0 || offset + length > FLASH_BYTES) {
-      throw new Error(`flash: ${data ? 'program' : 'erase'} of ${length} bytes at 0x${offset.toString(16)} is not whole steps of ${size}`);
+      const call = `${data ? 'program' : 'erase'} of ${length} bytes at 0x${offset.toString(16)}`;
+      throw new Error(`flash: ${call} is not whole steps of ${size}`);
     }
     for (let done = 0; done < length; done += size) {
       const kind = data ? 'program' : 'erase';
       const cycles = data ? PROGRAM_CYCLES : ERASE_CYCLES;
-      this.queue.push({ kind, offset: offset + done, length: size, cycles, data: data?.slice(done, done + size) });
+      this.queue.push({
+        kind,
+        offset: offset + done,
+        length: size,
+        cycles,
+        data: data?.slice(done, done + size),
+      });
     }
     this.began = now;
   }

@@ -44,7 +44,8 @@ export class Pca9685 {
   store(byte) {
     this.registers[this.pointer] = byte;
     if (this.pointer < 0xfa || this.pointer > 0xfd) return;
-    for (let channel = 0; channel < 16; channel++) this.registers[0x06 + 4 * channel + this.pointer - 0xfa] = byte;
+    for (let channel = 0; channel < 16; channel++)
+      this.registers[0x06 + 4 * channel + this.pointer - 0xfa] = byte;
   }
 
   read() {

@@ -13,7 +13,9 @@ const UF2_NOT_MAIN_FLASH = 1;
 function place(flash, address, bytes, name) {
   const offset = address - FLASH_BASE;
   if (offset < 0 || offset + bytes.length > flash.length) {
-    throw new Error(`${name}: ${bytes.length} bytes at 0x${address.toString(16)} are outside of the flash`);
+    throw new Error(
+      `${name}: ${bytes.length} bytes at 0x${address.toString(16)} are outside of the flash`,
+    );
   }
   flash.set(bytes, offset);
 }
@@ -23,7 +25,9 @@ function loadElf(file, flash, name) {
   const size = file.readUInt16LE(42);
   for (let i = 0; i < file.readUInt16LE(44); i++) {
     const header = headers + i * size;
-    const [offset, physical, length] = [4, 12, 16].map((field) => file.readUInt32LE(header + field));
+    const [offset, physical, length] = [4, 12, 16].map((field) =>
+      file.readUInt32LE(header + field),
+    );
     if (file.readUInt32LE(header) === PT_LOAD && length > 0) {
       place(flash, physical, file.subarray(offset, offset + length), name);
     }
@@ -33,10 +37,16 @@ function loadElf(file, flash, name) {
 function loadUf2(file, flash, name) {
   for (let block = 0; block + 512 <= file.length; block += 512) {
     const magic = [0, 4, 508].map((field) => file.readUInt32LE(block + field));
-    if (!magic.every((word, i) => word === UF2_MAGIC[i])) throw new Error(`${name}: the UF2 block at ${block} is damaged`);
+    if (!magic.every((word, i) => word === UF2_MAGIC[i]))
+      throw new Error(`${name}: the UF2 block at ${block} is damaged`);
     if (file.readUInt32LE(block + 8) & UF2_NOT_MAIN_FLASH) continue;
     const length = file.readUInt32LE(block + 16);
-    place(flash, file.readUInt32LE(block + 12), file.subarray(block + 32, block + 32 + length), name);
+    place(
+      flash,
+      file.readUInt32LE(block + 12),
+      file.subarray(block + 32, block + 32 + length),
+      name,
+    );
   }
 }
 

@@ -46,6 +46,13 @@ export class Pulses {
     const { count, high, low, setup, hold, rise } = this;
     this.forget();
     const or = (value) => (Number.isFinite(value) ? value : null);
-    return { count, high: or(high), low: or(low), setup: or(setup), hold: or(hold), last: or(rise) };
+    return {
+      count,
+      high: or(high),
+      low: or(low),
+      setup: or(setup),
+      hold: or(hold),
+      last: or(rise),
+    };
   }
 }

@@ -27,7 +27,8 @@ export class Session {
 
   listen() {
     const { chip } = this;
-    chip.usb.onData = (bytes) => this.told.usb.push([chip.cycles, Buffer.from(bytes).toString('hex')]);
+    chip.usb.onData = (bytes) =>
+      this.told.usb.push([chip.cycles, Buffer.from(bytes).toString('hex')]);
     chip.usb.onState = (state) => this.told.states.push([chip.cycles, state]);
     chip.uart0.onByte = (byte) => this.told.uart.push([chip.cycles, byte]);
     chip.onReset = (cause, cycle) => this.told.resets.push([cycle, cause]);
@@ -57,7 +58,8 @@ export class Session {
     const answers = {};
     for (const [name, argument] of Object.entries(command)) {
       const carryOut = COMMANDS[name];
-      if (!carryOut) throw new Error(`unknown command ${name}; there are ${Object.keys(COMMANDS).join(', ')}`);
+      if (!carryOut)
+        throw new Error(`unknown command ${name}; there are ${Object.keys(COMMANDS).join(', ')}`);
       Object.assign(answers, carryOut(this, argument));
     }
     return { ...this.report(), ...answers };
@@ -66,7 +68,8 @@ export class Session {
   /** Returns the events since the last reply, without empty lists. */
   report() {
     for (const [address, hat] of this.hats) {
-      for (const { register, bytes } of hat.take()) this.told.i2c.push([address, register, Buffer.from(bytes).toString('hex')]);
+      for (const { register, bytes } of hat.take())
+        this.told.i2c.push([address, register, Buffer.from(bytes).toString('hex')]);
     }
     const reply = { cycle: this.chip.cycles };
     if (this.steppers.length > 0) reply.steps = this.steppers.map(({ position }) => position);
@@ -100,7 +103,8 @@ const COMMANDS = {
   dtr: ({ chip }, open) => chip.usb.setDtr(open),
   hang: ({ chip }) => chip.hang(),
   reset: ({ chip }, cause) => chip.reset(cause),
-  steppers: (session, steppers) => session.steppers.push(...steppers.map((stepper) => new Pulses(session.chip, stepper))),
+  steppers: (session, steppers) =>
+    session.steppers.push(...steppers.map((stepper) => new Pulses(session.chip, stepper))),
   pulses: (session) => ({ pulses: session.steppers.map((stepper) => stepper.take()) }),
   trace: (session, what) => session.trace(what),
   calls: (session) => ({ calls: session.tracer?.take() ?? {} }),
@@ -108,10 +112,15 @@ const COMMANDS = {
   list: (session, pins) => void (session.listed = new Set(pins)),
   i2c: (session, target) => session.addTarget(target),
   levels: ({ chip }, pins) => ({ levels: pins.map((pin) => chip.level(pin)) }),
-  peek: ({ chip }, [address, length]) => ({ peek: Buffer.from(chip.peek(address, length)).toString('hex') }),
+  peek: ({ chip }, [address, length]) => ({
+    peek: Buffer.from(chip.peek(address, length)).toString('hex'),
+  }),
   poke: ({ chip }, [address, hex]) => chip.poke(address, bytesOf(hex)),
   flash: ({ chip: { flash } }) => ({
-    flash: { busy: flash.busy?.kind ?? null, log: flash.log.map(({ kind, offset, length, at }) => [at, kind, offset, length]) },
+    flash: {
+      busy: flash.busy?.kind ?? null,
+      log: flash.log.map(({ kind, offset, length, at }) => [at, kind, offset, length]),
+    },
   }),
   load: ({ chip }) => ({ load: chip.load }),
   fault: ({ chip }) => ({ fault: chip.core.fault }),

@@ -13,7 +13,12 @@ export class Trace {
     this.core = chip.core;
     this.names = new Map(Object.entries(functions).map(([name, address]) => [address & ~1, name]));
     // A handler that is already active is not counted.
-    this.handlers = Object.entries(handlers).map(([name, number]) => ({ name, number, began: null, left: this.core.IPSR !== number }));
+    this.handlers = Object.entries(handlers).map(([name, number]) => ({
+      name,
+      number,
+      began: null,
+      left: this.core.IPSR !== number,
+    }));
     /** Functions that have not returned: { name, began, sp, back }. */
     this.open = [];
     this.forget();
@@ -33,9 +38,11 @@ export class Trace {
         if (handler.began !== null) this.ends(handler);
       } else if (handler.left) handler.began ??= chip.cycles;
     }
-    while (open.length > 0 && core.pc === open.at(-1).back && core.r[13] === open.at(-1).sp) this.ends(open.pop());
+    while (open.length > 0 && core.pc === open.at(-1).back && core.r[13] === open.at(-1).sp)
+      this.ends(open.pop());
     const name = this.names.get(core.pc);
-    if (name !== undefined) open.push({ name, began: chip.cycles, sp: core.r[13], back: core.r[14] & ~1 });
+    if (name !== undefined)
+      open.push({ name, began: chip.cycles, sp: core.r[13], back: core.r[14] & ~1 });
   }
 
   /**
@@ -59,7 +66,8 @@ export class Trace {
   forget() {
     this.calls = {};
     this.spent = { cycles: new Map(), last: null, awake: 0 };
-    for (const name of [...this.names.values(), ...this.handlers.map((handler) => handler.name)]) this.calls[name] = [];
+    for (const name of [...this.names.values(), ...this.handlers.map((handler) => handler.name)])
+      this.calls[name] = [];
   }
 
   /**
@@ -77,7 +85,11 @@ export class Trace {
    * last read.
    */
   profile() {
-    return [...this.spent.cycles].map(([key, cycles]) => [Math.floor(key / 2 ** 32), key % 2 ** 32, cycles]);
+    return [...this.spent.cycles].map(([key, cycles]) => [
+      Math.floor(key / 2 ** 32),
+      key % 2 ** 32,
+      cycles,
+    ]);
   }
 
   end() {

@@ -114,7 +114,15 @@ export class UsbHost {
   /** Opens or closes the port on the host. While it is closed, the host receives no data. */
   setDtr(open) {
     this.dtr = open;
-    if (this.state === 'ready') this.request(CLASS_INTERFACE, SET_CONTROL_LINE_STATE, open ? 3 : 0, this.endpoints.control, [], () => {});
+    if (this.state === 'ready')
+      this.request(
+        CLASS_INTERFACE,
+        SET_CONTROL_LINE_STATE,
+        open ? 3 : 0,
+        this.endpoints.control,
+        [],
+        () => {},
+      );
     if (open) this.poll();
   }
 
@@ -132,7 +140,9 @@ export class UsbHost {
     this.request(0, SET_ADDRESS, 1, 0, [], () => {});
     this.request(IN, GET_DESCRIPTOR, DEVICE, 0, 18, () => {});
     this.request(IN, GET_DESCRIPTOR, CONFIGURATION, 0, 9, (head) => {
-      this.request(IN, GET_DESCRIPTOR, CONFIGURATION, 0, head[2] | (head[3] << 8), (all) => this.configure(all));
+      this.request(IN, GET_DESCRIPTOR, CONFIGURATION, 0, head[2] | (head[3] << 8), (all) =>
+        this.configure(all),
+      );
     });
   }
 
@@ -151,8 +161,23 @@ export class UsbHost {
   /** Queues a control transfer; `data` are the bytes to send, or the number of bytes to receive. */
   request(type, request, value, index, data, then) {
     const length = typeof data === 'number' ? data : data.length;
-    const setup = [type, request, value & 255, value >> 8, index & 255, index >> 8, length & 255, length >> 8];
-    this.transfers.push({ setup, sent: [...(data.length ? data : [])], wanted: type & IN ? length : 0, received: [], then });
+    const setup = [
+      type,
+      request,
+      value & 255,
+      value >> 8,
+      index & 255,
+      index >> 8,
+      length & 255,
+      length >> 8,
+    ];
+    this.transfers.push({
+      setup,
+      sent: [...(data.length ? data : [])],
+      wanted: type & IN ? length : 0,
+      received: [],
+      then,
+    });
     if (this.transfers.length === 1) this.begin();
   }
 
@@ -189,7 +214,8 @@ export class UsbHost {
     } else if (this.stage === 'in' && port.isOffered(0, false)) {
       const { bytes } = port.take(0);
       transfer.received.push(...bytes);
-      if (bytes.length < PACKET || transfer.received.length >= transfer.wanted) this.stage = 'status out';
+      if (bytes.length < PACKET || transfer.received.length >= transfer.wanted)
+        this.stage = 'status out';
     } else if (this.stage === 'out' && port.isOffered(0, true)) {
       port.put(0, Uint8Array.from(transfer.sent));
       this.stage = 'status in';
@@ -215,9 +241,16 @@ export class UsbHost {
     if (!this.endpoints || this.state === 'absent') return;
     const { port, endpoints } = this;
     if (this.dtr && !this.inAlarm.scheduled && port.isOffered(endpoints.in, false)) {
-      this.inAlarm.scheduleAt(this.inAlarm.clock.now + packetCycles(port.control(endpoints.in, false) & 0x3ff));
+      this.inAlarm.scheduleAt(
+        this.inAlarm.clock.now + packetCycles(port.control(endpoints.in, false) & 0x3ff),
+      );
     }
-    if (this.ready && this.outgoing.length > 0 && !this.outAlarm.scheduled && port.isOffered(endpoints.out, true)) {
+    if (
+      this.ready &&
+      this.outgoing.length > 0 &&
+      !this.outAlarm.scheduled &&
+      port.isOffered(endpoints.out, true)
+    ) {
       const length = Math.min(PACKET, this.outgoing.length, port.room(endpoints.out));
       this.outAlarm.scheduleAt(this.outAlarm.clock.now + packetCycles(length));
     }
@@ -268,6 +301,7 @@ function serialEndpoints(descriptors) {
       found[a & IN ? 'in' : 'out'] = a & 15;
     }
   }
-  if (found.control === undefined || !found.in || !found.out) throw new Error('USB: the device has no serial function');
+  if (found.control === undefined || !found.in || !found.out)
+    throw new Error('USB: the device has no serial function');
   return found;
 }

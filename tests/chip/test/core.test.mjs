@@ -15,7 +15,13 @@ const execute = (core, op) => FUNCTIONS[KINDS[op]](core, op);
 /** Returns typical operands: small, large, and at the limits of a word. */
 function operand(next) {
   const kind = next() % 4;
-  return kind === 0 ? next() : kind === 1 ? next() % 64 : kind === 2 ? [0, 1, 0x7fffffff, 0x80000000, 0xffffffff][next() % 5] : -(next() % 64) >>> 0;
+  return kind === 0
+    ? next()
+    : kind === 1
+      ? next() % 64
+      : kind === 2
+        ? [0, 1, 0x7fffffff, 0x80000000, 0xffffffff][next() % 5]
+        : -(next() % 64) >>> 0;
 }
 
 /**
@@ -37,8 +43,13 @@ function compare(chip, mcu, op, next) {
   mcu.sramView.setUint16(RAM - 0x20000000, op, true);
   const cycles = execute(core, op);
   const theirs = mcu.core.executeInstruction();
-  const name = `0x${op.toString(16)} of ${values.map((value) => value.toString(16))} with flags ${(flags >>> 28).toString(2)}`;
-  assert.deepEqual([...core.r.slice(0, 8)].map((value) => value >>> 0), [...mcu.core.registers.slice(0, 8)], name);
+  const inputs = values.map((value) => value.toString(16));
+  const name = `0x${op.toString(16)} of ${inputs} with flags ${(flags >>> 28).toString(2)}`;
+  assert.deepEqual(
+    [...core.r.slice(0, 8)].map((value) => value >>> 0),
+    [...mcu.core.registers.slice(0, 8)],
+    name,
+  );
   assert.equal((core.xpsr & NZCV) >>> 0, mcu.core.APSR >>> 0, `flags after ${name}`);
   assert.equal(cycles, theirs, `cycles of ${name}`);
 }
@@ -47,14 +58,22 @@ function compare(chip, mcu, op, next) {
  * Instructions for which rp2040js is wrong: carry in (ADCS, SBCS), carries of register shifts by 0,
  * 32 or more, and ROR by 0.
  */
-const differs = (op) => [0b0100000010, 0b0100000011, 0b0100000100, 0b0100000101, 0b0100000110, 0b0100000111].includes(op >> 6);
+const differs = (op) =>
+  [0b0100000010, 0b0100000011, 0b0100000100, 0b0100000101, 0b0100000110, 0b0100000111].includes(
+    op >> 6,
+  );
 
 test('arithmetic, logic and moves are those of rp2040js, where it is right', () => {
   const chip = sleepingChip();
   const mcu = new RP2040();
   const next = random(1);
   for (let i = 0; i < 60_000; i++) {
-    const op = [next() % 0x4000, 0x4000 | (next() % 0x400), 0xb200 | (next() % 0x100), [0xba00, 0xba40, 0xbac0][next() % 3] | (next() % 64)][i % 4];
+    const op = [
+      next() % 0x4000,
+      0x4000 | (next() % 0x400),
+      0xb200 | (next() % 0x100),
+      [0xba00, 0xba40, 0xbac0][next() % 3] | (next() % 64),
+    ][i % 4];
     // ASRS by an immediate 32 takes the wrong carry in rp2040js as well.
     if (!differs(op) && !(op >> 11 === 2 && ((op >> 6) & 31) === 0)) compare(chip, mcu, op, next);
   }
@@ -75,7 +94,11 @@ test('ADCS and SBCS have the flags of a sum with its carry', () => {
     const exact = signed(a) + signed(right) + BigInt(carry);
     assert.equal(BigInt(core.r[0] >>> 0), BigInt.asUintN(32, unsigned));
     assert.equal(core.c, unsigned >> 32n ? 1 : 0);
-    assert.equal(core.v, exact === BigInt.asIntN(32, exact) ? 0 : 1, `${a} ${subtracts ? '-' : '+'} ${b}, carry ${carry}`);
+    assert.equal(
+      core.v,
+      exact === BigInt.asIntN(32, exact) ? 0 : 1,
+      `${a} ${subtracts ? '-' : '+'} ${b}, carry ${carry}`,
+    );
   }
 });
 
@@ -89,7 +112,8 @@ test('shifts by a register: 0 keeps the carry, 32 and more shift everything out'
     return [core.r[0] >>> 0, core.c];
   };
   const [LSL, LSR, ASR, ROR] = [0x4088, 0x40c8, 0x4108, 0x41c8];
-  for (const op of [LSL, LSR, ASR, ROR]) assert.deepEqual(shift(op, 0x80000001, 0, 1), [0x80000001, 1]);
+  for (const op of [LSL, LSR, ASR, ROR])
+    assert.deepEqual(shift(op, 0x80000001, 0, 1), [0x80000001, 1]);
   assert.deepEqual(shift(LSL, 3, 32, 0), [0, 1]);
   assert.deepEqual(shift(LSL, 3, 33, 1), [0, 0]);
   assert.deepEqual(shift(LSR, 0x80000000, 32, 0), [0, 1]);
@@ -145,7 +169,13 @@ test('a fault within the HardFault handler locks the processor up', () => {
 });
 
 test('SEV sets the event that the next WFE consumes', () => {
-  const chip = new Program().raw(0xbf40, 0xbf20).set(RAM, 1).raw(0xbf20, 0xbf20).set(RAM, 2).sleep().chip();
+  const chip = new Program()
+    .raw(0xbf40, 0xbf20)
+    .set(RAM, 1)
+    .raw(0xbf20, 0xbf20)
+    .set(RAM, 2)
+    .sleep()
+    .chip();
   chip.runFor(MS);
   assert.equal(chip.peek32(RAM), 1);
 });
@@ -153,22 +183,42 @@ test('SEV sets the event that the next WFE consumes', () => {
 /** Returns a program that counts an interrupt's calls in RAM, after `prepare`. */
 function interrupted(prepare, irq = 26) {
   const program = prepare(new Program().set(NVIC_ISER, 1 << irq).set(RAM, 0)).sleep();
-  program.handler(16 + irq).load(1, RAM).ldr(0, 1).raw(0x3001).str(0, 1); // adds r0, #1
+  program
+    .handler(16 + irq)
+    .load(1, RAM)
+    .ldr(0, 1)
+    .raw(0x3001)
+    .str(0, 1); // adds r0, #1
   return program.raw(0x4770);
 }
 
-test('an interrupt enters its handler after fifteen cycles, and the program continues after it', () => {
-  const quiet = new Program().set(NVIC_ISER, 1 << 26).set(RAM, 0).set(0xe000e200, 0).set(RAM + 4, 7).sleep().chip();
+test('an interrupt enters its handler after 15 cycles, and the program continues after it', () => {
+  const quiet = new Program()
+    .set(NVIC_ISER, 1 << 26)
+    .set(RAM, 0)
+    .set(0xe000e200, 0)
+    .set(RAM + 4, 7)
+    .sleep()
+    .chip();
   const chip = interrupted((p) => p.set(0xe000e200, 1 << 26).set(RAM + 4, 7)).chip();
   for (const each of [quiet, chip]) each.runFor(MS);
   assert.equal(chip.peek32(RAM), 1);
   assert.equal(chip.peek32(RAM + 4), 7);
   const handler = 2 + 2 + 1 + 2 + 2;
-  assert.equal(chip.cycles - chip.sleepCycles - (quiet.cycles - quiet.sleepCycles), 15 + handler + 13);
+  assert.equal(
+    chip.cycles - chip.sleepCycles - (quiet.cycles - quiet.sleepCycles),
+    15 + handler + 13,
+  );
 });
 
 test('PRIMASK delays an interrupt, which still ends WFI', () => {
-  const chip = interrupted((p) => p.raw(0xb672).set(0xe000e200, 1 << 26).raw(0xbf30).set(RAM + 4, 9)).chip();
+  const chip = interrupted((p) =>
+    p
+      .raw(0xb672)
+      .set(0xe000e200, 1 << 26)
+      .raw(0xbf30)
+      .set(RAM + 4, 9),
+  ).chip();
   chip.runFor(MS);
   assert.equal(chip.peek32(RAM), 0);
   assert.equal(chip.peek32(RAM + 4), 9);

@@ -1,7 +1,23 @@
 // Tests of PIO to the cycle: delays, dividers, side-set, FIFOs, flags, stalls, and DMA.
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { configure, DMA, loadPio, MS, pio, PIO0, PINS, record, SIO, sleepingChip, SM0, start, US, X, IO_BANK0 } from './support.mjs';
+import {
+  configure,
+  DMA,
+  loadPio,
+  MS,
+  pio,
+  PIO0,
+  PINS,
+  record,
+  SIO,
+  sleepingChip,
+  SM0,
+  start,
+  US,
+  X,
+  IO_BANK0,
+} from './support.mjs';
 
 const TXF0 = PIO0 + 0x10;
 const FSTAT = PIO0 + 0x04;
@@ -13,10 +29,18 @@ const LINE = { sideBits: 1 };
  * Runs a program on a machine with pin 2 as SET, OUT and side-set pin; returns the pin's edges in
  * cycles from the start.
  */
-function run(program, { nanos = 10 * US, words = [], shift = 3 << 18, sideBits = 0, ...settings } = {}) {
+function run(
+  program,
+  { nanos = 10 * US, words = [], shift = 3 << 18, sideBits = 0, ...settings } = {},
+) {
   const chip = sleepingChip();
   loadPio(chip, program, [2]);
-  configure(chip, 0, { wrap: [0, program.length - 1], shift, pinctrl: (sideBits << 29) | (1 << 26) | (1 << 20) | (2 << 10) | (2 << 5) | 2, ...settings });
+  configure(chip, 0, {
+    wrap: [0, program.length - 1],
+    shift,
+    pinctrl: (sideBits << 29) | (1 << 26) | (1 << 20) | (2 << 10) | (2 << 5) | 2,
+    ...settings,
+  });
   for (const word of words) chip.bus.write32(TXF0, word);
   let from = 0;
   const edges = record(chip, 2, () => from);
@@ -27,8 +51,16 @@ function run(program, { nanos = 10 * US, words = [], shift = 3 << 18, sideBits =
 const distances = (edges) => edges.slice(1).map(([, at], i) => at - edges[i][1]);
 
 test('an instruction takes one cycle and its delay', () => {
-  const { edges } = run([pio.with(pio.set(PINS, 1), { delay: 4 }), pio.with(pio.set(PINS, 0), { delay: 1 })]);
-  assert.deepEqual(edges.slice(0, 4), [[1, 0], [0, 5], [1, 7], [0, 12]]);
+  const { edges } = run([
+    pio.with(pio.set(PINS, 1), { delay: 4 }),
+    pio.with(pio.set(PINS, 0), { delay: 1 }),
+  ]);
+  assert.deepEqual(edges.slice(0, 4), [
+    [1, 0],
+    [0, 5],
+    [1, 7],
+    [0, 12],
+  ]);
 });
 
 test('a clock divider stretches everything, its fraction evenly', () => {
@@ -41,10 +73,19 @@ test('a clock divider stretches everything, its fraction evenly', () => {
 });
 
 test('a count-down in one instruction is skipped, and ends at the same cycle', () => {
-  const program = [pio.with(pio.set(PINS, 1), { delay: 2 }), pio.set(X, 31), pio.with(pio.jmp(2, 2), { delay: 3 }), pio.set(PINS, 0)];
+  const program = [
+    pio.with(pio.set(PINS, 1), { delay: 2 }),
+    pio.set(X, 31),
+    pio.with(pio.jmp(2, 2), { delay: 3 }),
+    pio.set(PINS, 0),
+  ];
   const { edges } = run(program);
   // 3 for SET, 1 for SET X, 32 rounds of 4, then low for 1.
-  assert.deepEqual(edges.slice(0, 3), [[1, 0], [0, 3 + 1 + 128], [1, 3 + 1 + 128 + 1]]);
+  assert.deepEqual(edges.slice(0, 3), [
+    [1, 0],
+    [0, 3 + 1 + 128],
+    [1, 3 + 1 + 128 + 1],
+  ]);
 });
 
 test('a wait of 2^32 rounds takes no computing time', () => {
@@ -57,22 +98,35 @@ test('a wait of 2^32 rounds takes no computing time', () => {
 });
 
 test('side-set takes effect in the first cycle, also of a stalled instruction', () => {
-  const program = [pio.with(pio.pull, { side: 1, ...LINE }), pio.with(pio.out(X, 32), { side: 0, delay: 3, ...LINE })];
+  const program = [
+    pio.with(pio.pull, { side: 1, ...LINE }),
+    pio.with(pio.out(X, 32), { side: 0, delay: 3, ...LINE }),
+  ];
   const { chip, edges } = run(program, { sideBits: 1 });
   assert.deepEqual(edges, [[1, 0]]);
   chip.bus.write32(TXF0, 1);
   chip.runFor(US);
   // OUT follows PULL and takes four cycles; then PULL stalls again.
-  assert.deepEqual(edges.map(([level]) => level), [1, 0, 1]);
+  assert.deepEqual(
+    edges.map(([level]) => level),
+    [1, 0, 1],
+  );
   assert.equal(edges[2][1] - edges[1][1], 4);
 });
 
-test('OUT with autopull: the last word is replaced while it is shifted out, an empty OSR costs a cycle', () => {
+test('OUT with autopull replaces the last word in its shift; an empty OSR costs a cycle', () => {
   const threshold = (bits) => (3 << 18) | (1 << 17) | ((bits & 31) << 25);
   const words = [0b01, 0b01, 0b01];
   const { edges, chip } = run([pio.out(PINS, 1)], { words, shift: threshold(2) });
   // The OSR is empty at the start: filled in cycle 0, used from cycle 1 on, then without a gap.
-  assert.deepEqual(edges, [[1, 1], [0, 2], [1, 3], [0, 4], [1, 5], [0, 6]]);
+  assert.deepEqual(edges, [
+    [1, 1],
+    [0, 2],
+    [1, 3],
+    [0, 4],
+    [1, 5],
+    [0, 6],
+  ]);
   assert.equal((chip.bus.read32(PIO0 + 8) >>> 24) & 1, 1, 'it has stalled for data since');
 });
 
@@ -95,7 +149,11 @@ test('joined FIFOs hold eight words and none', () => {
   assert.equal((chip.bus.read32(PIO0 + 8) >>> 16) & 1, 1, 'the ninth is lost, and said to be');
   configure(chip, 0, { shift: (3 << 18) | (1 << 31) });
   assert.equal(chip.bus.read32(FLEVEL) & 15, 0, 'joining anew empties them');
-  assert.equal((chip.bus.read32(FSTAT) >>> 16) & 1, 1, 'with the receiver joined there is no room to send');
+  assert.equal(
+    (chip.bus.read32(FSTAT) >>> 16) & 1,
+    1,
+    'with the receiver joined there is no room to send',
+  );
 });
 
 test('autopush collects bits into words', () => {
@@ -105,7 +163,7 @@ test('autopush collects bits into words', () => {
   start(chip);
   chip.runFor(US);
   assert.equal(chip.bus.read32(PIO0 + 0x20), 0x0505);
-  assert.equal((chip.bus.read32(PIO0 + 8)) & 1, 1, 'with four words unread it waits');
+  assert.equal(chip.bus.read32(PIO0 + 8) & 1, 1, 'with four words unread it waits');
 });
 
 test('a flag that a machine raises is seen by another from the next cycle on', () => {
@@ -133,7 +191,10 @@ test('IRQ WAIT interrupts the processor, and continues when the flag is cleared'
 });
 
 test('WAIT and JMP read the pins', () => {
-  const { chip, edges } = run([pio.wait(1, 0, 15), pio.set(PINS, 1), pio.jmp(1, 6), pio.set(PINS, 0), pio.jmp(4)], { exec: 15 << 24 });
+  const { chip, edges } = run(
+    [pio.wait(1, 0, 15), pio.set(PINS, 1), pio.jmp(1, 6), pio.set(PINS, 0), pio.jmp(4)],
+    { exec: 15 << 24 },
+  );
   assert.deepEqual(edges, []);
   chip.drive(15, 1);
   const up = chip.cycles;
@@ -157,15 +218,22 @@ test('an instruction written to INSTR is executed at once, also by a stopped mac
 });
 
 test('OUT EXEC executes its bits in the next cycle', () => {
-  const { edges } = run([pio.pull, pio.with(pio.out(7, 16), { delay: 5 }), pio.jmp(2)], { words: [pio.set(PINS, 1)] });
+  const { edges } = run([pio.pull, pio.with(pio.out(7, 16), { delay: 5 }), pio.jmp(2)], {
+    words: [pio.set(PINS, 1)],
+  });
   assert.deepEqual(edges, [[1, 2]]);
 });
 
 test('machines started together stay in phase', () => {
   const chip = sleepingChip();
-  loadPio(chip, [pio.with(pio.set(PINS, 1), { delay: 9 }), pio.with(pio.set(PINS, 0), { delay: 9 })], [2]);
+  loadPio(
+    chip,
+    [pio.with(pio.set(PINS, 1), { delay: 9 }), pio.with(pio.set(PINS, 0), { delay: 9 })],
+    [2],
+  );
   chip.bus.write32(IO_BANK0 + 8 * 3 + 4, 6);
-  for (const machine of [0, 1]) configure(chip, machine, { wrap: [0, 1], pinctrl: (1 << 26) | ((2 + machine) << 5) });
+  for (const machine of [0, 1])
+    configure(chip, machine, { wrap: [0, 1], pinctrl: (1 << 26) | ((2 + machine) << 5) });
   chip.bus.write32(SM0 + 0x18 + 0x10, pio.set(4, 1));
   const edges = [2, 3].map((pin) => record(chip, pin, () => 0));
   start(chip, 3);
@@ -175,12 +243,19 @@ test('machines started together stay in phase', () => {
 });
 
 test('a machine stopped within a delay continues with the rest of it', () => {
-  const { chip, edges } = run([pio.with(pio.set(PINS, 1), { delay: 31 }), pio.with(pio.set(PINS, 0), { delay: 31 })], { nanos: 8 * 10 });
+  const { chip, edges } = run(
+    [pio.with(pio.set(PINS, 1), { delay: 31 }), pio.with(pio.set(PINS, 0), { delay: 31 })],
+    { nanos: 8 * 10 },
+  );
   chip.bus.write32(PIO0, 0);
   chip.runFor(8 * 1000);
   chip.bus.write32(PIO0, 1);
   chip.runFor(8 * 100);
-  assert.deepEqual(edges.slice(0, 3), [[1, 0], [0, 1032], [1, 1064]]);
+  assert.deepEqual(edges.slice(0, 3), [
+    [1, 0],
+    [0, 1032],
+    [1, 1064],
+  ]);
 });
 
 test('DMA fills the FIFO as the machine empties it, and interrupts at the end', () => {
@@ -189,7 +264,17 @@ test('DMA fills the FIFO as the machine empties it, and interrupts at the end', 
   const counts = Uint32Array.from({ length: words }, (_, i) => 90 + (i % 7));
   chip.poke(0x20001000, new Uint8Array(counts.buffer));
   // A pulse of 10 cycles, then the word's cycles: PULL, OUT, SET, the count.
-  loadPio(chip, [pio.pull, pio.out(X, 32), pio.with(pio.set(PINS, 1), { delay: 9 }), pio.set(PINS, 0), pio.jmp(4, 2)], [2]);
+  loadPio(
+    chip,
+    [
+      pio.pull,
+      pio.out(X, 32),
+      pio.with(pio.set(PINS, 1), { delay: 9 }),
+      pio.set(PINS, 0),
+      pio.jmp(4, 2),
+    ],
+    [2],
+  );
   configure(chip, 0, { wrap: [0, 4], pinctrl: (1 << 26) | (2 << 5) });
   const edges = record(chip, 2, () => 0);
   chip.bus.write32(DMA + 0x404, 1);
@@ -203,7 +288,10 @@ test('DMA fills the FIFO as the machine empties it, and interrupts at the end', 
   chip.runFor(MS);
   const rises = edges.filter(([level]) => level === 1).map(([, at]) => at);
   assert.equal(rises.length, words);
-  assert.deepEqual(rises.slice(1).map((at, i) => at - rises[i]), [...counts.slice(0, -1)].map((count) => count + 1 + 13));
+  assert.deepEqual(
+    rises.slice(1).map((at, i) => at - rises[i]),
+    [...counts.slice(0, -1)].map((count) => count + 1 + 13),
+  );
   assert.equal((chip.core.lines >> 11) & 1, 1);
 });
 

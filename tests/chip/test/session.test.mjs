@@ -22,7 +22,14 @@ function image() {
   for (let i = 0; i < 3; i++) pulse();
   p.set(SIO + 0x18, 1 << DIR);
   pulse();
-  [[0x24, 1], [0x28, 0], [0x2c, 0x70], [0x30, 0x301], [0, 0xab], [0, 0xcd]].forEach(([offset, value]) => p.set(UART0 + offset, value));
+  [
+    [0x24, 1],
+    [0x28, 0],
+    [0x2c, 0x70],
+    [0x30, 0x301],
+    [0, 0xab],
+    [0, 0xcd],
+  ].forEach(([offset, value]) => p.set(UART0 + offset, value));
   return p.sleep().build();
 }
 
@@ -31,8 +38,17 @@ test('a reply has all events since the last', () => {
   session.do({ steppers: [[STEP, DIR]], list: [DIR] });
   const reply = session.do({ run_us: 100, levels: [STEP, DIR] });
   assert.deepEqual(reply.steps, [2]);
-  assert.deepEqual(reply.rises, [[STEP, 4], [DIR, 1]]);
-  assert.deepEqual(reply.edges.map(([, pin, level]) => [pin, level]), [[DIR, 1], [DIR, 0]]);
+  assert.deepEqual(reply.rises, [
+    [STEP, 4],
+    [DIR, 1],
+  ]);
+  assert.deepEqual(
+    reply.edges.map(([, pin, level]) => [pin, level]),
+    [
+      [DIR, 1],
+      [DIR, 0],
+    ],
+  );
   assert.equal(reply.uart[0][1], 'abcd');
   assert.deepEqual(reply.levels, [0, 0]);
   assert.equal(reply.cycle, 12_500);
@@ -44,8 +60,14 @@ test('a stepper reports number and times of its pulses', () => {
   session.do({ steppers: [[STEP, DIR]] });
   // Two loads of a constant and a store between any two edges.
   const { pulses } = session.do({ run_us: 100, pulses: true });
-  assert.deepEqual({ ...pulses[0], last: null }, { count: 4, high: 5, low: 5, setup: 5, hold: 10, last: null });
-  assert.deepEqual({ ...session.do({ run_us: 1, pulses: true }).pulses[0], last: null }, { count: 0, high: null, low: null, setup: null, hold: null, last: null });
+  assert.deepEqual(
+    { ...pulses[0], last: null },
+    { count: 4, high: 5, low: 5, setup: 5, hold: 10, last: null },
+  );
+  assert.deepEqual(
+    { ...session.do({ run_us: 1, pulses: true }).pulses[0], last: null },
+    { count: 0, high: null, low: null, setup: null, hold: null, last: null },
+  );
 });
 
 test('functions are measured to the cycle, and only on request', () => {
@@ -57,7 +79,10 @@ test('functions are measured to the cycle, and only on request', () => {
   const session = new Session({ image: p.sleep().build() });
   session.do({ trace: { functions: { twoNops: 0x10000202 } } });
   const { calls } = session.do({ run_us: 10, calls: true });
-  assert.deepEqual(calls.twoNops.map(([, cycles]) => cycles), [4, 4]);
+  assert.deepEqual(
+    calls.twoNops.map(([, cycles]) => cycles),
+    [4, 4],
+  );
   assert.deepEqual(session.do({ reset: 'run', trace: null, run_us: 10, calls: true }).calls, {});
 });
 
@@ -75,10 +100,17 @@ test('serve.mjs accepts JSON lines, and reports invalid ones', () => {
   const uf2 = path.join(folder, 'image.uf2');
   fs.writeFileSync(uf2, toUf2(image()));
   const input = ['{"run_us":100}', '{"hop":1}', '{', '{"usb":"xyz"}', '{"hash":true}'].join('\n');
-  const run = () => spawnSync(process.execPath, [SERVE, uf2, '--flash', path.join(folder, 'flash')], { input, encoding: 'utf8' });
+  const run = () =>
+    spawnSync(process.execPath, [SERVE, uf2, '--flash', path.join(folder, 'flash')], {
+      input,
+      encoding: 'utf8',
+    });
   const result = run();
   assert.equal(result.status, 0, result.stderr);
-  const [first, unknown, broken, wrong, hash] = result.stdout.trim().split('\n').map((line) => JSON.parse(line));
+  const [first, unknown, broken, wrong, hash] = result.stdout
+    .trim()
+    .split('\n')
+    .map((line) => JSON.parse(line));
   assert.equal(first.uart[0][1], 'abcd');
   assert.match(unknown.error, /unknown command hop/);
   assert.ok(broken.error);
@@ -110,7 +142,16 @@ function toUf2(bytes) {
   const blocks = Math.ceil(bytes.length / 256);
   const file = Buffer.alloc(512 * blocks);
   for (let i = 0; i < blocks; i++) {
-    const words = [0x0a324655, 0x9e5d5157, 0x2000, 0x10000000 + 256 * i, 256, i, blocks, 0xe48bff56];
+    const words = [
+      0x0a324655,
+      0x9e5d5157,
+      0x2000,
+      0x10000000 + 256 * i,
+      256,
+      i,
+      blocks,
+      0xe48bff56,
+    ];
     words.forEach((word, n) => file.writeUInt32LE(word, 512 * i + 4 * n));
     Buffer.from(bytes).copy(file, 512 * i + 32, 256 * i, 256 * (i + 1));
     file.writeUInt32LE(0x0ab16f30, 512 * i + 508);

@@ -64,7 +64,9 @@ export class Program {
   }
 
   sleep() {
-    return this.label(`sleep${this.halves.length}`).raw(0xbf30).jump(`sleep${this.halves.length - 1}`);
+    return this.label(`sleep${this.halves.length}`)
+      .raw(0xbf30)
+      .jump(`sleep${this.halves.length - 1}`);
   }
 
   /** Returns the image, with a second boot stage that the boot ROM accepts. */
@@ -78,14 +80,18 @@ export class Program {
     }
     for (const { at, label, condition } of this.jumps) {
       const distance = this.labels.get(label) - at - 2;
-      halves[at] = condition === null ? 0xe000 | (distance & 0x7ff) : 0xd000 | (condition << 8) | (distance & 0xff);
+      halves[at] =
+        condition === null
+          ? 0xe000 | (distance & 0x7ff)
+          : 0xd000 | (condition << 8) | (distance & 0xff);
     }
     const image = Buffer.alloc(CODE + 2 * halves.length);
     halves.forEach((half, i) => image.writeUInt16LE(half, CODE + 2 * i));
     image.writeUInt32LE(checksum(image.subarray(0, 252)), 252);
     image.writeUInt32LE(STACK, 0x100);
     image.writeUInt32LE(FLASH + CODE + 1, 0x104);
-    for (const [exception, at] of this.vectors) image.writeUInt32LE(FLASH + CODE + 2 * at + 1, 0x100 + 4 * exception);
+    for (const [exception, at] of this.vectors)
+      image.writeUInt32LE(FLASH + CODE + 2 * at + 1, 0x100 + 4 * exception);
     return image;
   }
 
@@ -118,7 +124,8 @@ export const NVIC_ISER = 0xe000e100;
 
 /** PIO instructions; `options` are `side` (with `sideBits`) and `delay`. */
 export const pio = {
-  with: (op, { delay = 0, side = 0, sideBits = 0 } = {}) => op | (((side << (5 - sideBits)) | delay) << 8),
+  with: (op, { delay = 0, side = 0, sideBits = 0 } = {}) =>
+    op | (((side << (5 - sideBits)) | delay) << 8),
   jmp: (to, condition = 0) => (condition << 5) | to,
   set: (destination, value) => 0xe000 | (destination << 5) | value,
   pull: 0x80a0,
@@ -144,7 +151,11 @@ export function loadPio(chip, program, pins = []) {
 }
 
 /** Sets the registers of a machine. */
-export function configure(chip, machine, { clkdiv = 1 << 16, wrap = [0, 31], exec = 0, shift = 3 << 18, pinctrl = 0 }) {
+export function configure(
+  chip,
+  machine,
+  { clkdiv = 1 << 16, wrap = [0, 31], exec = 0, shift = 3 << 18, pinctrl = 0 },
+) {
   const base = SM0 + 0x18 * machine;
   chip.bus.write32(base, clkdiv);
   chip.bus.write32(base + 4, exec | (wrap[1] << 12) | (wrap[0] << 7));

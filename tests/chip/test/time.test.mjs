@@ -2,7 +2,22 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { Chip } from '../src/chip.mjs';
-import { configure, DMA, loadPio, MS, NVIC_ISER, pio, PINS, Program, record, sleepingChip, start, TIMER, US, WATCHDOG } from './support.mjs';
+import {
+  configure,
+  DMA,
+  loadPio,
+  MS,
+  NVIC_ISER,
+  pio,
+  PINS,
+  Program,
+  record,
+  sleepingChip,
+  start,
+  TIMER,
+  US,
+  WATCHDOG,
+} from './support.mjs';
 
 const RAM = 0x20000100;
 const ENABLE = 1 << 30;
@@ -20,8 +35,18 @@ test('an alarm is in its microsecond, and not before', () => {
 });
 
 test('a program that sleeps to an alarm wakes there, to the cycle', () => {
-  const program = new Program().set(TIMER + 0x38, 1).set(NVIC_ISER, 1).set(TIMER + 0x10, 1000).sleep();
-  program.handler(16).set(TIMER + 0x34, 1).load(0, TIMER).ldr(2, 0, 0x28).load(1, RAM).str(2, 1);
+  const program = new Program()
+    .set(TIMER + 0x38, 1)
+    .set(NVIC_ISER, 1)
+    .set(TIMER + 0x10, 1000)
+    .sleep();
+  program
+    .handler(16)
+    .set(TIMER + 0x34, 1)
+    .load(0, TIMER)
+    .ldr(2, 0, 0x28)
+    .load(1, RAM)
+    .str(2, 1);
   const chip = program.raw(0x4770).chip();
   chip.runFor(5 * MS);
   assert.equal(chip.peek32(RAM), 1000);
@@ -50,7 +75,7 @@ function watched(micros) {
   return { chip, causes, from: chip.cycles };
 }
 
-test('the watchdog resets the chip once at the end of its count, and reports it to the next boot', () => {
+test('the watchdog resets the chip once after its count, and reports it to the next boot', () => {
   const { chip, causes, from } = watched(100);
   chip.runFor(99 * US);
   assert.deepEqual(causes, []);
@@ -84,13 +109,21 @@ test('only the flash survives power off', () => {
   const { chip, causes } = watched(1000);
   chip.reset('power');
   assert.equal(causes[0][0], 'power');
-  assert.deepEqual([8, 0x0c].map((offset) => chip.bus.read32(WATCHDOG + offset)), [0, 0]);
+  assert.deepEqual(
+    [8, 0x0c].map((offset) => chip.bus.read32(WATCHDOG + offset)),
+    [0, 0],
+  );
   assert.notEqual(chip.peek32(RAM), 0x1234);
   assert.equal(chip.bus.read32(0x40064008), 1 << 8, 'HAD_POR');
 });
 
 test('the watchdog resets a locked-up processor', () => {
-  const program = new Program().set(WATCHDOG + 4, 2000).set(WATCHDOG, ENABLE).raw(0xde00).handler(3).raw(0xde00);
+  const program = new Program()
+    .set(WATCHDOG + 4, 2000)
+    .set(WATCHDOG, ENABLE)
+    .raw(0xde00)
+    .handler(3)
+    .raw(0xde00);
   const chip = program.chip();
   chip.runFor(10 * MS);
   assert.ok(chip.resets >= 9 && chip.resets <= 10);
@@ -98,8 +131,13 @@ test('the watchdog resets a locked-up processor', () => {
 
 test('DMA copies one word per cycle, and reports its end', () => {
   const chip = sleepingChip();
-  chip.poke(0x20001000, Uint8Array.from({ length: 400 }, (_, i) => i));
-  [0x20001000, 0x20002000, 100, 1 | (2 << 2) | (3 << 4) | (63 << 15)].forEach((word, i) => chip.bus.write32(DMA + 4 * i, word));
+  chip.poke(
+    0x20001000,
+    Uint8Array.from({ length: 400 }, (_, i) => i),
+  );
+  [0x20001000, 0x20002000, 100, 1 | (2 << 2) | (3 << 4) | (63 << 15)].forEach((word, i) =>
+    chip.bus.write32(DMA + 4 * i, word),
+  );
   chip.runFor(50 * 8);
   assert.equal(chip.bus.read32(DMA + 8), 50);
   chip.runFor(51 * 8);
@@ -110,7 +148,9 @@ test('DMA copies one word per cycle, and reports its end', () => {
 test('DMA paced by a timer keeps its rate: X words in Y cycles', () => {
   const chip = sleepingChip();
   chip.bus.write32(DMA + 0x420, (1 << 16) | 125);
-  [0x20001000, 0x20002000, 1000, 1 | (2 << 2) | (59 << 15)].forEach((word, i) => chip.bus.write32(DMA + 4 * i, word));
+  [0x20001000, 0x20002000, 1000, 1 | (2 << 2) | (59 << 15)].forEach((word, i) =>
+    chip.bus.write32(DMA + 4 * i, word),
+  );
   chip.runFor(100 * US);
   assert.equal(chip.bus.read32(DMA + 8), 900);
 });
@@ -126,14 +166,33 @@ test('an image that the boot ROM rejects is not started', () => {
 
 /** Runs a chip with pulses, alarms and a watchdog reset, in steps of `step`. */
 function busyRun(step) {
-  const program = new Program().set(TIMER + 0x38, 1).set(NVIC_ISER, 1).set(WATCHDOG + 4, 9000).set(WATCHDOG, ENABLE);
-  program.set(0x40014000 + 8 * 25 + 4, 5).set(0xd0000020, 1 << 25).set(TIMER + 0x10, 100).sleep();
-  program.handler(16).set(TIMER + 0x34, 1).set(0xd000001c, 1 << 25);
+  const program = new Program()
+    .set(TIMER + 0x38, 1)
+    .set(NVIC_ISER, 1)
+    .set(WATCHDOG + 4, 9000)
+    .set(WATCHDOG, ENABLE);
+  program
+    .set(0x40014000 + 8 * 25 + 4, 5)
+    .set(0xd0000020, 1 << 25)
+    .set(TIMER + 0x10, 100)
+    .sleep();
+  program
+    .handler(16)
+    .set(TIMER + 0x34, 1)
+    .set(0xd000001c, 1 << 25);
   program.load(1, TIMER).ldr(0, 1, 0x28).raw(0x3064).str(0, 1, 0x10);
   const chip = program.raw(0x4770).chip();
   const edges = record(chip, 25, () => 0);
-  loadPio(chip, [pio.with(pio.set(PINS, 1), { delay: 30 }), pio.with(pio.set(PINS, 0), { delay: 30 })], [2]);
-  configure(chip, 0, { clkdiv: (3 << 16) | (77 << 8), wrap: [0, 1], pinctrl: (1 << 26) | (2 << 5) });
+  loadPio(
+    chip,
+    [pio.with(pio.set(PINS, 1), { delay: 30 }), pio.with(pio.set(PINS, 0), { delay: 30 })],
+    [2],
+  );
+  configure(chip, 0, {
+    clkdiv: (3 << 16) | (77 << 8),
+    wrap: [0, 1],
+    pinctrl: (1 << 26) | (2 << 5),
+  });
   start(chip);
   for (let spent = 0; spent < 20 * MS; spent += step) chip.runFor(step);
   return { hash: String(chip.hash), count: chip.hash.count, edges };

@@ -16,30 +16,46 @@ function anyInstruction(next) {
   const [d, m, n, five] = [next() % 6, next() % 8, next() % 8, next() % 32];
   switch (next() % 10) {
     case 0:
-      return [(next() % 3) << 11 | five << 6 | m << 3 | d];
+      return [((next() % 3) << 11) | (five << 6) | (m << 3) | d];
     case 1:
-      return [0x1800 | (next() % 4) << 9 | n << 6 | m << 3 | d];
+      return [0x1800 | ((next() % 4) << 9) | (n << 6) | (m << 3) | d];
     case 2:
-      return [0x2000 | (next() % 4) << 11 | d << 8 | next() % 256];
-    case 3: case 4:
-      return [0x4000 | (next() % 16) << 6 | m << 3 | d];
+      return [0x2000 | ((next() % 4) << 11) | (d << 8) | (next() % 256)];
+    case 3:
+    case 4:
+      return [0x4000 | ((next() % 16) << 6) | (m << 3) | d];
     case 5:
-      return [pick([0x6000, 0x6800, 0x7000, 0x7800, 0x8000, 0x8800]) | five << 6 | 7 << 3 | d];
+      return [pick([0x6000, 0x6800, 0x7000, 0x7800, 0x8000, 0x8800]) | (five << 6) | (7 << 3) | d];
     case 6:
-      return [pick([0xb200, 0xb240, 0xb280, 0xb2c0, 0xba00, 0xba40, 0xbac0]) | m << 3 | d];
+      return [pick([0xb200, 0xb240, 0xb280, 0xb2c0, 0xba00, 0xba40, 0xbac0]) | (m << 3) | d];
     case 7:
-      return pick([[0xb43f, 0xbc3f], [0xb510, 0xb001], [0x9000 | d << 8], [0x9800 | d << 8], [0xa800 | d << 8], [0xa000 | d << 8 | five]]).concat([0xb000]);
+      return pick([
+        [0xb43f, 0xbc3f],
+        [0xb510, 0xb001],
+        [0x9000 | (d << 8)],
+        [0x9800 | (d << 8)],
+        [0xa800 | (d << 8)],
+        [0xa000 | (d << 8) | five],
+      ]).concat([0xb000]);
     case 8:
-      return pick([[0x4644, 0x6aa3], [0x4644, 0x63a3], [0x4600 | m << 3 | d], [0x4480 | m << 3 | 1], [0x4580 | m << 3], [0x463d, 0x5deb, 0x57ea]]);
+      return pick([
+        [0x4644, 0x6aa3],
+        [0x4644, 0x63a3],
+        [0x4600 | (m << 3) | d],
+        [0x4480 | (m << 3) | 1],
+        [0x4580 | (m << 3)],
+        [0x463d, 0x5deb, 0x57ea],
+      ]);
     default:
       // A branch over one instruction, so that pieces end and flags are read.
-      return [0xd000 | (next() % 14) << 8, 0x3001 | d << 8];
+      return [0xd000 | ((next() % 14) << 8), 0x3001 | (d << 8)];
   }
 }
 
 function anyProgram(seed) {
   const next = random(seed);
-  const program = new Program().load(0, TIMER).raw(0x4680).load(7, RAM).load(6, ROUNDS).raw(0xb084); // r8 = TIMER; sub sp, #16
+  // r8 = TIMER; sub sp, #16
+  const program = new Program().load(0, TIMER).raw(0x4680).load(7, RAM).load(6, ROUNDS).raw(0xb084);
   program.label('loop');
   for (let i = 0; i < 40; i++) program.raw(...anyInstruction(next));
   // BL over nothing, and back with a decision on r6.
@@ -78,7 +94,14 @@ test('code in SRAM is translated again after a write over it', () => {
   const CODE = 0x20003000;
   const program = new Program().load(4, CODE + 1).raw(0x2100);
   for (const n of [1, 2]) {
-    program.load(2, CODE).load(3, 0x2000 | n).raw(0x8013).raw(0x2564).label(`loop${n}`).raw(0x47a0, 0x3d01).jump(`loop${n}`, 1);
+    program
+      .load(2, CODE)
+      .load(3, 0x2000 | n)
+      .raw(0x8013)
+      .raw(0x2564)
+      .label(`loop${n}`)
+      .raw(0x47a0, 0x3d01)
+      .jump(`loop${n}`, 1);
   }
   const chip = program.sleep().chip();
   chip.poke(CODE, [0, 0, 0x09, 0x18, 0x70, 0x47]);
@@ -90,12 +113,21 @@ test('code in SRAM is translated again after a write over it', () => {
 
 test('a faulting access within translated code faults at its instruction', () => {
   // Reads at increasing addresses, beyond the end of memory.
-  const program = new Program().load(1, 0x20041f80).label('loop').raw(0x2005, 0x680a, 0x2006, 0x3104).jump('loop');
+  const program = new Program()
+    .load(1, 0x20041f80)
+    .label('loop')
+    .raw(0x2005, 0x680a, 0x2006, 0x3104)
+    .jump('loop');
   const run = (translates) => {
     const chip = program.chip();
     if (!translates) chip.bus.pieceAt = () => null;
     chip.runFor(MS);
-    return { fault: chip.core.fault, r0: chip.core.r[0], slept: chip.sleepCycles, locked: chip.core.lockedUp };
+    return {
+      fault: chip.core.fault,
+      r0: chip.core.r[0],
+      slept: chip.sleepCycles,
+      locked: chip.core.lockedUp,
+    };
   };
   const faulted = run(true);
   assert.equal(faulted.fault.kind, 'bus fault');

@@ -2,7 +2,20 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { Chip, Pca9685 } from '../src/chip.mjs';
-import { DPRAM, I2C0, IO_BANK0, MS, PADS, Program, SIO, SSI, sleepingChip, UART0, US, USB } from './support.mjs';
+import {
+  DPRAM,
+  I2C0,
+  IO_BANK0,
+  MS,
+  PADS,
+  Program,
+  SIO,
+  SSI,
+  sleepingChip,
+  UART0,
+  US,
+  USB,
+} from './support.mjs';
 
 const RAM = 0x20000100;
 const AVAILABLE = 1 << 10;
@@ -55,7 +68,12 @@ test('an edge on a pin interrupts; a change of its settings does not', () => {
 /** Sets up UART0 at 115 200 baud with FIFOs. */
 function serialChip() {
   const chip = sleepingChip();
-  [[0x24, 67], [0x28, 52], [0x2c, 0x70], [0x30, 0x301]].forEach(([offset, value]) => chip.bus.write32(UART0 + offset, value));
+  [
+    [0x24, 67],
+    [0x28, 52],
+    [0x2c, 0x70],
+    [0x30, 0x301],
+  ].forEach(([offset, value]) => chip.bus.write32(UART0 + offset, value));
   return chip;
 }
 const BYTE_US = 10 / 0.1152;
@@ -67,7 +85,10 @@ test('bytes take their time over the UART, in both directions', () => {
   const from = chip.nanos / US;
   [1, 2, 3].forEach((byte) => chip.bus.write32(UART0, byte));
   chip.runFor(4 * BYTE_US * US);
-  assert.deepEqual(sent.map(([byte]) => byte), [1, 2, 3]);
+  assert.deepEqual(
+    sent.map(([byte]) => byte),
+    [1, 2, 3],
+  );
   sent.forEach(([, at], i) => assert.ok(Math.abs(at - from - (i + 1) * BYTE_US) < 0.2));
   chip.uart0.feed([7, 8]);
   chip.runFor(0.9 * BYTE_US * US);
@@ -100,14 +121,23 @@ test('a byte for a full FIFO is lost', () => {
   chip.runFor(50 * BYTE_US * US);
   const received = [];
   while (!(chip.bus.read32(UART0 + 0x18) & 16)) received.push(chip.bus.read32(UART0));
-  assert.deepEqual(received, Array.from({ length: 32 }, (_, i) => i));
+  assert.deepEqual(
+    received,
+    Array.from({ length: 32 }, (_, i) => i),
+  );
   assert.equal(chip.uarts[0].overruns, 8);
 });
 
 /** Sets up I2C0 at 400 kHz with the target `address`. */
 function busChip(address) {
   const chip = sleepingChip();
-  [[0x6c, 0], [0x1c, 125], [0x20, 187], [0x04, address], [0x6c, 1]].forEach(([offset, value]) => chip.bus.write32(I2C0 + offset, value));
+  [
+    [0x6c, 0],
+    [0x1c, 125],
+    [0x20, 187],
+    [0x04, address],
+    [0x6c, 1],
+  ].forEach(([offset, value]) => chip.bus.write32(I2C0 + offset, value));
   return chip;
 }
 const STOP = 1 << 9;
@@ -125,7 +155,10 @@ test('a PCA9685 records what is written to it, at the speed of the bus', () => {
   assert.equal(raw(chip) & (1 << 9), 1 << 9);
   command(chip, [0x06, 0, 0x10, 0x34, 0x02 | STOP]);
   chip.runFor(200 * US);
-  assert.deepEqual(hat.writes, [{ register: 0, bytes: [0x21] }, { register: 6, bytes: [0, 0x10, 0x34, 0x02] }]);
+  assert.deepEqual(hat.writes, [
+    { register: 0, bytes: [0x21] },
+    { register: 6, bytes: [0, 0x10, 0x34, 0x02] },
+  ]);
   assert.deepEqual(hat.channel(0), { on: 0x1000, off: 0x234 });
 });
 
@@ -162,12 +195,23 @@ test('the bus reads, and its interrupts follow the FIFOs', () => {
 function flashWriter() {
   const SECTOR = 0x1ff000;
   const call = (p, name, ...args) => {
-    p.load(0, 0x40).load(1, name.charCodeAt(0) | (name.charCodeAt(1) << 8)).load(3, 0x21).raw(0x4798, 0x4606); // r6 = lookup
+    p.load(0, 0x40)
+      .load(1, name.charCodeAt(0) | (name.charCodeAt(1) << 8))
+      .load(3, 0x21)
+      .raw(0x4798, 0x4606); // r6 = lookup
     args.forEach((value, i) => p.load(i, value));
     return p.raw(0x47b0); // blx r6
   };
   const p = new Program();
-  for (const [name, ...args] of [['IF'], ['EX'], ['RE', SECTOR, 4096], ['RP', SECTOR, RAM, 256], ['FC'], ['CX']]) call(p, name, ...args);
+  for (const [name, ...args] of [
+    ['IF'],
+    ['EX'],
+    ['RE', SECTOR, 4096],
+    ['RP', SECTOR, RAM, 256],
+    ['FC'],
+    ['CX'],
+  ])
+    call(p, name, ...args);
   const image = p.set(0x20008000, 1).sleep().build();
   // Flash is not readable meanwhile, so that the code is copied to RAM and started there.
   return { image, SECTOR };
@@ -191,7 +235,13 @@ test('flash is erased and programmed in its time, and survives a reset', () => {
   assert.equal(chip.peek32(0x20008000), 0);
   chip.runFor(2 * MS);
   assert.equal(chip.peek32(0x20008000), 1);
-  assert.deepEqual(chip.flash.log.map(({ kind, length }) => [kind, length]), [['erase', 4096], ['program', 256]]);
+  assert.deepEqual(
+    chip.flash.log.map(({ kind, length }) => [kind, length]),
+    [
+      ['erase', 4096],
+      ['program', 256],
+    ],
+  );
   assert.deepEqual([...chip.peek(0x10000000 + SECTOR + 254, 4)], [0x55, 0x55, 0xff, 0xff]);
   const next = new Chip({ flash: chip.saveFlash() });
   assert.equal(next.peek32(0x10000000 + SECTOR), 0x55555555);
@@ -215,7 +265,12 @@ test('a power failure leaves a sector partly erased; a watchdog reset does not',
 });
 
 test('code in flash faults while flash is unmapped', () => {
-  const p = new Program().load(0, 0x40).load(1, 0x5845).load(3, 0x21).raw(0x4798, 0x4606, 0x47b0).sleep(); // EX
+  const p = new Program()
+    .load(0, 0x40)
+    .load(1, 0x5845)
+    .load(3, 0x21)
+    .raw(0x4798, 0x4606, 0x47b0)
+    .sleep(); // EX
   const chip = p.chip();
   chip.runFor(MS);
   assert.equal(chip.core.fault.kind, 'bus fault');

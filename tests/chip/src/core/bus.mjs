@@ -62,14 +62,14 @@ export class Bus {
 
   /** Returns whether code at this address may be translated. */
   isCode(address) {
-    return address - XIP >>> 0 < 2 * FLASH_PIECES || address - SRAM >>> 0 < this.sramSize;
+    return (address - XIP) >>> 0 < 2 * FLASH_PIECES || (address - SRAM) >>> 0 < this.sramSize;
   }
 
   /** Returns the translation of code that runs often, or null (translate.mjs). */
   pieceAt(address) {
     let index = (address - XIP) >>> 1;
     if (index >= FLASH_PIECES) {
-      if (address - SRAM >>> 0 >= this.sramSize) return null;
+      if ((address - SRAM) >>> 0 >= this.sramSize) return null;
       index = FLASH_PIECES + ((address - SRAM) >> 1);
     } else if (!this.flashReadable) {
       return null;
@@ -82,7 +82,7 @@ export class Bus {
   }
 
   markCode(address) {
-    if (address - SRAM >>> 0 < this.sramSize) this.code[(address - SRAM) >> 2] = 1;
+    if ((address - SRAM) >>> 0 < this.sramSize) this.code[(address - SRAM) >> 2] = 1;
   }
 
   /** Called after a change of the flash contents. */
@@ -105,8 +105,9 @@ export class Bus {
   }
 
   fetch(address) {
-    if (address - XIP >>> 0 < 0x4000000 && this.flashReadable) return this.flash16[(address & this.flashMask) >> 1];
-    if (address - SRAM >>> 0 < this.sramSize) return this.sram16[(address - SRAM) >> 1];
+    if ((address - XIP) >>> 0 < 0x4000000 && this.flashReadable)
+      return this.flash16[(address & this.flashMask) >> 1];
+    if ((address - SRAM) >>> 0 < this.sramSize) return this.sram16[(address - SRAM) >> 1];
     if (address < this.romSize) return this.rom16[address >> 1];
     throw FAULT;
   }
@@ -114,7 +115,7 @@ export class Bus {
   read32(address) {
     address >>>= 0;
     if (address & 3) throw FAULT;
-    if (address - SRAM >>> 0 < this.sramSize) return this.sram32[(address - SRAM) >> 2];
+    if ((address - SRAM) >>> 0 < this.sramSize) return this.sram32[(address - SRAM) >> 2];
     if (this.inFlash(address)) return this.flash32[(address & this.flashMask) >> 2];
     if (address < this.romSize) return this.rom32[address >> 2];
     return this.readDevice(address) | 0;
@@ -123,7 +124,7 @@ export class Bus {
   read16(address) {
     address >>>= 0;
     if (address & 1) throw FAULT;
-    if (address - SRAM >>> 0 < this.sramSize) return this.sram16[(address - SRAM) >> 1];
+    if ((address - SRAM) >>> 0 < this.sramSize) return this.sram16[(address - SRAM) >> 1];
     if (this.inFlash(address)) return this.flash16[(address & this.flashMask) >> 1];
     if (address < this.romSize) return this.rom16[address >> 1];
     return (this.readDevice(address & ~3) >>> (8 * (address & 2))) & 0xffff;
@@ -131,7 +132,7 @@ export class Bus {
 
   read8(address) {
     address >>>= 0;
-    if (address - SRAM >>> 0 < this.sramSize) return this.sram8[address - SRAM];
+    if ((address - SRAM) >>> 0 < this.sramSize) return this.sram8[address - SRAM];
     if (this.inFlash(address)) return this.flash8[address & this.flashMask];
     if (address < this.romSize) return this.rom8[address];
     return (this.readDevice(address & ~3) >>> (8 * (address & 3))) & 0xff;
@@ -140,7 +141,7 @@ export class Bus {
   write32(address, value) {
     address >>>= 0;
     if (address & 3) throw FAULT;
-    if (address - SRAM >>> 0 < this.sramSize) {
+    if ((address - SRAM) >>> 0 < this.sramSize) {
       this.sram32[(address - SRAM) >> 2] = value;
       if (this.code[(address - SRAM) >> 2]) this.sramChanged();
     } else {
@@ -151,7 +152,7 @@ export class Bus {
   write16(address, value) {
     address >>>= 0;
     if (address & 1) throw FAULT;
-    if (address - SRAM >>> 0 < this.sramSize) {
+    if ((address - SRAM) >>> 0 < this.sramSize) {
       this.sram16[(address - SRAM) >> 1] = value;
       if (this.code[(address - SRAM) >> 2]) this.sramChanged();
     } else {
@@ -161,7 +162,7 @@ export class Bus {
 
   write8(address, value) {
     address >>>= 0;
-    if (address - SRAM >>> 0 < this.sramSize) {
+    if ((address - SRAM) >>> 0 < this.sramSize) {
       this.sram8[address - SRAM] = value;
       if (this.code[(address - SRAM) >> 2]) this.sramChanged();
     } else {
@@ -175,7 +176,7 @@ export class Bus {
    */
   writeNarrow(address, value, mask, lanes) {
     const word = (address & ~3) >>> 0;
-    if (word - DPRAM >>> 0 < 4096) {
+    if ((word - DPRAM) >>> 0 < 4096) {
       const shift = 8 * (address & 3);
       this.writeDevice(word, ((this.readDevice(word) & ~(mask << shift)) | (value << shift)) >>> 0);
     } else {
@@ -186,7 +187,7 @@ export class Bus {
   readDevice(address) {
     address >>>= 0;
     const { mcu } = this;
-    if (address - DPRAM >>> 0 < 4096) return mcu.usbDPRAMView.getUint32(address - DPRAM, true);
+    if ((address - DPRAM) >>> 0 < 4096) return mcu.usbDPRAMView.getUint32(address - DPRAM, true);
     if (address >= SIO && address < PPB) return mcu.sio.readUint32(address - SIO);
     if (address >= PPB && address < PPB_END) return mcu.ppb.readUint32(address & 0xfff);
     const peripheral = mcu.findPeripheral(address);
@@ -196,7 +197,7 @@ export class Bus {
 
   writeDevice(address, value) {
     const { mcu } = this;
-    if (address - DPRAM >>> 0 < 4096) {
+    if ((address - DPRAM) >>> 0 < 4096) {
       mcu.usbDPRAMView.setUint32(address - DPRAM, value, true);
       mcu.usbCtrl.DPRAMUpdated(address - DPRAM, value);
     } else if (address >= SIO && address < PPB) {
@@ -208,7 +209,7 @@ export class Bus {
       if (peripheral) peripheral.writeUint32Atomic(address & 0xfff, value, (address >>> 12) & 3);
       // A write to cached flash has no effect and is no fault; CTRL.ERR_BADWRITE (datasheet 2.6.3)
       // applies to the other aliases.
-      else if (address - XIP >>> 0 >= 0x1000000) throw FAULT;
+      else if ((address - XIP) >>> 0 >= 0x1000000) throw FAULT;
     }
   }
 }

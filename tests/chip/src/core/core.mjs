@@ -114,7 +114,8 @@ export class Core {
       const piece = bus.pieceAt(this.pc);
       // Not `clock.now += ...`: an exception within adds to it as well.
       let cycles;
-      if (piece !== null && clock.now + piece.reach < clock.horizon) cycles = piece.run(this, bus, clock, r, FUNCTIONS);
+      if (piece !== null && clock.now + piece.reach < clock.horizon)
+        cycles = piece.run(this, bus, clock, r, FUNCTIONS);
       else cycles = this.step(bus);
       clock.now += cycles;
     }
@@ -136,7 +137,13 @@ export class Core {
   }
 
   get xpsr() {
-    return (this.n < 0 ? 1 << 31 : 0) | (this.z === 0 ? 1 << 30 : 0) | (this.c << 29) | (this.v << 28) | this.IPSR;
+    return (
+      (this.n < 0 ? 1 << 31 : 0) |
+      (this.z === 0 ? 1 << 30 : 0) |
+      (this.c << 29) |
+      (this.v << 28) |
+      this.IPSR
+    );
   }
 
   setFlags(xpsr) {
@@ -223,7 +230,9 @@ export class Core {
   wakeIfReady() {
     if (this.lockedUp) return;
     // PRIMASK prevents an interrupt from being taken, but not from ending WFI.
-    const wakes = this.waitsForEvent ? this.eventRegistered || this.candidate(this.limit) : this.candidate(this.priority(this.IPSR));
+    const wakes = this.waitsForEvent
+      ? this.eventRegistered || this.candidate(this.limit)
+      : this.candidate(this.priority(this.IPSR));
     if (!wakes) {
       this.interruptsUpdated = false;
       return;
@@ -250,7 +259,16 @@ export class Core {
     const aligned = r[13] & 4;
     const frame = (r[13] - 32) & ~7;
     const link = handler ? 0xfffffff1 : onProcessStack ? 0xfffffffd : 0xfffffff9;
-    const words = [r[0], r[1], r[2], r[3], r[12], r[14], returnAddress & ~1, (this.xpsr & ~(1 << 9)) | (1 << 24) | (aligned << 7)];
+    const words = [
+      r[0],
+      r[1],
+      r[2],
+      r[3],
+      r[12],
+      r[14],
+      returnAddress & ~1,
+      (this.xpsr & ~(1 << 9)) | (1 << 24) | (aligned << 7),
+    ];
     try {
       words.forEach((word, i) => bus.write32(frame + 4 * i, word));
     } catch (error) {

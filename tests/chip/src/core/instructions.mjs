@@ -1,7 +1,17 @@
 // The Thumb instructions of ARMv6-M (reference manual A6.7), one small function each: it changes
 // the core and returns its cycles (Cortex-M0+ TRM, table 3-1, with the RP2040's one-cycle
 // multiplier). KINDS and FUNCTIONS map a halfword to its function.
-import { BY_IMMEDIATE, BY_REGISTER, loadLiteral, loadMultiple, loadStack, pop, push, storeMultiple, storeStack } from './memory.mjs';
+import {
+  BY_IMMEDIATE,
+  BY_REGISTER,
+  loadLiteral,
+  loadMultiple,
+  loadStack,
+  pop,
+  push,
+  storeMultiple,
+  storeStack,
+} from './memory.mjs';
 
 const low = (op) => op & 7;
 const middle = (op) => (op >> 3) & 7;
@@ -54,18 +64,39 @@ function ror(core, value, by) {
 const DATA = [
   /* and */ (core, op) => ((core.r[low(op)] = nz(core, core.r[low(op)] & core.r[middle(op)])), 1),
   /* eor */ (core, op) => ((core.r[low(op)] = nz(core, core.r[low(op)] ^ core.r[middle(op)])), 1),
-  /* lsl */ (core, op) => ((core.r[low(op)] = lsl(core, core.r[low(op)], core.r[middle(op)] & 255)), 1),
-  /* lsr */ (core, op) => ((core.r[low(op)] = lsr(core, core.r[low(op)], core.r[middle(op)] & 255)), 1),
-  /* asr */ (core, op) => ((core.r[low(op)] = asr(core, core.r[low(op)], core.r[middle(op)] & 255)), 1),
-  /* adc */ (core, op) => ((core.r[low(op)] = add(core, core.r[low(op)], core.r[middle(op)], core.c)), 1),
-  /* sbc */ (core, op) => ((core.r[low(op)] = add(core, core.r[low(op)], ~core.r[middle(op)], core.c)), 1),
-  /* ror */ (core, op) => ((core.r[low(op)] = ror(core, core.r[low(op)], core.r[middle(op)] & 255)), 1),
+  /* lsl */ (core, op) => (
+    (core.r[low(op)] = lsl(core, core.r[low(op)], core.r[middle(op)] & 255)),
+    1
+  ),
+  /* lsr */ (core, op) => (
+    (core.r[low(op)] = lsr(core, core.r[low(op)], core.r[middle(op)] & 255)),
+    1
+  ),
+  /* asr */ (core, op) => (
+    (core.r[low(op)] = asr(core, core.r[low(op)], core.r[middle(op)] & 255)),
+    1
+  ),
+  /* adc */ (core, op) => (
+    (core.r[low(op)] = add(core, core.r[low(op)], core.r[middle(op)], core.c)),
+    1
+  ),
+  /* sbc */ (core, op) => (
+    (core.r[low(op)] = add(core, core.r[low(op)], ~core.r[middle(op)], core.c)),
+    1
+  ),
+  /* ror */ (core, op) => (
+    (core.r[low(op)] = ror(core, core.r[low(op)], core.r[middle(op)] & 255)),
+    1
+  ),
   /* tst */ (core, op) => (nz(core, core.r[low(op)] & core.r[middle(op)]), 1),
   /* rsb */ (core, op) => ((core.r[low(op)] = add(core, 0, ~core.r[middle(op)], 1)), 1),
   /* cmp */ (core, op) => (add(core, core.r[low(op)], ~core.r[middle(op)], 1), 1),
   /* cmn */ (core, op) => (add(core, core.r[low(op)], core.r[middle(op)], 0), 1),
   /* orr */ (core, op) => ((core.r[low(op)] = nz(core, core.r[low(op)] | core.r[middle(op)])), 1),
-  /* mul */ (core, op) => ((core.r[low(op)] = nz(core, Math.imul(core.r[low(op)], core.r[middle(op)]))), 1),
+  /* mul */ (core, op) => (
+    (core.r[low(op)] = nz(core, Math.imul(core.r[low(op)], core.r[middle(op)]))),
+    1
+  ),
   /* bic */ (core, op) => ((core.r[low(op)] = nz(core, core.r[low(op)] & ~core.r[middle(op)])), 1),
   /* mvn */ (core, op) => ((core.r[low(op)] = nz(core, ~core.r[middle(op)])), 1),
 ];
@@ -75,8 +106,14 @@ const ARITHMETIC = {
   lsl: (core, op) => ((core.r[low(op)] = lsl(core, core.r[middle(op)], imm5(op))), 1),
   lsr: (core, op) => ((core.r[low(op)] = lsr(core, core.r[middle(op)], imm5(op) || 32)), 1),
   asr: (core, op) => ((core.r[low(op)] = asr(core, core.r[middle(op)], imm5(op) || 32)), 1),
-  addRegister: (core, op) => ((core.r[low(op)] = add(core, core.r[middle(op)], core.r[upper(op)], 0)), 1),
-  subRegister: (core, op) => ((core.r[low(op)] = add(core, core.r[middle(op)], ~core.r[upper(op)], 1)), 1),
+  addRegister: (core, op) => (
+    (core.r[low(op)] = add(core, core.r[middle(op)], core.r[upper(op)], 0)),
+    1
+  ),
+  subRegister: (core, op) => (
+    (core.r[low(op)] = add(core, core.r[middle(op)], ~core.r[upper(op)], 1)),
+    1
+  ),
   addSmall: (core, op) => ((core.r[low(op)] = add(core, core.r[middle(op)], upper(op), 0)), 1),
   subSmall: (core, op) => ((core.r[low(op)] = add(core, core.r[middle(op)], ~upper(op), 1)), 1),
   mov: (core, op) => ((core.r[named(op)] = nz(core, op & 255)), 1),
@@ -160,7 +197,12 @@ function wide(core, op) {
     const s = (op >> 10) & 1;
     const i1 = 1 - (((second >> 13) & 1) ^ s);
     const i2 = 1 - (((second >> 11) & 1) ^ s);
-    const offset = ((s ? -1 : 0) << 24) | (i1 << 23) | (i2 << 22) | ((op & 0x3ff) << 12) | ((second & 0x7ff) << 1);
+    const offset =
+      ((s ? -1 : 0) << 24) |
+      (i1 << 23) |
+      (i2 << 22) |
+      ((op & 0x3ff) << 12) |
+      ((second & 0x7ff) << 1);
     core.r[14] = core.pc | 1;
     core.pc += offset;
   } else if (op >> 4 === 0xf38 && second >> 8 === 0x88) {
@@ -212,7 +254,12 @@ function decodeMiscellaneous(op) {
 
 function decodeArithmetic(op) {
   const { lsl: l, lsr: r, asr: a, mov, cmp, add: plus, sub: minus } = ARITHMETIC;
-  const three = [ARITHMETIC.addRegister, ARITHMETIC.subRegister, ARITHMETIC.addSmall, ARITHMETIC.subSmall];
+  const three = [
+    ARITHMETIC.addRegister,
+    ARITHMETIC.subRegister,
+    ARITHMETIC.addSmall,
+    ARITHMETIC.subSmall,
+  ];
   return [l, r, a, three[(op >> 9) & 3], mov, cmp, plus, minus][op >> 11];
 }
 
@@ -224,14 +271,19 @@ function decodeSpecial(op) {
 /** By the highest four bits (A5.2). */
 function decode(op) {
   switch (op >> 12) {
-    case 0: case 1: case 2: case 3:
+    case 0:
+    case 1:
+    case 2:
+    case 3:
       return decodeArithmetic(op);
     case 4:
       if (op & 0x800) return loadLiteral;
       return op & 0x400 ? decodeSpecial(op) : DATA[(op >> 6) & 15];
     case 5:
       return BY_REGISTER[(op >> 9) & 7];
-    case 6: case 7: case 8:
+    case 6:
+    case 7:
+    case 8:
       return BY_IMMEDIATE[(op >> 11) - 12];
     case 9:
       return op & 0x800 ? loadStack : storeStack;

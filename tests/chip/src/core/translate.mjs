@@ -13,7 +13,8 @@ const LONGEST = 32;
 
 /** Flag set-up by an addition of `a`, `b` and `carry` (JavaScript texts); `to` gets the sum. */
 const sum = (a, b, carry, to) => ({
-  full: `a = ${a}; b = ${b}; w = (a >>> 0) + (b >>> 0) + ${carry}; t = w | 0; core.c = w > 0xffffffff ? 1 : 0; core.v = ((a ^ t) & (b ^ t)) >>> 31;
+  full: `a = ${a}; b = ${b}; w = (a >>> 0) + (b >>> 0) + ${carry}; t = w | 0;
+    core.c = w > 0xffffffff ? 1 : 0; core.v = ((a ^ t) & (b ^ t)) >>> 31;
     core.n = core.z = t; ${to ? `${to} = t;` : ''}`,
   bare: to ? `${to} = ${a} + ${b} + ${carry};` : '',
   kills: true,
@@ -28,7 +29,10 @@ const plain = (code) => ({ full: code, bare: code, flagless: true });
 function shiftImmediate(op, d, m) {
   const n = (op >> 6) & 31;
   const value = `r[${m}]`;
-  if (op >> 11 === 0) return n === 0 ? result(value, d) : result(`${value} << ${n}`, d, `core.c = (${value} >>> ${32 - n}) & 1;`);
+  if (op >> 11 === 0)
+    return n === 0
+      ? result(value, d)
+      : result(`${value} << ${n}`, d, `core.c = (${value} >>> ${32 - n}) & 1;`);
   const by = n || 32;
   const carry = `core.c = (${value} >>> ${by - 1}) & 1;`;
   if (op >> 11 === 1) return result(by === 32 ? '0' : `(${value} >>> ${by}) | 0`, d, carry);
@@ -40,7 +44,9 @@ function arithmetic(op) {
   const named = `r[${(op >> 8) & 7}]`;
   const imm = op & 255;
   switch (op >> 11) {
-    case 0: case 1: case 2:
+    case 0:
+    case 1:
+    case 2:
       return shiftImmediate(op, d, (op >> 3) & 7);
     case 3: {
       const operand = op & 0x400 ? `${(op >> 6) & 7}` : n;
@@ -61,19 +67,32 @@ function arithmetic(op) {
 function data(op) {
   const [d, m] = [`r[${op & 7}]`, `r[${(op >> 3) & 7}]`];
   switch ((op >> 6) & 15) {
-    case 0: return result(`${d} & ${m}`, d);
-    case 1: return result(`${d} ^ ${m}`, d);
-    case 5: return { ...sum(d, m, 'core.c', d), reads: true };
-    case 6: return { ...sum(d, `~${m}`, 'core.c', d), reads: true };
-    case 8: return result(`${d} & ${m}`, null);
-    case 9: return sum('0', `~${m}`, 1, d);
-    case 10: return sum(d, `~${m}`, 1, null);
-    case 11: return sum(d, m, 0, null);
-    case 12: return result(`${d} | ${m}`, d);
-    case 13: return result(`Math.imul(${d}, ${m})`, d);
-    case 14: return result(`${d} & ~${m}`, d);
-    case 15: return result(`~${m}`, d);
-    default: return { ...plain(`F[${KINDS[op]}](core, ${op});`), reads: true, flagless: false };
+    case 0:
+      return result(`${d} & ${m}`, d);
+    case 1:
+      return result(`${d} ^ ${m}`, d);
+    case 5:
+      return { ...sum(d, m, 'core.c', d), reads: true };
+    case 6:
+      return { ...sum(d, `~${m}`, 'core.c', d), reads: true };
+    case 8:
+      return result(`${d} & ${m}`, null);
+    case 9:
+      return sum('0', `~${m}`, 1, d);
+    case 10:
+      return sum(d, `~${m}`, 1, null);
+    case 11:
+      return sum(d, m, 0, null);
+    case 12:
+      return result(`${d} | ${m}`, d);
+    case 13:
+      return result(`Math.imul(${d}, ${m})`, d);
+    case 14:
+      return result(`${d} & ~${m}`, d);
+    case 15:
+      return result(`~${m}`, d);
+    default:
+      return { ...plain(`F[${KINDS[op]}](core, ${op});`), reads: true, flagless: false };
   }
 }
 
@@ -87,7 +106,11 @@ function special(op, at) {
   return plain(`r[${to}] = ${to === 13 ? `(${moved}) & ~3` : moved};`);
 }
 
-const VIEWS = { 4: ['sram32', 2, 'read32', 'write32'], 2: ['sram16', 1, 'read16', 'write16'], 1: ['sram8', 0, 'read8', 'write8'] };
+const VIEWS = {
+  4: ['sram32', 2, 'read32', 'write32'],
+  2: ['sram16', 1, 'read16', 'write16'],
+  1: ['sram8', 0, 'read8', 'write8'],
+};
 
 /** A load or store of `width` bytes; `extend` is the number of bits to sign-extend by. */
 function access(stores, width, address, register, extend = 0) {
@@ -97,10 +120,11 @@ function access(stores, width, address, register, extend = 0) {
     ? `{ const cost = bus.cost(a, 4); bus.${write}(a, r[${register}]); return cost; }`
     : `{ r[${register}] = ${signed(`bus.${read}(a)`)}; return bus.cost(a, 3); }`;
   const cell = `bus.${view}[(a - ${SRAM}) >> ${shift}]`;
+  const inSram = `a - ${SRAM} >>> 0 < bus.sramSize && !(a & ${width - 1})`;
   return {
     memory: true,
     address,
-    test: `a - ${SRAM} >>> 0 < bus.sramSize && !(a & ${width - 1})${stores ? ` && !bus.code[(a - ${SRAM}) >> 2]` : ''}`,
+    test: stores ? `${inSram} && !bus.code[(a - ${SRAM}) >> 2]` : inSram,
     fast: stores ? `${cell} = r[${register}];` : `r[${register}] = ${signed(cell)};`,
     slow,
   };
@@ -110,10 +134,20 @@ function transfer(op) {
   const [d, m] = [op & 7, `r[${(op >> 3) & 7}]`];
   if (op >> 12 === 5) {
     const address = `(${m} + r[${(op >> 6) & 7}]) | 0`;
-    const [stores, width, extend] = [[true, 4], [true, 2], [true, 1], [false, 1, 24], [false, 4], [false, 2], [false, 1], [false, 2, 16]][(op >> 9) & 7];
+    const [stores, width, extend] = [
+      [true, 4],
+      [true, 2],
+      [true, 1],
+      [false, 1, 24],
+      [false, 4],
+      [false, 2],
+      [false, 1],
+      [false, 2, 16],
+    ][(op >> 9) & 7];
     return access(stores, width, address, d, extend);
   }
-  if (op >> 12 === 9) return access(!(op & 0x800), 4, `(r[13] + ${4 * (op & 255)}) | 0`, (op >> 8) & 7);
+  if (op >> 12 === 9)
+    return access(!(op & 0x800), 4, `(r[13] + ${4 * (op & 255)}) | 0`, (op >> 8) & 7);
   const width = { 6: 4, 7: 1, 8: 2 }[op >> 12];
   return access(!(op & 0x800), width, `(${m} + ${((op >> 6) & 31) * width}) | 0`, d);
 }
@@ -125,7 +159,9 @@ function stack(op) {
   if (pushes && op & 256) list.push(14);
   const size = 4 * list.length;
   const overCode = `(bus.code[(a - ${SRAM}) >> 2] | bus.code[(r[13] - ${SRAM + 4}) >> 2])`;
-  const cells = list.map((i, k) => (pushes ? `bus.sram32[w + ${k}] = r[${i}];` : `r[${i}] = bus.sram32[w + ${k}];`)).join(' ');
+  const cells = list
+    .map((i, k) => (pushes ? `bus.sram32[w + ${k}] = r[${i}];` : `r[${i}] = bus.sram32[w + ${k}];`))
+    .join(' ');
   return {
     memory: true,
     cycles: 1 + list.length,
@@ -139,15 +175,24 @@ function stack(op) {
 /** Returns an instruction's text and properties, or null if a piece ends before it. */
 function translateOne(op, at, bus) {
   switch (op >> 12) {
-    case 0: case 1: case 2: case 3:
+    case 0:
+    case 1:
+    case 2:
+    case 3:
       return arithmetic(op);
     case 4:
       if (op & 0x800) return literal(op, at, bus);
       return op & 0x400 ? special(op, at) : data(op);
-    case 5: case 6: case 7: case 8: case 9:
+    case 5:
+    case 6:
+    case 7:
+    case 8:
+    case 9:
       return transfer(op);
     case 10:
-      return plain(`r[${(op >> 8) & 7}] = ${op & 0x800 ? 'r[13]' : (at + 4) & ~3} + ${4 * (op & 255)};`);
+      return plain(
+        `r[${(op >> 8) & 7}] = ${op & 0x800 ? 'r[13]' : (at + 4) & ~3} + ${4 * (op & 255)};`,
+      );
     case 11:
       if (op >> 8 === 0xb0) return plain(`r[13] += ${(op & 128 ? -4 : 4) * (op & 127)};`);
       if ((op & 0xfe00) === 0xb400 || (op & 0xff00) === 0xbc00) return stack(op);
@@ -165,8 +210,12 @@ function literal(op, at, bus) {
 }
 
 /** The end of a piece: a branch, a call or a return, by the instruction's own function. */
-const ends = (op) => (op >> 12 === 13 && ((op >> 8) & 15) < 14)
-  || op >> 11 === 28 || op >> 11 === 30 || (op & 0xff00) === 0xbd00 || (op & 0xff00) === 0x4700;
+const ends = (op) =>
+  (op >> 12 === 13 && ((op >> 8) & 15) < 14) ||
+  op >> 11 === 28 ||
+  op >> 11 === 30 ||
+  (op & 0xff00) === 0xbd00 ||
+  (op & 0xff00) === 0x4700;
 
 /** Marks instructions whose flags are set again before they are read. */
 function findDeadFlags(parts) {
@@ -220,11 +269,17 @@ export function translate(bus, start) {
     const before = spent;
     spent += part.cycles;
     if (part.last) return `${here} return ${before} + F[${KINDS[op]}](core, ${op});`;
-    if (part.memory) return `a = ${part.address}; if (${part.test}) { ${part.fast} } else { ${here} clock.now += ${before}; ${part.slow} }`;
+    if (part.memory) {
+      const slow = `${here} clock.now += ${before}; ${part.slow}`;
+      return `a = ${part.address}; if (${part.test}) { ${part.fast} } else { ${slow} }`;
+    }
     return part.dead ? part.bare : part.full;
   });
   const { at, last } = parts.at(-1);
-  if (!last) lines.push(`core.at = ${at}; core.pc = ${at + 2}; core.instructions += ${parts.length}; return ${spent};`);
+  if (!last) {
+    const end = `core.at = ${at}; core.pc = ${at + 2}; core.instructions += ${parts.length};`;
+    lines.push(`${end} return ${spent};`);
+  }
   return { run: compile(lines.join('\n')), reach };
 }
 

@@ -118,12 +118,14 @@ export class Block {
 
   get intr() {
     let bits = (this.irq & 15) << 8;
-    for (const { index, tx, rx } of this.machines) bits |= (rx.empty ? 0 : 1 << index) | (tx.full ? 0 : 16 << index);
+    for (const { index, tx, rx } of this.machines)
+      bits |= (rx.empty ? 0 : 1 << index) | (tx.full ? 0 : 16 << index);
     return bits;
   }
 
   updateInterrupts() {
-    for (const n of [0, 1]) this.mcu.setInterrupt(this.firstIrq + n, ((this.intr & this.inte[n]) | this.intf[n]) !== 0);
+    for (const n of [0, 1])
+      this.mcu.setInterrupt(this.firstIrq + n, ((this.intr & this.inte[n]) | this.intf[n]) !== 0);
   }
 
   /** Writes a word to a machine's FIFO, from the processor or from DMA. */
@@ -135,7 +137,13 @@ export class Block {
     machine.tx.push(word);
     // An empty OSR takes it at once, unless an OUT is due in this cycle (datasheet 3.5.4.2).
     const outNow = !machine.stalled && machine.time <= machine.tickFrom(this.engine.now + 1);
-    if (machine.autopull && machine.enabled && machine.osrCount >= machine.pullThreshold && !machine.stalled && !outNow) {
+    if (
+      machine.autopull &&
+      machine.enabled &&
+      machine.osrCount >= machine.pullThreshold &&
+      !machine.stalled &&
+      !outNow
+    ) {
       machine.refill();
     } else {
       this.fifosChanged(machine);
@@ -163,24 +171,45 @@ export class Block {
     this.engine.catchUp();
     const clearing = offset === IRQ || offset === FDEBUG;
     const old = alias === 0 || clearing ? 0 : this.read(offset);
-    this.write(offset, [value, old ^ value, old | value, clearing ? value : old & ~value][alias] >>> 0);
+    this.write(
+      offset,
+      [value, old ^ value, old | value, clearing ? value : old & ~value][alias] >>> 0,
+    );
     this.engine.plan();
   }
 
   read(offset) {
     const { machines } = this;
     if (offset >= RXF0 && offset < IRQ) return this.readFifo(machines[(offset - RXF0) >> 2]);
-    if (offset >= SM0 && offset < INTR) return this.readMachine(machines[Math.floor((offset - SM0) / SM_BYTES)], (offset - SM0) % SM_BYTES);
+    if (offset >= SM0 && offset < INTR)
+      return this.readMachine(
+        machines[Math.floor((offset - SM0) / SM_BYTES)],
+        (offset - SM0) % SM_BYTES,
+      );
     switch (offset) {
       case CTRL:
-        return machines.reduce((bits, machine) => bits | (machine.enabled ? 1 << machine.index : 0), 0);
+        return machines.reduce(
+          (bits, machine) => bits | (machine.enabled ? 1 << machine.index : 0),
+          0,
+        );
       case FSTAT:
-        return machines.reduce((bits, { index, tx, rx }) => bits
-          | (((tx.empty ? 1 << 24 : 0) | (tx.full ? 1 << 16 : 0) | (rx.empty ? 1 << 8 : 0) | (rx.full ? 1 : 0)) << index), 0);
+        return machines.reduce(
+          (bits, { index, tx, rx }) =>
+            bits |
+            (((tx.empty ? 1 << 24 : 0) |
+              (tx.full ? 1 << 16 : 0) |
+              (rx.empty ? 1 << 8 : 0) |
+              (rx.full ? 1 : 0)) <<
+              index),
+          0,
+        );
       case FDEBUG:
         return this.fdebug;
       case FLEVEL:
-        return machines.reduce((bits, { index, tx, rx }) => bits | ((tx.count | (rx.count << 4)) << (8 * index)), 0);
+        return machines.reduce(
+          (bits, { index, tx, rx }) => bits | ((tx.count | (rx.count << 4)) << (8 * index)),
+          0,
+        );
       case IRQ:
         return this.irq;
       case INPUT_SYNC_BYPASS:
@@ -210,7 +239,8 @@ export class Block {
   readMachine(machine, offset) {
     const register = SM_REGISTERS[offset >> 2];
     if (register === 'addr') return machine.pc;
-    if (register === 'instr') return machine.forced >= 0 ? machine.forced : this.instructions[machine.pc];
+    if (register === 'instr')
+      return machine.forced >= 0 ? machine.forced : this.instructions[machine.pc];
     return machine[register];
   }
 
@@ -221,7 +251,11 @@ export class Block {
     } else if (offset >= INSTR_MEM0 && offset < SM0) {
       this.instructions[(offset - INSTR_MEM0) >> 2] = value;
     } else if (offset >= SM0 && offset < INTR) {
-      this.writeMachine(machines[Math.floor((offset - SM0) / SM_BYTES)], (offset - SM0) % SM_BYTES, value);
+      this.writeMachine(
+        machines[Math.floor((offset - SM0) / SM_BYTES)],
+        (offset - SM0) % SM_BYTES,
+        value,
+      );
     } else if (offset === CTRL) {
       this.control(value);
     } else if (offset === FDEBUG) {
@@ -249,7 +283,9 @@ export class Block {
   control(value) {
     const now = this.engine.now * SUBCYCLES;
     for (const machine of this.machines) {
-      const [enabled, restarts, inPhase] = [0, 4, 8].map((shift) => ((value >> (shift + machine.index)) & 1) === 1);
+      const [enabled, restarts, inPhase] = [0, 4, 8].map(
+        (shift) => ((value >> (shift + machine.index)) & 1) === 1,
+      );
       if (enabled === machine.enabled && !restarts && !inPhase) continue;
       // A delay pauses and continues with its machine.
       let left = machine.enabled ? Math.max(0, machine.time - now) : machine.left;
@@ -277,7 +313,10 @@ export class Block {
       machine.step();
       this.commit();
     } else {
-      machine.configure(register, register === 'execctrl' ? (value & 0x7fffffff) | (machine.execctrl & (1 << 31)) : value);
+      machine.configure(
+        register,
+        register === 'execctrl' ? (value & 0x7fffffff) | (machine.execctrl & (1 << 31)) : value,
+      );
       machine.wake(this.engine.now);
     }
   }

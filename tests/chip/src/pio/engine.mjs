@@ -32,7 +32,8 @@ export class Engine {
     if (this.advancing) return;
     this.advancing = true;
     const until = this.clock.now * SUBCYCLES;
-    for (let due = this.nextTick(until); due <= until; due = this.nextTick(until)) this.cycle(Math.ceil(due / SUBCYCLES));
+    for (let due = this.nextTick(until); due <= until; due = this.nextTick(until))
+      this.cycle(Math.ceil(due / SUBCYCLES));
     this.now = this.clock.now;
     this.advancing = false;
   }

@@ -57,9 +57,11 @@ export class Machine {
   configure(register, value) {
     this[register] = value >>> 0;
     if (register === 'clkdiv') {
-      this.divider = ((value >>> 16) || 0x10000) * SUBCYCLES + ((value >>> 16) ? (value >>> 8) & 255 : 0);
+      this.divider =
+        (value >>> 16 || 0x10000) * SUBCYCLES + (value >>> 16 ? (value >>> 8) & 255 : 0);
     } else if (register === 'execctrl') {
-      if (value & UNMODELLED_EXEC) throw new Error('PIO: OUT_STICKY and INLINE_OUT_EN are not emulated');
+      if (value & UNMODELLED_EXEC)
+        throw new Error('PIO: OUT_STICKY and INLINE_OUT_EN are not emulated');
       this.jumpPin = (value >>> 24) & 31;
       this.wrapTop = (value >>> 12) & 31;
       this.wrapBottom = (value >>> 7) & 31;
@@ -89,7 +91,12 @@ export class Machine {
    * FIFO.
    */
   join(which) {
-    const depths = [[4, 4], [8, 0], [0, 8], [0, 0]][which];
+    const depths = [
+      [4, 4],
+      [8, 0],
+      [0, 8],
+      [0, 0],
+    ][which];
     if (this.tx.depth === depths[0] && this.rx.depth === depths[1]) return;
     this.tx.resize(depths[0]);
     this.rx.resize(depths[1]);
@@ -143,7 +150,8 @@ export class Machine {
     if (forced >= 0) this.clearStalledFlag();
     if (this.autopull && this.osrCount >= this.pullThreshold) this.refill();
     this.repeats = this.jumped && this.pc === this.previous;
-    if (!this.jumped && forced < 0) this.pc = this.pc === this.wrapTop ? this.wrapBottom : (this.pc + 1) & 31;
+    if (!this.jumped && forced < 0)
+      this.pc = this.pc === this.wrapTop ? this.wrapBottom : (this.pc + 1) & 31;
     // The delay of an instruction that executes another is ignored (datasheet 3.4.5.2, 3.4.8.2).
     this.time += (this.forced >= 0 ? 1 : 1 + (delayOrSide & this.delayMask)) * this.divider;
   }
@@ -157,7 +165,12 @@ export class Machine {
       if (!(value >> bits)) return;
       value &= (1 << bits) - 1;
     }
-    this.block.drive(this.execctrl & SIDE_PINDIRS ? 'directions' : 'values', value, this.sideBase, bits);
+    this.block.drive(
+      this.execctrl & SIDE_PINDIRS ? 'directions' : 'values',
+      value,
+      this.sideBase,
+      bits,
+    );
   }
 
   /** Autopull (datasheet 3.5.4.2): takes a word from the FIFO if the OSR is empty. */
@@ -195,7 +208,9 @@ export class Machine {
     const condition = (instruction >> 5) & 7;
     if (condition !== 0 && condition !== 2 && condition !== 4) return 0;
     this.counter = condition === 0 ? 'forever' : condition === 2 ? 'x' : 'y';
-    return this[this.counter] === 0 ? 0 : (1 + ((instruction >> 8) & this.delayMask)) * this.divider;
+    return this[this.counter] === 0
+      ? 0
+      : (1 + ((instruction >> 8) & this.delayMask)) * this.divider;
   }
 
   /**

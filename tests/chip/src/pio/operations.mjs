@@ -20,7 +20,8 @@ function reverse(word) {
 const mask = (bits) => (bits >= 32 ? 0xffffffff : (1 << bits) - 1);
 
 /** An IRQ flag's number; with bit 4 it is counted from the machine's own (modulo 4). */
-const flagOf = (machine, field) => (field & 16 ? (field & 4) | ((field + machine.index) & 3) : field & 7);
+const flagOf = (machine, field) =>
+  field & 16 ? (field & 4) | ((field + machine.index) & 3) : field & 7;
 
 function jump(machine, target) {
   machine.pc = target & 31;
@@ -75,7 +76,9 @@ function sourceOf(machine, source) {
   switch (source) {
     case 0: {
       const pins = machine.block.inputs();
-      return ((pins >>> machine.inBase) | (machine.inBase ? pins << (32 - machine.inBase) : 0)) >>> 0;
+      return (
+        ((pins >>> machine.inBase) | (machine.inBase ? pins << (32 - machine.inBase) : 0)) >>> 0
+      );
     }
     case 1:
       return machine.x;

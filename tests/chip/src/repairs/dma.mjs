@@ -19,14 +19,18 @@ export function repairDma(mcu, clock, bus) {
   const { dma } = mcu;
   for (const name of ['writeUint8', 'writeUint16', 'writeUint32']) tellBus(mcu, name, bus);
   for (const channel of dma.channels) {
-    const requested = () => channel.treqValue === PERMANENT || channel.treqValue >= TIMER0 || dma.dreq[channel.treqValue] === true;
+    const requested = () =>
+      channel.treqValue === PERMANENT ||
+      channel.treqValue >= TIMER0 ||
+      dma.dreq[channel.treqValue] === true;
     channel.transferAlarm = clock.createAlarm(() => {
       if (channel.active && requested()) channel.transfer();
     });
     channel.scheduleTransfer = () => {
       if (!requested()) return;
       const cycles = pace(dma, channel.treqValue);
-      if (cycles > 0 && !channel.transferAlarm.scheduled) channel.transferAlarm.scheduleAt(clock.now + cycles);
+      if (cycles > 0 && !channel.transferAlarm.scheduled)
+        channel.transferAlarm.scheduleAt(clock.now + cycles);
     };
   }
 }

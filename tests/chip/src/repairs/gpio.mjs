@@ -67,7 +67,7 @@ export class Pins {
     const latched = pin.irqStatus & (EDGE_LOW | EDGE_HIGH);
     pin.rawInputValue = this.levels[index] === 1;
     const edge = pin.inputValue === before ? 0 : pin.inputValue ? EDGE_HIGH : EDGE_LOW;
-    pin.irqStatus = latched | edge | (pin.inputValue ? 2 : 1) & LEVELS;
+    pin.irqStatus = latched | edge | ((pin.inputValue ? 2 : 1) & LEVELS);
     if (pin.irqEnableMask) this.mcu.updateIOInterrupt();
     if (edge && pin.functionSelect === 4) this.mcu.pwm.gpioOnInput(index);
   }

@@ -28,9 +28,12 @@ export class I2cBus {
     this.alarm = clock.createAlarm(() => this.next());
     this.next = () => {};
     controller.onStart = () => this.after(1, () => controller.completeStart());
-    controller.onConnect = (address, mode) => this.after(BYTE_PERIODS, () => this.connect(address, mode === 1));
-    controller.onWriteByte = (byte) => this.after(BYTE_PERIODS, () => controller.completeWrite(this.target.write?.(byte) ?? false));
-    controller.onReadByte = (ack) => this.after(BYTE_PERIODS, () => controller.completeRead(this.target.read?.(ack) ?? 0xff));
+    controller.onConnect = (address, mode) =>
+      this.after(BYTE_PERIODS, () => this.connect(address, mode === 1));
+    controller.onWriteByte = (byte) =>
+      this.after(BYTE_PERIODS, () => controller.completeWrite(this.target.write?.(byte) ?? false));
+    controller.onReadByte = (ack) =>
+      this.after(BYTE_PERIODS, () => controller.completeRead(this.target.read?.(ack) ?? 0xff));
     controller.onStop = () => this.after(1, () => this.stop());
   }
 
@@ -61,9 +64,10 @@ export function repairI2c(controller) {
   const levels = () => {
     const { txFIFO, rxFIFO, txThreshold, rxThreshold, enable } = controller;
     const raw = controller.intRaw & ~(TX_EMPTY | RX_FULL);
-    controller.intRaw = raw
-      | (enable & ENABLE && txFIFO.itemCount <= txThreshold ? TX_EMPTY : 0)
-      | (rxFIFO.itemCount > rxThreshold ? RX_FULL : 0);
+    controller.intRaw =
+      raw |
+      (enable & ENABLE && txFIFO.itemCount <= txThreshold ? TX_EMPTY : 0) |
+      (rxFIFO.itemCount > rxThreshold ? RX_FULL : 0);
     controller.rp2040.setInterrupt(controller.irq, controller.intStatus !== 0);
   };
   // Every change of a FIFO calls one of these.
@@ -80,7 +84,15 @@ export function repairI2c(controller) {
 
 /** Registers: the missing ones as plain values; the levels are updated before a read. */
 function installRegisters(controller, levels) {
-  const plain = { [SDA_HOLD]: 1, [SLV_DATA_NACK_ONLY]: 0, 0x88: 0, 0x8c: 0, 0x90: 0, 0x94: 100, [ACK_GENERAL_CALL]: 1 };
+  const plain = {
+    [SDA_HOLD]: 1,
+    [SLV_DATA_NACK_ONLY]: 0,
+    0x88: 0,
+    0x8c: 0,
+    0x90: 0,
+    0x94: 100,
+    [ACK_GENERAL_CALL]: 1,
+  };
   const read = controller.readUint32.bind(controller);
   const write = controller.writeUint32.bind(controller);
   controller.readUint32 = (offset) => {

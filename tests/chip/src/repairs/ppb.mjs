@@ -30,7 +30,8 @@ export function repairPpb(mcu, core, requestReset) {
     }
   };
   ppb.writeUint32 = (offset, value) => {
-    if (offset === NVIC_ICPR) core.pendingInterrupts = (core.pendingInterrupts & ~value) | (core.lines & value);
+    if (offset === NVIC_ICPR)
+      core.pendingInterrupts = (core.pendingInterrupts & ~value) | (core.lines & value);
     else if (offset === SCR) core.SCR = value & 0x16;
     else if (offset !== AIRCR) write(offset, value);
     else if (value >>> 16 === VECTKEY && value & SYSRESETREQ) requestReset('system');

@@ -46,8 +46,14 @@ export function installRegisters(mcu, cause) {
   mcu.peripherals[XIP_CTRL] = new Registers({ 0x00: 3 }, { 0x04: 0, 0x08: 3, 0x18: 0, 0x1c: 0 });
   // ROSC (2.17.8): STATUS is stable and enabled; RANDOMBIT is not random here, so that two runs are
   // the same.
-  mcu.peripherals[ROSC] = new Registers({ 0x00: 0xfab000 }, { 0x18: (1 << 31) | (1 << 12), 0x1c: 1 });
-  mcu.peripherals[VREG_AND_CHIP_RESET] = new Registers({ 0x00: 0xb1, 0x04: 0x91 }, { [CHIP_RESET]: HAD[cause] });
+  mcu.peripherals[ROSC] = new Registers(
+    { 0x00: 0xfab000 },
+    { 0x18: (1 << 31) | (1 << 12), 0x1c: 1 },
+  );
+  mcu.peripherals[VREG_AND_CHIP_RESET] = new Registers(
+    { 0x00: 0xb1, 0x04: 0x91 },
+    { [CHIP_RESET]: HAD[cause] },
+  );
   // The pins of the flash have no selectable function (2.19.6.2).
   mcu.peripherals[IO_QSPI] = new Registers();
   const resets = new Registers({ 0x00: RESETS_ALL });

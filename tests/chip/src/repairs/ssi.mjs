@@ -18,6 +18,7 @@ export function repairSsi(mcu, bus) {
   for (const [offset, value] of Object.entries(READING)) write(Number(offset), value);
   ssi.writeUint32 = (offset, value) => {
     write(offset, value);
-    if (offset === SSIENR) bus.flashReadable = (value & 1) === 1 && ((ssi.readUint32(CTRLR0) >> 8) & 3) === 3;
+    if (offset === SSIENR)
+      bus.flashReadable = (value & 1) === 1 && ((ssi.readUint32(CTRLR0) >> 8) & 3) === 3;
   };
 }

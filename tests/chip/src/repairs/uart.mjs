@@ -85,7 +85,8 @@ export class Uart {
     if (this.received.length === 0) this.raw &= ~RX_TIMEOUT;
     const { dma } = this.mcu;
     const paced = this.get(DMACR);
-    if (paced & 2 && this.on(TX_ENABLED) && this.sending.length < this.depth) dma.setDREQ(this.lines.tx);
+    if (paced & 2 && this.on(TX_ENABLED) && this.sending.length < this.depth)
+      dma.setDREQ(this.lines.tx);
     else dma.clearDREQ(this.lines.tx);
     if (paced & 1 && this.on(RX_ENABLED) && this.received.length > 0) dma.setDREQ(this.lines.rx);
     else dma.clearDREQ(this.lines.rx);
@@ -111,7 +112,8 @@ export class Uart {
   /** Sends bytes to the chip, one after the other. */
   feed(bytes) {
     this.arriving.push(...bytes);
-    if (!this.rxAlarm.scheduled && this.arriving.length > 0) this.rxAlarm.scheduleAt(this.clock.now + this.byteCycles);
+    if (!this.rxAlarm.scheduled && this.arriving.length > 0)
+      this.rxAlarm.scheduleAt(this.clock.now + this.byteCycles);
   }
 
   arrived() {
@@ -138,7 +140,8 @@ export class Uart {
     switch (offset) {
       case DR: {
         const byte = this.received.shift() ?? 0;
-        if (this.received.length > 0) this.timeout.scheduleAt(this.clock.now + Math.round(TIMEOUT_BITS * this.bitCycles));
+        if (this.received.length > 0)
+          this.timeout.scheduleAt(this.clock.now + Math.round(TIMEOUT_BITS * this.bitCycles));
         this.update();
         return byte;
       }

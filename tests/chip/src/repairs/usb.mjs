@@ -43,7 +43,8 @@ export class UsbPort {
   repair() {
     const { controller } = this;
     controller.DPRAMUpdated = (offset, value) => {
-      if (offset < BUFFER_CONTROL || offset >= BUFFER_CONTROL_END || !(value & (AVAILABLE | STALL))) return;
+      if (offset < BUFFER_CONTROL || offset >= BUFFER_CONTROL_END || !(value & (AVAILABLE | STALL)))
+        return;
       this.onOffer((offset - BUFFER_CONTROL) >> 3, (offset & 4) !== 0);
     };
     const write = controller.writeUint32.bind(controller);
@@ -84,7 +85,11 @@ export class UsbPort {
   }
 
   done(endpoint, out, control) {
-    this.memory.setUint32(BUFFER_CONTROL + 8 * endpoint + (out ? 4 : 0), control & ~AVAILABLE, true);
+    this.memory.setUint32(
+      BUFFER_CONTROL + 8 * endpoint + (out ? 4 : 0),
+      control & ~AVAILABLE,
+      true,
+    );
     this.controller.indicateBufferReady(endpoint, out);
   }
 

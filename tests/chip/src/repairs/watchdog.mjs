@@ -55,7 +55,8 @@ export class Watchdog {
   restart(count) {
     this.count = count;
     this.since = this.clock.now;
-    if (this.running) this.alarm.scheduleAt(this.since + Math.ceil((count * CYCLES_PER_US) / COUNTS_PER_US));
+    if (this.running)
+      this.alarm.scheduleAt(this.since + Math.ceil((count * CYCLES_PER_US) / COUNTS_PER_US));
     else this.alarm.cancel();
   }
 
