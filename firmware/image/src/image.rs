@@ -15,7 +15,7 @@ pub const RAM: std::ops::Range<u32> = 0x2000_0000..0x2004_2000;
 #[derive(Debug, Error, PartialEq, Eq)]
 pub enum ImageError {
     /// Not a 32-bit ELF file.
-    #[error("not a linked firmware (32-bit ELF): {0}")]
+    #[error("not a linked firmware (32-bit ELF)")]
     NotElf(#[from] object::Error),
     /// A segment is outside the chip's flash.
     #[error("{length} bytes at {address:#010x} are outside the flash: check firmware/memory.x")]

@@ -3,9 +3,10 @@
 //! Usage: `plumb-image ELF UF2`. Exit codes: 0, the file is written; 1, a size is over its budget
 //! and nothing is written; 2, a file cannot be read or written, or is not a firmware.
 
+use std::error::Error;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::{env, fs, io};
+use std::{env, fs, io, iter};
 
 use plumb_image::{Image, ImageError, Usage, budget, image, uf2};
 use thiserror::Error;
@@ -14,9 +15,9 @@ use thiserror::Error;
 enum Failure {
     #[error("usage: plumb-image ELF UF2")]
     Usage,
-    #[error("{}: {source}", path.display())]
+    #[error("{}", path.display())]
     File { path: PathBuf, source: io::Error },
-    #[error("{}: {source}", path.display())]
+    #[error("{}", path.display())]
     Image { path: PathBuf, source: ImageError },
 }
 
@@ -37,6 +38,12 @@ fn convert(elf: &Path, uf2: &Path) -> Result<bool, Failure> {
     Ok(usage.within())
 }
 
+/// Returns the messages of `error` and of its causes, joined by ": ".
+fn chain(error: &dyn Error) -> String {
+    let causes = iter::successors(Some(error), |&error| error.source());
+    causes.map(ToString::to_string).collect::<Vec<_>>().join(": ")
+}
+
 fn main() -> ExitCode {
     let arguments: Vec<PathBuf> = env::args_os().skip(1).map(PathBuf::from).collect();
     let result = match arguments.as_slice() {
@@ -47,7 +54,7 @@ fn main() -> ExitCode {
         Ok(true) => ExitCode::SUCCESS,
         Ok(false) => ExitCode::from(1),
         Err(failure) => {
-            eprintln!("plumb-image: {failure}");
+            eprintln!("plumb-image: {}", chain(&failure));
             ExitCode::from(2)
         }
     }

@@ -111,20 +111,21 @@ impl Default for VisionOptions {
 #[derive(Debug, Error)]
 pub enum VisionError {
     /// A scene could not be rendered.
-    #[error("{0}")]
+    #[error(transparent)]
     Scene(#[from] SyntheticError),
     /// A detector failed on a frame.
-    #[error("detector {name}, scene \"{scene}\": {error}")]
+    #[error("detector {name}, scene \"{scene}\"")]
     Detect {
         /// Name of the detector.
         name: &'static str,
         /// Name of the scene.
         scene: &'static str,
         /// Error of the detector.
+        #[source]
         error: DetectError,
     },
     /// OpenCV refused an operation.
-    #[error("OpenCV: {0}")]
+    #[error("OpenCV refused an operation")]
     OpenCv(#[from] opencv::Error),
     /// An invalid number.
     #[error("bench vision: {what} is {value}, but must be {must}")]

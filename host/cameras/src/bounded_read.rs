@@ -17,7 +17,7 @@ use thiserror::Error;
 #[non_exhaustive]
 pub enum ReadError {
     /// The operating system reports an error.
-    #[error("{}: cannot be read: {error}", .path.display())]
+    #[error("{}: cannot be read", .path.display())]
     Io {
         /// The file.
         path: PathBuf,
@@ -161,7 +161,7 @@ fn open(path: &Path) -> Result<(File, u64), ReadError> {
 #[non_exhaustive]
 pub enum LineError {
     /// The operating system reports an error.
-    #[error("cannot be read: {0}")]
+    #[error("cannot be read")]
     Io(#[from] io::Error),
     /// The line is longer than its limit.
     #[error("is too long: at most {limit} bytes are read")]
@@ -209,6 +209,7 @@ mod tests {
     use nix::unistd::mkfifo;
 
     use super::*;
+    use crate::error_chain::ErrorChain;
 
     #[test]
     fn a_file_is_read_up_to_its_limit() {
@@ -247,8 +248,9 @@ mod tests {
             let error = read(path, 100).unwrap_err().to_string();
             assert!(error.contains(&path.display().to_string()) && error.contains(kind), "{error}");
         }
-        let error = read(&folder.path().join("absent"), 100).unwrap_err().to_string();
-        assert!(error.contains("absent: cannot be read: "), "{error}");
+        let error = read(&folder.path().join("absent"), 100).unwrap_err();
+        let message = ErrorChain(&error).to_string();
+        assert!(message.contains("absent: cannot be read: No such file"), "{message}");
     }
 
     #[test]

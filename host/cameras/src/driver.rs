@@ -73,10 +73,10 @@ pub enum OpenError {
     #[error(transparent)]
     Settings(#[from] SettingsError),
     /// No driver delivers the frames of this source.
-    #[error("no camera driver has the name {0:?}")]
+    #[error("no camera driver has the name `{0}`")]
     NoDriver(SourceName),
-    /// The driver cannot open the camera. The message is that of its cause.
-    #[error("{cause}")]
+    /// The driver cannot open the camera.
+    #[error("camera driver `{driver}`")]
     Driver {
         /// Name of the driver.
         driver: SourceName,

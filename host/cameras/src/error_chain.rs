@@ -3,23 +3,17 @@
 use std::error::Error;
 use std::fmt;
 
-/// Error with its causes: displays the messages of the chain, joined by ": ". A message that an
-/// error above already contains is left out, since some libraries repeat their causes.
+/// Error with its causes: displays the messages of the error and of each
+/// [`source`](Error::source) below it, joined by ": ". No message of Plumb contains that of its
+/// source.
 #[derive(Debug, Clone, Copy)]
 pub struct ErrorChain<'a>(pub &'a dyn Error);
 
 impl fmt::Display for ErrorChain<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let mut text = self.0.to_string();
-        let mut source = self.0.source();
-        while let Some(cause) = source {
-            let message = cause.to_string();
-            if !text.contains(&message) {
-                text = format!("{text}: {message}");
-            }
-            source = cause.source();
-        }
-        f.write_str(&text)
+        write!(f, "{}", self.0)?;
+        std::iter::successors(self.0.source(), |&cause| cause.source())
+            .try_for_each(|cause| write!(f, ": {cause}"))
     }
 }
 
@@ -31,18 +25,22 @@ mod tests {
 
     #[derive(Debug, Error)]
     #[error("it is busy")]
-    struct Cause;
+    struct Busy;
+
+    #[derive(Debug, Error)]
+    #[error("the camera cannot be opened")]
+    struct NotOpened(#[source] Busy);
+
+    #[derive(Debug, Error)]
+    #[error("the run failed")]
+    struct Broken(#[source] NotOpened);
 
     #[test]
-    fn causes_are_displayed_once() {
-        #[derive(Debug, Error)]
-        #[error("the camera cannot be opened")]
-        struct Own(#[source] Cause);
-        #[derive(Debug, Error)]
-        #[error("the camera cannot be opened: {0}")]
-        struct Repeated(#[source] Cause);
-        for error in [&Own(Cause) as &dyn Error, &Repeated(Cause)] {
-            assert_eq!(ErrorChain(error).to_string(), "the camera cannot be opened: it is busy");
-        }
+    fn the_messages_of_all_causes_are_joined() {
+        assert_eq!(ErrorChain(&Busy).to_string(), "it is busy");
+        assert_eq!(
+            ErrorChain(&Broken(NotOpened(Busy))).to_string(),
+            "the run failed: the camera cannot be opened: it is busy"
+        );
     }
 }

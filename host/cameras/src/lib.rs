@@ -9,6 +9,7 @@
 //! - [`record`]: recording of frames as a TUM RGB-D folder.
 //! - [`camera_file`]: intrinsics and pose of a camera, and the ball. [`toml_file`] and
 //!   [`bounded_read`] read it and other files that a user names.
+//! - [`error_chain`]: the message of an error with its causes.
 //!
 //! The crate knows no board, no rig and no simulation.
 //!
@@ -68,6 +69,7 @@ pub mod camera_file;
 pub mod discovery;
 pub mod driver;
 pub mod drivers;
+pub mod error_chain;
 pub mod png;
 pub mod record;
 pub mod settings;

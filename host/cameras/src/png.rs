@@ -18,7 +18,7 @@ const COMPRESSION: i32 = 1;
 #[derive(Debug, Error)]
 pub enum PngError {
     /// The image could not be encoded.
-    #[error("cannot encode {}: {source}", .path.display())]
+    #[error("cannot encode {}", .path.display())]
     Encode {
         /// The file.
         path: PathBuf,
@@ -26,7 +26,7 @@ pub enum PngError {
         source: BoxedError,
     },
     /// The file could not be written.
-    #[error("cannot write {}: {source}", .path.display())]
+    #[error("cannot write {}", .path.display())]
     Write {
         /// The file.
         path: PathBuf,

@@ -1,5 +1,6 @@
 //! Table `[camera]` of a rig file.
 
+use std::fmt;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
@@ -47,6 +48,17 @@ pub enum SourceName {
     Openni,
     /// A recording, played at the speed at which it was recorded.
     Recording,
+}
+
+impl fmt::Display for SourceName {
+    /// Writes the name as in a rig file.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Simulated => "simulated",
+            Self::Openni => "openni",
+            Self::Recording => "recording",
+        })
+    }
 }
 
 /// Contradiction in the table `[camera]`.

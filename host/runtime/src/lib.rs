@@ -44,7 +44,6 @@
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]
 
-pub mod error_chain;
 pub mod link;
 pub mod observer;
 pub mod plot_colours;
@@ -56,6 +55,8 @@ pub mod run;
 pub mod run_log;
 mod stop_reason;
 mod summary;
+
+pub use plumb_cameras::error_chain;
 
 /// The example in docs/change/add-observer.md is compiled and run with the other tests.
 #[cfg(doctest)]

@@ -37,10 +37,10 @@ pub enum ReplayError {
     #[error(transparent)]
     Open(#[from] TumError),
     /// The rows could not be written.
-    #[error("the rows cannot be written: {0}")]
+    #[error("the rows cannot be written")]
     Write(#[from] csv::Error),
     /// The images of the stages could not be written.
-    #[error("the images of the stages: {0}")]
+    #[error("the images of the stages cannot be written")]
     Debug(#[from] DebugError),
 }
 
@@ -61,11 +61,12 @@ pub enum Problem {
     #[error(transparent)]
     Source(#[from] SourceError),
     /// The detector failed on the frame.
-    #[error("the frame at {time:.6} s: {error}")]
+    #[error("the frame at {time:.6} s")]
     Detect {
         /// Time stamp of the frame, seconds.
         time: f64,
         /// Error of the detector.
+        #[source]
         error: DetectError,
     },
     /// The frame has no pixel of depth, for example because no depth image is near in time.

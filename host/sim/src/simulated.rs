@@ -24,7 +24,7 @@ use super::synthetic::{Scene, SyntheticCamera, SyntheticError};
 #[non_exhaustive]
 pub enum SimulationError {
     /// The rig cannot follow its motors. No further frame comes.
-    #[error("the simulated rig: {0}")]
+    #[error("the simulated rig cannot follow its motors")]
     Rig(#[from] RigError),
     /// The frame could not be rendered.
     #[error(transparent)]
@@ -148,6 +148,7 @@ mod tests {
     use std::error::Error;
 
     use plumb_emulator::plant::{QuasiStatic, Task};
+    use plumb_runtime::error_chain::ErrorChain;
 
     use super::*;
 
@@ -156,7 +157,8 @@ mod tests {
         let slack = RigError::OutOfRange { name: "cable", value: -1.0, allowed: "above 0" };
         let rig = SourceError::from(SimulationError::Rig(slack));
         assert!(rig.is_over());
-        assert!(rig.to_string().starts_with("the simulated rig: "), "{rig}");
+        let message = ErrorChain(&rig).to_string();
+        assert!(message.contains("the simulated rig cannot follow its motors: "), "{message}");
         assert!(rig.source().is_some_and(|error| error.is::<SimulationError>()));
         let value = SyntheticError::Value { what: "it", value: -1.0, must: "be above 0" };
         assert!(!SourceError::from(SimulationError::Synthetic(value)).is_over());

@@ -1,11 +1,13 @@
 //! `plumb cosim`: the board in lock step with any physics engine.
 
+use std::error::Error;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Parser;
 use plumb_cameras::bounded_read::read_line;
 use plumb_protocol::Config;
+use plumb_runtime::error_chain::ErrorChain;
 use plumb_runtime::rig::{LawSettings, Rig};
 use plumb_sim::cosim::{Cosim, Request};
 use plumb_sim::limits::Limits;
@@ -55,7 +57,7 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
     let mut cosim = Cosim::new(config(&args)?)?;
     let mut input = std::io::stdin().lock();
     for number in 1_u64.. {
-        let wrong = |error: &dyn std::fmt::Display| bad_input(format!("line {number}: {error}"));
+        let wrong = |error: &dyn Error| bad_input(format!("line {number}: {}", ErrorChain(error)));
         let line = read_line(&mut input, LONGEST_LINE).map_err(|e| wrong(&e))?;
         let Some(line) = line else { break };
         if line.trim().is_empty() {

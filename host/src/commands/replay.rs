@@ -7,6 +7,7 @@ use clap::Parser;
 use plumb_cameras::camera_file;
 use plumb_cameras::record::CAMERA_FILE;
 use plumb_cameras::source::{OpenedRecording, open_recording};
+use plumb_runtime::error_chain::ErrorChain;
 use plumb_runtime::replay::{DebugFolder, replay};
 
 use super::print::{self, tell};
@@ -39,7 +40,7 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
     camera.intrinsics = intrinsics;
     let mut detector = args.detector.detector(&camera);
     let debug = args.debug.as_deref().map(DebugFolder::create).transpose()?;
-    let report = |problem: &plumb_runtime::replay::Problem| tell!("plumb: {problem}");
+    let report = |problem: &plumb_runtime::replay::Problem| tell!("plumb: {}", ErrorChain(problem));
     let (rows, debug) = (print::Results, debug.as_ref());
     let outcome = match replay(&mut *source, &camera, &mut *detector, rows, debug, report) {
         // Whoever reads the rows has enough of them.

@@ -23,10 +23,10 @@ const LAG_MAX: Duration = Duration::from_millis(20);
 #[derive(Debug, Error)]
 pub enum ServeError {
     /// The pseudo-terminal failed.
-    #[error("the pseudo-terminal failed: {0}")]
+    #[error("the pseudo-terminal failed")]
     Terminal(#[from] io::Error),
     /// The rig cannot follow its motors.
-    #[error("the simulated rig: {0}")]
+    #[error("the simulated rig cannot follow its motors")]
     Rig(#[from] RigError),
 }
 

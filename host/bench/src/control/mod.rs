@@ -55,7 +55,7 @@ pub enum BenchError {
     #[error("a board takes targets within 4 m, not {0}")]
     Target(Point3<f64>),
     /// A rig with invalid parameters.
-    #[error("rig {rig} of seed {seed}: {error}", rig = .id.rig, seed = .id.seed)]
+    #[error("rig {rig} of seed {seed} is invalid", rig = .id.rig, seed = .id.seed)]
     Rig {
         /// Number and seed of the rig.
         id: RunId,

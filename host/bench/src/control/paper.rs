@@ -57,7 +57,7 @@ pub enum ControlError {
     #[error(transparent)]
     Link(#[from] LinkError),
     /// The simulated rig cannot follow its motors.
-    #[error("the simulated rig: {0}")]
+    #[error("the simulated rig cannot follow its motors")]
     Plant(#[from] RigError),
     /// The ball did not arrive within the frame limit.
     #[error("γ = {gamma} /s: not within 10 mm after {MAX_FRAMES} frames")]

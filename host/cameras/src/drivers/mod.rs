@@ -47,6 +47,7 @@ mod tests {
 
     use super::*;
     use crate::camera_file;
+    use crate::error_chain::ErrorChain;
     use crate::source::OpenRecordingError;
     use crate::source::tum::TumError;
 
@@ -65,7 +66,8 @@ mod tests {
         let settings = CameraSettings { recording, ..CameraSettings::new("camera.toml") };
         let camera = camera_file::paper().unwrap();
         let Err(error) = open_camera(&settings, camera, None) else { panic!("opened") };
-        assert!(error.to_string().contains("no/such/folder"), "{error}");
+        let message = ErrorChain(&error).to_string();
+        assert!(message.starts_with("camera driver `recording`: no/such/folder"), "{message}");
         let cause = error.source().and_then(|cause| cause.downcast_ref::<OpenRecordingError>());
         assert!(matches!(cause, Some(OpenRecordingError::Tum(TumError::Read(_)))), "{cause:?}");
     }

@@ -18,7 +18,7 @@ pub enum RecordError {
     )]
     Exists(PathBuf),
     /// A file operation failed.
-    #[error("the recording: cannot {action} {}: {error}", .path.display())]
+    #[error("the recording: cannot {action} {}", .path.display())]
     Io {
         /// The operation.
         action: &'static str,
@@ -32,7 +32,7 @@ pub enum RecordError {
     #[error("the recording: the camera file: {0}")]
     Camera(String),
     /// An image cannot be encoded.
-    #[error("the recording: cannot encode {}: {error}", .path.display())]
+    #[error("the recording: cannot encode {}", .path.display())]
     Encode {
         /// File of the image.
         path: PathBuf,

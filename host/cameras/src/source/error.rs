@@ -11,7 +11,7 @@ pub type BoxedError = Box<dyn StdError + Send + Sync>;
 
 /// Failure of a camera source to deliver a frame.
 ///
-/// The message is that of its cause, after the time stamp of the lost frame where that is known.
+/// The message is what is lost: the frame of a time stamp, one frame or all further ones.
 /// [`source`](StdError::source) returns the cause, of whatever type the camera's driver has:
 ///
 /// ```
@@ -22,6 +22,7 @@ pub type BoxedError = Box<dyn StdError + Send + Sync>;
 ///
 /// let error = SourceError::over(PlaybackError::Gap { time: 7.5, gap: 3.0 });
 /// assert!(error.is_over());
+/// assert_eq!(error.to_string(), "no further frame");
 /// let cause = error.source().and_then(|cause| cause.downcast_ref());
 /// assert_eq!(cause, Some(&PlaybackError::Gap { time: 7.5, gap: 3.0 }));
 /// ```
@@ -63,10 +64,11 @@ impl SourceError {
 
 impl fmt::Display for SourceError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if let Some(stamp) = self.stamp {
-            write!(f, "the frame at {stamp:.6} s: ")?;
+        match self.stamp {
+            Some(stamp) => write!(f, "the frame at {stamp:.6} s"),
+            None if self.is_over => f.write_str("no further frame"),
+            None => f.write_str("no frame"),
         }
-        self.cause.fmt(f)
     }
 }
 
@@ -78,7 +80,7 @@ impl StdError for SourceError {
 
 /// Images that do not make a frame.
 #[derive(Debug, PartialEq, Error)]
-#[error("{origin}: {error}")]
+#[error("{origin}: no frame can be made of the images")]
 pub struct InvalidFrame {
     /// File or camera that the images come from.
     pub origin: String,

@@ -143,6 +143,7 @@ mod tests {
     use plumb_vision::image::Image;
 
     use super::*;
+    use crate::error_chain::ErrorChain;
 
     /// Frames with these time stamps, or lost ones.
     struct Stamps(VecDeque<Result<f64, f64>>);
@@ -208,10 +209,8 @@ mod tests {
             let mut playback = playback([Ok(0.0), Ok(stamp)]);
             expect(&mut playback, 0.0, 0.0);
             let error = playback.next_frame().unwrap_err();
-            assert!(
-                error.is_over() && error.to_string().contains("gaps of at most 2 s"),
-                "{error}"
-            );
+            let message = ErrorChain(&error).to_string();
+            assert!(error.is_over() && message.contains("gaps of at most 2 s"), "{message}");
         }
         let mut playback = playback([Ok(-f64::MAX), Ok(f64::MAX)]);
         expect(&mut playback, 0.0, 0.0);
@@ -224,7 +223,8 @@ mod tests {
         expect(&mut playback, 0.0, 0.0);
         for _ in 0..2 {
             let error = playback.next_frame().unwrap_err();
-            assert!(!error.is_over() && error.to_string().contains("out of order"), "{error}");
+            let message = ErrorChain(&error).to_string();
+            assert!(!error.is_over() && message.contains("out of order"), "{message}");
         }
         expect(&mut playback, 0.0, 0.01);
     }

@@ -24,7 +24,7 @@ pub struct DebugFolder {
 #[non_exhaustive]
 pub enum DebugError {
     /// The folder could not be made.
-    #[error("cannot make the folder {}: {source}", .path.display())]
+    #[error("cannot make the folder {}", .path.display())]
     Folder {
         /// The folder.
         path: PathBuf,
@@ -38,7 +38,7 @@ pub enum DebugError {
         path: PathBuf,
     },
     /// An image could not be drawn.
-    #[error("cannot draw the stages: {0}")]
+    #[error("cannot draw the stages")]
     Draw(#[from] DetectError),
     /// An image could not be written.
     #[error(transparent)]

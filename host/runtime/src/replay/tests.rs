@@ -7,6 +7,7 @@ use plumb_vision::camera::Intrinsics;
 use plumb_vision::observation::Circle;
 
 use super::*;
+use crate::error_chain::ErrorChain;
 
 /// Detector that finds a ball if the first pixel's blue is 1, and fails if it is 2.
 struct Scripted;
@@ -57,7 +58,7 @@ fn recording() -> tempfile::TempDir {
 fn each_colour_frame_gives_a_row_and_each_problem_is_reported() {
     let (mut out, mut problems) = (Vec::new(), Vec::new());
     let folder = recording();
-    let report = |p: &Problem| problems.push(p.to_string());
+    let report = |p: &Problem| problems.push(ErrorChain(p).to_string());
     let outcome = replay_folder(folder.path(), &camera(), &mut Scripted, &mut out, report).unwrap();
     let text = String::from_utf8(out).unwrap();
     let lines: Vec<&str> = text.lines().collect();

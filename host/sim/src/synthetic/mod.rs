@@ -93,13 +93,13 @@ pub enum SyntheticError {
         height: usize,
     },
     /// The rendered frame is invalid (its time stamp).
-    #[error("synthetic camera: {0}")]
+    #[error("synthetic camera: the rendered frame is invalid")]
     Frame(#[from] FrameError),
     /// The rendered pixels do not make an image of the frame's size.
-    #[error("synthetic camera: {0}")]
+    #[error("synthetic camera: the rendered pixels do not make an image")]
     Image(#[from] ImageError),
     /// OpenCV refused an operation.
-    #[error("synthetic camera: OpenCV: {0}")]
+    #[error("synthetic camera: OpenCV refused an operation")]
     OpenCv(#[from] opencv::Error),
 }
 

@@ -13,7 +13,7 @@ use crate::observation::BallObservation;
 #[non_exhaustive]
 pub enum DetectError {
     /// An operation on an image failed, for example for lack of memory.
-    #[error("image processing failed: {0}")]
+    #[error("image processing failed")]
     Processing(#[source] Box<dyn Error + Send + Sync>),
 }
 

@@ -50,7 +50,7 @@ pub(crate) struct OniSummary {
 /// Reason why a file is no recording that can be played.
 #[derive(Debug, Error)]
 pub(crate) enum OniFileError {
-    #[error("{0}")]
+    #[error(transparent)]
     Io(#[from] io::Error),
     #[error("it is no regular file")]
     NotAFile,

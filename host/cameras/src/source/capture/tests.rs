@@ -5,6 +5,7 @@ use plumb_vision::camera::Intrinsics;
 use plumb_vision::image::Image;
 
 use super::*;
+use crate::error_chain::ErrorChain;
 
 /// Longest wait for another thread: a test that reaches it fails.
 const LONG: Duration = Duration::from_secs(60);
@@ -101,11 +102,13 @@ fn errors_come_in_order_and_are_never_skipped() {
     steps.send(Step::Lost("two")).unwrap();
     steps.send(Step::Fail("gone")).unwrap();
     wait_until(|| capture.skipped() == 2);
-    assert_eq!(capture.next_frame().unwrap_err().to_string(), "one");
+    let error = |capture: &mut Capture| capture.next_frame().unwrap_err();
+    assert_eq!(ErrorChain(&error(&mut capture)).to_string(), "no frame: one");
     assert_eq!(capture.next_frame().unwrap().unwrap().time(), 0.3);
-    assert_eq!(capture.next_frame().unwrap_err().to_string(), "two");
-    let gone = capture.next_frame().unwrap_err();
-    assert!(gone.is_over() && gone.to_string() == "gone", "{gone}");
+    assert_eq!(ErrorChain(&error(&mut capture)).to_string(), "no frame: two");
+    let gone = error(&mut capture);
+    assert!(gone.is_over());
+    assert_eq!(ErrorChain(&gone).to_string(), "no further frame: gone");
     assert!(capture.next_frame().unwrap().is_none());
 }
 
@@ -134,7 +137,8 @@ fn the_last_frame_comes_before_the_end() {
 fn a_source_that_blocks_is_an_error_and_is_abandoned() {
     let (mut capture, steps, dropped) = capture(Duration::from_millis(50));
     let error = capture.next_frame().unwrap_err();
-    assert!(error.is_over() && error.to_string().contains("delivered nothing"), "{error}");
+    let message = ErrorChain(&error).to_string();
+    assert!(error.is_over() && message.contains("delivered nothing"), "{message}");
     drop(capture);
     assert!(!dropped.load(Ordering::SeqCst));
     // Once it returns, its thread closes it and ends.
@@ -147,7 +151,8 @@ fn a_panic_of_the_source_is_an_error() {
     let (mut capture, steps, dropped) = capture(LONG);
     steps.send(Step::Panic).unwrap();
     let error = capture.next_frame().unwrap_err();
-    assert!(error.is_over() && error.to_string().contains("a defect of the driver"), "{error}");
+    let message = ErrorChain(&error).to_string();
+    assert!(error.is_over() && message.contains("a defect of the driver"), "{message}");
     drop(capture);
     assert!(dropped.load(Ordering::SeqCst));
 }

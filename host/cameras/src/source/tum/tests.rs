@@ -5,6 +5,7 @@ use opencv::imgcodecs::imwrite_def;
 use tempfile::TempDir;
 
 use super::*;
+use crate::error_chain::ErrorChain;
 use crate::source::playback::Playback;
 
 const INTRINSICS: Intrinsics =
@@ -38,7 +39,7 @@ fn read_all(folder: &TempDir) -> Vec<Result<(f64, u8, u16), String>> {
                 let blue = f.colour().get(0, 0).unwrap()[0];
                 all.push(Ok((f.time(), blue, f.depth().get(0, 0).unwrap())));
             }
-            Err(e) => all.push(Err(e.to_string())),
+            Err(e) => all.push(Err(ErrorChain(&e).to_string())),
         }
     }
 }
@@ -76,7 +77,7 @@ fn broken_files_are_named_and_reading_goes_on() {
         Err("rgb.txt:4: "),
         Err("torn.png: not a picture"),
         Err("grey.png: the colour picture must be 8-bit BGR"),
-        Err("d1.png: the colour picture is 40x24 but the depth picture is 32x24"),
+        Err("d1.png: no frame can be made of the images: the colour picture is 40x24 but"),
         Err("d8.png: the depth picture must be 16-bit"),
         Err("dgone.png: cannot be read"),
         Ok((0.8, 1, 1001)),
