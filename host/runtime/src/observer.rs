@@ -89,7 +89,8 @@ pub enum RunEvent {
         /// Reason of its end.
         reason: StopReason,
     },
-    /// A frame was lost, or the detector could not search the frame of the record before.
+    /// A frame was lost, or the detector could not search the frame of the record before. The run
+    /// log lists these events in `lost.csv`.
     FrameLost {
         /// Message of the error.
         message: String,

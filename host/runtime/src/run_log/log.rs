@@ -1,4 +1,4 @@
-//! Log of one run: `run.csv`, `summary.json` and the figures.
+//! Log of one run: `run.csv`, `lost.csv`, `summary.json` and the figures.
 
 use std::fs::File;
 use std::path::{Path, PathBuf};
@@ -8,9 +8,10 @@ use plumb_cameras::source::BoxedError;
 use serde::Serialize;
 
 use super::figures::{self, Sample};
+use super::lost_frames::LostFrames;
 use super::output_dir::{create_new, write_new};
 use super::{LogRow, OutputDir, RunLogError};
-use crate::observer::{FrameRecord, Observer};
+use crate::observer::{FrameRecord, Observer, RunEvent};
 use crate::rig::{Rig, Simulation};
 use crate::summary::Summary;
 
@@ -45,6 +46,9 @@ impl FigureSettings {
 pub struct RunLog {
     path: PathBuf,
     rows: csv::Writer<File>,
+    lost: LostFrames,
+    /// Number of the last frame in `run.csv`.
+    last_frame: Option<u64>,
     samples: Vec<Sample>,
     settings: FigureSettings,
     failure: Option<RunLogError>,
@@ -59,8 +63,16 @@ impl RunLog {
     pub fn create(folder: &OutputDir, settings: FigureSettings) -> Result<Self, RunLogError> {
         let path = folder.create()?;
         let rows = csv::Writer::from_writer(create_new(&path.join("run.csv"))?);
-        let (failure, unwritten) = (None, None);
-        let mut log = Self { path, rows, samples: Vec::new(), settings, failure, unwritten };
+        let mut log = Self {
+            lost: LostFrames::new(&path),
+            path,
+            rows,
+            last_frame: None,
+            samples: Vec::new(),
+            settings,
+            failure: None,
+            unwritten: None,
+        };
         log.write(LogRow::HEADER)?;
         Ok(log)
     }
@@ -83,6 +95,7 @@ impl RunLog {
     /// [`RunLogError::Csv`] or [`RunLogError::Io`] where it cannot be written (a full disk).
     pub fn record(&mut self, row: &LogRow) -> Result<(), RunLogError> {
         self.samples.push(Sample::from(row));
+        self.last_frame = Some(row.frame);
         self.write(row.fields())
     }
 
@@ -148,6 +161,13 @@ impl RunLog {
 impl Observer for RunLog {
     fn frame(&mut self, record: &FrameRecord) {
         if let Err(error) = self.record(&LogRow::from(record)) {
+            self.failure.get_or_insert(error);
+        }
+    }
+
+    fn event(&mut self, event: &RunEvent) {
+        let RunEvent::FrameLost { message } = event else { return };
+        if let Err(error) = self.lost.add(self.last_frame, message) {
             self.failure.get_or_insert(error);
         }
     }

@@ -72,6 +72,37 @@ fn rows_are_in_the_file_before_the_run_ends() {
 }
 
 #[test]
+fn lost_frames_are_listed_with_their_cause() {
+    let parent = tempfile::tempdir().unwrap();
+    let path = parent.path().join("run");
+    let mut run = create(&path, scene()).unwrap();
+    assert!(!path.join("lost.csv").exists(), "no frame is lost");
+    let lost = |message: &str| RunEvent::FrameLost { message: message.to_owned() };
+    run.event(&lost("camera: no frame: colour and depth are out of step"));
+    run.record(&row(0)).unwrap();
+    run.record(&row(1)).unwrap();
+    run.event(&lost("detector: image processing failed, \"no memory\""));
+    assert!(Observer::failure(&mut run).is_none());
+    assert_eq!(
+        fs::read_to_string(path.join("lost.csv")).unwrap(),
+        "after_frame,message\n\
+         ,camera: no frame: colour and depth are out of step\n\
+         1,\"detector: image processing failed, \"\"no memory\"\"\"\n"
+    );
+}
+
+#[test]
+fn a_list_of_lost_frames_that_cannot_be_written_is_a_failure() {
+    let parent = tempfile::tempdir().unwrap();
+    let path = parent.path().join("run");
+    let mut run = create(&path, scene()).unwrap();
+    fs::create_dir(path.join("lost.csv")).unwrap();
+    run.event(&RunEvent::FrameLost { message: "camera: no frame".to_owned() });
+    let failure = Observer::failure(&mut run).expect("the failure");
+    assert!(failure.to_string().contains("lost.csv"), "{failure}");
+}
+
+#[test]
 fn rows_read_back_the_same_and_what_is_absent_is_empty() {
     let parent = tempfile::tempdir().unwrap();
     let path = parent.path().join("run");
