@@ -9,6 +9,7 @@ use thiserror::Error;
 use crate::settings::{CameraSettings, SettingsError, SourceName};
 use crate::source::capture::{Capture, CaptureLimits, StartCaptureError};
 use crate::source::{BoxedError, CameraSource};
+use crate::toml_file::TomlFileError;
 
 /// Driver of a kind of camera. [`drivers`](crate::drivers) has the registry of all drivers.
 pub trait CameraDriver: Sync {
@@ -72,6 +73,9 @@ pub enum OpenError {
     /// The table `[camera]` contradicts itself.
     #[error(transparent)]
     Settings(#[from] SettingsError),
+    /// The camera file cannot be read, or is invalid.
+    #[error(transparent)]
+    CameraFile(#[from] TomlFileError),
     /// No driver delivers the frames of this source.
     #[error("no camera driver has the name `{0}`")]
     NoDriver(SourceName),

@@ -47,12 +47,9 @@
 //! # Open a camera
 //!
 //! ```no_run
-//! use plumb_cameras::camera_file;
-//! use plumb_cameras::drivers::open_camera;
 //! use plumb_cameras::settings::CameraSettings;
 //!
-//! let settings = CameraSettings::new("camera.toml");
-//! let mut opened = open_camera(&settings, camera_file::read(&settings.file)?, None)?;
+//! let mut opened = CameraSettings::new("camera.toml").open()?;
 //! println!("{}", opened.description.unwrap_or_default());
 //! while let Some(frame) = opened.source.next_frame()? {
 //!     let age = opened.source.now() - frame.time();

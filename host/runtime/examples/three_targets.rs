@@ -3,12 +3,7 @@
 //! Usage: `cargo run --release -p plumb-runtime --example three_targets -- RIG.toml`
 
 use std::error::Error;
-use std::path::Path;
-use std::sync::atomic::AtomicBool;
 
-use plumb_cameras::camera_file;
-use plumb_cameras::drivers::open_camera;
-use plumb_runtime::link::Serial;
 use plumb_runtime::observer::{FrameRecord, Observer};
 use plumb_runtime::rig::Rig;
 use plumb_runtime::run::{Run, RunParts};
@@ -27,17 +22,12 @@ impl Observer for Distance {
 
 fn main() -> Result<(), Box<dyn Error>> {
     let path = std::env::args().nth(1).ok_or("usage: three_targets RIG.toml")?;
-    let mut rig = Rig::read(Path::new(&path))?;
+    let mut rig = Rig::read(path.as_ref())?;
     rig.set_targets(&[[0.40, 0.40, 0.15], [0.52, 0.30, 0.30], [0.42, 0.36, 0.20]])?;
-    let mut camera = open_camera(&rig.camera, camera_file::read(&rig.camera.file)?, None)?;
-    let run = Run::connect(&rig, Serial::open(&rig.board.port, rig.board.baud)?)?;
-    let summary = run.drive(RunParts {
-        source: &mut *camera.source,
-        detector: &mut *DetectorKind::Ball.build(&camera.camera),
-        observers: &mut [&mut Distance],
-        timeout: 60.0,
-        interrupted: &AtomicBool::new(false),
-    })?;
+    let mut camera = rig.camera.open()?;
+    let mut detector = DetectorKind::Ball.build(&camera.camera);
+    let parts = RunParts::new(&mut *camera.source, &mut *detector);
+    let summary = Run::open(&rig)?.drive(RunParts { observers: &mut [&mut Distance], ..parts })?;
     println!("{}: {} of 3 targets reached", summary.ending, summary.targets_reached);
     Ok(())
 }

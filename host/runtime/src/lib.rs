@@ -17,26 +17,15 @@
 //! The crate knows no simulation and no control law: the board computes all motor rates.
 //!
 //! ```no_run
-//! use std::path::Path;
-//! use std::sync::atomic::AtomicBool;
-//!
-//! use plumb_cameras::camera_file;
-//! use plumb_cameras::drivers::open_camera;
-//! use plumb_runtime::link::Serial;
 //! use plumb_runtime::rig::Rig;
 //! use plumb_runtime::run::{Run, RunParts};
 //! use plumb_vision::detect::DetectorKind;
 //!
-//! let rig = Rig::read(Path::new("rig.toml"))?;
-//! let mut camera = open_camera(&rig.camera, camera_file::read(&rig.camera.file)?, None)?;
-//! let run = Run::connect(&rig, Serial::open(&rig.board.port, rig.board.baud)?)?;
-//! let summary = run.drive(RunParts {
-//!     source: &mut *camera.source,
-//!     detector: &mut *DetectorKind::Ball.build(&camera.camera),
-//!     observers: &mut [],
-//!     timeout: 60.0,
-//!     interrupted: &AtomicBool::new(false),
-//! })?;
+//! let rig = Rig::read("rig.toml".as_ref())?;
+//! let mut camera = rig.camera.open()?;
+//! let mut detector = DetectorKind::Ball.build(&camera.camera);
+//! let parts = RunParts::new(&mut *camera.source, &mut *detector);
+//! let summary = Run::open(&rig)?.drive(parts)?;
 //! println!("{}", summary.ending);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```

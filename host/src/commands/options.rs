@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use plumb_runtime::run::DEFAULT_TIMEOUT;
 use plumb_runtime::run_log::OutputDir;
 
 use super::{DetectorName, numbers};
@@ -15,7 +16,7 @@ pub(super) struct RunOptions {
     /// Longest time for each target, seconds; if it passes, the run ends without the other targets
     #[arg(
         long,
-        default_value_t = 120.0,
+        default_value_t = DEFAULT_TIMEOUT,
         allow_negative_numbers = true,
         value_parser = numbers::seconds
     )]

@@ -10,6 +10,7 @@ use std::path::PathBuf;
 
 use plumb_vision::camera::Camera;
 
+use crate::camera_file;
 use crate::driver::{CameraDriver, OpenError, OpenRequest, OpenedCamera};
 use crate::settings::{CameraSettings, SourceName};
 
@@ -40,13 +41,22 @@ pub fn open_camera(
     driver.open(&request).map_err(|cause| OpenError::Driver { driver: name, cause })
 }
 
+impl CameraSettings {
+    /// Opens the camera or recording that the settings choose and that their camera file describes.
+    ///
+    /// # Errors
+    /// Where the camera file cannot be read or is invalid; as [`open_camera`].
+    pub fn open(&self) -> Result<OpenedCamera, OpenError> {
+        open_camera(self, camera_file::read(&self.file)?, None)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use std::error::Error;
     use std::path::Path;
 
     use super::*;
-    use crate::camera_file;
     use crate::error_chain::ErrorChain;
     use crate::source::OpenRecordingError;
     use crate::source::tum::TumError;

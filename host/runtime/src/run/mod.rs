@@ -7,14 +7,14 @@ mod parts;
 use plumb_protocol::units::Point;
 
 use crate::error_chain::ErrorChain;
-use crate::link::{Link, LinkError, Transport};
+use crate::link::{Link, LinkError, Serial, Transport};
 use crate::rig::Rig;
 pub use crate::stop_reason::StopReason;
 pub use crate::summary::{Leg, Summary};
 use crate::summary::{RunStats, millimetres, round};
 use control_loop::ControlLoop;
 pub use error::{ControlLoopError, RunError};
-pub use parts::RunParts;
+pub use parts::{DEFAULT_TIMEOUT, RunParts};
 
 /// A run that is ready to begin: the board is connected and configured, and its motors stand still.
 pub struct Run<T> {
@@ -22,6 +22,18 @@ pub struct Run<T> {
     targets: Vec<Point>,
     law: &'static str,
     radius: f64,
+}
+
+impl Run<Serial> {
+    /// Opens the serial port of the rig file, connects to the board on it and configures it, as
+    /// [`connect`](Self::connect).
+    ///
+    /// # Errors
+    /// [`RunError::Connect`] where the port cannot be opened; as [`connect`](Self::connect).
+    pub fn open(rig: &Rig) -> Result<Self, RunError> {
+        let port = Serial::open(&rig.board.port, rig.board.baud).map_err(RunError::Connect)?;
+        Self::connect(rig, port)
+    }
 }
 
 impl<T: Transport> Run<T> {

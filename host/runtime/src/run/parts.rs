@@ -7,6 +7,9 @@ use plumb_vision::detect::BallDetector;
 
 use crate::observer::Observer;
 
+/// Longest drive to one target where nothing else is set, seconds.
+pub const DEFAULT_TIMEOUT: f64 = 120.0;
+
 /// Parts of a run besides the rig and the board.
 pub struct RunParts<'a> {
     /// Source of the frames, which must be live ([`CameraSource::is_live`]).
@@ -19,4 +22,15 @@ pub struct RunParts<'a> {
     pub timeout: f64,
     /// Flag that ends the run when it is set from outside.
     pub interrupted: &'a AtomicBool,
+}
+
+impl<'a> RunParts<'a> {
+    /// Returns the parts of a run without outputs, which ends after [`DEFAULT_TIMEOUT`] without
+    /// reaching a target, and which nothing interrupts. Others are set by name:
+    /// `RunParts { observers: &mut [&mut log], ..parts }`.
+    pub fn new(source: &'a mut dyn CameraSource, detector: &'a mut dyn BallDetector) -> Self {
+        static NEVER: AtomicBool = AtomicBool::new(false);
+        let (timeout, interrupted) = (DEFAULT_TIMEOUT, &NEVER);
+        Self { source, detector, observers: &mut [], timeout, interrupted }
+    }
 }
