@@ -3,8 +3,8 @@
 mod clock;
 mod hil;
 
-pub use clock::{ServedRig, SimClock, VirtualRig};
-pub use hil::{Follower, HilPlant};
+pub use clock::{RealTimeBall, RealTimeRig, ServedRig, SimClock, VirtualRig};
+pub use hil::{Follower, HilPlant, HilRig};
 
 use std::collections::VecDeque;
 

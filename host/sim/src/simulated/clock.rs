@@ -52,21 +52,43 @@ impl SimClock for VirtualRig {
     }
 }
 
-/// The rig of an emulated board in another thread, in real time.
-pub struct ServedRig {
-    served: Rc<Served>,
-    clock: RealTime,
+/// Ball of a rig that moves in real time.
+pub trait RealTimeBall {
+    /// Returns the present centre of the ball, metres, rig frame.
+    fn ball(&self) -> Point3<f64>;
 }
+
+/// Rig in real time, on a clock that begins with it.
+pub struct RealTimeRig<B> {
+    pub(super) ball: B,
+    pub(super) clock: RealTime,
+}
+
+impl<B: RealTimeBall> RealTimeRig<B> {
+    /// Returns the rig of `ball`, and starts its clock.
+    pub(super) fn start(ball: B) -> Self {
+        Self { ball, clock: RealTime::start() }
+    }
+}
+
+/// Rig of an emulated board in another thread, in real time.
+pub type ServedRig = RealTimeRig<Rc<Served>>;
 
 impl ServedRig {
     /// Returns the rig of the served board; `None` if it has none.
     pub fn new(served: Rc<Served>) -> Option<Self> {
         served.board().ball()?;
-        Some(Self { served, clock: RealTime::start() })
+        Some(Self::start(served))
     }
 }
 
-impl SimClock for ServedRig {
+impl RealTimeBall for Rc<Served> {
+    fn ball(&self) -> Point3<f64> {
+        self.board().ball().unwrap_or_else(Point3::origin)
+    }
+}
+
+impl<B: RealTimeBall> SimClock for RealTimeRig<B> {
     fn now(&self) -> f64 {
         self.clock.now()
     }
@@ -77,7 +99,7 @@ impl SimClock for ServedRig {
     }
 
     fn ball(&self) -> Point3<f64> {
-        self.served.board().ball().unwrap_or_else(Point3::origin)
+        self.ball.ball()
     }
 }
 

@@ -5,19 +5,16 @@ use std::rc::Rc;
 
 use nalgebra::Point3;
 use plumb_cameras::source::BoxedError;
-use plumb_emulator::plant::{Plant, RigError};
+use plumb_emulator::plant::Plant;
 use plumb_protocol::units::Steps16;
 use plumb_runtime::observer::{FrameRecord, Observer};
 
 use super::SimulationError;
-use super::clock::{RealTime, SimClock};
+use super::clock::{RealTime, RealTimeBall, RealTimeRig};
 
 /// Hardware in the loop: a simulated rig that follows the motor positions of any board, real or
 /// emulated, in real time.
-pub struct HilPlant {
-    rig: Rc<RefCell<HilRig>>,
-    clock: RealTime,
-}
+pub type HilPlant = RealTimeRig<Rc<RefCell<HilRig>>>;
 
 /// Observer that moves the rig of a [`HilPlant`] to the motor positions of the telemetry. A rig
 /// that cannot follow ends the run.
@@ -27,7 +24,8 @@ pub struct Follower {
     failure: Option<SimulationError>,
 }
 
-struct HilRig {
+/// Simulated rig that a [`Follower`] moves.
+pub struct HilRig {
     plant: Box<dyn Plant>,
     /// Motor positions of the board at the first call, full steps.
     zero: Option<[f64; 3]>,
@@ -39,27 +37,18 @@ impl HilPlant {
     /// Creates the rig of `plant`. The first motor positions count as those of its present state.
     pub fn new(plant: Box<dyn Plant>) -> Self {
         let rig = HilRig { plant, zero: None, moved: 0.0 };
-        Self { rig: Rc::new(RefCell::new(rig)), clock: RealTime::start() }
+        Self::start(Rc::new(RefCell::new(rig)))
     }
 
     /// Returns the observer that moves the rig.
     pub fn follower(&self) -> Follower {
-        Follower { rig: Rc::clone(&self.rig), clock: self.clock, failure: None }
+        Follower { rig: Rc::clone(&self.ball), clock: self.clock, failure: None }
     }
 }
 
-impl SimClock for HilPlant {
-    fn now(&self) -> f64 {
-        self.clock.now()
-    }
-
-    fn wait_until(&mut self, time: f64) -> Result<(), RigError> {
-        self.clock.wait_until(time);
-        Ok(())
-    }
-
+impl RealTimeBall for Rc<RefCell<HilRig>> {
     fn ball(&self) -> Point3<f64> {
-        self.rig.borrow().plant.ball()
+        self.borrow().plant.ball()
     }
 }
 

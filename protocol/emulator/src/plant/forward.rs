@@ -119,8 +119,8 @@ fn too_short(motors: &[Point3<f64>; 3], lengths_m: [f64; 3]) -> RigError {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::plant::proptest_config;
     use proptest::prelude::*;
-    use proptest::test_runner::RngSeed;
 
     fn rig(heights: [f64; 3]) -> Geometry {
         let [a, b, c] = *Geometry::paper().motors();
@@ -183,11 +183,7 @@ mod tests {
     }
 
     proptest! {
-        #![proptest_config(ProptestConfig {
-            rng_seed: RngSeed::Fixed(1),
-            failure_persistence: None,
-            ..Default::default()
-        })]
+        #![proptest_config(proptest_config())]
 
         /// Checks that the point is within reach, and that pulling cables alone balance gravity.
         /// These Karush-Kuhn-Tucker conditions are necessary and sufficient for a convex problem.

@@ -1,9 +1,8 @@
 use proptest::prelude::*;
-use proptest::test_runner::RngSeed;
 
 use super::equilibrium::potential;
 use super::*;
-use crate::plant::QuasiStatic;
+use crate::plant::{QuasiStatic, proptest_config};
 
 const START: [f64; 3] = [0.54, 0.22, 0.459];
 
@@ -237,11 +236,7 @@ fn invalid_parameters_and_steps_are_refused() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig {
-        rng_seed: RngSeed::Fixed(1),
-        failure_persistence: None,
-        ..Default::default()
-    })]
+    #![proptest_config(proptest_config())]
 
     /// Checks that the forces sum to zero at the equilibrium, for any slack cables.
     #[test]
