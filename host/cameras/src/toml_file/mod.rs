@@ -106,25 +106,22 @@ mod tests {
 
     use super::*;
 
-    #[derive(Debug, Deserialize)]
+    #[derive(Debug, PartialEq, Deserialize)]
     #[serde(deny_unknown_fields)]
-    #[allow(dead_code, reason = "only whether it can be read matters")]
     struct File {
         rig: Rig,
         camera: Camera,
     }
 
-    #[derive(Debug, Deserialize)]
+    #[derive(Debug, PartialEq, Deserialize)]
     #[serde(deny_unknown_fields)]
-    #[allow(dead_code, reason = "only whether it can be read matters")]
     struct Rig {
         gain: Positive,
         name: Option<String>,
     }
 
-    #[derive(Debug, Deserialize)]
+    #[derive(Debug, PartialEq, Deserialize)]
     #[serde(deny_unknown_fields)]
-    #[allow(dead_code, reason = "only whether it can be read matters")]
     struct Camera {
         at: [Finite; 3],
     }
@@ -134,6 +131,14 @@ mod tests {
             Err(TomlFileError::Content { line, key, message, .. }) => (line, key, message),
             other => panic!("{other:?}"),
         }
+    }
+
+    #[test]
+    fn a_file_without_a_mistake_is_read() {
+        let text = "[rig]\ngain = 2.5\nname = \"a\"\n[camera]\nat = [0, 1.5, -2]\n";
+        let rig = Rig { gain: 2.5.try_into().unwrap(), name: Some("a".to_owned()) };
+        let camera = Camera { at: [0.0, 1.5, -2.0].map(|x| Finite::try_from(x).unwrap()) };
+        assert_eq!(parse_toml::<File>(Path::new("rig.toml"), text).unwrap(), File { rig, camera });
     }
 
     #[test]
