@@ -38,7 +38,7 @@ pub(crate) fn divide(dividend: u32, divisor: u32) -> (u32, u32) {
         )
     };
     let remainder = divider.remainder().read();
-    // The quotient last: reading it tells the hardware that the results are taken.
+    // The quotient last: reading it clears the divider's state (CSR.DIRTY).
     let quotient = divider.quotient().read();
     // SAFETY: restores the interrupt mask.
     unsafe { asm!("msr PRIMASK, {}", in(reg) mask, options(nostack, preserves_flags)) };

@@ -1,7 +1,7 @@
 //! The stepping interrupt: a tick of the board every 200 µs, above everything else.
 //!
 //! It comes [`AHEAD_US`] before the tick that it plans, so that the pulses are in the state
-//! machines' queues in time. The board's time is the number of the tick, whatever the timer says:
+//! machines' queues in time. The board's time is the number of the tick, not the time of the timer:
 //! the board's behaviour depends only on which bytes came before which tick. Where a tick is late
 //! (while the flash is written), all later ticks are late by as much.
 
@@ -194,7 +194,7 @@ impl Stepping {
         self.beginning = self.beginning.wrapping_add(TICK_US);
     }
 
-    /// Carries out what a tick asks for besides its pulses.
+    /// Carries out the requests of a tick besides its pulses.
     #[inline(never)]
     fn carry_out(&mut self, tick: Tick) {
         if tick.bootloader {

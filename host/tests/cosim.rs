@@ -29,7 +29,7 @@ fn python_with_mujoco() -> Option<PathBuf> {
     python
 }
 
-/// What the example says at the end of a run with this law.
+/// Returns the output of the example at the end of a run with this law.
 fn example(python: &Path, law: &str) -> Value {
     let output = Command::new(python)
         .arg(repository().join("host/examples/cosim_mujoco.py"))

@@ -101,8 +101,8 @@ pub struct Motor {
     pub travel_min: Steps16,
     /// Highest position, relative to the same zero; at least 0.
     pub travel_max: Steps16,
-    /// Whether the motor's direction is reversed: it pays out where the direction line says
-    /// reel in.
+    /// Whether the motor's direction is reversed: it pays out while the direction line
+    /// is set to reel in.
     pub reversed: bool,
 }
 

@@ -61,7 +61,7 @@ pub struct PositionCommand {
 /// Command of a host. Grows at its end; the first three never change.
 #[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Command {
-    /// Identifies the host and asks for the board's [`BoardHello`]. The board moves only after a
+    /// Identifies the host and requests the board's [`BoardHello`]. The board moves only after a
     /// matching Hello.
     Hello(Hello),
     /// Ramps down and forgets the target. Accepted in every state.

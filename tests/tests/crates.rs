@@ -7,7 +7,7 @@
 //! ```
 //!
 //! `runtime`, `cameras` and `vision` never depend on `sim`, `bench`, `verify` or `emulator`;
-//! `protocol` knows no control, `core` no camera. [`CRATES`] lists what each crate may depend on.
+//! `protocol` has no control, `core` no camera. [`CRATES`] lists what each crate may depend on.
 //! No crate has more than a quarter of the lines of all crates.
 
 #![allow(clippy::expect_used, clippy::panic, reason = "a test stops at the first surprise")]

@@ -18,7 +18,7 @@ use plumb_core::params::Params;
 use plumb_emulator::EMULATED;
 use plumb_runtime::rig::Rig;
 
-/// A name that no file format knows.
+/// A name that no file format has.
 const UNKNOWN: &str = "unknown_key";
 
 /// What a page says about leaving a key out.
@@ -190,7 +190,7 @@ impl Format {
         }
     }
 
-    /// Returns the names that the program knows in a table, from its error about an unknown one.
+    /// Returns the names that the program accepts in a table, from its error about an unknown one.
     fn known(&self, group: Option<&str>, line: &str) -> BTreeSet<String> {
         let error = self.parsed(group, "", line).expect_err(line);
         // Of an enum's table the crate `toml` lists the keys without backticks.

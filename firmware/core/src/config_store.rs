@@ -1,8 +1,8 @@
 //! The configuration in flash: two slots in turn, so that a loss of power during a write leaves the
 //! other one.
 //!
-//! A slot begins with a frame as on the wire ([`plumb_protocol::frame`]). Its CRC tells a whole
-//! record from a torn one, and its schema tells a record of this version from others.
+//! A slot begins with a frame as on the wire ([`plumb_protocol::frame`]). Its CRC distinguishes
+//! a whole record from a torn one, and its schema a record of this version from others.
 
 use embedded_storage::nor_flash::{NorFlash, ReadNorFlash};
 use heapless::Vec;

@@ -11,7 +11,7 @@
 //!   [`bounded_read`] read it and other files that a user names.
 //! - [`error_chain`]: the message of an error with its causes.
 //!
-//! The crate knows no board, no rig and no simulation.
+//! The crate contains no board, no rig and no simulation.
 //!
 //! # Read a recording
 //!

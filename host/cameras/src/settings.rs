@@ -83,7 +83,7 @@ impl CameraSettings {
         Self { file: file.into(), source: None, recording: None, openni }
     }
 
-    /// Returns the source of the frames, where `simulation` says whether there is a simulated rig.
+    /// Returns the source of the frames, where `simulation` is whether there is a simulated rig.
     ///
     /// # Errors
     /// Where the source that is chosen does not exist, or a recording is named for another one.

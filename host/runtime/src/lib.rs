@@ -14,7 +14,7 @@
 //!                                    every frame -> FrameRecord -> observers
 //! ```
 //!
-//! The crate knows no simulation and no control law: the board computes all motor rates.
+//! The crate contains no simulation and no control law: the board computes all motor rates.
 //!
 //! ```no_run
 //! use plumb_runtime::rig::Rig;

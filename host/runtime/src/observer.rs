@@ -27,7 +27,7 @@ pub trait Observer {
     fn end(&mut self, _summary: &Summary) {}
 
     /// Returns a new error that must end the run, such as a full disk below the run log. The run
-    /// asks after every frame.
+    /// calls this after every frame.
     fn failure(&mut self) -> Option<BoxedError> {
         None
     }

@@ -32,7 +32,7 @@ use super::{FAILED, Failure, bad_input, numbers, print};
 /// cables, motors at one height, positions without noise and latency, and rates without limits.
 ///
 /// With --family: FILE.toml has `vertices`, a list of matrices dp/du by rows,
-/// [[.., .., ..], [.., .., ..], [.., .., ..]]. The report says whether a matrix in their convex
+/// [[.., .., ..], [.., .., ..], [.., .., ..]]. The report states whether a matrix in their convex
 /// hull is singular, and gives the minimum of |v| of theorem 1.
 ///
 /// Exit codes: 0 everything is proved, 1 something is refuted or undecided, 2 bad input. α = 0

@@ -1,4 +1,4 @@
-//! What the tests of the program share: it is started, and what it says is read.
+//! Functions that the tests of the program share: start it and read its output.
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops at the first surprise")]
 #![allow(dead_code, reason = "every test program uses a part")]

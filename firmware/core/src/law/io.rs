@@ -61,7 +61,7 @@ pub fn variances(covariance: Option<Covariance>) -> [i32; 3] {
     }
 }
 
-/// Motor rates that a law asks for, and for how long.
+/// Motor rates that a law requests, and their duration.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Setpoint {
     /// The rates.

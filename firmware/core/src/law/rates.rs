@@ -2,7 +2,7 @@
 
 use crate::wide::{product, scale_by_ratio};
 
-/// Motor rates as a law asks for them: full steps/s, Q8, + pays cable out.
+/// Motor rates as a law requests them: full steps/s, Q8, + pays cable out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct MotorRates(pub [i32; 3]);
 

@@ -20,7 +20,7 @@ struct PendingMeasurement {
     captured: Micros,
     /// Position of the ball, µm.
     ball: [i32; 3],
-    /// Covariance of the position, where the host knows it.
+    /// Covariance of the position; `None` if the host did not send one.
     covariance: Option<Covariance>,
 }
 

@@ -70,8 +70,8 @@ pub struct SceneReport {
     pub position_median_mm: Option<f64>,
     /// 95th percentile of that distance, millimetres.
     pub position_p95_mm: Option<f64>,
-    /// Mean of that error squared over its covariance: 3 where the covariance says how large errors
-    /// are.
+    /// Mean of that error squared over its covariance: 3 where the covariance fits
+    /// the errors.
     pub consistency: Option<f64>,
     /// 95th percentile of the same: 7.8 of a normal distribution.
     pub consistency_p95: Option<f64>,

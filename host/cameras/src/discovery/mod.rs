@@ -29,7 +29,7 @@ pub struct Discovery {
     pub missing: Vec<String>,
 }
 
-/// Asks every driver for its cameras, and lists the depth cameras among the USB devices of the
+/// Lists the cameras of every driver, and the depth cameras among the USB devices of the
 /// system whose root folder is `root` ("/").
 pub fn discover(root: &Path) -> Discovery {
     let usb = usb::cameras(root);

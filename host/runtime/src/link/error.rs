@@ -73,7 +73,7 @@ pub enum LinkError {
     /// The board does not send telemetry any more.
     #[error(
         "{port}: nothing has come from the board for {:.1} s; is it powered, and its cable \
-         plugged in? It stops by itself when it hears nothing",
+         plugged in? It stops by itself where no message reaches it",
         .age.as_secs_f64()
     )]
     NoTelemetry {
@@ -98,7 +98,7 @@ pub enum LinkError {
     #[error(
         "{port}: the board restarted in mid-run ({}); its motor positions begin at 0 where the \
          motors stand now",
-        .cause.map_or_else(|| "it did not say why".to_owned(), |cause| cause.to_string())
+        .cause.map_or_else(|| "without a reported cause".to_owned(), |cause| cause.to_string())
     )]
     Restarted {
         /// Its path.
@@ -114,7 +114,8 @@ pub enum LinkError {
     },
     /// The motors did not come to rest after a stop.
     #[error(
-        "{port}: the board was told to stop, and its motors have not come to rest after {:.1} s",
+        "{port}: the motors do not come to rest: after the stop they have not slowed down for \
+         {:.1} s",
         .waited.as_secs_f64()
     )]
     NotAtRest {

@@ -80,12 +80,12 @@ impl<T: Transport> Link<T> {
         if hello.accepted { Ok(()) } else { Err(other_version(&hello)) }
     }
 
-    /// Returns the error for a board that was greeted and no longer knows this host.
+    /// Returns the error for a board that was greeted and has lost this session.
     pub(super) fn restarted(&mut self) -> LinkError {
         LinkError::Restarted { port: self.transport.name(), cause: self.ask_start_cause() }
     }
 
-    /// Asks a board that has restarted for the cause; `None` where it does not say.
+    /// Requests the cause from a board that has restarted; `None` where it reports none.
     fn ask_start_cause(&mut self) -> Option<StartCause> {
         self.start_cause = None;
         self.hello(CAUSE_TIMEOUT).ok()?;

@@ -174,8 +174,8 @@ impl<T: Transport> Link<T> {
     /// without a host stops by itself.
     pub fn abandon(&mut self) {
         for _ in 0..3 {
-            let told = self.post(Command::Stop).and_then(|_| self.listen(POLL_INTERVAL));
-            if told.is_err() {
+            let sent = self.post(Command::Stop).and_then(|_| self.listen(POLL_INTERVAL));
+            if sent.is_err() {
                 return;
             }
         }

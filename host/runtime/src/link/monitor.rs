@@ -30,11 +30,11 @@ pub(super) enum Problem {
     Restarted,
 }
 
-/// State of the link, from the times of what was sent and heard.
+/// State of the link, from the times of positions and telemetry.
 #[derive(Debug, Default)]
 pub(super) struct LinkMonitor {
     /// When telemetry came last, or the session began.
-    heard: Duration,
+    last_rx: Duration,
     /// Positions that were not acknowledged yet, oldest first: those of [`MAX_AGE`] at most, since
     /// the run ends then.
     sent: VecDeque<Sent>,
@@ -44,7 +44,7 @@ pub(super) struct LinkMonitor {
 impl LinkMonitor {
     /// Begins to watch at `now`: the board has just answered.
     pub(super) fn begin(&mut self, now: Duration) {
-        *self = Self { heard: now, ..Self::default() };
+        *self = Self { last_rx: now, ..Self::default() };
     }
 
     /// Notes that a position was sent.
@@ -55,7 +55,7 @@ impl LinkMonitor {
     /// Notes telemetry that came at `now`, and acknowledges the position of this number and those
     /// before it.
     pub(super) fn acknowledged(&mut self, sequence: Option<u16>, now: Duration) {
-        self.heard = now;
+        self.last_rx = now;
         let Some(last) = sequence else { return };
         // Numbers wrap.
         self.sent.retain(|sent| (sent.sequence.wrapping_sub(last) as i16) > 0);
@@ -69,14 +69,14 @@ impl LinkMonitor {
         true
     }
 
-    /// Notes that the board no longer knows this host.
+    /// Notes that the board has lost this session.
     pub(super) fn forgotten(&mut self) {
         self.restarted = true;
     }
 
     /// Returns what is wrong at `now`, the worst first.
     pub(super) fn problem(&self, now: Duration) -> Option<Problem> {
-        let age = now.saturating_sub(self.heard);
+        let age = now.saturating_sub(self.last_rx);
         let oldest = self.sent.front().map_or(Duration::ZERO, |sent| now.saturating_sub(sent.at));
         if self.restarted {
             Some(Problem::Restarted)
@@ -123,7 +123,7 @@ mod tests {
         monitor.acknowledged(None, ms(20));
         assert_eq!(monitor.problem(ms(1000)), None);
         assert_eq!(monitor.problem(ms(1001)), Some(Problem::Silent(ms(981))));
-        // A board that is heard is not silent.
+        // A board whose telemetry arrives is not silent.
         monitor.acknowledged(None, ms(900));
         assert_eq!(monitor.problem(ms(1001)), Some(Problem::Lagging(ms(1001))));
     }

@@ -51,7 +51,7 @@ impl TargetRequest {
 }
 
 impl<T: Transport> Link<T> {
-    /// Asks for a target, in the rig frame, without waiting: [`poll`](Self::poll) repeats the
+    /// Requests a target, in the rig frame, without waiting: [`poll`](Self::poll) repeats the
     /// request until the board has accepted it, and fails where it refuses. Until then
     /// [`target_telemetry`](Self::target_telemetry) is `None`.
     ///
@@ -107,7 +107,7 @@ impl<T: Transport> Link<T> {
     /// Checks that the board has not refused the target.
     pub(super) fn check_target(&self) -> Result<(), LinkError> {
         match self.target.and_then(|request| request.refusal()) {
-            // The fault is the cause, and is told as such.
+            // The fault is the cause, and is reported as such.
             Some(Refusal::Faulted(_)) if self.fault.is_some() => Ok(()),
             Some(refusal) => Err(LinkError::Refused { what: "the target", refusal }),
             None => Ok(()),

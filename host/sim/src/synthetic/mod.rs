@@ -123,7 +123,8 @@ pub struct SyntheticCamera {
 }
 
 impl SyntheticCamera {
-    /// A camera as `camera` says before `background`, with noise from `seed`.
+    /// Returns a synthetic camera with the model `camera` before `background`, with noise from
+    /// `seed`.
     ///
     /// # Errors
     /// Where a number of the camera or the options cannot be, or the intrinsics do not fit the

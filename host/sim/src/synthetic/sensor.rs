@@ -72,9 +72,9 @@ impl Disparity {
             .map(|step| steps_metres / f64::from(step))
             .map(|z| (z, (z * scale).round()))
             .map(|(z, raw)| {
-                let told =
+                let in_range =
                     z >= options.nearest && z <= options.farthest && raw <= f64::from(u16::MAX);
-                if told { raw as u16 } else { 0 }
+                if in_range { raw as u16 } else { 0 }
             })
             .collect();
         let constant = steps_metres * FINE;

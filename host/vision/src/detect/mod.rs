@@ -25,7 +25,7 @@ pub enum DetectorKind {
 }
 
 /// Distance of the ball from the camera that [`DetectorKind::Red`] expects, metres: the middle of
-/// the demo. That detector knows one size of the ball in the image only.
+/// the demo. That detector searches for one size of the ball in the image only.
 const RED_DISTANCE_M: f64 = 1.25;
 
 impl DetectorKind {

@@ -12,7 +12,7 @@ pub(super) const DELAY: usize = 13;
 
 /// Mean offset of each motor from the middle of start and target, mm: the mean of
 /// docs/understand/method.md's population, triangles of 1 m. z comes from the guess. Motors stand
-/// about start and target, so the middle between both tells more than the ball alone.
+/// about start and target, so the middle between both is nearer to them than the ball.
 const OFFSETS: [f32; 9] = [330.0, 500.0, 0.0, 330.0, -500.0, 0.0, -670.0, 0.0, 0.0];
 
 /// Standard deviations of the prior.

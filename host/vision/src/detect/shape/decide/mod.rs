@@ -19,7 +19,7 @@ use classifier::{Classifier, probability};
 use curvature::curvature;
 use features::{Appearance, part_in_image};
 
-/// What the classifier knows of a candidate.
+/// Features of a candidate, for the classifier.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Features {
     /// Of a disc with depth.
