@@ -59,6 +59,7 @@ fn a_run_drives_the_real_firmware_over_a_serial_port() {
         source: &mut source,
         detector: &mut *DetectorKind::Ball.build(&camera),
         observers: &mut [&mut follower],
+        operator: None,
         timeout: 120.0,
         interrupted: &AtomicBool::new(false),
     });

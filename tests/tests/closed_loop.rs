@@ -243,6 +243,7 @@ fn run(seed: u64, folder: std::path::PathBuf) -> Summary {
         source: &mut source,
         detector: &mut *DetectorKind::Ball.build(&camera),
         observers: &mut [&mut log.expect("a folder")],
+        operator: None,
         timeout: 60.0,
         interrupted: &AtomicBool::new(false),
     })

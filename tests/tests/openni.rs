@@ -86,6 +86,7 @@ fn a_run_with_libopenni2_reaches_the_papers_target() {
         source: &mut source,
         detector: &mut *detector,
         observers: &mut [],
+        operator: None,
         timeout: 60.0,
         interrupted: &interrupted,
     });

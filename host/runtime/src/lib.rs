@@ -5,6 +5,7 @@
 //! - [`run`]: a run: the control loop through a list of targets.
 //! - [`observer`]: the outputs of a run. [`queued`] gives an output a thread of its own; the
 //!   [`run_log`] and the [`recording`] of frames are such outputs.
+//! - [`operator`](mod@operator): commands from other threads to a run: targets, stop, hold, jog.
 //! - [`replay`]: the detector on a recording.
 //!
 //! [`plumb_cameras`] delivers the frames and [`plumb_vision`] finds the ball in them:
@@ -35,6 +36,7 @@
 
 pub mod link;
 pub mod observer;
+pub mod operator;
 pub mod plot_colours;
 pub mod queued;
 pub mod recording;

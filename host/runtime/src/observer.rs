@@ -5,10 +5,11 @@ use std::sync::Arc;
 
 use nalgebra::Point3;
 use plumb_cameras::source::BoxedError;
-use plumb_protocol::message::{State, Telemetry};
+use plumb_protocol::message::{Fault, State, Telemetry};
 use plumb_vision::frame::RgbdFrame;
 use plumb_vision::observation::BallObservation;
 
+use crate::operator::{CommandOutcome, OperatorCommand};
 use crate::stop_reason::StopReason;
 use crate::summary::Summary;
 
@@ -50,7 +51,8 @@ pub struct FrameRecord {
     /// The ball as detected; `None` if it was not found, or if the detector could not search the
     /// frame (then [`RunEvent::FrameLost`] follows).
     pub observation: Option<BallObservation>,
-    /// The present target, metres in the rig frame.
+    /// The present target, metres in the rig frame. After a Hold it is the last measured position
+    /// then, after a Stop the last target.
     pub target: Point3<f64>,
     /// The newest telemetry of the board; `None` before the first.
     pub telemetry: Option<Telemetry>,
@@ -74,9 +76,9 @@ impl FrameRecord {
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum RunEvent {
-    /// The board received a new target.
+    /// The board received a new target: the drive to it is a leg of the summary.
     TargetSet {
-        /// Number of the target in the list, from 0.
+        /// Number of the leg, from 0.
         number: usize,
         /// The target, metres in the rig frame.
         target: Point3<f64>,
@@ -84,7 +86,7 @@ pub enum RunEvent {
     /// The drive to a target ended. A failure of the link or the camera has no such event; the
     /// summary has its message.
     TargetEnded {
-        /// Number of the target in the list, from 0.
+        /// Number of the leg, from 0.
         number: usize,
         /// Reason of its end.
         reason: StopReason,
@@ -94,5 +96,20 @@ pub enum RunEvent {
     FrameLost {
         /// Message of the error.
         message: String,
+    },
+    /// A command of the operator was carried out or refused.
+    Command {
+        /// Number of the command, from [`OperatorSender::send`](crate::operator::OperatorSender).
+        number: u64,
+        /// The command.
+        command: OperatorCommand,
+        /// Its outcome.
+        outcome: CommandOutcome,
+    },
+    /// The board stopped by itself while it drove to no target: it was holding or at rest. During a
+    /// drive, [`TargetEnded`](Self::TargetEnded) has the fault.
+    BoardStopped {
+        /// Reason.
+        fault: Fault,
     },
 }

@@ -16,6 +16,14 @@ pub enum StopReason {
     Fault(Fault),
     /// The run was interrupted from outside.
     Interrupted,
+    /// The operator stopped the drive.
+    Stopped,
+    /// The operator holds the ball where it is.
+    Held,
+    /// The operator set another target.
+    Replaced,
+    /// The operator ended the run.
+    Ended,
     /// The source has no more frames.
     EndOfFrames,
     /// The link, the camera or an observer failed; the messages of the error and its causes.
@@ -29,6 +37,10 @@ impl fmt::Display for StopReason {
             Self::Timeout => f.write_str("not reached in time"),
             Self::Fault(fault) => write!(f, "the board has stopped by itself: {fault}"),
             Self::Interrupted => f.write_str("interrupted"),
+            Self::Stopped => f.write_str("stopped by the operator"),
+            Self::Held => f.write_str("held by the operator"),
+            Self::Replaced => f.write_str("replaced by another target"),
+            Self::Ended => f.write_str("ended by the operator"),
             Self::EndOfFrames => f.write_str("no more pictures"),
             Self::Failed(message) => f.write_str(message),
         }

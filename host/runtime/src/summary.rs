@@ -24,7 +24,7 @@ pub(crate) struct RunStats {
 /// Result of a run: `summary.json`, and the last line of `--json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Summary {
-    /// Whether every target was reached.
+    /// Whether every target of the list and of the operator was reached.
     pub reached: bool,
     /// Name of the control law.
     pub law: &'static str,
@@ -73,6 +73,8 @@ pub struct Leg {
     pub frames: u64,
     /// Whether the target was reached.
     pub reached: bool,
+    /// Reason of the end of the drive.
+    pub ending: StopReason,
     /// The board's filtered |e| at the end of the leg, millimetres; absent if the board reported
     /// none, or the ball was never located.
     pub error_mm: Option<f64>,

@@ -93,6 +93,7 @@ fn a_frame_that_the_detector_cannot_search_is_recorded() {
         source: &mut EmptyFrames { board, left: 6 },
         detector: &mut Unreliable::default(),
         observers: &mut [&mut notes],
+        operator: None,
         timeout: 10.0,
         interrupted: &AtomicBool::new(false),
     });
@@ -116,6 +117,7 @@ fn a_source_that_is_not_live_is_refused_before_the_board_receives_a_target() {
         source: &mut recording,
         detector: &mut *DetectorKind::Ball.build(&camera),
         observers: &mut [],
+        operator: None,
         timeout: 10.0,
         interrupted: &AtomicBool::new(false),
     });

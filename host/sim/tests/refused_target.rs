@@ -73,6 +73,7 @@ fn a_board_that_refuses_a_target_is_stopped_and_waited_for() {
         source: &mut Lossy(board),
         detector: &mut *DetectorKind::Ball.build(&camera),
         observers: &mut [],
+        operator: None,
         timeout: 10.0,
         interrupted: &AtomicBool::new(false),
     });

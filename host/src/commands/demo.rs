@@ -183,6 +183,7 @@ where
         source: &mut source,
         detector: &mut *args.options.detector.detector(camera),
         observers: &mut [&mut outputs, &mut *demo.curve],
+        operator: None,
         timeout: args.options.timeout,
         interrupted,
     });

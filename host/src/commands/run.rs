@@ -117,6 +117,7 @@ fn drive(file: &Path, mut rig: Rig, options: &Common) -> Result<ExitCode, Failur
         source: &mut *source,
         detector: &mut *options.run.detector.detector(&camera),
         observers: &mut observers,
+        operator: None,
         timeout: options.run.timeout,
         interrupted: &interrupted,
     });

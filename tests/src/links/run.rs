@@ -194,6 +194,7 @@ fn drive<C: SimClock, T: Transport>(
             source: &mut source,
             detector: &mut FixedDetector(camera.clone()),
             observers: &mut [&mut observer],
+            operator: None,
             timeout: TIMEOUT_S,
             interrupted: &AtomicBool::new(false),
         })

@@ -8,6 +8,7 @@
 mod error;
 mod exchange;
 mod monitor;
+mod submission;
 mod target;
 mod transport;
 
@@ -23,6 +24,8 @@ use plumb_protocol::units::{Covariance, Micros, Point};
 
 pub use error::LinkError;
 use monitor::{LinkMonitor, Problem};
+pub use submission::Reply;
+use submission::Submission;
 use target::TargetRequest;
 pub use transport::{Serial, Transport, boards};
 
@@ -48,9 +51,14 @@ pub struct Link<T> {
     sequence: u16,
     /// Id of the Configure command in force.
     configuration: Option<u16>,
-    /// When the board carried it out, on the board's clock. Earlier telemetry is ignored.
+    /// When the board carried it out, or cleared its last fault, on the board's clock. Earlier
+    /// telemetry is ignored.
     configured: Micros,
     target: Option<TargetRequest>,
+    /// Command that was submitted and not answered.
+    submission: Option<Submission>,
+    /// Answer to the last submitted command.
+    reply: Option<Reply>,
     telemetry: Option<Telemetry>,
     fault: Option<Fault>,
     start_cause: Option<StartCause>,
@@ -91,6 +99,8 @@ impl<T: Transport> Link<T> {
             configuration: None,
             configured: Micros(0),
             target: None,
+            submission: None,
+            reply: None,
             telemetry: None,
             fault: None,
             start_cause: None,
@@ -148,7 +158,7 @@ impl<T: Transport> Link<T> {
     /// # Errors
     /// Where the link fails, or the motors do not come to rest.
     pub fn stop(&mut self) -> Result<(), LinkError> {
-        self.target = None;
+        (self.target, self.submission) = (None, None);
         self.request("the request to stop", Command::Stop)?;
         let (mut fastest, mut since) = (u64::MAX, self.transport.now());
         loop {
@@ -200,15 +210,16 @@ impl<T: Transport> Link<T> {
         Ok(())
     }
 
-    /// Handles the messages that have arrived, without waiting, and repeats a target that the board
-    /// has not accepted.
+    /// Handles the messages that have arrived, without waiting, and repeats a target or a submitted
+    /// command that the board has not answered.
     ///
     /// # Errors
     /// Where the link is lost, the board has fallen silent, lags behind, has restarted or has
-    /// another configuration, or refuses the target.
+    /// another configuration, refuses the target or does not answer a command.
     pub fn poll(&mut self) -> Result<(), LinkError> {
         self.listen(Duration::ZERO)?;
         self.repeat_target()?;
+        self.repeat_submission()?;
         self.check_monitor()?;
         self.check_target()
     }
@@ -280,7 +291,9 @@ impl<T: Transport> Link<T> {
     fn note(&mut self, message: &FromBoard) {
         match message {
             FromBoard::Telemetry(telemetry) => self.note_telemetry(telemetry),
-            FromBoard::Fault(report) if report.configuration == self.configuration => {
+            FromBoard::Fault(report)
+                if report.configuration == self.configuration && report.time >= self.configured =>
+            {
                 self.fault = Some(report.fault);
             }
             FromBoard::Answer(answer) => self.note_answer(answer),
@@ -305,13 +318,15 @@ impl<T: Transport> Link<T> {
         if let Some(request) = &mut self.target {
             request.note_telemetry(telemetry);
         }
+        self.note_target_in_force(telemetry);
     }
 
     fn note_answer(&mut self, answer: &Answer) {
         let of_position = answer.refusal.is_some() && self.monitor.refused(answer.id);
         let of_target = self.target.is_some_and(|request| request.is_answered_by(answer));
+        let of_submission = self.note_reply(answer);
         self.refused_positions += u32::from(of_position);
-        if (of_position || of_target)
+        if (of_position || of_target || of_submission)
             && matches!(answer.refusal, Some(Refusal::NotGreeted | Refusal::Unconfigured))
         {
             self.monitor.forgotten();

@@ -6,7 +6,8 @@ use super::*;
 #[derive(Debug, Clone, Copy)]
 pub(super) struct TargetRequest {
     id: u16,
-    target: Point,
+    /// The target to send again while it is unanswered.
+    target: Option<Point>,
     first_sent: Duration,
     last_sent: Duration,
     outcome: Outcome,
@@ -22,6 +23,17 @@ enum Outcome {
 }
 
 impl TargetRequest {
+    /// Returns a target that the board has accepted by the command `id`, sent at `sent`.
+    pub(super) fn accepted(id: u16, sent: Duration) -> Self {
+        let outcome = Outcome::Accepted;
+        Self { id, target: None, first_sent: sent, last_sent: sent, outcome }
+    }
+
+    /// Whether the board has neither accepted nor refused the target.
+    pub(super) fn is_unanswered(&self) -> bool {
+        self.outcome == Outcome::Unknown
+    }
+
     /// Whether an answer is to this request.
     pub(super) fn is_answered_by(&self, answer: &Answer) -> bool {
         self.id == answer.id
@@ -59,7 +71,7 @@ impl<T: Transport> Link<T> {
     /// Where the link is lost.
     pub fn request_target(&mut self, target: Point) -> Result<(), LinkError> {
         let (id, now) = (self.post(Command::Target(target))?, self.transport.now());
-        let outcome = Outcome::Unknown;
+        let (target, outcome) = (Some(target), Outcome::Unknown);
         self.target = Some(TargetRequest { id, target, first_sent: now, last_sent: now, outcome });
         Ok(())
     }
@@ -70,7 +82,7 @@ impl<T: Transport> Link<T> {
     /// Where the board refuses it or has stopped by itself, or the link fails.
     pub fn set_target(&mut self, target: Point) -> Result<(), LinkError> {
         self.request_target(target)?;
-        while self.target.is_some_and(|request| request.outcome == Outcome::Unknown) {
+        while self.target.is_some_and(|request| request.is_unanswered()) {
             self.listen(POLL_INTERVAL)?;
             self.poll()?;
         }
@@ -90,16 +102,16 @@ impl<T: Transport> Link<T> {
     pub(super) fn repeat_target(&mut self) -> Result<(), LinkError> {
         let now = self.transport.now();
         let Some(request) = &mut self.target else { return Ok(()) };
-        if request.outcome != Outcome::Unknown {
+        let (Outcome::Unknown, Some(target)) = (request.outcome, request.target) else {
             return Ok(());
-        }
+        };
         if now.saturating_sub(request.first_sent) > ANSWER_TIMEOUT {
             return Err(self.silent("the target", ANSWER_TIMEOUT));
         }
         if now.saturating_sub(request.last_sent) > REPEAT_AFTER {
             request.last_sent = now;
-            let (id, command) = (request.id, Command::Target(request.target));
-            self.send(id, command)?;
+            let id = request.id;
+            self.send(id, Command::Target(target))?;
         }
         Ok(())
     }

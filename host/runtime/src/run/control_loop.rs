@@ -1,5 +1,5 @@
 //! The control loop: looks for the ball in every frame and reports its position to the board, until
-//! the ball is at its target.
+//! the targets are reached or the operator ends the run.
 
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -7,19 +7,25 @@ use std::time::Duration;
 
 use nalgebra::Point3;
 use plumb_cameras::source::SourceError;
-use plumb_protocol::message::State;
-use plumb_protocol::units::{Covariance, Point};
-use plumb_vision::detect::DetectError;
-use plumb_vision::frame::RgbdFrame;
-use plumb_vision::observation::{BallObservation, Gaussian3};
+use plumb_protocol::config::Workspace;
+use plumb_protocol::message::{Command, Fault, State};
+use plumb_protocol::units::Point;
+use plumb_vision::observation::Gaussian3;
 
 use super::error::ControlLoopError;
+use super::legs::Legs;
+use super::operated::InFlight;
 use super::parts::RunParts;
+use super::view::View;
 use crate::error_chain::ErrorChain;
 use crate::link::{Link, Transport};
 use crate::observer::{FrameRecord, RunEvent};
 use crate::stop_reason::StopReason;
 use crate::summary::RunStats;
+
+/// Longest wait for a frame. After that the loop looks after the link: a board that is silent is
+/// noticed in time, at any rate of frames.
+const MAX_WAIT: Duration = Duration::from_millis(20);
 
 /// Number of lost frames in a row after which the camera counts as gone.
 const MAX_LOST_IN_A_ROW: u32 = 30;
@@ -30,102 +36,160 @@ const PLAUSIBLE_RADII: f64 = 2.0;
 
 /// State of the control loop.
 pub(super) struct ControlLoop<'a, 'p, T> {
-    /// Source, detector and observers.
+    /// Source, detector, observers and operator.
     pub(super) parts: &'a mut RunParts<'p>,
     /// Link to the configured board.
     pub(super) link: &'a mut Link<T>,
     /// Distance from a target within which it counts as reached, metres.
     pub(super) radius: f64,
+    /// Workspace of the rig file.
+    pub(super) workspace: Workspace,
+    /// The drives to the targets.
+    pub(super) legs: Legs,
     /// Counts and measurements over all targets.
     pub(super) stats: RunStats,
+    /// Present target, metres in the rig frame.
+    pub(super) target: Point3<f64>,
+    /// Position of the ball in the last frame that shows it, metres in the rig frame.
+    pub(super) last_position: Option<Point3<f64>>,
+    /// Command of the operator that is under way.
+    pub(super) in_flight: Option<InFlight>,
+    /// Fault of a board that drives to no target, as reported.
+    pub(super) idle_fault: Option<Fault>,
+    /// Number of frames that were lost since the last good one.
+    lost_in_a_row: u32,
 }
 
-/// A frame and the ball in it.
-struct View {
-    frame: Arc<RgbdFrame>,
-    ball: Option<BallObservation>,
-    /// Error of the detector, if it could not search the frame.
-    error: Option<DetectError>,
-}
-
-impl View {
-    /// Returns the ball's position and covariance; `None` if they are unknown.
-    fn position(&self) -> Option<Gaussian3> {
-        self.ball.and_then(|ball| ball.position)
+impl<'a, 'p, T: Transport> ControlLoop<'a, 'p, T> {
+    /// Returns the loop of a run through the list `targets`.
+    pub(super) fn new(
+        parts: &'a mut RunParts<'p>,
+        link: &'a mut Link<T>,
+        radius: f64,
+        workspace: Workspace,
+        targets: &[Point],
+    ) -> Self {
+        Self {
+            parts,
+            link,
+            radius,
+            workspace,
+            legs: Legs::new(targets),
+            stats: RunStats::default(),
+            target: Point3::origin(),
+            last_position: None,
+            in_flight: None,
+            idle_fault: None,
+            lost_in_a_row: 0,
+        }
     }
 
-    /// Returns the ball's position for the board; `None` if it is unknown.
-    fn point(&self) -> Option<Point> {
-        self.position().and_then(|position| Point::from_metres(position.mean.into()))
-    }
-
-    /// Returns the covariance of the position for the board; `None` if it is unknown.
-    fn covariance(&self) -> Option<Covariance> {
-        let position = self.position()?;
-        Covariance::from_metres2(position.covariance.transpose().into())
-    }
-}
-
-impl<T: Transport> ControlLoop<'_, '_, T> {
-    /// Drives the ball to target `number` until it is there or the timeout is over.
+    /// Drives the ball through the targets, and then as the operator commands. Returns the reason
+    /// of the run's end.
     ///
     /// # Errors
     /// Where the link, the camera or an observer fails.
-    pub(super) fn drive_to(
-        &mut self,
-        number: usize,
-        target: Point,
-    ) -> Result<StopReason, ControlLoopError> {
-        let goal = Point3::from(target.to_metres());
-        self.link.request_target(target)?;
-        self.emit(&RunEvent::TargetSet { number, target: goal });
-        self.stats.error = None;
-        let begin = self.parts.source.now();
-        self.stats.start.get_or_insert(begin);
-        let reason = self.follow_frames(goal, begin)?;
-        self.emit(&RunEvent::TargetEnded { number, reason: reason.clone() });
-        Ok(reason)
+    pub(super) fn run(&mut self) -> Result<StopReason, ControlLoopError> {
+        if let Some(operator) = &self.parts.operator {
+            operator.set_waker(self.parts.source.waker());
+        }
+        let result = self.drive();
+        self.close_operator();
+        if let Err(error) = &result {
+            // A failure has no event: the summary has its message.
+            self.legs.end(StopReason::Failed(ErrorChain(error).to_string()), &self.stats);
+        }
+        result
     }
 
-    /// Handles one frame after the other until the drive to `target`, begun at the time `begin`,
-    /// ends.
-    fn follow_frames(
-        &mut self,
-        target: Point3<f64>,
-        begin: f64,
-    ) -> Result<StopReason, ControlLoopError> {
-        let mut lost_in_a_row = 0;
+    fn drive(&mut self) -> Result<StopReason, ControlLoopError> {
+        self.begin_next_target()?;
         loop {
-            if self.parts.interrupted.load(Ordering::Relaxed) {
-                return Ok(StopReason::Interrupted);
-            }
-            let mut view = match self.look() {
-                Ok(Some(view)) => Some(view),
-                Ok(None) => return Ok(StopReason::EndOfFrames),
-                Err(error) => {
-                    lost_in_a_row += 1;
-                    self.note_lost(error.into(), lost_in_a_row)?;
-                    None
-                }
+            let reason = if self.parts.interrupted.load(Ordering::Relaxed) {
+                Some(StopReason::Interrupted)
+            } else if self.obey()? {
+                Some(StopReason::Ended)
+            } else if self.parts.source.wait(MAX_WAIT) {
+                self.handle_frame()?
+            } else {
+                self.receive()?;
+                self.stop_reason(None)?
             };
-            let reported = self.report(view.as_ref());
-            if let Some(view) = &view {
-                self.record(view, target);
-            }
-            reported?;
-            if let Some(view) = &mut view {
-                lost_in_a_row = if view.error.is_some() { lost_in_a_row + 1 } else { 0 };
-                if let Some(error) = view.error.take() {
-                    self.note_lost(error.into(), lost_in_a_row)?;
-                }
-            }
-            if let Some(reason) = self.stop_reason(view.as_ref(), target)? {
-                return Ok(reason);
-            }
-            if self.parts.source.now() - begin > self.parts.timeout {
-                return Ok(StopReason::Timeout);
+            if let Some(reason) = reason
+                && let Some(ending) = self.conclude(reason)?
+            {
+                return Ok(ending);
             }
         }
+    }
+
+    /// Ends the drive for `reason`. Returns the reason of the run's end; `None` where it goes on.
+    fn conclude(&mut self, reason: StopReason) -> Result<Option<StopReason>, ControlLoopError> {
+        self.end_leg(reason.clone());
+        match reason {
+            StopReason::Reached if self.begin_next_target()? => Ok(None),
+            StopReason::Reached | StopReason::Fault(_) if self.is_operated() => {
+                self.legs.cancel_list();
+                self.idle_fault = self.link.fault();
+                Ok(None)
+            }
+            StopReason::Timeout if self.is_operated() => {
+                self.legs.cancel_list();
+                self.link.submit(Command::Stop)?;
+                Ok(None)
+            }
+            reason => Ok(Some(reason)),
+        }
+    }
+
+    /// Requests the next target of the list. Returns whether there is one.
+    fn begin_next_target(&mut self) -> Result<bool, ControlLoopError> {
+        let Some(target) = self.legs.next_target() else { return Ok(false) };
+        self.link.request_target(target)?;
+        self.begin_leg(Point3::from(target.to_metres()));
+        Ok(true)
+    }
+
+    /// Begins the leg to `target`, which the board has or has been asked for.
+    pub(super) fn begin_leg(&mut self, target: Point3<f64>) {
+        let begin = self.parts.source.now();
+        let number = self.legs.begin(target, begin, self.stats.frames);
+        self.target = target;
+        self.emit(&RunEvent::TargetSet { number, target });
+        self.stats.error = None;
+        self.stats.start.get_or_insert(begin);
+    }
+
+    /// Ends the leg under way, if there is one.
+    pub(super) fn end_leg(&mut self, reason: StopReason) {
+        if let Some(number) = self.legs.end(reason.clone(), &self.stats) {
+            self.emit(&RunEvent::TargetEnded { number, reason });
+        }
+    }
+
+    /// Handles the next frame. Returns the reason to end the drive, if there is one.
+    fn handle_frame(&mut self) -> Result<Option<StopReason>, ControlLoopError> {
+        let mut view = match self.look() {
+            Ok(Some(view)) => Some(view),
+            Ok(None) => return Ok(Some(StopReason::EndOfFrames)),
+            Err(error) => {
+                self.lost_in_a_row += 1;
+                self.note_lost(error.into())?;
+                None
+            }
+        };
+        let reported = self.report(view.as_ref());
+        if let Some(view) = &view {
+            self.record(view);
+        }
+        reported?;
+        if let Some(view) = &mut view {
+            self.lost_in_a_row = if view.error.is_some() { self.lost_in_a_row + 1 } else { 0 };
+            if let Some(error) = view.error.take() {
+                self.note_lost(error.into())?;
+            }
+        }
+        self.stop_reason(view.as_ref())
     }
 
     /// Takes the next frame and looks for the ball in it; `None` where there are no more.
@@ -140,16 +204,12 @@ impl<T: Transport> ControlLoop<'_, '_, T> {
 
     /// Counts a frame that was lost or could not be searched. Returns the error if the camera is
     /// gone or too many frames are lost.
-    fn note_lost(
-        &mut self,
-        error: ControlLoopError,
-        lost_in_a_row: u32,
-    ) -> Result<(), ControlLoopError> {
+    fn note_lost(&mut self, error: ControlLoopError) -> Result<(), ControlLoopError> {
         if matches!(&error, ControlLoopError::Source(error) if error.is_over()) {
             return Err(error);
         }
         self.stats.lost += 1;
-        if lost_in_a_row >= MAX_LOST_IN_A_ROW {
+        if self.lost_in_a_row >= MAX_LOST_IN_A_ROW {
             return Err(error);
         }
         self.emit(&RunEvent::FrameLost { message: ErrorChain(&error).to_string() });
@@ -164,14 +224,21 @@ impl<T: Transport> ControlLoop<'_, '_, T> {
         let age = Duration::try_from_secs_f64(age.max(0.0)).unwrap_or(Duration::MAX);
         let (ball, covariance) = view.map_or((None, None), |v| (v.point(), v.covariance()));
         self.link.position(ball, covariance, age)?;
-        Ok(self.link.poll()?)
+        self.receive()
+    }
+
+    /// Receives the board's messages, without waiting.
+    fn receive(&mut self) -> Result<(), ControlLoopError> {
+        self.link.poll()?;
+        self.handle_reply()
     }
 
     /// Counts a frame and gives its record to the observers.
-    fn record(&mut self, view: &View, target: Point3<f64>) {
+    fn record(&mut self, view: &View) {
         let stats = &mut self.stats;
         stats.time = view.frame.time() - stats.start.unwrap_or_default();
         stats.located += u64::from(view.point().is_some());
+        self.last_position = view.position().map(|position| position.mean).or(self.last_position);
         let about_target = self.link.target_telemetry();
         if let Some(telemetry) = about_target
             && matches!(telemetry.state, State::Seeking | State::Holding)
@@ -184,7 +251,7 @@ impl<T: Transport> ControlLoop<'_, '_, T> {
             time: stats.time,
             frame: Some(Arc::clone(&view.frame)),
             observation: view.ball,
-            target,
+            target: self.target,
             telemetry: self.link.telemetry().copied(),
             state: about_target.map(|telemetry| telemetry.state),
         };
@@ -194,36 +261,40 @@ impl<T: Transport> ControlLoop<'_, '_, T> {
         }
     }
 
-    /// Returns the reason to end the drive to `target` after a frame, if there is one.
-    fn stop_reason(
-        &mut self,
-        view: Option<&View>,
-        target: Point3<f64>,
-    ) -> Result<Option<StopReason>, ControlLoopError> {
+    /// Returns the reason to end the drive after a frame or a wait, if there is one.
+    fn stop_reason(&mut self, view: Option<&View>) -> Result<Option<StopReason>, ControlLoopError> {
         let mut failures = self.parts.observers.iter_mut().filter_map(|o| o.failure());
         if let Some(error) = failures.next() {
             return Err(ControlLoopError::Observer(error));
+        }
+        if !self.legs.is_driving() {
+            self.note_idle_fault();
+            return Ok(None);
         }
         // A fault after the telemetry of a held target counts.
         if let Some(fault) = self.link.fault() {
             return Ok(Some(StopReason::Fault(fault)));
         }
-        let reached = view.is_some_and(|view| self.is_reached(view, target));
-        Ok(reached.then_some(StopReason::Reached))
+        if view.is_some_and(|view| self.is_reached(view)) {
+            return Ok(Some(StopReason::Reached));
+        }
+        let is_late = self.legs.elapsed(self.parts.source.now()) > self.parts.timeout;
+        Ok(is_late.then_some(StopReason::Timeout))
     }
 
     /// Returns whether the target is reached: the board holds this target and no other, its error
     /// is within the radius, and the measured position is near the target.
-    fn is_reached(&self, view: &View, target: Point3<f64>) -> bool {
+    fn is_reached(&self, view: &View) -> bool {
         let held = self.link.target_telemetry().is_some_and(|telemetry| {
             telemetry.state == State::Holding && telemetry.filtered_error.to_si() <= self.radius
         });
-        let near =
-            |position: Gaussian3| (position.mean - target).norm() <= PLAUSIBLE_RADII * self.radius;
+        let near = |position: Gaussian3| {
+            (position.mean - self.target).norm() <= PLAUSIBLE_RADII * self.radius
+        };
         held && view.position().is_some_and(near)
     }
 
-    fn emit(&mut self, event: &RunEvent) {
+    pub(super) fn emit(&mut self, event: &RunEvent) {
         for observer in self.parts.observers.iter_mut() {
             observer.event(event);
         }

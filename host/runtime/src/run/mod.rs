@@ -2,8 +2,12 @@
 
 mod control_loop;
 mod error;
+mod legs;
+mod operated;
 mod parts;
+mod view;
 
+use plumb_protocol::config::Workspace;
 use plumb_protocol::units::Point;
 
 use crate::error_chain::ErrorChain;
@@ -11,7 +15,7 @@ use crate::link::{Link, LinkError, Serial, Transport};
 use crate::rig::Rig;
 pub use crate::stop_reason::StopReason;
 pub use crate::summary::{Leg, Summary};
-use crate::summary::{RunStats, millimetres, round};
+use crate::summary::{millimetres, round};
 use control_loop::ControlLoop;
 pub use error::{ControlLoopError, RunError};
 pub use parts::{DEFAULT_TIMEOUT, RunParts};
@@ -22,6 +26,7 @@ pub struct Run<T> {
     targets: Vec<Point>,
     law: &'static str,
     radius: f64,
+    workspace: Workspace,
 }
 
 impl Run<Serial> {
@@ -54,10 +59,12 @@ impl<T: Transport> Run<T> {
         }
         let mut link = Link::connect(transport).map_err(RunError::Connect)?;
         link.configure(config).map_err(RunError::Connect)?;
-        Ok(Self { link, targets, law: rig.law.name().as_str(), radius: rig.reached.radius.get() })
+        let (law, radius) = (rig.law.name().as_str(), rig.reached.radius.get());
+        Ok(Self { link, targets, law, radius, workspace: config.workspace })
     }
 
-    /// Drives the ball to one target after the other until one is not reached. The motors are
+    /// Drives the ball to one target after the other until one is not reached. With an
+    /// [operator](mod@crate::operator) the run goes on until the operator ends it. The motors are
     /// ramped down at the end.
     ///
     /// # Errors
@@ -68,18 +75,26 @@ impl<T: Transport> Run<T> {
         if !parts.source.is_live() {
             return Err(RunError::NotLive);
         }
-        let mut legs = Vec::new();
-        let (result, stats) = self.drive_all(&mut parts, &mut legs);
+        let mut control = ControlLoop::new(
+            &mut parts,
+            &mut self.link,
+            self.radius,
+            self.workspace,
+            &self.targets,
+        );
+        let result = control.run();
+        let ControlLoop { legs, stats, .. } = control;
+        let reached = result.is_ok() && legs.all_reached();
+        let legs = legs.into_ended();
         let (result, at_rest) = come_to_rest(&mut self.link, result);
-        let targets_reached = legs.iter().filter(|leg| leg.reached).count();
         let summary = Summary {
-            reached: targets_reached == self.targets.len(),
+            reached,
             law: self.law,
             detector: parts.detector.name(),
             frames: stats.frames,
             time_s: round(stats.time, 1e6),
             error_mm: stats.error.map(millimetres),
-            targets_reached,
+            targets_reached: legs.iter().filter(|leg| leg.reached).count(),
             legs,
             at_rest,
             located: stats.located,
@@ -99,31 +114,6 @@ impl<T: Transport> Run<T> {
             Ok(_) => Ok(summary),
             Err(error) => Err(RunError::Broken { error, summary: summary.into() }),
         }
-    }
-
-    /// Drives to the targets and adds a leg for each.
-    fn drive_all(
-        &mut self,
-        parts: &mut RunParts<'_>,
-        legs: &mut Vec<Leg>,
-    ) -> (Result<StopReason, ControlLoopError>, RunStats) {
-        let (link, radius) = (&mut self.link, self.radius);
-        let mut control = ControlLoop { parts, link, radius, stats: RunStats::default() };
-        for (number, &target) in self.targets.iter().enumerate() {
-            let before = control.stats.frames;
-            let result = control.drive_to(number, target);
-            let reached = matches!(result, Ok(StopReason::Reached));
-            legs.push(Leg {
-                target: target.to_metres().map(|metres| round(metres, 1e6)),
-                frames: control.stats.frames - before,
-                reached,
-                error_mm: control.stats.error.map(millimetres),
-            });
-            if !reached {
-                return (result, control.stats);
-            }
-        }
-        (Ok(StopReason::Reached), control.stats)
     }
 }
 

@@ -6,6 +6,7 @@ use plumb_cameras::source::CameraSource;
 use plumb_vision::detect::BallDetector;
 
 use crate::observer::Observer;
+use crate::operator::OperatorReceiver;
 
 /// Longest drive to one target where nothing else is set, seconds.
 pub const DEFAULT_TIMEOUT: f64 = 120.0;
@@ -18,6 +19,8 @@ pub struct RunParts<'a> {
     pub detector: &'a mut dyn BallDetector,
     /// Outputs of the run.
     pub observers: &'a mut [&'a mut dyn Observer],
+    /// Commands from other threads. With an operator the run goes on until the operator ends it.
+    pub operator: Option<OperatorReceiver>,
     /// Longest drive to one target, seconds.
     pub timeout: f64,
     /// Flag that ends the run when it is set from outside.
@@ -25,12 +28,12 @@ pub struct RunParts<'a> {
 }
 
 impl<'a> RunParts<'a> {
-    /// Returns the parts of a run without outputs, which ends after [`DEFAULT_TIMEOUT`] without
-    /// reaching a target, and which nothing interrupts. Others are set by name:
-    /// `RunParts { observers: &mut [&mut log], ..parts }`.
+    /// Returns the parts of a run without outputs and operator, which ends after
+    /// [`DEFAULT_TIMEOUT`] without reaching a target, and which nothing interrupts. Others are set
+    /// by name: `RunParts { observers: &mut [&mut log], ..parts }`.
     pub fn new(source: &'a mut dyn CameraSource, detector: &'a mut dyn BallDetector) -> Self {
         static NEVER: AtomicBool = AtomicBool::new(false);
         let (timeout, interrupted) = (DEFAULT_TIMEOUT, &NEVER);
-        Self { source, detector, observers: &mut [], timeout, interrupted }
+        Self { source, detector, observers: &mut [], operator: None, timeout, interrupted }
     }
 }

@@ -1,0 +1,151 @@
+//! Queue of commands from other threads to the control loop.
+
+use std::collections::VecDeque;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::task::Waker;
+
+use thiserror::Error;
+
+use super::command::OperatorCommand;
+
+/// Number of commands that may wait. A Stop or End always has room.
+pub const MAX_WAITING: usize = 64;
+
+/// A command and its number.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Submitted {
+    /// Number that the sender received.
+    pub(crate) number: u64,
+    /// The command.
+    pub(crate) command: OperatorCommand,
+}
+
+/// Reason why a command was not queued.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
+#[non_exhaustive]
+pub enum SendCommandError {
+    /// [`MAX_WAITING`] commands wait already.
+    #[error("too many commands wait for the board: try again, or stop")]
+    Full,
+    /// The run has ended.
+    #[error("the run has ended")]
+    Ended,
+}
+
+/// Sender of an operator's commands. Clones send to the same run.
+#[derive(Debug, Clone)]
+pub struct OperatorSender(Arc<Mutex<Queue>>);
+
+/// Receiver of an operator's commands, for [`RunParts::operator`](crate::run::RunParts). Commands
+/// are refused once it is dropped.
+#[derive(Debug)]
+pub struct OperatorReceiver(Arc<Mutex<Queue>>);
+
+#[derive(Debug, Default)]
+struct Queue {
+    waiting: VecDeque<Submitted>,
+    /// Number of the last command.
+    last: u64,
+    /// Ends the control loop's wait for a frame.
+    waker: Option<Waker>,
+    has_ended: bool,
+}
+
+/// Returns the two ends of a new queue of commands.
+pub fn operator() -> (OperatorSender, OperatorReceiver) {
+    let queue = Arc::new(Mutex::new(Queue::default()));
+    (OperatorSender(Arc::clone(&queue)), OperatorReceiver(queue))
+}
+
+impl OperatorSender {
+    /// Queues a command and wakes the control loop. Returns the number of the command, from 1
+    /// upwards, which names it in its [`RunEvent`](crate::observer::RunEvent::Command).
+    ///
+    /// # Errors
+    /// Where too many commands wait, or the run has ended.
+    pub fn send(&self, command: OperatorCommand) -> Result<u64, SendCommandError> {
+        let mut queue = lock(&self.0);
+        if queue.has_ended {
+            return Err(SendCommandError::Ended);
+        }
+        if command.is_urgent() {
+            // One of each is enough: a key that is held down does not fill the memory.
+            queue.waiting.retain(|waiting| waiting.command != command);
+        } else if queue.waiting.len() >= MAX_WAITING {
+            return Err(SendCommandError::Full);
+        }
+        queue.last += 1;
+        let number = queue.last;
+        queue.waiting.push_back(Submitted { number, command });
+        if let Some(waker) = &queue.waker {
+            waker.wake_by_ref();
+        }
+        Ok(number)
+    }
+}
+
+impl OperatorReceiver {
+    /// Sets the waker of the control loop's wait for a frame.
+    pub(crate) fn set_waker(&self, waker: Option<Waker>) {
+        lock(&self.0).waker = waker;
+    }
+
+    /// Removes and returns the commands before the last Stop or End.
+    pub(crate) fn take_replaced(&self) -> Vec<Submitted> {
+        let waiting = &mut lock(&self.0).waiting;
+        let urgent = waiting.iter().rposition(|submitted| submitted.command.is_urgent());
+        urgent.map(|index| waiting.drain(..index).collect()).unwrap_or_default()
+    }
+
+    /// Removes and returns the oldest command; with `only_urgent` only if it is a Stop or End.
+    pub(crate) fn take(&self, only_urgent: bool) -> Option<Submitted> {
+        let waiting = &mut lock(&self.0).waiting;
+        waiting.pop_front_if(|submitted| !only_urgent || submitted.command.is_urgent())
+    }
+
+    /// Refuses further commands. Returns those that wait.
+    pub(crate) fn close(&self) -> Vec<Submitted> {
+        let mut queue = lock(&self.0);
+        (queue.has_ended, queue.waker) = (true, None);
+        queue.waiting.drain(..).collect()
+    }
+}
+
+impl Drop for OperatorReceiver {
+    fn drop(&mut self) {
+        self.close();
+    }
+}
+
+fn lock(queue: &Mutex<Queue>) -> MutexGuard<'_, Queue> {
+    queue.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn commands(submitted: &[Submitted]) -> Vec<OperatorCommand> {
+        submitted.iter().map(|submitted| submitted.command).collect()
+    }
+
+    #[test]
+    fn a_stop_replaces_what_waits_and_always_has_room() {
+        use OperatorCommand::{ClearFault, Hold, Stop};
+        let (sender, receiver) = operator();
+        for _ in 0..MAX_WAITING {
+            sender.send(Hold).unwrap();
+        }
+        assert_eq!(sender.send(ClearFault), Err(SendCommandError::Full));
+        let stops: Vec<u64> = (0..1000).map(|_| sender.send(Stop).unwrap()).collect();
+        assert_eq!(commands(&receiver.take_replaced()), [Hold; MAX_WAITING]);
+        let stop = receiver.take(true).unwrap();
+        assert_eq!((stop.command, Some(&stop.number)), (Stop, stops.last()));
+        sender.send(ClearFault).unwrap();
+        assert_eq!(receiver.take_replaced(), []);
+        assert_eq!(receiver.take(true), None);
+        assert_eq!(receiver.take(false).unwrap().command, ClearFault);
+        drop(receiver);
+        assert_eq!(sender.send(Stop), Err(SendCommandError::Ended));
+    }
+}

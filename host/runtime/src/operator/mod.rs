@@ -1,0 +1,32 @@
+//! The operator of a run: commands from other threads, such as a page or a terminal.
+//!
+//! [`operator`] returns a sender, which any number of threads may clone, and the receiver for
+//! [`RunParts::operator`](crate::run::RunParts). A command ends the control loop's wait for a
+//! frame. Its outcome is a [`RunEvent::Command`](crate::observer::RunEvent::Command) with the
+//! number that [`OperatorSender::send`] returned.
+//!
+//! With an operator a run does not end after the last target, a timeout, a Stop or a fault: the
+//! board holds or rests, and the observers receive every frame, until [`OperatorCommand::End`], an
+//! interruption or a failure. A command that changes the motion ends the list of targets.
+//!
+//! ```
+//! use nalgebra::Point3;
+//! use plumb_runtime::operator::{OperatorCommand, operator};
+//!
+//! let (sender, receiver) = operator();
+//! let page = sender.clone();
+//! let target = page.send(OperatorCommand::Target(Point3::new(0.40, 0.40, 0.15)))?;
+//! let stop = sender.send(OperatorCommand::Stop)?;
+//! assert!(stop > target);
+//! // RunParts { operator: Some(receiver), .. }
+//! drop(receiver);
+//! assert!(sender.send(OperatorCommand::Stop).is_err());
+//! # Ok::<(), plumb_runtime::operator::SendCommandError>(())
+//! ```
+
+mod channel;
+mod command;
+
+pub(crate) use channel::Submitted;
+pub use channel::{MAX_WAITING, OperatorReceiver, OperatorSender, SendCommandError, operator};
+pub use command::{CommandOutcome, CommandRefusal, OperatorCommand};

@@ -1,0 +1,347 @@
+//! An operator steers a run, over an ideal link and over lossy ones, in virtual time.
+
+#![allow(clippy::expect_used, reason = "a test stops at the first surprise")]
+
+use std::cell::RefCell;
+use std::rc::Rc;
+use std::sync::atomic::AtomicBool;
+
+use nalgebra::Point3;
+use plumb_cameras::camera_file;
+use plumb_emulator::plant::{QuasiStatic, Task};
+use plumb_emulator::{EMULATED, EmulatedBoard};
+use plumb_protocol::message::{Fault, Refusal, State};
+use plumb_protocol::units::Steps16;
+use plumb_runtime::observer::{FrameRecord, Observer, RunEvent};
+use plumb_runtime::operator::{
+    CommandOutcome, CommandRefusal, OperatorCommand, OperatorSender, operator,
+};
+use plumb_runtime::rig::{LawName, LawSettings, Rig};
+use plumb_runtime::run::{Run, RunParts, StopReason, Summary};
+use plumb_sim::memory::Memory;
+use plumb_sim::simulated::{Timing, VirtualRig};
+use plumb_tests::links::{FixedDetector, TrackingCamera, link};
+use plumb_vision::detect::{BallDetector, DetectError};
+use plumb_vision::frame::RgbdFrame;
+use plumb_vision::observation::BallObservation;
+
+/// Target of the rig file, m.
+const FIRST: [f64; 3] = [0.400, 0.400, 0.150];
+/// Another target inside the workspace, m.
+const SECOND: [f64; 3] = [0.480, 0.300, 0.250];
+
+/// Reads the events so far. Returns the commands to send after frame `number`.
+type Operation<'a> = dyn FnMut(u64, &Seen) -> Vec<OperatorCommand> + 'a;
+
+/// What the observers of a run receive.
+#[derive(Debug, Default)]
+struct Seen {
+    frames: Vec<FrameRecord>,
+    events: Vec<RunEvent>,
+}
+
+impl Seen {
+    /// Returns the outcomes of the commands, in order.
+    fn outcomes(&self) -> Vec<(OperatorCommand, CommandOutcome)> {
+        let outcome = |event: &RunEvent| match event {
+            RunEvent::Command { command, outcome, .. } => Some((*command, *outcome)),
+            _ => None,
+        };
+        self.events.iter().filter_map(outcome).collect()
+    }
+
+    /// Returns whether leg `leg` has ended for `expected`.
+    fn has_ended(&self, leg: usize, expected: &StopReason) -> bool {
+        self.events.iter().any(|event| {
+            matches!(event, RunEvent::TargetEnded { number, reason }
+                if *number == leg && reason == expected)
+        })
+    }
+
+    /// Returns the board's state at frame `number`.
+    fn state(&self, number: u64) -> State {
+        self.frames[number as usize].telemetry.expect("telemetry").state
+    }
+}
+
+/// Operator that acts after each frame.
+struct Script<'a> {
+    seen: Seen,
+    sender: OperatorSender,
+    operation: &'a mut Operation<'a>,
+}
+
+impl Observer for Script<'_> {
+    fn frame(&mut self, record: &FrameRecord) {
+        assert!(record.number < 5000, "the operator never ends the run: {:?}", self.seen.events);
+        self.seen.frames.push(FrameRecord { frame: None, ..record.clone() });
+        for command in (self.operation)(record.number, &self.seen) {
+            self.sender.send(command).expect("a run that goes on");
+        }
+    }
+
+    fn event(&mut self, event: &RunEvent) {
+        self.seen.events.push(event.clone());
+    }
+}
+
+/// Detector that does not find the ball in some frames.
+struct Blink {
+    detector: FixedDetector,
+    frames: u64,
+    hidden: std::ops::Range<u64>,
+}
+
+impl BallDetector for Blink {
+    fn name(&self) -> &'static str {
+        "blink"
+    }
+
+    fn detect(&mut self, frame: &RgbdFrame) -> Result<Option<BallObservation>, DetectError> {
+        let is_hidden = self.hidden.contains(&self.frames);
+        self.frames += 1;
+        if is_hidden { Ok(None) } else { self.detector.detect(frame) }
+    }
+}
+
+/// A run over a link, and what hides the ball.
+struct Scenario {
+    link: &'static str,
+    seed: u64,
+    hidden: std::ops::Range<u64>,
+}
+
+const IDEAL: Scenario = Scenario { link: "ideal", seed: 1, hidden: 0..0 };
+
+/// Runs the law `taut` to the first target, with `operation` as operator.
+fn run<'a>(scenario: &Scenario, operation: &'a mut Operation<'a>) -> (Summary, Seen) {
+    let mut rig = Rig::paper().expect("the paper's rig file");
+    rig.law = LawSettings::from(LawName::Taut);
+    rig.set_targets(&[FIRST]).expect("a target");
+    let task = Task::paper();
+    let plant = QuasiStatic::new(task.geometry, task.start).expect("the paper's rig");
+    let wire = (link(scenario.link).wire)(scenario.seed);
+    let board = EmulatedBoard::with_plant(EMULATED, Box::new(plant)).with_wire(wire);
+    let board = Rc::new(RefCell::new(board));
+    let simulated = VirtualRig::new(Rc::clone(&board)).expect("a board with a rig");
+    let camera = camera_file::paper().expect("the paper's camera");
+    let mut source = TrackingCamera::new(simulated, camera.clone(), Timing::default());
+    let (detector, hidden) = (FixedDetector(camera), scenario.hidden.clone());
+    let (sender, receiver) = operator();
+    let mut script = Script { seen: Seen::default(), sender, operation };
+    let run = Run::connect(&rig, Memory::new(board)).expect("a configured board");
+    let summary = run.drive(RunParts {
+        source: &mut source,
+        detector: &mut Blink { detector, frames: 0, hidden },
+        observers: &mut [&mut script],
+        operator: Some(receiver),
+        timeout: 60.0,
+        interrupted: &AtomicBool::new(false),
+    });
+    let summary = summary.expect("an unbroken run");
+    assert!(script.sender.send(OperatorCommand::Stop).is_err(), "the run has ended");
+    (summary, script.seen)
+}
+
+fn target(metres: [f64; 3]) -> OperatorCommand {
+    OperatorCommand::Target(Point3::from(metres))
+}
+
+/// Sends each command after its frame.
+fn at_frames(
+    commands: &[(u64, OperatorCommand)],
+) -> impl FnMut(u64, &Seen) -> Vec<OperatorCommand> {
+    move |number, _| {
+        commands.iter().filter(|(frame, _)| *frame == number).map(|(_, command)| *command).collect()
+    }
+}
+
+#[test]
+fn a_stop_ramps_down_at_once_and_the_frames_go_on_until_the_end() {
+    let commands = [(30, OperatorCommand::Stop), (90, OperatorCommand::End)];
+    let (summary, seen) = run(&IDEAL, &mut at_frames(&commands));
+    assert_eq!(seen.state(30), State::Seeking);
+    assert!(matches!(seen.state(31), State::Stopping | State::Ready), "{}", seen.state(31));
+    for number in 70..90 {
+        let telemetry = seen.frames[number].telemetry.expect("telemetry");
+        assert_eq!((telemetry.state, telemetry.rates.map(|r| r.0)), (State::Ready, [0; 3]));
+    }
+    assert_eq!(seen.frames.len(), 91);
+    assert!(!summary.reached && summary.at_rest, "{summary:?}");
+    assert_eq!((&summary.ending, summary.targets_reached), (&StopReason::Ended, 0));
+    assert_eq!((summary.legs.len(), &summary.legs[0].ending), (1, &StopReason::Stopped));
+    let accepted = commands.map(|(_, command)| (command, CommandOutcome::Accepted));
+    assert_eq!(seen.outcomes(), accepted);
+}
+
+#[test]
+fn the_ball_is_held_after_the_last_target_and_goes_to_further_ones() {
+    let mut rest = None;
+    let (summary, seen) = run(&IDEAL, &mut |number, seen| {
+        if seen.has_ended(1, &StopReason::Reached) {
+            return vec![OperatorCommand::End];
+        }
+        if rest.is_none() && seen.has_ended(0, &StopReason::Reached) {
+            rest = Some(number);
+        }
+        // The board holds the first target for a while.
+        if rest.is_some_and(|rest| number == rest + 50) { vec![target(SECOND)] } else { vec![] }
+    });
+    let rest = rest.expect("a target that is reached");
+    assert!((rest..rest + 50).all(|number| seen.state(number) == State::Holding));
+    assert!(summary.reached, "{summary:?}");
+    let targets: Vec<[f64; 3]> = summary.legs.iter().map(|leg| leg.target).collect();
+    assert_eq!(targets, [FIRST, SECOND]);
+    assert_eq!((summary.targets_reached, summary.ending), (2, StopReason::Ended));
+}
+
+#[test]
+fn another_target_replaces_the_present_one() {
+    let mut was_sent = false;
+    let (summary, seen) = run(&IDEAL, &mut |number, seen| {
+        if seen.has_ended(1, &StopReason::Reached) {
+            return vec![OperatorCommand::End];
+        }
+        let is_due = number >= 30 && !std::mem::replace(&mut was_sent, number >= 30);
+        if is_due { vec![target(SECOND)] } else { vec![] }
+    });
+    let endings: Vec<_> = summary.legs.iter().map(|leg| leg.ending.clone()).collect();
+    assert_eq!(endings, [StopReason::Replaced, StopReason::Reached]);
+    assert!(!summary.reached && !summary.legs[0].reached, "{summary:?}");
+    let last = seen.frames.last().and_then(|frame| frame.error());
+    assert!(last.is_some_and(|error| error < 0.010), "{last:?}");
+}
+
+#[test]
+fn a_target_outside_the_workspace_is_refused_and_the_drive_goes_on() {
+    let mut sent = 0;
+    let (summary, seen) = run(&IDEAL, &mut |number, seen| {
+        if seen.has_ended(0, &StopReason::Reached) {
+            return vec![OperatorCommand::End];
+        }
+        sent += u32::from(number == 30);
+        let outside = [[0.4, 0.4, -3.0], [f64::NAN, 0.4, 0.15], [0.4, f64::INFINITY, 0.15]];
+        if number == 30 { outside.map(target).to_vec() } else { vec![] }
+    });
+    let refusals: Vec<_> = seen.outcomes().into_iter().map(|(_, outcome)| outcome).collect();
+    let refused = CommandOutcome::Refused(CommandRefusal::TargetOutside);
+    assert_eq!(refusals, [refused, refused, refused, CommandOutcome::Accepted]);
+    assert!(summary.reached && summary.legs.len() == 1, "{summary:?}");
+}
+
+#[test]
+fn a_hold_keeps_the_ball_where_it_is() {
+    let commands = [(40, OperatorCommand::Hold), (200, OperatorCommand::End)];
+    let (summary, seen) = run(&IDEAL, &mut at_frames(&commands));
+    assert_eq!(summary.legs[0].ending, StopReason::Held);
+    assert_eq!(seen.state(200), State::Holding);
+    let place = |number: usize| seen.frames[number].position().expect("a ball");
+    // The ramp takes 0.6 s.
+    assert!((place(200) - place(70)).norm() < 0.02, "{} {}", place(70), place(200));
+    assert!((place(200) - seen.frames[200].target).norm() < 0.02);
+    assert!((place(200) - Point3::from(FIRST)).norm() > 0.05, "{}", place(200));
+}
+
+#[test]
+fn a_motor_is_jogged_at_rest_only() {
+    let jog = |distance| OperatorCommand::Jog { motor: 1, distance, rate: 20.0 };
+    let commands = [
+        (30, jog(20.0)),
+        (31, OperatorCommand::Stop),
+        (60, jog(20.0)),
+        (61, jog(f64::NAN)),
+        (61, OperatorCommand::Jog { motor: 3, distance: 20.0, rate: 20.0 }),
+        (120, OperatorCommand::End),
+    ];
+    let (_, seen) = run(&IDEAL, &mut at_frames(&commands));
+    let outcomes: Vec<_> = seen.outcomes().into_iter().map(|(_, outcome)| outcome).collect();
+    let refused = CommandOutcome::Refused;
+    let busy = refused(CommandRefusal::Board(Refusal::Busy(State::Seeking)));
+    let range = refused(CommandRefusal::OutOfRange);
+    let no_motor = outcomes[4];
+    assert_eq!(outcomes[..4], [busy, CommandOutcome::Accepted, CommandOutcome::Accepted, range]);
+    assert!(matches!(no_motor, CommandOutcome::Refused(CommandRefusal::Board(_))), "{no_motor:?}");
+    let motors = |number: usize| seen.frames[number].telemetry.expect("telemetry").motors;
+    let [before, after] = [motors(60), motors(119)];
+    assert_eq!(after, [before[0], Steps16(before[1].0 + 20 * 16), before[2]]);
+}
+
+#[test]
+fn a_fault_is_cleared_and_the_run_goes_on() {
+    let scenario = Scenario { hidden: 30..60, ..IDEAL };
+    let lost = StopReason::Fault(Fault::PositionLost);
+    let mut sent = 0;
+    let (summary, seen) = run(&scenario, &mut |number, seen| {
+        let step = match sent {
+            0 if number == 100 => vec![target(SECOND), OperatorCommand::ClearFault],
+            1 if number == 110 => vec![target(SECOND)],
+            2 if seen.has_ended(1, &StopReason::Reached) => vec![OperatorCommand::End],
+            _ => return vec![],
+        };
+        sent += 1;
+        step
+    });
+    assert!(seen.has_ended(0, &lost), "{:?}", seen.events);
+    assert_eq!(seen.state(99), State::Fault(Fault::PositionLost));
+    let faulted = CommandRefusal::Board(Refusal::Faulted(Fault::PositionLost));
+    let outcomes = seen.outcomes();
+    assert_eq!(outcomes[0], (target(SECOND), CommandOutcome::Refused(faulted)));
+    assert!(outcomes[1..].iter().all(|(_, outcome)| *outcome == CommandOutcome::Accepted));
+    let endings: Vec<_> = summary.legs.iter().map(|leg| leg.ending.clone()).collect();
+    assert_eq!(endings, [lost, StopReason::Reached]);
+    assert!(!summary.reached, "{summary:?}");
+}
+
+#[test]
+fn a_fault_of_a_board_that_holds_is_an_event() {
+    let mut reached = None;
+    let scenario = Scenario { hidden: 600..2000, ..IDEAL };
+    let (_, seen) = run(&scenario, &mut |number, seen| {
+        if reached.is_none() && seen.has_ended(0, &StopReason::Reached) {
+            reached = Some(number);
+        }
+        if number == 700 { vec![OperatorCommand::End] } else { vec![] }
+    });
+    assert!(reached.is_some_and(|reached| reached < 600), "{reached:?}");
+    let stopped = RunEvent::BoardStopped { fault: Fault::PositionLost };
+    assert_eq!(seen.events.iter().filter(|event| **event == stopped).count(), 1);
+}
+
+/// Over each link and seed every command is carried out once, in order, and the board stands still
+/// from a Stop to the next target.
+#[test]
+fn commands_arrive_over_lossy_links() {
+    for link in ["1 % lost", "10 % lost", "25 % lost", "5 % damaged", "10 % doubled", "poor radio"]
+    {
+        for seed in 0..10 {
+            let commands = [
+                (20, target(SECOND)),
+                (40, OperatorCommand::Stop),
+                (80, target(FIRST)),
+                (86, OperatorCommand::Hold),
+                (160, OperatorCommand::Stop),
+                (220, OperatorCommand::End),
+            ];
+            let (summary, seen) =
+                run(&Scenario { link, seed, hidden: 0..0 }, &mut at_frames(&commands));
+            let case = format!("{link}, seed {seed}: {:?}", seen.events);
+            let accepted = commands.map(|(_, command)| (command, CommandOutcome::Accepted));
+            assert_eq!(seen.outcomes(), accepted, "{case}");
+            for number in (70..80).chain(210..220) {
+                assert_eq!(seen.state(number), State::Ready, "frame {number}, {case}");
+            }
+            let endings: Vec<_> = summary.legs.iter().map(|leg| leg.ending.clone()).collect();
+            let expected = [StopReason::Replaced, StopReason::Stopped, StopReason::Held];
+            assert_eq!(endings, expected, "{case}");
+        }
+    }
+}
+
+#[test]
+fn commands_that_wait_at_the_end_are_refused() {
+    let commands = [(30, target(SECOND)), (30, OperatorCommand::Hold), (30, OperatorCommand::End)];
+    let (_, seen) = run(&IDEAL, &mut at_frames(&commands));
+    let replaced = CommandOutcome::Refused(CommandRefusal::Replaced);
+    let outcomes: Vec<_> = seen.outcomes().into_iter().map(|(_, outcome)| outcome).collect();
+    assert_eq!(outcomes, [replaced, replaced, CommandOutcome::Accepted]);
+}
