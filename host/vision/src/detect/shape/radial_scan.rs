@@ -151,14 +151,18 @@ impl<'a> RadialScan<'a> {
 
 /// Returns the colour between two pixels (six bytes) and the two below them, at these parts of the
 /// way to the right and down.
+///
+/// The channels are written out, because the compiler leaves `std::array::from_fn` a call. The
+/// detector spends an eighth of its time in these samples.
 #[inline]
 fn blend(upper: &[u8], lower: &[u8], (right, down): (f32, f32)) -> [f32; 3] {
-    std::array::from_fn(|c| {
+    let channel = |c: usize| {
         let line = |bytes: &[u8]| {
             let (a, b) = (f32::from(bytes[c]), f32::from(bytes[c + 3]));
             a + (b - a) * right
         };
         let (a, b) = (line(upper), line(lower));
         a + (b - a) * down
-    })
+    };
+    [channel(0), channel(1), channel(2)]
 }
