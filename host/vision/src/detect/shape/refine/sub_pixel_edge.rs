@@ -175,10 +175,11 @@ fn read_edges(view: &FrameView, disc: &Disc, bands: &[f64; RAYS], trusted: &[boo
 /// bright as the background. Such an edge is wider than the opposite one, on its inner side; blur
 /// and motion would widen both.
 fn without_glare(edges: Edges, parameters: &EdgeParameters) -> Edges {
+    let blurs: [Option<f64>; RAYS] = std::array::from_fn(|ray| side_blur(&edges, ray));
     std::array::from_fn(|ray| {
         let edge = edges[ray]?;
-        let (Some(here), Some(there)) = (side_blur(&edges, ray), side_blur(&edges, ray + RAYS / 2))
-        else {
+        let opposite = (ray + RAYS / 2) % RAYS;
+        let (Some(here), Some(there)) = (blurs[ray], blurs[opposite]) else {
             return Some(edge);
         };
         let glare = (here - there).clamp(0.0, parameters.max_glare);
