@@ -193,7 +193,7 @@ fn a_hangup_that_is_ignored_from_the_start_stays_ignored() {
     assert!(line["ending"] == "interrupted" && line["frames"].as_u64().unwrap() >= 29, "{line}");
 }
 
-/// `plumb emulate --link board`, and the terminal's path that it says.
+/// `plumb emulate --link board`, and the terminal's path that it prints.
 fn emulate(folder: &Path) -> (Child, String) {
     let mut emulator = program(&["emulate", "--link", "board"], folder)
         .stdout(Stdio::piped())

@@ -68,7 +68,7 @@ pub enum SettingsError {
     #[error("the camera is to be simulated, but there is no [simulation] table")]
     NoSimulation,
     /// The source is a recording, but none is named.
-    #[error("the camera is to be a recording, but [camera] has no key `recording` that says which")]
+    #[error("the camera is to be a recording, but [camera] has no key `recording` with its path")]
     NoRecording,
     /// A recording is named, but the source is another one.
     #[error("[camera] names a recording, but its source is another; leave one of them out")]

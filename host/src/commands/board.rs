@@ -1,4 +1,4 @@
-//! `plumb board`: what a person asks of the board itself.
+//! `plumb board`: commands for the board itself.
 
 use std::path::PathBuf;
 use std::process::ExitCode;

@@ -25,7 +25,7 @@ use super::{Failure, Physics, bad_input, law, numbers, print};
 ///
 /// The camera is the one that the rig file names: through OpenNI2, or a recording. It is simulated
 /// where the rig file has a [simulation] table and names none: the board, real or emulated, is then
-/// tried without a rig, and what it says of its motors moves a simulated one.
+/// tried without a rig, and its motor positions move a simulated one.
 #[derive(Parser)]
 pub(crate) struct RunArgs {
     /// The rig file (TOML, SI units)

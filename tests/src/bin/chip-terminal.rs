@@ -5,7 +5,7 @@
 
 #![allow(
     clippy::expect_used,
-    reason = "a tool for tests: it stops at the first surprise and says which"
+    reason = "a tool for tests: it stops at the first surprise and names it"
 )]
 
 use std::io::{Read, Write};

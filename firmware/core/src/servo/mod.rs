@@ -33,7 +33,7 @@ pub struct BallPosition {
     pub captured: Micros,
     /// Position of the ball, µm, within ±4 m.
     pub ball: [i32; 3],
-    /// Covariance of the position, where the host knows it.
+    /// Covariance of the position; `None` if the host did not send one.
     pub covariance: Option<Covariance>,
 }
 

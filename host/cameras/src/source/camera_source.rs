@@ -18,7 +18,7 @@ pub trait CameraSource {
     ///
     /// # Errors
     /// Where a frame is lost. The next call may deliver the frame after it, unless
-    /// [`SourceError::is_over`] says that no frame comes any more.
+    /// the error [is the end](SourceError::is_over) of the source.
     fn next_frame(&mut self) -> Result<Option<RgbdFrame>, SourceError>;
 
     /// Returns the time on the clock that stamps the frames, seconds. The difference to a frame's

@@ -29,7 +29,7 @@ pub enum OpenRecordingError {
     Openni(#[from] OpenniSourceError),
 }
 
-/// Opens the recording at `path`, to be read as fast as the caller asks for frames: an `.oni` file
+/// Opens the recording at `path`, to be read as fast as the caller takes frames: an `.oni` file
 /// where `path` is a file, else a TUM folder. `intrinsics` are those of the camera file; an `.oni`
 /// file states its depth scale itself.
 ///

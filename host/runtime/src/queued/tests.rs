@@ -92,7 +92,7 @@ fn a_panic_of_the_observer_is_one_failure_and_an_error_of_close() {
         let failure = loop {
             match queued.failure() {
                 Some(failure) => break failure.to_string(),
-                // A queue that blocks knows it at once.
+                // A queue that blocks reports it at once.
                 None => assert_eq!(overflow, Overflow::Drop),
             }
             thread::yield_now();

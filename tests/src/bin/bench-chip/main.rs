@@ -8,7 +8,7 @@
 #![allow(
     clippy::expect_used,
     clippy::panic,
-    reason = "a tool for tests: it stops at the first surprise and says which"
+    reason = "a tool for tests: it stops at the first surprise and names it"
 )]
 
 mod measure;

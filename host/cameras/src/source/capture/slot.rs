@@ -88,7 +88,7 @@ impl Slot {
         self.lock().skipped
     }
 
-    /// Asks the thread to end: its items are no longer taken.
+    /// Requests the end of the thread: its items are not taken any more.
     pub(super) fn close(&self) {
         self.lock().is_closed = true;
         self.changed.notify_all();

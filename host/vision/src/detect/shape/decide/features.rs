@@ -53,7 +53,8 @@ pub struct ColourFeatures {
 }
 
 /// Features of a circle that is fitted to its edges alone, without the size and place known from
-/// depth. A ball's is the circle that depth asks for; a box's, a can's or a larger ball's is not.
+/// depth. A ball's circle is the one that its depth implies; that of a box, a can or a larger
+/// ball is another one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FreeFitResidual {
     /// Squared error of the radius, over the usual variance.

@@ -1,7 +1,7 @@
 //! Stage 3, decide: how likely a refined circle is the ball.
 //!
 //! [`features`] reads how much of the disc is visible, its colour, its surface and its
-//! surroundings, and fits its edges once more without what depth says. [`classifier`] weights them.
+//! surroundings, and fits its edges once more without the depth. [`classifier`] weights them.
 //! Screens that are cheaper than a refinement use the same features.
 
 mod classifier;
