@@ -1,7 +1,9 @@
 //! The protocol, the pins and the pulses of a chip.
 
 use plumb_protocol::Config;
-use plumb_protocol::config::{Drivers, Growth, Interval, Law, Motor, StepDir, Workspace};
+use plumb_protocol::config::{
+    Drivers, Growth, Interval, JogLimits, Law, Motor, StepDir, Workspace,
+};
 use plumb_protocol::frame::encode;
 use plumb_protocol::message::{
     Command, Fault, FromBoard, Hello, Position, Refusal, State, Telemetry, ToBoard,
@@ -214,6 +216,7 @@ pub fn fast_config(rate: f64, driver: StepDir) -> Config {
     Config {
         law: Law::Interval(Interval::uniform(Bound(65536), Bound(65536), Gain(1 << 20))),
         motors: [motor; 3],
+        jog: JogLimits { max_rate: motor.max_rate, max_distance: Steps16(1 << 28) },
         workspace: Workspace { min: point([-1_000_000; 3]), max: point([2_000_000; 3]) },
         growth: Growth { margin: Micrometres(1_000_000), time: Milliseconds(60_000) },
         drivers: Drivers::StepDir(driver),
