@@ -22,8 +22,8 @@ use plumb_sim::emulator::plant::{Elastic, ElasticParameters, Plant, QuasiStatic,
 use plumb_vision::camera::Camera;
 use plumb_vision::detect::{BallDetector, DetectorKind};
 
-use plumb_runtime::rig::{LawName, LawSettings, Simulation, UnknownLaw};
-use plumb_sim::simulated::geometry;
+use plumb_runtime::rig::{LawName, LawSettings, Rig, Simulation, UnknownLaw};
+use plumb_sim::simulated::{geometry, wired};
 
 pub(crate) use exit::Failure;
 use exit::{FAILED, bad_input, failed, failed_because};
@@ -58,12 +58,14 @@ pub(crate) enum Physics {
 }
 
 impl Physics {
-    fn plant(self, simulation: &Simulation) -> Result<Box<dyn Plant + Send>, RigError> {
+    /// Creates the simulated rig of `rig`, wired to the board as its file says.
+    fn plant(self, rig: &Rig, simulation: &Simulation) -> Result<Box<dyn Plant + Send>, RigError> {
         let (geometry, start) = (geometry(simulation)?, simulation.start());
-        Ok(match self {
+        let plant: Box<dyn Plant + Send> = match self {
             Self::QuasiStatic => Box::new(QuasiStatic::new(geometry, start)?),
             Self::Elastic => Box::new(Elastic::new(geometry, ElasticParameters::default(), start)?),
-        })
+        };
+        Ok(wired(rig, simulation, plant))
     }
 }
 
