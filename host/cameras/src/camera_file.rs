@@ -12,6 +12,21 @@ use crate::toml_file::{Finite, Mistake, Positive, TomlFileError, diagnose, parse
 /// Text of the paper's camera file, `rigs/camera.toml`.
 pub const PAPER: &str = include_str!("../../rigs/camera.toml");
 
+/// Reference page of the camera file: every key with its unit, range, default and meaning.
+pub const REFERENCE: &str = include_str!("../../../docs/use/camera-file.md");
+
+/// Values with which [`mistakes`] goes on where the file has a mistake.
+const PLACEHOLDERS: &str = "\
+intrinsics = { fx = 1, fy = 1, cx = 0, cy = 0, depth_scale = 1 }
+pose = { translation = [0, 0, 0], quaternion = [0, 0, 0, 1] }
+ball = { diameter_m = 1 }
+";
+
+/// Returns all mistakes in the text of a camera file.
+pub fn mistakes(text: &str) -> Vec<Mistake> {
+    diagnose::<CameraFile>(text, PLACEHOLDERS).mistakes
+}
+
 /// Reads the camera file at `path`:
 ///
 /// ```toml

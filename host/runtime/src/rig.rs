@@ -1,5 +1,6 @@
 //! Rig file: the configuration of a rig in SI units, from which that of the board follows.
 
+pub mod check;
 mod conversion;
 mod driver;
 mod guards;
@@ -35,6 +36,12 @@ pub use self::size::Size;
 pub use self::wiring::{SimulatedMotor, Wiring, WiringError};
 
 use self::conversion::Conversion;
+
+/// Reference page of the rig file: every key with its unit, range, default and meaning.
+pub const REFERENCE: &str = include_str!("../../../docs/use/rig-file.md");
+
+/// Full steps of a turn of a common stepper motor (1.8 degrees a step).
+pub const FULL_STEPS_PER_REVOLUTION: f64 = 200.0;
 
 const PAPER: &str = include_str!("../../rigs/paper.toml");
 

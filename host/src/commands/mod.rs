@@ -3,6 +3,7 @@
 pub(crate) mod bench;
 pub(crate) mod board;
 pub(crate) mod cameras;
+pub(crate) mod check;
 pub(crate) mod cosim;
 pub(crate) mod demo;
 pub(crate) mod emulate;

@@ -33,6 +33,11 @@ impl Conversion {
         conversion.errors.into_iter().next().map_or(Ok(converted), Err)
     }
 
+    /// Returns every value out of range, in the order of conversion.
+    pub(super) fn into_errors(self) -> Vec<OutOfRange> {
+        self.errors
+    }
+
     /// Adds an error.
     pub(super) fn report(&mut self, key: &'static str, value: f64, why: &'static str) {
         self.errors.push(OutOfRange { key, value, why });
