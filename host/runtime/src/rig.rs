@@ -8,6 +8,7 @@ mod jog;
 mod law;
 mod law_name;
 mod motors;
+pub mod new_rig;
 mod simulation;
 mod size;
 #[cfg(test)]

@@ -8,6 +8,7 @@ pub(crate) mod cosim;
 pub(crate) mod demo;
 pub(crate) mod emulate;
 mod exit;
+pub(crate) mod init;
 mod interrupt;
 mod numbers;
 mod options;
