@@ -24,8 +24,8 @@ const BLUE: Bgr = [255, 120, 40];
 const YELLOW: Bgr = [0, 230, 255];
 
 /// Draws a calibration into a picture: the rig's axes at its origin (x red, y green, z blue, 0.1 m
-/// each), `outline` (a closed line, rig frame, metres; yellow), a dot where the pose puts each known
-/// point, and a circle where the camera sees it (green, outliers red).
+/// each), `outline` (a closed line, rig frame, metres; yellow), a dot where the pose puts each
+/// known point, and a circle where the camera sees it (green, outliers red).
 ///
 /// # Errors
 /// If an image operation fails.

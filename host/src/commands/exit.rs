@@ -7,6 +7,8 @@ use std::process::ExitCode;
 
 use plumb_bench::control::{BenchError, ControlError};
 use plumb_bench::vision::VisionError;
+use plumb_calibrate::calibration::CalibrationError;
+use plumb_calibrate::corners::BoardError;
 use plumb_cameras::record::RecordError;
 use plumb_protocol::message::Refusal;
 use plumb_runtime::error_chain::ErrorChain;
@@ -112,6 +114,8 @@ fn is_failure(error: &(dyn Error + 'static)) -> bool {
             Some(RunLogError::Csv { .. } | RunLogError::Json { .. } | RunLogError::Figure { .. })
         )
         || matches!(error.downcast_ref(), Some(RecordError::Thread))
+        || error.is::<BoardError>()
+        || error.is::<CalibrationError>()
         || error.is::<ControlError>()
         || error.is::<VisionError>()
         || error.is::<ServeError>()

@@ -2,13 +2,12 @@
 
 pub(crate) mod bench;
 pub(crate) mod board;
+pub(crate) mod calibrate;
 pub(crate) mod cameras;
-pub(crate) mod check;
 pub(crate) mod cosim;
 pub(crate) mod demo;
 pub(crate) mod emulate;
 mod exit;
-pub(crate) mod init;
 mod interrupt;
 mod numbers;
 mod options;
@@ -24,8 +23,8 @@ use plumb_sim::emulator::plant::{Elastic, ElasticParameters, Plant, QuasiStatic,
 use plumb_vision::camera::Camera;
 use plumb_vision::detect::{BallDetector, DetectorKind};
 
-use plumb_runtime::rig::{LawName, LawSettings, Rig, Simulation, UnknownLaw};
-use plumb_sim::simulated::{geometry, wired};
+use plumb_runtime::rig::{LawName, LawSettings, Simulation, UnknownLaw};
+use plumb_sim::simulated::geometry;
 
 pub(crate) use exit::Failure;
 use exit::{FAILED, bad_input, failed, failed_because};
@@ -60,14 +59,12 @@ pub(crate) enum Physics {
 }
 
 impl Physics {
-    /// Creates the simulated rig of `rig`, wired to the board as its file says.
-    fn plant(self, rig: &Rig, simulation: &Simulation) -> Result<Box<dyn Plant + Send>, RigError> {
+    fn plant(self, simulation: &Simulation) -> Result<Box<dyn Plant + Send>, RigError> {
         let (geometry, start) = (geometry(simulation)?, simulation.start());
-        let plant: Box<dyn Plant + Send> = match self {
+        Ok(match self {
             Self::QuasiStatic => Box::new(QuasiStatic::new(geometry, start)?),
             Self::Elastic => Box::new(Elastic::new(geometry, ElasticParameters::default(), start)?),
-        };
-        Ok(wired(rig, simulation, plant))
+        })
     }
 }
 

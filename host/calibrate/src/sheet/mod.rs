@@ -100,16 +100,16 @@ fn marks(paper: Paper) -> Vec<Mark> {
     let origin = [left, BOTTOM_MM];
     let mut marks = chessboard(origin);
     marks.extend(axes(origin));
-    marks.extend(ruler([left + 60.0, 12.0]));
+    marks.extend(ruler([left + 50.0, 12.0]));
     let text = |x: f64, y: f64, text: &str| Mark::Text {
         corner: [x, y],
         height: 2.2,
         text: text.to_owned(),
     };
     let size = format!("{COLUMNS} x {ROWS} squares of {square} mm.");
-    marks.push(text(left + 166.0, 14.6, &format!("Plumb calibration board: {size}")));
-    marks.push(text(left + 166.0, 10.8, "Print at 100 % (actual size, no fitting)."));
-    marks.push(text(left + 166.0, 7.0, "The ruler must measure 100 mm."));
+    marks.push(text(left + 164.0, 14.6, &format!("Plumb calibration board: {size}")));
+    marks.push(text(left + 164.0, 10.8, "Print at 100 % (actual size, no fitting)."));
+    marks.push(text(left + 164.0, 7.0, "The ruler must measure 100 mm."));
     marks
 }
 
@@ -157,7 +157,11 @@ fn axes([x, y]: [f64; 2]) -> Vec<Mark> {
         Mark::Rectangle { corner: [left, y], size: [LINE_MM, AXIS_MM] },
         text([x + AXIS_MM + 2.0, below - 1.3], "x"),
         text([left - 0.8, y + AXIS_MM + 2.0], "y"),
-        text([left - 3.0, below - 5.0], "origin: the corner of the black square"),
+        Mark::Text {
+            corner: [left - 3.0, below - 5.0],
+            height: 2.2,
+            text: "origin at this corner".into(),
+        },
     ];
     // Heads of the arrows, as stairs.
     for k in 0..4 {

@@ -1,0 +1,210 @@
+//! `plumb calibrate`: the camera's pose in the rig frame.
+
+mod options;
+mod output;
+mod places;
+mod report;
+mod view;
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use clap::Parser;
+use nalgebra::Point3;
+use plumb_calibrate::board::Placement;
+use plumb_calibrate::board_pose::pose_from_board;
+use plumb_calibrate::board_view::{BoardView, average};
+use plumb_calibrate::calibration::{Calibration, Grade};
+use plumb_calibrate::corners::{BoardError, find_corners};
+use plumb_calibrate::motors::{pose_from_motors, see_motors};
+use plumb_calibrate::places::pose_from_places;
+use plumb_calibrate::sheet::{self, Paper};
+use plumb_cameras::bounded_read::read_text;
+use plumb_cameras::camera_file;
+use plumb_cameras::toml_file::MAX_BYTES;
+use plumb_runtime::rig::Rig;
+use plumb_vision::frame::RgbdFrame;
+
+use super::print::tell;
+use super::{DetectorName, FAILED, Failure, bad_input, print};
+use options::{BoardOptions, MotorOptions, PlaceOptions};
+use output::CameraFile;
+use report::{Report, Way};
+use view::{Stage, View};
+
+/// Find the camera's pose in the rig frame and write it into the camera file
+///
+/// Three ways: --board (a printed board at a known place), --motors (their pixels, with depth),
+/// --ball (at least four known places of the ball). The page docs/use/calibrate.md says which one
+/// to take and what good numbers are. The picture with the result drawn in is kept beside the
+/// camera file. Nothing moves: no board is needed.
+///
+/// Examples:
+///   plumb calibrate --print-board board.pdf
+///   plumb calibrate rig.toml --board
+///   plumb calibrate rig.toml --motors --pixel 410,80 --pixel 120,90 --pixel 260,70 --height 0.665
+///   plumb calibrate rig.toml --ball
+#[derive(Parser)]
+#[command(verbatim_doc_comment, allow_negative_numbers = true)]
+#[command(group(clap::ArgGroup::new("way").required(true)
+    .args(["board", "motors", "ball", "print_board"])))]
+pub(crate) struct Args {
+    /// The rig file (TOML, SI units)
+    #[arg(required_unless_present = "print_board")]
+    rig: Option<PathBuf>,
+    /// Write the board for the printer to this file, .pdf or .png
+    #[arg(long, value_name = "FILE")]
+    print_board: Option<PathBuf>,
+    /// Size of the printer's paper: a4 or letter
+    #[arg(long, default_value = "a4", requires = "print_board")]
+    paper: Paper,
+    /// Use a printed board at a known place
+    #[arg(long)]
+    board: bool,
+    /// Use the three motors
+    #[arg(long)]
+    motors: bool,
+    /// Use known places of the ball
+    #[arg(long)]
+    ball: bool,
+    /// Number of pictures of each view
+    #[arg(long, default_value_t = 15, value_parser = clap::value_parser!(u16).range(1..=1000))]
+    frames: u16,
+    /// Detector of the ball
+    #[arg(long, value_enum, default_value = "ball")]
+    detector: DetectorName,
+    /// Write the camera file without asking
+    #[arg(long)]
+    yes: bool,
+    /// End with a line of JSON on standard output
+    #[arg(long)]
+    json: bool,
+    #[command(flatten)]
+    board_options: BoardOptions,
+    #[command(flatten)]
+    motor_options: MotorOptions,
+    #[command(flatten)]
+    place_options: PlaceOptions,
+}
+
+pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
+    if let Some(file) = &args.print_board {
+        return print_board(file, args.paper);
+    }
+    let Some(file) = &args.rig else { return Err(bad_input("a rig file is needed")) };
+    let rig = Rig::read(file)?;
+    let text = read_text(&rig.camera.file, MAX_BYTES)?;
+    let camera = camera_file::parse(&rig.camera.file, &text)?;
+    let mut view = View::open(file, &rig, camera.clone(), usize::from(args.frames))?;
+    let Some(found) = find(&args, &rig, &mut view)? else {
+        return Ok(ExitCode::from(FAILED));
+    };
+    let camera_file = CameraFile { path: &rig.camera.file, text: &text };
+    let picture = camera_file.keep_picture(&found.draw()?)?;
+    let mut report = Report::new(&found, &camera.pose, picture);
+    report.tell();
+    report.written =
+        found.calibration.grade() != Grade::Poor && camera_file.offer(&found, args.yes)?;
+    if args.json {
+        print::result(serde_json::to_string(&report)?)?;
+    }
+    Ok(if report.written { ExitCode::SUCCESS } else { ExitCode::from(FAILED) })
+}
+
+/// Result of one of the ways, with the last picture.
+struct Found {
+    way: Way,
+    calibration: Calibration,
+    frame: RgbdFrame,
+    /// Closed line to draw, rig frame, metres.
+    outline: Vec<Point3<f64>>,
+}
+
+impl Found {
+    fn draw(&self) -> Result<plumb_vision::image::ColourImage, Failure> {
+        let (frame, outline) = (&self.frame, &self.outline);
+        let (colour, intrinsics) = (frame.colour(), frame.intrinsics());
+        Ok(plumb_calibrate::overlay::draw(colour, intrinsics, &self.calibration, outline)?)
+    }
+}
+
+/// Takes the pictures and finds the pose. Returns `None` where the user must first read pixels.
+fn find(args: &Args, rig: &Rig, view: &mut View) -> Result<Option<Found>, Failure> {
+    if args.board {
+        from_board(&args.board_options, view).map(Some)
+    } else if args.motors {
+        from_motors(&args.motor_options, rig, view)
+    } else {
+        let places = places::collect(&args.place_options, args.detector, args.yes, view)?;
+        let calibration = pose_from_places(&places.places)?;
+        Ok(Some(Found { way: Way::Ball, calibration, frame: places.frame, outline: Vec::new() }))
+    }
+}
+
+fn from_board(options: &BoardOptions, view: &mut View) -> Result<Found, Failure> {
+    let board = options.board();
+    let placement: Placement = options.placement();
+    let frames = view.frames(&Stage::Board { board, placement })?;
+    let mut views = Vec::new();
+    let mut last = None;
+    for frame in &frames {
+        match find_corners(frame.colour(), &board) {
+            Ok(corners) => views.push(BoardView::new(&corners, frame)),
+            // A single picture may be blurred.
+            Err(error @ BoardError::NotSeen { .. }) => last = Some(error),
+            Err(error) => return Err(error.into()),
+        }
+    }
+    tell!("the board is seen in {} of {} pictures", views.len(), frames.len());
+    if 2 * views.len() < frames.len()
+        && let Some(error) = last
+    {
+        return Err(error.into());
+    }
+    let frame = view::last(frames)?;
+    let seen = average(&views, &board)?;
+    let calibration = pose_from_board(&seen, frame.intrinsics(), &placement)?;
+    let outline = board.outline().map(|p| placement.pose() * p).to_vec();
+    Ok(Found { way: Way::Board, calibration, frame, outline })
+}
+
+fn from_motors(
+    options: &MotorOptions,
+    rig: &Rig,
+    view: &mut View,
+) -> Result<Option<Found>, Failure> {
+    let frames = view.frames(&Stage::Motors)?;
+    let Some(pixels) = options.pixels()? else {
+        let path = output::beside(&rig.camera.file, "motors");
+        plumb_cameras::png::save(&path, view::last(frames)?.colour())?;
+        tell!(
+            "The picture is in {}. Read there the column and row where the cable leaves each \
+             motor, and give them in the order A, B, C: --pixel U,V --pixel U,V --pixel U,V",
+            path.display()
+        );
+        return Ok(None);
+    };
+    let measures = options.measures()?;
+    let seen = see_motors(&frames, pixels)?;
+    let frame = view::last(frames)?;
+    let calibration = pose_from_motors(&seen, &measures, frame.intrinsics())?;
+    let outline = calibration.samples.iter().map(|sample| sample.known).collect();
+    Ok(Some(Found { way: Way::Motors, calibration, frame, outline }))
+}
+
+/// Writes the sheet with the board.
+fn print_board(file: &Path, paper: Paper) -> Result<ExitCode, Failure> {
+    let extension = file.extension().and_then(|it| it.to_str()).unwrap_or_default();
+    let bytes = match extension.to_ascii_lowercase().as_str() {
+        "pdf" => sheet::pdf(paper),
+        "png" => sheet::png(paper)?,
+        _ => return Err(bad_input(format!("{}: must end in .pdf or .png", file.display()))),
+    };
+    output::write_new(file, &bytes)?;
+    tell!(
+        "The board is in {}. Print it at 100 % (actual size), check that its ruler measures \
+         100 mm, and glue it onto something flat.",
+        file.display()
+    );
+    Ok(ExitCode::SUCCESS)
+}

@@ -1,0 +1,138 @@
+//! Options of the three ways.
+
+use clap::Args;
+use nalgebra::{Point2, Point3};
+use plumb_calibrate::board::{Board, Placement};
+use plumb_calibrate::motors::MotorMeasures;
+use plumb_calibrate::places::PLACE_SD_M;
+
+use crate::commands::{Failure, bad_input, numbers};
+
+// The ways that exclude an option. With `requires` clap accepts the option: it waives a requirement
+// that conflicts with another argument.
+const NOT_BOARD: [&str; 3] = ["motors", "ball", "print_board"];
+const NOT_MOTORS: [&str; 3] = ["board", "ball", "print_board"];
+const NOT_BALL: [&str; 3] = ["board", "motors", "print_board"];
+
+/// Parses numbers with commas between them.
+fn list<const N: usize>(text: &str) -> Result<[f64; N], String> {
+    let numbers: Vec<f64> =
+        text.split(',').map(|it| numbers::finite(it.trim())).collect::<Result<_, _>>()?;
+    numbers.try_into().map_err(|_| format!("must be {N} numbers with commas between them"))
+}
+
+/// Parses a point, "X,Y,Z" in metres.
+pub(super) fn point(text: &str) -> Result<Point3<f64>, String> {
+    list(text).map(Point3::from)
+}
+
+/// Parses a pixel, "U,V".
+fn pixel(text: &str) -> Result<Point2<f64>, String> {
+    list(text).map(Point2::from)
+}
+
+/// Parses the side of a square, millimetres.
+fn square(text: &str) -> Result<Board, String> {
+    let side = numbers::positive(text)?;
+    Board::with_square(side * 1e-3).ok_or_else(|| "must be above 0".to_owned())
+}
+
+/// Where the board is.
+#[derive(Args)]
+#[command(next_help_heading = "With --board")]
+pub(super) struct BoardOptions {
+    /// Side of the board's squares as measured on the print, millimetres [default: 36]
+    #[arg(long, value_name = "MM", value_parser = square, conflicts_with_all = NOT_BOARD)]
+    square: Option<Board>,
+    /// Place of the board's origin (its lower left corner) in the rig frame, metres
+    #[arg(long, value_name = "X,Y,Z", value_parser = point, conflicts_with_all = NOT_BOARD)]
+    origin: Option<Point3<f64>>,
+    /// Turn of the board about the rig's z axis, degrees, counter-clockwise from above
+    #[arg(long, value_name = "DEGREES", value_parser = numbers::finite)]
+    #[arg(conflicts_with_all = NOT_BOARD)]
+    turn: Option<f64>,
+    /// The board stands on its lower edge instead of lying
+    #[arg(long, conflicts_with_all = NOT_BOARD)]
+    upright: bool,
+}
+
+impl BoardOptions {
+    pub(super) fn board(&self) -> Board {
+        self.square.unwrap_or(Board::SHEET)
+    }
+
+    pub(super) fn placement(&self) -> Placement {
+        Placement {
+            origin: self.origin.unwrap_or_else(Point3::origin),
+            turn: self.turn.unwrap_or(0.0).to_radians(),
+            is_upright: self.upright,
+        }
+    }
+}
+
+/// Where the motors are.
+#[derive(Args)]
+#[command(next_help_heading = "With --motors")]
+pub(super) struct MotorOptions {
+    /// Column and row where the cable leaves a motor; three times, in the order A, B, C. Without
+    /// it the picture is kept, so that they can be read there
+    #[arg(long = "pixel", value_name = "U,V", value_parser = pixel)]
+    #[arg(conflicts_with_all = NOT_MOTORS)]
+    pixels: Vec<Point2<f64>>,
+    /// Height of the motors above the origin, metres. The origin is then below motor C in x and
+    /// below motor B in y
+    #[arg(long, value_name = "M", value_parser = numbers::finite, conflicts_with_all = NOT_MOTORS)]
+    height: Option<f64>,
+    /// Measured place of a motor in the rig frame, metres, instead of --height; three times, in the
+    /// order A, B, C
+    #[arg(long = "motor", value_name = "X,Y,Z", value_parser = point)]
+    #[arg(conflicts_with_all = NOT_MOTORS)]
+    #[arg(conflicts_with = "height")]
+    measured: Vec<Point3<f64>>,
+}
+
+impl MotorOptions {
+    /// Returns the pixels of A, B, C; `None` where there are none.
+    pub(super) fn pixels(&self) -> Result<Option<[Point2<f64>; 3]>, Failure> {
+        if self.pixels.is_empty() {
+            return Ok(None);
+        }
+        let n = self.pixels.len();
+        let pixels = self.pixels.clone().try_into();
+        pixels.map(Some).map_err(|_| bad_input(format!("--pixel is given {n} times, not 3")))
+    }
+
+    pub(super) fn measures(&self) -> Result<MotorMeasures, Failure> {
+        let needed = "give --height (of the motors above the origin) or --motor three times";
+        match (self.height, self.measured.len()) {
+            (Some(height), _) => Ok(MotorMeasures::Height(height)),
+            (None, 0) => Err(bad_input(needed)),
+            (None, n) => {
+                let places = self.measured.clone().try_into();
+                let wrong = |_| bad_input(format!("--motor is given {n} times, not 3"));
+                places.map(MotorMeasures::Places).map_err(wrong)
+            }
+        }
+    }
+}
+
+/// Where the ball is put.
+#[derive(Args)]
+#[command(next_help_heading = "With --ball")]
+pub(super) struct PlaceOptions {
+    /// Place of the ball's centre in the rig frame, metres; at least four times. Without it the
+    /// places are typed
+    #[arg(long = "place", value_name = "X,Y,Z", value_parser = point)]
+    #[arg(conflicts_with_all = NOT_BALL)]
+    pub(super) places: Vec<Point3<f64>>,
+    /// Standard deviation of the measured places along each axis, millimetres
+    #[arg(long, value_name = "MM", value_parser = numbers::positive, conflicts_with_all = NOT_BALL)]
+    place_error: Option<f64>,
+}
+
+impl PlaceOptions {
+    /// Returns the standard deviation of a place, metres.
+    pub(super) fn place_sd(&self) -> f64 {
+        self.place_error.map_or(PLACE_SD_M, |mm| mm * 1e-3)
+    }
+}

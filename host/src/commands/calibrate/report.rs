@@ -1,0 +1,137 @@
+//! Report of a calibration for people and as JSON.
+
+use std::path::PathBuf;
+
+use nalgebra::Isometry3;
+use plumb_calibrate::calibration::{Calibration, Grade, Sample};
+use serde::Serialize;
+
+use super::Found;
+use crate::commands::print::tell;
+
+/// Way of a calibration.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum Way {
+    /// A printed board at a known place.
+    Board,
+    /// The pixels of the motors, with depth.
+    Motors,
+    /// Known places of the ball.
+    Ball,
+}
+
+impl Way {
+    /// Returns the name of its option.
+    pub(super) fn option(self) -> &'static str {
+        match self {
+            Self::Board => "board",
+            Self::Motors => "motors",
+            Self::Ball => "ball",
+        }
+    }
+}
+
+/// Outlying samples that are listed.
+const MAX_LISTED: usize = 8;
+
+/// Result as a line of JSON. Lengths in metres, angles in degrees.
+#[derive(Debug, Serialize)]
+pub(super) struct Report {
+    way: Way,
+    grade: String,
+    translation: [f64; 3],
+    /// x, y, z, w.
+    quaternion: [f64; 4],
+    position_sd_m: f64,
+    rotation_sd_deg: f64,
+    samples: usize,
+    residual_m: f64,
+    held_out_m: Option<f64>,
+    outliers: Vec<String>,
+    /// Change against the camera file.
+    moved_m: f64,
+    turned_deg: f64,
+    findings: Vec<String>,
+    picture: PathBuf,
+    /// Whether the camera file is written.
+    pub(super) written: bool,
+}
+
+impl Report {
+    /// Makes the report of a result, against the pose in the camera file.
+    pub(super) fn new(found: &Found, old: &Isometry3<f64>, picture: PathBuf) -> Self {
+        let Calibration { pose, position_sd, rotation_sd, samples, findings } = &found.calibration;
+        let (translation, quaternion) = (pose.translation.vector, pose.rotation.coords);
+        let outlier = |sample: &Sample| {
+            format!("{} is off by {:.0} mm and left out", sample.name, sample.residual * 1e3)
+        };
+        let mut findings = findings.clone();
+        findings.extend(advice(&found.calibration, found.way));
+        Self {
+            way: found.way,
+            grade: found.calibration.grade().to_string(),
+            translation: translation.into(),
+            quaternion: quaternion.into(),
+            position_sd_m: *position_sd,
+            rotation_sd_deg: rotation_sd.to_degrees(),
+            samples: samples.len(),
+            residual_m: found.calibration.residual(),
+            held_out_m: found.calibration.held_out(),
+            outliers: found.calibration.outliers().map(outlier).collect(),
+            moved_m: (translation - old.translation.vector).norm(),
+            turned_deg: pose.rotation.angle_to(&old.rotation).to_degrees(),
+            findings,
+            picture,
+            written: false,
+        }
+    }
+
+    /// Prints the report for a person.
+    pub(super) fn tell(&self) {
+        let [x, y, z] = self.translation;
+        let [i, j, k, w] = self.quaternion;
+        let samples = self.samples - self.outliers.len();
+        tell!("pose: {} ({samples} of {} samples used)", self.grade, self.samples);
+        tell!("  translation [{x:.4}, {y:.4}, {z:.4}] m");
+        tell!("  quaternion  [{i:.5}, {j:.5}, {k:.5}, {w:.5}] (x, y, z, w)");
+        let (position, rotation) = (self.position_sd_m * 1e3, self.rotation_sd_deg);
+        tell!("  standard deviation: {position:.1} mm near the samples, {rotation:.2} degrees");
+        let held_out =
+            self.held_out_m.map_or("none".to_owned(), |it| format!("{:.1} mm", it * 1e3));
+        tell!("  residual {:.1} mm, of held-out samples {held_out}", self.residual_m * 1e3);
+        let (moved, turned) = (self.moved_m * 1e3, self.turned_deg);
+        tell!("  against the camera file: moved by {moved:.0} mm, turned by {turned:.1} degrees");
+        for text in self.outliers.iter().take(MAX_LISTED) {
+            tell!("  outlier: {text}");
+        }
+        for text in &self.findings {
+            tell!("  note: {text}");
+        }
+        let picture = self.picture.display();
+        tell!("  picture: {picture} (red x, green y, blue z must be where your rig has them)");
+    }
+}
+
+/// Returns what to do next.
+fn advice(calibration: &Calibration, way: Way) -> Option<String> {
+    let what = match way {
+        Way::Board => {
+            "move the board nearer to the camera, tilt it against the line of sight by 20 degrees \
+             or more, glue it flat, and avoid reflections"
+        }
+        Way::Motors => {
+            "choose the pixels where the cables leave the motors again, compare the sides of the \
+             triangle with a rule, or use --board or --ball"
+        }
+        Way::Ball => {
+            "use six places or more that are spread over the whole workspace and its height, and \
+             measure to the ball's centre"
+        }
+    };
+    match calibration.grade() {
+        Grade::Good => None,
+        Grade::Usable => Some(format!("for a better pose: {what}")),
+        Grade::Poor => Some(format!("this pose is not written, for it is too uncertain: {what}")),
+    }
+}

@@ -1,0 +1,166 @@
+//! Pictures for a calibration: from the rig's camera, or rendered where the rig is simulated.
+//!
+//! On a simulated rig nobody can lay a board or hold the ball. Its pictures show what the user is
+//! asked to do: the board at its stated place, the ball at each place.
+
+use std::path::Path;
+
+use nalgebra::Point3;
+use plumb_calibrate::board::{Board, Placement};
+use plumb_calibrate::render::draw_board;
+use plumb_cameras::settings::SourceName;
+use plumb_cameras::source::CameraSource;
+use plumb_runtime::error_chain::ErrorChain;
+use plumb_runtime::rig::{Rig, Simulation};
+use plumb_sim::synthetic::{
+    Background, ExtraBall, Material, RenderOptions, Room, Scene, SyntheticCamera,
+};
+use plumb_vision::camera::Camera;
+use plumb_vision::frame::RgbdFrame;
+
+use crate::commands::print::tell;
+use crate::commands::run_camera::RunCamera;
+use crate::commands::{Failure, Physics, bad_input, failed};
+
+/// Pictures that a live camera took before it was asked; they are left out.
+const STALE: usize = 2;
+/// Lost pictures in a row after which the camera is given up.
+const MAX_LOST: usize = 30;
+/// Diameter of the simulated motors, metres.
+const MOTOR_DIAMETER_M: f64 = 0.02;
+/// Seed of the simulated camera's noise.
+const SEED: u64 = 1;
+
+/// What a picture shows.
+pub(super) enum Stage {
+    /// The board at its place.
+    Board { board: Board, placement: Placement },
+    /// The motors.
+    Motors,
+    /// The ball with its centre at a place in the rig frame, metres.
+    Ball(Point3<f64>),
+}
+
+/// Camera of a calibration.
+pub(super) struct View {
+    source: Source,
+    camera: Camera,
+    /// Number of pictures of each stage.
+    frames: usize,
+}
+
+enum Source {
+    Camera(Box<dyn CameraSource>),
+    Simulated(Box<SimulatedView>),
+}
+
+/// Renderer of a simulated rig.
+struct SimulatedView {
+    synthetic: SyntheticCamera,
+    /// Camera with its true pose.
+    camera: Camera,
+    motors: [Point3<f64>; 3],
+    start: Point3<f64>,
+    number: u32,
+}
+
+impl View {
+    /// Opens the camera of the rig file `file`, whose camera file describes `camera`.
+    pub(super) fn open(
+        file: &Path,
+        rig: &Rig,
+        camera: Camera,
+        frames: usize,
+    ) -> Result<Self, Failure> {
+        let chosen = rig.camera.source(rig.simulation.is_some());
+        let chosen = chosen.map_err(|error| bad_input(format!("{}: {error}", file.display())))?;
+        if let (SourceName::Simulated, Some(simulation)) = (chosen, &rig.simulation) {
+            let source = SimulatedView::new(simulation, &camera)?;
+            return Ok(Self { source: Source::Simulated(Box::new(source)), camera, frames });
+        }
+        let RunCamera { source, camera, .. } =
+            RunCamera::open(chosen, rig, camera, Physics::QuasiStatic, None)?;
+        Ok(Self { source: Source::Camera(source), camera, frames })
+    }
+
+    /// Returns the camera file's contents, with the intrinsics of the pictures.
+    pub(super) fn camera(&self) -> &Camera {
+        &self.camera
+    }
+
+    /// Returns whether a person has to arrange what the pictures show.
+    pub(super) fn needs_person(&self) -> bool {
+        matches!(self.source, Source::Camera(_))
+    }
+
+    /// Takes pictures of `stage`.
+    pub(super) fn frames(&mut self, stage: &Stage) -> Result<Vec<RgbdFrame>, Failure> {
+        match &mut self.source {
+            Source::Camera(source) => capture(&mut **source, self.frames),
+            Source::Simulated(view) => (0..self.frames).map(|_| view.frame(stage)).collect(),
+        }
+    }
+}
+
+/// Takes `wanted` pictures. The end of a recording after at least one is no error.
+fn capture(source: &mut dyn CameraSource, wanted: usize) -> Result<Vec<RgbdFrame>, Failure> {
+    let stale = if source.is_live() { STALE } else { 0 };
+    let mut frames = Vec::new();
+    let mut lost = 0;
+    while frames.len() < stale + wanted {
+        match source.next_frame() {
+            Ok(Some(frame)) => {
+                frames.push(frame);
+                lost = 0;
+            }
+            Ok(None) => break,
+            Err(error) if error.is_over() || lost >= MAX_LOST => {
+                return Err(failed(ErrorChain(&error)));
+            }
+            Err(error) => {
+                tell!("plumb: {}", ErrorChain(&error));
+                lost += 1;
+            }
+        }
+    }
+    frames.drain(..stale.min(frames.len()));
+    if frames.is_empty() {
+        return Err(failed("the recording is over: it has too few pictures for the calibration"));
+    }
+    Ok(frames)
+}
+
+/// Returns the last of at least one picture.
+pub(super) fn last(frames: Vec<RgbdFrame>) -> Result<RgbdFrame, Failure> {
+    frames.into_iter().last().ok_or_else(|| failed("the camera delivered no picture"))
+}
+
+impl SimulatedView {
+    fn new(simulation: &Simulation, camera: &Camera) -> Result<Self, Failure> {
+        let camera = camera.clone();
+        let background = Background::Room(Room::furnished());
+        let options = RenderOptions::default();
+        let synthetic = SyntheticCamera::new(camera.clone(), background, options, SEED)?;
+        let (motors, start) = (simulation.motors(), simulation.start());
+        Ok(Self { synthetic, camera, motors, start, number: 0 })
+    }
+
+    /// Renders a picture of `stage`.
+    fn frame(&mut self, stage: &Stage) -> Result<RgbdFrame, Failure> {
+        self.number += 1;
+        let time = f64::from(self.number) / 30.0;
+        let ball = if let Stage::Ball(place) = stage { *place } else { self.start };
+        let mut scene = Scene::rig(ball, self.motors);
+        if let Stage::Motors = stage {
+            let material = Material::from_srgb(90, 90, 95).matt();
+            let motor = |centre| ExtraBall { centre, diameter: MOTOR_DIAMETER_M, material };
+            scene.others = self.motors.map(motor).to_vec();
+        }
+        let frame = self.synthetic.render(time, &scene)?;
+        let Stage::Board { board, placement } = stage else { return Ok(frame) };
+        let (mut colour, mut depth) = (frame.colour().clone(), frame.depth().clone());
+        let pose = self.camera.pose.inverse() * placement.pose();
+        draw_board((&mut colour, &mut depth), frame.intrinsics(), board, &pose);
+        Ok(RgbdFrame::new(time, colour, depth, *frame.intrinsics())?)
+    }
+}
