@@ -9,7 +9,7 @@ pub use hil::{Follower, HilPlant, HilRig};
 use std::collections::VecDeque;
 
 use nalgebra::Point3;
-use plumb_cameras::source::{CameraSource, SourceError};
+use plumb_cameras::source::{CameraSource, LiveClock, SourceError};
 use plumb_cameras::toml_file::Finite;
 use plumb_emulator::plant::{Geometry, RigError};
 use plumb_runtime::link::LinkError;
@@ -140,6 +140,10 @@ impl<C: SimClock> CameraSource for SimulatedCamera<C> {
 
     fn is_live(&self) -> bool {
         true
+    }
+
+    fn clock(&self) -> Option<LiveClock> {
+        self.rig.live_clock()
     }
 }
 

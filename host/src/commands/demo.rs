@@ -6,6 +6,7 @@ use std::cell::RefCell;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::rc::Rc;
+use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use clap::Parser;
@@ -13,6 +14,7 @@ use nalgebra::Point3;
 use plumb_cameras::camera_file;
 use plumb_cameras::record::{Overflow, RecordFolder};
 use plumb_cameras::source::CameraSource;
+use plumb_cameras::source::capture::{Capture, CaptureLimits};
 use plumb_cameras::source::tum::TumFolder;
 use plumb_runtime::link::{Serial, Transport};
 use plumb_runtime::rig::{LawName, LawSettings, Rig};
@@ -20,7 +22,7 @@ use plumb_runtime::run::{Run, RunParts, Summary};
 use plumb_runtime::run_log::{FigureSettings, LawCurve, OutputDir, RunLog};
 use plumb_sim::emulator::{EMULATED, EmulatedBoard, serve};
 use plumb_sim::memory::Memory;
-use plumb_sim::simulated::{ServedRig, SimClock, SimulatedCamera, Timing, VirtualRig};
+use plumb_sim::simulated::{ServedRig, SimulatedCamera, Timing, VirtualRig};
 use plumb_sim::synthetic::{Background, RenderOptions, Room, SyntheticCamera};
 use plumb_vision::camera::Camera;
 use plumb_vision::frame::RgbdFrame;
@@ -120,19 +122,21 @@ fn drive(
         let Some(simulated) = VirtualRig::new(Rc::clone(&board)) else {
             return Err(failed("the board moves no rig"));
         };
-        let source = SimulatedCamera::new(simulated, synthetic, motors, Timing::default());
-        run(&mut demo, source, folder, Memory::new(board))
+        let mut source = SimulatedCamera::new(simulated, synthetic, motors, Timing::default());
+        let ball = || board.borrow().ball();
+        run(&mut demo, &mut source, folder, Memory::new(Rc::clone(&board)), ball)
     } else {
-        let served = Rc::new(serve(board)?);
+        let served = Arc::new(serve(board)?);
         let port = served.path().to_string_lossy().into_owned();
         tell!("emulated board on {port}");
         // This port is no input of the command.
         let transport = Serial::open(&port, rig.board.baud).map_err(failed_because)?;
-        let Some(simulated) = ServedRig::new(served) else {
+        let Some(simulated) = ServedRig::new(Arc::clone(&served)) else {
             return Err(failed("the board moves no rig"));
         };
         let source = SimulatedCamera::new(simulated, synthetic, motors, Timing::default());
-        run(&mut demo, source, folder, transport)
+        let mut source = Capture::start(source, CaptureLimits::default())?;
+        run(&mut demo, &mut source, folder, transport, || served.board().ball())
     }
 }
 
@@ -162,15 +166,14 @@ struct Demo<'a> {
     curve: &'a mut LawCurve,
 }
 
-fn run<C: SimClock, T: Transport>(
+/// Runs the demo. `ball` returns the true position of the ball, metres in the rig frame.
+fn run<T: Transport>(
     demo: &mut Demo<'_>,
-    mut source: SimulatedCamera<C>,
+    source: &mut dyn CameraSource,
     folder: Option<RecordFolder>,
     transport: T,
-) -> Result<ExitCode, Failure>
-where
-    SimulatedCamera<C>: CameraSource,
-{
+    ball: impl Fn() -> Option<Point3<f64>>,
+) -> Result<ExitCode, Failure> {
     let Demo { args, rig, camera, interrupted, .. } = *demo;
     let overflow = if args.virtual_time { Overflow::Block } else { Overflow::Drop };
     let recorder = folder
@@ -180,7 +183,7 @@ where
     let log = RunLog::create(&demo.output_dir, FigureSettings::of(rig))?;
     let mut outputs = Outputs::start(log, recorder, overflow)?;
     let result = run.drive(RunParts {
-        source: &mut source,
+        source,
         detector: &mut *args.options.detector.detector(camera),
         observers: &mut [&mut outputs, &mut *demo.curve],
         operator: None,
@@ -189,7 +192,7 @@ where
     });
     let target =
         rig.targets.last().map_or_else(Point3::origin, |t| Point3::from(t.map(|c| c.get())));
-    let true_error_mm = ((source.rig().ball() - target).norm() * 1e6).round() / 1e3;
+    let true_error_mm = ((ball().unwrap_or_default() - target).norm() * 1e6).round() / 1e3;
     outputs.conclude(result, |summary| {
         let time = if args.virtual_time { "virtual" } else { "real" };
         let line = Line { summary, true_error_mm, seed: args.seed, time };

@@ -7,6 +7,7 @@ use plumb_cameras::drivers::open_camera;
 use plumb_cameras::record::RecordFolder;
 use plumb_cameras::settings::SourceName;
 use plumb_cameras::source::CameraSource;
+use plumb_cameras::source::capture::{Capture, CaptureLimits};
 use plumb_runtime::rig::Rig;
 use plumb_sim::simulated::{Follower, HilPlant, SimulatedCamera, Timing};
 use plumb_sim::synthetic::{Background, RenderOptions, Room, SyntheticCamera};
@@ -61,7 +62,8 @@ fn simulated(rig: &Rig, camera: Camera, physics: Physics) -> Result<RunCamera, F
     let background = Background::Room(Room::furnished());
     let synthetic = SyntheticCamera::new(camera.clone(), background, RenderOptions::default(), 1)?;
     let source = SimulatedCamera::new(plant, synthetic, motors, Timing::default());
-    Ok(RunCamera { source: Box::new(source), camera, follower })
+    let source = Box::new(Capture::start(source, CaptureLimits::default())?);
+    Ok(RunCamera { source, camera, follower })
 }
 
 /// Creates the folder for a recording, where one is asked for.

@@ -2,6 +2,7 @@
 
 use std::cell::RefCell;
 use std::rc::Rc;
+use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::thread;
 use std::time::Duration;
@@ -113,10 +114,10 @@ pub fn in_real_time(run: &LinkRun) -> Outcome {
     rig.deadlines.host = deadline(5.0);
     rig.deadlines.position = deadline(5.0);
     rig.deadlines.max_age = deadline(2.0);
-    let served = Rc::new(serve(board(run)).expect("a pseudo-terminal"));
+    let served = Arc::new(serve(board(run)).expect("a pseudo-terminal"));
     let port = served.path().to_string_lossy().into_owned();
     let transport = Serial::open(&port, rig.board.baud).expect("the board's port");
-    let simulated = ServedRig::new(Rc::clone(&served)).expect("a board with a rig");
+    let simulated = ServedRig::new(Arc::clone(&served)).expect("a board with a rig");
     let rest = || {
         let end = served.board().now().0 + REST.as_micros() as u64;
         while served.board().now().0 < end {
@@ -137,7 +138,7 @@ impl Probe for Rc<RefCell<EmulatedBoard>> {
     }
 }
 
-impl Probe for Rc<Served> {
+impl Probe for Arc<Served> {
     fn inspect<R>(&self, at: impl FnOnce(&EmulatedBoard) -> R) -> R {
         at(&self.board())
     }

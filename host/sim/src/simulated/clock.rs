@@ -2,10 +2,12 @@
 
 use std::cell::RefCell;
 use std::rc::Rc;
+use std::sync::Arc;
 use std::thread;
 use std::time::{Duration, Instant};
 
 use nalgebra::Point3;
+use plumb_cameras::source::LiveClock;
 use plumb_emulator::plant::RigError;
 use plumb_emulator::{EmulatedBoard, Served};
 use plumb_protocol::units::Micros;
@@ -23,6 +25,11 @@ pub trait SimClock {
 
     /// Returns the present centre of the ball, metres, rig frame.
     fn ball(&self) -> Point3<f64>;
+
+    /// Returns the clock of [`now`](Self::now) for other threads; `None` in virtual time.
+    fn live_clock(&self) -> Option<LiveClock> {
+        None
+    }
 }
 
 /// The rig of an emulated board in this process, in virtual time.
@@ -72,17 +79,17 @@ impl<B: RealTimeBall> RealTimeRig<B> {
 }
 
 /// Rig of an emulated board in another thread, in real time.
-pub type ServedRig = RealTimeRig<Rc<Served>>;
+pub type ServedRig = RealTimeRig<Arc<Served>>;
 
 impl ServedRig {
     /// Returns the rig of the served board; `None` if it has none.
-    pub fn new(served: Rc<Served>) -> Option<Self> {
+    pub fn new(served: Arc<Served>) -> Option<Self> {
         served.board().ball()?;
         Some(Self::start(served))
     }
 }
 
-impl RealTimeBall for Rc<Served> {
+impl RealTimeBall for Arc<Served> {
     fn ball(&self) -> Point3<f64> {
         self.board().ball().unwrap_or_else(Point3::origin)
     }
@@ -100,6 +107,10 @@ impl<B: RealTimeBall> SimClock for RealTimeRig<B> {
 
     fn ball(&self) -> Point3<f64> {
         self.ball.ball()
+    }
+
+    fn live_clock(&self) -> Option<LiveClock> {
+        Some(LiveClock::since(self.clock.0))
     }
 }
 

@@ -1,7 +1,6 @@
 //! Hardware in the loop: a simulated rig on a board's motor positions.
 
-use std::cell::RefCell;
-use std::rc::Rc;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use nalgebra::Point3;
 use plumb_cameras::source::BoxedError;
@@ -14,19 +13,19 @@ use super::clock::{RealTime, RealTimeBall, RealTimeRig};
 
 /// Hardware in the loop: a simulated rig that follows the motor positions of any board, real or
 /// emulated, in real time.
-pub type HilPlant = RealTimeRig<Rc<RefCell<HilRig>>>;
+pub type HilPlant = RealTimeRig<Arc<Mutex<HilRig>>>;
 
 /// Observer that moves the rig of a [`HilPlant`] to the motor positions of the telemetry. A rig
 /// that cannot follow ends the run.
 pub struct Follower {
-    rig: Rc<RefCell<HilRig>>,
+    rig: Arc<Mutex<HilRig>>,
     clock: RealTime,
     failure: Option<SimulationError>,
 }
 
 /// Simulated rig that a [`Follower`] moves.
 pub struct HilRig {
-    plant: Box<dyn Plant>,
+    plant: Box<dyn Plant + Send>,
     /// Motor positions of the board at the first call, full steps.
     zero: Option<[f64; 3]>,
     /// Time of the last motion, seconds.
@@ -35,20 +34,20 @@ pub struct HilRig {
 
 impl HilPlant {
     /// Creates the rig of `plant`. The first motor positions count as those of its present state.
-    pub fn new(plant: Box<dyn Plant>) -> Self {
+    pub fn new(plant: Box<dyn Plant + Send>) -> Self {
         let rig = HilRig { plant, zero: None, moved: 0.0 };
-        Self::start(Rc::new(RefCell::new(rig)))
+        Self::start(Arc::new(Mutex::new(rig)))
     }
 
     /// Returns the observer that moves the rig.
     pub fn follower(&self) -> Follower {
-        Follower { rig: Rc::clone(&self.ball), clock: self.clock, failure: None }
+        Follower { rig: Arc::clone(&self.ball), clock: self.clock, failure: None }
     }
 }
 
-impl RealTimeBall for Rc<RefCell<HilRig>> {
+impl RealTimeBall for Arc<Mutex<HilRig>> {
     fn ball(&self) -> Point3<f64> {
-        self.borrow().plant.ball()
+        lock(self).plant.ball()
     }
 }
 
@@ -58,7 +57,7 @@ impl Follower {
     /// # Errors
     /// If the rig cannot follow them.
     pub fn board_moved(&mut self, motors: [f64; 3]) -> Result<(), SimulationError> {
-        let mut rig = self.rig.borrow_mut();
+        let mut rig = lock(&self.rig);
         let zero = *rig.zero.get_or_insert(motors);
         let now = self.clock.now();
         let seconds = now - rig.moved;
@@ -78,4 +77,8 @@ impl Observer for Follower {
     fn failure(&mut self) -> Option<BoxedError> {
         self.failure.take().map(Into::into)
     }
+}
+
+fn lock(rig: &Mutex<HilRig>) -> MutexGuard<'_, HilRig> {
+    rig.lock().unwrap_or_else(PoisonError::into_inner)
 }
