@@ -2,159 +2,16 @@
 
 #![allow(clippy::expect_used, reason = "a test stops at the first surprise")]
 
-use std::cell::RefCell;
-use std::rc::Rc;
-use std::sync::atomic::AtomicBool;
+mod scenario;
 
 use nalgebra::Point3;
-use plumb_cameras::camera_file;
-use plumb_emulator::plant::{QuasiStatic, Task};
-use plumb_emulator::{EMULATED, EmulatedBoard};
 use plumb_protocol::message::{Fault, Refusal, State};
 use plumb_protocol::units::Steps16;
-use plumb_runtime::observer::{FrameRecord, Observer, RunEvent};
-use plumb_runtime::operator::{
-    CommandOutcome, CommandRefusal, OperatorCommand, OperatorSender, operator,
-};
-use plumb_runtime::rig::{LawName, LawSettings, Rig};
-use plumb_runtime::run::{Run, RunParts, StopReason, Summary};
-use plumb_sim::memory::Memory;
-use plumb_sim::simulated::{Timing, VirtualRig};
-use plumb_tests::links::{FixedDetector, TrackingCamera, link};
-use plumb_vision::detect::{BallDetector, DetectError};
-use plumb_vision::frame::RgbdFrame;
-use plumb_vision::observation::BallObservation;
+use plumb_runtime::observer::RunEvent;
+use plumb_runtime::operator::{CommandOutcome, CommandRefusal, OperatorCommand};
+use plumb_runtime::run::StopReason;
 
-/// Target of the rig file, m.
-const FIRST: [f64; 3] = [0.400, 0.400, 0.150];
-/// Another target inside the workspace, m.
-const SECOND: [f64; 3] = [0.480, 0.300, 0.250];
-
-/// Reads the events so far. Returns the commands to send after frame `number`.
-type Operation<'a> = dyn FnMut(u64, &Seen) -> Vec<OperatorCommand> + 'a;
-
-/// What the observers of a run receive.
-#[derive(Debug, Default)]
-struct Seen {
-    frames: Vec<FrameRecord>,
-    events: Vec<RunEvent>,
-}
-
-impl Seen {
-    /// Returns the outcomes of the commands, in order.
-    fn outcomes(&self) -> Vec<(OperatorCommand, CommandOutcome)> {
-        let outcome = |event: &RunEvent| match event {
-            RunEvent::Command { command, outcome, .. } => Some((*command, *outcome)),
-            _ => None,
-        };
-        self.events.iter().filter_map(outcome).collect()
-    }
-
-    /// Returns whether leg `leg` has ended for `expected`.
-    fn has_ended(&self, leg: usize, expected: &StopReason) -> bool {
-        self.events.iter().any(|event| {
-            matches!(event, RunEvent::TargetEnded { number, reason }
-                if *number == leg && reason == expected)
-        })
-    }
-
-    /// Returns the board's state at frame `number`.
-    fn state(&self, number: u64) -> State {
-        self.frames[number as usize].telemetry.expect("telemetry").state
-    }
-}
-
-/// Operator that acts after each frame.
-struct Script<'a> {
-    seen: Seen,
-    sender: OperatorSender,
-    operation: &'a mut Operation<'a>,
-}
-
-impl Observer for Script<'_> {
-    fn frame(&mut self, record: &FrameRecord) {
-        assert!(record.number < 5000, "the operator never ends the run: {:?}", self.seen.events);
-        self.seen.frames.push(FrameRecord { frame: None, ..record.clone() });
-        for command in (self.operation)(record.number, &self.seen) {
-            self.sender.send(command).expect("a run that goes on");
-        }
-    }
-
-    fn event(&mut self, event: &RunEvent) {
-        self.seen.events.push(event.clone());
-    }
-}
-
-/// Detector that does not find the ball in some frames.
-struct Blink {
-    detector: FixedDetector,
-    frames: u64,
-    hidden: std::ops::Range<u64>,
-}
-
-impl BallDetector for Blink {
-    fn name(&self) -> &'static str {
-        "blink"
-    }
-
-    fn detect(&mut self, frame: &RgbdFrame) -> Result<Option<BallObservation>, DetectError> {
-        let is_hidden = self.hidden.contains(&self.frames);
-        self.frames += 1;
-        if is_hidden { Ok(None) } else { self.detector.detect(frame) }
-    }
-}
-
-/// A run over a link, and what hides the ball.
-struct Scenario {
-    link: &'static str,
-    seed: u64,
-    hidden: std::ops::Range<u64>,
-}
-
-const IDEAL: Scenario = Scenario { link: "ideal", seed: 1, hidden: 0..0 };
-
-/// Runs the law `taut` to the first target, with `operation` as operator.
-fn run<'a>(scenario: &Scenario, operation: &'a mut Operation<'a>) -> (Summary, Seen) {
-    let mut rig = Rig::paper().expect("the paper's rig file");
-    rig.law = LawSettings::from(LawName::Taut);
-    rig.set_targets(&[FIRST]).expect("a target");
-    let task = Task::paper();
-    let plant = QuasiStatic::new(task.geometry, task.start).expect("the paper's rig");
-    let wire = (link(scenario.link).wire)(scenario.seed);
-    let board = EmulatedBoard::with_plant(EMULATED, Box::new(plant)).with_wire(wire);
-    let board = Rc::new(RefCell::new(board));
-    let simulated = VirtualRig::new(Rc::clone(&board)).expect("a board with a rig");
-    let camera = camera_file::paper().expect("the paper's camera");
-    let mut source = TrackingCamera::new(simulated, camera.clone(), Timing::default());
-    let (detector, hidden) = (FixedDetector(camera), scenario.hidden.clone());
-    let (sender, receiver) = operator();
-    let mut script = Script { seen: Seen::default(), sender, operation };
-    let run = Run::connect(&rig, Memory::new(board)).expect("a configured board");
-    let summary = run.drive(RunParts {
-        source: &mut source,
-        detector: &mut Blink { detector, frames: 0, hidden },
-        observers: &mut [&mut script],
-        operator: Some(receiver),
-        timeout: 60.0,
-        interrupted: &AtomicBool::new(false),
-    });
-    let summary = summary.expect("an unbroken run");
-    assert!(script.sender.send(OperatorCommand::Stop).is_err(), "the run has ended");
-    (summary, script.seen)
-}
-
-fn target(metres: [f64; 3]) -> OperatorCommand {
-    OperatorCommand::Target(Point3::from(metres))
-}
-
-/// Sends each command after its frame.
-fn at_frames(
-    commands: &[(u64, OperatorCommand)],
-) -> impl FnMut(u64, &Seen) -> Vec<OperatorCommand> {
-    move |number, _| {
-        commands.iter().filter(|(frame, _)| *frame == number).map(|(_, command)| *command).collect()
-    }
-}
+use scenario::{FIRST, IDEAL, SECOND, Scenario, at_frames, run, target};
 
 #[test]
 fn a_stop_ramps_down_at_once_and_the_frames_go_on_until_the_end() {
@@ -307,6 +164,24 @@ fn a_fault_of_a_board_that_holds_is_an_event() {
     assert_eq!(seen.events.iter().filter(|event| **event == stopped).count(), 1);
 }
 
+#[test]
+fn a_target_that_is_not_reached_in_time_is_left_and_the_board_rests() {
+    let scenario = Scenario { timeout: 1.0, ..IDEAL };
+    let (summary, seen) = run(&scenario, &mut at_frames(&[(100, OperatorCommand::End)]));
+    assert_eq!((summary.legs.len(), &summary.legs[0].ending), (1, &StopReason::Timeout));
+    assert_eq!((seen.state(100), &summary.ending), (State::Ready, &StopReason::Ended));
+    assert!(!summary.reached, "{summary:?}");
+}
+
+#[test]
+fn an_interruption_ends_the_run_while_the_board_holds() {
+    let scenario = Scenario { interrupt_at: 600, ..IDEAL };
+    let (summary, seen) = run(&scenario, &mut |_, _| vec![]);
+    assert_eq!(seen.state(600), State::Holding);
+    assert!(summary.reached && summary.at_rest, "{summary:?}");
+    assert_eq!((summary.frames, summary.ending), (601, StopReason::Interrupted));
+}
+
 /// Over each link and seed every command is carried out once, in order, and the board stands still
 /// from a Stop to the next target.
 #[test]
@@ -322,8 +197,7 @@ fn commands_arrive_over_lossy_links() {
                 (160, OperatorCommand::Stop),
                 (220, OperatorCommand::End),
             ];
-            let (summary, seen) =
-                run(&Scenario { link, seed, hidden: 0..0 }, &mut at_frames(&commands));
+            let (summary, seen) = run(&Scenario { link, seed, ..IDEAL }, &mut at_frames(&commands));
             let case = format!("{link}, seed {seed}: {:?}", seen.events);
             let accepted = commands.map(|(_, command)| (command, CommandOutcome::Accepted));
             assert_eq!(seen.outcomes(), accepted, "{case}");

@@ -1,0 +1,166 @@
+//! A run with an operator that acts after each frame.
+
+use std::cell::RefCell;
+use std::rc::Rc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use nalgebra::Point3;
+use plumb_cameras::camera_file;
+use plumb_emulator::plant::{QuasiStatic, Task};
+use plumb_emulator::{EMULATED, EmulatedBoard};
+use plumb_protocol::message::State;
+use plumb_runtime::observer::{FrameRecord, Observer, RunEvent};
+use plumb_runtime::operator::{CommandOutcome, OperatorCommand, OperatorSender, operator};
+use plumb_runtime::rig::{LawName, LawSettings, Rig};
+use plumb_runtime::run::{Run, RunParts, StopReason, Summary};
+use plumb_sim::memory::Memory;
+use plumb_sim::simulated::{Timing, VirtualRig};
+use plumb_tests::links::{FixedDetector, TrackingCamera, link};
+use plumb_vision::detect::{BallDetector, DetectError};
+use plumb_vision::frame::RgbdFrame;
+use plumb_vision::observation::BallObservation;
+
+/// Target of the rig file, m.
+pub(crate) const FIRST: [f64; 3] = [0.400, 0.400, 0.150];
+/// Another target inside the workspace, m.
+pub(crate) const SECOND: [f64; 3] = [0.480, 0.300, 0.250];
+
+/// Reads the events so far. Returns the commands to send after frame `number`.
+pub(crate) type Operation<'a> = dyn FnMut(u64, &Seen) -> Vec<OperatorCommand> + 'a;
+
+/// What the observers of a run receive.
+#[derive(Debug, Default)]
+pub(crate) struct Seen {
+    pub(crate) frames: Vec<FrameRecord>,
+    pub(crate) events: Vec<RunEvent>,
+}
+
+impl Seen {
+    /// Returns the outcomes of the commands, in order.
+    pub(crate) fn outcomes(&self) -> Vec<(OperatorCommand, CommandOutcome)> {
+        let outcome = |event: &RunEvent| match event {
+            RunEvent::Command { command, outcome, .. } => Some((*command, *outcome)),
+            _ => None,
+        };
+        self.events.iter().filter_map(outcome).collect()
+    }
+
+    /// Returns whether leg `leg` has ended for `expected`.
+    pub(crate) fn has_ended(&self, leg: usize, expected: &StopReason) -> bool {
+        self.events.iter().any(|event| {
+            matches!(event, RunEvent::TargetEnded { number, reason }
+                if *number == leg && reason == expected)
+        })
+    }
+
+    /// Returns the board's state at frame `number`.
+    pub(crate) fn state(&self, number: u64) -> State {
+        self.frames[number as usize].telemetry.expect("telemetry").state
+    }
+}
+
+/// Operator that acts after each frame.
+struct Script<'a> {
+    seen: Seen,
+    sender: OperatorSender,
+    operation: &'a mut Operation<'a>,
+    /// Frame after which the run is interrupted.
+    interrupt_at: u64,
+    interrupted: &'a AtomicBool,
+}
+
+impl Observer for Script<'_> {
+    fn frame(&mut self, record: &FrameRecord) {
+        assert!(record.number < 5000, "the operator never ends the run: {:?}", self.seen.events);
+        self.seen.frames.push(FrameRecord { frame: None, ..record.clone() });
+        self.interrupted.fetch_or(record.number == self.interrupt_at, Ordering::Relaxed);
+        for command in (self.operation)(record.number, &self.seen) {
+            self.sender.send(command).expect("a run that goes on");
+        }
+    }
+
+    fn event(&mut self, event: &RunEvent) {
+        self.seen.events.push(event.clone());
+    }
+}
+
+/// Detector that does not find the ball in some frames.
+struct Blink {
+    detector: FixedDetector,
+    frames: u64,
+    hidden: std::ops::Range<u64>,
+}
+
+impl BallDetector for Blink {
+    fn name(&self) -> &'static str {
+        "blink"
+    }
+
+    fn detect(&mut self, frame: &RgbdFrame) -> Result<Option<BallObservation>, DetectError> {
+        let is_hidden = self.hidden.contains(&self.frames);
+        self.frames += 1;
+        if is_hidden { Ok(None) } else { self.detector.detect(frame) }
+    }
+}
+
+/// Circumstances of a run.
+pub(crate) struct Scenario {
+    /// Name of the link.
+    pub(crate) link: &'static str,
+    /// Seed of the link's faults.
+    pub(crate) seed: u64,
+    /// Frames in which the ball is hidden.
+    pub(crate) hidden: std::ops::Range<u64>,
+    /// Longest drive to a target, s.
+    pub(crate) timeout: f64,
+    /// Frame after which the run is interrupted.
+    pub(crate) interrupt_at: u64,
+}
+
+pub(crate) const IDEAL: Scenario =
+    Scenario { link: "ideal", seed: 1, hidden: 0..0, timeout: 60.0, interrupt_at: u64::MAX };
+
+/// Runs the law `taut` to the first target, with `operation` as operator.
+pub(crate) fn run<'a>(scenario: &Scenario, operation: &'a mut Operation<'a>) -> (Summary, Seen) {
+    let mut rig = Rig::paper().expect("the paper's rig file");
+    rig.law = LawSettings::from(LawName::Taut);
+    rig.set_targets(&[FIRST]).expect("a target");
+    let task = Task::paper();
+    let plant = QuasiStatic::new(task.geometry, task.start).expect("the paper's rig");
+    let wire = (link(scenario.link).wire)(scenario.seed);
+    let board = EmulatedBoard::with_plant(EMULATED, Box::new(plant)).with_wire(wire);
+    let board = Rc::new(RefCell::new(board));
+    let simulated = VirtualRig::new(Rc::clone(&board)).expect("a board with a rig");
+    let camera = camera_file::paper().expect("the paper's camera");
+    let mut source = TrackingCamera::new(simulated, camera.clone(), Timing::default());
+    let (detector, hidden) = (FixedDetector(camera), scenario.hidden.clone());
+    let (sender, receiver) = operator();
+    let interrupted = AtomicBool::new(false);
+    let (interrupt_at, interrupted) = (scenario.interrupt_at, &interrupted);
+    let mut script = Script { seen: Seen::default(), sender, operation, interrupt_at, interrupted };
+    let run = Run::connect(&rig, Memory::new(board)).expect("a configured board");
+    let summary = run.drive(RunParts {
+        source: &mut source,
+        detector: &mut Blink { detector, frames: 0, hidden },
+        observers: &mut [&mut script],
+        operator: Some(receiver),
+        timeout: scenario.timeout,
+        interrupted,
+    });
+    let summary = summary.expect("an unbroken run");
+    assert!(script.sender.send(OperatorCommand::Stop).is_err(), "the run has ended");
+    (summary, script.seen)
+}
+
+pub(crate) fn target(metres: [f64; 3]) -> OperatorCommand {
+    OperatorCommand::Target(Point3::from(metres))
+}
+
+/// Sends each command after its frame.
+pub(crate) fn at_frames(
+    commands: &[(u64, OperatorCommand)],
+) -> impl FnMut(u64, &Seen) -> Vec<OperatorCommand> {
+    move |number, _| {
+        commands.iter().filter(|(frame, _)| *frame == number).map(|(_, command)| *command).collect()
+    }
+}
