@@ -107,11 +107,11 @@ fn a_timeout_ends_a_run_with_exit_code_1_and_a_whole_folder() {
 fn a_mistake_in_a_rig_file_is_named_with_its_line() {
     let folder = folder();
     let cases: [(&str, &str, &str); 6] = [
-        ("gamma = 30.0", "gama = 30.0", "gama"),
-        ("gamma = 30.0", "gamma = -1.0", "gamma"),
+        ("max_rate = 400.0", "max_rat = 400.0", "max_rat"),
+        ("max_rate = 400.0", "max_rate = -1.0", "max_rate"),
         ("microsteps = 16", "", "microsteps"),
         ("radius = 0.010", "radius = nan", "radius"),
-        ("travel = [-3000, 3000]", "travel = [-3000]", "travel"),
+        ("travel = [-1000, 1500]", "travel = [-1000]", "travel"),
         ("start = [0.540, 0.220, 0.459]", "start = [0.540, inf, 0.459]", "start"),
     ];
     for (old, new, named) in cases {
@@ -126,7 +126,8 @@ fn a_mistake_in_a_rig_file_is_named_with_its_line() {
             text.split("rig.toml:").nth(1).and_then(|t| t.split(':').next()).map(str::parse::<u32>);
         assert!(text.contains(named) && matches!(line, Some(Ok(_))), "{new:?}: {text}");
     }
-    let rig = rig_file(folder.path(), |text| text.replace("alpha = 0.005", "alpha = 0.7"));
+    let law = "[law.interval]\ngamma = 30.0\nalpha = 0.7\nbeta = 0.5\n\n[motors]";
+    let rig = rig_file(folder.path(), |text| text.replace("[motors]", law));
     let emulator = Emulator::start();
     let output = plumb(&["run", &rig, "--port", &emulator.port], folder.path());
     assert_eq!(output.status.code(), Some(2));

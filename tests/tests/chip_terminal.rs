@@ -10,7 +10,7 @@ use std::sync::atomic::AtomicBool;
 use plumb_cameras::camera_file;
 use plumb_emulator::plant::{QuasiStatic, Task};
 use plumb_runtime::link::Serial;
-use plumb_runtime::rig::Rig;
+use plumb_runtime::rig::{LawName, Rig};
 use plumb_runtime::run::{Run, RunParts};
 use plumb_sim::simulated::{HilPlant, SimulatedCamera, Timing};
 use plumb_sim::synthetic::{Background, Material, RenderOptions, Room, SyntheticCamera};
@@ -42,7 +42,8 @@ fn a_run_drives_the_real_firmware_over_a_serial_port() {
     BufReader::new(output).read_line(&mut port).expect("the terminal's path");
 
     let task = Task::paper();
-    let mut rig = Rig::paper().expect("the paper's rig file");
+    let paper = Rig::paper().expect("the paper's rig file");
+    let mut rig = Rig { law: LawName::Interval.into(), ..paper };
     rig.law.set_gamma(200.0).expect("a gain");
     let camera = camera_file::paper().expect("the paper's camera");
     let background = Background::Room(Room::bare(Material::from_srgb(150, 150, 145)));

@@ -16,7 +16,7 @@ use plumb_emulator::{EMULATED, EmulatedBoard, Wire};
 use plumb_protocol::config::SIGNS;
 use plumb_protocol::message::{Fault, State};
 use plumb_protocol::units::Point;
-use plumb_runtime::rig::Rig;
+use plumb_runtime::rig::{LawName, Rig};
 use plumb_runtime::run::{Run, RunParts, Summary};
 use plumb_runtime::run_log::{FigureSettings, OutputDir, RunLog};
 use plumb_sim::simulated::{SimulatedCamera, Timing, VirtualRig};
@@ -30,9 +30,17 @@ use rand_chacha::ChaCha8Rng;
 
 /// Returns the paper's rig file with another gain.
 fn rig(gamma: f64) -> Rig {
-    let mut rig = Rig::paper().expect("the paper's rig file");
+    let paper = Rig::paper().expect("the paper's rig file");
+    let mut rig = Rig { law: LawName::Interval.into(), ..paper };
     rig.law.set_gamma(gamma).expect("a gain");
     rig
+}
+
+/// Removes the limits of a rig's size: another rig moves.
+fn lift_size_limits(rig: &mut Rig) {
+    rig.motors.travel = [-60_000.0, 60_000.0].map(|t| t.try_into().expect("a travel"));
+    rig.workspace.min = [-3.0; 3].map(|c| c.try_into().expect("a corner"));
+    rig.workspace.max = [3.0; 3].map(|c| c.try_into().expect("a corner"));
 }
 
 fn paper_plant() -> QuasiStatic {
@@ -71,6 +79,7 @@ fn the_error_never_grows_for_any_jacobian_of_the_family() {
     for run in 0..40 {
         let mut rig = rig(20.0);
         rig.law.set_bounds(0.05, 0.5).expect("bounds");
+        lift_size_limits(&mut rig);
         // The theorem has no ramps, so that the limits must not be active.
         rig.motors.max_rate = 4000.0.try_into().expect("a rate");
         rig.motors.max_acceleration = 400_000.0.try_into().expect("an acceleration");
@@ -102,9 +111,7 @@ fn random_rigs_reach_their_targets_with_a_noisy_camera() {
     for index in 0..20 {
         let task = Population::default().sample(3, index).expect("a random rig");
         let mut rig = rig(300.0);
-        rig.motors.travel = [-60_000.0, 60_000.0].map(|t| t.try_into().expect("a travel"));
-        rig.workspace.min = [-3.0; 3].map(|c| c.try_into().expect("a corner"));
-        rig.workspace.max = [3.0; 3].map(|c| c.try_into().expect("a corner"));
+        lift_size_limits(&mut rig);
         rig.set_targets(&[task.target.into()]).expect("a target");
         let plant = QuasiStatic::new(task.geometry, task.start).expect("a plant");
         let mut bench = seeking(&rig, Box::new(plant), usable(index as usize));

@@ -8,7 +8,7 @@ use plumb_emulator::wire::Lane;
 use plumb_protocol::message::State;
 use plumb_protocol::units::Micros;
 use plumb_runtime::link::LinkError;
-use plumb_runtime::rig::Rig;
+use plumb_runtime::rig::{LawName, Rig};
 use plumb_tests::bench::{Bench, bench};
 
 /// Connects to a board with the paper's rig behind `wire` and configures it.
@@ -19,7 +19,8 @@ fn configured(rig: &Rig, wire: Wire) -> Bench {
 }
 
 fn rig() -> Rig {
-    let mut rig = Rig::paper().expect("the paper's rig file");
+    let paper = Rig::paper().expect("the paper's rig file");
+    let mut rig = Rig { law: LawName::Interval.into(), ..paper };
     rig.law.set_gamma(200.0).expect("a gain");
     rig
 }

@@ -16,14 +16,15 @@ use plumb_emulator::{EMULATED, EmulatedBoard, serve};
 use plumb_openni::{OpenNi, Settings, Target};
 use plumb_openni_driver::{Control, ControlFile};
 use plumb_runtime::link::Serial;
-use plumb_runtime::rig::Rig;
+use plumb_runtime::rig::{LawName, Rig};
 use plumb_runtime::run::{Run, RunParts};
 use plumb_vision::camera::Camera;
 use plumb_vision::detect::DetectorKind;
 
 /// Returns the paper's rig file with a higher gain, and with deadlines for a busy machine.
 fn rig() -> Rig {
-    let mut rig = Rig::paper().expect("the paper's rig file");
+    let paper = Rig::paper().expect("the paper's rig file");
+    let mut rig = Rig { law: LawName::Interval.into(), ..paper };
     rig.law.set_gamma(150.0).expect("a gain");
     let seconds = |s: f64| s.try_into().expect("seconds");
     rig.deadlines.host = seconds(5.0);

@@ -73,32 +73,7 @@ impl Params {
     /// # Errors
     /// Returns the first field that is out of its range.
     pub fn check(config: &Config, build: &BuildLimits) -> Result<Self, ConfigField> {
-        check_law(&config.law)?;
-        ensure(matches!(config.microsteps, 1 | 2 | 4 | 8 | 16), ConfigField::Microsteps)?;
-        let (driver_pulse_rate, timing) = check_drivers(&config.drivers, config.microsteps)?;
-        let max_pulse_rate = driver_pulse_rate.min(build.max_pulse_rate);
-        for motor in &config.motors {
-            check_motor(motor, config.microsteps, max_pulse_rate)?;
-        }
-        check_workspace(&config.workspace)?;
-        let radius = config.reached.radius.0;
-        ensure(
-            (1..=MAX_REACHED_RADIUS_UM).contains(&radius) && config.reached.frames > 0,
-            ConfigField::Reached,
-        )?;
-        let Deadlines { host, position, max_age } = config.deadlines;
-        let in_range = |ms: u16| (1..=MAX_DEADLINE_MS).contains(&ms);
-        ensure(
-            in_range(host.0) && in_range(position.0) && in_range(max_age.0),
-            ConfigField::Deadlines,
-        )?;
-        ensure(max_age < position, ConfigField::MaxAge)?;
-        ensure(config.growth.margin.0 > 0 && config.growth.time.0 > 0, ConfigField::Growth)?;
-        ensure(
-            config.jog.max_rate.0 > 0 && (1..=2 * MAX_TRAVEL).contains(&config.jog.max_distance.0),
-            ConfigField::Jog,
-        )?;
-        ensure(config.mean.0 <= MAX_MEAN_MS, ConfigField::Mean)?;
+        let timing = check_fields(config, build, &mut Err)?;
         Ok(Self {
             law: config.law,
             motors: config.motors,
@@ -112,6 +87,17 @@ impl Params {
             timing,
             mean_ms: config.mean.0,
         })
+    }
+
+    /// Calls `report` for every field of `config` that is out of its range, in the order of
+    /// [`check`](Self::check). A field of three motors is reported up to three times.
+    pub fn each_error(config: &Config, build: &BuildLimits, mut report: impl FnMut(ConfigField)) {
+        let mut go_on = |field| {
+            report(field);
+            Ok(())
+        };
+        // `go_on` ends no check.
+        let _ = check_fields(config, build, &mut go_on);
     }
 
     /// Returns the configured law before its first measurement.
@@ -151,45 +137,97 @@ impl Params {
     }
 }
 
-fn ensure(condition: bool, field: ConfigField) -> Result<(), ConfigField> {
-    if condition { Ok(()) } else { Err(field) }
+/// Checks every field. Calls `report` for each that is out of its range, and ends with its error if
+/// it returns one. Returns the timing of the drivers.
+fn check_fields(
+    config: &Config,
+    build: &BuildLimits,
+    report: &mut impl Report,
+) -> Result<DriverTiming, ConfigField> {
+    check_law(&config.law, report)?;
+    ensure(matches!(config.microsteps, 1 | 2 | 4 | 8 | 16), ConfigField::Microsteps, report)?;
+    let (driver_pulse_rate, timing) = check_drivers(&config.drivers, config.microsteps, report)?;
+    let max_pulse_rate = driver_pulse_rate.min(build.max_pulse_rate);
+    for motor in &config.motors {
+        check_motor(motor, config.microsteps, max_pulse_rate, report)?;
+    }
+    check_workspace(&config.workspace, report)?;
+    let radius = config.reached.radius.0;
+    ensure(
+        (1..=MAX_REACHED_RADIUS_UM).contains(&radius) && config.reached.frames > 0,
+        ConfigField::Reached,
+        report,
+    )?;
+    check_deadlines(&config.deadlines, report)?;
+    ensure(config.growth.margin.0 > 0 && config.growth.time.0 > 0, ConfigField::Growth, report)?;
+    ensure(
+        config.jog.max_rate.0 > 0 && (1..=2 * MAX_TRAVEL).contains(&config.jog.max_distance.0),
+        ConfigField::Jog,
+        report,
+    )?;
+    ensure(config.mean.0 <= MAX_MEAN_MS, ConfigField::Mean, report)?;
+    Ok(timing)
 }
 
-fn check_law(law: &Law) -> Result<(), ConfigField> {
+/// Receiver of the fields that are out of their range. An error ends the check.
+trait Report: FnMut(ConfigField) -> Result<(), ConfigField> {}
+
+impl<F: FnMut(ConfigField) -> Result<(), ConfigField>> Report for F {}
+
+fn ensure(
+    condition: bool,
+    field: ConfigField,
+    report: &mut impl Report,
+) -> Result<(), ConfigField> {
+    if condition { Ok(()) } else { report(field) }
+}
+
+fn check_law(law: &Law, report: &mut impl Report) -> Result<(), ConfigField> {
     match law {
-        Law::Interval(law) => check_interval(law),
-        Law::Sign(law) => ensure((1..=MAX_SIGN_GAIN).contains(&law.gain.0), ConfigField::Gain),
+        Law::Interval(law) => check_interval(law, report),
+        Law::Sign(law) => {
+            ensure((1..=MAX_SIGN_GAIN).contains(&law.gain.0), ConfigField::Gain, report)
+        }
         Law::Adaptive(law) | Law::Taut(law) => {
-            ensure(law.delay.0 <= MAX_DELAY_MS, ConfigField::Delay)
+            ensure(law.delay.0 <= MAX_DELAY_MS, ConfigField::Delay, report)
         }
     }
 }
 
-fn check_interval(law: &config::Interval) -> Result<(), ConfigField> {
+fn check_interval(law: &config::Interval, report: &mut impl Report) -> Result<(), ConfigField> {
     let signs = &law.signs;
-    ensure(signs.iter().flatten().all(|s| (-1..=1).contains(s)), ConfigField::Signs)?;
-    ensure((0..3).all(|k| signs.iter().any(|row| row[k] != 0)), ConfigField::Signs)?;
-    for ((sign, alpha), beta) in
-        signs.iter().flatten().zip(law.alpha.iter().flatten()).zip(law.beta.iter().flatten())
-    {
-        ensure(
-            *sign == 0 || (0 < alpha.0 && alpha <= beta && beta.0 <= MAX_BOUND),
-            ConfigField::Bounds,
-        )?;
-    }
-    ensure((1..=MAX_GAIN).contains(&law.gain.0), ConfigField::Gain)
+    let has_effect = |k: usize| signs.iter().any(|row| row[k] != 0);
+    ensure(
+        signs.iter().flatten().all(|s| (-1..=1).contains(s)) && (0..3).all(has_effect),
+        ConfigField::Signs,
+        report,
+    )?;
+    let mut entries =
+        signs.iter().flatten().zip(law.alpha.iter().flatten()).zip(law.beta.iter().flatten());
+    let in_range = entries.all(|((sign, alpha), beta)| {
+        *sign == 0 || (0 < alpha.0 && alpha <= beta && beta.0 <= MAX_BOUND)
+    });
+    ensure(in_range, ConfigField::Bounds, report)?;
+    ensure((1..=MAX_GAIN).contains(&law.gain.0), ConfigField::Gain, report)
 }
 
 /// Returns the highest pulse rate that the drivers can follow, microsteps/s, and the generator's
-/// timing for them. Drivers without a STEP input get the slowest timing.
-fn check_drivers(drivers: &Drivers, microsteps: u8) -> Result<(u32, DriverTiming), ConfigField> {
-    let coils = |coils: &Coils, max_rate: u32| {
-        ensure((1..=100).contains(&coils.duty_percent), ConfigField::Drivers)?;
+/// timing for them. Drivers without a STEP input, and those that the generator cannot drive, get
+/// the slowest timing.
+fn check_drivers(
+    drivers: &Drivers,
+    microsteps: u8,
+    report: &mut impl Report,
+) -> Result<(u32, DriverTiming), ConfigField> {
+    let mut coils = |coils: &Coils, max_rate: u32| {
+        ensure((1..=100).contains(&coils.duty_percent), ConfigField::Drivers, report)?;
         Ok((max_rate * u32::from(microsteps), DriverTiming::SLOWEST))
     };
     match drivers {
         Drivers::StepDir(times) => {
-            let timing = DriverTiming::new(times).ok_or(ConfigField::Drivers)?;
+            let timing = DriverTiming::new(times);
+            ensure(timing.is_some(), ConfigField::Drivers, report)?;
+            let timing = timing.unwrap_or(DriverTiming::SLOWEST);
             Ok((timing.max_pulse_rate(), timing))
         }
         Drivers::Coils(settings) => coils(settings, MAX_COIL_RATE),
@@ -197,25 +235,44 @@ fn check_drivers(drivers: &Drivers, microsteps: u8) -> Result<(u32, DriverTiming
     }
 }
 
-fn check_motor(motor: &Motor, microsteps: u8, max_pulse_rate: u32) -> Result<(), ConfigField> {
+fn check_motor(
+    motor: &Motor,
+    microsteps: u8,
+    max_pulse_rate: u32,
+    report: &mut impl Report,
+) -> Result<(), ConfigField> {
     let pulses_q8 = i64::from(motor.max_rate.0) * i64::from(microsteps);
-    ensure(
-        motor.max_rate.0 > 0 && pulses_q8 <= i64::from(max_pulse_rate) << 8,
-        ConfigField::MaxRate,
-    )?;
+    let is_slow = pulses_q8 <= i64::from(max_pulse_rate) << 8;
+    ensure(motor.max_rate.0 > 0 && is_slow, ConfigField::MaxRate, report)?;
     ensure(
         (MIN_ACCELERATION..=MAX_ACCELERATION).contains(&motor.max_acceleration.0),
         ConfigField::MaxAcceleration,
+        report,
     )?;
     let (min, max) = (motor.travel_min.0, motor.travel_max.0);
-    ensure((-MAX_TRAVEL..=0).contains(&min) && (0..=MAX_TRAVEL).contains(&max), ConfigField::Travel)
+    ensure(
+        (-MAX_TRAVEL..=0).contains(&min) && (0..=MAX_TRAVEL).contains(&max),
+        ConfigField::Travel,
+        report,
+    )
 }
 
-fn check_workspace(workspace: &Workspace) -> Result<(), ConfigField> {
+fn check_workspace(workspace: &Workspace, report: &mut impl Report) -> Result<(), ConfigField> {
     let near = |p: Point| {
         p.micrometres().iter().all(|c| (-MAX_COORDINATE_UM..=MAX_COORDINATE_UM).contains(c))
     };
     let (min, max) = (workspace.min, workspace.max);
     let spans = (0..3).all(|i| min.0[i] < max.0[i]);
-    ensure(near(min) && near(max) && spans, ConfigField::Workspace)
+    ensure(near(min) && near(max) && spans, ConfigField::Workspace, report)
+}
+
+fn check_deadlines(deadlines: &Deadlines, report: &mut impl Report) -> Result<(), ConfigField> {
+    let Deadlines { host, position, max_age } = *deadlines;
+    let in_range = |ms: u16| (1..=MAX_DEADLINE_MS).contains(&ms);
+    ensure(
+        in_range(host.0) && in_range(position.0) && in_range(max_age.0),
+        ConfigField::Deadlines,
+        report,
+    )?;
+    ensure(max_age < position, ConfigField::MaxAge, report)
 }

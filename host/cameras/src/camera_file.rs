@@ -7,10 +7,25 @@ use plumb_vision::camera::{Camera, Intrinsics};
 use serde::Deserialize;
 use thiserror::Error;
 
-use crate::toml_file::{Finite, Positive, TomlFileError, parse_toml, read_toml};
+use crate::toml_file::{Finite, Mistake, Positive, TomlFileError, diagnose, parse_toml, read_toml};
 
 /// Text of the paper's camera file, `rigs/camera.toml`.
 pub const PAPER: &str = include_str!("../../rigs/camera.toml");
+
+/// Reference page of the camera file: every key with its unit, range, default and meaning.
+pub const REFERENCE: &str = include_str!("../../../docs/use/camera-file.md");
+
+/// Values with which [`mistakes`] goes on where the file has a mistake.
+const PLACEHOLDERS: &str = "\
+intrinsics = { fx = 1, fy = 1, cx = 0, cy = 0, depth_scale = 1 }
+pose = { translation = [0, 0, 0], quaternion = [0, 0, 0, 1] }
+ball = { diameter_m = 1 }
+";
+
+/// Returns all mistakes in the text of a camera file.
+pub fn mistakes(text: &str) -> Vec<Mistake> {
+    diagnose::<CameraFile>(text, PLACEHOLDERS).mistakes
+}
 
 /// Reads the camera file at `path`:
 ///
@@ -58,7 +73,7 @@ pub fn paper() -> Result<Camera, TomlFileError> {
 #[serde(deny_unknown_fields)]
 struct CameraFile {
     intrinsics: IntrinsicsTable,
-    pose: PoseTable,
+    pose: Pose,
     ball: BallTable,
 }
 
@@ -79,13 +94,21 @@ struct IntrinsicsTable {
 }
 
 /// Table `[pose]`: camera axes (x right, y down, z forward) in the rig frame.
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct PoseTable {
+pub struct Pose {
     /// Position of the camera in the rig frame, metres.
     translation: [Finite; 3],
     /// Rotation from camera axes into the rig frame: x, y, z, w; norm 1 within 1 %.
     quaternion: Rotation,
+}
+
+impl Pose {
+    /// Returns the pose as the transformation from camera axes into the rig frame, metres.
+    pub fn isometry(&self) -> Isometry3<f64> {
+        let [x, y, z] = self.translation.map(Finite::get);
+        Isometry3::from_parts(Translation3::new(x, y, z), self.quaternion.0)
+    }
 }
 
 /// Table `[ball]`.
@@ -118,7 +141,7 @@ impl TryFrom<f64> for Hue {
 }
 
 /// Rotation, written as the quaternion [x, y, z, w].
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(try_from = "[f64; 4]")]
 struct Rotation(UnitQuaternion<f64>);
 
@@ -146,7 +169,6 @@ impl TryFrom<[f64; 4]> for Rotation {
 impl From<CameraFile> for Camera {
     fn from(file: CameraFile) -> Self {
         let i = &file.intrinsics;
-        let [x, y, z] = file.pose.translation.map(Finite::get);
         Self {
             intrinsics: Intrinsics {
                 fx: i.fx.get(),
@@ -155,7 +177,7 @@ impl From<CameraFile> for Camera {
                 cy: i.cy.get(),
                 depth_scale: i.depth_scale.get(),
             },
-            pose: Isometry3::from_parts(Translation3::new(x, y, z), file.pose.quaternion.0),
+            pose: file.pose.isometry(),
             ball_diameter: file.ball.diameter_m.get(),
             ball_hue: file.ball.hue.0,
         }

@@ -2,9 +2,11 @@
 
 mod clock;
 mod hil;
+mod wired;
 
 pub use clock::{RealTimeBall, RealTimeRig, ServedRig, SimClock, VirtualRig};
 pub use hil::{Follower, HilPlant, HilRig};
+pub use wired::wired;
 
 use std::collections::VecDeque;
 

@@ -115,7 +115,7 @@ fn drive(
         return Err(bad_input("the paper's rig is not simulated"));
     };
     let motors = simulation.motors();
-    let board = EmulatedBoard::with_plant(EMULATED, args.physics.plant(&simulation)?);
+    let board = EmulatedBoard::with_plant(EMULATED, args.physics.plant(&rig, &simulation)?);
     let mut demo = Demo { args, rig: &rig, camera: &camera, output_dir, interrupted, curve };
     if args.virtual_time {
         let board = Rc::new(RefCell::new(board));

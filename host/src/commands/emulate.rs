@@ -60,12 +60,10 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
         None => EmulatedBoard::new(EMULATED),
         Some(path) => {
             let rig = Rig::read(path)?;
-            let simulation =
-                rig.simulation.ok_or_else(|| format!("{}: no [simulation] table", path.display()));
-            EmulatedBoard::with_plant(
-                EMULATED,
-                args.physics.plant(&simulation.map_err(bad_input)?)?,
-            )
+            let Some(simulation) = &rig.simulation else {
+                return Err(bad_input(format!("{}: no [simulation] table", path.display())));
+            };
+            EmulatedBoard::with_plant(EMULATED, args.physics.plant(&rig, simulation)?)
         }
     };
     let served = serve(board.with_wire(args.wire.wire()))?;

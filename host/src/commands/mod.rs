@@ -4,10 +4,12 @@ pub(crate) mod bench;
 pub(crate) mod board;
 pub(crate) mod calibrate;
 pub(crate) mod cameras;
+pub(crate) mod check;
 pub(crate) mod cosim;
 pub(crate) mod demo;
 pub(crate) mod emulate;
 mod exit;
+pub(crate) mod init;
 mod interrupt;
 mod numbers;
 mod options;
@@ -23,8 +25,8 @@ use plumb_sim::emulator::plant::{Elastic, ElasticParameters, Plant, QuasiStatic,
 use plumb_vision::camera::Camera;
 use plumb_vision::detect::{BallDetector, DetectorKind};
 
-use plumb_runtime::rig::{LawName, LawSettings, Simulation, UnknownLaw};
-use plumb_sim::simulated::geometry;
+use plumb_runtime::rig::{LawName, LawSettings, Rig, Simulation, UnknownLaw};
+use plumb_sim::simulated::{geometry, wired};
 
 pub(crate) use exit::Failure;
 use exit::{FAILED, bad_input, failed, failed_because};
@@ -59,12 +61,14 @@ pub(crate) enum Physics {
 }
 
 impl Physics {
-    fn plant(self, simulation: &Simulation) -> Result<Box<dyn Plant + Send>, RigError> {
+    /// Creates the simulated rig of `rig`, wired to the board as its file says.
+    fn plant(self, rig: &Rig, simulation: &Simulation) -> Result<Box<dyn Plant + Send>, RigError> {
         let (geometry, start) = (geometry(simulation)?, simulation.start());
-        Ok(match self {
+        let plant: Box<dyn Plant + Send> = match self {
             Self::QuasiStatic => Box::new(QuasiStatic::new(geometry, start)?),
             Self::Elastic => Box::new(Elastic::new(geometry, ElasticParameters::default(), start)?),
-        })
+        };
+        Ok(wired(rig, simulation, plant))
     }
 }
 

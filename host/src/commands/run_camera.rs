@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use plumb_cameras::camera_file::Pose;
 use plumb_cameras::driver::OpenedCamera;
 use plumb_cameras::drivers::open_camera;
 use plumb_cameras::record::RecordFolder;
@@ -57,10 +58,12 @@ fn simulated(rig: &Rig, camera: Camera, physics: Physics) -> Result<RunCamera, F
         return Err(bad_input("no rig is simulated"));
     };
     let motors = simulation.motors();
-    let plant = HilPlant::new(physics.plant(simulation)?);
+    let plant = HilPlant::new(physics.plant(rig, simulation)?);
     let follower = Some(plant.follower());
     let background = Background::Room(Room::furnished());
-    let synthetic = SyntheticCamera::new(camera.clone(), background, RenderOptions::default(), 1)?;
+    let pose = simulation.camera.as_ref().map_or(camera.pose, Pose::isometry);
+    let rendered = Camera { pose, ..camera.clone() };
+    let synthetic = SyntheticCamera::new(rendered, background, RenderOptions::default(), 1)?;
     let source = SimulatedCamera::new(plant, synthetic, motors, Timing::default());
     let source = Box::new(Capture::start(source, CaptureLimits::default())?);
     Ok(RunCamera { source, camera, follower })

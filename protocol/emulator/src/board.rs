@@ -2,8 +2,10 @@
 //! board's steps move.
 
 use nalgebra::Point3;
+use plumb_core::params::Params;
 use plumb_core::{Board, BuildLimits, LawWorker, Outbox, TICK_US};
-use plumb_protocol::message::{StartCause, State};
+use plumb_protocol::Config;
+use plumb_protocol::message::{ConfigField, StartCause, State};
 use plumb_protocol::units::{Micros, Rate, Steps16};
 
 use crate::plant::{Plant, RigError};
@@ -45,6 +47,14 @@ impl EmulatedBoard {
             outbox: Outbox::new(),
             waiting: Vec::new(),
         }
+    }
+
+    /// Returns every field of `config` that an emulated board refuses; the firmware of the Pico
+    /// refuses the same.
+    pub fn config_errors(config: &Config) -> Vec<ConfigField> {
+        let mut errors = Vec::new();
+        Params::each_error(config, &EMULATED, |field| errors.push(field));
+        errors
     }
 
     /// Creates a board whose motors move `plant`.

@@ -12,7 +12,7 @@ use serde::Serialize;
 use thiserror::Error;
 
 use plumb_runtime::link::{Link, LinkError};
-use plumb_runtime::rig::{OutOfRange, Rig};
+use plumb_runtime::rig::{LawName, OutOfRange, Rig};
 use plumb_sim::memory::Memory;
 
 /// Gains of the suite `paper`, 1/s.
@@ -84,7 +84,7 @@ const MAX_ACCELERATION: f64 = 400_000.0;
 
 /// Returns the number of frames to 10 mm with gain `gamma` (1/s).
 fn paper_frames(gamma: f64) -> Result<u32, ControlError> {
-    let mut rig = Rig::paper()?;
+    let mut rig = Rig { law: LawName::Interval.into(), ..Rig::paper()? };
     rig.law.set_gamma(gamma)?;
     rig.motors.max_rate = MAX_RATE.try_into()?;
     rig.motors.max_acceleration = MAX_ACCELERATION.try_into()?;

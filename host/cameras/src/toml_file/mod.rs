@@ -7,10 +7,16 @@ use thiserror::Error;
 
 use crate::bounded_read::{ReadError, excerpt, read_text};
 
+mod diagnosis;
 mod number;
+mod places;
+mod reference;
 mod suggestion;
 
+pub use diagnosis::{Diagnosis, Mistake, diagnose};
 pub use number::{Finite, NumberError, Positive};
+pub use places::{Place, place};
+pub use reference::{Key, keys};
 
 /// Most bytes of a file. Parsing takes about 60 times as much memory.
 pub const MAX_BYTES: u64 = 1 << 20;

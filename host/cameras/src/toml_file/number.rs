@@ -8,8 +8,8 @@ use thiserror::Error;
 #[serde(try_from = "f64")]
 pub struct Positive(f64);
 
-/// Finite number. Checked when it is read.
-#[derive(Debug, Clone, Copy, PartialEq, PartialOrd, Deserialize)]
+/// Finite number. Checked when it is read. The default is 0.
+#[derive(Debug, Clone, Copy, PartialEq, PartialOrd, Default, Deserialize)]
 #[serde(try_from = "f64")]
 pub struct Finite(f64);
 

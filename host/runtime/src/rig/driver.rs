@@ -5,7 +5,7 @@ use plumb_protocol::config::{Coils, Drivers, StepDir};
 use plumb_protocol::units::Nanoseconds;
 use serde::Deserialize;
 
-use super::{OutOfRange, fit};
+use super::conversion::Conversion;
 
 /// Driver of the motors: `driver = "a4988"`, or `driver = { coils = { duty = 0.8 } }`.
 /// docs/use/board.md says how each is wired.
@@ -42,25 +42,30 @@ pub enum Driver {
 
 impl Driver {
     /// Returns the drivers in the board's units.
-    pub(super) fn config(&self) -> Result<Drivers, OutOfRange> {
-        Ok(match self {
+    pub(super) fn convert(&self, conversion: &mut Conversion) -> Drivers {
+        match self {
             Self::A4988 => Drivers::StepDir(StepDir::A4988),
             Self::Drv8825 => Drivers::StepDir(StepDir::DRV8825),
             Self::Tmc2209 => Drivers::StepDir(StepDir::TMC2209),
-            Self::StepDir { high, low, setup } => Drivers::StepDir(StepDir {
-                high: fit("motors.driver.step-dir.high", high.get(), Nanoseconds::from_si)?,
-                low: fit("motors.driver.step-dir.low", low.get(), Nanoseconds::from_si)?,
-                setup: fit("motors.driver.step-dir.setup", setup.get(), Nanoseconds::from_si)?,
-            }),
-            Self::Coils { duty } => Drivers::Coils(coils("motors.driver.coils.duty", duty.get())?),
-            Self::MotorHats { duty } => {
-                Drivers::MotorHats(coils("motors.driver.motor-hats.duty", duty.get())?)
+            Self::StepDir { high, low, setup } => {
+                let mut fit = |key, seconds| conversion.fit(key, seconds, Nanoseconds::from_si);
+                Drivers::StepDir(StepDir {
+                    high: fit("motors.driver.step-dir.high", high.get()),
+                    low: fit("motors.driver.step-dir.low", low.get()),
+                    setup: fit("motors.driver.step-dir.setup", setup.get()),
+                })
             }
-        })
+            Self::Coils { duty } => {
+                Drivers::Coils(coils(conversion, "motors.driver.coils.duty", *duty))
+            }
+            Self::MotorHats { duty } => {
+                Drivers::MotorHats(coils(conversion, "motors.driver.motor-hats.duty", *duty))
+            }
+        }
     }
 }
 
-fn coils(key: &'static str, duty: f64) -> Result<Coils, OutOfRange> {
+fn coils(conversion: &mut Conversion, key: &'static str, duty: Positive) -> Coils {
     let percent = |duty: f64| (0.005..=1.0).contains(&duty).then(|| (duty * 100.0).round() as u8);
-    Ok(Coils { duty_percent: fit(key, duty, percent)? })
+    Coils { duty_percent: conversion.fit(key, duty.get(), percent) }
 }

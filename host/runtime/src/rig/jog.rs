@@ -5,8 +5,8 @@ use plumb_protocol::config::JogLimits;
 use plumb_protocol::units::{Rate, Steps16};
 use serde::Deserialize;
 
-use super::law::positive;
-use super::{OutOfRange, fit};
+use super::conversion::Conversion;
+use super::positive;
 
 /// See [`plumb_protocol::config::JogLimits`]. The defaults are a revolution of a motor with 200
 /// steps, and a quarter of a revolution in a second.
@@ -26,10 +26,12 @@ impl Default for JogSettings {
 }
 
 impl JogSettings {
-    pub(super) fn config(&self) -> Result<JogLimits, OutOfRange> {
-        Ok(JogLimits {
-            max_rate: fit("jog.max_rate", self.max_rate.get(), Rate::from_si)?,
-            max_distance: fit("jog.max_distance", self.max_distance.get(), Steps16::from_si)?,
-        })
+    /// Returns the limits in the board's units.
+    pub(super) fn convert(&self, conversion: &mut Conversion) -> JogLimits {
+        let (rate, distance) = (self.max_rate.get(), self.max_distance.get());
+        JogLimits {
+            max_rate: conversion.fit("jog.max_rate", rate, Rate::from_si),
+            max_distance: conversion.fit("jog.max_distance", distance, Steps16::from_si),
+        }
     }
 }

@@ -5,7 +5,8 @@ use plumb_protocol::config::{Estimated, Interval, Law, SIGNS, Sign};
 use plumb_protocol::units::{Bound, Gain, Milliseconds, SignGain};
 use serde::Deserialize;
 
-use super::{LawName, OutOfRange, fit};
+use super::conversion::{Conversion, OutOfRange};
+use super::{LawName, positive};
 
 /// Nominal cable length of a step, metres: a pulley of 15 mm and 200 steps a turn. γ is given for
 /// it. The true length is unknown; it scales γ.
@@ -19,15 +20,6 @@ const PAPER_ALPHA: Positive = positive(0.005);
 const PAPER_BETA: Positive = positive(0.5);
 /// g of the law `sign` on the paper's rig, 1/s.
 const PAPER_SIGN_GAIN: Positive = positive(4.0);
-
-/// Returns a constant as a positive number. A constant out of range does not compile.
-#[allow(clippy::panic, reason = "evaluated by the compiler only")]
-pub(super) const fn positive(value: f64) -> Positive {
-    match Positive::new(value) {
-        Ok(number) => number,
-        Err(_) => panic!("the constant is not above 0"),
-    }
-}
 
 /// Law and its parameters.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -159,7 +151,11 @@ impl Seconds {
     /// # Errors
     /// Where it is negative, not a number or longer than a minute.
     pub fn config(self, key: &'static str) -> Result<Milliseconds, OutOfRange> {
-        fit(key, self.0, Milliseconds::from_si)
+        Conversion::first_error(|conversion| self.convert(key, conversion))
+    }
+
+    fn convert(self, key: &'static str, conversion: &mut Conversion) -> Milliseconds {
+        conversion.fit(key, self.0, Milliseconds::from_si)
     }
 }
 
@@ -203,25 +199,45 @@ impl LawSettings {
     /// # Errors
     /// The first parameter that is beyond the range of the wire.
     pub fn config(&self) -> Result<Law, OutOfRange> {
-        Ok(match self {
+        Conversion::first_error(|conversion| self.convert(conversion))
+    }
+
+    /// Returns the law in the board's units.
+    pub(super) fn convert(&self, conversion: &mut Conversion) -> Law {
+        match self {
             Self::Interval { gamma, alpha, beta, signs, .. } => {
                 // Rounds outwards: the family on the chip contains the one that was asked for.
                 let half = Bound::LSB / 2.0;
-                let alpha = fit("law.interval.alpha", alpha.get(), |a| Bound::from_si(a - half))?;
-                let beta = fit("law.interval.beta", beta.get(), |b| Bound::from_si(b + half))?;
-                let gain = fit("law.interval.gamma", gamma.get(), |g| {
-                    Gain::from_si(g * 1e-6 / NOMINAL_STEP_M)
-                })?;
+                let (alpha, beta) = (alpha.get(), beta.get());
+                let alpha =
+                    conversion.fit("law.interval.alpha", alpha, |a| Bound::from_si(a - half));
+                let beta = conversion.fit("law.interval.beta", beta, |b| Bound::from_si(b + half));
+                let gain = |gamma: f64| Gain::from_si(gamma * 1e-6 / NOMINAL_STEP_M);
+                let gain = conversion.fit("law.interval.gamma", gamma.get(), gain);
                 Law::Interval(Interval { signs: *signs, ..Interval::uniform(alpha, beta, gain) })
             }
             Self::Sign { gain, .. } => {
                 let raw = |g: f64| SignGain::from_si(g * 1e-6 / (4.0 * NOMINAL_STEP_M));
-                Law::Sign(Sign { gain: fit("law.sign.gain", gain.get(), raw)? })
+                Law::Sign(Sign { gain: conversion.fit("law.sign.gain", gain.get(), raw) })
             }
             Self::Adaptive(law) => {
-                Law::Adaptive(Estimated { delay: law.delay.config("law.adaptive.delay")? })
+                let delay = law.delay.convert("law.adaptive.delay", conversion);
+                Law::Adaptive(Estimated { delay })
             }
-            Self::Taut(law) => Law::Taut(Estimated { delay: law.delay.config("law.taut.delay")? }),
-        })
+            Self::Taut(law) => {
+                Law::Taut(Estimated { delay: law.delay.convert("law.taut.delay", conversion) })
+            }
+        }
+    }
+
+    /// Returns the span of the running mean in the board's unit.
+    pub(super) fn convert_mean(&self, conversion: &mut Conversion) -> Milliseconds {
+        let key = match self.name() {
+            LawName::Interval => "law.interval.mean",
+            LawName::Sign => "law.sign.mean",
+            LawName::Adaptive => "law.adaptive.mean",
+            LawName::Taut => "law.taut.mean",
+        };
+        self.mean().convert(key, conversion)
     }
 }

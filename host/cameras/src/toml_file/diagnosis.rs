@@ -1,0 +1,312 @@
+//! Diagnosis of a TOML file: all mistakes at once.
+//!
+//! The crate `toml` reports one mistake of a file. The diagnosis repairs that mistake with a
+//! placeholder, or leaves the key out, and reads again.
+
+use serde::de::DeserializeOwned;
+use toml::de::{DeTable, DeValue, Deserializer, Error};
+use toml::{Spanned, de};
+
+use super::places::{Path, key_at, line_at};
+use super::suggestion;
+
+/// Most repairs of a file.
+const MAX_REPAIRS: usize = 100;
+
+/// Mistake in a file.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Mistake {
+    /// Number of the line, from 1; `None` for a key that is missing in the whole file.
+    pub line: Option<usize>,
+    /// The key with its tables; empty for an error of syntax.
+    pub key: String,
+    /// The value as it is written; empty for a missing or unknown key.
+    pub value: String,
+    /// Description.
+    pub message: String,
+}
+
+/// Contents of a file and all its mistakes.
+#[derive(Debug)]
+pub struct Diagnosis<T> {
+    /// Contents, with placeholders for what is wrong or missing; `None` where the syntax is wrong
+    /// or the mistakes cannot be repaired.
+    pub contents: Option<T>,
+    /// All mistakes, in the order of their lines.
+    pub mistakes: Vec<Mistake>,
+}
+
+/// Reads the text of a TOML file as [`parse_toml`](super::parse_toml), and returns all mistakes.
+///
+/// `placeholders` is a TOML text with a valid value for each required key.
+pub fn diagnose<T: DeserializeOwned>(text: &str, placeholders: &str) -> Diagnosis<T> {
+    let (table, errors) = DeTable::parse_recoverable(text);
+    if !errors.is_empty() {
+        return Diagnosis { contents: None, mistakes: syntax_mistakes(text, &errors) };
+    }
+    // Behind the text, so that a span says from which of the two a value is.
+    let placeholders = format!("{}{placeholders}", "\n".repeat(text.len() + 1));
+    let (placeholders, _) = DeTable::parse_recoverable(&placeholders);
+    let mut repair = Repair {
+        text,
+        table,
+        placeholders: placeholders.into_inner(),
+        repaired: Vec::new(),
+        mistakes: Vec::new(),
+    };
+    let mut contents = None;
+    for _ in 0..MAX_REPAIRS {
+        match T::deserialize(Deserializer::from(repair.table.clone())) {
+            Ok(value) => {
+                contents = Some(value);
+                break;
+            }
+            Err(error) => repair.repair(&error),
+        }
+    }
+    repair.mistakes.sort_by_key(|mistake| mistake.line);
+    Diagnosis { contents, mistakes: repair.mistakes }
+}
+
+fn syntax_mistakes(text: &str, errors: &[Error]) -> Vec<Mistake> {
+    let mistake = |error: &de::Error| Mistake {
+        line: error.span().map(|span| line_at(text, span.start)),
+        key: String::new(),
+        value: String::new(),
+        message: error.message().replace('\n', " "),
+    };
+    let mut mistakes: Vec<Mistake> = errors.iter().map(mistake).collect();
+    // Further errors in a line follow from its first.
+    mistakes.dedup_by_key(|mistake| mistake.line);
+    mistakes
+}
+
+/// Kind of a mistake.
+enum Kind {
+    Unknown,
+    Missing,
+    Wrong,
+}
+
+/// File under repair.
+struct Repair<'i> {
+    text: &'i str,
+    table: Spanned<DeTable<'i>>,
+    placeholders: DeTable<'i>,
+    repaired: Vec<Path>,
+    mistakes: Vec<Mistake>,
+}
+
+impl Repair<'_> {
+    /// Repairs the key of `error`, and adds the mistake unless it follows from an earlier repair.
+    fn repair(&mut self, error: &Error) {
+        let span = error.span().unwrap_or_default();
+        let (kind, path) = self.classify(error, key_at(self.table.get_ref(), &span));
+        let follows = self.repaired.iter().any(|p| p.starts_with(&path) || path.starts_with(p));
+        if !follows {
+            let mistake = self.mistake(error, &kind, &path);
+            self.mistakes.push(mistake);
+        }
+        let placeholder = find(&self.placeholders, &path).filter(|_| !follows).cloned();
+        match (kind, placeholder) {
+            (Kind::Missing | Kind::Wrong, Some(value)) => {
+                insert(self.table.get_mut(), &path, value)
+            }
+            // An optional table without a required key is left out.
+            (Kind::Missing, None) => remove(self.table.get_mut(), &path[..path.len() - 1]),
+            (Kind::Unknown | Kind::Wrong, _) => remove(self.table.get_mut(), &path),
+        }
+        self.repaired.push(path);
+    }
+
+    /// Returns the kind of the mistake and the whole path of its key, where `path` is the innermost
+    /// key around the place of the error.
+    fn classify(&self, error: &Error, mut path: Path) -> (Kind, Path) {
+        let message = error.message();
+        if message.starts_with("unknown field") || message.starts_with("unexpected keys") {
+            return (Kind::Unknown, path);
+        }
+        if let Some(field) = message.strip_prefix("missing field `") {
+            path.push(field.trim_end_matches('`').to_owned());
+            return (Kind::Missing, path);
+        }
+        (Kind::Wrong, path)
+    }
+
+    fn mistake(&self, error: &Error, kind: &Kind, path: &Path) -> Mistake {
+        let span = error.span().unwrap_or_default();
+        let is_whole_file = matches!(kind, Kind::Missing) && path.len() == 1;
+        let value = find(self.table.get_ref(), path).map(Spanned::span).unwrap_or_default();
+        let value = self.text.get(value).unwrap_or_default();
+        let (value, message) = match kind {
+            Kind::Unknown => ("", unknown(error.message())),
+            Kind::Missing => ("", "is missing".to_owned()),
+            Kind::Wrong => (value, wrong(error.message())),
+        };
+        Mistake {
+            line: (!is_whole_file).then(|| line_at(self.text, span.start)),
+            key: path.join("."),
+            value: value.to_owned(),
+            message,
+        }
+    }
+}
+
+/// Returns the message about an unknown key, where `message` is that of the crate `toml`.
+fn unknown(message: &str) -> String {
+    match suggestion::nearest(message) {
+        Some(name) => format!("is no key of this file; did you mean `{name}`?"),
+        None => "is no key of this file: remove it".to_owned(),
+    }
+}
+
+/// Returns the message about a wrong value, where `message` is that of the crate `toml`.
+fn wrong(message: &str) -> String {
+    let line = message.replace('\n', " ");
+    match suggestion::nearest(message) {
+        Some(name) => format!("{line}; did you mean `{name}`?"),
+        None => line,
+    }
+}
+
+fn find<'a, 'i>(table: &'a DeTable<'i>, path: &[String]) -> Option<&'a Spanned<DeValue<'i>>> {
+    let (first, rest) = path.split_first()?;
+    let value = table.get(first.as_str())?;
+    if rest.is_empty() { Some(value) } else { find(value.get_ref().as_table()?, rest) }
+}
+
+/// Returns the table of the last name of `path`.
+fn parent<'a, 'i>(table: &'a mut DeTable<'i>, path: &[String]) -> Option<&'a mut DeTable<'i>> {
+    let Some((first, rest)) = path.split_first() else { return Some(table) };
+    if rest.is_empty() {
+        return Some(table);
+    }
+    match table.get_mut(first.as_str())?.get_mut() {
+        DeValue::Table(table) => parent(table, rest),
+        _ => None,
+    }
+}
+
+fn remove(table: &mut DeTable<'_>, path: &[String]) {
+    if let (Some(name), Some(table)) = (path.last(), parent(table, path)) {
+        table.remove(name.as_str());
+    }
+}
+
+fn insert<'i>(table: &mut DeTable<'i>, path: &[String], value: Spanned<DeValue<'i>>) {
+    remove(table, path);
+    if let (Some(name), Some(table)) = (path.last(), parent(table, path)) {
+        let span = value.span();
+        table.insert(Spanned::new(span, name.clone().into()), value);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use serde::Deserialize;
+
+    use super::super::Positive;
+    use super::*;
+
+    #[derive(Debug, PartialEq, Deserialize)]
+    #[serde(deny_unknown_fields)]
+    struct File {
+        rig: Rig,
+        #[serde(default)]
+        law: Law,
+        size: Option<Size>,
+    }
+
+    #[derive(Debug, PartialEq, Deserialize)]
+    #[serde(deny_unknown_fields)]
+    struct Rig {
+        gain: Positive,
+        steps: u8,
+        at: [f64; 2],
+    }
+
+    #[derive(Debug, Default, PartialEq, Deserialize)]
+    #[serde(deny_unknown_fields, rename_all = "lowercase")]
+    enum Law {
+        #[default]
+        Taut,
+        Sign {
+            gain: Positive,
+            mean: f64,
+        },
+    }
+
+    #[derive(Debug, PartialEq, Deserialize)]
+    #[serde(deny_unknown_fields)]
+    struct Size {
+        side: Positive,
+    }
+
+    const PLACEHOLDERS: &str = "\
+rig = { gain = 1.0, steps = 1, at = [0, 0] }
+law.sign = { gain = 1.0, mean = 0.0 }
+";
+
+    fn mistakes(text: &str) -> Vec<(Option<usize>, String, String)> {
+        let diagnosis = diagnose::<File>(text, PLACEHOLDERS);
+        let syntax = diagnosis.mistakes.iter().any(|mistake| mistake.key.is_empty());
+        assert_eq!(diagnosis.contents.is_none(), syntax, "{diagnosis:?}");
+        diagnosis.mistakes.into_iter().map(|m| (m.line, m.key, m.value)).collect()
+    }
+
+    fn expected(list: &[(usize, &str, &str)]) -> Vec<(Option<usize>, String, String)> {
+        let line = |line| (line > 0).then_some(line);
+        list.iter().map(|&(l, key, value)| (line(l), key.to_owned(), value.to_owned())).collect()
+    }
+
+    #[test]
+    fn a_valid_file_has_no_mistake() {
+        let text = "[rig]\ngain = 2\nsteps = 3\nat = [1, 2]\n";
+        let diagnosis = diagnose::<File>(text, PLACEHOLDERS);
+        assert_eq!(diagnosis.mistakes, []);
+        assert_eq!(diagnosis.contents.unwrap().rig.steps, 3);
+    }
+
+    #[test]
+    fn every_mistake_is_reported_once() {
+        let text = "\
+colour = 1
+[rig]
+gian = 2.0
+gain = -1.0
+steps = 300
+at = [1]
+[law.sign]
+gain = 'x'
+[size]
+";
+        let all = [
+            (1, "colour", ""),
+            (3, "rig.gian", ""),
+            (4, "rig.gain", "-1.0"),
+            (5, "rig.steps", "300"),
+            (6, "rig.at", "[1]"),
+            (7, "law.sign.mean", ""),
+            (8, "law.sign.gain", "'x'"),
+            (9, "size.side", ""),
+        ];
+        assert_eq!(mistakes(text), expected(&all));
+    }
+
+    #[test]
+    fn a_missing_table_and_a_wrong_choice_are_reported_without_what_follows() {
+        assert_eq!(mistakes(""), expected(&[(0, "rig", "")]));
+        let rig = "rig = { gain = 1, steps = 1, at = [0, 0] }\n";
+        assert_eq!(mistakes(&format!("{rig}law = 'sing'\n")), expected(&[(2, "law", "'sing'")]));
+        assert_eq!(mistakes("rig = 3\nlaw = 4"), expected(&[(1, "rig", "3"), (2, "law", "4")]));
+        let two = format!("{rig}law.sign = {{}}\nlaw.taut = {{}}\n");
+        assert_eq!(mistakes(&two).len(), 1, "{:?}", mistakes(&two));
+    }
+
+    #[test]
+    fn errors_of_syntax_are_reported_by_line() {
+        let errors = mistakes("[rig]\ngain 1\nsteps = = 2\nat = [0, 0]\n");
+        let lines: Vec<_> = errors.iter().map(|(line, ..)| *line).collect();
+        assert_eq!(lines, [Some(2), Some(3)]);
+    }
+}

@@ -1,0 +1,117 @@
+//! Limits of the board, by the keys of the rig file.
+
+use plumb_protocol::config::Config;
+use plumb_protocol::message::ConfigField;
+use plumb_protocol::units::Rate;
+
+use super::finding::{Document, Finding, Severity};
+use crate::rig::conversion::Conversion;
+use crate::rig::{DeadlineSettings, GrowthRule, JogSettings, LawName, ReachedRule, Rig};
+
+/// Check of a configuration by the board's own limits: returns every field out of range.
+pub type BoardCheck<'a> = &'a dyn Fn(&Config) -> Vec<ConfigField>;
+
+/// Returns the keys of the rig file that a field of the configuration follows from.
+fn keys(field: ConfigField, law: LawName) -> &'static [&'static str] {
+    match field {
+        ConfigField::Signs => &["law.interval.signs"],
+        ConfigField::Bounds => &["law.interval.alpha", "law.interval.beta"],
+        ConfigField::Gain if law == LawName::Sign => &["law.sign.gain"],
+        ConfigField::Gain => &["law.interval.gamma"],
+        ConfigField::MaxRate => &["motors.max_rate"],
+        ConfigField::MaxAcceleration => &["motors.max_acceleration"],
+        ConfigField::Travel => &["motors.travel"],
+        ConfigField::Microsteps => &["motors.microsteps"],
+        ConfigField::Workspace => &["workspace.min", "workspace.max"],
+        ConfigField::Reached => &["reached.radius", "reached.frames"],
+        ConfigField::Deadlines => &["deadlines.host", "deadlines.position", "deadlines.max_age"],
+        ConfigField::Growth => &["growth.margin", "growth.time"],
+        ConfigField::Jog => &["jog.max_rate", "jog.max_distance"],
+        ConfigField::Drivers => &["motors.driver"],
+        ConfigField::Mean => match law {
+            LawName::Interval => &["law.interval.mean"],
+            LawName::Sign => &["law.sign.mean"],
+            LawName::Adaptive => &["law.adaptive.mean"],
+            LawName::Taut => &["law.taut.mean"],
+        },
+        ConfigField::Delay if law == LawName::Adaptive => &["law.adaptive.delay"],
+        ConfigField::Delay => &["law.taut.delay"],
+        ConfigField::Law => &["law"],
+        ConfigField::MaxAge => &["deadlines.max_age", "deadlines.position"],
+    }
+}
+
+/// Sets a key of a field with several keys to its default.
+fn reset(rig: &mut Rig, key: &str) {
+    let (reached, deadlines) = (ReachedRule::default(), DeadlineSettings::default());
+    let (growth, jog) = (GrowthRule::default(), JogSettings::default());
+    match key {
+        "reached.radius" => rig.reached.radius = reached.radius,
+        "reached.frames" => rig.reached.frames = reached.frames,
+        "deadlines.host" => rig.deadlines.host = deadlines.host,
+        "deadlines.position" => rig.deadlines.position = deadlines.position,
+        "deadlines.max_age" => rig.deadlines.max_age = deadlines.max_age,
+        "growth.margin" => rig.growth.margin = growth.margin,
+        "growth.time" => rig.growth.time = growth.time,
+        "jog.max_rate" => rig.jog.max_rate = jog.max_rate,
+        "jog.max_distance" => rig.jog.max_distance = jog.max_distance,
+        _ => {}
+    }
+}
+
+/// Returns the keys that make the board refuse `field` of `rig`: those that it refuses with the
+/// defaults of the field's other keys, or else all keys of the field.
+pub(super) fn wrong_keys(
+    rig: &Rig,
+    field: ConfigField,
+    board: BoardCheck<'_>,
+) -> Vec<&'static str> {
+    let keys = keys(field, rig.law.name());
+    let is_wrong_alone = |key: &&&str| {
+        let mut rig = rig.clone();
+        keys.iter().filter(|other| *other != *key).for_each(|other| reset(&mut rig, other));
+        board(&rig.convert(&mut Conversion::default())).contains(&field)
+    };
+    let wrong: Vec<_> = keys.iter().filter(is_wrong_alone).copied().collect();
+    if wrong.is_empty() { keys.to_vec() } else { wrong }
+}
+
+/// Returns the finding about a field of `config` that the board refuses because of these keys.
+pub(super) fn finding(
+    document: &Document<'_>,
+    field: ConfigField,
+    names: &[&str],
+    config: &Config,
+    board: BoardCheck<'_>,
+) -> Finding {
+    if field != ConfigField::MaxRate {
+        return document.out_of_range(names, "is out of range");
+    }
+    let largest = largest_rate(config, board);
+    let problem = format!(
+        "is out of range: with this driver and these microsteps the rate is above 0 and at most \
+         {largest} full steps/s"
+    );
+    document.finding(Severity::Error, names, problem)
+}
+
+/// Returns the highest rate that the board accepts with the other values of `config`, whole full
+/// steps/s; 0 where it accepts none.
+fn largest_rate(config: &Config, board: BoardCheck<'_>) -> u32 {
+    let is_accepted = |rate: u32| {
+        let mut config = *config;
+        let Some(rate) = Rate::from_si(f64::from(rate)) else { return false };
+        config.motors.iter_mut().for_each(|motor| motor.max_rate = rate);
+        !board(&config).contains(&ConfigField::MaxRate)
+    };
+    let (mut accepted, mut refused) = (0, 1 << 24);
+    while refused - accepted > 1 {
+        let middle = accepted + (refused - accepted) / 2;
+        if is_accepted(middle) {
+            accepted = middle;
+        } else {
+            refused = middle;
+        }
+    }
+    accepted
+}

@@ -1,0 +1,142 @@
+//! Check of a rig file and its camera file without a board: every mistake at once.
+
+mod board;
+mod finding;
+mod size;
+#[cfg(test)]
+mod tests;
+
+use std::path::{Path, PathBuf};
+
+use plumb_cameras::bounded_read::read_text;
+use plumb_cameras::camera_file;
+use plumb_cameras::settings::CameraSettings;
+use plumb_cameras::toml_file::{MAX_BYTES, diagnose};
+
+use self::finding::Document;
+use super::conversion::Conversion;
+use super::{REFERENCE, Rig};
+
+pub use self::board::BoardCheck;
+pub use self::finding::{Finding, Severity};
+
+/// Values with which the check goes on where the file has a mistake.
+const PLACEHOLDERS: &str = include_str!("placeholders.toml");
+
+/// Checks the rig file at `path`, and the camera file that it names.
+///
+/// `board` checks the limits of the board. Returns all findings, errors and warnings, by file; none
+/// where the files are right.
+pub fn check(path: &Path, board: BoardCheck<'_>) -> Vec<Finding> {
+    let text = match read_text(path, MAX_BYTES) {
+        Ok(text) => text,
+        Err(error) => return vec![unreadable(path, error.to_string())],
+    };
+    let document = Document::new(path, &text, REFERENCE);
+    let diagnosis = diagnose::<Rig>(&text, PLACEHOLDERS);
+    let mut findings: Vec<Finding> =
+        diagnosis.mistakes.iter().map(|mistake| document.mistake(mistake)).collect();
+    let Some(mut rig) = diagnosis.contents else { return findings };
+    let wrong: Vec<String> = diagnosis.mistakes.into_iter().map(|mistake| mistake.key).collect();
+    let mut more = values(&document, &rig, board);
+    if let Some(folder) = path.parent() {
+        rig.camera.relative_to(folder);
+    }
+    more.extend(camera(&document, &rig.camera, rig.simulation.is_some()));
+    if more.iter().all(|finding| finding.severity == Severity::Warning) {
+        more.extend(size::warnings(&document, &rig));
+    }
+    // A value that was replaced by a placeholder has its finding.
+    more.retain(|finding| !finding.values.iter().any(|(key, _)| is_below(key, &wrong)));
+    findings.extend(more);
+    findings.sort_by_key(|finding| finding.line.unwrap_or(usize::MAX));
+    if !is_below("camera.file", &wrong) {
+        findings.extend(camera_file(&rig.camera.file));
+    }
+    findings
+}
+
+/// Returns whether `key` is one of `wrong`, or in a table of them, or has one of them in it.
+fn is_below(key: &str, wrong: &[String]) -> bool {
+    let within = |inner: &str, outer: &str| {
+        inner.strip_prefix(outer).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+    };
+    wrong.iter().any(|wrong| within(key, wrong) || within(wrong, key))
+}
+
+/// Returns the errors of values that the board refuses.
+fn values(document: &Document<'_>, rig: &Rig, board: BoardCheck<'_>) -> Vec<Finding> {
+    let mut conversion = Conversion::default();
+    let config = rig.convert(&mut conversion);
+    let mut findings = Vec::new();
+    let mut reported = Vec::new();
+    for error in conversion.into_errors() {
+        reported.push(error.key.to_owned());
+        findings.push(document.out_of_range(&[error.key], error.why));
+    }
+    let mut fields = board(&config);
+    fields.dedup();
+    for field in fields {
+        let keys = board::wrong_keys(rig, field, board);
+        if !keys.iter().any(|key| is_below(key, &reported)) {
+            findings.push(board::finding(document, field, &keys, &config, board));
+            reported.extend(keys.iter().map(|key| (*key).to_owned()));
+        }
+    }
+    findings.extend(targets(document, rig));
+    findings
+}
+
+/// Returns the errors of the targets: none at all, or one outside the workspace.
+fn targets(document: &Document<'_>, rig: &Rig) -> Vec<Finding> {
+    if rig.targets.is_empty() {
+        return vec![document.out_of_range(&["targets"], "has no target")];
+    }
+    let (min, max) = (rig.workspace.min, rig.workspace.max);
+    let is_inside = |target: &[_; 3]| (0..3).all(|i| min[i] <= target[i] && target[i] <= max[i]);
+    let outside = rig.targets.iter().enumerate().filter(|(_, target)| !is_inside(target));
+    let findings = outside.map(|(index, target)| {
+        let [x, y, z] = target.map(|coordinate| coordinate.get());
+        let problem =
+            format!("has a target outside the workspace, number {}, [{x}, {y}, {z}]", index + 1);
+        let keys = ["targets", "workspace.min", "workspace.max"];
+        document.finding(Severity::Error, &keys, problem)
+    });
+    findings.collect()
+}
+
+/// Returns the errors of the table `[camera]`.
+fn camera(document: &Document<'_>, settings: &CameraSettings, simulation: bool) -> Option<Finding> {
+    if let Err(error) = settings.source(simulation) {
+        let keys = ["camera.source", "camera.recording"];
+        let key = if settings.source.is_some() { &keys[..1] } else { &keys[1..] };
+        return Some(document.finding(Severity::Error, key, format!("is wrong: {error}")));
+    }
+    let recording: &PathBuf = settings.recording.as_ref()?;
+    let problem = format!("names no file: {} does not exist", recording.display());
+    let missing = || document.finding(Severity::Error, &["camera.recording"], problem);
+    (!recording.exists()).then(missing)
+}
+
+/// Returns the errors of the camera file at `path`.
+fn camera_file(path: &Path) -> Vec<Finding> {
+    let text = match read_text(path, MAX_BYTES) {
+        Ok(text) => text,
+        Err(error) => return vec![unreadable(path, error.to_string())],
+    };
+    let document = Document::new(path, &text, camera_file::REFERENCE);
+    camera_file::mistakes(&text).iter().map(|mistake| document.mistake(mistake)).collect()
+}
+
+/// Returns the error of a file that cannot be read. The message names the file.
+fn unreadable(path: &Path, message: String) -> Finding {
+    let prefix = format!("{}: ", path.display());
+    Finding {
+        severity: Severity::Error,
+        file: path.to_owned(),
+        line: None,
+        values: Vec::new(),
+        problem: message.strip_prefix(&prefix).unwrap_or(&message).to_owned(),
+        allowed: String::new(),
+    }
+}

@@ -1,0 +1,136 @@
+//! Plausibility of a rig file: workspace, targets and travel against the rough size of the rig.
+
+use nalgebra::{Point2, Point3};
+use plumb_cameras::toml_file::Finite;
+
+use super::finding::{Document, Finding, Severity};
+use crate::rig::{FULL_STEPS_PER_REVOLUTION, Rig};
+
+/// Travel beyond which the limits protect little, in multiples of what the workspace takes.
+const LARGEST_TRAVEL: f64 = 2.0;
+
+/// Rough size of a rig.
+struct RoughSize {
+    /// Key of the motors' places.
+    key: &'static str,
+    motors: [Point3<f64>; 3],
+    floor: f64,
+    /// Cable of a full step, metres; the longest of the three motors.
+    cable_per_step: f64,
+}
+
+impl RoughSize {
+    /// Returns the size from the table `[size]`, or else that of the simulated rig.
+    fn of(rig: &Rig) -> Option<Self> {
+        if let Some(size) = &rig.size {
+            return Some(Self {
+                key: "size.motors",
+                motors: size.motors(),
+                floor: size.floor.get(),
+                cable_per_step: size.cable_per_step.get(),
+            });
+        }
+        let simulation = rig.simulation.as_ref()?;
+        let radius = simulation.pulley_radii.iter().map(|radius| radius.get()).fold(0.0, f64::max);
+        Some(Self {
+            key: "simulation.motors",
+            motors: simulation.motors(),
+            floor: 0.0,
+            cable_per_step: std::f64::consts::TAU * radius / FULL_STEPS_PER_REVOLUTION,
+        })
+    }
+
+    /// Returns whether a point is inside the triangle of the motors, seen from above.
+    fn contains(&self, point: Point3<f64>) -> bool {
+        let [a, b, c] = self.motors.map(|motor| motor.xy());
+        let side = |p: Point2<f64>, q: Point2<f64>| (q - p).perp(&(point.xy() - p));
+        let sides = [side(a, b), side(b, c), side(c, a)];
+        sides.iter().all(|s| *s >= 0.0) || sides.iter().all(|s| *s <= 0.0)
+    }
+
+    /// Returns whether the motors stand as the rig frame demands: y from B to A, C between them
+    /// and at smaller x.
+    fn is_in_rig_frame(&self) -> bool {
+        let [a, b, c] = &self.motors;
+        b.y < c.y && c.y < a.y && c.x < a.x.min(b.x)
+    }
+
+    /// Returns the largest change of a cable's length within the box of these corners, full steps.
+    fn steps_across(&self, corners: &[Point3<f64>; 8]) -> f64 {
+        let change = |motor: &Point3<f64>| {
+            let lengths = corners.map(|corner| (corner - motor).norm());
+            let longest = lengths.iter().copied().fold(0.0, f64::max);
+            longest - lengths.iter().copied().fold(f64::INFINITY, f64::min)
+        };
+        self.motors.iter().map(change).fold(0.0, f64::max) / self.cable_per_step
+    }
+}
+
+/// Returns the warnings about a rig.
+pub(super) fn warnings(document: &Document<'_>, rig: &Rig) -> Vec<Finding> {
+    let warning = |keys: &[&str], problem: &str| document.finding(Severity::Warning, keys, problem);
+    let Some(size) = RoughSize::of(rig) else {
+        let problem = "is missing: without the rough size of the rig, nothing compares the \
+                       workspace and the travel with it";
+        return vec![warning(&["size"], problem)];
+    };
+    let mut found = Vec::new();
+    if !size.is_in_rig_frame() {
+        let problem = "is not as the rig frame demands: y_B < y_C < y_A, and C at smaller x than \
+                       A and B; the ball is then driven away from its target";
+        found.push(warning(&[size.key], problem));
+    }
+    found.extend(workspace_warnings(document, rig, &size));
+    let outside = |target: &[Finite; 3]| !size.contains(Point3::from(target.map(Finite::get)));
+    for (index, target) in rig.targets.iter().enumerate().filter(|(_, target)| outside(target)) {
+        let [x, y, z] = target.map(Finite::get);
+        let problem = format!(
+            "has a target outside the triangle of the motors, number {}, [{x}, {y}, {z}]: a cable \
+             is slack there",
+            index + 1
+        );
+        found.push(warning(&["targets"], &problem));
+    }
+    found.extend(travel_warning(document, rig, &size));
+    found
+}
+
+fn workspace_warnings(document: &Document<'_>, rig: &Rig, size: &RoughSize) -> Vec<Finding> {
+    let warning = |keys: &[&str], problem: &str| document.finding(Severity::Warning, keys, problem);
+    let mut found = Vec::new();
+    if !corners(rig).iter().all(|corner| size.contains(*corner)) {
+        let problem = "reaches outside the triangle of the motors, where a cable is slack";
+        found.push(warning(&["workspace.min", "workspace.max"], problem));
+    }
+    if rig.workspace.min[2].get() < size.floor {
+        let problem = format!("reaches below the floor, z = {} m", size.floor);
+        found.push(warning(&["workspace.min"], &problem));
+    }
+    let lowest = size.motors.iter().map(|motor| motor.z).fold(f64::INFINITY, f64::min);
+    if rig.workspace.max[2].get() >= lowest {
+        let problem = format!("reaches up to the motors, z = {lowest} m, where no cable can lift");
+        found.push(warning(&["workspace.max"], &problem));
+    }
+    found
+}
+
+fn travel_warning(document: &Document<'_>, rig: &Rig, size: &RoughSize) -> Option<Finding> {
+    let [min, max] = rig.motors.travel.map(Finite::get);
+    let needed = size.steps_across(&corners(rig)).ceil();
+    let span = max - min;
+    // Both ways from anywhere in the workspace.
+    (span > LARGEST_TRAVEL * 2.0 * needed).then(|| {
+        let problem = format!(
+            "protects little: the workspace takes at most {needed} steps of a cable either way"
+        );
+        document.finding(Severity::Warning, &["motors.travel"], problem)
+    })
+}
+
+/// Returns the corners of the workspace.
+fn corners(rig: &Rig) -> [Point3<f64>; 8] {
+    let (min, max) = (rig.workspace.min.map(Finite::get), rig.workspace.max.map(Finite::get));
+    std::array::from_fn(|corner| {
+        Point3::from([0, 1, 2].map(|axis| if corner >> axis & 1 == 0 { min } else { max }[axis]))
+    })
+}

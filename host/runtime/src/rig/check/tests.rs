@@ -1,0 +1,160 @@
+use std::fs;
+
+use plumb_cameras::toml_file::place;
+use plumb_protocol::config::Config;
+use plumb_protocol::message::ConfigField;
+
+use super::*;
+use crate::rig::PAPER;
+
+/// Board that refuses more than 16 microsteps, a travel without 0, and 1000 full steps/s.
+fn board(config: &Config) -> Vec<ConfigField> {
+    let mut fields = Vec::new();
+    if config.microsteps > 16 {
+        fields.push(ConfigField::Microsteps);
+    }
+    for motor in &config.motors {
+        if motor.max_rate.to_si() > 1000.0 {
+            fields.push(ConfigField::MaxRate);
+        }
+        if motor.travel_min.0 > 0 || motor.travel_max.0 < 0 {
+            fields.push(ConfigField::Travel);
+        }
+    }
+    fields
+}
+
+/// Checks the paper's rig file with these replacements, beside its camera file.
+fn findings(replacements: &[(&str, &str)]) -> Vec<Finding> {
+    let folder = tempfile::tempdir().unwrap();
+    let mut text = PAPER.to_owned();
+    for (old, new) in replacements {
+        assert!(text.contains(old), "{old}");
+        text = text.replacen(old, new, 1);
+    }
+    let path = folder.path().join("rig.toml");
+    fs::write(&path, text).unwrap();
+    fs::write(folder.path().join("camera.toml"), camera_file::PAPER).unwrap();
+    check(&path, &board)
+}
+
+/// Returns the first key of each error, and of each warning.
+fn keys(findings: &[Finding]) -> [Vec<&str>; 2] {
+    [Severity::Error, Severity::Warning].map(|severity| {
+        let of_severity = findings.iter().filter(|finding| finding.severity == severity);
+        of_severity.map(|finding| finding.values[0].0.as_str()).collect()
+    })
+}
+
+#[test]
+fn the_papers_file_has_no_error_and_its_workspace_a_warning() {
+    assert_eq!(keys(&findings(&[])), [vec![], vec!["workspace.min"]]);
+}
+
+#[test]
+fn mistakes_of_every_kind_are_reported_together_and_once() {
+    let found = findings(&[
+        ("max_rate = 400.0", "max_rate = 4000.0"),
+        ("max_acceleration = 2000.0", "max_acceleration = 1e300"),
+        ("microsteps = 16", "microsteps = 17"),
+        ("travel = [-1000, 1500]", "travel = [10, 1500]"),
+        ("driver = \"a4988\"", "drivr = \"a4988\""),
+        ("radius = 0.010", "radius = \"10 mm\""),
+        ("max_age = 0.25", "max_age = 0.75"),
+        ("margin = 0.04", "margin = -1"),
+        ("file = \"camera.toml\"", "file = \"camera.toml\"\nsource = \"recording\""),
+        ("targets = [[0.400, 0.400, 0.150]]", "targets = [[0.4, 0.4, 0.15], [0.4, -0.1, 0.3]]"),
+    ]);
+    let [mut errors, _] = keys(&found);
+    errors.sort_unstable();
+    let expected = [
+        "camera.source",
+        "deadlines.max_age",
+        "growth.margin",
+        "motors.drivr",
+        "motors.max_acceleration",
+        "motors.max_rate",
+        "motors.microsteps",
+        "motors.travel",
+        "reached.radius",
+        "targets",
+    ];
+    assert_eq!(errors, expected, "{found:#?}");
+}
+
+#[test]
+fn a_message_names_file_line_key_value_range_and_an_example() {
+    let texts: Vec<String> = findings(&[
+        ("max_rate = 400.0", "max_rate = 4000.0"),
+        ("microsteps = 16", "microsteps = 17"),
+    ])
+    .iter()
+    .map(ToString::to_string)
+    .collect();
+    let line = "rig.toml:16: error: `motors.microsteps = 17` is out of range; \
+                allowed: 1, 2, 4, 8, 16, for example `motors.microsteps = 16`";
+    assert!(texts.iter().any(|text| text.ends_with(line)), "{texts:#?}");
+    let rate = "`motors.max_rate = 4000.0`";
+    assert!(texts.iter().any(|t| t.contains(rate) && t.contains("at most 1000 ")), "{texts:#?}");
+}
+
+#[test]
+fn a_file_without_targets_is_wrong() {
+    let found = findings(&[("targets = [[0.400, 0.400, 0.150]]", "targets = []")]);
+    assert_eq!(keys(&found)[0], ["targets"]);
+    assert!(found[0].to_string().contains("`targets = []` has no target"), "{}", found[0]);
+}
+
+#[test]
+fn limits_that_protect_nothing_are_warnings() {
+    let warnings = |replacements: &[(&str, &str)]| -> Vec<String> {
+        findings(replacements).iter().map(ToString::to_string).collect()
+    };
+    let cases = [
+        ("travel = [-1000, 1500]", "travel = [-5000, 5000]", "protects little"),
+        ("min = [0.10, 0.10, 0.05]", "min = [0.10, 0.10, -0.1]", "below the floor"),
+        ("max = [0.80, 0.50, 0.60]", "max = [0.80, 0.50, 0.70]", "up to the motors"),
+        ("targets = [[0.400, 0.400, 0.150]]", "targets = [[0.2, 0.45, 0.15]]", "number 1"),
+        ("[0.850, 0.610, 0.665], [0.850, 0.0", "[0.850, 0.0, 0.665], [0.850, 0.61", "rig frame"),
+    ];
+    for (old, new, expected) in cases {
+        let found = warnings(&[(old, new)]);
+        assert!(found.iter().any(|text| text.contains(expected)), "{new}: {found:#?}");
+        assert!(found.iter().all(|text| text.contains(": warning: ")), "{new}: {found:#?}");
+    }
+}
+
+#[test]
+fn mistakes_of_the_camera_file_are_reported_too() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("rig.toml");
+    fs::write(&path, PAPER).unwrap();
+    let errors = |camera: &str| {
+        fs::write(folder.path().join("camera.toml"), camera).unwrap();
+        let found = check(&path, &board);
+        found.into_iter().filter(|f| f.severity == Severity::Error).collect::<Vec<_>>()
+    };
+    let camera = camera_file::PAPER.replace("fx = 525.0", "fx = 0").replace("[ball]", "[bal]");
+    let found = errors(&camera);
+    assert_eq!(keys(&found)[0], ["ball", "intrinsics.fx", "bal"], "{found:#?}");
+    assert!(found.iter().all(|finding| finding.file.ends_with("camera.toml")));
+    fs::remove_file(folder.path().join("camera.toml")).unwrap();
+    let [finding] = &check(&path, &board)
+        .into_iter()
+        .filter(|finding| finding.severity == Severity::Error)
+        .collect::<Vec<_>>()[..]
+    else {
+        panic!("one error")
+    };
+    assert!(finding.to_string().contains("camera.toml: error: cannot be read"), "{finding}");
+}
+
+#[test]
+fn placeholders_have_every_required_key() {
+    let required = REFERENCE.lines().filter(|line| line.contains("| required"));
+    let names: Vec<&str> = required.filter_map(|line| line.split('`').nth(1)).collect();
+    assert!(names.len() > 20, "{names:?}");
+    for name in names {
+        assert!(place(PLACEHOLDERS, name).is_some(), "{name}");
+    }
+}

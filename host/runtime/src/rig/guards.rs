@@ -1,0 +1,99 @@
+//! Conditions that the board checks while it moves: a reached target, deadlines, a growing error.
+
+use plumb_cameras::toml_file::Positive;
+use plumb_protocol::config::{Deadlines, Growth, Reached};
+use plumb_protocol::units::{Micrometres, Milliseconds};
+use serde::Deserialize;
+
+use super::conversion::Conversion;
+use super::positive;
+
+/// Rule by which a target counts as reached. See [`plumb_protocol::config::Reached`].
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ReachedRule {
+    /// Distance, metres.
+    pub radius: Positive,
+    /// Number of consecutive frames.
+    pub frames: u8,
+}
+
+/// Times after which the board stops by itself, seconds. See
+/// [`plumb_protocol::config::Deadlines`].
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct DeadlineSettings {
+    /// Without a frame from the host.
+    pub host: Positive,
+    /// Without a fresh position.
+    pub position: Positive,
+    /// Greatest age of a frame that is used, seconds; below `position`.
+    pub max_age: Positive,
+}
+
+/// Rule by which a growing error stops the board. See [`plumb_protocol::config::Growth`].
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct GrowthRule {
+    /// Metres above the least |e|.
+    pub margin: Positive,
+    /// For so long, seconds.
+    pub time: Positive,
+}
+
+impl Default for ReachedRule {
+    /// Returns 10 pictures within 10 mm, the paper's threshold.
+    fn default() -> Self {
+        Self { radius: positive(0.010), frames: 10 }
+    }
+}
+
+impl Default for DeadlineSettings {
+    /// Returns deadlines for a camera of 30 pictures/s: 9 pictures without a frame from the host,
+    /// 15 without a position.
+    fn default() -> Self {
+        Self { host: positive(0.3), position: positive(0.5), max_age: positive(0.25) }
+    }
+}
+
+impl Default for GrowthRule {
+    /// Returns four times the default radius of a reached target, for 6 pictures at 30 pictures/s.
+    fn default() -> Self {
+        Self { margin: positive(0.04), time: positive(0.2) }
+    }
+}
+
+impl ReachedRule {
+    pub(super) fn convert(&self, conversion: &mut Conversion) -> Reached {
+        let radius = self.radius.get();
+        let radius = conversion.fit("reached.radius", radius, Micrometres::from_si);
+        Reached { radius, frames: self.frames }
+    }
+}
+
+impl DeadlineSettings {
+    pub(super) fn convert(&self, conversion: &mut Conversion) -> Deadlines {
+        let mut fit =
+            |key, value: Positive| conversion.fit(key, value.get(), Milliseconds::from_si);
+        let deadlines = Deadlines {
+            host: fit("deadlines.host", self.host),
+            position: fit("deadlines.position", self.position),
+            max_age: fit("deadlines.max_age", self.max_age),
+        };
+        if self.max_age >= self.position {
+            let why = "is not below `deadlines.position`: the board would drive on \
+                       positions that are older than that deadline";
+            conversion.report("deadlines.max_age", self.max_age.get(), why);
+        }
+        deadlines
+    }
+}
+
+impl GrowthRule {
+    pub(super) fn convert(&self, conversion: &mut Conversion) -> Growth {
+        Growth {
+            margin: conversion.fit("growth.margin", self.margin.get(), Micrometres::from_si),
+            time: conversion.fit("growth.time", self.time.get(), Milliseconds::from_si),
+        }
+    }
+}

@@ -1,0 +1,151 @@
+//! A new rig file and camera file, with limits that fit the size of the rig.
+
+mod driver;
+#[cfg(test)]
+mod tests;
+mod text;
+mod triangle;
+
+use std::path::PathBuf;
+
+use nalgebra::Point3;
+use thiserror::Error;
+
+use self::triangle::{WorkspaceBox, check_length};
+use super::FULL_STEPS_PER_REVOLUTION;
+
+pub use self::driver::{DriverKind, MicrostepsError, Straps};
+pub use self::triangle::{HEIGHT_RANGE_M, SIDE_RANGE_M, SizeError, Triangle};
+
+/// Lengths of cable that a turn of a motor can wind, metres.
+pub const CABLE_PER_TURN_RANGE_M: [f64; 2] = [0.02, 0.5];
+/// Diameters of the ball, metres.
+pub const BALL_RANGE_M: [f64; 2] = [0.02, 0.3];
+
+/// Speed of a cable at the highest rate of a new file, m/s: slow enough to follow and to stop.
+const CABLE_SPEED_M_S: f64 = 0.05;
+/// Acceleration of a cable, m/s².
+const CABLE_ACCELERATION_M_S2: f64 = 0.25;
+/// Highest rate of a new file, full steps/s: what the slowest drivers follow.
+const MAX_RATE: f64 = 300.0;
+
+/// Source of the pictures of a new rig.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum NewCamera {
+    /// A camera through OpenNI2.
+    Openni,
+    /// A recording.
+    Recording(PathBuf),
+    /// A simulated rig, which the program renders.
+    Simulated,
+}
+
+/// Description of a rig, from which its files are written.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NewRig {
+    /// Serial port of the board.
+    pub port: String,
+    /// Motor drivers.
+    pub driver: DriverKind,
+    /// Microsteps in a full step.
+    pub microsteps: u8,
+    /// Sides AB, BC, CA of the triangle of the motors, metres.
+    pub sides: [f64; 3],
+    /// Height of the pulleys above the floor, metres.
+    pub height: f64,
+    /// Cable that a turn of a motor winds, metres.
+    pub cable_per_turn: f64,
+    /// Source of the pictures.
+    pub camera: NewCamera,
+    /// Diameter of the ball, metres.
+    pub ball_diameter: f64,
+}
+
+/// Description from which no file can be written.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum NewRigError {
+    /// The driver cannot have so many microsteps.
+    #[error(transparent)]
+    Microsteps(#[from] MicrostepsError),
+    /// A size is out of its range, or the sizes contradict each other.
+    #[error(transparent)]
+    Size(#[from] SizeError),
+}
+
+/// Texts of a new rig file and camera file.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct NewFiles {
+    /// The rig file.
+    pub rig: String,
+    /// The camera file, which the rig file names `camera.toml`.
+    pub camera: String,
+    /// Straps of the drivers; `None` for drivers without straps.
+    pub straps: Option<Straps>,
+}
+
+impl Default for NewRig {
+    /// Returns a rig of the size of the paper's, with TMC2209 drivers at 16 microsteps, drums with
+    /// a radius of 15 mm, a camera through OpenNI2 and a ball of 80 mm.
+    fn default() -> Self {
+        Self {
+            port: "/dev/ttyACM0".to_owned(),
+            driver: DriverKind::Tmc2209,
+            microsteps: 16,
+            sides: [0.61, 0.88, 0.93],
+            height: 0.66,
+            cable_per_turn: 0.094,
+            camera: NewCamera::Openni,
+            ball_diameter: 0.08,
+        }
+    }
+}
+
+impl NewRig {
+    /// Returns the texts of the files.
+    ///
+    /// # Errors
+    /// Where a size is out of its range, or the driver cannot have these microsteps.
+    pub fn files(&self) -> Result<NewFiles, NewRigError> {
+        let straps = self.driver.straps(self.microsteps)?;
+        let limits = Limits::of(self)?;
+        Ok(NewFiles {
+            rig: text::rig_file(self, &limits, straps.as_ref()),
+            camera: text::camera_file(self, &limits),
+            straps,
+        })
+    }
+}
+
+/// Values that follow from the size of a rig.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Limits {
+    motors: [Point3<f64>; 3],
+    workspace: WorkspaceBox,
+    /// Cable of a full step, metres.
+    cable_per_step: f64,
+    /// Largest travel either way, full steps.
+    travel: f64,
+    /// Highest rate, full steps/s.
+    max_rate: f64,
+    /// Highest acceleration, full steps/s².
+    max_acceleration: f64,
+}
+
+impl Limits {
+    fn of(rig: &NewRig) -> Result<Self, SizeError> {
+        check_length("the cable of a turn", rig.cable_per_turn, CABLE_PER_TURN_RANGE_M)?;
+        check_length("the ball's diameter", rig.ball_diameter, BALL_RANGE_M)?;
+        let triangle = Triangle::new(rig.sides, rig.height)?;
+        let workspace = triangle.workspace(rig.ball_diameter)?;
+        let cable_per_step = rig.cable_per_turn / FULL_STEPS_PER_REVOLUTION;
+        let tens = |steps: f64| (steps / 10.0).ceil() * 10.0;
+        Ok(Self {
+            motors: triangle.motors(),
+            workspace,
+            cable_per_step,
+            travel: tens(triangle.largest_change(&workspace) / cable_per_step),
+            max_rate: tens(CABLE_SPEED_M_S / cable_per_step).min(MAX_RATE),
+            max_acceleration: tens(CABLE_ACCELERATION_M_S2 / cable_per_step),
+        })
+    }
+}

@@ -1,0 +1,193 @@
+//! Texts of a new rig file and camera file. The reference pages explain their keys.
+
+use nalgebra::Point3;
+use plumb_cameras::camera_file;
+use plumb_cameras::toml_file::{Key, keys};
+
+use super::{Limits, NewCamera, NewRig, Straps};
+use crate::rig::REFERENCE;
+
+/// Tables that [`rig_file`] writes key by key. It writes the other tables with their defaults.
+const OWN_TABLES: [&str; 8] =
+    ["targets", "board", "law", "motors", "workspace", "size", "camera", "simulation"];
+
+/// Text of a TOML file under construction.
+struct Writer {
+    text: String,
+    keys: Vec<Key>,
+}
+
+impl Writer {
+    /// Starts a file with this introduction. `page` is the reference page of its format.
+    fn new(page: &str, introduction: &str) -> Self {
+        Self { text: introduction.to_owned(), keys: keys(page) }
+    }
+
+    /// Starts a table, after a comment.
+    fn table(&mut self, name: &str, comment: &str) {
+        self.text.push('\n');
+        self.comment(comment);
+        self.text.push_str(&format!("[{name}]\n"));
+    }
+
+    fn comment(&mut self, comment: &str) {
+        for line in comment.lines() {
+            self.text.push_str(&format!("# {line}\n"));
+        }
+    }
+
+    /// Writes the key `name`, given with its tables, and a comment: meaning, unit, range.
+    fn key(&mut self, name: &str, value: &str) {
+        let key = self.keys.iter().find(|key| key.name == name);
+        let comment = key.map(explanation).unwrap_or_default();
+        let last = name.rsplit('.').next().unwrap_or(name);
+        self.comment(&comment);
+        self.text.push_str(&format!("{last} = {value}\n"));
+    }
+
+    /// Writes the tables of the format that are not in `own`, with their defaults.
+    fn other_tables(&mut self, own: &[&str]) {
+        let mut current = String::new();
+        for Key { name, value, .. } in self.keys.clone() {
+            let Some((table, _)) = name.rsplit_once('.') else { continue };
+            let outer = table.split('.').next().unwrap_or(table);
+            if own.contains(&outer) || value.is_empty() {
+                continue;
+            }
+            if table != current {
+                self.table(table, "");
+                table.clone_into(&mut current);
+            }
+            self.key(&name, &value);
+        }
+    }
+}
+
+/// Returns the comment of a key: "Meaning [unit; range]".
+fn explanation(key: &Key) -> String {
+    let unit = if key.unit == "1" { "" } else { &key.unit };
+    let allowed: Vec<&str> = [unit, &key.range].into_iter().filter(|t| !t.is_empty()).collect();
+    let mut meaning = key.meaning.chars();
+    let first = meaning.next().into_iter().flat_map(char::to_uppercase);
+    let meaning: String = first.chain(meaning).collect();
+    match allowed.as_slice() {
+        [] => meaning,
+        allowed => format!("{meaning} [{}]", allowed.join("; ")),
+    }
+}
+
+/// Formats a length with millimetres, or a number of steps.
+fn number(value: f64) -> String {
+    format!("{:?}", (value * 1e3).round() / 1e3)
+}
+
+fn point(point: Point3<f64>) -> String {
+    let [x, y, z] = [point.x, point.y, point.z].map(number);
+    format!("[{x}, {y}, {z}]")
+}
+
+fn points(points: [Point3<f64>; 3]) -> String {
+    let [a, b, c] = points.map(point);
+    format!("[{a}, {b}, {c}]")
+}
+
+const RIG_INTRODUCTION: &str = "\
+# A rig, as `plumb init` wrote it. Lengths in metres, times in seconds, motor positions in full
+# steps; + pays cable out. The origin of the rig frame is on the floor: x is 0 at motor C and points
+# to A and B, y is 0 at motor B and points to A, z points up. docs/use/rig.md has a drawing.
+# After each change: `plumb check rig.toml --file-only`.
+";
+
+/// Returns the text of the rig file.
+pub(super) fn rig_file(rig: &NewRig, limits: &Limits, straps: Option<&Straps>) -> String {
+    let mut file = Writer::new(REFERENCE, RIG_INTRODUCTION);
+    file.text.push('\n');
+    file.key("targets", &format!("[{}]", point(limits.workspace.at([0.5; 3]))));
+    file.table("board", "");
+    file.key("board.port", &format!("{:?}", rig.port));
+    file.text.push_str("\n# Without a table [law.NAME] the law is `taut`.\n");
+    motors(&mut file, rig, limits, straps);
+    file.table("workspace", "Inside the triangle, above the floor and below the motors.");
+    file.key("workspace.min", &point(limits.workspace.min));
+    file.key("workspace.max", &point(limits.workspace.max));
+    file.other_tables(&OWN_TABLES);
+    file.table("size", "By tape measure. The check uses it, and jogs in millimetres; no law does.");
+    file.key("size.motors", &points(limits.motors));
+    file.key("size.floor", "0.0");
+    // A tenth of a micrometre.
+    file.key("size.cable_per_step", &format!("{:.7}", limits.cable_per_step));
+    camera(&mut file, rig);
+    if rig.camera == NewCamera::Simulated {
+        simulation(&mut file, limits);
+    }
+    file.text
+}
+
+const MOTORS_COMMENT: &str = "\
+Low rates for a first move: about 50 mm of cable a second. The travel is what the workspace takes,
+from anywhere in it.";
+
+fn motors(file: &mut Writer, rig: &NewRig, limits: &Limits, straps: Option<&Straps>) {
+    file.table("motors", MOTORS_COMMENT);
+    file.key("motors.max_rate", &number(limits.max_rate));
+    file.key("motors.max_acceleration", &number(limits.max_acceleration));
+    file.key("motors.microsteps", &rig.microsteps.to_string());
+    if let Some(straps) = straps {
+        file.comment(&format!("(Straps of each driver for this: {straps}.)"));
+    }
+    file.key("motors.travel", &format!("[{}, {}]", number(-limits.travel), number(limits.travel)));
+    file.key("motors.reversed", "[false, false, false]");
+    file.key("motors.driver", &rig.driver.toml());
+}
+
+fn camera(file: &mut Writer, rig: &NewRig) {
+    file.table("camera", "");
+    file.key("camera.file", "\"camera.toml\"");
+    match &rig.camera {
+        NewCamera::Openni => file.key("camera.source", "\"openni\""),
+        NewCamera::Recording(path) => {
+            file.key("camera.recording", &format!("{:?}", path.display().to_string()));
+        }
+        NewCamera::Simulated => {}
+    }
+}
+
+fn simulation(file: &mut Writer, limits: &Limits) {
+    file.table("simulation", "The simulated rig, in place of a real one.");
+    file.key("simulation.motors", &points(limits.motors));
+    let circumference = limits.cable_per_step * crate::rig::FULL_STEPS_PER_REVOLUTION;
+    let radius = format!("{:.6}", circumference / std::f64::consts::TAU);
+    file.key("simulation.pulley_radii", &format!("[{radius}, {radius}, {radius}]"));
+    file.key("simulation.start", &point(limits.workspace.at([0.8, 0.3, 0.8])));
+    file.key("simulation.wiring", "[\"A\", \"B\", \"C\"]");
+    file.key("simulation.reversed", "[false, false, false]");
+}
+
+const CAMERA_INTRODUCTION: &str = "\
+# A camera, as `plumb init` wrote it. Replace the intrinsics by those of your camera, or take the
+# device's (`intrinsics = \"device\"` in [camera.openni] of the rig file). Replace the pose by the
+# measured one: here it is a guess, opposite motor C, looking along -x.
+";
+
+/// Distance of the guessed camera from the middle of the workspace, metres.
+const CAMERA_DISTANCE_M: f64 = 1.25;
+
+/// Returns the text of the camera file.
+pub(super) fn camera_file(rig: &NewRig, limits: &Limits) -> String {
+    let mut file = Writer::new(camera_file::REFERENCE, CAMERA_INTRODUCTION);
+    file.table("intrinsics", "");
+    for (name, value) in
+        [("fx", 525.0), ("fy", 525.0), ("cx", 319.5), ("cy", 239.5), ("depth_scale", 1000.0)]
+    {
+        file.key(&format!("intrinsics.{name}"), &number(value));
+    }
+    let mut place = limits.workspace.at([0.5; 3]);
+    place.x += CAMERA_DISTANCE_M;
+    file.table("pose", "Camera x is rig y, camera y is -z, camera z is -x.");
+    file.key("pose.translation", &point(place));
+    file.key("pose.quaternion", "[-0.5, -0.5, 0.5, 0.5]");
+    file.table("ball", "");
+    file.key("ball.diameter_m", &number(rig.ball_diameter));
+    file.key("ball.hue", "0.0");
+    file.text
+}

@@ -1,0 +1,56 @@
+use nalgebra::Point3;
+
+use super::*;
+
+/// Cable of a full step on the paper's rig, metres.
+const STEP_M: f64 = NOMINAL_STEP_M;
+
+fn parse(text: &str) -> Rig {
+    parse_toml(Path::new("rig.toml"), text).unwrap()
+}
+
+#[test]
+fn the_law_and_the_guards_have_defaults() {
+    let tables = ["reached", "deadlines", "growth"];
+    let without = PAPER
+        .split("\n\n")
+        .filter(|part| !tables.iter().any(|table| part.starts_with(&format!("[{table}]"))));
+    let without = parse(&without.collect::<Vec<_>>().join("\n\n"));
+    assert_eq!(without, Rig::paper().unwrap());
+    assert_eq!(without.law, LawName::Taut.into());
+    let one_key = PAPER.replace("radius = 0.010\n", "");
+    assert_eq!(parse(&one_key), without);
+}
+
+#[test]
+fn the_papers_workspace_keeps_targets_above_the_floor_and_beside_the_motors_out() {
+    let rig = Rig::paper().unwrap();
+    let workspace = rig.config().unwrap().workspace;
+    for target in rig.targets().unwrap() {
+        assert!(workspace.contains(target), "{target:?}");
+    }
+    for outside in [[0.4, -0.1, 0.3], [0.4, 0.3, -0.05], [0.4, 0.3, 0.66], [0.95, 0.3, 0.3]] {
+        assert!(!workspace.contains(Point::from_metres(outside).unwrap()), "{outside:?}");
+    }
+}
+
+/// The travel reaches every corner of the workspace, and little more.
+#[test]
+fn the_papers_travel_fits_its_workspace() {
+    let rig = Rig::paper().unwrap();
+    let simulation = rig.simulation.as_ref().unwrap();
+    let corner = |n: usize| {
+        let axis = |i: usize| if n >> i & 1 == 0 { rig.workspace.min } else { rig.workspace.max };
+        Point3::from([0, 1, 2].map(|i| axis(i)[i].get()))
+    };
+    let steps = |motor: &Point3<f64>, ball: Point3<f64>| {
+        ((ball - motor).norm() - (simulation.start() - motor).norm()) / STEP_M
+    };
+    let motors = simulation.motors();
+    let all: Vec<f64> = (0..8).flat_map(|n| motors.map(|motor| steps(&motor, corner(n)))).collect();
+    let least = all.iter().copied().fold(0.0, f64::min);
+    let largest = all.iter().copied().fold(0.0, f64::max);
+    let [min, max] = rig.motors.travel.map(Finite::get);
+    assert!((1.0..1.3).contains(&(min / least)), "{min} for {least}");
+    assert!((1.0..1.3).contains(&(max / largest)), "{max} for {largest}");
+}

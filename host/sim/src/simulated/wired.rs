@@ -1,0 +1,104 @@
+//! Plant behind the wiring of a rig: swapped and reversed motors.
+
+use nalgebra::Point3;
+use plumb_emulator::plant::{Plant, RigError};
+use plumb_runtime::rig::{Rig, Simulation};
+
+/// Plant whose motors are wired to the outputs of a board.
+struct Wired {
+    plant: Box<dyn Plant + Send>,
+    outputs: [Output; 3],
+}
+
+/// Motor on an output of the board.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Output {
+    /// Number of the motor: A 0, B 1, C 2.
+    motor: usize,
+    /// Turn of the motor for a step of the output: 1, or -1 where it turns the wrong way.
+    sign: f64,
+}
+
+/// Connects the motors of `plant` to the board as `simulation` and the directions of `rig` say.
+///
+/// A motor turns the wrong way where either `motors.reversed` of its output or
+/// `simulation.reversed` of the motor is set. Where both are set, it turns the right way.
+pub fn wired(
+    rig: &Rig,
+    simulation: &Simulation,
+    plant: Box<dyn Plant + Send>,
+) -> Box<dyn Plant + Send> {
+    let motors = simulation.wiring.motors();
+    let outputs = [0, 1, 2].map(|output| {
+        let motor = motors[output];
+        let is_reversed = rig.motors.reversed[output] != simulation.reversed[motor];
+        Output { motor, sign: if is_reversed { -1.0 } else { 1.0 } }
+    });
+    Box::new(Wired { plant, outputs })
+}
+
+impl Plant for Wired {
+    fn advance(&mut self, dt_s: f64, motors: [f64; 3]) -> Result<(), RigError> {
+        let mut turned = [0.0; 3];
+        for (output, steps) in self.outputs.iter().zip(motors) {
+            turned[output.motor] = output.sign * steps;
+        }
+        self.plant.advance(dt_s, turned)
+    }
+
+    fn ball(&self) -> Point3<f64> {
+        self.plant.ball()
+    }
+
+    fn slack(&self) -> [bool; 3] {
+        self.plant.slack()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use plumb_cameras::toml_file::parse_toml;
+    use plumb_emulator::plant::{QuasiStatic, Task};
+
+    use super::*;
+
+    /// Cable lengths after the board's motors have turned to these steps, with the lines `text` in
+    /// the table `[simulation]` of the paper's rig, and these reversed outputs.
+    fn lengths(text: &str, reversed: [bool; 3], steps: [f64; 3]) -> [f64; 3] {
+        let paper = include_str!("../../../rigs/paper.toml");
+        let mut rig: Rig = parse_toml(Path::new("rig.toml"), &format!("{paper}\n{text}")).unwrap();
+        rig.motors.reversed = reversed;
+        let simulation = rig.simulation.clone().unwrap();
+        let Task { geometry, start, .. } = Task::paper();
+        let plant = Box::new(QuasiStatic::new(geometry, start).unwrap());
+        let mut plant = wired(&rig, &simulation, plant);
+        plant.advance(0.1, steps).unwrap();
+        let before = geometry.cable_lengths_m(&start);
+        let after = geometry.cable_lengths_m(&plant.ball());
+        [0, 1, 2].map(|i| ((after[i] - before[i]) / geometry.step_lengths_m()[i]).round())
+    }
+
+    #[test]
+    fn a_rig_is_wired_rightly_by_default() {
+        assert_eq!(lengths("", [false; 3], [30.0, 20.0, 10.0]), [30.0, 20.0, 10.0]);
+    }
+
+    #[test]
+    fn a_swapped_motor_turns_with_the_other_output() {
+        let swapped = "wiring = ['C', 'B', 'A']";
+        assert_eq!(lengths(swapped, [false; 3], [30.0, 20.0, 10.0]), [10.0, 20.0, 30.0]);
+        let turned = "wiring = ['B', 'C', 'A']";
+        assert_eq!(lengths(turned, [false; 3], [30.0, 20.0, 10.0]), [10.0, 30.0, 20.0]);
+    }
+
+    #[test]
+    fn the_rig_file_reverses_an_output_and_so_corrects_a_reversed_motor() {
+        let reversed = "wiring = ['B', 'A', 'C']\nreversed = [false, true, false]";
+        assert_eq!(lengths(reversed, [false; 3], [30.0, 20.0, 10.0]), [20.0, -30.0, 10.0]);
+        let corrected = [true, false, false];
+        assert_eq!(lengths(reversed, corrected, [30.0, 20.0, 10.0]), [20.0, 30.0, 10.0]);
+        assert_eq!(lengths("", corrected, [30.0, 20.0, 10.0]), [-30.0, 20.0, 10.0]);
+    }
+}

@@ -1,0 +1,187 @@
+//! `plumb init`: a new rig file and camera file, by questions or from options.
+
+mod dialogue;
+mod questions;
+
+use std::fs::{self, OpenOptions};
+use std::io::{self, ErrorKind, Write};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use clap::{Parser, ValueEnum};
+use plumb_runtime::rig::new_rig::{DriverKind, NewFiles};
+use serde::Serialize;
+use thiserror::Error;
+
+use self::dialogue::Dialogue;
+use super::print::tell;
+use super::{Failure, failed_because, numbers, print};
+
+/// Write a rig file and a camera file for a new rig
+///
+/// Asks for the rig's size, motors and camera; the defaults are in brackets. Writes rig.toml and
+/// camera.toml with an explanation of each key, and limits that fit the rig's size. Never
+/// overwrites a file. Lengths are in metres.
+#[derive(Parser)]
+pub(crate) struct Args {
+    /// Folder of the files; it is created where it does not exist
+    #[arg(default_value = ".")]
+    folder: PathBuf,
+    /// Ask nothing: options, and the defaults of the others
+    #[arg(long)]
+    yes: bool,
+    /// A simulated rig instead of a real one, to try everything without hardware
+    #[arg(long, conflicts_with_all = ["camera", "recording"])]
+    simulated: bool,
+    /// Motor drivers
+    #[arg(long, value_enum)]
+    driver: Option<DriverName>,
+    /// Microsteps in a full step
+    #[arg(long, value_name = "N")]
+    microsteps: Option<u8>,
+    /// Distances between the pulleys of motors A and B, B and C, C and A
+    #[arg(
+        long,
+        num_args = 3,
+        value_names = ["AB", "BC", "CA"],
+        value_parser = numbers::positive
+    )]
+    sides: Option<Vec<f64>>,
+    /// Height of the pulleys above the floor
+    #[arg(long, value_name = "M", value_parser = numbers::positive)]
+    height: Option<f64>,
+    /// Cable that a turn of a motor winds: the circumference of its drum
+    #[arg(long, value_name = "M", value_parser = numbers::positive)]
+    cable_per_turn: Option<f64>,
+    /// Diameter of the ball
+    #[arg(long, value_name = "M", value_parser = numbers::positive)]
+    ball: Option<f64>,
+    /// Source of the pictures
+    #[arg(long, value_enum)]
+    camera: Option<CameraName>,
+    /// The recording: an .oni file or a TUM folder
+    #[arg(long, value_name = "PATH")]
+    recording: Option<PathBuf>,
+    /// Serial port of the board
+    #[arg(long)]
+    port: Option<String>,
+    /// End with a line of JSON on standard output
+    #[arg(long)]
+    json: bool,
+}
+
+/// Name of a motor driver.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum DriverName {
+    /// Allegro A4988
+    A4988,
+    /// Texas Instruments DRV8825
+    Drv8825,
+    /// Trinamic TMC2209, set by its straps
+    Tmc2209,
+    /// Two H-bridges for each motor
+    Coils,
+    /// Two Adafruit Motor HATs
+    MotorHats,
+}
+
+impl From<DriverName> for DriverKind {
+    fn from(name: DriverName) -> Self {
+        match name {
+            DriverName::A4988 => Self::A4988,
+            DriverName::Drv8825 => Self::Drv8825,
+            DriverName::Tmc2209 => Self::Tmc2209,
+            DriverName::Coils => Self::Coils,
+            DriverName::MotorHats => Self::MotorHats,
+        }
+    }
+}
+
+/// Name of a source of pictures.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum CameraName {
+    /// A camera through OpenNI2
+    Openni,
+    /// A recording
+    Recording,
+}
+
+/// Line of JSON.
+#[derive(Serialize)]
+struct Line<'a> {
+    rig: &'a Path,
+    camera: &'a Path,
+    straps: Option<String>,
+}
+
+/// A file that exists, or cannot be written.
+#[derive(Debug, Error)]
+enum WriteError {
+    #[error("{}: exists; nothing was written. Remove it, or give another folder", .0.display())]
+    Exists(PathBuf),
+    #[error("{}: cannot be written", path.display())]
+    Io {
+        path: PathBuf,
+        #[source]
+        error: io::Error,
+    },
+}
+
+pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
+    let [rig_path, camera_path] = ["rig.toml", "camera.toml"].map(|name| args.folder.join(name));
+    // Before the questions, so that no answer is lost.
+    for path in [&rig_path, &camera_path] {
+        if path.symlink_metadata().is_ok() {
+            return Err(WriteError::Exists(path.clone()).into());
+        }
+    }
+    let mut dialogue = Dialogue::new(io::stdin().lock(), io::stderr(), !args.yes);
+    let rig = questions::rig(&args, &mut dialogue)?;
+    let files = rig.files()?;
+    write_files(&args.folder, &rig_path, &camera_path, &files)?;
+    tell!("written: {} and {}", rig_path.display(), camera_path.display());
+    if let Some(straps) = &files.straps {
+        tell!("straps of each driver for {} microsteps: {straps}", rig.microsteps);
+    }
+    tell!(
+        "next: read the comments in both files, correct the camera's pose, then \
+         `plumb check {} --file-only`",
+        rig_path.display()
+    );
+    if args.json {
+        let straps = files.straps.map(|straps| straps.to_string());
+        let line = Line { rig: &rig_path, camera: &camera_path, straps };
+        print::result(serde_json::to_string(&line)?)?;
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Writes both files, or none.
+fn write_files(
+    folder: &Path,
+    rig_path: &Path,
+    camera_path: &Path,
+    files: &NewFiles,
+) -> Result<(), Failure> {
+    let failure = |path: &Path, error: io::Error| match error.kind() {
+        ErrorKind::AlreadyExists => Failure::from(WriteError::Exists(path.to_owned())),
+        _ => failed_because(WriteError::Io { path: path.to_owned(), error }),
+    };
+    fs::create_dir_all(folder).map_err(|error| failure(folder, error))?;
+    write_new(rig_path, &files.rig).map_err(|error| failure(rig_path, error))?;
+    write_new(camera_path, &files.camera).map_err(|error| {
+        // The rig file is of no use without it.
+        let _ = fs::remove_file(rig_path);
+        failure(camera_path, error)
+    })
+}
+
+/// Writes a file that does not exist yet. A file that cannot be written whole is removed.
+fn write_new(path: &Path, text: &str) -> io::Result<()> {
+    let mut file = OpenOptions::new().write(true).create_new(true).open(path)?;
+    let written = file.write_all(text.as_bytes());
+    if written.is_err() {
+        let _ = fs::remove_file(path);
+    }
+    written
+}

@@ -1,0 +1,155 @@
+//! Questions about a new rig.
+
+use std::io::{BufRead, Write};
+use std::path::{Path, PathBuf};
+
+use clap::ValueEnum;
+use plumb_runtime::rig::new_rig::{DriverKind, NewCamera, NewRig, Triangle};
+
+use super::dialogue::{Dialogue, DialogueError};
+use super::{Args, CameraName, DriverName};
+use crate::commands::{Failure, bad_input, numbers};
+
+/// Returns the rig of the options, and of the answers to questions about the others.
+pub(super) fn rig<I: BufRead, O: Write>(
+    args: &Args,
+    dialogue: &mut Dialogue<I, O>,
+) -> Result<NewRig, Failure> {
+    let usual = NewRig::default();
+    if dialogue.is_interactive() {
+        dialogue.tell("Lengths in metres. Enter takes the value in brackets; Ctrl-D ends.")?;
+    }
+    let (sides, height) = size(args, &usual, dialogue)?;
+    let (driver, microsteps) = motors(args, &usual, dialogue)?;
+    let cable_per_turn = length(
+        args.cable_per_turn,
+        "Cable that a turn of a motor winds (circumference of its drum)",
+        usual.cable_per_turn,
+        dialogue,
+    )?;
+    let ball_diameter = length(args.ball, "Diameter of the ball", usual.ball_diameter, dialogue)?;
+    let camera = camera(args, dialogue)?;
+    let port = match &args.port {
+        Some(port) => port.clone(),
+        None => {
+            dialogue.ask("Serial port of the board", &usual.port, |text| Ok(text.to_owned()))?
+        }
+    };
+    Ok(NewRig { port, driver, microsteps, sides, height, cable_per_turn, camera, ball_diameter })
+}
+
+/// Returns a length from its option, or else asks for it, metres.
+fn length<I: BufRead, O: Write>(
+    given: Option<f64>,
+    question: &str,
+    default: f64,
+    dialogue: &mut Dialogue<I, O>,
+) -> Result<f64, DialogueError> {
+    match given {
+        Some(length) => Ok(length),
+        None => dialogue.ask(question, &default.to_string(), numbers::positive),
+    }
+}
+
+/// Returns the sides of the triangle and its height, metres. Answers that no rig has are asked
+/// again.
+fn size<I: BufRead, O: Write>(
+    args: &Args,
+    usual: &NewRig,
+    dialogue: &mut Dialogue<I, O>,
+) -> Result<([f64; 3], f64), Failure> {
+    let given: Option<[f64; 3]> = args.sides.as_ref().and_then(|s| s.as_slice().try_into().ok());
+    loop {
+        let sides = match given {
+            Some(sides) => sides,
+            None => {
+                let names = ["A and B", "B and C", "C and A"];
+                let mut sides = usual.sides;
+                for (side, name) in sides.iter_mut().zip(names) {
+                    let question = format!("Distance between the pulleys of motors {name}");
+                    *side = length(None, &question, *side, dialogue)?;
+                }
+                sides
+            }
+        };
+        let question = "Height of the pulleys above the floor";
+        let height = length(args.height, question, usual.height, dialogue)?;
+        match Triangle::new(sides, height) {
+            Ok(_) => return Ok((sides, height)),
+            Err(error) => {
+                let is_asked = given.is_none() && args.height.is_none();
+                if !(is_asked && dialogue.is_interactive()) {
+                    return Err(error.into());
+                }
+                dialogue.tell(&format!("  {error}"))?;
+            }
+        }
+    }
+}
+
+/// Returns the drivers and their microsteps.
+fn motors<I: BufRead, O: Write>(
+    args: &Args,
+    usual: &NewRig,
+    dialogue: &mut Dialogue<I, O>,
+) -> Result<(DriverKind, u8), Failure> {
+    let driver: DriverKind = match args.driver {
+        Some(name) => name.into(),
+        None => {
+            let names = DriverKind::ALL.map(DriverKind::name).join(", ");
+            let question = format!("Motor drivers ({names})");
+            let parse = |text: &str| DriverName::from_str(text, true);
+            dialogue.ask(&question, usual.driver.name(), parse)?.into()
+        }
+    };
+    let microsteps = match args.microsteps {
+        Some(microsteps) => microsteps,
+        None => {
+            let list: Vec<String> = driver.microsteps().iter().map(u8::to_string).collect();
+            let question = format!("Microsteps in a full step ({})", list.join(", "));
+            let parse = |text: &str| {
+                let microsteps = text.parse().map_err(|_| "must be a number".to_owned())?;
+                driver.straps(microsteps).map_err(|error| error.to_string())?;
+                Ok(microsteps)
+            };
+            dialogue.ask(&question, &usual.microsteps.to_string(), parse)?
+        }
+    };
+    Ok((driver, microsteps))
+}
+
+/// Returns the source of the pictures.
+fn camera<I: BufRead, O: Write>(
+    args: &Args,
+    dialogue: &mut Dialogue<I, O>,
+) -> Result<NewCamera, Failure> {
+    if args.simulated {
+        return Ok(NewCamera::Simulated);
+    }
+    let name = match (args.camera, &args.recording) {
+        (Some(name), _) => name,
+        (None, Some(_)) => CameraName::Recording,
+        (None, None) => dialogue
+            .ask("Camera (openni, recording)", "openni", |text| CameraName::from_str(text, true))?,
+    };
+    match (name, &args.recording) {
+        (CameraName::Openni, None) => Ok(NewCamera::Openni),
+        (CameraName::Openni, Some(_)) => {
+            Err(bad_input("--recording is for --camera recording, not for a live camera"))
+        }
+        (CameraName::Recording, Some(path)) => Ok(recording(path).map_err(bad_input)?),
+        (CameraName::Recording, None) if !dialogue.is_interactive() => {
+            Err(bad_input("--camera recording needs --recording PATH"))
+        }
+        (CameraName::Recording, None) => {
+            Ok(dialogue.ask("Path of the recording", "", |text| recording(Path::new(text)))?)
+        }
+    }
+}
+
+/// Returns the recording at `path`, as an absolute path: the rig file may be in another folder.
+fn recording(path: &Path) -> Result<NewCamera, String> {
+    let absolute: Result<PathBuf, _> = path.canonicalize();
+    let absolute = absolute.map_err(|error| format!("{}: {error}", path.display()))?;
+    Ok(NewCamera::Recording(absolute))
+}

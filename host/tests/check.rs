@@ -1,0 +1,50 @@
+//! `plumb check RIG.toml --file-only`: every mistake of a rig file at once, without a board.
+
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops at the first surprise")]
+
+mod common;
+
+use common::{folder, json, plumb, rig_file, stderr};
+
+#[test]
+fn every_mistake_is_reported_with_exit_code_2() {
+    let folder = folder();
+    let rig = rig_file(folder.path(), |text| {
+        let text = text.replace("microsteps = 16", "microsteps = 17");
+        let text = text.replace("travel = [-1000, 1500]", "travel = [1500, -1000]");
+        let law = "[law.interval]\ngamma = 30.0\nalpha = 0.7\nbeta = 0.5\n\n[motors]";
+        text.replace("[motors]", law)
+    });
+    let output = plumb(&["check", &rig, "--file-only", "--json"], folder.path());
+    let text = stderr(&output);
+    assert_eq!(output.status.code(), Some(2), "{text}");
+    for expected in [
+        "`motors.microsteps = 17` is out of range",
+        "`motors.travel = [1500, -1000]` is out of range",
+        "`law.interval.alpha = 0.7`, `law.interval.beta = 0.5` is out of range",
+        "rig.toml: 3 errors, 0 warnings",
+    ] {
+        assert!(text.contains(expected), "{expected}: {text}");
+    }
+    let line = json(&output);
+    assert_eq!(line["errors"], 3);
+    assert_eq!(line["findings"][0]["severity"], "error");
+}
+
+#[test]
+fn a_file_without_an_error_has_exit_code_0() {
+    let folder = folder();
+    let rig = rig_file(folder.path(), |text| text);
+    let output = plumb(&["check", &rig, "--file-only"], folder.path());
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    assert!(stderr(&output).contains("0 errors, 1 warning"), "{}", stderr(&output));
+}
+
+#[test]
+fn the_check_of_the_files_is_asked_for() {
+    let folder = folder();
+    let rig = rig_file(folder.path(), |text| text);
+    let output = plumb(&["check", &rig], folder.path());
+    assert_eq!(output.status.code(), Some(2));
+    assert!(stderr(&output).contains("--file-only"), "{}", stderr(&output));
+}
