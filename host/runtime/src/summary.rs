@@ -15,6 +15,8 @@ pub(crate) struct RunStats {
     pub(crate) located: u64,
     /// Number of frames that were lost or could not be searched.
     pub(crate) lost: u64,
+    /// Number of frames that a newer one replaced before the detector was free.
+    pub(crate) skipped: u64,
     /// |e| of the filtered position to the present target, as the board last reported it, metres.
     pub(crate) error: Option<f64>,
     /// Time stamp of the last frame, seconds since the run's start.
@@ -46,8 +48,8 @@ pub struct Summary {
     pub located: u64,
     /// Number of frames that were lost or could not be searched.
     pub lost: u64,
-    /// Number of frames that a newer one replaced before the detector was free; left out where it
-    /// is 0.
+    /// Number of frames from the first target to the end that a newer one replaced before the
+    /// detector was free; left out where it is 0.
     #[serde(skip_serializing_if = "is_zero")]
     pub skipped: u64,
     /// Number of positions that the board refused.

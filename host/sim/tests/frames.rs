@@ -23,16 +23,19 @@ use plumb_vision::frame::RgbdFrame;
 use plumb_vision::image::Image;
 use plumb_vision::observation::BallObservation;
 
-/// Camera on the board's clock that delivers this number of empty frames.
+/// Camera on the board's clock that delivers this number of empty frames, and skips two before
+/// each.
 struct EmptyFrames {
     board: Rc<RefCell<EmulatedBoard>>,
     left: u32,
+    skipped: u64,
 }
 
 impl CameraSource for EmptyFrames {
     fn next_frame(&mut self) -> Result<Option<RgbdFrame>, SourceError> {
         let Some(left) = self.left.checked_sub(1) else { return Ok(None) };
         self.left = left;
+        self.skipped += 2;
         let now = self.board.borrow().now().0;
         self.board.borrow_mut().run_to(Micros(now + 33_000)).unwrap();
         let intrinsics = Intrinsics { fx: 1.0, fy: 1.0, cx: 0.5, cy: 0.5, depth_scale: 1000.0 };
@@ -46,6 +49,10 @@ impl CameraSource for EmptyFrames {
 
     fn is_live(&self) -> bool {
         true
+    }
+
+    fn skipped(&self) -> u64 {
+        self.skipped
     }
 }
 
@@ -90,7 +97,7 @@ fn a_frame_that_the_detector_cannot_search_is_recorded() {
     let run = Run::connect(&Rig::paper().unwrap(), Memory::new(Rc::clone(&board))).unwrap();
     let mut notes = Notes::default();
     let summary = run.drive(RunParts {
-        source: &mut EmptyFrames { board, left: 6 },
+        source: &mut EmptyFrames { board, left: 6, skipped: 100 },
         detector: &mut Unreliable::default(),
         observers: &mut [&mut notes],
         operator: None,
@@ -99,6 +106,8 @@ fn a_frame_that_the_detector_cannot_search_is_recorded() {
     });
     let summary = summary.unwrap();
     assert_eq!((summary.frames, summary.lost), (6, 3));
+    // Frames that the source skipped before the run do not count.
+    assert_eq!(summary.skipped, 12);
     assert_eq!(notes.frames, [0, 1, 2, 3, 4, 5]);
     assert_eq!(notes.lost, [1, 3, 5]);
 }

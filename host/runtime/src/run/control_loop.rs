@@ -93,7 +93,10 @@ impl<'a, 'p, T: Transport> ControlLoop<'a, 'p, T> {
         if let Some(operator) = &self.parts.operator {
             operator.set_waker(self.parts.source.waker());
         }
+        // The source has been running since it was opened.
+        let skipped_before = self.parts.source.skipped();
         let result = self.drive();
+        self.stats.skipped = self.parts.source.skipped() - skipped_before;
         self.close_operator();
         if let Err(error) = &result {
             // A failure has no event: the summary has its message.

@@ -15,7 +15,7 @@ use crate::link::{Link, LinkError, Serial, Transport};
 use crate::rig::Rig;
 pub use crate::stop_reason::StopReason;
 pub use crate::summary::{Leg, Summary};
-use crate::summary::{millimetres, round};
+use crate::summary::{RunStats, millimetres, round};
 use control_loop::ControlLoop;
 pub use error::{ControlLoopError, RunError};
 pub use parts::{DEFAULT_TIMEOUT, RunParts};
@@ -39,6 +39,15 @@ impl Run<Serial> {
         let port = Serial::open(&rig.board.port, rig.board.baud).map_err(RunError::Connect)?;
         Self::connect(rig, port)
     }
+}
+
+/// End of a run.
+struct Ending {
+    /// Whether every target was reached.
+    reached: bool,
+    /// Whether the board reported that its motors stand still.
+    at_rest: bool,
+    reason: StopReason,
 }
 
 impl<T: Transport> Run<T> {
@@ -85,10 +94,32 @@ impl<T: Transport> Run<T> {
         let result = control.run();
         let ControlLoop { legs, stats, .. } = control;
         let reached = result.is_ok() && legs.all_reached();
-        let legs = legs.into_ended();
         let (result, at_rest) = come_to_rest(&mut self.link, result);
-        let summary = Summary {
-            reached,
+        let reason = match &result {
+            Ok(reason) => reason.clone(),
+            Err(error) => StopReason::Failed(ErrorChain(error).to_string()),
+        };
+        let ending = Ending { reached, at_rest, reason };
+        let summary = self.summary(&parts, &stats, legs.into_ended(), ending);
+        for observer in parts.observers.iter_mut() {
+            observer.end(&summary);
+        }
+        match result {
+            Ok(_) => Ok(summary),
+            Err(error) => Err(RunError::Broken { error, summary: summary.into() }),
+        }
+    }
+
+    /// Returns the summary of a run that ended.
+    fn summary(
+        &self,
+        parts: &RunParts<'_>,
+        stats: &RunStats,
+        legs: Vec<Leg>,
+        ending: Ending,
+    ) -> Summary {
+        Summary {
+            reached: ending.reached,
             law: self.law,
             detector: parts.detector.name(),
             frames: stats.frames,
@@ -96,23 +127,13 @@ impl<T: Transport> Run<T> {
             error_mm: stats.error.map(millimetres),
             targets_reached: legs.iter().filter(|leg| leg.reached).count(),
             legs,
-            at_rest,
+            at_rest: ending.at_rest,
             located: stats.located,
             lost: stats.lost,
-            skipped: parts.source.skipped(),
+            skipped: stats.skipped,
             refused_positions: self.link.refused_positions(),
-            ending: match &result {
-                Ok(reason) => reason.clone(),
-                Err(error) => StopReason::Failed(ErrorChain(error).to_string()),
-            },
+            ending: ending.reason,
             dropped_records: parts.observers.iter().map(|observer| observer.dropped()).sum(),
-        };
-        for observer in parts.observers.iter_mut() {
-            observer.end(&summary);
-        }
-        match result {
-            Ok(_) => Ok(summary),
-            Err(error) => Err(RunError::Broken { error, summary: summary.into() }),
         }
     }
 }
