@@ -2,7 +2,8 @@
 //!
 //! ```text
 //! protocol <- core <- { firmware, emulator }
-//! vision <- cameras <- runtime <- plumb;   protocol <- runtime;   cameras <- calibrate <- plumb
+//! vision <- cameras <- runtime <- page <- plumb;   protocol <- runtime
+//! cameras <- calibrate <- plumb
 //! { emulator, vision, cameras, runtime } <- sim <- { bench, plumb, tests }
 //! ```
 //!
@@ -51,6 +52,11 @@ const CRATES: &[Rule] = &[
         tests_use: &[],
     },
     Rule {
+        name: "plumb-page",
+        uses: &["plumb-cameras", "plumb-protocol", "plumb-runtime", "plumb-vision"],
+        tests_use: &["plumb-emulator", "plumb-sim"],
+    },
+    Rule {
         name: "plumb-sim",
         uses: &[
             "plumb-cameras",
@@ -88,6 +94,7 @@ const CRATES: &[Rule] = &[
             "plumb-bench",
             "plumb-calibrate",
             "plumb-cameras",
+            "plumb-page",
             "plumb-protocol",
             "plumb-runtime",
             "plumb-sim",

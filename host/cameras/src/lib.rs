@@ -67,6 +67,7 @@ pub mod discovery;
 pub mod driver;
 pub mod drivers;
 pub mod error_chain;
+pub mod jpeg;
 pub mod png;
 pub mod record;
 pub mod settings;

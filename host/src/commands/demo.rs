@@ -17,6 +17,7 @@ use plumb_cameras::source::CameraSource;
 use plumb_cameras::source::capture::{Capture, CaptureLimits};
 use plumb_cameras::source::tum::TumFolder;
 use plumb_runtime::link::{Serial, Transport};
+use plumb_runtime::observer::Observer;
 use plumb_runtime::rig::{LawName, LawSettings, Rig};
 use plumb_runtime::run::{Run, RunParts, Summary};
 use plumb_runtime::run_log::{FigureSettings, LawCurve, OutputDir, RunLog};
@@ -31,6 +32,7 @@ use serde::Serialize;
 use super::interrupt::interrupt_flag;
 use super::options::RunOptions;
 use super::outputs::Outputs;
+use super::page::OperatedPage;
 use super::print::tell;
 use super::run_camera::record_folder;
 use super::{Failure, Physics, bad_input, failed, failed_because, law, numbers, print};
@@ -44,7 +46,7 @@ use super::{Failure, Physics, bad_input, failed, failed_because, law, numbers, p
 pub(crate) struct Args {
     /// In virtual time and memory instead of real time and a pseudo-terminal; the same for the same
     /// seed
-    #[arg(long)]
+    #[arg(long, conflicts_with = "page")]
     virtual_time: bool,
     /// Render into the first frame of this TUM RGB-D folder instead of a room
     #[arg(long, value_name = "FOLDER")]
@@ -61,7 +63,7 @@ pub(crate) struct Args {
     gamma: Option<f64>,
     /// Every law in turn, a run and a line of JSON each, and their errors over time in one figure,
     /// laws.svg
-    #[arg(long, conflicts_with_all = ["law", "gamma", "record"])]
+    #[arg(long, conflicts_with_all = ["law", "gamma", "record", "page"])]
     compare: bool,
     /// Physics of the simulated rig
     #[arg(long, value_enum, default_value = "quasi-static")]
@@ -179,17 +181,21 @@ fn run<T: Transport>(
     let recorder = folder
         .map(|folder| folder.begin(camera_file::PAPER, &camera.intrinsics, overflow))
         .transpose()?;
+    let OperatedPage { mut page, operator } = args.options.page.start(rig)?;
     let run = Run::connect(rig, transport)?;
     let log = RunLog::create(&demo.output_dir, FigureSettings::of(rig))?;
     let mut outputs = Outputs::start(log, recorder, overflow)?;
+    let mut observers: Vec<&mut dyn Observer> = vec![&mut outputs, &mut *demo.curve];
+    observers.extend(page.as_mut().map(|page| page as &mut dyn Observer));
     let result = run.drive(RunParts {
         source,
         detector: &mut *args.options.detector.detector(camera),
-        observers: &mut [&mut outputs, &mut *demo.curve],
-        operator: None,
+        observers: &mut observers,
+        operator,
         timeout: args.options.timeout,
         interrupted,
     });
+    drop(page);
     let target =
         rig.targets.last().map_or_else(Point3::origin, |t| Point3::from(t.map(|c| c.get())));
     let true_error_mm = ((ball().unwrap_or_default() - target).norm() * 1e6).round() / 1e3;

@@ -10,6 +10,7 @@ use plumb_bench::vision::VisionError;
 use plumb_calibrate::calibration::CalibrationError;
 use plumb_calibrate::corners::BoardError;
 use plumb_cameras::record::RecordError;
+use plumb_page::PageError;
 use plumb_protocol::message::Refusal;
 use plumb_runtime::error_chain::ErrorChain;
 use plumb_runtime::link::LinkError;
@@ -116,6 +117,10 @@ fn is_failure(error: &(dyn Error + 'static)) -> bool {
         || matches!(error.downcast_ref(), Some(RecordError::Thread))
         || error.is::<BoardError>()
         || error.is::<CalibrationError>()
+        || matches!(
+            error.downcast_ref(),
+            Some(PageError::Token(_) | PageError::Serve(_) | PageError::Rig(_))
+        )
         || error.is::<ControlError>()
         || error.is::<VisionError>()
         || error.is::<ServeError>()

@@ -14,6 +14,7 @@ mod interrupt;
 mod numbers;
 mod options;
 mod outputs;
+mod page;
 pub(crate) mod print;
 pub(crate) mod replay;
 pub(crate) mod run;

@@ -6,6 +6,7 @@ use clap::Args;
 use plumb_runtime::run::DEFAULT_TIMEOUT;
 use plumb_runtime::run_log::OutputDir;
 
+use super::page::PageOptions;
 use super::{DetectorName, numbers};
 
 #[derive(Args)]
@@ -31,6 +32,8 @@ pub(super) struct RunOptions {
     /// End with a line of JSON on standard output (the demo always does)
     #[arg(long)]
     pub(super) json: bool,
+    #[command(flatten)]
+    pub(super) page: PageOptions,
 }
 
 impl RunOptions {

@@ -18,6 +18,7 @@ use plumb_runtime::run_log::{FigureSettings, RunLog};
 use super::interrupt::interrupt_flag;
 use super::options::RunOptions;
 use super::outputs::Outputs;
+use super::page::OperatedPage;
 use super::run_camera::{RunCamera, record_folder};
 use super::{Failure, Physics, bad_input, law, numbers, print};
 
@@ -108,19 +109,22 @@ fn drive(file: &Path, mut rig: Rig, options: &Common) -> Result<ExitCode, Failur
         folder.map(|folder| folder.begin(&text, &camera.intrinsics, Overflow::Drop)).transpose()?;
 
     let interrupted = interrupt_flag()?;
+    let OperatedPage { mut page, operator } = options.run.page.start(&rig)?;
     let run = Run::connect(&rig, transport)?;
     let log = RunLog::create(&options.run.output_dir("run"), FigureSettings::of(&rig));
     let mut outputs = Outputs::start(log?, recorder, Overflow::Drop)?;
     let mut observers: Vec<&mut dyn Observer> = vec![&mut outputs];
     observers.extend(follower.as_mut().map(|follower| follower as &mut dyn Observer));
+    observers.extend(page.as_mut().map(|page| page as &mut dyn Observer));
     let result = run.drive(RunParts {
         source: &mut *source,
         detector: &mut *options.run.detector.detector(&camera),
         observers: &mut observers,
-        operator: None,
+        operator,
         timeout: options.run.timeout,
         interrupted: &interrupted,
     });
+    drop(page);
     // A device ends its own recording.
     drop(source);
     outputs.conclude(result, |summary| {

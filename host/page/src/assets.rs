@@ -1,0 +1,42 @@
+//! The files of the page, which are part of the program.
+
+/// A file of the page.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Asset {
+    path: &'static str,
+    pub(crate) content_type: &'static str,
+    pub(crate) body: &'static [u8],
+}
+
+const HTML: &str = "text/html; charset=utf-8";
+const CSS: &str = "text/css; charset=utf-8";
+const SCRIPT: &str = "text/javascript; charset=utf-8";
+const SVG: &str = "image/svg+xml";
+
+macro_rules! asset {
+    ($path:literal, $content_type:expr, $file:literal) => {
+        Asset {
+            path: $path,
+            content_type: $content_type,
+            body: include_bytes!(concat!("../web/", $file)),
+        }
+    };
+}
+
+const ASSETS: &[Asset] = &[
+    asset!("/", HTML, "index.html"),
+    asset!("/page.css", CSS, "page.css"),
+    asset!("/canvas.js", SCRIPT, "canvas.js"),
+    asset!("/page.js", SCRIPT, "page.js"),
+    asset!("/connection.js", SCRIPT, "connection.js"),
+    asset!("/history.js", SCRIPT, "history.js"),
+    asset!("/curves.js", SCRIPT, "curves.js"),
+    asset!("/space.js", SCRIPT, "space.js"),
+    asset!("/controls.js", SCRIPT, "controls.js"),
+    asset!("/icon.svg", SVG, "icon.svg"),
+];
+
+/// Returns the file at a path of the page's address.
+pub(crate) fn find(path: &str) -> Option<&'static Asset> {
+    ASSETS.iter().find(|asset| asset.path == path)
+}

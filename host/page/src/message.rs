@@ -1,0 +1,270 @@
+//! Messages between the program and its page: JSON, a `type` in each. docs/use/page.md lists them.
+
+use nalgebra::Point3;
+use plumb_runtime::operator::OperatorCommand;
+use plumb_runtime::rig::{Rig, Simulation};
+use serde::{Deserialize, Serialize};
+
+/// Version of the messages. A page of another version reloads itself.
+pub const VERSION: u32 = 1;
+
+/// Message of a page.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(tag = "type", rename_all = "snake_case", deny_unknown_fields)]
+pub(crate) enum FromPage {
+    /// Acknowledges an update and its picture. The next one follows.
+    Seen {
+        /// [`Update::number`].
+        update: u64,
+    },
+    /// Ramps the motors down.
+    Stop,
+    /// Holds the ball where it is.
+    Hold,
+    /// Drives the ball to a target, metres in the rig frame.
+    Target { x: f64, y: f64, z: f64 },
+    /// Turns one motor.
+    Jog {
+        motor: MotorName,
+        /// Full steps, + pays out.
+        steps: f64,
+        /// Full steps/s.
+        rate: f64,
+    },
+    /// Clears a fault.
+    Clear,
+    /// Ends the run.
+    End,
+}
+
+/// Name of a motor; its number is that of the board.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+pub(crate) enum MotorName {
+    A = 0,
+    B = 1,
+    C = 2,
+}
+
+/// What a message of a page asks for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Action {
+    /// The next update; this one has arrived.
+    Next(u64),
+    /// A command to the run.
+    Command(OperatorCommand),
+}
+
+impl From<FromPage> for Action {
+    fn from(message: FromPage) -> Self {
+        Self::Command(match message {
+            FromPage::Seen { update } => return Self::Next(update),
+            FromPage::Stop => OperatorCommand::Stop,
+            FromPage::Hold => OperatorCommand::Hold,
+            FromPage::Target { x, y, z } => OperatorCommand::Target(Point3::new(x, y, z)),
+            FromPage::Jog { motor, steps, rate } => {
+                OperatorCommand::Jog { motor: motor as u8, distance: steps, rate }
+            }
+            FromPage::Clear => OperatorCommand::ClearFault,
+            FromPage::End => OperatorCommand::End,
+        })
+    }
+}
+
+/// Message of the program.
+#[derive(Debug, Clone, Serialize)]
+#[serde(tag = "type", rename_all = "snake_case")]
+pub(crate) enum ToPage<'a> {
+    /// First message: what does not change during a run.
+    Hello(&'a Hello),
+    /// State of the run. A binary message with a JPEG follows if [`Update::picture`] is there.
+    Update(&'a Update),
+    /// A message of the page was not understood or cannot be carried out.
+    Problem {
+        /// Reason, for people.
+        text: &'a str,
+    },
+}
+
+/// What does not change during a run.
+#[derive(Debug, Clone, Serialize)]
+pub(crate) struct Hello {
+    pub(crate) version: u32,
+    /// Whether commands have an effect: false for a page that only shows.
+    pub(crate) commands: bool,
+    pub(crate) rig: RigView,
+}
+
+/// Rig as the page shows it. Metres, seconds, full steps.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct RigView {
+    /// The law and its gain, for people.
+    pub title: String,
+    /// Name of the law.
+    pub law: &'static str,
+    /// Corners of the workspace, smallest and largest coordinates.
+    pub workspace: [[f64; 3]; 2],
+    /// |e| within which a target counts as reached.
+    pub radius: f64,
+    /// Motor points A, B, C; `None` where nobody knows them.
+    pub motors: Option<[[f64; 3]; 3]>,
+    /// Highest rate of a motor, full steps/s.
+    pub max_rate: f64,
+    /// Lowest and highest position of a motor, full steps.
+    pub travel: [f64; 2],
+}
+
+impl RigView {
+    /// Returns the view of a rig file.
+    pub fn of(rig: &Rig) -> Self {
+        let corner = |corner: [plumb_cameras::toml_file::Finite; 3]| corner.map(|c| c.get());
+        let motors = rig.simulation.as_ref().map(Simulation::motors);
+        Self {
+            title: rig.law.title(),
+            law: rig.law.name().as_str(),
+            workspace: [corner(rig.workspace.min), corner(rig.workspace.max)],
+            radius: rig.reached.radius.get(),
+            motors: motors.map(|motors| motors.map(Into::into)),
+            max_rate: rig.motors.max_rate.get(),
+            travel: rig.motors.travel.map(|steps| steps.get()),
+        }
+    }
+}
+
+/// State of the run. `null` is unknown.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub(crate) struct Update {
+    /// Number to acknowledge with [`FromPage::Seen`].
+    pub(crate) number: u64,
+    /// Frame of the picture that follows as a binary message; `None` if none follows.
+    pub(crate) picture: Option<FrameView>,
+    /// Samples since the client's last update, oldest first.
+    pub(crate) samples: Vec<Sample>,
+    /// The newest frame.
+    pub(crate) frame: Option<FrameView>,
+    /// Newest state of the board.
+    pub(crate) board: Option<BoardView>,
+    /// The present target and what became of it.
+    pub(crate) goal: Option<Goal>,
+    /// Events since the client's last update, oldest first.
+    pub(crate) events: Vec<Event>,
+    /// Number of records that found no room in the page's memory before this client took them.
+    pub(crate) missed: u64,
+    /// End of the run, once it has ended.
+    pub(crate) ended: Option<Ended>,
+}
+
+/// Measurement of one frame: frame number, time (s), position x, y, z (m), |e| (m), target x, y, z
+/// (m). The position and the error are `null` where the ball was not located.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub(crate) struct Sample(
+    pub(crate) u64,
+    pub(crate) f64,
+    pub(crate) [Option<f64>; 3],
+    pub(crate) Option<f64>,
+    pub(crate) [f64; 3],
+);
+
+/// Frame with the ball in it.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub(crate) struct FrameView {
+    pub(crate) number: u64,
+    /// Seconds since the run's start.
+    pub(crate) time: f64,
+    /// Column, row and radius of the ball's disc, pixels; `None` if it was not found.
+    pub(crate) circle: Option<[f64; 3]>,
+    /// Measured position, metres.
+    pub(crate) position: Option<[f64; 3]>,
+}
+
+/// State of the board.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub(crate) struct BoardView {
+    /// Name of the state.
+    pub(crate) state: &'static str,
+    pub(crate) fault: Option<FaultView>,
+    /// Motor rates A, B, C, full steps/s, + pays out.
+    pub(crate) rates: [f64; 3],
+    /// Motor positions, full steps since the board's start.
+    pub(crate) motors: [f64; 3],
+    /// |e| of the filtered position, metres; `None` without a target.
+    pub(crate) filtered_error: Option<f64>,
+    /// Number of damaged frames that the board received.
+    pub(crate) bad_frames: u16,
+}
+
+/// Reason why the board stopped by itself.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub(crate) struct FaultView {
+    pub(crate) text: String,
+    /// What to do next.
+    pub(crate) next: &'static str,
+}
+
+/// A target, and how the drive to it ended.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub(crate) struct Goal {
+    /// Metres in the rig frame.
+    pub(crate) target: [f64; 3],
+    /// Whether the run has confirmed that the ball is there.
+    pub(crate) reached: bool,
+    /// How the drive ended; `None` while it lasts.
+    pub(crate) ending: Option<String>,
+}
+
+/// Something that happened.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub(crate) struct Event {
+    pub(crate) number: u64,
+    pub(crate) kind: EventKind,
+    pub(crate) text: String,
+}
+
+/// Kind of an event, for its colour.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub(crate) enum EventKind {
+    /// Something went as it should.
+    Good,
+    /// Something happened.
+    Note,
+    /// Something failed or was refused.
+    Bad,
+}
+
+/// End of the run.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub(crate) struct Ended {
+    /// Reason, for people.
+    pub(crate) ending: String,
+    /// Whether the board reported that its motors stand still.
+    pub(crate) at_rest: bool,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn messages_of_a_page_are_read_strictly() {
+        let read = |text: &str| serde_json::from_str::<FromPage>(text).ok();
+        assert_eq!(read(r#"{"type":"stop"}"#), Some(FromPage::Stop));
+        let target = FromPage::Target { x: 0.4, y: -1.0, z: 0.25 };
+        assert_eq!(read(r#"{"type":"target","x":0.4,"y":-1,"z":0.25}"#), Some(target));
+        let jog = FromPage::Jog { motor: MotorName::B, steps: -20.0, rate: 50.0 };
+        assert_eq!(read(r#"{"type":"jog","motor":"B","steps":-20,"rate":50}"#), Some(jog));
+        for text in [
+            "",
+            "stop",
+            "{}",
+            r#"{"type":"fly"}"#,
+            r#"{"type":"target","x":0.4,"y":1}"#,
+            r#"{"type":"target","x":0.4,"y":1,"z":2,"w":3}"#,
+            r#"{"type":"target","x":"0.4","y":1,"z":2}"#,
+            r#"{"type":"target","x":1e999,"y":1,"z":2}"#,
+            r#"{"type":"jog","motor":"D","steps":1,"rate":1}"#,
+            r#"[{"type":"stop"}]"#,
+        ] {
+            assert_eq!(read(text), None, "{text}");
+        }
+    }
+}

@@ -1,0 +1,137 @@
+// Commands of a person: buttons, keys, the choice of a target.
+
+/** Rate of a jog, full steps/s; less where the motors allow less. */
+const JOG_RATE = 50;
+
+const byId = (id) => document.getElementById(id);
+const inputs = ["x", "y", "z"].map(byId);
+
+/** The controls. `send(command)` sends one and returns whether it went out. */
+export class Controls {
+  #send;
+  #rig = null;
+  #isEnabled = false;
+  #state = null;
+
+  constructor(send) {
+    this.#send = send;
+    this.#listen();
+  }
+
+  /** Takes the rig: the limits of the target. The choice begins in the workspace's middle. */
+  setRig(rig) {
+    this.#rig = rig;
+    const [low, high] = rig.workspace;
+    inputs.forEach((input, axis) => {
+      [input.min, input.max] = [low[axis], high[axis]];
+      if (input.value === "") input.value = ((low[axis] + high[axis]) / 2).toFixed(3);
+    });
+    const height = byId("height");
+    [height.min, height.max, height.value] = [low[2], high[2], inputs[2].value];
+    this.#checkChoice();
+  }
+
+  /** Returns the chosen target [x, y, z], metres; NaN where a field holds no number. */
+  choice() {
+    return inputs.map((input) => input.valueAsNumber);
+  }
+
+  /** Sets x and y of the choice. */
+  choose(x, y) {
+    [inputs[0].value, inputs[1].value] = [x.toFixed(3), y.toFixed(3)];
+    this.#checkChoice();
+  }
+
+  /** Enables the controls that make sense in a state of the board; all are off if not `enabled`. */
+  update(enabled, state) {
+    [this.#isEnabled, this.#state] = [enabled, state];
+    const canJog = enabled && state === "ready";
+    for (const button of document.querySelectorAll("[data-motor]")) button.disabled = !canJog;
+    byId("jog-note").textContent =
+      enabled && !canJog
+        ? "To jog, stop first: the motors must be at rest."
+        : "+ pays cable out: the ball sinks.";
+    for (const id of ["stop", "hold", "end"]) byId(id).disabled = !enabled;
+    for (const button of document.querySelectorAll("[data-command]")) button.disabled = !enabled;
+    this.#checkChoice();
+  }
+
+  #listen() {
+    const stop = () => this.#command({ type: "stop" });
+    // A press counts, not the release. A click without a pointer is the Enter key.
+    byId("stop").addEventListener("pointerdown", stop);
+    byId("stop").addEventListener("click", (event) => { if (event.detail === 0) stop(); });
+    for (const button of document.querySelectorAll("[data-command]")) {
+      button.addEventListener("click", () => this.#command({ type: button.dataset.command }));
+    }
+    for (const button of document.querySelectorAll("[data-motor]")) {
+      button.addEventListener("click", () => this.#jog(button.dataset));
+    }
+    byId("end").addEventListener("click", () => {
+      if (window.confirm("End the run? The motors ramp down and keep their current.")) {
+        this.#command({ type: "end" });
+      }
+    });
+    byId("target").addEventListener("submit", (event) => {
+      event.preventDefault();
+      const [x, y, z] = this.choice();
+      if (this.#checkChoice()) this.#command({ type: "target", x, y, z });
+    });
+    inputs.forEach((input) => input.addEventListener("input", () => {
+      byId("height").value = inputs[2].value;
+      this.#checkChoice();
+    }));
+    byId("height").addEventListener("input", (event) => {
+      inputs[2].value = event.target.valueAsNumber.toFixed(3);
+      this.#checkChoice();
+    });
+    this.#listenToKeys(stop);
+  }
+
+  /** The space key stops wherever the focus is; it presses no other button. */
+  #listenToKeys(stop) {
+    const take = (event, action) => {
+      event.preventDefault();
+      event.stopPropagation();
+      if (event.type === "keydown" && !event.repeat) action();
+    };
+    const handle = (event) => {
+      const isTyping = event.target instanceof HTMLInputElement && event.target.type === "number";
+      if (event.code === "Space") take(event, stop);
+      else if (event.code === "KeyH" && !isTyping && !event.ctrlKey && !event.metaKey) {
+        take(event, () => this.#command({ type: "hold" }));
+      }
+    };
+    window.addEventListener("keydown", handle, { capture: true });
+    window.addEventListener("keyup", handle, { capture: true });
+  }
+
+  #jog({ motor, sign }) {
+    const steps = Number(sign) * Number(byId("steps").value);
+    this.#command({ type: "jog", motor, steps, rate: Math.min(JOG_RATE, this.#rig.max_rate) });
+  }
+
+  #command(command) {
+    if (this.#isEnabled) this.#send(command);
+  }
+
+  /** Says what is wrong with the choice. Returns whether it can be a target. */
+  #checkChoice() {
+    if (!this.#rig) return false;
+    const [low, high] = this.#rig.workspace;
+    const outside = ["x", "y", "z"].filter((_, axis) => {
+      const value = inputs[axis].valueAsNumber;
+      return !(value >= low[axis] && value <= high[axis]);
+    });
+    const note = byId("target-note");
+    note.classList.toggle("bad", outside.length > 0);
+    note.textContent = outside
+      .map((name) => {
+        const axis = "xyz".indexOf(name);
+        return `${name} must be ${low[axis].toFixed(3)} to ${high[axis].toFixed(3)} m`;
+      })
+      .join("; ");
+    document.querySelector("#target button").disabled = !this.#isEnabled || outside.length > 0;
+    return outside.length === 0;
+  }
+}

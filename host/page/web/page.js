@@ -1,0 +1,173 @@
+// The page: takes the program's messages and draws them.
+
+import { COLOURS } from "./canvas.js";
+import { Connection } from "./connection.js";
+import { Controls } from "./controls.js";
+import { drawCurves } from "./curves.js";
+import { History } from "./history.js";
+import { Space } from "./space.js";
+
+/** Age of the newest picture above which the page says so, ms. */
+const STALE = 1000;
+
+/** Events that are shown. */
+const EVENTS = 50;
+
+const byId = (id) => document.getElementById(id);
+const history = new History();
+const controls = new Controls((command) => connection.send(command));
+const space = new Space(byId("space"), (x, y) => controls.choose(x, y));
+
+/** State of the run as the program last told it; null is unknown. */
+const run = { rig: null, commands: false, frame: null, board: null, goal: null, ended: null };
+/** Whether the connection is there, when the last frame came, and the newest event. */
+const link = { isLost: true, framed: 0, event: -1 };
+
+// The address must not show the token to whoever looks at the screen; a cookie has it.
+if (location.search) window.history.replaceState(null, "", location.pathname);
+
+const connection = new Connection({
+  hello(message) {
+    [run.rig, run.commands] = [message.rig, message.commands];
+    link.isLost = false;
+    link.framed = performance.now();
+    byId("law").textContent = message.rig.title;
+    document.title = `Plumb: ${message.rig.law}`;
+    space.setRig(message.rig);
+    controls.setRig(message.rig);
+    byId("lost").hidden = true;
+    byId("main").inert = false;
+  },
+
+  update(message) {
+    if (message.frame && run.frame && message.frame.number < run.frame.number) beginAnew();
+    if (message.frame?.number !== run.frame?.number) link.framed = performance.now();
+    history.add(message.samples);
+    for (const key of ["frame", "board", "goal", "ended"]) run[key] = message[key];
+    message.events.forEach(addEvent);
+    showState();
+    showValues();
+  },
+
+  picture: drawPicture,
+
+  problem(text) {
+    addEvent({ kind: "bad", text });
+  },
+
+  lost(reason) {
+    link.isLost = true;
+    run.board = null;
+    byId("lost").hidden = false;
+    byId("lost").classList.toggle("ended", run.ended !== null);
+    byId("main").inert = true;
+    byId("lost-title").textContent = run.ended ? "The run has ended" : "Connection lost";
+    byId("lost-text").textContent = run.ended
+      ? endText(run.ended)
+      : `${reason ? `${reason}. ` : ""}The program may still drive the ball: use the emergency ` +
+        "button, or Ctrl-C in the program's terminal.";
+    showState();
+    showValues();
+  },
+});
+
+byId("retry").addEventListener("click", () => connection.connect());
+
+/** Forgets what was shown of an earlier run: the program was started again. */
+function beginAnew() {
+  history.clear();
+  link.event = -1;
+  byId("events").replaceChildren();
+}
+
+/** Returns how a run ended, in words. */
+function endText({ ending, at_rest: atRest }) {
+  const rest = atRest ? "The motors stand." : "The board did not confirm that its motors stand.";
+  return `${ending}. ${rest} Start the program again for another run.`;
+}
+
+function showState() {
+  const { board, goal, ended } = run;
+  const state = link.isLost ? "unknown" : ended ? "ended" : (board?.state ?? "unknown");
+  byId("state").textContent = state;
+  byId("state").className = `badge ${state}`;
+  byId("fault").hidden = link.isLost || !board?.fault;
+  byId("fault-text").textContent = board?.fault?.text ?? "";
+  byId("fault-next").textContent = board?.fault?.next ?? "";
+  const place = goal?.target.map((value) => value.toFixed(3)).join(", ");
+  byId("goal").classList.toggle("reached", goal?.reached ?? false);
+  byId("goal").textContent = !goal
+    ? "no target"
+    : `target (${place}) m${goal.reached ? " reached" : goal.ending ? `: ${goal.ending}` : ""}`;
+  controls.update(!link.isLost && run.commands && !ended, board?.state ?? null);
+}
+
+function showValues() {
+  const { board, frame } = run;
+  const known = (value, text) => (value === null || value === undefined ? "unknown" : text(value));
+  const numbers = (digits) => (list) =>
+    list.map((value) => value.toFixed(digits).padStart(digits + 5)).join(" ");
+  const millimetres = (metres) => (1e3 * metres).toFixed(1);
+  const last = history.samples.at(-1);
+  byId("ball").textContent = frame?.position ? numbers(3)(frame.position) : "not seen";
+  byId("error").textContent = known(last?.error, millimetres);
+  byId("filtered").textContent = known(board?.filtered_error, millimetres);
+  byId("rates").textContent = known(board?.rates, numbers(1));
+  byId("motors").textContent = known(board?.motors, numbers(1));
+  byId("number").textContent = known(frame, () => `${frame.number} at ${frame.time.toFixed(1)} s`);
+  byId("rate").textContent = known(history.rate(), (rate) => `${rate.toFixed(0)}/s`);
+}
+
+function addEvent({ number, kind, text }) {
+  if (number !== undefined) {
+    if (number <= link.event) return;
+    link.event = number;
+  }
+  const item = document.createElement("li");
+  item.className = kind;
+  item.textContent = `${new Date().toLocaleTimeString()}  ${text}`;
+  const list = byId("events");
+  list.prepend(item);
+  while (list.children.length > EVENTS) list.lastChild.remove();
+}
+
+/** Draws a picture with the detected ball. */
+function drawPicture(frame, bitmap) {
+  const canvas = byId("picture");
+  [canvas.width, canvas.height] = [bitmap.width, bitmap.height];
+  const context = canvas.getContext("2d");
+  context.drawImage(bitmap, 0, 0);
+  bitmap.close();
+  if (!frame?.circle) return;
+  const [u, v, radius] = frame.circle;
+  context.strokeStyle = "#3ce65a";
+  context.lineWidth = Math.max(2, canvas.width / 300);
+  context.beginPath();
+  context.arc(u + 0.5, v + 0.5, radius, 0, 2 * Math.PI);
+  context.moveTo(u - 4, v);
+  context.lineTo(u + 5, v);
+  context.moveTo(u, v - 4);
+  context.lineTo(u, v + 5);
+  context.stroke();
+}
+
+/** Says that the picture is old or shows no ball. */
+function showPictureNote() {
+  const note = byId("picture-note");
+  const age = performance.now() - link.framed;
+  if (!run.frame) note.textContent = "no picture yet";
+  else if (run.ended) note.textContent = "last picture";
+  else if (age > STALE) note.textContent = `no new picture for ${(age / 1e3).toFixed(0)} s`;
+  else note.textContent = run.frame.circle ? "" : "the ball is not seen";
+}
+
+function draw() {
+  showPictureNote();
+  space.draw(history, run.goal, controls.choice());
+  drawCurves(byId("curves"), history, run.rig?.radius ?? 0, byId("whole").checked);
+  requestAnimationFrame(draw);
+}
+
+document.documentElement.style.setProperty("--measured", COLOURS.measured);
+controls.update(false, null);
+draw();

@@ -1,0 +1,37 @@
+//! What to do after a fault, in words for people. docs/use/faults.md explains each fault.
+
+use plumb_protocol::message::Fault;
+
+/// Returns what to do next after the board has stopped by itself.
+pub fn after_fault(fault: Fault) -> &'static str {
+    match fault {
+        Fault::HostSilent => {
+            "Check whether the computer is overloaded or asleep, or the cable to the board loose. \
+             Then clear the fault."
+        }
+        Fault::PositionLost => {
+            "Check that the ball is in view and lit. Then clear the fault and set the target again."
+        }
+        Fault::BallOutside => {
+            "Check whether the ball really left the workspace. If not, the camera's pose is wrong."
+        }
+        Fault::TargetOutside => "Clear the fault and choose a target inside the workspace.",
+        Fault::Travel(_) => {
+            "Clear the fault. Choose a target that the wound cables can reach, or check the cables \
+             before you give the motors more travel."
+        }
+        Fault::ErrorGrowing => {
+            "Check the wiring: a motor is swapped or reversed, or the ball is caught, or the \
+             camera's pose is wrong. Then clear the fault."
+        }
+        Fault::EmergencyStop => {
+            "The motors have no current and the ball falls. Close the emergency loop, hang the \
+             ball again, then clear the fault."
+        }
+        Fault::Watchdog => {
+            "The motor positions begin at 0 where the motors stand. Check the cables, then clear \
+             the fault, and report the cause of the restart."
+        }
+        Fault::LawLate => "This is a fault of the firmware: report it with the run's folder.",
+    }
+}
