@@ -4,7 +4,7 @@
 
 mod common;
 
-use common::{folder, json, plumb, rig_file, stderr};
+use common::{Emulator, folder, json, plumb, rig_file, stderr};
 
 #[test]
 fn every_mistake_is_reported_with_exit_code_2() {
@@ -38,6 +38,30 @@ fn a_file_without_an_error_has_exit_code_0() {
     let output = plumb(&["check", &rig, "--file-only"], folder.path());
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
     assert!(stderr(&output).contains("0 errors, 1 warning"), "{}", stderr(&output));
+}
+
+#[test]
+fn a_run_without_targets_is_refused_before_the_board_is_configured() {
+    let folder = folder();
+    let targets = "targets = [[0.400, 0.400, 0.150]]";
+    let rig = rig_file(folder.path(), |text| text.replace(targets, "targets = []"));
+    let emulator = Emulator::start();
+    let output = plumb(&["run", &rig, "--port", &emulator.port], folder.path());
+    assert_eq!(output.status.code(), Some(2));
+    assert!(stderr(&output).contains("has no targets"), "{}", stderr(&output));
+}
+
+#[test]
+fn targets_beside_the_motors_and_below_the_floor_are_refused() {
+    let folder = folder();
+    let rig = rig_file(folder.path(), |text| text);
+    let emulator = Emulator::start();
+    for [x, y, z] in [["0.4", "-0.1", "0.3"], ["0.4", "0.3", "-0.05"]] {
+        let goto = ["goto", x, y, z, "--rig", &rig, "--port", &emulator.port];
+        let output = plumb(&goto, folder.path());
+        assert_eq!(output.status.code(), Some(2));
+        assert!(stderr(&output).contains("outside the workspace"), "{}", stderr(&output));
+    }
 }
 
 #[test]

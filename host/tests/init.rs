@@ -171,6 +171,33 @@ fn options_that_contradict_each_other_are_refused_with_a_reason() {
     }
 }
 
+/// Writes a simulated rig, adds the lines `camera` to its file, drives it, and returns the first
+/// measured y of the ball, metres.
+fn first_measured_y(camera: &str) -> f64 {
+    let folder = folder();
+    plumb(&["init", "--yes", "--simulated"], folder.path());
+    let path = folder.path().join("rig.toml");
+    let text = patient(fs::read_to_string(&path).unwrap());
+    fs::write(&path, format!("{text}\n{camera}")).unwrap();
+    let emulator = Emulator::start();
+    let run = ["run", "rig.toml", "--port", &emulator.port, "--timeout", "1.5", "--out", "run"];
+    let output = plumb(&run, folder.path());
+    let rows = fs::read_to_string(folder.path().join("run/run.csv")).unwrap();
+    let names: Vec<&str> = rows.lines().next().unwrap().split(',').collect();
+    let column = names.iter().position(|name| *name == "y_m").unwrap();
+    let measured = rows.lines().skip(1).find_map(|row| row.split(',').nth(column)?.parse().ok());
+    measured.unwrap_or_else(|| panic!("no ball is seen: {}", stderr(&output)))
+}
+
+#[test]
+fn a_simulated_camera_can_stand_beside_the_place_in_the_camera_file() {
+    let quaternion = "quaternion = [-0.5, -0.5, 0.5, 0.5]";
+    let beside = format!("[simulation.camera]\ntranslation = [1.876, 0.32, 0.325]\n{quaternion}\n");
+    // The ball is seen 50 mm farther from A than it is.
+    let shift = first_measured_y(&beside) - first_measured_y("");
+    assert!((shift + 0.05).abs() < 0.01, "{shift}");
+}
+
 /// Writes a simulated rig with `edit` applied to its file, and drives it.
 fn simulated_run(edit: impl Fn(String) -> String) -> Output {
     let folder = folder();

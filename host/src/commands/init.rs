@@ -144,8 +144,8 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
         tell!("straps of each driver for {} microsteps: {straps}", rig.microsteps);
     }
     tell!(
-        "next: read the comments in both files, correct the camera's pose, then \
-         `plumb check {} --file-only`",
+        "next: read the comments in both files, find the camera's pose with \
+         `plumb calibrate {0} --board`, then `plumb check {0} --file-only`",
         rig_path.display()
     );
     if args.json {

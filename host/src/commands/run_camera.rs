@@ -2,7 +2,6 @@
 
 use std::path::{Path, PathBuf};
 
-use plumb_cameras::camera_file::Pose;
 use plumb_cameras::driver::OpenedCamera;
 use plumb_cameras::drivers::open_camera;
 use plumb_cameras::record::RecordFolder;
@@ -61,8 +60,7 @@ fn simulated(rig: &Rig, camera: Camera, physics: Physics) -> Result<RunCamera, F
     let plant = HilPlant::new(physics.plant(rig, simulation)?);
     let follower = Some(plant.follower());
     let background = Background::Room(Room::furnished());
-    let pose = simulation.camera.as_ref().map_or(camera.pose, Pose::isometry);
-    let rendered = Camera { pose, ..camera.clone() };
+    let rendered = Camera { pose: simulation.camera_pose(camera.pose), ..camera.clone() };
     let synthetic = SyntheticCamera::new(rendered, background, RenderOptions::default(), 1)?;
     let source = SimulatedCamera::new(plant, synthetic, motors, Timing::default());
     let source = Box::new(Capture::start(source, CaptureLimits::default())?);

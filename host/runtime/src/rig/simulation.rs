@@ -1,6 +1,6 @@
 //! Table `[simulation]` of a rig file.
 
-use nalgebra::Point3;
+use nalgebra::{Isometry3, Point3};
 use plumb_cameras::camera_file::Pose;
 use plumb_cameras::toml_file::Finite;
 use serde::Deserialize;
@@ -31,6 +31,11 @@ impl Simulation {
     /// Returns the motor points A, B, C, metres in the rig frame.
     pub fn motors(&self) -> [Point3<f64>; 3] {
         self.motors.map(|motor| Point3::from(motor.map(Finite::get)))
+    }
+
+    /// Returns the true pose of the simulated camera, where its camera file says `pose`.
+    pub fn camera_pose(&self, pose: Isometry3<f64>) -> Isometry3<f64> {
+        self.camera.as_ref().map_or(pose, Pose::isometry)
     }
 
     /// Returns the ball's first position, metres in the rig frame.

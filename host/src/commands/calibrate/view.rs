@@ -8,7 +8,6 @@ use std::path::Path;
 use nalgebra::Point3;
 use plumb_calibrate::board::{Board, Placement};
 use plumb_calibrate::render::draw_board;
-use plumb_cameras::camera_file::Pose;
 use plumb_cameras::settings::SourceName;
 use plumb_cameras::source::CameraSource;
 use plumb_runtime::error_chain::ErrorChain;
@@ -138,8 +137,7 @@ pub(super) fn last(frames: Vec<RgbdFrame>) -> Result<RgbdFrame, Failure> {
 
 impl SimulatedView {
     fn new(simulation: &Simulation, camera: &Camera) -> Result<Self, Failure> {
-        let pose = simulation.camera.as_ref().map_or(camera.pose, Pose::isometry);
-        let camera = Camera { pose, ..camera.clone() };
+        let camera = Camera { pose: simulation.camera_pose(camera.pose), ..camera.clone() };
         let background = Background::Room(Room::furnished());
         let options = RenderOptions::default();
         let synthetic = SyntheticCamera::new(camera.clone(), background, options, SEED)?;

@@ -165,8 +165,8 @@ fn simulation(file: &mut Writer, limits: &Limits) {
 
 const CAMERA_INTRODUCTION: &str = "\
 # A camera, as `plumb init` wrote it. Replace the intrinsics by those of your camera, or take the
-# device's (`intrinsics = \"device\"` in [camera.openni] of the rig file). Replace the pose by the
-# measured one: here it is a guess, opposite motor C, looking along -x.
+# device's (`intrinsics = \"device\"` in [camera.openni] of the rig file). The pose is a guess,
+# opposite motor C, looking along -x: `plumb calibrate` finds the true one.
 ";
 
 /// Distance of the guessed camera from the middle of the workspace, metres.
