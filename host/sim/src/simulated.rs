@@ -153,7 +153,7 @@ impl<C: SimClock> CameraSource for SimulatedCamera<C> {
 mod tests {
     use std::error::Error;
 
-    use plumb_emulator::plant::{QuasiStatic, Task};
+    use plumb_emulator::plant::{Elastic, ElasticParameters, Plant, QuasiStatic, Task};
     use plumb_runtime::error_chain::ErrorChain;
 
     use super::*;
@@ -171,13 +171,25 @@ mod tests {
     }
 
     #[test]
-    fn first_motor_positions_do_not_move_the_plant() {
+    fn a_rig_begins_where_the_motors_of_its_board_stand() {
         let Task { geometry, start, .. } = Task::paper();
-        let rig = HilPlant::new(Box::new(QuasiStatic::new(geometry, start).unwrap()));
-        let (mut follower, before) = (rig.follower(), rig.ball());
-        follower.board_moved([100.0, -50.0, 7.0]).unwrap();
-        assert_eq!(rig.ball(), before);
-        follower.board_moved([120.0, -50.0, 7.0]).unwrap();
-        assert!((rig.ball() - before).norm() > 1e-3, "{}", rig.ball());
+        let plants = || -> [Box<dyn Plant + Send>; 2] {
+            let elastic = Elastic::new(geometry, ElasticParameters::default(), start).unwrap();
+            [Box::new(QuasiStatic::new(geometry, start).unwrap()), Box::new(elastic)]
+        };
+        for (first, second) in plants().into_iter().zip(plants()) {
+            let [first, second] = [first, second].map(HilPlant::new);
+            let mut follower = first.follower();
+            follower.board_moved([0.0; 3]).unwrap();
+            assert!((first.ball() - start).norm() < 1e-3, "{}", first.ball());
+            follower.board_stands([100.0, -50.0, 7.0]).unwrap();
+            assert!((first.ball() - start).norm() > 1e-2, "{}", first.ball());
+            // The rig of the next run of the same board.
+            second.follower().board_stands([100.0, -50.0, 7.0]).unwrap();
+            assert_eq!(first.ball(), second.ball());
+            let mut follower = second.follower();
+            follower.board_moved([100.0, -50.0, 7.0]).unwrap();
+            assert!((first.ball() - second.ball()).norm() < 1e-3, "at rest: {}", second.ball());
+        }
     }
 }

@@ -12,7 +12,8 @@ use super::SimulationError;
 use super::clock::{RealTime, RealTimeBall, RealTimeRig};
 
 /// Hardware in the loop: a simulated rig that follows the motor positions of any board, real or
-/// emulated, in real time.
+/// emulated, in real time. The rig's start is where the board's motors are at 0: a second run goes
+/// on where the first one left the ball.
 pub type HilPlant = RealTimeRig<Arc<Mutex<HilRig>>>;
 
 /// Observer that moves the rig of a [`HilPlant`] to the motor positions of the telemetry. A rig
@@ -26,16 +27,14 @@ pub struct Follower {
 /// Simulated rig that a [`Follower`] moves.
 pub struct HilRig {
     plant: Box<dyn Plant + Send>,
-    /// Motor positions of the board at the first call, full steps.
-    zero: Option<[f64; 3]>,
     /// Time of the last motion, seconds.
     moved: f64,
 }
 
 impl HilPlant {
-    /// Creates the rig of `plant`. The first motor positions count as those of its present state.
+    /// Creates the rig of `plant`, whose motors are at 0.
     pub fn new(plant: Box<dyn Plant + Send>) -> Self {
-        let rig = HilRig { plant, zero: None, moved: 0.0 };
+        let rig = HilRig { plant, moved: 0.0 };
         Self::start(Arc::new(Mutex::new(rig)))
     }
 
@@ -52,16 +51,26 @@ impl RealTimeBall for Arc<Mutex<HilRig>> {
 }
 
 impl Follower {
+    /// Places the rig at the motor positions of a board that stands (full steps since its start).
+    ///
+    /// # Errors
+    /// If the rig cannot follow them.
+    pub fn board_stands(&mut self, motors: [f64; 3]) -> Result<(), SimulationError> {
+        let mut rig = lock(&self.rig);
+        rig.plant.settle(motors)?;
+        rig.moved = self.clock.now();
+        Ok(())
+    }
+
     /// Moves the rig to the motor positions of the board (full steps since its start).
     ///
     /// # Errors
     /// If the rig cannot follow them.
     pub fn board_moved(&mut self, motors: [f64; 3]) -> Result<(), SimulationError> {
         let mut rig = lock(&self.rig);
-        let zero = *rig.zero.get_or_insert(motors);
         let now = self.clock.now();
         let seconds = now - rig.moved;
-        rig.plant.advance(seconds, [0, 1, 2].map(|i| motors[i] - zero[i]))?;
+        rig.plant.advance(seconds, motors)?;
         rig.moved = now;
         Ok(())
     }

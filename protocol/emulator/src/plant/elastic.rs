@@ -202,6 +202,16 @@ impl Plant for Elastic {
         Ok(())
     }
 
+    fn settle(&mut self, motors: [f64; 3]) -> Result<(), RigError> {
+        check_advance(0.0, motors)?;
+        let goal = self.geometry.paid_out_m(self.start_lengths_m, motors)?;
+        self.lengths_m = goal;
+        self.position = equilibrium(&self.geometry, &self.parameters, goal);
+        self.velocity = Vector3::zeros();
+        self.tensions_n = self.pull(&self.position, &self.velocity, goal, [0.0; 3]).0;
+        Ok(())
+    }
+
     fn ball(&self) -> Point3<f64> {
         self.position
     }

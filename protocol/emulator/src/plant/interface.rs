@@ -16,6 +16,15 @@ pub trait Plant {
     /// are too short to meet. The plant is then unchanged.
     fn advance(&mut self, dt_s: f64, motors: [f64; 3]) -> Result<(), RigError>;
 
+    /// Places the motors at `motors` and lets the ball come to rest. The default is for a plant
+    /// whose ball is always at rest.
+    ///
+    /// # Errors
+    /// The errors of [`advance`](Self::advance).
+    fn settle(&mut self, motors: [f64; 3]) -> Result<(), RigError> {
+        self.advance(0.0, motors)
+    }
+
     /// Returns the ball's centre, metres in the rig frame.
     fn ball(&self) -> Point3<f64>;
 
