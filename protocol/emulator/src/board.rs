@@ -9,6 +9,7 @@ use plumb_protocol::message::{ConfigField, StartCause, State};
 use plumb_protocol::units::{Micros, Rate, Steps16};
 
 use crate::plant::{Plant, RigError};
+use crate::sampler::{MotorSample, Sampler};
 use crate::wire::{Link, Traffic, Wire};
 
 /// Limits of an emulated board: the pulse rate of the Pico's firmware, and no storage.
@@ -31,6 +32,8 @@ pub struct EmulatedBoard {
     now: Micros,
     outbox: Outbox,
     waiting: Vec<u8>,
+    /// Samples of the motor positions, where they are asked for.
+    sampler: Option<Sampler>,
 }
 
 impl EmulatedBoard {
@@ -46,6 +49,7 @@ impl EmulatedBoard {
             now: Micros(0),
             outbox: Outbox::new(),
             waiting: Vec::new(),
+            sampler: None,
         }
     }
 
@@ -117,6 +121,9 @@ impl EmulatedBoard {
             self.now.0 += u64::from(TICK_US);
             self.collect();
             let motors = self.rig_motors();
+            if let Some(sampler) = &mut self.sampler {
+                sampler.note(self.now, motors);
+            }
             if let Some(plant) = &mut self.plant {
                 plant.advance(f64::from(TICK_US) * 1e-6, motors)?;
             }
@@ -128,6 +135,17 @@ impl EmulatedBoard {
     /// not change them.
     pub fn motors(&self) -> [f64; 3] {
         self.board.positions().map(|p| Steps16(p).to_si())
+    }
+
+    /// Begins to sample the motor positions every `interval` of the board's time.
+    pub fn sample_motors(&mut self, interval: Micros) {
+        self.sampler = Some(Sampler::new(Micros(self.now.0 + interval.0), interval));
+    }
+
+    /// Takes the samples of the motor positions since the last call, and the number of those that
+    /// were dropped because the call came late.
+    pub fn take_samples(&mut self) -> (Vec<MotorSample>, u64) {
+        self.sampler.as_mut().map(Sampler::take).unwrap_or_default()
     }
 
     /// Returns the motor rates, full steps/s, + pays out.

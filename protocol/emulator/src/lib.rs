@@ -5,11 +5,13 @@
 
 pub mod board;
 pub mod plant;
+mod sampler;
 pub mod serve;
 pub mod terminal;
 pub mod wire;
 
 pub use board::{EMULATED, EmulatedBoard};
+pub use sampler::MotorSample;
 pub use serve::{Served, serve};
 pub use terminal::Terminal;
 pub use wire::Wire;
