@@ -124,6 +124,17 @@ pub enum LinkError {
         /// Time since the motors last slowed down.
         waited: Duration,
     },
+    /// The board was sent into its bootloader and still runs its program.
+    #[error(
+        "{port}: the board accepted the request and still answers after {waited:?}: it has not \
+         restarted into its bootloader; an emulated board has none"
+    )]
+    StillThere {
+        /// Its path.
+        port: String,
+        /// Time that the host waited.
+        waited: Duration,
+    },
     /// The board has another version of the protocol.
     #[error(
         "the board speaks protocol version {board} (schema {schema}), this program version \

@@ -8,6 +8,7 @@
 mod error;
 mod exchange;
 mod monitor;
+mod service;
 mod submission;
 mod target;
 mod transport;
@@ -79,17 +80,6 @@ impl<T: Transport> Link<T> {
         Ok(link)
     }
 
-    /// Sends the board into its chip's bootloader, where it waits for new firmware; one of any
-    /// version, which needs no greeting. Its motors ramp down first.
-    ///
-    /// # Errors
-    /// Where nothing answers, or the link fails.
-    pub fn bootloader(transport: T) -> Result<(), LinkError> {
-        Self::open(transport)?
-            .request("the request to go into its bootloader", Command::Bootloader)
-            .map(drop)
-    }
-
     fn open(transport: T) -> Result<Self, LinkError> {
         let mut link = Self {
             transport,
@@ -126,22 +116,6 @@ impl<T: Transport> Link<T> {
         (self.telemetry, self.fault) = (None, None);
         self.monitor.begin(self.transport.now());
         Ok(())
-    }
-
-    /// Saves the configuration in the board's flash, for the time after a loss of power.
-    ///
-    /// # Errors
-    /// Where the board has no flash for it or cannot write it, or the link fails.
-    pub fn save(&mut self) -> Result<(), LinkError> {
-        self.request("the request to store its configuration", Command::Store).map(drop)
-    }
-
-    /// Makes the present motor positions the zero of travel; at standstill.
-    ///
-    /// # Errors
-    /// Where the board is not ready: it turns, or stands in a fault; or the link fails.
-    pub fn home(&mut self) -> Result<(), LinkError> {
-        self.request("the request for a new zero of travel", Command::Home).map(drop)
     }
 
     /// Returns the present telemetry.
@@ -222,6 +196,11 @@ impl<T: Transport> Link<T> {
         self.repeat_submission()?;
         self.check_monitor()?;
         self.check_target()
+    }
+
+    /// Returns the name of the port.
+    pub fn port(&self) -> String {
+        self.transport.name()
     }
 
     /// Returns the newest telemetry under this link's configuration.

@@ -1,0 +1,71 @@
+//! Commands for commissioning and maintenance: jog, home, clear, save, bootloader.
+
+use plumb_protocol::message::Jog;
+
+use super::*;
+
+/// Timeout of the greeting with which [`Link::bootloader`] checks that the board has gone.
+const CHECK_TIMEOUT: Duration = Duration::from_millis(300);
+
+/// Longest wait for a board to restart into its bootloader: its motors ramp down first.
+const RESTART_TIMEOUT: Duration = Duration::from_secs(3);
+
+impl<T: Transport> Link<T> {
+    /// Begins to turn one motor, and returns at once. The board stops the motor if nothing comes
+    /// from the host for its deadline: ask for [`Link::status`] until the jog has ended.
+    ///
+    /// # Errors
+    /// Where the board refuses it, or the link fails.
+    pub fn jog(&mut self, jog: Jog) -> Result<(), LinkError> {
+        self.request("the jog", Command::Jog(jog)).map(drop)
+    }
+
+    /// Ramps down, and clears the fault for which the board stopped by itself. Without a fault it
+    /// only stops.
+    ///
+    /// # Errors
+    /// Where the emergency input is still open, or the link fails.
+    pub fn clear_fault(&mut self) -> Result<(), LinkError> {
+        self.stop()?;
+        self.request_at_rest("the request to clear its fault", Command::ClearFault)?;
+        self.fault = None;
+        Ok(())
+    }
+
+    /// Makes the present motor positions the zero of travel; at standstill.
+    ///
+    /// # Errors
+    /// Where the board is not ready: it turns, or stands in a fault; or the link fails.
+    pub fn home(&mut self) -> Result<(), LinkError> {
+        self.request_at_rest("the request for a new zero of travel", Command::Home).map(drop)
+    }
+
+    /// Saves the configuration in the board's flash, for the time after a loss of power.
+    ///
+    /// # Errors
+    /// Where the board has no flash for it or cannot write it, or the link fails.
+    pub fn save(&mut self) -> Result<(), LinkError> {
+        self.request("the request to store its configuration", Command::Store).map(drop)
+    }
+
+    /// Sends the board into its chip's bootloader, where it waits for new firmware; one of any
+    /// version, which needs no greeting. Its motors ramp down first. Waits until the board has
+    /// gone.
+    ///
+    /// # Errors
+    /// [`LinkError::StillThere`] where the board accepts the request and still answers after 3 s;
+    /// others where nothing answers, or the link fails.
+    pub fn bootloader(transport: T) -> Result<(), LinkError> {
+        let mut link = Self::open(transport)?;
+        link.request("the request to go into its bootloader", Command::Bootloader)?;
+        let deadline = link.transport.now() + RESTART_TIMEOUT;
+        while link.transport.now() < deadline {
+            match link.hello(CHECK_TIMEOUT) {
+                Err(LinkError::Silent { .. } | LinkError::Lost { .. }) => return Ok(()),
+                Ok(()) | Err(LinkError::Version { .. }) => link.listen(POLL_INTERVAL).map(drop)?,
+                Err(error) => return Err(error),
+            }
+        }
+        Err(LinkError::StillThere { port: link.transport.name(), waited: RESTART_TIMEOUT })
+    }
+}
