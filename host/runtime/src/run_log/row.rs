@@ -6,6 +6,7 @@ use plumb_protocol::units::{Rate, Steps16};
 use plumb_vision::observation::BallObservation;
 
 use crate::observer::FrameRecord;
+use crate::summary::round;
 
 /// Everything that is known of one frame. A field that is `None` is left empty in the file.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -66,6 +67,16 @@ impl From<&FrameRecord> for LogRow {
     }
 }
 
+/// Most digits after the point: micrometres, microseconds, and less than the board's unit of a
+/// motor position (1/16 step) or a rate (1/256 step/s).
+const DIGITS: i32 = 6;
+
+/// Returns the text of a number, without trailing zeros; empty for `None`.
+fn text(value: Option<f64>) -> String {
+    // Zero is added to write -0 as 0.
+    value.map(|value| (round(value, 10_f64.powi(DIGITS)) + 0.0).to_string()).unwrap_or_default()
+}
+
 impl LogRow {
     /// Names of the columns, with their units.
     pub const HEADER: [&'static str; 20] = [
@@ -91,15 +102,13 @@ impl LogRow {
         "rate_c_steps_s",
     ];
 
-    /// Returns the fields in the order of [`LogRow::HEADER`]. Numbers read back to the last bit.
+    /// Returns the fields in the order of [`LogRow::HEADER`], with [`DIGITS`] after the point at most.
     pub(crate) fn fields(&self) -> Vec<String> {
         let three = |values: Option<[f64; 3]>| values.map_or([None; 3], |v| v.map(Some));
         let detection =
             self.detection.map_or([None; 4], |d| [d.u, d.v, d.radius, d.score].map(Some));
-        // Zero is added to write -0 as 0.
-        let text = |value: Option<f64>| value.map(|v| (v + 0.0).to_string()).unwrap_or_default();
 
-        let mut fields = vec![self.frame.to_string(), self.t_s.to_string()];
+        let mut fields = vec![self.frame.to_string(), text(Some(self.t_s))];
         fields.extend(detection.map(text));
         fields.extend(three(self.position.map(Into::into)).map(text));
         fields.extend(three(self.target.map(Into::into)).map(text));

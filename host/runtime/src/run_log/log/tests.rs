@@ -103,19 +103,25 @@ fn a_list_of_lost_frames_that_cannot_be_written_is_a_failure() {
 }
 
 #[test]
-fn rows_read_back_the_same_and_what_is_absent_is_empty() {
+fn rows_have_micrometres_and_what_is_absent_is_empty() {
     let parent = tempfile::tempdir().unwrap();
     let path = parent.path().join("run");
     let mut run = create(&path, scene()).unwrap();
-    let odd = LogRow { board: Some(State::Fault(Fault::HostSilent)), ..row(1) };
+    let mut odd = LogRow { board: Some(State::Fault(Fault::HostSilent)), ..row(1) };
+    odd.target = Some(Point3::new(0.399_999_999_999_999_97, -0.1, 0.150_000_04));
     for row in [&odd, &row(95), &LogRow::default()] {
         run.record(row).unwrap();
     }
     let mut reader = csv::Reader::from_path(path.join("run.csv")).unwrap();
     assert_eq!(reader.headers().unwrap().iter().collect::<Vec<_>>(), LogRow::HEADER);
     let records: Vec<csv::StringRecord> = reader.records().map(Result::unwrap).collect();
-    let position: Vec<f64> = (6..9).map(|i| records[0][i].parse().unwrap()).collect();
-    assert_eq!(Some(Point3::from_slice(&position)), odd.position, "to the last bit");
+    let fields: Vec<&str> = records[0].iter().collect();
+    assert_eq!(fields[1], "0.033333", "microseconds");
+    assert_eq!(fields[9..12], ["0.4", "-0.1", "0.15"]);
+    for (field, value) in fields[6..9].iter().zip(odd.position.unwrap().iter()) {
+        let digits = field.split_once('.').unwrap().1.len();
+        assert!(digits <= 6 && (field.parse::<f64>().unwrap() - value).abs() <= 0.5e-6, "{field}");
+    }
     assert_eq!(&records[0][13], odd.board.unwrap().to_string());
     assert!((2..9).chain([12]).chain(17..20).all(|i| records[1][i].is_empty()), "{:?}", records[1]);
     assert_eq!(&records[1][15], "-5.9375");
