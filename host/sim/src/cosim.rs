@@ -12,8 +12,9 @@ use plumb_protocol::units::{Micros, Point, Rate, Steps16};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-/// Request of a physics engine. Metres in the rig frame, seconds.
+/// Request of a physics engine. Metres in the rig frame, seconds. An unknown key is an error.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Request {
     /// Time at the start of the span.
     pub t: f64,
