@@ -7,7 +7,7 @@ mod commands;
 
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 
 /// Drives a ball on three cables to a target in space, without a model of the robot.
 ///
@@ -26,6 +26,10 @@ enum Command {
     Demo(commands::demo::Args),
     Run(commands::run::RunArgs),
     Goto(commands::run::GotoArgs),
+    Jog(commands::motors::JogArgs),
+    Home(commands::motors::HomeArgs),
+    Stop(commands::motors::StopArgs),
+    Clear(commands::motors::ClearArgs),
     Board(commands::board::Args),
     Init(commands::init::Args),
     Check(commands::check::Args),
@@ -35,16 +39,26 @@ enum Command {
     Emulate(commands::emulate::Args),
     Verify(commands::verify::Args),
     Cosim(commands::cosim::Args),
+    Completions(commands::manual::CompletionsArgs),
+    Man(commands::manual::ManArgs),
     /// Comparisons that anyone can reproduce from a seed
     #[command(subcommand)]
     Bench(commands::bench::Command),
 }
 
 fn main() -> ExitCode {
-    let result = match Cli::parse().command {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => return commands::report_usage(&error),
+    };
+    let result = match cli.command {
         Command::Demo(args) => commands::demo::main(args),
         Command::Run(args) => commands::run::run(args),
         Command::Goto(args) => commands::run::goto(args),
+        Command::Jog(args) => commands::motors::jog(args),
+        Command::Home(args) => commands::motors::home(args),
+        Command::Stop(args) => commands::motors::stop(args),
+        Command::Clear(args) => commands::motors::clear(args),
         Command::Board(args) => commands::board::main(args),
         Command::Init(args) => commands::init::main(args),
         Command::Check(args) => commands::check::main(args),
@@ -54,6 +68,8 @@ fn main() -> ExitCode {
         Command::Emulate(args) => commands::emulate::main(args),
         Command::Verify(args) => commands::verify::main(args),
         Command::Cosim(args) => commands::cosim::main(args),
+        Command::Completions(args) => commands::manual::completions(&args, Cli::command()),
+        Command::Man(args) => commands::manual::man(&args, Cli::command()),
         Command::Bench(command) => commands::bench::main(command),
     };
     match result {

@@ -36,7 +36,7 @@ fn a_figure_without_room_hides_no_result() {
     let folder = folder();
     // 30 KiB: the rows have 26, the figure 54.
     let output = demo(folder.path(), 60);
-    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
     let line = json(&output);
     assert!(line["reached"] == true && line["targets_reached"] == 1, "{line}");
     let text = stderr(&output);
@@ -69,10 +69,14 @@ fn rows_without_room_end_the_run_with_the_cause() {
 
 #[test]
 fn the_last_rows_without_room_fail_the_run_at_the_same_frame() {
-    // 26 KiB: all rows but the last ones.
+    // Room for all rows but the last ones.
+    let whole = folder();
+    demo(whole.path(), 1 << 20);
+    let size = fs::metadata(whole.path().join("run/run.csv")).unwrap().len();
+    let blocks = u32::try_from((size - 1) / 512).unwrap();
     let results = [(); 4].map(|()| {
         let folder = folder();
-        let output = demo(folder.path(), 52);
+        let output = demo(folder.path(), blocks);
         assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
         let line = json(&output);
         assert!(line["ending"].as_str().unwrap().contains("run.csv"), "{line}");

@@ -122,8 +122,8 @@ fn only_regular_files_are_read() {
             &["verify", other],
             &["verify", "--family", other],
             &["replay", ".", "--camera", other],
-            &["emulate", "--rig", other],
-            &["cosim", "--rig", other],
+            &["emulate", other],
+            &["cosim", other],
         ] {
             let output = ended(arguments, folder.path());
             let text = stderr(&output);
@@ -187,7 +187,7 @@ fn numbers_that_cannot_be_are_named_with_their_option() {
         cases.push((vec!["bench", "control", "--rigs", "1", "--gamma", number], "--gamma"));
     }
     for number in ["nan", "inf", "1e999"] {
-        cases.push((vec!["goto", "0.4", number, "0.15", "--rig", &rig], "<Y>"));
+        cases.push((vec!["goto", &rig, "0.4", number, "0.15"], "<Y>"));
         cases.push((vec!["verify", "--tolerance", number], "--tolerance"));
         cases.push((vec!["verify", "--lambda", number], "--lambda"));
         cases.push((vec!["bench", "control", "--rigs", "1", "--mean", number], "--mean"));
@@ -198,6 +198,24 @@ fn numbers_that_cannot_be_are_named_with_their_option() {
         assert_eq!(output.status.code(), Some(2), "{arguments:?}: {text}");
         assert!(text.contains(named), "{arguments:?}: {text}");
     }
+}
+
+#[test]
+fn a_request_with_an_unknown_key_is_refused() {
+    let mut cosim = Command::new(env!("CARGO_BIN_EXE_plumb"))
+        .arg("cosim")
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut requests = cosim.stdin.take().unwrap();
+    writeln!(requests, r#"{{"t": 0.0, "dt": 0.1, "tagret": [0.4, 0.4, 0.15]}}"#).unwrap();
+    drop(requests);
+    let output = cosim.wait_with_output().unwrap();
+    let text = stderr(&output);
+    assert_eq!(output.status.code(), Some(2), "{text}");
+    assert!(text.contains("line 1: unknown field `tagret`") && text.contains("`target`"), "{text}");
 }
 
 #[test]

@@ -172,6 +172,40 @@ fn signals_end_a_run_with_its_summary() {
     }
 }
 
+/// The board's process is stopped, so that the run waits for it after the first signal.
+#[test]
+fn a_second_signal_ends_a_run_at_once() {
+    let folder = folder();
+    let rig = rig_file(folder.path(), patient);
+    let emulator = Emulator::start();
+    let mut run = program(&["run", &rig, "--port", &emulator.port, "--out", "run"], folder.path())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    until_rows(&mut run, &folder.path().join("run"), 10);
+    send(&emulator.child, Signal::SIGSTOP);
+    send(&run, Signal::SIGTERM);
+    thread::sleep(Duration::from_millis(400));
+    send(&run, Signal::SIGINT);
+    assert_eq!(run.wait().unwrap().signal(), Some(Signal::SIGINT as i32));
+    send(&emulator.child, Signal::SIGCONT);
+}
+
+/// `timeout` sends its signal to the program and to the program's group.
+#[test]
+fn two_signals_at_once_are_one_request() {
+    let folder = folder();
+    let rig = rig_file(folder.path(), patient);
+    let emulator = Emulator::start();
+    let run = ["run", &rig, "--port", &emulator.port, "--json", "--out", "run"];
+    let mut run =
+        program(&run, folder.path()).stdout(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap();
+    until_rows(&mut run, &folder.path().join("run"), 10);
+    send(&run, Signal::SIGTERM);
+    send(&run, Signal::SIGINT);
+    assert_eq!(json(&run.wait_with_output().unwrap())["ending"], "interrupted");
+}
+
 #[test]
 fn a_hangup_that_is_ignored_from_the_start_stays_ignored() {
     let folder = folder();

@@ -149,9 +149,8 @@ fn a_mistake_in_a_camera_file_is_named_with_its_line() {
 fn a_port_that_cannot_be_opened_is_named() {
     let folder = folder();
     let rig = rig_file(folder.path(), |text| text);
-    let run = |port: &str| {
-        plumb(&["goto", "0.4", "0.4", "0.15", "--rig", &rig, "--port", port], folder.path())
-    };
+    let run =
+        |port: &str| plumb(&["goto", &rig, "0.4", "0.4", "0.15", "--port", port], folder.path());
     let absent = run("/dev/ttyNOSUCH");
     assert_eq!(absent.status.code(), Some(2));
     assert!(
@@ -171,10 +170,10 @@ fn a_port_that_cannot_be_opened_is_named() {
 }
 
 #[test]
-fn a_board_is_asked_how_it_is_and_sent_into_its_bootloader() {
+fn a_board_is_asked_how_it_is_and_configured() {
     let emulator = Emulator::start();
     let board = |arguments: &[&str]| {
-        plumb(&[&["board", "--port", &emulator.port], arguments].concat(), Path::new("."))
+        plumb(&[&["board"], arguments, &["--port", &emulator.port]].concat(), Path::new("."))
     };
     let line = json(&board(&["status", "--json"]));
     assert_eq!(
@@ -190,9 +189,6 @@ fn a_board_is_asked_how_it_is_and_sent_into_its_bootloader() {
     // The emulated board has no flash; its configuration has arrived all the same.
     assert!(stderr(&save).contains("cannot do that"), "{}", stderr(&save));
     assert_eq!(json(&board(&["status", "--json"]))["state"], "ready");
-
-    let bootloader = board(&["bootloader"]);
-    assert!(bootloader.status.success(), "{}", stderr(&bootloader));
 }
 
 #[test]
@@ -200,7 +196,7 @@ fn a_target_outside_the_workspace_is_bad_input() {
     let folder = folder();
     let rig = rig_file(folder.path(), |text| text);
     let emulator = Emulator::start();
-    let goto = ["goto", "0.4", "0.4", "0.7", "--rig", &rig, "--port", &emulator.port];
+    let goto = ["goto", &rig, "0.4", "0.4", "0.7", "--port", &emulator.port];
     let output = plumb(&goto, folder.path());
     assert_eq!(output.status.code(), Some(2));
     assert!(stderr(&output).contains("outside the workspace"), "{}", stderr(&output));

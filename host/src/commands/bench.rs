@@ -22,6 +22,9 @@ use plumb_vision::frame::RgbdFrame;
 use super::print::{Reader, message, tell};
 use super::{Failure, bad_input, numbers, print};
 
+/// Gain γ of the law interval in the benchmarks, 1/s: fast without oscillation at 30 Hz.
+const DEFAULT_GAMMA: f64 = 450.0;
+
 #[derive(Subcommand)]
 pub(crate) enum Command {
     Control(ControlArgs),
@@ -38,6 +41,12 @@ pub(crate) enum Command {
 /// drift, unilateral, bounce4, bounce3, bounce2, elastic, elastic800, elastic150, edge, high,
 /// fine, paper-task.
 #[derive(Parser)]
+#[command(
+    after_help = examples![
+        "plumb bench control --rigs 50 --law taut,interval",
+        "plumb bench control --suite paper",
+    ]
+)]
 pub(crate) struct ControlArgs {
     /// Suite; several with commas, or given more than once
     #[arg(long, default_value = "quasi-static", value_delimiter = ',')]
@@ -45,10 +54,9 @@ pub(crate) struct ControlArgs {
     /// Law or baseline; several likewise [default: the default law]
     #[arg(long, value_delimiter = ',')]
     law: Vec<ControllerKind>,
-    /// Gain of the law interval, 1/s at 0.471 mm of cable a step
-    #[arg(long, default_value_t = 450.0, allow_negative_numbers = true)]
-    #[arg(value_parser = numbers::positive)]
-    gamma: f64,
+    /// Gain of the law interval, 1/s at 0.471 mm of cable a step [default: 450]
+    #[arg(long, allow_negative_numbers = true, value_parser = numbers::positive)]
+    gamma: Option<f64>,
     /// Number of rigs
     #[arg(long, default_value_t = 300)]
     #[arg(value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
@@ -118,6 +126,12 @@ impl From<ClockName> for Clock {
 /// backgrounds under difficult conditions, and the same without a ball), empty (all of both without
 /// a ball). Backgrounds have the paper's intrinsics.
 #[derive(Parser)]
+#[command(
+    after_help = examples![
+        "plumb bench vision --frames 5",
+        "plumb bench vision --suite hard --background FOLDER",
+    ]
+)]
 pub(crate) struct VisionArgs {
     /// Set of frames: scenes, hard or empty
     #[arg(long, default_value = "scenes")]
@@ -227,11 +241,18 @@ fn controllers(args: &ControlArgs) -> Result<Vec<ControllerKind>, Failure> {
     if controllers.is_empty() {
         controllers.push(ControllerKind::Board(LawSettings::default()));
     }
+    let mut has_gamma = args.gamma.is_none();
     for law in controllers.iter_mut().filter_map(ControllerKind::settings_mut) {
-        law.set_gamma(args.gamma)?;
+        has_gamma |= law.set_gamma(args.gamma.unwrap_or(DEFAULT_GAMMA))?;
         if let Some(mean) = args.mean {
             law.set_mean(mean.into());
         }
+    }
+    if !has_gamma {
+        return Err(bad_input(
+            "--gamma is the gain of the law interval, which --law does not name: leave --gamma \
+             out, or add interval to --law",
+        ));
     }
     Ok(controllers)
 }

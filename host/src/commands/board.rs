@@ -1,98 +1,110 @@
-//! `plumb board`: commands for the board itself.
+//! `plumb board`: service of the board itself.
 
-use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
+use plumb_protocol::message::Telemetry;
 use plumb_protocol::units::{Rate, Steps16};
-use plumb_runtime::link::{Link, Serial, boards};
+use plumb_runtime::link::{Link, Transport};
 use plumb_runtime::rig::Rig;
-use serde_json::json;
+use serde_json::{Value, json};
 
 use super::print::tell;
-use super::{Failure, bad_input, print};
+use super::rig_args::{BoardArgs, PortArgs, RigArg};
+use super::{Failure, print};
 
-/// Ask the board how it is, have it keep a configuration, or send it into its bootloader
+/// Ask the board for its state, store a configuration in it, or send it into its bootloader
 #[derive(Parser)]
 pub(crate) struct Args {
     #[command(subcommand)]
     what: What,
-    /// Serial port of the board [default: the one Plumb board on USB]
-    #[arg(long, global = true)]
-    port: Option<String>,
-    /// Baud rate, where the port is a UART
-    #[arg(long, global = true, default_value_t = 115_200)]
-    baud: u32,
 }
 
 #[derive(Subcommand)]
 enum What {
-    /// Say what state it is in and where its motors are
-    Status {
-        /// End with a line of JSON on standard output
-        #[arg(long)]
-        json: bool,
-    },
-    /// Configure it by a rig file, and have it keep that over a loss of power
-    Save {
-        /// The rig file (TOML, SI units)
-        rig: PathBuf,
-    },
-    /// Ramp its motors down and wait for new firmware, as with BOOTSEL held while plugging in
-    Bootloader,
+    /// Print the state of the board and the positions of its motors
+    #[command(after_help = examples!["plumb board status", "plumb board status rig.toml --json"])]
+    Status(BoardArgs),
+    /// Configure the board by a rig file, and store that for the time after a loss of power
+    #[command(after_help = examples!["plumb board save rig.toml"])]
+    Save(SaveArgs),
+    /// Ramp the motors down and wait for new firmware, as with BOOTSEL held while plugging in
+    #[command(after_help = examples![
+        "plumb board bootloader",
+        "plumb board bootloader --port /dev/ttyACM0",
+    ])]
+    Bootloader(BoardArgs),
+}
+
+#[derive(Parser)]
+struct SaveArgs {
+    #[command(flatten)]
+    rig: RigArg,
+    #[command(flatten)]
+    port: PortArgs,
+    /// End with a line of JSON on standard output
+    #[arg(long)]
+    json: bool,
 }
 
 pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
-    let port = args.port.map_or_else(only_board, Ok)?;
     match args.what {
-        What::Status { json } => status(&port, &mut open(&port, args.baud)?, json)?,
-        What::Save { rig } => {
-            let config = Rig::read(&rig)?.config()?;
-            let mut link = open(&port, args.baud)?;
-            link.configure(config)?;
-            link.save()?;
-            tell!("{port}: the board keeps the configuration of {}", rig.display());
+        What::Status(args) => {
+            let mut link = Link::connect(args.open()?)?;
+            let telemetry = link.status()?;
+            report(&link, &telemetry, args.json)?;
         }
-        What::Bootloader => {
-            let serial = Serial::open(&port, args.baud)?;
+        What::Save(args) => save(&args)?,
+        What::Bootloader(args) => {
+            let serial = args.open()?;
+            let port = serial.name();
             Link::bootloader(serial)?;
-            tell!("{port}: the board is on its way into its bootloader");
+            tell!("{port}: the board has restarted into its bootloader");
+            if args.json {
+                print::result(json!({ "port": port, "bootloader": true }))?;
+            }
         }
     }
     Ok(ExitCode::SUCCESS)
 }
 
-/// The port of the one board that is plugged in.
-fn only_board() -> Result<String, Failure> {
-    let found = boards()?;
-    match &found[..] {
-        [port] => Ok(port.clone()),
-        [] => Err(bad_input("no Plumb board is on USB; plug it in, or name its port with --port")),
-        several => Err(bad_input(format!(
-            "several Plumb boards are on USB; choose one with --port: {}",
-            several.join(", ")
-        ))),
-    }
-}
-
-fn open(port: &str, baud: u32) -> Result<Link<Serial>, Failure> {
-    Ok(Link::connect(Serial::open(port, baud)?)?)
-}
-
-fn status(port: &str, link: &mut Link<Serial>, json: bool) -> Result<(), Failure> {
-    let telemetry = link.status()?;
-    let motors = telemetry.motors.map(|steps: Steps16| steps.to_si());
-    let rates = telemetry.rates.map(|rate: Rate| rate.to_si());
-    let [a, b, c] = motors;
-    tell!("{port}: {}; motors at {a:.2}, {b:.2}, {c:.2} steps since its start", telemetry.state);
-    tell!("{port}: {} damaged frames since its start", telemetry.bad_frames);
-    if json {
-        let state = telemetry.state.to_string();
-        let line = json!({
-            "port": port, "state": state, "steps": motors, "rates": rates,
-            "bad_frames": telemetry.bad_frames,
-        });
-        print::result(line)?;
+fn save(args: &SaveArgs) -> Result<(), Failure> {
+    let rig = Rig::read(&args.rig.rig)?;
+    let config = rig.config()?;
+    let mut link = Link::connect(args.port.open(&rig.board)?)?;
+    link.configure(config)?;
+    link.save()?;
+    let (port, file) = (link.port(), &args.rig.rig);
+    tell!("{port}: the board keeps the configuration of {}", file.display());
+    if args.json {
+        print::result(json!({ "port": port, "saved": file }))?;
     }
     Ok(())
+}
+
+/// Prints the state of the board for people, and as JSON where that is asked for.
+pub(super) fn report<T: Transport>(
+    link: &Link<T>,
+    telemetry: &Telemetry,
+    is_json: bool,
+) -> Result<(), Failure> {
+    let port = link.port();
+    let [a, b, c] = telemetry.motors.map(Steps16::to_si);
+    tell!("{port}: {}; motors at {a:.2}, {b:.2}, {c:.2} steps since its start", telemetry.state);
+    tell!("{port}: {} damaged frames since its start", telemetry.bad_frames);
+    if is_json {
+        print::result(line(&port, telemetry))?;
+    }
+    Ok(())
+}
+
+/// Returns the state of the board in JSON.
+pub(super) fn line(port: &str, telemetry: &Telemetry) -> Value {
+    json!({
+        "port": port,
+        "state": telemetry.state.to_string(),
+        "steps": telemetry.motors.map(Steps16::to_si),
+        "rates": telemetry.rates.map(Rate::to_si),
+        "bad_frames": telemetry.bad_frames,
+    })
 }

@@ -14,6 +14,7 @@ use super::{FAILED, Failure, print};
 ///
 /// Exit code 1 where none can be opened.
 #[derive(Parser)]
+#[command(after_help = examples!["plumb cameras", "plumb cameras --json"])]
 pub(crate) struct Args {
     /// End with a line of JSON on standard output
     #[arg(long)]

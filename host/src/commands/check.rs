@@ -1,6 +1,5 @@
 //! `plumb check`: whether a rig file and its camera file are right.
 
-use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Parser;
@@ -10,6 +9,7 @@ use serde::Serialize;
 
 use super::exit::BAD_INPUT;
 use super::print::tell;
+use super::rig_args::RigArg;
 use super::{Failure, print};
 
 /// Check a rig file and its camera file: every mistake at once, without a board
@@ -17,9 +17,10 @@ use super::{Failure, print};
 /// An error is what a run refuses. A warning is about a file that a run accepts, but that protects
 /// the rig badly. Exit code 2 where there is an error.
 #[derive(Parser)]
+#[command(after_help = examples!["plumb check rig.toml --file-only"])]
 pub(crate) struct Args {
-    /// The rig file (TOML, SI units)
-    rig: PathBuf,
+    #[command(flatten)]
+    rig: RigArg,
     /// Check the files only: no board, no camera, nothing moves
     #[arg(long, required = true)]
     file_only: bool,
@@ -37,7 +38,7 @@ struct Line<'a> {
 }
 
 pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
-    let findings = check(&args.rig, &EmulatedBoard::config_errors);
+    let findings = check(&args.rig.rig, &EmulatedBoard::config_errors);
     for finding in &findings {
         tell!("{finding}");
     }
@@ -46,7 +47,7 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
     let plural = |count| if count == 1 { "" } else { "s" };
     tell!(
         "{}: {errors} error{}, {warnings} warning{}",
-        args.rig.display(),
+        args.rig.rig.display(),
         plural(errors),
         plural(warnings)
     );

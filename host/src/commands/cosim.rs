@@ -13,6 +13,7 @@ use plumb_sim::cosim::{Cosim, Request};
 use plumb_sim::limits::Limits;
 
 use super::print::{self, Reader};
+use super::rig_args::RIG_VARIABLE;
 use super::{Failure, bad_input, law};
 
 /// The board in lock step with any physics engine: JSON lines on standard input and output
@@ -23,10 +24,16 @@ use super::{Failure, bad_input, law};
 /// steps since the start, positive where cable is paid out. A board that stopped because it
 /// received no position for half a second continues with the next one.
 #[derive(Parser)]
+#[command(
+    after_help = examples![
+        "plumb cosim rig.toml --samples 10",
+        "echo '{\"t\": 0, \"dt\": 0.1, \"target\": [0.4, 0.4, 0.15]}' | plumb cosim",
+    ]
+)]
 pub(crate) struct Args {
-    /// A rig file with limits, workspace and law; without one: 400 steps/s, 2000 steps/s², all of
+    /// Rig file with limits, workspace and law; without one: 400 steps/s, 2000 steps/s², all of
     /// ±4 m, 10 mm
-    #[arg(long)]
+    #[arg(value_name = "RIG", env = RIG_VARIABLE, hide_env_values = true)]
     rig: Option<PathBuf>,
     /// Control law, with its default parameters [default: the rig file's, or the default law]
     #[arg(long, value_parser = law)]

@@ -43,6 +43,13 @@ use super::{Failure, Physics, bad_input, failed, failed_because, law, numbers, p
 /// The ball goes from P0 (0.540, 0.220, 0.459) to PT (0.400, 0.400, 0.150) m. The last line of
 /// standard output is JSON.
 #[derive(Parser)]
+#[command(
+    after_help = examples![
+        "plumb demo",
+        "plumb demo --virtual-time --law interval --gamma 100",
+        "plumb demo --compare",
+    ]
+)]
 pub(crate) struct Args {
     /// In virtual time and memory instead of real time and a pseudo-terminal; the same for the same
     /// seed
@@ -97,7 +104,13 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
 fn chosen(args: &Args) -> Result<LawSettings, Failure> {
     let Some(gamma) = args.gamma else { return Ok(args.law.clone().unwrap_or_default()) };
     let mut law = args.law.clone().unwrap_or_else(|| LawName::Interval.into());
-    law.set_gamma(gamma)?;
+    if !law.set_gamma(gamma)? {
+        return Err(bad_input(format!(
+            "--gamma is the gain of the law interval, and the law {} has none: leave --gamma out, \
+             or choose --law interval",
+            law.name()
+        )));
+    }
     Ok(law)
 }
 

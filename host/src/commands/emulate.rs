@@ -1,6 +1,7 @@
 //! `plumb emulate`: the emulated board on a pseudo-terminal.
 
 mod link;
+mod motors;
 mod wire;
 
 use std::path::PathBuf;
@@ -15,18 +16,26 @@ use plumb_sim::emulator::{EMULATED, EmulatedBoard, serve};
 use serde::Serialize;
 
 use self::link::TerminalLink;
+use self::motors::MotorLines;
 use self::wire::WireOptions;
 use super::interrupt::interrupt_flag;
 use super::print::tell;
+use super::rig_args::RIG_VARIABLE;
 use super::{Failure, Physics, bad_input, print};
 
 /// An emulated board on a pseudo-terminal, for anything that speaks the protocol
 ///
 /// Prints the terminal's path and every change of state, and runs until it is interrupted.
 #[derive(Parser)]
+#[command(
+    after_help = examples![
+        "plumb emulate --link /tmp/board",
+        "plumb emulate rig.toml --link /tmp/board --baud 115200 --lost 0.05",
+    ]
+)]
 pub(crate) struct Args {
-    /// A rig file, whose simulated rig the board's motors move
-    #[arg(long)]
+    /// Rig file, whose simulated rig the board's motors move
+    #[arg(value_name = "RIG", env = RIG_VARIABLE, hide_env_values = true)]
     rig: Option<PathBuf>,
     /// Model of the simulated rig
     #[arg(long, value_enum, default_value = "quasi-static")]
@@ -35,6 +44,11 @@ pub(crate) struct Args {
     /// an earlier emulation left behind
     #[arg(long, value_name = "PATH")]
     link: Option<PathBuf>,
+    /// Print the motor positions to standard output every 5 ms of the board's time, for a simulator
+    /// of the rig: {"t": 1.005, "motors": [12.25, -3.0, 7.5]}, seconds and full steps since the
+    /// start, positive where cable is paid out. A slow reader loses lines
+    #[arg(long)]
+    motors: bool,
     #[command(flatten)]
     wire: WireOptions,
     /// End with a line of JSON on standard output
@@ -66,13 +80,22 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
             EmulatedBoard::with_plant(EMULATED, args.physics.plant(&rig, simulation)?)
         }
     };
-    let served = serve(board.with_wire(args.wire.wire()))?;
+    let mut board = board.with_wire(args.wire.wire());
+    if args.motors {
+        board.sample_motors(motors::INTERVAL);
+    }
+    let served = serve(board)?;
     let link = args.link.as_ref().map(|link| TerminalLink::create(link, served.path()));
     let link = link.transpose().map_err(bad_input)?;
     print::result(served.path().display())?;
+    let mut lines = args.motors.then(MotorLines::start).transpose()?;
     let mut state = None;
     while !interrupted.load(Ordering::Relaxed) && !served.ended() {
         let now = served.board().state();
+        if let Some(lines) = &mut lines {
+            let samples = served.board().take_samples();
+            lines.add(samples);
+        }
         if state.replace(now) != Some(now) {
             tell!("{now}");
         }
@@ -88,7 +111,9 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
             time_s: board.now().0 as f64 * 1e-6,
         }
     };
-    if args.json {
+    // A reader that takes no lines takes no result.
+    let has_reader = lines.is_none_or(MotorLines::end);
+    if args.json && has_reader {
         print::result(serde_json::to_string(&line)?)?;
     }
     served.stop()?;

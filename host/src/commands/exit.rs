@@ -1,6 +1,7 @@
 //! Exit codes: one function from an error to a code, for every command.
 
 use std::error::Error;
+use std::ffi::OsString;
 use std::fmt;
 use std::io::{self, ErrorKind};
 use std::process::ExitCode;
@@ -18,9 +19,10 @@ use plumb_runtime::replay::ReplayError;
 use plumb_runtime::run::RunError;
 use plumb_runtime::run_log::RunLogError;
 use plumb_sim::emulator::serve::ServeError;
+use serde_json::json;
 use thiserror::Error;
 
-use super::print::tell;
+use super::print::{result, tell};
 
 /// Exit code of a command that did its work and did not succeed, and of a command that failed: a
 /// target is not reached, a board is silent, a disk is full.
@@ -33,6 +35,8 @@ pub(crate) const BAD_INPUT: u8 = 2;
 pub(crate) struct Failure {
     code: u8,
     error: Box<dyn Error>,
+    /// Whether the command has printed its result in JSON before it failed.
+    has_result: bool,
 }
 
 /// Mistake in the input, in words.
@@ -57,26 +61,64 @@ pub(crate) fn failed(message: impl fmt::Display) -> Failure {
 
 /// Returns the failure of a command because of an error that is no mistake in its input.
 pub(crate) fn failed_because(error: impl Error + 'static) -> Failure {
-    Failure { code: FAILED, error: error.into() }
+    Failure { code: FAILED, error: error.into(), has_result: false }
 }
 
 impl<E: Error + 'static> From<E> for Failure {
     fn from(error: E) -> Self {
-        Self { code: exit_code(&error), error: error.into() }
+        Self { code: exit_code(&error), error: error.into(), has_result: false }
     }
 }
 
 impl Failure {
-    /// Prints the error. Returns the exit code.
+    /// Prints the error: for people, and as the line of JSON of a command with `--json` that has
+    /// printed no result. Returns the exit code.
     pub(crate) fn report(&self) -> ExitCode {
         self.print();
+        if !self.has_result {
+            print_json(self.code, &ErrorChain(&*self.error).to_string());
+        }
         ExitCode::from(self.code)
+    }
+
+    /// Returns the failure of a command that has printed its result in JSON.
+    pub(crate) fn with_result(self) -> Self {
+        Self { has_result: true, ..self }
     }
 
     /// Prints the error, without its consequences.
     pub(crate) fn print(&self) {
         tell!("plumb: {}", ErrorChain(&*self.error));
     }
+}
+
+/// Prints what is wrong with the command line, or the help that it asks for. Returns the exit code.
+pub(crate) fn report_usage(error: &clap::Error) -> ExitCode {
+    // Help that nobody reads is no failure.
+    let _closed_pipe = error.print();
+    let code = if error.use_stderr() { BAD_INPUT } else { 0 };
+    if code != 0 {
+        let text = error.render().to_string();
+        let message = text.split("\n\n").next().unwrap_or_default();
+        print_json(code, message.trim().trim_start_matches("error: "));
+    }
+    ExitCode::from(code)
+}
+
+/// Prints an error as a line of JSON where the command line asks for JSON.
+fn print_json(code: u8, message: &str) {
+    if is_json_asked(std::env::args_os().skip(1)) {
+        // The exit code tells the error, also where standard output cannot be written.
+        let _unwritten = result(json!({ "error": message, "exit_code": code }));
+    }
+}
+
+/// Returns whether the command with these arguments ends with a line of JSON: the option `--json`,
+/// or the command `demo`. Also for a command line that cannot be parsed.
+fn is_json_asked(arguments: impl Iterator<Item = OsString>) -> bool {
+    let options: Vec<OsString> = arguments.take_while(|argument| argument != "--").collect();
+    options.first().is_some_and(|command| command == "demo")
+        || options.iter().any(|option| option == "--json")
 }
 
 /// Returns the exit code for an error. An error that is not listed is a mistake in the input: what
@@ -197,6 +239,13 @@ mod tests {
         let hung_up = io::Error::other("hung up");
         assert_eq!(code(ServeError::Terminal(hung_up)), FAILED);
         assert_eq!(failed("a full disk").code, FAILED);
+    }
+
+    #[test]
+    fn json_is_asked_for_by_an_option_or_by_the_demo() {
+        let asked = |line: &str| is_json_asked(line.split(' ').map(OsString::from));
+        assert!(asked("run rig.toml --json") && asked("--json") && asked("demo --law sign"));
+        assert!(!asked("run demo") && !asked("run -- --json"));
     }
 
     #[test]

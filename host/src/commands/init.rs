@@ -23,6 +23,7 @@ use super::{Failure, failed_because, numbers, print};
 /// camera.toml with an explanation of each key, and limits that fit the rig's size. Never
 /// overwrites a file. Lengths are in metres.
 #[derive(Parser)]
+#[command(after_help = examples!["plumb init my-rig", "plumb init trial --simulated --yes"])]
 pub(crate) struct Args {
     /// Folder of the files; it is created where it does not exist
     #[arg(default_value = ".")]

@@ -3,29 +3,51 @@
 use std::ffi::c_int;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+use std::time::{Duration, Instant};
 
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
-use signal_hook::flag::{register, register_conditional_default};
+use signal_hook::iterator::Signals;
+use signal_hook::low_level::emulate_default_handler;
 
 use super::Failure;
 
 /// Whether a signal ends the program at once.
 static ENDS_AT_ONCE: AtomicBool = AtomicBool::new(false);
 
+/// Time in which a further signal belongs to the first one. `timeout` sends SIGTERM twice, and a
+/// terminal that closes sends SIGHUP together with its shell.
+const ONE_REQUEST: Duration = Duration::from_millis(200);
+
 /// Returns a flag that Ctrl-C, SIGTERM and SIGHUP set, so that the motors are ramped down and the
-/// run's folder is finished.
+/// run's folder is finished. A second signal, after [`ONE_REQUEST`], ends the program at once; a
+/// board without a host stops by itself.
 ///
 /// A SIGHUP that was ignored when the program began (`nohup`) stays ignored.
 pub(crate) fn interrupt_flag() -> Result<Arc<AtomicBool>, Failure> {
     let flag = Arc::new(AtomicBool::new(false));
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
-    for signal in [SIGINT, SIGTERM, SIGHUP] {
-        if signal != SIGHUP || !ignores(&status, signal) {
-            register_conditional_default(signal, &ENDS_AT_ONCE)?;
-            register(signal, Arc::clone(&flag))?;
-        }
-    }
+    let handled = [SIGINT, SIGTERM, SIGHUP]
+        .into_iter()
+        .filter(|&signal| signal != SIGHUP || !ignores(&status, signal));
+    let signals = Signals::new(handled)?;
+    let shared = Arc::clone(&flag);
+    thread::Builder::new().name("signals".to_owned()).spawn(move || handle(signals, &shared))?;
     Ok(flag)
+}
+
+/// Sets `flag` at the first signal. Ends the program at the second, or while a
+/// [`DefaultSignals`] exists.
+fn handle(mut signals: Signals, flag: &AtomicBool) {
+    let mut first: Option<Instant> = None;
+    for signal in signals.forever() {
+        let repeated = first.get_or_insert_with(Instant::now).elapsed() > ONE_REQUEST;
+        if repeated || ENDS_AT_ONCE.load(Ordering::Relaxed) {
+            // The handled signals all have a default that ends the program.
+            let _unknown_signal = emulate_default_handler(signal);
+        }
+        flag.store(true, Ordering::Relaxed);
+    }
 }
 
 /// Time in which a signal ends the program at once: the motors stand, the files are closed, and

@@ -1,5 +1,10 @@
 //! The commands of the program: options, calls of the libraries, output.
 
+/// Joins command lines to the examples below the help of a command.
+macro_rules! examples {
+    ($($line:literal),+ $(,)?) => { concat!("Examples:" $(, "\n  ", $line)+) };
+}
+
 pub(crate) mod bench;
 pub(crate) mod board;
 pub(crate) mod calibrate;
@@ -11,12 +16,15 @@ pub(crate) mod emulate;
 mod exit;
 pub(crate) mod init;
 mod interrupt;
+pub(crate) mod manual;
+pub(crate) mod motors;
 mod numbers;
 mod options;
 mod outputs;
 mod page;
 pub(crate) mod print;
 pub(crate) mod replay;
+mod rig_args;
 pub(crate) mod run;
 mod run_camera;
 pub(crate) mod verify;
@@ -29,8 +37,8 @@ use plumb_vision::detect::{BallDetector, DetectorKind};
 use plumb_runtime::rig::{LawName, LawSettings, Rig, Simulation, UnknownLaw};
 use plumb_sim::simulated::{geometry, wired};
 
-pub(crate) use exit::Failure;
 use exit::{FAILED, bad_input, failed, failed_because};
+pub(crate) use exit::{Failure, report_usage};
 
 /// Name of a detector.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]

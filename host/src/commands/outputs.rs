@@ -143,7 +143,7 @@ impl Outputs {
             let ended = closed.report(&summary, error.as_ref());
             (print(&summary), ended)
         };
-        both(ended, printed)?;
+        both(ended, printed).map_err(Failure::with_result)?;
         Ok(if summary.reached { ExitCode::SUCCESS } else { ExitCode::from(FAILED) })
     }
 }
@@ -207,11 +207,12 @@ impl Closed {
                     summary.ending,
                     error.unwrap_or_default()
                 );
+                tell!("ball seen in {} of {frames} pictures", summary.located);
                 tell!("run folder: {folder}");
                 Ok(())
             }
         };
-        self.report_missing();
+        let run = both(run, self.missing());
         let recording = self.recording.map(|recording| {
             if let Some(recording) = recording {
                 report_recording(&recording);
@@ -221,12 +222,16 @@ impl Closed {
     }
 
     /// Reports what the run folder lacks.
-    fn report_missing(&self) {
+    ///
+    /// # Errors
+    /// Where a file could not be written. Rows that a slow disk had no time for are no error.
+    fn missing(&self) -> Result<(), Failure> {
         if self.dropped_rows > 0 {
             tell!("plumb: the run log lacks {} rows: the disk is slow", self.dropped_rows);
         }
-        if let Some(error) = &self.unwritten {
-            tell!("plumb: the run folder is not complete: {error}");
+        match &self.unwritten {
+            Some(error) => Err(failed(format!("the run folder is not complete: {error}"))),
+            None => Ok(()),
         }
     }
 }

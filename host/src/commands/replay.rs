@@ -11,10 +11,16 @@ use plumb_runtime::error_chain::ErrorChain;
 use plumb_runtime::replay::{DebugFolder, replay};
 
 use super::print::{self, tell};
-use super::{DetectorName, FAILED, Failure};
+use super::{DetectorName, FAILED, Failure, bad_input};
 
 /// Detection and location on a recording (a TUM RGB-D folder or an .oni file): a CSV row a frame
 #[derive(Parser)]
+#[command(
+    after_help = examples![
+        "plumb replay recordings/one > ball.csv",
+        "plumb replay one.oni --camera camera.toml --debug stages",
+    ]
+)]
 pub(crate) struct Args {
     /// The folder, with rgb.txt and depth.txt, or the .oni file
     recording: PathBuf,
@@ -33,7 +39,7 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
-    let file = args.camera.clone().unwrap_or_else(|| beside(&args.recording));
+    let file = args.camera.clone().map_or_else(|| beside(&args.recording), Ok)?;
     let mut camera = camera_file::read(&file)?;
     let OpenedRecording { mut source, intrinsics } =
         open_recording(&args.recording, camera.intrinsics)?;
@@ -68,8 +74,21 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
     Ok(if outcome.broken == 0 { ExitCode::SUCCESS } else { ExitCode::from(FAILED) })
 }
 
-/// The camera file that a recording brings along.
-fn beside(recording: &Path) -> PathBuf {
+/// Returns the path of the camera file in the folder of a recording.
+///
+/// # Errors
+/// Where the recording or the camera file does not exist.
+fn beside(recording: &Path) -> Result<PathBuf, Failure> {
+    if !recording.exists() {
+        return Err(bad_input(format!("{}: there is no such recording", recording.display())));
+    }
     let folder = if recording.is_file() { recording.parent() } else { Some(recording) };
-    folder.unwrap_or(recording).join(CAMERA_FILE)
+    let file = folder.unwrap_or(recording).join(CAMERA_FILE);
+    if file.exists() {
+        return Ok(file);
+    }
+    Err(bad_input(format!(
+        "{}: this recording has no camera file; name one with --camera CAMERA.toml",
+        file.display()
+    )))
 }

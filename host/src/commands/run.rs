@@ -1,6 +1,6 @@
 //! `plumb run` and `plumb goto`: a board, a camera, targets.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::ExitCode;
 
 use clap::Parser;
@@ -9,7 +9,6 @@ use plumb_cameras::camera_file;
 use plumb_cameras::record::Overflow;
 use plumb_cameras::settings::SourceName;
 use plumb_cameras::toml_file::MAX_BYTES;
-use plumb_runtime::link::Serial;
 use plumb_runtime::observer::Observer;
 use plumb_runtime::rig::{LawSettings, Rig};
 use plumb_runtime::run::{Run, RunParts};
@@ -19,6 +18,7 @@ use super::interrupt::interrupt_flag;
 use super::options::RunOptions;
 use super::outputs::Outputs;
 use super::page::OperatedPage;
+use super::rig_args::{PortArgs, RigArg, split_rig};
 use super::run_camera::{RunCamera, record_folder};
 use super::{Failure, Physics, bad_input, law, numbers, print};
 
@@ -28,38 +28,50 @@ use super::{Failure, Physics, bad_input, law, numbers, print};
 /// where the rig file has a [simulation] table and names none: the board, real or emulated, is then
 /// tried without a rig, and its motor positions move a simulated one.
 #[derive(Parser)]
+#[command(
+    after_help = examples![
+        "plumb run rig.toml",
+        "plumb run rig.toml --law taut --timeout 60 --json",
+        "plumb run rig.toml --record recordings/one",
+    ]
+)]
 pub(crate) struct RunArgs {
-    /// The rig file (TOML, SI units)
-    rig: PathBuf,
+    #[command(flatten)]
+    rig: RigArg,
     #[command(flatten)]
     options: Common,
 }
 
 /// Drive the ball to one target, metres in the rig frame
 #[derive(Parser)]
-#[command(allow_negative_numbers = true)]
+#[command(
+    allow_negative_numbers = true,
+    override_usage = GOTO_USAGE,
+    after_help = examples![
+        "plumb goto rig.toml 0.4 0.3 0.2",
+        "PLUMB_RIG=rig.toml plumb goto 0.4 -0.1 0.2 --timeout 30",
+    ]
+)]
 pub(crate) struct GotoArgs {
+    /// Rig file (TOML, SI units) [env: PLUMB_RIG]
+    rig: Option<String>,
     /// Along the side from motor C to motors A and B
-    #[arg(value_parser = numbers::finite)]
-    x: f64,
+    x: Option<String>,
     /// Along the line from motor B to motor A
-    #[arg(value_parser = numbers::finite)]
-    y: f64,
+    y: Option<String>,
     /// Upwards
-    #[arg(value_parser = numbers::finite)]
-    z: f64,
-    /// The rig file (TOML, SI units)
-    #[arg(long)]
-    rig: PathBuf,
+    z: Option<String>,
     #[command(flatten)]
     options: Common,
 }
 
+/// Usage of `plumb goto`.
+const GOTO_USAGE: &str = "plumb goto [OPTIONS] [RIG] <X> <Y> <Z>";
+
 #[derive(Parser)]
 struct Common {
-    /// Serial port of the board [default: the rig file's]
-    #[arg(long)]
-    port: Option<String>,
+    #[command(flatten)]
+    port: PortArgs,
     /// Control law, with its usual parameters: interval, sign, adaptive or taut [default: the rig
     /// file's]
     #[arg(long, value_parser = law)]
@@ -72,14 +84,20 @@ struct Common {
 }
 
 pub(crate) fn run(args: RunArgs) -> Result<ExitCode, Failure> {
-    let rig = Rig::read(&args.rig)?;
-    drive(&args.rig, rig, &args.options)
+    let file = &args.rig.rig;
+    drive(file, Rig::read(file)?, &args.options)
 }
 
 pub(crate) fn goto(args: GotoArgs) -> Result<ExitCode, Failure> {
-    let mut rig = Rig::read(&args.rig)?;
-    rig.set_targets(&[[args.x, args.y, args.z]])?;
-    drive(&args.rig, rig, &args.options)
+    let (file, words) = split_rig([args.rig, args.x, args.y, args.z], 3, GOTO_USAGE)?;
+    let mut target = [0.0; 3];
+    for ((coordinate, word), name) in target.iter_mut().zip(&words).zip(["X", "Y", "Z"]) {
+        *coordinate = numbers::finite(word)
+            .map_err(|why| bad_input(format!("invalid value '{word}' for '<{name}>': {why}")))?;
+    }
+    let mut rig = Rig::read(&file)?;
+    rig.set_targets(&[target])?;
+    drive(&file, rig, &args.options)
 }
 
 fn drive(file: &Path, mut rig: Rig, options: &Common) -> Result<ExitCode, Failure> {
@@ -94,8 +112,7 @@ fn drive(file: &Path, mut rig: Rig, options: &Common) -> Result<ExitCode, Failur
         let why = "--physics is of a simulated rig, but the camera of this rig file is real";
         return Err(bad_input(format!("{}: {why}", file.display())));
     }
-    let port = options.port.as_ref().unwrap_or(&rig.board.port);
-    let transport = Serial::open(port, rig.board.baud)?;
+    let transport = options.port.open(&rig.board)?;
     let folder = record_folder(options.run.record.as_deref())?;
     let oni = folder.as_ref().map(|folder| folder.oni());
     let RunCamera { mut source, camera, mut follower } = RunCamera::open(
@@ -110,7 +127,10 @@ fn drive(file: &Path, mut rig: Rig, options: &Common) -> Result<ExitCode, Failur
 
     let interrupted = interrupt_flag()?;
     let OperatedPage { mut page, operator } = options.run.page.start(&rig)?;
-    let run = Run::connect(&rig, transport)?;
+    let mut run = Run::connect(&rig, transport)?;
+    if let Some(follower) = &mut follower {
+        follower.board_stands(run.motors()?)?;
+    }
     let log = RunLog::create(&options.run.output_dir("run"), FigureSettings::of(&rig));
     let mut outputs = Outputs::start(log?, recorder, Overflow::Drop)?;
     let mut observers: Vec<&mut dyn Observer> = vec![&mut outputs];

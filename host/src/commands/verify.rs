@@ -38,7 +38,10 @@ use super::{FAILED, Failure, bad_input, numbers, print};
 /// Exit codes: 0 everything is proved, 1 something is refuted or undecided, 2 bad input. α = 0
 /// (no family for law `interval`) is reported and is not a failure.
 #[derive(Parser)]
-#[command(verbatim_doc_comment)]
+#[command(
+    verbatim_doc_comment,
+    after_help = examples!["plumb verify rig.toml --tolerance 0.01", "plumb verify --wide"]
+)]
 pub(crate) struct Args {
     /// Rig file with [simulation]; default: the paper's rig
     rig: Option<PathBuf>,

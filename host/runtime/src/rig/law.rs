@@ -160,15 +160,14 @@ impl Seconds {
 }
 
 impl LawSettings {
-    /// Sets the gain γ of the law `interval`, 1/s; others have none.
+    /// Sets the gain γ of the law `interval`, 1/s. Returns whether the law has this gain.
     ///
     /// # Errors
     /// Where it is not above 0.
-    pub fn set_gamma(&mut self, value: f64) -> Result<(), NumberError> {
-        if let Self::Interval { gamma, .. } = self {
-            *gamma = value.try_into()?;
-        }
-        Ok(())
+    pub fn set_gamma(&mut self, value: f64) -> Result<bool, NumberError> {
+        let Self::Interval { gamma, .. } = self else { return Ok(false) };
+        *gamma = value.try_into()?;
+        Ok(true)
     }
 
     /// Sets the bounds α and β of the law `interval`, metres of ball a metre of cable; others have

@@ -8,7 +8,7 @@ mod parts;
 mod view;
 
 use plumb_protocol::config::Workspace;
-use plumb_protocol::units::Point;
+use plumb_protocol::units::{Point, Steps16};
 
 use crate::error_chain::ErrorChain;
 use crate::link::{Link, LinkError, Serial, Transport};
@@ -70,6 +70,15 @@ impl<T: Transport> Run<T> {
         link.configure(config).map_err(RunError::Connect)?;
         let (law, radius) = (rig.law.name().as_str(), rig.reached.radius.get());
         Ok(Self { link, targets, law, radius, workspace: config.workspace })
+    }
+
+    /// Returns the motor positions of the board, full steps since its start, + pays out; order A,
+    /// B, C.
+    ///
+    /// # Errors
+    /// Where the link fails.
+    pub fn motors(&mut self) -> Result<[f64; 3], LinkError> {
+        Ok(self.link.status()?.motors.map(Steps16::to_si))
     }
 
     /// Drives the ball to one target after the other until one is not reached. With an

@@ -1,0 +1,137 @@
+//! `plumb jog` with keys.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use plumb_protocol::message::{Jog, Refusal, State, Telemetry};
+use plumb_protocol::units::{Rate, Steps16};
+use plumb_runtime::link::{Link, LinkError, Serial};
+use plumb_runtime::rig::Rig;
+
+use super::super::print::{message, tell};
+use super::super::{Failure, bad_input, failed};
+use super::jog::NAMES;
+use super::keys::{Key, KeyDecoder, KeyJogger, Motion};
+use super::terminal::{KeyMode, is_terminal};
+
+/// Interval in which keys are read and the board is asked for its state.
+const POLL_INTERVAL: Duration = Duration::from_millis(20);
+
+/// Explanation of the keys.
+const HELP: &str = "\
+a b c   select a motor
++ or o  pay cable out (a tap: 2 steps; held: turns on)
+- or i  wind cable in
+Space   stop
+q       end
+The ball falls when the motors lose their current: at the emergency button, and without power.";
+
+/// Checks that there are keys to read.
+pub(super) fn check_terminal() -> Result<(), Failure> {
+    if is_terminal() {
+        return Ok(());
+    }
+    Err(bad_input(
+        "the keys need a terminal on standard input; without one, name motor and distance: \
+         plumb jog RIG A 200",
+    ))
+}
+
+/// Turns motors with keys until `q`. Returns the state of the board at the end.
+pub(super) fn run(
+    link: &mut Link<Serial>,
+    rig: &Rig,
+    rate: Rate,
+    interrupted: &AtomicBool,
+) -> Result<Telemetry, Failure> {
+    tell!("{HELP}");
+    let terminal = KeyMode::begin()?;
+    let ended = turn(link, rig, rate, interrupted, &terminal);
+    message(format_args!("\n"));
+    // Also after an error: the motors must not turn on.
+    let stopped = link.stop();
+    ended?;
+    stopped?;
+    Ok(link.status()?)
+}
+
+/// Reads keys and turns motors until `q` or an interrupt.
+fn turn(
+    link: &mut Link<Serial>,
+    rig: &Rig,
+    rate: Rate,
+    interrupted: &AtomicBool,
+    terminal: &KeyMode,
+) -> Result<(), Failure> {
+    let (start, mut decoder, mut keys) =
+        (Instant::now(), KeyDecoder::default(), KeyJogger::default());
+    let mut shown = String::new();
+    while !interrupted.load(Ordering::Relaxed) {
+        let telemetry = link.status()?;
+        if let State::Fault(fault) = telemetry.state {
+            return Err(failed(format!("the board has stopped by itself: {fault}")));
+        }
+        for key in terminal.read()?.into_iter().filter_map(|byte| decoder.decode(byte)) {
+            if key == Key::Quit {
+                return Ok(());
+            }
+            keys.press(key, start.elapsed());
+        }
+        let is_turning = telemetry.state != State::Ready;
+        match keys.motion(start.elapsed(), is_turning) {
+            Some(Motion::Stop) => link.stop()?,
+            Some(Motion::Jog { motor, steps }) => {
+                if !begin(link, rig, rate, &telemetry, motor, steps)? {
+                    keys.halt();
+                }
+            }
+            None => {}
+        }
+        let line = line(keys.motor(), &telemetry);
+        if line != shown {
+            message(format_args!("\r\x1b[2K{line}"));
+            shown = line;
+        }
+        thread::sleep(POLL_INTERVAL);
+    }
+    Ok(())
+}
+
+/// Begins a jog that ends at the travel limit at the latest. Returns whether the motor turns.
+fn begin(
+    link: &mut Link<Serial>,
+    rig: &Rig,
+    rate: Rate,
+    telemetry: &Telemetry,
+    motor: u8,
+    steps: f64,
+) -> Result<bool, Failure> {
+    let position = telemetry.motors[usize::from(motor)].to_si();
+    let [low, high] = rig.motors.travel.map(|limit| limit.get());
+    let limit = rig.jog.max_distance.get();
+    let end = position + steps.clamp(-limit, limit);
+    let end = end.clamp(low.min(position), high.max(position));
+    let name = NAMES[usize::from(motor)];
+    let Some(distance) = Steps16::from_si(end - position).filter(|distance| distance.0 != 0) else {
+        tell!("\nmotor {name} is at its travel limit ({low} to {high} steps)");
+        return Ok(false);
+    };
+    match link.jog(Jog { motor, distance, rate }) {
+        Ok(()) => Ok(true),
+        // The motor has not quite come to rest: the next repeat of the key turns it.
+        Err(LinkError::Refused { refusal: Refusal::Busy(_), .. }) => Ok(true),
+        Err(LinkError::Refused { refusal, .. }) => {
+            tell!("\nmotor {name}: {refusal}");
+            Ok(false)
+        }
+        Err(error) => Err(error.into()),
+    }
+}
+
+/// Returns the line with the selected motor, the motor positions and the state.
+fn line(selected: u8, telemetry: &Telemetry) -> String {
+    let [a, b, c] = telemetry.motors.map(Steps16::to_si);
+    let (name, state) = (NAMES[usize::from(selected)], telemetry.state);
+    format!("motor {name}   A {a:.2}  B {b:.2}  C {c:.2} steps   {state}")
+}

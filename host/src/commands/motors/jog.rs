@@ -1,0 +1,184 @@
+//! `plumb jog`: turns one motor, by a distance or with keys.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+use std::time::Duration;
+
+use clap::Parser;
+use plumb_protocol::message::{Jog, State, Telemetry};
+use plumb_protocol::units::{Rate, Steps16};
+use plumb_runtime::link::{Link, Serial};
+use plumb_runtime::rig::Rig;
+
+use super::super::board;
+use super::super::interrupt::interrupt_flag;
+use super::super::print::tell;
+use super::super::rig_args::{PortArgs, split_rig};
+use super::super::{FAILED, Failure, bad_input, failed, numbers, print};
+use super::{connect, dialogue};
+
+/// Names of the motors in their order.
+pub(super) const NAMES: [char; 3] = ['A', 'B', 'C'];
+
+/// Interval of the requests for the state during a jog: below the shortest usual deadline of the
+/// board for a silent host, 300 ms.
+const POLL_INTERVAL: Duration = Duration::from_millis(20);
+
+/// Turn one motor: a distance, or with keys
+///
+/// A distance above 0 pays cable out, one below 0 winds it in. It is in full steps, or in
+/// millimetres of cable with the unit: 20mm. Without motor and distance, keys turn the motors: for
+/// winding cables, hanging the ball and checking a direction.
+///
+/// Jogs have limits of their own in the rig file (`jog.max_rate`, `jog.max_distance`). The ball
+/// falls when the motors lose their current: at the emergency button, and without power.
+#[derive(Parser)]
+#[command(
+    override_usage = "plumb jog [OPTIONS] [RIG] [MOTOR DISTANCE]",
+    after_help = examples![
+        "plumb jog rig.toml A 200",
+        "plumb jog rig.toml C -20mm",
+        "plumb jog rig.toml              # with keys",
+        "PLUMB_RIG=rig.toml plumb jog B 50 --rate 20",
+    ]
+)]
+pub(crate) struct JogArgs {
+    /// Rig file (TOML, SI units) [env: PLUMB_RIG]
+    rig: Option<String>,
+    /// Motor: A, B or C
+    #[arg(allow_hyphen_values = true)]
+    motor: Option<String>,
+    /// Distance in full steps, or in millimetres of cable: 200, -200, 20mm
+    #[arg(allow_hyphen_values = true)]
+    distance: Option<String>,
+    /// Highest rate, full steps/s [default: the rig file's jog.max_rate]
+    #[arg(long, allow_negative_numbers = true, value_parser = numbers::positive)]
+    rate: Option<f64>,
+    #[command(flatten)]
+    port: PortArgs,
+    /// End with a line of JSON on standard output
+    #[arg(long)]
+    json: bool,
+}
+
+/// Move of one motor.
+struct Move {
+    /// Index of the motor.
+    motor: u8,
+    /// Distance, full steps.
+    steps: f64,
+}
+
+pub(crate) fn jog(args: JogArgs) -> Result<ExitCode, Failure> {
+    let words = [args.rig, args.motor, args.distance];
+    let (file, words) = split(words)?;
+    let rig = Rig::read(&file)?;
+    let wanted = words.map(|[motor, distance]| parse(&motor, &distance, &rig)).transpose()?;
+    let rate = rate(args.rate, &rig)?;
+    let interrupted = interrupt_flag()?;
+    if wanted.is_none() {
+        // Before anything is sent to the board.
+        dialogue::check_terminal()?;
+    }
+    let mut link = connect(&rig, args.port.open(&rig.board)?)?;
+    let telemetry = match wanted {
+        Some(wanted) => turn(&mut link, &wanted, rate, &interrupted)?,
+        None => dialogue::run(&mut link, &rig, rate, &interrupted)?,
+    };
+    let [a, b, c] = telemetry.motors.map(Steps16::to_si);
+    tell!("motors at {a:.2}, {b:.2}, {c:.2} steps since the board's start");
+    if args.json {
+        print::result(board::line(&link.port(), &telemetry))?;
+    }
+    Ok(if interrupted.load(Ordering::Relaxed) { ExitCode::from(FAILED) } else { ExitCode::SUCCESS })
+}
+
+/// Splits `[RIG] [MOTOR DISTANCE]`.
+fn split(words: [Option<String>; 3]) -> Result<(PathBuf, Option<[String; 2]>), Failure> {
+    const USAGE: &str = "plumb jog [RIG] [MOTOR DISTANCE]";
+    let count = if words.iter().flatten().count() < 2 { 0 } else { 2 };
+    let (rig, rest) = split_rig(words, count, USAGE)?;
+    Ok((rig, rest.try_into().ok()))
+}
+
+/// Parses motor and distance.
+fn parse(motor: &str, distance: &str, rig: &Rig) -> Result<Move, Failure> {
+    let index = NAMES.iter().position(|name| motor.eq_ignore_ascii_case(&name.to_string()));
+    let index = index.ok_or_else(|| bad_input(format!("motor {motor}: must be A, B or C")))?;
+    let (number, is_mm) = match distance.strip_suffix("mm") {
+        Some(number) => (number.trim_end(), true),
+        None => (distance, false),
+    };
+    let named = |why: String| bad_input(format!("distance {distance}: {why}"));
+    let number = numbers::finite(number)
+        .map_err(|why| named(format!("{why}; full steps as in 200, or millimetres as in 20mm")))?;
+    let steps = if is_mm { number * 1e-3 / cable_per_step(rig, index)? } else { number };
+    let limit = rig.jog.max_distance.get();
+    if steps.abs() > limit {
+        return Err(named(format!(
+            "{steps:.0} steps; one jog is at most {limit} steps (jog.max_distance in the rig file)"
+        )));
+    }
+    Ok(Move { motor: index as u8, steps })
+}
+
+/// Returns the cable length of a full step of `motor`, metres.
+fn cable_per_step(rig: &Rig, motor: usize) -> Result<f64, Failure> {
+    if let Some(size) = &rig.size {
+        return Ok(size.cable_per_step.get());
+    }
+    let simulated = rig.simulation.as_ref().and_then(|it| plumb_sim::simulated::geometry(it).ok());
+    simulated.map(|geometry| geometry.step_lengths_m()[motor]).ok_or_else(|| {
+        bad_input(
+            "a distance in mm needs the key `size.cable_per_step` in the rig file: metres of cable \
+             a full step, the drum's circumference / 200; or give the distance in steps",
+        )
+    })
+}
+
+/// Returns the highest rate of a jog: the one asked for, or that of the rig file.
+fn rate(asked: Option<f64>, rig: &Rig) -> Result<Rate, Failure> {
+    let limit = rig.jog.max_rate.get().min(rig.motors.max_rate.get());
+    let rate = asked.unwrap_or(limit);
+    if rate > limit {
+        return Err(bad_input(format!(
+            "--rate {rate}: must be at most {limit} steps/s (jog.max_rate and motors.max_rate in \
+             the rig file)"
+        )));
+    }
+    Rate::from_si(rate).filter(|rate| rate.0 > 0).ok_or_else(|| {
+        bad_input(format!("--rate {rate} is out of the board's range: 1/256 step/s or more"))
+    })
+}
+
+/// Turns a motor and waits until it stands. An interrupt stops it.
+fn turn(
+    link: &mut Link<Serial>,
+    wanted: &Move,
+    rate: Rate,
+    interrupted: &AtomicBool,
+) -> Result<Telemetry, Failure> {
+    let Move { motor, steps } = *wanted;
+    let distance = Steps16::from_si(steps)
+        .ok_or_else(|| bad_input(format!("{steps} steps are out of the board's range")))?;
+    let what = if steps < 0.0 { "winds cable in" } else { "pays cable out" };
+    tell!("motor {}: {what}, {:.2} steps", NAMES[usize::from(motor)], steps.abs());
+    link.jog(Jog { motor, distance, rate })?;
+    loop {
+        let telemetry = link.status()?;
+        if let State::Fault(fault) = telemetry.state {
+            return Err(failed(format!("the board has stopped by itself: {fault}")));
+        }
+        if interrupted.load(Ordering::Relaxed) {
+            link.stop()?;
+            tell!("interrupted: the motor has stopped on the way");
+            return Ok(link.status()?);
+        }
+        if telemetry.state != State::Jogging {
+            return Ok(telemetry);
+        }
+        thread::sleep(POLL_INTERVAL);
+    }
+}

@@ -1,0 +1,101 @@
+//! `plumb jog`, `plumb home`, `plumb stop`, `plumb clear`: motors turned and stopped by hand.
+
+mod dialogue;
+mod jog;
+mod keys;
+mod terminal;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+use plumb_protocol::message::State;
+use plumb_runtime::link::{Link, LinkError, Serial};
+use plumb_runtime::rig::Rig;
+
+use super::board::report;
+use super::rig_args::{BoardArgs, PortArgs, RigArg};
+use super::{Failure, failed};
+
+pub(crate) use jog::{JogArgs, jog};
+
+/// Ramp the motors down
+///
+/// The motors keep their current, and the ball hangs where it is. A program that drives the board
+/// holds its port: stop that program with Ctrl-C, or press the emergency button.
+#[derive(Parser)]
+#[command(after_help = examples!["plumb stop rig.toml", "plumb stop --port /dev/ttyACM0"])]
+pub(crate) struct StopArgs {
+    #[command(flatten)]
+    board: BoardArgs,
+}
+
+/// Make the present motor positions the zero of travel
+///
+/// Nothing moves. `motors.travel` of the rig file counts from there, until the board restarts. A
+/// simulated rig begins again at its start: that is where its motors are at 0.
+#[derive(Parser)]
+#[command(after_help = examples!["plumb home rig.toml"])]
+pub(crate) struct HomeArgs {
+    #[command(flatten)]
+    rig: RigArg,
+    #[command(flatten)]
+    port: PortArgs,
+    /// End with a line of JSON on standard output
+    #[arg(long)]
+    json: bool,
+}
+
+/// Clear the fault for which the board stopped by itself
+///
+/// Nothing moves. Remove the cause first: docs/use/faults.md names it for each fault.
+#[derive(Parser)]
+#[command(after_help = examples!["plumb clear rig.toml", "plumb clear --port /dev/ttyACM0"])]
+pub(crate) struct ClearArgs {
+    #[command(flatten)]
+    board: BoardArgs,
+}
+
+pub(crate) fn stop(args: StopArgs) -> Result<ExitCode, Failure> {
+    serve(&args.board, Link::stop)
+}
+
+pub(crate) fn clear(args: ClearArgs) -> Result<ExitCode, Failure> {
+    serve(&args.board, Link::clear_fault)
+}
+
+pub(crate) fn home(args: HomeArgs) -> Result<ExitCode, Failure> {
+    let rig = Rig::read(&args.rig.rig)?;
+    let mut link = connect(&rig, args.port.open(&rig.board)?)?;
+    link.home()?;
+    let telemetry = link.status()?;
+    report(&link, &telemetry, args.json)?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Connects to the board, makes a request of it, and prints its state.
+fn serve(
+    args: &BoardArgs,
+    request: impl FnOnce(&mut Link<Serial>) -> Result<(), LinkError>,
+) -> Result<ExitCode, Failure> {
+    let mut link = Link::connect(args.open()?)?;
+    request(&mut link)?;
+    let telemetry = link.status()?;
+    report(&link, &telemetry, args.json)?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Connects to the board of `rig` and configures it.
+///
+/// # Errors
+/// Where the board has stopped by itself: the fault stays until `plumb clear`.
+fn connect(rig: &Rig, serial: Serial) -> Result<Link<Serial>, Failure> {
+    let config = rig.config()?;
+    let mut link = Link::connect(serial)?;
+    if let State::Fault(fault) = link.status()?.state {
+        return Err(failed(format!(
+            "the board has stopped by itself: {fault}; remove the cause, then `plumb clear`"
+        )));
+    }
+    link.configure(config)?;
+    Ok(link)
+}

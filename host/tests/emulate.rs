@@ -1,0 +1,111 @@
+//! `plumb emulate` behind several commands: one simulated rig, and the motor positions for an
+//! outside simulator.
+
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops at the first surprise")]
+
+mod common;
+
+use std::io::{BufRead, BufReader, PipeReader, Read};
+use std::process::{Child, Command, Stdio};
+use std::thread;
+use std::time::Duration;
+
+use nix::fcntl::{FcntlArg, fcntl};
+use nix::sys::signal::{Signal, kill};
+use nix::unistd::Pid;
+use serde_json::Value;
+
+use common::{Emulator, folder, patient, plumb, rig_file, stderr};
+
+fn terminate(child: &Child) {
+    kill(Pid::from_raw(i32::try_from(child.id()).unwrap()), Signal::SIGTERM).unwrap();
+}
+
+#[test]
+fn four_gotos_in_a_row_end_at_the_fourth_target() {
+    let folder = folder();
+    let rig = rig_file(folder.path(), patient);
+    let mut emulator = Emulator::start_with(&[&rig]);
+    let targets = [
+        ["0.40", "0.40", "0.15"],
+        ["0.52", "0.30", "0.30"],
+        ["0.42", "0.36", "0.20"],
+        ["0.54", "0.28", "0.40"],
+    ];
+    for (number, [x, y, z]) in targets.into_iter().enumerate() {
+        let out = number.to_string();
+        let goto = ["goto", &rig, x, y, z, "--law", "taut", "--port", &emulator.port, "--json"];
+        let output = plumb(&[&goto as &[&str], &["--out", &out]].concat(), folder.path());
+        assert_eq!(output.status.code(), Some(0), "goto {number}: {}", stderr(&output));
+    }
+    // The ball begins where the goto before has left it, 0.25 m at most from the target.
+    let first = std::fs::read_to_string(folder.path().join("3/run.csv")).unwrap();
+    let row: Vec<&str> = first.lines().nth(1).unwrap().split(',').collect();
+    let coordinates = row[6..9].iter().map(|field| field.parse::<f64>().unwrap());
+    for (seen, target) in coordinates.zip([0.42, 0.36, 0.20]) {
+        assert!((seen - target).abs() < 0.02, "the first picture: {:?}", &row[6..9]);
+    }
+    terminate(&emulator.child);
+    let mut rest = String::new();
+    emulator.child.stdout.as_mut().unwrap().read_to_string(&mut rest).unwrap();
+    let end: Value = serde_json::from_str(rest.trim()).unwrap();
+    for (ball, target) in end["ball"].as_array().unwrap().iter().zip([0.54, 0.28, 0.40]) {
+        assert!((ball.as_f64().unwrap() - target).abs() < 0.015, "the true ball: {end}");
+    }
+}
+
+/// Starts `plumb emulate --motors`, whose standard output is this pipe. Returns its port.
+fn emulate_motors() -> (Child, String, BufReader<PipeReader>) {
+    let (reader, writer) = std::io::pipe().unwrap();
+    fcntl(&writer, FcntlArg::F_SETPIPE_SZ(4096)).unwrap();
+    let child = Command::new(env!("CARGO_BIN_EXE_plumb"))
+        .args(["emulate", "--motors"])
+        .stdout(writer)
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let (mut lines, mut port) = (BufReader::new(reader), String::new());
+    lines.read_line(&mut port).unwrap();
+    (child, port.trim().to_owned(), lines)
+}
+
+#[test]
+fn motor_positions_come_every_five_milliseconds() {
+    let folder = folder();
+    let rig = rig_file(folder.path(), patient);
+    let (child, port, mut lines) = emulate_motors();
+    let reader = thread::spawn(move || {
+        let mut text = String::new();
+        lines.read_to_string(&mut text).unwrap();
+        text
+    });
+    let jog = plumb(&["jog", &rig, "B", "-7.5", "--port", &port], folder.path());
+    assert_eq!(jog.status.code(), Some(0), "{}", stderr(&jog));
+    thread::sleep(Duration::from_millis(200));
+    terminate(&child);
+    assert_eq!(child.wait_with_output().unwrap().status.code(), Some(0));
+    let text = reader.join().unwrap();
+    for (number, line) in text.lines().enumerate() {
+        let sample: Value = serde_json::from_str(line).unwrap();
+        let time = sample["t"].as_f64().unwrap();
+        assert!((time - 0.005 * (number + 1) as f64).abs() < 1e-9, "line {number}: {line}");
+    }
+    assert_eq!(text.lines().next(), Some(r#"{"t": 0.005, "motors": [0.0, 0.0, 0.0]}"#));
+    let last = text.lines().last().unwrap();
+    assert!(last.ends_with(r#", "motors": [0.0, -7.5, 0.0]}"#), "{last}");
+}
+
+#[test]
+fn a_slow_reader_of_motor_positions_never_stalls_the_board() {
+    let folder = folder();
+    let rig = rig_file(folder.path(), |text| text);
+    let (child, port, lines) = emulate_motors();
+    // Nobody reads for 4 s: the pipe and the queue are full after 3 s at the latest.
+    thread::sleep(Duration::from_secs(4));
+    let jog = plumb(&["jog", &rig, "A", "20", "--port", &port], folder.path());
+    assert_eq!(jog.status.code(), Some(0), "{}", stderr(&jog));
+    terminate(&child);
+    let output = child.wait_with_output().unwrap();
+    drop(lines);
+    assert!(stderr(&output).contains("lines of motor positions dropped"), "{}", stderr(&output));
+}
