@@ -102,7 +102,8 @@ impl LogRow {
         "rate_c_steps_s",
     ];
 
-    /// Returns the fields in the order of [`LogRow::HEADER`], with [`DIGITS`] after the point at most.
+    /// Returns the fields in the order of [`LogRow::HEADER`], with at most [`DIGITS`] after the
+    /// point.
     pub(crate) fn fields(&self) -> Vec<String> {
         let three = |values: Option<[f64; 3]>| values.map_or([None; 3], |v| v.map(Some));
         let detection =

@@ -82,7 +82,8 @@ fn turn(
         match keys.motion(start.elapsed(), is_turning) {
             Some(Motion::Stop) => link.stop()?,
             Some(Motion::Jog { motor, steps }) => {
-                if !begin(link, rig, rate, &telemetry, motor, steps)? {
+                let turns = begin(link, rig, rate, &telemetry, motor, steps)?;
+                if !turns {
                     keys.halt();
                 }
             }
