@@ -37,13 +37,24 @@ pub fn wired(
     Box::new(Wired { plant, outputs })
 }
 
-impl Plant for Wired {
-    fn advance(&mut self, dt_s: f64, motors: [f64; 3]) -> Result<(), RigError> {
+impl Wired {
+    /// Returns the positions of the rig's motors for those of the board's outputs, full steps.
+    fn turned(&self, outputs: [f64; 3]) -> [f64; 3] {
         let mut turned = [0.0; 3];
-        for (output, steps) in self.outputs.iter().zip(motors) {
+        for (output, steps) in self.outputs.iter().zip(outputs) {
             turned[output.motor] = output.sign * steps;
         }
-        self.plant.advance(dt_s, turned)
+        turned
+    }
+}
+
+impl Plant for Wired {
+    fn advance(&mut self, dt_s: f64, motors: [f64; 3]) -> Result<(), RigError> {
+        self.plant.advance(dt_s, self.turned(motors))
+    }
+
+    fn settle(&mut self, motors: [f64; 3]) -> Result<(), RigError> {
+        self.plant.settle(self.turned(motors))
     }
 
     fn ball(&self) -> Point3<f64> {
