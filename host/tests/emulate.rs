@@ -1,5 +1,5 @@
-//! `plumb emulate` behind several commands: one simulated rig, and the motor positions for an
-//! outside simulator.
+//! `plumb emulate` behind several commands: one simulated rig, waypoints, a hold, and the motor
+//! positions for an outside simulator.
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops at the first surprise")]
 
@@ -15,7 +15,7 @@ use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 use serde_json::Value;
 
-use common::{Emulator, folder, patient, plumb, rig_file, stderr};
+use common::{Emulator, folder, json, patient, plumb, rig_file, stderr};
 
 fn terminate(child: &Child) {
     kill(Pid::from_raw(i32::try_from(child.id()).unwrap()), Signal::SIGTERM).unwrap();
@@ -108,4 +108,104 @@ fn a_slow_reader_of_motor_positions_never_stalls_the_board() {
     let output = child.wait_with_output().unwrap();
     drop(lines);
     assert!(stderr(&output).contains("lines of motor positions dropped"), "{}", stderr(&output));
+}
+
+/// Starts a run in the background, which a test interrupts.
+fn start(arguments: &[&str], folder: &std::path::Path) -> Child {
+    Command::new(env!("CARGO_BIN_EXE_plumb"))
+        .args(arguments)
+        .current_dir(folder)
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap()
+}
+
+#[test]
+fn a_run_along_waypoints_has_a_leg_for_each() {
+    let folder = folder();
+    let rig = rig_file(folder.path(), patient);
+    let emulator = Emulator::start();
+    let run = |text: &str, out: &str| {
+        std::fs::write(folder.path().join("way.csv"), text).unwrap();
+        let run = ["run", &rig, "--waypoints", "way.csv", "--port", &emulator.port, "--json"];
+        plumb(&[&run as &[&str], &["--out", out]].concat(), folder.path())
+    };
+    let output = run(
+        "x,y,z,dwell,tolerance\n0.50,0.28,0.40\n0.46,0.30,0.38,1.0,0.008\n0.5,0.28,0.4,,0.05\n",
+        "run",
+    );
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    let line = json(&output);
+    let legs = line["legs"].as_array().unwrap();
+    assert_eq!(legs.len(), 3, "{line}");
+    assert!(legs.iter().all(|leg| leg["reached"] == true), "{line}");
+    assert!(legs[1]["error_mm"].as_f64().unwrap() <= 8.0, "{line}");
+    // The second leg has a dwell time of 30 frames, the third one a tolerance of 5 cm.
+    let frames = |leg: usize| legs[leg]["frames"].as_u64().unwrap();
+    assert!(frames(1) > 30 && frames(2) < frames(1), "{line}");
+
+    let wrong = run("0.50,0.28,0.40\n0.46,0,30,0.38,1,1\n", "wrong");
+    assert_eq!(wrong.status.code(), Some(2), "{}", stderr(&wrong));
+    assert!(stderr(&wrong).contains("way.csv:2: 6 columns"), "{}", stderr(&wrong));
+    let outside = run("0.50,0.28,0.40\n0.46,0.30,3.0\n", "outside");
+    assert_eq!(outside.status.code(), Some(2), "{}", stderr(&outside));
+    assert!(!folder.path().join("outside").exists(), "nothing was run");
+}
+
+#[test]
+fn waypoints_are_repeated_until_an_interrupt() {
+    let folder = folder();
+    let rig = rig_file(folder.path(), patient);
+    let emulator = Emulator::start();
+    std::fs::write(folder.path().join("way.csv"), "0.52,0.26,0.42\n0.5,0.28,0.4\n").unwrap();
+    let mut run = start(
+        &[
+            "run",
+            &rig,
+            "--waypoints",
+            "way.csv",
+            "--loop",
+            "--port",
+            &emulator.port,
+            "--json",
+            "--out",
+            "run",
+        ],
+        folder.path(),
+    );
+    let rows = || std::fs::read_to_string(folder.path().join("run/run.csv")).unwrap_or_default();
+    // The first target again, after the second one.
+    let is_repeated = || {
+        let rows = rows();
+        let targets: Vec<&str> = rows.lines().filter_map(|row| row.split(',').nth(9)).collect();
+        let second = targets.iter().position(|target| *target == "0.5");
+        second.is_some_and(|second| targets[second..].contains(&"0.52"))
+    };
+    while !is_repeated() && run.try_wait().unwrap().is_none() {
+        thread::sleep(Duration::from_millis(50));
+    }
+    terminate(&run);
+    let line = json(&run.wait_with_output().unwrap());
+    assert_eq!(line["ending"], "interrupted", "{line}");
+    assert!(line["legs"].as_array().unwrap().len() >= 3, "{line}");
+}
+
+#[test]
+fn a_hold_keeps_the_ball_where_it_is_until_an_interrupt() {
+    let folder = folder();
+    let rig = rig_file(folder.path(), patient);
+    let emulator = Emulator::start();
+    let mut hold =
+        start(&["hold", &rig, "--port", &emulator.port, "--json", "--out", "run"], folder.path());
+    common::until_rows(&mut hold, &folder.path().join("run"), 60);
+    terminate(&hold);
+    let output = hold.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    let line = json(&output);
+    // The start of the simulated rig.
+    let target = line["legs"][0]["target"].as_array().unwrap();
+    for (held, start) in target.iter().zip([0.540, 0.220, 0.459]) {
+        assert!((held.as_f64().unwrap() - start).abs() < 0.01, "{line}");
+    }
 }

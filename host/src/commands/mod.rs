@@ -14,6 +14,7 @@ pub(crate) mod cosim;
 pub(crate) mod demo;
 pub(crate) mod emulate;
 mod exit;
+pub(crate) mod hold;
 pub(crate) mod init;
 mod interrupt;
 pub(crate) mod manual;

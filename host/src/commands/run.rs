@@ -1,18 +1,21 @@
 //! `plumb run` and `plumb goto`: a board, a camera, targets.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use clap::Parser;
 use plumb_cameras::bounded_read::read_text;
 use plumb_cameras::camera_file;
 use plumb_cameras::record::Overflow;
 use plumb_cameras::settings::SourceName;
+use plumb_cameras::source::CameraSource;
 use plumb_cameras::toml_file::MAX_BYTES;
 use plumb_runtime::observer::Observer;
 use plumb_runtime::rig::{LawSettings, Rig};
-use plumb_runtime::run::{Run, RunParts};
+use plumb_runtime::run::{Run, RunParts, Waypoint, read_waypoints};
 use plumb_runtime::run_log::{FigureSettings, RunLog};
+use plumb_vision::detect::BallDetector;
 
 use super::interrupt::interrupt_flag;
 use super::options::RunOptions;
@@ -20,7 +23,7 @@ use super::outputs::Outputs;
 use super::page::OperatedPage;
 use super::rig_args::{PortArgs, RigArg, split_rig};
 use super::run_camera::{RunCamera, record_folder};
-use super::{Failure, Physics, bad_input, law, numbers, print};
+use super::{Failure, Physics, bad_input, failed, failed_because, law, numbers, print};
 
 /// Drive the ball through the targets of a rig file
 ///
@@ -38,6 +41,13 @@ use super::{Failure, Physics, bad_input, law, numbers, print};
 pub(crate) struct RunArgs {
     #[command(flatten)]
     rig: RigArg,
+    /// Waypoints in place of the rig file's targets: lines of x, y, z, dwell, tolerance (metres,
+    /// seconds, metres; the last two may be left out)
+    #[arg(long, value_name = "FILE.csv")]
+    waypoints: Option<PathBuf>,
+    /// Drive through the waypoints again and again, until Ctrl-C
+    #[arg(long = "loop", requires = "waypoints")]
+    is_repeated: bool,
     #[command(flatten)]
     options: Common,
 }
@@ -69,7 +79,7 @@ pub(crate) struct GotoArgs {
 const GOTO_USAGE: &str = "plumb goto [OPTIONS] [RIG] <X> <Y> <Z>";
 
 #[derive(Parser)]
-struct Common {
+pub(super) struct Common {
     #[command(flatten)]
     port: PortArgs,
     /// Control law, with its usual parameters: interval, sign, adaptive or taut [default: the rig
@@ -85,7 +95,11 @@ struct Common {
 
 pub(crate) fn run(args: RunArgs) -> Result<ExitCode, Failure> {
     let file = &args.rig.rig;
-    drive(file, Rig::read(file)?, &args.options)
+    let goal = match &args.waypoints {
+        Some(path) => Goal::Waypoints(read_waypoints(path)?, args.is_repeated),
+        None => Goal::Targets,
+    };
+    drive(file, Rig::read(file)?, &goal, &args.options)
 }
 
 pub(crate) fn goto(args: GotoArgs) -> Result<ExitCode, Failure> {
@@ -97,10 +111,26 @@ pub(crate) fn goto(args: GotoArgs) -> Result<ExitCode, Failure> {
     }
     let mut rig = Rig::read(&file)?;
     rig.set_targets(&[target])?;
-    drive(&file, rig, &args.options)
+    drive(&file, rig, &Goal::Targets, &args.options)
 }
 
-fn drive(file: &Path, mut rig: Rig, options: &Common) -> Result<ExitCode, Failure> {
+/// Goal of a run.
+pub(super) enum Goal {
+    /// The targets of the rig file.
+    Targets,
+    /// These waypoints; repeated where the flag is set.
+    Waypoints(Vec<Waypoint>, bool),
+    /// The place where the ball is, until the run is interrupted.
+    PresentPlace,
+}
+
+/// Drives the ball to `goal` with the rig of `file`.
+pub(super) fn drive(
+    file: &Path,
+    mut rig: Rig,
+    goal: &Goal,
+    options: &Common,
+) -> Result<ExitCode, Failure> {
     if let Some(law) = &options.law {
         rig.law = law.clone();
     }
@@ -131,6 +161,16 @@ fn drive(file: &Path, mut rig: Rig, options: &Common) -> Result<ExitCode, Failur
     if let Some(follower) = &mut follower {
         follower.board_stands(run.motors()?)?;
     }
+    let mut detector = options.run.detector.detector(&camera);
+    match goal {
+        Goal::Targets => {}
+        Goal::Waypoints(waypoints, is_repeated) => run.set_waypoints(waypoints, *is_repeated)?,
+        Goal::PresentPlace => {
+            let target = find_ball(&mut *source, &mut *detector, &interrupted)?;
+            let waypoint = Waypoint { dwell_s: f64::INFINITY, ..Waypoint::new(target) };
+            run.set_waypoints(&[waypoint], false)?;
+        }
+    }
     let log = RunLog::create(&options.run.output_dir("run"), FigureSettings::of(&rig));
     let mut outputs = Outputs::start(log?, recorder, Overflow::Drop)?;
     let mut observers: Vec<&mut dyn Observer> = vec![&mut outputs];
@@ -138,7 +178,7 @@ fn drive(file: &Path, mut rig: Rig, options: &Common) -> Result<ExitCode, Failur
     observers.extend(page.as_mut().map(|page| page as &mut dyn Observer));
     let result = run.drive(RunParts {
         source: &mut *source,
-        detector: &mut *options.run.detector.detector(&camera),
+        detector: &mut *detector,
         observers: &mut observers,
         operator,
         timeout: options.run.timeout,
@@ -153,4 +193,24 @@ fn drive(file: &Path, mut rig: Rig, options: &Common) -> Result<ExitCode, Failur
         }
         Ok(())
     })
+}
+
+/// Longest search for the ball before a hold, seconds on the source's clock.
+const SEARCH_S: f64 = 5.0;
+
+/// Returns the place of the ball in the first frame that shows it, metres in the rig frame.
+fn find_ball(
+    source: &mut dyn CameraSource,
+    detector: &mut dyn BallDetector,
+    interrupted: &AtomicBool,
+) -> Result<[f64; 3], Failure> {
+    let begin = source.now();
+    while source.now() - begin < SEARCH_S && !interrupted.load(Ordering::Relaxed) {
+        let Some(frame) = source.next_frame().map_err(failed_because)? else { break };
+        let ball = detector.detect(&frame).map_err(failed_because)?;
+        if let Some(place) = ball.and_then(|ball| ball.position) {
+            return Ok(place.mean.into());
+        }
+    }
+    Err(failed("the camera does not show the ball, so that its place cannot be held"))
 }

@@ -9,7 +9,6 @@ use nalgebra::Point3;
 use plumb_cameras::source::SourceError;
 use plumb_protocol::config::Workspace;
 use plumb_protocol::message::{Command, Fault, State};
-use plumb_protocol::units::Point;
 use plumb_vision::observation::Gaussian3;
 
 use super::error::ControlLoopError;
@@ -17,6 +16,7 @@ use super::legs::Legs;
 use super::operated::InFlight;
 use super::parts::RunParts;
 use super::view::View;
+use super::waypoint::{Route, Waypoint};
 use crate::error_chain::ErrorChain;
 use crate::link::{Link, Transport};
 use crate::observer::{FrameRecord, RunEvent};
@@ -61,20 +61,20 @@ pub(super) struct ControlLoop<'a, 'p, T> {
 }
 
 impl<'a, 'p, T: Transport> ControlLoop<'a, 'p, T> {
-    /// Returns the loop of a run through the list `targets`.
+    /// Returns the loop of a run along `route`.
     pub(super) fn new(
         parts: &'a mut RunParts<'p>,
         link: &'a mut Link<T>,
         radius: f64,
         workspace: Workspace,
-        targets: &[Point],
+        route: &Route,
     ) -> Self {
         Self {
             parts,
             link,
             radius,
             workspace,
-            legs: Legs::new(targets),
+            legs: Legs::new(route),
             stats: RunStats::default(),
             target: Point3::origin(),
             last_position: None,
@@ -147,16 +147,17 @@ impl<'a, 'p, T: Transport> ControlLoop<'a, 'p, T> {
 
     /// Requests the next target of the list. Returns whether there is one.
     fn begin_next_target(&mut self) -> Result<bool, ControlLoopError> {
-        let Some(target) = self.legs.next_target() else { return Ok(false) };
-        self.link.request_target(target)?;
-        self.begin_leg(Point3::from(target.to_metres()));
+        let Some(next) = self.legs.next_waypoint() else { return Ok(false) };
+        self.link.request_target(next.point)?;
+        self.begin_leg(next.waypoint);
         Ok(true)
     }
 
-    /// Begins the leg to `target`, which the board has or has been asked for.
-    pub(super) fn begin_leg(&mut self, target: Point3<f64>) {
+    /// Begins the leg to `waypoint`, whose target the board has or has been asked for.
+    pub(super) fn begin_leg(&mut self, waypoint: Waypoint) {
+        let target = Point3::from(waypoint.target);
         let begin = self.parts.source.now();
-        let number = self.legs.begin(target, begin, self.stats.frames);
+        let number = self.legs.begin(waypoint, begin, self.stats.frames);
         self.target = target;
         self.emit(&RunEvent::TargetSet { number, target });
         self.stats.error = None;
@@ -278,21 +279,29 @@ impl<'a, 'p, T: Transport> ControlLoop<'a, 'p, T> {
         if let Some(fault) = self.link.fault() {
             return Ok(Some(StopReason::Fault(fault)));
         }
+        let now = self.parts.source.now();
         if view.is_some_and(|view| self.is_reached(view)) {
+            self.legs.note_reached(now);
+        }
+        if self.legs.has_dwelt(now) {
             return Ok(Some(StopReason::Reached));
         }
-        let is_late = self.legs.elapsed(self.parts.source.now()) > self.parts.timeout;
+        let is_late = !self.legs.is_reached() && self.legs.elapsed(now) > self.parts.timeout;
         Ok(is_late.then_some(StopReason::Timeout))
     }
 
     /// Returns whether the target is reached: the board holds this target and no other, its error
-    /// is within the radius, and the measured position is near the target.
+    /// is within the tolerance, and the measured position is near the target. A ball within a
+    /// tolerance above the board's radius need not be held yet.
     fn is_reached(&self, view: &View) -> bool {
+        let tolerance = self.legs.tolerance().unwrap_or(self.radius);
+        let is_passing = tolerance > self.radius;
         let held = self.link.target_telemetry().is_some_and(|telemetry| {
-            telemetry.state == State::Holding && telemetry.filtered_error.to_si() <= self.radius
+            (telemetry.state == State::Holding || is_passing && telemetry.state == State::Seeking)
+                && telemetry.filtered_error.to_si() <= tolerance
         });
         let near = |position: Gaussian3| {
-            (position.mean - self.target).norm() <= PLAUSIBLE_RADII * self.radius
+            (position.mean - self.target).norm() <= PLAUSIBLE_RADII * tolerance
         };
         held && view.position().is_some_and(near)
     }

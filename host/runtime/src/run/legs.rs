@@ -1,17 +1,17 @@
-//! The drives to one target each: the one under way, those that ended, and the targets that wait.
+//! The drives to one target each: the one under way, those that ended, and the waypoints that wait.
 
 use std::collections::VecDeque;
 
-use nalgebra::Point3;
-use plumb_protocol::units::Point;
-
+use super::waypoint::{CheckedWaypoint, Route, Waypoint};
 use crate::stop_reason::StopReason;
 use crate::summary::{Leg, RunStats, millimetres, round};
 
 /// Legs of a run.
 pub(super) struct Legs {
-    /// Targets of the list that were not begun.
-    waiting: VecDeque<Point>,
+    /// Waypoints of the list that were not begun.
+    waiting: VecDeque<CheckedWaypoint>,
+    /// Whether a waypoint waits again once it was begun.
+    is_repeated: bool,
     /// Drive under way.
     current: Option<Drive>,
     /// Legs that ended, in order.
@@ -22,23 +22,30 @@ pub(super) struct Legs {
 
 /// Drive to a target.
 struct Drive {
-    target: Point3<f64>,
+    waypoint: Waypoint,
     /// Time of its begin, seconds on the source's clock.
     begin: f64,
+    /// Time at which the target was reached, seconds on the source's clock.
+    reached: Option<f64>,
     /// Number of frames of the run before it.
     frames_before: u64,
 }
 
 impl Legs {
-    /// Returns the legs of a run through the list `targets`.
-    pub(super) fn new(targets: &[Point]) -> Self {
-        let waiting = targets.iter().copied().collect();
-        Self { waiting, current: None, ended: Vec::new(), is_cancelled: false }
+    /// Returns the legs of a run along `route`.
+    pub(super) fn new(route: &Route) -> Self {
+        let waiting = route.waypoints.iter().copied().collect();
+        let is_repeated = route.is_repeated;
+        Self { waiting, is_repeated, current: None, ended: Vec::new(), is_cancelled: false }
     }
 
-    /// Removes and returns the next target of the list.
-    pub(super) fn next_target(&mut self) -> Option<Point> {
-        self.waiting.pop_front()
+    /// Removes and returns the next waypoint of the list. It waits again where the list is repeated.
+    pub(super) fn next_waypoint(&mut self) -> Option<CheckedWaypoint> {
+        let next = self.waiting.pop_front()?;
+        if self.is_repeated {
+            self.waiting.push_back(next);
+        }
+        Some(next)
     }
 
     /// Leaves out the targets of the list that were not begun.
@@ -49,8 +56,8 @@ impl Legs {
 
     /// Begins a leg at the time `begin`, seconds on the source's clock, after `frames` frames of
     /// the run. Returns its number, from 0.
-    pub(super) fn begin(&mut self, target: Point3<f64>, begin: f64, frames: u64) -> usize {
-        self.current = Some(Drive { target, begin, frames_before: frames });
+    pub(super) fn begin(&mut self, waypoint: Waypoint, begin: f64, frames: u64) -> usize {
+        self.current = Some(Drive { waypoint, begin, reached: None, frames_before: frames });
         self.ended.len()
     }
 
@@ -65,14 +72,39 @@ impl Legs {
         self.current.as_ref().map_or(0.0, |drive| now - drive.begin)
     }
 
+    /// Returns the tolerance of the waypoint under way, metres; `None` for the rig file's.
+    pub(super) fn tolerance(&self) -> Option<f64> {
+        self.current.as_ref()?.waypoint.tolerance_m
+    }
+
+    /// Notes that the target was reached at the time `now`, seconds on the source's clock.
+    pub(super) fn note_reached(&mut self, now: f64) {
+        if let Some(drive) = &mut self.current {
+            drive.reached.get_or_insert(now);
+        }
+    }
+
+    /// Returns whether the target was reached.
+    pub(super) fn is_reached(&self) -> bool {
+        self.current.as_ref().is_some_and(|drive| drive.reached.is_some())
+    }
+
+    /// Returns whether the ball has been at the target for the waypoint's dwell time.
+    pub(super) fn has_dwelt(&self, now: f64) -> bool {
+        self.current.as_ref().is_some_and(|drive| {
+            drive.reached.is_some_and(|reached| now - reached >= drive.waypoint.dwell_s)
+        })
+    }
+
     /// Ends the leg under way. Returns its number; `None` where there is none.
     pub(super) fn end(&mut self, ending: StopReason, stats: &RunStats) -> Option<usize> {
         let drive = self.current.take()?;
-        let target: [f64; 3] = drive.target.into();
+        // An interrupt during the dwell time does not undo the arrival.
+        let was_reached = drive.reached.is_some() && ending == StopReason::Interrupted;
         self.ended.push(Leg {
-            target: target.map(|metres| round(metres, 1e6)),
+            target: drive.waypoint.target.map(|metres| round(metres, 1e6)),
             frames: stats.frames - drive.frames_before,
-            reached: ending == StopReason::Reached,
+            reached: was_reached || ending == StopReason::Reached,
             ending,
             error_mm: stats.error.map(millimetres),
         });

@@ -6,9 +6,10 @@ mod legs;
 mod operated;
 mod parts;
 mod view;
+mod waypoint;
 
 use plumb_protocol::config::Workspace;
-use plumb_protocol::units::{Point, Steps16};
+use plumb_protocol::units::Steps16;
 
 use crate::error_chain::ErrorChain;
 use crate::link::{Link, LinkError, Serial, Transport};
@@ -19,11 +20,13 @@ use crate::summary::{RunStats, millimetres, round};
 use control_loop::ControlLoop;
 pub use error::{ControlLoopError, RunError};
 pub use parts::{DEFAULT_TIMEOUT, RunParts};
+use waypoint::Route;
+pub use waypoint::{Waypoint, WaypointError, read_waypoints};
 
 /// A run that is ready to begin: the board is connected and configured, and its motors stand still.
 pub struct Run<T> {
     link: Link<T>,
-    targets: Vec<Point>,
+    route: Route,
     law: &'static str,
     radius: f64,
     workspace: Workspace,
@@ -60,16 +63,27 @@ impl<T: Transport> Run<T> {
     pub fn connect(rig: &Rig, transport: T) -> Result<Self, RunError> {
         let config = rig.config().map_err(RunError::Config)?;
         let targets = rig.targets().map_err(RunError::Config)?;
-        if targets.is_empty() {
-            return Err(RunError::NoTargets);
-        }
-        if let Some(target) = targets.iter().find(|target| !config.workspace.contains(**target)) {
-            return Err(RunError::TargetOutside(target.to_metres()));
-        }
+        let targets: Vec<Waypoint> =
+            targets.iter().map(|target| Waypoint::new(target.to_metres())).collect();
+        let route = Route::new(&targets, false, &config.workspace)?;
         let mut link = Link::connect(transport).map_err(RunError::Connect)?;
         link.configure(config).map_err(RunError::Connect)?;
         let (law, radius) = (rig.law.name().as_str(), rig.reached.radius.get());
-        Ok(Self { link, targets, law, radius, workspace: config.workspace })
+        Ok(Self { link, route, law, radius, workspace: config.workspace })
+    }
+
+    /// Replaces the targets of the rig file by waypoints, driven to in their order; with
+    /// `is_repeated` again and again until the run is interrupted.
+    ///
+    /// # Errors
+    /// Where there are none, or one is outside the workspace.
+    pub fn set_waypoints(
+        &mut self,
+        waypoints: &[Waypoint],
+        is_repeated: bool,
+    ) -> Result<(), RunError> {
+        self.route = Route::new(waypoints, is_repeated, &self.workspace)?;
+        Ok(())
     }
 
     /// Returns the motor positions of the board, full steps since its start, + pays out; order A,
@@ -93,13 +107,8 @@ impl<T: Transport> Run<T> {
         if !parts.source.is_live() {
             return Err(RunError::NotLive);
         }
-        let mut control = ControlLoop::new(
-            &mut parts,
-            &mut self.link,
-            self.radius,
-            self.workspace,
-            &self.targets,
-        );
+        let mut control =
+            ControlLoop::new(&mut parts, &mut self.link, self.radius, self.workspace, &self.route);
         let result = control.run();
         let ControlLoop { legs, stats, .. } = control;
         let reached = result.is_ok() && legs.all_reached();

@@ -4,6 +4,7 @@ use plumb_protocol::message::{Command, Refusal, State};
 
 use super::control_loop::ControlLoop;
 use super::error::ControlLoopError;
+use super::waypoint::Waypoint;
 use crate::link::Transport;
 use crate::observer::RunEvent;
 use crate::operator::{CommandOutcome, CommandRefusal, OperatorCommand, Submitted};
@@ -132,7 +133,7 @@ impl<T: Transport> ControlLoop<'_, '_, T> {
         match submitted.command {
             OperatorCommand::Target(target) => {
                 self.leave_list(StopReason::Replaced);
-                self.begin_leg(target);
+                self.begin_leg(Waypoint::new(target.into()));
             }
             OperatorCommand::Hold => {
                 self.leave_list(StopReason::Held);

@@ -1,0 +1,28 @@
+//! `plumb hold`: holds the ball where it is.
+
+use std::process::ExitCode;
+
+use clap::Parser;
+use plumb_runtime::rig::Rig;
+
+use super::Failure;
+use super::rig_args::RigArg;
+use super::run::{Common, Goal, drive};
+
+/// Hold the ball where it is, until Ctrl-C
+///
+/// The camera measures where the ball is. That place becomes the target, and the board corrects
+/// every drift from it. At the end the motors stand and keep their current.
+#[derive(Parser)]
+#[command(after_help = examples!["plumb hold rig.toml"])]
+pub(crate) struct Args {
+    #[command(flatten)]
+    rig: RigArg,
+    #[command(flatten)]
+    options: Common,
+}
+
+pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
+    let file = &args.rig.rig;
+    drive(file, Rig::read(file)?, &Goal::PresentPlace, &args.options)
+}
