@@ -26,6 +26,7 @@ use plumb_runtime::rig::Rig;
 use plumb_vision::frame::RgbdFrame;
 
 use super::print::tell;
+use super::rig_args::RIG_VARIABLE;
 use super::{DetectorName, FAILED, Failure, bad_input, print};
 use options::{BoardOptions, MotorOptions, PlaceOptions};
 use output::CameraFile;
@@ -50,7 +51,7 @@ use view::{Stage, View};
     .args(["board", "motors", "ball", "print_board"])))]
 pub(crate) struct Args {
     /// The rig file (TOML, SI units)
-    #[arg(required_unless_present = "print_board")]
+    #[arg(env = RIG_VARIABLE, hide_env_values = true, required_unless_present = "print_board")]
     rig: Option<PathBuf>,
     /// Write the board for the printer to this file, .pdf or .png
     #[arg(long, value_name = "FILE")]

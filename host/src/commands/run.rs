@@ -136,40 +136,30 @@ pub(super) fn drive(
     }
     let text = read_text(&rig.camera.file, MAX_BYTES)?;
     let camera = camera_file::parse(&rig.camera.file, &text)?;
-    let chosen = rig.camera.source(rig.simulation.is_some());
-    let chosen = chosen.map_err(|error| bad_input(format!("{}: {error}", file.display())))?;
-    if options.physics.is_some() && chosen != SourceName::Simulated {
-        let why = "--physics is of a simulated rig, but the camera of this rig file is real";
-        return Err(bad_input(format!("{}: {why}", file.display())));
-    }
+    let chosen = source_name(file, &rig, options)?;
     let transport = options.port.open(&rig.board)?;
     let folder = record_folder(options.run.record.as_deref())?;
     let oni = folder.as_ref().map(|folder| folder.oni());
-    let RunCamera { mut source, camera, mut follower } = RunCamera::open(
-        chosen,
-        &rig,
-        camera,
-        options.physics.unwrap_or(Physics::QuasiStatic),
-        oni,
-    )?;
-    let recorder =
-        folder.map(|folder| folder.begin(&text, &camera.intrinsics, Overflow::Drop)).transpose()?;
-
     let interrupted = interrupt_flag()?;
     let OperatedPage { mut page, operator } = options.run.page.start(&rig)?;
     let mut run = Run::connect(&rig, transport)?;
-    if let Some(follower) = &mut follower {
-        follower.board_stands(run.motors()?)?;
+    if let Goal::Waypoints(waypoints, is_repeated) = goal {
+        run.set_waypoints(waypoints, *is_repeated)?;
     }
-    let mut detector = options.run.detector.detector(&camera);
-    match goal {
-        Goal::Targets => {}
-        Goal::Waypoints(waypoints, is_repeated) => run.set_waypoints(waypoints, *is_repeated)?,
-        Goal::PresentPlace => {
-            let target = find_ball(&mut *source, &mut *detector, &interrupted)?;
-            let waypoint = Waypoint { dwell_s: f64::INFINITY, ..Waypoint::new(target) };
-            run.set_waypoints(&[waypoint], false)?;
+    let RunCamera { mut source, camera, mut follower } = match chosen {
+        SourceName::Simulated => {
+            let physics = options.physics.unwrap_or(Physics::QuasiStatic);
+            RunCamera::simulated(&rig, camera, physics, run.motors()?)?
         }
+        _ => RunCamera::open(&rig, camera, oni)?,
+    };
+    let recorder =
+        folder.map(|folder| folder.begin(&text, &camera.intrinsics, Overflow::Drop)).transpose()?;
+    let mut detector = options.run.detector.detector(&camera);
+    if let Goal::PresentPlace = goal {
+        let target = find_ball(&mut *source, &mut *detector, &interrupted)?;
+        let waypoint = Waypoint { dwell_s: f64::INFINITY, ..Waypoint::new(target) };
+        run.set_waypoints(&[waypoint], false)?;
     }
     let log = RunLog::create(&options.run.output_dir("run"), FigureSettings::of(&rig));
     let mut outputs = Outputs::start(log?, recorder, Overflow::Drop)?;
@@ -193,6 +183,17 @@ pub(super) fn drive(
         }
         Ok(())
     })
+}
+
+/// Returns the source of the frames that `rig` of `file` chooses.
+fn source_name(file: &Path, rig: &Rig, options: &Common) -> Result<SourceName, Failure> {
+    let chosen = rig.camera.source(rig.simulation.is_some());
+    let chosen = chosen.map_err(|error| bad_input(format!("{}: {error}", file.display())))?;
+    if options.physics.is_some() && chosen != SourceName::Simulated {
+        let why = "--physics is of a simulated rig, but the camera of this rig file is real";
+        return Err(bad_input(format!("{}: {why}", file.display())));
+    }
+    Ok(chosen)
 }
 
 /// Longest search for the ball before a hold, seconds on the source's clock.

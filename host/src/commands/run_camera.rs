@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 use plumb_cameras::driver::OpenedCamera;
 use plumb_cameras::drivers::open_camera;
 use plumb_cameras::record::RecordFolder;
-use plumb_cameras::settings::SourceName;
 use plumb_cameras::source::CameraSource;
 use plumb_cameras::source::capture::{Capture, CaptureLimits};
 use plumb_runtime::rig::Rig;
@@ -27,18 +26,9 @@ pub(crate) struct RunCamera {
 }
 
 impl RunCamera {
-    /// Opens the source `chosen` of `rig`, whose camera file describes `camera`. A device also
-    /// records to the file `oni`.
-    pub(super) fn open(
-        chosen: SourceName,
-        rig: &Rig,
-        camera: Camera,
-        physics: Physics,
-        oni: Option<PathBuf>,
-    ) -> Result<Self, Failure> {
-        if chosen == SourceName::Simulated {
-            return simulated(rig, camera, physics);
-        }
+    /// Opens the camera of `rig`, whose camera file describes `camera`. A device also records to
+    /// the file `oni`.
+    pub(super) fn open(rig: &Rig, camera: Camera, oni: Option<PathBuf>) -> Result<Self, Failure> {
         let OpenedCamera { source, camera, description, notes } =
             open_camera(&rig.camera, camera, oni)?;
         if let Some(description) = description {
@@ -49,22 +39,28 @@ impl RunCamera {
         }
         Ok(Self { source, camera, follower: None })
     }
-}
 
-/// Opens a camera that renders the simulated rig, which follows the board's motors.
-fn simulated(rig: &Rig, camera: Camera, physics: Physics) -> Result<RunCamera, Failure> {
-    let Some(simulation) = &rig.simulation else {
-        return Err(bad_input("no rig is simulated"));
-    };
-    let motors = simulation.motors();
-    let plant = HilPlant::new(physics.plant(rig, simulation)?);
-    let follower = Some(plant.follower());
-    let background = Background::Room(Room::furnished());
-    let rendered = Camera { pose: simulation.camera_pose(camera.pose), ..camera.clone() };
-    let synthetic = SyntheticCamera::new(rendered, background, RenderOptions::default(), 1)?;
-    let source = SimulatedCamera::new(plant, synthetic, motors, Timing::default());
-    let source = Box::new(Capture::start(source, CaptureLimits::default())?);
-    Ok(RunCamera { source, camera, follower })
+    /// Opens a camera that renders the simulated rig, which follows the board's motors from their
+    /// present positions `motors` (full steps since the board's start).
+    pub(super) fn simulated(
+        rig: &Rig,
+        camera: Camera,
+        physics: Physics,
+        motors: [f64; 3],
+    ) -> Result<Self, Failure> {
+        let Some(simulation) = &rig.simulation else {
+            return Err(bad_input("no rig is simulated"));
+        };
+        let plant = HilPlant::new(physics.plant(rig, simulation)?);
+        let mut follower = plant.follower();
+        follower.board_stands(motors)?;
+        let background = Background::Room(Room::furnished());
+        let rendered = Camera { pose: simulation.camera_pose(camera.pose), ..camera.clone() };
+        let synthetic = SyntheticCamera::new(rendered, background, RenderOptions::default(), 1)?;
+        let source = SimulatedCamera::new(plant, synthetic, simulation.motors(), Timing::default());
+        let source = Box::new(Capture::start(source, CaptureLimits::default())?);
+        Ok(Self { source, camera, follower: Some(follower) })
+    }
 }
 
 /// Creates the folder for a recording, where one is asked for.

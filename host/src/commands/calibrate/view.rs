@@ -20,7 +20,7 @@ use plumb_vision::frame::RgbdFrame;
 
 use crate::commands::print::tell;
 use crate::commands::run_camera::RunCamera;
-use crate::commands::{Failure, Physics, bad_input, failed};
+use crate::commands::{Failure, bad_input, failed};
 
 /// Pictures that a live camera took before it was asked; they are left out.
 const STALE: usize = 2;
@@ -78,8 +78,7 @@ impl View {
             let source = SimulatedView::new(simulation, &camera)?;
             return Ok(Self { source: Source::Simulated(Box::new(source)), camera, frames });
         }
-        let RunCamera { source, camera, .. } =
-            RunCamera::open(chosen, rig, camera, Physics::QuasiStatic, None)?;
+        let RunCamera { source, camera, .. } = RunCamera::open(rig, camera, None)?;
         Ok(Self { source: Source::Camera(source), camera, frames })
     }
 
