@@ -176,7 +176,8 @@ fn turn(
             tell!("interrupted: the motor has stopped on the way");
             return Ok(link.status()?);
         }
-        if telemetry.state != State::Jogging {
+        // With a running mean over the step plan the motor comes to rest after the jog's end.
+        if !matches!(telemetry.state, State::Jogging | State::Stopping) {
             return Ok(telemetry);
         }
         thread::sleep(POLL_INTERVAL);
