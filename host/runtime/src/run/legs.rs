@@ -39,7 +39,7 @@ impl Legs {
         Self { waiting, is_repeated, current: None, ended: Vec::new(), is_cancelled: false }
     }
 
-    /// Removes and returns the next waypoint of the list. It waits again where the list is repeated.
+    /// Removes and returns the next waypoint of the list. In a repeated list it waits again.
     pub(super) fn next_waypoint(&mut self) -> Option<CheckedWaypoint> {
         let next = self.waiting.pop_front()?;
         if self.is_repeated {
