@@ -111,6 +111,7 @@ const CRATES: &[Rule] = &[
             "plumb-cameras",
             "plumb-core",
             "plumb-emulator",
+            "plumb-page",
             "plumb-protocol",
             "plumb-runtime",
             "plumb-sim",

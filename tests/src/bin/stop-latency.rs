@@ -1,10 +1,13 @@
 //! Time from an operator's Stop to the begin of the ramp on the board, in real time: rendered
 //! frames of 640x480 at 30 Hz, the detector `ball`, a pseudo-terminal, an emulated board.
 //!
-//! Usage: `stop-latency [COUNT]`. Prints a line for each Stop and the extremes, milliseconds.
+//! Usage: `stop-latency [COUNT] [page]`. Prints a line for each Stop and the extremes,
+//! milliseconds. With `page` the commands go through the page's WebSocket, while another client
+//! takes the pictures.
 
 #![allow(clippy::expect_used, reason = "a tool for tests: it stops at the first surprise")]
 
+use std::net::TcpStream;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::thread;
@@ -15,14 +18,17 @@ use plumb_cameras::camera_file;
 use plumb_cameras::source::capture::{Capture, CaptureLimits};
 use plumb_emulator::plant::{QuasiStatic, Task};
 use plumb_emulator::{EMULATED, EmulatedBoard, Served, serve};
+use plumb_page::{Limits, Page, PageSettings, RigView};
 use plumb_protocol::message::State;
 use plumb_runtime::link::Serial;
+use plumb_runtime::observer::Observer;
 use plumb_runtime::operator::{OperatorCommand, OperatorSender, operator};
 use plumb_runtime::rig::{LawName, LawSettings, Rig};
 use plumb_runtime::run::{Run, RunParts};
 use plumb_sim::simulated::{ServedRig, SimulatedCamera, Timing};
 use plumb_sim::synthetic::{Background, RenderOptions, Room, SyntheticCamera};
 use plumb_vision::detect::DetectorKind;
+use tungstenite::{Message, WebSocket};
 
 /// Targets that the ball alternates between, metres in the rig frame.
 const TARGETS: [[f64; 3]; 2] = [[0.40, 0.40, 0.15], [0.50, 0.28, 0.30]];
@@ -47,17 +53,25 @@ fn main() {
         Serial::open(&served.path().to_string_lossy(), rig.board.baud).expect("the port");
     let run = Run::connect(&rig, transport).expect("a configured board");
     let (sender, receiver) = operator();
-    let page = thread::spawn(move || measure(&sender, &served, count));
+    let with_page = std::env::args().nth(2).is_some_and(|word| word == "page");
+    let mut page = with_page.then(|| start_page(&rig, sender.clone()));
+    let commands = match &page {
+        Some(page) => Commands::Page(watched(page.address()).into()),
+        None => Commands::Direct(sender),
+    };
+    let person = thread::spawn(move || measure(commands, &served, count));
+    let mut observers: Vec<&mut dyn Observer> = Vec::new();
+    observers.extend(page.as_mut().map(|page| page as &mut dyn Observer));
     let summary = run.drive(RunParts {
         source: &mut capture,
         detector: &mut *DetectorKind::Ball.build(&camera),
-        observers: &mut [],
+        observers: &mut observers,
         operator: Some(receiver),
         timeout: 600.0,
         interrupted: &AtomicBool::new(false),
     });
     let summary = summary.expect("an unbroken run");
-    let mut latencies = page.join().expect("no panic");
+    let mut latencies = person.join().expect("no panic");
     latencies.sort_by(f64::total_cmp);
     println!(
         "{} Stops: least {:.1}, median {:.1}, most {:.1} ms; {} frames, {} skipped",
@@ -70,25 +84,88 @@ fn main() {
     );
 }
 
+/// Way of the commands to the run.
+enum Commands {
+    Direct(OperatorSender),
+    Page(Box<WebSocket<TcpStream>>),
+}
+
+impl Commands {
+    fn send(&mut self, command: OperatorCommand) {
+        match self {
+            Self::Direct(sender) => drop(sender.send(command).expect("a run that goes on")),
+            Self::Page(socket) => {
+                socket.send(Message::text(json(command))).expect("an open page");
+            }
+        }
+    }
+}
+
+/// Returns the message of a page for a command.
+fn json(command: OperatorCommand) -> String {
+    match command {
+        OperatorCommand::Stop => r#"{"type":"stop"}"#.to_owned(),
+        OperatorCommand::Target(target) => {
+            format!(r#"{{"type":"target","x":{},"y":{},"z":{}}}"#, target.x, target.y, target.z)
+        }
+        _ => r#"{"type":"end"}"#.to_owned(),
+    }
+}
+
+/// Starts a page at a free port of this computer.
+fn start_page(rig: &Rig, sender: OperatorSender) -> Page {
+    let address = "127.0.0.1:0".parse().expect("an address");
+    // The client that sends the commands acknowledges no update.
+    let limits = Limits { silence: Duration::from_secs(3600), ..Limits::DEFAULT };
+    let (rig, operator) = (RigView::of(rig), Some(sender));
+    Page::start(PageSettings { address, rig, operator, limits }).expect("a page")
+}
+
+/// Opens the page twice: for the commands, and in a thread that takes the updates and pictures.
+fn watched(address: &str) -> WebSocket<TcpStream> {
+    let mut watcher = open(address);
+    thread::spawn(move || {
+        while let Ok(message) = watcher.read() {
+            let Message::Text(text) = message else { continue };
+            let message: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+            if message["type"] == "update" {
+                let seen = format!(r#"{{"type":"seen","update":{}}}"#, message["number"]);
+                if watcher.send(Message::text(seen)).is_err() {
+                    return;
+                }
+            }
+        }
+    });
+    open(address)
+}
+
+/// Opens the WebSocket of the page at this address.
+fn open(address: &str) -> WebSocket<TcpStream> {
+    let host = address.trim_start_matches("http://").trim_end_matches('/');
+    let stream = TcpStream::connect(host).expect("a page that listens");
+    stream.set_nodelay(true).expect("a TCP socket");
+    tungstenite::client(format!("ws://{host}/socket"), stream).expect("a page").0
+}
+
 /// Stops `count` drives, at different times between two frames. Returns the latencies,
 /// milliseconds, and ends the run.
-fn measure(sender: &OperatorSender, served: &Served, count: usize) -> Vec<f64> {
-    let latencies = (0..count).map(|number| {
+fn measure(mut commands: Commands, served: &Served, count: usize) -> Vec<f64> {
+    let mut latencies = Vec::new();
+    for number in 0..count {
         wait_for(served, |state| state == State::Seeking);
         // Not a multiple of the period of the frames: the phase differs each time.
         thread::sleep(Duration::from_micros(500_000 + 7_300 * (number as u64 % 10)));
         let begin = Instant::now();
-        sender.send(OperatorCommand::Stop).expect("a run that goes on");
+        commands.send(OperatorCommand::Stop);
         wait_for(served, |state| matches!(state, State::Stopping | State::Ready));
         let latency = begin.elapsed().as_secs_f64() * 1e3;
         println!("{latency:.1}");
         wait_for(served, |state| state == State::Ready);
         let target = Point3::from(TARGETS[(number + 1) % 2]);
-        sender.send(OperatorCommand::Target(target)).expect("a run that goes on");
-        latency
-    });
-    let latencies = latencies.collect();
-    sender.send(OperatorCommand::End).expect("a run that goes on");
+        commands.send(OperatorCommand::Target(target));
+        latencies.push(latency);
+    }
+    commands.send(OperatorCommand::End);
     latencies
 }
 
