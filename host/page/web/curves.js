@@ -6,7 +6,7 @@ import { fit, COLOURS, roundStep } from "./canvas.js";
 const WINDOWS = { short: 20, whole: 120 };
 
 /** Space for numbers at the left, above and below a panel, pixels. */
-const MARGIN = { left: 46, right: 10, top: 8, bottom: 16 };
+const MARGIN = { left: 46, right: 18, top: 8, bottom: 16 };
 
 const NAMES = ["x (m)", "y (m)", "z (m)", "|e| (mm)"];
 
@@ -78,8 +78,8 @@ function drawAxes(context, panel, name, isLast) {
     segment(context, x, panel.top, x, panel.bottom);
     context.fillText(isLast && time + seconds > panel.to ? `${time} s` : time, x, panel.bottom + 2);
   }
-  context.textAlign = "left";
-  context.fillText(name, panel.left + 6, panel.top + 2);
+  context.textAlign = "right";
+  context.fillText(name, panel.right - 4, panel.top + 2);
 }
 
 function segment(context, x1, y1, x2, y2) {

@@ -106,7 +106,7 @@ function showValues() {
   const { board, frame } = run;
   const known = (value, text) => (value === null || value === undefined ? "unknown" : text(value));
   const numbers = (digits) => (list) =>
-    list.map((value) => value.toFixed(digits).padStart(digits + 5)).join(" ");
+    list.map((value) => value.toFixed(digits).padStart(digits + 4)).join(" ");
   const millimetres = (metres) => (1e3 * metres).toFixed(1);
   const last = history.samples.at(-1);
   byId("ball").textContent = frame?.position ? numbers(3)(frame.position) : "not seen";

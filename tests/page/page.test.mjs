@@ -1,0 +1,121 @@
+// The page of `plumb demo` in a real browser.
+
+import assert from "node:assert/strict";
+import { after, before, test } from "node:test";
+
+import { Browser } from "./src/browser.mjs";
+import { Demo } from "./src/plumb.mjs";
+
+const DESKTOP = { width: 1280, height: 800 };
+const PHONE = { width: 390, height: 844, isPhone: true };
+
+const text = (id) => `document.getElementById("${id}").textContent`;
+/** Sum over the pixels of the picture: it changes with each new picture. */
+const SUM = `(() => {
+  const canvas = document.getElementById("picture");
+  const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+  return data.reduce((sum, value) => sum + value, 0);
+})()`;
+
+let browser;
+before(() => { browser = new Browser(); });
+after(() => browser.close());
+
+test("a run is shown, stopped with the space key, and driven to another target", async () => {
+  const demo = await Demo.start();
+  try {
+    const tab = await browser.open(demo.address, DESKTOP);
+    await tab.until(`document.getElementById("lost")?.hidden`);
+    await tab.until(`${text("state")} === "seeking"`);
+    assert.match(await tab.evaluate(text("law")), /taut/);
+    assert.doesNotMatch(await tab.evaluate(text("goal")), /reached/);
+    const first = await tab.evaluate(SUM);
+    await tab.until(`${SUM} !== ${first}`);
+
+    await tab.press(" ", "Space");
+    await tab.until(`${text("state")} === "ready"`);
+    await tab.until(`${text("events")}.includes("stop: accepted")`);
+    const rates = await tab.evaluate(text("rates"));
+    assert.deepEqual(rates.trim().split(/\s+/).map(Number), [0, 0, 0]);
+
+    await tab.evaluate(`for (const [id, value] of [["x", 0.5], ["y", 0.35], ["z", 0.3]]) {
+      document.getElementById(id).value = value;
+      document.getElementById(id).dispatchEvent(new Event("input"));
+    }`);
+    await tab.click("#target button");
+    await tab.until(`${text("goal")}.includes("(0.500, 0.350, 0.300) m reached")`);
+    assert.equal(await tab.evaluate(text("state")), "holding");
+
+    assert.deepEqual(tab.errors, []);
+  } finally {
+    await demo.end();
+  }
+});
+
+test("a target outside the workspace cannot be sent, a click chooses one inside", async () => {
+  const demo = await Demo.start();
+  try {
+    const tab = await browser.open(demo.address, DESKTOP);
+    await tab.until(`document.getElementById("lost")?.hidden`);
+    await tab.evaluate(`{
+      const z = document.getElementById("z");
+      z.value = 9;
+      z.dispatchEvent(new Event("input"));
+    }`);
+    assert.equal(await tab.evaluate(`document.querySelector("#target button").disabled`), true);
+    assert.match(await tab.evaluate(text("target-note")), /z must be/);
+    await tab.evaluate(`{
+      const z = document.getElementById("height");
+      z.value = 0.3;
+      z.dispatchEvent(new Event("input"));
+    }`);
+    const x = await tab.evaluate(`document.getElementById("x").value`);
+    await tab.click("#space", [40, 20]);
+    await tab.until(`document.getElementById("x").value !== "${x}"`);
+    assert.equal(await tab.evaluate(`document.querySelector("#target button").disabled`), false);
+  } finally {
+    await demo.end();
+  }
+});
+
+test("the motors jog at rest only, and the run ends from the page", async () => {
+  const demo = await Demo.start();
+  try {
+    const tab = await browser.open(demo.address, PHONE);
+    await tab.until(`${text("state")} === "seeking"`);
+    const jog = `document.querySelector('[data-motor="A"][data-sign="1"]')`;
+    assert.equal(await tab.evaluate(`${jog}.disabled`), true);
+    const width = await tab.evaluate("document.documentElement.scrollWidth");
+    assert.ok(width <= PHONE.width, `the page is ${width} pixels wide`);
+    await tab.click("#stop");
+    await tab.until(`!${jog}.disabled`);
+    const before = await tab.evaluate(text("motors"));
+    await tab.click('[data-motor="A"][data-sign="1"]');
+    await tab.until(`${text("events")}.includes("jog A by +20 steps: accepted")`);
+    await tab.until(`${text("motors")} !== ${JSON.stringify(before)}`);
+    await tab.evaluate("window.confirm = () => true");
+    await tab.click("#end");
+    await tab.until(`${text("lost-title")} === "The run has ended"`);
+    // Its target was not reached.
+    assert.equal(await demo.ended(), 1);
+    assert.equal(JSON.parse(demo.output).at_rest, true);
+  } finally {
+    await demo.end();
+  }
+});
+
+test("a lost program is shown large, and controls are off until it is back", async () => {
+  const demo = await Demo.start();
+  const tab = await browser.open(demo.address, DESKTOP);
+  try {
+    await tab.until(`${text("state")} === "seeking"`);
+  } finally {
+    await demo.end("SIGKILL");
+  }
+  await tab.until(`!document.getElementById("lost").hidden`);
+  assert.equal(await tab.evaluate(text("lost-title")), "Connection lost");
+  assert.equal(await tab.evaluate(text("state")), "unknown");
+  assert.equal(await tab.evaluate(`document.getElementById("stop").disabled`), true);
+  assert.equal(await tab.evaluate(`document.getElementById("main").inert`), true);
+  assert.equal(await tab.evaluate(`document.getElementById("retry").disabled`), false);
+});
