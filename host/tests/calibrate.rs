@@ -16,6 +16,26 @@ use serde_json::Value;
 const PLACES: [&str; 6] =
     ["0.2,0.2,0.1", "0.7,0.1,0.1", "0.7,0.5,0.1", "0.4,0.3,0.4", "0.6,0.2,0.35", "0.5,0.4,0.2"];
 
+/// The paper's camera file with a pose that is 20 mm and 3 degrees off.
+const WRONG_POSE: [(&str, &str); 2] = [
+    ("[1.737, 0.286, 0.225]", "[1.757, 0.286, 0.225]"),
+    ("[-0.5, -0.5, 0.5, 0.5]", "[-0.513, -0.4866, 0.513, 0.4866]"),
+];
+
+/// Writes the paper's rig file, whose camera is off against its camera file.
+fn askew_rig(folder: &Path) -> String {
+    let rig = rig_file(folder, |text| {
+        let camera = "camera = { translation = [1.737, 0.286, 0.225], \
+                      quaternion = [-0.5, -0.5, 0.5, 0.5] }";
+        format!("{text}\n{camera}\n")
+    });
+    let camera = folder.join("camera.toml");
+    let text = fs::read_to_string(&camera).unwrap();
+    let wrong = WRONG_POSE.iter().fold(text, |text, (from, to)| text.replace(from, to));
+    fs::write(&camera, wrong).unwrap();
+    rig
+}
+
 /// Returns the distance of the translation in a result from the simulated camera's, metres.
 fn error(result: &Value) -> f64 {
     let found = [0, 1, 2].map(|k| result["translation"][k].as_f64().unwrap());
@@ -40,7 +60,7 @@ fn typed(arguments: &[&str], input: &str, folder: &Path) -> Output {
 #[test]
 fn a_board_gives_the_pose_and_the_former_file_is_kept() {
     let folder = folder();
-    let rig = rig_file(folder.path(), |text| text);
+    let rig = askew_rig(folder.path());
     let before = fs::read_to_string(folder.path().join("camera.toml")).unwrap();
     let place = ["--upright", "--turn", "90", "--origin", "0.5,0.15,0.1"];
     let arguments = [&["calibrate", &rig, "--board", "--yes", "--json"][..], &place].concat();
@@ -49,19 +69,22 @@ fn a_board_gives_the_pose_and_the_former_file_is_kept() {
     let result = json(&output);
     assert_eq!((&result["grade"], &result["written"]), (&"good".into(), &true.into()), "{result}");
     assert!(error(&result) < 0.010, "{result}");
-    assert!(result["turned_deg"].as_f64().unwrap() < 0.5, "{result}");
+    assert!((result["turned_deg"].as_f64().unwrap() - 3.0).abs() < 0.5, "{result}");
     let after = fs::read_to_string(folder.path().join("camera.toml")).unwrap();
     assert!(after.contains("# plumb calibrate --board"), "{after}");
     assert_eq!(after.lines().next(), before.lines().next());
     let backup = fs::read_to_string(folder.path().join("camera.toml.bak")).unwrap();
     assert_eq!(backup, before);
     assert!(folder.path().join("camera.calibration.png").exists());
+    // The second calibration starts from the first one's file.
+    let again = json(&plumb(&arguments, folder.path()));
+    assert!(again["turned_deg"].as_f64().unwrap() < 0.5, "{again}");
 }
 
 #[test]
 fn typed_places_of_the_ball_give_the_pose() {
     let folder = folder();
-    let rig = rig_file(folder.path(), |text| text);
+    let rig = askew_rig(folder.path());
     // A word that is no place is asked again; an empty line ends.
     let lines = format!("here\n{}\n\n", PLACES.join("\n"));
     let arguments = ["calibrate", &rig, "--ball", "--frames", "3", "--json"];

@@ -1,5 +1,6 @@
 //! Benchmarks of control and vision. Every result can be repeated from a seed.
 //!
+//! - [`calibration`]: the ways of `plumb calibrate` on simulated rigs.
 //! - [`control`]: control laws, baselines and references on simulated rigs.
 //! - [`vision`]: detectors on synthetic and composited frames.
 //!
@@ -16,6 +17,7 @@
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]
 
+pub mod calibration;
 pub mod control;
 pub mod vision;
 

@@ -57,8 +57,8 @@ struct GradeLimits {
     rotation_sd: f64,
 }
 
-/// Limits of [`Grade::Good`]: the radius in which a target counts as reached, and a tenth of the
-/// angle at which the laws become slower.
+/// Limits of [`Grade::Good`]: the usual radius in which a target counts as reached, and a tenth of
+/// the angle up to which no law is slower by more than 3 % (docs/use/calibrate.md).
 const GOOD: GradeLimits = GradeLimits { error: 0.010, rotation_sd: 0.0175 };
 /// Limits of [`Grade::Usable`].
 const USABLE: GradeLimits = GradeLimits { error: 0.025, rotation_sd: 0.0524 };

@@ -1,5 +1,7 @@
 //! `plumb bench`: benchmarks of control and vision.
 
+mod calibration;
+
 use std::fs::File;
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
@@ -19,6 +21,8 @@ use plumb_vision::detect::red::RedDetector;
 use plumb_vision::detect::{BallDetector, DetectorKind};
 use plumb_vision::frame::RgbdFrame;
 
+use calibration::CalibrationArgs;
+
 use super::print::{Reader, message, tell};
 use super::{Failure, bad_input, numbers, print};
 
@@ -29,6 +33,7 @@ const DEFAULT_GAMMA: f64 = 450.0;
 pub(crate) enum Command {
     Control(ControlArgs),
     Vision(VisionArgs),
+    Calibration(CalibrationArgs),
 }
 
 /// Speed of the laws on simulated rigs, with the board's own arithmetic
@@ -39,7 +44,9 @@ pub(crate) enum Command {
 /// time of an oracle with a perfect model. Suites: paper (frames to 10 mm of the paper's task for
 /// several γ), quasi-static, yaw, tilt, tilt20, radii, heights, noise, outliers, ages, latency,
 /// drift, unilateral, bounce4, bounce3, bounce2, elastic, elastic800, elastic150, edge, high,
-/// fine, paper-task.
+/// fine, frame5, frame10, frame20 (positions turned about the target), calibrated-board,
+/// calibrated-motors, calibrated-ball (the camera's pose by that way of `plumb calibrate`),
+/// paper-task.
 #[derive(Parser)]
 #[command(
     after_help = examples![
@@ -158,6 +165,7 @@ pub(crate) fn main(command: Command) -> Result<ExitCode, Failure> {
     match command {
         Command::Control(args) => bench_control(&args),
         Command::Vision(args) => bench_vision(&args),
+        Command::Calibration(args) => calibration::main(&args),
     }
 }
 

@@ -10,6 +10,7 @@ mod bounce;
 mod controller;
 mod curves;
 mod f64_reference;
+mod frame_error;
 mod kinematic;
 mod law_controller;
 mod oracle;
@@ -31,12 +32,14 @@ use plumb_emulator::plant::RigError;
 use plumb_protocol::message::ConfigField;
 use thiserror::Error;
 
+use crate::calibration::TrialError;
 use plumb_runtime::rig::OutOfRange;
 use plumb_sim::limits::Limits;
 use simulate::Outcome;
 
 pub use controller::ControllerKind;
 pub use curves::draw as draw_curves;
+pub use frame_error::FrameError;
 pub use paper::{ControlError, PAPER_GAMMAS, PaperSuite, paper};
 pub use report::Report;
 pub use simulate::RunEnd;
@@ -54,6 +57,16 @@ pub enum BenchError {
     /// A target outside the range of the protocol.
     #[error("a board takes targets within 4 m, not {0}")]
     Target(Point3<f64>),
+    /// The camera of a rig could not be calibrated.
+    #[error("the camera of rig {rig} of seed {seed} cannot be calibrated",
+        rig = .id.rig, seed = .id.seed)]
+    Calibration {
+        /// Number and seed of the rig.
+        id: RunId,
+        /// Last error.
+        #[source]
+        error: TrialError,
+    },
     /// A rig with invalid parameters.
     #[error("rig {rig} of seed {seed} is invalid", rig = .id.rig, seed = .id.seed)]
     Rig {
@@ -120,7 +133,7 @@ fn run_one(
     let oracle_s =
         oracle::time_s(&task, &Limits::default(), suite.threshold_m).map_err(on_error)?;
     let mut controller = controller.build(suite, &task, id)?;
-    let outcome = simulate::run(&mut *controller, suite, &task, id, oracle_s).map_err(on_error)?;
+    let outcome = simulate::run(&mut *controller, suite, &task, id, oracle_s)?;
     Ok((outcome, oracle_s))
 }
 

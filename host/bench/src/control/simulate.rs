@@ -4,9 +4,11 @@ use std::fmt;
 
 use nalgebra::Point3;
 use plumb_core::TICK_US;
-use plumb_emulator::plant::{Observer, Plant, RigError, Task};
+use plumb_emulator::plant::{Observer, Plant, Task};
 use plumb_protocol::units::Micros;
 
+use super::BenchError;
+use super::frame_error::Frame;
 use super::suite::{ASSUMED_LATENCY_FRAMES, Clock, RunId, Suite};
 
 /// Ticks between two steps of the plant.
@@ -92,6 +94,7 @@ pub(crate) struct Outcome {
 
 /// Measurements of a run in progress.
 struct Monitor {
+    /// Place at which the camera measures the target, metres.
     target: Point3<f64>,
     threshold_m: f64,
     /// Start of the clock, which is the same for all controllers, seconds.
@@ -106,9 +109,9 @@ struct Monitor {
 }
 
 impl Monitor {
-    fn new(suite: &Suite, task: &Task) -> Self {
+    fn new(suite: &Suite, target: Point3<f64>) -> Self {
         Self {
-            target: task.target,
+            target,
             threshold_m: suite.threshold_m,
             start_s: (suite.clock == Clock::Target).then_some(0.0),
             arrived_s: None,
@@ -158,6 +161,8 @@ struct Simulation<'a> {
     suite: &'a Suite,
     plant: Box<dyn Plant>,
     camera: Observer,
+    /// Map from true to measured positions.
+    frame: Frame,
     /// Age of each frame where the board does not get the true one, µs.
     assumed_age_us: u32,
     monitor: Monitor,
@@ -197,7 +202,7 @@ impl Simulation<'_> {
     fn run_camera(&mut self, now: Micros, t: f64) {
         let due = f64::from(self.frames) * self.camera.period_s() <= t;
         if self.ticks.is_multiple_of(TICKS_PER_STEP) && due {
-            self.camera.observe(t, self.plant.ball());
+            self.camera.observe(t, self.frame.measured(self.plant.ball()));
             self.frames += 1;
         }
         while let Some(observed) = self.camera.delivered(t) {
@@ -215,21 +220,24 @@ impl Simulation<'_> {
 /// Runs `controller` on a task of `suite`. The oracle needs `oracle_s` seconds for the task.
 ///
 /// # Errors
-/// If the parameters of the rig or the camera are invalid. A rig that cannot follow its motors is
-/// an outcome ([`RunEnd::PlantFailed`]).
+/// If the parameters of the rig or the camera are invalid, or its pose cannot be calibrated. A rig
+/// that cannot follow its motors is an outcome ([`RunEnd::PlantFailed`]).
 pub(crate) fn run(
     controller: &mut dyn Controller,
     suite: &Suite,
     task: &Task,
     id: RunId,
     oracle_s: f64,
-) -> Result<Outcome, RigError> {
+) -> Result<Outcome, BenchError> {
+    let on_error = |error| BenchError::Rig { id, error };
     let camera_seed = id.seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ id.rig;
-    let camera = Observer::new(suite.camera, camera_seed)?;
+    let camera = Observer::new(suite.camera, camera_seed).map_err(on_error)?;
+    let frame = suite.frame_error.frame(task, id)?;
     let mut simulation = Simulation {
-        plant: suite.plant(task, id)?,
+        plant: suite.plant(task, id).map_err(on_error)?,
         assumed_age_us: (ASSUMED_LATENCY_FRAMES * camera.period_s() * 1e6) as u32,
-        monitor: Monitor::new(suite, task),
+        monitor: Monitor::new(suite, frame.true_position(task.target)),
+        frame,
         limit_s: oracle_s * TIME_LIMIT_ORACLES + TIME_LIMIT_S,
         frames: 0,
         ticks: 0,

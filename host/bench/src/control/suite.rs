@@ -12,7 +12,9 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::bounce::Bounce;
+use super::frame_error::FrameError;
 use super::kinematic::Kinematic;
+use crate::calibration::CalibrationWay;
 
 /// Conditions of a benchmark.
 #[derive(Debug, Clone, PartialEq)]
@@ -23,6 +25,8 @@ pub struct Suite {
     pub population: Population,
     /// Camera model: noise, outliers, latency.
     pub camera: ObserverParameters,
+    /// Error of the camera's pose.
+    pub frame_error: FrameError,
     /// Model of the ball's motion.
     pub physics: Physics,
     /// Greatest distance from the target at which the ball counts as arrived, metres.
@@ -97,6 +101,7 @@ impl Suite {
             name,
             population: population(name),
             camera: camera(name),
+            frame_error: frame_error(name),
             physics: physics(name),
             threshold_m: match name {
                 SuiteName::Fine => 0.002,
@@ -181,6 +186,19 @@ fn camera(name: SuiteName) -> ObserverParameters {
             ..default
         },
         _ => default,
+    }
+}
+
+/// Returns the error of the camera's pose in a suite.
+fn frame_error(name: SuiteName) -> FrameError {
+    match name {
+        SuiteName::Frame5 => FrameError::Turned(5_f64.to_radians()),
+        SuiteName::Frame10 => FrameError::Turned(10_f64.to_radians()),
+        SuiteName::Frame20 => FrameError::Turned(20_f64.to_radians()),
+        SuiteName::CalibratedBoard => FrameError::Calibrated(CalibrationWay::Board),
+        SuiteName::CalibratedMotors => FrameError::Calibrated(CalibrationWay::Motors),
+        SuiteName::CalibratedBall => FrameError::Calibrated(CalibrationWay::Ball),
+        _ => FrameError::None,
     }
 }
 

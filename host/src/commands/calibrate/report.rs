@@ -35,6 +35,10 @@ impl Way {
 /// Outlying samples that are listed.
 const MAX_LISTED: usize = 8;
 
+/// Error that no number of a board's calibration shows.
+const PLACE_OF_THE_BOARD: &str = "the errors do not include that of the board's own place: a \
+     board that is turned by 1 degree turns the pose by 1 degree";
+
 /// Result as a line of JSON. Lengths in metres, angles in degrees.
 #[derive(Debug, Serialize)]
 pub(super) struct Report {
@@ -67,6 +71,9 @@ impl Report {
             format!("{} is off by {:.0} mm and left out", sample.name, sample.residual * 1e3)
         };
         let mut findings = findings.clone();
+        if found.way == Way::Board {
+            findings.push(PLACE_OF_THE_BOARD.to_owned());
+        }
         findings.extend(advice(&found.calibration, found.way));
         Self {
             way: found.way,

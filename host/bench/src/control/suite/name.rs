@@ -50,13 +50,25 @@ pub enum SuiteName {
     High,
     /// A threshold of 2 mm.
     Fine,
+    /// Positions turned by 5° about the target.
+    Frame5,
+    /// Positions turned by 10° about the target.
+    Frame10,
+    /// Positions turned by 20° about the target.
+    Frame20,
+    /// The camera's pose from a printed board.
+    CalibratedBoard,
+    /// The camera's pose from the motors' pixels.
+    CalibratedMotors,
+    /// The camera's pose from places of the ball.
+    CalibratedBall,
     /// The paper's rig and task with the default camera.
     PaperTask,
 }
 
 impl SuiteName {
     /// Every suite.
-    pub const ALL: [Self; 22] = [
+    pub const ALL: [Self; 28] = [
         Self::QuasiStatic,
         Self::Yaw,
         Self::Tilt,
@@ -78,6 +90,12 @@ impl SuiteName {
         Self::Edge,
         Self::High,
         Self::Fine,
+        Self::Frame5,
+        Self::Frame10,
+        Self::Frame20,
+        Self::CalibratedBoard,
+        Self::CalibratedMotors,
+        Self::CalibratedBall,
         Self::PaperTask,
     ];
 
@@ -106,6 +124,12 @@ impl SuiteName {
             Self::Edge => "edge",
             Self::High => "high",
             Self::Fine => "fine",
+            Self::Frame5 => "frame5",
+            Self::Frame10 => "frame10",
+            Self::Frame20 => "frame20",
+            Self::CalibratedBoard => "calibrated-board",
+            Self::CalibratedMotors => "calibrated-motors",
+            Self::CalibratedBall => "calibrated-ball",
             Self::PaperTask => "paper-task",
         }
     }
@@ -135,6 +159,12 @@ impl SuiteName {
             Self::Edge => "start and target with λ >= 0.005",
             Self::High => "5 to 20 cm below the motors",
             Self::Fine => "threshold 2 mm",
+            Self::Frame5 => "positions turned by 5° about the target",
+            Self::Frame10 => "positions turned by 10° about the target",
+            Self::Frame20 => "positions turned by 20° about the target",
+            Self::CalibratedBoard => "the camera's pose from a printed board",
+            Self::CalibratedMotors => "the camera's pose from the motors' pixels",
+            Self::CalibratedBall => "the camera's pose from six places of the ball",
             Self::PaperTask => "the paper's rig and task with the default camera",
         }
     }

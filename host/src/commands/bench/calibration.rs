@@ -1,0 +1,44 @@
+//! `plumb bench calibration`: the error of the camera's pose by each way of `plumb calibrate`.
+
+use std::process::ExitCode;
+
+use clap::Parser;
+use plumb_bench::calibration::{CalibrationWay, Survey, survey};
+
+use crate::commands::print::{self, tell};
+use crate::commands::{Failure, failed_because};
+
+/// Accuracy of the camera's pose by each way of `plumb calibrate`, on random rigs
+///
+/// Ways: board, motors, ball. The pictures of the board are rendered with noise; depth, pixels and
+/// measured places have the errors that docs/understand/results.md lists. A refused or poor
+/// calibration is repeated with other errors.
+#[derive(Parser)]
+pub(crate) struct CalibrationArgs {
+    /// Way; several with commas [default: all]
+    #[arg(long, value_delimiter = ',')]
+    way: Vec<CalibrationWay>,
+    /// Number of rigs
+    #[arg(long, default_value_t = 200)]
+    #[arg(value_parser = clap::value_parser!(u64).range(1..=100_000))]
+    rigs: u64,
+    /// Seed of rigs and errors
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// End with a line of JSON on standard output for each way
+    #[arg(long)]
+    json: bool,
+}
+
+pub(super) fn main(args: &CalibrationArgs) -> Result<ExitCode, Failure> {
+    let ways = if args.way.is_empty() { &CalibrationWay::ALL[..] } else { &args.way };
+    tell!("{}", Survey::HEADING);
+    for &way in ways {
+        let survey = survey(way, args.rigs, args.seed).map_err(failed_because)?;
+        tell!("{survey}");
+        if args.json {
+            print::result(serde_json::to_string(&survey)?)?;
+        }
+    }
+    Ok(ExitCode::SUCCESS)
+}
