@@ -14,7 +14,7 @@ import zlib
 
 MAGIC, VERSION = b"PLMB", 2
 # Identifies the types of all messages. A board with another schema rejects the Hello.
-SCHEMA = bytes.fromhex("3363735e94c199c8")
+SCHEMA = bytes.fromhex("186891e65c3fd2c9")
 HELLO, STOP, CONFIGURE, JOG, CLEAR_FAULT, STATUS = 0, 1, 3, 6, 8, 9
 STATES = ["unconfigured", "ready", "seeking", "holding", "fault"]
 STATES += ["jogging", "stopping", "storing"]
@@ -135,11 +135,13 @@ def config():
     reached = signed(10_000) + bytes([10])
     deadlines = unsigned(300) + unsigned(500) + unsigned(250)
     growth = signed(40_000) + unsigned(200)
+    following = signed(400 * 16, 20_000)
+    progress = signed(1_000) + unsigned(10_000)
     jog = signed(100 * 256, 200 * 16)
     drivers = unsigned(0) + unsigned(1000) + unsigned(1000) + unsigned(200)
     law = unsigned(1) + unsigned(1000)
     mean = unsigned(0)
-    limits = workspace + reached + deadlines + growth + jog
+    limits = workspace + reached + deadlines + growth + following + progress + jog
     return law + 3 * motor + bytes([16]) + limits + drivers + mean
 
 

@@ -30,6 +30,10 @@ pub struct Config {
     pub deadlines: Deadlines,
     /// Limit of the error's growth; beyond it, a motor is probably swapped or reversed.
     pub growth: Growth,
+    /// Limit of the motors' turn without the ball.
+    pub following: Following,
+    /// Limit of the time without progress.
+    pub progress: Progress,
     /// Limits of jogs.
     pub jog: JogLimits,
     /// Motor drivers.
@@ -148,6 +152,26 @@ pub struct Deadlines {
 #[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Growth {
     /// Margin above the smallest |e| since the target was set.
+    pub margin: Micrometres,
+    /// Duration.
+    pub time: Milliseconds,
+}
+
+/// Limit of the motors' turn without the ball: the board stops when a motor has turned by more than
+/// `turn` while the ball has moved along no axis by more than `movement`.
+#[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Following {
+    /// Difference of a motor's position, in either direction.
+    pub turn: Steps16,
+    /// Movement of the ball.
+    pub movement: Micrometres,
+}
+
+/// Limit of the time without progress: the board stops when |e| is outside the radius of a reached
+/// target and has not become smaller by `margin` for `time`.
+#[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Progress {
+    /// Margin below the smallest |e| so far.
     pub margin: Micrometres,
     /// Duration.
     pub time: Milliseconds,

@@ -241,7 +241,7 @@ pub enum ConfigField {
     Reached,
     /// A deadline of 0, or one above 5 s.
     Deadlines,
-    /// A margin or time of 0.
+    /// A margin of 0 or above 1 m, a time of 0 or above 5 s.
     Growth,
     /// A driver's pulse time above 4.1 µs, or a duty of 0 or above 100 %.
     Drivers,
@@ -256,6 +256,10 @@ pub enum ConfigField {
     MaxAge,
     /// A rate of 0 or less for jogs, a distance of 0 or less, or one above 67 million steps.
     Jog,
+    /// A turn of 0 or above 100 000 steps, a movement below 5 mm or above 1 m.
+    Following,
+    /// A margin of 0 or above 1 m, a time of 0 or above 60 s.
+    Progress,
 }
 
 /// State of the board. Grows at its end.
@@ -318,6 +322,11 @@ pub enum Fault {
     Watchdog,
     /// The control law did not answer in time.
     LawLate,
+    /// A motor turned far and the ball did not follow: a cable is slack, slips or is torn, a motor
+    /// has stalled, or the ball is caught.
+    NotFollowing,
+    /// |e| did not get smaller for long: the target is out of reach.
+    NoProgress,
 }
 
 /// State of the board at one moment.

@@ -27,6 +27,13 @@ impl fmt::Display for Fault {
             Self::LawLate => {
                 f.write_str("the control law had no answer in time: a fault of the firmware")
             }
+            Self::NotFollowing => f.write_str(
+                "the motors turn and the ball does not follow: is a cable slack or torn, a motor \
+                 stalled, or the ball caught?",
+            ),
+            Self::NoProgress => {
+                f.write_str("the ball gets no nearer to its target: is the target within reach?")
+            }
         }
     }
 }
@@ -78,7 +85,7 @@ impl fmt::Display for ConfigField {
                 "what counts as reached (radius above 0 and at most 1 m, 1 frame or more)"
             }
             Self::Deadlines => "the deadlines (above 0, at most 5 s)",
-            Self::Growth => "the error's growth limit (margin and time above 0)",
+            Self::Growth => "the error's growth limit (margin up to 1 m, time up to 5 s)",
             Self::Drivers => "the motor drivers (pulse times up to 4.1 µs, a duty of 1 to 100 %)",
             Self::Mean => "the running mean (at most 400 ms)",
             Self::Delay => "the law's delay (at most 500 ms)",
@@ -88,6 +95,10 @@ impl fmt::Display for ConfigField {
                  the board would drive on positions older than that deadline)"
             }
             Self::Jog => "the limits of jogs (rate and distance above 0)",
+            Self::Following => {
+                "the turn without the ball (up to 100 000 steps, movement 5 mm to 1 m)"
+            }
+            Self::Progress => "the time without progress (up to 60 s, margin up to 1 m)",
         })
     }
 }

@@ -5,6 +5,7 @@
 
 pub mod bench;
 pub mod chip;
+pub mod defects;
 pub mod links;
 pub mod plants;
 pub mod source_tree;

@@ -165,7 +165,10 @@ fn assert_miswired_rigs_stop(target: impl Fn(&mut Bench, u32)) {
             panic!("{order:?} {signs:?}: {}", bench.state())
         };
         assert!(
-            matches!(fault, Fault::ErrorGrowing | Fault::BallOutside | Fault::Travel(_)),
+            matches!(
+                fault,
+                Fault::ErrorGrowing | Fault::NotFollowing | Fault::BallOutside | Fault::Travel(_)
+            ),
             "{order:?} {signs:?}: {fault}"
         );
         assert!(
@@ -270,4 +273,26 @@ fn the_same_seed_gives_the_same_run_to_the_bit() {
     assert!(one.0.reached && one.0.error_mm.is_some_and(|e| e < 10.0), "{:?}", one.0);
     assert_eq!(one, two);
     assert_ne!(one.1, other.1);
+}
+
+/// The target (0.4, -0.1, 0.3) m is outside the triangle of the paper's motors. Without the guard
+/// motor A pays out 3000 steps (1.4 m) in 6 s, to the end of its travel.
+#[test]
+fn a_target_outside_the_triangle_does_not_pay_a_cable_out() {
+    for law in LawName::ALL {
+        let mut rig = Rig { law: law.into(), ..Rig::paper().expect("the paper's rig file") };
+        rig.set_targets(&[[0.4, -0.1, 0.3]]).expect("a target");
+        rig.workspace.min = [-0.2, -0.2, -0.1].map(|c| c.try_into().expect("a corner"));
+        rig.motors.travel = [-3000.0, 3000.0].map(|t| t.try_into().expect("a travel"));
+        let mut bench = seeking(&rig, Box::new(paper_plant()), usable(0));
+        let mut frames = 0;
+        while bench.state() == State::Seeking {
+            let _ = bench.frame(Some);
+            frames += 1;
+            assert!(frames < 900, "{law}: no stop within 30 s");
+        }
+        let motors = bench.board.borrow().motors();
+        assert_eq!(bench.state(), State::Fault(Fault::NotFollowing), "{law}: {motors:?}");
+        assert!(motors.iter().all(|motor| motor.abs() < 2000.0), "{law}: {motors:?}");
+    }
 }

@@ -4,8 +4,8 @@
 #![allow(clippy::expect_used, clippy::panic, reason = "a test stops at the first surprise")]
 
 use plumb_protocol::config::{
-    Config, Deadlines, Drivers, Growth, Interval, JogLimits, Law, Motor, Reached, StepDir,
-    Workspace,
+    Config, Deadlines, Drivers, Following, Growth, Interval, JogLimits, Law, Motor, Progress,
+    Reached, StepDir, Workspace,
 };
 use plumb_protocol::frame::{Accumulator, encode};
 use plumb_protocol::message::*;
@@ -103,6 +103,8 @@ fn the_configuration() {
             max_age: Milliseconds(250),
         },
         growth: Growth { margin: Micrometres(60_000), time: Milliseconds(600) },
+        following: Following { turn: Steps16(6400), movement: Micrometres(20_000) },
+        progress: Progress { margin: Micrometres(1_000), time: Milliseconds(10_000) },
         jog: JogLimits { max_rate: Rate(50 * 256), max_distance: Steps16(3200) },
         drivers: Drivers::StepDir(StepDir::A4988),
         mean: Milliseconds(300),
@@ -111,8 +113,8 @@ fn the_configuration() {
         Command::Configure(config),
         "04ac020306ffff01ff013effffffc702c702c702c702c702c702c702c702c7028080028080028080\
          02808002808002808002808002808002808002cc2080c00cd00fffed0580ee050c80c00cd00fffed\
-         0580ee050c80c00cd00fffed0580ee052910ffb418ffb418bf9a0cc0a38601c0ee6d80904ea09c01\
-         0aac02f403fa01c0a907d80480c80180320de807e807c801ac022a1fdb6200",
+         0580ee050c80c00cd00fffed0580ee053210ffb418ffb418bf9a0cc0a38601c0ee6d80904ea09c01\
+         0aac02f403fa01c0a907d8048064c0b802d00f904e80c80180320de807e807c801ac029c29466000",
     );
 }
 
@@ -166,14 +168,14 @@ fn reports() {
     ] {
         assert_bytes(FromBoard::Telemetry(Telemetry { state, ..idle }), hex);
     }
-    assert_bytes(
-        FromBoard::Fault(FaultReport {
-            time: Micros(300_200),
-            fault: Fault::HostSilent,
-            configuration: Some(298),
-        }),
-        "0503a8a9120701aa023f9efe0100",
-    );
+    for (fault, hex) in [
+        (Fault::HostSilent, "0503a8a9120701aa023f9efe0100"),
+        (Fault::NotFollowing, "0d03a8a9120901aa02b5d1f67d00"),
+        (Fault::NoProgress, "0d03a8a9120a01aa025b7e436f00"),
+    ] {
+        let report = FaultReport { time: Micros(300_200), fault, configuration: Some(298) };
+        assert_bytes(FromBoard::Fault(report), hex);
+    }
 }
 
 /// Every frame in the wire format's documentation is a message, and both directions are shown.

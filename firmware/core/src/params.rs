@@ -1,10 +1,11 @@
 //! A configuration that was checked, and the limits of the build.
 
 use plumb_protocol::config::{
-    self, Coils, Config, Deadlines, Drivers, Growth, JogLimits, Law, Motor, Reached, Workspace,
+    self, Coils, Config, Deadlines, Drivers, Following, Growth, JogLimits, Law, Motor, Progress,
+    Reached, Workspace,
 };
 use plumb_protocol::message::ConfigField;
-use plumb_protocol::units::Point;
+use plumb_protocol::units::{Micrometres, Point};
 
 use crate::clock::TICK_US;
 use crate::driver_timing::DriverTiming;
@@ -30,6 +31,8 @@ pub struct Params {
     pub(crate) reached: Reached,
     pub(crate) deadlines: Deadlines,
     pub(crate) growth: Growth,
+    pub(crate) following: Following,
+    pub(crate) progress: Progress,
     pub(crate) jog: JogLimits,
     pub(crate) drivers: Drivers,
     /// Pulse timing of the step generator for `drivers`.
@@ -52,6 +55,17 @@ const MAX_COORDINATE_UM: i32 = 4_000_000;
 const MAX_REACHED_RADIUS_UM: i32 = 1_000_000;
 /// Longest deadline, ms.
 const MAX_DEADLINE_MS: u16 = 5_000;
+/// Largest margin of the guards, µm.
+const MAX_MARGIN_UM: i32 = 1_000_000;
+/// Longest time for which the error may grow, ms.
+const MAX_GROWTH_MS: u16 = 5_000;
+/// Farthest turn of a motor without the ball, Q4 steps: 100 000 steps, half a metre of cable with
+/// a gear of 100:1.
+const MAX_TURN: i32 = 1_600_000;
+/// Movement of a ball that follows, µm. Below 5 mm noise alone would pass for it.
+const MOVEMENT_UM: core::ops::RangeInclusive<i32> = 5_000..=1_000_000;
+/// Longest time without progress, ms.
+const MAX_PROGRESS_MS: u16 = 60_000;
 /// Longest span of the moving average over the step plan, ms.
 pub(crate) const MAX_MEAN_MS: u16 = 400;
 /// Least acceleration, steps/s²: eight units of the planner's rate a tick even without microsteps.
@@ -82,6 +96,8 @@ impl Params {
             reached: config.reached,
             deadlines: config.deadlines,
             growth: config.growth,
+            following: config.following,
+            progress: config.progress,
             jog: config.jog,
             drivers: config.drivers,
             timing,
@@ -159,7 +175,7 @@ fn check_fields(
         report,
     )?;
     check_deadlines(&config.deadlines, report)?;
-    ensure(config.growth.margin.0 > 0 && config.growth.time.0 > 0, ConfigField::Growth, report)?;
+    check_guards(config, report)?;
     ensure(
         config.jog.max_rate.0 > 0 && (1..=2 * MAX_TRAVEL).contains(&config.jog.max_distance.0),
         ConfigField::Jog,
@@ -253,6 +269,26 @@ fn check_motor(
     ensure(
         (-MAX_TRAVEL..=0).contains(&min) && (0..=MAX_TRAVEL).contains(&max),
         ConfigField::Travel,
+        report,
+    )
+}
+
+fn check_guards(config: &Config, report: &mut impl Report) -> Result<(), ConfigField> {
+    let Config { growth, following, progress, .. } = config;
+    let in_range = |margin: Micrometres| (1..=MAX_MARGIN_UM).contains(&margin.0);
+    ensure(
+        in_range(growth.margin) && (1..=MAX_GROWTH_MS).contains(&growth.time.0),
+        ConfigField::Growth,
+        report,
+    )?;
+    ensure(
+        (1..=MAX_TURN).contains(&following.turn.0) && MOVEMENT_UM.contains(&following.movement.0),
+        ConfigField::Following,
+        report,
+    )?;
+    ensure(
+        in_range(progress.margin) && (1..=MAX_PROGRESS_MS).contains(&progress.time.0),
+        ConfigField::Progress,
         report,
     )
 }

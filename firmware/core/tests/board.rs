@@ -225,6 +225,16 @@ fn a_configuration_out_of_range_is_refused_with_its_field() {
     case(ConfigField::MaxAge, &|c| c.deadlines.max_age.0 = 5_000);
     case(ConfigField::Growth, &|c| c.growth.margin = Micrometres(-1));
     case(ConfigField::Growth, &|c| c.growth.time.0 = 0);
+    case(ConfigField::Growth, &|c| c.growth.margin.0 = 1_000_001);
+    case(ConfigField::Growth, &|c| c.growth.time.0 = 5_001);
+    case(ConfigField::Following, &|c| c.following.turn = Steps16(0));
+    case(ConfigField::Following, &|c| c.following.turn = Steps16(1_600_001));
+    case(ConfigField::Following, &|c| c.following.movement.0 = 4_999);
+    case(ConfigField::Following, &|c| c.following.movement.0 = 1_000_001);
+    case(ConfigField::Progress, &|c| c.progress.margin.0 = 0);
+    case(ConfigField::Progress, &|c| c.progress.margin.0 = 1_000_001);
+    case(ConfigField::Progress, &|c| c.progress.time.0 = 0);
+    case(ConfigField::Progress, &|c| c.progress.time.0 = 60_001);
     case(ConfigField::Jog, &|c| c.jog.max_rate = Rate(0));
     case(ConfigField::Jog, &|c| c.jog.max_distance = Steps16(0));
     case(ConfigField::Jog, &|c| c.jog.max_distance = Steps16(i32::MAX));

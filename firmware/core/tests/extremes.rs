@@ -7,10 +7,10 @@ use common::bench::{BALL, Bench, TARGET, point};
 use common::{BUILD, config, motor};
 use plumb_core::params::Params;
 use plumb_core::plan::Planner;
-use plumb_core::servo::{DivergenceGuard, error, magnitude};
+use plumb_core::servo::{DriveState, Guards};
 use plumb_core::{BuildLimits, MotorRates};
 use plumb_protocol::Config;
-use plumb_protocol::config::{Growth, Motor};
+use plumb_protocol::config::{Growth, Motor, Progress};
 use plumb_protocol::message::*;
 use plumb_protocol::units::{
     Acceleration, Micrometres, Micros, Milliseconds, Point, Rate, Steps16,
@@ -62,17 +62,22 @@ fn the_fastest_motors_at_the_ends_of_every_range_stay_within_their_travel() {
 }
 
 #[test]
-fn the_divergence_guard_accepts_the_farthest_positions() {
+fn the_guards_accept_the_farthest_positions() {
     const FAR: i32 = 4_000_000;
-    let (here, there) = ([-FAR; 3], Point([Micrometres(FAR); 3]));
-    let far = magnitude(error(here, there));
-    for margin in [1, i32::MAX] {
-        let rule = Growth { margin: Micrometres(margin), time: Milliseconds(u16::MAX) };
-        let mut guard = DivergenceGuard::default();
-        assert!(!guard.update(Micros(0), [FAR; 3], 0, there, &rule));
-        assert!(!guard.update(Micros(1), here, far, there, &rule));
-        assert_eq!(guard.update(Micros(u64::MAX), here, far, there, &rule), margin == 1);
-    }
+    let there = Point([Micrometres(FAR); 3]);
+    let near = DriveState::new([FAR; 3], there, [i32::MIN / 2; 3]);
+    let far = DriveState::new([-FAR; 3], there, [i32::MAX / 2; 3]);
+    let params = common::params(Config {
+        growth: Growth { margin: Micrometres(1_000_000), time: Milliseconds(5_000) },
+        progress: Progress { margin: Micrometres(1_000_000), time: Milliseconds(60_000) },
+        ..config()
+    });
+    let mut guards = Guards::default();
+    assert_eq!(guards.update(Micros(0), &near, &params), None);
+    assert_eq!(guards.update(Micros(1), &far, &params), None);
+    let turned = DriveState { motors: near.motors, ..far };
+    assert_eq!(guards.update(Micros(2), &turned, &params), Some(Fault::NotFollowing));
+    assert_eq!(guards.update(Micros(u64::MAX), &far, &params), Some(Fault::ErrorGrowing));
 }
 
 #[test]

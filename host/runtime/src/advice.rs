@@ -33,5 +33,14 @@ pub fn after_fault(fault: Fault) -> &'static str {
              the fault, and report the cause of the restart."
         }
         Fault::LawLate => "This is a fault of the firmware: report it with the run's folder.",
+        Fault::NotFollowing => {
+            "Check for a slack or torn cable, a motor that has stalled, a ball that is caught, or \
+             a target outside the triangle of the motors. Clear the fault and jog the motor back \
+             until its cable is taut."
+        }
+        Fault::NoProgress => {
+            "Clear the fault. Choose a target within reach of taut cables, and check that every \
+             motor turns the right way."
+        }
     }
 }

@@ -27,7 +27,7 @@ use serde::Deserialize;
 
 pub use self::conversion::OutOfRange;
 pub use self::driver::Driver;
-pub use self::guards::{DeadlineSettings, GrowthRule, ReachedRule};
+pub use self::guards::{DeadlineSettings, FollowingRule, GrowthRule, ProgressRule, ReachedRule};
 pub use self::jog::JogSettings;
 pub use self::law::{Estimating, LawSettings, NOMINAL_STEP_M, Seconds};
 pub use self::law_name::{LawName, UnknownLaw};
@@ -70,6 +70,12 @@ pub struct Rig {
     /// Rule by which a growing error stops the board.
     #[serde(default)]
     pub growth: GrowthRule,
+    /// Rule by which motors that turn without the ball stop the board.
+    #[serde(default)]
+    pub following: FollowingRule,
+    /// Rule by which a ball that gets no nearer to its target stops the board.
+    #[serde(default)]
+    pub progress: ProgressRule,
     /// Limits of jogs.
     #[serde(default)]
     pub jog: JogSettings,
@@ -169,6 +175,8 @@ impl Rig {
             deadlines: self.deadlines.convert(conversion),
             drivers: self.motors.driver.convert(conversion),
             growth: self.growth.convert(conversion),
+            following: self.following.convert(conversion),
+            progress: self.progress.convert(conversion),
             jog: self.jog.convert(conversion),
             mean: self.law.convert_mean(conversion),
         }

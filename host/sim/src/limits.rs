@@ -1,7 +1,7 @@
 //! Motor limits that all benchmarks share, and a board configuration with them.
 
 use plumb_protocol::config::{
-    Config, Deadlines, Drivers, Growth, JogLimits, Law, Motor, Reached, StepDir, Workspace,
+    Config, Deadlines, Drivers, JogLimits, Law, Motor, Reached, StepDir, Workspace,
 };
 use plumb_protocol::units::{Acceleration, Micrometres, Milliseconds, Point, Rate, Steps16};
 
@@ -25,8 +25,8 @@ impl Default for Limits {
 const MAX_WORKSPACE: i32 = 4_000_000;
 
 impl Limits {
-    /// Returns a configuration in which only lost positions stop the board. Other tests cover the
-    /// guards.
+    /// Returns a configuration with the widest travel and workspace. The guards are those of
+    /// [`Config::example`]: a benchmark also shows that they stop no healthy rig.
     pub fn config(&self, law: Law, mean: Milliseconds, threshold_m: f64) -> Config {
         let motor = Motor {
             max_rate: Rate((self.rate * 256.0) as i32),
@@ -35,6 +35,7 @@ impl Limits {
             travel_max: Steps16(1 << 29),
             reversed: false,
         };
+        let example = Config::example();
         Config {
             law,
             motors: [motor; 3],
@@ -49,7 +50,9 @@ impl Limits {
                 position: Milliseconds(500),
                 max_age: Milliseconds(499),
             },
-            growth: Growth { margin: Micrometres(i32::MAX), time: Milliseconds(u16::MAX) },
+            growth: example.growth,
+            following: example.following,
+            progress: example.progress,
             jog: JogLimits { max_rate: motor.max_rate, max_distance: Steps16(1 << 30) },
             drivers: Drivers::StepDir(StepDir::TMC2209),
             mean,

@@ -1,8 +1,8 @@
 //! A valid configuration, for examples and tests.
 
 use super::{
-    Config, Deadlines, Drivers, Growth, Interval, JogLimits, Law, Motor, Reached, StepDir,
-    Workspace,
+    Config, Deadlines, Drivers, Following, Growth, Interval, JogLimits, Law, Motor, Progress,
+    Reached, StepDir, Workspace,
 };
 use crate::units::{Acceleration, Bound, Gain, Micrometres, Milliseconds, Point, Rate, Steps16};
 
@@ -36,6 +36,8 @@ impl Config {
                 max_age: Milliseconds(250),
             },
             growth: Growth { margin: Micrometres(60_000), time: Milliseconds(600) },
+            following: Following { turn: Steps16(16 * 400), movement: Micrometres(20_000) },
+            progress: Progress { margin: Micrometres(1_000), time: Milliseconds(10_000) },
             jog: JogLimits { max_rate: Rate(400 << 8), max_distance: Steps16(16 * 8000) },
             drivers: Drivers::StepDir(StepDir::TMC2209),
             mean: Milliseconds(0),

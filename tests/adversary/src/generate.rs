@@ -77,6 +77,8 @@ pub fn accepted(random: &mut Random, positions: [i32; 3]) -> Config {
         },
         deadlines: deadlines(random),
         growth: growth(random),
+        following: following(random),
+        progress: progress(random),
         jog: jog_limits(random),
         drivers,
         mean: Milliseconds(if random.percent(40) { 0 } else { random.corner(0, 400) as u16 }),
@@ -190,11 +192,26 @@ fn deadlines(random: &mut Random) -> Deadlines {
 }
 
 fn growth(random: &mut Random) -> Growth {
-    let margin = if random.percent(60) { i64::from(i32::MAX) } else { random.corner(1, 1 << 30) };
-    Growth {
-        margin: Micrometres(margin as i32),
-        time: Milliseconds(random.corner(1, 65_535) as u16),
-    }
+    Growth { margin: margin(random), time: Milliseconds(random.corner(1, 5_000) as u16) }
+}
+
+/// Returns the margin of a guard, mostly the largest.
+fn margin(random: &mut Random) -> Micrometres {
+    let largest = random.percent(60);
+    Micrometres(if largest { 1_000_000 } else { random.corner(1, 1_000_000) as i32 })
+}
+
+/// Returns the limit of the motors' turn without the ball, mostly the farthest.
+fn following(random: &mut Random) -> Following {
+    let turn = if random.percent(60) { 1_600_000 } else { random.corner(1, 1_600_000) as i32 };
+    let movement = Micrometres(random.corner(5_000, 1_000_000) as i32);
+    Following { turn: Steps16(turn), movement }
+}
+
+/// Returns the limit of the time without progress, mostly the longest.
+fn progress(random: &mut Random) -> Progress {
+    let time = if random.percent(60) { 60_000 } else { random.corner(1, 60_000) as u16 };
+    Progress { margin: margin(random), time: Milliseconds(time) }
 }
 
 /// Returns limits of jogs, in half of the cases the widest.
@@ -211,7 +228,7 @@ fn jog_limits(random: &mut Random) -> JogLimits {
 pub fn invalid(random: &mut Random, positions: [i32; 3]) -> Config {
     let mut config = accepted(random, positions);
     let motor = random.below(3) as usize;
-    match random.below(21) {
+    match random.below(23) {
         0 => config.motors[motor].max_rate = Rate(random.any_i32()),
         1 => config.motors[motor].max_acceleration = Acceleration(random.any_i32() as u32),
         2 => config.motors[motor].travel_min = Steps16(random.any_i32()),
@@ -223,7 +240,9 @@ pub fn invalid(random: &mut Random, positions: [i32; 3]) -> Config {
         8 => config.deadlines.host = Milliseconds(random.pick(&[0, 5001, u16::MAX])),
         // The position deadline is below the maximum age.
         9 => config.deadlines.max_age = Milliseconds(random.corner(1, MAX_DEADLINE) as u16),
-        10 => config.growth.time = Milliseconds(0),
+        10 => config.growth.time = Milliseconds(random.pick(&[0, 5_001, u16::MAX])),
+        18 => config.following.movement = Micrometres(random.pick(&[0, 4_999, 1_000_001])),
+        19 => config.progress.time = Milliseconds(random.pick(&[0, 60_001, u16::MAX])),
         11 => config.drivers = Drivers::Coils(Coils { duty_percent: random.pick(&[0, 101, 255]) }),
         12 => config.mean = Milliseconds(random.range(401, 65_535) as u16),
         13 => {

@@ -11,7 +11,7 @@ const TICKS: u64 = 20_000;
 const LEAST: u64 = 20;
 
 /// Every fault except `Watchdog`, which exists only from the start.
-const FAULTS: [&str; 8] = [
+const FAULTS: [&str; 10] = [
     "HostSilent",
     "PositionLost",
     "BallOutside",
@@ -20,10 +20,12 @@ const FAULTS: [&str; 8] = [
     "ErrorGrowing",
     "EmergencyStop",
     "LawLate",
+    "NotFollowing",
+    "NoProgress",
 ];
 
 /// Every refusal that a message can cause; `Config(Law)` is for boards that are too slow for a law.
-const REFUSALS: [&str; 33] = [
+const REFUSALS: [&str; 35] = [
     "OutsideTravel",
     "Config(MaxAge)",
     "NotGreeted",
@@ -55,6 +57,8 @@ const REFUSALS: [&str; 33] = [
     "Config(Growth)",
     "Config(Drivers)",
     "Config(Jog)",
+    "Config(Following)",
+    "Config(Progress)",
     "Config(Mean)",
     "Config(Delay)",
 ];

@@ -2,7 +2,7 @@
 
 use plumb_protocol::Config;
 use plumb_protocol::config::{
-    Drivers, Growth, Interval, JogLimits, Law, Motor, StepDir, Workspace,
+    Drivers, Following, Growth, Interval, JogLimits, Law, Motor, Progress, StepDir, Workspace,
 };
 use plumb_protocol::frame::encode;
 use plumb_protocol::message::{
@@ -218,7 +218,9 @@ pub fn fast_config(rate: f64, driver: StepDir) -> Config {
         motors: [motor; 3],
         jog: JogLimits { max_rate: motor.max_rate, max_distance: Steps16(1 << 28) },
         workspace: Workspace { min: point([-1_000_000; 3]), max: point([2_000_000; 3]) },
-        growth: Growth { margin: Micrometres(1_000_000), time: Milliseconds(60_000) },
+        growth: Growth { margin: Micrometres(1_000_000), time: Milliseconds(5_000) },
+        following: Following { turn: Steps16(1_600_000), movement: Micrometres(1_000_000) },
+        progress: Progress { margin: Micrometres(1), time: Milliseconds(60_000) },
         drivers: Drivers::StepDir(driver),
         ..Config::example()
     }

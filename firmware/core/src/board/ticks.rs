@@ -136,15 +136,16 @@ impl Board {
         }
     }
 
-    /// Checks whether the target is reached and whether the ball is driven away from it.
+    /// Checks whether the target is reached, and whether a guard stops the drive.
     fn check_progress(&mut self, now: Micros, goal: Goal, out: &mut Outbox) {
         let Some(params) = self.setup.params() else { return };
-        let progress = self.servo.check_progress(now, goal.target, params);
+        let progress =
+            self.servo.check_progress(now, goal.target, self.planner.positions(), params);
         if progress.reached {
             self.state = State::Holding(goal);
         }
-        if progress.diverged {
-            self.fault(now, Fault::ErrorGrowing, out);
+        if let Some(fault) = progress.fault {
+            self.fault(now, fault, out);
         }
     }
 

@@ -3,7 +3,7 @@
 //! ```text
 //! position -> BallTracker -> law -> setpoint                     (an inline law, at once)
 //!                         -> LawClient -> LawWorker -> setpoint  (a deferred law, ticks later)
-//!                         -> ArrivalDetector, DivergenceGuard
+//!                         -> ArrivalDetector, Guards
 //! ```
 //!
 //! A [`Servo`] has no commands and no states. The board gives it positions and the present target,
@@ -12,8 +12,13 @@
 mod arrival;
 mod divergence;
 mod error;
+mod following;
+mod guards;
+mod nearest;
+mod progress;
 mod tracker;
 
+use plumb_protocol::message::Fault;
 use plumb_protocol::units::{Covariance, Micros, Milliseconds, Point};
 
 use crate::law::{InlineLaw, Law, Measurement, Setpoint, variances};
@@ -22,8 +27,8 @@ use crate::params::Params;
 use crate::plan::Planner;
 
 pub use arrival::ArrivalDetector;
-pub use divergence::DivergenceGuard;
 pub use error::{error, magnitude};
+pub use guards::{DriveState, Guards};
 pub use tracker::BallTracker;
 
 /// A position of the ball, inside the workspace.
@@ -56,8 +61,8 @@ impl MotorPositions {
 pub struct Progress {
     /// Whether the target counts as reached.
     pub reached: bool,
-    /// Whether the error has grown for too long.
-    pub diverged: bool,
+    /// Fault of a guard, which stops the drive.
+    pub fault: Option<Fault>,
 }
 
 /// The response of a deferred law was not there in its tick.
@@ -85,7 +90,7 @@ pub struct Servo<L = InlineLaw> {
     arrival: ArrivalDetector,
     /// When the drive began.
     drive_since: Micros,
-    divergence: DivergenceGuard,
+    guards: Guards,
 }
 
 /// Returns `limit` in µs.
@@ -112,7 +117,7 @@ impl<L: Law> Servo<L> {
             setpoint_since: Micros(0),
             arrival: ArrivalDetector::default(),
             drive_since: Micros(0),
-            divergence: DivergenceGuard::default(),
+            guards: Guards::default(),
         }
     }
 
@@ -125,10 +130,10 @@ impl<L: Law> Servo<L> {
     }
 
     /// Begins a drive. The guards start anew at standstill only: while motors turn
-    /// (`moving`) from the last drive, the divergence guard goes on.
+    /// (`moving`) from the last drive, they go on.
     pub fn begin_drive(&mut self, now: Micros, moving: bool) {
         if !moving {
-            self.divergence = DivergenceGuard::default();
+            self.guards = Guards::default();
         }
         self.drive_since = now;
         self.change_target(now);
@@ -145,7 +150,7 @@ impl<L: Law> Servo<L> {
     /// Ends the drive, so that the guards start anew with the next one even in motion.
     pub fn end_drive(&mut self, now: Micros) {
         self.drive_since = now;
-        self.divergence = DivergenceGuard::default();
+        self.guards = Guards::default();
     }
 
     /// Takes in a position that arrived at `now`. With a target, an inline law computes the
@@ -182,13 +187,20 @@ impl<L: Law> Servo<L> {
         self.setpoint_since = now;
     }
 
-    /// Checks the filtered position after a position was taken in. Call once for each position.
-    pub fn check_progress(&mut self, now: Micros, target: Point, params: &Params) -> Progress {
+    /// Checks the filtered position after a position was taken in; `motors` are the positions of
+    /// the motors, Q4 steps. Call once for each position.
+    pub fn check_progress(
+        &mut self,
+        now: Micros,
+        target: Point,
+        motors: [i32; 3],
+        params: &Params,
+    ) -> Progress {
         let Some(filtered) = self.tracker.filtered() else { return Progress::default() };
-        let distance = magnitude(error(filtered, target));
+        let state = DriveState::new(filtered, target, motors);
         Progress {
-            reached: self.arrival.update(distance, self.tracker.residual(), &params.reached),
-            diverged: self.divergence.update(now, filtered, distance, target, &params.growth),
+            reached: self.arrival.update(state.error, self.tracker.residual(), &params.reached),
+            fault: self.guards.update(now, &state, params),
         }
     }
 

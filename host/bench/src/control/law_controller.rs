@@ -115,7 +115,9 @@ impl Controller for LawController {
             return;
         }
         self.changed |= self.deferred.is_none();
-        self.reached |= self.servo.check_progress(now, self.target, &self.params).reached;
+        let progress =
+            self.servo.check_progress(now, self.target, self.planner.positions(), &self.params);
+        self.reached |= progress.reached;
     }
 
     fn tick(&mut self, now: Micros) -> [f64; 3] {

@@ -1,8 +1,8 @@
-//! Conditions that the board checks while it moves: a reached target, deadlines, a growing error.
+//! Conditions that the board checks while it moves: a reached target, deadlines, guards.
 
 use plumb_cameras::toml_file::Positive;
-use plumb_protocol::config::{Deadlines, Growth, Reached};
-use plumb_protocol::units::{Micrometres, Milliseconds};
+use plumb_protocol::config::{Deadlines, Following, Growth, Progress, Reached};
+use plumb_protocol::units::{Micrometres, Milliseconds, Steps16};
 use serde::Deserialize;
 
 use super::conversion::Conversion;
@@ -41,6 +41,28 @@ pub struct GrowthRule {
     pub time: Positive,
 }
 
+/// Rule by which motors that turn without the ball stop the board. See
+/// [`plumb_protocol::config::Following`].
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct FollowingRule {
+    /// Turn of a motor, full steps.
+    pub turn: Positive,
+    /// Movement of the ball, metres.
+    pub movement: Positive,
+}
+
+/// Rule by which a ball that gets no nearer to its target stops the board. See
+/// [`plumb_protocol::config::Progress`].
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ProgressRule {
+    /// Metres below the least |e| so far.
+    pub margin: Positive,
+    /// Time without it, seconds.
+    pub time: Positive,
+}
+
 impl Default for ReachedRule {
     /// Returns 10 pictures within 10 mm, the paper's threshold.
     fn default() -> Self {
@@ -60,6 +82,20 @@ impl Default for GrowthRule {
     /// Returns four times the default radius of a reached target, for 6 pictures at 30 pictures/s.
     fn default() -> Self {
         Self { margin: positive(0.04), time: positive(0.2) }
+    }
+}
+
+impl Default for FollowingRule {
+    /// Returns a turn of 400 steps: 300 stop no healthy rig (docs/understand/board.md).
+    fn default() -> Self {
+        Self { turn: positive(400.0), movement: positive(0.02) }
+    }
+}
+
+impl Default for ProgressRule {
+    /// Returns a time of 10 s: 5 s stop no healthy rig.
+    fn default() -> Self {
+        Self { margin: positive(0.001), time: positive(10.0) }
     }
 }
 
@@ -94,6 +130,25 @@ impl GrowthRule {
         Growth {
             margin: conversion.fit("growth.margin", self.margin.get(), Micrometres::from_si),
             time: conversion.fit("growth.time", self.time.get(), Milliseconds::from_si),
+        }
+    }
+}
+
+impl FollowingRule {
+    pub(super) fn convert(&self, conversion: &mut Conversion) -> Following {
+        let (turn, movement) = (self.turn.get(), self.movement.get());
+        Following {
+            turn: conversion.fit("following.turn", turn, Steps16::from_si),
+            movement: conversion.fit("following.movement", movement, Micrometres::from_si),
+        }
+    }
+}
+
+impl ProgressRule {
+    pub(super) fn convert(&self, conversion: &mut Conversion) -> Progress {
+        Progress {
+            margin: conversion.fit("progress.margin", self.margin.get(), Micrometres::from_si),
+            time: conversion.fit("progress.time", self.time.get(), Milliseconds::from_si),
         }
     }
 }

@@ -17,6 +17,7 @@ const JACOBIAN: [[f64; 3]; 3] = [[-0.5, -0.5, 1.0], [-1.0, 1.0, 0.0], [-0.7, -0.
 
 /// Next action.
 #[derive(Debug, Clone, PartialEq)]
+#[allow(clippy::large_enum_variant, reason = "one action exists at a time")]
 pub enum Action {
     /// Sends a command.
     Send(Command),

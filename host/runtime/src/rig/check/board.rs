@@ -26,6 +26,8 @@ fn keys(field: ConfigField, law: LawName) -> &'static [&'static str] {
         ConfigField::Reached => &["reached.radius", "reached.frames"],
         ConfigField::Deadlines => &["deadlines.host", "deadlines.position", "deadlines.max_age"],
         ConfigField::Growth => &["growth.margin", "growth.time"],
+        ConfigField::Following => &["following.turn", "following.movement"],
+        ConfigField::Progress => &["progress.margin", "progress.time"],
         ConfigField::Jog => &["jog.max_rate", "jog.max_distance"],
         ConfigField::Drivers => &["motors.driver"],
         ConfigField::Mean => match law {
