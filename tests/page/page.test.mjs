@@ -50,6 +50,9 @@ test("a run is shown, stopped with the space key, and driven to another target",
   } finally {
     await demo.end();
   }
+  const { legs, true_error_mm: trueError } = JSON.parse(demo.output);
+  assert.deepEqual(legs.map((leg) => leg.reached), [false, true]);
+  assert.ok(trueError < 15, `${trueError} mm from the last target`);
 });
 
 test("a target outside the workspace cannot be sent, a click chooses one inside", async () => {

@@ -209,10 +209,11 @@ fn run<T: Transport>(
         interrupted,
     });
     drop(page);
-    let target =
-        rig.targets.last().map_or_else(Point3::origin, |t| Point3::from(t.map(|c| c.get())));
-    let true_error_mm = ((ball().unwrap_or_default() - target).norm() * 1e6).round() / 1e3;
+    let ball = ball().unwrap_or_default();
     outputs.conclude(result, |summary| {
+        // A page may have set other targets than the rig file.
+        let target = summary.legs.last().map_or_else(Point3::origin, |leg| leg.target.into());
+        let true_error_mm = ((ball - target).norm() * 1e6).round() / 1e3;
         let time = if args.virtual_time { "virtual" } else { "real" };
         let line = Line { summary, true_error_mm, seed: args.seed, time };
         print::result(serde_json::to_string(&line)?)
