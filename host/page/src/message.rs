@@ -109,6 +109,10 @@ pub struct RigView {
     pub motors: Option<[[f64; 3]; 3]>,
     /// Highest rate of a motor, full steps/s.
     pub max_rate: f64,
+    /// Highest rate of a jog, full steps/s.
+    pub jog_rate: f64,
+    /// Longest distance of one jog, full steps.
+    pub jog_distance: f64,
     /// Lowest and highest position of a motor, full steps.
     pub travel: [f64; 2],
 }
@@ -125,6 +129,8 @@ impl RigView {
             radius: rig.reached.radius.get(),
             motors: motors.map(|motors| motors.map(Into::into)),
             max_rate: rig.motors.max_rate.get(),
+            jog_rate: rig.jog.max_rate.get().min(rig.motors.max_rate.get()),
+            jog_distance: rig.jog.max_distance.get(),
             travel: rig.motors.travel.map(|steps| steps.get()),
         }
     }
@@ -243,6 +249,17 @@ pub(crate) struct Ended {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn jogs_keep_the_limits_of_the_rig_file() {
+        let mut rig = Rig::paper().unwrap();
+        rig.jog.max_rate = 40.0.try_into().unwrap();
+        rig.jog.max_distance = 60.0.try_into().unwrap();
+        let view = RigView::of(&rig);
+        assert_eq!((view.jog_rate, view.jog_distance), (40.0, 60.0));
+        rig.motors.max_rate = 30.0.try_into().unwrap();
+        assert_eq!(RigView::of(&rig).jog_rate, 30.0);
+    }
 
     #[test]
     fn messages_of_a_page_are_read_strictly() {

@@ -1,8 +1,5 @@
 // Commands of a person: buttons, keys, the choice of a target.
 
-/** Rate of a jog, full steps/s; less where the motors allow less. */
-const JOG_RATE = 50;
-
 const byId = (id) => document.getElementById(id);
 const inputs = ["x", "y", "z"].map(byId);
 
@@ -26,6 +23,9 @@ export class Controls {
       [input.min, input.max] = [low[axis], high[axis]];
       if (input.value === "") input.value = ((low[axis] + high[axis]) / 2).toFixed(3);
     });
+    for (const option of byId("steps").options) {
+      option.disabled = Number(option.value) > rig.jog_distance;
+    }
     const height = byId("height");
     [height.min, height.max, height.value] = [low[2], high[2], inputs[2].value];
     this.#checkChoice();
@@ -108,7 +108,7 @@ export class Controls {
 
   #jog({ motor, sign }) {
     const steps = Number(sign) * Number(byId("steps").value);
-    this.#command({ type: "jog", motor, steps, rate: Math.min(JOG_RATE, this.#rig.max_rate) });
+    this.#command({ type: "jog", motor, steps, rate: this.#rig.jog_rate });
   }
 
   #command(command) {
