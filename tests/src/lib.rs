@@ -5,6 +5,7 @@
 
 pub mod bench;
 pub mod chip;
+pub mod commissioning;
 pub mod defects;
 pub mod links;
 pub mod plants;

@@ -5,6 +5,7 @@
 //! - [`run`]: a run: the control loop through a list of targets.
 //! - [`observer`]: the outputs of a run. [`queued`] gives an output a thread of its own; the
 //!   [`run_log`] and the [`recording`] of frames are such outputs.
+//! - [`commission`]: what is wrong with the wiring or the camera's pose, from small jogs.
 //! - [`operator`](mod@operator): commands from other threads to a run: targets, stop, hold, jog.
 //! - [`replay`]: the detector on a recording.
 //!
@@ -35,6 +36,7 @@
 #![deny(missing_docs)]
 
 pub mod advice;
+pub mod commission;
 pub mod link;
 pub mod observer;
 pub mod operator;

@@ -1,0 +1,73 @@
+//! Errors of an examination.
+
+use plumb_cameras::source::SourceError;
+use plumb_protocol::message;
+use plumb_vision::detect::DetectError;
+use thiserror::Error;
+
+use super::fault::Output;
+use crate::link::LinkError;
+
+/// Reason that an examination ended without a result. The motors stand or ramp down.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum ExaminationError {
+    /// The link to the board failed, or the board refused a jog.
+    #[error("link to the board")]
+    Link(#[from] LinkError),
+    /// The camera delivers no frames any more.
+    #[error("camera")]
+    Source(#[from] SourceError),
+    /// The frames ended.
+    #[error("the camera delivers no more frames")]
+    EndOfFrames,
+    /// The source is not live.
+    #[error("the source of the frames is not live: a recording does not show what the motors do")]
+    NotLive,
+    /// The detector failed.
+    #[error("detector")]
+    Detect(#[from] DetectError),
+    /// The simulated rig or another observer failed.
+    #[error("output of the check")]
+    Observer(#[source] plumb_cameras::source::BoxedError),
+    /// The ball was not seen before a motor turned.
+    #[error(
+        "the ball is seen in {seen} of {frames} pictures, {with_depth} of them with depth; hang it \
+         into the picture, 0.5 to 2 m from the camera, and compare [ball] of the camera file with \
+         it: diameter and hue"
+    )]
+    BallNotSeen {
+        /// Pictures.
+        frames: u32,
+        /// Pictures with a ball.
+        seen: u32,
+        /// Pictures with a ball whose position is known.
+        with_depth: u32,
+    },
+    /// The ball went out of sight while a motor turned.
+    #[error(
+        "the ball went out of sight after output {output} had turned by {steps:.0} steps; `plumb \
+         jog` turns it back; hang the ball in the middle of the picture"
+    )]
+    BallLost {
+        /// Output whose motor turned.
+        output: Output,
+        /// Steps until then, + pays out.
+        steps: f64,
+    },
+    /// The ball does not hang still.
+    #[error(
+        "the ball does not hang still: its positions scatter by {scatter_mm:.0} mm; wait until it \
+         is at rest, and remove what else has its colour"
+    )]
+    Unsteady {
+        /// Scatter of the measured positions, millimetres.
+        scatter_mm: f64,
+    },
+    /// The board stopped by itself.
+    #[error("the board has stopped by itself: {0}; remove the cause, then `plumb clear`")]
+    Stopped(message::Fault),
+    /// Somebody interrupted the examination.
+    #[error("interrupted: the motors have stopped on the way")]
+    Interrupted,
+}

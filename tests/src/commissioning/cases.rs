@@ -1,0 +1,201 @@
+//! Rigs of the population with one fault each.
+
+use nalgebra::{Affine3, Matrix4, Point3};
+use plumb_emulator::plant::{
+    Elastic, ElasticParameters, Geometry, Plant, Population, QuasiStatic, RigError, Task,
+    Variations, lowest_point,
+};
+use plumb_runtime::commission::{Explanation, Fault, Frame, Output, Wiring};
+use plumb_runtime::rig::{Rig, Size};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use serde_json::{from_value, json};
+
+/// Largest error of a length by tape measure, metres.
+const TAPE_M: f64 = 0.015;
+
+/// Fault of a case.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Mistake {
+    /// None.
+    None,
+    /// Motors on the wrong outputs or with the wrong direction.
+    Wiring(Wiring),
+    /// A motor that does not turn.
+    Still(Output),
+    /// A slack cable, with this length to spare, metres.
+    Slack(Output, f64),
+    /// A cable that slips when it is wound in: half of it.
+    Slips(Output),
+    /// A camera's pose that is turned or mirrored.
+    Frame(Frame),
+}
+
+/// A rig with a fault.
+pub struct Case {
+    /// Rig file.
+    pub rig: Rig,
+    /// Fault.
+    pub mistake: Mistake,
+    /// Seed of the camera's noise.
+    pub seed: u64,
+    task: Task,
+    is_elastic: bool,
+}
+
+impl Case {
+    /// Returns case `index` of `seed` without a fault: a rig of the population with a pose that is
+    /// a few degrees off, and every other rig with its size by tape measure.
+    pub fn right(seed: u64, index: u64) -> Self {
+        let degrees = std::f64::consts::PI / 180.0;
+        let population = Population {
+            least_lambda: 0.12,
+            variations: Variations {
+                yaw_rad: 5.0 * degrees,
+                tilt_rad: 3.0 * degrees,
+                radius_fraction: 0.1,
+                ..Variations::default()
+            },
+            ..Population::default()
+        };
+        let task = population.sample(seed, index).expect("a rig of the population");
+        let mut random = ChaCha8Rng::seed_from_u64(seed ^ index << 32);
+        let rig = rig_file(&task, index.is_multiple_of(2), &mut random);
+        let is_elastic = index % 4 >= 2;
+        Self { rig, mistake: Mistake::None, seed: index, task, is_elastic }
+    }
+
+    /// Returns case `index` of `seed` with a fault: ten kinds in turn.
+    pub fn wrong(seed: u64, index: u64) -> Self {
+        let right = Self::right(seed, index);
+        let mut random = ChaCha8Rng::seed_from_u64(!seed ^ index << 32);
+        Self { mistake: mistake(index, &mut random), ..right }
+    }
+
+    /// Returns the plant with its fault.
+    ///
+    /// # Panics
+    /// Where the rig cannot hang.
+    pub fn plant(&self) -> Box<dyn Plant + Send> {
+        let Task { geometry, start, .. } = self.task;
+        let elastic = ElasticParameters::default();
+        let plant: Box<dyn Plant + Send> = match (self.mistake, self.is_elastic) {
+            (Mistake::Slack(output, spare), false) => {
+                let lengths = with_slack(&geometry, start, output, spare);
+                Box::new(QuasiStatic::with_lengths(geometry, lengths).expect("a rig"))
+            }
+            (Mistake::Slack(output, spare), true) => {
+                let lengths = with_slack(&geometry, start, output, spare);
+                Box::new(Elastic::with_lengths(geometry, elastic, lengths).expect("a rig"))
+            }
+            (_, false) => Box::new(QuasiStatic::new(geometry, start).expect("a rig")),
+            (_, true) => Box::new(Elastic::new(geometry, elastic, start).expect("a rig")),
+        };
+        Box::new(Faulty { plant, mistake: self.mistake, last: [0.0; 3], turned: [0.0; 3] })
+    }
+
+    /// Returns the map from the rig frame to the frame of the measured positions.
+    pub fn seen(&self) -> Affine3<f64> {
+        let Mistake::Frame(frame) = self.mistake else { return Affine3::identity() };
+        // A pose that was taken in other axes with the same origin.
+        let mut matrix = Matrix4::identity();
+        matrix.fixed_view_mut::<3, 3>(0, 0).copy_from(&frame.matrix());
+        Affine3::from_matrix_unchecked(matrix)
+    }
+
+    /// Returns the faults that the check must name.
+    pub fn expected(&self) -> Vec<Fault> {
+        let (wiring, frame) = match self.mistake {
+            Mistake::None => (Wiring::RIGHT, Frame::RIGHT),
+            Mistake::Wiring(wiring) => (wiring, Frame::RIGHT),
+            Mistake::Frame(frame) => (Wiring::RIGHT, frame),
+            Mistake::Still(output) => return vec![Fault::Still(output)],
+            Mistake::Slack(output, _) => return vec![Fault::Slack(output)],
+            Mistake::Slips(output) => return vec![Fault::Slips(output)],
+        };
+        Explanation { wiring, frame }.faults()
+    }
+}
+
+/// Returns the rig file of `task`, with the size of the rig by tape measure where `has_size`.
+fn rig_file(task: &Task, has_size: bool, random: &mut ChaCha8Rng) -> Rig {
+    let mut rig = Rig::paper().expect("the paper's rig file");
+    let mut measured = |value: f64| value + TAPE_M * (2.0 * random.random::<f64>() - 1.0);
+    let motors = task.geometry.motors().map(|motor| [motor.x, motor.y, motor.z].map(&mut measured));
+    let step = task.geometry.step_lengths_m()[0];
+    let size = json!({ "motors": motors, "cable_per_step": step });
+    rig.size = has_size.then(|| from_value::<Size>(size).expect("a size"));
+    let corner = |sign: f64| [0, 1, 2].map(|k| task.start[k] + sign * 0.2);
+    let workspace = json!({ "min": corner(-1.0), "max": corner(1.0) });
+    rig.workspace = from_value(workspace).expect("a workspace");
+    rig
+}
+
+fn mistake(index: u64, random: &mut ChaCha8Rng) -> Mistake {
+    const SWAPS: [[usize; 3]; 3] = [[1, 0, 2], [2, 1, 0], [0, 2, 1]];
+    let any = random.random_range(0..3usize);
+    let output = Output::ALL[any];
+    let only = |which: usize| [0, 1, 2].map(|k| k == which);
+    let swap = Wiring { motors: SWAPS[any], ..Wiring::RIGHT };
+    let turns = Frame { yaw_deg: 90 * (1 + any as u16), ..Frame::RIGHT };
+    match index % 10 {
+        0 => Mistake::Wiring(swap),
+        1 => Mistake::Wiring(Wiring { motors: [[1, 2, 0], [2, 0, 1]][any % 2], ..Wiring::RIGHT }),
+        2 => Mistake::Wiring(Wiring { reversed: only(any), ..Wiring::RIGHT }),
+        3 => Mistake::Wiring(Wiring { reversed: only(any).map(|it| !it), ..Wiring::RIGHT }),
+        4 => Mistake::Wiring(Wiring { reversed: only(random.random_range(0..3)), ..swap }),
+        5 => Mistake::Still(output),
+        6 => Mistake::Slack(output, 0.005 + 0.025 * random.random::<f64>()),
+        7 => Mistake::Slips(output),
+        8 => Mistake::Frame(turns),
+        _ => Mistake::Frame(Frame { mirrored: true, ..Frame::RIGHT }),
+    }
+}
+
+/// Returns the cable lengths of a ball that hangs on two cables, the third with `spare` left.
+fn with_slack(geometry: &Geometry, start: Point3<f64>, output: Output, spare: f64) -> [f64; 3] {
+    let mut lengths = geometry.cable_lengths_m(&start);
+    let motor = output as usize;
+    lengths[motor] += 10.0;
+    let hang = lowest_point(geometry, lengths).expect("a ball on two cables");
+    lengths[motor] = (hang.ball - geometry.motors()[motor]).norm() + spare;
+    lengths
+}
+
+/// Plant with a fault between the board and the cables.
+struct Faulty {
+    plant: Box<dyn Plant + Send>,
+    mistake: Mistake,
+    /// Positions of the outputs at the last call, steps.
+    last: [f64; 3],
+    /// Turn of the motors since the start, steps.
+    turned: [f64; 3],
+}
+
+impl Plant for Faulty {
+    fn advance(&mut self, dt_s: f64, outputs: [f64; 3]) -> Result<(), RigError> {
+        for (output, position) in outputs.into_iter().enumerate() {
+            let steps = position - self.last[output];
+            let (motor, share) = match self.mistake {
+                Mistake::Wiring(wiring) => {
+                    let sign = if wiring.reversed[output] { -1.0 } else { 1.0 };
+                    (wiring.motors[output], sign)
+                }
+                Mistake::Still(still) if still as usize == output => (output, 0.0),
+                Mistake::Slips(slips) if slips as usize == output && steps < 0.0 => (output, 0.5),
+                _ => (output, 1.0),
+            };
+            self.turned[motor] += share * steps;
+        }
+        self.last = outputs;
+        self.plant.advance(dt_s, self.turned)
+    }
+
+    fn ball(&self) -> Point3<f64> {
+        self.plant.ball()
+    }
+
+    fn slack(&self) -> [bool; 3] {
+        self.plant.slack()
+    }
+}
