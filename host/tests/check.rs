@@ -1,4 +1,5 @@
-//! `plumb check RIG.toml --file-only`: every mistake of a rig file at once, without a board.
+//! `plumb check RIG.toml`: every mistake of a rig file at once, and a rig that does not move before
+//! a yes. tutorial.rs tries the jogs.
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops at the first surprise")]
 
@@ -65,10 +66,24 @@ fn targets_beside_the_motors_and_below_the_floor_are_refused() {
 }
 
 #[test]
-fn the_check_of_the_files_is_asked_for() {
+fn nothing_moves_before_a_yes() {
     let folder = folder();
     let rig = rig_file(folder.path(), |text| text);
-    let output = plumb(&["check", &rig], folder.path());
+    let emulator = Emulator::start();
+    let output = plumb(&["check", &rig, "--port", &emulator.port, "--json"], folder.path());
+    assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+    assert!(stderr(&output).contains("nothing has moved"), "{}", stderr(&output));
+    assert!(json(&output)["error"].as_str().unwrap().contains("needs a yes"));
+    let status = plumb(&["board", "status", "--port", &emulator.port], folder.path());
+    let text = stderr(&status) + &String::from_utf8_lossy(&status.stdout);
+    assert!(text.contains("unconfigured"), "{text}");
+}
+
+#[test]
+fn a_file_with_an_error_is_not_tried_on_the_rig() {
+    let folder = folder();
+    let rig = rig_file(folder.path(), |text| text.replace("microsteps = 16", "microsteps = 17"));
+    let output = plumb(&["check", &rig, "--yes", "--port", "absent"], folder.path());
     assert_eq!(output.status.code(), Some(2));
-    assert!(stderr(&output).contains("--file-only"), "{}", stderr(&output));
+    assert!(!stderr(&output).contains("absent"), "{}", stderr(&output));
 }

@@ -1,4 +1,7 @@
-//! `plumb check`: whether a rig file and its camera file are right.
+//! `plumb check`: whether a rig file and its camera file are right, and the rig itself.
+
+mod commissioning;
+mod words;
 
 use std::process::ExitCode;
 
@@ -9,21 +12,40 @@ use serde::Serialize;
 
 use super::exit::BAD_INPUT;
 use super::print::tell;
-use super::rig_args::RigArg;
-use super::{Failure, print};
+use super::rig_args::{PortArgs, RigArg};
+use super::{DetectorName, FAILED, Failure, print};
+use commissioning::RigLine;
 
-/// Check a rig file and its camera file: every mistake at once, without a board
+/// Check a rig: its files, then its wiring, cables and camera with small jogs
 ///
-/// An error is what a run refuses. A warning is about a file that a run accepts, but that protects
-/// the rig badly. Exit code 2 where there is an error.
+/// The files come first: every mistake at once. Then each motor turns a little, one after the other
+/// and back, and the camera watches the ball. The command names swapped and reversed motors, a
+/// motor that does not turn, slack and slipping cables, and a camera's pose that is turned or
+/// mirrored, and offers the corrected rig file. Nothing moves before a yes.
+///
+/// Exit code 0 where nothing is wrong, 1 where the rig has a fault, 2 where a file has an error.
 #[derive(Parser)]
-#[command(after_help = examples!["plumb check rig.toml --file-only"])]
+#[command(
+    after_help = examples![
+        "plumb check rig.toml --file-only",
+        "plumb check rig.toml",
+        "plumb check rig.toml --yes --json",
+    ]
+)]
 pub(crate) struct Args {
     #[command(flatten)]
     rig: RigArg,
     /// Check the files only: no board, no camera, nothing moves
-    #[arg(long, required = true)]
+    #[arg(long)]
     file_only: bool,
+    #[command(flatten)]
+    port: PortArgs,
+    /// Detector of the ball
+    #[arg(long, value_enum, default_value = "ball")]
+    detector: DetectorName,
+    /// Turn the motors and write the corrected rig file without asking
+    #[arg(long)]
+    yes: bool,
     /// End with a line of JSON on standard output
     #[arg(long)]
     json: bool,
@@ -35,6 +57,9 @@ struct Line<'a> {
     errors: usize,
     warnings: usize,
     findings: &'a [Finding],
+    /// Result of the jogs; absent with `--file-only` and where a file has an error.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    rig: Option<RigLine>,
 }
 
 pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
@@ -51,9 +76,25 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
         plural(errors),
         plural(warnings)
     );
+    let rig = match (errors, args.file_only) {
+        (0, false) => Some(commissioning::examine(&args)?),
+        _ => None,
+    };
+    let code = match (errors, &rig) {
+        (0, Some(rig)) if !rig.right => FAILED,
+        (0, _) => 0,
+        _ => BAD_INPUT,
+    };
     if args.json {
-        let line = Line { errors, warnings, findings: &findings };
+        let line = Line { errors, warnings, findings: &findings, rig };
         print::result(serde_json::to_string(&line)?)?;
     }
-    Ok(if errors == 0 { ExitCode::SUCCESS } else { ExitCode::from(BAD_INPUT) })
+    Ok(ExitCode::from(code))
+}
+
+impl Args {
+    /// Returns the path of the rig file for messages.
+    fn file(&self) -> impl std::fmt::Display {
+        self.rig.rig.display()
+    }
 }

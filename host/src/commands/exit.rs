@@ -13,6 +13,7 @@ use plumb_calibrate::corners::BoardError;
 use plumb_cameras::record::RecordError;
 use plumb_page::PageError;
 use plumb_protocol::message::Refusal;
+use plumb_runtime::commission::ExaminationError;
 use plumb_runtime::error_chain::ErrorChain;
 use plumb_runtime::link::LinkError;
 use plumb_runtime::replay::ReplayError;
@@ -132,6 +133,13 @@ fn exit_code(error: &(dyn Error + 'static)) -> u8 {
             RunError::Connect(error) => link_exit_code(error),
             RunError::Broken { .. } => FAILED,
             _ => BAD_INPUT,
+        };
+    }
+    if let Some(error) = error.downcast_ref::<ExaminationError>() {
+        return match error {
+            ExaminationError::Link(error) => link_exit_code(error),
+            ExaminationError::NotLive => BAD_INPUT,
+            _ => FAILED,
         };
     }
     if let Some(RunLogError::Io { source: error, .. }) = error.downcast_ref() {

@@ -20,6 +20,7 @@ mod interrupt;
 pub(crate) mod manual;
 pub(crate) mod motors;
 mod numbers;
+mod old_file;
 mod options;
 mod outputs;
 mod page;

@@ -88,7 +88,7 @@ fn serve(
 ///
 /// # Errors
 /// Where the board has stopped by itself: the fault stays until `plumb clear`.
-fn connect(rig: &Rig, serial: Serial) -> Result<Link<Serial>, Failure> {
+pub(super) fn connect(rig: &Rig, serial: Serial) -> Result<Link<Serial>, Failure> {
     let config = rig.config()?;
     let mut link = Link::connect(serial)?;
     if let State::Fault(fault) = link.status()?.state {

@@ -1,0 +1,116 @@
+//! `plumb check RIG`: jogs each motor, watches the ball, and offers the corrected rig file.
+
+use plumb_cameras::bounded_read::read_text;
+use plumb_cameras::camera_file;
+use plumb_cameras::settings::SourceName;
+use plumb_cameras::toml_file::MAX_BYTES;
+use plumb_protocol::units::Steps16;
+use plumb_runtime::commission::{
+    Examination, ExaminationParts, Explanation, Fault, Report, corrected,
+};
+use plumb_runtime::link::{Link, Serial};
+use plumb_runtime::observer::Observer;
+use plumb_runtime::rig::Rig;
+use plumb_vision::camera::Camera;
+use serde::Serialize;
+
+use super::super::interrupt::interrupt_flag;
+use super::super::motors::connect;
+use super::super::old_file::{OldFile, ask};
+use super::super::print::tell;
+use super::super::run_camera::RunCamera;
+use super::super::{Failure, Physics, bad_input};
+use super::{Args, words};
+
+/// Result of the jogs.
+#[derive(Serialize)]
+pub(super) struct RigLine {
+    /// Whether no fault was found.
+    pub(super) right: bool,
+    /// Place of the ball before the first jog, metres.
+    ball_m: [f64; 3],
+    /// Displacement of the ball for outputs A, B, C at the far end of the jog that pays out,
+    /// millimetres.
+    moved_mm: [[f64; 3]; 3],
+    /// Its distance, full steps.
+    steps: [f64; 3],
+    faults: Vec<Fault>,
+    /// Faults that would look the same.
+    alternatives: Vec<Vec<Fault>>,
+    /// Turn of the camera's pose about the vertical beyond the faults, degrees.
+    yaw_deg: f64,
+    /// Whether the rig file was corrected.
+    written: bool,
+}
+
+/// Examines the rig of the options.
+pub(super) fn examine(args: &Args) -> Result<RigLine, Failure> {
+    let file = &args.rig.rig;
+    let rig = Rig::read(file)?;
+    let camera = read_text(&rig.camera.file, MAX_BYTES)?;
+    let camera = camera_file::parse(&rig.camera.file, &camera)?;
+    if !(args.yes || ask(words::QUESTION)?) {
+        return Err(bad_input("nothing has moved: the check needs a yes"));
+    }
+    let link = connect(&rig, args.port.open(&rig.board)?)?;
+    let report = jog_and_look(args, &rig, camera, link)?;
+    words::tell_report(&report);
+    let written = offer_correction(args, &rig, &report)?;
+    Ok(RigLine::new(&report, written))
+}
+
+/// Opens the camera, jogs the motors and watches the ball.
+fn jog_and_look(
+    args: &Args,
+    rig: &Rig,
+    camera: Camera,
+    mut link: Link<Serial>,
+) -> Result<Report, Failure> {
+    let chosen = rig.camera.source(rig.simulation.is_some());
+    let chosen = chosen.map_err(|error| bad_input(format!("{}: {error}", args.file())))?;
+    let RunCamera { mut source, camera, mut follower } = match chosen {
+        SourceName::Simulated => {
+            let motors = link.status()?.motors.map(Steps16::to_si);
+            RunCamera::simulated(rig, camera, Physics::QuasiStatic, motors)?
+        }
+        _ => RunCamera::open(rig, camera, None)?,
+    };
+    let interrupted = interrupt_flag()?;
+    let mut observers: Vec<&mut dyn Observer> = Vec::new();
+    observers.extend(follower.as_mut().map(|follower| follower as &mut dyn Observer));
+    let mut parts = ExaminationParts {
+        source: &mut *source,
+        detector: &mut *args.detector.detector(&camera),
+        observers: &mut observers,
+        progress: &mut |text| tell!("{text}"),
+        interrupted: &interrupted,
+    };
+    Ok(Examination::run(rig, link, &mut parts)?)
+}
+
+/// Offers the rig file with the right directions. Returns whether it is written.
+fn offer_correction(args: &Args, rig: &Rig, report: &Report) -> Result<bool, Failure> {
+    let Some(reversed) = report.corrected_directions(rig.motors.reversed) else {
+        return Ok(false);
+    };
+    let path = &args.rig.rig;
+    let text = read_text(path, MAX_BYTES)?;
+    let new = corrected(&text, reversed)?;
+    OldFile { path, text: &text }.offer(&new, &format!("`reversed = {reversed:?}`"), args.yes)
+}
+
+impl RigLine {
+    fn new(report: &Report, written: bool) -> Self {
+        let micrometres = |metres: f64| (metres * 1e6).round() / 1e3;
+        Self {
+            right: report.is_right(),
+            ball_m: [0, 1, 2].map(|axis| micrometres(report.ball[axis]) / 1e3),
+            moved_mm: report.responses.map(|it| <[f64; 3]>::from(it.out.moved).map(micrometres)),
+            steps: report.responses.map(|it| it.out.steps),
+            faults: report.faults.clone(),
+            alternatives: report.alternatives.iter().map(Explanation::faults).collect(),
+            yaw_deg: (report.yaw_deg * 10.0).round() / 10.0,
+            written,
+        }
+    }
+}

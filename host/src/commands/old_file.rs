@@ -1,0 +1,69 @@
+//! A file that a command changes when the user agrees. The former version stays beside it.
+
+use std::fs;
+use std::io::{BufRead, IsTerminal, stdin};
+use std::path::{Path, PathBuf};
+
+use super::print::{message, tell};
+use super::{Failure, failed};
+
+/// File before its change.
+pub(super) struct OldFile<'a> {
+    /// Its path.
+    pub(super) path: &'a Path,
+    /// Its text.
+    pub(super) text: &'a str,
+}
+
+impl OldFile<'_> {
+    /// Replaces the file by `text`, if the user agrees: writes `what` into it. Returns whether it
+    /// is written.
+    pub(super) fn offer(&self, text: &str, what: &str, is_agreed: bool) -> Result<bool, Failure> {
+        let path = self.path.display();
+        if !(is_agreed || ask(&format!("Write {what} into {path}?"))?) {
+            tell!("{path} is not changed");
+            return Ok(false);
+        }
+        let backup = self.backup();
+        write(&backup, self.text.as_bytes())?;
+        replace(self.path, text.as_bytes())?;
+        tell!("{path} is written; the former one is {}", backup.display());
+        Ok(true)
+    }
+
+    /// Returns the path of the former version: "camera.toml.bak".
+    fn backup(&self) -> PathBuf {
+        let mut name = self.path.as_os_str().to_owned();
+        name.push(".bak");
+        name.into()
+    }
+}
+
+/// Asks a question on the terminal. Returns whether the answer is yes; without a terminal it is no.
+pub(super) fn ask(question: &str) -> Result<bool, Failure> {
+    if !stdin().is_terminal() {
+        tell!("plumb: nobody can be asked on this input: say yes with --yes");
+        return Ok(false);
+    }
+    message(format_args!("{question} [y/N] "));
+    let mut line = String::new();
+    stdin().lock().read_line(&mut line)?;
+    Ok(matches!(line.trim(), "y" | "Y" | "yes"))
+}
+
+fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
+    let message = |error| failed(format!("{}: cannot be written: {error}", path.display()));
+    fs::write(path, bytes).map_err(message)
+}
+
+/// Replaces a file in one step, so that no reader sees half of it.
+fn replace(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
+    // A link is followed: the file that it names is replaced.
+    let message = |error| failed(format!("{}: cannot be written: {error}", path.display()));
+    let path = fs::canonicalize(path).map_err(message)?;
+    let mut name = path.as_os_str().to_owned();
+    name.push(".new");
+    let new = PathBuf::from(name);
+    write(&new, bytes)?;
+    fs::rename(&new, &path).map_err(message)
+}
