@@ -4,6 +4,9 @@
 use plumb_runtime::commission::Explanation;
 use plumb_tests::commissioning::{Case, examine};
 
+/// Seed of the rigs: with this one the ball is missing in most of a few pictures once.
+const SEED: u64 = 2;
+
 /// Rigs of each kind.
 const RIGS: u64 = 200;
 
@@ -11,7 +14,7 @@ const RIGS: u64 = 200;
 fn no_right_rig_is_accused() {
     let mut wrong = Vec::new();
     for index in 0..RIGS {
-        match examine(&Case::right(1, index)) {
+        match examine(&Case::right(SEED, index)) {
             Ok(report) if report.is_right() => {}
             Ok(report) => wrong.push(format!("rig {index}: {:?}", report.faults)),
             Err(error) => wrong.push(format!("rig {index}: {error}")),
@@ -24,7 +27,7 @@ fn no_right_rig_is_accused() {
 fn the_fault_of_every_wrong_rig_is_named() {
     let mut wrong = Vec::new();
     for index in 0..RIGS {
-        let case = Case::wrong(1, index);
+        let case = Case::wrong(SEED, index);
         let expected = case.expected();
         match examine(&case) {
             Ok(report) if report.faults == expected => {}

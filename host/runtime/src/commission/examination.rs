@@ -219,9 +219,15 @@ impl<'a, 'p, T: Transport> Examination<'a, 'p, T> {
         steps: f64,
         pictures: u32,
     ) -> Result<Place, ExaminationError> {
-        let Pictures { positions, frames, .. } = self.look(pictures)?;
-        let enough = 2 * positions.len() as u32 > frames;
-        Place::of(&positions).filter(|_| enough).ok_or(ExaminationError::BallLost { output, steps })
+        // Of a few pictures most may be without a ball by chance.
+        for pictures in [pictures, PICTURES] {
+            let Pictures { positions, frames, .. } = self.look(pictures)?;
+            let is_seen = 2 * positions.len() as u32 > frames;
+            if let Some(place) = Place::of(&positions).filter(|_| is_seen) {
+                return Ok(place);
+            }
+        }
+        Err(ExaminationError::BallLost { output, steps })
     }
 
     /// Takes pictures of the ball at rest: those from [`SETTLE_S`] after now.
