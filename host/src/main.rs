@@ -7,7 +7,7 @@ mod commands;
 
 use std::process::ExitCode;
 
-use clap::{CommandFactory, Parser, Subcommand};
+use clap::{ArgAction, CommandFactory, Parser, Subcommand};
 
 /// Drives a ball on three cables to a target in space, without a model of the robot.
 ///
@@ -17,6 +17,10 @@ use clap::{CommandFactory, Parser, Subcommand};
 #[derive(Parser)]
 #[command(version, max_term_width = 100)]
 struct Cli {
+    /// Report on standard error what the program does: -v the steps of a run and of the link to the
+    /// board, -vv repeated requests and lost frames too, -vvv also every frame
+    #[arg(short, long, action = ArgAction::Count, global = true)]
+    verbose: u8,
     #[command(subcommand)]
     command: Command,
 }
@@ -52,6 +56,10 @@ fn main() -> ExitCode {
         Ok(cli) => cli,
         Err(error) => return commands::report_usage(&error),
     };
+    let log = match commands::verbose::start(cli.verbose) {
+        Ok(log) => log,
+        Err(failure) => return failure.report(),
+    };
     let result = match cli.command {
         Command::Demo(args) => commands::demo::main(args),
         Command::Run(args) => commands::run::run(args),
@@ -74,6 +82,8 @@ fn main() -> ExitCode {
         Command::Man(args) => commands::manual::man(&args, Cli::command()),
         Command::Bench(command) => commands::bench::main(command),
     };
+    // The messages of the log come before the failure.
+    drop(log);
     match result {
         Ok(code) => code,
         Err(failure) => failure.report(),

@@ -29,6 +29,7 @@ pub(crate) mod replay;
 mod rig_args;
 pub(crate) mod run;
 mod run_camera;
+pub(crate) mod verbose;
 pub(crate) mod verify;
 
 use clap::ValueEnum;

@@ -9,6 +9,7 @@ mod recording;
 use std::path::PathBuf;
 
 use plumb_vision::camera::Camera;
+use tracing::info;
 
 use crate::camera_file;
 use crate::driver::{CameraDriver, OpenError, OpenRequest, OpenedCamera};
@@ -38,7 +39,11 @@ pub fn open_camera(
     let name = settings.source(false)?;
     let driver = driver(name).ok_or(OpenError::NoDriver(name))?;
     let request = OpenRequest { settings, camera, device_recording };
-    driver.open(&request).map_err(|cause| OpenError::Driver { driver: name, cause })
+    let opened =
+        driver.open(&request).map_err(|cause| OpenError::Driver { driver: name, cause })?;
+    let intrinsics = &opened.camera.intrinsics;
+    info!(driver = %name, device = opened.description, ?intrinsics, "opened the camera");
+    Ok(opened)
 }
 
 impl CameraSettings {

@@ -139,6 +139,7 @@ impl<T: Transport> Link<T> {
             if self.transport.now() >= deadline {
                 return Err(self.silent(what, timeout));
             }
+            debug!(id, "no answer from the board: sending {what} again");
         }
     }
 

@@ -7,6 +7,7 @@
 
 mod error;
 mod exchange;
+mod incoming;
 mod monitor;
 mod service;
 mod submission;
@@ -22,6 +23,7 @@ use plumb_protocol::message::{
     ToBoard,
 };
 use plumb_protocol::units::{Covariance, Micros, Point};
+use tracing::{debug, info};
 
 pub use error::LinkError;
 use monitor::{LinkMonitor, Problem};
@@ -40,9 +42,6 @@ const REPEAT_AFTER: Duration = Duration::from_millis(100);
 
 /// Longest wait of one poll of the port.
 const POLL_INTERVAL: Duration = Duration::from_millis(20);
-
-/// Bytes that one poll takes in at most: 20 s of telemetry.
-const MAX_BACKLOG: usize = 1 << 16;
 
 /// Connection to a board that has answered the greeting.
 pub struct Link<T> {
@@ -77,6 +76,7 @@ impl<T: Transport> Link<T> {
         let mut link = Self::open(transport)?;
         link.hello(ANSWER_TIMEOUT)?;
         link.monitor.begin(link.transport.now());
+        info!(port = link.transport.name(), "connected to the board");
         Ok(link)
     }
 
@@ -115,6 +115,7 @@ impl<T: Transport> Link<T> {
         (self.configuration, self.configured) = (Some(id), time);
         (self.telemetry, self.fault) = (None, None);
         self.monitor.begin(self.transport.now());
+        info!(id, "configured the board");
         Ok(())
     }
 
@@ -133,6 +134,7 @@ impl<T: Transport> Link<T> {
     /// Where the link fails, or the motors do not come to rest.
     pub fn stop(&mut self) -> Result<(), LinkError> {
         (self.target, self.submission) = (None, None);
+        debug!("stopping the motors");
         self.request("the request to stop", Command::Stop)?;
         let (mut fastest, mut since) = (u64::MAX, self.transport.now());
         loop {
@@ -140,6 +142,7 @@ impl<T: Transport> Link<T> {
             let rate = rates.iter().map(|rate| u64::from(rate.0.unsigned_abs())).sum();
             // The last rates of a ramp are rounded to 0 while the board still stops.
             if rate == 0 && state != State::Stopping {
+                debug!(%state, "the motors stand");
                 return Ok(());
             }
             let now = self.transport.now();
@@ -239,82 +242,6 @@ impl<T: Transport> Link<T> {
                 }
                 _ => Ok(()),
             },
-        }
-    }
-
-    /// Receives the messages that have arrived, or arrive within `wait`.
-    fn listen(&mut self, wait: Duration) -> Result<Vec<FromBoard>, LinkError> {
-        let mut bytes = Vec::new();
-        self.transport.receive(&mut bytes, wait)?;
-        // After a pause of the host more has arrived than one call returns.
-        let mut before = 0;
-        while bytes.len() > before && bytes.len() < MAX_BACKLOG {
-            before = bytes.len();
-            self.transport.receive(&mut bytes, Duration::ZERO)?;
-        }
-        let mut messages = Vec::new();
-        for byte in bytes {
-            match self.accumulator.push::<FromBoard>(byte) {
-                None => {}
-                Some(Ok(message)) => {
-                    self.note(&message);
-                    messages.push(message);
-                }
-                Some(Err(_)) => self.bad_frames += 1,
-            }
-        }
-        Ok(messages)
-    }
-
-    /// Handles a message of the board.
-    fn note(&mut self, message: &FromBoard) {
-        match message {
-            FromBoard::Telemetry(telemetry) => self.note_telemetry(telemetry),
-            FromBoard::Fault(report)
-                if report.configuration == self.configuration && report.time >= self.configured =>
-            {
-                self.fault = Some(report.fault);
-            }
-            FromBoard::Answer(answer) => self.note_answer(answer),
-            FromBoard::Started(cause) => self.start_cause = Some(*cause),
-            FromBoard::Fault(_) | FromBoard::Hello(_) => {}
-        }
-    }
-
-    fn note_telemetry(&mut self, telemetry: &Telemetry) {
-        if telemetry.time < self.configured {
-            // Of the time before the configuration, on its way until now.
-            return;
-        }
-        self.monitor.acknowledged(telemetry.sequence, self.transport.now());
-        self.telemetry = Some(*telemetry);
-        if let State::Fault(fault) = telemetry.state
-            && telemetry.configuration == self.configuration
-        {
-            // Its own report may be lost.
-            self.fault = Some(fault);
-        }
-        if let Some(request) = &mut self.target {
-            request.note_telemetry(telemetry);
-        }
-        self.note_target_in_force(telemetry);
-    }
-
-    fn note_answer(&mut self, answer: &Answer) {
-        let of_position = answer.refusal.is_some() && self.monitor.refused(answer.id);
-        let of_target = self.target.is_some_and(|request| request.is_answered_by(answer));
-        let of_submission = self.note_reply(answer);
-        self.refused_positions += u32::from(of_position);
-        if (of_position || of_target || of_submission)
-            && matches!(answer.refusal, Some(Refusal::NotGreeted | Refusal::Unconfigured))
-        {
-            self.monitor.forgotten();
-        }
-        if let Some(request) = &mut self.target {
-            request.note_answer(answer);
-            if let Some(Refusal::Faulted(fault)) = request.refusal() {
-                self.fault = Some(fault);
-            }
         }
     }
 }

@@ -59,6 +59,7 @@ impl<T: Transport> Link<T> {
         if now.saturating_sub(submission.last_sent) > REPEAT_AFTER {
             submission.last_sent = now;
             let (id, command) = (submission.id, submission.command);
+            debug!(id, "no answer from the board: sending the command again");
             self.send(id, command)?;
         }
         Ok(())
@@ -74,7 +75,7 @@ impl<T: Transport> Link<T> {
             None => self.accepted(submission, answer.time),
             Some(refusal) => {
                 if let Refusal::Faulted(fault) = refusal {
-                    self.fault = Some(fault);
+                    self.note_fault(fault);
                 }
                 (self.submission, self.reply) = (None, Some(Err(refusal)));
             }

@@ -71,6 +71,7 @@ impl<T: Transport> Link<T> {
     /// Where the link is lost.
     pub fn request_target(&mut self, target: Point) -> Result<(), LinkError> {
         let (id, now) = (self.post(Command::Target(target))?, self.transport.now());
+        debug!(id, "requesting a target");
         let (target, outcome) = (Some(target), Outcome::Unknown);
         self.target = Some(TargetRequest { id, target, first_sent: now, last_sent: now, outcome });
         Ok(())
@@ -111,6 +112,7 @@ impl<T: Transport> Link<T> {
         if now.saturating_sub(request.last_sent) > REPEAT_AFTER {
             request.last_sent = now;
             let id = request.id;
+            debug!(id, "no answer from the board: sending the target again");
             self.send(id, Command::Target(target))?;
         }
         Ok(())

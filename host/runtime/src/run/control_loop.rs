@@ -10,8 +10,10 @@ use plumb_cameras::source::SourceError;
 use plumb_protocol::config::Workspace;
 use plumb_protocol::message::{Command, Fault, State};
 use plumb_vision::observation::Gaussian3;
+use tracing::trace;
 
 use super::error::ControlLoopError;
+use super::event_log::log_event;
 use super::legs::Legs;
 use super::operated::InFlight;
 use super::parts::RunParts;
@@ -260,6 +262,14 @@ impl<'a, 'p, T: Transport> ControlLoop<'a, 'p, T> {
             state: about_target.map(|telemetry| telemetry.state),
         };
         stats.frames += 1;
+        trace!(
+            number = record.number,
+            time_s = record.time,
+            ball = ?record.position().map(|position| position.coords.as_slice().to_owned()),
+            state = ?record.state,
+            skipped = self.parts.source.skipped(),
+            "handled a frame"
+        );
         for observer in self.parts.observers.iter_mut() {
             observer.frame(&record);
         }
@@ -307,6 +317,7 @@ impl<'a, 'p, T: Transport> ControlLoop<'a, 'p, T> {
     }
 
     pub(super) fn emit(&mut self, event: &RunEvent) {
+        log_event(event);
         for observer in self.parts.observers.iter_mut() {
             observer.event(event);
         }

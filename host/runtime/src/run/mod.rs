@@ -2,6 +2,7 @@
 
 mod control_loop;
 mod error;
+mod event_log;
 mod legs;
 mod operated;
 mod parts;
@@ -10,6 +11,7 @@ mod waypoint;
 
 use plumb_protocol::config::Workspace;
 use plumb_protocol::units::Steps16;
+use tracing::info;
 
 use crate::error_chain::ErrorChain;
 use crate::link::{Link, LinkError, Serial, Transport};
@@ -107,6 +109,7 @@ impl<T: Transport> Run<T> {
         if !parts.source.is_live() {
             return Err(RunError::NotLive);
         }
+        info!(law = self.law, timeout_s = parts.timeout, "beginning the run");
         let mut control =
             ControlLoop::new(&mut parts, &mut self.link, self.radius, self.workspace, &self.route);
         let result = control.run();
@@ -119,6 +122,16 @@ impl<T: Transport> Run<T> {
         };
         let ending = Ending { reached, at_rest, reason };
         let summary = self.summary(&parts, &stats, legs.into_ended(), ending);
+        info!(
+            ending = %summary.ending,
+            time_s = summary.time_s,
+            frames = summary.frames,
+            located = summary.located,
+            lost = summary.lost,
+            skipped = summary.skipped,
+            at_rest = summary.at_rest,
+            "ended the run"
+        );
         for observer in parts.observers.iter_mut() {
             observer.end(&summary);
         }

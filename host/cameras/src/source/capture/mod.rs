@@ -11,10 +11,12 @@ use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use plumb_vision::frame::RgbdFrame;
+use tracing::debug;
 
 use super::camera_source::CameraSource;
 use super::clock::LiveClock;
 use super::error::SourceError;
+use crate::error_chain::ErrorChain;
 pub use error::{CaptureError, StartCaptureError};
 use slot::{Item, Slot};
 
@@ -200,6 +202,10 @@ fn read_all(mut source: impl CameraSource, slot: &Slot) {
     let end = read.unwrap_or_else(|payload| {
         Some(SourceError::over(CaptureError::Panicked(panic_message(&*payload))))
     });
+    match &end {
+        Some(error) => debug!(error = %ErrorChain(error), "the camera failed"),
+        None => debug!("the camera was closed, or has no more frames"),
+    }
     slot.add(Item::End(end));
     // Before the end of the thread is marked.
     drop(source);

@@ -1,0 +1,107 @@
+//! Messages of the board: received, decoded, and noted in the state of the link.
+
+use tracing::trace;
+
+use super::*;
+
+/// Bytes that one poll takes in at most: 20 s of telemetry.
+const MAX_BACKLOG: usize = 1 << 16;
+
+impl<T: Transport> Link<T> {
+    /// Receives the messages that have arrived, or arrive within `wait`.
+    pub(super) fn listen(&mut self, wait: Duration) -> Result<Vec<FromBoard>, LinkError> {
+        let mut bytes = Vec::new();
+        self.transport.receive(&mut bytes, wait)?;
+        // After a pause of the host more has arrived than one call returns.
+        let mut before = 0;
+        while bytes.len() > before && bytes.len() < MAX_BACKLOG {
+            before = bytes.len();
+            self.transport.receive(&mut bytes, Duration::ZERO)?;
+        }
+        let mut messages = Vec::new();
+        for byte in bytes {
+            match self.accumulator.push::<FromBoard>(byte) {
+                None => {}
+                Some(Ok(message)) => {
+                    self.note(&message);
+                    messages.push(message);
+                }
+                Some(Err(_)) => {
+                    self.bad_frames += 1;
+                    debug!(count = self.bad_frames, "a frame from the board is damaged");
+                }
+            }
+        }
+        Ok(messages)
+    }
+
+    /// Handles a message of the board.
+    fn note(&mut self, message: &FromBoard) {
+        match message {
+            FromBoard::Telemetry(telemetry) => self.note_telemetry(telemetry),
+            FromBoard::Fault(report)
+                if report.configuration == self.configuration && report.time >= self.configured =>
+            {
+                self.note_fault(report.fault);
+            }
+            FromBoard::Answer(answer) => self.note_answer(answer),
+            FromBoard::Started(cause) => {
+                debug!(?cause, "the board has started");
+                self.start_cause = Some(*cause);
+            }
+            FromBoard::Fault(_) | FromBoard::Hello(_) => {}
+        }
+    }
+
+    fn note_telemetry(&mut self, telemetry: &Telemetry) {
+        if telemetry.time < self.configured {
+            // Of the time before the configuration, on its way until now.
+            return;
+        }
+        self.monitor.acknowledged(telemetry.sequence, self.transport.now());
+        self.telemetry = Some(*telemetry);
+        if let State::Fault(fault) = telemetry.state
+            && telemetry.configuration == self.configuration
+        {
+            // Its own report may be lost.
+            self.note_fault(fault);
+        }
+        if let Some(request) = &mut self.target {
+            request.note_telemetry(telemetry);
+        }
+        self.note_target_in_force(telemetry);
+    }
+
+    /// Notes the fault for which the board stopped by itself. Reports come more than once.
+    pub(super) fn note_fault(&mut self, fault: Fault) {
+        if self.fault.replace(fault) != Some(fault) {
+            info!(%fault, "the board has stopped by itself");
+        }
+    }
+
+    fn note_answer(&mut self, answer: &Answer) {
+        let of_position = answer.refusal.is_some() && self.monitor.refused(answer.id);
+        let of_target = self.target.is_some_and(|request| request.is_answered_by(answer));
+        let of_submission = self.note_reply(answer);
+        self.refused_positions += u32::from(of_position);
+        if let Some(refusal) = answer.refusal {
+            // A board can refuse every position: one a frame.
+            if of_position {
+                trace!(id = answer.id, %refusal, "the board refused a position");
+            } else {
+                debug!(id = answer.id, %refusal, "the board refused a command");
+            }
+        }
+        if (of_position || of_target || of_submission)
+            && matches!(answer.refusal, Some(Refusal::NotGreeted | Refusal::Unconfigured))
+        {
+            self.monitor.forgotten();
+        }
+        if let Some(request) = &mut self.target {
+            request.note_answer(answer);
+            if let Some(Refusal::Faulted(fault)) = request.refusal() {
+                self.note_fault(fault);
+            }
+        }
+    }
+}
