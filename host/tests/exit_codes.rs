@@ -98,6 +98,20 @@ fn a_gain_that_no_law_uses_is_bad_input() {
 }
 
 #[test]
+fn an_option_without_effect_is_bad_input() {
+    let folder = folder();
+    for option in [&["--law", "sign"][..], &["--gamma", "999"], &["--rigs", "5"], &["--seed", "2"]]
+    {
+        let bench = ["bench", "control", "--suite", "paper", "--json"];
+        let error = json_error(&[&bench, option].concat(), folder.path(), 2);
+        assert!(error.contains(option[0]) && error.contains("no effect"), "{error}");
+    }
+    // Without a rig file the emulated board moves no rig.
+    let error = json_error(&["emulate", "--physics", "elastic", "--json"], folder.path(), 2);
+    assert!(error.contains("RIG"), "{error}");
+}
+
+#[test]
 fn a_recording_without_a_camera_file_names_the_option() {
     let folder = folder();
     let error = json_error(&["replay", ".", "--json"], folder.path(), 2);

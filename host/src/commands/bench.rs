@@ -29,6 +29,12 @@ use super::{Failure, bad_input, numbers, print};
 /// Gain γ of the law interval in the benchmarks, 1/s: fast without oscillation at 30 Hz.
 const DEFAULT_GAMMA: f64 = 450.0;
 
+/// Number of rigs of a suite.
+const DEFAULT_RIGS: u64 = 300;
+
+/// Seed of rigs and noise.
+const DEFAULT_SEED: u64 = 1;
+
 #[derive(Subcommand)]
 pub(crate) enum Command {
     Control(ControlArgs),
@@ -65,7 +71,7 @@ pub(crate) struct ControlArgs {
     #[arg(long, allow_negative_numbers = true, value_parser = numbers::positive)]
     gamma: Option<f64>,
     /// Number of rigs
-    #[arg(long, default_value_t = 300)]
+    #[arg(long, default_value_t = DEFAULT_RIGS)]
     #[arg(value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     rigs: u64,
     /// Number of the first rig, to repeat one that failed
@@ -73,7 +79,7 @@ pub(crate) struct ControlArgs {
     #[arg(value_parser = clap::value_parser!(u64).range(..=1_000_000_000))]
     first_rig: u64,
     /// Seed of rigs and noise
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = DEFAULT_SEED)]
     seed: u64,
     /// Running mean over the step plan, seconds, instead of each law's own
     #[arg(long, allow_negative_numbers = true, value_parser = numbers::finite)]
@@ -174,6 +180,7 @@ const MAX_FAILED_LISTED: usize = 12;
 
 fn bench_control(args: &ControlArgs) -> Result<ExitCode, Failure> {
     if args.suite == [SuiteArg::Paper] {
+        check_paper_options(args)?;
         return bench_paper(args.json);
     }
     let suites = suites(args)?;
@@ -263,6 +270,28 @@ fn controllers(args: &ControlArgs) -> Result<Vec<ControllerKind>, Failure> {
         ));
     }
     Ok(controllers)
+}
+
+/// Checks that no option is given that has no effect on the suite `paper`: its law, gains and rig
+/// are fixed.
+fn check_paper_options(args: &ControlArgs) -> Result<(), Failure> {
+    let options = [
+        ("--law", !args.law.is_empty()),
+        ("--gamma", args.gamma.is_some()),
+        ("--rigs", args.rigs != DEFAULT_RIGS),
+        ("--first-rig", args.first_rig != 0),
+        ("--seed", args.seed != DEFAULT_SEED),
+        ("--mean", args.mean.is_some()),
+        ("--clock", !matches!(args.clock, ClockName::Picture)),
+        ("--svg", args.svg.is_some()),
+    ];
+    match options.iter().find(|(_, is_given)| *is_given) {
+        Some((option, _)) => Err(bad_input(format!(
+            "{option} has no effect on the suite `paper`, whose law, gains and rig are fixed: \
+             leave it out, or choose another suite"
+        ))),
+        None => Ok(()),
+    }
 }
 
 /// Runs the suite `paper`.

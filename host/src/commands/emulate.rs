@@ -38,7 +38,7 @@ pub(crate) struct Args {
     #[arg(value_name = "RIG", env = RIG_VARIABLE, hide_env_values = true)]
     rig: Option<PathBuf>,
     /// Model of the simulated rig
-    #[arg(long, value_enum, default_value = "quasi-static")]
+    #[arg(long, value_enum, default_value = "quasi-static", requires = "rig")]
     physics: Physics,
     /// Create this symbolic link to the terminal, and remove it at the end; replaces a link that
     /// an earlier emulation left behind

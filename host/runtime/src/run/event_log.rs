@@ -8,7 +8,10 @@ use crate::operator::CommandOutcome;
 /// Emits `event` of a run: at debug level where it is about a single frame, else at info level.
 pub(super) fn log_event(event: &RunEvent) {
     match event {
-        RunEvent::TargetSet { number, target } => info!(number, %target, "driving to a target"),
+        RunEvent::TargetSet { number, target } => {
+            let target = format!("{target:.4}");
+            info!(number, %target, "driving to a target");
+        }
         RunEvent::TargetEnded { number, reason } => info!(number, %reason, "ended the drive"),
         RunEvent::FrameLost { message } => debug!(%message, "lost a frame"),
         RunEvent::Command { number, command, outcome: CommandOutcome::Accepted } => {
