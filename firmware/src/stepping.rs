@@ -91,6 +91,7 @@ pub(crate) struct Stepping {
 }
 
 /// Starts the interrupt.
+#[cold]
 pub(crate) fn start(resources: SteppingResources) {
     static PLACE: StaticCell<Stepping> = StaticCell::new();
     let stepping = PLACE.init_with(|| Stepping::new(resources));
@@ -210,6 +211,7 @@ impl Stepping {
     }
 
     /// Changes to the drivers of a new configuration; at standstill.
+    #[cold]
     #[inline(never)]
     fn change_drivers(&mut self) {
         self.generation = self.board.generation();

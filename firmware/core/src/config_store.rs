@@ -58,6 +58,7 @@ impl ConfigStore {
     }
 
     /// Returns the newer of the two records, with its slot.
+    #[cold]
     fn newest(&self, flash: &mut impl ReadNorFlash) -> Option<(usize, Record)> {
         let [a, b] = [0, 1].map(|slot| self.read(flash, slot).map(|record| (slot, record)));
         match (a, b) {
@@ -67,6 +68,7 @@ impl ConfigStore {
     }
 
     /// Returns the record of a slot, where it is whole and of this version.
+    #[cold]
     fn read(&self, flash: &mut impl ReadNorFlash, slot: usize) -> Option<Record> {
         let mut page = [0; MAX_FRAME];
         flash.read(self.0[slot], &mut page).ok()?;

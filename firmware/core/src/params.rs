@@ -86,6 +86,7 @@ impl Params {
     ///
     /// # Errors
     /// Returns the first field that is out of its range.
+    #[cold]
     pub fn check(config: &Config, build: &BuildLimits) -> Result<Self, ConfigField> {
         let timing = check_fields(config, build, &mut Err)?;
         Ok(Self {
@@ -273,6 +274,7 @@ fn check_motor(
     )
 }
 
+#[cold]
 fn check_guards(config: &Config, report: &mut impl Report) -> Result<(), ConfigField> {
     let Config { growth, following, progress, .. } = config;
     let in_range = |margin: Micrometres| (1..=MAX_MARGIN_UM).contains(&margin.0);

@@ -165,6 +165,7 @@ impl Board {
         }
     }
 
+    #[cold]
     fn configure(&mut self, id: u16, config: &Config) -> Result<(), Refusal> {
         let params = self.setup.check(config).map_err(Refusal::Config)?;
         self.apply_config(params, config);
@@ -173,6 +174,7 @@ impl Board {
     }
 
     /// Puts `params`, which were made from `config`, into force; at standstill.
+    #[cold]
     pub(super) fn apply_config(&mut self, params: Params, config: &Config) {
         self.planner.configure(&params);
         // A command has time to build the law, a position has not.
@@ -187,6 +189,7 @@ impl Board {
     }
 
     /// Has the configuration written. A board that stands in a fault may store, too.
+    #[cold]
     fn store(&mut self, id: u16) -> Result<(), Refusal> {
         self.setup.require()?;
         self.require_rest()?;
@@ -235,6 +238,7 @@ impl Board {
     }
 
     /// Turns one motor. One that stands outside its travel may only come back, and slowly.
+    #[cold]
     fn jog(&mut self, now: Micros, jog: Jog) -> Result<(), Refusal> {
         let params = self.setup.require()?;
         let motor = usize::from(jog.motor);
@@ -260,11 +264,13 @@ impl Board {
     }
 
     /// Makes the present motor positions the zero of travel.
+    #[cold]
     fn home(&mut self) -> Result<(), Refusal> {
         self.planner.home(self.setup.require()?);
         Ok(())
     }
 
+    #[cold]
     fn clear_fault(&mut self) -> Result<(), Refusal> {
         let State::Fault { fault, .. } = self.state else { return Ok(()) };
         if self.schedule.emergency_ticks > 0 {

@@ -64,6 +64,7 @@ impl Default for Planner {
 impl Planner {
     /// Takes over the motors' limits; call at standstill. Positions go on. A motor that stands
     /// outside its travel turns inwards only.
+    #[cold]
     pub fn configure(&mut self, params: &Params) {
         self.set_microsteps(i32::from(params.microsteps));
         self.mean = MovingAverage::over(params.mean_ms);
@@ -86,6 +87,7 @@ impl Planner {
 
     /// Makes the present positions the zero of travel; call at standstill. `params` are those in
     /// force. Positions since the start go on, so that coils and laws see no jump.
+    #[cold]
     pub fn home(&mut self, params: &Params) {
         self.zero = self.positions();
         self.configure(params);
