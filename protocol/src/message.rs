@@ -76,7 +76,8 @@ pub enum Command {
     Target(Point),
     /// Turns one motor, for commissioning.
     Jog(Jog),
-    /// Holds the ball at its current position.
+    /// Holds the ball at its current position. While motors turn, they ramp down first
+    /// ([`State::Stopping`]), and the ball is held where it comes to rest.
     Hold,
     /// Clears the fault, at standstill.
     ClearFault,

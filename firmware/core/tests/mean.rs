@@ -3,14 +3,15 @@
 
 mod common;
 
+use common::bench::Bench;
 use common::{BUILD, config, motor, params};
 use plumb_core::MotorRates;
 use plumb_core::TICK_US;
 use plumb_core::params::Params;
 use plumb_core::plan::Planner;
 use plumb_protocol::Config;
-use plumb_protocol::message::ConfigField;
-use plumb_protocol::units::Milliseconds;
+use plumb_protocol::message::{Command, ConfigField, Jog, State};
+use plumb_protocol::units::{Milliseconds, Rate, Steps16};
 use proptest::prelude::*;
 
 fn planner(mean: u16) -> Planner {
@@ -69,6 +70,36 @@ fn earlier_positions_are_interpolated() {
 fn a_span_above_the_limit_is_refused() {
     let config = Config { mean: Milliseconds(401), ..config() };
     assert_eq!(Params::check(&config, &BUILD), Err(ConfigField::Mean));
+}
+
+/// Jogs motor A by 50 steps through a mean of `mean_ms`, with a Stop after `stop_ms`. Returns the
+/// position at rest, Q4 steps, and the time until then, ms.
+fn jog(mean_ms: u16, stop_ms: Option<u64>) -> (i32, u64) {
+    let mut bench = Bench::configured(Config { mean: Milliseconds(mean_ms), ..config() });
+    let jog = Jog { motor: 0, distance: Steps16(16 * 50), rate: Rate(40 << 8) };
+    assert_eq!(bench.send(Command::Jog(jog)), Ok(()));
+    let time = (1..5_000u64).find(|ms| {
+        if stop_ms == Some(*ms) {
+            assert_eq!(bench.send(Command::Stop), Ok(()));
+        }
+        if ms % 100 == 0 {
+            assert_eq!(bench.send(Command::Status), Ok(()));
+        }
+        bench.run_ms(1);
+        bench.board.state() == State::Ready
+    });
+    assert!(!bench.moving());
+    (bench.board.positions()[0], time.unwrap())
+}
+
+#[test]
+fn a_jog_and_its_stop_end_within_the_span_later_at_the_same_step() {
+    for stop_ms in [None, Some(700)] {
+        let ((plain, at), (mean, later)) = (jog(0, stop_ms), jog(400, stop_ms));
+        assert!((at..=at + 420).contains(&later), "{later} ms for {at} ms");
+        assert!((plain - mean).abs() <= 16, "{mean} for {plain}");
+    }
+    assert_eq!(jog(400, None).0, 16 * 50);
 }
 
 /// Returns rates, full steps/s, each for some ticks.

@@ -21,6 +21,7 @@ pub(super) fn admit(state: &State, command: &Command) -> Result<(), Refusal> {
             State::Ready
             | State::Seeking(_)
             | State::Holding(_)
+            | State::Settling(_)
             | State::Stopping { then: AfterStop::Ready } => Ok(()),
             _ => Err(refusal(state)),
         },
@@ -66,7 +67,7 @@ mod tests {
     use plumb_protocol::message::{self, Fault, Hello, Jog, Position};
     use plumb_protocol::units::{Micrometres, Point, Rate, Steps16};
 
-    use super::super::state::Goal;
+    use super::super::state::{Goal, Settling};
     use super::*;
     use crate::plan::Jogging;
 
@@ -74,7 +75,7 @@ mod tests {
     const GOAL: Goal = Goal { target: Point([Micrometres(0); 3]), command: Some(1) };
 
     /// Every state, in the order of the columns of [`EXPECTED`].
-    fn states() -> [State; 12] {
+    fn states() -> [State; 13] {
         use AfterStop::{Bootloader, Ready};
         let fault = |storing, then| State::Fault { fault: FAULT, storing, then };
         [
@@ -83,6 +84,7 @@ mod tests {
             State::Jogging(Jogging::new(0, 16, 256)),
             State::Seeking(GOAL),
             State::Holding(GOAL),
+            State::Settling(Settling::new(1)),
             State::Stopping { then: Ready },
             State::Stopping { then: Bootloader },
             State::Storing { id: 1, then: Ready },
@@ -114,25 +116,25 @@ mod tests {
 
     /// `+` accepted, `u` Unconfigured, `b` Busy with the state, `f` Faulted with the fault.
     #[rustfmt::skip]
-    const EXPECTED: [[char; 12]; 12] = [
-        // Unconfigured, Ready, Jogging, Seeking, Holding, Stopping (then Bootloader),
+    const EXPECTED: [[char; 13]; 12] = [
+        // Unconfigured, Ready, Jogging, Seeking, Holding, Settling, Stopping (then Bootloader),
         // Storing (then Bootloader), Fault (storing, then Bootloader)
-        /* Hello      */ ['+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+'],
-        /* Stop       */ ['+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+'],
-        /* Bootloader */ ['+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+'],
-        /* Status     */ ['+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+'],
-        /* Position   */ ['u', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+'],
-        /* Configure  */ ['+', '+', 'b', 'b', 'b', 'b', 'b', 'b', 'b', 'f', 'f', 'f'],
-        /* Target     */ ['u', '+', 'b', '+', '+', '+', 'b', 'b', 'b', 'f', 'f', 'f'],
-        /* Hold       */ ['u', '+', 'b', '+', '+', '+', 'b', 'b', 'b', 'f', 'f', 'f'],
-        /* Jog        */ ['u', '+', 'b', 'b', 'b', 'b', 'b', 'b', 'b', 'f', 'f', 'f'],
-        /* Store      */ ['u', '+', 'b', 'b', 'b', 'b', 'b', 'b', 'b', '+', 'b', 'b'],
-        /* ClearFault */ ['+', '+', '+', '+', '+', '+', '+', '+', '+', '+', 'b', 'b'],
-        /* Home       */ ['u', '+', 'b', 'b', 'b', 'b', 'b', 'b', 'b', 'f', 'f', 'f'],
+        /* Hello      */ ['+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+'],
+        /* Stop       */ ['+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+'],
+        /* Bootloader */ ['+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+'],
+        /* Status     */ ['+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+'],
+        /* Position   */ ['u', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+'],
+        /* Configure  */ ['+', '+', 'b', 'b', 'b', 'b', 'b', 'b', 'b', 'b', 'f', 'f', 'f'],
+        /* Target     */ ['u', '+', 'b', '+', '+', '+', '+', 'b', 'b', 'b', 'f', 'f', 'f'],
+        /* Hold       */ ['u', '+', 'b', '+', '+', '+', '+', 'b', 'b', 'b', 'f', 'f', 'f'],
+        /* Jog        */ ['u', '+', 'b', 'b', 'b', 'b', 'b', 'b', 'b', 'b', 'f', 'f', 'f'],
+        /* Store      */ ['u', '+', 'b', 'b', 'b', 'b', 'b', 'b', 'b', 'b', '+', 'b', 'b'],
+        /* ClearFault */ ['+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+', 'b', 'b'],
+        /* Home       */ ['u', '+', 'b', 'b', 'b', 'b', 'b', 'b', 'b', 'b', 'f', 'f', 'f'],
     ];
 
     /// State on the wire of each column.
-    const ON_WIRE: [message::State; 12] = {
+    const ON_WIRE: [message::State; 13] = {
         use message::State::*;
         let fault = Fault(FAULT);
         [
@@ -141,6 +143,7 @@ mod tests {
             Jogging,
             Seeking,
             Holding,
+            Stopping,
             Stopping,
             Stopping,
             Storing,

@@ -8,7 +8,7 @@ use plumb_protocol::units::{Micrometres, Micros, Point};
 
 use super::admit::{admit, admit_position};
 use super::requests::LastRequest;
-use super::state::{AfterStop, Goal, State};
+use super::state::{AfterStop, Goal, Settling, State};
 use super::{Board, Outbox};
 use crate::law::LawSelection;
 use crate::params::Params;
@@ -215,12 +215,19 @@ impl Board {
         Ok(())
     }
 
+    /// Holds the ball where it is. While motors turn, they ramp down first: a law that is to bring
+    /// a moving ball back would overshoot.
     fn hold(&mut self, now: Micros, id: u16) -> Result<(), Refusal> {
         let limit_us = limit_us(self.setup.require()?.deadlines.position);
         self.setup.check_travel(self.travel_positions())?;
         let tracker = self.servo.tracker();
         let fresh = tracker.captured().is_some_and(|captured| now.since(captured) <= limit_us);
         let here = tracker.filtered().filter(|_| fresh).ok_or(Refusal::NoPosition)?;
+        if self.planner.moving() {
+            self.state = State::Settling(Settling::new(id));
+            self.schedule.check_due = true;
+            return Ok(());
+        }
         let target = Point(here.map(Micrometres));
         self.drive_to(now, State::Holding(Goal { target, command: Some(id) }));
         Ok(())

@@ -26,7 +26,8 @@
 //! any ---guard, deadline, emergency input---> Fault ---ClearFault, at rest---> Ready, Unconfigured
 //! ```
 //!
-//! Home changes the zero of travel in Ready, and no state.
+//! Home changes the zero of travel in Ready, and no state. Hold while motors turn goes through
+//! Settling: the motors ramp down, the ball comes to rest, and Holding follows.
 //! `admit` (board/admit.rs) is the table of the commands that each state accepts. A fault is
 //! latched; an emergency stop alone replaces another fault. A write to flash and a restart into the
 //! bootloader go on in a fault.

@@ -54,7 +54,7 @@ impl Board {
         if now.since(self.session.last_rx) > limit_us(params.deadlines.host) {
             return Some(Fault::HostSilent);
         }
-        let lost = self.state.goal().is_some() && self.servo.position_lost(now, params);
+        let lost = self.state.needs_positions() && self.servo.position_lost(now, params);
         lost.then_some(Fault::PositionLost)
     }
 
@@ -64,7 +64,9 @@ impl Board {
     #[inline(never)]
     pub(super) fn poll_at(&self, now: Micros) -> u32 {
         let each_tick = match &self.state {
-            State::Jogging(_) | State::Stopping { then: AfterStop::Bootloader } => true,
+            State::Jogging(_)
+            | State::Settling(_)
+            | State::Stopping { then: AfterStop::Bootloader } => true,
             State::Fault { then: AfterStop::Bootloader, .. } => true,
             state => state.storing().is_some(),
         };

@@ -1,7 +1,7 @@
 //! What the board is doing, and the transitions that do not depend on anything else.
 
 use plumb_protocol::message::{self, Fault};
-use plumb_protocol::units::Point;
+use plumb_protocol::units::{Micros, Point};
 
 use crate::plan::Jogging;
 
@@ -18,6 +18,9 @@ pub(super) enum State {
     Seeking(Goal),
     /// The target was reached, and the servo keeps the ball there.
     Holding(Goal),
+    /// The motors ramp down for a Hold, and then stand until the ball has come to rest.
+    /// [`Holding`](Self::Holding) follows.
+    Settling(Settling),
     /// The motors ramp down. With [`AfterStop::Bootloader`] also what follows: the board waits for
     /// its restart.
     Stopping {
@@ -40,6 +43,40 @@ pub(super) enum State {
         /// What follows; [`AfterStop::Ready`] only once the fault is cleared.
         then: AfterStop,
     },
+}
+
+/// A Hold that waits for the ball to come to rest.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Settling {
+    /// Id of the Hold command; `None` where that was of an earlier session.
+    pub(super) command: Option<u16>,
+    /// Capture time of the newest position that is counted.
+    captured: Option<Micros>,
+    /// Positions that are still to come at standstill.
+    left: u8,
+}
+
+impl Settling {
+    /// Positions at standstill: the filter, which goes a quarter of the way with each, is then
+    /// within a tenth of its lag.
+    const POSITIONS: u8 = 8;
+
+    /// Begins the wait of Hold command `id`.
+    pub(super) fn new(id: u16) -> Self {
+        Self { command: Some(id), captured: None, left: Self::POSITIONS }
+    }
+
+    /// Takes in whether the motors turn, and when the newest position was `captured`. Returns
+    /// whether the ball has come to rest.
+    pub(super) fn update(&mut self, moving: bool, captured: Option<Micros>) -> bool {
+        if moving {
+            self.left = Self::POSITIONS;
+        } else if captured != self.captured {
+            self.left = self.left.saturating_sub(1);
+        }
+        self.captured = captured;
+        self.left == 0
+    }
 }
 
 /// What follows once the motors stand.
@@ -71,8 +108,10 @@ impl State {
 
     /// Forgets which command has set the target.
     pub(super) fn forget_command(&mut self) {
-        if let Self::Seeking(goal) | Self::Holding(goal) = self {
-            goal.command = None;
+        match self {
+            Self::Seeking(goal) | Self::Holding(goal) => goal.command = None,
+            Self::Settling(settling) => settling.command = None,
+            _ => {}
         }
     }
 
@@ -94,9 +133,15 @@ impl State {
         )
     }
 
-    /// Checks whether motors turn for a command, not only to ramp down.
+    /// Checks whether the board needs positions: it drives the ball, or waits for it to come to
+    /// rest.
+    pub(super) fn needs_positions(&self) -> bool {
+        matches!(self, Self::Seeking(_) | Self::Holding(_) | Self::Settling(_))
+    }
+
+    /// Checks whether a command that moves the motors is under way.
     pub(super) fn is_driven(&self) -> bool {
-        matches!(self, Self::Jogging(_) | Self::Seeking(_) | Self::Holding(_))
+        matches!(self, Self::Jogging(_)) || self.needs_positions()
     }
 
     /// Returns the state after Stop.
@@ -151,7 +196,7 @@ impl State {
             Self::Jogging(_) => message::State::Jogging,
             Self::Seeking(_) => message::State::Seeking,
             Self::Holding(_) => message::State::Holding,
-            Self::Stopping { .. } => message::State::Stopping,
+            Self::Settling(_) | Self::Stopping { .. } => message::State::Stopping,
             Self::Storing { .. } => message::State::Storing,
             Self::Fault { fault, .. } => message::State::Fault(*fault),
         }

@@ -1,10 +1,10 @@
 //! The two halves of a tick.
 
 use plumb_protocol::message::Fault;
-use plumb_protocol::units::Micros;
+use plumb_protocol::units::{Micrometres, Micros, Point};
 
 use super::schedule::TELEMETRY_US;
-use super::state::{AfterStop, Goal, State};
+use super::state::{AfterStop, Goal, Settling, State};
 use super::{Board, Outbox, Tick};
 use crate::law::{MotorRates, Setpoint};
 use crate::law_worker::{LawRequest, LawWorker};
@@ -124,16 +124,33 @@ impl Board {
         }
     }
 
-    /// Checks after a position how the drive goes on, and in a stop whether the motors stand. This
-    /// runs in the second half of a tick, where there is time for it.
+    /// Checks after a position how the drive goes on, and in a stop or before a hold whether motors
+    /// and ball rest. This runs in the second half of a tick, where there is time for it.
     #[inline(never)]
     fn check(&mut self, now: Micros, out: &mut Outbox) {
         self.schedule.check_due = false;
         match self.state {
             State::Seeking(goal) | State::Holding(goal) => self.check_progress(now, goal, out),
+            State::Settling(settling) => self.check_settling(settling),
             State::Stopping { then: AfterStop::Ready } => self.settle(),
             _ => {}
         }
+    }
+
+    /// Holds the ball once it has come to rest. Otherwise the next tick checks again.
+    fn check_settling(&mut self, mut settling: Settling) {
+        let tracker = self.servo.tracker();
+        let rests = settling.update(self.planner.moving(), tracker.captured());
+        let Some(here) = tracker.filtered().filter(|_| rests) else {
+            self.state = State::Settling(settling);
+            self.schedule.check_due = true;
+            return;
+        };
+        // The deadline of positions counts from the newest one.
+        self.servo.begin_drive(self.servo.last_seen(), false);
+        let target = Point(here.map(Micrometres));
+        self.state = State::Holding(Goal { target, command: settling.command });
+        self.schedule.dirty = true;
     }
 
     /// Checks whether the target is reached, and whether a guard stops the drive.
