@@ -108,9 +108,8 @@ fn runtime_errors() -> Vec<Box<dyn Error>> {
         Box::new(RunLogError::Csv { path: "run.csv".into(), source: io_error().into() }),
         Box::new(ReplayError::Open(tum_error())),
         Box::new(ReplayError::Write(io_error().into())),
-        Box::new(ReplayError::Debug(DebugError::Draw(detect_error()))),
+        Box::new(ReplayError::Debug(DebugError::Png(png_error()))),
         Box::new(DebugError::Folder { path: "stages".into(), source: io_error() }),
-        Box::new(DebugError::Png(png_error())),
         Box::new(Problem::Source(SourceError::new(invalid_frame()).with_stamp(1.5))),
         Box::new(Problem::Detect { time: 1.5, error: detect_error() }),
     ]

@@ -9,7 +9,7 @@
 use nalgebra::{
     DVector, Isometry3, Matrix3, Point2, Point3, Rotation3, Translation3, UnitQuaternion, Vector3,
 };
-use plumb_vision::camera::Intrinsics;
+use plumb_frame::camera::Intrinsics;
 
 use crate::board::Placement;
 use crate::board_view::SeenCorner;

@@ -1,7 +1,7 @@
 //! The board's corners over several frames of a board at rest.
 
 use nalgebra::{Point2, Vector2};
-use plumb_vision::frame::RgbdFrame;
+use plumb_frame::frame::RgbdFrame;
 
 use crate::board::Board;
 use crate::board_pose::MIN_CORNERS;

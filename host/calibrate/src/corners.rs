@@ -10,7 +10,7 @@ use opencv::core::{
     Vector,
 };
 use opencv::imgproc::{COLOR_BGR2GRAY, INTER_CUBIC, corner_sub_pix, cvt_color_def, resize};
-use plumb_vision::image::ColourImage;
+use plumb_frame::image::ColourImage;
 use thiserror::Error;
 
 use crate::board::Board;

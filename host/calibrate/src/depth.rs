@@ -1,7 +1,7 @@
 //! Depth of a surface at a pixel.
 
 use nalgebra::Point2;
-use plumb_vision::frame::RgbdFrame;
+use plumb_frame::frame::RgbdFrame;
 
 /// Standard deviation of a depth camera at 1 m, metres. It grows with the square of the depth. The
 /// value is the part that neighbouring pixels share (Khoshelham and Elberink 2012: 1.4 mm at 1 m

@@ -24,8 +24,8 @@
 //! use plumb_calibrate::board_view::{BoardView, average};
 //! use plumb_calibrate::corners::find_corners;
 //! use plumb_calibrate::render::draw_board;
-//! use plumb_vision::camera::Intrinsics;
-//! use plumb_vision::render::Scene;
+//! use plumb_frame::camera::Intrinsics;
+//! use plumb_frame::render::Scene;
 //!
 //! // A camera 0.7 m above the board looks down, its rows turned against the board's.
 //! let intrinsics = Intrinsics { fx: 525.0, fy: 525.0, cx: 319.5, cy: 239.5, depth_scale: 5000.0 };

@@ -9,8 +9,8 @@
 use nalgebra::{
     DVector, Isometry3, Matrix3, Point2, Point3, Rotation3, Translation3, UnitQuaternion, Vector3,
 };
-use plumb_vision::camera::Intrinsics;
-use plumb_vision::frame::RgbdFrame;
+use plumb_frame::camera::Intrinsics;
+use plumb_frame::frame::RgbdFrame;
 
 use crate::calibration::{Calibration, CalibrationError, Sample};
 use crate::depth::{depth_near, depth_sd};

@@ -3,8 +3,8 @@
 use nalgebra::{Isometry3, Point3};
 use opencv::core::{Mat, Point, Scalar, Vec3b};
 use opencv::imgproc::{FONT_HERSHEY_SIMPLEX, LINE_AA, circle, line, put_text};
-use plumb_vision::camera::Intrinsics;
-use plumb_vision::image::{Bgr, ColourImage};
+use plumb_frame::camera::Intrinsics;
+use plumb_frame::image::{Bgr, ColourImage};
 
 use crate::calibration::Calibration;
 use crate::corners::ProcessingError;

@@ -6,7 +6,7 @@
 //! keeps wrong places out.
 
 use nalgebra::{DVector, Isometry3, Matrix3, Point3, Translation3};
-use plumb_vision::observation::Gaussian3;
+use plumb_frame::observation::Gaussian3;
 
 use crate::calibration::{Calibration, CalibrationError, Sample};
 use crate::least_squares::{Minimum, minimise};

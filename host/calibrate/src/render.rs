@@ -1,8 +1,8 @@
 //! A renderer of the board, for tests, benchmarks and the simulated camera.
 
 use nalgebra::{Isometry3, Point3};
-use plumb_vision::camera::Intrinsics;
-use plumb_vision::image::{ColourImage, DepthImage};
+use plumb_frame::camera::Intrinsics;
+use plumb_frame::image::{ColourImage, DepthImage};
 
 use crate::board::Board;
 

@@ -6,8 +6,8 @@ use nalgebra::{Isometry3, Matrix3, Point2, Point3, Translation3, UnitQuaternion}
 use plumb_calibrate::calibration::{CalibrationError, Grade};
 use plumb_calibrate::motors::{MotorMeasures, SeenMotor, pose_from_motors};
 use plumb_calibrate::places::{BallPlace, PLACE_SD_M, mean_of, pose_from_places};
-use plumb_vision::camera::Intrinsics;
-use plumb_vision::observation::Gaussian3;
+use plumb_frame::camera::Intrinsics;
+use plumb_frame::observation::Gaussian3;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};

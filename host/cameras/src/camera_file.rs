@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
-use plumb_vision::camera::{Camera, Intrinsics};
+use plumb_frame::camera::{Camera, Intrinsics};
 use serde::Deserialize;
 use thiserror::Error;
 

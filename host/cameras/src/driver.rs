@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use plumb_vision::camera::{Camera, Intrinsics};
+use plumb_frame::camera::{Camera, Intrinsics};
 use serde::Serialize;
 use thiserror::Error;
 

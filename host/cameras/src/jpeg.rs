@@ -2,7 +2,7 @@
 
 use opencv::core::{Mat, Vec3b, Vector};
 use opencv::imgcodecs::{IMWRITE_JPEG_QUALITY, imencode};
-use plumb_vision::image::ColourImage;
+use plumb_frame::image::ColourImage;
 
 use crate::source::BoxedError;
 
@@ -22,7 +22,7 @@ pub fn encode(image: &ColourImage, quality: u8) -> Result<Vec<u8>, BoxedError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use plumb_vision::image::Image;
+    use plumb_frame::image::Image;
 
     #[test]
     fn a_better_quality_takes_more_bytes() {

@@ -21,8 +21,8 @@
 //! use plumb_cameras::camera_file;
 //! use plumb_cameras::record::{Overflow, RecordFolder};
 //! use plumb_cameras::source::open_recording;
-//! use plumb_vision::frame::RgbdFrame;
-//! use plumb_vision::image::Image;
+//! use plumb_frame::frame::RgbdFrame;
+//! use plumb_frame::image::Image;
 //!
 //! // Record a frame of a wall 2 m away.
 //! let folder = std::env::temp_dir().join(format!("plumb-example-{}", std::process::id()));

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use opencv::core::{Mat, ToInputArray, Vec3b, Vector};
 use opencv::imgcodecs::{IMWRITE_PNG_COMPRESSION, imencode};
-use plumb_vision::image::{ColourImage, DepthImage};
+use plumb_frame::image::{ColourImage, DepthImage};
 use thiserror::Error;
 
 use crate::source::BoxedError;

@@ -6,13 +6,13 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use mio::Waker;
+use plumb_frame::frame::RgbdFrame;
 use plumb_protocol::message::{State, Telemetry};
 use plumb_protocol::units::{Rate, Steps16};
 use plumb_runtime::advice::after_fault;
 use plumb_runtime::observer::{FrameRecord, RunEvent};
 use plumb_runtime::operator::{CommandOutcome, OperatorCommand};
 use plumb_runtime::run::{StopReason, Summary};
-use plumb_vision::frame::RgbdFrame;
 
 use crate::message::{
     BoardView, Ended, Event, EventKind, FaultView, FrameView, Goal, Sample, Update,

@@ -10,11 +10,11 @@ use std::time::Duration;
 
 use common::{Client, page};
 use nalgebra::Point3;
+use plumb_frame::camera::Intrinsics;
+use plumb_frame::frame::RgbdFrame;
+use plumb_frame::image::Image;
 use plumb_page::{Limits, Rate};
 use plumb_runtime::observer::{FrameRecord, Observer};
-use plumb_vision::camera::Intrinsics;
-use plumb_vision::frame::RgbdFrame;
-use plumb_vision::image::Image;
 use tungstenite::Message;
 
 /// Frames of an hour at 30 frames/s.

@@ -9,7 +9,8 @@
 //! - [`operator`](mod@operator): commands from other threads to a run: targets, stop, hold, jog.
 //! - [`replay`]: the detector on a recording.
 //!
-//! [`plumb_cameras`] delivers the frames and [`plumb_vision`] finds the ball in them:
+//! [`plumb_cameras`] delivers the frames. A detector, for example one of the crate `plumb-vision`,
+//! finds the ball in them ([`plumb_frame`] has its interface):
 //!
 //! ```text
 //! CameraSource -> RgbdFrame -> BallDetector -> BallObservation -> Link -> board

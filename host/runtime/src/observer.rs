@@ -5,9 +5,9 @@ use std::sync::Arc;
 
 use nalgebra::Point3;
 use plumb_cameras::source::BoxedError;
+use plumb_frame::frame::RgbdFrame;
+use plumb_frame::observation::BallObservation;
 use plumb_protocol::message::{Fault, State, Telemetry};
-use plumb_vision::frame::RgbdFrame;
-use plumb_vision::observation::BallObservation;
 
 use crate::operator::{CommandOutcome, OperatorCommand};
 use crate::stop_reason::StopReason;

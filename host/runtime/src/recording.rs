@@ -43,8 +43,8 @@ mod tests {
     use nalgebra::Point3;
     use plumb_cameras::camera_file;
     use plumb_cameras::record::{Overflow, RecordFolder};
-    use plumb_vision::frame::RgbdFrame;
-    use plumb_vision::image::Image;
+    use plumb_frame::frame::RgbdFrame;
+    use plumb_frame::image::Image;
 
     use super::*;
 

@@ -18,10 +18,10 @@ use std::path::Path;
 
 use plumb_cameras::source::tum::{TumError, TumFolder};
 use plumb_cameras::source::{CameraSource, SourceError};
-use plumb_vision::camera::Camera;
-use plumb_vision::detect::{BallDetector, DetectError};
-use plumb_vision::frame::RgbdFrame;
-use plumb_vision::observation::BallObservation;
+use plumb_frame::camera::Camera;
+use plumb_frame::detect::{BallDetector, DetectError};
+use plumb_frame::frame::RgbdFrame;
+use plumb_frame::observation::BallObservation;
 use thiserror::Error;
 
 pub use debug::{DebugError, DebugFolder};
@@ -165,13 +165,17 @@ fn detect(
         outcome.without_depth += 1;
         report(&Problem::NoDepth { time });
     }
-    let (ball, trace) = detector.detect_traced(frame).unwrap_or_else(|error| {
+    let found = match debug {
+        Some(_) => detector.detect_with_stages(frame),
+        None => detector.detect(frame).map(|ball| (ball, Vec::new())),
+    };
+    let (ball, stages) = found.unwrap_or_else(|error| {
         outcome.broken += 1;
         report(&Problem::Detect { time, error });
         Default::default()
     });
     if let Some(debug) = debug {
-        debug.write(outcome.frames, frame, &trace, ball.as_ref())?;
+        debug.write(outcome.frames, &stages)?;
     }
     outcome.detected += usize::from(ball.is_some());
     outcome.located += usize::from(ball.is_some_and(|ball| ball.position.is_some()));

@@ -14,9 +14,9 @@ use nalgebra::Point3;
 use plumb_cameras::source::{CameraSource, LiveClock, SourceError};
 use plumb_cameras::toml_file::Finite;
 use plumb_emulator::plant::{Geometry, RigError};
+use plumb_frame::frame::RgbdFrame;
 use plumb_runtime::link::LinkError;
 use plumb_runtime::rig::Simulation;
-use plumb_vision::frame::RgbdFrame;
 use thiserror::Error;
 
 use super::synthetic::{Scene, SyntheticCamera, SyntheticError};

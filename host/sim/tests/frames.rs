@@ -12,16 +12,17 @@ use plumb_cameras::camera_file;
 use plumb_cameras::source::tum::TumFolder;
 use plumb_cameras::source::{CameraSource, SourceError};
 use plumb_emulator::{EMULATED, EmulatedBoard};
+use plumb_frame::camera::Intrinsics;
+use plumb_frame::detect::{BallDetector, DetectError};
+use plumb_frame::frame::RgbdFrame;
+use plumb_frame::image::Image;
+use plumb_frame::observation::BallObservation;
 use plumb_protocol::units::Micros;
 use plumb_runtime::observer::{FrameRecord, Observer, RunEvent};
 use plumb_runtime::rig::Rig;
 use plumb_runtime::run::{Run, RunError, RunParts};
 use plumb_sim::memory::Memory;
-use plumb_vision::camera::Intrinsics;
-use plumb_vision::detect::{BallDetector, DetectError, DetectorKind};
-use plumb_vision::frame::RgbdFrame;
-use plumb_vision::image::Image;
-use plumb_vision::observation::BallObservation;
+use plumb_vision::detect::DetectorKind;
 
 /// Camera on the board's clock that delivers this number of empty frames, and skips two before
 /// each.

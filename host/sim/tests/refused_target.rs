@@ -13,6 +13,7 @@ use plumb_cameras::camera_file;
 use plumb_cameras::source::{CameraSource, SourceError};
 use plumb_cameras::toml_file::Finite;
 use plumb_emulator::{EMULATED, EmulatedBoard};
+use plumb_frame::frame::RgbdFrame;
 use plumb_protocol::units::{Micros, Point};
 use plumb_runtime::error_chain::ErrorChain;
 use plumb_runtime::link::{Link, LinkError};
@@ -20,7 +21,6 @@ use plumb_runtime::rig::Rig;
 use plumb_runtime::run::{ControlLoopError, Run, RunError, RunParts};
 use plumb_sim::memory::Memory;
 use plumb_vision::detect::DetectorKind;
-use plumb_vision::frame::RgbdFrame;
 
 /// A camera on the board's clock that loses every frame.
 struct Lossy(Rc<RefCell<EmulatedBoard>>);

@@ -14,10 +14,10 @@ mod canvas;
 
 use std::f64::consts::TAU;
 
-use crate::detect::DetectError;
 use crate::detect::shape::{
     CandidateTrace, DetectionTrace, Disc, Features, RAYS, RayEnd, SearchTrace, Surroundings,
 };
+use crate::detect::{DetectError, StageImage};
 use crate::frame::RgbdFrame;
 use crate::image::{Bgr, ColourImage, Image};
 use crate::observation::BallObservation;
@@ -49,15 +49,6 @@ const CYAN: Bgr = [255, 230, 0];
 const MAGENTA: Bgr = [255, 60, 255];
 const ORANGE: Bgr = [0, 140, 255];
 
-/// The image of one stage.
-#[derive(Debug, Clone, PartialEq)]
-pub struct StageImage {
-    /// Name of the stage; names sort in the order of the stages.
-    pub stage: &'static str,
-    /// The image.
-    pub image: ColourImage,
-}
-
 /// Draws what each stage found: one image for each stage of the last search in `trace`, and one of
 /// the result.
 ///
@@ -77,8 +68,8 @@ fn draw(
     observation: Option<&BallObservation>,
 ) -> opencv::Result<Vec<StageImage>> {
     let mut images = Vec::with_capacity(5);
-    let mut add = |stage, canvas: Canvas| -> opencv::Result<()> {
-        images.push(StageImage { stage, image: canvas.into_image()? });
+    let mut add = |name, canvas: Canvas| -> opencv::Result<()> {
+        images.push(StageImage { name, image: canvas.into_image()? });
         Ok(())
     };
     if let Some(search) = trace.searches.last() {

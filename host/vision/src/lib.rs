@@ -13,6 +13,9 @@
 //! - [`localise`]: from a circle in the image to a position in the rig frame with its covariance.
 //! - [`render`]: a small renderer for tests and examples.
 //!
+//! [`camera`], [`frame`], [`image`], [`observation`], [`render`] and the detectors' interface are
+//! those of [`plumb_frame`], which crates without a detector use by itself.
+//!
 //! The crate only computes: it reads no files, opens no devices, starts no threads, and has no
 //! clock. It processes images with OpenCV, but no OpenCV type is in its interface.
 //!
@@ -42,14 +45,10 @@
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]
 
-pub mod camera;
 pub mod debug;
 mod depth_view;
 pub mod detect;
-pub mod frame;
-mod geometry;
-pub mod image;
 pub mod localise;
 mod mat;
-pub mod observation;
-pub mod render;
+
+pub use plumb_frame::{camera, frame, image, observation, render};

@@ -18,7 +18,7 @@ use nalgebra::{Matrix3, Vector3};
 use crate::camera::{Camera, Intrinsics};
 use crate::depth_view::DepthView;
 use crate::frame::RgbdFrame;
-use crate::geometry::{Circle, Gaussian3};
+use crate::observation::{BallObservation, Circle, Gaussian3};
 
 /// Parameters of the localisation.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -74,6 +74,13 @@ pub struct CentreDepth {
     pub support: f64,
     /// Standard deviation of the depth, metres.
     pub error: f64,
+}
+
+/// Returns the observation of a ball that is seen as `circle`, with the position that the frame's
+/// depth gives (see [`localise`]).
+pub fn observe(circle: Circle, score: f64, frame: &RgbdFrame, camera: &Camera) -> BallObservation {
+    let position = localise(&circle, frame, camera);
+    BallObservation { stamp: frame.time(), circle, score, position }
 }
 
 /// Returns the centre, in the rig frame, of the ball that is seen as `circle`.

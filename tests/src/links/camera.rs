@@ -10,6 +10,7 @@ use plumb_vision::camera::{Camera, Intrinsics};
 use plumb_vision::detect::{BallDetector, DetectError};
 use plumb_vision::frame::RgbdFrame;
 use plumb_vision::image::Image;
+use plumb_vision::localise::observe;
 use plumb_vision::observation::{BallObservation, Circle};
 use plumb_vision::render::sphere_depth;
 
@@ -107,7 +108,7 @@ impl BallDetector for FixedDetector {
     fn detect(&mut self, frame: &RgbdFrame) -> Result<Option<BallObservation>, DetectError> {
         let covariance = Matrix2::identity() * VARIANCE;
         let circle = Circle { u: CENTRE, v: CENTRE, radius: RADIUS, covariance };
-        Ok(Some(BallObservation::new(circle, 1.0, frame, &self.0)))
+        Ok(Some(observe(circle, 1.0, frame, &self.0)))
     }
 }
 

@@ -13,6 +13,7 @@ use plumb_vision::camera::Camera;
 use plumb_vision::detect::{BallDetector, DetectError};
 use plumb_vision::frame::RgbdFrame;
 use plumb_vision::image::ColourImage;
+use plumb_vision::localise::observe;
 use plumb_vision::observation::{BallObservation, Circle};
 
 /// Least radius of circles to search, pixels.
@@ -39,7 +40,7 @@ impl BallDetector for Hough {
 
     fn detect(&mut self, frame: &RgbdFrame) -> Result<Option<BallObservation>, DetectError> {
         let circle = strongest_circle(frame.colour()).map_err(DetectError::processing)?;
-        Ok(circle.map(|circle| BallObservation::new(circle, 1.0, frame, &self.0)))
+        Ok(circle.map(|circle| observe(circle, 1.0, frame, &self.0)))
     }
 }
 
@@ -78,7 +79,7 @@ impl BallDetector for HsvMoments {
 
     fn detect(&mut self, frame: &RgbdFrame) -> Result<Option<BallObservation>, DetectError> {
         let contour = largest_red_contour(frame.colour()).map_err(DetectError::processing)?;
-        Ok(contour.map(|(circle, area)| BallObservation::new(circle, area, frame, &self.0)))
+        Ok(contour.map(|(circle, area)| observe(circle, area, frame, &self.0)))
     }
 }
 

@@ -1,4 +1,5 @@
 use plumb_vision::image::Image;
+use plumb_vision::localise::observe;
 use plumb_vision::observation::{BallObservation, Circle};
 
 use super::stats::percentile;
@@ -44,7 +45,7 @@ impl BallDetector for Redness {
         }
         let radius = f64::sqrt(count / std::f64::consts::PI);
         let circle = Circle::rough(u / count, v / count, radius);
-        Ok((count > 20.0).then(|| BallObservation::new(circle, count, frame, &self.0)))
+        Ok((count > 20.0).then(|| observe(circle, count, frame, &self.0)))
     }
 }
 

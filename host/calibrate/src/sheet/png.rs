@@ -4,7 +4,7 @@ use crc::{CRC_32_ISO_HDLC, Crc};
 use opencv::core::{Mat, Point, Scalar, Vec3b};
 use opencv::imgproc::{FONT_HERSHEY_SIMPLEX, LINE_AA, put_text};
 use plumb_cameras::png::encode_colour;
-use plumb_vision::image::{ColourImage, Image};
+use plumb_frame::image::{ColourImage, Image};
 
 use super::Mark;
 use crate::corners::ProcessingError;
@@ -71,7 +71,7 @@ mod tests {
     use super::super::{Paper, png};
     use crate::board::Board;
     use crate::corners::find_corners;
-    use plumb_vision::image::Image;
+    use plumb_frame::image::Image;
 
     #[test]
     fn the_board_is_found_in_the_file_at_its_true_scale() {

@@ -8,7 +8,7 @@ mod recording;
 
 use std::path::PathBuf;
 
-use plumb_vision::camera::Camera;
+use plumb_frame::camera::Camera;
 use tracing::info;
 
 use crate::camera_file;

@@ -12,8 +12,8 @@ use std::path::{Path, PathBuf};
 use std::sync::mpsc::{SyncSender, TrySendError, sync_channel};
 use std::thread::{self, JoinHandle};
 
-use plumb_vision::camera::Intrinsics;
-use plumb_vision::frame::RgbdFrame;
+use plumb_frame::camera::Intrinsics;
+use plumb_frame::frame::RgbdFrame;
 
 use error::io_error;
 use writer::Writer;

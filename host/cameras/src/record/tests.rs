@@ -1,7 +1,7 @@
 //! Tests of recordings.
 
-use plumb_vision::camera::Camera;
-use plumb_vision::image::Image;
+use plumb_frame::camera::Camera;
+use plumb_frame::image::Image;
 
 use super::*;
 use crate::camera_file;

@@ -5,8 +5,8 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::Receiver;
 
-use plumb_vision::frame::RgbdFrame;
-use plumb_vision::image::DepthImage;
+use plumb_frame::frame::RgbdFrame;
+use plumb_frame::image::DepthImage;
 
 use super::error::{RecordError, io_error};
 use crate::png;

@@ -3,7 +3,7 @@
 use std::task::Waker;
 use std::time::Duration;
 
-use plumb_vision::frame::RgbdFrame;
+use plumb_frame::frame::RgbdFrame;
 
 use super::clock::LiveClock;
 use super::error::SourceError;

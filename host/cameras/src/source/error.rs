@@ -3,7 +3,7 @@
 use std::error::Error as StdError;
 use std::fmt;
 
-use plumb_vision::frame::FrameError;
+use plumb_frame::frame::FrameError;
 use thiserror::Error;
 
 /// Boxed error of any crate.

@@ -3,7 +3,7 @@
 use std::thread;
 use std::time::{Duration, Instant};
 
-use plumb_vision::frame::RgbdFrame;
+use plumb_frame::frame::RgbdFrame;
 use thiserror::Error;
 
 use super::camera_source::CameraSource;
@@ -139,8 +139,8 @@ impl<S: CameraSource> CameraSource for Playback<S> {
 mod tests {
     use std::collections::VecDeque;
 
-    use plumb_vision::camera::Intrinsics;
-    use plumb_vision::image::Image;
+    use plumb_frame::camera::Intrinsics;
+    use plumb_frame::image::Image;
 
     use super::*;
     use crate::error_chain::ErrorChain;

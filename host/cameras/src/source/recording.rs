@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use plumb_vision::camera::Intrinsics;
+use plumb_frame::camera::Intrinsics;
 use thiserror::Error;
 
 use super::camera_source::CameraSource;

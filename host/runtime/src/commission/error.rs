@@ -1,8 +1,8 @@
 //! Errors of an examination.
 
 use plumb_cameras::source::SourceError;
+use plumb_frame::detect::DetectError;
 use plumb_protocol::message;
-use plumb_vision::detect::DetectError;
 use thiserror::Error;
 
 use super::fault::Output;

@@ -6,10 +6,10 @@ use std::time::Duration;
 
 use nalgebra::Point3;
 use plumb_cameras::source::CameraSource;
+use plumb_frame::detect::BallDetector;
+use plumb_frame::observation::BallObservation;
 use plumb_protocol::message::{Jog, Refusal, State, Telemetry};
 use plumb_protocol::units::{Rate, Steps16};
-use plumb_vision::detect::BallDetector;
-use plumb_vision::observation::BallObservation;
 
 use super::error::ExaminationError;
 use super::fault::Output;

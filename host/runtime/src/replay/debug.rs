@@ -5,11 +5,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use plumb_cameras::png::{self, PngError};
-use plumb_vision::debug::draw_stages;
-use plumb_vision::detect::DetectError;
-use plumb_vision::detect::shape::DetectionTrace;
-use plumb_vision::frame::RgbdFrame;
-use plumb_vision::observation::BallObservation;
+use plumb_frame::detect::StageImage;
 use thiserror::Error;
 
 /// A folder with an image of each stage for each frame: `000042-3-outline.png` is the third stage
@@ -37,9 +33,6 @@ pub enum DebugError {
         /// The folder.
         path: PathBuf,
     },
-    /// An image could not be drawn.
-    #[error("cannot draw the stages")]
-    Draw(#[from] DetectError),
     /// An image could not be written.
     #[error(transparent)]
     Png(#[from] PngError),
@@ -60,16 +53,9 @@ impl DebugFolder {
     }
 
     /// Writes the images of one frame.
-    pub(super) fn write(
-        &self,
-        number: usize,
-        frame: &RgbdFrame,
-        trace: &DetectionTrace,
-        observation: Option<&BallObservation>,
-    ) -> Result<(), DebugError> {
-        for stage in draw_stages(frame, trace, observation)? {
-            let name = format!("{number:06}-{}.png", stage.stage);
-            png::save(&self.path.join(name), &stage.image)?;
+    pub(super) fn write(&self, number: usize, stages: &[StageImage]) -> Result<(), DebugError> {
+        for StageImage { name, image } in stages {
+            png::save(&self.path.join(format!("{number:06}-{name}.png")), image)?;
         }
         Ok(())
     }

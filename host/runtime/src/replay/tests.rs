@@ -3,8 +3,9 @@
 use nalgebra::{Isometry3, Vector3};
 use opencv::core::{CV_8UC3, CV_16UC1, Mat, Scalar};
 use opencv::imgcodecs::imwrite_def;
-use plumb_vision::camera::Intrinsics;
-use plumb_vision::observation::Circle;
+use plumb_frame::camera::Intrinsics;
+use plumb_frame::observation::Circle;
+use plumb_vision::localise::observe;
 
 use super::*;
 use crate::error_chain::ErrorChain;
@@ -21,7 +22,7 @@ impl BallDetector for Scripted {
         match frame.colour().pixels()[0][0] {
             1 => {
                 let circle = Circle::rough(15.5, 11.5, 8.0);
-                Ok(Some(BallObservation::new(circle, 0.75, frame, &camera())))
+                Ok(Some(observe(circle, 0.75, frame, &camera())))
             }
             2 => Err(DetectError::processing("scripted")),
             _ => Ok(None),

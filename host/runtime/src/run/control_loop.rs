@@ -7,9 +7,9 @@ use std::time::Duration;
 
 use nalgebra::Point3;
 use plumb_cameras::source::SourceError;
+use plumb_frame::observation::Gaussian3;
 use plumb_protocol::config::Workspace;
 use plumb_protocol::message::{Command, Fault, State};
-use plumb_vision::observation::Gaussian3;
 use tracing::trace;
 
 use super::error::ControlLoopError;

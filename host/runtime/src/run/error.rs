@@ -1,7 +1,7 @@
 //! Errors of a run.
 
 use plumb_cameras::source::{BoxedError, SourceError};
-use plumb_vision::detect::DetectError;
+use plumb_frame::detect::DetectError;
 use thiserror::Error;
 
 use crate::link::LinkError;

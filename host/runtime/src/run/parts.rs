@@ -3,7 +3,7 @@
 use std::sync::atomic::AtomicBool;
 
 use plumb_cameras::source::CameraSource;
-use plumb_vision::detect::BallDetector;
+use plumb_frame::detect::BallDetector;
 
 use crate::observer::Observer;
 use crate::operator::OperatorReceiver;

@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
+use plumb_frame::detect::DetectError;
+use plumb_frame::frame::RgbdFrame;
+use plumb_frame::observation::{BallObservation, Gaussian3};
 use plumb_protocol::units::{Covariance, Point};
-use plumb_vision::detect::DetectError;
-use plumb_vision::frame::RgbdFrame;
-use plumb_vision::observation::{BallObservation, Gaussian3};
 
 /// A frame and the ball in it.
 pub(super) struct View {

@@ -1,9 +1,9 @@
 //! A row of `run.csv`.
 
 use nalgebra::Point3;
+use plumb_frame::observation::BallObservation;
 use plumb_protocol::message::State;
 use plumb_protocol::units::{Rate, Steps16};
-use plumb_vision::observation::BallObservation;
 
 use crate::observer::FrameRecord;
 use crate::summary::round;

@@ -4,7 +4,7 @@
 use nalgebra::{Point3, Vector3};
 use opencv::core::{Mat, MatTraitConstManual, Size, Vec4f};
 use opencv::imgproc::gaussian_blur_def;
-use plumb_vision::camera::Intrinsics;
+use plumb_frame::camera::Intrinsics;
 use rand::{Rng, RngExt};
 
 use super::canvas::Canvas;

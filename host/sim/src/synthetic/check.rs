@@ -1,6 +1,6 @@
 //! Checks of the parameters of a synthetic camera.
 
-use plumb_vision::camera::{Camera, Intrinsics};
+use plumb_frame::camera::{Camera, Intrinsics};
 
 use super::{RenderOptions, SensorOptions, SyntheticError};
 

@@ -4,9 +4,9 @@ mod blur;
 
 use nalgebra::{Point3, Vector3};
 use opencv::core::Vec4f;
-use plumb_vision::camera::{Camera, Intrinsics};
-use plumb_vision::frame::RgbdFrame;
-use plumb_vision::image::Image;
+use plumb_frame::camera::{Camera, Intrinsics};
+use plumb_frame::frame::RgbdFrame;
+use plumb_frame::image::Image;
 use rand::{Rng, RngExt};
 use rand_distr::StandardNormal;
 

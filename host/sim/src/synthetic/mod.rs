@@ -20,9 +20,9 @@ pub use scene::{ExtraBall, Scene, Strand};
 pub use sensor::SensorOptions;
 
 use nalgebra::Isometry3;
-use plumb_vision::camera::Camera;
-use plumb_vision::frame::{FrameError, RgbdFrame};
-use plumb_vision::image::{ColourImage, Image, ImageError};
+use plumb_frame::camera::Camera;
+use plumb_frame::frame::{FrameError, RgbdFrame};
+use plumb_frame::image::{ColourImage, Image, ImageError};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use thiserror::Error;

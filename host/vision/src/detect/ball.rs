@@ -2,12 +2,14 @@
 //!
 //! The stages are in [`shape`](super::shape).
 
-use super::detector::{BallDetector, DetectError};
 use super::shape::{
     CandidateTrace, DetectionTrace, Disc, SearchTrace, ShapeParameters, Window, search_window,
 };
+use super::{BallDetector, DetectError, StageImage};
 use crate::camera::Camera;
+use crate::debug::draw_stages;
 use crate::frame::RgbdFrame;
+use crate::localise::observe;
 use crate::observation::{BallObservation, Circle};
 
 /// Windows start and end at a multiple of so many pixels: at whole downsampled pixels.
@@ -34,6 +36,28 @@ impl ShapeDetector {
     /// Makes a detector with other parameters than the default ones.
     pub fn with_parameters(camera: &Camera, parameters: ShapeParameters) -> Self {
         Self { camera: camera.clone(), parameters, previous: None }
+    }
+
+    /// Returns the observation of the ball in `frame`, as [`BallDetector::detect`], with what each
+    /// stage found.
+    ///
+    /// # Errors
+    /// Returns an error if the frame could not be searched.
+    pub fn detect_traced(
+        &mut self,
+        frame: &RgbdFrame,
+    ) -> Result<(Option<BallObservation>, DetectionTrace), DetectError> {
+        let trace = self.search_all(frame)?;
+        let best = trace.searches.last().and_then(SearchTrace::best);
+        let found = best.filter(|best| best.score() >= self.parameters.search.min_score);
+        self.previous = found.map(|found| found.circle.disc);
+        let observation = found.map(|found| {
+            let Disc { u, v, radius } = found.circle.disc;
+            let covariance = found.circle.centre_covariance(&self.parameters.edges);
+            let circle = Circle { u, v, radius, covariance };
+            observe(circle, found.score(), frame, &self.camera)
+        });
+        Ok((observation, trace))
     }
 
     /// Searches a window of a frame.
@@ -84,21 +108,13 @@ impl BallDetector for ShapeDetector {
         self.detect_traced(frame).map(|(observation, _)| observation)
     }
 
-    fn detect_traced(
+    fn detect_with_stages(
         &mut self,
         frame: &RgbdFrame,
-    ) -> Result<(Option<BallObservation>, DetectionTrace), DetectError> {
-        let trace = self.search_all(frame)?;
-        let best = trace.searches.last().and_then(SearchTrace::best);
-        let found = best.filter(|best| best.score() >= self.parameters.search.min_score);
-        self.previous = found.map(|found| found.circle.disc);
-        let observation = found.map(|found| {
-            let Disc { u, v, radius } = found.circle.disc;
-            let covariance = found.circle.centre_covariance(&self.parameters.edges);
-            let circle = Circle { u, v, radius, covariance };
-            BallObservation::new(circle, found.score(), frame, &self.camera)
-        });
-        Ok((observation, trace))
+    ) -> Result<(Option<BallObservation>, Vec<StageImage>), DetectError> {
+        let (observation, trace) = self.detect_traced(frame)?;
+        let images = draw_stages(frame, &trace, observation.as_ref())?;
+        Ok((observation, images))
     }
 
     fn reset(&mut self) {

@@ -1,7 +1,8 @@
 //! Detectors: they find the ball in a frame.
+//!
+//! Their interface is in [`plumb_frame::detect`].
 
 pub mod ball;
-mod detector;
 pub mod red;
 #[cfg(test)]
 mod scene;
@@ -9,7 +10,7 @@ pub mod shape;
 #[cfg(test)]
 mod tests;
 
-pub use detector::{BallDetector, DetectError};
+pub use plumb_frame::detect::{BallDetector, DetectError, StageImage};
 
 use crate::camera::Camera;
 use ball::ShapeDetector;

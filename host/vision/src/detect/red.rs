@@ -10,10 +10,13 @@ use opencv::core::{
 };
 use opencv::imgproc::gaussian_blur_def;
 
-use super::detector::{BallDetector, DetectError};
+use super::shape::DetectionTrace;
+use super::{BallDetector, DetectError, StageImage};
 use crate::camera::Camera;
+use crate::debug::draw_stages;
 use crate::frame::RgbdFrame;
 use crate::image::ColourImage;
+use crate::localise::observe;
 use crate::mat::borrow_colour;
 use crate::observation::{BallObservation, Circle};
 
@@ -107,8 +110,18 @@ impl BallDetector for RedDetector {
     fn detect(&mut self, frame: &RgbdFrame) -> Result<Option<BallObservation>, DetectError> {
         let (at, score) = self.peak(frame.colour()).map_err(DetectError::processing)?;
         let circle = Circle::rough(f64::from(at.x), f64::from(at.y), self.radius);
-        let observation = || BallObservation::new(circle, score, frame, &self.camera);
+        let observation = || observe(circle, score, frame, &self.camera);
         Ok((score >= self.parameters.min_difference).then(observation))
+    }
+
+    /// Returns one image: the result.
+    fn detect_with_stages(
+        &mut self,
+        frame: &RgbdFrame,
+    ) -> Result<(Option<BallObservation>, Vec<StageImage>), DetectError> {
+        let observation = self.detect(frame)?;
+        let images = draw_stages(frame, &DetectionTrace::default(), observation.as_ref())?;
+        Ok((observation, images))
     }
 }
 

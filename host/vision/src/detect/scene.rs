@@ -31,17 +31,24 @@ pub(super) fn wall(distance: f64) -> Scene {
     Scene::wall(640, 480, INTRINSICS, distance)
 }
 
-impl Ball {
-    /// Returns the circle that the ball is seen as.
-    pub(super) fn seen(&self, intrinsics: &Intrinsics) -> Circle {
-        let (u, v) = intrinsics.project(&self.centre).unwrap();
-        Circle::rough(u, v, intrinsics.fx * self.radius / self.centre.z)
-    }
+/// Returns the circle that a ball is seen as.
+pub(super) fn seen(ball: &Ball, intrinsics: &Intrinsics) -> Circle {
+    let (u, v) = intrinsics.project(&ball.centre).unwrap();
+    Circle::rough(u, v, intrinsics.fx * ball.radius / ball.centre.z)
 }
 
-impl Scene {
+/// Disturbances of the view of a ball.
+pub(super) trait Disturbances {
     /// Draws a cable across (`u`, `v`).
-    pub(super) fn add_cable(&mut self, (u, v): (f64, f64), angle: f64, width: i32, grey: f64) {
+    fn add_cable(&mut self, at: (f64, f64), angle: f64, width: i32, grey: f64);
+    /// Blurs the image as if out of focus.
+    fn blur(&mut self, sigma: f64);
+    /// Adds noise of up to `amplitude` grey levels either way, the same at each call.
+    fn add_noise(&mut self, amplitude: i32);
+}
+
+impl Disturbances for Scene {
+    fn add_cable(&mut self, (u, v): (f64, f64), angle: f64, width: i32, grey: f64) {
         let end =
             |way: f64| Point::new((u + way * angle.cos()) as i32, (v + way * angle.sin()) as i32);
         let [rows, columns] = [self.colour.height(), self.colour.width()].map(|n| n as i32);
@@ -50,16 +57,14 @@ impl Scene {
         line(&mut mat, end(-800.0), end(800.0), Scalar::all(grey), width, LINE_AA, 0).unwrap();
     }
 
-    /// Blurs the image as if out of focus.
-    pub(super) fn blur(&mut self, sigma: f64) {
+    fn blur(&mut self, sigma: f64) {
         let mut blurred = Mat::default();
         let sharp = borrow_colour(&self.colour).unwrap();
         gaussian_blur_def(&sharp, &mut blurred, Size::default(), sigma).unwrap();
         self.colour.channels_mut().copy_from_slice(blurred.data_bytes().unwrap());
     }
 
-    /// Adds noise of up to `amplitude` grey levels either way, the same at each call.
-    pub(super) fn add_noise(&mut self, amplitude: i32) {
+    fn add_noise(&mut self, amplitude: i32) {
         let hash = |u: i32, v: i32, c: usize| {
             let mixed = (u as u32).wrapping_mul(0x9E37_79B1) ^ (v as u32).wrapping_mul(0x85EB_CA77);
             let mixed = (mixed ^ (mixed >> 15)).wrapping_add(c as u32).wrapping_mul(0xC2B2_AE3D);

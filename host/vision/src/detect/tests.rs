@@ -8,7 +8,7 @@ use proptest::prelude::*;
 
 use super::BallDetector;
 use super::ball::ShapeDetector;
-use super::scene::{INTRINSICS, camera, red_ball, wall};
+use super::scene::{Disturbances, INTRINSICS, camera, red_ball, seen, wall};
 use crate::camera::{Camera, Intrinsics};
 use crate::frame::RgbdFrame;
 use crate::image::{Bgr, Image};
@@ -40,7 +40,7 @@ fn usual_ball() -> Ball {
 fn in_front_of_wall(ball: &Ball) -> (Scene, Circle) {
     let mut scene = wall(2.2);
     scene.add(ball);
-    (scene, ball.seen(&INTRINSICS))
+    (scene, seen(ball, &INTRINSICS))
 }
 
 proptest! {
@@ -53,7 +53,7 @@ proptest! {
         let ball = Ball { light, ..ball_at(u, v, z) };
         let mut scene = wall(2.5);
         scene.add(&ball);
-        let (found, truth) = (detect(&scene.frame(0.0).unwrap()), ball.seen(&INTRINSICS));
+        let (found, truth) = (detect(&scene.frame(0.0).unwrap()), seen(&ball, &INTRINSICS));
         prop_assert!(miss(found, &truth) * truth.radius < 0.4, "{found:?} {truth:?}");
         let radius = found.unwrap().circle.radius;
         prop_assert!((radius / truth.radius - 1.0).abs() < 0.06, "{found:?} {truth:?}");
@@ -62,7 +62,7 @@ proptest! {
 
 #[test]
 fn the_ball_is_found_in_disturbed_images() {
-    let truth = usual_ball().seen(&INTRINSICS);
+    let truth = seen(&usual_ball(), &INTRINSICS);
     let (u, v, r) = (truth.u, truth.v, truth.radius);
     type Disturb = Box<dyn Fn(&mut Scene)>;
     let cases: [(&str, f64, Disturb); 8] = [
@@ -129,7 +129,7 @@ fn a_red_object_beside_the_ball_at_its_depth_does_not_hide_it() {
 #[test]
 fn a_red_print_on_the_wall_behind_does_not_hide_it() {
     let ball = usual_ball();
-    let truth = ball.seen(&INTRINSICS);
+    let truth = seen(&ball, &INTRINSICS);
     let mut scene = wall(2.2);
     scene.each_pixel(|_, (u, v), pixel, _| {
         let [x, y] = [f64::from(u) - truth.u, f64::from(v) - truth.v].map(|way| way / truth.radius);
@@ -234,7 +234,7 @@ fn similar_objects_are_not_taken_for_the_ball() {
             assert_eq!(detect(&scene.frame(0.0).unwrap()), None, "{name} alone");
         }
         scene.add(&ball);
-        let (found, truth) = (detect(&scene.frame(0.0).unwrap()), ball.seen(&INTRINSICS));
+        let (found, truth) = (detect(&scene.frame(0.0).unwrap()), seen(&ball, &INTRINSICS));
         assert!(miss(found, &truth) < 0.1, "{name} beside it: {found:?}");
     }
 }

@@ -10,7 +10,7 @@ use std::task::Waker;
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-use plumb_vision::frame::RgbdFrame;
+use plumb_frame::frame::RgbdFrame;
 use tracing::debug;
 
 use super::camera_source::CameraSource;
@@ -57,7 +57,7 @@ impl Default for CaptureLimits {
 /// use plumb_cameras::source::capture::{Capture, CaptureLimits};
 /// # use std::time::Instant;
 /// # use plumb_cameras::source::{LiveClock, SourceError};
-/// # use plumb_vision::frame::RgbdFrame;
+/// # use plumb_frame::frame::RgbdFrame;
 /// # struct Camera(LiveClock);
 /// # impl CameraSource for Camera {
 /// #     fn next_frame(&mut self) -> Result<Option<RgbdFrame>, SourceError> { Ok(None) }

@@ -5,7 +5,7 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::task::Wake;
 use std::time::{Duration, Instant};
 
-use plumb_vision::frame::RgbdFrame;
+use plumb_frame::frame::RgbdFrame;
 
 use super::super::error::SourceError;
 

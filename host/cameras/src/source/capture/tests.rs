@@ -1,8 +1,8 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
 
-use plumb_vision::camera::Intrinsics;
-use plumb_vision::image::Image;
+use plumb_frame::camera::Intrinsics;
+use plumb_frame::image::Image;
 
 use super::*;
 use crate::error_chain::ErrorChain;

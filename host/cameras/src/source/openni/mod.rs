@@ -1,9 +1,9 @@
 //! Cameras and recordings through OpenNI2 (the crate `plumb-openni`).
 
+use plumb_frame::camera::Intrinsics;
+use plumb_frame::frame::RgbdFrame;
+use plumb_frame::image::{Image, ImageError};
 use plumb_openni::{Camera, Opened, OpenniError, Pair, Sensor};
-use plumb_vision::camera::Intrinsics;
-use plumb_vision::frame::RgbdFrame;
-use plumb_vision::image::{Image, ImageError};
 use thiserror::Error;
 
 use super::camera_source::CameraSource;

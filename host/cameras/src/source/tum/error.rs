@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use plumb_vision::image::{ImageError, ImageSize};
+use plumb_frame::image::{ImageError, ImageSize};
 use thiserror::Error;
 
 use crate::bounded_read::ReadError;

@@ -8,7 +8,7 @@ use opencv::core::{
     CV_8UC3, CV_16UC1, DataType, Mat, MatTraitConst, MatTraitConstManual, Vec3b, Vector,
 };
 use opencv::imgcodecs::{IMREAD_ANYCOLOR, IMREAD_ANYDEPTH, IMREAD_UNCHANGED, imdecode};
-use plumb_vision::image::{ColourImage, DepthImage, Image, ImageSize};
+use plumb_frame::image::{ColourImage, DepthImage, Image, ImageSize};
 
 use super::error::TumError;
 use crate::bounded_read;

@@ -6,9 +6,9 @@
 use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
 
-use plumb_vision::camera::Intrinsics;
-use plumb_vision::frame::{FrameError, RgbdFrame};
-use plumb_vision::image::{Image, ImageSize};
+use plumb_frame::camera::Intrinsics;
+use plumb_frame::frame::{FrameError, RgbdFrame};
+use plumb_frame::image::{Image, ImageSize};
 
 use super::camera_source::CameraSource;
 use super::error::{InvalidFrame, SourceError};

@@ -4,7 +4,7 @@
 mod irradiance;
 
 use nalgebra::{Point3, Vector3};
-use plumb_vision::camera::Camera;
+use plumb_frame::camera::Camera;
 
 use super::pattern::hash_noise;
 use super::shape::{Intersection, Ray, wall};

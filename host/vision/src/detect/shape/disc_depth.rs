@@ -1,8 +1,8 @@
 //! Depth on a disc: where the ball's centre is, and what hides it.
 
 use super::view::{Disc, FrameView};
-use crate::geometry::Circle;
 use crate::localise::{CentreDepth, rough_centre_depth};
+use crate::observation::Circle;
 
 /// Spacing of the places on a disc that are read, in its radius.
 const SPACING: f64 = 0.22;

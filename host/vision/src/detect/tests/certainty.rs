@@ -3,7 +3,7 @@
 use nalgebra::Vector2;
 
 use super::{ball_at, detect, in_front_of_wall, miss, usual_ball};
-use crate::detect::scene::{INTRINSICS, wall};
+use crate::detect::scene::{Disturbances, INTRINSICS, seen, wall};
 use crate::observation::Circle;
 use crate::render::Scene;
 
@@ -52,7 +52,7 @@ fn consistency(disturb: impl Fn(&mut Scene, &Circle)) -> [f64; 2] {
         let k = f64::from(i);
         let ball =
             ball_at(90.3 + 19.7 * k, 120.2 + 83.3 * f64::from(i % 4), 0.8 + 0.1 * f64::from(i % 5));
-        let (mut scene, truth) = (background.clone(), ball.seen(&INTRINSICS));
+        let (mut scene, truth) = (background.clone(), seen(&ball, &INTRINSICS));
         scene.add(&ball);
         disturb(&mut scene, &truth);
         scene.add_noise(4);

@@ -1,12 +1,10 @@
 //! The interface: factory, errors, trace and parameters.
 
-use std::error::Error;
-
 use super::{in_front_of_wall, usual_ball};
 use crate::detect::ball::ShapeDetector;
 use crate::detect::scene::{camera, wall};
 use crate::detect::shape::{SearchParameters, ShapeParameters};
-use crate::detect::{BallDetector, DetectError, DetectorKind};
+use crate::detect::{BallDetector, DetectorKind};
 
 #[test]
 fn detectors_are_made_by_name() {
@@ -15,14 +13,6 @@ fn detectors_are_made_by_name() {
         assert_eq!(kind.build(&camera()).name(), kind.name());
     }
     assert_eq!(DetectorKind::from_name("green"), None);
-}
-
-#[test]
-fn an_error_keeps_its_cause() {
-    let cause = std::io::Error::other("out of memory");
-    let error = DetectError::processing(cause);
-    assert_eq!(error.to_string(), "image processing failed");
-    assert_eq!(error.source().unwrap().to_string(), "out of memory");
 }
 
 #[test]
@@ -41,6 +31,18 @@ fn the_trace_shows_what_was_observed() {
     // A lost ball: the window, then the whole image.
     let (ball, trace) = detector.detect_traced(&wall(2.2).frame(0.0).unwrap()).unwrap();
     assert_eq!((ball, trace.searches.len()), (None, 2));
+}
+
+#[test]
+fn each_stage_has_an_image() {
+    let (scene, _) = in_front_of_wall(&usual_ball());
+    let frame = scene.frame(0.0).unwrap();
+    let all = ["1-proposals", "2-seeds", "3-outline", "4-features", "5-score"];
+    for (kind, stages) in [(DetectorKind::Ball, &all[..]), (DetectorKind::Red, &all[4..])] {
+        let (ball, images) = kind.build(&camera()).detect_with_stages(&frame).unwrap();
+        assert_eq!(images.iter().map(|image| image.name).collect::<Vec<_>>(), stages);
+        assert_eq!(ball, kind.build(&camera()).detect(&frame).unwrap());
+    }
 }
 
 #[test]

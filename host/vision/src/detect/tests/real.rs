@@ -8,7 +8,7 @@ use opencv::imgcodecs::{IMREAD_COLOR, IMREAD_UNCHANGED, imread};
 
 use super::{detect, miss};
 use crate::camera::Intrinsics;
-use crate::detect::scene::{INTRINSICS, pictures, red_ball};
+use crate::detect::scene::{Disturbances, INTRINSICS, pictures, red_ball, seen};
 use crate::frame::RgbdFrame;
 use crate::image::Image;
 use crate::render::{Ball, Scene};
@@ -79,7 +79,7 @@ fn balls_in_real_pictures_are_found() {
             }
             scene.add_cable((u, v), at(0.33, -3.0, 0.0), 2, [20.0, 230.0][i % 2]);
             scene.add_noise(6);
-            let (found, truth) = (detect(&scene.frame(0.0).unwrap()), ball.seen(&intrinsics));
+            let (found, truth) = (detect(&scene.frame(0.0).unwrap()), seen(&ball, &intrinsics));
             let hit = miss(found, &truth) < 0.5;
             all += 1;
             hits += usize::from(hit);

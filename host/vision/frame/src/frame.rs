@@ -64,6 +64,7 @@ impl RgbdFrame {
     }
 
     /// Returns when the frame was taken, seconds on the source's clock.
+    #[inline]
     pub fn time(&self) -> f64 {
         self.time
     }
@@ -77,22 +78,26 @@ impl RgbdFrame {
     }
 
     /// Returns the colour image, 8-bit BGR.
+    #[inline]
     pub fn colour(&self) -> &ColourImage {
         &self.colour
     }
 
     /// Returns the registered depth image; 0 means that the depth is unknown.
+    #[inline]
     pub fn depth(&self) -> &DepthImage {
         &self.depth
     }
 
     /// Returns the intrinsics of both images.
+    #[inline]
     pub fn intrinsics(&self) -> &Intrinsics {
         &self.intrinsics
     }
 
     /// Returns the depth in metres at column `u`, row `v`; `None` outside the image or where the
     /// depth is unknown.
+    #[inline]
     pub fn depth_at(&self, u: i32, v: i32) -> Option<f64> {
         let raw = self.depth.get(usize::try_from(u).ok()?, usize::try_from(v).ok()?)?;
         (raw != 0).then(|| f64::from(raw) / self.intrinsics.depth_scale)

@@ -34,21 +34,21 @@ impl Intrinsics {
 
     /// Returns the mean of the two focal lengths, pixels.
     #[inline]
-    pub(crate) fn focal(&self) -> f64 {
+    pub fn focal(&self) -> f64 {
         (self.fx + self.fy) / 2.0
     }
 
     /// Returns the radius (pixels, on the optical axis) of a ball of radius `ball_radius` at depth
     /// `z`, both metres.
     #[inline]
-    pub(crate) fn radius_at(&self, ball_radius: f64, z: f64) -> f64 {
+    pub fn radius_at(&self, ball_radius: f64, z: f64) -> f64 {
         self.focal() * ball_radius / z
     }
 
     /// Returns the depth, metres, of a ball of radius `ball_radius` (metres) that is seen with
     /// `radius` pixels.
     #[inline]
-    pub(crate) fn depth_of(&self, ball_radius: f64, radius: f64) -> f64 {
+    pub fn depth_of(&self, ball_radius: f64, radius: f64) -> f64 {
         self.focal() * ball_radius / radius
     }
 }
@@ -68,6 +68,7 @@ pub struct Camera {
 
 impl Camera {
     /// Returns the depth along the optical axis, metres, of a point in the rig frame.
+    #[inline]
     pub fn depth_of(&self, point: &Point3<f64>) -> f64 {
         self.pose.inverse_transform_point(point).z
     }

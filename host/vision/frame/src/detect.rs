@@ -4,8 +4,8 @@ use std::error::Error;
 
 use thiserror::Error;
 
-use super::shape::DetectionTrace;
 use crate::frame::RgbdFrame;
+use crate::image::ColourImage;
 use crate::observation::BallObservation;
 
 /// Reasons why a frame could not be searched (a frame without a ball is not an error).
@@ -24,6 +24,15 @@ impl DetectError {
     }
 }
 
+/// An image of what one stage of a detector found.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StageImage {
+    /// Name of the stage; names sort in the order of the stages.
+    pub name: &'static str,
+    /// The image.
+    pub image: ColourImage,
+}
+
 /// A detector: finds the ball in a frame.
 pub trait BallDetector {
     /// Returns the detector's name, as in the configuration.
@@ -35,17 +44,29 @@ pub trait BallDetector {
     /// Returns an error if the frame could not be searched.
     fn detect(&mut self, frame: &RgbdFrame) -> Result<Option<BallObservation>, DetectError>;
 
-    /// As [`Self::detect`], with what each stage found. The default implementation has no stages.
+    /// As [`Self::detect`], with an image of each stage. The default implementation has no stages.
     ///
     /// # Errors
-    /// As [`Self::detect`].
-    fn detect_traced(
+    /// Returns an error if the frame could not be searched or an image could not be drawn.
+    fn detect_with_stages(
         &mut self,
         frame: &RgbdFrame,
-    ) -> Result<(Option<BallObservation>, DetectionTrace), DetectError> {
-        Ok((self.detect(frame)?, DetectionTrace::default()))
+    ) -> Result<(Option<BallObservation>, Vec<StageImage>), DetectError> {
+        Ok((self.detect(frame)?, Vec::new()))
     }
 
     /// Forgets where the ball was: the next frame is searched like a first one.
     fn reset(&mut self) {}
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_error_keeps_its_cause() {
+        let error = DetectError::processing(std::io::Error::other("out of memory"));
+        assert_eq!(error.to_string(), "image processing failed");
+        assert_eq!(error.source().unwrap().to_string(), "out of memory");
+    }
 }

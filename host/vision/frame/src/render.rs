@@ -56,6 +56,7 @@ impl Ball {
 
 /// Returns the depth along the optical axis, metres, at which `ray` (camera axes, z = 1) first
 /// meets the sphere of `radius` about `centre` (metres); `None` if it misses the sphere.
+#[inline]
 pub fn sphere_depth(ray: &Vector3<f64>, centre: &Vector3<f64>, radius: f64) -> Option<f64> {
     // The smaller root of |z ray - centre|² = radius².
     let (a, b) = (ray.norm_squared(), ray.dot(centre));

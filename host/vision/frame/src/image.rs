@@ -70,37 +70,44 @@ impl<P: Copy> Image<P> {
     }
 
     /// Returns the number of columns.
+    #[inline]
     pub fn width(&self) -> usize {
         self.size.width
     }
 
     /// Returns the number of rows.
+    #[inline]
     pub fn height(&self) -> usize {
         self.size.height
     }
 
     /// Returns columns and rows.
+    #[inline]
     pub fn size(&self) -> ImageSize {
         self.size
     }
 
     /// Returns all pixels, row by row.
+    #[inline]
     pub fn pixels(&self) -> &[P] {
         &self.pixels
     }
 
     /// Returns all pixels, row by row, to be changed.
+    #[inline]
     pub fn pixels_mut(&mut self) -> &mut [P] {
         &mut self.pixels
     }
 
     /// Returns the rows from the top.
+    #[inline]
     pub fn rows(&self) -> std::slice::ChunksExact<'_, P> {
         // An image without columns has no pixels, whatever the length of a chunk.
         self.pixels.chunks_exact(self.size.width.max(1))
     }
 
     /// Returns the pixel at `column`, `row`; `None` outside the image.
+    #[inline]
     pub fn get(&self, column: usize, row: usize) -> Option<P> {
         let inside = column < self.size.width && row < self.size.height;
         inside.then(|| self.pixels[row * self.size.width + column])
@@ -109,11 +116,13 @@ impl<P: Copy> Image<P> {
 
 impl<const N: usize> Image<[u8; N]> {
     /// Returns the channels of all pixels, row by row: N bytes for each pixel.
+    #[inline]
     pub fn channels(&self) -> &[u8] {
         self.pixels.as_flattened()
     }
 
     /// Returns the channels of all pixels, to be changed.
+    #[inline]
     pub fn channels_mut(&mut self) -> &mut [u8] {
         self.pixels.as_flattened_mut()
     }

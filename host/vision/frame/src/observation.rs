@@ -1,9 +1,5 @@
 //! The ball as one frame shows it.
 
-use crate::camera::Camera;
-use crate::frame::RgbdFrame;
-use crate::localise::localise;
-
 pub use crate::geometry::{Circle, Gaussian3};
 
 /// The ball as a detector observes it in one frame.
@@ -17,13 +13,4 @@ pub struct BallObservation {
     pub score: f64,
     /// The ball's centre in the rig frame; `None` if too little of the disc has depth.
     pub position: Option<Gaussian3>,
-}
-
-impl BallObservation {
-    /// Makes the observation of a ball that is seen as `circle`, with the position that the
-    /// frame's depth gives (see [`localise`]).
-    pub fn new(circle: Circle, score: f64, frame: &RgbdFrame, camera: &Camera) -> Self {
-        let position = localise(&circle, frame, camera);
-        Self { stamp: frame.time(), circle, score, position }
-    }
 }
