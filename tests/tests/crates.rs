@@ -2,15 +2,15 @@
 //!
 //! ```text
 //! protocol <- core <- { firmware, emulator }
-//! frame <- cameras <- runtime <- page <- plumb;   protocol <- runtime
+//! frame <- cameras <- runtime <- { page, foxglove } <- plumb;   protocol <- runtime
 //! cameras <- calibrate <- plumb;   frame <- vision <- { bench, plumb, tests }
 //! { emulator, frame, cameras, runtime } <- sim <- { bench, plumb, tests }
 //! ```
 //!
 //! `runtime`, `cameras`, `vision` and `frame` never depend on `sim`, `bench`, `verify` or
-//! `emulator`; `runtime`, `cameras`, `calibrate`, `page` and `sim` use the detectors in `vision` in
-//! their tests only; `protocol` has no control, `core` no camera. [`CRATES`] lists what each crate
-//! may depend on.
+//! `emulator`; `runtime`, `cameras`, `calibrate`, `page`, `foxglove` and `sim` use the detectors in
+//! `vision` in their tests only; `protocol` has no control, `core` no camera. [`CRATES`] lists what
+//! each crate may depend on.
 //! No crate has more than a quarter of the lines of all crates.
 
 #![allow(clippy::expect_used, clippy::panic, reason = "a test stops at the first surprise")]
@@ -55,6 +55,11 @@ const CRATES: &[Rule] = &[
         tests_use: &["plumb-vision"],
     },
     Rule {
+        name: "plumb-foxglove",
+        uses: &["plumb-cameras", "plumb-frame", "plumb-protocol", "plumb-runtime"],
+        tests_use: &["plumb-emulator", "plumb-sim", "plumb-vision"],
+    },
+    Rule {
         name: "plumb-page",
         uses: &["plumb-cameras", "plumb-frame", "plumb-protocol", "plumb-runtime"],
         tests_use: &["plumb-emulator", "plumb-sim", "plumb-vision"],
@@ -97,6 +102,7 @@ const CRATES: &[Rule] = &[
             "plumb-bench",
             "plumb-calibrate",
             "plumb-cameras",
+            "plumb-foxglove",
             "plumb-page",
             "plumb-protocol",
             "plumb-runtime",

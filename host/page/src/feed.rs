@@ -208,17 +208,16 @@ impl Feed {
 
 impl News {
     fn add_outcome(&mut self, command: &OperatorCommand, outcome: &CommandOutcome) {
-        let name = command_name(command);
         match outcome {
             CommandOutcome::Accepted => {
                 if *command == OperatorCommand::Hold {
                     // The board holds the ball where it is, and no target of a person.
                     self.goal = None;
                 }
-                self.add_event(EventKind::Good, format!("{name}: accepted"));
+                self.add_event(EventKind::Good, format!("{command}: accepted"));
             }
             CommandOutcome::Refused(refusal) => {
-                self.add_event(EventKind::Bad, format!("{name}: {refusal}"));
+                self.add_event(EventKind::Bad, format!("{command}: {refusal}"));
             }
         }
     }
@@ -268,24 +267,6 @@ fn board_view(telemetry: &Telemetry) -> BoardView {
         motors: telemetry.motors.map(Steps16::to_si),
         filtered_error: telemetry.target.map(|_| telemetry.filtered_error.to_si()),
         bad_frames: telemetry.bad_frames,
-    }
-}
-
-/// Returns the name of a command, with its numbers.
-fn command_name(command: &OperatorCommand) -> String {
-    match command {
-        OperatorCommand::Target(target) => {
-            format!("go to ({:.3}, {:.3}, {:.3}) m", target.x, target.y, target.z)
-        }
-        OperatorCommand::Hold => "hold".to_owned(),
-        OperatorCommand::Stop => "stop".to_owned(),
-        OperatorCommand::ClearFault => "clear the fault".to_owned(),
-        OperatorCommand::Jog { motor, distance, .. } => {
-            format!("jog {} by {distance:+.0} steps", char::from(b'A'.saturating_add(*motor)))
-        }
-        OperatorCommand::End => "end the run".to_owned(),
-        // A kind of command that has no name here.
-        _ => "command".to_owned(),
     }
 }
 

@@ -53,7 +53,7 @@ use super::{Failure, Physics, bad_input, failed, failed_because, law, numbers, p
 pub(crate) struct Args {
     /// In virtual time and memory instead of real time and a pseudo-terminal; the same for the same
     /// seed
-    #[arg(long, conflicts_with = "page")]
+    #[arg(long, conflicts_with_all = ["page", "foxglove"])]
     virtual_time: bool,
     /// Render into the first frame of this TUM RGB-D folder instead of a room
     #[arg(long, value_name = "FOLDER")]
@@ -70,7 +70,7 @@ pub(crate) struct Args {
     gamma: Option<f64>,
     /// Every law in turn, a run and a line of JSON each, and their errors over time in one figure,
     /// laws.svg
-    #[arg(long, conflicts_with_all = ["law", "gamma", "record", "page"])]
+    #[arg(long, conflicts_with_all = ["law", "gamma", "record", "page", "mcap", "foxglove"])]
     compare: bool,
     /// Physics of the simulated rig
     #[arg(long, value_enum, default_value = "quasi-static")]
@@ -194,10 +194,11 @@ fn run<T: Transport>(
     let recorder = folder
         .map(|folder| folder.begin(camera_file::PAPER, &camera.intrinsics, overflow))
         .transpose()?;
+    let viewers = args.options.viewers.start(rig, camera, overflow)?;
     let OperatedPage { mut page, operator } = args.options.page.start(rig)?;
     let run = Run::connect(rig, transport)?;
     let log = RunLog::create(&demo.output_dir, FigureSettings::of(rig))?;
-    let mut outputs = Outputs::start(log, recorder, overflow)?;
+    let mut outputs = Outputs::start(log, recorder, viewers, overflow)?;
     let mut observers: Vec<&mut dyn Observer> = vec![&mut outputs, &mut *demo.curve];
     observers.extend(page.as_mut().map(|page| page as &mut dyn Observer));
     let result = run.drive(RunParts {

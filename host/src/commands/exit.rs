@@ -11,6 +11,8 @@ use plumb_bench::vision::VisionError;
 use plumb_calibrate::calibration::CalibrationError;
 use plumb_calibrate::corners::BoardError;
 use plumb_cameras::record::RecordError;
+#[cfg(feature = "foxglove")]
+use plumb_foxglove::FoxgloveError;
 use plumb_page::PageError;
 use plumb_protocol::message::Refusal;
 use plumb_runtime::commission::ExaminationError;
@@ -147,6 +149,14 @@ fn exit_code(error: &(dyn Error + 'static)) -> u8 {
     }
     if let Some(RecordError::Io { error, .. }) = error.downcast_ref() {
         return file_exit_code(error);
+    }
+    #[cfg(feature = "foxglove")]
+    if let Some(error) = error.downcast_ref::<FoxgloveError>() {
+        return match error {
+            FoxgloveError::Exists(_) | FoxgloveError::Listen { .. } => BAD_INPUT,
+            FoxgloveError::Create { source, .. } => file_exit_code(source),
+            _ => FAILED,
+        };
     }
     if is_failure(error) { FAILED } else { BAD_INPUT }
 }

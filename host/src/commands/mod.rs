@@ -5,6 +5,7 @@ macro_rules! examples {
     ($($line:literal),+ $(,)?) => { concat!("Examples:" $(, "\n  ", $line)+) };
 }
 
+mod address;
 pub(crate) mod bench;
 pub(crate) mod board;
 pub(crate) mod calibrate;
@@ -31,6 +32,7 @@ pub(crate) mod run;
 mod run_camera;
 pub(crate) mod verbose;
 pub(crate) mod verify;
+mod viewers;
 
 use clap::ValueEnum;
 use plumb_sim::emulator::plant::{Elastic, ElasticParameters, Plant, QuasiStatic, RigError};

@@ -7,6 +7,7 @@ use plumb_runtime::run::DEFAULT_TIMEOUT;
 use plumb_runtime::run_log::OutputDir;
 
 use super::page::PageOptions;
+use super::viewers::ViewerOptions;
 use super::{DetectorName, numbers};
 
 #[derive(Args)]
@@ -34,6 +35,8 @@ pub(super) struct RunOptions {
     pub(super) json: bool,
     #[command(flatten)]
     pub(super) page: PageOptions,
+    #[command(flatten)]
+    pub(super) viewers: ViewerOptions,
 }
 
 impl RunOptions {

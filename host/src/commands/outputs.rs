@@ -15,6 +15,7 @@ use plumb_runtime::run_log::RunLog;
 
 use super::interrupt::DefaultSignals;
 use super::print::{message, tell};
+use super::viewers::Viewers;
 use super::{FAILED, Failure, both, failed};
 
 /// Rows that may wait for the disk: 5 minutes at 30 Hz, some 5 MB.
@@ -85,6 +86,7 @@ pub(super) struct Outputs {
     log: Queued<RunLog>,
     folder: PathBuf,
     recorder: Option<FrameRecorder>,
+    viewers: Viewers,
 }
 
 impl Outputs {
@@ -92,6 +94,7 @@ impl Outputs {
     pub(super) fn start(
         log: RunLog,
         recorder: Option<Recorder>,
+        viewers: Viewers,
         overflow: Overflow,
     ) -> Result<Self, Failure> {
         let folder = log.path().to_owned();
@@ -99,7 +102,7 @@ impl Outputs {
             QueueSettings { name: "run log", capacity: LOG_CAPACITY, overflow, with_frames: false };
         let log = Queued::new(log, settings)?;
         let progress = Progress::start()?;
-        Ok(Self { progress, log, folder, recorder: recorder.map(FrameRecorder::new) })
+        Ok(Self { progress, log, folder, recorder: recorder.map(FrameRecorder::new), viewers })
     }
 
     /// Writes what is left and closes the files. Returns the progress too: its terminal may be
@@ -114,7 +117,9 @@ impl Outputs {
             ),
         };
         let recording = self.recorder.map(FrameRecorder::finish).transpose().map_err(failed);
-        let closed = Closed { folder: self.folder, dropped_rows, unwritten, rows, recording };
+        let viewers = self.viewers.close();
+        let folder = self.folder;
+        let closed = Closed { folder, dropped_rows, unwritten, rows, recording, viewers };
         (closed, self.progress)
     }
 
@@ -154,24 +159,27 @@ impl Observer for Outputs {
         if let Some(recorder) = &mut self.recorder {
             recorder.frame(record);
         }
+        self.viewers.frame(record);
         self.progress.frame(record);
     }
 
     fn event(&mut self, event: &RunEvent) {
         self.log.event(event);
+        self.viewers.event(event);
     }
 
     fn end(&mut self, summary: &Summary) {
         self.log.end(summary);
+        self.viewers.end(summary);
     }
 
     fn failure(&mut self) -> Option<plumb_cameras::source::BoxedError> {
-        self.log.failure()
+        self.log.failure().or_else(|| self.viewers.failure())
     }
 
     fn dropped(&self) -> u64 {
         let frames = self.recorder.as_ref().map_or(0, Observer::dropped);
-        self.log.dropped() + frames
+        self.log.dropped() + frames + self.viewers.dropped()
     }
 }
 
@@ -186,13 +194,16 @@ struct Closed {
     rows: Result<(), Failure>,
     /// Result of the recording, if there is one.
     recording: Result<Option<Recording>, Failure>,
+    /// Result of the outputs for viewers.
+    viewers: Result<(), Failure>,
 }
 
 impl Closed {
     /// Reports the result of a run that ended, or failed with `error`.
     ///
     /// # Errors
-    /// The failure of the run, of the rows or of the recording. Those after the first are printed.
+    /// The failure of the run, of the rows, of the recording or of the viewers. Those after the
+    /// first are printed.
     fn report(self, summary: &Summary, error: Option<&ControlLoopError>) -> Result<(), Failure> {
         let (frames, time, folder) = (summary.frames, summary.time_s, self.folder.display());
         let run = match error {
@@ -218,7 +229,7 @@ impl Closed {
                 report_recording(&recording);
             }
         });
-        both(run, both(self.rows, recording))
+        both(run, both(self.rows, both(recording, self.viewers)))
     }
 
     /// Reports what the run folder lacks.

@@ -1,6 +1,6 @@
 //! The page of a run: its option.
 
-use std::net::{IpAddr, SocketAddr};
+use std::net::SocketAddr;
 
 use clap::Args;
 use plumb_page::{DEFAULT_ADDRESS, Limits, Page, PageSettings, RigView};
@@ -8,6 +8,7 @@ use plumb_runtime::operator::{OperatorReceiver, operator};
 use plumb_runtime::rig::Rig;
 
 use super::Failure;
+use super::address::with_port;
 use super::print::tell;
 
 #[derive(Args)]
@@ -45,25 +46,7 @@ pub(super) struct OperatedPage {
     pub(super) operator: Option<OperatorReceiver>,
 }
 
-/// Reads an address with a port, or one without, which gets the page's own port.
+/// Reads an address; without a port it gets the page's own.
 fn address(text: &str) -> Result<SocketAddr, String> {
-    let port = DEFAULT_ADDRESS.parse().map_or(0, |address: SocketAddr| address.port());
-    let with_port = text.parse().ok();
-    with_port
-        .or_else(|| text.parse().ok().map(|ip: IpAddr| SocketAddr::new(ip, port)))
-        .ok_or_else(|| "give an IP address, such as 0.0.0.0 or 127.0.0.1:8080".to_owned())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_port_of_an_address_may_be_left_out() {
-        let read = |text| address(text).map(|address| address.to_string());
-        assert_eq!(read("0.0.0.0"), Ok("0.0.0.0:7586".to_owned()));
-        assert_eq!(read("::1"), Ok("[::1]:7586".to_owned()));
-        assert_eq!(read("127.0.0.1:0"), Ok("127.0.0.1:0".to_owned()));
-        assert!(read("localhost").is_err() && read("7586").is_err());
-    }
+    with_port(text, DEFAULT_ADDRESS)
 }

@@ -141,6 +141,7 @@ pub(super) fn drive(
     let folder = record_folder(options.run.record.as_deref())?;
     let oni = folder.as_ref().map(|folder| folder.oni());
     let interrupted = interrupt_flag()?;
+    let viewers = options.run.viewers.start(&rig, &camera, Overflow::Drop)?;
     let OperatedPage { mut page, operator } = options.run.page.start(&rig)?;
     let mut run = Run::connect(&rig, transport)?;
     if let Goal::Waypoints(waypoints, is_repeated) = goal {
@@ -162,7 +163,7 @@ pub(super) fn drive(
         run.set_waypoints(&[waypoint], false)?;
     }
     let log = RunLog::create(&options.run.output_dir("run"), FigureSettings::of(&rig));
-    let mut outputs = Outputs::start(log?, recorder, Overflow::Drop)?;
+    let mut outputs = Outputs::start(log?, recorder, viewers, Overflow::Drop)?;
     let mut observers: Vec<&mut dyn Observer> = vec![&mut outputs];
     observers.extend(follower.as_mut().map(|follower| follower as &mut dyn Observer));
     observers.extend(page.as_mut().map(|page| page as &mut dyn Observer));

@@ -1,5 +1,7 @@
 //! Commands of an operator, and their outcomes.
 
+use std::fmt;
+
 use nalgebra::Point3;
 use plumb_protocol::config::Workspace;
 use plumb_protocol::message::{Command, Jog, Refusal};
@@ -60,6 +62,23 @@ pub enum CommandRefusal {
     /// The board refused it.
     #[error("the board refused it: {0}")]
     Board(Refusal),
+}
+
+impl fmt::Display for OperatorCommand {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Target(target) => {
+                write!(f, "go to ({:.3}, {:.3}, {:.3}) m", target.x, target.y, target.z)
+            }
+            Self::Hold => f.write_str("hold"),
+            Self::Stop => f.write_str("stop"),
+            Self::ClearFault => f.write_str("clear the fault"),
+            Self::Jog { motor, distance, .. } => {
+                write!(f, "jog {} by {distance:+.0} steps", char::from(b'A'.saturating_add(*motor)))
+            }
+            Self::End => f.write_str("end the run"),
+        }
+    }
 }
 
 impl OperatorCommand {

@@ -1,0 +1,267 @@
+//! A run in the viewers Foxglove and Lichtblick: an MCAP file and a live server.
+//!
+//! [`FoxgloveOutput::start`] opens either or both and returns an observer for the run. The program
+//! puts it behind a [`Queued`](plumb_runtime::queued::Queued), so that neither a slow disk nor a
+//! slow viewer delays a position:
+//!
+//! ```text
+//! run -> bounded queue -> FoxgloveOutput -> channels -> MCAP file
+//!                                                    -> live server -> a queue for each viewer
+//! ```
+//!
+//! docs/use/logs.md lists the topics and their messages. The pictures, the camera and the scene use
+//! Foxglove's own schemas; the measurement, the board's telemetry and the events are JSON with the
+//! schemas in `host/foxglove/schemas/`.
+
+#![forbid(unsafe_code)]
+#![deny(missing_docs)]
+
+mod camera;
+mod channels;
+mod clock;
+mod event;
+mod file;
+mod message;
+mod scene;
+
+use std::net::SocketAddr;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::mpsc::channel;
+use std::thread;
+use std::time::Duration;
+
+use foxglove::{Context, WebSocketServerHandle};
+use plumb_cameras::source::BoxedError;
+use plumb_frame::camera::Camera;
+use plumb_protocol::units::Micros;
+use plumb_runtime::observer::{FrameRecord, Observer, RunEvent};
+use plumb_runtime::rig::Rig;
+use plumb_runtime::run::Summary;
+use thiserror::Error;
+
+use channels::Channels;
+use clock::Clock;
+use file::McapFile;
+use message::{EventMessage, Observation, TelemetryMessage};
+use scene::Scene;
+
+/// Number of messages that may wait for a viewer: about a second. Older ones are dropped.
+const VIEWER_BACKLOG: usize = 200;
+
+/// Longest wait for the viewers' connections to close at the end of a run.
+const CLOSING: Duration = Duration::from_millis(500);
+
+/// Quality of the JPEG: about 60 kB at 640x480.
+const JPEG_QUALITY: u8 = 75;
+
+/// Outputs to open.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct FoxgloveSettings {
+    /// MCAP file, which must not exist.
+    pub mcap: Option<PathBuf>,
+    /// Address of the live server. Port 0 takes any free port.
+    pub server: Option<SocketAddr>,
+}
+
+/// Failure of the MCAP file or the live server.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum FoxgloveError {
+    /// The MCAP file exists.
+    #[error("{} exists already: recordings are never overwritten; give another name", .0.display())]
+    Exists(PathBuf),
+    /// The MCAP file cannot be created.
+    #[error("cannot create {}", .path.display())]
+    Create {
+        /// The file.
+        path: PathBuf,
+        /// Cause.
+        source: std::io::Error,
+    },
+    /// The MCAP file cannot be written (a full disk).
+    #[error("cannot write {}", .path.display())]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// Cause.
+        source: std::io::Error,
+    },
+    /// The MCAP file cannot be begun or completed for another reason.
+    #[error("cannot write {}", .path.display())]
+    Mcap {
+        /// The file.
+        path: PathBuf,
+        /// Cause.
+        source: foxglove::FoxgloveError,
+    },
+    /// The address cannot be listened at.
+    #[error(
+        "the live server for viewers cannot use the address {address}; try another port, or port \
+         0 for a free one"
+    )]
+    Listen {
+        /// The address.
+        address: SocketAddr,
+        /// Cause.
+        source: foxglove::FoxgloveError,
+    },
+    /// A channel cannot be made.
+    #[error("cannot describe the topic {topic} to viewers")]
+    Channel {
+        /// The topic.
+        topic: &'static str,
+        /// Cause.
+        source: foxglove::FoxgloveError,
+    },
+    /// A picture cannot be encoded as JPEG.
+    #[error("cannot encode a picture for viewers")]
+    Picture(#[source] BoxedError),
+}
+
+/// Observer that writes a run to an MCAP file, serves it to viewers, or both.
+///
+/// Its methods encode pictures and write to a disk: put it behind a queue.
+pub struct FoxgloveOutput {
+    channels: Channels,
+    camera: Camera,
+    scene: Scene,
+    clock: Clock,
+    /// Time of the last frame or target, seconds since the run's start.
+    time: f64,
+    /// Board's time of the last telemetry that was sent.
+    telemetry: Option<Micros>,
+    file: Option<McapFile>,
+    server: Option<WebSocketServerHandle>,
+    failure: Option<FoxgloveError>,
+    /// Owner of the channels.
+    _context: Arc<Context>,
+}
+
+impl FoxgloveOutput {
+    /// Opens the outputs for a run of `rig` with `camera`.
+    ///
+    /// # Errors
+    /// Where the file exists or cannot be created, or the address cannot be used.
+    pub fn start(
+        settings: &FoxgloveSettings,
+        rig: &Rig,
+        camera: &Camera,
+    ) -> Result<Self, FoxgloveError> {
+        let context = Context::new();
+        let server = settings.server.map(|address| listen(&context, address)).transpose()?;
+        let path = settings.mcap.as_ref();
+        let file = path.map(|path| McapFile::create(&context, path)).transpose()?;
+        Ok(Self {
+            channels: Channels::new(&context)?,
+            camera: camera.clone(),
+            scene: Scene::new(rig, camera.ball_diameter),
+            clock: Clock::default(),
+            time: 0.0,
+            telemetry: None,
+            file,
+            server,
+            failure: None,
+            _context: context,
+        })
+    }
+
+    /// Returns the port of the live server; `None` without one.
+    pub fn port(&self) -> Option<u16> {
+        self.server.as_ref().map(WebSocketServerHandle::port)
+    }
+
+    /// Logs the picture and what is needed to draw on it.
+    fn log_picture(&mut self, record: &FrameRecord, stamp: u64) {
+        let Some(frame) = &record.frame else { return };
+        let calibration = camera::calibration(frame, stamp);
+        self.channels.calibration.log_with_time(&calibration, stamp);
+        if self.channels.image.has_sinks() {
+            match camera::image(frame, JPEG_QUALITY, stamp) {
+                Ok(image) => self.channels.image.log_with_time(&image, stamp),
+                Err(error) => self.fail(FoxgloveError::Picture(error)),
+            }
+        }
+    }
+
+    /// Keeps the first failure.
+    fn fail(&mut self, error: FoxgloveError) {
+        self.failure.get_or_insert(error);
+    }
+
+    /// Gives the file up where it cannot be written.
+    fn check_file(&mut self) {
+        if let Some(error) = self.file.as_ref().and_then(McapFile::failure) {
+            self.file = None;
+            self.fail(error);
+        }
+    }
+}
+
+impl Observer for FoxgloveOutput {
+    fn frame(&mut self, record: &FrameRecord) {
+        self.time = record.time;
+        let stamp = self.clock.stamp(record.time);
+        self.log_picture(record, stamp);
+        self.channels.transform.log_with_time(&camera::transform(&self.camera.pose, stamp), stamp);
+        self.channels.scene.log_with_time(&self.scene.update(record, stamp), stamp);
+        self.channels.observation.log(&Observation::from(record), stamp);
+        if let Some(telemetry) = &record.telemetry
+            && self.telemetry.replace(telemetry.time) != Some(telemetry.time)
+        {
+            self.channels.telemetry.log(&TelemetryMessage::new(record.number, telemetry), stamp);
+        }
+        self.check_file();
+    }
+
+    fn event(&mut self, event: &RunEvent) {
+        let stamp = self.clock.stamp(self.time);
+        self.channels.event.log(&EventMessage::new(self.time, event), stamp);
+        self.check_file();
+    }
+
+    fn end(&mut self, summary: &Summary) {
+        let stamp = self.clock.stamp(self.time);
+        self.channels.summary.log(summary, stamp);
+        if let Some(file) = self.file.take()
+            && let Err(error) = file.finish()
+        {
+            self.fail(error);
+        }
+    }
+
+    fn failure(&mut self) -> Option<BoxedError> {
+        self.failure.take().map(Into::into)
+    }
+}
+
+impl Drop for FoxgloveOutput {
+    /// Ends the server. A viewer that does not close its connection is left after half a second.
+    fn drop(&mut self) {
+        let Some(server) = self.server.take() else { return };
+        let closing = server.stop();
+        let (done, closed) = channel();
+        let waiting = thread::Builder::new().name("viewers".into()).spawn(move || {
+            closing.wait_blocking();
+            let _ = done.send(());
+        });
+        if waiting.is_ok() {
+            let _ = closed.recv_timeout(CLOSING);
+        }
+    }
+}
+
+/// Begins to serve the channels of `context`. Viewers can only look: the server has no
+/// capabilities.
+fn listen(
+    context: &Arc<Context>,
+    address: SocketAddr,
+) -> Result<WebSocketServerHandle, FoxgloveError> {
+    context
+        .websocket_server()
+        .name("plumb")
+        .bind(address.ip().to_string(), address.port())
+        .message_backlog_size(VIEWER_BACKLOG)
+        .start_blocking()
+        .map_err(|source| FoxgloveError::Listen { address, source })
+}

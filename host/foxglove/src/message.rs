@@ -1,0 +1,133 @@
+//! JSON messages of a run. Their schemas are in `host/foxglove/schemas/`.
+
+use plumb_protocol::message::{State, Telemetry};
+use plumb_protocol::units::{Rate, Steps16};
+use plumb_runtime::advice::after_fault;
+use plumb_runtime::observer::{FrameRecord, RunEvent};
+use serde::Serialize;
+
+use crate::event;
+
+/// Measurement of one frame. `null` is unknown.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub(crate) struct Observation {
+    /// Number of the frame, from 0.
+    pub(crate) frame: u64,
+    /// Seconds since the run's start.
+    pub(crate) time_s: f64,
+    /// The ball in the image; `None` if it was not found.
+    pub(crate) circle_px: Option<CircleMessage>,
+    /// The detector's score.
+    pub(crate) score: Option<f64>,
+    /// Measured position, metres in the rig frame.
+    pub(crate) position_m: Option<[f64; 3]>,
+    /// Covariance of the position, metres², row by row.
+    pub(crate) covariance_m2: Option<[f64; 9]>,
+    /// The target, metres in the rig frame.
+    pub(crate) target_m: [f64; 3],
+    /// Distance of the position from the target, metres.
+    pub(crate) error_m: Option<f64>,
+}
+
+/// The ball's disc in the image, pixels.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub(crate) struct CircleMessage {
+    pub(crate) u: f64,
+    pub(crate) v: f64,
+    pub(crate) radius: f64,
+}
+
+impl From<&FrameRecord> for Observation {
+    fn from(record: &FrameRecord) -> Self {
+        let ball = record.observation;
+        let circle = ball.map(|ball| ball.circle);
+        let covariance = ball.and_then(|ball| ball.position).map(|position| position.covariance);
+        Self {
+            frame: record.number,
+            time_s: record.time,
+            circle_px: circle.map(|c| CircleMessage { u: c.u, v: c.v, radius: c.radius }),
+            score: ball.map(|ball| ball.score),
+            position_m: record.position().map(Into::into),
+            covariance_m2: covariance.map(|matrix| std::array::from_fn(|i| matrix[(i / 3, i % 3)])),
+            target_m: record.target.into(),
+            error_m: record.error(),
+        }
+    }
+}
+
+/// Telemetry of the board. `null` is unknown or none.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub(crate) struct TelemetryMessage {
+    /// Number of the first frame after it.
+    pub(crate) frame: u64,
+    /// Seconds on the board's clock.
+    pub(crate) board_time_s: f64,
+    /// State of the board.
+    pub(crate) state: String,
+    /// What to do after the fault; `None` without a fault.
+    pub(crate) advice: Option<&'static str>,
+    /// Number of the command whose configuration is in force.
+    pub(crate) configuration: Option<u16>,
+    /// Number of the command whose target is in force.
+    pub(crate) target: Option<u16>,
+    /// Number of the last accepted position.
+    pub(crate) sequence: Option<u16>,
+    /// Motor positions A, B, C since the zero of travel, full steps; + pays out.
+    pub(crate) motors_steps: [f64; 3],
+    /// Motor rates A, B, C, full steps/s; + pays out.
+    pub(crate) rates_steps_s: [f64; 3],
+    /// Last accepted position minus target, metres; `None` without a target.
+    pub(crate) error_m: Option<[f64; 3]>,
+    /// |e| of the filtered position, metres; `None` without a target.
+    pub(crate) filtered_error_m: Option<f64>,
+    /// Number of damaged frames that the board received.
+    pub(crate) bad_frames: u16,
+}
+
+impl TelemetryMessage {
+    /// Makes the message of the telemetry that the record of frame `frame` has.
+    pub(crate) fn new(frame: u64, telemetry: &Telemetry) -> Self {
+        let has_target = telemetry.target.is_some();
+        Self {
+            frame,
+            board_time_s: telemetry.time.0 as f64 / 1e6,
+            state: telemetry.state.to_string(),
+            advice: match telemetry.state {
+                State::Fault(fault) => Some(after_fault(fault)),
+                _ => None,
+            },
+            configuration: telemetry.configuration,
+            target: telemetry.target,
+            sequence: telemetry.sequence,
+            motors_steps: telemetry.motors.map(Steps16::to_si),
+            rates_steps_s: telemetry.rates.map(Rate::to_si),
+            error_m: has_target.then(|| telemetry.error.to_metres()),
+            filtered_error_m: has_target.then(|| telemetry.filtered_error.to_si()),
+            bad_frames: telemetry.bad_frames,
+        }
+    }
+}
+
+/// Event of the run between two frames.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub(crate) struct EventMessage {
+    /// Time of the frame before it, seconds since the run's start.
+    pub(crate) time_s: f64,
+    /// Kind of the event.
+    pub(crate) kind: event::Kind,
+    /// Number of the leg or the command; `None` for other events.
+    pub(crate) number: Option<u64>,
+    /// New target, metres in the rig frame; `None` if there is none.
+    pub(crate) target_m: Option<[f64; 3]>,
+    /// Whether it went well: a target that is reached, a command that is carried out.
+    pub(crate) ok: bool,
+    /// The event, for people.
+    pub(crate) text: String,
+}
+
+impl EventMessage {
+    /// Makes the message of an event that came `time_s` seconds after the run's start.
+    pub(crate) fn new(time_s: f64, event: &RunEvent) -> Self {
+        event::message(time_s, event)
+    }
+}

@@ -1,0 +1,52 @@
+//! A program without the outputs for viewers.
+
+use std::net::SocketAddr;
+use std::path::PathBuf;
+
+use plumb_cameras::record::Overflow;
+use plumb_runtime::observer::{FrameRecord, Observer};
+use plumb_runtime::rig::Rig;
+use plumb_vision::camera::Camera;
+
+use super::super::Failure;
+use super::ViewerOptions;
+
+/// Reason to refuse the options.
+const ABSENT: &str = "this program was built without the outputs for viewers; build it with \
+                      cargo build --release -p plumb --features foxglove";
+
+/// Refuses the option `--mcap`.
+pub(super) fn file(_: &str) -> Result<PathBuf, String> {
+    Err(ABSENT.to_owned())
+}
+
+/// Refuses the option `--foxglove`.
+pub(super) fn address(_: &str) -> Result<SocketAddr, String> {
+    Err(ABSENT.to_owned())
+}
+
+/// Observer without effect.
+pub(in super::super) struct Viewers;
+
+impl ViewerOptions {
+    /// Starts nothing: the options were refused.
+    pub(in super::super) fn start(
+        &self,
+        _: &Rig,
+        _: &Camera,
+        _: Overflow,
+    ) -> Result<Viewers, Failure> {
+        Ok(Viewers)
+    }
+}
+
+impl Viewers {
+    /// Closes nothing.
+    pub(in super::super) fn close(self) -> Result<(), Failure> {
+        Ok(())
+    }
+}
+
+impl Observer for Viewers {
+    fn frame(&mut self, _: &FrameRecord) {}
+}
