@@ -25,6 +25,7 @@ mod old_file;
 mod options;
 mod outputs;
 mod page;
+pub(crate) mod plot;
 pub(crate) mod print;
 pub(crate) mod replay;
 mod rig_args;

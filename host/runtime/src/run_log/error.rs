@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use plotters::drawing::DrawingAreaErrorKind;
+use plumb_cameras::source::BoxedError;
 use thiserror::Error;
 
 /// Failure to create or write the run log.
@@ -48,6 +49,14 @@ pub enum RunLogError {
         path: PathBuf,
         /// Cause.
         source: serde_json::Error,
+    },
+    /// The folder is not that of a run, or its files have another content.
+    #[error("{} is not a folder of a run that can be drawn", .folder.display())]
+    NotARun {
+        /// The folder.
+        folder: PathBuf,
+        /// Cause.
+        source: BoxedError,
     },
     /// A figure could not be drawn.
     #[error("cannot draw {}", .path.display())]

@@ -10,7 +10,7 @@ use serde::Serialize;
 use super::figures::{self, Sample};
 use super::lost_frames::LostFrames;
 use super::output_dir::{create_new, write_new};
-use super::{LogRow, OutputDir, RunLogError};
+use super::{LogRow, OutputDir, RunLogError, figures_file};
 use crate::observer::{FrameRecord, Observer, RunEvent};
 use crate::rig::{Rig, Simulation};
 use crate::summary::Summary;
@@ -56,7 +56,7 @@ pub struct RunLog {
 }
 
 impl RunLog {
-    /// Creates the folder and begins `run.csv` in it.
+    /// Creates the folder, begins `run.csv` in it and writes `figures.json`.
     ///
     /// # Errors
     /// Those of [`OutputDir::create`]; [`RunLogError::Io`].
@@ -74,6 +74,7 @@ impl RunLog {
             unwritten: None,
         };
         log.write(LogRow::HEADER)?;
+        figures_file::write(&log.path, &log.settings)?;
         Ok(log)
     }
 

@@ -97,3 +97,13 @@ pub(super) fn write_new(path: &Path, bytes: &[u8]) -> Result<(), RunLogError> {
         RunLogError::io("write", path)(source)
     })
 }
+
+/// Writes a file in place of the one of this name, whole or not at all.
+pub(super) fn replace(path: &Path, bytes: &[u8]) -> Result<(), RunLogError> {
+    let new = path.with_extension("new");
+    let written = fs::write(&new, bytes).and_then(|()| fs::rename(&new, path));
+    written.map_err(|source| {
+        let _ = fs::remove_file(&new);
+        RunLogError::io("write", path)(source)
+    })
+}

@@ -1,5 +1,7 @@
 //! Figure 5: the ball's path in space, with motors, start and target.
 
+use std::collections::HashMap;
+
 use nalgebra::Point3;
 use plotters::coord::Shift;
 use plotters::element::DashedPathElement;
@@ -17,6 +19,10 @@ const CAPTION: i32 = 46;
 const LABEL: i32 = 40;
 const TICK: i32 = 34;
 const TRIANGLE: RGBColor = RGBColor(120, 124, 132);
+/// Greatest number of targets that are drawn.
+const MOST_TARGETS: usize = 20;
+/// Greatest number of numbers at one target.
+const MOST_NUMBERS: usize = 4;
 const SHADOW: RGBColor = RGBColor(180, 190, 205);
 
 /// Drawing, and projection of space onto it.
@@ -24,6 +30,39 @@ struct Canvas<'a> {
     area: DrawingArea<SVGBackend<'a>, Shift>,
     view: Projection,
     bounds: Bounds,
+}
+
+/// Place of a target, and the numbers in the order of the run, from 1, of the legs that lead there.
+struct NumberedTarget {
+    place: Point3<f64>,
+    numbers: Vec<usize>,
+}
+
+impl NumberedTarget {
+    /// Returns the numbers for people; of many the first ones.
+    fn name(&self) -> String {
+        let shown: Vec<String> =
+            self.numbers.iter().take(MOST_NUMBERS).map(usize::to_string).collect();
+        let more = if self.numbers.len() > MOST_NUMBERS { ", ..." } else { "" };
+        shown.join(", ") + more
+    }
+}
+
+/// Returns the targets of a run, each place once.
+fn numbered_targets(samples: &[Sample]) -> Vec<NumberedTarget> {
+    let mut legs: Vec<Point3<f64>> = samples.iter().filter_map(|s| s.target).collect();
+    legs.dedup();
+    let mut targets: Vec<NumberedTarget> = Vec::new();
+    let mut places: HashMap<[u64; 3], usize> = HashMap::new();
+    for (leg, place) in legs.into_iter().enumerate() {
+        let key = <[f64; 3]>::from(place).map(f64::to_bits);
+        let index = *places.entry(key).or_insert(targets.len());
+        if index == targets.len() {
+            targets.push(NumberedTarget { place, numbers: Vec::new() });
+        }
+        targets[index].numbers.push(leg + 1);
+    }
+    targets
 }
 
 /// Returns the figure as SVG.
@@ -144,20 +183,19 @@ impl Canvas<'_> {
         Ok(())
     }
 
-    /// Draws a ring at each target, and its name at the last one.
+    /// Draws a ring at each target: one with the name "target", several with their numbers.
     fn targets(&self, samples: &[Sample]) -> Result<(), DrawError> {
-        let mut targets: Vec<Point3<f64>> = samples.iter().filter_map(|s| s.target).collect();
-        targets.dedup();
+        let targets = numbered_targets(samples);
         // A target that moves along a path is not a place of its own at every frame.
-        let apart = targets.len().div_ceil(20).max(1);
+        let apart = targets.len().div_ceil(MOST_TARGETS).max(1);
         for target in targets.iter().rev().step_by(apart) {
-            self.drop_line(target)?;
-            self.area.draw(&Circle::new(self.view.pixel(target), 18, stroke(TARGET, 6)))?;
+            self.drop_line(&target.place)?;
+            let ring = Circle::new(self.view.pixel(&target.place), 18, stroke(TARGET, 6));
+            self.area.draw(&ring)?;
+            let name = if targets.len() == 1 { "target" } else { &target.name() };
+            self.text(name, &target.place, (32, 20), HPos::Left, TARGET)?;
         }
-        match targets.last() {
-            Some(last) => self.text("target", last, (32, 20), HPos::Left, TARGET),
-            None => Ok(()),
-        }
+        Ok(())
     }
 
     fn on_floor(&self, p: &Point3<f64>) -> Point3<f64> {
@@ -199,5 +237,22 @@ impl Canvas<'_> {
         let style = (FONT, TICK).into_font().color(&INK).pos(Pos::new(side, VPos::Center));
         let (x, y) = self.view.pixel(at);
         self.area.draw_text(text, &style, (x + beside.0, y + beside.1))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn targets_are_numbered_in_their_order_and_a_place_that_returns_has_both_numbers() {
+        let place = |x: f64| Point3::new(x, 0.0, 0.0);
+        let sample =
+            |x: f64| Sample { frame: 0.0, position: None, target: Some(place(x)), error_m: None };
+        let run: Vec<Sample> = [1.0, 1.0, 2.0, 1.0, 3.0].into_iter().map(sample).collect();
+        let targets = numbered_targets(&run);
+        let names: Vec<(f64, String)> = targets.iter().map(|t| (t.place.x, t.name())).collect();
+        let expected = [(1.0, "1, 3"), (2.0, "2"), (3.0, "4")];
+        assert_eq!(names, expected.map(|(x, name)| (x, name.to_owned())));
     }
 }

@@ -1,0 +1,63 @@
+//! `figures.json`: content of the figures besides the rows, so that they can be drawn again.
+
+use std::path::Path;
+
+use nalgebra::Point3;
+use plumb_cameras::bounded_read::read_text;
+use serde::{Deserialize, Serialize};
+
+use super::output_dir::write_new;
+use super::{FigureSettings, RunLogError};
+
+/// Name of the file in the folder of the run.
+const FILE: &str = "figures.json";
+
+/// Largest file that is read, bytes.
+const MAX_BYTES: u64 = 64 << 10;
+
+/// Content of the file.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Content {
+    title: String,
+    threshold_m: f64,
+    /// Motor points A, B, C, metres in the rig frame; `None` where they are unknown.
+    motors_m: Option<[[f64; 3]; 3]>,
+}
+
+/// Writes the file into `folder`.
+///
+/// # Errors
+/// Where it exists or cannot be written (a full disk).
+pub(super) fn write(folder: &Path, settings: &FigureSettings) -> Result<(), RunLogError> {
+    let path = folder.join(FILE);
+    let content = Content {
+        title: settings.title.clone(),
+        threshold_m: settings.threshold_m,
+        motors_m: settings.motors.map(|motors| motors.map(Into::into)),
+    };
+    match serde_json::to_vec_pretty(&content) {
+        Ok(mut json) => {
+            json.push(b'\n');
+            write_new(&path, &json)
+        }
+        Err(source) => Err(RunLogError::Json { path, source }),
+    }
+}
+
+/// Reads the file of `folder`.
+///
+/// # Errors
+/// Where it cannot be read or has another content.
+pub(super) fn read(folder: &Path) -> Result<FigureSettings, RunLogError> {
+    let path = folder.join(FILE);
+    let text = read_text(&path, MAX_BYTES)
+        .map_err(|source| RunLogError::NotARun { folder: folder.into(), source: source.into() })?;
+    let content: Content = serde_json::from_str(&text)
+        .map_err(|source| RunLogError::NotARun { folder: folder.into(), source: source.into() })?;
+    Ok(FigureSettings {
+        title: content.title,
+        threshold_m: content.threshold_m,
+        motors: content.motors_m.map(|motors| motors.map(Point3::from)),
+    })
+}

@@ -1,0 +1,44 @@
+//! `plumb plot`: the figures of runs, drawn again from their folders.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::Parser;
+use plumb_runtime::run_log::{LoggedRun, compare};
+
+use super::Failure;
+use super::print::tell;
+
+/// Draw the figures of runs again; of several runs also their errors over time in one figure
+///
+/// Each folder is one that demo, run or goto wrote. figure4.svg and figure5.svg in it are replaced.
+#[derive(Parser)]
+#[command(
+    after_help = examples![
+        "plumb plot runs/demo-0001",
+        "plumb plot runs/run-0001 runs/run-0002 --out compared.svg",
+    ]
+)]
+pub(crate) struct Args {
+    /// The folders of the runs
+    #[arg(required = true, value_name = "RUN")]
+    runs: Vec<PathBuf>,
+    /// File for the errors of several runs over time, new
+    #[arg(long, value_name = "FILE", default_value = "runs.svg")]
+    out: PathBuf,
+}
+
+pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
+    // Every folder is read before a figure is replaced.
+    let runs = args.runs.iter().map(|run| LoggedRun::read(run)).collect::<Result<Vec<_>, _>>()?;
+    for run in &runs {
+        for figure in run.redraw()? {
+            tell!("{}", figure.display());
+        }
+    }
+    if runs.len() > 1 {
+        compare(&runs, &args.out)?;
+        tell!("{}", args.out.display());
+    }
+    Ok(ExitCode::SUCCESS)
+}
