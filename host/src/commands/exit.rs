@@ -79,9 +79,14 @@ impl Failure {
     pub(crate) fn report(&self) -> ExitCode {
         self.print();
         if !self.has_result {
-            print_json(self.code, &ErrorChain(&*self.error).to_string());
+            print_json(self.code, &self.message());
         }
         ExitCode::from(self.code)
+    }
+
+    /// Returns the error and its causes in words.
+    pub(crate) fn message(&self) -> String {
+        ErrorChain(&*self.error).to_string()
     }
 
     /// Returns the failure of a command that has printed its result in JSON.

@@ -2,28 +2,26 @@
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 use clap::Parser;
 use plumb_cameras::bounded_read::read_text;
 use plumb_cameras::camera_file;
 use plumb_cameras::record::Overflow;
 use plumb_cameras::settings::SourceName;
-use plumb_cameras::source::CameraSource;
 use plumb_cameras::toml_file::MAX_BYTES;
 use plumb_runtime::observer::Observer;
 use plumb_runtime::rig::{LawSettings, Rig};
 use plumb_runtime::run::{Run, RunParts, Waypoint, read_waypoints};
 use plumb_runtime::run_log::{FigureSettings, RunLog};
-use plumb_vision::detect::BallDetector;
 
+use super::hold::find_ball;
 use super::interrupt::interrupt_flag;
 use super::options::RunOptions;
 use super::outputs::Outputs;
 use super::page::OperatedPage;
 use super::rig_args::{PortArgs, RigArg, split_rig};
 use super::run_camera::{RunCamera, record_folder};
-use super::{Failure, Physics, bad_input, failed, failed_because, law, numbers, print};
+use super::{Failure, Physics, bad_input, law, numbers, print};
 
 /// Drive the ball through the targets of a rig file
 ///
@@ -195,24 +193,4 @@ fn source_name(file: &Path, rig: &Rig, options: &Common) -> Result<SourceName, F
         return Err(bad_input(format!("{}: {why}", file.display())));
     }
     Ok(chosen)
-}
-
-/// Longest search for the ball before a hold, seconds on the source's clock.
-const SEARCH_S: f64 = 5.0;
-
-/// Returns the place of the ball in the first frame that shows it, metres in the rig frame.
-fn find_ball(
-    source: &mut dyn CameraSource,
-    detector: &mut dyn BallDetector,
-    interrupted: &AtomicBool,
-) -> Result<[f64; 3], Failure> {
-    let begin = source.now();
-    while source.now() - begin < SEARCH_S && !interrupted.load(Ordering::Relaxed) {
-        let Some(frame) = source.next_frame().map_err(failed_because)? else { break };
-        let ball = detector.detect(&frame).map_err(failed_because)?;
-        if let Some(place) = ball.and_then(|ball| ball.position) {
-            return Ok(place.mean.into());
-        }
-    }
-    Err(failed("the camera does not show the ball, so that its place cannot be held"))
 }
