@@ -9,6 +9,7 @@ use plumb_protocol::units::Point;
 use thiserror::Error;
 
 use super::error::RunError;
+use crate::summary::round;
 
 /// Target of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -61,7 +62,8 @@ impl Route {
         let check = |waypoint: &Waypoint| {
             let point = Point::from_metres(waypoint.target);
             let point = point.filter(|point| workspace.contains(*point));
-            let point = point.ok_or(RunError::TargetOutside(waypoint.target))?;
+            let shown = waypoint.target.map(|metres| round(metres, 1e6));
+            let point = point.ok_or(RunError::TargetOutside(shown))?;
             let waypoint = Waypoint { target: point.to_metres(), ..*waypoint };
             Ok(CheckedWaypoint { point, waypoint })
         };
@@ -209,5 +211,14 @@ mod tests {
             let error = parse(text).unwrap_err();
             assert!(error.contains(named), "{error}");
         }
+    }
+
+    #[test]
+    fn a_target_outside_the_workspace_is_named_in_micrometres() {
+        let point = |metres| Point::from_metres(metres).unwrap();
+        let workspace = Workspace { min: point([0.5; 3]), max: point([1.0; 3]) };
+        let target = point([0.4, -0.1, 0.3]).to_metres();
+        let error = Route::new(&[Waypoint::new(target)], false, &workspace).err().unwrap();
+        assert!(error.to_string().contains("[0.4, -0.1, 0.3] m"), "{error}");
     }
 }
