@@ -30,6 +30,16 @@ pub enum StopReason {
     Failed(String),
 }
 
+impl StopReason {
+    /// Returns whether a person ended the drive, with a command or a signal.
+    pub fn is_chosen(&self) -> bool {
+        matches!(
+            self,
+            Self::Interrupted | Self::Stopped | Self::Held | Self::Replaced | Self::Ended
+        )
+    }
+}
+
 impl fmt::Display for StopReason {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {

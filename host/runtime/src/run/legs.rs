@@ -99,8 +99,8 @@ impl Legs {
     /// Ends the leg under way. Returns its number; `None` where there is none.
     pub(super) fn end(&mut self, ending: StopReason, stats: &RunStats) -> Option<usize> {
         let drive = self.current.take()?;
-        // An interrupt during the dwell time does not undo the arrival.
-        let was_reached = drive.reached.is_some() && ending == StopReason::Interrupted;
+        // A person who ends the leg during the dwell time does not undo the arrival.
+        let was_reached = drive.reached.is_some() && ending.is_chosen();
         self.ended.push(Leg {
             target: drive.waypoint.target.map(|metres| round(metres, 1e6)),
             frames: stats.frames - drive.frames_before,
@@ -120,5 +120,39 @@ impl Legs {
     /// Returns the legs that ended.
     pub(super) fn into_ended(self) -> Vec<Leg> {
         self.ended
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use plumb_protocol::message::Fault;
+
+    use super::*;
+
+    /// Returns whether a leg counts as reached that ended for `ending` during its dwell time.
+    fn is_reached_after(ending: StopReason) -> bool {
+        let route = Route { waypoints: Vec::new(), is_repeated: false };
+        let mut legs = Legs::new(&route);
+        let waypoint = Waypoint { dwell_s: 2.0, ..Waypoint::new([0.4, 0.3, 0.2]) };
+        legs.begin(waypoint, 0.0, 0);
+        legs.note_reached(1.0);
+        legs.end(ending, &RunStats::default());
+        legs.all_reached()
+    }
+
+    #[test]
+    fn a_command_during_the_dwell_time_does_not_undo_the_arrival() {
+        for ending in [StopReason::Stopped, StopReason::Held, StopReason::Replaced] {
+            assert!(is_reached_after(ending.clone()), "{ending}");
+        }
+        assert!(is_reached_after(StopReason::Ended));
+        assert!(is_reached_after(StopReason::Interrupted));
+    }
+
+    #[test]
+    fn a_fault_or_a_lost_source_during_the_dwell_time_is_no_success() {
+        assert!(!is_reached_after(StopReason::Fault(Fault::BallOutside)));
+        assert!(!is_reached_after(StopReason::EndOfFrames));
+        assert!(!is_reached_after(StopReason::Failed("the camera is gone".to_owned())));
     }
 }
