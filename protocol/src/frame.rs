@@ -60,7 +60,7 @@ pub fn encode<T: Serialize>(message: &T) -> Result<Frame, TooLong> {
 pub enum FrameError {
     /// More than [`MAX_FRAME`] bytes arrived without a zero.
     Overlong,
-    /// The COBS code is incomplete: bytes are missing.
+    /// The COBS code is incomplete, or shorter than a CRC: bytes are missing.
     Torn,
     /// The CRC does not match.
     Crc,

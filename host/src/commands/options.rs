@@ -16,6 +16,7 @@ pub(super) struct RunOptions {
     #[arg(long, value_enum, default_value = "ball")]
     pub(super) detector: DetectorName,
     /// Longest time for each target, seconds; if it passes, the run ends without the other targets
+    /// (with --page, the ball is stopped and the run goes on)
     #[arg(
         long,
         default_value_t = DEFAULT_TIMEOUT,

@@ -18,7 +18,7 @@ const PAPER_GAMMA: Positive = positive(30.0);
 const PAPER_ALPHA: Positive = positive(0.005);
 /// β on the paper's rig, metres of ball a metre of cable.
 const PAPER_BETA: Positive = positive(0.5);
-/// g of the law `sign` on the paper's rig, 1/s.
+/// Start value of g of the law `sign`, 1/s; a value of this project for the paper's rig.
 const PAPER_SIGN_GAIN: Positive = positive(4.0);
 
 /// Law and its parameters.

@@ -301,8 +301,8 @@ impl<'a, 'p, T: Transport> ControlLoop<'a, 'p, T> {
     }
 
     /// Returns whether the target is reached: the board holds this target and no other, its error
-    /// is within the tolerance, and the measured position is near the target. A ball within a
-    /// tolerance above the board's radius need not be held yet.
+    /// is within the tolerance, and the measured position is near the target. With a tolerance
+    /// above the board's radius, the board may still drive to this target.
     fn is_reached(&self, view: &View) -> bool {
         let tolerance = self.legs.tolerance().unwrap_or(self.radius);
         let is_passing = tolerance > self.radius;
