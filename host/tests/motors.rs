@@ -115,8 +115,10 @@ fn a_fault_stays_until_it_is_cleared() {
     std::thread::sleep(Duration::from_millis(1500));
     jog.kill().unwrap();
     jog.wait().unwrap();
+    // A status is a sign of life of a host: the board must first notice that the host is silent.
+    std::thread::sleep(Duration::from_secs(2));
     let state = || json(&on(&["board", "status"]))["state"].as_str().unwrap().to_owned();
-    while state() == "jogging" {
+    while matches!(state().as_str(), "jogging" | "stopping") {
         std::thread::sleep(Duration::from_millis(100));
     }
     assert!(state().contains("fault"), "{}", state());

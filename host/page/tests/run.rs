@@ -166,8 +166,8 @@ fn commands_of_a_page_reach_the_board() {
             (100, r#"{"type":"target","x":0.5,"y":0.3,"z":0.3}"#),
             (101, r#"{"type":"target","x":0.5,"y":0.3,"z":7}"#),
             (200, r#"{"type":"hold"}"#),
-            (220, r#"{"type":"clear"}"#),
-            (230, r#"{"type":"end"}"#),
+            (240, r#"{"type":"clear"}"#),
+            (250, r#"{"type":"end"}"#),
         ],
         telemetry: Vec::new(),
         events: Vec::new(),
@@ -182,7 +182,8 @@ fn commands_of_a_page_reach_the_board() {
     assert_eq!([(state(40), turns(40)), (state(60), turns(60))], [(State::Ready, false); 2]);
     assert!((61..100).any(|frame| state(frame) == State::Jogging));
     assert!((101..200).any(|frame| state(frame) == State::Holding), "the target is reached");
-    assert_eq!(state(215), State::Holding);
+    // A Hold waits until the motors rest and the ball's position has settled.
+    assert_eq!(state(235), State::Holding);
     let refused = |event: &RunEvent| match event {
         RunEvent::Command { command, outcome: CommandOutcome::Refused(_), .. } => Some(*command),
         _ => None,
