@@ -8,7 +8,7 @@ mod common;
 use std::fs;
 use std::io::Write;
 use std::path::Path;
-use std::process::{Command, Output, Stdio};
+use std::process::{Child, Command, Output, Stdio};
 use std::time::Duration;
 
 use nix::sys::stat::Mode;
@@ -200,15 +200,20 @@ fn numbers_that_cannot_be_are_named_with_their_option() {
     }
 }
 
-#[test]
-fn a_request_with_an_unknown_key_is_refused() {
-    let mut cosim = Command::new(env!("CARGO_BIN_EXE_plumb"))
+/// Starts `plumb cosim` with its input and both outputs in pipes.
+fn cosim() -> Child {
+    Command::new(env!("CARGO_BIN_EXE_plumb"))
         .arg("cosim")
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
         .spawn()
-        .unwrap();
+        .unwrap()
+}
+
+#[test]
+fn a_request_with_an_unknown_key_is_refused() {
+    let mut cosim = cosim();
     let mut requests = cosim.stdin.take().unwrap();
     writeln!(requests, r#"{{"t": 0.0, "dt": 0.1, "tagret": [0.4, 0.4, 0.15]}}"#).unwrap();
     drop(requests);
@@ -220,13 +225,7 @@ fn a_request_with_an_unknown_key_is_refused() {
 
 #[test]
 fn a_request_without_an_end_is_refused() {
-    let mut cosim = Command::new(env!("CARGO_BIN_EXE_plumb"))
-        .arg("cosim")
-        .stdin(Stdio::piped())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
+    let mut cosim = cosim();
     let mut requests = cosim.stdin.take().unwrap();
     writeln!(requests, r#"{{"t": 0.0, "dt": 0.1}}"#).unwrap();
     // It goes before all of this is written.
