@@ -124,7 +124,29 @@ fn a_host_that_was_suspended_for_minutes_finds_the_fault() {
         link.poll().unwrap();
         assert_eq!(link.fault(), Some(Fault::HostSilent));
         assert!(link.target_telemetry().is_none());
-        link.stop().unwrap();
+        link.clear_fault().unwrap();
         link.configure(smoothed()).unwrap();
     }
+}
+
+#[test]
+fn a_fault_that_a_host_left_behind_is_cleared_only_on_request() {
+    let (target, ball) = target_and_ball();
+    let (board, mut link) = memory();
+    link.configure(smoothed()).unwrap();
+    link.set_target(target).unwrap();
+    see(&board, &mut link, ball, 3_000_000);
+    let fault = State::Fault(Fault::HostSilent);
+    assert_eq!(board.borrow().state(), fault);
+    let mut link = Link::connect(Memory::new(Rc::clone(&board))).unwrap();
+    let refused = link.configure(smoothed()).unwrap_err();
+    assert!(matches!(refused, LinkError::Faulted { fault: Fault::HostSilent, .. }), "{refused:?}");
+    let message = refused.to_string();
+    for part in ["nothing came from the host", "overloaded or asleep", "`plumb clear RIG`"] {
+        assert!(message.contains(part), "{message}");
+    }
+    assert_eq!(board.borrow().state(), fault);
+    link.clear_fault().unwrap();
+    link.configure(smoothed()).unwrap();
+    assert_eq!(board.borrow().state(), State::Ready);
 }

@@ -7,6 +7,8 @@ use plumb_protocol::VERSION;
 use plumb_protocol::message::{Fault, Refusal, StartCause};
 use thiserror::Error;
 
+use crate::advice::after_fault;
+
 /// Failure of the link to the board.
 #[derive(Debug, Error)]
 #[non_exhaustive]
@@ -157,6 +159,18 @@ pub enum LinkError {
     /// The board has stopped by itself.
     #[error("the board has stopped by itself: {0}")]
     Fault(Fault),
+    /// The board has stopped by itself before this host connected, and its fault is not cleared.
+    #[error(
+        "{port}: the board stands in a fault ({fault}). {} Nothing has moved. Run `plumb clear \
+         RIG`, then this command again",
+        after_fault(*.fault)
+    )]
+    Faulted {
+        /// Its path.
+        port: String,
+        /// The fault.
+        fault: Fault,
+    },
     /// Error of a transport that this crate does not know.
     #[error(transparent)]
     Other(Box<dyn Error + Send + Sync>),

@@ -103,15 +103,20 @@ impl<T: Transport> Link<T> {
         Ok(link)
     }
 
-    /// Configures the board; a fault that it was left in is cleared first.
+    /// Configures the board; its motors ramp down first.
     ///
     /// # Errors
-    /// Where it refuses, or the link fails.
+    /// [`LinkError::Faulted`] where the board has stopped by itself before: the fault stays until
+    /// [`clear_fault`](Self::clear_fault). Others where it refuses, or the link fails.
     pub fn configure(&mut self, config: Config) -> Result<(), LinkError> {
         self.stop()?;
-        self.request_at_rest("the request to clear its fault", Command::ClearFault)?;
-        let Answer { id, time, .. } =
-            self.request_at_rest("the configuration", Command::Configure(config))?;
+        let answer = self.request_at_rest("the configuration", Command::Configure(config));
+        let Answer { id, time, .. } = answer.map_err(|error| match error {
+            LinkError::Refused { refusal: Refusal::Faulted(fault), .. } => {
+                LinkError::Faulted { port: self.transport.name(), fault }
+            }
+            error => error,
+        })?;
         (self.configuration, self.configured) = (Some(id), time);
         (self.telemetry, self.fault) = (None, None);
         self.monitor.begin(self.transport.now());

@@ -8,13 +8,12 @@ mod terminal;
 use std::process::ExitCode;
 
 use clap::Parser;
-use plumb_protocol::message::State;
 use plumb_runtime::link::{Link, LinkError, Serial};
 use plumb_runtime::rig::Rig;
 
+use super::Failure;
 use super::board::report;
 use super::rig_args::{BoardArgs, PortArgs, RigArg};
-use super::{Failure, failed};
 
 pub(crate) use jog::{JogArgs, jog};
 
@@ -91,11 +90,6 @@ fn serve(
 pub(super) fn connect(rig: &Rig, serial: Serial) -> Result<Link<Serial>, Failure> {
     let config = rig.config()?;
     let mut link = Link::connect(serial)?;
-    if let State::Fault(fault) = link.status()?.state {
-        return Err(failed(format!(
-            "the board has stopped by itself: {fault}; remove the cause, then `plumb clear`"
-        )));
-    }
     link.configure(config)?;
     Ok(link)
 }
