@@ -31,6 +31,14 @@ pub enum StopReason {
 }
 
 impl StopReason {
+    /// Returns the fault for which the board stopped by itself, if that is the reason.
+    pub fn fault(&self) -> Option<Fault> {
+        match self {
+            Self::Fault(fault) => Some(*fault),
+            _ => None,
+        }
+    }
+
     /// Returns whether a person ended the drive, with a command or a signal.
     pub fn is_chosen(&self) -> bool {
         matches!(

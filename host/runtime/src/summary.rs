@@ -54,8 +54,11 @@ pub struct Summary {
     pub skipped: u64,
     /// Number of positions that the board refused.
     pub refused_positions: u32,
-    /// Reason of the end.
+    /// Reason of the end. A fault of the board is the reason also where the link broke after it.
     pub ending: StopReason,
+    /// Message of the error that broke the run, where `ending` is a fault; left out otherwise.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub failure: Option<String>,
     /// Number of records that outputs (the run log, the recording) had no room for; left out where
     /// it is 0.
     #[serde(skip_serializing_if = "is_zero")]

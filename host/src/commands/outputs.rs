@@ -208,6 +208,9 @@ impl Closed {
         let (frames, time, folder) = (summary.frames, summary.time_s, self.folder.display());
         let run = match error {
             Some(error) => {
+                if summary.ending.fault().is_some() {
+                    tell!("{}", summary.ending);
+                }
                 let error = ErrorChain(error);
                 Err(failed(format!("{error} (recorded so far: {folder}, {frames} frames)")))
             }

@@ -13,13 +13,20 @@ impl<T: Transport> Link<T> {
         let mut bytes = Vec::new();
         self.transport.receive(&mut bytes, wait)?;
         // After a pause of the host more has arrived than one call returns.
-        let mut before = 0;
-        while bytes.len() > before && bytes.len() < MAX_BACKLOG {
+        let (mut before, mut received) = (0, Ok(()));
+        while bytes.len() > before && bytes.len() < MAX_BACKLOG && received.is_ok() {
             before = bytes.len();
-            self.transport.receive(&mut bytes, Duration::ZERO)?;
+            received = self.transport.receive(&mut bytes, Duration::ZERO);
         }
+        let messages = self.decode(&bytes);
+        // The last message before a break may be the board's fault.
+        received.map(|()| messages)
+    }
+
+    /// Decodes and handles the messages that end in `bytes`.
+    fn decode(&mut self, bytes: &[u8]) -> Vec<FromBoard> {
         let mut messages = Vec::new();
-        for byte in bytes {
+        for &byte in bytes {
             match self.accumulator.push::<FromBoard>(byte) {
                 None => {}
                 Some(Ok(message)) => {
@@ -32,7 +39,7 @@ impl<T: Transport> Link<T> {
                 }
             }
         }
-        Ok(messages)
+        messages
     }
 
     /// Handles a message of the board.

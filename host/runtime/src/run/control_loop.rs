@@ -12,6 +12,7 @@ use plumb_protocol::config::Workspace;
 use plumb_protocol::message::{Command, Fault, State};
 use tracing::trace;
 
+use super::ending_after;
 use super::error::ControlLoopError;
 use super::event_log::log_event;
 use super::legs::Legs;
@@ -102,7 +103,7 @@ impl<'a, 'p, T: Transport> ControlLoop<'a, 'p, T> {
         self.close_operator();
         if let Err(error) = &result {
             // A failure has no event: the summary has its message.
-            self.legs.end(StopReason::Failed(ErrorChain(error).to_string()), &self.stats);
+            self.legs.end(ending_after(error, self.link.fault()), &self.stats);
         }
         result
     }

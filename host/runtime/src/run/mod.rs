@@ -10,6 +10,7 @@ mod view;
 mod waypoint;
 
 use plumb_protocol::config::Workspace;
+use plumb_protocol::message::Fault;
 use plumb_protocol::units::Steps16;
 use tracing::info;
 
@@ -53,6 +54,8 @@ struct Ending {
     /// Whether the board reported that its motors stand still.
     at_rest: bool,
     reason: StopReason,
+    /// Message of the error that broke the run after a fault.
+    failure: Option<String>,
 }
 
 impl<T: Transport> Run<T> {
@@ -115,12 +118,15 @@ impl<T: Transport> Run<T> {
         let result = control.run();
         let ControlLoop { legs, stats, .. } = control;
         let reached = result.is_ok() && legs.all_reached();
+        let fault = result.as_ref().ok().and_then(StopReason::fault);
         let (result, at_rest) = come_to_rest(&mut self.link, result);
         let reason = match &result {
             Ok(reason) => reason.clone(),
-            Err(error) => StopReason::Failed(ErrorChain(error).to_string()),
+            Err(error) => ending_after(error, fault.or(self.link.fault())),
         };
-        let ending = Ending { reached, at_rest, reason };
+        let failure = result.as_ref().err().filter(|_| reason.fault().is_some());
+        let failure = failure.map(|error| ErrorChain(error).to_string());
+        let ending = Ending { reached, at_rest, reason, failure };
         let summary = self.summary(&parts, &stats, legs.into_ended(), ending);
         info!(
             ending = %summary.ending,
@@ -164,8 +170,18 @@ impl<T: Transport> Run<T> {
             skipped: stats.skipped,
             refused_positions: self.link.refused_positions(),
             ending: ending.reason,
+            failure: ending.failure,
             dropped_records: parts.observers.iter().map(|observer| observer.dropped()).sum(),
         }
+    }
+}
+
+/// Returns the reason of the end of a run or a drive that `error` ended. A fault that the board
+/// reported before its link broke is the reason.
+fn ending_after(error: &ControlLoopError, fault: Option<Fault>) -> StopReason {
+    match (error, fault) {
+        (ControlLoopError::Link(_), Some(fault)) => StopReason::Fault(fault),
+        _ => StopReason::Failed(ErrorChain(error).to_string()),
     }
 }
 
