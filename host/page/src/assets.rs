@@ -23,7 +23,8 @@ macro_rules! asset {
     };
 }
 
-const ASSETS: &[Asset] = &[
+/// Files of the page of a run.
+pub(crate) const RUN_ASSETS: &[Asset] = &[
     asset!("/", HTML, "index.html"),
     asset!("/page.css", CSS, "page.css"),
     asset!("/canvas.js", SCRIPT, "canvas.js"),
@@ -36,7 +37,7 @@ const ASSETS: &[Asset] = &[
     asset!("/icon.svg", SVG, "icon.svg"),
 ];
 
-/// Returns the file at a path of the page's address.
-pub(crate) fn find(path: &str) -> Option<&'static Asset> {
-    ASSETS.iter().find(|asset| asset.path == path)
+/// Returns the file of `assets` at a path of the page's address.
+pub(crate) fn find(assets: &'static [Asset], path: &str) -> Option<&'static Asset> {
+    assets.iter().find(|asset| asset.path == path)
 }

@@ -1,22 +1,27 @@
 //! Memory between a run and its page. It is bounded: the newest replaces the oldest.
 
-use std::collections::VecDeque;
+mod jogs;
+mod ring;
+mod views;
+
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use mio::Waker;
 use plumb_frame::frame::RgbdFrame;
-use plumb_protocol::message::{State, Telemetry};
-use plumb_protocol::units::{Rate, Steps16};
-use plumb_runtime::advice::after_fault;
 use plumb_runtime::observer::{FrameRecord, RunEvent};
-use plumb_runtime::operator::{CommandOutcome, OperatorCommand};
+use plumb_runtime::operator::{CommandOutcome, OperatorCommand, OperatorSender};
 use plumb_runtime::run::{StopReason, Summary};
 
+use crate::assets::{Asset, RUN_ASSETS};
 use crate::message::{
-    BoardView, Ended, Event, EventKind, FaultView, FrameView, Goal, Sample, Update,
+    Action, BoardView, Ended, Event, EventKind, FrameView, FromPage, Goal, Hello, RigView, Sample,
+    ToPage, Update, VERSION,
 };
+use crate::signal::Signal;
+use crate::subject::{ClientId, Cursor, Received, Subject, not_understood};
+use jogs::{JogLimits, Jogs};
+use ring::Numbered;
+use views::{board_view, frame_view, sample};
 
 /// Number of samples in memory: 2 minutes at 30 frames/s.
 pub(crate) const SAMPLES: usize = 3600;
@@ -24,13 +29,19 @@ pub(crate) const SAMPLES: usize = 3600;
 /// Number of events in memory.
 pub(crate) const EVENTS: usize = 100;
 
+/// Answer to a command where there is no operator.
+const SHOWS_ONLY: &str = "this page only shows the run";
+
 /// What the run hands to the page's thread.
 pub(crate) struct Feed {
     news: Mutex<News>,
-    waker: Waker,
-    /// Number of open pages. Without one no frame is kept.
-    watchers: AtomicUsize,
-    closing: AtomicBool,
+    signal: Signal,
+    /// First message to every page.
+    hello: String,
+    /// Limits of a jog.
+    jog_limits: JogLimits,
+    /// `None` for a page that only shows.
+    operator: Option<OperatorSender>,
 }
 
 /// What the page knows of the run.
@@ -45,54 +56,28 @@ struct News {
     board: Option<BoardView>,
     goal: Option<Goal>,
     ended: Option<Ended>,
-}
-
-/// Ring of the newest items, numbered from 0 since the start.
-struct Numbered<T> {
-    items: VecDeque<T>,
-    /// Number of the item that comes next.
-    next: u64,
-}
-
-impl<T> Default for Numbered<T> {
-    fn default() -> Self {
-        Self { items: VecDeque::new(), next: 0 }
-    }
-}
-
-impl<T: Clone> Numbered<T> {
-    fn push(&mut self, item: T, capacity: usize) {
-        if self.items.len() == capacity {
-            self.items.pop_front();
-        }
-        self.items.push_back(item);
-        self.next += 1;
-    }
-
-    /// Returns the items from number `from` on, and how many of those are gone.
-    fn since(&self, from: u64) -> (Vec<T>, u64) {
-        let first = self.next - self.items.len() as u64;
-        let skipped = from.saturating_sub(first) as usize;
-        (self.items.iter().skip(skipped).cloned().collect(), first.saturating_sub(from))
-    }
-}
-
-/// What a client has been sent so far: the number of the next sample and the next event; `None` at
-/// its beginning.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub(crate) struct Cursor {
-    next: Option<(u64, u64)>,
+    jogs: Jogs,
 }
 
 impl Feed {
-    pub(crate) fn new(waker: Waker) -> Self {
-        let (watchers, closing) = (AtomicUsize::new(0), AtomicBool::new(false));
-        Self { news: Mutex::default(), waker, watchers, closing }
+    /// Makes the memory of a run of `rig`.
+    ///
+    /// # Errors
+    /// Where the description of the rig cannot be written as JSON.
+    pub(crate) fn new(
+        signal: Signal,
+        rig: RigView,
+        operator: Option<OperatorSender>,
+    ) -> serde_json::Result<Self> {
+        let jog_limits = JogLimits::of(&rig);
+        let hello = Hello { version: VERSION, commands: operator.is_some(), rig };
+        let hello = serde_json::to_string(&ToPage::Hello(&hello))?;
+        Ok(Self { news: Mutex::default(), signal, hello, jog_limits, operator })
     }
 
     /// Takes a frame of the run.
     pub(crate) fn frame(&self, record: &FrameRecord) {
-        let image = record.frame.clone().filter(|_| self.watchers.load(Ordering::Relaxed) > 0);
+        let image = record.frame.clone().filter(|_| self.signal.is_watched());
         let mut news = self.lock();
         news.samples.push(sample(record), SAMPLES);
         news.frame = Some(frame_view(record));
@@ -126,7 +111,9 @@ impl Feed {
             RunEvent::FrameLost { message } => {
                 news.add_event(EventKind::Bad, format!("a picture was lost: {message}"));
             }
-            RunEvent::Command { command, outcome, .. } => news.add_outcome(command, outcome),
+            RunEvent::Command { number, command, outcome } => {
+                news.add_outcome(*number, command, outcome);
+            }
             RunEvent::BoardStopped { fault } => {
                 news.add_event(EventKind::Bad, format!("the board has stopped by itself: {fault}"));
             }
@@ -145,13 +132,8 @@ impl Feed {
         self.publish(news);
     }
 
-    /// Returns the number of changes so far.
-    pub(crate) fn version(&self) -> u64 {
-        self.lock().version
-    }
-
     /// Returns the update number `number` for a client, and advances its cursor.
-    pub(crate) fn update(&self, number: u64, cursor: &mut Cursor) -> Update {
+    fn next_update(&self, number: u64, cursor: &mut Cursor) -> Update {
         let news = self.lock();
         let (next_sample, next_event) = cursor.next.unwrap_or_default();
         let (samples, missed) = news.samples.since(next_sample);
@@ -172,33 +154,25 @@ impl Feed {
         }
     }
 
-    /// Returns the newest frame with the ball in it, if there is one.
-    pub(crate) fn image(&self) -> Option<(FrameView, Arc<RgbdFrame>)> {
-        let news = self.lock();
-        Some((news.frame?, Arc::clone(news.image.as_ref()?)))
-    }
-
-    /// Sets the number of open pages.
-    pub(crate) fn set_watchers(&self, count: usize) {
-        self.watchers.store(count, Ordering::Relaxed);
-    }
-
-    /// Asks the page's thread to end.
-    pub(crate) fn close(&self) {
-        self.closing.store(true, Ordering::Relaxed);
-        let _ = self.waker.wake();
-    }
-
-    pub(crate) fn is_closing(&self) -> bool {
-        self.closing.load(Ordering::Relaxed)
+    /// Hands a command of a page to the run.
+    fn command(&self, command: OperatorCommand, client: ClientId) -> Result<(), String> {
+        let Some(operator) = &self.operator else { return Err(SHOWS_ONLY.to_owned()) };
+        let OperatorCommand::Jog { distance, rate, .. } = command else {
+            return operator.send(command).map(drop).map_err(|error| error.to_string());
+        };
+        self.jog_limits.check(distance, rate)?;
+        // The lock is kept until the jog is noted: its outcome comes later.
+        let mut news = self.lock();
+        let number = operator.send(command).map_err(|error| error.to_string())?;
+        news.jogs.add(client, number);
+        Ok(())
     }
 
     /// Counts the change, releases the memory and wakes the page's thread.
     fn publish(&self, mut news: MutexGuard<'_, News>) {
         news.version += 1;
         drop(news);
-        // A page that cannot be woken looks once a second.
-        let _ = self.waker.wake();
+        self.signal.wake();
     }
 
     fn lock(&self) -> MutexGuard<'_, News> {
@@ -206,8 +180,65 @@ impl Feed {
     }
 }
 
+impl Subject for Feed {
+    fn assets(&self) -> &'static [Asset] {
+        RUN_ASSETS
+    }
+
+    fn hello(&self) -> &str {
+        &self.hello
+    }
+
+    fn signal(&self) -> &Signal {
+        &self.signal
+    }
+
+    fn version(&self) -> u64 {
+        self.lock().version
+    }
+
+    fn update(
+        &self,
+        number: u64,
+        picture: Option<FrameView>,
+        cursor: &mut Cursor,
+    ) -> serde_json::Result<String> {
+        let update = Update { picture, ..self.next_update(number, cursor) };
+        serde_json::to_string(&ToPage::Update(&update))
+    }
+
+    fn picture(&self) -> Option<(FrameView, Arc<RgbdFrame>)> {
+        let news = self.lock();
+        Some((news.frame?, Arc::clone(news.image.as_ref()?)))
+    }
+
+    fn take(&self, text: &str, client: ClientId) -> Result<Received, String> {
+        let message: FromPage = serde_json::from_str(text).map_err(|e| not_understood(&e))?;
+        match Action::from(message) {
+            Action::Next(update) => Ok(Received::Seen(update)),
+            Action::Command(command) => self.command(command, client).map(|()| Received::Command),
+        }
+    }
+
+    /// Stops the motors if the page that began a jog is gone.
+    fn release_absent(&self, is_present: &dyn Fn(ClientId) -> bool) {
+        let mut news = self.lock();
+        if !news.jogs.remove_absent(is_present) {
+            return;
+        }
+        let text = "a page that had jogged a motor is gone: the motors stop".to_owned();
+        news.add_event(EventKind::Note, text);
+        self.publish(news);
+        if let Some(operator) = &self.operator {
+            // The end of the run stops the motors too.
+            let _ended = operator.send(OperatorCommand::Stop);
+        }
+    }
+}
+
 impl News {
-    fn add_outcome(&mut self, command: &OperatorCommand, outcome: &CommandOutcome) {
+    fn add_outcome(&mut self, number: u64, command: &OperatorCommand, outcome: &CommandOutcome) {
+        self.jogs.settle(number, *outcome == CommandOutcome::Accepted);
         match outcome {
             CommandOutcome::Accepted => {
                 if *command == OperatorCommand::Hold {
@@ -225,62 +256,6 @@ impl News {
     fn add_event(&mut self, kind: EventKind, text: String) {
         let number = self.events.next;
         self.events.push(Event { number, kind, text }, EVENTS);
-    }
-}
-
-/// Rounds to the micrometre, or the microsecond.
-fn round(value: f64) -> f64 {
-    // Zero is added to write -0 as 0.
-    (value * 1e6).round() / 1e6 + 0.0
-}
-
-fn sample(record: &FrameRecord) -> Sample {
-    let position = record.position().map(|p| <[f64; 3]>::from(p).map(round));
-    let position = position.map_or([None; 3], |p| p.map(Some));
-    let target = <[f64; 3]>::from(record.target).map(round);
-    Sample(record.number, round(record.time), position, record.error().map(round), target)
-}
-
-fn frame_view(record: &FrameRecord) -> FrameView {
-    FrameView {
-        number: record.number,
-        time: round(record.time),
-        circle: record.observation.map(|ball| {
-            let circle = ball.circle;
-            [circle.u, circle.v, circle.radius].map(|pixels| (pixels * 100.0).round() / 100.0)
-        }),
-        position: record.position().map(|p| <[f64; 3]>::from(p).map(round)),
-    }
-}
-
-fn board_view(telemetry: &Telemetry) -> BoardView {
-    let fault = match telemetry.state {
-        State::Fault(fault) => {
-            Some(FaultView { text: fault.to_string(), next: after_fault(fault) })
-        }
-        _ => None,
-    };
-    BoardView {
-        state: state_name(telemetry.state),
-        fault,
-        rates: telemetry.rates.map(Rate::to_si).map(|rate| (rate * 10.0).round() / 10.0 + 0.0),
-        motors: telemetry.motors.map(Steps16::to_si),
-        filtered_error: telemetry.target.map(|_| telemetry.filtered_error.to_si()),
-        bad_frames: telemetry.bad_frames,
-    }
-}
-
-/// Returns the name of a state, without its details.
-fn state_name(state: State) -> &'static str {
-    match state {
-        State::Unconfigured => "unconfigured",
-        State::Ready => "ready",
-        State::Seeking => "seeking",
-        State::Holding => "holding",
-        State::Fault(_) => "fault",
-        State::Jogging => "jogging",
-        State::Stopping => "stopping",
-        State::Storing => "storing",
     }
 }
 

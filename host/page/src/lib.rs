@@ -24,14 +24,14 @@ mod limits;
 mod message;
 mod picture;
 mod server;
+mod serving;
+mod signal;
+mod subject;
 
 use std::io;
-use std::net::{IpAddr, SocketAddr, UdpSocket};
+use std::net::SocketAddr;
 use std::sync::Arc;
-use std::thread::{self, JoinHandle};
 
-use mio::net::TcpListener;
-use mio::{Poll, Waker};
 use plumb_runtime::observer::{FrameRecord, Observer, RunEvent};
 use plumb_runtime::operator::OperatorSender;
 use plumb_runtime::run::Summary;
@@ -41,10 +41,8 @@ pub use access::Token;
 pub use limits::{Limits, Rate};
 pub use message::{RigView, VERSION};
 
-use access::Access;
 use feed::Feed;
-use message::{Hello, ToPage};
-use server::{Server, Site, WAKER};
+use serving::Serving;
 
 /// Address of the page if none is given. The port spells "PLUM" on a telephone.
 pub const DEFAULT_ADDRESS: &str = "127.0.0.1:7586";
@@ -91,9 +89,7 @@ pub enum PageError {
 /// Dropping it sends the last state to the browsers and ends the server, within a second.
 pub struct Page {
     feed: Arc<Feed>,
-    address: String,
-    /// `None` once it is joined.
-    thread: Option<JoinHandle<()>>,
+    serving: Serving,
 }
 
 impl Page {
@@ -103,29 +99,14 @@ impl Page {
     /// Where the address cannot be used, or the operating system lacks threads or random numbers.
     pub fn start(settings: PageSettings) -> Result<Self, PageError> {
         let PageSettings { address, rig, operator, limits } = settings;
-        let listen = |source| PageError::Listen { address, source };
-        let listener = TcpListener::bind(address).map_err(listen)?;
-        let bound = listener.local_addr().map_err(listen)?;
-        let token = if bound.ip().is_loopback() {
-            None
-        } else {
-            Some(Token::random().map_err(PageError::Token)?)
-        };
-        let hello = Hello { version: VERSION, commands: operator.is_some(), rig };
-        let hello = serde_json::to_string(&ToPage::Hello(&hello))?;
-        let poll = Poll::new()?;
-        let feed = Arc::new(Feed::new(Waker::new(poll.registry(), WAKER)?));
-        let address = url(bound, token.as_ref());
-        let access = Access::new(bound, token);
-        let site = Site { access, limits, hello, operator };
-        let server = Server::new(poll, listener, site, Arc::clone(&feed))?;
-        let thread = thread::Builder::new().name("page".into()).spawn(move || server.serve())?;
-        Ok(Self { feed, address, thread: Some(thread) })
+        let feed = |signal| Ok(Feed::new(signal, rig, operator)?);
+        let (feed, serving) = Serving::start(address, limits, feed)?;
+        Ok(Self { feed, serving })
     }
 
     /// Returns the address to open, with the token if there is one.
     pub fn address(&self) -> &str {
-        &self.address
+        self.serving.address()
     }
 }
 
@@ -141,36 +122,4 @@ impl Observer for Page {
     fn end(&mut self, summary: &Summary) {
         self.feed.end(summary);
     }
-}
-
-impl Drop for Page {
-    fn drop(&mut self) {
-        self.feed.close();
-        if let Some(thread) = self.thread.take() {
-            let _panicked = thread.join();
-        }
-    }
-}
-
-/// Returns the address for a browser. One that stands for all of this computer's addresses is
-/// replaced by the one that reaches other computers.
-fn url(bound: SocketAddr, token: Option<&Token>) -> String {
-    let mut address = bound;
-    if bound.ip().is_unspecified()
-        && let Some(ip) = outward_address(bound)
-    {
-        address.set_ip(ip);
-    }
-    let query = token.map(|token| format!("?token={}", token.as_str())).unwrap_or_default();
-    format!("http://{address}/{query}")
-}
-
-/// Returns the address of this computer on the way to others; `None` without a network. Nothing is
-/// sent.
-fn outward_address(bound: SocketAddr) -> Option<IpAddr> {
-    // Addresses for documentation (RFC 5737, RFC 3849): every route but the local ones leads there.
-    let far = if bound.is_ipv4() { "192.0.2.1:9" } else { "[2001:db8::1]:9" };
-    let socket = UdpSocket::bind((bound.ip(), 0)).ok()?;
-    socket.connect(far).ok()?;
-    socket.local_addr().ok().map(|address| address.ip())
 }

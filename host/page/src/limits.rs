@@ -22,6 +22,9 @@ pub struct Limits {
     pub bytes: Rate,
     /// Longest time in which a client acknowledges nothing. After it the connection is closed.
     pub silence: Duration,
+    /// Longest time in which a client leaves an update unacknowledged and still counts as present.
+    /// After it a jog that it began is stopped.
+    pub absence: Duration,
     /// Rate of updates with pictures to each client, updates/s.
     pub updates: Rate,
 }
@@ -38,6 +41,7 @@ impl Limits {
         messages: Rate { per_second: 100.0, burst: 200.0 },
         bytes: Rate { per_second: 32_768.0, burst: 65_536.0 },
         silence: Duration::from_secs(10),
+        absence: Duration::from_secs(1),
         updates: Rate { per_second: 30.0, burst: 2.0 },
     };
 }

@@ -19,6 +19,7 @@ use plumb_emulator::plant::{QuasiStatic, Task};
 use plumb_emulator::{EMULATED, EmulatedBoard};
 use plumb_page::Limits;
 use plumb_protocol::message::{State, Telemetry};
+use plumb_protocol::units::Steps16;
 use plumb_runtime::observer::{FrameRecord, Observer, RunEvent};
 use plumb_runtime::operator::{CommandOutcome, OperatorCommand, OperatorReceiver, operator};
 use plumb_runtime::rig::{LawSettings, Rig};
@@ -27,6 +28,7 @@ use plumb_sim::memory::Memory;
 use plumb_sim::simulated::{SimulatedCamera, Timing, VirtualRig};
 use plumb_sim::synthetic::{Background, RenderOptions, Room, SyntheticCamera};
 use plumb_vision::detect::DetectorKind;
+use serde_json::Value;
 use tungstenite::Message;
 
 /// Drives the paper's rig to its target in virtual time.
@@ -120,17 +122,54 @@ fn dead_and_hostile_clients_change_no_bit_of_a_run() {
     assert_eq!(trace, alone);
 }
 
-/// Person at a page, who sends messages after given frames.
+/// What a person does.
+#[derive(Clone, Copy)]
+enum Act {
+    /// Sends a message.
+    Send(&'static str),
+    /// Leaves the page at this address and opens it anew.
+    Leave(SocketAddr, Departure),
+}
+
+/// How a page goes away.
+#[derive(Debug, Clone, Copy)]
+enum Departure {
+    /// The connection is closed.
+    Closed,
+    /// The connection stays, without answers: the network is lost.
+    Silent,
+}
+
+/// Person at a page, who acts after given frames.
 struct Person {
     client: Client,
-    /// Frame number and message, in this order.
-    script: Vec<(u64, &'static str)>,
+    /// Clients that do not answer.
+    silent: Vec<Client>,
+    /// Frame number and act, in this order.
+    script: Vec<(u64, Act)>,
     /// Telemetry of each frame.
     telemetry: Vec<Option<Telemetry>>,
     events: Vec<RunEvent>,
 }
 
 impl Person {
+    fn new(address: SocketAddr, script: Vec<(u64, Act)>) -> Self {
+        let client = Client::open(address, "", None).unwrap();
+        let (silent, telemetry, events) = (Vec::new(), Vec::new(), Vec::new());
+        Self { client, silent, script, telemetry, events }
+    }
+
+    /// Leaves the page, opens it anew, and waits until the program has noticed.
+    fn come_back(&mut self, address: SocketAddr, departure: Departure) {
+        let next = Client::open(address, "", None).unwrap();
+        let before = std::mem::replace(&mut self.client, next);
+        if let Departure::Silent = departure {
+            self.silent.push(before);
+        }
+        let is_gone = |update: Value| update["events"].to_string().contains("is gone");
+        while !is_gone(self.client.wait_for("update")) {}
+    }
+
     /// Sends a message and waits until the page has handled it: messages keep their order.
     fn send(&mut self, text: &str) {
         self.client.send(text);
@@ -144,8 +183,10 @@ impl Observer for Person {
         self.telemetry.push(record.telemetry);
         let due = self.script.first().is_some_and(|(number, _)| *number == record.number);
         if due {
-            let (_, text) = self.script.remove(0);
-            self.send(text);
+            match self.script.remove(0).1 {
+                Act::Send(text) => self.send(text),
+                Act::Leave(address, departure) => self.come_back(address, departure),
+            }
         }
     }
 
@@ -158,20 +199,16 @@ impl Observer for Person {
 fn commands_of_a_page_reach_the_board() {
     let (sender, receiver) = operator();
     let (mut page, address) = page("127.0.0.1", Limits::DEFAULT, Some(sender));
-    let mut person = Person {
-        client: Client::open(address, "", None).unwrap(),
-        script: vec![
-            (20, r#"{"type":"stop"}"#),
-            (60, r#"{"type":"jog","motor":"B","steps":-16,"rate":40}"#),
-            (100, r#"{"type":"target","x":0.5,"y":0.3,"z":0.3}"#),
-            (101, r#"{"type":"target","x":0.5,"y":0.3,"z":7}"#),
-            (200, r#"{"type":"hold"}"#),
-            (240, r#"{"type":"clear"}"#),
-            (250, r#"{"type":"end"}"#),
-        ],
-        telemetry: Vec::new(),
-        events: Vec::new(),
-    };
+    let script = vec![
+        (20, Act::Send(r#"{"type":"stop"}"#)),
+        (60, Act::Send(r#"{"type":"jog","motor":"B","steps":-16,"rate":40}"#)),
+        (100, Act::Send(r#"{"type":"target","x":0.5,"y":0.3,"z":0.3}"#)),
+        (101, Act::Send(r#"{"type":"target","x":0.5,"y":0.3,"z":7}"#)),
+        (200, Act::Send(r#"{"type":"hold"}"#)),
+        (240, Act::Send(r#"{"type":"clear"}"#)),
+        (250, Act::Send(r#"{"type":"end"}"#)),
+    ];
+    let mut person = Person::new(address, script);
     let summary = drive(vec![&mut page, &mut person], Some(receiver));
     drop(page);
 
@@ -192,4 +229,53 @@ fn commands_of_a_page_reach_the_board() {
     assert_eq!(refused[0], OperatorCommand::Target(Point3::new(0.5, 0.3, 7.0)), "{refused:?}");
     assert!(!summary.legs[0].reached && summary.legs[1].reached, "{:?}", summary.legs);
     assert!(summary.at_rest);
+}
+
+/// Returns the largest distance of a motor from its position in `from`, full steps.
+fn travelled(telemetry: &[Option<Telemetry>], from: usize) -> f64 {
+    let motors = |frame: usize| telemetry[frame].unwrap().motors.map(Steps16::to_si);
+    let last = motors(telemetry.len() - 1);
+    motors(from).iter().zip(last).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+}
+
+/// Jogs a motor by 160 steps, which take 4 s, and leaves the page 1/30 s later. Returns how far
+/// the motor turned, full steps.
+fn abandoned_jog(departure: Departure) -> f64 {
+    let (sender, receiver) = operator();
+    let (mut page, address) = page("127.0.0.1", Limits::DEFAULT, Some(sender));
+    let mut person = Person::new(
+        address,
+        vec![
+            (20, Act::Send(r#"{"type":"stop"}"#)),
+            (60, Act::Send(r#"{"type":"jog","motor":"B","steps":-160,"rate":40}"#)),
+            (61, Act::Leave(address, departure)),
+            (120, Act::Send(r#"{"type":"end"}"#)),
+        ],
+    );
+    let summary = drive(vec![&mut page, &mut person], Some(receiver));
+    assert!(summary.at_rest);
+    travelled(&person.telemetry, 60)
+}
+
+#[test]
+fn a_jog_ends_when_its_page_closes_or_falls_silent() {
+    for departure in [Departure::Closed, Departure::Silent] {
+        let steps = abandoned_jog(departure);
+        assert!(steps > 0.0 && steps < 20.0, "{departure:?}: {steps} steps");
+    }
+}
+
+#[test]
+fn a_jog_out_of_range_is_refused_with_the_limits_in_words() {
+    let (sender, _receiver) = operator();
+    let (_page, address) = page("127.0.0.1", Limits::DEFAULT, Some(sender));
+    let mut client = Client::open(address, "", None).unwrap();
+    for jog in
+        ["\"steps\":1e300,\"rate\":50", "\"steps\":20,\"rate\":1e300", "\"steps\":20,\"rate\":0"]
+    {
+        client.send(&format!(r#"{{"type":"jog","motor":"A",{jog}}}"#));
+        let problem = client.wait_for("problem")["text"].as_str().unwrap().to_owned();
+        assert!(problem.contains("200 steps") && problem.contains("50 steps/s"), "{problem}");
+        assert!(problem.len() < 200, "{problem}");
+    }
 }

@@ -1,13 +1,15 @@
-use mio::{Poll, Token};
+use mio::{Poll, Token, Waker};
 use nalgebra::Point3;
-use plumb_protocol::message::Fault;
-use plumb_protocol::units::{Micrometres, Micros, Point};
+use plumb_protocol::message::{Fault, State, Telemetry};
+use plumb_protocol::units::{Micrometres, Micros, Point, Rate, Steps16};
+use plumb_runtime::rig::Rig;
 
 use super::*;
 
 fn feed() -> (Poll, Feed) {
     let poll = Poll::new().unwrap();
-    let feed = Feed::new(Waker::new(poll.registry(), Token(0)).unwrap());
+    let signal = Signal::new(Waker::new(poll.registry(), Token(0)).unwrap());
+    let feed = Feed::new(signal, RigView::of(&Rig::paper().unwrap()), None).unwrap();
     (poll, feed)
 }
 
@@ -49,15 +51,15 @@ fn memory_is_bounded_and_a_late_client_gets_the_newest() {
     assert_eq!((news.samples.items.len(), news.events.items.len()), (SAMPLES, EVENTS));
     drop(news);
     let mut cursor = Cursor::default();
-    let update = feed.update(0, &mut cursor);
+    let update = feed.next_update(0, &mut cursor);
     assert_eq!((update.samples.len(), update.missed), (SAMPLES, 0));
     assert_eq!(update.samples.last().unwrap().0, 10 * SAMPLES as u64 - 1);
-    let next = feed.update(1, &mut cursor);
+    let next = feed.next_update(1, &mut cursor);
     assert_eq!((next.samples.len(), next.events.len()), (0, 0));
     for number in 0..SAMPLES as u64 + 7 {
         feed.frame(&record(number));
     }
-    let late = feed.update(2, &mut cursor);
+    let late = feed.next_update(2, &mut cursor);
     assert_eq!((late.samples.len(), late.missed), (SAMPLES, 7));
 }
 
@@ -65,19 +67,19 @@ fn memory_is_bounded_and_a_late_client_gets_the_newest() {
 fn what_the_board_has_not_said_is_unknown() {
     let (_poll, feed) = feed();
     let mut cursor = Cursor::default();
-    let before = feed.update(0, &mut cursor);
+    let before = feed.next_update(0, &mut cursor);
     assert_eq!((before.frame, before.board, before.goal), (None, None, None));
     feed.frame(&record(0));
-    let update = feed.update(1, &mut cursor);
+    let update = feed.next_update(1, &mut cursor);
     assert_eq!(update.board, None);
     assert_eq!(update.frame.unwrap().position, None);
     feed.frame(&FrameRecord { telemetry: Some(telemetry(State::Ready, None)), ..record(1) });
-    let board = feed.update(2, &mut cursor).board.unwrap();
+    let board = feed.next_update(2, &mut cursor).board.unwrap();
     assert_eq!((board.state, board.filtered_error, board.fault), ("ready", None, None));
     assert_eq!((board.rates, board.motors), ([1.0, -0.1, 0.0], [1.0, -0.5, 0.0]));
     let fault = State::Fault(Fault::PositionLost);
     feed.frame(&FrameRecord { telemetry: Some(telemetry(fault, Some(3))), ..record(2) });
-    let board = feed.update(3, &mut cursor).board.unwrap();
+    let board = feed.next_update(3, &mut cursor).board.unwrap();
     assert_eq!((board.state, board.filtered_error), ("fault", Some(0.0015)));
     assert_eq!(board.fault.unwrap().text, Fault::PositionLost.to_string());
 }
@@ -85,7 +87,7 @@ fn what_the_board_has_not_said_is_unknown() {
 #[test]
 fn a_target_is_reached_once_the_run_confirms_it() {
     let (_poll, feed) = feed();
-    let goal = |feed: &Feed| feed.update(0, &mut Cursor::default()).goal.unwrap();
+    let goal = |feed: &Feed| feed.next_update(0, &mut Cursor::default()).goal.unwrap();
     let set = RunEvent::TargetSet { number: 0, target: Point3::new(0.4, 0.4, 0.15) };
     feed.event(&set);
     // Holding is the board's word; the run compares it with the picture.

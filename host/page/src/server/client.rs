@@ -9,10 +9,10 @@ use tungstenite::protocol::{CloseFrame, Role, WebSocketConfig};
 use tungstenite::{Error, Message, WebSocket};
 
 use super::Site;
-use crate::feed::{Cursor, Feed};
 use crate::limits::{Bucket, Limits};
-use crate::message::{Action, FromPage, ToPage};
-use crate::picture::Picture;
+use crate::message::ToPage;
+use crate::picture::EncodedPicture;
+use crate::subject::{ClientId, Cursor, Received, Subject};
 
 /// Highest number of bytes that wait for a client: an update with its picture and some replies.
 const MAX_WAITING: usize = 4 << 20;
@@ -51,6 +51,13 @@ impl Write for Metered {
     }
 }
 
+/// Update on its way to a client.
+#[derive(Debug, Clone, Copy)]
+struct InFlight {
+    number: u64,
+    sent: Instant,
+}
+
 /// State of a client. At most one update is on its way to it: the next one goes out after the
 /// client has acknowledged the last, and holds what is newest then.
 pub(super) struct Client {
@@ -58,8 +65,8 @@ pub(super) struct Client {
     cursor: Cursor,
     /// Number of the next update.
     next: u64,
-    /// Number of the update that is not acknowledged.
-    in_flight: Option<u64>,
+    /// The update that is not acknowledged.
+    in_flight: Option<InFlight>,
     /// When the client last acknowledged an update, or began to close.
     acknowledged: Instant,
     /// Frame number of the last picture.
@@ -94,37 +101,58 @@ impl Client {
         self.acknowledged + if self.is_closing { limits.request_time } else { limits.silence }
     }
 
+    /// Returns whether the client is there: it takes its updates in time.
+    pub(super) fn is_present(&self, limits: &Limits, now: Instant) -> bool {
+        let is_late = |update: InFlight| now >= update.sent + limits.absence;
+        !self.is_closing && !self.in_flight.is_some_and(is_late)
+    }
+
     /// Sends a message that every client gets.
     pub(super) fn greet(&mut self, hello: &str) -> Result<(), Gone> {
         self.write(Message::text(hello))
     }
 
     /// Sends the newest state if the client is ready for it.
-    pub(super) fn push(&mut self, feed: &Feed, picture: Option<&Picture>) -> Result<(), Gone> {
+    pub(super) fn push(
+        &mut self,
+        subject: &dyn Subject,
+        picture: Option<&EncodedPicture>,
+        now: Instant,
+    ) -> Result<(), Gone> {
         if self.in_flight.is_some() || self.is_closing {
             return Ok(());
         }
-        self.push_now(feed, picture)
+        self.push_now(subject, picture, now)
     }
 
     /// Sends the newest state, also if the client has not acknowledged the last one.
-    pub(super) fn push_now(&mut self, feed: &Feed, picture: Option<&Picture>) -> Result<(), Gone> {
-        let mut update = feed.update(self.next, &mut self.cursor);
+    pub(super) fn push_now(
+        &mut self,
+        subject: &dyn Subject,
+        picture: Option<&EncodedPicture>,
+        now: Instant,
+    ) -> Result<(), Gone> {
         let picture = picture.filter(|picture| self.shown != Some(picture.frame.number));
-        update.picture = picture.map(|picture| picture.frame);
-        let text = serde_json::to_string(&ToPage::Update(&update)).map_err(|_| Gone)?;
+        let frame = picture.map(|picture| picture.frame);
+        let text = subject.update(self.next, frame, &mut self.cursor).map_err(|_| Gone)?;
         self.write(Message::text(text))?;
         if let Some(picture) = picture {
             self.write(Message::binary(picture.jpeg.clone()))?;
             self.shown = Some(picture.frame.number);
         }
-        self.in_flight = Some(self.next);
+        self.in_flight = Some(InFlight { number: self.next, sent: now });
         self.next += 1;
         Ok(())
     }
 
-    /// Handles the messages that have arrived, and sends what waits.
-    pub(super) fn advance(&mut self, site: &Site, now: Instant) -> Result<(), Gone> {
+    /// Handles the messages that have arrived, and sends what waits. `number` is that of the
+    /// connection.
+    pub(super) fn advance(
+        &mut self,
+        number: ClientId,
+        site: &Site,
+        now: Instant,
+    ) -> Result<(), Gone> {
         loop {
             let message = match self.socket.read() {
                 Ok(message) => message,
@@ -137,7 +165,7 @@ impl Client {
             if !self.messages.take(1.0, now) {
                 self.close(CloseCode::Policy, "too many messages", now)?;
             } else if let Message::Text(text) = &message {
-                self.take(text, site, now)?;
+                self.take(text, number, site, now)?;
             } else if let Message::Binary(_) = message {
                 self.complain("the program takes JSON messages only")?;
             }
@@ -146,19 +174,24 @@ impl Client {
     }
 
     /// Handles a message.
-    fn take(&mut self, text: &str, site: &Site, now: Instant) -> Result<(), Gone> {
-        let problem = match serde_json::from_str::<FromPage>(text).map(Action::from) {
-            Ok(Action::Next(update)) => {
-                if self.in_flight == Some(update) {
+    fn take(
+        &mut self,
+        text: &str,
+        number: ClientId,
+        site: &Site,
+        now: Instant,
+    ) -> Result<(), Gone> {
+        match site.subject.take(text, number) {
+            Ok(Received::Seen(update)) => {
+                if self.in_flight.is_some_and(|in_flight| in_flight.number == update) {
                     self.in_flight = None;
                     self.acknowledged = now;
                 }
-                return Ok(());
+                Ok(())
             }
-            Ok(Action::Command(command)) => site.command(command).err(),
-            Err(error) => Some(format!("the program does not understand this: {error}")),
-        };
-        problem.map_or(Ok(()), |problem| self.complain(&problem))
+            Ok(Received::Command) => Ok(()),
+            Err(problem) => self.complain(&problem),
+        }
     }
 
     /// Begins to close the connection.

@@ -13,6 +13,7 @@ use super::client::Client;
 use crate::access::Denied;
 use crate::assets;
 use crate::http::{Parsed, Reply, Request, Status};
+use crate::subject::ClientId;
 
 /// Path of the WebSocket.
 const SOCKET: &str = "/socket";
@@ -57,12 +58,12 @@ impl Connection {
     }
 
     /// Handles what has arrived, and sends what waits. Returns `None` at the connection's end.
-    pub(super) fn advance(self, site: &Site, now: Instant) -> Option<Self> {
+    pub(super) fn advance(self, number: ClientId, site: &Site, now: Instant) -> Option<Self> {
         match self {
             Self::Request(pending) => pending.advance(site, now),
             Self::Reply(sending) => sending.advance(),
             Self::Client(mut client) => {
-                client.advance(site, now).ok()?;
+                client.advance(number, site, now).ok()?;
                 Some(Self::Client(client))
             }
         }
@@ -138,7 +139,7 @@ impl Pending {
             let rest = self.received.split_off(length);
             return self.upgrade(key, rest, site, now);
         }
-        let Some(asset) = assets::find(&request.path) else {
+        let Some(asset) = assets::find(site.subject.assets(), &request.path) else {
             let reply = Reply::text(Status::NotFound, "There is nothing at this address.\n");
             return self.reply(&reply, is_head, site, now);
         };

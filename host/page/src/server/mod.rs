@@ -10,13 +10,12 @@ use std::time::{Duration, Instant};
 
 use mio::net::TcpListener;
 use mio::{Events, Interest, Poll, Token};
-use plumb_runtime::operator::{OperatorCommand, OperatorSender};
 use tungstenite::protocol::frame::coding::CloseCode;
 
 use crate::access::Access;
-use crate::feed::Feed;
 use crate::limits::{Bucket, Limits};
 use crate::picture::Encoder;
+use crate::subject::Subject;
 use client::Gone;
 use connection::Connection;
 
@@ -30,11 +29,8 @@ const FAREWELL: Duration = Duration::from_millis(500);
 /// Events of the operating system that one turn handles.
 const EVENTS: usize = 64;
 
-/// Answer to a command where there is no operator.
-const SHOWS_ONLY: &str = "this page only shows the run";
-
 const LISTENER: Token = Token(0);
-/// Wakes the thread for news of the run.
+/// Wakes the thread for news of the subject.
 pub(crate) const WAKER: Token = Token(1);
 const FIRST_CONNECTION: usize = 2;
 
@@ -42,21 +38,7 @@ const FIRST_CONNECTION: usize = 2;
 pub(crate) struct Site {
     pub(crate) access: Access,
     pub(crate) limits: Limits,
-    /// First message to every page.
-    pub(crate) hello: String,
-    /// `None` for a page that only shows.
-    pub(crate) operator: Option<OperatorSender>,
-}
-
-impl Site {
-    /// Hands a command of a page to the run.
-    ///
-    /// # Errors
-    /// A message for the person, where the run does not take it.
-    fn command(&self, command: OperatorCommand) -> Result<(), String> {
-        let Some(operator) = &self.operator else { return Err(SHOWS_ONLY.to_owned()) };
-        operator.send(command).map(drop).map_err(|error| error.to_string())
-    }
+    pub(crate) subject: Arc<dyn Subject>,
 }
 
 /// State of the server.
@@ -64,13 +46,12 @@ pub(crate) struct Server {
     poll: Poll,
     listener: TcpListener,
     site: Site,
-    feed: Arc<Feed>,
     /// The connections by their number, oldest first.
     connections: BTreeMap<usize, Connection>,
     next: usize,
     encoder: Encoder,
     updates: Bucket,
-    /// [`Feed::version`] and time of the last update.
+    /// [`Subject::version`] and time of the last update.
     published: (u64, Instant),
 }
 
@@ -79,12 +60,7 @@ impl Server {
     ///
     /// # Errors
     /// Where the operating system does not watch the socket.
-    pub(crate) fn new(
-        poll: Poll,
-        mut listener: TcpListener,
-        site: Site,
-        feed: Arc<Feed>,
-    ) -> io::Result<Self> {
+    pub(crate) fn new(poll: Poll, mut listener: TcpListener, site: Site) -> io::Result<Self> {
         poll.registry().register(&mut listener, LISTENER, Interest::READABLE)?;
         let now = Instant::now();
         Ok(Self {
@@ -92,7 +68,6 @@ impl Server {
             listener,
             updates: Bucket::new(site.limits.updates, now),
             site,
-            feed,
             connections: BTreeMap::new(),
             next: FIRST_CONNECTION,
             encoder: Encoder::default(),
@@ -100,14 +75,15 @@ impl Server {
         })
     }
 
-    /// Serves until the feed closes.
+    /// Serves until the subject asks for the end.
     pub(crate) fn serve(mut self) {
-        while !self.feed.is_closing() {
+        while !self.site.subject.signal().is_closing() {
             let timeout = self.timeout(Instant::now());
             if self.turn(timeout).is_err() {
                 return;
             }
             self.publish(Instant::now());
+            self.release_absent(Instant::now());
         }
         self.say_farewell();
     }
@@ -129,7 +105,7 @@ impl Server {
             }
         }
         self.end_late(now);
-        self.feed.set_watchers(self.clients());
+        self.site.subject.signal().set_watchers(self.clients());
         Ok(())
     }
 
@@ -160,7 +136,7 @@ impl Server {
     fn advance(&mut self, number: usize, now: Instant) {
         let Some(connection) = self.connections.remove(&number) else { return };
         let was_client = matches!(connection, Connection::Client(_));
-        let Some(mut connection) = connection.advance(&self.site, now) else { return };
+        let Some(mut connection) = connection.advance(number, &self.site, now) else { return };
         if let Connection::Client(client) = &mut connection
             && !was_client
             && self.begin(client, now).is_err()
@@ -175,8 +151,9 @@ impl Server {
         if self.clients() >= self.site.limits.clients {
             return client.close(CloseCode::Again, "too many pages are open", now);
         }
-        client.greet(&self.site.hello)?;
-        client.push(&self.feed, self.encoder.newest(&self.feed))
+        client.greet(self.site.subject.hello())?;
+        let subject = &*self.site.subject;
+        client.push(subject, self.encoder.newest(subject), now)
     }
 
     fn clients(&self) -> usize {
@@ -186,18 +163,27 @@ impl Server {
 
     /// Sends the newest state to every page that is ready, if there is news or a heartbeat is due.
     fn publish(&mut self, now: Instant) {
-        let version = self.feed.version();
+        let version = self.site.subject.version();
         let is_due = now >= self.published.1 + HEARTBEAT;
         if self.clients() == 0 {
             self.published = (version, now);
         } else if is_due || (version != self.published.0 && self.updates.take(1.0, now)) {
             self.published = (version, now);
-            let picture = self.encoder.newest(&self.feed);
+            let subject = &*self.site.subject;
+            let picture = self.encoder.newest(subject);
             self.connections.retain(|_, connection| match connection {
-                Connection::Client(client) => client.push(&self.feed, picture).is_ok(),
+                Connection::Client(client) => client.push(subject, picture, now).is_ok(),
                 _ => true,
             });
         }
+    }
+
+    /// Ends what only lasts while its page is there.
+    fn release_absent(&self, now: Instant) {
+        self.site.subject.release_absent(&|number| match self.connections.get(&number) {
+            Some(Connection::Client(client)) => client.is_present(&self.site.limits, now),
+            _ => false,
+        });
     }
 
     /// Ends the connections whose time is over.
@@ -219,7 +205,7 @@ impl Server {
         if self.clients() == 0 {
             return least;
         }
-        if self.feed.version() != self.published.0 {
+        if self.site.subject.version() != self.published.0 {
             least = least.min(self.updates.wait(now));
         }
         least
@@ -230,7 +216,7 @@ impl Server {
         let now = Instant::now();
         self.connections.retain(|_, connection| match connection {
             Connection::Client(client) => client
-                .push_now(&self.feed, None)
+                .push_now(&*self.site.subject, None, now)
                 .and_then(|()| client.close(CloseCode::Away, "the run has ended", now))
                 .is_ok(),
             _ => true,

@@ -68,15 +68,32 @@ impl fmt::Display for OperatorCommand {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Target(target) => {
-                write!(f, "go to ({:.3}, {:.3}, {:.3}) m", target.x, target.y, target.z)
+                let [x, y, z] = [target.x, target.y, target.z].map(|metres| Short(metres, 3));
+                write!(f, "go to ({x}, {y}, {z}) m")
             }
             Self::Hold => f.write_str("hold"),
             Self::Stop => f.write_str("stop"),
             Self::ClearFault => f.write_str("clear the fault"),
             Self::Jog { motor, distance, .. } => {
-                write!(f, "jog {} by {distance:+.0} steps", char::from(b'A'.saturating_add(*motor)))
+                let letter = char::from(b'A'.saturating_add(*motor));
+                write!(f, "jog {letter} by {:+} steps", Short(*distance, 0))
             }
             Self::End => f.write_str("end the run"),
+        }
+    }
+}
+
+/// Number with this many digits after the point, however large it is.
+struct Short(f64, usize);
+
+impl fmt::Display for Short {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self(value, digits) = *self;
+        match (value.abs() < 1e6, f.sign_plus()) {
+            (true, true) => write!(f, "{value:+.digits$}"),
+            (true, false) => write!(f, "{value:.digits$}"),
+            (false, true) => write!(f, "{value:+e}"),
+            (false, false) => write!(f, "{value:e}"),
         }
     }
 }
@@ -108,5 +125,20 @@ impl OperatorCommand {
             }
             Self::End => return Ok(None),
         }))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_command_out_of_range_is_named_in_few_characters() {
+        let jog = |distance| OperatorCommand::Jog { motor: 1, distance, rate: 40.0 }.to_string();
+        assert_eq!([jog(20.0), jog(-160.0)], ["jog B by +20 steps", "jog B by -160 steps"]);
+        assert_eq!(jog(1e300), "jog B by +1e300 steps");
+        let target = |x| OperatorCommand::Target(Point3::new(x, -0.1, 0.15)).to_string();
+        assert_eq!(target(0.4), "go to (0.400, -0.100, 0.150) m");
+        assert_eq!(target(-1e300), "go to (-1e300, -0.100, 0.150) m");
     }
 }

@@ -1,0 +1,67 @@
+//! Records of the run as the page shows them.
+
+use plumb_protocol::message::{State, Telemetry};
+use plumb_protocol::units::{Rate, Steps16};
+use plumb_runtime::advice::after_fault;
+use plumb_runtime::observer::FrameRecord;
+
+use crate::message::{BoardView, FaultView, FrameView, Sample};
+
+/// Rounds to the micrometre, or the microsecond.
+fn round(value: f64) -> f64 {
+    // Zero is added to write -0 as 0.
+    (value * 1e6).round() / 1e6 + 0.0
+}
+
+/// Returns the sample of a frame.
+pub(super) fn sample(record: &FrameRecord) -> Sample {
+    let position = record.position().map(|p| <[f64; 3]>::from(p).map(round));
+    let position = position.map_or([None; 3], |p| p.map(Some));
+    let target = <[f64; 3]>::from(record.target).map(round);
+    Sample(record.number, round(record.time), position, record.error().map(round), target)
+}
+
+/// Returns a frame with the ball in it.
+pub(super) fn frame_view(record: &FrameRecord) -> FrameView {
+    FrameView {
+        number: record.number,
+        time: round(record.time),
+        circle: record.observation.map(|ball| {
+            let circle = ball.circle;
+            [circle.u, circle.v, circle.radius].map(|pixels| (pixels * 100.0).round() / 100.0)
+        }),
+        position: record.position().map(|p| <[f64; 3]>::from(p).map(round)),
+    }
+}
+
+/// Returns the board's state.
+pub(super) fn board_view(telemetry: &Telemetry) -> BoardView {
+    let fault = match telemetry.state {
+        State::Fault(fault) => {
+            Some(FaultView { text: fault.to_string(), next: after_fault(fault) })
+        }
+        _ => None,
+    };
+    BoardView {
+        state: state_name(telemetry.state),
+        fault,
+        rates: telemetry.rates.map(Rate::to_si).map(|rate| (rate * 10.0).round() / 10.0 + 0.0),
+        motors: telemetry.motors.map(Steps16::to_si),
+        filtered_error: telemetry.target.map(|_| telemetry.filtered_error.to_si()),
+        bad_frames: telemetry.bad_frames,
+    }
+}
+
+/// Returns the name of a state, without its details.
+fn state_name(state: State) -> &'static str {
+    match state {
+        State::Unconfigured => "unconfigured",
+        State::Ready => "ready",
+        State::Seeking => "seeking",
+        State::Holding => "holding",
+        State::Fault(_) => "fault",
+        State::Jogging => "jogging",
+        State::Stopping => "stopping",
+        State::Storing => "storing",
+    }
+}
