@@ -7,12 +7,14 @@ use std::io;
 use plumb_bench::control::{BenchError, ControlError, RunId};
 use plumb_bench::vision::VisionError;
 use plumb_cameras::bounded_read::{LineError, ReadError};
+use plumb_cameras::decode::DecodeError;
 use plumb_cameras::driver::OpenError;
 use plumb_cameras::error_chain::ErrorChain;
 use plumb_cameras::png::PngError;
 use plumb_cameras::record::RecordError;
 use plumb_cameras::settings::{SettingsError, SourceName};
 use plumb_cameras::source::capture::StartCaptureError;
+use plumb_cameras::source::stream::{Part, StreamError};
 use plumb_cameras::source::tum::TumError;
 use plumb_cameras::source::{InvalidFrame, OpenRecordingError, SourceError};
 use plumb_cameras::toml_file::TomlFileError;
@@ -83,7 +85,15 @@ fn camera_errors() -> Vec<Box<dyn Error>> {
         Box::new(png_error()),
         Box::new(PngError::Encode { path: "1.png".into(), source: io_error().into() }),
         Box::new(TumError::Frame(invalid_frame())),
-        Box::new(TumError::Image(image_error())),
+        Box::new(TumError::Decode {
+            path: "1.png".into(),
+            error: DecodeError::Image(image_error()),
+        }),
+        Box::new(StreamError::Listen { address: "unix:camera.sock".to_owned(), error: io_error() }),
+        Box::new(StreamError::Decode {
+            part: Part::Depth,
+            error: DecodeError::Image(image_error()),
+        }),
         Box::new(LineError::Io(io_error())),
         Box::new(TomlFileError::Read(read_error())),
     ]

@@ -54,8 +54,12 @@ fn entries(folder: &Path) -> usize {
 fn the_files_are_right_for_every_driver_and_camera() {
     let folder = folder();
     fs::create_dir(folder.path().join("recording")).unwrap();
-    let cameras: [&[&str]; 3] =
-        [&["--camera", "openni"], &["--recording", "recording"], &["--simulated"]];
+    let cameras: [&[&str]; 4] = [
+        &["--camera", "openni"],
+        &["--recording", "recording"],
+        &["--stream", "tcp:127.0.0.1:5600"],
+        &["--simulated"],
+    ];
     for (driver, all) in DRIVERS {
         for microsteps in all {
             for (number, camera) in cameras.iter().enumerate() {

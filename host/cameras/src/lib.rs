@@ -1,11 +1,13 @@
 //! Plumb's cameras: sources of RGB-D frames, recordings, and the camera file.
 //!
 //! - [`source`]: the trait [`CameraSource`](source::CameraSource) and its implementations: cameras
-//!   [through OpenNI2](source::openni), recordings as [TUM RGB-D folders](source::tum) and `.oni`
-//!   files, and their [playback](source::playback) in the place of a camera.
+//!   [through OpenNI2](source::openni), [streams](source::stream) of any program, recordings as
+//!   [TUM RGB-D folders](source::tum) and `.oni` files, and their [playback](source::playback) in
+//!   the place of a camera.
 //! - [`drivers`]: the registry of camera [`driver`]s. [`open_camera`](drivers::open_camera) opens
 //!   the camera that [`settings`] choose.
 //! - [`discovery`]: the cameras that are plugged in, and what is missing to use them.
+//! - [`decode`], [`jpeg`], [`png`]: PNG and JPEG images.
 //! - [`record`]: recording of frames as a TUM RGB-D folder.
 //! - [`camera_file`]: intrinsics and pose of a camera, and the ball. [`toml_file`] and
 //!   [`bounded_read`] read it and other files that a user names.
@@ -63,6 +65,7 @@
 
 pub mod bounded_read;
 pub mod camera_file;
+pub mod decode;
 pub mod discovery;
 pub mod driver;
 pub mod drivers;

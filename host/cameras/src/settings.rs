@@ -7,14 +7,16 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::source::openni::OpenniSettings;
+use crate::source::stream::StreamAddress;
 
 /// Choice of a camera: table `[camera]` of a rig file.
 ///
 /// ```toml
 /// [camera]
 /// file = "camera.toml"
-/// source = "openni"          # or "simulated", or "recording"
+/// source = "openni"          # or "simulated", "recording", "stream"
 /// recording = "desk.oni"     # of "recording": an .oni file or a TUM folder
+/// stream = "unix:cam.sock"   # of "stream": or "tcp:127.0.0.1:5600", or "-" (standard input)
 /// [camera.openni]            # of "openni", each key with a default
 /// uri = "1d27/0609@2/4"
 /// width = 640
@@ -28,11 +30,13 @@ use crate::source::openni::OpenniSettings;
 pub struct CameraSettings {
     /// Path of the camera file, relative to the rig file.
     pub file: PathBuf,
-    /// Source of the frames. Default: the recording where one is named, else the simulated rig
-    /// where there is one, else a camera through OpenNI2.
+    /// Source of the frames. Default: the recording or the stream that is named, else the simulated
+    /// rig where there is one, else a camera through OpenNI2.
     pub source: Option<SourceName>,
     /// Path of the recording, relative to the rig file: an `.oni` file or a TUM folder.
     pub recording: Option<PathBuf>,
+    /// Address at which a program delivers frames. A Unix socket is relative to the rig file.
+    pub stream: Option<StreamAddress>,
     /// Settings of a camera through OpenNI2.
     #[serde(default)]
     pub openni: OpenniSettings,
@@ -48,6 +52,8 @@ pub enum SourceName {
     Openni,
     /// A recording, played at the speed at which it was recorded.
     Recording,
+    /// Frames that another program sends.
+    Stream,
 }
 
 impl fmt::Display for SourceName {
@@ -57,6 +63,7 @@ impl fmt::Display for SourceName {
             Self::Simulated => "simulated",
             Self::Openni => "openni",
             Self::Recording => "recording",
+            Self::Stream => "stream",
         })
     }
 }
@@ -73,6 +80,15 @@ pub enum SettingsError {
     /// A recording is named, but the source is another one.
     #[error("[camera] names a recording, but its source is another; leave one of them out")]
     Recording,
+    /// The source is a stream, but none is named.
+    #[error(
+        "the camera is to be a stream, but [camera] has no key `stream` with its address: \
+         unix:PATH, tcp:127.0.0.1:PORT, or -"
+    )]
+    NoStream,
+    /// A stream is named, but the source is another one.
+    #[error("[camera] names a stream, but its source is another; leave one of them out")]
+    Stream,
 }
 
 impl CameraSettings {
@@ -80,24 +96,32 @@ impl CameraSettings {
     /// `file`.
     pub fn new(file: impl Into<PathBuf>) -> Self {
         let openni = OpenniSettings::default();
-        Self { file: file.into(), source: None, recording: None, openni }
+        Self { file: file.into(), source: None, recording: None, stream: None, openni }
     }
 
     /// Returns the source of the frames, where `simulation` is whether there is a simulated rig.
     ///
     /// # Errors
-    /// Where the source that is chosen does not exist, or a recording is named for another one.
+    /// Where the source that is chosen does not exist, or a recording or a stream is named for
+    /// another one.
     pub fn source(&self, simulation: bool) -> Result<SourceName, SettingsError> {
-        let source = self.source.unwrap_or(match (&self.recording, simulation) {
+        let source = self.source.unwrap_or(match (&self.recording, &self.stream) {
             (Some(_), _) => SourceName::Recording,
-            (None, true) => SourceName::Simulated,
-            (None, false) => SourceName::Openni,
+            (None, Some(_)) => SourceName::Stream,
+            (None, None) if simulation => SourceName::Simulated,
+            (None, None) => SourceName::Openni,
         });
-        match (source, &self.recording) {
-            (SourceName::Simulated, _) if !simulation => Err(SettingsError::NoSimulation),
-            (SourceName::Recording, None) => Err(SettingsError::NoRecording),
-            (SourceName::Simulated | SourceName::Openni, Some(_)) => Err(SettingsError::Recording),
-            _ => Ok(source),
+        match source {
+            SourceName::Simulated if !simulation => Err(SettingsError::NoSimulation),
+            SourceName::Recording if self.recording.is_none() => Err(SettingsError::NoRecording),
+            SourceName::Stream if self.stream.is_none() => Err(SettingsError::NoStream),
+            source if source != SourceName::Recording && self.recording.is_some() => {
+                Err(SettingsError::Recording)
+            }
+            source if source != SourceName::Stream && self.stream.is_some() => {
+                Err(SettingsError::Stream)
+            }
+            source => Ok(source),
         }
     }
 
@@ -106,6 +130,9 @@ impl CameraSettings {
         self.file = folder.join(&self.file);
         if let Some(recording) = &mut self.recording {
             *recording = folder.join(&*recording);
+        }
+        if let Some(stream) = &mut self.stream {
+            stream.relative_to(folder);
         }
     }
 }
@@ -125,6 +152,7 @@ mod tests {
         assert_eq!(settings("").source(false), Ok(SourceName::Openni));
         assert_eq!(settings("recording = 'a.oni'").source(true), Ok(SourceName::Recording));
         assert_eq!(settings("source = 'openni'").source(true), Ok(SourceName::Openni));
+        assert_eq!(settings("stream = '-'").source(true), Ok(SourceName::Stream));
         assert_eq!(settings(""), CameraSettings::new("camera.toml"));
     }
 
@@ -136,13 +164,19 @@ mod tests {
         assert_eq!(recording, Err(SettingsError::NoRecording));
         let both = settings("source = 'openni'\nrecording = 'a.oni'");
         assert_eq!(both.source(false), Err(SettingsError::Recording));
+        let stream = settings("source = 'stream'").source(false);
+        assert_eq!(stream, Err(SettingsError::NoStream));
+        for other in ["source = 'openni'\nstream = '-'", "recording = 'a.oni'\nstream = '-'"] {
+            assert_eq!(settings(other).source(false), Err(SettingsError::Stream));
+        }
     }
 
     #[test]
     fn paths_are_relative_to_the_rig_file() {
-        let mut settings = settings("recording = 'a.oni'");
+        let mut settings = settings("recording = 'a.oni'\nstream = 'unix:a.sock'");
         settings.relative_to(Path::new("rigs"));
         assert_eq!(settings.file, Path::new("rigs/camera.toml"));
         assert_eq!(settings.recording.as_deref(), Some(Path::new("rigs/a.oni")));
+        assert_eq!(settings.stream, Some(StreamAddress::Unix("rigs/a.sock".into())));
     }
 }

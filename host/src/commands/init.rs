@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Parser, ValueEnum};
+use plumb_cameras::source::stream::StreamAddress;
 use plumb_runtime::rig::new_rig::{DriverKind, NewFiles};
 use serde::Serialize;
 use thiserror::Error;
@@ -32,7 +33,7 @@ pub(crate) struct Args {
     #[arg(long)]
     yes: bool,
     /// A simulated rig instead of a real one, to try everything without hardware
-    #[arg(long, conflicts_with_all = ["camera", "recording"])]
+    #[arg(long, conflicts_with_all = ["camera", "recording", "stream"])]
     simulated: bool,
     /// Motor drivers
     #[arg(long, value_enum)]
@@ -63,6 +64,10 @@ pub(crate) struct Args {
     /// The recording: an .oni file or a TUM folder
     #[arg(long, value_name = "PATH")]
     recording: Option<PathBuf>,
+    /// Where another program delivers the pictures: unix:PATH, tcp:127.0.0.1:PORT, or - (standard
+    /// input)
+    #[arg(long, value_name = "ADDRESS", conflicts_with = "recording")]
+    stream: Option<StreamAddress>,
     /// Serial port of the board
     #[arg(long)]
     port: Option<String>,
@@ -105,6 +110,8 @@ enum CameraName {
     Openni,
     /// A recording
     Recording,
+    /// Another program
+    Stream,
 }
 
 /// Line of JSON.

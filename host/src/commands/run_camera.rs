@@ -7,6 +7,7 @@ use plumb_cameras::drivers::open_camera;
 use plumb_cameras::record::RecordFolder;
 use plumb_cameras::source::CameraSource;
 use plumb_cameras::source::capture::{Capture, CaptureLimits};
+use plumb_cameras::source::stream::FIRST_FRAME;
 use plumb_runtime::rig::Rig;
 use plumb_sim::simulated::{Follower, HilPlant, SimulatedCamera, Timing};
 use plumb_sim::synthetic::{Background, RenderOptions, Room, SyntheticCamera};
@@ -29,6 +30,9 @@ impl RunCamera {
     /// Opens the camera of `rig`, whose camera file describes `camera`. A device also records to
     /// the file `oni`.
     pub(super) fn open(rig: &Rig, camera: Camera, oni: Option<PathBuf>) -> Result<Self, Failure> {
+        if let Some(address) = &rig.camera.stream {
+            tell!("camera: waiting for frames at {address}, {} s at most", FIRST_FRAME.as_secs());
+        }
         let OpenedCamera { source, camera, description, notes } =
             open_camera(&rig.camera, camera, oni)?;
         if let Some(description) = description {

@@ -53,7 +53,8 @@ pub fn discover(root: &Path) -> Discovery {
 /// Returns why no camera can be opened where nothing else is missing.
 fn nothing_found(usb: &[UsbCamera]) -> &'static str {
     if usb.is_empty() {
-        "no depth camera is plugged in"
+        "no depth camera is plugged in; with `source = \"stream\"` in the rig file, any program \
+         that has pictures is a camera"
     } else {
         "no driver of OpenNI2 takes the camera that is plugged in; unplug it and plug it in again"
     }

@@ -5,6 +5,7 @@
 
 mod openni;
 mod recording;
+mod stream;
 
 use std::path::PathBuf;
 
@@ -17,9 +18,10 @@ use crate::settings::{CameraSettings, SourceName};
 
 pub use openni::OpenniDriver;
 pub use recording::RecordingDriver;
+pub use stream::StreamDriver;
 
 /// All camera drivers.
-pub const DRIVERS: [&dyn CameraDriver; 2] = [&OpenniDriver, &RecordingDriver];
+pub const DRIVERS: [&dyn CameraDriver; 3] = [&OpenniDriver, &RecordingDriver, &StreamDriver];
 
 /// Returns the driver of that name. [`SourceName::Simulated`] has none.
 pub fn driver(name: SourceName) -> Option<&'static dyn CameraDriver> {
@@ -70,7 +72,8 @@ mod tests {
     fn every_source_but_the_simulated_one_has_one_driver() {
         let mut names: Vec<SourceName> = DRIVERS.iter().map(|driver| driver.name()).collect();
         names.push(SourceName::Simulated);
-        let all = [SourceName::Openni, SourceName::Recording, SourceName::Simulated];
+        let all =
+            [SourceName::Openni, SourceName::Recording, SourceName::Stream, SourceName::Simulated];
         assert_eq!(names, all);
         assert!(driver(SourceName::Simulated).is_none());
     }

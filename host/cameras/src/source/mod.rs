@@ -7,6 +7,8 @@ mod error;
 pub mod openni;
 pub mod playback;
 mod recording;
+mod resolution;
+pub mod stream;
 pub mod tum;
 
 pub use camera_source::CameraSource;

@@ -4,6 +4,7 @@ use std::io::{BufRead, Write};
 use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
+use plumb_cameras::source::stream::AddressError;
 use plumb_runtime::rig::new_rig::{DriverKind, NewCamera, NewRig, Triangle};
 
 use super::dialogue::{Dialogue, DialogueError};
@@ -126,24 +127,50 @@ fn camera<I: BufRead, O: Write>(
     if args.simulated {
         return Ok(NewCamera::Simulated);
     }
-    let name = match (args.camera, &args.recording) {
-        (Some(name), _) => name,
-        (None, Some(_)) => CameraName::Recording,
-        (None, None) => dialogue
-            .ask("Camera (openni, recording)", "openni", |text| CameraName::from_str(text, true))?,
-    };
-    match (name, &args.recording) {
-        (CameraName::Openni, None) => Ok(NewCamera::Openni),
-        (CameraName::Openni, Some(_)) => {
-            Err(bad_input("--recording is for --camera recording, not for a live camera"))
+    let name = match (args.camera, &args.recording, &args.stream) {
+        (Some(name), _, _) => name,
+        (None, Some(_), _) => CameraName::Recording,
+        (None, None, Some(_)) => CameraName::Stream,
+        (None, None, None) => {
+            let question = "Camera (openni, recording, stream)";
+            dialogue.ask(question, "openni", |text| CameraName::from_str(text, true))?
         }
-        (CameraName::Recording, Some(path)) => Ok(recording(path).map_err(bad_input)?),
-        (CameraName::Recording, None) if !dialogue.is_interactive() => {
+    };
+    if name != CameraName::Recording && args.recording.is_some() {
+        return Err(bad_input("--recording is for --camera recording, not for a live camera"));
+    }
+    if name != CameraName::Stream && args.stream.is_some() {
+        return Err(bad_input("--stream is for --camera stream, not for another one"));
+    }
+    match name {
+        CameraName::Openni => Ok(NewCamera::Openni),
+        CameraName::Recording => recorded(args.recording.as_deref(), dialogue),
+        CameraName::Stream => {
+            let address = match &args.stream {
+                Some(address) => address.clone(),
+                None => dialogue.ask("Address of the stream", STREAM, |text| {
+                    text.parse().map_err(|error: AddressError| error.to_string())
+                })?,
+            };
+            Ok(NewCamera::Stream(address))
+        }
+    }
+}
+
+/// Default address of a stream: a Unix socket beside the rig file.
+const STREAM: &str = "unix:camera.sock";
+
+/// Returns the recording at `path`, or at the path that the dialogue asks for.
+fn recorded<I: BufRead, O: Write>(
+    path: Option<&Path>,
+    dialogue: &mut Dialogue<I, O>,
+) -> Result<NewCamera, Failure> {
+    match path {
+        Some(path) => recording(path).map_err(bad_input),
+        None if !dialogue.is_interactive() => {
             Err(bad_input("--camera recording needs --recording PATH"))
         }
-        (CameraName::Recording, None) => {
-            Ok(dialogue.ask("Path of the recording", "", |text| recording(Path::new(text)))?)
-        }
+        None => Ok(dialogue.ask("Path of the recording", "", |text| recording(Path::new(text)))?),
     }
 }
 

@@ -1,7 +1,7 @@
 //! A live source in a thread of its own: the newest frame wins.
 
 mod error;
-mod slot;
+pub(super) mod slot;
 
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -45,8 +45,8 @@ impl Default for CaptureLimits {
 /// Live source that is read in a thread of its own.
 ///
 /// - The newest frame wins: a frame that was not taken when the next one comes is dropped and
-///   counted ([`CameraSource::skipped`]). So the age of a frame is bounded by the time that its
-///   reader takes for one frame, at any frame rate.
+///   counted ([`CameraSource::skipped`], with those that the source itself skipped). So the age of
+///   a frame is bounded by the time that its reader takes for one frame, at any frame rate.
 /// - Errors are never dropped, and come in order with the frames.
 /// - A source that blocks, panics or ends is an error or the end of the frames within
 ///   [`CaptureLimits::silence`].
@@ -95,7 +95,7 @@ impl Capture {
         limits: CaptureLimits,
     ) -> Result<Self, StartCaptureError> {
         let clock = source.clock().ok_or(StartCaptureError::NoClock)?;
-        let slot = Arc::new(Slot::default());
+        let slot = Arc::new(Slot::<RgbdFrame>::default());
         let shared = Arc::clone(&slot);
         let thread = thread::Builder::new()
             .name("capture".to_owned())
@@ -188,6 +188,7 @@ fn read_all(mut source: impl CameraSource, slot: &Slot) {
     let _end = slot.end_guard();
     let read = catch_unwind(AssertUnwindSafe(|| {
         while let Some(frame) = source.next_frame().transpose() {
+            slot.set_skipped_before(source.skipped());
             let item = match frame {
                 Ok(frame) => Item::Frame(frame),
                 Err(error) if error.is_over() => return Some(error),

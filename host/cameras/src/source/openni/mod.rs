@@ -2,13 +2,14 @@
 
 use plumb_frame::camera::Intrinsics;
 use plumb_frame::frame::RgbdFrame;
-use plumb_frame::image::{Image, ImageError};
+use plumb_frame::image::{Image, ImageError, ImageSize};
 use plumb_openni::{Camera, Opened, OpenniError, Pair, Sensor};
 use thiserror::Error;
 
 use super::camera_source::CameraSource;
 use super::clock::LiveClock;
 use super::error::{InvalidFrame, SourceError};
+use super::resolution;
 
 mod settings;
 
@@ -188,8 +189,8 @@ fn intrinsics(opened: &Opened, source: IntrinsicsSource) -> Result<Intrinsics, O
     match source {
         IntrinsicsSource::Calibrated(known) => {
             let Intrinsics { cx, cy, .. } = known;
-            // A principal point so far from the middle belongs to another resolution.
-            if (0.25..0.75).contains(&(cx / width)) && (0.25..0.75).contains(&(cy / height)) {
+            let [columns, rows] = [opened.mode.width, opened.mode.height].map(usize::from);
+            if resolution::fits(&known, ImageSize { width: columns, height: rows }) {
                 return Ok(Intrinsics { depth_scale, ..known });
             }
             let (uri, mode) = (opened.uri.clone(), opened.mode);

@@ -1,11 +1,12 @@
 //! Errors of TUM RGB-D folders.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use plumb_frame::image::{ImageError, ImageSize};
+use plumb_frame::image::ImageSize;
 use thiserror::Error;
 
 use crate::bounded_read::ReadError;
+use crate::decode::DecodeError;
 use crate::source::error::{InvalidFrame, SourceError};
 
 /// Failure to read a TUM RGB-D folder or one of its frames.
@@ -18,21 +19,14 @@ pub enum TumError {
     /// A file cannot be read, or is too large.
     #[error(transparent)]
     Read(#[from] ReadError),
-    /// A file is no image that can be decoded.
-    #[error("{}: not a picture (PNG or JPEG), or a damaged one", .path.display())]
+    /// A file is no image that can be decoded, or one of the wrong type of pixels.
+    #[error("{}", .path.display())]
     Decode {
         /// The file.
         path: PathBuf,
-    },
-    /// An image has too many pixels.
-    #[error("{}: {size} pixels; at most {limit} are decoded", .path.display())]
-    TooManyPixels {
-        /// The file.
-        path: PathBuf,
-        /// Size of the image.
-        size: ImageSize,
-        /// Most pixels that are decoded.
-        limit: u64,
+        /// Violated condition.
+        #[source]
+        error: DecodeError,
     },
     /// A list of images has too many lines.
     #[error("{}: it has more than {limit} lines; split the recording", .path.display())]
@@ -55,17 +49,6 @@ pub enum TumError {
         /// Beginning of the line.
         text: String,
     },
-    /// An image file has pixels of another type than the frame needs.
-    #[error("{}: {must}", .path.display())]
-    PixelType {
-        /// The file.
-        path: PathBuf,
-        /// Required type.
-        must: &'static str,
-    },
-    /// A decoded image has another number of pixels than its size.
-    #[error(transparent)]
-    Image(#[from] ImageError),
     /// An image differs in size from the first one. The intrinsics hold for one size only.
     #[error("{}: {size}, but the recording's first picture is {first}", .path.display())]
     OtherSize {
@@ -76,6 +59,13 @@ pub enum TumError {
         /// Size of the recording's first image.
         first: ImageSize,
     },
+}
+
+impl TumError {
+    /// Returns the failure to decode the file at `path`.
+    pub(super) fn decode(path: &Path, error: DecodeError) -> Self {
+        Self::Decode { path: path.to_owned(), error }
+    }
 }
 
 impl From<TumError> for SourceError {

@@ -19,7 +19,7 @@ mod image_file;
 mod list;
 
 pub use error::TumError;
-pub use image_file::{MAX_BYTES, MAX_PIXELS};
+pub use image_file::MAX_BYTES;
 pub use list::{MAX_LINES, MAX_LIST_BYTES, MAX_TIME_DIFFERENCE};
 
 /// Recording in a TUM RGB-D folder: one frame for each line of `rgb.txt`, in the order of that

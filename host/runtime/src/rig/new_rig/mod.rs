@@ -9,6 +9,7 @@ mod triangle;
 use std::path::PathBuf;
 
 use nalgebra::Point3;
+use plumb_cameras::source::stream::StreamAddress;
 use thiserror::Error;
 
 use self::triangle::{WorkspaceBox, check_length};
@@ -36,6 +37,8 @@ pub enum NewCamera {
     Openni,
     /// A recording.
     Recording(PathBuf),
+    /// Frames that another program sends to this address.
+    Stream(StreamAddress),
     /// A simulated rig, which the program renders.
     Simulated,
 }

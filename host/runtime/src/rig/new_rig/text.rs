@@ -148,6 +148,10 @@ fn camera(file: &mut Writer, rig: &NewRig) {
         NewCamera::Recording(path) => {
             file.key("camera.recording", &format!("{:?}", path.display().to_string()));
         }
+        NewCamera::Stream(address) => {
+            file.key("camera.source", "\"stream\"");
+            file.key("camera.stream", &format!("{:?}", address.to_string()));
+        }
         NewCamera::Simulated => {}
     }
 }

@@ -1,0 +1,121 @@
+//! Place where the senders of a stream connect.
+
+use std::fs::{self, File};
+use std::io::{self, ErrorKind, IsTerminal, Write};
+use std::net::TcpListener;
+use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
+use std::os::unix::fs::FileTypeExt;
+use std::os::unix::net::{UnixListener, UnixStream};
+use std::path::{Path, PathBuf};
+
+use tracing::debug;
+
+use super::address::StreamAddress;
+use super::error::StreamError;
+use crate::error_chain::ErrorChain;
+
+/// Place where the senders of a stream connect. Dropping it removes a Unix socket.
+#[derive(Debug)]
+pub(super) enum Endpoint {
+    /// Unix domain socket.
+    Unix { listener: UnixListener, path: PathBuf },
+    /// TCP port.
+    Tcp(TcpListener),
+    /// Standard input, which is the only sender.
+    Input,
+}
+
+impl Endpoint {
+    /// Listens at `address`. A Unix socket that a killed program has left behind is replaced.
+    ///
+    /// # Errors
+    /// Where the address is in use or the operating system refuses it; where the standard input is
+    /// a terminal.
+    pub(super) fn listen(address: &StreamAddress) -> Result<Self, StreamError> {
+        let failure = |error: io::Error| match error.kind() {
+            ErrorKind::AddrInUse => StreamError::InUse { address: address.to_string() },
+            _ => StreamError::Listen { address: address.to_string(), error },
+        };
+        match address {
+            StreamAddress::Unix(path) => {
+                remove_left_behind(path).map_err(failure)?;
+                let listener = UnixListener::bind(path).map_err(failure)?;
+                listener.set_nonblocking(true).map_err(failure)?;
+                Ok(Self::Unix { listener, path: path.clone() })
+            }
+            StreamAddress::Tcp(address) => {
+                let listener = TcpListener::bind(address).map_err(failure)?;
+                listener.set_nonblocking(true).map_err(failure)?;
+                Ok(Self::Tcp(listener))
+            }
+            StreamAddress::StandardInput if io::stdin().is_terminal() => Err(StreamError::Terminal),
+            StreamAddress::StandardInput => Ok(Self::Input),
+        }
+    }
+
+    /// Returns the handle that is readable when a sender waits; `None` for standard input.
+    pub(super) fn listener(&self) -> Option<BorrowedFd<'_>> {
+        match self {
+            Self::Unix { listener, .. } => Some(listener.as_fd()),
+            Self::Tcp(listener) => Some(listener.as_fd()),
+            Self::Input => None,
+        }
+    }
+
+    /// Returns the connection of a sender that waits, or standard input; `None` where no sender
+    /// waits.
+    ///
+    /// # Errors
+    /// Where the operating system reports one.
+    pub(super) fn accept(&self) -> io::Result<Option<File>> {
+        let accepted = match self {
+            Self::Unix { listener, .. } => listener.accept().map(|(it, _)| OwnedFd::from(it)),
+            Self::Tcp(listener) => listener.accept().map(|(it, _)| OwnedFd::from(it)),
+            Self::Input => io::stdin().as_fd().try_clone_to_owned(),
+        };
+        match accepted {
+            Ok(connection) => Ok(Some(File::from(connection))),
+            // A sender that has gone before it was accepted.
+            Err(error)
+                if matches!(
+                    error.kind(),
+                    ErrorKind::WouldBlock | ErrorKind::ConnectionAborted | ErrorKind::Interrupted
+                ) =>
+            {
+                Ok(None)
+            }
+            Err(error) => Err(error),
+        }
+    }
+
+    /// Sends the reason of a refusal to a sender, as a line of JSON. Standard input gets none.
+    pub(super) fn refuse(&self, mut connection: &File, reason: &str) {
+        if self.listener().is_some() {
+            let line = format!("{}\n", serde_json::json!({ "error": reason }));
+            if let Err(error) = connection.write_all(line.as_bytes()) {
+                debug!(error = %ErrorChain(&error), "the refused sender has gone");
+            }
+        }
+    }
+}
+
+impl Drop for Endpoint {
+    fn drop(&mut self) {
+        if let Self::Unix { path, .. } = self {
+            let _removed_by_another = fs::remove_file(path);
+        }
+    }
+}
+
+/// Removes a Unix socket at which no program listens.
+fn remove_left_behind(path: &Path) -> io::Result<()> {
+    let Ok(data) = fs::symlink_metadata(path) else { return Ok(()) };
+    if !data.file_type().is_socket() {
+        return Err(io::Error::new(ErrorKind::AlreadyExists, "the path exists and is no socket"));
+    }
+    let is_refused = |error: io::Error| error.kind() == ErrorKind::ConnectionRefused;
+    if UnixStream::connect(path).is_err_and(is_refused) {
+        fs::remove_file(path)?;
+    }
+    Ok(())
+}

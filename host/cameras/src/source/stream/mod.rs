@@ -1,0 +1,159 @@
+//! Frames from any program: a Unix socket, a TCP port of this computer, or standard input.
+//!
+//! Each frame is one line of JSON, then the bytes of colour, then those of depth:
+//!
+//! ```json
+//! {"t": 12.345, "width": 640, "height": 480, "colour": "rgb8", "colour_bytes": 921600,
+//!  "depth": "z16", "depth_bytes": 614400, "depth_scale": 1000.0, "age": 0.02}
+//! ```
+//!
+//! (in one line). docs/use/stream.md describes the keys. A thread takes every frame as soon as it
+//! comes, so that no sender waits; a second one, which [`Capture`](super::capture::Capture) starts,
+//! decodes the newest. Memory is bounded by [`MAX_PIXELS`] and [`MAX_HEADER_BYTES`].
+
+mod address;
+mod connection;
+mod endpoint;
+mod error;
+mod header;
+mod picture;
+mod receiver;
+mod reception;
+mod sender_clock;
+
+use std::error::Error;
+use std::time::{Duration, Instant};
+
+use plumb_frame::camera::Intrinsics;
+use plumb_frame::frame::RgbdFrame;
+
+use super::camera_source::CameraSource;
+use super::capture::slot::Item;
+use super::clock::LiveClock;
+use super::error::{BoxedError, SourceError};
+use super::resolution;
+use receiver::RawFrame;
+use reception::Reception;
+
+pub use address::{AddressError, StreamAddress};
+pub use error::StreamError;
+pub use header::{
+    ColourEncoding, DepthEncoding, HeaderError, MAX_HEADER_BYTES, MAX_PIXELS, MAX_SIDE, Part,
+};
+pub use picture::Format;
+
+/// Longest wait for the first frame of a stream.
+pub const FIRST_FRAME: Duration = Duration::from_secs(30);
+
+/// Longest wait for a further frame, below that of a capture.
+const SILENCE: Duration = Duration::from_secs(1);
+
+/// Stream of frames from another program.
+///
+/// Time stamps are in seconds on the host's clock since the stream was opened. A sender may
+/// disconnect, and another one connect: each loss is an error, but not the end. Standard input
+/// ends with its sender.
+#[derive(Debug)]
+pub struct StreamSource {
+    reception: Reception,
+    clock: LiveClock,
+    format: Format,
+    /// The first frame, until it is taken.
+    first: Option<RgbdFrame>,
+    last_frame: Instant,
+}
+
+impl StreamSource {
+    /// Listens at `address` and waits for the first frame, for `limit` at most. The frames have
+    /// `intrinsics`, with the depth scale of the stream.
+    ///
+    /// # Errors
+    /// Where the address cannot be used, no frame comes, the first one is refused, or the
+    /// intrinsics belong to pictures of another size.
+    pub fn open(
+        address: &StreamAddress,
+        intrinsics: Intrinsics,
+        limit: Duration,
+    ) -> Result<Self, BoxedError> {
+        let clock = LiveClock::since(Instant::now());
+        let reception = Reception::start(address, clock.clone())?;
+        let raw = first_frame(&reception, address, limit)?;
+        let format = Format::of(&raw.header, intrinsics);
+        if !resolution::fits(&intrinsics, format.size) {
+            let Intrinsics { cx, cy, .. } = intrinsics;
+            let (address, size) = (address.to_string(), format.size);
+            return Err(StreamError::OtherIntrinsics { address, size, cx, cy }.into());
+        }
+        let first = Some(format.frame(raw)?);
+        Ok(Self { reception, clock, format, first, last_frame: Instant::now() })
+    }
+
+    /// Returns the format of all frames.
+    pub fn format(&self) -> &Format {
+        &self.format
+    }
+}
+
+/// Waits for the first frame, for `limit` at most.
+fn first_frame(
+    reception: &Reception,
+    address: &StreamAddress,
+    limit: Duration,
+) -> Result<RawFrame, BoxedError> {
+    let begin = Instant::now();
+    while reception.slot().wait(limit.saturating_sub(begin.elapsed())) {
+        match reception.slot().take() {
+            Some(Item::Frame(frame)) => return Ok(frame),
+            // A program that only looks whether something listens.
+            Some(Item::Lost(error)) if is_disconnection(&error) => {}
+            Some(Item::Lost(error) | Item::End(Some(error))) => return Err(error.into()),
+            Some(Item::End(None)) | None => return Err(StreamError::Empty.into()),
+        }
+    }
+    Err(StreamError::NoSender { address: address.to_string(), waited: limit }.into())
+}
+
+/// Returns whether a sender has disconnected between two frames.
+fn is_disconnection(error: &SourceError) -> bool {
+    let cause = error.source().and_then(|cause| cause.downcast_ref());
+    matches!(cause, Some(StreamError::Disconnected))
+}
+
+impl CameraSource for StreamSource {
+    fn next_frame(&mut self) -> Result<Option<RgbdFrame>, SourceError> {
+        if let Some(first) = self.first.take() {
+            return Ok(Some(first));
+        }
+        let slot = self.reception.slot();
+        if !slot.wait(SILENCE) {
+            return Err(SourceError::new(StreamError::Silent(self.last_frame.elapsed())));
+        }
+        match slot.take() {
+            Some(Item::Frame(raw)) => {
+                self.last_frame = Instant::now();
+                self.format.frame(raw).map(Some)
+            }
+            Some(Item::Lost(error) | Item::End(Some(error))) => Err(error),
+            Some(Item::End(None)) | None => Ok(None),
+        }
+    }
+
+    fn now(&self) -> f64 {
+        self.clock.now()
+    }
+
+    fn is_live(&self) -> bool {
+        true
+    }
+
+    fn clock(&self) -> Option<LiveClock> {
+        Some(self.clock.clone())
+    }
+
+    fn skipped(&self) -> u64 {
+        self.reception.slot().skipped()
+    }
+}
+
+#[cfg(test)]
+mod tests;

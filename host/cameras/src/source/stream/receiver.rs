@@ -1,0 +1,176 @@
+//! Thread that receives a stream: it takes every frame at once, so that no sender ever waits.
+
+use std::fs::File;
+use std::io::{BufRead, BufReader, ErrorKind, Read};
+use std::sync::Arc;
+
+use tracing::{debug, info};
+
+use super::connection::{Connection, STALL, wait};
+use super::endpoint::Endpoint;
+use super::error::StreamError;
+use super::header::{Header, HeaderError, MAX_HEADER_BYTES};
+use super::sender_clock::SenderClock;
+use crate::bounded_read::{LineError, read_line};
+use crate::error_chain::ErrorChain;
+use crate::source::capture::slot::{Item, Slot};
+use crate::source::{LiveClock, SourceError};
+
+/// Most bytes that are reserved for a picture before they have come.
+const MAX_RESERVED: u64 = 1 << 20;
+
+/// Frame as it came.
+#[derive(Debug)]
+pub(super) struct RawFrame {
+    pub(super) header: Header,
+    /// Time of the exposure, seconds on the host's clock.
+    pub(super) time: f64,
+    pub(super) colour: Vec<u8>,
+    pub(super) depth: Vec<u8>,
+}
+
+/// Receiver of a stream.
+pub(super) struct Receiver {
+    pub(super) endpoint: Endpoint,
+    pub(super) clock: LiveClock,
+    pub(super) slot: Arc<Slot<RawFrame>>,
+}
+
+/// End of a connection.
+enum End {
+    /// The stream is closed.
+    Closed,
+    /// The sender has ended between two frames.
+    Disconnected,
+    /// What follows cannot be read.
+    Failed(StreamError),
+}
+
+impl Receiver {
+    /// Receives frames until the stream is closed, or standard input ends.
+    pub(super) fn run(self) {
+        let _end = self.slot.end_guard();
+        let error = self.receive_all().err().map(SourceError::over);
+        self.slot.offer(Item::End(error));
+    }
+
+    /// Receives the frames of one sender after the other.
+    ///
+    /// # Errors
+    /// Where the operating system reports one, or standard input fails.
+    fn receive_all(&self) -> Result<(), StreamError> {
+        while !self.slot.is_closed() {
+            let Some(file) = self.next_connection()? else { continue };
+            info!("a sender has connected");
+            let end = self.receive(&file);
+            let is_only = self.endpoint.listener().is_none();
+            let error = match end {
+                End::Closed => return Ok(()),
+                End::Disconnected if is_only => return Ok(()),
+                End::Disconnected => StreamError::Disconnected,
+                End::Failed(error) if is_only => return Err(error),
+                End::Failed(error) => {
+                    self.endpoint.refuse(&file, &ErrorChain(&error).to_string());
+                    error
+                }
+            };
+            debug!(error = %ErrorChain(&error), "the connection of a sender has ended");
+            self.slot.offer(Item::Lost(SourceError::new(error)));
+        }
+        Ok(())
+    }
+
+    /// Waits for a sender, for a short time. Returns its connection, if one has come.
+    fn next_connection(&self) -> Result<Option<File>, StreamError> {
+        wait(&[self.endpoint.listener(), None]).map_err(StreamError::Io)?;
+        self.endpoint.accept().map_err(StreamError::Io)
+    }
+
+    /// Receives the frames of one sender. Returns why they end.
+    fn receive(&self, file: &File) -> End {
+        let file = match file.try_clone() {
+            Ok(file) => file,
+            Err(error) => return End::Failed(StreamError::Io(error)),
+        };
+        let (endpoint, slot) = (&self.endpoint, &*self.slot);
+        let connection = Connection { file, endpoint, slot, is_in_frame: false };
+        let mut input = BufReader::new(connection);
+        let mut clock = SenderClock::new();
+        for number in 1.. {
+            match self.next_frame(&mut input, number, &mut clock) {
+                Ok(Ok(frame)) => self.slot.offer(Item::Frame(frame)),
+                Ok(Err(lost)) => self.slot.offer(Item::Lost(SourceError::new(lost))),
+                Err(end) => return end,
+            };
+        }
+        End::Closed
+    }
+
+    /// Receives frame `number`. Returns it, or its loss.
+    ///
+    /// # Errors
+    /// Where the connection ends, or cannot be read on.
+    fn next_frame(
+        &self,
+        input: &mut BufReader<Connection<'_>>,
+        number: u64,
+        clock: &mut SenderClock,
+    ) -> Result<Result<RawFrame, StreamError>, End> {
+        input.get_mut().is_in_frame = false;
+        match input.fill_buf() {
+            Ok([]) => return Err(End::Disconnected),
+            Ok(_) => {}
+            Err(error) if error.kind() == ErrorKind::ConnectionReset => {
+                return Err(End::Disconnected);
+            }
+            Err(error) => return Err(End::of(error, number)),
+        }
+        let arrival = self.clock.now();
+        input.get_mut().is_in_frame = true;
+        let header = read_header(input, number)?;
+        let colour = read_bytes(input, header.colour_bytes, number)?;
+        let depth = read_bytes(input, header.depth_bytes, number)?;
+        let time = clock.taken(header.t, header.age, arrival);
+        Ok(time.map(|time| RawFrame { header, time, colour, depth }))
+    }
+}
+
+impl End {
+    /// Returns the end of a connection by an error within frame `number`.
+    fn of(error: std::io::Error, number: u64) -> Self {
+        match error.kind() {
+            ErrorKind::Other => Self::Closed,
+            ErrorKind::TimedOut => Self::Failed(StreamError::Stalled { number, waited: STALL }),
+            ErrorKind::ConnectionReset => Self::Failed(StreamError::Truncated { number }),
+            _ => Self::Failed(StreamError::Io(error)),
+        }
+    }
+}
+
+/// Reads the header of frame `number`.
+fn read_header(input: &mut BufReader<Connection<'_>>, number: u64) -> Result<Header, End> {
+    let refused = |error| End::Failed(StreamError::Header { number, error });
+    let line = match read_line(input, MAX_HEADER_BYTES) {
+        Ok(line) => line.unwrap_or_default(),
+        Err(LineError::Io(error)) => return Err(End::of(error, number)),
+        Err(error) => return Err(refused(HeaderError::Line(error))),
+    };
+    if !line.ends_with('\n') {
+        return Err(End::Failed(StreamError::Truncated { number }));
+    }
+    Header::parse(&line).map_err(refused)
+}
+
+/// Reads `count` bytes of frame `number`.
+fn read_bytes(
+    input: &mut BufReader<Connection<'_>>,
+    count: u64,
+    number: u64,
+) -> Result<Vec<u8>, End> {
+    let mut bytes = Vec::with_capacity(count.min(MAX_RESERVED) as usize);
+    match input.take(count).read_to_end(&mut bytes) {
+        Ok(_) if bytes.len() as u64 == count => Ok(bytes),
+        Ok(_) => Err(End::Failed(StreamError::Truncated { number })),
+        Err(error) => Err(End::of(error, number)),
+    }
+}

@@ -1,0 +1,91 @@
+//! Mapping of a sender's time stamps to the host's clock.
+
+use plumb_openni::HostClock;
+
+use super::error::StreamError;
+
+/// Change of the offset between a sender's clock and the host's from one frame to the next above
+/// which the time of the frame is unknown, seconds. [`HostClock`] restarts above the same change:
+/// a frame that was held up would seem fresh.
+const MAX_JUMP_S: f64 = 1.0;
+
+/// Mapping of the time stamps of one sender to the host's clock.
+#[derive(Debug)]
+pub(super) struct SenderClock {
+    mapping: HostClock,
+    before: Option<Before>,
+}
+
+/// The frame before.
+#[derive(Debug, Clone, Copy)]
+struct Before {
+    /// Time stamp, seconds on the sender's clock.
+    t: f64,
+    /// Arrival on the host's clock minus sending on the sender's clock, seconds.
+    offset: f64,
+}
+
+impl SenderClock {
+    /// Returns the mapping of a new sender.
+    pub(super) fn new() -> Self {
+        // The sender states the age of its frames, where it knows it.
+        Self { mapping: HostClock::new(0.0), before: None }
+    }
+
+    /// Returns the time of a frame's exposure, seconds on the host's clock. The exposure was at
+    /// `t` on the sender's clock, the frame was `age` seconds old when it was sent, and it arrived
+    /// at `arrival` on the host's clock.
+    ///
+    /// # Errors
+    /// Where the time is unknown: `t` does not grow, or the clocks have moved against each other.
+    pub(super) fn taken(&mut self, t: f64, age: f64, arrival: f64) -> Result<f64, StreamError> {
+        let sent = t + age;
+        let offset = arrival - sent;
+        if let Some(before) = self.before.replace(Before { t, offset }) {
+            if t <= before.t {
+                return Err(StreamError::NotGrowing { t, before: before.t });
+            }
+            let jump = before.offset - offset;
+            if jump.abs() > MAX_JUMP_S {
+                return Err(StreamError::ClockJump(jump));
+            }
+        }
+        Ok(self.mapping.taken(sent, arrival) - age)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_stated_age_is_subtracted_and_delays_are_not_added() {
+        let mut clock = SenderClock::new();
+        // The sender's clock is 500 s ahead. Frames are 30 to 50 ms old when they are sent, and
+        // take 1 to 9 ms.
+        for frame in 0..100 {
+            let taken = f64::from(frame) / 60.0;
+            let age = 0.03 + f64::from(frame % 3) * 0.01;
+            let delay = if frame % 7 == 0 { 0.001 } else { 0.009 };
+            let mapped = clock.taken(500.0 + taken, age, taken + age + delay).unwrap();
+            assert!((mapped - taken - 0.001).abs() < 1e-9, "frame {frame}: {mapped} for {taken}");
+        }
+    }
+
+    #[test]
+    fn a_frame_whose_time_is_unknown_is_lost() {
+        let mut clock = SenderClock::new();
+        clock.taken(10.0, 0.0, 1.0).unwrap();
+        let again = clock.taken(10.0, 0.0, 1.1).unwrap_err();
+        assert!(matches!(again, StreamError::NotGrowing { .. }), "{again}");
+        clock.taken(10.2, 0.0, 1.2).unwrap();
+        // Held up for 3 s, then in time again.
+        let late = clock.taken(10.3, 0.0, 4.3).unwrap_err();
+        assert!(matches!(late, StreamError::ClockJump(jump) if jump < -2.9), "{late}");
+        assert!(clock.taken(13.4, 0.0, 4.4).is_err());
+        assert!((clock.taken(13.5, 0.0, 4.5).unwrap() - 4.5).abs() < 1e-9);
+        // A clock that was set is followed after one frame.
+        assert!(clock.taken(1000.0, 0.0, 4.6).is_err());
+        assert!((clock.taken(1000.1, 0.0, 4.7).unwrap() - 4.7).abs() < 1e-9);
+    }
+}

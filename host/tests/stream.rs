@@ -1,0 +1,135 @@
+//! Programs in Python as cameras: the ten lines of the book, and a rig that a script shows.
+
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops at the first surprise")]
+
+mod common;
+
+use std::net::TcpListener;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::sync::{Mutex, PoisonError};
+
+use common::{Emulator, folder, json, patient, plumb, rig_file, stderr};
+
+/// Boards have deadlines: one run at a time.
+static TURN: Mutex<()> = Mutex::new(());
+
+fn repository() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+}
+
+/// Script in the background; killed when dropped.
+struct Script(Child);
+
+impl Script {
+    /// Starts Python with these arguments. Returns `None` where there is no Python; with CI set,
+    /// that fails the test.
+    fn start(folder: &Path, arguments: &[&str]) -> Option<Self> {
+        let mut command = Command::new("python3");
+        command.args(arguments).current_dir(folder).stdout(Stdio::null()).stderr(Stdio::null());
+        match command.spawn() {
+            Ok(child) => Some(Self(child)),
+            Err(error) => {
+                assert!(std::env::var_os("CI").is_none(), "python3: {error}");
+                println!("skipped: python3 cannot be started: {error}");
+                None
+            }
+        }
+    }
+}
+
+impl Drop for Script {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+/// Writes the paper's rig file for a board on `port` and the stream at `address`.
+fn stream_rig(folder: &Path, port: &str, address: &str) {
+    rig_file(folder, |text| {
+        let text = text[..text.find("\n[simulation]").unwrap()].replace("/dev/ttyACM0", port);
+        let camera = format!("file = \"camera.toml\"\nsource = \"stream\"\nstream = \"{address}\"");
+        patient(text.replace("file = \"camera.toml\"", &camera))
+    });
+}
+
+/// Returns the only block of Python on the page.
+fn page_script() -> String {
+    let page = std::fs::read_to_string(repository().join("docs/use/stream.md")).unwrap();
+    let mut blocks = page.split("```python\n").skip(1);
+    let block = blocks.next().unwrap().split("```").next().unwrap().to_owned();
+    assert!(blocks.next().is_none(), "the page has a second script");
+    assert_eq!(block.lines().count(), 10, "the page promises ten lines");
+    block
+}
+
+/// Returns the block with a loop that waits for Plumb instead of a connection that fails.
+fn patient_script(port: u16) -> String {
+    let begin = "import time, socket\n\
+                 def listening():\n\
+                 \x20   try: return socket.create_connection((\"127.0.0.1\", PORT))\n\
+                 \x20   except ConnectionRefusedError: time.sleep(0.02)\n";
+    let connect = "socket.create_connection((\"127.0.0.1\", 5600))";
+    let script = page_script();
+    assert!(script.contains(connect), "{script}");
+    let wait = "next(filter(None, iter(listening, 0)))";
+    format!("{begin}{}", script.replace(connect, wait)).replace("PORT", &port.to_string())
+}
+
+#[test]
+fn ten_lines_of_the_book_are_a_camera() {
+    let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
+    let folder = folder();
+    let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
+    let Some(_script) = Script::start(folder.path(), &["-c", &patient_script(port)]) else {
+        return;
+    };
+    let emulator = Emulator::start();
+    stream_rig(folder.path(), &emulator.port, &format!("tcp:127.0.0.1:{port}"));
+    let output = plumb(&["run", "rig.toml", "--out", "run", "--json"], folder.path());
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    assert!(stderr(&output).contains("640x480, colour rgb8, depth z16"), "{}", stderr(&output));
+    let summary = json(&output);
+    assert_eq!(summary["lost"], 0, "{summary}");
+    // The ball of the picture hangs still, within a pixel of the target.
+    assert!(summary["error_mm"].as_f64().unwrap() < 4.0, "{summary}");
+}
+
+/// The whole loop: the board's motors move the ball that the script shows.
+#[test]
+fn the_papers_task_is_done_with_a_script_as_the_camera() {
+    let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
+    let folder = folder();
+    let script = repository().join("host/examples/stream_rig.py");
+    let arguments = [script.to_str().unwrap(), "--plumb", env!("CARGO_BIN_EXE_plumb")];
+    let Some(_script) = Script::start(folder.path(), &arguments) else { return };
+    while !folder.path().join("board").exists() {
+        std::thread::sleep(std::time::Duration::from_millis(20));
+    }
+    stream_rig(folder.path(), "board", "unix:camera.sock");
+    let output = plumb(&["run", "rig.toml", "--out", "run", "--json"], folder.path());
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    let summary = json(&output);
+    assert!(summary["error_mm"].as_f64().unwrap() < 10.0, "{summary}");
+    // The ball begins 38 cm from the target and moves through many pictures.
+    let log = std::fs::read_to_string(folder.path().join("run/run.csv")).unwrap();
+    let heights: Vec<f64> =
+        log.lines().skip(1).filter_map(|row| row.split(',').nth(8)?.parse().ok()).collect();
+    assert!(heights.first().unwrap() > &0.44 && heights.last().unwrap() < &0.16, "{heights:?}");
+}
+
+#[test]
+fn addresses_are_checked_before_anything_moves() {
+    let folder = folder();
+    for (address, reason) in [
+        ("tcp:0.0.0.0:5600", "can be reached from other computers"),
+        ("tcp:127.0.0.1:0", "has no port"),
+        ("camera.sock", "is no address of a stream"),
+    ] {
+        stream_rig(folder.path(), "/dev/null", address);
+        let output = plumb(&["check", "rig.toml", "--file-only"], folder.path());
+        assert_eq!(output.status.code(), Some(2), "{address}: {}", stderr(&output));
+        assert!(stderr(&output).contains(reason), "{address}: {}", stderr(&output));
+    }
+}
