@@ -7,16 +7,12 @@ mod eye;
 pub use cases::{Case, Mistake};
 pub use eye::NoisyDetector;
 
-use std::cell::RefCell;
-use std::rc::Rc;
 use std::sync::atomic::AtomicBool;
 
 use plumb_cameras::camera_file;
-use plumb_emulator::{EMULATED, EmulatedBoard};
 use plumb_runtime::commission::{Examination, ExaminationError, ExaminationParts, Report};
 use plumb_runtime::link::Link;
-use plumb_sim::memory::Memory;
-use plumb_sim::simulated::{Timing, VirtualRig};
+use plumb_sim::simulated::{Timing, VirtualBoard};
 
 use crate::links::{FixedDetector, TrackingCamera};
 
@@ -28,14 +24,12 @@ const CAMERA_X_M: f64 = 4.0;
 /// # Errors
 /// Those of [`Examination::run`].
 pub fn examine(case: &Case) -> Result<Report, ExaminationError> {
-    let board = EmulatedBoard::with_plant(EMULATED, case.plant());
-    let board = Rc::new(RefCell::new(board));
-    let rig = VirtualRig::new(Rc::clone(&board)).expect("a board with a rig");
+    let board = VirtualBoard::new(case.plant());
     let mut camera = camera_file::paper().expect("the paper's camera");
     camera.pose.translation.x = CAMERA_X_M;
-    let mut source = TrackingCamera::new(rig, camera.clone(), Timing::default());
+    let mut source = TrackingCamera::new(board.rig(), camera.clone(), Timing::default());
     let mut detector = NoisyDetector::new(FixedDetector(camera), case.seen(), case.seed);
-    let mut link = Link::connect(Memory::new(board))?;
+    let mut link = Link::connect(board.transport())?;
     link.configure(case.rig.config().expect("a rig file in range"))?;
     let mut parts = ExaminationParts {
         source: &mut source,

@@ -6,21 +6,19 @@
 use std::sync::atomic::AtomicBool;
 
 use nalgebra::{Matrix3, Point3, Vector3};
-use plumb_sim::memory::Memory;
 
 use plumb_cameras::camera_file;
+use plumb_emulator::Wire;
 use plumb_emulator::plant::{
     Elastic, ElasticParameters, Geometry, Observer, Plant, Population, QuasiStatic, Task,
 };
-use plumb_emulator::{EMULATED, EmulatedBoard, Wire};
 use plumb_protocol::config::SIGNS;
 use plumb_protocol::message::{Fault, State};
 use plumb_protocol::units::Point;
 use plumb_runtime::rig::{LawName, Rig};
 use plumb_runtime::run::{Run, RunParts, Summary};
 use plumb_runtime::run_log::{FigureSettings, OutputDir, RunLog};
-use plumb_sim::simulated::{SimulatedCamera, Timing, VirtualRig};
-use plumb_sim::synthetic::{Background, RenderOptions, Room, SyntheticCamera};
+use plumb_sim::simulated::VirtualBoard;
 use plumb_tests::bench::{Bench, RATE_HZ, bench};
 use plumb_tests::links::{link, usable_links};
 use plumb_tests::plants::{Linear, Miswired};
@@ -236,18 +234,11 @@ fn the_elastic_rig_is_reached() {
 fn run(seed: u64, folder: std::path::PathBuf) -> Summary {
     let rig = rig(200.0);
     let camera = camera_file::paper().expect("the paper's camera");
-    let background = Background::Room(Room::furnished());
-    let synthetic =
-        SyntheticCamera::new(camera.clone(), background, RenderOptions::default(), seed)
-            .expect("a camera");
-    let plant = Box::new(paper_plant());
-    let board = std::rc::Rc::new(std::cell::RefCell::new(
-        EmulatedBoard::with_plant(EMULATED, plant).with_wire((link("115200 baud").wire)(seed)),
-    ));
-    let simulated = VirtualRig::new(board.clone()).expect("a board with a rig");
-    let mut source =
-        SimulatedCamera::new(simulated, synthetic, *Geometry::paper().motors(), Timing::default());
-    let run = Run::connect(&rig, Memory::new(board)).expect("a configured board");
+    let board =
+        VirtualBoard::new(Box::new(paper_plant())).with_wire((link("115200 baud").wire)(seed));
+    let motors = *Geometry::paper().motors();
+    let mut source = board.camera(&camera, motors, seed).expect("a camera");
+    let run = Run::connect(&rig, board.transport()).expect("a configured board");
     let log = RunLog::create(&OutputDir::Path(folder), FigureSettings::of(&rig));
     run.drive(RunParts {
         source: &mut source,

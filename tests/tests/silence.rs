@@ -10,16 +10,14 @@ use std::time::Duration;
 
 use plumb_cameras::camera_file;
 use plumb_cameras::source::{CameraSource, SourceError};
-use plumb_emulator::plant::{QuasiStatic, Task};
 use plumb_emulator::wire::{Lane, Silence};
-use plumb_emulator::{EMULATED, EmulatedBoard, Wire};
+use plumb_emulator::{EmulatedBoard, Wire};
 use plumb_protocol::message::Fault;
 use plumb_protocol::units::Micros;
 use plumb_runtime::link::LinkError;
 use plumb_runtime::rig::Rig;
 use plumb_runtime::run::{ControlLoopError, Run, RunError, RunParts, StopReason, Summary};
-use plumb_sim::memory::Memory;
-use plumb_sim::simulated::{Timing, VirtualRig};
+use plumb_sim::simulated::{Timing, VirtualBoard, VirtualRig};
 use plumb_tests::links::{FixedDetector, TrackingCamera};
 use plumb_vision::frame::RgbdFrame;
 
@@ -69,19 +67,16 @@ fn run(
     silence: std::ops::Range<u64>,
 ) -> (Result<Summary, RunError>, u64) {
     let rig = Rig::paper().expect("the paper's rig file");
-    let task = Task::paper();
-    let plant = QuasiStatic::new(task.geometry, task.start).expect("the paper's rig");
     let silences = vec![Silence { from: Micros(silence.start), to: Micros(silence.end) }];
     let wire = Wire { silences, ..Wire::symmetric(Lane::default(), 1) };
-    let board = EmulatedBoard::with_plant(EMULATED, Box::new(plant)).with_wire(wire);
-    let board = Rc::new(RefCell::new(board));
-    let simulated = VirtualRig::new(Rc::clone(&board)).expect("a board with a rig");
+    let simulated = VirtualBoard::paper().expect("the paper's rig").with_wire(wire);
+    let board = simulated.board();
     let camera = camera_file::paper().expect("the paper's camera");
     let timing = Timing { rate, ..Timing::default() };
-    let tracking = TrackingCamera::new(simulated, camera.clone(), timing);
+    let tracking = TrackingCamera::new(simulated.rig(), camera.clone(), timing);
     let (from, until) = (stall.start, stall.end);
-    let mut source = Stalling { camera: tracking, board: Rc::clone(&board), from, until };
-    let run = Run::connect(&rig, Memory::new(Rc::clone(&board))).expect("a configured board");
+    let mut source = Stalling { camera: tracking, board: Rc::clone(board), from, until };
+    let run = Run::connect(&rig, simulated.transport()).expect("a configured board");
     let result = run.drive(RunParts {
         source: &mut source,
         detector: &mut FixedDetector(camera),

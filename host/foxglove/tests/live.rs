@@ -3,28 +3,22 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops at the first surprise")]
 
-use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 use std::net::{SocketAddr, TcpStream};
-use std::rc::Rc;
-use std::sync::atomic::AtomicBool;
 use std::thread;
 use std::time::Duration;
 
 use nalgebra::Point3;
 use plumb_cameras::camera_file;
 use plumb_cameras::record::Overflow;
-use plumb_emulator::plant::{QuasiStatic, Task};
-use plumb_emulator::{EMULATED, EmulatedBoard};
+use plumb_emulator::plant::Task;
 use plumb_foxglove::{FoxgloveError, FoxgloveOutput, FoxgloveSettings};
 use plumb_protocol::message::Telemetry;
 use plumb_runtime::observer::{FrameRecord, Observer};
 use plumb_runtime::queued::{QueueSettings, Queued};
 use plumb_runtime::rig::{LawSettings, Rig};
 use plumb_runtime::run::{Run, RunParts, Summary};
-use plumb_sim::memory::Memory;
-use plumb_sim::simulated::{SimulatedCamera, Timing, VirtualRig};
-use plumb_sim::synthetic::{Background, RenderOptions, Room, SyntheticCamera};
+use plumb_sim::simulated::VirtualBoard;
 use plumb_vision::detect::DetectorKind;
 use serde_json::{Value, json};
 use tungstenite::client::IntoClientRequest;
@@ -48,30 +42,18 @@ fn server() -> (FoxgloveOutput, SocketAddr) {
 
 /// Drives the paper's rig to its target in virtual time.
 fn drive(observers: Vec<&mut dyn Observer>) -> Summary {
-    let task = Task::paper();
-    let motors = *task.geometry.motors();
-    let plant = QuasiStatic::new(task.geometry, task.start).unwrap();
-    let board = Rc::new(RefCell::new(EmulatedBoard::with_plant(EMULATED, Box::new(plant))));
-    let camera = camera_file::paper().unwrap();
-    let room = Background::Room(Room::furnished());
-    let synthetic =
-        SyntheticCamera::new(camera.clone(), room, RenderOptions::default(), 1).unwrap();
-    let simulated = VirtualRig::new(Rc::clone(&board)).unwrap();
-    let mut source = SimulatedCamera::new(simulated, synthetic, motors, Timing::default());
-    let rig = rig();
+    let (board, camera) = (VirtualBoard::paper().unwrap(), camera_file::paper().unwrap());
+    let mut source = board.camera(&camera, *Task::paper().geometry.motors(), 1).unwrap();
+    let mut detector = DetectorKind::Ball.build(&camera);
     // Their common lifetime is that of the parts.
     let mut observers: Vec<&mut dyn Observer> =
         observers.into_iter().map(|observer| observer as &mut dyn Observer).collect();
-    let run = Run::connect(&rig, Memory::new(board)).unwrap();
     let parts = RunParts {
-        source: &mut source,
-        detector: &mut *DetectorKind::Ball.build(&camera),
         observers: &mut observers,
-        operator: None,
         timeout: 60.0,
-        interrupted: &AtomicBool::new(false),
+        ..RunParts::new(&mut source, &mut *detector)
     };
-    run.drive(parts).unwrap()
+    Run::connect(&rig(), board.transport()).unwrap().drive(parts).unwrap()
 }
 
 /// A viewer.

@@ -4,10 +4,8 @@
 
 mod common;
 
-use std::cell::RefCell;
 use std::io::Write;
 use std::net::SocketAddr;
-use std::rc::Rc;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{self, JoinHandle};
@@ -15,8 +13,7 @@ use std::thread::{self, JoinHandle};
 use common::{Client, connect, page};
 use nalgebra::Point3;
 use plumb_cameras::camera_file;
-use plumb_emulator::plant::{QuasiStatic, Task};
-use plumb_emulator::{EMULATED, EmulatedBoard};
+use plumb_emulator::plant::Task;
 use plumb_page::Limits;
 use plumb_protocol::message::{State, Telemetry};
 use plumb_protocol::units::Steps16;
@@ -24,38 +21,30 @@ use plumb_runtime::observer::{FrameRecord, Observer, RunEvent};
 use plumb_runtime::operator::{CommandOutcome, OperatorCommand, OperatorReceiver, operator};
 use plumb_runtime::rig::{LawSettings, Rig};
 use plumb_runtime::run::{Run, RunParts, Summary};
-use plumb_sim::memory::Memory;
-use plumb_sim::simulated::{SimulatedCamera, Timing, VirtualRig};
-use plumb_sim::synthetic::{Background, RenderOptions, Room, SyntheticCamera};
+use plumb_sim::simulated::VirtualBoard;
 use plumb_vision::detect::DetectorKind;
 use serde_json::Value;
 use tungstenite::Message;
 
+fn rig() -> Rig {
+    Rig { law: LawSettings::default(), ..Rig::paper().unwrap() }
+}
+
 /// Drives the paper's rig to its target in virtual time.
 fn drive(observers: Vec<&mut dyn Observer>, operator: Option<OperatorReceiver>) -> Summary {
-    let rig = Rig { law: LawSettings::default(), ..Rig::paper().unwrap() };
-    let task = Task::paper();
-    let motors = *task.geometry.motors();
-    let plant = QuasiStatic::new(task.geometry, task.start).unwrap();
-    let board = Rc::new(RefCell::new(EmulatedBoard::with_plant(EMULATED, Box::new(plant))));
-    let camera = camera_file::paper().unwrap();
-    let room = Background::Room(Room::furnished());
-    let synthetic =
-        SyntheticCamera::new(camera.clone(), room, RenderOptions::default(), 1).unwrap();
-    let simulated = VirtualRig::new(Rc::clone(&board)).unwrap();
-    let mut source = SimulatedCamera::new(simulated, synthetic, motors, Timing::default());
-    let run = Run::connect(&rig, Memory::new(board)).unwrap();
+    let (board, camera) = (VirtualBoard::paper().unwrap(), camera_file::paper().unwrap());
+    let mut source = board.camera(&camera, *Task::paper().geometry.motors(), 1).unwrap();
+    let mut detector = DetectorKind::Ball.build(&camera);
+    // Their common lifetime is that of the parts.
     let mut observers: Vec<&mut dyn Observer> =
         observers.into_iter().map(|observer| observer as &mut dyn Observer).collect();
     let parts = RunParts {
-        source: &mut source,
-        detector: &mut *DetectorKind::Ball.build(&camera),
         observers: &mut observers,
         operator,
         timeout: 60.0,
-        interrupted: &AtomicBool::new(false),
+        ..RunParts::new(&mut source, &mut *detector)
     };
-    run.drive(parts).unwrap()
+    Run::connect(&rig(), board.transport()).unwrap().drive(parts).unwrap()
 }
 
 /// What must not change: every position and every telemetry.

@@ -2,10 +2,12 @@
 
 mod clock;
 mod hil;
+mod virtual_board;
 mod wired;
 
 pub use clock::{RealTimeBall, RealTimeRig, ServedRig, SimClock, VirtualRig};
 pub use hil::{Follower, HilPlant, HilRig};
+pub use virtual_board::VirtualBoard;
 pub use wired::wired;
 
 use std::collections::VecDeque;

@@ -2,10 +2,8 @@
 
 mod compare;
 
-use std::cell::RefCell;
 use std::path::PathBuf;
 use std::process::ExitCode;
-use std::rc::Rc;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
@@ -22,8 +20,7 @@ use plumb_runtime::rig::{LawName, LawSettings, Rig};
 use plumb_runtime::run::{Run, RunParts, Summary};
 use plumb_runtime::run_log::{FigureSettings, LawCurve, OutputDir, RunLog};
 use plumb_sim::emulator::{EMULATED, EmulatedBoard, serve};
-use plumb_sim::memory::Memory;
-use plumb_sim::simulated::{ServedRig, SimulatedCamera, Timing, VirtualRig};
+use plumb_sim::simulated::{ServedRig, SimulatedCamera, Timing, VirtualBoard};
 use plumb_sim::synthetic::{Background, RenderOptions, Room, SyntheticCamera};
 use plumb_vision::camera::Camera;
 use plumb_vision::frame::RgbdFrame;
@@ -130,18 +127,14 @@ fn drive(
         return Err(bad_input("the paper's rig is not simulated"));
     };
     let motors = simulation.motors();
-    let board = EmulatedBoard::with_plant(EMULATED, args.physics.plant(&rig, &simulation)?);
+    let plant = args.physics.plant(&rig, &simulation)?;
     let mut demo = Demo { args, rig: &rig, camera: &camera, output_dir, interrupted, curve };
     if args.virtual_time {
-        let board = Rc::new(RefCell::new(board));
-        let Some(simulated) = VirtualRig::new(Rc::clone(&board)) else {
-            return Err(failed("the board moves no rig"));
-        };
-        let mut source = SimulatedCamera::new(simulated, synthetic, motors, Timing::default());
-        let ball = || board.borrow().ball();
-        run(&mut demo, &mut source, folder, Memory::new(Rc::clone(&board)), ball)
+        let board = VirtualBoard::new(plant);
+        let mut source = SimulatedCamera::new(board.rig(), synthetic, motors, Timing::default());
+        run(&mut demo, &mut source, folder, board.transport(), || board.board().borrow().ball())
     } else {
-        let served = Arc::new(serve(board)?);
+        let served = Arc::new(serve(EmulatedBoard::with_plant(EMULATED, plant))?);
         let port = served.path().to_string_lossy().into_owned();
         tell!("emulated board on {port}");
         // This port is no input of the command.

@@ -9,7 +9,7 @@ use std::time::Duration;
 
 use nalgebra::Point3;
 use plumb_cameras::camera_file;
-use plumb_emulator::plant::{QuasiStatic, Task};
+use plumb_emulator::plant::{Plant, QuasiStatic, Task};
 use plumb_emulator::{EMULATED, EmulatedBoard, Served, serve};
 use plumb_protocol::message::State;
 use plumb_protocol::units::Micros;
@@ -18,8 +18,7 @@ use plumb_runtime::link::{Serial, Transport};
 use plumb_runtime::observer::{FrameRecord, Observer};
 use plumb_runtime::rig::{LawName, LawSettings, Rig};
 use plumb_runtime::run::{Run, RunError, RunParts, Summary};
-use plumb_sim::memory::Memory;
-use plumb_sim::simulated::{ServedRig, SimClock, Timing, VirtualRig};
+use plumb_sim::simulated::{ServedRig, SimClock, Timing, VirtualBoard};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -91,16 +90,15 @@ pub(super) fn start_time(seed: u64) -> Micros {
 /// If the run cannot be prepared.
 pub fn in_virtual_time(run: &LinkRun) -> Outcome {
     let rig = rig(run);
-    let mut board = board(run);
-    board.run_to(start_time(run.seed)).expect("a rig at rest");
-    let board = Rc::new(RefCell::new(board));
-    let simulated = VirtualRig::new(Rc::clone(&board)).expect("a board with a rig");
+    let simulated = VirtualBoard::new(plant()).with_wire((run.link.wire)(run.seed));
+    let board = simulated.board();
+    board.borrow_mut().run_to(start_time(run.seed)).expect("a rig at rest");
     let rest = || {
         let now = board.borrow().now();
         let end = Micros(now.0 + REST.as_micros() as u64);
         board.borrow_mut().run_to(end).expect("a rig that follows");
     };
-    drive(&rig, simulated, Memory::new(Rc::clone(&board)), &board, rest)
+    drive(&rig, simulated.rig(), simulated.transport(), board, rest)
 }
 
 /// Runs in real time, with the board on a pseudo-terminal. The board's deadlines are long, so that
@@ -114,7 +112,8 @@ pub fn in_real_time(run: &LinkRun) -> Outcome {
     rig.deadlines.host = deadline(5.0);
     rig.deadlines.position = deadline(5.0);
     rig.deadlines.max_age = deadline(2.0);
-    let served = Arc::new(serve(board(run)).expect("a pseudo-terminal"));
+    let board = EmulatedBoard::with_plant(EMULATED, plant()).with_wire((run.link.wire)(run.seed));
+    let served = Arc::new(serve(board).expect("a pseudo-terminal"));
     let port = served.path().to_string_lossy().into_owned();
     let transport = Serial::open(&port, rig.board.baud).expect("the board's port");
     let simulated = ServedRig::new(Arc::clone(&served)).expect("a board with a rig");
@@ -173,10 +172,9 @@ fn targets(seed: u64) -> [Point3<f64>; TARGETS] {
     })
 }
 
-fn board(run: &LinkRun) -> EmulatedBoard {
+fn plant() -> Box<dyn Plant + Send> {
     let task = Task::paper();
-    let plant = QuasiStatic::new(task.geometry, task.start).expect("the paper's rig");
-    EmulatedBoard::with_plant(EMULATED, Box::new(plant)).with_wire((run.link.wire)(run.seed))
+    Box::new(QuasiStatic::new(task.geometry, task.start).expect("the paper's rig"))
 }
 
 /// Runs the control loop and inspects the board at each frame and, after `rest`, at the end.

@@ -1,20 +1,15 @@
 //! A run with an operator that acts after each frame.
 
-use std::cell::RefCell;
-use std::rc::Rc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use nalgebra::Point3;
 use plumb_cameras::camera_file;
-use plumb_emulator::plant::{QuasiStatic, Task};
-use plumb_emulator::{EMULATED, EmulatedBoard};
 use plumb_protocol::message::State;
 use plumb_runtime::observer::{FrameRecord, Observer, RunEvent};
 use plumb_runtime::operator::{CommandOutcome, OperatorCommand, OperatorSender, operator};
 use plumb_runtime::rig::{LawName, LawSettings, Rig};
 use plumb_runtime::run::{Run, RunParts, StopReason, Summary};
-use plumb_sim::memory::Memory;
-use plumb_sim::simulated::{Timing, VirtualRig};
+use plumb_sim::simulated::{Timing, VirtualBoard};
 use plumb_tests::links::{FixedDetector, TrackingCamera, link};
 use plumb_vision::detect::{BallDetector, DetectError};
 use plumb_vision::frame::RgbdFrame;
@@ -125,20 +120,16 @@ pub(crate) fn run<'a>(scenario: &Scenario, operation: &'a mut Operation<'a>) -> 
     let mut rig = Rig::paper().expect("the paper's rig file");
     rig.law = LawSettings::from(LawName::Taut);
     rig.set_targets(&[FIRST]).expect("a target");
-    let task = Task::paper();
-    let plant = QuasiStatic::new(task.geometry, task.start).expect("the paper's rig");
     let wire = (link(scenario.link).wire)(scenario.seed);
-    let board = EmulatedBoard::with_plant(EMULATED, Box::new(plant)).with_wire(wire);
-    let board = Rc::new(RefCell::new(board));
-    let simulated = VirtualRig::new(Rc::clone(&board)).expect("a board with a rig");
+    let board = VirtualBoard::paper().expect("the paper's rig").with_wire(wire);
     let camera = camera_file::paper().expect("the paper's camera");
-    let mut source = TrackingCamera::new(simulated, camera.clone(), Timing::default());
+    let mut source = TrackingCamera::new(board.rig(), camera.clone(), Timing::default());
     let (detector, hidden) = (FixedDetector(camera), scenario.hidden.clone());
     let (sender, receiver) = operator();
     let interrupted = AtomicBool::new(false);
     let (interrupt_at, interrupted) = (scenario.interrupt_at, &interrupted);
     let mut script = Script { seen: Seen::default(), sender, operation, interrupt_at, interrupted };
-    let run = Run::connect(&rig, Memory::new(board)).expect("a configured board");
+    let run = Run::connect(&rig, board.transport()).expect("a configured board");
     let summary = run.drive(RunParts {
         source: &mut source,
         detector: &mut Blink { detector, frames: 0, hidden },

@@ -32,17 +32,9 @@ pub trait SimClock {
     }
 }
 
-/// The rig of an emulated board in this process, in virtual time.
+/// The rig of a [`VirtualBoard`](super::VirtualBoard), on the board's clock.
 pub struct VirtualRig {
-    board: Rc<RefCell<EmulatedBoard>>,
-}
-
-impl VirtualRig {
-    /// Returns the rig of `board`; `None` if it has none.
-    pub fn new(board: Rc<RefCell<EmulatedBoard>>) -> Option<Self> {
-        board.borrow().ball()?;
-        Some(Self { board })
-    }
+    pub(super) board: Rc<RefCell<EmulatedBoard>>,
 }
 
 impl SimClock for VirtualRig {

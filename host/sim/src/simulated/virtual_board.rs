@@ -1,0 +1,88 @@
+//! An emulated board in this process and its simulated rig, in virtual time.
+
+use std::cell::RefCell;
+use std::rc::Rc;
+
+use nalgebra::Point3;
+use plumb_emulator::plant::{Plant, QuasiStatic, RigError, Task};
+use plumb_emulator::{EMULATED, EmulatedBoard, Wire};
+use plumb_frame::camera::Camera;
+
+use super::{SimulatedCamera, Timing, VirtualRig};
+use crate::memory::Memory;
+use crate::synthetic::{Background, RenderOptions, Room, SyntheticCamera, SyntheticError};
+
+/// An emulated board in this process that moves a simulated rig, in virtual time. It makes the
+/// transport and the camera of a run; they share the board.
+///
+/// ```
+/// use plumb_cameras::camera_file;
+/// use plumb_runtime::rig::Rig;
+/// use plumb_runtime::run::{Run, RunParts};
+/// use plumb_sim::emulator::plant::Task;
+/// use plumb_sim::simulated::VirtualBoard;
+/// use plumb_vision::detect::DetectorKind;
+///
+/// let (board, camera) = (VirtualBoard::paper()?, camera_file::paper()?);
+/// let mut source = board.camera(&camera, *Task::paper().geometry.motors(), 1)?;
+/// let mut detector = DetectorKind::Ball.build(&camera);
+/// let run = Run::connect(&Rig::paper()?, board.transport())?;
+/// let summary = run.drive(RunParts::new(&mut source, &mut *detector))?;
+/// assert!(summary.reached);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub struct VirtualBoard(Rc<RefCell<EmulatedBoard>>);
+
+impl VirtualBoard {
+    /// Creates a board whose motors move `plant`, behind an ideal link.
+    pub fn new(plant: Box<dyn Plant + Send>) -> Self {
+        Self(Rc::new(RefCell::new(EmulatedBoard::with_plant(EMULATED, plant))))
+    }
+
+    /// Creates a board that moves the paper's rig on rigid cables, behind an ideal link.
+    ///
+    /// # Errors
+    /// [`RigError`] if the rig cannot be built; the paper's can.
+    pub fn paper() -> Result<Self, RigError> {
+        let Task { geometry, start, .. } = Task::paper();
+        Ok(Self::new(Box::new(QuasiStatic::new(geometry, start)?)))
+    }
+
+    /// Puts `wire` between the host and the board.
+    #[must_use]
+    pub fn with_wire(self, wire: Wire) -> Self {
+        self.0.borrow_mut().set_wire(wire);
+        self
+    }
+
+    /// Returns the board.
+    pub fn board(&self) -> &Rc<RefCell<EmulatedBoard>> {
+        &self.0
+    }
+
+    /// Returns a transport to the board.
+    pub fn transport(&self) -> Memory {
+        Memory::new(Rc::clone(&self.0))
+    }
+
+    /// Returns the rig, on the board's clock.
+    pub fn rig(&self) -> VirtualRig {
+        VirtualRig { board: Rc::clone(&self.0) }
+    }
+
+    /// Returns a camera in a furnished room that looks at the rig with motors at `motors` (metres,
+    /// rig frame). `seed` seeds the noise.
+    ///
+    /// # Errors
+    /// [`SyntheticError`] if `camera` cannot be rendered.
+    pub fn camera(
+        &self,
+        camera: &Camera,
+        motors: [Point3<f64>; 3],
+        seed: u64,
+    ) -> Result<SimulatedCamera<VirtualRig>, SyntheticError> {
+        let (room, options) = (Background::Room(Room::furnished()), RenderOptions::default());
+        let synthetic = SyntheticCamera::new(camera.clone(), room, options, seed)?;
+        Ok(SimulatedCamera::new(self.rig(), synthetic, motors, Timing::default()))
+    }
+}
