@@ -7,7 +7,7 @@ use crate::stop_reason::StopReason;
 /// Counts and measurements of a run so far, over all targets.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct RunStats {
-    /// Time of the run's start, seconds on the source's clock. The first target sets it.
+    /// Time stamp of the first frame, seconds on the source's clock.
     pub(crate) start: Option<f64>,
     /// Number of frames.
     pub(crate) frames: u64,
@@ -19,7 +19,7 @@ pub(crate) struct RunStats {
     pub(crate) skipped: u64,
     /// |e| of the filtered position to the present target, as the board last reported it, metres.
     pub(crate) error: Option<f64>,
-    /// Time stamp of the last frame, seconds since the run's start.
+    /// Time stamp of the last frame, seconds since the first.
     pub(crate) time: f64,
 }
 
@@ -34,7 +34,7 @@ pub struct Summary {
     pub detector: &'static str,
     /// Number of frames.
     pub frames: u64,
-    /// Duration on the source's clock, seconds.
+    /// Time from the first frame to the last, seconds on the source's clock.
     pub time_s: f64,
     /// The board's filtered |e| at the end, millimetres; absent if it never reported one.
     pub error_mm: Option<f64>,

@@ -164,7 +164,6 @@ impl<'a, 'p, T: Transport> ControlLoop<'a, 'p, T> {
         self.target = target;
         self.emit(&RunEvent::TargetSet { number, target });
         self.stats.error = None;
-        self.stats.start.get_or_insert(begin);
     }
 
     /// Ends the leg under way, if there is one.
@@ -243,7 +242,8 @@ impl<'a, 'p, T: Transport> ControlLoop<'a, 'p, T> {
     /// Counts a frame and gives its record to the observers.
     fn record(&mut self, view: &View) {
         let stats = &mut self.stats;
-        stats.time = view.frame.time() - stats.start.unwrap_or_default();
+        let stamp = view.frame.time();
+        stats.time = stamp - *stats.start.get_or_insert(stamp);
         stats.located += u64::from(view.point().is_some());
         self.last_position = view.position().map(|position| position.mean).or(self.last_position);
         let about_target = self.link.target_telemetry();
