@@ -4,9 +4,10 @@
 
 mod common;
 
+use std::io::Write;
 use std::net::TcpListener;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, Command, Output, Stdio};
 use std::sync::{Mutex, PoisonError};
 
 use common::{Emulator, folder, json, patient, plumb, rig_file, stderr};
@@ -117,6 +118,56 @@ fn the_papers_task_is_done_with_a_script_as_the_camera() {
     let heights: Vec<f64> =
         log.lines().skip(1).filter_map(|row| row.split(',').nth(8)?.parse().ok()).collect();
     assert!(heights.first().unwrap() > &0.44 && heights.last().unwrap() < &0.16, "{heights:?}");
+}
+
+/// Runs with standard input as the camera, which sends `bytes` and ends. Returns the output.
+fn run_with_input(bytes: &[u8]) -> Output {
+    let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
+    let folder = folder();
+    let emulator = Emulator::start();
+    stream_rig(folder.path(), &emulator.port, "-");
+    let mut run = Command::new(env!("CARGO_BIN_EXE_plumb"))
+        .args(["run", "rig.toml", "--out", "run", "--json"])
+        .current_dir(folder.path())
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    // A run that refuses the frames closes the pipe.
+    let _ = run.stdin.take().unwrap().write_all(bytes);
+    run.wait_with_output().unwrap()
+}
+
+#[test]
+fn standard_input_is_a_camera_until_it_ends() {
+    let mut bytes = Vec::new();
+    for number in 0..5 {
+        let header = format!(
+            r#"{{"t": {}, "width": 640, "height": 480, "colour": "bgr8", "colour_bytes": 921600}}"#,
+            f64::from(number) * 0.001
+        );
+        bytes.extend(format!("{header}\n").bytes());
+        bytes.extend(vec![100; 921_600]);
+    }
+    let output = run_with_input(&bytes);
+    assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
+    let summary = json(&output);
+    assert_eq!(summary["ending"], "no more pictures", "{summary}");
+    assert_eq!(summary["located"], 0, "{summary}");
+    // The end within a frame has a reason.
+    let torn = run_with_input(&bytes[..bytes.len() - 1]);
+    assert_eq!(torn.status.code(), Some(1), "{}", stderr(&torn));
+    assert!(stderr(&torn).contains("ended in the middle of frame 5"), "{}", stderr(&torn));
+    // So has an input that is no stream: nothing moves.
+    for (bytes, reason) in [
+        (&b""[..], "ended before the first frame"),
+        (b"JFIF\n", "the header of frame 1 is refused: the line with the header is not as"),
+    ] {
+        let output = run_with_input(bytes);
+        assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+        assert!(stderr(&output).contains(reason), "{}", stderr(&output));
+    }
 }
 
 #[test]

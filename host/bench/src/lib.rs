@@ -2,6 +2,7 @@
 //!
 //! - [`calibration`]: the ways of `plumb calibrate` on simulated rigs.
 //! - [`control`]: control laws, baselines and references on simulated rigs.
+//! - [`stream`]: frames that another program sends, in real time.
 //! - [`vision`]: detectors on synthetic and composited frames.
 //!
 //! ```
@@ -19,6 +20,7 @@
 
 pub mod calibration;
 pub mod control;
+pub mod stream;
 pub mod vision;
 
 /// Error of parsing a name that is not in the list of known names.

@@ -1,6 +1,7 @@
 //! `plumb bench`: benchmarks of control and vision.
 
 mod calibration;
+mod stream;
 
 use std::fs::File;
 use std::io::{IsTerminal, Write};
@@ -22,6 +23,7 @@ use plumb_vision::detect::{BallDetector, DetectorKind};
 use plumb_vision::frame::RgbdFrame;
 
 use calibration::CalibrationArgs;
+use stream::StreamArgs;
 
 use super::print::{Reader, message, tell};
 use super::{Failure, bad_input, numbers, print};
@@ -40,6 +42,7 @@ pub(crate) enum Command {
     Control(ControlArgs),
     Vision(VisionArgs),
     Calibration(CalibrationArgs),
+    Stream(StreamArgs),
 }
 
 /// Speed of the laws on simulated rigs, with the board's own arithmetic
@@ -172,6 +175,7 @@ pub(crate) fn main(command: Command) -> Result<ExitCode, Failure> {
         Command::Control(args) => bench_control(&args),
         Command::Vision(args) => bench_vision(&args),
         Command::Calibration(args) => calibration::main(&args),
+        Command::Stream(args) => stream::main(&args),
     }
 }
 

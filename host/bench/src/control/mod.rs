@@ -42,6 +42,7 @@ pub use curves::draw as draw_curves;
 pub use frame_error::FrameError;
 pub use paper::{ControlError, PAPER_GAMMAS, PaperSuite, paper};
 pub use report::Report;
+pub(crate) use report::quantile;
 pub use simulate::RunEnd;
 pub use suite::{ASSUMED_LATENCY_FRAMES, Clock, Physics, RunId, Suite, SuiteName};
 

@@ -56,7 +56,7 @@ pub struct Report {
 }
 
 /// Returns the `q` quantile (0 to 1) of `sorted` values; NaN if there are none.
-fn quantile<T: Copy + Into<f64>>(sorted: &[T], q: f64) -> f64 {
+pub(crate) fn quantile<T: Copy + Into<f64>>(sorted: &[T], q: f64) -> f64 {
     let last = sorted.len().saturating_sub(1);
     let at = (q * last as f64).round() as usize;
     sorted.get(at).map_or(f64::NAN, |&v| v.into())
