@@ -6,9 +6,14 @@ mod common;
 
 use std::io::Write;
 use std::net::TcpListener;
+use std::os::unix::process::ExitStatusExt;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::sync::{Mutex, PoisonError};
+use std::time::Duration;
+
+use nix::sys::signal::{Signal, kill};
+use nix::unistd::Pid;
 
 use common::{Emulator, folder, json, patient, plumb, rig_file, stderr};
 
@@ -106,7 +111,7 @@ fn the_papers_task_is_done_with_a_script_as_the_camera() {
     let arguments = [script.to_str().unwrap(), "--plumb", env!("CARGO_BIN_EXE_plumb")];
     let Some(_script) = Script::start(folder.path(), &arguments) else { return };
     while !folder.path().join("board").exists() {
-        std::thread::sleep(std::time::Duration::from_millis(20));
+        std::thread::sleep(Duration::from_millis(20));
     }
     stream_rig(folder.path(), "board", "unix:camera.sock");
     let output = plumb(&["run", "rig.toml", "--out", "run", "--json"], folder.path());
@@ -168,6 +173,38 @@ fn standard_input_is_a_camera_until_it_ends() {
         assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
         assert!(stderr(&output).contains(reason), "{}", stderr(&output));
     }
+}
+
+#[test]
+fn a_signal_ends_the_wait_for_the_first_frame() {
+    let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
+    let folder = folder();
+    let emulator = Emulator::start();
+    stream_rig(folder.path(), &emulator.port, "unix:camera.sock");
+    let mut run = Command::new(env!("CARGO_BIN_EXE_plumb"))
+        .args(["run", "rig.toml", "--out", "run"])
+        .current_dir(folder.path())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    while !folder.path().join("camera.sock").exists() {
+        assert!(run.try_wait().unwrap().is_none(), "the run has ended");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    kill(Pid::from_raw(i32::try_from(run.id()).unwrap()), Signal::SIGINT).unwrap();
+    let output = run.wait_with_output().unwrap();
+    // A run that waits to the end has an exit code and an error.
+    assert_eq!(output.status.signal(), Some(Signal::SIGINT as i32), "{}", stderr(&output));
+    assert!(!folder.path().join("run").exists());
+}
+
+#[test]
+fn a_calibration_refuses_a_camera_on_its_standard_input() {
+    let folder = folder();
+    stream_rig(folder.path(), "/dev/null", "-");
+    let output = plumb(&["calibrate", "rig.toml", "--ball"], folder.path());
+    assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+    assert!(stderr(&output).contains("reads answers"), "{}", stderr(&output));
 }
 
 #[test]

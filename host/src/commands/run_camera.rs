@@ -13,6 +13,7 @@ use plumb_sim::simulated::{Follower, HilPlant, SimulatedCamera, Timing};
 use plumb_sim::synthetic::{Background, RenderOptions, Room, SyntheticCamera};
 use plumb_vision::camera::Camera;
 
+use super::interrupt::DefaultSignals;
 use super::print::tell;
 use super::{Failure, Physics, bad_input};
 
@@ -30,11 +31,14 @@ impl RunCamera {
     /// Opens the camera of `rig`, whose camera file describes `camera`. A device also records to
     /// the file `oni`.
     pub(super) fn open(rig: &Rig, camera: Camera, oni: Option<PathBuf>) -> Result<Self, Failure> {
-        if let Some(address) = &rig.camera.stream {
+        let signals = rig.camera.stream.as_ref().map(|address| {
             tell!("camera: waiting for frames at {address}, {} s at most", FIRST_FRAME.as_secs());
-        }
+            // Nothing moves yet, and the sender may never come.
+            DefaultSignals::begin()
+        });
         let OpenedCamera { source, camera, description, notes } =
             open_camera(&rig.camera, camera, oni)?;
+        drop(signals);
         if let Some(description) = description {
             tell!("camera: {description}");
         }

@@ -10,6 +10,7 @@ use plumb_calibrate::board::{Board, Placement};
 use plumb_calibrate::render::draw_board;
 use plumb_cameras::settings::SourceName;
 use plumb_cameras::source::CameraSource;
+use plumb_cameras::source::stream::StreamAddress;
 use plumb_runtime::error_chain::ErrorChain;
 use plumb_runtime::rig::{Rig, Simulation};
 use plumb_sim::synthetic::{
@@ -77,6 +78,13 @@ impl View {
         if let (SourceName::Simulated, Some(simulation)) = (chosen, &rig.simulation) {
             let source = SimulatedView::new(simulation, &camera)?;
             return Ok(Self { source: Source::Simulated(Box::new(source)), camera, frames });
+        }
+        if rig.camera.stream == Some(StreamAddress::StandardInput) {
+            return Err(bad_input(format!(
+                "{}: `plumb calibrate` reads answers from the standard input, so the camera cannot \
+                 be there: use `stream = \"unix:camera.sock\"`",
+                file.display()
+            )));
         }
         let RunCamera { source, camera, .. } = RunCamera::open(rig, camera, None)?;
         Ok(Self { source: Source::Camera(source), camera, frames })
