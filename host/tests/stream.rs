@@ -109,8 +109,9 @@ fn the_papers_task_is_done_with_a_script_as_the_camera() {
     let folder = folder();
     let script = repository().join("host/examples/stream_rig.py");
     let arguments = [script.to_str().unwrap(), "--plumb", env!("CARGO_BIN_EXE_plumb")];
-    let Some(_script) = Script::start(folder.path(), &arguments) else { return };
+    let Some(mut script) = Script::start(folder.path(), &arguments) else { return };
     while !folder.path().join("board").exists() {
+        assert!(script.0.try_wait().unwrap().is_none(), "the script has ended");
         std::thread::sleep(Duration::from_millis(20));
     }
     stream_rig(folder.path(), "board", "unix:camera.sock");
