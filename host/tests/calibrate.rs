@@ -183,3 +183,19 @@ fn options_of_another_way_are_refused() {
         assert_eq!(output.status.code(), Some(2), "{arguments:?} {}", stderr(&output));
     }
 }
+
+#[test]
+fn a_page_needs_a_measure_and_takes_no_pixels() {
+    let folder = folder();
+    let rig = rig_file(folder.path(), |text| text);
+    let refusal = |options: &[&str]| {
+        let arguments = [&["calibrate", &rig, "--page=127.0.0.1:0"], options].concat();
+        let output = plumb(&arguments, folder.path());
+        assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+        stderr(&output)
+    };
+    assert!(refusal(&["--motors"]).contains("give --height"));
+    assert!(refusal(&["--motors", "--height", "0.6", "--pixel", "1,2"]).contains("--pixel"));
+    assert!(refusal(&["--motors", "--height", "0.6", "--yes"]).contains("--yes"));
+    assert!(refusal(&["--ball"]).contains("--ball"));
+}

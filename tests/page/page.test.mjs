@@ -3,8 +3,9 @@
 import assert from "node:assert/strict";
 import { after, before, test } from "node:test";
 
+import { shortcomings } from "./src/accessible.mjs";
 import { Browser } from "./src/browser.mjs";
-import { Demo } from "./src/plumb.mjs";
+import { Demo, Folder, startRun } from "./src/plumb.mjs";
 
 const DESKTOP = { width: 1280, height: 800 };
 const PHONE = { width: 390, height: 844, isPhone: true };
@@ -32,6 +33,7 @@ test("a run is shown, stopped with the space key, and driven to another target",
     const first = await tab.evaluate(SUM);
     await tab.until(`${SUM} !== ${first}`);
 
+    assert.deepEqual(await shortcomings(tab), { unnamed: [], faint: [] });
     await tab.press(" ", "Space");
     await tab.until(`${text("state")} === "ready"`);
     await tab.until(`${text("events")}.includes("stop: accepted")`);
@@ -121,4 +123,32 @@ test("a lost program is shown large, and controls are off until it is back", asy
   assert.equal(await tab.evaluate(`document.getElementById("stop").disabled`), true);
   assert.equal(await tab.evaluate(`document.getElementById("main").inert`), true);
   assert.equal(await tab.evaluate(`document.getElementById("retry").disabled`), false);
+});
+
+test("a fault is named with the next act, and cleared on the page", async () => {
+  const folder = new Folder();
+  // Motors that turn the wrong way drive the ball away from its target.
+  folder.copyRig({ rig: (rig) => `${rig}\nreversed = [true, true, true]\n` });
+  const { board, program, address } = await startRun(folder, ["--law", "interval"]);
+  try {
+    const tab = await browser.open(address, PHONE);
+    await tab.until(`!document.getElementById("fault").hidden`);
+    assert.equal(await tab.evaluate(text("state")), "fault");
+    assert.match(await tab.evaluate(text("fault-text")), /error/);
+    assert.match(await tab.evaluate(text("fault-next")), /swapped or reversed.*clear the fault/);
+    await tab.until(`${text("events")}.includes("the board has stopped by itself")`);
+    assert.deepEqual(await shortcomings(tab), { unnamed: [], faint: [] });
+
+    // The board comes to rest first.
+    await tab.until(`!document.getElementById("clear").disabled`);
+    await tab.click("#clear");
+    await tab.until(`${text("events")}.includes("clear the fault: accepted")`);
+    await tab.until(`${text("state")} === "ready"`);
+    assert.equal(await tab.evaluate(`document.getElementById("fault").hidden`), true);
+    assert.deepEqual(tab.errors, []);
+  } finally {
+    await program.end();
+    await board.end();
+    folder.remove();
+  }
 });

@@ -18,7 +18,7 @@ use crate::least_squares::{Minimum, minimise};
 use crate::rigid::{self, Handedness};
 
 /// Letters of the motors.
-const LETTERS: [char; 3] = ['A', 'B', 'C'];
+pub const LETTERS: [char; 3] = ['A', 'B', 'C'];
 /// Standard deviation of a pixel that a person chose, pixels.
 const PIXEL_SD: f64 = 1.5;
 /// Standard deviation of the depth of a motor's surface against its measured point, metres: where
@@ -59,16 +59,27 @@ pub fn see_motors(
     frames: &[RgbdFrame],
     pixels: [Point2<f64>; 3],
 ) -> Result<[SeenMotor; 3], CalibrationError> {
-    let mut seen = pixels.map(|pixel| SeenMotor { pixel, depth: 0.0 });
-    for (motor, letter) in seen.iter_mut().zip(LETTERS) {
-        let depths = frames.iter().filter_map(|it| depth_near(it, &motor.pixel, DEPTH_RADIUS));
-        let mut depths: Vec<f64> = depths.collect();
-        depths.sort_by(f64::total_cmp);
-        let pixel = [motor.pixel.x, motor.pixel.y];
-        let no_depth = CalibrationError::NoDepth { motor: letter, pixel };
-        motor.depth = *depths.get(depths.len() / 2).ok_or(no_depth)?;
-    }
-    Ok(seen)
+    let [a, b, c] = LETTERS;
+    let [at_a, at_b, at_c] = pixels;
+    Ok([see_motor(frames, a, at_a)?, see_motor(frames, b, at_b)?, see_motor(frames, c, at_c)?])
+}
+
+/// Returns the motor `letter` at a pixel (column and row), with the median of its depths over the
+/// frames.
+///
+/// # Errors
+/// If it has no depth.
+pub fn see_motor<'a>(
+    frames: impl IntoIterator<Item = &'a RgbdFrame>,
+    letter: char,
+    pixel: Point2<f64>,
+) -> Result<SeenMotor, CalibrationError> {
+    let depths = frames.into_iter().filter_map(|it| depth_near(it, &pixel, DEPTH_RADIUS));
+    let mut depths: Vec<f64> = depths.collect();
+    depths.sort_by(f64::total_cmp);
+    let no_depth = CalibrationError::NoDepth { motor: letter, pixel: [pixel.x, pixel.y] };
+    let depth = *depths.get(depths.len() / 2).ok_or(no_depth)?;
+    Ok(SeenMotor { pixel, depth })
 }
 
 /// Returns the camera's pose from the motors.

@@ -37,6 +37,17 @@ pub(crate) const RUN_ASSETS: &[Asset] = &[
     asset!("/icon.svg", SVG, "icon.svg"),
 ];
 
+/// Files of the page of a calibration.
+pub(crate) const CALIBRATION_ASSETS: &[Asset] = &[
+    asset!("/", HTML, "calibrate.html"),
+    asset!("/page.css", CSS, "page.css"),
+    asset!("/calibrate.css", CSS, "calibrate.css"),
+    asset!("/calibrate.js", SCRIPT, "calibrate.js"),
+    asset!("/picker.js", SCRIPT, "picker.js"),
+    asset!("/connection.js", SCRIPT, "connection.js"),
+    asset!("/icon.svg", SVG, "icon.svg"),
+];
+
 /// Returns the file of `assets` at a path of the page's address.
 pub(crate) fn find(assets: &'static [Asset], path: &str) -> Option<&'static Asset> {
     assets.iter().find(|asset| asset.path == path)

@@ -18,7 +18,7 @@ use crate::message::{
     ToPage, Update, VERSION,
 };
 use crate::signal::Signal;
-use crate::subject::{ClientId, Cursor, Received, Subject, not_understood};
+use crate::subject::{ClientId, Cursor, Picture, Received, Subject, not_understood};
 use jogs::{JogLimits, Jogs};
 use ring::Numbered;
 use views::{board_view, frame_view, sample};
@@ -70,7 +70,7 @@ impl Feed {
         operator: Option<OperatorSender>,
     ) -> serde_json::Result<Self> {
         let jog_limits = JogLimits::of(&rig);
-        let hello = Hello { version: VERSION, commands: operator.is_some(), rig };
+        let hello = Hello { version: VERSION, subject: "run", commands: operator.is_some(), rig };
         let hello = serde_json::to_string(&ToPage::Hello(&hello))?;
         Ok(Self { news: Mutex::default(), signal, hello, jog_limits, operator })
     }
@@ -207,9 +207,9 @@ impl Subject for Feed {
         serde_json::to_string(&ToPage::Update(&update))
     }
 
-    fn picture(&self) -> Option<(FrameView, Arc<RgbdFrame>)> {
+    fn picture(&self) -> Option<(FrameView, Picture)> {
         let news = self.lock();
-        Some((news.frame?, Arc::clone(news.image.as_ref()?)))
+        Some((news.frame?, Picture::Frame(Arc::clone(news.image.as_ref()?))))
     }
 
     fn take(&self, text: &str, client: ClientId) -> Result<Received, String> {

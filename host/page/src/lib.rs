@@ -1,4 +1,5 @@
-//! The page: a run in a browser, with its picture, its rig, its curves and its controls.
+//! The page: a run in a browser, with its picture, its rig, its curves and its controls. Another
+//! page, [`CalibrationPage`], lets a person choose points in the picture.
 //!
 //! [`Page::start`] listens at an address and returns an observer for the run. Files and socket are
 //! served by one thread. The run only writes into a bounded memory, so that a slow or dead browser
@@ -18,6 +19,7 @@
 
 mod access;
 mod assets;
+mod calibration;
 mod feed;
 mod http;
 mod limits;
@@ -38,6 +40,10 @@ use plumb_runtime::run::Summary;
 use thiserror::Error;
 
 pub use access::Token;
+pub use calibration::{
+    CalibrationCommand, CalibrationPage, CalibrationPageSettings, CalibrationState, MarkView,
+    ResultView,
+};
 pub use limits::{Limits, Rate};
 pub use message::{RigView, VERSION};
 

@@ -17,10 +17,11 @@ pub(crate) enum FromPage {
         /// [`Update::number`].
         update: u64,
     },
+    // Braces: of a variant without them, serde takes unknown keys.
     /// Ramps the motors down.
-    Stop,
+    Stop {},
     /// Holds the ball where it is.
-    Hold,
+    Hold {},
     /// Drives the ball to a target, metres in the rig frame.
     Target { x: f64, y: f64, z: f64 },
     /// Turns one motor.
@@ -32,9 +33,9 @@ pub(crate) enum FromPage {
         rate: f64,
     },
     /// Clears a fault.
-    Clear,
+    Clear {},
     /// Ends the run.
-    End,
+    End {},
 }
 
 /// Name of a motor; its number is that of the board.
@@ -58,14 +59,14 @@ impl From<FromPage> for Action {
     fn from(message: FromPage) -> Self {
         Self::Command(match message {
             FromPage::Seen { update } => return Self::Next(update),
-            FromPage::Stop => OperatorCommand::Stop,
-            FromPage::Hold => OperatorCommand::Hold,
+            FromPage::Stop {} => OperatorCommand::Stop,
+            FromPage::Hold {} => OperatorCommand::Hold,
             FromPage::Target { x, y, z } => OperatorCommand::Target(Point3::new(x, y, z)),
             FromPage::Jog { motor, steps, rate } => {
                 OperatorCommand::Jog { motor: motor as u8, distance: steps, rate }
             }
-            FromPage::Clear => OperatorCommand::ClearFault,
-            FromPage::End => OperatorCommand::End,
+            FromPage::Clear {} => OperatorCommand::ClearFault,
+            FromPage::End {} => OperatorCommand::End,
         })
     }
 }
@@ -89,6 +90,8 @@ pub(crate) enum ToPage<'a> {
 #[derive(Debug, Clone, Serialize)]
 pub(crate) struct Hello {
     pub(crate) version: u32,
+    /// What the page shows: `run`; another subject has other messages.
+    pub(crate) subject: &'static str,
     /// Whether commands have an effect: false for a page that only shows.
     pub(crate) commands: bool,
     pub(crate) rig: RigView,
@@ -264,7 +267,7 @@ mod tests {
     #[test]
     fn messages_of_a_page_are_read_strictly() {
         let read = |text: &str| serde_json::from_str::<FromPage>(text).ok();
-        assert_eq!(read(r#"{"type":"stop"}"#), Some(FromPage::Stop));
+        assert_eq!(read(r#"{"type":"stop"}"#), Some(FromPage::Stop {}));
         let target = FromPage::Target { x: 0.4, y: -1.0, z: 0.25 };
         assert_eq!(read(r#"{"type":"target","x":0.4,"y":-1,"z":0.25}"#), Some(target));
         let jog = FromPage::Jog { motor: MotorName::B, steps: -20.0, rate: 50.0 };
@@ -274,6 +277,7 @@ mod tests {
             "stop",
             "{}",
             r#"{"type":"fly"}"#,
+            r#"{"type":"stop","now":1}"#,
             r#"{"type":"target","x":0.4,"y":1}"#,
             r#"{"type":"target","x":0.4,"y":1,"z":2,"w":3}"#,
             r#"{"type":"target","x":"0.4","y":1,"z":2}"#,

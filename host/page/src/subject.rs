@@ -1,8 +1,9 @@
-//! Interface between the server and what a page shows.
+//! Interface between the server and what a page shows: a run, or a calibration.
 
 use std::sync::Arc;
 
 use plumb_frame::frame::RgbdFrame;
+use plumb_frame::image::ColourImage;
 
 use crate::assets::Asset;
 use crate::message::FrameView;
@@ -25,6 +26,24 @@ pub(crate) enum Received {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(crate) struct Cursor {
     pub(crate) next: Option<(u64, u64)>,
+}
+
+/// Picture to show.
+#[derive(Clone)]
+pub(crate) enum Picture {
+    /// Frame of the camera.
+    Frame(Arc<RgbdFrame>),
+    /// Picture with something drawn in.
+    Drawn(Arc<ColourImage>),
+}
+
+impl Picture {
+    pub(crate) fn colour(&self) -> &ColourImage {
+        match self {
+            Self::Frame(frame) => frame.colour(),
+            Self::Drawn(image) => image,
+        }
+    }
 }
 
 /// Subject of a page. One thread writes its news, the server thread reads them.
@@ -53,7 +72,7 @@ pub(crate) trait Subject: Send + Sync {
     ) -> serde_json::Result<String>;
 
     /// Returns the newest picture, if there is one. Another picture has another number.
-    fn picture(&self) -> Option<(FrameView, Arc<RgbdFrame>)>;
+    fn picture(&self) -> Option<(FrameView, Picture)>;
 
     /// Handles a message of a client.
     ///

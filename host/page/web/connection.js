@@ -10,18 +10,20 @@ const SILENCE = 3000;
 const RETRY = 2000;
 
 /**
- * Keeps a connection and calls `events`: `hello(message)`, `update(message)`, `picture(frame,
- * bitmap)`, `problem(text)`, `lost(reason)`. `lost` is called once for each lost connection.
+ * Keeps a connection to a program whose page shows `subject`, and calls `events`:
+ * `hello(message)`, `update(message)`, `picture(frame, bitmap)`, `problem(text)`, `lost(reason)`.
+ * `lost` is called once for each lost connection.
  */
 export class Connection {
+  #subject;
   #events;
   #socket = null;
   #heard = 0;
   #frame = null;
   #isLost = true;
 
-  constructor(events) {
-    this.#events = events;
+  constructor(subject, events) {
+    [this.#subject, this.#events] = [subject, events];
     setInterval(() => this.#check(), 500);
     this.connect();
   }
@@ -55,7 +57,8 @@ export class Connection {
     }
     const message = JSON.parse(data);
     if (message.type === "hello") {
-      if (message.version !== VERSION) {
+      // Another program may be behind the address by now.
+      if (message.version !== VERSION || message.subject !== this.#subject) {
         location.reload();
         return;
       }

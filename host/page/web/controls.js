@@ -8,7 +8,6 @@ export class Controls {
   #send;
   #rig = null;
   #isEnabled = false;
-  #state = null;
 
   constructor(send) {
     this.#send = send;
@@ -42,17 +41,22 @@ export class Controls {
     this.#checkChoice();
   }
 
-  /** Enables the controls that make sense in a state of the board; all are off if not `enabled`. */
-  update(enabled, state) {
-    [this.#isEnabled, this.#state] = [enabled, state];
-    const canJog = enabled && state === "ready";
+  /**
+   * Enables the controls that make sense in a state of the board, which is null if it is unknown;
+   * all are off if not `enabled`.
+   */
+  update(enabled, board) {
+    this.#isEnabled = enabled;
+    const canJog = enabled && board?.state === "ready";
     for (const button of document.querySelectorAll("[data-motor]")) button.disabled = !canJog;
     byId("jog-note").textContent =
       enabled && !canJog
         ? "To jog, stop first: the motors must be at rest."
         : "+ pays cable out: the ball sinks.";
     for (const id of ["stop", "hold", "end"]) byId(id).disabled = !enabled;
-    for (const button of document.querySelectorAll("[data-command]")) button.disabled = !enabled;
+    // The board refuses to clear a fault before its motors stand.
+    const isTurning = board?.rates.some((rate) => rate !== 0) ?? false;
+    byId("clear").disabled = !enabled || isTurning;
     this.#checkChoice();
   }
 

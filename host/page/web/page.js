@@ -26,7 +26,7 @@ const link = { isLost: true, framed: 0, event: -1 };
 // The address must not show the token to whoever looks at the screen; a cookie has it.
 if (location.search) window.history.replaceState(null, "", location.pathname);
 
-const connection = new Connection({
+const connection = new Connection("run", {
   hello(message) {
     [run.rig, run.commands] = [message.rig, message.commands];
     link.isLost = false;
@@ -99,7 +99,7 @@ function showState() {
   byId("goal").textContent = !goal
     ? "no target"
     : `target (${place}) m${goal.reached ? " reached" : goal.ending ? `: ${goal.ending}` : ""}`;
-  controls.update(!link.isLost && run.commands && !ended, board?.state ?? null);
+  controls.update(!link.isLost && run.commands && !ended, board);
 }
 
 function showValues() {

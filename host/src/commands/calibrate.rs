@@ -1,5 +1,7 @@
 //! `plumb calibrate`: the camera's pose in the rig frame.
 
+mod choice;
+mod clicks;
 mod options;
 mod output;
 mod places;
@@ -10,7 +12,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Parser;
-use nalgebra::Point3;
+use nalgebra::{Isometry3, Point3};
 use plumb_calibrate::board::Placement;
 use plumb_calibrate::board_pose::pose_from_board;
 use plumb_calibrate::board_view::{BoardView, average};
@@ -25,9 +27,11 @@ use plumb_cameras::toml_file::MAX_BYTES;
 use plumb_runtime::rig::Rig;
 use plumb_vision::frame::RgbdFrame;
 
+use super::interrupt::interrupt_flag;
 use super::print::tell;
 use super::rig_args::RIG_VARIABLE;
-use super::{DetectorName, FAILED, Failure, bad_input, print};
+use super::{DetectorName, FAILED, Failure, bad_input, failed, print};
+use clicks::Clicks;
 use options::{BoardOptions, MotorOptions, PlaceOptions};
 use output::CameraFile;
 use report::{Report, Way};
@@ -43,6 +47,7 @@ use view::{Stage, View};
 /// Examples:
 ///   plumb calibrate --print-board board.pdf
 ///   plumb calibrate rig.toml --board
+///   plumb calibrate rig.toml --motors --page --height 0.665
 ///   plumb calibrate rig.toml --motors --pixel 410,80 --pixel 120,90 --pixel 260,70 --height 0.665
 ///   plumb calibrate rig.toml --ball
 #[derive(Parser)]
@@ -96,17 +101,42 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
     let rig = Rig::read(file)?;
     let text = read_text(&rig.camera.file, MAX_BYTES)?;
     let camera = camera_file::parse(&rig.camera.file, &text)?;
-    let mut view = View::open(file, &rig, camera.clone(), usize::from(args.frames))?;
-    let Some(found) = find(&args, &rig, &mut view)? else {
-        return Ok(ExitCode::from(FAILED));
-    };
     let camera_file = CameraFile { path: &rig.camera.file, text: &text };
-    let picture = camera_file.keep_picture(&found.draw()?)?;
-    let mut report = Report::new(&found, &camera.pose, picture);
+    let clicks = Clicks::start(&args.motor_options, &camera_file)?;
+    let mut view = View::open(file, &rig, camera.clone(), usize::from(args.frames))?;
+    let Some(clicks) = clicks else {
+        let Some(found) = find(&args, &rig, &mut view)? else {
+            return Ok(ExitCode::from(FAILED));
+        };
+        return conclude(&found, &camera.pose, &camera_file, args.yes, args.json);
+    };
+    let Some(found) = clicks.collect(&mut view, &camera.pose, &*interrupt_flag()?)? else {
+        clicks.end("Nothing is written.");
+        return Err(failed("the calibration was ended without a pose: nothing is written"));
+    };
+    // Who accepts a pose on the page has agreed.
+    let concluded = conclude(&found, &camera.pose, &camera_file, true, args.json);
+    clicks.end(&match &concluded {
+        Ok(_) => format!("The pose is written into {}.", camera_file.path.display()),
+        Err(failure) => format!("Nothing is written: {}", failure.message()),
+    });
+    concluded
+}
+
+/// Keeps the picture, reports the result and writes the pose, if the user agrees or has agreed.
+fn conclude(
+    found: &Found,
+    old: &Isometry3<f64>,
+    camera_file: &CameraFile<'_>,
+    is_agreed: bool,
+    is_json: bool,
+) -> Result<ExitCode, Failure> {
+    let mut report = Report::new(found.way, &found.calibration, old);
+    report.picture = Some(camera_file.keep_picture(&found.draw()?)?);
     report.tell();
     report.written =
-        found.calibration.grade() != Grade::Poor && camera_file.offer(&found, args.yes)?;
-    if args.json {
+        found.calibration.grade() != Grade::Poor && camera_file.offer(found, is_agreed)?;
+    if is_json {
         print::result(serde_json::to_string(&report)?)?;
     }
     Ok(if report.written { ExitCode::SUCCESS } else { ExitCode::from(FAILED) })

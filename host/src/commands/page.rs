@@ -47,6 +47,6 @@ pub(super) struct OperatedPage {
 }
 
 /// Reads an address; without a port it gets the page's own.
-fn address(text: &str) -> Result<SocketAddr, String> {
+pub(super) fn address(text: &str) -> Result<SocketAddr, String> {
     with_port(text, DEFAULT_ADDRESS)
 }

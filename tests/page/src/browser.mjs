@@ -157,7 +157,9 @@ class Tab {
 
   /** Presses and releases a key. */
   async press(key, code) {
-    const event = { key, code, text: key, windowsVirtualKeyCode: key.toUpperCase().charCodeAt(0) };
+    // A key with a name types nothing.
+    const typed = key.length === 1 && { text: key, windowsVirtualKeyCode: key.charCodeAt(0) };
+    const event = { key, code, ...typed };
     await this.send("Input.dispatchKeyEvent", { type: "keyDown", ...event });
     await this.send("Input.dispatchKeyEvent", { type: "keyUp", ...event });
   }

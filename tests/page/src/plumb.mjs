@@ -1,7 +1,7 @@
 // The program with its page.
 
 import { spawn } from "node:child_process";
-import { mkdtempSync, rmSync } from "node:fs";
+import { mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import os from "node:os";
 import path from "node:path";
 import { fileURLToPath } from "node:url";
@@ -10,39 +10,44 @@ import { bounded } from "./browser.mjs";
 
 const ROOT = fileURLToPath(new URL("../../..", import.meta.url));
 
-/** A running `plumb demo` with a page at a free port. */
-export class Demo {
-  /** Starts the program. Returns it once its page has an address. */
-  static async start() {
-    const demo = new Demo();
-    demo.address = await bounded(demo.#address, "the address of the page");
-    return demo;
-  }
+/** Text before an address that the program prints, and the address. */
+const PAGE = /page: (http:\S+)/;
 
+/** A running `plumb`. */
+export class Program {
   #child;
-  #text = "";
-  #folder = mkdtempSync(path.join(os.tmpdir(), "plumb-page-"));
-  #address;
   #exit;
+  #output = "";
+  #messages = "";
+  #ready;
 
-  constructor() {
+  /** Starts the program in a folder. It is ready once its output has a match of `sign`. */
+  constructor(args, folder, sign) {
     const target = process.env.CARGO_TARGET_DIR ?? path.join(ROOT, "target");
     const program = path.join(target, "release", "plumb");
-    const out = path.join(this.#folder, "run");
     const stdio = ["ignore", "pipe", "pipe"];
-    this.#child = spawn(program, ["demo", "--page=127.0.0.1:0", "--out", out], { stdio });
+    this.#child = spawn(program, args, { stdio, cwd: folder });
     this.#exit = new Promise((resolve) => this.#child.once("exit", resolve));
-    this.output = "";
-    this.#child.stdout.on("data", (data) => { this.output += data; });
-    this.#address = new Promise((resolve, reject) => {
-      this.#child.on("error", reject);
-      this.#exit.then(() => reject(new Error(`plumb has ended: ${this.#text}`)));
-      this.#child.stderr.on("data", (data) => {
-        this.#text += data;
-        const found = this.#text.match(/page: (http:\S+)/);
+    this.#ready = new Promise((resolve, reject) => {
+      const look = () => {
+        const found = `${this.#output}\n${this.#messages}`.match(sign);
         if (found) resolve(found[1]);
-      });
+      };
+      this.#child.on("error", reject);
+      this.#child.stdout.on("data", (data) => { this.#output += data; look(); });
+      this.#child.stderr.on("data", (data) => { this.#messages += data; look(); });
+      this.#exit.then(() => reject(new Error(`plumb has ended: ${this.#messages}`)));
     });
+  }
+
+  /** Returns what the match of the sign holds: an address, a port. */
+  ready() {
+    return bounded(this.#ready, "the first output of plumb");
+  }
+
+  /** Returns standard output so far. */
+  get output() {
+    return this.#output;
   }
 
   /** Returns the exit code once the program has ended by itself. */
@@ -50,10 +55,82 @@ export class Demo {
     return bounded(this.#exit, "the end of plumb");
   }
 
-  /** Ends the program with a signal and removes its folder. */
+  /** Ends the program with a signal. */
   async end(signal = "SIGTERM") {
     this.#child.kill(signal);
     await this.ended();
-    rmSync(this.#folder, { recursive: true, force: true });
   }
+}
+
+/** A folder for a test. */
+export class Folder {
+  path = mkdtempSync(path.join(os.tmpdir(), "plumb-page-"));
+
+  /** Copies the paper's rig and its camera file; each `edit` returns the changed text. */
+  copyRig({ rig = (text) => text, camera = (text) => text }) {
+    const rigs = path.join(ROOT, "host", "rigs");
+    const copy = (from, to, edit) => {
+      const text = readFileSync(path.join(rigs, from), "utf8");
+      writeFileSync(path.join(this.path, to), edit(text));
+    };
+    copy("paper.toml", "rig.toml", rig);
+    copy("camera.toml", "camera.toml", camera);
+  }
+
+  /** Returns the text of a file. */
+  read(name) {
+    return readFileSync(path.join(this.path, name), "utf8");
+  }
+
+  remove() {
+    rmSync(this.path, { recursive: true, force: true });
+  }
+}
+
+/** A running `plumb demo` with a page at a free port. */
+export class Demo {
+  /** Starts the program. Returns it once its page has an address. */
+  static async start() {
+    const demo = new Demo();
+    demo.address = await demo.#program.ready();
+    return demo;
+  }
+
+  #folder = new Folder();
+  #program = new Program(
+    ["demo", "--page=127.0.0.1:0", "--out", "run"],
+    this.#folder.path,
+    PAGE,
+  );
+
+  get output() {
+    return this.#program.output;
+  }
+
+  /** Returns the exit code once the program has ended by itself. */
+  ended() {
+    return this.#program.ended();
+  }
+
+  /** Ends the program with a signal and removes its folder. */
+  async end(signal = "SIGTERM") {
+    await this.#program.end(signal);
+    this.#folder.remove();
+  }
+}
+
+/** Starts `plumb calibrate` with its page, in a folder with a rig. Returns program and address. */
+export async function startCalibration(folder, options = []) {
+  const args = ["calibrate", "rig.toml", "--motors", "--page=127.0.0.1:0", ...options];
+  const program = new Program(args, folder.path, PAGE);
+  return { program, address: await program.ready() };
+}
+
+/** Starts an emulated board and a run with a page, in a folder with a rig. */
+export async function startRun(folder, options = []) {
+  const board = new Program(["emulate", "rig.toml", "--json"], folder.path, /^(\S+)\s/);
+  const port = await board.ready();
+  const args = ["run", "rig.toml", "--port", port, "--page=127.0.0.1:0", "--out", "run"];
+  const program = new Program([...args, ...options], folder.path, PAGE);
+  return { board, program, address: await program.ready() };
 }

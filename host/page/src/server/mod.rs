@@ -217,7 +217,7 @@ impl Server {
         self.connections.retain(|_, connection| match connection {
             Connection::Client(client) => client
                 .push_now(&*self.site.subject, None, now)
-                .and_then(|()| client.close(CloseCode::Away, "the run has ended", now))
+                .and_then(|()| client.close(CloseCode::Away, "the program has ended", now))
                 .is_ok(),
             _ => true,
         });

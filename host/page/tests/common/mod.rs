@@ -9,7 +9,7 @@
 
 use std::io::{Read, Write};
 use std::net::{SocketAddr, TcpStream};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use plumb_page::{Limits, Page, PageSettings, RigView};
 use plumb_runtime::operator::OperatorSender;
@@ -109,6 +109,10 @@ impl Client {
 
     /// Returns the first message of this type, and skips the others.
     pub(crate) fn wait_for(&mut self, kind: &str) -> Value {
-        std::iter::from_fn(|| self.next()).find(|message| message["type"] == kind).unwrap()
+        let end = Instant::now() + PATIENCE;
+        // An update comes each second.
+        let messages = std::iter::from_fn(|| self.next()).take_while(|_| Instant::now() < end);
+        let mut found = messages.filter(|message| message["type"] == kind);
+        found.next().unwrap_or_else(|| panic!("no {kind}"))
     }
 }

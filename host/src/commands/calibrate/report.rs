@@ -6,7 +6,6 @@ use nalgebra::Isometry3;
 use plumb_calibrate::calibration::{Calibration, Grade, Sample};
 use serde::Serialize;
 
-use super::Found;
 use crate::commands::print::tell;
 
 /// Way of a calibration.
@@ -57,66 +56,79 @@ pub(super) struct Report {
     moved_m: f64,
     turned_deg: f64,
     findings: Vec<String>,
-    picture: PathBuf,
+    /// The kept picture.
+    pub(super) picture: Option<PathBuf>,
     /// Whether the camera file is written.
     pub(super) written: bool,
 }
 
 impl Report {
     /// Makes the report of a result, against the pose in the camera file.
-    pub(super) fn new(found: &Found, old: &Isometry3<f64>, picture: PathBuf) -> Self {
-        let Calibration { pose, position_sd, rotation_sd, samples, findings } = &found.calibration;
+    pub(super) fn new(way: Way, calibration: &Calibration, old: &Isometry3<f64>) -> Self {
+        let Calibration { pose, position_sd, rotation_sd, samples, findings } = calibration;
         let (translation, quaternion) = (pose.translation.vector, pose.rotation.coords);
         let outlier = |sample: &Sample| {
             format!("{} is off by {:.0} mm and left out", sample.name, sample.residual * 1e3)
         };
         let mut findings = findings.clone();
-        if found.way == Way::Board {
+        if way == Way::Board {
             findings.push(PLACE_OF_THE_BOARD.to_owned());
         }
-        findings.extend(advice(&found.calibration, found.way));
+        findings.extend(advice(calibration, way));
         Self {
-            way: found.way,
-            grade: found.calibration.grade().to_string(),
+            way,
+            grade: calibration.grade().to_string(),
             translation: translation.into(),
             quaternion: quaternion.into(),
             position_sd_m: *position_sd,
             rotation_sd_deg: rotation_sd.to_degrees(),
             samples: samples.len(),
-            residual_m: found.calibration.residual(),
-            held_out_m: found.calibration.held_out(),
-            outliers: found.calibration.outliers().map(outlier).collect(),
+            residual_m: calibration.residual(),
+            held_out_m: calibration.held_out(),
+            outliers: calibration.outliers().map(outlier).collect(),
             moved_m: (translation - old.translation.vector).norm(),
             turned_deg: pose.rotation.angle_to(&old.rotation).to_degrees(),
             findings,
-            picture,
+            picture: None,
             written: false,
         }
     }
 
     /// Prints the report for a person.
     pub(super) fn tell(&self) {
+        for (index, line) in self.lines().iter().enumerate() {
+            let indent = if index == 0 { "" } else { "  " };
+            tell!("{indent}{line}");
+        }
+        if let Some(picture) = &self.picture {
+            let picture = picture.display();
+            tell!("  picture: {picture} (red x, green y, blue z must be where your rig has them)");
+        }
+    }
+
+    /// Returns the report for a person: the grade, then a line for each number and note.
+    pub(super) fn lines(&self) -> Vec<String> {
         let [x, y, z] = self.translation;
         let [i, j, k, w] = self.quaternion;
-        let samples = self.samples - self.outliers.len();
-        tell!("pose: {} ({samples} of {} samples used)", self.grade, self.samples);
-        tell!("  translation [{x:.4}, {y:.4}, {z:.4}] m");
-        tell!("  quaternion  [{i:.5}, {j:.5}, {k:.5}, {w:.5}] (x, y, z, w)");
+        let used = self.samples - self.outliers.len();
         let (position, rotation) = (self.position_sd_m * 1e3, self.rotation_sd_deg);
-        tell!("  standard deviation: {position:.1} mm near the samples, {rotation:.2} degrees");
         let held_out =
             self.held_out_m.map_or("none".to_owned(), |it| format!("{:.1} mm", it * 1e3));
-        tell!("  residual {:.1} mm, of held-out samples {held_out}", self.residual_m * 1e3);
+        let residual = self.residual_m * 1e3;
         let (moved, turned) = (self.moved_m * 1e3, self.turned_deg);
-        tell!("  against the camera file: moved by {moved:.0} mm, turned by {turned:.1} degrees");
-        for text in self.outliers.iter().take(MAX_LISTED) {
-            tell!("  outlier: {text}");
-        }
-        for text in &self.findings {
-            tell!("  note: {text}");
-        }
-        let picture = self.picture.display();
-        tell!("  picture: {picture} (red x, green y, blue z must be where your rig has them)");
+        let mut lines = vec![
+            format!("pose: {} ({used} of {} samples used)", self.grade, self.samples),
+            format!("translation [{x:.4}, {y:.4}, {z:.4}] m"),
+            format!("quaternion  [{i:.5}, {j:.5}, {k:.5}, {w:.5}] (x, y, z, w)"),
+            format!("standard deviation: {position:.1} mm near the samples, {rotation:.2} degrees"),
+            format!("residual {residual:.1} mm, of held-out samples {held_out}"),
+            format!(
+                "against the camera file: moved by {moved:.0} mm, turned by {turned:.1} degrees"
+            ),
+        ];
+        lines.extend(self.outliers.iter().take(MAX_LISTED).map(|it| format!("outlier: {it}")));
+        lines.extend(self.findings.iter().map(|it| format!("note: {it}")));
+        lines
     }
 }
 

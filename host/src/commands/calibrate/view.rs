@@ -100,6 +100,19 @@ impl View {
         matches!(self.source, Source::Camera(_))
     }
 
+    /// Returns the number of pictures of each stage.
+    pub(super) fn count(&self) -> usize {
+        self.frames
+    }
+
+    /// Takes the next picture of `stage`; `None` at the end of a recording.
+    pub(super) fn next_picture(&mut self, stage: &Stage) -> Result<Option<RgbdFrame>, Failure> {
+        match &mut self.source {
+            Source::Camera(source) => next_picture(&mut **source),
+            Source::Simulated(view) => view.frame(stage).map(Some),
+        }
+    }
+
     /// Takes pictures of `stage`.
     pub(super) fn frames(&mut self, stage: &Stage) -> Result<Vec<RgbdFrame>, Failure> {
         match &mut self.source {
@@ -109,18 +122,13 @@ impl View {
     }
 }
 
-/// Takes `wanted` pictures. The end of a recording after at least one is no error.
-fn capture(source: &mut dyn CameraSource, wanted: usize) -> Result<Vec<RgbdFrame>, Failure> {
-    let stale = if source.is_live() { STALE } else { 0 };
-    let mut frames = Vec::new();
+/// Takes the next picture; `None` at the end of a recording. Lost pictures are told of and left
+/// out.
+fn next_picture(source: &mut dyn CameraSource) -> Result<Option<RgbdFrame>, Failure> {
     let mut lost = 0;
-    while frames.len() < stale + wanted {
+    loop {
         match source.next_frame() {
-            Ok(Some(frame)) => {
-                frames.push(frame);
-                lost = 0;
-            }
-            Ok(None) => break,
+            Ok(frame) => return Ok(frame),
             Err(error) if error.is_over() || lost >= MAX_LOST => {
                 return Err(failed(ErrorChain(&error)));
             }
@@ -129,6 +137,16 @@ fn capture(source: &mut dyn CameraSource, wanted: usize) -> Result<Vec<RgbdFrame
                 lost += 1;
             }
         }
+    }
+}
+
+/// Takes `wanted` pictures. The end of a recording after at least one is no error.
+fn capture(source: &mut dyn CameraSource, wanted: usize) -> Result<Vec<RgbdFrame>, Failure> {
+    let stale = if source.is_live() { STALE } else { 0 };
+    let mut frames = Vec::new();
+    while frames.len() < stale + wanted {
+        let Some(frame) = next_picture(source)? else { break };
+        frames.push(frame);
     }
     frames.drain(..stale.min(frames.len()));
     if frames.is_empty() {

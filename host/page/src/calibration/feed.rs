@@ -1,0 +1,140 @@
+//! Memory between a calibration and its page: the newest picture and the state.
+
+use std::sync::mpsc::{SyncSender, TrySendError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use nalgebra::Point2;
+use plumb_frame::image::ColourImage;
+
+use super::message::{CalibrationCommand, CalibrationState, FromPage, ToPage};
+use crate::assets::{Asset, CALIBRATION_ASSETS};
+use crate::message::{FrameView, VERSION};
+use crate::signal::Signal;
+use crate::subject::{ClientId, Cursor, Picture, Received, Subject, not_understood};
+
+/// What a calibration hands to the page's thread.
+pub(super) struct CalibrationFeed {
+    news: Mutex<News>,
+    signal: Signal,
+    /// First message to every page.
+    hello: String,
+    commands: SyncSender<CalibrationCommand>,
+}
+
+#[derive(Default)]
+struct News {
+    /// Counts every change.
+    version: u64,
+    picture: Option<(FrameView, Arc<ColourImage>)>,
+    state: CalibrationState,
+    ended: Option<String>,
+}
+
+impl CalibrationFeed {
+    pub(super) fn new(
+        signal: Signal,
+        names: Vec<String>,
+        file: String,
+        commands: SyncSender<CalibrationCommand>,
+    ) -> serde_json::Result<Self> {
+        let hello =
+            ToPage::Hello { version: VERSION, subject: "calibration", names: &names, file: &file };
+        let hello = serde_json::to_string(&hello)?;
+        Ok(Self { news: Mutex::default(), signal, hello, commands })
+    }
+
+    /// Takes a picture and the state.
+    pub(super) fn show(&self, time: f64, picture: ColourImage, state: CalibrationState) {
+        let mut news = self.lock();
+        let number = news.version;
+        let frame = FrameView { number, time, circle: None, position: None };
+        let old = news.picture.replace((frame, Arc::new(picture)));
+        news.state = state;
+        self.publish(news);
+        drop(old);
+    }
+
+    /// Takes the end of the calibration.
+    pub(super) fn end(&self, text: &str) {
+        let mut news = self.lock();
+        news.ended = Some(text.to_owned());
+        self.publish(news);
+    }
+
+    /// Returns the command for a pixel, if it is inside the picture.
+    fn click(&self, u: f64, v: f64) -> Result<CalibrationCommand, String> {
+        let news = self.lock();
+        let Some((_, image)) = &news.picture else { return Err("no picture yet".to_owned()) };
+        let (width, height) = (image.width(), image.height());
+        let is_inside = |pixel: f64, size: usize| pixel >= -0.5 && pixel < size as f64 - 0.5;
+        if is_inside(u, width) && is_inside(v, height) {
+            Ok(CalibrationCommand::Click(Point2::new(u, v)))
+        } else {
+            Err(format!("this pixel is outside the picture of {width}x{height} pixels"))
+        }
+    }
+
+    /// Counts the change, releases the memory and wakes the page's thread.
+    fn publish(&self, mut news: MutexGuard<'_, News>) {
+        news.version += 1;
+        drop(news);
+        self.signal.wake();
+    }
+
+    fn lock(&self) -> MutexGuard<'_, News> {
+        self.news.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Subject for CalibrationFeed {
+    fn assets(&self) -> &'static [Asset] {
+        CALIBRATION_ASSETS
+    }
+
+    fn hello(&self) -> &str {
+        &self.hello
+    }
+
+    fn signal(&self) -> &Signal {
+        &self.signal
+    }
+
+    fn version(&self) -> u64 {
+        self.lock().version
+    }
+
+    fn update(
+        &self,
+        number: u64,
+        picture: Option<FrameView>,
+        _cursor: &mut Cursor,
+    ) -> serde_json::Result<String> {
+        let news = self.lock();
+        let (state, ended) = (&news.state, news.ended.as_deref());
+        serde_json::to_string(&ToPage::Update { number, picture, state, ended })
+    }
+
+    fn picture(&self) -> Option<(FrameView, Picture)> {
+        let news = self.lock();
+        let (frame, image) = news.picture.as_ref()?;
+        Some((*frame, Picture::Drawn(Arc::clone(image))))
+    }
+
+    fn take(&self, text: &str, _client: ClientId) -> Result<Received, String> {
+        let command = match serde_json::from_str(text).map_err(|e| not_understood(&e))? {
+            FromPage::Seen { update } => return Ok(Received::Seen(update)),
+            FromPage::Click { u, v } => self.click(u, v)?,
+            FromPage::Undo {} => CalibrationCommand::Undo,
+            FromPage::Accept {} => CalibrationCommand::Accept,
+            FromPage::Quit {} => CalibrationCommand::Quit,
+        };
+        match self.commands.try_send(command) {
+            Ok(()) => Ok(Received::Command),
+            Err(TrySendError::Full(_)) => Err("the program is busy: try again".to_owned()),
+            Err(TrySendError::Disconnected(_)) => Err("the calibration has ended".to_owned()),
+        }
+    }
+
+    /// Nothing of a calibration ends with a page: nothing moves.
+    fn release_absent(&self, _is_present: &dyn Fn(ClientId) -> bool) {}
+}
