@@ -37,8 +37,14 @@ pub(crate) struct PortArgs {
 impl PortArgs {
     /// Opens the port of the options, or else that of the rig file.
     pub(crate) fn open(&self, board: &BoardPort) -> Result<Serial, Failure> {
-        let port = self.named().unwrap_or(&board.port);
-        Ok(Serial::open(port, self.baud.unwrap_or(board.baud))?)
+        let BoardPort { port, baud } = self.applied_to(board);
+        Ok(Serial::open(&port, baud)?)
+    }
+
+    /// Returns the port of the options, with that of the rig file for what they leave out.
+    fn applied_to(&self, board: &BoardPort) -> BoardPort {
+        let port = self.named().unwrap_or(&board.port).to_owned();
+        BoardPort { port, baud: self.baud.unwrap_or(board.baud) }
     }
 
     /// Returns the port of the options. An empty PLUMB_PORT names none.
@@ -50,7 +56,7 @@ impl PortArgs {
 /// The board of a command that needs no configuration.
 #[derive(Args)]
 pub(crate) struct BoardArgs {
-    /// Rig file, for the port of its board [default: the one Plumb board on USB]
+    /// Rig file, for the port and the baud rate of its board [default: the one Plumb board on USB]
     #[arg(value_name = "RIG", env = RIG_VARIABLE, hide_env_values = true)]
     rig: Option<PathBuf>,
     #[command(flatten)]
@@ -63,12 +69,23 @@ pub(crate) struct BoardArgs {
 impl BoardArgs {
     /// Opens the port of the options, of the rig file, or of the one board on USB, in this order.
     pub(crate) fn open(&self) -> Result<Serial, Failure> {
+        let BoardPort { port, baud } = self.board()?;
+        Ok(Serial::open(&port, baud)?)
+    }
+
+    /// Returns the port of the options, of the rig file, or of the one board on USB, in this order;
+    /// likewise its baud rate. The rig file is read where one of both is missing.
+    pub(crate) fn board(&self) -> Result<BoardPort, Failure> {
+        let has_baud = self.port.baud.is_some();
         let board = match (self.port.named(), &self.rig) {
-            (Some(port), _) => BoardPort { port: port.to_owned(), baud: DEFAULT_BAUD },
-            (None, Some(rig)) => Rig::read(rig)?.board,
+            (Some(port), None) => BoardPort { port: port.to_owned(), baud: DEFAULT_BAUD },
+            (Some(port), Some(_)) if has_baud => {
+                BoardPort { port: port.to_owned(), baud: DEFAULT_BAUD }
+            }
+            (_, Some(rig)) => Rig::read(rig)?.board,
             (None, None) => BoardPort { port: only_board()?, baud: DEFAULT_BAUD },
         };
-        self.port.open(&board)
+        Ok(self.port.applied_to(&board))
     }
 }
 
@@ -108,5 +125,41 @@ pub(crate) fn split_rig(
         None => Err(bad_input(format!(
             "no rig file is named: put it first, or set {RIG_VARIABLE}; usage: {usage}"
         ))),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops at the first surprise")]
+
+    use super::*;
+
+    /// Returns port and baud rate of a command with these options and a rig file of `/dev/rig` at
+    /// 57600 bit/s.
+    fn board(port: Option<&str>, baud: Option<u32>) -> (String, u32) {
+        let folder = tempfile::tempdir().unwrap();
+        let (rig, file) = (folder.path().join("rig.toml"), "host/rigs/paper.toml");
+        let paper = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap().join(file);
+        let lines = std::fs::read_to_string(paper).unwrap();
+        let lines = lines.lines().map(|line| match line.split_once(" = ") {
+            Some(("port", _)) => "port = \"/dev/rig\"".to_owned(),
+            Some(("baud", _)) => "baud = 57600".to_owned(),
+            _ => line.to_owned(),
+        });
+        std::fs::write(&rig, lines.collect::<Vec<_>>().join("\n")).unwrap();
+        let port = PortArgs { port: port.map(str::to_owned), baud };
+        let board = BoardArgs { rig: Some(rig), port, json: false }.board();
+        let BoardPort { port, baud } = board.unwrap_or_else(|error| panic!("{}", error.message()));
+        (port, baud)
+    }
+
+    #[test]
+    fn an_option_replaces_its_key_of_the_rig_file_and_no_other() {
+        let [rig, other] = ["/dev/rig", "/dev/other"].map(str::to_owned);
+        assert_eq!(board(None, None), (rig.clone(), 57_600));
+        assert_eq!(board(Some("/dev/other"), None), (other.clone(), 57_600));
+        assert_eq!(board(None, Some(9600)), (rig.clone(), 9600));
+        assert_eq!(board(Some("/dev/other"), Some(9600)), (other, 9600));
+        assert_eq!(board(Some(""), None), (rig, 57_600));
     }
 }

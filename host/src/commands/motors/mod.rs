@@ -9,18 +9,19 @@ use std::process::ExitCode;
 
 use clap::Parser;
 use plumb_runtime::link::{Link, LinkError, Serial};
-use plumb_runtime::rig::Rig;
+use plumb_runtime::rig::{BoardPort, Rig};
 
-use super::Failure;
 use super::board::report;
 use super::rig_args::{BoardArgs, PortArgs, RigArg};
+use super::{Failure, bad_input};
 
 pub(crate) use jog::{JogArgs, jog};
 
 /// Ramp the motors down
 ///
 /// The motors keep their current, and the ball hangs where it is. A program that drives the board
-/// holds its port: stop that program with Ctrl-C, or press the emergency button.
+/// holds its port, and this command then sends nothing: stop that program with Ctrl-C or on its
+/// page, or press the emergency button.
 #[derive(Parser)]
 #[command(after_help = examples!["plumb stop rig.toml", "plumb stop --port /dev/ttyACM0"])]
 pub(crate) struct StopArgs {
@@ -55,11 +56,20 @@ pub(crate) struct ClearArgs {
 }
 
 pub(crate) fn stop(args: StopArgs) -> Result<ExitCode, Failure> {
-    serve(&args.board, Link::stop)
+    let BoardPort { port, baud } = args.board.board()?;
+    let serial = Serial::open(&port, baud).map_err(|error| match error {
+        LinkError::Busy { port } => bad_input(format!(
+            "{port}: another program drives this board and holds its port: `plumb stop` has sent \
+             nothing, and the motors may still turn. Press Ctrl-C where that program runs, or Stop \
+             on its page; the emergency button stops the motors at once, and the ball falls"
+        )),
+        error => error.into(),
+    })?;
+    serve(serial, args.board.json, Link::stop)
 }
 
 pub(crate) fn clear(args: ClearArgs) -> Result<ExitCode, Failure> {
-    serve(&args.board, Link::clear_fault)
+    serve(args.board.open()?, args.board.json, Link::clear_fault)
 }
 
 pub(crate) fn home(args: HomeArgs) -> Result<ExitCode, Failure> {
@@ -73,13 +83,14 @@ pub(crate) fn home(args: HomeArgs) -> Result<ExitCode, Failure> {
 
 /// Connects to the board, makes a request of it, and prints its state.
 fn serve(
-    args: &BoardArgs,
+    serial: Serial,
+    is_json: bool,
     request: impl FnOnce(&mut Link<Serial>) -> Result<(), LinkError>,
 ) -> Result<ExitCode, Failure> {
-    let mut link = Link::connect(args.open()?)?;
+    let mut link = Link::connect(serial)?;
     request(&mut link)?;
     let telemetry = link.status()?;
-    report(&link, &telemetry, args.json)?;
+    report(&link, &telemetry, is_json)?;
     Ok(ExitCode::SUCCESS)
 }
 
