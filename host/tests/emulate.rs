@@ -209,3 +209,24 @@ fn a_hold_keeps_the_ball_where_it_is_until_an_interrupt() {
         assert!((held.as_f64().unwrap() - start).abs() < 0.01, "{line}");
     }
 }
+
+#[test]
+fn a_rig_file_of_the_environment_and_a_seed_without_losses_do_not_reach_an_emulated_board() {
+    let seeded = plumb(&["emulate", "--link-seed", "3", "--json"], &std::env::temp_dir());
+    assert_eq!(seeded.status.code(), Some(2), "{}", stderr(&seeded));
+    assert!(stderr(&seeded).contains("add --lost or --damaged"), "{}", stderr(&seeded));
+    let mut child = Command::new(env!("CARGO_BIN_EXE_plumb"))
+        .args(["emulate", "--json", "--lost", "0.1", "--link-seed", "3"])
+        .env("PLUMB_RIG", "absent.toml")
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let (mut lines, mut port) = (BufReader::new(child.stdout.take().unwrap()), String::new());
+    lines.read_line(&mut port).unwrap();
+    terminate(&child);
+    let mut end = String::new();
+    lines.read_to_string(&mut end).unwrap();
+    assert_eq!(child.wait().unwrap().code(), Some(0));
+    let end: Value = serde_json::from_str(&end).unwrap();
+    assert!(end["ball"].is_null(), "a board without a rig: {end}");
+}

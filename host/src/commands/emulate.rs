@@ -6,13 +6,13 @@ mod wire;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
-use std::sync::atomic::Ordering;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::Duration;
 
 use clap::Parser;
 use plumb_runtime::rig::Rig;
-use plumb_sim::emulator::{EMULATED, EmulatedBoard, serve};
+use plumb_sim::emulator::{EMULATED, EmulatedBoard, Served, serve};
 use serde::Serialize;
 
 use self::link::TerminalLink;
@@ -20,7 +20,6 @@ use self::motors::MotorLines;
 use self::wire::WireOptions;
 use super::interrupt::interrupt_flag;
 use super::print::tell;
-use super::rig_args::RIG_VARIABLE;
 use super::{Failure, Physics, bad_input, print};
 
 /// An emulated board on a pseudo-terminal, for anything that speaks the protocol
@@ -34,8 +33,8 @@ use super::{Failure, Physics, bad_input, print};
     ]
 )]
 pub(crate) struct Args {
-    /// Rig file, whose simulated rig the board's motors move
-    #[arg(value_name = "RIG", env = RIG_VARIABLE, hide_env_values = true)]
+    /// Rig file, whose simulated rig the board's motors move; PLUMB_RIG does not name it
+    #[arg(value_name = "RIG")]
     rig: Option<PathBuf>,
     /// Model of the simulated rig
     #[arg(long, value_enum, default_value = "quasi-static", requires = "rig")]
@@ -65,22 +64,25 @@ struct Line {
     time_s: f64,
 }
 
+impl Line {
+    /// Returns the present state of a board.
+    fn of(served: &Served) -> Self {
+        let board = served.board();
+        Self {
+            state: board.state().to_string(),
+            motors: board.motors(),
+            ball: board.ball().map(Into::into),
+            time_s: board.now().0 as f64 * 1e-6,
+        }
+    }
+}
+
 /// Interval at which the board's state is read, short enough for a person to follow.
 const POLL_INTERVAL: Duration = Duration::from_millis(20);
 
 pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
     let interrupted = interrupt_flag()?;
-    let board = match &args.rig {
-        None => EmulatedBoard::new(EMULATED),
-        Some(path) => {
-            let rig = Rig::read(path)?;
-            let Some(simulation) = &rig.simulation else {
-                return Err(bad_input(format!("{}: no [simulation] table", path.display())));
-            };
-            EmulatedBoard::with_plant(EMULATED, args.physics.plant(&rig, simulation)?)
-        }
-    };
-    let mut board = board.with_wire(args.wire.wire());
+    let mut board = board(&args)?.with_wire(args.wire.wire()?);
     if args.motors {
         board.sample_motors(motors::INTERVAL);
     }
@@ -89,6 +91,31 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
     let link = link.transpose().map_err(bad_input)?;
     print::result(served.path().display())?;
     let mut lines = args.motors.then(MotorLines::start).transpose()?;
+    follow(&served, lines.as_mut(), &interrupted);
+    drop(link);
+    let line = Line::of(&served);
+    // A reader that takes no lines takes no result.
+    let has_reader = lines.is_none_or(MotorLines::end);
+    if args.json && has_reader {
+        print::result(serde_json::to_string(&line)?)?;
+    }
+    served.stop()?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Returns the board of the options, with its simulated rig if there is one.
+fn board(args: &Args) -> Result<EmulatedBoard, Failure> {
+    let Some(path) = &args.rig else { return Ok(EmulatedBoard::new(EMULATED)) };
+    let rig = Rig::read(path)?;
+    let Some(simulation) = &rig.simulation else {
+        return Err(bad_input(format!("{}: no [simulation] table", path.display())));
+    };
+    Ok(EmulatedBoard::with_plant(EMULATED, args.physics.plant(&rig, simulation)?))
+}
+
+/// Prints every change of the board's state, and its motor positions to `lines`, until the board's
+/// thread ends or `interrupted` is set.
+fn follow(served: &Served, mut lines: Option<&mut MotorLines>, interrupted: &AtomicBool) {
     let mut state = None;
     while !interrupted.load(Ordering::Relaxed) && !served.ended() {
         let now = served.board().state();
@@ -101,21 +128,4 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
         }
         thread::sleep(POLL_INTERVAL);
     }
-    drop(link);
-    let line = {
-        let board = served.board();
-        Line {
-            state: board.state().to_string(),
-            motors: board.motors(),
-            ball: board.ball().map(Into::into),
-            time_s: board.now().0 as f64 * 1e-6,
-        }
-    };
-    // A reader that takes no lines takes no result.
-    let has_reader = lines.is_none_or(MotorLines::end);
-    if args.json && has_reader {
-        print::result(serde_json::to_string(&line)?)?;
-    }
-    served.stop()?;
-    Ok(ExitCode::SUCCESS)
 }

@@ -8,7 +8,7 @@ use plumb_protocol::units::Micros;
 use plumb_sim::emulator::Wire;
 use plumb_sim::emulator::wire::{Lane, Line, Reboot};
 
-use super::super::numbers;
+use super::super::{Failure, bad_input, numbers};
 
 /// Faults of the link to the emulated board, the same in both directions. Without options the link
 /// is ideal.
@@ -37,14 +37,26 @@ pub(super) struct WireOptions {
     /// Time after which the board restarts, as after a power failure, seconds
     #[arg(long, value_name = "S", value_parser = numbers::seconds)]
     reboot_after: Option<f64>,
-    /// Seed of the losses and damages
-    #[arg(long, value_name = "N", default_value_t = 1)]
-    link_seed: u64,
+    /// Seed of the losses and damages, with --lost or --damaged [default: 1]
+    #[arg(long, value_name = "N")]
+    link_seed: Option<u64>,
 }
+
+/// Seed of the losses and damages without an option.
+const DEFAULT_SEED: u64 = 1;
 
 impl WireOptions {
     /// Returns the link of the options.
-    pub(super) fn wire(&self) -> Wire {
+    ///
+    /// # Errors
+    /// Where there is a seed, and nothing that it would seed.
+    pub(super) fn wire(&self) -> Result<Wire, Failure> {
+        if self.link_seed.is_some() && self.lost == 0.0 && self.damaged == 0.0 {
+            return Err(bad_input(
+                "--link-seed seeds the losses and damages of the link, and this link has none: add \
+                 --lost or --damaged",
+            ));
+        }
         let line = match (self.baud, self.frame_time) {
             (Some(baud), _) => Line::Baud(baud),
             (None, Some(time)) => Line::Frame(Duration::from_secs_f64(time)),
@@ -57,6 +69,7 @@ impl WireOptions {
             at: Micros((seconds * 1e6) as u64),
             cause: StartCause::PowerOn,
         });
-        Wire { reboots: reboot.into_iter().collect(), ..Wire::symmetric(lane, self.link_seed) }
+        let seed = self.link_seed.unwrap_or(DEFAULT_SEED);
+        Ok(Wire { reboots: reboot.into_iter().collect(), ..Wire::symmetric(lane, seed) })
     }
 }
