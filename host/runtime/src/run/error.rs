@@ -34,9 +34,9 @@ pub enum RunError {
     /// A value of the rig file is beyond what the board can be sent.
     #[error("rig file")]
     Config(#[source] OutOfRange),
-    /// A target is outside the workspace of the rig file.
-    #[error("the target {0:?} m is outside the workspace of the rig file")]
-    TargetOutside([f64; 3]),
+    /// Targets are outside the workspace of the rig file; all of them, metres.
+    #[error("the {} outside the workspace of the rig file", targets(.0))]
+    TargetsOutside(Vec<[f64; 3]>),
     /// The rig file has no targets.
     #[error("the rig file has no targets: list them as `targets = [[x, y, z], ...]`, metres")]
     NoTargets,
@@ -58,4 +58,13 @@ pub enum RunError {
         /// Summary of the run until then.
         summary: Box<Summary>,
     },
+}
+
+/// Returns subject and verb of a sentence about targets, metres.
+fn targets(targets: &[[f64; 3]]) -> String {
+    let list: Vec<String> = targets.iter().map(|target| format!("{target:?}")).collect();
+    match &list[..] {
+        [target] => format!("target {target} m is"),
+        list => format!("targets {} m are", list.join(", ")),
+    }
 }

@@ -24,7 +24,7 @@ use control_loop::ControlLoop;
 pub use error::{ControlLoopError, RunError};
 pub use parts::{DEFAULT_TIMEOUT, RunParts};
 use waypoint::Route;
-pub use waypoint::{Waypoint, WaypointError, read_waypoints};
+pub use waypoint::{Waypoint, WaypointError, WaypointMistake, read_waypoints};
 
 /// A run that is ready to begin: the board is connected and configured, and its motors stand still.
 pub struct Run<T> {
@@ -91,8 +91,8 @@ impl<T: Transport> Run<T> {
         Ok(())
     }
 
-    /// Returns the motor positions of the board, full steps since its start, + pays out; order A,
-    /// B, C.
+    /// Returns the motor positions of the board, full steps from the zero of travel, + pays out;
+    /// order A, B, C.
     ///
     /// # Errors
     /// Where the link fails.

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use plumb_cameras::bounded_read::{ReadError, read_text};
-use plumb_cameras::toml_file::{Finite, MAX_BYTES, NumberError, Positive};
+use plumb_cameras::toml_file::{Finite, MAX_BYTES, Positive};
 use plumb_protocol::config::Workspace;
 use plumb_protocol::units::Point;
 use thiserror::Error;
@@ -59,16 +59,21 @@ impl Route {
         if waypoints.is_empty() {
             return Err(RunError::NoTargets);
         }
-        let check = |waypoint: &Waypoint| {
+        let (mut inside, mut outside) = (Vec::new(), Vec::new());
+        for waypoint in waypoints {
             let point = Point::from_metres(waypoint.target);
-            let point = point.filter(|point| workspace.contains(*point));
-            let shown = waypoint.target.map(|metres| round(metres, 1e6));
-            let point = point.ok_or(RunError::TargetOutside(shown))?;
-            let waypoint = Waypoint { target: point.to_metres(), ..*waypoint };
-            Ok(CheckedWaypoint { point, waypoint })
-        };
-        let waypoints = waypoints.iter().map(check).collect::<Result<_, _>>()?;
-        Ok(Self { waypoints, is_repeated })
+            match point.filter(|point| workspace.contains(*point)) {
+                Some(point) => {
+                    let waypoint = Waypoint { target: point.to_metres(), ..*waypoint };
+                    inside.push(CheckedWaypoint { point, waypoint });
+                }
+                None => outside.push(waypoint.target.map(|metres| round(metres, 1e6))),
+            }
+        }
+        if !outside.is_empty() {
+            return Err(RunError::TargetsOutside(outside));
+        }
+        Ok(Self { waypoints: inside, is_repeated })
     }
 }
 
@@ -81,24 +86,30 @@ pub enum WaypointError {
     /// The file has no waypoints.
     #[error("{}: no waypoints; each line is x, y, z, dwell, tolerance", .0.display())]
     Empty(PathBuf),
-    /// A line has too few or too many columns.
-    #[error(
-        "{}:{line}: {count} columns; a line has 3 to 5: x, y, z, dwell, tolerance",
-        .path.display()
-    )]
-    Columns {
+    /// Lines of the file have mistakes.
+    #[error("{}", listed(.path, .mistakes))]
+    Mistakes {
         /// The file.
         path: PathBuf,
+        /// The mistakes, in the order of the lines; at least one.
+        mistakes: Vec<WaypointMistake>,
+    },
+}
+
+/// Mistake in a line of a file of waypoints.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+pub enum WaypointMistake {
+    /// The line has too few or too many columns.
+    #[error("{line}: {count} columns; a line has 3 to 5: x, y, z, dwell, tolerance")]
+    Columns {
         /// Line, from 1.
         line: usize,
         /// Number of columns.
         count: usize,
     },
     /// A field is no number, or out of range.
-    #[error("{}:{line}: column {} ({name}): '{value}': {why}", .path.display(), .column)]
+    #[error("{line}: column {column} ({name}): '{value}': {why}")]
     Field {
-        /// The file.
-        path: PathBuf,
         /// Line, from 1.
         line: usize,
         /// Column, from 1.
@@ -112,6 +123,20 @@ pub enum WaypointError {
     },
 }
 
+/// Number of mistakes of a file that a message lists.
+const MAX_LISTED: usize = 20;
+
+/// Returns a line for each mistake, without those above [`MAX_LISTED`].
+fn listed(path: &Path, mistakes: &[WaypointMistake]) -> String {
+    let shown = mistakes.iter().take(MAX_LISTED);
+    let mut lines: Vec<String> =
+        shown.map(|mistake| format!("{}:{mistake}", path.display())).collect();
+    if let Some(more) = mistakes.len().checked_sub(MAX_LISTED).filter(|more| *more > 0) {
+        lines.push(format!("{}: {more} more mistakes", path.display()));
+    }
+    lines.join("\n")
+}
+
 /// Names of the columns.
 const COLUMNS: [&str; 5] = ["x", "y", "z", "dwell", "tolerance"];
 
@@ -123,7 +148,7 @@ const MAX_DWELL_S: f64 = 86_400.0;
 /// and a first line with the names of the columns are left out.
 ///
 /// # Errors
-/// Where the file cannot be read, has no waypoints, or a field is wrong.
+/// Where the file cannot be read, has no waypoints, or a field is wrong; all wrong fields at once.
 pub fn read_waypoints(path: &Path) -> Result<Vec<Waypoint>, WaypointError> {
     parse_waypoints(path, &read_text(path, MAX_BYTES)?)
 }
@@ -133,47 +158,63 @@ fn parse_waypoints(path: &Path, text: &str) -> Result<Vec<Waypoint>, WaypointErr
     let lines = text.lines().enumerate().map(|(index, line)| (index + 1, line.trim()));
     let mut lines = lines.filter(|(_, line)| !line.is_empty() && !line.starts_with('#')).peekable();
     lines.next_if(|(_, line)| line.split(',').next().is_some_and(|name| name.trim() == COLUMNS[0]));
-    let waypoints: Vec<Waypoint> =
-        lines.map(|(number, line)| parse_line(path, number, line)).collect::<Result<_, _>>()?;
-    if waypoints.is_empty() { Err(WaypointError::Empty(path.to_owned())) } else { Ok(waypoints) }
+    let (mut waypoints, mut mistakes) = (Vec::new(), Vec::new());
+    for (number, line) in lines {
+        waypoints.extend(parse_line(number, line, &mut mistakes));
+    }
+    let path = path.to_owned();
+    if !mistakes.is_empty() {
+        Err(WaypointError::Mistakes { path, mistakes })
+    } else if waypoints.is_empty() {
+        Err(WaypointError::Empty(path))
+    } else {
+        Ok(waypoints)
+    }
 }
 
-fn parse_line(path: &Path, line: usize, text: &str) -> Result<Waypoint, WaypointError> {
+/// Parses a line of the file. Adds its mistakes to `mistakes`; `None` if it has one.
+fn parse_line(line: usize, text: &str, mistakes: &mut Vec<WaypointMistake>) -> Option<Waypoint> {
     let fields: Vec<&str> = text.split(',').map(str::trim).collect();
     let count = fields.len();
     if !(3..=COLUMNS.len()).contains(&count) {
-        return Err(WaypointError::Columns { path: path.to_owned(), line, count });
+        mistakes.push(WaypointMistake::Columns { line, count });
+        return None;
     }
-    let wrong = |index: usize, why: String| WaypointError::Field {
-        path: path.to_owned(),
-        line,
-        column: index + 1,
-        name: COLUMNS[index],
-        value: fields[index].to_owned(),
-        why,
-    };
-    let number = |index: usize| -> Result<f64, WaypointError> {
-        let value =
-            fields[index].parse::<f64>().map_err(|_| wrong(index, "must be a number".into()))?;
-        let check = |value: f64| -> Result<f64, NumberError> {
-            if COLUMNS[index] == "tolerance" {
-                Ok(Positive::try_from(value)?.get())
-            } else {
-                Ok(Finite::try_from(value)?.get())
-            }
-        };
-        check(value).map_err(|error| wrong(index, error.to_string()))
-    };
-    let optional = |index: usize| match fields.get(index) {
-        Some(field) if !field.is_empty() => number(index).map(Some),
-        _ => Ok(None),
-    };
-    let dwell_s = optional(3)?.unwrap_or(0.0);
-    if !(0.0..=MAX_DWELL_S).contains(&dwell_s) {
-        return Err(wrong(3, format!("must be from 0 to {MAX_DWELL_S} s")));
+    let before = mistakes.len();
+    let mut values = [None; COLUMNS.len()];
+    for (index, field) in fields.iter().enumerate() {
+        // The last two may be empty.
+        if index >= 3 && field.is_empty() {
+            continue;
+        }
+        match parse_field(index, field) {
+            Ok(value) => values[index] = Some(value),
+            Err(why) => mistakes.push(WaypointMistake::Field {
+                line,
+                column: index + 1,
+                name: COLUMNS[index],
+                value: (*field).to_owned(),
+                why,
+            }),
+        }
     }
-    let target = [number(0)?, number(1)?, number(2)?];
-    Ok(Waypoint { target, dwell_s, tolerance_m: optional(4)? })
+    let [Some(x), Some(y), Some(z), dwell_s, tolerance_m] = values else { return None };
+    let waypoint = Waypoint { target: [x, y, z], dwell_s: dwell_s.unwrap_or(0.0), tolerance_m };
+    (mistakes.len() == before).then_some(waypoint)
+}
+
+/// Parses the field of the column `index`. Returns the reason in words where it is wrong.
+fn parse_field(index: usize, field: &str) -> Result<f64, String> {
+    let value: f64 = field.parse().map_err(|_| "must be a number".to_owned())?;
+    let checked = match COLUMNS[index] {
+        "tolerance" => Positive::try_from(value).map(Positive::get),
+        _ => Finite::try_from(value).map(Finite::get),
+    };
+    let value = checked.map_err(|error| error.to_string())?;
+    if COLUMNS[index] == "dwell" && !(0.0..=MAX_DWELL_S).contains(&value) {
+        return Err(format!("must be from 0 to {MAX_DWELL_S} s"));
+    }
+    Ok(value)
 }
 
 #[cfg(test)]
@@ -214,11 +255,28 @@ mod tests {
     }
 
     #[test]
+    fn all_mistakes_of_a_file_are_named_at_once() {
+        let error = parse("0.4,o.3,nan,-1\n0.4,0.3,0.2\n0.4\n0.4,0.3,0.2,,-2\n").unwrap_err();
+        let lines: Vec<&str> = error.lines().collect();
+        let places = ["1: column 2", "1: column 3", "1: column 4", "3: 1 columns", "4: column 5"];
+        assert_eq!(lines.len(), places.len(), "{error}");
+        for (line, place) in lines.iter().zip(places) {
+            assert!(line.starts_with(&format!("way.csv:{place}")), "{error}");
+        }
+        let error = parse(&"nonsense\n".repeat(1000)).unwrap_err();
+        assert_eq!(error.lines().count(), MAX_LISTED + 1, "{error}");
+        assert!(error.ends_with("980 more mistakes"), "{error}");
+    }
+
+    #[test]
     fn a_target_outside_the_workspace_is_named_in_micrometres() {
         let point = |metres| Point::from_metres(metres).unwrap();
         let workspace = Workspace { min: point([0.5; 3]), max: point([1.0; 3]) };
         let target = point([0.4, -0.1, 0.3]).to_metres();
         let error = Route::new(&[Waypoint::new(target)], false, &workspace).err().unwrap();
-        assert!(error.to_string().contains("[0.4, -0.1, 0.3] m"), "{error}");
+        assert!(error.to_string().contains("the target [0.4, -0.1, 0.3] m is"), "{error}");
+        let targets = [[0.6; 3], target, [1.5; 3]].map(Waypoint::new);
+        let error = Route::new(&targets, false, &workspace).err().unwrap().to_string();
+        assert!(error.contains("the targets [0.4, -0.1, 0.3], [1.5, 1.5, 1.5] m are"), "{error}");
     }
 }
