@@ -37,16 +37,18 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
     drive(file, Rig::read(file)?, &Goal::PresentPlace, &args.options)
 }
 
-/// Returns the place of the ball in the first frame that shows it, metres in the rig frame.
+/// Returns the place of the ball in the first frame that shows it, metres in the rig frame. Frames
+/// that are lost or cannot be searched are left out.
 ///
 /// # Errors
-/// Where no frame shows the ball within [`SEARCH_S`], a frame fails, or `interrupted` is set.
+/// Where no frame shows the ball within [`SEARCH_S`], the camera is gone, or `interrupted` is set.
 pub(super) fn find_ball(
     source: &mut dyn CameraSource,
     detector: &mut dyn BallDetector,
     interrupted: &AtomicBool,
 ) -> Result<[f64; 3], Failure> {
     let begin = source.now();
+    let mut lost = None;
     while source.now() - begin < SEARCH_S {
         if interrupted.load(Ordering::Relaxed) {
             return Err(failed("interrupted before the ball was found: the board has no target"));
@@ -54,21 +56,41 @@ pub(super) fn find_ball(
         if !source.wait(MAX_WAIT) {
             continue;
         }
-        let Some(frame) = source.next_frame().map_err(failed_because)? else { break };
-        let ball = detector.detect(&frame).map_err(failed_because)?;
-        if let Some(place) = ball.and_then(|ball| ball.position) {
-            return Ok(place.mean.into());
+        let frame = match source.next_frame() {
+            Ok(Some(frame)) => frame,
+            Ok(None) => break,
+            Err(error) if error.is_over() => return Err(failed_because(error)),
+            Err(error) => {
+                lost = Some(failed_because(error));
+                continue;
+            }
+        };
+        match detector.detect(&frame) {
+            Ok(ball) => {
+                if let Some(place) = ball.and_then(|ball| ball.position) {
+                    return Ok(place.mean.into());
+                }
+                lost = None;
+            }
+            Err(error) => lost = Some(failed_because(error)),
         }
     }
-    Err(failed("the camera does not show the ball, so that its place cannot be held"))
+    let unseen = || failed("the camera does not show the ball, so that its place cannot be held");
+    // A camera whose last frames are lost does not tell where the ball is.
+    Err(lost.unwrap_or_else(unseen))
 }
 
 #[cfg(test)]
 mod tests {
+    #![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops at the first surprise")]
+
+    use nalgebra::{Matrix3, Point3};
     use plumb_cameras::source::SourceError;
+    use plumb_vision::camera::Intrinsics;
     use plumb_vision::detect::DetectError;
     use plumb_vision::frame::RgbdFrame;
-    use plumb_vision::observation::BallObservation;
+    use plumb_vision::image::Image;
+    use plumb_vision::observation::{BallObservation, Circle, Gaussian3};
 
     use super::*;
 
@@ -114,6 +136,79 @@ mod tests {
         let found = find_ball(&mut source, &mut NoBall, &AtomicBool::new(is_interrupted));
         let failure = found.expect_err("there is no ball");
         (failure.message(), source.now)
+    }
+
+    /// Camera at 30 frames/s that loses this number of frames, and then ends or goes on.
+    struct Lossy {
+        lost: u32,
+        frames: u32,
+        is_gone: bool,
+    }
+
+    impl CameraSource for Lossy {
+        fn next_frame(&mut self) -> Result<Option<RgbdFrame>, SourceError> {
+            self.frames += 1;
+            if self.frames <= self.lost {
+                return Err(SourceError::new("a torn frame"));
+            }
+            if self.is_gone {
+                return Err(SourceError::over("unplugged"));
+            }
+            let intrinsics = Intrinsics { fx: 1.0, fy: 1.0, cx: 0.5, cy: 0.5, depth_scale: 1000.0 };
+            let (colour, depth) = (Image::filled(2, 2, [1; 3]), Image::filled(2, 2, 1));
+            Ok(Some(RgbdFrame::new(self.now(), colour, depth, intrinsics).unwrap()))
+        }
+
+        fn now(&self) -> f64 {
+            f64::from(self.frames) / 30.0
+        }
+
+        fn is_live(&self) -> bool {
+            true
+        }
+
+        fn wait(&mut self, _: Duration) -> bool {
+            true
+        }
+    }
+
+    /// Detector that cannot search its first frame, and finds a ball in the next.
+    struct Late(bool);
+
+    impl BallDetector for Late {
+        fn name(&self) -> &'static str {
+            "late"
+        }
+
+        fn detect(&mut self, _: &RgbdFrame) -> Result<Option<BallObservation>, DetectError> {
+            if !std::mem::replace(&mut self.0, true) {
+                return Err(DetectError::processing("no memory"));
+            }
+            let mean = Point3::new(0.4, 0.3, 0.2);
+            let position = Gaussian3 { mean, covariance: Matrix3::identity() };
+            let circle = Circle::rough(1.0, 1.0, 1.0);
+            Ok(Some(BallObservation { stamp: 0.0, circle, score: 1.0, position: Some(position) }))
+        }
+    }
+
+    #[test]
+    fn bad_frames_do_not_end_the_search() {
+        let mut source = Lossy { lost: 3, frames: 0, is_gone: false };
+        let found = find_ball(&mut source, &mut Late(false), &AtomicBool::new(false));
+        assert_eq!(found.unwrap_or_else(|error| panic!("{}", error.message())), [0.4, 0.3, 0.2]);
+    }
+
+    #[test]
+    fn a_search_without_a_good_frame_names_the_cause() {
+        let search = |lost, is_gone| {
+            let mut source = Lossy { lost, frames: 0, is_gone };
+            let found = find_ball(&mut source, &mut NoBall, &AtomicBool::new(false));
+            (found.expect_err("there is no ball").message(), source.frames)
+        };
+        let (message, frames) = search(1000, false);
+        assert!(message.contains("a torn frame") && frames > 100, "{message}");
+        let (message, frames) = search(2, true);
+        assert!(message.contains("unplugged") && frames == 3, "{message}");
     }
 
     #[test]
