@@ -6,6 +6,7 @@
 use std::fmt::{Debug, Display};
 
 use plumb_protocol::message::{Fault, Refusal, StartCause};
+use plumb_runtime::advice::after_fault;
 use plumb_tests::source_tree::{read, root};
 use serde::de::DeserializeOwned;
 
@@ -61,6 +62,20 @@ fn every_fault_has_its_row() {
     let rows = rows::<Fault>();
     assert!(rows.contains(&"| LawLate: the control law had no answer in time".to_owned()));
     assert_rows("Faults", &rows);
+}
+
+/// The last column begins with the advice that the messages and the page of a run give.
+#[test]
+fn every_row_of_a_fault_has_the_advice_of_the_program() {
+    let page = read(&root().join("docs/use/faults.md"));
+    let faults = section(&page, "Faults");
+    for (fault, row) in
+        (0..=u8::MAX).map_while(|number| variant::<Fault>(number, 0)).zip(rows::<Fault>())
+    {
+        let line = faults.lines().find(|line| line.starts_with(&row)).expect(&row);
+        let advice = line.rsplit(" | ").next().unwrap_or_default();
+        assert!(advice.starts_with(after_fault(fault)), "docs/use/faults.md: {line}");
+    }
 }
 
 #[test]

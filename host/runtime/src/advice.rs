@@ -1,4 +1,5 @@
-//! What to do after a fault, in words for people. docs/use/faults.md explains each fault.
+//! What to do after a fault, in words for people. docs/use/faults.md explains each fault and begins
+//! with the same words; a test compares them.
 
 use plumb_protocol::message::Fault;
 
