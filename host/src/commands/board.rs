@@ -90,7 +90,10 @@ pub(super) fn report<T: Transport>(
 ) -> Result<(), Failure> {
     let port = link.port();
     let [a, b, c] = telemetry.motors.map(Steps16::to_si);
-    tell!("{port}: {}; motors at {a:.2}, {b:.2}, {c:.2} steps since its start", telemetry.state);
+    tell!(
+        "{port}: {}; motors at {a:.2}, {b:.2}, {c:.2} steps from the zero of travel",
+        telemetry.state
+    );
     tell!("{port}: {} damaged frames since its start", telemetry.bad_frames);
     if is_json {
         print::result(line(&port, telemetry))?;

@@ -49,7 +49,7 @@ impl RunCamera {
     }
 
     /// Opens a camera that renders the simulated rig, which follows the board's motors from their
-    /// present positions `motors` (full steps since the board's start).
+    /// present positions `motors` (full steps from the zero of travel).
     pub(super) fn simulated(
         rig: &Rig,
         camera: Camera,

@@ -25,7 +25,7 @@ pub struct LogRow {
     pub error_m: Option<f64>,
     /// State of the board, if its telemetry is about the target.
     pub board: Option<State>,
-    /// Motor positions, full steps since the start, + pays out; order A, B, C.
+    /// Motor positions, full steps from the zero of travel, + pays out; order A, B, C.
     pub motors_steps: Option<[f64; 3]>,
     /// Motor rates, full steps a second, + pays out; order A, B, C.
     pub rates_steps_s: Option<[f64; 3]>,

@@ -51,7 +51,8 @@ impl RealTimeBall for Arc<Mutex<HilRig>> {
 }
 
 impl Follower {
-    /// Places the rig at the motor positions of a board that stands (full steps since its start).
+    /// Places the rig at the motor positions of a board that stands (full steps from the zero of
+    /// travel).
     ///
     /// # Errors
     /// If the rig cannot follow them.
@@ -62,7 +63,7 @@ impl Follower {
         Ok(())
     }
 
-    /// Moves the rig to the motor positions of the board (full steps since its start).
+    /// Moves the rig to the motor positions of the board (full steps from the zero of travel).
     ///
     /// # Errors
     /// If the rig cannot follow them.

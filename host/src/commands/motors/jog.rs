@@ -88,7 +88,7 @@ pub(crate) fn jog(args: JogArgs) -> Result<ExitCode, Failure> {
         None => dialogue::run(&mut link, &rig, rate, &interrupted)?,
     };
     let [a, b, c] = telemetry.motors.map(Steps16::to_si);
-    tell!("motors at {a:.2}, {b:.2}, {c:.2} steps since the board's start");
+    tell!("motors at {a:.2}, {b:.2}, {c:.2} steps from the zero of travel");
     if args.json {
         print::result(board::line(&link.port(), &telemetry))?;
     }
