@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::sync::atomic::AtomicBool;
 
 use clap::Parser;
 use plumb_cameras::bounded_read::read_text;
@@ -9,10 +10,12 @@ use plumb_cameras::camera_file;
 use plumb_cameras::record::Overflow;
 use plumb_cameras::settings::SourceName;
 use plumb_cameras::toml_file::MAX_BYTES;
+use plumb_runtime::link::Serial;
 use plumb_runtime::observer::Observer;
 use plumb_runtime::rig::{LawSettings, Rig};
 use plumb_runtime::run::{Run, RunParts, Waypoint, read_waypoints};
 use plumb_runtime::run_log::{FigureSettings, RunLog};
+use plumb_vision::detect::BallDetector;
 
 use super::hold::find_ball;
 use super::interrupt::interrupt_flag;
@@ -140,48 +143,68 @@ pub(super) fn drive(
     let oni = folder.as_ref().map(|folder| folder.oni());
     let interrupted = interrupt_flag()?;
     let viewers = options.run.viewers.start(&rig, &camera, Overflow::Drop)?;
-    let OperatedPage { mut page, operator } = options.run.page.start(&rig)?;
+    let page = options.run.page.start(&rig)?;
     let mut run = Run::connect(&rig, transport)?;
     if let Goal::Waypoints(waypoints, is_repeated) = goal {
         run.set_waypoints(waypoints, *is_repeated)?;
     }
-    let RunCamera { mut source, camera, mut follower } = match chosen {
+    let mut camera = match chosen {
         SourceName::Simulated => {
             let physics = options.physics.unwrap_or(Physics::QuasiStatic);
             RunCamera::simulated(&rig, camera, physics, run.motors()?)?
         }
         _ => RunCamera::open(&rig, camera, oni)?,
     };
-    let recorder =
-        folder.map(|folder| folder.begin(&text, &camera.intrinsics, Overflow::Drop)).transpose()?;
-    let mut detector = options.run.detector.detector(&camera);
+    let intrinsics = &camera.camera.intrinsics;
+    let recorder = folder.map(|folder| folder.begin(&text, intrinsics, Overflow::Drop));
+    let recorder = recorder.transpose()?;
+    let mut detector = options.run.detector.detector(&camera.camera);
     if let Goal::PresentPlace = goal {
-        let target = find_ball(&mut *source, &mut *detector, &interrupted)?;
+        let target = find_ball(&mut *camera.source, &mut *detector, &interrupted)?;
         let waypoint = Waypoint { dwell_s: f64::INFINITY, ..Waypoint::new(target) };
         run.set_waypoints(&[waypoint], false)?;
     }
-    let log = RunLog::create(&options.run.output_dir("run"), FigureSettings::of(&rig));
-    let mut outputs = Outputs::start(log?, recorder, viewers, Overflow::Drop)?;
-    let mut observers: Vec<&mut dyn Observer> = vec![&mut outputs];
-    observers.extend(follower.as_mut().map(|follower| follower as &mut dyn Observer));
-    observers.extend(page.as_mut().map(|page| page as &mut dyn Observer));
-    let result = run.drive(RunParts {
-        source: &mut *source,
-        detector: &mut *detector,
-        observers: &mut observers,
-        operator,
-        timeout: options.run.timeout,
-        interrupted: &interrupted,
-    });
-    drop(page);
-    // A device ends its own recording.
-    drop(source);
-    outputs.conclude(result, |summary| {
-        if options.run.json {
-            print::result(serde_json::to_string(summary)?)?;
-        }
-        Ok(())
-    })
+    let log = RunLog::create(&options.run.output_dir("run"), FigureSettings::of(&rig))?;
+    let outputs = Outputs::start(log, recorder, viewers, Overflow::Drop)?;
+    PreparedRun { run, camera, detector, page, outputs }.drive(&options.run, &interrupted)
+}
+
+/// A run whose board, camera and outputs are open.
+struct PreparedRun {
+    run: Run<Serial>,
+    camera: RunCamera,
+    detector: Box<dyn BallDetector>,
+    page: OperatedPage,
+    outputs: Outputs,
+}
+
+impl PreparedRun {
+    /// Drives, closes the outputs and prints the result.
+    fn drive(self, options: &RunOptions, interrupted: &AtomicBool) -> Result<ExitCode, Failure> {
+        let Self { run, camera, mut detector, page, mut outputs } = self;
+        let RunCamera { mut source, mut follower, .. } = camera;
+        let OperatedPage { mut page, operator } = page;
+        let mut observers: Vec<&mut dyn Observer> = vec![&mut outputs];
+        observers.extend(follower.as_mut().map(|follower| follower as &mut dyn Observer));
+        observers.extend(page.as_mut().map(|page| page as &mut dyn Observer));
+        let result = run.drive(RunParts {
+            source: &mut *source,
+            detector: &mut *detector,
+            observers: &mut observers,
+            operator,
+            timeout: options.timeout,
+            interrupted,
+        });
+        drop(page);
+        // A device ends its own recording.
+        drop(source);
+        outputs.conclude(result, |summary| {
+            if options.json {
+                print::result(serde_json::to_string(summary)?)?;
+            }
+            Ok(())
+        })
+    }
 }
 
 /// Returns the source of the frames that `rig` of `file` chooses.

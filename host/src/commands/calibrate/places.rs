@@ -37,9 +37,9 @@ pub(super) fn collect(
         return Err(bad_input(format!("--place is given more than {MAX_PLACES} times")));
     }
     let sd = options.place_sd();
-    let mut places = Vec::new();
-    let mut frame = None;
-    if options.places.is_empty() {
+    let (mut places, mut frame) = (Vec::new(), None);
+    let is_typed = options.places.is_empty();
+    if is_typed {
         tell!(
             "Put the ball to a place that you can measure, and type its centre in the rig frame \
              (x y z, metres). {MIN_PLACES} places or more, not all at one height; six are better. \
@@ -49,25 +49,17 @@ pub(super) fn collect(
     let mut given = options.places.iter();
     while places.len() < MAX_PLACES {
         let number = places.len() + 1;
-        let place = match given.next() {
-            Some(place) => {
-                if view.needs_person() && !is_quiet {
-                    wait(number, place)?;
-                }
-                *place
-            }
-            None if options.places.is_empty() => match ask(number)? {
-                Some(place) => place,
-                None => break,
-            },
-            None => break,
-        };
+        let next = if is_typed { ask(number)? } else { given.next().copied() };
+        let Some(place) = next else { break };
+        if !is_typed && view.needs_person() && !is_quiet {
+            wait(number, &place)?;
+        }
         match look(&place, detector, view)? {
             Some(seen) => {
                 places.push(BallPlace { known: place, known_sd: sd, seen: seen.ball });
                 frame = Some(seen.frame);
             }
-            None if options.places.is_empty() => {
+            None if is_typed => {
                 tell!("the ball is not seen there: move it into the picture and type it again")
             }
             None => return Err(failed(format!("the ball is not seen at place {number}"))),
