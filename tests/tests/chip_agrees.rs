@@ -44,10 +44,21 @@ impl Pair {
         pair
     }
 
-    /// Sends bytes to the chip, then to the emulated board in the tick in which the chip's board
-    /// received them. This tick is one before that of the telemetry for a Status right behind them,
-    /// because a tick receives one frame.
+    /// Sends bytes without an answer to the chip, then to the emulated board in the tick before
+    /// that of a Status right behind them: a tick receives one frame.
     fn send(&mut self, bytes: &[u8]) {
+        self.send_acknowledged(bytes, |_| None);
+    }
+
+    /// Sends bytes and a Status right behind them to the chip, then to the emulated board in the
+    /// ticks in which the chip's board received them. `received_at` returns the tick (µs) of the
+    /// bytes from the messages of the chip since then; without one it is the tick before the
+    /// Status. After a full tick the Status may come a tick later than that.
+    fn send_acknowledged(
+        &mut self,
+        bytes: &[u8],
+        received_at: impl Fn(&[FromBoard]) -> Option<u64>,
+    ) {
         let mut both = bytes.to_vec();
         both.extend(encode(&ToBoard { id: STATUS, command: Command::Status }).expect("a frame"));
         let before = self.chip.received.len();
@@ -62,7 +73,8 @@ impl Pair {
         let status = status.unwrap_or_else(|| {
             panic!("no answer to Status in {:?}", &self.chip.received[before..])
         });
-        self.run_board(status - u64::from(TICK_US));
+        let received = received_at(&self.chip.received[before..]);
+        self.run_board(received.unwrap_or(status - u64::from(TICK_US)));
         self.board.write(bytes);
         self.run_board(status);
         self.board.write(&both[bytes.len()..]);
@@ -71,8 +83,25 @@ impl Pair {
 
     fn request(&mut self, command: Command) {
         self.id += 1;
-        let frame = encode(&ToBoard { id: self.id, command }).expect("a frame");
-        self.send(&frame);
+        let id = self.id;
+        let frame = encode(&ToBoard { id, command }).expect("a frame");
+        self.send_acknowledged(&frame, |messages| {
+            let answered = |message: &FromBoard| match message {
+                FromBoard::Answer(answer) if answer.id == id => Some(answer.time.0),
+                _ => None,
+            };
+            // Telemetry acknowledges an accepted position.
+            let Command::Position(position) = command else {
+                return messages.iter().find_map(answered);
+            };
+            let accepted = |message: &FromBoard| {
+                telemetry(message)
+                    .filter(|report| report.sequence == Some(position.sequence))
+                    .map(|report| report.time.0)
+            };
+            let answer = messages.iter().find_map(answered);
+            answer.or_else(|| messages.iter().find_map(accepted))
+        });
     }
 
     fn run_board(&mut self, time: u64) {
