@@ -14,7 +14,7 @@ import zlib
 
 MAGIC, VERSION = b"PLMB", 2
 # Identifies the types of all messages. A board with another schema rejects the Hello.
-SCHEMA = bytes.fromhex("186891e65c3fd2c9")
+SCHEMA = bytes.fromhex("75c6506ad9a47f50")
 HELLO, STOP, CONFIGURE, JOG, CLEAR_FAULT, STATUS = 0, 1, 3, 6, 8, 9
 STATES = ["unconfigured", "ready", "seeking", "holding", "fault"]
 STATES += ["jogging", "stopping", "storing"]
@@ -87,6 +87,13 @@ def telemetry(fields):
     told |= {name: fields.option() for name in ("configuration", "target", "sequence")}
     told["motors_steps"] = [fields.signed() / 16 for _ in range(3)]
     told["rates_steps_s"] = [fields.signed() / 256 for _ in range(3)]
+    told["error_m"] = [fields.signed() / 1e6 for _ in range(3)]
+    told["filtered_error_m"] = fields.signed() / 1e6
+    told["bad_frames"] = fields.unsigned()
+    has_tensions = fields.byte() == 1
+    told["tensions_weights"] = (
+        [fields.unsigned() / 256 for _ in range(3)] if has_tensions else None
+    )
     return told
 
 

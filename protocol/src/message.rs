@@ -4,7 +4,7 @@ use postcard_schema::{Schema, key::Key};
 use serde::{Deserialize, Serialize};
 
 use crate::config::Config;
-use crate::units::{Covariance, Micrometres, Micros, Point, Rate, Steps16};
+use crate::units::{Covariance, Micrometres, Micros, Point, Rate, RelativeTension, Steps16};
 
 /// First bytes of every [`Hello`]: "PLMB".
 pub const MAGIC: [u8; 4] = *b"PLMB";
@@ -357,6 +357,10 @@ pub struct Telemetry {
     /// Number of frames from the host since the start that were torn, corrupted, overlong or not a
     /// command; saturating.
     pub bad_frames: u16,
+    /// The law's estimate of the tensions that hold the ball at rest where it is; order A, B, C.
+    /// `None` without a target, before the law's first answer, and with a law without an
+    /// estimate: only [`Taut`](crate::config::Law::Taut) has one.
+    pub tensions: Option<[RelativeTension; 3]>,
 }
 
 /// Report that the board has stopped by itself.

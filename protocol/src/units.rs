@@ -72,6 +72,10 @@ quantity! {
     SignGain(u32), 1.0 / 1_048_576.0
 }
 quantity! {
+    /// A cable's tension over the ball's weight, Q8; below 256.
+    RelativeTension(u16), 1.0 / 256.0
+}
+quantity! {
     /// A span of time in milliseconds; at most 65.5 s.
     Milliseconds(u16), 1e-3
 }

@@ -10,7 +10,8 @@ use plumb_protocol::config::{
 use plumb_protocol::frame::{Accumulator, encode};
 use plumb_protocol::message::*;
 use plumb_protocol::units::{
-    Acceleration, Bound, Covariance, Gain, Micrometres, Micros, Milliseconds, Point, Rate, Steps16,
+    Acceleration, Bound, Covariance, Gain, Micrometres, Micros, Milliseconds, Point, Rate,
+    RelativeTension, Steps16,
 };
 use serde::{Serialize, de::DeserializeOwned};
 use std::fmt::Debug;
@@ -141,29 +142,30 @@ fn reports() {
         error: point(140_000, -180_000, 309_000),
         filtered_error: Micrometres(384_000),
         bad_frames: 3,
+        tensions: Some([102, 64, 381].map(RelativeTension)),
     };
     assert_bytes(
         FromBoard::Telemetry(telemetry),
-        "140287ad4b04040101aa0201ac02014dec15b67f04dc8f0214ff03c08b11bffc1590dc2580f02e03\
-         99f4566400",
+        "140287ad4b04040101aa0201ac02014dec15b67f04dc8f0219ff03c08b11bffc1590dc2580f02e03\
+         016640fd025e3d3b6600",
     );
-    let idle = Telemetry { configuration: None, target: None, ..telemetry };
+    let idle = Telemetry { configuration: None, target: None, tensions: None, ..telemetry };
     assert_bytes(
         FromBoard::Telemetry(idle),
-        "080287ad4b0404010107014dec15b67f04dc8f0214ff03c08b11bffc1590dc2580f02e0346d3bd1800",
+        "080287ad4b0404010107014dec15b67f04dc8f0210ff03c08b11bffc1590dc2580f02e0305fbb6a54d00",
     );
     for (state, hex) in [
         (
             State::Jogging,
-            "060287ad4b050107014dec15b67f04dc8f0214ff03c08b11bffc1590dc2580f02e038999a77500",
+            "060287ad4b050107014dec15b67f04dc8f0210ff03c08b11bffc1590dc2580f02e03059073134600",
         ),
         (
             State::Stopping,
-            "060287ad4b060107014dec15b67f04dc8f0214ff03c08b11bffc1590dc2580f02e03e5f2afd000",
+            "060287ad4b060107014dec15b67f04dc8f0210ff03c08b11bffc1590dc2580f02e03058856b20200",
         ),
         (
             State::Storing,
-            "060287ad4b070107014dec15b67f04dc8f0214ff03c08b11bffc1590dc2580f02e03c12ba8b300",
+            "060287ad4b070107014dec15b67f04dc8f0210ff03c08b11bffc1590dc2580f02e030580b5d23e00",
         ),
     ] {
         assert_bytes(FromBoard::Telemetry(Telemetry { state, ..idle }), hex);

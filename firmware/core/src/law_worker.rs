@@ -11,6 +11,8 @@
 
 mod client;
 
+use plumb_protocol::units::RelativeTension;
+
 use crate::law::{DeferredLaw, DeferredLawKind, Law, Limits, Measurement, Setpoint};
 pub use client::LawClient;
 
@@ -37,6 +39,8 @@ pub struct LawResponse {
     pub number: u32,
     /// Output of the law, not limited yet.
     pub setpoint: Setpoint,
+    /// See [`Law::tensions`].
+    pub tensions: Option<[RelativeTension; 3]>,
 }
 
 /// Worker that responds to the requests of one board, in their order: each updates the law's state.
@@ -69,6 +73,7 @@ impl LawWorker {
             generation: *generation,
             law: DeferredLaw::new(*kind, *limits),
         });
-        LawResponse { number: *number, setpoint: configured.law.update(measurement) }
+        let setpoint = configured.law.update(measurement);
+        LawResponse { number: *number, setpoint, tensions: configured.law.tensions() }
     }
 }

@@ -58,6 +58,35 @@ fn a_response_at_once_gives_the_same_motion() {
 }
 
 #[test]
+fn tensions_are_in_the_telemetry_from_the_first_response_of_taut_until_the_stop() {
+    let ticks = DeferredLawKind::Taut.ticks();
+    let mut bench = DeferredBench::seeking(deferred(Law::Taut), Some(1));
+    bench.send_ball(BALL);
+    bench.run(ticks);
+    assert_eq!(bench.telemetry().tensions, None, "the response has no effect yet");
+    bench.run(1);
+    let tensions = bench.telemetry().tensions.unwrap();
+    assert!(tensions.iter().all(|t| (0.05..3.0).contains(&t.to_si())), "{tensions:?}");
+    bench.send(Command::Target(point(BALL)));
+    assert_eq!(bench.telemetry().tensions, Some(tensions), "they are the rig's, not the target's");
+    bench.send(Command::Stop);
+    assert_eq!(bench.telemetry().tensions, None, "without a target");
+    bench.run(3000);
+    bench.send(Command::Target(point(TARGET)));
+    assert_eq!(bench.telemetry().tensions, None, "another drive");
+    bench.run_with_ball(2);
+    assert_ne!(bench.telemetry().tensions, None);
+}
+
+#[test]
+fn a_law_without_an_estimate_sends_no_tensions() {
+    let mut bench = DeferredBench::seeking(deferred(Law::Adaptive), Some(1));
+    bench.run_with_ball(3);
+    assert!(!bench.still());
+    assert_eq!(bench.telemetry().tensions, None);
+}
+
+#[test]
 fn a_missing_response_stops_the_board() {
     let mut bench = DeferredBench::seeking(deferred(Law::Adaptive), Some(1));
     bench.run_with_ball(20);

@@ -276,6 +276,7 @@ impl Board {
             error: Point(error_of(tracker.last()).map(Micrometres)),
             filtered_error: Micrometres(magnitude(error_of(tracker.filtered())) as i32),
             bad_frames: self.session.bad_frames,
+            tensions: goal.and_then(|_| self.servo.tensions()),
         }));
     }
 }

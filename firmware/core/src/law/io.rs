@@ -1,7 +1,7 @@
 //! Inputs and outputs of a control law.
 
 use plumb_protocol::config;
-use plumb_protocol::units::Covariance;
+use plumb_protocol::units::{Covariance, RelativeTension};
 
 use super::rates::MotorRates;
 
@@ -10,6 +10,12 @@ pub trait Law {
     /// Takes in a measurement and returns what the motors are to do until the next one. The rates
     /// are not limited yet.
     fn update(&mut self, measurement: &Measurement) -> Setpoint;
+
+    /// Returns the estimated tensions that hold the ball at rest at the last measurement. `None`
+    /// before the first one, and for a law without an estimate.
+    fn tensions(&self) -> Option<[RelativeTension; 3]> {
+        None
+    }
 }
 
 /// Time between the samples of the motors' earlier positions, µs: a frame's time at 30 Hz,

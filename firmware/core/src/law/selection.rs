@@ -2,6 +2,7 @@
 //! the ticks.
 
 use plumb_protocol::config;
+use plumb_protocol::units::RelativeTension;
 
 use super::adaptive::Adaptive;
 use super::interval::Interval;
@@ -105,6 +106,13 @@ impl Law for DeferredLaw {
         match self {
             Self::Adaptive(law) => law.update(measurement),
             Self::Taut(law) => law.update(measurement),
+        }
+    }
+
+    fn tensions(&self) -> Option<[RelativeTension; 3]> {
+        match self {
+            Self::Adaptive(law) => law.tensions(),
+            Self::Taut(law) => law.tensions(),
         }
     }
 }

@@ -9,7 +9,7 @@ use plumb_protocol::units::{Covariance, Micros, Point};
 
 use super::{LawRequest, LawResponse};
 use crate::clock::TICK_US;
-use crate::law::{MOTOR_SAMPLE_US, Measurement, Setpoint, variances};
+use crate::law::{MOTOR_SAMPLE_US, Measurement, variances};
 use crate::params::Params;
 use crate::plan::Planner;
 
@@ -30,7 +30,7 @@ struct OpenRequest {
     /// When the response takes effect.
     due: Micros,
     /// The response, once it is there.
-    setpoint: Option<Setpoint>,
+    response: Option<LawResponse>,
 }
 
 /// Client of a [`LawWorker`](super::LawWorker).
@@ -105,7 +105,7 @@ impl LawClient {
         self.number = self.number.wrapping_add(1);
         self.open = Some(OpenRequest {
             due: Micros(now.0 + u64::from(kind.ticks() * TICK_US)),
-            setpoint: None,
+            response: None,
         });
         let (number, limits, generation) = (self.number, params.limits(), self.generation);
         self.request = Some(LawRequest { number, kind, limits, generation, measurement });
@@ -129,14 +129,14 @@ impl LawClient {
         if let Some(open) = &mut self.open
             && response.number == self.number
         {
-            open.setpoint = Some(response.setpoint);
+            open.response = Some(*response);
         }
     }
 
-    /// Returns the number of the request whose response takes effect at `now`, with the response's
-    /// setpoint where it is there. The request is then no longer open.
-    pub fn take_due(&mut self, now: Micros) -> Option<(u32, Option<Setpoint>)> {
+    /// Returns the number of the request whose response takes effect at `now`, with the response
+    /// where it is there. The request is then no longer open.
+    pub fn take_due(&mut self, now: Micros) -> Option<(u32, Option<LawResponse>)> {
         let open = self.open.take_if(|open| open.due <= now)?;
-        Some((self.number, open.setpoint))
+        Some((self.number, open.response))
     }
 }

@@ -19,7 +19,7 @@ mod progress;
 mod tracker;
 
 use plumb_protocol::message::Fault;
-use plumb_protocol::units::{Covariance, Micros, Milliseconds, Point};
+use plumb_protocol::units::{Covariance, Micros, Milliseconds, Point, RelativeTension};
 
 use crate::law::{InlineLaw, Law, Measurement, Setpoint, variances};
 use crate::law_worker::{LawClient, LawRequest, LawResponse};
@@ -91,6 +91,8 @@ pub struct Servo<L = InlineLaw> {
     /// When the drive began.
     drive_since: Micros,
     guards: Guards,
+    /// See [`Servo::tensions`].
+    tensions: Option<[RelativeTension; 3]>,
 }
 
 /// Returns `limit` in µs.
@@ -118,6 +120,7 @@ impl<L: Law> Servo<L> {
             arrival: ArrivalDetector::default(),
             drive_since: Micros(0),
             guards: Guards::default(),
+            tensions: None,
         }
     }
 
@@ -136,6 +139,7 @@ impl<L: Law> Servo<L> {
             self.guards = Guards::default();
         }
         self.drive_since = now;
+        self.tensions = None;
         self.change_target(now);
     }
 
@@ -241,6 +245,12 @@ impl<L: Law> Servo<L> {
         &mut self.tracker
     }
 
+    /// Returns the law's estimate of the cables' tensions in this drive; `None` before its first
+    /// response, and with a law without an estimate.
+    pub fn tensions(&self) -> Option<[RelativeTension; 3]> {
+        self.tensions
+    }
+
     /// Returns the client of the law worker.
     #[inline]
     pub(crate) fn client(&self) -> &LawClient {
@@ -285,11 +295,13 @@ impl<L: Law> Servo<L> {
     /// # Errors
     /// [`LawLate`] where that response is not there.
     pub fn apply_response(&mut self, now: Micros, params: &Params) -> Result<bool, LawLate> {
-        let Some((number, setpoint)) = self.client.take_due(now) else { return Ok(false) };
+        let Some((number, response)) = self.client.take_due(now) else { return Ok(false) };
         if self.request.take_if(|request| *request == number).is_none() {
             return Ok(false);
         }
-        self.set_setpoint(now, setpoint.ok_or(LawLate)?, params);
+        let LawResponse { setpoint, tensions, .. } = response.ok_or(LawLate)?;
+        self.set_setpoint(now, setpoint, params);
+        self.tensions = tensions;
         Ok(true)
     }
 }

@@ -4,7 +4,7 @@ use plumb_core::law_worker::LawRequest;
 use plumb_core::{Board, LawWorker, Outbox, TICK_US};
 use plumb_protocol::Config;
 use plumb_protocol::frame::{Accumulator, encode};
-use plumb_protocol::message::{Command, Fault, FromBoard, Hello, Position, ToBoard};
+use plumb_protocol::message::{Command, Fault, FromBoard, Hello, Position, Telemetry, ToBoard};
 use plumb_protocol::units::{Covariance, Micros};
 
 use super::BUILD;
@@ -114,6 +114,20 @@ impl DeferredBench {
         let [a, b, c] = self.board.positions().map(|p| f64::from(p) / 16.0 * 0.3e-3);
         let moved = [c - a - b, b - a, -a - b - c];
         [0, 1, 2].map(|i| BALL[i] + moved[i])
+    }
+
+    /// Returns the board's telemetry of this moment.
+    pub(crate) fn telemetry(&mut self) -> Telemetry {
+        self.out.clear();
+        self.send(Command::Status);
+        let mut accumulator = Accumulator::new();
+        let mut messages =
+            self.out.bytes().iter().filter_map(|&b| accumulator.push::<FromBoard>(b));
+        let telemetry = messages.find_map(|message| match message {
+            Ok(FromBoard::Telemetry(telemetry)) => Some(telemetry),
+            _ => None,
+        });
+        telemetry.unwrap()
     }
 
     pub(crate) fn has_reported(&mut self, fault: Fault) -> bool {

@@ -87,7 +87,8 @@ impl LawController {
         self.servo.make_request(now, target, &self.planner, &self.params);
         if let (Some(request), Some(law)) = (self.servo.take_request(), &mut self.deferred) {
             let setpoint = law.update(&request.measurement);
-            self.servo.on_response(&LawResponse { number: request.number, setpoint });
+            let tensions = law.tensions();
+            self.servo.on_response(&LawResponse { number: request.number, setpoint, tensions });
         }
     }
 

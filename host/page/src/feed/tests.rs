@@ -37,6 +37,7 @@ fn telemetry(state: State, target: Option<u16>) -> Telemetry {
         error: Point::default(),
         filtered_error: Micrometres(1500),
         bad_frames: 0,
+        tensions: None,
     }
 }
 

@@ -78,6 +78,11 @@ impl Filter {
         self.score
     }
 
+    /// Returns the cable of a step, mm.
+    pub(super) fn step(&self) -> f32 {
+        self.cables.step
+    }
+
     /// Returns J, mm/step.
     pub(super) fn jacobian(&self) -> Matrix {
         let Cables { j, step, .. } = self.cables;

@@ -14,6 +14,8 @@ mod progress;
 #[cfg(test)]
 mod tests;
 
+use plumb_protocol::units::RelativeTension;
+
 use super::io::{Law, Limits, Measurement, Setpoint};
 use super::rates::MotorRates;
 use geometry::{Vector, along, dot, largest, scaled};
@@ -52,6 +54,8 @@ pub struct Taut {
     /// Rates of the last setpoint, steps/s.
     rates: Vector,
     progress: ProgressMonitor,
+    /// See [`Law::tensions`].
+    tensions: Option<[RelativeTension; 3]>,
 }
 
 impl Taut {
@@ -63,6 +67,7 @@ impl Taut {
             filter: None,
             rates: [0.0; 3],
             progress: ProgressMonitor::new([f32::NAN; 3]),
+            tensions: None,
         }
     }
 
@@ -123,6 +128,9 @@ impl Law for Taut {
     fn update(&mut self, measurement: &Measurement) -> Setpoint {
         let target = millimetres(measurement.target);
         let mixture = self.estimate(&Observation::new(measurement), target);
+        // The cast saturates.
+        self.tensions =
+            Some(mixture.tensions_at_rest().map(|t| RelativeTension((t * 256.0 + 0.5) as u16)));
         let due = steps(measurement.motors, measurement.motors_ahead);
         let moves = along(&mixture.j, due);
         let e = [0, 1, 2].map(|i| target[i] - mixture.ball[i] - moves[i]);
@@ -133,5 +141,9 @@ impl Law for Taut {
         self.rates = self.limited(&mixture, wanted);
         let rates = MotorRates(self.rates.map(|rate| (rate * 256.0) as i32));
         Setpoint { ramp_us: (FRAME_S * 1e6) as u32, ..Setpoint::at_once(rates) }
+    }
+
+    fn tensions(&self) -> Option<[RelativeTension; 3]> {
+        self.tensions
     }
 }

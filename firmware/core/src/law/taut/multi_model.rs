@@ -52,6 +52,8 @@ struct Hypothesis {
     ball: Vector,
     /// J, mm/step, of the signs Σ.
     j: Matrix,
+    /// Cable of a step, mm.
+    step: f32,
     /// Motor steps to the target by the cables' lengths.
     steps: Vector,
 }
@@ -111,7 +113,8 @@ impl MultiModelFilter {
             }
             height += weight * filter.height();
             let steps = filter.steps_to(target);
-            Hypothesis { weight, ball: filter.ball(), j: projected(&own), steps }
+            let (ball, step) = (filter.ball(), filter.step());
+            Hypothesis { weight, ball, j: projected(&own), step, steps }
         });
         let best = self.filters[self.best];
         Mixture { best, hypotheses, j: projected(&j), ball: best.ball(), height }
@@ -195,6 +198,14 @@ impl Mixture {
         let across = (covariance[0][0] + covariance[1][1] - lengthwise).max(0.0);
         let back = (libm::sqrtf(lengthwise) - level / 2.0).max(0.0);
         libm::sqrtf(across + back * back)
+    }
+
+    /// Returns the tension of each cable over the ball's weight while the ball rests, -J'ẑ with J
+    /// over the cable of a step: the mean of the hypotheses.
+    pub(super) fn tensions_at_rest(&self) -> Vector {
+        self.hypotheses.iter().fold([0.0; 3], |sum, Hypothesis { weight, j, step, .. }| {
+            [0, 1, 2].map(|k| sum[k] - weight * j[2][k] / step)
+        })
     }
 
     /// Returns the motor steps that move the ball by `e` (mm), by the mean of J.

@@ -113,6 +113,7 @@ fn telemetry(now: u64) -> FromBoard {
         error: Point::default(),
         filtered_error: Micrometres(0),
         bad_frames: 0,
+        tensions: None,
     })
 }
 
