@@ -16,7 +16,7 @@ use nalgebra::Point3;
 use plumb_cameras::source::{CameraSource, LiveClock, SourceError};
 use plumb_cameras::toml_file::Finite;
 use plumb_emulator::plant::{Geometry, RigError};
-use plumb_frame::frame::RgbdFrame;
+use plumb_frame::frame::{GroundTruth, RgbdFrame};
 use plumb_runtime::link::LinkError;
 use plumb_runtime::rig::Simulation;
 use thiserror::Error;
@@ -92,6 +92,7 @@ struct Capture {
     time: f64,
     /// Centre of the ball, metres, rig frame.
     ball: Point3<f64>,
+    ground_truth: Option<GroundTruth>,
 }
 
 impl<C: SimClock> SimulatedCamera<C> {
@@ -110,7 +111,9 @@ impl<C: SimClock> SimulatedCamera<C> {
     fn capture(&mut self) -> Result<(), RigError> {
         self.rig.wait_until(self.next_capture)?;
         let now = self.rig.now();
-        self.in_transit.push_back(Capture { time: now, ball: self.rig.ball() });
+        let tensions = self.rig.tensions_per_weight();
+        let ground_truth = tensions.map(|tensions| GroundTruth { tensions });
+        self.in_transit.push_back(Capture { time: now, ball: self.rig.ball(), ground_truth });
         // A host that is too slow misses frames.
         let period = 1.0 / self.timing.rate;
         self.next_capture +=
@@ -121,12 +124,13 @@ impl<C: SimClock> SimulatedCamera<C> {
     /// Waits until the next frame arrives and renders it.
     fn wait_for_frame(&mut self) -> Result<RgbdFrame, SimulationError> {
         loop {
-            if let Some(&Capture { time, ball }) = self.in_transit.front()
+            if let Some(&Capture { time, ball, ground_truth }) = self.in_transit.front()
                 && time + self.timing.latency <= self.next_capture
             {
                 self.in_transit.pop_front();
                 self.rig.wait_until(time + self.timing.latency)?;
-                return Ok(self.camera.render(time, &Scene::rig(ball, self.motors))?);
+                let frame = self.camera.render(time, &Scene::rig(ball, self.motors))?;
+                return Ok(frame.with_ground_truth(ground_truth));
             }
             self.capture()?;
         }

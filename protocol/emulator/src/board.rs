@@ -168,6 +168,12 @@ impl EmulatedBoard {
         self.plant.as_ref().map_or([false; 3], |p| p.slack())
     }
 
+    /// Returns the tension of each cable over the ball's weight, order A, B, C; `None` without a
+    /// rig, or for a rig without forces.
+    pub fn tensions_per_weight(&self) -> Option<[f64; 3]> {
+        self.plant.as_ref()?.tensions_per_weight()
+    }
+
     /// Returns the rig's motor positions, full steps since the rig's start, + pays out.
     fn rig_motors(&self) -> [f64; 3] {
         let motors = self.motors();

@@ -26,6 +26,12 @@ pub trait SimClock {
     /// Returns the present centre of the ball, metres, rig frame.
     fn ball(&self) -> Point3<f64>;
 
+    /// Returns the present tension of each cable over the ball's weight, order A, B, C; `None` for
+    /// a rig without forces.
+    fn tensions_per_weight(&self) -> Option<[f64; 3]> {
+        None
+    }
+
     /// Returns the clock of [`now`](Self::now) for other threads; `None` in virtual time.
     fn live_clock(&self) -> Option<LiveClock> {
         None
@@ -49,12 +55,21 @@ impl SimClock for VirtualRig {
     fn ball(&self) -> Point3<f64> {
         self.board.borrow().ball().unwrap_or_else(Point3::origin)
     }
+
+    fn tensions_per_weight(&self) -> Option<[f64; 3]> {
+        self.board.borrow().tensions_per_weight()
+    }
 }
 
 /// Ball of a rig that moves in real time.
 pub trait RealTimeBall {
     /// Returns the present centre of the ball, metres, rig frame.
     fn ball(&self) -> Point3<f64>;
+
+    /// See [`SimClock::tensions_per_weight`].
+    fn tensions_per_weight(&self) -> Option<[f64; 3]> {
+        None
+    }
 }
 
 /// Rig in real time, on a clock that begins with it.
@@ -85,6 +100,10 @@ impl RealTimeBall for Arc<Served> {
     fn ball(&self) -> Point3<f64> {
         self.board().ball().unwrap_or_else(Point3::origin)
     }
+
+    fn tensions_per_weight(&self) -> Option<[f64; 3]> {
+        self.board().tensions_per_weight()
+    }
 }
 
 impl<B: RealTimeBall> SimClock for RealTimeRig<B> {
@@ -99,6 +118,10 @@ impl<B: RealTimeBall> SimClock for RealTimeRig<B> {
 
     fn ball(&self) -> Point3<f64> {
         self.ball.ball()
+    }
+
+    fn tensions_per_weight(&self) -> Option<[f64; 3]> {
+        self.ball.tensions_per_weight()
     }
 
     fn live_clock(&self) -> Option<LiveClock> {

@@ -48,6 +48,10 @@ impl RealTimeBall for Arc<Mutex<HilRig>> {
     fn ball(&self) -> Point3<f64> {
         lock(self).plant.ball()
     }
+
+    fn tensions_per_weight(&self) -> Option<[f64; 3]> {
+        lock(self).plant.tensions_per_weight()
+    }
 }
 
 impl Follower {

@@ -46,6 +46,11 @@ impl Wired {
         }
         turned
     }
+
+    /// Returns the values of the cables in the order of the board's outputs.
+    fn of_outputs<T: Copy>(&self, cables: [T; 3]) -> [T; 3] {
+        self.outputs.map(|output| cables[output.motor])
+    }
 }
 
 impl Plant for Wired {
@@ -62,7 +67,11 @@ impl Plant for Wired {
     }
 
     fn slack(&self) -> [bool; 3] {
-        self.plant.slack()
+        self.of_outputs(self.plant.slack())
+    }
+
+    fn tensions_per_weight(&self) -> Option<[f64; 3]> {
+        self.plant.tensions_per_weight().map(|tensions| self.of_outputs(tensions))
     }
 }
 
@@ -89,6 +98,18 @@ mod tests {
         let before = geometry.cable_lengths_m(&start);
         let after = geometry.cable_lengths_m(&plant.ball());
         [0, 1, 2].map(|i| ((after[i] - before[i]) / geometry.step_lengths_m()[i]).round())
+    }
+
+    #[test]
+    fn tensions_come_in_the_order_of_the_outputs() {
+        let Task { geometry, start, .. } = Task::paper();
+        let plant = || Box::new(QuasiStatic::new(geometry, start).unwrap());
+        let [a, b, c] = plant().tensions_per_weight().unwrap();
+        let text =
+            format!("{}\nwiring = ['B', 'C', 'A']", include_str!("../../../rigs/paper.toml"));
+        let rig: Rig = parse_toml(Path::new("rig.toml"), &text).unwrap();
+        let wired = wired(&rig, rig.simulation.as_ref().unwrap(), plant());
+        assert_eq!(wired.tensions_per_weight(), Some([b, c, a]));
     }
 
     #[test]

@@ -12,6 +12,14 @@ pub struct RgbdFrame {
     colour: ColourImage,
     depth: DepthImage,
     intrinsics: Intrinsics,
+    ground_truth: Option<GroundTruth>,
+}
+
+/// What a simulation knows of a frame that no camera shows.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GroundTruth {
+    /// Tension of each cable over the ball's weight, >= 0; order A, B, C.
+    pub tensions: [f64; 3],
 }
 
 /// Reasons why two images do not make a frame.
@@ -60,7 +68,7 @@ impl RgbdFrame {
         if !time.is_finite() {
             return Err(FrameError::Time(time));
         }
-        Ok(Self { time, colour, depth, intrinsics })
+        Ok(Self { time, colour, depth, intrinsics, ground_truth: None })
     }
 
     /// Returns when the frame was taken, seconds on the source's clock.
@@ -75,6 +83,19 @@ impl RgbdFrame {
     /// Returns an error if `time` is not finite.
     pub fn with_time(self, time: f64) -> Result<Self, FrameError> {
         if time.is_finite() { Ok(Self { time, ..self }) } else { Err(FrameError::Time(time)) }
+    }
+
+    /// Returns the same frame with this ground truth.
+    #[must_use]
+    pub fn with_ground_truth(self, ground_truth: Option<GroundTruth>) -> Self {
+        Self { ground_truth, ..self }
+    }
+
+    /// Returns what the simulation knows of the frame; `None` for a frame of a camera or a
+    /// recording.
+    #[inline]
+    pub fn ground_truth(&self) -> Option<GroundTruth> {
+        self.ground_truth
     }
 
     /// Returns the colour image, 8-bit BGR.

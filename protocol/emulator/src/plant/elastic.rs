@@ -219,6 +219,11 @@ impl Plant for Elastic {
     fn slack(&self) -> [bool; 3] {
         self.tensions_n.map(|tension| tension <= 0.0)
     }
+
+    fn tensions_per_weight(&self) -> Option<[f64; 3]> {
+        let weight_n = self.parameters.mass_kg * GRAVITY_M_S2;
+        Some(self.tensions_n.map(|tension| tension / weight_n))
+    }
 }
 
 #[cfg(test)]

@@ -30,4 +30,10 @@ pub trait Plant {
 
     /// Returns which cables are slack; order A, B, C.
     fn slack(&self) -> [bool; 3];
+
+    /// Returns the tension of each cable over the ball's weight, >= 0; order A, B, C. `None` for a
+    /// model without forces, which is the default.
+    fn tensions_per_weight(&self) -> Option<[f64; 3]> {
+        None
+    }
 }

@@ -1,11 +1,14 @@
 //! Plant model whose ball is always at rest: slow motors and inextensible cables.
 
-use nalgebra::Point3;
+use nalgebra::{Matrix3, Point3, Vector3};
 
 use super::error::{RigError, check_advance};
 use super::forward::{Hang, lowest_point};
 use super::geometry::Geometry;
 use super::interface::Plant;
+
+/// Singular value of the cables' directions below which a combination of them bears no load.
+const RANK_TOLERANCE: f64 = 1e-9;
 
 /// Rig with three inextensible cables that cannot push. The ball is always at the lowest point
 /// within reach.
@@ -58,6 +61,16 @@ impl Plant for QuasiStatic {
     fn slack(&self) -> [bool; 3] {
         self.hang.slack
     }
+
+    fn tensions_per_weight(&self) -> Option<[f64; 3]> {
+        let Hang { ball, slack } = self.hang;
+        let motors = self.geometry.motors();
+        // Columns: directions of the taut cables. The solution is 0 for the zero columns.
+        let directions = [0, 1, 2]
+            .map(|i| if slack[i] { Vector3::zeros() } else { (motors[i] - ball).normalize() });
+        let svd = Matrix3::from_columns(&directions).svd(true, true);
+        svd.solve(&Vector3::z(), RANK_TOLERANCE).ok().map(Into::into)
+    }
 }
 
 #[cfg(test)]
@@ -79,6 +92,25 @@ mod tests {
         );
         rig.advance(0.01, [0.0; 3]).unwrap();
         assert!((rig.ball() - start).norm() < 1e-12, "steps are counted from the start");
+    }
+
+    #[test]
+    fn the_tensions_balance_the_weight_with_slack_cables_too() {
+        let (g, start) = (Geometry::paper(), Point3::new(0.54, 0.22, 0.459));
+        let mut rig = QuasiStatic::new(g, start).unwrap();
+        let mut numbers = Vec::new();
+        for motors in [[0.0; 3], [900.0, 0.0, 0.0], [900.0, 0.0, 900.0]] {
+            rig.advance(0.01, motors).unwrap();
+            let tensions = rig.tensions_per_weight().unwrap();
+            let force: Vector3<f64> =
+                (0..3).map(|i| (g.motors()[i] - rig.ball()).normalize() * tensions[i]).sum();
+            assert!((force - Vector3::z()).norm() < 1e-6, "{tensions:?} for {motors:?}");
+            for (slack, tension) in rig.slack().into_iter().zip(tensions) {
+                assert_eq!(slack, tension.abs() < 1e-9, "{tensions:?} for {motors:?}");
+            }
+            numbers.push(rig.slack().into_iter().filter(|slack| *slack).count());
+        }
+        assert_eq!(numbers, [0, 1, 2], "cables that are slack");
     }
 
     #[test]
