@@ -82,6 +82,9 @@ def check_telemetry(messages, rows):
             for name, steps, rate in zip("abc", newest["motors_steps"], newest["rates_steps_s"]):
                 assert near(steps, float(row[f"motor_{name}_steps"])), row
                 assert abs(rate - float(row[f"rate_{name}_steps_s"])) < 0.01, row
+            for name, tension in zip("abc", newest["tensions_weights"] or [None] * 3):
+                column = row[f"tension_{name}_weights"]
+                assert column == "" if tension is None else abs(tension - float(column)) < 1e-3, row
 
 
 def check_pictures(messages, frames):

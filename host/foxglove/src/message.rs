@@ -1,7 +1,7 @@
 //! JSON messages of a run. Their schemas are in `host/foxglove/schemas/`.
 
 use plumb_protocol::message::{State, Telemetry};
-use plumb_protocol::units::{Rate, Steps16};
+use plumb_protocol::units::{Rate, RelativeTension, Steps16};
 use plumb_runtime::advice::after_fault;
 use plumb_runtime::observer::{FrameRecord, RunEvent};
 use serde::Serialize;
@@ -82,6 +82,9 @@ pub(crate) struct TelemetryMessage {
     pub(crate) filtered_error_m: Option<f64>,
     /// Number of damaged frames that the board received.
     pub(crate) bad_frames: u16,
+    /// The law's estimate of the tensions of cables A, B, C over the ball's weight; `None` without
+    /// one.
+    pub(crate) tensions_weights: Option<[f64; 3]>,
 }
 
 impl TelemetryMessage {
@@ -104,6 +107,7 @@ impl TelemetryMessage {
             error_m: has_target.then(|| telemetry.error.to_metres()),
             filtered_error_m: has_target.then(|| telemetry.filtered_error.to_si()),
             bad_frames: telemetry.bad_frames,
+            tensions_weights: telemetry.tensions.map(|t| t.map(RelativeTension::to_si)),
         }
     }
 }

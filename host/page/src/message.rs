@@ -199,6 +199,17 @@ pub(crate) struct BoardView {
     pub(crate) filtered_error: Option<f64>,
     /// Number of damaged frames that the board received.
     pub(crate) bad_frames: u16,
+    /// The law's estimate of the cables' tensions; `None` without one.
+    pub(crate) tensions: Option<TensionView>,
+}
+
+/// Estimated tensions of cables A, B, C.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub(crate) struct TensionView {
+    /// Tensions over the ball's weight.
+    pub(crate) weights: [f64; 3],
+    /// Whether each cable is near slack.
+    pub(crate) near_slack: [bool; 3],
 }
 
 /// Reason why the board stopped by itself.

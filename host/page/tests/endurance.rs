@@ -82,6 +82,7 @@ fn an_hour_of_frames_takes_bounded_memory() {
         target: Point3::origin(),
         telemetry: None,
         state: None,
+        ground_truth: None,
     };
     for number in 0..HOUR {
         let record = record(number);

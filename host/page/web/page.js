@@ -114,8 +114,32 @@ function showValues() {
   byId("filtered").textContent = known(board?.filtered_error, millimetres);
   byId("rates").textContent = known(board?.rates, numbers(1));
   byId("motors").textContent = known(board?.motors, numbers(1));
+  showTensions(board);
   byId("number").textContent = known(frame, () => `${frame.number} at ${frame.time.toFixed(1)} s`);
   byId("rate").textContent = known(history.rate(), (rate) => `${rate.toFixed(0)}/s`);
+}
+
+/** Shows the law's estimate of the tensions, over the ball's weight, with marks near slack. */
+function showTensions(board) {
+  const tensions = board?.tensions;
+  byId("tensions").hidden = !tensions;
+  byId("no-tensions").hidden = !!tensions;
+  if (!tensions) {
+    const isDriven = ["seeking", "holding"].includes(board?.state);
+    byId("no-tensions").textContent = !board
+      ? "unknown"
+      : run.rig.law !== "taut"
+        ? "no estimate with this law"
+        : isDriven ? "no estimate yet" : "no estimate without a target";
+    return;
+  }
+  [...byId("tensions").children].forEach((bar, cable) => {
+    const isNearSlack = tensions.near_slack[cable];
+    bar.className = isNearSlack ? "near-slack" : "";
+    bar.querySelector("meter").value = tensions.weights[cable];
+    bar.querySelector("b").textContent =
+      tensions.weights[cable].toFixed(2) + (isNearSlack ? " near slack" : "");
+  });
 }
 
 function addEvent({ number, kind, text }) {

@@ -50,6 +50,7 @@ pub mod run;
 pub mod run_log;
 mod stop_reason;
 mod summary;
+pub mod tension;
 
 pub use plumb_cameras::error_chain;
 

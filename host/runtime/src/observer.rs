@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use nalgebra::Point3;
 use plumb_cameras::source::BoxedError;
-use plumb_frame::frame::RgbdFrame;
+use plumb_frame::frame::{GroundTruth, RgbdFrame};
 use plumb_frame::observation::BallObservation;
 use plumb_protocol::message::{Fault, State, Telemetry};
 
@@ -58,6 +58,8 @@ pub struct FrameRecord {
     pub telemetry: Option<Telemetry>,
     /// State of the board, if its telemetry is about the present target.
     pub state: Option<State>,
+    /// What a simulation knows of the frame; `None` for a real camera.
+    pub ground_truth: Option<GroundTruth>,
 }
 
 impl FrameRecord {

@@ -62,6 +62,7 @@ mod tests {
             target,
             telemetry,
             state,
+            ground_truth: None,
         }
     }
 

@@ -1,7 +1,7 @@
 use mio::{Poll, Token, Waker};
 use nalgebra::Point3;
 use plumb_protocol::message::{Fault, State, Telemetry};
-use plumb_protocol::units::{Micrometres, Micros, Point, Rate, Steps16};
+use plumb_protocol::units::{Micrometres, Micros, Point, Rate, RelativeTension, Steps16};
 use plumb_runtime::rig::Rig;
 
 use super::*;
@@ -22,6 +22,7 @@ fn record(number: u64) -> FrameRecord {
         target: Point3::new(0.4, 0.4, 0.15),
         telemetry: None,
         state: None,
+        ground_truth: None,
     }
 }
 
@@ -78,6 +79,12 @@ fn what_the_board_has_not_said_is_unknown() {
     let board = feed.next_update(2, &mut cursor).board.unwrap();
     assert_eq!((board.state, board.filtered_error, board.fault), ("ready", None, None));
     assert_eq!((board.rates, board.motors), ([1.0, -0.1, 0.0], [1.0, -0.5, 0.0]));
+    assert_eq!(board.tensions, None);
+    let tensions = Some([128, 38, 39].map(RelativeTension));
+    let with_tensions = Telemetry { tensions, ..telemetry(State::Holding, Some(2)) };
+    feed.frame(&FrameRecord { telemetry: Some(with_tensions), ..record(2) });
+    let view = feed.next_update(3, &mut cursor).board.unwrap().tensions.unwrap();
+    assert_eq!((view.weights, view.near_slack), ([0.5, 0.148, 0.152], [false, true, false]));
     let fault = State::Fault(Fault::PositionLost);
     feed.frame(&FrameRecord { telemetry: Some(telemetry(fault, Some(3))), ..record(2) });
     let board = feed.next_update(3, &mut cursor).board.unwrap();

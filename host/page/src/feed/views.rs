@@ -1,11 +1,12 @@
 //! Records of the run as the page shows them.
 
 use plumb_protocol::message::{State, Telemetry};
-use plumb_protocol::units::{Rate, Steps16};
+use plumb_protocol::units::{Rate, RelativeTension, Steps16};
 use plumb_runtime::advice::after_fault;
 use plumb_runtime::observer::FrameRecord;
+use plumb_runtime::tension::near_slack;
 
-use crate::message::{BoardView, FaultView, FrameView, Sample};
+use crate::message::{BoardView, FaultView, FrameView, Sample, TensionView};
 
 /// Rounds to the micrometre, or the microsecond.
 fn round(value: f64) -> f64 {
@@ -49,7 +50,15 @@ pub(super) fn board_view(telemetry: &Telemetry) -> BoardView {
         motors: telemetry.motors.map(Steps16::to_si),
         filtered_error: telemetry.target.map(|_| telemetry.filtered_error.to_si()),
         bad_frames: telemetry.bad_frames,
+        tensions: telemetry.tensions.map(tension_view),
     }
+}
+
+/// Returns the estimated tensions with their marks.
+fn tension_view(tensions: [RelativeTension; 3]) -> TensionView {
+    let tensions = tensions.map(RelativeTension::to_si);
+    let weights = tensions.map(|tension| (tension * 1e3).round() / 1e3);
+    TensionView { weights, near_slack: near_slack(tensions) }
 }
 
 /// Returns the name of a state, without its details.

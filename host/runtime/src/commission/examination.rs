@@ -284,6 +284,7 @@ impl<'a, 'p, T: Transport> Examination<'a, 'p, T> {
         Ok(Some(FrameRecord {
             number: self.frames - 1,
             time: frame.time() - self.begin,
+            ground_truth: frame.ground_truth(),
             frame: Some(Arc::new(frame)),
             observation,
             target: self.start,

@@ -261,6 +261,7 @@ impl<'a, 'p, T: Transport> ControlLoop<'a, 'p, T> {
             target: self.target,
             telemetry: self.link.telemetry().copied(),
             state: about_target.map(|telemetry| telemetry.state),
+            ground_truth: view.frame.ground_truth(),
         };
         stats.frames += 1;
         trace!(

@@ -3,10 +3,11 @@
 use nalgebra::Point3;
 use plumb_frame::observation::BallObservation;
 use plumb_protocol::message::State;
-use plumb_protocol::units::{Rate, Steps16};
+use plumb_protocol::units::{Rate, RelativeTension, Steps16};
 
 use crate::observer::FrameRecord;
 use crate::summary::round;
+use crate::tension::near_slack;
 
 /// Everything that is known of one frame. A field that is `None` is left empty in the file.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -29,6 +30,10 @@ pub struct LogRow {
     pub motors_steps: Option<[f64; 3]>,
     /// Motor rates, full steps a second, + pays out; order A, B, C.
     pub rates_steps_s: Option<[f64; 3]>,
+    /// The law's estimate of the cables' tensions over the ball's weight; order A, B, C.
+    pub tensions: Option<[f64; 3]>,
+    /// Tensions of the simulated rig over the ball's weight; order A, B, C.
+    pub true_tensions: Option<[f64; 3]>,
 }
 
 /// The ball in the image, as in [`BallObservation`].
@@ -63,6 +68,10 @@ impl From<&FrameRecord> for LogRow {
             board: record.state,
             motors_steps: telemetry.map(|telemetry| telemetry.motors.map(Steps16::to_si)),
             rates_steps_s: telemetry.map(|telemetry| telemetry.rates.map(Rate::to_si)),
+            tensions: telemetry
+                .and_then(|telemetry| telemetry.tensions)
+                .map(|tensions| tensions.map(RelativeTension::to_si)),
+            true_tensions: record.ground_truth.map(|truth| truth.tensions),
         }
     }
 }
@@ -71,15 +80,34 @@ impl From<&FrameRecord> for LogRow {
 /// motor position (1/16 step) or a rate (1/256 step/s).
 const DIGITS: i32 = 6;
 
-/// Returns the text of a number, without trailing zeros; empty for `None`.
+/// Most digits after the point of a tension: the board's unit is 1/256 of the ball's weight.
+const TENSION_DIGITS: i32 = 3;
+
+/// Returns the text of a number with at most [`DIGITS`] after the point; empty for `None`.
 fn text(value: Option<f64>) -> String {
+    text_with(DIGITS)(value)
+}
+
+/// Returns the function that writes a number with at most this many `digits` after the point,
+/// without trailing zeros; empty for `None`.
+fn text_with(digits: i32) -> impl Fn(Option<f64>) -> String {
     // Zero is added to write -0 as 0.
-    value.map(|value| (round(value, 10_f64.powi(DIGITS)) + 0.0).to_string()).unwrap_or_default()
+    move |value| {
+        value.map(|value| (round(value, 10_f64.powi(digits)) + 0.0).to_string()).unwrap_or_default()
+    }
+}
+
+/// Returns the letters of the cables near slack, `none` for no cable; empty without an estimate.
+fn near_slack_text(tensions: Option<[f64; 3]>) -> String {
+    let Some(tensions) = tensions else { return String::new() };
+    let marks = near_slack(tensions).into_iter().zip("ABC".chars());
+    let letters: String = marks.filter_map(|(near, cable)| near.then_some(cable)).collect();
+    if letters.is_empty() { "none".to_owned() } else { letters }
 }
 
 impl LogRow {
     /// Names of the columns, with their units.
-    pub const HEADER: [&'static str; 20] = [
+    pub const HEADER: [&'static str; 27] = [
         "frame",
         "t_s",
         "u_px",
@@ -100,10 +128,16 @@ impl LogRow {
         "rate_a_steps_s",
         "rate_b_steps_s",
         "rate_c_steps_s",
+        "tension_a_weights",
+        "tension_b_weights",
+        "tension_c_weights",
+        "near_slack",
+        "true_tension_a_weights",
+        "true_tension_b_weights",
+        "true_tension_c_weights",
     ];
 
-    /// Returns the fields in the order of [`LogRow::HEADER`], with at most [`DIGITS`] after the
-    /// point.
+    /// Returns the fields in the order of [`LogRow::HEADER`].
     pub(crate) fn fields(&self) -> Vec<String> {
         let three = |values: Option<[f64; 3]>| values.map_or([None; 3], |v| v.map(Some));
         let detection =
@@ -117,6 +151,9 @@ impl LogRow {
         fields.push(self.board.map(|state| state.to_string()).unwrap_or_default());
         fields.extend(three(self.motors_steps).map(text));
         fields.extend(three(self.rates_steps_s).map(text));
+        fields.extend(three(self.tensions).map(text_with(TENSION_DIGITS)));
+        fields.push(near_slack_text(self.tensions));
+        fields.extend(three(self.true_tensions).map(text_with(TENSION_DIGITS)));
         fields
     }
 }

@@ -46,6 +46,8 @@ fn row(frame: u32) -> LogRow {
         board: Some(State::Seeking),
         motors_steps: Some([k, -k / 16.0, 0.0]),
         rates_steps_s: None,
+        tensions: None,
+        true_tensions: None,
     }
 }
 
@@ -65,7 +67,7 @@ fn rows_are_in_the_file_before_the_run_ends() {
     assert_eq!(written.len(), 3);
     assert!(written[1].starts_with("0,0,320.5,240.25,20,60,0.54,0.22"), "{}", written[1]);
     assert!(written[1].contains(",0.4,0.4,0.15,0.38"), "target and error: {}", written[1]);
-    assert!(written[1].ends_with(",seeking,0,0,0,,,"), "{}", written[1]);
+    assert!(written[1].ends_with(",seeking,0,0,0,,,,,,,,,,"), "{}", written[1]);
     drop(run);
     assert_eq!(lines(&path), written, "dropped without an end, the rows stay");
     assert!(!path.join("summary.json").exists());
@@ -103,6 +105,27 @@ fn a_list_of_lost_frames_that_cannot_be_written_is_a_failure() {
 }
 
 #[test]
+fn tensions_have_three_digits_and_marks_of_cables_near_slack() {
+    let parent = tempfile::tempdir().unwrap();
+    let path = parent.path().join("run");
+    let mut run = create(&path, scene()).unwrap();
+    let quarter = [0.25, 64.0 / 256.0, 1.0 / 256.0];
+    let with = |tensions| LogRow { tensions: Some(tensions), ..row(0) };
+    let true_tensions = Some([0.123_456, 0.0, 1.0]);
+    for row in [LogRow { true_tensions, ..with(quarter) }, with([0.5; 3]), with([0.1; 3])] {
+        run.record(&row).unwrap();
+    }
+    let mut reader = csv::Reader::from_path(path.join("run.csv")).unwrap();
+    let rows: Vec<Vec<String>> = reader
+        .records()
+        .map(|record| record.unwrap().iter().skip(20).map(String::from).collect())
+        .collect();
+    assert_eq!(rows[0], ["0.25", "0.25", "0.004", "C", "0.123", "0", "1"]);
+    assert_eq!(rows[1], ["0.5", "0.5", "0.5", "none", "", "", ""]);
+    assert_eq!(rows[2][3], "ABC");
+}
+
+#[test]
 fn rows_have_micrometres_and_what_is_absent_is_empty() {
     let parent = tempfile::tempdir().unwrap();
     let path = parent.path().join("run");
@@ -123,9 +146,9 @@ fn rows_have_micrometres_and_what_is_absent_is_empty() {
         assert!(digits <= 6 && (field.parse::<f64>().unwrap() - value).abs() <= 0.5e-6, "{field}");
     }
     assert_eq!(&records[0][13], odd.board.unwrap().to_string());
-    assert!((2..9).chain([12]).chain(17..20).all(|i| records[1][i].is_empty()), "{:?}", records[1]);
+    assert!((2..9).chain([12]).chain(17..27).all(|i| records[1][i].is_empty()), "{:?}", records[1]);
     assert_eq!(&records[1][15], "-5.9375");
-    assert!((2..20).all(|i| records[2][i].is_empty()), "{:?}", records[2]);
+    assert!((2..27).all(|i| records[2][i].is_empty()), "{:?}", records[2]);
 }
 
 #[test]
