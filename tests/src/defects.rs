@@ -5,9 +5,9 @@ use nalgebra::{Point3, Vector3};
 use plumb_emulator::plant::{Observer, Plant, Population, QuasiStatic, RigError, Task};
 use plumb_protocol::message::{Fault, State};
 use plumb_protocol::units::Point;
-use plumb_runtime::rig::{LawName, LawSettings, Rig};
+use plumb_runtime::rig::{LawName, Rig};
 
-use crate::bench::{Bench, RATE_HZ, bench};
+use crate::bench::{Bench, RATE_HZ, bench, wide_rig};
 use crate::links::link;
 
 /// Time after the defect in which the board must notice it, s.
@@ -18,8 +18,6 @@ const ONSET_S: f64 = 0.5;
 const TORN_STEPS: f64 = 10_000.0;
 /// Time in which it does, s.
 const TEAR_S: f64 = 0.3;
-/// Gain of law `interval`, 1/s: that of the benchmarks.
-const GAMMA: f64 = 450.0;
 
 /// Defect of a rig, or a target that it cannot reach.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -208,18 +206,9 @@ impl DefectRun {
         stop
     }
 
-    /// Returns the paper's rig file with the widest travel and workspace.
+    /// Returns the rig file of the run.
     fn rig(&self) -> Rig {
-        let mut rig = Rig::paper().expect("the paper's rig file");
-        rig.law = LawSettings::from(self.law);
-        if self.law == LawName::Interval {
-            rig.law.set_gamma(GAMMA).expect("a gain");
-        }
-        rig.motors.travel = [-60_000.0, 60_000.0].map(|t| t.try_into().expect("a travel"));
-        rig.workspace.min = [-4.0; 3].map(|c| c.try_into().expect("a corner"));
-        rig.workspace.max = [4.0; 3].map(|c| c.try_into().expect("a corner"));
-        rig.growth.margin = 0.06.try_into().expect("a margin");
-        rig.growth.time = 0.6.try_into().expect("a time");
+        let mut rig = wide_rig(self.law);
         if self.lenient {
             rig.following.turn = 100_000.0.try_into().expect("a turn");
             rig.progress.time = 60.0.try_into().expect("a time");

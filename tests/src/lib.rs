@@ -10,3 +10,4 @@ pub mod defects;
 pub mod links;
 pub mod plants;
 pub mod source_tree;
+pub mod tensions;
