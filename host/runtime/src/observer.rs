@@ -52,7 +52,7 @@ pub struct FrameRecord {
     /// frame (then [`RunEvent::FrameLost`] follows).
     pub observation: Option<BallObservation>,
     /// The present target, metres in the rig frame. After a Hold it is the last measured position
-    /// then, after a Stop the last target.
+    /// once the board holds the ball, after a Stop the last target.
     pub target: Point3<f64>,
     /// The newest telemetry of the board; `None` before the first.
     pub telemetry: Option<Telemetry>,

@@ -100,6 +100,21 @@ fn a_hold_keeps_the_ball_where_it_is() {
 }
 
 #[test]
+fn a_hold_in_motion_is_one_command_and_its_place_is_known_at_rest() {
+    let commands = [(40, OperatorCommand::Hold), (200, OperatorCommand::End)];
+    let (_, seen) = run(&IDEAL, &mut at_frames(&commands));
+    let held = (40..200).find(|number| seen.state(*number) == State::Holding).expect("a hold");
+    let ramp: Vec<State> = (42..held).map(|number| seen.state(number)).collect();
+    assert!(ramp.len() > 10 && ramp.iter().all(|state| *state == State::Stopping), "{ramp:?}");
+    let frame = |number: u64| &seen.frames[number as usize];
+    let target = frame(held - 1).target;
+    assert!((target - Point3::from(FIRST)).norm() < 1e-9, "{target} while the ball comes to rest");
+    assert_eq!((frame(held - 1).state, frame(held).state), (None, Some(State::Holding)));
+    let off = (frame(held).target - frame(held).position().expect("a ball")).norm();
+    assert!(off < 1e-3, "{off}");
+}
+
+#[test]
 fn a_motor_is_jogged_at_rest_only() {
     let jog = |distance| OperatorCommand::Jog { motor: 1, distance, rate: 20.0 };
     let commands = [

@@ -16,13 +16,13 @@ use super::ending_after;
 use super::error::ControlLoopError;
 use super::event_log::log_event;
 use super::legs::Legs;
-use super::operated::InFlight;
 use super::parts::RunParts;
 use super::view::View;
 use super::waypoint::{Route, Waypoint};
 use crate::error_chain::ErrorChain;
 use crate::link::{Link, Transport};
 use crate::observer::{FrameRecord, RunEvent};
+use crate::operator::Submitted;
 use crate::stop_reason::StopReason;
 use crate::summary::RunStats;
 
@@ -55,8 +55,10 @@ pub(super) struct ControlLoop<'a, 'p, T> {
     pub(super) target: Point3<f64>,
     /// Position of the ball in the last frame that shows it, metres in the rig frame.
     pub(super) last_position: Option<Point3<f64>>,
-    /// Command of the operator that is under way.
-    pub(super) in_flight: Option<InFlight>,
+    /// Command of the operator whose answer is due.
+    pub(super) in_flight: Option<Submitted>,
+    /// Whether the board has accepted a Hold and does not hold the ball yet, as far as known.
+    pub(super) is_settling: bool,
     /// Fault of a board that drives to no target, as reported.
     pub(super) idle_fault: Option<Fault>,
     /// Number of frames that were lost since the last good one.
@@ -82,6 +84,7 @@ impl<'a, 'p, T: Transport> ControlLoop<'a, 'p, T> {
             target: Point3::origin(),
             last_position: None,
             in_flight: None,
+            is_settling: false,
             idle_fault: None,
             lost_in_a_row: 0,
         }
@@ -236,7 +239,8 @@ impl<'a, 'p, T: Transport> ControlLoop<'a, 'p, T> {
     /// Receives the board's messages, without waiting.
     fn receive(&mut self) -> Result<(), ControlLoopError> {
         self.link.poll()?;
-        self.handle_reply()
+        self.handle_reply();
+        Ok(())
     }
 
     /// Counts a frame and gives its record to the observers.

@@ -1,6 +1,6 @@
 //! Commands of the operator in the control loop.
 
-use plumb_protocol::message::{Command, Refusal, State};
+use plumb_protocol::message::{Command, State, Telemetry};
 
 use super::control_loop::ControlLoop;
 use super::error::ControlLoopError;
@@ -9,24 +9,6 @@ use crate::link::Transport;
 use crate::observer::RunEvent;
 use crate::operator::{CommandOutcome, CommandRefusal, OperatorCommand, Submitted};
 use crate::stop_reason::StopReason;
-
-/// Command of the operator that is under way.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct InFlight {
-    submitted: Submitted,
-    step: Step,
-}
-
-/// Step of a command that is under way.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Step {
-    /// The answer to the Stop before a Hold is due.
-    Stop,
-    /// The motors ramp down before a Hold.
-    Rest,
-    /// The answer to the command itself is due.
-    Command,
-}
 
 impl<T: Transport> ControlLoop<'_, '_, T> {
     /// Returns whether an operator ends the run.
@@ -46,7 +28,7 @@ impl<T: Transport> ControlLoop<'_, '_, T> {
         }
         while let Some(submitted) = self.take_command() {
             if let Some(before) = self.in_flight.take() {
-                self.refuse(before.submitted, CommandRefusal::Replaced);
+                self.refuse(before, CommandRefusal::Replaced);
             }
             match submitted.command.on_wire(&self.workspace) {
                 Err(refusal) => self.refuse(submitted, refusal),
@@ -66,65 +48,42 @@ impl<T: Transport> ControlLoop<'_, '_, T> {
         self.parts.operator.as_ref()?.take(is_busy)
     }
 
-    /// Sends a command to the board. A ball in motion would overshoot the place where a Hold finds
-    /// it: the motors ramp down first.
+    /// Sends a command to the board.
     fn submit(&mut self, submitted: Submitted, command: Command) -> Result<(), ControlLoopError> {
-        let state = self.link.telemetry().map(|telemetry| telemetry.state);
-        let is_moving = matches!(state, Some(State::Seeking | State::Stopping));
-        let (command, step) = match command {
-            Command::Hold if is_moving => (Command::Stop, Step::Stop),
-            command => (command, Step::Command),
-        };
         self.link.submit(command)?;
-        self.in_flight = Some(InFlight { submitted, step });
+        self.in_flight = Some(submitted);
         match submitted.command {
             OperatorCommand::Stop => self.leave_list(StopReason::Stopped),
-            OperatorCommand::Hold if step == Step::Stop => self.leave_list(StopReason::Held),
+            // The ball may reach its target before the answer comes. No other follows then.
+            OperatorCommand::Hold => self.legs.cancel_list(),
             _ => {}
         }
         Ok(())
     }
 
-    /// Handles the board's answer to the operator's last command, where it has come.
-    ///
-    /// # Errors
-    /// Where the link is lost.
-    pub(super) fn handle_reply(&mut self) -> Result<(), ControlLoopError> {
-        let reply = self.link.reply();
+    /// Handles the board's answer to the operator's last command, where it has come, and the end
+    /// of a Hold's wait for the ball to come to rest.
+    pub(super) fn handle_reply(&mut self) {
         // A Stop of the control loop itself has no operator.
-        let Some(in_flight) = self.in_flight else { return Ok(()) };
-        match (in_flight.step, reply) {
-            (Step::Rest, _) => return self.hold_at_rest(in_flight.submitted),
-            (_, None) => {}
-            (_, Some(Err(refusal))) => {
-                self.in_flight = None;
-                self.refuse(in_flight.submitted, CommandRefusal::Board(refusal));
-            }
-            (Step::Stop, Some(Ok(()))) => {
-                self.in_flight = Some(InFlight { step: Step::Rest, ..in_flight });
-            }
-            (Step::Command, Some(Ok(()))) => {
-                self.in_flight = None;
-                self.carried_out(in_flight.submitted);
+        if let Some(reply) = self.link.reply()
+            && let Some(submitted) = self.in_flight.take()
+        {
+            match reply {
+                Ok(()) => self.carried_out(submitted),
+                Err(refusal) => self.refuse(submitted, CommandRefusal::Board(refusal)),
             }
         }
-        Ok(())
+        self.follow_hold();
     }
 
-    /// Sends the Hold of a board that has come to rest.
-    fn hold_at_rest(&mut self, submitted: Submitted) -> Result<(), ControlLoopError> {
-        match self.link.telemetry().map(|telemetry| telemetry.state) {
-            Some(State::Ready) => {
-                self.link.submit(Command::Hold)?;
-                self.in_flight = Some(InFlight { submitted, step: Step::Command });
-            }
-            Some(State::Fault(fault)) => {
-                self.in_flight = None;
-                self.refuse(submitted, CommandRefusal::Board(Refusal::Faulted(fault)));
-            }
-            _ => {}
+    /// Takes the ball's place as the target once the board holds the ball there. Until then a Hold
+    /// that the board has accepted ramps the motors down, and the ball moves on.
+    fn follow_hold(&mut self) {
+        let holds = |telemetry: &Telemetry| telemetry.state == State::Holding;
+        if self.is_settling && self.link.target_telemetry().is_some_and(holds) {
+            self.is_settling = false;
+            self.target = self.last_position.unwrap_or(self.target);
         }
-        Ok(())
     }
 
     /// Handles a command that the board has carried out.
@@ -132,12 +91,13 @@ impl<T: Transport> ControlLoop<'_, '_, T> {
         self.emit_outcome(submitted, CommandOutcome::Accepted);
         match submitted.command {
             OperatorCommand::Target(target) => {
+                self.is_settling = false;
                 self.leave_list(StopReason::Replaced);
                 self.begin_leg(Waypoint::new(target.into()));
             }
             OperatorCommand::Hold => {
+                self.is_settling = true;
                 self.leave_list(StopReason::Held);
-                self.target = self.last_position.unwrap_or(self.target);
             }
             OperatorCommand::ClearFault => self.idle_fault = None,
             _ => {}
@@ -147,8 +107,7 @@ impl<T: Transport> ControlLoop<'_, '_, T> {
     /// Refuses the commands that have no outcome at the end of the run, and all further ones.
     pub(super) fn close_operator(&mut self) {
         let waiting = self.parts.operator.as_ref().map(|operator| operator.close());
-        let in_flight = self.in_flight.take().map(|in_flight| in_flight.submitted);
-        for submitted in in_flight.into_iter().chain(waiting.into_iter().flatten()) {
+        for submitted in self.in_flight.take().into_iter().chain(waiting.into_iter().flatten()) {
             self.refuse(submitted, CommandRefusal::RunEnded);
         }
     }
