@@ -60,8 +60,8 @@ quantity! {
 quantity! {
     /// The gain from v to motor rates, Q16: full steps/s per micrometre of v.
     ///
-    /// With γ in 1/s and s metres of cable per step, the gain is γ · 1 µm / s. For γ = 30 /s and
-    /// s = 0.471 mm it is 0.0637, raw 4172.
+    /// With γ in 1/s and s metres of cable per step, the gain is γ · 1 µm / s. For γ = 30 /s
+    /// and s = 0.471 mm it is 0.0637, raw 4172.
     Gain(u32), 1.0 / 65536.0
 }
 quantity! {
@@ -142,9 +142,9 @@ impl Covariance {
     /// Value of one unit, µm².
     pub const SQUARE_MICROMETRES: i32 = 10_000;
 
-    /// Returns the nearest covariance to the matrix `metres2` (rows x, y, z; m²), of which only the
-    /// upper triangle is used. Entries out of range become the nearest limit, and variances below
-    /// one unit become one unit. Returns `None` if an entry is not finite or a variance is
+    /// Returns the nearest covariance to the matrix `metres2` (rows x, y, z; m²), of which only
+    /// the upper triangle is used. Entries out of range become the nearest limit, and variances
+    /// below one unit become one unit. Returns `None` if an entry is not finite or a variance is
     /// negative.
     pub fn from_metres2(metres2: [[f64; 3]; 3]) -> Option<Self> {
         let [[xx, xy, xz], [_, yy, yz], [_, _, zz]] = metres2;

@@ -68,7 +68,8 @@ impl IntervalMatrix {
     /// Returns an enclosure of the minimum of |v|/|e| over all e. The lower bound is proved, the
     /// upper bound is reached.
     ///
-    /// With u̇ = -γ v, e'Jv >= |v|² implies |e| <= |e(0)| exp(-γ lo² t) for every J of the family.
+    /// With u̇ = -γ v, e'Jv >= |v|² implies |e| <= |e(0)| exp(-γ lo² t) for every J of the
+    /// family.
     #[must_use]
     pub fn min_v(&self) -> Interval {
         let enclosure = |patch: &Patch| {

@@ -19,8 +19,8 @@ pub struct MinimumNorm {
     pub weights: Vec<f64>,
     /// Upper bound of |v - v(e)|, which does not depend on the solver.
     ///
-    /// With x_k = M_k'e, |v - v(e)|² <= |v|² - min x_k·v, because v·(v - v(e)) <= |v|² - min x_k·v
-    /// and v(e)·(v - v(e)) >= 0.
+    /// With x_k = M_k'e, |v - v(e)|² <= |v|² - min x_k·v, because v·(v - v(e)) <= |v|² - min
+    /// x_k·v and v(e)·(v - v(e)) >= 0.
     pub error: f64,
 }
 

@@ -8,8 +8,9 @@ type Matrix = [[Polynomial; 3]; 3];
 
 /// Number of monomials of each Routh-Hurwitz condition; all of them have positive coefficients.
 ///
-/// The characteristic polynomial of B = |det Σ| J Σ⁻¹ (= 4 J Σ⁻¹) is s³ - tr s² + E₂ s - det. All
-/// eigenvalues have positive real parts if tr, det and tr E₂ - det are positive.
+/// The characteristic polynomial of B = |det Σ| J Σ⁻¹ (= 4 J Σ⁻¹) is
+/// s³ - tr s² + E₂ s - det. All eigenvalues have positive real parts if tr, det
+/// and tr E₂ - det are positive.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct RouthHurwitz {
     /// tr B.
@@ -22,8 +23,8 @@ pub struct RouthHurwitz {
     pub difference: usize,
 }
 
-/// Checks the Routh-Hurwitz conditions of J Σ⁻¹ for every J with the signs `jacobian`, where Σ is
-/// `law`. The conditions are expanded in the nine magnitudes |J_ik| with integer coefficients.
+/// Checks the Routh-Hurwitz conditions of J Σ⁻¹ for every J with the signs `jacobian`, where Σ
+/// is `law`. The conditions are expanded in the nine magnitudes |J_ik| with integer coefficients.
 ///
 /// Returns `None` if `law` is singular, or if a monomial of a condition has a negative coefficient.
 #[must_use]

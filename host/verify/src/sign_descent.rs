@@ -1,4 +1,5 @@
-//! Whether law `sign` decreases |e| on every rig of a family: sym(J Σ⁻¹) > 0, by branch and bound.
+//! Whether law `sign` decreases |e| on every rig of a family: sym(J Σ⁻¹) > 0, by branch and
+//! bound.
 
 use super::geometry::Cell;
 use super::{Interval, RigFamily};

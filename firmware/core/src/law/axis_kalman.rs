@@ -132,9 +132,9 @@ impl AxisKalman {
         }
     }
 
-    /// Adds J J' (moved / 102 mm)² to P_JJ: noise that all entries have in common. `bent` is (moved
-    /// / 50)² in µm². Skipped where the sum would not fit: saturated, P_JJ would no longer be
-    /// positive definite.
+    /// Adds J J' (moved / 102 mm)² to P_JJ: noise that all entries have in common. `bent` is
+    /// (moved / 50)² in µm². Skipped where the sum would not fit: saturated, P_JJ would no
+    /// longer be positive definite.
     fn add_scale_noise(&mut self, bent: i64) {
         // Q16; at most half of J.
         let part = (bent >> 6).min(1 << 14);
@@ -151,8 +151,8 @@ impl AxisKalman {
         }
     }
 
-    /// Updates the state by a measurement `z` (µm) of this variance (µm², 30 bits). An innovation
-    /// saturates at 4 standard deviations.
+    /// Updates the state by a measurement `z` (µm) of this variance (µm², 30 bits). An
+    /// innovation saturates at 4 standard deviations.
     pub(super) fn update(&mut self, z: i32, variance: i32) {
         let innovation = self.innovation(z, variance.into());
         self.correct_row(&innovation);

@@ -18,9 +18,9 @@ const BOUND_BITS: u32 = 16;
 /// Saturation of |e|: 2^27 in Q4 µm is 8.39 m.
 const MAX_ERROR: i32 = (1 << 27) - 1;
 
-/// Blanchini et al. (2023), eqs. (7) and (8) in explicit form: u̇ = -γ v. v_k is the number nearest
-/// to zero in column k's interval [η_k, μ_k] of e'J. Then e'Jv >= |v|² for every J in the family,
-/// so |e| falls.
+/// Blanchini et al. (2023), eqs. (7) and (8) in explicit form: u̇ = -γ v. v_k is the number
+/// nearest to zero in column k's interval [η_k, μ_k] of e'J. Then e'Jv >= |v|² for every J in
+/// the family, so |e| falls.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Interval {
     /// Least value of each entry of J, signed, Q16, magnitude at most 2^19.
@@ -50,8 +50,8 @@ impl Interval {
         }
     }
 
-    /// Returns v for the error `e` (position - target, µm), in µm with [`V_FRACTION_BITS`], rounded
-    /// towards zero. |v| saturates at 2^27 (0.52 m).
+    /// Returns v for the error `e` (position - target, µm), in µm with [`V_FRACTION_BITS`],
+    /// rounded towards zero. |v| saturates at 2^27 (0.52 m).
     pub fn v(&self, e: [i32; 3]) -> [i32; 3] {
         let e = e.map(|e| {
             let most = MAX_ERROR >> E_FRACTION_BITS;

@@ -13,8 +13,8 @@ pub(super) struct OvershootDetector {
 }
 
 impl OvershootDetector {
-    /// Takes the error `e` (µm, 24 bits) and its length, and returns whether the ball has gone past
-    /// its target since it was last farther than [`MIN_OVERSHOOT_UM`] from it.
+    /// Takes the error `e` (µm, 24 bits) and its length, and returns whether the ball has gone
+    /// past its target since it was last farther than [`MIN_OVERSHOOT_UM`] from it.
     pub(super) fn overshoots(&mut self, e: [i32; 3], distance: u32) -> bool {
         if distance <= MIN_OVERSHOOT_UM {
             return false;

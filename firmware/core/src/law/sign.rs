@@ -10,10 +10,11 @@ use crate::wide::signed_product;
 /// Saturation of |e| for this law, µm: 4.19 m, 22 bits.
 const MAX_ERROR_UM: i32 = (1 << 22) - 1;
 
-/// u̇ = -g Σ⁻¹ e with a constant matrix. For every J with the signs Σ (and a zero where Σ has one),
-/// -JΣ⁻¹ is stable by Routh and Hurwitz, whatever the sizes of its entries. If |e| falls with one
-/// constant g > 0, it falls with every g > 0. Therefore the law may adapt g on the way to a target:
-/// g grows while the ball is near and has not overshot, and falls at each overshoot.
+/// u̇ = -g Σ⁻¹ e with a constant matrix. For every J with the signs Σ (and a zero where Σ
+/// has one), -JΣ⁻¹ is stable by Routh and Hurwitz, whatever the sizes of its entries. If |e|
+/// falls with one constant g > 0, it falls with every g > 0. Therefore the law may adapt g on the
+/// way to a target: g grows while the ball is near and has not overshot, and falls at each
+/// overshoot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Sign {
     /// Gain g/(4s), steps/s per µm, Q20, at most 2^20; s is the cable of one full step, µm.

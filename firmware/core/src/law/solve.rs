@@ -13,8 +13,8 @@ const J_FRACTION: i32 = 6;
 /// Saturation of a solution: 2^18 steps in Q8.
 const MAX_STEPS: i64 = 1 << 26;
 
-/// Solves J n = e: returns motor steps in Q8 for J in Q6 µm/step and e in µm. Returns `None` where
-/// det J is not above zero; for a matrix of the signs Σ it always is.
+/// Solves J n = e: returns motor steps in Q8 for J in Q6 µm/step and e in µm. Returns `None`
+/// where det J is not above zero; for a matrix of the signs Σ it always is.
 pub(super) fn solve(j: &[[i32; 3]; 3], e: [i32; 3]) -> Option<[i32; 3]> {
     let dropped_j = excess_bits(j.iter().flatten().copied(), J_BITS).max(0);
     let dropped_e = excess_bits(e.into_iter(), E_BITS).max(0);

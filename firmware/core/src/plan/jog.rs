@@ -46,8 +46,8 @@ impl Jogging {
 }
 
 /// Returns the highest rate from which a motor can still stop within `distance`, with a change of
-/// `delta` a tick: the root v of v²/(2 delta) + 3v/2 = distance, or the distance itself where it is
-/// less than `delta`.
+/// `delta` a tick: the root v of v²/(2 delta) + 3v/2 = distance, or the distance itself where it
+/// is less than `delta`.
 fn approach(distance: u64, delta: u32) -> u32 {
     let delta = u64::from(delta);
     if distance <= delta {

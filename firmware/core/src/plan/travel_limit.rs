@@ -111,10 +111,11 @@ impl Stop {
     ///
     /// A ramp from R over n ticks goes through R - floor(R·k/n), k = 1..n, each less than a unit
     /// above the straight line. Without rounding, the sum with the tick before is R·(n + 1)/2. Let
-    /// Φ(R, n) = R·(n - 1)/2 + n·(n - 1)/4 be the bound of the ramp alone. After one tick the rate
-    /// is R' <= R·(n - 1)/n + (n - 1)/n, and the next ramp takes n - 1 ticks: R' + Φ(R', n - 1) <=
-    /// R·(n - 1)/2 + (n - 1)/2 + (n - 1)·(n - 2)/4 = Φ(R, n). So the bound holds for the ramp, and
-    /// for every ramp to rest that begins on its way, also where each tick begins another one.
+    /// Φ(R, n) = R·(n - 1)/2 + n·(n - 1)/4 be the bound of the ramp alone. After one tick the
+    /// rate is R' <= R·(n - 1)/n + (n - 1)/n, and the next ramp takes n - 1 ticks:
+    /// R' + Φ(R', n - 1) <= R·(n - 1)/2 + (n - 1)/2 + (n - 1)·(n - 2)/4 = Φ(R, n). So the bound
+    /// holds for the ramp, and for every ramp to rest that begins on its way, also where each tick
+    /// begins another one.
     pub(super) fn over(ticks: u32, lag_ticks: u32) -> Self {
         let ramps = (wide::product(ticks, ticks.saturating_sub(1)) >> 2) as i64;
         let mean = match lag_ticks {

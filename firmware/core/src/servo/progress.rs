@@ -18,8 +18,8 @@ pub(super) struct ProgressGuard {
 }
 
 impl ProgressGuard {
-    /// Takes in the present position; `radius` is that of a reached target, µm. Returns whether the
-    /// error has not fallen by the rule's margin for the rule's time.
+    /// Takes in the present position; `radius` is that of a reached target, µm. Returns whether
+    /// the error has not fallen by the rule's margin for the rule's time.
     pub(super) fn update(
         &mut self,
         now: Micros,

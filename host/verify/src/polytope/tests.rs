@@ -67,8 +67,8 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(400))]
 
     /// The explicit formula solves the minimum-norm problem over the family's corners. The
-    /// tolerance is the error bound of the solution's duality gap, |v - v(e)|² <= gap. The solver's
-    /// tolerance for the gap is 1e-12 where |M'e| is about 1.
+    /// tolerance is the error bound of the solution's duality gap, |v - v(e)|² <= gap. The
+    /// solver's tolerance for the gap is 1e-12 where |M'e| is about 1.
     #[test]
     fn the_explicit_formula_solves_problem_8(
         family in any_family(), e in proptest::array::uniform3(-1.0f64..1.0),

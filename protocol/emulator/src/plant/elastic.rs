@@ -17,9 +17,10 @@ const PARTS_AT_A_JUMP: u32 = 32;
 
 /// Point mass on three unilateral spring cables, without air drag.
 ///
-/// A cable stretched by s > 0 pulls with max(0, k s + c ds/dt), where c = 2ζ√(km). An unstretched
-/// cable does not pull. The motion is integrated with the classical Runge-Kutta method of fourth
-/// order in fixed sub-steps, which are finer where a cable goes slack or taut. It is deterministic.
+/// A cable stretched by s > 0 pulls with max(0, k s + c ds/dt), where c = 2ζ√(km). An
+/// unstretched cable does not pull. The motion is integrated with the classical Runge-Kutta method
+/// of fourth order in fixed sub-steps, which are finer where a cable goes slack or taut. It is
+/// deterministic.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Elastic {
     geometry: Geometry,
@@ -114,8 +115,8 @@ impl Elastic {
         self.tensions_n
     }
 
-    /// Returns the tensions (N) and the ball's acceleration (m/s²) at position `p` (m) and velocity
-    /// `v` (m/s), for cables of these lengths (m) that grow at these rates (m/s).
+    /// Returns the tensions (N) and the ball's acceleration (m/s²) at position `p` (m) and
+    /// velocity `v` (m/s), for cables of these lengths (m) that grow at these rates (m/s).
     fn pull(
         &self,
         p: &Point3<f64>,

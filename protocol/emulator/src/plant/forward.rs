@@ -229,8 +229,8 @@ mod tests {
             prop_assert_eq!(hang.slack, [false; 3]);
         }
 
-        /// Checks that 1 µm of cable moves the ball only a little, also where a cable goes slack or
-        /// two cables are in line.
+        /// Checks that 1 µm of cable moves the ball only a little, also where a cable goes slack
+        /// or two cables are in line.
         #[test]
         fn the_ball_does_not_jump(
             lengths in prop::array::uniform3(0.5..2.0f64),

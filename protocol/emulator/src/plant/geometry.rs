@@ -96,8 +96,9 @@ impl Geometry {
     /// Returns the exact Jacobian J = dp/du, metres of ball per metre of cable, for taut cables:
     /// rows x, y, z; columns A, B, C.
     ///
-    /// From l_i² = |p - M_i|² follows diag(l) du = N dp, where row i of N is p - M_i. So J = N⁻¹
-    /// diag(l). Returns `None` if the ball is in the plane of the motors, where J does not exist.
+    /// From l_i² = |p - M_i|² follows diag(l) du = N dp, where row i of N is p - M_i. So J =
+    /// N⁻¹ diag(l). Returns `None` if the ball is in the plane of the motors, where J does not
+    /// exist.
     #[must_use]
     pub fn jacobian(&self, ball: &Point3<f64>) -> Option<Matrix3<f64>> {
         let rows = self.motors.map(|m| (ball - m).transpose());
@@ -105,9 +106,9 @@ impl Geometry {
         Some(inverse * Matrix3::from_diagonal(&Vector3::from(self.cable_lengths_m(ball))))
     }
 
-    /// Returns the tensions that hold a ball of unit weight at rest at `ball`, order A, B, C: -J'ẑ
-    /// (rigid cables). A negative tension means that the cable would have to push. Returns `None`
-    /// in the plane of the motors.
+    /// Returns the tensions that hold a ball of unit weight at rest at `ball`, order A, B, C:
+    /// -J'ẑ (rigid cables). A negative tension means that the cable would have to push. Returns
+    /// `None` in the plane of the motors.
     #[must_use]
     pub fn tensions_per_weight(&self, ball: &Point3<f64>) -> Option<[f64; 3]> {
         let j = self.jacobian(ball)?;

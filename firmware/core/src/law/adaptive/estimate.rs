@@ -104,8 +104,8 @@ impl Estimate {
         squared_length(e) < HELD_UM * HELD_UM
     }
 
-    /// Returns J (Q6 µm/step) with every entry of Σ's sign and at least a hundredth of the largest.
-    /// Such a matrix can be inverted (Proposition 1).
+    /// Returns J (Q6 µm/step) with every entry of Σ's sign and at least a hundredth of the
+    /// largest. Such a matrix can be inverted (Proposition 1).
     pub(super) fn projected(&self) -> [[i32; 3]; 3] {
         let j = self.axes.map(|axis| axis.j);
         let least = j.iter().flatten().map(|j| j.abs()).max().unwrap_or(0) / 100;
@@ -138,9 +138,9 @@ impl Estimate {
         (doubt < MAX_DOUBT).then_some(Steps { n, unsure })
     }
 
-    /// Returns the n (steps, Q8) that minimises E|e - J n|² over the distribution of J:
-    /// (Ĵ'Ĵ + Σ P_JJ) n = Ĵ'e. Where J is known this is the Gauss-Newton step; motors of unknown
-    /// effect turn little.
+    /// Returns the n (steps, Q8) that minimises E|e - J n|² over the distribution of J: (Ĵ'Ĵ +
+    /// Σ P_JJ) n = Ĵ'e. Where J is known this is the Gauss-Newton step; motors of unknown effect
+    /// turn little.
     pub(super) fn cautious_steps(&self, j: &[[i32; 3]; 3], e: [i32; 3]) -> Option<[i32; 3]> {
         let dropped = excess_bits(j.iter().flatten().copied(), J_BITS).max(0) as u32;
         let j = j.map(|row| row.map(|v| i64::from(v >> dropped)));

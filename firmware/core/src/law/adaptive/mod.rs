@@ -23,8 +23,8 @@ const MIN_VALID_US: i64 = 35_000;
 const SIGN_SLOWDOWN_UM: i64 = 65_000;
 
 /// Kalman filters of p and J. Where |e| falls for every J within three standard deviations, the law
-/// takes the step that minimises E|e|²; elsewhere it takes the sign law. Both let V = |e|² fall, so
-/// that switching between them needs no wait.
+/// takes the step that minimises E|e|²; elsewhere it takes the sign law. Both let V = |e|² fall,
+/// so that switching between them needs no wait.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Adaptive {
     limits: Limits,

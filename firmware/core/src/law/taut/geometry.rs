@@ -66,8 +66,8 @@ pub(super) fn solve(m: &Matrix, e: Vector) -> Option<Vector> {
     (det > 1e-12).then(|| scaled(transposed_times(&cofactors, e), 1.0 / det))
 }
 
-/// Returns the inverse. The magnitude of the determinant is 10⁻³ at least: three unit vectors may
-/// lie almost in a plane.
+/// Returns the inverse. The magnitude of the determinant is 10⁻³ at least: three unit vectors
+/// may lie almost in a plane.
 pub(super) fn inverse(m: &Matrix) -> Matrix {
     let (cofactors, det) = cofactors(m);
     let scale = 1.0 / if det < 0.0 { det.min(-1e-3) } else { det.max(1e-3) };

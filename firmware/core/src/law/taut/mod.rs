@@ -29,8 +29,8 @@ const FRAME_S: f32 = 0.033;
 /// standard deviations of the lateral acceleration shift the point where it meets the motors' plane
 /// by at most this, mm.
 const MAX_SHIFT_MM: f32 = 14.0;
-/// Bound of the same two standard deviations, mm/s². At an edge of the population's triangles there
-/// is room for 440 (1 % quantile).
+/// Bound of the same two standard deviations, mm/s². At an edge of the population's triangles
+/// there is room for 440 (1 % quantile).
 const MAX_UNKNOWN: f32 = 400.0;
 /// Acceleration that the motors may always have, steps/s².
 const MIN_ACCELERATION: f32 = 250.0;

@@ -18,7 +18,8 @@ pub struct ElasticParameters {
     pub mass_kg: f64,
     /// Stiffness of each cable, N/m, independent of its length; > 0; order A, B, C.
     pub stiffness_n_m: [f64; 3],
-    /// Damping ratio ζ of the ball on a single cable: damping 2ζ√(km) of the stretch rate; 0 to 10.
+    /// Damping ratio ζ of the ball on a single cable: damping 2ζ√(km) of the stretch rate; 0 to
+    /// 10.
     pub damping_ratio: f64,
 }
 
