@@ -34,8 +34,13 @@ test("a run is shown, stopped with the space key, and driven to another target",
     await tab.until(`${SUM} !== ${first}`);
 
     assert.deepEqual(await shortcomings(tab), { unnamed: [], faint: [] });
+    await tab.until(`!document.getElementById("tensions").hidden`);
+    const tensions = await tab.evaluate(text("tensions"));
+    assert.match(tensions, /A\s+\d\.\d\d.*B\s+\d\.\d\d.*C\s+\d\.\d\d/s);
+
     await tab.press(" ", "Space");
     await tab.until(`${text("state")} === "ready"`);
+    assert.equal(await tab.evaluate(text("no-tensions")), "no estimate without a target");
     await tab.until(`${text("events")}.includes("stop: accepted")`);
     const rates = await tab.evaluate(text("rates"));
     assert.deepEqual(rates.trim().split(/\s+/).map(Number), [0, 0, 0]);
