@@ -12,6 +12,7 @@ use plumb_protocol::message::{Fault, State};
 use plumb_protocol::units::{Acceleration, Micros, Milliseconds, Point};
 use plumb_runtime::link::{Link, LinkError};
 use plumb_runtime::rig::Rig;
+use plumb_runtime::run::{Run, RunError};
 use plumb_sim::memory::Memory;
 
 /// A configuration under which the motors follow a stop late and slowly.
@@ -149,4 +150,41 @@ fn a_fault_that_a_host_left_behind_is_cleared_only_on_request() {
     link.clear_fault().unwrap();
     link.configure(smoothed()).unwrap();
     assert_eq!(board.borrow().state(), State::Ready);
+}
+
+/// Returns a new run on `board`, and the board's state after its connection.
+fn next_run(board: &Rc<RefCell<EmulatedBoard>>) -> (Result<Run<Memory>, RunError>, State) {
+    let run = Run::connect(&Rig::paper().unwrap(), Memory::new(Rc::clone(board)));
+    (run, board.borrow().state())
+}
+
+#[test]
+fn a_new_run_clears_no_fault_but_that_of_a_silent_host() {
+    let (target, ball) = target_and_ball();
+    let (board, mut link) = memory();
+    link.configure(smoothed()).unwrap();
+    link.set_target(target).unwrap();
+    see(&board, &mut link, ball, 3_000_000);
+    let (run, state) = next_run(&board);
+    assert_eq!(run.unwrap().cleared_fault(), Some(Fault::HostSilent));
+    assert_eq!(state, State::Ready);
+    let (run, _) = next_run(&board);
+    assert_eq!(run.unwrap().cleared_fault(), None);
+
+    let (board, mut link) = memory();
+    link.configure(smoothed()).unwrap();
+    link.set_target(target).unwrap();
+    see(&board, &mut link, ball, 33_000);
+    // The host speaks, and sees no ball.
+    for _ in 0..100 {
+        let now = board.borrow().now().0;
+        board.borrow_mut().run_to(Micros(now + 33_000)).unwrap();
+        link.status().unwrap();
+    }
+    let (run, state) = next_run(&board);
+    let Err(RunError::Connect(LinkError::Faulted { fault, .. })) = run else {
+        panic!("the run did not refuse the fault");
+    };
+    assert_eq!(fault, Fault::PositionLost);
+    assert_eq!(state, State::Fault(Fault::PositionLost));
 }

@@ -145,6 +145,9 @@ pub(super) fn drive(
     let viewers = options.run.viewers.start(&rig, &camera, Overflow::Drop)?;
     let page = options.run.page.start(&rig)?;
     let mut run = Run::connect(&rig, transport)?;
+    if let Some(fault) = run.cleared_fault() {
+        print::message(format_args!("an earlier run left the board in a fault, cleared: {fault}"));
+    }
     if let Goal::Waypoints(waypoints, is_repeated) = goal {
         run.set_waypoints(waypoints, *is_repeated)?;
     }

@@ -9,7 +9,7 @@ mod parts;
 mod view;
 mod waypoint;
 
-use plumb_protocol::config::Workspace;
+use plumb_protocol::config::{Config, Workspace};
 use plumb_protocol::message::Fault;
 use plumb_protocol::units::Steps16;
 use tracing::info;
@@ -33,6 +33,8 @@ pub struct Run<T> {
     law: &'static str,
     radius: f64,
     workspace: Workspace,
+    /// Fault of an earlier run that this run has cleared.
+    cleared: Option<Fault>,
 }
 
 impl Run<Serial> {
@@ -44,6 +46,18 @@ impl Run<Serial> {
     pub fn open(rig: &Rig) -> Result<Self, RunError> {
         let port = Serial::open(&rig.board.port, rig.board.baud).map_err(RunError::Connect)?;
         Self::connect(rig, port)
+    }
+}
+
+/// Configures the board. Returns the fault that was cleared for it.
+fn configure<T: Transport>(link: &mut Link<T>, config: Config) -> Result<Option<Fault>, LinkError> {
+    match link.configure(config) {
+        Err(LinkError::Faulted { fault: fault @ Fault::HostSilent, .. }) => {
+            link.clear_fault()?;
+            link.configure(config)?;
+            Ok(Some(fault))
+        }
+        result => result.map(|()| None),
     }
 }
 
@@ -60,11 +74,12 @@ struct Ending {
 
 impl<T: Transport> Run<T> {
     /// Checks the targets of `rig`, connects to the board at the other end of `transport`, and
-    /// configures it.
+    /// configures it. [`Fault::HostSilent`] of an earlier run is cleared, because this host ends
+    /// its cause; [`cleared_fault`](Self::cleared_fault) returns it.
     ///
     /// # Errors
-    /// Where the rig file has no valid targets, or the board does not answer or refuses the
-    /// configuration.
+    /// Where the rig file has no valid targets, or the board does not answer, stands in another
+    /// fault or refuses the configuration.
     pub fn connect(rig: &Rig, transport: T) -> Result<Self, RunError> {
         let config = rig.config().map_err(RunError::Config)?;
         let targets = rig.targets().map_err(RunError::Config)?;
@@ -72,9 +87,15 @@ impl<T: Transport> Run<T> {
             targets.iter().map(|target| Waypoint::new(target.to_metres())).collect();
         let route = Route::new(&targets, false, &config.workspace)?;
         let mut link = Link::connect(transport).map_err(RunError::Connect)?;
-        link.configure(config).map_err(RunError::Connect)?;
+        let cleared = configure(&mut link, config).map_err(RunError::Connect)?;
         let (law, radius) = (rig.law.name().as_str(), rig.reached.radius.get());
-        Ok(Self { link, route, law, radius, workspace: config.workspace })
+        Ok(Self { link, route, law, radius, workspace: config.workspace, cleared })
+    }
+
+    /// Returns the fault of an earlier run that this run has cleared, for the user to know.
+    #[must_use]
+    pub fn cleared_fault(&self) -> Option<Fault> {
+        self.cleared
     }
 
     /// Replaces the targets of the rig file by waypoints, driven to in their order; with
