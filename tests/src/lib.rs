@@ -8,6 +8,7 @@ pub mod chip;
 pub mod commissioning;
 pub mod defects;
 pub mod links;
+pub mod live_camera;
 pub mod plants;
 pub mod source_tree;
 pub mod tensions;

@@ -32,7 +32,7 @@ struct Rule {
     tests_use: &'static [&'static str],
 }
 
-/// Every crate of the workspace, and one that is planned (plumb-realsense).
+/// Every crate of the workspace.
 const CRATES: &[Rule] = &[
     Rule { name: "plumb-protocol", uses: &[], tests_use: &[] },
     Rule { name: "plumb-core", uses: &["plumb-protocol"], tests_use: &[] },
@@ -41,11 +41,12 @@ const CRATES: &[Rule] = &[
     Rule { name: "plumb-emulator", uses: &["plumb-core", "plumb-protocol"], tests_use: &[] },
     Rule { name: "plumb-frame", uses: &[], tests_use: &[] },
     Rule { name: "plumb-vision", uses: &["plumb-frame"], tests_use: &[] },
-    Rule { name: "plumb-openni", uses: &[], tests_use: &[] },
-    Rule { name: "plumb-realsense", uses: &[], tests_use: &[] },
+    Rule { name: "plumb-timing", uses: &[], tests_use: &[] },
+    Rule { name: "plumb-openni", uses: &["plumb-timing"], tests_use: &[] },
+    Rule { name: "plumb-realsense", uses: &["plumb-timing"], tests_use: &[] },
     Rule {
         name: "plumb-cameras",
-        uses: &["plumb-frame", "plumb-openni", "plumb-realsense"],
+        uses: &["plumb-frame", "plumb-openni", "plumb-realsense", "plumb-timing"],
         tests_use: &["plumb-openni-driver"],
     },
     Rule { name: "plumb-calibrate", uses: &["plumb-cameras", "plumb-frame"], tests_use: &[] },
@@ -110,9 +111,14 @@ const CRATES: &[Rule] = &[
             "plumb-verify",
             "plumb-vision",
         ],
-        tests_use: &["plumb-openni-driver"],
+        tests_use: &["plumb-openni-driver", "plumb-realsense", "plumb-realsense-device"],
     },
     Rule { name: "plumb-openni-driver", uses: &["plumb-openni"], tests_use: &[] },
+    Rule {
+        name: "plumb-realsense-device",
+        uses: &["plumb-openni-driver", "plumb-realsense"],
+        tests_use: &[],
+    },
     Rule { name: "plumb-adversary", uses: &["plumb-core", "plumb-protocol"], tests_use: &[] },
     Rule {
         name: "plumb-tests",
@@ -126,7 +132,12 @@ const CRATES: &[Rule] = &[
             "plumb-sim",
             "plumb-vision",
         ],
-        tests_use: &["plumb-openni", "plumb-openni-driver"],
+        tests_use: &[
+            "plumb-openni",
+            "plumb-openni-driver",
+            "plumb-realsense",
+            "plumb-realsense-device",
+        ],
     },
 ];
 

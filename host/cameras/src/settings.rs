@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::source::openni::OpenniSettings;
+use crate::source::realsense::RealsenseSettings;
 use crate::source::stream::StreamAddress;
 
 /// Choice of a camera: table `[camera]` of a rig file.
@@ -14,8 +15,8 @@ use crate::source::stream::StreamAddress;
 /// ```toml
 /// [camera]
 /// file = "camera.toml"
-/// source = "openni"          # or "simulated", "recording", "stream"
-/// recording = "desk.oni"     # of "recording": an .oni file or a TUM folder
+/// source = "openni"          # or "realsense", "simulated", "recording", "stream"
+/// recording = "desk.oni"     # of "recording": an .oni, .bag or .db3 file, or a TUM folder
 /// stream = "unix:cam.sock"   # of "stream": or "tcp:127.0.0.1:5600", or "-" (standard input)
 /// [camera.openni]            # of "openni", each key with a default
 /// uri = "1d27/0609@2/4"
@@ -24,6 +25,8 @@ use crate::source::stream::StreamAddress;
 /// rate = 30
 /// latency = 0.045
 /// intrinsics = "device"
+/// [camera.realsense]         # of "realsense", each key with a default
+/// serial = "832112070255"
 /// ```
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -33,13 +36,17 @@ pub struct CameraSettings {
     /// Source of the frames. Default: the recording or the stream that is named, else the simulated
     /// rig where there is one, else a camera through OpenNI2.
     pub source: Option<SourceName>,
-    /// Path of the recording, relative to the rig file: an `.oni` file or a TUM folder.
+    /// Path of the recording, relative to the rig file: an `.oni`, `.bag` or `.db3` file, or a
+    /// TUM folder.
     pub recording: Option<PathBuf>,
     /// Address at which a program delivers frames. A Unix socket is relative to the rig file.
     pub stream: Option<StreamAddress>,
     /// Settings of a camera through OpenNI2.
     #[serde(default)]
     pub openni: OpenniSettings,
+    /// Settings of an Intel RealSense camera.
+    #[serde(default)]
+    pub realsense: RealsenseSettings,
 }
 
 /// Source of the frames: key `source` of the table `[camera]`.
@@ -50,6 +57,8 @@ pub enum SourceName {
     Simulated,
     /// A camera through OpenNI2.
     Openni,
+    /// An Intel RealSense camera.
+    Realsense,
     /// A recording, played at the speed at which it was recorded.
     Recording,
     /// Frames that another program sends.
@@ -62,6 +71,7 @@ impl fmt::Display for SourceName {
         f.write_str(match self {
             Self::Simulated => "simulated",
             Self::Openni => "openni",
+            Self::Realsense => "realsense",
             Self::Recording => "recording",
             Self::Stream => "stream",
         })
@@ -95,8 +105,8 @@ impl CameraSettings {
     /// Returns the settings of the first camera that is plugged in, described by the camera file
     /// `file`.
     pub fn new(file: impl Into<PathBuf>) -> Self {
-        let openni = OpenniSettings::default();
-        Self { file: file.into(), source: None, recording: None, stream: None, openni }
+        let (openni, realsense) = (OpenniSettings::default(), RealsenseSettings::default());
+        Self { file: file.into(), source: None, recording: None, stream: None, openni, realsense }
     }
 
     /// Returns the source of the frames, where `simulation` is whether there is a simulated rig.

@@ -34,6 +34,9 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
 fn tell(found: &Discovery) {
     for library in found.libraries.values() {
         match &library.state {
+            LibraryState::Loaded { version, drivers } if drivers.is_empty() => {
+                tell!("{} {version}", library.name)
+            }
             LibraryState::Loaded { version, drivers } => {
                 tell!("{} {version}, drivers: {}", library.name, drivers.join(", "))
             }
@@ -41,7 +44,7 @@ fn tell(found: &Discovery) {
         }
     }
     for camera in &found.cameras {
-        tell!("camera: {} (uri = {:?})", camera.name, camera.uri);
+        tell!("camera: {} (uri or serial = {:?})", camera.name, camera.uri);
     }
     for camera in &found.usb {
         let access = match camera.access {

@@ -11,7 +11,7 @@
 pub mod control;
 mod device;
 mod exports;
-mod render;
+pub mod render;
 pub mod stage;
 
 pub use control::{Control, ControlFile};

@@ -19,12 +19,15 @@ const UNREGISTERED: f64 = 22.0;
 
 /// How a stream is to be rendered.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct View {
-    pub(crate) width: usize,
-    pub(crate) height: usize,
-    pub(crate) mirrored: bool,
+pub struct View {
+    /// Columns.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+    /// Whether left and right are exchanged.
+    pub mirrored: bool,
     /// Depth only: as the colour sensor would see it.
-    pub(crate) registered: bool,
+    pub registered: bool,
 }
 
 /// The ball in a picture's pixels.
@@ -71,8 +74,8 @@ impl Disc {
     }
 }
 
-/// Red, green, blue, row by row.
-pub(crate) fn colour(control: &Control, view: &View, pixels: &mut [u8]) {
+/// Renders red, green, blue, row by row.
+pub fn colour(control: &Control, view: &View, pixels: &mut [u8]) {
     for (i, pixel) in pixels.chunks_exact_mut(3).enumerate() {
         pixel.copy_from_slice(&wall(i % view.width, i / view.width, view.width));
     }
@@ -99,8 +102,8 @@ pub(crate) fn colour(control: &Control, view: &View, pixels: &mut [u8]) {
     mirror::<3>(view, pixels);
 }
 
-/// Depths in millimetres, row by row.
-pub(crate) fn depth(control: &Control, view: &View, pixels: &mut [u8]) {
+/// Renders depths in millimetres, row by row, as bytes of the machine's order.
+pub fn depth(control: &Control, view: &View, pixels: &mut [u8]) {
     for pixel in pixels.chunks_exact_mut(2) {
         pixel.copy_from_slice(&millimetres(WALL).to_ne_bytes());
     }

@@ -4,10 +4,11 @@ use core::ffi::c_int;
 use std::path::Path;
 use std::time::Duration;
 
+use plumb_timing::Sensor;
+
 use crate::error::OpenniError;
 use crate::handle::Handle;
 use crate::library::OpenNi;
-use crate::mode::Sensor;
 use crate::picture::{Picture, Raw};
 use crate::settings::{Settings, Target};
 use crate::stream::{RawStream, Stream};

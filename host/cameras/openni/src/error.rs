@@ -2,9 +2,10 @@
 
 use std::path::PathBuf;
 
+use plumb_timing::Sensor;
 use thiserror::Error;
 
-use crate::mode::{Mode, Sensor};
+use crate::mode::Mode;
 use crate::search::LIBRARY_VARIABLE;
 
 /// Failure to load OpenNI2, to open a camera or a recording, or to read it.

@@ -3,9 +3,11 @@
 use core::ffi::{c_int, c_void};
 use std::ffi::CString;
 
+use plumb_timing::Sensor;
+
 use crate::error::OpenniError;
 use crate::library::OpenNi;
-use crate::mode::{Mode, Sensor};
+use crate::mode::{Mode, formats, sensor_number};
 use crate::settings::Settings;
 use crate::stream::{RawStream, Stream};
 use crate::sys;
@@ -65,7 +67,7 @@ impl<'a> Handle<'a> {
     fn modes(&self, sensor: Sensor) -> Option<Vec<Mode>> {
         // SAFETY: the device is open; the library returns null or a description that lives as long
         // as the device.
-        let info = unsafe { (self.openni.inner.api.sensor_info)(self.raw, sensor.number()) };
+        let info = unsafe { (self.openni.inner.api.sensor_info)(self.raw, sensor_number(sensor)) };
         // SAFETY: as above.
         let info = unsafe { info.as_ref() }?;
         let count = usize::try_from(info.mode_count).unwrap_or(0);
@@ -82,7 +84,7 @@ impl<'a> Handle<'a> {
         let mut raw = std::ptr::null_mut();
         // SAFETY: the device is open, and the variable lives through the call.
         let status = unsafe {
-            (self.openni.inner.api.create_stream)(self.raw, sensor.number(), &raw mut raw)
+            (self.openni.inner.api.create_stream)(self.raw, sensor_number(sensor), &raw mut raw)
         };
         let check = self.openni.inner.check(status);
         check.map_err(|error| OpenniError::Open { uri: format!("{uri}, {sensor}"), error })?;
@@ -135,7 +137,7 @@ impl<'a> Handle<'a> {
         settings: &Settings,
         sensor: Sensor,
     ) -> Result<Mode, OpenniError> {
-        let formats = sensor.formats();
+        let formats = formats(sensor);
         let has = self
             .modes(sensor)
             .ok_or_else(|| OpenniError::NoSensor { uri: uri.to_owned(), sensor })?;

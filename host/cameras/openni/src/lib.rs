@@ -18,7 +18,6 @@
 
 mod api;
 mod camera;
-mod clock;
 mod device;
 mod error;
 mod events;
@@ -28,7 +27,6 @@ mod mailbox;
 mod message;
 mod mode;
 mod oni_file;
-mod pairing;
 mod picture;
 mod reader;
 mod recorder;
@@ -40,11 +38,10 @@ mod text;
 mod worker;
 
 pub use camera::Camera;
-pub use clock::HostClock;
 pub use error::OpenniError;
 pub use library::{DeviceInfo, OpenNi};
-pub use mode::{DepthUnit, Mode, Sensor};
-pub use pairing::{Pairing, Timed};
+pub use mode::{DepthUnit, Mode};
 pub use picture::Pair;
+pub use plumb_timing::Sensor;
 pub use search::LIBRARY_VARIABLE;
 pub use settings::{Opened, Settings, Target, Timeouts};

@@ -1,51 +1,26 @@
-//! Sensors of a camera, and modes of their streams.
+//! Modes of the streams of a camera.
 
 use core::ffi::c_int;
 use std::fmt;
 
+use plumb_timing::Sensor;
+
 use crate::sys;
 
-/// Sensor of a camera.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Sensor {
-    /// Red, green and blue.
-    Colour,
-    /// Depth along the optical axis.
-    Depth,
-}
-
-impl Sensor {
-    /// Returns the other sensor of a pair.
-    pub fn other(self) -> Self {
-        match self {
-            Self::Colour => Self::Depth,
-            Self::Depth => Self::Colour,
-        }
-    }
-
-    /// Returns the library's number of the sensor.
-    pub(crate) fn number(self) -> i32 {
-        match self {
-            Self::Colour => sys::SENSOR_COLOUR,
-            Self::Depth => sys::SENSOR_DEPTH,
-        }
-    }
-
-    /// Returns the library's numbers of the supported pixel formats, the preferred one first.
-    pub(crate) fn formats(self) -> &'static [c_int] {
-        match self {
-            Self::Colour => &[sys::FORMAT_RGB888],
-            Self::Depth => &[sys::FORMAT_DEPTH_1_MM, sys::FORMAT_DEPTH_100_UM],
-        }
+/// Returns the library's number of `sensor`.
+pub(crate) fn sensor_number(sensor: Sensor) -> c_int {
+    match sensor {
+        Sensor::Colour => sys::SENSOR_COLOUR,
+        Sensor::Depth => sys::SENSOR_DEPTH,
     }
 }
 
-impl fmt::Display for Sensor {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Colour => "colour",
-            Self::Depth => "depth",
-        })
+/// Returns the library's numbers of the supported pixel formats of `sensor`, the preferred one
+/// first.
+pub(crate) fn formats(sensor: Sensor) -> &'static [c_int] {
+    match sensor {
+        Sensor::Colour => &[sys::FORMAT_RGB888],
+        Sensor::Depth => &[sys::FORMAT_DEPTH_1_MM, sys::FORMAT_DEPTH_100_UM],
     }
 }
 

@@ -1,8 +1,9 @@
 //! Pictures, copied out of the library's memory.
 
+use plumb_timing::{Sensor, Timed};
+
 use crate::error::OpenniError;
-use crate::mode::{Mode, Sensor};
-use crate::pairing::Timed;
+use crate::mode::Mode;
 
 /// Colour picture and its depth picture.
 #[derive(Debug, Clone, PartialEq)]

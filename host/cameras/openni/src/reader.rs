@@ -2,13 +2,12 @@
 
 use std::time::{Duration, Instant};
 
-use crate::clock::HostClock;
+use plumb_timing::{HostClock, Paired, Pairing, Sensor, Timed};
+
 use crate::device::Device;
 use crate::error::OpenniError;
 use crate::mailbox::Mailbox;
 use crate::message::Event;
-use crate::mode::Sensor;
-use crate::pairing::{Paired, Pairing, Timed};
 use crate::picture::{Pair, Picture};
 use crate::recorder::Recorder;
 

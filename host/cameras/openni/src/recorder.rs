@@ -4,10 +4,11 @@ use std::ffi::CString;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+use plumb_timing::Sensor;
+
 use crate::device::Device;
 use crate::error::OpenniError;
 use crate::library::OpenNi;
-use crate::mode::Sensor;
 use crate::{oni_file, sys};
 
 /// Longest time until the recorder has started.

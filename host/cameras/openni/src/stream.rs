@@ -2,9 +2,11 @@
 
 use core::ffi::{c_int, c_void};
 
+use plumb_timing::Sensor;
+
 use crate::error::OpenniError;
 use crate::library::OpenNi;
-use crate::mode::{Mode, Sensor};
+use crate::mode::{Mode, formats};
 use crate::sys;
 
 /// Stream of a device.
@@ -87,7 +89,7 @@ impl RawStream<'_> {
             .get(sys::STREAM_PROPERTY_VIDEO_MODE, sys::OniVideoMode::default())
             .map_err(failed)?;
         let mode = Mode::from_raw(&raw).ok_or_else(|| failed("it has no size".to_owned()))?;
-        if !sensor.formats().contains(&mode.format) {
+        if !formats(sensor).contains(&mode.format) {
             return Err(failed(format!(
                 "recorded as {mode}: record it as RGB and depth in millimetres"
             )));

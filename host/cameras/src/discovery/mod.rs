@@ -37,11 +37,14 @@ pub fn discover(root: &Path) -> Discovery {
     for driver in DRIVERS {
         let listing = driver.list();
         cameras.extend(listing.cameras);
-        let Some(library) = listing.library else { continue };
-        if let LibraryState::Absent { error } = &library.state {
+        libraries.extend(listing.library.map(|library| (driver.name(), library)));
+    }
+    for (&name, library) in &libraries {
+        if let LibraryState::Absent { error } = &library.state
+            && (cameras.is_empty() || is_wanted(name, &usb))
+        {
             missing.push(error.clone());
         }
-        libraries.insert(driver.name(), library);
     }
     missing.extend(usb::missing(root, &usb));
     if missing.is_empty() && cameras.is_empty() {
@@ -50,12 +53,21 @@ pub fn discover(root: &Path) -> Discovery {
     Discovery { libraries, cameras, usb, missing }
 }
 
+/// Returns whether a camera at the USB needs the library of the driver `name`.
+fn is_wanted(name: SourceName, usb: &[UsbCamera]) -> bool {
+    usb.iter().any(|camera| match camera.support {
+        Support::Openni | Support::OpenniDriver(_) => name == SourceName::Openni,
+        Support::Realsense => name == SourceName::Realsense,
+        Support::None => false,
+    })
+}
+
 /// Returns why no camera can be opened where nothing else is missing.
 fn nothing_found(usb: &[UsbCamera]) -> &'static str {
     if usb.is_empty() {
         "no depth camera is plugged in; with `source = \"stream\"` in the rig file, any program \
          that has pictures is a camera"
     } else {
-        "no driver of OpenNI2 takes the camera that is plugged in; unplug it and plug it in again"
+        "no driver takes the camera that is plugged in; unplug it and plug it in again"
     }
 }

@@ -25,6 +25,8 @@ pub enum Support {
     Openni,
     /// OpenNI2 with this driver, which the package libopenni2-0 lacks.
     OpenniDriver(&'static str),
+    /// librealsense2.
+    Realsense,
     /// None yet.
     None,
 }
@@ -36,6 +38,7 @@ impl fmt::Display for Support {
             Self::OpenniDriver(driver) => {
                 write!(f, "OpenNI2 with {driver}, which is not in libopenni2-0")
             }
+            Self::Realsense => f.write_str("librealsense2"),
             Self::None => f.write_str(
                 "nothing yet: record a TUM RGB-D folder with it, or add a source \
                  (docs/change/add-camera.md)",
@@ -84,7 +87,7 @@ const MODELS: [Model; 6] = [
         vendor: 0x8086,
         products: &[0x0ad2, 0x0ad3, 0x0ad4, 0x0b07, 0x0b3a, 0x0b5b, 0x0b5c, 0x0b64],
         name: "RealSense camera",
-        support: Support::None,
+        support: Support::Realsense,
         webcam_module: None,
     },
     Model {

@@ -108,7 +108,7 @@ fn obstacles(root: &Path, camera: &UsbCamera) -> Vec<String> {
         )),
     };
     let software = match support {
-        Support::Openni => None,
+        Support::Openni | Support::Realsense => None,
         Support::OpenniDriver(_) | Support::None => {
             Some(format!("{camera_text}: works through {support}"))
         }

@@ -4,6 +4,7 @@
 //! of [`DRIVERS`]. Its settings are a field of [`CameraSettings`].
 
 mod openni;
+mod realsense;
 mod recording;
 mod stream;
 
@@ -17,11 +18,13 @@ use crate::driver::{CameraDriver, OpenError, OpenRequest, OpenedCamera};
 use crate::settings::{CameraSettings, SourceName};
 
 pub use openni::OpenniDriver;
+pub use realsense::RealsenseDriver;
 pub use recording::RecordingDriver;
 pub use stream::StreamDriver;
 
 /// All camera drivers.
-pub const DRIVERS: [&dyn CameraDriver; 3] = [&OpenniDriver, &RecordingDriver, &StreamDriver];
+pub const DRIVERS: [&dyn CameraDriver; 4] =
+    [&OpenniDriver, &RealsenseDriver, &RecordingDriver, &StreamDriver];
 
 /// Returns the driver of that name. [`SourceName::Simulated`] has none.
 pub fn driver(name: SourceName) -> Option<&'static dyn CameraDriver> {
@@ -72,8 +75,13 @@ mod tests {
     fn every_source_but_the_simulated_one_has_one_driver() {
         let mut names: Vec<SourceName> = DRIVERS.iter().map(|driver| driver.name()).collect();
         names.push(SourceName::Simulated);
-        let all =
-            [SourceName::Openni, SourceName::Recording, SourceName::Stream, SourceName::Simulated];
+        let all = [
+            SourceName::Openni,
+            SourceName::Realsense,
+            SourceName::Recording,
+            SourceName::Stream,
+            SourceName::Simulated,
+        ];
         assert_eq!(names, all);
         assert!(driver(SourceName::Simulated).is_none());
     }

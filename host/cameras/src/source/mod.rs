@@ -6,6 +6,7 @@ mod clock;
 mod error;
 pub mod openni;
 pub mod playback;
+pub mod realsense;
 mod recording;
 mod resolution;
 pub mod stream;

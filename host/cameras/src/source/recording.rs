@@ -1,4 +1,4 @@
-//! Opening a recording of either format.
+//! Opening a recording of any format.
 
 use std::path::Path;
 
@@ -7,6 +7,7 @@ use thiserror::Error;
 
 use super::camera_source::CameraSource;
 use super::openni::{IntrinsicsSource, OpenNi, OpenniSource, OpenniSourceError, Settings, Target};
+use super::realsense::{self, RealSense, RealsenseSource, RealsenseSourceError};
 use super::tum::{TumError, TumFolder};
 
 /// Open recording.
@@ -27,15 +28,19 @@ pub enum OpenRecordingError {
     /// An `.oni` file cannot be opened.
     #[error(transparent)]
     Openni(#[from] OpenniSourceError),
+    /// A `.bag` or `.db3` file cannot be opened.
+    #[error(transparent)]
+    Realsense(#[from] RealsenseSourceError),
 }
 
-/// Opens the recording at `path`, to be read as fast as the caller takes frames: an `.oni` file
-/// where `path` is a file, else a TUM folder. `intrinsics` are those of the camera file; an `.oni`
-/// file states its depth scale itself.
+/// Opens the recording at `path`, to be read as fast as the caller takes frames: a `.bag` or `.db3`
+/// file of librealsense2, an `.oni` file where `path` is another file, else a TUM folder.
+/// `intrinsics` are those of the camera file; an `.oni` file states its depth scale itself, a file
+/// of librealsense2 its intrinsics too.
 ///
 /// # Errors
-/// As [`TumFolder::open`] and [`OpenniSource::open`]; where `path` is an `.oni` file and OpenNI2
-/// cannot be loaded.
+/// As [`TumFolder::open`], [`OpenniSource::open`] and [`RealsenseSource::open`]; where `path` is a
+/// file and its library cannot be loaded.
 pub fn open_recording(
     path: &Path,
     intrinsics: Intrinsics,
@@ -44,10 +49,23 @@ pub fn open_recording(
         let source = Box::new(TumFolder::open(path, intrinsics)?);
         return Ok(OpenedRecording { source, intrinsics });
     }
+    if path.extension().is_some_and(|kind| kind == "bag" || kind == "db3") {
+        return open_realsense(path);
+    }
     let openni = OpenNi::load().map_err(OpenniSourceError::from)?;
     let target = Target::Recording(path.to_owned());
     let intrinsics = IntrinsicsSource::Calibrated(intrinsics);
     let source = OpenniSource::open(&openni, &target, Settings::default(), intrinsics)?;
+    let intrinsics = *source.intrinsics();
+    Ok(OpenedRecording { source: Box::new(source), intrinsics })
+}
+
+/// Opens a recording of librealsense2.
+fn open_realsense(path: &Path) -> Result<OpenedRecording, OpenRecordingError> {
+    let library = RealSense::load().map_err(RealsenseSourceError::from)?;
+    let target = realsense::Target::Recording(path.to_owned());
+    let settings = realsense::Settings::default();
+    let source = RealsenseSource::open(&library, &target, settings, None)?;
     let intrinsics = *source.intrinsics();
     Ok(OpenedRecording { source: Box::new(source), intrinsics })
 }

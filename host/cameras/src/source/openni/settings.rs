@@ -33,7 +33,7 @@ pub enum IntrinsicsFrom {
     /// The camera file: calibrated.
     #[default]
     File,
-    /// The field of view that the device states: as designed.
+    /// The device: of OpenNI2 the field of view that it was designed for.
     Device,
 }
 

@@ -1,6 +1,6 @@
 //! Mapping of a sender's time stamps to the host's clock.
 
-use plumb_openni::HostClock;
+use plumb_timing::HostClock;
 
 use super::error::StreamError;
 

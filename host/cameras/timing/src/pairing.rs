@@ -1,6 +1,6 @@
 //! Pairing of colour and depth pictures by time.
 
-use crate::mode::Sensor;
+use crate::sensor::Sensor;
 
 /// Item with a time stamp.
 pub trait Timed {
@@ -21,7 +21,7 @@ pub struct Pairing<T> {
 
 /// Result of adding a picture.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) enum Paired<T> {
+pub enum Paired<T> {
     /// The picture waits for its counterpart.
     Pending,
     /// Colour and depth of one moment.
@@ -39,12 +39,12 @@ impl<T: Timed> Pairing<T> {
     }
 
     /// Returns the largest difference of the time stamps of a pair, seconds.
-    pub(crate) fn within(&self) -> f64 {
+    pub fn within(&self) -> f64 {
         self.within
     }
 
     /// Adds the next picture of `sensor`.
-    pub(crate) fn add(&mut self, sensor: Sensor, picture: T) -> Paired<T> {
+    pub fn add(&mut self, sensor: Sensor, picture: T) -> Paired<T> {
         let Some((waited, other)) = self.waiting.take() else {
             self.waiting = Some((sensor, picture));
             return Paired::Pending;

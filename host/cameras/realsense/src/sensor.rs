@@ -1,0 +1,199 @@
+//! Sensor of a device, with the stream that is read.
+
+use core::ffi::c_int;
+use std::sync::Arc;
+
+use plumb_timing::Sensor;
+
+use crate::error::RealsenseError;
+use crate::handle::Owned;
+use crate::library::Inner;
+use crate::settings::Mode;
+use crate::sys::{self, Handle, RawIntrinsics};
+
+/// Stream that a sensor offers.
+#[derive(Debug, Clone, Copy)]
+struct Profile {
+    /// Handle, which lives as long as its sensor's list of profiles.
+    raw: Handle,
+    mode: Mode,
+}
+
+/// Sensor with the stream that is read. It is stopped and closed when it is dropped.
+pub(crate) struct SensorStream {
+    inner: Arc<Inner>,
+    handle: Owned,
+    /// Profiles of the sensor. The chosen one points into them.
+    _profiles: Owned,
+    profile: Profile,
+    is_open: bool,
+    is_started: bool,
+}
+
+// SAFETY: `profile.raw` is a handle of librealsense2, which may be used in any thread and lives as
+// long as `_profiles`.
+unsafe impl Send for SensorStream {}
+
+impl SensorStream {
+    /// Finds the stream of `sensor` in `device`: that of the mode `wanted`, or the first one of a
+    /// recording.
+    pub(crate) fn find(
+        inner: &Arc<Inner>,
+        device: &Owned,
+        id: &str,
+        sensor: Sensor,
+        wanted: Option<Mode>,
+    ) -> Result<Self, RealsenseError> {
+        let failed = |error| RealsenseError::Open { id: id.to_owned(), error };
+        let (mut found, mut has) = (false, Vec::new());
+        for handle in sensors(inner, device).map_err(failed)? {
+            let (list, profiles) = profiles(inner, &handle, sensor).map_err(failed)?;
+            found |= !profiles.is_empty();
+            has.extend(profiles.iter().map(|profile| profile.mode));
+            let fits = |profile: &&Profile| wanted.is_none_or(|mode| profile.mode == mode);
+            if let Some(&profile) = profiles.iter().find(fits) {
+                let (inner, is_open, is_started) = (Arc::clone(inner), false, false);
+                return Ok(Self { inner, handle, _profiles: list, profile, is_open, is_started });
+            }
+        }
+        has.sort();
+        has.dedup();
+        Err(match wanted {
+            Some(wanted) if found => {
+                RealsenseError::NoMode { id: id.to_owned(), sensor, wanted, has }
+            }
+            _ => RealsenseError::NoSensor { id: id.to_owned(), sensor, format: format(sensor).1 },
+        })
+    }
+
+    /// Returns size and rate of the stream.
+    pub(crate) fn mode(&self) -> Mode {
+        self.profile.mode
+    }
+
+    /// Returns the sensor's handle, for its options.
+    pub(crate) fn handle(&self) -> &Owned {
+        &self.handle
+    }
+
+    /// Returns the intrinsics of the stream.
+    pub(crate) fn intrinsics(&self) -> Result<RawIntrinsics, String> {
+        let (api, mut raw) = (&self.inner.api, RawIntrinsics::default());
+        // SAFETY: the profile lives as long as its list.
+        let get =
+            |error| unsafe { (api.profile_intrinsics)(self.profile.raw, &raw mut raw, error) };
+        api.check(get).map(|()| raw)
+    }
+
+    /// Opens and starts the stream. Its frames go to `queue`, which outlives it.
+    pub(crate) fn start(&mut self, queue: &Owned) -> Result<(), String> {
+        let (api, sensor) = (&self.inner.api, self.handle.raw());
+        // SAFETY: the sensor and its profile live.
+        api.check(|error| unsafe { (api.open)(sensor, self.profile.raw, error) })?;
+        self.is_open = true;
+        // SAFETY: the sensor and the queue live.
+        api.check(|error| unsafe { (api.start_queue)(sensor, queue.raw(), error) })?;
+        self.is_started = true;
+        Ok(())
+    }
+}
+
+impl Drop for SensorStream {
+    fn drop(&mut self) {
+        let (api, sensor) = (&self.inner.api, self.handle.raw());
+        // There is no one to report the errors of an unplugged camera to.
+        if self.is_started {
+            // SAFETY: the sensor lives.
+            let _ = api.check(|error| unsafe { (api.stop)(sensor, error) });
+        }
+        if self.is_open {
+            // SAFETY: the sensor lives.
+            let _ = api.check(|error| unsafe { (api.close)(sensor, error) });
+        }
+    }
+}
+
+/// Returns the library's numbers of a sensor's stream, and its format with its name.
+fn format(sensor: Sensor) -> ((c_int, c_int), &'static str) {
+    match sensor {
+        Sensor::Colour => ((sys::STREAM_COLOUR, sys::FORMAT_RGB8), "RGB8"),
+        Sensor::Depth => ((sys::STREAM_DEPTH, sys::FORMAT_Z16), "Z16"),
+    }
+}
+
+/// Returns handles of the device's sensors.
+fn sensors(inner: &Inner, device: &Owned) -> Result<Vec<Owned>, String> {
+    let api = &inner.api;
+    // SAFETY: the device lives.
+    let list = api.check(|error| unsafe { (api.query_sensors)(device.raw(), error) })?;
+    let list = Owned::new(list, api.delete_sensor_list)?;
+    // SAFETY: the list lives.
+    let count = api.check(|error| unsafe { (api.sensor_count)(list.raw(), error) })?;
+    (0..count)
+        .map(|index| {
+            // SAFETY: the list lives, and has more than `index` sensors.
+            let create = |error| unsafe { (api.create_sensor)(list.raw(), index, error) };
+            Owned::new(api.check(create)?, api.delete_sensor)
+        })
+        .collect()
+}
+
+/// Returns the profiles of `handle` that are streams of `sensor` in the supported format, and the
+/// list that they live in.
+fn profiles(
+    inner: &Inner,
+    handle: &Owned,
+    sensor: Sensor,
+) -> Result<(Owned, Vec<Profile>), String> {
+    let api = &inner.api;
+    // SAFETY: the sensor lives.
+    let list = api.check(|error| unsafe { (api.profiles)(handle.raw(), error) })?;
+    let list = Owned::new(list, api.delete_profiles)?;
+    // SAFETY: the list lives.
+    let count = api.check(|error| unsafe { (api.profile_count)(list.raw(), error) })?;
+    let mut found = Vec::new();
+    for index in 0..count {
+        // SAFETY: the list lives, and has more than `index` profiles.
+        let raw = api.check(|error| unsafe { (api.profile_at)(list.raw(), index, error) })?;
+        found.extend(read_profile(inner, raw, sensor)?);
+    }
+    Ok((list, found))
+}
+
+/// Reads a profile; `None` where it is not a stream of `sensor` in the supported format.
+fn read_profile(inner: &Inner, raw: Handle, sensor: Sensor) -> Result<Option<Profile>, String> {
+    let api = &inner.api;
+    let (mut stream, mut format_number, mut rate) = (0, 0, 0);
+    let (mut index, mut id) = (0, 0);
+    // SAFETY: the profile lives as long as its list; the variables live through the call.
+    api.check(|error| unsafe {
+        (api.profile_data)(
+            raw,
+            &raw mut stream,
+            &raw mut format_number,
+            &raw mut index,
+            &raw mut id,
+            &raw mut rate,
+            error,
+        )
+    })?;
+    if (stream, format_number) != format(sensor).0 {
+        return Ok(None);
+    }
+    let (mut width, mut height) = (0, 0);
+    // SAFETY: as above; the profile is one of pictures.
+    api.check(|error| unsafe { (api.profile_size)(raw, &raw mut width, &raw mut height, error) })?;
+    let number = |value: c_int| u16::try_from(value).ok().filter(|&value| value > 0);
+    let mode = number(width).zip(number(height)).zip(number(rate));
+    Ok(mode.map(|((width, height), rate)| Profile { raw, mode: Mode { width, height, rate } }))
+}
+
+/// Returns the sensor that a frame's profile belongs to; `None` for another stream.
+pub(crate) fn sensor_of(inner: &Inner, profile: Handle) -> Result<Option<Sensor>, String> {
+    for sensor in [Sensor::Colour, Sensor::Depth] {
+        if read_profile(inner, profile, sensor)?.is_some() {
+            return Ok(Some(sensor));
+        }
+    }
+    Ok(None)
+}

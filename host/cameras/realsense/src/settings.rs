@@ -1,0 +1,190 @@
+//! Settings of a camera, and the description of an open one.
+
+use std::fmt;
+use std::path::PathBuf;
+use std::time::Duration;
+
+use crate::sys::RawIntrinsics;
+
+/// Camera or recording to open.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Target {
+    /// The first camera that is plugged in.
+    First,
+    /// The camera with this serial number.
+    Serial(String),
+    /// A recording, `.bag` or `.db3`, which is read once, picture by picture.
+    Recording(PathBuf),
+}
+
+/// Settings of a camera. Of a recording only the timeout counts.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Settings {
+    /// Size and rate of both sensors.
+    pub mode: Mode,
+    /// Exposure time of the colour sensor, seconds; `None` for automatic exposure.
+    pub exposure: Option<f64>,
+    /// Whether the infrared projector is on; `None` leaves it as it is.
+    pub emitter: Option<bool>,
+    /// Time from exposure to the earliest arrival of a picture, seconds; see
+    /// [`HostClock`](plumb_timing::HostClock).
+    pub latency: f64,
+    /// File for the library's own recording.
+    pub record: Option<PathBuf>,
+    /// Time without a picture after which the camera is silent.
+    pub timeout: Duration,
+}
+
+impl Default for Settings {
+    /// Returns 640x480 at 30 Hz with automatic exposure and a latency of 45 ms, not recorded. The
+    /// latency is that of the PrimeSense cameras; it has not been measured on a RealSense.
+    fn default() -> Self {
+        Self {
+            mode: Mode { width: 640, height: 480, rate: 30 },
+            exposure: None,
+            emitter: None,
+            latency: 0.045,
+            record: None,
+            timeout: Duration::from_secs(2),
+        }
+    }
+}
+
+/// Size and rate of a stream.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Mode {
+    /// Columns.
+    pub width: u16,
+    /// Rows.
+    pub height: u16,
+    /// Pictures per second.
+    pub rate: u16,
+}
+
+impl fmt::Display for Mode {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}x{} at {} Hz", self.width, self.height, self.rate)
+    }
+}
+
+/// Model that the coefficients of a distortion belong to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum DistortionModel {
+    /// No distortion.
+    None,
+    /// Brown and Conrady: from the ideal to the distorted point. Coefficients k1, k2, p1, p2, k3.
+    BrownConrady,
+    /// As [`Self::BrownConrady`], with the tangential part computed from the radially distorted
+    /// point.
+    ModifiedBrownConrady,
+    /// As [`Self::BrownConrady`], but from the distorted to the ideal point.
+    InverseBrownConrady,
+    /// A model of another kind, by its number in the library.
+    Other(i32),
+}
+
+impl DistortionModel {
+    fn of(number: i32) -> Self {
+        match number {
+            0 => Self::None,
+            1 => Self::ModifiedBrownConrady,
+            2 => Self::InverseBrownConrady,
+            4 => Self::BrownConrady,
+            other => Self::Other(other),
+        }
+    }
+}
+
+/// Intrinsics of the colour picture.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Intrinsics {
+    /// Focal length along the rows, pixels.
+    pub fx: f64,
+    /// Focal length along the columns, pixels.
+    pub fy: f64,
+    /// Column of the principal point, pixels from the centre of the leftmost pixel.
+    pub cx: f64,
+    /// Row of the principal point, pixels from the centre of the topmost pixel.
+    pub cy: f64,
+    /// Model of the distortion.
+    pub model: DistortionModel,
+    /// Coefficients of the distortion.
+    pub coefficients: [f64; 5],
+}
+
+impl Intrinsics {
+    /// Converts the library's form.
+    pub(crate) fn of(raw: &RawIntrinsics) -> Self {
+        Self {
+            fx: raw.fx.into(),
+            fy: raw.fy.into(),
+            cx: raw.ppx.into(),
+            cy: raw.ppy.into(),
+            model: DistortionModel::of(raw.model),
+            coefficients: raw.coefficients.map(f64::from),
+        }
+    }
+
+    /// Returns the largest distance between an ideal and a distorted point in a picture of `mode`,
+    /// pixels. It is computed at the corners, to first order. `None` for a model of another kind
+    /// with coefficients.
+    pub fn largest_distortion(&self, mode: Mode) -> Option<f64> {
+        if self.coefficients == [0.0; 5] || self.model == DistortionModel::None {
+            return Some(0.0);
+        }
+        if matches!(self.model, DistortionModel::Other(_)) {
+            return None;
+        }
+        let (right, bottom) = (f64::from(mode.width) - 1.0, f64::from(mode.height) - 1.0);
+        let corners = [(0.0, 0.0), (right, 0.0), (0.0, bottom), (right, bottom)];
+        Some(corners.iter().map(|&(u, v)| self.distortion_at(u, v)).fold(0.0, f64::max))
+    }
+
+    /// Returns the distortion of the pixel (`u`, `v`), pixels.
+    fn distortion_at(&self, u: f64, v: f64) -> f64 {
+        let [k1, k2, p1, p2, k3] = self.coefficients;
+        let (x, y) = ((u - self.cx) / self.fx, (v - self.cy) / self.fy);
+        let r2 = x * x + y * y;
+        let radial = r2 * (k1 + r2 * (k2 + r2 * k3));
+        let dx = x * radial + 2.0 * p1 * x * y + p2 * (r2 + 2.0 * x * x);
+        let dy = y * radial + 2.0 * p2 * x * y + p1 * (r2 + 2.0 * y * y);
+        (dx * self.fx).hypot(dy * self.fy)
+    }
+}
+
+/// Description of an open camera or recording.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Opened {
+    /// Serial number of the camera, path of the recording.
+    pub id: String,
+    /// Model.
+    pub name: String,
+    /// Size of both pictures, and rate.
+    pub mode: Mode,
+    /// Length of a unit of depth, metres.
+    pub depth_unit: f64,
+    /// Intrinsics of the colour picture, which depth is aligned to.
+    pub intrinsics: Intrinsics,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn intrinsics(model: i32, coefficients: [f32; 5]) -> Intrinsics {
+        let (fx, fy, ppx, ppy) = (600.0, 600.0, 319.5, 239.5);
+        let (width, height) = (640, 480);
+        Intrinsics::of(&RawIntrinsics { width, height, ppx, ppy, fx, fy, model, coefficients })
+    }
+
+    #[test]
+    fn the_largest_distortion_is_that_of_a_corner() {
+        let mode = Settings::default().mode;
+        assert_eq!(intrinsics(2, [0.0; 5]).largest_distortion(mode), Some(0.0));
+        // A corner is 399.4 px, or 0.6656 focal lengths, from the principal point.
+        let radial = intrinsics(4, [0.1, 0.0, 0.0, 0.0, 0.0]).largest_distortion(mode).unwrap();
+        assert!((radial - 0.1 * 0.6656_f64.powi(3) * 600.0).abs() < 0.01, "{radial}");
+        assert_eq!(intrinsics(3, [0.1; 5]).largest_distortion(mode), None);
+        assert_eq!(intrinsics(3, [0.0; 5]).largest_distortion(mode), Some(0.0));
+    }
+}

@@ -1,0 +1,85 @@
+//! Table `[camera.realsense]` of a rig file.
+
+use plumb_realsense::{Mode, Settings, Target};
+use serde::Deserialize;
+
+use crate::source::openni::IntrinsicsFrom;
+use crate::toml_file::Positive;
+
+/// Settings of an Intel RealSense camera: table `[camera.realsense]` of a rig file. Every key may
+/// be left out.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct RealsenseSettings {
+    /// Serial number of the camera, as `plumb cameras` prints it. Default: the first camera.
+    pub serial: Option<String>,
+    /// Columns of both pictures, pixels, 1 to 65535. Default: 640.
+    pub width: u16,
+    /// Rows of both pictures, pixels, 1 to 65535. Default: 480.
+    pub height: u16,
+    /// Frame rate, frames/s, 1 to 65535. Default: 30.
+    pub rate: u16,
+    /// Exposure time of the colour sensor, seconds, above 0. Default: automatic.
+    pub exposure: Option<Positive>,
+    /// Whether the infrared projector is on. Default: as the camera has it.
+    pub emitter: Option<bool>,
+    /// Time from exposure to the earliest arrival of a frame, seconds, above 0. Default: 0.045.
+    pub latency: Option<Positive>,
+    /// Origin of the intrinsics. Default: `"device"`, which the maker calibrated.
+    pub intrinsics: IntrinsicsFrom,
+}
+
+impl Default for RealsenseSettings {
+    /// Returns the settings of the first camera at 640x480 and 30 frames/s, with the device's
+    /// intrinsics.
+    fn default() -> Self {
+        let Mode { width, height, rate } = Settings::default().mode;
+        let (serial, exposure, emitter, latency) = (None, None, None, None);
+        let intrinsics = IntrinsicsFrom::Device;
+        Self { serial, width, height, rate, exposure, emitter, latency, intrinsics }
+    }
+}
+
+impl RealsenseSettings {
+    /// Returns the camera to open.
+    pub fn target(&self) -> Target {
+        self.serial.clone().map_or(Target::First, Target::Serial)
+    }
+
+    /// Returns what is to be set in the device.
+    pub fn device_settings(&self) -> Settings {
+        let usual = Settings::default();
+        Settings {
+            mode: Mode { width: self.width, height: self.height, rate: self.rate },
+            exposure: self.exposure.map(Positive::get),
+            emitter: self.emitter,
+            latency: self.latency.map_or(usual.latency, Positive::get),
+            ..usual
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::toml_file::parse_toml;
+
+    fn settings(text: &str) -> RealsenseSettings {
+        parse_toml(Path::new("rig.toml"), text).unwrap()
+    }
+
+    #[test]
+    fn keys_that_are_left_out_have_the_librarys_defaults() {
+        let absent = settings("");
+        assert_eq!(absent.target(), Target::First);
+        assert_eq!(absent.device_settings(), Settings::default());
+        let chosen = settings("serial = '1'\nrate = 60\nexposure = 0.008\nemitter = false");
+        assert_eq!(chosen.target(), Target::Serial("1".to_owned()));
+        let mode = Mode { rate: 60, ..Settings::default().mode };
+        let expected =
+            Settings { mode, exposure: Some(0.008), emitter: Some(false), ..Settings::default() };
+        assert_eq!(chosen.device_settings(), expected);
+    }
+}

@@ -1,0 +1,33 @@
+//! Time stamps of RGB-D cameras, for the crates of the cameras' libraries.
+//!
+//! - [`HostClock`]: mapping of a device's time stamps to the host's clock.
+//! - [`Pairing`]: pairs of colour and depth pictures by their time stamps.
+//!
+//! ```
+//! use plumb_timing::{Paired, Pairing, Sensor, Timed};
+//!
+//! #[derive(Debug, PartialEq)]
+//! struct Stamp(f64);
+//!
+//! impl Timed for Stamp {
+//!     fn time(&self) -> f64 {
+//!         self.0
+//!     }
+//! }
+//!
+//! let mut pairing = Pairing::new(0.013);
+//! assert_eq!(pairing.add(Sensor::Depth, Stamp(1.000)), Paired::Pending);
+//! let pair = pairing.add(Sensor::Colour, Stamp(1.002));
+//! assert_eq!(pair, Paired::Pair(Stamp(1.002), Stamp(1.000)));
+//! ```
+
+#![forbid(unsafe_code)]
+#![deny(missing_docs)]
+
+mod clock;
+mod pairing;
+mod sensor;
+
+pub use clock::HostClock;
+pub use pairing::{Paired, Pairing, Timed};
+pub use sensor::Sensor;

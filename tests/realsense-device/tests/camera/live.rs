@@ -1,0 +1,136 @@
+//! The live camera: pairs, options, lost pictures and silence.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use plumb_realsense::{Camera, DeviceInfo, Mode, Pair, RealsenseError, Sensor, Settings, Target};
+use plumb_realsense_device::{Control, Feeder, Stamp, UNIT};
+
+use crate::fixture::{Fixture, assert_shows_the_ball, quick, scene};
+
+/// Returns the next pair; ignores lost ones.
+fn next(camera: &mut Camera) -> Pair {
+    for _ in 0..100 {
+        match camera.next_pair() {
+            Ok(Some(pair)) => return pair,
+            Ok(None) => panic!("a camera does not end"),
+            Err(error) => assert!(error.is_transient(), "{error}"),
+        }
+    }
+    panic!("100 pictures were lost");
+}
+
+#[test]
+fn a_camera_is_listed_opened_and_aligned() {
+    let Some(fixture) = Fixture::new("live") else { return };
+    let name = "Plumb software camera".to_owned();
+    let listed = DeviceInfo { serial: "live".to_owned(), name: name.clone() };
+    assert!(fixture.library.devices().unwrap().contains(&listed));
+
+    let mut camera = fixture.open(Settings { latency: 0.0, ..Settings::default() }).unwrap();
+    let opened = camera.opened().clone();
+    assert_eq!((opened.id.as_str(), opened.name), ("live", name));
+    assert_eq!(opened.mode, Mode { width: 640, height: 480, rate: 30 });
+    assert_eq!(opened.depth_unit, UNIT);
+    let intrinsics = opened.intrinsics;
+    assert_eq!((intrinsics.fx, intrinsics.cx, intrinsics.cy), (525.0, 319.5, 239.5));
+    assert_eq!(intrinsics.largest_distortion(opened.mode), Some(0.0));
+
+    let _feeder = Feeder::start(Arc::clone(&fixture.device), scene());
+    let mut last = 0.0;
+    for _ in 0..10 {
+        let pair = next(&mut camera);
+        assert_shows_the_ball(&pair);
+        assert!(pair.time > last && pair.time <= camera.now(), "{} after {last}", pair.time);
+        last = pair.time;
+    }
+}
+
+#[test]
+fn exposure_and_projector_are_set() {
+    let Some(fixture) = Fixture::new("options") else { return };
+    let settings = Settings { exposure: Some(0.008), emitter: Some(false), ..quick() };
+    drop(fixture.open(settings).unwrap());
+    assert_eq!(fixture.device.options(), Ok((80.0, false)));
+    drop(fixture.open(Settings { emitter: Some(true), ..quick() }).unwrap());
+    assert_eq!(fixture.device.options(), Ok((80.0, true)));
+    let long = fixture.open(Settings { exposure: Some(2.0), ..quick() });
+    let text = long.unwrap_err().to_string();
+    assert!(text.contains("20000 is not between 0 and 10000"), "{text}");
+}
+
+#[test]
+fn pictures_are_paired_by_their_time_stamps() {
+    let Some(fixture) = Fixture::new("pairs") else { return };
+    let mut camera = fixture.open(quick()).unwrap();
+    // A pair in step, one that is 10 ms apart, one that is half a period apart.
+    fixture.send(1000.000, 1000.000);
+    assert_shows_the_ball(&camera.next_pair().unwrap().unwrap());
+    fixture.send(1000.033, 1000.043);
+    assert_shows_the_ball(&camera.next_pair().unwrap().unwrap());
+    fixture.send(1000.067, 1000.084);
+    let error = camera.next_pair().unwrap_err();
+    assert!(error.is_transient(), "{error}");
+    assert!(matches!(error, RealsenseError::Unpaired { sensor: Sensor::Colour, .. }), "{error}");
+    // A depth picture was lost; the next pair is whole.
+    fixture.send(1000.100, 1000.100);
+    let error = camera.next_pair().unwrap_err();
+    assert!(matches!(error, RealsenseError::Unpaired { sensor: Sensor::Depth, .. }), "{error}");
+    assert_shows_the_ball(&camera.next_pair().unwrap().unwrap());
+}
+
+#[test]
+fn pictures_of_different_clocks_are_refused() {
+    let Some(fixture) = Fixture::new("clocks") else { return };
+    let mut camera = fixture.open(quick()).unwrap();
+    fixture.device.send_depth(&scene(), Stamp::at(1000.0), UNIT).unwrap();
+    let system = Stamp { time: 1.7e9, domain: 1 };
+    fixture.device.send_colour(&scene(), system).unwrap();
+    assert_eq!(camera.next_pair(), Err(RealsenseError::Clocks));
+    // The colour sensor changes to the camera's clock.
+    fixture.send(1000.033, 1000.033);
+    assert_shows_the_ball(&next(&mut camera));
+}
+
+#[test]
+fn a_picture_in_other_units_of_depth_is_refused() {
+    let Some(fixture) = Fixture::new("other-unit") else { return };
+    let mut camera = fixture.open(quick()).unwrap();
+    fixture.device.send_colour(&scene(), Stamp::at(1000.0)).unwrap();
+    fixture.device.send_depth(&scene(), Stamp::at(1000.0), 0.0001).unwrap();
+    let error = camera.next_pair().unwrap_err();
+    assert!(matches!(error, RealsenseError::OtherDepthUnit { .. }), "{error}");
+    fixture.send(1000.033, 1000.033);
+    assert_shows_the_ball(&camera.next_pair().unwrap().unwrap());
+}
+
+#[test]
+fn a_camera_that_falls_silent_is_an_error_in_bounded_time() {
+    let Some(fixture) = Fixture::new("silent") else { return };
+    let mut camera = fixture.open(quick()).unwrap();
+    let feeder = Feeder::start(Arc::clone(&fixture.device), scene());
+    next(&mut camera);
+    feeder.show(Control { silent: true, ..scene() });
+    let start = Instant::now();
+    let error = loop {
+        match camera.next_pair() {
+            Err(error) if !error.is_transient() => break error,
+            _ => assert!(start.elapsed() < Duration::from_secs(60), "no error"),
+        }
+    };
+    assert!(matches!(error, RealsenseError::Silent { .. }), "{error}");
+    assert_eq!(camera.next_pair(), Err(error));
+    // Depth alone makes no pairs.
+    drop(camera);
+    let mut camera = fixture.open(quick()).unwrap();
+    feeder.show(Control { blind: true, ..scene() });
+    let error = (0..10).find_map(|_| camera.next_pair().err()).unwrap();
+    assert!(matches!(error, RealsenseError::Unpaired { sensor: Sensor::Colour, .. }), "{error}");
+}
+
+#[test]
+fn the_first_camera_is_taken_where_none_is_named() {
+    let Some(fixture) = Fixture::new("first") else { return };
+    let camera = Camera::open(&fixture.library, &Target::First, quick()).unwrap();
+    assert_eq!(camera.opened().name, "Plumb software camera");
+}

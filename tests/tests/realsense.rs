@@ -1,0 +1,34 @@
+//! The paper's task with images from the real librealsense2, in real time. Its software device
+//! shows the ball of the emulated board's rig.
+
+#![allow(clippy::expect_used, reason = "a test stops at the first surprise")]
+
+use std::sync::Arc;
+
+use nalgebra::Point3;
+use plumb_cameras::source::realsense::{RealsenseSource, Settings, Target};
+use plumb_realsense_device::{Control, Feeder, SoftwareCamera, UNIT, library};
+use plumb_tests::live_camera::LiveRig;
+
+#[test]
+fn a_run_with_librealsense2_reaches_the_papers_target() {
+    let Some(library) = library().expect("the library") else { return };
+    let rig = LiveRig::serve().expect("the paper's rig");
+    let diameter = rig.camera.ball_diameter;
+    let scene =
+        |ball: Point3<f64>| Control { ball: Some(ball.into()), diameter, ..Control::default() };
+    let device = SoftwareCamera::plug_in(&library, "paper", UNIT, [0.0; 5]).expect("a device");
+    let feeder = Feeder::start(Arc::new(device), scene(rig.start()));
+
+    let settings = Settings { latency: 0.005, ..Settings::default() };
+    let target = Target::Serial("paper".to_owned());
+    let mut source = RealsenseSource::open(&library, &target, settings, None).expect("the camera");
+    let intrinsics = *source.intrinsics();
+    let (summary, error) =
+        rig.run(&mut source, intrinsics, |ball| feeder.show(scene(ball))).expect("an unbroken run");
+    assert!(summary.reached, "{summary:?}");
+    // 114 periods by the law, without latency.
+    assert!(summary.located > 60 && summary.lost < summary.frames / 10, "{summary:?}");
+    assert!(error < 0.010, "{error} m from the target: {summary:?}");
+    println!("{summary:?}, {:.2} mm from the target", error * 1e3);
+}
