@@ -100,7 +100,7 @@ fn obstacles(root: &Path, camera: &UsbCamera) -> Vec<String> {
     let access = match camera.access {
         Access::Open => None,
         Access::Forbidden => {
-            Some(format!("{camera_text}: this user may not open it. {}", permission(root)))
+            Some(format!("{camera_text}: this user may not open it. {}", permission(root, support)))
         }
         Access::Absent => Some(format!(
             "{camera_text}: its device file cannot be opened; in a container, hand it in \
@@ -117,15 +117,23 @@ fn obstacles(root: &Path, camera: &UsbCamera) -> Vec<String> {
 }
 
 /// Returns the remedy for a camera that this user may not open.
-fn permission(root: &Path) -> &'static str {
+fn permission(root: &Path, support: &Support) -> String {
+    let (mark, package) = match support {
+        Support::Realsense => ("realsense", "librealsense2-udev-rules (Intel's repository)"),
+        _ => ("openni", "libopenni2-0"),
+    };
     let folders = ["lib/udev/rules.d", "usr/lib/udev/rules.d", "etc/udev/rules.d"]
         .map(|folder| root.join(folder));
     let mut rules = folders.iter().filter_map(|f| fs::read_dir(f).ok()).flatten().flatten();
-    if rules.any(|rule| rule.file_name().to_string_lossy().contains("openni")) {
+    if rules.any(|rule| rule.file_name().to_string_lossy().contains(mark)) {
         "There are udev rules for it: unplug it and plug it in again, or join the group video \
          (usermod -aG video USER)"
+            .to_owned()
     } else {
-        "There are no udev rules for it: install libopenni2-0, which has them, and plug it in again"
+        format!(
+            "There are no udev rules for it: install {package}, which has them, and plug it in \
+             again"
+        )
     }
 }
 
@@ -202,6 +210,20 @@ mod tests {
         let found = cameras(root.path());
         assert_eq!(found[0].access, Access::Absent);
         assert!(missing(root.path(), &found)[0].contains("container"));
+    }
+
+    #[test]
+    fn a_realsense_camera_has_udev_rules_of_its_own() {
+        let root = system(&[("8086", "0b07", None)]);
+        let found = [UsbCamera { access: Access::Forbidden, ..cameras(root.path())[0].clone() }];
+        let folder = root.path().join("lib/udev/rules.d");
+        fs::create_dir_all(&folder).unwrap();
+        fs::write(folder.join("60-libopenni2-0.rules"), "").unwrap();
+        let texts = missing(root.path(), &found);
+        assert!(texts[0].contains("install librealsense2-udev-rules"), "{texts:?}");
+        fs::write(folder.join("99-realsense-libusb.rules"), "").unwrap();
+        let texts = missing(root.path(), &found);
+        assert!(texts.len() == 1 && texts[0].contains("group video"), "{texts:?}");
     }
 
     #[test]
