@@ -190,9 +190,10 @@ impl Format {
         }
     }
 
-    /// Returns the names that the program accepts in a table, from its error about an unknown one.
-    fn known(&self, group: Option<&str>, line: &str) -> BTreeSet<String> {
-        let error = self.parsed(group, "", line).expect_err(line);
+    /// Returns the names that the program accepts in a table or as the value of a key, from its
+    /// error about the unknown one in `line`. The file has no other line of the key `without`.
+    fn known(&self, group: Option<&str>, without: &str, line: &str) -> BTreeSet<String> {
+        let error = self.parsed(group, without, line).expect_err(line);
         // Of an enum's table the crate `toml` lists the keys without backticks.
         if let Some((_, names)) = error.split_once("available keys: ") {
             return names.split(", ").map(str::to_owned).collect();
@@ -226,7 +227,7 @@ impl Format {
                 .into_iter()
                 .flatten()
                 .find(|group| table == *group || table.starts_with(&format!("{group}.")));
-            let known = self.known(group.as_deref(), &format!("{inside} = 1"));
+            let known = self.known(group.as_deref(), "", &format!("{inside} = 1"));
             assert_eq!(documented, known, "the keys of [{table}]");
         }
     }
@@ -255,7 +256,8 @@ impl Format {
     fn check_names(&self) {
         for row in self.rows.iter().filter(|row| !row.names().is_empty()) {
             let group = self.choice(&row.key);
-            let known = self.known(group.as_deref(), &format!("{} = {UNKNOWN:?}", row.key));
+            let known =
+                self.known(group.as_deref(), &row.key, &format!("{} = {UNKNOWN:?}", row.key));
             let tables = self.tables().remove(&row.key).unwrap_or_default();
             let documented: BTreeSet<String> = row.names().union(&tables).cloned().collect();
             assert_eq!(documented, known, "the values of {}", row.key);

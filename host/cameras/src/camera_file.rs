@@ -1,10 +1,12 @@
 //! Camera file (TOML): intrinsics and pose of a camera, and the ball.
 
+use std::fmt;
 use std::path::Path;
 
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 use plumb_frame::camera::{Camera, Intrinsics};
-use serde::Deserialize;
+use serde::de::{Unexpected, Visitor};
+use serde::{Deserialize, Deserializer};
 use thiserror::Error;
 
 use crate::toml_file::{Finite, Mistake, Positive, TomlFileError, diagnose, parse_toml, read_toml};
@@ -14,6 +16,9 @@ pub const PAPER: &str = include_str!("../../rigs/camera.toml");
 
 /// Reference page of the camera file: every key with its unit, range, default and meaning.
 pub const REFERENCE: &str = include_str!("../../../docs/use/camera-file.md");
+
+/// Value of `intrinsics.depth_scale` of a camera without depth.
+pub(crate) const NO_DEPTH: &str = "none";
 
 /// Values with which [`mistakes`] goes on where the file has a mistake.
 const PLACEHOLDERS: &str = "\
@@ -46,8 +51,8 @@ pub fn mistakes(text: &str) -> Vec<Mistake> {
 ///
 /// # Errors
 /// Where the file cannot be read, has an unknown key, lacks a key, or a value is out of its range:
-/// all numbers are finite, `fx`, `fy`, `depth_scale` and `diameter_m` above 0, the hue from 0 to
-/// 360, the quaternion's norm within 1 % of 1 (it is normalised).
+/// all numbers are finite, `fx`, `fy`, `depth_scale` (or "none") and `diameter_m` above 0, the hue
+/// from 0 to 360, the quaternion's norm within 1 % of 1 (it is normalised).
 pub fn read(path: &Path) -> Result<Camera, TomlFileError> {
     read_toml::<CameraFile>(path).map(Camera::from)
 }
@@ -89,8 +94,60 @@ struct IntrinsicsTable {
     cx: Finite,
     /// Row of the principal point, pixels from the centre of the topmost pixel.
     cy: Finite,
-    /// Depth units in a metre, above 0. A live camera and an `.oni` file state their own.
-    depth_scale: Positive,
+    /// Depth units in a metre, above 0, or "none" for a camera without depth. A live camera with
+    /// depth and an `.oni` file state their own.
+    depth_scale: DepthScale,
+}
+
+/// Depth units in a metre.
+#[derive(Debug)]
+enum DepthScale {
+    /// The camera has no depth.
+    None,
+    /// Units in a metre.
+    Units(Positive),
+}
+
+impl DepthScale {
+    /// Returns the units in a metre; 0 without depth.
+    fn units(&self) -> f64 {
+        match self {
+            Self::None => 0.0,
+            Self::Units(units) => units.get(),
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for DepthScale {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(DepthScaleVisitor)
+    }
+}
+
+/// Reader of a [`DepthScale`]: a number or a name.
+struct DepthScaleVisitor;
+
+impl Visitor<'_> for DepthScaleVisitor {
+    type Value = DepthScale;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "a number above 0, or `{NO_DEPTH}` for a camera without depth")
+    }
+
+    fn visit_f64<E: serde::de::Error>(self, x: f64) -> Result<DepthScale, E> {
+        Positive::new(x).map(DepthScale::Units).map_err(E::custom)
+    }
+
+    fn visit_i64<E: serde::de::Error>(self, x: i64) -> Result<DepthScale, E> {
+        self.visit_f64(x as f64)
+    }
+
+    fn visit_str<E: serde::de::Error>(self, name: &str) -> Result<DepthScale, E> {
+        if name == NO_DEPTH {
+            return Ok(DepthScale::None);
+        }
+        Err(E::invalid_value(Unexpected::Str(name), &self))
+    }
 }
 
 /// Table `[pose]`: camera axes (x right, y down, z forward) in the rig frame.
@@ -175,7 +232,7 @@ impl From<CameraFile> for Camera {
                 fy: i.fy.get(),
                 cx: i.cx.get(),
                 cy: i.cy.get(),
-                depth_scale: i.depth_scale.get(),
+                depth_scale: i.depth_scale.units(),
             },
             pose: file.pose.isometry(),
             ball_diameter: file.ball.diameter_m.get(),
@@ -226,10 +283,19 @@ diameter_m = 0.06
     }
 
     #[test]
+    fn a_camera_without_depth_has_a_depth_scale_of_none() {
+        assert!(read_text(GOOD).unwrap().intrinsics.has_depth());
+        let camera = read_text(&GOOD.replace("= 5000", "= 'none'")).unwrap();
+        assert!(!camera.intrinsics.has_depth());
+    }
+
+    #[test]
     fn mistakes_are_reported_with_file_line_and_key() {
         let cases = [
             ("fx = 525.0", "fx = -525.0", "camera.toml:2: ", "intrinsics.fx"),
             ("depth_scale = 5000", "depth_scale = nan", "camera.toml:6: ", "depth_scale"),
+            ("depth_scale = 5000", "depth_scale = 0", "camera.toml:6: ", "depth_scale"),
+            ("depth_scale = 5000", "depth_scale = 'no'", "camera.toml:6: ", "or `none` for"),
             ("cx = 319.5\n", "", "camera.toml:1: ", "cx"),
             ("cx = 319.5", "cx = 319.5\nk1 = 0.1", "camera.toml:5: ", "k1"),
             ("0.501", "0.6", "camera.toml:9: ", "quaternion"),

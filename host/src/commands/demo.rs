@@ -21,7 +21,7 @@ use plumb_runtime::run::{Run, RunParts, Summary};
 use plumb_runtime::run_log::{FigureSettings, LawCurve, OutputDir, RunLog};
 use plumb_sim::emulator::{EMULATED, EmulatedBoard, serve};
 use plumb_sim::simulated::{ServedRig, SimulatedCamera, Timing, VirtualBoard};
-use plumb_sim::synthetic::{Background, RenderOptions, Room, SyntheticCamera};
+use plumb_sim::synthetic::{Background, Material, RenderOptions, Room, SyntheticCamera};
 use plumb_vision::camera::Camera;
 use plumb_vision::frame::RgbdFrame;
 use serde::Serialize;
@@ -45,6 +45,7 @@ use super::{Failure, Physics, bad_input, failed, failed_because, law, numbers, p
         "plumb demo",
         "plumb demo --virtual-time --law interval --gamma 100",
         "plumb demo --compare",
+        "plumb demo --virtual-time --no-depth",
     ]
 )]
 pub(crate) struct Args {
@@ -69,6 +70,9 @@ pub(crate) struct Args {
     /// laws.svg
     #[arg(long, conflicts_with_all = ["law", "gamma", "record", "page", "mcap", "foxglove"])]
     compare: bool,
+    /// Camera without depth, before a plain wall: the size of the ball's outline gives the distance
+    #[arg(long, conflicts_with = "background")]
+    no_depth: bool,
     /// Physics of the simulated rig
     #[arg(long, value_enum, default_value = "quasi-static")]
     physics: Physics,
@@ -120,7 +124,10 @@ fn drive(
     curve: &mut LawCurve,
 ) -> Result<ExitCode, Failure> {
     let rig = Rig { law, ..Rig::paper()? };
-    let camera = camera_file::paper()?;
+    let mut camera = camera_file::paper()?;
+    if args.no_depth {
+        camera.intrinsics.depth_scale = 0.0;
+    }
     let folder = record_folder(args.options.record.as_deref())?;
     let synthetic = synthetic_camera(args, &camera)?;
     let Some(simulation) = rig.simulation.clone() else {
@@ -151,6 +158,7 @@ fn drive(
 /// Returns the camera in front of a recorded frame or a room.
 fn synthetic_camera(args: &Args, camera: &Camera) -> Result<SyntheticCamera, Failure> {
     let background = match &args.background {
+        None if args.no_depth => Background::Room(Room::bare(Material::from_srgb(140, 150, 120))),
         None => Background::Room(Room::furnished()),
         Some(folder) => Background::Frame(first_frame(folder, camera)?),
     };

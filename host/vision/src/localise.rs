@@ -12,13 +12,19 @@
 //! from the middle of the disc: R in the middle, 2R/3 in the mean over the disc, R/√2 in the
 //! median. As it is added for each pixel, it is right for whatever part of the disc has depth, and
 //! the median of the votes is the centre's depth.
+//!
+//! Without depth, the size of the outline gives the position: see [`localise_by_outline`].
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, Point3, Vector3};
 
 use crate::camera::{Camera, Intrinsics};
 use crate::depth_view::DepthView;
 use crate::frame::RgbdFrame;
 use crate::observation::{BallObservation, Circle, Gaussian3};
+
+mod outline;
+
+pub use outline::localise_by_outline;
 
 /// Parameters of the localisation.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -77,9 +83,14 @@ pub struct CentreDepth {
 }
 
 /// Returns the observation of a ball that is seen as `circle`, with the position that the frame's
-/// depth gives (see [`localise`]).
+/// depth gives (see [`localise`]), or of a camera without depth the outline
+/// (see [`localise_by_outline`]).
 pub fn observe(circle: Circle, score: f64, frame: &RgbdFrame, camera: &Camera) -> BallObservation {
-    let position = localise(&circle, frame, camera);
+    let position = if frame.intrinsics().has_depth() {
+        localise(&circle, frame, camera)
+    } else {
+        localise_by_outline(&circle, frame.intrinsics(), camera)
+    };
     BallObservation { stamp: frame.time(), circle, score, position }
 }
 
@@ -91,16 +102,20 @@ pub fn localise(circle: &Circle, frame: &RgbdFrame, camera: &Camera) -> Option<G
     let centre = centre_depth(circle, frame, camera.ball_diameter / 2.0)?;
     let intrinsics = frame.intrinsics();
     let point = intrinsics.deproject(circle.u, circle.v, centre.depth);
-    let mut across = Matrix3::zeros();
-    across.fixed_view_mut::<2, 2>(0, 0).copy_from(&circle.covariance);
     let metres_per_pixel =
         Vector3::new(centre.depth / intrinsics.fx, centre.depth / intrinsics.fy, 0.0);
     let scale = Matrix3::from_diagonal(&metres_per_pixel);
     let along = point.coords / point.z * centre.error;
-    let in_camera = scale * across * scale + along * along.transpose();
+    let in_camera = scale * circle.covariance * scale + along * along.transpose();
+    Some(in_rig_frame(camera, &point, &in_camera))
+}
+
+/// Returns the distribution in the rig frame of a point in camera axes with the covariance
+/// `in_camera`, metres².
+fn in_rig_frame(camera: &Camera, point: &Point3<f64>, in_camera: &Matrix3<f64>) -> Gaussian3 {
     let rotation = camera.pose.rotation.to_rotation_matrix();
     let covariance = rotation * in_camera * rotation.transpose();
-    Some(Gaussian3 { mean: camera.pose * point, covariance })
+    Gaussian3 { mean: camera.pose * point, covariance }
 }
 
 /// Returns the depth of the centre of a ball of radius `ball_radius` (metres) that is seen as

@@ -3,7 +3,7 @@
 
 use std::collections::VecDeque;
 
-use nalgebra::{Matrix2, Point3};
+use nalgebra::{Matrix3, Point3};
 use plumb_cameras::source::{CameraSource, InvalidFrame, SourceError};
 use plumb_sim::simulated::{SimClock, SimulationError, Timing};
 use plumb_vision::camera::{Camera, Intrinsics};
@@ -106,7 +106,7 @@ impl BallDetector for FixedDetector {
     }
 
     fn detect(&mut self, frame: &RgbdFrame) -> Result<Option<BallObservation>, DetectError> {
-        let covariance = Matrix2::identity() * VARIANCE;
+        let covariance = Matrix3::identity() * VARIANCE;
         let circle = Circle { u: CENTRE, v: CENTRE, radius: RADIUS, covariance };
         Ok(Some(observe(circle, 1.0, frame, &self.0)))
     }

@@ -15,6 +15,7 @@ use std::thread::{self, JoinHandle};
 use plumb_frame::camera::Intrinsics;
 use plumb_frame::frame::RgbdFrame;
 
+use crate::camera_file::NO_DEPTH;
 use error::io_error;
 use writer::Writer;
 
@@ -141,7 +142,7 @@ impl Recorder {
 }
 
 /// Returns the factor for depth values, and the resulting units in a metre: the format's where the
-/// factor is an integer, else `own`, unchanged.
+/// factor is an integer, else `own`, unchanged (0 of a camera without depth).
 fn scale(own: f64) -> (u16, f64) {
     let factor = (TUM_SCALE / own).round();
     if (1.0..=1000.0).contains(&factor) && factor * own == TUM_SCALE {
@@ -157,9 +158,12 @@ fn camera_file(text: &str, intrinsics: &Intrinsics) -> Result<String, RecordErro
         .parse()
         .map_err(|error: toml::de::Error| RecordError::Camera(error.message().to_owned()))?;
     let Intrinsics { fx, fy, cx, cy, depth_scale } = *intrinsics;
-    let entries = [("fx", fx), ("fy", fy), ("cx", cx), ("cy", cy), ("depth_scale", depth_scale)];
-    let intrinsics: toml::Table =
+    let depth_scale: toml::Value =
+        if intrinsics.has_depth() { depth_scale.into() } else { NO_DEPTH.into() };
+    let entries = [("fx", fx), ("fy", fy), ("cx", cx), ("cy", cy)];
+    let mut intrinsics: toml::Table =
         entries.map(|(key, value)| (key.to_owned(), value.into())).into_iter().collect();
+    intrinsics.insert("depth_scale".to_owned(), depth_scale);
     table.insert("intrinsics".to_owned(), intrinsics.into());
     toml::to_string(&table).map_err(|error| RecordError::Camera(error.to_string()))
 }

@@ -57,6 +57,13 @@ fn recorded_frames_are_read_back_exactly() {
 }
 
 #[test]
+fn frames_of_a_camera_without_depth_are_read_back_without_depth() {
+    let (camera, read) = recorded_and_read(&[frame(0.0, 0.0, &[7; 16])]);
+    assert!(!camera.intrinsics.has_depth());
+    assert_eq!(depths(&read[0]), [None; 16]);
+}
+
+#[test]
 fn depth_out_of_the_formats_range_is_unknown() {
     let mut values = [1000; 16];
     (values[0], values[1]) = (13_107, 13_108);

@@ -39,7 +39,8 @@ fn check_camera(camera: &Camera) -> Result<(), SyntheticError> {
     let positive = |x: f64| x > 0.0 && x.is_finite();
     require("fx", lens.fx, positive(lens.fx), "more than 0 pixels")?;
     require("fy", lens.fy, positive(lens.fy), "more than 0 pixels")?;
-    require("depth_scale", lens.depth_scale, positive(lens.depth_scale), "more than 0")?;
+    let scale = lens.depth_scale;
+    require("depth_scale", scale, scale >= 0.0 && scale.is_finite(), "at least 0")?;
     require("the ball's diameter", diameter, positive(diameter), "more than 0 m")
 }
 

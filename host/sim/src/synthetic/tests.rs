@@ -266,7 +266,7 @@ fn what_cannot_be_is_refused() {
     ));
     for wrong in [
         (|camera, _| camera.intrinsics.fx = f64::NAN) as fn(&mut Camera, &mut RenderOptions),
-        |camera, _| camera.intrinsics.depth_scale = 0.0,
+        |camera, _| camera.intrinsics.depth_scale = -1.0,
         |camera, _| camera.ball_diameter = -1.0,
         |_, options| options.sensor.depth_step = 0.0,
         |_, options| options.sensor.speckle = 2.0,

@@ -13,11 +13,18 @@ pub struct Intrinsics {
     pub cx: f64,
     /// Principal point, pixels from the centre of the top-most pixel.
     pub cy: f64,
-    /// Units of the depth picture in a metre (5000 in TUM RGB-D, 1000 for millimetres).
+    /// Units of the depth picture in a metre (5000 in TUM RGB-D, 1000 for millimetres); 0 for a
+    /// camera without depth.
     pub depth_scale: f64,
 }
 
 impl Intrinsics {
+    /// Returns whether the camera measures depth.
+    #[inline]
+    pub fn has_depth(&self) -> bool {
+        self.depth_scale > 0.0
+    }
+
     /// Returns the point at pixel (`u`, `v`) and depth `z` metres along the optical axis, in camera
     /// axes (x right, y down, z forward), metres.
     #[inline]

@@ -48,7 +48,8 @@ impl RgbdFrame {
     /// Makes a frame from a colour image and a depth image of the same size.
     ///
     /// `time` is in seconds on the source's clock. The depth image has `intrinsics.depth_scale`
-    /// units to the metre; 0 means that the depth is unknown.
+    /// units to the metre; 0 means that the depth is unknown. With a `depth_scale` of 0 the camera
+    /// has no depth, and all of the depth image is made unknown.
     ///
     /// # Errors
     /// Returns an error if the colour image is empty, the sizes differ, or the time stamp is not
@@ -56,7 +57,7 @@ impl RgbdFrame {
     pub fn new(
         time: f64,
         colour: ColourImage,
-        depth: DepthImage,
+        mut depth: DepthImage,
         intrinsics: Intrinsics,
     ) -> Result<Self, FrameError> {
         if colour.pixels().is_empty() {
@@ -67,6 +68,9 @@ impl RgbdFrame {
         }
         if !time.is_finite() {
             return Err(FrameError::Time(time));
+        }
+        if !intrinsics.has_depth() {
+            depth.pixels_mut().fill(0);
         }
         Ok(Self { time, colour, depth, intrinsics, ground_truth: None })
     }

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use nalgebra::{Matrix2, Matrix3, Point3};
+use nalgebra::{Matrix3, Point3};
 
 /// The ball's disc in an image.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -13,15 +13,15 @@ pub struct Circle {
     pub v: f64,
     /// Radius, pixels.
     pub radius: f64,
-    /// Covariance of column and row, pixels².
-    pub covariance: Matrix2<f64>,
+    /// Covariance of column, row and radius, pixels².
+    pub covariance: Matrix3<f64>,
 }
 
 impl Circle {
-    /// Makes a circle whose centre has a standard deviation of a quarter of the radius in either
-    /// direction.
+    /// Makes a circle whose column, row and radius have a standard deviation of a quarter of the
+    /// radius.
     pub fn rough(u: f64, v: f64, radius: f64) -> Self {
-        Self { u, v, radius, covariance: Matrix2::identity() * (radius / 4.0).powi(2) }
+        Self { u, v, radius, covariance: Matrix3::identity() * (radius / 4.0).powi(2) }
     }
 }
 

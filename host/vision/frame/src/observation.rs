@@ -11,6 +11,7 @@ pub struct BallObservation {
     pub circle: Circle,
     /// Confidence; larger is surer. The scale is the detector's own.
     pub score: f64,
-    /// The ball's centre in the rig frame; `None` if too little of the disc has depth.
+    /// The ball's centre in the rig frame; `None` if too little of the disc has depth. Of a camera
+    /// without depth it follows from the size of the disc.
     pub position: Option<Gaussian3>,
 }

@@ -53,7 +53,7 @@ impl ShapeDetector {
         self.previous = found.map(|found| found.circle.disc);
         let observation = found.map(|found| {
             let Disc { u, v, radius } = found.circle.disc;
-            let covariance = found.circle.centre_covariance(&self.parameters.edges);
+            let covariance = found.circle.observed_covariance(&self.parameters.edges);
             let circle = Circle { u, v, radius, covariance };
             observe(circle, found.score(), frame, &self.camera)
         });

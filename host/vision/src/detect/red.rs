@@ -16,7 +16,7 @@ use crate::camera::Camera;
 use crate::debug::draw_stages;
 use crate::frame::RgbdFrame;
 use crate::image::ColourImage;
-use crate::localise::observe;
+use crate::localise::localise;
 use crate::mat::borrow_colour;
 use crate::observation::{BallObservation, Circle};
 
@@ -110,7 +110,11 @@ impl BallDetector for RedDetector {
     fn detect(&mut self, frame: &RgbdFrame) -> Result<Option<BallObservation>, DetectError> {
         let (at, score) = self.peak(frame.colour()).map_err(DetectError::processing)?;
         let circle = Circle::rough(f64::from(at.x), f64::from(at.y), self.radius);
-        let observation = || observe(circle, score, frame, &self.camera);
+        // The radius is the expected one, so that it gives no position without depth.
+        let observation = || {
+            let position = localise(&circle, frame, &self.camera);
+            BallObservation { stamp: frame.time(), circle, score, position }
+        };
         Ok((score >= self.parameters.min_difference).then(observation))
     }
 

@@ -84,7 +84,7 @@ fn a_larger_object_in_front_is_not_taken_for_the_ball() {
 fn the_covariance_combines_pixels_and_depth_in_the_rig_frame() {
     let centre = Point3::new(0.0, 0.0, 1.3);
     let mut seen = circle(&centre, 0.03);
-    seen.covariance = nalgebra::Matrix2::new(4.0, 0.0, 0.0, 1.0);
+    seen.covariance = Matrix3::from_diagonal(&[4.0, 1.0, 9.0].into());
     let (frame, camera) = (render(&centre, 0.03, |_, _| None), camera(0.03));
     let found = localise(&seen, &frame, &camera).unwrap();
     let sd = |axis: Vector3<f64>| {
@@ -108,4 +108,74 @@ fn too_little_depth_gives_no_position() {
     assert!(localise(&outside, &dotted(1), &camera(0.03)).is_none());
     let absurd = Circle { radius: f64::NAN, ..seen };
     assert!(localise(&absurd, &dotted(1), &camera(0.03)).is_none());
+}
+
+/// Returns the circle that a ball is seen as by its outline: the cone about the ball.
+fn outline(centre: &Point3<f64>, ball_radius: f64) -> Circle {
+    let (u, v) = INTRINSICS.project(centre).unwrap();
+    let distance = centre.coords.norm();
+    let tangent = (ball_radius / distance).asin().tan();
+    Circle::rough(u, v, INTRINSICS.focal() * tangent * distance / centre.z)
+}
+
+proptest! {
+    #[test]
+    fn the_cone_through_the_outline_gives_the_position(
+        z in 0.2..3.0f64, x in -0.8..0.8f64, y in -0.6..0.6f64, radius in 0.01..0.1f64,
+    ) {
+        let (centre, camera) = (Point3::new(x * z, y * z, z), camera(radius));
+        let found = localise_by_outline(&outline(&centre, radius), &INTRINSICS, &camera).unwrap();
+        prop_assert!((found.mean - camera.pose * centre).norm() < 1e-9, "{found}");
+    }
+
+    #[test]
+    fn the_covariance_without_depth_is_that_of_small_changes_of_the_circle(
+        z in 0.4..2.0f64, x in -0.5..0.5f64, y in -0.4..0.4f64,
+    ) {
+        let (centre, camera) = (Point3::new(x * z, y * z, z), camera(0.03));
+        let mut seen = outline(&centre, 0.03);
+        // A ball whose right side is covered: larger where it is farther to the right.
+        let factor = Matrix3::new(0.3, 0.0, 0.0, 0.0, 0.1, 0.0, 0.25, 0.02, 0.1);
+        seen.covariance = factor * factor.transpose();
+        let at = |circle| localise_by_outline(&circle, &INTRINSICS, &camera).unwrap().mean;
+        let mut expected = Matrix3::zeros();
+        for column in factor.column_iter() {
+            let step = column * 1e-4;
+            let moved = Circle {
+                u: seen.u + step.x, v: seen.v + step.y, radius: seen.radius + step.z, ..seen
+            };
+            let change = (at(moved) - at(seen)) / 1e-4;
+            expected += change * change.transpose();
+        }
+        let found = localise_by_outline(&seen, &INTRINSICS, &camera).unwrap().covariance;
+        prop_assert!((found - expected).norm() < 0.02 * expected.norm(), "{found} {expected}");
+    }
+}
+
+#[test]
+fn the_error_along_the_ray_grows_with_the_square_of_the_distance() {
+    let camera = camera(0.03);
+    for z in [0.6, 1.2] {
+        let mut seen = outline(&Point3::new(0.0, 0.0, z), 0.03);
+        seen.covariance = Matrix3::from_diagonal(&[0.01, 0.01, 0.04].into());
+        let found = localise_by_outline(&seen, &INTRINSICS, &camera).unwrap();
+        let along = camera.pose.rotation * Vector3::z();
+        let sd = along.dot(&(found.covariance * along)).sqrt();
+        let expected = z * z / (INTRINSICS.focal() * 0.03) * 0.2;
+        assert!((sd / expected - 1.0).abs() < 0.01, "{sd} {expected}");
+    }
+}
+
+#[test]
+fn a_camera_without_depth_takes_the_position_from_the_outline() {
+    let (centre, camera) = (Point3::new(0.1, 0.05, 1.0), camera(0.03));
+    let intrinsics = Intrinsics { depth_scale: 0.0, ..INTRINSICS };
+    let scene = Scene::wall(320, 240, INTRINSICS, 3.0);
+    let frame = RgbdFrame::new(0.0, scene.colour, scene.depth, intrinsics).unwrap();
+    assert_eq!(frame.depth_at(5, 5), None);
+    let seen = outline(&centre, 0.03);
+    let position = observe(seen, 1.0, &frame, &camera).position.unwrap();
+    assert!((position.mean - camera.pose * centre).norm() < 1e-9, "{position}");
+    let absurd = Circle { radius: f64::NAN, ..seen };
+    assert_eq!(observe(absurd, 1.0, &frame, &camera).position, None);
 }

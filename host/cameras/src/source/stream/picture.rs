@@ -26,10 +26,14 @@ pub struct Format {
 }
 
 impl Format {
-    /// Returns the format of the stream whose first frame has this header. Without depth, the depth
-    /// scale is that of `intrinsics`.
+    /// Returns the format of the stream whose first frame has this header. Without depth and depth
+    /// scale it is a camera without depth.
     pub(super) fn of(header: &Header, intrinsics: Intrinsics) -> Self {
-        let depth_scale = header.depth_scale.unwrap_or(intrinsics.depth_scale);
+        let unstated = match header.depth {
+            DepthEncoding::None => 0.0,
+            DepthEncoding::Z16 | DepthEncoding::Png16 => intrinsics.depth_scale,
+        };
+        let depth_scale = header.depth_scale.unwrap_or(unstated);
         let intrinsics = Intrinsics { depth_scale, ..intrinsics };
         let Header { colour, depth, .. } = *header;
         Self { size: header.size(), intrinsics, colour, depth }

@@ -1,6 +1,6 @@
 //! Covariance and score of an observation.
 
-use nalgebra::Vector2;
+use nalgebra::{Matrix2, Vector2};
 
 use super::{ball_at, detect, in_front_of_wall, miss, usual_ball};
 use crate::detect::scene::{Disturbances, INTRINSICS, seen, wall};
@@ -59,9 +59,10 @@ fn consistency(disturb: impl Fn(&mut Scene, &Circle)) -> [f64; 2] {
         let found =
             detect(&scene.frame(0.0).unwrap()).unwrap_or_else(|| panic!("ball {i} is not found"));
         let error = Vector2::new(found.circle.u - truth.u, found.circle.v - truth.v);
-        let normalised = error.dot(&(found.circle.covariance.try_inverse().unwrap() * error));
+        let covariance: Matrix2<f64> = found.circle.covariance.fixed_view::<2, 2>(0, 0).into();
+        let normalised = error.dot(&(covariance.try_inverse().unwrap() * error));
         means[0] += normalised / 24.0;
-        means[1] += found.circle.covariance.trace() / 24.0;
+        means[1] += covariance.trace() / 24.0;
     }
     means
 }

@@ -94,6 +94,9 @@ pub struct EdgeParameters {
     /// Further error of the centre, in the product of that blur and the rms residual (both pixels):
     /// over a background of many colours, the edges of a moving ball err together on one side.
     pub motion_error: f64,
+    /// Further error of the radius, in the rms residual: where an object covers part of the ball,
+    /// its edges pass for the ball's and make the circle smaller.
+    pub foreign_edges_error: f64,
     /// Difference of colours that has half the full weight, grey levels.
     pub faint_contrast: f32,
     /// Distance from the disc within which an edge belongs to the disc.
@@ -126,6 +129,7 @@ impl EdgeParameters {
         sharp_blur: 0.5,
         blur_error: 0.45,
         motion_error: 3.5,
+        foreign_edges_error: 0.85,
         faint_contrast: 12.0,
         touching: Tolerance { relative: 0.05, pixels: 0.3 },
         clear_weight: 0.3,

@@ -8,7 +8,7 @@
 
 use std::f64::consts::PI;
 
-use nalgebra::{Matrix2, Matrix3, Vector3};
+use nalgebra::{Matrix3, Vector3};
 
 use super::super::parameters::EdgeParameters;
 use super::super::radial_scan::{RAYS, RadialScan, directions};
@@ -51,11 +51,15 @@ impl RefinedCircle {
         self.edges.iter().filter(|&&edge| edge).count() as f64
     }
 
-    /// Returns the covariance of column and row, pixels², with the error of motion blur.
-    pub fn centre_covariance(&self, parameters: &EdgeParameters) -> Matrix2<f64> {
+    /// Returns the covariance of column, row and radius, pixels², with the errors of motion blur
+    /// and of edges that are not the ball's.
+    pub fn observed_covariance(&self, parameters: &EdgeParameters) -> Matrix3<f64> {
         let blur = (self.blur - parameters.sharp_blur).max(0.0);
         let motion = parameters.motion_error * self.rms_residual * blur;
-        self.covariance.fixed_view::<2, 2>(0, 0) + Matrix2::identity() * motion.powi(2)
+        let foreign = parameters.foreign_edges_error * self.rms_residual;
+        let mut covariance = self.covariance + Matrix3::identity() * motion.powi(2);
+        covariance[(2, 2)] += foreign.powi(2);
+        covariance
     }
 }
 
