@@ -5,7 +5,9 @@ mod backdrops;
 mod baselines;
 mod hard;
 mod labelled;
+mod placer;
 mod report;
+mod rooms;
 mod run;
 mod scene_kind;
 mod scenes;
@@ -24,7 +26,8 @@ use thiserror::Error;
 use crate::UnknownName;
 use baselines::{Hough, HsvMoments};
 use plumb_sim::synthetic::SyntheticError;
-pub use report::{DetectorReport, SceneReport, VisionReport};
+pub use report::{DetectorReport, GroupReport, SceneReport, SceneTimes, VisionReport};
+pub use rooms::FrameGroup;
 use run::Comparison;
 use timing::OneThread;
 
@@ -35,19 +38,23 @@ pub enum FrameSuite {
     Scenes,
     /// Recorded frames with a ball of 60 mm under difficult conditions, and without a ball.
     Hard,
-    /// The frames without a ball of both suites.
+    /// Rendered and recorded rooms of any colour with a ball of 60 mm, with depth, with parts of it
+    /// and without, and without a ball.
+    Rooms,
+    /// The frames without a ball of the suites `scenes` and `hard`.
     Empty,
 }
 
 impl FrameSuite {
     /// Every suite.
-    pub const ALL: [Self; 3] = [Self::Scenes, Self::Hard, Self::Empty];
+    pub const ALL: [Self; 4] = [Self::Scenes, Self::Hard, Self::Rooms, Self::Empty];
 
     /// Returns the name in options.
     pub const fn as_str(self) -> &'static str {
         match self {
             Self::Scenes => "scenes",
             Self::Hard => "hard",
+            Self::Rooms => "rooms",
             Self::Empty => "empty",
         }
     }
@@ -81,6 +88,9 @@ pub struct VisionOptions {
     pub recorded_balls: usize,
     /// Seed of all random numbers.
     pub seed: u64,
+    /// Whether the suite `rooms` draws its held-out frames: other random numbers and other rendered
+    /// rooms. The caller holds out recorded frames ([`is_held_out`]).
+    pub held_out: bool,
     /// Radius of the ball, pixels, ±15 % unless the scene has another.
     pub radius: f64,
     /// Width of the rendered frames, pixels.
@@ -100,6 +110,7 @@ impl Default for VisionOptions {
             empty: 20,
             recorded_balls: 60,
             seed: 1,
+            held_out: false,
             radius,
             width: 640,
             height: 480,
@@ -139,12 +150,20 @@ pub enum VisionError {
     },
 }
 
+/// Returns whether a recorded frame is kept apart from those that detectors are made with: every
+/// fourth frame of a recording is. `number` counts the recording's frames from 0.
+pub const fn is_held_out(number: usize) -> bool {
+    number % 4 == 3
+}
+
 /// Returns the camera of the frames of `suite`: the intrinsics and the ball's hue of `camera`, at
 /// the pose that the scenes assume, with the ball of the suite.
 pub fn suite_camera(suite: FrameSuite, camera: &Camera) -> Camera {
     let placed = backdrops::placed(camera);
     match suite {
-        FrameSuite::Hard => Camera { ball_diameter: hard::DIAMETER, ..placed },
+        FrameSuite::Hard | FrameSuite::Rooms => {
+            Camera { ball_diameter: placer::DIAMETER, ..placed }
+        }
         FrameSuite::Scenes | FrameSuite::Empty => placed,
     }
 }
@@ -171,11 +190,14 @@ pub fn compare(
         detectors.iter_mut().chain(&mut baselines).collect();
     let _one = OneThread::new()?;
     let mut comparison = Comparison::new(camera, recorded, options, progress, detectors);
-    if options.suite != FrameSuite::Hard {
-        comparison.scenes()?;
-    }
-    if options.suite != FrameSuite::Scenes && !recorded.is_empty() {
-        comparison.hard()?;
+    match options.suite {
+        FrameSuite::Scenes => comparison.scenes()?,
+        FrameSuite::Hard => comparison.hard()?,
+        FrameSuite::Rooms => comparison.rooms()?,
+        FrameSuite::Empty => {
+            comparison.scenes()?;
+            comparison.hard()?;
+        }
     }
     Ok(comparison.report())
 }

@@ -2,6 +2,8 @@
 
 use serde::Serialize;
 
+use super::FrameGroup;
+
 /// Result of a comparison.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct VisionReport {
@@ -43,8 +45,44 @@ pub struct DetectorReport {
     /// Mean of the squared errors of position over their covariance, in all scenes: 3 where the
     /// covariance is right.
     pub consistency: Option<f64>,
+    /// Sums of the kinds that share a target; empty for suites without such groups.
+    pub groups: Vec<GroupReport>,
     /// Scene by scene.
     pub scenes: Vec<SceneReport>,
+    /// Times in each of the `scenes`, in the same order.
+    pub times: Vec<SceneTimes>,
+}
+
+/// Result of one detector in a group of kinds.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct GroupReport {
+    /// The group.
+    pub group: FrameGroup,
+    /// Number of frames.
+    pub frames: usize,
+    /// Number of frames with a ball.
+    pub balls: usize,
+    /// Detections within half the ball's radius of its centre.
+    pub hits: usize,
+    /// Other detections.
+    pub false_alarms: usize,
+    /// Number of hits with a position.
+    pub located: usize,
+    /// Mean of the squared errors of position over their covariance; `None` without positions.
+    pub consistency: Option<f64>,
+}
+
+/// Times of one detector in one kind of scene, over `reference_ms`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SceneTimes {
+    /// Name of the scene.
+    pub scene: &'static str,
+    /// Median for a frame without knowledge of the one before.
+    pub ratio: f64,
+    /// Median for a repeated frame; `None` if nothing was found.
+    pub tracking_ratio: Option<f64>,
+    /// 99th percentile from the frame to the bytes for the board.
+    pub path_p99_ratio: f64,
 }
 
 /// Result of one detector in one kind of scene.
@@ -52,6 +90,8 @@ pub struct DetectorReport {
 pub struct SceneReport {
     /// Name of the scene.
     pub scene: &'static str,
+    /// Group that the scene counts in, if its suite has groups.
+    pub group: Option<FrameGroup>,
     /// Number of frames.
     pub frames: usize,
     /// Number of frames with a ball.

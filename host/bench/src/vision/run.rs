@@ -13,6 +13,7 @@ use plumb_vision::observation::{BallObservation, Gaussian3};
 use super::backdrops;
 use super::hard::{self, HardFrames};
 use super::labelled::LabelledFrame;
+use super::rooms::{self, Backgrounds, FrameGroup, RoomFrames};
 use super::scene_kind::{Backdrop, KINDS, SceneKind};
 use super::scenes::SceneFrames;
 use super::stats::{DetectorStats, FrameTime, percentile};
@@ -79,7 +80,8 @@ impl<'a> Comparison<'a> {
             let cameras = known.iter().find(|(backdrop, _)| *backdrop == kind.backdrop);
             let cameras = cameras.map(|(_, cameras)| cameras.clone()).unwrap_or_default();
             let mut frames = SceneFrames::new((number, kind), cameras, recorded, options);
-            self.run(kind.name, count(&kind, options), &mut || frames.next())?;
+            let count = count(&kind, options);
+            self.run((kind.name, None), count, &mut || frames.next())?;
         }
         Ok(())
     }
@@ -94,7 +96,21 @@ impl<'a> Comparison<'a> {
             (self.progress)(kind.name);
             let mut frames = HardFrames::new((number, kind), camera, recorded, options);
             let count = if kind.ball { options.frames } else { options.empty };
-            self.run(kind.name, count, &mut || frames.next())?;
+            self.run((kind.name, None), count, &mut || frames.next())?;
+        }
+        Ok(())
+    }
+
+    /// Runs the suite `rooms`.
+    pub(super) fn rooms(&mut self) -> Result<(), VisionError> {
+        let (camera, recorded, options) = (self.camera, self.recorded, self.options);
+        let backgrounds = Backgrounds::new(camera, recorded, options)?;
+        for (number, kind) in (0..).zip(rooms::KINDS) {
+            (self.progress)(kind.name);
+            let mut frames = RoomFrames::new((number, kind), camera, &backgrounds, options);
+            let count = if kind.ball { options.frames } else { options.empty };
+            let group = Some(kind.group());
+            self.run((kind.name, group), count, &mut || frames.next().map(Some))?;
         }
         Ok(())
     }
@@ -102,7 +118,7 @@ impl<'a> Comparison<'a> {
     /// Runs up to `count` frames of one kind.
     fn run(
         &mut self,
-        name: &'static str,
+        (name, group): (&'static str, Option<FrameGroup>),
         count: usize,
         next: &mut dyn FnMut() -> Result<Option<LabelledFrame>, VisionError>,
     ) -> Result<(), VisionError> {
@@ -111,7 +127,7 @@ impl<'a> Comparison<'a> {
             let Some(labelled) = next()? else { break };
             self.round(&labelled, name)?;
         }
-        self.stats.iter_mut().for_each(|stats| stats.end_scene(name));
+        self.stats.iter_mut().for_each(|stats| stats.end_scene(name, group));
         Ok(())
     }
 

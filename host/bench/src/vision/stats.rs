@@ -3,7 +3,7 @@
 use plumb_vision::observation::BallObservation;
 
 use super::labelled::{GroundTruth, LabelledFrame};
-use super::{DetectorReport, SceneReport};
+use super::{DetectorReport, FrameGroup, GroupReport, SceneReport, SceneTimes};
 
 /// Statistics of one detector.
 #[derive(Debug, Default)]
@@ -12,12 +12,12 @@ pub(super) struct DetectorStats {
     pub(super) times: Vec<FrameTime>,
     /// Times from the frame to the bytes for the board, milliseconds.
     pub(super) path_times: Vec<f64>,
-    /// Number of times that belong to earlier scenes.
-    timed: usize,
-    /// Scene with the greatest median time, and that time, milliseconds.
-    slowest: Option<(&'static str, f64)>,
     /// Times for a repeated frame, milliseconds.
     pub(super) tracking_times: Vec<f64>,
+    /// Number of times that belong to earlier scenes.
+    earlier: TimeCounts,
+    /// Times of each scene, milliseconds.
+    scene_times: Vec<SceneTimes>,
     scenes: Vec<SceneReport>,
     frames: usize,
     balls: usize,
@@ -30,6 +30,14 @@ pub(super) struct DetectorStats {
     normalised: Vec<f64>,
     /// Squared Mahalanobis distances in all scenes.
     all_normalised: Vec<f64>,
+}
+
+/// Numbers of times.
+#[derive(Debug, Default)]
+struct TimeCounts {
+    searching: usize,
+    path: usize,
+    tracking: usize,
 }
 
 /// Time of a detector for one frame.
@@ -70,15 +78,11 @@ impl DetectorStats {
     }
 
     /// Ends a scene and stores its report.
-    pub(super) fn end_scene(&mut self, scene: &'static str) {
-        let mut times: Vec<f64> = self.times.iter().skip(self.timed).map(|time| time.ms).collect();
-        self.timed = self.times.len();
-        let ms = percentile(&mut times, 0.5).unwrap_or(0.0);
-        if self.slowest.is_none_or(|(_, slowest)| ms > slowest) {
-            self.slowest = Some((scene, ms));
-        }
+    pub(super) fn end_scene(&mut self, scene: &'static str, group: Option<FrameGroup>) {
+        self.end_scene_times(scene);
         self.scenes.push(SceneReport {
             scene,
+            group,
             frames: self.frames,
             balls: self.balls,
             hits: self.errors.len(),
@@ -94,6 +98,41 @@ impl DetectorStats {
         self.all_normalised.append(&mut self.normalised);
     }
 
+    /// Stores the times of a scene, milliseconds.
+    fn end_scene_times(&mut self, scene: &'static str) {
+        let TimeCounts { searching, path, tracking } = self.earlier;
+        let mut times: Vec<f64> = self.times[searching..].iter().map(|time| time.ms).collect();
+        self.scene_times.push(SceneTimes {
+            scene,
+            ratio: percentile(&mut times, 0.5).unwrap_or(0.0),
+            tracking_ratio: percentile(&mut self.tracking_times[tracking..], 0.5),
+            path_p99_ratio: percentile(&mut self.path_times[path..], 0.99).unwrap_or(0.0),
+        });
+        self.earlier = TimeCounts {
+            searching: self.times.len(),
+            path: self.path_times.len(),
+            tracking: self.tracking_times.len(),
+        };
+    }
+
+    /// Returns the sums of the scenes of a group; `None` if there are none.
+    fn group(&self, group: FrameGroup) -> Option<GroupReport> {
+        let scenes = || self.scenes.iter().filter(|scene| scene.group == Some(group));
+        let sum = |of: fn(&SceneReport) -> usize| scenes().map(of).sum::<usize>();
+        let located = sum(|s| s.located);
+        let squares: f64 =
+            scenes().filter_map(|s| s.consistency.map(|mean| mean * s.located as f64)).sum();
+        (scenes().count() > 0).then(|| GroupReport {
+            group,
+            frames: sum(|s| s.frames),
+            balls: sum(|s| s.balls),
+            hits: sum(|s| s.hits),
+            false_alarms: sum(|s| s.false_alarms),
+            located,
+            consistency: (located > 0).then(|| squares / located as f64),
+        })
+    }
+
     /// Returns the report of all scenes. `reference_ms` is the time of the reference, milliseconds.
     pub(super) fn report(mut self, name: &'static str, reference_ms: f64) -> DetectorReport {
         let median = |ball: Option<bool>| {
@@ -103,6 +142,17 @@ impl DetectorStats {
         let (median_ms, empty_ms) = (median(None).unwrap_or(0.0), median(Some(false)));
         let ratio = |ms: f64| ms / reference_ms.max(1e-9);
         let tracking_ms = percentile(&mut self.tracking_times, 0.5).unwrap_or(0.0);
+        let times: Vec<SceneTimes> = self
+            .scene_times
+            .iter()
+            .map(|times| SceneTimes {
+                ratio: ratio(times.ratio),
+                tracking_ratio: times.tracking_ratio.map(ratio),
+                path_p99_ratio: ratio(times.path_p99_ratio),
+                ..*times
+            })
+            .collect();
+        let slowest = times.iter().max_by(|a, b| a.ratio.total_cmp(&b.ratio));
         let sum = |of: fn(&SceneReport) -> usize| self.scenes.iter().map(of).sum::<usize>();
         let (hits, balls, false_alarms) =
             (sum(|s| s.hits), sum(|s| s.balls), sum(|s| s.false_alarms));
@@ -111,13 +161,15 @@ impl DetectorStats {
             median_ms,
             ratio: ratio(median_ms),
             empty_ratio: empty_ms.map(ratio),
-            slowest: self.slowest.map(|(scene, ms)| (scene, ratio(ms))),
+            slowest: slowest.map(|slowest| (slowest.scene, slowest.ratio)),
             path_p99_ms: percentile(&mut self.path_times, 0.99).unwrap_or(0.0),
             tracking_ratio: ratio(tracking_ms),
             consistency: mean(&self.all_normalised),
             hit_rate: hits as f64 / balls.max(1) as f64,
             false_alarms,
+            groups: FrameGroup::ALL.iter().filter_map(|&group| self.group(group)).collect(),
             scenes: self.scenes,
+            times,
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use std::fmt::{Display, Formatter, Result};
 
-use super::{DetectorReport, SceneReport, VisionReport};
+use super::{DetectorReport, FrameGroup, GroupReport, SceneReport, VisionReport};
 
 impl Display for VisionReport {
     /// Writes a table with a row for each scene. For each detector it has the hits, the false
@@ -33,6 +33,9 @@ impl Display for VisionReport {
             writeln!(f)?;
         }
         for detector in &self.detectors {
+            for group in &detector.groups {
+                group_line(f, detector.name, group)?;
+            }
             summary(f, detector, self.reference_ms)?;
         }
         Ok(())
@@ -55,6 +58,21 @@ fn cells(f: &mut Formatter<'_>, scene: &SceneReport) -> Result {
         "| {hits:>7} {:>7} {pixels:>11} {position:>8} {consistency:>10}",
         format!("{}/{}", scene.false_alarms, scene.frames)
     )
+}
+
+/// Writes the sums of a group of kinds.
+fn group_line(f: &mut Formatter<'_>, detector: &str, group: &GroupReport) -> Result {
+    let GroupReport { frames, balls, hits, false_alarms, .. } = *group;
+    write!(f, "{detector}, {}: ", group.group.as_str())?;
+    if group.group != FrameGroup::Empty {
+        let share = 100.0 * hits as f64 / balls.max(1) as f64;
+        write!(f, "{hits} of {balls} balls ({share:.1} %), ")?;
+    }
+    write!(f, "{false_alarms} false alarms in {frames} frames")?;
+    if let Some(consistency) = group.consistency {
+        write!(f, ", mean e²/C {consistency:.1} of {} positions", group.located)?;
+    }
+    writeln!(f)
 }
 
 /// Writes the totals and times of a detector.

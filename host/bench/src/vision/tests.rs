@@ -146,6 +146,53 @@ fn the_hard_set_puts_balls_into_recorded_pictures_and_the_empty_one_none() {
     assert_eq!("hard".parse(), Ok(FrameSuite::Hard));
 }
 
+/// Runs the suite `rooms` with a detector of red pixels.
+fn rooms(recorded: &[RgbdFrame], change: impl Fn(&mut VisionOptions)) -> VisionReport {
+    let (camera, options) = small();
+    let mut options = VisionOptions { suite: FrameSuite::Rooms, frames: 2, empty: 2, ..options };
+    change(&mut options);
+    let seen = suite_camera(FrameSuite::Rooms, &camera);
+    let mut detectors: Vec<Box<dyn BallDetector>> = vec![Box::new(Redness(seen))];
+    compare(&camera, recorded, &mut detectors, &options, &mut |_| {}).unwrap()
+}
+
+#[test]
+fn rooms_are_the_same_from_a_seed_and_others_where_they_are_held_out() {
+    let scenes = |report: VisionReport| report.detectors[0].scenes.clone();
+    let usual = scenes(rooms(&[], |_| {}));
+    assert_eq!(usual, scenes(rooms(&[], |_| {})));
+    assert_ne!(usual, scenes(rooms(&[], |options| options.held_out = true)));
+    // The first frames of a kind do not depend on the number of frames of other kinds.
+    let fewer = scenes(rooms(&[], |options| options.frames = 1));
+    let empty = |scenes: &[SceneReport]| scenes.iter().filter(|s| s.balls == 0).cloned().collect();
+    let (all, few): (Vec<SceneReport>, Vec<SceneReport>) = (empty(&usual), empty(&fewer));
+    assert_eq!(all, few);
+}
+
+#[test]
+fn rooms_are_counted_by_group_and_have_depth_where_they_say_so() {
+    let (camera, _) = small();
+    let report = rooms(&[grey(&camera, 12_500)], |_| {});
+    let detector = &report.detectors[0];
+    let numbers = |group: &GroupReport| (group.group, group.balls, group.frames);
+    assert_eq!(
+        detector.groups.iter().map(numbers).collect::<Vec<_>>(),
+        [
+            (FrameGroup::WithDepth, 40, 40),
+            (FrameGroup::WithoutDepth, 30, 30),
+            (FrameGroup::CoveredWithoutDepth, 2, 2),
+            (FrameGroup::Empty, 0, 28),
+        ]
+    );
+    let located = |group: FrameGroup| {
+        detector.groups.iter().find(|report| report.group == group).map(|report| report.located)
+    };
+    assert!(located(FrameGroup::WithDepth) > Some(0), "{report}");
+    // Redness has no position of its own: it reads the depth.
+    assert_eq!(located(FrameGroup::WithoutDepth), Some(0));
+    assert_eq!(detector.times.len(), detector.scenes.len());
+}
+
 #[test]
 fn the_same_seed_gives_the_same_counts_and_a_table() {
     let (a, b) = (run(&[]), run(&[]));

@@ -1,6 +1,8 @@
 //! Composites rendered objects into a recorded frame: shading, depth, blur, motion.
 
 mod blur;
+mod depth;
+mod repaint;
 
 use nalgebra::{Point3, Vector3};
 use opencv::core::Vec4f;
@@ -10,7 +12,9 @@ use plumb_frame::image::Image;
 use rand::{Rng, RngExt};
 use rand_distr::StandardNormal;
 
-use blur::blurred;
+pub use repaint::Paint;
+
+use blur::{blurred, defocused};
 
 use super::SyntheticError;
 use super::light::{CameraLight, Light, decode, encode};
@@ -18,13 +22,6 @@ use super::room::Object;
 
 /// Number of rays a pixel along each axis.
 const RAYS: usize = 4;
-/// Depth step of a Kinect or Carmine at 1 m, metres; proportional to the square of the distance.
-const DEPTH_STEP: f64 = 0.002_85;
-/// Standard deviation of the depth noise at 1 m, metres; proportional to the square of the
-/// distance.
-const DEPTH_NOISE: f64 = 0.001_2;
-/// Distance between camera and projector, metres.
-const BASELINE: f64 = 0.075;
 
 /// Appearance of a composited object.
 #[derive(Debug, Clone, Copy)]
@@ -33,6 +30,9 @@ pub struct Appearance {
     pub blur: f64,
     /// Motion during the exposure, pixels.
     pub motion: (f64, f64),
+    /// Time from the readout of the first row to that of the last, in exposure times; 0 = all rows
+    /// at once.
+    pub rolling: f64,
     /// Share of the pixels that lack depth at random; 1 = no depth.
     pub holes: f64,
     /// Whether edges blend in linear light, as in a lens, or in sRGB values, as in a drawing
@@ -50,6 +50,25 @@ pub struct Compositor {
     colour: Vec<[f32; 3]>,
     /// Metres; 0 = none.
     depth: Vec<f32>,
+    /// Whether an object covers the pixel.
+    covered: Vec<bool>,
+}
+
+/// Shear of a moving object whose rows are read out one after the other.
+#[derive(Debug, Clone, Copy)]
+struct Shear {
+    /// Row at which the object is where it is said to be, pixels.
+    row: f64,
+    /// Motion from row to row: columns, rows.
+    by_row: (f64, f64),
+}
+
+impl Shear {
+    /// Returns where a point seen at (`u`, `v`) is when the row of the object's centre is read.
+    fn undo(&self, (u, v): (f64, f64)) -> (f64, f64) {
+        let rows = v - self.row;
+        (u - self.by_row.0 * rows, v - self.by_row.1 * rows)
+    }
 }
 
 /// Parameters of the readout.
@@ -57,6 +76,10 @@ pub struct Compositor {
 pub struct Exposure {
     /// Factor of all light; 1 = unchanged.
     pub gain: f64,
+    /// Factor of each colour (blue, green, red), as of a wrong white balance; 1 = unchanged.
+    pub cast: [f64; 3],
+    /// Standard deviation of the blur of the whole frame, pixels; 0 = sharp.
+    pub defocus: f64,
     /// Standard deviation of the colours' noise, of 255.
     pub noise: f64,
     /// Shift of depth against colour, pixels: columns, rows.
@@ -82,7 +105,8 @@ impl Compositor {
             }
         }
         let light = CameraLight::new(light, &camera.pose.rotation.inverse());
-        Self { camera: camera.clone(), light, width, height, colour, depth }
+        let covered = vec![false; colour.len()];
+        Self { camera: camera.clone(), light, width, height, colour, depth, covered }
     }
 
     /// Multiplies each colour (blue, green, red).
@@ -119,6 +143,9 @@ impl Compositor {
         let Some((u, v)) = self.lens().project(&centre).filter(|_| centre.z > 1.2 * radius) else {
             return Ok(());
         };
+        let rows = appearance.rolling / self.height as f64;
+        let shear =
+            Shear { row: v, by_row: (appearance.motion.0 * rows, appearance.motion.1 * rows) };
         let reach = 1.2 * self.lens().fx * radius / (centre.z - radius)
             + 3.0
             + 3.0 * appearance.blur
@@ -133,7 +160,7 @@ impl Compositor {
         }
         let layer: Vec<Vec4f> = (top..bottom)
             .flat_map(|row| (left..right).map(move |column| (column, row)))
-            .map(|at| self.pixel(object, at, appearance.linear))
+            .map(|at| self.pixel(object, at, &shear, appearance.linear))
             .collect();
         let layer = blurred(&layer, (right - left, bottom - top), appearance)?;
         for (line, row) in layer.chunks_exact((right - left) as usize).zip(top..bottom) {
@@ -142,7 +169,7 @@ impl Compositor {
                     self.blend(i, value, appearance.linear);
                 }
             }
-            self.set_depths(object, row, left..right, appearance, random);
+            self.set_depths(object, row, left..right, (appearance, &shear), random);
         }
         Ok(())
     }
@@ -174,11 +201,16 @@ impl Compositor {
         exposure: &Exposure,
         random: &mut impl Rng,
     ) -> Result<RgbdFrame, SyntheticError> {
-        let mut noisy = |linear: f32| {
+        let gains = exposure.cast.map(|cast| cast * exposure.gain);
+        let mut noisy = |linear: f64| {
             let noise: f64 = random.sample(StandardNormal);
-            (encode(f64::from(linear) * exposure.gain) + exposure.noise * noise + 0.5) as u8
+            (encode(linear) + exposure.noise * noise + 0.5) as u8
         };
-        let colour = self.colour.iter().map(|pixel| pixel.map(&mut noisy)).collect();
+        let mut read_out =
+            |pixel: &[f32; 3]| std::array::from_fn(|k| noisy(f64::from(pixel[k]) * gains[k]));
+        let size = (self.width as i32, self.height as i32);
+        let colour = defocused(&self.colour, size, exposure.defocus)?;
+        let colour = colour.iter().map(&mut read_out).collect();
         let lens = *self.lens();
         let depth = (0..self.depth.len())
             .map(|i| {
@@ -219,12 +251,18 @@ impl Compositor {
     }
 
     /// Returns colour times coverage, and coverage, of `object` in a pixel.
-    fn pixel(&self, object: &Object, (column, row): (i32, i32), linear: bool) -> Vec4f {
+    fn pixel(
+        &self,
+        object: &Object,
+        (column, row): (i32, i32),
+        shear: &Shear,
+        linear: bool,
+    ) -> Vec4f {
         let mut sum = [0.0; 4];
         for i in 0..RAYS * RAYS {
             let off = |k: usize| (k as f64 + 0.5) / RAYS as f64 - 0.5;
             let at = (f64::from(column) + off(i % RAYS), f64::from(row) + off(i / RAYS));
-            let Some((_, colour)) = self.intersect(object, at) else { continue };
+            let Some((_, colour)) = self.intersect(object, shear.undo(at)) else { continue };
             for (sum, value) in sum.iter_mut().zip(colour) {
                 *sum += if linear { value } else { encode(value) / 255.0 };
             }
@@ -238,6 +276,7 @@ impl Compositor {
         if share < 1e-4 {
             return;
         }
+        self.covered[i] = true;
         let under = self.colour[i];
         self.colour[i] = std::array::from_fn(|c| {
             let over = [b, g, r][c];
@@ -249,48 +288,10 @@ impl Compositor {
             decode_share(mixed)
         });
     }
-
-    /// Sets the depth of `object` in a row, and the projector's shadow to the left of it.
-    fn set_depths(
-        &mut self,
-        object: &Object,
-        row: i32,
-        columns: std::ops::Range<i32>,
-        appearance: &Appearance,
-        random: &mut impl Rng,
-    ) {
-        let mut first: Option<(i32, f64)> = None;
-        for column in columns {
-            let Some(i) = self.index(column, row) else { continue };
-            let Some((z, _)) = self.intersect(object, (f64::from(column), f64::from(row))) else {
-                continue;
-            };
-            first = first.or(Some((column, z)));
-            let noise: f64 = random.sample(StandardNormal);
-            let lost = object.glow > 0.0 || random.random::<f64>() < appearance.holes;
-            self.depth[i] =
-                if lost { 0.0 } else { quantised(z + noise * DEPTH_NOISE * z * z) as f32 };
-        }
-        let Some((first, z)) = first else { return };
-        let behind = self.index(first - 2, row).map_or(0.0, |i| f64::from(self.depth[i]));
-        let far = if behind > 0.0 { behind } else { 4.0 };
-        let width = (self.lens().fx * BASELINE * (1.0 / z - 1.0 / far)).max(0.0) as i32;
-        for column in first - width..first {
-            if let Some(i) = self.index(column, row) {
-                self.depth[i] = 0.0;
-            }
-        }
-    }
 }
 
 /// Returns the linear light of an sRGB value of 0 to 1.
 fn decode_share(value: f64) -> f32 {
     let x = value.clamp(0.0, 1.0);
     (if x <= 0.040_45 { x / 12.92 } else { ((x + 0.055) / 1.055).powf(2.4) }) as f32
-}
-
-/// Returns a depth rounded to the sensor's steps of disparity, metres.
-fn quantised(z: f64) -> f64 {
-    let steps = 1.0 / DEPTH_STEP;
-    steps / (steps / z).round().max(1.0)
 }

@@ -1,6 +1,8 @@
-//! Defocus and motion blur of a layer.
+//! Defocus of a frame; defocus and motion blur of a layer.
 
-use opencv::core::{CV_32F, Mat, MatTrait, MatTraitConstManual, Point, Scalar, Size, Vec4f};
+use std::borrow::Cow;
+
+use opencv::core::{CV_32F, Mat, MatTrait, MatTraitConstManual, Point, Scalar, Size, Vec3f, Vec4f};
 use opencv::imgproc::{filter_2d_def, gaussian_blur_def};
 
 use super::Appearance;
@@ -34,6 +36,23 @@ pub(super) fn blurred(
         filter_2d_def(&sharp, &mut soft, -1, &kernel)?;
     }
     Ok(soft.data_typed::<Vec4f>()?.to_vec())
+}
+
+/// Returns a frame of `columns` x `rows` linear colours blurred by `sigma` pixels; unchanged if that
+/// is 0.
+pub(super) fn defocused(
+    colour: &[[f32; 3]],
+    (columns, rows): (i32, i32),
+    sigma: f64,
+) -> opencv::Result<Cow<'_, [[f32; 3]]>> {
+    if sigma <= 0.0 {
+        return Ok(Cow::Borrowed(colour));
+    }
+    let colour: Vec<Vec3f> = colour.iter().map(|&pixel| Vec3f::from(pixel)).collect();
+    let sharp = Mat::new_rows_cols_with_data(rows, columns, &colour)?;
+    let mut soft = Mat::default();
+    gaussian_blur_def(&sharp, &mut soft, Size::default(), sigma)?;
+    Ok(Cow::Owned(soft.data_typed::<Vec3f>()?.iter().map(|pixel| pixel.0).collect()))
 }
 
 /// Adds `weight` to a kernel at an offset from its middle, shared among the four nearest cells.

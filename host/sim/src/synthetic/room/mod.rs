@@ -56,7 +56,7 @@ impl Object {
     /// Returns the first intersection with the ray from `from` along `along`.
     pub(crate) fn intersect(&self, from: Point3<f64>, along: Vector3<f64>) -> Option<Surface> {
         let meeting = self.shape.intersect(&shape::Ray { from, along })?;
-        let colour = self.pattern.colour(self.material.colour, &meeting);
+        let colour = self.pattern.colour(self.material.colour, meeting.local);
         Some((meeting.t, meeting.normal, Material { colour, ..self.material }))
     }
 }
@@ -71,6 +71,9 @@ struct AreaLight {
     /// Linear, order blue, green, red.
     power: [f64; 3],
 }
+
+/// Index of the floor among a room's six sides.
+const FLOOR: usize = 4;
 
 /// A room and the objects in it, in the rig frame.
 #[derive(Debug, Clone, PartialEq)]
@@ -110,6 +113,13 @@ impl Room {
     /// all of them are behind or beside the ball's workspace.
     pub fn furnished() -> Self {
         furniture::furnished()
+    }
+
+    /// Returns the room with another floor.
+    pub fn with_floor(mut self, paint: Material, pattern: Pattern) -> Self {
+        self.paint[FLOOR] = paint;
+        self.floor = pattern;
+        self
     }
 
     /// Returns the room with `object` added.

@@ -2,8 +2,6 @@
 
 use nalgebra::Vector3;
 
-use super::shape::Intersection;
-
 /// Variation of a surface's colour. Second colours are linear, order blue, green, red.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Pattern {
@@ -23,17 +21,27 @@ pub enum Pattern {
     Print([f64; 3]),
     /// Brighter at the top, as the sky in a window.
     Sky,
+    /// Woven cloth with soft folds along its own z.
+    Cloth,
+    /// Carpet: tufts, and patches of wear.
+    Carpet,
+    /// Paint under uneven light, brighter in one place than half a metre further.
+    Uneven,
+    /// Doors of a cupboard, 0.4 m wide, with gaps and handles, along its own y.
+    Doors,
+    /// Patches of a second colour, as an apple has.
+    Blush([f64; 3]),
 }
 
 impl Pattern {
     /// Returns whether the pattern has edges, which need anti-aliasing.
     pub(super) fn has_edges(self) -> bool {
-        matches!(self, Self::Books | Self::Label(_) | Self::Print(_) | Self::Boards)
+        matches!(self, Self::Books | Self::Label(_) | Self::Print(_) | Self::Boards | Self::Doors)
     }
 
-    /// The colour at `at` of a surface whose own colour is `base`.
-    pub(super) fn colour(self, base: [f64; 3], at: &Intersection) -> [f64; 3] {
-        let p = at.local;
+    /// Returns the colour at `p` (metres along the solid's own axes) of a surface whose own colour
+    /// is `base`.
+    pub(in crate::synthetic) fn colour(self, base: [f64; 3], p: Vector3<f64>) -> [f64; 3] {
         let scaled = |by: f64| base.map(|x| x * by);
         match self {
             Self::Plain => base,
@@ -57,6 +65,20 @@ impl Pattern {
             }
             Self::Print(ink) => print(base, ink, &p),
             Self::Sky => scaled(0.75 + 0.35 * (p.z + 0.5).clamp(0.0, 1.0)),
+            Self::Cloth => {
+                let folds = value_noise(Vector3::new(p.x * 11.0, p.y * 11.0, p.z * 1.5));
+                scaled((0.55 + 0.6 * folds) * (0.9 + 0.2 * value_noise(p * 300.0)))
+            }
+            Self::Carpet => {
+                let (tufts, wear) = (value_noise(p * 160.0), value_noise(p * 3.0));
+                scaled((0.6 + 0.8 * tufts) * (0.75 + 0.5 * wear))
+            }
+            Self::Uneven => scaled(0.6 + 0.55 * value_noise(p * 1.4)),
+            Self::Doors => doors(base, &p),
+            Self::Blush(second) => {
+                let share = ((value_noise(p * 30.0) - 0.4) * 3.0).clamp(0.0, 1.0);
+                std::array::from_fn(|k| base[k] * (1.0 - share) + second[k] * share)
+            }
         }
     }
 }
@@ -69,6 +91,21 @@ fn boards(base: [f64; 3], p: &Vector3<f64>) -> [f64; 3] {
     let gaussian_noise = value_noise(Vector3::new(p.x * 2.0, p.y * 60.0, board));
     let gap = if across < 0.03 { 0.35 } else { 1.0 };
     base.map(|x| x * gap * tone * (0.85 + 0.3 * gaussian_noise))
+}
+
+fn doors(base: [f64; 3], p: &Vector3<f64>) -> [f64; 3] {
+    const WIDTH: f64 = 0.4;
+    const HANDLE: [f64; 3] = [0.45, 0.47, 0.5];
+    let door = (p.y / WIDTH).floor();
+    let across = p.y - door * WIDTH;
+    if across < 0.006 {
+        return base.map(|x| 0.15 * x);
+    }
+    if (0.35..0.37).contains(&across) && p.z.abs() < 0.06 {
+        return HANDLE;
+    }
+    let tone = 0.92 + 0.12 * hash_noise(door as i64, 2, 11);
+    base.map(|x| x * tone * (0.95 + 0.1 * value_noise(p * 4.0)))
 }
 
 fn books(p: &Vector3<f64>) -> [f64; 3] {

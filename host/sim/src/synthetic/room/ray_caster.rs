@@ -199,7 +199,7 @@ impl RayCaster<'_> {
 
     /// Returns the visible colour of `hit` along `ray` with the irradiance `arriving`, linear.
     fn radiance(&self, hit: &Hit, ray: &Ray, arriving: &[f32; 3]) -> [f64; 3] {
-        let base = hit.pattern.colour(hit.material.colour, &hit.at);
+        let base = hit.pattern.colour(hit.material.colour, hit.at.local);
         if hit.glow > 0.0 {
             return base.map(|x| x * hit.glow);
         }

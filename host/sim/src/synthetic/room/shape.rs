@@ -21,6 +21,15 @@ pub enum Shape {
         /// Its radius.
         radius: f64,
     },
+    /// A ball that is longer or shorter along its own axes: a cushion, an apple, a petal.
+    Ellipsoid {
+        /// Its centre.
+        centre: Point3<f64>,
+        /// Half its size along its own x, y and z.
+        half: Vector3<f64>,
+        /// Rotation about z, radians.
+        yaw: f64,
+    },
     /// A can that stands upright.
     Cylinder {
         /// Middle of its foot.
@@ -61,6 +70,7 @@ impl Shape {
         match *self {
             Self::Block { centre, half, .. } => (centre, half.norm()),
             Self::Sphere { centre, radius } => (centre, radius),
+            Self::Ellipsoid { centre, half, .. } => (centre, half.max()),
             Self::Cylinder { base, radius, height } => {
                 (base + Vector3::z() * (height / 2.0), radius.hypot(height / 2.0))
             }
@@ -72,6 +82,7 @@ impl Shape {
         match *self {
             Self::Block { centre, half, yaw } => block(ray, &centre, &half, yaw),
             Self::Sphere { centre, radius } => sphere(ray, &centre, radius),
+            Self::Ellipsoid { centre, half, yaw } => ellipsoid(ray, &centre, &half, yaw),
             Self::Cylinder { base, radius, height } => cylinder(ray, &base, radius, height),
         }
     }
@@ -118,6 +129,21 @@ fn sphere(ray: &Ray, centre: &Point3<f64>, radius: f64) -> Option<Intersection> 
     let t = (-b - root.sqrt()) / a;
     let local = from + ray.along * t;
     (t > START).then(|| Intersection { t, normal: local / radius, local, side: 0 })
+}
+
+fn ellipsoid(
+    ray: &Ray,
+    centre: &Point3<f64>,
+    half: &Vector3<f64>,
+    yaw: f64,
+) -> Option<Intersection> {
+    let (sin, cos) = yaw.sin_cos();
+    // In units of its half sizes along its own axes it is a ball of radius 1.
+    let own = |v: &Vector3<f64>| turn(v, (-sin, cos)).component_div(half);
+    let ray = Ray { from: own(&(ray.from - centre)).into(), along: own(&ray.along) };
+    let at = sphere(&ray, &Point3::origin(), 1.0)?;
+    let normal = turn(&at.local.component_div(half).normalize(), (sin, cos));
+    Some(Intersection { normal, local: at.local.component_mul(half), ..at })
 }
 
 fn cylinder(ray: &Ray, base: &Point3<f64>, radius: f64, height: f64) -> Option<Intersection> {
@@ -173,6 +199,11 @@ mod tests {
             Shape::Block { centre: Point3::origin(), half: Vector3::new(1.0, 1.0, 1.0), yaw: 0.0 },
             Shape::Sphere { centre: Point3::new(0.0, 0.1, 0.2), radius: 1.0 },
             Shape::Cylinder { base: Point3::new(0.0, 0.1, 0.0), radius: 1.0, height: 0.5 },
+            Shape::Ellipsoid {
+                centre: Point3::new(0.0, 0.1, 0.2),
+                half: Vector3::new(2.0, 1.0, 3.0),
+                yaw: std::f64::consts::FRAC_PI_2,
+            },
         ]
         .map(|shape| shape.intersect(&ray));
         for meeting in meets {

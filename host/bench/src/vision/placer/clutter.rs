@@ -1,16 +1,16 @@
-//! Objects in a hard frame besides the ball: occluders and neighbours.
+//! Objects in a composited frame besides the ball: occluders and neighbours.
 
 use nalgebra::Vector3;
 use plumb_sim::synthetic::compositor::{Appearance, Compositor};
 use plumb_sim::synthetic::{Material, Object, Shape};
 use rand::RngExt;
 
-use super::{BallPlacement, DIAMETER, HardFrames};
+use super::{BallPlacement, DIAMETER, Placer};
 use crate::vision::VisionError;
 
-impl HardFrames<'_> {
+impl Placer {
     /// Adds a cable across the ball, with a width in the range `widths` of the ball's radius.
-    pub(super) fn add_cable(
+    pub(in crate::vision) fn add_cable(
         &mut self,
         compositor: &mut Compositor,
         place: &BallPlacement,
@@ -31,7 +31,7 @@ impl HardFrames<'_> {
     }
 
     /// Adds a post that occludes an eighth to a half of the ball.
-    pub(super) fn add_post(
+    pub(in crate::vision) fn add_post(
         &mut self,
         compositor: &mut Compositor,
         place: &BallPlacement,
@@ -55,7 +55,7 @@ impl HardFrames<'_> {
     }
 
     /// Adds a block at the ball's distance that touches the ball from beside or below.
-    pub(super) fn add_neighbour(
+    pub(in crate::vision) fn add_neighbour(
         &mut self,
         compositor: &mut Compositor,
         place: &BallPlacement,
@@ -74,17 +74,18 @@ impl HardFrames<'_> {
     }
 
     /// Adds an object in sharp focus.
-    pub(super) fn add(
+    pub(in crate::vision) fn add(
         &mut self,
         compositor: &mut Compositor,
         thing: Object,
     ) -> Result<(), VisionError> {
-        let appearance = Appearance { blur: 0.6, motion: (0.0, 0.0), holes: 0.01, linear: true };
+        let appearance =
+            Appearance { blur: 0.6, motion: (0.0, 0.0), rolling: 0.0, holes: 0.01, linear: true };
         Ok(compositor.add(&thing, &appearance, &mut self.random)?)
     }
 
     /// Returns a red of balls and other red objects.
-    pub(super) fn red(&mut self) -> Material {
+    pub(in crate::vision) fn red(&mut self) -> Material {
         const REDS: [[u8; 3]; 7] = [
             [196, 32, 34],
             [180, 20, 30],

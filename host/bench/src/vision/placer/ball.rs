@@ -1,0 +1,51 @@
+//! The ball of a composited frame and the cables that hold it.
+
+use plumb_sim::synthetic::compositor::{Appearance, Compositor};
+use plumb_sim::synthetic::{Material, Object, Shape};
+use rand::RngExt;
+
+use super::{BallPlacement, DIAMETER, Placer};
+use crate::vision::VisionError;
+
+impl Placer {
+    /// Adds up to three cables that hold the ball.
+    pub(in crate::vision) fn add_own_cables(
+        &mut self,
+        compositor: &mut Compositor,
+        place: &BallPlacement,
+    ) {
+        let BallPlacement { u, v, .. } = *place;
+        for _ in 0..self.random.random_range(0..4) {
+            let to = (
+                u + self.random.random_range(-300.0..300.0),
+                v - self.random.random_range(200.0..500.0),
+            );
+            let (width, grey) =
+                (self.random.random_range(0.5..1.6), self.random.random_range(0.02..0.8));
+            compositor.line((u, v), to, width, grey);
+        }
+    }
+
+    /// Adds a ball of `material` at `place`.
+    pub(in crate::vision) fn add_sphere(
+        &mut self,
+        compositor: &mut Compositor,
+        place: &BallPlacement,
+        material: Material,
+        appearance: &Appearance,
+    ) -> Result<(), VisionError> {
+        let centre = self.deproject(place.u, place.v, place.z);
+        let shape = Shape::Sphere { centre, radius: DIAMETER / 2.0 };
+        Ok(compositor.add(&Object::new(shape, material), appearance, &mut self.random)?)
+    }
+
+    /// Returns a random red material, matt to glossy.
+    pub(in crate::vision) fn ball_material(&mut self) -> Material {
+        let red = self.red();
+        Material {
+            gloss: self.random.random_range(0.0..1.0),
+            shininess: self.random.random_range(15.0..150.0),
+            ..red
+        }
+    }
+}

@@ -1,0 +1,69 @@
+//! What spoils a frame after the exposure: compression, and depth that is missing.
+
+use opencv::core::{MatTraitConstManual, Vec3b, Vector};
+use opencv::imgcodecs::{IMREAD_COLOR, IMWRITE_JPEG_QUALITY, imdecode, imencode};
+use plumb_sim::synthetic::SyntheticError;
+use plumb_vision::frame::RgbdFrame;
+use plumb_vision::image::{ColourImage, DepthImage, Image};
+use rand::{Rng, RngExt};
+
+use super::kind::DepthState;
+use crate::vision::VisionError;
+use crate::vision::baselines::borrow_colour;
+
+/// Size of the patches of missing depth, pixels.
+const PATCH: usize = 40;
+
+/// Returns `frame` with its colour compressed to a JPEG of `quality` (1 to 100) and back.
+pub(super) fn compressed(frame: &RgbdFrame, quality: i32) -> Result<RgbdFrame, VisionError> {
+    let (mut bytes, options) =
+        (Vector::<u8>::new(), Vector::from_slice(&[IMWRITE_JPEG_QUALITY, quality]));
+    imencode(".jpg", &borrow_colour(frame.colour())?, &mut bytes, &options)?;
+    let decoded = imdecode(&bytes, IMREAD_COLOR)?;
+    let pixels = decoded.data_typed::<Vec3b>()?.iter().map(|pixel| pixel.0).collect();
+    let colour: ColourImage = Image::new(frame.colour().width(), frame.colour().height(), pixels)
+        .map_err(SyntheticError::from)?;
+    replaced(frame, colour, frame.depth().clone())
+}
+
+/// Returns `frame` with the part of its depth that `state` leaves.
+pub(super) fn depleted(
+    frame: RgbdFrame,
+    state: DepthState,
+    random: &mut impl Rng,
+) -> Result<RgbdFrame, VisionError> {
+    let (width, height) = (frame.depth().width(), frame.depth().height());
+    let depth = match state {
+        DepthState::Complete | DepthState::Shifted => return Ok(frame),
+        DepthState::Missing => Image::filled(width, height, 0),
+        DepthState::Half => half(frame.depth(), random),
+    };
+    replaced(&frame, frame.colour().clone(), depth)
+}
+
+/// Returns `depth` without about half of it: in round patches, and pixel by pixel along their edges.
+fn half(depth: &DepthImage, random: &mut impl Rng) -> DepthImage {
+    let (columns, rows) = (depth.width() / PATCH + 2, depth.height() / PATCH + 2);
+    let corners: Vec<f64> = (0..columns * rows).map(|_| random.random_range(0.0..1.0)).collect();
+    let corner = |column: usize, row: usize| corners[row * columns + column];
+    Image::from_fn(depth.width(), depth.height(), |column, row| {
+        let (x, y) = (column / PATCH, row / PATCH);
+        let across = (column % PATCH) as f64 / PATCH as f64;
+        let down = (row % PATCH) as f64 / PATCH as f64;
+        let mix = |a: f64, b: f64, share: f64| a + (b - a) * share;
+        let above = mix(corner(x, y), corner(x + 1, y), across);
+        let below = mix(corner(x, y + 1), corner(x + 1, y + 1), across);
+        let lost = mix(above, below, down) + random.random_range(-0.05..0.05) < 0.5;
+        if lost { 0 } else { depth.get(column, row).unwrap_or(0) }
+    })
+}
+
+/// Returns `frame` with other images.
+fn replaced(
+    frame: &RgbdFrame,
+    colour: ColourImage,
+    depth: DepthImage,
+) -> Result<RgbdFrame, VisionError> {
+    let frame = RgbdFrame::new(frame.time(), colour, depth, *frame.intrinsics());
+    Ok(frame.map_err(SyntheticError::from)?)
+}
