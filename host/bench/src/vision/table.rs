@@ -10,11 +10,11 @@ impl Display for VisionReport {
     /// and the squared error over its covariance (mean and 95th percentile; a correct covariance
     /// gives 3 and 7.8). The times of the detectors follow.
     fn fmt(&self, f: &mut Formatter<'_>) -> Result {
-        write!(f, "{:26}", "")?;
+        write!(f, "{:31}", "")?;
         for detector in &self.detectors {
             write!(f, "| {:47}", detector.name)?;
         }
-        write!(f, "\n{:26}", "scene")?;
+        write!(f, "\n{:31}", "scene")?;
         for _ in &self.detectors {
             write!(
                 f,
@@ -26,7 +26,7 @@ impl Display for VisionReport {
         for (row, scene) in
             self.detectors.first().iter().flat_map(|first| first.scenes.iter()).enumerate()
         {
-            write!(f, "{:26}", scene.scene)?;
+            write!(f, "{:31}", scene.scene)?;
             for scene in self.detectors.iter().filter_map(|detector| detector.scenes.get(row)) {
                 cells(f, scene)?;
             }

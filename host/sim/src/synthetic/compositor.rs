@@ -244,10 +244,8 @@ impl Compositor {
         let normal: Vector3<f64> = pose.rotation.inverse() * normal;
         let to_eye = -ray.normalize();
         let highlight = self.light.highlight(&surface, &normal, &to_eye);
-        Some((
-            depth,
-            self.light.shade(&surface, &normal, &to_eye, highlight).map(|x| x + object.glow),
-        ))
+        let shaded = self.light.shade(&surface, &normal, &to_eye, highlight);
+        Some((depth, std::array::from_fn(|k| shaded[k] + surface.colour[k] * object.glow)))
     }
 
     /// Returns colour times coverage, and coverage, of `object` in a pixel.

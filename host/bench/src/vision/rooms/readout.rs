@@ -41,7 +41,7 @@ pub(super) fn depleted(
     replaced(&frame, frame.colour().clone(), depth)
 }
 
-/// Returns `depth` without about half of it: in round patches, and pixel by pixel along their edges.
+/// Returns `depth` without about half of it: in patches, and pixel by pixel along their edges.
 fn half(depth: &DepthImage, random: &mut impl Rng) -> DepthImage {
     let (columns, rows) = (depth.width() / PATCH + 2, depth.height() / PATCH + 2);
     let corners: Vec<f64> = (0..columns * rows).map(|_| random.random_range(0.0..1.0)).collect();

@@ -38,8 +38,8 @@ pub(super) fn blurred(
     Ok(soft.data_typed::<Vec4f>()?.to_vec())
 }
 
-/// Returns a frame of `columns` x `rows` linear colours blurred by `sigma` pixels; unchanged if that
-/// is 0.
+/// Returns a frame of `columns` x `rows` linear colours blurred by `sigma` pixels, or unchanged if
+/// that is 0.
 pub(super) fn defocused(
     colour: &[[f32; 3]],
     (columns, rows): (i32, i32),
