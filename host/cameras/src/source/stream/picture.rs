@@ -26,14 +26,15 @@ pub struct Format {
 }
 
 impl Format {
-    /// Returns the format of the stream whose first frame has this header. Without depth and depth
-    /// scale it is a camera without depth.
+    /// Returns the format of the stream whose first frame has this header. Without depth in it, the
+    /// stream is a camera without depth: its depth scale is 0, whatever the header states.
     pub(super) fn of(header: &Header, intrinsics: Intrinsics) -> Self {
-        let unstated = match header.depth {
+        let depth_scale = match header.depth {
             DepthEncoding::None => 0.0,
-            DepthEncoding::Z16 | DepthEncoding::Png16 => intrinsics.depth_scale,
+            DepthEncoding::Z16 | DepthEncoding::Png16 => {
+                header.depth_scale.unwrap_or(intrinsics.depth_scale)
+            }
         };
-        let depth_scale = header.depth_scale.unwrap_or(unstated);
         let intrinsics = Intrinsics { depth_scale, ..intrinsics };
         let Header { colour, depth, .. } = *header;
         Self { size: header.size(), intrinsics, colour, depth }
@@ -55,7 +56,8 @@ impl Format {
         if size != first {
             return Err(StreamError::OtherSize { size, first });
         }
-        if let Some(scale) = raw.header.depth_scale
+        if raw.header.depth != DepthEncoding::None
+            && let Some(scale) = raw.header.depth_scale
             && scale != self.intrinsics.depth_scale
         {
             let first = self.intrinsics.depth_scale;

@@ -137,7 +137,6 @@ fn every_encoding_gives_the_picture_that_was_sent() {
         (encoded(json!({}), colour().channels(), &z16()), depth()),
         (encoded(json!({ "colour": "rgb8" }), &rgb, &z16()), depth()),
         (encoded(json!({ "colour": "png", "depth": "png16" }), &png, &png16), depth()),
-        (encoded(json!({ "depth": "none" }), colour().channels(), &[]), Image::filled(8, 6, 0)),
     ];
     for (bytes, depth) in frames {
         let socket = Socket::new();
@@ -146,17 +145,24 @@ fn every_encoding_gives_the_picture_that_was_sent() {
         assert_eq!((frame.colour(), frame.depth()), (&colour(), &depth));
         assert_eq!(frame.intrinsics(), &Intrinsics { depth_scale: 1000.0, ..INTRINSICS });
     }
+}
+
+#[test]
+fn a_stream_without_depth_is_a_camera_without_depth() {
     let grey = Image::filled(WIDTH, HEIGHT, [90, 90, 90]);
     let bytes = jpeg::encode(&grey, 95).unwrap();
-    let (source, _sender) = Socket::new().open_with(encoded(
-        json!({ "colour": "jpeg", "depth": "none", "depth_scale": null }),
-        &bytes,
-        &[],
-    ));
-    let frame = source.unwrap().next_frame().unwrap().unwrap();
-    assert!(frame.colour().channels().iter().all(|value| value.abs_diff(90) < 3));
-    // A camera without depth, whatever the camera file says.
-    assert_eq!(frame.intrinsics(), &Intrinsics { depth_scale: 0.0, ..INTRINSICS });
+    // Whatever the camera file and the header say of the depth scale.
+    for scale in [json!(null), json!(1000.0)] {
+        let (source, _sender) = Socket::new().open_with(encoded(
+            json!({ "colour": "jpeg", "depth": "none", "depth_scale": scale }),
+            &bytes,
+            &[],
+        ));
+        let frame = source.unwrap().next_frame().unwrap().unwrap();
+        assert!(frame.colour().channels().iter().all(|value| value.abs_diff(90) < 3));
+        assert_eq!(frame.depth(), &Image::filled(8, 6, 0));
+        assert_eq!(frame.intrinsics(), &Intrinsics { depth_scale: 0.0, ..INTRINSICS });
+    }
 }
 
 #[test]
