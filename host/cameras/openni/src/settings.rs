@@ -64,7 +64,7 @@ pub struct Settings {
     /// Pairs per second.
     pub rate: u16,
     /// Time from exposure to the earliest arrival of a picture, seconds; see
-    /// [`HostClock`](crate::HostClock).
+    /// [`HostClock`](plumb_timing::HostClock).
     pub latency: f64,
     /// File for the device's own `.oni` recording.
     pub record: Option<PathBuf>,
