@@ -9,6 +9,7 @@ pub mod playback;
 pub mod realsense;
 mod recording;
 mod resolution;
+mod rgb;
 pub mod stream;
 pub mod tum;
 
@@ -16,3 +17,4 @@ pub use camera_source::CameraSource;
 pub use clock::LiveClock;
 pub use error::{BoxedError, InvalidFrame, SourceError};
 pub use recording::{OpenRecordingError, OpenedRecording, open_recording};
+pub use resolution::OtherResolution;

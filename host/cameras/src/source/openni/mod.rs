@@ -7,9 +7,10 @@ use plumb_openni::{Camera, Opened, OpenniError, Pair, Sensor};
 use thiserror::Error;
 
 use super::camera_source::CameraSource;
-use super::clock::LiveClock;
+use super::clock::{DeviceClock, LiveClock};
 use super::error::{InvalidFrame, SourceError};
-use super::resolution;
+use super::resolution::{self, OtherResolution};
+use super::rgb;
 
 mod settings;
 
@@ -33,16 +34,7 @@ pub enum IntrinsicsSource {
 pub struct OpenniSource {
     camera: Camera,
     intrinsics: Intrinsics,
-    clock: Clock,
-}
-
-/// Clock that stamps the frames.
-#[derive(Debug, Clone)]
-enum Clock {
-    /// The host's, since the camera was opened.
-    Host(LiveClock),
-    /// The recording's: time stamp of its last frame, seconds.
-    Recording(f64),
+    clock: DeviceClock,
 }
 
 /// Failure to open a camera or a recording through OpenNI2, or to read it.
@@ -65,23 +57,8 @@ pub enum OpenniSourceError {
         uri: String,
     },
     /// The intrinsics are those of another image size.
-    #[error(
-        "{uri}: its pictures are {width}x{height}, but the principal point of the camera file's \
-         intrinsics, ({cx}, {cy}), is far from their middle: was it calibrated at another \
-         resolution?"
-    )]
-    OtherIntrinsics {
-        /// URI of the camera, or path of the recording.
-        uri: String,
-        /// Columns of its images.
-        width: u16,
-        /// Rows of its images.
-        height: u16,
-        /// Column of the principal point, pixels.
-        cx: f64,
-        /// Row of the principal point, pixels.
-        cy: f64,
-    },
+    #[error(transparent)]
+    OtherIntrinsics(#[from] OtherResolution),
 }
 
 impl OpenniSource {
@@ -99,8 +76,8 @@ impl OpenniSource {
         let camera = Camera::open(openni, target, settings)?;
         let intrinsics = intrinsics(camera.opened(), source)?;
         let clock = match target {
-            Target::First | Target::Uri(_) => Clock::Host(LiveClock::since(camera.start())),
-            Target::Recording(_) => Clock::Recording(0.0),
+            Target::First | Target::Uri(_) => DeviceClock::since(camera.start()),
+            Target::Recording(_) => DeviceClock::recording(),
         };
         Ok(Self { camera, intrinsics, clock })
     }
@@ -116,14 +93,12 @@ impl OpenniSource {
     }
 
     /// Makes a frame of a pair of images.
-    fn frame(&self, pair: &Pair) -> Result<RgbdFrame, SourceError> {
+    fn frame(&self, pair: Pair) -> Result<RgbdFrame, SourceError> {
         let mode = self.camera.opened().mode;
         let [width, height] = [mode.width, mode.height].map(usize::from);
-        let bgr = |rgb: &[u8; 3]| [rgb[2], rgb[1], rgb[0]];
-        let colour = pair.colour.as_chunks().0.iter().map(bgr).collect();
-        let colour = Image::new(width, height, colour).map_err(OpenniSourceError::from)?;
-        let depth =
-            Image::new(width, height, pair.depth.clone()).map_err(OpenniSourceError::from)?;
+        let colour = Image::new(width, height, rgb::pixels(&pair.colour))
+            .map_err(OpenniSourceError::from)?;
+        let depth = Image::new(width, height, pair.depth).map_err(OpenniSourceError::from)?;
         let frame = RgbdFrame::new(pair.time, colour, depth, self.intrinsics);
         Ok(frame.map_err(InvalidFrame::of(&self.camera.opened().uri))?)
     }
@@ -134,28 +109,20 @@ impl CameraSource for OpenniSource {
         let Some(pair) = self.camera.next_pair().map_err(OpenniSourceError::from)? else {
             return Ok(None);
         };
-        if let Clock::Recording(now) = &mut self.clock {
-            *now = pair.time;
-        }
-        self.frame(&pair).map(Some)
+        self.clock.follow(pair.time);
+        self.frame(pair).map(Some)
     }
 
     fn now(&self) -> f64 {
-        match &self.clock {
-            Clock::Host(clock) => clock.now(),
-            Clock::Recording(now) => *now,
-        }
+        self.clock.now()
     }
 
     fn is_live(&self) -> bool {
-        matches!(self.clock, Clock::Host(_))
+        self.clock.live().is_some()
     }
 
     fn clock(&self) -> Option<LiveClock> {
-        match &self.clock {
-            Clock::Host(clock) => Some(clock.clone()),
-            Clock::Recording(_) => None,
-        }
+        self.clock.live().cloned()
     }
 }
 
@@ -188,19 +155,9 @@ fn intrinsics(opened: &Opened, source: IntrinsicsSource) -> Result<Intrinsics, O
     let depth_scale = opened.unit.per_metre();
     match source {
         IntrinsicsSource::Calibrated(known) => {
-            let Intrinsics { cx, cy, .. } = known;
-            let [columns, rows] = [opened.mode.width, opened.mode.height].map(usize::from);
-            if resolution::fits(&known, ImageSize { width: columns, height: rows }) {
-                return Ok(Intrinsics { depth_scale, ..known });
-            }
-            let (uri, mode) = (opened.uri.clone(), opened.mode);
-            Err(OpenniSourceError::OtherIntrinsics {
-                uri,
-                width: mode.width,
-                height: mode.height,
-                cx,
-                cy,
-            })
+            let [width, height] = [opened.mode.width, opened.mode.height].map(usize::from);
+            resolution::check(&known, ImageSize { width, height }, &opened.uri)?;
+            Ok(Intrinsics { depth_scale, ..known })
         }
         IntrinsicsSource::FieldOfView => {
             let (horizontal, vertical) = opened

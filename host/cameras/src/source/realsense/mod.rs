@@ -7,9 +7,10 @@ use plumb_realsense::{Camera, Opened, Pair, RealsenseError, Sensor};
 use thiserror::Error;
 
 use super::camera_source::CameraSource;
-use super::clock::LiveClock;
+use super::clock::{DeviceClock, LiveClock};
 use super::error::{InvalidFrame, SourceError};
-use super::resolution;
+use super::resolution::{self, OtherResolution};
+use super::rgb;
 
 mod settings;
 
@@ -28,16 +29,7 @@ const NEGLIGIBLE_DISTORTION: f64 = 0.5;
 pub struct RealsenseSource {
     camera: Camera,
     intrinsics: Intrinsics,
-    clock: Clock,
-}
-
-/// Clock that stamps the frames.
-#[derive(Debug, Clone)]
-enum Clock {
-    /// The host's, since the camera was opened.
-    Host(LiveClock),
-    /// The recording's: time stamp of its last frame, seconds.
-    Recording(f64),
+    clock: DeviceClock,
 }
 
 /// Failure to open a camera or a recording through librealsense2, or to read it.
@@ -64,23 +56,8 @@ pub enum RealsenseSourceError {
         pixels: Option<f64>,
     },
     /// The intrinsics are those of another image size.
-    #[error(
-        "{id}: its pictures are {width}x{height}, but the principal point of the camera file's \
-         intrinsics, ({cx}, {cy}), is far from their middle: was it calibrated at another \
-         resolution?"
-    )]
-    OtherIntrinsics {
-        /// Serial number of the camera.
-        id: String,
-        /// Columns of its images.
-        width: u16,
-        /// Rows of its images.
-        height: u16,
-        /// Column of the principal point, pixels.
-        cx: f64,
-        /// Row of the principal point, pixels.
-        cy: f64,
-    },
+    #[error(transparent)]
+    OtherIntrinsics(#[from] OtherResolution),
 }
 
 impl RealsenseSource {
@@ -99,8 +76,8 @@ impl RealsenseSource {
         let camera = Camera::open(library, target, settings)?;
         let intrinsics = intrinsics(camera.opened(), calibrated)?;
         let clock = match target {
-            Target::First | Target::Serial(_) => Clock::Host(LiveClock::since(camera.start())),
-            Target::Recording(_) => Clock::Recording(0.0),
+            Target::First | Target::Serial(_) => DeviceClock::since(camera.start()),
+            Target::Recording(_) => DeviceClock::recording(),
         };
         Ok(Self { camera, intrinsics, clock })
     }
@@ -119,9 +96,8 @@ impl RealsenseSource {
     fn frame(&self, pair: Pair) -> Result<RgbdFrame, SourceError> {
         let mode = self.camera.opened().mode;
         let [width, height] = [mode.width, mode.height].map(usize::from);
-        let bgr = |rgb: &[u8; 3]| [rgb[2], rgb[1], rgb[0]];
-        let colour = pair.colour.as_chunks().0.iter().map(bgr).collect();
-        let colour = Image::new(width, height, colour).map_err(RealsenseSourceError::from)?;
+        let colour = Image::new(width, height, rgb::pixels(&pair.colour))
+            .map_err(RealsenseSourceError::from)?;
         let depth = Image::new(width, height, pair.depth).map_err(RealsenseSourceError::from)?;
         let frame = RgbdFrame::new(pair.time, colour, depth, self.intrinsics);
         Ok(frame.map_err(InvalidFrame::of(&self.camera.opened().id))?)
@@ -131,28 +107,20 @@ impl RealsenseSource {
 impl CameraSource for RealsenseSource {
     fn next_frame(&mut self) -> Result<Option<RgbdFrame>, SourceError> {
         let Some(pair) = self.camera.next_pair().map_err(lost)? else { return Ok(None) };
-        if let Clock::Recording(now) = &mut self.clock {
-            *now = pair.time;
-        }
+        self.clock.follow(pair.time);
         self.frame(pair).map(Some)
     }
 
     fn now(&self) -> f64 {
-        match &self.clock {
-            Clock::Host(clock) => clock.now(),
-            Clock::Recording(now) => *now,
-        }
+        self.clock.now()
     }
 
     fn is_live(&self) -> bool {
-        matches!(self.clock, Clock::Host(_))
+        self.clock.live().is_some()
     }
 
     fn clock(&self) -> Option<LiveClock> {
-        match &self.clock {
-            Clock::Host(clock) => Some(clock.clone()),
-            Clock::Recording(_) => None,
-        }
+        self.clock.live().cloned()
     }
 }
 
@@ -181,22 +149,17 @@ fn intrinsics(
     calibrated: Option<Intrinsics>,
 ) -> Result<Intrinsics, RealsenseSourceError> {
     let (mode, depth_scale) = (opened.mode, 1.0 / opened.depth_unit);
-    let id = || opened.id.clone();
     if let Some(known) = calibrated {
         let [width, height] = [mode.width, mode.height].map(usize::from);
-        if resolution::fits(&known, ImageSize { width, height }) {
-            return Ok(Intrinsics { depth_scale, ..known });
-        }
-        let (width, height) = (mode.width, mode.height);
-        let Intrinsics { cx, cy, .. } = known;
-        return Err(RealsenseSourceError::OtherIntrinsics { id: id(), width, height, cx, cy });
+        resolution::check(&known, ImageSize { width, height }, &opened.id)?;
+        return Ok(Intrinsics { depth_scale, ..known });
     }
     let plumb_realsense::Intrinsics { fx, fy, cx, cy, .. } = opened.intrinsics;
     match opened.intrinsics.largest_distortion(mode) {
         Some(pixels) if pixels <= NEGLIGIBLE_DISTORTION => {
             Ok(Intrinsics { fx, fy, cx, cy, depth_scale })
         }
-        pixels => Err(RealsenseSourceError::Distortion { id: id(), pixels }),
+        pixels => Err(RealsenseSourceError::Distortion { id: opened.id.clone(), pixels }),
     }
 }
 

@@ -8,6 +8,7 @@ use thiserror::Error;
 
 use super::header::{HeaderError, Part};
 use crate::decode::DecodeError;
+use crate::source::OtherResolution;
 
 /// Failure of a stream.
 #[derive(Debug, Error)]
@@ -120,19 +121,6 @@ pub enum StreamError {
         first: f64,
     },
     /// The intrinsics are those of another image size.
-    #[error(
-        "{address}: its pictures are {size}, but the principal point of the camera file's \
-         intrinsics, ({cx}, {cy}), is far from their middle: was it calibrated at another \
-         resolution?"
-    )]
-    OtherIntrinsics {
-        /// Address of the stream.
-        address: String,
-        /// Size of the frames.
-        size: ImageSize,
-        /// Column of the principal point, pixels.
-        cx: f64,
-        /// Row of the principal point, pixels.
-        cy: f64,
-    },
+    #[error(transparent)]
+    OtherIntrinsics(#[from] OtherResolution),
 }

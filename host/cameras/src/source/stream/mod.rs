@@ -79,11 +79,7 @@ impl StreamSource {
         let reception = Reception::start(address, clock.clone())?;
         let raw = first_frame(&reception, address, limit)?;
         let format = Format::of(&raw.header, intrinsics);
-        if !resolution::fits(&intrinsics, format.size) {
-            let Intrinsics { cx, cy, .. } = intrinsics;
-            let (address, size) = (address.to_string(), format.size);
-            return Err(StreamError::OtherIntrinsics { address, size, cx, cy }.into());
-        }
+        resolution::check(&intrinsics, format.size, address).map_err(StreamError::from)?;
         let first = Some(format.frame(raw)?);
         Ok(Self { reception, clock, format, first, last_frame: Instant::now() })
     }

@@ -10,7 +10,7 @@ use super::error::StreamError;
 use super::header::{ColourEncoding, DepthEncoding, Header, Part};
 use super::receiver::RawFrame;
 use crate::decode::{self, DecodeError};
-use crate::source::{InvalidFrame, SourceError};
+use crate::source::{InvalidFrame, SourceError, rgb};
 
 /// Format of all frames of a stream, as the first one has it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -88,7 +88,7 @@ fn colour(
     size: ImageSize,
 ) -> Result<ColourImage, DecodeError> {
     let pixels = match encoding {
-        ColourEncoding::Rgb8 => bytes.as_chunks().0.iter().map(|&[r, g, b]| [b, g, r]).collect(),
+        ColourEncoding::Rgb8 => rgb::pixels(&bytes),
         ColourEncoding::Bgr8 => bytes.as_chunks().0.to_vec(),
         ColourEncoding::Jpeg | ColourEncoding::Png => {
             return encoded(&bytes, size, decode::colour);
