@@ -5,7 +5,6 @@ mod ring;
 mod views;
 
 use std::sync::Arc;
-use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use plumb_frame::frame::RgbdFrame;
 use plumb_runtime::observer::{FrameRecord, RunEvent};
@@ -17,6 +16,7 @@ use crate::message::{
     Action, BoardView, Ended, Event, EventKind, FrameView, FromPage, Goal, Hello, RigView, Sample,
     ToPage, Update, VERSION,
 };
+use crate::shared::Shared;
 use crate::signal::Signal;
 use crate::subject::{ClientId, Cursor, Picture, Received, Subject, not_understood};
 use jogs::{JogLimits, Jogs};
@@ -34,8 +34,7 @@ const SHOWS_ONLY: &str = "this page only shows the run";
 
 /// What the run hands to the page's thread.
 pub(crate) struct Feed {
-    news: Mutex<News>,
-    signal: Signal,
+    shared: Shared<News>,
     /// First message to every page.
     hello: String,
     /// Limits of a jog.
@@ -47,8 +46,6 @@ pub(crate) struct Feed {
 /// What the page knows of the run.
 #[derive(Default)]
 struct News {
-    /// Counts every change.
-    version: u64,
     samples: Numbered<Sample>,
     events: Numbered<Event>,
     frame: Option<FrameView>,
@@ -72,25 +69,25 @@ impl Feed {
         let jog_limits = JogLimits::of(&rig);
         let hello = Hello { version: VERSION, subject: "run", commands: operator.is_some(), rig };
         let hello = serde_json::to_string(&ToPage::Hello(&hello))?;
-        Ok(Self { news: Mutex::default(), signal, hello, jog_limits, operator })
+        Ok(Self { shared: Shared::new(signal), hello, jog_limits, operator })
     }
 
     /// Takes a frame of the run.
     pub(crate) fn frame(&self, record: &FrameRecord) {
-        let image = record.frame.clone().filter(|_| self.signal.is_watched());
-        let mut news = self.lock();
+        let image = record.frame.clone().filter(|_| self.shared.signal().is_watched());
+        let mut news = self.shared.lock();
         news.samples.push(sample(record), SAMPLES);
         news.frame = Some(frame_view(record));
         news.board = record.telemetry.as_ref().map(board_view);
         // The old frame is freed after the lock.
         let old = std::mem::replace(&mut news.image, image);
-        self.publish(news);
+        self.shared.publish(news);
         drop(old);
     }
 
     /// Takes an event of the run.
     pub(crate) fn event(&self, event: &RunEvent) {
-        let mut news = self.lock();
+        let mut news = self.shared.lock();
         match event {
             RunEvent::TargetSet { target, .. } => {
                 let target: [f64; 3] = (*target).into();
@@ -120,21 +117,21 @@ impl Feed {
             // A kind of event that has no text here.
             _ => return,
         }
-        self.publish(news);
+        self.shared.publish(news);
     }
 
     /// Takes the end of the run.
     pub(crate) fn end(&self, summary: &Summary) {
         let ending = summary.ending.to_string();
-        let mut news = self.lock();
+        let mut news = self.shared.lock();
         news.add_event(EventKind::Note, format!("the run has ended: {ending}"));
         news.ended = Some(Ended { ending, at_rest: summary.at_rest });
-        self.publish(news);
+        self.shared.publish(news);
     }
 
     /// Returns the update number `number` for a client, and advances its cursor.
     fn next_update(&self, number: u64, cursor: &mut Cursor) -> Update {
-        let news = self.lock();
+        let news = self.shared.lock();
         let (next_sample, next_event) = cursor.next.unwrap_or_default();
         let (samples, missed) = news.samples.since(next_sample);
         let (events, _) = news.events.since(next_event);
@@ -162,21 +159,10 @@ impl Feed {
         };
         self.jog_limits.check(distance, rate)?;
         // The lock is kept until the jog is noted: its outcome comes later.
-        let mut news = self.lock();
+        let mut news = self.shared.lock();
         let number = operator.send(command).map_err(|error| error.to_string())?;
         news.jogs.add(client, number);
         Ok(())
-    }
-
-    /// Counts the change, releases the memory and wakes the page's thread.
-    fn publish(&self, mut news: MutexGuard<'_, News>) {
-        news.version += 1;
-        drop(news);
-        self.signal.wake();
-    }
-
-    fn lock(&self) -> MutexGuard<'_, News> {
-        self.news.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -190,11 +176,11 @@ impl Subject for Feed {
     }
 
     fn signal(&self) -> &Signal {
-        &self.signal
+        self.shared.signal()
     }
 
     fn version(&self) -> u64 {
-        self.lock().version
+        self.shared.version()
     }
 
     fn update(
@@ -208,7 +194,7 @@ impl Subject for Feed {
     }
 
     fn picture(&self) -> Option<(FrameView, Picture)> {
-        let news = self.lock();
+        let news = self.shared.lock();
         Some((news.frame?, Picture::Frame(Arc::clone(news.image.as_ref()?))))
     }
 
@@ -222,13 +208,13 @@ impl Subject for Feed {
 
     /// Stops the motors if the page that began a jog is gone.
     fn release_absent(&self, is_present: &dyn Fn(ClientId) -> bool) {
-        let mut news = self.lock();
+        let mut news = self.shared.lock();
         if !news.jogs.remove_absent(is_present) {
             return;
         }
         let text = "a page that had jogged a motor is gone: the motors stop".to_owned();
         news.add_event(EventKind::Note, text);
-        self.publish(news);
+        self.shared.publish(news);
         if let Some(operator) = &self.operator {
             // The end of the run stops the motors too.
             let _ended = operator.send(OperatorCommand::Stop);

@@ -27,6 +27,7 @@ mod message;
 mod picture;
 mod server;
 mod serving;
+mod shared;
 mod signal;
 mod subject;
 

@@ -1,7 +1,7 @@
 //! Memory between a calibration and its page: the newest picture and the state.
 
+use std::sync::Arc;
 use std::sync::mpsc::{SyncSender, TrySendError};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use nalgebra::Point2;
 use plumb_frame::image::ColourImage;
@@ -9,13 +9,13 @@ use plumb_frame::image::ColourImage;
 use super::message::{CalibrationCommand, CalibrationState, FromPage, ToPage};
 use crate::assets::{Asset, CALIBRATION_ASSETS};
 use crate::message::{FrameView, VERSION};
+use crate::shared::Shared;
 use crate::signal::Signal;
 use crate::subject::{ClientId, Cursor, Picture, Received, Subject, not_understood};
 
 /// What a calibration hands to the page's thread.
 pub(super) struct CalibrationFeed {
-    news: Mutex<News>,
-    signal: Signal,
+    shared: Shared<News>,
     /// First message to every page.
     hello: String,
     commands: SyncSender<CalibrationCommand>,
@@ -23,8 +23,6 @@ pub(super) struct CalibrationFeed {
 
 #[derive(Default)]
 struct News {
-    /// Counts every change.
-    version: u64,
     picture: Option<(FrameView, Arc<ColourImage>)>,
     state: CalibrationState,
     ended: Option<String>,
@@ -40,30 +38,30 @@ impl CalibrationFeed {
         let hello =
             ToPage::Hello { version: VERSION, subject: "calibration", names: &names, file: &file };
         let hello = serde_json::to_string(&hello)?;
-        Ok(Self { news: Mutex::default(), signal, hello, commands })
+        Ok(Self { shared: Shared::new(signal), hello, commands })
     }
 
     /// Takes a picture and the state.
     pub(super) fn show(&self, time: f64, picture: ColourImage, state: CalibrationState) {
-        let mut news = self.lock();
-        let number = news.version;
+        let mut news = self.shared.lock();
+        let number = self.shared.version();
         let frame = FrameView { number, time, circle: None, position: None };
         let old = news.picture.replace((frame, Arc::new(picture)));
         news.state = state;
-        self.publish(news);
+        self.shared.publish(news);
         drop(old);
     }
 
     /// Takes the end of the calibration.
     pub(super) fn end(&self, text: &str) {
-        let mut news = self.lock();
+        let mut news = self.shared.lock();
         news.ended = Some(text.to_owned());
-        self.publish(news);
+        self.shared.publish(news);
     }
 
     /// Returns the command for a pixel, if it is inside the picture.
     fn click(&self, u: f64, v: f64) -> Result<CalibrationCommand, String> {
-        let news = self.lock();
+        let news = self.shared.lock();
         let Some((_, image)) = &news.picture else { return Err("no picture yet".to_owned()) };
         let (width, height) = (image.width(), image.height());
         let is_inside = |pixel: f64, size: usize| pixel >= -0.5 && pixel < size as f64 - 0.5;
@@ -72,17 +70,6 @@ impl CalibrationFeed {
         } else {
             Err(format!("this pixel is outside the picture of {width}x{height} pixels"))
         }
-    }
-
-    /// Counts the change, releases the memory and wakes the page's thread.
-    fn publish(&self, mut news: MutexGuard<'_, News>) {
-        news.version += 1;
-        drop(news);
-        self.signal.wake();
-    }
-
-    fn lock(&self) -> MutexGuard<'_, News> {
-        self.news.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -96,11 +83,11 @@ impl Subject for CalibrationFeed {
     }
 
     fn signal(&self) -> &Signal {
-        &self.signal
+        self.shared.signal()
     }
 
     fn version(&self) -> u64 {
-        self.lock().version
+        self.shared.version()
     }
 
     fn update(
@@ -109,13 +96,13 @@ impl Subject for CalibrationFeed {
         picture: Option<FrameView>,
         _cursor: &mut Cursor,
     ) -> serde_json::Result<String> {
-        let news = self.lock();
+        let news = self.shared.lock();
         let (state, ended) = (&news.state, news.ended.as_deref());
         serde_json::to_string(&ToPage::Update { number, picture, state, ended })
     }
 
     fn picture(&self) -> Option<(FrameView, Picture)> {
-        let news = self.lock();
+        let news = self.shared.lock();
         let (frame, image) = news.picture.as_ref()?;
         Some((*frame, Picture::Drawn(Arc::clone(image))))
     }

@@ -49,7 +49,7 @@ fn memory_is_bounded_and_a_late_client_gets_the_newest() {
         feed.frame(&record(number));
         feed.event(&RunEvent::FrameLost { message: "torn".into() });
     }
-    let news = feed.lock();
+    let news = feed.shared.lock();
     assert_eq!((news.samples.items.len(), news.events.items.len()), (SAMPLES, EVENTS));
     drop(news);
     let mut cursor = Cursor::default();
