@@ -32,3 +32,24 @@ as_root() {
 bounded() {
   if command -v timeout >/dev/null; then timeout "$@"; else "${@:2}"; fi
 }
+
+# python_packages FOLDER PACKAGE...: makes the virtual environment FOLDER anew with PACKAGE... from
+# PyPI, or prints why that failed and returns 3.
+python_packages() {
+  local folder=$1 log
+  shift
+  # Debian has ensurepip in a separate package.
+  if ! python3 -c 'import ensurepip' 2>/dev/null && has_apt; then
+    "$(dirname "${BASH_SOURCE[0]}")/setup" python3-venv || return 3
+  fi
+  if ! log=$(new_environment "$folder" "$@" 2>&1); then
+    tail -n 5 <<<"$log" >&2
+    return 3
+  fi
+}
+
+# new_environment FOLDER PACKAGE...: the two commands of python_packages.
+new_environment() {
+  python3 -m venv --clear "$1" &&
+    bounded 900 "$1/bin/python" -m pip install -qq --no-input --only-binary :all: "${@:2}"
+}
