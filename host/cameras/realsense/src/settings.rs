@@ -24,7 +24,7 @@ pub struct Settings {
     pub mode: Mode,
     /// Exposure time of the colour sensor, seconds; `None` for automatic exposure.
     pub exposure: Option<f64>,
-    /// Whether the infrared projector is on; `None` leaves it as it is.
+    /// Whether to switch the infrared projector on; `None` does not change it.
     pub emitter: Option<bool>,
     /// Time from exposure to the earliest arrival of a picture, seconds; see
     /// [`HostClock`](plumb_timing::HostClock).
