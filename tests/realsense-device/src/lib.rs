@@ -7,11 +7,13 @@
 
 mod api;
 mod camera;
+mod fault;
 mod feeder;
 mod installed;
 mod pixels;
 
 pub use camera::{BASELINE, SoftwareCamera, Stamp, UNIT};
+pub use fault::Fault;
 pub use feeder::Feeder;
 pub use installed::{installed, library};
 pub use plumb_openni_driver::{Control, FOCAL_LENGTH};

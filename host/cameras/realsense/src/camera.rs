@@ -15,6 +15,7 @@ use crate::library::{Inner, RealSense};
 use crate::options::Options;
 use crate::sensor::SensorStream;
 use crate::settings::{Intrinsics, Opened, Settings, Target};
+use crate::within::{Unfinished, within};
 
 /// Frames of both sensors that may wait to be read. The library drops the oldest of a camera.
 const QUEUE: i32 = 8;
@@ -68,17 +69,35 @@ pub struct Camera {
 }
 
 impl Camera {
-    /// Opens `target` with `settings`, verifies them, and starts it.
+    /// Opens `target` with `settings`, verifies them, and starts it. Returns or fails within
+    /// [`Settings::open_timeout`].
     ///
     /// # Errors
     /// Where there is no such camera or recording, it does not have the mode or does not accept a
-    /// setting, or it states no unit of depth.
+    /// setting, or it states no unit of depth; where the library does not return.
     pub fn open(
         library: &RealSense,
         target: &Target,
         settings: Settings,
     ) -> Result<Self, RealsenseError> {
-        let inner = &library.inner;
+        let limit = settings.open_timeout;
+        let (inner, wanted) = (Arc::clone(&library.inner), target.clone());
+        let opened = within(limit, move || Self::open_here(&inner, &wanted, settings));
+        let id = target.to_string();
+        opened.unwrap_or_else(|unfinished| {
+            Err(match unfinished {
+                Unfinished::Thread(error) => RealsenseError::Open { id, error: error.to_string() },
+                Unfinished::Late => RealsenseError::Hangs { id, seconds: limit.as_secs_f64() },
+            })
+        })
+    }
+
+    /// Opens the camera in this thread.
+    fn open_here(
+        inner: &Arc<Inner>,
+        target: &Target,
+        settings: Settings,
+    ) -> Result<Self, RealsenseError> {
         let device = Device::open(inner, target, settings.record.as_deref())?;
         let id = device.id.clone();
         let failed = |error| RealsenseError::Open { id: id.clone(), error };

@@ -72,6 +72,17 @@ pub enum RealsenseError {
         /// Reason.
         error: String,
     },
+    /// The library does not return from opening the camera.
+    #[error(
+        "{id}: librealsense2 did not open it within {seconds:.0} s; unplug the camera, plug it \
+         into a USB 3 port and start again"
+    )]
+    Hangs {
+        /// Serial number of the camera, or path of the recording.
+        id: String,
+        /// Time limit, seconds.
+        seconds: f64,
+    },
     /// The camera or recording lacks a sensor with a supported format.
     #[error("{id}: has no {sensor} pictures as {format}")]
     NoSensor {

@@ -30,6 +30,7 @@ mod options;
 mod sensor;
 mod settings;
 pub mod sys;
+mod within;
 
 pub use camera::{Camera, Pair};
 pub use error::RealsenseError;

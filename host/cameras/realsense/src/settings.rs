@@ -17,7 +17,17 @@ pub enum Target {
     Recording(PathBuf),
 }
 
-/// Settings of a camera. Of a recording only the timeout counts.
+impl fmt::Display for Target {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::First => f.write_str("the first RealSense camera"),
+            Self::Serial(serial) => f.write_str(serial),
+            Self::Recording(path) => path.display().fmt(f),
+        }
+    }
+}
+
+/// Settings of a camera. Of a recording only the timeouts count.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
     /// Size and rate of both sensors.
@@ -33,6 +43,8 @@ pub struct Settings {
     pub record: Option<PathBuf>,
     /// Time without a picture after which the camera is silent.
     pub timeout: Duration,
+    /// Time limit for opening.
+    pub open_timeout: Duration,
 }
 
 impl Default for Settings {
@@ -46,6 +58,7 @@ impl Default for Settings {
             latency: 0.045,
             record: None,
             timeout: Duration::from_secs(2),
+            open_timeout: Duration::from_secs(15),
         }
     }
 }

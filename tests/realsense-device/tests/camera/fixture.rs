@@ -4,7 +4,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use plumb_realsense::{Camera, Pair, RealSense, RealsenseError, Settings, Target};
-use plumb_realsense_device::{Control, FOCAL_LENGTH, SoftwareCamera, Stamp, UNIT, library};
+use plumb_realsense_device::{Control, FOCAL_LENGTH, Fault, SoftwareCamera, Stamp, UNIT, library};
 
 /// One test at a time has a camera: the library does not survive a software device that vanishes
 /// while another thread lists it.
@@ -27,10 +27,20 @@ impl Fixture {
 
     /// Plugs in a camera with another unit of depth, metres.
     pub(crate) fn with_unit(serial: &str, unit: f64) -> Option<Self> {
-        let library = library().unwrap()?;
+        Some(Self::with_library(library().unwrap()?, serial, unit))
+    }
+
+    /// Plugs a camera into the context of a library with a fault.
+    pub(crate) fn with_fault(fault: Fault) -> Option<Self> {
+        let folder = tempfile::tempdir().unwrap();
+        let library = fault.library(folder.path()).unwrap()?;
+        Some(Self::with_library(library, "faulty", UNIT))
+    }
+
+    fn with_library(library: RealSense, serial: &str, unit: f64) -> Self {
         let turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
         let device = SoftwareCamera::plug_in(&library, serial, unit, [0.0; 5]).unwrap();
-        Some(Self { library, device: Arc::new(device), serial: serial.to_owned(), _turn: turn })
+        Self { library, device: Arc::new(device), serial: serial.to_owned(), _turn: turn }
     }
 
     pub(crate) fn open(&self, settings: Settings) -> Result<Camera, RealsenseError> {

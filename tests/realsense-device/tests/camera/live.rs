@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use plumb_realsense::{Camera, DeviceInfo, Mode, Pair, RealsenseError, Sensor, Settings, Target};
-use plumb_realsense_device::{Control, Feeder, Stamp, UNIT};
+use plumb_realsense_device::{Control, Fault, Feeder, Stamp, UNIT};
 
 use crate::fixture::{Fixture, assert_shows_the_ball, quick, scene};
 
@@ -126,6 +126,29 @@ fn a_camera_that_falls_silent_is_an_error_in_bounded_time() {
     feeder.show(Control { blind: true, ..scene() });
     let error = (0..10).find_map(|_| camera.next_pair().err()).unwrap();
     assert!(matches!(error, RealsenseError::Unpaired { sensor: Sensor::Colour, .. }), "{error}");
+}
+
+#[test]
+fn an_unplugged_camera_is_an_error_before_it_counts_as_silent() {
+    let Some(fixture) = Fixture::with_fault(Fault::Unplugged) else { return };
+    // The pictures come from a software device, which lives although it is unplugged.
+    let settings = Settings { timeout: Duration::from_secs(60), ..quick() };
+    let mut camera = fixture.open(settings).unwrap();
+    fixture.send(1000.0, 1000.0);
+    next(&mut camera);
+    let error = camera.next_pair().unwrap_err();
+    assert!(matches!(error, RealsenseError::Unplugged { .. }), "{error}");
+    assert!(!error.is_transient());
+    assert_eq!(camera.next_pair(), Err(error));
+}
+
+#[test]
+fn a_camera_that_does_not_open_is_an_error_in_bounded_time() {
+    let Some(fixture) = Fixture::with_fault(Fault::Hangs) else { return };
+    let settings = Settings { open_timeout: Duration::from_millis(300), ..quick() };
+    let error = fixture.open(settings).unwrap_err();
+    assert!(matches!(error, RealsenseError::Hangs { .. }), "{error}");
+    assert!(error.to_string().starts_with("faulty: ") && error.to_string().contains("USB 3"));
 }
 
 #[test]
