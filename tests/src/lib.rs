@@ -9,6 +9,7 @@ pub mod commissioning;
 pub mod defects;
 pub mod links;
 pub mod live_camera;
+pub mod plain_room;
 pub mod plants;
 pub mod source_tree;
 pub mod tensions;

@@ -3,17 +3,11 @@
 
 #![allow(clippy::expect_used, reason = "a test stops at the first surprise")]
 
-use std::sync::atomic::AtomicBool;
-
 use nalgebra::{Point3, Vector3};
 use plumb_cameras::camera_file;
-use plumb_emulator::plant::Geometry;
-use plumb_runtime::rig::{LawName, Rig};
-use plumb_runtime::run::{Run, RunParts};
-use plumb_sim::simulated::{SimulatedCamera, Timing, VirtualBoard};
-use plumb_sim::synthetic::{
-    Background, Material, RenderOptions, Room, Scene, Strand, SyntheticCamera,
-};
+use plumb_runtime::rig::LawName;
+use plumb_sim::synthetic::{Material, RenderOptions, Scene, Strand, SyntheticCamera};
+use plumb_tests::plain_room;
 use plumb_vision::camera::Camera;
 use plumb_vision::detect::DetectorKind;
 use rand::{RngExt, SeedableRng};
@@ -27,11 +21,6 @@ fn camera() -> Camera {
     let mut camera = camera_file::paper().expect("the paper's camera");
     camera.intrinsics.depth_scale = 0.0;
     camera
-}
-
-/// Returns a room with plain walls.
-fn plain_room() -> Background {
-    Background::Room(Room::bare(Material::from_srgb(140, 150, 120)))
 }
 
 /// Places of a ball, and what is in front of it.
@@ -88,7 +77,7 @@ fn consistency(kind: &Kind) -> Consistency {
     let camera = camera();
     let mut random = ChaCha8Rng::seed_from_u64(14);
     let options = RenderOptions::default();
-    let mut synthetic = SyntheticCamera::new(camera.clone(), plain_room(), options, 14)
+    let mut synthetic = SyntheticCamera::new(camera.clone(), plain_room::background(), options, 14)
         .expect("a synthetic camera");
     let (mut sum, mut found) = (0.0, 0);
     for _ in 0..BALLS {
@@ -117,46 +106,10 @@ fn the_covariance_of_a_position_without_depth_matches_its_error() {
     }
 }
 
-/// End of a run with a camera without depth.
-#[derive(Debug)]
-struct End {
-    reached: bool,
-    /// Distance of the ball from its target, metres.
-    true_error: f64,
-    /// Time until the target is reached, seconds.
-    seconds: f64,
-}
-
-/// Runs the paper's task in virtual time.
-fn run(law: LawName, seed: u64) -> End {
-    let rig = Rig { law: law.into(), ..Rig::paper().expect("the paper's rig file") };
-    let camera = camera();
-    let board = VirtualBoard::paper().expect("the paper's rig");
-    let synthetic =
-        SyntheticCamera::new(camera.clone(), plain_room(), RenderOptions::default(), seed)
-            .expect("a synthetic camera");
-    let motors = *Geometry::paper().motors();
-    let mut source = SimulatedCamera::new(board.rig(), synthetic, motors, Timing::default());
-    let run = Run::connect(&rig, board.transport()).expect("a configured board");
-    let summary = run
-        .drive(RunParts {
-            source: &mut source,
-            detector: &mut *DetectorKind::Ball.build(&camera),
-            observers: &mut [],
-            operator: None,
-            timeout: 60.0,
-            interrupted: &AtomicBool::new(false),
-        })
-        .expect("an unbroken run");
-    let target = Point3::from(summary.legs[0].target);
-    let ball = board.board().borrow().ball().expect("a simulated ball");
-    End { reached: summary.reached, true_error: (ball - target).norm(), seconds: summary.time_s }
-}
-
 #[test]
 fn every_law_reaches_the_papers_target_without_depth() {
     for law in LawName::ALL {
-        let end = run(law, 1);
+        let end = plain_room::drive(&camera(), law, 1);
         println!("{law:?}: {end:?}");
         assert!(end.reached && end.seconds < 60.0, "{law:?}: {end:?}");
         // The limb of the ball is dark, so that the outline is 0.1 to 0.2 pixels too small: 16 mm

@@ -28,7 +28,8 @@
 //! use plumb_frame::render::Scene;
 //!
 //! // A camera 0.7 m above the board looks down, its rows turned against the board's.
-//! let intrinsics = Intrinsics { fx: 525.0, fy: 525.0, cx: 319.5, cy: 239.5, depth_scale: 5000.0 };
+//! let (fx, fy, cx, cy) = (525.0, 525.0, 319.5, 239.5);
+//! let intrinsics = Intrinsics { fx, fy, cx, cy, depth_scale: 5000.0, distortion: None };
 //! let board_to_camera = Isometry3::new(Vector3::new(-0.1, 0.1, 0.7), Vector3::new(2.7, 0.3, 0.1));
 //! let mut scene = Scene::wall(640, 480, intrinsics, 2.0);
 //! let images = (&mut scene.colour, &mut scene.depth);

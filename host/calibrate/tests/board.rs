@@ -17,8 +17,14 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-const INTRINSICS: Intrinsics =
-    Intrinsics { fx: 525.0, fy: 525.0, cx: 319.5, cy: 239.5, depth_scale: 5000.0 };
+const INTRINSICS: Intrinsics = Intrinsics {
+    fx: 525.0,
+    fy: 525.0,
+    cx: 319.5,
+    cy: 239.5,
+    depth_scale: 5000.0,
+    distortion: None,
+};
 
 /// Returns a number from a normal distribution with standard deviation 1.
 fn normal(random: &mut ChaCha8Rng) -> f64 {

@@ -12,8 +12,14 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
 
-const INTRINSICS: Intrinsics =
-    Intrinsics { fx: 525.0, fy: 525.0, cx: 319.5, cy: 239.5, depth_scale: 5000.0 };
+const INTRINSICS: Intrinsics = Intrinsics {
+    fx: 525.0,
+    fy: 525.0,
+    cx: 319.5,
+    cy: 239.5,
+    depth_scale: 5000.0,
+    distortion: None,
+};
 
 /// The paper's motors A, B, C.
 const MOTORS: [[f64; 3]; 3] = [[0.850, 0.610, 0.665], [0.850, 0.0, 0.665], [0.0, 0.240, 0.665]];

@@ -4,7 +4,9 @@ use std::fmt;
 use std::path::Path;
 
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
-use plumb_frame::camera::{Camera, Intrinsics};
+use plumb_frame::camera::{
+    Camera, Distortion, DistortionCoefficients, DistortionError, Intrinsics,
+};
 use serde::de::{Unexpected, Visitor};
 use serde::{Deserialize, Deserializer};
 use thiserror::Error;
@@ -19,6 +21,9 @@ pub const REFERENCE: &str = include_str!("../../../docs/use/camera-file.md");
 
 /// Value of `intrinsics.depth_scale` of a camera without depth.
 pub(crate) const NO_DEPTH: &str = "none";
+
+/// Keys of the table `[intrinsics]` for the distortion of the lens, in OpenCV's order.
+pub const DISTORTION_KEYS: [&str; 5] = ["k1", "k2", "p1", "p2", "k3"];
 
 /// Values with which [`mistakes`] goes on where the file has a mistake.
 const PLACEHOLDERS: &str = "\
@@ -41,6 +46,7 @@ pub fn mistakes(text: &str) -> Vec<Mistake> {
 /// cx = 319.5
 /// cy = 239.5
 /// depth_scale = 5000.0
+/// k1 = -0.1               # distortion of the lens: k1, k2, p1, p2, k3, each 0 by default
 /// [pose]                  # camera axes (x right, y down, z forward) into the rig frame
 /// translation = [1.737, 0.286, 0.225]     # metres
 /// quaternion = [-0.5, -0.5, 0.5, 0.5]     # x, y, z, w
@@ -52,7 +58,8 @@ pub fn mistakes(text: &str) -> Vec<Mistake> {
 /// # Errors
 /// Where the file cannot be read, has an unknown key, lacks a key, or a value is out of its range:
 /// all numbers are finite, `fx`, `fy`, `depth_scale` (or "none") and `diameter_m` above 0, the hue
-/// from 0 to 360, the quaternion's norm within 1 % of 1 (it is normalised).
+/// from 0 to 360, the quaternion's norm within 1 % of 1 (it is normalised), and the distortion has
+/// an inverse over the whole picture, in the middle of which the principal point is taken to be.
 pub fn read(path: &Path) -> Result<Camera, TomlFileError> {
     read_toml::<CameraFile>(path).map(Camera::from)
 }
@@ -73,16 +80,34 @@ pub fn paper() -> Result<Camera, TomlFileError> {
     parse(Path::new("rigs/camera.toml"), PAPER)
 }
 
-/// Contents of a camera file. Every key is required but `ball.hue`.
+/// Contents of a camera file. Every key is required but those of the distortion and `ball.hue`.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct CameraFile {
-    intrinsics: IntrinsicsTable,
+    intrinsics: CheckedIntrinsics,
     pose: Pose,
     ball: BallTable,
 }
 
-/// Table `[intrinsics]`: pinhole camera without distortion, of the colour image.
+/// Table `[intrinsics]` with a distortion that can be inverted.
+#[derive(Debug, Deserialize)]
+#[serde(try_from = "IntrinsicsTable")]
+struct CheckedIntrinsics(Intrinsics);
+
+impl TryFrom<IntrinsicsTable> for CheckedIntrinsics {
+    type Error = DistortionError;
+
+    fn try_from(table: IntrinsicsTable) -> Result<Self, DistortionError> {
+        let intrinsics = table.intrinsics();
+        // The file has no size of the pictures. Each source checks its own.
+        let [width, height] =
+            [intrinsics.cx, intrinsics.cy].map(|middle| (2.0 * middle + 1.0).round() as usize);
+        intrinsics.check_distortion(width, height)?;
+        Ok(Self(intrinsics))
+    }
+}
+
+/// Table `[intrinsics]`: pinhole camera with the distortion of its lens, of the colour image.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct IntrinsicsTable {
@@ -97,6 +122,36 @@ struct IntrinsicsTable {
     /// Depth units in a metre, above 0, or "none" for a camera without depth. A live camera with
     /// depth and an `.oni` file state their own.
     depth_scale: DepthScale,
+    /// Radial distortion, of r². Default of this and the following: 0.
+    #[serde(default)]
+    k1: Finite,
+    /// Radial distortion, of r⁴.
+    #[serde(default)]
+    k2: Finite,
+    /// Tangential distortion.
+    #[serde(default)]
+    p1: Finite,
+    /// Tangential distortion.
+    #[serde(default)]
+    p2: Finite,
+    /// Radial distortion, of r⁶.
+    #[serde(default)]
+    k3: Finite,
+}
+
+impl IntrinsicsTable {
+    /// Returns the intrinsics, not checked.
+    fn intrinsics(&self) -> Intrinsics {
+        let coefficients = [&self.k1, &self.k2, &self.p1, &self.p2, &self.k3].map(|k| k.get());
+        Intrinsics {
+            fx: self.fx.get(),
+            fy: self.fy.get(),
+            cx: self.cx.get(),
+            cy: self.cy.get(),
+            depth_scale: self.depth_scale.units(),
+            distortion: Distortion::new(DistortionCoefficients::from_array(coefficients)),
+        }
+    }
 }
 
 /// Depth units in a metre.
@@ -225,15 +280,8 @@ impl TryFrom<[f64; 4]> for Rotation {
 
 impl From<CameraFile> for Camera {
     fn from(file: CameraFile) -> Self {
-        let i = &file.intrinsics;
         Self {
-            intrinsics: Intrinsics {
-                fx: i.fx.get(),
-                fy: i.fy.get(),
-                cx: i.cx.get(),
-                cy: i.cy.get(),
-                depth_scale: i.depth_scale.units(),
-            },
+            intrinsics: file.intrinsics.0,
             pose: file.pose.isometry(),
             ball_diameter: file.ball.diameter_m.get(),
             ball_hue: file.ball.hue.0,
@@ -297,7 +345,9 @@ diameter_m = 0.06
             ("depth_scale = 5000", "depth_scale = 0", "camera.toml:6: ", "depth_scale"),
             ("depth_scale = 5000", "depth_scale = 'no'", "camera.toml:6: ", "or `none` for"),
             ("cx = 319.5\n", "", "camera.toml:1: ", "cx"),
-            ("cx = 319.5", "cx = 319.5\nk1 = 0.1", "camera.toml:5: ", "k1"),
+            ("cx = 319.5", "cx = 319.5\nk4 = 0.1", "camera.toml:5: ", "k4"),
+            ("cx = 319.5", "cx = 319.5\nk1 = nan", "camera.toml:5: ", "k1"),
+            ("cx = 319.5", "cx = 319.5\nk1 = -0.6", "camera.toml:1: ", "no inverse at column"),
             ("0.501", "0.6", "camera.toml:9: ", "quaternion"),
             ("[ball]\ndiameter_m = 0.06\n", "", "camera.toml:9: ", "ball"),
             ("diameter_m = 0.06", "diameter_m = 0", "camera.toml:11: ", "ball.diameter_m"),

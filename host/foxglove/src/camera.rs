@@ -31,17 +31,19 @@ pub(crate) fn image(
     })
 }
 
-/// Returns the intrinsics of a picture. Plumb's pictures have no distortion.
+/// Returns the intrinsics of a picture, with the distortion of the lens. Plumb's model is that of
+/// the name "plumb_bob".
 pub(crate) fn calibration(frame: &RgbdFrame, stamp: u64) -> CameraCalibration {
     let (colour, camera) = (frame.colour(), frame.intrinsics());
     let (fx, fy, cx, cy) = (camera.fx, camera.fy, camera.cx, camera.cy);
+    let distortion = camera.distortion.map(|lens| lens.coefficients());
     CameraCalibration {
         timestamp: timestamp(stamp),
         frame_id: CAMERA.to_owned(),
         width: colour.width() as u32,
         height: colour.height() as u32,
         distortion_model: "plumb_bob".to_owned(),
-        d: vec![0.0; 5],
+        d: distortion.unwrap_or_default().to_array().to_vec(),
         k: vec![fx, 0.0, cx, 0.0, fy, cy, 0.0, 0.0, 1.0],
         r: vec![1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0],
         p: vec![fx, 0.0, cx, 0.0, 0.0, fy, cy, 0.0, 0.0, 0.0, 1.0, 0.0],
@@ -95,5 +97,19 @@ mod tests {
         };
         let (u, v) = camera.project(&point).unwrap();
         assert!((row(0) / row(2) - u).abs() < 1e-9 && (row(1) / row(2) - v).abs() < 1e-9);
+        assert_eq!(message.d, [0.0; 5]);
+    }
+
+    #[test]
+    fn the_calibration_has_the_distortion_of_the_lens() {
+        let coefficients = [-0.28, 0.11, 0.001, -0.002, -0.02];
+        let text = "k1 = -0.28\nk2 = 0.11\np1 = 0.001\np2 = -0.002\nk3 = -0.02\ncx =";
+        let text = camera_file::PAPER.replacen("cx =", text, 1);
+        let camera = camera_file::parse("camera.toml".as_ref(), &text).unwrap().intrinsics;
+        let (colour, depth) = (Image::filled(64, 48, [0; 3]), Image::filled(64, 48, 0));
+        let frame = RgbdFrame::new(0.0, colour, depth, camera).unwrap();
+        let message = calibration(&frame, 0);
+        assert_eq!(message.d, coefficients);
+        assert_eq!(message.distortion_model, "plumb_bob");
     }
 }

@@ -24,7 +24,8 @@ const HOUR: u64 = 108_000;
 const HELD: usize = 2;
 
 fn frame(time: f64) -> Arc<RgbdFrame> {
-    let intrinsics = Intrinsics { fx: 1.0, fy: 1.0, cx: 0.5, cy: 0.5, depth_scale: 1000.0 };
+    let intrinsics =
+        Intrinsics { fx: 1.0, fy: 1.0, cx: 0.5, cy: 0.5, depth_scale: 1000.0, distortion: None };
     let (colour, depth) = (Image::filled(64, 48, [90; 3]), Image::filled(64, 48, 1));
     Arc::new(RgbdFrame::new(time, colour, depth, intrinsics).unwrap())
 }

@@ -39,7 +39,14 @@ impl CameraSource for EmptyFrames {
         self.skipped += 2;
         let now = self.board.borrow().now().0;
         self.board.borrow_mut().run_to(Micros(now + 33_000)).unwrap();
-        let intrinsics = Intrinsics { fx: 1.0, fy: 1.0, cx: 0.5, cy: 0.5, depth_scale: 1000.0 };
+        let intrinsics = Intrinsics {
+            fx: 1.0,
+            fy: 1.0,
+            cx: 0.5,
+            cy: 0.5,
+            depth_scale: 1000.0,
+            distortion: None,
+        };
         let (colour, depth) = (Image::filled(2, 2, [1; 3]), Image::filled(2, 2, 1));
         Ok(Some(RgbdFrame::new(self.now(), colour, depth, intrinsics).unwrap()))
     }

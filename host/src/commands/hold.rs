@@ -154,7 +154,14 @@ mod tests {
             if self.is_gone {
                 return Err(SourceError::over("unplugged"));
             }
-            let intrinsics = Intrinsics { fx: 1.0, fy: 1.0, cx: 0.5, cy: 0.5, depth_scale: 1000.0 };
+            let intrinsics = Intrinsics {
+                fx: 1.0,
+                fy: 1.0,
+                cx: 0.5,
+                cy: 0.5,
+                depth_scale: 1000.0,
+                distortion: None,
+            };
             let (colour, depth) = (Image::filled(2, 2, [1; 3]), Image::filled(2, 2, 1));
             Ok(Some(RgbdFrame::new(self.now(), colour, depth, intrinsics).unwrap()))
         }

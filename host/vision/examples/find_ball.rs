@@ -11,7 +11,14 @@ use plumb_vision::render::{Ball, Scene};
 
 fn main() -> Result<(), Box<dyn Error>> {
     // A camera in the origin of the rig frame that looks along z for a red ball of 60 mm.
-    let intrinsics = Intrinsics { fx: 525.0, fy: 525.0, cx: 319.5, cy: 239.5, depth_scale: 1000.0 };
+    let intrinsics = Intrinsics {
+        fx: 525.0,
+        fy: 525.0,
+        cx: 319.5,
+        cy: 239.5,
+        depth_scale: 1000.0,
+        distortion: None,
+    };
     let pose = Isometry3::identity();
     let camera = Camera { intrinsics, pose, ball_diameter: 0.06, ball_hue: 0.0 };
     let mut detector = DetectorKind::Ball.build(&camera);

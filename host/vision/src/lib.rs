@@ -5,7 +5,8 @@
 //! ```
 //!
 //! - [`image`]: pixels in memory; [`frame`]: a colour image with registered depth.
-//! - [`camera`]: the pinhole model, the pose in the rig frame and the ball's size and hue.
+//! - [`camera`]: the pinhole model with lens distortion, the pose in the rig frame and the ball's
+//!   size and hue.
 //! - [`detect`]: the detectors [`ball`](detect::ball) (the default; its stages and parameters are
 //!   in [`shape`](detect::shape)) and [`red`](detect::red), and
 //!   [`DetectorKind`](detect::DetectorKind), which makes one by name.
@@ -27,7 +28,8 @@
 //! use plumb_vision::detect::DetectorKind;
 //! use plumb_vision::render::{Ball, Scene};
 //!
-//! let intrinsics = Intrinsics { fx: 525.0, fy: 525.0, cx: 319.5, cy: 239.5, depth_scale: 1000.0 };
+//! let (fx, fy, cx, cy) = (525.0, 525.0, 319.5, 239.5);
+//! let intrinsics = Intrinsics { fx, fy, cx, cy, depth_scale: 1000.0, distortion: None };
 //! let pose = Isometry3::identity();
 //! let camera = Camera { intrinsics, pose, ball_diameter: 0.06, ball_hue: 0.0 };
 //!

@@ -15,7 +15,7 @@
 //!
 //! Without depth, the size of the outline gives the position: see [`localise_by_outline`].
 
-use nalgebra::{Matrix3, Point3, Vector3};
+use nalgebra::{Matrix3, Point3};
 
 use crate::camera::{Camera, Intrinsics};
 use crate::depth_view::DepthView;
@@ -102,12 +102,19 @@ pub fn localise(circle: &Circle, frame: &RgbdFrame, camera: &Camera) -> Option<G
     let centre = centre_depth(circle, frame, camera.ball_diameter / 2.0)?;
     let intrinsics = frame.intrinsics();
     let point = intrinsics.deproject(circle.u, circle.v, centre.depth);
-    let metres_per_pixel =
-        Vector3::new(centre.depth / intrinsics.fx, centre.depth / intrinsics.fy, 0.0);
-    let scale = Matrix3::from_diagonal(&metres_per_pixel);
+    let across = across(circle, centre.depth, intrinsics)?;
     let along = point.coords / point.z * centre.error;
-    let in_camera = scale * circle.covariance * scale + along * along.transpose();
+    let in_camera = across * circle.covariance * across.transpose() + along * along.transpose();
     Some(in_rig_frame(camera, &point, &in_camera))
+}
+
+/// Returns the derivatives of the centre's x and y (rows) at depth `z`, metres, by the circle's
+/// column and row; the other elements are 0. `None` where the distortion of the lens folds.
+fn across(circle: &Circle, z: f64, intrinsics: &Intrinsics) -> Option<Matrix3<f64>> {
+    let mut derivatives = Matrix3::zeros();
+    let plane = intrinsics.deproject_derivatives(circle.u, circle.v, z)?;
+    derivatives.fixed_view_mut::<2, 2>(0, 0).copy_from(&plane);
+    Some(derivatives)
 }
 
 /// Returns the distribution in the rig frame of a point in camera axes with the covariance

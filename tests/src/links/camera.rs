@@ -56,6 +56,7 @@ impl<C: SimClock> TrackingCamera<C> {
             cx: principal(centre.x),
             cy: principal(centre.y),
             depth_scale: DEPTH_SCALE,
+            distortion: None,
         };
         let depth = Image::from_fn(SIZE, SIZE, |column, row| {
             let ray = intrinsics.deproject(column as f64, row as f64, 1.0).coords;

@@ -29,8 +29,14 @@ pub const MAX_ATTEMPTS: u64 = 8;
 const STREAM: u64 = 1 << 41;
 
 /// A PrimeSense camera at 640x480.
-const INTRINSICS: Intrinsics =
-    Intrinsics { fx: 525.0, fy: 525.0, cx: 319.5, cy: 239.5, depth_scale: 5000.0 };
+const INTRINSICS: Intrinsics = Intrinsics {
+    fx: 525.0,
+    fy: 525.0,
+    cx: 319.5,
+    cy: 239.5,
+    depth_scale: 5000.0,
+    distortion: None,
+};
 /// Rows and columns, pixels.
 const SIZE: [f64; 2] = [640.0, 480.0];
 

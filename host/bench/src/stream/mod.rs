@@ -141,6 +141,7 @@ fn camera(paper: &Camera, size: ImageSize) -> Camera {
         cx: (size.width as f64 - 1.0) / 2.0,
         cy: (size.height as f64 - 1.0) / 2.0,
         depth_scale: paper.intrinsics.depth_scale,
+        distortion: None,
     };
     Camera { intrinsics, ..paper.clone() }
 }

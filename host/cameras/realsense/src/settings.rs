@@ -96,6 +96,21 @@ pub enum DistortionModel {
     Other(i32),
 }
 
+impl fmt::Display for DistortionModel {
+    /// Writes librealsense2's name of the model.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::None => f.write_str("None"),
+            Self::BrownConrady => f.write_str("Brown Conrady"),
+            Self::ModifiedBrownConrady => f.write_str("Modified Brown Conrady"),
+            Self::InverseBrownConrady => f.write_str("Inverse Brown Conrady"),
+            Self::Other(3) => f.write_str("F-Theta"),
+            Self::Other(5) => f.write_str("Kannala Brandt4"),
+            Self::Other(number) => write!(f, "number {number}"),
+        }
+    }
+}
+
 impl DistortionModel {
     fn of(number: i32) -> Self {
         match number {
@@ -148,20 +163,48 @@ impl Intrinsics {
         if matches!(self.model, DistortionModel::Other(_)) {
             return None;
         }
-        let (right, bottom) = (f64::from(mode.width) - 1.0, f64::from(mode.height) - 1.0);
-        let corners = [(0.0, 0.0), (right, 0.0), (0.0, bottom), (right, bottom)];
-        Some(corners.iter().map(|&(u, v)| self.distortion_at(u, v)).fold(0.0, f64::max))
+        Some(self.largest_at_corners(mode, |[x, y]| {
+            let (radial, [dx, dy]) = (self.radial(x, y) - 1.0, self.tangential(x, y, 1.0));
+            [x * radial + dx, y * radial + dy]
+        }))
     }
 
-    /// Returns the distortion of the pixel (`u`, `v`), pixels.
-    fn distortion_at(&self, u: f64, v: f64) -> f64 {
-        let [k1, k2, p1, p2, k3] = self.coefficients;
-        let (x, y) = ((u - self.cx) / self.fx, (v - self.cy) / self.fy);
+    /// Returns the largest distance, pixels, between the points that
+    /// [`DistortionModel::ModifiedBrownConrady`] and [`DistortionModel::BrownConrady`] give with
+    /// these coefficients in a picture of `mode`. It is computed at the corners, to first order.
+    pub fn largest_modification(&self, mode: Mode) -> f64 {
+        self.largest_at_corners(mode, |[x, y]| {
+            let modified = self.tangential(x, y, self.radial(x, y));
+            let plain = self.tangential(x, y, 1.0);
+            [modified[0] - plain[0], modified[1] - plain[1]]
+        })
+    }
+
+    /// Returns the largest length, pixels, of `shift` (focal lengths) at the corners of a picture
+    /// of `mode`. `shift` takes a corner in focal lengths from the principal point.
+    fn largest_at_corners(&self, mode: Mode, shift: impl Fn([f64; 2]) -> [f64; 2]) -> f64 {
+        let (right, bottom) = (f64::from(mode.width) - 1.0, f64::from(mode.height) - 1.0);
+        let corners = [(0.0, 0.0), (right, 0.0), (0.0, bottom), (right, bottom)];
+        let lengths = corners.iter().map(|&(u, v)| {
+            let [dx, dy] = shift([(u - self.cx) / self.fx, (v - self.cy) / self.fy]);
+            (dx * self.fx).hypot(dy * self.fy)
+        });
+        lengths.fold(0.0, f64::max)
+    }
+
+    /// Returns the radial factor of the point (`x`, `y`).
+    fn radial(&self, x: f64, y: f64) -> f64 {
+        let [k1, k2, _, _, k3] = self.coefficients;
         let r2 = x * x + y * y;
-        let radial = r2 * (k1 + r2 * (k2 + r2 * k3));
-        let dx = x * radial + 2.0 * p1 * x * y + p2 * (r2 + 2.0 * x * x);
-        let dy = y * radial + 2.0 * p2 * x * y + p1 * (r2 + 2.0 * y * y);
-        (dx * self.fx).hypot(dy * self.fy)
+        1.0 + r2 * (k1 + r2 * (k2 + r2 * k3))
+    }
+
+    /// Returns the tangential shift of the point (`x`, `y`), computed from it times `factor`. The
+    /// radius is that of the point itself.
+    fn tangential(&self, x: f64, y: f64, factor: f64) -> [f64; 2] {
+        let [_, _, p1, p2, _] = self.coefficients;
+        let (r2, x, y) = (x * x + y * y, x * factor, y * factor);
+        [2.0 * p1 * x * y + p2 * (r2 + 2.0 * x * x), 2.0 * p2 * x * y + p1 * (r2 + 2.0 * y * y)]
     }
 }
 
@@ -199,5 +242,14 @@ mod tests {
         assert!((radial - 0.1 * 0.6656_f64.powi(3) * 600.0).abs() < 0.01, "{radial}");
         assert_eq!(intrinsics(3, [0.1; 5]).largest_distortion(mode), None);
         assert_eq!(intrinsics(3, [0.0; 5]).largest_distortion(mode), Some(0.0));
+    }
+
+    #[test]
+    fn the_modified_model_differs_where_a_tangential_part_meets_a_radial_one() {
+        let mode = Settings::default().mode;
+        let difference = |coefficients| intrinsics(1, coefficients).largest_modification(mode);
+        assert_eq!(difference([-0.3, 0.1, 0.0, 0.0, 0.0]), 0.0);
+        assert_eq!(difference([0.0, 0.0, 0.01, 0.01, 0.0]), 0.0);
+        assert!(difference([-0.3, 0.0, 0.001, 0.0, 0.0]) > 0.02);
     }
 }

@@ -15,7 +15,7 @@ use std::thread::{self, JoinHandle};
 use plumb_frame::camera::Intrinsics;
 use plumb_frame::frame::RgbdFrame;
 
-use crate::camera_file::NO_DEPTH;
+use crate::camera_file::{DISTORTION_KEYS, NO_DEPTH};
 use error::io_error;
 use writer::Writer;
 
@@ -157,12 +157,17 @@ fn camera_file(text: &str, intrinsics: &Intrinsics) -> Result<String, RecordErro
     let mut table: toml::Table = text
         .parse()
         .map_err(|error: toml::de::Error| RecordError::Camera(error.message().to_owned()))?;
-    let Intrinsics { fx, fy, cx, cy, depth_scale } = *intrinsics;
+    let Intrinsics { fx, fy, cx, cy, depth_scale, distortion } = *intrinsics;
     let depth_scale: toml::Value =
         if intrinsics.has_depth() { depth_scale.into() } else { NO_DEPTH.into() };
     let entries = [("fx", fx), ("fy", fy), ("cx", cx), ("cy", cy)];
-    let mut intrinsics: toml::Table =
-        entries.map(|(key, value)| (key.to_owned(), value.into())).into_iter().collect();
+    let coefficients = distortion.map(|lens| lens.coefficients().to_array());
+    let distortion = DISTORTION_KEYS.into_iter().zip(coefficients.into_iter().flatten());
+    let mut intrinsics: toml::Table = entries
+        .into_iter()
+        .chain(distortion)
+        .map(|(key, value)| (key.to_owned(), value.into()))
+        .collect();
     intrinsics.insert("depth_scale".to_owned(), depth_scale);
     table.insert("intrinsics".to_owned(), intrinsics.into());
     toml::to_string(&table).map_err(|error| RecordError::Camera(error.to_string()))

@@ -1,6 +1,6 @@
 //! Tests of recordings.
 
-use plumb_frame::camera::Camera;
+use plumb_frame::camera::{Camera, Distortion, DistortionCoefficients};
 use plumb_frame::image::Image;
 
 use super::*;
@@ -94,4 +94,17 @@ fn a_write_error_is_returned_at_the_end() {
     recorder.add(&one);
     let error = recorder.finish().unwrap_err().to_string();
     assert!(error.contains("depth/000001.png"), "{error}");
+}
+
+#[test]
+fn the_distortion_of_the_lens_is_recorded() {
+    let (k1, k2, p1, p2, k3) = (-0.28, 0.1, 0.0, 0.001, 0.0);
+    let distortion = Distortion::new(DistortionCoefficients { k1, k2, p1, p2, k3 });
+    let paper = camera_file::paper().unwrap().intrinsics;
+    let intrinsics = Intrinsics { distortion, depth_scale: 5000.0, ..paper };
+    let (colour, depth) = (Image::filled(640, 480, [10; 3]), Image::filled(640, 480, 5000));
+    let frame = RgbdFrame::new(0.0, colour, depth, intrinsics).unwrap();
+    let (camera, read) = recorded_and_read(&[frame]);
+    assert_eq!(camera.intrinsics, intrinsics);
+    assert_eq!(read[0].intrinsics(), &intrinsics);
 }

@@ -17,4 +17,4 @@ pub use camera_source::CameraSource;
 pub use clock::LiveClock;
 pub use error::{BoxedError, InvalidFrame, SourceError};
 pub use recording::{OpenRecordingError, OpenedRecording, open_recording};
-pub use resolution::OtherResolution;
+pub use resolution::UnfitIntrinsics;

@@ -31,7 +31,14 @@ impl BallDetector for Scripted {
 }
 
 fn camera() -> Camera {
-    let intrinsics = Intrinsics { fx: 200.0, fy: 200.0, cx: 15.5, cy: 11.5, depth_scale: 1000.0 };
+    let intrinsics = Intrinsics {
+        fx: 200.0,
+        fy: 200.0,
+        cx: 15.5,
+        cy: 11.5,
+        depth_scale: 1000.0,
+        distortion: None,
+    };
     let pose = Isometry3::new(Vector3::new(1.0, 2.0, 3.0), Vector3::zeros());
     Camera { intrinsics, pose, ball_diameter: 0.04, ball_hue: 0.0 }
 }

@@ -86,7 +86,8 @@ impl CameraBall {
             return Ok(());
         };
         let obliquity = self.centre.coords.norm_squared() / (self.centre.z * self.centre.z);
-        let seen = lens.fx.max(lens.fy) * self.radius / (self.centre.z - self.radius) * obliquity;
+        let focal = lens.fx.max(lens.fy) * lens.stretch(&self.centre);
+        let seen = focal * self.radius / (self.centre.z - self.radius) * obliquity;
         let Some([left, right, top, bottom]) = canvas.window(u, v, seen + 2.0 + 3.0 * style.blur)
         else {
             return Ok(());

@@ -23,7 +23,8 @@ pub(super) fn check(
     check_size(size)?;
     check_camera(camera)?;
     check_sensor(&options.sensor)?;
-    check_principal_point(&camera.intrinsics, size)
+    check_principal_point(&camera.intrinsics, size)?;
+    Ok(camera.intrinsics.check_distortion(size.0, size.1)?)
 }
 
 /// Checks the columns and rows of the frames.

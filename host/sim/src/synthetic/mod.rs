@@ -20,7 +20,7 @@ pub use scene::{ExtraBall, Scene, Strand};
 pub use sensor::SensorOptions;
 
 use nalgebra::Isometry3;
-use plumb_frame::camera::Camera;
+use plumb_frame::camera::{Camera, DistortionError};
 use plumb_frame::frame::{FrameError, RgbdFrame};
 use plumb_frame::image::{ColourImage, Image, ImageError};
 use rand::SeedableRng;
@@ -92,6 +92,9 @@ pub enum SyntheticError {
         /// Rows of the background.
         height: usize,
     },
+    /// A part of the frame has no ray.
+    #[error("synthetic camera: the lens distortion does not fit the frame")]
+    Distortion(#[from] DistortionError),
     /// The rendered frame is invalid (its time stamp).
     #[error("synthetic camera: the rendered frame is invalid")]
     Frame(#[from] FrameError),

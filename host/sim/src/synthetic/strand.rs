@@ -8,6 +8,8 @@ use super::light::{Material, encode};
 
 /// Least distance of drawn strands from the camera, metres.
 const NEAR_PLANE: f64 = 0.05;
+/// Parts of a strand that the distortion of the lens bends; each is drawn straight.
+const BENT_PARTS: u32 = 48;
 /// Least width that the depth sensor resolves, pixels.
 const MIN_DEPTH_WIDTH: f64 = 3.0;
 
@@ -60,6 +62,18 @@ impl CameraStrand {
 
     /// Draws the strand.
     pub(super) fn draw(&self, canvas: &mut Canvas<'_>, style: &Style<'_>) {
+        if style.intrinsics.distortion.is_none() {
+            return self.draw_straight(canvas, style);
+        }
+        let place =
+            |k: u32| self.from + (self.to - self.from) * (f64::from(k) / f64::from(BENT_PARTS));
+        for k in 0..BENT_PARTS {
+            Self { from: place(k), to: place(k + 1), ..*self }.draw_straight(canvas, style);
+        }
+    }
+
+    /// Draws the strand as a straight line of the picture.
+    fn draw_straight(&self, canvas: &mut Canvas<'_>, style: &Style<'_>) {
         let Some(line) = self.project(style) else { return };
         let axis = (self.to - self.from).try_normalize(1e-12).unwrap_or_else(nalgebra::Vector3::x);
         let arriving = style.light.on_rod(&axis);
@@ -71,12 +85,14 @@ impl CameraStrand {
         };
         let first = line.start[0].ceil().max(0.0) as usize;
         let last = (line.end.floor().min(along as f64 - 1.0) + 1.0).max(0.0) as usize;
+        let middle = Point3::from((self.from.coords + self.to.coords) / 2.0);
+        let focal = style.intrinsics.fx * style.intrinsics.stretch(&middle);
         let squeeze = 1.0 / (1.0 + line.slope[0] * line.slope[0]).sqrt();
         for major in first..last {
             let step = major as f64 - line.start[0];
             let middle = line.start[1] + line.slope[0] * step;
             let inverse = line.start[2] + line.slope[1] * step;
-            let width = style.intrinsics.fx * self.diameter * inverse;
+            let width = focal * self.diameter * inverse;
             let soft = (0.5 + 6.0 * style.blur * style.blur).sqrt();
             let reach = (width / 2.0 + soft) / squeeze;
             let from = (middle - reach).ceil().max(0.0) as usize;

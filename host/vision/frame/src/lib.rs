@@ -5,7 +5,8 @@
 //! ```
 //!
 //! - [`image`]: pixels in memory; [`frame`]: a colour image with registered depth.
-//! - [`camera`]: the pinhole model, the pose in the rig frame and the ball's size and hue.
+//! - [`camera`]: the pinhole model with lens distortion, the pose in the rig frame and the ball's
+//!   size and hue.
 //! - [`detect`]: the interface [`BallDetector`](detect::BallDetector); the detectors are in the
 //!   crate `plumb-vision`.
 //! - [`observation`]: what a detector returns.
@@ -44,7 +45,8 @@
 //!     }
 //! }
 //!
-//! let intrinsics = Intrinsics { fx: 525.0, fy: 525.0, cx: 319.5, cy: 239.5, depth_scale: 1000.0 };
+//! let (fx, fy, cx, cy) = (525.0, 525.0, 319.5, 239.5);
+//! let intrinsics = Intrinsics { fx, fy, cx, cy, depth_scale: 1000.0, distortion: None };
 //! let mut scene = Scene::wall(640, 480, intrinsics, 2.2);
 //! scene.add(&Ball { albedo: [1.0; 3], ..Ball::red(Point3::new(0.1, -0.05, 0.8), 0.03) });
 //!
@@ -58,6 +60,7 @@
 
 pub mod camera;
 pub mod detect;
+mod distortion;
 pub mod frame;
 mod geometry;
 pub mod image;

@@ -137,8 +137,14 @@ mod tests {
     use crate::camera::Intrinsics;
     use crate::image::{Bgr, Image};
 
-    const INTRINSICS: Intrinsics =
-        Intrinsics { fx: 500.0, fy: 500.0, cx: 159.5, cy: 119.5, depth_scale: 1000.0 };
+    const INTRINSICS: Intrinsics = Intrinsics {
+        fx: 500.0,
+        fy: 500.0,
+        cx: 159.5,
+        cy: 119.5,
+        depth_scale: 1000.0,
+        distortion: None,
+    };
 
     fn detect(discs: &[Disc]) -> Option<BallObservation> {
         let pose = Isometry3::identity();

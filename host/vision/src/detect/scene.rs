@@ -12,8 +12,14 @@ use crate::observation::Circle;
 use crate::render::{Ball, Scene};
 
 /// Intrinsics of the rendered scenes, and of the pictures in the folder `osd`.
-pub(super) const INTRINSICS: Intrinsics =
-    Intrinsics { fx: 525.0, fy: 525.0, cx: 319.5, cy: 239.5, depth_scale: 5000.0 };
+pub(super) const INTRINSICS: Intrinsics = Intrinsics {
+    fx: 525.0,
+    fy: 525.0,
+    cx: 319.5,
+    cy: 239.5,
+    depth_scale: 5000.0,
+    distortion: None,
+};
 
 /// Returns the camera of those pictures, with a red ball of 60 mm.
 pub(super) fn camera() -> Camera {

@@ -1,13 +1,12 @@
 //! Position of a ball from its outline alone.
 
-use nalgebra::Matrix3;
-
-use super::in_rig_frame;
+use super::{across, in_rig_frame};
 use crate::camera::{Camera, Intrinsics};
 use crate::observation::{Circle, Gaussian3};
 
 /// Returns the centre, in the rig frame, of the ball that is seen as `circle` by a camera without
-/// depth, with `intrinsics`. Returns `None` if the circle is no circle.
+/// depth, with `intrinsics`. Returns `None` if the circle is no circle, or is where the distortion
+/// of the lens folds.
 ///
 /// The rays that touch a sphere make a cone. With the direction c = (x, y, 1) to the ball's centre,
 /// the radius r of the circle (pixels on the optical axis, focal length f) and the ball's radius R,
@@ -36,9 +35,7 @@ pub fn localise_by_outline(
     let z = ball_radius * (1.0 / ray.norm_squared() + cotangent * cotangent).sqrt();
     // Derivatives of the position by column, row and radius. The depth hardly depends on the
     // direction: a pixel changes it by less than R / f of what a pixel of the radius does.
-    let mut derivatives = Matrix3::zeros();
-    derivatives[(0, 0)] = z / intrinsics.fx;
-    derivatives[(1, 1)] = z / intrinsics.fy;
+    let mut derivatives = across(circle, z, intrinsics)?;
     let depth_by_radius = -(ball_radius * cotangent).powi(2) / (z * radius);
     derivatives.set_column(2, &(ray * depth_by_radius));
     let in_camera = derivatives * covariance * derivatives.transpose();

@@ -6,8 +6,14 @@ use proptest::prelude::*;
 use super::*;
 use crate::render::{Ball, Scene};
 
-const INTRINSICS: Intrinsics =
-    Intrinsics { fx: 525.0, fy: 520.0, cx: 159.5, cy: 119.5, depth_scale: 10_000.0 };
+const INTRINSICS: Intrinsics = Intrinsics {
+    fx: 525.0,
+    fy: 520.0,
+    cx: 159.5,
+    cy: 119.5,
+    depth_scale: 10_000.0,
+    distortion: None,
+};
 
 fn camera(ball_radius: f64) -> Camera {
     let pose = Isometry3::new(Vector3::new(1.0, -0.5, 0.3), Vector3::new(0.3, -1.2, 0.8));

@@ -57,7 +57,8 @@ impl Drop for Script {
 }
 
 fn frame(time: f64) -> RgbdFrame {
-    let intrinsics = Intrinsics { fx: 1.0, fy: 1.0, cx: 0.5, cy: 0.5, depth_scale: 1000.0 };
+    let intrinsics =
+        Intrinsics { fx: 1.0, fy: 1.0, cx: 0.5, cy: 0.5, depth_scale: 1000.0, distortion: None };
     let (colour, depth) = (Image::filled(2, 2, [1; 3]), Image::filled(2, 2, 1));
     RgbdFrame::new(time, colour, depth, intrinsics).unwrap()
 }

@@ -9,7 +9,7 @@ use thiserror::Error;
 use super::camera_source::CameraSource;
 use super::clock::{DeviceClock, LiveClock};
 use super::error::{InvalidFrame, SourceError};
-use super::resolution::{self, OtherResolution};
+use super::resolution::{self, UnfitIntrinsics};
 use super::rgb;
 
 mod settings;
@@ -56,9 +56,9 @@ pub enum OpenniSourceError {
         /// URI of the camera.
         uri: String,
     },
-    /// The intrinsics are those of another image size.
+    /// The intrinsics do not fit the images.
     #[error(transparent)]
-    OtherIntrinsics(#[from] OtherResolution),
+    UnfitIntrinsics(#[from] UnfitIntrinsics),
 }
 
 impl OpenniSource {
@@ -66,7 +66,7 @@ impl OpenniSource {
     ///
     /// # Errors
     /// As [`Camera::open`]; where the device does not state its field of view, or calibrated
-    /// intrinsics belong to images of another size.
+    /// intrinsics do not fit its images.
     pub fn open(
         openni: &OpenNi,
         target: &Target,
@@ -171,6 +171,7 @@ fn intrinsics(opened: &Opened, source: IntrinsicsSource) -> Result<Intrinsics, O
                 cx: (width - 1.0) / 2.0,
                 cy: (height - 1.0) / 2.0,
                 depth_scale,
+                distortion: None,
             })
         }
     }
@@ -195,7 +196,14 @@ mod tests {
 
     #[test]
     fn calibrated_intrinsics_take_the_devices_depth_scale() {
-        let known = Intrinsics { fx: 530.0, fy: 531.0, cx: 318.0, cy: 242.0, depth_scale: 5000.0 };
+        let known = Intrinsics {
+            fx: 530.0,
+            fy: 531.0,
+            cx: 318.0,
+            cy: 242.0,
+            depth_scale: 5000.0,
+            distortion: None,
+        };
         let got = intrinsics(&opened(None), IntrinsicsSource::Calibrated(known)).unwrap();
         assert_eq!(got, Intrinsics { depth_scale: 10_000.0, ..known });
         let other = Intrinsics { cx: 959.5, ..known };

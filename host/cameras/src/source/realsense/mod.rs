@@ -1,15 +1,15 @@
 //! Intel RealSense cameras and their recordings (the crate `plumb-realsense`).
 
-use plumb_frame::camera::Intrinsics;
+use plumb_frame::camera::{Distortion, DistortionCoefficients, Intrinsics};
 use plumb_frame::frame::RgbdFrame;
 use plumb_frame::image::{Image, ImageError, ImageSize};
-use plumb_realsense::{Camera, Opened, Pair, RealsenseError, Sensor};
+use plumb_realsense::{Camera, DistortionModel, Opened, Pair, RealsenseError, Sensor};
 use thiserror::Error;
 
 use super::camera_source::CameraSource;
 use super::clock::{DeviceClock, LiveClock};
 use super::error::{InvalidFrame, SourceError};
-use super::resolution::{self, OtherResolution};
+use super::resolution::{self, UnfitIntrinsics};
 use super::rgb;
 
 mod settings;
@@ -17,9 +17,9 @@ mod settings;
 pub use plumb_realsense::{LIBRARY_VARIABLE, RealSense, Settings, Target};
 pub use settings::RealsenseSettings;
 
-/// Largest distortion of a colour picture that counts as none, pixels. The camera model has no
-/// distortion, and the detector's error is of this size.
-const NEGLIGIBLE_DISTORTION: f64 = 0.5;
+/// Largest error of the camera model that is accepted, pixels. The detector's error is of this
+/// size.
+const NEGLIGIBLE_ERROR: f64 = 0.5;
 
 /// Camera or recording through librealsense2, with depth aligned to colour.
 ///
@@ -42,22 +42,25 @@ pub enum RealsenseSourceError {
     /// An image has another number of pixels than its mode.
     #[error(transparent)]
     Image(#[from] ImageError),
-    /// The lens of the colour sensor bends the picture.
+    /// The distortion of the colour sensor's lens is of a model that is not known.
     #[error(
-        "{id}: its lens bends the corners of the picture by {}, and Plumb's camera model has no \
-         distortion. Choose another resolution, or accept the error with calibrated intrinsics in \
-         the camera file and `intrinsics = \"file\"` in [camera.realsense]",
+        "{id}: its lens bends the corners of the picture by {} by the model {model}, and Plumb \
+         knows the model Brown Conrady only. Choose another resolution, or estimate the \
+         intrinsics, write them into the camera file and set `intrinsics = \"file\"` in \
+         [camera.realsense]",
         .pixels.map_or_else(|| "an unknown amount".to_owned(), |pixels| format!("{pixels:.1} px"))
     )]
     Distortion {
         /// Serial number of the camera, or path of the recording.
         id: String,
+        /// Model of the distortion.
+        model: DistortionModel,
         /// Largest distortion, pixels; `None` for an unknown model.
         pixels: Option<f64>,
     },
-    /// The intrinsics are those of another image size.
+    /// The intrinsics do not fit the images.
     #[error(transparent)]
-    OtherIntrinsics(#[from] OtherResolution),
+    UnfitIntrinsics(#[from] UnfitIntrinsics),
 }
 
 impl RealsenseSource {
@@ -65,8 +68,8 @@ impl RealsenseSource {
     /// the device's depth scale. `settings` apply to a camera only.
     ///
     /// # Errors
-    /// As [`Camera::open`]; where the device's lens has a distortion, or calibrated intrinsics
-    /// belong to images of another size.
+    /// As [`Camera::open`]; where the device's distortion is of an unknown model, or the intrinsics
+    /// do not fit the images.
     pub fn open(
         library: &RealSense,
         target: &Target,
@@ -148,30 +151,50 @@ fn intrinsics(
     opened: &Opened,
     calibrated: Option<Intrinsics>,
 ) -> Result<Intrinsics, RealsenseSourceError> {
-    let (mode, depth_scale) = (opened.mode, 1.0 / opened.depth_unit);
-    if let Some(known) = calibrated {
-        let [width, height] = [mode.width, mode.height].map(usize::from);
-        resolution::check(&known, ImageSize { width, height }, &opened.id)?;
-        return Ok(Intrinsics { depth_scale, ..known });
-    }
-    let plumb_realsense::Intrinsics { fx, fy, cx, cy, .. } = opened.intrinsics;
-    match opened.intrinsics.largest_distortion(mode) {
-        Some(pixels) if pixels <= NEGLIGIBLE_DISTORTION => {
-            Ok(Intrinsics { fx, fy, cx, cy, depth_scale })
+    let depth_scale = 1.0 / opened.depth_unit;
+    let intrinsics = match calibrated {
+        Some(known) => Intrinsics { depth_scale, ..known },
+        None => {
+            let plumb_realsense::Intrinsics { fx, fy, cx, cy, .. } = opened.intrinsics;
+            Intrinsics { fx, fy, cx, cy, depth_scale, distortion: distortion(opened)? }
         }
-        pixels => Err(RealsenseSourceError::Distortion { id: opened.id.clone(), pixels }),
+    };
+    let [width, height] = [opened.mode.width, opened.mode.height].map(usize::from);
+    resolution::check(&intrinsics, ImageSize { width, height }, &opened.id)?;
+    Ok(intrinsics)
+}
+
+/// Returns the distortion that the device states.
+///
+/// The model Brown-Conrady is Plumb's. The modified one is the same but for the tangential part.
+/// The library documents the inverse one as a map from the picture to the rays, but computes it as
+/// a map from the rays to the picture (librealsense issues 1380 and 6382), so that its coefficients
+/// are not used.
+fn distortion(opened: &Opened) -> Result<Option<Distortion>, RealsenseSourceError> {
+    let plumb_realsense::Intrinsics { model, coefficients, .. } = opened.intrinsics;
+    let modification = match model {
+        DistortionModel::BrownConrady => Some(0.0),
+        DistortionModel::ModifiedBrownConrady => {
+            Some(opened.intrinsics.largest_modification(opened.mode))
+        }
+        _ => None,
+    };
+    if modification.is_some_and(|pixels| pixels <= NEGLIGIBLE_ERROR) {
+        return Ok(Distortion::new(DistortionCoefficients::from_array(coefficients)));
+    }
+    match opened.intrinsics.largest_distortion(opened.mode) {
+        Some(pixels) if pixels <= NEGLIGIBLE_ERROR => Ok(None),
+        pixels => Err(RealsenseSourceError::Distortion { id: opened.id.clone(), model, pixels }),
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use plumb_realsense::{DistortionModel, Mode};
+    use plumb_realsense::Mode;
 
     use super::*;
 
-    fn opened(k1: f64) -> Opened {
-        let coefficients = [k1, 0.0, 0.0, 0.0, 0.0];
-        let model = DistortionModel::InverseBrownConrady;
+    fn opened(model: DistortionModel, coefficients: [f64; 5]) -> Opened {
         let (fx, fy, cx, cy) = (605.0, 606.0, 322.0, 241.0);
         Opened {
             id: "0815".to_owned(),
@@ -182,23 +205,55 @@ mod tests {
         }
     }
 
+    /// Returns a device whose lens has the distortion `k1`, by a model that is not known.
+    fn inverse(k1: f64) -> Opened {
+        opened(DistortionModel::InverseBrownConrady, [k1, 0.0, 0.0, 0.0, 0.0])
+    }
+
     #[test]
-    fn the_devices_intrinsics_are_taken_without_distortion() {
-        let got = intrinsics(&opened(0.0), None).unwrap();
-        let expected =
-            Intrinsics { fx: 605.0, fy: 606.0, cx: 322.0, cy: 241.0, depth_scale: 10_000.0 };
+    fn the_devices_intrinsics_are_taken() {
+        let got = intrinsics(&inverse(0.0), None).unwrap();
+        let (fx, fy, cx, cy) = (605.0, 606.0, 322.0, 241.0);
+        let expected = Intrinsics { fx, fy, cx, cy, depth_scale: 10_000.0, distortion: None };
         assert_eq!(got, expected);
-        let text = intrinsics(&opened(0.1), None).unwrap_err().to_string();
-        assert!(text.contains("0815") && text.contains("px"), "{text}");
+    }
+
+    #[test]
+    fn a_distortion_of_brown_and_conrady_is_taken() {
+        let coefficients = [-0.2, 0.05, 0.001, 0.0005, 0.0];
+        for model in [DistortionModel::BrownConrady, DistortionModel::ModifiedBrownConrady] {
+            let got = intrinsics(&opened(model, coefficients), None).unwrap();
+            let known = got.distortion.map(|lens| lens.coefficients().to_array());
+            assert_eq!(known, Some(coefficients), "{model}");
+        }
+        // The corners have no ray.
+        let folded = opened(DistortionModel::BrownConrady, [-0.9, 0.0, 0.0, 0.0, 0.0]);
+        let error = intrinsics(&folded, None).unwrap_err();
+        assert!(matches!(error, RealsenseSourceError::UnfitIntrinsics(_)), "{error:?}");
+    }
+
+    #[test]
+    fn a_distortion_of_another_model_is_refused_by_name() {
+        let text = intrinsics(&inverse(0.1), None).unwrap_err().to_string();
+        assert!(text.contains("0815") && text.contains("Inverse Brown Conrady"), "{text}");
+        let other = opened(DistortionModel::Other(3), [0.1; 5]);
+        let text = intrinsics(&other, None).unwrap_err().to_string();
+        assert!(text.contains("F-Theta") && text.contains("unknown amount"), "{text}");
+        let strong = opened(DistortionModel::ModifiedBrownConrady, [-0.4, 0.0, 0.05, 0.05, 0.0]);
+        let text = intrinsics(&strong, None).unwrap_err().to_string();
+        assert!(text.contains("Modified Brown Conrady"), "{text}");
+        // A slight one is left out.
+        assert_eq!(intrinsics(&inverse(0.001), None).unwrap().distortion, None);
     }
 
     #[test]
     fn calibrated_intrinsics_take_the_devices_depth_scale() {
-        let known = Intrinsics { fx: 600.0, fy: 601.0, cx: 318.0, cy: 242.0, depth_scale: 1000.0 };
-        let got = intrinsics(&opened(0.1), Some(known)).unwrap();
+        let (fx, fy, cx, cy) = (600.0, 601.0, 318.0, 242.0);
+        let known = Intrinsics { fx, fy, cx, cy, depth_scale: 1000.0, distortion: None };
+        let got = intrinsics(&inverse(0.1), Some(known)).unwrap();
         assert_eq!(got, Intrinsics { depth_scale: 10_000.0, ..known });
         let other = Intrinsics { cx: 959.5, ..known };
-        let text = intrinsics(&opened(0.0), Some(other)).unwrap_err().to_string();
+        let text = intrinsics(&inverse(0.0), Some(other)).unwrap_err().to_string();
         assert!(text.contains("640x480") && text.contains("959.5"), "{text}");
     }
 }

@@ -8,7 +8,7 @@ use thiserror::Error;
 
 use super::header::{HeaderError, Part};
 use crate::decode::DecodeError;
-use crate::source::OtherResolution;
+use crate::source::UnfitIntrinsics;
 
 /// Failure of a stream.
 #[derive(Debug, Error)]
@@ -120,7 +120,7 @@ pub enum StreamError {
         /// Depth units in a metre of the first frame.
         first: f64,
     },
-    /// The intrinsics are those of another image size.
+    /// The intrinsics do not fit the images.
     #[error(transparent)]
-    OtherIntrinsics(#[from] OtherResolution),
+    UnfitIntrinsics(#[from] UnfitIntrinsics),
 }

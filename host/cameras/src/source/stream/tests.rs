@@ -20,7 +20,7 @@ const WIDTH: usize = 8;
 const HEIGHT: usize = 6;
 
 const INTRINSICS: Intrinsics =
-    Intrinsics { fx: 10.0, fy: 10.0, cx: 3.5, cy: 2.5, depth_scale: 5000.0 };
+    Intrinsics { fx: 10.0, fy: 10.0, cx: 3.5, cy: 2.5, depth_scale: 5000.0, distortion: None };
 
 /// Folder with the socket of a stream.
 struct Socket(TempDir);

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use plumb_frame::camera::DistortionError;
 use plumb_frame::image::ImageSize;
 use thiserror::Error;
 
@@ -58,6 +59,14 @@ pub enum TumError {
         size: ImageSize,
         /// Size of the recording's first image.
         first: ImageSize,
+    },
+    /// The distortion of the lens does not fit the images.
+    #[error("{}: the lens distortion does not fit the pictures", .path.display())]
+    Distortion {
+        /// The first image.
+        path: PathBuf,
+        /// The part of the picture without a ray.
+        source: DistortionError,
     },
 }
 

@@ -96,10 +96,16 @@ impl TumFolder {
             };
             InvalidFrame { origin: culprit.display().to_string(), error }
         })?;
-        let first = *self.first_size.get_or_insert(size);
-        if size != first {
-            return Err(TumError::OtherSize { path: colour.to_path_buf(), size, first });
+        let path = colour.to_path_buf();
+        match self.first_size {
+            Some(first) if size != first => Err(TumError::OtherSize { path, size, first })?,
+            Some(_) => {}
+            None => self
+                .intrinsics
+                .check_distortion(size.width, size.height)
+                .map_err(|source| TumError::Distortion { path, source })?,
         }
+        self.first_size = Some(size);
         Ok(frame)
     }
 }

@@ -9,7 +9,7 @@ use crate::error_chain::ErrorChain;
 use crate::source::playback::Playback;
 
 const INTRINSICS: Intrinsics =
-    Intrinsics { fx: 500.0, fy: 500.0, cx: 15.5, cy: 11.5, depth_scale: 5000.0 };
+    Intrinsics { fx: 500.0, fy: 500.0, cx: 15.5, cy: 11.5, depth_scale: 5000.0, distortion: None };
 
 fn picture(folder: &TempDir, name: &str, typ: i32, width: i32, value: f64) {
     let mat = Mat::new_rows_cols_with_default(24, width, typ, Scalar::all(value)).unwrap();

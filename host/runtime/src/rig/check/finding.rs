@@ -100,13 +100,17 @@ impl<'a> Document<'a> {
     pub(super) fn mistake(&self, mistake: &Mistake) -> Finding {
         let key = &mistake.key;
         let named = !key.is_empty();
+        // The keys of a table contradict each other: its header is no value.
+        let is_header = mistake.value == format!("[{key}]");
+        let value = if is_header { String::new() } else { mistake.value.clone() };
+        let allowed = self.allowed(key).filter(|_| !is_header);
         Finding {
             severity: Severity::Error,
             file: self.path.to_owned(),
             line: mistake.line,
-            values: named.then(|| (key.clone(), mistake.value.clone())).into_iter().collect(),
+            values: named.then(|| (key.clone(), value)).into_iter().collect(),
             problem: mistake.message.clone(),
-            allowed: self.allowed(key).unwrap_or_default(),
+            allowed: allowed.unwrap_or_default(),
         }
     }
 

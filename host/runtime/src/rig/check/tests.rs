@@ -138,6 +138,13 @@ fn mistakes_of_the_camera_file_are_reported_too() {
     let found = errors(&camera);
     assert_eq!(keys(&found)[0], ["ball", "intrinsics.fx", "bal"], "{found:#?}");
     assert!(found.iter().all(|finding| finding.file.ends_with("camera.toml")));
+    // A distortion without an inverse, beside another mistake.
+    let camera = camera_file::PAPER.replace("fx = 525.0", "k1 = -0.6\nfx = 525.0");
+    let found = errors(&camera.replace("diameter_m = ", "diameter_m = -"));
+    assert_eq!(keys(&found)[0], ["intrinsics", "ball.diameter_m"], "{found:#?}");
+    let text = found[0].to_string();
+    assert!(text.contains("`intrinsics` the lens distortion has no inverse at column"), "{text}");
+    assert!(!text.contains("allowed"), "{text}");
     fs::remove_file(folder.path().join("camera.toml")).unwrap();
     let [finding] = &check(&path, &board)
         .into_iter()

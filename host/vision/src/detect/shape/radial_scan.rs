@@ -7,9 +7,10 @@
 use std::f64::consts::TAU;
 use std::sync::LazyLock;
 
-use nalgebra::Vector3;
+use nalgebra::{Point3, Vector3};
 
 use super::view::{ColourView, Disc};
+use crate::camera::Intrinsics;
 
 /// Number of rays.
 pub const RAYS: usize = 40;
@@ -35,22 +36,19 @@ pub(super) fn directions() -> &'static [Direction; RAYS] {
     &DIRECTIONS
 }
 
-/// The rays of a disc. Points are homogeneous pixel coordinates, so that they add up along a ray.
+/// The rays of a disc.
+///
+/// Points are homogeneous pixel coordinates, so that they add up along a ray. With a distortion,
+/// which bends the rays in the image, they are in camera axes.
 pub(super) struct RadialScan<'a> {
     image: &'a ColourView<'a>,
+    intrinsics: &'a Intrinsics,
     directions: &'static [Direction; RAYS],
     /// The disc's centre.
     centre: Vector3<f64>,
     /// A pixel of the disc's radius to the right of it, and down.
     right: Vector3<f64>,
     down: Vector3<f64>,
-}
-
-/// Returns column and row of a point.
-#[inline]
-fn pixel(point: &Vector3<f64>) -> (f64, f64) {
-    let inverse = 1.0 / point.z;
-    (point.x * inverse, point.y * inverse)
 }
 
 impl<'a> RadialScan<'a> {
@@ -61,12 +59,25 @@ impl<'a> RadialScan<'a> {
         let right = (Vector3::x() - ahead * ahead.x).normalize();
         let down = ahead.cross(&right);
         let homogeneous = |p: Vector3<f64>| {
+            if intrinsics.distortion.is_some() {
+                return p;
+            }
             let u = intrinsics.fx * p.x + intrinsics.cx * p.z;
             Vector3::new(u, intrinsics.fy * p.y + intrinsics.cy * p.z, p.z)
         };
         let pixel = ahead.z / intrinsics.focal();
         let [centre, right, down] = [ahead, right * pixel, down * pixel].map(homogeneous);
-        Self { image, directions: directions(), centre, right, down }
+        Self { image, intrinsics, directions: directions(), centre, right, down }
+    }
+
+    /// Returns column and row of a point; NaN beyond the fold of a distortion.
+    #[inline]
+    fn pixel(&self, point: &Vector3<f64>) -> (f64, f64) {
+        if self.intrinsics.distortion.is_none() {
+            let inverse = 1.0 / point.z;
+            return (point.x * inverse, point.y * inverse);
+        }
+        self.intrinsics.project(&Point3::from(*point)).unwrap_or((f64::NAN, f64::NAN))
     }
 
     /// Returns a pixel of the disc's radius along a ray.
@@ -81,13 +92,15 @@ impl<'a> RadialScan<'a> {
     #[inline]
     pub(super) fn at(&self, ray: usize, distance: f64) -> Option<(f64, f64)> {
         let point = self.centre + self.step(ray) * distance;
-        (point.z > 1e-9).then(|| pixel(&point))
+        (point.z > 1e-9).then(|| self.pixel(&point))
     }
 
     /// Returns the disc of `radius` moved by the first two components of `step` across the
     /// direction to it, and grown by the third, pixels. It grows or shrinks by 0.6 to 1.6 at most.
     pub(super) fn moved(&self, radius: f64, step: &Vector3<f64>) -> Disc {
-        let (u, v) = pixel(&(self.centre + self.right * step.x + self.down * step.y));
+        let moved = self.pixel(&(self.centre + self.right * step.x + self.down * step.y));
+        // A step beyond the fold of a distortion is not taken.
+        let (u, v) = if moved.0.is_nan() { self.pixel(&self.centre) } else { moved };
         Disc { u, v, radius: (radius + step.z).clamp(0.6 * radius, 1.6 * radius) }
     }
 
@@ -103,7 +116,7 @@ impl<'a> RadialScan<'a> {
         let along = self.step(ray);
         let (mut point, step) = (self.centre + along * start, along * step);
         for (n, colour) in colours.iter_mut().enumerate() {
-            let (u, v) = pixel(&point);
+            let (u, v) = self.pixel(&point);
             let Some(seen) = self.image.at(u, v) else { return n };
             *colour = seen;
             point += step;
@@ -127,17 +140,18 @@ impl<'a> RadialScan<'a> {
         let (width, height) = self.image.size();
         let bytes = self.image.pixels().as_flattened();
         let is_inside = |point: &Vector3<f64>| {
-            let (u, v) = pixel(point);
+            let (u, v) = self.pixel(point);
             u >= 0.0 && v >= 0.0 && u < (width - 1) as f64 && v < (height - 1) as f64
         };
-        // All points between two points in the image are in it.
+        // All points between two points in the image are in it, but for a fraction of a pixel with
+        // a distortion: `last` bounds them.
         if !is_inside(&point) || !is_inside(&(point + step * (colours.len() - 1) as f64)) {
             return false;
         }
         // The last pair of pixels that has another pair below it.
         let last = bytes.len() - 3 * width - 6;
         for colour in colours {
-            let (u, v) = pixel(&point);
+            let (u, v) = self.pixel(&point);
             point += step;
             let (column, row) = (u as u32, v as u32);
             let parts = ((u - f64::from(column)) as f32, (v - f64::from(row)) as f32);

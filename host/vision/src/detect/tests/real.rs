@@ -39,7 +39,17 @@ fn real(name: &str, intrinsics: Intrinsics) -> Vec<RgbdFrame> {
 }
 
 fn desk() -> Vec<RgbdFrame> {
-    real("tum-desk", Intrinsics { fx: 520.9, fy: 521.0, cx: 325.1, cy: 249.7, depth_scale: 5000.0 })
+    real(
+        "tum-desk",
+        Intrinsics {
+            fx: 520.9,
+            fy: 521.0,
+            cx: 325.1,
+            cy: 249.7,
+            depth_scale: 5000.0,
+            distortion: None,
+        },
+    )
 }
 
 #[test]
