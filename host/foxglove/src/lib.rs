@@ -38,10 +38,10 @@ use plumb_protocol::units::Micros;
 use plumb_runtime::observer::{FrameRecord, Observer, RunEvent};
 use plumb_runtime::rig::Rig;
 use plumb_runtime::run::Summary;
+use plumb_runtime::wall_clock::RunClock;
 use thiserror::Error;
 
 use channels::Channels;
-use clock::Clock;
 use file::McapFile;
 use message::{EventMessage, Observation, TelemetryMessage};
 use scene::Scene;
@@ -126,7 +126,7 @@ pub struct FoxgloveOutput {
     channels: Channels,
     camera: Camera,
     scene: Scene,
-    clock: Clock,
+    clock: RunClock,
     /// Time of the last frame or target, seconds since the run's start.
     time: f64,
     /// Board's time of the last telemetry that was sent.
@@ -156,7 +156,7 @@ impl FoxgloveOutput {
             channels: Channels::new(&context)?,
             camera: camera.clone(),
             scene: Scene::new(rig, camera.ball_diameter),
-            clock: Clock::default(),
+            clock: RunClock::default(),
             time: 0.0,
             telemetry: None,
             file,

@@ -51,6 +51,7 @@ pub mod run_log;
 mod stop_reason;
 mod summary;
 pub mod tension;
+pub mod wall_clock;
 
 pub use plumb_cameras::error_chain;
 
