@@ -2,15 +2,15 @@
 //!
 //! ```text
 //! protocol <- core <- { firmware, emulator }
-//! frame <- cameras <- runtime <- { page, foxglove } <- plumb;   protocol <- runtime
+//! frame <- cameras <- runtime <- { page, foxglove, ros2 } <- plumb;   protocol <- runtime
 //! cameras <- calibrate <- plumb;   frame <- vision <- { bench, plumb, tests }
 //! { emulator, frame, cameras, runtime } <- sim <- { bench, plumb, tests }
 //! ```
 //!
 //! `runtime`, `cameras`, `vision` and `frame` never depend on `sim`, `bench`, `verify` or
-//! `emulator`; `runtime`, `cameras`, `calibrate`, `page`, `foxglove` and `sim` use the detectors in
-//! `vision` in their tests only; `protocol` has no control, `core` no camera. [`CRATES`] lists what
-//! each crate may depend on.
+//! `emulator`; `runtime`, `cameras`, `calibrate`, `page`, `foxglove`, `ros2` and `sim` use the
+//! detectors in `vision` in their tests only; `protocol` has no control, `core` no camera.
+//! [`CRATES`] lists what each crate may depend on.
 //! No crate has more than a quarter of the lines of all crates.
 
 #![allow(clippy::expect_used, clippy::panic, reason = "a test stops at the first surprise")]
@@ -66,6 +66,11 @@ const CRATES: &[Rule] = &[
         tests_use: &["plumb-emulator", "plumb-sim", "plumb-vision"],
     },
     Rule {
+        name: "plumb-ros2",
+        uses: &["plumb-cameras", "plumb-frame", "plumb-protocol", "plumb-runtime", "plumb-timing"],
+        tests_use: &[],
+    },
+    Rule {
         name: "plumb-sim",
         uses: &[
             "plumb-cameras",
@@ -106,6 +111,7 @@ const CRATES: &[Rule] = &[
             "plumb-foxglove",
             "plumb-page",
             "plumb-protocol",
+            "plumb-ros2",
             "plumb-runtime",
             "plumb-sim",
             "plumb-verify",

@@ -29,9 +29,9 @@ use serde::Serialize;
 use super::interrupt::interrupt_flag;
 use super::options::RunOptions;
 use super::outputs::Outputs;
-use super::page::OperatedPage;
 use super::print::tell;
 use super::run_camera::record_folder;
+use super::steering::Steering;
 use super::{Failure, Physics, bad_input, failed, failed_because, law, numbers, print};
 
 /// The paper's task, closed loop: rendered frames, OpenCV, a serial port, an emulated board, a
@@ -51,7 +51,7 @@ use super::{Failure, Physics, bad_input, failed, failed_because, law, numbers, p
 pub(crate) struct Args {
     /// In virtual time and memory instead of real time and a pseudo-terminal; the same for the same
     /// seed
-    #[arg(long, conflicts_with_all = ["page", "foxglove"])]
+    #[arg(long, conflicts_with_all = ["page", "foxglove", "ros2"])]
     virtual_time: bool,
     /// Render into the first frame of this TUM RGB-D folder instead of a room
     #[arg(long, value_name = "FOLDER")]
@@ -68,7 +68,10 @@ pub(crate) struct Args {
     gamma: Option<f64>,
     /// Every law in turn, a run and a line of JSON each, and their errors over time in one figure,
     /// laws.svg
-    #[arg(long, conflicts_with_all = ["law", "gamma", "record", "page", "mcap", "foxglove"])]
+    #[arg(
+        long,
+        conflicts_with_all = ["law", "gamma", "record", "page", "mcap", "foxglove", "ros2"]
+    )]
     compare: bool,
     /// Camera without depth, before a plain wall: the size of the ball's outline gives the distance
     #[arg(long, conflicts_with = "background")]
@@ -196,12 +199,13 @@ fn run<T: Transport>(
         .map(|folder| folder.begin(camera_file::PAPER, &camera.intrinsics, overflow))
         .transpose()?;
     let viewers = args.options.viewers.start(rig, camera, overflow)?;
-    let OperatedPage { mut page, operator } = args.options.page.start(rig)?;
+    let mut steering = Steering::start(&args.options, rig, camera)?;
+    let operator = steering.take_operator();
     let run = Run::connect(rig, transport)?;
     let log = RunLog::create(&demo.output_dir, FigureSettings::of(rig))?;
     let mut outputs = Outputs::start(log, recorder, viewers, overflow)?;
     let mut observers: Vec<&mut dyn Observer> = vec![&mut outputs, &mut *demo.curve];
-    observers.extend(page.as_mut().map(|page| page as &mut dyn Observer));
+    observers.extend(steering.observers());
     let result = run.drive(RunParts {
         source,
         detector: &mut *args.options.detector.detector(camera),
@@ -210,10 +214,10 @@ fn run<T: Transport>(
         timeout: args.options.timeout,
         interrupted,
     });
-    drop(page);
+    drop(steering);
     let ball = ball().unwrap_or_default();
     outputs.conclude(result, |summary| {
-        // A page may have set other targets than the rig file.
+        // An operator may have set other targets than the rig file.
         let target = summary.legs.last().map_or_else(Point3::origin, |leg| leg.target.into());
         let true_error_mm = ((ball - target).norm() * 1e6).round() / 1e3;
         let time = if args.virtual_time { "virtual" } else { "real" };

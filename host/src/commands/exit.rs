@@ -15,6 +15,8 @@ use plumb_cameras::record::RecordError;
 use plumb_foxglove::FoxgloveError;
 use plumb_page::PageError;
 use plumb_protocol::message::Refusal;
+#[cfg(feature = "ros2")]
+use plumb_ros2::Ros2Error;
 use plumb_runtime::commission::ExaminationError;
 use plumb_runtime::error_chain::ErrorChain;
 use plumb_runtime::link::LinkError;
@@ -162,6 +164,12 @@ fn exit_code(error: &(dyn Error + 'static)) -> u8 {
             FoxgloveError::Create { source, .. } => file_exit_code(source),
             _ => FAILED,
         };
+    }
+    #[cfg(feature = "ros2")]
+    if let Some(Ros2Error::Join { .. } | Ros2Error::Endpoint { .. } | Ros2Error::Thread(_)) =
+        error.downcast_ref()
+    {
+        return FAILED;
     }
     if is_failure(error) { FAILED } else { BAD_INPUT }
 }

@@ -7,6 +7,7 @@ use plumb_runtime::run::DEFAULT_TIMEOUT;
 use plumb_runtime::run_log::OutputDir;
 
 use super::page::PageOptions;
+use super::ros2::Ros2Options;
 use super::viewers::ViewerOptions;
 use super::{DetectorName, numbers};
 
@@ -16,7 +17,7 @@ pub(super) struct RunOptions {
     #[arg(long, value_enum, default_value = "ball")]
     pub(super) detector: DetectorName,
     /// Longest time for each target, seconds; if it passes, the run ends without the other targets
-    /// (with --page, the ball is stopped and the run goes on)
+    /// (with --page or --ros2, the ball is stopped and the run goes on)
     #[arg(
         long,
         default_value_t = DEFAULT_TIMEOUT,
@@ -36,6 +37,8 @@ pub(super) struct RunOptions {
     pub(super) json: bool,
     #[command(flatten)]
     pub(super) page: PageOptions,
+    #[command(flatten)]
+    pub(super) ros2: Ros2Options,
     #[command(flatten)]
     pub(super) viewers: ViewerOptions,
 }

@@ -4,7 +4,7 @@ use std::net::SocketAddr;
 
 use clap::Args;
 use plumb_page::{DEFAULT_ADDRESS, Limits, Page, PageSettings, RigView};
-use plumb_runtime::operator::{OperatorReceiver, operator};
+use plumb_runtime::operator::OperatorSender;
 use plumb_runtime::rig::Rig;
 
 use super::Failure;
@@ -28,22 +28,20 @@ pub(super) struct PageOptions {
 }
 
 impl PageOptions {
-    /// Starts the page of a run of `rig`, if there is to be one, and prints its address.
-    pub(super) fn start(&self, rig: &Rig) -> Result<OperatedPage, Failure> {
-        let Some(address) = self.page else { return Ok(OperatedPage::default()) };
-        let (sender, receiver) = operator();
+    /// Starts the page of a run of `rig`, if there is to be one, and prints its address. The page
+    /// sends its commands to `operator`.
+    pub(super) fn start(
+        &self,
+        rig: &Rig,
+        operator: &OperatorSender,
+    ) -> Result<Option<Page>, Failure> {
+        let Some(address) = self.page else { return Ok(None) };
         let (rig, limits) = (RigView::of(rig), Limits::DEFAULT);
-        let page = Page::start(PageSettings { address, rig, operator: Some(sender), limits })?;
+        let operator = Some(operator.clone());
+        let page = Page::start(PageSettings { address, rig, operator, limits })?;
         tell!("page: {} (the run goes on until you end it there, or Ctrl-C)", page.address());
-        Ok(OperatedPage { page: Some(page), operator: Some(receiver) })
+        Ok(Some(page))
     }
-}
-
-/// The page of a run and its commands; both `None` without a page.
-#[derive(Default)]
-pub(super) struct OperatedPage {
-    pub(super) page: Option<Page>,
-    pub(super) operator: Option<OperatorReceiver>,
 }
 
 /// Reads an address; without a port it gets the page's own.

@@ -21,9 +21,9 @@ use super::hold::find_ball;
 use super::interrupt::interrupt_flag;
 use super::options::RunOptions;
 use super::outputs::Outputs;
-use super::page::OperatedPage;
 use super::rig_args::{PortArgs, RigArg, split_rig};
 use super::run_camera::{RunCamera, record_folder};
+use super::steering::Steering;
 use super::{Failure, Physics, bad_input, law, numbers, print};
 
 /// Drive the ball through the targets of a rig file
@@ -143,7 +143,7 @@ pub(super) fn drive(
     let oni = folder.as_ref().map(|folder| folder.oni());
     let interrupted = interrupt_flag()?;
     let viewers = options.run.viewers.start(&rig, &camera, Overflow::Drop)?;
-    let page = options.run.page.start(&rig)?;
+    let steering = Steering::start(&options.run, &rig, &camera)?;
     let mut run = Run::connect(&rig, transport)?;
     if let Some(fault) = run.cleared_fault() {
         print::message(format_args!("an earlier run left the board in a fault, cleared: {fault}"));
@@ -169,7 +169,7 @@ pub(super) fn drive(
     }
     let log = RunLog::create(&options.run.output_dir("run"), FigureSettings::of(&rig))?;
     let outputs = Outputs::start(log, recorder, viewers, Overflow::Drop)?;
-    PreparedRun { run, camera, detector, page, outputs }.drive(&options.run, &interrupted)
+    PreparedRun { run, camera, detector, steering, outputs }.drive(&options.run, &interrupted)
 }
 
 /// A run whose board, camera and outputs are open.
@@ -177,19 +177,19 @@ struct PreparedRun {
     run: Run<Serial>,
     camera: RunCamera,
     detector: Box<dyn BallDetector>,
-    page: OperatedPage,
+    steering: Steering,
     outputs: Outputs,
 }
 
 impl PreparedRun {
     /// Drives, closes the outputs and prints the result.
     fn drive(self, options: &RunOptions, interrupted: &AtomicBool) -> Result<ExitCode, Failure> {
-        let Self { run, camera, mut detector, page, mut outputs } = self;
+        let Self { run, camera, mut detector, mut steering, mut outputs } = self;
         let RunCamera { mut source, mut follower, .. } = camera;
-        let OperatedPage { mut page, operator } = page;
+        let operator = steering.take_operator();
         let mut observers: Vec<&mut dyn Observer> = vec![&mut outputs];
         observers.extend(follower.as_mut().map(|follower| follower as &mut dyn Observer));
-        observers.extend(page.as_mut().map(|page| page as &mut dyn Observer));
+        observers.extend(steering.observers());
         let result = run.drive(RunParts {
             source: &mut *source,
             detector: &mut *detector,
@@ -198,7 +198,7 @@ impl PreparedRun {
             timeout: options.timeout,
             interrupted,
         });
-        drop(page);
+        drop(steering);
         // A device ends its own recording.
         drop(source);
         outputs.conclude(result, |summary| {

@@ -1,0 +1,144 @@
+//! Commands of this node whose outcome is due.
+
+use plumb_runtime::operator::{CommandOutcome, OperatorCommand, OperatorSender, SendCommandError};
+
+use crate::service::Ticket;
+
+/// Number of commands whose outcome is awaited. A Stop beyond it is carried out without an answer.
+const MAX_PENDING: usize = 256;
+
+/// Sender of a command in ROS 2.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Origin {
+    /// The topic of the targets.
+    Target,
+    /// A request of the service with this index.
+    Request {
+        /// Index of the service.
+        service: usize,
+        /// Identity of the request.
+        ticket: Ticket,
+    },
+    /// A request that has its answer already.
+    Answered,
+}
+
+/// Command with its sender.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Pending {
+    number: u64,
+    command: OperatorCommand,
+    origin: Origin,
+}
+
+/// Outcome of a command.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Settled {
+    /// Sender of the command.
+    pub(crate) origin: Origin,
+    /// The command.
+    pub(crate) command: OperatorCommand,
+    /// Its outcome.
+    pub(crate) outcome: CommandOutcome,
+}
+
+/// Commands of this node: sent, and with their outcomes.
+#[derive(Debug)]
+pub(crate) struct Ledger {
+    operator: OperatorSender,
+    pending: Vec<Pending>,
+    settled: Vec<Settled>,
+}
+
+impl Ledger {
+    /// Returns a ledger without commands, which sends to `operator`.
+    pub(crate) fn new(operator: OperatorSender) -> Self {
+        Self { operator, pending: Vec::new(), settled: Vec::new() }
+    }
+
+    /// Sends a command to the control loop.
+    ///
+    /// # Errors
+    /// As [`OperatorSender::send`].
+    pub(crate) fn send(
+        &mut self,
+        command: OperatorCommand,
+        origin: Origin,
+    ) -> Result<(), SendCommandError> {
+        let number = self.operator.send(command)?;
+        if self.pending.len() < MAX_PENDING {
+            self.pending.push(Pending { number, command, origin });
+        }
+        Ok(())
+    }
+
+    /// Notes the outcome of the command `number`, of this or another sender. An outcome of a Stop
+    /// is that of the Stops before it, which it replaced.
+    pub(crate) fn settle(
+        &mut self,
+        number: u64,
+        command: OperatorCommand,
+        outcome: CommandOutcome,
+    ) {
+        let is_stop = command == OperatorCommand::Stop;
+        let is_meant = |pending: &mut Pending| {
+            pending.number == number
+                || is_stop && pending.command == command && pending.number < number
+        };
+        for Pending { command, origin, .. } in self.pending.extract_if(.., is_meant) {
+            self.settled.push(Settled { origin, command, outcome });
+        }
+    }
+
+    /// Gives this outcome to every command that has none.
+    pub(crate) fn settle_all(&mut self, outcome: CommandOutcome) {
+        for Pending { command, origin, .. } in self.pending.drain(..) {
+            self.settled.push(Settled { origin, command, outcome });
+        }
+    }
+
+    /// Removes and returns the outcomes of this node's commands.
+    pub(crate) fn take_settled(&mut self) -> Vec<Settled> {
+        std::mem::take(&mut self.settled)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Point3;
+    use plumb_runtime::operator::operator;
+
+    use super::*;
+
+    #[test]
+    fn an_outcome_finds_its_sender() {
+        let (sender, _receiver) = operator();
+        // A command of another sender, such as the page.
+        let other = sender.send(OperatorCommand::Hold).unwrap();
+        let mut ledger = Ledger::new(sender);
+        let target = OperatorCommand::Target(Point3::new(0.4, 0.3, 0.2));
+        ledger.send(target, Origin::Target).unwrap();
+        ledger.settle(other, OperatorCommand::Hold, CommandOutcome::Accepted);
+        assert_eq!(ledger.take_settled(), []);
+        ledger.settle(other + 1, target, CommandOutcome::Accepted);
+        let settled =
+            Settled { origin: Origin::Target, command: target, outcome: CommandOutcome::Accepted };
+        assert_eq!(ledger.take_settled(), [settled]);
+        assert_eq!(ledger.take_settled(), []);
+    }
+
+    #[test]
+    fn the_outcome_of_a_stop_answers_those_that_it_replaced() {
+        let (sender, _receiver) = operator();
+        let mut ledger = Ledger::new(sender);
+        let stop = OperatorCommand::Stop;
+        for _ in 0..3 {
+            ledger.send(stop, Origin::Target).unwrap();
+        }
+        ledger.send(OperatorCommand::Hold, Origin::Target).unwrap();
+        ledger.settle(3, stop, CommandOutcome::Accepted);
+        let settled = ledger.take_settled();
+        assert_eq!(settled.len(), 3);
+        assert!(settled.iter().all(|settled| settled.command == stop));
+    }
+}

@@ -1,0 +1,38 @@
+//! Plumb as a node of ROS 2, without an installation of ROS 2.
+//!
+//! [`Ros2Output::start`] joins a domain and returns an observer for the run. It publishes the ball,
+//! the transforms and the diagnostics, and sends targets and services of other nodes to the run as
+//! its operator:
+//!
+//! ```text
+//! run -> Ros2Output (observer) -> newest sample, status, outcomes -> thread of the node -> topics
+//!     <- commands              <-                                    targets, services <-
+//! ```
+//!
+//! docs/use/ros2.md lists the topics and services.
+
+#![forbid(unsafe_code)]
+#![deny(missing_docs)]
+
+mod action;
+mod error;
+mod feed;
+mod ledger;
+mod member;
+mod message;
+mod namespace;
+mod network;
+mod node_loop;
+mod output;
+mod peers;
+mod publishers;
+mod qos;
+mod service;
+mod status;
+mod targets;
+
+pub use error::Ros2Error;
+pub use namespace::Namespace;
+pub use network::{MAX_DOMAIN, Network};
+pub use output::{Ros2Output, Ros2Settings};
+pub use peers::UnusablePublisher;

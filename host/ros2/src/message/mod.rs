@@ -1,0 +1,61 @@
+//! ROS 2 messages that Plumb sends and receives, field by field as in their `.msg` files.
+
+pub(crate) mod diagnostic;
+pub(crate) mod geometry;
+
+use ros2_client::MessageTypeName;
+use serde::{Deserialize, Serialize};
+
+/// Message with the name of its type.
+pub(crate) trait TypedMessage {
+    /// Package of the type.
+    const PACKAGE: &'static str;
+    /// Name of the type in its package.
+    const NAME: &'static str;
+
+    /// Returns the name of the type in ROS 2.
+    fn type_name() -> MessageTypeName {
+        MessageTypeName::new(Self::PACKAGE, Self::NAME)
+    }
+}
+
+/// `builtin_interfaces/Time`: time on the system clock.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub(crate) struct Time {
+    /// Seconds since 1970.
+    pub(crate) sec: i32,
+    /// Nanoseconds of the second.
+    pub(crate) nanosec: u32,
+}
+
+impl Time {
+    /// Converts nanoseconds since 1970. A time after 2038 is the last one that the type holds.
+    pub(crate) fn from_nanoseconds(time: u64) -> Self {
+        let sec = i32::try_from(time / NANOSECONDS).unwrap_or(i32::MAX);
+        Self { sec, nanosec: (time % NANOSECONDS) as u32 }
+    }
+}
+
+/// Nanoseconds of a second.
+const NANOSECONDS: u64 = 1_000_000_000;
+
+/// `std_msgs/Header`: time and frame of a message.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub(crate) struct Header {
+    /// Time of the measurement.
+    pub(crate) stamp: Time,
+    /// Name of the coordinate frame.
+    pub(crate) frame_id: String,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_time_keeps_its_nanoseconds() {
+        let time = Time::from_nanoseconds(1_800_000_000_123_456_789);
+        assert_eq!((time.sec, time.nanosec), (1_800_000_000, 123_456_789));
+        assert_eq!(Time::from_nanoseconds(u64::MAX).sec, i32::MAX);
+    }
+}

@@ -1,0 +1,133 @@
+//! The ROS 2 domain and the network interface of a node.
+
+use std::net::{IpAddr, Ipv4Addr, UdpSocket};
+
+use ros2_client::{Context, NodeName, NodeOptions};
+use rustdds::DomainParticipantBuilder;
+
+use crate::error::Ros2Error;
+use crate::member::Member;
+use crate::namespace::Namespace;
+
+/// Largest domain whose ports exist: 7400 + 250 * 232 + 11 + 2 * 119 < 65536.
+pub const MAX_DOMAIN: u16 = 232;
+
+/// Domain and network interface of a node.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Network {
+    /// ROS 2 domain, 0 to [`MAX_DOMAIN`]. Nodes of different domains do not see each other.
+    pub domain: u16,
+    /// Address of the only interface to use; `None` for all of them. With 127.0.0.1 nothing leaves
+    /// this computer.
+    pub interface: Option<IpAddr>,
+}
+
+impl Network {
+    /// Reads the variables of ROS 2: `ROS_DOMAIN_ID`, and `ROS_AUTOMATIC_DISCOVERY_RANGE` or
+    /// `ROS_LOCALHOST_ONLY`, as `variable` returns them. What is not set has its default.
+    ///
+    /// # Errors
+    /// [`Ros2Error::DomainVariable`] where `ROS_DOMAIN_ID` is no domain.
+    pub fn from_variables(variable: impl Fn(&str) -> Option<String>) -> Result<Self, Ros2Error> {
+        let domain = match variable("ROS_DOMAIN_ID").filter(|text| !text.is_empty()) {
+            Some(text) => match text.parse() {
+                Ok(domain) if domain <= MAX_DOMAIN => domain,
+                _ => return Err(Ros2Error::DomainVariable(text)),
+            },
+            None => 0,
+        };
+        let is_local = variable("ROS_AUTOMATIC_DISCOVERY_RANGE").as_deref() == Some("LOCALHOST")
+            || variable("ROS_LOCALHOST_ONLY").as_deref() == Some("1");
+        Ok(Self { domain, interface: is_local.then_some(IpAddr::V4(Ipv4Addr::LOCALHOST)) })
+    }
+
+    /// Returns this domain and interface; what is not chosen is that of ROS 2's variables.
+    ///
+    /// # Errors
+    /// As [`from_variables`](Self::from_variables), where no domain is chosen.
+    pub fn choose(domain: Option<u16>, interface: Option<IpAddr>) -> Result<Self, Ros2Error> {
+        let variable = |name: &str| {
+            std::env::var(name).ok().filter(|_| {
+                // A domain that is chosen replaces the variable, also a wrong one.
+                domain.is_none() || name != "ROS_DOMAIN_ID"
+            })
+        };
+        let usual = Self::from_variables(variable)?;
+        let (domain, interface) = (domain.unwrap_or(usual.domain), interface.or(usual.interface));
+        Ok(Self { domain, interface })
+    }
+
+    /// Joins the domain with a node.
+    ///
+    /// # Errors
+    /// Where the domain or the interface does not exist, or no socket can be opened.
+    pub(crate) fn join(&self, namespace: &Namespace, name: &str) -> Result<Member, Ros2Error> {
+        if self.domain > MAX_DOMAIN {
+            return Err(Ros2Error::Domain(self.domain));
+        }
+        let mut builder = DomainParticipantBuilder::new(self.domain);
+        if let Some(address) = self.interface {
+            UdpSocket::bind((address, 0))
+                .map_err(|source| Ros2Error::Interface { address, source })?;
+            builder = builder.with_only_networks([address]);
+        }
+        let domain = self.domain;
+        let participant =
+            builder.build().map_err(|source| Ros2Error::Join { domain, source: source.into() })?;
+        let context = Context::from_domain_participant(participant.clone())
+            .map_err(|source| Ros2Error::Join { domain, source: source.into() })?;
+        let node = NodeName::new(namespace.as_str(), name)
+            .map_err(|_| Ros2Error::Namespace(namespace.as_str().to_owned()))?;
+        // Without a spinner, nothing would answer the services of parameters.
+        let options = NodeOptions::new().enable_rosout(false).start_parameter_services(false);
+        let node = context
+            .new_node(node, options)
+            .map_err(|source| Ros2Error::Join { domain, source: source.into() })?;
+        Ok(Member { node, participant })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn network(variables: &[(&str, &str)]) -> Result<Network, Ros2Error> {
+        let find = |name: &str| {
+            let found = variables.iter().find(|(it, _)| *it == name);
+            found.map(|(_, value)| (*value).to_owned())
+        };
+        Network::from_variables(find)
+    }
+
+    #[test]
+    fn the_variables_of_ros_choose_domain_and_interface() {
+        assert_eq!(network(&[]).unwrap(), Network::default());
+        assert_eq!(network(&[("ROS_DOMAIN_ID", "42")]).unwrap().domain, 42);
+        let local = Some(IpAddr::V4(Ipv4Addr::LOCALHOST));
+        for (name, value) in
+            [("ROS_LOCALHOST_ONLY", "1"), ("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")]
+        {
+            assert_eq!(network(&[(name, value)]).unwrap().interface, local);
+        }
+        assert_eq!(network(&[("ROS_LOCALHOST_ONLY", "0")]).unwrap().interface, None);
+    }
+
+    #[test]
+    fn a_domain_out_of_range_is_refused() {
+        for text in ["233", "-1", "kitchen"] {
+            let error = network(&[("ROS_DOMAIN_ID", text)]).unwrap_err().to_string();
+            assert!(error.contains(text) && error.contains("0 to 232"), "{error}");
+        }
+        let network = Network { domain: 233, interface: None };
+        let error = network.join(&Namespace::default(), "node").err().map(|e| e.to_string());
+        assert!(error.is_some_and(|error| error.contains("233")));
+    }
+
+    #[test]
+    fn an_interface_of_another_computer_is_refused() {
+        let interface = Some("192.0.2.1".parse().unwrap());
+        let network = Network { domain: 0, interface };
+        let error = network.join(&Namespace::default(), "node").err().map(|e| e.to_string());
+        assert!(error.is_some_and(|error| error.contains("192.0.2.1")));
+    }
+}

@@ -1,0 +1,273 @@
+//! Loop of a node: requests and targets in, positions, answers and diagnostics out.
+
+use std::io;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use plumb_runtime::operator::{CommandOutcome, CommandRefusal, OperatorCommand};
+use ros2_client::Subscription;
+use rustdds::mio1::{Events, Interest, Poll, Token, Waker};
+
+use crate::Ros2Settings;
+use crate::action::Action;
+use crate::error::Ros2Error;
+use crate::feed::Feed;
+use crate::ledger::{Origin, Settled};
+use crate::member::Member;
+use crate::message::diagnostic::{KeyValue, Level};
+use crate::message::geometry::PointStamped;
+use crate::peers::Peers;
+use crate::publishers::Publishers;
+use crate::qos;
+use crate::service::{Service, Ticket};
+use crate::status::Report;
+use crate::targets::TargetGate;
+
+/// Time between two diagnostics if nothing happens.
+const DIAGNOSTICS: Duration = Duration::from_secs(1);
+
+/// Least time between two diagnostics.
+const MIN_DIAGNOSTICS: Duration = Duration::from_millis(100);
+
+/// Largest number of messages of one kind that are handled before the others get their turn.
+const MAX_IN_TURN: usize = 100;
+
+/// Token of the run's wake-ups.
+const RUN: Token = Token(0);
+/// Token of the targets.
+const TARGETS: Token = Token(1);
+/// Token of the first service.
+const FIRST_SERVICE: usize = 2;
+
+/// Node of a rig.
+pub(crate) struct NodeLoop {
+    poll: Poll,
+    targets: Subscription<PointStamped>,
+    /// Services in the order of [`Action::ALL`].
+    services: Vec<Service>,
+    publishers: Publishers,
+    peers: Peers,
+    gate: TargetGate,
+    feed: Arc<Feed>,
+    last_diagnostics: Instant,
+    /// Keeps the topics alive.
+    _member: Member,
+}
+
+impl NodeLoop {
+    /// Joins ROS 2. Returns the node and the waker of its thread.
+    ///
+    /// # Errors
+    /// As [`Network`](crate::Network) says, and where the operating system refuses.
+    pub(crate) fn new(
+        settings: &Ros2Settings,
+        feed: impl FnOnce(Waker) -> Feed,
+    ) -> Result<Self, Ros2Error> {
+        let Ros2Settings { namespace, network, camera } = settings;
+        let mut member = network.join(namespace, "plumb")?;
+        let publishers = Publishers::new(&mut member, namespace, *camera)?;
+        let topic = namespace.topic("target");
+        let mut targets = member.subscription(&topic, &qos::NEWEST_MESSAGE)?;
+        let peers = Peers::new::<PointStamped>(&member.participant, &topic, true);
+        let names = Action::ALL.map(|action| namespace.topic(action.name()));
+        let services = names.iter().map(|name| Service::new(&mut member, name));
+        let mut services: Vec<Service> = services.collect::<Result<_, _>>()?;
+        let poll = Poll::new().map_err(Ros2Error::Thread)?;
+        register(&poll, &mut targets, &mut services).map_err(Ros2Error::Thread)?;
+        let waker = Waker::new(poll.registry(), RUN).map_err(Ros2Error::Thread)?;
+        let gate = TargetGate::new(namespace.frame("rig"), namespace.topic(Action::Resume.name()));
+        let (feed, last_diagnostics, _member) = (Arc::new(feed(waker)), Instant::now(), member);
+        Ok(Self {
+            poll,
+            targets,
+            services,
+            publishers,
+            peers,
+            gate,
+            feed,
+            last_diagnostics,
+            _member,
+        })
+    }
+
+    /// Returns the memory between the run and the node.
+    pub(crate) fn feed(&self) -> Arc<Feed> {
+        Arc::clone(&self.feed)
+    }
+
+    /// Handles messages until the feed is closed.
+    pub(crate) fn run(mut self) {
+        let mut events = Events::with_capacity(64);
+        loop {
+            let now = Instant::now();
+            let due = self
+                .gate
+                .due()
+                .map_or(self.diagnostics_due(), |gate| gate.min(self.diagnostics_due()));
+            // An interrupted wait is a wake-up like any other.
+            let _interrupted =
+                self.poll.poll(&mut events, Some(due.saturating_duration_since(now)));
+            self.handle_requests();
+            self.handle_targets();
+            self.handle_outcomes();
+            self.send_target();
+            self.publish_sample();
+            if self.feed.state().is_closing {
+                self.close();
+                return;
+            }
+            if Instant::now() >= self.diagnostics_due() {
+                self.publish_diagnostics();
+            }
+        }
+    }
+
+    /// Answers the requests that no run has answered, and publishes the last diagnostics.
+    fn close(&mut self) {
+        self.feed.state().ledger.settle_all(CommandOutcome::Refused(CommandRefusal::RunEnded));
+        self.handle_outcomes();
+        self.publish_diagnostics();
+    }
+
+    /// Takes the requests of all services.
+    fn handle_requests(&mut self) {
+        for (index, action) in Action::ALL.into_iter().enumerate() {
+            for _ in 0..MAX_IN_TURN {
+                let Some(ticket) = self.services[index].next_request() else { break };
+                self.handle_request(index, action, ticket);
+            }
+        }
+    }
+
+    fn handle_request(&mut self, service: usize, action: Action, ticket: Ticket) {
+        let mut state = self.feed.state();
+        match action {
+            Action::Stop => {
+                self.gate.clear();
+                state.status.set_stopped(true);
+            }
+            Action::Resume => state.status.set_stopped(false),
+            Action::Hold => self.gate.clear(),
+            Action::ClearFault => {}
+        }
+        state.has_news = true;
+        // Before the run the motors stand, and the Stop waits for its beginning.
+        let is_early = action == Action::Stop && !state.status.has_begun();
+        let request = Origin::Request { service, ticket };
+        let origin = if is_early { Origin::Answered } else { request };
+        let sent = action.command().map(|command| state.ledger.send(command, origin));
+        drop(state);
+        let service = &self.services[service];
+        match sent {
+            Some(Ok(())) if is_early => {
+                service.answer(ticket, true, "stop: the motors stand, and the run begins stopped");
+            }
+            Some(Ok(())) => {}
+            Some(Err(error)) => service.answer(ticket, false, &error.to_string()),
+            None => service.answer(ticket, true, "targets are accepted"),
+        }
+    }
+
+    /// Takes the targets that have come.
+    fn handle_targets(&mut self) {
+        for _ in 0..MAX_IN_TURN {
+            // A message that cannot be decoded is of another type, which the diagnostics report.
+            let Ok(taken) = self.targets.take() else { continue };
+            let Some((message, info)) = taken else { return };
+            if !self.peers.is_trusted(&info) {
+                continue;
+            }
+            let mut state = self.feed.state();
+            if let Err(refusal) = self.gate.offer(&message, state.status.is_stopped()) {
+                state.status.note_refusal(refusal.to_string());
+                state.has_news = true;
+            }
+        }
+    }
+
+    /// Answers the requests whose outcome is known.
+    fn handle_outcomes(&mut self) {
+        let settled = self.feed.state().ledger.take_settled();
+        for Settled { origin, command, outcome } in settled {
+            match origin {
+                Origin::Target => self.gate.answered(),
+                Origin::Answered => {}
+                Origin::Request { service, ticket } => {
+                    let (success, message) = match outcome {
+                        CommandOutcome::Accepted => (true, format!("{command}: accepted")),
+                        CommandOutcome::Refused(refusal) => {
+                            (false, format!("{command}: {refusal}"))
+                        }
+                    };
+                    self.services[service].answer(ticket, success, &message);
+                }
+            }
+        }
+    }
+
+    /// Sends the target that waits, if it is its turn.
+    fn send_target(&mut self) {
+        let mut state = self.feed.state();
+        if state.status.is_stopped() {
+            self.gate.clear();
+        }
+        let Some(target) = self.gate.next(state.status.present_target(), Instant::now()) else {
+            return;
+        };
+        let command = OperatorCommand::Target(target);
+        if let Err(error) = state.ledger.send(command, Origin::Target) {
+            state.status.note_refusal(format!("{command}: {error}"));
+            self.gate.answered();
+        }
+    }
+
+    /// Publishes the newest sample, if it is new.
+    fn publish_sample(&mut self) {
+        let sample = self.feed.state().sample.take();
+        if let Some(sample) = sample {
+            self.publishers.publish_sample(&sample);
+        }
+    }
+
+    /// Returns the time of the next diagnostics.
+    fn diagnostics_due(&self) -> Instant {
+        let pause = if self.feed.state().has_news { MIN_DIAGNOSTICS } else { DIAGNOSTICS };
+        self.last_diagnostics + pause
+    }
+
+    fn publish_diagnostics(&mut self) {
+        let now = Instant::now();
+        self.last_diagnostics = now;
+        let mut state = self.feed.state();
+        state.has_news = false;
+        let (run, commands) = (state.status.run(now), state.status.commands());
+        drop(state);
+        let reports = [("run", run), ("commands", commands), ("graph", self.graph())];
+        self.publishers.publish_diagnostics(reports);
+    }
+
+    /// Returns the report about the publishers of other nodes.
+    fn graph(&self) -> Report {
+        let unusable = self.peers.unusable();
+        let values = unusable.iter().map(|it| KeyValue::new("unusable", it)).collect();
+        match unusable.first() {
+            Some(first) => Report { level: Level::Warn, message: first.to_string(), values },
+            None => {
+                Report { level: Level::Ok, message: "no unusable publisher".to_owned(), values }
+            }
+        }
+    }
+}
+
+/// Registers everything that wakes the thread.
+fn register(
+    poll: &Poll,
+    targets: &mut Subscription<PointStamped>,
+    services: &mut [Service],
+) -> io::Result<()> {
+    poll.registry().register(targets, TARGETS, Interest::READABLE)?;
+    for (index, service) in services.iter_mut().enumerate() {
+        service.register(poll.registry(), Token(FIRST_SERVICE + index))?;
+    }
+    Ok(())
+}

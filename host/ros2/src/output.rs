@@ -1,0 +1,75 @@
+//! Observer that publishes a run in ROS 2.
+
+use std::sync::Arc;
+use std::thread::{self, JoinHandle};
+
+use nalgebra::Isometry3;
+use plumb_runtime::observer::{FrameRecord, Observer, RunEvent};
+use plumb_runtime::operator::OperatorSender;
+use plumb_runtime::run::Summary;
+
+use crate::error::Ros2Error;
+use crate::feed::Feed;
+use crate::namespace::Namespace;
+use crate::network::Network;
+use crate::node_loop::NodeLoop;
+
+/// Settings of a node.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Ros2Settings {
+    /// Namespace of the rig.
+    pub namespace: Namespace,
+    /// Domain and network interface.
+    pub network: Network,
+    /// Pose of the camera in the rig frame, metres.
+    pub camera: Isometry3<f64>,
+}
+
+/// Observer that publishes a run in ROS 2, and sends the commands of other nodes to it.
+///
+/// Its methods only write into a bounded memory, which a thread reads: it needs no queue. The node
+/// leaves ROS 2 when the observer is dropped.
+pub struct Ros2Output {
+    feed: Arc<Feed>,
+    /// `None` once it is joined.
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Ros2Output {
+    /// Joins ROS 2 with a node that sends its commands to `operator`.
+    ///
+    /// # Errors
+    /// Where the domain or the interface does not exist, or a topic cannot be created.
+    pub fn start(settings: &Ros2Settings, operator: OperatorSender) -> Result<Self, Ros2Error> {
+        let node = NodeLoop::new(settings, |waker| Feed::new(operator, waker))?;
+        let feed = node.feed();
+        let thread = thread::Builder::new()
+            .name("ros2".to_owned())
+            .spawn(move || node.run())
+            .map_err(Ros2Error::Thread)?;
+        Ok(Self { feed, thread: Some(thread) })
+    }
+}
+
+impl Observer for Ros2Output {
+    fn frame(&mut self, record: &FrameRecord) {
+        self.feed.frame(record);
+    }
+
+    fn event(&mut self, event: &RunEvent) {
+        self.feed.event(event);
+    }
+
+    fn end(&mut self, summary: &Summary) {
+        self.feed.end(summary);
+    }
+}
+
+impl Drop for Ros2Output {
+    fn drop(&mut self) {
+        self.feed.close();
+        if let Some(thread) = self.thread.take() {
+            let _panicked = thread.join();
+        }
+    }
+}

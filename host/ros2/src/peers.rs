@@ -1,0 +1,138 @@
+//! Publishers of other nodes on a topic that Plumb reads.
+//!
+//! The DDS library connects every publisher on a topic, also one of another type. A message of
+//! another type can look like a valid one (a vector like a point), so the type of each publisher is
+//! checked before its messages are used.
+
+use std::collections::HashMap;
+use std::fmt;
+
+use ros2_client::{Gid, MessageInfo};
+use rustdds::DomainParticipant;
+use rustdds::policy::Reliability;
+
+use crate::message::TypedMessage;
+
+/// Number of publishers that are remembered. One more makes the memory begin anew.
+const MAX_PUBLISHERS: usize = 1000;
+
+/// Publisher on a topic that cannot be used.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum UnusablePublisher {
+    /// It has another type.
+    OtherType {
+        /// Name of the topic.
+        topic: String,
+        /// Type of the publisher, as `geometry_msgs/msg/PointStamped`.
+        found: String,
+        /// Type of the topic.
+        expected: String,
+    },
+    /// It sends without repetition, but the topic needs every message.
+    BestEffort {
+        /// Name of the topic.
+        topic: String,
+    },
+}
+
+impl fmt::Display for UnusablePublisher {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::OtherType { topic, found, expected } => {
+                write!(f, "a publisher on {topic} has the type {found}, but {expected} is needed")
+            }
+            Self::BestEffort { topic } => write!(
+                f,
+                "a publisher on {topic} has the reliability `best effort`, but `reliable` is needed"
+            ),
+        }
+    }
+}
+
+impl std::error::Error for UnusablePublisher {}
+
+/// Publishers on one topic.
+pub(crate) struct Peers {
+    participant: DomainParticipant,
+    /// Name of the topic in ROS 2.
+    topic: String,
+    /// Name of its type in DDS.
+    kind: String,
+    /// Whether the subscription is reliable, so that it needs reliable publishers.
+    is_reliable: bool,
+    /// Whether a publisher has the type, for those whose messages have come.
+    checked: HashMap<Gid, bool>,
+}
+
+impl Peers {
+    /// Returns the publishers on `topic`, whose messages are of the type `M`.
+    pub(crate) fn new<M: TypedMessage>(
+        participant: &DomainParticipant,
+        topic: &str,
+        is_reliable: bool,
+    ) -> Self {
+        let kind = M::type_name().dds_msg_type();
+        let (participant, topic) = (participant.clone(), topic.to_owned());
+        Self { participant, topic, kind, is_reliable, checked: HashMap::new() }
+    }
+
+    /// Returns whether the sender of a message is known to send the topic's type.
+    pub(crate) fn is_trusted(&mut self, info: &MessageInfo) -> bool {
+        let gid = info.publisher_gid();
+        if let Some(is_right) = self.checked.get(&gid) {
+            return *is_right;
+        }
+        let writers = self.participant.discovered_writers();
+        let sender =
+            writers.iter().find(|writer| Gid::from(writer.writer_proxy.remote_writer_guid) == gid);
+        let Some(sender) = sender else { return false };
+        let is_right = sender.publication_topic_data.type_name == self.kind;
+        if self.checked.len() >= MAX_PUBLISHERS {
+            self.checked.clear();
+        }
+        self.checked.insert(gid, is_right);
+        is_right
+    }
+
+    /// Returns the name of the topic in DDS.
+    fn dds_topic(&self) -> String {
+        format!("rt{}", self.topic)
+    }
+
+    /// Returns the publishers on the topic that cannot be used.
+    pub(crate) fn unusable(&self) -> Vec<UnusablePublisher> {
+        let dds_topic = self.dds_topic();
+        let writers = self.participant.discovered_writers();
+        let on_topic = writers
+            .iter()
+            .map(|writer| &writer.publication_topic_data)
+            .filter(|data| data.topic_name == dds_topic);
+        let unusable = on_topic.filter_map(|data| {
+            let topic = self.topic.clone();
+            if data.type_name != self.kind {
+                let (found, expected) = (ros_type(&data.type_name), ros_type(&self.kind));
+                return Some(UnusablePublisher::OtherType { topic, found, expected });
+            }
+            let is_best_effort = data.reliability == Some(Reliability::BestEffort);
+            (self.is_reliable && is_best_effort).then_some(UnusablePublisher::BestEffort { topic })
+        });
+        unusable.collect()
+    }
+}
+
+/// Returns the name in ROS 2 of a type in DDS.
+fn ros_type(dds: &str) -> String {
+    let name = dds.replace("::dds_::", "::").replace("::", "/");
+    name.strip_suffix('_').unwrap_or(&name).to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_type_has_its_name_of_ros() {
+        assert_eq!(ros_type("sensor_msgs::msg::dds_::Image_"), "sensor_msgs/msg/Image");
+        assert_eq!(ros_type("ShapeType"), "ShapeType");
+    }
+}

@@ -1,0 +1,304 @@
+//! Status of a run for the diagnostics.
+
+use std::time::{Duration, Instant};
+
+use nalgebra::Point3;
+use plumb_protocol::message::{Fault, State};
+use plumb_runtime::advice::after_fault;
+use plumb_runtime::observer::{FrameRecord, RunEvent};
+use plumb_runtime::operator::{CommandOutcome, OperatorCommand};
+use plumb_runtime::run::{StopReason, Summary};
+
+use crate::message::diagnostic::{KeyValue, Level};
+
+/// Time without a picture after which the diagnostics report it.
+const SILENCE: Duration = Duration::from_secs(1);
+
+/// Level, message and values of a status.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Report {
+    pub(crate) level: Level,
+    pub(crate) message: String,
+    pub(crate) values: Vec<KeyValue>,
+}
+
+/// Status of a run, from its records and events.
+#[derive(Debug, Clone)]
+pub(crate) struct RunStatus {
+    /// Beginning of the run.
+    begin: Instant,
+    /// Whether the control loop has begun: there is a frame or an event.
+    has_begun: bool,
+    /// State of the board; `None` before its telemetry about a new target.
+    state: Option<State>,
+    fault: Option<Fault>,
+    /// The target that the rig drives to or holds.
+    present_target: Option<Point3<f64>>,
+    /// Distance of the measured position from the target, metres; `None` without a position.
+    error: Option<f64>,
+    last_frame: Option<Instant>,
+    frames: u64,
+    lost: u64,
+    last_loss: Option<String>,
+    /// Result of the last drive to a target.
+    last_leg: Option<String>,
+    /// Result of the last command.
+    last_command: Option<(Level, String)>,
+    /// Number of commands that were refused.
+    refused: u64,
+    /// Whether targets are refused since a stop.
+    is_stopped: bool,
+    /// Level and message of the run's end.
+    ending: Option<(Level, String)>,
+}
+
+impl RunStatus {
+    /// Returns the status of a run that begins.
+    pub(crate) fn new(begin: Instant) -> Self {
+        Self {
+            begin,
+            has_begun: false,
+            state: None,
+            fault: None,
+            present_target: None,
+            error: None,
+            last_frame: None,
+            frames: 0,
+            lost: 0,
+            last_loss: None,
+            last_leg: None,
+            last_command: None,
+            refused: 0,
+            is_stopped: false,
+            ending: None,
+        }
+    }
+
+    /// Returns the target that the rig drives to or holds.
+    pub(crate) fn present_target(&self) -> Option<Point3<f64>> {
+        self.present_target
+    }
+
+    /// Returns whether the control loop has begun.
+    pub(crate) fn has_begun(&self) -> bool {
+        self.has_begun
+    }
+
+    /// Returns whether targets are refused since a stop.
+    pub(crate) fn is_stopped(&self) -> bool {
+        self.is_stopped
+    }
+
+    /// Refuses targets, or lets them in again.
+    pub(crate) fn set_stopped(&mut self, is_stopped: bool) {
+        self.is_stopped = is_stopped;
+    }
+
+    /// Notes the record of a frame.
+    pub(crate) fn note_frame(&mut self, record: &FrameRecord, now: Instant) {
+        self.has_begun = true;
+        self.frames += 1;
+        self.last_frame = Some(now);
+        self.error = record.error();
+        let telemetry = record.telemetry.map(|telemetry| telemetry.state);
+        // Telemetry from before a target says nothing about the drive to it.
+        self.state = if self.present_target.is_some() { record.state } else { telemetry };
+        match telemetry {
+            Some(State::Fault(fault)) => self.fault = Some(fault),
+            Some(_) => self.fault = None,
+            None => {}
+        }
+    }
+
+    /// Notes an event.
+    pub(crate) fn note_event(&mut self, event: &RunEvent) {
+        self.has_begun = true;
+        match event {
+            RunEvent::TargetSet { target, .. } => {
+                (self.present_target, self.state) = (Some(*target), None);
+            }
+            RunEvent::TargetEnded { reason, .. } => {
+                if *reason != StopReason::Reached {
+                    self.present_target = None;
+                }
+                self.fault = reason.fault().or(self.fault);
+                self.last_leg = Some(reason.to_string());
+            }
+            RunEvent::FrameLost { message } => {
+                self.lost += 1;
+                self.last_loss = Some(message.clone());
+            }
+            RunEvent::BoardStopped { fault } => {
+                self.present_target = None;
+                self.fault = Some(*fault);
+            }
+            RunEvent::Command { command, outcome, .. } => self.note_command(*command, *outcome),
+            _ => {}
+        }
+    }
+
+    fn note_command(&mut self, command: OperatorCommand, outcome: CommandOutcome) {
+        if let CommandOutcome::Refused(refusal) = outcome {
+            self.note_refusal(format!("{command}: {refusal}"));
+            return;
+        }
+        match command {
+            OperatorCommand::Stop => (self.present_target, self.is_stopped) = (None, true),
+            OperatorCommand::Hold => self.present_target = None,
+            OperatorCommand::ClearFault => self.fault = None,
+            _ => {}
+        }
+        self.last_command = Some((Level::Ok, format!("{command}: accepted")));
+    }
+
+    /// Notes a refusal of this node or the control loop.
+    pub(crate) fn note_refusal(&mut self, message: String) {
+        self.refused += 1;
+        self.last_command = Some((Level::Warn, message));
+    }
+
+    /// Notes the end of the run.
+    pub(crate) fn note_end(&mut self, summary: &Summary) {
+        let is_well = summary.reached || summary.ending.is_chosen();
+        let level = if is_well { Level::Ok } else { Level::Error };
+        self.ending = Some((level, format!("the run has ended: {}", summary.ending)));
+    }
+
+    /// Returns the report about the run.
+    pub(crate) fn run(&self, now: Instant) -> Report {
+        let (level, message) = self.run_message(now);
+        let mut values =
+            vec![KeyValue::new("pictures", self.frames), KeyValue::new("lost pictures", self.lost)];
+        let mut add = |key, value: Option<String>| {
+            values.extend(value.map(|value| KeyValue::new(key, value)));
+        };
+        add("state", self.state.map(|state| state.to_string()));
+        add("target m", self.present_target.map(|p| format!("{:.3} {:.3} {:.3}", p.x, p.y, p.z)));
+        add("error mm", self.error.map(|error| format!("{:.1}", error * 1e3)));
+        add("last target", self.last_leg.clone());
+        add("last loss", self.last_loss.clone());
+        add("advice", self.fault.map(|fault| after_fault(fault).to_owned()));
+        Report { level, message, values }
+    }
+
+    fn run_message(&self, now: Instant) -> (Level, String) {
+        if let Some((level, message)) = &self.ending {
+            return (*level, message.clone());
+        }
+        if let Some(fault) = self.fault {
+            return (Level::Error, format!("the board has stopped by itself: {fault}"));
+        }
+        let silent = now.saturating_duration_since(self.last_frame.unwrap_or(self.begin));
+        if silent >= SILENCE {
+            return (Level::Error, format!("no picture for {:.0} s", silent.as_secs_f64()));
+        }
+        if self.last_frame.is_some() && self.error.is_none() {
+            return (Level::Warn, "the ball is not in view".to_owned());
+        }
+        let state = self
+            .state
+            .map_or_else(|| "waiting for the board".to_owned(), |state| state.to_string());
+        (Level::Ok, state)
+    }
+
+    /// Returns the report about the commands.
+    pub(crate) fn commands(&self) -> Report {
+        let none = || (Level::Ok, "no command yet".to_owned());
+        let (level, message) = self.last_command.clone().unwrap_or_else(none);
+        let targets = if self.is_stopped { "refused since a stop" } else { "accepted" };
+        let values =
+            vec![KeyValue::new("targets", targets), KeyValue::new("refused", self.refused)];
+        Report { level, message, values }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use plumb_runtime::operator::CommandRefusal;
+
+    use super::*;
+
+    fn target(x: f64) -> Point3<f64> {
+        Point3::new(x, 0.3, 0.2)
+    }
+
+    fn command(command: OperatorCommand, outcome: CommandOutcome) -> RunEvent {
+        RunEvent::Command { number: 1, command, outcome }
+    }
+
+    #[test]
+    fn a_fault_is_an_error_with_its_advice_until_it_is_cleared() {
+        let now = Instant::now();
+        let mut status = RunStatus::new(now);
+        assert_eq!(status.run(now).level, Level::Ok);
+        let fault = Fault::PositionLost;
+        status.note_event(&RunEvent::TargetEnded { number: 0, reason: StopReason::Fault(fault) });
+        let report = status.run(now);
+        assert_eq!(report.level, Level::Error);
+        assert!(report.message.contains(&fault.to_string()), "{}", report.message);
+        assert!(report.values.contains(&KeyValue::new("advice", after_fault(fault))));
+        status.note_event(&command(OperatorCommand::ClearFault, CommandOutcome::Accepted));
+        assert_eq!(status.run(now).level, Level::Ok);
+    }
+
+    #[test]
+    fn the_state_before_a_new_target_is_not_that_of_the_drive_to_it() {
+        let now = Instant::now();
+        let mut status = RunStatus::new(now);
+        let set = |number, x| RunEvent::TargetSet { number, target: target(x) };
+        let record = |state| FrameRecord {
+            number: 0,
+            time: 0.0,
+            frame: None,
+            observation: None,
+            target: target(0.4),
+            telemetry: None,
+            state,
+            ground_truth: None,
+        };
+        status.note_event(&set(0, 0.4));
+        status.note_frame(&record(Some(State::Holding)), now);
+        assert!(status.run(now).values.contains(&KeyValue::new("state", State::Holding)));
+        status.note_event(&set(1, 0.5));
+        let keys = |status: &RunStatus| status.run(now).values.iter().any(|it| it.key == "state");
+        assert!(!keys(&status));
+        status.note_frame(&record(None), now);
+        assert!(!keys(&status));
+    }
+
+    #[test]
+    fn a_camera_that_is_silent_is_an_error() {
+        let now = Instant::now();
+        let status = RunStatus::new(now);
+        let report = status.run(now + Duration::from_secs(3));
+        assert_eq!((report.level, report.message.as_str()), (Level::Error, "no picture for 3 s"));
+    }
+
+    #[test]
+    fn a_refused_command_is_reported_until_the_next() {
+        let mut status = RunStatus::new(Instant::now());
+        let refused = CommandOutcome::Refused(CommandRefusal::TargetOutside);
+        status.note_event(&command(OperatorCommand::Target(target(7.0)), refused));
+        let report = status.commands();
+        assert_eq!(report.level, Level::Warn);
+        assert!(report.message.contains("outside the workspace"), "{}", report.message);
+        status.note_event(&command(OperatorCommand::Hold, CommandOutcome::Accepted));
+        assert_eq!(status.commands().level, Level::Ok);
+        assert!(status.commands().values.contains(&KeyValue::new("refused", 1)));
+    }
+
+    #[test]
+    fn the_present_target_ends_with_its_drive_unless_it_is_held() {
+        let mut status = RunStatus::new(Instant::now());
+        let set = RunEvent::TargetSet { number: 0, target: target(0.4) };
+        let ended = |reason| RunEvent::TargetEnded { number: 0, reason };
+        status.note_event(&set);
+        status.note_event(&ended(StopReason::Reached));
+        assert_eq!(status.present_target(), Some(target(0.4)));
+        status.note_event(&command(OperatorCommand::Stop, CommandOutcome::Accepted));
+        assert_eq!((status.present_target(), status.is_stopped()), (None, true));
+        status.note_event(&set);
+        status.note_event(&ended(StopReason::Timeout));
+        assert_eq!(status.present_target(), None);
+    }
+}

@@ -1,0 +1,34 @@
+//! A run in ROS 2: its options.
+
+#[cfg_attr(feature = "ros2", path = "ros2/present.rs")]
+#[cfg_attr(not(feature = "ros2"), path = "ros2/absent.rs")]
+mod output;
+
+use std::net::IpAddr;
+
+use clap::Args;
+
+pub(super) use output::Ros2;
+
+#[derive(Args)]
+pub(super) struct Ros2Options {
+    /// Join ROS 2: publish the ball, tf and diagnostics, take targets and a stop; the run goes on
+    /// until Ctrl-C. Every computer in the domain that reaches this one can move the rig [default
+    /// without NAMESPACE: /plumb]
+    #[arg(
+        long,
+        value_name = "NAMESPACE",
+        num_args = 0..=1,
+        require_equals = true,
+        default_missing_value = "/plumb",
+        value_parser = output::namespace
+    )]
+    pub(super) ros2: Option<output::Namespace>,
+    /// Domain of ROS 2, 0 to 232 [default: ROS_DOMAIN_ID, or 0]
+    #[arg(long, value_name = "DOMAIN", requires = "ros2")]
+    pub(super) ros2_domain: Option<u16>,
+    /// Address of the only network interface for ROS 2; 127.0.0.1 for this computer only [default:
+    /// all; 127.0.0.1 with ROS_LOCALHOST_ONLY=1 or ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST]
+    #[arg(long, value_name = "ADDRESS", requires = "ros2")]
+    pub(super) ros2_interface: Option<IpAddr>,
+}

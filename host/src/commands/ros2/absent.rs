@@ -1,0 +1,38 @@
+//! A program without ROS 2.
+
+use plumb_runtime::observer::Observer;
+use plumb_runtime::operator::OperatorSender;
+use plumb_vision::camera::Camera;
+
+use super::super::Failure;
+use super::Ros2Options;
+
+/// Reason to refuse the option.
+const ABSENT: &str = "this program was built without ROS 2; build it with \
+                      cargo build --release -p plumb --features ros2";
+
+/// Namespace that is never read.
+#[derive(Clone)]
+pub(in super::super) struct Namespace;
+
+/// Refuses the option `--ros2`.
+pub(super) fn namespace(_: &str) -> Result<Namespace, String> {
+    Err(ABSENT.to_owned())
+}
+
+/// Node without effect.
+pub(in super::super) struct Ros2;
+
+impl Ros2Options {
+    /// Starts nothing: the option was refused.
+    pub(in super::super) fn start(&self, _: &Camera, _: &OperatorSender) -> Result<Ros2, Failure> {
+        Ok(Ros2)
+    }
+}
+
+impl Ros2 {
+    /// Returns no observer.
+    pub(in super::super) fn observer(&mut self) -> Option<&mut dyn Observer> {
+        None
+    }
+}

@@ -1,0 +1,51 @@
+//! The node of a run.
+
+use plumb_ros2::{Network, Ros2Output, Ros2Settings};
+use plumb_runtime::observer::Observer;
+use plumb_runtime::operator::OperatorSender;
+use plumb_vision::camera::Camera;
+
+use super::super::Failure;
+use super::super::print::tell;
+use super::Ros2Options;
+
+pub(in super::super) use plumb_ros2::Namespace;
+
+/// Reads a namespace.
+pub(super) fn namespace(text: &str) -> Result<Namespace, String> {
+    text.parse::<Namespace>().map_err(|error| error.to_string())
+}
+
+/// Node of a run; without effect where no option asks for one.
+pub(in super::super) struct Ros2(Option<Ros2Output>);
+
+impl Ros2Options {
+    /// Joins ROS 2 with a node that sends its commands to `operator`, where the options ask for it.
+    ///
+    /// # Errors
+    /// Where the domain or the interface does not exist.
+    pub(in super::super) fn start(
+        &self,
+        camera: &Camera,
+        operator: &OperatorSender,
+    ) -> Result<Ros2, Failure> {
+        let Some(namespace) = &self.ros2 else { return Ok(Ros2(None)) };
+        let network = Network::choose(self.ros2_domain, self.ros2_interface)?;
+        let settings = Ros2Settings { namespace: namespace.clone(), network, camera: camera.pose };
+        let output = Ros2Output::start(&settings, operator.clone())?;
+        tell!(
+            "ROS 2: {namespace} in domain {} (the run goes on until Ctrl-C); stop: \
+             ros2 service call {}/stop std_srvs/srv/Trigger",
+            network.domain,
+            namespace
+        );
+        Ok(Ros2(Some(output)))
+    }
+}
+
+impl Ros2 {
+    /// Returns the observer, if there is a node.
+    pub(in super::super) fn observer(&mut self) -> Option<&mut dyn Observer> {
+        self.0.as_mut().map(|output| output as &mut dyn Observer)
+    }
+}

@@ -1,0 +1,44 @@
+//! Ways to steer a run: the page and ROS 2.
+
+use plumb_page::Page;
+use plumb_runtime::observer::Observer;
+use plumb_runtime::operator::{OperatorReceiver, operator};
+use plumb_runtime::rig::Rig;
+use plumb_vision::camera::Camera;
+
+use super::Failure;
+use super::options::RunOptions;
+use super::ros2::Ros2;
+
+/// Ways to steer a run. All of them send to the same operator.
+pub(super) struct Steering {
+    page: Option<Page>,
+    ros2: Ros2,
+    /// Receiver of the commands; `None` where no option asks for a way to steer.
+    operator: Option<OperatorReceiver>,
+}
+
+impl Steering {
+    /// Starts what the options of a run ask for.
+    ///
+    /// # Errors
+    /// Where the page cannot listen at its address, or ROS 2 cannot be joined.
+    pub(super) fn start(options: &RunOptions, rig: &Rig, camera: &Camera) -> Result<Self, Failure> {
+        let (sender, receiver) = operator();
+        let page = options.page.start(rig, &sender)?;
+        let mut ros2 = options.ros2.start(camera, &sender)?;
+        let is_steered = page.is_some() || ros2.observer().is_some();
+        Ok(Self { page, ros2, operator: is_steered.then_some(receiver) })
+    }
+
+    /// Removes and returns the receiver of the commands.
+    pub(super) fn take_operator(&mut self) -> Option<OperatorReceiver> {
+        self.operator.take()
+    }
+
+    /// Returns the observers.
+    pub(super) fn observers(&mut self) -> impl Iterator<Item = &mut dyn Observer> {
+        let page = self.page.as_mut().map(|page| page as &mut dyn Observer);
+        page.into_iter().chain(self.ros2.observer())
+    }
+}

@@ -1,0 +1,156 @@
+//! A node of Cyclone DDS in another process: `peer.py`.
+
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops at the first surprise")]
+
+use std::io::{BufRead, BufReader, Write};
+use std::net::TcpListener;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use serde_json::{Value, json};
+
+/// Longest wait for anything.
+const LIMIT: Duration = Duration::from_secs(60);
+
+/// Distance within which the ball is at a place, metres.
+const NEAR: f64 = 0.010;
+
+/// Domain of ROS 2 that no other test of this computer uses at the same time.
+pub(crate) struct Domain {
+    number: u16,
+    python: PathBuf,
+    /// Lock between programs: the port belongs to the domain.
+    _lock: TcpListener,
+}
+
+impl Domain {
+    /// Reserves a domain. Returns `None` where no Python has cyclonedds; with CI set, that fails
+    /// the test.
+    pub(crate) fn reserve() -> Option<Self> {
+        let kept = Path::new(env!("CARGO_MANIFEST_DIR")).join("../target/ros2/bin/python");
+        let has_package = |python: &PathBuf| {
+            let import = ["-c", "import cyclonedds.domain"];
+            Command::new(python).args(import).output().is_ok_and(|it| it.status.success())
+        };
+        let Some(python) = [PathBuf::from("python3"), kept].into_iter().find(has_package) else {
+            assert!(std::env::var_os("CI").is_none(), "no Python has cyclonedds: scripts/ros2");
+            println!("skipped: no Python has cyclonedds (scripts/ros2)");
+            return None;
+        };
+        let reserve = |number: u16| {
+            let lock = TcpListener::bind(("127.0.0.1", 7160 + number)).ok()?;
+            Some(Self { number, python: python.clone(), _lock: lock })
+        };
+        Some((1..=99).find_map(reserve).unwrap())
+    }
+
+    pub(crate) fn number(&self) -> u16 {
+        self.number
+    }
+
+    /// Returns a command that runs a script beside this file in the domain.
+    pub(crate) fn script(&self, name: &str, arguments: &[&str]) -> Command {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/ros2");
+        let mut command = Command::new(&self.python);
+        command.arg(folder.join(name)).arg(self.number.to_string()).args(arguments);
+        command
+    }
+}
+
+/// The node; killed when dropped.
+pub(crate) struct Peer {
+    child: Child,
+    lines: Receiver<Value>,
+}
+
+impl Peer {
+    pub(crate) fn start(domain: &Domain, namespace: &str, options: &[&str]) -> Self {
+        let mut child = domain
+            .script("peer.py", &[&[namespace], options].concat())
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let output = BufReader::new(child.stdout.take().unwrap());
+        let (sender, lines) = channel();
+        thread::spawn(move || {
+            for line in output.lines().map_while(Result::ok) {
+                let _ = sender.send(serde_json::from_str(&line).unwrap());
+            }
+        });
+        let mut peer = Self { child, lines };
+        peer.next("ready");
+        peer
+    }
+
+    /// Sends a command to the node.
+    pub(crate) fn send(&mut self, command: &Value) {
+        writeln!(self.child.stdin.as_mut().unwrap(), "{command}").unwrap();
+    }
+
+    /// Calls a service. Returns its answer.
+    pub(crate) fn call(&mut self, service: &str) -> Value {
+        self.send(&json!({"call": service}));
+        self.until("answer", |answer| answer["call"] == service)
+    }
+
+    /// Returns the next message of this kind that comes from now on.
+    pub(crate) fn next(&mut self, kind: &str) -> Value {
+        self.until(kind, |_| true)
+    }
+
+    /// Returns the next message of this kind for which `is_wanted`.
+    pub(crate) fn until(&mut self, kind: &str, is_wanted: impl Fn(&Value) -> bool) -> Value {
+        let (begin, mut last) = (Instant::now(), Value::Null);
+        loop {
+            match self.lines.recv_timeout(LIMIT.saturating_sub(begin.elapsed())) {
+                Ok(mut line) => {
+                    let Some(message) = line.get_mut(kind) else { continue };
+                    if is_wanted(message) {
+                        return message.take();
+                    }
+                    last = message.take();
+                }
+                Err(RecvTimeoutError::Timeout) => panic!("no {kind} in time; the last: {last}"),
+                Err(RecvTimeoutError::Disconnected) => panic!("the node has ended"),
+            }
+        }
+    }
+
+    /// Returns the next status of this name whose message contains `text`.
+    pub(crate) fn until_status(&mut self, name: &str, text: &str) -> Value {
+        self.until("status", |status| {
+            status["name"] == name && status["message"].as_str().unwrap().contains(text)
+        })
+    }
+
+    /// Waits until the rig holds the ball at a target, metres.
+    pub(crate) fn until_held(&mut self, namespace: &str, target: [f64; 3]) {
+        let name = format!("{namespace}: run");
+        let target = target.map(|metres| format!("{metres:.3}")).join(" ");
+        self.until("status", |status| {
+            let values = &status["values"];
+            status["name"] == name.as_str()
+                && values["state"] == "holding"
+                && values["target m"] == target.as_str()
+        });
+    }
+
+    /// Checks that the ball is at a place, metres.
+    pub(crate) fn assert_ball_at(&mut self, place: [f64; 3]) {
+        let ball = self.next("ball");
+        let square = |k: usize| (ball["at"][k].as_f64().unwrap() - place[k]).powi(2);
+        let distance = (0..3).map(square).sum::<f64>().sqrt();
+        assert!(distance < NEAR, "{distance} m from {place:?}: {ball}");
+    }
+}
+
+impl Drop for Peer {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
