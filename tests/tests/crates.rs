@@ -43,10 +43,11 @@ const CRATES: &[Rule] = &[
     Rule { name: "plumb-vision", uses: &["plumb-frame"], tests_use: &[] },
     Rule { name: "plumb-timing", uses: &[], tests_use: &[] },
     Rule { name: "plumb-openni", uses: &["plumb-timing"], tests_use: &[] },
+    Rule { name: "plumb-webcam", uses: &["plumb-timing"], tests_use: &[] },
     Rule { name: "plumb-realsense", uses: &["plumb-timing"], tests_use: &[] },
     Rule {
         name: "plumb-cameras",
-        uses: &["plumb-frame", "plumb-openni", "plumb-realsense", "plumb-timing"],
+        uses: &["plumb-frame", "plumb-openni", "plumb-realsense", "plumb-timing", "plumb-webcam"],
         tests_use: &["plumb-openni-driver"],
     },
     Rule { name: "plumb-calibrate", uses: &["plumb-cameras", "plumb-frame"], tests_use: &[] },

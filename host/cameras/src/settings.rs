@@ -9,14 +9,15 @@ use thiserror::Error;
 use crate::source::openni::OpenniSettings;
 use crate::source::realsense::RealsenseSettings;
 use crate::source::stream::StreamAddress;
+use crate::source::webcam::WebcamSettings;
 
 /// Choice of a camera: table `[camera]` of a rig file.
 ///
 /// ```toml
 /// [camera]
 /// file = "camera.toml"
-/// source = "openni"          # or "realsense", "simulated", "recording", "stream"
-/// recording = "desk.oni"     # of "recording": an .oni, .bag or .db3 file, or a TUM folder
+/// source = "openni"          # or "realsense", "webcam", "simulated", "recording", "stream"
+/// recording = "desk.oni"     # of "recording": an .oni, .bag, .db3 or video file, or a TUM folder
 /// stream = "unix:cam.sock"   # of "stream": or "tcp:127.0.0.1:5600", or "-" (standard input)
 /// [camera.openni]            # of "openni", each key with a default
 /// uri = "1d27/0609@2/4"
@@ -27,6 +28,8 @@ use crate::source::stream::StreamAddress;
 /// intrinsics = "device"
 /// [camera.realsense]         # of "realsense", each key with a default
 /// serial = "832112070255"
+/// [camera.webcam]            # of "webcam", each key with a default
+/// device = "/dev/video2"
 /// ```
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -36,8 +39,8 @@ pub struct CameraSettings {
     /// Source of the frames. Default: the recording or the stream that is named, else the simulated
     /// rig where there is one, else a camera through OpenNI2.
     pub source: Option<SourceName>,
-    /// Path of the recording, relative to the rig file: an `.oni`, `.bag` or `.db3` file, or a
-    /// TUM folder.
+    /// Path of the recording, relative to the rig file: an `.oni`, `.bag`, `.db3` or video file, or
+    /// a TUM folder.
     pub recording: Option<PathBuf>,
     /// Address at which a program delivers frames. A Unix socket is relative to the rig file.
     pub stream: Option<StreamAddress>,
@@ -47,6 +50,9 @@ pub struct CameraSettings {
     /// Settings of an Intel RealSense camera.
     #[serde(default)]
     pub realsense: RealsenseSettings,
+    /// Settings of a webcam.
+    #[serde(default)]
+    pub webcam: WebcamSettings,
 }
 
 /// Source of the frames: key `source` of the table `[camera]`.
@@ -63,6 +69,8 @@ pub enum SourceName {
     Recording,
     /// Frames that another program sends.
     Stream,
+    /// A webcam, without depth.
+    Webcam,
 }
 
 impl fmt::Display for SourceName {
@@ -74,6 +82,7 @@ impl fmt::Display for SourceName {
             Self::Realsense => "realsense",
             Self::Recording => "recording",
             Self::Stream => "stream",
+            Self::Webcam => "webcam",
         })
     }
 }
@@ -106,7 +115,8 @@ impl CameraSettings {
     /// `file`.
     pub fn new(file: impl Into<PathBuf>) -> Self {
         let (openni, realsense) = (OpenniSettings::default(), RealsenseSettings::default());
-        Self { file: file.into(), source: None, recording: None, stream: None, openni, realsense }
+        let (file, webcam) = (file.into(), WebcamSettings::default());
+        Self { file, source: None, recording: None, stream: None, openni, realsense, webcam }
     }
 
     /// Returns the source of the frames, where `simulation` is whether there is a simulated rig.

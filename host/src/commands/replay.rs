@@ -13,7 +13,8 @@ use plumb_runtime::replay::{DebugFolder, replay};
 use super::print::{self, tell};
 use super::{DetectorName, FAILED, Failure, bad_input};
 
-/// Detection and location on a recording (a TUM RGB-D folder or an .oni file): a CSV row a frame
+/// Detection and location on a recording (a TUM RGB-D folder, an .oni, .bag, .db3 or video file): a
+/// CSV row a frame
 #[derive(Parser)]
 #[command(
     after_help = examples![
@@ -22,7 +23,7 @@ use super::{DetectorName, FAILED, Failure, bad_input};
     ]
 )]
 pub(crate) struct Args {
-    /// The folder, with rgb.txt and depth.txt, or the .oni file
+    /// The folder, with rgb.txt and depth.txt, or the file
     recording: PathBuf,
     /// The camera file (TOML) [default: camera.toml in the recording's folder]
     #[arg(long)]

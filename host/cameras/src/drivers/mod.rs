@@ -7,6 +7,7 @@ mod openni;
 mod realsense;
 mod recording;
 mod stream;
+mod webcam;
 
 use std::path::PathBuf;
 
@@ -21,10 +22,11 @@ pub use openni::OpenniDriver;
 pub use realsense::RealsenseDriver;
 pub use recording::RecordingDriver;
 pub use stream::StreamDriver;
+pub use webcam::WebcamDriver;
 
 /// All camera drivers.
-pub const DRIVERS: [&dyn CameraDriver; 4] =
-    [&OpenniDriver, &RealsenseDriver, &RecordingDriver, &StreamDriver];
+pub const DRIVERS: [&dyn CameraDriver; 5] =
+    [&OpenniDriver, &RealsenseDriver, &RecordingDriver, &StreamDriver, &WebcamDriver];
 
 /// Returns the driver of that name. [`SourceName::Simulated`] has none.
 pub fn driver(name: SourceName) -> Option<&'static dyn CameraDriver> {
@@ -80,6 +82,7 @@ mod tests {
             SourceName::Realsense,
             SourceName::Recording,
             SourceName::Stream,
+            SourceName::Webcam,
             SourceName::Simulated,
         ];
         assert_eq!(names, all);

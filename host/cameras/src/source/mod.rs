@@ -12,6 +12,7 @@ mod resolution;
 mod rgb;
 pub mod stream;
 pub mod tum;
+pub mod webcam;
 
 pub use camera_source::CameraSource;
 pub use clock::LiveClock;

@@ -1,0 +1,96 @@
+//! Video files that the tests write, and what is refused. No camera is needed.
+
+#![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use opencv::core::{Mat, Scalar, Size, Vec3b};
+use opencv::prelude::*;
+use opencv::videoio::{CAP_OPENCV_MJPEG, VideoWriter};
+use plumb_webcam::{Settings, VideoFile, Webcam, WebcamError};
+
+/// Writes a video of `count` grey pictures, each brighter than the one before.
+fn write(path: &Path, count: u32, (width, height): (i32, i32), rate: f64) {
+    let codec = VideoWriter::fourcc('M', 'J', 'P', 'G').unwrap();
+    let (size, parameters) = (Size::new(width, height), true);
+    let mut writer =
+        VideoWriter::new_with_backend(path, CAP_OPENCV_MJPEG, codec, rate, size, parameters)
+            .unwrap();
+    assert!(writer.is_opened().unwrap());
+    for k in 0..count {
+        let grey = Scalar::all(f64::from(20 * k + 10));
+        let picture =
+            Mat::new_rows_cols_with_default(height, width, Vec3b::opencv_type(), grey).unwrap();
+        writer.write(&picture).unwrap();
+    }
+    writer.release().unwrap();
+}
+
+fn folder_with(name: &str) -> (tempfile::TempDir, PathBuf) {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join(name);
+    (folder, path)
+}
+
+#[test]
+fn a_video_file_is_read_to_its_end() {
+    let (_folder, path) = folder_with("one.avi");
+    write(&path, 8, (64, 48), 20.0);
+    let mut file = VideoFile::open(&path).unwrap();
+    let mode = file.mode();
+    assert_eq!((mode.width, mode.height, mode.rate), (64, 48, 20.0));
+    for k in 0..8_u32 {
+        let picture = file.next_picture().unwrap().unwrap();
+        assert!((picture.time - f64::from(k) / 20.0).abs() < 1e-6, "{k}: {}", picture.time);
+        assert_eq!((picture.width, picture.height, picture.bgr.len()), (64, 48, 64 * 48));
+        let grey = i32::from(picture.bgr[1000][1]);
+        assert!((grey - 20 * k as i32 - 10).abs() < 5, "{k}: {grey}");
+    }
+    assert_eq!(file.next_picture().unwrap(), None);
+    assert_eq!(file.next_picture().unwrap(), None);
+}
+
+#[test]
+fn a_file_that_is_no_video_is_refused() {
+    let (_folder, path) = folder_with("text.avi");
+    let absent = VideoFile::open(&path).unwrap_err();
+    assert!(matches!(absent, WebcamError::Open { .. }), "{absent:?}");
+    fs::write(&path, "this is no video").unwrap();
+    let text = VideoFile::open(&path).unwrap_err();
+    assert!(matches!(text, WebcamError::Refused { is_device: false, .. }), "{text:?}");
+    fs::write(&path, "").unwrap();
+    assert!(VideoFile::open(&path).is_err());
+}
+
+#[test]
+fn a_video_that_was_cut_off_ends_early() {
+    let (_folder, path) = folder_with("cut.avi");
+    write(&path, 20, (64, 48), 20.0);
+    let bytes = fs::read(&path).unwrap();
+    fs::write(&path, &bytes[..bytes.len() / 2]).unwrap();
+    let mut file = VideoFile::open(&path).unwrap();
+    let mut count = 0;
+    while let Ok(Some(_)) = file.next_picture() {
+        count += 1;
+    }
+    assert!((1..20).contains(&count), "{count}");
+}
+
+#[test]
+fn a_device_that_is_none_is_refused() {
+    let open = |device: &Path| {
+        let device = device.to_owned();
+        Webcam::open(&Settings { device, ..Settings::default() }).unwrap_err()
+    };
+    let (_folder, path) = folder_with("one.avi");
+    let absent = open(&path);
+    assert!(matches!(absent, WebcamError::Open { .. }), "{absent:?}");
+    assert!(absent.to_string().contains("plumb cameras"), "{absent}");
+    write(&path, 2, (64, 48), 20.0);
+    let file = open(&path);
+    assert!(matches!(file, WebcamError::NoDevice { .. }), "{file:?}");
+    // A character device that is no camera.
+    let other = open(Path::new("/dev/null"));
+    assert!(matches!(other, WebcamError::Refused { is_device: true, .. }), "{other:?}");
+}
