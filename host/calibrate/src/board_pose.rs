@@ -6,9 +6,7 @@
 //! tilt. The ratio of the depth camera's scale to that of the squares is estimated too, so that a
 //! wrong scale does not tilt the board.
 
-use nalgebra::{
-    DVector, Isometry3, Matrix3, Point2, Point3, Rotation3, Translation3, UnitQuaternion, Vector3,
-};
+use nalgebra::{DVector, Isometry3, Point2, Point3, Translation3, UnitQuaternion, Vector3};
 use plumb_frame::camera::Intrinsics;
 
 use crate::board::Placement;
@@ -111,13 +109,7 @@ impl Problem<'_> {
     fn start(&self, corners: &[&SeenCorner]) -> Option<Isometry3<f64>> {
         let normalised = |p: &Point2<f64>| self.intrinsics.deproject(p.x, p.y, 1.0).xy();
         let pairs: Vec<_> = corners.iter().map(|it| (it.board, normalised(&it.image))).collect();
-        let h = homography::fit(&pairs)?;
-        // The board is in front of the camera: the last entry is its distance.
-        let scale = 2.0 * h[(2, 2)].signum() / (h.column(0).norm() + h.column(1).norm());
-        let [x, y, origin] = [0, 1, 2].map(|k| h.column(k) * scale);
-        let rotation = Rotation3::from_matrix(&Matrix3::from_columns(&[x, y, x.cross(&y)]));
-        let rotation = UnitQuaternion::from_rotation_matrix(&rotation);
-        Some(Isometry3::from_parts(Translation3::from(origin), rotation))
+        Some(homography::pose(&homography::fit(&pairs)?))
     }
 
     /// Returns the pose with the least squares near `start`.

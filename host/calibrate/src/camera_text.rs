@@ -1,8 +1,10 @@
-//! The text of a camera file with another pose. Everything else stays as it is.
+//! The text of a camera file with another pose or lens. Everything else stays as it is.
 
+use std::collections::BTreeMap;
 use std::ops::Range;
 
 use nalgebra::Isometry3;
+use plumb_frame::camera::Intrinsics;
 use serde::Deserialize;
 use thiserror::Error;
 use toml::Spanned;
@@ -50,6 +52,66 @@ pub fn with_pose(text: &str, pose: &Isometry3<f64>, comment: &str) -> Result<Str
     Ok(text)
 }
 
+/// Keys of the distortion in OpenCV's order.
+const DISTORTION: [&str; 5] = ["k1", "k2", "p1", "p2", "k3"];
+
+/// Reason why the intrinsics of a camera file's text could not be replaced.
+#[derive(Debug, Error)]
+#[error("the camera file has no [intrinsics] with fx, fy, cx and cy")]
+pub struct NoIntrinsics(#[source] toml::de::Error);
+
+/// The part of a camera file that is replaced.
+#[derive(Deserialize)]
+struct LensFile {
+    intrinsics: BTreeMap<String, Spanned<toml::Value>>,
+}
+
+/// Returns a camera file's text with the focal lengths, the principal point and the distortion of
+/// `lens`, rounded to 1e-4 pixels and 1e-8. A key of the distortion that the text lacks is added
+/// behind the others. A comment behind a replaced value is replaced by `comment`; other comments,
+/// the depth scale and the order of keys stay.
+///
+/// # Errors
+/// If the text is no TOML or lacks the intrinsics.
+pub fn with_lens(text: &str, lens: &Intrinsics, comment: &str) -> Result<String, NoIntrinsics> {
+    let old: LensFile = toml::from_str(text).map_err(NoIntrinsics)?;
+    let missing = |key: &str| {
+        NoIntrinsics(<toml::de::Error as serde::de::Error>::custom(format!("{key} is missing")))
+    };
+    let pixels = [("fx", lens.fx), ("fy", lens.fy), ("cx", lens.cx), ("cy", lens.cy)];
+    let (mut edits, mut added) = (Vec::new(), Vec::new());
+    for (key, value) in pixels {
+        let span = old.intrinsics.get(key).ok_or_else(|| missing(key))?.span();
+        edits.push((span, format!("{value:.4}")));
+    }
+    let last = edits.iter().map(|(span, _)| span.clone()).max_by_key(|span| span.start);
+    let coefficients = lens.distortion.map(|it| it.coefficients()).unwrap_or_default();
+    for (key, value) in DISTORTION.into_iter().zip(coefficients.to_array()) {
+        match old.intrinsics.get(key) {
+            Some(old) => edits.push((old.span(), format!("{value:.8}"))),
+            None => added.push(format!("{key} = {value:.8}")),
+        }
+    }
+    edits.sort_by_key(|(span, _)| std::cmp::Reverse(span.start));
+    let mut text = text.to_owned();
+    for (span, value) in edits {
+        let is_last = last.as_ref() == Some(&span);
+        let added: &[String] = if is_last { &added } else { &[] };
+        match line_end(&text, &span) {
+            Some(end) => {
+                let lines: String = added.iter().map(|line| format!("\n{line}")).collect();
+                let line = format!("{value}  # {comment}{lines}");
+                text.replace_range(span.start..end, &line);
+            }
+            None => {
+                let keys: String = added.iter().map(|key| format!(", {key}")).collect();
+                text.replace_range(span, &format!("{value}{keys}"));
+            }
+        }
+    }
+    Ok(text)
+}
+
 /// Returns the end of the line of a value if nothing but a comment is behind it. Behind a value of
 /// an inline table there is more.
 fn line_end(text: &str, value: &Range<usize>) -> Option<usize> {
@@ -63,6 +125,7 @@ mod tests {
 
     use nalgebra::{Translation3, UnitQuaternion};
     use plumb_cameras::camera_file;
+    use plumb_frame::camera::Distortion;
 
     use super::*;
 
@@ -100,6 +163,33 @@ mod tests {
     fn a_text_without_a_pose_is_an_error() {
         assert!(with_pose("[intrinsics]\nfx = 1\n", &pose(), "").is_err());
         assert!(with_pose("[pose]\ntranslation = [1, 2, 3]\n", &pose(), "").is_err());
+    }
+
+    /// Returns the camera of a text after the lens was replaced.
+    fn lens_of(text: &str, lens: &Intrinsics) -> plumb_frame::camera::Camera {
+        let new = with_lens(text, lens, "new").unwrap();
+        camera_file::parse(Path::new("camera.toml"), &new).unwrap_or_else(|e| panic!("{e}: {new}"))
+    }
+
+    #[test]
+    fn only_the_lens_changes() {
+        let old = camera_file::paper().unwrap();
+        let array = [-0.28, 0.11, 0.001, -0.002, 0.03];
+        let distortion =
+            Distortion::new(plumb_frame::camera::DistortionCoefficients::from_array(array));
+        let lens = Intrinsics { fx: 601.5, cy: 236.25, distortion, ..old.intrinsics };
+        let new = lens_of(camera_file::PAPER, &lens);
+        assert_eq!(new.intrinsics, lens);
+        assert_eq!((new.pose, new.ball_diameter), (old.pose, old.ball_diameter));
+        // The keys are there now, and are replaced.
+        let text = with_lens(camera_file::PAPER, &lens, "new").unwrap();
+        assert_eq!(lens_of(&text, &old.intrinsics).intrinsics, old.intrinsics);
+        // Dotted keys and inline tables.
+        let rest = &camera_file::PAPER[camera_file::PAPER.find("[pose]").unwrap()..];
+        let values = "fx = 1.0, fy = 1.0, cx = 319.5, cy = 239.5, depth_scale = 5000.0";
+        let inline = format!("intrinsics = {{ {values} }}\n{rest}");
+        assert_eq!(lens_of(&inline, &lens).intrinsics, lens);
+        assert!(with_lens("[intrinsics]\nfx = 1\n", &lens, "").is_err());
     }
 
     #[test]

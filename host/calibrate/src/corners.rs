@@ -25,6 +25,10 @@ const FEW_MARKERS: usize = 10;
 const ENLARGEMENT: i32 = 2;
 /// Largest distance of a marker's corner from its place on the board, in sides of the marker.
 const MARKER_TOLERANCE: f64 = 0.15;
+/// Distance within which a marker is near its place, in sides of the marker.
+const NEAR_MARKER: f64 = 1.0;
+/// Markers whose homography gives the place of a corner where the lens bends the board.
+const LOCAL_MARKERS: usize = 4;
 /// Distance that a corner may move when it is refined, in gaps between marker and square.
 const CORNER_TOLERANCE: f64 = 0.75;
 /// Least and largest half side of the window in which a corner is refined, pixels.
@@ -98,6 +102,7 @@ pub fn find_corners(image: &ColourImage, board: &Board) -> Result<Vec<BoardCorne
     let Some(map) = agreed_map(&search.markers, board) else {
         return Err(BoardError::NotSeen { markers: search.markers.len().min(MIN_MARKERS - 1) });
     };
+    let map = BoardMap::new(&search.markers, board, map);
     Ok(refined(&grey, board, &map).map_err(ProcessingError::from)?)
 }
 
@@ -158,7 +163,7 @@ fn agreed_map(markers: &[Marker], board: &Board) -> Option<Matrix3<f64>> {
 /// Returns the homography of the markers that agree loosely with `map`, which comes from one marker
 /// and is extrapolated.
 fn neighbours_refit(markers: &[Marker], board: &Board, map: &Matrix3<f64>) -> Option<Matrix3<f64>> {
-    let near = markers.iter().filter(|marker| distance(marker, board, map) < 1.0);
+    let near = markers.iter().filter(|marker| distance(marker, board, map) < NEAR_MARKER);
     let pairs: Vec<_> = near
         .filter_map(|it| Some((board.marker(it.id)?, it.corners)))
         .flat_map(|(from, to)| from.into_iter().zip(to))
@@ -186,13 +191,54 @@ fn distance(marker: &Marker, board: &Board, map: &Matrix3<f64>) -> f64 {
         / side
 }
 
+/// Map of the board onto the image.
+struct BoardMap<'a> {
+    board: &'a Board,
+    /// Homography on which most markers agree.
+    whole: Matrix3<f64>,
+    /// The markers near their places by that homography, if the lens bends the board so that some
+    /// of them do not agree with it; else empty.
+    bent: Vec<&'a Marker>,
+}
+
+impl<'a> BoardMap<'a> {
+    fn new(markers: &'a [Marker], board: &'a Board, whole: Matrix3<f64>) -> Self {
+        let near = |marker: &&Marker| distance(marker, board, &whole) < NEAR_MARKER;
+        let mut bent: Vec<_> = markers.iter().filter(near).collect();
+        if bent.iter().all(|marker| agrees(marker, board, &whole)) {
+            bent.clear();
+        }
+        Self { board, whole, bent }
+    }
+
+    /// Returns the homography about a point of the board: that of the nearest markers where the
+    /// lens bends the board.
+    fn about(&self, point: &Point2<f64>) -> Matrix3<f64> {
+        let mut nearest: Vec<_> = self
+            .bent
+            .iter()
+            .filter_map(|marker| Some((self.board.marker(marker.id)?, marker.corners)))
+            .collect();
+        let away =
+            |corners: &[Point2<f64>; 4]| ((corners[0] + corners[2].coords) / 2.0 - point).norm();
+        nearest.sort_by(|a, b| away(&a.0).total_cmp(&away(&b.0)));
+        let pairs: Vec<_> = nearest
+            .into_iter()
+            .take(LOCAL_MARKERS)
+            .flat_map(|(from, to)| from.into_iter().zip(to))
+            .collect();
+        homography::fit(&pairs).unwrap_or(self.whole)
+    }
+}
+
 /// Returns the corners near their places by `map`, refined.
-fn refined(grey: &Mat, board: &Board, map: &Matrix3<f64>) -> opencv::Result<Vec<BoardCorner>> {
+fn refined(grey: &Mat, board: &Board, map: &BoardMap<'_>) -> opencv::Result<Vec<BoardCorner>> {
     let mut found = Vec::new();
     let size = [f64::from(grey.cols()), f64::from(grey.rows())];
     for (id, corner) in board.corners().into_iter().enumerate() {
-        let Some(expected) = homography::apply(map, &corner) else { continue };
-        let gap = gap(board, map, &corner, &expected);
+        let map = map.about(&corner);
+        let Some(expected) = homography::apply(&map, &corner) else { continue };
+        let gap = gap(board, &map, &corner, &expected);
         let half = gap.clamp(WINDOW[0], WINDOW[1]).round();
         let margin = half + 2.0;
         let is_inside = |k: f64, size: f64| (margin..size - margin).contains(&k);

@@ -1,6 +1,8 @@
 //! Homographies: maps of a plane onto an image.
 
-use nalgebra::{Matrix3, Point2, SMatrix, SVector};
+use nalgebra::{
+    Isometry3, Matrix3, Point2, Rotation3, SMatrix, SVector, Translation3, UnitQuaternion,
+};
 
 /// Returns the homography that maps the first of each pair to the second, in the least-squares
 /// sense of the normalised direct linear transformation (Hartley and Zisserman, algorithm 4.2).
@@ -33,6 +35,17 @@ pub(crate) fn fit(pairs: &[(Point2<f64>, Point2<f64>)]) -> Option<Matrix3<f64>> 
 /// Returns the image of a point; `None` for a point on the line at infinity.
 pub(crate) fn apply(h: &Matrix3<f64>, p: &Point2<f64>) -> Option<Point2<f64>> {
     Point2::from_homogeneous(h * p.to_homogeneous())
+}
+
+/// Returns the pose of a plane (from its axes into camera axes) whose homography onto the plane at
+/// depth 1 is `h`.
+pub(crate) fn pose(h: &Matrix3<f64>) -> Isometry3<f64> {
+    // The plane's origin is in front of the camera: the last entry is its distance.
+    let scale = 2.0 * h[(2, 2)].signum() / (h.column(0).norm() + h.column(1).norm());
+    let [x, y, origin] = [0, 1, 2].map(|k| h.column(k) * scale);
+    let rotation = Rotation3::from_matrix(&Matrix3::from_columns(&[x, y, x.cross(&y)]));
+    let rotation = UnitQuaternion::from_rotation_matrix(&rotation);
+    Isometry3::from_parts(Translation3::from(origin), rotation)
 }
 
 /// Returns the similarity that moves the points' centroid to 0 and their mean distance from it to

@@ -8,6 +8,8 @@
 //! - [`motors`]: the pixels of the three motors, with depth;
 //! - [`places`]: at least four known places of the ball.
 //!
+//! [`lens`] estimates intrinsics and distortion from views of the board.
+//!
 //! [`sheet`] draws the board for the printer at its true scale, [`overlay`] draws the result into
 //! the picture, [`camera_text`] puts the pose into a camera file's text, and [`render`] draws the
 //! board into synthetic frames.
@@ -57,6 +59,7 @@ mod depth;
 mod dictionary;
 mod homography;
 mod least_squares;
+pub mod lens;
 mod marker;
 pub mod motors;
 pub mod overlay;

@@ -1,6 +1,6 @@
 //! The picture of a calibration with its result drawn in: axes, outline, samples.
 
-use nalgebra::{Isometry3, Point3};
+use nalgebra::{Isometry3, Point2, Point3};
 use opencv::core::{Mat, Point, Scalar, Vec3b};
 use opencv::imgproc::{FONT_HERSHEY_SIMPLEX, LINE_AA, circle, line, put_text};
 use plumb_frame::camera::Intrinsics;
@@ -46,6 +46,36 @@ pub fn draw(
     Ok(drawn)
 }
 
+/// Draws the corners of a board into a picture: a circle where each is seen (green), a dot where it
+/// is expected (yellow), pixels.
+///
+/// # Errors
+/// If an image operation fails.
+pub fn draw_corners(
+    image: &ColourImage,
+    corners: impl Iterator<Item = (Point2<f64>, Option<Point2<f64>>)>,
+) -> Result<ColourImage, ProcessingError> {
+    let mut drawn = image.clone();
+    let [rows, columns] = [image.height() as i32, image.width() as i32];
+    let mut mat = Mat::new_rows_cols_with_bytes_mut::<Vec3b>(rows, columns, drawn.channels_mut())?;
+    for (seen, expected) in corners {
+        let at = fixed(seen.x, seen.y);
+        circle(&mut mat, at, 6 << SHIFT, scalar(GREEN), 1, LINE_AA, SHIFT)?;
+        if let Some(expected) = expected {
+            let at = fixed(expected.x, expected.y);
+            circle(&mut mat, at, 2 << SHIFT, scalar(YELLOW), -1, LINE_AA, SHIFT)?;
+        }
+    }
+    drop(mat);
+    Ok(drawn)
+}
+
+/// Returns a pixel with its fraction bits.
+fn fixed(u: f64, v: f64) -> Point {
+    let [u, v] = [u, v].map(|k| (k * f64::from(1 << SHIFT)).round().clamp(-1e7, 1e7) as i32);
+    Point::new(u, v)
+}
+
 /// A picture that is drawn on in the rig frame.
 struct Drawing<'a, M> {
     mat: M,
@@ -57,8 +87,7 @@ impl<M: opencv::core::ToInputOutputArray> Drawing<'_, M> {
     /// Returns the pixel of a point in camera axes, with its fraction bits.
     fn pixel(&self, p: &Point3<f64>) -> Option<Point> {
         let (u, v) = self.intrinsics.project(p).filter(|_| p.z > NEAREST_M)?;
-        let fixed = |k: f64| (k * f64::from(1 << SHIFT)).round().clamp(-1e7, 1e7) as i32;
-        Some(Point::new(fixed(u), fixed(v)))
+        Some(fixed(u, v))
     }
 
     fn segment(&mut self, from: &Point3<f64>, to: &Point3<f64>, colour: Bgr) -> opencv::Result<()> {

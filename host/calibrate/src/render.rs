@@ -1,8 +1,8 @@
 //! A renderer of the board, for tests, benchmarks and the simulated camera.
 
-use nalgebra::{Isometry3, Point3};
+use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use plumb_frame::camera::Intrinsics;
-use plumb_frame::image::{ColourImage, DepthImage};
+use plumb_frame::image::{ColourImage, DepthImage, ImageSize};
 
 use crate::board::Board;
 
@@ -67,4 +67,38 @@ fn sheet_point(
     let is_on_sheet =
         (-MARGIN_M..=w + MARGIN_M).contains(&p.x) && (-MARGIN_M..=h + MARGIN_M).contains(&p.y);
     (eye.z > 0.0 && z > 0.0 && is_on_sheet).then_some((p, z))
+}
+
+/// Returns a pose of the board, from board axes into camera axes, as a person would show it to a
+/// camera with `intrinsics` and pictures of `size` to calibrate its lens. The poses of the numbers
+/// from 0 on are spread over the picture, near and far, tilted to all sides.
+pub fn shown_pose(
+    intrinsics: &Intrinsics,
+    size: ImageSize,
+    board: &Board,
+    number: u32,
+) -> Isometry3<f64> {
+    let spread = |base: u32, low: f64, high: f64| low + (high - low) * halton(number + 1, base);
+    let [u, v] = [(2, size.width), (3, size.height)]
+        .map(|(base, pixels)| spread(base, 0.15, 0.85) * pixels as f64);
+    let [w, h] = board.size();
+    let depth = intrinsics.fx * w / (spread(5, 0.35, 0.7) * size.width as f64);
+    let tilt = [spread(7, -0.7, 0.7), spread(11, -0.7, 0.7), spread(13, -0.4, 0.4)];
+    // The board's y axis points up, that of the camera down.
+    let face_on = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI);
+    let rotation = UnitQuaternion::from_scaled_axis(Vector3::from(tilt)) * face_on;
+    let middle = intrinsics.deproject(u, v, depth).coords;
+    let origin = middle - rotation * Vector3::new(w / 2.0, h / 2.0, 0.0);
+    Isometry3::from_parts(Translation3::from(origin), rotation)
+}
+
+/// Returns element `index` of Halton's sequence: evenly spread numbers in 0 to 1.
+fn halton(mut index: u32, base: u32) -> f64 {
+    let (mut value, mut digit) = (0.0, 1.0 / f64::from(base));
+    while index > 0 {
+        value += digit * f64::from(index % base);
+        digit /= f64::from(base);
+        index /= base;
+    }
+    value
 }

@@ -2,6 +2,7 @@
 
 mod choice;
 mod clicks;
+mod lens;
 mod options;
 mod output;
 mod places;
@@ -32,17 +33,21 @@ use super::print::tell;
 use super::rig_args::RIG_VARIABLE;
 use super::{DetectorName, FAILED, Failure, bad_input, failed, print};
 use clicks::Clicks;
+use lens::LensOptions;
 use options::{BoardOptions, MotorOptions, PlaceOptions};
 use output::CameraFile;
 use report::{Report, Way};
 use view::{Stage, View};
 
-/// Find the camera's pose in the rig frame and write it into the camera file
+/// Find the camera's pose in the rig frame, or its lens, and write it into the camera file
 ///
-/// Three ways: --board (a printed board at a known place), --motors (their pixels, with depth),
-/// --ball (at least four known places of the ball). The page docs/use/calibrate.md says which one
-/// to take and what good numbers are. The picture with the result drawn in is kept beside the
-/// camera file. Nothing moves: no board is needed.
+/// The pose in three ways: --board (a printed board at a known place), --motors (their pixels, with
+/// depth), --ball (at least four known places of the ball). The page docs/use/calibrate.md says
+/// which one to take and what good numbers are. The picture with the result drawn in is kept
+/// beside the camera file. Nothing moves: no board is needed.
+///
+/// --lens finds the intrinsics and the distortion of the lens from pictures of the printed board
+/// at many places. Do that before the pose.
 ///
 /// Examples:
 ///   plumb calibrate --print-board board.pdf
@@ -50,10 +55,12 @@ use view::{Stage, View};
 ///   plumb calibrate rig.toml --motors --page --height 0.665
 ///   plumb calibrate rig.toml --motors --pixel 410,80 --pixel 120,90 --pixel 260,70 --height 0.665
 ///   plumb calibrate rig.toml --ball
+///   plumb calibrate rig.toml --lens
+///   plumb calibrate rig.toml --lens --pictures photos
 #[derive(Parser)]
 #[command(verbatim_doc_comment, allow_negative_numbers = true)]
 #[command(group(clap::ArgGroup::new("way").required(true)
-    .args(["board", "motors", "ball", "print_board"])))]
+    .args(["board", "motors", "ball", "lens", "print_board"])))]
 pub(crate) struct Args {
     /// The rig file (TOML, SI units)
     #[arg(env = RIG_VARIABLE, hide_env_values = true, required_unless_present = "print_board")]
@@ -73,6 +80,9 @@ pub(crate) struct Args {
     /// Use known places of the ball
     #[arg(long)]
     ball: bool,
+    /// Find the intrinsics and the distortion of the lens
+    #[arg(long)]
+    lens: bool,
     /// Number of pictures of each view
     #[arg(long, default_value_t = 15, value_parser = clap::value_parser!(u16).range(1..=1000))]
     frames: u16,
@@ -91,6 +101,8 @@ pub(crate) struct Args {
     motor_options: MotorOptions,
     #[command(flatten)]
     place_options: PlaceOptions,
+    #[command(flatten)]
+    lens_options: LensOptions,
 }
 
 pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
@@ -102,6 +114,10 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
     let text = read_text(&rig.camera.file, MAX_BYTES)?;
     let camera = camera_file::parse(&rig.camera.file, &text)?;
     let camera_file = CameraFile { path: &rig.camera.file, text: &text };
+    if args.lens {
+        let (rig, answers) = ((file.as_path(), &rig, camera), (args.yes, args.json));
+        return lens::calibrate(&args.lens_options, rig, &camera_file, answers);
+    }
     let clicks = Clicks::start(&args.motor_options, &camera_file)?;
     let mut view = View::open(file, &rig, camera.clone(), usize::from(args.frames))?;
     let Some(clicks) = clicks else {

@@ -10,6 +10,7 @@ use plumb_bench::control::{BenchError, ControlError};
 use plumb_bench::vision::VisionError;
 use plumb_calibrate::calibration::CalibrationError;
 use plumb_calibrate::corners::BoardError;
+use plumb_calibrate::lens::LensError;
 use plumb_cameras::record::RecordError;
 #[cfg(feature = "foxglove")]
 use plumb_foxglove::FoxgloveError;
@@ -190,6 +191,7 @@ fn is_failure(error: &(dyn Error + 'static)) -> bool {
         || matches!(error.downcast_ref(), Some(RecordError::Thread))
         || error.is::<BoardError>()
         || error.is::<CalibrationError>()
+        || error.is::<LensError>()
         || matches!(
             error.downcast_ref(),
             Some(PageError::Token(_) | PageError::Serve(_) | PageError::Rig(_))

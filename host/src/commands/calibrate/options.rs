@@ -14,9 +14,9 @@ use crate::commands::{Failure, bad_input, numbers};
 
 // The ways that exclude an option. With `requires` clap accepts the option: it waives a requirement
 // that conflicts with another argument.
-const NOT_BOARD: [&str; 3] = ["motors", "ball", "print_board"];
-const NOT_MOTORS: [&str; 3] = ["board", "ball", "print_board"];
-const NOT_BALL: [&str; 3] = ["board", "motors", "print_board"];
+const NOT_BOARD: [&str; 4] = ["motors", "ball", "lens", "print_board"];
+const NOT_MOTORS: [&str; 4] = ["board", "ball", "lens", "print_board"];
+const NOT_BALL: [&str; 4] = ["board", "motors", "lens", "print_board"];
 
 /// Parses numbers with commas between them.
 fn list<const N: usize>(text: &str) -> Result<[f64; N], String> {

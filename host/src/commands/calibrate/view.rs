@@ -7,7 +7,7 @@ use std::path::Path;
 
 use nalgebra::Point3;
 use plumb_calibrate::board::{Board, Placement};
-use plumb_calibrate::render::draw_board;
+use plumb_calibrate::render::{draw_board, shown_pose};
 use plumb_cameras::settings::SourceName;
 use plumb_cameras::source::CameraSource;
 use plumb_cameras::source::stream::StreamAddress;
@@ -38,6 +38,8 @@ pub(super) enum Stage {
     Board { board: Board, placement: Placement },
     /// The motors.
     Motors,
+    /// The board as it is shown for the calibration of the lens.
+    Lens { number: u32 },
     /// The ball with its centre at a place in the rig frame, metres.
     Ball(Point3<f64>),
 }
@@ -182,10 +184,18 @@ impl SimulatedView {
             scene.others = self.motors.map(motor).to_vec();
         }
         let frame = self.synthetic.render(time, &scene)?;
-        let Stage::Board { board, placement } = stage else { return Ok(frame) };
+        let (board, pose) = match stage {
+            Stage::Board { board, placement } => {
+                (*board, self.camera.pose.inverse() * placement.pose())
+            }
+            Stage::Lens { number } => {
+                let (lens, size) = (frame.intrinsics(), frame.colour().size());
+                (Board::SHEET, shown_pose(lens, size, &Board::SHEET, *number))
+            }
+            Stage::Motors | Stage::Ball(_) => return Ok(frame),
+        };
         let (mut colour, mut depth) = (frame.colour().clone(), frame.depth().clone());
-        let pose = self.camera.pose.inverse() * placement.pose();
-        draw_board((&mut colour, &mut depth), frame.intrinsics(), board, &pose);
+        draw_board((&mut colour, &mut depth), frame.intrinsics(), &board, &pose);
         Ok(RgbdFrame::new(time, colour, depth, *frame.intrinsics())?)
     }
 }
