@@ -1,0 +1,134 @@
+//! Table `[intrinsics]` of a camera file.
+
+use std::fmt;
+
+use plumb_frame::camera::{Distortion, DistortionCoefficients, DistortionError, Intrinsics};
+use serde::de::{Unexpected, Visitor};
+use serde::{Deserialize, Deserializer};
+
+use crate::toml_file::{Finite, Positive};
+
+/// Value of `intrinsics.depth_scale` of a camera without depth.
+pub(crate) const NO_DEPTH: &str = "none";
+
+/// Table `[intrinsics]` with a distortion that can be inverted.
+#[derive(Debug, Deserialize)]
+#[serde(try_from = "IntrinsicsTable")]
+pub(super) struct CheckedIntrinsics(Intrinsics);
+
+impl TryFrom<IntrinsicsTable> for CheckedIntrinsics {
+    type Error = DistortionError;
+
+    fn try_from(table: IntrinsicsTable) -> Result<Self, DistortionError> {
+        let intrinsics = table.intrinsics();
+        // The file has no size of the pictures. Each source checks its own.
+        let [width, height] =
+            [intrinsics.cx, intrinsics.cy].map(|middle| (2.0 * middle + 1.0).round() as usize);
+        intrinsics.check_distortion(width, height)?;
+        Ok(Self(intrinsics))
+    }
+}
+
+impl From<CheckedIntrinsics> for Intrinsics {
+    fn from(checked: CheckedIntrinsics) -> Self {
+        checked.0
+    }
+}
+
+/// Table `[intrinsics]`: pinhole camera with the distortion of its lens, of the colour image.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct IntrinsicsTable {
+    /// Focal length along the rows, pixels, above 0.
+    fx: Positive,
+    /// Focal length along the columns, pixels, above 0.
+    fy: Positive,
+    /// Column of the principal point, pixels from the centre of the leftmost pixel.
+    cx: Finite,
+    /// Row of the principal point, pixels from the centre of the topmost pixel.
+    cy: Finite,
+    /// Depth units in a metre, above 0, or "none" for a camera without depth. A live camera with
+    /// depth and an `.oni` file state their own.
+    depth_scale: DepthScale,
+    /// Radial distortion, of r². Default of this and the following: 0.
+    #[serde(default)]
+    k1: Finite,
+    /// Radial distortion, of r⁴.
+    #[serde(default)]
+    k2: Finite,
+    /// Tangential distortion.
+    #[serde(default)]
+    p1: Finite,
+    /// Tangential distortion.
+    #[serde(default)]
+    p2: Finite,
+    /// Radial distortion, of r⁶.
+    #[serde(default)]
+    k3: Finite,
+}
+
+impl IntrinsicsTable {
+    /// Returns the intrinsics, not checked.
+    fn intrinsics(&self) -> Intrinsics {
+        let coefficients = [&self.k1, &self.k2, &self.p1, &self.p2, &self.k3].map(|k| k.get());
+        Intrinsics {
+            fx: self.fx.get(),
+            fy: self.fy.get(),
+            cx: self.cx.get(),
+            cy: self.cy.get(),
+            depth_scale: self.depth_scale.units(),
+            distortion: Distortion::new(DistortionCoefficients::from_array(coefficients)),
+        }
+    }
+}
+
+/// Depth units in a metre.
+#[derive(Debug)]
+enum DepthScale {
+    /// The camera has no depth.
+    None,
+    /// Units in a metre.
+    Units(Positive),
+}
+
+impl DepthScale {
+    /// Returns the units in a metre; 0 without depth.
+    fn units(&self) -> f64 {
+        match self {
+            Self::None => 0.0,
+            Self::Units(units) => units.get(),
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for DepthScale {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(DepthScaleVisitor)
+    }
+}
+
+/// Reader of a [`DepthScale`]: a number or a name.
+struct DepthScaleVisitor;
+
+impl Visitor<'_> for DepthScaleVisitor {
+    type Value = DepthScale;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "a number above 0, or `{NO_DEPTH}` for a camera without depth")
+    }
+
+    fn visit_f64<E: serde::de::Error>(self, x: f64) -> Result<DepthScale, E> {
+        Positive::new(x).map(DepthScale::Units).map_err(E::custom)
+    }
+
+    fn visit_i64<E: serde::de::Error>(self, x: i64) -> Result<DepthScale, E> {
+        self.visit_f64(x as f64)
+    }
+
+    fn visit_str<E: serde::de::Error>(self, name: &str) -> Result<DepthScale, E> {
+        if name == NO_DEPTH {
+            return Ok(DepthScale::None);
+        }
+        Err(E::invalid_value(Unexpected::Str(name), &self))
+    }
+}

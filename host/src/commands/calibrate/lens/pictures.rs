@@ -1,0 +1,146 @@
+//! Pictures of the board for the calibration of a lens: of a folder, or taken by the camera.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use plumb_calibrate::board::Board;
+use plumb_calibrate::board_view::SeenCorner;
+use plumb_calibrate::corners::{BoardError, find_corners};
+use plumb_calibrate::lens::LensView;
+use plumb_cameras::bounded_read;
+use plumb_cameras::decode;
+use plumb_cameras::source::tum::MAX_BYTES;
+use plumb_vision::image::ColourImage;
+
+use super::super::view::{Stage, View};
+use crate::commands::print::tell;
+use crate::commands::{Failure, bad_input, failed};
+
+/// Least mean movement of the board's corners from every picture that is kept, in widths of the
+/// picture.
+const MIN_MOVEMENT: f64 = 0.06;
+/// Largest mean movement of the corners between two pictures of a board that is held still, in
+/// widths of the picture: 1.5 pixels of 640.
+const MAX_SHAKE: f64 = 0.0025;
+/// Pictures in a row that show nothing new, after which the collection ends: 40 s at 30 Hz.
+const MAX_IDLE: u32 = 1200;
+
+/// A picture with the board's corners.
+pub(super) struct Shown {
+    pub(super) picture: ColourImage,
+    pub(super) view: LensView,
+}
+
+/// Searches the board in a picture; `None` where it is not seen.
+fn shown(picture: ColourImage, name: String) -> Result<Option<Shown>, Failure> {
+    let corners = match find_corners(&picture, &Board::SHEET) {
+        Ok(corners) => corners,
+        Err(BoardError::NotSeen { .. }) => return Ok(None),
+        Err(error) => return Err(error.into()),
+    };
+    let places = Board::SHEET.corners();
+    let seen = |id: usize, image| SeenCorner { id, board: places[id], image, depth: None };
+    let corners = corners.iter().map(|corner| seen(corner.id, corner.image)).collect();
+    Ok(Some(Shown { picture, view: LensView { name, corners } }))
+}
+
+/// Reads the pictures of a folder in the order of their names.
+pub(super) fn from_folder(folder: &Path) -> Result<Vec<Shown>, Failure> {
+    let unreadable = |error| bad_input(format!("{}: {error}", folder.display()));
+    let mut paths: Vec<PathBuf> = fs::read_dir(folder)
+        .map_err(unreadable)?
+        .map(|entry| entry.map(|entry| entry.path()))
+        .collect::<Result<_, _>>()
+        .map_err(unreadable)?;
+    paths.retain(|path| {
+        let ending = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
+        ["png", "jpg", "jpeg"].contains(&ending.as_str())
+    });
+    paths.sort();
+    if paths.is_empty() {
+        return Err(bad_input(format!("{}: has no .png or .jpg picture", folder.display())));
+    }
+    let (mut all, mut size) = (Vec::new(), None);
+    for path in &paths {
+        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let bytes = bounded_read::read(path, MAX_BYTES)?;
+        let picture = decode::colour(&bytes)
+            .map_err(|error| bad_input(format!("{}: {error}", path.display())))?;
+        let first = *size.get_or_insert(picture.size());
+        if picture.size() != first {
+            let found = picture.size();
+            return Err(bad_input(format!(
+                "{}: {found}, but the first picture is {first}: all must be of one size",
+                path.display()
+            )));
+        }
+        match shown(picture, name.clone())? {
+            Some(shown) => all.push(shown),
+            None => tell!("{name}: the board is not seen; left out"),
+        }
+    }
+    tell!("the board is seen in {} of {} pictures", all.len(), paths.len());
+    Ok(all)
+}
+
+/// Takes `wanted` pictures of the board at different places, held still.
+pub(super) fn from_camera(mut view: View, wanted: u8) -> Result<Vec<Shown>, Failure> {
+    if view.needs_person() {
+        tell!(
+            "Show the board to the camera: near and far, in the middle, at the edges and in the \
+             corners of the picture, tilted to all sides. Hold it still at each place."
+        );
+    }
+    let (mut kept, mut last): (Vec<Shown>, Option<Shown>) = (Vec::new(), None);
+    let (mut idle, mut number) = (0, 0);
+    while kept.len() < usize::from(wanted) {
+        let Some(frame) = view.next_picture(&Stage::Lens { number: number / 2 })? else { break };
+        number += 1;
+        let name = format!("picture {}", kept.len() + 1);
+        let Some(seen) = shown(frame.colour().clone(), name)? else {
+            (idle, last) = (idle + 1, None);
+            check_idle(idle, kept.len())?;
+            continue;
+        };
+        let width = seen.picture.width() as f64;
+        let moved = |other: &Shown| movement(&seen.view, &other.view) / width;
+        let is_still = last.as_ref().is_some_and(|last| moved(last) <= MAX_SHAKE);
+        let is_new = kept.iter().all(|kept| moved(kept) >= MIN_MOVEMENT);
+        if is_still && is_new {
+            tell!("{} of {wanted}: taken", kept.len() + 1);
+            idle = 0;
+            kept.push(seen);
+            last = None;
+        } else {
+            (idle, last) = (idle + 1, Some(seen));
+            check_idle(idle, kept.len())?;
+        }
+    }
+    Ok(kept)
+}
+
+/// Returns an error where the pictures show nothing new for too long.
+fn check_idle(idle: u32, kept: usize) -> Result<(), Failure> {
+    if idle < MAX_IDLE {
+        return Ok(());
+    }
+    Err(failed(format!(
+        "{MAX_IDLE} pictures showed no new view of the board, held still ({kept} are taken): show \
+         it at other places, with all of it in the picture and in even light"
+    )))
+}
+
+/// Returns the mean distance between the corners that both views have, pixels; infinity if they
+/// have none in common.
+fn movement(a: &LensView, b: &LensView) -> f64 {
+    let other = |id: usize| b.corners.iter().find(|corner| corner.id == id);
+    let distances: Vec<f64> = a
+        .corners
+        .iter()
+        .filter_map(|corner| Some((corner.image - other(corner.id)?.image).norm()))
+        .collect();
+    if distances.is_empty() {
+        return f64::INFINITY;
+    }
+    distances.iter().sum::<f64>() / distances.len() as f64
+}
