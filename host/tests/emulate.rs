@@ -11,15 +11,10 @@ use std::thread;
 use std::time::Duration;
 
 use nix::fcntl::{FcntlArg, fcntl};
-use nix::sys::signal::{Signal, kill};
-use nix::unistd::Pid;
+use nix::sys::signal::Signal;
 use serde_json::Value;
 
-use common::{Emulator, folder, json, patient, plumb, rig_file, stderr};
-
-fn terminate(child: &Child) {
-    kill(Pid::from_raw(i32::try_from(child.id()).unwrap()), Signal::SIGTERM).unwrap();
-}
+use common::{Emulator, folder, json, patient, plumb, rig_file, send, stderr};
 
 #[test]
 fn four_gotos_in_a_row_end_at_the_fourth_target() {
@@ -45,7 +40,7 @@ fn four_gotos_in_a_row_end_at_the_fourth_target() {
     for (seen, target) in coordinates.zip([0.42, 0.36, 0.20]) {
         assert!((seen - target).abs() < 0.02, "the first picture: {:?}", &row[6..9]);
     }
-    terminate(&emulator.child);
+    send(&emulator.child, Signal::SIGTERM);
     let mut rest = String::new();
     emulator.child.stdout.as_mut().unwrap().read_to_string(&mut rest).unwrap();
     let end: Value = serde_json::from_str(rest.trim()).unwrap();
@@ -82,7 +77,7 @@ fn motor_positions_come_every_five_milliseconds() {
     let jog = plumb(&["jog", &rig, "B", "-7.5", "--port", &port], folder.path());
     assert_eq!(jog.status.code(), Some(0), "{}", stderr(&jog));
     thread::sleep(Duration::from_millis(200));
-    terminate(&child);
+    send(&child, Signal::SIGTERM);
     assert_eq!(child.wait_with_output().unwrap().status.code(), Some(0));
     let text = reader.join().unwrap();
     for (number, line) in text.lines().enumerate() {
@@ -104,7 +99,7 @@ fn a_slow_reader_of_motor_positions_never_stalls_the_board() {
     thread::sleep(Duration::from_secs(4));
     let jog = plumb(&["jog", &rig, "A", "20", "--port", &port], folder.path());
     assert_eq!(jog.status.code(), Some(0), "{}", stderr(&jog));
-    terminate(&child);
+    send(&child, Signal::SIGTERM);
     let output = child.wait_with_output().unwrap();
     drop(lines);
     assert!(stderr(&output).contains("lines of motor positions dropped"), "{}", stderr(&output));
@@ -185,7 +180,7 @@ fn waypoints_are_repeated_until_an_interrupt() {
     while !is_repeated() && run.try_wait().unwrap().is_none() {
         thread::sleep(Duration::from_millis(50));
     }
-    terminate(&run);
+    send(&run, Signal::SIGTERM);
     let line = json(&run.wait_with_output().unwrap());
     assert_eq!(line["ending"], "interrupted", "{line}");
     assert!(line["legs"].as_array().unwrap().len() >= 3, "{line}");
@@ -199,7 +194,7 @@ fn a_hold_keeps_the_ball_where_it_is_until_an_interrupt() {
     let mut hold =
         start(&["hold", &rig, "--port", &emulator.port, "--json", "--out", "run"], folder.path());
     common::until_rows(&mut hold, &folder.path().join("run"), 60);
-    terminate(&hold);
+    send(&hold, Signal::SIGTERM);
     let output = hold.wait_with_output().unwrap();
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
     let line = json(&output);
@@ -223,7 +218,7 @@ fn a_rig_file_of_the_environment_and_a_seed_without_losses_do_not_reach_an_emula
         .unwrap();
     let (mut lines, mut port) = (BufReader::new(child.stdout.take().unwrap()), String::new());
     lines.read_line(&mut port).unwrap();
-    terminate(&child);
+    send(&child, Signal::SIGTERM);
     let mut end = String::new();
     lines.read_to_string(&mut end).unwrap();
     assert_eq!(child.wait().unwrap().code(), Some(0));

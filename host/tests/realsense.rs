@@ -3,52 +3,30 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops at the first surprise")]
 
+mod common;
+
 use std::fs;
-use std::io::{BufRead, BufReader};
 use std::path::Path;
-use std::process::{Child, Command, Output, Stdio};
+use std::process::{Command, Output};
 
 use plumb_realsense::{Camera, Settings, Target};
 use plumb_realsense_device::{Control, SoftwareCamera, Stamp, UNIT, installed, library};
 use tempfile::TempDir;
 
+use common::{Emulator, folder, rigs, stderr};
+
 /// Pairs that are recorded.
 const PAIRS: usize = 30;
-
-/// `plumb emulate` in the background. Dropping it ends the process.
-struct Emulator {
-    child: Child,
-    port: String,
-}
-
-impl Emulator {
-    fn start() -> Self {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_plumb"));
-        let command = command.arg("emulate").stdout(Stdio::piped()).stderr(Stdio::null());
-        let mut child = command.spawn().unwrap();
-        let mut port = String::new();
-        BufReader::new(child.stdout.as_mut().unwrap()).read_line(&mut port).unwrap();
-        Self { child, port: port.trim().to_owned() }
-    }
-}
-
-impl Drop for Emulator {
-    fn drop(&mut self) {
-        let _ = self.child.kill();
-        let _ = self.child.wait();
-    }
-}
 
 /// Writes the paper's rig file for a board on `port`, without its simulated rig and with the lines
 /// `camera` in its table `[camera]`.
 fn rig(folder: &TempDir, port: &str, camera: &str) {
-    let rigs = Path::new(env!("CARGO_MANIFEST_DIR")).join("rigs");
-    let text = fs::read_to_string(rigs.join("paper.toml")).unwrap();
+    let text = fs::read_to_string(rigs().join("paper.toml")).unwrap();
     let text = text[..text.find("\n[simulation]").unwrap()]
         .replace("/dev/ttyACM0", port)
         .replace("file = \"camera.toml\"", &format!("file = \"camera.toml\"\n{camera}"));
     fs::write(folder.path().join("rig.toml"), text).unwrap();
-    fs::copy(rigs.join("camera.toml"), folder.path().join("camera.toml")).unwrap();
+    fs::copy(rigs().join("camera.toml"), folder.path().join("camera.toml")).unwrap();
 }
 
 /// Runs the program in `folder` with the library at `library`.
@@ -61,13 +39,9 @@ fn plumb(folder: &TempDir, library: &Path, arguments: &[&str]) -> Output {
         .unwrap()
 }
 
-fn stderr(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
-}
-
 #[test]
 fn an_absent_library_is_reported_with_the_way_to_get_it() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = folder();
     let emulator = Emulator::start();
     rig(&folder, &emulator.port, "source = \"realsense\"");
     fs::write(folder.path().join("a.bag"), "").unwrap();
@@ -89,7 +63,7 @@ fn the_library_is_listed_and_an_absent_camera_refused() {
     if library().unwrap().is_none() {
         return;
     }
-    let (folder, path) = (tempfile::tempdir().unwrap(), installed().unwrap());
+    let (folder, path) = (folder(), installed().unwrap());
     let output = plumb(&folder, &path, &["cameras", "--json"]);
     let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     let version = json["realsense"]["loaded"]["version"].as_str().unwrap_or_default();
@@ -113,7 +87,7 @@ fn the_library_is_listed_and_an_absent_camera_refused() {
 #[test]
 fn a_recording_is_replayed_with_its_own_intrinsics() {
     let Some(library) = library().unwrap() else { return };
-    let folder = tempfile::tempdir().unwrap();
+    let folder = folder();
     let path = folder.path().join("recording.db3");
     let device = SoftwareCamera::plug_in(&library, "recorded", UNIT, [0.0; 5]).unwrap();
     let settings = Settings { record: Some(path), ..Settings::default() };

@@ -8,11 +8,27 @@ use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 
+use nix::sys::signal::{Signal, kill};
+use nix::unistd::Pid;
 use serde_json::Value;
 use tempfile::TempDir;
 
 pub(crate) fn plumb(arguments: &[&str], folder: &Path) -> Output {
     Command::new(env!("CARGO_BIN_EXE_plumb")).args(arguments).current_dir(folder).output().unwrap()
+}
+
+/// The program, with every signal's usual effect: one that these tests are started with may be
+/// ignored, as SIGHUP is behind `nohup`, and a program inherits that.
+pub(crate) fn program(arguments: &[&str], folder: &Path) -> Command {
+    let mut command = Command::new("env");
+    command.args(["--default-signal", env!("CARGO_BIN_EXE_plumb")]);
+    command.args(arguments).current_dir(folder).stdin(Stdio::null());
+    command
+}
+
+/// Sends `signal` to `child`.
+pub(crate) fn send(child: &Child, signal: Signal) {
+    kill(Pid::from_raw(i32::try_from(child.id()).unwrap()), signal).unwrap();
 }
 
 pub(crate) fn stderr(output: &Output) -> String {
@@ -48,6 +64,13 @@ pub(crate) fn patient(text: String) -> String {
     let text = text.replace("host = 0.3", "host = 5.0").replace("position = 0.5", "position = 5.0");
     text.replace("max_age = 0.25", "max_age = 4.9")
 }
+
+/// Lines of a rig file whose simulated camera stands 50 m beside the rig and never sees the ball.
+pub(crate) const CAMERA_AWAY: &str = "
+[simulation.camera]
+translation = [1.737, 50.0, 0.225]
+quaternion = [-0.5, -0.5, 0.5, 0.5]
+";
 
 /// `plumb emulate` in the background; killed when dropped.
 pub(crate) struct Emulator {
