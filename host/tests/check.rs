@@ -60,7 +60,7 @@ fn targets_beside_the_motors_and_below_the_floor_are_refused() {
     for [x, y, z] in [["0.4", "-0.1", "0.3"], ["0.4", "0.3", "-0.05"]] {
         let goto = ["goto", &rig, x, y, z, "--port", &emulator.port];
         let output = plumb(&goto, folder.path());
-        assert_eq!(output.status.code(), Some(2));
+        assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
         assert!(stderr(&output).contains("outside the workspace"), "{}", stderr(&output));
     }
 }

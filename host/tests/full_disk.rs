@@ -10,6 +10,9 @@ use std::process::{Command, Output};
 
 use common::{folder, json, stderr};
 
+/// What the system says of a write beyond the limit of [`demo`].
+const CAUSE: &str = "File too large";
+
 /// `plumb demo` where no file may grow beyond `blocks` of 512 bytes: a write that would is an
 /// error, as on a full disk.
 fn demo(folder: &Path, blocks: u32) -> Output {
@@ -44,6 +47,7 @@ fn a_figure_without_room_hides_no_result() {
         text.contains("the run folder is not complete") && text.contains("figure4.svg"),
         "{text}"
     );
+    assert!(text.contains(CAUSE), "{text}");
     // What was begun and has no room is gone, and the rest is there.
     let files = files(folder.path());
     assert!(
@@ -60,11 +64,25 @@ fn rows_without_room_end_the_run_with_the_cause() {
     assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
     let line = json(&output);
     assert!(line["reached"] == false && line["at_rest"] == true, "{line}");
-    assert!(line["ending"].as_str().unwrap().contains("run.csv"), "{line}");
+    let ending = line["ending"].as_str().unwrap();
+    assert!(ending.contains("run.csv") && ending.contains(CAUSE), "{line}");
+    assert!(stderr(&output).contains(ending), "{}", stderr(&output));
     let kept: serde_json::Value =
         serde_json::from_str(&fs::read_to_string(folder.path().join("run/summary.json")).unwrap())
             .unwrap();
     assert_eq!(kept["ending"], line["ending"]);
+}
+
+#[test]
+fn a_summary_without_room_does_not_hide_the_cause() {
+    let folder = folder();
+    // 512 bytes: enough for the first rows, too little for the summary.
+    let output = demo(folder.path(), 1);
+    assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
+    let ending = json(&output)["ending"].as_str().unwrap().to_owned();
+    assert!(ending.contains("run.csv") && ending.contains(CAUSE), "{ending}");
+    assert!(stderr(&output).contains(&ending), "{}", stderr(&output));
+    assert!(!files(folder.path()).contains(&"summary.json".to_owned()));
 }
 
 #[test]

@@ -8,19 +8,12 @@ use std::fs;
 
 use serde_json::Value;
 
-use common::{Emulator, folder, json, plumb, rig_file, stderr};
-
-/// The simulated camera stands 50 m beside the rig.
-const CAMERA: &str = "
-[simulation.camera]
-translation = [1.737, 50.0, 0.225]
-quaternion = [-0.5, -0.5, 0.5, 0.5]
-";
+use common::{CAMERA_AWAY, Emulator, folder, json, plumb, rig_file, stderr};
 
 #[test]
 fn a_run_without_a_ball_says_so_and_claims_no_error() {
     let folder = folder();
-    let rig = rig_file(folder.path(), |text| text + CAMERA);
+    let rig = rig_file(folder.path(), |text| text + CAMERA_AWAY);
     let emulator = Emulator::start();
     let run = ["run", &rig, "--port", &emulator.port, "--json", "--out", "run"];
     let output = plumb(&run, folder.path());

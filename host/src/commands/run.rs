@@ -21,6 +21,7 @@ use super::hold::find_ball;
 use super::interrupt::interrupt_flag;
 use super::options::RunOptions;
 use super::outputs::Outputs;
+use super::print::tell;
 use super::rig_args::{PortArgs, RigArg, split_rig};
 use super::run_camera::{RunCamera, record_folder};
 use super::steering::Steering;
@@ -146,7 +147,7 @@ pub(super) fn drive(
     let steering = Steering::start(&options.run, &rig, &camera)?;
     let mut run = Run::connect(&rig, transport)?;
     if let Some(fault) = run.cleared_fault() {
-        print::message(format_args!("an earlier run left the board in a fault, cleared: {fault}"));
+        tell!("an earlier run left the board in a fault, cleared: {fault}");
     }
     if let Goal::Waypoints(waypoints, is_repeated) = goal {
         run.set_waypoints(waypoints, *is_repeated)?;
