@@ -11,13 +11,12 @@ use std::time::Duration;
 use nalgebra::Point3;
 use plumb_cameras::camera_file;
 use plumb_cameras::record::Overflow;
-use plumb_emulator::plant::Task;
 use plumb_foxglove::{FoxgloveError, FoxgloveOutput, FoxgloveSettings};
 use plumb_protocol::message::Telemetry;
 use plumb_runtime::observer::{FrameRecord, Observer};
 use plumb_runtime::queued::{QueueSettings, Queued};
 use plumb_runtime::rig::{LawSettings, Rig};
-use plumb_runtime::run::{Run, RunParts, Summary};
+use plumb_runtime::run::Summary;
 use plumb_sim::simulated::VirtualBoard;
 use plumb_vision::detect::DetectorKind;
 use serde_json::{Value, json};
@@ -43,17 +42,8 @@ fn server() -> (FoxgloveOutput, SocketAddr) {
 /// Drives the paper's rig to its target in virtual time.
 fn drive(observers: Vec<&mut dyn Observer>) -> Summary {
     let (board, camera) = (VirtualBoard::paper().unwrap(), camera_file::paper().unwrap());
-    let mut source = board.camera(&camera, *Task::paper().geometry.motors(), 1).unwrap();
     let mut detector = DetectorKind::Ball.build(&camera);
-    // Their common lifetime is that of the parts.
-    let mut observers: Vec<&mut dyn Observer> =
-        observers.into_iter().map(|observer| observer as &mut dyn Observer).collect();
-    let parts = RunParts {
-        observers: &mut observers,
-        timeout: 60.0,
-        ..RunParts::new(&mut source, &mut *detector)
-    };
-    Run::connect(&rig(), board.transport()).unwrap().drive(parts).unwrap()
+    board.drive(&rig(), &camera, &mut *detector, observers, None).unwrap()
 }
 
 /// A viewer.

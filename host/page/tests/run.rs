@@ -13,14 +13,13 @@ use std::thread::{self, JoinHandle};
 use common::{Client, connect, page};
 use nalgebra::Point3;
 use plumb_cameras::camera_file;
-use plumb_emulator::plant::Task;
 use plumb_page::Limits;
 use plumb_protocol::message::{State, Telemetry};
 use plumb_protocol::units::Steps16;
 use plumb_runtime::observer::{FrameRecord, Observer, RunEvent};
 use plumb_runtime::operator::{CommandOutcome, OperatorCommand, OperatorReceiver, operator};
 use plumb_runtime::rig::{LawSettings, Rig};
-use plumb_runtime::run::{Run, RunParts, Summary};
+use plumb_runtime::run::Summary;
 use plumb_sim::simulated::VirtualBoard;
 use plumb_vision::detect::DetectorKind;
 use serde_json::Value;
@@ -33,18 +32,8 @@ fn rig() -> Rig {
 /// Drives the paper's rig to its target in virtual time.
 fn drive(observers: Vec<&mut dyn Observer>, operator: Option<OperatorReceiver>) -> Summary {
     let (board, camera) = (VirtualBoard::paper().unwrap(), camera_file::paper().unwrap());
-    let mut source = board.camera(&camera, *Task::paper().geometry.motors(), 1).unwrap();
     let mut detector = DetectorKind::Ball.build(&camera);
-    // Their common lifetime is that of the parts.
-    let mut observers: Vec<&mut dyn Observer> =
-        observers.into_iter().map(|observer| observer as &mut dyn Observer).collect();
-    let parts = RunParts {
-        observers: &mut observers,
-        operator,
-        timeout: 60.0,
-        ..RunParts::new(&mut source, &mut *detector)
-    };
-    Run::connect(&rig(), board.transport()).unwrap().drive(parts).unwrap()
+    board.drive(&rig(), &camera, &mut *detector, observers, operator).unwrap()
 }
 
 /// What must not change: every position and every telemetry.

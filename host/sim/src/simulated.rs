@@ -7,7 +7,7 @@ mod wired;
 
 pub use clock::{RealTimeBall, RealTimeRig, ServedRig, SimClock, VirtualRig};
 pub use hil::{Follower, HilPlant, HilRig};
-pub use virtual_board::VirtualBoard;
+pub use virtual_board::{DriveError, VirtualBoard};
 pub use wired::wired;
 
 use std::collections::VecDeque;

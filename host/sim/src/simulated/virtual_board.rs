@@ -7,10 +7,31 @@ use nalgebra::Point3;
 use plumb_emulator::plant::{Plant, QuasiStatic, RigError, Task};
 use plumb_emulator::{EMULATED, EmulatedBoard, Wire};
 use plumb_frame::camera::Camera;
+use plumb_frame::detect::BallDetector;
+use plumb_runtime::observer::Observer;
+use plumb_runtime::operator::OperatorReceiver;
+use plumb_runtime::rig::Rig;
+use plumb_runtime::run::{Run, RunError, RunParts, Summary};
+use thiserror::Error;
 
 use super::{SimulatedCamera, Timing, VirtualRig};
 use crate::memory::Memory;
 use crate::synthetic::{Background, RenderOptions, Room, SyntheticCamera, SyntheticError};
+
+/// Reason that [`VirtualBoard::drive`] returns no summary.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum DriveError {
+    /// The rig file has no simulated rig, whose motors the camera shows.
+    #[error("the rig file has no table [simulation]")]
+    NotSimulated,
+    /// The camera cannot be rendered.
+    #[error(transparent)]
+    Camera(#[from] SyntheticError),
+    /// The run did not begin, or broke.
+    #[error(transparent)]
+    Run(#[from] RunError),
+}
 
 /// An emulated board in this process that moves a simulated rig, in virtual time. It makes the
 /// transport and the camera of a run; they share the board.
@@ -84,5 +105,31 @@ impl VirtualBoard {
         let (room, options) = (Background::Room(Room::furnished()), RenderOptions::default());
         let synthetic = SyntheticCamera::new(camera.clone(), room, options, seed)?;
         Ok(SimulatedCamera::new(self.rig(), synthetic, motors, Timing::default()))
+    }
+
+    /// Drives the ball to the targets of `rig` with pictures of `camera` and `detector`. The seed
+    /// of the camera's noise is 1.
+    ///
+    /// # Errors
+    /// [`DriveError`].
+    pub fn drive(
+        &self,
+        rig: &Rig,
+        camera: &Camera,
+        detector: &mut dyn BallDetector,
+        observers: Vec<&mut dyn Observer>,
+        operator: Option<OperatorReceiver>,
+    ) -> Result<Summary, DriveError> {
+        let simulation = rig.simulation.as_ref().ok_or(DriveError::NotSimulated)?;
+        let mut source = self.camera(camera, simulation.motors(), 1)?;
+        // Their common lifetime is that of the parts.
+        let mut observers: Vec<&mut dyn Observer> =
+            observers.into_iter().map(|observer| observer as &mut dyn Observer).collect();
+        let parts = RunParts {
+            observers: &mut observers,
+            operator,
+            ..RunParts::new(&mut source, detector)
+        };
+        Ok(Run::connect(rig, self.transport())?.drive(parts)?)
     }
 }
