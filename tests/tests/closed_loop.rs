@@ -3,27 +3,21 @@
 
 #![allow(clippy::expect_used, clippy::panic, reason = "a test stops at the first surprise")]
 
-use std::sync::atomic::AtomicBool;
-
 use nalgebra::{Matrix3, Point3, Vector3};
 
-use plumb_cameras::camera_file;
 use plumb_emulator::Wire;
 use plumb_emulator::plant::{
-    Elastic, ElasticParameters, Geometry, Observer, Plant, Population, QuasiStatic, RigError, Task,
+    Elastic, ElasticParameters, Observer, Plant, Population, QuasiStatic, RigError, Task,
 };
 use plumb_protocol::config::SIGNS;
 use plumb_protocol::message::{Fault, State};
 use plumb_protocol::units::Point;
 use plumb_runtime::link::LinkError;
 use plumb_runtime::rig::{LawName, Rig};
-use plumb_runtime::run::{Run, RunParts, Summary};
-use plumb_runtime::run_log::{FigureSettings, OutputDir, RunLog};
-use plumb_sim::simulated::{SimulationError, VirtualBoard};
+use plumb_sim::simulated::SimulationError;
 use plumb_tests::bench::{Bench, RATE_HZ, bench};
 use plumb_tests::links::{link, usable_links};
 use plumb_tests::plants::{Linear, Miswired};
-use plumb_vision::detect::DetectorKind;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -242,42 +236,6 @@ fn the_elastic_rig_is_reached() {
             bench.state()
         );
     }
-}
-
-/// Runs with rendered images, detection and an output folder, in virtual time.
-fn run(seed: u64, folder: std::path::PathBuf) -> Summary {
-    let rig = rig(200.0);
-    let camera = camera_file::paper().expect("the paper's camera");
-    let board =
-        VirtualBoard::new(Box::new(paper_plant())).with_wire((link("115200 baud").wire)(seed));
-    let motors = *Geometry::paper().motors();
-    let mut source = board.camera(&camera, motors, seed).expect("a camera");
-    let run = Run::connect(&rig, board.transport()).expect("a configured board");
-    let log = RunLog::create(&OutputDir::Path(folder), FigureSettings::of(&rig));
-    run.drive(RunParts {
-        source: &mut source,
-        detector: &mut *DetectorKind::Ball.build(&camera),
-        observers: &mut [&mut log.expect("a folder")],
-        operator: None,
-        timeout: 60.0,
-        interrupted: &AtomicBool::new(false),
-    })
-    .expect("an unbroken run")
-}
-
-#[test]
-fn the_same_seed_gives_the_same_run_to_the_bit() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let [one, two, other] = [(1, "one"), (1, "two"), (2, "other")].map(|(seed, name)| {
-        let summary = run(seed, folder.path().join(name));
-        let read = |file: &str| {
-            std::fs::read(folder.path().join(name).join(file)).expect("a file of the run")
-        };
-        (summary, read("run.csv"), read("figure4.svg"), read("figure5.svg"))
-    });
-    assert!(one.0.reached && one.0.error_mm.is_some_and(|e| e < 10.0), "{:?}", one.0);
-    assert_eq!(one, two);
-    assert_ne!(one.1, other.1);
 }
 
 /// The target (0.4, -0.1, 0.3) m is outside the triangle of the paper's motors. Without the guard

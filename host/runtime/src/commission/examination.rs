@@ -1,23 +1,21 @@
 //! Course of an examination: jogs and pictures.
 
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Duration;
+use std::sync::atomic::AtomicBool;
 
 use nalgebra::Point3;
 use plumb_cameras::source::CameraSource;
 use plumb_frame::detect::BallDetector;
-use plumb_frame::observation::BallObservation;
-use plumb_protocol::message::{Jog, Refusal, State, Telemetry};
+use plumb_protocol::message::{Jog, Refusal, State};
 use plumb_protocol::units::{Rate, Steps16};
 
 use super::error::ExaminationError;
 use super::fault::Output;
 use super::look::Place;
+use super::pictures::Pictures;
 use super::report::Report;
 use super::response::{Probe, Response};
 use crate::link::{Link, LinkError, Transport};
-use crate::observer::{FrameRecord, Observer};
+use crate::observer::Observer;
 use crate::rig::Rig;
 
 /// Displacement of the ball that is enough, metres: some ten times the noise of a single picture.
@@ -31,9 +29,6 @@ const MAX_STEPS: f64 = 200.0;
 
 /// Cable of the farthest jog from the start, metres.
 const MAX_CABLE_M: f64 = 0.06;
-
-/// Time from the end of a jog to the first picture that counts, seconds.
-const SETTLE_S: f64 = 0.4;
 
 /// Number of pictures that measure a place.
 const PICTURES: u32 = 20;
@@ -49,10 +44,6 @@ const SWING_SCATTER: f64 = 1.5;
 
 /// Largest scatter of the positions of a ball at rest, metres.
 const MAX_SCATTER_M: f64 = 0.012;
-
-/// Longest wait for a picture before the board is asked for its state, so that the board does not
-/// stop for a silent host.
-const MAX_WAIT: Duration = Duration::from_millis(50);
 
 /// Parts of an examination that its caller chooses.
 pub struct ExaminationParts<'a> {
@@ -70,22 +61,18 @@ pub struct ExaminationParts<'a> {
 
 /// Examination of a rig: the board is connected and configured, and its motors stand still.
 pub struct Examination<'a, 'p, T> {
-    parts: &'a mut ExaminationParts<'p>,
-    link: Link<T>,
+    pub(super) parts: &'a mut ExaminationParts<'p>,
+    pub(super) link: Link<T>,
     rate: Rate,
     max_steps: f64,
-    frames: u64,
-    start: Point3<f64>,
+    /// Number of pictures so far.
+    pub(super) frames: u64,
+    /// Place of the ball before the first jog, metres.
+    pub(super) start: Point3<f64>,
     /// Scatter of the ball's positions before the first jog, metres.
     start_scatter: f64,
-    begin: f64,
-}
-
-/// Pictures of the ball at rest.
-struct Pictures {
-    positions: Vec<Point3<f64>>,
-    frames: u32,
-    seen: u32,
+    /// Begin of the examination, seconds on the source's clock.
+    pub(super) begin: f64,
 }
 
 impl<'a, 'p, T: Transport> Examination<'a, 'p, T> {
@@ -228,79 +215,6 @@ impl<'a, 'p, T: Transport> Examination<'a, 'p, T> {
             }
         }
         Err(ExaminationError::BallLost { output, steps })
-    }
-
-    /// Takes pictures of the ball at rest: those from [`SETTLE_S`] after now.
-    fn look(&mut self, pictures: u32) -> Result<Pictures, ExaminationError> {
-        let begin = self.parts.source.now() + SETTLE_S;
-        let mut taken = Pictures { positions: Vec::new(), frames: 0, seen: 0 };
-        while taken.frames < pictures {
-            self.tend(|(time, ball)| {
-                if time < begin {
-                    return;
-                }
-                taken.frames += 1;
-                taken.seen += u32::from(ball.is_some());
-                taken.positions.extend(ball.and_then(|ball| ball.position).map(|it| it.mean));
-            })?;
-        }
-        Ok(taken)
-    }
-
-    /// Waits for the next picture and gives its time and its ball to `see`. Asks the board for its
-    /// state meanwhile, so that the board hears from the host.
-    fn tend(
-        &mut self,
-        mut see: impl FnMut((f64, Option<BallObservation>)),
-    ) -> Result<Telemetry, ExaminationError> {
-        if self.parts.interrupted.load(Ordering::Relaxed) {
-            self.link.stop()?;
-            return Err(ExaminationError::Interrupted);
-        }
-        let has_picture = self.parts.source.wait(MAX_WAIT);
-        let picture = if has_picture { self.picture()? } else { None };
-        self.link.poll()?;
-        let telemetry = self.link.status()?;
-        if let State::Fault(fault) = telemetry.state {
-            return Err(ExaminationError::Stopped(fault));
-        }
-        if let Some(record) = picture {
-            see((record.time + self.begin, record.observation));
-            self.publish(FrameRecord { telemetry: Some(telemetry), ..record })?;
-        }
-        Ok(telemetry)
-    }
-
-    /// Takes the next picture and looks for the ball in it; `None` where it is lost.
-    fn picture(&mut self) -> Result<Option<FrameRecord>, ExaminationError> {
-        let frame = match self.parts.source.next_frame() {
-            Ok(Some(frame)) => frame,
-            Ok(None) => return Err(ExaminationError::EndOfFrames),
-            Err(error) if error.is_over() => return Err(error.into()),
-            Err(_lost) => return Ok(None),
-        };
-        let observation = self.parts.detector.detect(&frame)?;
-        self.frames += 1;
-        Ok(Some(FrameRecord {
-            number: self.frames - 1,
-            time: frame.time() - self.begin,
-            ground_truth: frame.ground_truth(),
-            frame: Some(Arc::new(frame)),
-            observation,
-            target: self.start,
-            telemetry: None,
-            state: None,
-        }))
-    }
-
-    fn publish(&mut self, record: FrameRecord) -> Result<(), ExaminationError> {
-        for observer in self.parts.observers.iter_mut() {
-            observer.frame(&record);
-            if let Some(error) = observer.failure() {
-                return Err(ExaminationError::Observer(error));
-            }
-        }
-        Ok(())
     }
 }
 

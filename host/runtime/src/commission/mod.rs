@@ -16,6 +16,7 @@ mod explanation;
 mod fault;
 mod fit;
 mod look;
+mod pictures;
 mod report;
 mod response;
 mod sectors;
