@@ -59,8 +59,8 @@ impl CameraSource for Stalling {
     }
 }
 
-/// Runs with a camera of `rate` frames/s that stalls in `stall` (µs), over a link that is silent in
-/// `silence` (µs). Returns the result and the time of its end, µs on the board's clock.
+/// Runs with a camera of `rate` frames/s that stalls in `stall` (µs), over a link that is silent
+/// in `silence` (µs). Returns the result and the time of its end, µs on the board's clock.
 fn run(
     rate: f64,
     stall: std::ops::Range<u64>,

@@ -193,7 +193,7 @@ pub(crate) struct BoardView {
     pub(crate) fault: Option<FaultView>,
     /// Motor rates A, B, C, full steps/s, + pays out.
     pub(crate) rates: [f64; 3],
-    /// Motor positions, full steps since the board's start.
+    /// Motor positions, full steps from the zero of travel, + pays out.
     pub(crate) motors: [f64; 3],
     /// |e| of the filtered position, metres; `None` without a target.
     pub(crate) filtered_error: Option<f64>,

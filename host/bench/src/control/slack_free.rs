@@ -106,8 +106,8 @@ fn fastest(task: &Task, path: &Path, limits: &Limits) -> Vec<f64> {
 }
 
 /// Returns the least and greatest acceleration of progress (1/s²) with which each cable keeps its
-/// least tension. `slope` and `drift` are the ball's acceleration (m/s²) for a unit of that and for
-/// none; `limit` is the motors'.
+/// least tension. `slope` and `drift` are the ball's acceleration (m/s²) for a unit of that and
+/// for none; `limit` is the motors'.
 fn accelerations(
     task: &Task,
     ball: Point3<f64>,
@@ -118,7 +118,8 @@ fn accelerations(
     let Some(j) = task.geometry.jacobian(&ball) else { return (0.0, 0.0) };
     let (mut least, mut most) = (-limit, limit);
     for k in 0..3 {
-        // T/m = -J'(g ẑ + a) >= MIN_TENSION · (-J' g ẑ)  <=>  J_k·a <= (1 - MIN_TENSION) g |J_zk|
+        // T/m = -J'(g ẑ + a) >= MIN_TENSION · (-J' g ẑ)
+        // <=>  J_k·a <= (1 - MIN_TENSION) g |J_zk|
         let column = j.column(k);
         let room = (1.0 - MIN_TENSION) * GRAVITY_M_S2 * column[2].abs() - column.dot(&drift);
         let slope = column.dot(&slope);

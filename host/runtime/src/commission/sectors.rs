@@ -27,8 +27,8 @@ impl Sector {
         Self { middle: (low + high) / 2.0, half_width: (high - low) / 2.0 }
     }
 
-    /// Returns the angle from the nearest direction of the sector to `direction`, radians, -π to π;
-    /// 0 inside the sector.
+    /// Returns the angle from the nearest direction of the sector to `direction`, radians, -π to
+    /// π; 0 inside the sector.
     pub fn excess(&self, direction: f64) -> f64 {
         let turn = direction - self.middle;
         let turn = turn.sin().atan2(turn.cos());

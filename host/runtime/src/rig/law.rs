@@ -170,8 +170,8 @@ impl LawSettings {
         Ok(true)
     }
 
-    /// Sets the bounds α and β of the law `interval`, metres of ball a metre of cable; others have
-    /// none.
+    /// Sets the bounds α and β of the law `interval`, metres of ball a metre of cable; without
+    /// effect on other laws.
     ///
     /// # Errors
     /// Where one is not above 0.
@@ -186,7 +186,8 @@ impl LawSettings {
     pub fn title(&self) -> String {
         match self {
             Self::Interval { gamma, alpha, beta, .. } => {
-                format!("interval, γ = {} /s, α = {}, β = {}", gamma.get(), alpha.get(), beta.get())
+                let [gamma, alpha, beta] = [gamma, alpha, beta].map(|number| number.get());
+                format!("interval, γ = {gamma} /s, α = {alpha}, β = {beta}")
             }
             Self::Sign { gain, .. } => format!("sign, g = {} /s", gain.get()),
             Self::Adaptive(_) | Self::Taut(_) => self.name().to_string(),

@@ -14,8 +14,8 @@ pub(super) struct Interval {
 }
 
 impl Interval {
-    /// Creates the law from γ (1/s for a cable of [`NOMINAL_STEP_M`] a step), α, β and the rows of
-    /// Σ.
+    /// Creates the law from γ (1/s for a cable of [`NOMINAL_STEP_M`] a step), α, β and the rows
+    /// of Σ.
     pub(super) fn new(gamma: f64, (alpha, beta): (f64, f64), signs: &[[i8; 3]; 3]) -> Self {
         let entry = |sign: i8| match sign {
             0 => (0.0, 0.0),
