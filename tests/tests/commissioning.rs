@@ -1,7 +1,7 @@
 //! `plumb check` on seeded rigs: it names the fault of every wrong one and accuses no right one.
 //! Rigid and elastic rigs, with and without a size by tape measure, with a camera's noise.
 
-use plumb_runtime::commission::Explanation;
+use plumb_runtime::commission::{Explanation, Fault, Output, Report};
 use plumb_tests::commissioning::{Case, examine};
 
 /// Seed of the rigs: with this one the ball is missing in most of a few pictures once.
@@ -9,6 +9,9 @@ const SEED: u64 = 2;
 
 /// Rigs of each kind.
 const RIGS: u64 = 200;
+
+/// Rigs with two faults.
+const DOUBLY_WRONG_RIGS: u64 = 80;
 
 #[test]
 fn no_right_rig_is_accused() {
@@ -28,17 +31,48 @@ fn the_fault_of_every_wrong_rig_is_named() {
     let mut wrong = Vec::new();
     for index in 0..RIGS {
         let case = Case::wrong(SEED, index);
-        let expected = case.expected();
+        let expected = case.faults();
         match examine(&case) {
             Ok(report) if report.faults == expected => {}
             Ok(report) => wrong.push(format!(
                 "rig {index}, {:?}: {:?} or {:?}",
-                case.mistake,
+                case.mistakes,
                 report.faults,
                 report.alternatives.iter().map(Explanation::faults).collect::<Vec<_>>()
             )),
-            Err(error) => wrong.push(format!("rig {index}, {:?}: {error:?}", case.mistake)),
+            Err(error) => wrong.push(format!("rig {index}, {:?}: {error:?}", case.mistakes)),
         }
     }
     assert!(wrong.is_empty(), "{} of {RIGS}: {wrong:#?}", wrong.len());
+}
+
+/// Returns what is wrong with the report on a rig with two faults, if anything is.
+fn mistake_in(case: &Case, report: &Report) -> Option<String> {
+    let faults = case.faults();
+    let named = &report.faults;
+    if named.is_empty() {
+        return Some("no fault is named".to_owned());
+    }
+    if named.iter().any(|fault| !faults.contains(fault)) {
+        return Some(format!("{named:?} are named"));
+    }
+    let right = case.rig.motors.reversed;
+    let offered = report.corrected_directions(right).unwrap_or(right);
+    let changed = Output::ALL.into_iter().filter(|&k| offered[k as usize] != right[k as usize]);
+    let wrong: Vec<Output> = changed.filter(|&k| !faults.contains(&Fault::Reversed(k))).collect();
+    (!wrong.is_empty()).then(|| format!("the file reverses {wrong:?}"))
+}
+
+#[test]
+fn of_two_faults_one_is_named_and_no_healthy_motor_is_accused() {
+    let mut wrong = Vec::new();
+    for index in 0..DOUBLY_WRONG_RIGS {
+        let case = Case::doubly_wrong(SEED, index);
+        let mistake = match examine(&case) {
+            Ok(report) => mistake_in(&case, &report),
+            Err(error) => Some(format!("{error:?}")),
+        };
+        wrong.extend(mistake.map(|text| format!("rig {index}, {:?}: {text}", case.mistakes)));
+    }
+    assert!(wrong.is_empty(), "{} of {DOUBLY_WRONG_RIGS}: {wrong:#?}", wrong.len());
 }

@@ -1,4 +1,4 @@
-//! Rigs of the population with one fault each.
+//! Rigs of the population with no fault, one or two.
 
 use nalgebra::{Affine3, Matrix4, Point3};
 use plumb_emulator::plant::{
@@ -17,8 +17,6 @@ const TAPE_M: f64 = 0.015;
 /// Fault of a case.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Mistake {
-    /// None.
-    None,
     /// Motors on the wrong outputs or with the wrong direction.
     Wiring(Wiring),
     /// A motor that does not turn.
@@ -31,12 +29,12 @@ pub enum Mistake {
     Frame(Frame),
 }
 
-/// A rig with a fault.
+/// A rig with its faults.
 pub struct Case {
     /// Rig file.
     pub rig: Rig,
-    /// Fault.
-    pub mistake: Mistake,
+    /// Faults; none of a right rig.
+    pub mistakes: Vec<Mistake>,
     /// Seed of the camera's noise.
     pub seed: u64,
     task: Task,
@@ -62,14 +60,22 @@ impl Case {
         let mut random = ChaCha8Rng::seed_from_u64(seed ^ index << 32);
         let rig = rig_file(&task, index.is_multiple_of(2), &mut random);
         let is_elastic = index % 4 >= 2;
-        Self { rig, mistake: Mistake::None, seed: index, task, is_elastic }
+        Self { rig, mistakes: Vec::new(), seed: index, task, is_elastic }
     }
 
     /// Returns case `index` of `seed` with a fault: ten kinds in turn.
     pub fn wrong(seed: u64, index: u64) -> Self {
         let right = Self::right(seed, index);
         let mut random = ChaCha8Rng::seed_from_u64(!seed ^ index << 32);
-        Self { mistake: mistake(index, &mut random), ..right }
+        Self { mistakes: vec![mistake(index, &mut random)], ..right }
+    }
+
+    /// Returns case `index` of `seed` with two faults: one of the wiring and a mechanical one, or
+    /// two mechanical ones; eight kinds in turn.
+    pub fn doubly_wrong(seed: u64, index: u64) -> Self {
+        let right = Self::right(seed, index);
+        let mut random = ChaCha8Rng::seed_from_u64(!seed ^ index << 32);
+        Self { mistakes: two_mistakes(index, &mut random).into(), ..right }
     }
 
     /// Returns the plant with its fault.
@@ -79,41 +85,63 @@ impl Case {
     pub fn plant(&self) -> Box<dyn Plant + Send> {
         let Task { geometry, start, .. } = self.task;
         let elastic = ElasticParameters::default();
-        let plant: Box<dyn Plant + Send> = match (self.mistake, self.is_elastic) {
-            (Mistake::Slack(output, spare), false) => {
-                let lengths = with_slack(&geometry, start, output, spare);
+        let wiring = self.wiring();
+        let lengths = self.mistakes.iter().find_map(|mistake| match *mistake {
+            Mistake::Slack(output, spare) => {
+                Some(with_slack(&geometry, start, wiring.motors[output as usize], spare))
+            }
+            _ => None,
+        });
+        let plant: Box<dyn Plant + Send> = match (lengths, self.is_elastic) {
+            (Some(lengths), false) => {
                 Box::new(QuasiStatic::with_lengths(geometry, lengths).expect("a rig"))
             }
-            (Mistake::Slack(output, spare), true) => {
-                let lengths = with_slack(&geometry, start, output, spare);
+            (Some(lengths), true) => {
                 Box::new(Elastic::with_lengths(geometry, elastic, lengths).expect("a rig"))
             }
-            (_, false) => Box::new(QuasiStatic::new(geometry, start).expect("a rig")),
-            (_, true) => Box::new(Elastic::new(geometry, elastic, start).expect("a rig")),
+            (None, false) => Box::new(QuasiStatic::new(geometry, start).expect("a rig")),
+            (None, true) => Box::new(Elastic::new(geometry, elastic, start).expect("a rig")),
         };
-        Box::new(Faulty { plant, mistake: self.mistake, last: [0.0; 3], turned: [0.0; 3] })
+        let mistakes = self.mistakes.clone();
+        Box::new(Faulty { plant, wiring, mistakes, last: [0.0; 3], turned: [0.0; 3] })
+    }
+
+    /// Returns the wiring of the motors.
+    fn wiring(&self) -> Wiring {
+        let wiring = self.mistakes.iter().find_map(|mistake| match *mistake {
+            Mistake::Wiring(wiring) => Some(wiring),
+            _ => None,
+        });
+        wiring.unwrap_or(Wiring::RIGHT)
+    }
+
+    /// Returns the frame of the measured positions.
+    fn frame(&self) -> Frame {
+        let frame = self.mistakes.iter().find_map(|mistake| match *mistake {
+            Mistake::Frame(frame) => Some(frame),
+            _ => None,
+        });
+        frame.unwrap_or(Frame::RIGHT)
     }
 
     /// Returns the map from the rig frame to the frame of the measured positions.
     pub fn seen(&self) -> Affine3<f64> {
-        let Mistake::Frame(frame) = self.mistake else { return Affine3::identity() };
         // A pose that was taken in other axes with the same origin.
         let mut matrix = Matrix4::identity();
-        matrix.fixed_view_mut::<3, 3>(0, 0).copy_from(&frame.matrix());
+        matrix.fixed_view_mut::<3, 3>(0, 0).copy_from(&self.frame().matrix());
         Affine3::from_matrix_unchecked(matrix)
     }
 
-    /// Returns the faults that the check must name.
-    pub fn expected(&self) -> Vec<Fault> {
-        let (wiring, frame) = match self.mistake {
-            Mistake::None => (Wiring::RIGHT, Frame::RIGHT),
-            Mistake::Wiring(wiring) => (wiring, Frame::RIGHT),
-            Mistake::Frame(frame) => (Wiring::RIGHT, frame),
-            Mistake::Still(output) => return vec![Fault::Still(output)],
-            Mistake::Slack(output, _) => return vec![Fault::Slack(output)],
-            Mistake::Slips(output) => return vec![Fault::Slips(output)],
-        };
-        Explanation { wiring, frame }.faults()
+    /// Returns the faults that the rig has.
+    pub fn faults(&self) -> Vec<Fault> {
+        let mechanical = self.mistakes.iter().filter_map(|mistake| match *mistake {
+            Mistake::Still(output) => Some(Fault::Still(output)),
+            Mistake::Slack(output, _) => Some(Fault::Slack(output)),
+            Mistake::Slips(output) => Some(Fault::Slips(output)),
+            Mistake::Wiring(_) | Mistake::Frame(_) => None,
+        });
+        let explanation = Explanation { wiring: self.wiring(), frame: self.frame() };
+        mechanical.chain(explanation.faults()).collect()
     }
 }
 
@@ -131,8 +159,10 @@ fn rig_file(task: &Task, has_size: bool, random: &mut ChaCha8Rng) -> Rig {
     rig
 }
 
+/// Motors on the outputs after an exchange of two.
+const SWAPS: [[usize; 3]; 3] = [[1, 0, 2], [2, 1, 0], [0, 2, 1]];
+
 fn mistake(index: u64, random: &mut ChaCha8Rng) -> Mistake {
-    const SWAPS: [[usize; 3]; 3] = [[1, 0, 2], [2, 1, 0], [0, 2, 1]];
     let any = random.random_range(0..3usize);
     let output = Output::ALL[any];
     let only = |which: usize| [0, 1, 2].map(|k| k == which);
@@ -152,40 +182,67 @@ fn mistake(index: u64, random: &mut ChaCha8Rng) -> Mistake {
     }
 }
 
+/// Returns two faults of one rig, those of cables and motors on different outputs.
+fn two_mistakes(index: u64, random: &mut ChaCha8Rng) -> [Mistake; 2] {
+    let first = random.random_range(0..3usize);
+    let second = (first + 1 + random.random_range(0..2usize)) % 3;
+    let [one, other] = [first, second].map(|k| Output::ALL[k]);
+    let swap = Mistake::Wiring(Wiring { motors: SWAPS[first], ..Wiring::RIGHT });
+    let reversed = [0, 1, 2].map(|k| k == first);
+    let reversal = Mistake::Wiring(Wiring { reversed, ..Wiring::RIGHT });
+    let spare = 0.005 + 0.025 * random.random::<f64>();
+    let slack = |output| Mistake::Slack(output, spare);
+    match index % 8 {
+        0 => [swap, Mistake::Still(other)],
+        1 => [swap, slack(other)],
+        2 => [swap, Mistake::Slips(other)],
+        3 => [reversal, Mistake::Still(other)],
+        4 => [reversal, slack(other)],
+        5 => [reversal, Mistake::Slips(other)],
+        6 => [Mistake::Still(one), slack(other)],
+        _ => [Mistake::Still(one), Mistake::Still(other)],
+    }
+}
+
 /// Returns the cable lengths of a ball that hangs on two cables, the third with `spare` left.
-fn with_slack(geometry: &Geometry, start: Point3<f64>, output: Output, spare: f64) -> [f64; 3] {
+fn with_slack(geometry: &Geometry, start: Point3<f64>, motor: usize, spare: f64) -> [f64; 3] {
     let mut lengths = geometry.cable_lengths_m(&start);
-    let motor = output as usize;
     lengths[motor] += 10.0;
     let hang = lowest_point(geometry, lengths).expect("a ball on two cables");
     lengths[motor] = (hang.ball - geometry.motors()[motor]).norm() + spare;
     lengths
 }
 
-/// Plant with a fault between the board and the cables.
+/// Plant with faults between the board and the cables.
 struct Faulty {
     plant: Box<dyn Plant + Send>,
-    mistake: Mistake,
+    wiring: Wiring,
+    mistakes: Vec<Mistake>,
     /// Positions of the outputs at the last call, steps.
     last: [f64; 3],
     /// Turn of the motors since the start, steps.
     turned: [f64; 3],
 }
 
+impl Faulty {
+    /// Returns the share of `turn` (steps of the motor on `output`) that moves its cable.
+    fn share(&self, output: Output, turn: f64) -> f64 {
+        let shares = self.mistakes.iter().map(|mistake| match *mistake {
+            Mistake::Still(still) if still == output => 0.0,
+            Mistake::Slips(slips) if slips == output && turn < 0.0 => 0.5,
+            _ => 1.0,
+        });
+        shares.product()
+    }
+}
+
 impl Plant for Faulty {
     fn advance(&mut self, dt_s: f64, outputs: [f64; 3]) -> Result<(), RigError> {
-        for (output, position) in outputs.into_iter().enumerate() {
-            let steps = position - self.last[output];
-            let (motor, share) = match self.mistake {
-                Mistake::Wiring(wiring) => {
-                    let sign = if wiring.reversed[output] { -1.0 } else { 1.0 };
-                    (wiring.motors[output], sign)
-                }
-                Mistake::Still(still) if still as usize == output => (output, 0.0),
-                Mistake::Slips(slips) if slips as usize == output && steps < 0.0 => (output, 0.5),
-                _ => (output, 1.0),
-            };
-            self.turned[motor] += share * steps;
+        for (output, position) in Output::ALL.into_iter().zip(outputs) {
+            let number = output as usize;
+            let sign = if self.wiring.reversed[number] { -1.0 } else { 1.0 };
+            let turn = sign * (position - self.last[number]);
+            self.turned[self.wiring.motors[number]] += self.share(output, turn) * turn;
         }
         self.last = outputs;
         self.plant.advance(dt_s, self.turned)
