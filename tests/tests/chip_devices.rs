@@ -9,7 +9,7 @@ use plumb_protocol::config::{Coils, Drivers, StepDir};
 use plumb_protocol::frame::Accumulator;
 use plumb_protocol::message::{Command, FromBoard, Hello, Jog, Refusal, State};
 use plumb_protocol::units::{Acceleration, Rate, Steps16};
-use plumb_tests::chip::{Chip, fast_config, firmware_image};
+use plumb_tests::chip::{Chip, ENABLE, fast_config, firmware_image};
 use serde_json::{Value, json};
 
 const JOG: Jog = Jog { motor: 0, distance: Steps16(160), rate: Rate(100 << 8) };
@@ -50,12 +50,16 @@ fn a_stored_configuration_survives_power_off_without_motion_before_hello() {
     let mut chip = Chip::start(&image).configured(config);
     let took = store(&mut chip);
     assert!((45_000..60_000).contains(&took), "{took} µs for a sector of 45 ms and a page");
+    // The pull-up resistor of the enable line.
+    chip.drive_pin(ENABLE, Some(1));
     chip.power_cycle();
     assert_eq!(chip.request(Command::Jog(JOG)), Some(Refusal::NotGreeted));
     chip.run_us(300_000);
     assert_eq!(chip.pulses().map(|pulses| pulses.count), [0; 3]);
+    assert_eq!(chip.pin_level(ENABLE), 1, "no current before a Hello");
     chip.request(Command::Hello(Hello::OURS));
     assert_eq!(chip.state(), State::Ready);
+    assert_eq!(chip.pin_level(ENABLE), 0);
     assert!(has_config(&mut chip, &config));
 }
 

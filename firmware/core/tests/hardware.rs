@@ -97,8 +97,9 @@ fn a_board_reports_its_start_cause_and_begins_in_a_fault_after_its_own_error() {
         let mut bench = Bench::new(BUILD);
         bench.board.set_start_cause(cause);
         bench.board.restore(&config());
-        assert_eq!(bench.tick().drivers_enabled, !stopped, "{cause:?}");
+        assert!(!bench.tick().drivers_enabled, "{cause:?}: no current before a Hello");
         assert_eq!(bench.send(Command::Hello(Hello::OURS)), Ok(()));
+        assert_eq!(bench.tick().drivers_enabled, !stopped, "{cause:?}");
         assert!(bench.received.contains(&FromBoard::Started(cause)));
         let answer = if stopped { Err(Refusal::Faulted(Fault::Watchdog)) } else { Ok(()) };
         assert_eq!(jog(&mut bench), answer, "{cause:?}");
@@ -113,6 +114,21 @@ fn a_host_of_another_version_gets_the_hello_alone() {
     let mut bench = Bench::new(BUILD);
     let _ = bench.send(Command::Hello(Hello { version: 0, ..Hello::OURS }));
     assert!(matches!(bench.received[..], [FromBoard::Hello(hello)] if !hello.accepted));
+}
+
+#[test]
+fn motors_have_current_from_the_first_matching_hello_on() {
+    let mut bench = Bench::new(BUILD);
+    bench.board.restore(&config());
+    assert!(!bench.tick().drivers_enabled);
+    let other = Hello { version: 0, ..Hello::OURS };
+    let _ = bench.send(Command::Hello(other));
+    assert!(!bench.tick().drivers_enabled);
+    assert_eq!(bench.send(Command::Hello(Hello::OURS)), Ok(()));
+    assert!(bench.tick().drivers_enabled);
+    // A host of another version takes no current from motors that hold the ball.
+    let _ = bench.send(Command::Hello(other));
+    assert!(bench.tick().drivers_enabled);
 }
 
 #[test]

@@ -74,9 +74,10 @@ pub struct Board {
 /// What the chip carries out besides the pulses, from the next tick on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Tick {
-    /// Whether the drivers hold the motors: from the first configuration on, since motors without
-    /// current drop the ball; but not after an emergency stop or a restart for an error of the
-    /// board itself.
+    /// Whether the drivers hold the motors: with a configuration, from the first matching Hello on,
+    /// since motors without current drop the ball; but not after an emergency stop or a restart for
+    /// an error of the board itself. A restart takes the current and drops the ball, so that a
+    /// stored configuration waits for the Hello too.
     pub drivers_enabled: bool,
     /// Restart into the bootloader now; the motors stand still.
     pub bootloader: bool,
@@ -107,8 +108,8 @@ impl Board {
         }
     }
 
-    /// Applies a configuration that was stored in flash; call before the first tick. Nothing moves
-    /// until a host's Hello has matched. A configuration that is out of range for this board is
+    /// Applies a configuration that was stored in flash; call before the first tick. The motors have
+    /// no current until a host's Hello has matched. A configuration that is out of range for this board is
     /// ignored.
     pub fn restore(&mut self, config: &Config) {
         if let Ok(params) = self.setup.check(config) {

@@ -15,6 +15,8 @@ pub(super) struct Session {
     pub(super) bad_frames: u16,
     /// Whether the last Hello matched.
     pub(super) greeted: bool,
+    /// Whether a Hello has matched since the start.
+    pub(super) was_greeted: bool,
     /// When the last intact command came.
     pub(super) last_rx: Micros,
     /// When telemetry was sent last.
@@ -36,6 +38,7 @@ impl Session {
             decoder: Accumulator::new(),
             bad_frames: 0,
             greeted: false,
+            was_greeted: false,
             last_rx: Micros(0),
             last_telemetry: Micros(0),
             start_cause: StartCause::PowerOn,
@@ -50,6 +53,7 @@ impl Session {
     pub(super) fn greet(&mut self, hello: Hello) -> bool {
         self.greeted = hello == Hello::OURS;
         if self.greeted {
+            self.was_greeted = true;
             (self.sequence, self.configuration, self.last_request) = (None, None, None);
         }
         self.greeted

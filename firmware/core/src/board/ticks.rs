@@ -96,7 +96,7 @@ impl Board {
         (self.schedule.dirty, self.schedule.idle_ticks) = (self.schedule.emergency_ticks > 0, 0);
         self.plan_pulses(now, out);
         Tick {
-            drivers_enabled: self.setup.params().is_some() && !off,
+            drivers_enabled: self.session.was_greeted && self.setup.params().is_some() && !off,
             bootloader: self.state.leaves() && !self.planner.moving(),
             store: self.state.storing().is_some(),
         }
