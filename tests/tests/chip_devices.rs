@@ -211,3 +211,21 @@ fn the_uart_controls_the_board_until_it_is_silent() {
     chip.wait_for_usb();
     chip.request(Command::Hello(Hello::OURS));
 }
+
+/// Noise on the UART, and a frame that is cut off there, delay no frame of USB.
+#[test]
+fn noise_on_the_uart_takes_nothing_from_usb() {
+    let Some(image) = firmware_image() else { return };
+    let mut chip = Chip::start(&image);
+    let mut cut = chip.frame(Command::Status);
+    cut.truncate(cut.len() / 2);
+    let noise = [0x55, 0, 0xff, 0x07, 0, 0x13].iter().chain(&cut);
+    let noise: String = noise.map(|byte| format!("{byte:02x}")).collect();
+    chip.execute(json!({ "uart": noise }));
+    chip.run_us(2_000);
+    assert_eq!(chip.request(Command::Hello(Hello::OURS)), None);
+    chip.execute(json!({ "uart": noise }));
+    chip.run_us(2_000);
+    let telemetry = chip.status();
+    assert_eq!(telemetry.bad_frames, 0, "noise of another link is no frame of this one");
+}

@@ -1,8 +1,8 @@
 //! Arbitration between USB and UART.
 //!
-//! The link that receives a byte first becomes the master: it alone exchanges messages with the
-//! board. It stays the master until it is disconnected, or until it has been silent for
-//! [`MASTER_TIMEOUT`] and the other link receives a byte.
+//! The link that receives an intact frame first becomes the master: it alone exchanges messages
+//! with the board. It stays the master until it is disconnected, or until it has received no intact
+//! frame for [`MASTER_TIMEOUT`] and the other link receives one. Noise makes no master.
 
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use embassy_sync::mutex::Mutex;
@@ -11,7 +11,7 @@ use plumb_protocol::frame::Accumulator;
 
 use super::inbox::InboxWriter;
 
-/// Time without a byte after which the other link may become the master.
+/// Time without an intact frame after which the other link may become the master.
 const MASTER_TIMEOUT: Duration = Duration::from_secs(1);
 
 /// One of the links.
@@ -24,9 +24,7 @@ pub(super) enum Port {
 /// State of the arbitration, and the way from the master to the board.
 pub(super) struct LinkArbiter {
     inbox: InboxWriter,
-    /// Decoder of the frame that is coming in.
-    accumulator: Accumulator,
-    /// The master, and when it received the last bytes.
+    /// The master, and when it received the last intact frame.
     master: Option<(Port, Instant)>,
 }
 
@@ -36,7 +34,7 @@ pub(super) type SharedArbiter = &'static Mutex<NoopRawMutex, LinkArbiter>;
 impl LinkArbiter {
     /// Creates an arbiter without a master.
     pub(super) fn new(inbox: InboxWriter) -> Self {
-        Self { inbox, accumulator: Accumulator::new(), master: None }
+        Self { inbox, master: None }
     }
 
     /// Returns the master.
@@ -44,34 +42,52 @@ impl LinkArbiter {
         self.master.map(|(port, _)| port)
     }
 
-    /// Returns whether `port`, which has just received bytes, is the master or becomes it.
-    fn admits(&mut self, port: Port) -> bool {
+    /// Returns whether `port`, which has just received a frame, is the master or becomes it.
+    fn admits(&mut self, port: Port, is_intact: bool) -> bool {
         let now = Instant::now();
-        let admitted = self
-            .master
-            .is_none_or(|(master, last_rx)| master == port || now - last_rx > MASTER_TIMEOUT);
-        if admitted {
+        let is_master = self.master() == Some(port);
+        let is_free = self.master.is_none_or(|(_, last_rx)| now - last_rx > MASTER_TIMEOUT);
+        if is_intact && (is_master || is_free) {
             self.master = Some((port, now));
         }
-        admitted
+        self.master() == Some(port)
     }
 }
 
-/// Decodes bytes that `port` has received, and puts their messages into the inbox, waiting for
-/// room. Bytes of a link that is not the master are dropped.
-pub(super) async fn receive(arbiter: SharedArbiter, port: Port, mut bytes: &[u8]) {
-    let mut arbiter = arbiter.lock().await;
-    if !arbiter.admits(port) {
-        return;
+/// Receiver of a link's bytes.
+pub(super) struct LinkReceiver {
+    port: Port,
+    arbiter: SharedArbiter,
+    /// Decoder of the frame that is coming in.
+    accumulator: Accumulator,
+}
+
+impl LinkReceiver {
+    /// Creates the receiver of `port`.
+    pub(super) fn new(port: Port, arbiter: SharedArbiter) -> Self {
+        Self { port, arbiter, accumulator: Accumulator::new() }
     }
-    while !bytes.is_empty() {
-        while !arbiter.inbox.ready() {
-            Timer::after_millis(1).await;
+
+    /// Decodes bytes that the link has received, and puts their messages into the inbox, waiting
+    /// for room. Frames of a link that is not the master are dropped.
+    pub(super) async fn receive(&mut self, mut bytes: &[u8]) {
+        let mut arbiter = self.arbiter.lock().await;
+        while !bytes.is_empty() {
+            while !arbiter.inbox.ready() {
+                Timer::after_millis(1).await;
+            }
+            if let Some(frame) = self.accumulator.take(&mut bytes)
+                && arbiter.admits(self.port, frame.is_ok())
+            {
+                arbiter.inbox.put(frame);
+            }
         }
-        let LinkArbiter { accumulator, inbox, .. } = &mut *arbiter;
-        if let Some(frame) = accumulator.take(&mut bytes) {
-            inbox.put(frame);
-        }
+    }
+
+    /// Records that the link is disconnected. A frame that was coming in is lost.
+    pub(super) async fn disconnect(&mut self) {
+        self.accumulator = Accumulator::new();
+        disconnect(self.arbiter, self.port).await;
     }
 }
 

@@ -6,7 +6,7 @@ use embassy_rp::{Peri, pac};
 use embedded_io_async::{Read, Write};
 use static_cell::StaticCell;
 
-use super::arbiter::{self, Port, SharedArbiter};
+use super::arbiter::{LinkReceiver, Port, SharedArbiter};
 use crate::interrupts::Interrupts;
 use crate::pins;
 
@@ -35,11 +35,12 @@ pub(super) fn set_up(
 /// Passes received bytes on.
 #[embassy_executor::task]
 pub(super) async fn receive(mut port: BufferedUartRx, arbiter: SharedArbiter) {
+    let mut receiver = LinkReceiver::new(Port::Uart, arbiter);
     let mut bytes = [0; 64];
     loop {
         // The frame's CRC detects bytes that the UART reports as damaged.
         if let Ok(count) = port.read(&mut bytes).await {
-            arbiter::receive(arbiter, Port::Uart, &bytes[..count]).await;
+            receiver.receive(&bytes[..count]).await;
         }
     }
 }

@@ -9,7 +9,7 @@ use embassy_usb::driver::EndpointError;
 use embassy_usb::{Builder, Config, UsbDevice};
 use static_cell::{ConstStaticCell, StaticCell};
 
-use super::arbiter::{self, Port, SharedArbiter};
+use super::arbiter::{self, LinkReceiver, Port, SharedArbiter};
 use crate::executor::spawn;
 use crate::interrupts::Interrupts;
 
@@ -58,13 +58,14 @@ async fn run(mut device: UsbDevice<'static, Usb>) {
 /// Passes received bytes on.
 #[embassy_executor::task]
 pub(super) async fn receive(mut port: In, arbiter: SharedArbiter) {
+    let mut receiver = LinkReceiver::new(Port::Usb, arbiter);
     let mut packet = [0; PACKET];
     loop {
         port.wait_connection().await;
         while let Ok(count) = port.read_packet(&mut packet).await {
-            arbiter::receive(arbiter, Port::Usb, &packet[..count]).await;
+            receiver.receive(&packet[..count]).await;
         }
-        arbiter::disconnect(arbiter, Port::Usb).await;
+        receiver.disconnect().await;
     }
 }
 
