@@ -5,6 +5,8 @@
 //! microstep changes two channels of a motor, four where a coil's current reverses: 0.7 to 1.4 ms
 //! for three motors. At 300 full steps/s this is at most half a step at once.
 
+use core::sync::atomic::{AtomicBool, Ordering};
+
 use embassy_embedded_hal::shared_bus::asynch::i2c::I2cDevice;
 use embassy_rp::Peri;
 use embassy_rp::i2c::{Async, Config, I2c};
@@ -12,13 +14,13 @@ use embassy_rp::peripherals::{I2C0, PIN_16, PIN_17};
 use embassy_sync::blocking_mutex::raw::{CriticalSectionRawMutex, NoopRawMutex};
 use embassy_sync::mutex::Mutex;
 use embassy_sync::signal::Signal;
-use embassy_time::Timer;
+use embassy_time::{Duration, Timer, with_timeout};
 use plumb_core::coils::Commutation;
 use pwm_pca9685::{Channel, Pca9685};
 use static_cell::StaticCell;
 
-use crate::coils;
 use crate::interrupts::Interrupts;
+use crate::{coils, restart};
 
 type Bus = I2c<'static, I2C0, Async>;
 /// The bus, shared by the two HATs in one task.
@@ -57,13 +59,34 @@ pub(crate) struct HatCommand {
     pub(crate) positions: Option<[i32; 3]>,
 }
 
+/// Longest time for a command, set-up of both chips included: ten times what it takes.
+const TIMEOUT: Duration = Duration::from_millis(20);
+/// Time after which HATs that did not answer are set up again.
+const RETRY: Duration = Duration::from_millis(100);
+
 /// The newest command.
 static COMMAND: Signal<CriticalSectionRawMutex, HatCommand> = Signal::new();
+/// Whether a HAT did not carry out the last command.
+static FAILED: AtomicBool = AtomicBool::new(false);
+/// Whether the chip restarts into its bootloader once the current is off.
+static LEAVING: AtomicBool = AtomicBool::new(false);
 
 /// Sets the newest command, which replaces one that is still waiting. Called by the stepping
 /// interrupt; never waits.
 pub(crate) fn command(command: HatCommand) {
     COMMAND.signal(command);
+}
+
+/// Returns whether a HAT did not carry out the last command: it did not answer in time.
+pub(crate) fn failed() -> bool {
+    FAILED.load(Ordering::Relaxed)
+}
+
+/// Switches the current off, and then restarts into the bootloader, also where a HAT does not
+/// answer. Called by the stepping interrupt; never waits.
+pub(crate) fn leave(command: HatCommand) {
+    LEAVING.store(true, Ordering::Relaxed);
+    COMMAND.signal(HatCommand { positions: None, ..command });
 }
 
 /// Resources of the HATs.
@@ -73,7 +96,9 @@ pub(crate) struct HatResources {
     pub(crate) clock: Peri<'static, PIN_17>,
 }
 
-/// Executes the commands. Where a HAT does not answer, both are set up again every 100 ms.
+/// Executes the commands. HATs keep their current over a restart of the board, so it is switched
+/// off first, where there are HATs. Where one does not answer, both are set up again every
+/// [`RETRY`].
 #[embassy_executor::task]
 pub(crate) async fn drive_hats(resources: HatResources) {
     static BUS: StaticCell<SharedBus> = StaticCell::new();
@@ -93,13 +118,21 @@ pub(crate) async fn drive_hats(resources: HatResources) {
         commutation: coils::commutation(0, FULL),
         shown: [[0; 2]; 3],
     };
+    if !matches!(with_timeout(TIMEOUT, hats.set_up()).await, Ok(Some(()))) {
+        hats.chips = None;
+    }
     let mut command = COMMAND.wait().await;
     loop {
-        if hats.execute(&command).await.is_some() {
+        let done = matches!(with_timeout(TIMEOUT, hats.execute(&command)).await, Ok(Some(())));
+        FAILED.store(!done, Ordering::Relaxed);
+        if command.positions.is_none() && LEAVING.load(Ordering::Relaxed) {
+            restart::bootloader();
+        }
+        if done {
             command = COMMAND.wait().await;
         } else {
             hats.chips = None;
-            Timer::after_millis(100).await;
+            Timer::after(RETRY).await;
             command = COMMAND.try_take().unwrap_or(command);
         }
     }
@@ -130,11 +163,13 @@ impl Hats {
         self.show(positions.map(|position| self.commutation.at(position, command.microsteps))).await
     }
 
-    /// Sets up both chips.
+    /// Sets up both chips, with all outputs off. Each is switched off although the other does not
+    /// answer.
     async fn set_up(&mut self) -> Option<()> {
-        self.chips = Some([set_up(self.bus, 0x60).await?, set_up(self.bus, 0x61).await?]);
+        let chips = (set_up(self.bus, 0x60).await, set_up(self.bus, 0x61).await);
+        self.chips = chips.0.zip(chips.1).map(<[Chip; 2]>::from);
         self.shown = [[0; 2]; 3];
-        Some(())
+        self.chips.is_some().then_some(())
     }
 
     /// Sets the drive of each coil that changes.

@@ -47,6 +47,8 @@ enum Commutated {
     Coils,
     /// Coils on the Motor HATs, and their last command.
     Hats(HatCommand),
+    /// Coils on the Motor HATs, whose current goes off before the bootloader starts.
+    Leaving,
 }
 
 /// The state, until the interrupt takes it over.
@@ -199,7 +201,7 @@ impl Stepping {
     #[inline(never)]
     fn carry_out(&mut self, tick: Tick) {
         if tick.bootloader {
-            restart::bootloader();
+            self.leave();
         }
         if self.board.generation() != self.generation {
             self.change_drivers();
@@ -208,6 +210,20 @@ impl Stepping {
             self.store();
         }
         self.enable.set(tick.drivers_enabled);
+    }
+
+    /// Restarts into the bootloader. HATs would keep their current there, so theirs is switched off
+    /// first.
+    #[cold]
+    fn leave(&mut self) {
+        match self.commutated {
+            Commutated::Hats(last) => {
+                self.commutated = Commutated::Leaving;
+                hats::leave(last);
+            }
+            Commutated::Leaving => {}
+            Commutated::None | Commutated::Coils => restart::bootloader(),
+        }
     }
 
     /// Changes to the drivers of a new configuration; at standstill.
@@ -247,10 +263,13 @@ impl Stepping {
     fn turn_fields(&mut self) {
         let enabled = self.enable.is_on();
         match self.commutated {
-            Commutated::None => {}
+            Commutated::None | Commutated::Leaving => {}
             Commutated::Coils if enabled => self.coils.show(self.board.positions()),
             Commutated::Coils => self.coils.release(),
             Commutated::Hats(last) => {
+                if hats::failed() {
+                    self.board.on_driver_failure(self.now, &mut self.outbox);
+                }
                 let positions = enabled.then(|| self.board.positions());
                 if last.positions != positions {
                     let command = HatCommand { positions, ..last };

@@ -328,6 +328,8 @@ pub enum Fault {
     NotFollowing,
     /// |e| did not get smaller for long: the target is out of reach.
     NoProgress,
+    /// A motor driver did not carry out its command. The motor positions are unknown.
+    Driver,
 }
 
 /// State of the board at one moment.

@@ -34,6 +34,9 @@ impl fmt::Display for Fault {
             Self::NoProgress => {
                 f.write_str("the ball gets no nearer to its target: is the target within reach?")
             }
+            Self::Driver => {
+                f.write_str("a motor driver does not answer; the motor positions are unknown")
+            }
         }
     }
 }

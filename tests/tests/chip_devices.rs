@@ -1,16 +1,14 @@
-//! The real firmware in the emulated chip: flash, Motor HATs and UART.
+//! The real firmware in the emulated chip: flash and UART.
 
 #![allow(clippy::expect_used, clippy::panic, reason = "a test stops at the first surprise")]
 
-use std::collections::BTreeMap;
-
 use plumb_protocol::Config;
-use plumb_protocol::config::{Coils, Drivers, StepDir};
+use plumb_protocol::config::StepDir;
 use plumb_protocol::frame::Accumulator;
 use plumb_protocol::message::{Command, FromBoard, Hello, Jog, Refusal, State};
-use plumb_protocol::units::{Acceleration, Rate, Steps16};
+use plumb_protocol::units::{Rate, Steps16};
 use plumb_tests::chip::{Chip, ENABLE, fast_config, firmware_image};
-use serde_json::{Value, json};
+use serde_json::json;
 
 const JOG: Jog = Jog { motor: 0, distance: Steps16(160), rate: Rate(100 << 8) };
 
@@ -85,85 +83,6 @@ fn a_power_cut_while_storing_leaves_the_old_or_the_new_configuration() {
         kept[which.unwrap_or_else(|| panic!("neither, cut after {moment} µs"))] += 1;
     }
     assert!(kept[0] >= 5 && kept[1] >= 1, "{kept:?}");
-}
-
-/// Registers of the two HATs, as written over the bus.
-#[derive(Default)]
-struct Hats(BTreeMap<(u64, u64), u8>);
-
-impl Hats {
-    /// Applies the writes of a reply and returns their number.
-    fn apply(&mut self, reply: &Value) -> usize {
-        let writes = reply["i2c"].as_array().map_or(&[][..], Vec::as_slice);
-        for write in writes {
-            let (address, register) = (write[0].as_u64(), write[1].as_u64().expect("a register"));
-            let hex = write[2].as_str().expect("bytes");
-            for (at, digits) in (0..).zip(hex.as_bytes().chunks(2)) {
-                let digits = std::str::from_utf8(digits).expect("digits");
-                let byte = u8::from_str_radix(digits, 16).expect("hexadecimal");
-                self.0.insert((address.expect("an address"), register + at), byte);
-            }
-        }
-        writes.len()
-    }
-
-    /// Returns the duty of a channel, of 4095.
-    fn duty(&self, address: u64, channel: u64) -> u16 {
-        let byte = |at| *self.0.get(&(address, 8 + 4 * channel + at)).unwrap_or(&0);
-        u16::from_le_bytes([byte(0), byte(1)]) & 0x1fff
-    }
-
-    /// Returns the signed drive of a bridge with the channels `[enable, forward, backward]`
-    /// (Adafruit's schematic).
-    fn drive(&self, address: u64, [enable, forward, backward]: [u64; 3]) -> i32 {
-        let sign = i32::from(self.duty(address, forward) > 0)
-            - i32::from(self.duty(address, backward) > 0);
-        sign * i32::from(self.duty(address, enable))
-    }
-}
-
-/// Motor A, on M1 and M2 of the first HAT, moves eight full steps: its field turns twice.
-#[test]
-fn motor_hats_turn_the_field_with_the_steps() {
-    let Some(image) = firmware_image() else { return };
-    let mut config = fast_config(250.0, StepDir::A4988);
-    config.drivers = Drivers::MotorHats(Coils { duty_percent: 80 });
-    config.motors.iter_mut().for_each(|motor| motor.max_acceleration = Acceleration(4000));
-    let mut hats = Hats::default();
-    let mut chip = Chip::start(&image);
-    chip.execute(json!({ "i2c": [0, 0x60, "pca9685"] }));
-    chip.execute(json!({ "i2c": [0, 0x61, "pca9685"] }));
-    let frames =
-        [Command::Hello(Hello::OURS), Command::Configure(config)].map(|c| chip.frame(c)).concat();
-    assert!(hats.apply(&chip.send(&frames, 100_000)) > 10, "both are set up");
-
-    let jog =
-        Jog { motor: 0, distance: Steps16(8 * 16), rate: Rate::from_si(40.0).expect("a rate") };
-    let frame = chip.frame(Command::Jog(jog));
-    hats.apply(&chip.send(&frame, 0));
-    let mut quadrants = Vec::new();
-    for _ in 0..150 {
-        hats.apply(&chip.run_us(2000));
-        let coils = [hats.drive(0x60, [8, 10, 9]), hats.drive(0x60, [13, 11, 12])];
-        let length = f64::from(coils[0]).hypot(f64::from(coils[1])) / (0.8 * 4095.0);
-        assert!((0.85..1.05).contains(&length), "{coils:?}: a field as strong as asked for");
-        let quadrant =
-            (f64::from(coils[1]).atan2(f64::from(coils[0])) / std::f64::consts::FRAC_PI_2).round();
-        quadrants.push((quadrant as i32).rem_euclid(4));
-    }
-    quadrants.dedup();
-    assert_eq!(quadrants, [0, 1, 2, 3, 0, 1, 2, 3, 0], "four full steps are a turn");
-    assert_eq!(chip.status().motors.map(Steps16::to_si), [8.0, 0.0, 0.0]);
-
-    chip.set_emergency(true);
-    hats.apply(&chip.run_us(5000));
-    for (address, channel) in [0x60, 0x61].into_iter().flat_map(|a| (0..16).map(move |c| (a, c))) {
-        assert_eq!(
-            hats.duty(address, channel),
-            0,
-            "channel {channel} of {address:#x} after an emergency"
-        );
-    }
 }
 
 /// Sends commands over the UART and returns the messages received.

@@ -174,6 +174,7 @@ fn reports() {
         (Fault::HostSilent, "0503a8a9120701aa023f9efe0100"),
         (Fault::NotFollowing, "0d03a8a9120901aa02b5d1f67d00"),
         (Fault::NoProgress, "0d03a8a9120a01aa025b7e436f00"),
+        (Fault::Driver, "0d03a8a9120b01aa023e19ffd700"),
     ] {
         let report = FaultReport { time: Micros(300_200), fault, configuration: Some(298) };
         assert_bytes(FromBoard::Fault(report), hex);

@@ -43,5 +43,9 @@ pub fn after_fault(fault: Fault) -> &'static str {
             "Clear the fault. Choose a target within reach of taut cables, and check that every \
              motor turns the right way."
         }
+        Fault::Driver => {
+            "Check the supply of the Motor HATs and the wires of GP16 and GP17. Then clear the \
+             fault, and run `plumb home` with the ball at a known place."
+        }
     }
 }

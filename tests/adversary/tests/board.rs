@@ -10,7 +10,8 @@ const TICKS: u64 = 20_000;
 /// Minimum count of everything.
 const LEAST: u64 = 20;
 
-/// Every fault except `Watchdog`, which exists only from the start.
+/// Every fault except `Watchdog`, which exists only from the start, and `Driver`, which only a chip
+/// reports.
 const FAULTS: [&str; 10] = [
     "HostSilent",
     "PositionLost",

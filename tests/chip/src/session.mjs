@@ -46,7 +46,13 @@ export class Session {
     this.tracer = what ? new Trace(this.chip, what.functions ?? {}, what.handlers ?? {}) : null;
   }
 
-  addTarget([bus, address, kind]) {
+  /** Plugs a target onto a bus, or unplugs the one at the address if `kind` is null. */
+  setTarget([bus, address, kind]) {
+    if (kind === null) {
+      this.chip.i2c[bus].targets.delete(address);
+      this.hats.delete(address);
+      return;
+    }
     if (kind !== 'pca9685') throw new Error(`i2c: ${kind} is not known; there is pca9685`);
     const hat = new Pca9685();
     this.chip.i2c[bus].targets.set(address, hat);
@@ -110,7 +116,7 @@ const COMMANDS = {
   calls: (session) => ({ calls: session.tracer?.take() ?? {} }),
   profile: (session) => ({ profile: session.tracer?.profile() ?? [] }),
   list: (session, pins) => void (session.listed = new Set(pins)),
-  i2c: (session, target) => session.addTarget(target),
+  i2c: (session, target) => session.setTarget(target),
   levels: ({ chip }, pins) => ({ levels: pins.map((pin) => chip.level(pin)) }),
   peek: ({ chip }, [address, length]) => ({
     peek: Buffer.from(chip.peek(address, length)).toString('hex'),

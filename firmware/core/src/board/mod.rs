@@ -109,8 +109,8 @@ impl Board {
     }
 
     /// Applies a configuration that was stored in flash; call before the first tick. The motors have
-    /// no current until a host's Hello has matched. A configuration that is out of range for this board is
-    /// ignored.
+    /// no current until a host's Hello has matched. A configuration that is out of range for this
+    /// board is ignored.
     pub fn restore(&mut self, config: &Config) {
         if let Ok(params) = self.setup.check(config) {
             self.apply_config(params, config);
@@ -217,6 +217,13 @@ impl Board {
     #[inline(never)]
     pub fn on_law_response(&mut self, response: &LawResponse) {
         self.servo.on_response(response);
+    }
+
+    /// Stops the board because a motor driver did not carry out its command: the motor positions
+    /// are unknown. Call this in every tick as long as that lasts.
+    #[cold]
+    pub fn on_driver_failure(&mut self, now: Micros, out: &mut Outbox) {
+        self.fault(now, Fault::Driver, out);
     }
 
     /// Stops the board for the emergency input. The hardware has stopped the pulses: each motor is
