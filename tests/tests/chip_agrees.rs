@@ -90,17 +90,8 @@ impl Pair {
                 FromBoard::Answer(answer) if answer.id == id => Some(answer.time.0),
                 _ => None,
             };
-            // Telemetry acknowledges an accepted position.
-            let Command::Position(position) = command else {
-                return messages.iter().find_map(answered);
-            };
-            let accepted = |message: &FromBoard| {
-                telemetry(message)
-                    .filter(|report| report.sequence == Some(position.sequence))
-                    .map(|report| report.time.0)
-            };
-            let answer = messages.iter().find_map(answered);
-            answer.or_else(|| messages.iter().find_map(accepted))
+            // Telemetry acknowledges an accepted position, in the same tick or in the next.
+            messages.iter().find_map(answered)
         });
     }
 

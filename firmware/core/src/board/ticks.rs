@@ -60,10 +60,14 @@ impl Board {
         if self.schedule.idle_ticks == 0 {
             self.schedule.idle_ticks = self.poll_at(now);
         }
-        if self.servo.client().has_pending() {
-            self.make_law_request(now);
+        let requested = self.servo.client().has_pending() && self.make_law_request(now);
+        if !self.schedule.telemetry_due {
+            return;
         }
-        if self.schedule.telemetry_due {
+        if requested {
+            // A tick has no time for both. The telemetry follows in the next one.
+            self.schedule.idle_ticks = 0;
+        } else {
             self.send_telemetry(now, out);
         }
     }
@@ -175,16 +179,19 @@ impl Board {
         }
     }
 
-    /// Makes a law request of the position that waits, where there is a target.
+    /// Makes a law request of the position that waits, where there is a target. Returns whether it
+    /// has made one.
     #[inline(never)]
-    fn make_law_request(&mut self, now: Micros) {
-        let Some(params) = self.setup.params() else { return };
+    fn make_law_request(&mut self, now: Micros) -> bool {
+        let Some(params) = self.setup.params() else { return false };
         let target = self.state.goal().map(|goal| goal.target);
-        if self.servo.make_request(now, target, &self.planner, params) {
+        let made = self.servo.make_request(now, target, &self.planner, params);
+        if made {
             // The tick in which the response takes effect is a due one.
             let ticks = self.servo.client().ticks_to_due(now);
             self.schedule.idle_ticks = self.schedule.idle_ticks.min(ticks);
         }
+        made
     }
 
     /// Applies the law response that takes effect at `now`, where the board still drives.
