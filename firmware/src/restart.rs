@@ -1,13 +1,14 @@
 //! Restart after a panic or a fault, in a safe state, and the cause of the last start.
 //!
-//! A scratch register of the watchdog keeps the cause over a restart; only a loss of power clears
-//! it.
+//! Scratch registers of the watchdog keep the cause over a restart, and the place of a panic; only
+//! a loss of power clears them.
 
 use core::panic::PanicInfo;
 
 use cortex_m_rt::{ExceptionFrame, exception};
 use embassy_rp::{pac, rom_data};
 use plumb_protocol::message::StartCause;
+use plumb_protocol::panic_place;
 
 use crate::pins;
 
@@ -22,7 +23,7 @@ pub(crate) fn cause() -> StartCause {
     pac::WATCHDOG.scratch0().write_value(0);
     let reason = pac::WATCHDOG.reason().read();
     match kept {
-        PANIC => StartCause::Panic,
+        PANIC => StartCause::Panic(pac::WATCHDOG.scratch1().read()),
         HARD_FAULT => StartCause::HardFault,
         _ if reason.timer() => StartCause::Watchdog,
         _ if reason.force() => StartCause::Requested,
@@ -50,7 +51,10 @@ fn restart(reason: u32) -> ! {
 }
 
 #[panic_handler]
-fn panic(_: &PanicInfo) -> ! {
+fn panic(info: &PanicInfo) -> ! {
+    make_safe();
+    let place = info.location().map_or(0, |place| panic_place(place.file(), place.line()));
+    pac::WATCHDOG.scratch1().write_value(place);
     restart(PANIC)
 }
 

@@ -20,7 +20,7 @@ const MAX_PLAIN: usize = MAX_FRAME - 1;
 const _: () = assert!(MAX_MESSAGE + CRC_LEN + 2 <= MAX_FRAME && MAX_MESSAGE + CRC_LEN < 254);
 
 // A table of 1 KiB. Without it, the CRC of one message takes the board a quarter of a tick.
-static CRC: Crc<u32, Table<1>> = Crc::<u32, Table<1>>::new(&CRC_32_ISO_HDLC);
+pub(crate) static CRC: Crc<u32, Table<1>> = Crc::<u32, Table<1>>::new(&CRC_32_ISO_HDLC);
 
 /// A complete frame with its closing zero.
 pub type Frame = Vec<u8, MAX_FRAME>;

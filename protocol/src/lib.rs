@@ -62,8 +62,10 @@
 pub mod config;
 pub mod frame;
 pub mod message;
+mod panic_place;
 mod text;
 pub mod units;
 
 pub use config::Config;
 pub use message::{Command, FromBoard, Hello, MAGIC, SCHEMA, ToBoard, VERSION};
+pub use panic_place::panic_place;

@@ -293,8 +293,8 @@ pub enum StartCause {
     ResetPin,
     /// Watchdog: the program hung, or its stack overflowed.
     Watchdog,
-    /// Panic of the program.
-    Panic,
+    /// Panic of the program, at the place with this number ([`panic_place`](crate::panic_place)).
+    Panic(u32),
     /// Hard fault of the processor: an invalid instruction or address.
     HardFault,
     /// Intended restart, for example after an update.

@@ -47,7 +47,7 @@ impl fmt::Display for StartCause {
             Self::PowerOn => "power on",
             Self::ResetPin => "its reset pin",
             Self::Watchdog => "the watchdog",
-            Self::Panic => "an error in its program",
+            Self::Panic(place) => return write!(f, "an error in its program (place {place:08x})"),
             Self::HardFault => "a fault of its processor",
             Self::Requested => "a requested restart",
         })

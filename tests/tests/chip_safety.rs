@@ -2,9 +2,13 @@
 
 #![allow(clippy::expect_used, clippy::panic, reason = "a test stops at the first surprise")]
 
+use std::fs;
+
+use object::{Object, ObjectSymbol};
+use plumb_image::{Image, panic_places};
 use plumb_protocol::Config;
 use plumb_protocol::config::{Estimated, Law, StepDir};
-use plumb_protocol::message::{Command, Fault, Hello, Jog, Refusal, State};
+use plumb_protocol::message::{Command, Fault, FromBoard, Hello, Jog, Refusal, StartCause, State};
 use plumb_protocol::units::{Acceleration, Milliseconds, Rate, Steps16};
 use plumb_tests::chip::{
     BALL_UM, CYCLES_PER_US, Chip, ENABLE, FAR_TARGET_UM, fast_config, firmware_image,
@@ -137,4 +141,26 @@ fn a_third_of_the_stack_stays_free() {
         stack.trim_matches('"').as_bytes().chunks(2).take_while(|digits| digits == b"a5").count();
     println!("{} of {STACK} bytes of stack were used", STACK - free);
     assert!(free > STACK / 3, "{free} bytes free");
+}
+
+/// Calls the panic of an index that is out of bounds, as from a place in the source.
+#[test]
+fn a_panic_restarts_the_board_which_reports_its_place() {
+    let Some(path) = firmware_image() else { return };
+    let elf = fs::read(&path).expect("the firmware");
+    let places = panic_places(&Image::read(&elf).expect("an image"));
+    let place = places.iter().find(|place| place.file.contains("core/src")).expect("a place");
+    let file = object::File::parse(&*elf).expect("an ELF file");
+    let is_panic = |name: &str| name.contains("panic_bounds_check") && !name.contains("Thunk");
+    let function = file.symbols().find(|symbol| symbol.name().is_ok_and(is_panic));
+    let function = function.expect("the panic of an index").address();
+
+    let mut chip = Chip::start(&path).configured(fast_config(1000.0, StepDir::TMC2209));
+    chip.drive_pin(ENABLE, Some(1));
+    let reply = chip.execute(json!({ "call": [function, 0, 0, place.address], "run_us": 100 }));
+    assert_eq!(reply["resets"][0][1], "forced", "{reply}");
+    chip.received.clear();
+    chip.assert_stopped_by_watchdog();
+    let cause = FromBoard::Started(StartCause::Panic(place.number()));
+    assert!(chip.received.contains(&cause), "{:?}", chip.received);
 }

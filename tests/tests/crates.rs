@@ -37,7 +37,7 @@ const CRATES: &[Rule] = &[
     Rule { name: "plumb-protocol", uses: &[], tests_use: &[] },
     Rule { name: "plumb-core", uses: &["plumb-protocol"], tests_use: &[] },
     Rule { name: "plumb-firmware", uses: &["plumb-core", "plumb-protocol"], tests_use: &[] },
-    Rule { name: "plumb-image", uses: &[], tests_use: &[] },
+    Rule { name: "plumb-image", uses: &["plumb-protocol"], tests_use: &[] },
     Rule { name: "plumb-emulator", uses: &["plumb-core", "plumb-protocol"], tests_use: &[] },
     Rule { name: "plumb-frame", uses: &[], tests_use: &[] },
     Rule { name: "plumb-vision", uses: &["plumb-frame"], tests_use: &[] },
@@ -140,6 +140,7 @@ const CRATES: &[Rule] = &[
             "plumb-vision",
         ],
         tests_use: &[
+            "plumb-image",
             "plumb-openni",
             "plumb-openni-driver",
             "plumb-realsense",

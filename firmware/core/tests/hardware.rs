@@ -91,7 +91,7 @@ fn a_board_reports_its_start_cause_and_begins_in_a_fault_after_its_own_error() {
         (ResetPin, false),
         (Requested, false),
         (Watchdog, true),
-        (Panic, true),
+        (Panic(0x1a2b_3c4d), true),
         (HardFault, true),
     ] {
         let mut bench = Bench::new(BUILD);

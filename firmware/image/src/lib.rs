@@ -1,4 +1,5 @@
-//! Conversion of the linked firmware to a UF2 file for the Pico, and checks of its size budgets.
+//! Conversion of the linked firmware to a UF2 file for the Pico, checks of its size budgets, and
+//! the places where it may panic.
 //!
 //! ```text
 //! ELF -> Image::read -> { uf2::blocks -> plumb.uf2;  Usage -> the budgets' table }
@@ -7,7 +8,9 @@
 
 pub mod budget;
 pub mod image;
+pub mod panics;
 pub mod uf2;
 
 pub use budget::{Budgets, Usage};
 pub use image::{Image, ImageError};
+pub use panics::{PanicPlace, panic_places};

@@ -1,41 +1,66 @@
-//! Writes a UF2 file from a linked firmware and prints its sizes with their budgets.
+//! Writes a UF2 file from a linked firmware and prints its sizes with their budgets, or finds the
+//! place of a panic that a board has reported.
 //!
-//! Usage: `plumb-image ELF UF2`. Exit codes: 0, the file is written; 1, a size is over its budget
-//! and nothing is written; 2, a file cannot be read or written, or is not a firmware.
+//! Usage: `plumb-image ELF UF2`, `plumb-image --place NUMBER ELF`. Exit codes: 0, the file is
+//! written, or the place found; 1, a size is over its budget and nothing is written, or the
+//! firmware has no such place; 2, a file cannot be read or written, or is not a firmware.
 
 use std::error::Error;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::{env, fs, io, iter};
 
-use plumb_image::{Image, ImageError, Usage, budget, image, uf2};
+use plumb_image::{Image, ImageError, Usage, budget, image, panic_places, uf2};
 use thiserror::Error;
 
 #[derive(Debug, Error)]
 enum Failure {
-    #[error("usage: plumb-image ELF UF2")]
+    #[error("usage: plumb-image ELF UF2, or plumb-image --place NUMBER ELF")]
     Usage,
+    #[error("{0}: not the number of a place, eight hexadecimal digits")]
+    Number(String),
     #[error("{}", path.display())]
     File { path: PathBuf, source: io::Error },
     #[error("{}", path.display())]
     Image { path: PathBuf, source: ImageError },
 }
 
+/// Returns the error about a file.
+fn at(path: &Path) -> impl FnOnce(io::Error) -> Failure {
+    let path = path.to_owned();
+    |source| Failure::File { path, source }
+}
+
+fn read(elf: &Path) -> Result<Image, Failure> {
+    let bytes = fs::read(elf).map_err(at(elf))?;
+    Image::read(&bytes).map_err(|source| Failure::Image { path: elf.to_owned(), source })
+}
+
 /// Writes the UF2 file if all sizes are within their budgets. Returns whether they are.
 fn convert(elf: &Path, uf2: &Path) -> Result<bool, Failure> {
-    let file = |path: &Path| {
-        let path = path.to_owned();
-        |source| Failure::File { path, source }
-    };
-    let bytes = fs::read(elf).map_err(file(elf))?;
-    let image =
-        Image::read(&bytes).map_err(|source| Failure::Image { path: elf.to_owned(), source })?;
+    let image = read(elf)?;
     let usage = Usage::new(&image, budget::PICO);
     println!("{usage}");
     if usage.within() {
-        fs::write(uf2, uf2::file(image::FLASH.start, &image.flash)).map_err(file(uf2))?;
+        fs::write(uf2, uf2::file(image::FLASH.start, &image.flash)).map_err(at(uf2))?;
     }
     Ok(usage.within())
+}
+
+/// Prints the place of a panic. Returns whether the firmware has it.
+fn find_place(number: &str, elf: &Path) -> Result<bool, Failure> {
+    let wanted = u32::from_str_radix(number, 16).map_err(|_| Failure::Number(number.to_owned()))?;
+    let places = panic_places(&read(elf)?);
+    let found = places.iter().find(|place| place.number() == wanted);
+    match found {
+        Some(place) => println!("{}:{}", place.file, place.line),
+        None => eprintln!(
+            "{}: none of its {} places has the number {number}: is it the firmware of the board?",
+            elf.display(),
+            places.len()
+        ),
+    }
+    Ok(found.is_some())
 }
 
 /// Returns the messages of `error` and of its causes, joined by ": ".
@@ -47,6 +72,7 @@ fn chain(error: &dyn Error) -> String {
 fn main() -> ExitCode {
     let arguments: Vec<PathBuf> = env::args_os().skip(1).map(PathBuf::from).collect();
     let result = match arguments.as_slice() {
+        [option, number, elf] if option == "--place" => find_place(&number.to_string_lossy(), elf),
         [elf, uf2] => convert(elf, uf2),
         _ => Err(Failure::Usage),
     };

@@ -318,6 +318,13 @@ export class Chip {
     this.core.pc = HANGING;
   }
 
+  /** Calls the function at `address` with up to four words as its arguments. */
+  call(address, words) {
+    words.forEach((word, register) => (this.core.r[register] = word));
+    this.core.waiting = false;
+    this.core.pc = address & ~1;
+  }
+
   /** Returns the contents of the flash chip, for another `Chip`. */
   saveFlash() {
     return this.flash.bytes.slice();

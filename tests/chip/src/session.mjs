@@ -108,6 +108,7 @@ const COMMANDS = {
   plug: ({ chip }) => chip.usb.plug(),
   dtr: ({ chip }, open) => chip.usb.setDtr(open),
   hang: ({ chip }) => chip.hang(),
+  call: ({ chip }, [address, ...words]) => chip.call(address, words),
   reset: ({ chip }, cause) => chip.reset(cause),
   steppers: (session, steppers) =>
     session.steppers.push(...steppers.map((stepper) => new Pulses(session.chip, stepper))),

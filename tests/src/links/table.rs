@@ -65,7 +65,7 @@ pub fn links() -> Vec<LinkCase> {
         case("dead", |seed| both(Lane { lost: 1.0, ..usb() }, seed), Cause(INTERRUPTED)),
         case("reboot watchdog", |seed| rebooted(StartCause::Watchdog, seed), Cause(RESTARTED)),
         case("reboot power", |seed| rebooted(StartCause::PowerOn, seed), Cause(RESTARTED)),
-        case("reboot panic", |seed| rebooted(StartCause::Panic, seed), Cause(RESTARTED)),
+        case("reboot panic", |seed| rebooted(StartCause::Panic(1), seed), Cause(RESTARTED)),
         case(
             "reboot in silence",
             rebooted_in_silence,

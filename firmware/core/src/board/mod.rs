@@ -103,14 +103,14 @@ impl Board {
     /// board itself the motors' positions are unknown, and the board begins in a fault.
     pub fn set_start_cause(&mut self, cause: StartCause) {
         self.session.start_cause = cause;
-        if matches!(cause, StartCause::Watchdog | StartCause::Panic | StartCause::HardFault) {
+        if matches!(cause, StartCause::Watchdog | StartCause::Panic(_) | StartCause::HardFault) {
             self.state = self.state.faulted(Fault::Watchdog);
         }
     }
 
-    /// Applies a configuration that was stored in flash; call before the first tick. The motors have
-    /// no current until a host's Hello has matched. A configuration that is out of range for this
-    /// board is ignored.
+    /// Applies a configuration that was stored in flash; call before the first tick. The motors
+    /// have no current until a host's Hello has matched. A configuration that is out of range for
+    /// this board is ignored.
     pub fn restore(&mut self, config: &Config) {
         if let Ok(params) = self.setup.check(config) {
             self.apply_config(params, config);
@@ -221,7 +221,7 @@ impl Board {
 
     /// Stops the board because a motor driver did not carry out its command: the motor positions
     /// are unknown. Call this in every tick as long as that lasts.
-    #[cold]
+    #[inline(never)]
     pub fn on_driver_failure(&mut self, now: Micros, out: &mut Outbox) {
         self.fault(now, Fault::Driver, out);
     }

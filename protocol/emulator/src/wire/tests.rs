@@ -118,7 +118,7 @@ fn a_reboot_keeps_the_rigs_position() {
 
 #[test]
 fn a_board_starts_in_fault_after_a_failure() {
-    for cause in [StartCause::Watchdog, StartCause::Panic, StartCause::HardFault] {
+    for cause in [StartCause::Watchdog, StartCause::Panic(1), StartCause::HardFault] {
         let reboots = vec![Reboot { at: Micros(500), cause }];
         let mut board = EmulatedBoard::new(EMULATED).with_wire(Wire { reboots, ..Wire::default() });
         board.run_to(Micros(1000)).expect("no rig");

@@ -228,7 +228,7 @@ fn restart(random: &mut Random) -> StartCause {
         StartCause::PowerOn,
         StartCause::ResetPin,
         StartCause::Watchdog,
-        StartCause::Panic,
+        StartCause::Panic(1),
         StartCause::HardFault,
         StartCause::Requested,
     ])
