@@ -1,6 +1,7 @@
 //! Time stamps of RGB-D cameras, for the crates of the cameras' libraries.
 //!
 //! - [`HostClock`]: mapping of a device's time stamps to the host's clock.
+//! - [`SenderClock`]: the same for a program that sends pictures and may state their age.
 //! - [`Pairing`]: pairs of colour and depth pictures by their time stamps.
 //!
 //! ```
@@ -26,8 +27,10 @@
 
 mod clock;
 mod pairing;
+mod sender;
 mod sensor;
 
 pub use clock::HostClock;
 pub use pairing::{Paired, Pairing, Timed};
+pub use sender::{SenderClock, SenderClockError};
 pub use sensor::Sensor;

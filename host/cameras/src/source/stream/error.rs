@@ -4,6 +4,7 @@ use std::io;
 use std::time::Duration;
 
 use plumb_frame::image::ImageSize;
+use plumb_timing::SenderClockError;
 use thiserror::Error;
 
 use super::header::{HeaderError, Part};
@@ -81,20 +82,9 @@ pub enum StreamError {
         #[source]
         error: HeaderError,
     },
-    /// A time stamp is not after the one before.
-    #[error("`t` is {t} after {before}: it must grow from frame to frame")]
-    NotGrowing {
-        /// Time stamp, seconds.
-        t: f64,
-        /// Time stamp of the frame before, seconds.
-        before: f64,
-    },
-    /// The time stamps and the arrivals do not run evenly.
-    #[error(
-        "`t` has moved by {0:+.3} s against this computer's clock since the frame before: its \
-         clock was set, or the frame was held up"
-    )]
-    ClockJump(f64),
+    /// The time of a frame is unknown.
+    #[error("key `t`")]
+    Time(#[from] SenderClockError),
     /// A picture cannot be decoded.
     #[error("the {part} picture cannot be decoded")]
     Decode {

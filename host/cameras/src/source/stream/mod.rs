@@ -19,7 +19,6 @@ mod header;
 mod picture;
 mod receiver;
 mod reception;
-mod sender_clock;
 
 use std::error::Error;
 use std::time::{Duration, Instant};

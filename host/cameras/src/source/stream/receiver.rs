@@ -4,13 +4,13 @@ use std::fs::File;
 use std::io::{BufRead, BufReader, ErrorKind, Read};
 use std::sync::Arc;
 
+use plumb_timing::SenderClock;
 use tracing::{debug, info};
 
 use super::connection::{Connection, STALL, wait};
 use super::endpoint::Endpoint;
 use super::error::StreamError;
 use super::header::{Header, HeaderError, MAX_HEADER_BYTES};
-use super::sender_clock::SenderClock;
 use crate::bounded_read::{LineError, read_line};
 use crate::error_chain::ErrorChain;
 use crate::source::capture::slot::{Item, Slot};
@@ -131,7 +131,7 @@ impl Receiver {
         let colour = read_bytes(input, header.colour_bytes, number)?;
         let depth = read_bytes(input, header.depth_bytes, number)?;
         let time = clock.taken(header.t, header.age, arrival);
-        Ok(time.map(|time| RawFrame { header, time, colour, depth }))
+        Ok(time.map(|time| RawFrame { header, time, colour, depth }).map_err(StreamError::from))
     }
 }
 

@@ -1,16 +1,35 @@
 //! Mapping of a sender's time stamps to the host's clock.
 
-use plumb_timing::HostClock;
+use thiserror::Error;
 
-use super::error::StreamError;
+use crate::clock::HostClock;
 
 /// Change of the offset between a sender's clock and the host's from one frame to the next above
 /// which the time of the frame is unknown, seconds.
 const MAX_JUMP_S: f64 = 1.0;
 
+/// Reason why the time of a frame is unknown.
+#[derive(Debug, Clone, Copy, PartialEq, Error)]
+pub enum SenderClockError {
+    /// A time stamp is not after the one before.
+    #[error("the time stamp is {t} after {before}: it must grow from frame to frame")]
+    NotGrowing {
+        /// Time stamp, seconds.
+        t: f64,
+        /// Time stamp of the frame before, seconds.
+        before: f64,
+    },
+    /// The time stamps and the arrivals do not run evenly.
+    #[error(
+        "the time stamp has moved by {0:+.3} s against this computer's clock since the frame \
+         before: its clock was set, or the frame was held up"
+    )]
+    Jump(f64),
+}
+
 /// Mapping of the time stamps of one sender to the host's clock.
 #[derive(Debug)]
-pub(super) struct SenderClock {
+pub struct SenderClock {
     mapping: HostClock,
     before: Option<Before>,
 }
@@ -24,9 +43,15 @@ struct Before {
     offset: f64,
 }
 
+impl Default for SenderClock {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
 impl SenderClock {
     /// Returns the mapping of a new sender.
-    pub(super) fn new() -> Self {
+    pub fn new() -> Self {
         // The sender states the age of its frames, where it knows it.
         Self { mapping: HostClock::new(0.0), before: None }
     }
@@ -37,15 +62,15 @@ impl SenderClock {
     ///
     /// # Errors
     /// Where the time is unknown: `t` does not grow, or the clocks have moved against each other.
-    pub(super) fn taken(&mut self, t: f64, age: f64, arrival: f64) -> Result<f64, StreamError> {
+    pub fn taken(&mut self, t: f64, age: f64, arrival: f64) -> Result<f64, SenderClockError> {
         let offset = arrival - age - t;
         if let Some(before) = self.before.replace(Before { t, offset }) {
             if t <= before.t {
-                return Err(StreamError::NotGrowing { t, before: before.t });
+                return Err(SenderClockError::NotGrowing { t, before: before.t });
             }
             let jump = before.offset - offset;
             if jump.abs() > MAX_JUMP_S {
-                return Err(StreamError::ClockJump(jump));
+                return Err(SenderClockError::Jump(jump));
             }
         }
         Ok(self.mapping.taken(t, arrival - age))
@@ -75,11 +100,11 @@ mod tests {
         let mut clock = SenderClock::new();
         clock.taken(10.0, 0.0, 1.0).unwrap();
         let again = clock.taken(10.0, 0.0, 1.1).unwrap_err();
-        assert!(matches!(again, StreamError::NotGrowing { .. }), "{again}");
+        assert!(matches!(again, SenderClockError::NotGrowing { .. }), "{again}");
         clock.taken(10.2, 0.0, 1.2).unwrap();
         // Held up for 3 s, then in time again.
         let late = clock.taken(10.3, 0.0, 4.3).unwrap_err();
-        assert!(matches!(late, StreamError::ClockJump(jump) if jump < -2.9), "{late}");
+        assert!(matches!(late, SenderClockError::Jump(jump) if jump < -2.9), "{late}");
         assert!(clock.taken(13.4, 0.0, 4.4).is_err());
         assert!((clock.taken(13.5, 0.0, 4.5).unwrap() - 4.5).abs() < 1e-9);
         // A clock that was set is followed after one frame.
