@@ -22,6 +22,7 @@ fn a_program_without_ros_says_how_to_build_it() {
 
 #[cfg(feature = "ros2")]
 mod with_ros2 {
+    use std::io::{BufRead, BufReader};
     use std::path::Path;
     use std::process::{Child, Command, Stdio};
     use std::sync::{Mutex, PoisonError};
@@ -173,6 +174,111 @@ mod with_ros2 {
         let stop = stop.unwrap_or_else(|| panic!("{endings:?}"));
         assert_eq!(endings[stop + 1..], ["reached"], "{endings:?}");
         assert!(stop <= 82, "{endings:?}");
+    }
+
+    /// A camera's node in another process; killed when dropped.
+    struct Camera(Child);
+
+    impl Camera {
+        /// Starts the node in `folder`, and waits until it publishes.
+        fn start(domain: &Domain, folder: &Path, options: &[&str]) -> Self {
+            let mut command = domain.script("camera.py", options);
+            let mut child = command.current_dir(folder).stdout(Stdio::piped()).spawn().unwrap();
+            let mut line = String::new();
+            BufReader::new(child.stdout.as_mut().unwrap()).read_line(&mut line).unwrap();
+            assert_eq!(line, "ready\n");
+            Self(child)
+        }
+
+        /// Ends the node without any notice to the other nodes.
+        fn kill(&mut self) {
+            let _ = self.0.kill();
+            let _ = self.0.wait();
+        }
+    }
+
+    impl Drop for Camera {
+        /// Ends the node, and with it the board that it has started.
+        fn drop(&mut self) {
+            let _ = kill(Pid::from_raw(i32::try_from(self.0.id()).unwrap()), Signal::SIGTERM);
+            let _ = self.0.wait();
+        }
+    }
+
+    /// Writes the paper's rig file for a board on `port` and a camera in ROS 2.
+    fn camera_rig(domain: &Domain, folder: &Path, port: &str) {
+        rig_file(folder, |text| {
+            let text = text[..text.find("\n[simulation]").unwrap()].replace("/dev/ttyACM0", port);
+            let text =
+                text.replace("file = \"camera.toml\"", "file = \"camera.toml\"\nsource = \"ros2\"");
+            let table = format!(
+                "\n[camera.ros2]\ndomain = {}\ninterface = \"127.0.0.1\"\nlatency = 0.01\n",
+                domain.number()
+            );
+            patient(text + &table)
+        });
+    }
+
+    /// The whole loop through DDS: the board's motors move the ball that the node shows.
+    #[test]
+    fn the_papers_task_is_done_with_the_camera_in_another_process() {
+        let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
+        let Some(domain) = Domain::reserve() else { return };
+        let folder = folder();
+        let options = ["--plumb", env!("CARGO_BIN_EXE_plumb")];
+        let _camera = Camera::start(&domain, folder.path(), &options);
+        camera_rig(&domain, folder.path(), "board");
+        let output = plumb(&["run", "rig.toml", "--out", "run", "--json"], folder.path());
+        assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+        assert!(stderr(&output).contains("640x480"), "{}", stderr(&output));
+        let summary = common::json(&output);
+        assert!(summary["error_mm"].as_f64().unwrap() < 10.0, "{summary}");
+        // The ball begins 38 cm from the target and moves through many pictures.
+        assert!(summary["located"].as_u64().unwrap() > 60, "{summary}");
+    }
+
+    #[test]
+    fn a_camera_that_vanishes_stops_the_board_and_a_stop_is_still_answered() {
+        let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
+        let Some(domain) = Domain::reserve() else { return };
+        let mut peer = Peer::start(&domain, "/plumb", &[]);
+        let (folder, emulator) = (folder(), Emulator::start());
+        camera_rig(&domain, folder.path(), &emulator.port);
+        let mut run = Run::command(&domain, "/plumb", folder.path()).spawn().unwrap();
+        // Before the first picture.
+        peer.until_status("/plumb: run", "no picture");
+        let answer = peer.call("stop");
+        assert_eq!(answer["success"], true, "{answer}");
+        let mut camera = Camera::start(&domain, folder.path(), &[]);
+        peer.until_status("/plumb: run", "ready");
+        assert_eq!(peer.call("resume")["success"], true);
+        peer.send(&target(PAPER, "plumb/rig"));
+        peer.until_held("/plumb", PAPER);
+        camera.kill();
+        let fault = peer.until_status("/plumb: run", "stopped by itself");
+        assert_eq!(fault["level"], 2, "{fault}");
+        assert!(fault["values"]["advice"].is_string(), "{fault}");
+        let answer = peer.call("stop");
+        assert_eq!(answer["success"], true, "{answer}");
+        kill(Pid::from_raw(i32::try_from(run.id()).unwrap()), Signal::SIGINT).unwrap();
+        assert_eq!(run.wait().unwrap().code(), Some(1));
+        let lost = std::fs::read_to_string(folder.path().join("run/lost.csv")).unwrap();
+        assert!(lost.contains("no picture for"), "{lost}");
+    }
+
+    #[test]
+    fn a_camera_of_another_type_is_refused_by_name() {
+        let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
+        let Some(domain) = Domain::reserve() else { return };
+        let (folder, emulator) = (folder(), Emulator::start());
+        let _camera = Camera::start(&domain, folder.path(), &["--type", "CompressedImage"]);
+        camera_rig(&domain, folder.path(), &emulator.port);
+        let output = plumb(&["run", "rig.toml", "--out", "run"], folder.path());
+        assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+        for part in ["/camera/camera/color/image_raw", "CompressedImage", "sensor_msgs/msg/Image"] {
+            assert!(stderr(&output).contains(part), "{part}: {}", stderr(&output));
+        }
+        assert!(!folder.path().join("run").exists(), "nothing moves");
     }
 
     #[test]

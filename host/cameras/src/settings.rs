@@ -8,6 +8,7 @@ use thiserror::Error;
 
 use crate::source::openni::OpenniSettings;
 use crate::source::realsense::RealsenseSettings;
+use crate::source::ros2::Ros2CameraSettings;
 use crate::source::stream::StreamAddress;
 use crate::source::webcam::WebcamSettings;
 
@@ -16,7 +17,8 @@ use crate::source::webcam::WebcamSettings;
 /// ```toml
 /// [camera]
 /// file = "camera.toml"
-/// source = "openni"          # or "realsense", "webcam", "simulated", "recording", "stream"
+/// source = "openni"          # or "realsense", "webcam", "ros2", "simulated", "recording",
+///                            # "stream"
 /// recording = "desk.oni"     # of "recording": an .oni, .bag, .db3 or video file, or a TUM folder
 /// stream = "unix:cam.sock"   # of "stream": or "tcp:127.0.0.1:5600", or "-" (standard input)
 /// [camera.openni]            # of "openni", each key with a default
@@ -30,6 +32,8 @@ use crate::source::webcam::WebcamSettings;
 /// serial = "832112070255"
 /// [camera.webcam]            # of "webcam", each key with a default
 /// device = "/dev/video2"
+/// [camera.ros2]              # of "ros2", each key with a default
+/// colour = "/camera/camera/color/image_raw"
 /// ```
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -53,6 +57,9 @@ pub struct CameraSettings {
     /// Settings of a webcam.
     #[serde(default)]
     pub webcam: WebcamSettings,
+    /// Settings of a camera in ROS 2.
+    #[serde(default)]
+    pub ros2: Ros2CameraSettings,
 }
 
 /// Source of the frames: key `source` of the table `[camera]`.
@@ -71,6 +78,8 @@ pub enum SourceName {
     Stream,
     /// A webcam, without depth.
     Webcam,
+    /// A camera that another node of ROS 2 publishes. The crate `plumb-ros2` has its driver.
+    Ros2,
 }
 
 impl fmt::Display for SourceName {
@@ -83,6 +92,7 @@ impl fmt::Display for SourceName {
             Self::Recording => "recording",
             Self::Stream => "stream",
             Self::Webcam => "webcam",
+            Self::Ros2 => "ros2",
         })
     }
 }
@@ -114,9 +124,16 @@ impl CameraSettings {
     /// Returns the settings of the first camera that is plugged in, described by the camera file
     /// `file`.
     pub fn new(file: impl Into<PathBuf>) -> Self {
-        let (openni, realsense) = (OpenniSettings::default(), RealsenseSettings::default());
-        let (file, webcam) = (file.into(), WebcamSettings::default());
-        Self { file, source: None, recording: None, stream: None, openni, realsense, webcam }
+        Self {
+            file: file.into(),
+            source: None,
+            recording: None,
+            stream: None,
+            openni: OpenniSettings::default(),
+            realsense: RealsenseSettings::default(),
+            webcam: WebcamSettings::default(),
+            ros2: Ros2CameraSettings::default(),
+        }
     }
 
     /// Returns the source of the frames, where `simulation` is whether there is a simulated rig.

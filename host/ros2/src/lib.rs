@@ -9,12 +9,15 @@
 //!     <- commands              <-                                    targets, services <-
 //! ```
 //!
+//! [`Ros2Driver`] opens a camera that another node publishes, such as that of realsense-ros.
+//!
 //! docs/use/ros2.md lists the topics and services.
 
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]
 
 mod action;
+mod camera;
 mod error;
 mod feed;
 mod ledger;
@@ -31,6 +34,7 @@ mod service;
 mod status;
 mod targets;
 
+pub use camera::{FIRST_PICTURE, Ros2Camera, Ros2CameraError, Ros2Driver};
 pub use error::Ros2Error;
 pub use namespace::Namespace;
 pub use network::{MAX_DOMAIN, Network};

@@ -6,6 +6,7 @@
 
 use std::collections::HashMap;
 use std::fmt;
+use std::time::{Duration, Instant};
 
 use ros2_client::{Gid, MessageInfo};
 use rustdds::DomainParticipant;
@@ -15,6 +16,9 @@ use crate::message::TypedMessage;
 
 /// Number of publishers that are remembered. One more makes the memory begin anew.
 const MAX_PUBLISHERS: usize = 1000;
+
+/// Time after its last message for which a publisher counts as a sender.
+const RECENT: Duration = Duration::from_secs(1);
 
 /// Publisher on a topic that cannot be used.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -60,8 +64,17 @@ pub(crate) struct Peers {
     kind: String,
     /// Whether the subscription is reliable, so that it needs reliable publishers.
     is_reliable: bool,
-    /// Whether a publisher has the type, for those whose messages have come.
-    checked: HashMap<Gid, bool>,
+    /// Publishers whose messages have come.
+    senders: HashMap<Gid, Sender>,
+}
+
+/// Publisher whose messages have come.
+#[derive(Debug, Clone, Copy)]
+struct Sender {
+    /// Whether it has the topic's type.
+    is_right: bool,
+    /// Time of its last message.
+    last: Instant,
 }
 
 impl Peers {
@@ -73,25 +86,46 @@ impl Peers {
     ) -> Self {
         let kind = M::type_name().dds_msg_type();
         let (participant, topic) = (participant.clone(), topic.to_owned());
-        Self { participant, topic, kind, is_reliable, checked: HashMap::new() }
+        Self { participant, topic, kind, is_reliable, senders: HashMap::new() }
     }
 
     /// Returns whether the sender of a message is known to send the topic's type.
     pub(crate) fn is_trusted(&mut self, info: &MessageInfo) -> bool {
         let gid = info.publisher_gid();
-        if let Some(is_right) = self.checked.get(&gid) {
-            return *is_right;
+        let now = Instant::now();
+        if let Some(sender) = self.senders.get_mut(&gid) {
+            sender.last = now;
+            return sender.is_right;
         }
         let writers = self.participant.discovered_writers();
         let sender =
             writers.iter().find(|writer| Gid::from(writer.writer_proxy.remote_writer_guid) == gid);
         let Some(sender) = sender else { return false };
         let is_right = sender.publication_topic_data.type_name == self.kind;
-        if self.checked.len() >= MAX_PUBLISHERS {
-            self.checked.clear();
+        if self.senders.len() >= MAX_PUBLISHERS {
+            self.senders.clear();
         }
-        self.checked.insert(gid, is_right);
+        self.senders.insert(gid, Sender { is_right, last: now });
         is_right
+    }
+
+    /// Returns the name of the topic.
+    pub(crate) fn topic(&self) -> &str {
+        &self.topic
+    }
+
+    /// Returns the number of publishers whose messages have come in the last second.
+    pub(crate) fn recent_senders(&self) -> usize {
+        let is_recent = |sender: &&Sender| sender.is_right && sender.last.elapsed() < RECENT;
+        self.senders.values().filter(is_recent).count()
+    }
+
+    /// Returns the number of publishers on the topic.
+    pub(crate) fn count(&self) -> usize {
+        let dds_topic = self.dds_topic();
+        let writers = self.participant.discovered_writers();
+        let names = writers.iter().map(|writer| &writer.publication_topic_data.topic_name);
+        names.filter(|name| **name == dds_topic).count()
     }
 
     /// Returns the name of the topic in DDS.

@@ -8,7 +8,7 @@ use std::net::IpAddr;
 
 use clap::Args;
 
-pub(super) use output::Ros2;
+pub(super) use output::{Ros2, open_camera};
 
 #[derive(Args)]
 pub(super) struct Ros2Options {

@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use plumb_cameras::driver::OpenedCamera;
-use plumb_cameras::drivers::open_camera;
 use plumb_cameras::record::RecordFolder;
+use plumb_cameras::settings::{CameraSettings, SourceName};
 use plumb_cameras::source::CameraSource;
 use plumb_cameras::source::capture::{Capture, CaptureLimits};
 use plumb_cameras::source::stream::FIRST_FRAME;
@@ -15,6 +15,7 @@ use plumb_vision::camera::Camera;
 
 use super::interrupt::DefaultSignals;
 use super::print::tell;
+use super::ros2::open_camera;
 use super::{Failure, Physics, bad_input};
 
 /// Open camera of a run.
@@ -31,8 +32,8 @@ impl RunCamera {
     /// Opens the camera of `rig`, whose camera file describes `camera`. A device also records to
     /// the file `oni`.
     pub(super) fn open(rig: &Rig, camera: Camera, oni: Option<PathBuf>) -> Result<Self, Failure> {
-        let signals = rig.camera.stream.as_ref().map(|address| {
-            tell!("camera: waiting for frames at {address}, {} s at most", FIRST_FRAME.as_secs());
+        let signals = sender(&rig.camera).map(|sender| {
+            tell!("camera: waiting for {sender}, {} s at most", FIRST_FRAME.as_secs());
             // Nothing moves yet, and the sender may never come.
             DefaultSignals::begin()
         });
@@ -68,6 +69,14 @@ impl RunCamera {
         let source = SimulatedCamera::new(plant, synthetic, simulation.motors(), Timing::default());
         let source = Box::new(Capture::start(source, CaptureLimits::default())?);
         Ok(Self { source, camera, follower: Some(follower) })
+    }
+}
+
+/// Returns what another program must send, for a person; `None` for other cameras.
+fn sender(settings: &CameraSettings) -> Option<String> {
+    match (settings.source, &settings.stream) {
+        (Some(SourceName::Ros2), _) => Some(format!("pictures on {}", settings.ros2.colour)),
+        (_, stream) => stream.as_ref().map(|address| format!("frames at {address}")),
     }
 }
 

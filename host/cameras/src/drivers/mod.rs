@@ -24,11 +24,12 @@ pub use recording::RecordingDriver;
 pub use stream::StreamDriver;
 pub use webcam::WebcamDriver;
 
-/// All camera drivers.
+/// All camera drivers of this crate. [`SourceName::Ros2`] has its driver in the crate `plumb-ros2`.
 pub const DRIVERS: [&dyn CameraDriver; 5] =
     [&OpenniDriver, &RealsenseDriver, &RecordingDriver, &StreamDriver, &WebcamDriver];
 
-/// Returns the driver of that name. [`SourceName::Simulated`] has none.
+/// Returns the driver of that name. [`SourceName::Simulated`] has none, and [`SourceName::Ros2`]
+/// none in this crate.
 pub fn driver(name: SourceName) -> Option<&'static dyn CameraDriver> {
     DRIVERS.into_iter().find(|driver| driver.name() == name)
 }
@@ -43,8 +44,23 @@ pub fn open_camera(
     camera: Camera,
     device_recording: Option<PathBuf>,
 ) -> Result<OpenedCamera, OpenError> {
+    open_camera_with(&[], settings, camera, device_recording)
+}
+
+/// Opens a camera as [`open_camera`]. The drivers `more` of other crates are tried after those of
+/// this crate.
+///
+/// # Errors
+/// As [`open_camera`].
+pub fn open_camera_with(
+    more: &[&dyn CameraDriver],
+    settings: &CameraSettings,
+    camera: Camera,
+    device_recording: Option<PathBuf>,
+) -> Result<OpenedCamera, OpenError> {
     let name = settings.source(false)?;
-    let driver = driver(name).ok_or(OpenError::NoDriver(name))?;
+    let others = || more.iter().copied().find(|driver| driver.name() == name);
+    let driver = driver(name).or_else(others).ok_or(OpenError::NoDriver(name))?;
     let request = OpenRequest { settings, camera, device_recording };
     let opened =
         driver.open(&request).map_err(|cause| OpenError::Driver { driver: name, cause })?;
@@ -74,9 +90,9 @@ mod tests {
     use crate::source::tum::TumError;
 
     #[test]
-    fn every_source_but_the_simulated_one_has_one_driver() {
+    fn every_source_but_the_simulated_one_and_ros_has_one_driver() {
         let mut names: Vec<SourceName> = DRIVERS.iter().map(|driver| driver.name()).collect();
-        names.push(SourceName::Simulated);
+        names.extend([SourceName::Simulated, SourceName::Ros2]);
         let all = [
             SourceName::Openni,
             SourceName::Realsense,
@@ -84,9 +100,10 @@ mod tests {
             SourceName::Stream,
             SourceName::Webcam,
             SourceName::Simulated,
+            SourceName::Ros2,
         ];
         assert_eq!(names, all);
-        assert!(driver(SourceName::Simulated).is_none());
+        assert!(driver(SourceName::Simulated).is_none() && driver(SourceName::Ros2).is_none());
     }
 
     #[test]

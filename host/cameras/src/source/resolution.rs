@@ -39,7 +39,7 @@ pub enum UnfitIntrinsics {
 ///
 /// # Errors
 /// [`UnfitIntrinsics`] where they do not.
-pub(super) fn check(
+pub fn check(
     intrinsics: &Intrinsics,
     size: ImageSize,
     origin: impl ToString,

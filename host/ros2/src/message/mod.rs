@@ -2,6 +2,7 @@
 
 pub(crate) mod diagnostic;
 pub(crate) mod geometry;
+pub(crate) mod sensor;
 
 use ros2_client::MessageTypeName;
 use serde::{Deserialize, Serialize};

@@ -1,10 +1,15 @@
 //! A program without ROS 2.
 
+use std::path::PathBuf;
+
+use plumb_cameras::driver::OpenedCamera;
+use plumb_cameras::drivers;
+use plumb_cameras::settings::{CameraSettings, SourceName};
 use plumb_runtime::observer::Observer;
 use plumb_runtime::operator::OperatorSender;
 use plumb_vision::camera::Camera;
 
-use super::super::Failure;
+use super::super::{Failure, bad_input};
 use super::Ros2Options;
 
 /// Reason to refuse the option.
@@ -18,6 +23,21 @@ pub(in super::super) struct Namespace;
 /// Refuses the option `--ros2`.
 pub(super) fn namespace(_: &str) -> Result<Namespace, String> {
     Err(ABSENT.to_owned())
+}
+
+/// Opens the camera that `settings` choose.
+///
+/// # Errors
+/// Where it is a camera in ROS 2.
+pub(in super::super) fn open_camera(
+    settings: &CameraSettings,
+    camera: Camera,
+    device_recording: Option<PathBuf>,
+) -> Result<OpenedCamera, Failure> {
+    if settings.source == Some(SourceName::Ros2) {
+        return Err(bad_input(ABSENT));
+    }
+    Ok(drivers::open_camera(settings, camera, device_recording)?)
 }
 
 /// Node without effect.

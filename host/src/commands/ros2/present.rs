@@ -1,6 +1,11 @@
 //! The node of a run.
 
-use plumb_ros2::{Network, Ros2Output, Ros2Settings};
+use std::path::PathBuf;
+
+use plumb_cameras::driver::OpenedCamera;
+use plumb_cameras::drivers::open_camera_with;
+use plumb_cameras::settings::CameraSettings;
+use plumb_ros2::{Network, Ros2Driver, Ros2Output, Ros2Settings};
 use plumb_runtime::observer::Observer;
 use plumb_runtime::operator::OperatorSender;
 use plumb_vision::camera::Camera;
@@ -14,6 +19,15 @@ pub(in super::super) use plumb_ros2::Namespace;
 /// Reads a namespace.
 pub(super) fn namespace(text: &str) -> Result<Namespace, String> {
     text.parse::<Namespace>().map_err(|error| error.to_string())
+}
+
+/// Opens the camera that `settings` choose, also one in ROS 2.
+pub(in super::super) fn open_camera(
+    settings: &CameraSettings,
+    camera: Camera,
+    device_recording: Option<PathBuf>,
+) -> Result<OpenedCamera, Failure> {
+    Ok(open_camera_with(&[&Ros2Driver], settings, camera, device_recording)?)
 }
 
 /// Node of a run; without effect where no option asks for one.

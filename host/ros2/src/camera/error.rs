@@ -1,0 +1,129 @@
+//! Failure of a camera in ROS 2.
+
+use std::time::Duration;
+
+use plumb_cameras::decode::DecodeError;
+use plumb_cameras::source::{SourceError, UnfitIntrinsics};
+use plumb_frame::image::{ImageError, ImageSize};
+use plumb_timing::SenderClockError;
+use thiserror::Error;
+
+use crate::error::Ros2Error;
+use crate::peers::UnusablePublisher;
+
+/// Failure of a camera in ROS 2.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum Ros2CameraError {
+    /// ROS 2 cannot be joined.
+    #[error(transparent)]
+    Join(#[from] Ros2Error),
+    /// A publisher on a topic of the camera has another type.
+    #[error(transparent)]
+    Unusable(#[from] UnusablePublisher),
+    /// Several nodes publish on a topic, so that the pictures of two cameras would mix.
+    #[error(
+        "{count} nodes publish on {topic}; choose the topic of one camera in [camera.ros2] of the \
+         rig file"
+    )]
+    ManyPublishers {
+        /// Name of the topic.
+        topic: String,
+        /// Number of publishers.
+        count: usize,
+    },
+    /// No picture has come since the camera was opened.
+    #[error("no picture came within {} s: {missing}", .waited.as_secs())]
+    NoPicture {
+        /// Time that was waited.
+        waited: Duration,
+        /// What is missing, and which topics there are.
+        missing: String,
+    },
+    /// No picture has come for a while.
+    #[error("no picture for {:.0} s: {missing}", .silent.as_secs_f64())]
+    Silent {
+        /// Time since the last picture.
+        silent: Duration,
+        /// What is missing.
+        missing: String,
+    },
+    /// A picture has an encoding that Plumb does not read.
+    #[error("{topic}: the encoding is `{found}`, but {expected} is needed")]
+    Encoding {
+        /// Name of the topic.
+        topic: String,
+        /// Encoding of the picture.
+        found: String,
+        /// Encodings that Plumb reads.
+        expected: &'static str,
+    },
+    /// The bytes of a picture do not fit its size.
+    #[error("{topic}: a picture of {size} with {bytes} bytes in rows of {step} bytes")]
+    Layout {
+        /// Name of the topic.
+        topic: String,
+        /// Size that the message states.
+        size: ImageSize,
+        /// Bytes of a row.
+        step: u32,
+        /// Bytes of the picture.
+        bytes: usize,
+    },
+    /// A picture has another size than the first one, or than the camera's description.
+    #[error("{topic}: the size is {size}, but {expected} is needed")]
+    OtherSize {
+        /// Name of the topic.
+        topic: String,
+        /// Size.
+        size: ImageSize,
+        /// Size that is needed.
+        expected: ImageSize,
+    },
+    /// A picture cannot be decoded.
+    #[error("{topic}: a picture cannot be decoded")]
+    Decode {
+        /// Name of the topic.
+        topic: String,
+        /// Violated condition.
+        #[source]
+        error: DecodeError,
+    },
+    /// A picture has another number of pixels than its size.
+    #[error(transparent)]
+    Image(#[from] ImageError),
+    /// The camera's description has no focal lengths.
+    #[error("{topic}: the focal lengths are {fx} and {fy}: the camera is not calibrated")]
+    NotCalibrated {
+        /// Name of the topic.
+        topic: String,
+        /// Focal length along the rows, pixels.
+        fx: f64,
+        /// Focal length along the columns, pixels.
+        fy: f64,
+    },
+    /// The camera's description has a distortion that Plumb has no model for.
+    #[error(
+        "{topic}: the lens has a distortion of the model `{model}`, but `plumb_bob` is needed. \
+         Use a topic with rectified pictures, or calibrate and set `intrinsics = \"file\"` in \
+         [camera.ros2] of the rig file"
+    )]
+    DistortionModel {
+        /// Name of the topic.
+        topic: String,
+        /// Model of the distortion.
+        model: String,
+    },
+    /// The time of a picture is unknown.
+    #[error("the time of a picture is unknown")]
+    Time(#[from] SenderClockError),
+    /// The first picture is refused.
+    #[error("the first picture is refused")]
+    First(#[source] SourceError),
+    /// The intrinsics do not fit the pictures.
+    #[error(transparent)]
+    UnfitIntrinsics(#[from] UnfitIntrinsics),
+    /// The operating system gives no means to wait for messages.
+    #[error("cannot wait for messages")]
+    Wait(#[source] std::io::Error),
+}

@@ -1,0 +1,104 @@
+//! Pictures of a camera: colour with the depth of the same moment.
+
+use std::time::Duration;
+
+use plumb_cameras::source::ros2::Ros2CameraSettings;
+use plumb_frame::image::{ColourImage, DepthImage, ImageSize};
+
+use super::error::Ros2CameraError;
+use super::pairs::{Pairs, Stamped};
+use super::picture::{self, Colour};
+use super::reception::{Received, Reception};
+use crate::message::sensor::{CameraInfo, Image};
+use crate::network::Network;
+
+/// Decoded pictures of one moment.
+#[derive(Debug)]
+pub(crate) struct Pictures {
+    /// Stamp of the colour picture, seconds on the clock of the camera's computer.
+    pub(crate) stamp: f64,
+    /// Colour.
+    pub(crate) colour: ColourImage,
+    /// Depth aligned to colour; `None` for a camera without depth.
+    pub(crate) depth: Option<DepthImage>,
+}
+
+/// Pictures of a camera as they come.
+pub(crate) struct Intake {
+    pub(crate) reception: Reception,
+    pairs: Pairs<Colour, Image>,
+    /// The newest colour picture of a camera without depth.
+    newest: Option<Stamped<Colour>>,
+}
+
+impl Intake {
+    /// Subscribes to the topics.
+    ///
+    /// # Errors
+    /// As [`Reception::start`].
+    pub(crate) fn start(
+        settings: &Ros2CameraSettings,
+        network: &Network,
+    ) -> Result<Self, Ros2CameraError> {
+        let reception = Reception::start(settings, network)?;
+        Ok(Self { reception, pairs: Pairs::default(), newest: None })
+    }
+
+    /// Waits for messages, for `limit` at most. Descriptions of the camera go to `describe`.
+    ///
+    /// # Errors
+    /// Where the operating system refuses.
+    pub(crate) fn receive(
+        &mut self,
+        limit: Duration,
+        mut describe: impl FnMut(Box<CameraInfo>),
+    ) -> Result<(), Ros2CameraError> {
+        let (pairs, newest) = (&mut self.pairs, &mut self.newest);
+        let has_depth = self.reception.depth_name().is_some();
+        self.reception.receive(limit, |received| match received {
+            Received::Colour(colour) if has_depth => pairs.add_colour(colour),
+            Received::Colour(colour) => *newest = Some(colour),
+            Received::Depth(depth) => pairs.add_depth(depth),
+            Received::Info(info) => describe(info),
+        })
+    }
+
+    /// Removes and decodes the newest pictures; `None` where there are none.
+    ///
+    /// # Errors
+    /// Where they cannot be decoded, or colour and depth differ in size.
+    pub(crate) fn take(&mut self) -> Result<Option<Pictures>, Ros2CameraError> {
+        let name = self.reception.colour_name();
+        let Some(depth_name) = self.reception.depth_name() else {
+            let Some(Stamped { stamp, picture }) = self.newest.take() else { return Ok(None) };
+            return Ok(Some(Pictures { stamp, colour: picture.decode(name)?, depth: None }));
+        };
+        let Some((Stamped { stamp, picture }, depth)) = self.pairs.take_newest() else {
+            return Ok(None);
+        };
+        let colour = picture.decode(name)?;
+        let depth = picture::depth(&depth.picture, depth_name)?;
+        check_size(depth_name, depth.size(), colour.size())?;
+        Ok(Some(Pictures { stamp, colour, depth: Some(depth) }))
+    }
+
+    /// Returns, for a person, what may be missing where no pictures come.
+    pub(crate) fn missing(&self) -> String {
+        self.reception.missing(self.pairs.apart())
+    }
+}
+
+/// Checks the size of a picture of `topic`.
+///
+/// # Errors
+/// [`Ros2CameraError::OtherSize`] where it is not `expected`.
+pub(crate) fn check_size(
+    topic: &str,
+    size: ImageSize,
+    expected: ImageSize,
+) -> Result<(), Ros2CameraError> {
+    if size == expected {
+        return Ok(());
+    }
+    Err(Ros2CameraError::OtherSize { topic: topic.to_owned(), size, expected })
+}

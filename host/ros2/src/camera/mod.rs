@@ -1,0 +1,14 @@
+//! A camera of another node, such as realsense-ros.
+
+mod driver;
+mod error;
+mod intake;
+mod lens;
+mod pairs;
+mod picture;
+mod reception;
+mod source;
+
+pub use driver::Ros2Driver;
+pub use error::Ros2CameraError;
+pub use source::{FIRST_PICTURE, Ros2Camera};

@@ -1,0 +1,254 @@
+//! Topics of a camera: messages in the order of their kinds.
+
+use std::io;
+use std::time::Duration;
+
+use plumb_cameras::source::ros2::Ros2CameraSettings;
+use ros2_client::qos::History;
+use ros2_client::{QosProfile, Subscription};
+use rustdds::mio1::{Events, Interest, Poll, Token};
+use serde::de::DeserializeOwned;
+
+use super::error::Ros2CameraError;
+use super::pairs::Stamped;
+use super::picture::Colour;
+use crate::member::Member;
+use crate::message::sensor::{CameraInfo, CompressedImage, Image};
+use crate::message::{Header, TypedMessage};
+use crate::namespace::Namespace;
+use crate::network::Network;
+use crate::peers::Peers;
+
+/// Pictures without repetition: such a subscription hears publishers of both kinds. The depth of
+/// the history bounds the pictures in the DDS library's memory.
+const PICTURES: QosProfile =
+    QosProfile::subscription_default().history(History::KeepLast { depth: 4 });
+
+/// Largest number of messages of one kind that are taken in a turn.
+const MAX_IN_TURN: usize = 32;
+
+/// Topic with the messages that have the right type.
+struct Topic<M: 'static> {
+    name: String,
+    messages: Subscription<M>,
+    peers: Peers,
+}
+
+impl<M: TypedMessage + DeserializeOwned + 'static> Topic<M> {
+    fn new(
+        member: &mut Member,
+        name: &str,
+        poll: &Poll,
+        token: usize,
+    ) -> Result<Self, Ros2CameraError> {
+        let mut messages = member.subscription(name, &PICTURES)?;
+        poll.registry()
+            .register(&mut messages, Token(token), Interest::READABLE)
+            .map_err(Ros2CameraError::Wait)?;
+        let peers = Peers::new::<M>(&member.participant, name, false);
+        Ok(Self { name: name.to_owned(), messages, peers })
+    }
+
+    /// Removes the messages that have come, and hands those of the right type to `take`.
+    fn receive(&mut self, mut take: impl FnMut(M)) {
+        for _ in 0..MAX_IN_TURN {
+            // A message that cannot be decoded is of another type.
+            let Ok(received) = self.messages.take() else { continue };
+            let Some((message, info)) = received else { return };
+            if self.peers.is_trusted(&info) {
+                take(message);
+            }
+        }
+    }
+}
+
+/// Colour topic of either type.
+enum ColourTopic {
+    Raw(Topic<Image>),
+    Compressed(Topic<CompressedImage>),
+}
+
+impl ColourTopic {
+    fn peers(&self) -> &Peers {
+        match self {
+            Self::Raw(topic) => &topic.peers,
+            Self::Compressed(topic) => &topic.peers,
+        }
+    }
+
+    fn name(&self) -> &str {
+        match self {
+            Self::Raw(topic) => &topic.name,
+            Self::Compressed(topic) => &topic.name,
+        }
+    }
+}
+
+/// Message of a camera.
+pub(crate) enum Received {
+    /// Colour picture.
+    Colour(Stamped<Colour>),
+    /// Depth picture.
+    Depth(Stamped<Image>),
+    /// Description of the camera.
+    Info(Box<CameraInfo>),
+}
+
+/// Topics of a camera.
+pub(crate) struct Reception {
+    poll: Poll,
+    events: Events,
+    colour: ColourTopic,
+    depth: Option<Topic<Image>>,
+    info: Topic<CameraInfo>,
+    member: Member,
+}
+
+impl Reception {
+    /// Joins ROS 2 and subscribes to the topics.
+    ///
+    /// # Errors
+    /// Where ROS 2 cannot be joined, or the name of a topic breaks its rules.
+    pub(crate) fn start(
+        settings: &Ros2CameraSettings,
+        network: &Network,
+    ) -> Result<Self, Ros2CameraError> {
+        let mut member = network.join(&Namespace::default(), "plumb_camera")?;
+        let poll = Poll::new().map_err(Ros2CameraError::Wait)?;
+        let name = settings.colour.as_str();
+        let colour = if name.ends_with("/compressed") {
+            ColourTopic::Compressed(Topic::new(&mut member, name, &poll, 0)?)
+        } else {
+            ColourTopic::Raw(Topic::new(&mut member, name, &poll, 0)?)
+        };
+        let depth = settings.depth_topic();
+        let depth = depth.map(|name| Topic::new(&mut member, name, &poll, 1)).transpose()?;
+        let info = Topic::new(&mut member, &settings.info, &poll, 2)?;
+        Ok(Self { poll, events: Events::with_capacity(16), colour, depth, info, member })
+    }
+
+    /// Returns the name of the colour topic.
+    pub(crate) fn colour_name(&self) -> &str {
+        self.colour.name()
+    }
+
+    /// Returns the name of the depth topic; `None` for a camera without depth.
+    pub(crate) fn depth_name(&self) -> Option<&str> {
+        self.depth.as_ref().map(|topic| topic.name.as_str())
+    }
+
+    /// Returns the name of the topic with the camera's description.
+    pub(crate) fn info_name(&self) -> &str {
+        &self.info.name
+    }
+
+    /// Waits for messages, for `limit` at most, and hands them to `take`.
+    ///
+    /// # Errors
+    /// Where the operating system refuses.
+    pub(crate) fn receive(
+        &mut self,
+        limit: Duration,
+        mut take: impl FnMut(Received),
+    ) -> Result<(), Ros2CameraError> {
+        match self.poll.poll(&mut self.events, Some(limit)) {
+            Err(error) if error.kind() != io::ErrorKind::Interrupted => {
+                return Err(Ros2CameraError::Wait(error));
+            }
+            _ => {}
+        }
+        self.info.receive(|info| take(Received::Info(Box::new(info))));
+        let mut colour = |stamp, picture| take(Received::Colour(Stamped { stamp, picture }));
+        match &mut self.colour {
+            ColourTopic::Raw(topic) => {
+                topic.receive(|image| colour(stamp(&image.header), Colour::Raw(image)));
+            }
+            ColourTopic::Compressed(topic) => {
+                topic.receive(|image| colour(stamp(&image.header), Colour::Compressed(image)));
+            }
+        }
+        if let Some(depth) = &mut self.depth {
+            depth.receive(|image| {
+                let stamp = stamp(&image.header);
+                take(Received::Depth(Stamped { stamp, picture: image }));
+            });
+        }
+        Ok(())
+    }
+
+    fn peers(&self) -> impl Iterator<Item = &Peers> {
+        let depth = self.depth.as_ref().map(|topic| &topic.peers);
+        [self.colour.peers()].into_iter().chain(depth).chain([&self.info.peers])
+    }
+
+    /// Checks the types of the publishers.
+    ///
+    /// # Errors
+    /// Where one has another type than its topic.
+    pub(crate) fn check_types(&self) -> Result<(), Ros2CameraError> {
+        for peers in self.peers() {
+            if let Some(unusable) = peers.unusable().into_iter().next() {
+                return Err(unusable.into());
+            }
+        }
+        Ok(())
+    }
+
+    /// Checks that one node publishes each topic. A node that has vanished may have a successor.
+    ///
+    /// # Errors
+    /// Where messages of several publishers have come in the last second.
+    pub(crate) fn check_senders(&self) -> Result<(), Ros2CameraError> {
+        for peers in self.peers() {
+            let count = peers.recent_senders();
+            if count > 1 {
+                let topic = peers.topic().to_owned();
+                return Err(Ros2CameraError::ManyPublishers { topic, count });
+            }
+        }
+        Ok(())
+    }
+
+    /// Returns, for a person, what may be missing: topics that nobody publishes, and the image
+    /// topics of the domain.
+    pub(crate) fn missing(&self, apart: Option<f64>) -> String {
+        let silent = self.peers().filter(|peers| peers.count() == 0).map(Peers::topic);
+        let silent: Vec<&str> = silent.collect();
+        if silent.is_empty() {
+            return match apart {
+                Some(apart) => format!(
+                    "the stamps of colour and depth differ by {:.0} ms at least",
+                    apart * 1e3
+                ),
+                None => "the topics have publishers, but not all of them send".to_owned(),
+            };
+        }
+        let domain = self.member.participant.domain_id();
+        let present = match self.image_topics() {
+            topics if topics.is_empty() => "none".to_owned(),
+            topics => topics.join(", "),
+        };
+        format!(
+            "nobody publishes {} (image topics in the domain {domain}: {present})",
+            silent.join(", ")
+        )
+    }
+
+    /// Returns the names of the topics that have images, in alphabetical order.
+    fn image_topics(&self) -> Vec<String> {
+        let kinds = [Image::type_name(), CompressedImage::type_name()].map(|it| it.dds_msg_type());
+        let writers = self.member.participant.discovered_writers();
+        let data = writers.iter().map(|writer| &writer.publication_topic_data);
+        let images = data.filter(|data| kinds.contains(&data.type_name));
+        let names = images.filter_map(|data| data.topic_name.strip_prefix("rt"));
+        let mut names: Vec<String> = names.map(str::to_owned).collect();
+        names.sort();
+        names.dedup();
+        names
+    }
+}
+
+/// Returns the stamp of a header, seconds.
+fn stamp(header: &Header) -> f64 {
+    f64::from(header.stamp.sec) + f64::from(header.stamp.nanosec) * 1e-9
+}

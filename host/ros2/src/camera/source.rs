@@ -1,0 +1,179 @@
+//! Camera of another node as a source of frames.
+
+use std::time::{Duration, Instant};
+
+use plumb_cameras::source::openni::IntrinsicsFrom;
+use plumb_cameras::source::resolution;
+use plumb_cameras::source::ros2::Ros2CameraSettings;
+use plumb_cameras::source::{CameraSource, InvalidFrame, LiveClock, SourceError};
+use plumb_frame::camera::Intrinsics;
+use plumb_frame::frame::RgbdFrame;
+use plumb_frame::image::{Image, ImageSize};
+use plumb_timing::SenderClock;
+
+use super::error::Ros2CameraError;
+use super::intake::{Intake, Pictures, check_size};
+use super::lens;
+use super::picture::DEPTH_SCALE;
+use crate::message::sensor::CameraInfo;
+use crate::network::Network;
+
+/// Longest wait for the first picture.
+pub const FIRST_PICTURE: Duration = Duration::from_secs(30);
+
+/// Longest wait for a further picture, below that of a capture.
+const SILENCE: Duration = Duration::from_secs(1);
+
+/// Longest wait for messages before the publishers are checked.
+const CHECK: Duration = Duration::from_millis(100);
+
+/// Time from exposure to the earliest arrival of a picture where nothing else is set, seconds.
+const LATENCY: f64 = 0.045;
+
+/// Camera of another node in ROS 2, with depth aligned to colour.
+///
+/// Time stamps are in seconds on the host's clock since the camera was opened. A camera that
+/// vanishes is an error each second, but not the end: it may come again.
+pub struct Ros2Camera {
+    intake: Intake,
+    sender: SenderClock,
+    /// Time from exposure to the earliest arrival of a picture, seconds.
+    latency: f64,
+    clock: LiveClock,
+    size: ImageSize,
+    intrinsics: Intrinsics,
+    /// The first frame, until it is taken.
+    first: Option<RgbdFrame>,
+    last_frame: Instant,
+}
+
+/// Where the intrinsics come from.
+enum Lens {
+    /// The camera file.
+    Calibrated(Intrinsics),
+    /// The camera's node.
+    Published(Box<CameraInfo>),
+}
+
+impl Ros2Camera {
+    /// Subscribes to the topics of `settings` and waits for the first picture, for `limit` at most.
+    /// The frames have the intrinsics that the node publishes, or `calibrated` where the settings
+    /// choose the camera file.
+    ///
+    /// # Errors
+    /// Where ROS 2 cannot be joined, a topic has another type or several publishers, no picture
+    /// comes, the first one is refused, or the intrinsics are wrong.
+    pub fn open(
+        settings: &Ros2CameraSettings,
+        network: &Network,
+        calibrated: Intrinsics,
+        limit: Duration,
+    ) -> Result<Self, Ros2CameraError> {
+        let mut intake = Intake::start(settings, network)?;
+        let (lens, pictures) = first_pictures(&mut intake, settings, calibrated, limit)?;
+        let (size, names) = (pictures.colour.size(), &intake.reception);
+        let depth_scale = if pictures.depth.is_some() { DEPTH_SCALE } else { 0.0 };
+        let intrinsics = match lens {
+            Lens::Calibrated(intrinsics) => {
+                resolution::check(&intrinsics, size, names.colour_name())?;
+                Intrinsics { depth_scale, ..intrinsics }
+            }
+            Lens::Published(info) => lens::intrinsics(&info, size, depth_scale, names.info_name())?,
+        };
+        let latency = settings.latency.map_or(LATENCY, |latency| latency.get());
+        let clock = LiveClock::since(Instant::now());
+        let (sender, last_frame) = (SenderClock::new(), Instant::now());
+        let first = None;
+        let mut camera =
+            Self { intake, sender, latency, clock, size, intrinsics, first, last_frame };
+        camera.first = Some(camera.frame(pictures).map_err(Ros2CameraError::First)?);
+        Ok(camera)
+    }
+
+    /// Returns the topic and the size of the pictures, for a person.
+    pub fn description(&self) -> String {
+        let colour = self.intake.reception.colour_name();
+        let depth = self.intake.reception.depth_name().unwrap_or("no depth");
+        format!("{colour}, {depth}, {}", self.size)
+    }
+
+    /// Returns the intrinsics of the frames.
+    pub fn intrinsics(&self) -> Intrinsics {
+        self.intrinsics
+    }
+
+    /// Makes a frame of pictures.
+    fn frame(&mut self, pictures: Pictures) -> Result<RgbdFrame, SourceError> {
+        let Pictures { stamp, colour, depth } = pictures;
+        let topic = self.intake.reception.colour_name();
+        check_size(topic, colour.size(), self.size).map_err(SourceError::new)?;
+        let invalid = InvalidFrame::of(topic);
+        let time = self
+            .sender
+            .taken(stamp, self.latency, self.clock.now())
+            .map_err(|error| SourceError::new(Ros2CameraError::Time(error)))?;
+        let ImageSize { width, height } = self.size;
+        let depth = depth.unwrap_or_else(|| Image::filled(width, height, 0));
+        let frame = RgbdFrame::new(time, colour, depth, self.intrinsics).map_err(invalid)?;
+        self.last_frame = Instant::now();
+        Ok(frame)
+    }
+}
+
+/// Waits for the first pictures and the origin of their intrinsics.
+fn first_pictures(
+    intake: &mut Intake,
+    settings: &Ros2CameraSettings,
+    calibrated: Intrinsics,
+    limit: Duration,
+) -> Result<(Lens, Pictures), Ros2CameraError> {
+    let mut lens = match settings.intrinsics {
+        IntrinsicsFrom::File => Some(Lens::Calibrated(calibrated)),
+        IntrinsicsFrom::Device => None,
+    };
+    let (begin, mut pictures) = (Instant::now(), None);
+    while begin.elapsed() < limit {
+        intake.receive(CHECK, |info| {
+            lens.get_or_insert(Lens::Published(info));
+        })?;
+        intake.reception.check_types()?;
+        intake.reception.check_senders()?;
+        pictures = intake.take()?.or(pictures);
+        match (lens.take(), pictures.take()) {
+            (Some(lens), Some(pictures)) => return Ok((lens, pictures)),
+            present => (lens, pictures) = present,
+        }
+    }
+    Err(Ros2CameraError::NoPicture { waited: limit, missing: intake.missing() })
+}
+
+impl CameraSource for Ros2Camera {
+    fn next_frame(&mut self) -> Result<Option<RgbdFrame>, SourceError> {
+        if let Some(first) = self.first.take() {
+            return Ok(Some(first));
+        }
+        let begin = Instant::now();
+        while begin.elapsed() < SILENCE {
+            let left = SILENCE.saturating_sub(begin.elapsed());
+            self.intake.receive(left, |_| {}).map_err(SourceError::over)?;
+            self.intake.reception.check_senders().map_err(SourceError::new)?;
+            if let Some(pictures) = self.intake.take().map_err(SourceError::new)? {
+                return self.frame(pictures).map(Some);
+            }
+        }
+        let (silent, missing) = (self.last_frame.elapsed(), self.intake.missing());
+        Err(SourceError::new(Ros2CameraError::Silent { silent, missing }))
+    }
+
+    fn now(&self) -> f64 {
+        self.clock.now()
+    }
+
+    fn is_live(&self) -> bool {
+        true
+    }
+
+    fn clock(&self) -> Option<LiveClock> {
+        Some(self.clock.clone())
+    }
+}
