@@ -107,6 +107,22 @@ mod with_webcams {
     }
 
     #[test]
+    fn a_video_of_another_size_than_the_camera_files_is_refused() {
+        let folder = folder();
+        rig_file(folder.path(), |text| text);
+        let camera = folder.path().join("camera.toml");
+        let text = fs::read_to_string(&camera).unwrap().replace("cx = 319.5", "cx = 959.5");
+        fs::write(&camera, text).unwrap();
+        let scene = Scene::wall(640, 480, camera_file::paper().unwrap().intrinsics, 2.2);
+        let picture = jpeg::encode(&scene.colour, 95).unwrap();
+        fs::write(folder.path().join("clip.avi"), avi(&[picture])).unwrap();
+        let output = plumb(&["replay", "clip.avi", "--camera", "camera.toml"], folder.path());
+        let text = stderr(&output);
+        assert_eq!(output.status.code(), Some(2), "{text}");
+        assert!(text.contains("clip.avi") && text.contains("calibrated at another"), "{text}");
+    }
+
+    #[test]
     fn what_is_no_webcam_is_refused() {
         let folder = folder();
         fs::write(folder.path().join("clip.avi"), "no video").unwrap();

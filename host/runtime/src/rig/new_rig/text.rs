@@ -168,9 +168,10 @@ fn simulation(file: &mut Writer, limits: &Limits) {
 }
 
 const CAMERA_INTRODUCTION: &str = "\
-# A camera, as `plumb init` wrote it. Replace the intrinsics by those of your camera, or take the
-# device's (`intrinsics = \"device\"` in [camera.openni] of the rig file). The pose is a guess,
-# opposite motor C, looking along -x: `plumb calibrate` finds the true one.
+# A camera, as `plumb init` wrote it. Replace the intrinsics by those of your camera, which `plumb
+# calibrate --lens` finds, or take the device's (`intrinsics = \"device\"` in [camera.openni] of the
+# rig file). The pose is a guess, opposite motor C, looking along -x: `plumb calibrate` finds the
+# true one.
 ";
 
 /// Distance of the guessed camera from the middle of the workspace, metres.
