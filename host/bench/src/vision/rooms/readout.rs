@@ -3,6 +3,7 @@
 use opencv::core::{MatTraitConstManual, Vec3b, Vector};
 use opencv::imgcodecs::{IMREAD_COLOR, IMWRITE_JPEG_QUALITY, imdecode, imencode};
 use plumb_sim::synthetic::SyntheticError;
+use plumb_vision::camera::Intrinsics;
 use plumb_vision::frame::RgbdFrame;
 use plumb_vision::image::{ColourImage, DepthImage, Image};
 use rand::{Rng, RngExt};
@@ -23,22 +24,26 @@ pub(super) fn compressed(frame: &RgbdFrame, quality: i32) -> Result<RgbdFrame, V
     let pixels = decoded.data_typed::<Vec3b>()?.iter().map(|pixel| pixel.0).collect();
     let colour: ColourImage = Image::new(frame.colour().width(), frame.colour().height(), pixels)
         .map_err(SyntheticError::from)?;
-    replaced(frame, colour, frame.depth().clone())
+    made(frame.time(), colour, frame.depth().clone(), *frame.intrinsics())
 }
 
-/// Returns `frame` with the part of its depth that `state` leaves.
+/// Returns `frame` with the part of its depth that `state` leaves; where that is none, as from a
+/// camera without depth.
 pub(super) fn depleted(
     frame: RgbdFrame,
     state: DepthState,
     random: &mut impl Rng,
 ) -> Result<RgbdFrame, VisionError> {
     let (width, height) = (frame.depth().width(), frame.depth().height());
-    let depth = match state {
-        DepthState::Complete | DepthState::Shifted => return Ok(frame),
-        DepthState::Missing => Image::filled(width, height, 0),
-        DepthState::Half => half(frame.depth(), random),
-    };
-    replaced(&frame, frame.colour().clone(), depth)
+    let (lens, colour) = (*frame.intrinsics(), frame.colour().clone());
+    match state {
+        DepthState::Complete | DepthState::Shifted => Ok(frame),
+        DepthState::Missing => {
+            let without = Intrinsics { depth_scale: 0.0, ..lens };
+            made(frame.time(), colour, Image::filled(width, height, 0), without)
+        }
+        DepthState::Half => made(frame.time(), colour, half(frame.depth(), random), lens),
+    }
 }
 
 /// Returns `depth` without about half of it: in patches, and pixel by pixel along their edges.
@@ -58,12 +63,12 @@ fn half(depth: &DepthImage, random: &mut impl Rng) -> DepthImage {
     })
 }
 
-/// Returns `frame` with other images.
-fn replaced(
-    frame: &RgbdFrame,
+/// Returns a frame of these images.
+fn made(
+    time: f64,
     colour: ColourImage,
     depth: DepthImage,
+    lens: Intrinsics,
 ) -> Result<RgbdFrame, VisionError> {
-    let frame = RgbdFrame::new(frame.time(), colour, depth, *frame.intrinsics());
-    Ok(frame.map_err(SyntheticError::from)?)
+    Ok(RgbdFrame::new(time, colour, depth, lens).map_err(SyntheticError::from)?)
 }
