@@ -95,7 +95,7 @@ fn replay_writes_an_image_of_each_stage_for_each_frame() {
         .map(|entry| entry.unwrap().file_name().into_string().unwrap())
         .collect();
     names.sort();
-    let stages = ["1-proposals", "2-seeds", "3-outline", "4-features", "5-score"];
+    let stages = ["1-proposals", "2-outline", "3-features", "4-score"];
     let expected: Vec<String> = (0..frames)
         .flat_map(|frame| stages.map(|stage| format!("{frame:06}-{stage}.png")))
         .collect();

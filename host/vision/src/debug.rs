@@ -2,11 +2,10 @@
 //!
 //! | stage | shows |
 //! |---|---|
-//! | `1-proposals` | likeness to the ball's colour (red), blobs (white; the strongest are thick) |
-//! | `2-seeds` | spheres in depth (cyan) and seeds among the blobs (yellow), in their order |
-//! | `3-outline` | each candidate: start (grey), refined circle (green), what each ray shows |
-//! | `4-features` | each candidate: what surrounds it, ray by ray, and the features' values |
-//! | `5-score` | all candidates with their scores; the ball is green |
+//! | `1-proposals` | the network's odds (red), proposals with their log-odds (left out: grey) |
+//! | `2-outline` | each candidate: start (grey), refined circle (green), what each ray shows |
+//! | `3-features` | each candidate: what surrounds it, ray by ray, and the features' values |
+//! | `4-score` | all candidates with their scores; the ball is green |
 //!
 //! Candidates are numbered in the order in which they were refined.
 
@@ -25,10 +24,6 @@ use canvas::Canvas;
 
 /// Columns that the image is enlarged to, at least half of it.
 const WIDTH: usize = 1280;
-/// Blobs that are drawn.
-const MAX_BLOBS: usize = 40;
-/// Blobs that are drawn thick and labelled.
-const LABELLED_BLOBS: usize = 5;
 /// Candidates that have a tile.
 const MAX_TILES: usize = 6;
 /// Tiles in a row.
@@ -67,18 +62,17 @@ fn draw(
     trace: &DetectionTrace,
     observation: Option<&BallObservation>,
 ) -> opencv::Result<Vec<StageImage>> {
-    let mut images = Vec::with_capacity(5);
+    let mut images = Vec::with_capacity(4);
     let mut add = |name, canvas: Canvas| -> opencv::Result<()> {
         images.push(StageImage { name, image: canvas.into_image()? });
         Ok(())
     };
     if let Some(search) = trace.searches.last() {
         add("1-proposals", proposals(frame, search)?)?;
-        add("2-seeds", seeds(frame, search)?)?;
-        add("3-outline", tiles(frame, search, outline_tile)?)?;
-        add("4-features", tiles(frame, search, features_tile)?)?;
+        add("2-outline", tiles(frame, search, outline_tile)?)?;
+        add("3-features", tiles(frame, search, features_tile)?)?;
     }
-    add("5-score", score(frame, trace.searches.last(), observation)?)?;
+    add("4-score", score(frame, trace.searches.last(), observation)?)?;
     Ok(images)
 }
 
@@ -87,43 +81,35 @@ fn enlarged(colour: &ColourImage) -> opencv::Result<Canvas> {
     Canvas::new(colour, (WIDTH / colour.width()).clamp(1, 4))
 }
 
-/// Draws the likeness map and the blobs.
+/// Draws the network's odds and the proposals.
 fn proposals(frame: &RgbdFrame, search: &SearchTrace) -> opencv::Result<Canvas> {
     let mut tinted = frame.colour().clone();
     let width = tinted.width();
+    let odds = |u, v| search.odds.as_ref().and_then(|map| map.at(u, v));
     for (i, pixel) in tinted.pixels_mut().iter_mut().enumerate() {
         let (u, v) = ((i % width) as f64, (i / width) as f64);
-        let likeness = search.likeness.at(u, v).unwrap_or(0.0);
+        let probability = odds(u, v).map_or(0.0, |odds| 1.0 / (1.0 + (-odds).exp()));
         let grey = pixel.iter().map(|&c| f32::from(c)).sum::<f32>() / 6.0;
-        let red = (grey + 255.0 * likeness).min(255.0);
+        let red = (grey + 255.0 * probability).min(255.0);
         *pixel = [grey, grey, red].map(|c| c as u8);
     }
     let mut canvas = enlarged(&tinted)?;
     let window = search.window;
     canvas.rectangle([window.left, window.top, window.width, window.height], GREY)?;
-    for (i, blob) in search.blobs.iter().enumerate().take(MAX_BLOBS) {
-        let is_strong = i < LABELLED_BLOBS;
-        canvas.disc(&blob.disc, WHITE, if is_strong { 2 } else { 1 })?;
-        if is_strong {
-            canvas.label(&blob.disc, &format!("{:.2}", blob.response), WHITE)?;
-        }
+    for sphere in &search.spheres {
+        canvas.disc(sphere, CYAN, 2)?;
     }
-    let (all, shown) = (search.blobs.len(), search.blobs.len().min(MAX_BLOBS));
-    canvas.title(&format!("{all} blobs, {shown} shown"))?;
-    Ok(canvas)
-}
-
-/// Draws the spheres in depth and the seeds.
-fn seeds(frame: &RgbdFrame, search: &SearchTrace) -> opencv::Result<Canvas> {
-    let mut canvas = enlarged(frame.colour())?;
-    for (discs, colour) in [(&search.spheres, CYAN), (&search.seeds, YELLOW)] {
-        for (i, disc) in discs.iter().enumerate() {
-            canvas.disc(disc, colour, 2)?;
-            canvas.label(disc, &(i + 1).to_string(), colour)?;
-        }
+    let (all, spheres) = (search.proposals.len(), search.spheres.len());
+    for (i, proposal) in search.proposals.iter().enumerate() {
+        let is_tried = i < all - search.left_out;
+        let colour = if is_tried { WHITE } else { GREY };
+        canvas.disc(&proposal.disc, colour, if is_tried { 2 } else { 1 })?;
+        canvas.label(&proposal.disc, &format!("{:.1}", proposal.log_odds), colour)?;
     }
-    let (spheres, seeds) = (search.spheres.len(), search.seeds.len());
-    canvas.title(&format!("{spheres} spheres in depth (cyan), {seeds} seeds (yellow)"))?;
+    canvas.title(&format!(
+        "{spheres} spheres in depth (cyan), {all} proposals, {} left out",
+        search.left_out
+    ))?;
     Ok(canvas)
 }
 
@@ -247,12 +233,9 @@ fn feature_lines(features: &Features) -> Vec<String> {
                 format!("continues {:.2}", depth.continues),
             ]
         }
-        Features::Colour(colour) => vec![
-            format!("no depth; likeness {:.2}", colour.likeness),
-            format!("shading {:.2}, contrast {:.2}", colour.shading, colour.contrast),
-            format!("through {:.2}, covered {:.2}", colour.through, colour.covered),
-            format!("behind {:.2}", colour.behind),
-        ],
+        Features::Colour(colour) => {
+            vec![format!("no depth; edges {:.2}, through {:.2}", colour.edges, colour.through)]
+        }
     }
 }
 

@@ -8,7 +8,7 @@ use plumb_cameras::png::{self, PngError};
 use plumb_frame::detect::StageImage;
 use thiserror::Error;
 
-/// A folder with an image of each stage for each frame: `000042-3-outline.png` is the third stage
+/// A folder with an image of each stage for each frame: `000042-2-outline.png` is the second stage
 /// of frame 42. Frames are numbered from 0, as the rows of the replay.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct DebugFolder {

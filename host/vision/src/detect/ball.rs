@@ -1,4 +1,4 @@
-//! The detector `ball`: colour proposes, shape and size against depth decide.
+//! The detector `ball`: a network proposes, shape and size against depth decide.
 //!
 //! The stages are in [`shape`](super::shape).
 
@@ -12,8 +12,8 @@ use crate::frame::RgbdFrame;
 use crate::localise::observe;
 use crate::observation::{BallObservation, Circle};
 
-/// Windows start and end at a multiple of so many pixels: at whole downsampled pixels.
-const WINDOW_STEP: usize = 8;
+/// Windows start and end at a multiple of so many pixels: at whole pixels of the network.
+const WINDOW_STEP: usize = 16;
 
 /// Finds a ball of known size and hue to a fraction of a pixel, at any distance from 0.25 to 2.5 m.
 ///
@@ -82,7 +82,7 @@ impl ShapeDetector {
         Ok(DetectionTrace { searches })
     }
 
-    /// Returns the window around the previous ball, in whole downsampled pixels.
+    /// Returns the window around the previous ball, in whole pixels of the network.
     fn window(&self, previous: &Disc, width: usize, height: usize) -> Window {
         let reach = self.parameters.search.window.at(previous.radius);
         let step = WINDOW_STEP as f64;

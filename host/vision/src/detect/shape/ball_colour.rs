@@ -40,6 +40,11 @@ impl BallColour {
         Self { hue, slopes: if is_other { OTHER_SLOPES } else { RED_SLOPES } }
     }
 
+    /// Returns the turn of hues that makes this colour red.
+    pub(super) fn turn_to_red(&self) -> HueTurn {
+        HueTurn::new(-f64::from(self.hue) * SIXTH)
+    }
+
     /// Returns the likeness of a colour (blue, green, red, 0 to 255), 0 to 1.
     ///
     /// It is the chroma (largest less smallest channel), less the loss for the distance in hue,
@@ -73,6 +78,38 @@ impl BallColour {
         };
         let lost = larger(distance * self.slopes.up, -distance * self.slopes.down);
         larger(chroma - lost, 0.0) / (most + dark)
+    }
+}
+
+/// A turn of colours about the grey axis: changes the hue and keeps the brightness.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct HueTurn {
+    /// Part of each channel that stays.
+    same: f32,
+    /// Part that goes from red to green, green to blue and blue to red.
+    forward: f32,
+    /// Part that goes the other way.
+    backward: f32,
+}
+
+impl HueTurn {
+    /// Makes the turn by `degrees`.
+    fn new(degrees: f64) -> Self {
+        let (sin, cos) = degrees.to_radians().sin_cos();
+        let (third, across) = ((1.0 - cos) / 3.0, sin / 3.0_f64.sqrt());
+        Self {
+            same: (cos + third) as f32,
+            forward: (third + across) as f32,
+            backward: (third - across) as f32,
+        }
+    }
+
+    /// Returns red, green and blue of a colour (blue, green, red) after the turn.
+    #[inline]
+    pub(super) fn apply(&self, [b, g, r]: [f32; 3]) -> [f32; 3] {
+        let turned =
+            |own, before, after| self.same * own + self.forward * before + self.backward * after;
+        [turned(r, b, g), turned(g, r, b), turned(b, g, r)]
     }
 }
 

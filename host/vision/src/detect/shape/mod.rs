@@ -1,9 +1,8 @@
 //! The stages of the detector [`ball`](super::ball).
 //!
-//! 1. Propose: clusters of coloured pixels with a sphere in depth, and blobs of the ball's colour
-//!    of every size that the ball can have, on the image at a quarter of the size. Where depth is
-//!    known, a ball has one size only, and blobs of another size are dropped.
-//! 2. Refine: the circle of each seed is fitted to its edges, to a fraction of a pixel.
+//! 1. Propose: a small network gives each place of the image, at a quarter of the size, the odds
+//!    that the ball is there. Where depth is known, a sphere of the ball's size is fitted to it.
+//! 2. Refine: the circle of each proposal is fitted to its edges, to a fraction of a pixel.
 //! 3. Decide: the features of each circle give the probability that it is the ball. The most
 //!    probable circle is the ball if its score is high enough; otherwise there is no ball.
 //! 4. Observe: the ball's position follows from the depth on its disc
@@ -15,9 +14,11 @@
 mod ball_colour;
 mod decide;
 mod disc_depth;
-mod downsampled;
+mod likeness_map;
+mod network;
 mod parameters;
 mod propose;
+mod pyramid;
 mod radial_scan;
 mod refine;
 mod robust_fit;
@@ -28,9 +29,9 @@ mod view;
 pub use decide::{
     ColourFeatures, Curvature, Decision, DepthFeatures, Features, FreeFitResidual, SphereMatch,
 };
-pub use downsampled::{LikenessMap, Window};
 pub use parameters::*;
-pub use propose::Proposal;
+pub use propose::{OddsMap, Proposal};
+pub use pyramid::Window;
 pub use radial_scan::RAYS;
 pub use refine::{RayEnd, RefinedCircle, Surroundings};
 pub use trace::{CandidateTrace, DetectionTrace, SearchTrace};
@@ -47,7 +48,8 @@ pub(super) fn search_window(
     parameters: &ShapeParameters,
 ) -> opencv::Result<SearchTrace> {
     let colour = ball_colour::BallColour::new(camera.ball_hue);
-    let likeness = LikenessMap::new(frame.colour(), window, colour)?;
-    let view = view::FrameView::new(frame, colour, camera.ball_diameter / 2.0, parameters);
-    Ok(search::search(&view, window, likeness))
+    let pyramid = pyramid::Pyramid::new(frame.colour(), window)?;
+    let levels = pyramid.levels(frame.colour())?;
+    let view = view::FrameView::new(frame, levels, colour, camera.ball_diameter / 2.0, parameters);
+    Ok(search::search(&view, window))
 }

@@ -1,12 +1,18 @@
 //! The search of a window: proposals are refined and decided about until one is certain.
 
-use super::decide::Decider;
-use super::downsampled::{LikenessMap, Window};
+use super::decide::{Decider, judge};
 use super::parameters::SearchParameters;
-use super::propose::{Seed, SeedSelector, find_spheres, sphere_at};
-use super::refine::{fit_profile, refine};
+use super::propose::{Proposal, find_spheres, propose, sphere_at};
+use super::pyramid::Window;
+use super::refine::refine;
 use super::trace::{CandidateTrace, SearchTrace};
 use super::view::{Disc, FrameView};
+
+/// Factor by which a proposal may be larger or smaller than the ball can be.
+const MAX_START: f64 = 1.5;
+/// Number of times that the network judges a proposal; each time it moves the disc to where it sees
+/// the ball.
+const JUDGED_TIMES: usize = 2;
 
 /// A search in progress.
 struct Search<'a> {
@@ -16,21 +22,30 @@ struct Search<'a> {
     trace: SearchTrace,
 }
 
-/// Searches the `window` of a frame that `likeness` was made of.
-pub(super) fn search(view: &FrameView, window: Window, likeness: LikenessMap) -> SearchTrace {
+/// Where a refinement starts.
+struct Start {
+    disc: Disc,
+    /// Whether depth shows a sphere there: the circle must not move far.
+    locked: bool,
+    /// Log-odds by the judging network; infinite for a sphere that was found without it.
+    log_odds: f64,
+}
+
+/// Searches `window`, which the levels of `view` show.
+pub(super) fn search(view: &FrameView, window: Window) -> SearchTrace {
     let trace = SearchTrace {
         window,
-        likeness,
         spheres: Vec::new(),
-        blobs: Vec::new(),
-        seeds: Vec::new(),
+        odds: None,
+        proposals: Vec::new(),
+        left_out: 0,
         candidates: Vec::new(),
         best: None,
     };
     let parameters = &view.parameters.search;
     let mut search = Search { view, parameters, decider: Decider::new(view), trace };
     if !search.try_spheres() {
-        search.try_blobs();
+        search.try_proposals();
     }
     search.trace
 }
@@ -38,7 +53,7 @@ pub(super) fn search(view: &FrameView, window: Window, likeness: LikenessMap) ->
 impl Search<'_> {
     /// Tries the spheres in depth. Returns whether one of them is certain.
     fn try_spheres(&mut self) -> bool {
-        let spheres = find_spheres(self.view, &self.trace.likeness);
+        let spheres = find_spheres(self.view);
         self.trace.spheres =
             spheres.iter().filter_map(|centre| self.view.disc_of(centre)).collect();
         let mut left = self.parameters.max_depth_seeds;
@@ -49,7 +64,7 @@ impl Search<'_> {
             }
             if self.decider.passes(&disc) {
                 left -= 1;
-                if self.consider(&disc, true) {
+                if self.consider(&Start { disc, locked: true, log_odds: f64::INFINITY }) {
                     return true;
                 }
             }
@@ -57,51 +72,103 @@ impl Search<'_> {
         false
     }
 
-    /// Tries the blobs of the ball's colour.
-    fn try_blobs(&mut self) {
-        let selector = SeedSelector::new(self.view);
-        self.trace.blobs = selector.blobs(&self.trace.likeness, self.radii());
-        let screen = |disc: &Disc| self.decider.passes_blob(disc);
-        let seeds = selector.select(&self.trace.blobs, screen);
-        self.trace.seeds = seeds.iter().map(|seed| seed.disc).collect();
-        for seed in seeds {
-            let disc = self.locate(&seed);
-            let passing = disc.filter(|disc| self.decider.passes(disc));
-            if passing.is_some_and(|disc| self.consider(&disc, false)) {
+    /// Tries the proposals, the likeliest first, until one is certain, the budget is spent, or a
+    /// ball is found that is clearly likelier than the rest.
+    fn try_proposals(&mut self) {
+        let (odds, proposals) = propose(self.view);
+        (self.trace.odds, self.trace.proposals) = (Some(odds), proposals);
+        let mut found: Option<f64> = None;
+        for start in self.starts().iter().take(self.parameters.max_refined) {
+            let is_rival =
+                found.is_none_or(|odds| start.log_odds > odds - self.parameters.rival_log_odds);
+            if !is_rival || self.consider(start) {
                 break;
+            }
+            let best = self.trace.best().map_or(0.0, CandidateTrace::score);
+            if best >= self.parameters.min_score {
+                found = found.or(Some(start.log_odds));
             }
         }
     }
 
-    /// Returns the disc of a seed: that of the sphere in depth, or else that of the radial profile.
-    fn locate(&self, seed: &Seed) -> Option<Disc> {
-        let sphere = seed.surface.and_then(|z| sphere_at(self.view, &seed.disc, z));
-        let by_depth = sphere.and_then(|centre| self.view.disc_of(&centre));
-        by_depth.or_else(|| {
-            let outline = fit_profile(self.view, &seed.disc, seed.surface.is_none());
-            outline.map(|outline| outline.disc)
-        })
+    /// Judges the proposals, the most promising first, until the budget is spent, or one is so
+    /// likely the ball that less promising ones need no look. Returns where to refine them, the
+    /// likeliest first.
+    fn starts(&mut self) -> Vec<Start> {
+        let parameters = &self.view.parameters.propose;
+        let proposals = &self.trace.proposals;
+        let mut starts: Vec<Start> = Vec::new();
+        let mut judged = 0;
+        for proposal in proposals.iter().take(parameters.max_judged) {
+            let is_rival = proposal.log_odds > proposals[0].log_odds - parameters.rival_log_odds;
+            if !is_rival && starts.iter().any(|start| start.log_odds > parameters.likely) {
+                break;
+            }
+            judged += 1;
+            starts.extend(self.start(proposal));
+        }
+        self.trace.left_out = proposals.len() - judged;
+        starts.sort_by(|a, b| b.log_odds.total_cmp(&a.log_odds));
+        starts
+    }
+
+    /// Returns where to refine a proposal: where the judging network sees the ball, or at the
+    /// sphere in depth there. Returns `None` if it sees none, or not of a possible size.
+    fn start(&self, proposal: &Proposal) -> Option<Start> {
+        let by_depth = |disc: &Disc| {
+            let surface = self.median_depth(disc)?;
+            Some(self.view.radius_at(surface + self.view.ball_radius))
+        };
+        let disc = proposal.disc;
+        let mut disc = Disc { radius: by_depth(&disc).unwrap_or(disc.radius), ..disc };
+        let mut log_odds = f64::NEG_INFINITY;
+        for _ in 0..JUDGED_TIMES {
+            if !self.is_possible(disc.radius, MAX_START) {
+                return None;
+            }
+            let judgement = judge(self.view, &disc);
+            log_odds = judgement.log_odds;
+            if log_odds < self.view.parameters.propose.min_judged {
+                return None;
+            }
+            disc = judgement.moved(&disc);
+        }
+        let surface = self.median_depth(&disc);
+        let sphere = surface.and_then(|z| sphere_at(self.view, &disc, z));
+        let at_sphere = sphere.and_then(|centre| self.view.disc_of(&centre));
+        let locked = at_sphere.is_some();
+        Some(Start { disc: at_sphere.unwrap_or(disc), locked, log_odds })
+    }
+
+    /// Returns the median depth, metres, of nine pixels about the middle of `disc`; `None` if too
+    /// few have depth.
+    fn median_depth(&self, disc: &Disc) -> Option<f64> {
+        let parameters = &self.view.parameters.propose;
+        let offset = |k: i32| f64::from(k - 1) * parameters.depth_spacing * disc.radius;
+        let places = (0..9).map(|i| (disc.u + offset(i % 3), disc.v + offset(i / 3)));
+        let mut depths: Vec<f64> = places.filter_map(|(u, v)| self.view.depth.at(u, v)).collect();
+        depths.sort_by(f64::total_cmp);
+        (depths.len() >= parameters.min_depths).then(|| depths[depths.len() / 2])
     }
 
     /// Refines the disc at `start` and decides about it, unless a candidate before it started or
     /// ended there. Returns whether it is certain.
-    fn consider(&mut self, start: &Disc, locked: bool) -> bool {
+    fn consider(&mut self, start: &Start) -> bool {
+        let Start { disc: start, locked, .. } = *start;
         let known =
             self.trace.candidates.iter().flat_map(|known| [&known.start, &known.circle.disc]);
-        if known.into_iter().any(|disc| self.is_same(disc, start)) {
+        if known.into_iter().any(|disc| self.is_same(disc, &start)) {
             return false;
         }
-        let candidate = refine(self.view, start, locked);
+        let candidate = refine(self.view, &start, locked);
         let best = self.trace.best().map(CandidateTrace::score);
         let least =
             best.map_or(self.parameters.min_score, |best| best.max(self.parameters.min_score));
-        let (smallest, largest) = self.radii();
-        let margin = self.parameters.radius_margin;
-        let range = (1.0 - margin) * smallest..(1.0 + margin) * largest;
-        let decision = range
-            .contains(&candidate.circle.disc.radius)
+        let margin = 1.0 + self.parameters.radius_margin;
+        let decision = self
+            .is_possible(candidate.circle.disc.radius, margin)
             .then(|| self.decider.decide(&candidate, least));
-        let (start, circle, ray_ends) = (*start, candidate.circle, candidate.outline.ends);
+        let (circle, ray_ends) = (candidate.circle, candidate.outline.ends);
         let candidate = CandidateTrace { start, circle, ray_ends, decision };
         let score = candidate.score();
         // Of equal scores the first one counts: it was the more promising one.
@@ -112,10 +179,11 @@ impl Search<'_> {
         score > self.parameters.certain_score
     }
 
-    /// Returns the smallest and the largest radius of the ball, pixels.
-    fn radii(&self) -> (f64, f64) {
+    /// Checks whether the ball can have `radius` pixels, up to the factor `margin`.
+    fn is_possible(&self, radius: f64, margin: f64) -> bool {
         let SearchParameters { min_distance, max_distance, .. } = *self.parameters;
-        (self.view.radius_at(max_distance), self.view.radius_at(min_distance))
+        let smallest = self.view.radius_at(max_distance) / margin;
+        (smallest..margin * self.view.radius_at(min_distance)).contains(&radius)
     }
 
     /// Checks whether two discs would be refined to one circle.

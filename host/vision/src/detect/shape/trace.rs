@@ -1,8 +1,8 @@
 //! What each stage found in a frame.
 
 use super::decide::Decision;
-use super::downsampled::{LikenessMap, Window};
-use super::propose::Proposal;
+use super::propose::{OddsMap, Proposal};
+use super::pyramid::Window;
 use super::radial_scan::RAYS;
 use super::refine::{RayEnd, RefinedCircle};
 use super::view::Disc;
@@ -19,15 +19,14 @@ pub struct DetectionTrace {
 pub struct SearchTrace {
     /// The window.
     pub window: Window,
-    /// Likeness to the ball's colour, which the proposals are found in.
-    pub likeness: LikenessMap,
     /// Propose: discs of the spheres in depth, the best first.
     pub spheres: Vec<Disc>,
-    /// Propose: blobs of the ball's colour, the strongest first. Empty if a sphere ended the
-    /// search.
-    pub blobs: Vec<Proposal>,
-    /// Propose: the seeds among the blobs.
-    pub seeds: Vec<Disc>,
+    /// Propose: log-odds of each place by the network; `None` if a sphere ended the search.
+    pub odds: Option<OddsMap>,
+    /// Propose: the places with the highest odds, the most promising first.
+    pub proposals: Vec<Proposal>,
+    /// Number of proposals, the least promising ones, that the search was too short for.
+    pub left_out: usize,
     /// Refine and decide: the candidates, in the order in which they were refined.
     pub candidates: Vec<CandidateTrace>,
     /// Index of the candidate with the highest score.

@@ -4,6 +4,7 @@ use nalgebra::Point3;
 
 use super::ball_colour::BallColour;
 use super::parameters::ShapeParameters;
+use super::pyramid::Level;
 use crate::camera::Intrinsics;
 use crate::depth_view::DepthView;
 use crate::frame::RgbdFrame;
@@ -33,6 +34,8 @@ impl Disc {
 /// A frame, the ball that is looked for in it, and the parameters of the search.
 pub(super) struct FrameView<'a> {
     pub(super) colour: ColourView<'a>,
+    /// The colour image, and the window that is searched at a half and at a quarter of the size.
+    pub(super) levels: [Level<'a>; 3],
     pub(super) depth: DepthView<'a>,
     /// Radius of the ball, metres.
     pub(super) ball_radius: f64,
@@ -40,21 +43,34 @@ pub(super) struct FrameView<'a> {
 }
 
 impl<'a> FrameView<'a> {
-    /// Borrows `frame`, in which a ball of `ball_radius` metres and of colour `ball` is looked for.
+    /// Borrows `frame` and its `levels`, in which a ball of `ball_radius` metres and of colour
+    /// `ball` is looked for.
     pub(super) fn new(
         frame: &'a RgbdFrame,
+        levels: [Level<'a>; 3],
         ball: BallColour,
         ball_radius: f64,
         parameters: &'a ShapeParameters,
     ) -> Self {
         let colour = ColourView::new(frame.colour(), frame.intrinsics(), ball);
-        Self { colour, depth: DepthView::new(frame), ball_radius, parameters }
+        Self { colour, levels, depth: DepthView::new(frame), ball_radius, parameters }
     }
 
     /// Returns the intrinsics of the frame.
     #[inline]
     pub(super) fn intrinsics(&self) -> &Intrinsics {
         self.colour.intrinsics
+    }
+
+    /// Checks whether the depth is known anywhere in the window, as far as its smallest level
+    /// shows.
+    pub(super) fn has_depth(&self) -> bool {
+        let level = &self.levels[2];
+        let middle = |k: usize, origin: f64| origin + (k as f64 + 0.5) * level.factor;
+        let known = |x: usize, y: usize| {
+            self.depth.at(middle(x, level.origin.0), middle(y, level.origin.1)).is_some()
+        };
+        (0..level.height).any(|y| (0..level.width).any(|x| known(x, y)))
     }
 
     /// Returns the radius (pixels, on the optical axis) of the ball at depth `z`, metres.

@@ -37,8 +37,8 @@ fn the_trace_shows_what_was_observed() {
 fn each_stage_has_an_image() {
     let (scene, _) = in_front_of_wall(&usual_ball());
     let frame = scene.frame(0.0).unwrap();
-    let all = ["1-proposals", "2-seeds", "3-outline", "4-features", "5-score"];
-    for (kind, stages) in [(DetectorKind::Ball, &all[..]), (DetectorKind::Red, &all[4..])] {
+    let all = ["1-proposals", "2-outline", "3-features", "4-score"];
+    for (kind, stages) in [(DetectorKind::Ball, &all[..]), (DetectorKind::Red, &all[3..])] {
         let (ball, images) = kind.build(&camera()).detect_with_stages(&frame).unwrap();
         assert_eq!(images.iter().map(|image| image.name).collect::<Vec<_>>(), stages);
         assert_eq!(ball, kind.build(&camera()).detect(&frame).unwrap());

@@ -36,16 +36,19 @@ impl<'a> Classifier<'a> {
             - weights.off_sphere * features.sphere.off.min(weights.max_off_sphere)
     }
 
-    /// Returns the log-odds of a disc without depth if its free fit has no penalty: an upper bound.
-    pub(super) fn colour_log_odds(&self, features: &ColourFeatures) -> f64 {
+    /// Returns what it adds to the log-odds of a disc with depth that the network gives `judged`.
+    pub(super) fn judged_log_odds(&self, judged: f64) -> f64 {
+        let weights = &self.weights.depth;
+        weights.judged * judged.min(weights.max_judged) - weights.undecided
+    }
+
+    /// Returns the log-odds of a disc without depth that the network gives `judged`, if its free
+    /// fit has no penalty: an upper bound.
+    pub(super) fn colour_log_odds(&self, features: &ColourFeatures, judged: f64) -> f64 {
         let weights = &self.weights.colour;
-        weights.intercept
-            - weights.likeness.penalty(features.likeness)
-            - weights.shading.penalty(features.shading)
-            - weights.contrast.penalty(features.contrast)
+        weights.intercept + weights.judged * judged.min(weights.max_judged)
+            - weights.missing * (1.0 - features.edges)
             - weights.through * features.through
-            - weights.covered * features.covered
-            + weights.behind * features.behind
     }
 
     /// Returns the penalty of the free fit of a disc with depth.
@@ -63,18 +66,17 @@ impl<'a> Classifier<'a> {
         let excess = (free.rms - weights.rms_free).max(0.0).powi(2).min(weights.max_rms_square);
         let rms = weights.rms - weights.rms_round * self.roundness(features);
         let missing = weights.missing * (1.0 - free.edges).min(weights.max_missing);
-        weights.size * free.size.min(weights.max_square)
-            + weights.place * free.place.min(weights.max_square)
-            + (1.0 - weights.sphere_discount * behind) * (rms * excess + missing)
+        let size = weights.size * free.size.min(weights.max_square);
+        let place = weights.place * free.place.min(weights.max_square);
+        let uneven = weights.uneven * (free.rms - weights.rms_free).max(0.0);
+        let all = size + place + rms * excess + uneven + missing;
+        (1.0 - weights.sphere_discount * behind) * all
     }
 
-    /// Returns the penalty of the free fit of a disc without depth and with an edge on the part
-    /// `edges` of all rays.
-    pub(super) fn colour_penalty(&self, free: &FreeFitResidual, edges: f64) -> f64 {
-        let weights = &self.weights.free_fit;
-        weights.bare_rms * free.rms.min(weights.max_bare_rms)
-            + weights.bare_missing_all * (1.0 - edges).min(weights.max_bare_missing_all)
-            + weights.bare_missing * (1.0 - free.edges).min(weights.max_missing)
+    /// Returns the penalty of the free fit of a disc without depth.
+    pub(super) fn colour_penalty(&self, free: &FreeFitResidual) -> f64 {
+        let weights = &self.weights.colour;
+        weights.rms * free.rms.min(weights.max_rms)
     }
 
     /// Returns the lower bound of the curvature as far as it counts; 0 if it is unknown.

@@ -23,7 +23,8 @@ pub struct Curvature {
 pub struct SphereMatch {
     /// Part of the disc in the image whose depth is near the sphere.
     pub on: f64,
-    /// Median distance of that part from the sphere, in the ball's radius.
+    /// Median distance of that part from the sphere beyond the noise of depth, in the ball's
+    /// radius.
     pub off: f64,
 }
 
@@ -148,5 +149,7 @@ pub(super) fn match_sphere(view: &FrameView, disc: &Disc, z: f64) -> SphereMatch
     }
     distances.sort_by(f64::total_cmp);
     let on = distances.len() as f64 / f64::from(all.max(1));
-    SphereMatch { on, off: distances.get(distances.len() / 2).copied().unwrap_or(1.0) }
+    let median = distances.get(distances.len() / 2).copied().unwrap_or(1.0);
+    let noise = view.parameters.curvature.depth_noise * z * z / view.ball_radius;
+    SphereMatch { on, off: (median.powi(2) - noise.powi(2)).max(0.0).sqrt() }
 }

@@ -7,17 +7,18 @@
 mod classifier;
 mod curvature;
 mod features;
+mod patch;
 
 pub use curvature::{Curvature, SphereMatch};
 pub use features::{ColourFeatures, DepthFeatures, FreeFitResidual};
 
 use super::parameters::DecideParameters;
 use super::radial_scan::RAYS;
-use super::refine::{Boundary, Candidate, Outline, Surroundings};
+use super::refine::{Boundary, Candidate, Outline, RefinedCircle, Surroundings};
 use super::view::{Disc, FrameView};
 use classifier::{Classifier, probability};
-use curvature::curvature;
-use features::{Appearance, part_in_image};
+use features::part_in_image;
+pub(super) use patch::judge;
 
 /// Features of a candidate, for the classifier.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -34,6 +35,8 @@ pub struct Decision {
     /// Probability that the candidate is the ball, 0 to 1. It is 0 if the candidate was rejected
     /// before all features were read.
     pub score: f64,
+    /// Log-odds by the network that judges. It can only object: they count if they are negative.
+    pub judged: f64,
     /// What surrounds the disc, ray by ray; `None` outside the image.
     pub surroundings: [Option<Surroundings>; RAYS],
     /// Features, as far as they were read.
@@ -56,37 +59,18 @@ impl<'a> Decider<'a> {
         Self { view, parameters: &view.parameters.decide, classifier }
     }
 
-    /// Checks whether the disc of a blob can be the ball: it has enough of the ball's colour and is
-    /// not flat beyond doubt. This is cheaper than [`Self::passes`].
-    pub(super) fn passes_blob(&self, disc: &Disc) -> bool {
-        let readings = self.view.parameters.curvature.rough_readings;
-        let depth = self.view.centre_depth(disc);
-        let is_flat = depth
-            .and_then(|z| curvature(self.view, disc, z, readings))
-            .is_some_and(|curvature| curvature.most < self.parameters.flat_curvature);
-        let likeness = || f64::from(Appearance::new(self.view, disc, depth).likeness);
-        !is_flat && likeness() >= self.parameters.min_likeness
-    }
-
-    /// Checks whether the log-odds of `disc`, about where a ball may be, are high enough for a
+    /// Checks whether the log-odds of `disc`, where depth shows a sphere, are high enough for a
     /// refinement.
     pub(super) fn passes(&self, disc: &Disc) -> bool {
         let view = self.view;
-        let outline = || Outline::new(view, *disc);
-        let Some(z) = view.centre_depth(disc) else {
-            let (outline, z) = (outline(), view.depth_of(disc));
-            let boundary = Boundary::new(view, &outline, z);
-            let features = ColourFeatures::new(view, disc, &outline, &boundary, z);
-            let least = self.parameters.min_log_odds_without_depth;
-            return self.classifier.colour_log_odds(&features) > least;
-        };
+        let Some(z) = view.centre_depth(disc) else { return false };
         let readings = view.parameters.curvature.rough_readings;
         let features = DepthFeatures::without_boundary(view, disc, z, readings);
         let passes = |features: &DepthFeatures| {
             self.classifier.depth_log_odds(features) > self.parameters.min_log_odds_with_depth
         };
         passes(&features) && {
-            let outline = outline();
+            let outline = Outline::new(view, *disc);
             let boundary = Boundary::new(view, &outline, z);
             passes(&features.with_boundary(&boundary, &outline))
         }
@@ -98,9 +82,14 @@ impl<'a> Decider<'a> {
         let Candidate { circle, outline } = candidate;
         let by_image = self.view.depth_of(&circle.disc);
         let depth = self.view.centre_depth(&circle.disc);
+        let judged = judge(self.view, &circle.disc).log_odds;
         let boundary = Boundary::new(self.view, outline, depth.unwrap_or(by_image));
+        let surroundings = *boundary.rays();
         let mut decision =
-            Decision { score: 0.0, surroundings: *boundary.rays(), features: None, free_fit: None };
+            Decision { score: 0.0, judged, surroundings, features: None, free_fit: None };
+        if judged < self.parameters.min_judged {
+            return decision;
+        }
         let free = boundary.part(Surroundings::Free) + boundary.part(Surroundings::Behind);
         let uncovered = (1.0 - boundary.covered()).max(0.01);
         if free > self.parameters.min_free
@@ -111,7 +100,7 @@ impl<'a> Decider<'a> {
                 None => {
                     let factor = self.parameters.unknown_depth_factor;
                     let least = least / factor;
-                    self.without_depth(candidate, &boundary, by_image, least, &mut decision);
+                    self.without_depth(circle, &boundary, by_image, least, &mut decision);
                     decision.score *= factor;
                 }
             }
@@ -141,7 +130,8 @@ impl<'a> Decider<'a> {
         let features = DepthFeatures::without_boundary(self.view, &circle.disc, z, readings)
             .with_boundary(boundary, outline);
         decision.features = Some(Features::Depth(features));
-        let log_odds = self.classifier.depth_log_odds(&features);
+        let log_odds = self.classifier.depth_log_odds(&features)
+            + self.classifier.judged_log_odds(decision.judged);
         if cut * probability(log_odds) < least {
             return;
         }
@@ -158,23 +148,22 @@ impl<'a> Decider<'a> {
     /// Scores a candidate without depth; a ball of its size is at depth `z`.
     fn without_depth(
         &self,
-        Candidate { circle, outline }: &Candidate,
+        circle: &RefinedCircle,
         boundary: &Boundary,
         z: f64,
         least: f64,
         decision: &mut Decision,
     ) {
-        let features = ColourFeatures::new(self.view, &circle.disc, outline, boundary, z);
+        let features = ColourFeatures::new(self.view, circle, z);
         decision.features = Some(Features::Colour(features));
-        let log_odds = self.classifier.colour_log_odds(&features);
+        let log_odds = self.classifier.colour_log_odds(&features, decision.judged);
         if probability(log_odds) < least {
             return;
         }
-        let edges = circle.edge_count() / RAYS as f64;
         decision.free_fit = FreeFitResidual::new(self.view, circle, circle.disc.radius, boundary);
-        decision.score = decision.free_fit.map_or(0.0, |free| {
-            probability(log_odds - self.classifier.colour_penalty(&free, edges))
-        });
+        decision.score = decision
+            .free_fit
+            .map_or(0.0, |free| probability(log_odds - self.classifier.colour_penalty(&free)));
     }
 }
 

@@ -51,6 +51,9 @@ pub struct CurvatureParameters {
     pub min_readings: f64,
     /// Half width of the confidence interval, standard errors.
     pub interval: f64,
+    /// Median error of depth over its square, 1/m: two thirds of the standard deviation of a Kinect
+    /// (K. Khoshelham, S. O. Elberink, Sensors 12, 2012: 1.4 mm at 1 m).
+    pub depth_noise: f64,
     /// Least curvature of the ideal sphere at the same pixels (guards the division).
     pub min_ideal: f64,
 }
@@ -65,6 +68,7 @@ impl CurvatureParameters {
         rough_readings: 5,
         min_readings: 14.0,
         interval: 1.5,
+        depth_noise: 0.95e-3,
         min_ideal: 0.1,
     };
 }
@@ -84,16 +88,11 @@ pub struct DecideParameters {
     pub min_free: f64,
     /// The same of the rays that nothing covers.
     pub min_free_of_uncovered: f64,
-    /// Upper bound of the curvature below which a surface is flat and no ball.
-    pub flat_curvature: f64,
+    /// Least log-odds by the network: below, the other features are not read.
+    pub min_judged: f64,
     /// Least log-odds before the outline fit of a disc with depth. Of 4213 places on balls none
     /// had less than -4.3; of 18 380 other places four of five had less than -5.
     pub min_log_odds_with_depth: f64,
-    /// The same without depth. Of 68 places on balls none had less than 1.5; of 2078 other places
-    /// half had less than -2.
-    pub min_log_odds_without_depth: f64,
-    /// Least likeness of a disc, 0 to 1.
-    pub min_likeness: f64,
     /// Part of the rays within the image from which on a ball is nearly whole.
     pub whole: f64,
     /// Least part of the rays within the image: a smaller sliver may belong to a larger ball. It is
@@ -121,10 +120,8 @@ impl DecideParameters {
         unknown_depth_factor: 0.9,
         min_free: 0.25,
         min_free_of_uncovered: 0.4,
-        flat_curvature: 0.1,
+        min_judged: -8.0,
         min_log_odds_with_depth: -5.0,
-        min_log_odds_without_depth: -2.0,
-        min_likeness: 0.28,
         whole: 0.8,
         min_in_image: 0.36,
         cut_edges_none: 0.4,
@@ -166,7 +163,7 @@ impl FreeFitParameters {
         fit_error: 2.0,
         rms: 0.2,
         rms_relative: 0.012,
-        rms_blur: 0.35,
+        rms_blur: 0.9,
         sharp_blur: 0.5,
     };
 }

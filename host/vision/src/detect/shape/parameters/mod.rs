@@ -10,7 +10,7 @@ mod refine;
 mod weights;
 
 pub use decide::{BoundaryParameters, CurvatureParameters, DecideParameters, FreeFitParameters};
-pub use propose::{BlobParameters, ClusterParameters, SeedParameters, SphereFitParameters};
+pub use propose::{ClusterParameters, ProposeParameters, SphereFitParameters};
 pub use refine::{EdgeBand, EdgeParameters, ProfileParameters, RefineParameters, Tolerance};
 pub use weights::{ColourWeights, DepthWeights, FreeFitWeights, Hinge, Weights};
 
@@ -19,10 +19,8 @@ pub use weights::{ColourWeights, DepthWeights, FreeFitWeights, Hinge, Weights};
 pub struct ShapeParameters {
     /// Search over the candidates of a frame.
     pub search: SearchParameters,
-    /// Propose: blobs of the ball's colour.
-    pub blobs: BlobParameters,
-    /// Propose: seeds from blobs.
-    pub seeds: SeedParameters,
+    /// Propose: places by the network.
+    pub propose: ProposeParameters,
     /// Propose: clusters of coloured pixels with depth.
     pub clusters: ClusterParameters,
     /// Propose: fit of a sphere to depth.
@@ -49,8 +47,7 @@ impl ShapeParameters {
     /// The default parameters.
     pub const DEFAULT: Self = Self {
         search: SearchParameters::DEFAULT,
-        blobs: BlobParameters::DEFAULT,
-        seeds: SeedParameters::DEFAULT,
+        propose: ProposeParameters::DEFAULT,
         clusters: ClusterParameters::DEFAULT,
         sphere: SphereFitParameters::DEFAULT,
         profile: ProfileParameters::DEFAULT,
@@ -89,6 +86,11 @@ pub struct SearchParameters {
     pub window: Tolerance,
     /// Largest number of depth seeds that are refined.
     pub max_depth_seeds: usize,
+    /// Largest number of the network's proposals that are refined: the budget of a search.
+    pub max_refined: usize,
+    /// Log-odds by which a proposal may be less promising than one that is a ball and still be
+    /// refined.
+    pub rival_log_odds: f64,
     /// Candidates whose centres are nearer than this are one, in the smaller radius.
     pub same_centre: f64,
     /// Candidates whose radii differ by less than this are one, in the smaller radius.
@@ -99,13 +101,15 @@ impl SearchParameters {
     /// The default parameters.
     pub const DEFAULT: Self = Self {
         min_distance: 0.25,
-        max_distance: 2.5,
+        max_distance: 3.2,
         radius_margin: 0.07,
         min_score: 0.52,
         min_score_tracked: 0.75,
         certain_score: 0.95,
         window: Tolerance { relative: 3.0, pixels: 16.0 },
         max_depth_seeds: 4,
+        max_refined: 4,
+        rival_log_odds: 1.0,
         same_centre: 0.12,
         same_radius: 0.1,
     };

@@ -2,86 +2,36 @@
 
 use super::refine::Tolerance;
 
-/// Parameters of the blob detector, which works on the downsampled likeness map.
+/// Parameters of the places that the network proposes.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct BlobParameters {
-    /// Factor from one radius to the next.
-    pub scale_step: f64,
-    /// Smallest radius, downsampled pixels.
-    pub min_radius: f64,
-    /// Half size of the square within the disc, in the radius.
-    pub inner_square: f64,
-    /// Half size of the square around the disc, in the radius.
-    pub disc_square: f64,
-    /// Half size of the square that ends the surroundings, in the radius.
-    pub outer_square: f64,
-    /// Number of samples of the response in a radius: larger discs are searched in larger strides.
-    pub strides_per_radius: f64,
-    /// Least difference of mean likeness between the inside and the surroundings, 0 to 1; smaller
-    /// ones are noise.
-    pub min_difference: f32,
-    /// Added to the sum of both likenesses that the difference is divided by, so that dim balls
-    /// count as much as bright ones and noise does not.
-    pub normalisation_offset: f32,
-}
-
-impl BlobParameters {
-    /// The default parameters.
-    pub const DEFAULT: Self = Self {
-        scale_step: 1.4,
-        min_radius: 1.5,
-        inner_square: 0.62,
-        disc_square: 1.15,
-        outer_square: 1.8,
-        strides_per_radius: 3.0,
-        min_difference: 0.02,
-        normalisation_offset: 0.1,
-    };
-}
-
-/// Parameters that turn blobs into seeds.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SeedParameters {
-    /// Largest factor between a blob's radius and the ball's at the blob's depth: covers the steps
-    /// between scales and partly covered balls.
-    pub max_size_factor: f64,
-    /// Largest number of seeds whose depth is known.
-    pub max_with_depth: usize,
-    /// Largest number of seeds without depth.
-    pub max_without_depth: usize,
-    /// Largest number of blobs that are screened.
-    pub max_screened: usize,
-    /// Distance at which the surroundings of a blob are read, in the ball's radius. A blob need
-    /// not be centred on the ball.
-    pub surroundings: f64,
-    /// Number of places around a blob whose depth is read.
-    pub surrounding_places: u32,
-    /// Largest number of those places that may be as near as the blob.
-    pub max_attached: usize,
-    /// Spacing of the nine pixels that a blob's depth is read at, in its radius.
+pub struct ProposeParameters {
+    /// Least log-odds of a proposal.
+    pub min_log_odds: f32,
+    /// Largest number of proposals that are judged: the budget of a search.
+    pub max_judged: usize,
+    /// Least log-odds by the judging network of a proposal that is refined.
+    pub min_judged: f64,
+    /// Log-odds by the judging network from which on a proposal is likely the ball.
+    pub likely: f64,
+    /// Log-odds by the proposing network by which a proposal may be less promising than the first
+    /// one and still be judged if a likely one was found.
+    pub rival_log_odds: f64,
+    /// Distance of the nine pixels that the depth of a proposal is read at, in its radius.
     pub depth_spacing: f64,
     /// Least number of those pixels with depth.
     pub min_depths: usize,
-    /// Seeds whose centres are nearer than this are one, in the smaller radius.
-    pub same_centre: f64,
-    /// Seeds whose radii differ by less than this factor are one.
-    pub same_radius_factor: f64,
 }
 
-impl SeedParameters {
+impl ProposeParameters {
     /// The default parameters.
     pub const DEFAULT: Self = Self {
-        max_size_factor: 2.0,
-        max_with_depth: 3,
-        max_without_depth: 2,
-        max_screened: 10,
-        surroundings: 1.7,
-        surrounding_places: 16,
-        max_attached: 8,
+        min_log_odds: -5.0,
+        max_judged: 6,
+        min_judged: -4.0,
+        likely: 3.0,
+        rival_log_odds: 1.5,
         depth_spacing: 0.4,
         min_depths: 4,
-        same_centre: 0.4,
-        same_radius_factor: 1.5,
     };
 }
 

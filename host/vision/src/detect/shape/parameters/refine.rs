@@ -19,19 +19,6 @@ impl Tolerance {
 /// Parameters of the radial profile of likeness around a disc.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ProfileParameters {
-    /// Width of the Gaussian that weights edges by their distance from the disc in each step, in
-    /// the disc's radius.
-    pub widths: [f64; 3],
-    /// Cut-off of Tukey's biweight, in that width.
-    pub cutoff: f64,
-    /// Weight of a radius known from depth, in clear edges.
-    pub radius_prior: f64,
-    /// Weight of the previous disc against few edges, in clear edges.
-    pub damping: f64,
-    /// Least part of the rays with an edge after a step.
-    pub min_support: f64,
-    /// The same if the radius is not known from depth.
-    pub min_support_free: f64,
     /// Least drop of likeness at an edge, in the contrast of a clear edge.
     pub clear_drop: f32,
     /// Least likeness beyond the disc for the ball's colour to continue, in the contrast.
@@ -40,16 +27,7 @@ pub struct ProfileParameters {
 
 impl ProfileParameters {
     /// The default parameters.
-    pub const DEFAULT: Self = Self {
-        widths: [0.3, 0.2, 0.12],
-        cutoff: 2.0,
-        radius_prior: 12.0,
-        damping: 1.0,
-        min_support: 0.3,
-        min_support_free: 0.5,
-        clear_drop: 0.4,
-        continued_likeness: 0.5,
-    };
+    pub const DEFAULT: Self = Self { clear_drop: 0.4, continued_likeness: 0.5 };
 }
 
 /// The band around a disc in which its edges are looked for.

@@ -4,7 +4,7 @@ use std::f64::consts::FRAC_1_SQRT_2;
 
 use nalgebra::Point3;
 
-use super::super::downsampled::LikenessMap;
+use super::super::likeness_map::LikenessMap;
 use super::super::parameters::ClusterParameters;
 use super::super::view::FrameView;
 use super::sphere_fit::{ends, fit_sphere};
@@ -21,7 +21,7 @@ const DIRECTIONS: [(f64, f64); 8] = [
     (DIAGONAL, -DIAGONAL),
 ];
 const DIAGONAL: f64 = FRAC_1_SQRT_2;
-/// Places in a downsampled pixel, pixels from its centre, where depth is read. The first one with
+/// Places in a likeness_map pixel, pixels from its centre, where depth is read. The first one with
 /// depth counts.
 const DEPTH_PLACES: [(f64, f64); 5] =
     [(0.5, 0.5), (-1.0, -1.0), (1.0, 1.0), (-1.0, 1.0), (1.0, -1.0)];
@@ -62,8 +62,12 @@ impl Cluster {
 }
 
 /// Finds the spheres that may be the ball (centres in camera axes, metres), the best first.
-pub(in super::super) fn find_spheres(view: &FrameView, map: &LikenessMap) -> Vec<Point3<f64>> {
-    let finder = ClusterFinder::new(view, map);
+pub(in super::super) fn find_spheres(view: &FrameView) -> Vec<Point3<f64>> {
+    if !view.has_depth() {
+        return Vec::new();
+    }
+    let map = LikenessMap::new(&view.levels[2], view.colour.ball());
+    let finder = ClusterFinder::new(view, &map);
     let mut clusters = finder.clusters();
     clusters.sort_by(|a, b| b.share().total_cmp(&a.share()));
     let fitted = clusters

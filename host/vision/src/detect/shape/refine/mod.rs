@@ -1,6 +1,6 @@
 //! Stage 2, refine: the circle of a seed to a fraction of a pixel.
 //!
-//! [`radial_profile`] fits a disc to the drop of likeness along rays, to a few pixels.
+//! [`radial_profile`] reads where the ball's colour ends along rays.
 //! [`sub_pixel_edge`] fits a circle to the edges on the rays that [`boundary`] trusts.
 
 mod boundary;
@@ -11,8 +11,8 @@ use nalgebra::Matrix3;
 
 pub(super) use boundary::Boundary;
 pub use boundary::Surroundings;
+pub(super) use radial_profile::Outline;
 pub use radial_profile::RayEnd;
-pub(super) use radial_profile::{Outline, fit_profile};
 pub use sub_pixel_edge::RefinedCircle;
 pub(super) use sub_pixel_edge::fit_edges;
 

@@ -1,10 +1,7 @@
-//! Radial profile of likeness around a disc, and the disc fitted to its drops.
-
-use nalgebra::Vector3;
+//! Radial profile of likeness around a disc.
 
 use super::super::parameters::ProfileParameters;
-use super::super::radial_scan::{Direction, RAYS, RadialScan, directions};
-use super::super::robust_fit::TukeyStep;
+use super::super::radial_scan::{RAYS, RadialScan};
 use super::super::view::{Disc, FrameView};
 
 /// Samples of a ray in the disc's radius.
@@ -17,8 +14,6 @@ const SIDE: usize = 4;
 const END_TOLERANCE: usize = 2;
 /// The contrast of a clear edge is this decile of the rays' largest drops.
 const CONTRAST_DECILE: usize = 7;
-/// Least contrast that drops are divided by.
-const MIN_CONTRAST: f64 = 1e-3;
 
 /// What a ray shows where the disc ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -39,8 +34,6 @@ pub(in super::super) struct Outline {
     pub(in super::super) disc: Disc,
     /// What each ray shows at the end of the disc.
     pub(in super::super) ends: [RayEnd; RAYS],
-    /// Drop of likeness at a clear edge, 0 to 1.
-    pub(in super::super) contrast: f64,
 }
 
 impl Outline {
@@ -48,69 +41,6 @@ impl Outline {
     pub(in super::super) fn new(view: &FrameView, disc: Disc) -> Self {
         RadialProfile::new(view, &disc).outline(disc)
     }
-
-    /// Returns the part of the rays with an edge, of those within the image (a quarter of all rays
-    /// at least).
-    fn support(&self) -> f64 {
-        let count = |end: RayEnd| self.ends.iter().filter(|&&e| e == end).count() as f64;
-        let visible = RAYS as f64 - count(RayEnd::OutsideImage);
-        count(RayEnd::Edge) / visible.max(RAYS as f64 / 4.0)
-    }
-}
-
-/// Fits the disc near `start` whose edge matches best; `None` if there is hardly an edge.
-///
-/// With `free_radius` the radius is searched for first; otherwise it is held near that of `start`,
-/// which is known from depth.
-pub(in super::super) fn fit_profile(
-    view: &FrameView,
-    start: &Disc,
-    free_radius: bool,
-) -> Option<Outline> {
-    let parameters = &view.parameters.profile;
-    let mut disc = *start;
-    let mut profile = RadialProfile::new(view, &disc);
-    if free_radius {
-        disc.radius = profile.best_radius();
-        profile = RadialProfile::new(view, &disc);
-    }
-    let prior = (!free_radius).then_some(start.radius);
-    let min_support =
-        if free_radius { parameters.min_support_free } else { parameters.min_support };
-    for width in parameters.widths {
-        disc = fit_step(view, &disc, &profile, width, prior);
-        profile = RadialProfile::new(view, &disc);
-        if profile.outline(disc).support() < min_support {
-            return None;
-        }
-    }
-    Some(profile.outline(disc))
-}
-
-/// Fits the disc to the edges within about `width` radii of it, with the radius drawn to `prior` if
-/// it is known.
-fn fit_step(
-    view: &FrameView,
-    disc: &Disc,
-    profile: &RadialProfile,
-    width: f64,
-    prior: Option<f64>,
-) -> Disc {
-    let parameters = &view.parameters.profile;
-    let contrast = f64::from(profile.contrast).max(MIN_CONTRAST);
-    let weights = profile.distance_weights(disc.radius, width * disc.radius);
-    let cutoff = parameters.cutoff * width * disc.radius;
-    let mut fit = TukeyStep::new(cutoff, parameters.damping);
-    for (ray, &Direction { cos, sin }) in directions().iter().enumerate() {
-        let Some(edge) = profile.edge(ray, &weights) else { continue };
-        let clearness = (edge.drop / contrast).clamp(0.0, 1.0).powi(2);
-        fit.add(Vector3::new(cos, sin, 1.0), edge.at - disc.radius, clearness);
-    }
-    if let Some(radius) = prior {
-        fit.add_prior(radius - disc.radius, parameters.radius_prior);
-    }
-    let Some(solution) = fit.solve() else { return *disc };
-    RadialScan::new(&view.colour, disc).moved(disc.radius, &solution.step)
 }
 
 /// Likeness along the rays from a disc's centre.
@@ -122,18 +52,8 @@ struct RadialProfile<'a> {
     drops: [[f32; SAMPLES]; RAYS],
     /// Number of samples of each ray within the image.
     inside: [usize; RAYS],
-    /// Pixels between samples.
-    step: f64,
     /// Drop of a clear edge.
     contrast: f32,
-}
-
-/// The drop of likeness at a place on a ray.
-#[derive(Clone, Copy)]
-struct Drop {
-    /// Pixels from the centre.
-    at: f64,
-    drop: f64,
 }
 
 impl<'a> RadialProfile<'a> {
@@ -145,7 +65,6 @@ impl<'a> RadialProfile<'a> {
             likeness: [[0.0; SAMPLES]; RAYS],
             drops: [[f32::NAN; SAMPLES]; RAYS],
             inside: [0; RAYS],
-            step,
             contrast: 0.0,
         };
         let scan = RadialScan::new(&view.colour, disc);
@@ -180,51 +99,6 @@ impl<'a> RadialProfile<'a> {
         self.contrast = largest[RAYS * CONTRAST_DECILE / 10];
     }
 
-    /// Returns the weight of an edge at each sample if it is expected at `radius` pixels: a
-    /// Gaussian with the standard deviation `width`, pixels.
-    fn distance_weights(&self, radius: f64, width: f64) -> [f32; SAMPLES] {
-        std::array::from_fn(|k| {
-            let distance = (k as f64 * self.step - radius) / width;
-            (-distance * distance / 2.0).exp() as f32
-        })
-    }
-
-    /// Returns the largest weighted drop of a ray, between samples.
-    fn edge(&self, ray: usize, weights: &[f32; SAMPLES]) -> Option<Drop> {
-        let drops = &self.drops[ray];
-        let (mut best, mut k) = (0.0_f32, 0);
-        for (i, (drop, weight)) in drops.iter().zip(weights).enumerate() {
-            // The comparison is false for NaN.
-            if drop * weight > best {
-                (best, k) = (drop * weight, i);
-            }
-        }
-        if k == 0 {
-            return None;
-        }
-        let at = |k: usize| drops.get(k).copied().filter(|d| !d.is_nan()).map(f64::from);
-        let drop = at(k)?;
-        let (before, after) = (at(k - 1).unwrap_or(drop), at(k + 1).unwrap_or(drop));
-        // The peak of the parabola through the three drops.
-        let bend = before - 2.0 * drop + after;
-        let shift =
-            if bend < -1e-6 { (0.5 * (before - after) / bend).clamp(-0.5, 0.5) } else { 0.0 };
-        Some(Drop { at: (k as f64 + shift) * self.step, drop })
-    }
-
-    /// Returns the radius, pixels, at which most rays have an edge. A drop counts up to the
-    /// contrast of a clear edge.
-    fn best_radius(&self) -> f64 {
-        let limit = self.contrast;
-        let sum = |k: usize| -> f32 {
-            let drops = self.drops.iter().map(|drops| drops[k]).filter(|drop| !drop.is_nan());
-            drops.map(|drop| drop.clamp(-limit, limit)).sum()
-        };
-        let sums = (SIDE..=SAMPLES - SIDE).map(|k| (k, sum(k)));
-        let best = sums.max_by(|a, b| a.1.total_cmp(&b.1));
-        best.map_or(PER_RADIUS as f64, |(k, _)| k as f64) * self.step
-    }
-
     /// Returns the outline of `disc`, whose profile this is.
     fn outline(&self, disc: Disc) -> Outline {
         let ends = PER_RADIUS - END_TOLERANCE..=PER_RADIUS + END_TOLERANCE;
@@ -237,7 +111,7 @@ impl<'a> RadialProfile<'a> {
                 _ => RayEnd::NoEdge,
             }
         };
-        Outline { disc, ends: std::array::from_fn(end), contrast: f64::from(self.contrast) }
+        Outline { disc, ends: std::array::from_fn(end) }
     }
 
     /// Checks whether the ball's colour continues on a ray beyond the disc.

@@ -1,0 +1,41 @@
+//! What the judging network reads: the picture about a disc, brought to one size.
+
+use super::super::network::{CHANNELS, Judgement, Map, Networks, PATCH, PATCH_RADIUS};
+use super::super::view::{Disc, FrameView};
+
+/// Largest depth against the ball's centre that a patch shows, in the ball's radius.
+const MAX_BEHIND: f64 = 3.0;
+
+/// Judges `disc`.
+pub(in super::super) fn judge(view: &FrameView, disc: &Disc) -> Judgement {
+    Networks::get().judge.apply(&patch(view, disc))
+}
+
+/// Returns the patch about `disc`.
+///
+/// The channels are red, green and blue from -1 to 1, turned so that the ball's hue is red, the
+/// depth behind the centre of a ball of this size (from -1 to 1; 0 where it is unknown), and
+/// whether it is known.
+fn patch(view: &FrameView, disc: &Disc) -> Map {
+    let mut patch = Map::zeros(PATCH, PATCH, CHANNELS);
+    let (turn, z) = (view.colour.ball().turn_to_red(), view.depth_of(disc));
+    let scale = disc.radius / PATCH_RADIUS;
+    let level = &view.levels[(scale.log2().max(0.0) as usize).min(view.levels.len() - 1)];
+    let middle = (PATCH - 1) as f64 / 2.0;
+    let places = |centre: f64| -> [f64; PATCH] {
+        std::array::from_fn(|k| centre + (k as f64 - middle) * scale)
+    };
+    let (columns, rows) = (places(disc.u), places(disc.v));
+    const PIXELS: usize = PATCH * PATCH;
+    let (colours, depths) = patch.values.split_at_mut(3 * PIXELS);
+    for (i, colour) in level.grid(columns, rows).into_iter().enumerate() {
+        let [red, green, blue] = turn.apply(colour).map(|value| value / 127.5 - 1.0);
+        (colours[i], colours[PIXELS + i], colours[2 * PIXELS + i]) = (red, green, blue);
+        if let Some(depth) = view.depth.at(columns[i % PATCH], rows[i / PATCH]) {
+            let behind = (depth - z) / view.ball_radius;
+            depths[i] = (behind / MAX_BEHIND).clamp(-1.0, 1.0) as f32;
+            depths[PIXELS + i] = 1.0;
+        }
+    }
+    patch
+}

@@ -1,0 +1,59 @@
+//! The network that judges a disc.
+
+use super::super::view::Disc;
+use super::CHANNELS;
+use super::layers::{Map, Mix, Stage};
+use super::weights::Weights;
+
+/// Columns and rows of a patch.
+pub(in super::super) const PATCH: usize = 24;
+/// Radius of the disc in a patch, pixels.
+pub(in super::super) const PATCH_RADIUS: f64 = 7.0;
+
+/// What the network says about a disc.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(in super::super) struct Judgement {
+    /// Log-odds that the disc is the ball.
+    pub(in super::super) log_odds: f64,
+    /// Where the ball's centre is, to the right of the disc's and down, in the disc's radius.
+    pub(in super::super) offset: (f64, f64),
+    /// Logarithm of the ball's radius over the disc's.
+    pub(in super::super) growth: f64,
+}
+
+impl Judgement {
+    /// Returns the ball's disc as seen from `disc`, the one that was judged.
+    pub(in super::super) fn moved(&self, disc: &Disc) -> Disc {
+        Disc {
+            u: disc.u + self.offset.0 * disc.radius,
+            v: disc.v + self.offset.1 * disc.radius,
+            radius: disc.radius * self.growth.exp(),
+        }
+    }
+}
+
+/// The network that judges a disc by the patch about it.
+pub(in super::super) struct Judge {
+    fine: Stage,
+    coarse: Stage,
+    head: Mix,
+}
+
+impl Judge {
+    /// Reads the weights.
+    pub(super) fn new(weights: &mut Weights) -> Self {
+        Self {
+            fine: Stage::new(CHANNELS, 24, &[1], weights),
+            coarse: Stage::new(24, 64, &[1, 1], weights),
+            head: Mix::new(PATCH / 4 * (PATCH / 4) * 64, 4, weights),
+        }
+    }
+
+    /// Judges the disc in the middle of `patch`.
+    pub(in super::super) fn apply(&self, patch: &Map) -> Judgement {
+        let map = self.coarse.apply(&self.fine.apply(patch));
+        let head = self.head.apply_to_pixel(&map.values);
+        let value = |k: usize| f64::from(head[k]);
+        Judgement { log_odds: value(0), offset: (value(1), value(2)), growth: value(3) }
+    }
+}

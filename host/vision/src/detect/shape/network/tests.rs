@@ -1,0 +1,47 @@
+//! The networks compute what the scripts that trained them compute.
+
+use super::*;
+
+/// Returns the input of `pattern` in scripts/detector/export.py.
+fn pattern(rows: usize, columns: usize) -> Map {
+    let mut map = Map::zeros(rows, columns, CHANNELS);
+    for (i, value) in map.values.iter_mut().enumerate() {
+        *value = (i * 37 % 101) as f32 / 50.0 - 1.0;
+    }
+    map
+}
+
+/// Checks that two lists of numbers are alike, but for rounding.
+fn assert_alike(found: &[f32], expected: &[f32]) {
+    let alike = found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-3 * (1.0 + b.abs()));
+    assert!(alike && found.len() == expected.len(), "{found:?} {expected:?}");
+}
+
+#[test]
+fn the_weights_file_is_the_one_that_the_book_has_figures_of() {
+    // FNV-1a of 64 bits.
+    let hash = FILE.iter().fold(0xcbf2_9ce4_8422_2325_u64, |hash, &byte| {
+        (hash ^ u64::from(byte)).wrapping_mul(0x100_0000_01b3)
+    });
+    let text = String::from_utf8_lossy(&FILE[..80]);
+    assert!(text.contains("12184 + 26372"), "{text}");
+    assert_eq!(hash, HASH, "new weights: measure docs/understand/detector.md anew, then set this");
+}
+
+#[test]
+fn both_networks_give_what_torch_gives() {
+    let head = Networks::get().proposer.apply(&pattern(16, 24));
+    assert_eq!((head.rows, head.columns), (4, 6));
+    let found: Vec<f32> = (0..4).map(|k| head.channel(4 * k)[6 + 2]).collect();
+    assert_alike(&found, &PROPOSED);
+    let judgement = Networks::get().judge.apply(&pattern(PATCH, PATCH));
+    let (x, y) = judgement.offset;
+    let found = [judgement.log_odds, x, y, judgement.growth].map(|value| value as f32);
+    assert_alike(&found, &JUDGED);
+}
+
+/// Hash of the weights file.
+const HASH: u64 = 0x165c_c2b1_2fd9_4c9b;
+/// Output of scripts/detector/export.py.
+const PROPOSED: [f32; 4] = [-4.378_617_3, -0.170_134_89, 0.164_631_68, -0.844_494_9];
+const JUDGED: [f32; 4] = [-4.620_823, 0.003_966_833, -0.036_867_28, -0.051_260_02];

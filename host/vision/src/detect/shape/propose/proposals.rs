@@ -1,0 +1,84 @@
+//! Proposals: the places with the highest odds, the most promising first.
+
+use super::super::network::{CELL, Networks, RADIUS_UNIT};
+use super::super::pyramid::SMALLEST;
+use super::super::view::{Disc, FrameView};
+use super::input::network_input;
+
+/// Cells of the output in a pixel of the network's head, in either direction.
+const HEAD_CELLS: usize = 2;
+
+/// A disc that may be the ball.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Proposal {
+    /// The disc, as the network sees it.
+    pub disc: Disc,
+    /// Its log-odds by the network.
+    pub log_odds: f64,
+}
+
+/// Log-odds that the ball's centre is in a cell, for each cell of a window.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OddsMap {
+    width: usize,
+    height: usize,
+    /// First column and row of the window.
+    origin: (f64, f64),
+    values: Vec<f32>,
+}
+
+impl OddsMap {
+    /// Pixels of the full image in a cell, in either direction.
+    pub const FACTOR: f64 = (CELL * SMALLEST) as f64;
+
+    /// Returns the log-odds at column `u`, row `v` of the full image; `None` outside the window.
+    pub fn at(&self, u: f64, v: f64) -> Option<f32> {
+        let x = (u + 0.5 - self.origin.0) / Self::FACTOR;
+        let y = (v + 0.5 - self.origin.1) / Self::FACTOR;
+        let inside = x >= 0.0 && y >= 0.0 && x < self.width as f64 && y < self.height as f64;
+        inside.then(|| self.values[y as usize * self.width + x as usize])
+    }
+
+    /// Checks whether no neighbour of the cell has higher odds; of equal ones the first counts.
+    fn is_peak(&self, x: usize, y: usize) -> bool {
+        let own = self.values[y * self.width + x];
+        let rows = y.saturating_sub(1)..(y + 2).min(self.height);
+        let mut places =
+            rows.flat_map(|v| (x.saturating_sub(1)..(x + 2).min(self.width)).map(move |u| (u, v)));
+        places.all(|(u, v)| {
+            let other = self.values[v * self.width + u];
+            if (v, u) < (y, x) { own > other } else { own >= other }
+        })
+    }
+}
+
+/// Returns the odds of each cell of the window of `view`, and the proposals.
+pub(in super::super) fn propose(view: &FrameView) -> (OddsMap, Vec<Proposal>) {
+    let parameters = &view.parameters.propose;
+    let head = Networks::get().proposer.apply(&network_input(view));
+    let (width, height) = (head.columns * HEAD_CELLS, head.rows * HEAD_CELLS);
+    let read = |quantity: usize, x: usize, y: usize| {
+        let channel = (quantity * HEAD_CELLS + y % HEAD_CELLS) * HEAD_CELLS + x % HEAD_CELLS;
+        head.channel(channel)[y / HEAD_CELLS * head.columns + x / HEAD_CELLS]
+    };
+    let places = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
+    let values = places.clone().map(|(x, y)| read(0, x, y)).collect();
+    let origin = view.levels[2].origin;
+    let odds = OddsMap { width, height, origin, values };
+    let full = |cell: usize, offset: f32, origin: f64| {
+        (cell as f64 + 0.5 + f64::from(offset)) * OddsMap::FACTOR - 0.5 + origin
+    };
+    let peaks = places.filter(|&(x, y)| {
+        odds.values[y * width + x] >= parameters.min_log_odds && odds.is_peak(x, y)
+    });
+    let mut proposals: Vec<Proposal> = peaks
+        .map(|(x, y)| {
+            let u = full(x, read(1, x, y), origin.0);
+            let v = full(y, read(2, x, y), origin.1);
+            let radius = f64::from(read(3, x, y)).exp() * RADIUS_UNIT * SMALLEST as f64;
+            Proposal { disc: Disc { u, v, radius }, log_odds: f64::from(read(0, x, y)) }
+        })
+        .collect();
+    proposals.sort_by(|a, b| b.log_odds.total_cmp(&a.log_odds));
+    (odds, proposals)
+}

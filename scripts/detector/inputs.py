@@ -1,0 +1,84 @@
+"""What the networks read, exactly as the detector makes it: channels of a picture, and of a patch.
+
+A picture is one of generate.py: half the size of a camera's. The first three channels are red,
+green and blue from -1 to 1, with the hues turned so that the ball's is red.
+"""
+
+import cv2
+import numpy as np
+
+from light import rotate_hue
+
+# Pixels of the picture in a pixel of the proposal network's input, of the full-size picture 4.
+STEP = 2
+# Largest expected radius (input pixels) and its unit.
+MAX_EXPECTED, EXPECTED_UNIT = 30.0, 10.0
+# Distance of the middle of a ball's visible surface from its centre, in its radius.
+SURFACE = 0.7
+
+# Side of a patch (pixels) and radius of the disc in it.
+PATCH, PATCH_RADIUS = 24, 7.0
+# Times that a picture is halved for patches of large balls.
+HALVINGS = 2
+# Largest depth against the ball's centre that a patch shows, in the ball's radius.
+PATCH_DEPTH = 3.0
+
+
+class Picture:
+    """A picture of a shard: colour (8 bits), depth (metres), focal length (pixels), radius of the
+    ball (metres) and its hue (degrees)."""
+
+    def __init__(self, colour, depth, focal, radius, hue):
+        self.depth, self.focal, self.radius, self.hue = depth, focal, radius, hue
+        self.levels = [colour]
+        for _ in range(HALVINGS):
+            size = (self.levels[-1].shape[1] // 2, self.levels[-1].shape[0] // 2)
+            self.levels.append(cv2.resize(self.levels[-1], size, interpolation=cv2.INTER_AREA))
+
+    def channels(self, pixels, depth, known):
+        """Returns (5, rows, columns) of 8-bit colours and of what is known of depth."""
+        colour = pixels.astype(np.float32) / 255
+        if self.hue:
+            colour = rotate_hue(colour, -self.hue)
+        colour = colour.transpose(2, 0, 1) * 2 - 1
+        return np.concatenate([colour, depth[None], known[None]]).astype(np.float32)
+
+    def proposal_input(self):
+        """Returns the channels of the whole picture; the fourth is the radius that a ball has at
+        the depth (0 where unknown), the fifth whether the depth is known."""
+        nearest = self.depth[STEP // 2 :: STEP, STEP // 2 :: STEP]
+        known = nearest > 0.1
+        centre = np.where(known, nearest + SURFACE * self.radius, 1)
+        expected = np.minimum(self.focal / STEP * self.radius / centre, MAX_EXPECTED)
+        return self.channels(self.levels[1], np.where(known, expected / EXPECTED_UNIT, 0), known)
+
+    def patch_input(self, disc):
+        """Returns the channels about `disc` (column, row, pixels), brought to one size; the fourth
+        is the depth behind the ball's centre in its radius, the fifth whether it is known."""
+        x, y, size = disc
+        scale = size / PATCH_RADIUS
+        places = (np.arange(PATCH) - (PATCH - 1) / 2) * scale
+        level = min(max(0, int(np.floor(np.log2(scale)))), HALVINGS)
+        columns, rows = np.meshgrid(
+            ((x + places + 0.5) / 2**level - 0.5).astype(np.float32),
+            ((y + places + 0.5) / 2**level - 0.5).astype(np.float32),
+        )
+        pixels = cv2.remap(
+            self.levels[level], columns, rows, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
+        )
+        depth = self.depth
+        u = np.floor(x + places + 0.5).astype(int)
+        v = np.floor(y + places + 0.5).astype(int)
+        inside = (v >= 0) & (v < depth.shape[0]), (u >= 0) & (u < depth.shape[1])
+        nearest = depth[np.clip(v, 0, depth.shape[0] - 1)][:, np.clip(u, 0, depth.shape[1] - 1)]
+        known = inside[0][:, None] & inside[1][None] & (nearest > 0.1)
+        behind = (nearest - self.focal * self.radius / size) / self.radius / PATCH_DEPTH
+        return self.channels(pixels, np.where(known, np.clip(behind, -1, 1), 0), known)
+
+
+def pictures(path, units):
+    """Yields the pictures of a shard, whose depth has `units` in a metre, and their balls."""
+    shard = np.load(path)
+    arrays = (shard[name] for name in ("colour", "depth", "lens", "ball"))
+    for colour, depth, (focal, radius, hue), ball in zip(*arrays):
+        yield Picture(colour, depth.astype(np.float32) / units, focal, radius, hue), ball

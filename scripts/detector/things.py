@@ -1,0 +1,129 @@
+"""Things in a scene: balls, and red things that are no balls."""
+
+import numpy as np
+
+from drawing import HEIGHT, WIDTH, depth_at, line, noise, paint, polygon, shape
+from surfaces import albedo
+
+
+class Lamp:
+    """The light on a round thing."""
+
+    def __init__(self, rng):
+        side = [rng.normal(0, 0.7), -abs(rng.normal(0.7, 0.4)), -abs(rng.normal(0.5, 0.4)) - 0.05]
+        self.way = np.array(side) / np.linalg.norm(side)
+        half = self.way + [0, 0, -1]
+        self.half = half / np.linalg.norm(half)
+        self.ambient, self.diffuse = rng.uniform(0.12, 0.7), rng.uniform(0.3, 1.3)
+        self.gloss, self.sharpness = rng.choice([0, rng.uniform(0, 0.6)]), rng.uniform(15, 120)
+        # Light that comes back from the floor or table below.
+        self.bounce = rng.uniform(0, 0.4)
+
+    def on(self, u, v):
+        """Returns the light and the glint on a unit sphere at (`u`, `v`)."""
+        w = np.sqrt(np.clip(1 - u**2 - v**2, 0, 1))
+        facing = np.clip(u * self.way[0] + v * self.way[1] - w * self.way[2], 0, 1)
+        shade = self.ambient * (1 - 0.3 * v) + self.diffuse * facing
+        mirrored = np.clip(u * self.half[0] + v * self.half[1] - w * self.half[2], 0, 1)
+        return shade + self.bounce * np.clip(v, 0, 1), self.gloss * mirrored**self.sharpness
+
+
+def free_depth(rng, depth, x, y, size):
+    """Returns a distance on or before what is at a place."""
+    known = depth_at(depth, x, y, size / 2)
+    behind = np.median(known) if len(known) else rng.uniform(0.5, 2)
+    return behind * (rng.uniform(0.6, 1.0) if rng.random() < 0.6 else 1.0)
+
+
+def red_thing(rng, light, depth, x, y, size):
+    """Draws a coloured thing that is no ball: flat, a cylinder, soft, or a lump."""
+    kind = rng.integers(6)
+    if kind >= 4:
+        lump(rng, light, depth, x, y, size)
+        return
+    mask = shape(rng, x, y, size)
+    if rng.random() < 0.2:  # a flat disc: on paper, a sign, a lid
+        angles = np.linspace(0, 2 * np.pi, 48)
+        mask = polygon(np.stack([np.cos(angles), np.sin(angles)], -1) * size + [x, y])
+    distance = np.full((HEIGHT, WIDTH), free_depth(rng, depth, x, y, size), np.float32)
+    colour = albedo(rng, 0.85)[None, None]
+    rows, columns = np.mgrid[0:HEIGHT, 0:WIDTH]
+    turn = rng.uniform(0, 2 * np.pi)
+    u = ((columns - x) * np.cos(turn) + (rows - y) * np.sin(turn)) / size
+    if kind == 0:  # cylinder
+        bulge = np.sqrt(np.clip(1 - u**2, 0, 1))
+        colour = colour * (rng.uniform(0.15, 0.6) + bulge * rng.uniform(0.3, 1.0))[..., None]
+        distance -= 0.05 * bulge
+    elif kind == 1:  # shaded evenly
+        colour = colour * np.clip(1 + rng.uniform(-0.6, 0.6) * u, 0.2, 2)[..., None]
+    elif kind == 2:  # textured
+        pattern = noise(rng, *rng.uniform(1.5, 15, 2))
+        colour = colour * np.exp(rng.uniform(0.1, 0.6) * pattern)[..., None]
+    paint(light, depth, mask, colour.astype(np.float32), distance)
+    if rng.random() < 0.3:  # print on it
+        end = (x + size, y + rng.normal(0, size))
+        band = mask * line((x - size, y), end, rng.uniform(0.1, 0.7) * size)
+        paint(light, depth, band, albedo(rng, 0.2)[None, None], depth.copy())
+
+
+def lump(rng, light, depth, x, y, size):
+    """Draws a rounded thing that is no sphere, or has a pattern: a cushion, fruit, a toy."""
+    pattern = rng.random() < 0.5
+    flat = rng.uniform(0.45, 0.95 if pattern else 0.84)
+    rows, columns = np.mgrid[0:HEIGHT, 0:WIDTH]
+    turn = rng.normal(0, 0.4) if rng.random() < 0.6 else rng.uniform(0, np.pi)
+    angles = np.linspace(0, 2 * np.pi, 48)
+    across, down = np.array([np.cos(turn), np.sin(turn)]), np.array([-np.sin(turn), np.cos(turn)])
+    ring = np.cos(angles)[:, None] * across + flat * np.sin(angles)[:, None] * down
+    mask = polygon(ring * size + [x, y])
+    u = ((columns - x) * across[0] + (rows - y) * across[1]) / size
+    v = ((columns - x) * down[0] + (rows - y) * down[1]) / (flat * size)
+    shade, glint = Lamp(rng).on(u, v)
+    colour, other = albedo(rng, 0.9)[None, None], albedo(rng, 0.5)[None, None]
+    if pattern:
+        scale = rng.uniform(0.2, 1.0) * size
+        blush = np.clip(noise(rng, scale, scale) + rng.uniform(-0.5, 0.8), 0, 1)[..., None]
+        colour = colour * (1 - blush) + other * blush
+    distance = free_depth(rng, depth, x, y, size) - 0.03 * np.sqrt(np.clip(1 - u**2 - v**2, 0, 1))
+    drawn = colour * shade[..., None] + glint[..., None]
+    paint(light, depth, mask, drawn.astype(np.float32), distance)
+
+
+def sphere(rng, light, depth, place, radius, colour, blur=0.0):
+    """Draws a ball of `radius` metres at `place`: (column, row, pixels, metres to its centre)."""
+    x, y, size, distance = place
+    reach = int(size + blur / 2 + 3)
+    left, right = max(0, int(x) - reach), min(WIDTH, int(x) + reach + 1)
+    top, bottom = max(0, int(y) - reach), min(HEIGHT, int(y) + reach + 1)
+    if right - left < 2 or bottom - top < 2:
+        return
+    samples, lamp = 3 if size < 12 else 2, Lamp(rng)
+    taps = np.linspace(-blur / 2, blur / 2, 7) if blur > 0 else [0.0]
+    turn = rng.uniform(0, np.pi)
+    total = np.zeros((bottom - top, right - left, 3), np.float32)
+    cover = np.zeros((bottom - top, right - left), np.float32)
+    steps = (np.arange(samples) + 0.5) / samples - 0.5
+    for tap in taps:
+        for dy in steps:
+            for dx in steps:
+                u = (np.arange(left, right) + dx - tap * np.cos(turn) - x)[None] / size
+                v = (np.arange(top, bottom) + dy - tap * np.sin(turn) - y)[:, None] / size
+                hit = u**2 + v**2 < 1
+                shade, glint = lamp.on(u, v)
+                total += hit[..., None] * (colour * shade[..., None] + glint[..., None])
+                cover += hit
+    count = len(taps) * samples**2
+    here = light[top:bottom, left:right]
+    here *= 1 - cover[..., None] / count
+    here += total / count
+    rows, columns = np.mgrid[top:bottom, left:right]
+    square = 1 - ((columns - x) ** 2 + (rows - y) ** 2) / size**2
+    here = depth[top:bottom, left:right]
+    here[:] = np.where(square > 0, distance - radius * np.sqrt(np.clip(square, 0, 1)), here)
+
+
+def ball_colour(rng):
+    """Returns a red of balls (linear light)."""
+    red = rng.uniform(0.25, 0.85)
+    colour = red * np.array([1.0, rng.uniform(0.01, 0.2), rng.uniform(0.01, 0.2)])
+    return np.maximum(colour, 0.004).astype(np.float32)
