@@ -3,6 +3,7 @@
 
 #![allow(clippy::expect_used, clippy::panic, reason = "a test stops at the first surprise")]
 
+use plumb_protocol::SCHEMA;
 use plumb_protocol::config::{
     Config, Deadlines, Drivers, Following, Growth, Interval, JogLimits, Law, Motor, Progress,
     Reached, StepDir, Workspace,
@@ -203,6 +204,14 @@ fn the_documentation_of_the_wire_format_has_valid_frames() {
         to_board >= 5 && from_board >= 3,
         "{to_board} frames to the board, {from_board} from it"
     );
+}
+
+/// A change of a message changes the schema. The client in Python then has to follow.
+#[test]
+fn the_client_in_python_has_the_schema() {
+    let client = include_str!("../../protocol/examples/client.py");
+    let schema: String = SCHEMA.iter().map(|byte| format!("{byte:02x}")).collect();
+    assert!(client.contains(&format!("\"{schema}\"")), "client.py: set SCHEMA to {schema}");
 }
 
 /// Returns whether `bytes` are exactly one frame with a message of this type.
