@@ -146,7 +146,10 @@ impl NodeLoop {
                 self.gate.clear();
                 state.status.set_stopped(true);
             }
-            Action::Resume => state.status.set_stopped(false),
+            Action::Resume => {
+                self.gate.resume(Instant::now());
+                state.status.set_stopped(false);
+            }
             Action::Hold => self.gate.clear(),
             Action::ClearFault => {}
         }
@@ -174,11 +177,9 @@ impl NodeLoop {
             // A message that cannot be decoded is of another type, which the diagnostics report.
             let Ok(taken) = self.targets.take() else { continue };
             let Some((message, info)) = taken else { return };
-            if !self.peers.is_trusted(&info) {
-                continue;
-            }
+            let Some(sent) = self.peers.sent(&info) else { continue };
             let mut state = self.feed.state();
-            if let Err(refusal) = self.gate.offer(&message, state.status.is_stopped()) {
+            if let Err(refusal) = self.gate.offer(&message, sent, state.status.is_stopped()) {
                 state.status.note_refusal(refusal.to_string());
                 state.has_news = true;
             }

@@ -8,6 +8,7 @@ use std::collections::HashMap;
 use std::fmt;
 use std::time::{Duration, Instant};
 
+use plumb_timing::HostClock;
 use ros2_client::{Gid, MessageInfo};
 use rustdds::DomainParticipant;
 use rustdds::policy::Reliability;
@@ -66,15 +67,19 @@ pub(crate) struct Peers {
     is_reliable: bool,
     /// Publishers whose messages have come.
     senders: HashMap<Gid, Sender>,
+    /// Zero of the senders' clocks.
+    begin: Instant,
 }
 
 /// Publisher whose messages have come.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 struct Sender {
     /// Whether it has the topic's type.
     is_right: bool,
     /// Time of its last message.
     last: Instant,
+    /// Mapping of its time stamps.
+    clock: HostClock,
 }
 
 impl Peers {
@@ -86,27 +91,50 @@ impl Peers {
     ) -> Self {
         let kind = M::type_name().dds_msg_type();
         let (participant, topic) = (participant.clone(), topic.to_owned());
-        Self { participant, topic, kind, is_reliable, senders: HashMap::new() }
+        let (senders, begin) = (HashMap::new(), Instant::now());
+        Self { participant, topic, kind, is_reliable, senders, begin }
     }
 
     /// Returns whether the sender of a message is known to send the topic's type.
     pub(crate) fn is_trusted(&mut self, info: &MessageInfo) -> bool {
+        self.trusted_sender(info).is_some()
+    }
+
+    /// Returns the time at which a message was sent, on this computer's clock; `None` if its sender
+    /// is not known to send the topic's type. The least delayed message of a sender counts as sent
+    /// at its arrival, because the clocks of two computers differ.
+    pub(crate) fn sent(&mut self, info: &MessageInfo) -> Option<Instant> {
+        let begin = self.begin;
+        let sender = self.trusted_sender(info)?;
+        let Some(stamp) = info.source_timestamp() else { return Some(sender.last) };
+        let stamp = Duration::from_nanos(u64::try_from(stamp.to_nanos()).unwrap_or_default());
+        let arrival = sender.last.duration_since(begin).as_secs_f64();
+        let sent = sender.clock.taken(stamp.as_secs_f64(), arrival);
+        Some(begin + Duration::try_from_secs_f64(sent).unwrap_or_default())
+    }
+
+    /// Returns the sender of a message, if it is known to send the topic's type. Notes the time.
+    fn trusted_sender(&mut self, info: &MessageInfo) -> Option<&mut Sender> {
         let gid = info.publisher_gid();
-        let now = Instant::now();
-        if let Some(sender) = self.senders.get_mut(&gid) {
-            sender.last = now;
-            return sender.is_right;
+        if !self.senders.contains_key(&gid) {
+            let is_right = self.has_right_type(gid)?;
+            if self.senders.len() >= MAX_PUBLISHERS {
+                self.senders.clear();
+            }
+            let clock = HostClock::new(0.0);
+            self.senders.insert(gid, Sender { is_right, last: self.begin, clock });
         }
+        let sender = self.senders.get_mut(&gid)?;
+        sender.last = Instant::now();
+        sender.is_right.then_some(sender)
+    }
+
+    /// Returns whether a publisher has the topic's type; `None` if it is not yet known.
+    fn has_right_type(&self, gid: Gid) -> Option<bool> {
         let writers = self.participant.discovered_writers();
         let sender =
             writers.iter().find(|writer| Gid::from(writer.writer_proxy.remote_writer_guid) == gid);
-        let Some(sender) = sender else { return false };
-        let is_right = sender.publication_topic_data.type_name == self.kind;
-        if self.senders.len() >= MAX_PUBLISHERS {
-            self.senders.clear();
-        }
-        self.senders.insert(gid, Sender { is_right, last: now });
-        is_right
+        Some(sender?.publication_topic_data.type_name == self.kind)
     }
 
     /// Returns the name of the topic.

@@ -31,6 +31,9 @@ pub(crate) enum TargetRefusal {
         /// Name of the service that lets targets in again.
         resume: String,
     },
+    /// The target was sent before the last Resume, and came late.
+    #[error("the target was sent before the rig was resumed: send it again")]
+    BeforeResume,
 }
 
 /// Targets between a topic and the control loop: one at a time, the newest one next.
@@ -45,21 +48,24 @@ pub(crate) struct TargetGate {
     is_busy: bool,
     /// Time of the last target that was sent.
     sent: Option<Instant>,
+    /// Time of the last Resume.
+    resumed: Option<Instant>,
 }
 
 impl TargetGate {
     /// Returns a gate for targets in `frame`, which the service `resume` opens after a stop.
     pub(crate) fn new(frame: String, resume: String) -> Self {
-        Self { frame, resume, waiting: None, is_busy: false, sent: None }
+        Self { frame, resume, waiting: None, is_busy: false, sent: None, resumed: None }
     }
 
-    /// Takes a target. One that waits is replaced.
+    /// Takes a target, which its publisher has sent at `sent`. One that waits is replaced.
     ///
     /// # Errors
     /// Where it is not acceptable. The one that waits stays.
     pub(crate) fn offer(
         &mut self,
         message: &PointStamped,
+        sent: Instant,
         is_stopped: bool,
     ) -> Result<(), TargetRefusal> {
         let found = &message.header.frame_id;
@@ -73,6 +79,10 @@ impl TargetGate {
         }
         if is_stopped {
             return Err(TargetRefusal::Stopped { resume: self.resume.clone() });
+        }
+        // DDS repeats lost messages, and keeps no order between a topic and a service.
+        if self.resumed.is_some_and(|resumed| sent < resumed) {
+            return Err(TargetRefusal::BeforeResume);
         }
         self.waiting = Some(point);
         Ok(())
@@ -105,6 +115,11 @@ impl TargetGate {
         self.is_busy = false;
     }
 
+    /// Notes a Resume. Targets that were sent before it stay refused.
+    pub(crate) fn resume(&mut self, now: Instant) {
+        self.resumed = Some(now);
+    }
+
     /// Drops the target that waits.
     pub(crate) fn clear(&mut self) {
         self.waiting = None;
@@ -131,7 +146,7 @@ mod tests {
         let mut sent = Vec::new();
         for k in 0..1000_u32 {
             let now = start + Duration::from_millis(u64::from(k));
-            gate.offer(&message("plumb/rig", f64::from(k)), false).unwrap();
+            gate.offer(&message("plumb/rig", f64::from(k)), now, false).unwrap();
             if let Some(target) = gate.next(None, now) {
                 sent.push(target.x);
             }
@@ -146,26 +161,39 @@ mod tests {
 
     #[test]
     fn a_target_in_another_frame_or_after_a_stop_is_refused() {
-        let mut gate = gate();
-        let other = gate.offer(&message("map", 0.4), false).unwrap_err().to_string();
+        let (mut gate, now) = (gate(), Instant::now());
+        let other = gate.offer(&message("map", 0.4), now, false).unwrap_err().to_string();
         assert!(other.contains("`map`") && other.contains("`plumb/rig`"), "{other}");
-        let none = gate.offer(&message("plumb/rig", f64::NAN), false);
+        let none = gate.offer(&message("plumb/rig", f64::NAN), now, false);
         assert_eq!(none, Err(TargetRefusal::NoNumber));
-        let stopped = gate.offer(&message("plumb/rig", 0.4), true).unwrap_err().to_string();
+        let stopped = gate.offer(&message("plumb/rig", 0.4), now, true).unwrap_err().to_string();
         assert!(stopped.contains("/plumb/resume"), "{stopped}");
-        assert_eq!(gate.next(None, Instant::now()), None);
+        assert_eq!(gate.next(None, now), None);
+    }
+
+    #[test]
+    fn a_target_that_was_sent_before_a_resume_stays_refused() {
+        let (mut gate, begin) = (gate(), Instant::now());
+        let at = |milliseconds| begin + Duration::from_millis(milliseconds);
+        gate.offer(&message("plumb/rig", 0.4), at(0), true).unwrap_err();
+        gate.resume(at(100));
+        let late = gate.offer(&message("plumb/rig", 0.4), at(90), false);
+        assert_eq!(late, Err(TargetRefusal::BeforeResume));
+        assert_eq!(gate.next(None, at(101)), None);
+        gate.offer(&message("plumb/rig", 0.5), at(102), false).unwrap();
+        assert_eq!(gate.next(None, at(103)).map(|target| target.x), Some(0.5));
     }
 
     #[test]
     fn the_present_target_is_not_sent_again() {
         let (mut gate, now) = (gate(), Instant::now());
         let target = Point3::new(0.4, 0.3, 0.2);
-        gate.offer(&message("plumb/rig", 0.4), false).unwrap();
+        gate.offer(&message("plumb/rig", 0.4), now, false).unwrap();
         assert_eq!(gate.next(Some(target), now), None);
-        gate.offer(&message("plumb/rig", 0.4), false).unwrap();
+        gate.offer(&message("plumb/rig", 0.4), now, false).unwrap();
         gate.clear();
         assert_eq!(gate.next(None, now), None);
-        gate.offer(&message("plumb/rig", 0.4), false).unwrap();
+        gate.offer(&message("plumb/rig", 0.4), now, false).unwrap();
         assert_eq!(gate.next(None, now), Some(target));
     }
 }
