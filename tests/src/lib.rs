@@ -11,5 +11,6 @@ pub mod links;
 pub mod live_camera;
 pub mod plain_room;
 pub mod plants;
+pub mod soak;
 pub mod source_tree;
 pub mod tensions;
