@@ -1,39 +1,35 @@
-"""A camera's node of ROS 2 on Cyclone DDS, for host/tests/ros2.rs.
+"""A camera's node of ROS 2 on Cyclone DDS, for host/tests/ros2/.
 
-    python camera.py DOMAIN [--plumb PATH] [--type TYPE]
+    python camera.py DOMAIN [--plumb PATH] [--type TYPE] [--compressed] [--no-depth]
 
 With --plumb it starts an emulated board on the terminal `board` and shows the ball where the
 board's motors let it hang (host/examples/stream_rig.py). Without, the ball hangs still at the
 paper's target. The topics are those of realsense-ros: colour is published reliably, depth as sensor
 data, which is best effort. --type CompressedImage publishes colour with that type on the topic of
-raw pictures.
+raw pictures. --compressed publishes colour as PNG on the topic of compressed pictures.
 """
 
 import argparse
 import atexit
 import signal
+import struct
 import sys
 import time
+import zlib
 from pathlib import Path
 
-import peer
-from cyclonedds.core import Policy, Qos
+import messages
 from cyclonedds.domain import DomainParticipant
 from cyclonedds.idl._machinery import PlainCdrV2SequenceOfPrimitiveMachine as SequenceMachine
 from cyclonedds.pub import DataWriter
 from cyclonedds.topic import Topic
+from peer import RELIABLE, SENSOR_DATA
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "examples"))
 import stream_rig  # noqa: E402
 
 PAPER = (0.4, 0.4, 0.15)  # m
 NAME = "rt/camera/camera"
-SENSOR_DATA = Qos(
-    Policy.Reliability.BestEffort,
-    Policy.History.KeepLast(5),
-    Policy.Durability.Volatile,
-    Policy.DataRepresentation(use_cdrv0_representation=True),
-)
 
 
 def write_sequence(machine, buffer, value, *arguments, **options):
@@ -51,19 +47,19 @@ SLOW, SequenceMachine.serialize = SequenceMachine.serialize, write_sequence
 def header(stamp):
     seconds = int(stamp)
     frame = "camera_color_optical_frame"
-    return peer.Header(peer.Time(seconds, int((stamp - seconds) * 1e9)), frame)
+    return messages.Header(messages.Time(seconds, int((stamp - seconds) * 1e9)), frame)
 
 
 def image(stamp, encoding, pixel_bytes, data):
     width, height = stream_rig.WIDTH, stream_rig.HEIGHT
-    return peer.Image(
+    return messages.Image(
         header(stamp), height, width, encoding, 0, pixel_bytes * width, bytes(data)
     )
 
 
 def info(stamp):
     fx, cx, cy = stream_rig.FOCAL, stream_rig.CX, stream_rig.CY
-    return peer.CameraInfo(
+    return messages.CameraInfo(
         header(stamp),
         stream_rig.HEIGHT,
         stream_rig.WIDTH,
@@ -74,29 +70,48 @@ def info(stamp):
         [fx, 0.0, cx, 0.0, 0.0, fx, cy, 0.0, 0.0, 0.0, 1.0, 0.0],
         0,
         0,
-        peer.RegionOfInterest(0, 0, 0, 0, False),
+        messages.RegionOfInterest(0, 0, 0, 0, False),
     )
 
 
+def png(colour):
+    """Returns the picture as PNG."""
+    row = 3 * stream_rig.WIDTH
+    rows = b"".join(b"\0" + colour[at : at + row] for at in range(0, len(colour), row))
+    header = struct.pack(">IIBBBBB", stream_rig.WIDTH, stream_rig.HEIGHT, 8, 2, 0, 0, 0)
+
+    def chunk(kind, data):
+        checked = kind + data
+        return struct.pack(">I", len(data)) + checked + struct.pack(">I", zlib.crc32(checked))
+
+    data = chunk(b"IDAT", zlib.compress(rows, 1))
+    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + data + chunk(b"IEND", b"")
+
+
 class Node:
-    def __init__(self, domain, kind):
+    def __init__(self, domain, options):
         self.participant = DomainParticipant(domain)
-        self.kind = kind
-        self.colour = self.writer(f"{NAME}/color/image_raw", kind, peer.RELIABLE)
+        self.is_compressed = options.compressed
+        self.kind = messages.CompressedImage if options.compressed else options.kind
+        raw = f"{NAME}/color/image_raw"
+        name = f"{raw}/compressed" if options.compressed else raw
+        self.colour = self.writer(name, self.kind, RELIABLE)
         depth = f"{NAME}/aligned_depth_to_color/image_raw"
-        self.depth = self.writer(depth, peer.Image, SENSOR_DATA)
-        self.info = self.writer(f"{NAME}/color/camera_info", peer.CameraInfo, peer.RELIABLE)
+        self.depth = options.depth and self.writer(depth, messages.Image, SENSOR_DATA)
+        self.info = self.writer(f"{NAME}/color/camera_info", messages.CameraInfo, RELIABLE)
 
     def writer(self, name, kind, qos):
         return DataWriter(self.participant, Topic(self.participant, name, kind), qos=qos)
 
     def publish(self, stamp, colour, depth):
-        if self.kind is peer.CompressedImage:
-            self.colour.write(peer.CompressedImage(header(stamp), "jpeg", b""))
+        if self.kind is messages.CompressedImage:
+            data = png(colour) if self.is_compressed else b""
+            self.colour.write(messages.CompressedImage(header(stamp), "png", data))
         else:
             self.colour.write(image(stamp, "rgb8", 3, colour))
         self.info.write(info(stamp))
-        self.depth.write(image(stamp, "16UC1", 2, depth))
+        if self.depth:
+            self.depth.write(image(stamp, "16UC1", 2, depth))
 
 
 def main():
@@ -104,12 +119,15 @@ def main():
     options.add_argument("domain", type=int)
     options.add_argument("--plumb")
     options.add_argument("--type", default="Image", choices=["Image", "CompressedImage"])
+    options.add_argument("--compressed", action="store_true")
+    options.add_argument("--no-depth", dest="depth", action="store_false")
     options = options.parse_args()
     signal.signal(signal.SIGTERM, lambda *_: sys.exit())
     rig = stream_rig.Rig(options.plumb, "board") if options.plumb else None
     if rig:
         atexit.register(rig.process.kill)
-    node = Node(options.domain, getattr(peer, options.type))
+    options.kind = getattr(messages, options.type)
+    node = Node(options.domain, options)
     background = stream_rig.room()
     print("ready", flush=True)
     while True:

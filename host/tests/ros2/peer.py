@@ -1,4 +1,4 @@
-"""A node of ROS 2 on Cyclone DDS, an independent implementation, for host/tests/ros2.rs.
+"""A node of ROS 2 on Cyclone DDS, an independent implementation, for host/tests/ros2/.
 
     python peer.py DOMAIN NAMESPACE [--plain]
 
@@ -7,6 +7,7 @@ Prints what it receives as lines of JSON, and reads commands as lines of JSON fr
     {"target": [x, y, z], "frame": "plumb/rig"}      publishes a target
     {"flood": 2.0, "target": [x, y, z], "frame": f}  publishes targets for 2 s as fast as it can
     {"vector": [x, y, z]}                            publishes another type on the targets' topic
+    {"best_effort": [x, y, z]}                       publishes a target without repetition
     {"call": "stop"}                                 calls a service
 
 Services are called as rmw_cyclonedds_cpp does, with the identity of the request in the message, or
@@ -18,7 +19,6 @@ import os
 import sys
 import threading
 import time
-from dataclasses import dataclass
 
 os.environ["CYCLONEDDS_URI"] = """<CycloneDDS><Domain id="any">
 <General><AllowMulticast>false</AllowMulticast>
@@ -30,23 +30,25 @@ os.environ["CYCLONEDDS_URI"] = """<CycloneDDS><Domain id="any">
 
 from cyclonedds.core import Policy, Qos  # noqa: E402
 from cyclonedds.domain import DomainParticipant  # noqa: E402
-from cyclonedds.idl import IdlStruct  # noqa: E402
-from cyclonedds.idl.types import (  # noqa: E402
-    array,
-    byte,
-    float64,
-    int32,
-    int64,
-    sequence,
-    uint8,
-    uint32,
-    uint64,
-)
 from cyclonedds.internal import InvalidSample  # noqa: E402
 from cyclonedds.pub import DataWriter  # noqa: E402
 from cyclonedds.sub import DataReader  # noqa: E402
 from cyclonedds.topic import Topic  # noqa: E402
 from cyclonedds.util import duration  # noqa: E402
+from messages import (  # noqa: E402
+    CycloneRequest,
+    CycloneResponse,
+    DiagnosticArray,
+    Header,
+    PlainRequest,
+    PlainResponse,
+    Point,
+    PointStamped,
+    PoseStamped,
+    TFMessage,
+    Time,
+    Vector3Stamped,
+)
 
 RELIABLE = Qos(
     Policy.Reliability.Reliable(duration(milliseconds=100)),
@@ -54,171 +56,12 @@ RELIABLE = Qos(
     Policy.Durability.Volatile,
     Policy.DataRepresentation(use_cdrv0_representation=True),
 )
-
-
-@dataclass
-class Time(IdlStruct, typename="builtin_interfaces::msg::dds_::Time_"):
-    sec: int32
-    nanosec: uint32
-
-
-@dataclass
-class Header(IdlStruct, typename="std_msgs::msg::dds_::Header_"):
-    stamp: Time
-    frame_id: str
-
-
-@dataclass
-class Point(IdlStruct, typename="geometry_msgs::msg::dds_::Point_"):
-    x: float64
-    y: float64
-    z: float64
-
-
-@dataclass
-class PointStamped(IdlStruct, typename="geometry_msgs::msg::dds_::PointStamped_"):
-    header: Header
-    point: Point
-
-
-@dataclass
-class Vector3Stamped(IdlStruct, typename="geometry_msgs::msg::dds_::Vector3Stamped_"):
-    header: Header
-    vector: Point
-
-
-@dataclass
-class Quaternion(IdlStruct, typename="geometry_msgs::msg::dds_::Quaternion_"):
-    x: float64
-    y: float64
-    z: float64
-    w: float64
-
-
-@dataclass
-class Pose(IdlStruct, typename="geometry_msgs::msg::dds_::Pose_"):
-    position: Point
-    orientation: Quaternion
-
-
-@dataclass
-class PoseWithCovariance(IdlStruct, typename="geometry_msgs::msg::dds_::PoseWithCovariance_"):
-    pose: Pose
-    covariance: array[float64, 36]
-
-
-@dataclass
-class PoseStamped(IdlStruct, typename="geometry_msgs::msg::dds_::PoseWithCovarianceStamped_"):
-    header: Header
-    pose: PoseWithCovariance
-
-
-@dataclass
-class Transform(IdlStruct, typename="geometry_msgs::msg::dds_::Transform_"):
-    translation: Point
-    rotation: Quaternion
-
-
-@dataclass
-class TransformStamped(IdlStruct, typename="geometry_msgs::msg::dds_::TransformStamped_"):
-    header: Header
-    child_frame_id: str
-    transform: Transform
-
-
-@dataclass
-class TFMessage(IdlStruct, typename="tf2_msgs::msg::dds_::TFMessage_"):
-    transforms: sequence[TransformStamped]
-
-
-@dataclass
-class KeyValue(IdlStruct, typename="diagnostic_msgs::msg::dds_::KeyValue_"):
-    key: str
-    value: str
-
-
-@dataclass
-class DiagnosticStatus(IdlStruct, typename="diagnostic_msgs::msg::dds_::DiagnosticStatus_"):
-    level: byte
-    name: str
-    message: str
-    hardware_id: str
-    values: sequence[KeyValue]
-
-
-@dataclass
-class DiagnosticArray(IdlStruct, typename="diagnostic_msgs::msg::dds_::DiagnosticArray_"):
-    header: Header
-    status: sequence[DiagnosticStatus]
-
-
-@dataclass
-class Image(IdlStruct, typename="sensor_msgs::msg::dds_::Image_"):
-    header: Header
-    height: uint32
-    width: uint32
-    encoding: str
-    is_bigendian: uint8
-    step: uint32
-    data: sequence[uint8]
-
-
-@dataclass
-class CompressedImage(IdlStruct, typename="sensor_msgs::msg::dds_::CompressedImage_"):
-    header: Header
-    format: str
-    data: sequence[uint8]
-
-
-@dataclass
-class RegionOfInterest(IdlStruct, typename="sensor_msgs::msg::dds_::RegionOfInterest_"):
-    x_offset: uint32
-    y_offset: uint32
-    height: uint32
-    width: uint32
-    do_rectify: bool
-
-
-@dataclass
-class CameraInfo(IdlStruct, typename="sensor_msgs::msg::dds_::CameraInfo_"):
-    header: Header
-    height: uint32
-    width: uint32
-    distortion_model: str
-    d: sequence[float64]
-    k: array[float64, 9]
-    r: array[float64, 9]
-    p: array[float64, 12]
-    binning_x: uint32
-    binning_y: uint32
-    roi: RegionOfInterest
-
-
-@dataclass
-class CycloneRequest(IdlStruct, typename="std_srvs::srv::dds_::Trigger_Request_"):
-    guid: uint64
-    number: int64
-    empty: uint8
-
-
-@dataclass
-class CycloneResponse(IdlStruct, typename="std_srvs::srv::dds_::Trigger_Response_"):
-    guid: uint64
-    number: int64
-    success: bool
-    message: str
-
-
-@dataclass
-class PlainRequest(IdlStruct, typename="std_srvs::srv::dds_::Trigger_Request_"):
-    empty: uint8
-
-
-@dataclass
-class PlainResponse(IdlStruct, typename="std_srvs::srv::dds_::Trigger_Response_"):
-    success: bool
-    message: str
-
+SENSOR_DATA = Qos(
+    Policy.Reliability.BestEffort,
+    Policy.History.KeepLast(5),
+    Policy.Durability.Volatile,
+    Policy.DataRepresentation(use_cdrv0_representation=True),
+)
 
 OUTPUT = threading.Lock()
 
@@ -249,7 +92,7 @@ class Peer:
         self.namespace = namespace
         self.is_plain = is_plain
         self.targets = self.writer(f"rt{namespace}/target", PointStamped)
-        self.vectors = None
+        self.others = []
         self.clients = {
             name: self.client(name) for name in ("stop", "resume", "hold", "clear_fault")
         }
@@ -327,15 +170,15 @@ class Peer:
             count += 1
         show("flooded", count)
 
-    def vector(self, at):
-        if self.vectors is None:
-            participant = DomainParticipant(self.participant.get_domain_id())
-            self.other = participant
-            topic = Topic(participant, f"rt{self.namespace}/target", Vector3Stamped)
-            self.vectors = DataWriter(participant, topic, qos=RELIABLE)
-            time.sleep(1.0)
+    def write_as_other(self, kind, qos, at):
+        """Publishes on the targets' topic as another program does."""
+        participant = DomainParticipant(self.participant.get_domain_id())
+        topic = Topic(participant, f"rt{self.namespace}/target", kind)
+        writer = DataWriter(participant, topic, qos=qos)
+        self.others += [participant, writer]
+        time.sleep(1.0)
         header = Header(Time(int(time.time()), 0), f"{self.namespace[1:]}/rig")
-        self.vectors.write(Vector3Stamped(header, Point(*at)))
+        writer.write(kind(header, Point(*at)))
 
     def call(self, name):
         self.calls += 1
@@ -349,7 +192,9 @@ class Peer:
         if "call" in command:
             self.call(command["call"])
         elif "vector" in command:
-            self.vector(command["vector"])
+            self.write_as_other(Vector3Stamped, RELIABLE, command["vector"])
+        elif "best_effort" in command:
+            self.write_as_other(PointStamped, SENSOR_DATA, command["best_effort"])
         elif "flood" in command:
             self.flood(command["flood"], command["target"], command["frame"])
         else:

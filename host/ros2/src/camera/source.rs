@@ -27,6 +27,10 @@ const SILENCE: Duration = Duration::from_secs(1);
 /// Longest wait for messages before the publishers are checked.
 const CHECK: Duration = Duration::from_millis(100);
 
+/// Time after the first picture in which a second publisher on a topic is heard, before anything
+/// moves.
+const HEARING: Duration = Duration::from_secs(1);
+
 /// Time from exposure to the earliest arrival of a picture where nothing else is set, seconds.
 const LATENCY: f64 = 0.045;
 
@@ -131,7 +135,7 @@ fn first_pictures(
         IntrinsicsFrom::File => Some(Lens::Calibrated(calibrated)),
         IntrinsicsFrom::Device => None,
     };
-    let (begin, mut pictures) = (Instant::now(), None);
+    let (begin, mut pictures, mut first) = (Instant::now(), None, None);
     while begin.elapsed() < limit {
         intake.receive(CHECK, |info| {
             lens.get_or_insert(Lens::Published(info));
@@ -139,8 +143,10 @@ fn first_pictures(
         intake.reception.check_types()?;
         intake.reception.check_senders()?;
         pictures = intake.take()?.or(pictures);
+        first = first.or(pictures.as_ref().map(|_| Instant::now()));
+        let is_heard = first.is_some_and(|first: Instant| first.elapsed() >= HEARING);
         match (lens.take(), pictures.take()) {
-            (Some(lens), Some(pictures)) => return Ok((lens, pictures)),
+            (Some(lens), Some(pictures)) if is_heard => return Ok((lens, pictures)),
             present => (lens, pictures) = present,
         }
     }
