@@ -3,7 +3,7 @@
 PLUMB := cargo run --release --locked -p plumb --bin plumb --
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test adversary chip bench links soak bench-chip firmware flash lint quick docs
+.PHONY: help setup demo test adversary chip bench links soak soak-hour bench-chip firmware flash lint quick docs
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-10s  %s\n", $$1, $$2 }' Makefile
@@ -34,6 +34,9 @@ links: setup ## run every law over slow, lossy and broken links (ARGS="--seeds 1
 
 soak: setup ## drive one board for 100 hours of virtual time, with failures (ARGS="--hours 10")
 	@cargo run --release --locked -p plumb-tests --bin soak -- $(ARGS)
+
+soak-hour: setup ## drive an emulated board for an hour of real time (ARGS="SECONDS")
+	@scripts/soak-hour $(ARGS)
 
 bench-chip: setup ## measure the firmware in the emulated chip (ARGS="--json")
 	@scripts/bench-chip $(ARGS)
