@@ -3,7 +3,8 @@
 PLUMB := cargo run --release --locked -p plumb --bin plumb --
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test adversary chip bench links soak soak-hour bench-chip firmware flash lint quick docs
+.PHONY: help setup demo test adversary faults chip bench links soak soak-hour bench-chip firmware
+.PHONY: flash lint quick docs
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-10s  %s\n", $$1, $$2 }' Makefile
@@ -19,6 +20,9 @@ test: setup ## build the firmware and run all tests
 
 adversary: setup ## search for broken invariants (ARGS="board --seeds 100000")
 	@cargo run --release --locked -p plumb-adversary -- $(or $(ARGS),board)
+
+faults: setup ## search for faults that are not noticed, or told wrongly (ARGS="--runs 1000")
+	@cargo run --release --locked -p plumb-faults -- $(ARGS)
 
 chip: setup ## run the firmware in an emulated chip, on a pseudo-terminal
 	@scripts/chip

@@ -128,6 +128,20 @@ const CRATES: &[Rule] = &[
     },
     Rule { name: "plumb-adversary", uses: &["plumb-core", "plumb-protocol"], tests_use: &[] },
     Rule {
+        name: "plumb-faults",
+        uses: &[
+            "plumb-adversary",
+            "plumb-cameras",
+            "plumb-core",
+            "plumb-emulator",
+            "plumb-protocol",
+            "plumb-runtime",
+            "plumb-tests",
+            "plumb-vision",
+        ],
+        tests_use: &[],
+    },
+    Rule {
         name: "plumb-tests",
         uses: &[
             "plumb-cameras",

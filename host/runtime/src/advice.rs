@@ -11,7 +11,8 @@ pub fn after_fault(fault: Fault) -> &'static str {
              Then clear the fault."
         }
         Fault::PositionLost => {
-            "Check that the ball is in view and lit. Then clear the fault and set the target again."
+            "Check that the camera delivers pictures, and that the ball is in view and lit. Then \
+             clear the fault and set the target again."
         }
         Fault::BallOutside => {
             "Check whether the ball really left the workspace. If not, the camera's pose is wrong."
@@ -22,8 +23,9 @@ pub fn after_fault(fault: Fault) -> &'static str {
              before you give the motors more travel."
         }
         Fault::ErrorGrowing => {
-            "Check the wiring: a motor is swapped or reversed, or the ball is caught, or the \
-             camera's pose is wrong. Then clear the fault."
+            "Check the wiring: a motor is swapped or reversed, or a cable is torn, or the ball is \
+             caught, or the camera's pose is wrong, or it sees another ball, or the link is slow. \
+             Then clear the fault."
         }
         Fault::EmergencyStop => {
             "The motors have no current and the ball falls. Close the emergency loop, hang the \
@@ -35,9 +37,9 @@ pub fn after_fault(fault: Fault) -> &'static str {
         }
         Fault::LawLate => "This is a fault of the firmware: report it with the run's folder.",
         Fault::NotFollowing => {
-            "Check for a slack or torn cable, a motor that has stalled, a ball that is caught, or \
-             a target outside the triangle of the motors. Clear the fault and jog the motor back \
-             until its cable is taut."
+            "Check for a slack or torn cable, a motor that has stalled, a ball that is caught, a \
+             picture that stands still, or a target outside the triangle of the motors. Clear the \
+             fault and jog the motor back until its cable is taut."
         }
         Fault::NoProgress => {
             "Clear the fault. Choose a target within reach of taut cables, and check that every \

@@ -3,7 +3,7 @@
 
 use nalgebra::Point3;
 use plumb_core::params::Params;
-use plumb_core::{Board, BuildLimits, LawWorker, Outbox, TICK_US};
+use plumb_core::{Board, BuildLimits, LawWorker, Outbox, TICK_US, Tick};
 use plumb_protocol::Config;
 use plumb_protocol::message::{ConfigField, StartCause, State};
 use plumb_protocol::units::{Micros, Rate, Steps16};
@@ -32,6 +32,8 @@ pub struct EmulatedBoard {
     now: Micros,
     outbox: Outbox,
     waiting: Vec<u8>,
+    /// What the board asked of its chip in the last tick.
+    requests: Option<Tick>,
     /// Samples of the motor positions, where they are asked for.
     sampler: Option<Sampler>,
 }
@@ -49,6 +51,7 @@ impl EmulatedBoard {
             now: Micros(0),
             outbox: Outbox::new(),
             waiting: Vec::new(),
+            requests: None,
             sampler: None,
         }
     }
@@ -117,7 +120,7 @@ impl EmulatedBoard {
             self.deliver();
             // Only hardware needs the step plan. The rig follows the board's positions, which
             // count the same pulses.
-            let _ = self.board.tick(self.now, &mut self.law_worker, &mut self.outbox);
+            self.requests = self.board.tick(self.now, &mut self.law_worker, &mut self.outbox);
             self.now.0 += u64::from(TICK_US);
             self.collect();
             let motors = self.rig_motors();
@@ -174,6 +177,16 @@ impl EmulatedBoard {
         self.plant.as_ref()?.tensions_per_weight()
     }
 
+    /// Returns the board's core, for inspection.
+    pub fn core(&self) -> &Board {
+        &self.board
+    }
+
+    /// Returns what the board asked of its chip in the last tick; `None` where nothing changed.
+    pub fn requests(&self) -> Option<Tick> {
+        self.requests
+    }
+
     /// Returns the rig's motor positions, full steps since the rig's start, + pays out.
     fn rig_motors(&self) -> [f64; 3] {
         let motors = self.motors();
@@ -187,8 +200,9 @@ impl EmulatedBoard {
         }
     }
 
-    /// Restarts the board with `cause`. The clock continues and the rig keeps its position.
-    fn restart(&mut self, cause: StartCause) {
+    /// Restarts the board with `cause`. The clock continues and the rig keeps its position. The
+    /// board has no configuration, and bytes for the host that were not sent are lost.
+    pub fn restart(&mut self, cause: StartCause) {
         self.origin = self.rig_motors();
         self.board = Board::new(self.build);
         self.board.set_start_cause(cause);
@@ -197,6 +211,21 @@ impl EmulatedBoard {
         if let Some(link) = &mut self.link {
             link.to_host.restart(self.now);
         }
+    }
+
+    /// Stops the board for its emergency input, which is open: each motor is `missing` pulses short
+    /// of the last tick's plan, as in [`Board::on_emergency_stop`]. Call this before every tick as
+    /// long as the input is open.
+    pub fn open_emergency(&mut self, missing: [i32; 3]) {
+        self.board.on_emergency_stop(self.now, missing, &mut self.outbox);
+        self.collect();
+    }
+
+    /// Stops the board because a motor driver does not answer. Call this before every tick as long
+    /// as that lasts.
+    pub fn fail_driver(&mut self) {
+        self.board.on_driver_failure(self.now, &mut self.outbox);
+        self.collect();
     }
 
     /// Passes the frames that have arrived by now to the board.

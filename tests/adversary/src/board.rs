@@ -14,7 +14,7 @@ mod count;
 mod delayed_law;
 pub mod event;
 pub mod invariants;
-mod requests;
+pub mod requests;
 mod session;
 
 use crate::campaign::Outcome;

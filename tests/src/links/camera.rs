@@ -43,29 +43,37 @@ impl<C: SimClock> TrackingCamera<C> {
         let next_capture = rig.now();
         Self { rig, camera, timing, next_capture, in_transit: VecDeque::new() }
     }
+}
 
-    /// Renders the frame of a ball at `ball`, m, captured at `time`, s.
-    fn render(&self, time: f64, ball: Point3<f64>) -> Result<RgbdFrame, SourceError> {
-        let centre = self.camera.pose.inverse_transform_point(&ball).coords;
-        let radius = self.camera.ball_diameter / 2.0;
-        let focal = RADIUS * centre.z / radius;
-        let principal = |offset: f64| CENTRE - focal * offset / centre.z;
-        let intrinsics = Intrinsics {
-            fx: focal,
-            fy: focal,
-            cx: principal(centre.x),
-            cy: principal(centre.y),
-            depth_scale: DEPTH_SCALE,
-            distortion: None,
-        };
-        let depth = Image::from_fn(SIZE, SIZE, |column, row| {
-            let ray = intrinsics.deproject(column as f64, row as f64, 1.0).coords;
-            sphere_depth(&ray, &centre, radius).map_or(0, |z| (z * DEPTH_SCALE).round() as u16)
-        });
-        let colour = Image::filled(SIZE, SIZE, [0; 3]);
-        let frame = RgbdFrame::new(time, colour, depth, intrinsics);
-        Ok(frame.map_err(InvalidFrame::of(format!("the picture at {time} s")))?)
-    }
+/// Renders the frame of a ball at `ball`, m, captured at `time`, s, by a camera at the pose of
+/// `camera`.
+///
+/// # Errors
+/// If the ball is behind the camera.
+pub fn tracking_frame(
+    camera: &Camera,
+    time: f64,
+    ball: Point3<f64>,
+) -> Result<RgbdFrame, SourceError> {
+    let centre = camera.pose.inverse_transform_point(&ball).coords;
+    let radius = camera.ball_diameter / 2.0;
+    let focal = RADIUS * centre.z / radius;
+    let principal = |offset: f64| CENTRE - focal * offset / centre.z;
+    let intrinsics = Intrinsics {
+        fx: focal,
+        fy: focal,
+        cx: principal(centre.x),
+        cy: principal(centre.y),
+        depth_scale: DEPTH_SCALE,
+        distortion: None,
+    };
+    let depth = Image::from_fn(SIZE, SIZE, |column, row| {
+        let ray = intrinsics.deproject(column as f64, row as f64, 1.0).coords;
+        sphere_depth(&ray, &centre, radius).map_or(0, |z| (z * DEPTH_SCALE).round() as u16)
+    });
+    let colour = Image::filled(SIZE, SIZE, [0; 3]);
+    let frame = RgbdFrame::new(time, colour, depth, intrinsics);
+    Ok(frame.map_err(InvalidFrame::of(format!("the picture at {time} s")))?)
 }
 
 impl<C: SimClock> CameraSource for TrackingCamera<C> {
@@ -79,7 +87,7 @@ impl<C: SimClock> CameraSource for TrackingCamera<C> {
             {
                 self.in_transit.pop_front();
                 self.rig.wait_until(taken + latency).map_err(SimulationError::Rig)?;
-                return self.render(taken, ball).map(Some);
+                return tracking_frame(&self.camera, taken, ball).map(Some);
             }
             self.rig.wait_until(self.next_capture).map_err(SimulationError::Rig)?;
             let now = self.rig.now();
@@ -116,33 +124,14 @@ impl BallDetector for FixedDetector {
 #[cfg(test)]
 mod tests {
     use plumb_cameras::camera_file;
-    use plumb_emulator::plant::RigError;
 
     use super::*;
-
-    /// A rig in which nothing moves.
-    struct StaticRig(Point3<f64>);
-
-    impl SimClock for StaticRig {
-        fn now(&self) -> f64 {
-            0.0
-        }
-
-        fn wait_until(&mut self, _time: f64) -> Result<(), RigError> {
-            Ok(())
-        }
-
-        fn ball(&self) -> Point3<f64> {
-            self.0
-        }
-    }
 
     #[test]
     fn localisation_recovers_the_position() {
         let camera = camera_file::paper().expect("the paper's camera");
         for ball in [[0.54, 0.22, 0.459], [0.4, 0.4, 0.15], [0.7, 0.1, 0.3]].map(Point3::from) {
-            let source = TrackingCamera::new(StaticRig(ball), camera.clone(), Timing::default());
-            let frame = source.render(0.0, ball).expect("a picture");
+            let frame = tracking_frame(&camera, 0.0, ball).expect("a picture");
             let seen = FixedDetector(camera.clone()).detect(&frame);
             let seen = seen.expect("no error").expect("a ball");
             let position = seen.position.expect("a position").mean;

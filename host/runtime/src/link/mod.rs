@@ -43,11 +43,17 @@ const REPEAT_AFTER: Duration = Duration::from_millis(100);
 /// Longest wait of one poll of the port.
 const POLL_INTERVAL: Duration = Duration::from_millis(20);
 
+/// Longest time without a message to the board while a run waits for pictures: below every usual
+/// deadline for a silent host, and above the time between two pictures of a usual camera.
+const KEEP_ALIVE: Duration = Duration::from_millis(50);
+
 /// Connection to a board that has answered the greeting.
 pub struct Link<T> {
     transport: T,
     accumulator: Accumulator,
     next_id: u16,
+    /// When the last message was sent.
+    last_tx: Duration,
     sequence: u16,
     /// Id of the Configure command in force.
     configuration: Option<u16>,
@@ -85,6 +91,7 @@ impl<T: Transport> Link<T> {
             transport,
             accumulator: Accumulator::new(),
             next_id: 1,
+            last_tx: Duration::ZERO,
             sequence: 0,
             configuration: None,
             configured: Micros(0),
@@ -204,6 +211,18 @@ impl<T: Transport> Link<T> {
         self.repeat_submission()?;
         self.check_monitor()?;
         self.check_target()
+    }
+
+    /// Asks for the board's state if nothing was sent for 50 ms: a camera that delivers
+    /// nothing must not look like a silent host. Does not wait for an answer.
+    ///
+    /// # Errors
+    /// Where the link is lost.
+    pub fn keep_alive(&mut self) -> Result<(), LinkError> {
+        if self.transport.now().saturating_sub(self.last_tx) >= KEEP_ALIVE {
+            self.post(Command::Status)?;
+        }
+        Ok(())
     }
 
     /// Returns the name of the port.

@@ -121,6 +121,7 @@ impl<'a, 'p, T: Transport> ControlLoop<'a, 'p, T> {
             } else if self.parts.source.wait(MAX_WAIT) {
                 self.handle_frame()?
             } else {
+                self.link.keep_alive()?;
                 self.receive()?;
                 self.stop_reason(None)?
             };

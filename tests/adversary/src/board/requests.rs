@@ -4,13 +4,13 @@ use plumb_protocol::message::{Command, ToBoard};
 
 /// The last executed request, to recognise its repetition.
 #[derive(Debug, Default)]
-pub(super) struct Requests {
+pub struct Requests {
     executed: Option<ToBoard>,
 }
 
 impl Requests {
     /// Records an accepted command. A Hello starts a new session.
-    pub(super) fn record(&mut self, accepted: ToBoard) {
+    pub fn record(&mut self, accepted: ToBoard) {
         if is_request(&accepted.command) {
             self.executed = Some(accepted);
         } else if matches!(accepted.command, Command::Hello(_)) {
@@ -19,18 +19,18 @@ impl Requests {
     }
 
     /// Returns whether a message repeats the last executed request.
-    pub(super) fn is_repetition(&self, message: &ToBoard) -> bool {
+    pub fn is_repetition(&self, message: &ToBoard) -> bool {
         self.executed.as_ref() == Some(message)
     }
 
     /// Forgets a Store that has failed: it may be requested again.
-    pub(super) fn forget_store(&mut self) {
+    pub fn forget_store(&mut self) {
         self.executed.take_if(|executed| executed.command == Command::Store);
     }
 }
 
 /// Returns whether a repetition of this command must not be executed again.
-pub(super) fn is_request(command: &Command) -> bool {
+pub fn is_request(command: &Command) -> bool {
     match command {
         Command::Hello(_) | Command::Stop | Command::Bootloader => false,
         Command::Position(_) | Command::Status => false,

@@ -1,0 +1,196 @@
+//! Plans: what a seed stands for.
+
+use nalgebra::Point3;
+use plumb_emulator::plant::Task;
+use plumb_protocol::units::{Micros, Point};
+use plumb_runtime::rig::{LawName, LawSettings, Rig};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use crate::kind::{KINDS, Kind, Span};
+
+/// Instant of a fault, µs: the ball is on its way to the first targets.
+const ONSET_US: std::ops::Range<u64> = 200_000..5_000_000;
+/// Share of the runs with two faults.
+const TWO_FAULTS: f64 = 0.2;
+/// Number of times that a storm kills the host.
+const STORM: usize = 8;
+/// Number of targets, which are driven to again and again.
+const TARGETS: usize = 4;
+/// Smallest distance between one target and the next, m.
+const APART_M: f64 = 0.12;
+/// Gain of law `interval`, 1/s. The paper's, 30, takes minutes for some of the targets.
+const GAMMA: f64 = 200.0;
+
+/// A fault of a run.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Fault {
+    /// Kind.
+    pub kind: Kind,
+    /// First instant on the board's clock.
+    pub from: Micros,
+    /// Last instant; [`u64::MAX`] for a fault that lasts.
+    pub to: Micros,
+    /// Size within the range of the kind, 0 to 1.
+    pub strength: f64,
+    /// Index of a motor.
+    pub motor: usize,
+    /// Seed of its random numbers.
+    pub seed: u64,
+}
+
+impl Fault {
+    /// Returns whether the fault acts at `now`.
+    pub fn acts(&self, now: Micros) -> bool {
+        self.from <= now && now < self.to
+    }
+
+    /// Returns whether the fault ends by itself.
+    pub fn passes(&self) -> bool {
+        self.to.0 != u64::MAX
+    }
+
+    /// Returns the value for its strength in a range.
+    pub fn between(&self, low: f64, high: f64) -> f64 {
+        low + self.strength * (high - low)
+    }
+}
+
+/// Life of the host.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Life {
+    /// Begin.
+    pub from: Micros,
+    /// Instant at which the host is killed; `None` for the last life.
+    pub to: Option<Micros>,
+}
+
+/// Everything that a seed decides.
+#[derive(Debug, Clone)]
+pub struct Plan {
+    /// The seed.
+    pub seed: u64,
+    /// The faults, one or two; the first names the row of the table.
+    pub faults: Vec<Fault>,
+    /// Control law.
+    pub law: LawName,
+    /// Targets, m.
+    pub targets: Vec<Point3<f64>>,
+}
+
+impl Plan {
+    /// Draws the plan of `seed`. Consecutive seeds go through all kinds.
+    pub fn draw(seed: u64) -> Self {
+        let kind = KINDS[(seed % KINDS.len() as u64) as usize].kind;
+        Self::draw_with(seed, kind, TWO_FAULTS)
+    }
+
+    /// Draws the plan of `seed` with a fault of `kind` and no other.
+    pub fn draw_single(seed: u64, kind: Kind) -> Self {
+        Self::draw_with(seed, kind, 0.0)
+    }
+
+    fn draw_with(seed: u64, kind: Kind, two: f64) -> Self {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let law = LawName::ALL[random.random_range(0..LawName::ALL.len())];
+        let mut faults = vec![draw_fault(kind, &mut random)];
+        if random.random::<f64>() < two {
+            let second = KINDS[random.random_range(0..KINDS.len())].kind;
+            if second != kind {
+                faults.push(draw_fault(second, &mut random));
+            }
+        }
+        let targets = draw_targets(&mut random);
+        Self { seed, faults, law, targets }
+    }
+
+    /// Returns the first instant of any fault.
+    pub fn onset(&self) -> Micros {
+        self.faults.iter().map(|fault| fault.from).min().unwrap_or(Micros(0))
+    }
+
+    /// Returns the instant at which all faults have passed or act.
+    pub fn settled(&self) -> Micros {
+        let settled = |fault: &Fault| if fault.passes() { fault.to } else { fault.from };
+        self.faults.iter().map(settled).max().unwrap_or(Micros(0))
+    }
+
+    /// Returns the lives of the host, in order: each ends where the host is killed.
+    pub fn lives(&self) -> Vec<Life> {
+        let mut kills: Vec<(Micros, Micros)> = self.faults.iter().flat_map(kills).collect();
+        kills.sort_unstable();
+        let mut from = Micros(0);
+        let mut lives = Vec::new();
+        for (killed, next) in kills {
+            lives.push(Life { from, to: Some(killed) });
+            from = next;
+        }
+        lives.push(Life { from, to: None });
+        lives
+    }
+
+    /// Returns whether `ball`, m, is in the workspace.
+    pub fn contains(&self, ball: Point3<f64>) -> bool {
+        let config = self.rig().config().expect("a rig file that fits the board");
+        Point::from_metres(ball.into()).is_some_and(|ball| config.workspace.contains(ball))
+    }
+
+    /// Returns the rig file of the run.
+    pub fn rig(&self) -> Rig {
+        let mut law = LawSettings::from(self.law);
+        if self.law == LawName::Interval {
+            law.set_gamma(GAMMA).expect("a gain");
+        }
+        Rig { law, ..Rig::paper().expect("the paper's rig file") }
+    }
+}
+
+/// Returns when a fault kills the host, and when the host is started again after that.
+fn kills(fault: &Fault) -> Vec<(Micros, Micros)> {
+    match fault.kind {
+        Kind::KilledHost => vec![(fault.from, fault.to)],
+        Kind::ReconnectStorm => {
+            let mut random = ChaCha8Rng::seed_from_u64(fault.seed);
+            let mut at = fault.from.0;
+            let mut kill = || {
+                let killed = Micros(at);
+                at += random.random_range(20_000..400_000);
+                (killed, killed)
+            };
+            [(); STORM].map(|()| kill()).to_vec()
+        }
+        _ => Vec::new(),
+    }
+}
+
+fn draw_fault(kind: Kind, random: &mut ChaCha8Rng) -> Fault {
+    let instant = random.random_range(ONSET_US);
+    let (from, to) = match &kind.traits().span {
+        Span::Always => (0, u64::MAX),
+        Span::Lasting => (instant, u64::MAX),
+        Span::Passing(ms) => (instant, instant + random.random_range(ms.clone()) * 1000),
+    };
+    Fault {
+        kind,
+        from: Micros(from),
+        to: Micros(to),
+        strength: random.random(),
+        motor: random.random_range(0..3),
+        seed: random.random(),
+    }
+}
+
+/// Draws targets in the middle of the workspace, each at least [`APART_M`] from the one before.
+fn draw_targets(random: &mut ChaCha8Rng) -> Vec<Point3<f64>> {
+    let mut targets = vec![Task::paper().start];
+    while targets.len() <= TARGETS {
+        let mut between = |low: f64, high: f64| random.random_range(low..high);
+        let target = Point3::new(between(0.4, 0.65), between(0.2, 0.4), between(0.15, 0.45));
+        let is_far = |other: &Point3<f64>| (target - other).norm() >= APART_M;
+        // The first target follows the last one.
+        if targets.last().is_some_and(is_far) && (targets.len() < 2 || is_far(&targets[1])) {
+            targets.push(target);
+        }
+    }
+    targets.split_off(1)
+}
