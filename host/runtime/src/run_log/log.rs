@@ -7,7 +7,7 @@ use nalgebra::Point3;
 use plumb_cameras::source::BoxedError;
 use serde::Serialize;
 
-use super::figures::{self, Sample};
+use super::figures::{self, Sample, Samples};
 use super::lost_frames::LostFrames;
 use super::output_dir::{create_new, write_new};
 use super::{LogRow, OutputDir, RunLogError, figures_file};
@@ -49,7 +49,7 @@ pub struct RunLog {
     lost: LostFrames,
     /// Number of the last frame in `run.csv`.
     last_frame: Option<u64>,
-    samples: Vec<Sample>,
+    samples: Samples,
     settings: FigureSettings,
     failure: Option<RunLogError>,
     unwritten: Option<RunLogError>,
@@ -68,7 +68,7 @@ impl RunLog {
             path,
             rows,
             last_frame: None,
-            samples: Vec::new(),
+            samples: Samples::new(),
             settings,
             failure: None,
             unwritten: None,
@@ -141,7 +141,7 @@ impl RunLog {
         figure: fn(&[Sample], &FigureSettings) -> Result<String, figures::DrawError>,
     ) -> Result<(), RunLogError> {
         let path = self.path.join(name);
-        match figure(&self.samples, &self.settings) {
+        match figure(&self.samples.to_vec(), &self.settings) {
             Ok(svg) => write_new(&path, svg.as_bytes()),
             Err(source) => Err(RunLogError::Figure { path, source }),
         }

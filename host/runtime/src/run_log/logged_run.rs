@@ -6,7 +6,7 @@ use csv::{ErrorKind, StringRecord};
 use nalgebra::Point3;
 use serde::Deserialize;
 
-use super::figures::{self, Sample};
+use super::figures::{self, Sample, Samples};
 use super::output_dir::{replace, write_new};
 use super::{FigureSettings, LawCurve, LogRow, RunLogError, figures_file};
 
@@ -15,7 +15,7 @@ use super::{FigureSettings, LawCurve, LogRow, RunLogError, figures_file};
 pub struct LoggedRun {
     folder: PathBuf,
     settings: FigureSettings,
-    samples: Vec<Sample>,
+    samples: Samples,
     /// |e| (metres) over the time since the run's start (seconds).
     errors: Vec<(f64, f64)>,
 }
@@ -60,7 +60,7 @@ impl LoggedRun {
             let path = folder.join("run.csv");
             RunLogError::NotARun { folder: folder.into(), source: RowError { path, source }.into() }
         };
-        let (mut samples, mut errors) = (Vec::new(), Vec::new());
+        let (mut samples, mut errors) = (Samples::new(), Vec::new());
         for row in read_rows(&folder.join("run.csv")).map_err(failed)? {
             errors.extend(row.error_m.map(|error| (row.t_s, error)));
             samples.push(Sample::from(&row));
@@ -81,9 +81,10 @@ impl LoggedRun {
                 Err(source) => Err(RunLogError::Figure { path, source }),
             }
         };
+        let samples = self.samples.to_vec();
         Ok([
-            draw("figure4.svg", figures::over_frames(&self.samples, &self.settings))?,
-            draw("figure5.svg", figures::in_space(&self.samples, &self.settings))?,
+            draw("figure4.svg", figures::over_frames(&samples, &self.settings))?,
+            draw("figure5.svg", figures::in_space(&samples, &self.settings))?,
         ])
     }
 
@@ -171,7 +172,10 @@ mod tests {
         write(&path, "taut");
         let run = LoggedRun::read(&path).unwrap();
         assert_eq!((run.settings.title.as_str(), run.settings.threshold_m), ("taut", 0.005));
-        assert_eq!((run.samples.len(), run.errors.clone()), (3, vec![(0.0, 0.1), (1.0, 0.1)]));
+        assert_eq!(
+            (run.samples.to_vec().len(), run.errors.clone()),
+            (3, vec![(0.0, 0.1), (1.0, 0.1)])
+        );
         for figure in [run.redraw().unwrap(), run.redraw().unwrap()].concat() {
             let svg = fs::read_to_string(figure).unwrap();
             assert!(svg.starts_with("<svg") && svg.contains("taut"), "{svg}");
@@ -185,7 +189,7 @@ mod tests {
         write(&path, "taut");
         let rows = fs::read_to_string(path.join("run.csv")).unwrap();
         fs::write(path.join("run.csv"), format!("{rows}3,1.5,12")).unwrap();
-        assert_eq!(LoggedRun::read(&path).unwrap().samples.len(), 3);
+        assert_eq!(LoggedRun::read(&path).unwrap().samples.to_vec().len(), 3);
         fs::write(path.join("run.csv"), format!("{rows}3,1.5,12\n{rows}")).unwrap();
         assert!(matches!(LoggedRun::read(&path), Err(RunLogError::NotARun { .. })));
     }

@@ -4,6 +4,7 @@ mod comparison;
 mod panels;
 mod path;
 mod projection;
+mod samples;
 
 use nalgebra::Point3;
 use plotters::drawing::DrawingAreaErrorKind;
@@ -14,6 +15,7 @@ use super::{FigureSettings, LogRow};
 pub(super) use comparison::errors_over_time;
 pub(super) use panels::over_frames;
 pub(super) use path::in_space;
+pub(super) use samples::Samples;
 
 /// Failure to draw a figure.
 pub(super) type DrawError = DrawingAreaErrorKind<std::io::Error>;
