@@ -3,8 +3,7 @@
 PLUMB := cargo run --release --locked -p plumb --bin plumb --
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test adversary faults chip bench links soak soak-hour bench-chip firmware
-.PHONY: flash lint quick docs
+.PHONY: help setup demo test adversary faults fuzz chip bench links soak soak-hour bench-chip firmware flash lint quick docs
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-10s  %s\n", $$1, $$2 }' Makefile
@@ -23,6 +22,9 @@ adversary: setup ## search for broken invariants (ARGS="board --seeds 100000")
 
 faults: setup ## search for faults that are not noticed, or told wrongly (ARGS="--runs 1000")
 	@cargo run --release --locked -p plumb-faults -- $(ARGS)
+
+fuzz: setup ## call every parser and the board with random input (ARGS="board --seconds 600")
+	@cargo run --release --locked -p plumb-fuzz -- $(ARGS)
 
 chip: setup ## run the firmware in an emulated chip, on a pseudo-terminal
 	@scripts/chip

@@ -142,6 +142,20 @@ const CRATES: &[Rule] = &[
         tests_use: &[],
     },
     Rule {
+        name: "plumb-fuzz",
+        uses: &[
+            "plumb-adversary",
+            "plumb-cameras",
+            "plumb-core",
+            "plumb-openni",
+            "plumb-page",
+            "plumb-protocol",
+            "plumb-ros2",
+            "plumb-runtime",
+        ],
+        tests_use: &[],
+    },
+    Rule {
         name: "plumb-tests",
         uses: &[
             "plumb-cameras",

@@ -70,6 +70,8 @@ pub mod discovery;
 pub mod driver;
 pub mod drivers;
 pub mod error_chain;
+#[doc(hidden)]
+pub mod fuzzing;
 pub mod jpeg;
 pub mod png;
 pub mod record;

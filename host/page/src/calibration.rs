@@ -22,7 +22,7 @@ pub use message::{CalibrationCommand, CalibrationState, MarkView, ResultView};
 use crate::PageError;
 use crate::limits::Limits;
 use crate::serving::Serving;
-use feed::CalibrationFeed;
+pub(crate) use feed::CalibrationFeed;
 
 /// Number of commands that may wait.
 const MAX_WAITING: usize = 16;

@@ -21,6 +21,8 @@ mod access;
 mod assets;
 mod calibration;
 mod feed;
+#[doc(hidden)]
+pub mod fuzzing;
 mod http;
 mod limits;
 mod message;

@@ -20,6 +20,8 @@ mod action;
 mod camera;
 mod error;
 mod feed;
+#[doc(hidden)]
+pub mod fuzzing;
 mod ledger;
 mod member;
 mod message;

@@ -38,6 +38,8 @@
 
 pub mod advice;
 pub mod commission;
+#[doc(hidden)]
+pub mod fuzzing;
 pub mod link;
 pub mod observer;
 pub mod operator;

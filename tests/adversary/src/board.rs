@@ -18,8 +18,14 @@ pub mod requests;
 mod session;
 
 use crate::campaign::Outcome;
+use crate::random::Random;
 
 /// Runs one seed for `ticks` ticks.
 pub fn run(seed: u64, ticks: u64, outcome: &mut Outcome) {
-    session::Session::new(seed, outcome).run(ticks);
+    run_with(Random::new(seed), ticks, outcome);
+}
+
+/// Runs a board with the decisions of `random` for `ticks` ticks, or until its input is used up.
+pub fn run_with(random: Random, ticks: u64, outcome: &mut Outcome) {
+    session::Session::new(random, outcome).run(ticks);
 }

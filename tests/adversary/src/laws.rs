@@ -123,20 +123,40 @@ fn moved(from: i32, by: i64, most: i64) -> i32 {
 pub fn run(seed: u64, measurements: u64, outcome: &mut Outcome) {
     let mut random = Random::new(seed);
     let config = generate::accepted(&mut random, [0; 3]);
-    let params = match Params::check(&config, &generate::build(true)) {
-        Ok(params) => params,
-        Err(field) => unreachable!("the configuration is within its ranges: {field}"),
-    };
+    run_deferred(&mut random, &config, measurements, outcome);
+    run_inline(&mut random, &config, measurements, outcome);
+}
+
+/// Runs one of the laws that estimate, as [`run`]. An input of `random` that is used up ends the
+/// extreme measurements.
+pub fn run_deferred(
+    random: &mut Random,
+    config: &Config,
+    measurements: u64,
+    outcome: &mut Outcome,
+) {
+    let limits = params(config).limits();
     let kind = random.pick(&[DeferredLawKind::Adaptive, DeferredLawKind::Taut]);
     outcome.tally.count(if kind == DeferredLawKind::Adaptive {
         "law adaptive"
     } else {
         "law taut"
     });
-    drive(&mut random, DeferredLaw::new(kind, params.limits()), &config, measurements, outcome);
-    if let LawSelection::Inline(law) = params.law() {
+    drive(random, DeferredLaw::new(kind, limits), config, measurements, outcome);
+}
+
+/// Runs the law of `config`, as [`run_deferred`], if it is one without an estimate.
+pub fn run_inline(random: &mut Random, config: &Config, measurements: u64, outcome: &mut Outcome) {
+    if let LawSelection::Inline(law) = params(config).law() {
         outcome.tally.count("law quick");
-        drive(&mut random, law, &config, measurements, outcome);
+        drive(random, law, config, measurements, outcome);
+    }
+}
+
+fn params(config: &Config) -> Params {
+    match Params::check(config, &generate::build(true)) {
+        Ok(params) => params,
+        Err(field) => unreachable!("the configuration is within its ranges: {field}"),
     }
 }
 
@@ -152,14 +172,17 @@ fn drive<L>(
     let mut scene = Scene::new(random);
     let mut copy = law.clone();
     for tick in 0..measurements {
+        if tick > 0 && random.is_exhausted() {
+            break;
+        }
         outcome.tick = tick;
+        outcome.tally.count("measurements");
         let measurement = scene.next(random);
         let setpoint = law.update(&measurement);
         let same = setpoint == copy.update(&measurement);
         outcome.check(same, DETERMINISTIC, || format!("{setpoint:?} at {measurement:?}"));
         check_setpoint(random, setpoint, config, outcome);
     }
-    outcome.tally.add("measurements", measurements);
     let state = format!("{law:?}");
     outcome.check(!state.contains("NaN"), NUMBERS, || format!("{:?}: {state}", scene.motion));
     let moves = (0..RECOVERY_MEASUREMENTS)

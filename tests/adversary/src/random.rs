@@ -1,26 +1,64 @@
-//! Random numbers with a preference for the limits of their ranges.
+//! Random numbers with a preference for the limits of their ranges, from a seed or from the input
+//! of a fuzzer.
 
+use arbitrary::Unstructured;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-/// A seeded source of random numbers.
+/// A source of numbers.
 #[derive(Debug, Clone)]
-pub struct Random(ChaCha8Rng);
+pub struct Random(Source);
+
+#[derive(Debug, Clone)]
+enum Source {
+    Seed(Box<ChaCha8Rng>),
+    /// Bytes that are not used yet, from `at` on.
+    Input {
+        bytes: Vec<u8>,
+        at: usize,
+    },
+}
 
 impl Random {
     /// Returns the source of this seed.
     pub fn new(seed: u64) -> Self {
-        Self(ChaCha8Rng::seed_from_u64(seed))
+        Self(Source::Seed(Box::new(ChaCha8Rng::seed_from_u64(seed))))
+    }
+
+    /// Returns a source that takes its numbers from `input`. A number takes as few bytes as its
+    /// range needs, so that a changed byte of the input changes one decision. After the end of the
+    /// input all numbers are 0.
+    pub fn of_input(input: &[u8]) -> Self {
+        Self(Source::Input { bytes: input.to_vec(), at: 0 })
+    }
+
+    /// Returns whether the input is used up. A seed gives numbers without end.
+    pub fn is_exhausted(&self) -> bool {
+        match &self.0 {
+            Source::Seed(_) => false,
+            Source::Input { bytes, at } => *at >= bytes.len(),
+        }
     }
 
     /// Returns 64 random bits.
     pub fn bits(&mut self) -> u64 {
-        self.0.next_u64()
+        match &mut self.0 {
+            Source::Seed(seed) => seed.next_u64(),
+            Source::Input { bytes, at } => {
+                take(bytes, at, |input| input.arbitrary().unwrap_or_default())
+            }
+        }
     }
 
     /// Returns a number below `count`; 0 if `count` is 0.
     pub fn below(&mut self, count: u64) -> u64 {
-        if count == 0 { 0 } else { self.bits() % count }
+        match &mut self.0 {
+            _ if count == 0 => 0,
+            Source::Seed(seed) => seed.next_u64() % count,
+            Source::Input { bytes, at } => {
+                take(bytes, at, |input| input.int_in_range(0..=count - 1).unwrap_or_default())
+            }
+        }
     }
 
     /// Returns a number of `low..=high`.
@@ -70,5 +108,34 @@ impl Random {
             4 => (self.bits() as i32) >> self.below(32),
             _ => self.range(-5_000_000, 5_000_000) as i32,
         }
+    }
+}
+
+/// Takes a number from the bytes from `at` on, and moves `at` behind those that it used.
+fn take(bytes: &[u8], at: &mut usize, number: impl FnOnce(&mut Unstructured<'_>) -> u64) -> u64 {
+    let mut input = Unstructured::new(bytes.get(*at..).unwrap_or_default());
+    let number = number(&mut input);
+    *at = bytes.len() - input.len();
+    number
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_input_gives_a_byte_for_each_small_number_and_then_zeros() {
+        let mut random = Random::of_input(&[5, 255, 7]);
+        assert_eq!([random.below(10), random.below(256), random.below(10)], [5, 255, 7]);
+        assert!(random.is_exhausted());
+        assert_eq!([random.below(10), random.bits()], [0, 0]);
+        assert_eq!(random.range(-3, 3), -3);
+    }
+
+    #[test]
+    fn a_range_of_one_value_takes_no_input() {
+        let mut random = Random::of_input(&[9]);
+        assert_eq!([random.below(1), random.below(0)], [0, 0]);
+        assert!(!random.is_exhausted());
     }
 }

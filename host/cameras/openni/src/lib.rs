@@ -21,6 +21,8 @@ mod camera;
 mod device;
 mod error;
 mod events;
+#[doc(hidden)]
+pub mod fuzzing;
 mod handle;
 mod library;
 mod mailbox;

@@ -14,7 +14,7 @@ use crate::signal::Signal;
 use crate::subject::{ClientId, Cursor, Picture, Received, Subject, not_understood};
 
 /// What a calibration hands to the page's thread.
-pub(super) struct CalibrationFeed {
+pub(crate) struct CalibrationFeed {
     shared: Shared<News>,
     /// First message to every page.
     hello: String,
@@ -29,7 +29,7 @@ struct News {
 }
 
 impl CalibrationFeed {
-    pub(super) fn new(
+    pub(crate) fn new(
         signal: Signal,
         names: Vec<String>,
         file: String,
@@ -42,7 +42,7 @@ impl CalibrationFeed {
     }
 
     /// Takes a picture and the state.
-    pub(super) fn show(&self, time: f64, picture: ColourImage, state: CalibrationState) {
+    pub(crate) fn show(&self, time: f64, picture: ColourImage, state: CalibrationState) {
         let mut news = self.shared.lock();
         let number = self.shared.version();
         let frame = FrameView { number, time, circle: None, position: None };

@@ -22,8 +22,7 @@ pub(crate) fn intrinsics(
     depth_scale: f64,
     topic: &str,
 ) -> Result<Intrinsics, Ros2CameraError> {
-    let stated = ImageSize { width: info.width as usize, height: info.height as usize };
-    check_size(topic, stated, size)?;
+    check_size(topic, stated_size(info), size)?;
     let [fx, _, cx, _, fy, cy, ..] = info.k;
     let is_calibrated = [fx, fy].iter().all(|focal| focal.is_finite() && *focal > 0.0);
     if !is_calibrated {
@@ -33,6 +32,11 @@ pub(crate) fn intrinsics(
     let intrinsics = Intrinsics { fx, fy, cx, cy, depth_scale, distortion };
     resolution::check(&intrinsics, size, topic)?;
     Ok(intrinsics)
+}
+
+/// Returns the size of the pictures that `info` describes.
+pub(crate) fn stated_size(info: &CameraInfo) -> ImageSize {
+    ImageSize { width: info.width as usize, height: info.height as usize }
 }
 
 /// Returns the distortion of the lens; `None` without one, whatever its model.

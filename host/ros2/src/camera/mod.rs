@@ -3,9 +3,9 @@
 mod driver;
 mod error;
 mod intake;
-mod lens;
+pub(crate) mod lens;
 mod pairs;
-mod picture;
+pub(crate) mod picture;
 mod reception;
 mod source;
 

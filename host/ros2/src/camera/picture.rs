@@ -11,7 +11,7 @@ use crate::message::sensor::{CompressedImage, Image};
 pub(crate) const DEPTH_SCALE: f64 = 1000.0;
 
 /// Most columns or rows of a picture.
-const MAX_SIDE: u32 = 8192;
+pub(crate) const MAX_SIDE: u32 = 8192;
 
 /// Colour picture as it comes.
 #[derive(Debug)]

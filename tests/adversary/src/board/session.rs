@@ -54,8 +54,7 @@ struct Pace {
 }
 
 impl<'a> Session<'a> {
-    pub(super) fn new(seed: u64, outcome: &'a mut Outcome) -> Self {
-        let mut random = Random::new(seed);
+    pub(super) fn new(mut random: Random, outcome: &'a mut Outcome) -> Self {
         let adversary = Adversary::new(&mut random);
         let chip = Chip::new(&mut random);
         Self {
@@ -81,7 +80,7 @@ impl<'a> Session<'a> {
             self.restart(StartCause::PowerOn);
         }
         self.open();
-        while self.counts.ticks < ticks {
+        while self.counts.ticks < ticks && !self.random.is_exhausted() {
             let pace = self.pace();
             for _ in 0..pace.actions {
                 let view = self.view();
@@ -90,7 +89,7 @@ impl<'a> Session<'a> {
                 for _ in 0..self.random.below(pace.max_ticks + 1) {
                     self.tick();
                 }
-                if self.counts.ticks >= ticks {
+                if self.counts.ticks >= ticks || self.random.is_exhausted() {
                     break;
                 }
             }

@@ -83,12 +83,20 @@ fn check_up_to(path: &Path, max_records: usize) -> Result<OniSummary, OniFileErr
     }
     let file = File::open(path)?;
     let length = file.metadata()?.len();
-    let mut file = BufReader::with_capacity(BUFFER, file);
-    check_header(&mut file, length)?;
+    check_records(&mut BufReader::with_capacity(BUFFER, file), length, max_records)
+}
+
+/// Checks the header and the records of a file of `length` bytes, as [`check_up_to`].
+pub(crate) fn check_records(
+    file: &mut (impl Read + Seek),
+    length: u64,
+    max_records: usize,
+) -> Result<OniSummary, OniFileError> {
+    check_header(file, length)?;
     let (mut streams, mut at) = (Streams::default(), FILE_HEADER);
     loop {
-        let record = read_record(&mut file, at, length, streams.pictures)?;
-        let fields = read_fields(&mut file, &record)?;
+        let record = read_record(file, at, length, streams.pictures)?;
+        let fields = read_fields(file, &record)?;
         if streams.record_count() >= max_records {
             return Err(OniFileError::TooManyRecords(max_records));
         }
@@ -123,7 +131,7 @@ fn check_header(file: &mut impl Read, length: u64) -> Result<(), OniFileError> {
 /// Reads the header of the record at byte `at` of a file of `length` bytes, after `pictures`
 /// pictures.
 fn read_record(
-    file: &mut BufReader<File>,
+    file: &mut (impl Read + Seek),
     at: u64,
     length: u64,
     pictures: u32,

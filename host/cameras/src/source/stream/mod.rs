@@ -108,6 +108,17 @@ fn first_frame(
     Err(StreamError::NoSender { address: address.to_string(), waited: limit }.into())
 }
 
+/// Reads `bytes` as a sender's frames of any size, up to their end or the first error, and decodes
+/// them. Returns the number of frames without an error.
+pub(crate) fn decode_all(mut bytes: &[u8], intrinsics: Intrinsics) -> u64 {
+    let mut decoded = 0;
+    for number in 1.. {
+        let Ok(raw) = receiver::read_frame(&mut bytes, number) else { break };
+        decoded += u64::from(Format::of(&raw.header, intrinsics).frame(raw).is_ok());
+    }
+    decoded
+}
+
 /// Returns whether a sender has disconnected between two frames.
 fn is_disconnection(error: &SourceError) -> bool {
     let cause = error.source().and_then(|cause| cause.downcast_ref());

@@ -37,7 +37,7 @@ pub(super) struct Receiver {
 }
 
 /// End of a connection.
-enum End {
+pub(super) enum End {
     /// The stream is closed.
     Closed,
     /// The sender has ended between two frames.
@@ -127,11 +127,9 @@ impl Receiver {
         }
         let arrival = self.clock.now();
         input.get_mut().is_in_frame = true;
-        let header = read_header(input, number)?;
-        let colour = read_bytes(input, header.colour_bytes, number)?;
-        let depth = read_bytes(input, header.depth_bytes, number)?;
-        let time = clock.taken(header.t, header.age, arrival);
-        Ok(time.map(|time| RawFrame { header, time, colour, depth }).map_err(StreamError::from))
+        let frame = read_frame(input, number)?;
+        let time = clock.taken(frame.header.t, frame.header.age, arrival);
+        Ok(time.map(|time| RawFrame { time, ..frame }).map_err(StreamError::from))
     }
 }
 
@@ -147,8 +145,16 @@ impl End {
     }
 }
 
+/// Reads frame `number`. Its time is that of the sender.
+pub(super) fn read_frame(input: &mut impl BufRead, number: u64) -> Result<RawFrame, End> {
+    let header = read_header(input, number)?;
+    let colour = read_bytes(input, header.colour_bytes, number)?;
+    let depth = read_bytes(input, header.depth_bytes, number)?;
+    Ok(RawFrame { header, time: header.t, colour, depth })
+}
+
 /// Reads the header of frame `number`.
-fn read_header(input: &mut BufReader<Connection<'_>>, number: u64) -> Result<Header, End> {
+fn read_header(input: &mut impl BufRead, number: u64) -> Result<Header, End> {
     let refused = |error| End::Failed(StreamError::Header { number, error });
     let line = match read_line(input, MAX_HEADER_BYTES) {
         Ok(line) => line.unwrap_or_default(),
@@ -162,11 +168,7 @@ fn read_header(input: &mut BufReader<Connection<'_>>, number: u64) -> Result<Hea
 }
 
 /// Reads `count` bytes of frame `number`.
-fn read_bytes(
-    input: &mut BufReader<Connection<'_>>,
-    count: u64,
-    number: u64,
-) -> Result<Vec<u8>, End> {
+fn read_bytes(input: &mut impl BufRead, count: u64, number: u64) -> Result<Vec<u8>, End> {
     let mut bytes = Vec::with_capacity(count.min(MAX_RESERVED) as usize);
     match input.take(count).read_to_end(&mut bytes) {
         Ok(_) if bytes.len() as u64 == count => Ok(bytes),

@@ -32,11 +32,25 @@ pub fn check(path: &Path, board: BoardCheck<'_>) -> Vec<Finding> {
         Ok(text) => text,
         Err(error) => return vec![unreadable(path, error.to_string())],
     };
-    let document = Document::new(path, &text, REFERENCE);
-    let diagnosis = diagnose::<Rig>(&text, PLACEHOLDERS);
+    let (mut findings, camera) = check_text(path, &text, board);
+    if let Some(file) = camera {
+        findings.extend(camera_file(&file));
+    }
+    findings
+}
+
+/// Checks the text of the rig file at `path`. Returns all findings, and the camera file that it
+/// names.
+pub(crate) fn check_text(
+    path: &Path,
+    text: &str,
+    board: BoardCheck<'_>,
+) -> (Vec<Finding>, Option<PathBuf>) {
+    let document = Document::new(path, text, REFERENCE);
+    let diagnosis = diagnose::<Rig>(text, PLACEHOLDERS);
     let mut findings: Vec<Finding> =
         diagnosis.mistakes.iter().map(|mistake| document.mistake(mistake)).collect();
-    let Some(mut rig) = diagnosis.contents else { return findings };
+    let Some(mut rig) = diagnosis.contents else { return (findings, None) };
     let wrong: Vec<String> = diagnosis.mistakes.into_iter().map(|mistake| mistake.key).collect();
     let mut more = values(&document, &rig, board);
     if let Some(folder) = path.parent() {
@@ -50,10 +64,8 @@ pub fn check(path: &Path, board: BoardCheck<'_>) -> Vec<Finding> {
     more.retain(|finding| !finding.values.iter().any(|(key, _)| is_below(key, &wrong)));
     findings.extend(more);
     findings.sort_by_key(|finding| finding.line.unwrap_or(usize::MAX));
-    if !is_below("camera.file", &wrong) {
-        findings.extend(camera_file(&rig.camera.file));
-    }
-    findings
+    let camera = (!is_below("camera.file", &wrong)).then_some(rig.camera.file);
+    (findings, camera)
 }
 
 /// Returns whether `key` is one of `wrong`, or in a table of them, or has one of them in it.

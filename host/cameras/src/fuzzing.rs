@@ -1,0 +1,11 @@
+//! Entrances for the fuzz targets in `tests/fuzz` to parsers that are private otherwise.
+
+use plumb_frame::camera::Intrinsics;
+
+use crate::source::stream;
+
+/// Reads `bytes` as frames of a [stream](crate::source::stream), up to their end or the first
+/// error, and decodes them. Returns the number of frames without an error.
+pub fn stream(bytes: &[u8], intrinsics: Intrinsics) -> u64 {
+    stream::decode_all(bytes, intrinsics)
+}

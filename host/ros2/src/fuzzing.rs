@@ -1,0 +1,39 @@
+//! Entrances for the fuzz targets in `tests/fuzz` to the messages of other nodes.
+
+use rustdds::RepresentationIdentifier;
+use rustdds::serialization::deserialize_from_cdr_with_rep_id;
+use serde::de::DeserializeOwned;
+
+use crate::camera::lens;
+use crate::camera::picture::{self, Colour};
+use crate::message::sensor::{CameraInfo, CompressedImage, Image};
+
+/// Topic in the messages of errors.
+const TOPIC: &str = "/camera";
+
+/// Reads the CDR of a message in either byte order; `None` where it is none.
+fn read<M: DeserializeOwned>(bytes: &[u8]) -> Option<M> {
+    let (first, bytes) = bytes.split_first()?;
+    let order = match first % 2 {
+        0 => RepresentationIdentifier::CDR_LE,
+        _ => RepresentationIdentifier::CDR_BE,
+    };
+    deserialize_from_cdr_with_rep_id(bytes, order).ok().map(|(message, _)| message)
+}
+
+/// Reads `bytes` as each message of a camera, and decodes it. The first byte chooses the byte
+/// order. Returns whether one was decoded.
+pub fn camera(bytes: &[u8]) -> bool {
+    let raw = read::<Image>(bytes);
+    let depth = raw.as_ref().is_some_and(|raw| picture::depth(raw, TOPIC).is_ok());
+    let colour = raw.is_some_and(|raw| Colour::Raw(raw).decode(TOPIC).is_ok());
+    let file = read::<CompressedImage>(bytes);
+    let file = file.is_some_and(|file| Colour::Compressed(file).decode(TOPIC).is_ok());
+    let described = read::<CameraInfo>(bytes).is_some_and(|info| {
+        let size = lens::stated_size(&info);
+        // A picture of this size was decoded before.
+        let is_possible = size.width.max(size.height) <= picture::MAX_SIDE as usize;
+        is_possible && lens::intrinsics(&info, size, picture::DEPTH_SCALE, TOPIC).is_ok()
+    });
+    depth || colour || file || described
+}

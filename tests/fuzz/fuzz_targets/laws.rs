@@ -1,0 +1,4 @@
+//! The target `laws` for cargo-fuzz.
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|input: &[u8]| plumb_fuzz::target::laws::run(input));

@@ -1,0 +1,70 @@
+//! The targets.
+
+pub mod board;
+#[cfg(feature = "host")]
+pub mod camera_file;
+pub mod configuration;
+pub mod frames;
+pub mod laws;
+#[cfg(feature = "host")]
+pub mod oni_file;
+#[cfg(feature = "host")]
+pub mod page_message;
+#[cfg(feature = "host")]
+pub mod page_request;
+#[cfg(feature = "host")]
+pub mod rig_file;
+#[cfg(feature = "host")]
+pub mod ros2_camera;
+pub mod stored;
+#[cfg(feature = "host")]
+pub mod stream;
+#[cfg(feature = "host")]
+pub mod tum_folder;
+
+/// A function that takes any input.
+#[derive(Debug, Clone, Copy)]
+pub struct Target {
+    /// Name: of its module, of its corpus, and, after `fuzz_`, of its program for cargo-fuzz.
+    pub name: &'static str,
+    /// What the input is, for people.
+    pub input: &'static str,
+    /// Calls the target. Panics where the input breaks a rule.
+    pub run: fn(&[u8]),
+    /// Longest input of the seeded generator, bytes.
+    pub max_length: usize,
+    /// Number of inputs of the smoke run.
+    pub smoke: u64,
+    /// Pieces of text that inputs often contain.
+    pub words: &'static [&'static str],
+}
+
+/// Every target.
+pub const TARGETS: &[Target] = &[
+    frames::TARGET,
+    board::TARGET,
+    laws::TARGET,
+    configuration::TARGET,
+    stored::TARGET,
+    #[cfg(feature = "host")]
+    rig_file::TARGET,
+    #[cfg(feature = "host")]
+    camera_file::TARGET,
+    #[cfg(feature = "host")]
+    tum_folder::TARGET,
+    #[cfg(feature = "host")]
+    oni_file::TARGET,
+    #[cfg(feature = "host")]
+    stream::TARGET,
+    #[cfg(feature = "host")]
+    page_message::TARGET,
+    #[cfg(feature = "host")]
+    page_request::TARGET,
+    #[cfg(feature = "host")]
+    ros2_camera::TARGET,
+];
+
+/// Returns the target of this name.
+pub fn named(name: &str) -> Option<&'static Target> {
+    TARGETS.iter().find(|target| target.name == name)
+}

@@ -1,0 +1,60 @@
+//! Recordings as TUM RGB-D folders.
+
+use std::fs;
+
+use plumb_cameras::camera_file;
+use plumb_cameras::source::CameraSource;
+use plumb_cameras::source::tum::TumFolder;
+use tempfile::TempDir;
+
+use super::Target;
+
+/// This target.
+pub const TARGET: Target = Target {
+    name: "tum_folder",
+    input: "the files of a folder after each other, with a byte 255 between: rgb.txt, depth.txt, \
+            1.png, 2.png",
+    run,
+    max_length: 4000,
+    smoke: 300,
+    words: &["1.png", "2.png", "0.1 ", "1e10 ", "nan ", "-inf ", "#", "\n", "../", "\u{feff}"],
+};
+
+/// Files of the folder, in their order in the input.
+const FILES: [&str; 4] = ["rgb.txt", "depth.txt", "1.png", "2.png"];
+
+thread_local! {
+    /// The folder, whose files each input replaces.
+    static FOLDER: Option<TempDir> = tempfile::tempdir().ok();
+}
+
+/// Reads every frame of the folder.
+pub fn run(input: &[u8]) {
+    let _frames = frames(input);
+}
+
+/// Returns the number of frames without an error; `None` where the folder cannot be opened.
+fn frames(input: &[u8]) -> Option<usize> {
+    FOLDER.with(|folder| {
+        let folder = folder.as_ref()?.path();
+        // The bytes of a PNG file may contain 255; they are the last of the four.
+        let mut contents = input.splitn(FILES.len(), |byte| *byte == 255);
+        for name in FILES {
+            fs::write(folder.join(name), contents.next().unwrap_or_default()).ok()?;
+        }
+        let mut recording = TumFolder::open(folder, camera_file::paper().ok()?.intrinsics).ok()?;
+        // Each line of a list is a frame or an error.
+        let all = std::iter::from_fn(|| recording.next_frame().transpose());
+        Some(all.filter(Result::is_ok).count())
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_folder_in_the_corpus_has_two_frames() {
+        assert_eq!(frames(include_bytes!("../../corpus/tum_folder/two")), Some(2));
+    }
+}
