@@ -3,7 +3,8 @@
 PLUMB := cargo run --release --locked -p plumb --bin plumb --
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test adversary faults fuzz chip bench links soak soak-hour bench-chip firmware flash lint quick docs
+.PHONY: help setup demo test adversary faults fuzz chip bench links soak soak-hour coverage
+.PHONY: bench-chip firmware flash lint quick docs
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-10s  %s\n", $$1, $$2 }' Makefile
@@ -43,6 +44,9 @@ soak: setup ## drive one board for 100 hours of virtual time, with failures (ARG
 
 soak-hour: setup ## drive an emulated board for an hour of real time (ARGS="SECONDS")
 	@scripts/soak-hour $(ARGS)
+
+coverage: setup ## which lines of protocol and board core the tests execute (needs cargo-llvm-cov)
+	@scripts/coverage
 
 bench-chip: setup ## measure the firmware in the emulated chip (ARGS="--json")
 	@scripts/bench-chip $(ARGS)
