@@ -4,10 +4,10 @@ PLUMB := cargo run --release --locked -p plumb --bin plumb --
 
 .DEFAULT_GOAL := help
 .PHONY: help setup demo test adversary faults fuzz chip bench links soak soak-hour coverage
-.PHONY: bench-chip firmware flash lint quick docs
+.PHONY: bench-chip firmware flash lint quick docs sbom reproducible
 
 help: ## list the targets
-	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-10s  %s\n", $$1, $$2 }' Makefile
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-12s  %s\n", $$1, $$2 }' Makefile
 
 setup: ## install missing packages (the other targets run this first)
 	@scripts/setup
@@ -65,3 +65,9 @@ quick: ## what to run after an edit: format, clippy and the tests of the crates 
 
 docs: ## the book, in target/book (needs mdbook: cargo install mdbook)
 	@scripts/docs $(ARGS)
+
+sbom: ## list the crates of program and firmware: target/sbom (needs cargo-cyclonedx)
+	@scripts/sbom $(ARGS)
+
+reproducible: ## build the firmware in two folders and compare the bytes
+	@scripts/reproducible
