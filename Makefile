@@ -21,8 +21,10 @@ test: setup ## build the firmware and run all tests
 adversary: setup ## search for broken invariants (ARGS="board --seeds 100000")
 	@cargo run --release --locked -p plumb-adversary -- $(or $(ARGS),board)
 
-faults: setup ## search for faults that are not noticed, or told wrongly (ARGS="--runs 1000")
+faults: setup firmware ## search for faults that are not noticed, or told wrongly
+	@scripts/chip
 	@cargo run --release --locked -p plumb-faults -- $(ARGS)
+	@PLUMB_KILLS=100 cargo test --release --locked -p plumb --test killed
 
 fuzz: setup ## call every parser and the board with random input (ARGS="board --seconds 600")
 	@cargo run --release --locked -p plumb-fuzz -- $(ARGS)

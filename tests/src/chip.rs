@@ -126,9 +126,7 @@ impl Chip {
                 *motor = steps.as_f64().expect("a position") / 16.0;
             }
         }
-        for burst in reply["usb"].as_array().into_iter().flatten() {
-            self.receive(burst[1].as_str().expect("bytes"));
-        }
+        self.receive_all(&reply);
         reply
     }
 
@@ -142,6 +140,21 @@ impl Chip {
         let hex: String = bytes.iter().map(|b| format!("{b:02x}")).collect();
         self.execute(json!({ "usb": hex }));
         self.run_us(us)
+    }
+
+    /// Parses the bytes of a reply. A frame that a restart has torn is dropped.
+    fn receive_all(&mut self, reply: &Value) {
+        let last = reply["resets"].as_array().and_then(|resets| resets.last());
+        let mut restart = last.and_then(|reset| reset[0].as_u64());
+        for burst in reply["usb"].as_array().into_iter().flatten() {
+            if restart.take_if(|restart| burst[0].as_u64() > Some(*restart)).is_some() {
+                self.accumulator = Accumulator::new();
+            }
+            self.receive(burst[1].as_str().expect("bytes"));
+        }
+        if restart.is_some() {
+            self.accumulator = Accumulator::new();
+        }
     }
 
     /// Parses a burst of USB bytes, in hexadecimal.

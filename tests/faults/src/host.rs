@@ -22,6 +22,8 @@ use crate::world::{FaultyCamera, Port, Shared};
 const TIMEOUT_S: f64 = 60.0;
 /// Time after the faults in which a run must be decided, µs: that of three targets.
 const DECIDED_US: u64 = 200_000_000;
+/// Time after the faults for which a short run must go on, µs.
+const SHORT_US: u64 = 1_000_000;
 /// Targets to be reached with a fault that lasts, before it counts as borne.
 const BORNE_TARGETS: usize = 3;
 /// Largest distance of the ball from a target that is reported as reached, m: the radius of the rig
@@ -152,7 +154,9 @@ impl Watch {
 
 impl Observer for Watch {
     fn frame(&mut self, _record: &FrameRecord) {
-        let is_late = self.now().0 > self.plan.settled().0 + DECIDED_US;
+        let since = self.now().since(self.plan.settled());
+        self.is_decided |= self.plan.is_short && since > SHORT_US;
+        let is_late = since > DECIDED_US;
         if self.is_decided || is_late {
             self.interrupted.store(true, Ordering::Relaxed);
         }

@@ -1,7 +1,8 @@
-//! Runs the campaign and draws its table. Exits with 1 if an invariant is broken or a run is
+//! Runs the campaign and draws its tables. Exits with 1 if an invariant is broken or a run is
 //! undecided.
 //!
-//! Usage: `faults [--runs N] [--first-seed SEED] [--threads N] [--verbose]`.
+//! Usage: `faults [--runs N] [--chip-runs N] [--first-seed SEED] [--threads N] [--verbose]`. The
+//! defaults are 10 000 runs on the emulated board and 200 on the firmware in the emulated chip.
 
 #![allow(clippy::expect_used, reason = "a tool for tests: it stops at the first surprise")]
 
@@ -11,16 +12,18 @@ use std::thread;
 
 use plumb_faults::plan::Plan;
 use plumb_faults::report::Report;
-use plumb_faults::run::run;
+use plumb_faults::run::{on_chip, on_emulated_board};
 use plumb_faults::table::{heading, rows};
+use plumb_tests::chip::firmware_image;
 
-const USAGE: &str = "[--runs N] [--first-seed SEED] [--threads N] [--verbose]";
+const USAGE: &str = "[--runs N] [--chip-runs N] [--first-seed SEED] [--threads N] [--verbose]";
 /// Maximum number of broken runs printed.
 const MAX_PRINTED: usize = 40;
 
 /// Options of the command line.
 struct Options {
     runs: u64,
+    chip_runs: u64,
     first: u64,
     threads: usize,
     is_verbose: bool,
@@ -28,7 +31,8 @@ struct Options {
 
 fn options(mut words: impl Iterator<Item = String>) -> Result<Options, String> {
     let threads = thread::available_parallelism().map_or(1, usize::from);
-    let mut options = Options { runs: 10_000, first: 0, threads, is_verbose: false };
+    let mut options =
+        Options { runs: 10_000, chip_runs: 200, first: 0, threads, is_verbose: false };
     while let Some(word) = words.next() {
         let mut value = || -> Result<u64, String> {
             let value = words.next().ok_or(format!("{word} needs a value"))?;
@@ -36,6 +40,7 @@ fn options(mut words: impl Iterator<Item = String>) -> Result<Options, String> {
         };
         match word.as_str() {
             "--runs" => options.runs = value()?,
+            "--chip-runs" => options.chip_runs = value()?,
             "--first-seed" => options.first = value()?,
             "--threads" => options.threads = value()? as usize,
             "--verbose" => options.is_verbose = true,
@@ -53,36 +58,48 @@ fn main() -> ExitCode {
             return ExitCode::from(2);
         }
     };
-    let reports = run_all(&options);
+    let emulated = run_all(&options, options.runs, |seed| on_emulated_board(&Plan::draw(seed)));
+    let mut is_good = emulated.is_empty() || show("the emulated board", &emulated);
+    if options.chip_runs > 0 {
+        let Some(image) = firmware_image() else { return ExitCode::from(2) };
+        let on_chip = |seed| on_chip(&Plan::draw_short(seed), &image);
+        is_good &= show(
+            "the firmware in the emulated chip",
+            &run_all(&options, options.chip_runs, on_chip),
+        );
+    }
+    ExitCode::from(u8::from(!is_good))
+}
+
+/// Prints the table of the reports, and the broken runs. Returns whether there is none.
+fn show(board: &str, reports: &[Report]) -> bool {
     println!("{}", heading());
-    for row in rows(&reports) {
+    for row in rows(reports) {
         println!("{}", row.format());
     }
     let broken: Vec<&Report> = reports.iter().filter(|report| !report.is_good()).collect();
     for report in broken.iter().take(MAX_PRINTED) {
-        let kinds: Vec<_> = report.plan.faults.iter().map(|f| f.kind.traits().name).collect();
-        println!("BROKEN: {}, {}, {:?}", kinds.join(" and "), report.law(), report.end);
+        println!("BROKEN: {}, {}, {:?}", report.faults(), report.plan.law, report.end);
         report.violations.iter().for_each(|violation| println!("  {violation}"));
         println!("  {}", report.command());
     }
-    println!("{} runs, {} broken or undecided", reports.len(), broken.len());
-    ExitCode::from(u8::from(!broken.is_empty() || reports.is_empty()))
+    println!("{} runs on {board}, {} broken or undecided\n", reports.len(), broken.len());
+    broken.is_empty()
 }
 
-/// Executes the runs.
-fn run_all(options: &Options) -> Vec<Report> {
-    let (queue, done) = (Mutex::new(options.first..options.first + options.runs), Mutex::default());
+/// Executes `runs` runs.
+fn run_all(options: &Options, runs: u64, run: impl Fn(u64) -> Report + Sync) -> Vec<Report> {
+    let queue = Mutex::new(options.first..options.first + runs);
+    let done: Mutex<Vec<Report>> = Mutex::default();
     let work = || {
         loop {
             let next = queue.lock().expect("no run panics").next();
             let Some(seed) = next else { return };
-            let report = run(&Plan::draw(seed));
+            let report = run(seed);
             if options.is_verbose {
                 println!("{report:#?}");
             }
-            done.lock()
-                .map(|mut done: std::sync::MutexGuard<Vec<Report>>| done.push(report))
-                .expect("no run panics");
+            done.lock().expect("no run panics").push(report);
         }
     };
     thread::scope(|scope| {

@@ -11,6 +11,10 @@ use crate::kind::{KINDS, Kind, Span};
 
 /// Instant of a fault, µs: the ball is on its way to the first targets.
 const ONSET_US: std::ops::Range<u64> = 200_000..5_000_000;
+/// Instant of a fault in a short run, µs.
+const SHORT_ONSET_US: std::ops::Range<u64> = 200_000..1_500_000;
+/// Longest fault that passes in a short run, µs.
+const SHORT_FAULT_US: u64 = 800_000;
 /// Share of the runs with two faults.
 const TWO_FAULTS: f64 = 0.2;
 /// Number of times that a storm kills the host.
@@ -76,6 +80,8 @@ pub struct Plan {
     pub law: LawName,
     /// Targets, m.
     pub targets: Vec<Point3<f64>>,
+    /// Whether the run is short: for a board that is slow to emulate.
+    pub is_short: bool,
 }
 
 impl Plan {
@@ -101,7 +107,26 @@ impl Plan {
             }
         }
         let targets = draw_targets(&mut random);
-        Self { seed, faults, law, targets }
+        Self { seed, faults, law, targets, is_short: false }
+    }
+
+    /// Draws the short plan of `seed`, for the emulated chip: one fault, early and of at most
+    /// 0.8 s, or one that lasts. The chip has no motor driver that can be asked.
+    pub fn draw_short(seed: u64) -> Self {
+        let kinds = KINDS.iter().map(|traits| traits.kind);
+        let kinds: Vec<Kind> = kinds.filter(|kind| *kind != Kind::DriverBus).collect();
+        let kind = kinds[(seed % kinds.len() as u64) as usize];
+        let mut plan = Self::draw_with(seed, kind, 0.0);
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        random.set_stream(6);
+        for fault in plan.faults.iter_mut().filter(|fault| fault.from > Micros(0)) {
+            let length = fault.to.since(fault.from).min(SHORT_FAULT_US);
+            fault.from = Micros(random.random_range(SHORT_ONSET_US));
+            if fault.passes() {
+                fault.to = Micros(fault.from.0 + length);
+            }
+        }
+        Self { is_short: true, ..plan }
     }
 
     /// Returns the first instant of any fault.

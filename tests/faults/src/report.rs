@@ -1,7 +1,5 @@
 //! Report of a run.
 
-use plumb_runtime::rig::LawName;
-
 use crate::cause::Cause;
 use crate::plan::Plan;
 
@@ -39,9 +37,10 @@ pub struct Report {
 }
 
 impl Report {
-    /// Returns the law of the run.
-    pub fn law(&self) -> LawName {
-        self.plan.law
+    /// Returns the names of the faults.
+    pub fn faults(&self) -> String {
+        let names: Vec<&str> = self.plan.faults.iter().map(|f| f.kind.traits().name).collect();
+        names.join(" and ")
     }
 
     /// Returns whether no invariant is broken and the end is decided.
@@ -51,6 +50,9 @@ impl Report {
 
     /// Returns the command that repeats the run.
     pub fn command(&self) -> String {
-        format!("make faults ARGS=\"--first-seed {} --runs 1 --verbose\"", self.plan.seed)
+        let (runs, others) =
+            if self.plan.is_short { ("--chip-runs", "--runs") } else { ("--runs", "--chip-runs") };
+        let arguments = format!("--first-seed {} {runs} 1 {others} 0 --verbose", self.plan.seed);
+        format!("cargo run --release -p plumb-faults -- {arguments}")
     }
 }

@@ -1,6 +1,7 @@
 //! One run: the host drives from target to target, the faults act, and the end is judged.
 
 use std::cell::RefCell;
+use std::path::Path;
 use std::rc::Rc;
 
 use plumb_protocol::units::Micros;
@@ -14,6 +15,8 @@ use crate::world::{Course, Shared, World};
 
 /// Time after a run in which the board must come to rest, µs: longer than its deadlines and a ramp.
 const REST_US: u64 = 2_000_000;
+/// The same in a short run, µs.
+const SHORT_REST_US: u64 = 1_200_000;
 /// Time from the end of the faults to the next start, µs.
 const PAUSE_US: u64 = 200_000;
 
@@ -24,9 +27,21 @@ const AT_REST: &str = "the board rests after a run";
 /// After the fault has passed, the board can be used again.
 const NEXT_START: &str = "the next start works";
 
-/// Executes the run of a plan.
-pub fn run(plan: &Plan) -> Report {
-    let world = Rc::new(RefCell::new(World::new(plan)));
+/// Executes the run of a plan on the emulated board.
+pub fn on_emulated_board(plan: &Plan) -> Report {
+    run(plan, World::emulated(plan))
+}
+
+/// Executes the run of a plan on the firmware `image` in the emulated chip.
+///
+/// # Panics
+/// If Node or its packages are missing, or if the image does not start.
+pub fn on_chip(plan: &Plan, image: &Path) -> Report {
+    run(plan, World::chip(plan, image))
+}
+
+fn run(plan: &Plan, world: World) -> Report {
+    let world = Rc::new(RefCell::new(world));
     world.borrow_mut().run_to(Micros(10_000 + plan.seed % 20 * 1_700));
     let mut violations = Vec::new();
     let mut ending = Ending::Killed;
@@ -38,7 +53,8 @@ pub fn run(plan: &Plan) -> Report {
         }
     }
     let ended = world.borrow().now();
-    world.borrow_mut().run_to(Micros(ended.0 + REST_US));
+    let rest = if plan.is_short { SHORT_REST_US } else { REST_US };
+    world.borrow_mut().run_to(Micros(ended.0 + rest));
     let course = world.borrow().course();
     world.borrow_mut().close();
     if !world.borrow().is_at_rest() {

@@ -3,28 +3,38 @@
 use plumb_faults::kind::{KINDS, Kind};
 use plumb_faults::plan::Plan;
 use plumb_faults::report::{End, Report};
-use plumb_faults::run::run;
+use plumb_faults::run::{on_chip, on_emulated_board};
+use plumb_tests::chip::firmware_image;
 
 /// Runs of each kind of fault.
 const RUNS: u64 = 8;
 
 #[test]
 fn no_fault_breaks_an_invariant() {
-    let reports = (0..RUNS * KINDS.len() as u64).map(|seed| run(&Plan::draw(seed)));
+    let reports = (0..RUNS * KINDS.len() as u64).map(|seed| on_emulated_board(&Plan::draw(seed)));
     let broken: Vec<String> = reports.filter(|report| !report.is_good()).map(describe).collect();
     assert!(broken.is_empty(), "{} runs:\n{}", broken.len(), broken.join("\n"));
 }
 
 fn describe(report: Report) -> String {
-    let kinds: Vec<&str> = report.plan.faults.iter().map(|f| f.kind.traits().name).collect();
     let (end, violations) = (report.end, report.violations.join("; "));
-    format!("{}: {end:?}: {violations}\n  {}", kinds.join(" and "), report.command())
+    format!("{}: {end:?}: {violations}\n  {}", report.faults(), report.command())
+}
+
+/// Faults of the link, the host and the power on the firmware itself.
+#[test]
+fn no_fault_breaks_an_invariant_of_the_chip() {
+    let Some(image) = firmware_image() else { return };
+    let plans = [6, 30, 33, 34, 35].map(Plan::draw_short);
+    let reports = plans.iter().map(|plan| on_chip(plan, &image));
+    let broken: Vec<String> = reports.filter(|report| !report.is_good()).map(describe).collect();
+    assert!(broken.is_empty(), "{} runs:\n{}", broken.len(), broken.join("\n"));
 }
 
 #[test]
 fn the_same_seed_gives_the_same_run() {
     for seed in [2, 10, 37] {
-        let reports = [(); 2].map(|()| format!("{:?}", run(&Plan::draw(seed))));
+        let reports = [(); 2].map(|()| format!("{:?}", on_emulated_board(&Plan::draw(seed))));
         assert_eq!(reports[0], reports[1]);
     }
 }
@@ -33,7 +43,7 @@ fn the_same_seed_gives_the_same_run() {
 fn a_fault_that_cannot_be_borne_stops_every_run() {
     for kind in [Kind::Unplugged, Kind::CameraGone, Kind::WrongVersion] {
         for seed in 0..5 {
-            let report = run(&Plan::draw_single(seed, kind));
+            let report = on_emulated_board(&Plan::draw_single(seed, kind));
             assert!(matches!(report.end, End::Stopped(_)), "{report:?}");
         }
     }

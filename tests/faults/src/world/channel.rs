@@ -2,7 +2,6 @@
 
 use std::collections::VecDeque;
 
-use plumb_core::TICK_US;
 use plumb_protocol::frame::encode;
 use plumb_protocol::message::{Command, Hello, ToBoard, VERSION};
 use plumb_protocol::units::Micros;
@@ -34,6 +33,8 @@ pub(super) struct Channel {
     begun: Vec<u8>,
     /// In the order of their arrival.
     flights: VecDeque<Flight>,
+    /// Number of Hellos that another program has sent.
+    hellos: u64,
 }
 
 impl Channel {
@@ -47,6 +48,7 @@ impl Channel {
             is_to_board: direction == 0,
             begun: Vec::new(),
             flights: VecDeque::new(),
+            hellos: 0,
         }
     }
 
@@ -113,7 +115,10 @@ impl Channel {
                     let noise = (0..length).map(|_| self.random.random()).collect();
                     self.insert(now.0, noise);
                 }
-                Kind::WrongVersion if self.is_to_board && is_hello_due(&fault, now) => {
+                Kind::WrongVersion
+                    if self.is_to_board && now.since(fault.from) >= self.hellos * HELLO_US =>
+                {
+                    self.hellos += 1;
                     self.insert(now.0, other_hello());
                 }
                 _ => {}
@@ -125,10 +130,6 @@ impl Channel {
         let place = self.flights.partition_point(|flight| flight.arrives <= arrives);
         self.flights.insert(place, Flight { arrives, bytes });
     }
-}
-
-fn is_hello_due(fault: &Fault, now: Micros) -> bool {
-    now.since(fault.from) % HELLO_US < u64::from(TICK_US)
 }
 
 /// Returns the Hello of a program of the next version.

@@ -1,10 +1,10 @@
 //! The course of a run from its first fault on.
 
 use nalgebra::Point3;
-use plumb_emulator::EmulatedBoard;
 use plumb_protocol::message::{Fault, State};
 use plumb_protocol::units::Micros;
 
+use super::machine::Machine;
 use crate::cause::fault_of;
 
 /// What happened from the first fault on.
@@ -44,9 +44,8 @@ impl Course {
     }
 
     /// Takes in the tick that has ended. A fault of the wiring has its onset at the first turn.
-    pub(super) fn note(&mut self, board: &EmulatedBoard, from_start: bool) {
-        let (now, ball) = (board.now(), board.ball().unwrap_or_else(Point3::origin));
-        let rests = board.rates() == [0.0; 3];
+    pub(super) fn note(&mut self, board: &dyn Machine, from_start: bool) {
+        let (now, ball, rests) = (board.now(), board.ball(), board.is_at_rest());
         if self.began.is_none() {
             if from_start && rests {
                 return;

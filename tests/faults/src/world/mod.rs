@@ -2,18 +2,20 @@
 
 mod camera;
 mod channel;
+mod chip;
 mod course;
+mod emulated;
+mod machine;
 mod port;
 mod power;
 mod rig;
 mod witness;
 
 use std::cell::RefCell;
+use std::path::Path;
 use std::rc::Rc;
 
 use nalgebra::Point3;
-use plumb_core::TICK_US;
-use plumb_emulator::{EMULATED, EmulatedBoard};
 use plumb_protocol::message::State;
 use plumb_protocol::units::Micros;
 
@@ -23,9 +25,9 @@ pub use port::Port;
 
 use crate::plan::Plan;
 use channel::Channel;
-use power::Power;
-use rig::FaultyRig;
-use witness::Witness;
+use chip::ChipMachine;
+use emulated::Emulated;
+use machine::Machine;
 
 /// A world that host, link and camera share.
 pub type Shared = Rc<RefCell<World>>;
@@ -33,9 +35,7 @@ pub type Shared = Rc<RefCell<World>>;
 /// Board, rig, link and clock.
 pub struct World {
     plan: Plan,
-    board: EmulatedBoard,
-    witness: Witness,
-    power: Power,
+    machine: Box<dyn Machine>,
     to_board: Channel,
     to_host: Channel,
     /// Bytes that have arrived at the host.
@@ -46,13 +46,20 @@ pub struct World {
 }
 
 impl World {
-    /// Returns the world of a plan. Its clock begins at 0, with the motors at rest.
-    pub fn new(plan: &Plan) -> Self {
-        let board = EmulatedBoard::with_plant(EMULATED, Box::new(FaultyRig::new(plan)));
+    /// Returns the world of a plan with an emulated board. Its clock begins at 0, with the motors
+    /// at rest.
+    pub fn emulated(plan: &Plan) -> Self {
+        Self::with(plan, Box::new(Emulated::new(plan)))
+    }
+
+    /// Returns the world of a plan with the firmware `image` in the emulated chip.
+    pub fn chip(plan: &Plan, image: &Path) -> Self {
+        Self::with(plan, Box::new(ChipMachine::start(plan, image)))
+    }
+
+    fn with(plan: &Plan, machine: Box<dyn Machine>) -> Self {
         Self {
-            witness: Witness::new(plan.seed, &board),
-            power: Power::new(plan),
-            board,
+            machine,
             to_board: Channel::new(plan, 0),
             to_host: Channel::new(plan, 1),
             arrived: Vec::new(),
@@ -64,22 +71,22 @@ impl World {
 
     /// Returns the clock.
     pub fn now(&self) -> Micros {
-        self.board.now()
+        self.machine.now()
     }
 
     /// Returns the place of the ball, m.
     pub fn ball(&self) -> Point3<f64> {
-        self.board.ball().unwrap_or_else(Point3::origin)
+        self.machine.ball()
     }
 
     /// Returns the state of the board.
     pub fn state(&self) -> State {
-        self.board.state()
+        self.machine.state()
     }
 
     /// Returns whether no motor turns.
     pub fn is_at_rest(&self) -> bool {
-        self.board.rates() == [0.0; 3]
+        self.machine.is_at_rest()
     }
 
     /// Sets the target from which the course measures, m.
@@ -99,31 +106,26 @@ impl World {
 
     /// Returns the broken invariants so far.
     pub fn violations(&self) -> Vec<String> {
-        self.witness.violations()
+        self.machine.violations()
     }
 
     /// Runs a tick: the frames that are due arrive, then the board runs.
     pub fn tick(&mut self) {
         let now = self.now();
-        let reports = self.power.act(&mut self.board, &mut self.witness);
-        self.to_host.send(now, &reports);
-        for frame in self.to_board.receive(now) {
-            let replies = self.witness.deliver(&mut self.board, &frame);
-            self.to_host.send(now, &replies);
-        }
-        let replies = self.witness.tick(&mut self.board, self.power.inputs(now));
-        self.to_host.send(now, &replies);
+        let frames = self.to_board.receive(now);
+        let sent = self.machine.tick(&frames);
+        self.to_host.send(now, &sent);
         for frame in self.to_host.receive(self.now()) {
             self.arrived.extend(frame);
         }
         if !self.is_closed && now >= self.plan.onset() {
-            self.course.note(&self.board, self.plan.onset() == Micros(0));
+            self.course.note(&*self.machine, self.plan.onset() == Micros(0));
         }
     }
 
-    /// Runs to `end`.
+    /// Runs to `end`, to the tick.
     pub fn run_to(&mut self, end: Micros) {
-        while self.now().0 + u64::from(TICK_US) <= end.0 {
+        while self.now() < end {
             self.tick();
         }
     }
