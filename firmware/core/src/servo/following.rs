@@ -42,3 +42,35 @@ fn farthest(a: [i32; 3], b: [i32; 3]) -> u32 {
     let [x, y, z] = [0, 1, 2].map(|i| a[i].abs_diff(b[i]));
     x.max(y).max(z)
 }
+
+#[cfg(test)]
+mod tests {
+    use plumb_protocol::units::{Micrometres, Steps16};
+
+    use super::*;
+
+    const RULE: Following = Following { turn: Steps16(1600), movement: Micrometres(20_000) };
+
+    /// Returns whether the guard stops a motor that turned by `turn` while the ball moved by
+    /// `movement`, and one that turned by the rule's turn more from there.
+    fn stops(turn: i32, movement: i32) -> [bool; 2] {
+        let mut guard = FollowingGuard::default();
+        assert!(!guard.update([0; 3], [0; 3], &RULE));
+        let ball = [0, -movement, 0];
+        let first = guard.update(ball, [0, 0, -turn], &RULE);
+        [first, guard.update(ball, [0, 0, -turn - RULE.turn.0], &RULE)]
+    }
+
+    #[test]
+    fn a_motor_may_turn_by_the_rules_turn_and_no_further() {
+        assert_eq!(stops(1600, 0), [false, true]);
+        assert_eq!(stops(1601, 0), [true, true]);
+    }
+
+    #[test]
+    fn the_ball_must_move_by_more_than_the_rules_movement_to_be_at_another_place() {
+        assert_eq!(stops(1, 20_000), [false, true]);
+        assert_eq!(stops(1601, 20_000), [true, true]);
+        assert_eq!(stops(1601, 20_001), [false, false]);
+    }
+}
