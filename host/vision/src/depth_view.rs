@@ -34,6 +34,11 @@ impl<'a> DepthView<'a> {
             && v < f64::from(self.height) - 0.5
     }
 
+    /// Returns the raw depths of a row, 0 where the depth is unknown; none outside the image.
+    pub(crate) fn row(&self, row: usize) -> &'a [u16] {
+        self.raw.chunks_exact(self.width.max(1) as usize).nth(row).unwrap_or_default()
+    }
+
     /// Returns the depth in metres at the pixel nearest to (`u`, `v`); `None` outside the image or
     /// where the depth is unknown.
     #[inline]

@@ -1,7 +1,10 @@
 //! Likeness to the ball's colour in a window of the image, at a quarter of the size.
 
+use multiversion::multiversion;
+
 use super::ball_colour::BallColour;
 use super::pyramid::{Level, SMALLEST};
+use crate::image::Bgr;
 
 /// Likeness to the ball's colour in a window of the image, at a quarter of the size.
 #[derive(Debug, Clone, PartialEq)]
@@ -19,7 +22,8 @@ impl LikenessMap {
 
     /// Reads the likeness of the pixels of `level`, a window at a quarter of the size.
     pub(super) fn new(level: &Level, ball: BallColour) -> Self {
-        let values = level.pixels.iter().map(|pixel| ball.likeness(pixel.map(f32::from))).collect();
+        let mut values = vec![0.0; level.pixels.len()];
+        read_likeness(level.pixels, ball, &mut values);
         Self { width: level.width, height: level.height, origin: level.origin, values }
     }
 
@@ -53,5 +57,13 @@ impl LikenessMap {
     fn to_full(&self, x: f64, y: f64) -> (f64, f64) {
         let full = |k: f64, origin: f64| (k + 0.5) * Self::FACTOR - 0.5 + origin;
         (full(x, self.origin.0), full(y, self.origin.1))
+    }
+}
+
+/// Writes the likeness of each pixel to the ball's colour.
+#[multiversion(targets("x86_64+avx2"))]
+fn read_likeness(pixels: &[Bgr], ball: BallColour, values: &mut [f32]) {
+    for (value, pixel) in values.iter_mut().zip(pixels) {
+        *value = ball.likeness(pixel.map(f32::from));
     }
 }

@@ -10,9 +10,6 @@ use super::view::{Disc, FrameView};
 
 /// Factor by which a proposal may be larger or smaller than the ball can be.
 const MAX_START: f64 = 1.5;
-/// Number of times that the network judges a proposal; each time it moves the disc to where it sees
-/// the ball.
-const JUDGED_TIMES: usize = 2;
 
 /// A search in progress.
 struct Search<'a> {
@@ -122,13 +119,14 @@ impl Search<'_> {
         let disc = proposal.disc;
         let mut disc = Disc { radius: by_depth(&disc).unwrap_or(disc.radius), ..disc };
         let mut log_odds = f64::NEG_INFINITY;
-        for _ in 0..JUDGED_TIMES {
+        let parameters = &self.view.parameters.propose;
+        for least in [parameters.min_judged, parameters.min_judged_again] {
             if !self.is_possible(disc.radius, MAX_START) {
                 return None;
             }
             let judgement = judge(self.view, &disc);
             log_odds = judgement.log_odds;
-            if log_odds < self.view.parameters.propose.min_judged {
+            if log_odds < least {
                 return None;
             }
             disc = judgement.moved(&disc);

@@ -4,7 +4,7 @@ use nalgebra::Point3;
 
 use super::ball_colour::BallColour;
 use super::parameters::ShapeParameters;
-use super::pyramid::Level;
+use super::pyramid::{Level, SMALLEST};
 use crate::camera::Intrinsics;
 use crate::depth_view::DepthView;
 use crate::frame::RgbdFrame;
@@ -66,11 +66,13 @@ impl<'a> FrameView<'a> {
     /// shows.
     pub(super) fn has_depth(&self) -> bool {
         let level = &self.levels[2];
-        let middle = |k: usize, origin: f64| origin + (k as f64 + 0.5) * level.factor;
-        let known = |x: usize, y: usize| {
-            self.depth.at(middle(x, level.origin.0), middle(y, level.origin.1)).is_some()
-        };
-        (0..level.height).any(|y| (0..level.width).any(|x| known(x, y)))
+        let middle = |origin: f64| origin as usize + SMALLEST / 2;
+        let (first, left) = (middle(level.origin.1), middle(level.origin.0));
+        (0..level.height).any(|y| {
+            let row = self.depth.row(first + SMALLEST * y);
+            let places = row.iter().skip(left).step_by(SMALLEST).take(level.width);
+            places.into_iter().any(|&raw| raw != 0)
+        })
     }
 
     /// Returns the radius (pixels, on the optical axis) of the ball at depth `z`, metres.

@@ -3,6 +3,7 @@
 use std::cell::RefCell;
 use std::mem;
 
+use multiversion::multiversion;
 use nalgebra::{DMatrix, DMatrixView, DMatrixViewMut, DVectorView};
 
 use super::weights::Weights;
@@ -63,6 +64,12 @@ impl Map {
     pub(in super::super) fn channel_mut(&mut self, channel: usize) -> &mut [f32] {
         let pixels = self.rows * self.columns;
         &mut self.values[channel * pixels..(channel + 1) * pixels]
+    }
+
+    /// Returns the pixels of the first `N` channels, to be changed; of a missing channel none.
+    pub(in super::super) fn channels_mut<const N: usize>(&mut self) -> [&mut [f32]; N] {
+        let mut channels = self.values.chunks_exact_mut(self.rows * self.columns);
+        std::array::from_fn(|_| channels.next().unwrap_or_default())
     }
 
     /// Returns the map at half the size, with four channels for each of `self`: the pixels of each
@@ -127,7 +134,7 @@ impl Mix {
     fn rectified(&self, map: &Map) -> Map {
         let mut sums = self.products(map);
         for (channel, &bias) in self.biases.iter().enumerate() {
-            sums.channel_mut(channel).iter_mut().for_each(|sum| *sum = positive(*sum + bias));
+            rectify(sums.channel_mut(channel), bias);
         }
         sums
     }
@@ -136,8 +143,7 @@ impl Mix {
     fn add_rectified(&self, map: &Map, total: &mut Map) {
         let sums = self.products(map);
         for (channel, &bias) in self.biases.iter().enumerate() {
-            let pairs = total.channel_mut(channel).iter_mut().zip(sums.channel(channel));
-            pairs.for_each(|(total, sum)| *total += positive(sum + bias));
+            add_rectified(sums.channel(channel), bias, total.channel_mut(channel));
         }
     }
 
@@ -185,11 +191,11 @@ impl Block {
                 row[border..][..map.columns].copy_from_slice(line);
             }
             let read = |tap: usize| &padded.values[(tap / 3 * width + tap % 3) * border..];
-            convolve(std::array::from_fn(read), &self.taps[channel], &mut sums.values);
+            let reads = std::array::from_fn(read);
+            convolve(reads, &self.taps[channel], self.biases[channel], &mut sums.values);
             let rows = convolved.channel_mut(channel).chunks_exact_mut(map.columns);
             for (row, line) in rows.zip(sums.values.chunks_exact(width)) {
-                let pairs = row.iter_mut().zip(line);
-                pairs.for_each(|(value, sum)| *value = positive(sum + self.biases[channel]));
+                row.copy_from_slice(&line[..row.len()]);
             }
         }
         self.mix.add_rectified(&convolved, &mut map);
@@ -197,17 +203,31 @@ impl Block {
     }
 }
 
-/// Convolves the pixels that the taps read from each place on. The last places, which some taps
-/// have no pixels for, are left out: they are in the border.
-fn convolve(reads: [&[f32]; TAPS], taps: &[f32; TAPS], sums: &mut [f32]) {
+/// Convolves the pixels that the taps read from each place on, adds `bias`, and sets negative sums
+/// to 0. The last places, which some taps have no pixels for, are left out: they are in the border.
+#[multiversion(targets("x86_64+avx2"))]
+fn convolve(reads: [&[f32]; TAPS], taps: &[f32; TAPS], bias: f32, sums: &mut [f32]) {
     let count = reads.iter().map(|read| read.len()).fold(sums.len(), usize::min);
     let [a, b, c, d, e, f, g, h, i] = reads.map(|read| &read[..count]);
     for (x, sum) in sums[..count].iter_mut().enumerate() {
         let upper = taps[0] * a[x] + taps[1] * b[x] + taps[2] * c[x];
         let middle = taps[3] * d[x] + taps[4] * e[x] + taps[5] * f[x];
         let lower = taps[6] * g[x] + taps[7] * h[x] + taps[8] * i[x];
-        *sum = upper + middle + lower;
+        *sum = positive(upper + middle + lower + bias);
     }
+}
+
+/// Adds `bias` to `values` and sets negative sums to 0.
+#[multiversion(targets("x86_64+avx2"))]
+fn rectify(values: &mut [f32], bias: f32) {
+    values.iter_mut().for_each(|value| *value = positive(*value + bias));
+}
+
+/// Adds `values` and `bias` to `total` where their sum is positive.
+#[multiversion(targets("x86_64+avx2"))]
+fn add_rectified(values: &[f32], bias: f32, total: &mut [f32]) {
+    let pairs = total.iter_mut().zip(values);
+    pairs.for_each(|(total, value)| *total += positive(value + bias));
 }
 
 /// Layers that halve the size: they fold the map, mix its channels, and apply blocks.

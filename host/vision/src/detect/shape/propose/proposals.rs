@@ -1,6 +1,6 @@
 //! Proposals: the places with the highest odds, the most promising first.
 
-use super::super::network::{CELL, Networks, RADIUS_UNIT};
+use super::super::network::{CELL, Map, Networks, RADIUS_UNIT};
 use super::super::pyramid::SMALLEST;
 use super::super::view::{Disc, FrameView};
 use super::input::network_input;
@@ -61,16 +61,13 @@ pub(in super::super) fn propose(view: &FrameView) -> (OddsMap, Vec<Proposal>) {
         let channel = (quantity * HEAD_CELLS + y % HEAD_CELLS) * HEAD_CELLS + x % HEAD_CELLS;
         head.channel(channel)[y / HEAD_CELLS * head.columns + x / HEAD_CELLS]
     };
-    let places = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
-    let values = places.clone().map(|(x, y)| read(0, x, y)).collect();
     let origin = view.levels[2].origin;
-    let odds = OddsMap { width, height, origin, values };
+    let odds = OddsMap { width, height, origin, values: cells_of(&head) };
     let full = |cell: usize, offset: f32, origin: f64| {
         (cell as f64 + 0.5 + f64::from(offset)) * OddsMap::FACTOR - 0.5 + origin
     };
-    let peaks = places.filter(|&(x, y)| {
-        odds.values[y * width + x] >= parameters.min_log_odds && odds.is_peak(x, y)
-    });
+    let likely = odds.values.iter().enumerate().filter(|place| *place.1 >= parameters.min_log_odds);
+    let peaks = likely.map(|(i, _)| (i % width, i / width)).filter(|&(x, y)| odds.is_peak(x, y));
     let mut proposals: Vec<Proposal> = peaks
         .map(|(x, y)| {
             let u = full(x, read(1, x, y), origin.0);
@@ -81,4 +78,18 @@ pub(in super::super) fn propose(view: &FrameView) -> (OddsMap, Vec<Proposal>) {
         .collect();
     proposals.sort_by(|a, b| b.log_odds.total_cmp(&a.log_odds));
     (odds, proposals)
+}
+
+/// Returns the log-odds of the cells, row by row.
+fn cells_of(head: &Map) -> Vec<f32> {
+    let mut values = Vec::with_capacity(HEAD_CELLS * HEAD_CELLS * head.rows * head.columns);
+    for y in 0..HEAD_CELLS * head.rows {
+        let row = |x: usize| {
+            let channel = head.channel(y % HEAD_CELLS * HEAD_CELLS + x);
+            &channel[y / HEAD_CELLS * head.columns..][..head.columns]
+        };
+        let pairs = row(0).iter().zip(row(1));
+        values.extend(pairs.flat_map(|(&left, &right)| [left, right]));
+    }
+    values
 }
