@@ -18,6 +18,7 @@
 pub mod cause;
 mod host;
 pub mod kind;
+pub mod page;
 pub mod plan;
 pub mod report;
 pub mod run;

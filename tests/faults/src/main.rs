@@ -1,8 +1,9 @@
 //! Runs the campaign and draws its tables. Exits with 1 if an invariant is broken or a run is
 //! undecided.
 //!
-//! Usage: `faults [--runs N] [--chip-runs N] [--first-seed SEED] [--threads N] [--verbose]`. The
-//! defaults are 10 000 runs on the emulated board and 200 on the firmware in the emulated chip.
+//! Usage: `faults [--runs N] [--chip-runs N] [--first-seed SEED] [--threads N] [--verbose]
+//! [--page]`. The defaults are 10 000 runs on the emulated board and 200 on the firmware in the
+//! emulated chip. `--page` writes the tables into the book.
 
 #![allow(clippy::expect_used, reason = "a tool for tests: it stops at the first surprise")]
 
@@ -10,13 +11,15 @@ use std::process::ExitCode;
 use std::sync::Mutex;
 use std::thread;
 
+use plumb_faults::page::replace_table;
 use plumb_faults::plan::Plan;
 use plumb_faults::report::Report;
 use plumb_faults::run::{on_chip, on_emulated_board};
-use plumb_faults::table::{heading, rows};
+use plumb_faults::table::{Row, heading, rows};
 use plumb_tests::chip::firmware_image;
 
-const USAGE: &str = "[--runs N] [--chip-runs N] [--first-seed SEED] [--threads N] [--verbose]";
+const USAGE: &str =
+    "[--runs N] [--chip-runs N] [--first-seed SEED] [--threads N] [--verbose] [--page]";
 /// Maximum number of broken runs printed.
 const MAX_PRINTED: usize = 40;
 
@@ -27,12 +30,20 @@ struct Options {
     first: u64,
     threads: usize,
     is_verbose: bool,
+    /// Whether the tables are written into the book.
+    is_page: bool,
 }
 
 fn options(mut words: impl Iterator<Item = String>) -> Result<Options, String> {
     let threads = thread::available_parallelism().map_or(1, usize::from);
-    let mut options =
-        Options { runs: 10_000, chip_runs: 200, first: 0, threads, is_verbose: false };
+    let mut options = Options {
+        runs: 10_000,
+        chip_runs: 200,
+        first: 0,
+        threads,
+        is_verbose: false,
+        is_page: false,
+    };
     while let Some(word) = words.next() {
         let mut value = || -> Result<u64, String> {
             let value = words.next().ok_or(format!("{word} needs a value"))?;
@@ -44,6 +55,7 @@ fn options(mut words: impl Iterator<Item = String>) -> Result<Options, String> {
             "--first-seed" => options.first = value()?,
             "--threads" => options.threads = value()? as usize,
             "--verbose" => options.is_verbose = true,
+            "--page" => options.is_page = true,
             _ => return Err(format!("{word:?} is no option")),
         }
     }
@@ -58,32 +70,39 @@ fn main() -> ExitCode {
             return ExitCode::from(2);
         }
     };
-    let emulated = run_all(&options, options.runs, |seed| on_emulated_board(&Plan::draw(seed)));
-    let mut is_good = emulated.is_empty() || show("the emulated board", &emulated);
+    let mut is_good = true;
+    if options.runs > 0 {
+        let run = |seed| on_emulated_board(&Plan::draw(seed));
+        is_good &= show(&options, "board", &run_all(&options, options.runs, run));
+    }
     if options.chip_runs > 0 {
         let Some(image) = firmware_image() else { return ExitCode::from(2) };
-        let on_chip = |seed| on_chip(&Plan::draw_short(seed), &image);
-        is_good &= show(
-            "the firmware in the emulated chip",
-            &run_all(&options, options.chip_runs, on_chip),
-        );
+        let run = |seed| on_chip(&Plan::draw_short(seed), &image);
+        is_good &= show(&options, "chip", &run_all(&options, options.chip_runs, run));
     }
     ExitCode::from(u8::from(!is_good))
 }
 
-/// Prints the table of the reports, and the broken runs. Returns whether there is none.
-fn show(board: &str, reports: &[Report]) -> bool {
-    println!("{}", heading());
-    for row in rows(reports) {
-        println!("{}", row.format());
-    }
+/// Prints the table of the reports of a `board`, and the broken runs. Returns whether there is
+/// none.
+fn show(options: &Options, board: &str, reports: &[Report]) -> bool {
+    let rows: Vec<String> = rows(reports).iter().map(Row::format).collect();
+    let table = format!("{}\n{}", heading(), rows.join("\n"));
+    println!("{table}");
     let broken: Vec<&Report> = reports.iter().filter(|report| !report.is_good()).collect();
     for report in broken.iter().take(MAX_PRINTED) {
         println!("BROKEN: {}, {}, {:?}", report.faults(), report.plan.law, report.end);
         report.violations.iter().for_each(|violation| println!("  {violation}"));
         println!("  {}", report.command());
     }
-    println!("{} runs on {board}, {} broken or undecided\n", reports.len(), broken.len());
+    println!(
+        "{} runs on the emulated {board}, {} broken or undecided\n",
+        reports.len(),
+        broken.len()
+    );
+    if options.is_page {
+        replace_table(board, &table).expect("the page of the campaign");
+    }
     broken.is_empty()
 }
 

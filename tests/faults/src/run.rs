@@ -24,6 +24,8 @@ const PAUSE_US: u64 = 200_000;
 const TRUE_CAUSE: &str = "a fault is reported with its cause";
 /// The board rests after a run.
 const AT_REST: &str = "the board rests after a run";
+/// The ball moves away from its target by no more than the bound of its faults.
+const NEAR: &str = "the ball stays near";
 /// After the fault has passed, the board can be used again.
 const NEXT_START: &str = "the next start works";
 
@@ -59,6 +61,10 @@ fn run(plan: &Plan, world: World) -> Report {
     world.borrow_mut().close();
     if !world.borrow().is_at_rest() {
         violations.push(format!("{AT_REST}: {:?}", world.borrow().state()));
+    }
+    let bound_m: f64 = plan.faults.iter().map(|fault| fault.kind.bound_m()).sum();
+    if course.away_m > bound_m {
+        violations.push(format!("{NEAR}: {:.2} m away, allowed {bound_m:.2} m", course.away_m));
     }
     check_causes(plan, ending, course, ended, &mut violations);
     check_next_start(plan, &world, ending, &mut violations);

@@ -128,6 +128,20 @@ impl Kind {
     }
 }
 
+impl Kind {
+    /// Returns the largest distance, m, by which the ball may move away from its target with this
+    /// fault until the motors stand.
+    pub fn bound_m(self) -> f64 {
+        match self {
+            // The camera cannot see what the ball does, or the ball falls or is moved by hand.
+            Self::FrozenPicture | Self::WrongBall | Self::BumpedCamera | Self::Jumps => 0.55,
+            Self::WrongDrum | Self::CutCable | Self::LiftedBall | Self::PushedBall => 0.55,
+            Self::ReversedMotor | Self::SwappedMotors | Self::WrongSigns => 0.30,
+            _ => 0.15,
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
