@@ -204,3 +204,6 @@ impl Checks {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;
