@@ -174,3 +174,42 @@ fn a_ball_moved_by_hand_at_standstill_is_no_divergence() {
     bench.run_with_ball(30, [TARGET[0] + 0.4, TARGET[1], TARGET[2]]);
     assert_eq!(bench.board.state(), State::Seeking);
 }
+
+/// Time from the last position of a board that seeks to the tick in which `ends` is true, µs.
+fn time_until(deadlines: Deadlines, ends: impl Fn(&Bench) -> bool) -> u64 {
+    let mut bench = seeking(deadlines);
+    bench.send_ball(BALL);
+    let last = bench.now;
+    loop {
+        let tick = bench.now;
+        assert!(tick - last < 6_000_000, "no end");
+        bench.tick();
+        if ends(&bench) {
+            return tick - last;
+        }
+    }
+}
+
+/// A deadline that ends with a tick expires in the next one, and no later.
+#[test]
+fn deadlines_expire_with_the_first_tick_after_them() {
+    const TICK: u64 = TICK_US as u64;
+    /// Age of the positions, µs.
+    const AGE: u64 = 30_000;
+    let has = |fault| move |bench: &Bench| bench.faults() == [fault];
+    let silent = time_until(deadlines(300, 5_000, 250), has(Fault::HostSilent));
+    assert_eq!(silent, 300_000 + TICK);
+    let lost = time_until(deadlines(5_000, 500, 250), has(Fault::PositionLost));
+    assert_eq!(lost, 500_000 - AGE + TICK);
+}
+
+/// The rates fall after two fifths of the position deadline, and not with a later check.
+#[test]
+fn rates_are_reduced_with_the_first_tick_after_two_fifths_of_the_position_deadline() {
+    let fastest = {
+        let bench = seeking(deadlines(5_000, 500, 250));
+        bench.board.rates()
+    };
+    let reduced = time_until(deadlines(5_000, 500, 250), |bench| bench.board.rates() != fastest);
+    assert_eq!(reduced, 200_000 - 30_000 + u64::from(TICK_US));
+}
