@@ -135,6 +135,20 @@ fn each_damage_has_its_error() {
 }
 
 #[test]
+fn errors_say_what_is_wrong() {
+    assert_eq!(TooLong.to_string(), "the message is longer than 248 bytes");
+    let texts = [
+        (FrameError::Overlong, "an overlong frame"),
+        (FrameError::Torn, "a torn frame"),
+        (FrameError::Crc, "a corrupted frame (CRC)"),
+        (FrameError::Malformed, "an intact frame that is not a message of this version"),
+    ];
+    for (error, text) in texts {
+        assert_eq!(error.to_string(), text);
+    }
+}
+
+#[test]
 fn overlong_messages_are_refused() {
     // The length prefix has one byte below 128 entries, and two from 128 on.
     let bytes = [7u8; 300];
