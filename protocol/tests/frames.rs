@@ -1,6 +1,7 @@
 //! Tests of framing: a stream may start inside a frame and may be damaged.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails at the first unexpected value")]
 
+use crc::{CRC_32_ISO_HDLC, Crc};
 use plumb_protocol::frame::{Accumulator, FrameError, MAX_FRAME, TooLong, encode, read};
 use plumb_protocol::message::{Command, Hello, Position, PositionCommand, ToBoard};
 use plumb_protocol::units::{Covariance, Micrometres, Point};
@@ -132,6 +133,28 @@ fn each_damage_has_its_error() {
     assert_eq!(receive(&encode(&(1u16, 200u8)).unwrap()), [Err(FrameError::Malformed)]);
     assert_eq!(receive(&encode(&(1u16, 9u8, 0u8)).unwrap()), [Err(FrameError::Malformed)]);
     assert_eq!(receive(&[0, 0, 0]), []);
+}
+
+/// Returns the frame with `message`, which has more than 253 bytes with its CRC and no zero, so
+/// that COBS begins with its longest run.
+fn frame_of_a_long_run(message: &[u8]) -> Vec<u8> {
+    let crc = Crc::<u32>::new(&CRC_32_ISO_HDLC).checksum(message).to_le_bytes();
+    let plain = [message, &crc].concat();
+    assert!(!plain.contains(&0));
+    let (run, rest) = plain.split_at(254);
+    [&[255], run, &[1 + rest.len() as u8], rest, &[0]].concat()
+}
+
+/// No message of this crate is as long. A decoder that keeps to COBS reads it nevertheless.
+#[test]
+fn the_longest_run_has_no_zero_behind_it_and_the_decoder_is_filled_to_its_end() {
+    for (length, expected) in [(250, Ok(250)), (251, Ok(251)), (252, Err(FrameError::Overlong))] {
+        let message = vec![7; length];
+        let frame = frame_of_a_long_run(&message);
+        let mut accumulator = Accumulator::new();
+        let found = accumulator.take(&mut &frame[..]).unwrap();
+        assert_eq!(found.map(<[u8]>::len), expected);
+    }
 }
 
 #[test]
