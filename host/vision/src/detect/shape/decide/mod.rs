@@ -35,7 +35,8 @@ pub struct Decision {
     /// Probability that the candidate is the ball, 0 to 1. It is 0 if the candidate was rejected
     /// before all features were read.
     pub score: f64,
-    /// Log-odds by the network that judges. It can only object: they count if they are negative.
+    /// Log-odds by the network that judges, the mean of those of the picture and of its mirror
+    /// image.
     pub judged: f64,
     /// What surrounds the disc, ray by ray; `None` outside the image.
     pub surroundings: [Option<Surroundings>; RAYS],
@@ -82,12 +83,13 @@ impl<'a> Decider<'a> {
         let Candidate { circle, outline } = candidate;
         let by_image = self.view.depth_of(&circle.disc);
         let depth = self.view.centre_depth(&circle.disc);
-        let judged = judge(self.view, &circle.disc).log_odds;
+        let judged = patch::log_odds(self.view, &circle.disc);
         let boundary = Boundary::new(self.view, outline, depth.unwrap_or(by_image));
         let surroundings = *boundary.rays();
         let mut decision =
             Decision { score: 0.0, judged, surroundings, features: None, free_fit: None };
-        if judged < self.parameters.min_judged {
+        let &DecideParameters { min_judged, min_judged_without_depth, .. } = self.parameters;
+        if judged < if depth.is_some() { min_judged } else { min_judged_without_depth } {
             return decision;
         }
         let free = boundary.part(Surroundings::Free) + boundary.part(Surroundings::Behind);

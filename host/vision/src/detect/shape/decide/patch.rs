@@ -11,6 +11,19 @@ pub(in super::super) fn judge(view: &FrameView, disc: &Disc) -> Judgement {
     Networks::get().judge.apply(&patch(view, disc))
 }
 
+/// Returns the log-odds that `disc` is the ball: the mean of those of its patch and of the mirrored
+/// patch.
+///
+/// A ball looks the same in a mirror. The mean errs less than one judgement does: without depth
+/// about 3 % more of the balls are found with as many false alarms.
+pub(in super::super) fn log_odds(view: &FrameView, disc: &Disc) -> f64 {
+    let judge = &Networks::get().judge;
+    let mut patch = patch(view, disc);
+    let seen = judge.apply(&patch).log_odds;
+    patch.mirror();
+    f64::midpoint(seen, judge.apply(&patch).log_odds)
+}
+
 /// Returns the patch about `disc`.
 ///
 /// The channels are red, green and blue from -1 to 1, turned so that the ball's hue is red, the

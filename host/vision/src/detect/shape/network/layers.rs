@@ -72,6 +72,11 @@ impl Map {
         std::array::from_fn(|_| channels.next().unwrap_or_default())
     }
 
+    /// Mirrors the map: left becomes right.
+    pub(in super::super) fn mirror(&mut self) {
+        self.values.chunks_exact_mut(self.columns).for_each(<[f32]>::reverse);
+    }
+
     /// Returns the map at half the size, with four channels for each of `self`: the pixels of each
     /// square of 2x2, row by row.
     pub(super) fn folded(&self) -> Self {

@@ -40,6 +40,16 @@ fn both_networks_give_what_torch_gives() {
     assert_alike(&found, &JUDGED);
 }
 
+#[test]
+fn a_mirrored_map_has_its_columns_in_the_opposite_order() {
+    let mut map = pattern(2, 3);
+    let seen = map.values.clone();
+    map.mirror();
+    assert_eq!(map.values[..6], [seen[2], seen[1], seen[0], seen[5], seen[4], seen[3]]);
+    map.mirror();
+    assert_eq!(map.values, seen);
+}
+
 /// Hash of the weights file.
 const HASH: u64 = 0x165c_c2b1_2fd9_4c9b;
 /// Output of scripts/detector/export.py.

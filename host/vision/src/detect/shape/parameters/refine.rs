@@ -40,6 +40,10 @@ pub struct EdgeBand {
 }
 
 /// Parameters of the sub-pixel edges and of the circle through them.
+///
+/// `limb_error`, `foreign_edges_error`, `even_edges` and `background_edges_error` come from the
+/// errors of 261 circles without depth (`plumb bench vision --suite rooms`, seeds 1 and 2) and from
+/// the balls behind posts of `tests/tests/monocular.rs`: the mean of e' C⁻¹ e is between 2 and 4.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EdgeParameters {
     /// Band of each pass.
@@ -72,9 +76,17 @@ pub struct EdgeParameters {
     /// Further error of the centre, in the product of that blur and the rms residual (both pixels):
     /// over a background of many colours, the edges of a moving ball err together on one side.
     pub motion_error: f64,
+    /// Further error of the radius, in that blur: out of focus, the dark limb of a shaded ball
+    /// passes for the background and makes the circle smaller.
+    pub limb_error: f64,
     /// Further error of the radius, in the rms residual: where an object covers part of the ball,
     /// its edges pass for the ball's and make the circle smaller.
     pub foreign_edges_error: f64,
+    /// Rms residual of the edges of a ball in front of another colour, pixels.
+    pub even_edges: f64,
+    /// Further error of the centre, in the rms residual beyond `even_edges`: in front of the ball's
+    /// own colour, some of the edges are the background's, on one side more than on the other.
+    pub background_edges_error: f64,
     /// Difference of colours that has half the full weight, grey levels.
     pub faint_contrast: f32,
     /// Distance from the disc within which an edge belongs to the disc.
@@ -107,7 +119,10 @@ impl EdgeParameters {
         sharp_blur: 0.5,
         blur_error: 0.45,
         motion_error: 3.5,
-        foreign_edges_error: 0.85,
+        limb_error: 2.0,
+        foreign_edges_error: 0.5,
+        even_edges: 0.2,
+        background_edges_error: 1.0,
         faint_contrast: 12.0,
         touching: Tolerance { relative: 0.05, pixels: 0.3 },
         clear_weight: 0.3,

@@ -26,9 +26,10 @@ impl Hinge {
 ///
 /// What the judging network adds to them (`judged`, `undecided`), `uneven`, and all weights of
 /// discs without depth are near those of logistic regressions on the discs of `plumb bench vision
-/// --suite rooms` (seeds 2 and 3, with its depth and without), rounded. The intercepts were chosen
-/// for about one false alarm in 1000 pictures. The results on other seeds are in the chapter on the
-/// detector (docs/understand/detector.md).
+/// --suite rooms` (seeds 2 and 3, with its depth and without), rounded. Their intercepts,
+/// `max_judged` and `undecided` were chosen for about one false alarm in 1000 pictures (seeds 1, 2
+/// and 5). The results on other seeds and pictures are in the chapter on the detector
+/// (docs/understand/detector.md).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Weights {
     /// For discs with depth.
@@ -101,8 +102,8 @@ impl DepthWeights {
         covered_alike: 12.0,
         continues: 14.5,
         judged: 0.4,
-        max_judged: 4.0,
-        undecided: 2.5,
+        max_judged: 8.0,
+        undecided: 2.3,
         likeness: Hinge { enough: 0.55, weight: 33.2 },
         flat: Hinge { enough: 0.8, weight: 13.1 },
         max_flat: 0.5,
@@ -138,7 +139,7 @@ pub struct ColourWeights {
 impl ColourWeights {
     /// The default weights.
     pub const DEFAULT: Self = Self {
-        intercept: 2.2,
+        intercept: 2.6,
         judged: 0.5,
         max_judged: 8.0,
         missing: 4.7,
