@@ -9,6 +9,8 @@ pub mod commissioning;
 pub mod defects;
 pub mod links;
 pub mod live_camera;
+pub mod noise;
+pub mod parallel;
 pub mod plain_room;
 pub mod plants;
 pub mod soak;

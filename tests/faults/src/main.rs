@@ -8,8 +8,6 @@
 #![allow(clippy::expect_used, reason = "a tool for tests: it stops at the first surprise")]
 
 use std::process::ExitCode;
-use std::sync::Mutex;
-use std::thread;
 
 use plumb_faults::page::replace_table;
 use plumb_faults::plan::Plan;
@@ -17,6 +15,7 @@ use plumb_faults::report::Report;
 use plumb_faults::run::{on_chip, on_emulated_board};
 use plumb_faults::table::{Row, heading, rows};
 use plumb_tests::chip::firmware_image;
+use plumb_tests::parallel;
 
 const USAGE: &str =
     "[--runs N] [--chip-runs N] [--first-seed SEED] [--threads N] [--verbose] [--page]";
@@ -35,12 +34,11 @@ struct Options {
 }
 
 fn options(mut words: impl Iterator<Item = String>) -> Result<Options, String> {
-    let threads = thread::available_parallelism().map_or(1, usize::from);
     let mut options = Options {
         runs: 10_000,
         chip_runs: 200,
         first: 0,
-        threads,
+        threads: parallel::processors(),
         is_verbose: false,
         is_page: false,
     };
@@ -106,27 +104,13 @@ fn show(options: &Options, board: &str, reports: &[Report]) -> bool {
     broken.is_empty()
 }
 
-/// Executes `runs` runs.
+/// Executes `runs` runs. Returns their reports in the order of the seeds.
 fn run_all(options: &Options, runs: u64, run: impl Fn(u64) -> Report + Sync) -> Vec<Report> {
-    let queue = Mutex::new(options.first..options.first + runs);
-    let done: Mutex<Vec<Report>> = Mutex::default();
-    let work = || {
-        loop {
-            let next = queue.lock().expect("no run panics").next();
-            let Some(seed) = next else { return };
-            let report = run(seed);
-            if options.is_verbose {
-                println!("{report:#?}");
-            }
-            done.lock().expect("no run panics").push(report);
+    parallel::map(options.first..options.first + runs, options.threads, |seed| {
+        let report = run(seed);
+        if options.is_verbose {
+            println!("{report:#?}");
         }
-    };
-    thread::scope(|scope| {
-        for _ in 0..options.threads.max(1) {
-            scope.spawn(work);
-        }
-    });
-    let mut done = done.into_inner().expect("no run panics");
-    done.sort_by_key(|report| report.plan.seed);
-    done
+        report
+    })
 }

@@ -9,11 +9,10 @@
 
 use std::collections::BTreeMap;
 use std::process::ExitCode;
-use std::sync::Mutex;
-use std::thread;
 
 use plumb_runtime::rig::LawName;
 use plumb_tests::defects::{Defect, DefectRun, End, Stop};
+use plumb_tests::parallel;
 
 const USAGE: &str = "[--seeds N] [--lenient]";
 
@@ -60,21 +59,7 @@ fn options(mut words: impl Iterator<Item = String>) -> Result<(u64, bool), Strin
 
 /// Executes the runs on all processors.
 fn run_all(runs: Vec<DefectRun>) -> Vec<Stop> {
-    let (queue, stops) = (Mutex::new(runs.into_iter()), Mutex::new(Vec::new()));
-    let work = || {
-        loop {
-            let next = queue.lock().expect("no run panics").next();
-            let Some(run) = next else { return };
-            let stop = run.execute();
-            stops.lock().expect("no run panics").push(stop);
-        }
-    };
-    thread::scope(|scope| {
-        for _ in 0..thread::available_parallelism().map_or(1, usize::from) {
-            scope.spawn(work);
-        }
-    });
-    stops.into_inner().expect("no run panics")
+    parallel::map(runs, parallel::processors(), |run| run.execute())
 }
 
 /// Formats a row of the table. Numbers are of the runs that were stopped.

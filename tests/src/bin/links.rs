@@ -9,13 +9,12 @@
 
 use std::collections::BTreeMap;
 use std::process::ExitCode;
-use std::sync::Mutex;
-use std::thread;
 
 use plumb_runtime::rig::LawName;
 use plumb_tests::links::{
     LinkCase, LinkRun, Outcome, Verdict, check_run, in_real_time, in_virtual_time, links,
 };
+use plumb_tests::parallel;
 
 const USAGE: &str = "[--seeds N] [--link WORD] [--law NAME] [--runs] [--real-time]";
 
@@ -104,22 +103,11 @@ fn planned(options: &Options) -> Vec<LinkRun> {
 
 /// Executes the runs on all processors.
 fn run_all(runs: Vec<LinkRun>, execute: fn(&LinkRun) -> Outcome) -> Vec<Done> {
-    let (queue, done) = (Mutex::new(runs.into_iter()), Mutex::new(Vec::new()));
-    let work = || {
-        loop {
-            let next = queue.lock().expect("no run panics").next();
-            let Some(run) = next else { return };
-            let outcome = execute(&run);
-            let verdict = check_run(&run, &outcome);
-            done.lock().expect("no run panics").push(Done { run, outcome, verdict });
-        }
-    };
-    thread::scope(|scope| {
-        for _ in 0..thread::available_parallelism().map_or(1, usize::from) {
-            scope.spawn(work);
-        }
-    });
-    done.into_inner().expect("no run panics")
+    parallel::map(runs, parallel::processors(), |run| {
+        let outcome = execute(&run);
+        let verdict = check_run(&run, &outcome);
+        Done { run, outcome, verdict }
+    })
 }
 
 /// Formats a row of the table.

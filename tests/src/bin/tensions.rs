@@ -6,9 +6,9 @@
 #![allow(clippy::expect_used, reason = "a tool for tests: it stops at the first surprise")]
 
 use std::process::ExitCode;
-use std::thread;
 
 use plumb_emulator::plant::Population;
+use plumb_tests::parallel;
 use plumb_tests::tensions::{Agreement, Sample, TensionRun};
 
 /// Stiffness of stiff and of soft cables, N/m.
@@ -49,16 +49,8 @@ fn main() -> ExitCode {
 
 /// Executes the runs on all processors. Returns the samples in their order.
 fn execute(runs: &[TensionRun]) -> Vec<Sample> {
-    let workers = thread::available_parallelism().map_or(1, usize::from);
-    let chunks = runs.chunks(runs.len().div_ceil(workers).max(1));
-    thread::scope(|scope| {
-        let threads: Vec<_> = chunks
-            .map(|chunk| {
-                scope.spawn(|| chunk.iter().flat_map(TensionRun::execute).collect::<Vec<_>>())
-            })
-            .collect();
-        threads.into_iter().flat_map(|thread| thread.join().expect("no run panics")).collect()
-    })
+    let samples = parallel::map(runs, parallel::processors(), TensionRun::execute);
+    samples.into_iter().flatten().collect()
 }
 
 fn format_row(agreement: &Agreement) -> String {

@@ -1,6 +1,6 @@
 //! A detector whose positions have a camera's noise, in a frame of any orientation.
 
-use nalgebra::{Affine3, Vector3};
+use nalgebra::Affine3;
 use plumb_vision::detect::{BallDetector, DetectError};
 use plumb_vision::frame::RgbdFrame;
 use plumb_vision::observation::{BallObservation, Gaussian3};
@@ -8,9 +8,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use crate::links::FixedDetector;
-
-/// Standard deviations of a position, metres: depth, and aside, as in the control benchmarks.
-const NOISE_SD_M: [f64; 3] = [0.002, 0.001, 0.001];
+use crate::noise::position_noise;
 
 /// Share of pictures in which the ball is not found.
 const DROPOUTS: f64 = 0.02;
@@ -28,11 +26,6 @@ impl NoisyDetector {
     pub fn new(inner: FixedDetector, seen: Affine3<f64>, seed: u64) -> Self {
         Self { inner, seen, random: ChaCha8Rng::seed_from_u64(seed) }
     }
-
-    /// Returns a normal number: the sum of twelve uniform ones.
-    fn normal(&mut self) -> f64 {
-        (0..12).map(|_| self.random.random::<f64>()).sum::<f64>() - 6.0
-    }
 }
 
 impl BallDetector for NoisyDetector {
@@ -41,7 +34,7 @@ impl BallDetector for NoisyDetector {
     }
 
     fn detect(&mut self, frame: &RgbdFrame) -> Result<Option<BallObservation>, DetectError> {
-        let noise = Vector3::from(NOISE_SD_M.map(|sd| sd * self.normal()));
+        let noise = position_noise(&mut self.random);
         let is_lost = self.random.random::<f64>() < DROPOUTS;
         let Some(ball) = self.inner.detect(frame)?.filter(|_| !is_lost) else { return Ok(None) };
         let position = ball

@@ -7,6 +7,7 @@ use nalgebra::{Point3, Rotation3, Unit, Vector3};
 use plumb_cameras::source::{CameraSource, InvalidFrame, SourceError};
 use plumb_protocol::units::Micros;
 use plumb_tests::links::tracking_frame;
+use plumb_tests::noise::{normal, position_noise};
 use plumb_vision::camera::Camera;
 use plumb_vision::frame::RgbdFrame;
 use plumb_vision::image::Image;
@@ -21,8 +22,6 @@ use crate::plan::Fault;
 const PERIOD_US: u64 = 33_333;
 /// Time from the exposure to the arrival at the host, µs.
 const LATENCY_US: u64 = 45_000;
-/// Standard deviations of a position, m: depth, and aside, as in the control benchmarks.
-const NOISE_SD_M: [f64; 3] = [0.002, 0.001, 0.001];
 /// Middle of the workspace, m.
 const MIDDLE: [f64; 3] = [0.5, 0.3, 0.3];
 
@@ -96,7 +95,7 @@ impl FaultyCamera {
 
     /// Takes a picture.
     fn capture(&mut self, now: u64) {
-        let noise = Vector3::from(NOISE_SD_M.map(|sd| sd * self.normal()));
+        let noise = position_noise(&mut self.random);
         let mut picture = Picture {
             arrives: now + LATENCY_US,
             stamp: now as f64 * 1e-6,
@@ -131,14 +130,9 @@ impl FaultyCamera {
         }
     }
 
-    /// Returns a normal number: the sum of twelve uniform ones.
-    fn normal(&mut self) -> f64 {
-        (0..12).map(|_| self.random.random::<f64>()).sum::<f64>() - 6.0
-    }
-
     /// Returns a random direction.
     fn direction(&mut self) -> Vector3<f64> {
-        let vector = Vector3::from([(); 3].map(|()| self.normal()));
+        let vector = Vector3::from([(); 3].map(|()| normal(&mut self.random)));
         Unit::try_new(vector, 1e-9).map_or_else(Vector3::x, Unit::into_inner)
     }
 

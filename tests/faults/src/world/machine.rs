@@ -15,7 +15,7 @@ pub(super) trait Machine {
     /// Returns the place of the ball, m.
     fn ball(&self) -> Point3<f64>;
 
-    /// Returns the state of the board, as far as it is known outside.
+    /// Returns the state of the board; of the chip, that of its newest message.
     fn state(&self) -> State;
 
     /// Returns whether no motor turns.
