@@ -28,6 +28,8 @@ pub enum Cause {
     Refused,
     /// The camera delivers nothing more.
     Camera,
+    /// The camera repeats one picture.
+    RepeatedPicture,
     /// An output of the run cannot go on.
     Output,
     /// A target was not reached in time.
@@ -56,6 +58,7 @@ impl Cause {
             Ok(summary) => Self::of_reason(&summary.ending),
             Err(RunError::Connect(error)) => Some(Self::of_link(error)),
             Err(RunError::Broken { error, summary }) => Some(match (&summary.ending, error) {
+                (_, ControlLoopError::Repeated(_)) => Self::RepeatedPicture,
                 (StopReason::Fault(fault), _) => Self::Board(*fault),
                 (_, ControlLoopError::Link(error)) => Self::of_link(error),
                 (_, ControlLoopError::Source(_)) => Self::Camera,
@@ -105,6 +108,7 @@ impl fmt::Display for Cause {
             Self::Unplugged => "unplugged",
             Self::Refused => "refused",
             Self::Camera => "camera gone",
+            Self::RepeatedPicture => "one picture repeated",
             Self::Output => "output failed",
             Self::Timeout => "not reached in time",
             Self::Other => "other",

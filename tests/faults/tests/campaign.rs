@@ -1,5 +1,6 @@
 //! A short campaign: every kind of fault, alone and two at once. `make faults` runs 10 000 seeds.
 
+use plumb_faults::cause::Cause;
 use plumb_faults::kind::{KINDS, Kind};
 use plumb_faults::plan::Plan;
 use plumb_faults::report::{End, Report};
@@ -46,5 +47,15 @@ fn a_fault_that_cannot_be_borne_stops_every_run() {
             let report = on_emulated_board(&Plan::draw_single(seed, kind));
             assert!(matches!(report.end, End::Stopped(_)), "{report:?}");
         }
+    }
+}
+
+#[test]
+fn a_camera_that_repeats_its_picture_is_told_as_one() {
+    for seed in 0..8 {
+        let report = on_emulated_board(&Plan::draw_single(seed, Kind::FrozenPicture));
+        assert!(report.is_good(), "{report:?}");
+        assert_eq!(report.end, End::Stopped(Cause::RepeatedPicture), "{report:?}");
+        assert!(report.away_m < 0.15, "{report:?}");
     }
 }

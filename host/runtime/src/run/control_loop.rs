@@ -17,6 +17,7 @@ use super::error::ControlLoopError;
 use super::event_log::log_event;
 use super::legs::Legs;
 use super::parts::RunParts;
+use super::repetition::{RepeatedPicture, RepetitionDetector};
 use super::view::View;
 use super::waypoint::{Route, Waypoint};
 use crate::error_chain::ErrorChain;
@@ -63,6 +64,8 @@ pub(super) struct ControlLoop<'a, 'p, T> {
     pub(super) idle_fault: Option<Fault>,
     /// Number of frames that were lost since the last good one.
     lost_in_a_row: u32,
+    /// Detector of a camera that repeats one picture.
+    repetition: RepetitionDetector,
 }
 
 impl<'a, 'p, T: Transport> ControlLoop<'a, 'p, T> {
@@ -72,6 +75,7 @@ impl<'a, 'p, T: Transport> ControlLoop<'a, 'p, T> {
         link: &'a mut Link<T>,
         radius: f64,
         workspace: Workspace,
+        repetition: RepetitionDetector,
         route: &Route,
     ) -> Self {
         Self {
@@ -87,6 +91,7 @@ impl<'a, 'p, T: Transport> ControlLoop<'a, 'p, T> {
             is_settling: false,
             idle_fault: None,
             lost_in_a_row: 0,
+            repetition,
         }
     }
 
@@ -202,14 +207,20 @@ impl<'a, 'p, T: Transport> ControlLoop<'a, 'p, T> {
         self.stop_reason(view.as_ref())
     }
 
-    /// Takes the next frame and looks for the ball in it; `None` where there are no more.
+    /// Takes the next frame and looks for the ball in it; `None` where there are no more. A
+    /// repeated picture is an error: it does not show where the ball is.
     fn look(&mut self) -> Result<Option<View>, SourceError> {
         let Some(frame) = self.parts.source.next_frame()? else { return Ok(None) };
+        let frame = Arc::new(frame);
+        let motors = self.link.telemetry().map(|telemetry| telemetry.motors);
+        if self.repetition.update(&frame, motors, self.parts.source.now()) {
+            return Err(SourceError::new(RepeatedPicture).with_stamp(frame.time()));
+        }
         let (ball, error) = match self.parts.detector.detect(&frame) {
             Ok(ball) => (ball, None),
             Err(error) => (None, Some(error)),
         };
-        Ok(Some(View { frame: Arc::new(frame), ball, error }))
+        Ok(Some(View { frame, ball, error }))
     }
 
     /// Counts a frame that was lost or could not be searched. Returns the error if the camera is
@@ -294,6 +305,9 @@ impl<'a, 'p, T: Transport> ControlLoop<'a, 'p, T> {
         }
         // A fault after the telemetry of a held target counts.
         if let Some(fault) = self.link.fault() {
+            if fault == Fault::PositionLost && self.repetition.is_repeating() {
+                return Err(RepeatedPicture.into());
+            }
             return Ok(Some(StopReason::Fault(fault)));
         }
         let now = self.parts.source.now();

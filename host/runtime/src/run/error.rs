@@ -4,6 +4,7 @@ use plumb_cameras::source::{BoxedError, SourceError};
 use plumb_frame::detect::DetectError;
 use thiserror::Error;
 
+use super::repetition::RepeatedPicture;
 use crate::link::LinkError;
 use crate::rig::OutOfRange;
 use crate::summary::Summary;
@@ -18,6 +19,9 @@ pub enum ControlLoopError {
     /// The camera delivers no frames any more, or lost too many in a row.
     #[error("camera")]
     Source(#[from] SourceError),
+    /// The board lost the ball's position, because the camera repeats one picture.
+    #[error("camera")]
+    Repeated(#[from] RepeatedPicture),
     /// The detector failed on too many frames in a row.
     #[error("detector")]
     Detect(#[from] DetectError),

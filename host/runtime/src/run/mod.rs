@@ -6,6 +6,7 @@ mod event_log;
 mod legs;
 mod operated;
 mod parts;
+mod repetition;
 mod view;
 mod waypoint;
 
@@ -23,6 +24,8 @@ use crate::summary::{RunStats, millimetres, round};
 use control_loop::ControlLoop;
 pub use error::{ControlLoopError, RunError};
 pub use parts::{DEFAULT_TIMEOUT, RunParts};
+pub use repetition::RepeatedPicture;
+use repetition::RepetitionDetector;
 use waypoint::Route;
 pub use waypoint::{Waypoint, WaypointError, WaypointMistake, read_waypoints};
 
@@ -33,6 +36,8 @@ pub struct Run<T> {
     law: &'static str,
     radius: f64,
     workspace: Workspace,
+    /// Farthest turn of a motor without the ball, of the rig file.
+    following_turn: Steps16,
     /// Fault of an earlier run that this run has cleared.
     cleared: Option<Fault>,
 }
@@ -89,7 +94,8 @@ impl<T: Transport> Run<T> {
         let mut link = Link::connect(transport).map_err(RunError::Connect)?;
         let cleared = configure(&mut link, config).map_err(RunError::Connect)?;
         let (law, radius) = (rig.law.name().as_str(), rig.reached.radius.get());
-        Ok(Self { link, route, law, radius, workspace: config.workspace, cleared })
+        let (workspace, following_turn) = (config.workspace, config.following.turn);
+        Ok(Self { link, route, law, radius, workspace, following_turn, cleared })
     }
 
     /// Returns the fault of an earlier run that this run has cleared, for the user to know.
@@ -134,8 +140,10 @@ impl<T: Transport> Run<T> {
             return Err(RunError::NotLive);
         }
         info!(law = self.law, timeout_s = parts.timeout, "beginning the run");
-        let mut control =
-            ControlLoop::new(&mut parts, &mut self.link, self.radius, self.workspace, &self.route);
+        let repetition = RepetitionDetector::new(self.following_turn);
+        let (radius, workspace) = (self.radius, self.workspace);
+        let (link, route) = (&mut self.link, &self.route);
+        let mut control = ControlLoop::new(&mut parts, link, radius, workspace, repetition, route);
         let result = control.run();
         let ControlLoop { legs, stats, .. } = control;
         let reached = result.is_ok() && legs.all_reached();
@@ -198,10 +206,12 @@ impl<T: Transport> Run<T> {
 }
 
 /// Returns the reason of the end of a run or a drive that `error` ended. A fault that the board
-/// reported before its link broke is the reason.
+/// reported before its link broke, or because the camera repeats one picture, is the reason.
 fn ending_after(error: &ControlLoopError, fault: Option<Fault>) -> StopReason {
     match (error, fault) {
-        (ControlLoopError::Link(_), Some(fault)) => StopReason::Fault(fault),
+        (ControlLoopError::Link(_) | ControlLoopError::Repeated(_), Some(fault)) => {
+            StopReason::Fault(fault)
+        }
         _ => StopReason::Failed(ErrorChain(error).to_string()),
     }
 }

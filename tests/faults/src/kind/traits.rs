@@ -60,6 +60,15 @@ const NO_POSITION: &[Cause] = &[Board(PositionLost)];
 /// Causes of positions that are wrong, or of a ball that does not go where it should.
 const WRONG_WAY: &[Cause] =
     &[Board(BallOutside), Board(ErrorGrowing), Board(NotFollowing), Board(NoProgress), TRAVEL];
+/// Causes of a camera that repeats one picture: the positions end, or they are wrong while the
+/// motors turn slowly.
+const REPEATED: &[Cause] = &[
+    Cause::RepeatedPicture,
+    Board(PositionLost),
+    Board(NotFollowing),
+    Board(NoProgress),
+    Board(ErrorGrowing),
+];
 /// Causes of a host that sends nothing.
 const SILENT: &[Cause] = &[Board(HostSilent)];
 /// Causes of a board that has started anew; or has not yet, and sends nothing.
@@ -81,7 +90,7 @@ pub static KINDS: [Traits; 37] = {
         of(WrongVersion, "Hello of another version", Link, Passing(1..1000), RESTARTED),
         of(Unplugged, "cable unplugged", Link, Lasting, &[Cause::Unplugged]),
         of(ReconnectStorm, "reconnect storm", Link, Passing(2000..4000), SILENT),
-        of(FrozenPicture, "same picture, new stamp", Camera, Lasting, WRONG_WAY),
+        of(FrozenPicture, "same picture, new stamp", Camera, Lasting, REPEATED),
         of(LateFrames, "late pictures", Camera, Lasting, NO_POSITION),
         of(Jumps, "jumps", Camera, Passing(50..4000), WRONG_WAY),
         of(WrongBall, "another ball", Camera, Lasting, WRONG_WAY),
@@ -134,7 +143,7 @@ impl Kind {
     pub fn bound_m(self) -> f64 {
         match self {
             // The camera cannot see what the ball does, or the ball falls or is moved by hand.
-            Self::FrozenPicture | Self::WrongBall | Self::BumpedCamera | Self::Jumps => 0.55,
+            Self::WrongBall | Self::BumpedCamera | Self::Jumps => 0.55,
             Self::WrongDrum | Self::CutCable | Self::LiftedBall | Self::PushedBall => 0.55,
             Self::ReversedMotor | Self::SwappedMotors | Self::WrongSigns => 0.30,
             _ => 0.15,

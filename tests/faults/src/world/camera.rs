@@ -107,14 +107,14 @@ impl FaultyCamera {
             return;
         }
         for fault in &acting {
-            self.disturb(fault, &mut picture);
+            self.disturb(fault, noise, &mut picture);
         }
         self.frozen = Some(picture.ball);
         self.in_transit.push_back(picture);
     }
 
-    /// Applies a fault to a picture.
-    fn disturb(&mut self, fault: &Fault, picture: &mut Picture) {
+    /// Applies a fault to a picture with `noise`, m.
+    fn disturb(&mut self, fault: &Fault, noise: Vector3<f64>, picture: &mut Picture) {
         match fault.kind {
             Kind::FrozenPicture => picture.ball = self.frozen.unwrap_or(picture.ball),
             Kind::LateFrames => picture.arrives += fault.between(100_000.0, 2_000_000.0) as u64,
@@ -122,7 +122,7 @@ impl FaultyCamera {
                 let distance = self.random.random_range(0.05..0.5);
                 picture.ball += self.direction() * distance;
             }
-            Kind::WrongBall => picture.ball = other_ball(fault),
+            Kind::WrongBall => picture.ball = other_ball(fault) + noise,
             Kind::NoDepth => picture.has_depth = false,
             Kind::TimeBackwards => picture.stamp -= fault.between(0.05, 2.0),
             Kind::BumpedCamera => picture.ball = turned(fault, picture.ball),
