@@ -41,6 +41,7 @@ const CRATES: &[Rule] = &[
     Rule { name: "plumb-emulator", uses: &["plumb-core", "plumb-protocol"], tests_use: &[] },
     Rule { name: "plumb-frame", uses: &[], tests_use: &[] },
     Rule { name: "plumb-vision", uses: &["plumb-frame"], tests_use: &[] },
+    Rule { name: "plumb-path", uses: &[], tests_use: &[] },
     Rule { name: "plumb-timing", uses: &[], tests_use: &[] },
     Rule { name: "plumb-openni", uses: &["plumb-timing"], tests_use: &[] },
     Rule { name: "plumb-webcam", uses: &["plumb-timing"], tests_use: &[] },

@@ -1,0 +1,240 @@
+//! Curves through waypoints: straight lines with rounded corners.
+//!
+//! A quintic Bézier curve rounds a corner. Its control points are at the distances d, 2d/3 and d/3
+//! from the corner on both sides, so that its curvature is zero where it meets the lines, and the
+//! curvature of the whole curve is continuous. Method: Sencer, Ishizaki, Shamoto, "A curvature
+//! optimal sharp corner smoothing algorithm for high-speed feed motion generation of NC systems
+//! along linear tool paths", Int. J. Adv. Manuf. Technol. 76 (2015).
+
+use nalgebra::{Point3, Vector3};
+
+use crate::curve::{Curve, Section};
+use crate::quintic::Quintic;
+use crate::trajectory::{PathError, Run};
+
+/// Distance of the middle of the Bézier curve from the corner, as a share of d·|v - u| with u and v
+/// the directions before and after the corner: (1 + 5·2/3 + 10·1/3) / 32.
+const MIDDLE_SHARE: f64 = 23.0 / 96.0;
+
+/// Angle between the directions beyond which the ball stops at a corner, as a cosine: 160°. The
+/// rounded corner would be a hairpin.
+const HAIRPIN_COSINE: f64 = -0.939_7;
+
+/// Angle between the directions below which a corner counts as straight, as |v - u|, radians. The
+/// jump of the tangent changes the velocity by less than a millionth.
+const STRAIGHT: f64 = 1e-7;
+
+/// Least distance of two waypoints, metres: the board's unit.
+pub(crate) const LEAST_DISTANCE_M: f64 = 1e-6;
+
+/// Length above which a line between two rounded corners is a section of its own, metres.
+const LEAST_LINE_M: f64 = 1e-9;
+
+/// Side of a path: a straight line between two waypoints.
+struct Side {
+    from: Vector3<f64>,
+    to: Vector3<f64>,
+    direction: Vector3<f64>,
+    length: f64,
+}
+
+/// Corner between two sides.
+enum Corner {
+    /// The ball passes it on a curve that begins and ends at this distance from it, metres; 0 where
+    /// the sides are in one line.
+    Round(f64),
+    /// The ball stops there.
+    Stop,
+}
+
+impl Side {
+    fn new(from: Vector3<f64>, to: Vector3<f64>) -> Self {
+        let length = (to - from).norm();
+        Self { from, to, direction: (to - from) / length, length }
+    }
+
+    /// Returns the line between the rounded corners at both ends; `None` where they meet.
+    fn line(&self, cut_from: f64, cut_to: f64) -> Option<Quintic> {
+        let length = self.length - cut_from - cut_to;
+        let from = self.from + self.direction * cut_from;
+        (length > LEAST_LINE_M).then(|| Quintic::line(from, self.to - self.direction * cut_to))
+    }
+}
+
+impl Corner {
+    /// Returns the corner between two sides, with this largest distance of its curve, metres.
+    fn between(before: &Side, after: &Side, tolerance: f64) -> Self {
+        let bend = (after.direction - before.direction).norm();
+        if bend < STRAIGHT {
+            return Self::Round(0.0);
+        }
+        if tolerance <= 0.0 || before.direction.dot(&after.direction) < HAIRPIN_COSINE {
+            return Self::Stop;
+        }
+        let half = before.length.min(after.length) / 2.0;
+        Self::Round((tolerance / (MIDDLE_SHARE * bend)).min(half))
+    }
+
+    fn cut(&self) -> f64 {
+        if let Self::Round(distance) = self { *distance } else { 0.0 }
+    }
+
+    /// Returns the curve that rounds the corner; `None` where there is none.
+    fn curve(&self, before: &Side, after: &Side) -> Option<Quintic> {
+        let Self::Round(distance) = *self else { return None };
+        let third = distance / 3.0;
+        let at = |side: &Side, thirds: f64| after.from + side.direction * (third * thirds);
+        let control = [
+            at(before, -3.0),
+            at(before, -2.0),
+            at(before, -1.0),
+            at(after, 1.0),
+            at(after, 2.0),
+            at(after, 3.0),
+        ];
+        (distance > 0.0).then(|| Quintic::bezier(control))
+    }
+}
+
+/// Returns the curve through `places` with corners rounded within `tolerance`, metres. A loop goes
+/// from the last place back to the first, and begins in the middle of the first side.
+pub(crate) fn blend(places: &[Point3<f64>], tolerance: f64, run: Run) -> Result<Curve, PathError> {
+    let sides = sides(places, run)?;
+    let count = sides.len();
+    let next = |i: usize| (i + 1) % count;
+    let is_closed = run == Run::Loop;
+    let corners: Vec<Corner> = (0..count)
+        .map(|i| match i + 1 == count && !is_closed {
+            true => Corner::Stop,
+            false => Corner::between(&sides[i], &sides[next(i)], tolerance),
+        })
+        .collect();
+    let mut chain = Chain::default();
+    for (i, side) in sides.iter().enumerate() {
+        let before = match i {
+            0 if !is_closed => 0.0,
+            _ => corners[(i + count - 1) % count].cut(),
+        };
+        chain.push(side.line(before, corners[i].cut()));
+        chain.push(corners[i].curve(side, &sides[next(i)]));
+        chain.stops = matches!(corners[i], Corner::Stop);
+    }
+    Ok(chain.curve(is_closed))
+}
+
+/// Sections of a curve under construction.
+#[derive(Default)]
+struct Chain {
+    sections: Vec<Section>,
+    /// Whether the ball must stop before the next section.
+    stops: bool,
+}
+
+impl Chain {
+    fn push(&mut self, polynomial: Option<Quintic>) {
+        let Some(polynomial) = polynomial else { return };
+        self.sections.push(Section { polynomial, stops: std::mem::take(&mut self.stops) });
+    }
+
+    /// Returns the curve. The stop after the last section of a loop is before the first one.
+    fn curve(mut self, is_closed: bool) -> Curve {
+        if is_closed && let Some(first) = self.sections.first_mut() {
+            first.stops = self.stops;
+        }
+        Curve::new(self.sections, is_closed)
+    }
+}
+
+/// Returns the sides between the places. Those of a loop begin in the middle of the first side.
+fn sides(places: &[Point3<f64>], run: Run) -> Result<Vec<Side>, PathError> {
+    let mut stations: Vec<Vector3<f64>> = places.iter().map(|place| place.coords).collect();
+    if stations.len() < 2 {
+        return Err(PathError::TooFew { count: stations.len(), least: 2 });
+    }
+    let near = |a: &Vector3<f64>, b: &Vector3<f64>| (a - b).norm() < LEAST_DISTANCE_M;
+    if let Some(i) = stations.windows(2).position(|pair| near(&pair[0], &pair[1])) {
+        return Err(PathError::Repeated { number: i + 2 });
+    }
+    if run == Run::Loop {
+        if near(&stations[0], &stations[stations.len() - 1]) {
+            stations.pop();
+        }
+        let middle = (stations[0] + stations[1]) / 2.0;
+        stations.rotate_left(1);
+        stations.insert(0, middle);
+        stations.push(middle);
+    }
+    Ok(stations.windows(2).map(|pair| Side::new(pair[0], pair[1])).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn corner(degrees: f64) -> Vec<Point3<f64>> {
+        let angle = degrees.to_radians();
+        let corner = Point3::new(0.2, 0.0, 0.3);
+        let after = Vector3::new(angle.cos(), angle.sin() * 0.6, angle.sin() * 0.8);
+        vec![Point3::new(0.0, 0.0, 0.3), corner, corner + after * 0.2]
+    }
+
+    fn distance(curve: &Curve, place: &Point3<f64>) -> f64 {
+        let at = |i: usize| curve.at(curve.length() * i as f64 / 10_000.0).place;
+        (0..=10_000).map(|i| (at(i) - place.coords).norm()).fold(f64::INFINITY, f64::min)
+    }
+
+    #[test]
+    fn a_rounded_corner_passes_at_the_tolerance() {
+        for degrees in [10.0, 45.0, 90.0, 135.0, 155.0] {
+            let places = corner(degrees);
+            let curve = blend(&places, 0.005, Run::Once).unwrap();
+            let found = distance(&curve, &places[1]);
+            // A corner of 10° would need more than half of a side.
+            let expected = if degrees < 20.0 { 0.0041 } else { 0.005 };
+            assert!((found - expected).abs() < 1e-4, "{degrees}: {found}");
+        }
+    }
+
+    #[test]
+    fn tangent_and_curvature_are_continuous_along_a_rounded_corner() {
+        let curve = blend(&corner(90.0), 0.005, Run::Once).unwrap();
+        let step = curve.length() / 100_000.0;
+        for i in 1..100_000 {
+            let (a, b) = (curve.at(step * f64::from(i - 1)), curve.at(step * f64::from(i)));
+            assert!((a.tangent - b.tangent).norm() < 0.002);
+            assert!((a.curvature - b.curvature).norm() < 0.3, "{i}");
+        }
+    }
+
+    #[test]
+    fn a_hairpin_and_a_corner_without_tolerance_are_stops() {
+        let stops = |curve: &Curve| curve.intervals().filter(|piece| piece.stops).count();
+        assert_eq!(stops(&blend(&corner(165.0), 0.005, Run::Once).unwrap()), 1);
+        assert_eq!(stops(&blend(&corner(90.0), 0.0, Run::Once).unwrap()), 1);
+        assert_eq!(stops(&blend(&corner(90.0), 0.005, Run::Once).unwrap()), 0);
+        let line = [Point3::new(0.0, 0.0, 0.3), Point3::new(0.2, 0.0, 0.3)];
+        let there_and_back = blend(&line, 0.005, Run::Loop).unwrap();
+        assert_eq!(stops(&there_and_back), 2);
+        assert!((there_and_back.length() - 0.4).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_loop_may_repeat_its_first_waypoint_at_the_end() {
+        let square = [[0.0, 0.0], [0.2, 0.0], [0.2, 0.2], [0.0, 0.2], [0.0, 0.0]];
+        let places = square.map(|[x, y]| Point3::new(x, y, 0.3));
+        let [open, closed] = [&places[..4], &places[..]].map(|places| {
+            let curve = blend(places, 0.005, Run::Loop).unwrap();
+            curve.length()
+        });
+        assert_eq!(open, closed);
+    }
+
+    #[test]
+    fn waypoints_in_one_place_are_refused() {
+        let place = Point3::new(0.2, 0.1, 0.3);
+        let error = blend(&[place, place], 0.005, Run::Once).unwrap_err();
+        assert!(matches!(error, PathError::Repeated { number: 2 }), "{error}");
+        let error = blend(&[place], 0.005, Run::Once).unwrap_err();
+        assert!(matches!(error, PathError::TooFew { count: 1, .. }), "{error}");
+    }
+}

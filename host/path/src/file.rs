@@ -1,0 +1,245 @@
+//! Paths from CSV files.
+//!
+//! The first line names the columns: `x,y,z` for waypoints, or `t,x,y,z` for places with time
+//! stamps; metres in the rig frame, and seconds. Empty lines and lines that begin with `#` are left
+//! out.
+
+use nalgebra::Point3;
+use thiserror::Error;
+
+use crate::trajectory::Sample;
+
+/// Contents of a file.
+#[derive(Debug, Clone, PartialEq)]
+pub enum PathFile {
+    /// Waypoints, metres.
+    Waypoints(Vec<Point3<f64>>),
+    /// Places with time stamps.
+    Samples(Vec<Sample>),
+}
+
+/// Mistakes in the text of a file.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum PathFileError {
+    /// The first line does not name the columns.
+    #[error(
+        "line {line}: the columns are '{found}', but must be 'x,y,z' (waypoints, metres) or \
+         't,x,y,z' (with times, seconds)"
+    )]
+    Header {
+        /// Line, from 1.
+        line: u64,
+        /// Columns found.
+        found: String,
+    },
+    /// The file has no line below the header.
+    #[error("no places; the first line names the columns, x,y,z or t,x,y,z, each other is a place")]
+    Empty,
+    /// Lines have mistakes.
+    #[error("{}", listed(.0))]
+    Lines(Vec<LineMistake>),
+}
+
+/// Mistake in a line.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum LineMistake {
+    /// The line has too few or too many columns.
+    #[error("line {line}: {count} columns, but the first line names {expected}")]
+    Columns {
+        /// Line, from 1.
+        line: u64,
+        /// Number of columns.
+        count: usize,
+        /// Number of columns of the header.
+        expected: usize,
+    },
+    /// A field is no finite number.
+    #[error("line {line}, column {name}: '{value}' is no finite number")]
+    Field {
+        /// Line, from 1.
+        line: u64,
+        /// Name of the column.
+        name: &'static str,
+        /// The field.
+        value: String,
+    },
+    /// The place is that of the line before.
+    #[error("line {line}: the place of the line before; leave one of them out")]
+    Repeated {
+        /// Line, from 1.
+        line: u64,
+    },
+    /// The time is not above that of the line before.
+    #[error("line {line}: the time {time} s is not above that of the line before")]
+    TimeNotRising {
+        /// Line, from 1.
+        line: u64,
+        /// Time, seconds.
+        time: f64,
+    },
+}
+
+/// Number of mistakes that a message lists.
+const MAX_LISTED: usize = 20;
+
+/// Returns a line for each mistake, without those above [`MAX_LISTED`].
+fn listed(mistakes: &[LineMistake]) -> String {
+    let mut lines: Vec<String> =
+        mistakes.iter().take(MAX_LISTED).map(LineMistake::to_string).collect();
+    if let Some(more) = mistakes.len().checked_sub(MAX_LISTED).filter(|more| *more > 0) {
+        lines.push(format!("{more} more mistakes"));
+    }
+    lines.join("\n")
+}
+
+/// Columns of a file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Columns {
+    Places,
+    Timed,
+}
+
+impl Columns {
+    fn names(self) -> &'static [&'static str] {
+        match self {
+            Self::Places => &["x", "y", "z"],
+            Self::Timed => &["t", "x", "y", "z"],
+        }
+    }
+}
+
+/// Line of a file.
+struct Row {
+    line: u64,
+    /// Time, seconds; 0 in a file of waypoints.
+    time: f64,
+    position: Point3<f64>,
+}
+
+/// Parses the text of a file.
+///
+/// The fields are numbers without quotes. The crate `csv` would count the lines without comments
+/// and empty lines, so that a message would name a wrong one.
+///
+/// # Errors
+/// Where the first line names other columns, there are no places, or lines have mistakes; all of
+/// them at once.
+pub fn parse(text: &str) -> Result<PathFile, PathFileError> {
+    let lines = (1..).zip(text.lines().map(str::trim));
+    let mut lines = lines.filter(|(_, line)| !line.is_empty() && !line.starts_with('#'));
+    let columns = header(lines.next())?;
+    let (mut rows, mut mistakes) = (Vec::new(), Vec::new());
+    for (number, line) in lines {
+        rows.extend(row(number, line, columns, &mut mistakes));
+    }
+    for pair in rows.windows(2) {
+        mistakes.extend(order_mistake(&pair[0], &pair[1], columns));
+    }
+    if !mistakes.is_empty() {
+        return Err(PathFileError::Lines(mistakes));
+    }
+    if rows.is_empty() {
+        return Err(PathFileError::Empty);
+    }
+    Ok(match columns {
+        Columns::Places => PathFile::Waypoints(rows.iter().map(|row| row.position).collect()),
+        Columns::Timed => {
+            let sample = |row: &Row| Sample { time: row.time, position: row.position };
+            PathFile::Samples(rows.iter().map(sample).collect())
+        }
+    })
+}
+
+/// Returns the columns that the first line, with its number, names.
+fn header(line: Option<(u64, &str)>) -> Result<Columns, PathFileError> {
+    let Some((line, text)) = line else { return Err(PathFileError::Empty) };
+    let names: Vec<&str> = text.split(',').map(str::trim).collect();
+    let known = [Columns::Places, Columns::Timed];
+    let found = known.into_iter().find(|columns| columns.names() == names);
+    found.ok_or_else(|| PathFileError::Header { line, found: text.to_owned() })
+}
+
+/// Returns the place of a line. Adds its mistakes to `mistakes`; `None` if it has one.
+fn row(line: u64, text: &str, columns: Columns, mistakes: &mut Vec<LineMistake>) -> Option<Row> {
+    let fields: Vec<&str> = text.split(',').map(str::trim).collect();
+    let names = columns.names();
+    if fields.len() != names.len() {
+        let (count, expected) = (fields.len(), names.len());
+        mistakes.push(LineMistake::Columns { line, count, expected });
+        return None;
+    }
+    let mut values = Vec::new();
+    for (&name, &field) in names.iter().zip(&fields) {
+        match field.parse::<f64>().ok().filter(|value| value.is_finite()) {
+            Some(value) => values.push(value),
+            None => {
+                mistakes.push(LineMistake::Field { line, name, value: field.to_owned() });
+            }
+        }
+    }
+    match (columns, values.as_slice()) {
+        (Columns::Places, &[x, y, z]) => {
+            Some(Row { line, time: 0.0, position: Point3::new(x, y, z) })
+        }
+        (Columns::Timed, &[time, x, y, z]) => {
+            Some(Row { line, time, position: Point3::new(x, y, z) })
+        }
+        _ => None,
+    }
+}
+
+/// Returns the mistake of a line that cannot follow the one before.
+fn order_mistake(before: &Row, row: &Row, columns: Columns) -> Option<LineMistake> {
+    let line = row.line;
+    match columns {
+        Columns::Places => {
+            (before.position == row.position).then_some(LineMistake::Repeated { line })
+        }
+        Columns::Timed => {
+            (row.time <= before.time).then_some(LineMistake::TimeNotRising { line, time: row.time })
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn waypoints_and_samples_are_read() {
+        let places = "# a path\nx, y, z\n0.4,0.3,0.2\n\n0.5, -0.1, 0.3\n";
+        let expected = vec![Point3::new(0.4, 0.3, 0.2), Point3::new(0.5, -0.1, 0.3)];
+        assert_eq!(parse(places), Ok(PathFile::Waypoints(expected)));
+        let timed = "t,x,y,z\n0,0.4,0.3,0.2\n1.5,0.5,-0.1,0.3\n";
+        let sample = |time, [x, y, z]: [f64; 3]| Sample { time, position: Point3::new(x, y, z) };
+        let expected = vec![sample(0.0, [0.4, 0.3, 0.2]), sample(1.5, [0.5, -0.1, 0.3])];
+        assert_eq!(parse(timed), Ok(PathFile::Samples(expected)));
+    }
+
+    #[test]
+    fn a_mistake_is_named_with_its_line() {
+        for (text, named) in [
+            ("", "no places"),
+            ("x,y,z\n", "no places"),
+            ("0.4,0.3,0.2\n", "line 1: the columns are '0.4,0.3,0.2', but must be 'x,y,z'"),
+            ("x,y,z\n# a\n0.4,0.3\n", "line 3: 2 columns, but the first line names 3"),
+            ("x,y,z\n0.4,o.3,0.2\n", "line 2, column y: 'o.3' is no finite number"),
+            ("x,y,z\n0.4,0.3,inf\n", "line 2, column z: 'inf' is no finite number"),
+            ("x,y,z\n1,1,1\n1,1,1\n", "line 3: the place of the line before"),
+            ("t,x,y,z\n1,1,1,1\n1,2,1,1\n", "line 3: the time 1 s is not above"),
+        ] {
+            let error = parse(text).unwrap_err().to_string();
+            assert!(error.contains(named), "{error}");
+        }
+    }
+
+    #[test]
+    fn all_mistakes_are_named_at_once() {
+        let error = parse("x,y,z\n0.4,o.3,nan\n0.4,0.3,0.2\n0.4\n").unwrap_err().to_string();
+        assert_eq!(error.lines().count(), 3, "{error}");
+        let many = format!("x,y,z\n{}", "nonsense\n".repeat(1000));
+        let error = parse(&many).unwrap_err().to_string();
+        assert_eq!(error.lines().count(), MAX_LISTED + 1, "{error}");
+        assert!(error.ends_with("980 more mistakes"), "{error}");
+    }
+}

@@ -1,0 +1,45 @@
+//! Paths and trajectories of a ball in space.
+//!
+//! - [`trajectory`]: a [`Trajectory`] gives the ball's place, velocity and acceleration at a time.
+//! - [`shape`]: shapes for trying: circle, line, figure of eight, square, spline.
+//! - [`file`](mod@file): paths from CSV files, as waypoints or with time stamps.
+//! - [`check`](mod@check): whether a trajectory keeps its limits and stays where the ball may be.
+//!
+//! A path of waypoints is a chain of straight lines. Quintic Bézier curves round its corners, so
+//! that the curvature is continuous. The speed along it follows from [`Limits`] by a backward and a
+//! forward pass over the arc length; a moving average over time then bounds the jerk. The position
+//! is twice continuously differentiable in time.
+//!
+//! Units are SI: metres in the rig frame, seconds. The crate reads no files, has no clock, and
+//! knows no rig.
+//!
+//! ```
+//! use nalgebra::Point3;
+//! use plumb_path::trajectory::{Limits, Run, Trajectory, Waypoints};
+//!
+//! let corners = [[0.3, 0.2, 0.3], [0.6, 0.2, 0.3], [0.6, 0.4, 0.3]];
+//! let waypoints = Waypoints { places: corners.map(Point3::from).to_vec(), tolerance: 0.005 };
+//! let limits = Limits::with_speed(0.05);
+//! let trajectory = Trajectory::through(&waypoints, &limits, Run::Once)?;
+//! let end = trajectory.at(trajectory.duration());
+//! assert!((end.position - Point3::new(0.6, 0.4, 0.3)).norm() < 1e-9);
+//! assert_eq!(end.velocity.norm(), 0.0);
+//! # Ok::<(), plumb_path::trajectory::PathError>(())
+//! ```
+
+#![forbid(unsafe_code)]
+#![deny(missing_docs)]
+
+pub mod check;
+mod corner;
+mod curve;
+pub mod file;
+mod profile;
+mod quintic;
+pub mod shape;
+mod spline;
+mod time_law;
+mod timed;
+pub mod trajectory;
+
+pub use trajectory::Trajectory;

@@ -1,0 +1,236 @@
+//! Trajectories: place, velocity and acceleration over time.
+
+use nalgebra::{Point3, Vector3};
+use thiserror::Error;
+
+use crate::corner::blend;
+use crate::curve::Curve;
+use crate::profile::Profile;
+use crate::time_law::TimeLaw;
+use crate::timed::Timed;
+
+/// Motion of the ball at a time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Moment {
+    /// Place, metres.
+    pub position: Point3<f64>,
+    /// Velocity, m/s.
+    pub velocity: Vector3<f64>,
+    /// Acceleration, m/s².
+    pub acceleration: Vector3<f64>,
+}
+
+/// Limits of a trajectory.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Limits {
+    /// Largest speed, m/s.
+    pub speed: f64,
+    /// Largest acceleration, m/s².
+    pub acceleration: f64,
+    /// Largest jerk, m/s³.
+    pub jerk: f64,
+}
+
+/// Acceleration of [`Limits::with_speed`], m/s²: a quarter of what the paper's motors can do.
+pub const DEFAULT_ACCELERATION: f64 = 0.25;
+/// Jerk of [`Limits::with_speed`], m/s³. The cubic Hermite polynomial between two moments 0.1 s
+/// apart is then within 0.1 mm of the trajectory.
+pub const DEFAULT_JERK: f64 = 5.0;
+
+impl Limits {
+    /// Returns limits with this speed, m/s, and the default acceleration and jerk.
+    pub fn with_speed(speed: f64) -> Self {
+        Self { speed, acceleration: DEFAULT_ACCELERATION, jerk: DEFAULT_JERK }
+    }
+
+    /// Checks that every limit is a number above 0.
+    fn check(&self) -> Result<(), PathError> {
+        let named =
+            [("speed", self.speed), ("acceleration", self.acceleration), ("jerk", self.jerk)];
+        for (name, value) in named {
+            if !(value.is_finite() && value > 0.0) {
+                return Err(PathError::Limit { name, value });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Repetition of a trajectory.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Run {
+    /// From rest at the begin to rest at the end.
+    Once,
+    /// From rest at the begin, and then round and round without an end.
+    Loop,
+}
+
+/// Waypoints of a path.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Waypoints {
+    /// Places in their order, metres.
+    pub places: Vec<Point3<f64>>,
+    /// Largest distance of the path from a waypoint where it rounds the corner, metres. At 0 the
+    /// ball stops at each corner.
+    pub tolerance: f64,
+}
+
+/// Place with a time stamp.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sample {
+    /// Time, seconds.
+    pub time: f64,
+    /// Place, metres.
+    pub position: Point3<f64>,
+}
+
+/// Trajectory of the ball. Position, velocity and acceleration are continuous.
+#[derive(Debug, Clone)]
+pub struct Trajectory {
+    kind: Kind,
+}
+
+/// Kinds of trajectories.
+#[derive(Debug, Clone)]
+enum Kind {
+    /// Along a curve, as fast as the limits allow.
+    Curve(Curve, TimeLaw),
+    /// With time stamps.
+    Timed(Timed),
+}
+
+/// Mistake in a path.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum PathError {
+    /// There are too few places.
+    #[error("the path has {count} places, but needs {least} or more")]
+    TooFew {
+        /// Number of places.
+        count: usize,
+        /// Least number.
+        least: usize,
+    },
+    /// Two consecutive waypoints are in one place.
+    #[error("waypoint {number} is in the same place as the one before: leave one of them out")]
+    Repeated {
+        /// Number of the second one, from 1.
+        number: usize,
+    },
+    /// A time stamp is not above the one before.
+    #[error("the time of sample {number} is not above the one before")]
+    TimeNotRising {
+        /// Number of the sample, from 1.
+        number: usize,
+    },
+    /// A loop with time stamps does not end where it begins.
+    #[error("the last place of a loop must be the first one, but is {gap_mm:.3} mm away from it")]
+    OpenLoop {
+        /// Distance, millimetres.
+        gap_mm: f64,
+    },
+    /// A coordinate, a time or the tolerance is not finite.
+    #[error("a coordinate, a time or the tolerance is not a finite number")]
+    NotFinite,
+    /// A limit is no number above 0.
+    #[error("the limit of {name} is {value}, but must be above 0")]
+    Limit {
+        /// Name of the limit.
+        name: &'static str,
+        /// Its value.
+        value: f64,
+    },
+}
+
+impl Trajectory {
+    /// Returns the trajectory along straight lines between the waypoints, with rounded corners. A
+    /// loop goes from the last waypoint back to the first one, and begins in the middle of the
+    /// first side. The ball stops at a turn of more than 160°.
+    ///
+    /// # Errors
+    /// Where there are fewer than two waypoints, two consecutive ones are in one place, or a number
+    /// is not finite or not above 0.
+    pub fn through(waypoints: &Waypoints, limits: &Limits, run: Run) -> Result<Self, PathError> {
+        let Waypoints { places, tolerance } = waypoints;
+        let coordinates = places.iter().flat_map(|place| place.iter());
+        check_finite(coordinates.chain([tolerance]))?;
+        Self::along(blend(places, *tolerance, run)?, limits)
+    }
+
+    /// Returns the trajectory along a curve; a loop where the curve is closed.
+    pub(crate) fn along(curve: Curve, limits: &Limits) -> Result<Self, PathError> {
+        limits.check()?;
+        let profile = Profile::new(&curve, limits);
+        let law = match curve.is_closed {
+            true => TimeLaw::round(&profile),
+            false => TimeLaw::once(&profile),
+        };
+        Ok(Self { kind: Kind::Curve(curve, law) })
+    }
+
+    /// Returns the smooth interpolation of samples by polynomials of degree 3, at rest at both ends
+    /// (degree 4 there). It begins at the time of the first sample. A loop reaches the times of its
+    /// samples after a start of 2 s, in which its clock goes slower.
+    ///
+    /// # Errors
+    /// Where there are fewer than two samples (a loop: four), the times do not rise, a loop does
+    /// not end where it begins, or a number is not finite.
+    pub fn through_samples(samples: &[Sample], run: Run) -> Result<Self, PathError> {
+        let numbers = samples.iter().flat_map(|it| it.position.iter().chain([&it.time]));
+        check_finite(numbers)?;
+        Ok(Self { kind: Kind::Timed(Timed::new(samples, run)?) })
+    }
+
+    /// Returns the motion at a time after the begin, seconds. Before 0 the ball rests at the begin,
+    /// after [`duration`](Self::duration) at the end.
+    pub fn at(&self, time: f64) -> Moment {
+        match &self.kind {
+            Kind::Timed(timed) => timed.at(time),
+            Kind::Curve(curve, law) => {
+                let motion = law.at(time);
+                let point = curve.at(motion.s);
+                let along = point.tangent * motion.acceleration;
+                Moment {
+                    position: Point3::from(point.place),
+                    velocity: point.tangent * motion.speed,
+                    acceleration: along + point.curvature * (motion.speed * motion.speed),
+                }
+            }
+        }
+    }
+
+    /// Returns whether the trajectory goes round without an end.
+    pub fn is_loop(&self) -> bool {
+        self.period().is_some()
+    }
+
+    /// Returns the time of the end, seconds; infinite for a loop.
+    pub fn duration(&self) -> f64 {
+        match &self.kind {
+            _ if self.is_loop() => f64::INFINITY,
+            Kind::Timed(timed) => timed.duration(),
+            Kind::Curve(_, law) => law.duration(),
+        }
+    }
+
+    /// Returns the time of a lap after the start, seconds; `None` where the trajectory has an end.
+    pub fn period(&self) -> Option<f64> {
+        match &self.kind {
+            Kind::Timed(timed) => timed.period(),
+            Kind::Curve(_, law) => law.laps.map(|laps| laps.period),
+        }
+    }
+
+    /// Returns the time after which the trajectory holds nothing new, seconds: its end, or the end
+    /// of the first lap at full speed.
+    pub fn span(&self) -> f64 {
+        match &self.kind {
+            Kind::Timed(timed) => timed.span(),
+            Kind::Curve(_, law) => law.laps.map_or(law.duration(), |laps| laps.begin + laps.period),
+        }
+    }
+}
+
+/// Checks that all numbers are finite.
+fn check_finite<'a>(mut numbers: impl Iterator<Item = &'a f64>) -> Result<(), PathError> {
+    if numbers.all(|number| number.is_finite()) { Ok(()) } else { Err(PathError::NotFinite) }
+}

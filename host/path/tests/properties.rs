@@ -1,0 +1,265 @@
+//! Properties of trajectories: limits, corners, seams, ends, and their interpolation.
+
+#![allow(clippy::unwrap_used, reason = "helpers of tests")]
+
+use nalgebra::{Point3, Vector3};
+use plumb_path::check::{Rule, check};
+use plumb_path::shape::{Plane, Shape, ShapeKind};
+use plumb_path::trajectory::{Limits, Moment, PathError, Run, Sample, Trajectory, Waypoints};
+use proptest::prelude::*;
+
+/// Every place is allowed.
+fn anywhere(_: Point3<f64>) -> Result<(), PathError> {
+    Ok(())
+}
+
+/// Returns moments every `step` seconds until the trajectory holds nothing new.
+fn moments(trajectory: &Trajectory, step: f64) -> Vec<Moment> {
+    let count = (trajectory.span() / step).ceil() as usize;
+    (0..=count).map(|i| trajectory.at(step * i as f64)).collect()
+}
+
+/// Checks the limits, with the jerk from differences of the acceleration, and that each derivative
+/// is that of the one before.
+fn assert_within(trajectory: &Trajectory, limits: &Limits) {
+    check(trajectory, limits, anywhere).unwrap();
+    let step = 0.002;
+    for pair in moments(trajectory, step).windows(2) {
+        let jerk = (pair[1].acceleration - pair[0].acceleration).norm() / step;
+        assert!(jerk <= limits.jerk * 1.02, "jerk {jerk}");
+        let velocity = (pair[1].position - pair[0].position) / step;
+        let mean = (pair[1].velocity + pair[0].velocity) / 2.0;
+        assert!((velocity - mean).norm() <= limits.jerk * step * step / 4.0 + 1e-7);
+        let acceleration = (pair[1].velocity - pair[0].velocity) / step;
+        let mean = (pair[1].acceleration + pair[0].acceleration) / 2.0;
+        assert!((acceleration - mean).norm() <= limits.jerk * step, "{acceleration} {mean}");
+    }
+}
+
+fn assert_rests(trajectory: &Trajectory, time: f64, place: Point3<f64>) {
+    let moment = trajectory.at(time);
+    assert!((moment.position - place).norm() < 1e-8, "{moment:?}");
+    assert!(moment.velocity.norm() < 1e-8, "{moment:?}");
+    assert!(moment.acceleration.norm() < 1e-6, "{moment:?}");
+}
+
+/// Returns the largest distance of the trajectory from the cubic Hermite polynomials between its
+/// moments every 0.1 s.
+fn hermite_error(trajectory: &Trajectory) -> f64 {
+    let knots = moments(trajectory, 0.1);
+    let mut largest = 0.0_f64;
+    for (i, pair) in knots.windows(2).enumerate() {
+        let [p, q] = [pair[0].position.coords, pair[1].position.coords];
+        let [v, w] = [pair[0].velocity * 0.1, pair[1].velocity * 0.1];
+        for j in 1..10 {
+            let u = f64::from(j) / 10.0;
+            let (a, b) = (u * u * (3.0 - 2.0 * u), u * (1.0 - u));
+            let place = p * (1.0 - a) + q * a + v * (b * (1.0 - u)) - w * (b * u);
+            let truth = trajectory.at(0.1 * (i as f64 + u)).position.coords;
+            largest = largest.max((place - truth).norm());
+        }
+    }
+    largest
+}
+
+fn distance_to_segment(place: Point3<f64>, from: Point3<f64>, to: Point3<f64>) -> f64 {
+    let side: Vector3<f64> = to - from;
+    let share = ((place - from).dot(&side) / side.norm_squared()).clamp(0.0, 1.0);
+    (place - (from + side * share)).norm()
+}
+
+fn places(count: std::ops::Range<usize>) -> impl Strategy<Value = Vec<Point3<f64>>> {
+    let place = prop::array::uniform3(-0.3..0.3).prop_map(Point3::from);
+    prop::collection::vec(place, count).prop_filter("two waypoints in one place", |places| {
+        let far = |pair: &[Point3<f64>]| (pair[1] - pair[0]).norm() > 0.002;
+        places.windows(2).all(far) && (places[0] - places[places.len() - 1]).norm() > 0.002
+    })
+}
+
+fn limits() -> impl Strategy<Value = Limits> {
+    (0.01..0.3, 0.05..1.0, 1.0..20.0).prop_map(|(speed, acceleration, jerk)| Limits {
+        speed,
+        acceleration,
+        jerk,
+    })
+}
+
+fn kinds() -> impl Strategy<Value = ShapeKind> {
+    use ShapeKind::{Circle, Eight, Line, Spline, Square};
+    prop::sample::select(vec![Circle, Line, Eight, Square, Spline])
+}
+
+fn runs() -> impl Strategy<Value = Run> {
+    prop::sample::select(vec![Run::Once, Run::Loop])
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(48))]
+
+    #[test]
+    fn limits_and_tolerance_hold_along_waypoints(
+        places in places(2..7),
+        tolerance in prop_oneof![Just(0.0), 0.0005..0.02],
+        limits in limits(),
+        run in runs(),
+    ) {
+        let waypoints = Waypoints { places: places.clone(), tolerance };
+        let trajectory = Trajectory::through(&waypoints, &limits, run).unwrap();
+        assert_within(&trajectory, &limits);
+        let mut corners = places.clone();
+        if run == Run::Loop {
+            corners.push(places[0]);
+        } else {
+            assert_rests(&trajectory, -1.0, places[0]);
+            assert_rests(&trajectory, trajectory.duration(), places[places.len() - 1]);
+        }
+        let moments = moments(&trajectory, 0.01);
+        for moment in &moments {
+            let sides = corners.windows(2);
+            let distances = sides.map(|it| distance_to_segment(moment.position, it[0], it[1]));
+            let off = distances.fold(f64::INFINITY, f64::min);
+            prop_assert!(off <= tolerance + 1e-8, "{} from the sides", off);
+        }
+        for corner in corners {
+            let distances = moments.iter().map(|moment| (moment.position - corner).norm());
+            let nearest = distances.fold(f64::INFINITY, f64::min);
+            // Two moments are at most a step at full speed apart.
+            prop_assert!(nearest <= tolerance + 0.005 * limits.speed + 1e-8, "{}", nearest);
+        }
+    }
+
+    #[test]
+    fn limits_hold_along_shapes(
+        kind in kinds(),
+        size in 0.02..0.6,
+        upright in any::<bool>(),
+        limits in limits(),
+        run in runs(),
+        seed in any::<u64>(),
+    ) {
+        let plane = if upright { Plane::Upright } else { Plane::Level };
+        let centre = Point3::new(0.5, 0.3, 0.3);
+        let shape = Shape { kind, centre, size, plane, tolerance: 0.005, seed };
+        let trajectory = shape.trajectory(&limits, run).unwrap();
+        assert_within(&trajectory, &limits);
+        for moment in moments(&trajectory, 0.05) {
+            prop_assert!((moment.position - centre).amax() <= 0.55 * size);
+        }
+    }
+
+    #[test]
+    fn the_seam_of_a_loop_is_smooth_and_the_laps_are_alike(
+        kind in kinds(),
+        limits in limits(),
+        size in 0.05..0.4,
+    ) {
+        let centre = Point3::new(0.5, 0.3, 0.3);
+        let shape =
+            Shape { kind, centre, size, plane: Plane::Level, tolerance: 0.005, seed: 1 };
+        let trajectory = shape.trajectory(&limits, Run::Loop).unwrap();
+        prop_assert_eq!(trajectory.duration(), f64::INFINITY);
+        assert_rests(&trajectory, 0.0, trajectory.at(-1.0).position);
+        let (period, span) = (trajectory.period().unwrap(), trajectory.span());
+        for i in 0..=100 {
+            let time = span - period + period * f64::from(i) / 100.0;
+            let (a, b) = (trajectory.at(time), trajectory.at(time + 7.0 * period));
+            prop_assert!((a.position - b.position).norm() < 1e-8);
+            prop_assert!((a.velocity - b.velocity).norm() < 1e-7);
+            prop_assert!((a.acceleration - b.acceleration).norm() < 1e-6);
+        }
+    }
+
+    #[test]
+    fn samples_are_interpolated_smoothly(places in places(5..9), step in 0.2..2.0_f64) {
+        let timed = |places: &[Point3<f64>]| -> Vec<Sample> {
+            let sample = |(i, &position)| Sample { time: 3.0 + step * i as f64, position };
+            places.iter().enumerate().map(sample).collect()
+        };
+        let samples = timed(&places);
+        let once = Trajectory::through_samples(&samples, Run::Once).unwrap();
+        assert_rests(&once, -1.0, places[0]);
+        assert_rests(&once, once.duration(), places[places.len() - 1]);
+        for (sample, place) in samples.iter().zip(&places) {
+            prop_assert!((once.at(sample.time - 3.0).position - place).norm() < 1e-9);
+        }
+        let mut closed = places.clone();
+        closed.push(places[0]);
+        let round = Trajectory::through_samples(&timed(&closed), Run::Loop).unwrap();
+        assert_rests(&round, 0.0, places[0]);
+        for trajectory in [once, round] {
+            for pair in moments(&trajectory, 1e-4).windows(2) {
+                let jump = (pair[1].acceleration - pair[0].acceleration).norm();
+                prop_assert!(jump < 1e-4 * 60.0 * 10.0 / step.powi(3), "{}", jump);
+            }
+        }
+    }
+}
+
+#[test]
+fn knots_every_tenth_of_a_second_are_enough_for_a_tenth_of_a_millimetre() {
+    let centre = Point3::new(0.5, 0.3, 0.3);
+    use ShapeKind::{Circle, Eight, Line, Spline, Square};
+    for kind in [Circle, Eight, Line, Spline, Square] {
+        for speed in [0.02, 0.05, 0.1, 0.2] {
+            for run in [Run::Once, Run::Loop] {
+                let plane = Plane::Level;
+                let shape = Shape { kind, centre, size: 0.2, plane, tolerance: 0.005, seed: 3 };
+                let trajectory = shape.trajectory(&Limits::with_speed(speed), run).unwrap();
+                let error = hermite_error(&trajectory);
+                assert!(error < 1e-4, "{kind:?} {speed}: {error}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_corner_is_passed_in_motion_and_a_straight_line_at_full_speed() {
+    let corners = [[0.3, 0.2, 0.3], [0.6, 0.2, 0.3], [0.6, 0.5, 0.3]].map(Point3::from);
+    let waypoints = Waypoints { places: corners.to_vec(), tolerance: 0.005 };
+    let limits = Limits::with_speed(0.05);
+    let trajectory = Trajectory::through(&waypoints, &limits, Run::Once).unwrap();
+    let moments = moments(&trajectory, 0.01);
+    let speeds = || moments.iter().map(|moment| moment.velocity.norm());
+    let fastest = speeds().fold(0.0, f64::max);
+    assert!((fastest - 0.05).abs() < 1e-9, "{fastest}");
+    let moving = &moments[100..moments.len() - 100];
+    let slowest = moving.iter().map(|it| it.velocity.norm()).fold(f64::INFINITY, f64::min);
+    assert!((0.02..0.05).contains(&slowest), "{slowest}");
+}
+
+#[test]
+fn the_first_breach_is_named_with_its_place() {
+    let corners = [[0.3, 0.2, 0.3], [0.6, 0.2, 0.3]].map(Point3::from);
+    let waypoints = Waypoints { places: corners.to_vec(), tolerance: 0.0 };
+    let limits = Limits::with_speed(0.05);
+    let trajectory = Trajectory::through(&waypoints, &limits, Run::Once).unwrap();
+    let left = |place: Point3<f64>| match place.x < 0.4 {
+        true => Ok(()),
+        false => Err(PathError::NotFinite),
+    };
+    let breach = check(&trajectory, &limits, left).unwrap_err();
+    assert!((breach.distance_m - 0.1).abs() < 0.001, "{breach}");
+    assert!(matches!(breach.rule, Rule::Place(_)), "{breach}");
+    let slow = Limits { speed: 0.04, ..limits };
+    let breach = check(&trajectory, &slow, anywhere).unwrap_err();
+    assert!(matches!(breach.rule, Rule::Speed { .. }), "{breach}");
+    let weak = Limits { acceleration: 0.01, ..limits };
+    let breach = check(&trajectory, &weak, anywhere).unwrap_err();
+    assert!(matches!(breach.rule, Rule::Acceleration { .. }), "{breach}");
+}
+
+#[test]
+fn wrong_input_is_refused() {
+    let places = vec![Point3::new(0.3, 0.2, 0.3), Point3::new(0.6, 0.2, 0.3)];
+    let waypoints = Waypoints { places, tolerance: 0.005 };
+    let limits = Limits::with_speed(0.0);
+    let error = Trajectory::through(&waypoints, &limits, Run::Once).unwrap_err();
+    assert_eq!(error, PathError::Limit { name: "speed", value: 0.0 });
+    let sample = |time| Sample { time, position: Point3::new(time, 0.0, 0.3) };
+    let samples = [0.0, 1.0, 1.0].map(sample);
+    let error = Trajectory::through_samples(&samples, Run::Once).unwrap_err();
+    assert_eq!(error, PathError::TimeNotRising { number: 3 });
+    let samples = [0.0, 1.0, 2.0, 3.0].map(sample);
+    let error = Trajectory::through_samples(&samples, Run::Loop).unwrap_err();
+    assert_eq!(error, PathError::OpenLoop { gap_mm: 3000.0 });
+}
