@@ -8,7 +8,8 @@ use std::time::Duration;
 
 use plumb_emulator::{EMULATED, EmulatedBoard};
 use plumb_protocol::Config;
-use plumb_protocol::message::{Fault, State};
+use plumb_protocol::frame::encode;
+use plumb_protocol::message::{Command, Fault, Hello, StartCause, State, ToBoard};
 use plumb_protocol::units::{Acceleration, Micros, Milliseconds, Point};
 use plumb_runtime::link::{Link, LinkError};
 use plumb_runtime::rig::Rig;
@@ -187,4 +188,36 @@ fn a_new_run_clears_no_fault_but_that_of_a_silent_host() {
     };
     assert_eq!(fault, Fault::PositionLost);
     assert_eq!(state, State::Fault(Fault::PositionLost));
+}
+
+/// Configures a board, and drives it until it does not know this session any more. `end` ends the
+/// session after 2 s. Returns the error.
+fn lose_session(end: impl Fn(&mut EmulatedBoard)) -> LinkError {
+    let (target, ball) = target_and_ball();
+    let (board, mut link) = memory();
+    link.configure(smoothed()).unwrap();
+    link.set_target(target).unwrap();
+    for frame in 0..100 {
+        if frame == 60 {
+            end(&mut board.borrow_mut());
+        }
+        see(&board, &mut link, ball, 33_000);
+        if let Err(error) = link.poll() {
+            return error;
+        }
+    }
+    panic!("the session goes on");
+}
+
+#[test]
+fn a_greeting_of_another_version_is_not_told_as_a_restart() {
+    let hello = Hello { version: Hello::OURS.version + 1, ..Hello::OURS };
+    let greeting = encode(&ToBoard { id: 1, command: Command::Hello(hello) }).unwrap();
+    let error = lose_session(|board| board.write(&greeting));
+    assert!(matches!(error, LinkError::OtherProgram { .. }), "{error}");
+    let error = lose_session(|board| board.restart(StartCause::ResetPin));
+    assert!(
+        matches!(error, LinkError::Restarted { cause: Some(StartCause::ResetPin), .. }),
+        "{error}"
+    );
 }

@@ -18,6 +18,10 @@ pub enum Cause {
     Lagging,
     /// The board restarted.
     Restarted,
+    /// The board has lost the session, and the host could not find out why.
+    SessionLost,
+    /// A program of another version greeted the board.
+    OtherProgram,
     /// Another program configured the board.
     Reconfigured,
     /// The board answers no request.
@@ -85,6 +89,8 @@ impl Cause {
             LinkError::NoTelemetry { .. } => Self::NoTelemetry,
             LinkError::Lagging { .. } => Self::Lagging,
             LinkError::Restarted { .. } => Self::Restarted,
+            LinkError::SessionLost { .. } => Self::SessionLost,
+            LinkError::OtherProgram { .. } => Self::OtherProgram,
             LinkError::Reconfigured { .. } => Self::Reconfigured,
             LinkError::Silent { .. } => Self::NoAnswer,
             LinkError::Lost { .. } => Self::Unplugged,
@@ -103,6 +109,8 @@ impl fmt::Display for Cause {
             Self::NoTelemetry => "nothing from the board",
             Self::Lagging => "positions not acknowledged",
             Self::Restarted => "board restarted",
+            Self::SessionLost => "session lost",
+            Self::OtherProgram => "another version's greeting",
             Self::Reconfigured => "another configuration",
             Self::NoAnswer => "no answer",
             Self::Unplugged => "unplugged",

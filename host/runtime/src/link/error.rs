@@ -108,6 +108,24 @@ pub enum LinkError {
         /// Cause of the restart, if the board reported it.
         cause: Option<StartCause>,
     },
+    /// The board has lost this session and does not answer: the cause is unknown.
+    #[error(
+        "{port}: the board has lost its session with this program and does not answer: it \
+         restarted, or a program of another version has greeted it"
+    )]
+    SessionLost {
+        /// Its path.
+        port: String,
+    },
+    /// A program of another protocol version greeted the board, which ended this session.
+    #[error(
+        "{port}: a program of another version has greeted the board, and the board stopped: close \
+         that program, or use the same release"
+    )]
+    OtherProgram {
+        /// Its path.
+        port: String,
+    },
     /// Another program configured the board.
     #[error("{port}: the board has another configuration now: does another program use it too?")]
     Reconfigured {

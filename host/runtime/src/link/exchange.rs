@@ -8,7 +8,7 @@ use plumb_protocol::message::BoardHello;
 
 use super::*;
 
-/// Longest wait for a restarted board to report the cause.
+/// Longest wait for a board that has lost the session to report the cause, or its state.
 const CAUSE_TIMEOUT: Duration = Duration::from_millis(400);
 
 impl<T: Transport> Link<T> {
@@ -44,7 +44,7 @@ impl<T: Transport> Link<T> {
         })?;
         match answer.refusal {
             None => Ok(answer),
-            Some(Refusal::NotGreeted) => Err(self.restarted()),
+            Some(Refusal::NotGreeted) => Err(self.session_lost()),
             Some(refusal) => Err(LinkError::Refused { what, refusal }),
         }
     }
@@ -81,9 +81,35 @@ impl<T: Transport> Link<T> {
         if hello.accepted { Ok(()) } else { Err(other_version(&hello)) }
     }
 
-    /// Returns the error for a board that was greeted and has lost this session.
-    pub(super) fn restarted(&mut self) -> LinkError {
-        LinkError::Restarted { port: self.transport.name(), cause: self.ask_start_cause() }
+    /// Returns the error for a board that was greeted and has lost this session: it restarted, or
+    /// a program of another version greeted it.
+    pub(super) fn session_lost(&mut self) -> LinkError {
+        let (port, cause) = (self.transport.name(), self.ask_start_cause());
+        match self.ask_state() {
+            None => LinkError::SessionLost { port },
+            // What a restart leads to.
+            Some(State::Unconfigured | State::Fault(Fault::Watchdog)) => {
+                LinkError::Restarted { port, cause }
+            }
+            // So does a stored configuration; the board's clock begins at 0 then.
+            Some(_) if !self.clock.has_gone_on() => LinkError::Restarted { port, cause },
+            Some(_) => LinkError::OtherProgram { port },
+        }
+    }
+
+    /// Requests the state of a board that was greeted again; `None` where no answer comes.
+    fn ask_state(&mut self) -> Option<State> {
+        let state =
+            self.exchange(
+                "its state",
+                Command::Status,
+                CAUSE_TIMEOUT,
+                |_, message| match message {
+                    FromBoard::Telemetry(telemetry) => Some(telemetry.state),
+                    _ => None,
+                },
+            );
+        state.ok()
     }
 
     /// Requests the cause from a board that has restarted; `None` where it reports none.

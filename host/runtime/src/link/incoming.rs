@@ -61,6 +61,8 @@ impl<T: Transport> Link<T> {
     }
 
     fn note_telemetry(&mut self, telemetry: &Telemetry) {
+        let is_ours = self.configuration.is_some() && telemetry.configuration == self.configuration;
+        self.clock.update(telemetry.time, self.transport.now(), is_ours);
         if telemetry.time < self.configured {
             // Of the time before the configuration, on its way until now.
             return;
@@ -87,6 +89,7 @@ impl<T: Transport> Link<T> {
     }
 
     fn note_answer(&mut self, answer: &Answer) {
+        self.clock.update(answer.time, self.transport.now(), false);
         let of_position = answer.refusal.is_some() && self.monitor.refused(answer.id);
         let of_target = self.target.is_some_and(|request| request.is_answered_by(answer));
         let of_submission = self.note_reply(answer);

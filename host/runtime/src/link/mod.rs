@@ -5,6 +5,7 @@
 //! link's configuration; about a target it counts only where it names that target. [`Link::poll`]
 //! fails once the board is silent, lags or has restarted.
 
+mod board_clock;
 mod error;
 mod exchange;
 mod incoming;
@@ -25,6 +26,7 @@ use plumb_protocol::message::{
 use plumb_protocol::units::{Covariance, Micros, Point};
 use tracing::{debug, info};
 
+use board_clock::BoardClock;
 pub use error::LinkError;
 use monitor::{LinkMonitor, Problem};
 pub use submission::Reply;
@@ -69,6 +71,7 @@ pub struct Link<T> {
     fault: Option<Fault>,
     start_cause: Option<StartCause>,
     monitor: LinkMonitor,
+    clock: BoardClock,
     refused_positions: u32,
     bad_frames: u32,
 }
@@ -102,6 +105,7 @@ impl<T: Transport> Link<T> {
             fault: None,
             start_cause: None,
             monitor: LinkMonitor::default(),
+            clock: BoardClock::default(),
             refused_positions: 0,
             bad_frames: 0,
         };
@@ -203,8 +207,9 @@ impl<T: Transport> Link<T> {
     /// command that the board has not answered.
     ///
     /// # Errors
-    /// Where the link is lost, the board has fallen silent, lags behind, has restarted or has
-    /// another configuration, refuses the target or does not answer a command.
+    /// Where the link is lost, the board has fallen silent, lags behind, has restarted, was greeted
+    /// by a program of another version or has another configuration, refuses the target or does
+    /// not answer a command.
     pub fn poll(&mut self) -> Result<(), LinkError> {
         self.listen(Duration::ZERO)?;
         self.repeat_target()?;
@@ -258,9 +263,9 @@ impl<T: Transport> Link<T> {
         match self.monitor.problem(self.transport.now()) {
             Some(Problem::Silent(age)) => Err(LinkError::NoTelemetry { port, age }),
             Some(Problem::Lagging(age)) => Err(LinkError::Lagging { port, age }),
-            Some(Problem::Restarted) => Err(self.restarted()),
+            Some(Problem::Restarted) => Err(self.session_lost()),
             None => match self.telemetry {
-                Some(Telemetry { state: State::Unconfigured, .. }) => Err(self.restarted()),
+                Some(Telemetry { state: State::Unconfigured, .. }) => Err(self.session_lost()),
                 Some(telemetry) if telemetry.configuration != self.configuration => {
                     Err(LinkError::Reconfigured { port })
                 }

@@ -72,9 +72,12 @@ const REPEATED: &[Cause] = &[
 /// Causes of a host that sends nothing.
 const SILENT: &[Cause] = &[Board(HostSilent)];
 /// Causes of a board that has started anew; or has not yet, and sends nothing.
-const RESTARTED: &[Cause] = &[Cause::Restarted, Cause::NoTelemetry];
+const RESTARTED: &[Cause] = &[Cause::Restarted, Cause::SessionLost, Cause::NoTelemetry];
 /// Causes of a board that has started anew after an error.
-const CRASHED: &[Cause] = &[Cause::Restarted, Cause::NoTelemetry, Board(Watchdog)];
+const CRASHED: &[Cause] =
+    &[Cause::Restarted, Cause::SessionLost, Cause::NoTelemetry, Board(Watchdog)];
+/// Causes of a program of another version that has greeted the board.
+const GREETED: &[Cause] = &[Cause::OtherProgram, Cause::SessionLost];
 
 /// Every kind, in the order of [`Kind`] and of the table.
 pub static KINDS: [Traits; 37] = {
@@ -87,7 +90,7 @@ pub static KINDS: [Traits; 37] = {
         of(TornFrames, "torn frames", Link, Passing(50..4000), POOR_LINK),
         of(DelayedFrames, "delayed frames", Link, Passing(50..4000), SLOW_LINK),
         of(Babble, "babble", Link, Passing(50..4000), POOR_LINK),
-        of(WrongVersion, "Hello of another version", Link, Passing(1..1000), RESTARTED),
+        of(WrongVersion, "Hello of another version", Link, Passing(1..1000), GREETED),
         of(Unplugged, "cable unplugged", Link, Lasting, &[Cause::Unplugged]),
         of(ReconnectStorm, "reconnect storm", Link, Passing(2000..4000), SILENT),
         of(FrozenPicture, "same picture, new stamp", Camera, Lasting, REPEATED),
