@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
 
 pub(crate) mod bench;
+pub(crate) mod covering;
 pub(crate) mod deferred_bench;
 
 use plumb_core::BuildLimits;

@@ -1,0 +1,77 @@
+//! The tracker, the detector of an arrival and the guards at their limits.
+#![allow(clippy::unwrap_used, reason = "a test ends at the first error")]
+
+mod common;
+
+use common::{config, params};
+use plumb_core::servo::{ArrivalDetector, BallTracker, DriveState, Guards};
+use plumb_protocol::config::Reached;
+use plumb_protocol::message::Fault;
+use plumb_protocol::units::{Micrometres, Micros, Point};
+
+/// Largest plausible move of the ball along an axis, µm.
+const MAX_MOVE: i32 = 25_000;
+
+/// Returns the x of the filtered position after the positions `xs`, µm.
+fn filtered(xs: &[i32]) -> i32 {
+    let mut tracker = BallTracker::default();
+    xs.iter().for_each(|x| tracker.update(Micros(0), [*x, 0, 0]));
+    tracker.filtered().unwrap()[0]
+}
+
+#[test]
+fn a_move_by_the_largest_plausible_distance_is_none_of_an_outlier() {
+    assert_eq!(filtered(&[0, MAX_MOVE]), MAX_MOVE / 4);
+    assert_eq!(filtered(&[0, MAX_MOVE + 1]), 0);
+}
+
+#[test]
+fn the_third_outlier_in_a_row_is_taken_in() {
+    let away = 400_000;
+    assert_eq!(filtered(&[0, away, away]), 0);
+    assert_eq!(filtered(&[0, away, away, away]), away / 4);
+}
+
+#[test]
+fn the_last_position_is_unfiltered() {
+    let mut tracker = BallTracker::default();
+    assert_eq!(tracker.last(), None);
+    tracker.update(Micros(7), [1, 2, 3]);
+    tracker.update(Micros(8), [4_000, -5, 6]);
+    assert_eq!((tracker.last(), tracker.captured()), (Some([4_000, -5, 6]), Some(Micros(8))));
+}
+
+/// Returns the number of the position at which a ball at the distances `at` (µm, of the number)
+/// has reached its target within 10 mm, of 40.
+fn reached_at(at: impl Fn(usize) -> u32) -> Option<usize> {
+    let rule = Reached { radius: Micrometres(10_000), frames: 10 };
+    let mut arrival = ArrivalDetector::default();
+    (0..40).find(|k| arrival.update(at(*k), [0; 3], &rule))
+}
+
+#[test]
+fn a_target_is_reached_within_eight_tenths_of_its_radius_for_ten_positions() {
+    assert_eq!(reached_at(|_| 8_000), Some(9));
+    assert_eq!(reached_at(|_| 8_001), None);
+    // Positions a little farther away do not count.
+    assert_eq!(reached_at(|k| if k < 9 { 8_001 } else { 0 }), Some(18));
+    assert_eq!(reached_at(|k| if k == 5 { 8_001 } else { 0 }), Some(15));
+}
+
+/// The guard compares the nearest position so far with the present target, whichever targets were
+/// between.
+#[test]
+fn a_target_that_comes_back_finds_the_guard_armed() {
+    let params = params(config());
+    let (here, there) = (Point([Micrometres(0); 3]), Point([500_000, 0, 0].map(Micrometres)));
+    let mut guards = Guards::default();
+    let mut update = |ms: u64, x: i32, target| {
+        guards.update(Micros(ms * 1000), &DriveState::new([x, 0, 0], target, [0; 3]), &params)
+    };
+    assert_eq!(update(0, 0, here), None);
+    assert_eq!(update(33, -1_000, there), None);
+    // The ball is 100 mm away from a target that it has been at.
+    assert_eq!(update(66, 100_000, here), None);
+    assert_eq!(update(665, 100_000, here), None);
+    assert_eq!(update(666, 100_000, here), Some(Fault::ErrorGrowing));
+}
