@@ -14,10 +14,10 @@ import zlib
 
 MAGIC, VERSION = b"PLMB", 2
 # Identifies the types of all messages. A board with another schema rejects the Hello.
-SCHEMA = bytes.fromhex("7ae37ee005456da1")
+SCHEMA = bytes.fromhex("2dcafb9afbc3ead7")
 HELLO, STOP, CONFIGURE, JOG, CLEAR_FAULT, STATUS = 0, 1, 3, 6, 8, 9
 STATES = ["unconfigured", "ready", "seeking", "holding", "fault"]
-STATES += ["jogging", "stopping", "storing"]
+STATES += ["jogging", "stopping", "storing", "following"]
 
 
 def unsigned(number):
@@ -94,6 +94,9 @@ def telemetry(fields):
     told["tensions_weights"] = (
         [fields.unsigned() / 256 for _ in range(3)] if has_tensions else None
     )
+    if fields.byte() == 1:  # the board follows a reference
+        told["reference"] = {name: fields.unsigned() for name in ("sequence", "time_us", "pace")}
+        told["reference"]["position_m"] = [fields.signed() / 1e6 for _ in range(3)]
     return told
 
 
@@ -145,10 +148,11 @@ def config():
     following = signed(400 * 16, 20_000)
     progress = signed(1_000) + unsigned(10_000)
     jog = signed(100 * 256, 200 * 16)
+    path = signed(300_000) + unsigned(1_000) + unsigned(10_000) + signed(20_000)
     drivers = unsigned(0) + unsigned(1000) + unsigned(1000) + unsigned(200)
     law = unsigned(1) + unsigned(1000)
     mean = unsigned(0)
-    limits = workspace + reached + deadlines + growth + following + progress + jog
+    limits = workspace + reached + deadlines + growth + following + progress + jog + path
     return law + 3 * motor + bytes([16]) + limits + drivers + mean
 
 

@@ -9,8 +9,8 @@ use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
 use crate::units::{
-    Acceleration, Bound, Gain, Micrometres, Milliseconds, Nanoseconds, Point, Rate, SignGain,
-    Steps16,
+    Acceleration, Bound, Gain, Micrometres, Milliseconds, Nanoseconds, PathAcceleration, PathJerk,
+    Point, Rate, SignGain, Speed, Steps16,
 };
 
 /// Configuration of a board. A board needs one before it moves.
@@ -36,6 +36,8 @@ pub struct Config {
     pub progress: Progress,
     /// Limits of jogs.
     pub jog: JogLimits,
+    /// Limits of a reference that moves.
+    pub path: PathLimits,
     /// Motor drivers.
     pub drivers: Drivers,
     /// Span of the running mean over the step plan, at most 400 ms; 0 turns it off.
@@ -175,6 +177,20 @@ pub struct Progress {
     pub margin: Micrometres,
     /// Duration.
     pub time: Milliseconds,
+}
+
+/// Limits of the reference of a [`Follow`](crate::Command::Follow). Where the host's path asks for
+/// more, or jumps, the reference leaves it and comes back to it within these limits.
+#[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
+pub struct PathLimits {
+    /// Highest speed.
+    pub speed: Speed,
+    /// Highest acceleration.
+    pub acceleration: PathAcceleration,
+    /// Highest jerk.
+    pub jerk: PathJerk,
+    /// Filtered |e| at which a path that waits stands still. It slows down from half of it on.
+    pub deviation: Micrometres,
 }
 
 /// Limits of a [`Jog`](crate::Command::Jog), besides those of its motor. No camera watches a jog.

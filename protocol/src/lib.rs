@@ -25,6 +25,8 @@
 //! - [`Position`](message::Command::Position): carries a sequence number. The board accepts only
 //!   numbers newer than the last accepted one: a doubled or late position has no effect. A
 //!   lost position is not sent again: the next one replaces it.
+//! - [`Follow`](message::Command::Follow): carries a sequence number as positions do, and replaces
+//!   the reference before it. An accepted one is answered, and telemetry names the newest.
 //! - [`Hello`](message::Command::Hello), [`Stop`](message::Command::Stop),
 //!   [`Bootloader`](message::Command::Bootloader), [`Status`](message::Command::Status): safe to
 //!   repeat, since the board is in the same state after one or several. An accepted Hello begins a

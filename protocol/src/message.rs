@@ -4,7 +4,7 @@ use postcard_schema::{Schema, key::Key};
 use serde::{Deserialize, Serialize};
 
 use crate::config::Config;
-use crate::units::{Covariance, Micrometres, Micros, Point, Rate, RelativeTension, Steps16};
+use crate::units::{Covariance, Micrometres, Micros, Point, Rate, RelativeTension, Speed, Steps16};
 
 /// First bytes of every [`Hello`]: "PLMB".
 pub const MAGIC: [u8; 4] = *b"PLMB";
@@ -88,6 +88,8 @@ pub enum Command {
     Store,
     /// Makes the present motor positions the zero of travel. Accepted in [`State::Ready`] only.
     Home,
+    /// Has the ball follow a moving reference; carries the part of its path that comes next.
+    Follow(Reference),
 }
 
 /// Protocol identification of one side. Its bytes never change.
@@ -128,6 +130,62 @@ pub struct Jog {
     pub distance: Steps16,
     /// Highest rate; above 0.
     pub rate: Rate,
+}
+
+/// Number of knots of a [`Reference`].
+pub const KNOTS: usize = 6;
+
+/// The part of a path that comes next, as knots at even intervals of the path's time.
+///
+/// The board interpolates between the knots by cubic Hermite polynomials. Each message replaces the
+/// one before it, so that a lost one does no harm. A host sends the next one well before the board
+/// reaches the last knot, and begins it with a knot in the past: the board also needs the reference
+/// at the capture of the last picture. A path that ends has last knots at rest. Where the last knot
+/// moves and nothing newer comes, the board ramps the reference to rest before that knot.
+///
+/// The path's time is the host's: microseconds from a zero that the host chooses, and keeps as long
+/// as the board follows. Knots carry more than a position and a velocity for the present would: the
+/// board filters what it tells the motors by a moving average, and needs the reference as much
+/// ahead, through corners too.
+#[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Reference {
+    /// Number of the message; counts up and wraps.
+    pub sequence: u16,
+    /// The path's time when the message was sent. The board begins there. A path that does not
+    /// [`wait`](Self::waits) goes on with this time.
+    pub now: Micros,
+    /// Whether the path's time stands still or slows down while the ball is far from the reference
+    /// or is not seen, or the motors cannot keep the speed. Otherwise the reference goes on, and
+    /// the ball lags.
+    pub waits: bool,
+    /// The path's time at the first knot.
+    pub first: Micros,
+    /// Time from a knot to the next, microseconds: 10 000 to 500 000.
+    pub interval_us: u32,
+    /// The knots.
+    pub knots: [Knot; KNOTS],
+}
+
+/// A place on a path, and how the reference passes it.
+#[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Knot {
+    /// Position; inside the workspace.
+    pub position: Point,
+    /// Velocity along x, y and z: each within ±2 m/s.
+    pub velocity: [Speed; 3],
+}
+
+/// State of the reference that the board follows.
+#[derive(Serialize, Deserialize, Schema, Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ReferenceState {
+    /// Number of the last accepted [`Reference`].
+    pub sequence: u16,
+    /// The path's time that the reference has reached.
+    pub time: Micros,
+    /// Speed of the path's time, 1/256: 256 is the speed that the host asked for.
+    pub pace: u16,
+    /// Position of the reference.
+    pub position: Point,
 }
 
 /// Message of a board. Grows at its end; the first never changes.
@@ -217,6 +275,12 @@ pub enum Refusal {
     OutsideTravel(u8),
     /// The jog is longer than [`max_distance`](crate::config::JogLimits::max_distance).
     JogDistance,
+    /// A newer [`Reference`] has already arrived.
+    ReferenceOutOfOrder,
+    /// The interval or a velocity of the [`Reference`] is out of range.
+    ReferenceRange,
+    /// A knot of the [`Reference`] is outside the workspace.
+    ReferenceOutside,
 }
 
 /// Part of a configuration that is out of range.
@@ -261,6 +325,9 @@ pub enum ConfigField {
     Following,
     /// A margin of 0 or above 1 m, a time of 0 or above 60 s.
     Progress,
+    /// A speed of 0 or above 2 m/s, an acceleration of 0 or above 20 m/s², a jerk of 0 or above
+    /// 1000 m/s³, a deviation of 0 or above 1 m.
+    Path,
 }
 
 /// State of the board. Grows at its end.
@@ -282,6 +349,8 @@ pub enum State {
     Stopping,
     /// The board writes its configuration; the motors are at rest.
     Storing,
+    /// The board has the ball follow a moving reference.
+    Following,
 }
 
 /// Cause of a board's start. Grows at its end.
@@ -342,8 +411,8 @@ pub struct Telemetry {
     /// [`ToBoard::id`] of the Configure command in force; `None` if none was executed since the
     /// last accepted Hello.
     pub configuration: Option<u16>,
-    /// [`ToBoard::id`] of the Target or Hold command in force; `None` without a target. State,
-    /// error and filtered error belong to this target.
+    /// [`ToBoard::id`] of the Target, Hold or Follow command in force; `None` without a target.
+    /// State, error and filtered error belong to this target.
     pub target: Option<u16>,
     /// Number of the last accepted position.
     pub sequence: Option<u16>,
@@ -352,9 +421,11 @@ pub struct Telemetry {
     pub motors: [Steps16; 3],
     /// Motor rates.
     pub rates: [Rate; 3],
-    /// e = position - target of the last accepted position; 0 without a target.
+    /// e = position - target of the last accepted position; 0 without a target. The target of a
+    /// board that follows is the reference at the position's capture.
     pub error: Point,
-    /// |e| of the filtered position; 0 without a target.
+    /// |e| of the filtered position; 0 without a target. The reference of a board that follows is
+    /// filtered as the position is.
     pub filtered_error: Micrometres,
     /// Number of frames from the host since the start that were torn, corrupted, overlong or not a
     /// command; saturating.
@@ -363,6 +434,8 @@ pub struct Telemetry {
     /// `None` without a target, before the law's first answer, and with a law without an
     /// estimate: only [`Taut`](crate::config::Law::Taut) has one.
     pub tensions: Option<[RelativeTension; 3]>,
+    /// State of the reference while the board follows one.
+    pub reference: Option<ReferenceState>,
 }
 
 /// Report that the board has stopped by itself.

@@ -65,6 +65,7 @@ impl fmt::Display for State {
             Self::Jogging => f.write_str("jogging"),
             Self::Stopping => f.write_str("stopping"),
             Self::Storing => f.write_str("storing"),
+            Self::Following => f.write_str("following"),
         }
     }
 }
@@ -102,6 +103,10 @@ impl fmt::Display for ConfigField {
                 "the turn without the ball (up to 100 000 steps, movement 5 mm to 1 m)"
             }
             Self::Progress => "the time without progress (up to 60 s, margin up to 1 m)",
+            Self::Path => {
+                "the limits of a path (speed up to 2 m/s, acceleration up to 20 m/s², jerk up to \
+                 1000 m/s³, deviation up to 1 m)"
+            }
         })
     }
 }
@@ -143,6 +148,11 @@ impl fmt::Display for Refusal {
             Self::JogDistance => {
                 f.write_str("the jog is longer than the limit of jogs; divide it into shorter ones")
             }
+            Self::ReferenceOutOfOrder => f.write_str("a newer reference came before"),
+            Self::ReferenceRange => f.write_str(
+                "the knots of a reference are 10 to 500 ms apart, and move at 2 m/s at most",
+            ),
+            Self::ReferenceOutside => f.write_str("the path leaves the workspace"),
         }
     }
 }

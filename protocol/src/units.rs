@@ -72,6 +72,18 @@ quantity! {
     SignGain(u32), 1.0 / 1_048_576.0
 }
 quantity! {
+    /// A speed in whole micrometres/s, along an axis with its sign; ±2147 m/s.
+    Speed(i32), 1e-6
+}
+quantity! {
+    /// An acceleration of the ball in whole millimetres/s²; at most 65.5 m/s².
+    PathAcceleration(u16), 1e-3
+}
+quantity! {
+    /// A jerk of the ball in whole millimetres/s³; at most 4295 km/s³.
+    PathJerk(u32), 1e-3
+}
+quantity! {
     /// A cable's tension over the ball's weight, Q8; below 256.
     RelativeTension(u16), 1.0 / 256.0
 }

@@ -5,14 +5,14 @@
 
 use plumb_protocol::SCHEMA;
 use plumb_protocol::config::{
-    Config, Deadlines, Drivers, Following, Growth, Interval, JogLimits, Law, Motor, Progress,
-    Reached, StepDir, Workspace,
+    Config, Deadlines, Drivers, Following, Growth, Interval, JogLimits, Law, Motor, PathLimits,
+    Progress, Reached, StepDir, Workspace,
 };
 use plumb_protocol::frame::{Accumulator, encode};
 use plumb_protocol::message::*;
 use plumb_protocol::units::{
-    Acceleration, Bound, Covariance, Gain, Micrometres, Micros, Milliseconds, Point, Rate,
-    RelativeTension, Steps16,
+    Acceleration, Bound, Covariance, Gain, Micrometres, Micros, Milliseconds, PathAcceleration,
+    PathJerk, Point, Rate, RelativeTension, Speed, Steps16,
 };
 use serde::{Serialize, de::DeserializeOwned};
 use std::fmt::Debug;
@@ -79,6 +79,24 @@ fn commands() {
     to_board(Command::Status, "08ac020930a7c96400");
     to_board(Command::Store, "08ac020a8af6c0fd00");
     to_board(Command::Home, "08ac020b1cc6c78a00");
+    let knot = |k: i32| Knot {
+        position: point(400_000 + 7_500 * k, -200_000, 150_000),
+        velocity: [50_000, 0, -1].map(Speed),
+    };
+    let reference = Reference {
+        sequence: 7,
+        now: Micros(1_234_567),
+        waits: true,
+        first: Micros(1_200_000),
+        interval_us: 150_000,
+        knots: [0, 1, 2, 3, 4, 5].map(knot),
+    };
+    to_board(
+        Command::Follow(reference),
+        "1bac020c0787ad4b01809f49f0930980ea30ffb418e0a712a08d060e0198df31ffb418e0a712a08d\
+         060e01b0d432ffb418e0a712a08d060e01c8c933ffb418e0a712a08d060e01e0be34ffb418e0a712\
+         a08d060e01f8b335ffb418e0a712a08d0606017bf9d7e400",
+    );
 }
 
 #[test]
@@ -108,6 +126,12 @@ fn the_configuration() {
         following: Following { turn: Steps16(6400), movement: Micrometres(20_000) },
         progress: Progress { margin: Micrometres(1_000), time: Milliseconds(10_000) },
         jog: JogLimits { max_rate: Rate(50 * 256), max_distance: Steps16(3200) },
+        path: PathLimits {
+            speed: Speed(300_000),
+            acceleration: PathAcceleration(1_000),
+            jerk: PathJerk(10_000),
+            deviation: Micrometres(20_000),
+        },
         drivers: Drivers::StepDir(StepDir::A4988),
         mean: Milliseconds(300),
     };
@@ -115,8 +139,9 @@ fn the_configuration() {
         Command::Configure(config),
         "04ac020306ffff01ff013effffffc702c702c702c702c702c702c702c702c7028080028080028080\
          02808002808002808002808002808002808002cc2080c00cd00fffed0580ee050c80c00cd00fffed\
-         0580ee050c80c00cd00fffed0580ee053210ffb418ffb418bf9a0cc0a38601c0ee6d80904ea09c01\
-         0aac02f403fa01c0a907d8048064c0b802d00f904e80c80180320de807e807c801ac029c29466000",
+         0580ee050c80c00cd00fffed0580ee053c10ffb418ffb418bf9a0cc0a38601c0ee6d80904ea09c01\
+         0aac02f403fa01c0a907d8048064c0b802d00f904e80c8018032c0cf24e807904ec0b80209e807e8\
+         07c801ac02046147fd00",
     );
 }
 
@@ -144,29 +169,42 @@ fn reports() {
         filtered_error: Micrometres(384_000),
         bad_frames: 3,
         tensions: Some([102, 64, 381].map(RelativeTension)),
+        reference: None,
     };
     assert_bytes(
         FromBoard::Telemetry(telemetry),
-        "140287ad4b04040101aa0201ac02014dec15b67f04dc8f0219ff03c08b11bffc1590dc2580f02e03\
-         016640fd025e3d3b6600",
+        "140287ad4b04040101aa0201ac02014dec15b67f04dc8f0215ff03c08b11bffc1590dc2580f02e03\
+         016640fd020543a8b75e00",
+    );
+    let reference = ReferenceState {
+        sequence: 7,
+        time: Micros(1_234_567),
+        pace: 192,
+        position: point(400_000, -200_000, 150_000),
+    };
+    assert_bytes(
+        FromBoard::Telemetry(Telemetry { reference: Some(reference), ..telemetry }),
+        "140287ad4b04040101aa0201ac02014dec15b67f04dc8f0229ff03c08b11bffc1590dc2580f02e03\
+         016640fd02010787ad4bc00180ea30ffb418e0a7120230510500",
     );
     let idle = Telemetry { configuration: None, target: None, tensions: None, ..telemetry };
     assert_bytes(
         FromBoard::Telemetry(idle),
-        "080287ad4b0404010107014dec15b67f04dc8f0210ff03c08b11bffc1590dc2580f02e0305fbb6a54d00",
+        "080287ad4b0404010107014dec15b67f04dc8f0210ff03c08b11bffc1590dc2580f02e030105af61\
+         20f800",
     );
     for (state, hex) in [
         (
             State::Jogging,
-            "060287ad4b050107014dec15b67f04dc8f0210ff03c08b11bffc1590dc2580f02e03059073134600",
+            "060287ad4b050107014dec15b67f04dc8f0210ff03c08b11bffc1590dc2580f02e030105ba6f4b2200",
         ),
         (
             State::Stopping,
-            "060287ad4b060107014dec15b67f04dc8f0210ff03c08b11bffc1590dc2580f02e03058856b20200",
+            "060287ad4b060107014dec15b67f04dc8f0210ff03c08b11bffc1590dc2580f02e030105c956633100",
         ),
         (
             State::Storing,
-            "060287ad4b070107014dec15b67f04dc8f0210ff03c08b11bffc1590dc2580f02e030580b5d23e00",
+            "060287ad4b070107014dec15b67f04dc8f0210ff03c08b11bffc1590dc2580f02e03010518be843f00",
         ),
     ] {
         assert_bytes(FromBoard::Telemetry(Telemetry { state, ..idle }), hex);

@@ -44,6 +44,7 @@ pub mod plan;
 pub mod segment;
 pub mod servo;
 pub mod soft_float;
+mod vector;
 mod wide;
 
 pub use board::{Board, Outbox, Tick};

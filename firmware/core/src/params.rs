@@ -1,8 +1,8 @@
 //! A configuration that was checked, and the limits of the build.
 
 use plumb_protocol::config::{
-    self, Coils, Config, Deadlines, Drivers, Following, Growth, JogLimits, Law, Motor, Progress,
-    Reached, Workspace,
+    self, Coils, Config, Deadlines, Drivers, Following, Growth, JogLimits, Law, Motor, PathLimits,
+    Progress, Reached, Workspace,
 };
 use plumb_protocol::message::ConfigField;
 use plumb_protocol::units::{Micrometres, Point};
@@ -34,6 +34,7 @@ pub struct Params {
     pub(crate) following: Following,
     pub(crate) progress: Progress,
     pub(crate) jog: JogLimits,
+    pub(crate) path: PathLimits,
     pub(crate) drivers: Drivers,
     /// Pulse timing of the step generator for `drivers`.
     pub(crate) timing: DriverTiming,
@@ -66,6 +67,12 @@ const MAX_TURN: i32 = 1_600_000;
 const MOVEMENT_UM: core::ops::RangeInclusive<i32> = 5_000..=1_000_000;
 /// Longest time without progress, ms.
 const MAX_PROGRESS_MS: u16 = 60_000;
+/// Highest speed of a reference, µm/s.
+const MAX_PATH_SPEED: i32 = 2_000_000;
+/// Highest acceleration of a reference, mm/s².
+const MAX_PATH_ACCELERATION: u16 = 20_000;
+/// Highest jerk of a reference, mm/s³.
+const MAX_PATH_JERK: u32 = 1_000_000;
 /// Longest span of the moving average over the step plan, ms.
 pub(crate) const MAX_MEAN_MS: u16 = 400;
 /// Least acceleration, steps/s²: eight units of the planner's rate a tick even without microsteps.
@@ -100,6 +107,7 @@ impl Params {
             following: config.following,
             progress: config.progress,
             jog: config.jog,
+            path: config.path,
             drivers: config.drivers,
             timing,
             mean_ms: config.mean.0,
@@ -182,6 +190,7 @@ fn check_fields(
         ConfigField::Jog,
         report,
     )?;
+    check_path(&config.path, report)?;
     ensure(config.mean.0 <= MAX_MEAN_MS, ConfigField::Mean, report)?;
     Ok(timing)
 }
@@ -293,6 +302,15 @@ fn check_guards(config: &Config, report: &mut impl Report) -> Result<(), ConfigF
         ConfigField::Progress,
         report,
     )
+}
+
+fn check_path(path: &PathLimits, report: &mut impl Report) -> Result<(), ConfigField> {
+    let PathLimits { speed, acceleration, jerk, deviation } = *path;
+    let in_range = (1..=MAX_PATH_SPEED).contains(&speed.0)
+        && (1..=MAX_PATH_ACCELERATION).contains(&acceleration.0)
+        && (1..=MAX_PATH_JERK).contains(&jerk.0)
+        && (1..=MAX_MARGIN_UM).contains(&deviation.0);
+    ensure(in_range, ConfigField::Path, report)
 }
 
 fn check_workspace(workspace: &Workspace, report: &mut impl Report) -> Result<(), ConfigField> {

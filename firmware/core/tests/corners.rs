@@ -119,6 +119,7 @@ fn measurement(
         motors_before: [motors.map(|at| -at), [0; 3]],
         motors_ahead: motors.map(|at| at / 2),
         target,
+        velocity: [0; 3],
     }
 }
 

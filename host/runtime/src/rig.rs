@@ -9,6 +9,7 @@ mod law;
 mod law_name;
 mod motors;
 pub mod new_rig;
+mod path;
 mod simulation;
 mod size;
 #[cfg(test)]
@@ -32,6 +33,7 @@ pub use self::jog::JogSettings;
 pub use self::law::{Estimating, LawSettings, NOMINAL_STEP_M, Seconds};
 pub use self::law_name::{LawName, UnknownLaw};
 pub use self::motors::Motors;
+pub use self::path::PathSettings;
 pub use self::simulation::Simulation;
 pub use self::size::Size;
 pub use self::wiring::{SimulatedMotor, Wiring, WiringError};
@@ -79,6 +81,9 @@ pub struct Rig {
     /// Limits of jogs.
     #[serde(default)]
     pub jog: JogSettings,
+    /// Limits of a reference that moves.
+    #[serde(default)]
+    pub path: PathSettings,
     /// Choice of the camera.
     pub camera: CameraSettings,
     /// Rough size of the rig.
@@ -178,6 +183,7 @@ impl Rig {
             following: self.following.convert(conversion),
             progress: self.progress.convert(conversion),
             jog: self.jog.convert(conversion),
+            path: self.path.convert(conversion),
             mean: self.law.convert_mean(conversion),
         }
     }

@@ -54,6 +54,7 @@ impl Limits {
             following: example.following,
             progress: example.progress,
             jog: JogLimits { max_rate: motor.max_rate, max_distance: Steps16(1 << 30) },
+            path: example.path,
             drivers: Drivers::StepDir(StepDir::TMC2209),
             mean,
         }

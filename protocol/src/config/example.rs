@@ -1,10 +1,13 @@
 //! A valid configuration, for examples and tests.
 
 use super::{
-    Config, Deadlines, Drivers, Following, Growth, Interval, JogLimits, Law, Motor, Progress,
-    Reached, StepDir, Workspace,
+    Config, Deadlines, Drivers, Following, Growth, Interval, JogLimits, Law, Motor, PathLimits,
+    Progress, Reached, StepDir, Workspace,
 };
-use crate::units::{Acceleration, Bound, Gain, Micrometres, Milliseconds, Point, Rate, Steps16};
+use crate::units::{
+    Acceleration, Bound, Gain, Micrometres, Milliseconds, PathAcceleration, PathJerk, Point, Rate,
+    Speed, Steps16,
+};
 
 impl Config {
     /// Returns a configuration that every board accepts.
@@ -39,6 +42,12 @@ impl Config {
             following: Following { turn: Steps16(16 * 400), movement: Micrometres(20_000) },
             progress: Progress { margin: Micrometres(1_000), time: Milliseconds(10_000) },
             jog: JogLimits { max_rate: Rate(400 << 8), max_distance: Steps16(16 * 8000) },
+            path: PathLimits {
+                speed: Speed(300_000),
+                acceleration: PathAcceleration(1_000),
+                jerk: PathJerk(10_000),
+                deviation: Micrometres(20_000),
+            },
             drivers: Drivers::StepDir(StepDir::TMC2209),
             mean: Milliseconds(0),
         }

@@ -3,6 +3,7 @@
 use plumb_core::BuildLimits;
 use plumb_core::driver_timing::DriverTiming;
 use plumb_protocol::config::*;
+use plumb_protocol::message::{Knot, Reference};
 use plumb_protocol::units::*;
 
 use crate::random::Random;
@@ -80,6 +81,7 @@ pub fn accepted(random: &mut Random, positions: [i32; 3]) -> Config {
         following: following(random),
         progress: progress(random),
         jog: jog_limits(random),
+        path: path_limits(random),
         drivers,
         mean: Milliseconds(if random.percent(40) { 0 } else { random.corner(0, 400) as u16 }),
     }
@@ -214,6 +216,16 @@ fn progress(random: &mut Random) -> Progress {
     Progress { margin: margin(random), time: Milliseconds(time) }
 }
 
+/// Returns limits of a reference, up to what a board accepts.
+fn path_limits(random: &mut Random) -> PathLimits {
+    PathLimits {
+        speed: Speed(random.corner(1, 2_000_000) as i32),
+        acceleration: PathAcceleration(random.corner(1, 20_000) as u16),
+        jerk: PathJerk(random.corner(1, 1_000_000) as u32),
+        deviation: Micrometres(random.corner(1, 1_000_000) as i32),
+    }
+}
+
 /// Returns limits of jogs, in half of the cases the widest.
 fn jog_limits(random: &mut Random) -> JogLimits {
     let wide = random.percent(50);
@@ -228,7 +240,7 @@ fn jog_limits(random: &mut Random) -> JogLimits {
 pub fn invalid(random: &mut Random, positions: [i32; 3]) -> Config {
     let mut config = accepted(random, positions);
     let motor = random.below(3) as usize;
-    match random.below(23) {
+    match random.below(24) {
         0 => config.motors[motor].max_rate = Rate(random.any_i32()),
         1 => config.motors[motor].max_acceleration = Acceleration(random.any_i32() as u32),
         2 => config.motors[motor].travel_min = Steps16(random.any_i32()),
@@ -249,6 +261,7 @@ pub fn invalid(random: &mut Random, positions: [i32; 3]) -> Config {
             config.law =
                 Law::Taut(Estimated { delay: Milliseconds(random.range(501, 65_535) as u16) })
         }
+        20 => config.path.speed = Speed(random.pick(&[0, -1, 2_000_001])),
         17 => config.jog.max_rate = Rate(-(random.below(2) as i32)),
         14..=16 => config.law = invalid_interval(random),
         _ => config.motors[motor] = narrowed(config.motors[motor], positions[motor]),
@@ -282,6 +295,36 @@ pub fn point_in(random: &mut Random, workspace: &Workspace) -> Point {
     let Workspace { min, max } = workspace;
     let coordinate = |axis: usize| random.corner(min.0[axis].0.into(), max.0[axis].0.into());
     Point([0, 1, 2].map(coordinate).map(|c| Micrometres(c as i32)))
+}
+
+/// Returns a reference: mostly knots inside the workspace that move at up to 2 m/s.
+pub fn reference(random: &mut Random, config: Option<Config>) -> Reference {
+    let knot = |random: &mut Random| {
+        let position = match config {
+            Some(config) if !random.one_in(40) => point_in(random, &config.workspace),
+            _ => any_point(random),
+        };
+        let fastest = if random.one_in(40) { 1 << 31 } else { 2_000_000 };
+        let at_rest = random.one_in(4);
+        let velocity = [0; 3].map(|_| {
+            let speed = random.range(-fastest, fastest - 1) as i32;
+            Speed(if at_rest { 0 } else { speed })
+        });
+        Knot { position, velocity }
+    };
+    let time = |random: &mut Random| match random.below(8) {
+        0 => Micros(u64::MAX),
+        1 => Micros(0),
+        _ => Micros(1_000_000 + random.below(2_000_000)),
+    };
+    Reference {
+        sequence: random.bits() as u16,
+        now: time(random),
+        waits: random.percent(50),
+        first: time(random),
+        interval_us: if random.one_in(20) { 0 } else { random.corner(10_000, 500_000) as u32 },
+        knots: std::array::from_fn(|_| knot(random)),
+    }
 }
 
 /// Returns any point.

@@ -96,6 +96,7 @@ impl Scene {
             motors_before: [before, [0, 1, 2].map(|i| before[i] - (then[i] - before[i]) / 2)],
             motors_ahead: then.map(|m| (i64::from(m) + self.motion.lead(random)) as i32),
             target: self.target,
+            velocity: [0; 3],
         }
     }
 
@@ -108,6 +109,7 @@ impl Scene {
             motors_before: [self.motors; 2],
             motors_ahead: self.motors,
             target: [400_000, 400_000, 150_000],
+            velocity: [0; 3],
         }
     }
 }

@@ -17,10 +17,11 @@ pub(super) fn admit(state: &State, command: &Command) -> Result<(), Refusal> {
             State::Unconfigured | State::Ready => Ok(()),
             _ => Err(refusal(state)),
         },
-        Command::Target(_) | Command::Hold => match state {
+        Command::Target(_) | Command::Hold | Command::Follow(_) => match state {
             State::Ready
             | State::Seeking(_)
             | State::Holding(_)
+            | State::Following(_)
             | State::Settling(_)
             | State::Stopping { then: AfterStop::Ready } => Ok(()),
             _ => Err(refusal(state)),
@@ -64,8 +65,8 @@ fn refusal(state: &State) -> Refusal {
 #[cfg(test)]
 mod tests {
     use plumb_protocol::Config;
-    use plumb_protocol::message::{self, Fault, Hello, Jog, Position};
-    use plumb_protocol::units::{Micrometres, Point, Rate, Steps16};
+    use plumb_protocol::message::{self, Fault, Hello, Jog, KNOTS, Knot, Position, Reference};
+    use plumb_protocol::units::{Micrometres, Micros, Point, Rate, Steps16};
 
     use super::super::state::{Goal, Settling};
     use super::*;
@@ -75,7 +76,7 @@ mod tests {
     const GOAL: Goal = Goal { target: Point([Micrometres(0); 3]), command: Some(1) };
 
     /// Every state, in the order of the columns of [`EXPECTED`].
-    fn states() -> [State; 13] {
+    fn states() -> [State; 14] {
         use AfterStop::{Bootloader, Ready};
         let fault = |storing, then| State::Fault { fault: FAULT, storing, then };
         [
@@ -84,6 +85,7 @@ mod tests {
             State::Jogging(Jogging::new(0, 16, 256)),
             State::Seeking(GOAL),
             State::Holding(GOAL),
+            State::Following(GOAL),
             State::Settling(Settling::new(1)),
             State::Stopping { then: Ready },
             State::Stopping { then: Bootloader },
@@ -96,7 +98,7 @@ mod tests {
     }
 
     /// Every command, in the order of the rows of [`EXPECTED`].
-    fn commands() -> [Command; 12] {
+    fn commands() -> [Command; 13] {
         let position = Position { sequence: 1, age_us: 0, ball: None, covariance: None };
         [
             Command::Hello(Hello::OURS),
@@ -111,30 +113,39 @@ mod tests {
             Command::Store,
             Command::ClearFault,
             Command::Home,
+            Command::Follow(Reference {
+                sequence: 1,
+                now: Micros(0),
+                waits: true,
+                first: Micros(0),
+                interval_us: 100_000,
+                knots: [Knot::default(); KNOTS],
+            }),
         ]
     }
 
     /// `+` accepted, `u` Unconfigured, `b` Busy with the state, `f` Faulted with the fault.
     #[rustfmt::skip]
-    const EXPECTED: [[char; 13]; 12] = [
-        // Unconfigured, Ready, Jogging, Seeking, Holding, Settling, Stopping (then Bootloader),
-        // Storing (then Bootloader), Fault (storing, then Bootloader)
-        /* Hello      */ ['+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+'],
-        /* Stop       */ ['+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+'],
-        /* Bootloader */ ['+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+'],
-        /* Status     */ ['+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+'],
-        /* Position   */ ['u', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+'],
-        /* Configure  */ ['+', '+', 'b', 'b', 'b', 'b', 'b', 'b', 'b', 'b', 'f', 'f', 'f'],
-        /* Target     */ ['u', '+', 'b', '+', '+', '+', '+', 'b', 'b', 'b', 'f', 'f', 'f'],
-        /* Hold       */ ['u', '+', 'b', '+', '+', '+', '+', 'b', 'b', 'b', 'f', 'f', 'f'],
-        /* Jog        */ ['u', '+', 'b', 'b', 'b', 'b', 'b', 'b', 'b', 'b', 'f', 'f', 'f'],
-        /* Store      */ ['u', '+', 'b', 'b', 'b', 'b', 'b', 'b', 'b', 'b', '+', 'b', 'b'],
-        /* ClearFault */ ['+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+', 'b', 'b'],
-        /* Home       */ ['u', '+', 'b', 'b', 'b', 'b', 'b', 'b', 'b', 'b', 'f', 'f', 'f'],
+    const EXPECTED: [[char; 14]; 13] = [
+        // Unconfigured, Ready, Jogging, Seeking, Holding, Following, Settling,
+        // Stopping (then Bootloader), Storing (then Bootloader), Fault (storing, then Bootloader)
+        /* Hello      */ ['+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+'],
+        /* Stop       */ ['+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+'],
+        /* Bootloader */ ['+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+'],
+        /* Status     */ ['+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+'],
+        /* Position   */ ['u', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+'],
+        /* Configure  */ ['+', '+', 'b', 'b', 'b', 'b', 'b', 'b', 'b', 'b', 'b', 'f', 'f', 'f'],
+        /* Target     */ ['u', '+', 'b', '+', '+', '+', '+', '+', 'b', 'b', 'b', 'f', 'f', 'f'],
+        /* Hold       */ ['u', '+', 'b', '+', '+', '+', '+', '+', 'b', 'b', 'b', 'f', 'f', 'f'],
+        /* Jog        */ ['u', '+', 'b', 'b', 'b', 'b', 'b', 'b', 'b', 'b', 'b', 'f', 'f', 'f'],
+        /* Store      */ ['u', '+', 'b', 'b', 'b', 'b', 'b', 'b', 'b', 'b', 'b', '+', 'b', 'b'],
+        /* ClearFault */ ['+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+', '+', 'b', 'b'],
+        /* Home       */ ['u', '+', 'b', 'b', 'b', 'b', 'b', 'b', 'b', 'b', 'b', 'f', 'f', 'f'],
+        /* Follow     */ ['u', '+', 'b', '+', '+', '+', '+', '+', 'b', 'b', 'b', 'f', 'f', 'f'],
     ];
 
     /// State on the wire of each column.
-    const ON_WIRE: [message::State; 13] = {
+    const ON_WIRE: [message::State; 14] = {
         use message::State::*;
         let fault = Fault(FAULT);
         [
@@ -143,6 +154,7 @@ mod tests {
             Jogging,
             Seeking,
             Holding,
+            Following,
             Stopping,
             Stopping,
             Stopping,

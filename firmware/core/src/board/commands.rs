@@ -2,9 +2,9 @@
 
 use plumb_protocol::config::Config;
 use plumb_protocol::message::{
-    BoardHello, Command, Fault, FromBoard, Hello, Jog, Position, Refusal, ToBoard,
+    BoardHello, Command, Fault, FromBoard, Hello, Jog, Position, Reference, Refusal, ToBoard,
 };
-use plumb_protocol::units::{Micrometres, Micros, Point};
+use plumb_protocol::units::{Micrometres, Micros, Point, Speed};
 
 use super::admit::{admit, admit_position};
 use super::requests::LastRequest;
@@ -22,6 +22,20 @@ const MAX_OUTSIDE: u8 = 3;
 /// Highest rate of a motor on its way back into its travel, Q8 steps/s: 20 steps/s, about a
 /// centimetre a second.
 const MAX_RETURN_RATE: i32 = 20 << 8;
+
+/// Range of the time between two knots of a reference, µs.
+const KNOT_INTERVAL_US: core::ops::RangeInclusive<u32> = 10_000..=500_000;
+
+/// Highest velocity of a knot along an axis, µm/s.
+const MAX_KNOT_SPEED: i32 = 2_000_000;
+
+/// Checks the interval and the velocities of a reference.
+fn reference_in_range(reference: &Reference) -> Result<(), Refusal> {
+    let speeds = reference.knots.iter().flat_map(|knot| knot.velocity);
+    let is_slow = |speed: Speed| (-MAX_KNOT_SPEED..=MAX_KNOT_SPEED).contains(&speed.0);
+    let in_range = KNOT_INTERVAL_US.contains(&reference.interval_us) && { speeds }.all(is_slow);
+    if in_range { Ok(()) } else { Err(Refusal::ReferenceRange) }
+}
 
 impl Board {
     /// Executes a command and answers it.
@@ -57,8 +71,8 @@ impl Board {
             .last_request
             .is_some_and(|last| last.is_repeated_by(message, self.setup.config()));
         let result = if repeated { Ok(()) } else { self.execute(now, message, out) };
-        if result.is_ok() {
-            self.session.last_request = LastRequest::of(message);
+        if let (Ok(()), Some(request)) = (result, LastRequest::of(message)) {
+            self.session.last_request = Some(request);
         }
         let is_pending =
             matches!(message.command, Command::Store) && self.state.storing() == Some(message.id);
@@ -81,6 +95,7 @@ impl Board {
             Command::ClearFault => self.clear_fault(),
             Command::Store => self.store(id),
             Command::Home => self.home(),
+            Command::Follow(ref reference) => self.follow(now, id, reference, out),
             // `on_command` has executed these.
             Command::Hello(_)
             | Command::Stop
@@ -215,14 +230,56 @@ impl Board {
         Ok(())
     }
 
+    /// Follows a path, or goes on with its next part. From rest the reference begins at the target,
+    /// and in a drive where the ball is.
+    fn follow(
+        &mut self,
+        now: Micros,
+        id: u16,
+        reference: &Reference,
+        out: &mut Outbox,
+    ) -> Result<(), Refusal> {
+        let params = self.setup.require()?;
+        reference_in_range(reference)?;
+        if !reference.knots.iter().all(|knot| params.workspace.contains(knot.position)) {
+            if self.state.goal().is_some() {
+                self.fault(now, Fault::TargetOutside, out);
+            }
+            return Err(Refusal::ReferenceOutside);
+        }
+        if let State::Following(goal) = &mut self.state
+            && let Some(is_newer) = self.servo.follow_on(now, reference)
+        {
+            if !is_newer {
+                return Err(Refusal::ReferenceOutOfOrder);
+            }
+            goal.command = Some(id);
+            return Ok(());
+        }
+        self.setup.check_travel(self.travel_positions())?;
+        let limit_us = limit_us(params.deadlines.position);
+        let start = match self.state {
+            State::Holding(goal) => goal.target,
+            _ => Point(self.fresh_ball(now, limit_us)?.map(Micrometres)),
+        };
+        self.drive_to(now, State::Following(Goal { target: start, command: Some(id) }));
+        self.servo.follow(now, start, reference);
+        Ok(())
+    }
+
+    /// Returns the filtered position of the ball, µm, where one came within `limit_us`.
+    fn fresh_ball(&self, now: Micros, limit_us: u64) -> Result<[i32; 3], Refusal> {
+        let tracker = self.servo.tracker();
+        let fresh = tracker.captured().is_some_and(|captured| now.since(captured) <= limit_us);
+        tracker.filtered().filter(|_| fresh).ok_or(Refusal::NoPosition)
+    }
+
     /// Holds the ball where it is. While motors turn, they ramp down first: a law that is to bring
     /// a moving ball back would overshoot.
     fn hold(&mut self, now: Micros, id: u16) -> Result<(), Refusal> {
         let limit_us = limit_us(self.setup.require()?.deadlines.position);
         self.setup.check_travel(self.travel_positions())?;
-        let tracker = self.servo.tracker();
-        let fresh = tracker.captured().is_some_and(|captured| now.since(captured) <= limit_us);
-        let here = tracker.filtered().filter(|_| fresh).ok_or(Refusal::NoPosition)?;
+        let here = self.fresh_ball(now, limit_us)?;
         if self.planner.moving() {
             self.state = State::Settling(Settling::new(id));
             self.schedule.check_due = true;

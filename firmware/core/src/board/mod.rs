@@ -22,6 +22,8 @@
 //!                         | Store                        Target, Hold | Seeking, Holding
 //!                         +-----> Storing { id } ---written or not--> Ready
 //!
+//! Ready, Seeking, Holding, Settling, Stopping ---Follow---> Following ---end of path---> Holding
+//!
 //! any ---Bootloader, once what is under way has ended---> Stopping { then: Bootloader } -> restart
 //! any ---guard, deadline, emergency input---> Fault ---ClearFault, at rest---> Ready, Unconfigured
 //! ```
@@ -53,7 +55,7 @@ use crate::driver_timing::DriverTiming;
 use crate::law_worker::LawResponse;
 use crate::params::BuildLimits;
 use crate::plan::{Planner, StepPlan};
-use crate::servo::{Servo, error, magnitude};
+use crate::servo::Servo;
 pub use outbox::Outbox;
 use schedule::{EMERGENCY_TICKS, Schedule};
 use session::Session;
@@ -269,10 +271,8 @@ impl Board {
         self.session.last_telemetry = now;
         self.schedule.telemetry_due = false;
         let goal = self.state.goal();
-        let tracker = self.servo.tracker();
-        let error_of = |ball: Option<[i32; 3]>| {
-            goal.zip(ball).map_or([0; 3], |(goal, ball)| error(ball, goal.target))
-        };
+        let (error, filtered_error) =
+            goal.map_or(([0; 3], 0), |goal| self.servo.errors(goal.target));
         out.send(&FromBoard::Telemetry(Telemetry {
             time: now,
             state: self.state(),
@@ -281,10 +281,11 @@ impl Board {
             sequence: self.session.sequence,
             motors: self.travel_positions().map(Steps16),
             rates: self.rates().map(Rate),
-            error: Point(error_of(tracker.last()).map(Micrometres)),
-            filtered_error: Micrometres(magnitude(error_of(tracker.filtered())) as i32),
+            error: Point(error.map(Micrometres)),
+            filtered_error: Micrometres(filtered_error as i32),
             bad_frames: self.session.bad_frames,
             tensions: goal.and_then(|_| self.servo.tensions()),
+            reference: goal.and_then(|_| self.servo.reference_state(now)),
         }));
     }
 }

@@ -40,6 +40,7 @@ impl LastRequest {
             | Command::Stop
             | Command::Bootloader
             | Command::Position(_)
+            | Command::Follow(_)
             | Command::Status => return None,
         };
         Some(Self { id: message.id, content })

@@ -81,6 +81,9 @@ impl Board {
             && self.state.goal().is_some()
         {
             let deadlines = &params.deadlines;
+            if let Some(step) = self.servo.next_reference_step(params) {
+                timer.deadline(step, 0);
+            }
             let (since, valid_us) = self.servo.setpoint_validity();
             timer.milestone(since, valid_us);
             timer.deadline(self.session.last_rx, limit_us(deadlines.host) + 1);

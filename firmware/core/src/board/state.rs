@@ -18,6 +18,8 @@ pub(super) enum State {
     Seeking(Goal),
     /// The target was reached, and the servo keeps the ball there.
     Holding(Goal),
+    /// The servo has the ball follow a reference. The goal is where that is at present.
+    Following(Goal),
     /// The motors ramp down for a Hold, and then stand until the ball has come to rest.
     /// [`Holding`](Self::Holding) follows.
     Settling(Settling),
@@ -101,7 +103,7 @@ impl State {
     /// Returns the target while the servo drives the motors.
     pub(super) fn goal(&self) -> Option<&Goal> {
         match self {
-            Self::Seeking(goal) | Self::Holding(goal) => Some(goal),
+            Self::Seeking(goal) | Self::Holding(goal) | Self::Following(goal) => Some(goal),
             _ => None,
         }
     }
@@ -109,7 +111,9 @@ impl State {
     /// Forgets which command has set the target.
     pub(super) fn forget_command(&mut self) {
         match self {
-            Self::Seeking(goal) | Self::Holding(goal) => goal.command = None,
+            Self::Seeking(goal) | Self::Holding(goal) | Self::Following(goal) => {
+                goal.command = None;
+            }
             Self::Settling(settling) => settling.command = None,
             _ => {}
         }
@@ -136,7 +140,7 @@ impl State {
     /// Checks whether the board needs positions: it drives the ball, or waits for it to come to
     /// rest.
     pub(super) fn needs_positions(&self) -> bool {
-        matches!(self, Self::Seeking(_) | Self::Holding(_) | Self::Settling(_))
+        matches!(self, Self::Seeking(_) | Self::Holding(_) | Self::Following(_) | Self::Settling(_))
     }
 
     /// Checks whether a command that moves the motors is under way.
@@ -196,6 +200,7 @@ impl State {
             Self::Jogging(_) => message::State::Jogging,
             Self::Seeking(_) => message::State::Seeking,
             Self::Holding(_) => message::State::Holding,
+            Self::Following(_) => message::State::Following,
             Self::Settling(_) | Self::Stopping { .. } => message::State::Stopping,
             Self::Storing { .. } => message::State::Storing,
             Self::Fault { fault, .. } => message::State::Fault(*fault),

@@ -57,6 +57,7 @@ impl Board {
         if self.schedule.check_due {
             self.check(now, out);
         }
+        self.advance_reference(now);
         if self.schedule.idle_ticks == 0 {
             self.schedule.idle_ticks = self.poll_at(now);
         }
@@ -128,13 +129,26 @@ impl Board {
         }
     }
 
+    /// Makes the next state of the reference where it is due, and notes where it is.
+    #[inline(never)]
+    fn advance_reference(&mut self, now: Micros) {
+        let (State::Following(goal), Some(params)) = (&mut self.state, self.setup.params()) else {
+            return;
+        };
+        if let Some(target) = self.servo.advance_reference(now, params) {
+            goal.target = target;
+        }
+    }
+
     /// Checks after a position how the drive goes on, and in a stop or before a hold whether motors
     /// and ball rest. This runs in the second half of a tick, where there is time for it.
     #[inline(never)]
     fn check(&mut self, now: Micros, out: &mut Outbox) {
         self.schedule.check_due = false;
         match self.state {
-            State::Seeking(goal) | State::Holding(goal) => self.check_progress(now, goal, out),
+            State::Seeking(goal) | State::Holding(goal) | State::Following(goal) => {
+                self.check_progress(now, goal, out);
+            }
             State::Settling(settling) => self.check_settling(settling),
             State::Stopping { then: AfterStop::Ready } => self.settle(),
             _ => {}
@@ -163,7 +177,8 @@ impl Board {
         let progress =
             self.servo.check_progress(now, goal.target, self.planner.positions(), params);
         if progress.reached {
-            self.state = State::Holding(goal);
+            let target = self.servo.end_following().unwrap_or(goal.target);
+            self.state = State::Holding(Goal { target, ..goal });
         }
         if let Some(fault) = progress.fault {
             self.fault(now, fault, out);

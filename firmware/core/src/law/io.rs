@@ -37,14 +37,21 @@ pub struct Measurement {
     /// Motor positions after ramping down from the moment the law's setpoint takes effect, with
     /// what is still under way through the moving average; Q4 steps.
     pub motors_ahead: [i32; 3],
-    /// Target of the ball, µm, within ±4 m.
+    /// Target of the ball when the law's setpoint takes effect, µm, within ±4 m.
     pub target: [i32; 3],
+    /// Mean velocity of the target over the frame time from then on, µm/s; zero where it rests.
+    pub velocity: [i32; 3],
 }
 
 impl Measurement {
     /// Returns the error e = position - target, µm.
     pub fn error(&self) -> [i32; 3] {
         [0, 1, 2].map(|i| self.ball[i] - self.target[i])
+    }
+
+    /// Returns whether the target moves.
+    pub fn is_moving(&self) -> bool {
+        self.velocity != [0; 3]
     }
 }
 
@@ -77,12 +84,14 @@ pub struct Setpoint {
     /// Time that they hold, µs from when they take effect. The motors stop when nothing newer has
     /// come by then.
     pub valid_us: u32,
+    /// Share of the target's velocity that the motors cannot keep, 1/256.
+    pub shortfall: u8,
 }
 
 impl Setpoint {
     /// Returns a setpoint of these rates, as soon as the motors can, without an end.
     pub const fn at_once(rates: MotorRates) -> Self {
-        Self { rates, ramp_us: 0, valid_us: u32::MAX }
+        Self { rates, ramp_us: 0, valid_us: u32::MAX, shortfall: 0 }
     }
 
     /// Returns the setpoint that is in force `elapsed_us` after it took effect.

@@ -35,6 +35,15 @@ impl MotorRates {
         }))
     }
 
+    /// Returns the share of these rates, 1/256, by which the fastest motor exceeds `limit` (Q8
+    /// steps/s, above 0).
+    pub(super) fn shortfall(self, limit: i32) -> u8 {
+        let fastest = self.0.iter().map(|rate| rate.unsigned_abs()).max().unwrap_or(0);
+        let excess = fastest.saturating_sub(limit.unsigned_abs());
+        // Below 1, so that the cast keeps the value.
+        (u64::from(excess) * 256 / u64::from(fastest.max(1))).min(255) as u8
+    }
+
     /// Returns 3/10 of the rates, rounded towards zero: the rates while positions are missing.
     #[must_use]
     pub fn coasting(self) -> Self {

@@ -104,7 +104,7 @@ pub(super) fn direction(e: [i32; 3]) -> [i32; 3] {
 
 impl Law for Sign {
     fn update(&mut self, measurement: &Measurement) -> Setpoint {
-        if self.target != measurement.target {
+        if self.target != measurement.target && !measurement.is_moving() {
             // The gain that fits the way to one target may not fit the way to another.
             (self.gain_scale, self.boost) = (ONE, ONE);
             self.detector = OvershootDetector::default();
@@ -127,6 +127,7 @@ mod tests {
             motors_before: [[0; 3]; 2],
             motors_ahead: [0; 3],
             target,
+            velocity: [0; 3],
         }
     }
 

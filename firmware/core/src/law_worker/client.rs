@@ -5,13 +5,14 @@
 //! to the target of its request: after another target, a stop or a fault it has no effect, but the
 //! law's state has taken in the position.
 
-use plumb_protocol::units::{Covariance, Micros, Point};
+use plumb_protocol::units::{Covariance, Micros};
 
 use super::{LawRequest, LawResponse};
 use crate::clock::TICK_US;
 use crate::law::{MOTOR_SAMPLE_US, Measurement, variances};
 use crate::params::Params;
 use crate::plan::Planner;
+use crate::servo::Aim;
 
 /// A position that waits to become a request.
 #[derive(Debug, Clone, Copy)]
@@ -77,12 +78,12 @@ impl LawClient {
     }
 
     /// Makes a request from the position that waits, where no request is open, and returns its
-    /// number. Call after the planning of the tick at `now`. See
-    /// [`take_request`](Self::take_request).
+    /// number. `aim` returns the target at the moment when the response takes effect. Call after
+    /// the planning of the tick at `now`. See [`take_request`](Self::take_request).
     pub fn make_request(
         &mut self,
         now: Micros,
-        target: Point,
+        aim: impl FnOnce(Micros) -> Aim,
         planner: &Planner,
         params: &Params,
     ) -> Option<u32> {
@@ -94,19 +95,19 @@ impl LawClient {
         let age_us = age_us.saturating_add(params.delay_us());
         let motors =
             |times: u32| planner.positions_ago(age_us.saturating_add(times * MOTOR_SAMPLE_US));
+        let due = Micros(now.0 + u64::from(kind.ticks() * TICK_US));
+        let Aim { position, velocity } = aim(due);
         let measurement = Measurement {
             ball: pending.ball,
             variances: variances(pending.covariance),
             motors: motors(0),
             motors_before: [motors(1), motors(2)],
             motors_ahead: planner.reference_after(kind.ticks() - 1),
-            target: target.micrometres(),
+            target: position,
+            velocity,
         };
         self.number = self.number.wrapping_add(1);
-        self.open = Some(OpenRequest {
-            due: Micros(now.0 + u64::from(kind.ticks() * TICK_US)),
-            response: None,
-        });
+        self.open = Some(OpenRequest { due, response: None });
         let (number, limits, generation) = (self.number, params.limits(), self.generation);
         self.request = Some(LawRequest { number, kind, limits, generation, measurement });
         Some(number)

@@ -18,5 +18,6 @@ mod step_axis;
 mod travel_limit;
 
 pub use jog::Jogging;
+pub(crate) use moving_average::mean_lag_us;
 pub use planner::Planner;
 pub use pulses::{Pulses, StepPlan};

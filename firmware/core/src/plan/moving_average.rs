@@ -16,6 +16,13 @@ const CELLS: usize = 128;
 
 const _: () = assert!(MAX_MEAN_MS as i64 * 1000 <= CELLS as i64 * CELL_TICKS * TICK_US as i64);
 
+/// Returns the mean time by which the motors are behind the reference, µs, with an average over
+/// `span_ms`: half of the span, and one and a half cells.
+pub(crate) fn mean_lag_us(span_ms: u16) -> u64 {
+    const CELL_US: u64 = CELL_TICKS as u64 * TICK_US as u64;
+    if span_ms == 0 { 0 } else { u64::from(span_ms) * 500 + CELL_US * 3 / 2 }
+}
+
 /// Moving average of one motor.
 #[derive(Debug, Clone, Copy)]
 struct Lane {

@@ -16,19 +16,24 @@ mod following;
 mod guards;
 mod nearest;
 mod progress;
+mod reference;
 mod tracker;
 
-use plumb_protocol::message::Fault;
-use plumb_protocol::units::{Covariance, Micros, Milliseconds, Point, RelativeTension};
+use plumb_protocol::message::{Fault, Reference, ReferenceState};
+use plumb_protocol::units::{
+    Covariance, Micrometres, Micros, Milliseconds, Point, RelativeTension,
+};
 
 use crate::law::{InlineLaw, Law, Measurement, Setpoint, variances};
 use crate::law_worker::{LawClient, LawRequest, LawResponse};
 use crate::params::Params;
-use crate::plan::Planner;
+use crate::plan::{Planner, mean_lag_us};
+use reference::Follower;
 
 pub use arrival::ArrivalDetector;
 pub use error::{error, magnitude};
 pub use guards::{DriveState, Guards};
+pub use reference::Aim;
 pub use tracker::BallTracker;
 
 /// A position of the ball, inside the workspace.
@@ -93,6 +98,8 @@ pub struct Servo<L = InlineLaw> {
     guards: Guards,
     /// See [`Servo::tensions`].
     tensions: Option<[RelativeTension; 3]>,
+    /// The reference, while the drive follows one.
+    follower: Option<Follower>,
 }
 
 /// Returns `limit` in µs.
@@ -105,6 +112,12 @@ pub(crate) fn limit_us(limit: Milliseconds) -> u64 {
 /// deadline, which at 500 ms and 30 Hz is six frames.
 pub(crate) fn coasting_us(deadline: Milliseconds) -> u64 {
     u64::from(u32::from(deadline.0) * 400)
+}
+
+/// Returns the aim of a law whose rates take effect at `time`: of a drive that follows, or of one
+/// to `target`.
+fn aim(follower: &Option<Follower>, target: Point, time: Micros, params: &Params) -> Aim {
+    follower.as_ref().map_or(Aim::at(target), |follower| follower.aim(time, params))
 }
 
 impl<L: Law> Servo<L> {
@@ -121,6 +134,7 @@ impl<L: Law> Servo<L> {
             drive_since: Micros(0),
             guards: Guards::default(),
             tensions: None,
+            follower: None,
         }
     }
 
@@ -149,6 +163,63 @@ impl<L: Law> Servo<L> {
         self.setpoint_since = now;
         self.request = None;
         self.arrival = ArrivalDetector::default();
+        self.follower = None;
+    }
+
+    /// Follows a path from `start` on, where the reference begins at rest.
+    pub(crate) fn follow(&mut self, now: Micros, start: Point, reference: &Reference) {
+        self.follower = Some(Follower::new(now, start.micrometres(), reference));
+    }
+
+    /// Takes over the next part of the path. Returns whether it is newer than the last one; `None`
+    /// while the drive follows no path.
+    pub(crate) fn follow_on(&mut self, now: Micros, reference: &Reference) -> Option<bool> {
+        self.follower.as_mut().map(|follower| follower.update(now, reference))
+    }
+
+    /// Ends the following where the path has ended. Returns the path's end; `None` where the drive
+    /// follows none.
+    pub(crate) fn end_following(&mut self) -> Option<Point> {
+        self.follower.take().map(|follower| follower.last())
+    }
+
+    /// Returns when the reference needs its next step; `None` while the drive follows none.
+    pub(crate) fn next_reference_step(&self, params: &Params) -> Option<Micros> {
+        self.follower.as_ref().map(|follower| follower.next_step(mean_lag_us(params.mean_ms)))
+    }
+
+    /// Makes the next state of the reference, where it is due at `now`. Returns the position of the
+    /// reference at `now`; `None` while the drive follows none.
+    pub(crate) fn advance_reference(&mut self, now: Micros, params: &Params) -> Option<Point> {
+        let is_due = self.next_reference_step(params)? <= now;
+        let is_seen = now.since(self.last_seen()) <= coasting_us(params.deadlines.position);
+        let filtered = self.tracker.filtered().filter(|_| is_seen);
+        let follower = self.follower.as_mut()?;
+        if is_due {
+            let deviation = filtered.map(|ball| magnitude(error(ball, follower.smoothed())));
+            follower.step(deviation, params);
+        }
+        Some(Point(follower.position(now).map(Micrometres)))
+    }
+
+    /// Returns the state of the reference for telemetry; `None` while the drive follows none.
+    pub(crate) fn reference_state(&self, now: Micros) -> Option<ReferenceState> {
+        self.follower.as_ref().map(|follower| follower.state(now))
+    }
+
+    /// Returns the last error and the filtered one of a drive to `target`, µm. Where the drive
+    /// follows a reference, the errors are from where that was at the captures.
+    pub(crate) fn errors(&self, target: Point) -> ([i32; 3], u32) {
+        let (last, filtered) = match &self.follower {
+            Some(follower) => {
+                (Point(follower.position(self.last_seen()).map(Micrometres)), follower.smoothed())
+            }
+            None => (target, target),
+        };
+        (
+            self.tracker.last().map_or([0; 3], |ball| error(ball, last)),
+            self.tracker.filtered().map_or(0, |ball| magnitude(error(ball, filtered))),
+        )
     }
 
     /// Ends the drive, so that the guards start anew with the next one even in motion.
@@ -169,7 +240,11 @@ impl<L: Law> Servo<L> {
     ) {
         let BallPosition { captured, ball, covariance } = *position;
         self.tracker.update(captured, ball);
+        if let Some(follower) = &mut self.follower {
+            follower.smooth(captured);
+        }
         let Some(target) = target else { return };
+        let aim = aim(&self.follower, target, now, params);
         if params.deferred_law().is_some() {
             self.client.on_position(captured, ball, covariance);
         } else if let Some(law) = &mut self.law {
@@ -179,7 +254,8 @@ impl<L: Law> Servo<L> {
                 motors: motors.present,
                 motors_before: [motors.present; 2],
                 motors_ahead: motors.ahead,
-                target: target.micrometres(),
+                target: aim.position,
+                velocity: aim.velocity,
             });
             self.set_setpoint(now, setpoint, params);
         }
@@ -189,6 +265,9 @@ impl<L: Law> Servo<L> {
     fn set_setpoint(&mut self, now: Micros, setpoint: Setpoint, params: &Params) {
         self.setpoint = Setpoint { rates: setpoint.rates.within(params.max_rates()), ..setpoint };
         self.setpoint_since = now;
+        if let Some(follower) = &mut self.follower {
+            follower.set_law_pace(256 - u16::from(setpoint.shortfall));
+        }
     }
 
     /// Checks the filtered position after a position was taken in; `motors` are the positions of
@@ -201,9 +280,14 @@ impl<L: Law> Servo<L> {
         params: &Params,
     ) -> Progress {
         let Some(filtered) = self.tracker.filtered() else { return Progress::default() };
+        let (target, is_final) = match &self.follower {
+            Some(follower) => (follower.smoothed(), follower.has_arrived()),
+            None => (target, true),
+        };
         let state = DriveState::new(filtered, target, motors);
         Progress {
-            reached: self.arrival.update(state.error, self.tracker.residual(), &params.reached),
+            reached: self.arrival.update(state.error, self.tracker.residual(), &params.reached)
+                && is_final,
             fault: self.guards.update(now, &state, params),
         }
     }
@@ -271,7 +355,8 @@ impl<L: Law> Servo<L> {
             self.client.discard_pending();
             return false;
         };
-        let number = self.client.make_request(now, target, planner, params);
+        let aim = |due| aim(&self.follower, target, due, params);
+        let number = self.client.make_request(now, aim, planner, params);
         if number.is_some() {
             self.request = number;
         }

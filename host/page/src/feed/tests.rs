@@ -39,6 +39,7 @@ fn telemetry(state: State, target: Option<u16>) -> Telemetry {
         filtered_error: Micrometres(1500),
         bad_frames: 0,
         tensions: None,
+        reference: None,
     }
 }
 

@@ -72,5 +72,6 @@ fn state_name(state: State) -> &'static str {
         State::Jogging => "jogging",
         State::Stopping => "stopping",
         State::Storing => "storing",
+        State::Following => "following",
     }
 }

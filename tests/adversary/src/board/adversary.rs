@@ -129,6 +129,7 @@ impl Adversary {
             185..=214 => Action::Send(Command::Status),
             215..=222 => Action::Send(Command::Store),
             304..=309 => Action::Send(Command::Home),
+            310..=329 => Action::Send(Command::Follow(generate::reference(random, view.config))),
             223..=232 => Action::Send(Command::Stop),
             233 => Action::Send(Command::Bootloader),
             234..=263 => Action::Repeat,
@@ -157,6 +158,7 @@ impl Adversary {
                 3..=5 => Command::Jog(jog(random, view)),
                 _ => Command::Target(target(random, view)),
             }),
+            State::Following => Some(Command::Follow(generate::reference(random, view.config))),
             State::Jogging | State::Seeking | State::Holding | State::Stopping | State::Storing => {
                 None
             }

@@ -55,6 +55,7 @@ fn name(command: &Command) -> &'static str {
         Command::Status => "Status",
         Command::Store => "Store",
         Command::Home => "Home",
+        Command::Follow(_) => "Follow",
     }
 }
 

@@ -34,9 +34,9 @@ impl Snapshot {
         }
     }
 
-    /// Returns whether the board seeks or holds.
+    /// Returns whether the board seeks, holds or follows.
     pub fn seeking(&self) -> bool {
-        matches!(self.state, State::Seeking | State::Holding)
+        matches!(self.state, State::Seeking | State::Holding | State::Following)
     }
 
     /// Returns the board's fault, if any.

@@ -52,7 +52,7 @@ impl Course {
             }
             (self.began, self.start, self.nearest_m) = (Some(now), ball, f64::INFINITY);
         }
-        if !matches!(board.state(), State::Seeking | State::Holding) {
+        if !matches!(board.state(), State::Seeking | State::Holding | State::Following) {
             self.reacted.get_or_insert(now);
         }
         if self.fault.is_none() {

@@ -7,6 +7,8 @@ use crate::law::sign;
 const FREE_OVERSHOOTS: u8 = 1;
 /// Factor on the gain at each further overshoot, Q8.
 const DAMPING: u32 = 192;
+/// Rise of the scale with each measurement while the target moves, Q8: from the least to 1 in 8 s.
+const RECOVERY: u32 = 1;
 /// Least scale of the gain, Q8.
 const MIN_GAIN_SCALE: u32 = 26;
 
@@ -24,6 +26,12 @@ impl OvershootDamping {
     /// Creates the damping on the way to `target` (µm).
     pub(super) fn new(target: [i32; 3]) -> Self {
         Self { target, detector: OvershootDetector::default(), overshoots: 0, gain_scale: 256 }
+    }
+
+    /// Goes on with a target that has moved to `target` (µm). Meanwhile the scale rises again.
+    pub(super) fn follow(&mut self, target: [i32; 3]) {
+        self.target = target;
+        self.gain_scale = (self.gain_scale + RECOVERY).min(256);
     }
 
     /// Takes the predicted error `e` (µm), and returns the scale of the rates, Q8. Another target

@@ -87,7 +87,8 @@ impl Estimate {
     pub(super) fn update(&mut self, measurement: &Measurement) {
         let turned = [0, 1, 2].map(|k| measurement.motors[k].saturating_sub(self.motors[k]));
         self.motors = measurement.motors;
-        self.held = if self.holds(measurement.target) { (self.held + 1).min(MAX_HELD) } else { 0 };
+        let is_held = !measurement.is_moving() && self.holds(measurement.target);
+        self.held = if is_held { (self.held + 1).min(MAX_HELD) } else { 0 };
         for (i, axis) in self.axes.iter_mut().enumerate() {
             axis.predict(turned);
             let (ball, variance) = (measurement.ball[i], measurement.variances[i]);

@@ -63,6 +63,17 @@ impl Adaptive {
         }
     }
 
+    /// Returns the setpoint with the rates `ahead`, which move the ball as its target moves.
+    fn with_feed_forward(&self, setpoint: Setpoint, ahead: MotorRates) -> Setpoint {
+        let rates = [0, 1, 2].map(|k| setpoint.rates.0[k].saturating_add(ahead.0[k]));
+        Setpoint {
+            rates: MotorRates(rates),
+            valid_us: u32::MAX,
+            shortfall: ahead.shortfall(self.limits.rate / 4 * 3),
+            ..setpoint
+        }
+    }
+
     /// Returns the rates of the sign law for the error `e` (target - position, µm), at full rate
     /// until close to the target.
     fn by_signs(&self, e: [i32; 3]) -> MotorRates {
@@ -86,10 +97,20 @@ impl Law for Adaptive {
         };
         let j = estimate.projected();
         let e = estimate.predicted_error(&j, measurement);
+        if measurement.is_moving() {
+            self.damping.follow(measurement.target);
+        }
         let gain_scale = self.damping.update(measurement.target, e);
-        match estimate.steps(&j, e) {
+        let setpoint = match estimate.steps(&j, e) {
             Some(steps) => self.along(&steps, gain_scale),
             None => Setpoint::at_once(self.by_signs(e)),
+        };
+        if measurement.is_moving() {
+            let ahead =
+                MotorRates(estimate.cautious_steps(&j, measurement.velocity).unwrap_or_default());
+            self.with_feed_forward(setpoint, ahead)
+        } else {
+            setpoint
         }
     }
 }

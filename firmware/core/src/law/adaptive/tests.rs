@@ -8,6 +8,7 @@ const PICTURE: Measurement = Measurement {
     motors_before: [[0; 3]; 2],
     motors_ahead: [0; 3],
     target: [0; 3],
+    velocity: [0; 3],
 };
 /// Q6 µm/step: a small rig's, a usual one's and a large one's near its motors.
 const JACOBIANS: [[[i32; 3]; 3]; 3] = [

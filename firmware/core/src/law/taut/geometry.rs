@@ -1,26 +1,10 @@
-//! Vectors and matrices of three in f32.
+//! Matrices of three rows and columns in f32.
 
 use crate::law::signs::SIGNS;
+pub(super) use crate::vector::{Vector, dot, length, scaled};
 
-/// A vector of three numbers.
-pub(super) type Vector = [f32; 3];
 /// A matrix by its rows.
 pub(super) type Matrix = [Vector; 3];
-
-/// Returns the scalar product.
-pub(super) fn dot(a: Vector, b: Vector) -> f32 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-/// Returns the Euclidean length.
-pub(super) fn length(v: Vector) -> f32 {
-    libm::sqrtf(dot(v, v))
-}
-
-/// Returns v times `factor`.
-pub(super) fn scaled(v: Vector, factor: f32) -> Vector {
-    v.map(|v| v * factor)
-}
 
 /// Returns m v.
 pub(super) fn along(m: &Matrix, v: Vector) -> Vector {

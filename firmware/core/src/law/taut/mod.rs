@@ -18,6 +18,7 @@ use plumb_protocol::units::RelativeTension;
 
 use super::io::{Law, Limits, Measurement, Setpoint};
 use super::rates::MotorRates;
+use crate::vector::plus;
 use geometry::{Vector, along, dot, largest, scaled};
 use multi_model::{GRAVITY, Mixture, MultiModelFilter};
 use observation::{Observation, millimetres, steps};
@@ -91,13 +92,21 @@ impl Taut {
 
     /// Returns the rates towards the target before their change is limited: along the straight line
     /// in motor space, as fast as the ball can be stopped on the steps that are left.
-    fn wanted(&self, mixture: &Mixture, e: Vector, due: Vector, target: Vector) -> Vector {
+    fn wanted(
+        &self,
+        mixture: &Mixture,
+        e: Vector,
+        due: Vector,
+        target: Vector,
+        is_moving: bool,
+    ) -> Vector {
         let Some(steps) = mixture.steps(e) else { return [0.0; 3] };
         let unit = scaled(steps, 1.0 / largest(steps).max(1e-9));
         let left = mixture.steps_left(target, due, unit, largest(steps));
         let pace = self.progress.pace();
         let braking = pace * BRAKING_SHARE * self.acceleration(mixture, scaled(unit, -1.0));
-        let weight = dot(e, e) / (dot(e, e) + DEAD_ZONE_MM * DEAD_ZONE_MM);
+        let dead_zone = if is_moving { 0.0 } else { DEAD_ZONE_MM * DEAD_ZONE_MM };
+        let weight = dot(e, e) / (dot(e, e) + dead_zone).max(1e-9);
         let rate = (weight * pace * GAIN * left).min(libm::sqrtf(2.0 * braking * left));
         scaled(unit, rate.min(self.max_rate))
     }
@@ -134,13 +143,23 @@ impl Law for Taut {
         let due = steps(measurement.motors, measurement.motors_ahead);
         let moves = along(&mixture.j, due);
         let e = [0, 1, 2].map(|i| target[i] - mixture.ball[i] - moves[i]);
+        if measurement.is_moving() {
+            self.progress.follow(target);
+        }
         if self.progress.update(target, e) {
             self.filter = None;
         }
-        let wanted = self.wanted(&mixture, e, due, target);
+        let ahead = mixture.steps(millimetres(measurement.velocity)).unwrap_or_default();
+        let wanted = self.wanted(&mixture, e, due, target, measurement.is_moving());
+        let wanted = plus(ahead, wanted, 1.0);
         self.rates = self.limited(&mixture, wanted);
         let rates = MotorRates(self.rates.map(|rate| (rate * 256.0) as i32));
-        Setpoint { ramp_us: (FRAME_S * 1e6) as u32, ..Setpoint::at_once(rates) }
+        let ahead = MotorRates(ahead.map(|rate| (rate * 256.0) as i32));
+        Setpoint {
+            ramp_us: (FRAME_S * 1e6) as u32,
+            shortfall: ahead.shortfall((self.max_rate * 192.0) as i32),
+            ..Setpoint::at_once(rates)
+        }
     }
 
     fn tensions(&self) -> Option<[RelativeTension; 3]> {

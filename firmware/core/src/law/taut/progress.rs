@@ -65,6 +65,11 @@ impl ProgressMonitor {
         self.pace
     }
 
+    /// Goes on with a target that has moved to `target` (mm).
+    pub(super) fn follow(&mut self, target: Vector) {
+        self.target = target;
+    }
+
     /// Takes the error (mm) on the way to `target`, and returns whether the filters are stuck.
     pub(super) fn update(&mut self, target: Vector, e: Vector) -> bool {
         if target != self.target {

@@ -145,6 +145,7 @@ fn farthest_at_the_end(hz: f32, damping: f32) -> f32 {
             motors_before: before.map(sixteenths),
             motors_ahead: sixteenths(motors),
             target: micro(target),
+            velocity: [0; 3],
         };
         rates = law.update(&measurement).rates.0.map(|rate| rate as f32 / 256.0);
         if frame >= 1740 {

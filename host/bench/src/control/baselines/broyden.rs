@@ -79,7 +79,9 @@ impl Law for Broyden {
         let damping = Matrix3::identity() * (DAMPING * self.j.amax()).powi(2);
         // Levenberg: (J'J + μ²) n = J'e, positive definite.
         let normal = self.j.transpose() * self.j + damping;
-        let steps = normal.cholesky().map(|c| c.solve(&(self.j.transpose() * e)));
-        setpoint(along(steps.unwrap_or_default(), &self.limits))
+        let Some(normal) = normal.cholesky() else { return Setpoint::default() };
+        let steps = |e| normal.solve(&(self.j.transpose() * e));
+        // A target that moves is fed forward by the same J.
+        setpoint(along(steps(e), &self.limits) + steps(measurement.velocity))
     }
 }

@@ -1,4 +1,5 @@
-//! Inverse kinematics with an inaccurate model and camera feedback.
+//! Inverse kinematics with an inaccurate model and camera feedback; with feed-forward for a target
+//! that moves.
 
 use nalgebra::{Point3, Vector3};
 use plumb_core::law::{Law, Measurement, Setpoint};
@@ -65,6 +66,10 @@ impl Law for Model {
         let predicted = self.remaining.map(|(steps, motors)| steps - (measurement.motors - motors));
         let remaining = predicted.map_or(measured, |steps| steps + (measured - steps) * GAIN);
         self.remaining = Some((remaining, measurement.motors));
-        setpoint(along(remaining - (measurement.motors_ahead - measurement.motors), &self.limits))
+        let correction =
+            along(remaining - (measurement.motors_ahead - measurement.motors), &self.limits);
+        // The model's steps over a millisecond of the target's movement.
+        let ahead = measurement.target + measurement.velocity * 1e-3;
+        setpoint(correction + self.steps(measurement.target, ahead) * 1e3)
     }
 }

@@ -50,6 +50,8 @@ pub(super) struct FloatMeasurement {
     pub(super) motors_ahead: Vector3<f64>,
     /// Target, mm.
     pub(super) target: Vector3<f64>,
+    /// Velocity of the target, mm/s.
+    pub(super) velocity: Vector3<f64>,
 }
 
 impl From<&Measurement> for FloatMeasurement {
@@ -61,6 +63,7 @@ impl From<&Measurement> for FloatMeasurement {
             motors: steps(measurement.motors),
             motors_ahead: steps(measurement.motors_ahead),
             target: millimetres(measurement.target),
+            velocity: millimetres(measurement.velocity),
         }
     }
 }

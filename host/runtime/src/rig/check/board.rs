@@ -6,7 +6,9 @@ use plumb_protocol::units::Rate;
 
 use super::finding::{Document, Finding, Severity};
 use crate::rig::conversion::Conversion;
-use crate::rig::{DeadlineSettings, GrowthRule, JogSettings, LawName, ReachedRule, Rig};
+use crate::rig::{
+    DeadlineSettings, GrowthRule, JogSettings, LawName, PathSettings, ReachedRule, Rig,
+};
 
 /// Check of a configuration by the board's own limits: returns every field out of range.
 pub type BoardCheck<'a> = &'a dyn Fn(&Config) -> Vec<ConfigField>;
@@ -29,6 +31,9 @@ fn keys(field: ConfigField, law: LawName) -> &'static [&'static str] {
         ConfigField::Following => &["following.turn", "following.movement"],
         ConfigField::Progress => &["progress.margin", "progress.time"],
         ConfigField::Jog => &["jog.max_rate", "jog.max_distance"],
+        ConfigField::Path => {
+            &["path.max_speed", "path.max_acceleration", "path.max_jerk", "path.deviation"]
+        }
         ConfigField::Drivers => &["motors.driver"],
         ConfigField::Mean => match law {
             LawName::Interval => &["law.interval.mean"],
@@ -47,6 +52,7 @@ fn keys(field: ConfigField, law: LawName) -> &'static [&'static str] {
 fn reset(rig: &mut Rig, key: &str) {
     let (reached, deadlines) = (ReachedRule::default(), DeadlineSettings::default());
     let (growth, jog) = (GrowthRule::default(), JogSettings::default());
+    let path = PathSettings::default();
     match key {
         "reached.radius" => rig.reached.radius = reached.radius,
         "reached.frames" => rig.reached.frames = reached.frames,
@@ -57,6 +63,10 @@ fn reset(rig: &mut Rig, key: &str) {
         "growth.time" => rig.growth.time = growth.time,
         "jog.max_rate" => rig.jog.max_rate = jog.max_rate,
         "jog.max_distance" => rig.jog.max_distance = jog.max_distance,
+        "path.max_speed" => rig.path.max_speed = path.max_speed,
+        "path.max_acceleration" => rig.path.max_acceleration = path.max_acceleration,
+        "path.max_jerk" => rig.path.max_jerk = path.max_jerk,
+        "path.deviation" => rig.path.deviation = path.deviation,
         _ => {}
     }
 }

@@ -130,7 +130,7 @@ impl Telemetry {
 pub(super) struct Names {
     /// Id of the last executed Configure since the last matching Hello.
     configuration: Option<u16>,
-    /// Id of the last executed Target or Hold since then.
+    /// Id of the last executed Target, Hold or Follow since then.
     target: Option<u16>,
 }
 
@@ -142,7 +142,7 @@ impl Names {
             match command {
                 Command::Hello(hello) if hello == Hello::OURS => *self = Self::default(),
                 Command::Configure(_) => self.configuration = Some(id),
-                Command::Target(_) | Command::Hold => self.target = Some(id),
+                Command::Target(_) | Command::Hold | Command::Follow(_) => self.target = Some(id),
                 _ => {}
             }
         }
@@ -154,7 +154,10 @@ impl Names {
         for reply in replies {
             let holds = match reply {
                 FromBoard::Telemetry(telemetry) => {
-                    let seeking = matches!(telemetry.state, State::Seeking | State::Holding);
+                    let seeking = matches!(
+                        telemetry.state,
+                        State::Seeking | State::Holding | State::Following
+                    );
                     telemetry.configuration == self.configuration
                         && telemetry.target == self.target.filter(|_| seeking)
                 }

@@ -146,7 +146,7 @@ impl Acceleration {
 
 /// Returns whether this command, if accepted, starts motion.
 pub(super) fn begins_motion(command: &Command) -> bool {
-    matches!(command, Command::Target(_) | Command::Jog(_) | Command::Hold)
+    matches!(command, Command::Target(_) | Command::Jog(_) | Command::Hold | Command::Follow(_))
 }
 
 /// Returns whether this command, if accepted, ends motion.

@@ -114,6 +114,7 @@ fn telemetry(now: u64) -> FromBoard {
         filtered_error: Micrometres(0),
         bad_frames: 0,
         tensions: None,
+        reference: None,
     })
 }
 

@@ -19,6 +19,7 @@ fn telemetry(state: State, motors: [f64; 3]) -> Telemetry {
         filtered_error: Micrometres(0),
         bad_frames: 0,
         tensions: None,
+        reference: None,
     }
 }
 

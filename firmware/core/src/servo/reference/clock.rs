@@ -1,0 +1,129 @@
+//! The path's time on the board: how far along its path the reference is.
+
+use plumb_protocol::message::Reference;
+use plumb_protocol::units::Micros;
+
+use super::path::Path;
+use super::{STEP_S, STEP_US};
+
+/// Highest change of the pace, 1/s.
+const SLEW: f32 = 4.0;
+/// Time before the end of what the host has sent from which on the pace falls, seconds.
+const BRAKING_S: f32 = 0.25;
+/// Distance of the reference from its path at which a path that waits stands still, mm.
+const FAR_MM: f32 = 8.0;
+/// Change of the pace over the time by which a path that goes on is late, 1/s.
+const CATCH_UP: f32 = 2.0;
+/// Largest change of the pace to catch up.
+const MAX_CATCH_UP: f32 = 0.2;
+/// Lateness beyond which the path's time jumps, µs. The reference goes after it within its limits.
+const MAX_LATE_US: i64 = 150_000;
+/// Growth of the clocks' difference that is possible, as 1/this: a message may be late, and none is
+/// early.
+const DRIFT: u64 = 1000;
+
+/// What decides the pace.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Conditions {
+    /// Filtered distance of the ball from the reference, µm; `None` where the ball is not seen.
+    pub(super) deviation: Option<u32>,
+    /// Deviation at which a path that waits stands still, µm.
+    pub(super) limit: u32,
+    /// Share of the path's speed that the law can keep, 1/256.
+    pub(super) law_pace: u16,
+    /// Distance of the reference from its path, mm.
+    pub(super) distance: f32,
+}
+
+/// The path's time, and its speed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct PathClock {
+    /// The path's time at the newest state of the reference, µs.
+    time: i64,
+    /// Speed of the path's time: 1 is the host's.
+    pace: f32,
+    waits: bool,
+    /// The path's time less the board's, µs, of the message that was least late.
+    offset: i64,
+    /// When that was set.
+    offset_since: Micros,
+}
+
+/// Returns the path's time less the board's by a message that arrives at `now`.
+fn offset(now: Micros, reference: &Reference) -> i64 {
+    // Both count microseconds. Times beyond 2^62 µs wrap, and the path then jumps.
+    reference.now.0.wrapping_sub(now.0) as i64
+}
+
+impl PathClock {
+    /// Creates the clock of a path whose first message arrives at `now`.
+    pub(super) fn new(now: Micros, reference: &Reference) -> Self {
+        Self {
+            time: reference.now.0 as i64,
+            pace: 0.0,
+            waits: reference.waits,
+            offset: offset(now, reference),
+            offset_since: now,
+        }
+    }
+
+    /// Takes in the times of the next message.
+    pub(super) fn update(&mut self, now: Micros, reference: &Reference) {
+        self.waits = reference.waits;
+        let possible = (now.since(self.offset_since) / DRIFT) as i64;
+        let late = self.offset.saturating_sub(possible);
+        let seen = offset(now, reference);
+        if seen >= late || late.saturating_sub(seen) > MAX_LATE_US {
+            (self.offset, self.offset_since) = (seen, now);
+        }
+    }
+
+    /// Returns the path's time, µs.
+    pub(super) fn time(&self) -> i64 {
+        self.time
+    }
+
+    /// Returns the pace.
+    pub(super) fn pace(&self) -> f32 {
+        self.pace
+    }
+
+    /// Returns the share of its speed at which the reference may close up to its path.
+    pub(super) fn closing(&self, conditions: &Conditions) -> f32 {
+        if self.waits { conditions.nearness() } else { 1.0 }
+    }
+
+    /// Advances by a step that begins at `now`.
+    pub(super) fn step(&mut self, now: Micros, path: &Path, conditions: &Conditions) {
+        let wanted = if self.waits { conditions.pace() } else { self.live_pace(now) };
+        let left = path.end().saturating_sub(self.time).clamp(0, 1 << 30) as f32 * 1e-6;
+        let wanted = if path.has_end() { wanted } else { wanted.min(left / BRAKING_S) };
+        self.pace += (wanted - self.pace).clamp(-SLEW * STEP_S, SLEW * STEP_S);
+        self.time = self.time.saturating_add((self.pace * STEP_US as f32) as i64);
+    }
+
+    /// Returns the pace of a path that goes on. Where it is very late, its time jumps.
+    fn live_pace(&mut self, now: Micros) -> f32 {
+        let due = (now.0 as i64).wrapping_add(self.offset);
+        let late = due.saturating_sub(self.time);
+        if late.abs() > MAX_LATE_US {
+            (self.time, self.pace) = (due, 1.0);
+            return 1.0;
+        }
+        1.0 + (CATCH_UP * late as f32 * 1e-6).clamp(-MAX_CATCH_UP, MAX_CATCH_UP)
+    }
+}
+
+impl Conditions {
+    /// Returns 1 for a ball near the reference, 0 for one that is too far or not seen.
+    fn nearness(&self) -> f32 {
+        let Some(deviation) = self.deviation else { return 0.0 };
+        (2.0 - 2.0 * deviation as f32 / self.limit as f32).clamp(0.0, 1.0)
+    }
+
+    /// Returns the pace of a path that waits.
+    fn pace(&self) -> f32 {
+        let on_path = (2.0 - 2.0 * self.distance / FAR_MM).clamp(0.0, 1.0);
+        self.nearness().min(on_path).min(f32::from(self.law_pace) / 256.0)
+    }
+}

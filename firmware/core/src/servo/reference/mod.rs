@@ -1,0 +1,195 @@
+//! The reference that the ball follows: where it is to be, from a moment ago to what the motors are
+//! told next.
+//!
+//! ```text
+//! Reference (knots) -> Path -> the path's time, at a pace -> a point that chases it -> track
+//! ```
+//!
+//! The reference is made ahead of time, since the law and the moving average of the step plan need
+//! it as much ahead. It moves within the configured limits, whatever the host sends: it is a point
+//! that chases the path's.
+
+mod chase;
+mod clock;
+mod path;
+mod track;
+
+use plumb_protocol::message::{self, ReferenceState};
+use plumb_protocol::units::{Micrometres, Micros, Point};
+
+use crate::params::Params;
+use crate::plan::mean_lag_us;
+use chase::Limits;
+use clock::{Conditions, PathClock};
+use path::{Motion, Path};
+use track::{State, Track};
+
+/// Time between two states of the reference, µs.
+const STEP_US: u32 = 16_000;
+/// The same in seconds.
+const STEP_S: f32 = STEP_US as f32 * 1e-6;
+
+/// Time of a frame at 30 Hz, µs: so long a law's rates hold.
+const FRAME_US: u64 = 33_333;
+/// Time beyond the lead for which the reference is made, µs: the law's answer takes effect 16 ms
+/// after its request, and holds for a frame.
+const BEYOND_US: u64 = 16_000 + FRAME_US;
+
+/// Position of the reference, and its velocity until the next position of the ball.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Aim {
+    /// Where the ball is to be, µm.
+    pub position: [i32; 3],
+    /// Mean velocity over the coming frame time, µm/s; zero for a target that rests.
+    pub velocity: [i32; 3],
+}
+
+impl Aim {
+    /// Returns the aim of a target that rests.
+    pub fn at(target: Point) -> Self {
+        Self { position: target.micrometres(), velocity: [0; 3] }
+    }
+}
+
+/// The reference of a drive that follows a path.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Follower {
+    path: Path,
+    clock: PathClock,
+    /// Newest state of the reference.
+    motion: Motion,
+    track: Track,
+    /// Number of the last message.
+    sequence: u16,
+    /// Share of the path's speed that the law can keep, 1/256.
+    law_pace: u16,
+    /// The reference at the captures, filtered as the ball's positions are: µm with 4 fraction
+    /// bits.
+    smoothed: [i32; 3],
+}
+
+/// Converts µm to mm.
+fn millimetres(micrometres: [i32; 3]) -> [f32; 3] {
+    micrometres.map(|p| p as f32 / 1000.0)
+}
+
+/// Converts mm to µm.
+fn micrometres(millimetres: [f32; 3]) -> [i32; 3] {
+    // The cast saturates.
+    millimetres.map(|p| (p * 1000.0) as i32)
+}
+
+impl Follower {
+    /// Creates the reference at rest at `start` (µm), from where it goes to the path.
+    pub(super) fn new(now: Micros, start: [i32; 3], reference: &message::Reference) -> Self {
+        let motion = Motion { position: millimetres(start), ..Motion::default() };
+        let clock = PathClock::new(now, reference);
+        Self {
+            path: Path::new(reference),
+            motion,
+            track: Track::new(now, State { position: motion.position, time: clock.time() }),
+            clock,
+            sequence: reference.sequence,
+            law_pace: 256,
+            smoothed: start.map(|p| p << 4),
+        }
+    }
+
+    /// Takes over the next part of the path. Returns whether it is newer than the last one.
+    pub(super) fn update(&mut self, now: Micros, reference: &message::Reference) -> bool {
+        let is_newer = reference.sequence.wrapping_sub(self.sequence) as i16 > 0;
+        if is_newer {
+            self.sequence = reference.sequence;
+            self.path = Path::new(reference);
+            self.clock.update(now, reference);
+        }
+        is_newer
+    }
+
+    /// Takes over the share of the path's speed that the law can keep, 1/256.
+    pub(super) fn set_law_pace(&mut self, pace: u16) {
+        self.law_pace = pace;
+    }
+
+    /// Returns when the next state is to be made, for a reference that is `lead_us` ahead.
+    pub(super) fn next_step(&self, lead_us: u64) -> Micros {
+        self.track.end().back(lead_us + BEYOND_US)
+    }
+
+    /// Makes the next state. `deviation` is the filtered distance of the ball from the reference,
+    /// µm; `None` where the ball is not seen.
+    pub(super) fn step(&mut self, deviation: Option<u32>, params: &Params) {
+        let leader = self.path.at(self.clock.time());
+        let conditions = Conditions {
+            deviation,
+            limit: params.path.deviation.0.unsigned_abs(),
+            law_pace: self.law_pace,
+            distance: crate::vector::length(crate::vector::plus(
+                leader.position,
+                self.motion.position,
+                -1.0,
+            )),
+        };
+        let pace = self.clock.pace();
+        let leader = Motion {
+            velocity: leader.velocity.map(|v| v * pace),
+            acceleration: leader.acceleration.map(|a| a * pace * pace),
+            ..leader
+        };
+        let closing = self.clock.closing(&conditions);
+        let limits = Limits::new(&params.path);
+        self.motion = self.motion.chasing(&leader, &limits, closing, STEP_S);
+        self.clock.step(self.track.end(), &self.path, &conditions);
+        self.track.push(State { position: self.motion.position, time: self.clock.time() });
+    }
+
+    /// Returns the position of the reference at `time`, µm.
+    pub(super) fn position(&self, time: Micros) -> [i32; 3] {
+        micrometres(self.track.at(time).position)
+    }
+
+    /// Returns the aim of a law whose rates take effect at `time`.
+    pub(super) fn aim(&self, time: Micros, params: &Params) -> Aim {
+        let time = Micros(time.0 + mean_lag_us(params.mean_ms));
+        let (now, then) =
+            (self.track.at(time).position, self.track.at(Micros(time.0 + FRAME_US)).position);
+        let per_second = 1e6 / FRAME_US as f32;
+        let velocity = [0, 1, 2].map(|i| (then[i] - now[i]) * per_second);
+        Aim { position: micrometres(now), velocity: micrometres(velocity) }
+    }
+
+    /// Filters the reference of a position that was `captured` then, as
+    /// [`BallTracker`](super::BallTracker) filters the position.
+    pub(super) fn smooth(&mut self, captured: Micros) {
+        let reference = self.position(captured);
+        self.smoothed =
+            [0, 1, 2].map(|i| self.smoothed[i] + (((reference[i] << 4) - self.smoothed[i]) >> 2));
+    }
+
+    /// Returns the filtered reference.
+    pub(super) fn smoothed(&self) -> Point {
+        Point(self.smoothed.map(|p| Micrometres((p + 8) >> 4)))
+    }
+
+    /// Returns whether the path has ended and the reference rests at its end.
+    pub(super) fn has_arrived(&self) -> bool {
+        self.path.rests_from(self.clock.time())
+            && self.motion.velocity.iter().all(|v| v.abs() < 0.1)
+    }
+
+    /// Returns the last place of the path that is known.
+    pub(super) fn last(&self) -> Point {
+        self.path.last()
+    }
+
+    /// Returns the state for telemetry.
+    pub(super) fn state(&self, now: Micros) -> ReferenceState {
+        let state = self.track.at(now);
+        ReferenceState {
+            sequence: self.sequence,
+            time: Micros(state.time.max(0) as u64),
+            pace: (self.clock.pace() * 256.0 + 0.5) as u16,
+            position: Point(micrometres(state.position).map(Micrometres)),
+        }
+    }
+}

@@ -1,0 +1,150 @@
+//! The part of a path that the host has sent last.
+
+use plumb_protocol::message::{KNOTS, Knot, Reference};
+use plumb_protocol::units::Point;
+
+use crate::vector::{Vector, plus};
+
+/// Position (mm), velocity (mm/s) and acceleration (mm/s²) at a moment of a path.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(super) struct Motion {
+    pub(super) position: Vector,
+    pub(super) velocity: Vector,
+    pub(super) acceleration: Vector,
+}
+
+/// Knots of a path, and cubic Hermite polynomials between them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Path {
+    /// The path's time at the first knot, µs.
+    first: i64,
+    /// Time from a knot to the next, µs.
+    interval_us: u32,
+    knots: [Knot; KNOTS],
+}
+
+/// Returns the position of a knot, mm, and its velocity, mm/s.
+fn state(knot: &Knot) -> (Vector, Vector) {
+    let millimetres = |micrometres: i32| micrometres as f32 / 1000.0;
+    (knot.position.micrometres().map(millimetres), knot.velocity.map(|v| millimetres(v.0)))
+}
+
+impl Path {
+    /// Creates the path of a message that was checked.
+    pub(super) fn new(reference: &Reference) -> Self {
+        // A host counts microseconds from a zero of its own: 63 bits are 292 000 years.
+        let first = reference.first.0.min(i64::MAX as u64) as i64;
+        Self { first, interval_us: reference.interval_us, knots: reference.knots }
+    }
+
+    /// Returns the path's time at the last knot, µs.
+    pub(super) fn end(&self) -> i64 {
+        self.first.saturating_add(i64::from(self.interval_us) * (KNOTS as i64 - 1))
+    }
+
+    /// Returns the position of the last knot.
+    pub(super) fn last(&self) -> Point {
+        self.knots[KNOTS - 1].position
+    }
+
+    /// Returns whether the path rests from `time` (µs) on: it has ended.
+    pub(super) fn rests_from(&self, time: i64) -> bool {
+        let since = time.saturating_sub(self.first).clamp(0, i64::from(u32::MAX)) as u32;
+        let passed = ((since / self.interval_us) as usize).min(KNOTS - 1);
+        let last = &self.knots[KNOTS - 1];
+        self.has_end() && self.knots[passed..].iter().all(|knot| knot == last)
+    }
+
+    /// Returns whether the last knot is at rest: the path ends there.
+    pub(super) fn has_end(&self) -> bool {
+        self.knots[KNOTS - 1].velocity.iter().all(|v| v.0 == 0)
+    }
+
+    /// Returns the motion at `time` (µs). Before the first knot and after the last one the
+    /// reference rests there.
+    pub(super) fn at(&self, time: i64) -> Motion {
+        let since = time.saturating_sub(self.first);
+        let rest = |knot: &Knot| Motion { position: state(knot).0, ..Motion::default() };
+        if since < 0 {
+            return rest(&self.knots[0]);
+        }
+        // At most 2.5 s.
+        let since = since.min(i64::from(u32::MAX)) as u32;
+        let before = (since / self.interval_us) as usize;
+        let Some([from, to]) = self.knots.get(before..before + 2) else {
+            return rest(&self.knots[KNOTS - 1]);
+        };
+        let interval_s = self.interval_us as f32 * 1e-6;
+        between(state(from), state(to), (since % self.interval_us) as f32 * 1e-6, interval_s)
+    }
+}
+
+/// Returns the motion `t` seconds after the first of two knots that are `h` seconds apart, by the
+/// cubic polynomial with their positions and velocities.
+fn between(from: (Vector, Vector), to: (Vector, Vector), t: f32, h: f32) -> Motion {
+    let ((p, v), (q, w)) = (from, to);
+    let (mut square, mut cube) = ([0.0; 3], [0.0; 3]);
+    for i in 0..3 {
+        let mean = (q[i] - p[i]) / h;
+        square[i] = (3.0 * mean - 2.0 * v[i] - w[i]) / h;
+        cube[i] = (v[i] + w[i] - 2.0 * mean) / (h * h);
+    }
+    // Horner's rule for the polynomial and its derivatives.
+    Motion {
+        position: plus(p, plus(v, plus(square, cube, t), t), t),
+        velocity: plus(v, plus(square, cube, 1.5 * t), 2.0 * t),
+        acceleration: plus(square, cube, 3.0 * t).map(|a| 2.0 * a),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use plumb_protocol::units::{Micrometres, Micros, Speed};
+
+    use super::*;
+
+    /// Returns knots on a circle of 100 mm with 50 mm/s, every 120 ms from 1 s on.
+    fn circle() -> Path {
+        let knot = |k: usize| {
+            let (sin, cos) = (libm::sinf(0.06 * k as f32), libm::cosf(0.06 * k as f32));
+            Knot {
+                position: Point([cos * 1e5, sin * 1e5, 0.0].map(|v| Micrometres(v as i32))),
+                velocity: [-sin * 5e4, cos * 5e4, 0.0].map(|v| Speed(v as i32)),
+            }
+        };
+        Path::new(&Reference {
+            sequence: 0,
+            now: Micros(1_000_000),
+            waits: true,
+            first: Micros(1_000_000),
+            interval_us: 120_000,
+            knots: core::array::from_fn(knot),
+        })
+    }
+
+    #[test]
+    fn the_polynomials_lie_on_a_circle() {
+        for ms in 0..600 {
+            let motion = circle().at(1_000_000 + ms * 1000);
+            let angle = 0.5 * ms as f32 * 1e-3;
+            let exact = [100.0 * libm::cosf(angle), 100.0 * libm::sinf(angle), 0.0];
+            let speed = [-0.5 * exact[1], 0.5 * exact[0], 0.0];
+            for i in 0..3 {
+                assert!((motion.position[i] - exact[i]).abs() < 0.003, "{ms} {motion:?}");
+                assert!((motion.velocity[i] - speed[i]).abs() < 0.05, "{ms} {motion:?}");
+                assert!((motion.acceleration[i] + 0.25 * exact[i]).abs() < 1.0, "{ms} {motion:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_reference_rests_before_the_first_knot_and_after_the_last_one() {
+        let path = circle();
+        assert_eq!(path.end(), 1_600_000);
+        assert!(!path.has_end());
+        for (time, knot) in [(i64::MIN, 0), (0, 0), (1_600_001, 5), (i64::MAX, 5)] {
+            let rest = Motion { position: state(&path.knots[knot]).0, ..Motion::default() };
+            assert_eq!(path.at(time), rest);
+        }
+    }
+}
