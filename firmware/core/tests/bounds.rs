@@ -196,6 +196,7 @@ fn name(state: State) -> &'static str {
         State::Jogging => "jogging",
         State::Seeking => "seeking",
         State::Holding => "holding",
+        State::Following => "following",
         State::Stopping => "stopping",
         State::Storing => "storing",
         State::Fault(_) => "fault",
