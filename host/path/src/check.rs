@@ -16,8 +16,8 @@ const SLACK: f64 = 1e-6;
 /// First moment at which a trajectory breaks a rule.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[error(
-    "the path is wrong {distance_m:.3} m and {time_s:.2} s after its begin, at \
-     [{:.4}, {:.4}, {:.4}] m", position.x, position.y, position.z
+    "the path is not possible at [{:.4}, {:.4}, {:.4}] m, {distance_m:.3} m and {time_s:.2} s \
+     after its begin", position.x, position.y, position.z
 )]
 pub struct Breach<E: Error + 'static> {
     /// Time after the begin, seconds.
@@ -34,9 +34,9 @@ pub struct Breach<E: Error + 'static> {
 /// Rule that a trajectory breaks.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum Rule<E: Error + 'static> {
-    /// The ball must not be there.
+    /// A rule of the caller.
     #[error(transparent)]
-    Place(E),
+    Other(E),
     /// The ball is too fast.
     #[error("the speed is {value:.3} m/s, above {limit} m/s: give the path more time")]
     Speed {
@@ -58,15 +58,15 @@ pub enum Rule<E: Error + 'static> {
     },
 }
 
-/// Checks a trajectory every 5 ms, a loop until the end of its first lap at full speed. `place`
-/// returns an error for a place where the ball must not be.
+/// Checks a trajectory every 5 ms, a loop until the end of its first lap at full speed. `rule`
+/// returns an error for a motion that must not be, for example in a place without cables.
 ///
 /// # Errors
 /// The first breach of a rule.
 pub fn check<E: Error + 'static>(
     trajectory: &Trajectory,
     limits: &Limits,
-    place: impl Fn(Point3<f64>) -> Result<(), E>,
+    rule: impl Fn(&Moment) -> Result<(), E>,
 ) -> Result<(), Breach<E>> {
     let steps = (trajectory.span() / STEP_S).ceil() as u64;
     let mut distance_m = 0.0;
@@ -76,7 +76,7 @@ pub fn check<E: Error + 'static>(
         let moment = trajectory.at(time_s);
         distance_m += (moment.position - last).norm();
         last = moment.position;
-        check_moment(&moment, limits, &place).map_err(|rule| Breach {
+        check_moment(&moment, limits, &rule).map_err(|rule| Breach {
             time_s,
             distance_m,
             position: moment.position,
@@ -89,9 +89,9 @@ pub fn check<E: Error + 'static>(
 fn check_moment<E: Error + 'static>(
     moment: &Moment,
     limits: &Limits,
-    place: impl Fn(Point3<f64>) -> Result<(), E>,
+    rule: impl Fn(&Moment) -> Result<(), E>,
 ) -> Result<(), Rule<E>> {
-    place(moment.position).map_err(Rule::Place)?;
+    rule(moment).map_err(Rule::Other)?;
     let (value, limit) = (moment.velocity.norm(), limits.speed);
     if value > limit * (1.0 + SLACK) {
         return Err(Rule::Speed { value, limit });

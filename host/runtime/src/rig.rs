@@ -7,6 +7,7 @@ mod guards;
 mod jog;
 mod law;
 mod law_name;
+mod motion;
 mod motors;
 pub mod new_rig;
 mod path;
@@ -32,6 +33,7 @@ pub use self::guards::{DeadlineSettings, FollowingRule, GrowthRule, ProgressRule
 pub use self::jog::JogSettings;
 pub use self::law::{Estimating, LawSettings, NOMINAL_STEP_M, Seconds};
 pub use self::law_name::{LawName, UnknownLaw};
+pub use self::motion::{MotionError, MotionRules};
 pub use self::motors::Motors;
 pub use self::path::PathSettings;
 pub use self::simulation::Simulation;

@@ -2,7 +2,7 @@
 
 mod board;
 mod finding;
-mod size;
+pub(super) mod size;
 #[cfg(test)]
 mod tests;
 

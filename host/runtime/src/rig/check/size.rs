@@ -10,18 +10,19 @@ use crate::rig::{FULL_STEPS_PER_REVOLUTION, Rig};
 const LARGEST_TRAVEL: f64 = 2.0;
 
 /// Rough size of a rig.
-struct RoughSize {
+#[derive(Debug, Clone)]
+pub(in crate::rig) struct RoughSize {
     /// Key of the motors' places.
     key: &'static str,
-    motors: [Point3<f64>; 3],
+    pub(in crate::rig) motors: [Point3<f64>; 3],
     floor: f64,
     /// Cable of a full step, metres; the longest of the three motors.
-    cable_per_step: f64,
+    pub(in crate::rig) cable_per_step: f64,
 }
 
 impl RoughSize {
     /// Returns the size from the table `[size]`, or else that of the simulated rig.
-    fn of(rig: &Rig) -> Option<Self> {
+    pub(in crate::rig) fn of(rig: &Rig) -> Option<Self> {
         if let Some(size) = &rig.size {
             return Some(Self {
                 key: "size.motors",
@@ -41,7 +42,7 @@ impl RoughSize {
     }
 
     /// Returns whether a point is inside the triangle of the motors, seen from above.
-    fn contains(&self, point: Point3<f64>) -> bool {
+    pub(in crate::rig) fn contains(&self, point: Point3<f64>) -> bool {
         let [a, b, c] = self.motors.map(|motor| motor.xy());
         let side = |p: Point2<f64>, q: Point2<f64>| (q - p).perp(&(point.xy() - p));
         let sides = [side(a, b), side(b, c), side(c, a)];

@@ -1,0 +1,109 @@
+//! Motions of the ball that a rig allows, as far as its file tells.
+
+use nalgebra::{Point3, Vector3};
+use thiserror::Error;
+
+use super::check::size::RoughSize;
+use super::{Box3, Rig};
+
+/// Names of the motors.
+const MOTORS: [char; 3] = ['A', 'B', 'C'];
+
+/// Rules for a motion of the ball, from the rig file.
+#[derive(Debug, Clone)]
+pub struct MotionRules {
+    workspace: Box3,
+    /// Rough size, if it is known.
+    size: Option<RoughSize>,
+    /// Highest rate of the motors, full steps/s.
+    max_rate: f64,
+}
+
+/// Motion of the ball that the rig does not allow.
+#[derive(Debug, Clone, Copy, PartialEq, Error)]
+pub enum MotionError {
+    /// The place is outside the workspace.
+    #[error("that is outside the workspace of the rig file")]
+    Workspace,
+    /// The place is outside the triangle of the motors.
+    #[error("that is outside the triangle of the motors, where a cable is slack")]
+    Triangle,
+    /// A motor is too slow.
+    #[error(
+        "motor {motor} would have to turn at {rate:.0} full steps/s, above `motors.max_rate = \
+         {limit}`: choose a lower speed"
+    )]
+    MotorRate {
+        /// Name of the motor.
+        motor: char,
+        /// Rate, full steps/s.
+        rate: f64,
+        /// Limit, full steps/s.
+        limit: f64,
+    },
+}
+
+impl Rig {
+    /// Returns the rules for a motion of the ball. Triangle and rates of the motors are checked
+    /// where the rig file has the table `[size]` or `[simulation]`.
+    pub fn motion_rules(&self) -> MotionRules {
+        MotionRules {
+            workspace: self.workspace,
+            size: RoughSize::of(self),
+            max_rate: self.motors.max_rate.get(),
+        }
+    }
+}
+
+impl MotionRules {
+    /// Checks a place of the ball, metres, and its velocity there, m/s.
+    ///
+    /// # Errors
+    /// The first rule that the motion breaks.
+    pub fn check(&self, place: Point3<f64>, velocity: Vector3<f64>) -> Result<(), MotionError> {
+        let Box3 { min, max } = &self.workspace;
+        if !(0..3).all(|i| (min[i].get()..=max[i].get()).contains(&place[i])) {
+            return Err(MotionError::Workspace);
+        }
+        let Some(size) = &self.size else { return Ok(()) };
+        if !size.contains(place) {
+            return Err(MotionError::Triangle);
+        }
+        for (position, motor) in size.motors.iter().zip(MOTORS) {
+            // The speed of the cable is the ball's along it.
+            let cable = place - position;
+            let rate = (cable.dot(&velocity) / cable.norm()).abs() / size.cable_per_step;
+            if rate > self.max_rate {
+                return Err(MotionError::MotorRate { motor, rate, limit: self.max_rate });
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn check(rig: &Rig, place: [f64; 3], speed: f64) -> Result<(), MotionError> {
+        rig.motion_rules().check(place.into(), Vector3::new(0.0, 0.0, -speed))
+    }
+
+    #[test]
+    fn workspace_triangle_and_motors_are_checked() {
+        let rig = Rig::paper().unwrap();
+        assert_eq!(check(&rig, [0.54, 0.22, 0.4], 0.1), Ok(()));
+        assert_eq!(check(&rig, [0.54, 0.22, 0.7], 0.1), Err(MotionError::Workspace));
+        // In the workspace, beside the line from C to A.
+        assert_eq!(check(&rig, [0.1, 0.5, 0.4], 0.1), Err(MotionError::Triangle));
+        let error = check(&rig, [0.54, 0.22, 0.1], 1.0).unwrap_err();
+        assert!(matches!(error, MotionError::MotorRate { motor: 'A', .. }), "{error}");
+    }
+
+    #[test]
+    fn a_rig_of_unknown_size_has_a_workspace_only() {
+        let rig = Rig { simulation: None, ..Rig::paper().unwrap() };
+        assert_eq!(check(&rig, [0.1, 0.5, 0.4], 9.0), Ok(()));
+        assert_eq!(check(&rig, [0.0, 0.5, 0.4], 0.0), Err(MotionError::Workspace));
+    }
+}
