@@ -54,7 +54,7 @@ const CRATES: &[Rule] = &[
     Rule { name: "plumb-calibrate", uses: &["plumb-cameras", "plumb-frame"], tests_use: &[] },
     Rule {
         name: "plumb-runtime",
-        uses: &["plumb-cameras", "plumb-frame", "plumb-protocol"],
+        uses: &["plumb-cameras", "plumb-frame", "plumb-path", "plumb-protocol"],
         tests_use: &["plumb-vision"],
     },
     Rule {
@@ -112,6 +112,7 @@ const CRATES: &[Rule] = &[
             "plumb-cameras",
             "plumb-foxglove",
             "plumb-page",
+            "plumb-path",
             "plumb-protocol",
             "plumb-ros2",
             "plumb-runtime",
@@ -172,6 +173,7 @@ const CRATES: &[Rule] = &[
             "plumb-image",
             "plumb-openni",
             "plumb-openni-driver",
+            "plumb-path",
             "plumb-realsense",
             "plumb-realsense-device",
         ],

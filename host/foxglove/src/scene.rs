@@ -182,6 +182,7 @@ mod tests {
             telemetry: None,
             state: None,
             ground_truth: None,
+            path: None,
         }
     }
 

@@ -70,6 +70,7 @@ fn record(number: u64, images: &(ColourImage, DepthImage)) -> FrameRecord {
         telemetry: None,
         state: None,
         ground_truth: None,
+        path: None,
     }
 }
 

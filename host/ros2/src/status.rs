@@ -255,6 +255,7 @@ mod tests {
             telemetry: None,
             state,
             ground_truth: None,
+            path: None,
         };
         status.note_event(&set(0, 0.4));
         status.note_frame(&record(Some(State::Holding)), now);

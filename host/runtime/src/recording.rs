@@ -63,6 +63,7 @@ mod tests {
             telemetry,
             state,
             ground_truth: None,
+            path: None,
         }
     }
 

@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use crate::run::PathSummary;
 use crate::stop_reason::StopReason;
 
 /// Counts and measurements of a run so far, over all targets.
@@ -42,6 +43,9 @@ pub struct Summary {
     pub targets_reached: usize,
     /// The targets of the run so far, in order.
     pub legs: Vec<Leg>,
+    /// How the ball followed a path; left out where it followed none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub path: Option<PathSummary>,
     /// Whether the board reported at the end that its motors stand still.
     pub at_rest: bool,
     /// Number of frames in which the ball was found and located.

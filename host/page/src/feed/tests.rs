@@ -23,6 +23,7 @@ fn record(number: u64) -> FrameRecord {
         telemetry: None,
         state: None,
         ground_truth: None,
+        path: None,
     }
 }
 

@@ -86,6 +86,7 @@ impl<T: Transport> Examination<'_, '_, T> {
             number: self.frames - 1,
             time: frame.time() - self.begin,
             ground_truth: frame.ground_truth(),
+            path: None,
             frame: Some(Arc::new(frame)),
             observation,
             target: self.start,

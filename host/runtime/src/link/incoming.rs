@@ -78,6 +78,9 @@ impl<T: Transport> Link<T> {
         if let Some(request) = &mut self.target {
             request.note_telemetry(telemetry);
         }
+        if let Some(path) = &mut self.path {
+            path.note_telemetry(telemetry);
+        }
         self.note_target_in_force(telemetry);
     }
 
@@ -106,6 +109,9 @@ impl<T: Transport> Link<T> {
             && matches!(answer.refusal, Some(Refusal::NotGreeted | Refusal::Unconfigured))
         {
             self.monitor.forgotten();
+        }
+        if let Some(fault) = self.path.as_mut().and_then(|path| path.note_answer(answer)) {
+            self.note_fault(fault);
         }
         if let Some(request) = &mut self.target {
             request.note_answer(answer);

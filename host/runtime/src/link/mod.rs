@@ -8,6 +8,7 @@
 mod board_clock;
 mod error;
 mod exchange;
+mod follow;
 mod incoming;
 mod monitor;
 mod service;
@@ -28,6 +29,7 @@ use tracing::{debug, info};
 
 use board_clock::BoardClock;
 pub use error::LinkError;
+use follow::PathRequest;
 use monitor::{LinkMonitor, Problem};
 pub use submission::Reply;
 use submission::Submission;
@@ -63,6 +65,8 @@ pub struct Link<T> {
     /// telemetry is ignored.
     configured: Micros,
     target: Option<TargetRequest>,
+    /// Path that the board follows; in place of a target.
+    path: Option<PathRequest>,
     /// Command that was submitted and not answered.
     submission: Option<Submission>,
     /// Answer to the last submitted command.
@@ -99,6 +103,7 @@ impl<T: Transport> Link<T> {
             configuration: None,
             configured: Micros(0),
             target: None,
+            path: None,
             submission: None,
             reply: None,
             telemetry: None,
@@ -149,7 +154,7 @@ impl<T: Transport> Link<T> {
     /// # Errors
     /// Where the link fails, or the motors do not come to rest.
     pub fn stop(&mut self) -> Result<(), LinkError> {
-        (self.target, self.submission) = (None, None);
+        (self.target, self.path, self.submission) = (None, None, None);
         debug!("stopping the motors");
         self.request("the request to stop", Command::Stop)?;
         let (mut fastest, mut since) = (u64::MAX, self.transport.now());
@@ -203,19 +208,25 @@ impl<T: Transport> Link<T> {
         Ok(())
     }
 
+    /// Returns the number of the position that was sent last.
+    pub fn sequence(&self) -> u16 {
+        self.sequence
+    }
+
     /// Handles the messages that have arrived, without waiting, and repeats a target or a submitted
     /// command that the board has not answered.
     ///
     /// # Errors
     /// Where the link is lost, the board has fallen silent, lags behind, has restarted, was greeted
-    /// by a program of another version or has another configuration, refuses the target or does
-    /// not answer a command.
+    /// by a program of another version or has another configuration, refuses the target or the
+    /// path, or does not answer a command.
     pub fn poll(&mut self) -> Result<(), LinkError> {
         self.listen(Duration::ZERO)?;
         self.repeat_target()?;
         self.repeat_submission()?;
         self.check_monitor()?;
-        self.check_target()
+        self.check_target()?;
+        self.check_path()
     }
 
     /// Asks for the board's state if nothing was sent for 50 ms: a camera that delivers

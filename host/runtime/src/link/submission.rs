@@ -27,7 +27,7 @@ impl<T: Transport> Link<T> {
     pub fn submit(&mut self, command: Command) -> Result<(), LinkError> {
         if matches!(command, Command::Stop) {
             // A target that is repeated after a Stop would move the ball again.
-            self.target = None;
+            (self.target, self.path) = (None, None);
         }
         let (id, now) = (self.post(command)?, self.transport.now());
         self.reply = None;
@@ -95,6 +95,7 @@ impl<T: Transport> Link<T> {
     fn accepted(&mut self, submission: Submission, time: Micros) {
         match submission.command {
             Command::Target(_) | Command::Hold => {
+                self.path = None;
                 self.target = Some(TargetRequest::accepted(submission.id, submission.first_sent));
             }
             // Telemetry and reports of the time before have the old fault.

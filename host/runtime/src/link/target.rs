@@ -73,6 +73,7 @@ impl<T: Transport> Link<T> {
         let (id, now) = (self.post(Command::Target(target))?, self.transport.now());
         debug!(id, "requesting a target");
         let (target, outcome) = (Some(target), Outcome::Unknown);
+        self.path = None;
         self.target = Some(TargetRequest { id, target, first_sent: now, last_sent: now, outcome });
         Ok(())
     }
@@ -93,10 +94,13 @@ impl<T: Transport> Link<T> {
         }
     }
 
-    /// Returns the newest telemetry if it is about the target asked for last.
+    /// Returns the newest telemetry if it is about the target or the path asked for last.
     pub fn target_telemetry(&self) -> Option<&Telemetry> {
-        let id = self.target?.id;
-        self.telemetry().filter(|telemetry| telemetry.target == Some(id))
+        let is_asked_for = |id| match (&self.path, self.target) {
+            (Some(path), _) => path.has(id),
+            (None, target) => target.is_some_and(|request| request.id == id),
+        };
+        self.telemetry().filter(|telemetry| telemetry.target.is_some_and(is_asked_for))
     }
 
     /// Sends the target again where it is due and its answer has not come.

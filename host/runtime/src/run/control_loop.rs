@@ -17,6 +17,7 @@ use super::error::ControlLoopError;
 use super::event_log::log_event;
 use super::legs::Legs;
 use super::parts::RunParts;
+use super::path::PathDrive;
 use super::repetition::{RepeatedPicture, RepetitionDetector};
 use super::view::View;
 use super::waypoint::{Route, Waypoint};
@@ -50,6 +51,8 @@ pub(super) struct ControlLoop<'a, 'p, T> {
     pub(super) workspace: Workspace,
     /// The drives to the targets.
     pub(super) legs: Legs,
+    /// The path that follows the targets.
+    pub(super) path: Option<PathDrive>,
     /// Counts and measurements over all targets.
     pub(super) stats: RunStats,
     /// Present target, metres in the rig frame.
@@ -84,6 +87,7 @@ impl<'a, 'p, T: Transport> ControlLoop<'a, 'p, T> {
             radius,
             workspace,
             legs: Legs::new(route),
+            path: None,
             stats: RunStats::default(),
             target: Point3::origin(),
             last_position: None,
@@ -142,14 +146,14 @@ impl<'a, 'p, T: Transport> ControlLoop<'a, 'p, T> {
     fn conclude(&mut self, reason: StopReason) -> Result<Option<StopReason>, ControlLoopError> {
         self.end_leg(reason.clone());
         match reason {
-            StopReason::Reached if self.begin_next_target()? => Ok(None),
+            StopReason::Reached if self.begin_next_target()? || self.begin_path()? => Ok(None),
             StopReason::Reached | StopReason::Fault(_) if self.is_operated() => {
-                self.legs.cancel_list();
+                self.cancel_list();
                 self.idle_fault = self.link.fault();
                 Ok(None)
             }
             StopReason::Timeout if self.is_operated() => {
-                self.legs.cancel_list();
+                self.cancel_list();
                 self.link.submit(Command::Stop)?;
                 Ok(None)
             }
@@ -245,6 +249,7 @@ impl<'a, 'p, T: Transport> ControlLoop<'a, 'p, T> {
         let age = Duration::try_from_secs_f64(age.max(0.0)).unwrap_or(Duration::MAX);
         let (ball, covariance) = view.map_or((None, None), |v| (v.point(), v.covariance()));
         self.link.position(ball, covariance, age)?;
+        self.note_position_sent();
         self.receive()
     }
 
@@ -252,13 +257,14 @@ impl<'a, 'p, T: Transport> ControlLoop<'a, 'p, T> {
     fn receive(&mut self) -> Result<(), ControlLoopError> {
         self.link.poll()?;
         self.handle_reply();
-        Ok(())
+        self.follow_path()
     }
 
     /// Counts a frame and gives its record to the observers.
     fn record(&mut self, view: &View) {
-        let stats = &mut self.stats;
         let stamp = view.frame.time();
+        let path = self.path_point(stamp, view);
+        let stats = &mut self.stats;
         stats.time = stamp - *stats.start.get_or_insert(stamp);
         stats.located += u64::from(view.point().is_some());
         self.last_position = view.position().map(|position| position.mean).or(self.last_position);
@@ -274,10 +280,11 @@ impl<'a, 'p, T: Transport> ControlLoop<'a, 'p, T> {
             time: stats.time,
             frame: Some(Arc::clone(&view.frame)),
             observation: view.ball,
-            target: self.target,
+            target: path.map_or(self.target, |path| path.position),
             telemetry: self.link.telemetry().copied(),
             state: about_target.map(|telemetry| telemetry.state),
             ground_truth: view.frame.ground_truth(),
+            path,
         };
         stats.frames += 1;
         trace!(
@@ -317,7 +324,7 @@ impl<'a, 'p, T: Transport> ControlLoop<'a, 'p, T> {
         if self.legs.has_dwelt(now) {
             return Ok(Some(StopReason::Reached));
         }
-        let is_late = !self.legs.is_reached() && self.legs.elapsed(now) > self.parts.timeout;
+        let is_late = self.waited(now) > self.parts.timeout;
         Ok(is_late.then_some(StopReason::Timeout))
     }
 

@@ -3,9 +3,11 @@
 mod control_loop;
 mod error;
 mod event_log;
+mod followed;
 mod legs;
 mod operated;
 mod parts;
+mod path;
 mod repetition;
 mod view;
 mod waypoint;
@@ -24,6 +26,8 @@ use crate::summary::{RunStats, millimetres, round};
 use control_loop::ControlLoop;
 pub use error::{ControlLoopError, RunError};
 pub use parts::{DEFAULT_TIMEOUT, RunParts};
+use path::PathDrive;
+pub use path::{PathPlan, PathPlanError, PathSummary, Spread};
 pub use repetition::RepeatedPicture;
 use repetition::RepetitionDetector;
 use waypoint::Route;
@@ -33,6 +37,8 @@ pub use waypoint::{Waypoint, WaypointError, WaypointMistake, read_waypoints};
 pub struct Run<T> {
     link: Link<T>,
     route: Route,
+    /// Path that follows the route.
+    path: Option<PathPlan>,
     law: &'static str,
     radius: f64,
     workspace: Workspace,
@@ -95,7 +101,7 @@ impl<T: Transport> Run<T> {
         let cleared = configure(&mut link, config).map_err(RunError::Connect)?;
         let (law, radius) = (rig.law.name().as_str(), rig.reached.radius.get());
         let (workspace, following_turn) = (config.workspace, config.following.turn);
-        Ok(Self { link, route, law, radius, workspace, following_turn, cleared })
+        Ok(Self { link, route, path: None, law, radius, workspace, following_turn, cleared })
     }
 
     /// Returns the fault of an earlier run that this run has cleared, for the user to know.
@@ -115,6 +121,18 @@ impl<T: Transport> Run<T> {
         is_repeated: bool,
     ) -> Result<(), RunError> {
         self.route = Route::new(waypoints, is_repeated, &self.workspace)?;
+        Ok(())
+    }
+
+    /// Replaces the targets of the rig file by a path: the ball drives to its begin, and then
+    /// follows it to its end; a loop until the run is interrupted.
+    ///
+    /// # Errors
+    /// Where the begin is outside the workspace of the rig file that this run has.
+    pub fn set_path(&mut self, plan: PathPlan) -> Result<(), RunError> {
+        let begin = plan.trajectory().at(0.0).position;
+        self.set_waypoints(&[Waypoint::new(begin.into())], false)?;
+        self.path = Some(plan);
         Ok(())
     }
 
@@ -144,8 +162,10 @@ impl<T: Transport> Run<T> {
         let (radius, workspace) = (self.radius, self.workspace);
         let (link, route) = (&mut self.link, &self.route);
         let mut control = ControlLoop::new(&mut parts, link, radius, workspace, repetition, route);
+        control.path = self.path.take().map(PathDrive::new);
         let result = control.run();
-        let ControlLoop { legs, stats, .. } = control;
+        let ControlLoop { legs, stats, path, .. } = control;
+        let path = path.and_then(|path| path.summary());
         let reached = result.is_ok() && legs.all_reached();
         let fault = result.as_ref().ok().and_then(StopReason::fault);
         let (result, at_rest) = come_to_rest(&mut self.link, result);
@@ -156,7 +176,7 @@ impl<T: Transport> Run<T> {
         let failure = result.as_ref().err().filter(|_| reason.fault().is_some());
         let failure = failure.map(|error| ErrorChain(error).to_string());
         let ending = Ending { reached, at_rest, reason, failure };
-        let summary = self.summary(&parts, &stats, legs.into_ended(), ending);
+        let summary = self.summary(&parts, &stats, legs.into_ended(), path, ending);
         info!(
             ending = %summary.ending,
             time_s = summary.time_s,
@@ -182,6 +202,7 @@ impl<T: Transport> Run<T> {
         parts: &RunParts<'_>,
         stats: &RunStats,
         legs: Vec<Leg>,
+        path: Option<PathSummary>,
         ending: Ending,
     ) -> Summary {
         Summary {
@@ -193,6 +214,7 @@ impl<T: Transport> Run<T> {
             error_mm: stats.error.map(millimetres),
             targets_reached: legs.iter().filter(|leg| leg.reached).count(),
             legs,
+            path,
             at_rest: ending.at_rest,
             located: stats.located,
             lost: stats.lost,

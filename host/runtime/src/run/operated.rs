@@ -55,7 +55,9 @@ impl<T: Transport> ControlLoop<'_, '_, T> {
         match submitted.command {
             OperatorCommand::Stop => self.leave_list(StopReason::Stopped),
             // The ball may reach its target before the answer comes. No other follows then.
-            OperatorCommand::Hold => self.legs.cancel_list(),
+            OperatorCommand::Hold => self.cancel_list(),
+            // The next message of a path would replace the target.
+            OperatorCommand::Target(_) => self.cancel_path(),
             _ => {}
         }
         Ok(())
@@ -114,7 +116,7 @@ impl<T: Transport> ControlLoop<'_, '_, T> {
 
     /// Ends the leg under way for `reason`, and the list of targets.
     fn leave_list(&mut self, reason: StopReason) {
-        self.legs.cancel_list();
+        self.cancel_list();
         self.end_leg(reason);
     }
 

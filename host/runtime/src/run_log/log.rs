@@ -123,6 +123,7 @@ impl RunLog {
             self.write_summary(summary),
             self.draw("figure4.svg", figures::over_frames),
             self.draw("figure5.svg", figures::in_space),
+            self.draw_deviation(),
         ];
         written.into_iter().collect()
     }
@@ -143,6 +144,16 @@ impl RunLog {
         let path = self.path.join(name);
         match figure(&self.samples.to_vec(), &self.settings) {
             Ok(svg) => write_new(&path, svg.as_bytes()),
+            Err(source) => Err(RunLogError::Figure { path, source }),
+        }
+    }
+
+    /// Draws the deviation from a path, where the ball followed one.
+    fn draw_deviation(&self) -> Result<(), RunLogError> {
+        let path = self.path.join("deviation.svg");
+        match figures::from_path(&self.samples.to_vec(), &self.settings) {
+            Ok(Some(svg)) => write_new(&path, svg.as_bytes()),
+            Ok(None) => Ok(()),
             Err(source) => Err(RunLogError::Figure { path, source }),
         }
     }

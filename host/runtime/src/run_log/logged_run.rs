@@ -8,7 +8,7 @@ use serde::Deserialize;
 
 use super::figures::{self, Sample, Samples};
 use super::output_dir::{replace, write_new};
-use super::{FigureSettings, LawCurve, LogRow, RunLogError, figures_file};
+use super::{FigureSettings, LawCurve, LogPath, LogRow, RunLogError, figures_file};
 
 /// Run as its folder has it.
 #[derive(Debug, Clone, PartialEq)]
@@ -32,6 +32,15 @@ struct Row {
     target_y_m: Option<f64>,
     target_z_m: Option<f64>,
     error_m: Option<f64>,
+    // Runs of older versions do not have the columns of paths.
+    #[serde(default)]
+    path_time_s: Option<f64>,
+    #[serde(default)]
+    path_pace: Option<f64>,
+    #[serde(default)]
+    along_track_m: Option<f64>,
+    #[serde(default)]
+    cross_track_m: Option<f64>,
 }
 
 impl From<Row> for LogRow {
@@ -43,6 +52,12 @@ impl From<Row> for LogRow {
             position: point([row.x_m, row.y_m, row.z_m]),
             target: point([row.target_x_m, row.target_y_m, row.target_z_m]),
             error_m: row.error_m,
+            path: row.path_time_s.map(|time| LogPath {
+                time,
+                pace: row.path_pace.unwrap_or_default(),
+                along_m: row.along_track_m,
+                cross_m: row.cross_track_m,
+            }),
             ..Self::default()
         }
     }
@@ -68,12 +83,12 @@ impl LoggedRun {
         Ok(Self { folder: folder.into(), settings, samples, errors })
     }
 
-    /// Draws `figure4.svg` and `figure5.svg` in the folder, in place of those that are there.
-    /// Returns their paths.
+    /// Draws `figure4.svg`, `figure5.svg` and, of a run along a path, `deviation.svg` in the
+    /// folder, in place of those that are there. Returns their paths.
     ///
     /// # Errors
     /// Where one cannot be drawn or written. What was there then stays.
-    pub fn redraw(&self) -> Result<[PathBuf; 2], RunLogError> {
+    pub fn redraw(&self) -> Result<Vec<PathBuf>, RunLogError> {
         let draw = |name: &str, svg: Result<String, figures::DrawError>| {
             let path = self.folder.join(name);
             match svg {
@@ -82,10 +97,14 @@ impl LoggedRun {
             }
         };
         let samples = self.samples.to_vec();
-        Ok([
+        let mut drawn = vec![
             draw("figure4.svg", figures::over_frames(&samples, &self.settings))?,
             draw("figure5.svg", figures::in_space(&samples, &self.settings))?,
-        ])
+        ];
+        if let Some(svg) = figures::from_path(&samples, &self.settings).transpose() {
+            drawn.push(draw("deviation.svg", svg)?);
+        }
+        Ok(drawn)
     }
 
     /// Returns the errors over time, named after the folder and the law.

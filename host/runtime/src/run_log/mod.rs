@@ -18,4 +18,4 @@ pub use error::RunLogError;
 pub use log::{FigureSettings, RunLog};
 pub use logged_run::{LoggedRun, compare};
 pub use output_dir::OutputDir;
-pub use row::{LogDetection, LogRow};
+pub use row::{LogDetection, LogPath, LogRow};

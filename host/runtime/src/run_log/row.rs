@@ -34,6 +34,21 @@ pub struct LogRow {
     pub tensions: Option<[f64; 3]>,
     /// Tensions of the simulated rig over the ball's weight; order A, B, C.
     pub true_tensions: Option<[f64; 3]>,
+    /// The path that the ball follows, if it does.
+    pub path: Option<LogPath>,
+}
+
+/// A path and the ball's deviation from it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LogPath {
+    /// Time of the path, seconds.
+    pub time: f64,
+    /// Speed of the path's time.
+    pub pace: f64,
+    /// How far the measured position is ahead along the path, metres.
+    pub along_m: Option<f64>,
+    /// Distance of the measured position across the path, metres.
+    pub cross_m: Option<f64>,
 }
 
 /// The ball in the image, as in [`BallObservation`].
@@ -72,6 +87,12 @@ impl From<&FrameRecord> for LogRow {
                 .and_then(|telemetry| telemetry.tensions)
                 .map(|tensions| tensions.map(RelativeTension::to_si)),
             true_tensions: record.ground_truth.map(|truth| truth.tensions),
+            path: record.path.map(|path| LogPath {
+                time: path.time,
+                pace: path.pace,
+                along_m: record.position().map(|position| path.along_track(position)),
+                cross_m: record.position().map(|position| path.cross_track(position)),
+            }),
         }
     }
 }
@@ -82,6 +103,9 @@ const DIGITS: i32 = 6;
 
 /// Most digits after the point of a tension: the board's unit is 1/256 of the ball's weight.
 const TENSION_DIGITS: i32 = 3;
+
+/// Most digits after the point of a pace: the board's unit is 1/256.
+const PACE_DIGITS: i32 = 3;
 
 /// Returns the text of a number with at most [`DIGITS`] after the point; empty for `None`.
 fn text(value: Option<f64>) -> String {
@@ -107,7 +131,7 @@ fn near_slack_text(tensions: Option<[f64; 3]>) -> String {
 
 impl LogRow {
     /// Names of the columns, with their units.
-    pub const HEADER: [&'static str; 27] = [
+    pub const HEADER: [&'static str; 31] = [
         "frame",
         "t_s",
         "u_px",
@@ -135,6 +159,10 @@ impl LogRow {
         "true_tension_a_weights",
         "true_tension_b_weights",
         "true_tension_c_weights",
+        "path_time_s",
+        "path_pace",
+        "along_track_m",
+        "cross_track_m",
     ];
 
     /// Returns the fields in the order of [`LogRow::HEADER`].
@@ -154,6 +182,11 @@ impl LogRow {
         fields.extend(three(self.tensions).map(text_with(TENSION_DIGITS)));
         fields.push(near_slack_text(self.tensions));
         fields.extend(three(self.true_tensions).map(text_with(TENSION_DIGITS)));
+        let path = self.path;
+        fields.push(text(path.map(|path| path.time)));
+        fields.push(text_with(PACE_DIGITS)(path.map(|path| path.pace)));
+        fields.push(text(path.and_then(|path| path.along_m)));
+        fields.push(text(path.and_then(|path| path.cross_m)));
         fields
     }
 }

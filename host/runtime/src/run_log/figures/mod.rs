@@ -1,6 +1,7 @@
 //! The figures of a run, drawn like the paper's figures 4 and 5.
 
 mod comparison;
+mod deviation;
 mod panels;
 mod path;
 mod projection;
@@ -13,6 +14,7 @@ use plotters::style::{Color, RGBColor, ShapeStyle};
 use super::{FigureSettings, LogRow};
 
 pub(super) use comparison::errors_over_time;
+pub(super) use deviation::from_path;
 pub(super) use panels::over_frames;
 pub(super) use path::in_space;
 pub(super) use samples::Samples;
@@ -40,6 +42,17 @@ pub(super) struct Sample {
     position: Option<Point3<f64>>,
     target: Option<Point3<f64>>,
     error_m: Option<f64>,
+    /// Deviation from a path, where the ball follows one.
+    deviation: Option<Deviation>,
+}
+
+/// Deviation of the ball from a path.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Deviation {
+    /// How far the ball is ahead, metres.
+    along_m: Option<f64>,
+    /// Distance across the path, metres.
+    cross_m: Option<f64>,
 }
 
 impl From<&LogRow> for Sample {
@@ -51,6 +64,10 @@ impl From<&LogRow> for Sample {
             position: row.position.filter(shown),
             target: row.target.filter(shown),
             error_m: row.error_m.filter(near),
+            deviation: row.path.map(|path| Deviation {
+                along_m: path.along_m.filter(near),
+                cross_m: path.cross_m.filter(near),
+            }),
         }
     }
 }
@@ -126,6 +143,7 @@ mod tests {
             position: None,
             target: None,
             error_m,
+            deviation: None,
         };
         let gap =
             [sample(0, Some(1.0)), sample(1, None), sample(2, Some(2.0)), sample(3, Some(3.0))];

@@ -16,37 +16,55 @@ const LABEL: i32 = 38;
 const TICK: i32 = 34;
 
 /// Panel: measured value and its target over the frame number.
-struct Panel {
-    name: &'static str,
-    measured: Vec<Vec<(f64, f64)>>,
-    wanted: Vec<Vec<(f64, f64)>>,
-    range: (f64, f64),
-    digits: usize,
+pub(super) struct Panel {
+    pub(super) name: &'static str,
+    pub(super) measured: Vec<Vec<(f64, f64)>>,
+    pub(super) wanted: Vec<Vec<(f64, f64)>>,
+    pub(super) range: (f64, f64),
+    pub(super) digits: usize,
+}
+
+/// Range of the frame numbers.
+pub(super) type Frames = std::ops::Range<f64>;
+
+/// Returns the range of the frame numbers, at least one frame.
+pub(super) fn frames(samples: &[Sample]) -> Frames {
+    let (first, last) = span(samples.iter().map(|s| s.frame)).unwrap_or((0.0, 1.0));
+    first..last.max(first + 1.0)
 }
 
 /// Returns the figure as SVG.
 pub(crate) fn over_frames(samples: &[Sample], scene: &FigureSettings) -> Result<String, DrawError> {
-    let frames = span(samples.iter().map(|s| s.frame)).unwrap_or((0.0, 1.0));
-    let frames = frames.0..frames.1.max(frames.0 + 1.0);
+    let frames = frames(samples);
+    stacked(&panels(samples, scene, &frames), &frames, scene, SIZE)
+}
+
+/// Returns the figure with these panels, one below the other, as SVG.
+pub(super) fn stacked(
+    panels: &[Panel],
+    frames: &Frames,
+    scene: &FigureSettings,
+    size: (u32, u32),
+) -> Result<String, DrawError> {
     let mut svg = String::new();
     {
-        let root = SVGBackend::with_string(&mut svg, SIZE).into_drawing_area();
+        let root = SVGBackend::with_string(&mut svg, size).into_drawing_area();
         root.fill(&WHITE)?;
         let (title, body) = root.split_vertically(TITLE_HEIGHT);
         draw_title(&title, scene)?;
-        let areas = body.margin(0, 46, 16, 40).split_evenly((4, 1));
-        for (panel, area) in panels(samples, scene, &frames).iter().zip(&areas) {
-            draw_panel(panel, area, &frames)?;
+        let areas = body.margin(0, 46, 16, 40).split_evenly((panels.len(), 1));
+        for (panel, area) in panels.iter().zip(&areas) {
+            draw_panel(panel, area, frames)?;
         }
         let below = Pos::new(HPos::Center, VPos::Bottom);
         let style = (FONT, LABEL).into_font().color(&INK).pos(below);
-        root.draw_text("frame", &style, (SIZE.0 as i32 / 2 + 60, SIZE.1 as i32 - 8))?;
+        root.draw_text("frame", &style, (size.0 as i32 / 2 + 60, size.1 as i32 - 8))?;
         root.present()?;
     }
-    Ok(shown_at_half_size(&svg, SIZE))
+    Ok(shown_at_half_size(&svg, size))
 }
 
-fn panels(samples: &[Sample], scene: &FigureSettings, frames: &std::ops::Range<f64>) -> [Panel; 4] {
+fn panels(samples: &[Sample], scene: &FigureSettings, frames: &Frames) -> [Panel; 4] {
     let axis = |name, i: usize| {
         let measured = thinned(samples, |s| s.position.map(|p| p[i]));
         let wanted = thinned(samples, |s| s.target.map(|p| p[i]));
@@ -116,7 +134,7 @@ fn draw_title(
 fn draw_panel(
     panel: &Panel,
     area: &DrawingArea<SVGBackend, plotters::coord::Shift>,
-    frames: &std::ops::Range<f64>,
+    frames: &Frames,
 ) -> Result<(), DrawError> {
     let mut chart = ChartBuilder::on(area)
         .margin_top(16)

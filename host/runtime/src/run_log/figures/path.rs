@@ -48,9 +48,10 @@ impl NumberedTarget {
     }
 }
 
-/// Returns the targets of a run, each place once.
+/// Returns the targets of a run, each place once, without the places on a path.
 fn numbered_targets(samples: &[Sample]) -> Vec<NumberedTarget> {
-    let mut legs: Vec<Point3<f64>> = samples.iter().filter_map(|s| s.target).collect();
+    let resting = samples.iter().filter(|s| s.deviation.is_none());
+    let mut legs: Vec<Point3<f64>> = resting.filter_map(|s| s.target).collect();
     legs.dedup();
     let mut targets: Vec<NumberedTarget> = Vec::new();
     let mut places: HashMap<[u64; 3], usize> = HashMap::new();
@@ -104,6 +105,10 @@ impl Canvas<'_> {
             let floor = line.iter().map(|p| self.on_floor(p)).collect::<Vec<_>>();
             self.line(&floor, stroke(SHADOW, 4))?;
             self.line(&line, stroke(MEASURED, 5))?;
+        }
+        let on_path = |s: &Sample| s.target.filter(|_| s.deviation.is_some());
+        for line in stretches(samples, on_path, first_of) {
+            self.line(&line, stroke(TARGET, 3))?;
         }
         self.targets(samples)?;
         if let Some(start) = samples.iter().find_map(|s| s.position) {
@@ -247,8 +252,13 @@ mod tests {
     #[test]
     fn targets_are_numbered_in_their_order_and_a_place_that_returns_has_both_numbers() {
         let place = |x: f64| Point3::new(x, 0.0, 0.0);
-        let sample =
-            |x: f64| Sample { frame: 0.0, position: None, target: Some(place(x)), error_m: None };
+        let sample = |x: f64| Sample {
+            frame: 0.0,
+            position: None,
+            target: Some(place(x)),
+            error_m: None,
+            deviation: None,
+        };
         let run: Vec<Sample> = [1.0, 1.0, 2.0, 1.0, 3.0].into_iter().map(sample).collect();
         let targets = numbered_targets(&run);
         let names: Vec<(f64, String)> = targets.iter().map(|t| (t.place.x, t.name())).collect();

@@ -69,6 +69,7 @@ mod tests {
                 position: None,
                 target: None,
                 error_m: (frame % 7 != 0).then_some(error_m),
+                deviation: None,
             };
             samples.push(sample);
             assert!(samples.kept.len() < MOST);
@@ -89,6 +90,7 @@ mod tests {
             position: None,
             target: None,
             error_m: None,
+            deviation: None,
         };
         (0..1000).map(row).for_each(|sample| samples.push(sample));
         assert_eq!(samples.to_vec(), (0..1000).map(row).collect::<Vec<_>>());

@@ -4,7 +4,7 @@ use plumb_protocol::message::{Fault, State};
 use serde_json::json;
 
 use super::*;
-use crate::run_log::LogDetection;
+use crate::run_log::{LogDetection, LogPath, LoggedRun};
 
 /// Creates a log in the folder `path`.
 fn create(path: impl Into<PathBuf>, settings: FigureSettings) -> Result<RunLog, RunLogError> {
@@ -48,6 +48,7 @@ fn row(frame: u32) -> LogRow {
         rates_steps_s: None,
         tensions: None,
         true_tensions: None,
+        path: None,
     }
 }
 
@@ -67,7 +68,7 @@ fn rows_are_in_the_file_before_the_run_ends() {
     assert_eq!(written.len(), 3);
     assert!(written[1].starts_with("0,0,320.5,240.25,20,60,0.54,0.22"), "{}", written[1]);
     assert!(written[1].contains(",0.4,0.4,0.15,0.38"), "target and error: {}", written[1]);
-    assert!(written[1].ends_with(",seeking,0,0,0,,,,,,,,,,"), "{}", written[1]);
+    assert!(written[1].ends_with(",seeking,0,0,0,,,,,,,,,,,,,,"), "{}", written[1]);
     drop(run);
     assert_eq!(lines(&path), written, "dropped without an end, the rows stay");
     assert!(!path.join("summary.json").exists());
@@ -118,11 +119,52 @@ fn tensions_have_three_digits_and_marks_of_cables_near_slack() {
     let mut reader = csv::Reader::from_path(path.join("run.csv")).unwrap();
     let rows: Vec<Vec<String>> = reader
         .records()
-        .map(|record| record.unwrap().iter().skip(20).map(String::from).collect())
+        .map(|record| record.unwrap().iter().skip(20).take(7).map(String::from).collect())
         .collect();
     assert_eq!(rows[0], ["0.25", "0.25", "0.004", "C", "0.123", "0", "1"]);
     assert_eq!(rows[1], ["0.5", "0.5", "0.5", "none", "", "", ""]);
     assert_eq!(rows[2][3], "ABC");
+}
+
+#[test]
+fn a_run_along_a_path_has_its_deviation_in_rows_and_in_a_figure() {
+    let parent = tempfile::tempdir().unwrap();
+    let path = parent.path().join("run");
+    let mut run = create(&path, scene()).unwrap();
+    let deviation = |frame: u32| LogPath {
+        time: 1.5,
+        pace: 0.9961,
+        along_m: Some(-0.001 * f64::from(frame)),
+        cross_m: (frame != 1).then_some(0.0005),
+    };
+    run.record(&row(0)).unwrap();
+    for frame in 1..4 {
+        run.record(&LogRow { path: Some(deviation(frame)), ..row(frame) }).unwrap();
+    }
+    let written = lines(&path);
+    assert!(written[0].ends_with(",path_time_s,path_pace,along_track_m,cross_track_m"));
+    assert!(written[1].ends_with(",,,,"), "{}", written[1]);
+    assert!(written[2].ends_with(",1.5,0.996,-0.001,"), "{}", written[2]);
+    assert!(written[3].ends_with(",1.5,0.996,-0.002,0.0005"), "{}", written[3]);
+    run.finish("the end").unwrap();
+    let figure = fs::read_to_string(path.join("deviation.svg")).unwrap();
+    for words in ["across the path (mm)", "along the path (mm)"] {
+        assert!(figure.contains(words), "{words}");
+    }
+    // The targets on the path are a line and have no numbers.
+    let space = fs::read_to_string(path.join("figure5.svg")).unwrap();
+    assert!(!space.contains("\n2\n"), "{space}");
+    assert_eq!(LoggedRun::read(&path).unwrap().redraw().unwrap().len(), 3);
+}
+
+#[test]
+fn a_run_along_no_path_has_no_figure_of_a_deviation() {
+    let parent = tempfile::tempdir().unwrap();
+    let path = parent.path().join("run");
+    let mut run = create(&path, scene()).unwrap();
+    run.record(&row(0)).unwrap();
+    run.finish("the end").unwrap();
+    assert!(!path.join("deviation.svg").exists());
 }
 
 #[test]
