@@ -25,6 +25,7 @@ mod old_file;
 mod options;
 mod outputs;
 mod page;
+mod path_args;
 pub(crate) mod plot;
 pub(crate) mod print;
 pub(crate) mod replay;

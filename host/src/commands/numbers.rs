@@ -16,6 +16,12 @@ pub(super) fn positive(text: &str) -> Result<f64, String> {
     checked(text, Positive::try_from, Positive::get)
 }
 
+/// Parses a finite number that is not below 0.
+pub(super) fn not_negative(text: &str) -> Result<f64, String> {
+    let number = finite(text)?;
+    if number >= 0.0 { Ok(number) } else { Err(format!("{number} must not be below 0")) }
+}
+
 /// Parses a time above 0 and at most [`LONGEST_S`], seconds.
 pub(super) fn seconds(text: &str) -> Result<f64, String> {
     let time = positive(text)?;

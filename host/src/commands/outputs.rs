@@ -32,7 +32,11 @@ impl Observer for TerminalLine {
         let ball = match (record.position(), record.error()) {
             (Some(p), Some(error)) => {
                 let (x, y, z, error_mm) = (p.x, p.y, p.z, error * 1e3);
-                format!("ball at ({x:6.3}, {y:6.3}, {z:6.3}) m, {error_mm:6.1} mm to go")
+                let goal = match record.path {
+                    Some(path) => format!("from the path, speed {:3.0} %", path.pace * 100.0),
+                    None => "to go".to_owned(),
+                };
+                format!("ball at ({x:6.3}, {y:6.3}, {z:6.3}) m, {error_mm:6.1} mm {goal}")
             }
             _ => "no ball".to_owned(),
         };
@@ -221,6 +225,9 @@ impl Closed {
                     summary.ending,
                     error.unwrap_or_default()
                 );
+                if let Some(path) = &summary.path {
+                    tell!("{path}");
+                }
                 tell!("ball seen in {} of {frames} pictures", summary.located);
                 tell!("run folder: {folder}");
                 Ok(())

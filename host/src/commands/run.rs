@@ -13,7 +13,7 @@ use plumb_cameras::toml_file::MAX_BYTES;
 use plumb_runtime::link::Serial;
 use plumb_runtime::observer::Observer;
 use plumb_runtime::rig::{LawSettings, Rig};
-use plumb_runtime::run::{Run, RunParts, Waypoint, read_waypoints};
+use plumb_runtime::run::{PathPlan, Run, RunParts, Waypoint, read_waypoints};
 use plumb_runtime::run_log::{FigureSettings, RunLog};
 use plumb_vision::detect::BallDetector;
 
@@ -21,6 +21,7 @@ use super::hold::find_ball;
 use super::interrupt::interrupt_flag;
 use super::options::RunOptions;
 use super::outputs::Outputs;
+use super::path_args::PathArgs;
 use super::print::tell;
 use super::rig_args::{PortArgs, RigArg, split_rig};
 use super::run_camera::{RunCamera, record_folder};
@@ -38,17 +39,20 @@ use super::{Failure, Physics, bad_input, law, numbers, print};
         "plumb run rig.toml",
         "plumb run rig.toml --law taut --timeout 60 --json",
         "plumb run rig.toml --record recordings/one",
+        "plumb run rig.toml --path eight --speed 0.05 --loop",
     ]
 )]
 pub(crate) struct RunArgs {
     #[command(flatten)]
     rig: RigArg,
+    #[command(flatten)]
+    path: PathArgs,
     /// Waypoints in place of the rig file's targets: lines of x, y, z, dwell, tolerance (metres,
     /// seconds, metres; the last two may be left out)
-    #[arg(long, value_name = "FILE.csv")]
+    #[arg(long, value_name = "FILE.csv", conflicts_with = "path")]
     waypoints: Option<PathBuf>,
-    /// Drive through the waypoints again and again, until Ctrl-C
-    #[arg(long = "loop", requires = "waypoints")]
+    /// Drive through the waypoints, or along the path, again and again, until Ctrl-C
+    #[arg(long = "loop")]
     is_repeated: bool,
     #[command(flatten)]
     options: Common,
@@ -97,11 +101,16 @@ pub(super) struct Common {
 
 pub(crate) fn run(args: RunArgs) -> Result<ExitCode, Failure> {
     let file = &args.rig.rig;
-    let goal = match &args.waypoints {
-        Some(path) => Goal::Waypoints(read_waypoints(path)?, args.is_repeated),
-        None => Goal::Targets,
+    let rig = Rig::read(file)?;
+    let goal = match (&args.waypoints, args.path.plan(&rig, args.is_repeated)?) {
+        (Some(path), _) => Goal::Waypoints(read_waypoints(path)?, args.is_repeated),
+        (None, Some(plan)) => Goal::Path(Box::new(plan)),
+        (None, None) if args.is_repeated => {
+            return Err(bad_input("--loop needs --path or --waypoints"));
+        }
+        (None, None) => Goal::Targets,
     };
-    drive(file, Rig::read(file)?, &goal, &args.options)
+    drive(file, rig, &goal, &args.options)
 }
 
 pub(crate) fn goto(args: GotoArgs) -> Result<ExitCode, Failure> {
@@ -122,6 +131,8 @@ pub(super) enum Goal {
     Targets,
     /// These waypoints; repeated where the flag is set.
     Waypoints(Vec<Waypoint>, bool),
+    /// This path.
+    Path(Box<PathPlan>),
     /// The place where the ball is, until the run is interrupted.
     PresentPlace,
 }
@@ -149,8 +160,10 @@ pub(super) fn drive(
     if let Some(fault) = run.cleared_fault() {
         tell!("an earlier run left the board in a fault, cleared: {fault}");
     }
-    if let Goal::Waypoints(waypoints, is_repeated) = goal {
-        run.set_waypoints(waypoints, *is_repeated)?;
+    match goal {
+        Goal::Waypoints(waypoints, is_repeated) => run.set_waypoints(waypoints, *is_repeated)?,
+        Goal::Path(plan) => run.set_path((**plan).clone())?,
+        Goal::Targets | Goal::PresentPlace => {}
     }
     let mut camera = match chosen {
         SourceName::Simulated => {

@@ -1,0 +1,127 @@
+//! The path of `plumb run`: a file or a shape, its speed and its place.
+
+use std::path::Path;
+
+use clap::Args;
+use nalgebra::Point3;
+use plumb_cameras::bounded_read::read_text;
+use plumb_cameras::toml_file::{Finite, MAX_BYTES};
+use plumb_path::file::{PathFile, parse};
+use plumb_path::shape::{Plane, Shape, ShapeKind};
+use plumb_path::trajectory::{
+    DEFAULT_ACCELERATION, DEFAULT_JERK, Limits, PathError, Run, Trajectory, Waypoints,
+};
+use plumb_runtime::rig::Rig;
+use plumb_runtime::run::PathPlan;
+
+use super::{Failure, bad_input, numbers};
+
+#[derive(Args)]
+pub(super) struct PathArgs {
+    /// Path that the ball follows: a file with the columns x,y,z (waypoints, metres) or t,x,y,z
+    /// (with times, seconds), or one of circle, line, eight, square, spline
+    #[arg(long, value_name = "FILE.csv|SHAPE")]
+    path: Option<String>,
+    /// Speed along the path, m/s; lower in corners. A file with times has its own
+    #[arg(long, default_value_t = 0.05, requires = "path", value_parser = numbers::positive)]
+    speed: f64,
+    /// Largest distance of the path from a corner that it rounds, metres; 0 to stop at corners
+    #[arg(
+        long,
+        default_value_t = 0.005,
+        allow_negative_numbers = true,
+        requires = "path",
+        value_parser = numbers::not_negative
+    )]
+    tolerance: f64,
+    /// Size of a shape, metres
+    #[arg(long, default_value_t = 0.2, requires = "path", value_parser = numbers::positive)]
+    size: f64,
+    /// Centre of a shape, metres in the rig frame [default: that of the workspace]
+    #[arg(
+        long,
+        num_args = 3,
+        value_names = ["X", "Y", "Z"],
+        allow_negative_numbers = true,
+        requires = "path",
+        value_parser = numbers::finite
+    )]
+    centre: Option<Vec<f64>>,
+    /// Draw a shape upright, in y and z, and not level
+    #[arg(long, requires = "path")]
+    upright: bool,
+    /// Seed of the shape spline
+    #[arg(long, default_value_t = 1, requires = "path")]
+    path_seed: u64,
+    /// Keep the path's time where the ball cannot follow, and do not wait for it
+    #[arg(long, requires = "path")]
+    no_wait: bool,
+}
+
+impl PathArgs {
+    /// Returns the path, checked against the rig; `None` where none is asked for.
+    pub(super) fn plan(&self, rig: &Rig, is_loop: bool) -> Result<Option<PathPlan>, Failure> {
+        let Some(path) = &self.path else { return Ok(None) };
+        let run = if is_loop { Run::Loop } else { Run::Once };
+        let limits = self.limits(rig)?;
+        let trajectory = match path.parse() {
+            Ok(kind) => self.shape(kind, rig).trajectory(&limits, run)?,
+            Err(unknown) if !Path::new(path).exists() => {
+                return Err(bad_input(format!("--path: {unknown}; no file has this name either")));
+            }
+            Err(_) => self.read(Path::new(path), &limits, run)?,
+        };
+        let plan = PathPlan::new(trajectory, !self.no_wait, rig);
+        plan.map(Some).map_err(|error| {
+            let cause = std::error::Error::source(&error).map(ToString::to_string);
+            bad_input(format!("{path}: {error}: {}", cause.unwrap_or_default()))
+        })
+    }
+
+    /// Returns the limits of the path: those of the options, within those of the rig file.
+    fn limits(&self, rig: &Rig) -> Result<Limits, Failure> {
+        let highest = rig.path.max_speed.get();
+        if self.speed > highest {
+            let message = format!(
+                "--speed {} is above `path.max_speed = {highest}` of the rig file",
+                self.speed
+            );
+            return Err(bad_input(message));
+        }
+        Ok(Limits {
+            speed: self.speed,
+            acceleration: DEFAULT_ACCELERATION.min(rig.path.max_acceleration.get()),
+            jerk: DEFAULT_JERK.min(rig.path.max_jerk.get()),
+        })
+    }
+
+    fn shape(&self, kind: ShapeKind, rig: &Rig) -> Shape {
+        let [min, max] = [rig.workspace.min, rig.workspace.max]
+            .map(|corner| Point3::from(corner.map(Finite::get)));
+        let centre = match self.centre.as_deref() {
+            Some(&[x, y, z]) => Point3::new(x, y, z),
+            _ => nalgebra::center(&min, &max),
+        };
+        Shape {
+            kind,
+            centre,
+            size: self.size,
+            plane: if self.upright { Plane::Upright } else { Plane::Level },
+            tolerance: self.tolerance,
+            seed: self.path_seed,
+        }
+    }
+
+    fn read(&self, file: &Path, limits: &Limits, run: Run) -> Result<Trajectory, Failure> {
+        let text = read_text(file, MAX_BYTES)?;
+        let in_file = |message: String| bad_input(format!("{}: {message}", file.display()));
+        let trajectory = match parse(&text).map_err(|error| in_file(error.to_string()))? {
+            PathFile::Waypoints(places) => {
+                let waypoints = Waypoints { places, tolerance: self.tolerance };
+                Trajectory::through(&waypoints, limits, run)
+            }
+            PathFile::Samples(samples) => Trajectory::through_samples(&samples, run),
+        };
+        trajectory.map_err(|error: PathError| in_file(error.to_string()))
+    }
+}
