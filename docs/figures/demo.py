@@ -5,7 +5,8 @@
 
 camera-view.png shows the camera's view at the end of a run, the detected circle and the ball's
 path; run.svg is that run's figure. run-over-frames.svg and run-in-space.svg are of a run with the
-paper's law. Needs target/release/plumb; uses only Python's own library."""
+paper's law, eight.svg and deviation.svg of one along a figure of eight. Needs target/release/plumb;
+uses only Python's own library."""
 import csv
 import os
 import shutil
@@ -187,6 +188,10 @@ def main():
         demo(paper, "--law", "interval")
         for name, copy in (("figure4", "run-over-frames"), ("figure5", "run-in-space")):
             shutil.copy(f"{paper}/{name}.svg", os.path.join(folder, copy + ".svg"))
+        eight = os.path.join(work, "eight")
+        demo(eight, "--path", "eight", "--upright")
+        for name, copy in (("figure5", "eight"), ("deviation", "deviation")):
+            shutil.copy(f"{eight}/{name}.svg", os.path.join(folder, copy + ".svg"))
 
 
 if __name__ == "__main__":

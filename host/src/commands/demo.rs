@@ -29,6 +29,7 @@ use serde::Serialize;
 use super::interrupt::interrupt_flag;
 use super::options::RunOptions;
 use super::outputs::Outputs;
+use super::path_args::PathArgs;
 use super::print::tell;
 use super::run_camera::record_folder;
 use super::steering::Steering;
@@ -37,8 +38,8 @@ use super::{Failure, Physics, bad_input, failed, failed_because, law, numbers, p
 /// The paper's task, closed loop: rendered frames, OpenCV, a serial port, an emulated board, a
 /// simulated rig
 ///
-/// The ball goes from P0 (0.540, 0.220, 0.459) to PT (0.400, 0.400, 0.150) m. The last line of
-/// standard output is JSON.
+/// The ball goes from P0 (0.540, 0.220, 0.459) to PT (0.400, 0.400, 0.150) m, or with --path along
+/// a path. The last line of standard output is JSON.
 #[derive(Parser)]
 #[command(
     after_help = examples![
@@ -46,6 +47,7 @@ use super::{Failure, Physics, bad_input, failed, failed_because, law, numbers, p
         "plumb demo --virtual-time --law interval --gamma 100",
         "plumb demo --compare",
         "plumb demo --virtual-time --no-depth",
+        "plumb demo --path eight --upright",
     ]
 )]
 pub(crate) struct Args {
@@ -79,6 +81,8 @@ pub(crate) struct Args {
     /// Physics of the simulated rig
     #[arg(long, value_enum, default_value = "quasi-static")]
     physics: Physics,
+    #[command(flatten)]
+    path: PathArgs,
     #[command(flatten)]
     options: RunOptions,
 }
@@ -201,7 +205,11 @@ fn run<T: Transport>(
     let viewers = args.options.viewers.start(rig, camera, overflow)?;
     let mut steering = Steering::start(&args.options, rig, camera)?;
     let operator = steering.take_operator();
-    let run = Run::connect(rig, transport)?;
+    let plan = args.path.plan(rig, false)?;
+    let mut run = Run::connect(rig, transport)?;
+    if let Some(plan) = plan {
+        run.set_path(plan)?;
+    }
     let log = RunLog::create(&demo.output_dir, FigureSettings::of(rig))?;
     let mut outputs = Outputs::start(log, recorder, viewers, overflow)?;
     let mut observers: Vec<&mut dyn Observer> = vec![&mut outputs, &mut *demo.curve];

@@ -21,7 +21,7 @@ impl<T: Transport> ControlLoop<'_, '_, T> {
         let (end, is_loop) = (path.end(), path.is_loop());
         // A loop has no end: a person ends it.
         let dwell_s = if is_loop { f64::INFINITY } else { 0.0 };
-        self.begin_leg(Waypoint { dwell_s, ..Waypoint::new(end.into()) });
+        self.begin_leg(Waypoint { dwell_s, ..Waypoint::new(end) });
         self.follow_path()?;
         Ok(true)
     }

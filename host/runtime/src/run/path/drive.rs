@@ -84,10 +84,11 @@ impl PathDrive {
         self.trajectory().is_loop()
     }
 
-    /// Returns the end of the path; of a loop its begin.
-    pub(crate) fn end(&self) -> Point3<f64> {
+    /// Returns the end of the path, of a loop its begin, metres, rounded to the board's unit.
+    pub(crate) fn end(&self) -> [f64; 3] {
         let end = if self.is_loop() { 0.0 } else { self.trajectory().duration() };
-        self.trajectory().at(end).position
+        let end = self.trajectory().at(end).position.into();
+        Point::from_metres(end).map_or(end, Point::to_metres)
     }
 
     /// Begins the path at the time `now`.
