@@ -1,51 +1,61 @@
-//! Both ends of every field of a configuration, with extreme positions, ages and clocks, in all
-//! combinations of four: no step of the arithmetic overflows, and the motors' limits hold.
-//!
-//! An overflow panics in this build. The fields have over 10^9 combinations of their ends; the rows
-//! here contain every combination of any four of them (a covering array of strength 4), which the
-//! test counts.
-#![allow(clippy::unwrap_used, reason = "a test ends at the first error")]
-
-mod common;
+//! The fields of a configuration and of what happens under it, each with its ends.
 
 use std::collections::BTreeSet;
 
-use common::bench::Bench;
-use common::covering::rows_of_four;
-use common::{BUILD, config};
-use plumb_core::BuildLimits;
 use plumb_core::driver_timing::DriverTiming;
 use plumb_protocol::Config;
 use plumb_protocol::config::*;
-use plumb_protocol::message::{Command, Hello, Jog, Position, State};
 use plumb_protocol::units::*;
 
-/// Limits of a build as fast as the planner allows.
-const FASTEST: BuildLimits = BuildLimits { max_pulse_rate: 1_250_000, ..BUILD };
+use super::FASTEST;
+use super::common::config;
+
 /// Largest |coordinate|, µm.
 const FAR: i32 = 4_000_000;
 /// Widest travel, 1/16 steps.
 const WIDEST: i32 = 1 << 29;
 
 /// A configuration and what happens under it.
-struct Case {
-    config: Config,
+pub(super) struct Case {
+    pub(super) config: Config,
     /// Clock of the board at the start, µs.
-    start: u64,
+    pub(super) start: u64,
     /// Number before that of the first position; they wrap.
-    sequence: u16,
+    pub(super) sequence: u16,
     /// Age of the positions, µs.
-    age_us: u32,
-    covariance: Option<Covariance>,
+    pub(super) age_us: u32,
+    pub(super) covariance: Option<Covariance>,
+    /// Time between the knots of a path, µs.
+    pub(super) interval_us: u32,
+    /// Speed along each axis at the knots of a path, µm/s, to and fro.
+    pub(super) speed: i32,
+    /// The path's time at its first knot and in its first message, µs.
+    pub(super) path_start: [u64; 2],
     /// States in which a motor turned.
-    moved: BTreeSet<&'static str>,
+    pub(super) moved: BTreeSet<&'static str>,
+}
+
+impl Case {
+    pub(super) fn new() -> Self {
+        Self {
+            config: config(),
+            start: 0,
+            sequence: 0,
+            age_us: 0,
+            covariance: None,
+            interval_us: 10_000,
+            speed: 0,
+            path_start: [0, 0],
+            moved: BTreeSet::new(),
+        }
+    }
 }
 
 /// Sets one field to one of its ends.
-type Setter = fn(&mut Case);
+pub(super) type Setter = fn(&mut Case);
 
 /// Returns the fields, each with its ends. A field comes after those that its ends depend on.
-fn fields() -> Vec<&'static [Setter]> {
+pub(super) fn fields() -> Vec<&'static [Setter]> {
     vec![
         &[
             |c| c.config.law = interval([1, 1], 1),
@@ -126,6 +136,20 @@ fn fields() -> Vec<&'static [Setter]> {
             },
         ],
         &[|c| c.config.mean = Milliseconds(0), |c| c.config.mean = Milliseconds(400)],
+        &[
+            |c| c.config.path = path(1, 1, 1, 1),
+            |c| c.config.path = path(2_000_000, 1, 1_000_000, 1_000_000),
+            |c| c.config.path = path(2_000_000, 20_000, 1, 1),
+            |c| c.config.path = path(2_000_000, 20_000, 1_000_000, 1_000_000),
+        ],
+        &[|c| c.interval_us = 10_000, |c| c.interval_us = 500_000],
+        &[|c| c.speed = 0, |c| c.speed = 2_000_000],
+        &[
+            |c| c.path_start = [0, 0],
+            |c| c.path_start = [u64::MAX - 1_000_000; 2],
+            |c| c.path_start = [u64::MAX, 0],
+            |c| c.path_start = [0, u64::MAX],
+        ],
         &[|c| c.start = 0, |c| c.start = (1 << 32) - 60_000, |c| c.start = 1 << 62],
         &[|c| c.sequence = 0, |c| c.sequence = u16::MAX - 20],
         &[|c| c.age_us = 0, |c| c.age_us = u32::from(c.config.deadlines.max_age.0) * 1_000],
@@ -180,130 +204,16 @@ fn set_position(case: &mut Case, position: u16, max_age: u16) {
     case.config.deadlines.max_age = Milliseconds(max_age);
 }
 
+/// Returns limits of paths: µm/s, mm/s², mm/s³, µm.
+fn path(speed: i32, acceleration: u16, jerk: u32, deviation: i32) -> PathLimits {
+    let (speed, acceleration) = (Speed(speed), PathAcceleration(acceleration));
+    PathLimits { speed, acceleration, jerk: PathJerk(jerk), deviation: Micrometres(deviation) }
+}
+
 fn following(turn: i32, movement: i32) -> Following {
     Following { turn: Steps16(turn), movement: Micrometres(movement) }
 }
 
 fn progress(margin: i32, time: u16) -> Progress {
     Progress { margin: Micrometres(margin), time: Milliseconds(time) }
-}
-
-/// Returns the name of a state, one for all faults.
-fn name(state: State) -> &'static str {
-    match state {
-        State::Unconfigured => "unconfigured",
-        State::Ready => "ready",
-        State::Jogging => "jogging",
-        State::Seeking => "seeking",
-        State::Holding => "holding",
-        State::Following => "following",
-        State::Stopping => "stopping",
-        State::Storing => "storing",
-        State::Fault(_) => "fault",
-    }
-}
-
-/// Runs `ticks` ticks. Rates and travel must hold in each.
-fn run(bench: &mut Bench, case: &mut Case, ticks: usize) {
-    for _ in 0..ticks {
-        let state = bench.board.state();
-        bench.tick();
-        if bench.moving() {
-            case.moved.insert(name(state));
-        }
-        let (rates, at) = (bench.board.rates(), bench.board.travel_positions());
-        for (k, motor) in case.config.motors.iter().enumerate() {
-            assert!(rates[k].abs() <= motor.max_rate.0, "{rates:?}");
-            assert!((motor.travel_min.0..=motor.travel_max.0).contains(&at[k]), "{at:?}");
-        }
-    }
-    bench.received.clear();
-}
-
-fn send_position(bench: &mut Bench, case: &mut Case, ball: [i32; 3], age_us: u32) {
-    bench.sequence = bench.sequence.wrapping_add(1);
-    let (sequence, covariance) = (bench.sequence, case.covariance);
-    let ball = Some(Point(ball.map(Micrometres)));
-    let _ = bench.send(Command::Position(Position { sequence, age_us, ball, covariance }));
-}
-
-/// Drives to each corner of the workspace while the ball is seen at each other one, and outside.
-fn drive(bench: &mut Bench, case: &mut Case) {
-    let [min, max] =
-        [case.config.workspace.min, case.config.workspace.max].map(|p| p.micrometres()[0]);
-    let corners = [[min; 3], [max; 3], [min, max, min], [max, min, max]];
-    for target in corners {
-        send_position(bench, case, [min; 3], 0);
-        let _ = bench.send(Command::Target(Point(target.map(Micrometres))));
-        for ball in corners.iter().cycle().take(12) {
-            send_position(bench, case, *ball, case.age_us);
-            run(bench, case, 4);
-        }
-        let _ = bench.send(Command::Hold);
-        for _ in 0..10 {
-            send_position(bench, case, target, case.age_us);
-            run(bench, case, 3);
-        }
-        send_position(bench, case, [i32::MIN, i32::MAX, i32::MIN], u32::MAX);
-        for _ in 0..3 {
-            send_position(bench, case, [i32::MIN, i32::MAX, i32::MIN], 0);
-        }
-        stand(bench, case);
-    }
-}
-
-/// Stops the motors, and clears a fault.
-fn stand(bench: &mut Bench, case: &mut Case) {
-    let _ = bench.send(Command::Stop);
-    // A motor at the slowest acceleration may turn for longer; then the fault stays.
-    for _ in 0..100 {
-        run(bench, case, 8);
-        if !bench.moving() {
-            break;
-        }
-    }
-    let _ = bench.send(Command::ClearFault);
-}
-
-/// Jogs each motor as far as it may go, to either side, and makes that its zero.
-fn jog(bench: &mut Bench, case: &mut Case) {
-    for motor in 0..3_u8 {
-        let limits = case.config.motors[usize::from(motor)];
-        let at = bench.board.travel_positions()[usize::from(motor)];
-        let farthest = case.config.jog.max_distance.0;
-        for end in [limits.travel_max.0, limits.travel_min.0] {
-            let distance = Steps16((end - at).clamp(-farthest, farthest));
-            let rate = limits.max_rate.min(case.config.jog.max_rate);
-            let _ = bench.send(Command::Jog(Jog { motor, distance, rate }));
-            run(bench, case, 40);
-            let _ = bench.send(Command::Jog(Jog { motor, distance: Steps16(i32::MIN), rate }));
-            stand(bench, case);
-        }
-        let _ = bench.send(Command::Home);
-    }
-}
-
-#[test]
-fn no_accepted_configuration_overflows_at_the_ends_of_any_four_fields() {
-    let fields = fields();
-    let ends: Vec<usize> = fields.iter().map(|field| field.len()).collect();
-    let (rows, mut moved) = (rows_of_four(&ends), BTreeSet::new());
-    for row in &rows {
-        let (start, sequence, age_us, covariance) = (0, 0, 0, None);
-        let states = BTreeSet::new();
-        let mut case =
-            Case { config: config(), start, sequence, age_us, covariance, moved: states };
-        row.iter().zip(&fields).for_each(|(&end, field)| field[end](&mut case));
-        let mut bench = Bench::new(FASTEST);
-        (bench.now, bench.sequence) = (case.start, case.sequence);
-        assert_eq!(bench.send(Command::Hello(Hello::OURS)), Ok(()));
-        let configured = bench.send(Command::Configure(case.config));
-        assert_eq!(configured, Ok(()), "every end is accepted: {:?}", case.config);
-        drive(&mut bench, &mut case);
-        jog(&mut bench, &mut case);
-        moved.append(&mut case.moved);
-    }
-    println!("{} configurations", rows.len());
-    let states = ["fault", "holding", "jogging", "seeking", "stopping"];
-    assert!(moved.iter().eq(&states), "a motor turned in the states {moved:?}");
 }
