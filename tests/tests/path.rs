@@ -1,8 +1,9 @@
 //! The real control loop and link along paths, in virtual time: how well the ball follows, over
-//! good links and poor ones, and how a loop ends.
+//! good links and poor ones, when the ball is not seen for a while, and how a loop ends.
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops at the first surprise")]
 
+use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use nalgebra::{Point3, Vector3};
@@ -16,6 +17,9 @@ use plumb_runtime::rig::{LawName, LawSettings, Rig};
 use plumb_runtime::run::{PathPlan, PathSummary, Run, RunError, RunParts, Summary};
 use plumb_sim::simulated::{Timing, VirtualBoard};
 use plumb_tests::links::{FixedDetector, LinkCase, TrackingCamera, link};
+use plumb_vision::detect::{BallDetector, DetectError};
+use plumb_vision::frame::RgbdFrame;
+use plumb_vision::observation::BallObservation;
 
 /// Centre of the paths, metres: the middle of the paper's workspace.
 const CENTRE: [f64; 3] = [0.45, 0.30, 0.325];
@@ -30,13 +34,18 @@ struct PathRun {
     repetition: Repetition,
     /// Number of frames after which a person interrupts the run.
     interrupted_after: u64,
+    /// Whether the path waits for the ball.
+    waits: bool,
+    /// Frames in which the detector does not find the ball.
+    blind: Range<u64>,
 }
 
 impl PathRun {
     /// Returns a run once along a shape of 15 cm over an ideal link.
     fn new(law: LawName, shape: ShapeKind, speed: f64) -> Self {
         let (repetition, interrupted_after) = (Repetition::Once, u64::MAX);
-        Self { link: link("ideal"), law, shape, speed, repetition, interrupted_after }
+        let (link, waits, blind) = (link("ideal"), true, 0..0);
+        Self { link, law, shape, speed, repetition, interrupted_after, waits, blind }
     }
 
     fn rig(&self) -> Rig {
@@ -53,7 +62,7 @@ impl PathRun {
             seed: 1,
         };
         let trajectory = shape.trajectory(&Limits::with_speed(self.speed), self.repetition);
-        PathPlan::new(trajectory.unwrap(), true, rig).unwrap()
+        PathPlan::new(trajectory.unwrap(), self.waits, rig).unwrap()
     }
 
     /// Runs in virtual time. Returns the result and the records along the path.
@@ -72,7 +81,11 @@ impl PathRun {
         run.set_path(self.plan(&rig)).unwrap();
         let result = run.drive(RunParts {
             source: &mut source,
-            detector: &mut FixedDetector(camera),
+            detector: &mut Blinking {
+                sighted: FixedDetector(camera),
+                blind: self.blind.clone(),
+                frame: 0,
+            },
             observers: &mut [&mut records],
             operator: None,
             timeout: 20.0,
@@ -90,6 +103,26 @@ impl PathRun {
         let duration = self.plan(&self.rig()).trajectory().duration();
         assert!((path.path_time_s - duration).abs() < 0.05, "{path:?}, {duration} s");
         path
+    }
+}
+
+/// A detector that does not find the ball in some frames.
+struct Blinking {
+    sighted: FixedDetector,
+    blind: Range<u64>,
+    /// Number of the next frame.
+    frame: u64,
+}
+
+impl BallDetector for Blinking {
+    fn name(&self) -> &'static str {
+        self.sighted.name()
+    }
+
+    fn detect(&mut self, frame: &RgbdFrame) -> Result<Option<BallObservation>, DetectError> {
+        self.frame += 1;
+        let ball = self.sighted.detect(frame)?;
+        Ok(ball.filter(|_| !self.blind.contains(&(self.frame - 1))))
     }
 }
 
@@ -183,5 +216,29 @@ fn host_and_board_agree_about_the_deviation() {
         });
         let mean = differences.sum::<f64>() / records.len() as f64;
         assert!(mean.abs() < 4e-4, "{name}: {mean} m");
+    }
+}
+
+/// Returns the largest distance between the places of the path in two frames, metres.
+fn largest_step(records: &[FrameRecord]) -> f64 {
+    let places = records.windows(2).map(|pair| (pair[1].target - pair[0].target).norm());
+    places.fold(0.0, f64::max)
+}
+
+/// The ball is not found for 0.4 s, less than the deadline for a position.
+#[test]
+fn a_path_waits_for_a_ball_that_is_not_seen_or_keeps_its_time_and_never_jumps() {
+    let circle = || PathRun::new(LawName::Adaptive, ShapeKind::Circle, 0.05);
+    let blind = || PathRun { blind: 150..162, ..circle() };
+    let (undisturbed, waiting) = (circle().follow(), blind().follow());
+    let keeping = PathRun { waits: false, ..blind() };
+    let kept = keeping.follow();
+    assert!(waiting.time_s > undisturbed.time_s + 0.1, "{waiting:?}, {undisturbed:?}");
+    assert!(kept.time_s < undisturbed.time_s + 0.1, "{kept:?}, {undisturbed:?}");
+    for run in [blind(), keeping] {
+        let (_, records) = run.drive();
+        // A frame at 5 cm/s is 1.7 mm.
+        assert!(largest_step(&records) < 2.2e-3, "{}", largest_step(&records));
+        assert!(run.follow().error.max_mm < 10.0);
     }
 }
