@@ -82,8 +82,9 @@ impl AxisKalman {
         Self { scales: true, ..self }
     }
 
-    /// Predicts the state after the motors turned by `d` (Q4 steps, 13 bits and a sign).
-    pub(super) fn predict(&mut self, d: [i32; 3]) {
+    /// Predicts the state after the motors turned by `d` (Q4 steps, 13 bits and a sign), with
+    /// `noise` sixteenths (up to 16) of the row's noise.
+    pub(super) fn predict(&mut self, d: [i32; 3], noise: i64) {
         if d.iter().any(|d| d.abs() >= MAX_TURN) {
             (self.p_pp, self.p_pj) = (P_PP_MAX as i32, [0; 3]);
             return;
@@ -113,18 +114,18 @@ impl AxisKalman {
             let sum = times(i64::from(self.p_pj[k]) + spread[k], kept);
             self.p_pj[k] = saturated(sum >> 16, P_PJ_MAX);
         }
-        self.add_row_noise(d);
+        self.add_row_noise(d, noise);
         if self.scales {
             self.add_scale_noise(bent);
         }
     }
 
-    /// Adds (0.01 max|J|)² to P_JJ for each step that any motor turned.
-    fn add_row_noise(&mut self, d: [i64; 3]) {
+    /// Adds (0.01 max|J|)² to P_JJ for each step that any motor turned, times `noise` / 16.
+    fn add_row_noise(&mut self, d: [i64; 3], noise: i64) {
         let largest = self.j.iter().map(|j| i64::from(j.abs())).max().unwrap_or(0);
         let turned: i64 = d.iter().map(|d| d.abs()).sum();
         // Bits: (19 + 19) - 12 = 26, times 15 is 41, Q4; /10^4 and to Q8.
-        let growth = times(times(largest, largest) >> 12, turned * 16) / 10_000;
+        let growth = times(times(largest, largest) >> 12, turned * noise) / 10_000;
         for k in 0..3 {
             // Bits: at most 32 + 9.
             let own = times(growth, self.noise[k].into()) >> 8;
@@ -235,7 +236,7 @@ mod tests {
         let mut axis = AxisKalman::new(0, j, p_jj, 1_000_000, [256; 3]).with_scale_noise();
         for k in 0..200 {
             let way = if k / 20 % 2 == 0 { 40 } else { -40 };
-            axis.predict([way, way / 2, way * (k % 3)]);
+            axis.predict([way, way / 2, way * (k % 3)], 16);
             axis.update((axis.p >> 4) + 500 * (k % 5 - 2), 1_000_000);
             for (k, l) in [(0, 1), (0, 2), (1, 2)] {
                 let [kl, kk, ll] =

@@ -84,14 +84,15 @@ pub struct Setpoint {
     /// Time that they hold, µs from when they take effect. The motors stop when nothing newer has
     /// come by then.
     pub valid_us: u32,
-    /// Share of the target's velocity that the motors cannot keep, 1/256.
-    pub shortfall: u8,
+    /// Highest rate that the motors may have over the one that the target's velocity asks for,
+    /// 1/256; 0 where the law does not say.
+    pub room: u16,
 }
 
 impl Setpoint {
     /// Returns a setpoint of these rates, as soon as the motors can, without an end.
     pub const fn at_once(rates: MotorRates) -> Self {
-        Self { rates, ramp_us: 0, valid_us: u32::MAX, shortfall: 0 }
+        Self { rates, ramp_us: 0, valid_us: u32::MAX, room: 0 }
     }
 
     /// Returns the setpoint that is in force `elapsed_us` after it took effect.

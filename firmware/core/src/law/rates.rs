@@ -35,13 +35,12 @@ impl MotorRates {
         }))
     }
 
-    /// Returns the share of these rates, 1/256, by which the fastest motor exceeds `limit` (Q8
-    /// steps/s, above 0).
-    pub(super) fn shortfall(self, limit: i32) -> u8 {
+    /// Returns three quarters of `limit` (Q8 steps/s, above 0) over the fastest of these rates,
+    /// 1/256: the rest is for corrections. Saturates at 256 times.
+    pub(super) fn room(self, limit: i32) -> u16 {
         let fastest = self.0.iter().map(|rate| rate.unsigned_abs()).max().unwrap_or(0);
-        let excess = fastest.saturating_sub(limit.unsigned_abs());
-        // Below 1, so that the cast keeps the value.
-        (u64::from(excess) * 256 / u64::from(fastest.max(1))).min(255) as u8
+        let room = u64::from(limit.unsigned_abs()) * 192 / u64::from(fastest.max(1));
+        room.min(u16::MAX.into()) as u16
     }
 
     /// Returns 3/10 of the rates, rounded towards zero: the rates while positions are missing.

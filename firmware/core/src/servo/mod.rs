@@ -266,7 +266,7 @@ impl<L: Law> Servo<L> {
         self.setpoint = Setpoint { rates: setpoint.rates.within(params.max_rates()), ..setpoint };
         self.setpoint_since = now;
         if let Some(follower) = &mut self.follower {
-            follower.set_law_pace(256 - u16::from(setpoint.shortfall));
+            follower.set_room(setpoint.room);
         }
     }
 

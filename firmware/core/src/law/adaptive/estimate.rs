@@ -37,6 +37,11 @@ const MAX_DOUBT: u32 = 85;
 const UNSURE_PER_DOUBT2: u32 = 7;
 /// Largest unsure share of a distance, Q8.
 const MAX_UNSURE: u32 = 192;
+/// Noise of J while the target rests, in sixteenths: all of it.
+const FULL_NOISE: i64 = 16;
+/// Noise of J while the target moves, in sixteenths: on a path J changes steadily, and the filter
+/// has the time to average.
+const FOLLOWING_NOISE: i64 = 2;
 /// Distance from the target below which the ball counts as held, µm.
 const HELD_UM: i64 = 3_000;
 
@@ -89,8 +94,9 @@ impl Estimate {
         self.motors = measurement.motors;
         let is_held = !measurement.is_moving() && self.holds(measurement.target);
         self.held = if is_held { (self.held + 1).min(MAX_HELD) } else { 0 };
+        let noise = if measurement.is_moving() { FOLLOWING_NOISE } else { FULL_NOISE };
         for (i, axis) in self.axes.iter_mut().enumerate() {
-            axis.predict(turned);
+            axis.predict(turned, noise);
             let (ball, variance) = (measurement.ball[i], measurement.variances[i]);
             match self.held {
                 0 => axis.update(ball, variance),

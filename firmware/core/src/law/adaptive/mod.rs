@@ -12,8 +12,10 @@ use super::sign;
 use damping::OvershootDamping;
 use estimate::{Estimate, Steps};
 
-/// Rate over the steps to go, 1/s.
+/// Rate over the steps to a target that rests, 1/s.
 const GAIN: i64 = 9;
+/// Rate over the steps to a target that moves, 1/s: there is nothing to brake for.
+const FOLLOWING_GAIN: i64 = 12;
 /// Longest part of an unsure distance that braking does not count on, steps in Q8: by then more is
 /// known.
 const MAX_UNSURE_STEPS: i64 = 40 << 8;
@@ -38,10 +40,10 @@ impl Adaptive {
         Self { limits, estimate: None, damping: OvershootDamping::new([0; 3]) }
     }
 
-    /// Returns rates along the `steps`: [`GAIN`] times the longest distance, less where the motors
-    /// could not brake in time, times `gain_scale` (Q8). They are valid until the distance that is
-    /// left is the braking distance.
-    fn along(&self, steps: &Steps, gain_scale: u32) -> Setpoint {
+    /// Returns rates along the `steps`: `gain` (1/s) times the longest distance, less where the
+    /// motors could not brake in time, times `gain_scale` (Q8). They are valid until the distance
+    /// that is left is the braking distance.
+    fn along(&self, steps: &Steps, gain: i64, gain_scale: u32) -> Setpoint {
         let n = steps.n;
         let acceleration = i64::from(self.limits.acceleration);
         let longest = n.iter().map(|n| i64::from(n.abs())).max().unwrap_or(0).max(1);
@@ -52,7 +54,7 @@ impl Adaptive {
         let braking = braking.unsigned_abs().isqrt() as i64;
         let limit = i64::from(self.limits.rate);
         // Bits: 31 + 9.
-        let rate = ((GAIN * longest).min(braking).min(limit) * i64::from(gain_scale)) >> 8;
+        let rate = ((gain * longest).min(braking).min(limit) * i64::from(gain_scale)) >> 8;
         // Bits: 26 + 31; after the division at most the 31 of `rate`.
         let rates = MotorRates(n.map(|n| (i64::from(n) * rate / longest) as i32));
         // m/v - v/(2a) in µs, bits: 26 + 20 and 31 + 11. 10^6/(2·256) is 1953.
@@ -69,7 +71,7 @@ impl Adaptive {
         Setpoint {
             rates: MotorRates(rates),
             valid_us: u32::MAX,
-            shortfall: ahead.shortfall(self.limits.rate / 4 * 3),
+            room: ahead.room(self.limits.rate),
             ..setpoint
         }
     }
@@ -102,7 +104,10 @@ impl Law for Adaptive {
         }
         let gain_scale = self.damping.update(measurement.target, e);
         let setpoint = match estimate.steps(&j, e) {
-            Some(steps) => self.along(&steps, gain_scale),
+            Some(steps) => {
+                let gain = if measurement.is_moving() { FOLLOWING_GAIN } else { GAIN };
+                self.along(&steps, gain, gain_scale)
+            }
             None => Setpoint::at_once(self.by_signs(e)),
         };
         if measurement.is_moving() {

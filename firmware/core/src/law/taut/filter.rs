@@ -8,7 +8,7 @@ mod prediction;
 use super::cables::Cables;
 use super::geometry::{Matrix, Vector, along, dot, length, scaled};
 use super::observation::Observation;
-use super::prior::{Guess, N};
+use super::prior::{DELAY, Guess, N};
 
 /// Lag of the ball on its springs over its acceleration, squares of a frame time: 2 of them are
 /// 0.002 s², 22 rad/s, between a stiff rig and a soft one.
@@ -122,7 +122,9 @@ impl Filter {
         self.predict(d);
         let cables = Cables::new(&self.x);
         self.moved = along(&cables.j, scaled(seen.turned, cables.step));
-        self.correct(without_lag(seen, &cables));
+        // The delay cannot be told from the position of a ball that moves evenly.
+        let corrected = if seen.is_following { DELAY } else { N };
+        self.correct(without_lag(seen, &cables), corrected);
         if !self.is_valid() {
             return;
         }

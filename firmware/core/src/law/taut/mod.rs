@@ -44,6 +44,13 @@ const GAIN: f32 = 12.0;
 /// microsteps of slow motors are in tune with a light ball on stiff cables.
 const DEAD_ZONE_MM: f32 = 1.0;
 
+/// Share of the highest rate that a path may ask for: the rest is for corrections.
+const RATE_SHARE: f32 = 0.75;
+/// Share of the allowed acceleration that a path may ask for.
+const TURN_SHARE: f32 = 0.7;
+/// Weight of a measurement in the mean change of the rates that a path asks for.
+const TURN_WEIGHT: f32 = 0.2;
+
 /// A multi-model filter over the geometry, and a plan by its mixture.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Taut {
@@ -54,6 +61,10 @@ pub struct Taut {
     filter: Option<MultiModelFilter>,
     /// Rates of the last setpoint, steps/s.
     rates: Vector,
+    /// Rates that the target's velocity asked for at the last measurement, steps/s.
+    ahead: Vector,
+    /// Mean change of these rates, steps/s².
+    turn: Vector,
     progress: ProgressMonitor,
     /// See [`Law::tensions`].
     tensions: Option<[RelativeTension; 3]>,
@@ -67,6 +78,8 @@ impl Taut {
             max_acceleration: limits.acceleration as f32,
             filter: None,
             rates: [0.0; 3],
+            ahead: [0.0; 3],
+            turn: [0.0; 3],
             progress: ProgressMonitor::new([f32::NAN; 3]),
             tensions: None,
         }
@@ -133,6 +146,27 @@ impl Taut {
     }
 }
 
+/// Feed-forward.
+impl Taut {
+    /// Takes in the rates `ahead` that the target's velocity asks for (steps/s). Returns the
+    /// [room](Setpoint::room) of the motors: of their rates, and of the acceleration that keeps the
+    /// cables taut. On a bent path that grows with the square of the pace.
+    fn room(&mut self, mixture: &Mixture, ahead: Vector) -> u16 {
+        let change = scaled(plus(ahead, self.ahead, -1.0), 1.0 / FRAME_S);
+        self.turn = plus(scaled(self.turn, 1.0 - TURN_WEIGHT), change, TURN_WEIGHT);
+        self.ahead = ahead;
+        let asked = largest(self.turn);
+        let of_rates = largest(ahead).max(1e-3);
+        let mut room = RATE_SHARE * self.max_rate / of_rates;
+        if asked > 1.0 {
+            let allowed = self.acceleration(mixture, scaled(self.turn, 1.0 / asked));
+            room = room.min(libm::sqrtf(TURN_SHARE * allowed / asked));
+        }
+        // The cast saturates.
+        if largest(ahead) > 0.0 { (room * 256.0) as u16 } else { 0 }
+    }
+}
+
 impl Law for Taut {
     fn update(&mut self, measurement: &Measurement) -> Setpoint {
         let target = millimetres(measurement.target);
@@ -154,10 +188,9 @@ impl Law for Taut {
         let wanted = plus(ahead, wanted, 1.0);
         self.rates = self.limited(&mixture, wanted);
         let rates = MotorRates(self.rates.map(|rate| (rate * 256.0) as i32));
-        let ahead = MotorRates(ahead.map(|rate| (rate * 256.0) as i32));
         Setpoint {
             ramp_us: (FRAME_S * 1e6) as u32,
-            shortfall: ahead.shortfall((self.max_rate * 192.0) as i32),
+            room: self.room(&mixture, ahead),
             ..Setpoint::at_once(rates)
         }
     }

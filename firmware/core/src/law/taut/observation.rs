@@ -15,6 +15,8 @@ pub(super) struct Observation {
     pub(super) turned: Vector,
     /// `turned` minus the movement in the frame time before, steps.
     pub(super) faster: Vector,
+    /// Whether the target moves.
+    pub(super) is_following: bool,
 }
 
 impl Observation {
@@ -28,6 +30,7 @@ impl Observation {
             motors: steps([0; 3], measurement.motors),
             turned,
             faster: [0, 1, 2].map(|k| turned[k] - earlier[k]),
+            is_following: measurement.is_moving(),
         }
     }
 }

@@ -23,6 +23,9 @@ const NEAR_MM: f32 = 6.0;
 /// over.
 const RECOVERY: f32 = 2.0;
 
+/// Factor on the pace with each measurement while the target moves: a swing is forgotten in 1.5 s.
+const FOLLOWING_RECOVERY: f32 = 1.02;
+
 /// Monitors the error on the way to one target.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct ProgressMonitor {
@@ -65,9 +68,10 @@ impl ProgressMonitor {
         self.pace
     }
 
-    /// Goes on with a target that has moved to `target` (mm).
+    /// Goes on with a target that has moved to `target` (mm). Meanwhile the pace rises again.
     pub(super) fn follow(&mut self, target: Vector) {
         self.target = target;
+        self.pace = (FOLLOWING_RECOVERY * self.pace).min(1.0);
     }
 
     /// Takes the error (mm) on the way to `target`, and returns whether the filters are stuck.

@@ -7,7 +7,14 @@ use super::progress::ProgressMonitor;
 use super::{Law, Limits, Measurement, Taut};
 
 fn seen(ball: Vector, motors: Vector) -> Observation {
-    Observation { ball, variances: [4.0, 1.0, 1.0], motors, turned: [0.0; 3], faster: [0.0; 3] }
+    Observation {
+        ball,
+        variances: [4.0, 1.0, 1.0],
+        motors,
+        turned: [0.0; 3],
+        faster: [0.0; 3],
+        is_following: false,
+    }
 }
 
 /// Returns the distance of the estimate from `ball`, mm.

@@ -6,8 +6,11 @@ use plumb_protocol::units::Micros;
 use super::path::Path;
 use super::{STEP_S, STEP_US};
 
-/// Highest change of the pace, 1/s.
-const SLEW: f32 = 4.0;
+/// Highest acceleration by a change of the pace, mm/s²: soft cables bear it, and a path that is too
+/// fast for the motors does not speed up and stop in turn.
+const ACCELERATION: f32 = 250.0;
+/// Highest fall of the pace, 1/s.
+const FALL: f32 = 2.5;
 /// Time before the end of what the host has sent from which on the pace falls, seconds.
 const BRAKING_S: f32 = 0.25;
 /// Distance of the reference from its path at which a path that waits stands still, mm.
@@ -29,8 +32,10 @@ pub(super) struct Conditions {
     pub(super) deviation: Option<u32>,
     /// Deviation at which a path that waits stands still, µm.
     pub(super) limit: u32,
-    /// Share of the path's speed that the law can keep, 1/256.
-    pub(super) law_pace: u16,
+    /// Pace that the motors can keep.
+    pub(super) law_pace: f32,
+    /// Speed of the path at the host's pace, mm/s.
+    pub(super) speed: f32,
     /// Distance of the reference from its path, mm.
     pub(super) distance: f32,
 }
@@ -98,8 +103,11 @@ impl PathClock {
         let wanted = if self.waits { conditions.pace() } else { self.live_pace(now) };
         let left = path.end().saturating_sub(self.time).clamp(0, 1 << 30) as f32 * 1e-6;
         let wanted = if path.has_end() { wanted } else { wanted.min(left / BRAKING_S) };
-        self.pace += (wanted - self.pace).clamp(-SLEW * STEP_S, SLEW * STEP_S);
-        self.time = self.time.saturating_add((self.pace * STEP_US as f32) as i64);
+        let before = self.pace;
+        let most = ACCELERATION / conditions.speed.max(1.0);
+        self.pace += (wanted - self.pace).clamp(-most.min(FALL) * STEP_S, most * STEP_S);
+        let passed = 0.5 * (before + self.pace) * STEP_US as f32;
+        self.time = self.time.saturating_add(passed as i64);
     }
 
     /// Returns the pace of a path that goes on. Where it is very late, its time jumps.
@@ -124,6 +132,6 @@ impl Conditions {
     /// Returns the pace of a path that waits.
     fn pace(&self) -> f32 {
         let on_path = (2.0 - 2.0 * self.distance / FAR_MM).clamp(0.0, 1.0);
-        self.nearness().min(on_path).min(f32::from(self.law_pace) / 256.0)
+        self.nearness().min(on_path).min(self.law_pace)
     }
 }

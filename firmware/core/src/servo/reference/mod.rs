@@ -19,6 +19,7 @@ use plumb_protocol::units::{Micrometres, Micros, Point};
 
 use crate::params::Params;
 use crate::plan::mean_lag_us;
+use crate::vector::{length, plus};
 use chase::Limits;
 use clock::{Conditions, PathClock};
 use path::{Motion, Path};
@@ -34,6 +35,9 @@ const FRAME_US: u64 = 33_333;
 /// Time beyond the lead for which the reference is made, µs: the law's answer takes effect 16 ms
 /// after its request, and holds for a frame.
 const BEYOND_US: u64 = 16_000 + FRAME_US;
+
+/// Least pace for which the motors' room counts: a path of which they can keep less stands.
+const MIN_LAW_PACE: f32 = 0.02;
 
 /// Position of the reference, and its velocity until the next position of the ball.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -61,8 +65,8 @@ pub(super) struct Follower {
     track: Track,
     /// Number of the last message.
     sequence: u16,
-    /// Share of the path's speed that the law can keep, 1/256.
-    law_pace: u16,
+    /// Pace that the motors can keep.
+    law_pace: f32,
     /// The reference at the captures, filtered as the ball's positions are: µm with 4 fraction
     /// bits.
     smoothed: [i32; 3],
@@ -90,7 +94,7 @@ impl Follower {
             track: Track::new(now, State { position: motion.position, time: clock.time() }),
             clock,
             sequence: reference.sequence,
-            law_pace: 256,
+            law_pace: 1.0,
             smoothed: start.map(|p| p << 4),
         }
     }
@@ -106,9 +110,14 @@ impl Follower {
         is_newer
     }
 
-    /// Takes over the share of the path's speed that the law can keep, 1/256.
-    pub(super) fn set_law_pace(&mut self, pace: u16) {
-        self.law_pace = pace;
+    /// Takes over what the law says of the motors' room; see [`crate::law::Setpoint::room`].
+    pub(super) fn set_room(&mut self, room: u16) {
+        // At rest the law does not know the room, and the last one counts.
+        if room > 0 {
+            // The rates that the law knows of belong to the present pace.
+            let pace = self.clock.pace() * f32::from(room) / 256.0;
+            self.law_pace = pace.clamp(MIN_LAW_PACE, 1.0);
+        }
     }
 
     /// Returns when the next state is to be made, for a reference that is `lead_us` ahead.
@@ -124,22 +133,15 @@ impl Follower {
             deviation,
             limit: params.path.deviation.0.unsigned_abs(),
             law_pace: self.law_pace,
-            distance: crate::vector::length(crate::vector::plus(
-                leader.position,
-                self.motion.position,
-                -1.0,
-            )),
+            speed: length(leader.velocity),
+            distance: length(plus(leader.position, self.motion.position, -1.0)),
         };
         let pace = self.clock.pace();
-        let leader = Motion {
-            velocity: leader.velocity.map(|v| v * pace),
-            acceleration: leader.acceleration.map(|a| a * pace * pace),
-            ..leader
-        };
+        self.clock.step(self.track.end(), &self.path, &conditions);
+        let leader = leader.paced(pace, (self.clock.pace() - pace) / STEP_S);
         let closing = self.clock.closing(&conditions);
         let limits = Limits::new(&params.path);
         self.motion = self.motion.chasing(&leader, &limits, closing, STEP_S);
-        self.clock.step(self.track.end(), &self.path, &conditions);
         self.track.push(State { position: self.motion.position, time: self.clock.time() });
     }
 

@@ -3,7 +3,7 @@
 use plumb_protocol::message::{KNOTS, Knot, Reference};
 use plumb_protocol::units::Point;
 
-use crate::vector::{Vector, plus};
+use crate::vector::{Vector, plus, scaled};
 
 /// Position (mm), velocity (mm/s) and acceleration (mm/s²) at a moment of a path.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -11,6 +11,18 @@ pub(super) struct Motion {
     pub(super) position: Vector,
     pub(super) velocity: Vector,
     pub(super) acceleration: Vector,
+}
+
+impl Motion {
+    /// Returns the motion where the path's time passes at `pace`, which changes by `change` a
+    /// second.
+    pub(super) fn paced(&self, pace: f32, change: f32) -> Self {
+        Self {
+            position: self.position,
+            velocity: scaled(self.velocity, pace),
+            acceleration: plus(scaled(self.acceleration, pace * pace), self.velocity, change),
+        }
+    }
 }
 
 /// Knots of a path, and cubic Hermite polynomials between them.

@@ -26,8 +26,9 @@ const BIAS_MEMORY: f32 = 0.9;
 const BIAS_WEIGHT: f32 = 0.1;
 
 impl Filter {
-    /// Corrects the state by a ball at `z`, one coordinate after the other.
-    pub(super) fn correct(&mut self, z: Vector) {
+    /// Corrects the first `corrected` entries of the state by a ball at `z`, one coordinate after
+    /// the other. The others keep their uncertainty (Schmidt's filter).
+    pub(super) fn correct(&mut self, z: Vector, corrected: usize) {
         if !self.accepts(z) {
             return;
         }
@@ -40,7 +41,7 @@ impl Filter {
             self.bias[i] = BIAS_MEMORY * self.bias[i] + BIAS_WEIGHT * off / libm::sqrtf(variance);
             let row: [f32; N] =
                 core::array::from_fn(|k| self.p[i][k] - self.moved[i] * self.p[DELAY][k]);
-            for k in 0..N {
+            for k in 0..corrected {
                 let gain = row[k] * precision;
                 self.x[k] += gain * off;
                 // P is symmetric: the lower triangle is copied.
