@@ -25,9 +25,11 @@ use thiserror::Error;
 
 use crate::UnknownName;
 use baselines::{Hough, HsvMoments};
+pub use labelled::{GroundTruth, LabelledFrame};
 use plumb_sim::synthetic::SyntheticError;
 pub use report::{DetectorReport, GroupReport, SceneReport, SceneTimes, VisionReport};
 pub use rooms::FrameGroup;
+use rooms::{Backgrounds, RoomFrames};
 use run::Comparison;
 use timing::OneThread;
 
@@ -200,6 +202,28 @@ pub fn compare(
         }
     }
     Ok(comparison.report())
+}
+
+/// Calls `visit` with each frame of the suite `rooms` and the name of its kind, in the order of
+/// [`compare`]. The frames are those that a comparison with the same options searches.
+///
+/// # Errors
+/// If an option is out of range, or the intrinsics do not fit the frames.
+pub fn each_room(
+    camera: &Camera,
+    recorded: &[RgbdFrame],
+    options: &VisionOptions,
+    visit: &mut dyn FnMut(&'static str, &LabelledFrame),
+) -> Result<(), VisionError> {
+    check(options)?;
+    let backgrounds = Backgrounds::new(camera, recorded, options)?;
+    for (number, kind) in (0..).zip(rooms::KINDS) {
+        let mut frames = RoomFrames::new((number, kind), camera, &backgrounds, options);
+        for _ in 0..if kind.ball { options.frames } else { options.empty } {
+            visit(kind.name, &frames.next()?);
+        }
+    }
+    Ok(())
 }
 
 /// Checks the options.

@@ -83,13 +83,15 @@ impl<'a> Decider<'a> {
         let Candidate { circle, outline } = candidate;
         let by_image = self.view.depth_of(&circle.disc);
         let depth = self.view.centre_depth(&circle.disc);
-        let judged = patch::log_odds(self.view, &circle.disc);
+        let &DecideParameters { min_judged, min_judged_without_depth, .. } = self.parameters;
+        let min_judged = if depth.is_some() { min_judged } else { min_judged_without_depth };
+        let hopeless = min_judged - self.parameters.max_mirror_gain;
+        let judged = patch::log_odds(self.view, &circle.disc, hopeless);
         let boundary = Boundary::new(self.view, outline, depth.unwrap_or(by_image));
         let surroundings = *boundary.rays();
         let mut decision =
             Decision { score: 0.0, judged, surroundings, features: None, free_fit: None };
-        let &DecideParameters { min_judged, min_judged_without_depth, .. } = self.parameters;
-        if judged < if depth.is_some() { min_judged } else { min_judged_without_depth } {
+        if judged < min_judged {
             return decision;
         }
         let free = boundary.part(Surroundings::Free) + boundary.part(Surroundings::Behind);

@@ -12,14 +12,17 @@ pub(in super::super) fn judge(view: &FrameView, disc: &Disc) -> Judgement {
 }
 
 /// Returns the log-odds that `disc` is the ball: the mean of those of its patch and of the mirrored
-/// patch.
+/// patch, or those of its patch alone if they are below `least`.
 ///
 /// A ball looks the same in a mirror. The mean errs less than one judgement does: without depth
 /// about 3 % more of the balls are found with as many false alarms.
-pub(in super::super) fn log_odds(view: &FrameView, disc: &Disc) -> f64 {
+pub(in super::super) fn log_odds(view: &FrameView, disc: &Disc, least: f64) -> f64 {
     let judge = &Networks::get().judge;
     let mut patch = patch(view, disc);
     let seen = judge.apply(&patch).log_odds;
+    if seen < least {
+        return seen;
+    }
     patch.mirror();
     f64::midpoint(seen, judge.apply(&patch).log_odds)
 }

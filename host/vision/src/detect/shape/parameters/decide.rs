@@ -92,6 +92,9 @@ pub struct DecideParameters {
     pub min_judged: f64,
     /// The same for a disc without depth: an even outline alone is no ball.
     pub min_judged_without_depth: f64,
+    /// Log-odds by the network below that limit from which on the mirrored patch is not judged: it
+    /// would have to gain twice as much.
+    pub max_mirror_gain: f64,
     /// Least log-odds before the outline fit of a disc with depth. Of 4213 places on balls none
     /// had less than -4.3; of 18 380 other places four of five had less than -5.
     pub min_log_odds_with_depth: f64,
@@ -124,6 +127,7 @@ impl DecideParameters {
         min_free_of_uncovered: 0.4,
         min_judged: -3.0,
         min_judged_without_depth: -1.0,
+        max_mirror_gain: 1.5,
         min_log_odds_with_depth: -5.0,
         whole: 0.8,
         min_in_image: 0.36,

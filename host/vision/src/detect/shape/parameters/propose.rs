@@ -4,9 +4,9 @@ use super::refine::Tolerance;
 
 /// Parameters of the places that the network proposes.
 ///
-/// The three least log-odds come from the suite `rooms` (seed 1): each leaves out one of 191
-/// proposals of a ball, and they leave out 17, 61 and 40 % of the others that they are compared
-/// with.
+/// `min_log_odds` and `min_judged` come from the suite `rooms` (seed 1): each leaves out one of 191
+/// proposals of a ball, and they leave out 17 and 61 % of the others that they are compared with.
+/// `min_judged_again` is the highest whole number that loses no ball of its seeds 1 and 2.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ProposeParameters {
     /// Least log-odds of a proposal.
@@ -35,7 +35,7 @@ impl ProposeParameters {
         min_log_odds: -2.5,
         max_judged: 6,
         min_judged: -4.0,
-        min_judged_again: -2.0,
+        min_judged_again: -1.0,
         likely: 3.0,
         rival_log_odds: 1.5,
         depth_spacing: 0.4,

@@ -24,12 +24,12 @@ impl Hinge {
 /// which is not part of this repository. The intercept was then raised by 0.3, because a missed
 /// ball costs as much as a false alarm and most discs are no balls.
 ///
-/// What the judging network adds to them (`judged`, `undecided`), `uneven`, and all weights of
-/// discs without depth are near those of logistic regressions on the discs of `plumb bench vision
-/// --suite rooms` (seeds 2 and 3, with its depth and without), rounded. Their intercepts,
-/// `max_judged` and `undecided` were chosen for about one false alarm in 1000 pictures (seeds 1, 2
-/// and 5). The results on other seeds and pictures are in the chapter on the detector
-/// (docs/understand/detector.md).
+/// What the judging network adds to them (`judged`, `undecided`), `uneven`, and `through` of discs
+/// without depth are near those of logistic regressions on the discs of `plumb bench vision --suite
+/// rooms` (seeds 2 and 3, with its depth and without), rounded. `judged`, `missing`, `rms` and the
+/// intercept of discs without depth are those that `scripts/detector/choose_weights.py` chooses
+/// (seeds 1, 2 and 5; its README says how). The results on other seeds and pictures are in the
+/// chapter on the detector (docs/understand/detector.md).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Weights {
     /// For discs with depth.
@@ -139,10 +139,10 @@ pub struct ColourWeights {
 impl ColourWeights {
     /// The default weights.
     pub const DEFAULT: Self = Self {
-        intercept: 2.6,
-        judged: 0.5,
+        intercept: 2.65,
+        judged: 0.6,
         max_judged: 8.0,
-        missing: 4.7,
+        missing: 1.0,
         through: 16.9,
         rms: 3.6,
         max_rms: 3.5,
