@@ -8,7 +8,7 @@ use nalgebra::{Matrix3, Vector3};
 use plumb_core::law::{Law, Measurement, Setpoint};
 use plumb_protocol::config::SIGNS;
 
-use super::super::f64_reference::{FloatMeasurement, along, setpoint};
+use super::super::f64_reference::{FloatMeasurement, along, ramp_down, setpoint};
 use plumb_sim::limits::Limits;
 
 /// Initial |J|, mm/step, from docs/understand/method.md.
@@ -74,14 +74,16 @@ impl Law for Broyden {
         let measurement = FloatMeasurement::from(measurement);
         let position = self.filter_position(&measurement);
         self.update_jacobian(&measurement);
-        let e = measurement.target
-            - (position + self.j * (measurement.motors_ahead - measurement.motors));
         let damping = Matrix3::identity() * (DAMPING * self.j.amax()).powi(2);
         // Levenberg: (J'J + μ²) n = J'e, positive definite.
         let normal = self.j.transpose() * self.j + damping;
         let Some(normal) = normal.cholesky() else { return Setpoint::default() };
         let steps = |e| normal.solve(&(self.j.transpose() * e));
         // A target that moves is fed forward by the same J.
-        setpoint(along(steps(e), &self.limits) + steps(measurement.velocity))
+        let following = steps(measurement.velocity);
+        let coming =
+            measurement.motors_ahead - measurement.motors - ramp_down(following, &self.limits);
+        let e = measurement.target - (position + self.j * coming);
+        setpoint(along(steps(e), &self.limits) + following)
     }
 }

@@ -7,7 +7,7 @@ use plumb_emulator::plant::{Geometry, RigError, Task};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::super::f64_reference::{FloatMeasurement, along, setpoint};
+use super::super::f64_reference::{FloatMeasurement, along, ramp_down, setpoint};
 use super::super::suite::RunId;
 use plumb_sim::limits::Limits;
 
@@ -21,8 +21,18 @@ const MODEL_STREAM: u64 = 1 << 41;
 pub(in super::super) struct Model {
     limits: Limits,
     rig: Geometry,
-    /// Remaining steps to the target at the last frame, and the motor positions (steps) then.
-    remaining: Option<(Vector3<f64>, Vector3<f64>)>,
+    /// State at the last frame.
+    last: Option<Last>,
+}
+
+/// State of the filter at a frame.
+struct Last {
+    /// Remaining steps to the target.
+    remaining: Vector3<f64>,
+    /// Motor positions, steps.
+    motors: Vector3<f64>,
+    /// Target, mm.
+    target: Vector3<f64>,
 }
 
 impl Model {
@@ -48,7 +58,7 @@ impl Model {
         });
         let radius = factor();
         let rig = Geometry::new(motors, task.geometry.pulley_radii_m().map(|r| r * radius))?;
-        Ok(Self { limits, rig, remaining: None })
+        Ok(Self { limits, rig, last: None })
     }
 
     /// Returns the model's steps from one point to another (mm).
@@ -63,13 +73,17 @@ impl Law for Model {
     fn update(&mut self, measurement: &Measurement) -> Setpoint {
         let measurement = FloatMeasurement::from(measurement);
         let measured = self.steps(measurement.ball, measurement.target);
-        let predicted = self.remaining.map(|(steps, motors)| steps - (measurement.motors - motors));
+        let predicted = self.last.as_ref().map(|last| {
+            let moved = self.steps(last.target, measurement.target);
+            last.remaining + moved - (measurement.motors - last.motors)
+        });
         let remaining = predicted.map_or(measured, |steps| steps + (measured - steps) * GAIN);
-        self.remaining = Some((remaining, measurement.motors));
-        let correction =
-            along(remaining - (measurement.motors_ahead - measurement.motors), &self.limits);
+        let FloatMeasurement { motors, target, .. } = measurement;
+        self.last = Some(Last { remaining, motors, target });
         // The model's steps over a millisecond of the target's movement.
-        let ahead = measurement.target + measurement.velocity * 1e-3;
-        setpoint(correction + self.steps(measurement.target, ahead) * 1e3)
+        let ahead = target + measurement.velocity * 1e-3;
+        let following = self.steps(target, ahead) * 1e3;
+        let coming = measurement.motors_ahead - motors - ramp_down(following, &self.limits);
+        setpoint(along(remaining - coming, &self.limits) + following)
     }
 }

@@ -92,5 +92,11 @@ pub(super) fn along(steps: Vector3<f64>, limits: &Limits) -> Vector3<f64> {
     steps * (rate / longest)
 }
 
+/// Returns the steps in which motors at these `rates` (full steps/s) ramp down to rest.
+/// [`Measurement::motors_ahead`] has them, but the rates of a feed-forward go on.
+pub(super) fn ramp_down(rates: Vector3<f64>, limits: &Limits) -> Vector3<f64> {
+    rates.component_mul(&rates.abs()) / (2.0 * limits.acceleration)
+}
+
 #[cfg(test)]
 mod tests;
