@@ -118,6 +118,21 @@ def short(rows):
     return heads, ([suite, *(cell(found[suite, law]) for law in laws)] for suite in suites)
 
 
+def along_paths(rows):
+    """Renders the deviations from paths, a controller and a speed a row."""
+
+    def cells(row):
+        keys = ("rms_mm", "p99_mm", "cross_mm")
+        pairs = [[number(row[key][q], 2) for q in ("median", "p90")] for key in keys]
+        name = [row["suite"], row["law"], f'{100 * row["speed_m_s"]:.0f}']
+        shares = [percent(row["slack"]), number(row["kept"], 3)]
+        return [*name, *map(", ".join, pairs), *shares, f'{row["lost"]} of {row["runs"]}']
+
+    measures = ("rms", "99 %", "cross-track rms")
+    heads = [f"{measure} (mm): median, 90 %" for measure in measures]
+    return ["suite", "law", "cm/s", *heads, "slack", "speed kept", "lost"], map(cells, rows)
+
+
 def poses(rows):
     """Renders the errors of the poses of each way."""
 
@@ -216,6 +231,15 @@ TABLES = [
         LAWS,
         "calibrated-board,calibrated-motors,calibrated-ball",
         render=short,
+    ),
+    Table(
+        "Along paths",
+        "Circle, square, figure of eight and spline at four speeds;\n"
+        "[the measures](method.md#paths).",
+        50,
+        "taut,adaptive,sign,broyden,model-5,model-10,oracle",
+        "path,path-elastic",
+        render=along_paths,
     ),
 ]
 

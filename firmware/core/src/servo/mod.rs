@@ -167,13 +167,13 @@ impl<L: Law> Servo<L> {
     }
 
     /// Follows a path from `start` on, where the reference begins at rest.
-    pub(crate) fn follow(&mut self, now: Micros, start: Point, reference: &Reference) {
+    pub fn follow(&mut self, now: Micros, start: Point, reference: &Reference) {
         self.follower = Some(Follower::new(now, start.micrometres(), reference));
     }
 
-    /// Takes over the next part of the path. Returns whether it is newer than the last one; `None`
-    /// while the drive follows no path.
-    pub(crate) fn follow_on(&mut self, now: Micros, reference: &Reference) -> Option<bool> {
+    /// Takes over the next part of the path, where it is newer than the last one. Returns whether
+    /// it is; `None` while the drive follows no path.
+    pub fn follow_on(&mut self, now: Micros, reference: &Reference) -> Option<bool> {
         self.follower.as_mut().map(|follower| follower.update(now, reference))
     }
 
@@ -188,9 +188,10 @@ impl<L: Law> Servo<L> {
         self.follower.as_ref().map(|follower| follower.next_step(mean_lag_us(params.mean_ms)))
     }
 
-    /// Makes the next state of the reference, where it is due at `now`. Returns the position of the
-    /// reference at `now`; `None` while the drive follows none.
-    pub(crate) fn advance_reference(&mut self, now: Micros, params: &Params) -> Option<Point> {
+    /// Makes the next state of the reference, where it is due at `now`. Call in every tick, before
+    /// [`make_request`](Self::make_request). Returns the position of the reference at `now`; `None`
+    /// while the drive follows none.
+    pub fn advance_reference(&mut self, now: Micros, params: &Params) -> Option<Point> {
         let is_due = self.next_reference_step(params)? <= now;
         let is_seen = now.since(self.last_seen()) <= coasting_us(params.deadlines.position);
         let filtered = self.tracker.filtered().filter(|_| is_seen);
@@ -203,7 +204,7 @@ impl<L: Law> Servo<L> {
     }
 
     /// Returns the state of the reference for telemetry; `None` while the drive follows none.
-    pub(crate) fn reference_state(&self, now: Micros) -> Option<ReferenceState> {
+    pub fn reference_state(&self, now: Micros) -> Option<ReferenceState> {
         self.follower.as_ref().map(|follower| follower.state(now))
     }
 

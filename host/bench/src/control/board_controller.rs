@@ -1,23 +1,17 @@
 //! The board's own code as a controller, driven through encoded frames.
 
 use nalgebra::Point3;
-use plumb_core::{Board, LawWorker, Outbox};
-use plumb_emulator::EMULATED;
 use plumb_protocol::Config;
-use plumb_protocol::frame;
-use plumb_protocol::message::{Command, Fault, Hello, Position, State, ToBoard};
-use plumb_protocol::units::{Micros, Point, Steps16};
+use plumb_protocol::message::{Command, Fault, Position, State};
+use plumb_protocol::units::{Micros, Point};
 
+use super::framed_board::FramedBoard;
 use super::simulate::Controller;
 
-/// A board of [`plumb_core`] that gets its commands as encoded frames.
+/// A board that is driven to a target.
 pub(crate) struct BoardController {
-    board: Board,
-    law_worker: LawWorker,
-    outbox: Outbox,
+    board: FramedBoard,
     sequence: u16,
-    /// Id of the last request.
-    id: u16,
     reached: bool,
     resumed: bool,
     target: Option<Point>,
@@ -27,17 +21,12 @@ impl BoardController {
     /// Creates a board with this configuration and sends it `target` (metres, rig frame).
     pub(crate) fn new(config: Config, target: Point3<f64>) -> Self {
         let mut controller = Self {
-            board: Board::new(EMULATED),
-            law_worker: LawWorker::new(),
-            outbox: Outbox::new(),
+            board: FramedBoard::new(config),
             sequence: 0,
-            id: 0,
             reached: false,
             resumed: false,
             target: Point::from_metres(target.into()),
         };
-        controller.send(Micros(0), Command::Hello(Hello::OURS));
-        controller.send(Micros(0), Command::Configure(config));
         if let Some(target) = controller.target {
             controller.send(Micros(0), Command::Target(target));
         }
@@ -58,12 +47,8 @@ impl BoardController {
 
     /// Sends a command and discards the answer.
     fn send(&mut self, now: Micros, command: Command) {
-        self.id = self.id.checked_add(1).unwrap_or(1);
-        // Every command fits a frame.
-        if let Ok(frame) = frame::encode(&ToBoard { id: self.id, command }) {
-            self.board.receive(now, &frame, &mut self.outbox);
-        }
-        self.outbox.clear();
+        self.board.send(now, command);
+        self.board.discard_messages();
     }
 }
 
@@ -79,9 +64,9 @@ impl Controller for BoardController {
     }
 
     fn tick(&mut self, now: Micros) -> [f64; 3] {
-        let _ = self.board.tick(now, &mut self.law_worker, &mut self.outbox);
-        self.outbox.clear();
-        self.board.positions().map(|p| Steps16(p).to_si())
+        let motors = self.board.tick(now);
+        self.board.discard_messages();
+        motors
     }
 
     fn reached(&self) -> bool {

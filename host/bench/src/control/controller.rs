@@ -85,6 +85,12 @@ impl ControllerKind {
         }
     }
 
+    /// Returns whether the controller can follow a path.
+    #[must_use]
+    pub const fn can_follow(&self) -> bool {
+        !matches!(self, Self::F64(_) | Self::Reference)
+    }
+
     /// Creates the controller of a run of `suite`.
     ///
     /// # Errors
@@ -98,21 +104,17 @@ impl ControllerKind {
         let limits = Limits::default();
         let plan =
             |rows| -> Box<dyn Controller> { Box::new(PlanController::new(rows, suite.clock)) };
-        let with_law = |law: Box<dyn Law>| by_law(&BASELINE_SETTINGS, suite, task, |_| law);
         Ok(match self {
             Self::Board(law) => {
                 let (config, _) = checked(law, suite)?;
                 Box::new(BoardController::new(config, task.target))
             }
             Self::F64(law) => {
-                by_law(law, suite, task, |params| f64_reference::of(law, params, limits))?
+                let law_of = |params: &Params| f64_reference::of(law, params, limits);
+                Box::new(by_law(law, suite, task, law_of)?)
             }
-            Self::Broyden => with_law(Box::new(Broyden::new(limits)))?,
-            Self::Model(percent) => {
-                let error = f64::from(*percent) / 100.0;
-                let model = Model::new(task, error, limits, id);
-                with_law(Box::new(model.map_err(|error| BenchError::Rig { id, error })?))?
-            }
+            Self::Broyden => Box::new(broyden(suite, task)?),
+            Self::Model(percent) => Box::new(model(*percent, suite, task, id)?),
             Self::Oracle => plan(oracle::trapezoids(task, &limits)),
             Self::Reference => {
                 plan(slack_free::slack_free(task, &limits, REFERENCE_MEAN_S, suite.elasticity(id)))
@@ -144,7 +146,10 @@ const BASELINE_SETTINGS: LawSettings =
 ///
 /// # Errors
 /// If a board refuses the configuration.
-fn checked(settings: &LawSettings, suite: &Suite) -> Result<(Config, Params), BenchError> {
+pub(super) fn checked(
+    settings: &LawSettings,
+    suite: &Suite,
+) -> Result<(Config, Params), BenchError> {
     let config = Limits::default().config(
         settings.config()?,
         settings.mean().config("mean")?,
@@ -152,6 +157,29 @@ fn checked(settings: &LawSettings, suite: &Suite) -> Result<(Config, Params), Be
     );
     let params = Params::check(&config, &EMULATED).map_err(BenchError::Config)?;
     Ok((config, params))
+}
+
+/// Creates the controller [`ControllerKind::Broyden`].
+///
+/// # Errors
+/// If a board refuses the target.
+pub(super) fn broyden(suite: &Suite, task: &Task) -> Result<LawController, BenchError> {
+    by_law(&BASELINE_SETTINGS, suite, task, |_| Box::new(Broyden::new(Limits::default())))
+}
+
+/// Creates the controller [`ControllerKind::Model`] with this error in percent.
+///
+/// # Errors
+/// If a board refuses the target, or the model describes no valid rig.
+pub(super) fn model(
+    percent: u8,
+    suite: &Suite,
+    task: &Task,
+    id: RunId,
+) -> Result<LawController, BenchError> {
+    let model = Model::new(task, f64::from(percent) / 100.0, Limits::default(), id)
+        .map_err(|error| BenchError::Rig { id, error })?;
+    by_law(&BASELINE_SETTINGS, suite, task, |_| Box::new(model))
 }
 
 /// Creates the controller that runs the law made by `law` from the parameters of a board with these
@@ -164,8 +192,8 @@ pub(super) fn by_law(
     suite: &Suite,
     task: &Task,
     law: impl FnOnce(&Params) -> Box<dyn Law>,
-) -> Result<Box<dyn Controller>, BenchError> {
+) -> Result<LawController, BenchError> {
     let (config, params) = checked(settings, suite)?;
     let target = Point::from_metres(task.target.into()).ok_or(BenchError::Target(task.target))?;
-    Ok(Box::new(LawController::new(law(&params), (config, &params), target)))
+    Ok(LawController::new(law(&params), (config, &params), target))
 }

@@ -8,6 +8,7 @@ use plumb_core::params::Params;
 use plumb_core::plan::Planner;
 use plumb_core::servo::{BallPosition, MotorPositions, Servo};
 use plumb_protocol::config::Config;
+use plumb_protocol::message::{Fault, Reference, ReferenceState};
 use plumb_protocol::units::{Micros, Point, Steps16};
 
 use super::simulate::Controller;
@@ -31,6 +32,8 @@ pub(super) struct LawController {
     changed: bool,
     /// Rates that the planner has.
     planned: MotorRates,
+    /// Fault of a guard. A drive to a target that rests goes on in spite of it.
+    guarded: Option<Fault>,
 }
 
 /// A law of any kind.
@@ -69,7 +72,25 @@ impl LawController {
             resumed: false,
             changed: false,
             planned: MotorRates::default(),
+            guarded: None,
         }
+    }
+
+    /// Follows a path, or goes on with its next part. The reference begins at the target.
+    pub(super) fn follow(&mut self, now: Micros, reference: &Reference) {
+        if self.servo.follow_on(now, reference).is_none() {
+            self.servo.follow(now, self.target, reference);
+        }
+    }
+
+    /// Returns the state of the reference; `None` before [`follow`](Self::follow).
+    pub(super) fn reference(&self, now: Micros) -> Option<ReferenceState> {
+        self.servo.reference_state(now)
+    }
+
+    /// Returns the fault with which a board would have stopped.
+    pub(super) fn fault(&self) -> Option<Fault> {
+        self.guarded.or(self.lost.then_some(Fault::PositionLost))
     }
 
     /// Begins a lost drive again once the motors stand and the ball is seen, as the bench does with
@@ -119,6 +140,7 @@ impl Controller for LawController {
         let progress =
             self.servo.check_progress(now, self.target, self.planner.positions(), &self.params);
         self.reached |= progress.reached;
+        self.guarded = self.guarded.or(progress.fault);
     }
 
     fn tick(&mut self, now: Micros) -> [f64; 3] {
@@ -130,6 +152,7 @@ impl Controller for LawController {
             (self.changed, self.planned) = (false, setpoint.rates);
         }
         self.planner.tick();
+        let _ = self.servo.advance_reference(now, &self.params);
         self.respond(now);
         self.planner.positions().map(|p| Steps16(p).to_si())
     }

@@ -10,7 +10,9 @@ mod bounce;
 mod controller;
 mod curves;
 mod f64_reference;
+mod following;
 mod frame_error;
+mod framed_board;
 mod kinematic;
 mod law_controller;
 mod oracle;
@@ -29,6 +31,7 @@ use std::thread;
 
 use nalgebra::Point3;
 use plumb_emulator::plant::RigError;
+use plumb_path::trajectory::PathError;
 use plumb_protocol::message::ConfigField;
 use thiserror::Error;
 
@@ -39,6 +42,7 @@ use simulate::Outcome;
 
 pub use controller::ControllerKind;
 pub use curves::draw as draw_curves;
+pub use following::{Loss, PathReport, PathSuite, Quantiles, follow_paths};
 pub use frame_error::FrameError;
 pub use paper::{ControlError, PAPER_GAMMAS, PaperSuite, paper};
 pub use report::Report;
@@ -68,6 +72,21 @@ pub enum BenchError {
         #[source]
         error: TrialError,
     },
+    /// A controller that cannot follow a path.
+    #[error("{0} cannot follow a path: choose another controller")]
+    CannotFollow(String),
+    /// A shape of a path with a parameter that is not above 0.
+    #[error("a path of rig {rig} of seed {seed} is invalid", rig = .id.rig, seed = .id.seed)]
+    Path {
+        /// Number and seed of the rig.
+        id: RunId,
+        /// Mistake in the path.
+        #[source]
+        error: PathError,
+    },
+    /// A rig without room for the smallest path.
+    #[error("rig {rig} of seed {seed} has no room for a path", rig = .0.rig, seed = .0.seed)]
+    NoRoom(RunId),
     /// A rig with invalid parameters.
     #[error("rig {rig} of seed {seed} is invalid", rig = .id.rig, seed = .id.seed)]
     Rig {
@@ -91,36 +110,47 @@ pub fn run(
     seed: u64,
     progress: &mut dyn FnMut(u64),
 ) -> Result<Report, BenchError> {
+    let run_one = |rig| run_one(controller, suite, RunId { seed, rig });
+    let runs = in_parallel(rigs.clone(), run_one, progress)?;
+    Ok(Report::new(controller.name(), suite.name, RunId { seed, rig: rigs.start }, &runs))
+}
+
+/// Runs the numbered rigs on all cores. Calls `progress` with the number of rigs done after each
+/// rig. Returns the results in the order of the rigs.
+///
+/// # Errors
+/// The first error of `run_rig`; no further rig is then begun.
+fn in_parallel<T: Send>(
+    rigs: Range<u64>,
+    run_rig: impl Fn(u64) -> Result<T, BenchError> + Sync,
+    progress: &mut dyn FnMut(u64),
+) -> Result<Vec<T>, BenchError> {
     let next = AtomicU64::new(rigs.start);
     let workers = thread::available_parallelism().map_or(1, NonZeroUsize::get);
     let (sender, receiver) = mpsc::channel();
     let end = rigs.end;
-    let mut runs: Vec<Option<(Outcome, f64)>> = vec![None; rigs.clone().count()];
+    let mut runs: Vec<Option<T>> = rigs.clone().map(|_| None).collect();
     thread::scope(|scope| {
         for _ in 0..workers {
-            let (sender, next) = (sender.clone(), &next);
+            let (sender, next, run_rig) = (sender.clone(), &next, &run_rig);
             scope.spawn(move || {
                 loop {
                     let index = next.fetch_add(1, Ordering::Relaxed);
-                    if index >= end
-                        || sender
-                            .send((index, run_one(controller, suite, RunId { seed, rig: index })))
-                            .is_err()
-                    {
+                    if index >= end || sender.send((index, run_rig(index))).is_err() {
                         break;
                     }
                 }
             });
         }
         drop(sender);
-        for (done, (index, result)) in (1..).zip(&receiver) {
+        // The receiver ends with this function, so that workers stop after an error.
+        for (done, (index, result)) in (1..).zip(receiver) {
             runs[(index - rigs.start) as usize] = Some(result?);
             progress(done);
         }
         Ok::<(), BenchError>(())
     })?;
-    let runs: Vec<(Outcome, f64)> = runs.into_iter().flatten().collect();
-    Ok(Report::new(controller.name(), suite.name, RunId { seed, rig: rigs.start }, &runs))
+    Ok(runs.into_iter().flatten().collect())
 }
 
 /// Runs one rig. Returns the outcome and the oracle's time for the task, seconds.

@@ -8,7 +8,7 @@ use super::simulate::{Outcome, RunEnd};
 use super::suite::{RunId, SuiteName};
 
 /// Least total slack time at which a run counts as slack, seconds.
-const MIN_SLACK_S: f64 = 0.020;
+pub(super) const MIN_SLACK_S: f64 = 0.020;
 
 /// Result of one controller on one suite. Times are multiples of the oracle's time for the same
 /// task.
@@ -63,7 +63,7 @@ pub(crate) fn quantile<T: Copy + Into<f64>>(sorted: &[T], q: f64) -> f64 {
 }
 
 /// Rounds to four decimal places, the resolution of a sample.
-fn round(value: f64) -> f64 {
+pub(super) fn round(value: f64) -> f64 {
     (value * 1e4).round() / 1e4
 }
 

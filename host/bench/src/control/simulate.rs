@@ -12,9 +12,9 @@ use super::frame_error::Frame;
 use super::suite::{ASSUMED_LATENCY_FRAMES, Clock, RunId, Suite};
 
 /// Ticks between two steps of the plant.
-const TICKS_PER_STEP: u64 = 5;
+pub(super) const TICKS_PER_STEP: u64 = 5;
 /// Time between two steps of the plant, seconds: 1 ms.
-const STEP_S: f64 = 1e-6 * (TICKS_PER_STEP * TICK_US as u64) as f64;
+pub(super) const STEP_S: f64 = 1e-6 * (TICKS_PER_STEP * TICK_US as u64) as f64;
 
 /// Time from "reached" to the start of the hold test, seconds.
 const SETTLE_S: f64 = 1.0;

@@ -2,13 +2,17 @@
 
 use std::fs::File;
 use std::io::{IsTerminal, Write};
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::str::FromStr;
 
 use clap::{Parser, ValueEnum};
 use plumb_bench::UnknownName;
-use plumb_bench::control::{self, Clock, ControllerKind, PAPER_GAMMAS, Report, Suite, SuiteName};
+use plumb_bench::control::{
+    self, BenchError, Clock, ControllerKind, PAPER_GAMMAS, PathReport, PathSuite, Report, Suite,
+    SuiteName,
+};
 use plumb_runtime::rig::LawSettings;
 
 use crate::commands::print::{self, Reader, message, tell};
@@ -33,12 +37,14 @@ const DEFAULT_SEED: u64 = 1;
 /// drift, unilateral, bounce4, bounce3, bounce2, elastic, elastic800, elastic150, edge, high,
 /// fine, frame5, frame10, frame20 (positions turned about the target), calibrated-board,
 /// calibrated-motors, calibrated-ball (the camera's pose by that way of `plumb calibrate`),
-/// paper-task.
+/// paper-task. The ball follows paths at 2, 5, 10 and 20 cm/s: path (rigid cables), path-elastic;
+/// with the laws, broyden, the models and oracle.
 #[derive(Parser)]
 #[command(
     after_help = examples![
         "plumb bench control --rigs 50 --law taut,interval",
         "plumb bench control --suite paper",
+        "plumb bench control --suite path,path-elastic --rigs 20 --law taut,oracle",
     ]
 )]
 pub(crate) struct ControlArgs {
@@ -77,13 +83,22 @@ pub(crate) struct ControlArgs {
     json: bool,
 }
 
+impl ControlArgs {
+    /// Returns the numbers of the rigs.
+    fn rigs(&self) -> Range<u64> {
+        self.first_rig..self.first_rig + self.rigs
+    }
+}
+
 /// Value of `--suite`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum SuiteArg {
     /// The paper's task, for several gains.
     Paper,
-    /// Simulated rigs.
+    /// Simulated rigs, each with a target.
     Rigs(SuiteName),
+    /// Simulated rigs, each with paths.
+    Paths(PathSuite),
 }
 
 impl FromStr for SuiteArg {
@@ -93,8 +108,13 @@ impl FromStr for SuiteArg {
         if text == "paper" {
             return Ok(Self::Paper);
         }
-        let known = SuiteName::ALL.map(SuiteName::as_str).join(", ");
-        text.parse().map(Self::Rigs).map_err(|_: UnknownName| format!("one of paper, {known}"))
+        if let Ok(suite) = text.parse() {
+            return Ok(Self::Paths(suite));
+        }
+        let mut known = SuiteName::ALL.map(SuiteName::as_str).to_vec();
+        known.extend(PathSuite::ALL.map(PathSuite::as_str));
+        let error = |_: UnknownName| format!("one of paper, {}", known.join(", "));
+        text.parse().map(Self::Rigs).map_err(error)
     }
 }
 
@@ -122,20 +142,24 @@ pub(crate) fn main(args: &ControlArgs) -> Result<ExitCode, Failure> {
         check_paper_options(args)?;
         return bench_paper(args.json);
     }
-    let suites = suites(args)?;
+    if args.suite.contains(&SuiteArg::Paper) {
+        return Err(bad_input("the suite `paper` is of another kind: ask for it alone"));
+    }
     let controllers = controllers(args)?;
+    if args.suite.iter().any(|suite| matches!(suite, SuiteArg::Paths(_))) {
+        check_path_options(args, &controllers)?;
+    }
     // The file is created before the runs, so that an error shows at once.
     let svg = args.svg.as_ref().map(|file| create(file)).transpose()?;
     let mut reports = Vec::new();
-    'suites: for suite in &suites {
-        tell!("{}: {}\n{}", suite.name, suite.name.about(), Report::HEADING);
-        for controller in &controllers {
-            let report = measure(controller, suite, args)?;
-            let line = serde_json::to_string(&report)?;
-            reports.push(report);
-            if args.json && print::results(line)? == Reader::Closed {
-                break 'suites;
-            }
+    for suite in &args.suite {
+        let reader = match suite {
+            SuiteArg::Rigs(name) => bench_rigs(*name, &controllers, args, &mut reports)?,
+            SuiteArg::Paths(suite) => bench_paths(*suite, &controllers, args)?,
+            SuiteArg::Paper => Reader::Open,
+        };
+        if reader == Reader::Closed {
+            break;
         }
     }
     if let (Some(mut svg), Some(file)) = (svg, &args.svg) {
@@ -143,6 +167,56 @@ pub(crate) fn main(args: &ControlArgs) -> Result<ExitCode, Failure> {
         tell!("curves: {}", file.display());
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// Runs the controllers on a suite whose rigs have targets, and adds the results to `reports`.
+/// Returns whether anybody still reads the results.
+fn bench_rigs(
+    name: SuiteName,
+    controllers: &[ControllerKind],
+    args: &ControlArgs,
+    reports: &mut Vec<Report>,
+) -> Result<Reader, Failure> {
+    let suite = Suite { clock: args.clock.into(), ..Suite::new(name) };
+    tell!("{}: {}\n{}", suite.name, suite.name.about(), Report::HEADING);
+    for controller in controllers {
+        let report = measure(controller, &suite, args)?;
+        let line = serde_json::to_string(&report)?;
+        reports.push(report);
+        if args.json && print::results(line)? == Reader::Closed {
+            return Ok(Reader::Closed);
+        }
+    }
+    Ok(Reader::Open)
+}
+
+/// Runs the controllers on a suite whose rigs have paths. Returns whether anybody still reads the
+/// results.
+fn bench_paths(
+    suite: PathSuite,
+    controllers: &[ControllerKind],
+    args: &ControlArgs,
+) -> Result<Reader, Failure> {
+    tell!("{suite}: {}\n{}", suite.about(), PathReport::HEADING);
+    for controller in controllers {
+        let run = |progress: &mut dyn FnMut(u64)| {
+            control::follow_paths(controller, suite, args.rigs(), args.seed, progress)
+        };
+        for report in with_progress(controller, args, run)? {
+            tell!("{report}");
+            if !report.losses.is_empty() {
+                let lost = report.losses.iter();
+                tell!(
+                    "  lost: {}",
+                    first(lost.map(|(rig, shape, why)| format!("{rig} {shape}: {why}")))
+                );
+            }
+            if args.json && print::results(serde_json::to_string(&report)?)? == Reader::Closed {
+                return Ok(Reader::Closed);
+            }
+        }
+    }
+    Ok(Reader::Open)
 }
 
 /// Creates a file of results.
@@ -156,23 +230,13 @@ fn measure(
     suite: &Suite,
     args: &ControlArgs,
 ) -> Result<Report, Failure> {
-    let terminal = std::io::stderr().is_terminal();
-    let mut progress = |done: u64| {
-        if terminal {
-            message(format_args!("\r{} {done}/{} ", controller.name(), args.rigs));
-        }
+    let run = |progress: &mut dyn FnMut(u64)| {
+        control::run(controller, suite, args.rigs(), args.seed, progress)
     };
-    let rigs = args.first_rig..args.first_rig + args.rigs;
-    let report = control::run(controller, suite, rigs, args.seed, &mut progress)?;
-    tell!("{}{report}", if terminal { "\r\x1b[K" } else { "" });
+    let report = with_progress(controller, args, run)?;
+    tell!("{report}");
     if !report.failed.is_empty() {
-        let first: Vec<String> = report
-            .failed
-            .iter()
-            .take(MAX_FAILED_LISTED)
-            .map(|(k, why)| format!("{k} {why}"))
-            .collect();
-        tell!("  failed: {}", first.join(", "));
+        tell!("  failed: {}", first(report.failed.iter().map(|(rig, why)| format!("{rig} {why}"))));
     }
     if report.resumed > 0 {
         tell!("  stopped for a lost position and were started again: {}", report.resumed);
@@ -180,13 +244,27 @@ fn measure(
     Ok(report)
 }
 
-/// Returns the suites of the options, with the clock of the options.
-fn suites(args: &ControlArgs) -> Result<Vec<Suite>, Failure> {
-    let with_clock = |arg: &SuiteArg| match arg {
-        SuiteArg::Rigs(name) => Ok(Suite { clock: args.clock.into(), ..Suite::new(*name) }),
-        SuiteArg::Paper => Err(bad_input("the suite `paper` is of another kind: ask for it alone")),
-    };
-    args.suite.iter().map(with_clock).collect()
+/// Returns the result of `run`, which tells a terminal its progress.
+fn with_progress<T>(
+    controller: &ControllerKind,
+    args: &ControlArgs,
+    run: impl FnOnce(&mut dyn FnMut(u64)) -> Result<T, BenchError>,
+) -> Result<T, Failure> {
+    let terminal = std::io::stderr().is_terminal();
+    let result = run(&mut |done| {
+        if terminal {
+            message(format_args!("\r{} {done}/{} ", controller.name(), args.rigs));
+        }
+    });
+    if terminal {
+        message(format_args!("\r\x1b[K"));
+    }
+    Ok(result?)
+}
+
+/// Returns the first ones of a list of failed runs.
+fn first(runs: impl Iterator<Item = String>) -> String {
+    runs.take(MAX_FAILED_LISTED).collect::<Vec<_>>().join(", ")
 }
 
 /// Returns the controllers of the options, with the law parameters of the options.
@@ -209,6 +287,25 @@ fn controllers(args: &ControlArgs) -> Result<Vec<ControllerKind>, Failure> {
         ));
     }
     Ok(controllers)
+}
+
+/// Checks that the controllers can follow paths, and that no option is given that has no effect on
+/// the path suites.
+fn check_path_options(args: &ControlArgs, controllers: &[ControllerKind]) -> Result<(), Failure> {
+    if let Some(other) = controllers.iter().find(|controller| !controller.can_follow()) {
+        return Err(bad_input(format!(
+            "{other} cannot follow a path: leave it out of --law, or choose another suite"
+        )));
+    }
+    let options =
+        [("--clock", !matches!(args.clock, ClockName::Picture)), ("--svg", args.svg.is_some())];
+    match options.iter().find(|(_, is_given)| *is_given) {
+        Some((option, _)) => Err(bad_input(format!(
+            "{option} has no effect on the suites `path` and `path-elastic`: leave it out, or \
+             choose other suites"
+        ))),
+        None => Ok(()),
+    }
 }
 
 /// Checks that no option is given that has no effect on the suite `paper`: its law, gains and rig

@@ -59,7 +59,7 @@ fn whole_run(
     let task = suite.task(id).unwrap();
     let inner = match controller {
         Some(controller) => controller.build(suite, &task, id).unwrap(),
-        None => by_law(law, suite, &task, boards_own).unwrap(),
+        None => Box::new(by_law(law, suite, &task, boards_own).unwrap()),
     };
     let mut controller = Recorded { inner, rows: Vec::new() };
     let oracle_s = oracle::time_s(&task, &Limits::default(), suite.threshold_m).unwrap();

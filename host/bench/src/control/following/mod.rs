@@ -1,0 +1,202 @@
+//! The suites in which the ball follows a path.
+//!
+//! Each rig has four shapes, each at four speeds. The ball rests at the path's begin; a run takes
+//! 12 s and is measured from 3 s on.
+
+mod board_follower;
+mod course;
+mod deviation;
+mod follower;
+mod law_follower;
+mod open_loop;
+mod report;
+mod simulate;
+
+use std::fmt;
+use std::ops::Range;
+use std::str::FromStr;
+
+use plumb_emulator::plant::Task;
+use plumb_path::shape::{Shape, ShapeKind};
+
+use super::controller::{self, ControllerKind};
+use super::suite::{RunId, Suite, SuiteName};
+use super::{BenchError, in_parallel};
+use crate::UnknownName;
+use board_follower::BoardFollower;
+use course::{Course, SHAPES, SPEEDS_M_S, place};
+use follower::Follower;
+use law_follower::LawFollower;
+use open_loop::OpenLoop;
+use report::Run;
+use simulate::Outcome;
+
+pub use report::{PathReport, Quantiles};
+pub use simulate::Loss;
+
+/// Suite in which the ball follows paths.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PathSuite {
+    /// The rigs and the camera of [`SuiteName::QuasiStatic`].
+    Rigid,
+    /// The rigs and the camera of [`SuiteName::Elastic`].
+    Elastic,
+}
+
+impl PathSuite {
+    /// Every suite.
+    pub const ALL: [Self; 2] = [Self::Rigid, Self::Elastic];
+
+    /// Returns the name in options, reports and JSON.
+    #[must_use]
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::Rigid => "path",
+            Self::Elastic => "path-elastic",
+        }
+    }
+
+    /// Returns a description for people.
+    #[must_use]
+    pub const fn about(self) -> &'static str {
+        match self {
+            Self::Rigid => "circle, square, eight and spline on rigid cables",
+            Self::Elastic => "circle, square, eight and spline on 800 and 150 N/m in turn",
+        }
+    }
+
+    /// Returns the rigs, the camera and the physics.
+    fn conditions(self) -> Suite {
+        Suite::new(match self {
+            Self::Rigid => SuiteName::QuasiStatic,
+            Self::Elastic => SuiteName::Elastic,
+        })
+    }
+}
+
+impl fmt::Display for PathSuite {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.as_str())
+    }
+}
+
+impl FromStr for PathSuite {
+    type Err = UnknownName;
+
+    fn from_str(text: &str) -> Result<Self, UnknownName> {
+        let known = || UnknownName::new(Self::ALL);
+        Self::ALL.into_iter().find(|suite| suite.as_str() == text).ok_or_else(known)
+    }
+}
+
+/// Returns the name of a shape.
+const fn name(kind: ShapeKind) -> &'static str {
+    match kind {
+        ShapeKind::Circle => "circle",
+        ShapeKind::Line => "line",
+        ShapeKind::Eight => "eight",
+        ShapeKind::Square => "square",
+        ShapeKind::Spline => "spline",
+    }
+}
+
+/// Runs `controller` along the paths of the numbered rigs, on all cores. Calls `progress` with the
+/// number of rigs done after each rig. Returns a report for each speed.
+///
+/// # Errors
+/// If `controller` cannot follow, a board refuses the parameters of the law, or a rig is invalid.
+pub fn follow_paths(
+    controller: &ControllerKind,
+    suite: PathSuite,
+    rigs: Range<u64>,
+    seed: u64,
+    progress: &mut dyn FnMut(u64),
+) -> Result<Vec<PathReport>, BenchError> {
+    let conditions = suite.conditions();
+    let run_rig = |rig| run_rig(controller, &conditions, RunId { seed, rig });
+    let runs = in_parallel(rigs.clone(), run_rig, progress)?;
+    let first = RunId { seed, rig: rigs.start };
+    let report = |(k, speed_m_s): (usize, f64)| {
+        let mut at_speed = Vec::new();
+        for (rig, outcomes) in rigs.clone().zip(&runs) {
+            let run = |(kind, outcome): (ShapeKind, &Outcome)| Run {
+                rig,
+                shape: name(kind),
+                outcome: *outcome,
+            };
+            at_speed.extend(SHAPES.into_iter().zip(&outcomes[k]).map(run));
+        }
+        let rigs = (first, runs.len() as u64);
+        PathReport::new(controller.name(), suite, speed_m_s, rigs, &at_speed)
+    };
+    Ok(SPEEDS_M_S.into_iter().enumerate().map(report).collect())
+}
+
+/// Runs the paths of one rig. Returns, for each speed, the outcome of each shape.
+fn run_rig(
+    controller: &ControllerKind,
+    conditions: &Suite,
+    id: RunId,
+) -> Result<Vec<Vec<Outcome>>, BenchError> {
+    let task = conditions.task(id).map_err(|error| BenchError::Rig { id, error })?;
+    let on_error = |error| BenchError::Path { id, error };
+    let mut shapes = Vec::new();
+    for kind in SHAPES {
+        let shape = place(kind, &task, id).map_err(on_error)?;
+        shapes.push(shape.ok_or(BenchError::NoRoom(id))?);
+    }
+    let mut number = 0;
+    let mut run = |shape: &Shape, speed_m_s| {
+        number += 1;
+        let course = Course::new(shape, speed_m_s).map_err(on_error)?;
+        run_course(controller, conditions, &course, &task, (id, number))
+    };
+    let at_speed = |speed_m_s| shapes.iter().map(|shape| run(shape, speed_m_s)).collect();
+    SPEEDS_M_S.into_iter().map(at_speed).collect()
+}
+
+/// Runs the path number `number` of a rig.
+fn run_course(
+    controller: &ControllerKind,
+    conditions: &Suite,
+    course: &Course,
+    task: &Task,
+    (id, number): (RunId, u64),
+) -> Result<Outcome, BenchError> {
+    let start = course.start();
+    let task = Task { start, target: start, ..*task };
+    let mut follower = build(controller, conditions, course, &task, id)?;
+    simulate::run(&mut *follower, course, conditions, &task, (id, number))
+}
+
+/// Creates the follower of a run. The ball of `task` rests at the path's begin.
+fn build<'a>(
+    kind: &ControllerKind,
+    conditions: &Suite,
+    course: &'a Course,
+    task: &Task,
+    id: RunId,
+) -> Result<Box<dyn Follower + 'a>, BenchError> {
+    Ok(match kind {
+        ControllerKind::Board(law) => {
+            let (config, _) = controller::checked(law, conditions)?;
+            Box::new(BoardFollower::new(config, course))
+        }
+        ControllerKind::Broyden => {
+            Box::new(LawFollower::new(controller::broyden(conditions, task)?, course))
+        }
+        ControllerKind::Model(percent) => {
+            let model = controller::model(*percent, conditions, task, id)?;
+            Box::new(LawFollower::new(model, course))
+        }
+        ControllerKind::Oracle => {
+            Box::new(OpenLoop::new(course, task.geometry, conditions.elasticity(id)))
+        }
+        ControllerKind::F64(_) | ControllerKind::Reference => {
+            return Err(BenchError::CannotFollow(kind.name()));
+        }
+    })
+}
+
+#[cfg(test)]
+mod tests;
