@@ -4,7 +4,7 @@
 //! protocol <- core <- { firmware, emulator }
 //! frame <- cameras <- runtime <- { page, foxglove, ros2 } <- plumb;   protocol <- runtime
 //! cameras <- calibrate <- plumb;   frame <- vision <- { bench, plumb, tests }
-//! { emulator, frame, cameras, runtime } <- sim <- { bench, plumb, tests }
+//! { emulator, frame, cameras, path, runtime } <- sim <- { bench, plumb, tests }
 //! ```
 //!
 //! `runtime`, `cameras`, `vision` and `frame` never depend on `sim`, `bench`, `verify` or
@@ -79,6 +79,7 @@ const CRATES: &[Rule] = &[
             "plumb-core",
             "plumb-emulator",
             "plumb-frame",
+            "plumb-path",
             "plumb-protocol",
             "plumb-runtime",
         ],

@@ -2,6 +2,7 @@
 //!
 //! - [`trajectory`]: a [`Trajectory`] gives the ball's place, velocity and acceleration at a time.
 //! - [`shape`]: shapes for trying: circle, line, figure of eight, square, spline.
+//! - [`moving`]: a target that moves in the world.
 //! - [`file`](mod@file): paths from CSV files, as waypoints or with time stamps.
 //! - [`check`](mod@check): whether a trajectory keeps its limits and stays where the ball may be.
 //!
@@ -34,6 +35,7 @@ pub mod check;
 mod corner;
 mod curve;
 pub mod file;
+pub mod moving;
 mod profile;
 mod quintic;
 pub mod shape;

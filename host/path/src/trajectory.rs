@@ -20,6 +20,14 @@ pub struct Moment {
     pub acceleration: Vector3<f64>,
 }
 
+impl Moment {
+    /// Returns the motion of a ball that rests at `position`.
+    #[must_use]
+    pub fn resting(position: Point3<f64>) -> Self {
+        Self { position, velocity: Vector3::zeros(), acceleration: Vector3::zeros() }
+    }
+}
+
 /// Limits of a trajectory.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Limits {

@@ -46,6 +46,7 @@ pub mod operator;
 pub mod plot_colours;
 pub mod queued;
 pub mod recording;
+pub mod reference;
 pub mod replay;
 pub mod rig;
 pub mod run;

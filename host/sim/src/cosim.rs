@@ -3,12 +3,16 @@
 
 use plumb_core::{Board, LawWorker, Outbox, TICK_US};
 use plumb_emulator::EMULATED;
+use plumb_path::moving::MovingTarget;
+use plumb_path::trajectory::Moment;
 use plumb_protocol::Config;
+use plumb_protocol::config::Workspace;
 use plumb_protocol::frame::{self, FrameError};
 use plumb_protocol::message::{
-    Command, Fault, FromBoard, Hello, Position, Refusal, State, ToBoard,
+    Command, Fault, FromBoard, Hello, KNOTS, Position, Reference, Refusal, State, ToBoard,
 };
 use plumb_protocol::units::{Micros, Point, Rate, Steps16};
+use plumb_runtime::reference::reference;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -30,6 +34,10 @@ pub struct Request {
     /// New target of the ball; `null` keeps the present one.
     #[serde(default)]
     pub target: Option<[f64; 3]>,
+    /// Velocity of `target`, m/s: the ball follows a target that moves. Give both in every line
+    /// that brings a picture; without a new one the ball comes to rest within a second.
+    #[serde(default)]
+    pub target_velocity: Option<[f64; 3]>,
 }
 
 /// Motion and state of the board.
@@ -69,6 +77,9 @@ pub enum CosimError {
         /// Time of the board.
         now: f64,
     },
+    /// A velocity without a target.
+    #[error("`target_velocity` without `target`: give both, or `target` alone")]
+    VelocityAlone,
     /// The board refused a command.
     #[error("the board refuses: {0}")]
     Refused(Refusal),
@@ -78,6 +89,8 @@ pub enum CosimError {
 const HEARTBEAT_US: u64 = 100_000;
 /// Greatest |`t`|, seconds: 30 years, over which `f64` resolves microseconds.
 const MAX_TIME_S: f64 = 1e9;
+/// Greatest speed of a target along an axis, m/s: the board's limit.
+const MAX_SPEED: f64 = 2.0;
 /// Tolerance of `t` for rounding in an engine's sum of time steps, seconds.
 const TIME_TOLERANCE_S: f64 = 1e-3;
 
@@ -96,6 +109,11 @@ pub struct Cosim {
     /// Id of the last request.
     id: u16,
     target: Option<Point>,
+    /// A target that moves.
+    moving: MovingTarget,
+    /// Number of the last reference.
+    reference: u16,
+    workspace: Workspace,
     reached: bool,
 }
 
@@ -115,6 +133,9 @@ impl Cosim {
             sequence: 0,
             id: 0,
             target: None,
+            moving: MovingTarget::default(),
+            reference: 0,
+            workspace: config.workspace,
             reached: false,
         };
         cosim.send(Command::Hello(Hello::OURS))?;
@@ -142,11 +163,16 @@ impl Cosim {
         if slip.is_nan() || slip > TIME_TOLERANCE_S + tick_s {
             return Err(CosimError::Gap { t: request.t, now });
         }
-        if let Some(target) = request.target {
-            self.set_target(target)?;
+        match (request.target, request.target_velocity) {
+            (Some(target), None) => self.set_target(target)?,
+            (None, Some(_)) => return Err(CosimError::VelocityAlone),
+            _ => {}
         }
         if let Some(ball) = request.position {
             self.on_position(ball, request.age)?;
+        }
+        if let (Some(target), Some(velocity)) = (request.target, request.target_velocity) {
+            self.follow(target, velocity)?;
         }
         let mut steps = Vec::new();
         for k in 1..=samples {
@@ -169,6 +195,42 @@ impl Cosim {
         let point = point("target", target)?;
         (self.target, self.reached) = (Some(point), false);
         self.send(Command::Target(point))
+    }
+
+    /// Has the ball follow a target that is at `target` (metres) with `velocity` (m/s). A board
+    /// that has lost the ball, or has not seen it yet, follows with a later line.
+    fn follow(&mut self, target: [f64; 3], velocity: [f64; 3]) -> Result<(), CosimError> {
+        let _in_range = point("target", target)?;
+        for speed in velocity {
+            check("target_velocity", speed, speed.abs() <= MAX_SPEED, "within 2 m/s")?;
+        }
+        (self.target, self.reached) = (None, false);
+        let now = self.clock.0 as f64 * 1e-6;
+        self.moving.observe(now, target.into(), velocity.into());
+        self.reference = self.reference.wrapping_add(1);
+        let motion = |time| self.moving.at(time).unwrap_or(Moment::resting(target.into()));
+        let mut message = reference(self.reference, false, now, now, motion);
+        self.keep_inside(&mut message);
+        match self.send(Command::Follow(message)) {
+            Err(CosimError::Refused(
+                Refusal::NoPosition | Refusal::Faulted(Fault::PositionLost),
+            )) => Ok(()),
+            other => other,
+        }
+    }
+
+    /// Has a reference rest at the border of the workspace where its extrapolation leaves it. A
+    /// first knot outside stays, and the board refuses it.
+    fn keep_inside(&self, message: &mut Reference) {
+        let [_, ahead @ ..] = &mut message.knots;
+        let outside = ahead.iter().position(|knot| !self.workspace.contains(knot.position));
+        for knot in ahead.iter_mut().skip(outside.unwrap_or(KNOTS)) {
+            let Workspace { min, max } = self.workspace;
+            for (axis, at) in knot.position.0.iter_mut().enumerate() {
+                *at = (*at).clamp(min.0[axis], max.0[axis]);
+            }
+            knot.velocity = Default::default();
+        }
     }
 
     /// Sends a position. A board that stopped for a lost position gets its target again.

@@ -19,10 +19,11 @@ use super::{Failure, bad_input, law};
 /// The board in lock step with any physics engine: JSON lines on standard input and output
 ///
 /// In: {"t": s, "dt": s, "position": [x, y, z] or null, "age": s, "target": [x, y, z]}, metres in
-/// the rig frame, `target` where it changes. Out, after the board has run from t to t plus dt:
-/// {"t": s, "steps": [[a, b, c], ...], "rates": [a, b, c], "state": "...", "reached": bool}, full
-/// steps since the start, positive where cable is paid out. A board that stopped because it
-/// received no position for half a second continues with the next one.
+/// the rig frame, `target` where it changes. "target_velocity": [vx, vy, vz] in m/s beside "target"
+/// has the ball follow a target that moves; give both with every picture. Out, after the board has
+/// run from t to t plus dt: {"t": s, "steps": [[a, b, c], ...], "rates": [a, b, c], "state": "...",
+/// "reached": bool}, full steps since the start, positive where cable is paid out. A board that
+/// stopped because it received no position for half a second continues with the next one.
 #[derive(Parser)]
 #[command(
     after_help = examples![

@@ -1,5 +1,6 @@
 use super::*;
 use crate::limits::Limits;
+use nalgebra::Point3;
 use plumb_emulator::plant::{Elastic, ElasticParameters, Plant, Task};
 use plumb_runtime::rig::{LawName, LawSettings};
 
@@ -10,7 +11,7 @@ fn cosim(law: LawName) -> Cosim {
 }
 
 fn request(t: f64, dt: f64) -> Request {
-    Request { t, dt, position: None, age: 0.0, target: None }
+    Request { t, dt, position: None, age: 0.0, target: None, target_velocity: None }
 }
 
 /// The paper's task on springs, frames two frames late: an engine that is driven by the
@@ -72,4 +73,60 @@ fn a_board_with_a_lost_position_resumes_when_the_ball_returns() {
     assert!(states.last().unwrap().starts_with("fault: no fresh position"), "{states:?}");
     let answer = cosim.step(&line(2.0, Some([0.54, 0.22, 0.459])), 1).unwrap();
     assert_eq!(answer.state, "seeking");
+}
+
+/// A target on a circle of 5 cm, at 5 cm/s, on springs, with frames that are two frames late.
+#[test]
+fn a_moving_target_is_followed_without_a_lag() {
+    for (law, most) in [(LawName::Adaptive, 0.0015), (LawName::Taut, 0.0015)] {
+        let task = Task::paper();
+        let start = task.start;
+        let mut plant = Elastic::new(task.geometry, ElasticParameters::default(), start).unwrap();
+        let mut cosim = cosim(law);
+        let (dt, late) = (1.0 / 30.0, 2);
+        // The speed rises within a second.
+        let circle = |t: f64| {
+            let angle = if t < 1.0 { t * t / 2.0 } else { t - 0.5 };
+            let (sin, cos) = angle.sin_cos();
+            let place = [start.x + 0.05 * (cos - 1.0), start.y + 0.05 * sin, start.z];
+            (place, [-sin, cos, 0.0].map(|v| 0.05 * t.min(1.0) * v))
+        };
+        let mut seen = vec![start; late];
+        let (mut sum, mut count) = (0.0, 0);
+        for frame in 0..300 {
+            seen.push(plant.ball());
+            let t = f64::from(frame) * dt;
+            let (target, velocity) = circle(t);
+            let request = Request {
+                position: Some(seen[seen.len() - 1 - late].into()),
+                age: dt * late as f64,
+                target: Some(target),
+                target_velocity: Some(velocity),
+                ..request(t, dt)
+            };
+            if frame > 90 {
+                sum += (plant.ball() - Point3::from(target)).norm_squared();
+                count += 1;
+            }
+            let answer = cosim.step(&request, 20).unwrap();
+            for motors in &answer.steps {
+                plant.advance(dt / 20.0, *motors).unwrap();
+            }
+        }
+        let rms = (sum / f64::from(count)).sqrt();
+        assert!(rms < most, "{law}: {} mm", rms * 1e3);
+    }
+}
+
+#[test]
+fn a_velocity_needs_a_target_and_has_a_range() {
+    let mut cosim = cosim(LawName::Adaptive);
+    let alone = Request { target_velocity: Some([0.0; 3]), ..request(0.0, 0.1) };
+    assert_eq!(cosim.step(&alone, 1), Err(CosimError::VelocityAlone));
+    let target = Some([0.5, 0.3, 0.2]);
+    let fast = Request { target, target_velocity: Some([0.0, -2.1, 0.0]), ..request(0.0, 0.1) };
+    assert!(matches!(cosim.step(&fast, 1), Err(CosimError::Number { key: "target_velocity", .. })));
+    // Before the first picture the board does not know where the ball is.
+    let early = Request { target, target_velocity: Some([0.1, 0.0, 0.0]), ..request(0.0, 0.1) };
+    assert_eq!(cosim.step(&early, 1).unwrap().state, "ready");
 }

@@ -2,20 +2,16 @@
 
 use std::collections::VecDeque;
 
-use nalgebra::{Point3, Vector3};
+use nalgebra::Point3;
 use plumb_path::trajectory::Trajectory;
-use plumb_protocol::message::{KNOTS, Knot, Reference, State, Telemetry};
-use plumb_protocol::units::{Micros, Point, Speed};
+use plumb_protocol::message::{Reference, State, Telemetry};
+use plumb_protocol::units::Point;
 
 use super::clock::{PathClock, Report};
 use super::deviation::{Deviations, PathSummary};
 use super::plan::PathPlan;
 use crate::observer::PathPoint;
-
-/// Time between two knots, seconds. Six knots then reach 0.6 s beyond the board's report, which is
-/// enough for the board's look-ahead, its braking and a lost message. Cubic polynomials between
-/// the knots are within 0.1 mm of the path.
-const INTERVAL_S: f64 = 0.15;
+use crate::reference::{INTERVAL_S, reference};
 
 /// Least time between two messages, seconds: one with each picture of a usual camera.
 const LEAST_PERIOD_S: f64 = 0.03;
@@ -128,16 +124,9 @@ impl PathDrive {
     /// Returns the message with knots from before the `reported` time of the path on. All messages
     /// have their knots on the same grid of the path's time.
     fn message(&self, sequence: u16, reported: f64, present: f64) -> Reference {
-        let first = (reported / INTERVAL_S).floor();
-        let knot = |i: usize| knot(self.trajectory(), (first + i as f64) * INTERVAL_S);
-        Reference {
-            sequence,
-            now: micros(present),
-            waits: self.plan.waits(),
-            first: micros(first * INTERVAL_S),
-            interval_us: (INTERVAL_S * 1e6) as u32,
-            knots: std::array::from_fn::<_, KNOTS, _>(knot),
-        }
+        let first = (reported / INTERVAL_S).floor() * INTERVAL_S;
+        let motion = |time| self.trajectory().at(time);
+        reference(sequence, self.plan.waits(), present, first, motion)
     }
 
     /// Notes that the position with the number `sequence` was sent at `now`.
@@ -218,22 +207,4 @@ impl PathDrive {
         let (until, path_time) = following.progress;
         Some(self.deviations.summary(path_time, until - following.begin?))
     }
-}
-
-/// Returns the knot at a time of the path, seconds.
-fn knot(trajectory: &Trajectory, time: f64) -> Knot {
-    let moment = trajectory.at(time);
-    // A path that was checked is in range.
-    let position = Point::from_metres(moment.position.into()).unwrap_or_default();
-    Knot { position, velocity: speeds(moment.velocity) }
-}
-
-fn speeds(velocity: Vector3<f64>) -> [Speed; 3] {
-    let velocity: [f64; 3] = velocity.into();
-    velocity.map(|speed| Speed::from_si(speed).unwrap_or_default())
-}
-
-fn micros(seconds: f64) -> Micros {
-    // The cast saturates; the path's time is not negative.
-    Micros((seconds * 1e6).round() as u64)
 }
