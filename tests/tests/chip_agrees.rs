@@ -4,14 +4,17 @@
 
 #![allow(clippy::expect_used, clippy::panic, reason = "a test stops at the first surprise")]
 
+use nalgebra::{Point3, Vector3};
 use plumb_core::TICK_US;
 use plumb_emulator::plant::{Plant, QuasiStatic, Task};
 use plumb_emulator::{EMULATED, EmulatedBoard};
+use plumb_path::trajectory::Moment;
 use plumb_protocol::frame::{Accumulator, encode};
 use plumb_protocol::message::{
     Command, Fault, FromBoard, Hello, Position, State, Telemetry, ToBoard,
 };
 use plumb_protocol::units::{Micros, Point, Steps16};
+use plumb_runtime::reference::{INTERVAL_S, reference};
 use plumb_runtime::rig::{LawName, LawSettings, Rig};
 use plumb_tests::chip::{Chip, firmware_image};
 use rand::{RngExt, SeedableRng};
@@ -32,6 +35,9 @@ struct Pair {
     board_bytes: Vec<u8>,
     sequence: u16,
     id: u16,
+    /// Time from an accepted position to its telemetry while the board drives, µs: a tick where the
+    /// position makes a law request. `None` where it is not looked at.
+    acknowledged_after: Option<u64>,
 }
 
 impl Pair {
@@ -39,7 +45,15 @@ impl Pair {
         let task = Task::paper();
         let plant = QuasiStatic::new(task.geometry, task.start).expect("the paper's rig");
         let board = EmulatedBoard::new(EMULATED);
-        let mut pair = Self { chip, board, plant, board_bytes: Vec::new(), sequence: 0, id: 0 };
+        let mut pair = Self {
+            chip,
+            board,
+            plant,
+            board_bytes: Vec::new(),
+            sequence: 0,
+            id: 0,
+            acknowledged_after: None,
+        };
         pair.request(Command::Hello(Hello::OURS));
         pair
     }
@@ -85,13 +99,21 @@ impl Pair {
         self.id += 1;
         let id = self.id;
         let frame = encode(&ToBoard { id, command }).expect("a frame");
+        let after = self.acknowledged_after;
         self.send_acknowledged(&frame, |messages| {
+            let acknowledged = |message: &FromBoard| match (message, &command) {
+                (FromBoard::Telemetry(telemetry), Command::Position(position)) => {
+                    let is_named = telemetry.sequence == Some(position.sequence);
+                    after.filter(|_| is_named).map(|after| telemetry.time.0 - after)
+                }
+                _ => None,
+            };
             let answered = |message: &FromBoard| match message {
                 FromBoard::Answer(answer) if answer.id == id => Some(answer.time.0),
                 _ => None,
             };
             // Telemetry acknowledges an accepted position, in the same tick or in the next.
-            messages.iter().find_map(answered)
+            messages.iter().find_map(|message| answered(message).or(acknowledged(message)))
         });
     }
 
@@ -203,6 +225,44 @@ fn the_papers_task_is_the_same_to_the_bit_with_every_law() {
         pair.assert_agree(name.as_str());
         let error = (pair.plant.ball() - Task::paper().target).norm();
         assert!(error < 0.010, "{name}: {error} m");
+    }
+}
+
+/// A circle of 5 cm at 5 cm/s, with a message before each picture.
+#[test]
+fn a_path_is_the_same_to_the_bit_with_every_law() {
+    let Some(image) = firmware_image() else { return };
+    let Point3 { coords: start } = Task::paper().start;
+    let circle = |time: f64| {
+        let (sin, cos) = time.sin_cos();
+        Moment {
+            position: Point3::from(start + 0.05 * Vector3::new(cos - 1.0, sin, 0.0)),
+            velocity: 0.05 * Vector3::new(-sin, cos, 0.0),
+            acceleration: 0.05 * Vector3::new(-cos, -sin, 0.0),
+        }
+    };
+    for law in LawName::ALL {
+        let mut rig = Rig::paper().expect("the paper's rig file");
+        rig.law = law.into();
+        let mut pair = Pair::new(Chip::start(&image));
+        pair.request(Command::Configure(rig.config().expect("a configuration")));
+        pair.frame();
+        let is_deferred = matches!(law, LawName::Adaptive | LawName::Taut);
+        pair.acknowledged_after = Some(if is_deferred { u64::from(TICK_US) } else { 0 });
+        for number in 1..=90 {
+            let reached = pair.telemetry().reference;
+            let time = reached.map_or(0.0, |reference| reference.time.0 as f64 * 1e-6);
+            let first = (time / INTERVAL_S).floor() * INTERVAL_S;
+            let message = reference(number, number % 2 == 0, time, first, circle);
+            pair.request(Command::Follow(message));
+            pair.frame();
+        }
+        assert_eq!(pair.state(), State::Following, "{law}");
+        let moved = (pair.plant.ball() - Task::paper().start).norm();
+        assert!(moved > 0.005, "{law}: {moved} m");
+        pair.request(Command::Stop);
+        pair.run(600_000);
+        pair.assert_agree(law.as_str());
     }
 }
 

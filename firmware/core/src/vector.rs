@@ -18,12 +18,14 @@ pub(crate) fn scaled(v: Vector, factor: f32) -> Vector {
     v.map(|v| v * factor)
 }
 
-/// Returns a + b times `factor`.
+/// Returns a + b times `factor`. Called often, so that it is not repeated in the chip's RAM.
+#[inline(never)]
 pub(crate) fn plus(a: Vector, b: Vector, factor: f32) -> Vector {
     [0, 1, 2].map(|i| a[i] + b[i] * factor)
 }
 
 /// Returns v, shortened to `longest` where it is longer.
+#[inline(never)]
 pub(crate) fn shortened(v: Vector, longest: f32) -> Vector {
     let length = length(v);
     if length > longest { scaled(v, longest / length) } else { v }

@@ -1,6 +1,6 @@
 //! Execution of commands.
 
-use plumb_protocol::config::Config;
+use plumb_protocol::config::{Config, Workspace};
 use plumb_protocol::message::{
     BoardHello, Command, Fault, FromBoard, Hello, Jog, Position, Reference, Refusal, ToBoard,
 };
@@ -27,14 +27,19 @@ const MAX_RETURN_RATE: i32 = 20 << 8;
 const KNOT_INTERVAL_US: core::ops::RangeInclusive<u32> = 10_000..=500_000;
 
 /// Highest velocity of a knot along an axis, µm/s.
-const MAX_KNOT_SPEED: i32 = 2_000_000;
+const MAX_KNOT_SPEED: u32 = 2_000_000;
 
-/// Checks the interval and the velocities of a reference.
-fn reference_in_range(reference: &Reference) -> Result<(), Refusal> {
-    let speeds = reference.knots.iter().flat_map(|knot| knot.velocity);
-    let is_slow = |speed: Speed| (-MAX_KNOT_SPEED..=MAX_KNOT_SPEED).contains(&speed.0);
-    let in_range = KNOT_INTERVAL_US.contains(&reference.interval_us) && { speeds }.all(is_slow);
-    if in_range { Ok(()) } else { Err(Refusal::ReferenceRange) }
+/// Checks the interval and the velocities of a reference, and its knots against the workspace.
+#[inline(never)]
+fn check_reference(reference: &Reference, workspace: &Workspace) -> Result<(), Refusal> {
+    let is_slow = |speed: &Speed| speed.0.unsigned_abs() <= MAX_KNOT_SPEED;
+    if !KNOT_INTERVAL_US.contains(&reference.interval_us)
+        || !reference.knots.iter().all(|knot| knot.velocity.iter().all(is_slow))
+    {
+        return Err(Refusal::ReferenceRange);
+    }
+    let is_inside = reference.knots.iter().all(|knot| workspace.contains(knot.position));
+    if is_inside { Ok(()) } else { Err(Refusal::ReferenceOutside) }
 }
 
 impl Board {
@@ -232,6 +237,7 @@ impl Board {
 
     /// Follows a path, or goes on with its next part. From rest the reference begins at the target,
     /// and in a drive where the ball is.
+    #[inline(never)]
     fn follow(
         &mut self,
         now: Micros,
@@ -240,13 +246,12 @@ impl Board {
         out: &mut Outbox,
     ) -> Result<(), Refusal> {
         let params = self.setup.require()?;
-        reference_in_range(reference)?;
-        if !reference.knots.iter().all(|knot| params.workspace.contains(knot.position)) {
-            if self.state.goal().is_some() {
-                self.fault(now, Fault::TargetOutside, out);
-            }
-            return Err(Refusal::ReferenceOutside);
+        let checked = check_reference(reference, &params.workspace);
+        let limit_us = limit_us(params.deadlines.position);
+        if checked == Err(Refusal::ReferenceOutside) && self.state.goal().is_some() {
+            self.fault(now, Fault::TargetOutside, out);
         }
+        checked?;
         if let State::Following(goal) = &mut self.state
             && let Some(is_newer) = self.servo.follow_on(now, reference)
         {
@@ -257,7 +262,6 @@ impl Board {
             return Ok(());
         }
         self.setup.check_travel(self.travel_positions())?;
-        let limit_us = limit_us(params.deadlines.position);
         let start = match self.state {
             State::Holding(goal) => goal.target,
             _ => Point(self.fresh_ball(now, limit_us)?.map(Micrometres)),

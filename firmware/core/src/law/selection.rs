@@ -79,6 +79,15 @@ impl DeferredLawKind {
             Self::Taut => 16_000 / TICK_US,
         }
     }
+
+    /// Returns the same for a target that moves: the laws also compute what that asks of the
+    /// motors.
+    pub const fn following_ticks(self) -> u32 {
+        match self {
+            Self::Adaptive => 2_000 / TICK_US,
+            Self::Taut => 20_000 / TICK_US,
+        }
+    }
 }
 
 /// A law that takes longer than a tick, with its state.

@@ -78,11 +78,13 @@ impl LawClient {
     }
 
     /// Makes a request from the position that waits, where no request is open, and returns its
-    /// number. `aim` returns the target at the moment when the response takes effect. Call after
-    /// the planning of the tick at `now`. See [`take_request`](Self::take_request).
+    /// number. The response takes effect `ticks` later, and `aim` returns the target at that
+    /// moment. Call after the planning of the tick at `now`. See
+    /// [`take_request`](Self::take_request).
     pub fn make_request(
         &mut self,
         now: Micros,
+        ticks: u32,
         aim: impl FnOnce(Micros) -> Aim,
         planner: &Planner,
         params: &Params,
@@ -95,14 +97,14 @@ impl LawClient {
         let age_us = age_us.saturating_add(params.delay_us());
         let motors =
             |times: u32| planner.positions_ago(age_us.saturating_add(times * MOTOR_SAMPLE_US));
-        let due = Micros(now.0 + u64::from(kind.ticks() * TICK_US));
+        let due = Micros(now.0 + u64::from(ticks * TICK_US));
         let Aim { position, velocity } = aim(due);
         let measurement = Measurement {
             ball: pending.ball,
             variances: variances(pending.covariance),
             motors: motors(0),
             motors_before: [motors(1), motors(2)],
-            motors_ahead: planner.reference_after(kind.ticks() - 1),
+            motors_ahead: planner.reference_after(ticks - 1),
             target: position,
             velocity,
         };

@@ -24,7 +24,7 @@ use plumb_protocol::units::{
     Covariance, Micrometres, Micros, Milliseconds, Point, RelativeTension,
 };
 
-use crate::law::{InlineLaw, Law, Measurement, Setpoint, variances};
+use crate::law::{DeferredLawKind, InlineLaw, Law, Measurement, Setpoint, variances};
 use crate::law_worker::{LawClient, LawRequest, LawResponse};
 use crate::params::Params;
 use crate::plan::{Planner, mean_lag_us};
@@ -198,7 +198,7 @@ impl<L: Law> Servo<L> {
         let follower = self.follower.as_mut()?;
         if is_due {
             let deviation = filtered.map(|ball| magnitude(error(ball, follower.smoothed())));
-            follower.step(deviation, params);
+            follower.step(now, deviation, params);
         }
         Some(Point(follower.position(now).map(Micrometres)))
     }
@@ -357,7 +357,12 @@ impl<L: Law> Servo<L> {
             return false;
         };
         let aim = |due| aim(&self.follower, target, due, params);
-        let number = self.client.make_request(now, aim, planner, params);
+        let kind = params.deferred_law();
+        let ticks = match self.follower {
+            Some(_) => kind.map_or(0, DeferredLawKind::following_ticks),
+            None => kind.map_or(0, DeferredLawKind::ticks),
+        };
+        let number = self.client.make_request(now, ticks, aim, planner, params);
         if number.is_some() {
             self.request = number;
         }

@@ -97,6 +97,7 @@ impl Taut {
     }
 
     /// Returns the allowed acceleration of the motors along `a` (largest entry 1), steps/s².
+    #[inline(never)]
     fn acceleration(&self, mixture: &Mixture, a: Vector) -> f32 {
         let unknown = (GRAVITY * MAX_SHIFT_MM / mixture.height.max(1.0)).min(MAX_UNKNOWN);
         let known = unknown / (2.0 * mixture.lateral_sigma(a) + 1e-6);
@@ -136,6 +137,7 @@ impl Taut {
     }
 
     /// Returns the part of a change of rates that the acceleration allows in a frame.
+    #[inline(never)]
     fn in_a_frame(&self, mixture: &Mixture, change: Vector) -> Vector {
         let most = largest(change) / FRAME_S;
         if most < 1e-6 {

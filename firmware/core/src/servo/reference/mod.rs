@@ -30,11 +30,15 @@ const STEP_US: u32 = 16_000;
 /// The same in seconds.
 const STEP_S: f32 = STEP_US as f32 * 1e-6;
 
+/// Least time between the ticks that make states, µs: a path that begins needs many at once, and
+/// the chip has other work.
+const LEAST_GAP_US: u64 = 800;
+
 /// Time of a frame at 30 Hz, µs: so long a law's rates hold.
 const FRAME_US: u64 = 33_333;
-/// Time beyond the lead for which the reference is made, µs: the law's answer takes effect 16 ms
+/// Time beyond the lead for which the reference is made, µs: the law's answer takes effect 20 ms
 /// after its request, and holds for a frame.
-const BEYOND_US: u64 = 16_000 + FRAME_US;
+const BEYOND_US: u64 = 20_000 + FRAME_US;
 
 /// Least pace for which the motors' room counts: a path of which they can keep less stands.
 const MIN_LAW_PACE: f32 = 0.02;
@@ -63,6 +67,8 @@ pub(super) struct Follower {
     /// Newest state of the reference.
     motion: Motion,
     track: Track,
+    /// When the next state may be made.
+    not_before: Micros,
     /// Number of the last message.
     sequence: u16,
     /// Pace that the motors can keep.
@@ -93,6 +99,7 @@ impl Follower {
             motion,
             track: Track::new(now, State { position: motion.position, time: clock.time() }),
             clock,
+            not_before: now,
             sequence: reference.sequence,
             law_pace: 1.0,
             smoothed: start.map(|p| p << 4),
@@ -122,12 +129,13 @@ impl Follower {
 
     /// Returns when the next state is to be made, for a reference that is `lead_us` ahead.
     pub(super) fn next_step(&self, lead_us: u64) -> Micros {
-        self.track.end().back(lead_us + BEYOND_US)
+        self.track.end().back(lead_us + BEYOND_US).max(self.not_before)
     }
 
-    /// Makes the next state. `deviation` is the filtered distance of the ball from the reference,
-    /// µm; `None` where the ball is not seen.
-    pub(super) fn step(&mut self, deviation: Option<u32>, params: &Params) {
+    /// Makes the next state, in the tick at `now`. `deviation` is the filtered distance of the ball
+    /// from the reference, µm; `None` where the ball is not seen.
+    pub(super) fn step(&mut self, now: Micros, deviation: Option<u32>, params: &Params) {
+        self.not_before = Micros(now.0 + LEAST_GAP_US);
         let leader = self.path.at(self.clock.time());
         let conditions = Conditions {
             deviation,
