@@ -54,8 +54,11 @@ fn entries(folder: &Path) -> usize {
 fn the_files_are_right_for_every_driver_and_camera() {
     let folder = folder();
     fs::create_dir(folder.path().join("recording")).unwrap();
-    let cameras: [&[&str]; 4] = [
+    let cameras: [&[&str]; 7] = [
         &["--camera", "openni"],
+        &["--camera", "realsense"],
+        &["--camera", "webcam"],
+        &["--camera", "ros2"],
         &["--recording", "recording"],
         &["--stream", "tcp:127.0.0.1:5600"],
         &["--simulated"],

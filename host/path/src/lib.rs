@@ -7,9 +7,10 @@
 //! - [`check`](mod@check): whether a trajectory keeps its limits and stays where the ball may be.
 //!
 //! A path of waypoints is a chain of straight lines. Quintic Bézier curves round its corners, so
-//! that the curvature is continuous. The speed along it follows from [`Limits`] by a backward and a
-//! forward pass over the arc length; a moving average over time then bounds the jerk. The position
-//! is twice continuously differentiable in time.
+//! that the curvature is continuous. The speed along it follows from
+//! [`Limits`](trajectory::Limits) by a backward and a forward pass over the arc length; a moving
+//! average over time then bounds the jerk. The position is twice continuously differentiable in
+//! time.
 //!
 //! Units are SI: metres in the rig frame, seconds. The crate reads no files, has no clock, and
 //! knows no rig.

@@ -57,4 +57,8 @@ fn tell(found: &Discovery) {
     for text in &found.missing {
         tell!("missing: {text}");
     }
+    tell!(
+        "not searched for: cameras in ROS 2 (source = \"ros2\"; `ros2 topic list` has the topics) \
+         and other programs (source = \"stream\")"
+    );
 }

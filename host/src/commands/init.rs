@@ -108,6 +108,12 @@ impl From<DriverName> for DriverKind {
 enum CameraName {
     /// A camera through OpenNI2
     Openni,
+    /// An Intel RealSense camera
+    Realsense,
+    /// A webcam, without depth; a program that is built with --features webcam reads it
+    Webcam,
+    /// Another node of ROS 2; a program that is built with --features ros2 reads it
+    Ros2,
     /// A recording
     Recording,
     /// Another program

@@ -132,7 +132,7 @@ fn camera<I: BufRead, O: Write>(
         (None, Some(_), _) => CameraName::Recording,
         (None, None, Some(_)) => CameraName::Stream,
         (None, None, None) => {
-            let question = "Camera (openni, recording, stream)";
+            let question = "Camera (openni, realsense, webcam, ros2, recording, stream)";
             dialogue.ask(question, "openni", |text| CameraName::from_str(text, true))?
         }
     };
@@ -144,6 +144,9 @@ fn camera<I: BufRead, O: Write>(
     }
     match name {
         CameraName::Openni => Ok(NewCamera::Openni),
+        CameraName::Realsense => Ok(NewCamera::Realsense),
+        CameraName::Webcam => Ok(NewCamera::Webcam),
+        CameraName::Ros2 => Ok(NewCamera::Ros2),
         CameraName::Recording => recorded(args.recording.as_deref(), dialogue),
         CameraName::Stream => {
             let address = match &args.stream {

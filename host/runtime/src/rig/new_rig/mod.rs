@@ -35,6 +35,12 @@ const MAX_RATE: f64 = 300.0;
 pub enum NewCamera {
     /// A camera through OpenNI2.
     Openni,
+    /// An Intel RealSense camera.
+    Realsense,
+    /// A webcam, without depth.
+    Webcam,
+    /// A camera that another node of ROS 2 publishes.
+    Ros2,
     /// A recording.
     Recording(PathBuf),
     /// Frames that another program sends to this address.

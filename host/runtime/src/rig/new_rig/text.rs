@@ -145,6 +145,9 @@ fn camera(file: &mut Writer, rig: &NewRig) {
     file.key("camera.file", "\"camera.toml\"");
     match &rig.camera {
         NewCamera::Openni => file.key("camera.source", "\"openni\""),
+        NewCamera::Realsense => file.key("camera.source", "\"realsense\""),
+        NewCamera::Webcam => file.key("camera.source", "\"webcam\""),
+        NewCamera::Ros2 => file.key("camera.source", "\"ros2\""),
         NewCamera::Recording(path) => {
             file.key("camera.recording", &format!("{:?}", path.display().to_string()));
         }
