@@ -250,7 +250,9 @@ impl NodeLoop {
     /// Returns the report about the publishers of other nodes.
     fn graph(&self) -> Report {
         let unusable = self.peers.unusable();
-        let values = unusable.iter().map(|it| KeyValue::new("unusable", it)).collect();
+        // Clients often keep one value of a key.
+        let named = |(k, it): (u32, _)| KeyValue::new(&format!("unusable {k}"), it);
+        let values = (1..).zip(&unusable).map(named).collect();
         match unusable.first() {
             Some(first) => Report { level: Level::Warn, message: first.to_string(), values },
             None => {

@@ -111,7 +111,8 @@ fn a_node_sees_the_ball_and_drives_it() {
     peer.send(&json!({"best_effort": [0.4, 0.3, 0.2]}));
     let is_named = |status: &Value| {
         let values = status["values"].to_string();
-        status["name"] == "/plumb: graph" && values.contains("best effort")
+        status["name"] == "/plumb: graph"
+            && ["best effort", "Vector3Stamped"].iter().all(|text| values.contains(text))
     };
     peer.until("status", is_named);
     assert_eq!(peer.call("hold")["success"], true);
