@@ -20,7 +20,7 @@ const P_PP_MAX: i64 = (1 << 30) - 1;
 const P_PJ_MAX: i64 = (1 << 30) - 1;
 /// Turn of a motor between two measurements, Q4 steps (512 steps), from which on the prediction is
 /// dropped: P_pp saturates.
-const MAX_TURN: i32 = 1 << 13;
+pub(super) const MAX_TURN: i32 = 1 << 13;
 /// Process noise of the position, µm² a measurement: (50 µm)².
 const POSITION_NOISE_UM2: i64 = 50 * 50;
 /// Highest count of measurements in a row of a ball at its target. Their noise may be correlated,
@@ -83,7 +83,7 @@ impl AxisKalman {
     }
 
     /// Predicts the state after the motors turned by `d` (Q4 steps, 13 bits and a sign), with
-    /// `noise` sixteenths (up to 16) of the row's noise.
+    /// `noise` / 32 of the row's noise, at most all of it.
     pub(super) fn predict(&mut self, d: [i32; 3], noise: i64) {
         if d.iter().any(|d| d.abs() >= MAX_TURN) {
             (self.p_pp, self.p_pj) = (P_PP_MAX as i32, [0; 3]);
@@ -120,12 +120,12 @@ impl AxisKalman {
         }
     }
 
-    /// Adds (0.01 max|J|)² to P_JJ for each step that any motor turned, times `noise` / 16.
+    /// Adds (0.01 max|J|)² to P_JJ for each step that any motor turned, times `noise` / 32.
     fn add_row_noise(&mut self, d: [i64; 3], noise: i64) {
         let largest = self.j.iter().map(|j| i64::from(j.abs())).max().unwrap_or(0);
         let turned: i64 = d.iter().map(|d| d.abs()).sum();
-        // Bits: (19 + 19) - 12 = 26, times 15 is 41, Q4; /10^4 and to Q8.
-        let growth = times(times(largest, largest) >> 12, turned * noise) / 10_000;
+        // Bits: (19 + 19) - 12 = 26, times 15 + 5 is 46, Q4; /10^4, /32 and to Q8.
+        let growth = times(times(largest, largest) >> 12, turned * noise) / 20_000;
         for k in 0..3 {
             // Bits: at most 32 + 9.
             let own = times(growth, self.noise[k].into()) >> 8;
@@ -149,6 +149,14 @@ impl AxisKalman {
             let [[ab, ac], [_, bc]] = [0, 1].map(|k| [1, 2].map(|l| grown(k, l)));
             let [aa, bb, cc] = diagonal;
             self.p_jj = [[aa, ab, ac], [ab, bb, bc], [ac, bc, cc]].map(|row| row.map(|p| p as i32));
+        }
+    }
+
+    /// Changes the row by `change` (Q6 µm/step).
+    pub(super) fn change_row(&mut self, change: [i32; 3]) {
+        for k in 0..3 {
+            let j = i64::from(self.j[k]) + i64::from(change[k]);
+            self.j[k] = saturated(j, J_MAX);
         }
     }
 
@@ -236,7 +244,7 @@ mod tests {
         let mut axis = AxisKalman::new(0, j, p_jj, 1_000_000, [256; 3]).with_scale_noise();
         for k in 0..200 {
             let way = if k / 20 % 2 == 0 { 40 } else { -40 };
-            axis.predict([way, way / 2, way * (k % 3)], 16);
+            axis.predict([way, way / 2, way * (k % 3)], 32);
             axis.update((axis.p >> 4) + 500 * (k % 5 - 2), 1_000_000);
             for (k, l) in [(0, 1), (0, 2), (1, 2)] {
                 let [kl, kk, ll] =

@@ -1,5 +1,6 @@
 //! Estimates of the ball's position and of the Jacobian, and the steps that follow from them.
 
+use super::bend;
 use crate::law::axis_kalman::{AxisKalman, MAX_HELD};
 use crate::law::fixed_point::{excess_bits, squared_length, times};
 use crate::law::io::Measurement;
@@ -37,11 +38,10 @@ const MAX_DOUBT: u32 = 85;
 const UNSURE_PER_DOUBT2: u32 = 7;
 /// Largest unsure share of a distance, Q8.
 const MAX_UNSURE: u32 = 192;
-/// Noise of J while the target rests, in sixteenths: all of it.
-const FULL_NOISE: i64 = 16;
-/// Noise of J while the target moves, in sixteenths: on a path J changes steadily, and the filter
-/// has the time to average.
-const FOLLOWING_NOISE: i64 = 2;
+/// Noise of J while the target rests, in 1/32: all of it.
+const FULL_NOISE: i64 = 32;
+/// Noise of J while the target moves, in 1/32: what [`bend`] does not tell of J's change.
+const FOLLOWING_NOISE: i64 = 1;
 /// Distance from the target below which the ball counts as held, µm.
 const HELD_UM: i64 = 3_000;
 
@@ -95,8 +95,14 @@ impl Estimate {
         let is_held = !measurement.is_moving() && self.holds(measurement.target);
         self.held = if is_held { (self.held + 1).min(MAX_HELD) } else { 0 };
         let noise = if measurement.is_moving() { FOLLOWING_NOISE } else { FULL_NOISE };
+        let change = if measurement.is_moving() {
+            bend::change(&self.axes.map(|axis| axis.j), turned)
+        } else {
+            [[0; 3]; 3]
+        };
         for (i, axis) in self.axes.iter_mut().enumerate() {
             axis.predict(turned, noise);
+            axis.change_row(change[i]);
             let (ball, variance) = (measurement.ball[i], measurement.variances[i]);
             match self.held {
                 0 => axis.update(ball, variance),

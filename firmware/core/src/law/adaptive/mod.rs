@@ -1,5 +1,6 @@
 //! The law `adaptive`: estimates J while driving, and uses it where descent is certain enough.
 
+mod bend;
 mod damping;
 mod estimate;
 #[cfg(test)]
