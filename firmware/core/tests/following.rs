@@ -93,10 +93,10 @@ impl Line {
         self.bench.send_ball(ball);
     }
 
-    /// Runs the ticks of a frame time.
+    /// Runs the ticks of a frame time, while the board follows.
     fn run_ticks(&mut self) {
         for _ in 0..FRAME_MS * 5 {
-            if self.bench.board.state() == State::Holding {
+            if self.bench.board.state() != State::Following {
                 return;
             }
             let reference = self.reference();
@@ -115,6 +115,18 @@ impl Line {
             };
             assert_eq!(self.send(time), Ok(()));
             self.run_frame();
+        }
+    }
+
+    /// Follows for this time, ms, while pictures come without the ball.
+    fn lose_ball(&mut self, time_ms: u64) {
+        for _ in 0..time_ms / FRAME_MS {
+            if self.bench.board.state() == State::Following {
+                let time = self.reference().time.0;
+                let _ = self.send(time);
+                let _ = self.bench.send_position(None, 30_000);
+                self.run_ticks();
+            }
         }
     }
 
@@ -174,16 +186,30 @@ fn a_path_waits_for_a_ball_that_stays_behind_and_for_one_that_is_not_seen() {
     line.off = 0.0;
     line.follow(40);
     assert_eq!(line.reference().pace, 256);
-    // A third of a second without a ball, within the deadline of half a second.
-    for _ in 0..10 {
-        let _ = line.bench.send_position(None, 30_000);
-        line.run_ticks();
-    }
+    line.lose_ball(330);
     assert!(line.reference().pace < 250);
     line.follow(40);
     assert_eq!(line.bench.board.state(), State::Following);
     assert_eq!(line.reference().pace, 256);
     line.check_limits();
+}
+
+#[test]
+fn a_ball_that_is_not_seen_for_two_seconds_stops_the_motors_and_not_the_drive() {
+    for mut line in [Line::new(config()), Line::taut()] {
+        line.follow(60);
+        line.lose_ball(2000);
+        assert_eq!(line.bench.board.state(), State::Following);
+        assert_eq!(line.bench.board.rates(), [0; 3]);
+        let rests = line.reference();
+        line.lose_ball(100);
+        assert_eq!(line.reference().position, rests.position);
+        line.follow(60);
+        assert_eq!(line.reference().pace, 256);
+        line.check_limits();
+        line.lose_ball(2600);
+        assert_eq!(line.bench.board.state(), State::Fault(Fault::PositionLost));
+    }
 }
 
 #[test]

@@ -299,6 +299,8 @@ impl Board {
     fn drive_to(&mut self, now: Micros, state: State) {
         if self.state.goal().is_some() {
             self.servo.change_target(now);
+            // A deadline that a path waits beyond counts at once.
+            self.schedule.idle_ticks = 0;
         } else {
             self.servo.begin_drive(now, self.planner.moving());
         }

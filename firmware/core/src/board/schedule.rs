@@ -89,7 +89,8 @@ impl Board {
             timer.deadline(self.session.last_rx, limit_us(deadlines.host) + 1);
             let last_seen = self.servo.last_seen();
             timer.milestone(last_seen, coasting_us(deadlines.position) + 1);
-            timer.deadline(last_seen, limit_us(deadlines.position) + 1);
+            timer.milestone(last_seen, limit_us(deadlines.position) + 1);
+            timer.deadline(last_seen, self.servo.patience_us(params) + 1);
         }
         (timer.left.saturating_sub(1) / TICK_US).min(self.servo.client().ticks_to_due(now))
     }

@@ -108,6 +108,10 @@ pub(crate) fn limit_us(limit: Milliseconds) -> u64 {
     u64::from(u32::from(limit.0) * 1000)
 }
 
+/// Time that a drive along a path stands still without a position before it is given up, µs.
+/// People walk through a camera's view.
+const PATIENCE_US: u64 = 2_000_000;
+
 /// Returns the time without a position after which the rates are reduced, µs: two fifths of the
 /// deadline, which at 500 ms and 30 Hz is six frames.
 pub(crate) fn coasting_us(deadline: Milliseconds) -> u64 {
@@ -294,8 +298,11 @@ impl<L: Law> Servo<L> {
     }
 
     /// Returns the setpoint at `now`. While positions fail to come, it is the setpoint of the
-    /// moment when that began to count, at reduced rates.
+    /// moment when that began to count, at reduced rates; after their deadline it is standstill.
     pub fn setpoint(&self, now: Micros, params: &Params) -> Setpoint {
+        if now.since(self.last_seen()) > limit_us(params.deadlines.position) {
+            return Setpoint::default();
+        }
         let coasting = Micros(self.last_seen().0 + coasting_us(params.deadlines.position));
         if now > coasting {
             let setpoint = self.setpoint.after(coasting.since(self.setpoint_since));
@@ -315,9 +322,16 @@ impl<L: Law> Servo<L> {
         self.tracker.captured().map_or(since, |captured| captured.max(since))
     }
 
-    /// Checks whether the deadline for positions has passed.
+    /// Returns the longest time without a position before the drive is given up, µs: their
+    /// deadline, and more along a path, which waits at standstill.
+    pub(crate) fn patience_us(&self, params: &Params) -> u64 {
+        let deadline = limit_us(params.deadlines.position);
+        if self.follower.is_some() { deadline + PATIENCE_US } else { deadline }
+    }
+
+    /// Checks whether no position has come for so long that the drive is given up.
     pub fn position_lost(&self, now: Micros, params: &Params) -> bool {
-        now.since(self.last_seen()) > limit_us(params.deadlines.position)
+        now.since(self.last_seen()) > self.patience_us(params)
     }
 
     /// Returns the tracker.

@@ -1,6 +1,6 @@
 //! Deadlines of the host and of positions.
 
-use plumb_protocol::message::Command;
+use plumb_protocol::message::{Command, State};
 
 use super::super::event::{Delivery, TICK, Ticked};
 use super::limits::Limits;
@@ -9,11 +9,14 @@ use crate::campaign::Outcome;
 /// If the host is silent beyond its deadline, the board neither seeks nor holds, and all motors
 /// rest after the longest stop.
 pub(super) const HOST: &str = "a silent host stops the board";
-/// Without a position within its deadline the board neither seeks nor holds.
+/// Without a position within its deadline the board neither seeks nor holds. Along a path all
+/// motors rest after the longest stop, and after 2 s more the board no longer follows.
 pub(super) const POSITION: &str = "the absence of positions stops the board";
 
 /// Tolerance of a deadline, ticks: the current one, and one for the time of arrival.
 const SLACK: u64 = 2 * TICK;
+/// Time that a board waits on a path without a position, µs.
+const PATIENCE: u64 = 2_000_000;
 
 /// Checker of [`HOST`].
 #[derive(Debug, Clone, Default)]
@@ -78,7 +81,10 @@ impl PositionDeadline {
         }
         let unseen = ticked.now.saturating_sub(self.captured.max(self.since));
         let limit = u64::from(limits.deadlines.position.0) * 1000 + SLACK;
-        outcome.check(unseen <= limit, POSITION, || {
+        let follows = ticked.after.state == State::Following;
+        let waits = follows && unseen <= limit + PATIENCE;
+        let rests = !ticked.pulses() || unseen <= limit + limits.longest_stop() * TICK;
+        outcome.check(unseen <= limit || (waits && rests), POSITION, || {
             format!(
                 "{:?} {unseen} µs after the last position, {:?}",
                 ticked.after.state, limits.deadlines
