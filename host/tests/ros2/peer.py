@@ -5,7 +5,9 @@
 Prints what it receives as lines of JSON, and reads commands as lines of JSON from standard input:
 
     {"target": [x, y, z], "frame": "plumb/rig"}      publishes a target
-    {"flood": 2.0, "target": [x, y, z], "frame": f}  publishes targets for 2 s as fast as it can
+    {"flood": [x, y, z], "frame": "plumb/rig"}       publishes targets as fast as it can, in turn at
+                                                     two places that are 4 cm apart
+    {"calm": true}                                   ends that
     {"vector": [x, y, z]}                            publishes another type on the targets' topic
     {"best_effort": [x, y, z]}                       publishes a target without repetition
     {"call": "stop"}                                 calls a service
@@ -93,6 +95,7 @@ class Peer:
         self.is_plain = is_plain
         self.targets = self.writer(f"rt{namespace}/target", PointStamped)
         self.others = []
+        self.is_calm = threading.Event()
         self.clients = {
             name: self.client(name) for name in ("stop", "resume", "hold", "clear_fault")
         }
@@ -162,11 +165,11 @@ class Peer:
         header = Header(Time(int(time.time()), 0), frame)
         self.targets.write(PointStamped(header, Point(*at)))
 
-    def flood(self, seconds, at, frame):
-        end, count = time.monotonic() + seconds, 0
-        while time.monotonic() < end:
+    def flood(self, at, frame):
+        count = 0
+        while not self.is_calm.is_set():
             x, y, z = at
-            self.target([x + 1e-5 * (count % 100), y, z], frame)
+            self.target([x, y + 0.04 * (count % 2), z], frame)
             count += 1
         show("flooded", count)
 
@@ -196,7 +199,10 @@ class Peer:
         elif "best_effort" in command:
             self.write_as_other(PointStamped, SENSOR_DATA, command["best_effort"])
         elif "flood" in command:
-            self.flood(command["flood"], command["target"], command["frame"])
+            flood = (command["flood"], command["frame"])
+            threading.Thread(target=self.flood, args=flood, daemon=True).start()
+        elif "calm" in command:
+            self.is_calm.set()
         else:
             self.target(command["target"], command["frame"])
 
