@@ -54,7 +54,7 @@ const CRATES: &[Rule] = &[
     Rule { name: "plumb-calibrate", uses: &["plumb-cameras", "plumb-frame"], tests_use: &[] },
     Rule {
         name: "plumb-runtime",
-        uses: &["plumb-cameras", "plumb-frame", "plumb-path", "plumb-protocol"],
+        uses: &["plumb-cameras", "plumb-frame", "plumb-path", "plumb-protocol", "plumb-timing"],
         tests_use: &["plumb-vision"],
     },
     Rule {

@@ -3,6 +3,7 @@
 //! - [`trajectory`]: a [`Trajectory`] gives the ball's place, velocity and acceleration at a time.
 //! - [`shape`]: shapes for trying: circle, line, figure of eight, square, spline.
 //! - [`moving`]: a target that moves in the world.
+//! - [`tracker`]: where such a target was and will be, by the places that somebody tells.
 //! - [`file`](mod@file): paths from CSV files, as waypoints or with time stamps.
 //! - [`check`](mod@check): whether a trajectory keeps its limits and stays where the ball may be.
 //!
@@ -43,6 +44,7 @@ pub mod shape;
 mod spline;
 mod time_law;
 mod timed;
+pub mod tracker;
 pub mod trajectory;
 
 pub use trajectory::Trajectory;

@@ -4,6 +4,10 @@ use nalgebra::{Point3, Rotation3, Vector3};
 
 use crate::trajectory::Moment;
 
+/// Least time between two observations that a turn is computed from, seconds: over a shorter one
+/// the noise of the velocities would be a turn.
+const SHORTEST_GAP_S: f64 = 0.025;
+
 /// Longest time between two observations that a turn is computed from, seconds.
 const LONGEST_GAP_S: f64 = 0.3;
 
@@ -27,6 +31,8 @@ struct Observation {
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct MovingTarget {
     last: Option<Observation>,
+    /// Observation that the turn was last computed with.
+    anchor: Option<Observation>,
     /// Turn of the velocity, radians a second, as a vector along its axis.
     turn: Vector3<f64>,
 }
@@ -36,12 +42,21 @@ impl MovingTarget {
     /// (seconds). An observation from before the last one is ignored.
     pub fn observe(&mut self, time: f64, position: Point3<f64>, velocity: Vector3<f64>) {
         let next = Observation { time, position, velocity };
-        match self.last {
-            Some(last) if time < last.time => return,
-            Some(last) if time > last.time => self.turn = turn(&last, &next),
-            _ => {}
+        if self.last.is_some_and(|last| time < last.time) {
+            return;
+        }
+        match &self.anchor {
+            Some(anchor) if time - anchor.time < SHORTEST_GAP_S => {}
+            Some(anchor) => (self.turn, self.anchor) = (turn(anchor, &next), Some(next)),
+            None => self.anchor = Some(next),
         }
         self.last = Some(next);
+    }
+
+    /// Returns the time of the last observation, seconds.
+    #[must_use]
+    pub fn observed(&self) -> Option<f64> {
+        self.last.map(|last| last.time)
     }
 
     /// Returns the target's motion at `time` (seconds); `None` before the first observation.
@@ -112,6 +127,21 @@ mod tests {
             let inwards = Point3::new(0.0, 0.0, 3.0 * RADIUS) - position;
             assert!((moment.acceleration - inwards).norm() < 1e-9, "{time}");
         }
+    }
+
+    #[test]
+    fn the_noise_of_velocities_that_come_often_is_no_turn() {
+        let mut target = MovingTarget::default();
+        for k in 0..200_u32 {
+            // 5 mm/s of noise across 50 mm/s, in turn to either side.
+            let noise = if k.is_multiple_of(2) { 0.0025 } else { -0.0025 };
+            let time = 0.005 * f64::from(k);
+            let position = Point3::new(0.05 * time, 0.0, 0.0);
+            target.observe(time, position, Vector3::new(0.05, noise, 0.0));
+        }
+        let moment = target.at(0.995 + 0.3).unwrap();
+        // A turn of 0.1 rad in 5 ms would be one of 6 rad in 0.3 s.
+        assert!((moment.position - Point3::new(0.06475, 0.0, 0.0)).norm() < 0.01, "{moment:?}");
     }
 
     #[test]

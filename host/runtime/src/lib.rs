@@ -7,6 +7,7 @@
 //!   [`run_log`] and the [`recording`] of frames are such outputs.
 //! - [`commission`]: what is wrong with the wiring or the camera's pose, from small jogs.
 //! - [`operator`](mod@operator): commands from other threads to a run: targets, stop, hold, jog.
+//! - [`targets`]: targets that move, from other programs and threads to a run.
 //! - [`replay`]: the detector on a recording.
 //!
 //! [`plumb_cameras`] delivers the frames. A detector, for example one of the crate `plumb-vision`,
@@ -53,6 +54,7 @@ pub mod run;
 pub mod run_log;
 mod stop_reason;
 mod summary;
+pub mod targets;
 pub mod tension;
 pub mod wall_clock;
 

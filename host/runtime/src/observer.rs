@@ -8,8 +8,10 @@ use plumb_cameras::source::BoxedError;
 use plumb_frame::frame::{GroundTruth, RgbdFrame};
 use plumb_frame::observation::BallObservation;
 use plumb_protocol::message::{Fault, State, Telemetry};
+use thiserror::Error;
 
 use crate::operator::{CommandOutcome, OperatorCommand};
+use crate::rig::MotionError;
 use crate::stop_reason::StopReason;
 use crate::summary::Summary;
 
@@ -152,4 +154,36 @@ pub enum RunEvent {
         /// Reason.
         fault: Fault,
     },
+    /// Something happened with [targets that move](crate::targets).
+    Targets(TargetsEvent),
+}
+
+/// Event of targets that move. Its text is for people.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum TargetsEvent {
+    /// Something of the source was left out, for this reason.
+    #[error("targets: {0}")]
+    LeftOut(String),
+    /// The target is in a place that the rig does not allow. The ball stays at the last good one.
+    /// At most one event a second.
+    #[error(
+        "target [{:.4}, {:.4}, {:.4}] m: {error}; the ball stays at the last one before",
+        position.x, position.y, position.z
+    )]
+    Refused {
+        /// Place, metres in the rig frame.
+        position: Point3<f64>,
+        /// Broken rule.
+        error: MotionError,
+    },
+    /// No target has come for a second. The ball rests.
+    #[error("targets: none for a second; the ball rests")]
+    Ceased,
+    /// Targets come again.
+    #[error("targets: they come again")]
+    Resumed,
+    /// No target follows.
+    #[error("targets: the last one has come")]
+    Ended,
 }

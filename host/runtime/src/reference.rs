@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 use plumb_path::trajectory::Moment;
+use plumb_protocol::config::Workspace;
 use plumb_protocol::message::{KNOTS, Knot, Reference};
 use plumb_protocol::units::{Micros, Point, Speed};
 
@@ -27,6 +28,20 @@ pub fn reference(
         first: micros(first),
         interval_us: (INTERVAL_S * 1e6) as u32,
         knots: std::array::from_fn::<_, KNOTS, _>(|k| knot(&motion(first + k as f64 * INTERVAL_S))),
+    }
+}
+
+/// Has a reference rest at the border of `workspace` where its extrapolation leaves it. A first
+/// knot outside stays, and the board refuses it.
+pub fn keep_inside(reference: &mut Reference, workspace: &Workspace) {
+    let [_, ahead @ ..] = &mut reference.knots;
+    let outside = ahead.iter().position(|knot| !workspace.contains(knot.position));
+    for knot in ahead.iter_mut().skip(outside.unwrap_or(KNOTS)) {
+        let Workspace { min, max } = workspace;
+        for (axis, at) in knot.position.0.iter_mut().enumerate() {
+            *at = (*at).clamp(min.0[axis], max.0[axis]);
+        }
+        knot.velocity = Default::default();
     }
 }
 

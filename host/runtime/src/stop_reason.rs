@@ -26,6 +26,8 @@ pub enum StopReason {
     Ended,
     /// The source has no more frames.
     EndOfFrames,
+    /// The stream of targets ended before it had one.
+    NoTarget,
     /// The link, the camera or an observer failed; the messages of the error and its causes.
     Failed(String),
 }
@@ -60,6 +62,7 @@ impl fmt::Display for StopReason {
             Self::Replaced => f.write_str("replaced by another target"),
             Self::Ended => f.write_str("ended by the operator"),
             Self::EndOfFrames => f.write_str("no more pictures"),
+            Self::NoTarget => f.write_str("the targets ended before there was one to drive to"),
             Self::Failed(message) => f.write_str(message),
         }
     }

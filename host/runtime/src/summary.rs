@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::run::PathSummary;
+use crate::run::{PathSummary, TargetsSummary};
 use crate::stop_reason::StopReason;
 
 /// Counts and measurements of a run so far, over all targets.
@@ -46,6 +46,9 @@ pub struct Summary {
     /// How the ball followed a path; left out where it followed none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub path: Option<PathSummary>,
+    /// How the ball followed targets that move; left out where it followed none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub targets: Option<TargetsSummary>,
     /// Whether the board reported at the end that its motors stand still.
     pub at_rest: bool,
     /// Number of frames in which the ball was found and located.

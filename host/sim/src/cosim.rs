@@ -9,10 +9,10 @@ use plumb_protocol::Config;
 use plumb_protocol::config::Workspace;
 use plumb_protocol::frame::{self, FrameError};
 use plumb_protocol::message::{
-    Command, Fault, FromBoard, Hello, KNOTS, Position, Reference, Refusal, State, ToBoard,
+    Command, Fault, FromBoard, Hello, Position, Refusal, State, ToBoard,
 };
 use plumb_protocol::units::{Micros, Point, Rate, Steps16};
-use plumb_runtime::reference::reference;
+use plumb_runtime::reference::{keep_inside, reference};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -210,26 +210,12 @@ impl Cosim {
         self.reference = self.reference.wrapping_add(1);
         let motion = |time| self.moving.at(time).unwrap_or(Moment::resting(target.into()));
         let mut message = reference(self.reference, false, now, now, motion);
-        self.keep_inside(&mut message);
+        keep_inside(&mut message, &self.workspace);
         match self.send(Command::Follow(message)) {
             Err(CosimError::Refused(
                 Refusal::NoPosition | Refusal::Faulted(Fault::PositionLost),
             )) => Ok(()),
             other => other,
-        }
-    }
-
-    /// Has a reference rest at the border of the workspace where its extrapolation leaves it. A
-    /// first knot outside stays, and the board refuses it.
-    fn keep_inside(&self, message: &mut Reference) {
-        let [_, ahead @ ..] = &mut message.knots;
-        let outside = ahead.iter().position(|knot| !self.workspace.contains(knot.position));
-        for knot in ahead.iter_mut().skip(outside.unwrap_or(KNOTS)) {
-            let Workspace { min, max } = self.workspace;
-            for (axis, at) in knot.position.0.iter_mut().enumerate() {
-                *at = (*at).clamp(min.0[axis], max.0[axis]);
-            }
-            knot.velocity = Default::default();
         }
     }
 

@@ -16,6 +16,7 @@ use plumb_cameras::source::capture::{Capture, CaptureLimits};
 use plumb_cameras::source::tum::TumFolder;
 use plumb_runtime::link::{Serial, Transport};
 use plumb_runtime::observer::Observer;
+use plumb_runtime::operator::operator;
 use plumb_runtime::rig::{LawName, LawSettings, Rig};
 use plumb_runtime::run::{Run, RunParts, Summary};
 use plumb_runtime::run_log::{FigureSettings, LawCurve, OutputDir, RunLog};
@@ -203,7 +204,7 @@ fn run<T: Transport>(
         .map(|folder| folder.begin(camera_file::PAPER, &camera.intrinsics, overflow))
         .transpose()?;
     let viewers = args.options.viewers.start(rig, camera, overflow)?;
-    let mut steering = Steering::start(&args.options, rig, camera)?;
+    let mut steering = Steering::start(&args.options, rig, camera, operator())?;
     let operator = steering.take_operator();
     let plan = args.path.plan(rig, false)?;
     let mut run = Run::connect(rig, transport)?;

@@ -24,6 +24,7 @@ use plumb_runtime::link::LinkError;
 use plumb_runtime::replay::ReplayError;
 use plumb_runtime::run::RunError;
 use plumb_runtime::run_log::RunLogError;
+use plumb_runtime::targets::TargetStreamError;
 use plumb_sim::emulator::serve::ServeError;
 use serde_json::json;
 use thiserror::Error;
@@ -189,6 +190,7 @@ fn is_failure(error: &(dyn Error + 'static)) -> bool {
             Some(RunLogError::Csv { .. } | RunLogError::Json { .. } | RunLogError::Figure { .. })
         )
         || matches!(error.downcast_ref(), Some(RecordError::Thread))
+        || matches!(error.downcast_ref(), Some(TargetStreamError::Thread(_)))
         || error.is::<BoardError>()
         || error.is::<CalibrationError>()
         || error.is::<LensError>()

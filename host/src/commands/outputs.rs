@@ -170,6 +170,11 @@ impl Observer for Outputs {
     fn event(&mut self, event: &RunEvent) {
         self.log.event(event);
         self.viewers.event(event);
+        if let RunEvent::Targets(event) = event {
+            // In place of the progress line, which comes again with the next picture.
+            let begin = if self.progress.is_on() { "\r\x1b[2K" } else { "" };
+            message(format_args!("{begin}{event}\n"));
+        }
     }
 
     fn end(&mut self, summary: &Summary) {
@@ -227,6 +232,9 @@ impl Closed {
                 );
                 if let Some(path) = &summary.path {
                     tell!("{path}");
+                }
+                if let Some(targets) = &summary.targets {
+                    tell!("{targets}");
                 }
                 tell!("ball seen in {} of {frames} pictures", summary.located);
                 tell!("run folder: {folder}");

@@ -9,12 +9,15 @@ use plumb_cameras::bounded_read::read_text;
 use plumb_cameras::camera_file;
 use plumb_cameras::record::Overflow;
 use plumb_cameras::settings::SourceName;
+use plumb_cameras::source::stream::StreamAddress;
 use plumb_cameras::toml_file::MAX_BYTES;
 use plumb_runtime::link::Serial;
 use plumb_runtime::observer::Observer;
+use plumb_runtime::operator::operator;
 use plumb_runtime::rig::{LawSettings, Rig};
-use plumb_runtime::run::{PathPlan, Run, RunParts, Waypoint, read_waypoints};
+use plumb_runtime::run::{PathPlan, Run, RunParts, TargetUse, Waypoint, read_waypoints};
 use plumb_runtime::run_log::{FigureSettings, RunLog};
+use plumb_runtime::targets::{TargetAddress, TargetSender, TargetStream};
 use plumb_vision::detect::BallDetector;
 
 use super::hold::find_ball;
@@ -40,6 +43,7 @@ use super::{Failure, Physics, bad_input, law, numbers, print};
         "plumb run rig.toml --law taut --timeout 60 --json",
         "plumb run rig.toml --record recordings/one",
         "plumb run rig.toml --path eight --speed 0.05 --loop",
+        "tracker.py | plumb run rig.toml --targets -",
     ]
 )]
 pub(crate) struct RunArgs {
@@ -51,6 +55,15 @@ pub(crate) struct RunArgs {
     /// seconds, metres; the last two may be left out)
     #[arg(long, value_name = "FILE.csv", conflicts_with = "path")]
     waypoints: Option<PathBuf>,
+    /// Moving targets from another program, as lines of JSON: standard input, a Unix socket or a
+    /// TCP port of this computer on which Plumb listens, or a file that is played by its times
+    #[arg(
+        long,
+        value_name = "-|unix:PATH|tcp:127.0.0.1:PORT|FILE",
+        allow_hyphen_values = true,
+        conflicts_with_all = ["path", "waypoints", "is_repeated"]
+    )]
+    targets: Option<TargetAddress>,
     /// Drive through the waypoints, or along the path, again and again, until Ctrl-C
     #[arg(long = "loop")]
     is_repeated: bool,
@@ -102,15 +115,25 @@ pub(super) struct Common {
 pub(crate) fn run(args: RunArgs) -> Result<ExitCode, Failure> {
     let file = &args.rig.rig;
     let rig = Rig::read(file)?;
-    let goal = match (&args.waypoints, args.path.plan(&rig, args.is_repeated)?) {
-        (Some(path), _) => Goal::Waypoints(read_waypoints(path)?, args.is_repeated),
-        (None, Some(plan)) => Goal::Path(Box::new(plan)),
-        (None, None) if args.is_repeated => {
-            return Err(bad_input("--loop needs --path or --waypoints"));
-        }
-        (None, None) => Goal::Targets,
-    };
+    let goal = args.goal(&rig)?;
     drive(file, rig, &goal, &args.options)
+}
+
+impl RunArgs {
+    /// Returns the goal that the options ask for.
+    fn goal(&self, rig: &Rig) -> Result<Goal, Failure> {
+        if let Some(address) = &self.targets {
+            return Ok(Goal::Moving(address.clone()));
+        }
+        match (&self.waypoints, self.path.plan(rig, self.is_repeated)?) {
+            (Some(path), _) => Ok(Goal::Waypoints(read_waypoints(path)?, self.is_repeated)),
+            (None, Some(plan)) => Ok(Goal::Path(Box::new(plan))),
+            (None, None) if self.is_repeated => {
+                Err(bad_input("--loop needs --path or --waypoints"))
+            }
+            (None, None) => Ok(Goal::Targets),
+        }
+    }
 }
 
 pub(crate) fn goto(args: GotoArgs) -> Result<ExitCode, Failure> {
@@ -133,6 +156,8 @@ pub(super) enum Goal {
     Waypoints(Vec<Waypoint>, bool),
     /// This path.
     Path(Box<PathPlan>),
+    /// Targets that move, from here.
+    Moving(TargetAddress),
     /// The place where the ball is, until the run is interrupted.
     PresentPlace,
 }
@@ -150,20 +175,26 @@ pub(super) fn drive(
     let text = read_text(&rig.camera.file, MAX_BYTES)?;
     let camera = camera_file::parse(&rig.camera.file, &text)?;
     let chosen = source_name(file, &rig, options)?;
+    let (sender, mut receiver) = operator();
+    let stream = goal.stream(&rig, sender.targets().clone())?;
     let transport = options.port.open(&rig.board)?;
     let folder = record_folder(options.run.record.as_deref())?;
     let oni = folder.as_ref().map(|folder| folder.oni());
     let interrupted = interrupt_flag()?;
     let viewers = options.run.viewers.start(&rig, &camera, Overflow::Drop)?;
-    let steering = Steering::start(&options.run, &rig, &camera)?;
+    let moving = stream.as_ref().and_then(|_| receiver.take_targets());
+    let steering = Steering::start(&options.run, &rig, &camera, (sender, receiver))?;
     let mut run = Run::connect(&rig, transport)?;
+    if let Some(targets) = moving {
+        run.set_targets(Box::new(targets), TargetUse::Goal);
+    }
     if let Some(fault) = run.cleared_fault() {
         tell!("an earlier run left the board in a fault, cleared: {fault}");
     }
     match goal {
         Goal::Waypoints(waypoints, is_repeated) => run.set_waypoints(waypoints, *is_repeated)?,
         Goal::Path(plan) => run.set_path((**plan).clone())?,
-        Goal::Targets | Goal::PresentPlace => {}
+        Goal::Targets | Goal::PresentPlace | Goal::Moving(_) => {}
     }
     let mut camera = match chosen {
         SourceName::Simulated => {
@@ -183,7 +214,8 @@ pub(super) fn drive(
     }
     let log = RunLog::create(&options.run.output_dir("run"), FigureSettings::of(&rig))?;
     let outputs = Outputs::start(log, recorder, viewers, Overflow::Drop)?;
-    PreparedRun { run, camera, detector, steering, outputs }.drive(&options.run, &interrupted)
+    PreparedRun { run, camera, detector, steering, stream, outputs }
+        .drive(&options.run, &interrupted)
 }
 
 /// A run whose board, camera and outputs are open.
@@ -192,13 +224,30 @@ struct PreparedRun {
     camera: RunCamera,
     detector: Box<dyn BallDetector>,
     steering: Steering,
+    /// Thread that reads targets.
+    stream: Option<TargetStream>,
     outputs: Outputs,
+}
+
+impl Goal {
+    /// Starts to read the targets that move, where these are the goal.
+    fn stream(&self, rig: &Rig, sender: TargetSender) -> Result<Option<TargetStream>, Failure> {
+        let Self::Moving(address) = self else { return Ok(None) };
+        let input = TargetAddress::Program(StreamAddress::StandardInput);
+        if *address == input && rig.camera.stream == Some(StreamAddress::StandardInput) {
+            let why = "`camera.stream` of the rig file reads the standard input too";
+            return Err(bad_input(format!("--targets -: {why}; give one of them a socket")));
+        }
+        let stream = TargetStream::start(address, sender)?;
+        tell!("targets: from {address}");
+        Ok(Some(stream))
+    }
 }
 
 impl PreparedRun {
     /// Drives, closes the outputs and prints the result.
     fn drive(self, options: &RunOptions, interrupted: &AtomicBool) -> Result<ExitCode, Failure> {
-        let Self { run, camera, mut detector, mut steering, mut outputs } = self;
+        let Self { run, camera, mut detector, mut steering, stream, mut outputs } = self;
         let RunCamera { mut source, mut follower, .. } = camera;
         let operator = steering.take_operator();
         let mut observers: Vec<&mut dyn Observer> = vec![&mut outputs];
@@ -212,7 +261,7 @@ impl PreparedRun {
             timeout: options.timeout,
             interrupted,
         });
-        drop(steering);
+        drop((steering, stream));
         // A device ends its own recording.
         drop(source);
         outputs.conclude(result, |summary| {

@@ -2,7 +2,7 @@
 
 use plumb_page::Page;
 use plumb_runtime::observer::Observer;
-use plumb_runtime::operator::{OperatorReceiver, operator};
+use plumb_runtime::operator::{OperatorReceiver, OperatorSender};
 use plumb_runtime::rig::Rig;
 use plumb_vision::camera::Camera;
 
@@ -19,12 +19,16 @@ pub(super) struct Steering {
 }
 
 impl Steering {
-    /// Starts what the options of a run ask for.
+    /// Starts what the options of a run ask for, with the two ends of its operator.
     ///
     /// # Errors
     /// Where the page cannot listen at its address, or ROS 2 cannot be joined.
-    pub(super) fn start(options: &RunOptions, rig: &Rig, camera: &Camera) -> Result<Self, Failure> {
-        let (sender, receiver) = operator();
+    pub(super) fn start(
+        options: &RunOptions,
+        rig: &Rig,
+        camera: &Camera,
+        (sender, receiver): (OperatorSender, OperatorReceiver),
+    ) -> Result<Self, Failure> {
         let page = options.page.start(rig, &sender)?;
         let mut ros2 = options.ros2.start(camera, &sender)?;
         let is_steered = page.is_some() || ros2.observer().is_some();

@@ -61,11 +61,13 @@ impl PathRequest {
 impl<T: Transport> Link<T> {
     /// Sends the part of a path that comes next, without waiting. The first message replaces the
     /// present target. [`poll`](Self::poll) fails where the board refuses the path, or answers none
-    /// of its messages.
+    /// of its messages. The messages get numbers that grow.
     ///
     /// # Errors
     /// Where the link is lost.
     pub fn follow(&mut self, reference: Reference) -> Result<(), LinkError> {
+        self.references = self.references.wrapping_add(1);
+        let reference = Reference { sequence: self.references, ..reference };
         let id = self.post(Command::Follow(reference))?;
         let now = self.transport.now();
         self.target = None;

@@ -67,6 +67,8 @@ pub struct Link<T> {
     target: Option<TargetRequest>,
     /// Path that the board follows; in place of a target.
     path: Option<PathRequest>,
+    /// Number of the last message of a path.
+    references: u16,
     /// Command that was submitted and not answered.
     submission: Option<Submission>,
     /// Answer to the last submitted command.
@@ -104,6 +106,7 @@ impl<T: Transport> Link<T> {
             configured: Micros(0),
             target: None,
             path: None,
+            references: 0,
             submission: None,
             reply: None,
             telemetry: None,

@@ -7,6 +7,7 @@ use std::task::Waker;
 use thiserror::Error;
 
 use super::command::OperatorCommand;
+use crate::targets::{TargetReceiver, TargetSender, target_channel};
 
 /// Number of commands that may wait. A Stop or End always has room.
 pub const MAX_WAITING: usize = 64;
@@ -34,12 +35,19 @@ pub enum SendCommandError {
 
 /// Sender of an operator's commands. Clones send to the same run.
 #[derive(Debug, Clone)]
-pub struct OperatorSender(Arc<Mutex<Queue>>);
+pub struct OperatorSender {
+    queue: Arc<Mutex<Queue>>,
+    targets: TargetSender,
+}
 
 /// Receiver of an operator's commands, for [`RunParts::operator`](crate::run::RunParts). Commands
 /// are refused once it is dropped.
 #[derive(Debug)]
-pub struct OperatorReceiver(Arc<Mutex<Queue>>);
+pub struct OperatorReceiver {
+    queue: Arc<Mutex<Queue>>,
+    /// `None` once a run has taken them.
+    targets: Option<TargetReceiver>,
+}
 
 #[derive(Debug, Default)]
 struct Queue {
@@ -54,7 +62,9 @@ struct Queue {
 /// Returns the two ends of a new queue of commands.
 pub fn operator() -> (OperatorSender, OperatorReceiver) {
     let queue = Arc::new(Mutex::new(Queue::default()));
-    (OperatorSender(Arc::clone(&queue)), OperatorReceiver(queue))
+    let (targets, receiver) = target_channel();
+    let sender = OperatorSender { queue: Arc::clone(&queue), targets };
+    (sender, OperatorReceiver { queue, targets: Some(receiver) })
 }
 
 impl OperatorSender {
@@ -64,7 +74,7 @@ impl OperatorSender {
     /// # Errors
     /// Where too many commands wait, or the run has ended.
     pub fn send(&self, command: OperatorCommand) -> Result<u64, SendCommandError> {
-        let mut queue = lock(&self.0);
+        let mut queue = lock(&self.queue);
         if queue.has_ended {
             return Err(SendCommandError::Ended);
         }
@@ -84,28 +94,41 @@ impl OperatorSender {
     }
 }
 
+impl OperatorSender {
+    /// Returns the sender of targets that move. Such a target needs no answer; a Stop, a Hold, a
+    /// Target and a fault end its motion.
+    pub fn targets(&self) -> &TargetSender {
+        &self.targets
+    }
+}
+
 impl OperatorReceiver {
+    /// Removes and returns the receiver of targets that move.
+    pub fn take_targets(&mut self) -> Option<TargetReceiver> {
+        self.targets.take()
+    }
+
     /// Sets the waker of the control loop's wait for a frame.
     pub(crate) fn set_waker(&self, waker: Option<Waker>) {
-        lock(&self.0).waker = waker;
+        lock(&self.queue).waker = waker;
     }
 
     /// Removes and returns the commands before the last Stop or End.
     pub(crate) fn take_replaced(&self) -> Vec<Submitted> {
-        let waiting = &mut lock(&self.0).waiting;
+        let waiting = &mut lock(&self.queue).waiting;
         let urgent = waiting.iter().rposition(|submitted| submitted.command.is_urgent());
         urgent.map(|index| waiting.drain(..index).collect()).unwrap_or_default()
     }
 
     /// Removes and returns the oldest command; with `only_urgent` only if it is a Stop or End.
     pub(crate) fn take(&self, only_urgent: bool) -> Option<Submitted> {
-        let waiting = &mut lock(&self.0).waiting;
+        let waiting = &mut lock(&self.queue).waiting;
         waiting.pop_front_if(|submitted| !only_urgent || submitted.command.is_urgent())
     }
 
     /// Refuses further commands. Returns those that wait.
     pub(crate) fn close(&self) -> Vec<Submitted> {
-        let mut queue = lock(&self.0);
+        let mut queue = lock(&self.queue);
         (queue.has_ended, queue.waker) = (true, None);
         queue.waiting.drain(..).collect()
     }

@@ -5,6 +5,8 @@
 //! frame. Its outcome is a [`RunEvent::Command`](crate::observer::RunEvent::Command) with the
 //! number that [`OperatorSender::send`] returned.
 //!
+//! [`OperatorSender::targets`] sends targets that move, which need no answers.
+//!
 //! With an operator a run does not end after the last target, a timeout, a Stop or a fault: the
 //! board holds or rests, and the observers receive every frame, until [`OperatorCommand::End`], an
 //! interruption or a failure. A command that changes the motion ends the list of targets.

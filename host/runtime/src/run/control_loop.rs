@@ -19,6 +19,7 @@ use super::legs::Legs;
 use super::parts::RunParts;
 use super::path::PathDrive;
 use super::repetition::{RepeatedPicture, RepetitionDetector};
+use super::targets::TargetDrive;
 use super::view::View;
 use super::waypoint::{Route, Waypoint};
 use crate::error_chain::ErrorChain;
@@ -53,6 +54,8 @@ pub(super) struct ControlLoop<'a, 'p, T> {
     pub(super) legs: Legs,
     /// The path that follows the targets.
     pub(super) path: Option<PathDrive>,
+    /// Targets that move.
+    pub(super) targets: Option<TargetDrive>,
     /// Counts and measurements over all targets.
     pub(super) stats: RunStats,
     /// Present target, metres in the rig frame.
@@ -88,6 +91,7 @@ impl<'a, 'p, T: Transport> ControlLoop<'a, 'p, T> {
             workspace,
             legs: Legs::new(route),
             path: None,
+            targets: None,
             stats: RunStats::default(),
             target: Point3::origin(),
             last_position: None,
@@ -249,7 +253,7 @@ impl<'a, 'p, T: Transport> ControlLoop<'a, 'p, T> {
         let age = Duration::try_from_secs_f64(age.max(0.0)).unwrap_or(Duration::MAX);
         let (ball, covariance) = view.map_or((None, None), |v| (v.point(), v.covariance()));
         self.link.position(ball, covariance, age)?;
-        self.note_position_sent();
+        self.note_position_sent(ball.is_some());
         self.receive()
     }
 
@@ -257,13 +261,14 @@ impl<'a, 'p, T: Transport> ControlLoop<'a, 'p, T> {
     fn receive(&mut self) -> Result<(), ControlLoopError> {
         self.link.poll()?;
         self.handle_reply();
-        self.follow_path()
+        self.follow_path()?;
+        self.follow_targets()
     }
 
     /// Counts a frame and gives its record to the observers.
     fn record(&mut self, view: &View) {
         let stamp = view.frame.time();
-        let path = self.path_point(stamp, view);
+        let path = self.path_point(stamp, view).or_else(|| self.target_point(stamp, view));
         let stats = &mut self.stats;
         stats.time = stamp - *stats.start.get_or_insert(stamp);
         stats.located += u64::from(view.point().is_some());
@@ -308,7 +313,8 @@ impl<'a, 'p, T: Transport> ControlLoop<'a, 'p, T> {
         }
         if !self.legs.is_driving() {
             self.note_idle_fault();
-            return Ok(None);
+            let now = self.parts.source.now();
+            return Ok(self.targets_reason(now));
         }
         // A fault after the telemetry of a held target counts.
         if let Some(fault) = self.link.fault() {

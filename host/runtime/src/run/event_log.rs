@@ -20,6 +20,7 @@ pub(super) fn log_event(event: &RunEvent) {
         RunEvent::Command { number, command, outcome: CommandOutcome::Refused(reason) } => {
             info!(number, ?command, %reason, "refused a command of the operator");
         }
+        RunEvent::Targets(event) => info!(%event, "targets that move"),
         RunEvent::BoardStopped { fault } => info!(%fault, "the board stopped outside of a drive"),
     }
 }

@@ -48,8 +48,11 @@ impl<T: Transport> ControlLoop<'_, '_, T> {
     }
 
     /// Notes the time of the position that was sent last.
-    pub(super) fn note_position_sent(&mut self) {
+    pub(super) fn note_position_sent(&mut self, has_ball: bool) {
         let (sequence, now) = (self.link.sequence(), self.parts.source.now());
+        if let Some(targets) = &mut self.targets {
+            targets.note_sent(sequence, now, has_ball);
+        }
         if let Some(path) = &mut self.path {
             path.note_sent(sequence, now);
         }
@@ -67,18 +70,22 @@ impl<T: Transport> ControlLoop<'_, '_, T> {
         Some(point)
     }
 
-    /// Returns the time for which the run has waited for the present target, or for a path that
-    /// stands still, seconds.
-    pub(super) fn waited(&self, now: f64) -> f64 {
+    /// Returns the time for which the run has waited for the present target, for a path that stands
+    /// still, or for the next of the targets that move, seconds.
+    pub(super) fn waited(&mut self, now: f64) -> f64 {
+        if let Some(waited) = self.targets_waited(now) {
+            return waited;
+        }
         let standstill = self.path.as_ref().and_then(|path| path.standstill(now));
         let waited = || if self.legs.is_reached() { 0.0 } else { self.legs.elapsed(now) };
         standstill.unwrap_or_else(waited)
     }
 
-    /// Leaves out the targets of the list that were not begun, and the path.
+    /// Leaves out the targets of the list that were not begun, the path and the targets that move.
     pub(super) fn cancel_list(&mut self) {
         self.legs.cancel_list();
         self.cancel_path();
+        self.cancel_targets();
     }
 
     /// Ends the path, where there is one.

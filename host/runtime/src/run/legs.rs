@@ -84,6 +84,20 @@ impl Legs {
         }
     }
 
+    /// Moves the target of the leg under way, metres.
+    pub(super) fn move_target(&mut self, target: [f64; 3]) {
+        if let Some(drive) = &mut self.current {
+            drive.waypoint.target = target;
+        }
+    }
+
+    /// Has the leg under way end once its target is reached: a target that moved stays there.
+    pub(super) fn come_to_an_end(&mut self) {
+        if let Some(drive) = &mut self.current {
+            (drive.waypoint.dwell_s, drive.reached) = (0.0, None);
+        }
+    }
+
     /// Returns whether the target was reached.
     pub(super) fn is_reached(&self) -> bool {
         self.current.as_ref().is_some_and(|drive| drive.reached.is_some())
@@ -113,7 +127,10 @@ impl Legs {
 
     /// Returns whether every target of the list and of the operator was reached.
     pub(super) fn all_reached(&self) -> bool {
-        let is_complete = self.waiting.is_empty() && !self.is_cancelled && !self.is_driving();
+        let is_complete = !self.ended.is_empty()
+            && self.waiting.is_empty()
+            && !self.is_cancelled
+            && !self.is_driving();
         is_complete && self.ended.iter().all(|leg| leg.reached)
     }
 

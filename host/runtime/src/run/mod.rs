@@ -9,6 +9,7 @@ mod operated;
 mod parts;
 mod path;
 mod repetition;
+mod targets;
 mod view;
 mod waypoint;
 
@@ -19,17 +20,20 @@ use tracing::info;
 
 use crate::error_chain::ErrorChain;
 use crate::link::{Link, LinkError, Serial, Transport};
-use crate::rig::Rig;
+use crate::rig::{MotionRules, Rig};
 pub use crate::stop_reason::StopReason;
 pub use crate::summary::{Leg, Summary};
 use crate::summary::{RunStats, millimetres, round};
+use crate::targets::TargetSource;
 use control_loop::ControlLoop;
 pub use error::{ControlLoopError, RunError};
 pub use parts::{DEFAULT_TIMEOUT, RunParts};
 use path::PathDrive;
-pub use path::{PathPlan, PathPlanError, PathSummary, Spread};
+pub use path::{PathPlan, PathPlanError, PathSummary, Spread, Spreads};
 pub use repetition::RepeatedPicture;
 use repetition::RepetitionDetector;
+use targets::{TargetDrive, TargetRules};
+pub use targets::{TargetUse, TargetsSummary};
 use waypoint::Route;
 pub use waypoint::{Waypoint, WaypointError, WaypointMistake, read_waypoints};
 
@@ -39,6 +43,11 @@ pub struct Run<T> {
     route: Route,
     /// Path that follows the route.
     path: Option<PathPlan>,
+    /// Source of targets that move, and what they are for.
+    targets: Option<(Box<dyn TargetSource>, TargetUse)>,
+    rules: MotionRules,
+    /// Largest speed of a reference, m/s.
+    max_speed: f64,
     law: &'static str,
     radius: f64,
     workspace: Workspace,
@@ -83,6 +92,12 @@ struct Ending {
     failure: Option<String>,
 }
 
+/// How the ball followed what moved.
+struct Followed {
+    path: Option<PathSummary>,
+    targets: Option<TargetsSummary>,
+}
+
 impl<T: Transport> Run<T> {
     /// Checks the targets of `rig`, connects to the board at the other end of `transport`, and
     /// configures it. [`Fault::HostSilent`] of an earlier run is cleared, because this host ends
@@ -101,7 +116,19 @@ impl<T: Transport> Run<T> {
         let cleared = configure(&mut link, config).map_err(RunError::Connect)?;
         let (law, radius) = (rig.law.name().as_str(), rig.reached.radius.get());
         let (workspace, following_turn) = (config.workspace, config.following.turn);
-        Ok(Self { link, route, path: None, law, radius, workspace, following_turn, cleared })
+        Ok(Self {
+            link,
+            route,
+            path: None,
+            targets: None,
+            rules: rig.motion_rules(),
+            max_speed: rig.path.max_speed.get(),
+            law,
+            radius,
+            workspace,
+            following_turn,
+            cleared,
+        })
     }
 
     /// Returns the fault of an earlier run that this run has cleared, for the user to know.
@@ -136,6 +163,16 @@ impl<T: Transport> Run<T> {
         Ok(())
     }
 
+    /// Has the ball follow the targets of `source`, which move. As the goal of the run
+    /// ([`TargetUse::Goal`]) they replace the targets of the rig file. Without this, a run with an
+    /// operator follows those of [`OperatorSender::targets`](crate::operator::OperatorSender).
+    pub fn set_targets(&mut self, source: Box<dyn TargetSource>, usage: TargetUse) {
+        if usage == TargetUse::Goal {
+            self.route = Route { waypoints: Vec::new(), is_repeated: false };
+        }
+        self.targets = Some((source, usage));
+    }
+
     /// Returns the motor positions of the board, full steps from the zero of travel, + pays out;
     /// order A, B, C.
     ///
@@ -158,14 +195,17 @@ impl<T: Transport> Run<T> {
             return Err(RunError::NotLive);
         }
         info!(law = self.law, timeout_s = parts.timeout, "beginning the run");
+        let targets = self.target_drive(&mut parts);
         let repetition = RepetitionDetector::new(self.following_turn);
         let (radius, workspace) = (self.radius, self.workspace);
         let (link, route) = (&mut self.link, &self.route);
         let mut control = ControlLoop::new(&mut parts, link, radius, workspace, repetition, route);
         control.path = self.path.take().map(PathDrive::new);
+        control.targets = targets;
         let result = control.run();
-        let ControlLoop { legs, stats, path, .. } = control;
+        let ControlLoop { legs, stats, path, targets, .. } = control;
         let path = path.and_then(|path| path.summary());
+        let targets = targets.and_then(|targets| targets.summary());
         let reached = result.is_ok() && legs.all_reached();
         let fault = result.as_ref().ok().and_then(StopReason::fault);
         let (result, at_rest) = come_to_rest(&mut self.link, result);
@@ -176,7 +216,8 @@ impl<T: Transport> Run<T> {
         let failure = result.as_ref().err().filter(|_| reason.fault().is_some());
         let failure = failure.map(|error| ErrorChain(error).to_string());
         let ending = Ending { reached, at_rest, reason, failure };
-        let summary = self.summary(&parts, &stats, legs.into_ended(), path, ending);
+        let followed = Followed { path, targets };
+        let summary = self.summary(&parts, &stats, legs.into_ended(), followed, ending);
         info!(
             ending = %summary.ending,
             time_s = summary.time_s,
@@ -196,13 +237,26 @@ impl<T: Transport> Run<T> {
         }
     }
 
+    /// Returns the drive after targets that move, where a source of them was set or there is an
+    /// operator.
+    fn target_drive(&mut self, parts: &mut RunParts<'_>) -> Option<TargetDrive> {
+        let of_operator = || {
+            let targets = parts.operator.as_mut()?.take_targets()?;
+            Some((Box::new(targets) as Box<dyn TargetSource>, TargetUse::Steering))
+        };
+        let (source, usage) = self.targets.take().or_else(of_operator)?;
+        let Self { workspace, max_speed, radius, .. } = *self;
+        let rules = TargetRules { motion: self.rules.clone(), workspace, max_speed, radius };
+        Some(TargetDrive::new(source, usage, rules))
+    }
+
     /// Returns the summary of a run that ended.
     fn summary(
         &self,
         parts: &RunParts<'_>,
         stats: &RunStats,
         legs: Vec<Leg>,
-        path: Option<PathSummary>,
+        followed: Followed,
         ending: Ending,
     ) -> Summary {
         Summary {
@@ -214,7 +268,8 @@ impl<T: Transport> Run<T> {
             error_mm: stats.error.map(millimetres),
             targets_reached: legs.iter().filter(|leg| leg.reached).count(),
             legs,
-            path,
+            path: followed.path,
+            targets: followed.targets,
             at_rest: ending.at_rest,
             located: stats.located,
             lost: stats.lost,

@@ -56,8 +56,11 @@ impl<T: Transport> ControlLoop<'_, '_, T> {
             OperatorCommand::Stop => self.leave_list(StopReason::Stopped),
             // The ball may reach its target before the answer comes. No other follows then.
             OperatorCommand::Hold => self.cancel_list(),
-            // The next message of a path would replace the target.
-            OperatorCommand::Target(_) => self.cancel_path(),
+            // The next message of a path or of a moving target would replace the target.
+            OperatorCommand::Target(_) => {
+                self.cancel_path();
+                self.cancel_targets();
+            }
             _ => {}
         }
         Ok(())

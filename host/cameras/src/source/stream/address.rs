@@ -43,7 +43,7 @@ pub enum AddressError {
     NoPort(String),
     /// The TCP address is reachable from other computers.
     #[error(
-        "{0:?} can be reached from other computers, and whoever sends pictures moves the rig: \
+        "{0:?} can be reached from other computers, and whoever sends to it moves the rig: \
          listen on 127.0.0.1, and forward the port from the other computer with \
          `ssh -L 5600:127.0.0.1:5600 THIS-COMPUTER`"
     )]

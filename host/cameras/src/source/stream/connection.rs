@@ -9,8 +9,6 @@ use nix::poll::{PollFd, PollFlags, PollTimeout, poll};
 use tracing::warn;
 
 use super::endpoint::Endpoint;
-use super::receiver::RawFrame;
-use crate::source::capture::slot::Slot;
 
 /// Longest time without a byte within a frame.
 pub(super) const STALL: Duration = Duration::from_secs(2);
@@ -20,10 +18,10 @@ const POLL_MS: u16 = 100;
 
 /// Connection of a sender. A read ends when the stream is closed ([`ErrorKind::Other`]), and when
 /// the sender stops within a frame ([`ErrorKind::TimedOut`]). Meanwhile, it refuses other senders.
-pub(super) struct Connection<'a> {
-    pub(super) file: File,
-    pub(super) endpoint: &'a Endpoint,
-    pub(super) slot: &'a Slot<RawFrame>,
+pub struct Connection<'a> {
+    file: File,
+    endpoint: &'a Endpoint,
+    is_closed: &'a dyn Fn() -> bool,
     /// Whether the sender is within a frame.
     pub(super) is_in_frame: bool,
 }
@@ -32,7 +30,7 @@ impl Read for Connection<'_> {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         let begin = Instant::now();
         loop {
-            if self.slot.is_closed() {
+            if (self.is_closed)() {
                 return Err(io::Error::other("the stream is closed"));
             }
             let readable = wait(&[Some(self.file.as_fd()), self.endpoint.listener()])?;
@@ -49,11 +47,17 @@ impl Read for Connection<'_> {
     }
 }
 
-impl Connection<'_> {
+impl<'a> Connection<'a> {
+    /// Returns the connection of a sender that `endpoint` has accepted. `is_closed` returns whether
+    /// the stream is closed.
+    pub fn new(file: File, endpoint: &'a Endpoint, is_closed: &'a dyn Fn() -> bool) -> Self {
+        Self { file, endpoint, is_closed, is_in_frame: false }
+    }
+
     /// Refuses a sender that connects while this one is connected.
     fn refuse_another(&self) -> io::Result<()> {
         if let Some(other) = self.endpoint.accept()? {
-            let reason = "another sender is connected; Plumb takes the frames of one";
+            let reason = "another sender is connected; Plumb listens to one";
             warn!("a second sender was refused: {reason}");
             self.endpoint.refuse(&other, reason);
         }

@@ -11,12 +11,16 @@ use std::path::{Path, PathBuf};
 use tracing::debug;
 
 use super::address::StreamAddress;
+use super::connection::wait;
 use super::error::StreamError;
 use crate::error_chain::ErrorChain;
 
 /// Place where the senders of a stream connect. Dropping it removes a Unix socket.
 #[derive(Debug)]
-pub(super) enum Endpoint {
+pub struct Endpoint(Kind);
+
+#[derive(Debug)]
+enum Kind {
     /// Unix domain socket.
     Unix { listener: UnixListener, path: PathBuf },
     /// TCP port.
@@ -31,7 +35,7 @@ impl Endpoint {
     /// # Errors
     /// Where the address is in use or the operating system refuses it; where the standard input is
     /// a terminal.
-    pub(super) fn listen(address: &StreamAddress) -> Result<Self, StreamError> {
+    pub fn listen(address: &StreamAddress) -> Result<Self, StreamError> {
         let failure = |error: io::Error| match error.kind() {
             ErrorKind::AddrInUse => StreamError::InUse { address: address.to_string() },
             _ => StreamError::Listen { address: address.to_string(), error },
@@ -41,25 +45,40 @@ impl Endpoint {
                 remove_left_behind(path).map_err(failure)?;
                 let listener = UnixListener::bind(path).map_err(failure)?;
                 listener.set_nonblocking(true).map_err(failure)?;
-                Ok(Self::Unix { listener, path: path.clone() })
+                Ok(Self(Kind::Unix { listener, path: path.clone() }))
             }
             StreamAddress::Tcp(address) => {
                 let listener = TcpListener::bind(address).map_err(failure)?;
                 listener.set_nonblocking(true).map_err(failure)?;
-                Ok(Self::Tcp(listener))
+                Ok(Self(Kind::Tcp(listener)))
             }
             StreamAddress::StandardInput if io::stdin().is_terminal() => Err(StreamError::Terminal),
-            StreamAddress::StandardInput => Ok(Self::Input),
+            StreamAddress::StandardInput => Ok(Self(Kind::Input)),
         }
     }
 
     /// Returns the handle that is readable when a sender waits; `None` for standard input.
     pub(super) fn listener(&self) -> Option<BorrowedFd<'_>> {
-        match self {
-            Self::Unix { listener, .. } => Some(listener.as_fd()),
-            Self::Tcp(listener) => Some(listener.as_fd()),
-            Self::Input => None,
+        match &self.0 {
+            Kind::Unix { listener, .. } => Some(listener.as_fd()),
+            Kind::Tcp(listener) => Some(listener.as_fd()),
+            Kind::Input => None,
         }
+    }
+
+    /// Returns whether standard input is the only sender.
+    pub fn is_input(&self) -> bool {
+        self.listener().is_none()
+    }
+
+    /// Waits for a sender, for a tenth of a second at most. Returns its connection, if one has
+    /// come.
+    ///
+    /// # Errors
+    /// Where the operating system reports one.
+    pub fn next_connection(&self) -> io::Result<Option<File>> {
+        wait(&[self.listener(), None])?;
+        self.accept()
     }
 
     /// Returns the connection of a sender that waits, or standard input; `None` where no sender
@@ -68,10 +87,10 @@ impl Endpoint {
     /// # Errors
     /// Where the operating system reports one.
     pub(super) fn accept(&self) -> io::Result<Option<File>> {
-        let accepted = match self {
-            Self::Unix { listener, .. } => listener.accept().map(|(it, _)| OwnedFd::from(it)),
-            Self::Tcp(listener) => listener.accept().map(|(it, _)| OwnedFd::from(it)),
-            Self::Input => io::stdin().as_fd().try_clone_to_owned(),
+        let accepted = match &self.0 {
+            Kind::Unix { listener, .. } => listener.accept().map(|(it, _)| OwnedFd::from(it)),
+            Kind::Tcp(listener) => listener.accept().map(|(it, _)| OwnedFd::from(it)),
+            Kind::Input => io::stdin().as_fd().try_clone_to_owned(),
         };
         match accepted {
             Ok(connection) => Ok(Some(File::from(connection))),
@@ -101,7 +120,7 @@ impl Endpoint {
 
 impl Drop for Endpoint {
     fn drop(&mut self) {
-        if let Self::Unix { path, .. } = self {
+        if let Kind::Unix { path, .. } = &self.0 {
             let _removed_by_another = fs::remove_file(path);
         }
     }

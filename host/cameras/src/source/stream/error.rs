@@ -31,7 +31,9 @@ pub enum StreamError {
         address: String,
     },
     /// The standard input is a terminal.
-    #[error("the standard input is a terminal; send frames into it: `camera.py | plumb ...`")]
+    #[error(
+        "the standard input is a terminal; send into it from a program: `sender.py | plumb ...`"
+    )]
     Terminal,
     /// No thread can be started, or no sender can be received.
     #[error("the stream cannot be received")]

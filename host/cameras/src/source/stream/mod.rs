@@ -35,6 +35,8 @@ use receiver::RawFrame;
 use reception::Reception;
 
 pub use address::{AddressError, StreamAddress};
+pub use connection::Connection;
+pub use endpoint::Endpoint;
 pub use error::StreamError;
 pub use header::{
     ColourEncoding, DepthEncoding, HeaderError, MAX_HEADER_BYTES, MAX_PIXELS, MAX_SIDE, Part,

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use plumb_timing::SenderClock;
 use tracing::{debug, info};
 
-use super::connection::{Connection, STALL, wait};
+use super::connection::{Connection, STALL};
 use super::endpoint::Endpoint;
 use super::error::StreamError;
 use super::header::{Header, HeaderError, MAX_HEADER_BYTES};
@@ -60,10 +60,11 @@ impl Receiver {
     /// Where the operating system reports one, or standard input fails.
     fn receive_all(&self) -> Result<(), StreamError> {
         while !self.slot.is_closed() {
-            let Some(file) = self.next_connection()? else { continue };
+            let connection = self.endpoint.next_connection().map_err(StreamError::Io)?;
+            let Some(file) = connection else { continue };
             info!("a sender has connected");
             let end = self.receive(&file);
-            let is_only = self.endpoint.listener().is_none();
+            let is_only = self.endpoint.is_input();
             let error = match end {
                 End::Closed => return Ok(()),
                 End::Disconnected if is_only => return Ok(()),
@@ -80,21 +81,14 @@ impl Receiver {
         Ok(())
     }
 
-    /// Waits for a sender, for a short time. Returns its connection, if one has come.
-    fn next_connection(&self) -> Result<Option<File>, StreamError> {
-        wait(&[self.endpoint.listener(), None]).map_err(StreamError::Io)?;
-        self.endpoint.accept().map_err(StreamError::Io)
-    }
-
     /// Receives the frames of one sender. Returns why they end.
     fn receive(&self, file: &File) -> End {
         let file = match file.try_clone() {
             Ok(file) => file,
             Err(error) => return End::Failed(StreamError::Io(error)),
         };
-        let (endpoint, slot) = (&self.endpoint, &*self.slot);
-        let connection = Connection { file, endpoint, slot, is_in_frame: false };
-        let mut input = BufReader::new(connection);
+        let is_closed = || self.slot.is_closed();
+        let mut input = BufReader::new(Connection::new(file, &self.endpoint, &is_closed));
         let mut clock = SenderClock::new();
         for number in 1.. {
             match self.next_frame(&mut input, number, &mut clock) {

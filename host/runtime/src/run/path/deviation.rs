@@ -33,6 +33,19 @@ pub struct Spread {
     pub max_mm: f64,
 }
 
+/// Distances of the ball from a path or a target that moves.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Spreads {
+    /// Number of pictures with the ball.
+    pub frames: u64,
+    /// Distance from where the path or the target is at the time.
+    pub error: Spread,
+    /// Distance across the direction of the motion.
+    pub cross_track: Spread,
+    /// Distance along the direction of the motion.
+    pub along_track: Spread,
+}
+
 /// How the ball followed a path.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PathSummary {
@@ -69,7 +82,7 @@ impl fmt::Display for PathSummary {
 
 /// Deviations of a run.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Deviations {
+pub(in crate::run) struct Deviations {
     error: Distances,
     cross_track: Distances,
     along_track: Distances,
@@ -111,7 +124,7 @@ impl Distances {
 
 impl Deviations {
     /// Adds the deviation of a ball at `position`, metres, from the path.
-    pub(super) fn add(&mut self, path: &PathPoint, position: Point3<f64>) {
+    pub(in crate::run) fn add(&mut self, path: &PathPoint, position: Point3<f64>) {
         self.error.add((position - path.position).norm());
         self.cross_track.add(path.cross_track(position));
         self.along_track.add(path.along_track(position).abs());
@@ -120,11 +133,22 @@ impl Deviations {
     /// Returns the summary of a path that reached `path_time` in `time`, seconds.
     pub(super) fn summary(&self, path_time: f64, time: f64) -> PathSummary {
         let kept = if time > 0.0 { path_time / time } else { 0.0 };
+        let Spreads { frames, error, cross_track, along_track } = self.spreads();
         PathSummary {
-            frames: self.error.count,
+            frames,
             path_time_s: round(path_time, 1e3),
             time_s: round(time, 1e3),
             speed_kept: round(kept, 1e3),
+            error,
+            cross_track,
+            along_track,
+        }
+    }
+
+    /// Returns the distances.
+    pub(in crate::run) fn spreads(&self) -> Spreads {
+        Spreads {
+            frames: self.error.count,
             error: self.error.spread(),
             cross_track: self.cross_track.spread(),
             along_track: self.along_track.spread(),

@@ -14,10 +14,10 @@ use crate::observer::PathPoint;
 use crate::reference::{INTERVAL_S, reference};
 
 /// Least time between two messages, seconds: one with each picture of a usual camera.
-const LEAST_PERIOD_S: f64 = 0.03;
+pub(in crate::run) const LEAST_PERIOD_S: f64 = 0.03;
 
 /// Number of positions whose times of sending are kept: 2 s at 30 Hz.
-const POSITIONS: usize = 60;
+pub(in crate::run) const POSITIONS: usize = 60;
 
 /// Growth of the path's time that counts as progress, seconds.
 const PROGRESS_S: f64 = 1e-3;
@@ -44,8 +44,6 @@ enum Phase {
 
 /// State of a path under way. Times are in seconds on the source's clock.
 struct Following {
-    /// Number of the next message.
-    sequence: u16,
     last_sent: Option<f64>,
     clock: PathClock,
     /// Time of the first report.
@@ -90,7 +88,6 @@ impl PathDrive {
     /// Begins the path at the time `now`.
     pub(crate) fn begin(&mut self, now: f64) {
         self.phase = Phase::Following(Following {
-            sequence: 1,
             last_sent: None,
             clock: PathClock::default(),
             begin: None,
@@ -113,20 +110,18 @@ impl PathDrive {
         if following.last_sent.is_some_and(|last| now - last < LEAST_PERIOD_S) {
             return None;
         }
-        let sequence = following.sequence;
-        following.sequence = sequence.wrapping_add(1);
         following.last_sent = Some(now);
         let reported = following.clock.reported().unwrap_or(0.0);
         let present = following.clock.at(now).unwrap_or(reported);
-        Some(self.message(sequence, reported, present))
+        Some(self.message(reported, present))
     }
 
     /// Returns the message with knots from before the `reported` time of the path on. All messages
-    /// have their knots on the same grid of the path's time.
-    fn message(&self, sequence: u16, reported: f64, present: f64) -> Reference {
+    /// have their knots on the same grid of the path's time. The link gives it a number.
+    fn message(&self, reported: f64, present: f64) -> Reference {
         let first = (reported / INTERVAL_S).floor() * INTERVAL_S;
         let motion = |time| self.trajectory().at(time);
-        reference(sequence, self.plan.waits(), present, first, motion)
+        reference(0, self.plan.waits(), present, first, motion)
     }
 
     /// Notes that the position with the number `sequence` was sent at `now`.

@@ -6,6 +6,7 @@ mod deviation;
 mod drive;
 mod plan;
 
-pub use deviation::{PathSummary, Spread};
-pub(super) use drive::PathDrive;
+pub(super) use deviation::Deviations;
+pub use deviation::{PathSummary, Spread, Spreads};
+pub(super) use drive::{LEAST_PERIOD_S, POSITIONS, PathDrive};
 pub use plan::{PathPlan, PathPlanError};

@@ -1,0 +1,311 @@
+//! Drive after a target that moves.
+
+use std::collections::VecDeque;
+
+use nalgebra::{Point3, Vector3};
+use plumb_path::tracker::{BRAKE_S, COAST_S, Course, TargetTracker};
+use plumb_path::trajectory::Moment;
+use plumb_protocol::config::Workspace;
+use plumb_protocol::message::{Reference, State, Telemetry};
+use plumb_protocol::units::Point;
+
+use super::summary::TargetsSummary;
+use crate::observer::{PathPoint, TargetsEvent};
+use crate::reference::{keep_inside, reference};
+use crate::rig::{MotionError, MotionRules};
+use crate::run::path::{Deviations, LEAST_PERIOD_S, POSITIONS};
+use crate::targets::{Arrivals, LeftOut, MAX_AGE_S, MotionId, TargetSource, TimedTarget};
+
+/// Time without a target after which the run says so, seconds.
+const PAUSE_S: f64 = 1.0;
+
+/// Least time between two events about places that are not allowed, seconds.
+const LEAST_REFUSAL_S: f64 = 1.0;
+
+/// Longest time since the last position that the board has, seconds: a follower begins where the
+/// ball is, and the board's own deadline is longer.
+const FRESH_S: f64 = 0.25;
+
+/// What targets that move are for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum TargetUse {
+    /// They are the goal of the run: it has no others, and ends where they end. A command of the
+    /// operator ends them for good.
+    Goal,
+    /// They steer a run with an operator, beside its commands.
+    Steering,
+}
+
+/// Rules for the places of targets.
+pub(crate) struct TargetRules {
+    pub(crate) motion: MotionRules,
+    pub(crate) workspace: Workspace,
+    /// Largest speed of a reference, m/s.
+    pub(crate) max_speed: f64,
+    /// Distance within which the ball is at its target, metres.
+    pub(crate) radius: f64,
+}
+
+/// Drive after a target that moves. Times are in seconds on the clock of the pictures.
+pub(crate) struct TargetDrive {
+    source: Box<dyn TargetSource>,
+    usage: TargetUse,
+    rules: TargetRules,
+    tracker: TargetTracker,
+    /// Where the target goes, as last sent.
+    course: Option<Course>,
+    /// Motion of the last target.
+    motion: MotionId,
+    /// Newest motion that a command has ended.
+    cancelled: Option<MotionId>,
+    /// Whether the board follows, as far as known.
+    is_following: bool,
+    /// Whether nothing more will come from the source.
+    has_ended: bool,
+    /// Zero of the path's time.
+    zero: Option<f64>,
+    last_sent: Option<f64>,
+    /// Time of the last target that was taken, or of the begin of the run.
+    last_taken: Option<f64>,
+    last_refusal: Option<f64>,
+    is_paused: bool,
+    /// Numbers of the last positions, when they were sent, and whether they had a ball.
+    positions: VecDeque<(u16, f64, bool)>,
+    has_caught_up: bool,
+    deviations: Deviations,
+    counts: Counts,
+}
+
+/// Counts of a drive.
+#[derive(Debug, Clone, Copy, Default)]
+struct Counts {
+    taken: u64,
+    refused: u64,
+    ended: u64,
+    pauses: u64,
+    /// What the drive left out.
+    here: LeftOut,
+    /// What the source left out.
+    source: LeftOut,
+}
+
+impl TargetDrive {
+    pub(crate) fn new(source: Box<dyn TargetSource>, usage: TargetUse, rules: TargetRules) -> Self {
+        Self {
+            source,
+            usage,
+            tracker: TargetTracker::new(rules.max_speed),
+            rules,
+            course: None,
+            motion: MotionId::default(),
+            cancelled: None,
+            is_following: false,
+            has_ended: false,
+            zero: None,
+            last_sent: None,
+            last_taken: None,
+            last_refusal: None,
+            is_paused: false,
+            positions: VecDeque::with_capacity(POSITIONS),
+            has_caught_up: false,
+            deviations: Deviations::default(),
+            counts: Counts::default(),
+        }
+    }
+
+    /// Takes what has come until `now`. Returns what happened.
+    pub(crate) fn take(&mut self, now: f64) -> Vec<TargetsEvent> {
+        let Arrivals { targets, problems, left_out, has_ended } = self.source.take(now);
+        self.counts.source = left_out;
+        let mut events: Vec<_> = problems.into_iter().map(TargetsEvent::LeftOut).collect();
+        for target in targets {
+            events.extend(self.take_target(target, now));
+        }
+        if has_ended && !self.has_ended {
+            self.has_ended = true;
+            self.tracker.rest(now);
+            events.push(TargetsEvent::Ended);
+        }
+        let silence = self.silence(now);
+        if !self.is_paused && !self.has_ended && self.counts.taken > 0 && silence > PAUSE_S {
+            self.is_paused = true;
+            self.counts.pauses += 1;
+            events.push(TargetsEvent::Ceased);
+        }
+        events
+    }
+
+    /// Takes a target. Returns what is to be told.
+    fn take_target(&mut self, target: TimedTarget, now: f64) -> Option<TargetsEvent> {
+        let TimedTarget { motion, time, position, velocity } = target;
+        if motion < self.motion || self.cancelled.is_some_and(|cancelled| motion <= cancelled) {
+            self.counts.ended += 1;
+            return None;
+        }
+        if now - time > MAX_AGE_S {
+            self.counts.here.late += 1;
+            return None;
+        }
+        if let Err(error) = self.check(position) {
+            self.counts.refused += 1;
+            // The ball stays at the last good place.
+            self.tracker.rest(time);
+            let is_told = self.last_refusal.is_some_and(|last| now - last < LEAST_REFUSAL_S);
+            self.last_refusal = Some(now);
+            return (!is_told).then_some(TargetsEvent::Refused { position, error });
+        }
+        if motion != self.motion {
+            (self.motion, self.tracker) = (motion, TargetTracker::new(self.rules.max_speed));
+        }
+        if !self.tracker.observe(time, position, velocity) {
+            self.counts.here.out_of_order += 1;
+            return None;
+        }
+        (self.counts.taken, self.last_taken) = (self.counts.taken + 1, Some(now));
+        std::mem::take(&mut self.is_paused).then_some(TargetsEvent::Resumed)
+    }
+
+    /// Checks a place of the target, metres.
+    fn check(&self, position: Point3<f64>) -> Result<(), MotionError> {
+        let point = Point::from_metres(position.into());
+        let is_inside = point.is_some_and(|point| self.rules.workspace.contains(point));
+        if !is_inside {
+            return Err(MotionError::Workspace);
+        }
+        self.rules.motion.check(position, Vector3::zeros())
+    }
+
+    /// Returns the place to begin at, metres, where a target waits for the board to follow it and
+    /// the board knows where the ball is. `telemetry` is the board's newest.
+    pub(crate) fn begin(&self, telemetry: &Telemetry, now: f64) -> Option<Point3<f64>> {
+        let place = self.tracker.last_position().filter(|_| !self.is_following)?;
+        let may_follow = matches!(
+            telemetry.state,
+            State::Ready | State::Seeking | State::Holding | State::Following | State::Stopping
+        );
+        (may_follow && self.is_ball_known(telemetry, now)).then_some(place)
+    }
+
+    /// Notes that the board is to follow from now on.
+    pub(crate) fn note_begun(&mut self, now: f64) {
+        (self.is_following, self.has_caught_up, self.last_sent) = (true, false, None);
+        self.zero.get_or_insert(now);
+    }
+
+    /// Returns whether the board is to follow.
+    pub(crate) fn is_following(&self) -> bool {
+        self.is_following
+    }
+
+    /// Returns whether the targets are the goal of the run and nothing more will come.
+    pub(crate) fn is_complete(&self) -> bool {
+        self.has_ended && self.usage == TargetUse::Goal && self.cancelled.is_none()
+    }
+
+    /// Returns whether the targets are the goal of the run.
+    pub(crate) fn is_goal(&self) -> bool {
+        self.usage == TargetUse::Goal
+    }
+
+    /// Returns whether a target was ever taken.
+    pub(crate) fn has_taken(&self) -> bool {
+        self.counts.taken > 0
+    }
+
+    /// Ends the motions that were begun until now: no message about them follows.
+    pub(crate) fn cancel(&mut self) {
+        self.is_following = false;
+        self.tracker = TargetTracker::new(self.rules.max_speed);
+        // A program whose motion was ended does not move the ball again by itself.
+        self.cancelled = Some(self.source.newest_motion());
+    }
+
+    /// Returns the time since the last target, seconds; since the first call before there is one.
+    pub(crate) fn silence(&mut self, now: f64) -> f64 {
+        now - *self.last_taken.get_or_insert(now)
+    }
+
+    /// Returns the next message, where it is due at `now`. `state` is the board's, where its
+    /// telemetry is about this path.
+    pub(crate) fn next_message(&mut self, state: Option<State>, now: f64) -> Option<Reference> {
+        let is_early = self.last_sent.is_some_and(|last| now - last < LEAST_PERIOD_S);
+        if !self.is_following || is_early {
+            return None;
+        }
+        // A board that holds the ball at the rest of the target needs no more messages.
+        let rests = self.tracker.last_time().is_none_or(|last| now - last > COAST_S + BRAKE_S);
+        if rests && state == Some(State::Holding) {
+            return None;
+        }
+        let course = self.tracker.course(|place| self.check(place).is_ok())?;
+        (self.course, self.last_sent) = (Some(course), Some(now));
+        let zero = *self.zero.get_or_insert(now);
+        let motion = |time: f64| {
+            let moment = course.at(time + zero);
+            moment.unwrap_or_else(|| Moment::resting(Point3::origin()))
+        };
+        let mut message = reference(0, false, now - zero, now - zero, motion);
+        keep_inside(&mut message, &self.rules.workspace);
+        Some(message)
+    }
+
+    /// Returns where the target comes to rest if nothing more comes, metres.
+    pub(crate) fn rest(&self) -> Option<Point3<f64>> {
+        let course = self.course.filter(|_| self.is_following)?;
+        course.at(f64::MAX).map(|moment| moment.position)
+    }
+
+    /// Notes that the position with the number `sequence` was sent at `now`.
+    pub(crate) fn note_sent(&mut self, sequence: u16, now: f64, has_ball: bool) {
+        if self.positions.len() == POSITIONS {
+            self.positions.pop_front();
+        }
+        self.positions.push_back((sequence, now, has_ball));
+    }
+
+    /// Returns whether the board has a fresh position of the ball: telemetry names it.
+    fn is_ball_known(&self, telemetry: &Telemetry, now: f64) -> bool {
+        let named = |&&(sequence, ..): &&(u16, f64, bool)| telemetry.sequence == Some(sequence);
+        let position = self.positions.iter().rev().find(named);
+        position.is_some_and(|&(_, sent, has_ball)| has_ball && now - sent <= FRESH_S)
+    }
+
+    /// Returns the target at the time `stamp` of a picture, while the board follows it.
+    pub(crate) fn point(&self, stamp: f64, telemetry: &Telemetry) -> Option<PathPoint> {
+        if !self.is_following || telemetry.state != State::Following {
+            return None;
+        }
+        let known = self.tracker.at(stamp);
+        let moment = known.or_else(|| self.course.and_then(|course| course.at(stamp)))?;
+        Some(PathPoint {
+            time: (stamp - self.zero?).max(0.0),
+            pace: telemetry.reference.map_or(0.0, |reference| f64::from(reference.pace) / 256.0),
+            position: moment.position,
+            velocity: moment.velocity,
+        })
+    }
+
+    /// Adds the deviation of a measured position, metres, once the ball has caught up.
+    pub(crate) fn note_position(&mut self, point: &PathPoint, position: Point3<f64>) {
+        self.has_caught_up |= (position - point.position).norm() <= self.rules.radius;
+        if self.has_caught_up {
+            self.deviations.add(point, position);
+        }
+    }
+
+    /// Returns the summary; `None` of targets that only steer, where none came.
+    pub(crate) fn summary(&self) -> Option<TargetsSummary> {
+        let Counts { taken, refused, ended, pauses, here, source } = self.counts;
+        if taken == 0 && self.usage == TargetUse::Steering {
+            return None;
+        }
+        let left_out = LeftOut {
+            unreadable: source.unreadable,
+            out_of_order: source.out_of_order + here.out_of_order,
+            late: source.late + here.late,
+            skipped: source.skipped,
+        };
+        let spreads = self.deviations.spreads();
+        Some(TargetsSummary { taken, refused, ended, left_out, pauses, spreads })
+    }
+}

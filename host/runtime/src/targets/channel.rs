@@ -1,0 +1,180 @@
+//! Queue of targets from other threads to the control loop.
+
+use std::collections::VecDeque;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Instant;
+
+use nalgebra::{Point3, Vector3};
+
+use super::{Arrivals, LeftOut, TargetSource, TimedTarget};
+
+/// Number of targets that may wait: those of a second at 250 Hz. Newer ones replace the oldest.
+pub const MAX_WAITING: usize = 250;
+
+/// Number of messages about lines that are told in a run. The others are only counted.
+const MAX_PROBLEMS: u32 = 10;
+
+/// Number of a motion: targets that belong together, such as those of one program or one gesture.
+/// The run follows the newest motion. A Stop ends those that were begun before it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
+pub struct MotionId(u64);
+
+/// Sender of targets. Clones send to the same run.
+#[derive(Debug, Clone)]
+pub struct TargetSender(Arc<Mutex<Queue>>);
+
+/// Receiver of targets, for [`Run::set_targets`](crate::run::Run::set_targets).
+#[derive(Debug)]
+pub struct TargetReceiver(Arc<Mutex<Queue>>);
+
+/// A target and when it was there.
+#[derive(Debug, Clone, Copy)]
+struct Sent {
+    motion: MotionId,
+    at: Instant,
+    position: Point3<f64>,
+    velocity: Option<Vector3<f64>>,
+}
+
+#[derive(Debug, Default)]
+struct Queue {
+    waiting: VecDeque<Sent>,
+    problems: Vec<String>,
+    /// Number of problems that were told.
+    told: u32,
+    left_out: LeftOut,
+    /// Newest motion.
+    motion: MotionId,
+    has_ended: bool,
+    /// Whether the run has begun to take targets.
+    is_taken: bool,
+}
+
+/// Returns the two ends of a new queue of targets.
+pub fn target_channel() -> (TargetSender, TargetReceiver) {
+    let queue = Arc::new(Mutex::new(Queue::default()));
+    (TargetSender(Arc::clone(&queue)), TargetReceiver(queue))
+}
+
+impl TargetSender {
+    /// Begins a motion. Targets of older ones are left out from its first target on.
+    #[must_use]
+    pub fn begin(&self) -> MotionId {
+        let mut queue = lock(&self.0);
+        queue.motion.0 += 1;
+        queue.motion
+    }
+
+    /// Sends that the target of `motion` was at `position` (metres in the rig frame) at `at`, with
+    /// `velocity` (m/s) where it is known. Does not wait: where [`MAX_WAITING`] targets wait, the
+    /// oldest is left out.
+    pub fn send(
+        &self,
+        motion: MotionId,
+        at: Instant,
+        position: Point3<f64>,
+        velocity: Option<Vector3<f64>>,
+    ) {
+        let mut queue = lock(&self.0);
+        if queue.waiting.len() >= MAX_WAITING {
+            queue.waiting.pop_front();
+            queue.left_out.skipped += 1;
+        }
+        queue.waiting.push_back(Sent { motion, at, position, velocity });
+    }
+
+    /// Counts something that was left out, and tells why; the first few times only.
+    pub(super) fn leave_out(&self, problem: String, count: impl FnOnce(&mut LeftOut)) {
+        let mut queue = lock(&self.0);
+        count(&mut queue.left_out);
+        queue.tell(problem);
+    }
+
+    /// Returns whether the run has begun to take targets.
+    pub(super) fn is_taken(&self) -> bool {
+        lock(&self.0).is_taken
+    }
+
+    /// Tells that no target follows: the ball comes to rest at the last one.
+    pub(super) fn end(&self) {
+        lock(&self.0).has_ended = true;
+    }
+}
+
+impl Queue {
+    fn tell(&mut self, problem: String) {
+        self.told = self.told.saturating_add(1);
+        match self.told {
+            ..MAX_PROBLEMS => self.problems.push(problem),
+            MAX_PROBLEMS => {
+                self.problems.push(format!("{problem} (further ones are only counted)"));
+            }
+            _ => {}
+        }
+    }
+}
+
+impl TargetSource for TargetReceiver {
+    fn take(&mut self, now: f64) -> Arrivals {
+        let mut queue = lock(&self.0);
+        queue.is_taken = true;
+        // After the lock: no target is of the future.
+        let present = Instant::now();
+        let targets = queue.waiting.drain(..).map(|Sent { motion, at, position, velocity }| {
+            let time = now - present.saturating_duration_since(at).as_secs_f64();
+            TimedTarget { motion, time, position, velocity }
+        });
+        Arrivals {
+            targets: targets.collect(),
+            problems: std::mem::take(&mut queue.problems),
+            left_out: queue.left_out,
+            has_ended: queue.has_ended,
+        }
+    }
+
+    fn newest_motion(&self) -> MotionId {
+        lock(&self.0).motion
+    }
+}
+
+fn lock(queue: &Mutex<Queue>) -> MutexGuard<'_, Queue> {
+    queue.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use super::*;
+
+    #[test]
+    fn the_newest_targets_win_and_keep_their_times() {
+        let (sender, mut receiver) = target_channel();
+        let motion = sender.begin();
+        let begin = Instant::now();
+        for k in 0..MAX_WAITING + 50 {
+            let at = begin - Duration::from_millis(k as u64);
+            sender.send(motion, at, Point3::new(k as f64, 0.0, 0.0), None);
+        }
+        let Arrivals { targets, left_out, has_ended, .. } = receiver.take(100.0);
+        assert_eq!((targets.len(), left_out.skipped, has_ended), (MAX_WAITING, 50, false));
+        assert_eq!(targets[0].position.x, 50.0);
+        // The times of two differ as they were sent, whenever they are taken.
+        let passed = targets[0].time - targets[1].time;
+        assert!((passed - 1e-3).abs() < 1e-9 && targets[0].time <= 100.0 - 0.05, "{passed}");
+        assert_eq!(receiver.take(101.0).targets, []);
+        sender.end();
+        assert!(receiver.take(101.0).has_ended);
+    }
+
+    #[test]
+    fn few_problems_are_told_and_all_are_counted() {
+        let (sender, mut receiver) = target_channel();
+        for k in 0..1000 {
+            sender.leave_out(format!("line {k}"), |left_out| left_out.unreadable += 1);
+        }
+        let Arrivals { problems, left_out, .. } = receiver.take(0.0);
+        assert_eq!((problems.len(), left_out.unreadable), (10, 1000));
+        assert_eq!(problems[9], "line 9 (further ones are only counted)");
+    }
+}

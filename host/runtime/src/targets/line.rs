@@ -1,0 +1,126 @@
+//! Line of a stream of targets.
+
+use nalgebra::{Point3, Vector3};
+use serde::Deserialize;
+use thiserror::Error;
+
+/// Longest line, bytes, including its end.
+pub const MAX_LINE_BYTES: u64 = 1024;
+
+/// Largest time stamp, seconds. Time stamps in nanoseconds since 1970 are beyond it.
+const MAX_TIME_S: f64 = 1e10;
+
+/// Largest coordinate, metres, and largest speed along an axis, m/s. Millimetres are beyond it.
+const MAX_VALUE: f64 = 100.0;
+
+/// Line of a stream: a place of the target. An unknown key is an error.
+///
+/// ```
+/// use plumb_runtime::targets::TargetLine;
+///
+/// let line = r#"{"t": 12.345, "target": [0.4, 0.3, 0.2], "velocity": [0.05, 0, 0]}"#;
+/// assert_eq!(TargetLine::parse(line)?.t, Some(12.345));
+/// assert!(TargetLine::parse(r#"{"target": [400, 300, 200]}"#).is_err());
+/// # Ok::<(), plumb_runtime::targets::LineMistake>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TargetLine {
+    /// When the target is there: seconds on any clock that runs evenly. Without it, the time of the
+    /// line's arrival counts.
+    pub t: Option<f64>,
+    /// Place, metres in the rig frame.
+    target: [f64; 3],
+    /// Velocity, m/s. Without it, it is computed from the last places.
+    velocity: Option<[f64; 3]>,
+}
+
+/// Mistake in a line.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum LineMistake {
+    /// The line is not the JSON of a target.
+    #[error("no target")]
+    Json(#[source] serde_json::Error),
+    /// The time stamp is out of its range.
+    #[error("`t` is {0}: seconds, within ±1e10 (not milliseconds or nanoseconds)")]
+    Time(f64),
+    /// A number is out of its range.
+    #[error("`{key}` has {value}: {unit}, within ±{MAX_VALUE}")]
+    Value {
+        /// Key.
+        key: &'static str,
+        /// The number.
+        value: f64,
+        /// Unit.
+        unit: &'static str,
+    },
+}
+
+impl TargetLine {
+    /// Parses and checks a line.
+    ///
+    /// # Errors
+    /// The first mistake.
+    pub fn parse(text: &str) -> Result<Self, LineMistake> {
+        let line: Self = serde_json::from_str(text).map_err(LineMistake::Json)?;
+        if let Some(t) = line.t
+            && t.abs() > MAX_TIME_S
+        {
+            return Err(LineMistake::Time(t));
+        }
+        check("target", "metres", line.target)?;
+        check("velocity", "m/s", line.velocity.unwrap_or_default())?;
+        Ok(line)
+    }
+
+    /// Returns the place, metres in the rig frame.
+    pub fn position(&self) -> Point3<f64> {
+        self.target.into()
+    }
+
+    /// Returns the velocity, m/s.
+    pub fn velocity(&self) -> Option<Vector3<f64>> {
+        self.velocity.map(Vector3::from)
+    }
+}
+
+fn check(key: &'static str, unit: &'static str, values: [f64; 3]) -> Result<(), LineMistake> {
+    match values.into_iter().find(|value| value.abs() > MAX_VALUE) {
+        Some(value) => Err(LineMistake::Value { key, value, unit }),
+        None => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::error_chain::ErrorChain;
+
+    #[test]
+    fn a_line_is_read_strictly() {
+        let line = TargetLine::parse(r#"{"target": [0.4, 0.3, 0.2]}"#).unwrap();
+        assert_eq!((line.t, line.velocity()), (None, None));
+        assert_eq!(line.position(), Point3::new(0.4, 0.3, 0.2));
+        let line = r#"{"t": -1, "velocity": [0.05, 0, -0.1], "target": [0, 0, 0]}"#;
+        let velocity = TargetLine::parse(line).unwrap().velocity();
+        assert_eq!(velocity, Some(Vector3::new(0.05, 0.0, -0.1)));
+        for (text, named) in [
+            ("", "no target: EOF"),
+            ("[0.4, 0.3, 0.2]", "no target: "),
+            ("{}", "missing field `target`"),
+            (r#"{"target": [0.4, 0.3]}"#, "no target: "),
+            (r#"{"target": [0.4, 0.3, null]}"#, "no target: "),
+            (r#"{"target": [1e999, 0, 0]}"#, "number out of range"),
+            (r#"{"target": [0.4, 0.3, 0.2], "speed": 1}"#, "unknown field `speed`"),
+            (r#"{"target": [400, 0, 0]}"#, "`target` has 400: metres, within ±100"),
+            (r#"{"target": [0, 0, 0], "velocity": [0, 0, 1e9]}"#, "`velocity` has 1000000000: m/s"),
+            (r#"{"t": 1.7e18, "target": [0, 0, 0]}"#, "not milliseconds or nanoseconds"),
+            ("{\"target\": [0, 0, 0]} {", "trailing characters"),
+        ] {
+            let mistake = TargetLine::parse(text).unwrap_err();
+            let message = ErrorChain(&mistake).to_string();
+            assert!(message.contains(named), "{text}: {message}");
+        }
+    }
+}

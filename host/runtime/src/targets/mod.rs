@@ -1,0 +1,83 @@
+//! Targets that move: from another program, a page or a network to a run.
+//!
+//! [`target_channel`] returns a sender, which any number of threads may clone, and the receiver for
+//! [`Run::set_targets`](crate::run::Run::set_targets). [`TargetStream`] reads lines of JSON from
+//! another program and sends what they tell. The control loop never waits for a target: it takes
+//! those that have come, and the newest ones win.
+//!
+//! ```
+//! use std::time::Instant;
+//!
+//! use nalgebra::Point3;
+//! use plumb_runtime::targets::target_channel;
+//!
+//! let (sender, receiver) = target_channel();
+//! let motion = sender.begin();
+//! sender.send(motion, Instant::now(), Point3::new(0.40, 0.40, 0.15), None);
+//! // run.set_targets(Box::new(receiver), TargetUse::Goal)
+//! # drop(receiver);
+//! ```
+
+mod address;
+mod channel;
+mod intake;
+mod line;
+mod stream;
+
+use nalgebra::{Point3, Vector3};
+use serde::Serialize;
+
+pub use address::{TargetAddress, TargetAddressError};
+pub use channel::{MAX_WAITING, MotionId, TargetReceiver, TargetSender, target_channel};
+pub use intake::{LineIntake, MAX_AGE_S, Omission, OmissionKind};
+pub use line::{LineMistake, MAX_LINE_BYTES, TargetLine};
+pub use stream::{TargetStream, TargetStreamError};
+
+/// Place of a target at a time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TimedTarget {
+    /// The motion that it belongs to. A target of an older motion than the last one is left out.
+    pub motion: MotionId,
+    /// Time, seconds on the clock of the pictures.
+    pub time: f64,
+    /// Place, metres in the rig frame.
+    pub position: Point3<f64>,
+    /// Velocity, m/s, where it is known.
+    pub velocity: Option<Vector3<f64>>,
+}
+
+/// What a source of targets left out so far.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+pub struct LeftOut {
+    /// Lines that are not as documented.
+    pub unreadable: u64,
+    /// Targets that were told after newer ones.
+    pub out_of_order: u64,
+    /// Targets that were older than [`MAX_AGE_S`] when they came, or whose time is unknown.
+    pub late: u64,
+    /// Targets that newer ones replaced before the control loop took them.
+    pub skipped: u64,
+}
+
+/// Targets and messages that have come.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Arrivals {
+    /// Targets, in the order of their arrival.
+    pub targets: Vec<TimedTarget>,
+    /// Reasons why lines were left out, for people.
+    pub problems: Vec<String>,
+    /// What was left out since the beginning.
+    pub left_out: LeftOut,
+    /// Whether nothing more will come.
+    pub has_ended: bool,
+}
+
+/// Source of a target that moves.
+pub trait TargetSource {
+    /// Removes and returns what has come until `now`, seconds on the clock of the pictures. Returns
+    /// at once.
+    fn take(&mut self, now: f64) -> Arrivals;
+
+    /// Returns the newest motion that was begun.
+    fn newest_motion(&self) -> MotionId;
+}
