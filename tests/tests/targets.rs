@@ -312,18 +312,39 @@ fn jump(time: f64) -> Point3<f64> {
 
 #[test]
 fn the_ball_follows_a_jump_within_the_limits_of_the_rig_file() {
-    for rate in [30.0, 200.0] {
-        let run = TargetRun::default();
+    for (law, rate) in [
+        (LawName::Adaptive, 30.0),
+        (LawName::Adaptive, 200.0),
+        (LawName::Taut, 30.0),
+        (LawName::Taut, 200.0),
+    ] {
+        let run = TargetRun { law, ..TargetRun::default() };
         let outcome = run.drive(Sender::new(jump, rate, [0.5, 9.0], |_| 0.01));
         outcome.check_reached("jump");
         let (speed, acceleration) = outcome.largest_of_reference();
-        assert!((0.1..=0.3).contains(&speed), "{rate} Hz: {speed} m/s");
-        assert!(acceleration <= 1.1, "{rate} Hz: {acceleration} m/s²");
+        assert!((0.1..=0.3).contains(&speed), "{law}, {rate} Hz: {speed} m/s");
+        assert!(acceleration <= 1.1, "{law}, {rate} Hz: {acceleration} m/s²");
         let farthest = outcome.farthest(jump, 8.0, 8.9);
         assert!(farthest < 0.003, "{farthest}, {:?}", outcome.targets());
         let overshoot = outcome.records.iter().map(|it| it.position().unwrap().y);
         let overshoot = overshoot.fold(0.0, f64::max) - jump(9.0).y;
-        assert!(overshoot < 0.02, "{rate} Hz: {overshoot}");
+        assert!(overshoot < 0.02, "{law}, {rate} Hz: {overshoot}");
+    }
+}
+
+/// A target that is dragged to and fro, at up to 60 cm/s.
+fn shaken(time: f64) -> Point3<f64> {
+    CENTRE + Vector3::new(0.15 * (4.0 * time).sin(), 0.0, 0.0)
+}
+
+/// The reference would run away from the ball, and the board would stop for a growing error.
+#[test]
+fn a_target_that_is_too_fast_for_the_ball_stops_no_board() {
+    for law in [LawName::Adaptive, LawName::Taut] {
+        let run = TargetRun { law, ..TargetRun::default() };
+        let outcome = run.drive(Sender::new(shaken, 30.0, [0.2, 20.0], jitter(4)));
+        outcome.check_reached("shaken");
+        assert!(outcome.targets().pauses == 0, "{:?}", outcome.targets());
     }
 }
 

@@ -26,6 +26,13 @@ const LEAST_REFUSAL_S: f64 = 1.0;
 /// ball is, and the board's own deadline is longer.
 const FRESH_S: f64 = 0.25;
 
+/// Distance of the ball from the target beyond which the reference waits for the ball, metres: it
+/// would run away from a ball that cannot follow a jump.
+const FAR_M: f64 = 0.06;
+
+/// Distance within which the reference goes with the target again, metres.
+const NEAR_M: f64 = 0.04;
+
 /// What targets that move are for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum TargetUse {
@@ -71,6 +78,10 @@ pub(crate) struct TargetDrive {
     is_paused: bool,
     /// Numbers of the last positions, when they were sent, and whether they had a ball.
     positions: VecDeque<(u16, f64, bool)>,
+    /// Place of the ball in the last picture that shows it, metres.
+    ball: Option<Point3<f64>>,
+    /// Whether the ball is far from its target.
+    is_far: bool,
     has_caught_up: bool,
     deviations: Deviations,
     counts: Counts,
@@ -107,6 +118,8 @@ impl TargetDrive {
             last_refusal: None,
             is_paused: false,
             positions: VecDeque::with_capacity(POSITIONS),
+            ball: None,
+            is_far: true,
             has_caught_up: false,
             deviations: Deviations::default(),
             counts: Counts::default(),
@@ -189,6 +202,7 @@ impl TargetDrive {
     /// Notes that the board is to follow from now on.
     pub(crate) fn note_begun(&mut self, now: f64) {
         (self.is_following, self.has_caught_up, self.last_sent) = (true, false, None);
+        self.is_far = true;
         self.zero.get_or_insert(now);
     }
 
@@ -244,9 +258,21 @@ impl TargetDrive {
             let moment = course.at(time + zero);
             moment.unwrap_or_else(|| Moment::resting(Point3::origin()))
         };
-        let mut message = reference(0, false, now - zero, now - zero, motion);
+        let limit = if self.is_far { NEAR_M } else { FAR_M };
+        self.is_far = self.distance(&course, now).is_none_or(|distance| distance > limit);
+        let mut message = reference(0, self.is_far, now - zero, now - zero, motion);
         keep_inside(&mut message, &self.rules.workspace);
         Some(message)
+    }
+
+    /// Returns the distance of the ball from its target at `now`, metres.
+    fn distance(&self, course: &Course, now: f64) -> Option<f64> {
+        Some((self.ball? - course.at(now)?.position).norm())
+    }
+
+    /// Notes the place of the ball, metres.
+    pub(crate) fn note_ball(&mut self, ball: Point3<f64>) {
+        self.ball = Some(ball);
     }
 
     /// Returns where the target comes to rest if nothing more comes, metres.

@@ -85,8 +85,11 @@ impl<T: Transport> ControlLoop<'_, '_, T> {
     /// Returns the target at the time `stamp` of a frame, seconds on the source's clock, and notes
     /// the ball's deviation from it; `None` while the board follows none.
     pub(in crate::run) fn target_point(&mut self, stamp: f64, view: &View) -> Option<PathPoint> {
-        let telemetry = self.link.path_telemetry().copied()?;
         let targets = self.targets.as_mut()?;
+        if let Some(position) = view.position() {
+            targets.note_ball(position.mean);
+        }
+        let telemetry = self.link.path_telemetry().copied()?;
         let point = targets.point(stamp, &telemetry)?;
         if let Some(position) = view.position() {
             targets.note_position(&point, position.mean);
