@@ -88,6 +88,33 @@ test("a target outside the workspace cannot be sent, a click chooses one inside"
   }
 });
 
+test("the ball follows the cross while it is dragged, and stops where it is let go", async () => {
+  const demo = await Demo.start();
+  try {
+    const tab = await browser.open(demo.address, DESKTOP);
+    await tab.until(`${text("state")} === "seeking"`);
+    const z = `document.getElementById("height")`;
+    await tab.evaluate(`{ ${z}.value = 0.3; ${z}.dispatchEvent(new Event("input")); }`);
+    const x = `document.getElementById("x").value`;
+    const before = await tab.evaluate(x);
+    // A click brings the cross below the pointer.
+    await tab.click("#space", [20, 20]);
+    await tab.until(`${x} !== "${before}"`);
+    await new Promise((resolve) => setTimeout(resolve, 200));
+    const chosen = await tab.evaluate(x);
+    await tab.drag("#space", [20, 20], [-10, 10], () =>
+      tab.until(`${text("state")} === "following"`));
+    assert.notEqual(await tab.evaluate(x), chosen);
+    const place = await tab.evaluate(`["x", "y", "z"]
+      .map((id) => Number(document.getElementById(id).value).toFixed(3)).join(", ")`);
+    await tab.until(`${text("goal")}.includes("(${place}) m reached")`);
+    assert.equal(await tab.evaluate(text("state")), "holding");
+    assert.deepEqual(tab.errors, []);
+  } finally {
+    await demo.end();
+  }
+});
+
 test("the motors jog at rest only, and the run ends from the page", async () => {
   const demo = await Demo.start();
   try {

@@ -1,11 +1,14 @@
 //! Memory between a run and its page. It is bounded: the newest replaces the oldest.
 
+mod gestures;
 mod jogs;
 mod ring;
 mod views;
 
 use std::sync::Arc;
+use std::time::Instant;
 
+use nalgebra::Point3;
 use plumb_frame::frame::RgbdFrame;
 use plumb_runtime::observer::{FrameRecord, RunEvent};
 use plumb_runtime::operator::{CommandOutcome, OperatorCommand, OperatorSender};
@@ -13,12 +16,13 @@ use plumb_runtime::run::{StopReason, Summary};
 
 use crate::assets::{Asset, RUN_ASSETS};
 use crate::message::{
-    Action, BoardView, Ended, Event, EventKind, FrameView, FromPage, Goal, Hello, RigView, Sample,
-    ToPage, Update, VERSION,
+    Action, BoardView, Ended, Event, EventKind, FrameView, FromPage, Gesture, Goal, Hello, RigView,
+    Sample, ToPage, Update, VERSION,
 };
 use crate::shared::Shared;
 use crate::signal::Signal;
 use crate::subject::{ClientId, Cursor, Picture, Received, Subject, not_understood};
+use gestures::Gestures;
 use jogs::{JogLimits, Jogs};
 use ring::Numbered;
 use views::{board_view, frame_view, sample};
@@ -54,6 +58,7 @@ struct News {
     goal: Option<Goal>,
     ended: Option<Ended>,
     jogs: Jogs,
+    gestures: Gestures,
 }
 
 impl Feed {
@@ -114,6 +119,7 @@ impl Feed {
             RunEvent::BoardStopped { fault } => {
                 news.add_event(EventKind::Bad, format!("the board has stopped by itself: {fault}"));
             }
+            RunEvent::Targets(event) => news.add_event(EventKind::Note, event.to_string()),
             // A kind of event that has no text here.
             _ => return,
         }
@@ -164,6 +170,20 @@ impl Feed {
         news.jogs.add(client, number);
         Ok(())
     }
+
+    /// Hands a place of the target that moves to the run.
+    fn move_target(
+        &self,
+        place: Point3<f64>,
+        gesture: Gesture,
+        client: ClientId,
+    ) -> Result<(), String> {
+        let Some(operator) = &self.operator else { return Err(SHOWS_ONLY.to_owned()) };
+        let targets = operator.targets();
+        let motion = self.shared.lock().gestures.motion(gesture, client, || targets.begin())?;
+        targets.send(motion, Instant::now(), place, None);
+        Ok(())
+    }
 }
 
 impl Subject for Feed {
@@ -203,12 +223,17 @@ impl Subject for Feed {
         match Action::from(message) {
             Action::Next(update) => Ok(Received::Seen(update)),
             Action::Command(command) => self.command(command, client).map(|()| Received::Command),
+            Action::Move(place, gesture) => {
+                self.move_target(place, gesture, client).map(|()| Received::Command)
+            }
         }
     }
 
     /// Stops the motors if the page that began a jog is gone.
     fn release_absent(&self, is_present: &dyn Fn(ClientId) -> bool) {
         let mut news = self.shared.lock();
+        // Their targets cease, and the ball comes to rest by itself.
+        news.gestures.remove_absent(is_present);
         if !news.jogs.remove_absent(is_present) {
             return;
         }

@@ -24,6 +24,15 @@ pub(crate) enum FromPage {
     Hold {},
     /// Drives the ball to a target, metres in the rig frame.
     Target { x: f64, y: f64, z: f64 },
+    /// Moves the target that the ball follows, metres in the rig frame. The first message of a
+    /// gesture says so.
+    Move {
+        x: f64,
+        y: f64,
+        z: f64,
+        #[serde(default)]
+        first: bool,
+    },
     /// Turns one motor.
     Jog {
         motor: MotorName,
@@ -53,6 +62,15 @@ pub(crate) enum Action {
     Next(u64),
     /// A command to the run.
     Command(OperatorCommand),
+    /// A place of the target that moves, metres; the first one of a gesture or a further one.
+    Move(Point3<f64>, Gesture),
+}
+
+/// Place of a message in a gesture.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Gesture {
+    Begins,
+    GoesOn,
 }
 
 impl From<FromPage> for Action {
@@ -62,6 +80,10 @@ impl From<FromPage> for Action {
             FromPage::Stop {} => OperatorCommand::Stop,
             FromPage::Hold {} => OperatorCommand::Hold,
             FromPage::Target { x, y, z } => OperatorCommand::Target(Point3::new(x, y, z)),
+            FromPage::Move { x, y, z, first } => {
+                let gesture = if first { Gesture::Begins } else { Gesture::GoesOn };
+                return Self::Move(Point3::new(x, y, z), gesture);
+            }
             FromPage::Jog { motor, steps, rate } => {
                 OperatorCommand::Jog { motor: motor as u8, distance: steps, rate }
             }
@@ -283,6 +305,8 @@ mod tests {
         assert_eq!(read(r#"{"type":"target","x":0.4,"y":-1,"z":0.25}"#), Some(target));
         let jog = FromPage::Jog { motor: MotorName::B, steps: -20.0, rate: 50.0 };
         assert_eq!(read(r#"{"type":"jog","motor":"B","steps":-20,"rate":50}"#), Some(jog));
+        let moved = FromPage::Move { x: 0.4, y: 0.3, z: 0.25, first: false };
+        assert_eq!(read(r#"{"type":"move","x":0.4,"y":0.3,"z":0.25}"#), Some(moved));
         for text in [
             "",
             "stop",
@@ -293,6 +317,7 @@ mod tests {
             r#"{"type":"target","x":0.4,"y":1,"z":2,"w":3}"#,
             r#"{"type":"target","x":"0.4","y":1,"z":2}"#,
             r#"{"type":"target","x":1e999,"y":1,"z":2}"#,
+            r#"{"type":"move","x":0.4,"y":0.3,"z":0.25,"first":1}"#,
             r#"{"type":"jog","motor":"D","steps":1,"rate":1}"#,
             r#"[{"type":"stop"}]"#,
         ] {

@@ -3,11 +3,16 @@
 const byId = (id) => document.getElementById(id);
 const inputs = ["x", "y", "z"].map(byId);
 
+/** Time between two places of a target that a person drags, ms. */
+const MOVE_INTERVAL = 33;
+
 /** The controls. `send(command)` sends one and returns whether it went out. */
 export class Controls {
   #send;
   #rig = null;
   #isEnabled = false;
+  /** Gesture that moves the target: its timer, and the number of places that were sent. */
+  #gesture = null;
 
   constructor(send) {
     this.#send = send;
@@ -39,6 +44,41 @@ export class Controls {
   choose(x, y) {
     [inputs[0].value, inputs[1].value] = [x.toFixed(3), y.toFixed(3)];
     this.#checkChoice();
+  }
+
+  /**
+   * Moves the choice, and the ball follows it. Its place is sent again and again, also while it
+   * rests, until the gesture or another command ends that.
+   */
+  move(x, y) {
+    this.choose(x, y);
+    if (this.#gesture) return;
+    this.#gesture = { sent: 0, timer: setInterval(() => this.#sendMove(), MOVE_INTERVAL) };
+    this.#sendMove();
+  }
+
+  /** Ends a gesture: the ball stops at the choice. */
+  release(x, y) {
+    this.choose(x, y);
+    const isFollowed = this.#gesture?.timer !== null;
+    this.#endMoves();
+    this.#gesture = null;
+    if (!isFollowed || !this.#checkChoice()) return;
+    this.#command({ type: "target", x, y, z: this.choice()[2] });
+  }
+
+  #sendMove() {
+    if (!this.#checkChoice()) return;
+    const [x, y, z] = this.choice();
+    this.#command({ type: "move", x, y, z, first: this.#gesture.sent === 0 });
+    this.#gesture.sent += 1;
+  }
+
+  /** Sends no more places of the gesture under way. */
+  #endMoves() {
+    if (!this.#gesture) return;
+    clearInterval(this.#gesture.timer);
+    this.#gesture.timer = null;
   }
 
   /**
@@ -116,6 +156,7 @@ export class Controls {
   }
 
   #command(command) {
+    if (command.type !== "move") this.#endMoves();
     if (this.#isEnabled) this.#send(command);
   }
 

@@ -16,7 +16,11 @@ const EVENTS = 50;
 const byId = (id) => document.getElementById(id);
 const history = new History();
 const controls = new Controls((command) => connection.send(command));
-const space = new Space(byId("space"), (x, y) => controls.choose(x, y));
+const space = new Space(byId("space"), {
+  choose: (x, y) => controls.choose(x, y),
+  move: (x, y) => controls.move(x, y),
+  release: (x, y) => controls.release(x, y),
+});
 
 /** State of the run as the program last told it; null is unknown. */
 const run = { rig: null, commands: false, frame: null, board: null, goal: null, ended: null };

@@ -11,6 +11,9 @@ const ELEVATION = { least: 12, greatest: 89 };
 /** Movement of the pointer above which a press is a turn and no choice, pixels. */
 const CLICK = 6;
 
+/** Distance from the cross at which a press takes hold of it, pixels. */
+const GRIP = 16;
+
 /** View of the rig that a person can turn and choose a target in. */
 export class Space {
   #canvas;
@@ -18,12 +21,16 @@ export class Space {
   #elevation = 24;
   #rig = null;
   #view = null;
-  #onChoice;
+  #actions;
+  #choice = [NaN, NaN, NaN];
 
-  /** `onChoice(x, y)` is called with a point of the workspace at the chosen height. */
-  constructor(canvas, onChoice) {
+  /**
+   * `actions` get points of the workspace at the chosen height: `choose(x, y)` after a click,
+   * `move(x, y)` while a person drags the cross, and `release(x, y)` at the end of that.
+   */
+  constructor(canvas, actions) {
     this.#canvas = canvas;
-    this.#onChoice = onChoice;
+    this.#actions = actions;
     this.#listen();
   }
 
@@ -39,7 +46,7 @@ export class Space {
     const corners = boxCorners(workspace);
     const points = [...corners, ...(motors ?? [])];
     this.#view = project(this.#azimuth, this.#elevation, points, width, height);
-    this.#choiceHeight = choice[2];
+    this.#choice = choice;
     const draw = new Pen(context, this.#view);
     drawBox(draw, corners);
     drawAxes(draw, workspace);
@@ -52,38 +59,52 @@ export class Space {
     if (ball) draw.dot(ball, 6, COLOURS.measured);
   }
 
-  #choiceHeight = 0;
-
   #listen() {
     let press = null;
     this.#canvas.addEventListener("pointerdown", (event) => {
       this.#canvas.setPointerCapture(event.pointerId);
+      const isOnCross = this.#isOnCross(event.offsetX, event.offsetY);
       press = { x: event.offsetX, y: event.offsetY, azimuth: this.#azimuth,
-        elevation: this.#elevation, turned: false };
+        elevation: this.#elevation, moved: false, isOnCross };
     });
     this.#canvas.addEventListener("pointermove", (event) => {
       if (!press) return;
       const [right, down] = [event.offsetX - press.x, event.offsetY - press.y];
-      press.turned ||= Math.hypot(right, down) > CLICK;
-      if (!press.turned) return;
+      press.moved ||= Math.hypot(right, down) > CLICK;
+      if (!press.moved) return;
+      if (press.isOnCross) {
+        this.#actions.move(...this.#pointBelow(event.offsetX, event.offsetY));
+        return;
+      }
       this.#azimuth = press.azimuth - 0.5 * right;
       const elevation = press.elevation + 0.5 * down;
       this.#elevation = Math.min(ELEVATION.greatest, Math.max(ELEVATION.least, elevation));
     });
     this.#canvas.addEventListener("pointerup", (event) => {
-      if (press && !press.turned) this.#choose(event.offsetX, event.offsetY);
+      const isDrag = press?.moved && press.isOnCross;
+      const action = isDrag ? "release" : press && !press.moved && this.#view ? "choose" : null;
+      if (action) this.#actions[action](...this.#pointBelow(event.offsetX, event.offsetY));
       press = null;
     });
-    this.#canvas.addEventListener("pointercancel", () => { press = null; });
+    this.#canvas.addEventListener("pointercancel", () => {
+      // The ball stops where the cross is.
+      if (press?.moved && press.isOnCross) this.#actions.release(this.#choice[0], this.#choice[1]);
+      press = null;
+    });
   }
 
-  /** Chooses the point below the pointer at the present height, within the workspace. */
-  #choose(column, row) {
-    if (!this.#view) return;
-    const point = this.#view.atHeight(column, row, this.#choiceHeight);
+  /** Returns whether the pointer is on the cross of the choice. */
+  #isOnCross(column, row) {
+    if (!this.#view || this.#choice.some((value) => !Number.isFinite(value))) return false;
+    const [x, y] = this.#view.pixel(this.#choice);
+    return Math.hypot(column - x, row - y) <= GRIP;
+  }
+
+  /** Returns x and y of the point below the pointer at the chosen height, in the workspace. */
+  #pointBelow(column, row) {
+    const point = this.#view.atHeight(column, row, this.#choice[2]);
     const [low, high] = this.#rig.workspace;
-    const clamp = (value, axis) => Math.min(high[axis], Math.max(low[axis], value));
-    this.#onChoice(clamp(point[0], 0), clamp(point[1], 1));
+    return [0, 1].map((axis) => Math.min(high[axis], Math.max(low[axis], point[axis])));
   }
 }
 

@@ -177,6 +177,32 @@ class Tab {
     await this.send("Input.dispatchMouseEvent", { type: "mouseReleased", ...event });
   }
 
+  /**
+   * Drags in the element of a selector, between places `[right, down]` pixels beside its middle, in
+   * steps of 50 ms; awaits `atEnd()` before the release.
+   */
+  async drag(selector, from, to, atEnd) {
+    const { x, y } = await this.evaluate(`(() => {
+      const box = document.querySelector(${JSON.stringify(selector)}).getBoundingClientRect();
+      return { x: box.x + box.width / 2, y: box.y + box.height / 2 };
+    })()`);
+    const steps = 20;
+    const place = (k) => ({
+      x: x + from[0] + ((to[0] - from[0]) * k) / steps,
+      y: y + from[1] + ((to[1] - from[1]) * k) / steps,
+    });
+    const mouse = (type, k) => this.send("Input.dispatchMouseEvent", {
+      type, ...place(k), button: "left", buttons: 1, clickCount: 1,
+    });
+    await mouse("mousePressed", 0);
+    for (let k = 1; k <= steps; k += 1) {
+      await mouse("mouseMoved", k);
+      await new Promise((resolve) => setTimeout(resolve, 50));
+    }
+    await atEnd();
+    await mouse("mouseReleased", steps);
+  }
+
   /** Returns a picture of what is visible, as "png" or as "webp" of this quality. */
   async picture(format, quality = undefined) {
     const { data } = await this.send("Page.captureScreenshot", { format, quality });

@@ -2,14 +2,20 @@ use mio::{Poll, Token, Waker};
 use nalgebra::Point3;
 use plumb_protocol::message::{Fault, State, Telemetry};
 use plumb_protocol::units::{Micrometres, Micros, Point, Rate, RelativeTension, Steps16};
+use plumb_runtime::operator::operator;
 use plumb_runtime::rig::Rig;
+use plumb_runtime::targets::TargetSource;
 
 use super::*;
 
 fn feed() -> (Poll, Feed) {
+    feed_with(None)
+}
+
+fn feed_with(operator: Option<OperatorSender>) -> (Poll, Feed) {
     let poll = Poll::new().unwrap();
     let signal = Signal::new(Waker::new(poll.registry(), Token(0)).unwrap());
-    let feed = Feed::new(signal, RigView::of(&Rig::paper().unwrap()), None).unwrap();
+    let feed = Feed::new(signal, RigView::of(&Rig::paper().unwrap()), operator).unwrap();
     (poll, feed)
 }
 
@@ -109,4 +115,35 @@ fn a_target_is_reached_once_the_run_confirms_it() {
     assert!(!goal(&feed).reached, "another target");
     feed.event(&RunEvent::TargetEnded { number: 1, reason: StopReason::Timeout });
     assert_eq!(goal(&feed).ending.as_deref(), Some("not reached in time"));
+}
+
+#[test]
+fn a_gesture_moves_the_target_of_the_run_and_a_new_one_begins_another_motion() {
+    let (sender, mut receiver) = operator();
+    let mut targets = receiver.take_targets().unwrap();
+    let (_poll, feed) = feed_with(Some(sender));
+    let move_to =
+        |x: f64, more: &str| format!(r#"{{"type":"move","x":{x},"y":0.3,"z":0.2{more}}}"#);
+    let first = r#","first":true"#;
+    let refused = feed.take(&move_to(0.4, ""), 1).unwrap_err();
+    assert!(refused.contains("`first`"), "{refused}");
+    for (x, more) in [(0.40, first), (0.41, ""), (0.42, ""), (0.5, first)] {
+        assert_eq!(feed.take(&move_to(x, more), 1), Ok(Received::Command));
+    }
+    // The gesture of one page is none of another.
+    assert!(feed.take(&move_to(0.6, ""), 2).is_err());
+    let taken = targets.take(10.0).targets;
+    let places: Vec<f64> = taken.iter().map(|target| target.position.x).collect();
+    assert_eq!(places, [0.40, 0.41, 0.42, 0.5]);
+    assert!(taken[0].motion == taken[2].motion && taken[3].motion > taken[2].motion);
+    assert_eq!(targets.newest_motion(), taken[3].motion);
+    feed.release_absent(&|_| false);
+    assert!(feed.take(&move_to(0.4, ""), 1).is_err(), "the page is another one");
+}
+
+#[test]
+fn a_page_that_only_shows_moves_no_target() {
+    let (_poll, feed) = feed();
+    let message = r#"{"type":"move","x":0.4,"y":0.3,"z":0.2,"first":true}"#;
+    assert_eq!(feed.take(message, 1), Err(SHOWS_ONLY.to_owned()));
 }
