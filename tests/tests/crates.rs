@@ -138,6 +138,7 @@ const CRATES: &[Rule] = &[
             "plumb-cameras",
             "plumb-core",
             "plumb-emulator",
+            "plumb-path",
             "plumb-protocol",
             "plumb-runtime",
             "plumb-tests",

@@ -1,11 +1,13 @@
 //! Causes that a run reports to its user.
 
+use std::error::Error;
 use std::fmt;
 use std::mem::discriminant;
 
+use plumb_cameras::source::SourceError;
 use plumb_protocol::message::{Fault, State};
 use plumb_runtime::link::LinkError;
-use plumb_runtime::run::{ControlLoopError, RunError, StopReason, Summary};
+use plumb_runtime::run::{ControlLoopError, RepeatedPicture, RunError, StopReason, Summary};
 
 /// Reason of the end of a run, as its user reads it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -65,6 +67,9 @@ impl Cause {
                 (_, ControlLoopError::Repeated(_)) => Self::RepeatedPicture,
                 (StopReason::Fault(fault), _) => Self::Board(*fault),
                 (_, ControlLoopError::Link(error)) => Self::of_link(error),
+                (_, ControlLoopError::Source(error)) if is_repetition(error) => {
+                    Self::RepeatedPicture
+                }
                 (_, ControlLoopError::Source(_)) => Self::Camera,
                 (_, ControlLoopError::Observer(_)) => Self::Output,
                 _ => Self::Other,
@@ -98,6 +103,11 @@ impl Cause {
             _ => Self::Other,
         }
     }
+}
+
+/// Returns whether the message of a camera's error says that it repeats one picture.
+fn is_repetition(error: &SourceError) -> bool {
+    error.source().is_some_and(|cause| cause.is::<RepeatedPicture>())
 }
 
 /// The name of the fault, or a few words.

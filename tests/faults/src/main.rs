@@ -10,7 +10,7 @@
 use std::process::ExitCode;
 
 use plumb_faults::page::replace_table;
-use plumb_faults::plan::Plan;
+use plumb_faults::plan::{Goal, Plan};
 use plumb_faults::report::Report;
 use plumb_faults::run::{on_chip, on_emulated_board};
 use plumb_faults::table::{Row, heading, rows};
@@ -81,12 +81,13 @@ fn main() -> ExitCode {
     ExitCode::from(u8::from(!is_good))
 }
 
-/// Prints the table of the reports of a `board`, and the broken runs. Returns whether there is
+/// Prints the tables of the reports of a `board`, and the broken runs. Returns whether there is
 /// none.
 fn show(options: &Options, board: &str, reports: &[Report]) -> bool {
-    let rows: Vec<String> = rows(reports).iter().map(Row::format).collect();
-    let table = format!("{}\n{}", heading(), rows.join("\n"));
-    println!("{table}");
+    let (targets, paths): (Vec<&Report>, Vec<&Report>) =
+        reports.iter().partition(|report| report.plan.goal == Goal::Targets);
+    show_table(options, board, &targets);
+    show_table(options, &format!("{board}-path"), &paths);
     let broken: Vec<&Report> = reports.iter().filter(|report| !report.is_good()).collect();
     for report in broken.iter().take(MAX_PRINTED) {
         println!("BROKEN: {}, {}, {:?}", report.faults(), report.plan.law, report.end);
@@ -94,14 +95,22 @@ fn show(options: &Options, board: &str, reports: &[Report]) -> bool {
         println!("  {}", report.command());
     }
     println!(
-        "{} runs on the emulated {board}, {} broken or undecided\n",
+        "{} runs on the emulated {board}, {} of them along paths; {} broken or undecided\n",
         reports.len(),
+        paths.len(),
         broken.len()
     );
-    if options.is_page {
-        replace_table(board, &table).expect("the page of the campaign");
-    }
     broken.is_empty()
+}
+
+/// Prints the table `name` of these reports, and writes it into the page where the options say so.
+fn show_table(options: &Options, name: &str, reports: &[&Report]) {
+    let rows: Vec<String> = rows(reports).iter().map(Row::format).collect();
+    let table = format!("{}\n{}", heading(), rows.join("\n"));
+    println!("Table {name}:\n{table}\n");
+    if options.is_page {
+        replace_table(name, &table).expect("the page of the campaign");
+    }
 }
 
 /// Executes `runs` runs. Returns their reports in the order of the seeds.

@@ -2,8 +2,10 @@
 
 use nalgebra::Point3;
 use plumb_emulator::plant::Task;
+use plumb_path::trajectory::{Limits, Run, Trajectory, Waypoints};
 use plumb_protocol::units::{Micros, Point};
 use plumb_runtime::rig::{LawName, LawSettings, Rig};
+use plumb_runtime::run::PathPlan;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -23,6 +25,15 @@ const STORM: usize = 8;
 const TARGETS: usize = 4;
 /// Smallest distance between one target and the next, m.
 const APART_M: f64 = 0.12;
+/// Share of the runs along a path.
+const PATHS: f64 = 1.0 / 3.0;
+/// Speed of a path, m/s.
+const PATH_SPEED: std::ops::Range<f64> = 0.03..0.1;
+/// Half of the side of a path on which the ball is at the start, as a share of the way to the first
+/// target.
+const FIRST_SIDE: f64 = 0.2;
+/// Largest distance of a path from a corner, m.
+const CORNER_M: f64 = 0.02;
 /// Gain of law `interval`, 1/s. The paper's, 30, takes minutes for some of the targets.
 const GAMMA: f64 = 200.0;
 
@@ -69,6 +80,27 @@ pub struct Life {
     pub to: Option<Micros>,
 }
 
+/// Task of a run.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Goal {
+    /// The targets, one after the other, again and again.
+    Targets,
+    /// A loop through the targets, from where the ball is at the start.
+    Path {
+        /// Speed, m/s.
+        speed: f64,
+        /// Whether the path waits for the ball.
+        waits: bool,
+    },
+}
+
+impl Goal {
+    /// Returns whether the run is along a path that waits for the ball.
+    pub fn waits(&self) -> bool {
+        matches!(self, Self::Path { waits: true, .. })
+    }
+}
+
 /// Everything that a seed decides.
 #[derive(Debug, Clone)]
 pub struct Plan {
@@ -78,6 +110,8 @@ pub struct Plan {
     pub faults: Vec<Fault>,
     /// Control law.
     pub law: LawName,
+    /// Task.
+    pub goal: Goal,
     /// Targets, m.
     pub targets: Vec<Point3<f64>>,
     /// Whether the run is short: for a board that is slow to emulate.
@@ -107,7 +141,7 @@ impl Plan {
             }
         }
         let targets = draw_targets(&mut random);
-        Self { seed, faults, law, targets, is_short: false }
+        Self { seed, faults, law, goal: draw_goal(seed), targets, is_short: false }
     }
 
     /// Draws the short plan of `seed`, for the emulated chip: one fault, early and of at most
@@ -160,6 +194,19 @@ impl Plan {
         Point::from_metres(ball.into()).is_some_and(|ball| config.workspace.contains(ball))
     }
 
+    /// Returns the path of the run; `None` for one to targets.
+    pub fn path(&self) -> Option<PathPlan> {
+        let Goal::Path { speed, waits } = self.goal else { return None };
+        // A loop begins in the middle of its first side.
+        let start = Task::paper().start;
+        let half = (self.targets[0] - start) * FIRST_SIDE;
+        let places = [start - half, start + half].into_iter().chain(self.targets.iter().copied());
+        let waypoints = Waypoints { places: places.collect(), tolerance: CORNER_M };
+        let trajectory = Trajectory::through(&waypoints, &Limits::with_speed(speed), Run::Loop);
+        let trajectory = trajectory.expect("places apart from each other");
+        Some(PathPlan::new(trajectory, waits, &self.rig()).expect("a path that the rig allows"))
+    }
+
     /// Returns the rig file of the run.
     pub fn rig(&self) -> Rig {
         let mut law = LawSettings::from(self.law);
@@ -168,6 +215,15 @@ impl Plan {
         }
         Rig { law, ..Rig::paper().expect("the paper's rig file") }
     }
+}
+
+fn draw_goal(seed: u64) -> Goal {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    random.set_stream(7);
+    if random.random::<f64>() >= PATHS {
+        return Goal::Targets;
+    }
+    Goal::Path { speed: random.random_range(PATH_SPEED), waits: random.random() }
 }
 
 /// Returns when a fault kills the host, and when the host is started again after that.

@@ -14,15 +14,15 @@ pub struct Row<'a> {
     reports: Vec<&'a Report>,
 }
 
-/// Returns the rows of the table.
-pub fn rows(reports: &[Report]) -> Vec<Row<'_>> {
+/// Returns the rows of the table of these reports.
+pub fn rows<'a>(reports: &[&'a Report]) -> Vec<Row<'a>> {
     let single = |traits: &Traits| {
         let of =
             |report: &&Report| report.plan.faults.iter().map(|fault| fault.kind).eq([traits.kind]);
-        let reports = reports.iter().filter(of).collect();
+        let reports = reports.iter().copied().filter(of).collect();
         Row { place: traits.place.to_string(), name: traits.name.to_owned(), reports }
     };
-    let two = reports.iter().filter(|report| report.plan.faults.len() > 1).collect();
+    let two = reports.iter().copied().filter(|report| report.plan.faults.len() > 1).collect();
     let two = Row { place: "any".to_owned(), name: "two at once".to_owned(), reports: two };
     let rows = KINDS.iter().map(single).chain([two]);
     rows.filter(|row| !row.reports.is_empty()).collect()

@@ -17,12 +17,12 @@ pub struct Course {
     start: Point3<f64>,
     /// Present target, m.
     target: Option<Point3<f64>>,
-    /// Smallest distance from the present target since the onset, m.
-    nearest_m: f64,
+    /// Place of the ball since the onset that is nearest to the present target, m.
+    nearest: Option<Point3<f64>>,
     /// Farthest that the ball was from its place at the onset while motors turned, m.
     pub moved_m: f64,
-    /// Largest growth of the distance from a target above its smallest value while motors turned,
-    /// m.
+    /// Largest growth of the distance from the present target above that of the nearest place while
+    /// motors turned, m.
     pub away_m: f64,
     /// First fault of the board, and its time.
     pub fault: Option<(Micros, Fault)>,
@@ -35,7 +35,12 @@ pub struct Course {
 impl Course {
     /// Sets the present target, m.
     pub fn set_target(&mut self, target: Point3<f64>) {
-        (self.target, self.nearest_m) = (Some(target), f64::INFINITY);
+        (self.target, self.nearest) = (Some(target), None);
+    }
+
+    /// Sets the present place of a target that moves, m.
+    pub fn move_target(&mut self, target: Point3<f64>) {
+        self.target = Some(target);
     }
 
     /// Returns when the motors stood after the reaction at `reacted`.
@@ -50,7 +55,7 @@ impl Course {
             if from_start && rests {
                 return;
             }
-            (self.began, self.start, self.nearest_m) = (Some(now), ball, f64::INFINITY);
+            (self.began, self.start, self.nearest) = (Some(now), ball, None);
         }
         if !matches!(board.state(), State::Seeking | State::Holding | State::Following) {
             self.reacted.get_or_insert(now);
@@ -69,10 +74,11 @@ impl Course {
     /// Measures how far the ball is from its place at the onset and from its target.
     fn measure(&mut self, ball: Point3<f64>, rests: bool) {
         let Some(target) = self.target else { return };
-        let error_m = (ball - target).norm();
-        self.nearest_m = self.nearest_m.min(error_m);
+        let error_m = |place: Point3<f64>| (place - target).norm();
+        let nearest = self.nearest.filter(|place| error_m(*place) < error_m(ball)).unwrap_or(ball);
+        self.nearest = Some(nearest);
         if !rests {
-            self.away_m = self.away_m.max(error_m - self.nearest_m);
+            self.away_m = self.away_m.max(error_m(ball) - error_m(nearest));
             self.moved_m = self.moved_m.max((ball - self.start).norm());
         }
     }

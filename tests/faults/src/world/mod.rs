@@ -94,6 +94,11 @@ impl World {
         self.course.set_target(target);
     }
 
+    /// Sets the present place of a target that moves, m.
+    pub fn move_target(&mut self, target: Point3<f64>) {
+        self.course.move_target(target);
+    }
+
     /// Returns what happened from the first fault on.
     pub fn course(&self) -> Course {
         self.course

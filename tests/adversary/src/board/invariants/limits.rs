@@ -1,7 +1,7 @@
 //! Limits of a configuration, in the units of the checkers.
 
 use plumb_protocol::Config;
-use plumb_protocol::config::{Deadlines, Motor};
+use plumb_protocol::config::{Deadlines, Motor, PathLimits};
 
 use super::super::event::TICK;
 
@@ -69,6 +69,7 @@ impl MotorLimits {
 pub(super) struct Limits {
     pub(super) motors: [MotorLimits; 3],
     pub(super) deadlines: Deadlines,
+    pub(super) path: PathLimits,
     /// Maximum lag of the motors behind the setpoint, ticks.
     lag: u64,
 }
@@ -79,6 +80,7 @@ impl Limits {
         Self {
             motors: config.motors.map(|motor| MotorLimits::of(motor, config.microsteps)),
             deadlines: config.deadlines,
+            path: config.path,
             // The cell that is filled, and the one in which the rates change.
             lag: if cells == 0 { 0 } else { (cells + 2) * CELL_TICKS },
         }

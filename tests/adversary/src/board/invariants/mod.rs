@@ -9,6 +9,7 @@ mod deadlines;
 mod faults;
 mod limits;
 mod motion;
+mod reference;
 mod standstill;
 mod storage;
 #[cfg(test)]
@@ -25,6 +26,7 @@ use deadlines::{HostDeadline, PositionDeadline};
 use faults::Faults;
 use limits::Limits;
 use motion::Acceleration;
+use reference::ReferenceSpeed;
 use standstill::Standstill;
 use storage::Storage;
 
@@ -42,6 +44,7 @@ pub const FRESH_LAW: &str = "a configured law begins anew";
 pub struct Invariants {
     limits: Option<Limits>,
     acceleration: Acceleration,
+    reference: ReferenceSpeed,
     standstill: Standstill,
     faults: Faults,
     host_deadline: HostDeadline,
@@ -59,6 +62,7 @@ impl Invariants {
         Self {
             limits: board.config().map(Limits::of),
             acceleration: Acceleration::default(),
+            reference: ReferenceSpeed::default(),
             standstill: Standstill::at_start(),
             faults: Faults::default(),
             host_deadline: HostDeadline::default(),
@@ -83,6 +87,7 @@ impl Invariants {
             self.acceleration = Acceleration::default();
         }
         motion::check_delivery(delivery, outcome);
+        self.reference.delivered(delivery, self.limits.as_ref(), outcome);
         self.standstill.delivered(delivery, self.limits.as_ref());
         self.faults.delivered(delivery, outcome);
         self.host_deadline.delivered(delivery);
@@ -100,6 +105,7 @@ impl Invariants {
         motion::check_tick(ticked, limits, outcome);
         if let Some(limits) = limits {
             self.acceleration.ticked(ticked, limits, outcome);
+            self.reference.ticked(ticked, limits, outcome);
             self.host_deadline.ticked(ticked, limits, outcome);
             self.position_deadline.ticked(ticked, limits, outcome);
         }

@@ -102,7 +102,12 @@ fn report(fault: Fault) -> FromBoard {
 }
 
 fn telemetry(now: u64) -> FromBoard {
-    FromBoard::Telemetry(message::Telemetry {
+    FromBoard::Telemetry(at_rest(now))
+}
+
+/// Returns the telemetry of a configured board at rest.
+fn at_rest(now: u64) -> message::Telemetry {
+    message::Telemetry {
         time: Micros(now),
         state: State::Ready,
         configuration: Some(2),
@@ -115,7 +120,7 @@ fn telemetry(now: u64) -> FromBoard {
         bad_frames: 0,
         tensions: None,
         reference: None,
-    })
+    }
 }
 
 /// Returns a plan with `count` pulses of motor A.
@@ -299,6 +304,32 @@ fn telemetry_of_another_configuration_is_found() {
     bench.deliver(Command::Configure(bench.config), &[answer(3, None)], bench.at);
     bench.tick(bench.at, StepPlan::default(), None, &[telemetry(bench.now)]);
     bench.assert_only(answers::NAMED);
+}
+
+/// Tells where a reference is after 100 ms, at this multiple of the distance of its highest speed.
+fn reference_after_100_ms(share: f64) -> Bench {
+    let mut bench = Bench::ready();
+    let following = Snapshot { state: State::Following, ..bench.at };
+    let command = generate::reference(&mut Random::new(1), Some(bench.config));
+    bench.deliver(Command::Follow(command), &[answer(3, None)], following);
+    let highest = reference::highest_speed(&bench.config.path);
+    let mut tell = |now: u64, x: f64| {
+        let position = Point([x as i32, 0, 0].map(Micrometres));
+        let reference = Some(ReferenceState { sequence: 1, time: Micros(0), pace: 256, position });
+        let (state, target) = (State::Following, Some(3));
+        let told = message::Telemetry { state, target, reference, ..at_rest(now) };
+        bench.tick(following, StepPlan::default(), None, &[FromBoard::Telemetry(told)]);
+    };
+    tell(1_000_000, 0.0);
+    tell(1_100_000, share * highest * 0.1);
+    bench
+}
+
+#[test]
+fn a_reference_that_jumps_is_found() {
+    assert_eq!(reference_after_100_ms(0.99).outcome.violations, []);
+    let bench = reference_after_100_ms(1.1);
+    bench.assert_only(reference::REFERENCE);
 }
 
 #[test]
