@@ -7,7 +7,7 @@ use std::time::Duration;
 use nalgebra::{Point3, Vector3};
 use plumb_path::trajectory::Moment;
 use plumb_protocol::frame::Accumulator;
-use plumb_protocol::message::{Command, Fault, Reference, Refusal, State, ToBoard};
+use plumb_protocol::message::{Command, Fault, Reference, Refusal, StartCause, State, ToBoard};
 use plumb_protocol::units::{Micros, Point};
 use plumb_runtime::link::{Link, LinkError, Transport};
 use plumb_runtime::reference::reference;
@@ -152,6 +152,21 @@ fn a_path_that_leaves_the_workspace_under_way_is_told_as_the_fault_that_stopped_
     host.follow(3, towards);
     host.look().expect("the fault is the cause, and no refusal");
     assert_eq!(host.link.fault(), Some(Fault::TargetOutside));
+}
+
+/// Without pictures, only messages of the path show that the board has lost its session.
+#[test]
+fn a_restart_under_way_is_told_as_one_and_not_as_a_refused_path() {
+    let mut host = Host::configured(|link| link);
+    host.look().expect("a board that is ready");
+    host.follow(1, host.ball());
+    host.look().expect("a path that goes on");
+    host.board.board().borrow_mut().restart(StartCause::Watchdog);
+    host.follow(2, host.ball());
+    let end = Micros(host.board.board().borrow().now().0 + PERIOD_US);
+    host.board.board().borrow_mut().run_to(end).expect("a rig that follows");
+    let told = host.link.poll();
+    assert!(matches!(told, Err(LinkError::Restarted { .. })), "{told:?}");
 }
 
 /// Transport that loses every message of a path.

@@ -95,6 +95,7 @@ impl<T: Transport> Link<T> {
         self.clock.update(answer.time, self.transport.now(), false);
         let of_position = answer.refusal.is_some() && self.monitor.refused(answer.id);
         let of_target = self.target.is_some_and(|request| request.is_answered_by(answer));
+        let of_path = self.path.as_ref().is_some_and(|path| path.has(answer.id));
         let of_submission = self.note_reply(answer);
         self.refused_positions += u32::from(of_position);
         if let Some(refusal) = answer.refusal {
@@ -105,7 +106,7 @@ impl<T: Transport> Link<T> {
                 debug!(id = answer.id, %refusal, "the board refused a command");
             }
         }
-        if (of_position || of_target || of_submission)
+        if (of_position || of_target || of_path || of_submission)
             && matches!(answer.refusal, Some(Refusal::NotGreeted | Refusal::Unconfigured))
         {
             self.monitor.forgotten();
