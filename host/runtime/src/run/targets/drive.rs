@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 use nalgebra::{Point3, Vector3};
-use plumb_path::tracker::{BRAKE_S, COAST_S, Course, TargetTracker};
+use plumb_path::tracker::{Course, TargetTracker};
 use plumb_path::trajectory::Moment;
 use plumb_protocol::config::Workspace;
 use plumb_protocol::message::{Reference, State, Telemetry};
@@ -32,6 +32,11 @@ const FAR_M: f64 = 0.06;
 
 /// Distance within which the reference goes with the target again, metres.
 const NEAR_M: f64 = 0.04;
+
+/// Speed below which a target rests, m/s.
+const REST_SPEED: f64 = 1e-4;
+/// Distance within which a place is the same, metres.
+const REST_M: f64 = 1e-4;
 
 /// What targets that move are for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -246,12 +251,11 @@ impl TargetDrive {
         if !self.is_following || is_early {
             return None;
         }
+        let course = self.tracker.course(|place| self.check(place).is_ok())?;
         // A board that holds the ball at the rest of the target needs no more messages.
-        let rests = self.tracker.last_time().is_none_or(|last| now - last > COAST_S + BRAKE_S);
-        if rests && state == Some(State::Holding) {
+        if state == Some(State::Holding) && self.is_resting(&course, now) {
             return None;
         }
-        let course = self.tracker.course(|place| self.check(place).is_ok())?;
         (self.course, self.last_sent) = (Some(course), Some(now));
         let zero = *self.zero.get_or_insert(now);
         let motion = |time: f64| {
@@ -263,6 +267,12 @@ impl TargetDrive {
         let mut message = reference(0, self.is_far, now - zero, now - zero, motion);
         keep_inside(&mut message, &self.rules.workspace);
         Some(message)
+    }
+
+    /// Returns whether the target rests at `now` where it came to rest by the last message.
+    fn is_resting(&self, course: &Course, now: f64) -> bool {
+        let Some((moment, rest)) = course.at(now).zip(self.rest()) else { return false };
+        moment.velocity.norm() <= REST_SPEED && (moment.position - rest).norm() <= REST_M
     }
 
     /// Returns the distance of the ball from its target at `now`, metres.
