@@ -61,7 +61,11 @@ impl Search<'_> {
             }
             if self.decider.passes(&disc) {
                 left -= 1;
-                if self.consider(&Start { disc, locked: true, log_odds: f64::INFINITY }) {
+                let is_likely =
+                    judge(self.view, &disc).log_odds >= self.parameters.min_judged_sphere;
+                if is_likely
+                    && self.consider(&Start { disc, locked: true, log_odds: f64::INFINITY })
+                {
                     return true;
                 }
             }

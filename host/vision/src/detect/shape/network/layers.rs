@@ -11,6 +11,9 @@ use super::weights::Weights;
 /// Pixels that a 3x3 convolution reads.
 const TAPS: usize = 9;
 
+/// Largest number of maps whose memory is kept: of all layers, for the sizes of a few windows.
+const MAX_FREE: usize = 100;
+
 thread_local! {
     /// Memory of maps that are no longer used: new memory would cost more than the layers.
     static FREE: RefCell<Vec<Vec<f32>>> = const { RefCell::new(Vec::new()) };
@@ -28,7 +31,12 @@ pub(in super::super) struct Map {
 impl Drop for Map {
     fn drop(&mut self) {
         let values = mem::take(&mut self.values);
-        FREE.with_borrow_mut(|free| free.push(values));
+        FREE.with_borrow_mut(|free| {
+            if free.len() == MAX_FREE {
+                free.clear();
+            }
+            free.push(values);
+        });
     }
 }
 
@@ -42,9 +50,13 @@ impl Map {
 
     /// Makes a map of any values, which the caller replaces.
     fn unset(rows: usize, columns: usize, channels: usize) -> Self {
-        let mut values = FREE.with_borrow_mut(Vec::pop).unwrap_or_default();
-        values.resize(rows * columns * channels, 0.0);
-        Self { rows, columns, values }
+        let count = rows * columns * channels;
+        // Memory of another size would have to be set first.
+        let values = FREE.with_borrow_mut(|free| {
+            let place = free.iter().rposition(|values| values.len() == count)?;
+            Some(free.swap_remove(place))
+        });
+        Self { rows, columns, values: values.unwrap_or_else(|| vec![0.0; count]) }
     }
 
     /// Returns the number of channels.
@@ -82,18 +94,24 @@ impl Map {
     pub(super) fn folded(&self) -> Self {
         let (rows, columns) = (self.rows / 2, self.columns / 2);
         let mut folded = Self::unset(rows, columns, 4 * self.channels());
-        for channel in 0..folded.channels() {
-            let (dx, dy) = (channel % 2, channel / 2 % 2);
-            let source = self.channel(channel / 4);
-            let target = folded.channel_mut(channel);
-            for (y, row) in target.chunks_exact_mut(columns).enumerate() {
-                let line = &source[(2 * y + dy) * self.columns..][..self.columns];
-                for (value, pair) in row.iter_mut().zip(line.chunks_exact(2)) {
-                    *value = pair[dx];
-                }
-            }
+        let targets = folded.values.chunks_exact_mut(2 * rows * columns);
+        for (half, target) in targets.enumerate() {
+            let (source, dy) = (self.channel(half / 2), half % 2);
+            let lines = source.chunks_exact(self.columns).skip(dy).step_by(2);
+            let (even, odd) = target.split_at_mut(rows * columns);
+            let halves = even.chunks_exact_mut(columns).zip(odd.chunks_exact_mut(columns));
+            lines.zip(halves).for_each(|(line, (even, odd))| split(line, even, odd));
         }
         folded
+    }
+}
+
+/// Splits a line of pixels in the even and the odd ones.
+#[multiversion(targets("x86_64+avx2"))]
+fn split(line: &[f32], even: &mut [f32], odd: &mut [f32]) {
+    let pairs = line.as_chunks::<2>().0.iter();
+    for (pair, (even, odd)) in pairs.zip(even.iter_mut().zip(odd)) {
+        (*even, *odd) = (pair[0], pair[1]);
     }
 }
 

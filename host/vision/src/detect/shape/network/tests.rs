@@ -50,6 +50,27 @@ fn a_mirrored_map_has_its_columns_in_the_opposite_order() {
     assert_eq!(map.values, seen);
 }
 
+#[test]
+fn a_folded_map_has_the_pixels_of_each_square_in_four_channels() {
+    let map = pattern(4, 6);
+    let folded = map.folded();
+    assert_eq!((folded.rows, folded.columns), (2, 3));
+    for channel in 0..4 * CHANNELS {
+        let (dx, dy) = (channel % 2, channel / 2 % 2);
+        let source = map.channel(channel / 4);
+        for (i, value) in folded.channel(channel).iter().enumerate() {
+            let (x, y) = (2 * (i % 3) + dx, 2 * (i / 3) + dy);
+            assert_eq!(*value, source[6 * y + x], "channel {channel}, place {i}");
+        }
+    }
+}
+
+#[test]
+fn a_map_of_zeros_has_no_values_of_the_map_whose_memory_it_takes() {
+    drop(pattern(5, 7));
+    assert!(Map::zeros(5, 7, CHANNELS).values.iter().all(|&value| value == 0.0));
+}
+
 /// Hash of the weights file.
 const HASH: u64 = 0x165c_c2b1_2fd9_4c9b;
 /// Output of scripts/detector/export.py.

@@ -27,13 +27,16 @@ pub(super) fn network_input(view: &FrameView) -> Map {
     let rows = level.height.next_multiple_of(INPUT_STEP);
     let mut input = Map::zeros(rows, columns, CHANNELS);
     let turn = view.colour.ball().turn_to_red();
-    let expected_radius = ExpectedRadius::new(view);
+    let (expected_radius, has_depth) = (ExpectedRadius::new(view), view.has_depth());
     let [red, green, blue, expected, known] = input.channels_mut();
     for y in 0..rows {
         let row = y * columns..(y + 1) * columns;
         let planes = [&mut red[row.clone()], &mut green[row.clone()], &mut blue[row.clone()]];
         let line = y.min(level.height - 1) * level.width;
         read_colours(&level.pixels[line..line + level.width], &turn, planes);
+        if !has_depth {
+            continue;
+        }
         let depths = view.depth.row(level.origin.1 as usize + SMALLEST * y + SMALLEST / 2);
         let first = level.origin.0 as usize + SMALLEST / 2;
         let depths = depths.get(first..).unwrap_or_default();
