@@ -135,3 +135,108 @@ impl Conditions {
         self.nearness().min(on_path).min(self.law_pace)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use plumb_protocol::message::{KNOTS, Knot};
+    use plumb_protocol::units::{Point, Speed};
+
+    use super::*;
+
+    /// A ball on a path of 100 mm/s.
+    const ON_PATH: Conditions = Conditions {
+        deviation: Some(0),
+        limit: 20_000,
+        law_pace: 1.0,
+        speed: 100.0,
+        distance: 0.0,
+    };
+
+    /// Returns a message at `now` (µs of the path) with knots from 1 s to 3.5 s that move.
+    fn reference(now: u64, waits: bool) -> Reference {
+        let knot =
+            Knot { position: Point::default(), velocity: [Speed(100_000), Speed(0), Speed(0)] };
+        let (now, first) = (Micros(now), Micros(1_000_000));
+        Reference { sequence: 0, now, waits, first, interval_us: 500_000, knots: [knot; KNOTS] }
+    }
+
+    /// Returns a clock that begins at 1 s of the path, at zero of the board.
+    fn clock(waits: bool) -> PathClock {
+        PathClock::new(Micros(0), &reference(1_000_000, waits))
+    }
+
+    fn is_near(found: f32, expected: f32) -> bool {
+        (found - expected).abs() < 1e-4
+    }
+
+    #[test]
+    fn the_least_late_message_counts_as_far_as_clocks_drift() {
+        let mut clock = clock(false);
+        let mut update = |now: u64, late: u64| {
+            clock.update(Micros(now), &reference(1_000_000 + now - late, false));
+            clock.offset
+        };
+        assert_eq!(update(100_000, 50_000), 1_000_000);
+        // 200 us of drift are possible.
+        assert_eq!(update(200_000, 201), 1_000_000);
+        assert_eq!(update(200_000, 200), 999_800);
+        assert_eq!(update(200_000, 150_200), 999_800);
+        assert_eq!(update(200_000, 150_201), 849_799);
+    }
+
+    #[test]
+    fn a_path_that_waits_slows_down_for_a_ball_and_a_reference_that_are_away() {
+        let away = |deviation| Conditions { deviation, ..ON_PATH };
+        for (deviation, expected) in [(Some(10_000), 1.0), (Some(15_000), 0.5), (Some(20_000), 0.0)]
+        {
+            assert_eq!(clock(true).closing(&away(deviation)), expected);
+            assert_eq!(away(deviation).pace(), expected);
+        }
+        assert_eq!(clock(true).closing(&away(None)), 0.0);
+        assert_eq!(clock(false).closing(&away(None)), 1.0);
+        assert_eq!(Conditions { distance: 6.0, ..ON_PATH }.pace(), 0.5);
+        assert_eq!(Conditions { law_pace: 0.25, ..ON_PATH }.pace(), 0.25);
+    }
+
+    #[test]
+    fn the_pace_changes_by_250_mm_a_second_squared_and_falls_by_two_and_a_half_a_second() {
+        let path = Path::new(&reference(1_000_000, true));
+        let mut clock = clock(true);
+        clock.step(Micros(0), &path, &ON_PATH);
+        assert!(is_near(clock.pace(), 2.5 * STEP_S), "{clock:?}");
+        (0..100).for_each(|_| clock.step(Micros(0), &path, &ON_PATH));
+        assert_eq!(clock.pace(), 1.0);
+        let slow = Conditions { deviation: None, speed: 10.0, ..ON_PATH };
+        clock.step(Micros(0), &path, &slow);
+        assert!(is_near(clock.pace(), 1.0 - 2.5 * STEP_S), "{clock:?}");
+        let fast = Conditions { deviation: None, speed: 500.0, ..ON_PATH };
+        clock.step(Micros(0), &path, &fast);
+        assert!(is_near(clock.pace(), 1.0 - 3.0 * STEP_S), "{clock:?}");
+    }
+
+    #[test]
+    fn a_path_whose_messages_cease_comes_to_rest_at_its_last_knot() {
+        let path = Path::new(&reference(1_000_000, true));
+        let mut clock = clock(true);
+        (0..1000).for_each(|_| clock.step(Micros(0), &path, &ON_PATH));
+        assert!((3_480_000..=path.end()).contains(&clock.time()), "{clock:?}");
+        assert!(clock.pace() < 0.05, "{clock:?}");
+    }
+
+    #[test]
+    fn a_path_that_goes_on_catches_up_and_jumps_where_it_is_very_late() {
+        for (late_ms, pace) in [(0, 1.0), (50, 1.1), (150, 1.2), (-50, 0.9), (-150, 0.8)] {
+            let mut clock = clock(false);
+            clock.time -= late_ms * 1000;
+            let (time, found) = (clock.time(), clock.live_pace(Micros(0)));
+            assert!(is_near(found, pace), "{late_ms} ms: {found}");
+            assert_eq!(clock.time(), time);
+        }
+        for late_us in [150_001, -150_001] {
+            let mut clock = clock(false);
+            clock.time -= late_us;
+            assert_eq!(clock.live_pace(Micros(0)), 1.0);
+            assert_eq!(clock.time(), 1_000_000);
+        }
+    }
+}

@@ -203,3 +203,65 @@ impl Follower {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use plumb_protocol::Config;
+    use plumb_protocol::message::Knot;
+    use plumb_protocol::units::{Milliseconds, Speed};
+
+    use super::*;
+    use crate::params::BuildLimits;
+
+    /// Returns limits with a moving average of 400 ms.
+    fn params() -> Params {
+        let config = Config { mean: Milliseconds(400), ..Config::example() };
+        Params::check(&config, &BuildLimits { max_pulse_rate: 1_000_000, storage: false }).unwrap()
+    }
+
+    /// Returns a reference after 1.6 s along a line of 50 mm/s with knots every 0.5 s.
+    fn follower(params: &Params) -> Follower {
+        let knot = |k: usize| Knot {
+            position: Point([25_000 * k as i32, 0, 0].map(Micrometres)),
+            velocity: [50_000, 0, 0].map(Speed),
+        };
+        let reference = message::Reference {
+            sequence: 0,
+            now: Micros(0),
+            waits: true,
+            first: Micros(0),
+            interval_us: 500_000,
+            knots: core::array::from_fn(knot),
+        };
+        let mut follower = Follower::new(Micros(0), [7, 0, 0], &reference);
+        assert_eq!(follower.smoothed(), Point([7, 0, 0].map(Micrometres)));
+        for step in 0..100 {
+            follower.step(Micros(16_000 * step), Some(0), params);
+        }
+        follower
+    }
+
+    #[test]
+    fn the_room_of_the_motors_is_a_share_of_the_present_pace() {
+        let mut follower = follower(&params());
+        let mut with_room = |room| {
+            follower.set_room(room);
+            follower.law_pace
+        };
+        assert_eq!(with_room(128), 0.5);
+        assert_eq!(with_room(0), 0.5);
+        assert_eq!(with_room(1), MIN_LAW_PACE);
+        assert_eq!(with_room(1000), 1.0);
+    }
+
+    #[test]
+    fn the_aim_of_a_law_is_half_of_the_moving_average_ahead_with_the_speed_there() {
+        let params = params();
+        let follower = follower(&params);
+        let aim = follower.aim(Micros(1_000_000), &params);
+        // And one and a half cells of the average, 3.2 ms each.
+        assert_eq!(aim.position, follower.position(Micros(1_204_800)));
+        assert_ne!(aim.position, follower.position(Micros(1_000_000)));
+        assert!((aim.velocity[0] - 50_000).abs() < 100 && aim.velocity[1] == 0, "{aim:?}");
+    }
+}

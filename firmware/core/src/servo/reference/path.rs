@@ -159,4 +159,22 @@ mod tests {
             assert_eq!(path.at(time), rest);
         }
     }
+
+    #[test]
+    fn a_path_rests_from_the_first_of_its_last_knots_that_are_the_same() {
+        let mut ends = circle();
+        let last = Knot { position: Point::default(), velocity: [Speed(0); 3] };
+        ends.knots[3..].fill(last);
+        let rests = [0, 1_359_999, 1_360_000, 9_000_000].map(|t| ends.rests_from(t));
+        assert_eq!(rests, [false, false, true, true]);
+        assert_eq!(ends.last(), last.position);
+        assert!(!circle().rests_from(9_000_000));
+        assert_eq!(circle().last(), circle().knots[5].position);
+    }
+
+    #[test]
+    fn at_half_the_pace_an_acceleration_is_a_quarter() {
+        let motion = Motion { acceleration: [8.0, 0.0, -4.0], ..Motion::default() };
+        assert_eq!(motion.paced(0.5, 0.0).acceleration, [2.0, 0.0, -1.0]);
+    }
 }
