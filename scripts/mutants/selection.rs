@@ -1,0 +1,43 @@
+//! The mutant of this process: the functions of the copy ask for it.
+
+use std::fs::{File, OpenOptions};
+use std::io::Write;
+use std::process::exit;
+use std::sync::OnceLock;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// More functions than are changed at once.
+const FUNCTIONS: usize = 4096;
+
+static STATE: OnceLock<State> = OnceLock::new();
+static REACHED: [AtomicBool; FUNCTIONS] = [const { AtomicBool::new(false) }; FUNCTIONS];
+
+struct State {
+    /// Number of the mutant, from 1; 0 for the code as it is.
+    mutant: usize,
+    /// List of the functions that were called.
+    reached: Option<File>,
+}
+
+fn state() -> State {
+    let default = std::panic::take_hook();
+    // The first panic decides: the other tests need not run.
+    std::panic::set_hook(Box::new(move |info| {
+        default(info);
+        exit(101);
+    }));
+    let number = std::env::var("MUTANT").ok().and_then(|text| text.parse().ok());
+    let open = |path| OpenOptions::new().create(true).append(true).open(path).ok();
+    State { mutant: number.unwrap_or(0), reached: std::env::var("REACHED").ok().and_then(open) }
+}
+
+/// Returns the number of the mutant. `function` is the number of the caller.
+pub fn mutant(function: usize) -> usize {
+    let state = STATE.get_or_init(state);
+    if let Some(mut file) = state.reached.as_ref() {
+        if !REACHED[function].swap(true, Ordering::Relaxed) {
+            let _ = writeln!(file, "{function}");
+        }
+    }
+    state.mutant
+}
