@@ -45,6 +45,9 @@ fn a_run_drives_the_real_firmware_over_a_serial_port() {
     let paper = Rig::paper().expect("the paper's rig file");
     let mut rig = Rig { law: LawName::Interval.into(), ..paper };
     rig.law.set_gamma(200.0).expect("a gain");
+    // Deadlines that a busy machine keeps.
+    rig.deadlines.host = 5.0.try_into().expect("a time");
+    rig.deadlines.position = 5.0.try_into().expect("a time");
     let camera = camera_file::paper().expect("the paper's camera");
     let background = Background::Room(Room::bare(Material::from_srgb(150, 150, 145)));
     let synthetic = SyntheticCamera::new(camera.clone(), background, RenderOptions::default(), 1)
