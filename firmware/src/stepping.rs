@@ -29,7 +29,7 @@ use crate::{flash, law_worker, restart};
 /// emulated chip, to the last word for the state machines: at most 5852 clocks (47 µs), with a
 /// position that reverses three motors and a moving average; 7384 where that is in front of the end
 /// of their travel, and such a tick is late.
-const AHEAD_US: u32 = 50;
+const AHEAD_US: u32 = 49;
 
 /// Time before its beginning from which on a tick is late, µs: giving the state machines their
 /// words takes 4.5 µs.

@@ -5,11 +5,14 @@
 
 use std::path::Path;
 
+use nalgebra::{Point3, Vector3};
 use object::{Object, ObjectSymbol};
+use plumb_path::trajectory::Moment;
 use plumb_protocol::Config;
 use plumb_protocol::config::{Coils, Drivers, Estimated, Law, StepDir};
-use plumb_protocol::message::{Fault, FromBoard, State};
+use plumb_protocol::message::{Command, Fault, FromBoard, State};
 use plumb_protocol::units::{Milliseconds, Steps16};
+use plumb_runtime::reference::reference;
 use plumb_tests::chip::{
     BALL_UM, CYCLES_PER_US, Chip, ENABLE, FAR_TARGET_UM, fast_config, firmware_image,
 };
@@ -72,6 +75,38 @@ fn no_tick_is_late_while_a_deferred_law_computes() {
         let telemetry = chip.stop_and_wait();
         assert_eq!(telemetry.motors.map(Steps16::to_si), chip.motors, "{law:?}");
         assert!(telemetry.bad_frames >= 75 && telemetry.sequence == Some(17), "{telemetry:?}");
+    }
+}
+
+/// Along a path every tick is on time: those that make states of the reference have no other work.
+#[test]
+fn no_tick_is_late_along_a_path() {
+    let Some(image) = firmware_image() else { return };
+    let start = Point3::from(BALL_UM.map(|p| f64::from(p) * 1e-6));
+    let line = |time: f64| Moment {
+        position: start + Vector3::x() * 0.05 * time,
+        velocity: Vector3::x() * 0.05,
+        acceleration: Vector3::zeros(),
+    };
+    for law in laws() {
+        let mut chip =
+            Chip::start(&image).configured(Config { law, ..fast_config(1000.0, StepDir::TMC2209) });
+        chip.send_position(BALL_UM);
+        chip.execute(json!({ "trace": { "functions": {}, "handlers": { "tick": STEPPING } } }));
+        for k in 0..30 {
+            let time = f64::from(k) / 30.0;
+            let message = reference(k as u16, false, time, time, line);
+            assert_eq!(chip.request(Command::Follow(message)), None);
+            chip.send_position([BALL_UM[0] + 1667 * k, BALL_UM[1] + 700 * (k % 3), BALL_UM[2]]);
+            chip.run_us(29_333 + 29 * (k % 7) as u64);
+        }
+        let ticks = chip.execute(json!({ "calls": true }))["calls"]["tick"].take();
+        let late = lateness(&ticks);
+        let at_the_end = late[late.len() - 100..].iter().min().expect("ticks");
+        assert!(*at_the_end < CYCLES_PER_US, "{law:?}: {at_the_end} cycles late");
+        let telemetry = chip.status();
+        assert_eq!(telemetry.state, State::Following, "{law:?}");
+        assert!(telemetry.motors != [Steps16(0); 3], "{telemetry:?}");
     }
 }
 

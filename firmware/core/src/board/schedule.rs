@@ -20,6 +20,8 @@ pub(super) const EMERGENCY_TICKS: u8 = 2;
 pub(super) struct Schedule {
     /// Whether an event is to be handled in the coming tick.
     pub(super) dirty: bool,
+    /// Whether an event was handled in this tick.
+    pub(super) had_event: bool,
     /// Ticks until one with an expired deadline.
     pub(super) idle_ticks: u32,
     /// Whether the second half of the coming tick has a position's progress or the end of a stop to
@@ -36,6 +38,7 @@ impl Schedule {
     pub(super) fn new() -> Self {
         Self {
             dirty: true,
+            had_event: false,
             idle_ticks: 0,
             check_due: false,
             telemetry_due: false,

@@ -54,10 +54,12 @@ impl Board {
     /// Reports what an event or an expired deadline has made due.
     #[inline(never)]
     fn report_due(&mut self, now: Micros, out: &mut Outbox) {
+        let schedule = &self.schedule;
+        let is_busy = schedule.had_event || schedule.check_due || schedule.telemetry_due;
         if self.schedule.check_due {
             self.check(now, out);
         }
-        self.advance_reference(now);
+        self.advance_reference(now, is_busy);
         if self.schedule.idle_ticks == 0 {
             self.schedule.idle_ticks = self.poll_at(now);
         }
@@ -85,6 +87,7 @@ impl Board {
     fn run_due(&mut self, now: Micros, out: &mut Outbox) -> Tick {
         // Before that tick no deadline has passed.
         let due = self.schedule.idle_ticks == 0;
+        self.schedule.had_event = self.schedule.dirty;
         if due && let Some(fault) = self.expired_deadline(now) {
             self.fault(now, fault, out);
         }
@@ -129,13 +132,13 @@ impl Board {
         }
     }
 
-    /// Makes the next state of the reference where it is due, and notes where it is.
+    /// Advances the reference where that is due, and notes where it is.
     #[inline(never)]
-    fn advance_reference(&mut self, now: Micros) {
+    fn advance_reference(&mut self, now: Micros, is_busy: bool) {
         let (State::Following(goal), Some(params)) = (&mut self.state, self.setup.params()) else {
             return;
         };
-        if let Some(target) = self.servo.advance_reference(now, params) {
+        if let Some(target) = self.servo.advance_reference(now, is_busy, params) {
             goal.target = target;
         }
     }

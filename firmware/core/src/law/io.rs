@@ -7,6 +7,11 @@ use super::rates::MotorRates;
 
 /// A control law with its state.
 pub trait Law {
+    /// Returns whether the law uses the target's velocity.
+    fn uses_velocity(&self) -> bool {
+        true
+    }
+
     /// Takes in a measurement and returns what the motors are to do until the next one. The rates
     /// are not limited yet.
     fn update(&mut self, measurement: &Measurement) -> Setpoint;

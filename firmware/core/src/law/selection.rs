@@ -42,6 +42,10 @@ pub enum InlineLaw {
 }
 
 impl Law for InlineLaw {
+    fn uses_velocity(&self) -> bool {
+        false
+    }
+
     #[inline(never)]
     fn update(&mut self, measurement: &Measurement) -> Setpoint {
         match self {

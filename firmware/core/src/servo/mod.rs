@@ -120,8 +120,8 @@ pub(crate) fn coasting_us(deadline: Milliseconds) -> u64 {
 
 /// Returns the aim of a law whose rates take effect at `time`: of a drive that follows, or of one
 /// to `target`.
-fn aim(follower: &Option<Follower>, target: Point, time: Micros, params: &Params) -> Aim {
-    follower.as_ref().map_or(Aim::at(target), |follower| follower.aim(time, params))
+fn aim(follower: Option<&Follower>, target: Point, time: Micros, params: &Params) -> Aim {
+    follower.map_or(Aim::at(target), |follower| follower.aim(time, params))
 }
 
 impl<L: Law> Servo<L> {
@@ -192,15 +192,21 @@ impl<L: Law> Servo<L> {
         self.follower.as_ref().map(|follower| follower.next_step(mean_lag_us(params.mean_ms)))
     }
 
-    /// Makes the next state of the reference, where it is due at `now`. Call in every tick, before
-    /// [`make_request`](Self::make_request). Returns the position of the reference at `now`; `None`
-    /// while the drive follows none.
-    pub fn advance_reference(&mut self, now: Micros, params: &Params) -> Option<Point> {
+    /// Makes a part of the next state of the reference, where it is due at `now`. Call in every tick,
+    /// before [`make_request`](Self::make_request). `is_busy`: the tick has other work, and the
+    /// state waits if it can. Returns the position of the reference at `now`; `None` while the
+    /// drive follows none.
+    pub fn advance_reference(
+        &mut self,
+        now: Micros,
+        is_busy: bool,
+        params: &Params,
+    ) -> Option<Point> {
         let is_due = self.next_reference_step(params)? <= now;
         let is_seen = now.since(self.last_seen()) <= coasting_us(params.deadlines.position);
         let filtered = self.tracker.filtered().filter(|_| is_seen);
         let follower = self.follower.as_mut()?;
-        if is_due {
+        if is_due && (!is_busy || follower.is_late(now, mean_lag_us(params.mean_ms))) {
             let deviation = filtered.map(|ball| magnitude(error(ball, follower.smoothed())));
             follower.step(now, deviation, params);
         }
@@ -245,14 +251,14 @@ impl<L: Law> Servo<L> {
     ) {
         let BallPosition { captured, ball, covariance } = *position;
         self.tracker.update(captured, ball);
-        if let Some(follower) = &mut self.follower {
-            follower.smooth(captured);
-        }
         let Some(target) = target else { return };
-        let aim = aim(&self.follower, target, now, params);
         if params.deferred_law().is_some() {
             self.client.on_position(captured, ball, covariance);
         } else if let Some(law) = &mut self.law {
+            let aim = match self.follower.as_ref() {
+                Some(follower) if !law.uses_velocity() => follower.place(now, params),
+                follower => aim(follower, target, now, params),
+            };
             let setpoint = law.update(&Measurement {
                 ball,
                 variances: variances(covariance),
@@ -285,6 +291,10 @@ impl<L: Law> Servo<L> {
         params: &Params,
     ) -> Progress {
         let Some(filtered) = self.tracker.filtered() else { return Progress::default() };
+        let captured = self.last_seen();
+        if let Some(follower) = &mut self.follower {
+            follower.smooth(captured);
+        }
         let (target, is_final) = match &self.follower {
             Some(follower) => (follower.smoothed(), follower.has_arrived()),
             None => (target, true),
@@ -300,15 +310,15 @@ impl<L: Law> Servo<L> {
     /// Returns the setpoint at `now`. While positions fail to come, it is the setpoint of the
     /// moment when that began to count, at reduced rates; after their deadline it is standstill.
     pub fn setpoint(&self, now: Micros, params: &Params) -> Setpoint {
+        let coasting = Micros(self.last_seen().0 + coasting_us(params.deadlines.position));
+        if now <= coasting {
+            return self.setpoint.after(now.since(self.setpoint_since));
+        }
         if now.since(self.last_seen()) > limit_us(params.deadlines.position) {
             return Setpoint::default();
         }
-        let coasting = Micros(self.last_seen().0 + coasting_us(params.deadlines.position));
-        if now > coasting {
-            let setpoint = self.setpoint.after(coasting.since(self.setpoint_since));
-            return Setpoint { rates: setpoint.rates.coasting(), ..setpoint };
-        }
-        self.setpoint.after(now.since(self.setpoint_since))
+        let setpoint = self.setpoint.after(coasting.since(self.setpoint_since));
+        Setpoint { rates: setpoint.rates.coasting(), ..setpoint }
     }
 
     /// Returns when the setpoint took effect and how long it holds, µs.
@@ -370,7 +380,7 @@ impl<L: Law> Servo<L> {
             self.client.discard_pending();
             return false;
         };
-        let aim = |due| aim(&self.follower, target, due, params);
+        let aim = |due| aim(self.follower.as_ref(), target, due, params);
         let kind = params.deferred_law();
         let ticks = match self.follower {
             Some(_) => kind.map_or(0, DeferredLawKind::following_ticks),

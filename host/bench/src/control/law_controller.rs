@@ -152,7 +152,7 @@ impl Controller for LawController {
             (self.changed, self.planned) = (false, setpoint.rates);
         }
         self.planner.tick();
-        let _ = self.servo.advance_reference(now, &self.params);
+        let _ = self.servo.advance_reference(now, false, &self.params);
         self.respond(now);
         self.planner.positions().map(|p| Steps16(p).to_si())
     }

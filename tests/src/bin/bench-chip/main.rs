@@ -11,6 +11,7 @@
     reason = "a tool for tests: it stops at the first surprise and names it"
 )]
 
+mod following;
 mod measure;
 mod profile;
 mod symbols;

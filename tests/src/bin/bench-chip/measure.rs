@@ -17,7 +17,7 @@ use crate::symbols::law_update;
 const TICK: u64 = 25_000;
 /// Exception number of TIMER_IRQ_1, the stepping interrupt. It has the highest priority, so that
 /// its time contains no other handler.
-const STEPPING: u8 = 17;
+pub(crate) const STEPPING: u8 = 17;
 /// A target that needs the same rate of all three motors from [`BALL_UM`], µm.
 pub(crate) const EQUAL_RATES_TARGET_UM: [i32; 3] = [500_000, 300_000, 1_900_000];
 /// A position beyond [`FAR_TARGET_UM`], µm: the motors must reverse.
@@ -86,7 +86,7 @@ fn sleep_counters(chip: &mut Chip) -> [f64; 2] {
 }
 
 /// Runs the chip for `us` µs and returns the rising edges of a pin, cycles.
-fn rising_edges(chip: &mut Chip, pin: u8, us: u64) -> Vec<u64> {
+pub(crate) fn rising_edges(chip: &mut Chip, pin: u8, us: u64) -> Vec<u64> {
     chip.execute(json!({ "list": [pin] }));
     let reply = chip.run_us(us);
     chip.execute(json!({ "list": [] }));
@@ -128,17 +128,18 @@ pub(crate) struct Latency {
     pub(crate) worst: f64,
 }
 
-/// Measures the latency of 200 positions at random phases of the tick. At 1 M steps/s the period is
-/// 125 cycles.
+/// Measures the latency of 200 positions, 1 µs apart in the phase of the tick. At 1 M steps/s the
+/// period is 125 cycles.
 pub(crate) fn latency(image: &Path) -> Latency {
-    let mut random = ChaCha8Rng::seed_from_u64(1);
     let mut chip = start(image, 62_500.0);
     chip.seek(BALL_UM, FAR_TARGET_UM);
     chip.run_us(40_000);
-    let mut delays: Vec<u64> = (0..200)
-        .map(|_| {
+    let mut delays: Vec<u64> = (0..TICK)
+        .step_by(TICK as usize / 200)
+        .map(|phase| {
             chip.send_position(BALL_UM);
-            chip.execute(json!({ "run_cycles": 500_000 + random.random_range(0..TICK) }));
+            let to_tick = TICK - chip.cycle % TICK;
+            chip.execute(json!({ "run_cycles": 500_000 + to_tick + phase }));
             let frame = chip.position_frame(REVERSING_BALL_UM);
             let sent = chip.cycle;
             chip.send(&frame, 0);
@@ -171,7 +172,7 @@ impl BenchLaw {
     }
 
     /// Returns `config` with this law.
-    fn select(self, config: Config) -> Config {
+    pub(crate) fn select(self, config: Config) -> Config {
         let estimated = Estimated { delay: Milliseconds(0) };
         match self {
             Self::Interval => config,
@@ -210,12 +211,6 @@ pub(crate) fn costs(image: &Path, law: BenchLaw) -> Costs {
     }
     let reply = chip.execute(json!({ "calls": true }));
     let [updates, ticks] = ["update", "tick"].map(|name| calls(&reply["calls"][name]));
-    // The stepping interrupt preempts the law worker.
-    let interrupted = |call: &(u64, u64)| -> u64 {
-        let inside = ticks.iter().filter(|tick| call.0 <= tick.0 && tick.0 < call.0 + call.1);
-        inside.map(|tick| tick.1).sum()
-    };
-    let longest = |cycles: &mut dyn Iterator<Item = u64>| cycles.max().expect("calls") as f64;
     // A tick with a position contains the law's update, or is the last one before it.
     let nexts = ticks.iter().skip(1).map(|tick| tick.0).chain([u64::MAX]);
     let has_position =
@@ -226,16 +221,27 @@ pub(crate) fn costs(image: &Path, law: BenchLaw) -> Costs {
     let mut others: Vec<u64> = others.iter().map(|((_, cycles), _)| *cycles).collect();
     others.sort_unstable();
     Costs {
-        update: longest(&mut updates.iter().map(|call| call.1 - interrupted(call))),
-        response: longest(&mut updates.iter().map(|call| call.1)),
-        position_tick: longest(&mut steps.iter().map(|((_, cycles), _)| *cycles)),
+        update: longest(updates.iter().map(|call| without_interrupts(call, &ticks))),
+        response: longest(updates.iter().map(|call| call.1)),
+        position_tick: longest(steps.iter().map(|((_, cycles), _)| *cycles)),
         tick: others[others.len() / 2] as f64,
         late: lateness(&ticks),
     }
 }
 
+/// Returns the duration of a law's update without the ticks that preempt the law worker, cycles.
+pub(crate) fn without_interrupts(update: &(u64, u64), ticks: &[(u64, u64)]) -> u64 {
+    let inside = ticks.iter().filter(|tick| (update.0..update.0 + update.1).contains(&tick.0));
+    update.1 - inside.map(|tick| tick.1).sum::<u64>()
+}
+
+/// Returns the longest of the durations, cycles.
+pub(crate) fn longest(cycles: impl Iterator<Item = u64>) -> f64 {
+    cycles.max().expect("calls") as f64
+}
+
 /// Returns how much later the last ticks start than the first. A late tick delays all that follow.
-fn lateness(ticks: &[(u64, u64)]) -> f64 {
+pub(crate) fn lateness(ticks: &[(u64, u64)]) -> f64 {
     let phase = |some: &[(u64, u64)]| {
         // The minimum is the timer's phase; the handler may start some cycles later if interrupts
         // are off.
@@ -247,7 +253,7 @@ fn lateness(ticks: &[(u64, u64)]) -> f64 {
 }
 
 /// Returns the start and the duration of each call, cycles.
-fn calls(calls: &Value) -> Vec<(u64, u64)> {
+pub(crate) fn calls(calls: &Value) -> Vec<(u64, u64)> {
     let pairs = calls.as_array().expect("calls").iter();
     pairs.filter_map(|call| Some((call[0].as_u64()?, call[1].as_u64()?))).collect()
 }

@@ -5,6 +5,7 @@ use std::path::Path;
 use plumb_core::TICK_US;
 use plumb_core::law::DeferredLawKind;
 
+use crate::following;
 use crate::measure::{self, BenchLaw};
 
 /// A row of the table.
@@ -30,7 +31,7 @@ fn row(
 
 /// Measures everything.
 pub(crate) fn table(image: &Path) -> Vec<Row> {
-    [rates(image), loads(image), motion(image), laws(image), stops(image)]
+    [rates(image), loads(image), motion(image), laws(image), paths(image), stops(image)]
         .into_iter()
         .flatten()
         .collect()
@@ -93,6 +94,33 @@ fn laws(image: &Path) -> Vec<Row> {
         row("position_tick_taut", position_tick_taut, taut.position_tick, "25 000"),
         row("late_taut", "lateness of ticks with law taut", taut.late, "0"),
         row("tick", "a tick without a position, moving, median", interval.tick, "of 25 000"),
+    ]
+}
+
+fn paths(image: &Path) -> Vec<Row> {
+    let [interval, adaptive, taut] = [BenchLaw::Interval, BenchLaw::Adaptive, BenchLaw::Taut]
+        .map(|law| following::costs(image, law));
+    let tick = interval.tick.max(adaptive.tick).max(taut.tick);
+    let late = adaptive.late.max(taut.late);
+    let row =
+        |key, quantity, value, reference: &str| row(key, quantity, value, "cycles", reference);
+    let due = |law: DeferredLawKind| {
+        format!("takes effect after {} ms", law.following_ticks() * TICK_US / 1000)
+    };
+    let response = "the same with everything that interrupts it";
+    let latency = following::latency(image);
+    vec![
+        row("path_tick", "along a path: a tick of any law, maximum", tick, "25 000"),
+        row("path_late", "along a path: lateness of ticks, adaptive or taut", late, "0"),
+        row("path_late_interval", "along a path: the same with interval", interval.late, "0"),
+        row("path_update_adaptive", "along a path: update of adaptive", adaptive.update, ""),
+        row("path_response_adaptive", response, adaptive.response, &due(DeferredLawKind::Adaptive)),
+        row("path_update_taut", "along a path: update of taut", taut.update, ""),
+        row("path_response_taut", response, taut.response, &due(DeferredLawKind::Taut)),
+        Row {
+            unit: "µs",
+            ..row("path_latency", "along a path: position to new rate", latency, "< 300")
+        },
     ]
 }
 

@@ -25,14 +25,18 @@ use clock::{Conditions, PathClock};
 use path::{Motion, Path};
 use track::{State, Track};
 
-/// Time between two states of the reference, µs.
-const STEP_US: u32 = 16_000;
+/// Time between two states of the reference, µs: 16.4 ms. A power of two spares the chip divisions.
+const STEP_US: u32 = 1 << STEP_BITS;
+/// Its binary logarithm.
+const STEP_BITS: u32 = 14;
 /// The same in seconds.
 const STEP_S: f32 = STEP_US as f32 * 1e-6;
 
 /// Least time between the ticks that make states, µs: a path that begins needs many at once, and
 /// the chip has other work.
-const LEAST_GAP_US: u64 = 800;
+const LEAST_GAP_US: u64 = 400;
+/// Time by which a state may be late before it is made in a tick with other work, µs.
+const MAX_LATE_US: u64 = 4_000;
 
 /// Time of a frame at 30 Hz, µs: so long a law's rates hold.
 const FRAME_US: u64 = 33_333;
@@ -66,6 +70,8 @@ pub(super) struct Follower {
     clock: PathClock,
     /// Newest state of the reference.
     motion: Motion,
+    /// What is done of the next one.
+    work: Work,
     track: Track,
     /// When the next state may be made.
     not_before: Micros,
@@ -78,15 +84,39 @@ pub(super) struct Follower {
     smoothed: [i32; 3],
 }
 
-/// Converts µm to mm.
-fn millimetres(micrometres: [i32; 3]) -> [f32; 3] {
-    micrometres.map(|p| p as f32 / 1000.0)
+/// What is done of the next state. It is made in three parts: a tick of the chip has no time for all
+/// of them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Work {
+    /// Nothing.
+    None,
+    /// The path's motion at its time, at the host's pace.
+    Path(Motion),
+    /// What the reference is to chase.
+    Leader {
+        /// The path's motion at its pace.
+        motion: Motion,
+        /// See [`PathClock::closing`].
+        closing: f32,
+    },
 }
 
-/// Converts mm to µm.
-fn micrometres(millimetres: [f32; 3]) -> [i32; 3] {
-    // The cast saturates.
-    millimetres.map(|p| (p * 1000.0) as i32)
+/// Converts µm to mm.
+fn millimetres(micrometres: [i32; 3]) -> [f32; 3] {
+    micrometres.map(|p| p as f32 * 1e-3)
+}
+
+/// Converts Q4 µm to µm.
+fn micrometres(q4: [i32; 3]) -> [i32; 3] {
+    q4.map(|p| p.saturating_add(8) >> 4)
+}
+
+impl Motion {
+    /// Returns the motion's place on the track.
+    fn state(&self, clock: &PathClock) -> State {
+        // The cast saturates.
+        State { position: self.position.map(|p| (p * 16_000.0) as i32), time: clock.time() }
+    }
 }
 
 impl Follower {
@@ -97,7 +127,8 @@ impl Follower {
         Self {
             path: Path::new(reference),
             motion,
-            track: Track::new(now, State { position: motion.position, time: clock.time() }),
+            work: Work::None,
+            track: Track::new(now, motion.state(&clock)),
             clock,
             not_before: now,
             sequence: reference.sequence,
@@ -132,11 +163,29 @@ impl Follower {
         self.track.end().back(lead_us + BEYOND_US).max(self.not_before)
     }
 
-    /// Makes the next state, in the tick at `now`. `deviation` is the filtered distance of the ball
-    /// from the reference, µm; `None` where the ball is not seen.
+    /// Returns whether the next state is so late that it is to be made in any tick.
+    pub(super) fn is_late(&self, now: Micros, lead_us: u64) -> bool {
+        now.since(self.next_step(lead_us)) > MAX_LATE_US
+    }
+
+    /// Makes a part of the next state, in the tick at `now`. `deviation` is the filtered distance of
+    /// the ball from the reference, µm; `None` where the ball is not seen.
     pub(super) fn step(&mut self, now: Micros, deviation: Option<u32>, params: &Params) {
         self.not_before = Micros(now.0 + LEAST_GAP_US);
-        let leader = self.path.at(self.clock.time());
+        self.work = match self.work {
+            Work::None => Work::Path(self.path.at(self.clock.time())),
+            Work::Path(leader) => self.lead(&leader, deviation, params),
+            Work::Leader { motion, closing } => {
+                let limits = Limits::new(&params.path);
+                self.motion = self.motion.chasing(&motion, &limits, closing, STEP_S);
+                self.track.push(self.motion.state(&self.clock));
+                Work::None
+            }
+        }
+    }
+
+    /// Advances the path's time by a step, after the path's motion `leader` at its begin.
+    fn lead(&mut self, leader: &Motion, deviation: Option<u32>, params: &Params) -> Work {
         let conditions = Conditions {
             deviation,
             limit: params.path.deviation.0.unsigned_abs(),
@@ -146,26 +195,33 @@ impl Follower {
         };
         let pace = self.clock.pace();
         self.clock.step(self.track.end(), &self.path, &conditions);
-        let leader = leader.paced(pace, (self.clock.pace() - pace) / STEP_S);
-        let closing = self.clock.closing(&conditions);
-        let limits = Limits::new(&params.path);
-        self.motion = self.motion.chasing(&leader, &limits, closing, STEP_S);
-        self.track.push(State { position: self.motion.position, time: self.clock.time() });
+        let motion = leader.paced(pace, (self.clock.pace() - pace) / STEP_S);
+        Work::Leader { motion, closing: self.clock.closing(&conditions) }
     }
 
     /// Returns the position of the reference at `time`, µm.
     pub(super) fn position(&self, time: Micros) -> [i32; 3] {
-        micrometres(self.track.at(time).position)
+        micrometres(self.track.position(time))
+    }
+
+    /// Returns the aim of a law whose rates take effect at `time`, at rest: for laws that do not
+    /// use the velocity.
+    pub(super) fn place(&self, time: Micros, params: &Params) -> Aim {
+        let time = Micros(time.0 + mean_lag_us(params.mean_ms));
+        Aim { position: self.position(time), velocity: [0; 3] }
     }
 
     /// Returns the aim of a law whose rates take effect at `time`.
     pub(super) fn aim(&self, time: Micros, params: &Params) -> Aim {
         let time = Micros(time.0 + mean_lag_us(params.mean_ms));
-        let (now, then) =
-            (self.track.at(time).position, self.track.at(Micros(time.0 + FRAME_US)).position);
-        let per_second = 1e6 / FRAME_US as f32;
-        let velocity = [0, 1, 2].map(|i| (then[i] - now[i]) * per_second);
-        Aim { position: micrometres(now), velocity: micrometres(velocity) }
+        let now = self.track.position(time);
+        let then = self.track.position(Micros(time.0 + FRAME_US));
+        let velocity = [0, 1, 2].map(|i| {
+            // 30 a second, from Q4.
+            let moved = then[i].saturating_sub(now[i]).clamp(-(1 << 27), 1 << 27);
+            moved * 15 / 8
+        });
+        Aim { position: micrometres(now), velocity }
     }
 
     /// Filters the reference of a position that was `captured` then, as
@@ -194,12 +250,11 @@ impl Follower {
 
     /// Returns the state for telemetry.
     pub(super) fn state(&self, now: Micros) -> ReferenceState {
-        let state = self.track.at(now);
         ReferenceState {
             sequence: self.sequence,
-            time: Micros(state.time.max(0) as u64),
+            time: Micros(self.track.path_time(now).max(0) as u64),
             pace: (self.clock.pace() * 256.0 + 0.5) as u16,
-            position: Point(micrometres(state.position).map(Micrometres)),
+            position: Point(self.position(now).map(Micrometres)),
         }
     }
 }

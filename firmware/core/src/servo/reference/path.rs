@@ -37,7 +37,7 @@ pub(super) struct Path {
 
 /// Returns the position of a knot, mm, and its velocity, mm/s.
 fn state(knot: &Knot) -> (Vector, Vector) {
-    let millimetres = |micrometres: i32| micrometres as f32 / 1000.0;
+    let millimetres = |micrometres: i32| micrometres as f32 * 1e-3;
     (knot.position.micrometres().map(millimetres), knot.velocity.map(|v| millimetres(v.0)))
 }
 
@@ -95,11 +95,12 @@ impl Path {
 /// cubic polynomial with their positions and velocities.
 fn between(from: (Vector, Vector), to: (Vector, Vector), t: f32, h: f32) -> Motion {
     let ((p, v), (q, w)) = (from, to);
+    let per_interval = 1.0 / h;
     let (mut square, mut cube) = ([0.0; 3], [0.0; 3]);
     for i in 0..3 {
-        let mean = (q[i] - p[i]) / h;
-        square[i] = (3.0 * mean - 2.0 * v[i] - w[i]) / h;
-        cube[i] = (v[i] + w[i] - 2.0 * mean) / (h * h);
+        let mean = (q[i] - p[i]) * per_interval;
+        square[i] = (3.0 * mean - 2.0 * v[i] - w[i]) * per_interval;
+        cube[i] = (v[i] + w[i] - 2.0 * mean) * per_interval * per_interval;
     }
     // Horner's rule for the polynomial and its derivatives.
     Motion {

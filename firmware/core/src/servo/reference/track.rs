@@ -2,8 +2,7 @@
 
 use plumb_protocol::units::Micros;
 
-use super::STEP_US;
-use crate::vector::{Vector, plus};
+use super::{STEP_BITS, STEP_US};
 
 /// States kept: half a second.
 const STATES: usize = 32;
@@ -11,8 +10,8 @@ const STATES: usize = 32;
 /// The reference at one moment.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct State {
-    /// Position, mm.
-    pub(super) position: Vector,
+    /// Position, Q4 µm: ±134 m.
+    pub(super) position: [i32; 3],
     /// The path's time, µs.
     pub(super) time: i64,
 }
@@ -45,20 +44,44 @@ impl Track {
         self.end = Micros(self.end.0 + u64::from(STEP_US));
     }
 
-    /// Returns the state at `time`, interpolated; the oldest or the newest one beyond them.
-    pub(super) fn at(&self, time: Micros) -> State {
+    /// Returns the position at `time`, Q4 µm, interpolated; the oldest or the newest one beyond
+    /// them.
+    pub(super) fn position(&self, time: Micros) -> [i32; 3] {
+        let Between { from, to, share } = self.around(time);
+        [0, 1, 2].map(|i| {
+            let (from, to) = (from.position[i], to.position[i]);
+            let back = i64::from(from.wrapping_sub(to)).wrapping_mul(share);
+            to.wrapping_add((back >> 16) as i32)
+        })
+    }
+
+    /// Returns the path's time at `time`, µs, interpolated likewise.
+    pub(super) fn path_time(&self, time: Micros) -> i64 {
+        let Between { from, to, share } = self.around(time);
+        let back = (from.time - to.time).clamp(-(1 << 30), 1 << 30);
+        to.time + (back.wrapping_mul(share) >> 16)
+    }
+
+    /// Returns the states around `time`.
+    fn around(&self, time: Micros) -> Between<'_> {
         let before = self.end.since(time).min(u64::from(u32::MAX)) as u32;
         let (steps, part) = ((before / STEP_US) as usize, before % STEP_US);
-        let state = |back: usize| self.states[(self.newest + STATES - back) % STATES];
+        let state = |back: usize| &self.states[(self.newest + STATES - back) % STATES];
         if steps + 1 >= STATES {
-            return state(STATES - 1);
+            let oldest = state(STATES - 1);
+            return Between { from: oldest, to: oldest, share: 0 };
         }
-        let (from, to) = (state(steps + 1), state(steps));
-        let share = part as f32 / STEP_US as f32;
-        let back = plus(from.position, to.position, -1.0);
-        let time = (to.time - from.time).clamp(-(1 << 30), 1 << 30) as f32;
-        State { position: plus(to.position, back, share), time: to.time - (time * share) as i64 }
+        let share = (part << (16 - STEP_BITS)).into();
+        Between { from: state(steps + 1), to: state(steps), share }
     }
+}
+
+/// Two states, and a moment between them.
+struct Between<'a> {
+    from: &'a State,
+    to: &'a State,
+    /// Time from the moment to the later state over the time between them, Q16.
+    share: i64,
 }
 
 #[cfg(test)]
@@ -67,15 +90,21 @@ mod tests {
 
     #[test]
     fn a_track_is_linear_between_its_states_and_rests_beyond_them() {
-        let state = |k: i64| State { position: [k as f32, 0.0, -k as f32], time: 1000 * k };
-        let mut track = Track::new(Micros(1_000_000), state(0));
+        let state = |k: i32| State { position: [1600 * k, 0, -800 * k], time: 1000 * i64::from(k) };
+        let begin = 1_000_000;
+        let mut track = Track::new(Micros(begin), state(0));
         (1..=40).for_each(|k| track.push(state(k)));
-        assert_eq!(track.end(), Micros(1_640_000));
-        let at = |us: u64| track.at(Micros(us));
-        assert_eq!(at(1_640_000), state(40));
+        let end = begin + 40 * u64::from(STEP_US);
+        assert_eq!(track.end(), Micros(end));
+        let at = |us: u64| {
+            let time = Micros(us);
+            State { position: track.position(time), time: track.path_time(time) }
+        };
+        assert_eq!(at(end), state(40));
         assert_eq!(at(u64::MAX), state(40));
-        assert_eq!(at(1_632_000), State { position: [39.5, 0.0, -39.5], time: 39_500 });
-        assert_eq!(at(1_160_000), state(10));
+        let half = end - u64::from(STEP_US) / 2;
+        assert_eq!(at(half), State { position: [63_200, 0, -31_600], time: 39_500 });
+        assert_eq!(at(end - 30 * u64::from(STEP_US)), state(10));
         assert_eq!(at(0), state(9));
     }
 }
