@@ -54,7 +54,8 @@ impl Motion {
         let change = plus(acceleration, self.acceleration, -1.0);
         let change = shortened(change, limits.jerk * dt);
         let acceleration = plus(self.acceleration, change, 1.0);
-        let velocity = plus(self.velocity, acceleration, dt);
+        // A leader may accelerate for long and gain no speed: its messages need not make sense.
+        let velocity = shortened(plus(self.velocity, acceleration, dt), limits.speed);
         let middle = scaled(plus(self.velocity, velocity, 1.0), 0.5);
         Self { position: plus(self.position, middle, dt), velocity, acceleration }
     }
@@ -96,6 +97,14 @@ mod tests {
             let farthest = motions.iter().fold(0.0, |far: f32, motion| far.max(motion.position[0]));
             assert!(farthest < 1.05 * distance + 0.1, "{distance} {farthest}");
             assert!((motions[STEPS - 1].position[0] - distance).abs() < 0.05, "{distance}");
+        }
+    }
+
+    #[test]
+    fn a_leader_that_accelerates_and_gains_no_speed_does_not_break_the_limit() {
+        let leader = Motion { acceleration: [-50_000.0, 9_000.0, 0.0], ..Motion::default() };
+        for motion in chase(|_| leader) {
+            assert!(length(motion.velocity) < 1.001 * LIMITS.speed, "{motion:?}");
         }
     }
 

@@ -290,8 +290,9 @@ mod tests {
         };
         let mut follower = Follower::new(Micros(0), [7, 0, 0], &reference);
         assert_eq!(follower.smoothed(), Point([7, 0, 0].map(Micrometres)));
-        for step in 0..100 {
-            follower.step(Micros(16_000 * step), Some(0), params);
+        // 100 states in three parts.
+        for step in 0..300 {
+            follower.step(Micros(5_000 * step), Some(0), params);
         }
         follower
     }
