@@ -192,8 +192,8 @@ impl<L: Law> Servo<L> {
         self.follower.as_ref().map(|follower| follower.next_step(mean_lag_us(params.mean_ms)))
     }
 
-    /// Makes a part of the next state of the reference, where it is due at `now`. Call in every tick,
-    /// before [`make_request`](Self::make_request). `is_busy`: the tick has other work, and the
+    /// Makes a part of the next state of the reference, where it is due at `now`. Call in every
+    /// tick, before [`make_request`](Self::make_request). `is_busy`: the tick has other work, and the
     /// state waits if it can. Returns the position of the reference at `now`; `None` while the
     /// drive follows none.
     pub fn advance_reference(

@@ -113,7 +113,7 @@ fn delays(image: &Path, moments: &[u64]) -> Vec<u64> {
     let [below, above] = [-900_000, 900_000].map(|z| [BALL_UM[0], BALL_UM[1], z]);
     chip.send_position(below);
     chip.run_us(40_000);
-    let mut delay = |(k, moment): (u16, &u64)| {
+    let delay = |(k, moment): (u16, &u64)| {
         chip.send_position(below);
         let next = message(&chip, 2 + k, begin);
         chip.request(next);
@@ -126,5 +126,5 @@ fn delays(image: &Path, moments: &[u64]) -> Vec<u64> {
         let changed = rises.windows(2).find(|pair| pair[1] - pair[0] != 125);
         changed.expect("another rate")[0] - sent
     };
-    (0..).zip(moments).map(|at| delay(at)).collect()
+    (0..).zip(moments).map(delay).collect()
 }

@@ -84,8 +84,8 @@ pub(super) struct Follower {
     smoothed: [i32; 3],
 }
 
-/// What is done of the next state. It is made in three parts: a tick of the chip has no time for all
-/// of them.
+/// What is done of the next state. It is made in three parts: a tick of the chip has no time for
+/// all of them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Work {
     /// Nothing.
@@ -168,8 +168,8 @@ impl Follower {
         now.since(self.next_step(lead_us)) > MAX_LATE_US
     }
 
-    /// Makes a part of the next state, in the tick at `now`. `deviation` is the filtered distance of
-    /// the ball from the reference, µm; `None` where the ball is not seen.
+    /// Makes a part of the next state, in the tick at `now`. `deviation` is the filtered distance
+    /// of the ball from the reference, µm; `None` where the ball is not seen.
     pub(super) fn step(&mut self, now: Micros, deviation: Option<u32>, params: &Params) {
         self.not_before = Micros(now.0 + LEAST_GAP_US);
         self.work = match self.work {
