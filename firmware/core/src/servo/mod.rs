@@ -193,8 +193,8 @@ impl<L: Law> Servo<L> {
     }
 
     /// Makes a part of the next state of the reference, where it is due at `now`. Call in every
-    /// tick, before [`make_request`](Self::make_request). `is_busy`: the tick has other work, and the
-    /// state waits if it can. Returns the position of the reference at `now`; `None` while the
+    /// tick, before [`make_request`](Self::make_request). `is_busy`: the tick has other work, and
+    /// the state waits if it can. Returns the position of the reference at `now`; `None` while the
     /// drive follows none.
     pub fn advance_reference(
         &mut self,
