@@ -222,7 +222,8 @@ impl<'a, 'p, T: Transport> ControlLoop<'a, 'p, T> {
         let frame = Arc::new(frame);
         let motors = self.link.telemetry().map(|telemetry| telemetry.motors);
         if self.repetition.update(&frame, motors, self.parts.source.now()) {
-            return Err(SourceError::new(RepeatedPicture).with_stamp(frame.time()));
+            let error = RepeatedPicture { fault: self.link.fault() };
+            return Err(SourceError::new(error).with_stamp(frame.time()));
         }
         let (ball, error) = match self.parts.detector.detect(&frame) {
             Ok(ball) => (ball, None),
@@ -319,7 +320,7 @@ impl<'a, 'p, T: Transport> ControlLoop<'a, 'p, T> {
         // A fault after the telemetry of a held target counts.
         if let Some(fault) = self.link.fault() {
             if fault == Fault::PositionLost && self.repetition.is_repeating() {
-                return Err(RepeatedPicture.into());
+                return Err(RepeatedPicture { fault: Some(fault) }.into());
             }
             return Ok(Some(StopReason::Fault(fault)));
         }

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use plumb_frame::frame::RgbdFrame;
+use plumb_protocol::message::Fault;
 use plumb_protocol::units::Steps16;
 use thiserror::Error;
 
@@ -14,9 +15,14 @@ const VISIBLE_SHARE: i32 = 16;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 #[error(
     "the camera repeats one picture: its pictures are the same to the last bit, but the motors \
-     turn. Connect the camera anew, then clear the fault"
+     turn. Connect the camera anew{}",
+    if fault.is_some() { ", then clear the fault" } else { "" }
 )]
-pub struct RepeatedPicture;
+pub struct RepeatedPicture {
+    /// Fault of the board at that time. Along a path the run may end before the board's deadline
+    /// for a position: then there is none.
+    pub fault: Option<Fault>,
+}
 
 /// Detector of a camera that repeats one picture.
 ///
