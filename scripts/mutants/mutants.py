@@ -5,9 +5,9 @@ WORK, with every changed function as a further arm of its own body: the variable
 arm when a test starts. A mutant that does not compile is left out, and the copy is built again. A
 mutant then costs only its tests, those that call its function, until the first one fails.
 
-The tests are those of plumb-core and plumb-protocol. A TEST is a package of the workspace whose
-tests are run for the mutants that those miss. WORK keeps `results.txt`: a mutant of an earlier run
-that was caught is not tried again.
+The tests are those of plumb-core and plumb-protocol. Slow tests run only for the mutants that all
+quick ones miss. A TEST is a package of the workspace whose tests are run for the mutants that those
+miss. WORK keeps `results.txt`: a mutant of an earlier run that was caught is not tried again.
 
 Needs: cargo install --locked cargo-mutants
 """
@@ -15,19 +15,22 @@ Needs: cargo install --locked cargo-mutants
 import json
 import os
 import re
+import resource
+import signal
 import subprocess
 import sys
-import time
 from collections import Counter, defaultdict
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 # Crates whose functions can be changed, with their folders.
 CRATES = {"plumb_core": "firmware/core", "plumb_protocol": "protocol"}
-# Seconds after which a test is taken for one that does not end, and the least multiple of the time
-# that it takes without a mutant.
-TIMEOUT_S = 20
-TIMEOUT_TIMES = 10
+# Processor time in seconds after which a test counts as endless, and the least multiple of the time
+# that it takes without a mutant. A busy machine does not change the result.
+LIMIT_S = 5
+LIMIT_TIMES = 10
+# Processor time in seconds of a slow test.
+SLOW_S = 2
 # What replaces `no_std` in the copy.
 ALLOWED = "#![allow(warnings, arithmetic_overflow)]"
 PROFILE = """
@@ -208,46 +211,58 @@ def build(work, packages):
     return programs, broken
 
 
-def run_test(program, folder, variables, timeout=None):
+def processor_time():
+    """Returns the processor time in seconds of the tests that have ended."""
+    usage = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return usage.ru_utime + usage.ru_stime
+
+
+def run_test(program, folder, variables, limit_s=3600):
     """Runs a test. Returns "passed", "failed" or "endless"."""
-    environment = dict(os.environ, **variables)
-    try:
-        run = subprocess.run(
-            [program, "--test-threads=1", "-q"],
-            cwd=folder,
-            env=environment,
-            timeout=timeout,
-            capture_output=True,
-        )
-    except subprocess.TimeoutExpired:
+
+    def set_limit():
+        resource.setrlimit(resource.RLIMIT_CPU, (limit_s, limit_s))
+
+    run = subprocess.run(
+        [program, "--test-threads=1", "-q"],
+        cwd=folder,
+        env=dict(os.environ, **variables),
+        preexec_fn=set_limit,
+        capture_output=True,
+    )
+    if run.returncode in (-signal.SIGXCPU, -signal.SIGKILL):
         return "endless"
     return "passed" if run.returncode == 0 else "failed"
 
 
-def reached(work, programs, folder):
-    """Sorts the tests by their time. Returns the functions that each calls, and its timeout. The
-    code as it is must pass."""
-    calls, times = {}, {}
-    for name, program in programs:
+class Test:
+    """A program of tests, with its processor time in seconds and the functions that it calls."""
+
+    def __init__(self, name, program, work, folder):
+        self.name = name
+        self.program = program
         log = work / "reached"
         log.unlink(missing_ok=True)
-        begin = time.monotonic()
+        begin = processor_time()
         if run_test(program, folder, {"REACHED": str(log)}) != "passed":
             sys.exit(f"{name} fails without a mutant")
-        times[program] = time.monotonic() - begin
-        calls[program] = set(map(int, log.read_text().split())) if log.exists() else set()
-    programs.sort(key=lambda test: times[test[1]])
-    timeouts = {program: max(TIMEOUT_S, TIMEOUT_TIMES * times[program]) for program in times}
-    return calls, timeouts
+        self.time = processor_time() - begin
+        self.calls = set(map(int, log.read_text().split())) if log.exists() else set()
+
+    def outcome(self, mutant, folder):
+        """Returns "passed", "failed" or "endless" with a mutant."""
+        if mutant.index not in self.calls:
+            return "passed"
+        limit_s = max(LIMIT_S, round(LIMIT_TIMES * self.time))
+        return run_test(self.program, folder, {"MUTANT": str(mutant.number)}, limit_s)
 
 
-def outcome(mutant, programs, calls, timeouts, folder):
-    for name, program in programs:
-        if mutant.index in calls[program]:
-            variables = {"MUTANT": str(mutant.number)}
-            result = run_test(program, folder, variables, timeouts[program])
-            if result != "passed":
-                return "caught" if result == "failed" else "endless", name
+def outcome(mutant, tests, folder):
+    """Returns "caught", "endless" or "missed", and the test that decided."""
+    for test in tests:
+        result = test.outcome(mutant, folder)
+        if result != "passed":
+            return "caught" if result == "failed" else "endless", test.name
     return "missed", ""
 
 
@@ -266,11 +281,15 @@ def try_all(work, mutants, packages, results):
         save(work, results)
         print(f"{len(broken)} do not compile", flush=True)
     folder = work / CRATES["plumb_core"]
-    calls, timeouts = reached(work, programs, folder)
-    for mutant in left:
-        results[mutant.name] = outcome(mutant, programs, calls, timeouts, folder)
-        save(work, results)
-        print(*results[mutant.name], mutant.name, flush=True)
+    tests = sorted((Test(*p, work, folder) for p in programs), key=lambda test: test.time)
+    quick = [test for test in tests if test.time <= SLOW_S]
+    for group in quick, tests[len(quick) :]:
+        print(*(f"{test.name} {test.time:.1f} s" for test in group), flush=True)
+        for mutant in left:
+            results[mutant.name] = outcome(mutant, group, folder)
+            save(work, results)
+            print(*results[mutant.name], mutant.name, flush=True)
+        left = [mutant for mutant in left if results[mutant.name][0] == "missed"]
 
 
 def save(work, results):

@@ -1,4 +1,4 @@
-//! The mutant of this process: the functions of the copy ask for it.
+//! Choice of the mutant in a test process. Every changed function of the copy calls [`mutant`].
 
 use std::fs::{File, OpenOptions};
 use std::io::Write;
@@ -6,14 +6,14 @@ use std::process::exit;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// More functions than are changed at once.
+/// Largest number of changed functions.
 const FUNCTIONS: usize = 4096;
 
 static STATE: OnceLock<State> = OnceLock::new();
 static REACHED: [AtomicBool; FUNCTIONS] = [const { AtomicBool::new(false) }; FUNCTIONS];
 
 struct State {
-    /// Number of the mutant, from 1; 0 for the code as it is.
+    /// Number of the chosen mutant: 1 or more. With 0, the code is unchanged.
     mutant: usize,
     /// List of the functions that were called.
     reached: Option<File>,
@@ -21,7 +21,7 @@ struct State {
 
 fn state() -> State {
     let default = std::panic::take_hook();
-    // The first panic decides: the other tests need not run.
+    // The process ends at the first panic, because one failed test is enough.
     std::panic::set_hook(Box::new(move |info| {
         default(info);
         exit(101);
@@ -31,7 +31,7 @@ fn state() -> State {
     State { mutant: number.unwrap_or(0), reached: std::env::var("REACHED").ok().and_then(open) }
 }
 
-/// Returns the number of the mutant. `function` is the number of the caller.
+/// Returns the number of the chosen mutant. `function` is the number of the calling function.
 pub fn mutant(function: usize) -> usize {
     let state = STATE.get_or_init(state);
     if let Some(mut file) = state.reached.as_ref() {
