@@ -45,6 +45,8 @@ struct Queue {
     left_out: LeftOut,
     /// Newest motion.
     motion: MotionId,
+    /// Newest motion that a command or a fault has ended.
+    cancelled: Option<MotionId>,
     has_ended: bool,
     /// Whether the run has begun to take targets.
     is_taken: bool,
@@ -83,8 +85,16 @@ impl TargetSender {
         queue.waiting.push_back(Sent { motion, at, position, velocity });
     }
 
+    /// Returns whether a command, a fault or a newer motion has ended `motion`: the run leaves its
+    /// targets out.
+    #[must_use]
+    pub fn has_ended(&self, motion: MotionId) -> bool {
+        let queue = lock(&self.0);
+        motion < queue.motion || queue.cancelled.is_some_and(|cancelled| motion <= cancelled)
+    }
+
     /// Counts something that was left out, and tells why; the first few times only.
-    pub(super) fn leave_out(&self, problem: String, count: impl FnOnce(&mut LeftOut)) {
+    pub fn leave_out(&self, problem: String, count: impl FnOnce(&mut LeftOut)) {
         let mut queue = lock(&self.0);
         count(&mut queue.left_out);
         queue.tell(problem);
@@ -135,6 +145,12 @@ impl TargetSource for TargetReceiver {
     fn newest_motion(&self) -> MotionId {
         lock(&self.0).motion
     }
+
+    fn cancel(&mut self) -> MotionId {
+        let mut queue = lock(&self.0);
+        queue.cancelled = Some(queue.motion);
+        queue.motion
+    }
 }
 
 fn lock(queue: &Mutex<Queue>) -> MutexGuard<'_, Queue> {
@@ -165,6 +181,19 @@ mod tests {
         assert_eq!(receiver.take(101.0).targets, []);
         sender.end();
         assert!(receiver.take(101.0).has_ended);
+    }
+
+    #[test]
+    fn a_motion_ends_with_a_command_and_with_a_newer_motion() {
+        let (sender, mut receiver) = target_channel();
+        let first = sender.begin();
+        assert!(!sender.has_ended(first));
+        assert_eq!(receiver.cancel(), first);
+        assert!(sender.has_ended(first));
+        let second = sender.begin();
+        assert!(!sender.has_ended(second) && sender.has_ended(first));
+        let third = sender.begin();
+        assert!(sender.has_ended(second) && !sender.has_ended(third));
     }
 
     #[test]

@@ -1,10 +1,13 @@
 //! Times of a sender's targets on the host's clock, and which of them count.
 
+use std::fmt;
+
 use plumb_cameras::error_chain::ErrorChain;
 use plumb_timing::SenderClock;
+use thiserror::Error;
 
 use super::LeftOut;
-use super::line::TargetLine;
+use super::line::{LineMistake, TargetLine};
 
 /// Greatest age of a target when it comes, seconds. An older one is left out.
 pub const MAX_AGE_S: f64 = 0.5;
@@ -12,18 +15,25 @@ pub const MAX_AGE_S: f64 = 0.5;
 /// Difference of two time stamps above which a sender's clock was set, seconds.
 const CLOCK_SET_S: f64 = 1.0;
 
-/// Intake of the lines of one sender.
+/// Times of one sender's targets on the host's clock.
 #[derive(Debug, Default)]
-pub struct LineIntake {
+pub struct TargetClock {
     clock: SenderClock,
     /// Newest time stamp, seconds on the sender's clock.
     newest: Option<f64>,
+}
+
+/// Intake of the lines of one sender.
+#[derive(Debug, Default)]
+pub struct LineIntake {
+    clock: TargetClock,
     /// Number of lines.
     lines: u64,
 }
 
-/// Reason why a line is left out.
-#[derive(Debug, Clone, PartialEq, Eq)]
+/// Reason why a target is left out.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[error("{problem}")]
 pub struct Omission {
     /// Reason, for people.
     pub problem: String,
@@ -31,10 +41,10 @@ pub struct Omission {
     pub kind: OmissionKind,
 }
 
-/// Kind of a reason why a line is left out.
+/// Kind of a reason why a target is left out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum OmissionKind {
-    /// The line is not as documented.
+    /// The line or message is not as documented.
     Unreadable,
     /// The target was told after a newer one.
     OutOfOrder,
@@ -53,6 +63,49 @@ impl OmissionKind {
     }
 }
 
+impl Omission {
+    fn new(problem: &dyn fmt::Display, kind: OmissionKind) -> Self {
+        Self { problem: problem.to_string(), kind }
+    }
+
+    /// Returns the omission with the place of the target before its reason.
+    fn at(self, place: &dyn fmt::Display) -> Self {
+        Self { problem: format!("{place}: {}", self.problem), ..self }
+    }
+}
+
+impl From<LineMistake> for Omission {
+    fn from(mistake: LineMistake) -> Self {
+        Self::new(&ErrorChain(&mistake), OmissionKind::Unreadable)
+    }
+}
+
+impl TargetClock {
+    /// Returns the time of a target on the host's clock, seconds. `t` is its time stamp on the
+    /// sender's clock and `arrival` the arrival on the host's, both in seconds. Without a time
+    /// stamp, the arrival is the time.
+    ///
+    /// # Errors
+    /// Where the target is left out: it is not newer than the last one, late, or of unknown time.
+    pub fn time(&mut self, t: Option<f64>, arrival: f64) -> Result<f64, Omission> {
+        let Some(t) = t else { return Ok(arrival) };
+        let behind = self.newest.map_or(-1.0, |newest| newest - t);
+        if (0.0..=CLOCK_SET_S).contains(&behind) {
+            let problem = format_args!("the time stamp is {behind:.3} s before the newest one");
+            return Err(Omission::new(&problem, OmissionKind::OutOfOrder));
+        }
+        self.newest = Some(t);
+        let late = OmissionKind::Late;
+        let time = self.clock.taken(t, 0.0, arrival);
+        let time = time.map_err(|error| Omission::new(&ErrorChain(&error), late))?;
+        let age = arrival - time;
+        if age > MAX_AGE_S {
+            return Err(Omission::new(&format_args!("the target came {age:.3} s late"), late));
+        }
+        Ok(time)
+    }
+}
+
 impl LineIntake {
     /// Takes in a line that came at `arrival` (seconds on the host's clock). Returns its target and
     /// the target's time on that clock; `None` for an empty line.
@@ -68,16 +121,15 @@ impl LineIntake {
         if text.trim().is_empty() {
             return Ok(None);
         }
-        let line = TargetLine::parse(text)
-            .map_err(|mistake| self.omission(&ErrorChain(&mistake), OmissionKind::Unreadable))?;
-        let time = line.t.map_or(Ok(arrival), |t| self.time(t, arrival))?;
+        let line = TargetLine::parse(text).map_err(|mistake| self.here(Omission::from(mistake)))?;
+        let time = self.clock.time(line.t, arrival).map_err(|omission| self.here(omission))?;
         Ok(Some((line, time)))
     }
 
     /// Returns the omission of a line that cannot be read.
-    pub(super) fn unreadable(&mut self, problem: &dyn std::fmt::Display) -> Omission {
+    pub(super) fn unreadable(&mut self, problem: &dyn fmt::Display) -> Omission {
         self.lines += 1;
-        self.omission(problem, OmissionKind::Unreadable)
+        self.here(Omission::new(problem, OmissionKind::Unreadable))
     }
 
     /// Returns the number of lines.
@@ -85,26 +137,9 @@ impl LineIntake {
         self.lines
     }
 
-    /// Maps the time stamp `t` of a line that came at `arrival` to the host's clock, seconds.
-    fn time(&mut self, t: f64, arrival: f64) -> Result<f64, Omission> {
-        let behind = self.newest.map_or(-1.0, |newest| newest - t);
-        if (0.0..=CLOCK_SET_S).contains(&behind) {
-            let problem = format!("`t` is {behind:.3} s before the newest one");
-            return Err(self.omission(&problem, OmissionKind::OutOfOrder));
-        }
-        self.newest = Some(t);
-        let late = OmissionKind::Late;
-        let time = self.clock.taken(t, 0.0, arrival);
-        let time = time.map_err(|error| self.omission(&ErrorChain(&error), late))?;
-        if arrival - time > MAX_AGE_S {
-            let age = arrival - time;
-            return Err(self.omission(&format!("the target came {age:.3} s late"), late));
-        }
-        Ok(time)
-    }
-
-    fn omission(&self, problem: &dyn std::fmt::Display, kind: OmissionKind) -> Omission {
-        Omission { problem: format!("line {}: {problem}", self.lines), kind }
+    /// Returns the omission with the number of the last line.
+    fn here(&self, omission: Omission) -> Omission {
+        omission.at(&format_args!("line {}", self.lines))
     }
 }
 
@@ -143,7 +178,7 @@ mod tests {
         assert_eq!(times.len(), 3, "{times:?}");
         assert!((times[2] - 1.3).abs() < 1e-6, "{times:?}");
         assert_eq!(left_out, LeftOut { out_of_order: 3, ..LeftOut::default() });
-        assert_eq!(problems[0], "line 3: `t` is 0.100 s before the newest one");
+        assert_eq!(problems[0], "line 3: the time stamp is 0.100 s before the newest one");
     }
 
     #[test]

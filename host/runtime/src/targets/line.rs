@@ -13,7 +13,8 @@ const MAX_TIME_S: f64 = 1e10;
 /// Largest coordinate, metres, and largest speed along an axis, m/s. Millimetres are beyond it.
 const MAX_VALUE: f64 = 100.0;
 
-/// Line of a stream: a place of the target. An unknown key is an error.
+/// Line of a stream: a place of the target. An unknown key is an error. A message in another
+/// format, such as one of ROS 2, becomes a line by [`TargetLine::new`].
 ///
 /// ```
 /// use plumb_runtime::targets::TargetLine;
@@ -64,14 +65,32 @@ impl TargetLine {
     /// The first mistake.
     pub fn parse(text: &str) -> Result<Self, LineMistake> {
         let line: Self = serde_json::from_str(text).map_err(LineMistake::Json)?;
-        if let Some(t) = line.t
-            && t.abs() > MAX_TIME_S
-        {
+        line.check()?;
+        Ok(line)
+    }
+
+    /// Returns the line of a target at `position` (metres in the rig frame) at the time `t`
+    /// (seconds on the sender's clock), with `velocity` (m/s) where it is known.
+    ///
+    /// # Errors
+    /// The first number that is not finite or out of its range.
+    pub fn new(
+        t: Option<f64>,
+        position: Point3<f64>,
+        velocity: Option<Vector3<f64>>,
+    ) -> Result<Self, LineMistake> {
+        let line = Self { t, target: position.into(), velocity: velocity.map(Into::into) };
+        line.check()?;
+        Ok(line)
+    }
+
+    /// Checks the ranges of the numbers.
+    fn check(&self) -> Result<(), LineMistake> {
+        if let Some(t) = self.t.filter(|t| !is_within(*t, MAX_TIME_S)) {
             return Err(LineMistake::Time(t));
         }
-        check("target", "metres", line.target)?;
-        check("velocity", "m/s", line.velocity.unwrap_or_default())?;
-        Ok(line)
+        check("target", "metres", self.target)?;
+        check("velocity", "m/s", self.velocity.unwrap_or_default())
     }
 
     /// Returns the place, metres in the rig frame.
@@ -86,10 +105,15 @@ impl TargetLine {
 }
 
 fn check(key: &'static str, unit: &'static str, values: [f64; 3]) -> Result<(), LineMistake> {
-    match values.into_iter().find(|value| value.abs() > MAX_VALUE) {
+    match values.into_iter().find(|value| !is_within(*value, MAX_VALUE)) {
         Some(value) => Err(LineMistake::Value { key, value, unit }),
         None => Ok(()),
     }
+}
+
+/// Returns whether a number is finite and within ±`limit`.
+fn is_within(value: f64, limit: f64) -> bool {
+    value.abs() <= limit
 }
 
 #[cfg(test)]
@@ -121,6 +145,23 @@ mod tests {
             let mistake = TargetLine::parse(text).unwrap_err();
             let message = ErrorChain(&mistake).to_string();
             assert!(message.contains(named), "{text}: {message}");
+        }
+    }
+
+    #[test]
+    fn the_line_of_a_message_in_another_format_has_the_same_ranges() {
+        let place = Point3::new(0.4, 0.3, 0.2);
+        let line = TargetLine::new(Some(7.5), place, None).unwrap();
+        assert_eq!(line, TargetLine::parse(r#"{"t": 7.5, "target": [0.4, 0.3, 0.2]}"#).unwrap());
+        let fast = Vector3::new(0.0, f64::INFINITY, 0.0);
+        for (t, position, velocity, named) in [
+            (Some(f64::NAN), place, None, "`t` is NaN"),
+            (None, Point3::new(0.4, f64::NAN, 0.2), None, "`target` has NaN"),
+            (None, Point3::new(0.4, 300.0, 0.2), None, "`target` has 300"),
+            (None, place, Some(fast), "`velocity` has inf"),
+        ] {
+            let message = TargetLine::new(t, position, velocity).unwrap_err().to_string();
+            assert!(message.contains(named), "{message}");
         }
     }
 }

@@ -29,7 +29,7 @@ use serde::Serialize;
 
 pub use address::{TargetAddress, TargetAddressError};
 pub use channel::{MAX_WAITING, MotionId, TargetReceiver, TargetSender, target_channel};
-pub use intake::{LineIntake, MAX_AGE_S, Omission, OmissionKind};
+pub use intake::{LineIntake, MAX_AGE_S, Omission, OmissionKind, TargetClock};
 pub use line::{LineMistake, MAX_LINE_BYTES, TargetLine};
 pub use stream::{TargetStream, TargetStreamError};
 
@@ -49,7 +49,7 @@ pub struct TimedTarget {
 /// What a source of targets left out so far.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 pub struct LeftOut {
-    /// Lines that are not as documented.
+    /// Lines or messages that are not as documented.
     pub unreadable: u64,
     /// Targets that were told after newer ones.
     pub out_of_order: u64,
@@ -64,7 +64,7 @@ pub struct LeftOut {
 pub struct Arrivals {
     /// Targets, in the order of their arrival.
     pub targets: Vec<TimedTarget>,
-    /// Reasons why lines were left out, for people.
+    /// Reasons why targets were left out, for people.
     pub problems: Vec<String>,
     /// What was left out since the beginning.
     pub left_out: LeftOut,
@@ -80,4 +80,10 @@ pub trait TargetSource {
 
     /// Returns the newest motion that was begun.
     fn newest_motion(&self) -> MotionId;
+
+    /// Ends the motions that were begun until now. Returns the newest of them. A source whose
+    /// senders ask for it ([`TargetSender::has_ended`]) notes it.
+    fn cancel(&mut self) -> MotionId {
+        self.newest_motion()
+    }
 }

@@ -236,7 +236,7 @@ impl TargetDrive {
         self.is_following = false;
         self.tracker = TargetTracker::new(self.rules.max_speed);
         // A program whose motion was ended does not move the ball again by itself.
-        self.cancelled = Some(self.source.newest_motion());
+        self.cancelled = Some(self.source.cancel());
     }
 
     /// Returns the time since the last target, seconds; since the first call before there is one.
