@@ -5,13 +5,14 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
 use plumb_frame::observation::Gaussian3;
-use plumb_runtime::observer::{FrameRecord, RunEvent};
+use plumb_runtime::observer::{FrameRecord, RunEvent, TargetsEvent};
 use plumb_runtime::operator::OperatorSender;
 use plumb_runtime::run::Summary;
 use rustdds::mio1::Waker;
 
 use crate::ledger::Ledger;
 use crate::status::RunStatus;
+use crate::targets::MovingStatus;
 
 /// The ball in a frame.
 #[derive(Debug, Clone, Copy)]
@@ -29,6 +30,8 @@ pub(crate) struct FeedState {
     pub(crate) sample: Option<Sample>,
     /// Status for the diagnostics.
     pub(crate) status: RunStatus,
+    /// Status of targets that move.
+    pub(crate) moving: MovingStatus,
     /// Whether an event has come since the last diagnostics.
     pub(crate) has_news: bool,
     /// Commands of the node.
@@ -50,6 +53,7 @@ impl Feed {
         let state = FeedState {
             sample: None,
             status: RunStatus::new(Instant::now()),
+            moving: MovingStatus::default(),
             has_news: true,
             ledger: Ledger::new(operator),
             is_closing: false,
@@ -85,6 +89,9 @@ impl Feed {
         state.has_news = true;
         if let RunEvent::Command { number, command, outcome } = event {
             state.ledger.settle(*number, *command, *outcome);
+        }
+        if let RunEvent::Targets(event @ TargetsEvent::Refused { .. }) = event {
+            state.moving.show(event.to_string(), Instant::now());
         }
         drop(state);
         self.wake();

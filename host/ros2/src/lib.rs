@@ -35,6 +35,7 @@ mod qos;
 mod service;
 mod status;
 mod targets;
+mod topic;
 
 pub use camera::{FIRST_PICTURE, Ros2Camera, Ros2CameraError, Ros2Driver};
 pub use error::Ros2Error;

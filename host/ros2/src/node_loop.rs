@@ -4,9 +4,8 @@ use std::io;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use plumb_runtime::operator::{CommandOutcome, CommandRefusal, OperatorCommand};
-use ros2_client::Subscription;
-use rustdds::mio1::{Events, Interest, Poll, Token, Waker};
+use plumb_runtime::operator::{CommandOutcome, CommandRefusal, OperatorSender};
+use rustdds::mio1::{Events, Poll, Token, Waker};
 
 use crate::Ros2Settings;
 use crate::action::Action;
@@ -15,13 +14,11 @@ use crate::feed::Feed;
 use crate::ledger::{Origin, Settled};
 use crate::member::Member;
 use crate::message::diagnostic::{KeyValue, Level};
-use crate::message::geometry::PointStamped;
-use crate::peers::Peers;
 use crate::publishers::Publishers;
-use crate::qos;
 use crate::service::{Service, Ticket};
 use crate::status::Report;
-use crate::targets::TargetGate;
+use crate::targets::TargetInputs;
+use crate::topic::MAX_IN_TURN;
 
 /// Time between two diagnostics if nothing happens.
 const DIAGNOSTICS: Duration = Duration::from_secs(1);
@@ -29,25 +26,20 @@ const DIAGNOSTICS: Duration = Duration::from_secs(1);
 /// Least time between two diagnostics.
 const MIN_DIAGNOSTICS: Duration = Duration::from_millis(100);
 
-/// Largest number of messages of one kind that are handled before the others get their turn.
-const MAX_IN_TURN: usize = 100;
-
 /// Token of the run's wake-ups.
 const RUN: Token = Token(0);
-/// Token of the targets.
-const TARGETS: Token = Token(1);
+/// Tokens of set points and of targets that move.
+const TARGETS: [Token; 2] = [Token(1), Token(2)];
 /// Token of the first service.
-const FIRST_SERVICE: usize = 2;
+const FIRST_SERVICE: usize = 3;
 
 /// Node of a rig.
 pub(crate) struct NodeLoop {
     poll: Poll,
-    targets: Subscription<PointStamped>,
+    targets: TargetInputs,
     /// Services in the order of [`Action::ALL`].
     services: Vec<Service>,
     publishers: Publishers,
-    peers: Peers,
-    gate: TargetGate,
     feed: Arc<Feed>,
     last_diagnostics: Instant,
     /// Keeps the topics alive.
@@ -55,39 +47,27 @@ pub(crate) struct NodeLoop {
 }
 
 impl NodeLoop {
-    /// Joins ROS 2. Returns the node and the waker of its thread.
+    /// Joins ROS 2 with a node that sends its commands to `operator`.
     ///
     /// # Errors
     /// As [`Network`](crate::Network) says, and where the operating system refuses.
     pub(crate) fn new(
         settings: &Ros2Settings,
-        feed: impl FnOnce(Waker) -> Feed,
+        operator: OperatorSender,
     ) -> Result<Self, Ros2Error> {
         let Ros2Settings { namespace, network, camera } = settings;
         let mut member = network.join(namespace, "plumb")?;
         let publishers = Publishers::new(&mut member, namespace, *camera)?;
-        let topic = namespace.topic("target");
-        let mut targets = member.subscription(&topic, &qos::NEWEST_MESSAGE)?;
-        let peers = Peers::new::<PointStamped>(&member.participant, &topic, true);
+        let mut targets = TargetInputs::new(&mut member, namespace, operator.targets().clone())?;
         let names = Action::ALL.map(|action| namespace.topic(action.name()));
         let services = names.iter().map(|name| Service::new(&mut member, name));
         let mut services: Vec<Service> = services.collect::<Result<_, _>>()?;
         let poll = Poll::new().map_err(Ros2Error::Thread)?;
         register(&poll, &mut targets, &mut services).map_err(Ros2Error::Thread)?;
         let waker = Waker::new(poll.registry(), RUN).map_err(Ros2Error::Thread)?;
-        let gate = TargetGate::new(namespace.frame("rig"), namespace.topic(Action::Resume.name()));
-        let (feed, last_diagnostics, _member) = (Arc::new(feed(waker)), Instant::now(), member);
-        Ok(Self {
-            poll,
-            targets,
-            services,
-            publishers,
-            peers,
-            gate,
-            feed,
-            last_diagnostics,
-            _member,
-        })
+        let feed = Arc::new(Feed::new(operator, waker));
+        let (last_diagnostics, _member) = (Instant::now(), member);
+        Ok(Self { poll, targets, services, publishers, feed, last_diagnostics, _member })
     }
 
     /// Returns the memory between the run and the node.
@@ -100,17 +80,15 @@ impl NodeLoop {
         let mut events = Events::with_capacity(64);
         loop {
             let now = Instant::now();
-            let due = self
-                .gate
-                .due()
-                .map_or(self.diagnostics_due(), |gate| gate.min(self.diagnostics_due()));
+            let due = self.diagnostics_due();
+            let due = self.targets.due().map_or(due, |target| target.min(due));
             // An interrupted wait is a wake-up like any other.
             let _interrupted =
                 self.poll.poll(&mut events, Some(due.saturating_duration_since(now)));
             self.handle_requests();
-            self.handle_targets();
+            self.targets.receive(&mut self.feed.state());
             self.handle_outcomes();
-            self.send_target();
+            self.targets.send(&mut self.feed.state());
             self.publish_sample();
             if self.feed.state().is_closing {
                 self.close();
@@ -143,14 +121,14 @@ impl NodeLoop {
         let mut state = self.feed.state();
         match action {
             Action::Stop => {
-                self.gate.clear();
+                self.targets.clear();
                 state.status.set_stopped(true);
             }
             Action::Resume => {
-                self.gate.resume(Instant::now());
+                self.targets.resume();
                 state.status.set_stopped(false);
             }
-            Action::Hold => self.gate.clear(),
+            Action::Hold => self.targets.clear(),
             Action::ClearFault => {}
         }
         state.has_news = true;
@@ -171,27 +149,12 @@ impl NodeLoop {
         }
     }
 
-    /// Takes the targets that have come.
-    fn handle_targets(&mut self) {
-        for _ in 0..MAX_IN_TURN {
-            // A message that cannot be decoded is of another type, which the diagnostics report.
-            let Ok(taken) = self.targets.take() else { continue };
-            let Some((message, info)) = taken else { return };
-            let Some(sent) = self.peers.sent(&info) else { continue };
-            let mut state = self.feed.state();
-            if let Err(refusal) = self.gate.offer(&message, sent, state.status.is_stopped()) {
-                state.status.note_refusal(refusal.to_string());
-                state.has_news = true;
-            }
-        }
-    }
-
     /// Answers the requests whose outcome is known.
     fn handle_outcomes(&mut self) {
         let settled = self.feed.state().ledger.take_settled();
         for Settled { origin, command, outcome } in settled {
             match origin {
-                Origin::Target => self.gate.answered(),
+                Origin::Target => self.targets.answered(),
                 Origin::Answered => {}
                 Origin::Request { service, ticket } => {
                     let (success, message) = match outcome {
@@ -203,22 +166,6 @@ impl NodeLoop {
                     self.services[service].answer(ticket, success, &message);
                 }
             }
-        }
-    }
-
-    /// Sends the target that waits, if it is its turn.
-    fn send_target(&mut self) {
-        let mut state = self.feed.state();
-        if state.status.is_stopped() {
-            self.gate.clear();
-        }
-        let Some(target) = self.gate.next(state.status.present_target(), Instant::now()) else {
-            return;
-        };
-        let command = OperatorCommand::Target(target);
-        if let Err(error) = state.ledger.send(command, Origin::Target) {
-            state.status.note_refusal(format!("{command}: {error}"));
-            self.gate.answered();
         }
     }
 
@@ -242,14 +189,20 @@ impl NodeLoop {
         let mut state = self.feed.state();
         state.has_news = false;
         let (run, commands) = (state.status.run(now), state.status.commands());
+        let moving = state.moving.report(now);
         drop(state);
-        let reports = [("run", run), ("commands", commands), ("graph", self.graph())];
+        let reports = [
+            ("run", run),
+            ("commands", commands),
+            ("moving target", moving),
+            ("graph", self.graph()),
+        ];
         self.publishers.publish_diagnostics(reports);
     }
 
     /// Returns the report about the publishers of other nodes.
     fn graph(&self) -> Report {
-        let unusable = self.peers.unusable();
+        let unusable = self.targets.unusable();
         // Clients often keep one value of a key.
         let named = |(k, it): (u32, _)| KeyValue::new(&format!("unusable {k}"), it);
         let values = (1..).zip(&unusable).map(named).collect();
@@ -263,12 +216,8 @@ impl NodeLoop {
 }
 
 /// Registers everything that wakes the thread.
-fn register(
-    poll: &Poll,
-    targets: &mut Subscription<PointStamped>,
-    services: &mut [Service],
-) -> io::Result<()> {
-    poll.registry().register(targets, TARGETS, Interest::READABLE)?;
+fn register(poll: &Poll, targets: &mut TargetInputs, services: &mut [Service]) -> io::Result<()> {
+    targets.register(poll.registry(), TARGETS)?;
     for (index, service) in services.iter_mut().enumerate() {
         service.register(poll.registry(), Token(FIRST_SERVICE + index))?;
     }

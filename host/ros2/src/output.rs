@@ -41,7 +41,7 @@ impl Ros2Output {
     /// # Errors
     /// Where the domain or the interface does not exist, or a topic cannot be created.
     pub fn start(settings: &Ros2Settings, operator: OperatorSender) -> Result<Self, Ros2Error> {
-        let node = NodeLoop::new(settings, |waker| Feed::new(operator, waker))?;
+        let node = NodeLoop::new(settings, operator)?;
         let feed = node.feed();
         let thread = thread::Builder::new()
             .name("ros2".to_owned())

@@ -19,7 +19,7 @@ use crate::message::TypedMessage;
 const MAX_PUBLISHERS: usize = 1000;
 
 /// Time after its last message for which a publisher counts as a sender.
-const RECENT: Duration = Duration::from_secs(1);
+pub(crate) const RECENT: Duration = Duration::from_secs(1);
 
 /// Publisher on a topic that cannot be used.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -93,11 +93,6 @@ impl Peers {
         let (participant, topic) = (participant.clone(), topic.to_owned());
         let (senders, begin) = (HashMap::new(), Instant::now());
         Self { participant, topic, kind, is_reliable, senders, begin }
-    }
-
-    /// Returns whether the sender of a message is known to send the topic's type.
-    pub(crate) fn is_trusted(&mut self, info: &MessageInfo) -> bool {
-        self.trusted_sender(info).is_some()
     }
 
     /// Returns the time at which a message was sent, on this computer's clock; `None` if its sender

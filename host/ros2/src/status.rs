@@ -32,8 +32,10 @@ pub(crate) struct RunStatus {
     /// State of the board; `None` before its telemetry about a new target.
     state: Option<State>,
     fault: Option<Fault>,
-    /// The target that the rig drives to or holds.
+    /// The target that the rig drives to, holds or follows.
     present_target: Option<Point3<f64>>,
+    /// Whether the present target has moved: it is that of a path or of a moving target.
+    has_moved: bool,
     /// Distance of the measured position from the target, metres; `None` without a position.
     error: Option<f64>,
     last_frame: Option<Instant>,
@@ -61,6 +63,7 @@ impl RunStatus {
             state: None,
             fault: None,
             present_target: None,
+            has_moved: false,
             error: None,
             last_frame: None,
             frames: 0,
@@ -74,9 +77,10 @@ impl RunStatus {
         }
     }
 
-    /// Returns the target that the rig drives to or holds.
+    /// Returns the set point that the rig drives to or holds; `None` where the target moves, which
+    /// a set point ends.
     pub(crate) fn present_target(&self) -> Option<Point3<f64>> {
-        self.present_target
+        self.present_target.filter(|_| !self.has_moved)
     }
 
     /// Returns whether the control loop has begun.
@@ -100,6 +104,12 @@ impl RunStatus {
         self.frames += 1;
         self.last_frame = Some(now);
         self.error = record.error();
+        if record.path.is_some() {
+            self.has_moved = true;
+        }
+        if self.has_moved && self.present_target.is_some() {
+            self.present_target = Some(record.target);
+        }
         let telemetry = record.telemetry.map(|telemetry| telemetry.state);
         // Telemetry from before a target says nothing about the drive to it.
         self.state = if self.present_target.is_some() { record.state } else { telemetry };
@@ -116,6 +126,7 @@ impl RunStatus {
         match event {
             RunEvent::TargetSet { target, .. } => {
                 (self.present_target, self.state) = (Some(*target), None);
+                self.has_moved = false;
             }
             RunEvent::TargetEnded { reason, .. } => {
                 if *reason != StopReason::Reached {
@@ -213,93 +224,4 @@ impl RunStatus {
 }
 
 #[cfg(test)]
-mod tests {
-    use plumb_runtime::operator::CommandRefusal;
-
-    use super::*;
-
-    fn target(x: f64) -> Point3<f64> {
-        Point3::new(x, 0.3, 0.2)
-    }
-
-    fn command(command: OperatorCommand, outcome: CommandOutcome) -> RunEvent {
-        RunEvent::Command { number: 1, command, outcome }
-    }
-
-    #[test]
-    fn a_fault_is_an_error_with_its_advice_until_it_is_cleared() {
-        let now = Instant::now();
-        let mut status = RunStatus::new(now);
-        assert_eq!(status.run(now).level, Level::Ok);
-        let fault = Fault::PositionLost;
-        status.note_event(&RunEvent::TargetEnded { number: 0, reason: StopReason::Fault(fault) });
-        let report = status.run(now);
-        assert_eq!(report.level, Level::Error);
-        assert!(report.message.contains(&fault.to_string()), "{}", report.message);
-        assert!(report.values.contains(&KeyValue::new("advice", after_fault(fault))));
-        status.note_event(&command(OperatorCommand::ClearFault, CommandOutcome::Accepted));
-        assert_eq!(status.run(now).level, Level::Ok);
-    }
-
-    #[test]
-    fn the_state_before_a_new_target_is_not_that_of_the_drive_to_it() {
-        let now = Instant::now();
-        let mut status = RunStatus::new(now);
-        let set = |number, x| RunEvent::TargetSet { number, target: target(x) };
-        let record = |state| FrameRecord {
-            number: 0,
-            time: 0.0,
-            frame: None,
-            observation: None,
-            target: target(0.4),
-            telemetry: None,
-            state,
-            ground_truth: None,
-            path: None,
-        };
-        status.note_event(&set(0, 0.4));
-        status.note_frame(&record(Some(State::Holding)), now);
-        assert!(status.run(now).values.contains(&KeyValue::new("state", State::Holding)));
-        status.note_event(&set(1, 0.5));
-        let keys = |status: &RunStatus| status.run(now).values.iter().any(|it| it.key == "state");
-        assert!(!keys(&status));
-        status.note_frame(&record(None), now);
-        assert!(!keys(&status));
-    }
-
-    #[test]
-    fn a_camera_that_is_silent_is_an_error() {
-        let now = Instant::now();
-        let status = RunStatus::new(now);
-        let report = status.run(now + Duration::from_secs(3));
-        assert_eq!((report.level, report.message.as_str()), (Level::Error, "no picture for 3 s"));
-    }
-
-    #[test]
-    fn a_refused_command_is_reported_until_the_next() {
-        let mut status = RunStatus::new(Instant::now());
-        let refused = CommandOutcome::Refused(CommandRefusal::TargetOutside);
-        status.note_event(&command(OperatorCommand::Target(target(7.0)), refused));
-        let report = status.commands();
-        assert_eq!(report.level, Level::Warn);
-        assert!(report.message.contains("outside the workspace"), "{}", report.message);
-        status.note_event(&command(OperatorCommand::Hold, CommandOutcome::Accepted));
-        assert_eq!(status.commands().level, Level::Ok);
-        assert!(status.commands().values.contains(&KeyValue::new("refused", 1)));
-    }
-
-    #[test]
-    fn the_present_target_ends_with_its_drive_unless_it_is_held() {
-        let mut status = RunStatus::new(Instant::now());
-        let set = RunEvent::TargetSet { number: 0, target: target(0.4) };
-        let ended = |reason| RunEvent::TargetEnded { number: 0, reason };
-        status.note_event(&set);
-        status.note_event(&ended(StopReason::Reached));
-        assert_eq!(status.present_target(), Some(target(0.4)));
-        status.note_event(&command(OperatorCommand::Stop, CommandOutcome::Accepted));
-        assert_eq!((status.present_target(), status.is_stopped()), (None, true));
-        status.note_event(&set);
-        status.note_event(&ended(StopReason::Timeout));
-        assert_eq!(status.present_target(), None);
-    }
-}
+mod tests;

@@ -8,6 +8,8 @@ mod camera;
 #[path = "../common/mod.rs"]
 mod common;
 #[cfg(feature = "ros2")]
+mod moving;
+#[cfg(feature = "ros2")]
 mod peer;
 #[cfg(feature = "ros2")]
 mod run;

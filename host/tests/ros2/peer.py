@@ -7,7 +7,10 @@ Prints what it receives as lines of JSON, and reads commands as lines of JSON fr
     {"target": [x, y, z], "frame": "plumb/rig"}      publishes a target
     {"flood": [x, y, z], "frame": "plumb/rig"}       publishes targets as fast as it can, in turn at
                                                      two places that are 4 cm apart
-    {"calm": true}                                   ends that
+    {"circle": [x, y, z], "rate": 30}                publishes a moving target on a circle of 5 cm
+                                                     round this place, once round in 6.3 s; with
+                                                     "sensor_data": true without repetition
+    {"calm": true}                                   ends both
     {"vector": [x, y, z]}                            publishes another type on the targets' topic
     {"best_effort": [x, y, z]}                       publishes a target without repetition
     {"call": "stop"}                                 calls a service
@@ -17,6 +20,7 @@ with --plain as rmw_fastrtps_cpp does, without it. Only the loopback interface i
 """
 
 import json
+import math
 import os
 import sys
 import threading
@@ -111,8 +115,8 @@ class Peer:
     def reader(self, name, kind):
         return DataReader(self.participant, Topic(self.participant, name, kind), qos=RELIABLE)
 
-    def writer(self, name, kind):
-        return DataWriter(self.participant, Topic(self.participant, name, kind), qos=RELIABLE)
+    def writer(self, name, kind, qos=RELIABLE):
+        return DataWriter(self.participant, Topic(self.participant, name, kind), qos=qos)
 
     def client(self, name):
         request, response = (
@@ -173,6 +177,20 @@ class Peer:
             count += 1
         show("flooded", count)
 
+    def circle(self, centre, rate, qos):
+        writer = self.writer(f"rt{self.namespace}/moving_target", PointStamped, qos)
+        begin, count = time.time(), 0
+        while not self.is_calm.is_set():
+            now = begin + count / rate
+            time.sleep(max(0.0, now - time.time()))
+            x, y, z = centre
+            angle = now - begin
+            point = Point(x + 0.05 * math.cos(angle), y + 0.05 * math.sin(angle), z)
+            stamp = Time(int(now), int(now % 1.0 * 1e9))
+            writer.write(PointStamped(Header(stamp, f"{self.namespace[1:]}/rig"), point))
+            count += 1
+        show("circled", count)
+
     def write_as_other(self, kind, qos, at):
         """Publishes on the targets' topic as another program does."""
         participant = DomainParticipant(self.participant.get_domain_id())
@@ -191,6 +209,11 @@ class Peer:
         else:
             writer.write(CycloneRequest(self.guid, self.calls, 0))
 
+    def publish(self, function, *arguments):
+        """Publishes in a thread, until a command ends it."""
+        self.is_calm.clear()
+        threading.Thread(target=function, args=arguments, daemon=True).start()
+
     def obey(self, command):
         if "call" in command:
             self.call(command["call"])
@@ -199,8 +222,10 @@ class Peer:
         elif "best_effort" in command:
             self.write_as_other(PointStamped, SENSOR_DATA, command["best_effort"])
         elif "flood" in command:
-            flood = (command["flood"], command["frame"])
-            threading.Thread(target=self.flood, args=flood, daemon=True).start()
+            self.publish(self.flood, command["flood"], command["frame"])
+        elif "circle" in command:
+            qos = SENSOR_DATA if command.get("sensor_data") else RELIABLE
+            self.publish(self.circle, command["circle"], command["rate"], qos)
         elif "calm" in command:
             self.is_calm.set()
         else:

@@ -27,7 +27,7 @@ pub(crate) struct Run {
 }
 
 impl Run {
-    fn start(domain: &Domain, namespace: &str) -> Self {
+    pub(crate) fn start(domain: &Domain, namespace: &str) -> Self {
         let folder = folder();
         let emulator = Emulator::start();
         rig_file(folder.path(), |text| patient(text.replace("/dev/ttyACM0", &emulator.port)));
@@ -49,7 +49,7 @@ impl Run {
     }
 
     /// Interrupts the run. Returns its summary.
-    fn end(mut self) -> Value {
+    pub(crate) fn end(mut self) -> Value {
         let child = self.child.take().unwrap();
         kill(Pid::from_raw(i32::try_from(child.id()).unwrap()), Signal::SIGINT).unwrap();
         common::json(&child.wait_with_output().unwrap())
@@ -70,7 +70,7 @@ pub(crate) fn target(at: [f64; 3], frame: &str) -> Value {
 }
 
 /// Returns how each leg of a summary ended.
-fn endings(summary: &Value) -> Vec<&str> {
+pub(crate) fn endings(summary: &Value) -> Vec<&str> {
     let legs = summary["legs"].as_array().unwrap();
     legs.iter().map(|leg| leg["ending"].as_str().unwrap()).collect()
 }

@@ -4,62 +4,31 @@ use std::io;
 use std::time::Duration;
 
 use plumb_cameras::source::ros2::Ros2CameraSettings;
-use ros2_client::qos::History;
-use ros2_client::{QosProfile, Subscription};
-use rustdds::mio1::{Events, Interest, Poll, Token};
+use rustdds::mio1::{Events, Poll, Token};
 use serde::de::DeserializeOwned;
 
 use super::error::Ros2CameraError;
 use super::pairs::Stamped;
 use super::picture::Colour;
 use crate::member::Member;
+use crate::message::TypedMessage;
 use crate::message::sensor::{CameraInfo, CompressedImage, Image};
-use crate::message::{Header, TypedMessage};
 use crate::namespace::Namespace;
 use crate::network::Network;
 use crate::peers::Peers;
+use crate::qos;
+use crate::topic::Topic;
 
-/// Pictures without repetition: such a subscription hears publishers of both kinds. The depth of
-/// the history bounds the pictures in the DDS library's memory.
-const PICTURES: QosProfile =
-    QosProfile::subscription_default().history(History::KeepLast { depth: 4 });
-
-/// Largest number of messages of one kind that are taken in a turn.
-const MAX_IN_TURN: usize = 32;
-
-/// Topic with the messages that have the right type.
-struct Topic<M: 'static> {
-    name: String,
-    messages: Subscription<M>,
-    peers: Peers,
-}
-
-impl<M: TypedMessage + DeserializeOwned + 'static> Topic<M> {
-    fn new(
-        member: &mut Member,
-        name: &str,
-        poll: &Poll,
-        token: usize,
-    ) -> Result<Self, Ros2CameraError> {
-        let mut messages = member.subscription(name, &PICTURES)?;
-        poll.registry()
-            .register(&mut messages, Token(token), Interest::READABLE)
-            .map_err(Ros2CameraError::Wait)?;
-        let peers = Peers::new::<M>(&member.participant, name, false);
-        Ok(Self { name: name.to_owned(), messages, peers })
-    }
-
-    /// Removes the messages that have come, and hands those of the right type to `take`.
-    fn receive(&mut self, mut take: impl FnMut(M)) {
-        for _ in 0..MAX_IN_TURN {
-            // A message that cannot be decoded is of another type.
-            let Ok(received) = self.messages.take() else { continue };
-            let Some((message, info)) = received else { return };
-            if self.peers.is_trusted(&info) {
-                take(message);
-            }
-        }
-    }
+/// Subscribes to a topic, whose messages wake `poll` with `token`.
+fn subscribe<M: TypedMessage + DeserializeOwned + 'static>(
+    member: &mut Member,
+    name: &str,
+    poll: &Poll,
+    token: usize,
+) -> Result<Topic<M>, Ros2CameraError> {
+    let mut topic = Topic::new(member, name, &qos::PICTURES)?;
+    topic.register(poll.registry(), Token(token)).map_err(Ros2CameraError::Wait)?;
+    Ok(topic)
 }
 
 /// Colour topic of either type.
@@ -73,13 +42,6 @@ impl ColourTopic {
         match self {
             Self::Raw(topic) => &topic.peers,
             Self::Compressed(topic) => &topic.peers,
-        }
-    }
-
-    fn name(&self) -> &str {
-        match self {
-            Self::Raw(topic) => &topic.name,
-            Self::Compressed(topic) => &topic.name,
         }
     }
 }
@@ -117,29 +79,29 @@ impl Reception {
         let poll = Poll::new().map_err(Ros2CameraError::Wait)?;
         let name = settings.colour.as_str();
         let colour = if name.ends_with("/compressed") {
-            ColourTopic::Compressed(Topic::new(&mut member, name, &poll, 0)?)
+            ColourTopic::Compressed(subscribe(&mut member, name, &poll, 0)?)
         } else {
-            ColourTopic::Raw(Topic::new(&mut member, name, &poll, 0)?)
+            ColourTopic::Raw(subscribe(&mut member, name, &poll, 0)?)
         };
         let depth = settings.depth_topic();
-        let depth = depth.map(|name| Topic::new(&mut member, name, &poll, 1)).transpose()?;
-        let info = Topic::new(&mut member, &settings.info, &poll, 2)?;
+        let depth = depth.map(|name| subscribe(&mut member, name, &poll, 1)).transpose()?;
+        let info = subscribe(&mut member, &settings.info, &poll, 2)?;
         Ok(Self { poll, events: Events::with_capacity(16), colour, depth, info, member })
     }
 
     /// Returns the name of the colour topic.
     pub(crate) fn colour_name(&self) -> &str {
-        self.colour.name()
+        self.colour.peers().topic()
     }
 
     /// Returns the name of the depth topic; `None` for a camera without depth.
     pub(crate) fn depth_name(&self) -> Option<&str> {
-        self.depth.as_ref().map(|topic| topic.name.as_str())
+        self.depth.as_ref().map(|topic| topic.peers.topic())
     }
 
     /// Returns the name of the topic with the camera's description.
     pub(crate) fn info_name(&self) -> &str {
-        &self.info.name
+        self.info.peers.topic()
     }
 
     /// Waits for messages, for `limit` at most, and hands them to `take`.
@@ -157,19 +119,21 @@ impl Reception {
             }
             _ => {}
         }
-        self.info.receive(|info| take(Received::Info(Box::new(info))));
+        self.info.receive(|info, _| take(Received::Info(Box::new(info))));
         let mut colour = |stamp, picture| take(Received::Colour(Stamped { stamp, picture }));
         match &mut self.colour {
             ColourTopic::Raw(topic) => {
-                topic.receive(|image| colour(stamp(&image.header), Colour::Raw(image)));
+                topic.receive(|image, _| colour(image.header.seconds(), Colour::Raw(image)));
             }
             ColourTopic::Compressed(topic) => {
-                topic.receive(|image| colour(stamp(&image.header), Colour::Compressed(image)));
+                topic.receive(|image, _| {
+                    colour(image.header.seconds(), Colour::Compressed(image));
+                });
             }
         }
         if let Some(depth) = &mut self.depth {
-            depth.receive(|image| {
-                let stamp = stamp(&image.header);
+            depth.receive(|image, _| {
+                let stamp = image.header.seconds();
                 take(Received::Depth(Stamped { stamp, picture: image }));
             });
         }
@@ -246,9 +210,4 @@ impl Reception {
         names.dedup();
         names
     }
-}
-
-/// Returns the stamp of a header, seconds.
-fn stamp(header: &Header) -> f64 {
-    f64::from(header.stamp.sec) + f64::from(header.stamp.nanosec) * 1e-9
 }

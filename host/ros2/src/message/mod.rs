@@ -49,6 +49,13 @@ pub(crate) struct Header {
     pub(crate) frame_id: String,
 }
 
+impl Header {
+    /// Returns the time, seconds since 1970.
+    pub(crate) fn seconds(&self) -> f64 {
+        f64::from(self.stamp.sec) + f64::from(self.stamp.nanosec) * 1e-9
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

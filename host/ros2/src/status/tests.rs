@@ -1,0 +1,114 @@
+//! Tests of the status.
+
+use nalgebra::Vector3;
+use plumb_runtime::observer::PathPoint;
+use plumb_runtime::operator::CommandRefusal;
+
+use super::*;
+
+fn target(x: f64) -> Point3<f64> {
+    Point3::new(x, 0.3, 0.2)
+}
+
+fn command(command: OperatorCommand, outcome: CommandOutcome) -> RunEvent {
+    RunEvent::Command { number: 1, command, outcome }
+}
+
+fn record(state: Option<State>) -> FrameRecord {
+    FrameRecord {
+        number: 0,
+        time: 0.0,
+        frame: None,
+        observation: None,
+        target: target(0.4),
+        telemetry: None,
+        state,
+        ground_truth: None,
+        path: None,
+    }
+}
+
+#[test]
+fn a_fault_is_an_error_with_its_advice_until_it_is_cleared() {
+    let now = Instant::now();
+    let mut status = RunStatus::new(now);
+    assert_eq!(status.run(now).level, Level::Ok);
+    let fault = Fault::PositionLost;
+    status.note_event(&RunEvent::TargetEnded { number: 0, reason: StopReason::Fault(fault) });
+    let report = status.run(now);
+    assert_eq!(report.level, Level::Error);
+    assert!(report.message.contains(&fault.to_string()), "{}", report.message);
+    assert!(report.values.contains(&KeyValue::new("advice", after_fault(fault))));
+    status.note_event(&command(OperatorCommand::ClearFault, CommandOutcome::Accepted));
+    assert_eq!(status.run(now).level, Level::Ok);
+}
+
+#[test]
+fn the_state_before_a_new_target_is_not_that_of_the_drive_to_it() {
+    let now = Instant::now();
+    let mut status = RunStatus::new(now);
+    let set = |number, x| RunEvent::TargetSet { number, target: target(x) };
+    status.note_event(&set(0, 0.4));
+    status.note_frame(&record(Some(State::Holding)), now);
+    assert!(status.run(now).values.contains(&KeyValue::new("state", State::Holding)));
+    status.note_event(&set(1, 0.5));
+    let keys = |status: &RunStatus| status.run(now).values.iter().any(|it| it.key == "state");
+    assert!(!keys(&status));
+    status.note_frame(&record(None), now);
+    assert!(!keys(&status));
+}
+
+#[test]
+fn a_target_that_moves_is_shown_and_does_not_count_as_a_set_point() {
+    let now = Instant::now();
+    let mut status = RunStatus::new(now);
+    status.note_event(&RunEvent::TargetSet { number: 0, target: target(0.4) });
+    let position = target(0.5);
+    let path = Some(PathPoint { time: 0.1, pace: 1.0, position, velocity: Vector3::zeros() });
+    let moved = FrameRecord { target: position, path, ..record(Some(State::Following)) };
+    status.note_frame(&moved, now);
+    assert!(status.run(now).values.contains(&KeyValue::new("target m", "0.500 0.300 0.200")));
+    // A set point there ends the motion, also while the target rests.
+    let rests = FrameRecord { target: position, ..record(Some(State::Holding)) };
+    status.note_frame(&rests, now);
+    assert_eq!(status.present_target(), None);
+    status.note_event(&RunEvent::TargetSet { number: 1, target: position });
+    status.note_frame(&rests, now);
+    assert_eq!(status.present_target(), Some(position));
+}
+
+#[test]
+fn a_camera_that_is_silent_is_an_error() {
+    let now = Instant::now();
+    let status = RunStatus::new(now);
+    let report = status.run(now + Duration::from_secs(3));
+    assert_eq!((report.level, report.message.as_str()), (Level::Error, "no picture for 3 s"));
+}
+
+#[test]
+fn a_refused_command_is_reported_until_the_next() {
+    let mut status = RunStatus::new(Instant::now());
+    let refused = CommandOutcome::Refused(CommandRefusal::TargetOutside);
+    status.note_event(&command(OperatorCommand::Target(target(7.0)), refused));
+    let report = status.commands();
+    assert_eq!(report.level, Level::Warn);
+    assert!(report.message.contains("outside the workspace"), "{}", report.message);
+    status.note_event(&command(OperatorCommand::Hold, CommandOutcome::Accepted));
+    assert_eq!(status.commands().level, Level::Ok);
+    assert!(status.commands().values.contains(&KeyValue::new("refused", 1)));
+}
+
+#[test]
+fn the_present_target_ends_with_its_drive_unless_it_is_held() {
+    let mut status = RunStatus::new(Instant::now());
+    let set = RunEvent::TargetSet { number: 0, target: target(0.4) };
+    let ended = |reason| RunEvent::TargetEnded { number: 0, reason };
+    status.note_event(&set);
+    status.note_event(&ended(StopReason::Reached));
+    assert_eq!(status.present_target(), Some(target(0.4)));
+    status.note_event(&command(OperatorCommand::Stop, CommandOutcome::Accepted));
+    assert_eq!((status.present_target(), status.is_stopped()), (None, true));
+    status.note_event(&set);
+    status.note_event(&ended(StopReason::Timeout));
+    assert_eq!(status.present_target(), None);
+}

@@ -1,0 +1,135 @@
+//! Targets from topics: set points, and targets that move.
+
+mod admission;
+mod gate;
+mod moving;
+mod status;
+
+use std::io;
+use std::time::Instant;
+
+use plumb_runtime::operator::OperatorCommand;
+use plumb_runtime::targets::TargetSender;
+use rustdds::mio1::{Registry, Token};
+
+use self::admission::Admission;
+use self::gate::TargetGate;
+use self::moving::MovingGate;
+pub(crate) use self::status::MovingStatus;
+use crate::action::Action;
+use crate::error::Ros2Error;
+use crate::feed::FeedState;
+use crate::ledger::Origin;
+use crate::member::Member;
+use crate::message::geometry::PointStamped;
+use crate::namespace::Namespace;
+use crate::peers::UnusablePublisher;
+use crate::qos;
+use crate::topic::Topic;
+
+/// Topics of targets, with the rules for them.
+pub(crate) struct TargetInputs {
+    set_points: Topic<PointStamped>,
+    moving: Topic<PointStamped>,
+    admission: Admission,
+    gate: TargetGate,
+    moving_gate: MovingGate,
+}
+
+impl TargetInputs {
+    /// Subscribes to the topics of a rig. Targets that move go to `targets`.
+    ///
+    /// # Errors
+    /// [`Ros2Error::Endpoint`] where that is not possible.
+    pub(crate) fn new(
+        member: &mut Member,
+        namespace: &Namespace,
+        targets: TargetSender,
+    ) -> Result<Self, Ros2Error> {
+        let (name, resume) = (namespace.topic("moving_target"), Action::Resume.name());
+        let resume = namespace.topic(resume);
+        Ok(Self {
+            set_points: Topic::new(member, &namespace.topic("target"), &qos::NEWEST_MESSAGE)?,
+            moving: Topic::new(member, &name, &qos::MOVING_TARGETS)?,
+            admission: Admission::new(namespace.frame("rig"), resume.clone()),
+            gate: TargetGate::default(),
+            moving_gate: MovingGate::new(targets, name, resume),
+        })
+    }
+
+    /// Wakes the poll of `registry` for each target.
+    ///
+    /// # Errors
+    /// Where the operating system refuses.
+    pub(crate) fn register(&mut self, registry: &Registry, tokens: [Token; 2]) -> io::Result<()> {
+        self.set_points.register(registry, tokens[0])?;
+        self.moving.register(registry, tokens[1])
+    }
+
+    /// Takes the targets that have come.
+    pub(crate) fn receive(&mut self, state: &mut FeedState) {
+        let Self { set_points, moving, admission, gate, moving_gate } = self;
+        let is_stopped = state.status.is_stopped();
+        set_points.receive(|message, origin| {
+            match admission.admit(&message, origin.sent, is_stopped) {
+                Ok(target) => gate.offer(target),
+                Err(refusal) => {
+                    state.status.note_refusal(refusal.to_string());
+                    state.has_news = true;
+                }
+            }
+        });
+        moving.receive(|message, origin| {
+            let now = Instant::now();
+            let place = admission.admit(&message, origin.sent, is_stopped);
+            let publisher = origin.publisher;
+            match place.and_then(|at| moving_gate.offer(publisher, &message.header, at, now)) {
+                Ok(()) => state.moving.note_taken(now),
+                Err(refusal) => {
+                    state.has_news |= state.moving.note_refusal(refusal.to_string(), now);
+                }
+            }
+        });
+    }
+
+    /// Sends the set point that waits, if it is its turn.
+    pub(crate) fn send(&mut self, state: &mut FeedState) {
+        if state.status.is_stopped() {
+            self.gate.clear();
+        }
+        let Some(target) = self.gate.next(state.status.present_target(), Instant::now()) else {
+            return;
+        };
+        let command = OperatorCommand::Target(target);
+        if let Err(error) = state.ledger.send(command, Origin::Target) {
+            state.status.note_refusal(format!("{command}: {error}"));
+            self.gate.answered();
+        }
+    }
+
+    /// Returns the time at which the set point that waits may be sent.
+    pub(crate) fn due(&self) -> Option<Instant> {
+        self.gate.due()
+    }
+
+    /// Notes that the set point that was sent has its answer.
+    pub(crate) fn answered(&mut self) {
+        self.gate.answered();
+    }
+
+    /// Drops the set point that waits.
+    pub(crate) fn clear(&mut self) {
+        self.gate.clear();
+    }
+
+    /// Notes a Resume. Targets that were sent before it stay refused.
+    pub(crate) fn resume(&mut self) {
+        self.admission.resume(Instant::now());
+        self.moving_gate.resume();
+    }
+
+    /// Returns the publishers on the topics that cannot be used.
+    pub(crate) fn unusable(&self) -> Vec<UnusablePublisher> {
+        [self.set_points.peers.unusable(), self.moving.peers.unusable()].concat()
+    }
+}
