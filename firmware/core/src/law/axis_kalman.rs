@@ -8,7 +8,7 @@
     reason = "rows and columns go by their numbers in several arrays at once"
 )]
 
-use super::fixed_point::times;
+use super::fixed_point::{movement, times};
 
 /// Saturation of J: 8.2 mm/step in Q6 µm/step.
 const J_MAX: i64 = (1 << 19) - 1;
@@ -90,8 +90,8 @@ impl AxisKalman {
             return;
         }
         let d = d.map(i64::from);
-        // J d, bits: 19 + 13 = 32, 34 the sum; Q10 to Q4.
-        let moved: i64 = (0..3).map(|k| times(self.j[k].into(), d[k])).sum::<i64>() >> 6;
+        // Bits: 19 + 13 = 32, 34 the sum.
+        let moved = movement(self.j, d);
         self.p = self.p.saturating_add(moved as i32);
         // P_JJ d, bits: 30 + 13 = 43, 45 the sum; Q12 to Q4 and within 30 bits.
         let spread = [0, 1, 2].map(|k| {

@@ -12,7 +12,7 @@
 //! assumed. The rest of the change is process noise of the filters.
 
 use crate::law::axis_kalman::MAX_TURN;
-use crate::law::fixed_point::times;
+use crate::law::fixed_point::{movement, times};
 
 /// Width of the motors' triangle in x and y, µm. Rigs that are half and twice as wide profit too;
 /// on them the change is over- or underestimated.
@@ -26,15 +26,16 @@ const MAX_CHANGE: i64 = 1 << 18;
 
 /// Returns the change of J (Q6 µm/step) while the motors turn by `turned` (Q4 steps).
 pub(super) fn change(j: &[[i32; 3]; 3], turned: [i32; 3]) -> [[i32; 3]; 3] {
-    let j = j.map(|row| row.map(i64::from));
     let turned = turned.map(|d| i64::from(d.clamp(-MAX_TURN, MAX_TURN)));
+    // Bits: 19 + 13, 34 the sum.
+    let moved = j.map(|row| movement(row, turned).clamp(-MAX_MOVED, MAX_MOVED));
+    let j = j.map(|row| row.map(i64::from));
     // The ball's movement for a step of all three motors: 21 bits.
     let lowered = j.map(|row| row.iter().sum::<i64>());
     // c L over the width: the mean of those by x and by y.
     let sideways = (2 * j[0][2].abs() + j[1][0].abs() + j[1][1].abs()) >> 2;
     let sideways = sideways.max(LEAST_J);
     let shortened = shortening(sideways, lowered[2]);
-    let moved = movement(&j, turned);
     // Relative changes in Q20.
     let stretched = [0, 1, 2].map(|k| {
         // Bits: 30 + 14; Q34 to Q20.
@@ -62,15 +63,6 @@ fn shortening(sideways: i64, lowered: i64) -> i64 {
     let flat = (square << 14) / (3 * times(sideways, sideways) + square);
     // Bits: 2 + 19 + 14 + 10; Q6 + Q14 + 10 bits.
     (times(3 * sideways, flat) << 10) / WIDTH_UM
-}
-
-/// Returns J d, Q4 µm.
-fn movement(j: &[[i64; 3]; 3], d: [i64; 3]) -> [i64; 3] {
-    j.map(|row| {
-        // Bits: 19 + 13, 34 the sum; Q10 to Q4.
-        let moved: i64 = (0..3).map(|k| times(row[k], d[k])).sum();
-        (moved >> 6).clamp(-MAX_MOVED, MAX_MOVED)
-    })
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 
 use super::bend;
 use crate::law::axis_kalman::{AxisKalman, MAX_HELD};
-use crate::law::fixed_point::{excess_bits, squared_length, times};
+use crate::law::fixed_point::{excess_bits, movement, squared_length, times};
 use crate::law::io::Measurement;
 use crate::law::signs::SIGNS;
 use crate::law::solve::{J_BITS, solve};
@@ -136,9 +136,8 @@ impl Estimate {
         let ahead = measurement.motors_ahead;
         let due = [0, 1, 2].map(|k| i64::from(ahead[k].saturating_sub(self.motors[k])));
         [0, 1, 2].map(|i| {
-            // Bits: J 19, steps in Q4 at most 26; Q10 to Q4.
-            let moves: i64 = (0..3).map(|k| times(j[i][k].into(), due[k])).sum::<i64>() >> 6;
-            let ball = (i64::from(self.axes[i].p) + moves) >> 4;
+            // Bits: J 19, steps in Q4 at most 26.
+            let ball = (i64::from(self.axes[i].p) + movement(j[i], due)) >> 4;
             (i64::from(measurement.target[i]) - ball).clamp(-(1 << 23), 1 << 23) as i32
         })
     }
@@ -198,13 +197,9 @@ impl Estimate {
                 times(square, (variances[i] >> (2 * half)) as i64)
             })
             .sum();
-        let mean: i64 = (0..3)
-            .map(|i| {
-                // Bits: J 19 + 13, 34 the sum; Q6 to Q0, 28 + 12.
-                let moves: i64 = (0..3).map(|k| times(j[i][k].into(), n[k].into())).sum();
-                times(e[i].into(), moves >> 6)
-            })
-            .sum();
+        // Bits: J 19 + 13, 34 the sum; 28 + 12.
+        let moves = j.map(|row| movement(row, n.map(i64::from)));
+        let mean: i64 = (0..3).map(|i| times(e[i].into(), moves[i])).sum();
         // `variance_of` returns quarters, so the root is doubled. Bits: 25 + 14 + 1.
         let deviation = (variance.unsigned_abs().isqrt() as i64) << (half + 1);
         if mean <= 0 {
