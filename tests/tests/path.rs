@@ -8,14 +8,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use nalgebra::{Point3, Vector3};
 use plumb_cameras::camera_file;
-use plumb_emulator::plant::{QuasiStatic, Task};
 use plumb_path::shape::{Plane, Shape, ShapeKind};
 use plumb_path::trajectory::{Limits, Run as Repetition};
-use plumb_protocol::units::Micros;
 use plumb_runtime::observer::{FrameRecord, Observer};
 use plumb_runtime::rig::{LawName, LawSettings, Rig};
 use plumb_runtime::run::{PathPlan, PathSummary, Run, RunError, RunParts, Summary};
-use plumb_sim::simulated::{Timing, VirtualBoard};
+use plumb_sim::simulated::Timing;
 use plumb_tests::links::{FixedDetector, LinkCase, TrackingCamera, link};
 use plumb_vision::detect::{BallDetector, DetectError};
 use plumb_vision::frame::RgbdFrame;
@@ -68,10 +66,7 @@ impl PathRun {
     /// Runs in virtual time. Returns the result and the records along the path.
     fn drive(&self) -> (Result<Summary, RunError>, Vec<FrameRecord>) {
         let rig = self.rig();
-        let task = Task::paper();
-        let plant = Box::new(QuasiStatic::new(task.geometry, task.start).unwrap());
-        let simulated = VirtualBoard::new(plant).with_wire((self.link.wire)(7));
-        simulated.board().borrow_mut().run_to(Micros(10_000)).unwrap();
+        let simulated = self.link.paper_board(7);
         let camera = camera_file::paper().unwrap();
         let mut source = TrackingCamera::new(simulated.rig(), camera.clone(), Timing::default());
         let interrupted = AtomicBool::new(false);

@@ -61,8 +61,8 @@ impl<T: Transport> Host<T> {
     }
 
     /// Sends a path that begins at rest at the ball and goes to `end` in 0.15 s.
-    fn follow(&mut self, sequence: u16, end: Point3<f64>) {
-        let sent = self.link.follow(path(sequence, self.ball(), end));
+    fn follow(&mut self, end: Point3<f64>) {
+        let sent = self.link.follow(path(self.ball(), end));
         sent.expect("a link that is there");
     }
 
@@ -77,10 +77,10 @@ impl<T: Transport> Host<T> {
     }
 }
 
-/// Returns a path from rest at `begin` to rest at `end`, m, 0.15 s later.
-fn path(sequence: u16, begin: Point3<f64>, end: Point3<f64>) -> Reference {
+/// Returns a path from rest at `begin` to rest at `end`, m, 0.15 s later. The link numbers it.
+fn path(begin: Point3<f64>, end: Point3<f64>) -> Reference {
     let place = |time: f64| if time > 0.0 { end } else { begin };
-    reference(sequence, true, 0.0, 0.0, |time| Moment::resting(place(time)))
+    reference(0, true, 0.0, 0.0, |time| Moment::resting(place(time)))
 }
 
 /// Returns the refusal of the path that an error tells.
@@ -96,7 +96,7 @@ fn a_path_that_leaves_the_workspace_is_refused_and_moves_nothing() {
     let mut host = Host::configured(|link| link);
     host.look().expect("a board that is ready");
     let ball = host.ball();
-    host.follow(1, OUTSIDE);
+    host.follow(OUTSIDE);
     assert_eq!(refusal(host.failure()), Refusal::ReferenceOutside);
     assert_eq!((host.state(), host.ball()), (State::Ready, ball));
 }
@@ -105,7 +105,7 @@ fn a_path_that_leaves_the_workspace_is_refused_and_moves_nothing() {
 fn a_path_beyond_the_ranges_of_the_wire_is_refused() {
     let mut host = Host::configured(|link| link);
     host.look().expect("a board that is ready");
-    let reference = path(1, host.ball(), host.ball());
+    let reference = path(host.ball(), host.ball());
     host.link.follow(Reference { interval_us: 1, ..reference }).expect("a link that is there");
     assert_eq!(refusal(host.failure()), Refusal::ReferenceRange);
     assert_eq!(host.state(), State::Ready);
@@ -114,24 +114,12 @@ fn a_path_beyond_the_ranges_of_the_wire_is_refused() {
 #[test]
 fn a_board_without_a_configuration_or_a_position_refuses_a_path() {
     let mut host = Host::connected(|link| link);
-    host.follow(1, host.ball());
+    host.follow(host.ball());
     assert_eq!(refusal(host.failure()), Refusal::Unconfigured);
     let mut host = Host::configured(|link| link);
-    host.follow(1, host.ball());
+    host.follow(host.ball());
     assert_eq!(refusal(host.failure()), Refusal::NoPosition);
     assert_eq!(host.state(), State::Ready);
-}
-
-#[test]
-fn a_message_that_a_newer_one_has_overtaken_is_no_error() {
-    let mut host = Host::configured(|link| link);
-    host.look().expect("a board that is ready");
-    for sequence in [5, 4, 5, 3, 6] {
-        host.follow(sequence, host.ball());
-        host.look().expect("a path that goes on");
-    }
-    assert_eq!(host.state(), State::Following);
-    assert!(host.link.path_telemetry().is_some_and(|telemetry| telemetry.reference.is_some()));
 }
 
 #[test]
@@ -139,17 +127,17 @@ fn a_path_that_leaves_the_workspace_under_way_is_told_as_the_fault_that_stopped_
     let mut host = Host::configured(|link| link);
     host.look().expect("a board that is ready");
     let towards = host.ball() + Vector3::new(0.0, 0.02, 0.0);
-    host.follow(1, towards);
+    host.follow(towards);
     host.look().expect("a path that goes on");
     assert_eq!(host.state(), State::Following);
-    host.follow(2, OUTSIDE);
+    host.follow(OUTSIDE);
     for _ in 0..20 {
         host.look().expect("the fault is the cause, and no refusal");
     }
     assert_eq!(host.link.fault(), Some(Fault::TargetOutside));
     assert_eq!(host.state(), State::Fault(Fault::TargetOutside));
     // Another path is refused for the same cause.
-    host.follow(3, towards);
+    host.follow(towards);
     host.look().expect("the fault is the cause, and no refusal");
     assert_eq!(host.link.fault(), Some(Fault::TargetOutside));
 }
@@ -159,26 +147,33 @@ fn a_path_that_leaves_the_workspace_under_way_is_told_as_the_fault_that_stopped_
 fn a_restart_under_way_is_told_as_one_and_not_as_a_refused_path() {
     let mut host = Host::configured(|link| link);
     host.look().expect("a board that is ready");
-    host.follow(1, host.ball());
+    host.follow(host.ball());
     host.look().expect("a path that goes on");
     host.board.board().borrow_mut().restart(StartCause::Watchdog);
-    host.follow(2, host.ball());
+    host.follow(host.ball());
     let end = Micros(host.board.board().borrow().now().0 + PERIOD_US);
     host.board.board().borrow_mut().run_to(end).expect("a rig that follows");
     let told = host.link.poll();
     assert!(matches!(told, Err(LinkError::Restarted { .. })), "{told:?}");
 }
 
-/// Transport that loses every message of a path.
-struct Lossy(Memory);
+/// Transport that does something else than to send the messages of a path.
+struct PathTransport<F> {
+    inner: Memory,
+    /// Sends the bytes of a message of a path.
+    send_path: F,
+}
 
-impl Transport for Lossy {
+impl<F> Transport for PathTransport<F>
+where
+    F: FnMut(&mut Memory, &[u8]) -> Result<(), LinkError>,
+{
     fn name(&self) -> String {
-        self.0.name()
+        self.inner.name()
     }
 
     fn now(&self) -> Duration {
-        self.0.now()
+        self.inner.now()
     }
 
     fn send(&mut self, bytes: &[u8]) -> Result<(), LinkError> {
@@ -186,21 +181,53 @@ impl Transport for Lossy {
         let mut messages = bytes.iter().filter_map(|byte| accumulator.push::<ToBoard>(*byte));
         let is_path = |message: &ToBoard| matches!(message.command, Command::Follow(_));
         if messages.any(|message| message.is_ok_and(|message| is_path(&message))) {
-            return Ok(());
+            return (self.send_path)(&mut self.inner, bytes);
         }
-        self.0.send(bytes)
+        self.inner.send(bytes)
     }
 
     fn receive(&mut self, bytes: &mut Vec<u8>, wait: Duration) -> Result<(), LinkError> {
-        self.0.receive(bytes, wait)
+        self.inner.receive(bytes, wait)
     }
 }
 
 #[test]
-fn a_board_that_never_answers_a_path_is_told_as_silent_about_it_after_its_timeout() {
-    let mut host = Host::configured(Lossy);
+fn messages_that_newer_ones_overtake_and_that_come_twice_change_nothing() {
+    let mut held: Option<Vec<u8>> = None;
+    // Holds each second message back until the next one has been sent twice.
+    let swap = |link: &mut Memory, bytes: &[u8]| match held.take() {
+        None => {
+            held = Some(bytes.to_vec());
+            Ok(())
+        }
+        Some(older) => [bytes, bytes, &older].iter().try_for_each(|bytes| link.send(bytes)),
+    };
+    let mut host = Host::configured(|inner| PathTransport { inner, send_path: swap });
     host.look().expect("a board that is ready");
-    host.follow(1, host.ball());
+    let there = host.ball() + Vector3::new(0.0, 0.01, 0.0);
+    let elsewhere = host.ball() - Vector3::new(0.0, 0.01, 0.0);
+    for frame in 0..40 {
+        let now = frame as f64 * 1e-6 * PERIOD_US as f64;
+        // The message with the second place overtakes the one with the first.
+        for place in [elsewhere, there] {
+            let sent = host.link.follow(reference(0, true, now, now, |_| Moment::resting(place)));
+            sent.expect("a link that is there");
+        }
+        host.look().expect("a path that goes on");
+    }
+    assert_eq!(host.state(), State::Following);
+    let telemetry = host.link.path_telemetry().expect("telemetry of the path");
+    let reference = telemetry.reference.expect("a reference").position.to_metres();
+    assert!((Point3::from(reference) - there).norm() < 1e-3, "{reference:?}");
+    assert_eq!(host.link.fault(), None);
+}
+
+#[test]
+fn a_board_that_never_answers_a_path_is_told_as_silent_about_it_after_its_timeout() {
+    let lose = |_: &mut Memory, _: &[u8]| Ok(());
+    let mut host = Host::configured(|inner| PathTransport { inner, send_path: lose });
+    host.look().expect("a board that is ready");
+    host.follow(host.ball());
     let (error, after) = host.failure();
     assert!(matches!(error, LinkError::Silent { what: "the path", .. }), "{error:?}");
     assert!((1.5..1.6).contains(&after.as_secs_f64()), "{after:?}");

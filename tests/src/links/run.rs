@@ -9,7 +9,7 @@ use std::time::Duration;
 
 use nalgebra::Point3;
 use plumb_cameras::camera_file;
-use plumb_emulator::plant::{Plant, QuasiStatic, Task};
+use plumb_emulator::plant::{QuasiStatic, Task};
 use plumb_emulator::{EMULATED, EmulatedBoard, Served, serve};
 use plumb_protocol::message::State;
 use plumb_protocol::units::Micros;
@@ -18,7 +18,7 @@ use plumb_runtime::link::{Serial, Transport};
 use plumb_runtime::observer::{FrameRecord, Observer};
 use plumb_runtime::rig::{LawName, LawSettings, Rig};
 use plumb_runtime::run::{Run, RunError, RunParts, Summary};
-use plumb_sim::simulated::{ServedRig, SimClock, Timing, VirtualBoard};
+use plumb_sim::simulated::{ServedRig, SimClock, Timing};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -90,9 +90,8 @@ pub(super) fn start_time(seed: u64) -> Micros {
 /// If the run cannot be prepared.
 pub fn in_virtual_time(run: &LinkRun) -> Outcome {
     let rig = rig(run);
-    let simulated = VirtualBoard::new(plant()).with_wire((run.link.wire)(run.seed));
+    let simulated = run.link.paper_board(run.seed);
     let board = simulated.board();
-    board.borrow_mut().run_to(start_time(run.seed)).expect("a rig at rest");
     let rest = || {
         let now = board.borrow().now();
         let end = Micros(now.0 + REST.as_micros() as u64);
@@ -112,7 +111,9 @@ pub fn in_real_time(run: &LinkRun) -> Outcome {
     rig.deadlines.host = deadline(5.0);
     rig.deadlines.position = deadline(5.0);
     rig.deadlines.max_age = deadline(2.0);
-    let board = EmulatedBoard::with_plant(EMULATED, plant()).with_wire((run.link.wire)(run.seed));
+    let task = Task::paper();
+    let plant = Box::new(QuasiStatic::new(task.geometry, task.start).expect("the paper's rig"));
+    let board = EmulatedBoard::with_plant(EMULATED, plant).with_wire((run.link.wire)(run.seed));
     let served = Arc::new(serve(board).expect("a pseudo-terminal"));
     let port = served.path().to_string_lossy().into_owned();
     let transport = Serial::open(&port, rig.board.baud).expect("the board's port");
@@ -170,11 +171,6 @@ fn targets(seed: u64) -> [Point3<f64>; TARGETS] {
             }
         }
     })
-}
-
-fn plant() -> Box<dyn Plant + Send> {
-    let task = Task::paper();
-    Box::new(QuasiStatic::new(task.geometry, task.start).expect("the paper's rig"))
 }
 
 /// Runs the control loop and inspects the board at each frame and, after `rest`, at the end.

@@ -6,6 +6,9 @@ use plumb_emulator::Wire;
 use plumb_emulator::wire::{Lane, Line, Reboot, Silence};
 use plumb_protocol::message::StartCause;
 use plumb_protocol::units::Micros;
+use plumb_sim::simulated::VirtualBoard;
+
+use super::run::start_time;
 
 /// Expected result of a run over a link.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -101,6 +104,17 @@ impl Expected {
 }
 
 impl LinkCase {
+    /// Returns an emulated board of the paper's rig behind this link, at the time at which the host
+    /// opens its port.
+    ///
+    /// # Panics
+    /// If the rig cannot be built; the paper's can.
+    pub fn paper_board(&self, seed: u64) -> VirtualBoard {
+        let board = VirtualBoard::paper().expect("the paper's rig").with_wire((self.wire)(seed));
+        board.board().borrow_mut().run_to(start_time(seed)).expect("a rig at rest");
+        board
+    }
+
     /// Returns whether the link is silent for a while. The result of that depends on the board's
     /// deadlines.
     pub fn falls_silent(&self) -> bool {
@@ -111,7 +125,7 @@ impl LinkCase {
     pub fn disturbed_at(&self, seed: u64) -> Option<Micros> {
         let Wire { to_board, silences, reboots, .. } = (self.wire)(seed);
         // The disturbance of a dead link starts when the host opens its port.
-        let dead = (to_board.lost >= 1.0).then(|| super::run::start_time(seed));
+        let dead = (to_board.lost >= 1.0).then(|| start_time(seed));
         dead.into_iter()
             .chain(silences.iter().map(|silence| silence.from))
             .chain(reboots.iter().map(|reboot| reboot.at))
@@ -171,7 +185,7 @@ fn rebooted_in_silence(seed: u64) -> Wire {
 
 /// Returns a wire with a restart 1 ms to 20 ms after the host's first Hello: between two requests.
 fn rebooted_in_greeting(seed: u64) -> Wire {
-    let at = Micros(super::run::start_time(seed).0 + 1000 * (1 + seed % 20));
+    let at = Micros(start_time(seed).0 + 1000 * (1 + seed % 20));
     let reboots = vec![Reboot { at, cause: StartCause::PowerOn }];
     Wire { reboots, ..both(usb(), seed) }
 }

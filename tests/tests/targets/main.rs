@@ -4,266 +4,26 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops at the first surprise")]
 
-use std::sync::atomic::{AtomicBool, Ordering};
+mod run;
+mod sender;
 
 use nalgebra::{Point3, Vector3};
-use plumb_cameras::camera_file;
-use plumb_emulator::plant::{QuasiStatic, Task};
 use plumb_protocol::message::State;
-use plumb_protocol::units::Micros;
-use plumb_runtime::observer::{FrameRecord, Observer, RunEvent, TargetsEvent};
-use plumb_runtime::operator::{OperatorCommand, OperatorSender, operator};
-use plumb_runtime::rig::{LawName, LawSettings, Rig};
-use plumb_runtime::run::{Run, RunParts, StopReason, Summary, TargetUse, TargetsSummary};
-use plumb_runtime::targets::{
-    Arrivals, LeftOut, LineIntake, MotionId, TargetSource, TimedTarget, target_channel,
-};
-use plumb_sim::simulated::{Timing, VirtualBoard};
-use plumb_tests::links::{FixedDetector, LinkCase, TrackingCamera, link};
-use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
+use plumb_runtime::observer::{FrameRecord, TargetsEvent};
+use plumb_runtime::operator::OperatorCommand;
+use plumb_runtime::rig::LawName;
+use plumb_runtime::run::{StopReason, TargetUse};
+use plumb_tests::links::link;
+
+use run::TargetRun;
+use sender::{Sender, Two, jitter};
 
 /// Centre of the motions, metres: the middle of the paper's workspace.
 const CENTRE: Point3<f64> = Point3::new(0.45, 0.30, 0.325);
-/// Zero of the sender's clock, seconds on the host's.
-const SENDER_ZERO_S: f64 = -1000.0;
-
-/// A target that moves: its place at a time, seconds.
-type Motion = fn(f64) -> Point3<f64>;
 
 /// Circle of 5 cm at 5 cm/s.
 fn circle(time: f64) -> Point3<f64> {
     CENTRE + Vector3::new(time.cos(), time.sin(), 0.0) * 0.05
-}
-
-/// Line of a sender.
-struct Sent {
-    arrival: f64,
-    text: String,
-}
-
-/// A sender of lines, with the times of their arrival.
-struct Sender {
-    lines: Vec<Sent>,
-    intake: LineIntake,
-    motion: MotionId,
-    /// Line that comes next.
-    next: usize,
-    left_out: LeftOut,
-}
-
-impl Sender {
-    /// Sends the places of `motion` at `rate` (Hz) from `begin` to `end` (seconds), each `delay`
-    /// (seconds, of its number) late.
-    fn new(motion: Motion, rate: f64, times: [f64; 2], delay: impl FnMut(u64) -> f64) -> Self {
-        let [begin, end] = times;
-        let numbers = (begin * rate) as u64..(end * rate) as u64;
-        Self::of(numbers.map(|k| k as f64 / rate), motion, delay)
-    }
-
-    /// Sends the places of `motion` at `times`.
-    fn of(
-        times: impl Iterator<Item = f64>,
-        motion: Motion,
-        mut delay: impl FnMut(u64) -> f64,
-    ) -> Self {
-        let sent = (0..).zip(times).map(|(k, time)| {
-            let [x, y, z] = motion(time).into();
-            let t = time - SENDER_ZERO_S;
-            let text = format!("{{\"t\": {t:.6}, \"target\": [{x}, {y}, {z}]}}\n");
-            Sent { arrival: time + delay(k), text }
-        });
-        let mut lines: Vec<Sent> = sent.collect();
-        lines.sort_by(|a, b| a.arrival.total_cmp(&b.arrival));
-        let (intake, left_out) = (LineIntake::default(), LeftOut::default());
-        // The motions of this source are those of a channel, where the first one is begun.
-        Self { lines, intake, motion: target_channel().0.begin(), next: 0, left_out }
-    }
-}
-
-impl TargetSource for Sender {
-    fn take(&mut self, now: f64) -> Arrivals {
-        let mut arrivals = Arrivals::default();
-        while let Some(Sent { arrival, text }) =
-            self.lines.get(self.next).filter(|line| line.arrival <= now)
-        {
-            match self.intake.take(text, *arrival) {
-                Ok(Some((line, time))) => arrivals.targets.push(TimedTarget {
-                    motion: self.motion,
-                    time,
-                    position: line.position(),
-                    velocity: line.velocity(),
-                }),
-                Ok(None) => {}
-                Err(omission) => {
-                    omission.kind.count(&mut self.left_out);
-                    arrivals.problems.push(omission.problem);
-                }
-            }
-            self.next += 1;
-        }
-        arrivals.left_out = self.left_out;
-        arrivals.has_ended = self.next == self.lines.len();
-        arrivals
-    }
-
-    fn newest_motion(&self) -> MotionId {
-        self.motion
-    }
-}
-
-/// Run after targets that move.
-struct TargetRun {
-    link: LinkCase,
-    law: LawName,
-    /// Longest wait for a target, seconds.
-    timeout: f64,
-}
-
-impl Default for TargetRun {
-    fn default() -> Self {
-        Self { link: link("ideal"), law: LawName::Adaptive, timeout: 20.0 }
-    }
-}
-
-/// What a run delivered.
-struct Outcome {
-    summary: Summary,
-    records: Vec<FrameRecord>,
-    events: Vec<(f64, TargetsEvent)>,
-}
-
-impl TargetRun {
-    fn rig(&self) -> Rig {
-        Rig { law: LawSettings::from(self.law), ..Rig::paper().unwrap() }
-    }
-
-    /// Follows the targets of `sender` to their end.
-    fn drive(&self, sender: Sender) -> Outcome {
-        self.drive_with(Box::new(sender), TargetUse::Goal, |_, _| {})
-    }
-
-    /// Follows the targets of `source`. `act` is called with the number of each frame; with an
-    /// operator where the targets steer.
-    fn drive_with(
-        &self,
-        source: Box<dyn TargetSource>,
-        usage: TargetUse,
-        act: impl FnMut(u64, &OperatorSender),
-    ) -> Outcome {
-        let rig = self.rig();
-        let task = Task::paper();
-        let plant = Box::new(QuasiStatic::new(task.geometry, task.start).unwrap());
-        let simulated = VirtualBoard::new(plant).with_wire((self.link.wire)(7));
-        simulated.board().borrow_mut().run_to(Micros(10_000)).unwrap();
-        let camera = camera_file::paper().unwrap();
-        let mut frames = TrackingCamera::new(simulated.rig(), camera.clone(), Timing::default());
-        let interrupted = AtomicBool::new(false);
-        let (sender, receiver) = operator();
-        let mut seen = Seen { records: Vec::new(), events: Vec::new(), sender, act };
-        let mut run = Run::connect(&rig, simulated.transport()).unwrap();
-        run.set_targets(source, usage);
-        let summary = run.drive(RunParts {
-            source: &mut frames,
-            detector: &mut FixedDetector(camera),
-            observers: &mut [&mut seen],
-            operator: (usage == TargetUse::Steering).then_some(receiver),
-            timeout: self.timeout,
-            interrupted: &interrupted,
-        });
-        assert!(!interrupted.load(Ordering::Relaxed));
-        let Seen { records, events, .. } = seen;
-        Outcome { summary: summary.unwrap(), records, events }
-    }
-}
-
-/// Observer of a run.
-struct Seen<F> {
-    records: Vec<FrameRecord>,
-    events: Vec<(f64, TargetsEvent)>,
-    sender: OperatorSender,
-    act: F,
-}
-
-impl<F: FnMut(u64, &OperatorSender)> Observer for Seen<F> {
-    fn frame(&mut self, record: &FrameRecord) {
-        // The time on the host's clock, in place of that since the begin.
-        let time = record.frame.as_ref().unwrap().time();
-        self.records.push(FrameRecord { frame: None, time, ..record.clone() });
-        (self.act)(record.number, &self.sender);
-    }
-
-    fn event(&mut self, event: &RunEvent) {
-        if let RunEvent::Targets(event) = event {
-            let time = self.records.last().map_or(0.0, |record| record.time);
-            self.events.push((time, event.clone()));
-        }
-    }
-}
-
-impl Outcome {
-    fn targets(&self) -> &TargetsSummary {
-        self.summary.targets.as_ref().unwrap()
-    }
-
-    /// Checks that the run ended well: the board holds the ball at the last place.
-    fn check_reached(&self, name: &str) {
-        let Summary { reached, at_rest, .. } = &self.summary;
-        assert!(*reached && *at_rest, "{name}: {:?}", self.summary);
-    }
-
-    /// Returns the largest distance of the true ball from `motion`, metres, in the frames from
-    /// `from` to `to` seconds.
-    fn farthest(&self, motion: Motion, from: f64, to: f64) -> f64 {
-        let within = self.records.iter().filter(|record| (from..to).contains(&record.time));
-        let distances = within.map(|it| (it.position().unwrap() - motion(it.time)).norm());
-        distances.fold(0.0, f64::max)
-    }
-
-    /// Returns the largest speed (m/s) and acceleration (m/s²) of the board's reference over the
-    /// time of three frames.
-    fn largest_of_reference(&self) -> (f64, f64) {
-        let states: Vec<(f64, Vector3<f64>)> = self
-            .records
-            .iter()
-            .filter_map(|record| {
-                let telemetry = record.telemetry?;
-                let reference = telemetry.reference?;
-                let place = Vector3::from(reference.position.to_metres());
-                Some((telemetry.time.0 as f64 * 1e-6, place))
-            })
-            .collect();
-        let (mut speed, mut acceleration) = (0.0_f64, 0.0_f64);
-        for window in states.windows(3) {
-            let [(a, p), (b, q), (c, r)] = [window[0], window[1], window[2]];
-            if !(0.02..0.1).contains(&(b - a)) || !(0.02..0.1).contains(&(c - b)) {
-                continue;
-            }
-            let (before, after) = ((q - p) / (b - a), (r - q) / (c - b));
-            speed = speed.max(after.norm());
-            acceleration = acceleration.max((after - before).norm() / (0.5 * (c - a)));
-        }
-        (speed, acceleration)
-    }
-
-    /// Returns the largest distance of the ball from the board's reference, metres.
-    fn farthest_from_reference(&self) -> f64 {
-        let distances = self.records.iter().filter_map(|record| {
-            let reference = record.telemetry?.reference?.position.to_metres();
-            Some((record.position()? - Point3::from(reference)).norm())
-        });
-        distances.fold(0.0, f64::max)
-    }
-
-    fn has(&self, wanted: &TargetsEvent) -> bool {
-        self.events.iter().any(|(_, event)| event == wanted)
-    }
-}
-
-/// Delays of a busy network: up to 20 ms, every twentieth line 70 ms.
-fn jitter(seed: u64) -> impl FnMut(u64) -> f64 {
-    let mut random = ChaCha8Rng::seed_from_u64(seed);
-    move |k| if k % 20 == 7 { 0.07 } else { random.random_range(0.0..0.02) }
 }
 
 #[test]
@@ -443,35 +203,6 @@ fn a_stream_without_a_target_ends_the_run_with_the_reason() {
     let outcome = TargetRun { timeout: 2.0, ..TargetRun::default() }.drive(late);
     assert_eq!(outcome.summary.ending, StopReason::Timeout);
     assert!(!outcome.summary.reached && outcome.records.last().unwrap().time < 3.0);
-}
-
-/// Two motions: targets of the second one come from its begin on.
-struct Two {
-    senders: [Sender; 2],
-}
-
-impl Two {
-    fn new(mut senders: [Sender; 2]) -> Self {
-        let (channel, _) = target_channel();
-        for sender in &mut senders {
-            sender.motion = channel.begin();
-        }
-        Self { senders }
-    }
-}
-
-impl TargetSource for Two {
-    fn take(&mut self, now: f64) -> Arrivals {
-        let [first, second] = &mut self.senders;
-        let (mut arrivals, more) = (first.take(now), second.take(now));
-        arrivals.targets.extend(more.targets);
-        Arrivals { has_ended: false, ..arrivals }
-    }
-
-    fn newest_motion(&self) -> MotionId {
-        let [first, second] = &self.senders;
-        if second.next > 0 { second.motion } else { first.motion }
-    }
 }
 
 #[test]
