@@ -19,6 +19,7 @@ use super::legs::Legs;
 use super::parts::RunParts;
 use super::path::PathDrive;
 use super::repetition::{RepeatedPicture, RepetitionDetector};
+use super::sent_positions::{SentPosition, SentPositions};
 use super::targets::TargetDrive;
 use super::view::View;
 use super::waypoint::{Route, Waypoint};
@@ -62,6 +63,8 @@ pub(super) struct ControlLoop<'a, 'p, T> {
     pub(super) target: Point3<f64>,
     /// Position of the ball in the last frame that shows it, metres in the rig frame.
     pub(super) last_position: Option<Point3<f64>>,
+    /// Positions that were sent to the board last.
+    pub(super) sent: SentPositions,
     /// Command of the operator whose answer is due.
     pub(super) in_flight: Option<Submitted>,
     /// Whether the board has accepted a Hold and does not hold the ball yet, as far as known.
@@ -95,6 +98,7 @@ impl<'a, 'p, T: Transport> ControlLoop<'a, 'p, T> {
             stats: RunStats::default(),
             target: Point3::origin(),
             last_position: None,
+            sent: SentPositions::default(),
             in_flight: None,
             is_settling: false,
             idle_fault: None,
@@ -254,7 +258,8 @@ impl<'a, 'p, T: Transport> ControlLoop<'a, 'p, T> {
         let age = Duration::try_from_secs_f64(age.max(0.0)).unwrap_or(Duration::MAX);
         let (ball, covariance) = view.map_or((None, None), |v| (v.point(), v.covariance()));
         self.link.position(ball, covariance, age)?;
-        self.note_position_sent(ball.is_some());
+        let (sequence, time) = (self.link.sequence(), self.parts.source.now());
+        self.sent.note(SentPosition { sequence, time, has_ball: ball.is_some() });
         self.receive()
     }
 

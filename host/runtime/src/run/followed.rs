@@ -34,7 +34,8 @@ impl<T: Transport> ControlLoop<'_, '_, T> {
         let now = self.parts.source.now();
         let Some(path) = &mut self.path else { return Ok(()) };
         if let Some(telemetry) = self.link.path_telemetry().copied() {
-            path.note_telemetry(&telemetry, now);
+            let sent = self.sent.named_by(&telemetry).map(|position| position.time);
+            path.note_telemetry(&telemetry, sent, now);
             if path.is_loop() && telemetry.reference.is_some() {
                 self.legs.note_reached(now);
             }
@@ -45,17 +46,6 @@ impl<T: Transport> ControlLoop<'_, '_, T> {
             self.link.follow(reference)?;
         }
         Ok(())
-    }
-
-    /// Notes the time of the position that was sent last.
-    pub(super) fn note_position_sent(&mut self, has_ball: bool) {
-        let (sequence, now) = (self.link.sequence(), self.parts.source.now());
-        if let Some(targets) = &mut self.targets {
-            targets.note_sent(sequence, now, has_ball);
-        }
-        if let Some(path) = &mut self.path {
-            path.note_sent(sequence, now);
-        }
     }
 
     /// Returns the point of the path at the time `stamp` of a frame, seconds on the source's clock,

@@ -9,6 +9,7 @@ mod operated;
 mod parts;
 mod path;
 mod repetition;
+mod sent_positions;
 mod targets;
 mod view;
 mod waypoint;

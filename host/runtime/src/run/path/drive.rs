@@ -1,7 +1,5 @@
 //! Drive along a path: the messages to the board, and what it reports.
 
-use std::collections::VecDeque;
-
 use nalgebra::Point3;
 use plumb_path::trajectory::Trajectory;
 use plumb_protocol::message::{Reference, State, Telemetry};
@@ -16,9 +14,6 @@ use crate::reference::{INTERVAL_S, reference};
 /// Least time between two messages, seconds: one with each picture of a usual camera.
 pub(in crate::run) const LEAST_PERIOD_S: f64 = 0.03;
 
-/// Number of positions whose times of sending are kept: 2 s at 30 Hz.
-pub(in crate::run) const POSITIONS: usize = 60;
-
 /// Growth of the path's time that counts as progress, seconds.
 const PROGRESS_S: f64 = 1e-3;
 
@@ -26,8 +21,6 @@ const PROGRESS_S: f64 = 1e-3;
 pub(crate) struct PathDrive {
     plan: PathPlan,
     phase: Phase,
-    /// Numbers of the last positions and when they were sent, seconds on the source's clock.
-    positions: VecDeque<(u16, f64)>,
     deviations: Deviations,
 }
 
@@ -56,12 +49,7 @@ struct Following {
 
 impl PathDrive {
     pub(crate) fn new(plan: PathPlan) -> Self {
-        Self {
-            plan,
-            phase: Phase::Waiting,
-            positions: VecDeque::with_capacity(POSITIONS),
-            deviations: Deviations::default(),
-        }
+        Self { plan, phase: Phase::Waiting, deviations: Deviations::default() }
     }
 
     fn trajectory(&self) -> &Trajectory {
@@ -124,24 +112,15 @@ impl PathDrive {
         reference(0, self.plan.waits(), present, first, motion)
     }
 
-    /// Notes that the position with the number `sequence` was sent at `now`.
-    pub(crate) fn note_sent(&mut self, sequence: u16, now: f64) {
-        if self.positions.len() == POSITIONS {
-            self.positions.pop_front();
-        }
-        self.positions.push_back((sequence, now));
-    }
-
-    /// Takes in telemetry about the path that was received at `now`.
-    pub(crate) fn note_telemetry(&mut self, telemetry: &Telemetry, now: f64) {
+    /// Takes in telemetry about the path that was received at `now`. The position that it names was
+    /// sent at the time `sent`, where that is known.
+    pub(crate) fn note_telemetry(&mut self, telemetry: &Telemetry, sent: Option<f64>, now: f64) {
         if telemetry.state == State::Holding {
             self.hold();
         }
         let Phase::Following(following) = &mut self.phase else { return };
         let Some(reference) = &telemetry.reference else { return };
         let [board, path] = [telemetry.time, reference.time].map(|time| time.0 as f64 * 1e-6);
-        let named = |&&(sequence, _): &&(u16, f64)| telemetry.sequence == Some(sequence);
-        let sent = self.positions.iter().rev().find(named).map(|(_, sent)| *sent);
         following.clock.update(Report { board, path }, sent);
         following.begin.get_or_insert(now);
         following.pace = f64::from(reference.pace) / 256.0;

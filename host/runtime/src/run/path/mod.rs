@@ -8,5 +8,5 @@ mod plan;
 
 pub(super) use deviation::Deviations;
 pub use deviation::{PathSummary, Spread, Spreads};
-pub(super) use drive::{LEAST_PERIOD_S, POSITIONS, PathDrive};
+pub(super) use drive::{LEAST_PERIOD_S, PathDrive};
 pub use plan::{PathPlan, PathPlanError};

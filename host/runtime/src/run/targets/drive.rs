@@ -1,7 +1,5 @@
 //! Drive after a target that moves.
 
-use std::collections::VecDeque;
-
 use nalgebra::{Point3, Vector3};
 use plumb_path::tracker::{Course, TargetTracker};
 use plumb_path::trajectory::Moment;
@@ -13,7 +11,8 @@ use super::summary::TargetsSummary;
 use crate::observer::{PathPoint, TargetsEvent};
 use crate::reference::{keep_inside, reference};
 use crate::rig::{MotionError, MotionRules};
-use crate::run::path::{Deviations, LEAST_PERIOD_S, POSITIONS};
+use crate::run::path::{Deviations, LEAST_PERIOD_S};
+use crate::run::sent_positions::SentPosition;
 use crate::targets::{Arrivals, LeftOut, MAX_AGE_S, MotionId, TargetSource, TimedTarget};
 
 /// Time without a target after which the run says so, seconds.
@@ -81,8 +80,6 @@ pub(crate) struct TargetDrive {
     last_taken: Option<f64>,
     last_refusal: Option<f64>,
     is_paused: bool,
-    /// Numbers of the last positions, when they were sent, and whether they had a ball.
-    positions: VecDeque<(u16, f64, bool)>,
     /// Place of the ball in the last picture that shows it, metres.
     ball: Option<Point3<f64>>,
     /// Whether the ball is far from its target.
@@ -122,7 +119,6 @@ impl TargetDrive {
             last_taken: None,
             last_refusal: None,
             is_paused: false,
-            positions: VecDeque::with_capacity(POSITIONS),
             ball: None,
             is_far: true,
             has_caught_up: false,
@@ -194,14 +190,21 @@ impl TargetDrive {
     }
 
     /// Returns the place to begin at, metres, where a target waits for the board to follow it and
-    /// the board knows where the ball is. `telemetry` is the board's newest.
-    pub(crate) fn begin(&self, telemetry: &Telemetry, now: f64) -> Option<Point3<f64>> {
+    /// the board knows where the ball is. `state` is the board's newest, and `position` the one
+    /// that it has.
+    pub(crate) fn begin(
+        &self,
+        state: State,
+        position: Option<SentPosition>,
+        now: f64,
+    ) -> Option<Point3<f64>> {
         let place = self.tracker.last_position().filter(|_| !self.is_following)?;
         let may_follow = matches!(
-            telemetry.state,
+            state,
             State::Ready | State::Seeking | State::Holding | State::Following | State::Stopping
         );
-        (may_follow && self.is_ball_known(telemetry, now)).then_some(place)
+        let is_ball_known = position.is_some_and(|it| it.has_ball && now - it.time <= FRESH_S);
+        (may_follow && is_ball_known).then_some(place)
     }
 
     /// Notes that the board is to follow from now on.
@@ -289,21 +292,6 @@ impl TargetDrive {
     pub(crate) fn rest(&self) -> Option<Point3<f64>> {
         let course = self.course.filter(|_| self.is_following)?;
         course.at(f64::MAX).map(|moment| moment.position)
-    }
-
-    /// Notes that the position with the number `sequence` was sent at `now`.
-    pub(crate) fn note_sent(&mut self, sequence: u16, now: f64, has_ball: bool) {
-        if self.positions.len() == POSITIONS {
-            self.positions.pop_front();
-        }
-        self.positions.push_back((sequence, now, has_ball));
-    }
-
-    /// Returns whether the board has a fresh position of the ball: telemetry names it.
-    fn is_ball_known(&self, telemetry: &Telemetry, now: f64) -> bool {
-        let named = |&&(sequence, ..): &&(u16, f64, bool)| telemetry.sequence == Some(sequence);
-        let position = self.positions.iter().rev().find(named);
-        position.is_some_and(|&(_, sent, has_ball)| has_ball && now - sent <= FRESH_S)
     }
 
     /// Returns the target at the time `stamp` of a picture, while the board follows it.

@@ -41,7 +41,9 @@ impl<T: Transport> ControlLoop<'_, '_, T> {
         let (Some(targets), Some(telemetry)) = (&mut self.targets, self.link.telemetry()) else {
             return;
         };
-        let Some(place) = targets.begin(telemetry, now).filter(|_| !is_busy) else { return };
+        let (state, position) = (telemetry.state, self.sent.named_by(telemetry));
+        let place = targets.begin(state, position, now).filter(|_| !is_busy);
+        let Some(place) = place else { return };
         targets.note_begun(now);
         let is_complete = targets.is_complete();
         self.legs.cancel_list();
