@@ -41,6 +41,16 @@ fn lateness(calls: &serde_json::Value) -> Vec<u64> {
         .collect()
 }
 
+/// Checks that the traced ticks were on time at the end. A late tick delays all that follow; a single
+/// interrupt may wait while interrupts are off. Returns the lateness of each tick, cycles.
+fn assert_on_time(chip: &mut Chip, law: Law) -> Vec<u64> {
+    let ticks = chip.execute(json!({ "calls": true }))["calls"]["tick"].take();
+    let late = lateness(&ticks);
+    let at_the_end = late[late.len() - 100..].iter().min().expect("ticks");
+    assert!(*at_the_end < CYCLES_PER_US, "{law:?}: {at_the_end} cycles late");
+    late
+}
+
 /// With noise on the link and 3 x 1 M steps/s, every tick is on time while a law computes, and no
 /// motor pauses.
 #[test]
@@ -61,12 +71,8 @@ fn no_tick_is_late_while_a_deferred_law_computes() {
         }
         // 480 ms are 2400 ticks or one less, depending on the first.
         chip.run_us(200);
-        let ticks = chip.execute(json!({ "calls": true }))["calls"]["tick"].take();
-        let late = lateness(&ticks);
+        let late = assert_on_time(&mut chip, law);
         assert!(late.len() >= 2400, "{} ticks", late.len());
-        // A late tick delays all that follow. A single interrupt may wait while interrupts are off.
-        let at_the_end = late[late.len() - 100..].iter().min().expect("ticks");
-        assert!(*at_the_end < CYCLES_PER_US, "{law:?}: {at_the_end} cycles late");
         assert!(
             late.iter().all(|late| *late < 20 * CYCLES_PER_US),
             "{law:?}: {:?} cycles",
@@ -100,10 +106,7 @@ fn no_tick_is_late_along_a_path() {
             chip.send_position([BALL_UM[0] + 1667 * k, BALL_UM[1] + 700 * (k % 3), BALL_UM[2]]);
             chip.run_us(29_333 + 29 * (k % 7) as u64);
         }
-        let ticks = chip.execute(json!({ "calls": true }))["calls"]["tick"].take();
-        let late = lateness(&ticks);
-        let at_the_end = late[late.len() - 100..].iter().min().expect("ticks");
-        assert!(*at_the_end < CYCLES_PER_US, "{law:?}: {at_the_end} cycles late");
+        assert_on_time(&mut chip, law);
         let telemetry = chip.status();
         assert_eq!(telemetry.state, State::Following, "{law:?}");
         assert!(telemetry.motors != [Steps16(0); 3], "{telemetry:?}");

@@ -11,7 +11,8 @@ use plumb_tests::chip::{BALL_UM, CYCLES_PER_US, Chip, fast_config};
 use serde_json::json;
 
 use crate::measure::{
-    BenchLaw, STEPPING, calls, lateness, longest, rising_edges, start_with, without_interrupts,
+    BenchLaw, STEPPING, calls, cycles_to_new_period, lateness, longest, start_with,
+    without_interrupts,
 };
 use crate::symbols::law_update;
 
@@ -119,12 +120,7 @@ fn delays(image: &Path, moments: &[u64]) -> Vec<u64> {
         chip.request(next);
         let since = (chip.cycle - begin) / CYCLES_PER_US % STATE_US;
         chip.run_us(STATE_US - since + 4000 + moment * STATE_US / MOMENTS);
-        let frame = chip.position_frame(above);
-        let sent = chip.cycle;
-        chip.send(&frame, 0);
-        let rises = rising_edges(&mut chip, 2, 900);
-        let changed = rises.windows(2).find(|pair| pair[1] - pair[0] != 125);
-        changed.expect("another rate")[0] - sent
+        cycles_to_new_period(&mut chip, above)
     };
     (0..).zip(moments).map(delay).collect()
 }

@@ -140,16 +140,22 @@ pub(crate) fn latency(image: &Path) -> Latency {
             chip.send_position(BALL_UM);
             let to_tick = TICK - chip.cycle % TICK;
             chip.execute(json!({ "run_cycles": 500_000 + to_tick + phase }));
-            let frame = chip.position_frame(REVERSING_BALL_UM);
-            let sent = chip.cycle;
-            chip.send(&frame, 0);
-            let rises = rising_edges(&mut chip, 2, 700);
-            let changed = rises.windows(2).find(|pair| pair[1] - pair[0] != 125);
-            changed.expect("another rate")[0] - sent
+            cycles_to_new_period(&mut chip, REVERSING_BALL_UM)
         })
         .collect();
     delays.sort_unstable();
     Latency { median: us(delays[100]), worst: us(delays[199]) }
+}
+
+/// Sends a position (µm) to a board whose first motor turns at 1 M steps/s, in 125 cycles a step.
+/// Returns the cycles until the first pulse with another period.
+pub(crate) fn cycles_to_new_period(chip: &mut Chip, ball: [i32; 3]) -> u64 {
+    let frame = chip.position_frame(ball);
+    let sent = chip.cycle;
+    chip.send(&frame, 0);
+    let rises = rising_edges(chip, 2, 900);
+    let changed = rises.windows(2).find(|pair| pair[1] - pair[0] != 125);
+    changed.expect("another rate")[0] - sent
 }
 
 /// A law that is measured.
