@@ -41,8 +41,8 @@ fn lateness(calls: &serde_json::Value) -> Vec<u64> {
         .collect()
 }
 
-/// Checks that the traced ticks were on time at the end. A late tick delays all that follow; a single
-/// interrupt may wait while interrupts are off. Returns the lateness of each tick, cycles.
+/// Checks that the traced ticks were on time at the end. A late tick delays all that follow; a
+/// single interrupt may wait while interrupts are off. Returns the lateness of each tick, cycles.
 fn assert_on_time(chip: &mut Chip, law: Law) -> Vec<u64> {
     let ticks = chip.execute(json!({ "calls": true }))["calls"]["tick"].take();
     let late = lateness(&ticks);

@@ -5,7 +5,7 @@
 //! - Theorem 1 of the paper: whether an [interval matrix](IntervalMatrix) or a
 //!   [polytope of matrices](Polytope) contains a singular matrix, and the minimum of |v|.
 //! - Law `sign`: its [Routh-Hurwitz conditions](routh_hurwitz), and
-//!   [the rigs on which |e| decreases](sign_descent).
+//!   [the rigs on which |e| decreases](sign_descent), and [how fast](sign_decay).
 //!
 //! "Proved" means: by interval arithmetic with outward rounding, or by exact integer arithmetic.
 //! The QP solver only proposes vectors; [`Polytope::robustness`] verifies them with intervals.
@@ -56,4 +56,4 @@ pub use polytope::{Nonsingularity, Polytope, PolytopeError, Robustness};
 pub use qp::{MinimumNorm, QpError};
 pub use rig_family::{RigFamily, RigFamilyError};
 pub use routh_hurwitz::{RouthHurwitz, routh_hurwitz};
-pub use sign_descent::{Descent, sign_descent};
+pub use sign_descent::{Descent, sign_decay, sign_descent};

@@ -3,7 +3,7 @@
 use plumb_protocol::config::SIGNS;
 use plumb_verify::{
     Descent, EntryBounds, Interval, IntervalMatrix, RigFamily, RouthHurwitz, bounds_along_path,
-    bounds_over_rigs, closed_form_bounds, routh_hurwitz, sign_descent,
+    bounds_over_rigs, closed_form_bounds, routh_hurwitz, sign_decay, sign_descent,
 };
 use serde::Serialize;
 
@@ -12,6 +12,10 @@ use crate::commands::print::tell;
 
 /// Minima of λ for which the report lists β/α besides the requested one.
 const MIN_LAMBDAS: [f64; 4] = [0.10, 0.05, 0.023, 0.01];
+
+/// Largest number of cells for each value of the decay of law `sign` that is tried. A wide family
+/// needs more, and a minute.
+const DECAY_CELLS: usize = 1_000_000;
 
 /// α, β and their ratio, which is absent if α is 0.
 #[derive(Clone, Copy, Serialize)]
@@ -94,6 +98,8 @@ pub(super) struct Report {
     routh_hurwitz: Option<Monomials>,
     /// `null` if undecided.
     sign_descends: Option<bool>,
+    /// μ with d|e|/dt <= -g μ |e| under law `sign`; absent if none is found.
+    sign_decay: Option<f64>,
     cells: usize,
 }
 
@@ -124,6 +130,9 @@ impl Report {
             min_v: family.map(|family| bounds(family.min_v())),
             routh_hurwitz: routh_hurwitz(SIGNS, SIGNS).map(Into::into),
             sign_descends,
+            sign_decay: (sign_descends == Some(true))
+                .then(|| sign_decay(rigs, max_cells.min(DECAY_CELLS)))
+                .filter(|mu| *mu > 0.0),
             cells,
         }
     }
@@ -176,8 +185,9 @@ impl Report {
         tell!("for every Jacobian with the signs (12) and these α and β:");
         tell!("  none is singular: {said} (signs of the determinants of all corners)");
         tell!(
-            "  law `interval` decreases |e| at least as exp(-{:.2e} γ t): \
-             the minimum of |v|/|e| is {lo:.2e} to {hi:.2e}",
+            "  law `interval` decreases |e| at least as exp(-{0:.2e} γ t): \
+             the minimum of |v|/|e| is {lo:.2e} to {hi:.2e}; \
+             the ball lags a target with the speed v by at most v / ({0:.2e} γ)",
             lo * lo
         );
     }
@@ -198,6 +208,12 @@ impl Report {
         };
         tell!("for every rig and position in the family:");
         tell!("  law `sign` decreases |e|: {said} ({} cells)", self.cells);
+        if let Some(decay) = self.sign_decay {
+            tell!(
+                "  law `sign` with the gain g decreases |e| at least as exp(-{decay} g t); \
+                 the ball lags a target with the speed v by at most v / ({decay} g)"
+            );
+        }
     }
 }
 
