@@ -53,9 +53,38 @@ fn approach(distance: u64, delta: u32) -> u32 {
     if distance <= delta {
         return distance as u32;
     }
-    // Bits: distance 52, delta 24. Where the product saturates, the rate's limit applies anyway.
+    // Bits: distance 52, delta 24. Where the product saturates, the rate's limit applies anyway. The
+    // root of 64 bits has 32.
     let margin = delta + delta / 2;
     let root = (2 * delta).saturating_mul(distance).saturating_add(margin * margin).isqrt();
-    root.saturating_sub(margin).clamp(delta.min(u64::from(u32::MAX >> 1)), u64::from(u32::MAX >> 1))
-        as u32
+    root.saturating_sub(margin).max(delta) as u32
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    proptest! {
+        /// The rate that is found stops within the distance, and a rate 3 units higher does not.
+        #[test]
+        fn a_motor_approaches_as_fast_as_it_can_stop(
+            delta in 8u32..1 << 24, shift in 0u32..40, distance in 1u64..1 << 52,
+        ) {
+            let distance = distance >> shift;
+            let (rate, delta) = (i128::from(approach(distance, delta)), i128::from(delta));
+            let distance = i128::from(distance);
+            if distance <= delta {
+                prop_assert_eq!(rate, distance);
+                return Ok(());
+            }
+            // v²/(2 delta) + 3v/2 <= distance, times 2 delta.
+            let twice = |rate: i128| rate * rate + 3 * delta * rate;
+            prop_assert!(rate >= delta);
+            prop_assert!(rate == delta || twice(rate) <= 2 * delta * distance + rate);
+            let is_largest = 2 * delta * distance > i128::from(u64::MAX);
+            prop_assert!(is_largest || twice(rate + 3) > 2 * delta * distance);
+        }
+    }
 }

@@ -12,11 +12,6 @@ use crate::clock::TICK_CLOCKS;
 /// Units of a microstep, unsigned.
 const MICROSTEP: u32 = UNIT.unsigned_abs();
 
-/// Rates below this (units a tick) are not extrapolated: the time to their next pulse may exceed 31
-/// bits of clocks.
-const MIN_CRUISE_RATE: u32 = 64;
-const _: () = assert!(MICROSTEP as u64 * TICK_CLOCKS as u64 / (MIN_CRUISE_RATE as u64) < 1 << 31);
-
 /// Position and rate of one motor.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct StepAxis {
@@ -141,9 +136,8 @@ impl StepAxis {
     /// Passes a tick at the rate of the last one, which was the first at that rate.
     fn begin_cruise(&mut self) -> Pulses {
         let speed = self.rate.unsigned_abs();
-        if speed < MIN_CRUISE_RATE {
-            return self.pass(speed);
-        }
+        // The times of slow pulses are beyond 32 bits. They wrap, and each is exact in the tick of its
+        // pulse.
         let (whole, part) = clocks::split(speed);
         let other = MICROSTEP - part;
         let [back, forth, first] =
@@ -180,7 +174,7 @@ impl StepAxis {
         let direction = self.up != self.reversed;
         if speed <= self.to_next {
             self.to_next -= speed;
-            return Pulses { direction, ..Pulses::NONE };
+            return Pulses::NONE;
         }
         // Pulses lie at to_next, to_next + UNIT, ..., below `speed`.
         let (more, left) = clocks::split(speed - 1 - self.to_next);
@@ -249,6 +243,37 @@ mod tests {
                     prop_assert_eq!(i128::from(axis.fraction()), at.rem_euclid(i128::from(UNIT)));
                 }
             }
+        }
+    }
+
+    /// At 7 units a tick the first pulse is 9.1e9 clocks away: more than 32 bits.
+    #[test]
+    fn slow_pulses_come_at_their_time() {
+        for rate in [7, -7, 63] {
+            let mut axis = StepAxis::AT_REST;
+            axis.configure(false, 16);
+            let (mut at, mut pulses) = (i128::from(axis.fraction()), Pulses::NONE);
+            for _ in 0..400_000 {
+                axis.advance(rate, &mut pulses);
+                let (count, first, _) = exact(at, rate);
+                at += i128::from(rate);
+                assert_eq!(i128::from(pulses.count), count);
+                assert!(count == 0 || pulses.first == first, "{first}: {pulses:?}");
+            }
+            assert_eq!(i128::from(axis.position), at.div_euclid(i128::from(UNIT)));
+            assert_ne!(axis.position, 0);
+        }
+    }
+
+    #[test]
+    fn a_motor_that_is_cut_off_stands_in_the_middle_of_a_microstep() {
+        for rate in [7_000_001, -7_000_001] {
+            let mut axis = StepAxis::AT_REST;
+            axis.configure(false, 8);
+            (0..5).for_each(|_| axis.advance(rate, &mut Pulses::NONE.clone()));
+            let position = axis.position;
+            axis.cut(3);
+            assert_eq!((axis.position, axis.fraction()), (position - 6, UNIT / 2));
         }
     }
 }
