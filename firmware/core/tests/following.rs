@@ -66,16 +66,20 @@ impl Line {
         Self::new(Config { law, mean: Milliseconds(400), ..config() })
     }
 
-    /// Returns the state of the reference at present.
-    fn reference(&mut self) -> ReferenceState {
+    /// Returns the telemetry of the present.
+    fn telemetry(&mut self) -> Telemetry {
         assert_eq!(self.bench.send(Command::Status), Ok(()));
         let telemetry = self.bench.received.iter().rev().find_map(|message| match message {
             FromBoard::Telemetry(telemetry) => Some(*telemetry),
             _ => None,
         });
-        let state = telemetry.unwrap().reference.unwrap();
         self.bench.received.clear();
-        state
+        telemetry.unwrap()
+    }
+
+    /// Returns the state of the reference at present.
+    fn reference(&mut self) -> ReferenceState {
+        self.telemetry().reference.unwrap()
     }
 
     /// Sends the part of the path from `time` (µs) on.
@@ -245,6 +249,20 @@ fn a_path_ends_with_the_ball_held_at_its_end() {
     // The ball that the test reports is where the reference was last.
     let last = line.references.last().unwrap()[1];
     assert!((last - place(line.end)[1]).abs() < 5e-4);
+    // The board holds the ball at the last knot.
+    line.bench.send_ball(place(line.end));
+    assert_eq!(line.telemetry().error, Point::default());
+}
+
+#[test]
+fn a_path_from_a_held_target_begins_there_and_not_at_the_ball() {
+    let mut line = Line::new(config());
+    let near = [BALL[0], BALL[1], BALL[2] + 0.004];
+    assert_eq!(line.bench.send(Command::Target(point(near))), Ok(()));
+    line.bench.run_with_ball(20, BALL);
+    assert_eq!(line.bench.board.state(), State::Holding);
+    assert_eq!(line.send(ZERO), Ok(()));
+    assert_eq!(line.reference().position, point(near));
 }
 
 #[test]

@@ -6,6 +6,7 @@ mod common;
 use common::bench::{BALL, TARGET, point};
 use common::config;
 use common::deferred_bench::DeferredBench;
+use plumb_core::TICK_US;
 use plumb_core::law::{DeferredLawKind, variances};
 use plumb_core::law_worker::LawRequest;
 use plumb_protocol::Config;
@@ -55,6 +56,65 @@ fn a_response_at_once_gives_the_same_motion() {
         }
     }
     assert_eq!(host, chip);
+}
+
+/// Runs pictures of a ball that follows. Returns the motor positions of every tick.
+fn follow(bench: &mut DeferredBench, pictures: u32) -> Vec<[i32; 3]> {
+    let mut past = Vec::new();
+    for _ in 0..pictures {
+        let ball = bench.ball();
+        bench.send_ball(ball);
+        for _ in 0..165 {
+            bench.run(1);
+            past.push(bench.board.positions());
+        }
+    }
+    past
+}
+
+#[test]
+fn the_delay_of_a_law_counts_beyond_the_age_of_a_position() {
+    for delay_ms in [0, 100] {
+        let law = Law::Taut(Estimated { delay: Milliseconds(delay_ms) });
+        let mut bench = DeferredBench::seeking(Config { law, ..config() }, Some(1));
+        let past = follow(&mut bench, 20);
+        let &(tick, request) = bench.requests.last().unwrap();
+        // Positions come every 165 ticks, 30 ms old.
+        let captured = tick / 165 * 165 - 150 - u64::from(delay_ms) * 5;
+        let expected = past[captured as usize - 1];
+        let later = past[captured as usize + 99];
+        let moved: i32 = (0..3).map(|i| (later[i] - expected[i]).abs()).sum();
+        assert!(moved > 50, "{moved}");
+        let off = (0..3).map(|i| (request.measurement.motors[i] - expected[i]).abs());
+        assert!(off.max().unwrap() <= 3, "{request:?} {expected:?}");
+    }
+}
+
+/// The board waits for the end of a setpoint: it does not find it with the next message.
+#[test]
+fn a_setpoint_ends_in_its_tick() {
+    let ticks = DeferredLawKind::Adaptive.ticks();
+    let ended = (10..60).filter(|pictures| {
+        let mut bench = DeferredBench::seeking(deferred(Law::Adaptive), Some(1));
+        follow(&mut bench, *pictures);
+        let &(made, _) = bench.requests.last().unwrap();
+        let valid_us = bench.responses.last().unwrap().setpoint.valid_us;
+        let end = made + u64::from(ticks) + u64::from(valid_us.div_ceil(TICK_US));
+        let rates = bench.board.rates();
+        // The motors turn at constant rates. The positions are missed later, after 200 ms.
+        bench.run(2);
+        if bench.board.rates() != rates || !(bench.tick + 5..made + 800).contains(&end) {
+            return false;
+        }
+        while bench.tick < end {
+            assert_eq!(bench.board.rates(), rates, "{} before {end}", bench.tick);
+            bench.run(1);
+        }
+        bench.run(1);
+        assert_ne!(bench.board.rates(), rates, "tick {end}");
+        true
+    });
+    assert!(ended.count() > 2);
 }
 
 #[test]

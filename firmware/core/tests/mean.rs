@@ -67,6 +67,92 @@ fn earlier_positions_are_interpolated() {
 }
 
 #[test]
+fn positions_of_any_age_are_interpolated_up_to_the_oldest() {
+    let mut planner = planner(0);
+    let mut past = Vec::new();
+    for k in 0..4000i32 {
+        planner.set_rates(MotorRates([(k % 1700 - 800) * 100, 20_000, -30_000]), 0);
+        planner.tick();
+        past.push(planner.positions());
+        if k < 3900 {
+            continue;
+        }
+        for ago in (0..100).chain([333, 1000, 2500, 2519]) {
+            let then = planner.positions_ago(ago * TICK_US);
+            let was = past[past.len() - 1 - ago as usize];
+            assert!((0..3).all(|i| (then[i] - was[i]).abs() <= 3), "{ago}: {then:?} for {was:?}");
+        }
+        // An entry every 40 ticks, 64 of them. The newest is up to 39 ticks old.
+        let oldest = planner.positions_ago(u32::MAX);
+        let entered = past.len() - 1 - (past.len() % 40) - 63 * 40;
+        assert_eq!(oldest, past[entered]);
+        assert_eq!(oldest, planner.positions_ago(64 * 40 * TICK_US));
+    }
+}
+
+/// Returns a planner with an average of 400 ms that has turned motor A at `rate`, steps/s, for 2 s.
+fn turning(rate: f64, microsteps: u8) -> Planner {
+    let motors = [motor(rate, 2000, 1 << 24); 3];
+    let config = Config { motors, microsteps, mean: Milliseconds(400), ..config() };
+    let mut planner = Planner::default();
+    planner.configure(&params(config));
+    planner.set_rates(MotorRates([(rate * 256.0) as i32, -256, 0]), 0);
+    (0..10_000).for_each(|_| _ = planner.tick());
+    planner
+}
+
+#[test]
+fn motors_end_at_the_reference_with_any_microsteps() {
+    for microsteps in [1, 4, 16] {
+        let mut planner = turning(300.0, microsteps);
+        // The reference ramps down in 750 ticks, and the motors follow for 400 ms.
+        planner.set_rates(MotorRates::default(), 0);
+        (0..760).for_each(|_| _ = planner.tick());
+        let (reference, positions) = (planner.reference(), planner.positions());
+        assert!(reference[0] - positions[0] > 16, "{reference:?} {positions:?}");
+        (0..2200).for_each(|_| _ = planner.tick());
+        assert!(!planner.moving());
+        let pulse = 16 / i32::from(microsteps);
+        let off = (0..3).map(|i| (planner.positions()[i] - reference[i]).abs());
+        assert!(off.max().unwrap() <= pulse, "{reference:?} {:?}", planner.positions());
+    }
+}
+
+#[test]
+fn the_average_outlives_an_emergency_stop() {
+    let mut planner = turning(300.0, 16);
+    planner.cut([0; 3]);
+    assert!(!planner.moving());
+    let (cut, mut ticks) = (planner.positions()[0], 0);
+    planner.set_rates(MotorRates([300 * 256, 0, 0]), 0);
+    while planner.positions()[0] < cut + 16 * 100 {
+        planner.tick();
+        ticks += 1;
+    }
+    // A third of a second, half of a ramp of 150 ms, and half of the span.
+    let time_ms = ticks * TICK_US / 1000;
+    assert!((600..630).contains(&time_ms), "{time_ms} ms");
+}
+
+/// The reference is ahead of the motor by half the span, whether the motor takes a third of a pulse
+/// a tick, one and a half, or ten.
+#[test]
+fn a_motor_behind_its_reference_stops_before_its_travel() {
+    for rate in [100.0, 470.0, 3000.0] {
+        let travel = 16 * 3 * rate as i32;
+        let config =
+            Config { motors: [motor(rate, 2000, travel); 3], mean: Milliseconds(400), ..config() };
+        let mut planner = Planner::default();
+        planner.configure(&params(config));
+        planner.set_rates(MotorRates([(rate * 256.0) as i32, 0, 0]), 0);
+        let named: Vec<_> = (0..40_000).filter_map(|_| planner.tick()).collect();
+        let end = planner.positions()[0];
+        assert_eq!((named.first(), planner.moving()), (Some(&0), false));
+        assert!((travel * 9 / 10..=travel).contains(&end), "{end} of {travel}");
+    }
+}
+
+#[test]
 fn a_span_above_the_limit_is_refused() {
     let config = Config { mean: Milliseconds(401), ..config() };
     assert_eq!(Params::check(&config, &BUILD), Err(ConfigField::Mean));

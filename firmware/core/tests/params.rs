@@ -9,7 +9,7 @@ use plumb_protocol::Config;
 use plumb_protocol::config::{Coils, Drivers, Estimated, Law, Sign, StepDir};
 use plumb_protocol::message::ConfigField;
 use plumb_protocol::units::{
-    Acceleration, Bound, Gain, Micrometres, Milliseconds, Rate, SignGain, Steps16,
+    Acceleration, Bound, Gain, Micrometres, Milliseconds, Rate, SignGain, Speed, Steps16,
 };
 
 use common::{BUILD, config};
@@ -227,9 +227,21 @@ const LIMITS: &[End] = {
     ]
 };
 
+/// Ends of the ranges of a path.
+const PATH: &[End] = &[
+    end(|c, v| c.path.speed = Speed(v), [1, 0], ConfigField::Path),
+    end(|c, v| c.path.speed = Speed(v), [2_000_000, 2_000_001], ConfigField::Path),
+    end(|c, v| c.path.acceleration.0 = v as u16, [1, 0], ConfigField::Path),
+    end(|c, v| c.path.acceleration.0 = v as u16, [20_000, 20_001], ConfigField::Path),
+    end(|c, v| c.path.jerk.0 = v as u32, [1, 0], ConfigField::Path),
+    end(|c, v| c.path.jerk.0 = v as u32, [1_000_000, 1_000_001], ConfigField::Path),
+    end(|c, v| c.path.deviation = Micrometres(v), [1, 0], ConfigField::Path),
+    end(|c, v| c.path.deviation = Micrometres(v), [1_000_000, 1_000_001], ConfigField::Path),
+];
+
 #[test]
 fn every_range_has_the_ends_that_are_documented() {
-    for (number, end) in LAW.iter().chain(MOTORS).chain(LIMITS).enumerate() {
+    for (number, end) in [LAW, MOTORS, LIMITS, PATH].into_iter().flatten().enumerate() {
         let with = |value| {
             let mut config = config();
             (end.set)(&mut config, value);

@@ -29,6 +29,11 @@ impl Watch {
 
     fn tick(&mut self, wanted: [i32; 3]) -> Option<usize> {
         self.planner.set_rates(MotorRates(wanted), 0);
+        self.go_on()
+    }
+
+    /// Runs a tick at the rates that were set last.
+    fn go_on(&mut self) -> Option<usize> {
         let beyond = self.planner.tick();
         let plan = *self.planner.plan();
         self.check_pulses(&plan);
@@ -98,6 +103,18 @@ proptest! {
             let wanted = rates(&config, fractions);
             for _ in 0..ticks {
                 watch.tick(wanted);
+            }
+        }
+    }
+
+    /// A law sets its rates once, and the planner checks the travel by itself.
+    #[test]
+    fn limits_hold_for_rates_that_are_set_once(config in configs(), orders in orders()) {
+        let mut watch = Watch::new(config);
+        for (fractions, ticks) in orders {
+            watch.planner.set_rates(MotorRates(rates(&config, fractions)), 0);
+            for _ in 0..10 * ticks {
+                watch.go_on();
             }
         }
     }
@@ -183,6 +200,19 @@ fn the_common_factor_keeps_the_direction_of_a_ramp() {
         }
     }
     assert_eq!(watch.planner.rates(), [100 * 256, -50 * 256, 25 * 256]);
+}
+
+#[test]
+fn a_ramp_takes_as_long_as_it_is_asked_for() {
+    for (ramp_us, ticks) in [(33_000, 165), (33_199, 165), (20_000, 100)] {
+        let mut planner = Planner::default();
+        planner.configure(&params(config()));
+        planner.set_rates(MotorRates([2560, 0, 0]), ramp_us);
+        for tick in 1..=ticks {
+            planner.tick();
+            assert!((planner.rates()[0] - 2560 * tick / ticks).abs() <= 1, "tick {tick}");
+        }
+    }
 }
 
 #[test]

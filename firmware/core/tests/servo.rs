@@ -1,13 +1,17 @@
 //! The tracker, the detector of an arrival and the guards at their limits.
-#![allow(clippy::unwrap_used, reason = "a test ends at the first error")]
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test ends at the first error")]
 
 mod common;
 
 use common::{config, params};
-use plumb_core::servo::{ArrivalDetector, BallTracker, DriveState, Guards};
+use plumb_core::MotorRates;
+use plumb_core::law::{InlineLaw, LawSelection};
+use plumb_core::servo::{
+    ArrivalDetector, BallPosition, BallTracker, DriveState, Guards, MotorPositions, Servo,
+};
 use plumb_protocol::config::Reached;
-use plumb_protocol::message::Fault;
-use plumb_protocol::units::{Micrometres, Micros, Point};
+use plumb_protocol::message::{Fault, Knot, Reference};
+use plumb_protocol::units::{Micrometres, Micros, Point, Speed};
 
 /// Largest plausible move of the ball along an axis, µm.
 const MAX_MOVE: i32 = 25_000;
@@ -74,4 +78,56 @@ fn a_target_that_comes_back_finds_the_guard_armed() {
     assert_eq!(update(66, 100_000, here), None);
     assert_eq!(update(665, 100_000, here), None);
     assert_eq!(update(666, 100_000, here), Some(Fault::ErrorGrowing));
+}
+
+/// Up to the deadline the motors coast, and the drive goes on.
+#[test]
+fn a_position_is_missed_from_the_microsecond_after_its_deadline_on() {
+    let params = params(config());
+    let deadline = u64::from(config().deadlines.position.0) * 1000;
+    let LawSelection::Inline(law) = params.law() else { panic!("the law of these tests") };
+    let mut servo = Servo::new(Some(law));
+    servo.begin_drive(Micros(0), false);
+    let position = BallPosition { captured: Micros(0), ball: [0; 3], covariance: None };
+    let target = Some(Point([Micrometres(100_000); 3]));
+    servo.on_position(Micros(0), &position, target, &MotorPositions::UNUSED, &params);
+    let rates = |time| servo.setpoint(Micros(time), &params).rates;
+    assert_ne!(rates(deadline), MotorRates::default());
+    assert_eq!(rates(deadline + 1), MotorRates::default());
+    assert!(!servo.position_lost(Micros(deadline), &params));
+    assert!(servo.position_lost(Micros(deadline + 1), &params));
+}
+
+/// Returns the microseconds until a reference has a pace, of a tick every 200.
+fn time_to_pace(is_busy: bool) -> u64 {
+    let params = params(config());
+    let knot = Knot { position: Point::default(), velocity: [Speed(100_000), Speed(0), Speed(0)] };
+    let reference = Reference {
+        sequence: 0,
+        now: Micros(0),
+        waits: false,
+        first: Micros(0),
+        interval_us: 500_000,
+        knots: [knot; 6],
+    };
+    let mut servo = Servo::<InlineLaw>::new(None);
+    let start = 1_000_000;
+    servo.begin_drive(Micros(start), false);
+    servo.follow(Micros(start), Point::default(), &reference);
+    let mut ticks = (0..).step_by(200);
+    ticks
+        .find(|time| {
+            let now = Micros(start + time);
+            servo.advance_reference(now, is_busy, &params);
+            servo.reference_state(now).unwrap().pace > 0
+        })
+        .unwrap()
+}
+
+/// The pace is found in the second part of a state. A part needs a tick without other work, or is
+/// more than 4 ms late.
+#[test]
+fn a_tick_with_other_work_leaves_the_reference_to_a_later_one() {
+    assert_eq!(time_to_pace(false), 400);
+    assert_eq!(time_to_pace(true), 4_200 + 400 + 4_200);
 }

@@ -9,10 +9,10 @@ use crate::params::MAX_MEAN_MS;
 use crate::wide;
 
 /// Ticks in a cell: 3.2 ms.
-const CELL_TICKS: i64 = 16;
+pub(super) const CELL_TICKS: i64 = 16;
 
 /// Cells kept: 409.6 ms, 1.5 kB of RAM for three motors.
-const CELLS: usize = 128;
+pub(super) const CELLS: usize = 128;
 
 const _: () = assert!(MAX_MEAN_MS as i64 * 1000 <= CELLS as i64 * CELL_TICKS * TICK_US as i64);
 
@@ -181,5 +181,76 @@ impl Lane {
         }
         // The rounding of the cell that ends is over.
         self.ahead = self.units_to_come(length) + self.moved;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+
+    use proptest::prelude::*;
+    use std::vec::Vec;
+
+    use super::*;
+
+    fn over_cells(length: usize) -> MovingAverage {
+        MovingAverage { length, ..MovingAverage::OFF }
+    }
+
+    proptest! {
+        /// Once the reference stands still, the motors move by what is ahead in every tick, and they
+        /// rest within the lag. The rounding is that of [`Stop`](super::super::travel_limit::Stop).
+        #[test]
+        fn the_motors_move_by_what_is_ahead(
+            length in 1usize..=CELLS,
+            references in proptest::collection::vec(
+                (proptest::array::uniform3(-1_280_000_000i32..=1_280_000_000), 1usize..200), 1..6),
+        ) {
+            let mut mean = over_cells(length);
+            for (reference, ticks) in references {
+                (0..ticks).for_each(|_| mean.pass(reference));
+            }
+            let mut ticks = Vec::new();
+            while mean.moving() {
+                ticks.push((mean.ahead(), mean.rates([0; 3])));
+                mean.pass([0; 3]);
+            }
+            prop_assert_eq!((mean.ahead(), mean.rates([0; 3])), ([0; 3], [0; 3]));
+            prop_assert!(ticks.len() <= mean.lag_ticks() as usize);
+            let rounding = 2 * i64::from(mean.lag_ticks());
+            let mut left = [0; 3];
+            for (ahead, rates) in ticks.iter().rev() {
+                for i in 0..3 {
+                    left[i] += i64::from(rates[i]);
+                    prop_assert!((ahead[i] - left[i]).abs() <= rounding, "{ahead:?} {left:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_lag_ends_with_the_last_movement() {
+        for length in [1, 3, 31, 125] {
+            let mut mean = over_cells(length);
+            mean.pass([1_280_000_000, 0, 0]);
+            let mut last = 0;
+            for tick in 1..10_000 {
+                if mean.rates([0; 3]) != [0; 3] {
+                    last = tick;
+                }
+                mean.pass([0; 3]);
+            }
+            let lag = mean.lag_ticks();
+            assert!((lag - 2..lag).contains(&last), "{length} cells: {last} of {lag}");
+        }
+    }
+
+    /// A cell counts in 32 units.
+    #[test]
+    fn the_remainder_of_a_cell_is_ahead() {
+        let mut mean = over_cells(125);
+        mean.pass([33, 0, 0]);
+        (1..CELL_TICKS).for_each(|_| mean.pass([0; 3]));
+        assert_eq!(mean.ahead(), [33, 0, 0]);
     }
 }

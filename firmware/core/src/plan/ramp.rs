@@ -161,5 +161,32 @@ mod tests {
                 prop_assert!(!ramp.over() || ramp.rates == wanted);
             }
         }
+
+        #[test]
+        fn the_movement_of_the_coming_ticks_is_known(
+            rates in proptest::array::uniform3(-1_280_000_000i32..=1_280_000_000),
+            most in proptest::array::uniform3(1_000_000u32..50_000_000),
+            gone in 0u32..1000, ticks in 0u32..=256,
+        ) {
+            let mut ramp = Ramp::AT_REST;
+            ramp.to(rates, 0, most);
+            (0..gone).for_each(|_| ramp.tick());
+            let mut turned = ramp.turned(ticks);
+            for _ in 0..ticks {
+                ramp.tick();
+                turned.iter_mut().zip(ramp.rates).for_each(|(way, rate)| *way -= i64::from(rate));
+            }
+            prop_assert!(turned.iter().all(|off| off.abs() <= i64::from(ticks * ticks)));
+        }
+    }
+
+    #[test]
+    fn equal_changes_of_two_motors_are_a_ramp() {
+        for wanted in [[90, 90, 0], [90, 0, 90], [0, 90, 90], [90; 3]] {
+            let mut ramp = Ramp::AT_REST;
+            ramp.to(wanted, 0, [9; 3]);
+            (0..10).for_each(|_| ramp.tick());
+            assert!(ramp.over() && ramp.rates == wanted, "{ramp:?}");
+        }
     }
 }

@@ -48,7 +48,7 @@ const MEAN_ROUNDING: u32 = 2;
 
 /// Longest ramp for which a safe zone is computed, ticks. Beyond it the product has no room, and
 /// the motor is checked in every tick.
-const MAX_SAFE_ZONE_TICKS: u32 = 1 << 17;
+pub(super) const MAX_SAFE_ZONE_TICKS: u32 = 1 << 17;
 
 impl TravelLimit {
     /// Creates the travel of `motor` about `zero` (Q4 steps, within ±[`MAX_TRAVEL`]), without a
@@ -169,6 +169,54 @@ mod tests {
                     &slowly
                 ));
             }
+        }
+    }
+
+    /// From an odd rate R, two ticks to rest take (3R + 1)/2 units with the tick before. The bound is
+    /// one unit more, and what the moving average rounds.
+    #[test]
+    fn a_stop_may_end_two_units_before_the_next_pulse() {
+        for (rate, lag_ticks) in [1, 77, 4_001].into_iter().flat_map(|r| [(r, 0), (r, 64)]) {
+            let way = (3 * rate + 1) / 2 + if lag_ticks > 0 { 2 * (lag_ticks + 2) } else { 0 };
+            let stop = Stop::over(2, lag_ticks as u32);
+            let can_stop = |position, fraction, rate| {
+                let motor = MotorPosition { position, fraction, ahead: 0, per_pulse: 1 };
+                TravelLimit::between(-16, 16).can_stop(&motor, rate, &stop)
+            };
+            assert!(can_stop(16, UNIT - way - 2, rate) && !can_stop(16, UNIT - way - 1, rate));
+            assert!(can_stop(-16, way + 1, -rate) && !can_stop(-16, way, -rate));
+        }
+    }
+
+    /// The speeds are those at which the zone's distance has least to spare.
+    #[test]
+    fn a_motor_at_the_edge_of_its_safe_zone_can_stop_until_the_next_check() {
+        const FAST: [u32; 6] = [1, (1 << 22) - 1, 5_120_000, (1 << 23) - 1, 1 << 26, 1_280_000_000];
+        let stops = (1..64).chain([1_000, 100_000]).flat_map(|t| FAST.map(|speed| (t, speed)));
+        for (ticks, speed) in stops {
+            for (behind, lag_ticks, per_pulse) in [(0, 0, 1), (0, 0, 16), (500_000, 2032, 1)] {
+                let mut travel = TravelLimit::between(-MAX_TRAVEL, MAX_TRAVEL);
+                travel.set_safe_zone(speed, ticks, behind, per_pulse);
+                let units = i64::from(behind) * i64::from(UNIT);
+                let ahead = units + i64::from(speed) * i64::from(SAFE_TICKS);
+                let stop = Stop::over(ticks, lag_ticks);
+                let (low, high) = travel.safe;
+                let motor = MotorPosition { position: high, fraction: UNIT - 1, ahead, per_pulse };
+                assert!(travel.can_stop(&motor, speed as i32, &stop), "{speed} in {ticks}");
+                let motor = MotorPosition { position: low, fraction: 0, ahead: -ahead, per_pulse };
+                assert!(travel.can_stop(&motor, -(speed as i32), &stop), "{speed} in {ticks}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_safe_zone_is_as_far_from_both_limits() {
+        for (low, high) in [(-5_000, -1_000), (-3_000, 4_000), (1_000, 5_000)] {
+            let mut travel = TravelLimit::between(low, high);
+            travel.set_safe_zone(1, 1, 0, 16);
+            let (first, last) = travel.safe;
+            assert!(low < first && first < last, "{travel:?}");
+            assert_eq!(first - low, high - last);
         }
     }
 

@@ -1,6 +1,6 @@
 //! A board with a deferred law, in the order of the chip.
 
-use plumb_core::law_worker::LawRequest;
+use plumb_core::law_worker::{LawRequest, LawResponse};
 use plumb_core::{Board, LawWorker, Outbox, TICK_US};
 use plumb_protocol::Config;
 use plumb_protocol::frame::{Accumulator, encode};
@@ -19,6 +19,8 @@ pub(crate) struct DeferredBench {
     open: Option<(LawRequest, u32)>,
     /// Requests so far, with their ticks.
     pub(crate) requests: Vec<(u64, LawRequest)>,
+    /// Responses so far.
+    pub(crate) responses: Vec<LawResponse>,
     pub(crate) tick: u64,
     pub(crate) out: Outbox,
     sequence: u16,
@@ -34,6 +36,7 @@ impl DeferredBench {
             takes,
             open: None,
             requests: Vec::new(),
+            responses: Vec::new(),
             tick: 0,
             out: Outbox::new(),
             sequence: 0,
@@ -77,6 +80,7 @@ impl DeferredBench {
                 if *left == 0 {
                     let response = self.law_worker.respond(request);
                     self.board.on_law_response(&response);
+                    self.responses.push(response);
                     self.open = None;
                 }
             }

@@ -105,6 +105,16 @@ mod tests {
         let half = end - u64::from(STEP_US) / 2;
         assert_eq!(at(half), State { position: [63_200, 0, -31_600], time: 39_500 });
         assert_eq!(at(end - 30 * u64::from(STEP_US)), state(10));
-        assert_eq!(at(0), state(9));
+        let beyond = end - 31 * u64::from(STEP_US) - u64::from(STEP_US) / 2;
+        assert_eq!([at(beyond), at(0)], [state(9); 2]);
+    }
+
+    /// A path that is late beyond its limit jumps back.
+    #[test]
+    fn the_time_of_a_path_may_go_back() {
+        let state = |time| State { position: [0; 3], time };
+        let mut track = Track::new(Micros(0), state(9_000));
+        track.push(state(1_000));
+        assert_eq!(track.path_time(Micros(u64::from(STEP_US) / 2)), 5_000);
     }
 }
