@@ -76,9 +76,9 @@ const MAX_PATH_JERK: u32 = 1_000_000;
 /// Longest span of the moving average over the step plan, ms.
 pub(crate) const MAX_MEAN_MS: u16 = 400;
 /// Least acceleration, steps/s²: eight units of the planner's rate a tick even without microsteps.
-const MIN_ACCELERATION: u32 = 40;
+pub(crate) const MIN_ACCELERATION: u32 = 40;
 /// Largest acceleration, steps/s²: 22 bits in the planner.
-const MAX_ACCELERATION: u32 = 4_000_000;
+pub(crate) const MAX_ACCELERATION: u32 = 4_000_000;
 /// Highest rate of motors on coils, full steps/s: coils are set once a tick, and a motor follows
 /// half a full step at most.
 const MAX_COIL_RATE: u32 = 1_000_000 / TICK_US / 2;
@@ -332,3 +332,6 @@ fn check_deadlines(deadlines: &Deadlines, report: &mut impl Report) -> Result<()
     )?;
     ensure(max_age < position, ConfigField::MaxAge, report)
 }
+
+#[cfg(test)]
+mod arithmetic;

@@ -16,7 +16,7 @@ const E_FRACTION_BITS: u32 = 4;
 const BOUND_BITS: u32 = 16;
 
 /// Saturation of |e|: 2^27 in Q4 µm is 8.39 m.
-const MAX_ERROR: i32 = (1 << 27) - 1;
+pub(crate) const MAX_ERROR: i32 = (1 << 27) - 1;
 
 /// Blanchini et al. (2023), eqs. (7) and (8) in explicit form: u̇ = -γ v. v_k is the number
 /// nearest to zero in column k's interval [η_k, μ_k] of e'J. Then e'Jv >= |v|² for every J in
@@ -94,7 +94,7 @@ impl Interval {
 }
 
 /// Bits of a limb: a limb times a bound is 28 bits, three of them 30.
-const LIMB_BITS: u32 = 9;
+pub(crate) const LIMB_BITS: u32 = 9;
 
 /// Splits a number of 27 bits and a sign into limbs, the highest with the sign. The chip multiplies
 /// 32 bits in one clock, 64 in forty.

@@ -18,6 +18,8 @@ mod taut;
 
 pub use adaptive::Adaptive;
 pub use interval::{Interval, V_FRACTION_BITS};
+#[cfg(test)]
+pub(crate) use interval::{LIMB_BITS, MAX_ERROR as INTERVAL_ERROR};
 pub use io::{Law, Limits, MOTOR_SAMPLE_US, Measurement, Setpoint, variances};
 pub use rates::MotorRates;
 pub use selection::{DeferredLaw, DeferredLawKind, InlineLaw, LawSelection};

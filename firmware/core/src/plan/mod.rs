@@ -6,6 +6,8 @@
 //! that the path in motor space bends as little as it can. Divisions happen when the wanted rates
 //! change ([`Planner::set_rates`]); a tick only adds.
 
+#[cfg(test)]
+mod arithmetic;
 mod clocks;
 mod forecast;
 mod history;
