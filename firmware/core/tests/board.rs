@@ -133,6 +133,21 @@ fn a_jog_turns_one_motor_and_is_bounded() {
 }
 
 #[test]
+fn the_pulses_of_a_tick_move_the_motor() {
+    let mut bench = Bench::configured(config());
+    let jog = Jog { motor: 1, distance: Steps16(16 * 5), rate: Rate(40 << 8) };
+    assert_eq!(bench.send(Command::Jog(jog)), Ok(()));
+    let (mut counted, per_pulse) = (0, 16 / i32::from(config().microsteps));
+    while bench.board.state() != State::Ready {
+        bench.tick();
+        let pulses = &bench.board.pulses().motors;
+        counted += i32::from(pulses[1].count) * per_pulse;
+        assert_eq!((bench.board.positions()[1], pulses[0].count), (counted, 0));
+    }
+    assert_eq!(counted, 16 * 5);
+}
+
+#[test]
 fn a_drive_refuses_configurations_and_jogs() {
     let mut bench = Bench::seeking();
     assert_eq!(bench.send(Command::Configure(config())), Err(Refusal::Busy(State::Seeking)));

@@ -189,6 +189,20 @@ proptest! {
     }
 }
 
+/// At half a microstep a tick, every other tick ends at a microstep's begin.
+#[test]
+fn a_pulse_at_the_end_of_a_tick_comes_in_the_next_one() {
+    let mut planner = Planner::default();
+    let motors = [motor(1000.0, 4_000_000, 1 << 24); 3];
+    planner.configure(&params(Config { motors, ..config() }));
+    // 2500 microsteps/s from the middle of a microstep on.
+    planner.set_rates(MotorRates([-2500 * 256 / 16, 0, 0]), 0);
+    for tick in 1..=20 {
+        planner.tick();
+        assert_eq!(planner.positions()[0], (1 - tick as i32).div_euclid(2), "tick {tick}");
+    }
+}
+
 #[test]
 fn the_common_factor_keeps_the_direction_of_a_ramp() {
     let mut watch = Watch::new(config());

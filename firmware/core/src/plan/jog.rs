@@ -53,8 +53,8 @@ fn approach(distance: u64, delta: u32) -> u32 {
     if distance <= delta {
         return distance as u32;
     }
-    // Bits: distance 52, delta 24. Where the product saturates, the rate's limit applies anyway. The
-    // root of 64 bits has 32.
+    // Bits: distance 52, delta 24. Where the product saturates, the rate's limit applies anyway.
+    // The root of 64 bits has 32.
     let margin = delta + delta / 2;
     let root = (2 * delta).saturating_mul(distance).saturating_add(margin * margin).isqrt();
     root.saturating_sub(margin).max(delta) as u32

@@ -198,8 +198,9 @@ mod tests {
     }
 
     proptest! {
-        /// Once the reference stands still, the motors move by what is ahead in every tick, and they
-        /// rest within the lag. The rounding is that of [`Stop`](super::super::travel_limit::Stop).
+        /// Once the reference stands still, the motors move by what is ahead in every tick, and
+        /// they rest within the lag. The rounding is that of
+        /// [`Stop`](super::super::travel_limit::Stop).
         #[test]
         fn the_motors_move_by_what_is_ahead(
             length in 1usize..=CELLS,

@@ -136,8 +136,8 @@ impl StepAxis {
     /// Passes a tick at the rate of the last one, which was the first at that rate.
     fn begin_cruise(&mut self) -> Pulses {
         let speed = self.rate.unsigned_abs();
-        // The times of slow pulses are beyond 32 bits. They wrap, and each is exact in the tick of its
-        // pulse.
+        // The times of slow pulses are beyond 32 bits. They wrap, and each is exact in the tick of
+        // its pulse.
         let (whole, part) = clocks::split(speed);
         let other = MICROSTEP - part;
         let [back, forth, first] =

@@ -172,8 +172,8 @@ mod tests {
         }
     }
 
-    /// From an odd rate R, two ticks to rest take (3R + 1)/2 units with the tick before. The bound is
-    /// one unit more, and what the moving average rounds.
+    /// From an odd rate R, two ticks to rest take (3R + 1)/2 units with the tick before. The bound
+    /// is one unit more, and what the moving average rounds.
     #[test]
     fn a_stop_may_end_two_units_before_the_next_pulse() {
         for (rate, lag_ticks) in [1, 77, 4_001].into_iter().flat_map(|r| [(r, 0), (r, 64)]) {
