@@ -63,6 +63,16 @@ pub enum LineMistake {
         /// The field.
         value: String,
     },
+    /// A coordinate is far out of range.
+    #[error("line {line}, column {name}: {value} m is out of range, ±{MAX_COORDINATE_M} (metres)")]
+    Range {
+        /// Line, from 1.
+        line: u64,
+        /// Name of the column.
+        name: &'static str,
+        /// Coordinate, metres.
+        value: f64,
+    },
     /// The place is that of the line before.
     #[error("line {line}: the place of the line before; leave one of them out")]
     Repeated {
@@ -78,6 +88,9 @@ pub enum LineMistake {
         time: f64,
     },
 }
+
+/// Largest coordinate, metres. Millimetres are beyond it.
+const MAX_COORDINATE_M: f64 = 100.0;
 
 /// Number of mistakes that a message lists.
 const MAX_LISTED: usize = 20;
@@ -171,6 +184,9 @@ fn row(line: u64, text: &str, columns: Columns, mistakes: &mut Vec<LineMistake>)
     let mut values = Vec::new();
     for (&name, &field) in names.iter().zip(&fields) {
         match field.parse::<f64>().ok().filter(|value| value.is_finite()) {
+            Some(value) if name != "t" && value.abs() > MAX_COORDINATE_M => {
+                mistakes.push(LineMistake::Range { line, name, value });
+            }
             Some(value) => values.push(value),
             None => {
                 mistakes.push(LineMistake::Field { line, name, value: field.to_owned() });
@@ -225,6 +241,7 @@ mod tests {
             ("x,y,z\n# a\n0.4,0.3\n", "line 3: 2 columns, but the first line names 3"),
             ("x,y,z\n0.4,o.3,0.2\n", "line 2, column y: 'o.3' is no finite number"),
             ("x,y,z\n0.4,0.3,inf\n", "line 2, column z: 'inf' is no finite number"),
+            ("x,y,z\n0.4,300,0.2\n", "line 2, column y: 300 m is out of range, ±100"),
             ("x,y,z\n1,1,1\n1,1,1\n", "line 3: the place of the line before"),
             ("t,x,y,z\n1,1,1,1\n1,2,1,1\n", "line 3: the time 1 s is not above"),
         ] {

@@ -64,6 +64,9 @@ impl Limits {
     }
 }
 
+/// Longest trajectory, seconds; of a loop its first lap. Its check takes some seconds.
+const LONGEST_S: f64 = 24.0 * 3600.0;
+
 /// Repetition of a trajectory.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Run {
@@ -78,8 +81,7 @@ pub enum Run {
 pub struct Waypoints {
     /// Places in their order, metres.
     pub places: Vec<Point3<f64>>,
-    /// Largest distance of the path from a waypoint where it rounds the corner, metres. At 0 the
-    /// ball stops at each corner.
+    /// Largest distance of the path from a waypoint, metres. At 0 the ball stops at each corner.
     pub tolerance: f64,
 }
 
@@ -139,6 +141,15 @@ pub enum PathError {
     /// A coordinate, a time or the tolerance is not finite.
     #[error("a coordinate, a time or the tolerance is not a finite number")]
     NotFinite,
+    /// The ball would be under way for too long.
+    #[error(
+        "the path takes {hours:.1} hours, but 24 are the most: are its times in seconds, its \
+         places in metres, and is its speed right?"
+    )]
+    TooLong {
+        /// Time, hours; of a loop that of the first lap.
+        hours: f64,
+    },
     /// A limit is no number above 0.
     #[error("the limit of {name} is {value}, but must be above 0")]
     Limit {
@@ -150,13 +161,14 @@ pub enum PathError {
 }
 
 impl Trajectory {
-    /// Returns the trajectory along straight lines between the waypoints, with rounded corners. A
-    /// loop goes from the last waypoint back to the first one, and begins in the middle of the
-    /// first side. The ball stops at a turn of more than 160°.
+    /// Returns the trajectory along straight lines between the waypoints, with rounded corners.
+    /// Waypoints within a fifth of the tolerance of the line between others make no corner. A loop
+    /// goes from the last waypoint back to the first one, and begins in the middle of the first
+    /// side. The ball stops at a turn of more than 160°.
     ///
     /// # Errors
     /// Where there are fewer than two waypoints, two consecutive ones are in one place, or a number
-    /// is not finite or not above 0.
+    /// is not finite or not above 0; where the ball is under way for more than a day.
     pub fn through(waypoints: &Waypoints, limits: &Limits, run: Run) -> Result<Self, PathError> {
         let Waypoints { places, tolerance } = waypoints;
         let coordinates = places.iter().flat_map(|place| place.iter());
@@ -172,7 +184,21 @@ impl Trajectory {
             true => TimeLaw::round(&profile),
             false => TimeLaw::once(&profile),
         };
-        Ok(Self { kind: Kind::Curve(curve, law) })
+        Self::of_possible_length(Kind::Curve(curve, law))
+    }
+
+    /// Returns the trajectory.
+    ///
+    /// # Errors
+    /// [`PathError::TooLong`] where it takes longer than a day, or its time is no number.
+    fn of_possible_length(kind: Kind) -> Result<Self, PathError> {
+        let trajectory = Self { kind };
+        let span = trajectory.span();
+        if span <= LONGEST_S {
+            Ok(trajectory)
+        } else {
+            Err(PathError::TooLong { hours: span / 3600.0 })
+        }
     }
 
     /// Returns the smooth interpolation of samples by polynomials of degree 3, at rest at both ends
@@ -181,11 +207,11 @@ impl Trajectory {
     ///
     /// # Errors
     /// Where there are fewer than two samples (a loop: four), the times do not rise, a loop does
-    /// not end where it begins, or a number is not finite.
+    /// not end where it begins, or a number is not finite; where it takes more than a day.
     pub fn through_samples(samples: &[Sample], run: Run) -> Result<Self, PathError> {
         let numbers = samples.iter().flat_map(|it| it.position.iter().chain([&it.time]));
         check_finite(numbers)?;
-        Ok(Self { kind: Kind::Timed(Timed::new(samples, run)?) })
+        Self::of_possible_length(Kind::Timed(Timed::new(samples, run)?))
     }
 
     /// Returns the motion at a time after the begin, seconds. Before 0 the ball rests at the begin,

@@ -266,3 +266,23 @@ fn wrong_input_is_refused() {
     let error = Trajectory::through_samples(&samples, Run::Loop).unwrap_err();
     assert_eq!(error, PathError::OpenLoop { gap_mm: 3000.0 });
 }
+
+/// The check of a path looks at it every 5 ms, and the times of a file are often not in seconds.
+#[test]
+fn a_path_of_more_than_a_day_is_refused() {
+    let hours = |error: PathError| match error {
+        PathError::TooLong { hours } => hours,
+        other => panic!("{other}"),
+    };
+    let sample = |time| Sample { time, position: Point3::new(0.3 + time / 1e20, 0.0, 0.3) };
+    let nanoseconds = [0.0, 2e14, 4e14].map(sample);
+    let error = Trajectory::through_samples(&nanoseconds, Run::Once).unwrap_err();
+    assert!((hours(error) - 4e14 / 3600.0).abs() < 1.0);
+    let places = vec![Point3::new(0.3, 0.2, 0.3), Point3::new(0.6, 0.2, 0.3)];
+    let slow = Limits::with_speed(1e-9);
+    let waypoints = Waypoints { places, tolerance: 0.005 };
+    for run in [Run::Once, Run::Loop] {
+        let error = Trajectory::through(&waypoints, &slow, run).unwrap_err();
+        assert!(hours(error) > 80_000.0);
+    }
+}
