@@ -7,8 +7,9 @@
 //! - [`file`](mod@file): paths from CSV files, as waypoints or with time stamps.
 //! - [`check`](mod@check): whether a trajectory keeps its limits and stays where the ball may be.
 //!
-//! A path of waypoints is a chain of straight lines. Quintic Bézier curves round its corners, so
-//! that the curvature is continuous. The speed along it follows from
+//! A path of waypoints is a chain of straight lines. Where waypoints are dense, some are left out
+//! within the tolerance. Quintic Bézier curves round the corners, so that the curvature is
+//! continuous. The speed along it follows from
 //! [`Limits`](trajectory::Limits) by a backward and a forward pass over the arc length; a moving
 //! average over time then bounds the jerk. The position is twice continuously differentiable in
 //! time.
@@ -41,6 +42,7 @@ pub mod moving;
 mod profile;
 mod quintic;
 pub mod shape;
+mod simplify;
 mod spline;
 mod time_law;
 mod timed;

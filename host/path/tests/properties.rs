@@ -230,6 +230,28 @@ fn a_corner_is_passed_in_motion_and_a_straight_line_at_full_speed() {
     assert!((0.02..0.05).contains(&slowest), "{slowest}");
 }
 
+/// Waypoints on a circle of 10 cm: the ball passes them at full speed, however dense they are.
+#[test]
+fn dense_waypoints_do_not_slow_the_ball_down() {
+    let limits = Limits::with_speed(0.05);
+    for (spacing, count) in [(0.01e-3, 40_000), (1e-3, 400), (5e-3, 80), (10e-3, 40)] {
+        let place = |k: u32| {
+            let angle = f64::from(k) * spacing / 0.1;
+            Point3::new(0.1 * angle.cos(), 0.1 * angle.sin(), 0.3)
+        };
+        let places: Vec<Point3<f64>> = (0..count).map(place).collect();
+        let waypoints = Waypoints { places, tolerance: 0.005 };
+        let trajectory = Trajectory::through(&waypoints, &limits, Run::Once).unwrap();
+        assert_within(&trajectory, &limits);
+        // 0.4 m, with the start and the end.
+        assert!((7.7..8.6).contains(&trajectory.duration()), "{} s", trajectory.duration());
+        for moment in moments(&trajectory, 0.05) {
+            let off = (moment.position.coords.xy().norm() - 0.1).abs();
+            assert!(off < 0.003, "{off} m from the circle");
+        }
+    }
+}
+
 #[test]
 fn the_first_breach_is_named_with_its_place() {
     let corners = [[0.3, 0.2, 0.3], [0.6, 0.2, 0.3]].map(Point3::from);

@@ -25,7 +25,7 @@ pub(super) struct PathArgs {
     /// Speed along the path, m/s; lower in corners. A file with times has its own
     #[arg(long, default_value_t = 0.05, requires = "path", value_parser = numbers::positive)]
     speed: f64,
-    /// Largest distance of the path from a corner that it rounds, metres; 0 to stop at corners
+    /// Largest distance of the path from a waypoint, metres; 0 to stop at corners
     #[arg(
         long,
         default_value_t = 0.005,
