@@ -154,6 +154,7 @@ const CRATES: &[Rule] = &[
             "plumb-core",
             "plumb-openni",
             "plumb-page",
+            "plumb-path",
             "plumb-protocol",
             "plumb-ros2",
             "plumb-runtime",

@@ -13,12 +13,16 @@ pub mod page_message;
 #[cfg(feature = "host")]
 pub mod page_request;
 #[cfg(feature = "host")]
+pub mod path_file;
+#[cfg(feature = "host")]
 pub mod rig_file;
 #[cfg(feature = "host")]
 pub mod ros2_camera;
 pub mod stored;
 #[cfg(feature = "host")]
 pub mod stream;
+#[cfg(feature = "host")]
+pub mod target_lines;
 #[cfg(feature = "host")]
 pub mod tum_folder;
 
@@ -62,6 +66,10 @@ pub const TARGETS: &[Target] = &[
     page_request::TARGET,
     #[cfg(feature = "host")]
     ros2_camera::TARGET,
+    #[cfg(feature = "host")]
+    path_file::TARGET,
+    #[cfg(feature = "host")]
+    target_lines::TARGET,
 ];
 
 /// Returns the target of this name.
