@@ -49,6 +49,12 @@ impl<'a> DepthView<'a> {
         // Both are at least 0: a cast rounds down without a call of the C library's floor.
         let (column, row) = ((u + 0.5) as u32, (v + 0.5) as u32);
         let raw = self.raw[row as usize * self.width as usize + column as usize];
+        self.metres(raw)
+    }
+
+    /// Returns a raw depth in metres; `None` if it is unknown.
+    #[inline]
+    pub(crate) fn metres(&self, raw: u16) -> Option<f64> {
         (raw != 0).then(|| f64::from(raw) / self.intrinsics.depth_scale)
     }
 }

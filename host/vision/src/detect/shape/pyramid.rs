@@ -1,5 +1,6 @@
 //! A window of the image at a half and at a quarter of the size.
 
+use multiversion::multiversion;
 use opencv::core::{Mat, MatTraitConst, MatTraitConstManual, Rect, Size};
 use opencv::imgproc::{INTER_AREA, resize};
 
@@ -56,30 +57,38 @@ impl Between {
 
 impl Level<'_> {
     /// Returns the colours (blue, green, red, 0 to 255) between the pixels about each of the rows
-    /// `vs` and columns `us` of the full image, row by row; outside of the level that of its
-    /// border.
+    /// `vs` and columns `us` of the full image, in ascending order, row by row; outside of the
+    /// level that of its border.
     pub(super) fn grid<const N: usize>(&self, us: [f64; N], vs: [f64; N]) -> Vec<[f32; 3]> {
         let columns = us.map(|u| Between::new(u, self.origin.0, self.factor, self.width));
         let rows = vs.map(|v| Between::new(v, self.origin.1, self.factor, self.height));
+        let (start, end) = (columns[0].first, columns[N - 1].second + 1);
+        let mut line = vec![[0.0; 3]; end - start];
         let mut colours = Vec::with_capacity(N * N);
         for row in rows {
-            let line = |k: usize| &self.pixels[k * self.width..][..self.width];
-            let (upper, lower) = (line(row.first), line(row.second));
+            let part = |k: usize| self.pixels[k * self.width..][start..end].as_flattened();
+            mix_lines(part(row.first), part(row.second), row.part, line.as_flattened_mut());
             colours.extend(columns.map(|Between { first, second, part }| {
-                let across = |line: &[Bgr]| {
-                    mixed(line[first].map(f32::from), line[second].map(f32::from), part)
-                };
-                mixed(across(upper), across(lower), row.part)
+                let (a, b) = (line[first - start], line[second - start]);
+                [mixed(a[0], b[0], part), mixed(a[1], b[1], part), mixed(a[2], b[2], part)]
             }));
         }
         colours
     }
 }
 
-/// Returns the colour at `part` of the way from `a` to `b`.
+/// Writes the numbers at `part` of the way from those of line `a` to those of `b`.
+#[multiversion(targets("x86_64+avx512f", "x86_64+avx2"))]
+fn mix_lines(a: &[u8], b: &[u8], part: f32, line: &mut [f32]) {
+    for (place, (&a, &b)) in line.iter_mut().zip(a.iter().zip(b)) {
+        *place = mixed(f32::from(a), f32::from(b), part);
+    }
+}
+
+/// Returns the number at `part` of the way from `a` to `b`.
 #[inline]
-fn mixed(a: [f32; 3], b: [f32; 3], part: f32) -> [f32; 3] {
-    [a[0] + part * (b[0] - a[0]), a[1] + part * (b[1] - a[1]), a[2] + part * (b[2] - a[2])]
+fn mixed(a: f32, b: f32, part: f32) -> f32 {
+    a + part * (b - a)
 }
 
 /// A window of the image at a half and at a quarter of the size.
@@ -120,5 +129,26 @@ impl Pyramid {
         let origin = (self.window.left as f64, self.window.top as f64);
         let pixels = mat.data_bytes()?.as_chunks().0;
         Ok(Level { width, height, pixels, factor: factor as f64, origin })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn colours_between_pixels_lie_on_a_straight_line_and_end_at_the_border() {
+        // Blue grows by 16 with each column, red by 8 with each row: full-size pixels of 2 x 2.
+        let pixels: Vec<Bgr> = (0..30).map(|i| [i as u8 % 6 * 16, 7, i as u8 / 6 * 8]).collect();
+        let level =
+            Level { width: 6, height: 5, pixels: &pixels, factor: 2.0, origin: (100.0, 40.0) };
+        // The first pixel of the level is about (100.5, 40.5).
+        let colours = level.grid([90.0, 101.0, 104.0, 200.0], [30.0, 41.5, 45.0, 99.0]);
+        let (blue, red) = ([0.0, 4.0, 28.0, 80.0], [0.0, 4.0, 18.0, 32.0]);
+        for (i, colour) in colours.into_iter().enumerate() {
+            let expected = [blue[i % 4], 7.0, red[i / 4]];
+            let is_near = |(a, b): (&f32, &f32)| (a - b).abs() < 1e-4;
+            assert!(colour.iter().zip(&expected).all(is_near), "{colour:?} {expected:?}");
+        }
     }
 }

@@ -42,15 +42,22 @@ fn patch(view: &FrameView, disc: &Disc) -> Map {
         std::array::from_fn(|k| centre + (k as f64 - middle) * scale)
     };
     let (columns, rows) = (places(disc.u), places(disc.v));
-    const PIXELS: usize = PATCH * PATCH;
-    let (colours, depths) = patch.values.split_at_mut(3 * PIXELS);
+    let [reds, greens, blues, behinds, known] = patch.channels_mut();
     for (i, colour) in level.grid(columns, rows).into_iter().enumerate() {
-        let [red, green, blue] = turn.apply(colour).map(|value| value / 127.5 - 1.0);
-        (colours[i], colours[PIXELS + i], colours[2 * PIXELS + i]) = (red, green, blue);
-        if let Some(depth) = view.depth.at(columns[i % PATCH], rows[i / PATCH]) {
-            let behind = (depth - z) / view.ball_radius;
-            depths[i] = (behind / MAX_BEHIND).clamp(-1.0, 1.0) as f32;
-            depths[PIXELS + i] = 1.0;
+        [reds[i], greens[i], blues[i]] = turn.apply(colour).map(|value| value / 127.5 - 1.0);
+    }
+    let nearest = |k: f64| (k >= -0.5).then_some((k + 0.5) as usize);
+    let columns = columns.map(nearest);
+    for (y, row) in rows.map(nearest).into_iter().enumerate() {
+        let line = row.map(|row| view.depth.row(row)).unwrap_or_default();
+        for (x, column) in columns.iter().enumerate() {
+            let raw =
+                column.and_then(|column: usize| line.get(column)).copied().unwrap_or_default();
+            if let Some(depth) = view.depth.metres(raw) {
+                let behind = (depth - z) / view.ball_radius;
+                behinds[y * PATCH + x] = (behind / MAX_BEHIND).clamp(-1.0, 1.0) as f32;
+                known[y * PATCH + x] = 1.0;
+            }
         }
     }
     patch

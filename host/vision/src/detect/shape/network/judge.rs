@@ -2,7 +2,9 @@
 
 use super::super::view::Disc;
 use super::CHANNELS;
-use super::layers::{Map, Mix, Stage};
+use super::layers::Stage;
+use super::map::Map;
+use super::mix::Dense;
 use super::weights::Weights;
 
 /// Columns and rows of a patch.
@@ -36,7 +38,7 @@ impl Judgement {
 pub(in super::super) struct Judge {
     fine: Stage,
     coarse: Stage,
-    head: Mix,
+    head: Dense,
 }
 
 impl Judge {
@@ -45,14 +47,14 @@ impl Judge {
         Self {
             fine: Stage::new(CHANNELS, 24, &[1], weights),
             coarse: Stage::new(24, 64, &[1, 1], weights),
-            head: Mix::new(PATCH / 4 * (PATCH / 4) * 64, 4, weights),
+            head: Dense::new(PATCH / 4 * (PATCH / 4) * 64, 4, weights),
         }
     }
 
     /// Judges the disc in the middle of `patch`.
     pub(in super::super) fn apply(&self, patch: &Map) -> Judgement {
         let map = self.coarse.apply(&self.fine.apply(patch));
-        let head = self.head.apply_to_pixel(&map.values);
+        let head = self.head.apply(&map);
         let value = |k: usize| f64::from(head[k]);
         Judgement { log_odds: value(0), offset: (value(1), value(2)), growth: value(3) }
     }

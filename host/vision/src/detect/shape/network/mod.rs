@@ -1,11 +1,13 @@
 //! The two small networks: one proposes places in a picture, the other judges a disc.
 //!
-//! Both fold squares of 2x2 pixels into channels, mix the channels of each pixel (with matrix
-//! products of [`nalgebra`]), and convolve each channel by itself, in f32. `scripts/detector`
-//! trains them and writes their weights to one file ([`Networks::get`]).
+//! Both fold squares of 2x2 pixels into channels, mix the channels of each pixel ([`mix`]), and
+//! convolve each channel by itself ([`layers`]), in f32. `scripts/detector` trains them and writes
+//! their weights to one file ([`Networks::get`]).
 
 mod judge;
 mod layers;
+mod map;
+mod mix;
 mod proposer;
 #[cfg(test)]
 mod tests;
@@ -14,7 +16,7 @@ mod weights;
 use std::sync::LazyLock;
 
 pub(super) use judge::{Judge, Judgement, PATCH, PATCH_RADIUS};
-pub(super) use layers::Map;
+pub(super) use map::Map;
 pub(super) use proposer::{CELL, Proposer, RADIUS_UNIT};
 use weights::Weights;
 

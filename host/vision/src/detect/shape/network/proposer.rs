@@ -1,7 +1,9 @@
 //! The network that proposes.
 
 use super::CHANNELS;
-use super::layers::{Map, Mix, Stage};
+use super::layers::Stage;
+use super::map::Map;
+use super::mix::{Finish, Mix};
 use super::weights::Weights;
 
 /// Input pixels in a cell of the output, in either direction.
@@ -32,6 +34,6 @@ impl Proposer {
     ///
     /// Columns and rows of `input` are multiples of 4.
     pub(in super::super) fn apply(&self, input: &Map) -> Map {
-        self.head.apply(&self.coarse.apply(&self.fine.apply(input)))
+        self.head.apply(&self.coarse.apply(&self.fine.apply(input)), Finish::Write)
     }
 }

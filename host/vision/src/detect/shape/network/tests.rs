@@ -5,7 +5,8 @@ use super::*;
 /// Returns the input of `pattern` in scripts/detector/export.py.
 fn pattern(rows: usize, columns: usize) -> Map {
     let mut map = Map::zeros(rows, columns, CHANNELS);
-    for (i, value) in map.values.iter_mut().enumerate() {
+    let pixels = map.channels_mut::<CHANNELS>().into_iter().flatten();
+    for (i, value) in pixels.enumerate() {
         *value = (i * 37 % 101) as f32 / 50.0 - 1.0;
     }
     map
@@ -32,7 +33,7 @@ fn the_weights_file_is_the_one_that_the_book_has_figures_of() {
 fn both_networks_give_what_torch_gives() {
     let head = Networks::get().proposer.apply(&pattern(16, 24));
     assert_eq!((head.rows, head.columns), (4, 6));
-    let found: Vec<f32> = (0..4).map(|k| head.channel(4 * k)[6 + 2]).collect();
+    let found: Vec<f32> = (0..4).map(|k| head.at(4 * k, 2, 1)).collect();
     assert_alike(&found, &PROPOSED);
     let judgement = Networks::get().judge.apply(&pattern(PATCH, PATCH));
     let (x, y) = judgement.offset;
@@ -42,25 +43,29 @@ fn both_networks_give_what_torch_gives() {
 
 #[test]
 fn a_mirrored_map_has_its_columns_in_the_opposite_order() {
-    let mut map = pattern(2, 3);
-    let seen = map.values.clone();
+    let (seen, mut map) = (pattern(2, 3), pattern(2, 3));
     map.mirror();
-    assert_eq!(map.values[..6], [seen[2], seen[1], seen[0], seen[5], seen[4], seen[3]]);
+    for channel in 0..CHANNELS {
+        for (x, y) in [(0, 0), (1, 0), (2, 0), (0, 1), (1, 1), (2, 1)] {
+            assert_eq!(map.at(channel, x, y), seen.at(channel, 2 - x, y));
+        }
+    }
     map.mirror();
-    assert_eq!(map.values, seen);
+    assert_eq!(map, seen);
 }
 
 #[test]
 fn a_folded_map_has_the_pixels_of_each_square_in_four_channels() {
     let map = pattern(4, 6);
-    let folded = map.folded();
-    assert_eq!((folded.rows, folded.columns), (2, 3));
-    for channel in 0..4 * CHANNELS {
-        let (dx, dy) = (channel % 2, channel / 2 % 2);
-        let source = map.channel(channel / 4);
-        for (i, value) in folded.channel(channel).iter().enumerate() {
-            let (x, y) = (2 * (i % 3) + dx, 2 * (i / 3) + dy);
-            assert_eq!(*value, source[6 * y + x], "channel {channel}, place {i}");
+    for border in [0, 1, 4] {
+        let folded = map.folded(border);
+        assert_eq!((folded.rows, folded.columns), (2, 3));
+        for channel in 0..4 * CHANNELS {
+            let (dx, dy) = (channel % 2, channel / 2 % 2);
+            for (x, y) in [(0, 0), (1, 0), (2, 0), (0, 1), (1, 1), (2, 1)] {
+                let pixel = map.at(channel / 4, 2 * x + dx, 2 * y + dy);
+                assert_eq!(folded.at(channel, x, y), pixel, "channel {channel}, {x}, {y}");
+            }
         }
     }
 }
@@ -68,7 +73,8 @@ fn a_folded_map_has_the_pixels_of_each_square_in_four_channels() {
 #[test]
 fn a_map_of_zeros_has_no_values_of_the_map_whose_memory_it_takes() {
     drop(pattern(5, 7));
-    assert!(Map::zeros(5, 7, CHANNELS).values.iter().all(|&value| value == 0.0));
+    let map = Map::zeros(5, 7, CHANNELS);
+    assert!((0..CHANNELS).flat_map(|channel| map.rows_of(channel)).flatten().all(|&v| v == 0.0));
 }
 
 /// Hash of the weights file.

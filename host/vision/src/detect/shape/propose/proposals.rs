@@ -59,7 +59,7 @@ pub(in super::super) fn propose(view: &FrameView) -> (OddsMap, Vec<Proposal>) {
     let (width, height) = (head.columns * HEAD_CELLS, head.rows * HEAD_CELLS);
     let read = |quantity: usize, x: usize, y: usize| {
         let channel = (quantity * HEAD_CELLS + y % HEAD_CELLS) * HEAD_CELLS + x % HEAD_CELLS;
-        head.channel(channel)[y / HEAD_CELLS * head.columns + x / HEAD_CELLS]
+        head.at(channel, x / HEAD_CELLS, y / HEAD_CELLS)
     };
     let origin = view.levels[2].origin;
     let odds = OddsMap { width, height, origin, values: cells_of(&head) };
@@ -82,14 +82,15 @@ pub(in super::super) fn propose(view: &FrameView) -> (OddsMap, Vec<Proposal>) {
 
 /// Returns the log-odds of the cells, row by row.
 fn cells_of(head: &Map) -> Vec<f32> {
-    let mut values = Vec::with_capacity(HEAD_CELLS * HEAD_CELLS * head.rows * head.columns);
-    for y in 0..HEAD_CELLS * head.rows {
-        let row = |x: usize| {
-            let channel = head.channel(y % HEAD_CELLS * HEAD_CELLS + x);
-            &channel[y / HEAD_CELLS * head.columns..][..head.columns]
-        };
-        let pairs = row(0).iter().zip(row(1));
-        values.extend(pairs.flat_map(|(&left, &right)| [left, right]));
+    let width = HEAD_CELLS * head.columns;
+    let mut values = vec![0.0; width * HEAD_CELLS * head.rows];
+    for channel in 0..HEAD_CELLS * HEAD_CELLS {
+        let (left, top) = (channel % HEAD_CELLS, channel / HEAD_CELLS);
+        let lines = values.chunks_exact_mut(width).skip(top).step_by(HEAD_CELLS);
+        for (line, odds) in lines.zip(head.rows_of(channel)) {
+            let cells = line.iter_mut().skip(left).step_by(HEAD_CELLS);
+            cells.zip(odds).for_each(|(cell, &odds)| *cell = odds);
+        }
     }
     values
 }
