@@ -33,29 +33,25 @@ impl LikenessMap {
         &self.values
     }
 
-    /// Calls `f` with column and row in the full image and likeness of each pixel.
-    pub(super) fn each(&self, mut f: impl FnMut(f64, f64, f32)) {
-        for (y, row) in self.values.chunks_exact(self.width).enumerate() {
-            for (x, &value) in row.iter().enumerate() {
-                let (u, v) = self.to_full(x as f64, y as f64);
-                f(u, v, value);
-            }
-        }
+    /// Returns column and row in the map of each pixel whose likeness is at least `least`.
+    pub(super) fn coloured(&self, least: f32) -> impl Iterator<Item = (usize, usize)> {
+        self.values.chunks_exact(self.width).enumerate().flat_map(move |(y, row)| {
+            let coloured = row.iter().enumerate().filter(move |&(_, &value)| value >= least);
+            coloured.map(move |(x, _)| (x, y))
+        })
     }
 
-    /// Returns the index of the value at column `u`, row `v` of the full image; `None` outside.
+    /// Returns the index of the value at column `x`, row `y` of the map; `None` outside.
     #[inline]
-    pub(super) fn index(&self, u: f64, v: f64) -> Option<usize> {
-        let x = (u + 0.5 - self.origin.0) / Self::FACTOR;
-        let y = (v + 0.5 - self.origin.1) / Self::FACTOR;
-        let inside = x >= 0.0 && y >= 0.0 && x < self.width as f64 && y < self.height as f64;
-        inside.then(|| y as u32 as usize * self.width + x as u32 as usize)
+    pub(super) fn index(&self, x: i32, y: i32) -> Option<usize> {
+        let (x, y) = (usize::try_from(x).ok()?, usize::try_from(y).ok()?);
+        (x < self.width && y < self.height).then_some(y * self.width + x)
     }
 
     /// Returns column and row in the full image of the centre of the pixel at column `x`, row `y`.
     #[inline]
-    fn to_full(&self, x: f64, y: f64) -> (f64, f64) {
-        let full = |k: f64, origin: f64| (k + 0.5) * Self::FACTOR - 0.5 + origin;
+    pub(super) fn to_full(&self, x: usize, y: usize) -> (f64, f64) {
+        let full = |k: usize, origin: f64| (k as f64 + 0.5) * Self::FACTOR - 0.5 + origin;
         (full(x, self.origin.0), full(y, self.origin.1))
     }
 }
