@@ -104,7 +104,7 @@ def repository():
 
 
 def write_copy(work, mutants):
-    """Writes the files of the copy that are not yet as they should be: others build again."""
+    """Writes the files of the copy that have changed. A file that is written is compiled again."""
     contents = {name: (ROOT / name).read_bytes() for name in repository()}
     contents["Cargo.toml"] += PROFILE.encode()
     for folder in CRATES.values():
@@ -114,11 +114,20 @@ def write_copy(work, mutants):
         contents[f"{folder}/src/selection.rs"] = contents["scripts/mutants/selection.rs"]
     for name, text in texts_with_mutants(mutants).items():
         contents[name] = text.encode()
+    remove_others(work, contents)
     for name, content in contents.items():
         path = work / name
         if not path.is_file() or path.read_bytes() != content:
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_bytes(content)
+
+
+def remove_others(work, contents):
+    """Removes the files of an earlier copy that the repository has no more."""
+    for folder in {name.split("/")[0] for name in contents if "/" in name}:
+        for path in (work / folder).rglob("*"):
+            if path.is_file() and path.relative_to(work).as_posix() not in contents:
+                path.unlink()
 
 
 def functions(mutants):

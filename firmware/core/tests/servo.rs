@@ -5,7 +5,7 @@ mod common;
 
 use common::{config, params};
 use plumb_core::MotorRates;
-use plumb_core::law::{InlineLaw, LawSelection};
+use plumb_core::law::{InlineLaw, Law, LawSelection, Measurement, Setpoint};
 use plumb_core::servo::{
     ArrivalDetector, BallPosition, BallTracker, DriveState, Guards, MotorPositions, Servo,
 };
@@ -98,26 +98,70 @@ fn a_position_is_missed_from_the_microsecond_after_its_deadline_on() {
     assert!(servo.position_lost(Micros(deadline + 1), &params));
 }
 
-/// Returns the microseconds until a reference has a pace, of a tick every 200.
-fn time_to_pace(is_busy: bool) -> u64 {
-    let params = params(config());
-    let knot = Knot { position: Point::default(), velocity: [Speed(100_000), Speed(0), Speed(0)] };
+/// When a path begins, µs.
+const START: u64 = 1_000_000;
+
+/// Returns a servo that follows a line along x with 100 mm/s.
+fn following<L: Law>(law: Option<L>) -> Servo<L> {
+    let knot = |k: usize| Knot {
+        position: Point([50_000 * k as i32, 0, 0].map(Micrometres)),
+        velocity: [Speed(100_000), Speed(0), Speed(0)],
+    };
     let reference = Reference {
         sequence: 0,
         now: Micros(0),
         waits: false,
         first: Micros(0),
         interval_us: 500_000,
-        knots: [knot; 6],
+        knots: std::array::from_fn(knot),
     };
-    let mut servo = Servo::<InlineLaw>::new(None);
-    let start = 1_000_000;
-    servo.begin_drive(Micros(start), false);
-    servo.follow(Micros(start), Point::default(), &reference);
+    let mut servo = Servo::new(law);
+    servo.begin_drive(Micros(START), false);
+    servo.follow(Micros(START), Point::default(), &reference);
+    servo
+}
+
+/// A law whose rates are the velocity of its target.
+struct Velocity {
+    is_used: bool,
+}
+
+impl Law for Velocity {
+    fn uses_velocity(&self) -> bool {
+        self.is_used
+    }
+
+    fn update(&mut self, measurement: &Measurement) -> Setpoint {
+        Setpoint::at_once(MotorRates(measurement.velocity))
+    }
+}
+
+#[test]
+fn a_law_gets_the_velocity_of_the_reference_if_it_uses_it() {
+    let params = params(config());
+    for is_used in [true, false] {
+        let mut servo = following(Some(Velocity { is_used }));
+        let end = START + 1_500_000;
+        for now in (START..end).step_by(200) {
+            servo.advance_reference(Micros(now), false, &params);
+        }
+        let position = BallPosition { captured: Micros(end), ball: [0; 3], covariance: None };
+        let target = Some(Point::default());
+        servo.on_position(Micros(end), &position, target, &MotorPositions::UNUSED, &params);
+        let MotorRates([x, y, z]) = servo.setpoint(Micros(end), &params).rates;
+        let expected = if is_used { 100_000 } else { 0 };
+        assert!((x - expected).abs() < 2_000 && [y, z] == [0; 2], "{is_used}: {x}");
+    }
+}
+
+/// Returns the microseconds until a reference has a pace, of a tick every 200.
+fn time_to_pace(is_busy: bool) -> u64 {
+    let params = params(config());
+    let mut servo = following::<InlineLaw>(None);
     let mut ticks = (0..).step_by(200);
     ticks
         .find(|time| {
-            let now = Micros(start + time);
+            let now = Micros(START + time);
             servo.advance_reference(now, is_busy, &params);
             servo.reference_state(now).unwrap().pace > 0
         })

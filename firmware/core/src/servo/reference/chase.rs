@@ -101,6 +101,13 @@ mod tests {
     }
 
     #[test]
+    fn a_jump_is_followed_with_the_share_of_the_acceleration_for_braking() {
+        let motions = chase(|_| Motion { position: [100.0, 0.0, 0.0], ..Motion::default() });
+        // From 245 mm/s on, at 300 mm/s²: with half of the share it takes 0.2 s more.
+        assert!((94.0..99.0).contains(&motions[46].position[0]), "{:?}", motions[46]);
+    }
+
+    #[test]
     fn a_leader_that_accelerates_and_gains_no_speed_does_not_break_the_limit() {
         let leader = Motion { acceleration: [-50_000.0, 9_000.0, 0.0], ..Motion::default() };
         for motion in chase(|_| leader) {
