@@ -197,9 +197,9 @@ fn a_pulse_at_the_end_of_a_tick_comes_in_the_next_one() {
     planner.configure(&params(Config { motors, ..config() }));
     // 2500 microsteps/s from the middle of a microstep on.
     planner.set_rates(MotorRates([-2500 * 256 / 16, 0, 0]), 0);
-    for tick in 1..=20 {
+    for tick in 1..=20i32 {
         planner.tick();
-        assert_eq!(planner.positions()[0], (1 - tick as i32).div_euclid(2), "tick {tick}");
+        assert_eq!(planner.positions()[0], (1 - tick).div_euclid(2), "tick {tick}");
     }
 }
 
