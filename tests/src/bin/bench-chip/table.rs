@@ -101,7 +101,7 @@ fn paths(image: &Path) -> Vec<Row> {
     let [interval, adaptive, taut] = [BenchLaw::Interval, BenchLaw::Adaptive, BenchLaw::Taut]
         .map(|law| following::costs(image, law));
     let tick = interval.tick.max(adaptive.tick).max(taut.tick);
-    let late = adaptive.late.max(taut.late);
+    let late = interval.late.max(adaptive.late).max(taut.late);
     let row =
         |key, quantity, value, reference: &str| row(key, quantity, value, "cycles", reference);
     let due = |law: DeferredLawKind| {
@@ -111,8 +111,7 @@ fn paths(image: &Path) -> Vec<Row> {
     let latency = following::latency(image);
     vec![
         row("path_tick", "along a path: a tick of any law, maximum", tick, "25 000"),
-        row("path_late", "along a path: lateness of ticks, adaptive or taut", late, "0"),
-        row("path_late_interval", "along a path: the same with interval", interval.late, "0"),
+        row("path_late", "along a path: lateness of ticks with any law", late, "0"),
         row("path_update_adaptive", "along a path: update of adaptive", adaptive.update, ""),
         row("path_response_adaptive", response, adaptive.response, &due(DeferredLawKind::Adaptive)),
         row("path_update_taut", "along a path: update of taut", taut.update, ""),
