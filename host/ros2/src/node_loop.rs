@@ -86,7 +86,7 @@ impl NodeLoop {
             let _interrupted =
                 self.poll.poll(&mut events, Some(due.saturating_duration_since(now)));
             self.handle_requests();
-            self.targets.receive(&mut self.feed.state());
+            self.targets.receive(&self.feed);
             self.handle_outcomes();
             self.targets.send(&mut self.feed.state());
             self.publish_sample();

@@ -18,7 +18,7 @@ use self::moving::MovingGate;
 pub(crate) use self::status::MovingStatus;
 use crate::action::Action;
 use crate::error::Ros2Error;
-use crate::feed::FeedState;
+use crate::feed::{Feed, FeedState};
 use crate::ledger::Origin;
 use crate::member::Member;
 use crate::message::geometry::PointStamped;
@@ -66,12 +66,13 @@ impl TargetInputs {
         self.moving.register(registry, tokens[1])
     }
 
-    /// Takes the targets that have come.
-    pub(crate) fn receive(&mut self, state: &mut FeedState) {
+    /// Takes the targets that have come. The control loop waits for the state of `feed` after each
+    /// picture: it is locked for one message at a time.
+    pub(crate) fn receive(&mut self, feed: &Feed) {
         let Self { set_points, moving, admission, gate, moving_gate } = self;
-        let is_stopped = state.status.is_stopped();
         set_points.receive(|message, origin| {
-            match admission.admit(&message, origin.sent, is_stopped) {
+            let mut state = feed.state();
+            match admission.admit(&message, origin.sent, state.status.is_stopped()) {
                 Ok(target) => gate.offer(target),
                 Err(refusal) => {
                     state.status.note_refusal(refusal.to_string());
@@ -80,13 +81,14 @@ impl TargetInputs {
             }
         });
         moving.receive(|message, origin| {
-            let now = Instant::now();
-            let place = admission.admit(&message, origin.sent, is_stopped);
+            let (now, mut state) = (Instant::now(), feed.state());
+            let place = admission.admit(&message, origin.sent, state.status.is_stopped());
             let publisher = origin.publisher;
             match place.and_then(|at| moving_gate.offer(publisher, &message.header, at, now)) {
                 Ok(()) => state.moving.note_taken(now),
                 Err(refusal) => {
-                    state.has_news |= state.moving.note_refusal(refusal.to_string(), now);
+                    let is_news = state.moving.note_refusal(refusal.to_string(), now);
+                    state.has_news |= is_news;
                 }
             }
         });
