@@ -103,13 +103,13 @@ impl Corner {
 }
 
 /// Returns the curve that passes `places` within `tolerance`, metres: with fewer corners where
-/// places are dense, and with rounded ones. A loop goes from the last place back to the first, and
-/// begins in the middle of the first side.
+/// places are dense, and with rounded ones. A loop goes from the last place back to the first. It
+/// begins in the middle of the first side, or near to it where places are dense.
 pub(crate) fn blend(places: &[Point3<f64>], tolerance: f64, run: Run) -> Result<Curve, PathError> {
     let stations = stations(places, run)?;
     let Simplified { stations, deviation } = simplify(&stations, SIMPLIFIED_SHARE * tolerance);
     let tolerance = tolerance - deviation;
-    let sides = sides(stations, run);
+    let sides: Vec<Side> = stations.windows(2).map(|pair| Side::new(pair[0], pair[1])).collect();
     let count = sides.len();
     let next = |i: usize| (i + 1) % count;
     let is_closed = run == Run::Loop;
@@ -155,7 +155,7 @@ impl Chain {
     }
 }
 
-/// Returns the places of a path; those of a loop with the first one at the end.
+/// Returns the places of a path; those of a loop from the middle of the first side back to it.
 fn stations(places: &[Point3<f64>], run: Run) -> Result<Vec<Vector3<f64>>, PathError> {
     let mut stations: Vec<Vector3<f64>> = places.iter().map(|place| place.coords).collect();
     if stations.len() < 2 {
@@ -169,20 +169,12 @@ fn stations(places: &[Point3<f64>], run: Run) -> Result<Vec<Vector3<f64>>, PathE
         if near(&stations[0], &stations[stations.len() - 1]) {
             stations.pop();
         }
-        stations.push(stations[0]);
-    }
-    Ok(stations)
-}
-
-/// Returns the sides between stations. Those of a loop begin in the middle of the first side.
-fn sides(mut stations: Vec<Vector3<f64>>, run: Run) -> Vec<Side> {
-    if run == Run::Loop {
         let middle = (stations[0] + stations[1]) / 2.0;
-        stations[0] = middle;
-        // The last station is the first corner.
+        stations.rotate_left(1);
+        stations.insert(0, middle);
         stations.push(middle);
     }
-    stations.windows(2).map(|pair| Side::new(pair[0], pair[1])).collect()
+    Ok(stations)
 }
 
 #[cfg(test)]
@@ -245,6 +237,14 @@ mod tests {
             curve.length()
         });
         assert_eq!(open, closed);
+    }
+
+    #[test]
+    fn a_loop_begins_in_the_middle_of_its_first_side_where_the_second_one_goes_on_straight() {
+        let places = [[0.0, 0.0], [0.02, 0.0], [0.2, 0.0], [0.2, 0.2]];
+        let places = places.map(|[x, y]| Point3::new(x, y, 0.3));
+        let begin = blend(&places, 0.005, Run::Loop).unwrap().at(0.0).place;
+        assert!((begin - Vector3::new(0.01, 0.0, 0.3)).norm() < 1e-12, "{begin}");
     }
 
     #[test]
