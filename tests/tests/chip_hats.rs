@@ -165,3 +165,27 @@ fn a_hat_that_does_not_answer_stops_the_board() {
     assert_eq!(chip.state(), State::Ready);
     assert!(!hats.are_off(), "the motors hold again");
 }
+
+#[test]
+fn a_hat_that_holds_the_bus_stops_the_board() {
+    let Some(image) = firmware_image() else { return };
+    let (mut chip, mut hats) = configured(&image);
+    assert_eq!(chip.request(Command::Jog(jog(400))), None);
+    chip.run_us(200_000);
+    assert_eq!(chip.state(), State::Jogging);
+    chip.execute(json!({ "hold_i2c": [0, true] }));
+    chip.run_us(50_000);
+    assert_eq!(chip.state(), State::Fault(Fault::Driver));
+    // The rates ramp down, and the positions stay those of the pulses.
+    chip.run_us(500_000);
+    let rest = chip.status().motors;
+    chip.run_us(200_000);
+    assert_eq!(chip.status().motors, rest);
+
+    chip.execute(json!({ "hold_i2c": [0, false] }));
+    hats.apply(&chip.run_us(500_000));
+    assert_eq!(chip.request(Command::ClearFault), None);
+    hats.apply(&chip.run_us(50_000));
+    assert_eq!(chip.state(), State::Ready);
+    assert!(!hats.are_off(), "the motors hold again");
+}

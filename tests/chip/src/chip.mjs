@@ -76,7 +76,7 @@ export class Chip {
       (pin, level, at) => this.edge(pin, level, at),
       () => this.eventCycle,
     );
-    this.i2c = [{ targets: new Map() }, { targets: new Map() }];
+    this.i2c = [0, 1].map(() => ({ targets: new Map(), isHeld: false }));
     this.usb = new UsbHost({
       data: (bytes) => this.hash.add(EVENT.data, this.cycles, digest(bytes)),
       state: (name) => this.hash.add(EVENT.state, this.cycles, STATES.indexOf(name)),
@@ -231,10 +231,16 @@ export class Chip {
     };
     mcu.i2c.forEach((controller, i) => {
       repairI2c(controller);
-      this.i2c[i].bus = new I2cBus(controller, clock, this.i2c[i].targets);
+      this.i2c[i].bus = new I2cBus(controller, clock, this.i2c[i]);
     });
     this.port = new UsbPort(mcu);
     installBootrom(this);
+  }
+
+  /** Has a target hold the clock of an I2C bus low, or let it go. */
+  holdI2c(bus, isHeld) {
+    this.i2c[bus].isHeld = isHeld;
+    if (!isHeld) this.i2c[bus].bus.release();
   }
 
   /**

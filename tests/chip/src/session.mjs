@@ -118,6 +118,7 @@ const COMMANDS = {
   profile: (session) => ({ profile: session.tracer?.profile() ?? [] }),
   list: (session, pins) => void (session.listed = new Set(pins)),
   i2c: (session, target) => session.setTarget(target),
+  hold_i2c: ({ chip }, [bus, isHeld]) => chip.holdI2c(bus, isHeld),
   levels: ({ chip }, pins) => ({ levels: pins.map((pin) => chip.level(pin)) }),
   peek: ({ chip }, [address, length]) => ({
     peek: Buffer.from(chip.peek(address, length)).toString('hex'),

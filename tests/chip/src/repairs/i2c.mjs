@@ -20,13 +20,16 @@ const BYTE_PERIODS = 9;
 
 /** The outside of one bus: targets by address, with a call for each condition and byte. */
 export class I2cBus {
-  /** @param {Map<number, object>} targets by 7-bit address; they survive resets of the chip */
-  constructor(controller, clock, targets) {
+  /**
+   * @param {{targets: Map<number, object>, isHeld: boolean}} outside targets by 7-bit address, and
+   *   whether one holds the clock low; it survives resets of the chip
+   */
+  constructor(controller, clock, outside) {
     this.controller = controller;
-    this.targets = targets;
+    this.outside = outside;
     this.target = null;
-    this.alarm = clock.createAlarm(() => this.next());
-    this.next = () => {};
+    this.alarm = clock.createAlarm(() => this.end());
+    this.next = null;
     controller.onStart = () => this.after(1, () => controller.completeStart());
     controller.onConnect = (address, mode) =>
       this.after(BYTE_PERIODS, () => this.connect(address, mode === 1));
@@ -42,13 +45,26 @@ export class I2cBus {
     return this.controller.sclHighPeriod + this.controller.sclLowPeriod;
   }
 
+  /** Lets the clock go: what was under way goes on. */
+  release() {
+    if (this.next) this.after(1, this.next);
+  }
+
+  /** Ends a condition or a byte, unless a target holds the clock low. */
+  end() {
+    if (this.outside.isHeld) return;
+    const then = this.next;
+    this.next = null;
+    then?.();
+  }
+
   after(periods, then) {
     this.next = then;
     this.alarm.scheduleAt(this.alarm.clock.now + periods * this.period);
   }
 
   connect(address, reads) {
-    this.target = this.targets.get(address) ?? null;
+    this.target = this.outside.targets.get(address) ?? null;
     const acknowledged = this.target !== null && (this.target.start?.(reads) ?? true);
     this.controller.completeConnect(acknowledged);
   }
