@@ -86,6 +86,15 @@ fn jog(steps: i32) -> Jog {
     Jog { motor: 0, distance: Steps16(steps * 16), rate }
 }
 
+/// Returns a configured board 0.2 s after the begin of a jog of 400 steps, and what it had written
+/// before.
+fn jogging(image: &Path) -> (Chip, Hats) {
+    let (mut chip, hats) = configured(image);
+    assert_eq!(chip.request(Command::Jog(jog(400))), None);
+    chip.run_us(200_000);
+    (chip, hats)
+}
+
 /// Motor A, on M1 and M2 of the first HAT, moves eight full steps: its field turns twice.
 #[test]
 fn motor_hats_turn_the_field_with_the_steps() {
@@ -143,9 +152,7 @@ fn the_bootloader_starts_with_the_hats_off() {
 #[test]
 fn a_hat_that_does_not_answer_stops_the_board() {
     let Some(image) = firmware_image() else { return };
-    let (mut chip, mut hats) = configured(&image);
-    assert_eq!(chip.request(Command::Jog(jog(400))), None);
-    chip.run_us(200_000);
+    let (mut chip, mut hats) = jogging(&image);
     chip.execute(json!({ "i2c": [0, 0x61, null] }));
     // Motor A is on the other HAT: nothing of it is written until the field of C changes.
     chip.run_us(50_000);
@@ -169,9 +176,7 @@ fn a_hat_that_does_not_answer_stops_the_board() {
 #[test]
 fn a_hat_that_holds_the_bus_stops_the_board() {
     let Some(image) = firmware_image() else { return };
-    let (mut chip, mut hats) = configured(&image);
-    assert_eq!(chip.request(Command::Jog(jog(400))), None);
-    chip.run_us(200_000);
+    let (mut chip, mut hats) = jogging(&image);
     assert_eq!(chip.state(), State::Jogging);
     chip.execute(json!({ "hold_i2c": [0, true] }));
     chip.run_us(50_000);

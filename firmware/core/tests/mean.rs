@@ -48,13 +48,18 @@ fn motors_end_at_the_reference_half_the_span_later() {
     assert!((rest[0] - ahead[0] - 16 * 45 / 2).abs() < 16 * 2, "{rest:?} after {ahead:?}");
 }
 
+/// Turns the motors for the tick `k`: A to and fro, B and C evenly.
+fn wander(planner: &mut Planner, k: i32) {
+    planner.set_rates(MotorRates([(k % 1700 - 800) * 100, 20_000, -30_000]), 0);
+    planner.tick();
+}
+
 #[test]
 fn earlier_positions_are_interpolated() {
     let mut planner = planner(0);
     let mut past = Vec::new();
-    for k in 0..4000i32 {
-        planner.set_rates(MotorRates([(k % 1700 - 800) * 100, 20_000, -30_000]), 0);
-        planner.tick();
+    for k in 0..4000 {
+        wander(&mut planner, k);
         past.push(planner.positions());
     }
     for ago in [0, 3, 40, 41, 333, 1000, 2400] {
@@ -70,9 +75,8 @@ fn earlier_positions_are_interpolated() {
 fn positions_of_any_age_are_interpolated_up_to_the_oldest() {
     let mut planner = planner(0);
     let mut past = Vec::new();
-    for k in 0..4000i32 {
-        planner.set_rates(MotorRates([(k % 1700 - 800) * 100, 20_000, -30_000]), 0);
-        planner.tick();
+    for k in 0..4000 {
+        wander(&mut planner, k);
         past.push(planner.positions());
         if k < 3900 {
             continue;

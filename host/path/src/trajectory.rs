@@ -164,7 +164,7 @@ impl Trajectory {
     /// Returns the trajectory along straight lines between the waypoints, with rounded corners.
     /// Waypoints within a fifth of the tolerance of the line between others make no corner. A loop
     /// goes from the last waypoint back to the first one, and begins in the middle of the first
-    /// side. The ball stops at a turn of more than 160°.
+    /// side, or near to it where waypoints are dense. The ball stops at a turn of more than 160°.
     ///
     /// # Errors
     /// Where there are fewer than two waypoints, two consecutive ones are in one place, or a number
