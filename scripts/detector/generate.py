@@ -14,8 +14,9 @@ import scenes
 
 # Pictures in a shard.
 SHARD = 500
-# First shard whose rooms have surfaces of the ball's own colour.
-CAMOUFLAGED = 53
+# First shard whose rooms have surfaces of the ball's own colour, and first one after them, from
+# which on there is two-coloured fruit instead.
+CAMOUFLAGED, FRUIT = 53, 69
 # Depth units of a metre in a shard.
 DEPTH_UNITS = 10000.0
 
@@ -23,7 +24,8 @@ DEPTH_UNITS = 10000.0
 def generate(shard, frames):
     """Returns the arrays of a shard."""
     rng = np.random.default_rng(shard)
-    made = [scenes.Scene(rng, frames, shard >= CAMOUFLAGED) for _ in range(SHARD)]
+    kind = CAMOUFLAGED <= shard < FRUIT, shard >= FRUIT
+    made = [scenes.Scene(rng, frames, *kind) for _ in range(SHARD)]
     depths = [np.clip(scene.depth * DEPTH_UNITS, 0, 65535).astype(np.uint16) for scene in made]
     return {
         "colour": np.stack([scene.colour for scene in made]),

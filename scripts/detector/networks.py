@@ -1,11 +1,15 @@
-"""The two networks: one proposes places in a picture, the other judges a patch about a disc.
+"""The three networks: one proposes places in a picture, the others judge a patch about a disc.
 
-Both fold squares of 2x2 pixels into channels, mix the channels of each pixel, and convolve each
+All fold squares of 2x2 pixels into channels, mix the channels of each pixel, and convolve each
 channel by itself.
 """
 
 import torch
 from torch import nn
+
+# Channels of the judging networks: of the one that looks at each proposal, and of the one that
+# looks at each refined circle.
+SCREEN, JUDGE = (24, 64), (48, 128)
 
 
 def mix(inputs, outputs):
@@ -57,11 +61,11 @@ class Judge(nn.Module):
     ball's centre is to the right and down, and the logarithm of its radius, against the disc's, in
     the disc's radius)."""
 
-    def __init__(self):
+    def __init__(self, fine, coarse):
         super().__init__()
-        self.fine = folded(5, 24, [1])
-        self.coarse = folded(24, 64, [1, 1])
-        self.head = nn.Linear(6 * 6 * 64, 4)
+        self.fine = folded(5, fine, [1])
+        self.coarse = folded(fine, coarse, [1, 1])
+        self.head = nn.Linear(6 * 6 * coarse, 4)
 
     def forward(self, x):
         return self.head(self.coarse(self.fine(x)).contiguous().flatten(1))

@@ -6,7 +6,7 @@ import numpy as np
 from drawing import HEIGHT, WIDTH, depth_at, line, noise, paint, shape
 from light import rotate_hue, to_srgb
 from surfaces import albedo, background, reddish_background
-from things import ball_colour, red_thing, sphere
+from things import ball_colour, fruit, red_thing, sphere
 
 # Share of the rooms about as red as the ball, of the pictures with depth, of those with a ball, and
 # of the balls that are not red.
@@ -18,10 +18,11 @@ class Scene:
 
     `colour` (sRGB, 8 bits), `hue` (degrees: the ball's), `depth` (metres, 0 where unknown), `focal`
     (pixels), `radius` (of the ball, metres), and `ball`: (column, row, radius in pixels, visible
-    part), or None. `camouflaged` asks for a room with surfaces of the ball's own colour.
+    part), or None. `camouflaged` asks for a room with surfaces of the ball's own colour,
+    `with_fruit` for fruit of the ball's colour and another one.
     """
 
-    def __init__(self, rng, frames, camouflaged=False):
+    def __init__(self, rng, frames, camouflaged=False, with_fruit=False):
         self.focal = rng.uniform(190, 380)
         self.radius = rng.uniform(0.015, 0.05)
         self.ball = None
@@ -36,6 +37,9 @@ class Scene:
         for _ in range(rng.choice([0, 1, 2, 4, 7])):
             size = np.exp(rng.uniform(np.log(3), np.log(40)))
             red_thing(rng, light, depth, rng.uniform(0, WIDTH), rng.uniform(0, HEIGHT), size)
+        for _ in range(rng.choice([2, 4]) if with_fruit else 0):
+            size = np.exp(rng.uniform(np.log(3), np.log(36)))
+            fruit(rng, light, depth, rng.uniform(0, WIDTH), rng.uniform(0, HEIGHT), size)
         if self.has_depth and rng.random() < 0.3:
             self._wrong_ball(rng, light, depth)
         if rng.random() < 0.3:

@@ -3,6 +3,7 @@
 import numpy as np
 
 from drawing import HEIGHT, WIDTH, depth_at, line, noise, paint, polygon, shape
+from light import rotate_hue
 from surfaces import albedo
 
 
@@ -70,23 +71,48 @@ def lump(rng, light, depth, x, y, size):
     """Draws a rounded thing that is no sphere, or has a pattern: a cushion, fruit, a toy."""
     pattern = rng.random() < 0.5
     flat = rng.uniform(0.45, 0.95 if pattern else 0.84)
-    rows, columns = np.mgrid[0:HEIGHT, 0:WIDTH]
     turn = rng.normal(0, 0.4) if rng.random() < 0.6 else rng.uniform(0, np.pi)
-    angles = np.linspace(0, 2 * np.pi, 48)
-    across, down = np.array([np.cos(turn), np.sin(turn)]), np.array([-np.sin(turn), np.cos(turn)])
-    ring = np.cos(angles)[:, None] * across + flat * np.sin(angles)[:, None] * down
-    mask = polygon(ring * size + [x, y])
-    u = ((columns - x) * across[0] + (rows - y) * across[1]) / size
-    v = ((columns - x) * down[0] + (rows - y) * down[1]) / (flat * size)
-    shade, glint = Lamp(rng).on(u, v)
+    body = Ellipsoid(x, y, size, flat, turn)
+    shade, glint = Lamp(rng).on(body.u, body.v)
     colour, other = albedo(rng, 0.9)[None, None], albedo(rng, 0.5)[None, None]
     if pattern:
         scale = rng.uniform(0.2, 1.0) * size
         blush = np.clip(noise(rng, scale, scale) + rng.uniform(-0.5, 0.8), 0, 1)[..., None]
         colour = colour * (1 - blush) + other * blush
-    distance = free_depth(rng, depth, x, y, size) - 0.03 * np.sqrt(np.clip(1 - u**2 - v**2, 0, 1))
-    drawn = colour * shade[..., None] + glint[..., None]
-    paint(light, depth, mask, drawn.astype(np.float32), distance)
+    body.paint(rng, light, depth, colour * shade[..., None] + glint[..., None])
+
+
+def fruit(rng, light, depth, x, y, size):
+    """Draws a nearly round fruit of the ball's colour and another one."""
+    body = Ellipsoid(x, y, size, rng.uniform(0.75, 1.0), rng.normal(0, 0.4))
+    shade, glint = Lamp(rng).on(body.u, body.v)
+    colour = ball_colour(rng)
+    other = np.clip(rotate_hue(colour[None], rng.uniform(25, 110))[0], 0.01, 1)
+    scale = rng.uniform(0.3, 1.2) * size
+    blush = np.clip(rng.uniform(1, 3) * noise(rng, scale, scale) + rng.uniform(0, 1), 0, 1)
+    mixed = colour * (1 - blush[..., None]) + rng.uniform(0.7, 1.6) * other * blush[..., None]
+    body.paint(rng, light, depth, mixed * shade[..., None] + glint[..., None])
+
+
+class Ellipsoid:
+    """A rounded thing, `size` pixels long and `flat` times as wide. `u` and `v` are the places on
+    it of each pixel of the picture, -1 to 1 along and across."""
+
+    def __init__(self, x, y, size, flat, turn):
+        rows, columns = np.mgrid[0:HEIGHT, 0:WIDTH]
+        across = np.array([np.cos(turn), np.sin(turn)])
+        down = np.array([-np.sin(turn), np.cos(turn)])
+        angles = np.linspace(0, 2 * np.pi, 48)
+        ring = np.cos(angles)[:, None] * across + flat * np.sin(angles)[:, None] * down
+        self.place, self.mask = (x, y, size), polygon(ring * size + [x, y])
+        self.u = ((columns - x) * across[0] + (rows - y) * across[1]) / size
+        self.v = ((columns - x) * down[0] + (rows - y) * down[1]) / (flat * size)
+
+    def paint(self, rng, light, depth, drawn):
+        """Paints it with the light `drawn`."""
+        bulge = 0.03 * np.sqrt(np.clip(1 - self.u**2 - self.v**2, 0, 1))
+        distance = free_depth(rng, depth, *self.place) - bulge
+        paint(light, depth, self.mask, drawn.astype(np.float32), distance)
 
 
 def sphere(rng, light, depth, place, radius, colour, blur=0.0):

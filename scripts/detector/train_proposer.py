@@ -1,9 +1,9 @@
-"""Trains the proposal network: train_proposer.py SHARDS OUT STEPS [START].
+"""Trains the proposal network: train_proposer.py SHARDS OUT STEPS NUMBER...
 
-SHARDS holds pictures of generate.py. START is a network to go on with, at a lower rate.
+It is trained on the pictures of generate.py in SHARDS with these numbers. A number that is given
+twice counts twice.
 """
 
-import glob
 import sys
 import time
 
@@ -14,7 +14,7 @@ import inputs
 from generate import DEPTH_UNITS
 from networks import Proposer
 
-BATCH, RATE, LATER_RATE, SEED = 32, 4e-3, 2e-3, 1
+BATCH, RATE, SEED = 32, 4e-3, 1
 # Balls of which less is visible are neither right nor wrong.
 MIN_VISIBLE = 0.35
 # Input pixels in a cell of the output; unit of the radius, input pixels.
@@ -73,16 +73,13 @@ def batches(files):
 
 
 def main():
-    folder, out, steps = sys.argv[1], sys.argv[2], int(sys.argv[3])
-    files = sorted(glob.glob(f"{folder}/shard*.npz"))
+    folder, out, steps, *numbers = sys.argv[1:]
+    steps, files = int(steps), [f"{folder}/shard{int(number):04}.npz" for number in numbers]
     torch.set_num_threads(1)
     torch.manual_seed(SEED)
-    network, rate = Proposer().to(memory_format=torch.channels_last), RATE
-    if len(sys.argv) > 4:
-        network.load_state_dict(torch.load(sys.argv[4]))
-        rate = LATER_RATE
-    optimiser = torch.optim.AdamW(network.parameters(), rate, weight_decay=1e-4)
-    plan = torch.optim.lr_scheduler.OneCycleLR(optimiser, rate, steps, pct_start=0.1)
+    network = Proposer().to(memory_format=torch.channels_last)
+    optimiser = torch.optim.AdamW(network.parameters(), RATE, weight_decay=1e-4)
+    plan = torch.optim.lr_scheduler.OneCycleLR(optimiser, RATE, steps, pct_start=0.1)
     start, total = time.time(), 0.0
     for step, (x, balls) in zip(range(1, steps + 1), batches(files)):
         result = network(x)

@@ -1,28 +1,32 @@
-//! Prints the candidates without depth of the detector `ball` in the suite `rooms`, from which
-//! `scripts/detector/choose_weights.py` chooses the weights of its decision.
+//! Prints the candidates of the detector `ball` in a suite, from which `scripts/detector` fits the
+//! weights of its decision.
 //!
-//! Usage: `cargo run --release -p plumb-bench --example candidates SEED FRAMES EMPTY FOLDER...`
+//! Usage:
+//! `cargo run --release -p plumb-bench --example candidates SUITE SEED FRAMES EMPTY FOLDER...`
 //!
-//! FRAMES and EMPTY are the numbers of frames of each kind with a ball and without one; FOLDER is a
-//! TUM RGB-D folder. The frames are those of `plumb bench vision --suite rooms` with the same
-//! numbers. Each frame is a line `ball NAME` or `empty NAME`. A line `candidate` follows for each
-//! of its candidates: 1 if its centre is within half a radius of the ball's, otherwise 0; its
-//! log-odds by the network, its part of rays with an edge, its part with depth behind it, and the
-//! rms residual of its free fit.
+//! SUITE is `rooms` or `hard`. FRAMES and EMPTY are the numbers of frames of each kind with a ball
+//! and without one; FOLDER is a TUM RGB-D folder. The frames are those of `plumb bench vision` with
+//! the same numbers, but for the recorded ones that are held out. Each frame is a line `ball NAME`
+//! or `empty NAME`. A line follows for each of its candidates: `colour` for one without depth,
+//! `depth` for one with depth, then pairs of a name and a number. `on_ball` is 1 if the candidate's
+//! centre is within half a radius of the ball's, otherwise 0; the others are its features.
 
 use std::env;
 use std::error::Error;
 use std::path::Path;
 
 use plumb_bench::vision::{
-    FrameSuite, GroundTruth, LabelledFrame, VisionOptions, each_room, is_held_out, suite_camera,
+    GroundTruth, LabelledFrame, VisionOptions, each_frame, is_held_out, suite_camera,
 };
 use plumb_cameras::camera_file;
 use plumb_cameras::source::CameraSource;
 use plumb_cameras::source::tum::TumFolder;
 use plumb_vision::camera::Camera;
 use plumb_vision::detect::ball::ShapeDetector;
-use plumb_vision::detect::shape::{CandidateTrace, Features, ShapeParameters};
+use plumb_vision::detect::shape::{
+    CandidateTrace, ColourFeatures, Curvature, DepthFeatures, Features, FreeFitResidual,
+    ShapeParameters, Surroundings,
+};
 use plumb_vision::frame::RgbdFrame;
 
 /// Log-odds of a candidate beyond doubt.
@@ -30,20 +34,18 @@ const CERTAIN: f64 = 1e6;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = env::args().skip(1).collect();
-    let [seed, frames, empty, folders @ ..] = arguments.as_slice() else {
-        return Err("give SEED FRAMES EMPTY FOLDER...".into());
+    let [suite, seed, frames, empty, folders @ ..] = arguments.as_slice() else {
+        return Err("give SUITE SEED FRAMES EMPTY FOLDER...".into());
     };
-    let (suite, seed) = (FrameSuite::Rooms, seed.parse()?);
+    let (suite, seed) = (suite.parse()?, seed.parse()?);
     let (frames, empty) = (frames.parse()?, empty.parse()?);
     let options = VisionOptions { suite, seed, frames, empty, ..VisionOptions::default() };
     let camera = camera_file::paper()?;
     let recorded = recorded(folders, &camera)?;
     let detector = ShapeDetector::with_parameters(&suite_camera(suite, &camera), exhaustive());
     let mut failed = None;
-    each_room(&camera, &recorded, &options, &mut |name, labelled| {
-        if name.contains("no depth") {
-            failed = failed.take().or(print(detector.clone(), name, labelled).err());
-        }
+    each_frame(&camera, &recorded, &options, &mut |name, labelled| {
+        failed = failed.take().or(print(detector.clone(), name, labelled).err());
     })?;
     failed.map_or(Ok(()), Err)
 }
@@ -70,6 +72,10 @@ fn exhaustive() -> ShapeParameters {
     parameters.search.certain_score = 2.0;
     parameters.search.rival_log_odds = f64::INFINITY;
     parameters.weights.colour.intercept = CERTAIN;
+    let raised = CERTAIN - parameters.weights.depth.intercept;
+    parameters.weights.depth.intercept = CERTAIN;
+    parameters.decide.min_log_odds_with_depth += raised;
+    parameters.decide.min_screened_with_depth += raised;
     parameters
 }
 
@@ -83,21 +89,52 @@ fn print(
     println!("{} {name}", if labelled.ball.is_some() { "ball" } else { "empty" });
     for candidate in trace.searches.iter().flat_map(|search| &search.candidates) {
         let Some(decision) = &candidate.decision else { continue };
-        if let (Some(Features::Colour(features)), Some(free)) =
-            (&decision.features, &decision.free_fit)
-        {
-            let is_ball = labelled.ball.as_ref().is_some_and(|ball| is_on(candidate, ball));
-            println!(
-                "candidate {} {:.3} {:.3} {:.3} {:.3}",
-                u8::from(is_ball),
-                decision.judged,
-                features.edges,
-                features.through,
-                free.rms
-            );
+        let (Some(features), Some(free)) = (&decision.features, &decision.free_fit) else {
+            continue;
+        };
+        let is_ball = labelled.ball.as_ref().is_some_and(|ball| is_on(candidate, ball));
+        let on_ball = u8::from(is_ball);
+        let judged = decision.judged;
+        match features {
+            Features::Colour(features) => print_colour(on_ball, judged, features, free),
+            Features::Depth(features) => {
+                let is_behind = |&&ray: &&Option<Surroundings>| ray == Some(Surroundings::Behind);
+                let rays = decision.surroundings.iter();
+                let behind = rays.clone().filter(is_behind).count() as f64;
+                let visible = rays.flatten().count().max(1) as f64;
+                print_depth(on_ball, judged, features, free, behind / visible);
+            }
         }
     }
     Ok(())
+}
+
+/// Prints the features of a candidate without depth.
+fn print_colour(on_ball: u8, judged: f64, features: &ColourFeatures, free: &FreeFitResidual) {
+    println!(
+        "colour on_ball {on_ball} judged {judged:.3} edges {:.3} through {:.3} rms {:.3}",
+        features.edges, features.through, free.rms
+    );
+}
+
+/// Prints the features of a candidate with depth; `behind` is the part of the visible rays whose
+/// surroundings are behind the ball.
+fn print_depth(
+    on_ball: u8,
+    judged: f64,
+    features: &DepthFeatures,
+    free: &FreeFitResidual,
+    behind: f64,
+) {
+    print!("depth on_ball {on_ball} judged {judged:.3} attached {:.3}", features.attached);
+    print!(" continued {:.3} covered_alike {:.3}", features.continued, features.covered_alike);
+    print!(" continues {:.3} likeness {:.3}", features.continues, features.likeness);
+    if let Some(Curvature { least, most }) = features.curvature {
+        print!(" least {least:.3} most {most:.3}");
+    }
+    print!(" on {:.3} off {:.4}", features.sphere.on, features.sphere.off);
+    print!(" size {:.3} place {:.3} rms {:.3}", free.size, free.place, free.rms);
+    println!(" behind {behind:.3}");
 }
 
 /// Checks whether the centre of `candidate` is within half a radius of the ball's.

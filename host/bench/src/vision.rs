@@ -25,6 +25,7 @@ use thiserror::Error;
 
 use crate::UnknownName;
 use baselines::{Hough, HsvMoments};
+use hard::HardFrames;
 pub use labelled::{GroundTruth, LabelledFrame};
 use plumb_sim::synthetic::SyntheticError;
 pub use report::{DetectorReport, GroupReport, SceneReport, SceneTimes, VisionReport};
@@ -150,6 +151,9 @@ pub enum VisionError {
         /// Its valid range.
         must: &'static str,
     },
+    /// A suite whose frames cannot be visited one by one.
+    #[error("the frames of the suite {0} are not given one by one: take rooms or hard")]
+    Suite(FrameSuite),
 }
 
 /// Returns whether a recorded frame is kept apart from those that detectors are made with: every
@@ -204,24 +208,40 @@ pub fn compare(
     Ok(comparison.report())
 }
 
-/// Calls `visit` with each frame of the suite `rooms` and the name of its kind, in the order of
-/// [`compare`]. The frames are those that a comparison with the same options searches.
+/// Calls `visit` with each frame of the suite `rooms` or `hard` and the name of its kind, in the
+/// order of [`compare`]. The frames are those that a comparison with the same options searches.
 ///
 /// # Errors
-/// If an option is out of range, or the intrinsics do not fit the frames.
-pub fn each_room(
+/// If an option is out of range, the intrinsics do not fit the frames, or the suite is another one.
+pub fn each_frame(
     camera: &Camera,
     recorded: &[RgbdFrame],
     options: &VisionOptions,
     visit: &mut dyn FnMut(&'static str, &LabelledFrame),
 ) -> Result<(), VisionError> {
     check(options)?;
-    let backgrounds = Backgrounds::new(camera, recorded, options)?;
-    for (number, kind) in (0..).zip(rooms::KINDS) {
-        let mut frames = RoomFrames::new((number, kind), camera, &backgrounds, options);
-        for _ in 0..if kind.ball { options.frames } else { options.empty } {
-            visit(kind.name, &frames.next()?);
+    let count = |ball| if ball { options.frames } else { options.empty };
+    match options.suite {
+        FrameSuite::Rooms => {
+            let backgrounds = Backgrounds::new(camera, recorded, options)?;
+            for (number, kind) in (0..).zip(rooms::KINDS) {
+                let mut frames = RoomFrames::new((number, kind), camera, &backgrounds, options);
+                for _ in 0..count(kind.ball) {
+                    visit(kind.name, &frames.next()?);
+                }
+            }
         }
+        FrameSuite::Hard => {
+            for (number, kind) in (0..).zip(hard::CASES) {
+                let mut frames = HardFrames::new((number, kind), camera, recorded, options);
+                for _ in 0..count(kind.ball) {
+                    if let Some(frame) = frames.next()? {
+                        visit(kind.name, &frame);
+                    }
+                }
+            }
+        }
+        FrameSuite::Scenes | FrameSuite::Empty => return Err(VisionError::Suite(options.suite)),
     }
     Ok(())
 }

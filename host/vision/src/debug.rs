@@ -211,7 +211,7 @@ fn features_tile(canvas: &mut Canvas, candidate: &CandidateTrace) -> opencv::Res
     lines.extend(decision.free_fit.iter().flat_map(|free| {
         [
             format!("free fit: size {:.2}, place {:.2}", free.size, free.place),
-            format!("rms {:.2}, edges {:.2}", free.rms, free.edges),
+            format!("rms {:.2}", free.rms),
         ]
         .map(|line| (line, WHITE))
     }));

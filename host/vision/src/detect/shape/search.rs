@@ -1,6 +1,6 @@
 //! The search of a window: proposals are refined and decided about until one is certain.
 
-use super::decide::{Decider, judge};
+use super::decide::{Decider, screen};
 use super::parameters::SearchParameters;
 use super::propose::{Proposal, find_spheres, propose, sphere_at};
 use super::pyramid::Window;
@@ -24,7 +24,7 @@ struct Start {
     disc: Disc,
     /// Whether depth shows a sphere there: the circle must not move far.
     locked: bool,
-    /// Log-odds by the judging network; infinite for a sphere that was found without it.
+    /// Log-odds by the small judging network; infinite for a sphere that was found without it.
     log_odds: f64,
 }
 
@@ -61,11 +61,7 @@ impl Search<'_> {
             }
             if self.decider.passes(&disc) {
                 left -= 1;
-                let is_likely =
-                    judge(self.view, &disc).log_odds >= self.parameters.min_judged_sphere;
-                if is_likely
-                    && self.consider(&Start { disc, locked: true, log_odds: f64::INFINITY })
-                {
+                if self.consider(&Start { disc, locked: true, log_odds: f64::INFINITY }) {
                     return true;
                 }
             }
@@ -113,7 +109,7 @@ impl Search<'_> {
         starts
     }
 
-    /// Returns where to refine a proposal: where the judging network sees the ball, or at the
+    /// Returns where to refine a proposal: where the small judging network sees the ball, or at the
     /// sphere in depth there. Returns `None` if it sees none, or not of a possible size.
     fn start(&self, proposal: &Proposal) -> Option<Start> {
         let by_depth = |disc: &Disc| {
@@ -128,7 +124,7 @@ impl Search<'_> {
             if !self.is_possible(disc.radius, MAX_START) {
                 return None;
             }
-            let judgement = judge(self.view, &disc);
+            let judgement = screen(self.view, &disc);
             log_odds = judgement.log_odds;
             if log_odds < least {
                 return None;

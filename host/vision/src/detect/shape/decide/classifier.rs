@@ -21,12 +21,11 @@ impl<'a> Classifier<'a> {
     /// Returns the log-odds of a disc with depth if its free fit has no penalty: an upper bound.
     pub(super) fn depth_log_odds(&self, features: &DepthFeatures) -> f64 {
         let weights = &self.weights.depth;
-        let attached = weights.attached - weights.attached_round * self.roundness(features);
         let flat = features.curvature.map_or(0.0, |curvature| {
             weights.flat.penalty(curvature.most).min(weights.flat.weight * weights.max_flat)
         });
         weights.intercept
-            - attached * features.attached
+            - weights.attached * features.attached
             - weights.continued * features.continued
             - weights.covered_alike * features.covered_alike
             - weights.continues * features.continues
@@ -39,7 +38,7 @@ impl<'a> Classifier<'a> {
     /// Returns what it adds to the log-odds of a disc with depth that the network gives `judged`.
     pub(super) fn judged_log_odds(&self, judged: f64) -> f64 {
         let weights = &self.weights.depth;
-        weights.judged * judged.min(weights.max_judged) - weights.undecided
+        weights.judged * judged.clamp(weights.min_judged, weights.max_judged)
     }
 
     /// Returns the log-odds of a disc without depth that the network gives `judged`, if its free
@@ -65,11 +64,10 @@ impl<'a> Classifier<'a> {
         let weights = &self.weights.free_fit;
         let excess = (free.rms - weights.rms_free).max(0.0).powi(2).min(weights.max_rms_square);
         let rms = weights.rms - weights.rms_round * self.roundness(features);
-        let missing = weights.missing * (1.0 - free.edges).min(weights.max_missing);
         let size = weights.size * free.size.min(weights.max_square);
         let place = weights.place * free.place.min(weights.max_square);
         let uneven = weights.uneven * (free.rms - weights.rms_free).max(0.0);
-        let all = size + place + rms * excess + uneven + missing;
+        let all = size + place + rms * excess + uneven;
         (1.0 - weights.sphere_discount * behind) * all
     }
 

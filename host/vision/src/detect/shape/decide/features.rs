@@ -48,8 +48,6 @@ pub struct FreeFitResidual {
     pub place: f64,
     /// Root of the mean squared residual, over the usual one.
     pub rms: f64,
-    /// Part of the possible edges that were found, 0 to 1.
-    pub edges: f64,
 }
 
 impl DepthFeatures {
@@ -113,14 +111,10 @@ impl FreeFitResidual {
         let down = (free.disc.v - circle.disc.v) / radius / place.hypot(error(1));
         let blur = parameters.rms_blur * (free.blur - parameters.sharp_blur).max(0.0);
         let usual = (parameters.rms + parameters.rms_relative * radius).hypot(blur);
-        let beside = boundary.part(Surroundings::Attached) + boundary.part(Surroundings::Continued);
-        let able = (1.0 - boundary.covered() - beside).max(view.parameters.decide.min_able)
-            * boundary.visible();
         Some(Self {
             size: size * size,
             place: across * across + down * down,
             rms: free.rms_residual / usual,
-            edges: (free.edge_count() / able).min(1.0),
         })
     }
 }

@@ -18,7 +18,7 @@ use super::refine::{Boundary, Candidate, Outline, RefinedCircle, Surroundings};
 use super::view::{Disc, FrameView};
 use classifier::{Classifier, probability};
 use features::part_in_image;
-pub(super) use patch::judge;
+pub(super) use patch::screen;
 
 /// Features of a candidate, for the classifier.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -35,8 +35,8 @@ pub struct Decision {
     /// Probability that the candidate is the ball, 0 to 1. It is 0 if the candidate was rejected
     /// before all features were read.
     pub score: f64,
-    /// Log-odds by the network that judges, the mean of those of the picture and of its mirror
-    /// image.
+    /// Log-odds by the large judging network; without depth the mean of those of the picture and of
+    /// its mirror image.
     pub judged: f64,
     /// What surrounds the disc, ray by ray; `None` outside the image.
     pub surroundings: [Option<Surroundings>; RAYS],
@@ -61,7 +61,7 @@ impl<'a> Decider<'a> {
     }
 
     /// Checks whether the log-odds of `disc`, where depth shows a sphere, are high enough for a
-    /// refinement.
+    /// refinement: without the edges, and at last with what the small judging network says.
     pub(super) fn passes(&self, disc: &Disc) -> bool {
         let view = self.view;
         let Some(z) = view.centre_depth(disc) else { return false };
@@ -73,7 +73,12 @@ impl<'a> Decider<'a> {
         passes(&features) && {
             let outline = Outline::new(view, *disc);
             let boundary = Boundary::new(view, &outline, z);
-            passes(&features.with_boundary(&boundary, &outline))
+            let features = features.with_boundary(&boundary, &outline);
+            passes(&features) && {
+                let judged = self.classifier.judged_log_odds(screen(view, disc).log_odds);
+                self.classifier.depth_log_odds(&features) + judged
+                    > self.parameters.min_screened_with_depth
+            }
         }
     }
 
@@ -83,15 +88,14 @@ impl<'a> Decider<'a> {
         let Candidate { circle, outline } = candidate;
         let by_image = self.view.depth_of(&circle.disc);
         let depth = self.view.centre_depth(&circle.disc);
-        let &DecideParameters { min_judged, min_judged_without_depth, .. } = self.parameters;
-        let min_judged = if depth.is_some() { min_judged } else { min_judged_without_depth };
+        let min_judged = self.parameters.min_judged_without_depth;
         let hopeless = min_judged - self.parameters.max_mirror_gain;
-        let judged = patch::log_odds(self.view, &circle.disc, hopeless);
+        let judged = patch::log_odds(self.view, &circle.disc, depth.is_some(), hopeless);
         let boundary = Boundary::new(self.view, outline, depth.unwrap_or(by_image));
         let surroundings = *boundary.rays();
         let mut decision =
             Decision { score: 0.0, judged, surroundings, features: None, free_fit: None };
-        if judged < min_judged {
+        if depth.is_none() && judged < min_judged {
             return decision;
         }
         let free = boundary.part(Surroundings::Free) + boundary.part(Surroundings::Behind);

@@ -1,4 +1,4 @@
-//! What the judging network reads: the picture about a disc, brought to one size.
+//! What the judging networks read: the picture about a disc, brought to one size.
 
 use super::super::network::{CHANNELS, Judgement, Map, Networks, PATCH, PATCH_RADIUS};
 use super::super::view::{Disc, FrameView};
@@ -6,21 +6,26 @@ use super::super::view::{Disc, FrameView};
 /// Largest depth against the ball's centre that a patch shows, in the ball's radius.
 const MAX_BEHIND: f64 = 3.0;
 
-/// Judges `disc`.
-pub(in super::super) fn judge(view: &FrameView, disc: &Disc) -> Judgement {
-    Networks::get().judge.apply(&patch(view, disc))
+/// Judges `disc` by the small network.
+pub(in super::super) fn screen(view: &FrameView, disc: &Disc) -> Judgement {
+    Networks::get().screen.apply(&patch(view, disc))
 }
 
-/// Returns the log-odds that `disc` is the ball: the mean of those of its patch and of the mirrored
-/// patch, or those of its patch alone if they are below `least`.
+/// Returns the log-odds by the large network that `disc` is the ball: of its patch, or if there is
+/// no depth on it and they are not below `least`, the mean of those and of the mirrored patch.
 ///
 /// A ball looks the same in a mirror. The mean errs less than one judgement does: without depth
 /// about 3 % more of the balls are found with as many false alarms.
-pub(in super::super) fn log_odds(view: &FrameView, disc: &Disc, least: f64) -> f64 {
+pub(in super::super) fn log_odds(
+    view: &FrameView,
+    disc: &Disc,
+    has_depth: bool,
+    least: f64,
+) -> f64 {
     let judge = &Networks::get().judge;
     let mut patch = patch(view, disc);
     let seen = judge.apply(&patch).log_odds;
-    if seen < least {
+    if has_depth || seen < least {
         return seen;
     }
     patch.mirror();

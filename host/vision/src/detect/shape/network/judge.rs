@@ -1,4 +1,4 @@
-//! The network that judges a disc.
+//! The networks that judge a disc.
 
 use super::super::view::Disc;
 use super::CHANNELS;
@@ -12,7 +12,7 @@ pub(in super::super) const PATCH: usize = 24;
 /// Radius of the disc in a patch, pixels.
 pub(in super::super) const PATCH_RADIUS: f64 = 7.0;
 
-/// What the network says about a disc.
+/// What a network says about a disc.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in super::super) struct Judgement {
     /// Log-odds that the disc is the ball.
@@ -34,7 +34,7 @@ impl Judgement {
     }
 }
 
-/// The network that judges a disc by the patch about it.
+/// A network that judges a disc by the patch about it.
 pub(in super::super) struct Judge {
     fine: Stage,
     coarse: Stage,
@@ -42,12 +42,13 @@ pub(in super::super) struct Judge {
 }
 
 impl Judge {
-    /// Reads the weights.
-    pub(super) fn new(weights: &mut Weights) -> Self {
+    /// Reads the weights of a network with these numbers of channels at half the size of the patch
+    /// and at a quarter of it.
+    pub(super) fn new([fine, coarse]: [usize; 2], weights: &mut Weights) -> Self {
         Self {
-            fine: Stage::new(CHANNELS, 24, &[1], weights),
-            coarse: Stage::new(24, 64, &[1, 1], weights),
-            head: Dense::new(PATCH / 4 * (PATCH / 4) * 64, 4, weights),
+            fine: Stage::new(CHANNELS, fine, &[1], weights),
+            coarse: Stage::new(fine, coarse, &[1, 1], weights),
+            head: Dense::new(PATCH / 4 * (PATCH / 4) * coarse, 4, weights),
         }
     }
 

@@ -1,6 +1,7 @@
-//! The two small networks: one proposes places in a picture, the other judges a disc.
+//! The three small networks: one proposes places in a picture, one judges each of these places, and
+//! a larger one judges the circles that are fitted there.
 //!
-//! Both fold squares of 2x2 pixels into channels, mix the channels of each pixel ([`mix`]), and
+//! All fold squares of 2x2 pixels into channels, mix the channels of each pixel ([`mix`]), and
 //! convolve each channel by itself ([`layers`]), in f32. `scripts/detector` trains them and writes
 //! their weights to one file ([`Networks::get`]).
 
@@ -20,14 +21,21 @@ pub(super) use map::Map;
 pub(super) use proposer::{CELL, Proposer, RADIUS_UNIT};
 use weights::Weights;
 
-/// Number of channels that both networks read: red, green, blue, a depth, and whether it is known.
+/// Number of channels that the networks read: red, green, blue, a depth, and whether it is known.
 pub(super) const CHANNELS: usize = 5;
 
-/// Both networks with their weights.
+/// The networks with their weights.
 pub(super) struct Networks {
     pub(super) proposer: Proposer,
+    /// Judges the proposals: many, so it is small.
+    pub(super) screen: Judge,
+    /// Judges the refined circles: few.
     pub(super) judge: Judge,
 }
+
+/// Channels of the networks that judge, at half the size of a patch and at a quarter.
+const SCREEN: [usize; 2] = [24, 64];
+const JUDGE: [usize; 2] = [48, 128];
 
 /// The weights file.
 const FILE: &[u8] = include_bytes!("weights.bin");
@@ -35,10 +43,11 @@ const FILE: &[u8] = include_bytes!("weights.bin");
 /// The networks of the weights file.
 static NETWORKS: LazyLock<Networks> = LazyLock::new(|| {
     let mut weights = Weights::new(FILE);
-    let networks =
-        Networks { proposer: Proposer::new(&mut weights), judge: Judge::new(&mut weights) };
+    let proposer = Proposer::new(&mut weights);
+    let screen = Judge::new(SCREEN, &mut weights);
+    let judge = Judge::new(JUDGE, &mut weights);
     weights.finish();
-    networks
+    Networks { proposer, screen, judge }
 });
 
 impl Networks {

@@ -88,16 +88,18 @@ pub struct DecideParameters {
     pub min_free: f64,
     /// The same of the rays that nothing covers.
     pub min_free_of_uncovered: f64,
-    /// Least log-odds by the network: below, the other features are not read.
-    pub min_judged: f64,
-    /// The same for a disc without depth: an even outline alone is no ball.
+    /// Least log-odds by the large judging network of a disc without depth: an even outline alone
+    /// is no ball.
     pub min_judged_without_depth: f64,
     /// Log-odds by the network below that limit from which on the mirrored patch is not judged: it
     /// would have to gain twice as much.
     pub max_mirror_gain: f64,
-    /// Least log-odds before the outline fit of a disc with depth. Of 4213 places on balls none
-    /// had less than -4.3; of 18 380 other places four of five had less than -5.
+    /// Least log-odds, without those by the network, before the outline fit of a disc with depth.
+    /// Of 1075 balls (those of the weights, and `rooms`, seed 1) none had less than 0.9; of 325
+    /// other discs half had less than -2.
     pub min_log_odds_with_depth: f64,
+    /// The same with the log-odds by the small judging network.
+    pub min_screened_with_depth: f64,
     /// Part of the rays within the image from which on a ball is nearly whole.
     pub whole: f64,
     /// Least part of the rays within the image: a smaller sliver may belong to a larger ball. It is
@@ -112,8 +114,6 @@ pub struct DecideParameters {
     pub covers_disc: f64,
     /// Quantile of the likenesses on the disc that is the disc's likeness.
     pub likeness_quantile: f64,
-    /// Least part of the rays that could have an edge.
-    pub min_able: f64,
 }
 
 impl DecideParameters {
@@ -125,17 +125,16 @@ impl DecideParameters {
         unknown_depth_factor: 0.9,
         min_free: 0.25,
         min_free_of_uncovered: 0.4,
-        min_judged: -3.0,
-        min_judged_without_depth: -1.0,
+        min_judged_without_depth: -2.0,
         max_mirror_gain: 1.5,
-        min_log_odds_with_depth: -5.0,
+        min_log_odds_with_depth: -1.4,
+        min_screened_with_depth: -0.5,
         whole: 0.8,
         min_in_image: 0.36,
         cut_edges_none: 0.4,
         cut_edges_full: 0.75,
         covers_disc: 1.5,
         likeness_quantile: 0.65,
-        min_able: 0.4,
     };
 }
 

@@ -86,9 +86,6 @@ pub struct SearchParameters {
     pub window: Tolerance,
     /// Largest number of depth seeds that are refined.
     pub max_depth_seeds: usize,
-    /// Least log-odds by the judging network of a depth seed that is refined. In the suites `rooms`
-    /// and `hard` no ball is lost by -4, and one by -3.
-    pub min_judged_sphere: f64,
     /// Largest number of the network's proposals that are refined: the budget of a search.
     pub max_refined: usize,
     /// Log-odds by which a proposal may be less promising than one that is a ball and still be
@@ -111,7 +108,6 @@ impl SearchParameters {
         certain_score: 0.95,
         window: Tolerance { relative: 3.0, pixels: 16.0 },
         max_depth_seeds: 4,
-        min_judged_sphere: -4.0,
         max_refined: 4,
         rival_log_odds: 1.0,
         same_centre: 0.12,

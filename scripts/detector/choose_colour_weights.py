@@ -9,6 +9,8 @@ import itertools
 import math
 import sys
 
+from candidates import read
+
 # Weights that are tried, and limits that hold for all.
 JUDGED = [0.4, 0.5, 0.6, 0.7, 0.8, 1.0, 1.2]
 RMS = [1.2, 1.6, 2.0, 2.4, 2.8, 3.2, 3.6, 4.0]
@@ -22,20 +24,19 @@ MARGIN = 0.05
 PRINTED = 8
 
 
-def read(paths):
-    """Returns (whether there is a ball, candidates) of each picture. A candidate is whether it is
-    the ball, and its features."""
-    pictures = []
-    for path in paths:
-        with open(path, encoding="utf-8") as lines:
-            for words in map(str.split, lines):
-                if words[0] == "candidate":
-                    on_ball, judged, edges, through, rms = map(float, words[1:])
-                    features = min(judged, MAX_JUDGED), edges, through, min(rms, MAX_RMS)
-                    pictures[-1][1].append((on_ball > 0, features))
-                else:
-                    pictures.append((words[0] == "ball", []))
-    return pictures
+def without_depth(paths):
+    """Returns (whether there is a ball, candidates) of each frame without depth. A candidate is
+    whether it is the ball, and its features."""
+
+    def known(features):
+        judged, rms = min(features["judged"], MAX_JUDGED), min(features["rms"], MAX_RMS)
+        return features["on_ball"] > 0, (judged, features["edges"], features["through"], rms)
+
+    return [
+        (has_ball, [known(features) for _, features in candidates])
+        for name, has_ball, candidates in read(paths)
+        if "no depth" in name
+    ]
 
 
 def best(candidates, weights):
@@ -55,7 +56,7 @@ def best(candidates, weights):
 
 
 def main():
-    allowed, pictures = int(sys.argv[1]), read(sys.argv[2:])
+    allowed, pictures = int(sys.argv[1]), without_depth(sys.argv[2:])
     least = math.log(MIN_SCORE / (UNKNOWN_DEPTH_FACTOR - MIN_SCORE))
     results = []
     for weights in itertools.product(JUDGED, RMS, MISSING):

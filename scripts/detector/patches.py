@@ -1,0 +1,131 @@
+"""Writes patches to train the judging networks on: patches.py SHARDS WEIGHTS OUT SEED NUMBER...
+
+They are of the pictures of generate.py in SHARDS with these numbers. WEIGHTS is a weights file: the
+patches are about the proposals of its proposal network, about where its first judging network moves
+them, about the ball, and about wrong places and sizes near the ball.
+"""
+
+import sys
+
+import numpy as np
+import torch
+
+import inputs
+from generate import DEPTH_UNITS
+from networks import SCREEN, Judge, Proposer
+from weights_file import read_networks
+
+# Proposals in a picture that are judged, and the least log-odds of one.
+PROPOSALS, MIN_LOG_ODDS = 6, -6.0
+# A disc is the ball if centre and radius are off by less than the first part of the radius, and is
+# not the ball if one of them is off by more than the second. Within the last, the network tells
+# where the ball is.
+RIGHT, WRONG, NEAR = 0.3, 0.5, 0.6
+# Balls of which less is visible are neither right nor wrong.
+MIN_VISIBLE = 0.35
+# Radii of discs that are judged, pixels.
+SMALLEST, LARGEST = 2, 45
+
+
+def proposals(network, picture):
+    """Returns the discs (column, row, radius; pixels) that the network proposes."""
+    with torch.no_grad():
+        out = network(torch.from_numpy(picture.proposal_input()[None]))[0]
+    score = out[0]
+    peak = torch.nn.functional.max_pool2d(score[None], 3, 1, 1)[0] == score
+    rows, columns = torch.nonzero(peak & (score > MIN_LOG_ODDS), as_tuple=True)
+    best = torch.argsort(score[rows, columns], descending=True)[:PROPOSALS]
+    discs = []
+    for row, column in zip(rows[best].tolist(), columns[best].tolist()):
+        dx, dy, log_radius = out[1:, row, column].tolist()
+        scale = 2 * inputs.STEP
+        disc = [(column + dx + 0.5) * scale - 0.5, (row + dy + 0.5) * scale - 0.5]
+        discs.append(disc + [np.exp(log_radius) * 5 * inputs.STEP])
+    return discs
+
+
+def with_depth(picture, disc):
+    """Returns a disc with the radius that a ball has at the depth there."""
+    x, y, size = disc
+    reach = max(1, int(0.4 * size))
+    rows = slice(max(0, int(y) - reach), max(0, int(y) + reach + 1))
+    columns = slice(max(0, int(x) - reach), max(0, int(x) + reach + 1))
+    part = picture.depth[rows, columns]
+    known = part[part > 0.1]
+    if len(known) > 3:
+        size = picture.focal * picture.radius / (np.median(known) + 0.85 * picture.radius)
+    return x, y, size
+
+
+def moved(network, picture, disc):
+    """Returns the disc where the network sees the ball when it looks at `disc`."""
+    x, y, size = disc
+    with torch.no_grad():
+        seen = network(torch.from_numpy(picture.patch_input(disc)[None]))[0]
+    dx, dy, growth = seen[1:].tolist()
+    return x + dx * size, y + dy * size, size * np.exp(growth)
+
+
+def near_ball(rng, ball):
+    """Yields discs about the ball: nearly right ones, and wrong ones."""
+    x, y, size = ball[:3]
+    for error in (0.03, 0.12, 0.2):
+        dx, dy, grown = rng.normal(0, error, 3)
+        yield x + dx * size, y + dy * size, size * np.exp(grown)
+    turn, reach = rng.uniform(0, 2 * np.pi), rng.uniform(0.5, 2.0) * size
+    grown = rng.choice([rng.uniform(0.3, 0.6), rng.uniform(1.65, 3)])
+    yield [
+        (x + reach * np.cos(turn), y + reach * np.sin(turn), size * np.exp(rng.normal(0, 0.2))),
+        (x, y, size * grown),
+    ][rng.integers(2)]
+
+
+def discs(rng, proposer, screen, picture, ball):
+    """Yields the discs of a picture that the networks learn to judge."""
+    if ball[2] > 0:
+        yield from near_ball(rng, ball)
+    for disc in proposals(proposer, picture):
+        disc = with_depth(picture, disc)
+        yield disc
+        if SMALLEST < disc[2] < LARGEST:
+            yield moved(screen, picture, disc)
+
+
+def labelled(disc, ball):
+    """Returns (label, place) of a disc. The label is 1 for the ball, 0 for others, and -1 if it is
+    unsure; the place is the ball's against the disc's, NaN if the ball is far."""
+    if ball[2] == 0:
+        return 0, np.full(3, np.nan)
+    x, y, size = disc
+    error = np.array([(ball[0] - x) / size, (ball[1] - y) / size, np.log(ball[2] / size)])
+    off = max(np.hypot(error[0], error[1]), abs(error[2]))
+    sure = ball[3] > MIN_VISIBLE or off > 1.5
+    label = 1 if off < RIGHT else 0 if off > WRONG else -1
+    return (label if sure else -1), (error if off < NEAR and sure else np.full(3, np.nan))
+
+
+def patches(rng, proposer, screen, picture, ball):
+    """Yields (patch, label, place) of a picture."""
+    for disc in discs(rng, proposer, screen, picture, ball):
+        if SMALLEST < disc[2] < LARGEST:
+            label, place = labelled(disc, ball)
+            if label >= 0 or not np.isnan(place[0]):
+                yield picture.patch_input(disc).astype(np.float16), label, place
+
+
+def main():
+    shards, weights, out, seed, *numbers = sys.argv[1:]
+    torch.set_num_threads(1)
+    proposer, screen = Proposer(), Judge(*SCREEN)
+    read_networks(weights, [proposer, screen])
+    rng, kept = np.random.default_rng(int(seed)), []
+    for number in map(int, numbers):
+        for picture, ball in inputs.pictures(f"{shards}/shard{number:04}.npz", DEPTH_UNITS):
+            kept.extend(patches(rng, proposer, screen, picture, ball))
+    found, labels, places = zip(*kept)
+    arrays = {"patches": np.stack(found), "labels": np.array(labels, np.float32)}
+    np.savez(out, places=np.array(places, np.float32), **arrays)
+
+
+if __name__ == "__main__":
+    main()
