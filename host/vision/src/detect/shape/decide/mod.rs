@@ -65,20 +65,18 @@ impl<'a> Decider<'a> {
     pub(super) fn passes(&self, disc: &Disc) -> bool {
         let view = self.view;
         let Some(z) = view.centre_depth(disc) else { return false };
+        let least = self.parameters.min_log_odds_with_depth;
         let readings = view.parameters.curvature.rough_readings;
         let features = DepthFeatures::without_boundary(view, disc, z, readings);
-        let passes = |features: &DepthFeatures| {
-            self.classifier.depth_log_odds(features) > self.parameters.min_log_odds_with_depth
-        };
-        passes(&features) && {
-            let outline = Outline::new(view, *disc);
-            let boundary = Boundary::new(view, &outline, z);
-            let features = features.with_boundary(&boundary, &outline);
-            passes(&features) && {
-                let judged = self.classifier.judged_log_odds(screen(view, disc).log_odds);
-                self.classifier.depth_log_odds(&features) + judged
-                    > self.parameters.min_screened_with_depth
-            }
+        if self.classifier.depth_log_odds(&features) <= least {
+            return false;
+        }
+        let outline = Outline::new(view, *disc);
+        let boundary = Boundary::new(view, &outline, z);
+        let log_odds = self.classifier.depth_log_odds(&features.with_boundary(&boundary, &outline));
+        log_odds > least && {
+            let judged = self.classifier.judged_log_odds(screen(view, disc).log_odds);
+            log_odds + judged > self.parameters.min_screened_with_depth
         }
     }
 
