@@ -2,7 +2,7 @@
 
 
 def read(paths):
-    """Returns (kind of the frame, whether there is a ball, candidates) of each frame. A candidate
+    """Returns (name of the frame, whether there is a ball, candidates) of each frame. A candidate
     is its kind (`colour` or `depth`) and its features by name."""
     frames = []
     for path in paths:
