@@ -7,6 +7,7 @@
 use std::f64::consts::TAU;
 use std::sync::LazyLock;
 
+use multiversion::multiversion;
 use nalgebra::{Point3, Vector3};
 
 use super::view::{ColourView, Disc};
@@ -128,12 +129,12 @@ impl<'a> RadialScan<'a> {
     /// the ray leaves the image.
     ///
     /// OpenCV's `remap` rounds places to 1/32 pixel (`INTER_BITS` is 5), too coarse for the edges.
-    pub(super) fn read_bilinear(
+    pub(super) fn read_bilinear<const N: usize>(
         &self,
         ray: usize,
         start: f64,
         step: f64,
-        colours: &mut [[f32; 3]],
+        colours: &mut [[f32; 3]; N],
     ) -> bool {
         let along = self.step(ray);
         let (mut point, step) = (self.centre + along * start, along * step);
@@ -148,35 +149,45 @@ impl<'a> RadialScan<'a> {
         if !is_inside(&point) || !is_inside(&(point + step * (colours.len() - 1) as f64)) {
             return false;
         }
-        // The last pair of pixels that has another pair below it.
-        let last = bytes.len() - 3 * width - 6;
-        for colour in colours {
-            let (u, v) = self.pixel(&point);
+        let mut places = [(0.0, 0.0); N];
+        for place in &mut places {
+            *place = self.pixel(&point);
             point += step;
-            let (column, row) = (u as u32, v as u32);
-            let parts = ((u - f64::from(column)) as f32, (v - f64::from(row)) as f32);
-            let at = (3 * (row as usize * width + column as usize)).min(last);
-            let (upper, lower) = (&bytes[at..at + 6], &bytes[at + 3 * width..at + 3 * width + 6]);
-            *colour = blend(upper, lower, parts);
         }
+        read_between(bytes, width, &places, colours);
         true
+    }
+}
+
+/// Reads the colours at these places (column, row) between the pixels of an image, whose `bytes`
+/// have `width` columns.
+#[multiversion(targets("x86_64+avx512f", "x86_64+avx2"))]
+fn read_between<const N: usize>(
+    bytes: &[u8],
+    width: usize,
+    places: &[(f64, f64); N],
+    colours: &mut [[f32; 3]; N],
+) {
+    // The last pair of pixels that has another pair below it.
+    let last = bytes.len() - 3 * width - 6;
+    for (colour, &(u, v)) in colours.iter_mut().zip(places) {
+        let (column, row) = (u as u32, v as u32);
+        let parts = ((u - f64::from(column)) as f32, (v - f64::from(row)) as f32);
+        let at = (3 * (row as usize * width + column as usize)).min(last);
+        let (upper, lower) = (&bytes[at..at + 6], &bytes[at + 3 * width..at + 3 * width + 6]);
+        *colour = blend(upper, lower, parts);
     }
 }
 
 /// Returns the colour between two pixels (six bytes) and the two below them, at these parts of the
 /// way to the right and down.
 ///
-/// The channels are written out, because the compiler leaves `std::array::from_fn` a call. The
-/// detector spends an eighth of its time in these samples.
-#[inline]
+/// The bytes are written out, because the compiler leaves `std::array::from_fn` a call. Both rows
+/// are mixed first, six bytes at a time.
+#[inline(always)]
 fn blend(upper: &[u8], lower: &[u8], (right, down): (f32, f32)) -> [f32; 3] {
-    let channel = |c: usize| {
-        let line = |bytes: &[u8]| {
-            let (a, b) = (f32::from(bytes[c]), f32::from(bytes[c + 3]));
-            a + (b - a) * right
-        };
-        let (a, b) = (line(upper), line(lower));
-        a + (b - a) * down
-    };
-    [channel(0), channel(1), channel(2)]
+    let mixed = |a: f32, b: f32, part: f32| a + (b - a) * part;
+    let row = |k: usize| mixed(f32::from(upper[k]), f32::from(lower[k]), down);
+    let [a, b, c, d, e, f] = [row(0), row(1), row(2), row(3), row(4), row(5)];
+    [mixed(a, d, right), mixed(b, e, right), mixed(c, f, right)]
 }
