@@ -5,8 +5,10 @@ use std::mem;
 
 use multiversion::multiversion;
 
-/// The number of pixels that layers compute of a channel is a multiple of this.
-pub(super) const SPAN_STEP: usize = 32;
+/// The number of pixels that layers compute of a channel is a multiple of one of these: of three or
+/// of two registers of the widest kind (16 numbers).
+pub(super) const LONG_STEP: usize = 48;
+const SHORT_STEP: usize = 32;
 
 /// Largest number of maps whose memory is kept: of all layers, for the sizes of a few windows.
 const MAX_FREE: usize = 100;
@@ -79,7 +81,8 @@ impl Map {
     /// rows with the columns between them, and a few values more.
     #[inline]
     pub(super) fn span(&self) -> usize {
-        (self.rows * self.width()).next_multiple_of(SPAN_STEP)
+        let pixels = self.rows * self.width();
+        pixels.next_multiple_of(LONG_STEP).min(pixels.next_multiple_of(SHORT_STEP))
     }
 
     /// Returns the number of values of a channel.

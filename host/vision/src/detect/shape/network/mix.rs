@@ -6,13 +6,11 @@
 
 use pulp::{Arch, Simd, WithSimd};
 
-use super::map::Map;
+use super::map::{LONG_STEP, Map};
 use super::weights::Weights;
 
 /// Outputs that are computed at a time.
 const OUTPUTS: usize = 4;
-/// Registers of pixels that are computed at a time.
-const VECTORS: usize = 2;
 
 /// What a layer does with its sums.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -90,6 +88,18 @@ impl WithSimd for Product<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
+        if self.map.span().is_multiple_of(LONG_STEP) {
+            self.compute::<S, 3>(simd);
+        } else {
+            self.compute::<S, 2>(simd);
+        }
+    }
+}
+
+impl Product<'_> {
+    /// Computes the product, `VECTORS` registers of pixels at a time.
+    #[inline(always)]
+    fn compute<S: Simd, const VECTORS: usize>(self, simd: S) {
         let Self { map, tiles, finish, target } = self;
         let (stride, step) = (map.stride(), VECTORS * S::F32_LANES);
         let zero = simd.splat_f32s(0.0);
@@ -99,11 +109,11 @@ impl WithSimd for Product<'_> {
                 let mut sums = tile.biases.map(|bias| [simd.splat_f32s(bias); VECTORS]);
                 for (channel, weights) in map.values.chunks_exact(stride).zip(&tile.weights) {
                     let pixels = S::as_simd_f32s(&channel[first..first + step]).0;
-                    let [a, b] = [pixels[0], pixels[1]];
                     for (sums, &weight) in sums.iter_mut().zip(weights) {
                         let weight = simd.splat_f32s(weight);
-                        sums[0] = simd.mul_add_e_f32s(a, weight, sums[0]);
-                        sums[1] = simd.mul_add_e_f32s(b, weight, sums[1]);
+                        for (sum, &pixels) in sums.iter_mut().zip(pixels) {
+                            *sum = simd.mul_add_e_f32s(pixels, weight, *sum);
+                        }
                     }
                 }
                 for (sums, target) in sums.iter().zip(targets.chunks_exact_mut(stride)) {
