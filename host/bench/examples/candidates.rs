@@ -89,12 +89,13 @@ fn print(
     println!("{} {name}", if labelled.ball.is_some() { "ball" } else { "empty" });
     for candidate in trace.searches.iter().flat_map(|search| &search.candidates) {
         let Some(decision) = &candidate.decision else { continue };
-        let (Some(features), Some(free)) = (&decision.features, &decision.free_fit) else {
+        let (Some(judged), Some(features), Some(free)) =
+            (decision.judged, &decision.features, &decision.free_fit)
+        else {
             continue;
         };
         let is_ball = labelled.ball.as_ref().is_some_and(|ball| is_on(candidate, ball));
         let on_ball = u8::from(is_ball);
-        let judged = decision.judged;
         match features {
             Features::Colour(features) => print_colour(on_ball, judged, features, free),
             Features::Depth(features) => {

@@ -41,6 +41,16 @@ impl<'a> Classifier<'a> {
         weights.judged * judged.clamp(weights.min_judged, weights.max_judged)
     }
 
+    /// Returns the least that a network adds to the log-odds of a disc with depth.
+    pub(super) fn least_judged(&self) -> f64 {
+        self.judged_log_odds(f64::NEG_INFINITY)
+    }
+
+    /// Returns the most that a network adds to the log-odds of a disc with depth.
+    pub(super) fn most_judged(&self) -> f64 {
+        self.judged_log_odds(f64::INFINITY)
+    }
+
     /// Returns the log-odds of a disc without depth that the network gives `judged`, if its free
     /// fit has no penalty: an upper bound.
     pub(super) fn colour_log_odds(&self, features: &ColourFeatures, judged: f64) -> f64 {

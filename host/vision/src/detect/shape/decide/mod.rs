@@ -36,8 +36,8 @@ pub struct Decision {
     /// before all features were read.
     pub score: f64,
     /// Log-odds by the large judging network; without depth the mean of those of the picture and of
-    /// its mirror image.
-    pub judged: f64,
+    /// its mirror image. `None` if the candidate was rejected without it.
+    pub judged: Option<f64>,
     /// What surrounds the disc, ray by ray; `None` outside the image.
     pub surroundings: [Option<Surroundings>; RAYS],
     /// Features, as far as they were read.
@@ -74,10 +74,11 @@ impl<'a> Decider<'a> {
         let outline = Outline::new(view, *disc);
         let boundary = Boundary::new(view, &outline, z);
         let log_odds = self.classifier.depth_log_odds(&features.with_boundary(&boundary, &outline));
-        log_odds > least && {
-            let judged = self.classifier.judged_log_odds(screen(view, disc).log_odds);
-            log_odds + judged > self.parameters.min_screened_with_depth
-        }
+        let least_judged = self.parameters.min_screened_with_depth;
+        // The network is asked only if it could reject the disc.
+        let is_certain = log_odds + self.classifier.least_judged() > least_judged;
+        let judged = || self.classifier.judged_log_odds(screen(view, disc).log_odds);
+        log_odds > least && (is_certain || log_odds + judged() > least_judged)
     }
 
     /// Decides about `candidate`. A candidate whose score will be less than `least` is rejected as
@@ -86,16 +87,10 @@ impl<'a> Decider<'a> {
         let Candidate { circle, outline } = candidate;
         let by_image = self.view.depth_of(&circle.disc);
         let depth = self.view.centre_depth(&circle.disc);
-        let min_judged = self.parameters.min_judged_without_depth;
-        let hopeless = min_judged - self.parameters.max_mirror_gain;
-        let judged = patch::log_odds(self.view, &circle.disc, depth.is_some(), hopeless);
         let boundary = Boundary::new(self.view, outline, depth.unwrap_or(by_image));
         let surroundings = *boundary.rays();
         let mut decision =
-            Decision { score: 0.0, judged, surroundings, features: None, free_fit: None };
-        if depth.is_none() && judged < min_judged {
-            return decision;
-        }
+            Decision { score: 0.0, judged: None, surroundings, features: None, free_fit: None };
         let free = boundary.part(Surroundings::Free) + boundary.part(Surroundings::Behind);
         let uncovered = (1.0 - boundary.covered()).max(0.01);
         if free > self.parameters.min_free
@@ -136,8 +131,13 @@ impl<'a> Decider<'a> {
         let features = DepthFeatures::without_boundary(self.view, &circle.disc, z, readings)
             .with_boundary(boundary, outline);
         decision.features = Some(Features::Depth(features));
-        let log_odds = self.classifier.depth_log_odds(&features)
-            + self.classifier.judged_log_odds(decision.judged);
+        let log_odds = self.classifier.depth_log_odds(&features);
+        if cut * probability(log_odds + self.classifier.most_judged()) < least {
+            return;
+        }
+        let judged = patch::log_odds(self.view, &circle.disc);
+        decision.judged = Some(judged);
+        let log_odds = log_odds + self.classifier.judged_log_odds(judged);
         if cut * probability(log_odds) < least {
             return;
         }
@@ -160,9 +160,17 @@ impl<'a> Decider<'a> {
         least: f64,
         decision: &mut Decision,
     ) {
+        let min_judged = self.parameters.min_judged_without_depth;
+        let hopeless = min_judged - self.parameters.max_mirror_gain;
+        let unsure = hopeless..f64::INFINITY;
+        let judged = patch::mirrored_log_odds(self.view, &circle.disc, unsure);
+        decision.judged = Some(judged);
+        if judged < min_judged {
+            return;
+        }
         let features = ColourFeatures::new(self.view, circle, z);
         decision.features = Some(Features::Colour(features));
-        let log_odds = self.classifier.colour_log_odds(&features, decision.judged);
+        let log_odds = self.classifier.colour_log_odds(&features, judged);
         if probability(log_odds) < least {
             return;
         }

@@ -1,5 +1,7 @@
 //! What the judging networks read: the picture about a disc, brought to one size.
 
+use std::ops::Range;
+
 use super::super::network::{CHANNELS, Judgement, Map, Networks, PATCH, PATCH_RADIUS};
 use super::super::view::{Disc, FrameView};
 
@@ -11,21 +13,21 @@ pub(in super::super) fn screen(view: &FrameView, disc: &Disc) -> Judgement {
     Networks::get().screen.apply(&patch(view, disc))
 }
 
-/// Returns the log-odds by the large network that `disc` is the ball: of its patch, or if there is
-/// no depth on it and they are not below `least`, the mean of those and of the mirrored patch.
+/// Returns the log-odds by the large network that `disc` is the ball.
+pub(super) fn log_odds(view: &FrameView, disc: &Disc) -> f64 {
+    Networks::get().judge.apply(&patch(view, disc)).log_odds
+}
+
+/// Returns the mean of the log-odds by the large network that `disc` is the ball, of its patch and
+/// of the mirrored patch. The mirrored one is judged only if the patch itself is `unsure`.
 ///
 /// A ball looks the same in a mirror. The mean errs less than one judgement does: without depth
 /// about 3 % more of the balls are found with as many false alarms.
-pub(in super::super) fn log_odds(
-    view: &FrameView,
-    disc: &Disc,
-    has_depth: bool,
-    least: f64,
-) -> f64 {
+pub(super) fn mirrored_log_odds(view: &FrameView, disc: &Disc, unsure: Range<f64>) -> f64 {
     let judge = &Networks::get().judge;
     let mut patch = patch(view, disc);
     let seen = judge.apply(&patch).log_odds;
-    if has_depth || seen < least {
+    if !unsure.contains(&seen) {
         return seen;
     }
     patch.mirror();
