@@ -14,24 +14,34 @@ import scenes
 
 # Pictures in a shard.
 SHARD = 500
-# First shard whose rooms have surfaces of the ball's own colour, and first one after them, from
-# which on there is two-coloured fruit instead.
-CAMOUFLAGED, FRUIT = 53, 69
+# First shard whose rooms have surfaces of the ball's own colour; first one after them, with
+# two-coloured fruit instead; first one whose pictures are difficult in every way; first one with
+# brown figures as well.
+CAMOUFLAGED, FRUIT, DIFFICULT, FIGURES = 53, 69, 76, 110
+# Share of the difficult pictures with surfaces of the ball's own colour, and of those with fruit.
+OWN_COLOUR, WITH_FRUIT = 0.35, 0.3
 # Depth units of a metre in a shard.
 DEPTH_UNITS = 10000.0
+
+
+def scene(shard, rng, frames):
+    """Returns a scene of a shard."""
+    if shard >= DIFFICULT:
+        camouflaged, with_fruit = rng.random() < OWN_COLOUR, rng.random() < WITH_FRUIT
+        return scenes.Scene(rng, frames, camouflaged, with_fruit, True, shard >= FIGURES)
+    return scenes.Scene(rng, frames, CAMOUFLAGED <= shard < FRUIT, shard >= FRUIT)
 
 
 def generate(shard, frames):
     """Returns the arrays of a shard."""
     rng = np.random.default_rng(shard)
-    kind = CAMOUFLAGED <= shard < FRUIT, shard >= FRUIT
-    made = [scenes.Scene(rng, frames, *kind) for _ in range(SHARD)]
-    depths = [np.clip(scene.depth * DEPTH_UNITS, 0, 65535).astype(np.uint16) for scene in made]
+    made = [scene(shard, rng, frames) for _ in range(SHARD)]
+    depths = [np.clip(each.depth * DEPTH_UNITS, 0, 65535).astype(np.uint16) for each in made]
     return {
-        "colour": np.stack([scene.colour for scene in made]),
+        "colour": np.stack([each.colour for each in made]),
         "depth": np.stack(depths),
-        "lens": np.array([(scene.focal, scene.radius, scene.hue) for scene in made], np.float32),
-        "ball": np.array([scene.ball or (0, 0, 0, 0) for scene in made], np.float32),
+        "lens": np.array([(each.focal, each.radius, each.hue) for each in made], np.float32),
+        "ball": np.array([each.ball or (0, 0, 0, 0) for each in made], np.float32),
     }
 
 

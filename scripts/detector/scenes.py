@@ -6,7 +6,7 @@ import numpy as np
 from drawing import HEIGHT, WIDTH, depth_at, line, noise, paint, shape
 from light import rotate_hue, to_srgb
 from surfaces import albedo, background, reddish_background
-from things import ball_colour, fruit, red_thing, sphere
+from things import ball_colour, figure, fruit, look_alike, red_thing, sphere
 
 # Share of the rooms about as red as the ball, of the pictures with depth, of those with a ball, and
 # of the balls that are not red.
@@ -19,10 +19,15 @@ class Scene:
     `colour` (sRGB, 8 bits), `hue` (degrees: the ball's), `depth` (metres, 0 where unknown), `focal`
     (pixels), `radius` (of the ball, metres), and `ball`: (column, row, radius in pixels, visible
     part), or None. `camouflaged` asks for a room with surfaces of the ball's own colour,
-    `with_fruit` for fruit of the ball's colour and another one.
+    `with_fruit` for fruit of the ball's colour and another one, `difficult` for poor light, darker
+    balls, more that covers them, and other round things, `figures` for brown figures of round
+    parts.
     """
 
-    def __init__(self, rng, frames, camouflaged=False, with_fruit=False):
+    def __init__(
+        self, rng, frames, camouflaged=False, with_fruit=False, difficult=False, figures=False
+    ):
+        self.difficult = difficult
         self.focal = rng.uniform(190, 380)
         self.radius = rng.uniform(0.015, 0.05)
         self.ball = None
@@ -40,6 +45,12 @@ class Scene:
         for _ in range(rng.choice([2, 4]) if with_fruit else 0):
             size = np.exp(rng.uniform(np.log(3), np.log(36)))
             fruit(rng, light, depth, rng.uniform(0, WIDTH), rng.uniform(0, HEIGHT), size)
+        for _ in range(rng.choice([0, 1, 2]) if difficult else 0):
+            size = np.exp(rng.uniform(np.log(3), np.log(36)))
+            look_alike(rng, light, depth, rng.uniform(0, WIDTH), rng.uniform(0, HEIGHT), size)
+        for _ in range(rng.choice([1, 2, 4]) if figures else 0):
+            size = np.exp(rng.uniform(np.log(4), np.log(36)))
+            figure(rng, light, depth, rng.uniform(0, WIDTH), rng.uniform(0, HEIGHT), size)
         if self.has_depth and rng.random() < 0.3:
             self._wrong_ball(rng, light, depth)
         if rng.random() < 0.3:
@@ -86,6 +97,8 @@ class Scene:
         x, y, size, _ = place
         blur = rng.uniform(0.3, 1.0) * size if rng.random() < 0.2 else 0.0
         colour = ball_colour(rng) if self.own_colour is None else self.own_colour
+        if self.difficult:
+            colour = colour * rng.uniform(0.4, 1.0)
         sphere(rng, light, depth, place, self.radius, colour, blur)
         for _ in range(rng.choice([0, 0, 3])):
             end = (x + rng.uniform(-150, 150), y - rng.uniform(60, 200))
@@ -93,7 +106,7 @@ class Scene:
             cable = line(start, end, rng.uniform(0.3, 1.8)) * rng.uniform(0.4, 1)
             paint(light, depth, cable, albedo(rng, 0.2)[None, None], depth.copy())
         hidden = np.zeros((HEIGHT, WIDTH), np.float32)
-        if rng.random() < 0.35:
+        if rng.random() < (0.45 if self.difficult else 0.35):
             hidden = self._cover(rng, light, depth, place)
         rows, columns = np.mgrid[0:HEIGHT, 0:WIDTH]
         disc = (columns - x) ** 2 + (rows - y) ** 2 < size**2
@@ -125,7 +138,8 @@ class Scene:
         """Makes the camera's picture: light of any colour, exposure, blur, noise, JPEG."""
         gains = rng.uniform(0.75, 1.25, 3) if rng.random() < 0.7 else rng.uniform(0.5, 1.6, 3)
         dim, bright = rng.uniform(0.06, 0.8), rng.uniform(1.2, 3.0)
-        exposure = rng.choice([1.0, dim, bright], p=[0.5, 0.3, 0.2])
+        often = [0.3, 0.5, 0.2] if self.difficult else [0.5, 0.3, 0.2]
+        exposure = rng.choice([1.0, dim, bright], p=often)
         lamps = np.exp(rng.uniform(0, 0.4) * noise(rng, 200, 200))[..., None]
         light = light * (gains * exposure).astype(np.float32) * lamps
         if rng.random() < 0.35:
@@ -137,7 +151,8 @@ class Scene:
             image = image ** rng.uniform(0.75, 1.3)
         if self.hue:
             image = np.clip(rotate_hue(image, self.hue), 0, 1)
-        level = rng.choice([0.004, 0.012, rng.uniform(0.02, 0.08)], p=[0.4, 0.4, 0.2])
+        often = [0.3, 0.3, 0.4] if self.difficult else [0.4, 0.4, 0.2]
+        level = rng.choice([0.004, 0.012, rng.uniform(0.02, 0.08)], p=often)
         image = image + level * rng.standard_normal(image.shape, np.float32)
         image = np.round(np.clip(image, 0, 1) * 255).astype(np.uint8)
         if rng.random() < 0.3:

@@ -94,6 +94,52 @@ def fruit(rng, light, depth, x, y, size):
     body.paint(rng, light, depth, mixed * shade[..., None] + glint[..., None])
 
 
+def look_alike(rng, light, depth, x, y, size):
+    """Draws a round thing that is no ball: an evenly lit disc, a round cushion, or a head."""
+    kind = rng.integers(3)
+    narrowest = [0.85, 0.8, 0.75][kind]
+    body = Ellipsoid(x, y, size, rng.uniform(narrowest, 1.0), rng.uniform(0, np.pi))
+    colour = ball_colour(rng) if rng.random() < 0.6 else albedo(rng, 0.9)
+    out = np.hypot(body.u, body.v)
+    turn = rng.uniform(0, 2 * np.pi)
+    even = 1 + rng.uniform(0, 0.25) * (np.cos(turn) * body.u + np.sin(turn) * body.v)
+    if kind == 0:  # a sign, a lid, print on paper; some have a rim
+        drawn = even[..., None] * colour * rng.uniform(0.3, 1.2)
+        if rng.random() < 0.3:
+            rim = (out > rng.uniform(0.75, 0.95))[..., None]
+            drawn = np.where(rim, albedo(rng, 0.3), drawn)
+    elif kind == 1:  # darker at the seam, with folds
+        scale = rng.uniform(0.2, 0.8) * size
+        fold = np.exp(rng.uniform(0.08, 0.4) * noise(rng, scale, scale))
+        seam = 1 - rng.uniform(0, 0.5) * np.clip(out, 0, 1) ** rng.uniform(3, 10)
+        drawn = (even * fold * seam)[..., None] * colour * rng.uniform(0.3, 1.2)
+    else:
+        shade, _ = Lamp(rng).on(body.u, body.v)
+        fur = np.exp(rng.uniform(0.1, 0.5) * noise(rng, *rng.uniform(1.2, 5, 2)))
+        drawn = (shade * fur)[..., None] * albedo(rng, 0.95)
+        for _ in range(rng.integers(0, 4)):  # eyes, a nose, a muzzle
+            place = rng.normal(0, 0.4, 2)
+            spot = np.hypot(body.u - place[0], body.v - place[1]) < rng.uniform(0.08, 0.35)
+            drawn = np.where(spot[..., None], shade[..., None] * albedo(rng, 0.3), drawn)
+    body.paint(rng, light, depth, drawn)
+
+
+def figure(rng, light, depth, x, y, size):
+    """Draws a brown figure of round parts, of fur or clay: a body and a head on it."""
+    brown = np.array([1.0, rng.uniform(0.15, 0.6), rng.uniform(0.03, 0.35)])
+    brown = brown * rng.uniform(0.03, 0.45)
+    coarse, rough = rng.uniform(1.2, 5), rng.uniform(0.03, 0.4)
+    fur = np.exp(rough * noise(rng, coarse, coarse))[..., None]
+    lamp, lean = Lamp(rng), rng.normal(0, 0.15)
+    head = size * rng.uniform(0.5, 1.0)
+    way = rng.uniform(0.75, 1.0) * (size + head)
+    parts = [(x, y, size), (x + lean * way, y - way, head)]
+    for px, py, part in parts if rng.random() < 0.8 else parts[:1]:
+        body = Ellipsoid(px, py, part, rng.uniform(0.8, 1.0), rng.normal(0, 0.4))
+        shade, _ = lamp.on(body.u, body.v)
+        body.paint(rng, light, depth, brown * fur * shade[..., None])
+
+
 class Ellipsoid:
     """A rounded thing, `size` pixels long and `flat` times as wide. `u` and `v` are the places on
     it of each pixel of the picture, -1 to 1 along and across."""
