@@ -21,10 +21,9 @@ impl Hinge {
 /// They come from the candidates of `plumb bench vision`: `scripts/detector` has the commands.
 /// Those with depth come from a logistic regression on 1108 discs (`rooms`, seeds 2, 3 and 5;
 /// `hard`, seeds 61 and 62), rounded; its intercept was then lowered by 0.35. Those without depth
-/// come from a grid over 592 pictures with a ball and 516 without one (`rooms`, seeds 1, 2, 3 and
-/// 5), but for `through`, which an earlier regression gave; their intercept was then lowered by
-/// 0.7. The results on other seeds and pictures are in the chapter on the detector
-/// (docs/understand/detector.md).
+/// come from a grid over 608 pictures with a ball and 816 without one (`rooms`, seeds 1, 2, 3, 5
+/// and 8), but for `through`, which an earlier regression gave. The results on other seeds and
+/// pictures are in the chapter on the detector (docs/understand/detector.md).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Weights {
     /// For discs with depth.
@@ -133,12 +132,12 @@ pub struct ColourWeights {
 impl ColourWeights {
     /// The default weights.
     pub const DEFAULT: Self = Self {
-        intercept: 2.6,
+        intercept: 2.0,
         judged: 0.6,
         max_judged: 8.0,
         missing: 4.7,
         through: 16.9,
-        rms: 2.4,
+        rms: 1.6,
         max_rms: 3.5,
     };
 }
