@@ -162,7 +162,7 @@ impl<'a> Decider<'a> {
     ) {
         let min_judged = self.parameters.min_judged_without_depth;
         let hopeless = min_judged - self.parameters.max_mirror_gain;
-        let unsure = hopeless..f64::INFINITY;
+        let unsure = hopeless..self.parameters.sure_judged;
         let judged = patch::mirrored_log_odds(self.view, &circle.disc, unsure);
         decision.judged = Some(judged);
         if judged < min_judged {

@@ -94,6 +94,9 @@ pub struct DecideParameters {
     /// Log-odds by the network below that limit from which on the mirrored patch is not judged: it
     /// would have to gain twice as much.
     pub max_mirror_gain: f64,
+    /// Log-odds by the network of a disc without depth from which on the mirrored patch is not
+    /// judged.
+    pub sure_judged: f64,
     /// Least log-odds, without those by the network, before the outline fit of a disc with depth.
     /// Of 1075 balls (those of the weights, and `rooms`, seed 1) none had less than 0.9; of 325
     /// other discs half had less than -2.
@@ -127,6 +130,7 @@ impl DecideParameters {
         min_free_of_uncovered: 0.4,
         min_judged_without_depth: -2.0,
         max_mirror_gain: 1.5,
+        sure_judged: 4.0,
         min_log_odds_with_depth: -1.4,
         min_screened_with_depth: -0.5,
         whole: 0.8,

@@ -37,7 +37,7 @@ impl ProposeParameters {
         max_judged: 4,
         min_judged: -5.0,
         min_judged_again: -2.5,
-        likely: 3.0,
+        likely: 1.5,
         rival_log_odds: 1.5,
         depth_spacing: 0.4,
         min_depths: 4,

@@ -122,7 +122,7 @@ impl EdgeParameters {
         limb_error: 2.0,
         foreign_edges_error: 0.5,
         even_edges: 0.2,
-        background_edges_error: 1.3,
+        background_edges_error: 1.5,
         faint_contrast: 12.0,
         touching: Tolerance { relative: 0.05, pixels: 0.3 },
         clear_weight: 0.3,
