@@ -27,9 +27,11 @@ DEPTH_UNITS = 10000.0
 def scene(shard, rng, frames):
     """Returns a scene of a shard."""
     if shard >= DIFFICULT:
-        camouflaged, with_fruit = rng.random() < OWN_COLOUR, rng.random() < WITH_FRUIT
-        return scenes.Scene(rng, frames, camouflaged, with_fruit, True, shard >= FIGURES)
-    return scenes.Scene(rng, frames, CAMOUFLAGED <= shard < FRUIT, shard >= FRUIT)
+        camouflaged, fruit = rng.random() < OWN_COLOUR, rng.random() < WITH_FRUIT
+        kind = scenes.Kind(camouflaged, fruit, difficult=True, figures=shard >= FIGURES)
+    else:
+        kind = scenes.Kind(camouflaged=CAMOUFLAGED <= shard < FRUIT, fruit=shard >= FRUIT)
+    return scenes.Scene(rng, frames, kind)
 
 
 def generate(shard, frames):

@@ -1,5 +1,7 @@
 """Pictures with and without a ball, composited at random, to train the detector's networks on."""
 
+from typing import NamedTuple
+
 import cv2
 import numpy as np
 
@@ -13,44 +15,54 @@ from things import ball_colour, figure, fruit, look_alike, red_thing, sphere
 REDDISH, WITH_DEPTH, WITH_BALL, OTHER_HUE = 0.4, 0.5, 0.8, 0.3
 
 
+class Kind(NamedTuple):
+    """What a scene has beyond what every scene may have."""
+
+    # Surfaces of the ball's own colour.
+    camouflaged: bool = False
+    # Fruit of the ball's colour and another one.
+    fruit: bool = False
+    # Poor light, darker balls, more that covers them, and other round things.
+    difficult: bool = False
+    # Brown figures of round parts.
+    figures: bool = False
+
+
+def scatter(rng, light, depth, draw, counts, sizes):
+    """Draws one of the numbers `counts` of things, each of `sizes` (least and most) pixels."""
+    for _ in range(rng.choice(counts)):
+        size = np.exp(rng.uniform(np.log(sizes[0]), np.log(sizes[1])))
+        draw(rng, light, depth, rng.uniform(0, WIDTH), rng.uniform(0, HEIGHT), size)
+
+
 class Scene:
     """A picture for training.
 
     `colour` (sRGB, 8 bits), `hue` (degrees: the ball's), `depth` (metres, 0 where unknown), `focal`
     (pixels), `radius` (of the ball, metres), and `ball`: (column, row, radius in pixels, visible
-    part), or None. `camouflaged` asks for a room with surfaces of the ball's own colour,
-    `with_fruit` for fruit of the ball's colour and another one, `difficult` for poor light, darker
-    balls, more that covers them, and other round things, `figures` for brown figures of round
-    parts.
+    part), or None.
     """
 
-    def __init__(
-        self, rng, frames, camouflaged=False, with_fruit=False, difficult=False, figures=False
-    ):
-        self.difficult = difficult
+    def __init__(self, rng, frames, kind=Kind()):
+        self.difficult = kind.difficult
         self.focal = rng.uniform(190, 380)
         self.radius = rng.uniform(0.015, 0.05)
         self.ball = None
         self.has_depth = rng.random() < WITH_DEPTH
         # The scene is composed for a red ball, and then its hues are turned.
         self.hue = rng.uniform(0, 360) if rng.random() < OTHER_HUE else 0.0
-        self.own_colour = ball_colour(rng) if camouflaged else None
-        if camouflaged or rng.random() < REDDISH:
+        self.own_colour = ball_colour(rng) if kind.camouflaged else None
+        if kind.camouflaged or rng.random() < REDDISH:
             light, depth = reddish_background(rng, frames, self.own_colour)
         else:
             light, depth = background(rng, frames)
-        for _ in range(rng.choice([0, 1, 2, 4, 7])):
-            size = np.exp(rng.uniform(np.log(3), np.log(40)))
-            red_thing(rng, light, depth, rng.uniform(0, WIDTH), rng.uniform(0, HEIGHT), size)
-        for _ in range(rng.choice([2, 4]) if with_fruit else 0):
-            size = np.exp(rng.uniform(np.log(3), np.log(36)))
-            fruit(rng, light, depth, rng.uniform(0, WIDTH), rng.uniform(0, HEIGHT), size)
-        for _ in range(rng.choice([0, 1, 2]) if difficult else 0):
-            size = np.exp(rng.uniform(np.log(3), np.log(36)))
-            look_alike(rng, light, depth, rng.uniform(0, WIDTH), rng.uniform(0, HEIGHT), size)
-        for _ in range(rng.choice([1, 2, 4]) if figures else 0):
-            size = np.exp(rng.uniform(np.log(4), np.log(36)))
-            figure(rng, light, depth, rng.uniform(0, WIDTH), rng.uniform(0, HEIGHT), size)
+        scatter(rng, light, depth, red_thing, [0, 1, 2, 4, 7], (3, 40))
+        if kind.fruit:
+            scatter(rng, light, depth, fruit, [2, 4], (3, 36))
+        if kind.difficult:
+            scatter(rng, light, depth, look_alike, [0, 1, 2], (3, 36))
+        if kind.figures:
+            scatter(rng, light, depth, figure, [1, 2, 4], (4, 36))
         if self.has_depth and rng.random() < 0.3:
             self._wrong_ball(rng, light, depth)
         if rng.random() < 0.3:
