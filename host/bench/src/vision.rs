@@ -12,6 +12,7 @@ mod run;
 mod scene_kind;
 mod scenes;
 mod stats;
+mod suites;
 mod table;
 mod timing;
 
@@ -25,13 +26,12 @@ use thiserror::Error;
 
 use crate::UnknownName;
 use baselines::{Hough, HsvMoments};
-use hard::HardFrames;
 pub use labelled::{GroundTruth, LabelledFrame};
 use plumb_sim::synthetic::SyntheticError;
 pub use report::{DetectorReport, GroupReport, SceneReport, SceneTimes, VisionReport};
 pub use rooms::FrameGroup;
-use rooms::{Backgrounds, RoomFrames};
 use run::Comparison;
+use suites::each_kind;
 use timing::OneThread;
 
 /// Set of frames to search.
@@ -151,9 +151,6 @@ pub enum VisionError {
         /// Its valid range.
         must: &'static str,
     },
-    /// A suite whose frames cannot be visited one by one.
-    #[error("the frames of the suite {0} are not given one by one: take rooms or hard")]
-    Suite(FrameSuite),
 }
 
 /// Returns whether a recorded frame is kept apart from those that detectors are made with: every
@@ -195,24 +192,16 @@ pub fn compare(
     let detectors: Vec<&mut Box<dyn BallDetector>> =
         detectors.iter_mut().chain(&mut baselines).collect();
     let _one = OneThread::new()?;
-    let mut comparison = Comparison::new(camera, recorded, options, progress, detectors);
-    match options.suite {
-        FrameSuite::Scenes => comparison.scenes()?,
-        FrameSuite::Hard => comparison.hard()?,
-        FrameSuite::Rooms => comparison.rooms()?,
-        FrameSuite::Empty => {
-            comparison.scenes()?;
-            comparison.hard()?;
-        }
-    }
+    let mut comparison = Comparison::new(options, progress, detectors);
+    each_kind(camera, recorded, options, &mut |kind, next| comparison.run(kind, next))?;
     Ok(comparison.report())
 }
 
-/// Calls `visit` with each frame of the suite `rooms` or `hard` and the name of its kind, in the
-/// order of [`compare`]. The frames are those that a comparison with the same options searches.
+/// Calls `visit` with each frame of a suite and the name of its kind, in the order of [`compare`].
+/// The frames are those that a comparison with the same options searches.
 ///
 /// # Errors
-/// If an option is out of range, the intrinsics do not fit the frames, or the suite is another one.
+/// If an option is out of range, or the intrinsics do not fit the frames.
 pub fn each_frame(
     camera: &Camera,
     recorded: &[RgbdFrame],
@@ -220,30 +209,13 @@ pub fn each_frame(
     visit: &mut dyn FnMut(&'static str, &LabelledFrame),
 ) -> Result<(), VisionError> {
     check(options)?;
-    let count = |ball| if ball { options.frames } else { options.empty };
-    match options.suite {
-        FrameSuite::Rooms => {
-            let backgrounds = Backgrounds::new(camera, recorded, options)?;
-            for (number, kind) in (0..).zip(rooms::KINDS) {
-                let mut frames = RoomFrames::new((number, kind), camera, &backgrounds, options);
-                for _ in 0..count(kind.ball) {
-                    visit(kind.name, &frames.next()?);
-                }
-            }
+    each_kind(camera, recorded, options, &mut |kind, next| {
+        for _ in 0..kind.count {
+            let Some(frame) = next()? else { break };
+            visit(kind.name, &frame);
         }
-        FrameSuite::Hard => {
-            for (number, kind) in (0..).zip(hard::CASES) {
-                let mut frames = HardFrames::new((number, kind), camera, recorded, options);
-                for _ in 0..count(kind.ball) {
-                    if let Some(frame) = frames.next()? {
-                        visit(kind.name, &frame);
-                    }
-                }
-            }
-        }
-        FrameSuite::Scenes | FrameSuite::Empty => return Err(VisionError::Suite(options.suite)),
-    }
-    Ok(())
+        Ok(())
+    })
 }
 
 /// Checks the options.

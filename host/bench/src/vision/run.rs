@@ -5,29 +5,20 @@ use std::hint::black_box;
 use plumb_protocol::frame::{Frame, encode};
 use plumb_protocol::message::{Command, Position, ToBoard};
 use plumb_protocol::units as wire;
-use plumb_vision::camera::Camera;
 use plumb_vision::detect::BallDetector;
-use plumb_vision::frame::RgbdFrame;
 use plumb_vision::observation::{BallObservation, Gaussian3};
 
-use super::backdrops;
-use super::hard::{self, HardFrames};
 use super::labelled::LabelledFrame;
-use super::rooms::{self, Backgrounds, FrameGroup, RoomFrames};
-use super::scene_kind::{Backdrop, KINDS, SceneKind};
-use super::scenes::SceneFrames;
 use super::stats::{DetectorStats, FrameTime, percentile};
+use super::suites::{FrameKind, NextFrame};
 use super::timing::{computed, milliseconds, red_difference_of_gaussians};
-use super::{FrameSuite, VisionError, VisionOptions, VisionReport};
-use plumb_sim::synthetic::SyntheticCamera;
+use super::{VisionError, VisionOptions, VisionReport};
 
 /// Number of frames for each timing of the reference.
 const REFERENCE_INTERVAL: usize = 4;
 
 /// A comparison in progress.
 pub(super) struct Comparison<'a> {
-    camera: &'a Camera,
-    recorded: &'a [RgbdFrame],
     options: &'a VisionOptions,
     /// Callback with the name of each scene.
     progress: &'a mut dyn FnMut(&str),
@@ -42,86 +33,21 @@ pub(super) struct Comparison<'a> {
 impl<'a> Comparison<'a> {
     /// Creates the comparison.
     pub(super) fn new(
-        camera: &'a Camera,
-        recorded: &'a [RgbdFrame],
         options: &'a VisionOptions,
         progress: &'a mut dyn FnMut(&str),
         detectors: Vec<&'a mut Box<dyn BallDetector>>,
     ) -> Self {
         let stats = detectors.iter().map(|_| DetectorStats::default()).collect();
-        Self {
-            camera,
-            recorded,
-            options,
-            progress,
-            detectors,
-            stats,
-            reference: Vec::new(),
-            count: 0,
-        }
+        Self { options, progress, detectors, stats, reference: Vec::new(), count: 0 }
     }
 
-    /// Runs the suite `scenes`, or its part without a ball.
-    pub(super) fn scenes(&mut self) -> Result<(), VisionError> {
-        let (camera, recorded, options) = (self.camera, self.recorded, self.options);
-        let mut known: Vec<(Backdrop, Vec<SyntheticCamera>)> = Vec::new();
-        for (number, kind) in (0..).zip(KINDS) {
-            let unwanted = kind.ball && options.suite == FrameSuite::Empty;
-            if unwanted || (kind.backdrop == Backdrop::Recorded && recorded.is_empty()) {
-                continue;
-            }
-            (self.progress)(kind.name);
-            if !known.iter().any(|(backdrop, _)| *backdrop == kind.backdrop) {
-                known.push((
-                    kind.backdrop,
-                    backdrops::cameras(kind.backdrop, camera, recorded, options)?,
-                ));
-            }
-            let cameras = known.iter().find(|(backdrop, _)| *backdrop == kind.backdrop);
-            let cameras = cameras.map(|(_, cameras)| cameras.clone()).unwrap_or_default();
-            let mut frames = SceneFrames::new((number, kind), cameras, recorded, options);
-            let count = count(&kind, options);
-            self.run((kind.name, None), count, &mut || frames.next())?;
-        }
-        Ok(())
-    }
-
-    /// Runs the suite `hard`, or its part without a ball.
-    pub(super) fn hard(&mut self) -> Result<(), VisionError> {
-        let (camera, recorded, options) = (self.camera, self.recorded, self.options);
-        for (number, kind) in (0..).zip(hard::CASES) {
-            if kind.ball && options.suite == FrameSuite::Empty {
-                continue;
-            }
-            (self.progress)(kind.name);
-            let mut frames = HardFrames::new((number, kind), camera, recorded, options);
-            let count = if kind.ball { options.frames } else { options.empty };
-            self.run((kind.name, None), count, &mut || frames.next())?;
-        }
-        Ok(())
-    }
-
-    /// Runs the suite `rooms`.
-    pub(super) fn rooms(&mut self) -> Result<(), VisionError> {
-        let (camera, recorded, options) = (self.camera, self.recorded, self.options);
-        let backgrounds = Backgrounds::new(camera, recorded, options)?;
-        for (number, kind) in (0..).zip(rooms::KINDS) {
-            (self.progress)(kind.name);
-            let mut frames = RoomFrames::new((number, kind), camera, &backgrounds, options);
-            let count = if kind.ball { options.frames } else { options.empty };
-            let group = Some(kind.group());
-            self.run((kind.name, group), count, &mut || frames.next().map(Some))?;
-        }
-        Ok(())
-    }
-
-    /// Runs up to `count` frames of one kind.
-    fn run(
+    /// Runs the frames of one kind.
+    pub(super) fn run(
         &mut self,
-        (name, group): (&'static str, Option<FrameGroup>),
-        count: usize,
-        next: &mut dyn FnMut() -> Result<Option<LabelledFrame>, VisionError>,
+        FrameKind { name, group, count }: FrameKind,
+        next: &mut NextFrame,
     ) -> Result<(), VisionError> {
+        (self.progress)(name);
         self.stats.iter_mut().for_each(DetectorStats::begin_scene);
         for _ in 0..count {
             let Some(labelled) = next()? else { break };
@@ -181,13 +107,4 @@ fn message(found: Option<&BallObservation>) -> Option<Frame> {
         position.and_then(|p| wire::Covariance::from_metres2(p.covariance.transpose().into()));
     let command = Command::Position(Position { sequence: 1, age_us: 30_000, ball, covariance });
     encode(&ToBoard { id: 1, command }).ok()
-}
-
-/// Returns the number of frames of a kind of scene.
-fn count(kind: &SceneKind, options: &VisionOptions) -> usize {
-    match kind.ball {
-        false => options.empty,
-        true if kind.backdrop == Backdrop::Recorded => options.recorded_balls,
-        true => options.frames,
-    }
 }
