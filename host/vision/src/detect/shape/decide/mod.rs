@@ -35,8 +35,9 @@ pub struct Decision {
     /// Probability that the candidate is the ball, 0 to 1. It is 0 if the candidate was rejected
     /// before all features were read.
     pub score: f64,
-    /// Log-odds by the large judging network; without depth the mean of those of the picture and of
-    /// its mirror image. `None` if the candidate was rejected without it.
+    /// Log-odds by the large judging network. Without depth it is the mean of those of the picture
+    /// and of its mirror image, if the first of them are not clear. `None` if the candidate was
+    /// rejected without the network.
     pub judged: Option<f64>,
     /// What surrounds the disc, ray by ray; `None` outside the image.
     pub surroundings: [Option<Surroundings>; RAYS],

@@ -95,7 +95,7 @@ pub struct DecideParameters {
     /// would have to gain twice as much.
     pub max_mirror_gain: f64,
     /// Log-odds by the network of a disc without depth from which on the mirrored patch is not
-    /// judged.
+    /// judged. With it the same balls of `rooms` (seeds 1 and 2) are found.
     pub sure_judged: f64,
     /// Least log-odds, without those by the network, before the outline fit of a disc with depth.
     /// Of 1075 balls (those of the weights, and `rooms`, seed 1) none had less than 0.9; of 325
