@@ -22,9 +22,9 @@ impl Hinge {
 /// Those with depth come from a logistic regression on 1108 discs (`rooms`, seeds 2, 3 and 5;
 /// `hard`, seeds 61 and 62) that the networks before the last training judged, rounded; its
 /// intercept was then lowered by 0.35. Those without depth come from a grid over 608 pictures with
-/// a ball and 816 without one (`rooms`, seeds 1, 2, 3, 5 and 8), but for `through`, which an earlier
-/// regression gave. The results on other seeds and pictures are in the chapter on the detector
-/// (docs/understand/detector.md).
+/// a ball and 816 without one (`rooms`, seeds 1, 2, 3, 5 and 8), but for `through`, which an
+/// earlier regression gave. The results on other seeds and pictures are in the chapter on the
+/// detector (docs/understand/detector.md).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Weights {
     /// For discs with depth.
