@@ -150,7 +150,8 @@ impl Search<'_> {
     }
 
     /// Refines the disc at `start` and decides about it, unless a candidate before it started or
-    /// ended there. Returns whether it is certain.
+    /// ended there. Then does the same where the large network sees the ball, if that is elsewhere.
+    /// Returns whether the best candidate is certain.
     fn consider(&mut self, start: &Start) -> bool {
         let Start { disc: start, locked, .. } = *start;
         let known =
@@ -158,6 +159,29 @@ impl Search<'_> {
         if known.into_iter().any(|disc| self.is_same(disc, &start)) {
             return false;
         }
+        self.add_candidate(start, locked);
+        if let Some(seen) = self.seen_ball() {
+            self.add_candidate(seen, true);
+        }
+        self.trace.best().is_some_and(|best| best.score() > self.parameters.certain_score)
+    }
+
+    /// Returns where the large network sees the ball if the last candidate was rejected although
+    /// the network takes it for the ball, or if the network sees the ball beside the circle: some of
+    /// the circle's edges may be the background's.
+    fn seen_ball(&self) -> Option<Disc> {
+        let candidate = self.trace.candidates.last()?;
+        let decision = candidate.decision.as_ref()?;
+        let (circle, seen) = (&candidate.circle.disc, decision.seen?);
+        let off = seen.distance(circle) + (seen.radius - circle.radius).abs();
+        let is_rejected = candidate.score() < self.parameters.min_score;
+        let is_beside = off > self.parameters.min_beside * circle.radius;
+        let is_ball = decision.judged? > self.parameters.min_judged_beside;
+        (is_ball && (is_rejected || is_beside)).then_some(seen)
+    }
+
+    /// Refines the disc at `start` and decides about it. A `locked` start must not move far.
+    fn add_candidate(&mut self, start: Disc, locked: bool) {
         let candidate = refine(self.view, &start, locked);
         let best = self.trace.best().map(CandidateTrace::score);
         let least =
@@ -174,7 +198,6 @@ impl Search<'_> {
             self.trace.best = Some(self.trace.candidates.len());
         }
         self.trace.candidates.push(candidate);
-        score > self.parameters.certain_score
     }
 
     /// Checks whether the ball can have `radius` pixels, up to the factor `margin`.

@@ -97,10 +97,11 @@ impl FreeFitResidual {
         circle: &RefinedCircle,
         radius: f64,
         boundary: &Boundary,
+        locked: bool,
     ) -> Option<Self> {
         let parameters = &view.parameters.free_fit;
         let trusted = boundary.trusted();
-        let free = fit_edges(view, &circle.disc, None, &trusted, false)?;
+        let free = fit_edges(view, &circle.disc, None, &trusted, locked)?;
         let error = |k: usize| {
             let fit = parameters.fit_error * free.covariance[(k, k)].sqrt();
             (parameters.blur_error * free.blur).hypot(fit) / radius

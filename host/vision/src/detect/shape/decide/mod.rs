@@ -14,7 +14,7 @@ pub use features::{ColourFeatures, DepthFeatures, FreeFitResidual};
 
 use super::parameters::DecideParameters;
 use super::radial_scan::RAYS;
-use super::refine::{Boundary, Candidate, Outline, RefinedCircle, Surroundings};
+use super::refine::{Boundary, Candidate, Outline, Surroundings};
 use super::view::{Disc, FrameView};
 use classifier::{Classifier, probability};
 use features::part_in_image;
@@ -39,6 +39,8 @@ pub struct Decision {
     /// and of its mirror image, if the first of them are not clear. `None` if the candidate was
     /// rejected without the network.
     pub judged: Option<f64>,
+    /// Without depth: where the large judging network sees the ball.
+    pub seen: Option<Disc>,
     /// What surrounds the disc, ray by ray; `None` outside the image.
     pub surroundings: [Option<Surroundings>; RAYS],
     /// Features, as far as they were read.
@@ -85,13 +87,19 @@ impl<'a> Decider<'a> {
     /// Decides about `candidate`. A candidate whose score will be less than `least` is rejected as
     /// soon as this is known.
     pub(super) fn decide(&self, candidate: &Candidate, least: f64) -> Decision {
-        let Candidate { circle, outline } = candidate;
+        let Candidate { circle, outline, .. } = candidate;
         let by_image = self.view.depth_of(&circle.disc);
         let depth = self.view.centre_depth(&circle.disc);
         let boundary = Boundary::new(self.view, outline, depth.unwrap_or(by_image));
         let surroundings = *boundary.rays();
-        let mut decision =
-            Decision { score: 0.0, judged: None, surroundings, features: None, free_fit: None };
+        let mut decision = Decision {
+            score: 0.0,
+            judged: None,
+            seen: None,
+            surroundings,
+            features: None,
+            free_fit: None,
+        };
         let free = boundary.part(Surroundings::Free) + boundary.part(Surroundings::Behind);
         let uncovered = (1.0 - boundary.covered()).max(0.01);
         if free > self.parameters.min_free
@@ -102,7 +110,7 @@ impl<'a> Decider<'a> {
                 None => {
                     let factor = self.parameters.unknown_depth_factor;
                     let least = least / factor;
-                    self.without_depth(circle, &boundary, by_image, least, &mut decision);
+                    self.without_depth(candidate, &boundary, by_image, least, &mut decision);
                     decision.score *= factor;
                 }
             }
@@ -113,7 +121,7 @@ impl<'a> Decider<'a> {
     /// Scores a candidate with depth `z`.
     fn with_depth(
         &self,
-        Candidate { circle, outline }: &Candidate,
+        Candidate { circle, outline, .. }: &Candidate,
         boundary: &Boundary,
         z: f64,
         least: f64,
@@ -143,7 +151,7 @@ impl<'a> Decider<'a> {
             return;
         }
         let radius = self.view.radius_at(z);
-        decision.free_fit = FreeFitResidual::new(self.view, circle, radius, boundary);
+        decision.free_fit = FreeFitResidual::new(self.view, circle, radius, boundary, false);
         let is_sphere = self.classifier.is_sphere(&features);
         let behind = if is_sphere { boundary.part(Surroundings::Behind) } else { 0.0 };
         decision.score = decision.free_fit.map_or(0.0, |free| {
@@ -155,7 +163,7 @@ impl<'a> Decider<'a> {
     /// Scores a candidate without depth; a ball of its size is at depth `z`.
     fn without_depth(
         &self,
-        circle: &RefinedCircle,
+        Candidate { circle, locked, .. }: &Candidate,
         boundary: &Boundary,
         z: f64,
         least: f64,
@@ -164,8 +172,9 @@ impl<'a> Decider<'a> {
         let min_judged = self.parameters.min_judged_without_depth;
         let hopeless = min_judged - self.parameters.max_mirror_gain;
         let unsure = hopeless..self.parameters.sure_judged;
-        let judged = patch::mirrored_log_odds(self.view, &circle.disc, unsure);
-        decision.judged = Some(judged);
+        let judgement = patch::judge_mirrored(self.view, &circle.disc, unsure);
+        let judged = judgement.log_odds;
+        (decision.judged, decision.seen) = (Some(judged), Some(judgement.moved(&circle.disc)));
         if judged < min_judged {
             return;
         }
@@ -175,7 +184,8 @@ impl<'a> Decider<'a> {
         if probability(log_odds) < least {
             return;
         }
-        decision.free_fit = FreeFitResidual::new(self.view, circle, circle.disc.radius, boundary);
+        decision.free_fit =
+            FreeFitResidual::new(self.view, circle, circle.disc.radius, boundary, *locked);
         decision.score = decision
             .free_fit
             .map_or(0.0, |free| probability(log_odds - self.classifier.colour_penalty(&free)));

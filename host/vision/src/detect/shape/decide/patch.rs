@@ -18,20 +18,20 @@ pub(super) fn log_odds(view: &FrameView, disc: &Disc) -> f64 {
     Networks::get().judge.apply(&patch(view, disc)).log_odds
 }
 
-/// Returns the log-odds by the large network that `disc` is the ball. If they are in the range
-/// `unsure`, the mirrored patch is judged as well, and the mean is returned.
+/// Judges `disc` by the large network. If its log-odds are in the range `unsure`, the mirrored patch
+/// is judged as well, and the mean is returned.
 ///
 /// A ball looks the same in a mirror. The mean errs less than one judgement does: without depth
 /// about 3 % more of the balls are found with as many false alarms.
-pub(super) fn mirrored_log_odds(view: &FrameView, disc: &Disc, unsure: Range<f64>) -> f64 {
+pub(super) fn judge_mirrored(view: &FrameView, disc: &Disc, unsure: Range<f64>) -> Judgement {
     let judge = &Networks::get().judge;
     let mut patch = patch(view, disc);
-    let seen = judge.apply(&patch).log_odds;
-    if !unsure.contains(&seen) {
-        return seen;
+    let judgement = judge.apply(&patch);
+    if !unsure.contains(&judgement.log_odds) {
+        return judgement;
     }
     patch.mirror();
-    f64::midpoint(seen, judge.apply(&patch).log_odds)
+    judgement.mean(&judge.apply(&patch))
 }
 
 /// Returns the patch about `disc`.

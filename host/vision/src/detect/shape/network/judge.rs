@@ -32,6 +32,18 @@ impl Judgement {
             radius: disc.radius * self.growth.exp(),
         }
     }
+
+    /// Returns the mean of `self` and of what the network says about the mirrored patch.
+    pub(in super::super) fn mean(&self, mirrored: &Self) -> Self {
+        Self {
+            log_odds: self.log_odds.midpoint(mirrored.log_odds),
+            offset: (
+                self.offset.0.midpoint(-mirrored.offset.0),
+                self.offset.1.midpoint(mirrored.offset.1),
+            ),
+            growth: self.growth.midpoint(mirrored.growth),
+        }
+    }
 }
 
 /// A network that judges a disc by the patch about it.

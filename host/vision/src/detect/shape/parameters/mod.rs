@@ -91,6 +91,13 @@ pub struct SearchParameters {
     /// Log-odds by which a proposal may be less promising than one that is a ball and still be
     /// refined.
     pub rival_log_odds: f64,
+    /// Least log-odds by the large judging network of a circle without depth that is fitted once
+    /// more, where the network sees the ball.
+    pub min_judged_beside: f64,
+    /// Least distance of that place from the circle, in the circle's radius: the distance of the
+    /// centres and the difference of the radii. A rejected circle is fitted once more wherever the
+    /// network sees the ball.
+    pub min_beside: f64,
     /// Candidates whose centres are nearer than this are one, in the smaller radius.
     pub same_centre: f64,
     /// Candidates whose radii differ by less than this are one, in the smaller radius.
@@ -110,6 +117,8 @@ impl SearchParameters {
         max_depth_seeds: 4,
         max_refined: 4,
         rival_log_odds: 1.0,
+        min_judged_beside: 0.0,
+        min_beside: 0.1,
         same_centre: 0.12,
         same_radius: 0.1,
     };

@@ -27,6 +27,8 @@ const END_PLACES: [f64; 3] = [0.8, 1.0, 1.3];
 pub(super) struct Candidate {
     pub(super) circle: RefinedCircle,
     pub(super) outline: Outline,
+    /// Whether the circle must not move far.
+    pub(super) locked: bool,
 }
 
 /// Refines the disc at `start`. A `locked` start must not move far.
@@ -51,7 +53,7 @@ pub(super) fn refine(view: &FrameView, start: &Disc, locked: bool) -> Candidate 
             *end = RayEnd::NoEdge;
         }
     }
-    Candidate { circle, outline }
+    Candidate { circle, outline, locked }
 }
 
 /// Fits the disc at `start` to its edges, of the size that depth gives. Edges of objects that cover
