@@ -1,7 +1,7 @@
-"""Trains the proposal network: train_proposer.py SHARDS OUT STEPS NUMBER...
+"""Trains the proposal network: train_proposer.py SHARDS OUT STEPS START NUMBER...
 
 It is trained on the pictures of generate.py in SHARDS with these numbers. A number that is given
-twice counts twice.
+twice counts twice. START is a trained network to go on from, or - for none.
 """
 
 import sys
@@ -73,14 +73,17 @@ def batches(files):
 
 
 def main():
-    folder, out, steps, *numbers = sys.argv[1:]
+    folder, out, steps, start, *numbers = sys.argv[1:]
     steps, files = int(steps), [f"{folder}/shard{int(number):04}.npz" for number in numbers]
     torch.set_num_threads(1)
     torch.manual_seed(SEED)
-    network = Proposer().to(memory_format=torch.channels_last)
+    network = Proposer()
+    if start != "-":
+        network.load_state_dict(torch.load(start))
+    network = network.to(memory_format=torch.channels_last)
     optimiser = torch.optim.AdamW(network.parameters(), RATE, weight_decay=1e-4)
     plan = torch.optim.lr_scheduler.OneCycleLR(optimiser, RATE, steps, pct_start=0.1)
-    start, total = time.time(), 0.0
+    began, total = time.time(), 0.0
     for step, (x, balls) in zip(range(1, steps + 1), batches(files)):
         result = network(x)
         value = loss(result, *targets(balls, *result.shape[2:]))
@@ -90,7 +93,7 @@ def main():
         plan.step()
         total += value.item()
         if step % 100 == 0:
-            print(step, round(total / 100, 3), round(time.time() - start), flush=True)
+            print(step, round(total / 100, 3), round(time.time() - began), flush=True)
             total = 0.0
             torch.save(network.state_dict(), out)
 
