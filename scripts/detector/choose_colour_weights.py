@@ -16,6 +16,7 @@ JUDGED = [0.4, 0.5, 0.6, 0.7, 0.8, 1.0, 1.2]
 RMS = [1.2, 1.6, 2.0, 2.4, 2.8, 3.2, 3.6, 4.0]
 MISSING = [0.0, 1.0, 2.0, 3.0, 4.7]
 THROUGH, MAX_JUDGED, MAX_RMS = 16.9, 8.0, 3.5
+ENOUGH_LIKENESS, LIKENESS = 0.5, 4.0
 # Least score of a ball, and factor of the score of a ball without depth.
 MIN_SCORE, UNKNOWN_DEPTH_FACTOR = 0.52, 0.9
 # Distance of the limit from the last false alarm, log-odds.
@@ -30,7 +31,9 @@ def without_depth(paths):
 
     def known(features):
         judged, rms = min(features["judged"], MAX_JUDGED), min(features["rms"], MAX_RMS)
-        return features["on_ball"] > 0, (judged, features["edges"], features["through"], rms)
+        unlike = max(ENOUGH_LIKENESS - features["likeness"], 0.0)
+        fixed = THROUGH * features["through"] + LIKENESS * unlike
+        return features["on_ball"] > 0, (judged, features["edges"], fixed, rms)
 
     return [
         (has_ball, [known(features) for _, features in candidates])
@@ -47,10 +50,10 @@ def best(candidates, weights):
             judged_weight * judged
             - rms_weight * rms
             - missing_weight * (1 - edges)
-            - THROUGH * through,
+            - fixed,
             on_ball,
         )
-        for on_ball, (judged, edges, through, rms) in candidates
+        for on_ball, (judged, edges, fixed, rms) in candidates
     ]
     return max(rated, default=(-math.inf, False))
 

@@ -114,8 +114,9 @@ fn print(
 /// Prints the features of a candidate without depth.
 fn print_colour(on_ball: u8, judged: f64, features: &ColourFeatures, free: &FreeFitResidual) {
     println!(
-        "colour on_ball {on_ball} judged {judged:.3} edges {:.3} through {:.3} rms {:.3}",
-        features.edges, features.through, free.rms
+        "colour on_ball {on_ball} judged {judged:.3} edges {:.3} through {:.3} \
+         likeness {:.3} rms {:.3}",
+        features.edges, features.through, features.likeness, free.rms
     );
 }
 

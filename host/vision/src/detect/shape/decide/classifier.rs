@@ -58,6 +58,7 @@ impl<'a> Classifier<'a> {
         weights.intercept + weights.judged * judged.min(weights.max_judged)
             - weights.missing * (1.0 - features.edges)
             - weights.through * features.through
+            - weights.likeness.penalty(features.likeness)
     }
 
     /// Returns the penalty of the free fit of a disc with depth.

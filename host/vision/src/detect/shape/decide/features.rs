@@ -35,6 +35,8 @@ pub struct ColourFeatures {
     pub edges: f64,
     /// Part of the disc that is farther than a ball of its size.
     pub through: f64,
+    /// Likeness to the ball's colour, 0 to 1.
+    pub likeness: f64,
 }
 
 /// Features of a circle that is fitted to its edges alone, without the size and place known from
@@ -85,6 +87,7 @@ impl ColourFeatures {
         Self {
             edges: circle.edge_count() / RAYS as f64,
             through: view.part(&circle.disc, inner, |depth| depth > z),
+            likeness: likeness(view, &circle.disc, z),
         }
     }
 }
