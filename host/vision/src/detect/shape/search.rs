@@ -167,8 +167,8 @@ impl Search<'_> {
     }
 
     /// Returns where the large network sees the ball if the last candidate was rejected although
-    /// the network takes it for the ball, or if the network sees the ball beside the circle: some of
-    /// the circle's edges may be the background's.
+    /// the network takes it for the ball, or if the network sees the ball beside the circle: some
+    /// of the circle's edges may be the background's.
     fn seen_ball(&self) -> Option<Disc> {
         let candidate = self.trace.candidates.last()?;
         let decision = candidate.decision.as_ref()?;

@@ -18,8 +18,8 @@ pub(super) fn log_odds(view: &FrameView, disc: &Disc) -> f64 {
     Networks::get().judge.apply(&patch(view, disc)).log_odds
 }
 
-/// Judges `disc` by the large network. If its log-odds are in the range `unsure`, the mirrored patch
-/// is judged as well, and the mean is returned.
+/// Judges `disc` by the large network. If its log-odds are in the range `unsure`, the mirrored
+/// patch is judged as well, and the mean is returned.
 ///
 /// A ball looks the same in a mirror. The mean errs less than one judgement does: without depth
 /// about 3 % more of the balls are found with as many false alarms.

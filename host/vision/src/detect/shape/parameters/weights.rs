@@ -23,8 +23,8 @@ impl Hinge {
 /// `hard`, seeds 61 and 62) that the networks before the last training judged, rounded; its
 /// intercept was then lowered by 0.35. Those without depth come from a grid over 608 pictures with
 /// a ball and 816 without one (`rooms`, seeds 1, 2, 3, 5 and 8), but for `through`, which an
-/// earlier regression gave, and `likeness`. The results on other seeds and pictures are in the chapter on the
-/// detector (docs/understand/detector.md).
+/// earlier regression gave, and `likeness`. The results on other seeds and pictures are in the
+/// chapter on the detector (docs/understand/detector.md).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Weights {
     /// For discs with depth.
@@ -124,8 +124,8 @@ pub struct ColourWeights {
     pub missing: f64,
     /// For the part of the disc that is farther than a ball of its size.
     pub through: f64,
-    /// For little likeness: a dark round hole is no ball. Of 362 balls that are found (`rooms`, seeds
-    /// 21 and 22) 8 have less than 0.5.
+    /// For little likeness: a dark round hole is no ball. Of 362 balls that are found (`rooms`,
+    /// seeds 21 and 22) 7 have less than 0.5.
     pub likeness: Hinge,
     /// For the rms residual of the free fit.
     pub rms: f64,
