@@ -68,12 +68,6 @@ impl Mix {
     }
 }
 
-/// Returns `value`, or 0 if it is negative.
-#[inline(always)]
-pub(super) fn positive(value: f32) -> f32 {
-    if value > 0.0 { value } else { 0.0 }
-}
-
 /// The product of a map and the weights of a layer.
 struct Product<'a> {
     map: &'a Map,
@@ -219,8 +213,8 @@ mod tests {
                     let sum = sum(&map, &layer, output, x, y);
                     let expected = match finish {
                         Finish::Write => sum,
-                        Finish::WriteRectified => positive(sum),
-                        Finish::AddRectified => before.at(output, x, y) + positive(sum),
+                        Finish::WriteRectified => sum.max(0.0),
+                        Finish::AddRectified => before.at(output, x, y) + sum.max(0.0),
                     };
                     for found in [&wide, &single].map(|result| result.at(output, x, y)) {
                         assert!((found - expected).abs() < 1e-5, "{found} {expected} {finish:?}");

@@ -2,9 +2,10 @@
 //! a larger one judges the circles that are fitted there.
 //!
 //! All fold squares of 2x2 pixels into channels, mix the channels of each pixel ([`mix`]), and
-//! convolve each channel by itself ([`layers`]), in f32. `scripts/detector` trains them and writes
-//! their weights to one file ([`Networks::get`]).
+//! convolve each channel by itself ([`convolve`]), in f32. `scripts/detector` trains them and
+//! writes their weights to one file ([`Networks::get`]).
 
+mod convolve;
 mod judge;
 mod layers;
 mod map;
