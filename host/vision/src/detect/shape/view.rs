@@ -37,6 +37,8 @@ pub(super) struct FrameView<'a> {
     /// The colour image, and the window that is searched at a half and at a quarter of the size.
     pub(super) levels: [Level<'a>; 3],
     pub(super) depth: DepthView<'a>,
+    /// Whether the depth is known anywhere in the window.
+    pub(super) has_depth: bool,
     /// Radius of the ball, metres.
     pub(super) ball_radius: f64,
     pub(super) parameters: &'a ShapeParameters,
@@ -53,25 +55,15 @@ impl<'a> FrameView<'a> {
         parameters: &'a ShapeParameters,
     ) -> Self {
         let colour = ColourView::new(frame.colour(), frame.intrinsics(), ball);
-        Self { colour, levels, depth: DepthView::new(frame), ball_radius, parameters }
+        let depth = DepthView::new(frame);
+        let has_depth = has_depth(&depth, &levels[2]);
+        Self { colour, levels, depth, has_depth, ball_radius, parameters }
     }
 
     /// Returns the intrinsics of the frame.
     #[inline]
     pub(super) fn intrinsics(&self) -> &Intrinsics {
         self.colour.intrinsics
-    }
-
-    /// Checks whether the depth is known anywhere in the window, in every fourth row.
-    pub(super) fn has_depth(&self) -> bool {
-        let level = &self.levels[2];
-        let (left, top) = (level.origin.0 as usize, level.origin.1 as usize);
-        (0..level.height).any(|y| {
-            let row = self.depth.row(top + SMALLEST * y + SMALLEST / 2);
-            let end = row.len().min(left + SMALLEST * level.width);
-            // One loop without an exit, which the processor runs over many pixels at once.
-            row[left.min(end)..end].iter().fold(0, |all, raw| all | raw) != 0
-        })
     }
 
     /// Returns the radius (pixels, on the optical axis) of the ball at depth `z`, metres.
@@ -89,6 +81,18 @@ impl<'a> FrameView<'a> {
         let (u, v) = self.intrinsics().project(centre)?;
         Some(Disc { u, v, radius: self.radius_at(centre.z) })
     }
+}
+
+/// Checks whether `depth` is known anywhere in the window that `level`, the smallest one, shows. It
+/// reads every fourth row.
+fn has_depth(depth: &DepthView, level: &Level) -> bool {
+    let (left, top) = (level.origin.0 as usize, level.origin.1 as usize);
+    (0..level.height).any(|y| {
+        let row = depth.row(top + SMALLEST * y + SMALLEST / 2);
+        let end = row.len().min(left + SMALLEST * level.width);
+        // One loop without an exit, which the processor runs over many pixels at once.
+        row[left.min(end)..end].iter().fold(0, |all, raw| all | raw) != 0
+    })
 }
 
 /// The colour image of a frame.

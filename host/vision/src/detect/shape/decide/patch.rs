@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::super::network::{CHANNELS, Judgement, Map, Networks, PATCH, PATCH_RADIUS};
+use super::super::network::{Judgement, Map, Networks, PATCH, PATCH_RADIUS};
 use super::super::view::{Disc, FrameView};
 
 /// Largest depth against the ball's centre that a patch shows, in the ball's radius.
@@ -38,10 +38,10 @@ pub(super) fn judge_mirrored(view: &FrameView, disc: &Disc, unsure: Range<f64>) 
 ///
 /// The channels are red, green and blue from -1 to 1, turned so that the ball's hue is red, the
 /// depth behind the centre of a ball of this size (from -1 to 1; 0 where it is unknown), and
-/// whether it is known.
+/// whether it is known. Without depth the last two are missing.
 fn patch(view: &FrameView, disc: &Disc) -> Map {
-    let mut patch = Map::zeros(PATCH, PATCH, CHANNELS);
-    let (turn, z) = (view.colour.ball().turn_to_red(), view.depth_of(disc));
+    let mut patch = Map::input(PATCH, PATCH, view.has_depth);
+    let turn = view.colour.ball().turn_to_red();
     let scale = disc.radius / PATCH_RADIUS;
     let level = &view.levels[(scale.log2().max(0.0) as usize).min(view.levels.len() - 1)];
     let middle = (PATCH - 1) as f64 / 2.0;
@@ -53,6 +53,20 @@ fn patch(view: &FrameView, disc: &Disc) -> Map {
     for (i, colour) in level.grid(columns, rows).into_iter().enumerate() {
         [reds[i], greens[i], blues[i]] = turn.apply(colour).map(|value| value / 127.5 - 1.0);
     }
+    if view.has_depth {
+        read_depths(view, view.depth_of(disc), [columns, rows], [behinds, known]);
+    }
+    patch
+}
+
+/// Writes the depth behind `z` at the pixels nearest to the columns and rows, and whether it is
+/// known, to channels of zeros.
+fn read_depths(
+    view: &FrameView,
+    z: f64,
+    [columns, rows]: [[f64; PATCH]; 2],
+    [behinds, known]: [&mut [f32]; 2],
+) {
     let nearest = |k: f64| (k >= -0.5).then_some((k + 0.5) as usize);
     let columns = columns.map(nearest);
     for (y, row) in rows.map(nearest).into_iter().enumerate() {
@@ -67,5 +81,4 @@ fn patch(view: &FrameView, disc: &Disc) -> Map {
             }
         }
     }
-    patch
 }

@@ -5,6 +5,8 @@ use std::mem;
 
 use multiversion::multiversion;
 
+use super::{CHANNELS, COLOURS};
+
 /// The number of pixels that layers compute of a channel is a multiple of one of these: of three or
 /// of two registers of the widest kind (16 numbers).
 pub(super) const LONG_STEP: usize = 48;
@@ -45,10 +47,14 @@ impl Drop for Map {
 }
 
 impl Map {
-    /// Makes a map of zeros without a border.
-    pub(in super::super) fn zeros(rows: usize, columns: usize, channels: usize) -> Self {
-        let mut map = Self::unset(rows, columns, 0, channels);
-        map.values.fill(0.0);
+    /// Makes the input of a network. The colours have any finite values, which the caller replaces;
+    /// depth and whether it is known are 0, or missing if no pixel has depth: a layer takes missing
+    /// channels for zeros.
+    pub(in super::super) fn input(rows: usize, columns: usize, has_depth: bool) -> Self {
+        let count = if has_depth { CHANNELS } else { COLOURS };
+        let mut map = Self::unset(rows, columns, 0, count);
+        let depth = COLOURS * map.stride();
+        map.values[depth..].fill(0.0);
         map
     }
 

@@ -23,7 +23,9 @@ pub(super) use proposer::{CELL, Proposer, RADIUS_UNIT};
 use weights::Weights;
 
 /// Number of channels that the networks read: red, green, blue, a depth, and whether it is known.
-pub(super) const CHANNELS: usize = 5;
+const CHANNELS: usize = 5;
+/// Number of the first of them, the colours.
+const COLOURS: usize = 3;
 
 /// The networks with their weights.
 pub(super) struct Networks {

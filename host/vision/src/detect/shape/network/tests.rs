@@ -4,7 +4,7 @@ use super::*;
 
 /// Returns the input of `pattern` in scripts/detector/export.py.
 fn pattern(rows: usize, columns: usize) -> Map {
-    let mut map = Map::zeros(rows, columns, CHANNELS);
+    let mut map = Map::unset(rows, columns, 0, CHANNELS);
     let pixels = map.channels_mut::<CHANNELS>().into_iter().flatten();
     for (i, value) in pixels.enumerate() {
         *value = (i * 37 % 101) as f32 / 50.0 - 1.0;
@@ -45,6 +45,24 @@ fn the_networks_give_what_torch_gives() {
 }
 
 #[test]
+fn without_depth_its_channels_count_as_zeros() {
+    let colours = pattern(PATCH, PATCH);
+    let judgements = [false, true].map(|has_depth| {
+        // The memory of the next map has numbers in it.
+        drop(pattern(PATCH, PATCH));
+        let mut map = Map::input(PATCH, PATCH, has_depth);
+        let channels = map.channels_mut::<COLOURS>().into_iter().enumerate();
+        for (channel, values) in channels {
+            for (value, seen) in values.iter_mut().zip(colours.rows_of(channel).flatten()) {
+                *value = *seen;
+            }
+        }
+        Networks::get().screen.apply(&map)
+    });
+    assert_eq!(judgements[0], judgements[1]);
+}
+
+#[test]
 fn a_mirrored_map_has_its_columns_in_the_opposite_order() {
     let (seen, mut map) = (pattern(2, 3), pattern(2, 3));
     map.mirror();
@@ -71,13 +89,6 @@ fn a_folded_map_has_the_pixels_of_each_square_in_four_channels() {
             }
         }
     }
-}
-
-#[test]
-fn a_map_of_zeros_has_no_values_of_the_map_whose_memory_it_takes() {
-    drop(pattern(5, 7));
-    let map = Map::zeros(5, 7, CHANNELS);
-    assert!((0..CHANNELS).flat_map(|channel| map.rows_of(channel)).flatten().all(|&v| v == 0.0));
 }
 
 /// Hash of the weights file.

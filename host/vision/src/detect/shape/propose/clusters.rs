@@ -63,7 +63,7 @@ impl Cluster {
 
 /// Finds the spheres that may be the ball (centres in camera axes, metres), the best first.
 pub(in super::super) fn find_spheres(view: &FrameView) -> Vec<Point3<f64>> {
-    if !view.has_depth() {
+    if !view.has_depth {
         return Vec::new();
     }
     let map = LikenessMap::new(&view.levels[2], view.colour.ball());

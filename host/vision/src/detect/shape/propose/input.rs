@@ -3,7 +3,7 @@
 use multiversion::multiversion;
 
 use super::super::ball_colour::HueTurn;
-use super::super::network::{CHANNELS, Map};
+use super::super::network::Map;
 use super::super::pyramid::SMALLEST;
 use super::super::view::FrameView;
 use crate::image::Bgr;
@@ -21,20 +21,20 @@ const SURFACE: f64 = 0.7;
 ///
 /// The channels are red, green and blue from -1 to 1, turned so that the ball's hue is red, the
 /// radius that a ball has at the depth (0 where that is unknown), and whether the depth is known.
+/// Without depth the last two are missing.
 pub(super) fn network_input(view: &FrameView) -> Map {
     let level = &view.levels[2];
     let columns = level.width.next_multiple_of(INPUT_STEP);
     let rows = level.height.next_multiple_of(INPUT_STEP);
-    let mut input = Map::zeros(rows, columns, CHANNELS);
-    let turn = view.colour.ball().turn_to_red();
-    let (expected_radius, has_depth) = (ExpectedRadius::new(view), view.has_depth());
+    let mut input = Map::input(rows, columns, view.has_depth);
+    let (turn, expected_radius) = (view.colour.ball().turn_to_red(), ExpectedRadius::new(view));
     let [red, green, blue, expected, known] = input.channels_mut();
     for y in 0..rows {
         let row = y * columns..(y + 1) * columns;
         let planes = [&mut red[row.clone()], &mut green[row.clone()], &mut blue[row.clone()]];
         let line = y.min(level.height - 1) * level.width;
         read_colours(&level.pixels[line..line + level.width], &turn, planes);
-        if !has_depth {
+        if !view.has_depth {
             continue;
         }
         let depths = view.depth.row(level.origin.1 as usize + SMALLEST * y + SMALLEST / 2);
