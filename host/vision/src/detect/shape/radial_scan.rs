@@ -4,6 +4,7 @@
 //! elsewhere. The rays are laid out in a plane across the direction to the ball: there the outline
 //! is a circle wherever the ball is.
 
+use std::array;
 use std::f64::consts::TAU;
 use std::sync::LazyLock;
 
@@ -25,7 +26,7 @@ pub(super) struct Direction {
 
 /// The directions of all rays.
 static DIRECTIONS: LazyLock<[Direction; RAYS]> = LazyLock::new(|| {
-    std::array::from_fn(|ray| {
+    array::from_fn(|ray| {
         let (sin, cos) = (TAU * ray as f64 / RAYS as f64).sin_cos();
         Direction { cos, sin }
     })
@@ -125,69 +126,119 @@ impl<'a> RadialScan<'a> {
         colours.len()
     }
 
-    /// Reads the colours between pixels (bilinear). Returns `false`, and nothing of use is read, if
-    /// the ray leaves the image.
+    /// Reads the colours between pixels (bilinear) on all rays: of each from its start (pixels of
+    /// the disc's radius from the centre), and every step from there. Returns which rays are in the
+    /// image; of the others nothing of use is read.
     ///
     /// OpenCV's `remap` rounds places to 1/32 pixel (`INTER_BITS` is 5), too coarse for the edges.
     pub(super) fn read_bilinear<const N: usize>(
         &self,
-        ray: usize,
-        start: f64,
-        step: f64,
-        colours: &mut [[f32; 3]; N],
-    ) -> bool {
-        let along = self.step(ray);
-        let (mut point, step) = (self.centre + along * start, along * step);
+        starts: &[f64; RAYS],
+        steps: &[f64; RAYS],
+        colours: &mut [RayColours; N],
+    ) -> [bool; RAYS] {
         let (width, height) = self.image.size();
+        if width < 2 || height < 2 {
+            return [false; RAYS];
+        }
         let bytes = self.image.pixels().as_flattened();
         let is_inside = |point: &Vector3<f64>| {
             let (u, v) = self.pixel(point);
             u >= 0.0 && v >= 0.0 && u < (width - 1) as f64 && v < (height - 1) as f64
         };
-        // All points between two points in the image are in it, but for a fraction of a pixel with
-        // a distortion: `last` bounds them.
-        if !is_inside(&point) || !is_inside(&(point + step * (colours.len() - 1) as f64)) {
-            return false;
+        let mut places = [[0.0; RAYS]; 2];
+        let (mut points, mut moves) = ([[0.0; RAYS]; 3], [[0.0; RAYS]; 3]);
+        let inside = array::from_fn(|ray| {
+            let along = self.step(ray);
+            let (start, step) = (self.centre + along * starts[ray], along * steps[ray]);
+            for axis in 0..3 {
+                (points[axis][ray], moves[axis][ray]) = (start[axis], step[axis]);
+            }
+            // All points between two points in the image are in it, but for a fraction of a pixel
+            // with a distortion.
+            is_inside(&start) && is_inside(&(start + step * (N - 1) as f64))
+        });
+        for colours in colours {
+            self.pixels(&points, &mut places);
+            read_between(bytes, width, &places, colours);
+            let pairs = points.as_flattened_mut().iter_mut().zip(moves.as_flattened());
+            pairs.for_each(|(point, step)| *point += step);
         }
-        let mut places = [(0.0, 0.0); N];
-        for place in &mut places {
-            *place = self.pixel(&point);
-            point += step;
+        inside
+    }
+
+    /// Writes columns and rows of a point on each ray.
+    fn pixels(&self, points: &[[f64; RAYS]; 3], places: &mut [[f64; RAYS]; 2]) {
+        if self.intrinsics.distortion.is_none() {
+            divide(points, places);
+            return;
         }
-        read_between(bytes, width, &places, colours);
-        true
+        for ray in 0..RAYS {
+            let point = Vector3::from(points.map(|axis| axis[ray]));
+            (places[0][ray], places[1][ray]) = self.pixel(&point);
+        }
     }
 }
 
-/// Reads the colours at these places (column, row) between the pixels of an image, whose `bytes`
-/// have `width` columns.
+/// Colours at a point on each ray, channel by channel: blue, green, red, 0 to 255.
+pub(super) type RayColours = [[f32; RAYS]; 3];
+
+/// Writes columns and rows of homogeneous points.
 #[multiversion(targets("x86_64+avx512f", "x86_64+avx2"))]
-fn read_between<const N: usize>(
+fn divide([x, y, z]: &[[f64; RAYS]; 3], [columns, rows]: &mut [[f64; RAYS]; 2]) {
+    for ray in 0..RAYS {
+        let inverse = 1.0 / z[ray];
+        (columns[ray], rows[ray]) = (x[ray] * inverse, y[ray] * inverse);
+    }
+}
+
+/// The pixels about a place: of each row four bytes from the left one on, and four bytes to the end
+/// of the right one.
+#[derive(Clone, Copy)]
+struct Rows {
+    left: [u32; RAYS],
+    right: [u32; RAYS],
+}
+
+/// Reads the colours at these columns and rows between the pixels of an image, whose `bytes` have
+/// `width` columns. A place outside is moved into the image.
+#[multiversion(targets("x86_64+avx512f", "x86_64+avx2"))]
+fn read_between(
     bytes: &[u8],
     width: usize,
-    places: &[(f64, f64); N],
-    colours: &mut [[f32; 3]; N],
+    [columns, rows]: &[[f64; RAYS]; 2],
+    colours: &mut RayColours,
 ) {
     // The last pair of pixels that has another pair below it.
-    let last = bytes.len() - 3 * width - 6;
-    for (colour, &(u, v)) in colours.iter_mut().zip(places) {
-        let (column, row) = (u as u32, v as u32);
-        let parts = ((u - f64::from(column)) as f32, (v - f64::from(row)) as f32);
-        let at = (3 * (row as usize * width + column as usize)).min(last);
-        let (upper, lower) = (&bytes[at..at + 6], &bytes[at + 3 * width..at + 3 * width + 6]);
-        *colour = blend(upper, lower, parts);
+    let below = 3 * width;
+    let last = bytes.len() - below - 6;
+    let (mut starts, mut rights, mut downs) = ([0; RAYS], [0.0; RAYS], [0.0; RAYS]);
+    for ray in 0..RAYS {
+        let (column, row) = (columns[ray] as i32, rows[ray] as i32);
+        rights[ray] = (columns[ray] - f64::from(column)) as f32;
+        downs[ray] = (rows[ray] - f64::from(row)) as f32;
+        starts[ray] = row.wrapping_mul(width as i32).wrapping_add(column).wrapping_mul(3);
     }
-}
-
-/// Returns the colour between two pixels (six bytes) and the two below them, at these parts of the
-/// way to the right and down.
-///
-/// The bytes are written out, because the compiler leaves `std::array::from_fn` a call. Both rows
-/// are mixed first, six bytes at a time.
-#[inline(always)]
-fn blend(upper: &[u8], lower: &[u8], (right, down): (f32, f32)) -> [f32; 3] {
-    let mixed = |a: f32, b: f32, part: f32| a + (b - a) * part;
-    let row = |k: usize| mixed(f32::from(upper[k]), f32::from(lower[k]), down);
-    let [a, b, c, d, e, f] = [row(0), row(1), row(2), row(3), row(4), row(5)];
-    [mixed(a, d, right), mixed(b, e, right), mixed(c, f, right)]
+    let [mut upper, mut lower] = [Rows { left: [0; RAYS], right: [0; RAYS] }; 2];
+    for (ray, &start) in starts.iter().enumerate() {
+        let start = usize::try_from(start).unwrap_or(0).min(last);
+        for (target, start) in [(&mut upper, start), (&mut lower, start + below)] {
+            let pixels = &bytes[start..start + 6];
+            target.left[ray] = u32::from_le_bytes(*pixels.first_chunk().unwrap_or(&[0; 4]));
+            target.right[ray] = u32::from_le_bytes(*pixels.last_chunk().unwrap_or(&[0; 4]));
+        }
+    }
+    for (channel, colours) in colours.iter_mut().enumerate() {
+        let byte = 8 * channel as u32;
+        for ray in 0..RAYS {
+            let level = |bytes: u32, first: u32| ((bytes >> first) & 255) as i32 as f32;
+            let mixed = |a: f32, b: f32, part: f32| a + (b - a) * part;
+            let (above, below) = (level(upper.left[ray], byte), level(lower.left[ray], byte));
+            let left = mixed(above, below, downs[ray]);
+            let (above, below) =
+                (level(upper.right[ray], byte + 8), level(lower.right[ray], byte + 8));
+            let right = mixed(above, below, downs[ray]);
+            colours[ray] = mixed(left, right, rights[ray]);
+        }
+    }
 }

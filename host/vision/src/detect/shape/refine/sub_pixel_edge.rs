@@ -1,12 +1,7 @@
 //! A ball's outline to a fraction of a pixel.
 //!
-//! Near its edge a pixel mixes the ball's colour and the background's, and the edge is where the
-//! mixture is half of each. Both colours are read on each ray, inside and outside. So shading,
-//! highlights, exposure and background do not shift the edge. Blur and motion spread the mixture
-//! evenly to both sides and do not shift it either. The circle through the edges is fitted by
-//! least squares with outliers cut off (Tukey), with the radius drawn to what depth gives.
-
-use std::f64::consts::PI;
+//! The circle through the edges on the rays ([`ray_edges`](super::ray_edges)) is fitted by least
+//! squares with outliers cut off (Tukey), with the radius drawn to what depth gives.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -14,11 +9,8 @@ use super::super::parameters::EdgeParameters;
 use super::super::radial_scan::{RAYS, RadialScan, directions};
 use super::super::robust_fit::TukeyStep;
 use super::super::view::{Disc, FrameView};
+use super::ray_edges::{Edge, Edges, read_edges};
 
-/// Samples on a ray to either side of the expected edge.
-const HALF: usize = 12;
-/// Samples on a ray.
-const SAMPLES: usize = 2 * HALF + 1;
 /// Rays to either side of a ray, and of its opposite, whose edges give its blur.
 const NEIGHBOURS: usize = 2;
 /// The pass whose rms residual is kept: later passes look for no edges far from the circle, and
@@ -64,19 +56,6 @@ impl RefinedCircle {
         self.covariance + Matrix3::from_diagonal(&more)
     }
 }
-
-/// The edge on a ray.
-#[derive(Clone, Copy)]
-struct Edge {
-    /// Pixels outwards from the disc.
-    residual: f64,
-    /// 0 to 1: by how much both colours differ, against their own unevenness.
-    weight: f64,
-    /// Standard deviation of its blur, pixels.
-    blur: f64,
-}
-
-type Edges = [Option<Edge>; RAYS];
 
 /// Fits the circle near `start` to the edges of the `trusted` rays, with the radius near `radius`
 /// if that is known. Around a `locked` start the band is narrower. Returns `None` if there are too
@@ -162,19 +141,6 @@ fn fit_circle(
     })
 }
 
-/// Returns the edge of each trusted ray within its band, pixels.
-fn read_edges(view: &FrameView, disc: &Disc, bands: &[f64; RAYS], trusted: &[bool; RAYS]) -> Edges {
-    let scan = RadialScan::new(&view.colour, disc);
-    let faint = view.parameters.edges.faint_contrast;
-    std::array::from_fn(|ray| {
-        let step = bands[ray] / HALF as f64;
-        let mut samples = [[0.0; 3]; SAMPLES];
-        let start = disc.radius - bands[ray];
-        let is_read = trusted[ray] && scan.read_bilinear(ray, start, step, &mut samples);
-        is_read.then(|| find_edge(&samples, step, faint)).flatten()
-    })
-}
-
 /// Moves edges outwards that a glare has moved inwards.
 ///
 /// A surface seen along itself mirrors its surroundings, so that on one side the limb may be as
@@ -218,48 +184,6 @@ fn median_blur(edges: &Edges, rays: &[usize], least: usize) -> Option<f64> {
     }
     blurs[..n].sort_by(f64::total_cmp);
     (n >= least).then(|| blurs[n / 2])
-}
-
-/// Finds the edge in the samples of a ray, which are `step` pixels apart.
-fn find_edge(samples: &[[f32; 3]; SAMPLES], step: f64, faint: f32) -> Option<Edge> {
-    let (inner, inner_spread) = level(&samples[..HALF / 2]);
-    let (outer, outer_spread) = level(&samples[SAMPLES - HALF / 2..]);
-    let change: [f32; 3] = std::array::from_fn(|c| inner[c] - outer[c]);
-    let squared = change.iter().map(|d| d * d).sum::<f32>();
-    if squared < 1.0 {
-        return None;
-    }
-    // The part of the ball in each sample, less a half.
-    let part = samples.map(|sample| {
-        (0..3).map(|c| (sample[c] - outer[c]) * change[c]).sum::<f32>() / squared - 0.5
-    });
-    // The most likely place of a step between both levels: as much of the ball before it as
-    // possible, as much of the background beyond.
-    let (mut sum, mut best, mut at) = (0.0, f32::NEG_INFINITY, 0);
-    for (k, part) in part.iter().enumerate().take(SAMPLES - 1) {
-        sum += part.clamp(-0.5, 0.5);
-        if sum > best {
-            (best, at) = (sum, k);
-        }
-    }
-    let (before, after) = (part[at], part[at + 1]);
-    if before < 0.0 || after > 0.0 || before - after < 1e-6 {
-        return None;
-    }
-    let residual = (at as f64 + f64::from(before / (before - after)) - HALF as f64) * step;
-    let noise = 4.0 * (inner_spread + outer_spread) + faint * faint;
-    // For a Gaussian edge the integral of p (1 - p) is its standard deviation over √π.
-    let mixed = part.iter().map(|p| 0.25 - p.clamp(-0.5, 0.5).powi(2)).sum::<f32>();
-    let blur = f64::from(mixed) * step * PI.sqrt();
-    Some(Edge { residual, blur, weight: f64::from(squared / (squared + noise)) })
-}
-
-/// Returns the mean colour and the variance (of all channels together) of some samples.
-fn level(samples: &[[f32; 3]]) -> ([f32; 3], f32) {
-    let n = samples.len() as f32;
-    let mean: [f32; 3] = std::array::from_fn(|c| samples.iter().map(|s| s[c]).sum::<f32>() / n);
-    let squares = samples.iter().flat_map(|s| (0..3).map(move |c| (s[c] - mean[c]).powi(2)));
-    (mean, squares.sum::<f32>() / n)
 }
 
 #[cfg(test)]
