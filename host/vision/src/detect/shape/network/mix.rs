@@ -10,7 +10,7 @@ use super::map::{LONG_STEP, Map};
 use super::weights::Weights;
 
 /// Outputs that are computed at a time.
-const OUTPUTS: usize = 4;
+const OUTPUTS: usize = 8;
 
 /// What a layer does with its sums.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -36,7 +36,7 @@ pub(super) struct Mix {
 }
 
 impl Mix {
-    /// Reads the weights of a layer; `outputs` is a multiple of 4.
+    /// Reads the weights of a layer; `outputs` is a multiple of 8.
     pub(super) fn new(inputs: usize, outputs: usize, weights: &mut Weights) -> Self {
         let rows = weights.take(inputs * outputs);
         let biases = weights.take(outputs);
@@ -82,7 +82,10 @@ impl WithSimd for Product<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        if self.map.span().is_multiple_of(LONG_STEP) {
+        // With more pixels at a time the sums would not fit the registers.
+        if S::REGISTER_COUNT < 32 {
+            self.compute::<S, 1>(simd);
+        } else if self.map.span().is_multiple_of(LONG_STEP) {
             self.compute::<S, 3>(simd);
         } else {
             self.compute::<S, 2>(simd);
