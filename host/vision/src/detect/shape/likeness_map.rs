@@ -33,12 +33,9 @@ impl LikenessMap {
         &self.values
     }
 
-    /// Returns column and row in the map of each pixel whose likeness is at least `least`.
-    pub(super) fn coloured(&self, least: f32) -> impl Iterator<Item = (usize, usize)> {
-        self.values.chunks_exact(self.width).enumerate().flat_map(move |(y, row)| {
-            let coloured = row.iter().enumerate().filter(move |&(_, &value)| value >= least);
-            coloured.map(move |(x, _)| (x, y))
-        })
+    /// Returns the rows of likenesses.
+    pub(super) fn rows(&self) -> impl Iterator<Item = &[f32]> {
+        self.values.chunks_exact(self.width)
     }
 
     /// Returns the index of the value at column `x`, row `y` of the map; `None` outside.
@@ -46,6 +43,12 @@ impl LikenessMap {
     pub(super) fn index(&self, x: i32, y: i32) -> Option<usize> {
         let (x, y) = (usize::try_from(x).ok()?, usize::try_from(y).ok()?);
         (x < self.width && y < self.height).then_some(y * self.width + x)
+    }
+
+    /// Returns column and row of the full image's first pixel in the pixel at column `x`, row `y`.
+    #[inline]
+    pub(super) fn first(&self, x: usize, y: usize) -> (usize, usize) {
+        (self.origin.0 as usize + SMALLEST * x, self.origin.1 as usize + SMALLEST * y)
     }
 
     /// Returns column and row in the full image of the centre of the pixel at column `x`, row `y`.

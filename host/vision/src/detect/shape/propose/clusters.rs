@@ -1,18 +1,19 @@
 //! Clusters of coloured pixels whose depth ends where a ball would end.
 
+use std::array;
 use std::f64::consts::FRAC_1_SQRT_2;
 
 use nalgebra::Point3;
 
 use super::super::likeness_map::LikenessMap;
 use super::super::parameters::ClusterParameters;
+use super::super::pyramid::SMALLEST;
 use super::super::view::FrameView;
 use super::sphere_fit::{ends, fit_sphere};
 
-/// Places in a likeness_map pixel, pixels from its centre, where depth is read. The first one with
-/// depth counts.
-const DEPTH_PLACES: [(f64, f64); 5] =
-    [(0.5, 0.5), (-1.0, -1.0), (1.0, 1.0), (-1.0, 1.0), (1.0, -1.0)];
+/// Places in a pixel of the likeness map, column and row from its first one, where depth is read.
+/// The first one with depth counts.
+const DEPTH_PLACES: [(usize, usize); 5] = [(2, 2), (1, 1), (3, 3), (1, 3), (3, 1)];
 
 /// A pixel with depth.
 #[derive(Debug, Clone, Copy)]
@@ -97,15 +98,21 @@ impl<'a> ClusterFinder<'a> {
         let parameters = &view.parameters.clusters;
         let mut depths = vec![f64::INFINITY; map.values().len()];
         let mut pixels = Vec::new();
-        for (x, y) in map.coloured(parameters.min_likeness / 2.0) {
-            let (u, v) = map.to_full(x, y);
-            let mut read = DEPTH_PLACES.iter().filter_map(|(du, dv)| view.depth.at(u + du, v + dv));
-            let (x, y) = (x as i32, y as i32);
-            let (Some(z), Some(index)) = (read.next(), map.index(x, y)) else { continue };
-            depths[index] = z;
-            let likeness = map.values()[index];
-            if likeness >= parameters.min_likeness {
-                pixels.push(MapPixel { x, y, likeness, centre: DepthPixel { u, v, z } });
+        for (y, likenesses) in map.rows().enumerate() {
+            let lines: [_; SMALLEST] = array::from_fn(|dy| view.depth.row(map.first(0, y).1 + dy));
+            for (x, &likeness) in likenesses.iter().enumerate() {
+                if likeness < parameters.min_likeness / 2.0 {
+                    continue;
+                }
+                let column = map.first(x, y).0;
+                let read = |&(dx, dy): &(usize, usize)| lines[dy].get(column + dx).copied();
+                let raw = DEPTH_PLACES.iter().filter_map(read).find(|&raw| raw != 0);
+                let Some(z) = raw.and_then(|raw| view.depth.metres(raw)) else { continue };
+                depths[y * likenesses.len() + x] = z;
+                if likeness >= parameters.min_likeness {
+                    let ((u, v), [x, y]) = (map.to_full(x, y), [x, y].map(|k| k as i32));
+                    pixels.push(MapPixel { x, y, likeness, centre: DepthPixel { u, v, z } });
+                }
             }
         }
         Self { view, map, parameters, depths, pixels }
