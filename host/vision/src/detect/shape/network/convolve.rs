@@ -1,8 +1,8 @@
 //! Layers that convolve each channel by itself.
 //!
 //! A convolution goes down the rows in strips as wide as a register of the processor: of the three
-//! rows that a sum needs, two are known from the sum before. To read nine pixels for each sum would
-//! take twice as long.
+//! rows that a sum needs, two are known from the sum before. Reading nine pixels for each sum took
+//! 1.4 times as long.
 
 use std::array;
 use std::ops::Range;

@@ -97,7 +97,7 @@ impl Mixtures {
 #[multiversion(targets("x86_64+avx512f", "x86_64+avx2"))]
 fn find_mixtures(samples: &[RayColours; SAMPLES], faint: f32, mixtures: &mut Mixtures) {
     let Mixtures { squared, noise, before, parts: [inner_part, outer_part], mixed } = mixtures;
-    let (inner, outer) = (level(&samples[..END]), level(&samples[SAMPLES - END..]));
+    let (inner, outer) = (side(&samples[..END]), side(&samples[SAMPLES - END..]));
     let mut change = [[0.0; RAYS]; 3];
     for (c, change) in change.iter_mut().enumerate() {
         for ray in 0..RAYS {
@@ -133,16 +133,16 @@ fn find_mixtures(samples: &[RayColours; SAMPLES], faint: f32, mixtures: &mut Mix
     }
 }
 
-/// The colour at one end of each ray.
-struct Level {
+/// The colour on one side of the edge, on each ray.
+struct Side {
     mean: RayColours,
     /// Variance of all channels together, grey levels².
     variance: [f32; RAYS],
 }
 
-/// Returns the colour of some samples.
+/// Returns the colour that some samples have on each ray.
 #[inline(always)]
-fn level(samples: &[RayColours]) -> Level {
+fn side(samples: &[RayColours]) -> Side {
     let count = samples.len() as f32;
     let (mut mean, mut variance) = ([[0.0; RAYS]; 3], [0.0; RAYS]);
     for (c, mean) in mean.iter_mut().enumerate() {
@@ -158,5 +158,5 @@ fn level(samples: &[RayColours]) -> Level {
             }
         }
     }
-    Level { mean, variance }
+    Side { mean, variance }
 }
