@@ -41,7 +41,7 @@ const KINDS: [Kind; 5] = [
     Kind { name: "far", depth: [0.9, 1.8], directions: [0.3, 0.2], post: 0.0, found: 0.95 },
     Kind { name: "border", depth: [0.6, 1.5], directions: [0.55, 0.4], post: 0.0, found: 0.95 },
     Kind { name: "thin post", depth: [0.6, 1.5], directions: [0.3, 0.2], post: 0.2, found: 0.95 },
-    Kind { name: "post", depth: [0.6, 1.5], directions: [0.3, 0.2], post: 0.35, found: 0.85 },
+    Kind { name: "post", depth: [0.6, 1.5], directions: [0.3, 0.2], post: 0.35, found: 0.95 },
 ];
 
 impl Kind {
