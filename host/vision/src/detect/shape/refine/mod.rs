@@ -1,7 +1,7 @@
 //! Stage 2, refine: the circle of a seed to a fraction of a pixel.
 //!
-//! [`radial_profile`] reads where the ball's colour ends along rays. [`ray_edges`] finds the edge on
-//! each ray, and [`sub_pixel_edge`] fits a circle to those that [`boundary`] trusts.
+//! [`radial_profile`] reads where the ball's colour ends along rays. [`ray_edges`] finds the edge
+//! on each ray, and [`sub_pixel_edge`] fits a circle to those that [`boundary`] trusts.
 
 mod boundary;
 mod radial_profile;
