@@ -116,31 +116,26 @@ impl Search<'_> {
             let surface = self.median_depth(disc)?;
             Some(self.view.radius_at(surface + self.view.ball_radius))
         };
-        let radius = by_depth(&proposal.disc).unwrap_or(proposal.disc.radius);
-        let (disc, log_odds) = self.screened(Disc { radius, ..proposal.disc })?;
+        let disc = proposal.disc;
+        let mut disc = Disc { radius: by_depth(&disc).unwrap_or(disc.radius), ..disc };
+        let mut log_odds = f64::NEG_INFINITY;
+        let parameters = &self.view.parameters.propose;
+        for least in [parameters.min_judged, parameters.min_judged_again] {
+            if !self.is_possible(disc.radius, MAX_START) {
+                return None;
+            }
+            let judgement = screen(self.view, &disc);
+            log_odds = judgement.log_odds;
+            if log_odds < least {
+                return None;
+            }
+            disc = judgement.moved(&disc);
+        }
         let surface = self.median_depth(&disc);
         let sphere = surface.and_then(|z| sphere_at(self.view, &disc, z));
         let at_sphere = sphere.and_then(|centre| self.view.disc_of(&centre));
         let locked = at_sphere.is_some();
         Some(Start { disc: at_sphere.unwrap_or(disc), locked, log_odds })
-    }
-
-    /// Judges a disc by the small network, and once more where the network sees the ball if that is
-    /// elsewhere. Returns where it sees the ball at last, and the log-odds; `None` if they are too
-    /// low, or if the ball cannot have that size.
-    fn screened(&self, disc: Disc) -> Option<(Disc, f64)> {
-        let parameters = &self.view.parameters.propose;
-        let judged = |disc: &Disc, least: f64| {
-            let is_possible = self.is_possible(disc.radius, MAX_START);
-            let judgement = is_possible.then(|| screen(self.view, disc))?;
-            let log_odds = judgement.log_odds;
-            (log_odds >= least).then(|| (judgement.moved(disc), log_odds))
-        };
-        let (seen, log_odds) = judged(&disc, parameters.min_judged)?;
-        if seen.difference(&disc) > parameters.same_place * disc.radius {
-            return judged(&seen, parameters.min_judged_again);
-        }
-        (log_odds >= parameters.min_judged_again).then_some((seen, log_odds))
     }
 
     /// Returns the median depth, metres, of nine pixels about the middle of `disc`; `None` if too
@@ -178,8 +173,9 @@ impl Search<'_> {
         let candidate = self.trace.candidates.last()?;
         let decision = candidate.decision.as_ref()?;
         let (circle, seen) = (&candidate.circle.disc, decision.seen?);
+        let off = seen.distance(circle) + (seen.radius - circle.radius).abs();
         let is_rejected = candidate.score() < self.parameters.min_score;
-        let is_beside = seen.difference(circle) > self.parameters.min_beside * circle.radius;
+        let is_beside = off > self.parameters.min_beside * circle.radius;
         let is_ball = decision.judged? > self.parameters.min_judged_beside;
         (is_ball && (is_rejected || is_beside)).then_some(seen)
     }

@@ -29,11 +29,6 @@ impl Disc {
     pub(super) fn distance(&self, other: &Self) -> f64 {
         (self.u - other.u).hypot(self.v - other.v)
     }
-
-    /// Returns the distance between the centres plus the difference of the radii, pixels.
-    pub(super) fn difference(&self, other: &Self) -> f64 {
-        self.distance(other) + (self.radius - other.radius).abs()
-    }
 }
 
 /// A frame, the ball that is looked for in it, and the parameters of the search.

@@ -17,11 +17,8 @@ pub struct ProposeParameters {
     /// Least log-odds by the small judging network of a proposal that is judged once more, where it
     /// saw the ball.
     pub min_judged: f64,
-    /// Least log-odds by the small judging network of a proposal that is refined.
+    /// Least log-odds by the small judging network the second time of a proposal that is refined.
     pub min_judged_again: f64,
-    /// Distance of the centres plus difference of the radii, in the radius, up to which the network
-    /// sees the ball where the proposal is: a second judgement would say the same.
-    pub same_place: f64,
     /// Log-odds by the small judging network from which on a proposal is likely the ball.
     pub likely: f64,
     /// Log-odds by the proposing network by which a proposal may be less promising than the first
@@ -40,7 +37,6 @@ impl ProposeParameters {
         max_judged: 6,
         min_judged: -5.0,
         min_judged_again: -2.5,
-        same_place: 0.15,
         likely: 1.5,
         rival_log_odds: 1.5,
         depth_spacing: 0.4,
