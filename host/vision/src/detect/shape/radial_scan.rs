@@ -192,16 +192,37 @@ fn divide([x, y, z]: &[[f64; RAYS]; 3], [columns, rows]: &mut [[f64; RAYS]; 2]) 
     }
 }
 
-/// The pixels about a place: of each row four bytes from the left one on, and four bytes to the end
-/// of the right one.
+/// A pixel and its right neighbour, for a place on each ray.
 #[derive(Clone, Copy)]
-struct Rows {
+struct Pairs {
+    /// Four bytes from the left pixel on.
     left: [u32; RAYS],
+    /// Four bytes to the end of the right pixel.
     right: [u32; RAYS],
+}
+
+impl Pairs {
+    /// Reads the pair of a ray that starts at this byte.
+    #[inline(always)]
+    fn read(&mut self, ray: usize, bytes: &[u8], start: usize) {
+        let pixels = &bytes[start..start + 6];
+        self.left[ray] = u32::from_le_bytes(*pixels.first_chunk().unwrap_or(&[0; 4]));
+        self.right[ray] = u32::from_le_bytes(*pixels.last_chunk().unwrap_or(&[0; 4]));
+    }
+
+    /// Returns a channel of both pixels of a ray.
+    #[inline(always)]
+    fn channel(&self, ray: usize, channel: u32) -> [f32; 2] {
+        let byte = |bytes: u32, k: u32| (bytes >> (8 * k) & 255) as i32 as f32;
+        [byte(self.left[ray], channel), byte(self.right[ray], channel + 1)]
+    }
 }
 
 /// Reads the colours at these columns and rows between the pixels of an image, whose `bytes` have
 /// `width` columns. A place outside is moved into the image.
+///
+/// The loops over the rays that compute are apart from the one that reads bytes, so that the
+/// compiler computes many rays at once.
 #[multiversion(targets("x86_64+avx512f", "x86_64+avx2"))]
 fn read_between(
     bytes: &[u8],
@@ -209,9 +230,6 @@ fn read_between(
     [columns, rows]: &[[f64; RAYS]; 2],
     colours: &mut RayColours,
 ) {
-    // The last pair of pixels that has another pair below it.
-    let below = 3 * width;
-    let last = bytes.len() - below - 6;
     let (mut starts, mut rights, mut downs) = ([0; RAYS], [0.0; RAYS], [0.0; RAYS]);
     for ray in 0..RAYS {
         let (column, row) = (columns[ray] as i32, rows[ray] as i32);
@@ -219,25 +237,21 @@ fn read_between(
         downs[ray] = (rows[ray] - f64::from(row)) as f32;
         starts[ray] = row.wrapping_mul(width as i32).wrapping_add(column).wrapping_mul(3);
     }
-    let [mut upper, mut lower] = [Rows { left: [0; RAYS], right: [0; RAYS] }; 2];
+    // The last pair of pixels that has another pair below it.
+    let below = 3 * width;
+    let last = bytes.len() - below - 6;
+    let [mut upper, mut lower] = [Pairs { left: [0; RAYS], right: [0; RAYS] }; 2];
     for (ray, &start) in starts.iter().enumerate() {
         let start = usize::try_from(start).unwrap_or(0).min(last);
-        for (target, start) in [(&mut upper, start), (&mut lower, start + below)] {
-            let pixels = &bytes[start..start + 6];
-            target.left[ray] = u32::from_le_bytes(*pixels.first_chunk().unwrap_or(&[0; 4]));
-            target.right[ray] = u32::from_le_bytes(*pixels.last_chunk().unwrap_or(&[0; 4]));
-        }
+        upper.read(ray, bytes, start);
+        lower.read(ray, bytes, start + below);
     }
+    let mixed = |a: f32, b: f32, part: f32| a + (b - a) * part;
     for (channel, colours) in colours.iter_mut().enumerate() {
-        let byte = 8 * channel as u32;
         for ray in 0..RAYS {
-            let level = |bytes: u32, first: u32| ((bytes >> first) & 255) as i32 as f32;
-            let mixed = |a: f32, b: f32, part: f32| a + (b - a) * part;
-            let (above, below) = (level(upper.left[ray], byte), level(lower.left[ray], byte));
-            let left = mixed(above, below, downs[ray]);
-            let (above, below) =
-                (level(upper.right[ray], byte + 8), level(lower.right[ray], byte + 8));
-            let right = mixed(above, below, downs[ray]);
+            let [above, below] = [&upper, &lower].map(|pairs| pairs.channel(ray, channel as u32));
+            let left = mixed(above[0], below[0], downs[ray]);
+            let right = mixed(above[1], below[1], downs[ray]);
             colours[ray] = mixed(left, right, rights[ray]);
         }
     }

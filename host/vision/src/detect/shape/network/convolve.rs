@@ -132,10 +132,7 @@ mod tests {
     fn check([rows, columns]: [usize; 2], dilation: usize) {
         let taps = [array::from_fn(|tap| (tap * 29 % 23) as f32 / 11.0 - 1.0)];
         let layer = Convolution { taps: taps.to_vec(), biases: vec![0.1], dilation };
-        let mut map = Map::unset(rows, columns, dilation, 1);
-        for (i, value) in map.values.iter_mut().enumerate() {
-            *value = (i * 37 % 101) as f32 / 50.0 - 1.0;
-        }
+        let mut map = Map::pattern([rows, columns], dilation, 1, 0);
         map.clear_border();
         let wide = layer.apply(&map);
         let mut single = Map::unset(rows, columns, dilation, 1);

@@ -71,6 +71,21 @@ impl Map {
         map
     }
 
+    /// Returns a map of numbers from -1 to 1, in the border too.
+    #[cfg(test)]
+    pub(super) fn pattern(
+        [rows, columns]: [usize; 2],
+        border: usize,
+        channels: usize,
+        seed: usize,
+    ) -> Self {
+        let mut map = Self::unset(rows, columns, border, channels);
+        for (i, value) in map.values.iter_mut().enumerate() {
+            *value = ((i + seed) * 37 % 101) as f32 / 50.0 - 1.0;
+        }
+        map
+    }
+
     /// Returns the distance of the first pixels of two rows.
     #[inline]
     pub(super) fn width(&self) -> usize {

@@ -180,11 +180,7 @@ mod tests {
 
     /// Returns a map of numbers between -1 and 1 with this border.
     fn pattern(border: usize, channels: usize, seed: usize) -> Map {
-        let mut map = Map::unset(5, 7, border, channels);
-        for (i, value) in map.values.iter_mut().enumerate() {
-            *value = ((i + seed) * 37 % 101) as f32 / 50.0 - 1.0;
-        }
-        map
+        Map::pattern([5, 7], border, channels, seed)
     }
 
     /// Returns a layer of eight outputs.

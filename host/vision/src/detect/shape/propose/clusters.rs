@@ -1,13 +1,11 @@
 //! Clusters of coloured pixels whose depth ends where a ball would end.
 
-use std::array;
 use std::f64::consts::FRAC_1_SQRT_2;
 
 use nalgebra::Point3;
 
 use super::super::likeness_map::LikenessMap;
 use super::super::parameters::ClusterParameters;
-use super::super::pyramid::SMALLEST;
 use super::super::view::FrameView;
 use super::sphere_fit::{ends, fit_sphere};
 
@@ -98,21 +96,16 @@ impl<'a> ClusterFinder<'a> {
         let parameters = &view.parameters.clusters;
         let mut depths = vec![f64::INFINITY; map.values().len()];
         let mut pixels = Vec::new();
-        for (y, likenesses) in map.rows().enumerate() {
-            let lines: [_; SMALLEST] = array::from_fn(|dy| view.depth.row(map.first(0, y).1 + dy));
-            for (x, &likeness) in likenesses.iter().enumerate() {
-                if likeness < parameters.min_likeness / 2.0 {
-                    continue;
-                }
-                let column = map.first(x, y).0;
-                let read = |&(dx, dy): &(usize, usize)| lines[dy].get(column + dx).copied();
-                let raw = DEPTH_PLACES.iter().filter_map(read).find(|&raw| raw != 0);
-                let Some(z) = raw.and_then(|raw| view.depth.metres(raw)) else { continue };
-                depths[y * likenesses.len() + x] = z;
-                if likeness >= parameters.min_likeness {
-                    let ((u, v), [x, y]) = (map.to_full(x, y), [x, y].map(|k| k as i32));
-                    pixels.push(MapPixel { x, y, likeness, centre: DepthPixel { u, v, z } });
-                }
+        for (x, y) in map.coloured(parameters.min_likeness / 2.0) {
+            let (column, row) = map.first(x, y);
+            let at = |&(dx, dy): &(usize, usize)| view.depth.at_pixel(column + dx, row + dy);
+            let ((u, v), [x, y]) = (map.to_full(x, y), [x, y].map(|k| k as i32));
+            let z = DEPTH_PLACES.iter().find_map(at);
+            let (Some(z), Some(index)) = (z, map.index(x, y)) else { continue };
+            depths[index] = z;
+            let likeness = map.values()[index];
+            if likeness >= parameters.min_likeness {
+                pixels.push(MapPixel { x, y, likeness, centre: DepthPixel { u, v, z } });
             }
         }
         Self { view, map, parameters, depths, pixels }

@@ -34,6 +34,7 @@ pub(super) struct Edge {
     pub(super) blur: f64,
 }
 
+/// The edges on all rays; `None` where there is none.
 pub(super) type Edges = [Option<Edge>; RAYS];
 
 /// Returns the edge of each trusted ray within its band, pixels.
