@@ -86,7 +86,7 @@ fn print(
     name: &str,
     labelled: &LabelledFrame,
 ) -> Result<(), Box<dyn Error>> {
-    let (_, trace) = detector.detect_traced(&labelled.frame)?;
+    let (_, trace) = detector.detect_traced(&labelled.frame);
     println!("{} {name}", if labelled.ball.is_some() { "ball" } else { "empty" });
     for candidate in trace.searches.iter().flat_map(|search| &search.candidates) {
         let Some(decision) = &candidate.decision else { continue };

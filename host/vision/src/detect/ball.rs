@@ -40,14 +40,11 @@ impl ShapeDetector {
 
     /// Returns the observation of the ball in `frame`, as [`BallDetector::detect`], with what each
     /// stage found.
-    ///
-    /// # Errors
-    /// Returns an error if the frame could not be searched.
     pub fn detect_traced(
         &mut self,
         frame: &RgbdFrame,
-    ) -> Result<(Option<BallObservation>, DetectionTrace), DetectError> {
-        let trace = self.search_all(frame)?;
+    ) -> (Option<BallObservation>, DetectionTrace) {
+        let trace = self.search_all(frame);
         let best = trace.searches.last().and_then(SearchTrace::best);
         let found = best.filter(|best| best.score() >= self.parameters.search.min_score);
         self.previous = found.map(|found| found.circle.disc);
@@ -57,29 +54,28 @@ impl ShapeDetector {
             let circle = Circle { u, v, radius, covariance };
             observe(circle, found.score(), frame, &self.camera)
         });
-        Ok((observation, trace))
+        (observation, trace)
     }
 
     /// Searches a window of a frame.
-    fn search(&self, frame: &RgbdFrame, window: Window) -> Result<SearchTrace, DetectError> {
+    fn search(&self, frame: &RgbdFrame, window: Window) -> SearchTrace {
         search_window(frame, window, &self.camera, &self.parameters)
-            .map_err(DetectError::processing)
     }
 
     /// Searches near the previous ball, and the whole image if the ball is not surely there.
-    fn search_all(&self, frame: &RgbdFrame) -> Result<DetectionTrace, DetectError> {
+    fn search_all(&self, frame: &RgbdFrame) -> DetectionTrace {
         let (width, height) = (frame.colour().width(), frame.colour().height());
         let mut searches = Vec::with_capacity(2);
         if let Some(previous) = &self.previous {
-            let near = self.search(frame, self.window(previous, width, height))?;
+            let near = self.search(frame, self.window(previous, width, height));
             let score = near.best().map(CandidateTrace::score);
             searches.push(near);
             if score.is_some_and(|score| score >= self.parameters.search.min_score_tracked) {
-                return Ok(DetectionTrace { searches });
+                return DetectionTrace { searches };
             }
         }
-        searches.push(self.search(frame, Window { left: 0, top: 0, width, height })?);
-        Ok(DetectionTrace { searches })
+        searches.push(self.search(frame, Window { left: 0, top: 0, width, height }));
+        DetectionTrace { searches }
     }
 
     /// Returns the window around the previous ball, in whole pixels of the network.
@@ -105,14 +101,14 @@ impl BallDetector for ShapeDetector {
     }
 
     fn detect(&mut self, frame: &RgbdFrame) -> Result<Option<BallObservation>, DetectError> {
-        self.detect_traced(frame).map(|(observation, _)| observation)
+        Ok(self.detect_traced(frame).0)
     }
 
     fn detect_with_stages(
         &mut self,
         frame: &RgbdFrame,
     ) -> Result<(Option<BallObservation>, Vec<StageImage>), DetectError> {
-        let (observation, trace) = self.detect_traced(frame)?;
+        let (observation, trace) = self.detect_traced(frame);
         let images = draw_stages(frame, &trace, observation.as_ref())?;
         Ok((observation, images))
     }

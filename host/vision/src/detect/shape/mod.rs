@@ -40,16 +40,19 @@ pub use view::Disc;
 use crate::camera::Camera;
 use crate::frame::RgbdFrame;
 
-/// Searches a window of `frame` for the ball of `camera`.
+/// Searches a window of `frame` for the ball of `camera`. A window of less than four columns or rows
+/// is not searched.
 pub(super) fn search_window(
     frame: &RgbdFrame,
     window: Window,
     camera: &Camera,
     parameters: &ShapeParameters,
-) -> opencv::Result<SearchTrace> {
+) -> SearchTrace {
+    let Some(pyramid) = pyramid::Pyramid::new(frame.colour(), window) else {
+        return SearchTrace::new(window);
+    };
     let colour = ball_colour::BallColour::new(camera.ball_hue);
-    let pyramid = pyramid::Pyramid::new(frame.colour(), window)?;
-    let levels = pyramid.levels(frame.colour())?;
+    let levels = pyramid.levels(frame.colour());
     let view = view::FrameView::new(frame, levels, colour, camera.ball_diameter / 2.0, parameters);
-    Ok(search::search(&view, window))
+    search::search(&view, window)
 }

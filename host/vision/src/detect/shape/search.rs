@@ -30,15 +30,7 @@ struct Start {
 
 /// Searches `window`, which the levels of `view` show.
 pub(super) fn search(view: &FrameView, window: Window) -> SearchTrace {
-    let trace = SearchTrace {
-        window,
-        spheres: Vec::new(),
-        odds: None,
-        proposals: Vec::new(),
-        left_out: 0,
-        candidates: Vec::new(),
-        best: None,
-    };
+    let trace = SearchTrace::new(window);
     let parameters = &view.parameters.search;
     let mut search = Search { view, parameters, decider: Decider::new(view), trace };
     if !search.try_spheres() {

@@ -34,6 +34,19 @@ pub struct SearchTrace {
 }
 
 impl SearchTrace {
+    /// Makes the trace of a search that found nothing yet.
+    pub(super) fn new(window: Window) -> Self {
+        Self {
+            window,
+            spheres: Vec::new(),
+            odds: None,
+            proposals: Vec::new(),
+            left_out: 0,
+            candidates: Vec::new(),
+            best: None,
+        }
+    }
+
     /// Returns the candidate with the highest score.
     pub fn best(&self) -> Option<&CandidateTrace> {
         self.best.and_then(|best| self.candidates.get(best))
