@@ -33,12 +33,9 @@ impl LikenessMap {
         &self.values
     }
 
-    /// Returns column and row in the map of each pixel whose likeness is at least `least`.
-    pub(super) fn coloured(&self, least: f32) -> impl Iterator<Item = (usize, usize)> {
-        self.values.chunks_exact(self.width).enumerate().flat_map(move |(y, row)| {
-            let coloured = row.iter().enumerate().filter(move |&(_, &value)| value >= least);
-            coloured.map(move |(x, _)| (x, y))
-        })
+    /// Returns the number of columns.
+    pub(super) fn width(&self) -> usize {
+        self.width
     }
 
     /// Returns the index of the value at column `x`, row `y` of the map; `None` outside.

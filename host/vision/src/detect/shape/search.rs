@@ -112,8 +112,9 @@ impl Search<'_> {
         let mut disc = Disc { radius: by_depth(&disc).unwrap_or(disc.radius), ..disc };
         let mut log_odds = f64::NEG_INFINITY;
         let parameters = &self.view.parameters.propose;
+        let possible_radii = self.view.possible_radii(MAX_START);
         for least in [parameters.min_judged, parameters.min_judged_again] {
-            if !self.is_possible(disc.radius, MAX_START) {
+            if !possible_radii.contains(&disc.radius) {
                 return None;
             }
             let judgement = screen(self.view, &disc);
@@ -178,9 +179,9 @@ impl Search<'_> {
         let best = self.trace.best().map(CandidateTrace::score);
         let least =
             best.map_or(self.parameters.min_score, |best| best.max(self.parameters.min_score));
-        let margin = 1.0 + self.parameters.radius_margin;
-        let decision = self
-            .is_possible(candidate.circle.disc.radius, margin)
+        let possible_radii = self.view.possible_radii(1.0 + self.parameters.radius_margin);
+        let decision = possible_radii
+            .contains(&candidate.circle.disc.radius)
             .then(|| self.decider.decide(&candidate, least));
         let (circle, ray_ends) = (candidate.circle, candidate.outline.ends);
         let candidate = CandidateTrace { start, circle, ray_ends, decision };
@@ -190,13 +191,6 @@ impl Search<'_> {
             self.trace.best = Some(self.trace.candidates.len());
         }
         self.trace.candidates.push(candidate);
-    }
-
-    /// Checks whether the ball can have `radius` pixels, up to the factor `margin`.
-    fn is_possible(&self, radius: f64, margin: f64) -> bool {
-        let SearchParameters { min_distance, max_distance, .. } = *self.parameters;
-        let smallest = self.view.radius_at(max_distance) / margin;
-        (smallest..margin * self.view.radius_at(min_distance)).contains(&radius)
     }
 
     /// Checks whether two discs would be refined to one circle.

@@ -1,9 +1,12 @@
 //! A frame as the stages read it.
 
+use std::ops::Range;
+
+use multiversion::multiversion;
 use nalgebra::Point3;
 
 use super::ball_colour::BallColour;
-use super::parameters::ShapeParameters;
+use super::parameters::{SearchParameters, ShapeParameters};
 use super::pyramid::{Level, SMALLEST};
 use crate::camera::Intrinsics;
 use crate::depth_view::DepthView;
@@ -37,7 +40,10 @@ pub(super) struct FrameView<'a> {
     /// The colour image, and the window that is searched at a half and at a quarter of the size.
     pub(super) levels: [Level<'a>; 3],
     pub(super) depth: DepthView<'a>,
-    /// Whether the depth is known anywhere in the window.
+    /// The raw depth in the middle of each pixel of the smallest level, row by row; 0 where it is
+    /// unknown.
+    pub(super) small_depth: Vec<u16>,
+    /// Whether any of these depths is known.
     pub(super) has_depth: bool,
     /// Radius of the ball, metres.
     pub(super) ball_radius: f64,
@@ -56,8 +62,10 @@ impl<'a> FrameView<'a> {
     ) -> Self {
         let colour = ColourView::new(frame.colour(), frame.intrinsics(), ball);
         let depth = DepthView::new(frame);
-        let has_depth = has_depth(&depth, &levels[2]);
-        Self { colour, levels, depth, has_depth, ball_radius, parameters }
+        let small_depth = small_depth(&depth, &levels[2]);
+        // One loop without an exit, which the processor runs over many depths at once.
+        let has_depth = small_depth.iter().fold(0, |all, raw| all | raw) != 0;
+        Self { colour, levels, depth, small_depth, has_depth, ball_radius, parameters }
     }
 
     /// Returns the intrinsics of the frame.
@@ -69,6 +77,13 @@ impl<'a> FrameView<'a> {
     /// Returns the radius (pixels, on the optical axis) of the ball at depth `z`, metres.
     pub(super) fn radius_at(&self, z: f64) -> f64 {
         self.intrinsics().radius_at(self.ball_radius, z)
+    }
+
+    /// Returns the radii (pixels, on the optical axis) that the ball can have, up to the factor
+    /// `margin`.
+    pub(super) fn possible_radii(&self, margin: f64) -> Range<f64> {
+        let SearchParameters { min_distance, max_distance, .. } = self.parameters.search;
+        self.radius_at(max_distance) / margin..margin * self.radius_at(min_distance)
     }
 
     /// Returns the depth, metres, at which the ball is as large as `disc`.
@@ -83,16 +98,23 @@ impl<'a> FrameView<'a> {
     }
 }
 
-/// Checks whether `depth` is known anywhere in the window that `level`, the smallest one, shows. It
-/// reads every fourth row.
-fn has_depth(depth: &DepthView, level: &Level) -> bool {
+/// Returns the raw depth in the middle of each pixel of `level`, the smallest one.
+fn small_depth(depth: &DepthView, level: &Level) -> Vec<u16> {
     let (left, top) = (level.origin.0 as usize, level.origin.1 as usize);
-    (0..level.height).any(|y| {
+    let mut middles = vec![0; level.width * level.height];
+    for (y, middles) in middles.chunks_exact_mut(level.width).enumerate() {
         let row = depth.row(top + SMALLEST * y + SMALLEST / 2);
-        let end = row.len().min(left + SMALLEST * level.width);
-        // One loop without an exit, which the processor runs over many pixels at once.
-        row[left.min(end)..end].iter().fold(0, |all, raw| all | raw) != 0
-    })
+        read_middles(row.get(left..).unwrap_or_default(), middles);
+    }
+    middles
+}
+
+/// Writes the number in the middle of each [`SMALLEST`] numbers.
+#[multiversion(targets("x86_64+avx512f+avx512bw", "x86_64+avx2"))]
+fn read_middles(numbers: &[u16], middles: &mut [u16]) {
+    for (middle, numbers) in middles.iter_mut().zip(numbers.as_chunks::<SMALLEST>().0) {
+        *middle = numbers[SMALLEST / 2];
+    }
 }
 
 /// The colour image of a frame.
@@ -150,5 +172,20 @@ impl<'a> ColourView<'a> {
     #[inline]
     pub(super) fn likeness(&self, u: f64, v: f64) -> f32 {
         self.at(u, v).map_or(0.0, |colour| self.ball.likeness(colour))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_third_of_four_numbers_is_the_middle_one() {
+        // The numbers end before the middles do: the rest stays.
+        let numbers: Vec<u16> = (0..4 * 35 + 3).collect();
+        let mut middles = [9; 36];
+        read_middles(&numbers, &mut middles);
+        assert_eq!(middles[..35], std::array::from_fn::<u16, 35, _>(|k| 4 * k as u16 + 2));
+        assert_eq!(middles[35], 9);
     }
 }

@@ -61,10 +61,6 @@ pub struct ClusterParameters {
     pub min_within: usize,
     /// Radius from which on only every fourth pixel is read, pixels.
     pub large_radius: f64,
-    /// Smallest radius of a ball, pixels.
-    pub min_radius: f64,
-    /// Largest radius of a ball, pixels.
-    pub max_radius: f64,
     /// Largest number of clusters that a sphere is fitted to.
     pub max_clusters: usize,
 }
@@ -79,8 +75,6 @@ impl ClusterParameters {
         within: 0.45,
         min_within: 2,
         large_radius: 14.0,
-        min_radius: 2.0,
-        max_radius: 400.0,
         max_clusters: 12,
     };
 }

@@ -1,6 +1,7 @@
 //! Clusters of coloured pixels whose depth ends where a ball would end.
 
 use std::f64::consts::FRAC_1_SQRT_2;
+use std::ops::Range;
 
 use nalgebra::Point3;
 
@@ -9,9 +10,10 @@ use super::super::parameters::ClusterParameters;
 use super::super::view::FrameView;
 use super::sphere_fit::{ends, fit_sphere};
 
-/// Places in a pixel of the likeness map, column and row from its first one, where depth is read.
-/// The first one with depth counts.
-const DEPTH_PLACES: [(usize, usize); 5] = [(2, 2), (1, 1), (3, 3), (1, 3), (3, 1)];
+/// Places in a pixel of the likeness map, column and row from its first one, where depth is read if
+/// it is unknown in the middle. The first one with depth counts. They are in the row of the middle,
+/// which the processor has at hand.
+const OTHER_PLACES: [(usize, usize); 3] = [(1, 2), (3, 2), (0, 2)];
 
 /// A pixel with depth.
 #[derive(Debug, Clone, Copy)]
@@ -24,16 +26,12 @@ struct DepthPixel {
     z: f64,
 }
 
-/// A pixel of the likeness map with depth.
+/// Likeness to the ball's colour, 0 to 1, and depth of a pixel of the likeness map.
 #[derive(Debug, Clone, Copy)]
-struct MapPixel {
-    /// Column and row in the map.
-    x: i32,
-    y: i32,
-    /// Likeness to the ball's colour, 0 to 1.
+struct Cell {
     likeness: f32,
-    /// Its centre in the full image.
-    centre: DepthPixel,
+    /// Metres; infinite where it is unknown.
+    depth: f32,
 }
 
 /// A cluster of pixels that may be the middle of one ball.
@@ -80,59 +78,80 @@ pub(in super::super) fn find_spheres(view: &FrameView) -> Vec<Point3<f64>> {
     spheres.into_iter().filter(|sphere| sphere.1 > least).map(|sphere| sphere.0).collect()
 }
 
-/// The likeness map with the depth of its coloured pixels.
+/// The likeness map with depth.
 struct ClusterFinder<'a> {
     view: &'a FrameView<'a>,
     map: &'a LikenessMap,
     parameters: &'a ClusterParameters,
-    /// Depth of each coloured pixel, metres; infinite for others and where it is unknown.
-    depths: Vec<f64>,
-    /// The pixels of clear colour with depth.
-    pixels: Vec<MapPixel>,
+    /// Radii that the ball can have, pixels.
+    possible_radii: Range<f64>,
+    /// The pixels of the map, row by row, and one for all places outside.
+    cells: Vec<Cell>,
+    /// Column and row in the map of the pixels of clear colour with depth.
+    coloured: Vec<(usize, usize)>,
 }
 
 impl<'a> ClusterFinder<'a> {
     fn new(view: &'a FrameView<'a>, map: &'a LikenessMap) -> Self {
+        let possible_radii = view.possible_radii(1.0 + view.parameters.search.radius_margin);
         let parameters = &view.parameters.clusters;
-        let mut depths = vec![f64::INFINITY; map.values().len()];
-        let mut pixels = Vec::new();
-        for (x, y) in map.coloured(parameters.min_likeness / 2.0) {
-            let (column, row) = map.first(x, y);
-            let at = |&(dx, dy): &(usize, usize)| view.depth.at_pixel(column + dx, row + dy);
-            let ((u, v), [x, y]) = (map.to_full(x, y), [x, y].map(|k| k as i32));
-            let z = DEPTH_PLACES.iter().find_map(at);
-            let (Some(z), Some(index)) = (z, map.index(x, y)) else { continue };
-            depths[index] = z;
-            let likeness = map.values()[index];
-            if likeness >= parameters.min_likeness {
-                pixels.push(MapPixel { x, y, likeness, centre: DepthPixel { u, v, z } });
+        let (cells, coloured) = (Vec::with_capacity(map.values().len() + 1), Vec::new());
+        let mut finder = Self { view, map, parameters, possible_radii, cells, coloured };
+        finder.read_cells();
+        finder
+    }
+
+    /// Reads the pixels of the map, and notes those of clear colour with depth.
+    fn read_cells(&mut self) {
+        let (view, map, least) = (self.view, self.map, self.parameters.min_likeness);
+        let scale = view.intrinsics().depth_scale as f32;
+        self.cells.extend(map.values().iter().zip(&view.small_depth).map(|(&likeness, &raw)| {
+            let depth = if raw == 0 { f32::INFINITY } else { f32::from(raw) / scale };
+            Cell { likeness, depth }
+        }));
+        for (y, row) in self.cells.chunks_exact_mut(map.width()).enumerate() {
+            for (x, cell) in row.iter_mut().enumerate() {
+                if cell.likeness < least / 2.0 {
+                    continue;
+                }
+                if cell.depth == f32::INFINITY {
+                    let (column, row) = map.first(x, y);
+                    let at = |&(dx, dy): &_| view.depth.at_pixel(column + dx, row + dy);
+                    let Some(z) = OTHER_PLACES.iter().find_map(at) else { continue };
+                    cell.depth = z as f32;
+                }
+                if cell.likeness >= least {
+                    self.coloured.push((x, y));
+                }
             }
         }
-        Self { view, map, parameters, depths, pixels }
+        self.cells.push(Cell { likeness: 0.0, depth: f32::INFINITY });
     }
 
     /// Returns the clusters of pixels that may be near the middle of a ball.
     fn clusters(&self) -> Vec<Cluster> {
         let mut clusters = Vec::new();
-        self.pixels.iter().for_each(|pixel| self.add(pixel, &mut clusters));
+        self.coloured.iter().for_each(|&pixel| self.add(pixel, &mut clusters));
         clusters
     }
 
-    /// Adds a coloured pixel to its cluster if it may be near the middle of a ball.
-    fn add(&self, pixel: &MapPixel, clusters: &mut Vec<Cluster>) {
-        let (centre, ball) = (pixel.centre, self.view.ball_radius);
+    /// Adds the coloured pixel at column `x`, row `y` of the map to its cluster if it may be near
+    /// the middle of a ball.
+    fn add(&self, (x, y): (usize, usize), clusters: &mut Vec<Cluster>) {
+        let cell = self.cell(x as i32, y as i32);
+        let ((u, v), z) = (self.map.to_full(x, y), f64::from(cell.depth));
+        let (centre, ball) = (DepthPixel { u, v, z }, self.view.ball_radius);
         let radius = self.view.radius_at(centre.z + ball);
         // For a large ball a quarter of the pixels is enough.
         let is_large = radius > self.parameters.large_radius;
-        let is_odd = |k: f64| (k / LikenessMap::FACTOR) as usize % 2 == 1;
-        let is_skipped = is_large && (is_odd(centre.u) || is_odd(centre.v));
-        let radii = self.parameters.min_radius..=self.parameters.max_radius;
-        if is_skipped || !radii.contains(&radius) {
+        let is_skipped = is_large && (!x.is_multiple_of(2) || !y.is_multiple_of(2));
+        if is_skipped || !self.possible_radii.contains(&radius) {
             return;
         }
-        let Some(weight) = self.middle_weight(pixel, radius) else { return };
+        let Some(weight) = self.middle_weight((x as i32, y as i32), cell, radius) else { return };
         let weight = if is_large { 4.0 * weight } else { weight };
-        let near = clusters.iter_mut().find(|Cluster { mean, .. }| {
+        // The last clusters are the nearest ones.
+        let near = clusters.iter_mut().rev().find(|Cluster { mean, .. }| {
             let (du, dv) = (mean.u - centre.u, mean.v - centre.v);
             (mean.z - centre.z).abs() < ball && du.powi(2) + dv.powi(2) < radius * radius
         });
@@ -142,37 +161,42 @@ impl<'a> ClusterFinder<'a> {
         }
     }
 
-    /// Returns how clearly, up to 1, a coloured pixel is near the middle of a ball seen with
-    /// `radius` pixels: the surface continues around it and has ended where a ball would have
-    /// ended. Returns `None` if it does not.
-    fn middle_weight(&self, pixel: &MapPixel, radius: f64) -> Option<f64> {
-        let &ClusterParameters { min_likeness, same_object, beyond, .. } = self.parameters;
-        let coloured = (same_object * pixel.likeness).max(min_likeness / 2.0);
-        let end = pixel.centre.z + self.view.ball_radius;
+    /// Returns the pixel at column `x`, row `y` of the map; the last one outside.
+    #[inline]
+    fn cell(&self, x: i32, y: i32) -> &Cell {
+        &self.cells[self.map.index(x, y).unwrap_or(self.cells.len() - 1)]
+    }
+
+    /// Returns how clearly, up to 1, the coloured pixel `cell` at (`x`, `y`) is near the middle of a
+    /// ball seen with `radius` pixels: the surface continues around it and has ended where a ball
+    /// would have ended. Returns `None` if it does not.
+    fn middle_weight(&self, (x, y): (i32, i32), cell: &Cell, radius: f64) -> Option<f64> {
+        let &ClusterParameters {
+            min_likeness,
+            same_object,
+            within,
+            min_within,
+            beyond,
+            min_ends,
+            ..
+        } = self.parameters;
+        let coloured = (same_object * cell.likeness).max(min_likeness / 2.0);
+        let end = cell.depth + self.view.ball_radius as f32;
         // The same object: coloured, and no farther behind than a ball reaches. A surface that
         // continues towards the camera has not ended.
-        let continues = |dx, dy| {
-            let index = self.map.index(pixel.x + dx, pixel.y + dy);
-            index.is_some_and(|i| self.map.values()[i] >= coloured && self.depths[i] < end)
+        let continues = |&&(dx, dy): &&(i32, i32)| {
+            let cell = self.cell(x + dx, y + dy);
+            cell.likeness >= coloured && cell.depth < end
         };
-        let within = circle(self.parameters.within * radius);
-        let mut around = 0;
-        for &(dx, dy) in within.iter().step_by(2) {
-            around += usize::from(continues(dx, dy));
-        }
-        if around < self.parameters.min_within {
+        let within = circle(within * radius);
+        let around = within.iter().step_by(2).filter(continues).take(min_within).count();
+        if around < min_within {
             return None;
         }
         let beyond = circle(beyond.at(radius));
-        let most = beyond.len() - self.parameters.min_ends + 1;
-        let mut ended = most;
-        for (dx, dy) in beyond {
-            ended -= usize::from(continues(dx, dy));
-            if ended == 0 {
-                return None;
-            }
-        }
-        Some(ended as f64 / most as f64)
+        let most = beyond.len() - min_ends + 1;
+        let continued = beyond.iter().filter(continues).take(most).count();
+        (continued < most).then(|| (most - continued) as f64 / most as f64)
     }
 }
 

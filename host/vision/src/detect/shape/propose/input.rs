@@ -33,14 +33,12 @@ pub(super) fn network_input(view: &FrameView) -> Map {
         let row = y * columns..(y + 1) * columns;
         let planes = [&mut red[row.clone()], &mut green[row.clone()], &mut blue[row.clone()]];
         let line = y.min(level.height - 1) * level.width;
-        read_colours(&level.pixels[line..line + level.width], &turn, planes);
-        if !view.has_depth {
-            continue;
+        let line = line..line + level.width;
+        read_colours(&level.pixels[line.clone()], &turn, planes);
+        if view.has_depth && y < level.height {
+            let rows = [&mut expected[row.clone()], &mut known[row]];
+            read_depths(&view.small_depth[line], &expected_radius, rows);
         }
-        let depths = view.depth.row(level.origin.1 as usize + SMALLEST * y + SMALLEST / 2);
-        let first = level.origin.0 as usize + SMALLEST / 2;
-        let depths = depths.get(first..).unwrap_or_default();
-        read_depths(depths, &expected_radius, [&mut expected[row.clone()], &mut known[row]]);
     }
     input
 }
@@ -85,14 +83,13 @@ impl ExpectedRadius {
 }
 
 /// Writes the radius that a ball has at each depth (raw, 0 where it is unknown), and whether the
-/// depth is known, to rows. Of `depths` every [`SMALLEST`]th is read; where there are none, the
-/// rows stay as they are.
-#[multiversion(targets("x86_64+avx2"))]
+/// depth is known, to rows. Where there are no depths, the rows stay as they are.
+#[multiversion(targets("x86_64+avx512f", "x86_64+avx2"))]
 fn read_depths(depths: &[u16], rule: &ExpectedRadius, rows: [&mut [f32]; 2]) {
     let most = (MAX_EXPECTED / EXPECTED_UNIT) as f32;
     let [expected, known] = rows;
     let places = expected.iter_mut().zip(known);
-    for (&raw, (expected, known)) in depths.iter().step_by(SMALLEST).zip(places) {
+    for (&raw, (expected, known)) in depths.iter().zip(places) {
         let radius = rule.numerator / (f32::from(raw) / rule.scale + rule.surface);
         let radius = if radius < most { radius } else { most };
         (*expected, *known) = if raw == 0 { (0.0, 0.0) } else { (radius, 1.0) };
@@ -117,10 +114,10 @@ mod tests {
     }
 
     #[test]
-    fn every_fourth_depth_gives_the_radius_that_a_ball_has_there() {
+    fn a_depth_gives_the_radius_that_a_ball_has_there() {
         // A ball of 1.8 units at 1 m, whose surface is 0.02 m nearer than its centre.
         let rule = ExpectedRadius { numerator: 1.8, scale: 1000.0, surface: 0.02 };
-        let depths = [880, 1, 1, 1, 0, 1, 1, 1, 40, 1, 1, 1, 1780];
+        let depths = [880, 0, 40, 1780];
         let (mut expected, mut known) = ([9.0; 5], [9.0; 5]);
         read_depths(&depths, &rule, [&mut expected, &mut known]);
         // Near depths count as the largest radius; there is no fifth depth.
