@@ -40,8 +40,8 @@ pub use view::Disc;
 use crate::camera::Camera;
 use crate::frame::RgbdFrame;
 
-/// Searches a window of `frame` for the ball of `camera`. A window of less than four columns or rows
-/// is not searched.
+/// Searches a window of `frame` for the ball of `camera`. A window of less than four columns or
+/// rows is not searched.
 pub(super) fn search_window(
     frame: &RgbdFrame,
     window: Window,

@@ -131,6 +131,8 @@ impl Pyramid {
 
 /// Returns a part of an image at half the size, `columns` times `rows`: each pixel is the mean of
 /// four. `pixels` are those from the part's first pixel on; `width` of them are a row of the image.
+///
+/// OpenCV's `resize` gives the same and takes about twice as long.
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512vl+avx512vbmi", "x86_64+avx2"))]
 fn halved(pixels: &[Bgr], width: usize, [columns, rows]: [usize; 2]) -> Vec<Bgr> {
     let mut halved = vec![[0; 3]; columns * rows];

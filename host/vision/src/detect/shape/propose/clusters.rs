@@ -167,9 +167,9 @@ impl<'a> ClusterFinder<'a> {
         &self.cells[self.map.index(x, y).unwrap_or(self.cells.len() - 1)]
     }
 
-    /// Returns how clearly, up to 1, the coloured pixel `cell` at (`x`, `y`) is near the middle of a
-    /// ball seen with `radius` pixels: the surface continues around it and has ended where a ball
-    /// would have ended. Returns `None` if it does not.
+    /// Returns how clearly, up to 1, the coloured pixel `cell` at (`x`, `y`) is near the middle of
+    /// a ball seen with `radius` pixels: the surface continues around it and has ended where a
+    /// ball would have ended. Returns `None` if it does not.
     fn middle_weight(&self, (x, y): (i32, i32), cell: &Cell, radius: f64) -> Option<f64> {
         let &ClusterParameters {
             min_likeness,
