@@ -14,7 +14,6 @@
 mod ball_colour;
 mod decide;
 mod disc_depth;
-mod likeness_map;
 mod network;
 mod parameters;
 mod propose;

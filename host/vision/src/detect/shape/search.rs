@@ -112,7 +112,7 @@ impl Search<'_> {
         let mut disc = Disc { radius: by_depth(&disc).unwrap_or(disc.radius), ..disc };
         let mut log_odds = f64::NEG_INFINITY;
         let parameters = &self.view.parameters.propose;
-        let possible_radii = self.view.possible_radii(MAX_START);
+        let possible_radii = self.view.radii_up_to(MAX_START);
         for least in [parameters.min_judged, parameters.min_judged_again] {
             if !possible_radii.contains(&disc.radius) {
                 return None;
@@ -179,8 +179,9 @@ impl Search<'_> {
         let best = self.trace.best().map(CandidateTrace::score);
         let least =
             best.map_or(self.parameters.min_score, |best| best.max(self.parameters.min_score));
-        let possible_radii = self.view.possible_radii(1.0 + self.parameters.radius_margin);
-        let decision = possible_radii
+        let decision = self
+            .view
+            .possible_radii()
             .contains(&candidate.circle.disc.radius)
             .then(|| self.decider.decide(&candidate, least));
         let (circle, ray_ends) = (candidate.circle, candidate.outline.ends);

@@ -79,9 +79,14 @@ impl<'a> FrameView<'a> {
         self.intrinsics().radius_at(self.ball_radius, z)
     }
 
+    /// Returns the radii (pixels, on the optical axis) that the refined circle of a ball can have.
+    pub(super) fn possible_radii(&self) -> Range<f64> {
+        self.radii_up_to(1.0 + self.parameters.search.radius_margin)
+    }
+
     /// Returns the radii (pixels, on the optical axis) that the ball can have, up to the factor
     /// `margin`.
-    pub(super) fn possible_radii(&self, margin: f64) -> Range<f64> {
+    pub(super) fn radii_up_to(&self, margin: f64) -> Range<f64> {
         let SearchParameters { min_distance, max_distance, .. } = self.parameters.search;
         self.radius_at(max_distance) / margin..margin * self.radius_at(min_distance)
     }

@@ -5,15 +5,10 @@ use std::ops::Range;
 
 use nalgebra::Point3;
 
-use super::super::likeness_map::LikenessMap;
 use super::super::parameters::ClusterParameters;
 use super::super::view::FrameView;
+use super::cell_map::{Cell, CellMap};
 use super::sphere_fit::{ends, fit_sphere};
-
-/// Places in a pixel of the likeness map, column and row from its first one, where depth is read if
-/// it is unknown in the middle. The first one with depth counts. They are in the row of the middle,
-/// which the processor has at hand.
-const OTHER_PLACES: [(usize, usize); 3] = [(1, 2), (3, 2), (0, 2)];
 
 /// A pixel with depth.
 #[derive(Debug, Clone, Copy)]
@@ -24,14 +19,6 @@ struct DepthPixel {
     v: f64,
     /// Depth, metres.
     z: f64,
-}
-
-/// Likeness to the ball's colour, 0 to 1, and depth of a pixel of the likeness map.
-#[derive(Debug, Clone, Copy)]
-struct Cell {
-    likeness: f32,
-    /// Metres; infinite where it is unknown.
-    depth: f32,
 }
 
 /// A cluster of pixels that may be the middle of one ball.
@@ -63,13 +50,11 @@ pub(in super::super) fn find_spheres(view: &FrameView) -> Vec<Point3<f64>> {
     if !view.has_depth {
         return Vec::new();
     }
-    let map = LikenessMap::new(&view.levels[2], view.colour.ball());
-    let finder = ClusterFinder::new(view, &map);
-    let mut clusters = finder.clusters();
+    let mut clusters = find_clusters(view);
     clusters.sort_by(|a, b| b.share().total_cmp(&a.share()));
     let fitted = clusters
         .iter()
-        .take(finder.parameters.max_clusters)
+        .take(view.parameters.clusters.max_clusters)
         .filter_map(|Cluster { mean, .. }| fit_sphere(view, mean.u, mean.v, mean.z));
     let mut spheres: Vec<(Point3<f64>, f64)> =
         fitted.map(|sphere| (sphere.centre, sphere.filled * ends(view, &sphere.centre))).collect();
@@ -78,71 +63,35 @@ pub(in super::super) fn find_spheres(view: &FrameView) -> Vec<Point3<f64>> {
     spheres.into_iter().filter(|sphere| sphere.1 > least).map(|sphere| sphere.0).collect()
 }
 
-/// The likeness map with depth.
+/// Returns the clusters of cells that may be near the middle of a ball.
+fn find_clusters(view: &FrameView) -> Vec<Cluster> {
+    let parameters = &view.parameters.clusters;
+    let mut map = CellMap::new(view);
+    let coloured = map.coloured(view, parameters.min_likeness);
+    let finder = ClusterFinder { view, map, parameters, possible_radii: view.possible_radii() };
+    let mut clusters = Vec::new();
+    coloured.into_iter().for_each(|place| finder.add(place, &mut clusters));
+    clusters
+}
+
+/// The cells of a window, and which clusters a ball can be.
 struct ClusterFinder<'a> {
     view: &'a FrameView<'a>,
-    map: &'a LikenessMap,
+    map: CellMap,
     parameters: &'a ClusterParameters,
     /// Radii that the ball can have, pixels.
     possible_radii: Range<f64>,
-    /// The pixels of the map, row by row, and one for all places outside.
-    cells: Vec<Cell>,
-    /// Column and row in the map of the pixels of clear colour with depth.
-    coloured: Vec<(usize, usize)>,
 }
 
-impl<'a> ClusterFinder<'a> {
-    fn new(view: &'a FrameView<'a>, map: &'a LikenessMap) -> Self {
-        let possible_radii = view.possible_radii(1.0 + view.parameters.search.radius_margin);
-        let parameters = &view.parameters.clusters;
-        let (cells, coloured) = (Vec::with_capacity(map.values().len() + 1), Vec::new());
-        let mut finder = Self { view, map, parameters, possible_radii, cells, coloured };
-        finder.read_cells();
-        finder
-    }
-
-    /// Reads the pixels of the map, and notes those of clear colour with depth.
-    fn read_cells(&mut self) {
-        let (view, map, least) = (self.view, self.map, self.parameters.min_likeness);
-        let scale = view.intrinsics().depth_scale as f32;
-        self.cells.extend(map.values().iter().zip(&view.small_depth).map(|(&likeness, &raw)| {
-            let depth = if raw == 0 { f32::INFINITY } else { f32::from(raw) / scale };
-            Cell { likeness, depth }
-        }));
-        for (y, row) in self.cells.chunks_exact_mut(map.width()).enumerate() {
-            for (x, cell) in row.iter_mut().enumerate() {
-                if cell.likeness < least / 2.0 {
-                    continue;
-                }
-                if cell.depth == f32::INFINITY {
-                    let (column, row) = map.first(x, y);
-                    let at = |&(dx, dy): &_| view.depth.at_pixel(column + dx, row + dy);
-                    let Some(z) = OTHER_PLACES.iter().find_map(at) else { continue };
-                    cell.depth = z as f32;
-                }
-                if cell.likeness >= least {
-                    self.coloured.push((x, y));
-                }
-            }
-        }
-        self.cells.push(Cell { likeness: 0.0, depth: f32::INFINITY });
-    }
-
-    /// Returns the clusters of pixels that may be near the middle of a ball.
-    fn clusters(&self) -> Vec<Cluster> {
-        let mut clusters = Vec::new();
-        self.coloured.iter().for_each(|&pixel| self.add(pixel, &mut clusters));
-        clusters
-    }
-
-    /// Adds the coloured pixel at column `x`, row `y` of the map to its cluster if it may be near
-    /// the middle of a ball.
+impl ClusterFinder<'_> {
+    /// Adds the coloured cell at column `x`, row `y` to its cluster if it may be near the middle of
+    /// a ball.
     fn add(&self, (x, y): (usize, usize), clusters: &mut Vec<Cluster>) {
-        let cell = self.cell(x as i32, y as i32);
+        let cell = self.map.at(x as i32, y as i32);
         let ((u, v), z) = (self.map.to_full(x, y), f64::from(cell.depth));
         let (centre, ball) = (DepthPixel { u, v, z }, self.view.ball_radius);
         let radius = self.view.radius_at(centre.z + ball);
-        // For a large ball a quarter of the pixels is enough.
+        // For a large ball a quarter of the cells is enough.
         let is_large = radius > self.parameters.large_radius;
         let is_skipped = is_large && (!x.is_multiple_of(2) || !y.is_multiple_of(2));
         if is_skipped || !self.possible_radii.contains(&radius) {
@@ -161,13 +110,7 @@ impl<'a> ClusterFinder<'a> {
         }
     }
 
-    /// Returns the pixel at column `x`, row `y` of the map; the last one outside.
-    #[inline]
-    fn cell(&self, x: i32, y: i32) -> &Cell {
-        &self.cells[self.map.index(x, y).unwrap_or(self.cells.len() - 1)]
-    }
-
-    /// Returns how clearly, up to 1, the coloured pixel `cell` at (`x`, `y`) is near the middle of
+    /// Returns how clearly, up to 1, the coloured cell at (`x`, `y`) is near the middle of
     /// a ball seen with `radius` pixels: the surface continues around it and has ended where a
     /// ball would have ended. Returns `None` if it does not.
     fn middle_weight(&self, (x, y): (i32, i32), cell: &Cell, radius: f64) -> Option<f64> {
@@ -185,7 +128,7 @@ impl<'a> ClusterFinder<'a> {
         // The same object: coloured, and no farther behind than a ball reaches. A surface that
         // continues towards the camera has not ended.
         let continues = |&&(dx, dy): &&(i32, i32)| {
-            let cell = self.cell(x + dx, y + dy);
+            let cell = self.map.at(x + dx, y + dy);
             cell.likeness >= coloured && cell.depth < end
         };
         let within = circle(within * radius);
@@ -207,7 +150,7 @@ fn circle(reach: f64) -> [(i32, i32); 8] {
     // A cast rounds towards 0, which rounds down as long as the number is not negative.
     const ABOVE_ZERO: i32 = 1 << 16;
     let steps = |reach: f64| {
-        let place = 0.5 + f64::from(ABOVE_ZERO) + reach / LikenessMap::FACTOR;
+        let place = 0.5 + f64::from(ABOVE_ZERO) + reach / CellMap::FACTOR;
         place as i32 - ABOVE_ZERO
     };
     let (back, on) = (steps(-reach), steps(reach));
@@ -225,7 +168,7 @@ mod tests {
             for (i, step) in circle(reach).into_iter().enumerate() {
                 let (sin, cos) = (i as f64 * std::f64::consts::FRAC_PI_4).sin_cos();
                 // The centre of a pixel is half a pixel from its border.
-                let place = |part: f64| (0.5 + part * reach / LikenessMap::FACTOR + 1e-9).floor();
+                let place = |part: f64| (0.5 + part * reach / CellMap::FACTOR + 1e-9).floor();
                 assert_eq!(step, (place(cos) as i32, place(sin) as i32), "{reach}, {i}");
             }
         }
