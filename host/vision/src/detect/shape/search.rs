@@ -65,38 +65,61 @@ impl Search<'_> {
     /// ball is found that is clearly likelier than the rest.
     fn try_proposals(&mut self) {
         let (odds, proposals) = propose(self.view);
+        let budget = proposals.len().min(self.view.parameters.propose.max_judged);
         (self.trace.odds, self.trace.proposals) = (Some(odds), proposals);
-        let mut found: Option<f64> = None;
-        for start in self.starts().iter().take(self.parameters.max_refined) {
-            let is_rival =
-                found.is_none_or(|odds| start.log_odds > odds - self.parameters.rival_log_odds);
-            if !is_rival || self.consider(start) {
+        let (mut judged, mut left) = (0, self.parameters.max_refined);
+        // A place that is likely the ball ends the judging. If no ball is there, it goes on.
+        while judged < budget && left > 0 {
+            let starts = self.starts(&mut judged, budget);
+            self.try_starts(&starts, &mut left);
+            if self.has_found() {
                 break;
             }
-            let best = self.trace.best().map_or(0.0, CandidateTrace::score);
-            if best >= self.parameters.min_score {
+        }
+        self.trace.left_out = self.trace.proposals.len() - judged;
+    }
+
+    /// Refines at most `left` of `starts`, until one is certain, or a ball is found that is clearly
+    /// likelier than the rest.
+    fn try_starts(&mut self, starts: &[Start], left: &mut usize) {
+        let mut found: Option<f64> = None;
+        for start in starts {
+            let is_rival =
+                found.is_none_or(|odds| start.log_odds > odds - self.parameters.rival_log_odds);
+            if *left == 0 || !is_rival {
+                break;
+            }
+            *left -= 1;
+            if self.consider(start) {
+                break;
+            }
+            if self.has_found() {
                 found = found.or(Some(start.log_odds));
             }
         }
     }
 
-    /// Judges the proposals, the most promising first, until the budget is spent, or one is so
-    /// likely the ball that less promising ones need no look. Returns where to refine them, the
-    /// likeliest first.
-    fn starts(&mut self) -> Vec<Start> {
+    /// Checks whether the best candidate so far is a ball.
+    fn has_found(&self) -> bool {
+        self.trace.best().is_some_and(|best| best.score() >= self.parameters.min_score)
+    }
+
+    /// Judges the proposals from the first one that is not `judged` yet, the most promising first,
+    /// until `budget` of them are judged, or one is so likely the ball that less promising ones
+    /// need no look. Returns where to refine them, the likeliest first.
+    fn starts(&self, judged: &mut usize, budget: usize) -> Vec<Start> {
         let parameters = &self.view.parameters.propose;
-        let proposals = &self.trace.proposals;
+        let proposals = &self.trace.proposals[..budget];
+        let least = proposals[*judged].log_odds - parameters.rival_log_odds;
         let mut starts: Vec<Start> = Vec::new();
-        let mut judged = 0;
-        for proposal in proposals.iter().take(parameters.max_judged) {
-            let is_rival = proposal.log_odds > proposals[0].log_odds - parameters.rival_log_odds;
+        for proposal in &proposals[*judged..] {
+            let is_rival = proposal.log_odds > least;
             if !is_rival && starts.iter().any(|start| start.log_odds > parameters.likely) {
                 break;
             }
-            judged += 1;
+            *judged += 1;
             starts.extend(self.start(proposal));
         }
-        self.trace.left_out = proposals.len() - judged;
         starts.sort_by(|a, b| b.log_odds.total_cmp(&a.log_odds));
         starts
     }

@@ -3,7 +3,7 @@
 use super::{in_front_of_wall, usual_ball};
 use crate::detect::ball::ShapeDetector;
 use crate::detect::scene::{camera, wall};
-use crate::detect::shape::{SearchParameters, ShapeParameters};
+use crate::detect::shape::{ProposeParameters, SearchParameters, ShapeParameters};
 use crate::detect::{BallDetector, DetectorKind};
 
 #[test]
@@ -52,4 +52,35 @@ fn parameters_are_used() {
     let parameters = ShapeParameters { search, ..ShapeParameters::DEFAULT };
     let mut detector = ShapeDetector::with_parameters(&camera(), parameters);
     assert_eq!(detector.detect(&scene.frame(0.0).unwrap()).unwrap(), None);
+}
+
+#[test]
+fn the_search_goes_on_if_a_likely_place_is_not_the_ball() {
+    // Each place that the network proposes counts as likely.
+    let propose = ProposeParameters {
+        min_judged: f64::NEG_INFINITY,
+        min_judged_again: f64::NEG_INFINITY,
+        likely: f64::NEG_INFINITY,
+        rival_log_odds: 0.0,
+        ..ProposeParameters::DEFAULT
+    };
+    let parameters = ShapeParameters { propose, ..ShapeParameters::DEFAULT };
+    // Two red ovals without depth.
+    let mut scene = wall(2.2);
+    scene.each_pixel(|_, (u, v), pixel, depth| {
+        for (column, row) in [(200, 150), (450, 300)] {
+            let (x, y) = (f64::from(u - column) / 34.0, f64::from(v - row) / 24.0);
+            if x * x + y * y < 1.0 {
+                *pixel = [20, 15, (70.0 + 130.0 * (1.0 - x * x - y * y).sqrt()) as u8];
+            }
+        }
+        *depth = 0;
+    });
+    let mut detector = ShapeDetector::with_parameters(&camera(), parameters);
+    let (found, trace) = detector.detect_traced(&scene.frame(0.0).unwrap());
+    let search = &trace.searches[0];
+    assert_eq!((found, search.left_out), (None, 0));
+    let columns: Vec<f64> = search.candidates.iter().map(|place| place.start.u).collect();
+    let is_refined = |column: f64| columns.iter().any(|u| (u - column).abs() < 10.0);
+    assert!(is_refined(200.0) && is_refined(450.0), "{columns:?}");
 }

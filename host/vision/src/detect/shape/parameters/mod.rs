@@ -115,7 +115,7 @@ impl SearchParameters {
         certain_score: 0.95,
         window: Tolerance { relative: 3.0, pixels: 16.0 },
         max_depth_seeds: 4,
-        max_refined: 4,
+        max_refined: 5,
         rival_log_odds: 1.0,
         min_judged_beside: 0.0,
         min_beside: 0.1,

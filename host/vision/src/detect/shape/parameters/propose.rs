@@ -34,7 +34,7 @@ impl ProposeParameters {
     /// The default parameters.
     pub const DEFAULT: Self = Self {
         min_log_odds: -2.5,
-        max_judged: 6,
+        max_judged: 8,
         min_judged: -5.0,
         min_judged_again: -2.5,
         likely: 1.5,
