@@ -19,6 +19,7 @@ mod parameters;
 mod propose;
 mod pyramid;
 mod radial_scan;
+mod ray_colours;
 mod refine;
 mod robust_fit;
 mod search;

@@ -11,6 +11,7 @@ use std::sync::LazyLock;
 use multiversion::multiversion;
 use nalgebra::{Point3, Vector3};
 
+use super::ray_colours::{RayColours, read_between, read_nearest};
 use super::view::{ColourView, Disc};
 use crate::camera::Intrinsics;
 
@@ -106,24 +107,23 @@ impl<'a> RadialScan<'a> {
         Disc { u, v, radius: (radius + step.z).clamp(0.6 * radius, 1.6 * radius) }
     }
 
-    /// Reads the colours (blue, green, red, 0 to 255) of the nearest pixels from `start`, every
-    /// `step` pixels of the disc's radius, until the ray leaves the image. Returns their number.
-    pub(super) fn read_nearest(
+    /// Reads the colours of the nearest pixels on all rays from `start`, every `step` pixels of the
+    /// disc's radius. Returns the number of samples on each ray until it leaves the image; beyond
+    /// them nothing of use is read.
+    pub(super) fn read_nearest<const N: usize>(
         &self,
-        ray: usize,
         start: f64,
         step: f64,
-        colours: &mut [[f32; 3]],
-    ) -> usize {
-        let along = self.step(ray);
-        let (mut point, step) = (self.centre + along * start, along * step);
-        for (n, colour) in colours.iter_mut().enumerate() {
-            let (u, v) = self.pixel(&point);
-            let Some(seen) = self.image.at(u, v) else { return n };
-            *colour = seen;
-            point += step;
+        colours: &mut [RayColours; N],
+    ) -> [usize; RAYS] {
+        let (pixels, size) = (self.image.pixels(), self.image.size());
+        let mut points = Points::new(self, &[start; RAYS], &[step; RAYS]);
+        let (mut counts, mut inside) = ([0; RAYS], [true; RAYS]);
+        for colours in colours {
+            read_nearest(pixels, size, points.next_pixels(), &mut inside, colours);
+            counts.iter_mut().zip(inside).for_each(|(count, inside)| *count += usize::from(inside));
         }
-        colours.len()
+        counts
     }
 
     /// Reads the colours between pixels (bilinear) on all rays: of each from its start (pixels of
@@ -146,42 +146,62 @@ impl<'a> RadialScan<'a> {
             let (u, v) = self.pixel(point);
             u >= 0.0 && v >= 0.0 && u < (width - 1) as f64 && v < (height - 1) as f64
         };
-        let mut places = [[0.0; RAYS]; 2];
-        let (mut points, mut moves) = ([[0.0; RAYS]; 3], [[0.0; RAYS]; 3]);
         let inside = array::from_fn(|ray| {
             let along = self.step(ray);
             let (start, step) = (self.centre + along * starts[ray], along * steps[ray]);
-            for axis in 0..3 {
-                (points[axis][ray], moves[axis][ray]) = (start[axis], step[axis]);
-            }
             // All points between two points in the image are in it, but for a fraction of a pixel
             // with a distortion.
             is_inside(&start) && is_inside(&(start + step * (N - 1) as f64))
         });
+        let mut points = Points::new(self, starts, steps);
         for colours in colours {
-            self.pixels(&points, &mut places);
-            read_between(bytes, width, &places, colours);
-            let pairs = points.as_flattened_mut().iter_mut().zip(moves.as_flattened());
-            pairs.for_each(|(point, step)| *point += step);
+            read_between(bytes, width, points.next_pixels(), colours);
         }
         inside
     }
-
-    /// Writes columns and rows of a point on each ray.
-    fn pixels(&self, points: &[[f64; RAYS]; 3], places: &mut [[f64; RAYS]; 2]) {
-        if self.intrinsics.distortion.is_none() {
-            divide(points, places);
-            return;
-        }
-        for ray in 0..RAYS {
-            let point = Vector3::from(points.map(|axis| axis[ray]));
-            (places[0][ray], places[1][ray]) = self.pixel(&point);
-        }
-    }
 }
 
-/// Colours at a point on each ray, channel by channel: blue, green, red, 0 to 255.
-pub(super) type RayColours = [[f32; RAYS]; 3];
+/// A point on each ray, which moves outwards in steps.
+struct Points<'a> {
+    scan: &'a RadialScan<'a>,
+    /// Homogeneous pixel coordinates, or camera axes (see [`RadialScan`]).
+    points: [[f64; RAYS]; 3],
+    moves: [[f64; RAYS]; 3],
+    /// Columns and rows.
+    pixels: [[f64; RAYS]; 2],
+}
+
+impl<'a> Points<'a> {
+    /// Makes the points at these starts, pixels of the disc's radius from the centre, which move by
+    /// these steps.
+    fn new(scan: &'a RadialScan, starts: &[f64; RAYS], steps: &[f64; RAYS]) -> Self {
+        let (mut points, mut moves) = ([[0.0; RAYS]; 3], [[0.0; RAYS]; 3]);
+        for ray in 0..RAYS {
+            let along = scan.step(ray);
+            let (start, step) = (scan.centre + along * starts[ray], along * steps[ray]);
+            for axis in 0..3 {
+                (points[axis][ray], moves[axis][ray]) = (start[axis], step[axis]);
+            }
+        }
+        Self { scan, points, moves, pixels: [[0.0; RAYS]; 2] }
+    }
+
+    /// Returns columns and rows of the points, NaN beyond the fold of a distortion, and moves the
+    /// points.
+    fn next_pixels(&mut self) -> &[[f64; RAYS]; 2] {
+        if self.scan.intrinsics.distortion.is_none() {
+            divide(&self.points, &mut self.pixels);
+        } else {
+            for ray in 0..RAYS {
+                let point = Vector3::from(self.points.map(|axis| axis[ray]));
+                (self.pixels[0][ray], self.pixels[1][ray]) = self.scan.pixel(&point);
+            }
+        }
+        let points = self.points.as_flattened_mut().iter_mut();
+        points.zip(self.moves.as_flattened()).for_each(|(point, step)| *point += step);
+        &self.pixels
+    }
+}
 
 /// Writes columns and rows of homogeneous points.
 #[multiversion(targets("x86_64+avx512f", "x86_64+avx2"))]
@@ -189,70 +209,5 @@ fn divide([x, y, z]: &[[f64; RAYS]; 3], [columns, rows]: &mut [[f64; RAYS]; 2]) 
     for ray in 0..RAYS {
         let inverse = 1.0 / z[ray];
         (columns[ray], rows[ray]) = (x[ray] * inverse, y[ray] * inverse);
-    }
-}
-
-/// A pixel and its right neighbour, for a place on each ray.
-#[derive(Clone, Copy)]
-struct Pairs {
-    /// Four bytes from the left pixel on.
-    left: [u32; RAYS],
-    /// Four bytes to the end of the right pixel.
-    right: [u32; RAYS],
-}
-
-impl Pairs {
-    /// Reads the pair of a ray that starts at this byte.
-    #[inline(always)]
-    fn read(&mut self, ray: usize, bytes: &[u8], start: usize) {
-        let pixels = &bytes[start..start + 6];
-        self.left[ray] = u32::from_le_bytes(*pixels.first_chunk().unwrap_or(&[0; 4]));
-        self.right[ray] = u32::from_le_bytes(*pixels.last_chunk().unwrap_or(&[0; 4]));
-    }
-
-    /// Returns a channel of both pixels of a ray.
-    #[inline(always)]
-    fn channel(&self, ray: usize, channel: u32) -> [f32; 2] {
-        let byte = |bytes: u32, k: u32| (bytes >> (8 * k) & 255) as i32 as f32;
-        [byte(self.left[ray], channel), byte(self.right[ray], channel + 1)]
-    }
-}
-
-/// Reads the colours at these columns and rows between the pixels of an image, whose `bytes` have
-/// `width` columns. A place outside is moved into the image.
-///
-/// The loops over the rays that compute are apart from the one that reads bytes, so that the
-/// compiler computes many rays at once.
-#[multiversion(targets("x86_64+avx512f", "x86_64+avx2"))]
-fn read_between(
-    bytes: &[u8],
-    width: usize,
-    [columns, rows]: &[[f64; RAYS]; 2],
-    colours: &mut RayColours,
-) {
-    let (mut starts, mut rights, mut downs) = ([0; RAYS], [0.0; RAYS], [0.0; RAYS]);
-    for ray in 0..RAYS {
-        let (column, row) = (columns[ray] as i32, rows[ray] as i32);
-        rights[ray] = (columns[ray] - f64::from(column)) as f32;
-        downs[ray] = (rows[ray] - f64::from(row)) as f32;
-        starts[ray] = row.wrapping_mul(width as i32).wrapping_add(column).wrapping_mul(3);
-    }
-    // The last pair of pixels that has another pair below it.
-    let below = 3 * width;
-    let last = bytes.len() - below - 6;
-    let [mut upper, mut lower] = [Pairs { left: [0; RAYS], right: [0; RAYS] }; 2];
-    for (ray, &start) in starts.iter().enumerate() {
-        let start = usize::try_from(start).unwrap_or(0).min(last);
-        upper.read(ray, bytes, start);
-        lower.read(ray, bytes, start + below);
-    }
-    let mixed = |a: f32, b: f32, part: f32| a + (b - a) * part;
-    for (channel, colours) in colours.iter_mut().enumerate() {
-        for ray in 0..RAYS {
-            let [above, below] = [&upper, &lower].map(|pairs| pairs.channel(ray, channel as u32));
-            let left = mixed(above[0], below[0], downs[ray]);
-            let right = mixed(above[1], below[1], downs[ray]);
-            colours[ray] = mixed(left, right, rights[ray]);
-        }
     }
 }

@@ -87,9 +87,8 @@ impl<'a> Decider<'a> {
     /// Decides about `candidate`. A candidate whose score will be less than `least` is rejected as
     /// soon as this is known.
     pub(super) fn decide(&self, candidate: &Candidate, least: f64) -> Decision {
-        let Candidate { circle, outline, .. } = candidate;
+        let Candidate { circle, depth, outline, .. } = candidate;
         let by_image = self.view.depth_of(&circle.disc);
-        let depth = self.view.centre_depth(&circle.disc);
         let boundary = Boundary::new(self.view, outline, depth.unwrap_or(by_image));
         let surroundings = *boundary.rays();
         let mut decision = Decision {
@@ -105,7 +104,7 @@ impl<'a> Decider<'a> {
         if free > self.parameters.min_free
             && free / uncovered > self.parameters.min_free_of_uncovered
         {
-            match depth {
+            match *depth {
                 Some(z) => self.with_depth(candidate, &boundary, z, least, &mut decision),
                 None => {
                     let factor = self.parameters.unknown_depth_factor;

@@ -151,8 +151,9 @@ impl Map {
             channel[..start].fill(0.0);
             let (pixels, below) = channel[start..].split_at_mut(self.rows * width);
             below.fill(0.0);
-            for row in pixels.chunks_exact_mut(width) {
-                row[self.columns..].fill(0.0);
+            // For each row a call of `fill` would cost more than the few values do.
+            for column in self.columns..width {
+                pixels.iter_mut().skip(column).step_by(width).for_each(|value| *value = 0.0);
             }
         }
     }

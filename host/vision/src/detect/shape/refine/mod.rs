@@ -1,8 +1,10 @@
 //! Stage 2, refine: the circle of a seed to a fraction of a pixel.
 //!
 //! [`radial_profile`] reads where the ball's colour ends along rays. [`ray_edges`] finds the edge
-//! on each ray, and [`sub_pixel_edge`] fits a circle to those that [`boundary`] trusts.
+//! on each ray, and [`sub_pixel_edge`] fits a circle to those that [`boundary`] trusts. How wide an
+//! edge may be follows from its [`blur`].
 
+mod blur;
 mod boundary;
 mod radial_profile;
 mod ray_edges;
@@ -27,6 +29,8 @@ const END_PLACES: [f64; 3] = [0.8, 1.0, 1.3];
 /// A refined circle and its radial profile.
 pub(super) struct Candidate {
     pub(super) circle: RefinedCircle,
+    /// Depth of the ball's centre, metres; `None` if too little of the disc agrees on it.
+    pub(super) depth: Option<f64>,
     pub(super) outline: Outline,
     /// Whether the circle must not move far.
     pub(super) locked: bool,
@@ -38,12 +42,14 @@ pub(super) fn refine(view: &FrameView, start: &Disc, locked: bool) -> Candidate 
     let mut circle = fit_once(view, start, locked);
     // The boundary and the depth were read about the start: repeat if that was wrong.
     let has_moved = circle.disc.distance(start) > parameters.repeat_move * start.radius;
-    let by_depth = view.centre_depth(&circle.disc).map(|z| view.radius_at(z));
-    let other_size = by_depth
+    let mut depth = view.centre_depth(&circle.disc);
+    let other_size = depth
+        .map(|z| view.radius_at(z))
         .filter(|radius| (radius / circle.disc.radius - 1.0).abs() > parameters.repeat_resize);
     if has_moved || other_size.is_some() {
         let radius = other_size.unwrap_or(circle.disc.radius);
         circle = fit_once(view, &Disc { radius, ..circle.disc }, locked);
+        depth = view.centre_depth(&circle.disc);
     }
     let mut outline = Outline::new(view, circle.disc);
     let scan = RadialScan::new(&view.colour, &circle.disc);
@@ -54,7 +60,7 @@ pub(super) fn refine(view: &FrameView, start: &Disc, locked: bool) -> Candidate 
             *end = RayEnd::NoEdge;
         }
     }
-    Candidate { circle, outline, locked }
+    Candidate { circle, depth, outline, locked }
 }
 
 /// Fits the disc at `start` to its edges, of the size that depth gives. Edges of objects that cover

@@ -13,7 +13,8 @@ use std::f64::consts::PI;
 
 use multiversion::multiversion;
 
-use super::super::radial_scan::{RAYS, RadialScan, RayColours};
+use super::super::radial_scan::{RAYS, RadialScan};
+use super::super::ray_colours::RayColours;
 use super::super::view::{Disc, FrameView};
 
 /// Samples on a ray to either side of the expected edge.

@@ -9,10 +9,9 @@ use super::super::parameters::EdgeParameters;
 use super::super::radial_scan::{RAYS, RadialScan, directions};
 use super::super::robust_fit::TukeyStep;
 use super::super::view::{Disc, FrameView};
+use super::blur::{blurs_about, side_blurs};
 use super::ray_edges::{Edge, Edges, read_edges};
 
-/// Rays to either side of a ray, and of its opposite, whose edges give its blur.
-const NEIGHBOURS: usize = 2;
 /// The pass whose rms residual is kept: later passes look for no edges far from the circle, and
 /// the first one starts from a rough place.
 const RMS_PASS: usize = 1;
@@ -87,7 +86,7 @@ pub(in super::super) fn fit_edges(
         if pass == RMS_PASS {
             rms_residual = circle.rms_residual;
         }
-        blurs = std::array::from_fn(|ray| blur_about(&edges, ray));
+        blurs = blurs_about(&edges);
     }
     circle.rms_residual = rms_residual;
     let mut known: Vec<f64> = blurs.iter().flatten().copied().collect();
@@ -147,7 +146,7 @@ fn fit_circle(
 /// bright as the background. Such an edge is wider than the opposite one, on its inner side; blur
 /// and motion would widen both.
 fn without_glare(edges: Edges, parameters: &EdgeParameters) -> Edges {
-    let blurs: [Option<f64>; RAYS] = std::array::from_fn(|ray| side_blur(&edges, ray));
+    let blurs = side_blurs(&edges);
     std::array::from_fn(|ray| {
         let edge = edges[ray]?;
         let opposite = (ray + RAYS / 2) % RAYS;
@@ -157,33 +156,6 @@ fn without_glare(edges: Edges, parameters: &EdgeParameters) -> Edges {
         let glare = (here - there).clamp(0.0, parameters.max_glare);
         Some(Edge { residual: edge.residual + parameters.glare_gain * glare, ..edge })
     })
-}
-
-/// Returns the median blur of the edges about `ray`.
-fn side_blur(edges: &Edges, ray: usize) -> Option<f64> {
-    median_blur(edges, &[ray], NEIGHBOURS + 1)
-}
-
-/// Returns the median blur of the edges about `ray` and about its opposite.
-fn blur_about(edges: &Edges, ray: usize) -> Option<f64> {
-    median_blur(edges, &[ray, ray + RAYS / 2], NEIGHBOURS)
-}
-
-/// Returns the median blur of the edges within `NEIGHBOURS` of `rays` (two at most); `None` of
-/// fewer than `least` edges.
-fn median_blur(edges: &Edges, rays: &[usize], least: usize) -> Option<f64> {
-    let mut blurs = [0.0; 2 * (2 * NEIGHBOURS + 1)];
-    let mut n = 0;
-    for ray in rays {
-        for i in 0..2 * NEIGHBOURS + 1 {
-            if let Some(edge) = edges[(ray + RAYS + i - NEIGHBOURS) % RAYS] {
-                blurs[n] = edge.blur;
-                n += 1;
-            }
-        }
-    }
-    blurs[..n].sort_by(f64::total_cmp);
-    (n >= least).then(|| blurs[n / 2])
 }
 
 #[cfg(test)]
