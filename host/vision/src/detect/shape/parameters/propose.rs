@@ -22,7 +22,8 @@ pub struct ProposeParameters {
     /// Log-odds by the small judging network from which on a proposal is likely the ball.
     pub likely: f64,
     /// Log-odds by the proposing network by which a proposal may be less promising than the first
-    /// one and still be judged if a likely one was found.
+    /// one and still be judged if a likely one was found. The rest is judged if that is not the
+    /// ball.
     pub rival_log_odds: f64,
     /// Distance of the nine pixels that the depth of a proposal is read at, in its radius.
     pub depth_spacing: f64,
