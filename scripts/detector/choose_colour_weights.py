@@ -12,9 +12,9 @@ import sys
 from candidates import read
 
 # Weights that are tried, and limits that hold for all.
-JUDGED = [0.4, 0.5, 0.6, 0.7, 0.8, 1.0, 1.2]
-RMS = [1.2, 1.6, 2.0, 2.4, 2.8, 3.2, 3.6, 4.0]
-MISSING = [0.0, 1.0, 2.0, 3.0, 4.7]
+JUDGED = [0.2, 0.3, 0.4, 0.5, 0.6, 0.8]
+RMS = [0.4, 0.8, 1.2, 1.6, 2.0, 2.4, 2.8]
+MISSING = [2.0, 3.0, 4.7, 5.5, 6.5, 8.0]
 THROUGH, MAX_JUDGED, MAX_RMS = 16.9, 8.0, 3.5
 ENOUGH_LIKENESS, LIKENESS = 0.5, 4.0
 # Least score of a ball, and factor of the score of a ball without depth.

@@ -120,7 +120,7 @@ impl EdgeParameters {
         blur_error: 0.45,
         motion_error: 3.5,
         limb_error: 2.0,
-        foreign_edges_error: 0.5,
+        foreign_edges_error: 0.46,
         even_edges: 0.2,
         background_edges_error: 1.5,
         faint_contrast: 12.0,

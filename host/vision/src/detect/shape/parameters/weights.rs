@@ -21,8 +21,8 @@ impl Hinge {
 /// They come from the candidates of `plumb bench vision`: `scripts/detector` has the commands.
 /// Those with depth come from a logistic regression on 1108 discs (`rooms`, seeds 2, 3 and 5;
 /// `hard`, seeds 61 and 62) that the networks before the last training judged, rounded; its
-/// intercept was then raised by 0.15. Those without depth come from a grid over 608 pictures with
-/// a ball and 816 without one (`rooms`, seeds 1, 2, 3, 5 and 8), but for `through`, which an
+/// intercept was then raised by 0.15. Those without depth come from a grid over 2112 pictures with
+/// a ball and 2640 without one (`rooms`, eleven seeds from 51 to 64), but for `through`, which an
 /// earlier regression gave, and `likeness`. The results on other seeds and pictures are in the
 /// chapter on the detector (docs/understand/detector.md).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -136,10 +136,10 @@ pub struct ColourWeights {
 impl ColourWeights {
     /// The default weights.
     pub const DEFAULT: Self = Self {
-        intercept: 2.0,
-        judged: 0.6,
+        intercept: 2.4,
+        judged: 0.4,
         max_judged: 8.0,
-        missing: 4.7,
+        missing: 5.5,
         through: 16.9,
         likeness: Hinge { enough: 0.5, weight: 4.0 },
         rms: 1.6,
