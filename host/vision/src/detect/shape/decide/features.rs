@@ -9,6 +9,7 @@ use super::curvature::{Curvature, SphereMatch, curvature, match_sphere};
 /// Square of the largest distance from the centre, in the radius, at which a disc without depth is
 /// checked for depth behind it.
 const THROUGH_SQUARE: f64 = 0.4;
+
 /// Features of a disc with depth, but for those of its free fit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DepthFeatures {

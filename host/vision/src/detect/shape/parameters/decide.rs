@@ -98,8 +98,7 @@ pub struct DecideParameters {
     /// judged. With it the same balls of `rooms` (seeds 1 and 2) are found.
     pub sure_judged: f64,
     /// Least log-odds, without those by the network, before the outline fit of a disc with depth.
-    /// Of 1075 balls (those of the weights, and `rooms`, seed 1) none had less than 0.9; of 325
-    /// other discs half had less than -2.
+    /// With it as many of 1920 balls (`rooms`, seeds 21, 22 and 41 to 46) are found as with -1.4.
     pub min_log_odds_with_depth: f64,
     /// The same with the log-odds by the small judging network.
     pub min_screened_with_depth: f64,
@@ -131,7 +130,7 @@ impl DecideParameters {
         min_judged_without_depth: -2.0,
         max_mirror_gain: 1.5,
         sure_judged: 4.0,
-        min_log_odds_with_depth: -1.4,
+        min_log_odds_with_depth: -0.4,
         min_screened_with_depth: -0.5,
         whole: 0.8,
         min_in_image: 0.36,
