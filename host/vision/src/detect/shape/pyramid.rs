@@ -170,10 +170,10 @@ impl Planes {
     /// Takes the means of two pixels of a row and the two below.
     #[inline(always)]
     fn halve(&mut self, upper: &Self, lower: &Self) {
-        for (means, rows) in self.0.iter_mut().zip(upper.0.iter().zip(&lower.0)) {
-            let pairs = rows.0.as_chunks::<2>().0.iter().zip(rows.1.as_chunks::<2>().0);
-            for (mean, (above, below)) in means.iter_mut().zip(pairs) {
-                let four = [above[0], above[1], below[0], below[1]].map(u16::from);
+        for (means, (upper, lower)) in self.0.iter_mut().zip(upper.0.iter().zip(&lower.0)) {
+            let squares = upper.as_chunks().0.iter().zip(lower.as_chunks().0);
+            for (mean, (&[a, b], &[c, d])) in means.iter_mut().zip(squares) {
+                let four = [a, b, c, d].map(u16::from);
                 *mean = ((four.iter().sum::<u16>() + 2) / 4) as u8;
             }
         }
