@@ -1,10 +1,13 @@
 """Fits the weights of the decision with depth: fit_depth_weights.py FILE...
 
-A FILE is what the example `candidates` of plumb-bench prints. The weights are those of a logistic
-regression whose squared weights are penalised; none may be negative. They are printed as
-`DepthWeights` and `FreeFitWeights` of the detector call them.
+A FILE is what the example `candidates` of plumb-bench prints. The best candidate of a picture
+decides whether a ball is found, so the script fits the highest log-odds of each picture: those of
+the ball's candidates shall be over the limit, those of the others under it. It is a logistic
+regression of these maxima, whose squared weights are penalised; none may be negative. The weights
+are printed as `DepthWeights` of the detector calls them.
 """
 
+import math
 import sys
 
 import numpy as np
@@ -14,73 +17,104 @@ from candidates import read
 
 # Limits of the features, as in the detector (`parameters/weights.rs`).
 MIN_JUDGED, MAX_JUDGED = -4.0, 8.0
-LIKENESS, CURVED, MAX_FLAT, ON_SPHERE, MAX_OFF = 0.55, 0.8, 0.5, 0.6, 0.2
-MAX_ROUND, MAX_SQUARE, RMS_FREE, MAX_RMS_SQUARE = 0.8, 40.0, 0.7, 4.0
-SPHERE_ROUND, SPHERE_ON, SPHERE_OFF, SPHERE_DISCOUNT = 0.8, 0.85, 0.04, 0.8
+LIKENESS, CURVED, MAX_FLAT, MAX_OFF = 0.55, 0.8, 0.5, 0.2
+MAX_SIZE, MAX_RMS = 40.0, 2.0
+# Least score of a ball, as log-odds.
+LIMIT = math.log(0.52 / 0.48)
+# Factor of the log-odds in the regression. With it the weights are of the size of those without
+# depth, with whose scores the detector compares them.
+STEEPNESS = 2.0
 # Weight of a squared weight, over the largest value of its feature.
-PENALTY = 0.1
+PENALTY = 0.02
+# A fit changes which candidate is the best one, so it starts again from its result.
+FITS = 4
 
 
 def terms(features):
     """Returns by name what each weight of a candidate is multiplied with."""
     least, most = features.get("least", 0.0), features.get("most", CURVED)
-    roundness = min(max(least, 0.0), MAX_ROUND)
-    on, off, rms = features["on"], features["off"], features["rms"]
-    is_sphere = least > SPHERE_ROUND and on > SPHERE_ON and off < SPHERE_OFF
-    free = 1 - SPHERE_DISCOUNT * features["behind"] * is_sphere
-    excess = max(rms - RMS_FREE, 0.0)
-    square = min(excess**2, MAX_RMS_SQUARE)
+    rms = min(features["rms"], MAX_RMS)
     return {
         "intercept": 1.0,
         "judged": min(max(features["judged"], MIN_JUDGED), MAX_JUDGED),
         "attached": -features["attached"],
         "continued": -features["continued"],
-        "covered_alike": -features["covered_alike"],
-        "continues": -features["continues"],
         "likeness": -max(LIKENESS - features["likeness"], 0.0),
         "flat": -min(max(CURVED - most, 0.0), MAX_FLAT),
-        "on_sphere": -max(ON_SPHERE - on, 0.0),
-        "off_sphere": -min(off, MAX_OFF),
-        "size": -free * min(features["size"], MAX_SQUARE),
-        "place": -free * min(features["place"], MAX_SQUARE),
-        "rms": -free * square,
-        "rms_round": free * square * roundness,
-        "uneven": -free * excess,
+        "off_sphere": -min(features["off_sphere"], MAX_OFF),
+        "size": -min(features["size"], MAX_SIZE),
+        "rms": -rms,
+        "rms_round": rms * min(max(least, 0.0), 1.0),
     }
 
 
-def fit(values, labels):
-    """Returns the weights of a logistic regression without negative weights."""
-    sizes = np.abs(values).max(axis=0) + 1e-9
-    scaled, signs = values / sizes, 2 * labels - 1
+def groups_with_depth(paths):
+    """Returns (1 for a ball, -1 for something else; terms) of the candidates with depth of each
+    picture: those of the ball and the others are two groups."""
+    groups = []
+    for name, _, candidates in read(paths):
+        if "no depth" in name:
+            continue
+        for sign, on_ball in [(1, 1), (-1, 0)]:
+            group = [
+                terms(features)
+                for kind, features in candidates
+                if kind == "depth" and features["on_ball"] == on_ball
+            ]
+            if group:
+                groups.append((sign, group))
+    return groups
 
-    def cost(weights):
-        margins = signs * (scaled @ weights)
-        odds = 1 / (1 + np.exp(np.clip(margins, -50, 50)))
-        gradient = -(scaled * (signs * odds)[:, None]).sum(axis=0) + PENALTY * weights
-        return np.logaddexp(0, -margins).sum() + PENALTY / 2 * weights @ weights, gradient
 
-    bounds = [(0, None)] * values.shape[1]
-    bounds[0] = (None, None)
-    start = np.zeros(values.shape[1])
-    return minimize(cost, start, jac=True, bounds=bounds, method="L-BFGS-B").x / sizes
+class Pictures:
+    """The candidates of all pictures, in groups of which the best one counts."""
+
+    def __init__(self, groups):
+        self.signs = np.array([sign for sign, _ in groups])
+        rows = [list(each.values()) for _, group in groups for each in group]
+        self.sizes = np.abs(rows).max(axis=0) + 1e-9
+        self.scaled = rows / self.sizes
+        self.starts = np.cumsum([0] + [len(group) for _, group in groups])
+
+    def best(self, weights):
+        """Returns the index of the best candidate of each group."""
+        odds = self.scaled @ weights
+        spans = zip(self.starts, self.starts[1:])
+        return np.array([start + np.argmax(odds[start:end]) for start, end in spans])
+
+    def margins(self, weights):
+        """Returns by how much each group is on its side of the limit, log-odds."""
+        return self.signs * (self.scaled[self.best(weights)] @ weights - LIMIT)
+
+    def cost(self, weights):
+        """Returns what is minimised, and its gradient."""
+        best = self.scaled[self.best(weights)]
+        margins = STEEPNESS * self.signs * (best @ weights - LIMIT)
+        wrong = 1 / (1 + np.exp(np.clip(margins, -50, 50)))
+        gradient = -(best * (self.signs * wrong)[:, None]).sum(axis=0) + PENALTY * weights
+        cost = np.logaddexp(0, -margins).sum() / STEEPNESS
+        return cost + PENALTY / 2 * weights @ weights, gradient
+
+    def fit(self):
+        """Returns the weights, for terms over `sizes`."""
+        weights = np.ones(self.scaled.shape[1])
+        bounds = [(0, None)] * len(weights)
+        for _ in range(FITS):
+            weights = minimize(
+                self.cost, weights, jac=True, bounds=bounds, method="L-BFGS-B"
+            ).x
+        return weights
 
 
 def main():
-    found = [
-        (terms(features), features["on_ball"])
-        for _, _, candidates in read(sys.argv[1:])
-        for kind, features in candidates
-        if kind == "depth"
-    ]
-    names = list(found[0][0])
-    values = np.array([[each[name] for name in names] for each, _ in found])
-    labels = np.array([on_ball for _, on_ball in found])
-    weights = fit(values, labels)
-    odds = values @ weights
-    print(f"{int(labels.sum())} discs on the ball, {len(labels) - int(labels.sum())} others;")
-    print(f"{int(((odds > 0) != labels).sum())} of them on the wrong side")
-    for name, weight in zip(names, weights):
+    groups = groups_with_depth(sys.argv[1:])
+    pictures = Pictures(groups)
+    weights = pictures.fit()
+    is_wrong = pictures.margins(weights) < 0
+    is_ball = pictures.signs > 0
+    print(f"{is_ball.sum()} balls, {(is_ball & is_wrong).sum()} of them under the limit")
+    print(f"{(~is_ball).sum()} groups of others, {(~is_ball & is_wrong).sum()} over it")
+    for name, weight in zip(groups[0][1][0], weights / pictures.sizes):
         print(f"{name}: {weight:.3g}")
 
 

@@ -26,7 +26,7 @@ use plumb_vision::camera::Camera;
 use plumb_vision::detect::ball::ShapeDetector;
 use plumb_vision::detect::shape::{
     CandidateTrace, ColourFeatures, Curvature, DepthFeatures, Features, FreeFitResidual,
-    ShapeParameters, Surroundings,
+    ShapeParameters,
 };
 use plumb_vision::frame::RgbdFrame;
 
@@ -99,13 +99,7 @@ fn print(
         let on_ball = u8::from(is_ball);
         match features {
             Features::Colour(features) => print_colour(on_ball, judged, features, free),
-            Features::Depth(features) => {
-                let is_behind = |&&ray: &&Option<Surroundings>| ray == Some(Surroundings::Behind);
-                let rays = decision.surroundings.iter();
-                let behind = rays.clone().filter(is_behind).count() as f64;
-                let visible = rays.flatten().count().max(1) as f64;
-                print_depth(on_ball, judged, features, free, behind / visible);
-            }
+            Features::Depth(features) => print_depth(on_ball, judged, features, free),
         }
     }
     Ok(())
@@ -120,24 +114,14 @@ fn print_colour(on_ball: u8, judged: f64, features: &ColourFeatures, free: &Free
     );
 }
 
-/// Prints the features of a candidate with depth; `behind` is the part of the visible rays whose
-/// surroundings are behind the ball.
-fn print_depth(
-    on_ball: u8,
-    judged: f64,
-    features: &DepthFeatures,
-    free: &FreeFitResidual,
-    behind: f64,
-) {
+/// Prints the features of a candidate with depth.
+fn print_depth(on_ball: u8, judged: f64, features: &DepthFeatures, free: &FreeFitResidual) {
     print!("depth on_ball {on_ball} judged {judged:.3} attached {:.3}", features.attached);
-    print!(" continued {:.3} covered_alike {:.3}", features.continued, features.covered_alike);
-    print!(" continues {:.3} likeness {:.3}", features.continues, features.likeness);
+    print!(" continued {:.3} likeness {:.3}", features.continued, features.likeness);
     if let Some(Curvature { least, most }) = features.curvature {
         print!(" least {least:.3} most {most:.3}");
     }
-    print!(" on {:.3} off {:.4}", features.sphere.on, features.sphere.off);
-    print!(" size {:.3} place {:.3} rms {:.3}", free.size, free.place, free.rms);
-    println!(" behind {behind:.3}");
+    println!(" off_sphere {:.4} size {:.3} rms {:.3}", features.off_sphere, free.size, free.rms);
 }
 
 /// Checks whether the centre of `candidate` is within half a radius of the ball's.

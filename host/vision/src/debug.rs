@@ -208,13 +208,12 @@ fn features_tile(canvas: &mut Canvas, candidate: &CandidateTrace) -> opencv::Res
     ];
     let values = decision.features.iter().flat_map(feature_lines);
     lines.extend(values.map(|line| (line, WHITE)));
-    lines.extend(decision.free_fit.iter().flat_map(|free| {
-        [
-            format!("free fit: size {:.2}, place {:.2}", free.size, free.place),
-            format!("rms {:.2}", free.rms),
-        ]
-        .map(|line| (line, WHITE))
-    }));
+    lines.extend(
+        decision
+            .free_fit
+            .iter()
+            .map(|free| (format!("free fit: size {:.2}, rms {:.2}", free.size, free.rms), WHITE)),
+    );
     canvas.text(&lines)
 }
 
@@ -228,9 +227,8 @@ fn feature_lines(features: &Features) -> Vec<String> {
             vec![
                 format!("likeness {:.2}", depth.likeness),
                 format!("curvature {curvature}"),
-                format!("on sphere {:.2}, off {:.3}", depth.sphere.on, depth.sphere.off),
+                format!("off the sphere {:.3}", depth.off_sphere),
                 format!("attached {:.2}, continued {:.2}", depth.attached, depth.continued),
-                format!("continues {:.2}", depth.continues),
             ]
         }
         Features::Colour(colour) => {

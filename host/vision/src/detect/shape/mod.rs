@@ -26,9 +26,7 @@ mod search;
 mod trace;
 mod view;
 
-pub use decide::{
-    ColourFeatures, Curvature, Decision, DepthFeatures, Features, FreeFitResidual, SphereMatch,
-};
+pub use decide::{ColourFeatures, Curvature, Decision, DepthFeatures, Features, FreeFitResidual};
 pub use parameters::*;
 pub use propose::{OddsMap, Proposal};
 pub use pyramid::Window;

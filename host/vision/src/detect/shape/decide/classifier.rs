@@ -27,12 +27,9 @@ impl<'a> Classifier<'a> {
         weights.intercept
             - weights.attached * features.attached
             - weights.continued * features.continued
-            - weights.covered_alike * features.covered_alike
-            - weights.continues * features.continues
             - weights.likeness.penalty(features.likeness)
             - flat
-            - weights.on_sphere.penalty(features.sphere.on)
-            - weights.off_sphere * features.sphere.off.min(weights.max_off_sphere)
+            - weights.off_sphere * features.off_sphere.min(weights.max_off_sphere)
     }
 
     /// Returns what it adds to the log-odds of a disc with depth that the network gives `judged`.
@@ -62,44 +59,17 @@ impl<'a> Classifier<'a> {
     }
 
     /// Returns the penalty of the free fit of a disc with depth.
-    ///
-    /// `behind` is the part of the rays whose surroundings are behind the disc if depth shows a
-    /// sphere beyond doubt, 0 otherwise: the edges may then be those of a background of the ball's
-    /// colour.
-    pub(super) fn depth_penalty(
-        &self,
-        free: &FreeFitResidual,
-        features: &DepthFeatures,
-        behind: f64,
-    ) -> f64 {
-        let weights = &self.weights.free_fit;
-        let excess = (free.rms - weights.rms_free).max(0.0).powi(2).min(weights.max_rms_square);
-        let rms = weights.rms - weights.rms_round * self.roundness(features);
-        let size = weights.size * free.size.min(weights.max_square);
-        let place = weights.place * free.place.min(weights.max_square);
-        let uneven = weights.uneven * (free.rms - weights.rms_free).max(0.0);
-        let all = size + place + rms * excess + uneven;
-        (1.0 - weights.sphere_discount * behind) * all
+    pub(super) fn depth_penalty(&self, free: &FreeFitResidual, features: &DepthFeatures) -> f64 {
+        let weights = &self.weights.depth;
+        let round = features.curvature.map_or(0.0, |curvature| curvature.least.clamp(0.0, 1.0));
+        weights.size * free.size.min(weights.max_size)
+            + (weights.rms - weights.rms_round * round) * free.rms.min(weights.max_rms)
     }
 
     /// Returns the penalty of the free fit of a disc without depth.
     pub(super) fn colour_penalty(&self, free: &FreeFitResidual) -> f64 {
         let weights = &self.weights.colour;
         weights.rms * free.rms.min(weights.max_rms)
-    }
-
-    /// Returns the lower bound of the curvature as far as it counts; 0 if it is unknown.
-    fn roundness(&self, features: &DepthFeatures) -> f64 {
-        let most = self.weights.depth.max_round;
-        features.curvature.map_or(0.0, |curvature| curvature.least.clamp(0.0, most))
-    }
-
-    /// Checks whether depth shows a sphere of the ball's size beyond doubt.
-    pub(super) fn is_sphere(&self, features: &DepthFeatures) -> bool {
-        let weights = &self.weights.depth;
-        features.curvature.is_some_and(|curvature| curvature.least > weights.sphere_round)
-            && features.sphere.on > weights.sphere_on
-            && features.sphere.off < weights.sphere_off
     }
 }
 

@@ -18,16 +18,6 @@ pub struct Curvature {
     pub most: f64,
 }
 
-/// How well the depth on a disc fits the ball's sphere.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SphereMatch {
-    /// Part of the disc in the image whose depth is near the sphere.
-    pub on: f64,
-    /// Median distance of that part from the sphere beyond the noise of depth, in the ball's
-    /// radius.
-    pub off: f64,
-}
-
 /// Unit vectors of the view along the direction to the ball.
 struct Axes {
     ahead: Vector3<f64>,
@@ -129,17 +119,14 @@ fn flattest(quadric: &Vector6<f64>) -> f64 {
     (xx + yy) / 2.0 - ((xx - yy) / 2.0).hypot(xy / 2.0)
 }
 
-/// Compares the depth on `disc` with the sphere of the ball whose centre is at depth `z`.
-pub(super) fn match_sphere(view: &FrameView, disc: &Disc, z: f64) -> SphereMatch {
+/// Returns the median distance of the depth on `disc` from the sphere of the ball whose centre is
+/// at depth `z`, beyond the noise of depth, in the ball's radius. What is farther than a radius
+/// from the sphere does not count.
+pub(super) fn distance_from_sphere(view: &FrameView, disc: &Disc, z: f64) -> f64 {
     let intrinsics = view.depth.intrinsics();
     let centre = intrinsics.deproject(disc.u, disc.v, z).coords;
-    let (mut distances, mut all) = (Vec::with_capacity(64), 0);
-    for place in places() {
-        let (u, v) = place.on(disc);
-        if !view.depth.contains(u, v) {
-            continue;
-        }
-        all += 1;
+    let mut distances = Vec::with_capacity(64);
+    for (u, v) in places().map(|place| place.on(disc)) {
         let Some(depth) = view.depth.at(u, v) else { continue };
         let point = intrinsics.deproject(u.round(), v.round(), depth).coords;
         let distance = ((point - centre).norm() / view.ball_radius - 1.0).abs();
@@ -148,8 +135,7 @@ pub(super) fn match_sphere(view: &FrameView, disc: &Disc, z: f64) -> SphereMatch
         }
     }
     distances.sort_by(f64::total_cmp);
-    let on = distances.len() as f64 / f64::from(all.max(1));
     let median = distances.get(distances.len() / 2).copied().unwrap_or(1.0);
     let noise = view.parameters.curvature.depth_noise * z * z / view.ball_radius;
-    SphereMatch { on, off: (median.powi(2) - noise.powi(2)).max(0.0).sqrt() }
+    (median.powi(2) - noise.powi(2)).max(0.0).sqrt()
 }

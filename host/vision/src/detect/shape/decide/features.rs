@@ -4,7 +4,7 @@ use super::super::disc_depth::places;
 use super::super::radial_scan::RAYS;
 use super::super::refine::{Boundary, Outline, RefinedCircle, Surroundings, fit_edges};
 use super::super::view::{Disc, FrameView};
-use super::curvature::{Curvature, SphereMatch, curvature, match_sphere};
+use super::curvature::{Curvature, curvature, distance_from_sphere};
 
 /// Square of the largest distance from the centre, in the radius, at which a disc without depth is
 /// checked for depth behind it.
@@ -15,18 +15,16 @@ const THROUGH_SQUARE: f64 = 0.4;
 pub struct DepthFeatures {
     /// Part of the visible rays with an attached object of another colour.
     pub attached: f64,
-    /// Part of the visible rays with an attached object of the ball's colour.
+    /// Part of the visible rays on which the ball's colour goes on: an object of its colour is
+    /// attached or covers the edge, or neither colour nor depth shows an end.
     pub continued: f64,
-    /// Part of the visible rays covered by an object of the ball's colour.
-    pub covered_alike: f64,
-    /// Part of the visible rays on which the ball's colour continues without an end.
-    pub continues: f64,
     /// Likeness to the ball's colour, 0 to 1.
     pub likeness: f64,
     /// Curvature of the surface; `None` if too little of it has depth.
     pub curvature: Option<Curvature>,
-    /// Match of the depth with the ball's sphere.
-    pub sphere: SphereMatch,
+    /// Median distance of the depth from the ball's sphere beyond the noise of depth, in the ball's
+    /// radius.
+    pub off_sphere: f64,
 }
 
 /// Features of a disc without depth, but for those of its free fit.
@@ -40,15 +38,13 @@ pub struct ColourFeatures {
     pub likeness: f64,
 }
 
-/// Features of a circle that is fitted to its edges alone, without the size and place known from
-/// depth. A ball's circle is the one that its depth implies; that of a box, a can or a larger
-/// ball is another one.
+/// Features of a circle that is fitted to its edges alone, without the size known from depth. A
+/// ball's circle has the size that its depth implies; that of a box, a can or a larger ball has
+/// another one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FreeFitResidual {
     /// Squared error of the radius, over the usual variance.
     pub size: f64,
-    /// Squared error of the centre, over the usual variance.
-    pub place: f64,
     /// Root of the mean squared residual, over the usual one.
     pub rms: f64,
 }
@@ -61,23 +57,21 @@ impl DepthFeatures {
         Self {
             attached: 0.0,
             continued: 0.0,
-            covered_alike: 0.0,
-            continues: 0.0,
             likeness: likeness(view, disc, z),
             curvature: curvature(view, disc, z, readings),
-            sphere: match_sphere(view, disc, z),
+            off_sphere: distance_from_sphere(view, disc, z),
         }
     }
 
-    /// Adds what surrounds the disc.
-    pub(super) fn with_boundary(self, boundary: &Boundary, outline: &Outline) -> Self {
-        Self {
-            attached: boundary.part(Surroundings::Attached),
-            continued: boundary.part(Surroundings::Continued),
-            covered_alike: boundary.part(Surroundings::CoveredAlike),
-            continues: boundary.continues(outline),
-            ..self
-        }
+    /// Adds what surrounds the disc as far as depth shows.
+    pub(super) fn with_boundary(self, boundary: &Boundary) -> Self {
+        let attached = boundary.part(Surroundings::Attached);
+        Self { attached, continued: boundary.continued(), ..self }
+    }
+
+    /// Adds the rays on which a refined `outline` does not end either.
+    pub(super) fn with_outline(self, boundary: &Boundary, outline: &Outline) -> Self {
+        Self { continued: self.continued + boundary.endless(outline), ..self }
     }
 }
 
@@ -106,21 +100,12 @@ impl FreeFitResidual {
         let parameters = &view.parameters.free_fit;
         let trusted = boundary.trusted();
         let free = fit_edges(view, &circle.disc, None, &trusted, locked)?;
-        let error = |k: usize| {
-            let fit = parameters.fit_error * free.covariance[(k, k)].sqrt();
-            (parameters.blur_error * free.blur).hypot(fit) / radius
-        };
-        let size = (free.disc.radius / radius).ln() / parameters.size_error.hypot(error(2));
-        let place = parameters.place_error;
-        let across = (free.disc.u - circle.disc.u) / radius / place.hypot(error(0));
-        let down = (free.disc.v - circle.disc.v) / radius / place.hypot(error(1));
+        let fit = parameters.fit_error * free.covariance[(2, 2)].sqrt();
+        let error = (parameters.blur_error * free.blur).hypot(fit) / radius;
+        let size = (free.disc.radius / radius).ln() / parameters.size_error.hypot(error);
         let blur = parameters.rms_blur * (free.blur - parameters.sharp_blur).max(0.0);
         let usual = (parameters.rms + parameters.rms_relative * radius).hypot(blur);
-        Some(Self {
-            size: size * size,
-            place: across * across + down * down,
-            rms: free.rms_residual / usual,
-        })
+        Some(Self { size: size * size, rms: free.rms_residual / usual })
     }
 }
 

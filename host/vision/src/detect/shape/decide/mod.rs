@@ -9,7 +9,7 @@ mod curvature;
 mod features;
 mod patch;
 
-pub use curvature::{Curvature, SphereMatch};
+pub use curvature::Curvature;
 pub use features::{ColourFeatures, DepthFeatures, FreeFitResidual};
 
 use super::parameters::DecideParameters;
@@ -76,7 +76,8 @@ impl<'a> Decider<'a> {
         }
         let outline = Outline::new(view, *disc);
         let boundary = Boundary::new(view, &outline, z);
-        let log_odds = self.classifier.depth_log_odds(&features.with_boundary(&boundary, &outline));
+        // The outline is not refined yet, so rays on which the colour has no end say little.
+        let log_odds = self.classifier.depth_log_odds(&features.with_boundary(&boundary));
         let least_judged = self.parameters.min_screened_with_depth;
         // The network is asked only if it could reject the disc.
         let is_certain = log_odds + self.classifier.least_judged() > least_judged;
@@ -137,7 +138,8 @@ impl<'a> Decider<'a> {
         }
         let readings = self.view.parameters.curvature.fine_readings;
         let features = DepthFeatures::without_boundary(self.view, &circle.disc, z, readings)
-            .with_boundary(boundary, outline);
+            .with_boundary(boundary)
+            .with_outline(boundary, outline);
         decision.features = Some(Features::Depth(features));
         let log_odds = self.classifier.depth_log_odds(&features);
         if cut * probability(log_odds + self.classifier.most_judged()) < least {
@@ -151,11 +153,8 @@ impl<'a> Decider<'a> {
         }
         let radius = self.view.radius_at(z);
         decision.free_fit = FreeFitResidual::new(self.view, circle, radius, boundary, false);
-        let is_sphere = self.classifier.is_sphere(&features);
-        let behind = if is_sphere { boundary.part(Surroundings::Behind) } else { 0.0 };
         decision.score = decision.free_fit.map_or(0.0, |free| {
-            let penalty = self.classifier.depth_penalty(&free, &features, behind);
-            cut * probability(log_odds - penalty)
+            cut * probability(log_odds - self.classifier.depth_penalty(&free, &features))
         });
     }
 

@@ -98,7 +98,7 @@ pub struct DecideParameters {
     /// judged. With it the same balls of `rooms` (seeds 1 and 2) are found.
     pub sure_judged: f64,
     /// Least log-odds, without those by the network, before the outline fit of a disc with depth.
-    /// With it as many of 1920 balls (`rooms`, seeds 21, 22 and 41 to 46) are found as with -1.4.
+    /// With it as many of 1200 balls (`rooms`, ten seeds from 42 to 83) are found as with -2.
     pub min_log_odds_with_depth: f64,
     /// The same with the log-odds by the small judging network.
     pub min_screened_with_depth: f64,
@@ -147,8 +147,6 @@ impl DecideParameters {
 pub struct FreeFitParameters {
     /// Standard deviation of the radius's logarithm against the radius that depth gives.
     pub size_error: f64,
-    /// Standard deviation of the centre, in the radius.
-    pub place_error: f64,
     /// Further standard deviation, in the edges' blur.
     pub blur_error: f64,
     /// Further standard deviation, in that of the fit.
@@ -167,7 +165,6 @@ impl FreeFitParameters {
     /// The default parameters.
     pub const DEFAULT: Self = Self {
         size_error: 0.025,
-        place_error: 0.05,
         blur_error: 0.3,
         fit_error: 2.0,
         rms: 0.2,

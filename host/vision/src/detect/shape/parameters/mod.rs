@@ -12,7 +12,7 @@ mod weights;
 pub use decide::{BoundaryParameters, CurvatureParameters, DecideParameters, FreeFitParameters};
 pub use propose::{ClusterParameters, ProposeParameters, SphereFitParameters};
 pub use refine::{EdgeBand, EdgeParameters, ProfileParameters, RefineParameters, Tolerance};
-pub use weights::{ColourWeights, DepthWeights, FreeFitWeights, Hinge, Weights};
+pub use weights::{ColourWeights, DepthWeights, Hinge, Weights};
 
 /// Parameters of the detector `ball`.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -62,13 +62,18 @@ impl Boundary {
         self.part(Surroundings::Covered) + self.part(Surroundings::CoveredAlike)
     }
 
-    /// Returns the part of the visible rays on which the ball's colour continues and depth shows no
-    /// end either.
-    pub(in super::super) fn continues(&self, outline: &Outline) -> f64 {
+    /// Returns the part of the visible rays on which depth shows an object of the ball's colour
+    /// beside the disc or in front of its edge.
+    pub(in super::super) fn continued(&self) -> f64 {
+        self.part(Surroundings::Continued) + self.part(Surroundings::CoveredAlike)
+    }
+
+    /// Returns the part of the visible rays on which neither colour nor depth shows an end.
+    pub(in super::super) fn endless(&self, outline: &Outline) -> f64 {
         let rays = self.rays.iter().zip(outline.ends);
-        let continues = rays
+        let endless = rays
             .filter(|&(&ray, end)| ray == Some(Surroundings::Open) && end == RayEnd::BallColoured);
-        continues.count() as f64 / self.visible()
+        endless.count() as f64 / self.visible()
     }
 
     /// Returns the rays whose edges belong to the ball as far as depth shows.
