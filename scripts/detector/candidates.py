@@ -1,5 +1,8 @@
 """Reads what the example `candidates` of plumb-bench prints."""
 
+# Least score of a ball, as in the detector (`min_score` in `parameters/mod.rs`).
+MIN_SCORE = 0.52
+
 
 def read(paths):
     """Returns (name of the frame, whether there is a ball, candidates) of each frame. A candidate

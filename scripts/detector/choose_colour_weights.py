@@ -9,7 +9,7 @@ import itertools
 import math
 import sys
 
-from candidates import read
+from candidates import MIN_SCORE, read
 
 # Weights that are tried, and limits that hold for all.
 JUDGED = [0.2, 0.3, 0.4, 0.5, 0.6, 0.8]
@@ -17,8 +17,8 @@ RMS = [0.4, 0.8, 1.2, 1.6, 2.0, 2.4, 2.8]
 MISSING = [2.0, 3.0, 4.7, 5.5, 6.5, 8.0]
 THROUGH, MAX_JUDGED, MAX_RMS = 16.9, 8.0, 3.5
 ENOUGH_LIKENESS, LIKENESS = 0.5, 4.0
-# Least score of a ball, and factor of the score of a ball without depth.
-MIN_SCORE, UNKNOWN_DEPTH_FACTOR = 0.52, 0.9
+# Factor of the score of a ball without depth.
+UNKNOWN_DEPTH_FACTOR = 0.9
 # Distance of the limit from the last false alarm, log-odds.
 MARGIN = 0.05
 # Number of results that are printed.

@@ -13,14 +13,14 @@ import sys
 import numpy as np
 from scipy.optimize import minimize
 
-from candidates import read
+from candidates import MIN_SCORE, read
 
 # Limits of the features, as in the detector (`parameters/weights.rs`).
 MIN_JUDGED, MAX_JUDGED = -4.0, 8.0
 LIKENESS, CURVED, MAX_FLAT, MAX_OFF = 0.55, 0.8, 0.5, 0.2
 MAX_SIZE, MAX_RMS = 40.0, 2.0
 # Least score of a ball, as log-odds.
-LIMIT = math.log(0.52 / 0.48)
+LIMIT = math.log(MIN_SCORE / (1 - MIN_SCORE))
 # Factor of the log-odds in the regression. With it the weights are of the size of those without
 # depth, with whose scores the detector compares them.
 STEEPNESS = 2.0
@@ -77,19 +77,19 @@ class Pictures:
         self.starts = np.cumsum([0] + [len(group) for _, group in groups])
 
     def best(self, weights):
-        """Returns the index of the best candidate of each group."""
+        """Returns the terms of the best candidate of each group."""
         odds = self.scaled @ weights
         spans = zip(self.starts, self.starts[1:])
-        return np.array([start + np.argmax(odds[start:end]) for start, end in spans])
+        return self.scaled[[start + np.argmax(odds[start:end]) for start, end in spans]]
 
-    def margins(self, weights):
-        """Returns by how much each group is on its side of the limit, log-odds."""
-        return self.signs * (self.scaled[self.best(weights)] @ weights - LIMIT)
+    def margins(self, best, weights):
+        """Returns by how much each group, with its `best`, is on its side of the limit, log-odds."""
+        return self.signs * (best @ weights - LIMIT)
 
     def cost(self, weights):
         """Returns what is minimised, and its gradient."""
-        best = self.scaled[self.best(weights)]
-        margins = STEEPNESS * self.signs * (best @ weights - LIMIT)
+        best = self.best(weights)
+        margins = STEEPNESS * self.margins(best, weights)
         wrong = 1 / (1 + np.exp(np.clip(margins, -50, 50)))
         gradient = -(best * (self.signs * wrong)[:, None]).sum(axis=0) + PENALTY * weights
         cost = np.logaddexp(0, -margins).sum() / STEEPNESS
@@ -110,7 +110,7 @@ def main():
     groups = groups_with_depth(sys.argv[1:])
     pictures = Pictures(groups)
     weights = pictures.fit()
-    is_wrong = pictures.margins(weights) < 0
+    is_wrong = pictures.margins(pictures.best(weights), weights) < 0
     is_ball = pictures.signs > 0
     print(f"{is_ball.sum()} balls, {(is_ball & is_wrong).sum()} of them under the limit")
     print(f"{(~is_ball).sum()} groups of others, {(~is_ball & is_wrong).sum()} over it")
