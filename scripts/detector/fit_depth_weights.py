@@ -83,7 +83,7 @@ class Pictures:
         return self.scaled[[start + np.argmax(odds[start:end]) for start, end in spans]]
 
     def margins(self, best, weights):
-        """Returns by how much each group, with its `best`, is on its side of the limit, log-odds."""
+        """Returns by how much the `best` of each group is on its side of the limit, log-odds."""
         return self.signs * (best @ weights - LIMIT)
 
     def cost(self, weights):
