@@ -3,6 +3,7 @@
 mod certainty;
 mod interface;
 mod real;
+mod surface;
 
 use proptest::prelude::*;
 

@@ -88,6 +88,7 @@ fn read_surface(view: &FrameView, disc: &Disc, z: f64, readings: i32) -> Quadric
     let intrinsics = view.depth.intrinsics();
     let centre = intrinsics.deproject(disc.u, disc.v, z).coords;
     let Axes { ahead, right, down } = Axes::new(&centre);
+    let near = parameters.near_surface + parameters.near_noise * depth_noise(view, z);
     let (normal, zeros) = (Matrix6::zeros(), Vector6::zeros());
     let mut sums = QuadricFit { normal, right: zeros, ideal: zeros, squares: 0.0, readings: 0.0 };
     let part = parameters.surface;
@@ -105,7 +106,7 @@ fn read_surface(view: &FrameView, disc: &Disc, z: f64, readings: i32) -> Quadric
             let offset = (intrinsics.deproject(u, v, depth).coords - centre) / ball;
             let (x, y, along) = (offset.dot(&right), offset.dot(&down), offset.dot(&ahead));
             let height = 1.0 - x * x - y * y;
-            if height > 0.0 && (along + height.sqrt()).abs() <= parameters.near_surface {
+            if height > 0.0 && (along + height.sqrt()).abs() <= near {
                 sums.add(x, y, along, -height.sqrt());
             }
         }
@@ -136,6 +137,10 @@ pub(super) fn distance_from_sphere(view: &FrameView, disc: &Disc, z: f64) -> f64
     }
     distances.sort_by(f64::total_cmp);
     let median = distances.get(distances.len() / 2).copied().unwrap_or(1.0);
-    let noise = view.parameters.curvature.depth_noise * z * z / view.ball_radius;
-    (median.powi(2) - noise.powi(2)).max(0.0).sqrt()
+    (median.powi(2) - depth_noise(view, z).powi(2)).max(0.0).sqrt()
+}
+
+/// Returns the median error of depth at `z`, metres, in the ball's radius.
+fn depth_noise(view: &FrameView, z: f64) -> f64 {
+    view.parameters.curvature.depth_noise * z * z / view.ball_radius
 }

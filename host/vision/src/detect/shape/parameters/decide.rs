@@ -41,6 +41,8 @@ pub struct CurvatureParameters {
     /// Largest distance from the sphere's surface of a reading, in the ball's radius: excludes
     /// cables in front.
     pub near_surface: f64,
+    /// The same more, in the median error of depth.
+    pub near_noise: f64,
     /// Part of the radius within which the surface is read.
     pub surface: f64,
     /// Readings from the centre to the edge.
@@ -62,7 +64,8 @@ impl CurvatureParameters {
     /// The default parameters.
     pub const DEFAULT: Self = Self {
         noise_area: 10.0,
-        near_surface: 0.6,
+        near_surface: 0.3,
+        near_noise: 4.0,
         surface: 0.85,
         fine_readings: 9,
         rough_readings: 5,
