@@ -9,7 +9,7 @@ use pulp::{Arch, Simd, WithSimd};
 use super::map::{LONG_STEP, Map};
 use super::weights::Weights;
 
-/// Outputs that are computed at a time.
+/// Outputs of a tile: the largest number that is computed at a time.
 const OUTPUTS: usize = 8;
 
 /// What a layer does with its sums.
@@ -82,31 +82,34 @@ impl WithSimd for Product<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        // With more pixels at a time the sums would not fit the registers.
-        if S::REGISTER_COUNT < 32 {
-            self.compute::<S, 1>(simd);
-        } else if self.map.span().is_multiple_of(LONG_STEP) {
-            self.compute::<S, 3>(simd);
-        } else {
-            self.compute::<S, 2>(simd);
+        // The sums, the pixels and a weight fit the registers. With more sums each number that is
+        // read is used more often.
+        match (S::REGISTER_COUNT < 32, self.map.span().is_multiple_of(LONG_STEP)) {
+            (true, true) => self.compute::<S, { OUTPUTS / 2 }, 3>(simd),
+            (true, false) => self.compute::<S, { OUTPUTS / 2 }, 2>(simd),
+            (false, true) => self.compute::<S, OUTPUTS, 3>(simd),
+            (false, false) => self.compute::<S, OUTPUTS, 2>(simd),
         }
     }
 }
 
 impl Product<'_> {
-    /// Computes the product, `VECTORS` registers of pixels at a time.
+    /// Computes the product, `SUMS` outputs and `VECTORS` registers of pixels at a time.
     #[inline(always)]
-    fn compute<S: Simd, const VECTORS: usize>(self, simd: S) {
+    fn compute<S: Simd, const SUMS: usize, const VECTORS: usize>(self, simd: S) {
         let Self { map, tiles, finish, target } = self;
         let (stride, step) = (map.stride(), VECTORS * S::F32_LANES);
         let zero = simd.splat_f32s(0.0);
         for first in (map.start()..map.start() + map.span()).step_by(step) {
-            let targets = target.values.chunks_exact_mut(OUTPUTS * stride);
-            for (tile, targets) in tiles.iter().zip(targets) {
-                let mut sums = tile.biases.map(|bias| [simd.splat_f32s(bias); VECTORS]);
+            let targets = target.values.chunks_exact_mut(SUMS * stride);
+            for (i, targets) in targets.enumerate() {
+                let (tile, part) = (&tiles[i * SUMS / OUTPUTS], i % (OUTPUTS / SUMS));
+                let biases = tile.biases.as_chunks::<SUMS>().0[part];
+                let mut sums = biases.map(|bias| [simd.splat_f32s(bias); VECTORS]);
                 for (channel, weights) in map.values.chunks_exact(stride).zip(&tile.weights) {
                     let pixels = S::as_simd_f32s(&channel[first..first + step]).0;
-                    for (sums, &weight) in sums.iter_mut().zip(weights) {
+                    let weights = weights.as_chunks::<SUMS>().0[part];
+                    for (sums, weight) in sums.iter_mut().zip(weights) {
                         let weight = simd.splat_f32s(weight);
                         for (sum, &pixels) in sums.iter_mut().zip(pixels) {
                             *sum = simd.mul_add_e_f32s(pixels, weight, *sum);
