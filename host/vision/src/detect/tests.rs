@@ -1,5 +1,6 @@
 //! The detector `ball` on rendered frames.
 
+mod border;
 mod certainty;
 mod interface;
 mod real;

@@ -23,6 +23,7 @@ mod ray_colours;
 mod refine;
 mod robust_fit;
 mod search;
+mod stretch;
 mod trace;
 mod view;
 

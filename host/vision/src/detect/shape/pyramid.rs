@@ -55,17 +55,18 @@ impl Between {
 }
 
 impl Level<'_> {
-    /// Returns the colours (blue, green, red, 0 to 255) between the pixels about each of the rows
-    /// `vs` and columns `us` of the full image, in ascending order, row by row; outside of the
-    /// level that of its border.
-    pub(super) fn grid<const N: usize>(&self, us: [f64; N], vs: [f64; N]) -> Vec<[f32; 3]> {
-        let columns = us.map(|u| Between::new(u, self.origin.0, self.factor, self.width));
-        let rows = vs.map(|v| Between::new(v, self.origin.1, self.factor, self.height));
-        let (start, end) = (columns[0].first, columns[N - 1].second + 1);
-        let mut line = vec![[0.0; 3]; end - start];
+    /// Returns the colours (blue, green, red, 0 to 255) between the pixels about each of the
+    /// `rows`, row by row: the row and its columns in ascending order, of the full image. Outside
+    /// of the level they are those of its border.
+    pub(super) fn grid<const N: usize>(&self, rows: [(f64, [f64; N]); N]) -> Vec<[f32; 3]> {
+        let mut line = Vec::new();
         let mut colours = Vec::with_capacity(N * N);
-        for row in rows {
+        for (v, us) in rows {
+            let row = Between::new(v, self.origin.1, self.factor, self.height);
+            let columns = us.map(|u| Between::new(u, self.origin.0, self.factor, self.width));
+            let (start, end) = (columns[0].first, columns[N - 1].second + 1);
             let part = |k: usize| self.pixels[k * self.width..][start..end].as_flattened();
+            line.resize(end - start, [0.0; 3]);
             mix_lines(part(row.first), part(row.second), row.part, line.as_flattened_mut());
             colours.extend(columns.map(|Between { first, second, part }| {
                 let (a, b) = (line[first - start], line[second - start]);
@@ -238,7 +239,8 @@ mod tests {
         let level =
             Level { width: 6, height: 5, pixels: &pixels, factor: 2.0, origin: (100.0, 40.0) };
         // The first pixel of the level is about (100.5, 40.5).
-        let colours = level.grid([90.0, 101.0, 104.0, 200.0], [30.0, 41.5, 45.0, 99.0]);
+        let columns = [90.0, 101.0, 104.0, 200.0];
+        let colours = level.grid([30.0, 41.5, 45.0, 99.0].map(|row| (row, columns)));
         let (blue, red) = ([0.0, 4.0, 28.0, 80.0], [0.0, 4.0, 18.0, 32.0]);
         for (i, colour) in colours.into_iter().enumerate() {
             let expected = [blue[i % 4], 7.0, red[i / 4]];

@@ -145,7 +145,7 @@ impl Search<'_> {
             if log_odds < least {
                 return None;
             }
-            disc = judgement.moved(&disc);
+            disc = judgement.moved(&disc, &self.view.stretch(&disc));
         }
         let surface = self.median_depth(&disc);
         let sphere = surface.and_then(|z| sphere_at(self.view, &disc, z));

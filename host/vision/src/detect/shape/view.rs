@@ -8,6 +8,7 @@ use nalgebra::Point3;
 use super::ball_colour::BallColour;
 use super::parameters::{SearchParameters, ShapeParameters};
 use super::pyramid::{Level, SMALLEST};
+use super::stretch::Stretch;
 use crate::camera::Intrinsics;
 use crate::depth_view::DepthView;
 use crate::frame::RgbdFrame;
@@ -94,6 +95,11 @@ impl<'a> FrameView<'a> {
     /// Returns the depth, metres, at which the ball is as large as `disc`.
     pub(super) fn depth_of(&self, disc: &Disc) -> f64 {
         self.intrinsics().depth_of(self.ball_radius, disc.radius)
+    }
+
+    /// Returns how `disc` is stretched.
+    pub(super) fn stretch(&self, disc: &Disc) -> Stretch {
+        Stretch::new(self.intrinsics(), disc.u, disc.v)
     }
 
     /// Returns the disc of a ball at `centre` (camera axes, metres); `None` behind the camera.

@@ -172,7 +172,8 @@ impl<'a> Decider<'a> {
         let unsure = hopeless..self.parameters.sure_judged;
         let judgement = patch::judge_mirrored(self.view, &circle.disc, unsure);
         let judged = judgement.log_odds;
-        (decision.judged, decision.seen) = (Some(judged), Some(judgement.moved(&circle.disc)));
+        let seen = judgement.moved(&circle.disc, &self.view.stretch(&circle.disc));
+        (decision.judged, decision.seen) = (Some(judged), Some(seen));
         if judged < min_judged {
             return;
         }

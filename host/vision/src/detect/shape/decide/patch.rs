@@ -1,5 +1,6 @@
 //! What the judging networks read: the picture about a disc, brought to one size.
 
+use std::array;
 use std::ops::Range;
 
 use super::super::network::{Judgement, Map, Networks, PATCH, PATCH_RADIUS};
@@ -34,7 +35,7 @@ pub(super) fn judge_mirrored(view: &FrameView, disc: &Disc, unsure: Range<f64>) 
     judgement.mean(&judge.apply(&patch))
 }
 
-/// Returns the patch about `disc`.
+/// Returns the patch about `disc`, in which a ball is round wherever in the image it is.
 ///
 /// The channels are red, green and blue from -1 to 1, turned so that the ball's hue is red, the
 /// depth behind the centre of a ball of this size (from -1 to 1; 0 where it is unknown), and
@@ -44,36 +45,41 @@ fn patch(view: &FrameView, disc: &Disc) -> Map {
     let turn = view.colour.ball().turn_to_red();
     let scale = disc.radius / PATCH_RADIUS;
     let level = &view.levels[(scale.log2().max(0.0) as usize).min(view.levels.len() - 1)];
-    let middle = (PATCH - 1) as f64 / 2.0;
-    let places = |centre: f64| -> [f64; PATCH] {
-        std::array::from_fn(|k| centre + (k as f64 - middle) * scale)
-    };
-    let (columns, rows) = (places(disc.u), places(disc.v));
+    let rows = rows(view, disc, scale);
     let [reds, greens, blues, behinds, known] = patch.channels_mut();
-    for (i, colour) in level.grid(columns, rows).into_iter().enumerate() {
+    for (i, colour) in level.grid(rows).into_iter().enumerate() {
         [reds[i], greens[i], blues[i]] = turn.apply(colour).map(|value| value / 127.5 - 1.0);
     }
     if view.has_depth {
-        read_depths(view, view.depth_of(disc), [columns, rows], [behinds, known]);
+        read_depths(view, view.depth_of(disc), &rows, [behinds, known]);
     }
     patch
 }
 
-/// Writes the depth behind `z` at the pixels nearest to the columns and rows, and whether it is
+/// Returns the rows of the image that a patch about `disc` shows, each with its columns; pixels of
+/// the patch are `scale` pixels of the disc's radius apart.
+fn rows(view: &FrameView, disc: &Disc, scale: f64) -> [(f64, [f64; PATCH]); PATCH] {
+    let stretch = view.stretch(disc);
+    let place = |k: usize| (k as f64 - (PATCH - 1) as f64 / 2.0) * scale;
+    array::from_fn(|y| {
+        let columns = array::from_fn(|x| stretch.at(disc, place(x), place(y)).0);
+        (stretch.at(disc, 0.0, place(y)).1, columns)
+    })
+}
+
+/// Writes the depth behind `z` at the pixels nearest to the columns of the rows, and whether it is
 /// known, to channels of zeros.
 fn read_depths(
     view: &FrameView,
     z: f64,
-    [columns, rows]: [[f64; PATCH]; 2],
+    rows: &[(f64, [f64; PATCH]); PATCH],
     [behinds, known]: [&mut [f32]; 2],
 ) {
     let nearest = |k: f64| (k >= -0.5).then_some((k + 0.5) as usize);
-    let columns = columns.map(nearest);
-    for (y, row) in rows.map(nearest).into_iter().enumerate() {
-        let line = row.map(|row| view.depth.row(row)).unwrap_or_default();
-        for (x, column) in columns.iter().enumerate() {
-            let raw =
-                column.and_then(|column: usize| line.get(column)).copied().unwrap_or_default();
+    for (y, &(row, columns)) in rows.iter().enumerate() {
+        let line = nearest(row).map(|row| view.depth.row(row)).unwrap_or_default();
+        for (x, column) in columns.map(nearest).into_iter().enumerate() {
+            let raw = column.and_then(|column| line.get(column)).copied().unwrap_or_default();
             if let Some(depth) = view.depth.metres(raw) {
                 let behind = (depth - z) / view.ball_radius;
                 behinds[y * PATCH + x] = (behind / MAX_BEHIND).clamp(-1.0, 1.0) as f32;

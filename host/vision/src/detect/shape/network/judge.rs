@@ -1,5 +1,6 @@
 //! The networks that judge a disc.
 
+use super::super::stretch::Stretch;
 use super::super::view::Disc;
 use super::CHANNELS;
 use super::layers::Stage;
@@ -17,7 +18,7 @@ pub(in super::super) const PATCH_RADIUS: f64 = 7.0;
 pub(in super::super) struct Judgement {
     /// Log-odds that the disc is the ball.
     pub(in super::super) log_odds: f64,
-    /// Where the ball's centre is, to the right of the disc's and down, in the disc's radius.
+    /// Where the ball's centre is on the disc, to the right of its centre and down, in its radius.
     pub(in super::super) offset: (f64, f64),
     /// Logarithm of the ball's radius over the disc's.
     pub(in super::super) growth: f64,
@@ -25,12 +26,10 @@ pub(in super::super) struct Judgement {
 
 impl Judgement {
     /// Returns the ball's disc as seen from `disc`, the one that was judged.
-    pub(in super::super) fn moved(&self, disc: &Disc) -> Disc {
-        Disc {
-            u: disc.u + self.offset.0 * disc.radius,
-            v: disc.v + self.offset.1 * disc.radius,
-            radius: disc.radius * self.growth.exp(),
-        }
+    pub(in super::super) fn moved(&self, disc: &Disc, stretch: &Stretch) -> Disc {
+        let (right, down) = self.offset;
+        let (u, v) = stretch.at(disc, right * disc.radius, down * disc.radius);
+        Disc { u, v, radius: disc.radius * self.growth.exp() }
     }
 
     /// Returns the mean of `self` and of what the network says about the mirrored patch.
