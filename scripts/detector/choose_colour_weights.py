@@ -16,7 +16,7 @@ JUDGED = [0.2, 0.3, 0.4, 0.5, 0.6, 0.8]
 RMS = [0.4, 0.8, 1.2, 1.6, 2.0, 2.4, 2.8]
 MISSING = [2.0, 3.0, 4.7, 5.5, 6.5, 8.0]
 THROUGH, MAX_JUDGED, MAX_RMS = 16.9, 8.0, 3.5
-ENOUGH_LIKENESS, LIKENESS = 0.5, 4.0
+ENOUGH_LIKENESS, LIKENESS = 0.5, 8.0
 # Factor of the score of a ball without depth.
 UNKNOWN_DEPTH_FACTOR = 0.9
 # Distance of the limit from the last false alarm, log-odds.

@@ -69,6 +69,36 @@ def paint(light, depth, mask, colour, distance):
     depth[:] = np.where(mask > 0.5, distance, depth)
 
 
+class BallDisc:
+    """The disc of a ball about column `x`, row `y`; a ball on the optical axis of a camera with
+    the focal length `focal` (pixels) would have `size` pixels there.
+
+    Off the axis a ball is seen as an ellipse. Places on the disc are to the right and down, in
+    its radius; a row of them is a row of pixels.
+    """
+
+    def __init__(self, x, y, size, focal):
+        self.x, self.y, self.size = x, y, size
+        along, below = (x - (WIDTH - 1) / 2) / focal, (y - (HEIGHT - 1) / 2) / focal
+        self.down = np.sqrt(1 + below**2)
+        self.shear = along * below / self.down
+        self.right = np.sqrt(1 + along**2 - self.shear**2)
+
+    def at(self, right, down):
+        """Returns columns and rows of places on the disc."""
+        column = self.x + self.size * (self.right * right + self.shear * down)
+        return column, self.y + self.size * self.down * down
+
+    def on(self, columns, rows):
+        """Returns the places on the disc of columns and rows."""
+        down = (rows - self.y) / (self.size * self.down)
+        return ((columns - self.x) / self.size - self.shear * down) / self.right, down
+
+    def reach(self):
+        """Returns the largest distance from the middle to the border, pixels."""
+        return self.size * np.hypot(np.hypot(self.right, self.shear), self.down)
+
+
 def depth_at(depth, x, y, reach):
     """Returns the known depths of a square about a place."""
     x, y, reach = int(x), int(y), max(1, int(reach))

@@ -1,6 +1,7 @@
 """Writes the weights file that the detector reads: export.py PROPOSER SCREEN JUDGE OUT.
 
-It prints what the networks say about a fixed input, which a test of the detector checks.
+Each network is that of a training (`.pt`), or of a weights file. The script prints what the
+networks say about a fixed input, which a test of the detector checks.
 """
 
 import sys
@@ -8,7 +9,7 @@ import sys
 import torch
 
 from networks import JUDGE, SCREEN, Judge, Proposer
-from weights_file import write_networks
+from weights_file import read_networks, write_networks
 
 
 def pattern(rows, columns):
@@ -17,12 +18,19 @@ def pattern(rows, columns):
     return (values / 50 - 1).view(1, 5, rows, columns)
 
 
+def read(place, path):
+    """Returns the network of a file that is the one at `place` in a weights file."""
+    networks = [Proposer(), Judge(*SCREEN), Judge(*JUDGE)]
+    if path.endswith(".pt"):
+        networks[place].load_state_dict(torch.load(path))
+        return networks[place].eval()
+    read_networks(path, networks)
+    return networks[place]
+
+
 def main():
     *paths, out = sys.argv[1:]
-    networks = [Proposer(), Judge(*SCREEN), Judge(*JUDGE)]
-    for network, path in zip(networks, paths, strict=True):
-        network.load_state_dict(torch.load(path))
-        network.eval()
+    networks = [read(place, path) for place, path in enumerate(paths)]
     write_networks(out, networks)
     proposer, *judges = networks
     with torch.no_grad():

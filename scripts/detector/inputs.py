@@ -7,6 +7,7 @@ green and blue from -1 to 1, with the hues turned so that the ball's is red.
 import cv2
 import numpy as np
 
+from drawing import BallDisc
 from light import rotate_hue
 
 # Pixels of the picture in a pixel of the proposal network's input, of the full-size picture 4.
@@ -53,25 +54,23 @@ class Picture:
         return self.channels(self.levels[1], np.where(known, expected / EXPECTED_UNIT, 0), known)
 
     def patch_input(self, disc):
-        """Returns the channels about `disc` (column, row, pixels), brought to one size; the fourth
-        is the depth behind the ball's centre in its radius, the fifth whether it is known."""
-        x, y, size = disc
+        """Returns the channels about `disc` (column, row, pixels), brought to one size, in which a
+        ball is round; the fourth is the depth behind the ball's centre in its radius, the fifth
+        whether it is known."""
+        size = disc[2]
         scale = size / PATCH_RADIUS
-        places = (np.arange(PATCH) - (PATCH - 1) / 2) * scale
+        places = (np.arange(PATCH) - (PATCH - 1) / 2) / PATCH_RADIUS
+        columns, rows = BallDisc(*disc, self.focal).at(*np.meshgrid(places, places))
         level = min(max(0, int(np.floor(np.log2(scale)))), HALVINGS)
-        columns, rows = np.meshgrid(
-            ((x + places + 0.5) / 2**level - 0.5).astype(np.float32),
-            ((y + places + 0.5) / 2**level - 0.5).astype(np.float32),
-        )
+        in_level = [((k + 0.5) / 2**level - 0.5).astype(np.float32) for k in (columns, rows)]
         pixels = cv2.remap(
-            self.levels[level], columns, rows, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
+            self.levels[level], *in_level, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
         )
         depth = self.depth
-        u = np.floor(x + places + 0.5).astype(int)
-        v = np.floor(y + places + 0.5).astype(int)
-        inside = (v >= 0) & (v < depth.shape[0]), (u >= 0) & (u < depth.shape[1])
-        nearest = depth[np.clip(v, 0, depth.shape[0] - 1)][:, np.clip(u, 0, depth.shape[1] - 1)]
-        known = inside[0][:, None] & inside[1][None] & (nearest > 0.1)
+        u, v = (np.floor(k + 0.5).astype(int) for k in (columns, rows))
+        inside = (v >= 0) & (v < depth.shape[0]) & (u >= 0) & (u < depth.shape[1])
+        nearest = depth[np.clip(v, 0, depth.shape[0] - 1), np.clip(u, 0, depth.shape[1] - 1)]
+        known = inside & (nearest > 0.1)
         behind = (nearest - self.focal * self.radius / size) / self.radius / PATCH_DEPTH
         return self.channels(pixels, np.where(known, np.clip(behind, -1, 1), 0), known)
 

@@ -11,6 +11,7 @@ import numpy as np
 import torch
 
 import inputs
+from drawing import BallDisc
 from generate import DEPTH_UNITS
 from networks import SCREEN, Judge, Proposer
 from weights_file import read_networks
@@ -59,11 +60,10 @@ def with_depth(picture, disc):
 
 def moved(network, picture, disc):
     """Returns the disc where the network sees the ball when it looks at `disc`."""
-    x, y, size = disc
     with torch.no_grad():
         seen = network(torch.from_numpy(picture.patch_input(disc)[None]))[0]
-    dx, dy, growth = seen[1:].tolist()
-    return x + dx * size, y + dy * size, size * np.exp(growth)
+    right, down, growth = seen[1:].tolist()
+    return *BallDisc(*disc, picture.focal).at(right, down), disc[2] * np.exp(growth)
 
 
 def near_ball(rng, ball):
@@ -91,13 +91,12 @@ def discs(rng, proposer, screen, picture, ball):
             yield moved(screen, picture, disc)
 
 
-def labelled(disc, ball):
+def labelled(disc, ball, focal):
     """Returns (label, place) of a disc. The label is 1 for the ball, 0 for others, and -1 if it is
     unsure; the place is the ball's against the disc's, NaN if the ball is far."""
     if ball[2] == 0:
         return 0, np.full(3, np.nan)
-    x, y, size = disc
-    error = np.array([(ball[0] - x) / size, (ball[1] - y) / size, np.log(ball[2] / size)])
+    error = np.array([*BallDisc(*disc, focal).on(*ball[:2]), np.log(ball[2] / disc[2])])
     off = max(np.hypot(error[0], error[1]), abs(error[2]))
     sure = ball[3] > MIN_VISIBLE or off > 1.5
     label = 1 if off < RIGHT else 0 if off > WRONG else -1
@@ -108,7 +107,7 @@ def patches(rng, proposer, screen, picture, ball):
     """Yields (patch, label, place) of a picture."""
     for disc in discs(rng, proposer, screen, picture, ball):
         if SMALLEST < disc[2] < LARGEST:
-            label, place = labelled(disc, ball)
+            label, place = labelled(disc, ball, picture.focal)
             if label >= 0 or not np.isnan(place[0]):
                 yield picture.patch_input(disc).astype(np.float16), label, place
 

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from drawing import HEIGHT, WIDTH, depth_at, line, noise, paint, shape
+from drawing import HEIGHT, WIDTH, BallDisc, depth_at, line, noise, paint, shape
 from light import rotate_hue, to_srgb
 from surfaces import albedo, background, reddish_background
 from things import ball_colour, figure, fruit, look_alike, red_thing, sphere
@@ -121,8 +121,10 @@ class Scene:
         if rng.random() < (0.45 if self.difficult else 0.35):
             hidden = self._cover(rng, light, depth, place)
         rows, columns = np.mgrid[0:HEIGHT, 0:WIDTH]
-        disc = (columns - x) ** 2 + (rows - y) ** 2 < size**2
-        visible = (disc * (1 - hidden)).sum() / (np.pi * size**2)
+        disc = BallDisc(x, y, size, self.focal)
+        u, v = disc.on(columns, rows)
+        area = np.pi * size**2 * disc.right * disc.down
+        visible = ((u**2 + v**2 < 1) * (1 - hidden)).sum() / area
         self.ball = (x, y, size, float(min(1.0, visible)))
 
     def _cover(self, rng, light, depth, place):

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from drawing import HEIGHT, WIDTH, depth_at, line, noise, paint, polygon, shape
+from drawing import HEIGHT, WIDTH, BallDisc, depth_at, line, noise, paint, polygon, shape
 from light import rotate_hue
 from surfaces import albedo
 
@@ -164,7 +164,8 @@ class Ellipsoid:
 def sphere(rng, light, depth, place, radius, colour, blur=0.0):
     """Draws a ball of `radius` metres at `place`: (column, row, pixels, metres to its centre)."""
     x, y, size, distance = place
-    reach = int(size + blur / 2 + 3)
+    disc = BallDisc(x, y, size, size * distance / radius)
+    reach = int(disc.reach() + blur / 2 + 3)
     left, right = max(0, int(x) - reach), min(WIDTH, int(x) + reach + 1)
     top, bottom = max(0, int(y) - reach), min(HEIGHT, int(y) + reach + 1)
     if right - left < 2 or bottom - top < 2:
@@ -178,8 +179,9 @@ def sphere(rng, light, depth, place, radius, colour, blur=0.0):
     for tap in taps:
         for dy in steps:
             for dx in steps:
-                u = (np.arange(left, right) + dx - tap * np.cos(turn) - x)[None] / size
-                v = (np.arange(top, bottom) + dy - tap * np.sin(turn) - y)[:, None] / size
+                columns = (np.arange(left, right) + dx - tap * np.cos(turn))[None]
+                rows = (np.arange(top, bottom) + dy - tap * np.sin(turn))[:, None]
+                u, v = disc.on(columns, rows)
                 hit = u**2 + v**2 < 1
                 shade, glint = lamp.on(u, v)
                 total += hit[..., None] * (colour * shade[..., None] + glint[..., None])
@@ -189,7 +191,8 @@ def sphere(rng, light, depth, place, radius, colour, blur=0.0):
     here *= 1 - cover[..., None] / count
     here += total / count
     rows, columns = np.mgrid[top:bottom, left:right]
-    square = 1 - ((columns - x) ** 2 + (rows - y) ** 2) / size**2
+    u, v = disc.on(columns, rows)
+    square = 1 - u**2 - v**2
     here = depth[top:bottom, left:right]
     here[:] = np.where(square > 0, distance - radius * np.sqrt(np.clip(square, 0, 1)), here)
 

@@ -1,7 +1,8 @@
 """Trains the proposal network: train_proposer.py SHARDS OUT STEPS START NUMBER...
 
 It is trained on the pictures of generate.py in SHARDS with these numbers. A number that is given
-twice counts twice. START is a trained network to go on from, or - for none.
+twice counts twice. START is a weights file whose network is trained on, half of the pictures with
+depth losing it, or - for none.
 """
 
 import sys
@@ -13,8 +14,15 @@ import torch
 import inputs
 from generate import DEPTH_UNITS
 from networks import Proposer
+from weights_file import layers, read_networks
 
-BATCH, RATE, SEED = 32, 4e-3, 1
+BATCH, SEED = 32, 1
+# Largest rate of a new network, and of one that is trained on.
+RATE, RATE_ON = 4e-3, 2e-3
+# Part of the pictures that lose their depth when a network is trained on.
+WITHOUT_DEPTH = 0.5
+# Number of batches whose statistics the normalisations of a weights file are given.
+MEASURED = 12
 # Balls of which less is visible are neither right nor wrong.
 MIN_VISIBLE = 0.35
 # Input pixels in a cell of the output; unit of the radius, input pixels.
@@ -72,19 +80,50 @@ def batches(files):
                 yield x.contiguous(memory_format=torch.channels_last), b
 
 
+def without_depth(batches):
+    """Yields `batches` in which a part of the pictures has lost its depth."""
+    rng = np.random.default_rng(SEED + 100)
+    for x, balls in batches:
+        x[torch.from_numpy(rng.random(len(x)) < WITHOUT_DEPTH), 3:] = 0
+        yield x, balls
+
+
+def give_statistics(network, pictures):
+    """Gives the normalisations of a network of a weights file the statistics of `pictures`. What
+    the network computes stays the same."""
+    for _, normalisation in layers(network):
+        if normalisation is None:
+            continue
+        seen = []
+        hook = normalisation.register_forward_hook(lambda _, x, y: seen.append(x[0]))
+        with torch.no_grad():
+            for x in pictures:
+                network(x)
+        hook.remove()
+        values = torch.cat(seen)
+        mean, variance = values.mean((0, 2, 3)), values.var((0, 2, 3), unbiased=False)
+        normalisation.running_mean.copy_(mean)
+        normalisation.running_var.copy_(variance)
+        normalisation.weight.data.copy_(torch.sqrt(variance + normalisation.eps))
+        normalisation.bias.data.add_(mean)
+
+
 def main():
     folder, out, steps, start, *numbers = sys.argv[1:]
     steps, files = int(steps), [f"{folder}/shard{int(number):04}.npz" for number in numbers]
     torch.set_num_threads(1)
     torch.manual_seed(SEED)
-    network = Proposer()
+    network, made, rate = Proposer(), batches(files), RATE
     if start != "-":
-        network.load_state_dict(torch.load(start))
+        made, rate = without_depth(made), RATE_ON
+        read_networks(start, [network])
+        give_statistics(network, [next(made)[0] for _ in range(MEASURED)])
+        network.train()
     network = network.to(memory_format=torch.channels_last)
-    optimiser = torch.optim.AdamW(network.parameters(), RATE, weight_decay=1e-4)
-    plan = torch.optim.lr_scheduler.OneCycleLR(optimiser, RATE, steps, pct_start=0.1)
+    optimiser = torch.optim.AdamW(network.parameters(), rate, weight_decay=1e-4)
+    plan = torch.optim.lr_scheduler.OneCycleLR(optimiser, rate, steps, pct_start=0.1)
     began, total = time.time(), 0.0
-    for step, (x, balls) in zip(range(1, steps + 1), batches(files)):
+    for step, (x, balls) in zip(range(1, steps + 1), made):
         result = network(x)
         value = loss(result, *targets(balls, *result.shape[2:]))
         optimiser.zero_grad()
