@@ -95,7 +95,7 @@ class BallDisc:
         return ((columns - self.x) / self.size - self.shear * down) / self.right, down
 
     def reach(self):
-        """Returns the largest distance from the middle to the border, pixels."""
+        """Returns a distance, pixels, within which the border is from the middle."""
         return self.size * np.hypot(np.hypot(self.right, self.shear), self.down)
 
 
