@@ -1,0 +1,86 @@
+"""Writes photographs as a TUM RGB-D folder: photographs.py ROOT OUT
+
+The photographs are those of the Debian packages opencv-doc (4.6.0) and python3-skimage (0.19.3),
+installed or unpacked in ROOT. No network is trained on them. They have no depth: behind all of a
+photograph is a slope from 3.4 m at the top to 2.2 m at the bottom. With OUT as a background,
+`plumb bench vision --suite rooms` draws the ball before pictures of many kinds.
+"""
+
+import os
+import sys
+
+import cv2
+import numpy as np
+
+from light import TUM_DEPTH
+
+EXAMPLES = "usr/share/doc/opencv-doc/examples/data"
+MANUAL = "usr/share/doc/opencv-doc/opencv4/html"
+SKIMAGE = "usr/lib/python3/dist-packages/skimage/data"
+# Folder and names of the photographs.
+PHOTOGRAPHS = [
+    (
+        EXAMPLES,
+        "baboon.jpg basketball1.png ela_original.jpg home.jpg rubberwhale1.png stuff.jpg apple.jpg "
+        "aero1.jpg building.jpg cards.png squirrel_cls.jpg",
+    ),
+    (
+        MANUAL,
+        "corridor_fld.jpg astra_color.jpg yolo.jpg newspaper.jpg 227943776_1.jpg 01.jpg",
+    ),
+    (SKIMAGE, "coffee.png astronaut.png motorcycle_left.png"),
+]
+COLUMNS, ROWS = 640, 480
+# Depth of the first row and of the last one, metres.
+FAR, NEAR = 3.4, 2.2
+# Photographs that are reduced by more than this factor also give a part at a larger scale.
+LARGE, PART = 0.7, 1.6
+
+
+def read(path):
+    """Returns a photograph."""
+    photograph = cv2.imread(path)
+    if photograph is None:
+        sys.exit(f"cannot read {path}: unpack opencv-doc and python3-skimage in ROOT")
+    return photograph
+
+
+def scaled(photograph, factor):
+    """Returns a photograph in another size."""
+    method = cv2.INTER_AREA if factor < 1 else cv2.INTER_CUBIC
+    return cv2.resize(photograph, None, fx=factor, fy=factor, interpolation=method)
+
+
+def pictures(photograph):
+    """Yields pictures of COLUMNS x ROWS: the middle, a lower left part of a large one, the middle
+    mirrored."""
+    rows, columns = photograph.shape[:2]
+    factor = max(COLUMNS / columns, ROWS / rows)
+    whole = scaled(photograph, factor)
+    top, left = (whole.shape[0] - ROWS) // 2, (whole.shape[1] - COLUMNS) // 2
+    middle = whole[top : top + ROWS, left : left + COLUMNS]
+    yield middle
+    if factor < LARGE:
+        yield scaled(photograph, min(1, PART * factor))[-ROWS:, :COLUMNS]
+    yield middle[:, ::-1]
+
+
+def main():
+    root, out = sys.argv[1:]
+    for folder in ("rgb", "depth"):
+        os.makedirs(f"{out}/{folder}", exist_ok=True)
+    slope = np.linspace(FAR, NEAR, ROWS)[:, None] * np.ones((1, COLUMNS))
+    paths = [f"{root}/{folder}/{name}" for folder, names in PHOTOGRAPHS for name in names.split()]
+    made = [picture for path in paths for picture in pictures(read(path))]
+    lists = {folder: "# timestamp path\n" for folder in ("rgb", "depth")}
+    for number, picture in enumerate(made, 1):
+        for folder, image in [("rgb", picture), ("depth", (slope * TUM_DEPTH).astype(np.uint16))]:
+            cv2.imwrite(f"{out}/{folder}/{number:06}.png", image)
+            lists[folder] += f"{(number - 1) / 30:.6f} {folder}/{number:06}.png\n"
+    for folder, lines in lists.items():
+        with open(f"{out}/{folder}.txt", "w", encoding="ascii") as file:
+            file.write(lines)
+
+
+if __name__ == "__main__":
+    main()
