@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use plumb_frame::observation::Gaussian3;
 use plumb_runtime::observer::{FrameRecord, RunEvent, TargetsEvent};
-use plumb_runtime::operator::OperatorSender;
+use plumb_runtime::operator::{CommandOutcome, OperatorCommand, OperatorSender};
 use plumb_runtime::run::Summary;
 use rustdds::mio1::Waker;
 
@@ -88,7 +88,13 @@ impl Feed {
         state.status.note_event(event);
         state.has_news = true;
         if let RunEvent::Command { number, command, outcome } = event {
-            state.ledger.settle(*number, *command, *outcome);
+            let is_own = state.ledger.settle(*number, *command, *outcome);
+            // A Stop of this node counts from its request on, and until the Resume after that. The
+            // outcome can come after the Resume.
+            let stops = (OperatorCommand::Stop, CommandOutcome::Accepted);
+            if !is_own && (*command, *outcome) == stops {
+                state.status.set_stopped(true);
+            }
         }
         if let RunEvent::Targets(event @ TargetsEvent::Refused { .. }) = event {
             state.moving.show(event.to_string(), Instant::now());
@@ -110,5 +116,34 @@ impl Feed {
     pub(crate) fn close(&self) {
         self.state().is_closing = true;
         self.wake();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use plumb_runtime::operator::operator;
+    use rustdds::mio1::{Poll, Token};
+
+    use super::*;
+    use crate::ledger::Origin;
+
+    fn stopped(number: u64) -> RunEvent {
+        let (command, outcome) = (OperatorCommand::Stop, CommandOutcome::Accepted);
+        RunEvent::Command { number, command, outcome }
+    }
+
+    #[test]
+    fn a_late_outcome_of_a_stop_does_not_undo_the_resume_after_it() {
+        let (poll, (sender, _receiver)) = (Poll::new().unwrap(), operator());
+        let feed = Feed::new(sender.clone(), Waker::new(poll.registry(), Token(0)).unwrap());
+        // The node answers a Stop before the run begins; the board has not.
+        feed.state().ledger.send(OperatorCommand::Stop, Origin::Answered).unwrap();
+        feed.state().status.set_stopped(true);
+        feed.state().status.set_stopped(false);
+        feed.event(&stopped(1));
+        assert!(!feed.state().status.is_stopped());
+        // The Stop of another sender, such as the page.
+        feed.event(&stopped(sender.send(OperatorCommand::Stop).unwrap()));
+        assert!(feed.state().status.is_stopped());
     }
 }

@@ -73,13 +73,15 @@ impl Ledger {
     }
 
     /// Notes the outcome of the command `number`, of this or another sender. An outcome of a Stop
-    /// is that of the Stops before it, which it replaced.
+    /// is that of the Stops before it, which it replaced. Returns whether this node has sent the
+    /// command.
     pub(crate) fn settle(
         &mut self,
         number: u64,
         command: OperatorCommand,
         outcome: CommandOutcome,
-    ) {
+    ) -> bool {
+        let is_own = self.pending.iter().any(|pending| pending.number == number);
         let is_stop = command == OperatorCommand::Stop;
         let is_meant = |pending: &mut Pending| {
             pending.number == number
@@ -88,6 +90,7 @@ impl Ledger {
         for Pending { command, origin, .. } in self.pending.extract_if(.., is_meant) {
             self.settled.push(Settled { origin, command, outcome });
         }
+        is_own
     }
 
     /// Gives this outcome to every command that has none.

@@ -154,8 +154,7 @@ impl RunStatus {
             return;
         }
         match command {
-            OperatorCommand::Stop => (self.present_target, self.is_stopped) = (None, true),
-            OperatorCommand::Hold => self.present_target = None,
+            OperatorCommand::Stop | OperatorCommand::Hold => self.present_target = None,
             OperatorCommand::ClearFault => self.fault = None,
             _ => {}
         }

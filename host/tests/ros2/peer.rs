@@ -1,5 +1,6 @@
 //! A node of Cyclone DDS in another process: `peer.py`.
 
+use std::collections::BTreeMap;
 use std::io::{BufRead, BufReader, Write};
 use std::net::TcpListener;
 use std::path::{Path, PathBuf};
@@ -8,7 +9,7 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
 
 /// Longest wait for anything.
 const LIMIT: Duration = Duration::from_secs(60);
@@ -102,7 +103,8 @@ impl Peer {
 
     /// Returns the next message of this kind for which `is_wanted`.
     pub(crate) fn until(&mut self, kind: &str, is_wanted: impl Fn(&Value) -> bool) -> Value {
-        let (begin, mut last) = (Instant::now(), Value::Null);
+        // The newest message of each name, for the report of a failure.
+        let (begin, mut newest) = (Instant::now(), BTreeMap::new());
         loop {
             match self.lines.recv_timeout(LIMIT.saturating_sub(begin.elapsed())) {
                 Ok(mut line) => {
@@ -110,9 +112,11 @@ impl Peer {
                     if is_wanted(message) {
                         return message.take();
                     }
-                    last = message.take();
+                    newest.insert(message["name"].to_string(), message.take());
                 }
-                Err(RecvTimeoutError::Timeout) => panic!("no {kind} in time; the last: {last}"),
+                Err(RecvTimeoutError::Timeout) => {
+                    panic!("no {kind} in time; the newest: {:#?}", newest.values())
+                }
                 Err(RecvTimeoutError::Disconnected) => panic!("the node has ended"),
             }
         }
