@@ -18,6 +18,7 @@
 
 mod action;
 mod camera;
+mod endpoints;
 mod error;
 mod feed;
 #[doc(hidden)]

@@ -1,6 +1,5 @@
 //! Loop of a node: requests and targets in, positions, answers and diagnostics out.
 
-use std::io;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -9,15 +8,13 @@ use rustdds::mio1::{Events, Poll, Token, Waker};
 
 use crate::Ros2Settings;
 use crate::action::Action;
+use crate::endpoints::Endpoints;
 use crate::error::Ros2Error;
 use crate::feed::Feed;
 use crate::ledger::{Origin, Settled};
-use crate::member::Member;
 use crate::message::diagnostic::{KeyValue, Level};
-use crate::publishers::Publishers;
-use crate::service::{Service, Ticket};
+use crate::service::Ticket;
 use crate::status::Report;
-use crate::targets::TargetInputs;
 use crate::topic::MAX_IN_TURN;
 
 /// Time between two diagnostics if nothing happens.
@@ -28,22 +25,13 @@ const MIN_DIAGNOSTICS: Duration = Duration::from_millis(100);
 
 /// Token of the run's wake-ups.
 const RUN: Token = Token(0);
-/// Tokens of set points and of targets that move.
-const TARGETS: [Token; 2] = [Token(1), Token(2)];
-/// Token of the first service.
-const FIRST_SERVICE: usize = 3;
 
 /// Node of a rig.
 pub(crate) struct NodeLoop {
     poll: Poll,
-    targets: TargetInputs,
-    /// Services in the order of [`Action::ALL`].
-    services: Vec<Service>,
-    publishers: Publishers,
+    endpoints: Endpoints,
     feed: Arc<Feed>,
     last_diagnostics: Instant,
-    /// Keeps the topics alive.
-    _member: Member,
 }
 
 impl NodeLoop {
@@ -55,19 +43,11 @@ impl NodeLoop {
         settings: &Ros2Settings,
         operator: OperatorSender,
     ) -> Result<Self, Ros2Error> {
-        let Ros2Settings { namespace, network, camera } = settings;
-        let mut member = network.join(namespace, "plumb")?;
-        let publishers = Publishers::new(&mut member, namespace, *camera)?;
-        let mut targets = TargetInputs::new(&mut member, namespace, operator.targets().clone())?;
-        let names = Action::ALL.map(|action| namespace.topic(action.name()));
-        let services = names.iter().map(|name| Service::new(&mut member, name));
-        let mut services: Vec<Service> = services.collect::<Result<_, _>>()?;
         let poll = Poll::new().map_err(Ros2Error::Thread)?;
-        register(&poll, &mut targets, &mut services).map_err(Ros2Error::Thread)?;
+        let endpoints = Endpoints::join(settings, operator.targets().clone(), poll.registry())?;
         let waker = Waker::new(poll.registry(), RUN).map_err(Ros2Error::Thread)?;
-        let feed = Arc::new(Feed::new(operator, waker));
-        let (last_diagnostics, _member) = (Instant::now(), member);
-        Ok(Self { poll, targets, services, publishers, feed, last_diagnostics, _member })
+        let (feed, last_diagnostics) = (Arc::new(Feed::new(operator, waker)), Instant::now());
+        Ok(Self { poll, endpoints, feed, last_diagnostics })
     }
 
     /// Returns the memory between the run and the node.
@@ -81,14 +61,14 @@ impl NodeLoop {
         loop {
             let now = Instant::now();
             let due = self.diagnostics_due();
-            let due = self.targets.due().map_or(due, |target| target.min(due));
+            let due = self.endpoints.targets.due().map_or(due, |target| target.min(due));
             // An interrupted wait is a wake-up like any other.
             let _interrupted =
                 self.poll.poll(&mut events, Some(due.saturating_duration_since(now)));
             self.handle_requests();
-            self.targets.receive(&self.feed);
+            self.endpoints.targets.receive(&self.feed);
             self.handle_outcomes();
-            self.targets.send(&mut self.feed.state());
+            self.endpoints.targets.send(&mut self.feed.state());
             self.publish_sample();
             if self.feed.state().is_closing {
                 self.close();
@@ -111,7 +91,7 @@ impl NodeLoop {
     fn handle_requests(&mut self) {
         for (index, action) in Action::ALL.into_iter().enumerate() {
             for _ in 0..MAX_IN_TURN {
-                let Some(ticket) = self.services[index].next_request() else { break };
+                let Some(ticket) = self.endpoints.services[index].next_request() else { break };
                 self.handle_request(index, action, ticket);
             }
         }
@@ -121,14 +101,14 @@ impl NodeLoop {
         let mut state = self.feed.state();
         match action {
             Action::Stop => {
-                self.targets.clear();
+                self.endpoints.targets.clear();
                 state.status.set_stopped(true);
             }
             Action::Resume => {
-                self.targets.resume();
+                self.endpoints.targets.resume();
                 state.status.set_stopped(false);
             }
-            Action::Hold => self.targets.clear(),
+            Action::Hold => self.endpoints.targets.clear(),
             Action::ClearFault => {}
         }
         state.has_news = true;
@@ -138,7 +118,7 @@ impl NodeLoop {
         let origin = if is_early { Origin::Answered } else { request };
         let sent = action.command().map(|command| state.ledger.send(command, origin));
         drop(state);
-        let service = &self.services[service];
+        let service = &self.endpoints.services[service];
         match sent {
             Some(Ok(())) if is_early => {
                 service.answer(ticket, true, "stop: the motors stand, and the run begins stopped");
@@ -154,7 +134,7 @@ impl NodeLoop {
         let settled = self.feed.state().ledger.take_settled();
         for Settled { origin, command, outcome } in settled {
             match origin {
-                Origin::Target => self.targets.answered(),
+                Origin::Target => self.endpoints.targets.answered(),
                 Origin::Answered => {}
                 Origin::Request { service, ticket } => {
                     let (success, message) = match outcome {
@@ -163,7 +143,7 @@ impl NodeLoop {
                             (false, format!("{command}: {refusal}"))
                         }
                     };
-                    self.services[service].answer(ticket, success, &message);
+                    self.endpoints.services[service].answer(ticket, success, &message);
                 }
             }
         }
@@ -173,7 +153,7 @@ impl NodeLoop {
     fn publish_sample(&mut self) {
         let sample = self.feed.state().sample.take();
         if let Some(sample) = sample {
-            self.publishers.publish_sample(&sample);
+            self.endpoints.publishers.publish_sample(&sample);
         }
     }
 
@@ -197,12 +177,12 @@ impl NodeLoop {
             ("moving target", moving),
             ("graph", self.graph()),
         ];
-        self.publishers.publish_diagnostics(reports);
+        self.endpoints.publishers.publish_diagnostics(reports);
     }
 
     /// Returns the report about the publishers of other nodes.
     fn graph(&self) -> Report {
-        let unusable = self.targets.unusable();
+        let unusable = self.endpoints.targets.unusable();
         // Clients often keep one value of a key.
         let named = |(k, it): (u32, _)| KeyValue::new(&format!("unusable {k}"), it);
         let values = (1..).zip(&unusable).map(named).collect();
@@ -213,13 +193,4 @@ impl NodeLoop {
             }
         }
     }
-}
-
-/// Registers everything that wakes the thread.
-fn register(poll: &Poll, targets: &mut TargetInputs, services: &mut [Service]) -> io::Result<()> {
-    targets.register(poll.registry(), TARGETS)?;
-    for (index, service) in services.iter_mut().enumerate() {
-        service.register(poll.registry(), Token(FIRST_SERVICE + index))?;
-    }
-    Ok(())
 }

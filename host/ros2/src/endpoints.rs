@@ -1,0 +1,62 @@
+//! Topics and services of a rig's node.
+
+use std::io;
+
+use plumb_runtime::targets::TargetSender;
+use rustdds::mio1::{Registry, Token};
+
+use crate::Ros2Settings;
+use crate::action::Action;
+use crate::error::Ros2Error;
+use crate::member::Member;
+use crate::publishers::Publishers;
+use crate::service::Service;
+use crate::targets::TargetInputs;
+
+/// Tokens of set points and of targets that move.
+const TARGETS: [Token; 2] = [Token(1), Token(2)];
+/// Token of the first service.
+const FIRST_SERVICE: usize = 3;
+
+/// Topics and services of a rig's node.
+pub(crate) struct Endpoints {
+    pub(crate) targets: TargetInputs,
+    /// Services in the order of [`Action::ALL`].
+    pub(crate) services: Vec<Service>,
+    pub(crate) publishers: Publishers,
+    /// Keeps the topics alive.
+    _member: Member,
+}
+
+impl Endpoints {
+    /// Joins ROS 2 with a node. Targets that move go to `targets`. What comes wakes the poll of
+    /// `registry`, with tokens from 1 on.
+    ///
+    /// # Errors
+    /// As [`Network`](crate::Network) says, and where the operating system refuses.
+    pub(crate) fn join(
+        settings: &Ros2Settings,
+        targets: TargetSender,
+        registry: &Registry,
+    ) -> Result<Self, Ros2Error> {
+        let Ros2Settings { namespace, network, camera } = settings;
+        let mut member = network.join(namespace, "plumb")?;
+        let publishers = Publishers::new(&mut member, namespace, *camera)?;
+        let targets = TargetInputs::new(&mut member, namespace, targets)?;
+        let names = Action::ALL.map(|action| namespace.topic(action.name()));
+        let services = names.iter().map(|name| Service::new(&mut member, name));
+        let services = services.collect::<Result<_, _>>()?;
+        let mut endpoints = Self { targets, services, publishers, _member: member };
+        endpoints.register(registry).map_err(Ros2Error::Thread)?;
+        Ok(endpoints)
+    }
+
+    /// Registers everything that wakes the thread.
+    fn register(&mut self, registry: &Registry) -> io::Result<()> {
+        self.targets.register(registry, TARGETS)?;
+        for (index, service) in self.services.iter_mut().enumerate() {
+            service.register(registry, Token(FIRST_SERVICE + index))?;
+        }
+        Ok(())
+    }
+}
