@@ -24,8 +24,7 @@ pub(crate) struct Endpoints {
     /// Services in the order of [`Action::ALL`].
     pub(crate) services: Vec<Service>,
     pub(crate) publishers: Publishers,
-    /// Keeps the topics alive.
-    _member: Member,
+    member: Member,
 }
 
 impl Endpoints {
@@ -46,9 +45,14 @@ impl Endpoints {
         let names = Action::ALL.map(|action| namespace.topic(action.name()));
         let services = names.iter().map(|name| Service::new(&mut member, name));
         let services = services.collect::<Result<_, _>>()?;
-        let mut endpoints = Self { targets, services, publishers, _member: member };
+        let mut endpoints = Self { targets, services, publishers, member };
         endpoints.register(registry).map_err(Ros2Error::Thread)?;
         Ok(endpoints)
+    }
+
+    /// Returns whether the node is still in ROS 2.
+    pub(crate) fn is_alive(&self) -> bool {
+        self.member.is_alive()
     }
 
     /// Registers everything that wakes the thread.

@@ -23,6 +23,7 @@ mod error;
 mod feed;
 #[doc(hidden)]
 pub mod fuzzing;
+mod interruption;
 mod ledger;
 mod member;
 mod message;

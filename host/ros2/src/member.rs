@@ -6,15 +6,25 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use crate::error::Ros2Error;
+use crate::interruption;
 use crate::message::TypedMessage;
 
 /// Node that has joined a domain.
 pub(crate) struct Member {
     pub(crate) node: Node,
     pub(crate) participant: DomainParticipant,
+    /// Number of interruptions of the program before it joined.
+    pub(crate) interruptions: u64,
 }
 
 impl Member {
+    /// Returns whether the DDS library still runs, as far as is known: an
+    /// [`interruption`](crate::interruption) ends its threads.
+    pub(crate) fn is_alive(&self) -> bool {
+        // The second question goes to one of the threads, and fails once that has ended.
+        interruption::count() == self.interruptions && self.participant.assert_liveliness().is_ok()
+    }
+
     /// Creates a publisher on the topic `name`, with its namespace.
     ///
     /// # Errors

@@ -6,6 +6,7 @@ use ros2_client::{Context, NodeName, NodeOptions};
 use rustdds::DomainParticipantBuilder;
 
 use crate::error::Ros2Error;
+use crate::interruption;
 use crate::member::Member;
 use crate::namespace::Namespace;
 
@@ -65,6 +66,7 @@ impl Network {
         if self.domain > MAX_DOMAIN {
             return Err(Ros2Error::Domain(self.domain));
         }
+        let interruptions = interruption::count();
         let mut builder = DomainParticipantBuilder::new(self.domain);
         if let Some(address) = self.interface {
             UdpSocket::bind((address, 0))
@@ -83,7 +85,7 @@ impl Network {
         let node = context
             .new_node(node, options)
             .map_err(|source| Ros2Error::Join { domain, source: source.into() })?;
-        Ok(Member { node, participant })
+        Ok(Member { node, participant, interruptions })
     }
 }
 

@@ -4,6 +4,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use plumb_runtime::operator::{CommandOutcome, CommandRefusal, OperatorSender};
+use plumb_runtime::targets::TargetSender;
 use rustdds::mio1::{Events, Poll, Token, Waker};
 
 use crate::Ros2Settings;
@@ -28,8 +29,13 @@ const RUN: Token = Token(0);
 
 /// Node of a rig.
 pub(crate) struct NodeLoop {
+    settings: Ros2Settings,
     poll: Poll,
     endpoints: Endpoints,
+    /// Number of times that the node has joined ROS 2.
+    joined: u64,
+    /// Destination of targets that move.
+    targets: TargetSender,
     feed: Arc<Feed>,
     last_diagnostics: Instant,
 }
@@ -44,10 +50,11 @@ impl NodeLoop {
         operator: OperatorSender,
     ) -> Result<Self, Ros2Error> {
         let poll = Poll::new().map_err(Ros2Error::Thread)?;
-        let endpoints = Endpoints::join(settings, operator.targets().clone(), poll.registry())?;
+        let (settings, targets) = (settings.clone(), operator.targets().clone());
+        let endpoints = Endpoints::join(&settings, targets.clone(), poll.registry())?;
         let waker = Waker::new(poll.registry(), RUN).map_err(Ros2Error::Thread)?;
         let (feed, last_diagnostics) = (Arc::new(Feed::new(operator, waker)), Instant::now());
-        Ok(Self { poll, endpoints, feed, last_diagnostics })
+        Ok(Self { settings, poll, endpoints, joined: 1, targets, feed, last_diagnostics })
     }
 
     /// Returns the memory between the run and the node.
@@ -75,8 +82,24 @@ impl NodeLoop {
                 return;
             }
             if Instant::now() >= self.diagnostics_due() {
+                self.stay_in_ros2();
                 self.publish_diagnostics();
             }
+        }
+    }
+
+    /// Joins ROS 2 anew if the DDS library has ended. Where that fails, the next call tries again.
+    fn stay_in_ros2(&mut self) {
+        if self.endpoints.is_alive() {
+            return;
+        }
+        match Endpoints::join(&self.settings, self.targets.clone(), self.poll.registry()) {
+            Ok(endpoints) => {
+                self.endpoints = endpoints;
+                self.joined += 1;
+                tracing::warn!("the run has joined ROS 2 anew after an interruption");
+            }
+            Err(error) => tracing::warn!("cannot join ROS 2 anew: {error}"),
         }
     }
 
@@ -185,7 +208,8 @@ impl NodeLoop {
         let unusable = self.endpoints.targets.unusable();
         // Clients often keep one value of a key.
         let named = |(k, it): (u32, _)| KeyValue::new(&format!("unusable {k}"), it);
-        let values = (1..).zip(&unusable).map(named).collect();
+        let mut values = vec![KeyValue::new("joined", self.joined)];
+        values.extend((1..).zip(&unusable).map(named));
         match unusable.first() {
             Some(first) => Report { level: Level::Warn, message: first.to_string(), values },
             None => {

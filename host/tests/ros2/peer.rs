@@ -1,6 +1,5 @@
 //! A node of Cyclone DDS in another process: `peer.py`.
 
-use std::collections::BTreeMap;
 use std::io::{BufRead, BufReader, Write};
 use std::net::TcpListener;
 use std::path::{Path, PathBuf};
@@ -104,7 +103,7 @@ impl Peer {
     /// Returns the next message of this kind for which `is_wanted`.
     pub(crate) fn until(&mut self, kind: &str, is_wanted: impl Fn(&Value) -> bool) -> Value {
         // The newest message of each name, for the report of a failure.
-        let (begin, mut newest) = (Instant::now(), BTreeMap::new());
+        let (begin, mut newest) = (Instant::now(), Map::new());
         loop {
             match self.lines.recv_timeout(LIMIT.saturating_sub(begin.elapsed())) {
                 Ok(mut line) => {
@@ -115,7 +114,7 @@ impl Peer {
                     newest.insert(message["name"].to_string(), message.take());
                 }
                 Err(RecvTimeoutError::Timeout) => {
-                    panic!("no {kind} in time; the newest: {:#?}", newest.values())
+                    panic!("no {kind} in time; the newest: {}", Value::Object(newest))
                 }
                 Err(RecvTimeoutError::Disconnected) => panic!("the node has ended"),
             }

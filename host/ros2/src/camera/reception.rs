@@ -89,6 +89,11 @@ impl Reception {
         Ok(Self { poll, events: Events::with_capacity(16), colour, depth, info, member })
     }
 
+    /// Returns whether the subscriptions are still in ROS 2.
+    pub(crate) fn is_alive(&self) -> bool {
+        self.member.is_alive()
+    }
+
     /// Returns the name of the colour topic.
     pub(crate) fn colour_name(&self) -> &str {
         self.colour.peers().topic()

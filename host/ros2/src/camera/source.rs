@@ -1,5 +1,6 @@
 //! Camera of another node as a source of frames.
 
+use std::thread;
 use std::time::{Duration, Instant};
 
 use plumb_cameras::source::openni::IntrinsicsFrom;
@@ -37,8 +38,11 @@ const LATENCY: f64 = 0.045;
 /// Camera of another node in ROS 2, with depth aligned to colour.
 ///
 /// Time stamps are in seconds on the host's clock since the camera was opened. A camera that
-/// vanishes is an error each second, but not the end: it may come again.
+/// vanishes is an error each second, but not the end: it may come again. Where the DDS library has
+/// ended after an interruption of the program, the subscriptions are made anew.
 pub struct Ros2Camera {
+    settings: Ros2CameraSettings,
+    network: Network,
     intake: Intake,
     sender: SenderClock,
     /// Time from exposure to the earliest arrival of a picture, seconds.
@@ -87,9 +91,18 @@ impl Ros2Camera {
         let latency = settings.latency.map_or(LATENCY, |latency| latency.get());
         let clock = LiveClock::since(Instant::now());
         let (sender, last_frame) = (SenderClock::new(), Instant::now());
-        let first = None;
-        let mut camera =
-            Self { intake, sender, latency, clock, size, intrinsics, first, last_frame };
+        let mut camera = Self {
+            settings: settings.clone(),
+            network: *network,
+            intake,
+            sender,
+            latency,
+            clock,
+            size,
+            intrinsics,
+            first: None,
+            last_frame,
+        };
         camera.first = Some(camera.frame(pictures).map_err(Ros2CameraError::First)?);
         Ok(camera)
     }
@@ -104,6 +117,15 @@ impl Ros2Camera {
     /// Returns the intrinsics of the frames.
     pub fn intrinsics(&self) -> Intrinsics {
         self.intrinsics
+    }
+
+    /// Subscribes anew if the DDS library has ended. A failure takes as long as a silence.
+    fn stay_in_ros2(&mut self) -> Result<(), Ros2CameraError> {
+        if !self.intake.reception.is_alive() {
+            self.intake = Intake::start(&self.settings, &self.network)
+                .inspect_err(|_| thread::sleep(SILENCE))?;
+        }
+        Ok(())
     }
 
     /// Makes a frame of pictures.
@@ -158,6 +180,7 @@ impl CameraSource for Ros2Camera {
         if let Some(first) = self.first.take() {
             return Ok(Some(first));
         }
+        self.stay_in_ros2().map_err(SourceError::new)?;
         let begin = Instant::now();
         while begin.elapsed() < SILENCE {
             let left = SILENCE.saturating_sub(begin.elapsed());
@@ -168,6 +191,9 @@ impl CameraSource for Ros2Camera {
             }
         }
         let (silent, missing) = (self.last_frame.elapsed(), self.intake.missing());
+        if !self.intake.reception.is_alive() {
+            self.intake = Intake::start(&self.settings, &self.network).map_err(SourceError::new)?;
+        }
         Err(SourceError::new(Ros2CameraError::Silent { silent, missing }))
     }
 
