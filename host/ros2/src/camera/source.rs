@@ -191,9 +191,6 @@ impl CameraSource for Ros2Camera {
             }
         }
         let (silent, missing) = (self.last_frame.elapsed(), self.intake.missing());
-        if !self.intake.reception.is_alive() {
-            self.intake = Intake::start(&self.settings, &self.network).map_err(SourceError::new)?;
-        }
         Err(SourceError::new(Ros2CameraError::Silent { silent, missing }))
     }
 
