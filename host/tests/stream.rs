@@ -12,8 +12,7 @@ use std::process::{Child, Command, Output, Stdio};
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
-use nix::sys::signal::{Signal, kill};
-use nix::unistd::Pid;
+use nix::sys::signal::Signal;
 
 use common::{Emulator, folder, json, patient, plumb, rig_file, stderr};
 
@@ -192,7 +191,7 @@ fn a_signal_ends_the_wait_for_the_first_frame() {
         assert!(run.try_wait().unwrap().is_none(), "the run has ended");
         std::thread::sleep(Duration::from_millis(5));
     }
-    kill(Pid::from_raw(i32::try_from(run.id()).unwrap()), Signal::SIGINT).unwrap();
+    common::send(&run, Signal::SIGINT);
     let output = run.wait_with_output().unwrap();
     // A run that waits to the end has an exit code and an error.
     assert_eq!(output.status.signal(), Some(Signal::SIGINT as i32), "{}", stderr(&output));

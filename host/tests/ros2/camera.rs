@@ -4,15 +4,13 @@ use std::io::{BufRead, BufReader};
 use std::path::Path;
 use std::process::{Child, Stdio};
 use std::sync::PoisonError;
-use std::thread;
-use std::time::Duration;
 
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 
 use crate::common::{self, Emulator, folder, patient, plumb, rig_file, stderr};
 use crate::peer::{Domain, Peer};
-use crate::run::{PAPER, Run, TURN, target};
+use crate::run::{PAPER, Run, TURN, pause, target};
 
 /// A camera's node in another process; killed when dropped.
 struct Camera(Child);
@@ -99,13 +97,12 @@ fn a_camera_that_vanishes_stops_the_board_and_a_stop_is_still_answered() {
     assert!(fault["values"]["advice"].is_string(), "{fault}");
     let answer = peer.call("stop");
     assert_eq!(answer["success"], true, "{answer}");
-    kill(Pid::from_raw(i32::try_from(run.id()).unwrap()), Signal::SIGINT).unwrap();
+    common::send(&run, Signal::SIGINT);
     assert_eq!(run.wait().unwrap().code(), Some(1));
     let lost = std::fs::read_to_string(folder.path().join("run/lost.csv")).unwrap();
     assert!(lost.contains("no picture for"), "{lost}");
 }
 
-/// Ctrl-Z and `fg`, a debugger, and the suspension of the computer interrupt all waits.
 #[test]
 fn a_run_that_was_stopped_and_goes_on_sees_the_camera_and_answers_a_stop() {
     let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
@@ -116,15 +113,12 @@ fn a_run_that_was_stopped_and_goes_on_sees_the_camera_and_answers_a_stop() {
     camera_rig(&domain, folder.path(), &emulator.port, "");
     let mut run = Run::command(&domain, "/plumb", folder.path()).spawn().unwrap();
     peer.until_held("/plumb", PAPER);
-    let id = Pid::from_raw(i32::try_from(run.id()).unwrap());
-    kill(id, Signal::SIGSTOP).unwrap();
-    thread::sleep(Duration::from_millis(300));
-    kill(id, Signal::SIGCONT).unwrap();
+    pause(&run);
     peer.until("status", |status| status["values"]["joined"] == "2");
     peer.next("ball");
     let answer = peer.call("stop");
     assert_eq!(answer["success"], true, "{answer}");
-    kill(id, Signal::SIGINT).unwrap();
+    common::send(&run, Signal::SIGINT);
     assert_eq!(run.wait().unwrap().code(), Some(0));
 }
 

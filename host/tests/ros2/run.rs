@@ -6,8 +6,7 @@ use std::sync::{Mutex, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use nix::sys::signal::{Signal, kill};
-use nix::unistd::Pid;
+use nix::sys::signal::Signal;
 use serde_json::{Value, json};
 
 use crate::common::{self, Emulator, folder, patient, rig_file};
@@ -51,7 +50,7 @@ impl Run {
     /// Interrupts the run. Returns its summary.
     pub(crate) fn end(mut self) -> Value {
         let child = self.child.take().unwrap();
-        kill(Pid::from_raw(i32::try_from(child.id()).unwrap()), Signal::SIGINT).unwrap();
+        common::send(&child, Signal::SIGINT);
         common::json(&child.wait_with_output().unwrap())
     }
 }
@@ -63,6 +62,14 @@ impl Drop for Run {
             let _ = child.wait();
         }
     }
+}
+
+/// Stops a program for 0.3 s. That interrupts all its waits, as Ctrl-Z and `fg`, a debugger and the
+/// suspension of the computer do.
+pub(crate) fn pause(child: &Child) {
+    common::send(child, Signal::SIGSTOP);
+    thread::sleep(Duration::from_millis(300));
+    common::send(child, Signal::SIGCONT);
 }
 
 pub(crate) fn target(at: [f64; 3], frame: &str) -> Value {
