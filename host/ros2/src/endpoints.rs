@@ -2,7 +2,6 @@
 
 use std::io;
 
-use plumb_runtime::targets::TargetSender;
 use rustdds::mio1::{Registry, Token};
 
 use crate::Ros2Settings;
@@ -11,7 +10,7 @@ use crate::error::Ros2Error;
 use crate::member::Member;
 use crate::publishers::Publishers;
 use crate::service::Service;
-use crate::targets::TargetInputs;
+use crate::targets::TargetTopics;
 
 /// Tokens of set points and of targets that move.
 const TARGETS: [Token; 2] = [Token(1), Token(2)];
@@ -20,7 +19,7 @@ const FIRST_SERVICE: usize = 3;
 
 /// Topics and services of a rig's node.
 pub(crate) struct Endpoints {
-    pub(crate) targets: TargetInputs,
+    pub(crate) targets: TargetTopics,
     /// Services in the order of [`Action::ALL`].
     pub(crate) services: Vec<Service>,
     pub(crate) publishers: Publishers,
@@ -28,20 +27,15 @@ pub(crate) struct Endpoints {
 }
 
 impl Endpoints {
-    /// Joins ROS 2 with a node. Targets that move go to `targets`. What comes wakes the poll of
-    /// `registry`, with tokens from 1 on.
+    /// Joins ROS 2 with a node. What comes wakes the poll of `registry`, with tokens from 1 on.
     ///
     /// # Errors
     /// As [`Network`](crate::Network) says, and where the operating system refuses.
-    pub(crate) fn join(
-        settings: &Ros2Settings,
-        targets: TargetSender,
-        registry: &Registry,
-    ) -> Result<Self, Ros2Error> {
+    pub(crate) fn join(settings: &Ros2Settings, registry: &Registry) -> Result<Self, Ros2Error> {
         let Ros2Settings { namespace, network, camera } = settings;
         let mut member = network.join(namespace, "plumb")?;
         let publishers = Publishers::new(&mut member, namespace, *camera)?;
-        let targets = TargetInputs::new(&mut member, namespace, targets)?;
+        let targets = TargetTopics::new(&mut member, namespace)?;
         let names = Action::ALL.map(|action| namespace.topic(action.name()));
         let services = names.iter().map(|name| Service::new(&mut member, name));
         let services = services.collect::<Result<_, _>>()?;

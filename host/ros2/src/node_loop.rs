@@ -4,7 +4,6 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use plumb_runtime::operator::{CommandOutcome, CommandRefusal, OperatorSender};
-use plumb_runtime::targets::TargetSender;
 use rustdds::mio1::{Events, Poll, Token, Waker};
 
 use crate::Ros2Settings;
@@ -16,6 +15,7 @@ use crate::ledger::{Origin, Settled};
 use crate::message::diagnostic::{KeyValue, Level};
 use crate::service::Ticket;
 use crate::status::Report;
+use crate::targets::TargetRules;
 use crate::topic::MAX_IN_TURN;
 
 /// Time between two diagnostics if nothing happens.
@@ -34,8 +34,7 @@ pub(crate) struct NodeLoop {
     endpoints: Endpoints,
     /// Number of times that the node has joined ROS 2.
     joined: u64,
-    /// Destination of targets that move.
-    targets: TargetSender,
+    targets: TargetRules,
     feed: Arc<Feed>,
     last_diagnostics: Instant,
 }
@@ -50,10 +49,11 @@ impl NodeLoop {
         operator: OperatorSender,
     ) -> Result<Self, Ros2Error> {
         let poll = Poll::new().map_err(Ros2Error::Thread)?;
-        let (settings, targets) = (settings.clone(), operator.targets().clone());
-        let endpoints = Endpoints::join(&settings, targets.clone(), poll.registry())?;
+        let endpoints = Endpoints::join(settings, poll.registry())?;
+        let targets = TargetRules::new(&settings.namespace, operator.targets().clone());
         let waker = Waker::new(poll.registry(), RUN).map_err(Ros2Error::Thread)?;
-        let (feed, last_diagnostics) = (Arc::new(Feed::new(operator, waker)), Instant::now());
+        let (settings, feed) = (settings.clone(), Arc::new(Feed::new(operator, waker)));
+        let last_diagnostics = Instant::now();
         Ok(Self { settings, poll, endpoints, joined: 1, targets, feed, last_diagnostics })
     }
 
@@ -68,14 +68,14 @@ impl NodeLoop {
         loop {
             let now = Instant::now();
             let due = self.diagnostics_due();
-            let due = self.endpoints.targets.due().map_or(due, |target| target.min(due));
+            let due = self.targets.due().map_or(due, |target| target.min(due));
             // An interrupted wait is a wake-up like any other.
             let _interrupted =
                 self.poll.poll(&mut events, Some(due.saturating_duration_since(now)));
             self.handle_requests();
-            self.endpoints.targets.receive(&self.feed);
+            self.targets.receive(&mut self.endpoints.targets, &self.feed);
             self.handle_outcomes();
-            self.endpoints.targets.send(&mut self.feed.state());
+            self.targets.send(&mut self.feed.state());
             self.publish_sample();
             if self.feed.state().is_closing {
                 self.close();
@@ -93,7 +93,7 @@ impl NodeLoop {
         if self.endpoints.is_alive() {
             return;
         }
-        match Endpoints::join(&self.settings, self.targets.clone(), self.poll.registry()) {
+        match Endpoints::join(&self.settings, self.poll.registry()) {
             Ok(endpoints) => {
                 self.endpoints = endpoints;
                 self.joined += 1;
@@ -124,14 +124,14 @@ impl NodeLoop {
         let mut state = self.feed.state();
         match action {
             Action::Stop => {
-                self.endpoints.targets.clear();
+                self.targets.clear();
                 state.status.set_stopped(true);
             }
             Action::Resume => {
-                self.endpoints.targets.resume();
+                self.targets.resume();
                 state.status.set_stopped(false);
             }
-            Action::Hold => self.endpoints.targets.clear(),
+            Action::Hold => self.targets.clear(),
             Action::ClearFault => {}
         }
         state.has_news = true;
@@ -157,7 +157,7 @@ impl NodeLoop {
         let settled = self.feed.state().ledger.take_settled();
         for Settled { origin, command, outcome } in settled {
             match origin {
-                Origin::Target => self.endpoints.targets.answered(),
+                Origin::Target => self.targets.answered(),
                 Origin::Answered => {}
                 Origin::Request { service, ticket } => {
                     let (success, message) = match outcome {

@@ -70,6 +70,12 @@ fn the_ball_follows_a_moving_target_until_a_stop_and_again_after_a_resume() {
     peer.send(&target(PAPER, "plumb/rig"));
     peer.until_held("/plumb", PAPER);
     peer.until_status(STATUS, "has ended the motion");
+    // The motion stays ended where the run joins ROS 2 anew.
+    run.pause();
+    peer.until("status", |status| status["values"]["joined"] == "2");
+    for _ in 0..3 {
+        peer.until_status(STATUS, "has ended the motion");
+    }
     peer.assert_ball_at(PAPER);
     let summary = run.end();
     assert_near(&summary);

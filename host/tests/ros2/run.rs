@@ -47,6 +47,11 @@ impl Run {
         command
     }
 
+    /// Stops the program for a moment, as [`pause`].
+    pub(crate) fn pause(&self) {
+        pause(self.child.as_ref().unwrap());
+    }
+
     /// Interrupts the run. Returns its summary.
     pub(crate) fn end(mut self) -> Value {
         let child = self.child.take().unwrap();

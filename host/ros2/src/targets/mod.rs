@@ -27,34 +27,21 @@ use crate::peers::UnusablePublisher;
 use crate::qos;
 use crate::topic::Topic;
 
-/// Topics of targets, with the rules for them.
-pub(crate) struct TargetInputs {
+/// Topics of targets.
+pub(crate) struct TargetTopics {
     set_points: Topic<PointStamped>,
     moving: Topic<PointStamped>,
-    admission: Admission,
-    gate: TargetGate,
-    moving_gate: MovingGate,
 }
 
-impl TargetInputs {
-    /// Subscribes to the topics of a rig. Targets that move go to `targets`.
+impl TargetTopics {
+    /// Subscribes to the topics of a rig.
     ///
     /// # Errors
     /// [`Ros2Error::Endpoint`] where that is not possible.
-    pub(crate) fn new(
-        member: &mut Member,
-        namespace: &Namespace,
-        targets: TargetSender,
-    ) -> Result<Self, Ros2Error> {
-        let (name, resume) = (namespace.topic("moving_target"), Action::Resume.name());
-        let resume = namespace.topic(resume);
-        Ok(Self {
-            set_points: Topic::new(member, &namespace.topic("target"), &qos::NEWEST_MESSAGE)?,
-            moving: Topic::new(member, &name, &qos::MOVING_TARGETS)?,
-            admission: Admission::new(namespace.frame("rig"), resume.clone()),
-            gate: TargetGate::default(),
-            moving_gate: MovingGate::new(targets, name, resume),
-        })
+    pub(crate) fn new(member: &mut Member, namespace: &Namespace) -> Result<Self, Ros2Error> {
+        let set_points = Topic::new(member, &namespace.topic("target"), &qos::NEWEST_MESSAGE)?;
+        let moving = Topic::new(member, &moving_topic(namespace), &qos::MOVING_TARGETS)?;
+        Ok(Self { set_points, moving })
     }
 
     /// Wakes the poll of `registry` for each target.
@@ -66,10 +53,41 @@ impl TargetInputs {
         self.moving.register(registry, tokens[1])
     }
 
+    /// Returns the publishers on the topics that cannot be used.
+    pub(crate) fn unusable(&self) -> Vec<UnusablePublisher> {
+        [self.set_points.peers.unusable(), self.moving.peers.unusable()].concat()
+    }
+}
+
+/// Returns the name of the topic of targets that move.
+fn moving_topic(namespace: &Namespace) -> String {
+    namespace.topic("moving_target")
+}
+
+/// Rules for targets. They outlive the topics: a motion that has ended stays ended where the node
+/// joins ROS 2 anew.
+pub(crate) struct TargetRules {
+    admission: Admission,
+    gate: TargetGate,
+    moving_gate: MovingGate,
+}
+
+impl TargetRules {
+    /// Returns the rules for the targets of a rig. Targets that move go to `targets`.
+    pub(crate) fn new(namespace: &Namespace, targets: TargetSender) -> Self {
+        let resume = namespace.topic(Action::Resume.name());
+        Self {
+            admission: Admission::new(namespace.frame("rig"), resume.clone()),
+            gate: TargetGate::default(),
+            moving_gate: MovingGate::new(targets, moving_topic(namespace), resume),
+        }
+    }
+
     /// Takes the targets that have come. The control loop waits for the state of `feed` after each
     /// picture: it is locked for one message at a time.
-    pub(crate) fn receive(&mut self, feed: &Feed) {
-        let Self { set_points, moving, admission, gate, moving_gate } = self;
+    pub(crate) fn receive(&mut self, topics: &mut TargetTopics, feed: &Feed) {
+        let TargetTopics { set_points, moving } = topics;
+        let Self { admission, gate, moving_gate } = self;
         set_points.receive(|message, origin| {
             let mut state = feed.state();
             match admission.admit(&message, origin.sent, state.status.is_stopped()) {
@@ -128,10 +146,5 @@ impl TargetInputs {
     pub(crate) fn resume(&mut self) {
         self.admission.resume(Instant::now());
         self.moving_gate.resume();
-    }
-
-    /// Returns the publishers on the topics that cannot be used.
-    pub(crate) fn unusable(&self) -> Vec<UnusablePublisher> {
-        [self.set_points.peers.unusable(), self.moving.peers.unusable()].concat()
     }
 }
