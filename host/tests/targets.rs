@@ -15,7 +15,7 @@ use std::time::{Duration, Instant};
 
 use serde_json::Value;
 
-use common::{Emulator, folder, json, patient, plumb, rig_file, stderr};
+use common::{Emulator, folder, json, patient, plumb, rig_file, stderr, until_rows};
 
 /// Boards have deadlines: one run at a time.
 static TURN: Mutex<()> = Mutex::new(());
@@ -50,20 +50,27 @@ fn lines_of_standard_input_move_the_ball_and_bad_ones_are_told() {
     let emulator = Emulator::start();
     let mut run = start(folder.path(), &emulator, "-");
     let mut input = run.stdin.take().unwrap();
+    // A target that comes before the run takes any may be late.
+    until_rows(&mut run, &folder.path().join("run"), 2);
     let place = |k: u32| [0.5 - 0.0005 * f64::from(k), 0.25, 0.42];
     let begin = Instant::now();
     for k in 0..100 {
         let t = begin.elapsed().as_secs_f64();
         writeln!(input, "{{\"t\": {t}, \"target\": {:?}}}", place(k)).unwrap();
         if k == 40 {
-            input.write_all(b"hello\n{\"target\": [0.5, 0.25, 9]}\n").unwrap();
+            input.write_all(b"hello\n").unwrap();
+        }
+        // On a busy machine, the run leaves some out: they are late.
+        if k >= 40 && k % 10 == 0 {
+            input.write_all(b"{\"target\": [0.5, 0.25, 9]}\n").unwrap();
         }
         thread::sleep(Duration::from_millis(40));
     }
     drop(input);
     let output = run.wait_with_output().unwrap();
     let (line, targets) = good(&output);
-    assert_eq!((&targets["unreadable"], &targets["refused"]), (&1.into(), &1.into()), "{line}");
+    assert_eq!(targets["unreadable"], 1, "{line}");
+    assert!(targets["refused"].as_u64().unwrap() >= 1, "{line}");
     assert!(targets["taken"].as_u64().unwrap() > 10, "{line}");
     assert!(targets["frames"].as_u64().unwrap() > 0, "{line}");
     assert!(targets["error"]["rms_mm"].as_f64().unwrap() > 0.0, "{line}");
@@ -71,7 +78,7 @@ fn lines_of_standard_input_move_the_ball_and_bad_ones_are_told() {
     let told = stderr(&output);
     assert!(told.contains("targets: line 42: no target: expected value"), "{told}");
     assert!(told.contains("target [0.5000, 0.2500, 9.0000] m: that is outside the"), "{told}");
-    assert!(told.contains("1 refused, 1 unreadable") && told.contains("distance from"), "{told}");
+    assert!(told.contains(" refused, 1 unreadable") && told.contains("distance from"), "{told}");
     assert!(folder.path().join("run/deviation.svg").exists());
 }
 

@@ -13,9 +13,9 @@ const CENTRE: [f64; 3] = [0.45, 0.30, 0.32];
 /// Name of the status of targets that move.
 const STATUS: &str = "/plumb: moving target";
 
-/// Largest distance of the ball from the target in 99 % of the pictures, mm. The target moves
-/// 50 mm in a second, so a ball that drove to each place and stopped would be farther away.
-const NEAR_MM: f64 = 15.0;
+/// Largest root mean square of the distance of the ball from the target, mm. The target moves 50 mm
+/// in a second, so this is a lag of 0.2 s. On a busy machine, the lag is larger in some pictures.
+const NEAR_MM: f64 = 10.0;
 
 /// Waits until the run has taken `more` targets.
 fn follow(peer: &mut Peer, more: u64) {
@@ -33,8 +33,8 @@ fn ball(peer: &mut Peer) -> [f64; 3] {
 
 fn assert_near(summary: &Value) {
     let targets = &summary["targets"];
-    let p99 = targets["error"]["p99_mm"].as_f64().unwrap();
-    assert!(p99 < NEAR_MM && targets["frames"].as_u64().unwrap() > 60, "{targets}");
+    let rms = targets["error"]["rms_mm"].as_f64().unwrap();
+    assert!(rms < NEAR_MM && targets["frames"].as_u64().unwrap() > 60, "{targets}");
 }
 
 #[test]
