@@ -1,9 +1,12 @@
-"""Writes photographs as a TUM RGB-D folder: photographs.py ROOT OUT
+"""Writes photographs as a TUM RGB-D folder: photographs.py SET ROOT OUT
 
-The photographs are those of the Debian packages opencv-doc (4.6.0) and python3-skimage (0.19.3),
-installed or unpacked in ROOT. No network is trained on them. They have no depth: behind all of a
-photograph is a slope from 3.4 m at the top to 2.2 m at the bottom. With OUT as a background,
-`plumb bench vision --suite rooms` draws the ball before pictures of many kinds.
+The photographs are those of the Debian packages opencv-doc (4.6.0), python3-skimage (0.19.3) and,
+in the set `training`, plasma-workspace-wallpapers (5.27.5), installed or unpacked in ROOT. They
+have no depth: behind all of a photograph is a slope from 3.4 m at the top to 2.2 m at the bottom.
+
+SET is `training` or `test`. The network that proposes is trained on pictures before the first. No
+network has seen the second: with it as a background, `plumb bench vision --suite rooms` draws the
+ball before pictures of many kinds.
 """
 
 import os
@@ -17,19 +20,55 @@ from light import TUM_DEPTH
 EXAMPLES = "usr/share/doc/opencv-doc/examples/data"
 MANUAL = "usr/share/doc/opencv-doc/opencv4/html"
 SKIMAGE = "usr/lib/python3/dist-packages/skimage/data"
-# Folder and names of the photographs.
-PHOTOGRAPHS = [
-    (
-        EXAMPLES,
-        "baboon.jpg basketball1.png ela_original.jpg home.jpg rubberwhale1.png stuff.jpg apple.jpg "
-        "aero1.jpg building.jpg cards.png squirrel_cls.jpg",
-    ),
-    (
-        MANUAL,
-        "corridor_fld.jpg astra_color.jpg yolo.jpg newspaper.jpg 227943776_1.jpg 01.jpg",
-    ),
-    (SKIMAGE, "coffee.png astronaut.png motorcycle_left.png"),
-]
+WALLPAPERS = "usr/share/wallpapers"
+
+
+def wallpapers(size, names):
+    """Returns the folder of wallpapers of a size and their names in it."""
+    parts = (name.split(".") for name in names.split())
+    return WALLPAPERS, " ".join(f"{name}/contents/images/{size}.{kind}" for name, kind in parts)
+
+
+# Folder and names of the photographs of each set. No subject is in both sets.
+PHOTOGRAPHS = {
+    "training": [
+        (
+            EXAMPLES,
+            "aloeL.jpg board.jpg butterfly.jpg fruits.jpg leuvenA.jpg messi5.jpg smarties.png "
+            "orange.jpg chicky_512.png graf1.png licenseplate_motion.jpg",
+        ),
+        (
+            MANUAL,
+            "plant.jpg choriginal.jpg budapest.jpg 230501201_1.jpg detect_test2.jpg 02.jpg",
+        ),
+        (SKIMAGE, "chelsea.png rocket.jpg motorcycle_right.png"),
+        # Most wallpapers are in both sizes, with the same picture, and count twice.
+        wallpapers(
+            "1920x1080",
+            "Autumn.jpg BytheWater.jpg ColdRipple.jpg DarkestHour.jpg EveningGlow.jpg "
+            "FallenLeaf.jpg FlyingKonqui.png Grey.jpg Kite.jpg OneStandsOut.jpg PastelHills.jpg "
+            "Path.jpg summer_1am.jpg",
+        ),
+        wallpapers(
+            "2560x1600",
+            "Autumn.jpg BytheWater.jpg ColdRipple.jpg ColorfulCups.jpg DarkestHour.jpg Elarun.png "
+            "EveningGlow.jpg FallenLeaf.jpg FlyingKonqui.png Grey.jpg Kite.jpg OneStandsOut.jpg "
+            "Path.jpg summer_1am.jpg",
+        ),
+    ],
+    "test": [
+        (
+            EXAMPLES,
+            "baboon.jpg basketball1.png ela_original.jpg home.jpg rubberwhale1.png stuff.jpg "
+            "apple.jpg aero1.jpg building.jpg cards.png squirrel_cls.jpg",
+        ),
+        (
+            MANUAL,
+            "corridor_fld.jpg astra_color.jpg yolo.jpg newspaper.jpg 227943776_1.jpg 01.jpg",
+        ),
+        (SKIMAGE, "coffee.png astronaut.png"),
+    ],
+}
 COLUMNS, ROWS = 640, 480
 # Depth of the first row and of the last one, metres.
 FAR, NEAR = 3.4, 2.2
@@ -41,7 +80,7 @@ def read(path):
     """Returns a photograph."""
     photograph = cv2.imread(path)
     if photograph is None:
-        sys.exit(f"cannot read {path}: unpack opencv-doc and python3-skimage in ROOT")
+        sys.exit(f"cannot read {path}: unpack the three packages in ROOT")
     return photograph
 
 
@@ -66,12 +105,16 @@ def pictures(photograph):
 
 
 def main():
-    root, out = sys.argv[1:]
+    chosen, root, out = sys.argv[1:]
     for folder in ("rgb", "depth"):
         os.makedirs(f"{out}/{folder}", exist_ok=True)
     slope = np.linspace(FAR, NEAR, ROWS)[:, None] * np.ones((1, COLUMNS))
-    paths = [f"{root}/{folder}/{name}" for folder, names in PHOTOGRAPHS for name in names.split()]
-    made = [picture for path in paths for picture in pictures(read(path))]
+    made = [
+        picture
+        for folder, names in PHOTOGRAPHS[chosen]
+        for name in names.split()
+        for picture in pictures(read(f"{root}/{folder}/{name}"))
+    ]
     lists = {folder: "# timestamp path\n" for folder in ("rgb", "depth")}
     for number, picture in enumerate(made, 1):
         for folder, image in [("rgb", picture), ("depth", (slope * TUM_DEPTH).astype(np.uint16))]:

@@ -56,20 +56,20 @@ fn parameters_are_used() {
 
 #[test]
 fn the_search_goes_on_if_a_likely_place_is_not_the_ball() {
-    // Each place that the network proposes counts as likely.
+    // The first place counts as likely, the second as less promising. No circle is good enough.
     let propose = ProposeParameters {
-        min_judged: f64::NEG_INFINITY,
-        min_judged_again: f64::NEG_INFINITY,
         likely: f64::NEG_INFINITY,
         rival_log_odds: 0.0,
         ..ProposeParameters::DEFAULT
     };
-    let parameters = ShapeParameters { propose, ..ShapeParameters::DEFAULT };
-    // Two red ovals without depth.
+    let search =
+        SearchParameters { min_score: 1.1, certain_score: 1.1, ..SearchParameters::DEFAULT };
+    let parameters = ShapeParameters { propose, search, ..ShapeParameters::DEFAULT };
+    // Two balls without depth.
     let mut scene = wall(2.2);
     scene.each_pixel(|_, (u, v), pixel, depth| {
         for (column, row) in [(200, 150), (450, 300)] {
-            let (x, y) = (f64::from(u - column) / 34.0, f64::from(v - row) / 24.0);
+            let (x, y) = (f64::from(u - column) / 30.0, f64::from(v - row) / 30.0);
             if x * x + y * y < 1.0 {
                 *pixel = [20, 15, (70.0 + 130.0 * (1.0 - x * x - y * y).sqrt()) as u8];
             }
