@@ -28,8 +28,8 @@ pub(super) struct Level<'a> {
     pub(super) width: usize,
     pub(super) height: usize,
     pub(super) pixels: &'a [Bgr],
-    /// Number of pixels of the full image, in a row, in one of the level.
-    pub(super) factor: f64,
+    /// Size of the level in that of the full image: 1, 1/2 or 1/4.
+    pub(super) scale: f64,
     /// Column and row of the first pixel in the full image.
     pub(super) origin: (f64, f64),
 }
@@ -44,10 +44,10 @@ struct Between {
 }
 
 impl Between {
-    /// Returns the place of `k`, a column or row of the full image, in a level of `size` columns or
-    /// rows that starts at `origin`; the border if it is outside.
-    fn new(k: f64, origin: f64, factor: f64, size: usize) -> Self {
-        let place = ((k + 0.5 - origin) / factor - 0.5).clamp(0.0, (size - 1) as f64);
+    /// Returns the place of `k`, a column or row of the full image, in a level of this scale and of
+    /// `size` columns or rows that starts at `origin`; the border if it is outside.
+    fn new(k: f64, origin: f64, scale: f64, size: usize) -> Self {
+        let place = ((k + 0.5 - origin) * scale - 0.5).clamp(0.0, (size - 1) as f64);
         let first = place as usize;
         let part = (place - first as f64) as f32;
         Self { first, second: (first + 1).min(size - 1), part }
@@ -62,8 +62,8 @@ impl Level<'_> {
         let mut line = Vec::new();
         let mut colours = Vec::with_capacity(N * N);
         for (v, us) in rows {
-            let row = Between::new(v, self.origin.1, self.factor, self.height);
-            let columns = us.map(|u| Between::new(u, self.origin.0, self.factor, self.width));
+            let row = Between::new(v, self.origin.1, self.scale, self.height);
+            let columns = us.map(|u| Between::new(u, self.origin.0, self.scale, self.width));
             let (start, end) = (columns[0].first, columns[N - 1].second + 1);
             let part = |k: usize| self.pixels[k * self.width..][start..end].as_flattened();
             line.resize(end - start, [0.0; 3]);
@@ -116,7 +116,7 @@ impl Pyramid {
     /// Returns `image` itself and the window at a half and at a quarter of the size.
     pub(super) fn levels<'a>(&'a self, image: &'a ColourImage) -> [Level<'a>; 3] {
         let (width, height, pixels) = (image.width(), image.height(), image.pixels());
-        let full = Level { width, height, pixels, factor: 1.0, origin: (0.0, 0.0) };
+        let full = Level { width, height, pixels, scale: 1.0, origin: (0.0, 0.0) };
         [full, self.level(&self.half, SMALLEST / 2), self.level(&self.quarter, SMALLEST)]
     }
 
@@ -126,7 +126,7 @@ impl Pyramid {
         let size = |n: usize| n / SMALLEST * SMALLEST / factor;
         let (width, height) = (size(width), size(height));
         let origin = (left as f64, top as f64);
-        Level { width, height, pixels, factor: factor as f64, origin }
+        Level { width, height, pixels, scale: 1.0 / factor as f64, origin }
     }
 }
 
@@ -237,7 +237,7 @@ mod tests {
         // Blue grows by 16 with each column, red by 8 with each row: full-size pixels of 2 x 2.
         let pixels: Vec<Bgr> = (0..30).map(|i| [i as u8 % 6 * 16, 7, i as u8 / 6 * 8]).collect();
         let level =
-            Level { width: 6, height: 5, pixels: &pixels, factor: 2.0, origin: (100.0, 40.0) };
+            Level { width: 6, height: 5, pixels: &pixels, scale: 0.5, origin: (100.0, 40.0) };
         // The first pixel of the level is about (100.5, 40.5).
         let columns = [90.0, 101.0, 104.0, 200.0];
         let colours = level.grid([30.0, 41.5, 45.0, 99.0].map(|row| (row, columns)));
