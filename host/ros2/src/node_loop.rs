@@ -97,6 +97,7 @@ impl NodeLoop {
             Ok(endpoints) => {
                 self.endpoints = endpoints;
                 self.joined += 1;
+                self.targets.joined_anew();
                 tracing::warn!("the run has joined ROS 2 anew after an interruption");
             }
             Err(error) => tracing::warn!("cannot join ROS 2 anew: {error}"),
