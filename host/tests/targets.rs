@@ -50,17 +50,18 @@ fn lines_of_standard_input_move_the_ball_and_bad_ones_are_told() {
     let emulator = Emulator::start();
     let mut run = start(folder.path(), &emulator, "-");
     let mut input = run.stdin.take().unwrap();
-    // A target that comes before the run takes any may be late.
+    // The run leaves out a target that waits for more than 0.5 s: they begin after its first row.
     until_rows(&mut run, &folder.path().join("run"), 2);
-    let place = |k: u32| [0.5 - 0.0005 * f64::from(k), 0.25, 0.42];
+    // The target stays at its last place: a busy machine may take one or another too late.
+    let place = |k: u32| [0.5 - 0.0005 * f64::from(k.min(99)), 0.25, 0.42];
     let begin = Instant::now();
-    for k in 0..100 {
+    for k in 0..125 {
         let t = begin.elapsed().as_secs_f64();
         writeln!(input, "{{\"t\": {t}, \"target\": {:?}}}", place(k)).unwrap();
         if k == 40 {
             input.write_all(b"hello\n").unwrap();
         }
-        // On a busy machine, the run leaves some out: they are late.
+        // Nine targets outside the workspace, since some of them may be taken too late.
         if k >= 40 && k % 10 == 0 {
             input.write_all(b"{\"target\": [0.5, 0.25, 9]}\n").unwrap();
         }
@@ -70,7 +71,7 @@ fn lines_of_standard_input_move_the_ball_and_bad_ones_are_told() {
     let output = run.wait_with_output().unwrap();
     let (line, targets) = good(&output);
     assert_eq!(targets["unreadable"], 1, "{line}");
-    assert!(targets["refused"].as_u64().unwrap() >= 1, "{line}");
+    assert!((1..=9).contains(&targets["refused"].as_u64().unwrap()), "{line}");
     assert!(targets["taken"].as_u64().unwrap() > 10, "{line}");
     assert!(targets["frames"].as_u64().unwrap() > 0, "{line}");
     assert!(targets["error"]["rms_mm"].as_f64().unwrap() > 0.0, "{line}");

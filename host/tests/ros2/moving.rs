@@ -14,7 +14,8 @@ const CENTRE: [f64; 3] = [0.45, 0.30, 0.32];
 const STATUS: &str = "/plumb: moving target";
 
 /// Largest root mean square of the distance of the ball from the target, mm. The target moves 50 mm
-/// in a second, so this is a lag of 0.2 s. On a busy machine, the lag is larger in some pictures.
+/// in a second, so this is a lag of 0.2 s. On a busy machine the ball lags more in some pictures,
+/// so the largest distance says little.
 const NEAR_MM: f64 = 10.0;
 
 /// Waits until the run has taken `more` targets.
@@ -70,7 +71,7 @@ fn the_ball_follows_a_moving_target_until_a_stop_and_again_after_a_resume() {
     peer.send(&target(PAPER, "plumb/rig"));
     peer.until_held("/plumb", PAPER);
     peer.until_status(STATUS, "has ended the motion");
-    // The motion stays ended where the run joins ROS 2 anew.
+    // The motion stays ended when the run joins ROS 2 anew.
     run.pause();
     peer.until("status", |status| status["values"]["joined"] == "2");
     for _ in 0..3 {
