@@ -1,12 +1,12 @@
 """Writes photographs as a TUM RGB-D folder: photographs.py SET ROOT OUT
 
-The photographs are those of the Debian packages opencv-doc (4.6.0), python3-skimage (0.19.3) and,
-in the set `training`, plasma-workspace-wallpapers (5.27.5), installed or unpacked in ROOT. They
-have no depth: behind all of a photograph is a slope from 3.4 m at the top to 2.2 m at the bottom.
+SET is `training` or `test`. The network that proposes is trained with photographs of the set
+`training` as backgrounds. No network has seen those of the set `test`: they are a background for
+`plumb bench vision --suite rooms`. OUT is a new folder.
 
-SET is `training` or `test`. The network that proposes is trained on pictures before the first. No
-network has seen the second: with it as a background, `plumb bench vision --suite rooms` draws the
-ball before pictures of many kinds.
+The photographs are those of the Debian packages opencv-doc (4.6.0), python3-skimage (0.19.3) and,
+for `training`, plasma-workspace-wallpapers (5.27.5), installed or unpacked in ROOT. They have no
+depth. Each one gets that of a slope, from 3.4 m in the first row to 2.2 m in the last.
 """
 
 import os
@@ -29,7 +29,8 @@ def wallpapers(size, names):
     return WALLPAPERS, " ".join(f"{name}/contents/images/{size}.{kind}" for name, kind in parts)
 
 
-# Folder and names of the photographs of each set. No subject is in both sets.
+# Folder and names of the photographs of each set. No photograph is in both sets, and no person or
+# thing is in a photograph of both.
 PHOTOGRAPHS = {
     "training": [
         (
@@ -80,7 +81,7 @@ def read(path):
     """Returns a photograph."""
     photograph = cv2.imread(path)
     if photograph is None:
-        sys.exit(f"cannot read {path}: unpack the three packages in ROOT")
+        sys.exit(f"cannot read {path}: unpack the packages that photographs.py names in ROOT")
     return photograph
 
 
@@ -106,8 +107,10 @@ def pictures(photograph):
 
 def main():
     chosen, root, out = sys.argv[1:]
-    for folder in ("rgb", "depth"):
-        os.makedirs(f"{out}/{folder}", exist_ok=True)
+    if chosen not in PHOTOGRAPHS:
+        sys.exit(f"there is no set {chosen}: give one of {', '.join(PHOTOGRAPHS)}")
+    if os.path.exists(out):
+        sys.exit(f"{out} exists: give the name of a new folder")
     slope = np.linspace(FAR, NEAR, ROWS)[:, None] * np.ones((1, COLUMNS))
     made = [
         picture
@@ -116,6 +119,8 @@ def main():
         for picture in pictures(read(f"{root}/{folder}/{name}"))
     ]
     lists = {folder: "# timestamp path\n" for folder in ("rgb", "depth")}
+    for folder in lists:
+        os.makedirs(f"{out}/{folder}")
     for number, picture in enumerate(made, 1):
         for folder, image in [("rgb", picture), ("depth", (slope * TUM_DEPTH).astype(np.uint16))]:
             cv2.imwrite(f"{out}/{folder}/{number:06}.png", image)

@@ -28,7 +28,7 @@ pub(super) struct Level<'a> {
     pub(super) width: usize,
     pub(super) height: usize,
     pub(super) pixels: &'a [Bgr],
-    /// Size of the level in that of the full image: 1, 1/2 or 1/4.
+    /// Pixels of the level for one pixel of the full image, in a row: 1, 1/2 or 1/4.
     pub(super) scale: f64,
     /// Column and row of the first pixel in the full image.
     pub(super) origin: (f64, f64),

@@ -13,9 +13,7 @@ pub struct ProposeParameters {
     /// Least log-odds of a proposal.
     pub min_log_odds: f32,
     /// Largest number of proposals that are judged: the budget of a search. A busy picture has more
-    /// red places before the ball than a room of `plumb bench vision` has: with photographs as
-    /// backgrounds, 8 instead of 16 lose 29 instead of 23 of 192 balls without depth (`rooms`, seed
-    /// 103; docs/understand/detector.md).
+    /// red places than a room of `plumb bench vision`: docs/understand/detector.md has the figures.
     pub max_judged: usize,
     /// Least log-odds by the small judging network of a proposal that is judged once more, where it
     /// saw the ball.
