@@ -3,8 +3,11 @@
 use std::fs;
 use std::path::{Component, Path, PathBuf};
 
-/// Folders that are not source: build output, installed packages, git's files, run logs.
-const SKIPPED: [&str; 4] = ["target", "node_modules", ".git", "runs"];
+/// Folders of the repository that are not source: build output, git's files, run logs.
+const SKIPPED_IN_ROOT: [&str; 3] = ["target", ".git", "runs"];
+
+/// Name of the folders of installed packages, wherever they are.
+const PACKAGES: &str = "node_modules";
 
 /// Returns the folder of the repository.
 pub fn root() -> PathBuf {
@@ -26,7 +29,8 @@ pub fn normalise(path: &Path) -> PathBuf {
     found
 }
 
-/// Returns the files below `folder` whose names end in one of `endings`, in order.
+/// Returns the source files below `folder`, a folder of the repository, whose names end in one of
+/// `endings`, in order.
 ///
 /// # Panics
 /// If a folder cannot be read.
@@ -43,13 +47,18 @@ fn collect(folder: &Path, endings: &[&str], found: &mut Vec<PathBuf>) {
         let path = entry.expect("a directory entry").path();
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         if path.is_dir() && !path.is_symlink() {
-            if !SKIPPED.contains(&name.as_str()) {
+            if !is_skipped(&path) {
                 collect(&path, endings, found);
             }
         } else if endings.iter().any(|ending| name.ends_with(ending)) {
             found.push(path);
         }
     }
+}
+
+/// Returns whether `folder` holds no source.
+fn is_skipped(folder: &Path) -> bool {
+    folder.ends_with(PACKAGES) || SKIPPED_IN_ROOT.iter().any(|name| folder == root().join(name))
 }
 
 /// Returns the text of a file.

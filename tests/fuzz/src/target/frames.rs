@@ -17,7 +17,8 @@ pub const TARGET: Target = Target {
 };
 
 /// Decodes the input in pieces as long as its first byte says, and compares the result with that of
-/// the reference decoder. Parses each message, and the input itself, as a message of each direction.
+/// the reference decoder. Parses each message, and the input itself, as a message of each
+/// direction.
 pub fn run(input: &[u8]) {
     let Some((first, stream)) = input.split_first() else { return };
     let piece = usize::from(*first).max(1);
