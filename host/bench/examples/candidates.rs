@@ -12,72 +12,24 @@
 //! is 1 if the candidate's centre is within half a radius of the ball's, otherwise 0; the others
 //! are its features.
 
-use std::env;
-use std::error::Error;
-use std::path::Path;
+mod common;
 
-use plumb_bench::vision::{
-    GroundTruth, LabelledFrame, VisionOptions, each_frame, is_held_out, suite_camera,
-};
-use plumb_cameras::camera_file;
-use plumb_cameras::source::CameraSource;
-use plumb_cameras::source::tum::TumFolder;
-use plumb_vision::camera::Camera;
+use std::error::Error;
+
+use common::Suite;
+use plumb_bench::vision::{GroundTruth, LabelledFrame, each_frame};
 use plumb_vision::detect::ball::ShapeDetector;
 use plumb_vision::detect::shape::{
     CandidateTrace, ColourFeatures, Curvature, DepthFeatures, Features, FreeFitResidual,
-    ShapeParameters,
 };
-use plumb_vision::frame::RgbdFrame;
-
-/// Log-odds of a candidate beyond doubt.
-const CERTAIN: f64 = 1e6;
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let arguments: Vec<String> = env::args().skip(1).collect();
-    let [suite, seed, frames, empty, folders @ ..] = arguments.as_slice() else {
-        return Err("give SUITE SEED FRAMES EMPTY FOLDER...".into());
-    };
-    let (suite, seed) = (suite.parse()?, seed.parse()?);
-    let (frames, empty) = (frames.parse()?, empty.parse()?);
-    let options = VisionOptions { suite, seed, frames, empty, ..VisionOptions::default() };
-    let camera = camera_file::paper()?;
-    let recorded = recorded(folders, &camera)?;
-    let detector = ShapeDetector::with_parameters(&suite_camera(suite, &camera), exhaustive());
+    let Suite { camera, recorded, options, detector } = Suite::from_arguments()?;
     let mut failed = None;
     each_frame(&camera, &recorded, &options, &mut |name, labelled| {
         failed = failed.take().or(print(detector.clone(), name, labelled).err());
     })?;
     failed.map_or(Ok(()), Err)
-}
-
-/// Reads the frames of `folders` that are not held out.
-fn recorded(folders: &[String], camera: &Camera) -> Result<Vec<RgbdFrame>, Box<dyn Error>> {
-    let mut frames = Vec::new();
-    for folder in folders {
-        let mut source = TumFolder::open(Path::new(folder), camera.intrinsics)?;
-        let mut number = 0;
-        while let Some(frame) = source.next_frame()? {
-            frames.extend((!is_held_out(number)).then_some(frame));
-            number += 1;
-        }
-    }
-    Ok(frames)
-}
-
-/// Returns parameters of a search that no candidate ends and that reads the features of all of
-/// them.
-fn exhaustive() -> ShapeParameters {
-    let mut parameters = ShapeParameters::DEFAULT;
-    // Scores are at most 1.
-    parameters.search.certain_score = 2.0;
-    parameters.search.rival_log_odds = f64::INFINITY;
-    parameters.weights.colour.intercept = CERTAIN;
-    let raised = CERTAIN - parameters.weights.depth.intercept;
-    parameters.weights.depth.intercept = CERTAIN;
-    parameters.decide.min_log_odds_with_depth += raised;
-    parameters.decide.min_screened_with_depth += raised;
-    parameters
 }
 
 /// Prints the candidates of a frame.
