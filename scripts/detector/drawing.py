@@ -8,6 +8,8 @@ import cv2
 import numpy as np
 
 WIDTH, HEIGHT = 320, 240
+# Column and row of the middle of a picture.
+MIDDLE = (WIDTH - 1) / 2, (HEIGHT - 1) / 2
 
 cv2.setNumThreads(1)
 
@@ -71,15 +73,16 @@ def paint(light, depth, mask, colour, distance):
 
 class BallDisc:
     """The disc of a ball about column `x`, row `y`; a ball on the optical axis of a camera with
-    the focal length `focal` (pixels) would have `size` pixels there.
+    the focal length `focal` (pixels) would have `size` pixels there. The axis meets the picture at
+    the column and row `middle`.
 
     Off the axis a ball is seen as an ellipse. Places on the disc are to the right and down, in
     its radius; a row of them is a row of pixels.
     """
 
-    def __init__(self, x, y, size, focal):
+    def __init__(self, x, y, size, focal, middle=MIDDLE):
         self.x, self.y, self.size = x, y, size
-        along, below = (x - (WIDTH - 1) / 2) / focal, (y - (HEIGHT - 1) / 2) / focal
+        along, below = (x - middle[0]) / focal, (y - middle[1]) / focal
         self.down = np.sqrt(1 + below**2)
         self.shear = along * below / self.down
         self.right = np.sqrt(1 + along**2 - self.shear**2)

@@ -8,8 +8,7 @@ import sys
 
 import torch
 
-from networks import JUDGE, SCREEN, Judge, Proposer
-from weights_file import read_networks, write_networks
+from weights_file import read_network, write_networks
 
 
 def pattern(rows, columns):
@@ -18,19 +17,9 @@ def pattern(rows, columns):
     return (values / 50 - 1).view(1, 5, rows, columns)
 
 
-def read(place, path):
-    """Returns the network of a file that is the one at `place` in a weights file."""
-    networks = [Proposer(), Judge(*SCREEN), Judge(*JUDGE)]
-    if path.endswith(".pt"):
-        networks[place].load_state_dict(torch.load(path))
-        return networks[place].eval()
-    read_networks(path, networks)
-    return networks[place]
-
-
 def main():
     *paths, out = sys.argv[1:]
-    networks = [read(place, path) for place, path in enumerate(paths)]
+    networks = [read_network(place, path) for place, path in enumerate(paths)]
     write_networks(out, networks)
     proposer, *judges = networks
     with torch.no_grad():

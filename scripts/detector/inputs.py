@@ -1,13 +1,13 @@
 """What the networks read, exactly as the detector makes it: channels of a picture, and of a patch.
 
-A picture is one of generate.py: half the size of a camera's. The first three channels are red,
-green and blue from -1 to 1, with the hues turned so that the ball's is red.
+A picture is one of generate.py, half the size of a camera's, or one of the bench. The first three
+channels are red, green and blue from -1 to 1, with the hues turned so that the ball's is red.
 """
 
 import cv2
 import numpy as np
 
-from drawing import BallDisc
+from drawing import MIDDLE, BallDisc
 from light import rotate_hue
 
 # Pixels of the picture in a pixel of the proposal network's input, of the full-size picture 4.
@@ -26,15 +26,20 @@ PATCH_DEPTH = 3.0
 
 
 class Picture:
-    """A picture of a shard: colour (8 bits), depth (metres), focal length (pixels), radius of the
-    ball (metres) and its hue (degrees)."""
+    """A picture: colour (8 bits), depth (metres), focal length (pixels), radius of the ball
+    (metres) and its hue (degrees), and the column and row at which the optical axis meets it."""
 
-    def __init__(self, colour, depth, focal, radius, hue):
+    def __init__(self, colour, depth, focal, radius, hue, middle=MIDDLE):
         self.depth, self.focal, self.radius, self.hue = depth, focal, radius, hue
+        self.middle = middle
         self.levels = [colour]
         for _ in range(HALVINGS):
             size = (self.levels[-1].shape[1] // 2, self.levels[-1].shape[0] // 2)
             self.levels.append(cv2.resize(self.levels[-1], size, interpolation=cv2.INTER_AREA))
+
+    def disc(self, disc):
+        """Returns the disc (column, row, pixels) of a ball."""
+        return BallDisc(*disc, self.focal, self.middle)
 
     def channels(self, pixels, depth, known):
         """Returns (5, rows, columns) of 8-bit colours and of what is known of depth."""
@@ -60,7 +65,7 @@ class Picture:
         size = disc[2]
         scale = size / PATCH_RADIUS
         places = (np.arange(PATCH) - (PATCH - 1) / 2) / PATCH_RADIUS
-        columns, rows = BallDisc(*disc, self.focal).at(*np.meshgrid(places, places))
+        columns, rows = self.disc(disc).at(*np.meshgrid(places, places))
         level = min(max(0, int(np.floor(np.log2(scale)))), HALVINGS)
         in_level = [((k + 0.5) / 2**level - 0.5).astype(np.float32) for k in (columns, rows)]
         pixels = cv2.remap(

@@ -11,7 +11,6 @@ import numpy as np
 import torch
 
 import inputs
-from drawing import BallDisc
 from generate import DEPTH_UNITS
 from networks import SCREEN, Judge, Proposer
 from weights_file import read_networks
@@ -63,7 +62,7 @@ def moved(network, picture, disc):
     with torch.no_grad():
         seen = network(torch.from_numpy(picture.patch_input(disc)[None]))[0]
     right, down, growth = seen[1:].tolist()
-    return *BallDisc(*disc, picture.focal).at(right, down), disc[2] * np.exp(growth)
+    return *picture.disc(disc).at(right, down), disc[2] * np.exp(growth)
 
 
 def near_ball(rng, ball):
@@ -91,25 +90,31 @@ def discs(rng, proposer, screen, picture, ball):
             yield moved(screen, picture, disc)
 
 
-def labelled(disc, ball, focal):
+def labelled(picture, disc, ball):
     """Returns (label, place) of a disc. The label is 1 for the ball, 0 for others, and -1 if it is
     unsure; the place is the ball's against the disc's, NaN if the ball is far."""
     if ball[2] == 0:
         return 0, np.full(3, np.nan)
-    error = np.array([*BallDisc(*disc, focal).on(*ball[:2]), np.log(ball[2] / disc[2])])
+    error = np.array([*picture.disc(disc).on(*ball[:2]), np.log(ball[2] / disc[2])])
     off = max(np.hypot(error[0], error[1]), abs(error[2]))
     sure = ball[3] > MIN_VISIBLE or off > 1.5
     label = 1 if off < RIGHT else 0 if off > WRONG else -1
     return (label if sure else -1), (error if off < NEAR and sure else np.full(3, np.nan))
 
 
-def patches(rng, proposer, screen, picture, ball):
-    """Yields (patch, label, place) of a picture."""
-    for disc in discs(rng, proposer, screen, picture, ball):
-        if SMALLEST < disc[2] < LARGEST:
-            label, place = labelled(disc, ball, picture.focal)
-            if label >= 0 or not np.isnan(place[0]):
-                yield picture.patch_input(disc).astype(np.float16), label, place
+def patches(picture, discs, ball):
+    """Yields (patch, label, place) of the discs in a picture."""
+    for disc in discs:
+        label, place = labelled(picture, disc, ball)
+        if label >= 0 or not np.isnan(place[0]):
+            yield picture.patch_input(disc).astype(np.float16), label, place
+
+
+def write(path, kept):
+    """Writes patches, labels and places to a file."""
+    found, labels, places = zip(*kept)
+    arrays = {"patches": np.stack(found), "labels": np.array(labels, np.float32)}
+    np.savez(path, places=np.array(places, np.float32), **arrays)
 
 
 def main():
@@ -120,10 +125,10 @@ def main():
     rng, kept = np.random.default_rng(int(seed)), []
     for number in map(int, numbers):
         for picture, ball in inputs.pictures(f"{shards}/shard{number:04}.npz", DEPTH_UNITS):
-            kept.extend(patches(rng, proposer, screen, picture, ball))
-    found, labels, places = zip(*kept)
-    arrays = {"patches": np.stack(found), "labels": np.array(labels, np.float32)}
-    np.savez(out, places=np.array(places, np.float32), **arrays)
+            seen = discs(rng, proposer, screen, picture, ball)
+            seen = (disc for disc in seen if SMALLEST < disc[2] < LARGEST)
+            kept.extend(patches(picture, seen, ball))
+    write(out, kept)
 
 
 if __name__ == "__main__":

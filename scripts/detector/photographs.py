@@ -1,12 +1,15 @@
 """Writes photographs as a TUM RGB-D folder: photographs.py SET ROOT OUT
 
-SET is `training` or `test`. The network that proposes is trained with photographs of the set
-`training` as backgrounds. No network has seen those of the set `test`: they are a background for
-`plumb bench vision --suite rooms`. OUT is a new folder.
+SET is `training`, `judging` or `test`. The network that proposes is trained with photographs of the
+set `training` as backgrounds, and the judging networks with those of `training` and `judging`. No
+network has seen those of the set `test`: they are a background for `plumb bench vision --suite
+rooms`. OUT is a new folder.
 
-The photographs are those of the Debian packages opencv-doc (4.6.0), python3-skimage (0.19.3) and,
-for `training`, plasma-workspace-wallpapers (5.27.5), installed or unpacked in ROOT. They have no
-depth. Each one gets that of a slope, from 3.4 m in the first row to 2.2 m in the last.
+The photographs are those of the Debian packages opencv-doc (4.6.0) and python3-skimage (0.19.3);
+for `training`, plasma-workspace-wallpapers (5.27.5) as well; for `judging`, palapeli-data
+(22.12.3), lomiri-wallpapers-16.04 and lomiri-wallpapers-20.04 (20.04.0), mate-backgrounds (1.26.0)
+and python3-sklearn (1.2.1). They are installed or unpacked in ROOT. They have no depth. Each one
+gets that of a slope, from 3.4 m in the first row to 2.2 m in the last.
 """
 
 import os
@@ -56,6 +59,23 @@ PHOTOGRAPHS = {
             "EveningGlow.jpg FallenLeaf.jpg FlyingKonqui.png Grey.jpg Kite.jpg OneStandsOut.jpg "
             "Path.jpg summer_1am.jpg",
         ),
+    ],
+    "judging": [
+        (
+            "usr/share/palapeli/collection",
+            "cincinnati-bridge.jpg european-honey-bee.jpg panther-chameleon-female.jpg "
+            "castle-maintenon.jpg citrus-fruits.jpg",
+        ),
+        (
+            "usr/share/backgrounds",
+            "Picture_1A_by_freespace.jpg Wine_by_Jakkub_Mede.jpg Picture_0B_by_freespace.jpg "
+            "friends_by_Aitzol_Berasategi.jpg seeding_by_Clements_Engelhardt.jpg",
+        ),
+        (
+            "usr/share/backgrounds/mate/nature",
+            "Garden.jpg TwoWings.jpg FreshFlower.jpg LadyBird.jpg YellowFlower.jpg",
+        ),
+        ("usr/lib/python3/dist-packages/sklearn/datasets/images", "china.jpg flower.jpg"),
     ],
     "test": [
         (

@@ -119,7 +119,8 @@ class Scene:
             paint(light, depth, cable, albedo(rng, 0.2)[None, None], depth.copy())
         hidden = np.zeros((HEIGHT, WIDTH), np.float32)
         if rng.random() < (0.45 if self.difficult else 0.35):
-            hidden = self._cover(rng, light, depth, place)
+            for _ in range(2 if self.difficult and rng.random() < 0.4 else 1):
+                hidden = np.maximum(hidden, self._cover(rng, light, depth, place))
         rows, columns = np.mgrid[0:HEIGHT, 0:WIDTH]
         disc = BallDisc(x, y, size, self.focal)
         u, v = disc.on(columns, rows)

@@ -1,8 +1,8 @@
 """Trains a judging network: train_judge.py screen|judge STEPS OUT START TEST PATCHES...
 
-START is a network to go on with, at a lower rate, or `-` for a new one. TEST and PATCHES are files
-of patches.py: the network is trained on PATCHES, and the report is of TEST. A file that is given
-twice counts twice.
+START is a network to go on with at a lower rate (`.pt`, or a weights file), or `-` for a new one.
+TEST and PATCHES are files of patches.py or bench_patches.py: the network is trained on PATCHES, and
+the report is of TEST. A file that is given twice counts twice.
 """
 
 import sys
@@ -10,9 +10,12 @@ import sys
 import numpy as np
 import torch
 
-import networks
+from networks import JUDGE, SCREEN, Judge
+from weights_file import give_statistics, read_network
 
 BATCH = 128
+# Batches whose statistics the normalisations of a weights file are given.
+MEASURED = 50
 # Highest rate and seed of the training of a new network, and of one that goes on.
 NEW, LATER = (3e-3, 1), (1e-3, 2)
 # Weight of the error of place and size.
@@ -80,17 +83,26 @@ def train(network, kept, steps, rate, seed):
             total = 0.0
 
 
+def start(kind, path, kept):
+    """Returns the network to train on `kept`, and the highest rate and the seed of its training."""
+    if path == "-":
+        torch.manual_seed(NEW[1])
+        return Judge(*{"screen": SCREEN, "judge": JUDGE}[kind]), *NEW
+    torch.manual_seed(LATER[1])
+    network = read_network(["proposer", "screen", "judge"].index(kind), path)
+    if not path.endswith(".pt"):
+        made = batches(np.random.default_rng(0), *kept)
+        give_statistics(network, [next(made)[0] for _ in range(MEASURED)])
+    return network.train(), *LATER
+
+
 def main():
-    kind, steps, out, start, test, *paths = sys.argv[1:]
-    is_new = start == "-"
-    rate, seed = NEW if is_new else LATER
+    kind, steps, out, before, test, *paths = sys.argv[1:]
     torch.set_num_threads(1)
-    torch.manual_seed(seed)
-    channels = {"screen": networks.SCREEN, "judge": networks.JUDGE}[kind]
-    network = networks.Judge(*channels).to(memory_format=torch.channels_last)
-    if not is_new:
-        network.load_state_dict(torch.load(start))
-    train(network, read(paths), int(steps), rate, seed)
+    kept = read(paths)
+    network, rate, seed = start(kind, before, kept)
+    network = network.to(memory_format=torch.channels_last)
+    train(network, kept, int(steps), rate, seed)
     network.eval()
     torch.save(network.state_dict(), out)
     report(network, *read([test]))

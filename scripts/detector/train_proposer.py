@@ -14,7 +14,7 @@ import torch
 import inputs
 from generate import DEPTH_UNITS
 from networks import Proposer
-from weights_file import layers, read_networks
+from weights_file import give_statistics, read_networks
 
 BATCH, SEED = 32, 1
 # Largest rate of a new network, and of one that is trained on.
@@ -86,26 +86,6 @@ def without_depth(batches):
     for x, balls in batches:
         x[torch.from_numpy(rng.random(len(x)) < WITHOUT_DEPTH), 3:] = 0
         yield x, balls
-
-
-def give_statistics(network, pictures):
-    """Gives the normalisations of a network of a weights file the statistics of `pictures`. What
-    the network computes stays the same."""
-    for _, normalisation in layers(network):
-        if normalisation is None:
-            continue
-        seen = []
-        hook = normalisation.register_forward_hook(lambda _, x, y: seen.append(x[0]))
-        with torch.no_grad():
-            for x in pictures:
-                network(x)
-        hook.remove()
-        values = torch.cat(seen)
-        mean, variance = values.mean((0, 2, 3)), values.var((0, 2, 3), unbiased=False)
-        normalisation.running_mean.copy_(mean)
-        normalisation.running_var.copy_(variance)
-        normalisation.weight.data.copy_(torch.sqrt(variance + normalisation.eps))
-        normalisation.bias.data.add_(mean)
 
 
 def main():

@@ -4,6 +4,8 @@ import numpy as np
 import torch
 from torch import nn
 
+from networks import JUDGE, SCREEN, Judge, Proposer
+
 # First lines of the file; an empty line ends them.
 TEXT = """Weights of the networks of Plumb's detector `ball`: {counts} numbers, f32.
 Made by scripts/detector (README.md there says how), with torch {torch}.
@@ -67,3 +69,33 @@ def read_networks(path, networks):
                 part.data.copy_(torch.from_numpy(taken.copy()))
                 place += part.numel()
         network.eval()
+
+
+def read_network(place, path):
+    """Returns the network of a training (`.pt`), or the one at `place` in a weights file."""
+    networks = [Proposer(), Judge(*SCREEN), Judge(*JUDGE)]
+    if path.endswith(".pt"):
+        networks[place].load_state_dict(torch.load(path))
+        return networks[place].eval()
+    read_networks(path, networks)
+    return networks[place]
+
+
+def give_statistics(network, inputs):
+    """Gives the normalisations of a network of a weights file the statistics of `inputs`, batches.
+    What the network computes stays the same."""
+    for _, normalisation in layers(network):
+        if normalisation is None:
+            continue
+        seen = []
+        hook = normalisation.register_forward_hook(lambda _, x, y: seen.append(x[0]))
+        with torch.no_grad():
+            for x in inputs:
+                network(x)
+        hook.remove()
+        values = torch.cat(seen)
+        mean, variance = values.mean((0, 2, 3)), values.var((0, 2, 3), unbiased=False)
+        normalisation.running_mean.copy_(mean)
+        normalisation.running_var.copy_(variance)
+        normalisation.weight.data.copy_(torch.sqrt(variance + normalisation.eps))
+        normalisation.bias.data.add_(mean)
