@@ -16,8 +16,8 @@ import scenes
 SHARD = 500
 # First shard whose rooms have surfaces of the ball's own colour; first one after them, with
 # two-coloured fruit instead; first one whose pictures are difficult in every way; first one with
-# brown figures as well.
-CAMOUFLAGED, FRUIT, DIFFICULT, FIGURES = 53, 69, 76, 110
+# brown figures as well; first one with something in front of most of the balls as well.
+CAMOUFLAGED, FRUIT, DIFFICULT, FIGURES, COVERED = 53, 69, 76, 110, 501
 # Share of the difficult pictures with surfaces of the ball's own colour, and of those with fruit.
 OWN_COLOUR, WITH_FRUIT = 0.35, 0.3
 # Depth units of a metre in a shard.
@@ -28,7 +28,8 @@ def scene(shard, rng, frames):
     """Returns a scene of a shard."""
     if shard >= DIFFICULT:
         camouflaged, fruit = rng.random() < OWN_COLOUR, rng.random() < WITH_FRUIT
-        kind = scenes.Kind(camouflaged, fruit, difficult=True, figures=shard >= FIGURES)
+        further = {"figures": shard >= FIGURES, "covered": shard >= COVERED}
+        kind = scenes.Kind(camouflaged, fruit, difficult=True, **further)
     else:
         kind = scenes.Kind(camouflaged=CAMOUFLAGED <= shard < FRUIT, fruit=shard >= FRUIT)
     return scenes.Scene(rng, frames, kind)

@@ -26,6 +26,8 @@ class Kind(NamedTuple):
     difficult: bool = False
     # Brown figures of round parts.
     figures: bool = False
+    # Something in front of most of the balls.
+    covered: bool = False
 
 
 def scatter(rng, light, depth, draw, counts, sizes):
@@ -45,6 +47,7 @@ class Scene:
 
     def __init__(self, rng, frames, kind=Kind()):
         self.difficult = kind.difficult
+        self.covered = 0.9 if kind.covered else 0.45 if kind.difficult else 0.35
         self.focal = rng.uniform(190, 380)
         self.radius = rng.uniform(0.015, 0.05)
         self.ball = None
@@ -118,7 +121,7 @@ class Scene:
             cable = line(start, end, rng.uniform(0.3, 1.8)) * rng.uniform(0.4, 1)
             paint(light, depth, cable, albedo(rng, 0.2)[None, None], depth.copy())
         hidden = np.zeros((HEIGHT, WIDTH), np.float32)
-        if rng.random() < (0.45 if self.difficult else 0.35):
+        if rng.random() < self.covered:
             for _ in range(2 if self.difficult and rng.random() < 0.4 else 1):
                 hidden = np.maximum(hidden, self._cover(rng, light, depth, place))
         rows, columns = np.mgrid[0:HEIGHT, 0:WIDTH]
