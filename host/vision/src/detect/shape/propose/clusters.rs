@@ -131,15 +131,16 @@ impl ClusterFinder<'_> {
             let cell = self.map.at(x + dx, y + dy);
             cell.likeness >= coloured && cell.depth < end
         };
-        let within = circle(within * radius);
-        let around = within.iter().step_by(2).filter(continues).take(min_within).count();
-        if around < min_within {
-            return None;
-        }
+        // Most cells are on a surface that has not ended: that is found out first.
         let beyond = circle(beyond.at(radius));
         let most = beyond.len() - min_ends + 1;
         let continued = beyond.iter().filter(continues).take(most).count();
-        (continued < most).then(|| (most - continued) as f64 / most as f64)
+        if continued == most {
+            return None;
+        }
+        let within = circle(within * radius);
+        let around = within.iter().step_by(2).filter(continues).take(min_within).count();
+        (around == min_within).then(|| (most - continued) as f64 / most as f64)
     }
 }
 
