@@ -1,9 +1,8 @@
 """Writes photographs as a TUM RGB-D folder: photographs.py SET ROOT OUT
 
-SET is `training`, `judging` or `test`. The network that proposes is trained with photographs of the
-set `training` as backgrounds, and the judging networks with those of `training` and `judging`. No
-network has seen those of the set `test`: they are a background for `plumb bench vision --suite
-rooms`. OUT is a new folder.
+SET is `training`, `judging` or `test`. Photographs of the set `training` are backgrounds from the
+third training on, those of `judging` in the fourth (README.md). No network has seen those of the
+set `test`: they are a background for `plumb bench vision --suite rooms`. OUT is a new folder.
 
 The photographs are those of the Debian packages opencv-doc (4.6.0) and python3-skimage (0.19.3);
 for `training`, plasma-workspace-wallpapers (5.27.5) as well; for `judging`, palapeli-data
