@@ -61,7 +61,12 @@ pub struct ClusterParameters {
     pub within: f64,
     /// Least number of the four directions in which it must still be there.
     pub min_within: usize,
-    /// Radius from which on only every fourth pixel is read, pixels.
+    /// Radius from which on only every second cell of every second row is read, pixels.
+    ///
+    /// The cells that are read are 8 pixels apart, so one of them is at most 5.7 pixels from the
+    /// ball's centre. Up to half a radius and 2 pixels from the centre (6 pixels for this radius) a
+    /// cell belongs to the cluster. With 8 as with 14, 2381 of 2385 balls with depth are found
+    /// (`rooms`, seeds 88 to 90 and 1151 to 1154; with photographs 105 and 106; `hard`, seed 1161).
     pub large_radius: f64,
     /// Largest number of clusters that a sphere is fitted to.
     pub max_clusters: usize,
@@ -76,7 +81,7 @@ impl ClusterParameters {
         min_ends: 6,
         within: 0.45,
         min_within: 2,
-        large_radius: 14.0,
+        large_radius: 8.0,
         max_clusters: 10,
     };
 }
