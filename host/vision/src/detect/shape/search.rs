@@ -166,8 +166,8 @@ impl Search<'_> {
     }
 
     /// Refines the disc at `start` and decides about it, unless a candidate before it started or
-    /// ended there. Then does the same where the large network sees the ball, if that is elsewhere.
-    /// Returns whether the best candidate is certain.
+    /// ended there. Then does the same where the large network sees the ball, as long as that is
+    /// elsewhere. Returns whether the best candidate is certain.
     fn consider(&mut self, start: &Start) -> bool {
         let Start { disc: start, locked, .. } = *start;
         let known =
@@ -176,23 +176,24 @@ impl Search<'_> {
             return false;
         }
         self.add_candidate(start, locked);
-        if let Some(seen) = self.seen_ball() {
+        for least in self.parameters.min_judged_beside {
+            let Some(seen) = self.seen_ball(least) else { break };
             self.add_candidate(seen, true);
         }
         self.trace.best().is_some_and(|best| best.score() > self.parameters.certain_score)
     }
 
     /// Returns where the large network sees the ball if the last candidate was rejected although
-    /// the network takes it for the ball, or if the network sees the ball beside the circle: some
-    /// of the circle's edges may be the background's.
-    fn seen_ball(&self) -> Option<Disc> {
+    /// the network takes it for the ball (with more than `least` log-odds), or if the network sees
+    /// the ball beside the circle: some of the circle's edges may be the background's.
+    fn seen_ball(&self, least: f64) -> Option<Disc> {
         let candidate = self.trace.candidates.last()?;
         let decision = candidate.decision.as_ref()?;
         let (circle, seen) = (&candidate.circle.disc, decision.seen?);
         let off = seen.distance(circle) + (seen.radius - circle.radius).abs();
         let is_rejected = candidate.score() < self.parameters.min_score;
         let is_beside = off > self.parameters.min_beside * circle.radius;
-        let is_ball = decision.judged? > self.parameters.min_judged_beside;
+        let is_ball = decision.judged? > least;
         (is_ball && (is_rejected || is_beside)).then_some(seen)
     }
 

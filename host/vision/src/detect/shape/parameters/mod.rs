@@ -92,8 +92,9 @@ pub struct SearchParameters {
     /// refined.
     pub rival_log_odds: f64,
     /// Least log-odds by the large judging network of a circle without depth that is fitted once
-    /// more, where the network sees the ball.
-    pub min_judged_beside: f64,
+    /// more, where the network sees the ball, and of one that is fitted a third and a fourth time.
+    /// In front of a small poster of the ball's colour each fit may bring the network nearer.
+    pub min_judged_beside: [f64; 3],
     /// Least distance of that place from the circle, in the circle's radius: the distance of the
     /// centres and the difference of the radii. A rejected circle is fitted once more wherever the
     /// network sees the ball.
@@ -117,7 +118,7 @@ impl SearchParameters {
         max_depth_seeds: 4,
         max_refined: 5,
         rival_log_odds: 1.0,
-        min_judged_beside: 0.0,
+        min_judged_beside: [0.0, 1.5, 1.5],
         min_beside: 0.1,
         same_centre: 0.12,
         same_radius: 0.1,
