@@ -13,8 +13,8 @@ from patches import near_ball, patches, with_depth, write
 
 # Proposals of a picture that patches are made of: the most promising ones.
 PROPOSALS = 8
-# Radii of discs that are judged, pixels.
-SMALLEST, LARGEST = 4, 90
+# Radii of discs that are judged, pixels: least and largest.
+RADII = 4, 90
 
 
 def discs(rng, header, picture, ball):
@@ -31,8 +31,7 @@ def main():
     for header, picture in pictures(sys.stdin.buffer):
         ball = true_ball(header)
         seen = discs(rng, header, picture, ball)
-        seen = (disc for disc in seen if SMALLEST < disc[2] < LARGEST)
-        kept.extend(patches(picture, seen, ball))
+        kept.extend(patches(picture, seen, ball, RADII))
     write(out, kept)
 
 

@@ -23,8 +23,8 @@ PROPOSALS, MIN_LOG_ODDS = 6, -6.0
 RIGHT, WRONG, NEAR = 0.3, 0.5, 0.6
 # Balls of which less is visible are neither right nor wrong.
 MIN_VISIBLE = 0.35
-# Radii of discs that are judged, pixels.
-SMALLEST, LARGEST = 2, 45
+# Radii of discs that are judged, pixels: least and largest.
+RADII = 2, 45
 
 
 def proposals(network, picture):
@@ -86,7 +86,7 @@ def discs(rng, proposer, screen, picture, ball):
     for disc in proposals(proposer, picture):
         disc = with_depth(picture, disc)
         yield disc
-        if SMALLEST < disc[2] < LARGEST:
+        if is_possible(disc, RADII):
             yield moved(screen, picture, disc)
 
 
@@ -102,9 +102,16 @@ def labelled(picture, disc, ball):
     return (label if sure else -1), (error if off < NEAR and sure else np.full(3, np.nan))
 
 
-def patches(picture, discs, ball):
-    """Yields (patch, label, place) of the discs in a picture."""
+def is_possible(disc, radii):
+    """Checks whether the radius of a disc is between the two of `radii`, pixels."""
+    return radii[0] < disc[2] < radii[1]
+
+
+def patches(picture, discs, ball, radii):
+    """Yields (patch, label, place) of the discs in a picture that have possible `radii`."""
     for disc in discs:
+        if not is_possible(disc, radii):
+            continue
         label, place = labelled(picture, disc, ball)
         if label >= 0 or not np.isnan(place[0]):
             yield picture.patch_input(disc).astype(np.float16), label, place
@@ -126,8 +133,7 @@ def main():
     for number in map(int, numbers):
         for picture, ball in inputs.pictures(f"{shards}/shard{number:04}.npz", DEPTH_UNITS):
             seen = discs(rng, proposer, screen, picture, ball)
-            seen = (disc for disc in seen if SMALLEST < disc[2] < LARGEST)
-            kept.extend(patches(picture, seen, ball))
+            kept.extend(patches(picture, seen, ball, RADII))
     write(out, kept)
 
 
