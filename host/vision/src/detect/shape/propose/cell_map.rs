@@ -1,5 +1,7 @@
 //! Likeness to the ball's colour and depth in a window of the image, at a quarter of the size.
 
+use std::ops::Range;
+
 use multiversion::multiversion;
 
 use super::super::ball_colour::BallColour;
@@ -47,8 +49,14 @@ impl CellMap {
     }
 
     /// Reads the depth at other places in the cells of at least half the likeness `least` without
-    /// depth. Returns column and row of the cells of at least `least` that have depth.
-    pub(super) fn coloured(&mut self, view: &FrameView, least: f32) -> Vec<(usize, usize)> {
+    /// depth. Returns column and row of the cells of at least `least` that have one of `depths`,
+    /// metres.
+    pub(super) fn coloured(
+        &mut self,
+        view: &FrameView,
+        least: f32,
+        depths: &Range<f32>,
+    ) -> Vec<(usize, usize)> {
         let first = (self.origin.0 as usize, self.origin.1 as usize);
         let mut coloured = Vec::new();
         for (y, row) in (0..self.height).zip(self.cells.chunks_exact_mut(self.width)) {
@@ -62,7 +70,7 @@ impl CellMap {
                     let Some(z) = OTHER_PLACES.iter().find_map(at) else { continue };
                     cell.depth = z as f32;
                 }
-                if cell.likeness >= least {
+                if cell.likeness >= least && depths.contains(&cell.depth) {
                     coloured.push((x, y));
                 }
             }

@@ -1,7 +1,6 @@
 //! Clusters of coloured pixels whose depth ends where a ball would end.
 
 use std::f64::consts::FRAC_1_SQRT_2;
-use std::ops::Range;
 
 use nalgebra::Point3;
 
@@ -67,8 +66,12 @@ pub(in super::super) fn find_spheres(view: &FrameView) -> Vec<Point3<f64>> {
 fn find_clusters(view: &FrameView) -> Vec<Cluster> {
     let parameters = &view.parameters.clusters;
     let mut map = CellMap::new(view);
-    let coloured = map.coloured(view, parameters.min_likeness);
-    let finder = ClusterFinder { view, map, parameters, possible_radii: view.possible_radii() };
+    // The surface is nearer than the centre by the ball's radius.
+    let surface = |radius| view.intrinsics().depth_of(view.ball_radius, radius) - view.ball_radius;
+    let radii = view.possible_radii();
+    let depths = surface(radii.end) as f32..surface(radii.start) as f32;
+    let coloured = map.coloured(view, parameters.min_likeness, &depths);
+    let finder = ClusterFinder { view, map, parameters };
     let mut clusters = Vec::new();
     coloured.into_iter().for_each(|place| finder.add(place, &mut clusters));
     clusters
@@ -79,8 +82,6 @@ struct ClusterFinder<'a> {
     view: &'a FrameView<'a>,
     map: CellMap,
     parameters: &'a ClusterParameters,
-    /// Radii that the ball can have, pixels.
-    possible_radii: Range<f64>,
 }
 
 impl ClusterFinder<'_> {
@@ -94,7 +95,7 @@ impl ClusterFinder<'_> {
         // For a large ball a quarter of the cells is enough.
         let is_large = radius > self.parameters.large_radius;
         let is_skipped = is_large && (!x.is_multiple_of(2) || !y.is_multiple_of(2));
-        if is_skipped || !self.possible_radii.contains(&radius) {
+        if is_skipped {
             return;
         }
         let Some(weight) = self.middle_weight((x as i32, y as i32), cell, radius) else { return };

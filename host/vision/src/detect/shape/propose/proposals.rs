@@ -66,7 +66,12 @@ pub(in super::super) fn propose(view: &FrameView) -> (OddsMap, Vec<Proposal>) {
     let full = |cell: usize, offset: f32, origin: f64| {
         (cell as f64 + 0.5 + f64::from(offset)) * OddsMap::FACTOR - 0.5 + origin
     };
-    let likely = odds.values.iter().enumerate().filter(|place| *place.1 >= parameters.min_log_odds);
+    let least = if view.has_depth {
+        parameters.min_log_odds_with_depth
+    } else {
+        parameters.min_log_odds_without_depth
+    };
+    let likely = odds.values.iter().enumerate().filter(|place| *place.1 >= least);
     let peaks = likely.map(|(i, _)| (i % width, i / width)).filter(|&(x, y)| odds.is_peak(x, y));
     let mut proposals: Vec<Proposal> = peaks
         .map(|(x, y)| {
