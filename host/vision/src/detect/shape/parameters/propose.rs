@@ -4,13 +4,15 @@ use super::refine::Tolerance;
 
 /// Parameters of the places that the network proposes.
 ///
-/// `min_log_odds_without_depth` comes from the suite `rooms` (seed 1), with which an earlier network
+/// `min_log_odds_without_depth` comes from the suite `rooms` (seed 1): with it an earlier network
 /// left out one of 191 proposals of a ball and 17 % of the others. With depth most balls are found
-/// as spheres before: with -1.75 instead of -2.5, 2379 instead of 2381 of 2385 balls are found
+/// as spheres before. With -1.75 there, and not -2.5, 2379 and not 2381 of 2385 balls are found
 /// (`rooms`, seeds 88 to 90 and 1151 to 1154; with photographs 105 and 106; `hard`, seed 1161), and
-/// a search without a ball takes about a fifth less time. Of patches of the bench (`scripts/detector`,
-/// seeds 1032 and 1034) `min_judged` leaves out none of 1869 balls, 83 % of the others with depth
-/// and 36 % of those without; `min_judged_again` none, 95 % and 77 %.
+/// a search without a ball takes about a fifth less time.
+///
+/// Of patches of the bench (`scripts/detector`, seeds 1032 and 1034) `min_judged` leaves out none
+/// of 1869 balls, 83 % of the others with depth and 36 % of those without; `min_judged_again` none,
+/// 95 % and 77 %.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ProposeParameters {
     /// Least log-odds of a proposal in a frame with depth.
