@@ -6,7 +6,9 @@
 use nalgebra::{Point3, Vector3};
 use plumb_cameras::camera_file;
 use plumb_runtime::rig::LawName;
-use plumb_sim::synthetic::{Material, RenderOptions, Scene, Strand, SyntheticCamera};
+use plumb_sim::synthetic::{
+    Background, Material, RenderOptions, Room, Scene, Strand, SyntheticCamera,
+};
 use plumb_tests::plain_room;
 use plumb_vision::camera::Camera;
 use plumb_vision::detect::DetectorKind;
@@ -104,6 +106,34 @@ fn the_covariance_of_a_position_without_depth_matches_its_error() {
         // The mean is 3 for a covariance that is exactly right.
         assert!((2.0..4.0).contains(&normalised), "{}: {normalised}", kind.name);
     }
+}
+
+/// Column, row and half size, pixels, of the red poster in the furnished room.
+const POSTER: [f64; 2] = [359.0, 183.0];
+const POSTER_HALF: [f64; 2] = [15.0, 21.0];
+
+#[test]
+fn a_ball_in_front_of_a_small_poster_of_its_colour_is_found() {
+    let camera = camera();
+    let mut random = ChaCha8Rng::seed_from_u64(15);
+    let (room, options) = (Background::Room(Room::furnished()), RenderOptions::default());
+    let mut synthetic =
+        SyntheticCamera::new(camera.clone(), room, options, 15).expect("a synthetic camera");
+    let found = (0..BALLS).filter(|_| {
+        let [u, v] = std::array::from_fn(|axis| {
+            POSTER[axis] + random.random_range(-POSTER_HALF[axis]..POSTER_HALF[axis])
+        });
+        let centre = camera.intrinsics.deproject(u, v, random.random_range(1.0..1.4));
+        let scene = Scene { ball: Some(camera.pose * centre), ..Scene::default() };
+        let frame = synthetic.render(0.0, &scene).expect("a frame");
+        let ball = DetectorKind::Ball.build(&camera).detect(&frame).expect("a search");
+        ball.is_some_and(|ball| {
+            (ball.circle.u - u).hypot(ball.circle.v - v) < ball.circle.radius / 2.0
+        })
+    });
+    let found = found.count() as f64 / BALLS as f64;
+    println!("in front of a poster: found {found:.2}");
+    assert!(found >= 0.65, "{found} of the balls are found");
 }
 
 #[test]
