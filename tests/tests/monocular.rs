@@ -108,9 +108,10 @@ fn the_covariance_of_a_position_without_depth_matches_its_error() {
     }
 }
 
-/// Column, row and half size, pixels, of the red poster in the furnished room.
-const POSTER: [f64; 2] = [359.0, 183.0];
-const POSTER_HALF: [f64; 2] = [15.0, 21.0];
+/// Centre and half size, metres in the rig frame, of the red poster in the furnished room
+/// (`distractors` in `host/sim/src/synthetic/room/furniture.rs`).
+const POSTER: [f64; 3] = [-1.945, 0.56, 0.62];
+const POSTER_HALF: [f64; 3] = [0.002, 0.105, 0.148];
 
 #[test]
 fn a_ball_in_front_of_a_small_poster_of_its_colour_is_found() {
@@ -120,20 +121,21 @@ fn a_ball_in_front_of_a_small_poster_of_its_colour_is_found() {
     let mut synthetic =
         SyntheticCamera::new(camera.clone(), room, options, 15).expect("a synthetic camera");
     let found = (0..BALLS).filter(|_| {
-        let [u, v] = std::array::from_fn(|axis| {
-            POSTER[axis] + random.random_range(-POSTER_HALF[axis]..POSTER_HALF[axis])
-        });
-        let centre = camera.intrinsics.deproject(u, v, random.random_range(1.0..1.4));
+        let off = POSTER_HALF.map(|half| random.random_range(-half..half));
+        let behind = camera.pose.inverse() * (Point3::from(POSTER) + Vector3::from(off));
+        let centre = behind * (random.random_range(1.0..1.4) / behind.z);
         let scene = Scene { ball: Some(camera.pose * centre), ..Scene::default() };
         let frame = synthetic.render(0.0, &scene).expect("a frame");
         let ball = DetectorKind::Ball.build(&camera).detect(&frame).expect("a search");
+        let (u, v) = camera.intrinsics.project(&centre).expect("a place in the picture");
         ball.is_some_and(|ball| {
             (ball.circle.u - u).hypot(ball.circle.v - v) < ball.circle.radius / 2.0
         })
     });
     let found = found.count() as f64 / BALLS as f64;
     println!("in front of a poster: found {found:.2}");
-    assert!(found >= 0.65, "{found} of the balls are found");
+    // 0.78 of them are if each circle is fitted once only where the network sees the ball.
+    assert!(found >= 0.82, "{found} of the balls are found");
 }
 
 #[test]
