@@ -167,7 +167,7 @@ impl Search<'_> {
 
     /// Refines the disc at `start` and decides about it, unless a candidate before it started or
     /// ended there. Then does the same where the large network sees the ball, as long as that is
-    /// elsewhere. Returns whether the best candidate is certain.
+    /// elsewhere or the candidate is rejected. Returns whether the best candidate is certain.
     fn consider(&mut self, start: &Start) -> bool {
         let Start { disc: start, locked, .. } = *start;
         let known =
@@ -183,9 +183,9 @@ impl Search<'_> {
         self.trace.best().is_some_and(|best| best.score() > self.parameters.certain_score)
     }
 
-    /// Returns where the large network sees the ball if the last candidate was rejected although
-    /// the network takes it for the ball (with more than `least` log-odds), or if the network sees
-    /// the ball beside the circle: some of the circle's edges may be the background's.
+    /// Returns where the large network sees the ball if it takes the last candidate for the ball,
+    /// with more than `least` log-odds, and the candidate was rejected or the network sees the ball
+    /// beside the circle: some of the circle's edges may be the background's.
     fn seen_ball(&self, least: f64) -> Option<Disc> {
         let candidate = self.trace.candidates.last()?;
         let decision = candidate.decision.as_ref()?;

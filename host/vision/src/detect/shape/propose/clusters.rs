@@ -66,7 +66,7 @@ pub(in super::super) fn find_spheres(view: &FrameView) -> Vec<Point3<f64>> {
 fn find_clusters(view: &FrameView) -> Vec<Cluster> {
     let parameters = &view.parameters.clusters;
     let mut map = CellMap::new(view);
-    // The surface is nearer than the centre by the ball's radius.
+    // The surface of a ball is nearer than its centre by the ball's radius.
     let surface = |radius| view.intrinsics().depth_of(view.ball_radius, radius) - view.ball_radius;
     let radii = view.possible_radii();
     let depths = surface(radii.end) as f32..surface(radii.start) as f32;
