@@ -6,7 +6,7 @@ use nalgebra::Point3;
 
 use super::super::parameters::ClusterParameters;
 use super::super::view::FrameView;
-use super::cell_map::{Cell, CellMap};
+use super::cell_map::{CellMap, Step};
 use super::sphere_fit::{ends, fit_sphere};
 
 /// A pixel with depth.
@@ -64,100 +64,112 @@ pub(in super::super) fn find_spheres(view: &FrameView) -> Vec<Point3<f64>> {
 
 /// Returns the clusters of cells that may be near the middle of a ball.
 fn find_clusters(view: &FrameView) -> Vec<Cluster> {
-    let parameters = &view.parameters.clusters;
-    let mut map = CellMap::new(view);
-    // The surface of a ball is nearer than its centre by the ball's radius.
-    let surface = |radius| view.intrinsics().depth_of(view.ball_radius, radius) - view.ball_radius;
-    let radii = view.possible_radii();
-    let depths = surface(radii.end) as f32..surface(radii.start) as f32;
-    let coloured = map.coloured(view, parameters.min_likeness, &depths);
-    let finder = ClusterFinder { view, map, parameters };
-    let mut clusters = Vec::new();
-    coloured.into_iter().for_each(|place| finder.add(place, &mut clusters));
-    clusters
+    let (map, parameters) = (CellMap::new(view), &view.parameters.clusters);
+    let mut finder = ClusterFinder { view, map: &map, parameters, clusters: Vec::new() };
+    map.reaches().enumerate().for_each(|(y, reaches)| finder.add_row(y, reaches));
+    finder.clusters
 }
 
-/// The cells of a window, and which clusters a ball can be.
+/// The cells of a window, and the clusters in it.
 struct ClusterFinder<'a> {
     view: &'a FrameView<'a>,
-    map: CellMap,
+    map: &'a CellMap,
     parameters: &'a ClusterParameters,
+    clusters: Vec<Cluster>,
 }
 
 impl ClusterFinder<'_> {
-    /// Adds the coloured cell at column `x`, row `y` to its cluster if it may be near the middle of
-    /// a ball.
-    fn add(&self, (x, y): (usize, usize), clusters: &mut Vec<Cluster>) {
-        let cell = self.map.at(x as i32, y as i32);
-        let ((u, v), z) = (self.map.to_full(x, y), f64::from(cell.depth));
-        let (centre, ball) = (DepthPixel { u, v, z }, self.view.ball_radius);
-        let radius = self.view.radius_at(centre.z + ball);
-        // For a large ball a quarter of the cells is enough.
-        let is_large = radius > self.parameters.large_radius;
-        let is_skipped = is_large && (!x.is_multiple_of(2) || !y.is_multiple_of(2));
-        if is_skipped {
+    /// Adds the cells of row `y` that may be near the middle of a ball to their clusters: the
+    /// surface continues around them, and has ended at their reach. `reaches` are those of the row.
+    fn add_row(&mut self, y: usize, reaches: &[f32]) {
+        // Cells of one reach have the same steps to their neighbours, and are looked at together.
+        let mut present = reaches.iter().fold(0_u64, |all, &reach| all | 1 << reach as u32) & !1;
+        if present == 0 {
             return;
         }
-        let Some(weight) = self.middle_weight((x as i32, y as i32), cell, radius) else { return };
-        let weight = if is_large { 4.0 * weight } else { weight };
-        // The last clusters are the nearest ones.
-        let near = clusters.iter_mut().rev().find(|Cluster { mean, .. }| {
-            let (du, dv) = (mean.u - centre.u, mean.v - centre.v);
-            (mean.z - centre.z).abs() < ball && du.powi(2) + dv.powi(2) < radius * radius
-        });
-        match near {
-            Some(cluster) => cluster.add(centre, weight),
-            None => clusters.push(Cluster { mean: centre, weight }),
+        let most = (DIRECTIONS - self.parameters.min_ends + 1) as f32;
+        let mut continued = vec![0.0; reaches.len()];
+        while present != 0 {
+            self.count_continued(&mut continued, y, present.trailing_zeros() as f32);
+            present &= present - 1;
+        }
+        for (x, (continued, &reach)) in continued.into_iter().zip(reaches).enumerate() {
+            let is_read = reach > 0.0 && self.is_read(x, reach) && self.is_read(y, reach);
+            // Most cells are on a surface that has not ended: that is found out first.
+            if continued < most && is_read && self.continues_within(x, y) {
+                let cells = if self.is_large(reach) { 4.0 } else { 1.0 };
+                self.add(x, y, f64::from(cells * (most - continued) / most));
+            }
         }
     }
 
-    /// Returns how clearly, up to 1, the coloured cell at (`x`, `y`) is near the middle of
-    /// a ball seen with `radius` pixels: the surface continues around it and has ended where a
-    /// ball would have ended. Returns `None` if it does not.
-    fn middle_weight(&self, (x, y): (i32, i32), cell: &Cell, radius: f64) -> Option<f64> {
-        let &ClusterParameters {
-            min_likeness,
-            same_object,
-            within,
-            min_within,
-            beyond,
-            min_ends,
-            ..
-        } = self.parameters;
-        let coloured = (same_object * cell.likeness).max(min_likeness / 2.0);
-        let end = cell.depth + self.view.ball_radius as f32;
-        // The same object: coloured, and no farther behind than a ball reaches. A surface that
-        // continues towards the camera has not ended.
-        let continues = |&&(dx, dy): &&(i32, i32)| {
-            let cell = self.map.at(x + dx, y + dy);
-            cell.likeness >= coloured && cell.depth < end
-        };
-        // Most cells are on a surface that has not ended: that is found out first.
-        let beyond = circle(beyond.at(radius));
-        let most = beyond.len() - min_ends + 1;
-        let continued = beyond.iter().filter(continues).take(most).count();
-        if continued == most {
-            return None;
+    /// Adds the number of directions in which the surface continues at the cell's reach to the count
+    /// of each cell of row `y` that has this `reach` and is read.
+    fn count_continued(&self, counts: &mut [f32], y: usize, reach: f32) {
+        if self.is_read(y, reach) {
+            let add = |step| self.map.add_continued(counts, y, reach, step);
+            circle(f64::from(reach)).into_iter().for_each(add);
         }
-        let within = circle(within * radius);
-        let around = within.iter().step_by(2).filter(continues).take(min_within).count();
-        (around == min_within).then(|| (most - continued) as f64 / most as f64)
+    }
+
+    /// Checks whether column or row `k` is read for balls that have ended at `reach`: for large ones
+    /// a quarter of the cells is enough.
+    fn is_read(&self, k: usize, reach: f32) -> bool {
+        k.is_multiple_of(2) || !self.is_large(reach)
+    }
+
+    /// Checks whether balls that have ended at `reach` are large.
+    fn is_large(&self, reach: f32) -> bool {
+        let ClusterParameters { beyond, large_radius, .. } = self.parameters;
+        f64::from(reach) * CellMap::FACTOR >= beyond.at(*large_radius)
+    }
+
+    /// Checks whether the surface of the cell at column `x`, row `y` continues within a ball.
+    fn continues_within(&self, x: usize, y: usize) -> bool {
+        let &ClusterParameters { within, min_within, .. } = self.parameters;
+        let directions = circle(within * self.radius(x, y) / CellMap::FACTOR);
+        let straight = directions.into_iter().step_by(2);
+        straight.filter(|step| self.map.continues(x, y, *step)).count() >= min_within
+    }
+
+    /// Returns the radius (pixels) of a ball whose surface is in the cell at column `x`, row `y`.
+    fn radius(&self, x: usize, y: usize) -> f64 {
+        self.view.radius_at(self.map.depth(x, y) + self.view.ball_radius)
+    }
+
+    /// Adds the cell at column `x`, row `y` to its cluster.
+    fn add(&mut self, x: usize, y: usize, weight: f64) {
+        let ((u, v), z, radius) = (self.map.to_full(x, y), self.map.depth(x, y), self.radius(x, y));
+        // The last clusters are the nearest ones.
+        let near = self.clusters.iter_mut().rev().find(|Cluster { mean, .. }| {
+            let (du, dv) = (mean.u - u, mean.v - v);
+            (mean.z - z).abs() < self.view.ball_radius && du.powi(2) + dv.powi(2) < radius * radius
+        });
+        let pixel = DepthPixel { u, v, z };
+        match near {
+            Some(cluster) => cluster.add(pixel, weight),
+            None => self.clusters.push(Cluster { mean: pixel, weight }),
+        }
     }
 }
 
-/// Returns the columns and rows from a pixel of the likeness map to those in the eight directions
-/// of the compass, `reach` pixels of the full image from its centre. Every second one is in a
-/// straight direction.
-fn circle(reach: f64) -> [(i32, i32); 8] {
-    // A cast rounds towards 0, which rounds down as long as the number is not negative.
-    const ABOVE_ZERO: i32 = 1 << 16;
-    let steps = |reach: f64| {
-        let place = 0.5 + f64::from(ABOVE_ZERO) + reach / CellMap::FACTOR;
-        place as i32 - ABOVE_ZERO
-    };
-    let (back, on) = (steps(-reach), steps(reach));
-    let (up, down) = (steps(-reach * FRAC_1_SQRT_2), steps(reach * FRAC_1_SQRT_2));
-    [(on, 0), (down, down), (0, on), (up, down), (back, 0), (up, up), (0, back), (down, up)]
+/// Number of the directions of the compass.
+const DIRECTIONS: usize = 8;
+
+/// Returns the columns and rows from a cell to those in the directions of the compass, `reach`
+/// cells away. Every second one is in a straight direction.
+fn circle(reach: f64) -> [Step; DIRECTIONS] {
+    let [on, across] = [reach, reach * FRAC_1_SQRT_2].map(|reach| (reach + 0.5) as isize);
+    [
+        (on, 0),
+        (across, across),
+        (0, on),
+        (-across, across),
+        (-on, 0),
+        (-across, -across),
+        (0, -on),
+        (across, -across),
+    ]
 }
 
 #[cfg(test)]
@@ -165,13 +177,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn steps_lead_to_the_pixels_in_which_the_places_on_the_circle_are() {
-        for reach in [0.0, 1.9, 2.0, 2.1, 7.3, 40.0, 611.0] {
+    fn steps_lead_to_the_cells_nearest_to_the_circle() {
+        for reach in [0.0, 0.4, 0.6, 2.0, 3.0, 28.0, 153.0] {
             for (i, step) in circle(reach).into_iter().enumerate() {
                 let (sin, cos) = (i as f64 * std::f64::consts::FRAC_PI_4).sin_cos();
-                // The centre of a pixel is half a pixel from its border.
-                let place = |part: f64| (0.5 + part * reach / CellMap::FACTOR + 1e-9).floor();
-                assert_eq!(step, (place(cos) as i32, place(sin) as i32), "{reach}, {i}");
+                let nearest = |part: f64| (part * reach).round() as isize;
+                assert_eq!(step, (nearest(cos), nearest(sin)), "{reach}, {i}");
             }
         }
     }
