@@ -48,15 +48,7 @@ impl<'a> DepthView<'a> {
         }
         // Both are at least 0: a cast rounds down without a call of the C library's floor.
         let (column, row) = ((u + 0.5) as u32, (v + 0.5) as u32);
-        self.at_pixel(column as usize, row as usize)
-    }
-
-    /// Returns the depth in metres at a pixel; `None` outside the image or where it is unknown.
-    #[inline]
-    pub(crate) fn at_pixel(&self, column: usize, row: usize) -> Option<f64> {
-        let width = self.width as usize;
-        let raw = self.raw.get(row * width + column).filter(|_| column < width)?;
-        self.metres(*raw)
+        self.metres(self.raw[row as usize * self.width as usize + column as usize])
     }
 
     /// Returns a raw depth in metres; `None` if it is unknown.

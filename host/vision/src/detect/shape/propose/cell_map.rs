@@ -5,15 +5,13 @@ use std::ops::Range;
 use multiversion::multiversion;
 
 use super::super::ball_colour::BallColour;
-use super::super::pyramid::{Level, SMALLEST};
+use super::super::pyramid::SMALLEST;
 use super::super::view::FrameView;
 use super::cell_rules::{Continuation, ReachRule};
 use crate::image::Bgr;
 
-/// Places in a cell, column and row from its first pixel, where depth is read if it is unknown in
-/// the middle. The first one with depth counts. They are in the row of the middle, which the
-/// processor has at hand.
-const OTHER_PLACES: [(usize, usize); 3] = [(1, 2), (3, 2), (0, 2)];
+/// Columns in a cell where the depth is read, in its middle row. The first one with depth counts.
+const COLUMNS: [usize; SMALLEST] = [2, 1, 3, 0];
 
 /// Columns and rows from a cell to another.
 pub(super) type Step = (isize, isize);
@@ -39,15 +37,19 @@ impl CellMap {
 
     /// Reads the cells of the window of `view`.
     pub(super) fn new(view: &FrameView) -> Self {
-        let (level, continuation) = (&view.levels[2], Continuation::new(view));
-        let zeros = vec![0.0; level.pixels.len()];
-        let [mut likeness, mut depth, mut reach] = [zeros.clone(), zeros.clone(), zeros];
+        let level = &view.levels[2];
+        // The depth of a cell that has no pixels of depth is unknown.
+        let [mut likeness, mut depth, mut reach] =
+            [0.0, f32::INFINITY, 0.0].map(|value| vec![value; level.pixels.len()]);
         read_likeness(&mut likeness, level.pixels, view.colour.ball());
-        read_depth(&mut depth, &view.small_depth, view.intrinsics().depth_scale as f32);
-        read_missing_depth(&mut depth, &likeness, continuation.least, view, level);
-        read_reach(&mut reach, &likeness, &depth, &ReachRule::new(view));
         let (width, origin) = (level.width, level.origin);
-        Self { width, origin, likeness, depth, reach, continuation }
+        for (y, depth) in depth.chunks_exact_mut(width).enumerate() {
+            let row = view.depth.row(origin.1 as usize + SMALLEST * y + SMALLEST / 2);
+            let row = row.get(origin.0 as usize..).unwrap_or_default();
+            read_depth(depth, row, view.intrinsics().depth_scale as f32);
+        }
+        read_reach(&mut reach, &likeness, &depth, &ReachRule::new(view));
+        Self { width, origin, likeness, depth, reach, continuation: Continuation::new(view) }
     }
 
     /// Returns the reaches, row by row.
@@ -112,44 +114,17 @@ fn read_likeness(likeness: &mut [f32], pixels: &[Bgr], ball: BallColour) {
     }
 }
 
-/// Writes raw depths, which are 0 where the depth is unknown, in metres; `scale` is that of the raw
-/// depths, units in a metre.
-#[multiversion(targets("x86_64+avx512f", "x86_64+avx2"))]
+/// Writes the depths of the cells of a row, metres. `raw` are the depths of the pixels of its middle
+/// row, 0 where they are unknown; `scale` is their units in a metre.
+#[multiversion(targets("x86_64+avx512f+avx512bw", "x86_64+avx2"))]
 fn read_depth(depth: &mut [f32], raw: &[u16], scale: f32) {
-    for (depth, &raw) in depth.iter_mut().zip(raw) {
+    for (depth, pixels) in depth.iter_mut().zip(raw.as_chunks::<SMALLEST>().0) {
+        let raw = COLUMNS.iter().rev().fold(0, |raw, &column| match pixels[column] {
+            0 => raw,
+            known => known,
+        });
         *depth = if raw == 0 { f32::INFINITY } else { f32::from(raw) / scale };
     }
-}
-
-/// Reads the depth at other places in the cells of at least the likeness `least` without depth.
-fn read_missing_depth(
-    depth: &mut [f32],
-    likeness: &[f32],
-    least: f32,
-    view: &FrameView,
-    level: &Level,
-) {
-    let first = (level.origin.0 as usize, level.origin.1 as usize);
-    let rows = depth.chunks_exact_mut(level.width).zip(likeness.chunks_exact(level.width));
-    for (y, (depth, likeness)) in
-        rows.enumerate().filter(|(_, row)| is_missing(row.0, row.1, least))
-    {
-        for (x, (depth, &likeness)) in depth.iter_mut().zip(likeness).enumerate() {
-            if *depth == f32::INFINITY && likeness >= least {
-                let (column, row) = (first.0 + SMALLEST * x, first.1 + SMALLEST * y);
-                let at = |&(dx, dy): &_| view.depth.at_pixel(column + dx, row + dy);
-                *depth = OTHER_PLACES.iter().find_map(at).map_or(f32::INFINITY, |z| z as f32);
-            }
-        }
-    }
-}
-
-/// Checks whether a cell of at least the likeness `least` has no depth.
-#[multiversion(targets("x86_64+avx512f", "x86_64+avx2"))]
-fn is_missing(depth: &[f32], likeness: &[f32], least: f32) -> bool {
-    let cells = depth.iter().zip(likeness);
-    let missing = cells.map(|(&z, &likeness)| (z == f32::INFINITY) & (likeness >= least));
-    missing.fold(0, |any, missing| any | u32::from(missing)) != 0
 }
 
 /// Writes the reach of each cell.
@@ -195,6 +170,15 @@ mod tests {
             reach: (0..19 * 6).map(|i| (i * 7 % 3) as f32).collect(),
             continuation: Continuation { same_object: 0.4, least: 0.1, behind: 0.5 },
         }
+    }
+
+    #[test]
+    fn depth_is_read_in_the_middle_of_a_cell_or_beside_it() {
+        // The last cell has too few pixels.
+        let raw = [1, 2, 3, 4, 5, 6, 0, 7, 8, 0, 0, 9, 10, 0, 0, 0, 0, 0, 0, 0, 11, 12];
+        let mut depth = [f32::INFINITY; 6];
+        read_depth(&mut depth, &raw, 10.0);
+        assert_eq!(depth, [0.3, 0.6, 0.9, 1.0, f32::INFINITY, f32::INFINITY]);
     }
 
     #[test]
