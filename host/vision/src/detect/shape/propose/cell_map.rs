@@ -80,8 +80,8 @@ impl CellMap {
         })
     }
 
-    /// Adds 1 to the count of each cell of row `y` that has this `reach` and whose surface continues
-    /// a step away. Out of the window no surface continues.
+    /// Adds 1 to the count of each cell of row `y` that has this `reach` and whose surface
+    /// continues a step away. Out of the window no surface continues.
     pub(super) fn add_continued(&self, counts: &mut [f32], y: usize, reach: f32, (dx, dy): Step) {
         let Some(row) = y.checked_add_signed(dy).filter(|row| *row < self.rows()) else { return };
         // The columns from which the step leads to a column of the window.
@@ -114,8 +114,8 @@ fn read_likeness(likeness: &mut [f32], pixels: &[Bgr], ball: BallColour) {
     }
 }
 
-/// Writes the depths of the cells of a row, metres. `raw` are the depths of the pixels of its middle
-/// row, 0 where they are unknown; `scale` is their units in a metre.
+/// Writes the depths of the cells of a row, metres. `raw` are the depths of the pixels of its
+/// middle row, 0 where they are unknown; `scale` is their units in a metre.
 #[multiversion(targets("x86_64+avx512f+avx512bw", "x86_64+avx2"))]
 fn read_depth(depth: &mut [f32], raw: &[u16], scale: f32) {
     for (depth, pixels) in depth.iter_mut().zip(raw.as_chunks::<SMALLEST>().0) {

@@ -29,8 +29,8 @@ impl Continuation {
         Self { same_object: parameters.same_object, least, behind: view.ball_radius as f32 }
     }
 
-    /// Checks whether the surface of a cell of this likeness and depth continues in another. Free of
-    /// branches, so that the compiler computes many cells at once.
+    /// Checks whether the surface of a cell of this likeness and depth continues in another. Free
+    /// of branches, so that the compiler computes many cells at once.
     #[inline(always)]
     pub(super) fn holds(
         &self,
@@ -73,8 +73,8 @@ impl ReachRule {
         }
     }
 
-    /// Returns the reach of a cell, whole cells up to [`MAX_REACH`]; 0 where no ball can be. Free of
-    /// branches.
+    /// Returns the reach of a cell, whole cells up to [`MAX_REACH`]; 0 where no ball can be. Free
+    /// of branches.
     #[inline(always)]
     pub(super) fn reach(&self, likeness: f32, depth: f32) -> f32 {
         let is_possible = (depth >= self.depths.start) & (depth < self.depths.end);

@@ -103,8 +103,8 @@ impl ClusterFinder<'_> {
         }
     }
 
-    /// Adds the number of directions in which the surface continues at the cell's reach to the count
-    /// of each cell of row `y` that has this `reach` and is read.
+    /// Adds the number of directions in which the surface continues at the cell's reach to the
+    /// count of each cell of row `y` that has this `reach` and is read.
     fn count_continued(&self, counts: &mut [f32], y: usize, reach: f32) {
         if self.is_read(y, reach) {
             let add = |step| self.map.add_continued(counts, y, reach, step);
@@ -112,8 +112,8 @@ impl ClusterFinder<'_> {
         }
     }
 
-    /// Checks whether column or row `k` is read for balls that have ended at `reach`: for large ones
-    /// a quarter of the cells is enough.
+    /// Checks whether column or row `k` is read for balls that have ended at `reach`: for large
+    /// ones a quarter of the cells is enough.
     fn is_read(&self, k: usize, reach: f32) -> bool {
         k.is_multiple_of(2) || !self.is_large(reach)
     }
