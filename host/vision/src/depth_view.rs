@@ -47,8 +47,11 @@ impl<'a> DepthView<'a> {
             return None;
         }
         // Both are at least 0: a cast rounds down without a call of the C library's floor.
-        let (column, row) = ((u + 0.5) as u32, (v + 0.5) as u32);
-        self.metres(self.raw[row as usize * self.width as usize + column as usize])
+        let [column, row] = [u, v].map(|k| (k + 0.5) as u32 as usize);
+        let width = self.width as usize;
+        // In an image of one column the sum may be rounded up to the next one.
+        let raw = self.raw.get(row * width + column).filter(|_| column < width)?;
+        self.metres(*raw)
     }
 
     /// Returns a raw depth in metres; `None` if it is unknown.
