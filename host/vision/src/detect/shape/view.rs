@@ -111,13 +111,22 @@ impl<'a> FrameView<'a> {
 
 /// Returns the raw depth in the middle of each pixel of `level`, the smallest one.
 fn small_depth(depth: &DepthView, level: &Level) -> Vec<u16> {
-    let (left, top) = (level.origin.0 as usize, level.origin.1 as usize);
     let mut middles = vec![0; level.width * level.height];
-    for (y, middles) in middles.chunks_exact_mut(level.width).enumerate() {
-        let row = depth.row(top + SMALLEST * y + SMALLEST / 2);
-        read_middles(row.get(left..).unwrap_or_default(), middles);
+    for (middles, raw) in middles.chunks_exact_mut(level.width).zip(middle_rows(depth, level)) {
+        read_middles(raw, middles);
     }
     middles
+}
+
+/// Returns the raw depths of the middle row of pixels of each row of `level`, the smallest one,
+/// from its first column on.
+pub(super) fn middle_rows<'a>(
+    depth: &DepthView<'a>,
+    level: &Level,
+) -> impl Iterator<Item = &'a [u16]> {
+    let (left, top) = (level.origin.0 as usize, level.origin.1 as usize);
+    let rows = (0..level.height).map(move |y| depth.row(top + SMALLEST * y + SMALLEST / 2));
+    rows.map(move |row| row.get(left..).unwrap_or_default())
 }
 
 /// Writes the number in the middle of each [`SMALLEST`] numbers.

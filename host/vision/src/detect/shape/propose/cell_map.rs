@@ -1,4 +1,5 @@
-//! Likeness to the ball's colour and depth in a window of the image, at a quarter of the size.
+//! Likeness to the ball's colour, depth, and where a ball there would end, in a window of the image
+//! at a quarter of the size.
 
 use std::ops::Range;
 
@@ -6,7 +7,7 @@ use multiversion::multiversion;
 
 use super::super::ball_colour::BallColour;
 use super::super::pyramid::SMALLEST;
-use super::super::view::FrameView;
+use super::super::view::{FrameView, middle_rows};
 use super::cell_rules::{Continuation, ReachRule};
 use crate::image::Bgr;
 
@@ -26,7 +27,8 @@ pub(super) struct CellMap {
     likeness: Vec<f32>,
     /// Depth, metres; infinite where it is unknown.
     depth: Vec<f32>,
-    /// Reach of the cell by the [`ReachRule`].
+    /// Reach: distance at which a ball with its surface in the cell has ended, whole cells; 0 where
+    /// no ball can be ([`ReachRule`]).
     reach: Vec<f32>,
     continuation: Continuation,
 }
@@ -43,10 +45,8 @@ impl CellMap {
             [0.0, f32::INFINITY, 0.0].map(|value| vec![value; level.pixels.len()]);
         read_likeness(&mut likeness, level.pixels, view.colour.ball());
         let (width, origin) = (level.width, level.origin);
-        for (y, depth) in depth.chunks_exact_mut(width).enumerate() {
-            let row = view.depth.row(origin.1 as usize + SMALLEST * y + SMALLEST / 2);
-            let row = row.get(origin.0 as usize..).unwrap_or_default();
-            read_depth(depth, row, view.intrinsics().depth_scale as f32);
+        for (depth, raw) in depth.chunks_exact_mut(width).zip(middle_rows(&view.depth, level)) {
+            read_depth(depth, raw, view.intrinsics().depth_scale as f32);
         }
         read_reach(&mut reach, &likeness, &depth, &ReachRule::new(view));
         Self { width, origin, likeness, depth, reach, continuation: Continuation::new(view) }

@@ -1,6 +1,7 @@
 //! Clusters of coloured pixels whose depth ends where a ball would end.
 
 use std::f64::consts::FRAC_1_SQRT_2;
+use std::iter;
 
 use nalgebra::Point3;
 
@@ -65,7 +66,9 @@ pub(in super::super) fn find_spheres(view: &FrameView) -> Vec<Point3<f64>> {
 /// Returns the clusters of cells that may be near the middle of a ball.
 fn find_clusters(view: &FrameView) -> Vec<Cluster> {
     let (map, parameters) = (CellMap::new(view), &view.parameters.clusters);
-    let mut finder = ClusterFinder { view, map: &map, parameters, clusters: Vec::new() };
+    let large_reach = (parameters.beyond.at(parameters.large_radius) / CellMap::FACTOR) as f32;
+    let clusters = Vec::new();
+    let mut finder = ClusterFinder { view, map: &map, parameters, large_reach, clusters };
     map.reaches().enumerate().for_each(|(y, reaches)| finder.add_row(y, reaches));
     finder.clusters
 }
@@ -75,6 +78,8 @@ struct ClusterFinder<'a> {
     view: &'a FrameView<'a>,
     map: &'a CellMap,
     parameters: &'a ClusterParameters,
+    /// Least reach of large balls, of which a quarter of the cells is enough, cells.
+    large_reach: f32,
     clusters: Vec<Cluster>,
 }
 
@@ -82,46 +87,30 @@ impl ClusterFinder<'_> {
     /// Adds the cells of row `y` that may be near the middle of a ball to their clusters: the
     /// surface continues around them, and has ended at their reach. `reaches` are those of the row.
     fn add_row(&mut self, y: usize, reaches: &[f32]) {
-        // Cells of one reach have the same steps to their neighbours, and are looked at together.
-        let mut present = reaches.iter().fold(0_u64, |all, &reach| all | 1 << reach as u32) & !1;
-        if present == 0 {
+        let mut present = distinct(reaches).peekable();
+        if present.peek().is_none() {
             return;
         }
         let most = (DIRECTIONS - self.parameters.min_ends + 1) as f32;
         let mut continued = vec![0.0; reaches.len()];
-        while present != 0 {
-            self.count_continued(&mut continued, y, present.trailing_zeros() as f32);
-            present &= present - 1;
+        // Cells of one reach have the same steps to their neighbours, and are looked at together.
+        for reach in present.filter(|reach| self.is_read(y, *reach)) {
+            let add = |step| self.map.add_continued(&mut continued, y, reach, step);
+            circle(f64::from(reach)).into_iter().for_each(add);
         }
         for (x, (continued, &reach)) in continued.into_iter().zip(reaches).enumerate() {
             let is_read = reach > 0.0 && self.is_read(x, reach) && self.is_read(y, reach);
             // Most cells are on a surface that has not ended: that is found out first.
             if continued < most && is_read && self.continues_within(x, y) {
-                let cells = if self.is_large(reach) { 4.0 } else { 1.0 };
+                let cells = if reach >= self.large_reach { 4.0 } else { 1.0 };
                 self.add(x, y, f64::from(cells * (most - continued) / most));
             }
         }
     }
 
-    /// Adds the number of directions in which the surface continues at the cell's reach to the
-    /// count of each cell of row `y` that has this `reach` and is read.
-    fn count_continued(&self, counts: &mut [f32], y: usize, reach: f32) {
-        if self.is_read(y, reach) {
-            let add = |step| self.map.add_continued(counts, y, reach, step);
-            circle(f64::from(reach)).into_iter().for_each(add);
-        }
-    }
-
-    /// Checks whether column or row `k` is read for balls that have ended at `reach`: for large
-    /// ones a quarter of the cells is enough.
+    /// Checks whether column or row `k` is read for balls of this reach.
     fn is_read(&self, k: usize, reach: f32) -> bool {
-        k.is_multiple_of(2) || !self.is_large(reach)
-    }
-
-    /// Checks whether balls that have ended at `reach` are large.
-    fn is_large(&self, reach: f32) -> bool {
-        let ClusterParameters { beyond, large_radius, .. } = self.parameters;
-        f64::from(reach) * CellMap::FACTOR >= beyond.at(*large_radius)
+        k.is_multiple_of(2) || reach < self.large_reach
     }
 
     /// Checks whether the surface of the cell at column `x`, row `y` continues within a ball.
@@ -153,6 +142,14 @@ impl ClusterFinder<'_> {
     }
 }
 
+/// Returns each of `reaches` but 0 once, the smallest first.
+fn distinct(reaches: &[f32]) -> impl Iterator<Item = f32> {
+    // A bit for each reach. The lowest one is cleared after its turn.
+    let all = reaches.iter().fold(0_u64, |all, &reach| all | 1 << reach as u32) & !1;
+    let left = iter::successors(Some(all), |left| Some(left & left.checked_sub(1)?));
+    left.take_while(|left| *left != 0).map(|left| left.trailing_zeros() as f32)
+}
+
 /// Number of the directions of the compass.
 const DIRECTIONS: usize = 8;
 
@@ -175,6 +172,13 @@ fn circle(reach: f64) -> [Step; DIRECTIONS] {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_reach_comes_once_and_0_does_not_come() {
+        let reaches = [0.0, 63.0, 2.0, 0.0, 2.0, 1.0, 63.0];
+        assert_eq!(distinct(&reaches).collect::<Vec<_>>(), [1.0, 2.0, 63.0]);
+        assert_eq!(distinct(&[0.0; 3]).count(), 0);
+    }
 
     #[test]
     fn steps_lead_to_the_cells_nearest_to_the_circle() {
