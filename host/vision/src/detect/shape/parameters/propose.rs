@@ -6,9 +6,10 @@ use super::refine::Tolerance;
 ///
 /// `min_log_odds_without_depth` and `min_log_odds_with_depth` come from `rooms` (seeds 88 to 90 and
 /// 1151 to 1154), photographs (105 and 106) and `hard` (1161), 1743 balls without depth and 2385
-/// with it. Without depth -2.25 finds as many as -2.5, and judges 28 % fewer places in the pictures
-/// without a ball; -2 loses four. With depth most balls are found as spheres before: -1.75 finds
-/// 2379 where -2.5 finds 2381, and a search without a ball takes about a fifth less time.
+/// with it. Without depth -2.25 finds as many as -2.5, and judges 37 % fewer places in the pictures
+/// without a ball (seeds 88 to 90); -2 loses four. With depth most balls are found as spheres
+/// before: -1.75 finds 2379 where -2.5 finds 2381, and a search without a ball takes about a fifth
+/// less time.
 ///
 /// Of patches of the bench (`scripts/detector`, seeds 1032 and 1034) `min_judged` leaves out none
 /// of 1869 balls, 83 % of the others with depth and 36 % of those without; `min_judged_again` none,
