@@ -28,30 +28,30 @@ pub use outline::localise_by_outline;
 
 /// Parameters of the localisation.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct LocaliseParameters {
+struct LocaliseParameters {
     /// Part of the disc's radius that is read: at the edge a depth camera mixes ball and
     /// background.
-    pub mask: f64,
+    mask: f64,
     /// Least part of the disc's pixels in the image that must agree on the centre's depth.
-    pub min_support: f64,
+    min_support: f64,
     /// Least number of those pixels.
-    pub min_pixels: usize,
+    min_pixels: usize,
     /// Largest span of the votes that agree, in the ball's radius.
-    pub group_span: f64,
+    group_span: f64,
     /// Number of neighbouring votes that share their error: the noise of depth is smooth.
-    pub correlated_votes: f64,
+    correlated_votes: f64,
     /// Standard deviation of the error that all votes share, metres at a depth of 1 m. It grows
     /// with the square of the depth, as that of a disparity does.
-    pub bias: f64,
+    bias: f64,
     /// Pixels that are read along the disc's diameter; larger discs are read in a coarser grid.
-    pub grid: f64,
+    grid: f64,
     /// Relative standard deviation of the disc's radius.
-    pub size_error: f64,
+    size_error: f64,
 }
 
 impl LocaliseParameters {
     /// Parameters for a refined circle.
-    pub const DEFAULT: Self = Self {
+    const DEFAULT: Self = Self {
         mask: 0.85,
         min_support: 0.1,
         min_pixels: 5,
@@ -65,21 +65,15 @@ impl LocaliseParameters {
     const ROUGH: Self = Self { grid: 14.0, size_error: 0.1, ..Self::DEFAULT };
 }
 
-impl Default for LocaliseParameters {
-    fn default() -> Self {
-        Self::DEFAULT
-    }
-}
-
 /// Depth of a ball's centre.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct CentreDepth {
+pub(crate) struct CentreDepth {
     /// Depth along the optical axis, metres.
-    pub depth: f64,
+    pub(crate) depth: f64,
     /// Part of the disc's pixels in the image that agree on it, 0 to 1.
-    pub support: f64,
+    pub(crate) support: f64,
     /// Standard deviation of the depth, metres.
-    pub error: f64,
+    error: f64,
 }
 
 /// Returns the observation of a ball that is seen as `circle`, with the position that the frame's
@@ -130,7 +124,7 @@ fn in_rig_frame(camera: &Camera, point: &Point3<f64>, in_camera: &Matrix3<f64>) 
 ///
 /// The densest group of votes counts, because objects in front of the ball and behind it vote for
 /// other depths; its median is the depth. Returns `None` if the group is too small.
-pub fn centre_depth(circle: &Circle, frame: &RgbdFrame, ball_radius: f64) -> Option<CentreDepth> {
+fn centre_depth(circle: &Circle, frame: &RgbdFrame, ball_radius: f64) -> Option<CentreDepth> {
     let depth = DepthView::new(frame);
     agreed_depth(circle, &depth, ball_radius, &LocaliseParameters::DEFAULT, |_, _| true)
 }

@@ -35,7 +35,7 @@ pub struct StageImage {
 
 /// A detector: finds the ball in a frame.
 pub trait BallDetector {
-    /// Returns the detector's name, as in the configuration.
+    /// Returns the name of the detector, such as that of the option `--detector`.
     fn name(&self) -> &'static str;
 
     /// Returns the observation of the ball in `frame`; `None` if there is no ball.

@@ -16,10 +16,10 @@ use crate::camera::Camera;
 use ball::ShapeDetector;
 use red::RedDetector;
 
-/// The detectors of this crate, by name.
+/// The detectors of this crate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum DetectorKind {
-    /// [`ShapeDetector`]: colour proposes, shape and size decide.
+    /// [`ShapeDetector`]: depth and a network propose; edges, depth and two networks decide.
     Ball,
     /// [`RedDetector`], the paper's: a difference of Gaussians on the red channel.
     Red,
@@ -33,17 +33,12 @@ impl DetectorKind {
     /// All detectors.
     pub const ALL: [Self; 2] = [Self::Ball, Self::Red];
 
-    /// Returns the name, as in the configuration.
+    /// Returns the name, as [`BallDetector::name`] does.
     pub fn name(self) -> &'static str {
         match self {
             Self::Ball => "ball",
             Self::Red => "red",
         }
-    }
-
-    /// Returns the detector called `name`; `None` if there is no such detector.
-    pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|kind| kind.name() == name)
     }
 
     /// Makes the detector for `camera` and its ball.
