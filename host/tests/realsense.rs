@@ -10,7 +10,7 @@ use std::path::Path;
 use std::process::{Command, Output};
 
 use plumb_realsense::{Camera, Settings, Target};
-use plumb_realsense_device::{Control, SoftwareCamera, Stamp, UNIT, installed, library};
+use plumb_realsense_device::{Control, Model, SoftwareCamera, Stamp, UNIT, installed, library};
 use tempfile::TempDir;
 
 use common::{Emulator, folder, rigs, stderr};
@@ -89,7 +89,7 @@ fn a_recording_is_replayed_with_its_own_intrinsics() {
     let Some(library) = library().unwrap() else { return };
     let folder = folder();
     let path = folder.path().join("recording.db3");
-    let device = SoftwareCamera::plug_in(&library, "recorded", UNIT, [0.0; 5]).unwrap();
+    let device = SoftwareCamera::plug_in(&library, "recorded", Model::default()).unwrap();
     let settings = Settings { record: Some(path), ..Settings::default() };
     let target = Target::Serial("recorded".to_owned());
     let mut camera = Camera::open(&library, &target, settings).unwrap();

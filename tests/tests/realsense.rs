@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use nalgebra::Point3;
 use plumb_cameras::source::realsense::{RealsenseSource, Settings, Target};
-use plumb_realsense_device::{Control, Feeder, SoftwareCamera, UNIT, library};
+use plumb_realsense_device::{Control, Feeder, Model, SoftwareCamera, UNIT, library};
 use plumb_tests::live_camera::LiveRig;
 
 #[test]
@@ -17,7 +17,7 @@ fn a_run_with_librealsense2_reaches_the_papers_target() {
     let diameter = rig.camera.ball_diameter;
     let scene =
         |ball: Point3<f64>| Control { ball: Some(ball.into()), diameter, ..Control::default() };
-    let device = SoftwareCamera::plug_in(&library, "paper", UNIT, [0.0; 5]).expect("a device");
+    let device = SoftwareCamera::plug_in(&library, "paper", Model::default()).expect("a device");
     let feeder = Feeder::start(Arc::new(device), scene(rig.start()));
 
     let settings = Settings { latency: 0.005, ..Settings::default() };

@@ -37,10 +37,28 @@ impl Stamp {
     }
 }
 
-/// Software sensor with its only stream.
-struct SoftwareSensor {
-    handle: Handle,
-    stream: Handle,
+/// What a software camera has of its own.
+#[derive(Debug, Clone, Copy)]
+pub struct Model {
+    /// Unit of depth that the depth sensor states, metres.
+    pub unit: f64,
+    /// Distortion of the colour sensor's lens.
+    pub coefficients: [f32; 5],
+    /// Whether the depth sensor delivers colour too, as that of a D405.
+    pub has_one_sensor: bool,
+}
+
+impl Default for Model {
+    /// Returns a camera without distortion whose depths are in millimetres.
+    fn default() -> Self {
+        Self { unit: UNIT, coefficients: [0.0; 5], has_one_sensor: false }
+    }
+}
+
+/// Stream of a software sensor.
+struct SoftwareStream {
+    sensor: Handle,
+    profile: Handle,
     bytes_per_pixel: i32,
 }
 
@@ -48,8 +66,8 @@ struct SoftwareSensor {
 pub struct SoftwareCamera {
     api: Api,
     device: Handle,
-    colour: SoftwareSensor,
-    depth: SoftwareSensor,
+    colour: SoftwareStream,
+    depth: SoftwareStream,
     frames: AtomicI32,
 }
 
@@ -59,28 +77,27 @@ unsafe impl Send for SoftwareCamera {}
 unsafe impl Sync for SoftwareCamera {}
 
 impl SoftwareCamera {
-    /// Plugs in a camera with the serial number `serial`, whose depth sensor states `unit` metres
-    /// as its unit of depth and whose colour sensor has the distortion `coefficients`.
+    /// Plugs in a camera with the serial number `serial`.
     ///
     /// # Errors
     /// Where the library refuses a part.
-    pub fn plug_in(
-        library: &RealSense,
-        serial: &str,
-        unit: f64,
-        coefficients: [f32; 5],
-    ) -> Result<Self, String> {
+    pub fn plug_in(library: &RealSense, serial: &str, model: Model) -> Result<Self, String> {
         let api = Api::of(library)?;
         // SAFETY: the call has no arguments but the place of its error.
         let device = check("a device", |error| unsafe { (api.create_device)(error) })?;
         register(&api, device, sys::INFO_NAME, "Plumb software camera")?;
         register(&api, device, sys::INFO_SERIAL_NUMBER, serial)?;
-        let depth = add_sensor(&api, device, c"Stereo Module", &depth_stream())?;
-        let colour = add_sensor(&api, device, c"RGB Camera", &colour_stream(coefficients))?;
+        let stereo = add_sensor(&api, device, c"Stereo Module")?;
+        let rgb = match model.has_one_sensor {
+            true => stereo,
+            false => add_sensor(&api, device, c"RGB Camera")?,
+        };
+        let depth = add_stream(&api, stereo, &depth_stream())?;
+        let colour = add_stream(&api, rgb, &colour_stream(model.coefficients))?;
         let options = [
-            (colour.handle, sys::OPTION_EXPOSURE, 10_000.0),
-            (colour.handle, sys::OPTION_AUTO_EXPOSURE, 1.0),
-            (depth.handle, sys::OPTION_EMITTER, 1.0),
+            (colour.sensor, sys::OPTION_EXPOSURE, 10_000.0),
+            (colour.sensor, sys::OPTION_AUTO_EXPOSURE, 1.0),
+            (depth.sensor, sys::OPTION_EMITTER, 1.0),
         ];
         for (sensor, option, most) in options {
             // SAFETY: the sensor lives.
@@ -91,13 +108,13 @@ impl SoftwareCamera {
         let units = sys::OPTION_DEPTH_UNITS;
         // SAFETY: the sensor lives.
         check("a unit of depth", |error| unsafe {
-            (api.add_constant)(depth.handle, units, unit as f32, error)
+            (api.add_constant)(depth.sensor, units, model.unit as f32, error)
         })?;
         let rotation = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
         let pose = Extrinsics { rotation, translation: [-BASELINE as f32, 0.0, 0.0] };
         // SAFETY: both streams live.
         check("the extrinsics", |error| unsafe {
-            (api.register_extrinsics)(depth.stream, colour.stream, pose, error)
+            (api.register_extrinsics)(depth.profile, colour.profile, pose, error)
         })?;
         let context = library.context();
         // SAFETY: the context and the device live.
@@ -126,7 +143,8 @@ impl SoftwareCamera {
         self.send(&self.depth, pixels, stamp, unit)
     }
 
-    /// Returns the exposure of the colour sensor, units of 0.1 ms, and whether the projector is on.
+    /// Returns the exposure of the sensor of colour (units of 0.1 ms, of a camera with one sensor
+    /// 1 µs), and whether the projector is on.
     ///
     /// # Errors
     /// Where the library does not tell them.
@@ -135,13 +153,13 @@ impl SoftwareCamera {
             // SAFETY: the sensor lives.
             check("an option", |error| unsafe { (self.api.get_option)(sensor, option, error) })
         };
-        let exposure = get(self.colour.handle, sys::OPTION_EXPOSURE)?;
-        Ok((exposure, get(self.depth.handle, sys::OPTION_EMITTER)? != 0.0))
+        let exposure = get(self.colour.sensor, sys::OPTION_EXPOSURE)?;
+        Ok((exposure, get(self.depth.sensor, sys::OPTION_EMITTER)? != 0.0))
     }
 
     fn send(
         &self,
-        sensor: &SoftwareSensor,
+        stream: &SoftwareStream,
         pixels: Vec<u8>,
         stamp: Stamp,
         unit: f64,
@@ -149,24 +167,25 @@ impl SoftwareCamera {
         let frame = VideoFrame {
             pixels: lend(pixels),
             deleter: give_back,
-            stride: sensor.bytes_per_pixel * VIEW.width as i32,
-            bytes_per_pixel: sensor.bytes_per_pixel,
+            stride: stream.bytes_per_pixel * VIEW.width as i32,
+            bytes_per_pixel: stream.bytes_per_pixel,
             timestamp: stamp.time * 1e3,
             domain: stamp.domain,
             number: self.frames.fetch_add(1, Ordering::Relaxed),
-            profile: sensor.stream,
+            profile: stream.profile,
             depth_units: unit as f32,
         };
         // SAFETY: the sensor and its stream live; the pixels live until they are given back.
-        check("a frame", |error| unsafe { (self.api.send)(sensor.handle, frame, error) })
+        check("a frame", |error| unsafe { (self.api.send)(stream.sensor, frame, error) })
     }
 }
 
 impl Drop for SoftwareCamera {
     fn drop(&mut self) {
-        for sensor in [&self.colour, &self.depth] {
+        let (depth, colour) = (self.depth.sensor, self.colour.sensor);
+        for sensor in std::iter::once(depth).chain((colour != depth).then_some(colour)) {
             // SAFETY: the sensor is deleted once, and not used after this.
-            unsafe { (self.api.delete_sensor)(sensor.handle) };
+            unsafe { (self.api.delete_sensor)(sensor) };
         }
         // SAFETY: as above.
         unsafe { (self.api.delete_device)(self.device) };
@@ -180,20 +199,18 @@ fn register(api: &Api, device: Handle, kind: i32, text: &str) -> Result<(), Stri
     check("information", |error| unsafe { (api.register_info)(device, kind, text.as_ptr(), error) })
 }
 
-/// Adds a sensor with one stream.
-fn add_sensor(
-    api: &Api,
-    device: Handle,
-    name: &CStr,
-    stream: &VideoStream,
-) -> Result<SoftwareSensor, String> {
+/// Adds a sensor.
+fn add_sensor(api: &Api, device: Handle, name: &CStr) -> Result<Handle, String> {
     // SAFETY: the device lives, and copies the name.
-    let handle =
-        check("a sensor", |error| unsafe { (api.add_sensor)(device, name.as_ptr(), error) })?;
+    check("a sensor", |error| unsafe { (api.add_sensor)(device, name.as_ptr(), error) })
+}
+
+/// Adds a stream to a sensor.
+fn add_stream(api: &Api, sensor: Handle, stream: &VideoStream) -> Result<SoftwareStream, String> {
     // SAFETY: the sensor lives.
     let profile =
-        check("a stream", |error| unsafe { (api.add_stream)(handle, *stream, 1, error) })?;
-    Ok(SoftwareSensor { handle, stream: profile, bytes_per_pixel: stream.bytes_per_pixel })
+        check("a stream", |error| unsafe { (api.add_stream)(sensor, *stream, 1, error) })?;
+    Ok(SoftwareStream { sensor, profile, bytes_per_pixel: stream.bytes_per_pixel })
 }
 
 /// Returns the intrinsics of both sensors, the pictures of which `plumb-openni-driver` renders.

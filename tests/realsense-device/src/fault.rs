@@ -1,6 +1,6 @@
 //! Faults of a camera that the library's software device cannot have.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use plumb_realsense::RealSense;
@@ -14,21 +14,38 @@ pub enum Fault {
     Unplugged,
     /// The call that opens a sensor does not return.
     Hangs,
+    /// The library is of version 3.
+    Version,
+    /// The second sensor does not start. The process is aborted where the queue of the first one is
+    /// deleted while the sensor runs.
+    SecondSensor,
 }
 
 impl Fault {
-    /// Loads librealsense2 with this fault: a library, compiled in `folder`, that stands before the
-    /// installed one and replaces one function. Returns `None` where librealsense2 is not
-    /// installed, which is said.
+    /// Loads librealsense2 with this fault, see [`Self::compile`]. Returns `None` where
+    /// librealsense2 is not installed, which is said.
+    ///
+    /// # Errors
+    /// As [`Self::compile`]; where the library cannot be loaded.
+    pub fn library(self, folder: &Path) -> Result<Option<RealSense>, String> {
+        let Some(path) = self.compile(folder)? else { return Ok(None) };
+        RealSense::load_from(&path).map(Some).map_err(|error| error.to_string())
+    }
+
+    /// Compiles a library in `folder` that stands in front of the installed one and replaces some
+    /// of its functions. Returns its path; `None` where librealsense2 is not installed, which is
+    /// said.
     ///
     /// # Errors
     /// As [`library`]; where `rustc` does not compile the library.
-    pub fn library(self, folder: &Path) -> Result<Option<RealSense>, String> {
+    pub fn compile(self, folder: &Path) -> Result<Option<PathBuf>, String> {
         // Python's library, which the installed one needs, stays loaded.
         let (Some(_), Some(installed)) = (library()?, installed()) else { return Ok(None) };
         let name = match self {
             Self::Unplugged => "unplugged",
             Self::Hangs => "hangs",
+            Self::Version => "version",
+            Self::SecondSensor => "second-sensor",
         };
         let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("faults/library.rs");
         let path = folder.join(format!("lib{name}.so"));
@@ -45,6 +62,6 @@ impl Fault {
         if !output.status.success() {
             return Err(String::from_utf8_lossy(&output.stderr).into_owned());
         }
-        RealSense::load_from(&path).map(Some).map_err(|error| error.to_string())
+        Ok(Some(path))
     }
 }

@@ -12,7 +12,7 @@ mod feeder;
 mod installed;
 mod pixels;
 
-pub use camera::{BASELINE, SoftwareCamera, Stamp, UNIT};
+pub use camera::{BASELINE, Model, SoftwareCamera, Stamp, UNIT};
 pub use fault::Fault;
 pub use feeder::Feeder;
 pub use installed::{installed, library};

@@ -84,7 +84,7 @@ functions! {
     set_option = b"rs2_set_option\0": fn(Handle, c_int, c_float, ErrorOut);
     option_range = b"rs2_get_option_range\0": fn(
         Handle, c_int, *mut c_float, *mut c_float, *mut c_float, *mut c_float, ErrorOut);
-    open = b"rs2_open\0": fn(Handle, Handle, ErrorOut);
+    open = b"rs2_open_multiple\0": fn(Handle, *mut Handle, c_int, ErrorOut);
     close = b"rs2_close\0": fn(Handle, ErrorOut);
     start_queue = b"rs2_start_queue\0": fn(Handle, Handle, ErrorOut);
     stop = b"rs2_stop\0": fn(Handle, ErrorOut);

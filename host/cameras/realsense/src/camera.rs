@@ -12,8 +12,8 @@ use crate::error::RealsenseError;
 use crate::frame::Frame;
 use crate::handle::Owned;
 use crate::library::{Inner, RealSense};
-use crate::options::Options;
-use crate::sensor::SensorStream;
+use crate::options::{ExposureUnit, Options};
+use crate::sensor::{Stream, Streams};
 use crate::settings::{Intrinsics, Opened, Settings, Target};
 use crate::within::{Unfinished, within};
 
@@ -48,9 +48,8 @@ pub struct Pair {
 /// the caller, who reads it in a thread of its own.
 pub struct Camera {
     inner: Arc<Inner>,
-    // The sensors stop before the device, the aligner and the queue that they use are deleted.
-    _colour: SensorStream,
-    _depth: SensorStream,
+    // The streams stop before the device, the aligner and the queue that they use are deleted.
+    streams: Streams,
     pairing: Pairing<Frame>,
     aligner: Aligner,
     queue: Owned,
@@ -103,33 +102,29 @@ impl Camera {
         let failed = |error| RealsenseError::Open { id: id.clone(), error };
         let sensors = device.sensors().ok_or_else(|| failed("it is closed".to_owned()))?;
         let wanted = (!device.is_recording()).then_some(settings.mode);
-        let find = |sensor| SensorStream::find(inner, sensors, &id, sensor, wanted);
-        let (mut colour, mut depth) = (find(Sensor::Colour)?, find(Sensor::Depth)?);
-        let options = |stream| Options { inner, sensor: SensorStream::handle(stream), id: &id };
+        let streams = Streams::find(inner, sensors, &id, wanted)?;
+        let options = |stream| Options { inner, sensor: Stream::handle(stream), id: &id };
         if wanted.is_some() {
-            options(&colour).set_exposure(&settings)?;
+            let unit = if streams.are_of_one_sensor() {
+                ExposureUnit::Microsecond
+            } else {
+                ExposureUnit::TenthMillisecond
+            };
+            options(&streams.colour).set_exposure(&settings, unit)?;
             if let Some(on) = settings.emitter {
-                options(&depth).set_emitter(on)?;
+                options(&streams.depth).set_emitter(on)?;
             }
         }
-        let depth_unit = options(&depth).depth_unit()?;
-        let intrinsics = Intrinsics::of(&colour.intrinsics().map_err(failed)?);
-        let (mode, name) = (colour.mode(), device.name.clone());
+        let depth_unit = options(&streams.depth).depth_unit()?;
+        let intrinsics = Intrinsics::of(&streams.colour.intrinsics(inner).map_err(failed)?);
+        let (mode, name) = (streams.colour.mode(), device.name.clone());
         let opened = Opened { id: id.clone(), name, mode, depth_unit, intrinsics };
-        let queue = queue(inner, QUEUE).map_err(failed)?;
-        let aligner = Aligner::new(inner).map_err(failed)?;
-        depth.start(&queue).map_err(failed)?;
-        colour.start(&queue).map_err(failed)?;
-        if device.is_recording() {
-            device.rewind(|| drain(inner, &queue, WAIT)).map_err(failed)?;
-        }
-        Ok(Self {
+        let mut camera = Self {
             inner: Arc::clone(inner),
-            _colour: colour,
-            _depth: depth,
+            streams,
             pairing: Pairing::new(PAIR_PERIODS / f64::from(mode.rate)),
-            aligner,
-            queue,
+            aligner: Aligner::new(inner).map_err(failed)?,
+            queue: queue(inner, QUEUE).map_err(failed)?,
             device,
             opened,
             clock: HostClock::new(settings.latency),
@@ -139,7 +134,19 @@ impl Camera {
             domains: [None; 2],
             last_arrival: Instant::now(),
             ended: None,
-        })
+        };
+        // A camera that does not start is dropped in the order of its fields.
+        camera.start_streams().map_err(failed)?;
+        Ok(camera)
+    }
+
+    /// Starts the streams, a recording from its beginning.
+    fn start_streams(&mut self) -> Result<(), String> {
+        self.streams.start(&self.queue)?;
+        if self.device.is_recording() {
+            self.device.rewind(|| drain(&self.inner, &self.queue, WAIT))?;
+        }
+        Ok(())
     }
 
     /// Returns the description of the camera.

@@ -6,8 +6,33 @@ use crate::library::Inner;
 use crate::settings::Settings;
 use crate::sys;
 
-/// Seconds in a unit of a colour sensor's exposure.
-const EXPOSURE_UNIT: f64 = 1e-4;
+/// Unit of a sensor's exposure.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum ExposureUnit {
+    /// Of a colour sensor.
+    TenthMillisecond,
+    /// Of a depth sensor.
+    Microsecond,
+}
+
+impl ExposureUnit {
+    /// Returns the exposure in this unit.
+    fn of(self, seconds: f64) -> f32 {
+        let units = match self {
+            Self::TenthMillisecond => seconds * 1e4,
+            Self::Microsecond => seconds * 1e6,
+        };
+        units as f32
+    }
+
+    /// Returns the name of the option for messages.
+    fn exposure(self) -> &'static str {
+        match self {
+            Self::TenthMillisecond => "the exposure, in units of 0.1 ms",
+            Self::Microsecond => "the exposure, in microseconds",
+        }
+    }
+}
 
 /// Largest difference between an option and its value read back, as a part of the value: the
 /// library's numbers have 24 bits, and a sensor rounds to its step.
@@ -22,9 +47,13 @@ pub(crate) struct Options<'a> {
 }
 
 impl Options<'_> {
-    /// Sets the exposure of a colour sensor, and verifies it. The rate stays as set, also in the
-    /// dark.
-    pub(crate) fn set_exposure(&self, settings: &Settings) -> Result<(), RealsenseError> {
+    /// Sets the exposure of the sensor of colour, and verifies it. The rate stays as set, also in
+    /// the dark.
+    pub(crate) fn set_exposure(
+        &self,
+        settings: &Settings,
+        unit: ExposureUnit,
+    ) -> Result<(), RealsenseError> {
         if self.has(sys::OPTION_AUTO_EXPOSURE_PRIORITY) {
             self.set(sys::OPTION_AUTO_EXPOSURE_PRIORITY, 0.0, "a constant frame rate")?;
         }
@@ -34,10 +63,7 @@ impl Options<'_> {
             self.set(sys::OPTION_AUTO_EXPOSURE, value, "automatic exposure")?;
         }
         match settings.exposure {
-            Some(seconds) => {
-                let value = (seconds / EXPOSURE_UNIT) as f32;
-                self.set(sys::OPTION_EXPOSURE, value, "the exposure, in units of 0.1 ms")
-            }
+            Some(seconds) => self.set(sys::OPTION_EXPOSURE, unit.of(seconds), unit.exposure()),
             None => Ok(()),
         }
     }

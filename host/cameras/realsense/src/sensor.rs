@@ -1,4 +1,4 @@
-//! Sensor of a device, with the stream that is read.
+//! Streams of a device's sensors.
 
 use core::ffi::c_int;
 use std::sync::Arc;
@@ -19,41 +19,38 @@ struct Profile {
     mode: Mode,
 }
 
-/// Sensor with the stream that is read. It is stopped and closed when it is dropped.
-pub(crate) struct SensorStream {
-    inner: Arc<Inner>,
+/// Sensor with the stream of it that is read.
+pub(crate) struct Stream {
+    /// Number of the sensor in its device.
+    number: usize,
     handle: Owned,
     /// Profiles of the sensor. The chosen one points into them.
     _profiles: Owned,
     profile: Profile,
-    is_open: bool,
-    is_started: bool,
 }
 
-// SAFETY: `profile.raw` is a handle of librealsense2, which may be used in any thread and lives as
-// long as `_profiles`.
-unsafe impl Send for SensorStream {}
-
-impl SensorStream {
+impl Stream {
     /// Finds the stream of `sensor` in `device`: that of the mode `wanted`, or the first one of a
-    /// recording.
-    pub(crate) fn find(
-        inner: &Arc<Inner>,
-        device: &Owned,
-        id: &str,
+    /// recording. The sensor with the number `last` is the last that is looked at.
+    fn find(
+        inner: &Inner,
+        (device, id): (&Owned, &str),
         sensor: Sensor,
         wanted: Option<Mode>,
+        last: Option<usize>,
     ) -> Result<Self, RealsenseError> {
         let failed = |error| RealsenseError::Open { id: id.to_owned(), error };
         let (mut found, mut has) = (false, Vec::new());
-        for handle in sensors(inner, device).map_err(failed)? {
+        let sensors = sensors(inner, device).map_err(failed)?;
+        let mut sensors: Vec<(usize, Owned)> = sensors.into_iter().enumerate().collect();
+        sensors.sort_by_key(|(number, _)| Some(*number) == last);
+        for (number, handle) in sensors {
             let (list, profiles) = profiles(inner, &handle, sensor).map_err(failed)?;
             found |= !profiles.is_empty();
             has.extend(profiles.iter().map(|profile| profile.mode));
             let fits = |profile: &&Profile| wanted.is_none_or(|mode| profile.mode == mode);
             if let Some(&profile) = profiles.iter().find(fits) {
-                let (inner, is_open, is_started) = (Arc::clone(inner), false, false);
-                return Ok(Self { inner, handle, _profiles: list, profile, is_open, is_started });
+                return Ok(Self { number, handle, _profiles: list, profile });
             }
         }
         has.sort();
@@ -77,36 +74,91 @@ impl SensorStream {
     }
 
     /// Returns the intrinsics of the stream.
-    pub(crate) fn intrinsics(&self) -> Result<RawIntrinsics, String> {
-        let (api, mut raw) = (&self.inner.api, RawIntrinsics::default());
+    pub(crate) fn intrinsics(&self, inner: &Inner) -> Result<RawIntrinsics, String> {
+        let (api, mut raw) = (&inner.api, RawIntrinsics::default());
         // SAFETY: the profile lives as long as its list.
         let get =
             |error| unsafe { (api.profile_intrinsics)(self.profile.raw, &raw mut raw, error) };
         api.check(get).map(|()| raw)
     }
+}
 
-    /// Opens and starts the stream. Its frames go to `queue`, which outlives it.
+/// Streams of colour and depth. They are stopped and closed when they are dropped.
+pub(crate) struct Streams {
+    inner: Arc<Inner>,
+    pub(crate) colour: Stream,
+    pub(crate) depth: Stream,
+    /// Sensors that are open. The handles are those of `colour` and `depth`.
+    open: Vec<Handle>,
+    /// Those of them that are started.
+    started: Vec<Handle>,
+}
+
+// SAFETY: the handles are those of librealsense2, which may be used in any thread. The profiles and
+// the handles of open sensors live as long as `colour` and `depth`.
+unsafe impl Send for Streams {}
+
+impl Streams {
+    /// Finds the streams of the mode `wanted` in the device `id`, or the first ones of a recording.
+    pub(crate) fn find(
+        inner: &Arc<Inner>,
+        device: &Owned,
+        id: &str,
+        wanted: Option<Mode>,
+    ) -> Result<Self, RealsenseError> {
+        let find = |sensor, last| Stream::find(inner, (device, id), sensor, wanted, last);
+        let depth = find(Sensor::Depth, None)?;
+        // A D405 has colour from its depth sensor only. Others may have it there too, through a
+        // lens that lets infrared light in.
+        let colour = find(Sensor::Colour, Some(depth.number))?;
+        let inner = Arc::clone(inner);
+        Ok(Self { inner, colour, depth, open: Vec::new(), started: Vec::new() })
+    }
+
+    /// Returns whether one sensor delivers both streams.
+    pub(crate) fn are_of_one_sensor(&self) -> bool {
+        self.colour.number == self.depth.number
+    }
+
+    /// Opens and starts the sensors. Their frames go to `queue`, which must outlive the streams.
     pub(crate) fn start(&mut self, queue: &Owned) -> Result<(), String> {
-        let (api, sensor) = (&self.inner.api, self.handle.raw());
-        // SAFETY: the sensor and its profile live.
-        api.check(|error| unsafe { (api.open)(sensor, self.profile.raw, error) })?;
-        self.is_open = true;
+        let [depth, colour] = [&self.depth, &self.colour].map(|stream| stream.profile.raw);
+        let [depth_sensor, colour_sensor] =
+            [&self.depth, &self.colour].map(|stream| stream.handle.raw());
+        if self.are_of_one_sensor() {
+            return self.start_sensor(depth_sensor, &mut [depth, colour], queue);
+        }
+        self.start_sensor(depth_sensor, &mut [depth], queue)?;
+        self.start_sensor(colour_sensor, &mut [colour], queue)
+    }
+
+    /// Opens and starts a sensor with these profiles.
+    fn start_sensor(
+        &mut self,
+        sensor: Handle,
+        profiles: &mut [Handle],
+        queue: &Owned,
+    ) -> Result<(), String> {
+        let (api, count) = (&self.inner.api, profiles.len() as c_int);
+        // SAFETY: the sensor and its profiles live.
+        api.check(|error| unsafe { (api.open)(sensor, profiles.as_mut_ptr(), count, error) })?;
+        self.open.push(sensor);
         // SAFETY: the sensor and the queue live.
         api.check(|error| unsafe { (api.start_queue)(sensor, queue.raw(), error) })?;
-        self.is_started = true;
+        self.started.push(sensor);
         Ok(())
     }
 }
 
-impl Drop for SensorStream {
+impl Drop for Streams {
     fn drop(&mut self) {
-        let (api, sensor) = (&self.inner.api, self.handle.raw());
+        let api = &self.inner.api;
         // There is no one to report the errors of an unplugged camera to.
-        if self.is_started {
+        for &sensor in &self.started {
             // SAFETY: the sensor lives.
             let _ = api.check(|error| unsafe { (api.stop)(sensor, error) });
         }
-        if self.is_open {
+        for &sensor in &self.open {
             // SAFETY: the sensor lives.
             let _ = api.check(|error| unsafe { (api.close)(sensor, error) });
         }

@@ -4,7 +4,9 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use plumb_realsense::{Camera, Pair, RealSense, RealsenseError, Settings, Target};
-use plumb_realsense_device::{Control, FOCAL_LENGTH, Fault, SoftwareCamera, Stamp, UNIT, library};
+use plumb_realsense_device::{
+    Control, FOCAL_LENGTH, Fault, Model, SoftwareCamera, Stamp, UNIT, library,
+};
 
 /// One test at a time has a camera: the library does not survive a software device that vanishes
 /// while another thread lists it.
@@ -22,24 +24,24 @@ impl Fixture {
     /// Plugs in a camera without distortion whose depths are in millimetres. Returns `None` where
     /// the library is not installed.
     pub(crate) fn new(serial: &str) -> Option<Self> {
-        Self::with_unit(serial, UNIT)
+        Self::with_model(serial, Model::default())
     }
 
-    /// Plugs in a camera with another unit of depth, metres.
-    pub(crate) fn with_unit(serial: &str, unit: f64) -> Option<Self> {
-        Some(Self::with_library(library().unwrap()?, serial, unit))
+    /// Plugs in a camera of another model.
+    pub(crate) fn with_model(serial: &str, model: Model) -> Option<Self> {
+        Some(Self::with_library(library().unwrap()?, serial, model))
     }
 
     /// Plugs a camera into the context of a library with a fault.
     pub(crate) fn with_fault(fault: Fault) -> Option<Self> {
         let folder = tempfile::tempdir().unwrap();
         let library = fault.library(folder.path()).unwrap()?;
-        Some(Self::with_library(library, "faulty", UNIT))
+        Some(Self::with_library(library, "faulty", Model::default()))
     }
 
-    fn with_library(library: RealSense, serial: &str, unit: f64) -> Self {
+    fn with_library(library: RealSense, serial: &str, model: Model) -> Self {
         let turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
-        let device = SoftwareCamera::plug_in(&library, serial, unit, [0.0; 5]).unwrap();
+        let device = SoftwareCamera::plug_in(&library, serial, model).unwrap();
         Self { library, device: Arc::new(device), serial: serial.to_owned(), _turn: turn }
     }
 

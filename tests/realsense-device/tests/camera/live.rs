@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use plumb_realsense::{Camera, DeviceInfo, Mode, Pair, RealsenseError, Sensor, Settings, Target};
-use plumb_realsense_device::{Control, Fault, Feeder, Stamp, UNIT};
+use plumb_realsense_device::{Control, Fault, Feeder, Model, Stamp, UNIT};
 
 use crate::fixture::{Fixture, assert_shows_the_ball, quick, scene};
 
@@ -57,6 +57,17 @@ fn exposure_and_projector_are_set() {
     let long = fixture.open(Settings { exposure: Some(2.0), ..quick() });
     let text = long.unwrap_err().to_string();
     assert!(text.contains("20000 is not between 0 and 10000"), "{text}");
+}
+
+#[test]
+fn colour_and_depth_of_one_sensor_are_opened_together() {
+    let model = Model { has_one_sensor: true, ..Model::default() };
+    let Some(fixture) = Fixture::with_model("one-sensor", model) else { return };
+    let mut camera = fixture.open(Settings { exposure: Some(0.008), ..quick() }).unwrap();
+    // The exposure of a depth sensor is in microseconds.
+    assert_eq!(fixture.device.options().unwrap().0, 8000.0);
+    fixture.send(1000.0, 1000.0);
+    assert_shows_the_ball(&camera.next_pair().unwrap().unwrap());
 }
 
 #[test]

@@ -4,6 +4,8 @@ use std::path::Path;
 
 use plumb_realsense::{Camera, Mode, RealSense, RealsenseError, Settings, Target};
 
+use plumb_realsense_device::{Fault, Model};
+
 use crate::fixture::{Fixture, quick};
 
 #[test]
@@ -16,6 +18,22 @@ fn an_absent_library_says_how_to_get_it() {
     }
     let other = RealSense::load_from(Path::new("libc.so.6")).unwrap_err();
     assert!(matches!(other, RealsenseError::NotRealsense { .. }), "{other}");
+}
+
+#[test]
+fn a_library_of_another_version_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let Some(path) = Fault::Version.compile(folder.path()).unwrap() else { return };
+    let error = RealSense::load_from(&path).unwrap_err();
+    assert!(matches!(error, RealsenseError::Version { .. }), "{error}");
+    assert!(error.to_string().contains("3.0.1"), "{error}");
+}
+
+#[test]
+fn a_camera_whose_second_sensor_does_not_start_is_stopped_before_its_queue_is_deleted() {
+    let Some(fixture) = Fixture::with_fault(Fault::SecondSensor) else { return };
+    let error = fixture.open(quick()).unwrap_err();
+    assert!(matches!(error, RealsenseError::Open { .. }), "{error}");
 }
 
 #[test]
@@ -41,7 +59,9 @@ fn a_mode_that_the_camera_lacks_lists_its_modes() {
 #[test]
 fn a_unit_of_depth_that_no_camera_has_is_refused() {
     for (serial, unit) in [("metres", 1.0), ("zero", 0.0)] {
-        let Some(fixture) = Fixture::with_unit(serial, unit) else { return };
+        let Some(fixture) = Fixture::with_model(serial, Model { unit, ..Model::default() }) else {
+            return;
+        };
         let error = fixture.open(quick()).unwrap_err();
         assert!(matches!(error, RealsenseError::DepthUnit { .. }), "{error}");
     }
