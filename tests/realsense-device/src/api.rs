@@ -86,6 +86,8 @@ functions! {
     plug_in = b"rs2_context_add_software_device\0": fn(Handle, Handle, ErrorOut);
     send = b"rs2_software_sensor_on_video_frame\0": fn(Handle, VideoFrame, ErrorOut);
     delete_sensor = b"rs2_delete_sensor\0": fn(Handle);
+    project = b"rs2_project_point_to_pixel\0":
+        fn(*mut [c_float; 2], *const RawIntrinsics, *const [c_float; 3]);
     get_option = b"rs2_get_option\0": fn(Handle, c_int, ErrorOut) -> c_float;
 }
 
@@ -103,4 +105,19 @@ pub(crate) fn check<T>(what: &str, call: impl FnOnce(ErrorOut) -> T) -> Result<T
     let mut error = std::ptr::null_mut();
     let answer = call(&raw mut error);
     if error.is_null() { Ok(answer) } else { Err(format!("librealsense2 refuses {what}")) }
+}
+
+/// Returns column and row at which the library projects `point` (camera axes, metres).
+///
+/// # Errors
+/// Where the library lacks a function.
+pub fn project(
+    library: &RealSense,
+    intrinsics: &RawIntrinsics,
+    point: [f32; 3],
+) -> Result<[f32; 2], String> {
+    let (api, mut pixel) = (Api::of(library)?, [0.0; 2]);
+    // SAFETY: the function reads and writes the variables only, which live through the call.
+    unsafe { (api.project)(&raw mut pixel, intrinsics, &raw const point) };
+    Ok(pixel)
 }

@@ -12,6 +12,7 @@ mod feeder;
 mod installed;
 mod pixels;
 
+pub use api::project;
 pub use camera::{BASELINE, Model, SoftwareCamera, Stamp, UNIT};
 pub use fault::Fault;
 pub use feeder::Feeder;

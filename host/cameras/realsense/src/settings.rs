@@ -90,7 +90,8 @@ pub enum DistortionModel {
     /// As [`Self::BrownConrady`], with the tangential part computed from the radially distorted
     /// point.
     ModifiedBrownConrady,
-    /// As [`Self::BrownConrady`], but from the distorted to the ideal point.
+    /// By its name the map from the distorted to the ideal point. The library computes it as
+    /// [`Self::ModifiedBrownConrady`].
     InverseBrownConrady,
     /// A model of another kind, by its number in the library.
     Other(i32),
@@ -140,6 +141,9 @@ pub struct Intrinsics {
     pub coefficients: [f64; 5],
 }
 
+/// Spaces of the grid on which the largest distortion is looked for, in either direction.
+const GRID: u32 = 16;
+
 impl Intrinsics {
     /// Converts the library's form.
     pub(crate) fn of(raw: &RawIntrinsics) -> Self {
@@ -154,8 +158,7 @@ impl Intrinsics {
     }
 
     /// Returns the largest distance between an ideal and a distorted point in a picture of `mode`,
-    /// pixels. It is computed at the corners, to first order. `None` for a model of another kind
-    /// with coefficients.
+    /// pixels, to first order. `None` for a model of another kind with coefficients.
     pub fn largest_distortion(&self, mode: Mode) -> Option<f64> {
         if self.coefficients == [0.0; 5] || self.model == DistortionModel::None {
             return Some(0.0);
@@ -163,7 +166,7 @@ impl Intrinsics {
         if matches!(self.model, DistortionModel::Other(_)) {
             return None;
         }
-        Some(self.largest_at_corners(mode, |[x, y]| {
+        Some(self.largest_in_picture(mode, |[x, y]| {
             let (radial, [dx, dy]) = (self.radial(x, y) - 1.0, self.tangential(x, y, 1.0));
             [x * radial + dx, y * radial + dy]
         }))
@@ -171,21 +174,25 @@ impl Intrinsics {
 
     /// Returns the largest distance, pixels, between the points that
     /// [`DistortionModel::ModifiedBrownConrady`] and [`DistortionModel::BrownConrady`] give with
-    /// these coefficients in a picture of `mode`. It is computed at the corners, to first order.
+    /// these coefficients in a picture of `mode`, to first order.
     pub fn largest_modification(&self, mode: Mode) -> f64 {
-        self.largest_at_corners(mode, |[x, y]| {
+        self.largest_in_picture(mode, |[x, y]| {
             let modified = self.tangential(x, y, self.radial(x, y));
             let plain = self.tangential(x, y, 1.0);
             [modified[0] - plain[0], modified[1] - plain[1]]
         })
     }
 
-    /// Returns the largest length, pixels, of `shift` (focal lengths) at the corners of a picture
-    /// of `mode`. `shift` takes a corner in focal lengths from the principal point.
-    fn largest_at_corners(&self, mode: Mode, shift: impl Fn([f64; 2]) -> [f64; 2]) -> f64 {
-        let (right, bottom) = (f64::from(mode.width) - 1.0, f64::from(mode.height) - 1.0);
-        let corners = [(0.0, 0.0), (right, 0.0), (0.0, bottom), (right, bottom)];
-        let lengths = corners.iter().map(|&(u, v)| {
+    /// Returns the largest length, pixels, of `shift` (focal lengths) on a grid over a picture of
+    /// `mode`. `shift` takes a point in focal lengths from the principal point.
+    ///
+    /// The corners alone do not do: coefficients of opposite signs may cancel there.
+    fn largest_in_picture(&self, mode: Mode, shift: impl Fn([f64; 2]) -> [f64; 2]) -> f64 {
+        let place =
+            |k: u32, pixels: u16| f64::from(k) / f64::from(GRID) * (f64::from(pixels) - 1.0);
+        let columns = (0..=GRID).map(|k| place(k, mode.width));
+        let points = columns.flat_map(|u| (0..=GRID).map(move |k| (u, place(k, mode.height))));
+        let lengths = points.map(|(u, v)| {
             let [dx, dy] = shift([(u - self.cx) / self.fx, (v - self.cy) / self.fy]);
             (dx * self.fx).hypot(dy * self.fy)
         });
@@ -234,12 +241,16 @@ mod tests {
     }
 
     #[test]
-    fn the_largest_distortion_is_that_of_a_corner() {
+    fn the_largest_distortion_is_found_at_a_corner_or_inside() {
         let mode = Settings::default().mode;
         assert_eq!(intrinsics(2, [0.0; 5]).largest_distortion(mode), Some(0.0));
         // A corner is 399.4 px, or 0.6656 focal lengths, from the principal point.
         let radial = intrinsics(4, [0.1, 0.0, 0.0, 0.0, 0.0]).largest_distortion(mode).unwrap();
         assert!((radial - 0.1 * 0.6656_f64.powi(3) * 600.0).abs() < 0.01, "{radial}");
+        // At the corners it is 0, and in the middle of a side 0.4 of a focal length away it is not.
+        let bent = [0.1, -0.1 / 0.6656_f32.powi(2), 0.0, 0.0, 0.0];
+        let bent = intrinsics(4, bent).largest_distortion(mode).unwrap();
+        assert!(bent > 2.0, "{bent}");
         assert_eq!(intrinsics(3, [0.1; 5]).largest_distortion(mode), None);
         assert_eq!(intrinsics(3, [0.0; 5]).largest_distortion(mode), Some(0.0));
     }

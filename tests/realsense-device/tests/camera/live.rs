@@ -3,8 +3,9 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use plumb_realsense::sys::RawIntrinsics;
 use plumb_realsense::{Camera, DeviceInfo, Mode, Pair, RealsenseError, Sensor, Settings, Target};
-use plumb_realsense_device::{Control, Fault, Feeder, Model, Stamp, UNIT};
+use plumb_realsense_device::{Control, Fault, Feeder, Model, Stamp, UNIT, library, project};
 
 use crate::fixture::{Fixture, assert_shows_the_ball, quick, scene};
 
@@ -68,6 +69,28 @@ fn colour_and_depth_of_one_sensor_are_opened_together() {
     assert_eq!(fixture.device.options().unwrap().0, 8000.0);
     fixture.send(1000.0, 1000.0);
     assert_shows_the_ball(&camera.next_pair().unwrap().unwrap());
+}
+
+#[test]
+fn the_library_projects_by_the_inverse_model_as_by_that_of_brown_and_conrady() {
+    let Some(library) = library().unwrap() else { return };
+    // A D455 (librealsense issue 9551).
+    let coefficients = [-0.0565, 0.0682, 0.0004, 0.0007, -0.0218];
+    let lens = |model| RawIntrinsics {
+        width: 1280,
+        height: 720,
+        ppx: 639.5,
+        ppy: 359.5,
+        fx: 640.0,
+        fy: 640.0,
+        model,
+        coefficients,
+    };
+    for point in [[0.0, 0.0, 1.0], [0.9, 0.5, 1.0], [-0.6, 0.3, 1.0], [0.2, -0.5, 1.0]] {
+        let [inverse, plain] = [2, 4].map(|model| project(&library, &lens(model), point).unwrap());
+        let distance = (inverse[0] - plain[0]).hypot(inverse[1] - plain[1]);
+        assert!(distance < 0.05, "{point:?}: {inverse:?} {plain:?}");
+    }
 }
 
 #[test]

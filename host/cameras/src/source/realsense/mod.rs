@@ -44,8 +44,8 @@ pub enum RealsenseSourceError {
     Image(#[from] ImageError),
     /// The distortion of the colour sensor's lens is of a model that is not known.
     #[error(
-        "{id}: its lens bends the corners of the picture by {} by the model {model}, and Plumb \
-         knows the model Brown Conrady only. Choose another resolution, or estimate the \
+        "{id}: its lens bends the picture by {} by the model {model}, and Plumb knows the model \
+         Brown Conrady only. Choose another resolution, or estimate the \
          intrinsics, write them into the camera file and set `intrinsics = \"file\"` in \
          [camera.realsense]",
         .pixels.map_or_else(|| "an unknown amount".to_owned(), |pixels| format!("{pixels:.1} px"))
@@ -168,13 +168,14 @@ fn intrinsics(
 ///
 /// The model Brown-Conrady is Plumb's. The modified one is the same but for the tangential part.
 /// The library documents the inverse one as a map from the picture to the rays, but computes it as
-/// a map from the rays to the picture (librealsense issues 1380 and 6382), so that its coefficients
-/// are not used.
+/// the modified one (`rs2_project_point_to_pixel`, librealsense issues 1380 and 6382), also where
+/// it aligns depth to colour. realsense-ros states its coefficients as `plumb_bob` without a
+/// change (issue 2458).
 fn distortion(opened: &Opened) -> Result<Option<Distortion>, RealsenseSourceError> {
     let plumb_realsense::Intrinsics { model, coefficients, .. } = opened.intrinsics;
     let modification = match model {
         DistortionModel::BrownConrady => Some(0.0),
-        DistortionModel::ModifiedBrownConrady => {
+        DistortionModel::ModifiedBrownConrady | DistortionModel::InverseBrownConrady => {
             Some(opened.intrinsics.largest_modification(opened.mode))
         }
         _ => None,
@@ -206,13 +207,13 @@ mod tests {
     }
 
     /// Returns a device whose lens has the distortion `k1`, by a model that is not known.
-    fn inverse(k1: f64) -> Opened {
-        opened(DistortionModel::InverseBrownConrady, [k1, 0.0, 0.0, 0.0, 0.0])
+    fn unknown(k1: f64) -> Opened {
+        opened(DistortionModel::Other(3), [k1, 0.0, 0.0, 0.0, 0.0])
     }
 
     #[test]
     fn the_devices_intrinsics_are_taken() {
-        let got = intrinsics(&inverse(0.0), None).unwrap();
+        let got = intrinsics(&unknown(0.0), None).unwrap();
         let (fx, fy, cx, cy) = (605.0, 606.0, 322.0, 241.0);
         let expected = Intrinsics { fx, fy, cx, cy, depth_scale: 10_000.0, distortion: None };
         assert_eq!(got, expected);
@@ -221,39 +222,49 @@ mod tests {
     #[test]
     fn a_distortion_of_brown_and_conrady_is_taken() {
         let coefficients = [-0.2, 0.05, 0.001, 0.0005, 0.0];
-        for model in [DistortionModel::BrownConrady, DistortionModel::ModifiedBrownConrady] {
+        use DistortionModel::{BrownConrady, InverseBrownConrady, ModifiedBrownConrady};
+        for model in [BrownConrady, ModifiedBrownConrady, InverseBrownConrady] {
             let got = intrinsics(&opened(model, coefficients), None).unwrap();
             let known = got.distortion.map(|lens| lens.coefficients().to_array());
             assert_eq!(known, Some(coefficients), "{model}");
         }
         // The corners have no ray.
-        let folded = opened(DistortionModel::BrownConrady, [-0.9, 0.0, 0.0, 0.0, 0.0]);
+        let folded = opened(BrownConrady, [-0.9, 0.0, 0.0, 0.0, 0.0]);
         let error = intrinsics(&folded, None).unwrap_err();
         assert!(matches!(error, RealsenseSourceError::UnfitIntrinsics(_)), "{error:?}");
     }
 
     #[test]
     fn a_distortion_of_another_model_is_refused_by_name() {
-        let text = intrinsics(&inverse(0.1), None).unwrap_err().to_string();
-        assert!(text.contains("0815") && text.contains("Inverse Brown Conrady"), "{text}");
-        let other = opened(DistortionModel::Other(3), [0.1; 5]);
-        let text = intrinsics(&other, None).unwrap_err().to_string();
-        assert!(text.contains("F-Theta") && text.contains("unknown amount"), "{text}");
-        let strong = opened(DistortionModel::ModifiedBrownConrady, [-0.4, 0.0, 0.05, 0.05, 0.0]);
+        let text = intrinsics(&unknown(0.1), None).unwrap_err().to_string();
+        assert!(text.contains("0815") && text.contains("F-Theta"), "{text}");
+        assert!(text.contains("unknown amount"), "{text}");
+        let strong = opened(DistortionModel::InverseBrownConrady, [-0.4, 0.0, 0.05, 0.05, 0.0]);
         let text = intrinsics(&strong, None).unwrap_err().to_string();
-        assert!(text.contains("Modified Brown Conrady"), "{text}");
-        // A slight one is left out.
-        assert_eq!(intrinsics(&inverse(0.001), None).unwrap().distortion, None);
+        assert!(text.contains("Inverse Brown Conrady"), "{text}");
+    }
+
+    #[test]
+    fn a_d455_is_taken_with_its_distortion() {
+        // librealsense issue 9551, at 1280x720.
+        let coefficients = [-0.0565, 0.0682, 0.0004, 0.0007, -0.0218];
+        let (fx, fy, cx, cy) = (640.0, 640.0, 639.5, 359.5);
+        let model = DistortionModel::InverseBrownConrady;
+        let mut camera = opened(model, coefficients);
+        camera.mode = Mode { width: 1280, height: 720, rate: 30 };
+        camera.intrinsics = plumb_realsense::Intrinsics { fx, fy, cx, cy, ..camera.intrinsics };
+        let lens = intrinsics(&camera, None).unwrap().distortion.unwrap();
+        assert_eq!(lens.coefficients().to_array(), coefficients);
     }
 
     #[test]
     fn calibrated_intrinsics_take_the_devices_depth_scale() {
         let (fx, fy, cx, cy) = (600.0, 601.0, 318.0, 242.0);
         let known = Intrinsics { fx, fy, cx, cy, depth_scale: 1000.0, distortion: None };
-        let got = intrinsics(&inverse(0.1), Some(known)).unwrap();
+        let got = intrinsics(&unknown(0.1), Some(known)).unwrap();
         assert_eq!(got, Intrinsics { depth_scale: 10_000.0, ..known });
         let other = Intrinsics { cx: 959.5, ..known };
-        let text = intrinsics(&inverse(0.0), Some(other)).unwrap_err().to_string();
+        let text = intrinsics(&unknown(0.0), Some(other)).unwrap_err().to_string();
         assert!(text.contains("640x480") && text.contains("959.5"), "{text}");
     }
 }
