@@ -1,7 +1,7 @@
 """Writes patches of pictures of the bench: pictures SUITE ... | bench_patches.py OUT SEED
 
 The pictures are what the example `pictures` of plumb-bench writes. The patches are about the discs
-that the detector looks at there, and about right and wrong places near the ball.
+that the detector judges there, and about right and wrong places near the ball.
 """
 
 import sys
@@ -18,7 +18,7 @@ RADII = 4, 90
 
 
 def discs(rng, header, picture, ball):
-    """Yields the discs of a picture that the networks learn to judge."""
+    """Yields the discs of a picture whose patches the judging networks are trained with."""
     if ball[2] > 0:
         yield from near_ball(rng, ball)
     yield from (with_depth(picture, disc) for disc in header["proposals"][:PROPOSALS])
@@ -30,8 +30,8 @@ def main():
     rng, kept = np.random.default_rng(int(seed)), []
     for header, picture in pictures(sys.stdin.buffer):
         ball = true_ball(header)
-        seen = discs(rng, header, picture, ball)
-        kept.extend(patches(picture, seen, ball, RADII))
+        chosen = discs(rng, header, picture, ball)
+        kept.extend(patches(picture, chosen, ball, RADII))
     write(out, kept)
 
 

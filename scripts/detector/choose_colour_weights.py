@@ -2,7 +2,7 @@
 
 A FILE is what the example `candidates` of plumb-bench prints. The script tries all weights of a
 grid, and sets each intercept to the lowest limit with at most FALSE_ALARMS false alarms. It prints
-the weights with which most balls are found, as `ColourWeights` of the detector calls them.
+the weights with which most balls are found, with the names of `ColourWeights` of the detector.
 """
 
 import itertools

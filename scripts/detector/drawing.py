@@ -11,6 +11,9 @@ WIDTH, HEIGHT = 320, 240
 # Column and row of the middle of a picture.
 MIDDLE = (WIDTH - 1) / 2, (HEIGHT - 1) / 2
 
+# Depths up to this count as unknown, metres: 0, and what is drawn nearer to the camera.
+MIN_DEPTH = 0.1
+
 cv2.setNumThreads(1)
 
 
@@ -66,7 +69,7 @@ def line(start, end, width):
 
 
 def paint(light, depth, mask, colour, distance):
-    """Paints `colour` at `distance` where `mask` says."""
+    """Paints `colour` at `distance` where `mask` is set."""
     light += (colour - light) * mask[..., None]
     depth[:] = np.where(mask > 0.5, distance, depth)
 
@@ -107,4 +110,4 @@ def depth_at(depth, x, y, reach):
     x, y, reach = int(x), int(y), max(1, int(reach))
     rows = slice(max(0, y - reach), max(0, y + reach + 1))
     part = depth[rows, max(0, x - reach) : max(0, x + reach + 1)]
-    return part[part > 0.1]
+    return part[part > MIN_DEPTH]

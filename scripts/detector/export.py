@@ -1,7 +1,7 @@
 """Writes the weights file that the detector reads: export.py PROPOSER SCREEN JUDGE OUT.
 
-Each network is that of a training (`.pt`), or of a weights file. The script prints what the
-networks say about a fixed input, which a test of the detector checks.
+Each network is that of a training (`.pt`), or of a weights file. The script prints the outputs
+of the networks for a fixed input, which a test of the detector checks.
 """
 
 import sys

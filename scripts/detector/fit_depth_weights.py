@@ -1,10 +1,10 @@
 """Fits the weights of the decision with depth: fit_depth_weights.py FILE...
 
 A FILE is what the example `candidates` of plumb-bench prints. The best candidate of a picture
-decides whether a ball is found, so the script fits the highest log-odds of each picture: those of
-the ball's candidates shall be over the limit, those of the others under it. It is a logistic
-regression of these maxima, whose squared weights are penalised; none may be negative. The weights
-are printed as `DepthWeights` of the detector calls them.
+decides whether a ball is found, so the script fits the highest log-odds of each picture: over the
+limit for the ball's candidates, under it for the others. The fit is a logistic regression of these
+maxima. Squared weights are penalised, and no weight is negative. The weights are printed with the
+names of `DepthWeights` of the detector.
 """
 
 import math

@@ -14,24 +14,33 @@ import scenes
 
 # Pictures in a shard.
 SHARD = 500
-# First shard whose rooms have surfaces of the ball's own colour; first one after them, with
-# two-coloured fruit instead; first one whose pictures are difficult in every way; first one with
-# brown figures as well; first one with something in front of most of the balls as well.
-CAMOUFLAGED, FRUIT, DIFFICULT, FIGURES, COVERED = 53, 69, 76, 110, 501
-# Share of the difficult pictures with surfaces of the ball's own colour, and of those with fruit.
-OWN_COLOUR, WITH_FRUIT = 0.35, 0.3
+# First shard whose rooms have surfaces of the ball's own colour.
+FIRST_CAMOUFLAGED = 53
+# First shard with two-coloured fruit, and without those surfaces.
+FIRST_FRUIT = 69
+# First shard of difficult pictures: some have the surfaces, some have fruit (see the shares below).
+FIRST_DIFFICULT = 76
+# First shard with brown figures as well.
+FIRST_FIGURES = 110
+# First shard with something in front of most of the balls as well.
+FIRST_COVERED = 501
+# Share of the difficult pictures with surfaces of the ball's own colour.
+OWN_COLOUR = 0.35
+# Share of the difficult pictures with fruit.
+WITH_FRUIT = 0.3
 # Depth units of a metre in a shard.
 DEPTH_UNITS = 10000.0
 
 
 def scene(shard, rng, frames):
     """Returns a scene of a shard."""
-    if shard >= DIFFICULT:
+    if shard >= FIRST_DIFFICULT:
         camouflaged, fruit = rng.random() < OWN_COLOUR, rng.random() < WITH_FRUIT
-        further = {"figures": shard >= FIGURES, "covered": shard >= COVERED}
+        further = {"figures": shard >= FIRST_FIGURES, "covered": shard >= FIRST_COVERED}
         kind = scenes.Kind(camouflaged, fruit, difficult=True, **further)
     else:
-        kind = scenes.Kind(camouflaged=CAMOUFLAGED <= shard < FRUIT, fruit=shard >= FRUIT)
+        camouflaged = FIRST_CAMOUFLAGED <= shard < FIRST_FRUIT
+        kind = scenes.Kind(camouflaged, fruit=shard >= FIRST_FRUIT)
     return scenes.Scene(rng, frames, kind)
 
 

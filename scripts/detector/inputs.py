@@ -1,13 +1,25 @@
-"""What the networks read, exactly as the detector makes it: channels of a picture, and of a patch.
+"""Inputs of the networks: channels of a picture, and of a patch.
 
 A picture is one of generate.py, half the size of a camera's, or one of the bench. The first three
 channels are red, green and blue from -1 to 1, with the hues turned so that the ball's is red.
+
+The detector computes these channels in `propose/input.rs`, `decide/patch.rs` and `view.rs` (in
+`host/vision/src/detect/shape`). It differs from this file in the following. The weights in use were
+trained with the inputs of this file, so the differences stay.
+
+- A depth is known here if it is above MIN_DEPTH, and in the detector if its raw value is not 0.
+- A pixel of the proposal network's input has one depth of four by four pixels of the full-size
+  picture. The detector reads that in the third row and column (`SMALLEST / 2` of 0 to 3 in
+  `middle_rows` and `read_middles`). `proposal_input` reads the second row and column of two by two
+  pixels at half the size. In a picture of generate.py this pixel lies over the third and fourth
+  rows and columns of the full size; in one of bench_shard.py it has the depth of the fourth ones.
+- The colours of a patch are rounded to 8 bits here (`cv2.remap`), and not in the detector.
 """
 
 import cv2
 import numpy as np
 
-from drawing import MIDDLE, BallDisc
+from drawing import MIDDLE, MIN_DEPTH, BallDisc
 from light import rotate_hue
 
 # Pixels of the picture in a pixel of the proposal network's input, of the full-size picture 4.
@@ -23,6 +35,9 @@ PATCH, PATCH_RADIUS = 24, 7.0
 HALVINGS = 2
 # Largest depth against the ball's centre that a patch shows, in the ball's radius.
 PATCH_DEPTH = 3.0
+
+# Balls with a smaller visible part count neither as a ball nor as something else in a training.
+MIN_VISIBLE = 0.35
 
 
 class Picture:
@@ -42,7 +57,7 @@ class Picture:
         return BallDisc(*disc, self.focal, self.middle)
 
     def channels(self, pixels, depth, known):
-        """Returns (5, rows, columns) of 8-bit colours and of what is known of depth."""
+        """Returns (5, rows, columns) of 8-bit colours and the two channels of depth."""
         colour = pixels.astype(np.float32) / 255
         if self.hue:
             colour = rotate_hue(colour, -self.hue)
@@ -53,7 +68,7 @@ class Picture:
         """Returns the channels of the whole picture; the fourth is the radius that a ball has at
         the depth (0 where unknown), the fifth whether the depth is known."""
         nearest = self.depth[STEP // 2 :: STEP, STEP // 2 :: STEP]
-        known = nearest > 0.1
+        known = nearest > MIN_DEPTH
         centre = np.where(known, nearest + SURFACE * self.radius, 1)
         expected = np.minimum(self.focal / STEP * self.radius / centre, MAX_EXPECTED)
         return self.channels(self.levels[1], np.where(known, expected / EXPECTED_UNIT, 0), known)
@@ -75,7 +90,7 @@ class Picture:
         u, v = (np.floor(k + 0.5).astype(int) for k in (columns, rows))
         inside = (v >= 0) & (v < depth.shape[0]) & (u >= 0) & (u < depth.shape[1])
         nearest = depth[np.clip(v, 0, depth.shape[0] - 1), np.clip(u, 0, depth.shape[1] - 1)]
-        known = inside & (nearest > 0.1)
+        known = inside & (nearest > MIN_DEPTH)
         behind = (nearest - self.focal * self.radius / size) / self.radius / PATCH_DEPTH
         return self.channels(pixels, np.where(known, np.clip(behind, -1, 1), 0), known)
 

@@ -7,9 +7,14 @@ channel by itself.
 import torch
 from torch import nn
 
-# Channels of the judging networks: of the one that looks at each proposal, and of the one that
-# looks at each refined circle.
-SCREEN, JUDGE = (24, 64), (48, 128)
+# Channels of the judging network for the proposals, at half and at a quarter of a patch's size.
+SCREEN = 24, 64
+# Channels of the judging network for the refined circles, at the same sizes.
+JUDGE = 48, 128
+# Pixels of the proposal network's input, in a row, in a cell of its output.
+CELL = 2
+# Unit of the radii that the proposal network gives, input pixels.
+RADIUS_UNIT = 5.0
 
 
 def mix(inputs, outputs):
@@ -42,8 +47,9 @@ def folded(inputs, outputs, dilations):
 
 
 class Proposer(nn.Module):
-    """Finds places where the ball may be: 5 channels in, 4 out at half the size (the ball's
-    log-odds, offset to its centre, logarithm of its radius over 5, in input pixels)."""
+    """Network that proposes places of the ball: 5 channels in, 4 out at half the size. These are
+    the ball's log-odds, the offset to its centre (right and down, cells), and the logarithm of its
+    radius over RADIUS_UNIT."""
 
     def __init__(self):
         super().__init__()
@@ -57,9 +63,9 @@ class Proposer(nn.Module):
 
 
 class Judge(nn.Module):
-    """Tells whether the disc of a patch is the ball: 5 channels in, 4 out (log-odds; where the
-    ball's centre is to the right and down, and the logarithm of its radius, against the disc's, in
-    the disc's radius)."""
+    """Network that judges whether the disc of a patch is the ball: 5 channels in, 4 out. These are
+    the log-odds, the offset from the disc's centre to the ball's (right and down, in the disc's
+    radius), and the logarithm of the ball's radius over the disc's."""
 
     def __init__(self, fine, coarse):
         super().__init__()

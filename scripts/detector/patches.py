@@ -1,4 +1,4 @@
-"""Writes patches to train the judging networks on: patches.py SHARDS WEIGHTS OUT SEED NUMBER...
+"""Writes patches for training the judging networks: patches.py SHARDS WEIGHTS OUT SEED NUMBER...
 
 They are of the pictures of generate.py in SHARDS with these numbers. WEIGHTS is a weights file: the
 patches are about the proposals of its proposal network, about where its first judging network moves
@@ -11,18 +11,27 @@ import numpy as np
 import torch
 
 import inputs
+from drawing import depth_at
 from generate import DEPTH_UNITS
-from networks import SCREEN, Judge, Proposer
+from inputs import MIN_VISIBLE
+from networks import CELL, RADIUS_UNIT, SCREEN, Judge, Proposer
 from weights_file import read_networks
 
-# Proposals in a picture that are judged, and the least log-odds of one.
-PROPOSALS, MIN_LOG_ODDS = 6, -6.0
-# A disc is the ball if centre and radius are off by less than the first part of the radius, and is
-# not the ball if one of them is off by more than the second. Within the last, the network tells
-# where the ball is.
-RIGHT, WRONG, NEAR = 0.3, 0.5, 0.6
-# Balls of which less is visible are neither right nor wrong.
-MIN_VISIBLE = 0.35
+# Largest number of proposals in a picture that are judged.
+PROPOSALS = 6
+# Least log-odds of a proposal.
+MIN_LOG_ODDS = -6.0
+# A disc is the ball if its error is below this. The error is the larger one of the distance of the
+# centres, in the disc's radius, and of the logarithm of the ratio of the radii.
+MAX_BALL_ERROR = 0.3
+# A disc is not the ball if its error is above this.
+MIN_OTHER_ERROR = 0.5
+# A disc has a place (the ball's against the disc's) if its error is below this.
+MAX_PLACE_ERROR = 0.6
+# A disc with a larger error than this is not the ball, however little of the ball is visible.
+MIN_FAR_ERROR = 1.5
+# Half the side of the square whose depths give the radius of a disc, in the disc's radius.
+DEPTH_REACH = 0.4
 # Radii of discs that are judged, pixels: least and largest.
 RADII = 2, 45
 
@@ -38,30 +47,26 @@ def proposals(network, picture):
     discs = []
     for row, column in zip(rows[best].tolist(), columns[best].tolist()):
         dx, dy, log_radius = out[1:, row, column].tolist()
-        scale = 2 * inputs.STEP
+        scale = CELL * inputs.STEP
         disc = [(column + dx + 0.5) * scale - 0.5, (row + dy + 0.5) * scale - 0.5]
-        discs.append(disc + [np.exp(log_radius) * 5 * inputs.STEP])
+        discs.append(disc + [np.exp(log_radius) * RADIUS_UNIT * inputs.STEP])
     return discs
 
 
 def with_depth(picture, disc):
     """Returns a disc with the radius that a ball has at the depth there."""
     x, y, size = disc
-    reach = max(1, int(0.4 * size))
-    rows = slice(max(0, int(y) - reach), max(0, int(y) + reach + 1))
-    columns = slice(max(0, int(x) - reach), max(0, int(x) + reach + 1))
-    part = picture.depth[rows, columns]
-    known = part[part > 0.1]
+    known = depth_at(picture.depth, x, y, DEPTH_REACH * size)
     if len(known) > 3:
         size = picture.focal * picture.radius / (np.median(known) + 0.85 * picture.radius)
     return x, y, size
 
 
 def moved(network, picture, disc):
-    """Returns the disc where the network sees the ball when it looks at `disc`."""
+    """Returns the disc of the ball that the network estimates from the patch about `disc`."""
     with torch.no_grad():
-        seen = network(torch.from_numpy(picture.patch_input(disc)[None]))[0]
-    right, down, growth = seen[1:].tolist()
+        estimate = network(torch.from_numpy(picture.patch_input(disc)[None]))[0]
+    right, down, growth = estimate[1:].tolist()
     return *picture.disc(disc).at(right, down), disc[2] * np.exp(growth)
 
 
@@ -80,7 +85,7 @@ def near_ball(rng, ball):
 
 
 def discs(rng, proposer, screen, picture, ball):
-    """Yields the discs of a picture that the networks learn to judge."""
+    """Yields the discs of a picture whose patches the judging networks are trained with."""
     if ball[2] > 0:
         yield from near_ball(rng, ball)
     for disc in proposals(proposer, picture):
@@ -97,9 +102,10 @@ def labelled(picture, disc, ball):
         return 0, np.full(3, np.nan)
     error = np.array([*picture.disc(disc).on(*ball[:2]), np.log(ball[2] / disc[2])])
     off = max(np.hypot(error[0], error[1]), abs(error[2]))
-    sure = ball[3] > MIN_VISIBLE or off > 1.5
-    label = 1 if off < RIGHT else 0 if off > WRONG else -1
-    return (label if sure else -1), (error if off < NEAR and sure else np.full(3, np.nan))
+    sure = ball[3] > MIN_VISIBLE or off > MIN_FAR_ERROR
+    label = 1 if off < MAX_BALL_ERROR else 0 if off > MIN_OTHER_ERROR else -1
+    has_place = sure and off < MAX_PLACE_ERROR
+    return (label if sure else -1), (error if has_place else np.full(3, np.nan))
 
 
 def is_possible(disc, radii):
@@ -132,8 +138,8 @@ def main():
     rng, kept = np.random.default_rng(int(seed)), []
     for number in map(int, numbers):
         for picture, ball in inputs.pictures(f"{shards}/shard{number:04}.npz", DEPTH_UNITS):
-            seen = discs(rng, proposer, screen, picture, ball)
-            kept.extend(patches(picture, seen, ball, RADII))
+            chosen = discs(rng, proposer, screen, picture, ball)
+            kept.extend(patches(picture, chosen, ball, RADII))
     write(out, kept)
 
 

@@ -1,8 +1,9 @@
 """Writes photographs as a TUM RGB-D folder: photographs.py SET ROOT OUT
 
-SET is `training`, `judging` or `test`. Photographs of the set `training` are backgrounds from the
-third training on, those of `judging` in the fourth (README.md). No network has seen those of the
-set `test`: they are a background for `plumb bench vision --suite rooms`. OUT is a new folder.
+SET is `training`, `judging` or `test`. README.md has four groups of commands that train networks:
+photographs of the set `training` are backgrounds in the groups 3 and 4, those of `judging` in the
+group 4. No network is trained with those of the set `test`: they are a background for
+`plumb bench vision --suite rooms`. OUT is a new folder.
 
 The photographs are those of the Debian packages opencv-doc (4.6.0) and python3-skimage (0.19.3);
 for `training`, plasma-workspace-wallpapers (5.27.5) as well; for `judging`, palapeli-data
@@ -31,8 +32,8 @@ def wallpapers(size, names):
     return WALLPAPERS, " ".join(f"{name}/contents/images/{size}.{kind}" for name, kind in parts)
 
 
-# Folder and names of the photographs of each set. No photograph is in both sets, and no person or
-# thing is in a photograph of both.
+# Folder and names of the photographs of each set. No photograph is in two of the three sets. No
+# person or thing is in a photograph of `training` and in one of `test`.
 PHOTOGRAPHS = {
     "training": [
         (

@@ -1,18 +1,23 @@
-"""Pictures with and without a ball, composited at random, to train the detector's networks on."""
+"""Pictures with and without a ball, composed at random, for training the detector's networks."""
 
 from typing import NamedTuple
 
 import cv2
 import numpy as np
 
-from drawing import HEIGHT, WIDTH, BallDisc, depth_at, line, noise, paint, shape
+from drawing import HEIGHT, MIN_DEPTH, WIDTH, BallDisc, depth_at, line, noise, paint, shape
 from light import rotate_hue, to_srgb
 from surfaces import albedo, background, reddish_background
 from things import ball_colour, figure, fruit, look_alike, red_thing, sphere
 
-# Share of the rooms about as red as the ball, of the pictures with depth, of those with a ball, and
-# of the balls that are not red.
-REDDISH, WITH_DEPTH, WITH_BALL, OTHER_HUE = 0.4, 0.5, 0.8, 0.3
+# Share of the rooms that are about as red as the ball.
+REDDISH = 0.4
+# Share of the pictures with depth.
+WITH_DEPTH = 0.5
+# Share of the pictures in which a ball is drawn, if a free place for it is found.
+WITH_BALL = 0.8
+# Share of the balls that are not red.
+OTHER_HUE = 0.3
 
 
 class Kind(NamedTuple):
@@ -182,7 +187,7 @@ class Scene:
     def _holes(self, rng, depth):
         """Returns depth as a sensor gives it: noisy, shifted, with holes."""
         error = 0.0015 * rng.standard_normal(depth.shape, np.float32) * depth**2
-        depth = np.where(depth > 0.1, depth + error, 0)
+        depth = np.where(depth > MIN_DEPTH, depth + error, 0)
         edge = cv2.morphologyEx(depth.astype(np.float32), cv2.MORPH_GRADIENT, np.ones((3, 3)))
         depth[(edge > 0.03) & (rng.random(depth.shape) < rng.uniform(0, 0.9))] = 0
         kind = rng.random()

@@ -1,8 +1,8 @@
 """Trains a judging network: train_judge.py screen|judge STEPS OUT START TEST PATCHES...
 
-START is a network to go on with at a lower rate (`.pt`, or a weights file), or `-` for a new one.
-TEST and PATCHES are files of patches.py or bench_patches.py: the network is trained on PATCHES, and
-the report is of TEST. A file that is given twice counts twice.
+START is a network that is trained further, at a lower rate (`.pt`, or a weights file), or `-` for a
+new one. TEST and PATCHES are files of patches.py or bench_patches.py: the network is trained with
+PATCHES, and the report is of TEST. A file that is given twice counts twice.
 """
 
 import sys
@@ -16,8 +16,14 @@ from weights_file import give_statistics, read_network
 BATCH = 128
 # Batches whose statistics the normalisations of a weights file are given.
 MEASURED = 50
-# Highest rate and seed of the training of a new network, and of one that goes on.
-NEW, LATER = (3e-3, 1), (1e-3, 2)
+# Highest rate of the training of a new network.
+NEW_RATE = 3e-3
+# Highest rate of a further training.
+FURTHER_RATE = 1e-3
+# Seed of the training of a new network.
+NEW_SEED = 1
+# Seed of a further training.
+FURTHER_SEED = 2
 # Weight of the error of place and size.
 PLACE_WEIGHT = 4.0
 
@@ -66,7 +72,7 @@ def batches(rng, patches, labels, places):
 
 
 def train(network, kept, steps, rate, seed):
-    """Trains a network on patches, labels and places."""
+    """Trains a network with patches, labels and places."""
     optimiser = torch.optim.AdamW(network.parameters(), rate, weight_decay=1e-3)
     plan = torch.optim.lr_scheduler.OneCycleLR(optimiser, rate, steps, pct_start=0.1)
     total = 0.0
@@ -84,16 +90,16 @@ def train(network, kept, steps, rate, seed):
 
 
 def start(kind, path, kept):
-    """Returns the network to train on `kept`, and the highest rate and the seed of its training."""
+    """Returns the network to train with `kept`, and the highest rate and seed of its training."""
     if path == "-":
-        torch.manual_seed(NEW[1])
-        return Judge(*{"screen": SCREEN, "judge": JUDGE}[kind]), *NEW
-    torch.manual_seed(LATER[1])
+        torch.manual_seed(NEW_SEED)
+        return Judge(*{"screen": SCREEN, "judge": JUDGE}[kind]), NEW_RATE, NEW_SEED
+    torch.manual_seed(FURTHER_SEED)
     network = read_network(["proposer", "screen", "judge"].index(kind), path)
     if not path.endswith(".pt"):
         made = batches(np.random.default_rng(0), *kept)
         give_statistics(network, [next(made)[0] for _ in range(MEASURED)])
-    return network.train(), *LATER
+    return network.train(), FURTHER_RATE, FURTHER_SEED
 
 
 def main():

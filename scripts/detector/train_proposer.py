@@ -1,8 +1,8 @@
 """Trains the proposal network: train_proposer.py SHARDS OUT STEPS START NUMBER...
 
-It is trained on the pictures of generate.py in SHARDS with these numbers. A number that is given
-twice counts twice. START is a weights file whose network is trained on, half of the pictures with
-depth losing it, or - for none.
+It is trained with the pictures of generate.py in SHARDS with these numbers. A number that is given
+twice counts twice. START is a weights file whose network is trained further, or - for a new one. In
+a further training, the depth of half of the pictures is left out.
 """
 
 import sys
@@ -13,20 +13,20 @@ import torch
 
 import inputs
 from generate import DEPTH_UNITS
-from networks import Proposer
+from inputs import MIN_VISIBLE
+from networks import CELL, RADIUS_UNIT, Proposer
 from weights_file import give_statistics, read_networks
 
-BATCH, SEED = 32, 1
-# Largest rate of a new network, and of one that is trained on.
-RATE, RATE_ON = 4e-3, 2e-3
-# Part of the pictures that lose their depth when a network is trained on.
+BATCH = 32
+SEED = 1
+# Highest rate of the training of a new network.
+NEW_RATE = 4e-3
+# Highest rate of a further training.
+FURTHER_RATE = 2e-3
+# Part of the pictures whose depth is left out in a further training.
 WITHOUT_DEPTH = 0.5
 # Number of batches whose statistics the normalisations of a weights file are given.
 MEASURED = 12
-# Balls of which less is visible are neither right nor wrong.
-MIN_VISIBLE = 0.35
-# Input pixels in a cell of the output; unit of the radius, input pixels.
-CELL, RADIUS_UNIT = 2, 5.0
 
 
 def targets(balls, rows, columns):
@@ -81,7 +81,7 @@ def batches(files):
 
 
 def without_depth(batches):
-    """Yields `batches` in which a part of the pictures has lost its depth."""
+    """Yields `batches` in which a part of the pictures has no depth."""
     rng = np.random.default_rng(SEED + 100)
     for x, balls in batches:
         x[torch.from_numpy(rng.random(len(x)) < WITHOUT_DEPTH), 3:] = 0
@@ -93,9 +93,9 @@ def main():
     steps, files = int(steps), [f"{folder}/shard{int(number):04}.npz" for number in numbers]
     torch.set_num_threads(1)
     torch.manual_seed(SEED)
-    network, made, rate = Proposer(), batches(files), RATE
+    network, made, rate = Proposer(), batches(files), NEW_RATE
     if start != "-":
-        made, rate = without_depth(made), RATE_ON
+        made, rate = without_depth(made), FURTHER_RATE
         read_networks(start, [network])
         give_statistics(network, [next(made)[0] for _ in range(MEASURED)])
         network.train()
