@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use plumb_timing::{HostClock, Paired, Pairing, Sensor, Timed};
+use plumb_timing::{HostClock, Paired, Pairing, Sensor, Taken, Timed};
 
 use crate::device::Device;
 use crate::error::OpenniError;
@@ -36,8 +36,9 @@ pub(crate) struct Reader {
     /// Is dropped before the device, from whose streams it completes its file.
     recorder: Option<Recorder>,
     device: Device,
-    pairing: Pairing<Picture>,
-    clock: HostClock,
+    pairing: Pairing<Taken<Picture>>,
+    /// Clocks of colour and of depth. A picture is taken at its own time stamp and arrival.
+    clocks: [HostClock; 2],
     /// Number of the last picture, of colour and of depth; -1 before the first one.
     last: [i32; 2],
     last_arrival: Instant,
@@ -47,7 +48,7 @@ impl Reader {
     pub(crate) fn new(options: ReaderOptions, recorder: Option<Recorder>, device: Device) -> Self {
         let rate = f64::from(device.colour.mode.rate.max(1));
         Self {
-            clock: HostClock::new(options.latency),
+            clocks: [(); 2].map(|()| HostClock::new(options.latency)),
             options,
             recorder,
             device,
@@ -88,39 +89,46 @@ impl Reader {
         Ok(())
     }
 
-    /// Pairs the picture with its counterpart, and sends the pair or the loss.
+    /// Pairs the picture with its counterpart, and sends pairs and losses.
     fn on_picture(&mut self, picture: Picture, mailbox: &Mailbox<Event>) {
         let sensor = picture.sensor;
         if let Some(error) = self.skipped(&picture) {
             mailbox.send(Event::Problem(error));
         }
         self.last[slot(sensor)] = picture.index;
-        match self.pairing.add(sensor, picture) {
-            Paired::Pending => {}
-            Paired::Pair(colour, depth) => {
-                let time = self.time(&colour);
+        let time = self.time(&picture);
+        self.pairing.add(sensor, Taken { picture, time });
+        while let Some(result) = self.pairing.take() {
+            mailbox.send(self.event(result));
+        }
+    }
+
+    /// Returns the event of a pair or of a loss.
+    fn event(&self, result: Paired<Taken<Picture>>) -> Event {
+        match result {
+            Paired::Pair(Taken { picture: colour, time }, Taken { picture: depth, .. }) => {
                 // A synchronised camera gives both pictures of a moment the same number.
-                mailbox.send(if self.device.is_synchronised() && colour.index != depth.index {
+                if self.device.is_synchronised() && colour.index != depth.index {
                     let (colour, depth) = (colour.index, depth.index);
-                    Event::Problem(OpenniError::OutOfStep { colour, depth, time })
-                } else {
-                    Event::Pair(Pair::new(time, colour, &depth))
-                });
+                    return Event::Problem(OpenniError::OutOfStep { colour, depth, time });
+                }
+                Event::Pair(Pair::new(time, colour, &depth))
             }
-            Paired::Unpaired(sensor, picture) | Paired::Late(sensor, picture) => {
-                let (time, within) = (self.time(&picture), self.pairing.within());
-                mailbox.send(Event::Problem(OpenniError::Unpaired { sensor, time, within }));
+            Paired::Unpaired(sensor, Taken { time, .. }) => {
+                let within = self.pairing.within();
+                Event::Problem(OpenniError::Unpaired { sensor, time, within })
             }
         }
     }
 
-    /// Returns the time stamp of the picture: of a recording on its own clock, of a camera on the
-    /// host's.
+    /// Returns the time of a picture that has just arrived: of a recording on its own clock, of a
+    /// camera on the host's.
     fn time(&mut self, picture: &Picture) -> f64 {
         if self.options.is_recording {
             return picture.time();
         }
-        self.clock.taken(picture.time(), self.options.start.elapsed().as_secs_f64())
+        let arrival = self.options.start.elapsed().as_secs_f64();
+        self.clocks[slot(picture.sensor)].taken(picture.time(), arrival)
     }
 
     /// Returns an error where pictures of a recording are missing before this one. A camera may

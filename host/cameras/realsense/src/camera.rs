@@ -4,7 +4,7 @@ use std::fmt;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use plumb_timing::{HostClock, Paired, Pairing, Sensor, Timed};
+use plumb_timing::{HostClock, Paired, Pairing, Sensor, Taken, Timed};
 
 use crate::aligner::{Aligner, queue, wait};
 use crate::device::Device;
@@ -50,13 +50,14 @@ pub struct Camera {
     inner: Arc<Inner>,
     // The streams stop before the device, the aligner and the queue that they use are deleted.
     streams: Streams,
-    pairing: Pairing<Frame>,
+    pairing: Pairing<Taken<Frame>>,
     aligner: Aligner,
     queue: Owned,
     device: Device,
     opened: Opened,
     settings: Settings,
-    clock: HostClock,
+    /// Clocks of colour and of depth. A picture is taken at its own time stamp and arrival.
+    clocks: [HostClock; 2],
     /// Start of the clock that stamps live pictures.
     start: Instant,
     /// Time stamp of the first pair of a recording.
@@ -127,7 +128,7 @@ impl Camera {
             queue: queue(inner, QUEUE).map_err(failed)?,
             device,
             opened,
-            clock: HostClock::new(settings.latency),
+            clocks: [(); 2].map(|()| HostClock::new(settings.latency)),
             settings,
             start: Instant::now(),
             first: None,
@@ -186,6 +187,9 @@ impl Camera {
     /// Reads frames until a pair is complete, a picture is lost or the camera is over.
     fn read(&mut self) -> Result<Option<Pair>, RealsenseError> {
         loop {
+            if let Some(result) = self.pairing.take() {
+                return self.on_result(result).map(Some);
+            }
             let frame = wait(&self.inner, &self.queue, WAIT);
             let Some(frame) = frame.map_err(|error| self.failed("waiting", error))? else {
                 match self.on_silence() {
@@ -199,14 +203,12 @@ impl Camera {
             let Some(frame) = frame.map_err(|error| self.failed("reading a frame", error))? else {
                 continue;
             };
-            if let Some(pair) = self.on_frame(frame, arrival)? {
-                return Ok(Some(pair));
-            }
+            self.add(frame, arrival)?;
         }
     }
 
-    /// Pairs the frame with its counterpart. Returns the pair, `None` where the frame waits.
-    fn on_frame(&mut self, frame: Frame, arrival: f64) -> Result<Option<Pair>, RealsenseError> {
+    /// Adds a frame that came at `arrival` to those that are paired.
+    fn add(&mut self, frame: Frame, arrival: f64) -> Result<(), RealsenseError> {
         let sensor = frame.sensor;
         let slot = usize::from(sensor == Sensor::Depth);
         self.domains[slot] = Some(frame.domain);
@@ -215,20 +217,28 @@ impl Camera {
         {
             return Err(RealsenseError::Clocks);
         }
-        match self.pairing.add(sensor, frame) {
-            Paired::Pending => Ok(None),
-            Paired::Pair(colour, depth) => self.join(colour, depth, arrival).map(Some),
-            Paired::Unpaired(sensor, frame) | Paired::Late(sensor, frame) => {
-                let (time, within) = (self.time(frame.time(), arrival), self.pairing.within());
+        let stamp = frame.time();
+        let is_live = !self.device.is_recording();
+        let time = if is_live { self.clocks[slot].taken(stamp, arrival) } else { stamp };
+        self.pairing.add(sensor, Taken { picture: frame, time });
+        Ok(())
+    }
+
+    /// Returns the pair, or the error about a picture without a counterpart.
+    fn on_result(&mut self, result: Paired<Taken<Frame>>) -> Result<Pair, RealsenseError> {
+        match result {
+            Paired::Pair(colour, depth) => self.join(colour, depth.picture),
+            Paired::Unpaired(sensor, frame) => {
+                let (time, within) = (self.time(frame.time), self.pairing.within());
                 Err(RealsenseError::Unpaired { sensor, time, within })
             }
         }
     }
 
-    /// Joins two frames of one moment, the second of which came at `arrival`.
-    fn join(&mut self, colour: Frame, depth: Frame, arrival: f64) -> Result<Pair, RealsenseError> {
+    /// Joins two frames of one moment.
+    fn join(&mut self, colour: Taken<Frame>, depth: Frame) -> Result<Pair, RealsenseError> {
         let (mode, expected) = (self.opened.mode, self.opened.depth_unit);
-        let time = self.time(colour.time(), arrival);
+        let (time, colour) = (self.time(colour.time), colour.picture);
         let unit = depth.depth_unit().map_err(|error| self.failed("the unit of depth", error))?;
         if (unit - expected).abs() > UNIT_TOLERANCE * expected {
             return Err(RealsenseError::OtherDepthUnit { unit, expected });
@@ -241,13 +251,9 @@ impl Camera {
         Ok(Pair { time, colour: pixels, depth: depth.collect() })
     }
 
-    /// Returns the time stamp of a frame that came at `arrival`: of a recording since its first
-    /// pair, of a camera on the host's clock.
-    fn time(&mut self, stamp: f64, arrival: f64) -> f64 {
-        if self.device.is_recording() {
-            return stamp - *self.first.get_or_insert(stamp);
-        }
-        self.clock.taken(stamp, arrival)
+    /// Returns the time of a frame: of a recording since its first pair, of a camera as it is.
+    fn time(&mut self, time: f64) -> f64 {
+        if self.device.is_recording() { time - *self.first.get_or_insert(time) } else { time }
     }
 
     /// Returns how the camera ended where no frame came within [`WAIT`]; `None` where it goes on.

@@ -17,9 +17,10 @@
 //! }
 //!
 //! let mut pairing = Pairing::new(0.013);
-//! assert_eq!(pairing.add(Sensor::Depth, Stamp(1.000)), Paired::Pending);
-//! let pair = pairing.add(Sensor::Colour, Stamp(1.002));
-//! assert_eq!(pair, Paired::Pair(Stamp(1.002), Stamp(1.000)));
+//! pairing.add(Sensor::Depth, Stamp(1.000));
+//! assert_eq!(pairing.take(), None);
+//! pairing.add(Sensor::Colour, Stamp(1.002));
+//! assert_eq!(pairing.take(), Some(Paired::Pair(Stamp(1.002), Stamp(1.000))));
 //! ```
 
 #![forbid(unsafe_code)]
@@ -31,6 +32,6 @@ mod sender;
 mod sensor;
 
 pub use clock::HostClock;
-pub use pairing::{Paired, Pairing, Timed};
+pub use pairing::{Paired, Pairing, Taken, Timed};
 pub use sender::{SenderClock, SenderClockError};
 pub use sensor::Sensor;

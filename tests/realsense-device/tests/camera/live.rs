@@ -114,6 +114,45 @@ fn pictures_are_paired_by_their_time_stamps() {
 }
 
 #[test]
+fn a_picture_is_as_old_as_its_time_stamp_says() {
+    let Some(fixture) = Fixture::new("ages") else { return };
+    let mut camera = fixture.open(quick()).unwrap();
+    fixture.send(1000.0, 1000.0);
+    let first = camera.next_pair().unwrap().unwrap().time;
+    // Taken 50 ms after the first pair, and delivered 400 ms after it.
+    std::thread::sleep(Duration::from_millis(400));
+    fixture.send(1000.05, 1000.05);
+    let second = camera.next_pair().unwrap().unwrap().time;
+    // A drift of 1 ms a second is allowed for.
+    assert!((second - first - 0.05).abs() < 1e-3, "{second} after {first}");
+    assert!(camera.now() - second > 0.34, "{second} at {}", camera.now());
+}
+
+#[test]
+fn depth_that_comes_a_period_late_is_paired_and_makes_no_picture_younger() {
+    let Some(fixture) = Fixture::new("late-depth") else { return };
+    let mut camera = fixture.open(quick()).unwrap();
+    let (scene, period) = (scene(), 1.0 / 30.0);
+    let depth = |number: u32| {
+        let stamp = Stamp::at(1000.0 + period * f64::from(number));
+        fixture.device.send_depth(&scene, stamp, UNIT).unwrap();
+    };
+    let mut ages = Vec::new();
+    for number in 0..6 {
+        let stamp = Stamp::at(1000.0 + period * f64::from(number));
+        fixture.device.send_colour(&scene, stamp).unwrap();
+        std::thread::sleep(Duration::from_secs_f64(period));
+        if number > 0 {
+            depth(number - 1);
+            let pair = camera.next_pair().unwrap().unwrap();
+            ages.push(camera.now() - pair.time);
+        }
+    }
+    // The first colour picture is read when its depth has come, each other one a period before.
+    assert!(ages[1..].iter().all(|age| *age >= period), "{ages:?}");
+}
+
+#[test]
 fn pictures_of_different_clocks_are_refused() {
     let Some(fixture) = Fixture::new("clocks") else { return };
     let mut camera = fixture.open(quick()).unwrap();
