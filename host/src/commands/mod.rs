@@ -52,7 +52,7 @@ pub(crate) use exit::{Failure, report_usage};
 /// Name of a detector.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum DetectorName {
-    /// Colour proposes, shape and size decide
+    /// Depth and a network propose; edges, depth and two networks decide
     Ball,
     /// The paper's: difference of Gaussians on the red channel
     Red,

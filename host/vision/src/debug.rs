@@ -2,7 +2,7 @@
 //!
 //! | stage | shows |
 //! |---|---|
-//! | `1-proposals` | the network's odds (red), proposals with their log-odds (left out: grey) |
+//! | `1-proposals` | the network's odds (red), proposals with their log-odds (not judged: grey) |
 //! | `2-outline` | each candidate: start (grey), refined circle (green), what each ray shows |
 //! | `3-features` | each candidate: what surrounds it, ray by ray, and the features' values |
 //! | `4-score` | all candidates with their scores; the ball is green |
@@ -11,10 +11,8 @@
 
 mod canvas;
 
-use std::f64::consts::TAU;
-
 use crate::detect::shape::{
-    CandidateTrace, DetectionTrace, Disc, Features, RAYS, RayEnd, SearchTrace, Surroundings,
+    CandidateTrace, DetectionTrace, Disc, Features, RayEnd, SearchTrace, Surroundings, probability,
 };
 use crate::detect::{DetectError, StageImage};
 use crate::frame::RgbdFrame;
@@ -88,7 +86,7 @@ fn proposals(frame: &RgbdFrame, search: &SearchTrace) -> opencv::Result<Canvas> 
     let odds = |u, v| search.odds.as_ref().and_then(|map| map.at(u, v));
     for (i, pixel) in tinted.pixels_mut().iter_mut().enumerate() {
         let (u, v) = ((i % width) as f64, (i / width) as f64);
-        let probability = odds(u, v).map_or(0.0, |odds| 1.0 / (1.0 + (-odds).exp()));
+        let probability = odds(u, v).map_or(0.0, |odds| probability(f64::from(odds)) as f32);
         let grey = pixel.iter().map(|&c| f32::from(c)).sum::<f32>() / 6.0;
         let red = (grey + 255.0 * probability).min(255.0);
         *pixel = [grey, grey, red].map(|c| c as u8);
@@ -107,7 +105,7 @@ fn proposals(frame: &RgbdFrame, search: &SearchTrace) -> opencv::Result<Canvas> 
         canvas.label(&proposal.disc, &format!("{:.1}", proposal.log_odds), colour)?;
     }
     canvas.title(&format!(
-        "{spheres} spheres in depth (cyan), {all} proposals, {} left out",
+        "{spheres} spheres in depth (cyan), {all} proposals, {} not judged",
         search.left_out
     ))?;
     Ok(canvas)
@@ -145,16 +143,14 @@ fn tiles(
     Ok(canvas)
 }
 
-/// Draws a dot for each ray at the end of the disc.
+/// Draws a dot for each ray of a candidate at the end of its circle.
 fn draw_rays(
     canvas: &mut Canvas,
-    disc: &Disc,
+    candidate: &CandidateTrace,
     colour: impl Fn(usize) -> Option<Bgr>,
 ) -> opencv::Result<()> {
-    for ray in 0..RAYS {
-        let (sin, cos) = (TAU * ray as f64 / RAYS as f64).sin_cos();
-        let (u, v) = (disc.u + disc.radius * cos, disc.v + disc.radius * sin);
-        if let Some(colour) = colour(ray) {
+    for (ray, place) in candidate.ray_places.iter().enumerate() {
+        if let (Some((u, v)), Some(colour)) = (*place, colour(ray)) {
             canvas.dot(u, v, colour)?;
         }
     }
@@ -166,7 +162,7 @@ fn outline_tile(canvas: &mut Canvas, candidate: &CandidateTrace) -> opencv::Resu
     let circle = &candidate.circle;
     canvas.disc(&candidate.start, GREY, 1)?;
     canvas.disc(&circle.disc, GREEN, 1)?;
-    draw_rays(canvas, &circle.disc, |ray| match candidate.ray_ends[ray] {
+    draw_rays(canvas, candidate, |ray| match candidate.ray_ends[ray] {
         RayEnd::Edge => Some(GREEN),
         RayEnd::BallColoured => Some(RED),
         RayEnd::NoEdge => Some(YELLOW),
@@ -188,7 +184,7 @@ fn features_tile(canvas: &mut Canvas, candidate: &CandidateTrace) -> opencv::Res
     let Some(decision) = &candidate.decision else {
         return canvas.text(&[("the ball cannot have this size".into(), RED)]);
     };
-    draw_rays(canvas, &candidate.circle.disc, |ray| {
+    draw_rays(canvas, candidate, |ray| {
         decision.surroundings[ray].map(|surroundings| match surroundings {
             Surroundings::Free => GREEN,
             Surroundings::Behind => CYAN,

@@ -1,4 +1,4 @@
-//! The detector `ball`: a network proposes, shape and size against depth decide.
+//! The detector `ball`: depth and a network propose; edges, depth and two networks decide.
 //!
 //! The stages are in [`shape`](super::shape).
 
@@ -15,7 +15,8 @@ use crate::observation::{BallObservation, Circle};
 /// Windows start and end at a multiple of so many pixels: at whole pixels of the network.
 const WINDOW_STEP: usize = 16;
 
-/// Finds a ball of known size and hue to a fraction of a pixel, at any distance from 0.25 to 2.5 m.
+/// Finds a ball of known size and hue to a fraction of a pixel, at any distance from
+/// `SearchParameters::min_distance` to `max_distance`.
 ///
 /// It finds no ball where nothing of the ball's colour is round and of the right size. The score is
 /// 0 to 1; 0.52 and more is a ball. A ball without depth scores 0.9 at most.

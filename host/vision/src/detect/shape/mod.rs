@@ -1,11 +1,16 @@
 //! The stages of the detector [`ball`](super::ball).
 //!
-//! 1. Propose: a small network gives each place of the image, at a quarter of the size, the odds
-//!    that the ball is there. Where depth is known, a sphere of the ball's size is fitted to it.
-//! 2. Refine: the circle of each proposal is fitted to its edges, to a fraction of a pixel.
-//! 3. Decide: the features of each circle give the probability that it is the ball. The most
-//!    probable circle is the ball if its score is high enough; otherwise there is no ball.
-//! 4. Observe: the ball's position follows from the depth on its disc
+//! 1. Propose: where depth is known, a sphere of the ball's size is fitted to clusters of the ball's
+//!    colour. If none of them is certainly the ball, a network (the proposer) reads the image at a
+//!    quarter of the size and gives each cell of 8x8 pixels the odds that the ball is there.
+//! 2. Screen: a second network (the screen) judges each proposal, and moves it to where it sees the
+//!    ball.
+//! 3. Refine: the circle of each sphere and proposal is fitted to its edges, to a fraction of a
+//!    pixel.
+//! 4. Decide: a third network (the judge) and other features of each circle give the probability
+//!    that it is the ball. The most probable circle is the ball if its score is high enough;
+//!    otherwise there is no ball.
+//! 5. Observe: the ball's position follows from the depth on its disc
 //!    ([`localise`](crate::localise)).
 //!
 //! The numbers are in [`ShapeParameters`]; what each stage found in a frame is in a
@@ -27,6 +32,7 @@ mod stretch;
 mod trace;
 mod view;
 
+pub(crate) use decide::probability;
 pub use decide::{ColourFeatures, Curvature, Decision, DepthFeatures, Features, FreeFitResidual};
 pub use parameters::*;
 pub use propose::{OddsMap, Proposal};

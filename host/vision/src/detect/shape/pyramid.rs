@@ -87,7 +87,7 @@ fn mix_lines(a: &[u8], b: &[u8], part: f32, line: &mut [f32]) {
 
 /// Returns the number at `part` of the way from `a` to `b`.
 #[inline]
-fn mixed(a: f32, b: f32, part: f32) -> f32 {
+pub(super) fn mixed(a: f32, b: f32, part: f32) -> f32 {
     a + part * (b - a)
 }
 

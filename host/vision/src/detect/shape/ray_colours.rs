@@ -5,6 +5,7 @@
 
 use multiversion::multiversion;
 
+use super::pyramid::mixed;
 use super::radial_scan::RAYS;
 use crate::image::Bgr;
 
@@ -62,7 +63,6 @@ pub(super) fn read_between(
         upper.read(ray, bytes, start);
         lower.read(ray, bytes, start + below);
     }
-    let mixed = |a: f32, b: f32, part: f32| a + (b - a) * part;
     for (channel, colours) in colours.iter_mut().enumerate() {
         for ray in 0..RAYS {
             let [above, below] = [&upper, &lower].map(|pairs| pairs.channel(ray, channel as u32));

@@ -1,6 +1,13 @@
-//! Robust least squares for three unknowns.
+//! Robust least squares for three unknowns, and the median.
 
 use nalgebra::{Matrix3, Vector3};
+
+/// Returns the median of `values`, of an even number of them the upper one in the middle; `None` if
+/// there are none.
+pub(super) fn median(mut values: Vec<f64>) -> Option<f64> {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied()
+}
 
 /// One step of iteratively reweighted least squares with Tukey's biweight.
 ///

@@ -4,7 +4,8 @@ use super::decide::{Decider, screen};
 use super::parameters::SearchParameters;
 use super::propose::{Proposal, find_spheres, propose, sphere_at};
 use super::pyramid::Window;
-use super::refine::refine;
+use super::refine::{Candidate, refine};
+use super::robust_fit::median;
 use super::trace::{CandidateTrace, SearchTrace};
 use super::view::{Disc, FrameView};
 
@@ -24,7 +25,7 @@ struct Start {
     disc: Disc,
     /// Whether depth shows a sphere there: the circle must not move far.
     locked: bool,
-    /// Log-odds by the small judging network; infinite for a sphere that was found without it.
+    /// Log-odds by the screen; infinite for a sphere that was found without it.
     log_odds: f64,
 }
 
@@ -45,7 +46,7 @@ impl Search<'_> {
         let spheres = find_spheres(self.view);
         self.trace.spheres =
             spheres.iter().filter_map(|centre| self.view.disc_of(centre)).collect();
-        let mut left = self.parameters.max_depth_seeds;
+        let mut left = self.parameters.max_spheres;
         for i in 0..self.trace.spheres.len() {
             let disc = self.trace.spheres[i];
             if left == 0 {
@@ -124,8 +125,8 @@ impl Search<'_> {
         starts
     }
 
-    /// Returns where to refine a proposal: where the small judging network sees the ball, or at the
-    /// sphere in depth there. Returns `None` if it sees none, or not of a possible size.
+    /// Returns where to refine a proposal: where the screen sees the ball, or at the sphere in depth
+    /// there. Returns `None` if it sees none, or not of a possible size.
     fn start(&self, proposal: &Proposal) -> Option<Start> {
         let by_depth = |disc: &Disc| {
             let surface = self.median_depth(disc)?;
@@ -160,13 +161,12 @@ impl Search<'_> {
         let parameters = &self.view.parameters.propose;
         let offset = |k: i32| f64::from(k - 1) * parameters.depth_spacing * disc.radius;
         let places = (0..9).map(|i| (disc.u + offset(i % 3), disc.v + offset(i / 3)));
-        let mut depths: Vec<f64> = places.filter_map(|(u, v)| self.view.depth.at(u, v)).collect();
-        depths.sort_by(f64::total_cmp);
-        (depths.len() >= parameters.min_depths).then(|| depths[depths.len() / 2])
+        let depths: Vec<f64> = places.filter_map(|(u, v)| self.view.depth.at(u, v)).collect();
+        if depths.len() >= parameters.min_depths { median(depths) } else { None }
     }
 
     /// Refines the disc at `start` and decides about it, unless a candidate before it started or
-    /// ended there. Then does the same where the large network sees the ball, as long as that is
+    /// ended there. Without depth, does the same where the judge sees the ball, as long as that is
     /// elsewhere or the candidate is rejected. Returns whether the best candidate is certain.
     fn consider(&mut self, start: &Start) -> bool {
         let Start { disc: start, locked, .. } = *start;
@@ -183,9 +183,9 @@ impl Search<'_> {
         self.trace.best().is_some_and(|best| best.score() > self.parameters.certain_score)
     }
 
-    /// Returns where the large network sees the ball if it takes the last candidate for the ball,
-    /// with more than `least` log-odds, and the candidate was rejected or the network sees the ball
-    /// beside the circle: some of the circle's edges may be the background's.
+    /// Returns where the judge sees the ball if it gives the last candidate, one without depth, more
+    /// than `least` log-odds, and the candidate was rejected or the judge sees the ball beside the
+    /// circle: some of the circle's edges may be the background's.
     fn seen_ball(&self, least: f64) -> Option<Disc> {
         let candidate = self.trace.candidates.last()?;
         let decision = candidate.decision.as_ref()?;
@@ -208,8 +208,9 @@ impl Search<'_> {
             .possible_radii()
             .contains(&candidate.circle.disc.radius)
             .then(|| self.decider.decide(&candidate, least));
-        let (circle, ray_ends) = (candidate.circle, candidate.outline.ends);
-        let candidate = CandidateTrace { start, circle, ray_ends, decision };
+        let Candidate { circle, outline, ray_places, .. } = candidate;
+        let ray_ends = outline.ends;
+        let candidate = CandidateTrace { start, circle, ray_ends, ray_places, decision };
         let score = candidate.score();
         // Of equal scores the first one counts: it was the more promising one.
         if best.is_none_or(|best| score > best) {

@@ -25,7 +25,7 @@ pub struct SearchTrace {
     pub odds: Option<OddsMap>,
     /// Propose: the places with the highest odds, the most promising first.
     pub proposals: Vec<Proposal>,
-    /// Number of proposals, the least promising ones, that the search was too short for.
+    /// Number of proposals, the least promising ones, that were not judged.
     pub left_out: usize,
     /// Refine and decide: the candidates, in the order in which they were refined.
     pub candidates: Vec<CandidateTrace>,
@@ -62,6 +62,9 @@ pub struct CandidateTrace {
     pub circle: RefinedCircle,
     /// What each ray shows where the disc ends.
     pub ray_ends: [RayEnd; RAYS],
+    /// Column and row of that place, pixels; `None` behind the camera. Off the optical axis the
+    /// places lie on an ellipse.
+    pub ray_places: [Option<(f64, f64)>; RAYS],
     /// The decision; `None` if the ball cannot have the circle's size.
     pub decision: Option<Decision>,
 }

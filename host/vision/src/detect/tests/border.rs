@@ -19,10 +19,17 @@ fn a_ball_that_is_seen_as_an_ellipse_is_found_without_depth() {
             scene.each_pixel(|_, _, _, depth| *depth = 0);
             let truth = seen(&ball, &intrinsics);
             detector.reset();
-            let found = detector.detect(&scene.frame(0.0).unwrap()).unwrap();
+            let (found, trace) = detector.detect_traced(&scene.frame(0.0).unwrap());
             let found = found.unwrap_or_else(|| panic!("lost at {u}, {v}, {z} m"));
             let miss = (found.circle.u - truth.u).hypot(found.circle.v - truth.v) / truth.radius;
             assert!(miss < 0.1, "{miss} radii off at {u}, {v}, {z} m");
+            // The rays end on the ball's cone.
+            let ahead = ball.centre.coords;
+            for (u, v) in trace.searches[0].best().unwrap().ray_places.into_iter().flatten() {
+                let sine = ahead.angle(&intrinsics.deproject(u, v, 1.0).coords).sin();
+                let expected = ball.radius / ahead.norm();
+                assert!((sine / expected - 1.0).abs() < 0.15, "{sine} {expected} at {u}, {v}");
+            }
         }
     }
 }

@@ -32,7 +32,7 @@ impl<'a> Classifier<'a> {
             - weights.off_sphere * features.off_sphere.min(weights.max_off_sphere)
     }
 
-    /// Returns what it adds to the log-odds of a disc with depth that the network gives `judged`.
+    /// Returns the term of a network's log-odds `judged` in those of a disc with depth.
     pub(super) fn judged_log_odds(&self, judged: f64) -> f64 {
         let weights = &self.weights.depth;
         weights.judged * judged.clamp(weights.min_judged, weights.max_judged)
@@ -74,6 +74,6 @@ impl<'a> Classifier<'a> {
 }
 
 /// Returns the probability, 0 to 1, of these log-odds.
-pub(super) fn probability(log_odds: f64) -> f64 {
+pub(crate) fn probability(log_odds: f64) -> f64 {
     1.0 / (1.0 + (-log_odds).exp())
 }

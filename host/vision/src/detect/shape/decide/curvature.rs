@@ -3,6 +3,7 @@
 use nalgebra::{Matrix6, Vector3, Vector6};
 
 use super::super::disc_depth::places;
+use super::super::robust_fit::median;
 use super::super::view::{Disc, FrameView};
 
 /// Unknowns of the quadric.
@@ -135,8 +136,7 @@ pub(super) fn distance_from_sphere(view: &FrameView, disc: &Disc, z: f64) -> f64
             distances.push(distance);
         }
     }
-    distances.sort_by(f64::total_cmp);
-    let median = distances.get(distances.len() / 2).copied().unwrap_or(1.0);
+    let median = median(distances).unwrap_or(1.0);
     (median.powi(2) - depth_noise(view, z).powi(2)).max(0.0).sqrt()
 }
 

@@ -1,4 +1,4 @@
-//! Stage 3, decide: how likely a refined circle is the ball.
+//! Stage 4, decide: how likely a refined circle is the ball.
 //!
 //! [`features`] reads how much of the disc is visible, its colour, its surface and its
 //! surroundings, and fits its edges once more without the depth. [`classifier`] weights them.
@@ -16,7 +16,8 @@ use super::parameters::DecideParameters;
 use super::radial_scan::RAYS;
 use super::refine::{Boundary, Candidate, Outline, Surroundings};
 use super::view::{Disc, FrameView};
-use classifier::{Classifier, probability};
+use classifier::Classifier;
+pub(crate) use classifier::probability;
 use features::part_in_image;
 pub(super) use patch::screen;
 
@@ -33,13 +34,13 @@ pub enum Features {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Decision {
     /// Probability that the candidate is the ball, 0 to 1. It is 0 if the candidate was rejected
-    /// before all features were read.
+    /// early: before all features were read, or for want of edges.
     pub score: f64,
-    /// Log-odds by the large judging network. Without depth it is the mean of those of the picture
+    /// Log-odds by the judge. Without depth it is the mean of those of the picture
     /// and of its mirror image, if the first of them are not clear. `None` if the candidate was
     /// rejected without the network.
     pub judged: Option<f64>,
-    /// Without depth: where the large judging network sees the ball.
+    /// Without depth: where the judge sees the ball.
     pub seen: Option<Disc>,
     /// What surrounds the disc, ray by ray; `None` outside the image.
     pub surroundings: [Option<Surroundings>; RAYS],
@@ -64,7 +65,7 @@ impl<'a> Decider<'a> {
     }
 
     /// Checks whether the log-odds of `disc`, where depth shows a sphere, are high enough for a
-    /// refinement: without the edges, and at last with what the small judging network says.
+    /// refinement: without the edges, and at last with the log-odds by the screen.
     pub(super) fn passes(&self, disc: &Disc) -> bool {
         let view = self.view;
         let Some(z) = view.centre_depth(disc) else { return false };

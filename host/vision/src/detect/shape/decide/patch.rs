@@ -1,4 +1,4 @@
-//! What the judging networks read: the picture about a disc, brought to one size.
+//! Input of the screen and of the judge: the picture about a disc, brought to one size.
 
 use std::array;
 use std::ops::Range;
@@ -9,17 +9,17 @@ use super::super::view::{Disc, FrameView};
 /// Largest depth against the ball's centre that a patch shows, in the ball's radius.
 const MAX_BEHIND: f64 = 3.0;
 
-/// Judges `disc` by the small network.
+/// Judges `disc` by the screen.
 pub(in super::super) fn screen(view: &FrameView, disc: &Disc) -> Judgement {
     Networks::get().screen.apply(&patch(view, disc))
 }
 
-/// Returns the log-odds by the large network that `disc` is the ball.
+/// Returns the log-odds by the judge that `disc` is the ball.
 pub(super) fn log_odds(view: &FrameView, disc: &Disc) -> f64 {
     Networks::get().judge.apply(&patch(view, disc)).log_odds
 }
 
-/// Judges `disc` by the large network. If its log-odds are in the range `unsure`, the mirrored
+/// Judges `disc` by the judge. If its log-odds are in the range `unsure`, the mirrored
 /// patch is judged as well, and the mean is returned.
 ///
 /// A ball looks the same in a mirror. The mean errs less than one judgement does: without depth

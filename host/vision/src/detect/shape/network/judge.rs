@@ -1,4 +1,4 @@
-//! The networks that judge a disc.
+//! The networks that judge a disc: the screen and the judge.
 
 use super::super::stretch::Stretch;
 use super::super::view::Disc;
@@ -13,7 +13,7 @@ pub(in super::super) const PATCH: usize = 24;
 /// Radius of the disc in a patch, pixels.
 pub(in super::super) const PATCH_RADIUS: f64 = 7.0;
 
-/// What a network says about a disc.
+/// Judgement of a disc by a network.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in super::super) struct Judgement {
     /// Log-odds that the disc is the ball.

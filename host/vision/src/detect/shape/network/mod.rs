@@ -1,5 +1,5 @@
-//! The three small networks: one proposes places in a picture, one judges each of these places, and
-//! a larger one judges the circles that are fitted there.
+//! The three small networks: the proposer proposes places in a picture, the screen judges each of
+//! these places, and the judge, a larger one, the circles that are fitted there.
 //!
 //! All fold squares of 2x2 pixels into channels, mix the channels of each pixel ([`mix`]), and
 //! convolve each channel by itself ([`convolve`]), in f32. `scripts/detector` trains them and
@@ -24,7 +24,7 @@ use weights::Weights;
 
 /// Number of channels that the networks read: red, green, blue, a depth, and whether it is known.
 const CHANNELS: usize = 5;
-/// Number of the first of them, the colours.
+/// Number of colour channels; they come first.
 const COLOURS: usize = 3;
 
 /// The networks with their weights.
@@ -36,7 +36,7 @@ pub(super) struct Networks {
     pub(super) judge: Judge,
 }
 
-/// Channels of the networks that judge, at half the size of a patch and at a quarter.
+/// Channels of the screen and of the judge, at half the size of a patch and at a quarter.
 const SCREEN: [usize; 2] = [24, 64];
 const JUDGE: [usize; 2] = [48, 128];
 

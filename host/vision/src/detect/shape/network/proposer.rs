@@ -1,4 +1,4 @@
-//! The network that proposes.
+//! The proposer.
 
 use super::CHANNELS;
 use super::layers::Stage;
@@ -11,7 +11,7 @@ pub(in super::super) const CELL: usize = 2;
 /// Unit of the radius that the network tells, input pixels.
 pub(in super::super) const RADIUS_UNIT: f64 = 5.0;
 
-/// The network that proposes places in a picture.
+/// The network that proposes places in a picture: the proposer.
 pub(in super::super) struct Proposer {
     fine: Stage,
     coarse: Stage,

@@ -91,8 +91,7 @@ pub struct DecideParameters {
     pub min_free: f64,
     /// The same of the rays that nothing covers.
     pub min_free_of_uncovered: f64,
-    /// Least log-odds by the large judging network of a disc without depth: an even outline alone
-    /// is no ball.
+    /// Least log-odds by the judge of a disc without depth: an even outline alone is no ball.
     pub min_judged_without_depth: f64,
     /// Log-odds by the network below that limit from which on the mirrored patch is not judged: it
     /// would have to gain twice as much.
@@ -103,7 +102,7 @@ pub struct DecideParameters {
     /// Least log-odds, without those by the network, before the outline fit of a disc with depth.
     /// With it as many of 1200 balls (`rooms`, ten seeds from 42 to 83) are found as with -2.
     pub min_log_odds_with_depth: f64,
-    /// The same with the log-odds by the small judging network.
+    /// The same with the log-odds by the screen.
     pub min_screened_with_depth: f64,
     /// Part of the rays within the image from which on a ball is nearly whole.
     pub whole: f64,

@@ -84,16 +84,16 @@ pub struct SearchParameters {
     pub certain_score: f64,
     /// Half size of the window around the previous ball: in its radius, and pixels more.
     pub window: Tolerance,
-    /// Largest number of depth seeds that are refined.
-    pub max_depth_seeds: usize,
+    /// Largest number of spheres in depth that are refined.
+    pub max_spheres: usize,
     /// Largest number of the network's proposals that are refined: the budget of a search.
     pub max_refined: usize,
     /// Log-odds by which a proposal may be less promising than one that is a ball and still be
     /// refined.
     pub rival_log_odds: f64,
-    /// Least log-odds by the large judging network of a circle without depth that is fitted once
-    /// more, where the network sees the ball, and of one that is fitted a third and a fourth time.
-    /// In front of a small poster of the ball's colour each fit may bring the network nearer.
+    /// Least log-odds by the judge of a circle without depth that is fitted once more, where the
+    /// judge sees the ball, and of one that is fitted a third and a fourth time. In front of a
+    /// small poster of the ball's colour each fit may bring the judge nearer.
     pub min_judged_beside: [f64; 3],
     /// Least distance of that place from the circle, in the circle's radius: the distance of the
     /// centres and the difference of the radii. A rejected circle is fitted once more wherever the
@@ -115,7 +115,7 @@ impl SearchParameters {
         min_score_tracked: 0.75,
         certain_score: 0.95,
         window: Tolerance { relative: 3.0, pixels: 16.0 },
-        max_depth_seeds: 4,
+        max_spheres: 4,
         max_refined: 5,
         rival_log_odds: 1.0,
         min_judged_beside: [0.0, 1.5, 1.5],

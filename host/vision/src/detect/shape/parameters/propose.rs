@@ -23,14 +23,13 @@ pub struct ProposeParameters {
     /// Largest number of proposals that are judged: the budget of a search. A busy picture has more
     /// red places than a room of `plumb bench vision`: docs/understand/detector.md has the figures.
     pub max_judged: usize,
-    /// Least log-odds by the small judging network of a proposal that is judged once more, where it
-    /// saw the ball.
+    /// Least log-odds by the screen of a proposal that is judged once more, where it saw the ball.
     pub min_judged: f64,
-    /// Least log-odds by the small judging network the second time of a proposal that is refined.
+    /// Least log-odds by the screen the second time of a proposal that is refined.
     pub min_judged_again: f64,
-    /// Log-odds by the small judging network from which on a proposal is likely the ball.
+    /// Log-odds by the screen from which on a proposal is likely the ball.
     pub likely: f64,
-    /// Log-odds by the proposing network by which a proposal may be less promising than the first
+    /// Log-odds by the proposer by which a proposal may be less promising than the first
     /// one and still be judged if a likely one was found. The rest is judged if that is not the
     /// ball.
     pub rival_log_odds: f64,

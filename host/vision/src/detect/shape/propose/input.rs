@@ -1,4 +1,4 @@
-//! What the proposing network reads: a window of the frame at a quarter of the size.
+//! Input of the proposer: a window of the frame at a quarter of the size.
 
 use multiversion::multiversion;
 

@@ -46,7 +46,8 @@ impl Boundary {
         &self.rays
     }
 
-    /// Returns the number of rays within the image, a quarter of all at least: a sliver is no ball.
+    /// Returns the number of rays within the image, but a quarter of all at least: the divisor of
+    /// parts, so that a few rays of a sliver do not count as much as a ball.
     pub(in super::super) fn visible(&self) -> f64 {
         self.rays.iter().flatten().count().max(RAYS / 4) as f64
     }

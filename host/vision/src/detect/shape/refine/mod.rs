@@ -1,4 +1,4 @@
-//! Stage 2, refine: the circle of a seed to a fraction of a pixel.
+//! Stage 3, refine: the circle of a sphere or of a proposal, to a fraction of a pixel.
 //!
 //! [`radial_profile`] reads where the ball's colour ends along rays. [`ray_edges`] finds the edge
 //! on each ray, and [`sub_pixel_edge`] fits a circle to those that [`boundary`] trusts. How wide an
@@ -9,6 +9,8 @@ mod boundary;
 mod radial_profile;
 mod ray_edges;
 mod sub_pixel_edge;
+
+use std::array;
 
 use nalgebra::Matrix3;
 
@@ -32,6 +34,8 @@ pub(super) struct Candidate {
     /// Depth of the ball's centre, metres; `None` if too little of the disc agrees on it.
     pub(super) depth: Option<f64>,
     pub(super) outline: Outline,
+    /// Column and row at which each ray ends on the circle; `None` behind the camera.
+    pub(super) ray_places: [Option<(f64, f64)>; RAYS],
     /// Whether the circle must not move far.
     pub(super) locked: bool,
 }
@@ -60,7 +64,8 @@ pub(super) fn refine(view: &FrameView, start: &Disc, locked: bool) -> Candidate 
             *end = RayEnd::NoEdge;
         }
     }
-    Candidate { circle, depth, outline, locked }
+    let ray_places = array::from_fn(|ray| scan.at(ray, circle.disc.radius));
+    Candidate { circle, depth, outline, ray_places, locked }
 }
 
 /// Fits the disc at `start` to its edges, of the size that depth gives. Edges of objects that cover

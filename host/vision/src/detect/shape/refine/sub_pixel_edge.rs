@@ -7,7 +7,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::super::parameters::EdgeParameters;
 use super::super::radial_scan::{RAYS, RadialScan, directions};
-use super::super::robust_fit::TukeyStep;
+use super::super::robust_fit::{TukeyStep, median};
 use super::super::view::{Disc, FrameView};
 use super::blur::{blurs_about, side_blurs};
 use super::ray_edges::{Edge, Edges, read_edges};
@@ -89,9 +89,7 @@ pub(in super::super) fn fit_edges(
         blurs = blurs_about(&edges);
     }
     circle.rms_residual = rms_residual;
-    let mut known: Vec<f64> = blurs.iter().flatten().copied().collect();
-    known.sort_by(f64::total_cmp);
-    circle.blur = known.get(known.len() / 2).copied().unwrap_or(0.0);
+    circle.blur = median(blurs.iter().flatten().copied().collect()).unwrap_or(0.0);
     // The place of a blurred edge depends on the colours that it is blurred with.
     let blur = (circle.blur - parameters.sharp_blur).max(0.0);
     circle.covariance += Matrix3::identity() * (parameters.blur_error * blur).powi(2);
