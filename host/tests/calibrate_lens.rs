@@ -11,7 +11,7 @@ use common::{folder, json, plumb, rig_file, stderr};
 use plumb_calibrate::board::Board;
 use plumb_calibrate::render::{draw_board, shown_pose};
 use plumb_cameras::{camera_file, png};
-use plumb_vision::camera::{Distortion, DistortionCoefficients, Intrinsics};
+use plumb_vision::camera::{CalibratedFor, Distortion, DistortionCoefficients, Intrinsics};
 use plumb_vision::image::ImageSize;
 use plumb_vision::render::Scene;
 use serde_json::Value;
@@ -83,6 +83,46 @@ fn the_simulated_camera_shows_the_board_for_its_lens() {
         plumb(&["calibrate", &rig, "--lens", "--views", "12", "--yes", "--json"], folder.path());
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
     check(&json(&output), &truth);
+}
+
+/// Records the board at 1280x720, held still for two pictures at each place, into the folder
+/// "board". Returns the lens.
+fn record_board(folder: &Path) -> Intrinsics {
+    let (fx, fy, cx, cy) = (900.0, 902.0, 645.0, 355.0);
+    let (lens, size) =
+        (Intrinsics { fx, fy, cx, cy, ..lens() }, ImageSize { width: 1280, height: 720 });
+    let board = folder.join("board");
+    fs::create_dir(&board).unwrap();
+    let (mut list, mut time) = (String::new(), 0.0);
+    for number in 0..12 {
+        let mut scene = Scene::wall(size.width, size.height, lens, 3.0);
+        let pose = shown_pose(&lens, size, &Board::SHEET, number);
+        draw_board((&mut scene.colour, &mut scene.depth), &lens, &Board::SHEET, &pose);
+        png::save(&board.join(format!("{number:02}.png")), &scene.colour).unwrap();
+        for _ in 0..2 {
+            list += &format!("{time:.3} {number:02}.png\n");
+            time += 0.02;
+        }
+    }
+    fs::write(board.join("rgb.txt"), list).unwrap();
+    fs::write(board.join("depth.txt"), "").unwrap();
+    lens
+}
+
+#[test]
+fn the_file_s_guess_may_be_for_pictures_of_another_size() {
+    let folder = folder();
+    let recording = "[camera]\nrecording = \"board\"\n";
+    let rig = rig_file(folder.path(), |text| text.replacen("[camera]\n", recording, 1));
+    let lens = record_board(folder.path());
+    // The paper's intrinsics are for 640x480.
+    let arguments = ["calibrate", &rig, "--lens", "--views", "12", "--yes", "--json"];
+    let output = plumb(&arguments, folder.path());
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    check(&json(&output), &lens);
+    let new = camera_file::read(&folder.path().join("camera.toml")).unwrap();
+    let size = ImageSize { width: 1280, height: 720 };
+    assert_eq!(new.calibrated_for, CalibratedFor::Size(size));
 }
 
 #[test]

@@ -5,6 +5,7 @@ use std::ops::Range;
 
 use nalgebra::Isometry3;
 use plumb_frame::camera::Intrinsics;
+use plumb_frame::image::ImageSize;
 use serde::Deserialize;
 use thiserror::Error;
 use toml::Spanned;
@@ -67,13 +68,17 @@ struct LensFile {
 }
 
 /// Returns a camera file's text with the focal lengths, the principal point and the distortion of
-/// `lens`, rounded to 1e-4 pixels and 1e-8. A key of the distortion that the text lacks is added
-/// behind the others. A comment behind a replaced value is replaced by `comment`; other comments,
+/// `lens`, rounded to 1e-4 pixels and 1e-8, and the `size` of the pictures that it belongs to. A
+/// key of the distortion or of the size that the text lacks is added behind the others. A comment behind a replaced value is replaced by `comment`; other comments,
 /// the depth scale and the order of keys stay.
 ///
 /// # Errors
 /// If the text is no TOML or lacks the intrinsics.
-pub fn with_lens(text: &str, lens: &Intrinsics, comment: &str) -> Result<String, NoIntrinsics> {
+pub fn with_lens(
+    text: &str,
+    (lens, size): (&Intrinsics, ImageSize),
+    comment: &str,
+) -> Result<String, NoIntrinsics> {
     let old: LensFile = toml::from_str(text).map_err(NoIntrinsics)?;
     let missing = |key: &str| {
         NoIntrinsics(<toml::de::Error as serde::de::Error>::custom(format!("{key} is missing")))
@@ -86,10 +91,13 @@ pub fn with_lens(text: &str, lens: &Intrinsics, comment: &str) -> Result<String,
     }
     let last = edits.iter().map(|(span, _)| span.clone()).max_by_key(|span| span.start);
     let coefficients = lens.distortion.map(|it| it.coefficients()).unwrap_or_default();
-    for (key, value) in DISTORTION.into_iter().zip(coefficients.to_array()) {
+    let distortion = DISTORTION.into_iter().zip(coefficients.to_array());
+    let distortion = distortion.map(|(key, value)| (key, format!("{value:.8}")));
+    let size = [("width", size.width.to_string()), ("height", size.height.to_string())];
+    for (key, value) in size.into_iter().chain(distortion) {
         match old.intrinsics.get(key) {
-            Some(old) => edits.push((old.span(), format!("{value:.8}"))),
-            None => added.push(format!("{key} = {value:.8}")),
+            Some(old) => edits.push((old.span(), value)),
+            None => added.push(format!("{key} = {value}")),
         }
     }
     edits.sort_by_key(|(span, _)| std::cmp::Reverse(span.start));
@@ -99,7 +107,8 @@ pub fn with_lens(text: &str, lens: &Intrinsics, comment: &str) -> Result<String,
         let added: &[String] = if is_last { &added } else { &[] };
         match line_end(&text, &span) {
             Some(end) => {
-                let lines: String = added.iter().map(|line| format!("\n{line}")).collect();
+                let table = if is_dotted(&text, &span) { "intrinsics." } else { "" };
+                let lines: String = added.iter().map(|key| format!("\n{table}{key}")).collect();
                 let line = format!("{value}  # {comment}{lines}");
                 text.replace_range(span.start..end, &line);
             }
@@ -110,6 +119,12 @@ pub fn with_lens(text: &str, lens: &Intrinsics, comment: &str) -> Result<String,
         }
     }
     Ok(text)
+}
+
+/// Returns whether the key of a value names its table, as in `intrinsics.fx = 525.0`.
+fn is_dotted(text: &str, value: &Range<usize>) -> bool {
+    let line = text[..value.start].rsplit('\n').next().unwrap_or_default();
+    line.trim_start().starts_with("intrinsics")
 }
 
 /// Returns the end of the line of a value if nothing but a comment is behind it. Behind a value of
@@ -125,9 +140,11 @@ mod tests {
 
     use nalgebra::{Translation3, UnitQuaternion};
     use plumb_cameras::camera_file;
-    use plumb_frame::camera::Distortion;
+    use plumb_frame::camera::{CalibratedFor, Distortion};
 
     use super::*;
+
+    const VGA: ImageSize = ImageSize { width: 640, height: 480 };
 
     fn pose() -> Isometry3<f64> {
         let rotation = UnitQuaternion::from_euler_angles(0.3, -0.7, 2.0);
@@ -167,7 +184,7 @@ mod tests {
 
     /// Returns the camera of a text after the lens was replaced.
     fn lens_of(text: &str, lens: &Intrinsics) -> plumb_frame::camera::Camera {
-        let new = with_lens(text, lens, "new").unwrap();
+        let new = with_lens(text, (lens, VGA), "new").unwrap();
         camera_file::parse(Path::new("camera.toml"), &new).unwrap_or_else(|e| panic!("{e}: {new}"))
     }
 
@@ -182,14 +199,17 @@ mod tests {
         assert_eq!(new.intrinsics, lens);
         assert_eq!((new.pose, new.ball_diameter), (old.pose, old.ball_diameter));
         // The keys are there now, and are replaced.
-        let text = with_lens(camera_file::PAPER, &lens, "new").unwrap();
+        assert_eq!(new.calibrated_for, CalibratedFor::Size(VGA));
+        let text = with_lens(camera_file::PAPER, (&lens, VGA), "new").unwrap();
         assert_eq!(lens_of(&text, &old.intrinsics).intrinsics, old.intrinsics);
         // Dotted keys and inline tables.
         let rest = &camera_file::PAPER[camera_file::PAPER.find("[pose]").unwrap()..];
         let values = "fx = 1.0, fy = 1.0, cx = 319.5, cy = 239.5, depth_scale = 5000.0";
         let inline = format!("intrinsics = {{ {values} }}\n{rest}");
         assert_eq!(lens_of(&inline, &lens).intrinsics, lens);
-        assert!(with_lens("[intrinsics]\nfx = 1\n", &lens, "").is_err());
+        let dotted: String = values.split(", ").map(|key| format!("intrinsics.{key}\n")).collect();
+        assert_eq!(lens_of(&format!("{dotted}{rest}"), &lens).intrinsics, lens);
+        assert!(with_lens("[intrinsics]\nfx = 1\n", (&lens, VGA), "").is_err());
     }
 
     #[test]

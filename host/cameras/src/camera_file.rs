@@ -40,6 +40,8 @@ pub fn mistakes(text: &str) -> Vec<Mistake> {
 ///
 /// ```toml
 /// [intrinsics]            # pixels; depth_scale: depth units in a metre
+/// width = 640             # of the pictures that they belong to; may be left out with the height
+/// height = 480
 /// fx = 525.0
 /// fy = 525.0
 /// cx = 319.5
@@ -58,7 +60,8 @@ pub fn mistakes(text: &str) -> Vec<Mistake> {
 /// Where the file cannot be read, has an unknown key, lacks a key, or a value is out of its range:
 /// all numbers are finite, `fx`, `fy`, `depth_scale` (or "none") and `diameter_m` above 0, the hue
 /// from 0 to 360, the quaternion's norm within 1 % of 1 (it is normalised), and the distortion has
-/// an inverse over the whole picture, in the middle of which the principal point is taken to be.
+/// an inverse over the whole picture. Without `width` and `height` the principal point is taken for
+/// its middle.
 pub fn read(path: &Path) -> Result<Camera, TomlFileError> {
     read_toml::<CameraFile>(path).map(Camera::from)
 }
@@ -79,7 +82,8 @@ pub fn paper() -> Result<Camera, TomlFileError> {
     parse(Path::new("rigs/camera.toml"), PAPER)
 }
 
-/// Contents of a camera file. Every key is required but those of the distortion and `ball.hue`.
+/// Contents of a camera file. Every key is required but those of the distortion, the size of the
+/// pictures, and `ball.hue`.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct CameraFile {
@@ -164,7 +168,8 @@ impl TryFrom<[f64; 4]> for Rotation {
 impl From<CameraFile> for Camera {
     fn from(file: CameraFile) -> Self {
         Self {
-            intrinsics: file.intrinsics.into(),
+            intrinsics: file.intrinsics.intrinsics,
+            calibrated_for: file.intrinsics.calibrated_for,
             pose: file.pose.isometry(),
             ball_diameter: file.ball.diameter_m.get(),
             ball_hue: file.ball.hue.0,
@@ -175,6 +180,8 @@ impl From<CameraFile> for Camera {
 #[cfg(test)]
 mod tests {
     use nalgebra::Point3;
+    use plumb_frame::camera::CalibratedFor;
+    use plumb_frame::image::ImageSize;
 
     use super::*;
 
@@ -214,6 +221,14 @@ diameter_m = 0.06
     }
 
     #[test]
+    fn the_size_of_the_pictures_may_be_stated() {
+        assert_eq!(read_text(GOOD).unwrap().calibrated_for, CalibratedFor::Unstated);
+        let stated = GOOD.replace("fx = 525.0", "width = 640\nheight = 480\nfx = 525.0");
+        let size = ImageSize { width: 640, height: 480 };
+        assert_eq!(read_text(&stated).unwrap().calibrated_for, CalibratedFor::Size(size));
+    }
+
+    #[test]
     fn a_camera_without_depth_has_a_depth_scale_of_none() {
         assert!(read_text(GOOD).unwrap().intrinsics.has_depth());
         let camera = read_text(&GOOD.replace("= 5000", "= 'none'")).unwrap();
@@ -231,6 +246,14 @@ diameter_m = 0.06
             ("cx = 319.5", "cx = 319.5\nk4 = 0.1", "camera.toml:5: ", "k4"),
             ("cx = 319.5", "cx = 319.5\nk1 = nan", "camera.toml:5: ", "k1"),
             ("cx = 319.5", "cx = 319.5\nk1 = -0.6", "camera.toml:1: ", "no inverse at column"),
+            ("fx = 525.0", "width = 640\nfx = 525.0", "camera.toml:1: ", "width and height"),
+            ("fx = 525.0", "width = 0\nfx = 525.0", "camera.toml:2: ", "width"),
+            (
+                "fx = 525.0",
+                "width = 300\nheight = 480\nfx = 525.0",
+                "camera.toml:1: ",
+                "(319.5, 239.5) is not in a picture of 300x480",
+            ),
             ("0.501", "0.6", "camera.toml:9: ", "quaternion"),
             ("[ball]\ndiameter_m = 0.06\n", "", "camera.toml:9: ", "ball"),
             ("diameter_m = 0.06", "diameter_m = 0", "camera.toml:11: ", "ball.diameter_m"),

@@ -97,6 +97,8 @@ pub struct DriverListing {
     pub library: Option<LibraryStatus>,
     /// Cameras that can be opened now.
     pub cameras: Vec<FoundCamera>,
+    /// What is missing to open other cameras, a sentence for each.
+    pub missing: Vec<String>,
 }
 
 /// Status of a library that is loaded at run time.

@@ -105,7 +105,7 @@ pub fn replay_folder(
     out: impl Write,
     report: impl FnMut(&Problem),
 ) -> Result<ReplayOutcome, ReplayError> {
-    let mut source = TumFolder::open(folder, camera.intrinsics)?;
+    let mut source = TumFolder::open(folder, camera)?;
     replay(&mut source, camera, detector, out, None, report)
 }
 

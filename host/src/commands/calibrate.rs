@@ -44,7 +44,7 @@ use view::{Stage, View};
 /// The pose in three ways: --board (a printed board at a known place), --motors (their pixels, with
 /// depth), --ball (at least four known places of the ball). The page docs/use/calibrate.md says
 /// which one to take and what good numbers are. The picture with the result drawn in is kept
-/// beside the camera file. Nothing moves: no board is needed.
+/// beside the camera file. Nothing moves: no microcontroller is needed.
 ///
 /// --lens finds the intrinsics and the distortion of the lens from pictures of the printed board
 /// at many places. Do that before the pose.

@@ -42,8 +42,7 @@ pub(crate) struct Args {
 pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
     let file = args.camera.clone().map_or_else(|| beside(&args.recording), Ok)?;
     let mut camera = camera_file::read(&file)?;
-    let OpenedRecording { mut source, intrinsics } =
-        open_recording(&args.recording, camera.intrinsics)?;
+    let OpenedRecording { mut source, intrinsics } = open_recording(&args.recording, &camera)?;
     camera.intrinsics = intrinsics;
     let mut detector = args.detector.detector(&camera);
     let debug = args.debug.as_deref().map(DebugFolder::create).transpose()?;

@@ -20,7 +20,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         distortion: None,
     };
     let pose = Isometry3::identity();
-    let camera = Camera { intrinsics, pose, ball_diameter: 0.06, ball_hue: 0.0 };
+    let camera = Camera::new(intrinsics, pose, 0.06);
     let mut detector = DetectorKind::Ball.build(&camera);
 
     let mut scene = Scene::wall(640, 480, intrinsics, 2.2);

@@ -31,7 +31,7 @@
 //! let (fx, fy, cx, cy) = (525.0, 525.0, 319.5, 239.5);
 //! let intrinsics = Intrinsics { fx, fy, cx, cy, depth_scale: 1000.0, distortion: None };
 //! let pose = Isometry3::identity();
-//! let camera = Camera { intrinsics, pose, ball_diameter: 0.06, ball_hue: 0.0 };
+//! let camera = Camera::new(intrinsics, pose, 0.06);
 //!
 //! let centre = Point3::new(0.1, -0.05, 0.8);
 //! let mut scene = Scene::wall(640, 480, intrinsics, 2.2);

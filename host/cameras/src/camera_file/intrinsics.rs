@@ -1,10 +1,15 @@
 //! Table `[intrinsics]` of a camera file.
 
 use std::fmt;
+use std::num::NonZeroU16;
 
-use plumb_frame::camera::{Distortion, DistortionCoefficients, DistortionError, Intrinsics};
+use plumb_frame::camera::{
+    CalibratedFor, Distortion, DistortionCoefficients, DistortionError, Intrinsics,
+};
+use plumb_frame::image::ImageSize;
 use serde::de::{Unexpected, Visitor};
 use serde::{Deserialize, Deserializer};
+use thiserror::Error;
 
 use crate::toml_file::{Finite, Positive};
 
@@ -14,24 +19,47 @@ pub(crate) const NO_DEPTH: &str = "none";
 /// Table `[intrinsics]` with a distortion that can be inverted.
 #[derive(Debug, Deserialize)]
 #[serde(try_from = "IntrinsicsTable")]
-pub(super) struct CheckedIntrinsics(Intrinsics);
-
-impl TryFrom<IntrinsicsTable> for CheckedIntrinsics {
-    type Error = DistortionError;
-
-    fn try_from(table: IntrinsicsTable) -> Result<Self, DistortionError> {
-        let intrinsics = table.intrinsics();
-        // The file has no size of the pictures. Each source checks its own.
-        let [width, height] =
-            [intrinsics.cx, intrinsics.cy].map(|middle| (2.0 * middle + 1.0).round() as usize);
-        intrinsics.check_distortion(width, height)?;
-        Ok(Self(intrinsics))
-    }
+pub(super) struct CheckedIntrinsics {
+    pub(super) intrinsics: Intrinsics,
+    pub(super) calibrated_for: CalibratedFor,
 }
 
-impl From<CheckedIntrinsics> for Intrinsics {
-    fn from(checked: CheckedIntrinsics) -> Self {
-        checked.0
+/// Mistake in the table `[intrinsics]`.
+#[derive(Debug, Error)]
+pub(super) enum IntrinsicsError {
+    /// The size of the pictures is stated by half.
+    #[error("width and height belong together: state both or none")]
+    HalfSize,
+    /// The principal point is outside of pictures of the stated size.
+    #[error("the principal point ({cx}, {cy}) is not in a picture of {size}")]
+    Outside { cx: f64, cy: f64, size: ImageSize },
+    /// The distortion cannot be inverted.
+    #[error(transparent)]
+    Distortion(#[from] DistortionError),
+}
+
+impl TryFrom<IntrinsicsTable> for CheckedIntrinsics {
+    type Error = IntrinsicsError;
+
+    fn try_from(table: IntrinsicsTable) -> Result<Self, IntrinsicsError> {
+        let (intrinsics, size) = (table.intrinsics(), table.size()?);
+        let Intrinsics { cx, cy, .. } = intrinsics;
+        let calibrated_for = size.map_or(CalibratedFor::Unstated, CalibratedFor::Size);
+        let is_outside = |size: &ImageSize| {
+            let is_within = |point: f64, pixels| (0.0..pixels as f64).contains(&point);
+            !(is_within(cx, size.width) && is_within(cy, size.height))
+        };
+        if let Some(size) = size.filter(is_outside) {
+            return Err(IntrinsicsError::Outside { cx, cy, size });
+        }
+        // Where the file does not state it, the size is guessed. Each source checks its own.
+        let guess = || {
+            let [width, height] = [cx, cy].map(|middle| (2.0 * middle + 1.0).round() as usize);
+            ImageSize { width, height }
+        };
+        let ImageSize { width, height } = size.unwrap_or_else(guess);
+        intrinsics.check_distortion(width, height)?;
+        Ok(Self { intrinsics, calibrated_for })
     }
 }
 
@@ -39,6 +67,10 @@ impl From<CheckedIntrinsics> for Intrinsics {
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct IntrinsicsTable {
+    /// Columns of the pictures that the intrinsics belong to, with `height`. Default: not stated.
+    width: Option<NonZeroU16>,
+    /// Rows of these pictures.
+    height: Option<NonZeroU16>,
     /// Focal length along the rows, pixels, above 0.
     fx: Positive,
     /// Focal length along the columns, pixels, above 0.
@@ -68,6 +100,18 @@ struct IntrinsicsTable {
 }
 
 impl IntrinsicsTable {
+    /// Returns the size of the pictures, if it is stated.
+    fn size(&self) -> Result<Option<ImageSize>, IntrinsicsError> {
+        let pixels = |n: NonZeroU16| usize::from(n.get());
+        match (self.width, self.height) {
+            (Some(width), Some(height)) => {
+                Ok(Some(ImageSize { width: pixels(width), height: pixels(height) }))
+            }
+            (None, None) => Ok(None),
+            (Some(_), None) | (None, Some(_)) => Err(IntrinsicsError::HalfSize),
+        }
+    }
+
     /// Returns the intrinsics, not checked.
     fn intrinsics(&self) -> Intrinsics {
         let coefficients = [&self.k1, &self.k2, &self.p1, &self.p2, &self.k3].map(|k| k.get());

@@ -23,13 +23,14 @@ impl CameraDriver for OpenniDriver {
         let (state, cameras) = list().unwrap_or_else(|error| {
             (LibraryState::Absent { error: error.to_string() }, Vec::new())
         });
-        DriverListing { library: Some(LibraryStatus { name: "OpenNI2", state }), cameras }
+        let library = Some(LibraryStatus { name: "OpenNI2", state });
+        DriverListing { library, cameras, ..DriverListing::default() }
     }
 
     fn open(&self, request: &OpenRequest<'_>) -> Result<OpenedCamera, BoxedError> {
         let settings = &request.settings.openni;
         let intrinsics = match settings.intrinsics {
-            IntrinsicsFrom::File => IntrinsicsSource::Calibrated(request.camera.intrinsics),
+            IntrinsicsFrom::File => IntrinsicsSource::Calibrated((&request.camera).into()),
             IntrinsicsFrom::Device => IntrinsicsSource::FieldOfView,
         };
         let openni = OpenNi::load()?;

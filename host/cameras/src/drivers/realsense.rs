@@ -24,13 +24,14 @@ impl CameraDriver for RealsenseDriver {
         let (state, cameras) = list().unwrap_or_else(|error| {
             (LibraryState::Absent { error: error.to_string() }, Vec::new())
         });
-        DriverListing { library: Some(LibraryStatus { name: "librealsense2", state }), cameras }
+        let library = Some(LibraryStatus { name: "librealsense2", state });
+        DriverListing { library, cameras, ..DriverListing::default() }
     }
 
     fn open(&self, request: &OpenRequest<'_>) -> Result<OpenedCamera, BoxedError> {
         let settings = &request.settings.realsense;
         let calibrated = match settings.intrinsics {
-            IntrinsicsFrom::File => Some(request.camera.intrinsics),
+            IntrinsicsFrom::File => Some((&request.camera).into()),
             IntrinsicsFrom::Device => None,
         };
         let (library, target) = (RealSense::load()?, settings.target());

@@ -21,8 +21,7 @@ impl CameraDriver for RecordingDriver {
 
     fn open(&self, request: &OpenRequest<'_>) -> Result<OpenedCamera, BoxedError> {
         let path = request.settings.recording.as_ref().ok_or(SettingsError::NoRecording)?;
-        let OpenedRecording { source, intrinsics } =
-            open_recording(path, request.camera.intrinsics)?;
+        let OpenedRecording { source, intrinsics } = open_recording(path, &request.camera)?;
         Ok(OpenedCamera::start(Playback::new(source), request.camera.clone(), intrinsics)?)
     }
 }

@@ -21,7 +21,7 @@ impl CameraDriver for StreamDriver {
 
     fn open(&self, request: &OpenRequest<'_>) -> Result<OpenedCamera, BoxedError> {
         let address = request.settings.stream.as_ref().ok_or(SettingsError::NoStream)?;
-        let source = StreamSource::open(address, request.camera.intrinsics, FIRST_FRAME)?;
+        let source = StreamSource::open(address, &request.camera, FIRST_FRAME)?;
         let description = Some(format!("{address}, {}", source.format()));
         let intrinsics = source.format().intrinsics;
         let camera = OpenedCamera::start(source, request.camera.clone(), intrinsics)?;

@@ -10,7 +10,7 @@ use crate::source::BoxedError;
 /// Folder in which the kernel lists the video devices.
 const DEVICES: &str = "/sys/class/video4linux";
 
-/// Driver of webcams through V4L2. A program without the feature `webcam` lists them only.
+/// Driver of webcams through V4L2. A program without the feature `webcam` cannot open them.
 #[derive(Debug, Clone, Copy)]
 pub struct WebcamDriver;
 
@@ -20,7 +20,7 @@ impl CameraDriver for WebcamDriver {
     }
 
     fn list(&self) -> DriverListing {
-        DriverListing { library: None, cameras: list(Path::new(DEVICES)) }
+        listing(list(Path::new(DEVICES)))
     }
 
     #[cfg(feature = "webcam")]
@@ -28,7 +28,7 @@ impl CameraDriver for WebcamDriver {
         use crate::source::webcam::WebcamSource;
 
         let settings = request.settings.webcam.device_settings();
-        let source = WebcamSource::open(&settings, request.camera.intrinsics)?;
+        let source = WebcamSource::open(&settings, &request.camera)?;
         let webcam = source.webcam();
         let description = Some(format!("{}, {}", webcam.path().display(), webcam.mode()));
         let (notes, intrinsics) = (webcam.notes().to_vec(), *source.intrinsics());
@@ -40,6 +40,21 @@ impl CameraDriver for WebcamDriver {
     fn open(&self, _: &OpenRequest<'_>) -> Result<OpenedCamera, BoxedError> {
         Err(crate::source::webcam::NotBuilt.into())
     }
+}
+
+/// Returns the listing of webcams that can be opened.
+#[cfg(feature = "webcam")]
+fn listing(cameras: Vec<FoundCamera>) -> DriverListing {
+    DriverListing { cameras, ..DriverListing::default() }
+}
+
+/// Returns the listing of webcams that this program cannot open.
+#[cfg(not(feature = "webcam"))]
+fn listing(cameras: Vec<FoundCamera>) -> DriverListing {
+    use crate::source::webcam::NotBuilt;
+
+    let missing = cameras.iter().map(|found| format!("{} ({}): {NotBuilt}", found.uri, found.name));
+    DriverListing { missing: missing.collect(), ..DriverListing::default() }
 }
 
 /// Lists the video devices in the kernel's folder `devices`. A camera may have several devices; the
@@ -91,5 +106,10 @@ mod tests {
         let request = OpenRequest { settings, camera, device_recording: None };
         let error = WebcamDriver.open(&request).err().unwrap().to_string();
         assert!(error.contains("--features webcam"), "{error}");
+        let (uri, name) = ("/dev/video0".to_owned(), "A (webcam)".to_owned());
+        let listing = listing(vec![FoundCamera { uri, name }]);
+        assert_eq!(listing.cameras, []);
+        assert!(listing.missing[0].starts_with("/dev/video0 (A (webcam)): "), "{listing:?}");
+        assert!(listing.missing[0].contains("--features webcam"), "{listing:?}");
     }
 }

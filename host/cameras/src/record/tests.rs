@@ -14,7 +14,8 @@ fn frame(time: f64, depth_scale: f64, values: &[u16]) -> RgbdFrame {
     let intrinsics = camera_file::paper().unwrap().intrinsics;
     let colour = Image::filled(4, 4, [time as u8, 20, 30]);
     let depth = Image::new(4, 4, values.to_vec()).unwrap();
-    RgbdFrame::new(time, colour, depth, Intrinsics { depth_scale, ..intrinsics }).unwrap()
+    let intrinsics = Intrinsics { cx: 1.5, cy: 1.5, depth_scale, ..intrinsics };
+    RgbdFrame::new(time, colour, depth, intrinsics).unwrap()
 }
 
 /// Records `frames` and reads the folder back with its own camera file.

@@ -8,6 +8,7 @@ use thiserror::Error;
 use super::camera_source::CameraSource;
 use super::openni::{IntrinsicsSource, OpenNi, OpenniSource, OpenniSourceError, Settings, Target};
 use super::realsense::{self, RealSense, RealsenseSource, RealsenseSourceError};
+use super::resolution::FileIntrinsics;
 use super::tum::{TumError, TumFolder};
 use super::webcam::VIDEO_ENDINGS;
 
@@ -58,11 +59,13 @@ pub enum OpenRecordingError {
 /// them.
 pub fn open_recording(
     path: &Path,
-    intrinsics: Intrinsics,
+    intrinsics: impl Into<FileIntrinsics>,
 ) -> Result<OpenedRecording, OpenRecordingError> {
+    let intrinsics = intrinsics.into();
     if !path.is_file() {
-        let source = Box::new(TumFolder::open(path, intrinsics)?);
-        return Ok(OpenedRecording { source, intrinsics });
+        let source = TumFolder::open(path, intrinsics)?;
+        let intrinsics = *source.intrinsics();
+        return Ok(OpenedRecording { source: Box::new(source), intrinsics });
     }
     if path.extension().is_some_and(|kind| kind == "bag" || kind == "db3") {
         return open_realsense(path);
@@ -81,7 +84,10 @@ pub fn open_recording(
 
 /// Opens a video file.
 #[cfg(feature = "webcam")]
-fn open_video(path: &Path, intrinsics: Intrinsics) -> Result<OpenedRecording, OpenRecordingError> {
+fn open_video(
+    path: &Path,
+    intrinsics: FileIntrinsics,
+) -> Result<OpenedRecording, OpenRecordingError> {
     let source = super::webcam::VideoFileSource::open(path, intrinsics)?;
     let intrinsics = *source.intrinsics();
     Ok(OpenedRecording { source: Box::new(source), intrinsics })
@@ -89,7 +95,7 @@ fn open_video(path: &Path, intrinsics: Intrinsics) -> Result<OpenedRecording, Op
 
 /// Returns the error of a program without video files.
 #[cfg(not(feature = "webcam"))]
-fn open_video(path: &Path, _: Intrinsics) -> Result<OpenedRecording, OpenRecordingError> {
+fn open_video(path: &Path, _: FileIntrinsics) -> Result<OpenedRecording, OpenRecordingError> {
     let source = super::webcam::NotBuilt;
     Err(OpenRecordingError::NoVideo { path: path.to_owned(), source })
 }

@@ -40,7 +40,7 @@ fn camera() -> Camera {
         distortion: None,
     };
     let pose = Isometry3::new(Vector3::new(1.0, 2.0, 3.0), Vector3::zeros());
-    Camera { intrinsics, pose, ball_diameter: 0.04, ball_hue: 0.0 }
+    Camera::new(intrinsics, pose, 0.04)
 }
 
 fn recording() -> tempfile::TempDir {

@@ -13,7 +13,7 @@ use plumb_calibrate::lens::{LensCalibration, LensView, calibrate_lens};
 use plumb_calibrate::overlay::draw_corners;
 use plumb_cameras::{camera_file, png};
 use plumb_runtime::rig::Rig;
-use plumb_vision::camera::{Camera, DistortionCoefficients};
+use plumb_vision::camera::{CalibratedFor, Camera, DistortionCoefficients};
 use serde::Serialize;
 
 use pictures::{Shown, from_camera, from_folder};
@@ -71,7 +71,11 @@ pub(super) fn calibrate(
 ) -> Result<ExitCode, Failure> {
     let shown = match &options.pictures {
         Some(folder) => from_folder(folder)?,
-        None => from_camera(View::open(file, rig, camera, 1)?, options.views.unwrap_or(20))?,
+        None => {
+            // The file's intrinsics may be a guess for pictures of another size.
+            let camera = Camera { calibrated_for: CalibratedFor::Nothing, ..camera };
+            from_camera(View::open(file, rig, camera, 1)?, options.views.unwrap_or(20))?
+        }
     };
     let Some(first) = shown.first() else {
         return Err(failed(
@@ -85,7 +89,8 @@ pub(super) fn calibrate(
     let mut report = Report::new(&found, pictures);
     report.tell();
     if found.grade() != Grade::Poor {
-        let text = with_lens(camera_file.text, &found.intrinsics, "plumb calibrate --lens")?;
+        let lens = (&found.intrinsics, size);
+        let text = with_lens(camera_file.text, lens, "plumb calibrate --lens")?;
         camera_file::parse(camera_file.path, &text)?;
         let old = OldFile { path: camera_file.path, text: camera_file.text };
         report.written = old.offer(&text, "the intrinsics", is_agreed)?;

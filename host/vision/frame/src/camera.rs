@@ -3,6 +3,7 @@
 use nalgebra::{Isometry3, Matrix2, Point2, Point3};
 
 use crate::distortion::checked_places;
+use crate::image::ImageSize;
 
 pub use crate::distortion::{Distortion, DistortionCoefficients, DistortionError};
 
@@ -126,11 +127,25 @@ impl Intrinsics {
     }
 }
 
+/// Pictures that intrinsics belong to.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum CalibratedFor {
+    /// Those of this size.
+    Size(ImageSize),
+    /// Those of a size that is not stated.
+    #[default]
+    Unstated,
+    /// None yet: the intrinsics are a guess, and are to be estimated.
+    Nothing,
+}
+
 /// Model of a camera and of the ball that it looks for.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Camera {
     /// Projection.
     pub intrinsics: Intrinsics,
+    /// Pictures that the intrinsics belong to.
+    pub calibrated_for: CalibratedFor,
     /// From camera axes into the rig frame.
     pub pose: Isometry3<f64>,
     /// Diameter of the ball, metres.
@@ -140,6 +155,13 @@ pub struct Camera {
 }
 
 impl Camera {
+    /// Makes a camera that looks for a red ball of this diameter, metres. The size of the pictures
+    /// that the intrinsics belong to is not stated.
+    pub fn new(intrinsics: Intrinsics, pose: Isometry3<f64>, ball_diameter: f64) -> Self {
+        let calibrated_for = CalibratedFor::Unstated;
+        Self { intrinsics, calibrated_for, pose, ball_diameter, ball_hue: 0.0 }
+    }
+
     /// Returns the depth along the optical axis, metres, of a point in the rig frame.
     #[inline]
     pub fn depth_of(&self, point: &Point3<f64>) -> f64 {

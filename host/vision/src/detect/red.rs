@@ -148,7 +148,7 @@ mod tests {
 
     fn detect(discs: &[Disc]) -> Option<BallObservation> {
         let pose = Isometry3::identity();
-        let camera = Camera { intrinsics: INTRINSICS, pose, ball_diameter: 0.06, ball_hue: 0.0 };
+        let camera = Camera::new(INTRINSICS, pose, 0.06);
         RedDetector::new(&camera, 20.0).detect(&frame(discs)).unwrap()
     }
 

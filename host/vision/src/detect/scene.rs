@@ -24,7 +24,7 @@ pub(super) const INTRINSICS: Intrinsics = Intrinsics {
 /// Returns the camera of those pictures, with a red ball of 60 mm.
 pub(super) fn camera() -> Camera {
     let pose = Isometry3::identity();
-    Camera { intrinsics: INTRINSICS, pose, ball_diameter: 0.06, ball_hue: 0.0 }
+    Camera::new(INTRINSICS, pose, 0.06)
 }
 
 /// Returns a red ball of 60 mm.

@@ -17,7 +17,7 @@ const INTRINSICS: Intrinsics = Intrinsics {
 
 fn camera(ball_radius: f64) -> Camera {
     let pose = Isometry3::new(Vector3::new(1.0, -0.5, 0.3), Vector3::new(0.3, -1.2, 0.8));
-    Camera { intrinsics: INTRINSICS, pose, ball_diameter: 2.0 * ball_radius, ball_hue: 0.0 }
+    Camera::new(INTRINSICS, pose, 2.0 * ball_radius)
 }
 
 /// Renders the depth of a sphere in front of a wall 3 m away; `replace` gives the raw depth of

@@ -9,7 +9,7 @@ use thiserror::Error;
 use super::camera_source::CameraSource;
 use super::clock::{DeviceClock, LiveClock};
 use super::error::{InvalidFrame, SourceError};
-use super::resolution::{self, UnfitIntrinsics};
+use super::resolution::{FileIntrinsics, UnfitIntrinsics};
 use super::rgb;
 
 mod settings;
@@ -21,7 +21,7 @@ pub use settings::{IntrinsicsFrom, OpenniSettings};
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum IntrinsicsSource {
     /// These calibrated intrinsics, with the depth scale of the device.
-    Calibrated(Intrinsics),
+    Calibrated(FileIntrinsics),
     /// The field of view that the device's colour camera was designed for.
     FieldOfView,
 }
@@ -156,7 +156,7 @@ fn intrinsics(opened: &Opened, source: IntrinsicsSource) -> Result<Intrinsics, O
     match source {
         IntrinsicsSource::Calibrated(known) => {
             let [width, height] = [opened.mode.width, opened.mode.height].map(usize::from);
-            resolution::check(&known, ImageSize { width, height }, &opened.uri)?;
+            let known = known.of_pictures(ImageSize { width, height }, &opened.uri)?;
             Ok(Intrinsics { depth_scale, ..known })
         }
         IntrinsicsSource::FieldOfView => {
@@ -204,11 +204,11 @@ mod tests {
             depth_scale: 5000.0,
             distortion: None,
         };
-        let got = intrinsics(&opened(None), IntrinsicsSource::Calibrated(known)).unwrap();
+        let got = intrinsics(&opened(None), IntrinsicsSource::Calibrated(known.into())).unwrap();
         assert_eq!(got, Intrinsics { depth_scale: 10_000.0, ..known });
         let other = Intrinsics { cx: 959.5, ..known };
-        let error =
-            intrinsics(&opened(None), IntrinsicsSource::Calibrated(other)).unwrap_err().to_string();
+        let other = IntrinsicsSource::Calibrated(other.into());
+        let error = intrinsics(&opened(None), other).unwrap_err().to_string();
         assert!(error.contains("640x480") && error.contains("959.5"), "{error}");
     }
 

@@ -9,7 +9,7 @@ use thiserror::Error;
 use super::camera_source::CameraSource;
 use super::clock::{DeviceClock, LiveClock};
 use super::error::{InvalidFrame, SourceError};
-use super::resolution::{self, UnfitIntrinsics};
+use super::resolution::{FileIntrinsics, UnfitIntrinsics};
 use super::rgb;
 
 mod settings;
@@ -45,7 +45,7 @@ pub enum RealsenseSourceError {
     /// The distortion of the colour sensor's lens is of a model that is not known.
     #[error(
         "{id}: its lens bends the picture by {} by the model {model}, and Plumb knows the model \
-         Brown Conrady only. Choose another resolution, or estimate the \
+         Brown Conrady only. Choose another resolution, or, for a camera, estimate the \
          intrinsics, write them into the camera file and set `intrinsics = \"file\"` in \
          [camera.realsense]",
         .pixels.map_or_else(|| "an unknown amount".to_owned(), |pixels| format!("{pixels:.1} px"))
@@ -74,7 +74,7 @@ impl RealsenseSource {
         library: &RealSense,
         target: &Target,
         settings: Settings,
-        calibrated: Option<Intrinsics>,
+        calibrated: Option<FileIntrinsics>,
     ) -> Result<Self, RealsenseSourceError> {
         let camera = Camera::open(library, target, settings)?;
         let intrinsics = intrinsics(camera.opened(), calibrated)?;
@@ -149,19 +149,19 @@ fn lost(error: RealsenseError) -> SourceError {
 /// Returns the intrinsics of the device's images: `calibrated`, else the device's.
 fn intrinsics(
     opened: &Opened,
-    calibrated: Option<Intrinsics>,
+    calibrated: Option<FileIntrinsics>,
 ) -> Result<Intrinsics, RealsenseSourceError> {
     let depth_scale = 1.0 / opened.depth_unit;
     let intrinsics = match calibrated {
-        Some(known) => Intrinsics { depth_scale, ..known },
+        Some(known) => known,
         None => {
             let plumb_realsense::Intrinsics { fx, fy, cx, cy, .. } = opened.intrinsics;
-            Intrinsics { fx, fy, cx, cy, depth_scale, distortion: distortion(opened)? }
+            Intrinsics { fx, fy, cx, cy, depth_scale, distortion: distortion(opened)? }.into()
         }
     };
     let [width, height] = [opened.mode.width, opened.mode.height].map(usize::from);
-    resolution::check(&intrinsics, ImageSize { width, height }, &opened.id)?;
-    Ok(intrinsics)
+    let intrinsics = intrinsics.of_pictures(ImageSize { width, height }, &opened.id)?;
+    Ok(Intrinsics { depth_scale, ..intrinsics })
 }
 
 /// Returns the distortion that the device states.
@@ -261,10 +261,10 @@ mod tests {
     fn calibrated_intrinsics_take_the_devices_depth_scale() {
         let (fx, fy, cx, cy) = (600.0, 601.0, 318.0, 242.0);
         let known = Intrinsics { fx, fy, cx, cy, depth_scale: 1000.0, distortion: None };
-        let got = intrinsics(&unknown(0.1), Some(known)).unwrap();
+        let got = intrinsics(&unknown(0.1), Some(known.into())).unwrap();
         assert_eq!(got, Intrinsics { depth_scale: 10_000.0, ..known });
         let other = Intrinsics { cx: 959.5, ..known };
-        let text = intrinsics(&unknown(0.0), Some(other)).unwrap_err().to_string();
+        let text = intrinsics(&unknown(0.0), Some(other.into())).unwrap_err().to_string();
         assert!(text.contains("640x480") && text.contains("959.5"), "{text}");
     }
 }

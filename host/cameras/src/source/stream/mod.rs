@@ -30,7 +30,7 @@ use super::camera_source::CameraSource;
 use super::capture::slot::Item;
 use super::clock::LiveClock;
 use super::error::{BoxedError, SourceError};
-use super::resolution;
+use super::resolution::FileIntrinsics;
 use receiver::RawFrame;
 use reception::Reception;
 
@@ -73,14 +73,14 @@ impl StreamSource {
     /// intrinsics belong to pictures of another size.
     pub fn open(
         address: &StreamAddress,
-        intrinsics: Intrinsics,
+        intrinsics: impl Into<FileIntrinsics>,
         limit: Duration,
     ) -> Result<Self, BoxedError> {
         let clock = LiveClock::since(Instant::now());
         let reception = Reception::start(address, clock.clone())?;
         let raw = first_frame(&reception, address, limit)?;
-        let format = Format::of(&raw.header, intrinsics);
-        resolution::check(&intrinsics, format.size, address).map_err(StreamError::from)?;
+        let intrinsics = intrinsics.into().of_pictures(raw.header.size(), address);
+        let format = Format::of(&raw.header, intrinsics.map_err(StreamError::from)?);
         let first = Some(format.frame(raw)?);
         Ok(Self { reception, clock, format, first, last_frame: Instant::now() })
     }

@@ -2,13 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
-use plumb_frame::camera::DistortionError;
 use plumb_frame::image::ImageSize;
 use thiserror::Error;
 
 use crate::bounded_read::ReadError;
 use crate::decode::DecodeError;
 use crate::source::error::{InvalidFrame, SourceError};
+use crate::source::resolution::UnfitIntrinsics;
 
 /// Failure to read a TUM RGB-D folder or one of its frames.
 #[derive(Debug, Error)]
@@ -60,14 +60,9 @@ pub enum TumError {
         /// Size of the recording's first image.
         first: ImageSize,
     },
-    /// The distortion of the lens does not fit the images.
-    #[error("{}: the lens distortion does not fit the pictures", .path.display())]
-    Distortion {
-        /// The first image.
-        path: PathBuf,
-        /// The part of the picture without a ray.
-        source: DistortionError,
-    },
+    /// The intrinsics do not fit the images.
+    #[error(transparent)]
+    UnfitIntrinsics(#[from] UnfitIntrinsics),
 }
 
 impl TumError {

@@ -12,6 +12,7 @@ use plumb_frame::image::{Image, ImageSize};
 
 use super::camera_source::CameraSource;
 use super::error::{InvalidFrame, SourceError};
+use super::resolution::FileIntrinsics;
 use list::{Entry, nearest, read_list};
 
 mod error;
@@ -30,7 +31,7 @@ pub use list::{MAX_LINES, MAX_LIST_BYTES, MAX_TIME_DIFFERENCE};
 /// recording.
 #[derive(Debug)]
 pub struct TumFolder {
-    intrinsics: Intrinsics,
+    intrinsics: FileIntrinsics,
     pending: VecDeque<Pending>,
     /// Size of the first frame.
     first_size: Option<ImageSize>,
@@ -56,7 +57,7 @@ impl TumFolder {
     /// # Errors
     /// Where `rgb.txt` or `depth.txt` cannot be read, or is longer than [`MAX_LINES`] or
     /// [`MAX_LIST_BYTES`].
-    pub fn open(folder: &Path, intrinsics: Intrinsics) -> Result<Self, TumError> {
+    pub fn open(folder: &Path, intrinsics: impl Into<FileIntrinsics>) -> Result<Self, TumError> {
         let mut pending = VecDeque::new();
         let mut depth = Vec::new();
         for entry in read_list(folder, "depth.txt")? {
@@ -73,7 +74,12 @@ impl TumFolder {
             }
             Err(error) => Pending::Bad(error),
         }));
-        Ok(Self { intrinsics, pending, first_size: None, now: 0.0 })
+        Ok(Self { intrinsics: intrinsics.into(), pending, first_size: None, now: 0.0 })
+    }
+
+    /// Returns the intrinsics of the frames.
+    pub fn intrinsics(&self) -> &Intrinsics {
+        &self.intrinsics.intrinsics
     }
 
     /// Reads the images of a frame.
@@ -89,7 +95,8 @@ impl TumFolder {
             Some(path) => image_file::read_depth(path)?,
             None => Image::filled(size.width, size.height, 0),
         };
-        let frame = RgbdFrame::new(time, image, depth_image, self.intrinsics).map_err(|error| {
+        let frame = RgbdFrame::new(time, image, depth_image, *self.intrinsics());
+        let frame = frame.map_err(|error| {
             let culprit = match (&error, depth) {
                 (FrameError::Size { .. }, Some(depth)) => depth,
                 _ => colour,
@@ -100,10 +107,9 @@ impl TumFolder {
         match self.first_size {
             Some(first) if size != first => Err(TumError::OtherSize { path, size, first })?,
             Some(_) => {}
-            None => self
-                .intrinsics
-                .check_distortion(size.width, size.height)
-                .map_err(|source| TumError::Distortion { path, source })?,
+            None => {
+                self.intrinsics.of_pictures(size, path.display())?;
+            }
         }
         self.first_size = Some(size);
         Ok(frame)

@@ -12,7 +12,7 @@ use thiserror::Error;
 use crate::source::camera_source::CameraSource;
 use crate::source::clock::LiveClock;
 use crate::source::error::{InvalidFrame, SourceError};
-use crate::source::resolution::{self, UnfitIntrinsics};
+use crate::source::resolution::{FileIntrinsics, UnfitIntrinsics};
 
 /// Failure to open a webcam or a video file, or to read it.
 #[derive(Debug, Error)]
@@ -52,9 +52,12 @@ impl WebcamSource {
     ///
     /// # Errors
     /// As [`Webcam::open`]; where the intrinsics do not fit the pictures.
-    pub fn open(settings: &Settings, intrinsics: Intrinsics) -> Result<Self, WebcamSourceError> {
+    pub fn open(
+        settings: &Settings,
+        intrinsics: impl Into<FileIntrinsics>,
+    ) -> Result<Self, WebcamSourceError> {
         let webcam = Webcam::open(settings)?;
-        let intrinsics = checked(intrinsics, webcam.mode(), webcam.path())?;
+        let intrinsics = checked(intrinsics.into(), webcam.mode(), webcam.path())?;
         Ok(Self { webcam, intrinsics, clock: LiveClock::since(Instant::now()) })
     }
 
@@ -74,9 +77,12 @@ impl VideoFileSource {
     ///
     /// # Errors
     /// As [`VideoFile::open`]; where the intrinsics do not fit the pictures.
-    pub fn open(path: &Path, intrinsics: Intrinsics) -> Result<Self, WebcamSourceError> {
+    pub fn open(
+        path: &Path,
+        intrinsics: impl Into<FileIntrinsics>,
+    ) -> Result<Self, WebcamSourceError> {
         let file = VideoFile::open(path)?;
-        let intrinsics = checked(intrinsics, file.mode(), path)?;
+        let intrinsics = checked(intrinsics.into(), file.mode(), path)?;
         Ok(Self { file, origin: path.display().to_string(), intrinsics, now: 0.0 })
     }
 
@@ -124,9 +130,13 @@ impl CameraSource for VideoFileSource {
 }
 
 /// Returns `intrinsics` without depth, if they fit the pictures at `path`.
-fn checked(intrinsics: Intrinsics, mode: Mode, path: &Path) -> Result<Intrinsics, UnfitIntrinsics> {
+fn checked(
+    intrinsics: FileIntrinsics,
+    mode: Mode,
+    path: &Path,
+) -> Result<Intrinsics, UnfitIntrinsics> {
     let size = ImageSize { width: mode.width, height: mode.height };
-    resolution::check(&intrinsics, size, path.display())?;
+    let intrinsics = intrinsics.of_pictures(size, path.display())?;
     Ok(Intrinsics { depth_scale: 0.0, ..intrinsics })
 }
 

@@ -184,6 +184,8 @@ const CAMERA_DISTANCE_M: f64 = 1.25;
 pub(super) fn camera_file(rig: &NewRig, limits: &Limits) -> String {
     let mut file = Writer::new(camera_file::REFERENCE, CAMERA_INTRODUCTION);
     file.table("intrinsics", "");
+    file.key("intrinsics.width", "640");
+    file.key("intrinsics.height", "480");
     for (name, value) in
         [("fx", 525.0), ("fy", 525.0), ("cx", 319.5), ("cy", 239.5), ("depth_scale", 1000.0)]
     {

@@ -14,7 +14,7 @@ use plumb_vision::image::ColourImage;
 
 use super::super::view::{Stage, View};
 use crate::commands::print::tell;
-use crate::commands::{Failure, bad_input, failed};
+use crate::commands::{Failure, bad_input};
 
 /// Least mean movement of the board's corners from every picture that is kept, in widths of the
 /// picture.
@@ -97,9 +97,12 @@ pub(super) fn from_camera(mut view: View, wanted: u8) -> Result<Vec<Shown>, Fail
         let Some(frame) = view.next_picture(&Stage::Lens { number: number / 2 })? else { break };
         number += 1;
         let name = format!("picture {}", kept.len() + 1);
+        if idle >= MAX_IDLE {
+            tell_idle(kept.len());
+            break;
+        }
         let Some(seen) = shown(frame.colour().clone(), name)? else {
             (idle, last) = (idle + 1, None);
-            check_idle(idle, kept.len())?;
             continue;
         };
         let width = seen.picture.width() as f64;
@@ -113,21 +116,18 @@ pub(super) fn from_camera(mut view: View, wanted: u8) -> Result<Vec<Shown>, Fail
             last = None;
         } else {
             (idle, last) = (idle + 1, Some(seen));
-            check_idle(idle, kept.len())?;
         }
     }
     Ok(kept)
 }
 
-/// Returns an error where the pictures show nothing new for too long.
-fn check_idle(idle: u32, kept: usize) -> Result<(), Failure> {
-    if idle < MAX_IDLE {
-        return Ok(());
-    }
-    Err(failed(format!(
-        "{MAX_IDLE} pictures showed no new view of the board, held still ({kept} are taken): show \
-         it at other places, with all of it in the picture and in even light"
-    )))
+/// Says that the pictures showed nothing new for too long. Those that are taken may suffice.
+fn tell_idle(kept: usize) {
+    tell!(
+        "{MAX_IDLE} pictures showed no new view of the board, held still: the calibration goes on \
+         with the {kept} that are taken. Show it at other places, with all of it in the picture \
+         and in even light"
+    );
 }
 
 /// Returns the mean distance between the corners that both views have, pixels; infinity if they
