@@ -7,7 +7,7 @@ use plumb_runtime::operator::OperatorCommand;
 pub(crate) enum Action {
     /// Ramps the motors down. Targets are refused from then on.
     Stop,
-    /// Lets targets in again.
+    /// Accepts targets again.
     Resume,
     /// Holds the ball.
     Hold,

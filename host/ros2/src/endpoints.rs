@@ -49,6 +49,11 @@ impl Endpoints {
         self.member.is_alive()
     }
 
+    /// Returns whether the program was interrupted since the node has joined.
+    pub(crate) fn was_interrupted(&self) -> bool {
+        self.member.was_interrupted()
+    }
+
     /// Registers everything that wakes the thread.
     fn register(&mut self, registry: &Registry) -> io::Result<()> {
         self.targets.register(registry, TARGETS)?;

@@ -4,6 +4,7 @@ use std::io;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
+use plumb_cameras::source::LiveClock;
 use plumb_frame::observation::Gaussian3;
 use plumb_runtime::observer::{FrameRecord, RunEvent, TargetsEvent};
 use plumb_runtime::operator::{CommandOutcome, OperatorCommand, OperatorSender};
@@ -11,14 +12,15 @@ use plumb_runtime::run::Summary;
 use rustdds::mio1::Waker;
 
 use crate::ledger::Ledger;
+use crate::stamps::{FrameTime, Stamps};
 use crate::status::RunStatus;
 use crate::targets::MovingStatus;
 
 /// The ball in a frame.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Sample {
-    /// Time stamp of the frame, seconds since the run's start.
-    pub(crate) time: f64,
+    /// Wall clock at the exposure of the frame, nanoseconds since 1970.
+    pub(crate) stamp: u64,
     /// Position of the ball; `None` if it is unknown.
     pub(crate) position: Option<Gaussian3>,
 }
@@ -28,6 +30,8 @@ pub(crate) struct Sample {
 pub(crate) struct FeedState {
     /// The newest sample that is not published yet.
     pub(crate) sample: Option<Sample>,
+    /// Stamps of the samples.
+    stamps: Stamps,
     /// Status for the diagnostics.
     pub(crate) status: RunStatus,
     /// Status of targets that move.
@@ -52,6 +56,7 @@ impl Feed {
     pub(crate) fn new(operator: OperatorSender, waker: Waker) -> Self {
         let state = FeedState {
             sample: None,
+            stamps: Stamps::default(),
             status: RunStatus::new(Instant::now()),
             moving: MovingStatus::default(),
             has_news: true,
@@ -72,11 +77,18 @@ impl Feed {
         let _full: io::Result<()> = self.waker.wake();
     }
 
+    /// Sets the clock that stamps the frames.
+    pub(crate) fn set_clock(&self, clock: LiveClock) {
+        self.state().stamps.set_clock(clock);
+    }
+
     /// Writes the record of a frame.
     pub(crate) fn frame(&self, record: &FrameRecord) {
         let position = record.observation.and_then(|ball| ball.position);
+        let clock = record.frame.as_ref().map(|frame| frame.time());
         let mut state = self.state();
-        state.sample = Some(Sample { time: record.time, position });
+        let stamp = state.stamps.stamp(FrameTime { run: record.time, clock });
+        state.sample = Some(Sample { stamp, position });
         state.status.note_frame(record, Instant::now());
         drop(state);
         self.wake();

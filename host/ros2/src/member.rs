@@ -22,7 +22,12 @@ impl Member {
     /// [`interruption`](crate::interruption) ends its threads.
     pub(crate) fn is_alive(&self) -> bool {
         // The second question goes to one of the threads, and fails once that has ended.
-        interruption::count() == self.interruptions && self.participant.assert_liveliness().is_ok()
+        !self.was_interrupted() && self.participant.assert_liveliness().is_ok()
+    }
+
+    /// Returns whether the program was interrupted since the node has joined.
+    pub(crate) fn was_interrupted(&self) -> bool {
+        interruption::count() != self.interruptions
     }
 
     /// Creates a publisher on the topic `name`, with its namespace.

@@ -24,6 +24,12 @@ const DIAGNOSTICS: Duration = Duration::from_secs(1);
 /// Least time between two diagnostics.
 const MIN_DIAGNOSTICS: Duration = Duration::from_millis(100);
 
+/// Longest wait before the node looks whether the program was interrupted.
+const LOOK: Duration = Duration::from_millis(50);
+
+/// Time from an attempt to join ROS 2 anew that has failed to the next one.
+const RETRY: Duration = Duration::from_secs(1);
+
 /// Token of the run's wake-ups.
 const RUN: Token = Token(0);
 
@@ -37,6 +43,8 @@ pub(crate) struct NodeLoop {
     targets: TargetRules,
     feed: Arc<Feed>,
     last_diagnostics: Instant,
+    /// Earliest time of the next attempt to join ROS 2 anew.
+    next_join: Instant,
 }
 
 impl NodeLoop {
@@ -53,8 +61,9 @@ impl NodeLoop {
         let targets = TargetRules::new(&settings.namespace, operator.targets().clone());
         let waker = Waker::new(poll.registry(), RUN).map_err(Ros2Error::Thread)?;
         let (settings, feed) = (settings.clone(), Arc::new(Feed::new(operator, waker)));
-        let last_diagnostics = Instant::now();
-        Ok(Self { settings, poll, endpoints, joined: 1, targets, feed, last_diagnostics })
+        let now = Instant::now();
+        let (last_diagnostics, next_join, joined) = (now, now, 1);
+        Ok(Self { settings, poll, endpoints, joined, targets, feed, last_diagnostics, next_join })
     }
 
     /// Returns the memory between the run and the node.
@@ -69,9 +78,12 @@ impl NodeLoop {
             let now = Instant::now();
             let due = self.diagnostics_due();
             let due = self.targets.due().map_or(due, |target| target.min(due));
+            let wait = due.saturating_duration_since(now).min(LOOK);
             // An interrupted wait is a wake-up like any other.
-            let _interrupted =
-                self.poll.poll(&mut events, Some(due.saturating_duration_since(now)));
+            let _interrupted = self.poll.poll(&mut events, Some(wait));
+            if self.endpoints.was_interrupted() {
+                self.stay_in_ros2();
+            }
             self.handle_requests();
             self.targets.receive(&mut self.endpoints.targets, &self.feed);
             self.handle_outcomes();
@@ -88,11 +100,14 @@ impl NodeLoop {
         }
     }
 
-    /// Joins ROS 2 anew if the DDS library has ended. Where that fails, the next call tries again.
+    /// Joins ROS 2 anew if the DDS library has ended. Where that fails, a call a second later tries
+    /// again.
     fn stay_in_ros2(&mut self) {
-        if self.endpoints.is_alive() {
+        let now = Instant::now();
+        if now < self.next_join || self.endpoints.is_alive() {
             return;
         }
+        self.next_join = now + RETRY;
         match Endpoints::join(&self.settings, self.poll.registry()) {
             Ok(endpoints) => {
                 self.endpoints = endpoints;

@@ -4,6 +4,7 @@ use std::sync::Arc;
 use std::thread::{self, JoinHandle};
 
 use nalgebra::Isometry3;
+use plumb_cameras::source::LiveClock;
 use plumb_runtime::observer::{FrameRecord, Observer, RunEvent};
 use plumb_runtime::operator::OperatorSender;
 use plumb_runtime::run::Summary;
@@ -48,6 +49,13 @@ impl Ros2Output {
             .spawn(move || node.run())
             .map_err(Ros2Error::Thread)?;
         Ok(Self { feed, thread: Some(thread) })
+    }
+
+    /// Sets the clock that stamps the run's frames, before the first of them: the stamps of the
+    /// messages are then the wall clock at the exposure of the frames. Without it they are later by
+    /// the age of the first frame.
+    pub fn set_clock(&self, clock: LiveClock) {
+        self.feed.set_clock(clock);
     }
 }
 

@@ -4,22 +4,15 @@
 //! another type can look like a valid one (a vector like a point), so the type of each publisher is
 //! checked before its messages are used.
 
-use std::collections::HashMap;
 use std::fmt;
 use std::time::{Duration, Instant};
 
-use plumb_timing::HostClock;
 use ros2_client::{Gid, MessageInfo};
 use rustdds::DomainParticipant;
 use rustdds::policy::Reliability;
 
 use crate::message::TypedMessage;
-
-/// Number of publishers that are remembered. One more makes the memory begin anew.
-const MAX_PUBLISHERS: usize = 1000;
-
-/// Time after its last message for which a publisher counts as a sender.
-pub(crate) const RECENT: Duration = Duration::from_secs(1);
+use crate::senders::{Sender, Senders, Sending};
 
 /// Publisher on a topic that cannot be used.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -66,20 +59,9 @@ pub(crate) struct Peers {
     /// Whether the subscription is reliable, so that it needs reliable publishers.
     is_reliable: bool,
     /// Publishers whose messages have come.
-    senders: HashMap<Gid, Sender>,
+    senders: Senders,
     /// Zero of the senders' clocks.
     begin: Instant,
-}
-
-/// Publisher whose messages have come.
-#[derive(Debug, Clone)]
-struct Sender {
-    /// Whether it has the topic's type.
-    is_right: bool,
-    /// Time of its last message.
-    last: Instant,
-    /// Mapping of its time stamps.
-    clock: HostClock,
 }
 
 impl Peers {
@@ -91,37 +73,32 @@ impl Peers {
     ) -> Self {
         let kind = M::type_name().dds_msg_type();
         let (participant, topic) = (participant.clone(), topic.to_owned());
-        let (senders, begin) = (HashMap::new(), Instant::now());
+        let (senders, begin) = (Senders::default(), Instant::now());
         Self { participant, topic, kind, is_reliable, senders, begin }
     }
 
-    /// Returns the time at which a message was sent, on this computer's clock; `None` if its sender
-    /// is not known to send the topic's type. The least delayed message of a sender counts as sent
-    /// at its arrival, because the clocks of two computers differ.
-    pub(crate) fn sent(&mut self, info: &MessageInfo) -> Option<Instant> {
+    /// Returns the time at which a message was sent that arrived at `arrival`, both on this
+    /// computer's clock; `None` if its sender is not known to send the topic's type. The least
+    /// delayed message of a sender counts as sent at its arrival, because the clocks of two
+    /// computers differ.
+    pub(crate) fn sent(&mut self, info: &MessageInfo, arrival: Instant) -> Option<Instant> {
         let begin = self.begin;
-        let sender = self.trusted_sender(info)?;
-        let Some(stamp) = info.source_timestamp() else { return Some(sender.last) };
+        let sender = self.trusted_sender(info, arrival)?;
+        let Some(stamp) = info.source_timestamp() else { return Some(arrival) };
         let stamp = Duration::from_nanos(u64::try_from(stamp.to_nanos()).unwrap_or_default());
-        let arrival = sender.last.duration_since(begin).as_secs_f64();
+        let arrival = arrival.saturating_duration_since(begin).as_secs_f64();
         let sent = sender.clock.taken(stamp.as_secs_f64(), arrival);
         Some(begin + Duration::try_from_secs_f64(sent).unwrap_or_default())
     }
 
-    /// Returns the sender of a message, if it is known to send the topic's type. Notes the time.
-    fn trusted_sender(&mut self, info: &MessageInfo) -> Option<&mut Sender> {
+    /// Returns the sender of a message, if it is known to send the topic's type. Notes the arrival.
+    fn trusted_sender(&mut self, info: &MessageInfo, arrival: Instant) -> Option<&mut Sender> {
         let gid = info.publisher_gid();
-        if !self.senders.contains_key(&gid) {
+        if !self.senders.has(gid) {
             let is_right = self.has_right_type(gid)?;
-            if self.senders.len() >= MAX_PUBLISHERS {
-                self.senders.clear();
-            }
-            let clock = HostClock::new(0.0);
-            self.senders.insert(gid, Sender { is_right, last: self.begin, clock });
+            self.senders.add(gid, is_right, arrival);
         }
-        let sender = self.senders.get_mut(&gid)?;
-        sender.last = Instant::now();
-        sender.is_right.then_some(sender)
+        self.senders.note(gid, arrival)
     }
 
     /// Returns whether a publisher has the topic's type; `None` if it is not yet known.
@@ -137,10 +114,9 @@ impl Peers {
         &self.topic
     }
 
-    /// Returns the number of publishers whose messages have come in the last second.
-    pub(crate) fn recent_senders(&self) -> usize {
-        let is_recent = |sender: &&Sender| sender.is_right && sender.last.elapsed() < RECENT;
-        self.senders.values().filter(is_recent).count()
+    /// Returns how many publishers of the topic's type send at present.
+    pub(crate) fn sending(&self) -> Sending {
+        self.senders.sending(Instant::now())
     }
 
     /// Returns the number of publishers on the topic.

@@ -2,7 +2,7 @@
 
 use nalgebra::Isometry3;
 use plumb_frame::observation::Gaussian3;
-use plumb_runtime::wall_clock::RunClock;
+use plumb_runtime::wall_clock;
 use ros2_client::Publisher;
 
 use crate::error::Ros2Error;
@@ -26,7 +26,6 @@ pub(crate) struct Publishers {
     namespace: Namespace,
     /// Pose of the camera in the rig frame.
     camera: Isometry3<f64>,
-    clock: RunClock,
 }
 
 impl Publishers {
@@ -46,13 +45,12 @@ impl Publishers {
             diagnostics: member.publisher("/diagnostics", &qos::EVERY_MESSAGE)?,
             namespace: namespace.clone(),
             camera,
-            clock: RunClock::default(),
         })
     }
 
     /// Publishes a sample: the ball where its position is known, and the transforms.
-    pub(crate) fn publish_sample(&mut self, sample: &Sample) {
-        let stamp = Time::from_nanoseconds(self.clock.stamp(sample.time));
+    pub(crate) fn publish_sample(&self, sample: &Sample) {
+        let stamp = Time::from_nanoseconds(sample.stamp);
         let header = Header { stamp, frame_id: self.namespace.frame("rig") };
         if let Some(position) = &sample.position {
             let (point, header) = (position.mean.into(), header.clone());
@@ -80,7 +78,7 @@ impl Publishers {
         &self,
         reports: impl IntoIterator<Item = (&'a str, Report)>,
     ) {
-        let stamp = Time::from_nanoseconds(plumb_runtime::wall_clock::now());
+        let stamp = Time::from_nanoseconds(wall_clock::now());
         let status = |(name, Report { level, message, values })| DiagnosticStatus {
             level,
             name: format!("{}: {name}", self.namespace),

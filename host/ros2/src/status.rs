@@ -93,7 +93,7 @@ impl RunStatus {
         self.is_stopped
     }
 
-    /// Refuses targets, or lets them in again.
+    /// Refuses targets, or accepts them again.
     pub(crate) fn set_stopped(&mut self, is_stopped: bool) {
         self.is_stopped = is_stopped;
     }

@@ -1,9 +1,10 @@
 //! Topic that Plumb reads: its messages and their publishers.
 
 use std::io;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
-use ros2_client::{Gid, QosProfile, Subscription};
+use plumb_runtime::wall_clock;
+use ros2_client::{Gid, MessageInfo, QosProfile, Subscription};
 use rustdds::mio1::{Interest, Registry, Token};
 use serde::de::DeserializeOwned;
 
@@ -12,6 +13,10 @@ use crate::member::Member;
 use crate::message::TypedMessage;
 use crate::peers::Peers;
 use crate::qos;
+
+/// Longest time for which a message waits in the DDS library. One that seems to have waited longer
+/// came before the wall clock was set.
+const MAX_WAIT: Duration = Duration::from_secs(1);
 
 /// Largest number of messages of one topic that are taken before the others get their turn.
 pub(crate) const MAX_IN_TURN: usize = 100;
@@ -30,6 +35,8 @@ pub(crate) struct MessageOrigin {
     pub(crate) publisher: Gid,
     /// When it was sent, on this computer's clock.
     pub(crate) sent: Instant,
+    /// When it arrived.
+    pub(crate) arrival: Instant,
 }
 
 impl<M: TypedMessage + DeserializeOwned + 'static> Topic<M> {
@@ -61,9 +68,42 @@ impl<M: TypedMessage + DeserializeOwned + 'static> Topic<M> {
             // A message that cannot be decoded is of another type.
             let Ok(received) = self.messages.take() else { continue };
             let Some((message, info)) = received else { return };
-            if let Some(sent) = self.peers.sent(&info) {
-                take(message, MessageOrigin { publisher: info.publisher_gid(), sent });
+            let arrival = arrival(&info);
+            if let Some(sent) = self.peers.sent(&info, arrival) {
+                let publisher = info.publisher_gid();
+                take(message, MessageOrigin { publisher, sent, arrival });
             }
         }
+    }
+}
+
+/// Returns the time at which the DDS library had a message as a whole. The library tells it on the
+/// wall clock.
+fn arrival(info: &MessageInfo) -> Instant {
+    // In this order an interruption in between makes the arrival late, as one before both does. An
+    // early one would count as that of the least delayed message.
+    let (wall, now) = (wall_clock::now(), Instant::now());
+    let received = info.received_timestamp().and_then(|it| u64::try_from(it.to_nanos()).ok());
+    let waited = received.map_or(Duration::ZERO, |received| waited(received, wall));
+    now.checked_sub(waited).unwrap_or(now)
+}
+
+/// Returns for how long a message has waited at `now` that was `received` before, both in
+/// nanoseconds on the wall clock.
+fn waited(received: u64, now: u64) -> Duration {
+    let waited = Duration::from_nanos(now.saturating_sub(received));
+    if waited <= MAX_WAIT { waited } else { Duration::ZERO }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_wall_clock_that_was_set_makes_no_arrival_earlier() {
+        let now = 1_800_000_000_000_000_000;
+        assert_eq!(waited(now - 30_000_000, now), Duration::from_millis(30));
+        assert_eq!(waited(now + 3_600_000_000_000, now), Duration::ZERO);
+        assert_eq!(waited(now - 3_600_000_000_000, now), Duration::ZERO);
     }
 }

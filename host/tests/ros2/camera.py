@@ -1,12 +1,15 @@
 """A camera's node of ROS 2 on Cyclone DDS, for host/tests/ros2/.
 
     python camera.py DOMAIN [--plumb PATH] [--type TYPE] [--compressed] [--no-depth]
+                            [--depth-delay SECONDS] [--wait]
 
 With --plumb it starts an emulated board on the terminal `board` and shows the ball where the
 board's motors let it hang (host/examples/stream_rig.py). Without, the ball hangs still at the
 paper's target. The topics are those of realsense-ros: colour is published reliably, depth as sensor
 data, which is best effort. --type CompressedImage publishes colour with that type on the topic of
 raw pictures. --compressed publishes colour as PNG on the topic of compressed pictures.
+--depth-delay publishes depth at least so long after the colour of the same stamp. --wait publishes
+the first picture after the signal SIGUSR1.
 """
 
 import argparse
@@ -16,6 +19,7 @@ import struct
 import sys
 import time
 import zlib
+from collections import deque
 from pathlib import Path
 
 import messages
@@ -92,6 +96,8 @@ class Node:
     def __init__(self, domain, options):
         self.participant = DomainParticipant(domain)
         self.is_compressed = options.compressed
+        self.depth_delay = options.depth_delay
+        self.waiting = deque()  # depth pictures, and when they are due
         self.kind = messages.CompressedImage if options.compressed else options.kind
         raw = f"{NAME}/color/image_raw"
         name = f"{raw}/compressed" if options.compressed else raw
@@ -111,7 +117,10 @@ class Node:
             self.colour.write(image(stamp, "rgb8", 3, colour))
         self.info.write(info(stamp))
         if self.depth:
-            self.depth.write(image(stamp, "16UC1", 2, depth))
+            due = time.monotonic() + self.depth_delay
+            self.waiting.append((due, image(stamp, "16UC1", 2, depth)))
+            while self.waiting and self.waiting[0][0] <= time.monotonic():
+                self.depth.write(self.waiting.popleft()[1])
 
 
 def main():
@@ -121,6 +130,8 @@ def main():
     options.add_argument("--type", default="Image", choices=["Image", "CompressedImage"])
     options.add_argument("--compressed", action="store_true")
     options.add_argument("--no-depth", dest="depth", action="store_false")
+    options.add_argument("--depth-delay", type=float, default=0.0)
+    options.add_argument("--wait", action="store_true")
     options = options.parse_args()
     signal.signal(signal.SIGTERM, lambda *_: sys.exit())
     rig = stream_rig.Rig(options.plumb, "board") if options.plumb else None
@@ -129,7 +140,11 @@ def main():
     options.kind = getattr(messages, options.type)
     node = Node(options.domain, options)
     background = stream_rig.room()
+    if options.wait:
+        signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGUSR1])
     print("ready", flush=True)
+    if options.wait:
+        signal.sigwait([signal.SIGUSR1])
     while True:
         begin = time.monotonic()
         colour, depth = (bytearray(part) for part in background)

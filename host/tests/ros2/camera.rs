@@ -1,16 +1,25 @@
 //! A camera's node in another process as the source of pictures.
 
+use std::fs;
 use std::io::{BufRead, BufReader};
+use std::net::{IpAddr, Ipv4Addr};
 use std::path::Path;
 use std::process::{Child, Stdio};
 use std::sync::PoisonError;
 
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
+use plumb_cameras::camera_file;
+use plumb_cameras::source::CameraSource;
+use plumb_cameras::source::ros2::Ros2CameraSettings;
+use plumb_ros2::{FIRST_PICTURE, Network, Ros2Camera};
 
 use crate::common::{self, Emulator, folder, patient, plumb, rig_file, stderr};
 use crate::peer::{Domain, Peer};
 use crate::run::{PAPER, Run, TURN, pause, target};
+
+/// Latency of the camera in the rig file, seconds.
+const LATENCY_S: f64 = 0.01;
 
 /// A camera's node in another process; killed when dropped.
 struct Camera(Child);
@@ -24,6 +33,11 @@ impl Camera {
         BufReader::new(child.stdout.as_mut().unwrap()).read_line(&mut line).unwrap();
         assert_eq!(line, "ready\n");
         Self(child)
+    }
+
+    /// Lets a node that was started with `--wait` begin.
+    fn begin(&self) {
+        common::send(&self.0, Signal::SIGUSR1);
     }
 
     /// Ends the node without any notice to the other nodes.
@@ -49,7 +63,7 @@ fn camera_rig(domain: &Domain, folder: &Path, port: &str, keys: &str) {
         let text =
             text.replace("file = \"camera.toml\"", "file = \"camera.toml\"\nsource = \"ros2\"");
         let table = format!(
-            "\n[camera.ros2]\ndomain = {}\ninterface = \"127.0.0.1\"\nlatency = 0.01\n{keys}",
+            "\n[camera.ros2]\ndomain = {}\ninterface = \"127.0.0.1\"\nlatency = {LATENCY_S}\n{keys}",
             domain.number()
         );
         patient(text + &table)
@@ -99,7 +113,7 @@ fn a_camera_that_vanishes_stops_the_board_and_a_stop_is_still_answered() {
     assert_eq!(answer["success"], true, "{answer}");
     common::send(&run, Signal::SIGINT);
     assert_eq!(run.wait().unwrap().code(), Some(1));
-    let lost = std::fs::read_to_string(folder.path().join("run/lost.csv")).unwrap();
+    let lost = fs::read_to_string(folder.path().join("run/lost.csv")).unwrap();
     assert!(lost.contains("no picture for"), "{lost}");
 }
 
@@ -113,13 +127,77 @@ fn a_run_that_was_stopped_and_goes_on_sees_the_camera_and_answers_a_stop() {
     camera_rig(&domain, folder.path(), &emulator.port, "");
     let mut run = Run::command(&domain, "/plumb", folder.path()).spawn().unwrap();
     peer.until_held("/plumb", PAPER);
+    peer.assert_ages(LATENCY_S);
     pause(&run);
     peer.until("status", |status| status["values"]["joined"] == "2");
-    peer.next("ball");
+    // The mapping to the wall clock stays the same.
+    peer.assert_ages(LATENCY_S);
     let answer = peer.call("stop");
     assert_eq!(answer["success"], true, "{answer}");
     common::send(&run, Signal::SIGINT);
     assert_eq!(run.wait().unwrap().code(), Some(0));
+}
+
+/// The second node is ready when the first one ends, as one that starts at once.
+#[test]
+fn a_camera_that_restarts_at_once_is_heard_again() {
+    let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
+    let Some(domain) = Domain::reserve() else { return };
+    let mut peer = Peer::start(&domain, "/plumb", &[]);
+    let (folder, emulator) = (folder(), Emulator::start());
+    let mut first = Camera::start(&domain, folder.path(), &[]);
+    let second = Camera::start(&domain, folder.path(), &["--wait"]);
+    camera_rig(&domain, folder.path(), &emulator.port, "");
+    let mut run = Run::command(&domain, "/plumb", folder.path()).spawn().unwrap();
+    peer.until_held("/plumb", PAPER);
+    first.kill();
+    second.begin();
+    // More pictures than those of the first node that were not read yet.
+    for _ in 0..100 {
+        peer.next("ball");
+    }
+    common::send(&run, Signal::SIGINT);
+    assert_eq!(run.wait().unwrap().code(), Some(0));
+    let lost = fs::read_to_string(folder.path().join("run/lost.csv")).unwrap_or_default();
+    assert!(!lost.contains("nodes publish"), "{lost}");
+}
+
+#[test]
+fn a_second_camera_that_begins_during_a_run_is_refused() {
+    let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
+    let Some(domain) = Domain::reserve() else { return };
+    let mut peer = Peer::start(&domain, "/plumb", &[]);
+    let (folder, emulator) = (folder(), Emulator::start());
+    let _first = Camera::start(&domain, folder.path(), &[]);
+    let second = Camera::start(&domain, folder.path(), &["--wait"]);
+    camera_rig(&domain, folder.path(), &emulator.port, "");
+    let run = Run::command(&domain, "/plumb", folder.path()).spawn().unwrap();
+    peer.until_held("/plumb", PAPER);
+    second.begin();
+    let output = run.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
+    assert!(stderr(&output).contains("2 nodes publish on /camera/camera/"), "{}", stderr(&output));
+}
+
+/// The delay of depth is no part of the offset between the clocks, though it is always there.
+#[test]
+fn a_frame_whose_depth_comes_late_is_old() {
+    let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
+    let Some(domain) = Domain::reserve() else { return };
+    let folder = folder();
+    let _camera = Camera::start(&domain, folder.path(), &["--depth-delay", "0.1"]);
+    let interface = Some(IpAddr::V4(Ipv4Addr::LOCALHOST));
+    let network = Network { domain: domain.number(), interface };
+    let settings = Ros2CameraSettings::default();
+    let intrinsics = camera_file::paper().unwrap().intrinsics;
+    let mut camera = Ros2Camera::open(&settings, &network, intrinsics, FIRST_PICTURE).unwrap();
+    let mut age = || {
+        let frame = camera.next_frame().ok()??;
+        Some(camera.now() - frame.time())
+    };
+    // The latency of 45 ms and the delay, less that of the least delayed of ten colour pictures.
+    let ages: Vec<f64> = (0..40).map(|_| age()).skip(10).flatten().collect();
+    assert!(ages.len() >= 20 && ages.iter().all(|age| *age > 0.135), "{ages:?}");
 }
 
 #[test]

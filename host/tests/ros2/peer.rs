@@ -13,8 +13,14 @@ use serde_json::{Map, Value, json};
 /// Longest wait for anything.
 const LIMIT: Duration = Duration::from_secs(60);
 
+/// Time after which a call that has no answer is repeated.
+const AGAIN: Duration = Duration::from_millis(100);
+
 /// Distance within which the ball is at a place, metres.
 const NEAR: f64 = 0.010;
+
+/// Largest age of a position of the ball when it comes, seconds. A busy machine holds it.
+const MAX_AGE_S: f64 = 2.0;
 
 /// Domain of ROS 2 that no other test of this computer uses at the same time.
 pub(crate) struct Domain {
@@ -95,6 +101,22 @@ impl Peer {
         self.until("answer", |answer| answer["call"] == service)
     }
 
+    /// Calls a service again and again until it answers. Returns the answer and how long that took.
+    pub(crate) fn call_again(&mut self, service: &str) -> (Value, Duration) {
+        let begin = Instant::now();
+        while begin.elapsed() < LIMIT {
+            self.send(&json!({"call": service}));
+            let sent = Instant::now();
+            while let Some(left) = AGAIN.checked_sub(sent.elapsed()) {
+                let Ok(mut line) = self.lines.recv_timeout(left) else { break };
+                if let Some(answer) = line.get_mut("answer") {
+                    return (answer.take(), begin.elapsed());
+                }
+            }
+        }
+        panic!("no answer in time");
+    }
+
     /// Returns the next message of this kind that comes from now on.
     pub(crate) fn next(&mut self, kind: &str) -> Value {
         self.until(kind, |_| true)
@@ -146,6 +168,13 @@ impl Peer {
         let square = |k: usize| (ball["at"][k].as_f64().unwrap() - place[k]).powi(2);
         let distance = (0..3).map(square).sum::<f64>().sqrt();
         assert!(distance < NEAR, "{distance} m from {place:?}: {ball}");
+    }
+
+    /// Checks the ages of thirty positions of the ball when they come, seconds: `least` is that of
+    /// the camera's latency.
+    pub(crate) fn assert_ages(&mut self, least: f64) {
+        let ages: Vec<f64> = (0..30).map(|_| self.next("ball")["age"].as_f64().unwrap()).collect();
+        assert!(ages.iter().all(|age| (least..MAX_AGE_S).contains(age)), "{ages:?}");
     }
 }
 

@@ -24,8 +24,7 @@ impl CameraDriver for Ros2Driver {
     fn open(&self, request: &OpenRequest<'_>) -> Result<OpenedCamera, BoxedError> {
         let settings = &request.settings.ros2;
         let network = Network::choose(settings.domain, settings.interface)?;
-        let calibrated = request.camera.intrinsics;
-        let source = Ros2Camera::open(settings, &network, calibrated, FIRST_PICTURE)?;
+        let source = Ros2Camera::open(settings, &network, &request.camera, FIRST_PICTURE)?;
         let (description, intrinsics) = (Some(source.description()), source.intrinsics());
         let camera = OpenedCamera::start(source, request.camera.clone(), intrinsics)?;
         Ok(OpenedCamera { description, ..camera })

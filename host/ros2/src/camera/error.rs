@@ -114,6 +114,25 @@ pub enum Ros2CameraError {
         /// Model of the distortion.
         model: String,
     },
+    /// The camera's description has too few or too many coefficients of the distortion.
+    #[error(
+        "{topic}: the distortion has {count} coefficients, but `plumb_bob` has 4 or 5 (k1, k2, p1, \
+         p2, k3)"
+    )]
+    DistortionCount {
+        /// Name of the topic.
+        topic: String,
+        /// Number of coefficients.
+        count: usize,
+    },
+    /// A coefficient of the distortion is no finite number.
+    #[error("{topic}: a coefficient of the distortion is {value}: it must be a finite number")]
+    DistortionNumber {
+        /// Name of the topic.
+        topic: String,
+        /// The coefficient.
+        value: f64,
+    },
     /// The time of a picture is unknown.
     #[error("the time of a picture is unknown")]
     Time(#[from] SenderClockError),

@@ -1,6 +1,6 @@
 //! Pictures of a camera: colour with the depth of the same moment.
 
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use plumb_cameras::source::ros2::Ros2CameraSettings;
 use plumb_frame::image::{ColourImage, DepthImage, ImageSize};
@@ -17,6 +17,8 @@ use crate::network::Network;
 pub(crate) struct Pictures {
     /// Stamp of the colour picture, seconds on the clock of the camera's computer.
     pub(crate) stamp: f64,
+    /// When the colour picture arrived.
+    pub(crate) arrival: Instant,
     /// Colour.
     pub(crate) colour: ColourImage,
     /// Depth aligned to colour; `None` for a camera without depth.
@@ -63,6 +65,19 @@ impl Intake {
         })
     }
 
+    /// Checks that one node publishes each topic. Returns whether that is certain. While it is not,
+    /// pictures are dropped: they may be another camera's.
+    ///
+    /// # Errors
+    /// As [`Reception::check_senders`].
+    pub(crate) fn check_senders(&mut self) -> Result<bool, Ros2CameraError> {
+        let is_certain = self.reception.check_senders()?;
+        if !is_certain {
+            (self.pairs, self.newest) = (Pairs::default(), None);
+        }
+        Ok(is_certain)
+    }
+
     /// Removes and decodes the newest pictures; `None` where there are none.
     ///
     /// # Errors
@@ -70,16 +85,17 @@ impl Intake {
     pub(crate) fn take(&mut self) -> Result<Option<Pictures>, Ros2CameraError> {
         let name = self.reception.colour_name();
         let Some(depth_name) = self.reception.depth_name() else {
-            let Some(Stamped { stamp, picture }) = self.newest.take() else { return Ok(None) };
-            return Ok(Some(Pictures { stamp, colour: picture.decode(name)?, depth: None }));
+            let Some(newest) = self.newest.take() else { return Ok(None) };
+            let Stamped { stamp, arrival, picture } = newest;
+            let colour = picture.decode(name)?;
+            return Ok(Some(Pictures { stamp, arrival, colour, depth: None }));
         };
-        let Some((Stamped { stamp, picture }, depth)) = self.pairs.take_newest() else {
-            return Ok(None);
-        };
+        let Some((colour, depth)) = self.pairs.take_newest() else { return Ok(None) };
+        let Stamped { stamp, arrival, picture } = colour;
         let colour = picture.decode(name)?;
         let depth = picture::depth(&depth.picture, depth_name)?;
         check_size(depth_name, depth.size(), colour.size())?;
-        Ok(Some(Pictures { stamp, colour, depth: Some(depth) }))
+        Ok(Some(Pictures { stamp, arrival, colour, depth: Some(depth) }))
     }
 
     /// Returns, for a person, what may be missing where no pictures come.

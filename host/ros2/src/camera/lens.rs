@@ -8,7 +8,8 @@ use super::error::Ros2CameraError;
 use super::intake::check_size;
 use crate::message::sensor::CameraInfo;
 
-/// Name of the distortion model with the coefficients k1, k2, p1, p2, k3.
+/// Name of the distortion model with the coefficients k1, k2, p1, p2, k3. The last one may be left
+/// out, as in OpenCV.
 const PLUMB_BOB: &str = "plumb_bob";
 
 /// Returns the intrinsics of pictures of `size`, which `info` of the topic `topic` describes.
@@ -44,16 +45,23 @@ fn distortion(info: &CameraInfo, topic: &str) -> Result<Option<Distortion>, Ros2
     if info.d.iter().all(|coefficient| *coefficient == 0.0) {
         return Ok(None);
     }
-    let coefficients: Result<[f64; 5], _> = info.d.as_slice().try_into();
-    match coefficients {
-        Ok(d) if info.distortion_model == PLUMB_BOB && d.iter().all(|it| it.is_finite()) => {
-            Ok(Distortion::new(DistortionCoefficients::from_array(d)))
-        }
-        _ => {
-            let (topic, model) = (topic.to_owned(), info.distortion_model.clone());
-            Err(Ros2CameraError::DistortionModel { topic, model })
-        }
+    let topic = || topic.to_owned();
+    if info.distortion_model != PLUMB_BOB {
+        let model = info.distortion_model.clone();
+        return Err(Ros2CameraError::DistortionModel { topic: topic(), model });
     }
+    if let Some(&value) = info.d.iter().find(|coefficient| !coefficient.is_finite()) {
+        return Err(Ros2CameraError::DistortionNumber { topic: topic(), value });
+    }
+    let coefficients = match *info.d.as_slice() {
+        [k1, k2, p1, p2] => [k1, k2, p1, p2, 0.0],
+        [k1, k2, p1, p2, k3] => [k1, k2, p1, p2, k3],
+        _ => {
+            let count = info.d.len();
+            return Err(Ros2CameraError::DistortionCount { topic: topic(), count });
+        }
+    };
+    Ok(Distortion::new(DistortionCoefficients::from_array(coefficients)))
 }
 
 #[cfg(test)]
@@ -106,6 +114,28 @@ mod tests {
         assert_eq!(coefficients, Some(d));
         // A camera that rectifies its pictures names any model.
         assert!(intrinsics(&info("equidistant", &[0.0; 4]), SIZE, 0.0, "/info").is_ok());
+    }
+
+    #[test]
+    fn four_coefficients_of_plumb_bob_are_those_without_k3() {
+        let four = [0.05, -0.1, 0.001, -0.002];
+        let bent = intrinsics(&info(PLUMB_BOB, &four), SIZE, 1000.0, "/info").unwrap();
+        let coefficients = bent.distortion.map(|it| it.coefficients().to_array());
+        assert_eq!(coefficients, Some([0.05, -0.1, 0.001, -0.002, 0.0]));
+        for count in [1, 3, 6, 8] {
+            let text = refusal(&info(PLUMB_BOB, &vec![0.01; count]));
+            assert!(text.contains(&format!("{count} coefficients")), "{text}");
+            assert!(text.contains("/info") && text.contains("4 or 5"), "{text}");
+        }
+    }
+
+    #[test]
+    fn coefficients_that_are_no_finite_numbers_are_named() {
+        for wrong in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            let text = refusal(&info(PLUMB_BOB, &[0.05, wrong, 0.0, 0.0, 0.0]));
+            assert!(text.contains(&wrong.to_string()) && text.contains("finite"), "{text}");
+            assert!(text.contains("/info"), "{text}");
+        }
     }
 
     #[test]

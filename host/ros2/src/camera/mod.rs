@@ -2,9 +2,11 @@
 
 mod driver;
 mod error;
+mod exposure;
 mod intake;
 pub(crate) mod lens;
 mod pairs;
+mod period;
 pub(crate) mod picture;
 mod reception;
 mod source;

@@ -17,7 +17,8 @@ use crate::namespace::Namespace;
 use crate::network::Network;
 use crate::peers::Peers;
 use crate::qos;
-use crate::topic::Topic;
+use crate::senders::Sending;
+use crate::topic::{MessageOrigin, Topic};
 
 /// Subscribes to a topic, whose messages wake `poll` with `token`.
 fn subscribe<M: TypedMessage + DeserializeOwned + 'static>(
@@ -125,21 +126,21 @@ impl Reception {
             _ => {}
         }
         self.info.receive(|info, _| take(Received::Info(Box::new(info))));
-        let mut colour = |stamp, picture| take(Received::Colour(Stamped { stamp, picture }));
+        let mut colour = |stamp, MessageOrigin { arrival, .. }, picture| {
+            take(Received::Colour(Stamped { stamp, arrival, picture }));
+        };
         match &mut self.colour {
-            ColourTopic::Raw(topic) => {
-                topic.receive(|image, _| colour(image.header.seconds(), Colour::Raw(image)));
-            }
-            ColourTopic::Compressed(topic) => {
-                topic.receive(|image, _| {
-                    colour(image.header.seconds(), Colour::Compressed(image));
-                });
-            }
+            ColourTopic::Raw(topic) => topic.receive(|image, origin| {
+                colour(image.header.seconds(), origin, Colour::Raw(image));
+            }),
+            ColourTopic::Compressed(topic) => topic.receive(|image, origin| {
+                colour(image.header.seconds(), origin, Colour::Compressed(image));
+            }),
         }
         if let Some(depth) = &mut self.depth {
-            depth.receive(|image, _| {
+            depth.receive(|image, MessageOrigin { arrival, .. }| {
                 let stamp = image.header.seconds();
-                take(Received::Depth(Stamped { stamp, picture: image }));
+                take(Received::Depth(Stamped { stamp, arrival, picture: image }));
             });
         }
         Ok(())
@@ -163,19 +164,24 @@ impl Reception {
         Ok(())
     }
 
-    /// Checks that one node publishes each topic. A node that has vanished may have a successor.
+    /// Checks that one node publishes each topic. Returns whether that is certain: a node that has
+    /// vanished may have a successor.
     ///
     /// # Errors
-    /// Where messages of several publishers have come in the last second.
-    pub(crate) fn check_senders(&self) -> Result<(), Ros2CameraError> {
+    /// Where several publishers take turns.
+    pub(crate) fn check_senders(&self) -> Result<bool, Ros2CameraError> {
+        let mut is_certain = true;
         for peers in self.peers() {
-            let count = peers.recent_senders();
-            if count > 1 {
-                let topic = peers.topic().to_owned();
-                return Err(Ros2CameraError::ManyPublishers { topic, count });
+            match peers.sending() {
+                Sending::One => {}
+                Sending::Unclear => is_certain = false,
+                Sending::Many(count) => {
+                    let topic = peers.topic().to_owned();
+                    return Err(Ros2CameraError::ManyPublishers { topic, count });
+                }
             }
         }
-        Ok(())
+        Ok(is_certain)
     }
 
     /// Returns, for a person, what may be missing: topics that nobody publishes, and the image

@@ -4,15 +4,15 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use plumb_cameras::source::openni::IntrinsicsFrom;
-use plumb_cameras::source::resolution;
+use plumb_cameras::source::resolution::FileIntrinsics;
 use plumb_cameras::source::ros2::Ros2CameraSettings;
 use plumb_cameras::source::{CameraSource, InvalidFrame, LiveClock, SourceError};
 use plumb_frame::camera::Intrinsics;
 use plumb_frame::frame::RgbdFrame;
 use plumb_frame::image::{Image, ImageSize};
-use plumb_timing::SenderClock;
 
 use super::error::Ros2CameraError;
+use super::exposure::ExposureClock;
 use super::intake::{Intake, Pictures, check_size};
 use super::lens;
 use super::picture::DEPTH_SCALE;
@@ -25,7 +25,7 @@ pub const FIRST_PICTURE: Duration = Duration::from_secs(30);
 /// Longest wait for a further picture, below that of a capture.
 const SILENCE: Duration = Duration::from_secs(1);
 
-/// Longest wait for messages before the publishers are checked.
+/// Longest wait for messages before the publishers and the DDS library are checked.
 const CHECK: Duration = Duration::from_millis(100);
 
 /// Time after the first picture in which a second publisher on a topic is heard, before anything
@@ -44,9 +44,7 @@ pub struct Ros2Camera {
     settings: Ros2CameraSettings,
     network: Network,
     intake: Intake,
-    sender: SenderClock,
-    /// Time from exposure to the earliest arrival of a picture, seconds.
-    latency: f64,
+    exposures: ExposureClock,
     clock: LiveClock,
     size: ImageSize,
     intrinsics: Intrinsics,
@@ -58,7 +56,7 @@ pub struct Ros2Camera {
 /// Where the intrinsics come from.
 enum Lens {
     /// The camera file.
-    Calibrated(Intrinsics),
+    Calibrated(FileIntrinsics),
     /// The camera's node.
     Published(Box<CameraInfo>),
 }
@@ -74,34 +72,32 @@ impl Ros2Camera {
     pub fn open(
         settings: &Ros2CameraSettings,
         network: &Network,
-        calibrated: Intrinsics,
+        calibrated: impl Into<FileIntrinsics>,
         limit: Duration,
     ) -> Result<Self, Ros2CameraError> {
+        let begin = Instant::now();
         let mut intake = Intake::start(settings, network)?;
-        let (lens, pictures) = first_pictures(&mut intake, settings, calibrated, limit)?;
+        let (lens, pictures) = first_pictures(&mut intake, settings, calibrated.into(), limit)?;
         let (size, names) = (pictures.colour.size(), &intake.reception);
         let depth_scale = if pictures.depth.is_some() { DEPTH_SCALE } else { 0.0 };
         let intrinsics = match lens {
             Lens::Calibrated(intrinsics) => {
-                resolution::check(&intrinsics, size, names.colour_name())?;
+                let intrinsics = intrinsics.of_pictures(size, names.colour_name())?;
                 Intrinsics { depth_scale, ..intrinsics }
             }
             Lens::Published(info) => lens::intrinsics(&info, size, depth_scale, names.info_name())?,
         };
         let latency = settings.latency.map_or(LATENCY, |latency| latency.get());
-        let clock = LiveClock::since(Instant::now());
-        let (sender, last_frame) = (SenderClock::new(), Instant::now());
         let mut camera = Self {
             settings: settings.clone(),
             network: *network,
             intake,
-            sender,
-            latency,
-            clock,
+            exposures: ExposureClock::new(latency, begin),
+            clock: LiveClock::since(begin),
             size,
             intrinsics,
             first: None,
-            last_frame,
+            last_frame: Instant::now(),
         };
         camera.first = Some(camera.frame(pictures).map_err(Ros2CameraError::First)?);
         Ok(camera)
@@ -130,13 +126,13 @@ impl Ros2Camera {
 
     /// Makes a frame of pictures.
     fn frame(&mut self, pictures: Pictures) -> Result<RgbdFrame, SourceError> {
-        let Pictures { stamp, colour, depth } = pictures;
+        let Pictures { stamp, arrival, colour, depth } = pictures;
         let topic = self.intake.reception.colour_name();
         check_size(topic, colour.size(), self.size).map_err(SourceError::new)?;
         let invalid = InvalidFrame::of(topic);
         let time = self
-            .sender
-            .taken(stamp, self.latency, self.clock.now())
+            .exposures
+            .taken(stamp, arrival)
             .map_err(|error| SourceError::new(Ros2CameraError::Time(error)))?;
         let ImageSize { width, height } = self.size;
         let depth = depth.unwrap_or_else(|| Image::filled(width, height, 0));
@@ -150,7 +146,7 @@ impl Ros2Camera {
 fn first_pictures(
     intake: &mut Intake,
     settings: &Ros2CameraSettings,
-    calibrated: Intrinsics,
+    calibrated: FileIntrinsics,
     limit: Duration,
 ) -> Result<(Lens, Pictures), Ros2CameraError> {
     let mut lens = match settings.intrinsics {
@@ -163,8 +159,7 @@ fn first_pictures(
             lens.get_or_insert(Lens::Published(info));
         })?;
         intake.reception.check_types()?;
-        intake.reception.check_senders()?;
-        pictures = intake.take()?.or(pictures);
+        pictures = if intake.check_senders()? { intake.take()?.or(pictures) } else { None };
         first = first.or(pictures.as_ref().map(|_| Instant::now()));
         let is_heard = first.is_some_and(|first: Instant| first.elapsed() >= HEARING);
         match (lens.take(), pictures.take()) {
@@ -180,12 +175,11 @@ impl CameraSource for Ros2Camera {
         if let Some(first) = self.first.take() {
             return Ok(Some(first));
         }
-        self.stay_in_ros2().map_err(SourceError::new)?;
         let begin = Instant::now();
         while begin.elapsed() < SILENCE {
-            let left = SILENCE.saturating_sub(begin.elapsed());
-            self.intake.receive(left, |_| {}).map_err(SourceError::over)?;
-            self.intake.reception.check_senders().map_err(SourceError::new)?;
+            self.stay_in_ros2().map_err(SourceError::new)?;
+            self.intake.receive(CHECK, |_| {}).map_err(SourceError::over)?;
+            self.intake.check_senders().map_err(SourceError::new)?;
             if let Some(pictures) = self.intake.take().map_err(SourceError::new)? {
                 return self.frame(pictures).map(Some);
             }

@@ -25,7 +25,7 @@ pub(crate) enum TargetRefusal {
     /// The rig was stopped.
     #[error("the rig was stopped: call the service `{resume}` first")]
     Stopped {
-        /// Name of the service that lets targets in again.
+        /// Name of the service after which targets are accepted again.
         resume: String,
     },
     /// The target was sent before the last Resume, and came late.
@@ -53,14 +53,15 @@ pub(crate) enum TargetRefusal {
 pub(crate) struct Admission {
     /// Name of the rig frame.
     frame: String,
-    /// Name of the service that lets targets in again after a stop.
+    /// Name of the service after which targets are accepted again.
     resume: String,
     /// Time of the last Resume.
     resumed: Option<Instant>,
 }
 
 impl Admission {
-    /// Returns the checks for targets in `frame`, which the service `resume` lets in after a stop.
+    /// Returns the checks for targets in `frame`. After a stop the service `resume` makes the node
+    /// accept them again.
     pub(crate) fn new(frame: String, resume: String) -> Self {
         Self { frame, resume, resumed: None }
     }

@@ -8,7 +8,7 @@ use ros2_client::Gid;
 
 use super::admission::TargetRefusal;
 use crate::message::Header;
-use crate::peers::RECENT;
+use crate::senders::RECENT;
 
 /// Targets that move between a topic and the control loop: those of one publisher at a time.
 #[derive(Debug)]

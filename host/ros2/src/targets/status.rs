@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use crate::message::diagnostic::{KeyValue, Level};
-use crate::peers::RECENT;
+use crate::senders::RECENT;
 use crate::status::Report;
 
 /// Time for which the diagnostics report a refusal: those of each second show it.
