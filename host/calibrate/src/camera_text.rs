@@ -69,8 +69,9 @@ struct LensFile {
 
 /// Returns a camera file's text with the focal lengths, the principal point and the distortion of
 /// `lens`, rounded to 1e-4 pixels and 1e-8, and the `size` of the pictures that it belongs to. A
-/// key of the distortion or of the size that the text lacks is added behind the others. A comment behind a replaced value is replaced by `comment`; other comments,
-/// the depth scale and the order of keys stay.
+/// key of the distortion or of the size that the text lacks is added behind the others. A comment
+/// behind a replaced value is replaced by `comment`; other comments, the depth scale and the order
+/// of keys stay.
 ///
 /// # Errors
 /// If the text is no TOML or lacks the intrinsics.

@@ -63,7 +63,8 @@ fn camera_rig(domain: &Domain, folder: &Path, port: &str, keys: &str) {
         let text =
             text.replace("file = \"camera.toml\"", "file = \"camera.toml\"\nsource = \"ros2\"");
         let table = format!(
-            "\n[camera.ros2]\ndomain = {}\ninterface = \"127.0.0.1\"\nlatency = {LATENCY_S}\n{keys}",
+            "\n[camera.ros2]\ndomain = {}\ninterface = \"127.0.0.1\"\n\
+             latency = {LATENCY_S}\n{keys}",
             domain.number()
         );
         patient(text + &table)

@@ -72,7 +72,9 @@ mod second_sensor {
         let is_first = QUEUE.load(Ordering::SeqCst).is_null();
         // The library reports a null pointer as an error.
         let queue = if is_first { queue } else { std::ptr::null_mut() };
-        QUEUE.compare_exchange(std::ptr::null_mut(), queue, Ordering::SeqCst, Ordering::SeqCst).ok();
+        if is_first {
+            QUEUE.store(queue, Ordering::SeqCst);
+        }
         unsafe { start(sensor, queue, error) };
     }
 

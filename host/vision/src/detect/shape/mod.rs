@@ -1,6 +1,6 @@
 //! The stages of the detector [`ball`](super::ball).
 //!
-//! 1. Propose: where depth is known, a sphere of the ball's size is fitted to clusters of the ball's
+//! 1. Propose: where depth is known, spheres of the ball's size are fitted to clusters of its
 //!    colour. If none of them is certainly the ball, a network (the proposer) reads the image at a
 //!    quarter of the size and gives each cell of 8x8 pixels the odds that the ball is there.
 //! 2. Screen: a second network (the screen) judges each proposal, and moves it to where it sees the

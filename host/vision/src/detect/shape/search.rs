@@ -125,8 +125,8 @@ impl Search<'_> {
         starts
     }
 
-    /// Returns where to refine a proposal: where the screen sees the ball, or at the sphere in depth
-    /// there. Returns `None` if it sees none, or not of a possible size.
+    /// Returns where to refine a proposal: where the screen sees the ball, or at the sphere in
+    /// depth there. Returns `None` if it sees none, or not of a possible size.
     fn start(&self, proposal: &Proposal) -> Option<Start> {
         let by_depth = |disc: &Disc| {
             let surface = self.median_depth(disc)?;
@@ -183,9 +183,9 @@ impl Search<'_> {
         self.trace.best().is_some_and(|best| best.score() > self.parameters.certain_score)
     }
 
-    /// Returns where the judge sees the ball if it gives the last candidate, one without depth, more
-    /// than `least` log-odds, and the candidate was rejected or the judge sees the ball beside the
-    /// circle: some of the circle's edges may be the background's.
+    /// Returns where the judge sees the ball if it gives the last candidate, one without depth,
+    /// more than `least` log-odds, and the candidate was rejected or the judge sees the ball beside
+    /// the circle: some of the circle's edges may be the background's.
     fn seen_ball(&self, least: f64) -> Option<Disc> {
         let candidate = self.trace.candidates.last()?;
         let decision = candidate.decision.as_ref()?;

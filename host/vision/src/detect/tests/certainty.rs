@@ -74,9 +74,9 @@ fn the_covariance_is_large_enough_and_grows_with_blur() {
         scene.add_cable((truth.u, truth.v), 0.9, 5, 20.0);
         scene.blur(3.0);
     });
-    // The mean is 2 for a covariance that is exactly right, and less for a larger one. Where nothing
-    // spoils the view it is larger, because a glossy ball's limb shifts its centre unseen. With a
-    // tenth of the covariance the mean would be at least 2.5 here.
+    // The mean is 2 for a covariance that is exactly right, and less for a larger one. Where
+    // nothing spoils the view it is larger, because a glossy ball's limb shifts its centre unseen.
+    // With a tenth of the covariance the mean would be at least 2.5 here.
     for (name, [normalised, _]) in [("sharp", sharp), ("smeared", smeared)] {
         assert!((0.1..2.0).contains(&normalised), "{name}: {normalised}");
     }
