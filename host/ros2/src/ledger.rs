@@ -1,6 +1,8 @@
 //! Commands of this node whose outcome is due.
 
-use plumb_runtime::operator::{CommandOutcome, OperatorCommand, OperatorSender, SendCommandError};
+use plumb_runtime::operator::{
+    CommandOutcome, CommandRefusal, OperatorCommand, OperatorSender, SendCommandError,
+};
 
 use crate::service::Ticket;
 
@@ -73,8 +75,8 @@ impl Ledger {
     }
 
     /// Notes the outcome of the command `number`, of this or another sender. An outcome of a Stop
-    /// is that of the Stops before it, which it replaced. Returns whether this node has sent the
-    /// command.
+    /// is that of the Stops before it, which it replaced: that they were replaced is no outcome.
+    /// Returns whether this node has sent the command.
     pub(crate) fn settle(
         &mut self,
         number: u64,
@@ -83,6 +85,9 @@ impl Ledger {
     ) -> bool {
         let is_own = self.pending.iter().any(|pending| pending.number == number);
         let is_stop = command == OperatorCommand::Stop;
+        if is_stop && outcome == CommandOutcome::Refused(CommandRefusal::Replaced) {
+            return is_own;
+        }
         let is_meant = |pending: &mut Pending| {
             pending.number == number
                 || is_stop && pending.command == command && pending.number < number
@@ -128,6 +133,29 @@ mod tests {
             Settled { origin: Origin::Target, command: target, outcome: CommandOutcome::Accepted };
         assert_eq!(ledger.take_settled(), [settled]);
         assert_eq!(ledger.take_settled(), []);
+    }
+
+    #[test]
+    fn a_stop_that_a_later_stop_replaced_has_the_outcome_of_that_one() {
+        let (sender, _receiver) = operator();
+        let mut ledger = Ledger::new(sender.clone());
+        let stop = OperatorCommand::Stop;
+        let replaced = CommandOutcome::Refused(CommandRefusal::Replaced);
+        ledger.send(stop, Origin::Target).unwrap();
+        // The board has not answered when the Stop of another sender comes, such as the page.
+        let other = sender.send(stop).unwrap();
+        assert!(ledger.settle(1, stop, replaced));
+        assert_eq!(ledger.take_settled(), []);
+        assert!(!ledger.settle(other, stop, CommandOutcome::Accepted));
+        let settled = ledger.take_settled();
+        assert_eq!(settled.len(), 1);
+        assert_eq!(settled[0].outcome, CommandOutcome::Accepted);
+        // An End has no outcome that would answer the Stop.
+        ledger.send(stop, Origin::Target).unwrap();
+        ledger.settle(3, stop, replaced);
+        let ended = CommandOutcome::Refused(CommandRefusal::RunEnded);
+        ledger.settle_all(ended);
+        assert_eq!(ledger.take_settled()[0].outcome, ended);
     }
 
     #[test]

@@ -214,7 +214,7 @@ fn run<T: Transport>(
     let log = RunLog::create(&demo.output_dir, FigureSettings::of(rig))?;
     let mut outputs = Outputs::start(log, recorder, viewers, overflow)?;
     let mut observers: Vec<&mut dyn Observer> = vec![&mut outputs, &mut *demo.curve];
-    observers.extend(steering.observers());
+    observers.extend(steering.observers(source.clock()));
     let result = run.drive(RunParts {
         source,
         detector: &mut *args.options.detector.detector(camera),

@@ -252,7 +252,7 @@ impl PreparedRun {
         let operator = steering.take_operator();
         let mut observers: Vec<&mut dyn Observer> = vec![&mut outputs];
         observers.extend(follower.as_mut().map(|follower| follower as &mut dyn Observer));
-        observers.extend(steering.observers());
+        observers.extend(steering.observers(source.clock()));
         let result = run.drive(RunParts {
             source: &mut *source,
             detector: &mut *detector,

@@ -1,5 +1,6 @@
 //! Ways to steer a run: the page and ROS 2.
 
+use plumb_cameras::source::LiveClock;
 use plumb_page::Page;
 use plumb_runtime::observer::Observer;
 use plumb_runtime::operator::{OperatorReceiver, OperatorSender};
@@ -40,8 +41,12 @@ impl Steering {
         self.operator.take()
     }
 
-    /// Returns the observers.
-    pub(super) fn observers(&mut self) -> impl Iterator<Item = &mut dyn Observer> {
+    /// Returns the observers of a run whose frames `clock` stamps; `None` where it stands.
+    pub(super) fn observers(
+        &mut self,
+        clock: Option<LiveClock>,
+    ) -> impl Iterator<Item = &mut dyn Observer> {
+        self.ros2.set_clock(clock);
         let page = self.page.as_mut().map(|page| page as &mut dyn Observer);
         page.into_iter().chain(self.ros2.observer())
     }

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use plumb_cameras::driver::OpenedCamera;
 use plumb_cameras::drivers;
 use plumb_cameras::settings::{CameraSettings, SourceName};
+use plumb_cameras::source::LiveClock;
 use plumb_runtime::observer::Observer;
 use plumb_runtime::operator::OperatorSender;
 use plumb_vision::camera::Camera;
@@ -51,6 +52,9 @@ impl Ros2Options {
 }
 
 impl Ros2 {
+    /// Does nothing.
+    pub(in super::super) fn set_clock(&self, _: Option<LiveClock>) {}
+
     /// Returns no observer.
     pub(in super::super) fn observer(&mut self) -> Option<&mut dyn Observer> {
         None

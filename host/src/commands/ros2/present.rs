@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use plumb_cameras::driver::OpenedCamera;
 use plumb_cameras::drivers::open_camera_with;
 use plumb_cameras::settings::CameraSettings;
+use plumb_cameras::source::LiveClock;
 use plumb_ros2::{Network, Ros2Driver, Ros2Output, Ros2Settings};
 use plumb_runtime::observer::Observer;
 use plumb_runtime::operator::OperatorSender;
@@ -58,6 +59,13 @@ impl Ros2Options {
 }
 
 impl Ros2 {
+    /// Sets the clock that stamps the run's frames; `None` where it stands.
+    pub(in super::super) fn set_clock(&self, clock: Option<LiveClock>) {
+        if let (Some(output), Some(clock)) = (&self.0, clock) {
+            output.set_clock(clock);
+        }
+    }
+
     /// Returns the observer, if there is a node.
     pub(in super::super) fn observer(&mut self) -> Option<&mut dyn Observer> {
         self.0.as_mut().map(|output| output as &mut dyn Observer)
