@@ -9,10 +9,10 @@ use plumb_frame::observation::Gaussian3;
 use plumb_runtime::observer::{FrameRecord, RunEvent, TargetsEvent};
 use plumb_runtime::operator::{CommandOutcome, OperatorCommand, OperatorSender};
 use plumb_runtime::run::Summary;
+use plumb_runtime::wall_clock::{FrameTime, RunClock};
 use rustdds::mio1::Waker;
 
 use crate::ledger::Ledger;
-use crate::stamps::{FrameTime, Stamps};
 use crate::status::RunStatus;
 use crate::targets::MovingStatus;
 
@@ -30,8 +30,8 @@ pub(crate) struct Sample {
 pub(crate) struct FeedState {
     /// The newest sample that is not published yet.
     pub(crate) sample: Option<Sample>,
-    /// Stamps of the samples.
-    stamps: Stamps,
+    /// Clock of the samples.
+    clock: RunClock,
     /// Status for the diagnostics.
     pub(crate) status: RunStatus,
     /// Status of targets that move.
@@ -56,7 +56,7 @@ impl Feed {
     pub(crate) fn new(operator: OperatorSender, waker: Waker) -> Self {
         let state = FeedState {
             sample: None,
-            stamps: Stamps::default(),
+            clock: RunClock::default(),
             status: RunStatus::new(Instant::now()),
             moving: MovingStatus::default(),
             has_news: true,
@@ -79,7 +79,7 @@ impl Feed {
 
     /// Sets the clock that stamps the frames.
     pub(crate) fn set_clock(&self, clock: LiveClock) {
-        self.state().stamps.set_clock(clock);
+        self.state().clock.set_frames_clock(clock);
     }
 
     /// Writes the record of a frame.
@@ -87,7 +87,7 @@ impl Feed {
         let position = record.observation.and_then(|ball| ball.position);
         let clock = record.frame.as_ref().map(|frame| frame.time());
         let mut state = self.state();
-        let stamp = state.stamps.stamp(FrameTime { run: record.time, clock });
+        let stamp = state.clock.stamp_frame(FrameTime { run: record.time, clock });
         state.sample = Some(Sample { stamp, position });
         state.status.note_frame(record, Instant::now());
         drop(state);

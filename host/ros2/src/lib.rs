@@ -36,7 +36,6 @@ mod publishers;
 mod qos;
 mod senders;
 mod service;
-mod stamps;
 mod status;
 mod targets;
 mod topic;
