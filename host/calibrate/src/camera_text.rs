@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 
 use nalgebra::Isometry3;
+use plumb_cameras::camera_file::DISTORTION_KEYS;
 use plumb_frame::camera::Intrinsics;
 use plumb_frame::image::ImageSize;
 use serde::Deserialize;
@@ -53,9 +54,6 @@ pub fn with_pose(text: &str, pose: &Isometry3<f64>, comment: &str) -> Result<Str
     Ok(text)
 }
 
-/// Keys of the distortion in OpenCV's order.
-const DISTORTION: [&str; 5] = ["k1", "k2", "p1", "p2", "k3"];
-
 /// Reason why the intrinsics of a camera file's text could not be replaced.
 #[derive(Debug, Error)]
 #[error("the camera file has no [intrinsics] with fx, fy, cx and cy")]
@@ -92,7 +90,7 @@ pub fn with_lens(
     }
     let last = edits.iter().map(|(span, _)| span.clone()).max_by_key(|span| span.start);
     let coefficients = lens.distortion.map(|it| it.coefficients()).unwrap_or_default();
-    let distortion = DISTORTION.into_iter().zip(coefficients.to_array());
+    let distortion = DISTORTION_KEYS.into_iter().zip(coefficients.to_array());
     let distortion = distortion.map(|(key, value)| (key, format!("{value:.8}")));
     let size = [("width", size.width.to_string()), ("height", size.height.to_string())];
     for (key, value) in size.into_iter().chain(distortion) {

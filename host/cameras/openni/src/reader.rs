@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use plumb_timing::{HostClock, Paired, Pairing, Sensor, Taken, Timed};
+use plumb_timing::{Paired, Pairing, Sensor, SensorClocks, Taken, Timed};
 
 use crate::device::Device;
 use crate::error::OpenniError;
@@ -37,8 +37,7 @@ pub(crate) struct Reader {
     recorder: Option<Recorder>,
     device: Device,
     pairing: Pairing<Taken<Picture>>,
-    /// Clocks of colour and of depth. A picture is taken at its own time stamp and arrival.
-    clocks: [HostClock; 2],
+    clocks: SensorClocks,
     /// Number of the last picture, of colour and of depth; -1 before the first one.
     last: [i32; 2],
     last_arrival: Instant,
@@ -48,7 +47,7 @@ impl Reader {
     pub(crate) fn new(options: ReaderOptions, recorder: Option<Recorder>, device: Device) -> Self {
         let rate = f64::from(device.colour.mode.rate.max(1));
         Self {
-            clocks: [(); 2].map(|()| HostClock::new(options.latency)),
+            clocks: SensorClocks::new(options.latency),
             options,
             recorder,
             device,
@@ -95,7 +94,7 @@ impl Reader {
         if let Some(error) = self.skipped(&picture) {
             mailbox.send(Event::Problem(error));
         }
-        self.last[slot(sensor)] = picture.index;
+        self.last[sensor.index()] = picture.index;
         let time = self.time(&picture);
         self.pairing.add(sensor, Taken { picture, time });
         while let Some(result) = self.pairing.take() {
@@ -128,13 +127,13 @@ impl Reader {
             return picture.time();
         }
         let arrival = self.options.start.elapsed().as_secs_f64();
-        self.clocks[slot(picture.sensor)].taken(picture.time(), arrival)
+        self.clocks.taken(picture.sensor, picture.time(), arrival)
     }
 
     /// Returns an error where pictures of a recording are missing before this one. A camera may
     /// skip pictures.
     fn skipped(&self, picture: &Picture) -> Option<OpenniError> {
-        let last = self.last[slot(picture.sensor)];
+        let last = self.last[picture.sensor.index()];
         let count = picture.index.saturating_sub(last).saturating_sub(1);
         let lost = self.options.is_recording && last >= 0 && count > 0;
         lost.then(|| OpenniError::Skipped { sensor: picture.sensor, count, time: picture.time() })
@@ -156,7 +155,7 @@ impl Reader {
     fn is_complete(&self) -> bool {
         [Sensor::Colour, Sensor::Depth].iter().all(|&sensor| {
             let promised = self.device.promised(sensor);
-            promised > 0 && self.last[slot(sensor)] >= promised
+            promised > 0 && self.last[sensor.index()] >= promised
         })
     }
 
@@ -164,20 +163,12 @@ impl Reader {
     /// was taken while the recorder stopped.
     fn end_of_recording(&self) -> Result<(), OpenniError> {
         for sensor in [Sensor::Colour, Sensor::Depth] {
-            let (got, promised) = (self.last[slot(sensor)].max(0), self.device.promised(sensor));
+            let (got, promised) = (self.last[sensor.index()].max(0), self.device.promised(sensor));
             if got < promised || promised == 0 {
                 let uri = self.device.uri.clone();
                 return Err(OpenniError::Truncated { uri, sensor, got, promised });
             }
         }
         Ok(())
-    }
-}
-
-/// Returns the index of a sensor in [`Reader::last`].
-fn slot(sensor: Sensor) -> usize {
-    match sensor {
-        Sensor::Colour => 0,
-        Sensor::Depth => 1,
     }
 }

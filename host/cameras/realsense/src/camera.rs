@@ -4,7 +4,7 @@ use std::fmt;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use plumb_timing::{HostClock, Paired, Pairing, Sensor, Taken, Timed};
+use plumb_timing::{Paired, Pairing, SensorClocks, Taken, Timed};
 
 use crate::aligner::{Aligner, queue, wait};
 use crate::device::Device;
@@ -12,7 +12,7 @@ use crate::error::RealsenseError;
 use crate::frame::Frame;
 use crate::handle::Owned;
 use crate::library::{Inner, RealSense};
-use crate::options::{ExposureUnit, Options};
+use crate::options::Options;
 use crate::sensor::{Stream, Streams};
 use crate::settings::{Intrinsics, Opened, Settings, Target};
 use crate::within::{Unfinished, within};
@@ -56,8 +56,7 @@ pub struct Camera {
     device: Device,
     opened: Opened,
     settings: Settings,
-    /// Clocks of colour and of depth. A picture is taken at its own time stamp and arrival.
-    clocks: [HostClock; 2],
+    clocks: SensorClocks,
     /// Start of the clock that stamps live pictures.
     start: Instant,
     /// Time stamp of the first pair of a recording.
@@ -106,12 +105,7 @@ impl Camera {
         let streams = Streams::find(inner, sensors, &id, wanted)?;
         let options = |stream| Options { inner, sensor: Stream::handle(stream), id: &id };
         if wanted.is_some() {
-            let unit = if streams.are_of_one_sensor() {
-                ExposureUnit::Microsecond
-            } else {
-                ExposureUnit::TenthMillisecond
-            };
-            options(&streams.colour).set_exposure(&settings, unit)?;
+            options(&streams.colour).set_exposure(&settings, streams.exposure_unit())?;
             if let Some(on) = settings.emitter {
                 options(&streams.depth).set_emitter(on)?;
             }
@@ -128,7 +122,7 @@ impl Camera {
             queue: queue(inner, QUEUE).map_err(failed)?,
             device,
             opened,
-            clocks: [(); 2].map(|()| HostClock::new(settings.latency)),
+            clocks: SensorClocks::new(settings.latency),
             settings,
             start: Instant::now(),
             first: None,
@@ -210,8 +204,7 @@ impl Camera {
     /// Adds a frame that came at `arrival` to those that are paired.
     fn add(&mut self, frame: Frame, arrival: f64) -> Result<(), RealsenseError> {
         let sensor = frame.sensor;
-        let slot = usize::from(sensor == Sensor::Depth);
-        self.domains[slot] = Some(frame.domain);
+        self.domains[sensor.index()] = Some(frame.domain);
         if let [Some(colour), Some(depth)] = self.domains
             && colour != depth
         {
@@ -219,7 +212,7 @@ impl Camera {
         }
         let stamp = frame.time();
         let is_live = !self.device.is_recording();
-        let time = if is_live { self.clocks[slot].taken(stamp, arrival) } else { stamp };
+        let time = if is_live { self.clocks.taken(sensor, stamp, arrival) } else { stamp };
         self.pairing.add(sensor, Taken { picture: frame, time });
         Ok(())
     }
@@ -251,7 +244,7 @@ impl Camera {
         Ok(Pair { time, colour: pixels, depth: depth.collect() })
     }
 
-    /// Returns the time of a frame: of a recording since its first pair, of a camera as it is.
+    /// Returns the `time` of a frame. That of a recorded frame becomes relative to the first pair.
     fn time(&mut self, time: f64) -> f64 {
         if self.device.is_recording() { time - *self.first.get_or_insert(time) } else { time }
     }

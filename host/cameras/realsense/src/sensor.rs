@@ -8,6 +8,7 @@ use plumb_timing::Sensor;
 use crate::error::RealsenseError;
 use crate::handle::Owned;
 use crate::library::Inner;
+use crate::options::ExposureUnit;
 use crate::settings::Mode;
 use crate::sys::{self, Handle, RawIntrinsics};
 
@@ -116,8 +117,17 @@ impl Streams {
     }
 
     /// Returns whether one sensor delivers both streams.
-    pub(crate) fn are_of_one_sensor(&self) -> bool {
+    fn are_of_one_sensor(&self) -> bool {
         self.colour.number == self.depth.number
+    }
+
+    /// Returns the unit of the exposure of colour.
+    pub(crate) fn exposure_unit(&self) -> ExposureUnit {
+        if self.are_of_one_sensor() {
+            ExposureUnit::Microsecond
+        } else {
+            ExposureUnit::TenthMillisecond
+        }
     }
 
     /// Opens and starts the sensors. Their frames go to `queue`, which must outlive the streams.

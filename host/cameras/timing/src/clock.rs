@@ -1,5 +1,7 @@
 //! Mapping of a device's time stamps to the host's clock.
 
+use crate::sensor::Sensor;
+
 /// Largest rate at which the two clocks drift apart, seconds a second. Crystals stay below 2e-4. A
 /// program that counts 30 pictures a second where a camera takes 29.97 is off by 1e-3.
 const DRIFT: f64 = 1e-3;
@@ -55,6 +57,23 @@ impl HostClock {
         self.last = Some(Last { stamp, offset, least });
         // The sum may be rounded up.
         (stamp + least).min(arrival) - self.latency
+    }
+}
+
+/// Mappings of the time stamps of a camera's two sensors. Each sensor has its own, so that the late
+/// pictures of one do not change those of the other.
+#[derive(Debug, Clone)]
+pub struct SensorClocks([HostClock; 2]);
+
+impl SensorClocks {
+    /// Maps the time stamps of sensors as [`HostClock::new`].
+    pub fn new(latency: f64) -> Self {
+        Self([HostClock::new(latency), HostClock::new(latency)])
+    }
+
+    /// Returns the time of exposure of a picture of `sensor`, as [`HostClock::taken`].
+    pub fn taken(&mut self, sensor: Sensor, stamp: f64, arrival: f64) -> f64 {
+        self.0[sensor.index()].taken(stamp, arrival)
     }
 }
 

@@ -1,6 +1,7 @@
 //! Time stamps of RGB-D cameras, for the crates of the cameras' libraries.
 //!
-//! - [`HostClock`]: mapping of a device's time stamps to the host's clock.
+//! - [`HostClock`]: mapping of a device's time stamps to the host's clock; [`SensorClocks`]: the
+//!   mappings of a camera's two sensors.
 //! - [`SenderClock`]: the same for a program that sends pictures and may state their age.
 //! - [`Pairing`]: pairs of colour and depth pictures by their time stamps.
 //!
@@ -31,7 +32,7 @@ mod pairing;
 mod sender;
 mod sensor;
 
-pub use clock::HostClock;
+pub use clock::{HostClock, SensorClocks};
 pub use pairing::{Paired, Pairing, Taken, Timed};
 pub use sender::{SenderClock, SenderClockError};
 pub use sensor::Sensor;

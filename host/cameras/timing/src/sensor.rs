@@ -12,6 +12,14 @@ pub enum Sensor {
 }
 
 impl Sensor {
+    /// Returns the place of the sensor's state in an array: 0 for colour, 1 for depth.
+    pub fn index(self) -> usize {
+        match self {
+            Self::Colour => 0,
+            Self::Depth => 1,
+        }
+    }
+
     /// Returns the other sensor of a pair.
     pub fn other(self) -> Self {
         match self {

@@ -9,7 +9,7 @@ use thiserror::Error;
 use super::camera_source::CameraSource;
 use super::clock::{DeviceClock, LiveClock};
 use super::error::{InvalidFrame, SourceError};
-use super::resolution::{FileIntrinsics, UnfitIntrinsics};
+use super::resolution::{self, FileIntrinsics, UnfitIntrinsics};
 use super::rgb;
 
 mod settings;
@@ -152,16 +152,21 @@ fn intrinsics(
     calibrated: Option<FileIntrinsics>,
 ) -> Result<Intrinsics, RealsenseSourceError> {
     let depth_scale = 1.0 / opened.depth_unit;
-    let intrinsics = match calibrated {
-        Some(known) => known,
+    let [width, height] = [opened.mode.width, opened.mode.height].map(usize::from);
+    let size = ImageSize { width, height };
+    match calibrated {
+        Some(known) => {
+            let known = known.of_pictures(size, &opened.id)?;
+            Ok(Intrinsics { depth_scale, ..known })
+        }
         None => {
             let plumb_realsense::Intrinsics { fx, fy, cx, cy, .. } = opened.intrinsics;
-            Intrinsics { fx, fy, cx, cy, depth_scale, distortion: distortion(opened)? }.into()
+            let distortion = distortion(opened)?;
+            let device = Intrinsics { fx, fy, cx, cy, depth_scale, distortion };
+            resolution::check(&device, size, &opened.id)?;
+            Ok(device)
         }
-    };
-    let [width, height] = [opened.mode.width, opened.mode.height].map(usize::from);
-    let intrinsics = intrinsics.of_pictures(ImageSize { width, height }, &opened.id)?;
-    Ok(Intrinsics { depth_scale, ..intrinsics })
+    }
 }
 
 /// Returns the distortion that the device states.
@@ -221,8 +226,9 @@ mod tests {
 
     #[test]
     fn a_distortion_of_brown_and_conrady_is_taken() {
-        let coefficients = [-0.2, 0.05, 0.001, 0.0005, 0.0];
         use DistortionModel::{BrownConrady, InverseBrownConrady, ModifiedBrownConrady};
+
+        let coefficients = [-0.2, 0.05, 0.001, 0.0005, 0.0];
         for model in [BrownConrady, ModifiedBrownConrady, InverseBrownConrady] {
             let got = intrinsics(&opened(model, coefficients), None).unwrap();
             let known = got.distortion.map(|lens| lens.coefficients().to_array());

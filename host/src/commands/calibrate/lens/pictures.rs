@@ -93,14 +93,10 @@ pub(super) fn from_camera(mut view: View, wanted: u8) -> Result<Vec<Shown>, Fail
     }
     let (mut kept, mut last): (Vec<Shown>, Option<Shown>) = (Vec::new(), None);
     let (mut idle, mut number) = (0, 0);
-    while kept.len() < usize::from(wanted) {
+    while kept.len() < usize::from(wanted) && idle < MAX_IDLE {
         let Some(frame) = view.next_picture(&Stage::Lens { number: number / 2 })? else { break };
         number += 1;
         let name = format!("picture {}", kept.len() + 1);
-        if idle >= MAX_IDLE {
-            tell_idle(kept.len());
-            break;
-        }
         let Some(seen) = shown(frame.colour().clone(), name)? else {
             (idle, last) = (idle + 1, None);
             continue;
@@ -117,6 +113,9 @@ pub(super) fn from_camera(mut view: View, wanted: u8) -> Result<Vec<Shown>, Fail
         } else {
             (idle, last) = (idle + 1, Some(seen));
         }
+    }
+    if idle >= MAX_IDLE {
+        tell_idle(kept.len());
     }
     Ok(kept)
 }
