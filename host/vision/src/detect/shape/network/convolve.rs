@@ -93,19 +93,28 @@ impl<S: Simd> Kernel<S> {
     #[inline(always)]
     fn go_down(&self, simd: S, pixels: &[f32], sums: &mut [f32], rows: Range<usize>) {
         let Self { taps, bias, dilation, width } = self;
-        let read = |row: usize| -> [S::f32s; 3] {
-            let row = &pixels[row * width..][..2 * dilation + S::F32_LANES];
+        let step = dilation * width;
+        let read = |place: usize| -> [S::f32s; 3] {
+            let row = &pixels[place..][..2 * dilation + S::F32_LANES];
             array::from_fn(|tap| S::as_simd_f32s(&row[tap * dilation..]).0[0])
         };
-        let (mut upper, mut middle) = (read(rows.start), read(rows.start + dilation));
-        for row in rows.step_by(*dilation) {
-            let lower = read(row + 2 * dilation);
-            let lines = [upper, middle, lower];
-            let products = lines.as_flattened().iter().zip(taps);
-            let sum =
-                products.fold(*bias, |sum, (&pixel, &tap)| simd.mul_add_e_f32s(pixel, tap, sum));
-            let places = S::as_mut_simd_f32s(&mut sums[row * width..][..S::F32_LANES]).0;
-            places[0] = simd.max_f32s(sum, simd.splat_f32s(0.0));
+        let places = rows.start * width..rows.end * width;
+        let (mut upper, mut middle) = (read(places.start), read(places.start + step));
+        for place in places.step_by(step) {
+            let lower = read(place + 2 * step);
+            // A sum for each row: in a single one each product would wait for the one before.
+            let lines = [upper, middle, lower].into_iter().zip(taps.as_chunks::<3>().0);
+            let sum = lines
+                .map(|([a, b, c], &[left, centre, right])| {
+                    simd.mul_add_e_f32s(
+                        c,
+                        right,
+                        simd.mul_add_e_f32s(b, centre, simd.mul_f32s(a, left)),
+                    )
+                })
+                .fold(*bias, |sum, line| simd.add_f32s(sum, line));
+            let target = S::as_mut_simd_f32s(&mut sums[place..][..S::F32_LANES]).0;
+            target[0] = simd.max_f32s(sum, simd.splat_f32s(0.0));
             (upper, middle) = (middle, lower);
         }
     }
