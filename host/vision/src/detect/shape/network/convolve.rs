@@ -104,20 +104,26 @@ impl<S: Simd> Kernel<S> {
             let lower = read(place + 2 * step);
             // A sum for each row: in a single one each product would wait for the one before.
             let lines = [upper, middle, lower].into_iter().zip(taps.as_chunks::<3>().0);
-            let sum = lines
-                .map(|([a, b, c], &[left, centre, right])| {
-                    simd.mul_add_e_f32s(
-                        c,
-                        right,
-                        simd.mul_add_e_f32s(b, centre, simd.mul_f32s(a, left)),
-                    )
-                })
-                .fold(*bias, |sum, line| simd.add_f32s(sum, line));
+            let sum = lines.fold(*bias, |sum, (line, &taps)| {
+                simd.add_f32s(sum, sum_of_products(simd, line, taps))
+            });
             let target = S::as_mut_simd_f32s(&mut sums[place..][..S::F32_LANES]).0;
             target[0] = simd.max_f32s(sum, simd.splat_f32s(0.0));
             (upper, middle) = (middle, lower);
         }
     }
+}
+
+/// Returns the sum of the products of three neighbours in a row and their weights.
+#[inline(always)]
+fn sum_of_products<S: Simd>(
+    simd: S,
+    [a, b, c]: [S::f32s; 3],
+    [left, centre, right]: [S::f32s; 3],
+) -> S::f32s {
+    let sum = simd.mul_f32s(a, left);
+    let sum = simd.mul_add_e_f32s(b, centre, sum);
+    simd.mul_add_e_f32s(c, right, sum)
 }
 
 #[cfg(test)]
