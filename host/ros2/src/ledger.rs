@@ -21,7 +21,7 @@ pub(crate) enum Origin {
         /// Identity of the request.
         ticket: Ticket,
     },
-    /// A request that has its answer already.
+    /// Nobody who waits for an answer: the request has it already, or the node itself.
     Answered,
 }
 

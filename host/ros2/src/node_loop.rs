@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use plumb_runtime::operator::{CommandOutcome, CommandRefusal, OperatorSender};
+use plumb_runtime::operator::{CommandOutcome, CommandRefusal, OperatorCommand, OperatorSender};
 use rustdds::mio1::{Events, Poll, Token, Waker};
 
 use crate::Ros2Settings;
@@ -100,23 +100,37 @@ impl NodeLoop {
         }
     }
 
-    /// Joins ROS 2 anew if the DDS library has ended. Where that fails, a call a second later tries
-    /// again.
+    /// Joins ROS 2 anew if the DDS library has ended, and stops the run: a Stop that is sent
+    /// meanwhile is lost. Where joining fails, a call a second later tries again.
     fn stay_in_ros2(&mut self) {
         let now = Instant::now();
         if now < self.next_join || self.endpoints.is_alive() {
             return;
         }
         self.next_join = now + RETRY;
+        self.stop_run();
         match Endpoints::join(&self.settings, self.poll.registry()) {
             Ok(endpoints) => {
                 self.endpoints = endpoints;
                 self.joined += 1;
-                self.targets.joined_anew();
-                tracing::warn!("the run has joined ROS 2 anew after an interruption");
+                let resume = self.settings.namespace.topic(Action::Resume.name());
+                tracing::warn!(
+                    "an interruption has ended ROS 2, and the run was stopped. It has joined anew: \
+                     the service `{resume}` accepts targets again"
+                );
             }
             Err(error) => tracing::warn!("cannot join ROS 2 anew: {error}"),
         }
+    }
+
+    /// Stops the run as a Stop of another node does.
+    fn stop_run(&mut self) {
+        self.targets.clear();
+        let mut state = self.feed.state();
+        state.status.set_stopped(true);
+        state.has_news = true;
+        // A run that has ended takes no Stop, and needs none.
+        let _ended = state.ledger.send(OperatorCommand::Stop, Origin::Answered);
     }
 
     /// Answers the requests that no run has answered, and publishes the last diagnostics.

@@ -71,11 +71,11 @@ fn the_ball_follows_a_moving_target_until_a_stop_and_again_after_a_resume() {
     peer.send(&target(PAPER, "plumb/rig"));
     peer.until_held("/plumb", PAPER);
     peer.until_status(STATUS, "has ended the motion");
-    // The motion stays ended when the run joins ROS 2 anew.
+    // An interruption is a stop.
     run.pause();
     peer.until("status", |status| status["values"]["joined"] == "2");
     for _ in 0..3 {
-        peer.until_status(STATUS, "has ended the motion");
+        peer.until_status(STATUS, "the rig was stopped");
     }
     peer.assert_ball_at(PAPER);
     let summary = run.end();

@@ -183,19 +183,24 @@ fn a_stop_works_for_both_kinds_of_clients_and_under_a_flood_of_targets() {
     assert!(stop as f64 <= MAX_RATE * flood_s + 2.0, "{endings:?} in {flood_s} s");
 }
 
-/// Calls are lost until the run has joined ROS 2 anew.
+/// Calls are lost until the run has joined ROS 2 anew: a stop could be among them.
 #[test]
-fn a_stop_that_is_sent_again_is_answered_after_an_interruption() {
+fn a_drive_that_was_interrupted_is_stopped_and_calls_are_answered_after_that() {
     let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
     let Some(domain) = Domain::reserve() else { return };
     let mut peer = Peer::start(&domain, "/plumb", &[]);
     let run = Run::start(&domain, "/plumb");
     peer.until_held("/plumb", PAPER);
+    let place = [0.45, 0.3, 0.2];
+    peer.send(&target(place, "plumb/rig"));
+    peer.until_status("/plumb: run", "seeking");
     run.pause();
-    let (answer, waited) = peer.call_again("stop");
+    let (answer, waited) = peer.call_again("resume");
     assert_eq!(answer["success"], true, "{answer}");
     println!("answered {:.2} s after the interruption", waited.as_secs_f64());
     peer.until_status("/plumb: run", "ready");
+    peer.send(&target(place, "plumb/rig"));
+    peer.until_held("/plumb", place);
     let summary = run.end();
-    assert_eq!(endings(&summary), ["reached"], "{summary}");
+    assert_eq!(endings(&summary), ["reached", "stopped by the operator", "reached"], "{summary}");
 }

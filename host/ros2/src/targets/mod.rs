@@ -64,8 +64,7 @@ fn moving_topic(namespace: &Namespace) -> String {
     namespace.topic("moving_target")
 }
 
-/// Rules for targets. They outlive the topics: a motion that has ended stays ended when the node
-/// joins ROS 2 anew.
+/// Rules for targets. They outlive the topics: a stop holds when the node joins ROS 2 anew.
 pub(crate) struct TargetRules {
     admission: Admission,
     gate: TargetGate,
@@ -146,10 +145,5 @@ impl TargetRules {
     pub(crate) fn resume(&mut self) {
         self.admission.resume(Instant::now());
         self.moving_gate.resume();
-    }
-
-    /// Notes that the node has joined ROS 2 anew: no message could come for a while.
-    pub(crate) fn joined_anew(&mut self) {
-        self.moving_gate.joined_anew(Instant::now());
     }
 }

@@ -32,15 +32,13 @@ struct Stream {
     motion: Option<MotionId>,
     /// Time of the last message; after the end of the motion, of any publisher's.
     last: Instant,
-    /// Whether only a Resume lets another publisher begin, however long this one is silent.
-    waits_for_resume: bool,
 }
 
 impl Stream {
     /// Returns a stream that begins at `now`.
     fn new(publisher: Gid, now: Instant) -> Self {
         let clock = TargetClock::default();
-        Self { publisher, clock, motion: None, last: now, waits_for_resume: false }
+        Self { publisher, clock, motion: None, last: now }
     }
 }
 
@@ -89,7 +87,7 @@ impl MovingGate {
         let Some(stream) = &mut self.stream else { return Ok(()) };
         let is_same = stream.publisher == publisher;
         let is_silent = now.saturating_duration_since(stream.last) > RECENT;
-        if !is_same && is_silent && !stream.waits_for_resume {
+        if !is_same && is_silent {
             self.stream = None;
             return Ok(());
         }
@@ -105,17 +103,6 @@ impl MovingGate {
     pub(crate) fn resume(&mut self) {
         if let Some(stream) = &mut self.stream {
             stream.motion = None;
-            stream.waits_for_resume = false;
-        }
-    }
-
-    /// Notes that no message could come until `now`. Who was silent until then is not known: after
-    /// the end of a motion only a Resume lets a publisher begin.
-    pub(crate) fn joined_anew(&mut self, now: Instant) {
-        if let Some(stream) = &mut self.stream {
-            stream.last = now;
-            stream.waits_for_resume =
-                stream.motion.is_some_and(|motion| self.targets.has_ended(motion));
         }
     }
 }
@@ -248,36 +235,6 @@ mod tests {
         bench.gate.resume();
         bench.offer(1, 0, 0.42).unwrap();
         assert_eq!(bench.take().0, [0.42]);
-    }
-
-    #[test]
-    fn after_a_time_without_ros_2_a_motion_that_was_ended_stays_ended_for_all_publishers() {
-        let mut bench = Bench::new();
-        bench.offer(1, 0, 0.40).unwrap();
-        bench.run.cancel();
-        bench.wait(2000);
-        bench.gate.joined_anew(bench.now);
-        // The other publisher, which was there too, is heard first.
-        for wait in [10, 3000] {
-            bench.wait(wait);
-            let refused = bench.offer(2, 0, 0.50);
-            assert!(matches!(refused, Err(TargetRefusal::MotionEnded { .. })), "{refused:?}");
-        }
-        bench.gate.resume();
-        bench.wait(1100);
-        bench.offer(2, 0, 0.51).unwrap();
-        assert_eq!(bench.take().0, [0.40, 0.51]);
-    }
-
-    #[test]
-    fn after_a_time_without_ros_2_the_ball_follows_the_same_publisher() {
-        let mut bench = Bench::new();
-        bench.offer(1, 0, 0.40).unwrap();
-        bench.wait(2000);
-        bench.gate.joined_anew(bench.now);
-        assert_eq!(bench.offer(2, 0, 0.50), Err(TargetRefusal::OtherPublisher));
-        bench.offer(1, 0, 0.41).unwrap();
-        assert_eq!(bench.take().0, [0.40, 0.41]);
     }
 
     #[test]
