@@ -40,6 +40,11 @@ fn take_pictures(folder: &Path) {
     }
 }
 
+/// Returns the number of files and folders in a folder.
+fn count(folder: &Path) -> usize {
+    fs::read_dir(folder).unwrap().count()
+}
+
 /// Checks the lens of a result against the true one.
 fn check(result: &Value, lens: &Intrinsics) {
     let number = |key: &str| result[key].as_f64().unwrap();
@@ -67,7 +72,7 @@ fn pictures_of_a_folder_give_the_lens_and_the_former_file_is_kept() {
     assert!(new.intrinsics.distortion.is_some());
     assert_eq!(new.pose, camera_file::paper().unwrap().pose);
     assert_eq!(fs::read_to_string(folder.path().join("camera.toml.bak")).unwrap(), before);
-    let drawn = fs::read_dir(folder.path().join("camera.lens")).unwrap().count();
+    let drawn = count(&folder.path().join("camera.lens"));
     assert_eq!(json(&output)["views"], drawn);
 }
 
@@ -123,6 +128,35 @@ fn the_file_s_guess_may_be_for_pictures_of_another_size() {
     let new = camera_file::read(&folder.path().join("camera.toml")).unwrap();
     let size = ImageSize { width: 1280, height: 720 };
     assert_eq!(new.calibrated_for, CalibratedFor::Size(size));
+}
+
+#[test]
+fn pictures_that_are_taken_when_the_camera_fails_are_kept() {
+    let folder = folder();
+    let recording = "[camera]\nrecording = \"board\"\n";
+    let rig = rig_file(folder.path(), |text| text.replacen("[camera]\n", recording, 1));
+    let lens = record_board(folder.path());
+    let board = folder.path().join("board");
+    for number in 8..12 {
+        fs::write(board.join(format!("{number:02}.png")), "no picture").unwrap();
+    }
+    // As many failures as a calibration bears, and more.
+    let list = fs::read_to_string(board.join("rgb.txt")).unwrap();
+    let failure = |k: u32| format!("{:.3} 08.png\n", 1.0 + 0.02 * f64::from(k));
+    let failures: String = (0..40).map(failure).collect();
+    fs::write(board.join("rgb.txt"), list + &failures).unwrap();
+    let output = plumb(&["calibrate", &rig, "--lens", "--yes"], folder.path());
+    let text = stderr(&output);
+    assert!(output.status.code() == Some(1) && text.contains("08.png"), "{text}");
+    let taken = folder.path().join("camera.lens/taken-0001");
+    assert!(text.contains(&format!("--pictures {}", taken.display())), "{text}");
+    assert_eq!(count(&taken), 8);
+    let pictures = ["--pictures", "camera.lens/taken-0001"];
+    let arguments = [&["calibrate", &rig, "--lens", "--yes", "--json"], &pictures[..]].concat();
+    let output = plumb(&arguments, folder.path());
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    check(&json(&output), &lens);
+    assert_eq!(count(&taken), 8);
 }
 
 #[test]

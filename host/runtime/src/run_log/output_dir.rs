@@ -43,7 +43,7 @@ fn new_folder(path: PathBuf) -> Result<PathBuf, RunLogError> {
         // The path exists and is not a folder.
         return Err(match path.symlink_metadata() {
             Ok(_) => RunLogError::Exists(path),
-            Err(_) => RunLogError::Io { action: "create the run folder", path, source },
+            Err(_) => RunLogError::Io { action: "create the folder", path, source },
         });
     }
     let mut entries = fs::read_dir(&path).map_err(RunLogError::io("look into", &path))?;
@@ -52,7 +52,7 @@ fn new_folder(path: PathBuf) -> Result<PathBuf, RunLogError> {
 
 /// Creates the folder of the next free number under `parent`.
 fn numbered_folder(parent: &Path, prefix: &str) -> Result<PathBuf, RunLogError> {
-    fs::create_dir_all(parent).map_err(RunLogError::io("create the folder of runs", parent))?;
+    fs::create_dir_all(parent).map_err(RunLogError::io("create the folder", parent))?;
     for number in highest_number(parent, prefix)?.saturating_add(1)..=LAST_NUMBER {
         let path = parent.join(format!("{prefix}-{number:04}"));
         match fs::create_dir(&path) {
@@ -60,7 +60,7 @@ fn numbered_folder(parent: &Path, prefix: &str) -> Result<PathBuf, RunLogError> 
             // Another run took it just now.
             Err(source) if source.kind() == ErrorKind::AlreadyExists => {}
             Err(source) => {
-                return Err(RunLogError::Io { action: "create the run folder", path, source });
+                return Err(RunLogError::Io { action: "create the folder", path, source });
             }
         }
     }

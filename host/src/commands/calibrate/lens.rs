@@ -74,7 +74,8 @@ pub(super) fn calibrate(
         None => {
             // The file's intrinsics may be a guess for pictures of another size.
             let camera = Camera { calibrated_for: CalibratedFor::Nothing, ..camera };
-            from_camera(View::open(file, rig, camera, 1)?, options.views.unwrap_or(20))?
+            let view = View::open(file, rig, camera, 1)?;
+            from_camera(view, options.views.unwrap_or(20), &lens_folder(camera_file.path))?
         }
     };
     let Some(first) = shown.first() else {
@@ -101,14 +102,18 @@ pub(super) fn calibrate(
     Ok(if report.written { ExitCode::SUCCESS } else { ExitCode::from(FAILED) })
 }
 
-/// Writes the pictures with the corners drawn in into a folder beside the camera file. Returns the
-/// folder.
+/// Returns the folder beside the camera file that holds pictures of the board.
+fn lens_folder(camera_file: &Path) -> PathBuf {
+    camera_file.with_extension("lens")
+}
+
+/// Writes the pictures with the corners drawn in into the [`lens_folder`]. Returns it.
 fn keep_pictures(
     shown: &[Shown],
     found: &LensCalibration,
     camera_file: &Path,
 ) -> Result<PathBuf, Failure> {
-    let folder = camera_file.with_extension("lens");
+    let folder = lens_folder(camera_file);
     let unwritable = |error| failed(format!("{}: {error}", folder.display()));
     fs::create_dir_all(&folder).map_err(unwritable)?;
     for (number, fit) in found.views.iter().enumerate() {

@@ -9,7 +9,9 @@ use plumb_calibrate::corners::{BoardError, find_corners};
 use plumb_calibrate::lens::LensView;
 use plumb_cameras::bounded_read;
 use plumb_cameras::decode;
+use plumb_cameras::png;
 use plumb_cameras::source::tum::MAX_BYTES;
+use plumb_runtime::run_log::OutputDir;
 use plumb_vision::image::ColourImage;
 
 use super::super::view::{Stage, View};
@@ -83,8 +85,13 @@ pub(super) fn from_folder(folder: &Path) -> Result<Vec<Shown>, Failure> {
     Ok(all)
 }
 
-/// Takes `wanted` pictures of the board at different places, held still.
-pub(super) fn from_camera(mut view: View, wanted: u8) -> Result<Vec<Shown>, Failure> {
+/// Takes `wanted` pictures of the board at different places, held still. Each of them is kept in a
+/// new folder in `parent`, also where the collection ends early.
+pub(super) fn from_camera(
+    mut view: View,
+    wanted: u8,
+    parent: &Path,
+) -> Result<Vec<Shown>, Failure> {
     if view.needs_person() {
         tell!(
             "Show the board to the camera: near and far, in the middle, at the edges and in the \
@@ -92,6 +99,7 @@ pub(super) fn from_camera(mut view: View, wanted: u8) -> Result<Vec<Shown>, Fail
         );
     }
     let (mut kept, mut last): (Vec<Shown>, Option<Shown>) = (Vec::new(), None);
+    let mut folder = None;
     let (mut idle, mut number) = (0, 0);
     while kept.len() < usize::from(wanted) && idle < MAX_IDLE {
         let Some(frame) = view.next_picture(&Stage::Lens { number: number / 2 })? else { break };
@@ -106,6 +114,11 @@ pub(super) fn from_camera(mut view: View, wanted: u8) -> Result<Vec<Shown>, Fail
         let is_still = last.as_ref().is_some_and(|last| moved(last) <= MAX_SHAKE);
         let is_new = kept.iter().all(|kept| moved(kept) >= MIN_MOVEMENT);
         if is_still && is_new {
+            let folder = match &folder {
+                Some(folder) => folder,
+                None => folder.insert(new_folder(parent)?),
+            };
+            png::save(&folder.join(format!("{:02}.png", kept.len() + 1)), &seen.picture)?;
             tell!("{} of {wanted}: taken", kept.len() + 1);
             idle = 0;
             kept.push(seen);
@@ -118,6 +131,18 @@ pub(super) fn from_camera(mut view: View, wanted: u8) -> Result<Vec<Shown>, Fail
         tell_idle(kept.len());
     }
     Ok(kept)
+}
+
+/// Creates a folder for the pictures that are taken, and says how they are used again.
+fn new_folder(parent: &Path) -> Result<PathBuf, Failure> {
+    let numbered = OutputDir::Numbered { parent: parent.to_owned(), prefix: "taken" };
+    let folder = numbered.create()?;
+    tell!(
+        "The pictures are kept in {0}; to use them again, also after an early end: \
+         --pictures {0}",
+        folder.display()
+    );
+    Ok(folder)
 }
 
 /// Says that the pictures showed nothing new for too long. Those that are taken may suffice.
