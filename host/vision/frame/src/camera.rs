@@ -128,12 +128,11 @@ impl Intrinsics {
 }
 
 /// Pictures that intrinsics belong to.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum CalibratedFor {
     /// Those of this size.
     Size(ImageSize),
     /// Those of a size that is not stated.
-    #[default]
     Unstated,
     /// None yet: the intrinsics are a guess, and are to be estimated.
     Nothing,
