@@ -19,6 +19,9 @@ pub enum DecodeError {
     /// The bytes are no image, or a damaged one.
     #[error("not a picture (PNG or JPEG), or a damaged one")]
     Damaged,
+    /// A JPEG image has no end. Some decoders fill its missing rows with those of another image.
+    #[error("a part of the JPEG picture is missing: it has no end (the bytes ff d9)")]
+    Truncated,
     /// The image has too many pixels.
     #[error("{size} pixels; at most {MAX_PIXELS} are decoded")]
     TooManyPixels {
@@ -47,7 +50,7 @@ pub enum DecodeError {
 /// Decodes a colour image (8-bit, three channels).
 ///
 /// # Errors
-/// Where the bytes are neither PNG nor JPEG, or damaged; where the image is larger than
+/// Where the bytes are neither PNG nor JPEG, damaged or truncated; where the image is larger than
 /// [`MAX_PIXELS`], or its pixels have another type.
 pub fn colour(bytes: &[u8]) -> Result<ColourImage, DecodeError> {
     let mat = matrix(bytes, IMREAD_ANYCOLOR | IMREAD_ANYDEPTH)?;
@@ -86,6 +89,9 @@ fn matrix(bytes: &[u8], flags: i32) -> Result<Mat, DecodeError> {
     if size.width as u64 * size.height as u64 > MAX_PIXELS {
         return Err(DecodeError::TooManyPixels { size });
     }
+    if jpeg_frame(bytes).is_some_and(|(_, rest)| !has_end(rest)) {
+        return Err(DecodeError::Truncated);
+    }
     let mat =
         imdecode(&Vector::<u8>::from_slice(bytes), flags).map_err(|_| DecodeError::Damaged)?;
     if mat.empty() { Err(DecodeError::Damaged) } else { Ok(mat) }
@@ -94,7 +100,8 @@ fn matrix(bytes: &[u8], flags: i32) -> Result<Mat, DecodeError> {
 /// Returns the size in the header of an image; `None` where the bytes are neither PNG nor JPEG, or
 /// damaged.
 pub fn size(bytes: &[u8]) -> Option<ImageSize> {
-    png_size(bytes).or_else(|| jpeg_size(bytes)).filter(|size| size.width > 0 && size.height > 0)
+    let size = png_size(bytes).or_else(|| jpeg_frame(bytes).map(|(size, _)| size));
+    size.filter(|size| size.width > 0 && size.height > 0)
 }
 
 /// PNG (RFC 2083): the signature and the length and name of the first chunk, which is the header.
@@ -110,9 +117,9 @@ fn png_size(bytes: &[u8]) -> Option<ImageSize> {
     })
 }
 
-/// Returns the size of a JPEG image (ITU-T T.81): segments of a marker and a length, up to the
-/// frame header (SOF), which has the size.
-fn jpeg_size(bytes: &[u8]) -> Option<ImageSize> {
+/// Returns the size of a JPEG image (ITU-T T.81), and the bytes after it: segments of a marker and a
+/// length stand before the frame header (SOF), which has the size.
+fn jpeg_frame(bytes: &[u8]) -> Option<(ImageSize, &[u8])> {
     let mut rest = bytes.strip_prefix(b"\xff\xd8")?;
     loop {
         // Any number of bytes 0xff stands before a marker.
@@ -125,10 +132,10 @@ fn jpeg_size(bytes: &[u8]) -> Option<ImageSize> {
             // headers' range.
             0xc4 | 0xc8 | 0xcc => {}
             0xc0..=0xcf => {
-                let (&[_precision, h0, h1, w0, w1], _) = body.split_first_chunk::<5>()?;
+                let (&[_precision, h0, h1, w0, w1], rest) = body.split_first_chunk::<5>()?;
                 let [width, height] =
                     [[w0, w1], [h0, h1]].map(|bytes| usize::from(u16::from_be_bytes(bytes)));
-                return Some(ImageSize { width, height });
+                return Some((ImageSize { width, height }, rest));
             }
             // Start of scan, markers without a length: there is no frame header before the pixels.
             0x00..=0x01 | 0xd0..=0xda => return None,
@@ -136,6 +143,13 @@ fn jpeg_size(bytes: &[u8]) -> Option<ImageSize> {
         }
         rest = body.get(length..)?;
     }
+}
+
+/// Checks whether the end of a JPEG image (EOI) is in the bytes after its frame header. Some cameras
+/// send further bytes after the end. No other two bytes are the same: 0xff among the pixels has 0
+/// behind it.
+fn has_end(rest: &[u8]) -> bool {
+    rest.windows(2).rev().any(|bytes| bytes == b"\xff\xd9")
 }
 
 #[cfg(test)]
@@ -174,6 +188,22 @@ mod tests {
         ] {
             assert_eq!(size(other), None, "{other:?}");
         }
+    }
+
+    #[test]
+    fn a_picture_without_its_end_is_refused() {
+        let jpeg = encoded(".jpg", CV_8UC3, &[]);
+        let padded = [&jpeg[..], &[0; 9]].concat();
+        assert!([&jpeg, &padded].into_iter().all(|bytes| colour(bytes).is_ok()));
+        // The end of a small picture in a segment before the frame header is another one.
+        let segment = b"\xff\xd8\xff\xe1\x00\x04\xff\xd9";
+        let nested = [&segment[..], &jpeg[2..]].concat();
+        assert!(colour(&nested).is_ok());
+        for bytes in [&jpeg[..jpeg.len() - 2], &nested[..nested.len() - 2]] {
+            assert_eq!(colour(bytes), Err(DecodeError::Truncated));
+        }
+        let png = encoded(".png", CV_8UC3, &[]);
+        assert_eq!(colour(&png[..png.len() - 20]), Err(DecodeError::Damaged));
     }
 
     #[test]

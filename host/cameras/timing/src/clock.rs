@@ -6,10 +6,6 @@ use crate::sensor::Sensor;
 /// program that counts 30 pictures a second where a camera takes 29.97 is off by 1e-3.
 const DRIFT: f64 = 1e-3;
 
-/// Advance of the device's clock against the host's, from one picture to the next, above which the
-/// device's clock was set, seconds.
-const JUMP: f64 = 1.0;
-
 /// Mapping of a device's time stamps to the host's clock.
 ///
 /// Time stamps are regular; arrivals are delayed by the transfer and by the load of the host. The
@@ -28,9 +24,7 @@ pub struct HostClock {
 struct Last {
     /// Time stamp, seconds on the device's clock.
     stamp: f64,
-    /// Arrival minus time stamp, seconds.
-    offset: f64,
-    /// Offset of the least delayed picture, seconds.
+    /// Offset (arrival minus time stamp) of the least delayed picture, seconds.
     least: f64,
 }
 
@@ -45,16 +39,15 @@ impl HostClock {
     /// arrival. `stamp` is the device's time stamp, `arrival` the arrival on the host's clock,
     /// both in seconds.
     ///
-    /// The mapping starts again where the device's clock was set: where a time stamp is before the
-    /// last one, or more than 1 s ahead of the host's clock.
+    /// The mapping starts again where the device's clock was set back: where a time stamp is before
+    /// the last one. A clock that was set ahead makes the picture the least delayed one.
     pub fn taken(&mut self, stamp: f64, arrival: f64) -> f64 {
         let offset = arrival - stamp;
-        let was_set = |last: &Last| stamp < last.stamp || last.offset - offset > JUMP;
-        let least = match self.last.filter(|last| !was_set(last)) {
+        let least = match self.last.filter(|last| stamp >= last.stamp) {
             Some(last) => offset.min(last.least + DRIFT * (stamp - last.stamp)),
             None => offset,
         };
-        self.last = Some(Last { stamp, offset, least });
+        self.last = Some(Last { stamp, least });
         // The sum may be rounded up.
         (stamp + least).min(arrival) - self.latency
     }
@@ -132,6 +125,16 @@ mod tests {
         assert!((age - 3.0).abs() < 0.01, "{age}");
         let age = age_at_the_end(191, held);
         assert!(age < 0.01, "{age}");
+    }
+
+    #[test]
+    fn a_delay_that_shrinks_is_still_age() {
+        // The host stands still twice: for 3 s, and until the next picture is 1.6 s old.
+        let twice = |frame: u32| [0.0, 3.0, 1.6, 1.6][frame.saturating_sub(99).min(3) as usize];
+        for (frames, expected) in [(101, 3.0), (102, 1.6), (300, 1.6)] {
+            let age = age_at_the_end(frames, twice);
+            assert!((age - expected).abs() < 0.01, "{age} after {frames}");
+        }
     }
 
     #[test]

@@ -111,4 +111,17 @@ mod tests {
         assert!(clock.taken(1000.0, 0.0, 4.6).is_err());
         assert!((clock.taken(1000.1, 0.0, 4.7).unwrap() - 4.7).abs() < 1e-9);
     }
+    #[test]
+    fn frames_after_one_that_was_held_up_keep_their_age() {
+        let mut clock = SenderClock::new();
+        // A link with a backlog: one delay falls by more than a second.
+        let delays = [0.0, 0.9, 1.8, 2.7, 1.5, 1.4, 1.3];
+        for (frame, delay) in (0..).zip(delays) {
+            let sent = f64::from(frame) * 2.0;
+            match clock.taken(500.0 + sent, 0.0, sent + delay) {
+                Ok(taken) => assert!((taken - sent).abs() < 0.02, "frame {frame}: {taken}"),
+                Err(error) => assert!(frame == 4, "frame {frame}: {error}"),
+            }
+        }
+    }
 }
