@@ -106,6 +106,14 @@ pub enum WebcamError {
         /// Rows of the picture.
         height: usize,
     },
+    /// A picture has come that cannot be read. The next one may be whole.
+    #[error("{}: a damaged picture; check cable and hub if there are more", .path.display())]
+    Damaged {
+        /// The device.
+        path: PathBuf,
+        /// Error of OpenCV, where it states one.
+        source: Option<LibraryError>,
+    },
     /// No picture comes any more.
     #[error("{}: no picture comes any more: the camera is unplugged, or does not answer",
         .path.display())]

@@ -31,15 +31,13 @@ pub(crate) fn failed(path: &Path) -> impl Fn(opencv::Error) -> WebcamError {
 pub(crate) fn retrieve(
     capture: &mut VideoCapture,
     time: f64,
-    path: &Path,
-) -> Result<Option<Picture>, WebcamError> {
-    let failed = failed(path);
+) -> Result<Option<Picture>, opencv::Error> {
     let mut mat = Mat::default();
-    if !capture.retrieve_def(&mut mat).map_err(&failed)? || mat.empty() {
+    if !capture.retrieve_def(&mut mat)? || mat.empty() {
         return Ok(None);
     }
     let (width, height) = (mat.cols() as usize, mat.rows() as usize);
-    let pixels = mat.data_typed::<Vec3b>().map_err(&failed)?;
+    let pixels = mat.data_typed::<Vec3b>()?;
     Ok(Some(Picture { time, width, height, bgr: pixels.iter().map(|pixel| pixel.0).collect() }))
 }
 

@@ -74,7 +74,7 @@ impl VideoFile {
         }
         let stamp = self.capture.get(CAP_PROP_POS_MSEC).map_err(&failed)? * 1e-3;
         self.last = if stamp > self.last { stamp } else { self.last + 1.0 / self.mode.rate };
-        let picture = retrieve(&mut self.capture, self.last, &self.path)?;
+        let picture = retrieve(&mut self.capture, self.last).map_err(&failed)?;
         let size = (self.mode.width, self.mode.height);
         picture.map(|picture| check_size(picture, size, &self.path)).transpose()
     }
@@ -86,6 +86,6 @@ fn open_with(reader: i32, path: &Path) -> Result<Option<(VideoCapture, Picture)>
     let failed = failed(path);
     let mut capture = VideoCapture::from_file(path, reader).map_err(&failed)?;
     let is_read = capture.is_opened().map_err(&failed)? && capture.grab().map_err(&failed)?;
-    let first = if is_read { retrieve(&mut capture, 0.0, path)? } else { None };
+    let first = if is_read { retrieve(&mut capture, 0.0).map_err(&failed)? } else { None };
     Ok(first.map(|first| (capture, first)))
 }

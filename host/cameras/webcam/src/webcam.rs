@@ -52,7 +52,7 @@ impl Webcam {
         }
         set_all(&mut capture, settings)?;
         let grabbed = capture.grab().map_err(&failed)?;
-        let picture = if grabbed { retrieve(&mut capture, 0.0, path)? } else { None };
+        let picture = if grabbed { retrieve(&mut capture, 0.0).map_err(&failed)? } else { None };
         let Picture { width, height, .. } = picture.ok_or_else(refused)?;
         let rate = capture.get(CAP_PROP_FPS).map_err(&failed)?.max(0.0);
         let mode = Mode { width, height, rate };
@@ -83,19 +83,22 @@ impl Webcam {
     /// `latency` old.
     ///
     /// # Errors
-    /// Where no picture comes any more, or it has another size. OpenCV waits for 10 s at most.
+    /// Where no picture comes any more, or it is damaged or has another size. OpenCV waits for 10 s
+    /// at most.
     pub fn next_picture(&mut self, now: impl Fn() -> f64) -> Result<Picture, WebcamError> {
-        let lost = || WebcamError::Lost { path: self.path.clone() };
         let failed = failed(&self.path);
         if !self.capture.grab().map_err(&failed)? {
-            return Err(lost());
+            return Err(WebcamError::Lost { path: self.path.clone() });
         }
         let arrival = now();
         let stamp = self.capture.get(CAP_PROP_POS_MSEC).map_err(&failed)? * 1e-3;
         let has_stamp = stamp.is_finite() && stamp > 0.0;
         let time =
             if has_stamp { self.clock.taken(stamp, arrival) } else { arrival - self.latency };
-        let picture = retrieve(&mut self.capture, time, &self.path)?.ok_or_else(lost)?;
+        let damaged = |source| WebcamError::Damaged { path: self.path.clone(), source };
+        let picture = retrieve(&mut self.capture, time)
+            .map_err(|error| damaged(Some(error.into())))?
+            .ok_or_else(|| damaged(None))?;
         check_size(picture, (self.mode.width, self.mode.height), &self.path)
     }
 }

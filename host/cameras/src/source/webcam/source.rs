@@ -152,9 +152,10 @@ fn frame(
     Ok(frame.map_err(InvalidFrame::of(&origin.to_string()))?)
 }
 
-/// Converts an error of the camera or the file. A picture of another size is lost alone.
+/// Converts an error of the camera or the file. A picture that is damaged or of another size is lost
+/// alone.
 fn lost(error: WebcamError) -> SourceError {
-    let is_transient = matches!(error, WebcamError::OtherSize { .. });
+    let is_transient = matches!(error, WebcamError::Damaged { .. } | WebcamError::OtherSize { .. });
     let cause = WebcamSourceError::from(error);
     if is_transient { SourceError::new(cause) } else { SourceError::over(cause) }
 }
@@ -162,5 +163,18 @@ fn lost(error: WebcamError) -> SourceError {
 impl From<WebcamSourceError> for SourceError {
     fn from(error: WebcamSourceError) -> Self {
         Self::new(error)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_damaged_picture_is_lost_alone_and_an_unplugged_camera_is_over() {
+        let path = || Path::new("/dev/video0").to_owned();
+        let damaged = lost(WebcamError::Damaged { path: path(), source: None });
+        assert!(!damaged.is_over());
+        assert!(lost(WebcamError::Lost { path: path() }).is_over());
     }
 }
