@@ -1,5 +1,6 @@
 //! Entrances for the fuzz targets in `tests/fuzz` to the messages of other nodes.
 
+use plumb_cameras::source::ros2::Ros2CameraSettings;
 use rustdds::RepresentationIdentifier;
 use rustdds::serialization::deserialize_from_cdr_with_rep_id;
 use serde::de::DeserializeOwned;
@@ -33,7 +34,8 @@ pub fn camera(bytes: &[u8]) -> bool {
         let size = lens::stated_size(&info);
         // A picture of this size was decoded before.
         let is_possible = size.width.max(size.height) <= picture::MAX_SIDE as usize;
-        is_possible && lens::intrinsics(&info, size, picture::DEPTH_SCALE, TOPIC).is_ok()
+        let settings = Ros2CameraSettings::default();
+        is_possible && lens::intrinsics(&info, size, picture::DEPTH_SCALE, &settings).is_ok()
     });
     depth || colour || file || described
 }

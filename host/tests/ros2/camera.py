@@ -1,15 +1,16 @@
 """A camera's node of ROS 2 on Cyclone DDS, for host/tests/ros2/.
 
     python camera.py DOMAIN [--plumb PATH] [--type TYPE] [--compressed] [--no-depth]
-                            [--depth-delay SECONDS] [--wait]
+                            [--depth-delay SECONDS] [--focal PIXELS] [--wait]
 
 With --plumb it starts an emulated board on the terminal `board` and shows the ball where the
 board's motors let it hang (host/examples/stream_rig.py). Without, the ball hangs still at the
 paper's target. The topics are those of realsense-ros: colour is published reliably, depth as sensor
 data, which is best effort. --type CompressedImage publishes colour with that type on the topic of
 raw pictures. --compressed publishes colour as PNG on the topic of compressed pictures.
---depth-delay publishes depth at least so long after the colour of the same stamp. --wait publishes
-the first picture after the signal SIGUSR1.
+--depth-delay publishes depth at least so long after the colour of the same stamp. --focal states
+this focal length, which the pictures do not have. --wait publishes the first picture after the
+signal SIGUSR1.
 """
 
 import argparse
@@ -61,8 +62,8 @@ def image(stamp, encoding, pixel_bytes, data):
     )
 
 
-def info(stamp):
-    fx, cx, cy = stream_rig.FOCAL, stream_rig.CX, stream_rig.CY
+def info(stamp, fx):
+    cx, cy = stream_rig.CX, stream_rig.CY
     return messages.CameraInfo(
         header(stamp),
         stream_rig.HEIGHT,
@@ -97,6 +98,7 @@ class Node:
         self.participant = DomainParticipant(domain)
         self.is_compressed = options.compressed
         self.depth_delay = options.depth_delay
+        self.focal = options.focal
         self.waiting = deque()  # depth pictures, and when they are due
         self.kind = messages.CompressedImage if options.compressed else options.kind
         raw = f"{NAME}/color/image_raw"
@@ -115,7 +117,7 @@ class Node:
             self.colour.write(messages.CompressedImage(header(stamp), "png", data))
         else:
             self.colour.write(image(stamp, "rgb8", 3, colour))
-        self.info.write(info(stamp))
+        self.info.write(info(stamp, self.focal))
         if self.depth:
             due = time.monotonic() + self.depth_delay
             self.waiting.append((due, image(stamp, "16UC1", 2, depth)))
@@ -131,6 +133,7 @@ def main():
     options.add_argument("--compressed", action="store_true")
     options.add_argument("--no-depth", dest="depth", action="store_false")
     options.add_argument("--depth-delay", type=float, default=0.0)
+    options.add_argument("--focal", type=float, default=stream_rig.FOCAL)
     options.add_argument("--wait", action="store_true")
     options = options.parse_args()
     signal.signal(signal.SIGTERM, lambda *_: sys.exit())

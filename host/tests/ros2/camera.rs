@@ -6,12 +6,15 @@ use std::net::{IpAddr, Ipv4Addr};
 use std::path::Path;
 use std::process::{Child, Stdio};
 use std::sync::PoisonError;
+use std::thread;
+use std::time::Duration;
 
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 use plumb_cameras::camera_file;
-use plumb_cameras::source::CameraSource;
+use plumb_cameras::error_chain::ErrorChain;
 use plumb_cameras::source::ros2::Ros2CameraSettings;
+use plumb_cameras::source::{CameraSource, SourceError};
 use plumb_ros2::{FIRST_PICTURE, Network, Ros2Camera};
 
 use crate::common::{self, Emulator, folder, patient, plumb, rig_file, stderr};
@@ -20,6 +23,9 @@ use crate::run::{PAPER, Run, TURN, pause, target};
 
 /// Latency of the camera in the rig file, seconds.
 const LATENCY_S: f64 = 0.01;
+
+/// Frames and losses in which a camera must be noticed.
+const LOSSES: usize = 1000;
 
 /// A camera's node in another process; killed when dropped.
 struct Camera(Child);
@@ -187,11 +193,7 @@ fn a_frame_whose_depth_comes_late_is_old() {
     let Some(domain) = Domain::reserve() else { return };
     let folder = folder();
     let _camera = Camera::start(&domain, folder.path(), &["--depth-delay", "0.1"]);
-    let interface = Some(IpAddr::V4(Ipv4Addr::LOCALHOST));
-    let network = Network { domain: domain.number(), interface };
-    let settings = Ros2CameraSettings::default();
-    let intrinsics = camera_file::paper().unwrap().intrinsics;
-    let mut camera = Ros2Camera::open(&settings, &network, intrinsics, FIRST_PICTURE).unwrap();
+    let mut camera = open(domain.number());
     let mut age = || {
         let frame = camera.next_frame().ok()??;
         Some(camera.now() - frame.time())
@@ -199,6 +201,36 @@ fn a_frame_whose_depth_comes_late_is_old() {
     // The latency of 45 ms and the delay, less that of the least delayed of ten colour pictures.
     let ages: Vec<f64> = (0..40).map(|_| age()).skip(10).flatten().collect();
     assert!(ages.len() >= 20 && ages.iter().all(|age| *age > 0.135), "{ages:?}");
+}
+
+/// Opens the camera with the topics of realsense-ros.
+fn open(domain: u16) -> Ros2Camera {
+    let network = Network { domain, interface: Some(IpAddr::V4(Ipv4Addr::LOCALHOST)) };
+    let intrinsics = camera_file::paper().unwrap().intrinsics;
+    Ros2Camera::open(&Ros2CameraSettings::default(), &network, intrinsics, FIRST_PICTURE).unwrap()
+}
+
+#[test]
+fn the_intrinsics_are_those_of_the_node_whose_pictures_come() {
+    let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
+    let Some(domain) = Domain::reserve() else { return };
+    let folder = folder();
+    // A node that has no depth yet, then one with depth and another lens.
+    let mut first = Camera::start(&domain, folder.path(), &["--no-depth", "--focal", "500"]);
+    let number = domain.number();
+    let opened = thread::spawn(move || open(number));
+    thread::sleep(Duration::from_secs(2));
+    first.kill();
+    let mut second = Camera::start(&domain, folder.path(), &["--focal", "600"]);
+    let mut camera = opened.join().unwrap();
+    assert_eq!(camera.intrinsics().fx, 600.0);
+    // During the run, the camera is replaced by a third one.
+    assert!(camera.next_frame().unwrap().is_some());
+    second.kill();
+    let _third = Camera::start(&domain, folder.path(), &["--focal", "601"]);
+    let error = (0..LOSSES).find_map(|_| camera.next_frame().err().filter(SourceError::is_over));
+    let error = ErrorChain(&error.unwrap()).to_string();
+    assert!(error.contains("/camera/camera/color/camera_info: the description"), "{error}");
 }
 
 #[test]

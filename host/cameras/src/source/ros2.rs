@@ -28,6 +28,9 @@ pub struct Ros2CameraSettings {
     pub latency: Option<Positive>,
     /// Origin of the intrinsics. Default: `"device"`, which the topic `info` has.
     pub intrinsics: IntrinsicsFrom,
+    /// Whether the pictures are rectified, as those of image_proc: their matrix is `p` of the topic
+    /// `info`, and they have no distortion. Default: no.
+    pub rectified: bool,
 }
 
 impl Default for Ros2CameraSettings {
@@ -41,6 +44,7 @@ impl Default for Ros2CameraSettings {
             interface: None,
             latency: None,
             intrinsics: IntrinsicsFrom::Device,
+            rectified: false,
         }
     }
 }

@@ -105,14 +105,33 @@ pub enum Ros2CameraError {
     /// The camera's description has a distortion that Plumb has no model for.
     #[error(
         "{topic}: the lens has a distortion of the model `{model}`, but `plumb_bob` is needed. \
-         Use a topic with rectified pictures, or calibrate and set `intrinsics = \"file\"` in \
-         [camera.ros2] of the rig file"
+         Use a topic with rectified pictures and set `rectified = true`, or calibrate and set \
+         `intrinsics = \"file\"`, in [camera.ros2] of the rig file"
     )]
     DistortionModel {
         /// Name of the topic.
         topic: String,
         /// Model of the distortion.
         model: String,
+    },
+    /// The pictures are rectified by the name of their topic, but the distortion of the lens would
+    /// be taken out of them once more.
+    #[error(
+        "{topic}: the pictures are rectified by their name, and the lens has a distortion: set \
+         `rectified = true` in [camera.ros2] of the rig file"
+    )]
+    Rectified {
+        /// Name of the topic.
+        topic: String,
+    },
+    /// The camera's description has changed.
+    #[error(
+        "{topic}: the description of the camera has changed: another camera publishes, or it was \
+         set anew. Start again, so that its intrinsics are taken"
+    )]
+    Described {
+        /// Name of the topic.
+        topic: String,
     },
     /// The camera's description has too few or too many coefficients of the distortion.
     #[error(

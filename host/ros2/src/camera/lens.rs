@@ -1,6 +1,7 @@
 //! Intrinsics from the description of a camera.
 
 use plumb_cameras::source::resolution;
+use plumb_cameras::source::ros2::Ros2CameraSettings;
 use plumb_frame::camera::{Distortion, DistortionCoefficients, Intrinsics};
 use plumb_frame::image::ImageSize;
 
@@ -12,27 +13,69 @@ use crate::message::sensor::CameraInfo;
 /// out, as in OpenCV.
 const PLUMB_BOB: &str = "plumb_bob";
 
-/// Returns the intrinsics of pictures of `size`, which `info` of the topic `topic` describes.
+/// Names, within their namespace, of the topics of rectified pictures that image_proc publishes.
+const RECTIFIED: [&str; 2] = ["image_rect", "image_rect_color"];
+
+/// Returns the intrinsics of pictures of `size`, which `info` of a camera with these `settings`
+/// describes.
 ///
 /// # Errors
 /// Where the camera is not calibrated, describes pictures of another size, or has a distortion that
-/// Plumb has no model for, or that has no inverse.
+/// Plumb has no model for, or that has no inverse; where the pictures are rectified by their name
+/// and not by the settings.
 pub(crate) fn intrinsics(
     info: &CameraInfo,
     size: ImageSize,
     depth_scale: f64,
-    topic: &str,
+    settings: &Ros2CameraSettings,
 ) -> Result<Intrinsics, Ros2CameraError> {
+    let topic = settings.info.as_str();
     check_size(topic, stated_size(info), size)?;
-    let [fx, _, cx, _, fy, cy, ..] = info.k;
+    let [fx, cx, fy, cy] = matrix(info, settings.rectified);
     let is_calibrated = [fx, fy].iter().all(|focal| focal.is_finite() && *focal > 0.0);
     if !is_calibrated {
         return Err(Ros2CameraError::NotCalibrated { topic: topic.to_owned(), fx, fy });
     }
-    let distortion = distortion(info, topic)?;
+    let distortion = if settings.rectified || !has_distortion(info) {
+        None
+    } else if is_rectified(&settings.colour) {
+        return Err(Ros2CameraError::Rectified { topic: settings.colour.clone() });
+    } else {
+        distortion(info, topic)?
+    };
     let intrinsics = Intrinsics { fx, fy, cx, cy, depth_scale, distortion };
     resolution::check(&intrinsics, size, topic)?;
     Ok(intrinsics)
+}
+
+/// Checks whether two descriptions have the same size, lens and projection.
+pub(crate) fn is_same(a: &CameraInfo, b: &CameraInfo) -> bool {
+    let size = stated_size(a) == stated_size(b);
+    let distortion = a.distortion_model == b.distortion_model && a.d == b.d;
+    size && distortion && a.k == b.k && a.p == b.p
+}
+
+/// Returns fx, cx, fy and cy of the pictures as the lens shows them (`k`), or of `rectified` ones
+/// (`p`), pixels.
+fn matrix(info: &CameraInfo, rectified: bool) -> [f64; 4] {
+    if rectified {
+        let [fx, _, cx, _, _, fy, cy, ..] = info.p;
+        [fx, cx, fy, cy]
+    } else {
+        let [fx, _, cx, _, fy, cy, ..] = info.k;
+        [fx, cx, fy, cy]
+    }
+}
+
+/// Checks whether the lens has a distortion, of whatever model.
+fn has_distortion(info: &CameraInfo) -> bool {
+    info.d.iter().any(|coefficient| *coefficient != 0.0)
+}
+
+/// Checks whether a topic of pictures has the name of one with rectified pictures.
+fn is_rectified(topic: &str) -> bool {
+    let raw = topic.strip_suffix("/compressed").unwrap_or(topic);
+    raw.rsplit('/').next().is_some_and(|name| RECTIFIED.contains(&name))
 }
 
 /// Returns the size of the pictures that `info` describes.
@@ -40,11 +83,8 @@ pub(crate) fn stated_size(info: &CameraInfo) -> ImageSize {
     ImageSize { width: info.width as usize, height: info.height as usize }
 }
 
-/// Returns the distortion of the lens; `None` without one, whatever its model.
+/// Returns the distortion of a lens that has one.
 fn distortion(info: &CameraInfo, topic: &str) -> Result<Option<Distortion>, Ros2CameraError> {
-    if info.d.iter().all(|coefficient| *coefficient == 0.0) {
-        return Ok(None);
-    }
     let topic = || topic.to_owned();
     if info.distortion_model != PLUMB_BOB {
         let model = info.distortion_model.clone();
@@ -91,14 +131,21 @@ mod tests {
         }
     }
 
+    fn settings() -> Ros2CameraSettings {
+        Ros2CameraSettings { info: "/info".to_owned(), ..Ros2CameraSettings::default() }
+    }
+
+    fn raw(info: &CameraInfo) -> Result<Intrinsics, Ros2CameraError> {
+        intrinsics(info, SIZE, 1000.0, &settings())
+    }
+
     fn refusal(info: &CameraInfo) -> String {
-        let error = intrinsics(info, SIZE, 1000.0, "/info").unwrap_err();
-        plumb_cameras::error_chain::ErrorChain(&error).to_string()
+        plumb_cameras::error_chain::ErrorChain(&raw(info).unwrap_err()).to_string()
     }
 
     #[test]
     fn the_matrix_and_the_distortion_are_taken() {
-        let plain = intrinsics(&info(PLUMB_BOB, &[0.0; 5]), SIZE, 1000.0, "/info").unwrap();
+        let plain = raw(&info(PLUMB_BOB, &[0.0; 5])).unwrap();
         let expected = Intrinsics {
             fx: 605.0,
             fy: 606.0,
@@ -109,17 +156,62 @@ mod tests {
         };
         assert_eq!(plain, expected);
         let d = [0.05, -0.1, 0.001, -0.002, 0.03];
-        let bent = intrinsics(&info(PLUMB_BOB, &d), SIZE, 1000.0, "/info").unwrap();
+        let bent = raw(&info(PLUMB_BOB, &d)).unwrap();
         let coefficients = bent.distortion.map(|it| it.coefficients().to_array());
         assert_eq!(coefficients, Some(d));
-        // A camera that rectifies its pictures names any model.
-        assert!(intrinsics(&info("equidistant", &[0.0; 4]), SIZE, 0.0, "/info").is_ok());
+        // A camera without distortion names any model.
+        assert!(raw(&info("equidistant", &[0.0; 4])).is_ok());
+    }
+
+    #[test]
+    fn rectified_pictures_have_the_projection_and_no_distortion() {
+        let mut bent = info("rational_polynomial", &[0.1; 8]);
+        bent.p = [590.0, 0.0, 318.0, 0.0, 0.0, 592.0, 239.0, 0.0, 0.0, 0.0, 1.0, 0.0];
+        let rectified = Ros2CameraSettings { rectified: true, ..settings() };
+        let found = intrinsics(&bent, SIZE, 1000.0, &rectified).unwrap();
+        let (fx, fy, cx, cy) = (590.0, 592.0, 318.0, 239.0);
+        let depth_scale = 1000.0;
+        assert_eq!(found, Intrinsics { fx, fy, cx, cy, depth_scale, distortion: None });
+        bent.p = [0.0; 12];
+        let uncalibrated = intrinsics(&bent, SIZE, 1000.0, &rectified).unwrap_err().to_string();
+        assert!(uncalibrated.contains("not calibrated"), "{uncalibrated}");
+    }
+
+    #[test]
+    fn a_topic_of_rectified_pictures_is_not_taken_for_the_raw_one() {
+        let bent = info(PLUMB_BOB, &[0.05, -0.1, 0.001, -0.002, 0.03]);
+        for name in ["image_rect", "image_rect_color", "image_rect/compressed"] {
+            let named = Ros2CameraSettings { colour: format!("/camera/{name}"), ..settings() };
+            let text = intrinsics(&bent, SIZE, 1000.0, &named).unwrap_err().to_string();
+            assert!(text.contains(name) && text.contains("rectified = true"), "{text}");
+            let straight = info(PLUMB_BOB, &[0.0; 5]);
+            assert!(intrinsics(&straight, SIZE, 1000.0, &named).is_ok());
+        }
+        // realsense-ros gives the D405's raw pictures this name.
+        let colour = "/camera/camera/color/image_rect_raw".to_owned();
+        let raw = Ros2CameraSettings { colour, ..settings() };
+        assert!(intrinsics(&bent, SIZE, 1000.0, &raw).is_ok());
+    }
+
+    #[test]
+    fn descriptions_are_the_same_whatever_their_time() {
+        let first = info(PLUMB_BOB, &[0.05, -0.1, 0.001, -0.002]);
+        let mut later = first.clone();
+        later.header.stamp = Time::from_nanoseconds(1);
+        assert!(is_same(&first, &later));
+        let changes: [fn(&mut CameraInfo); 4] =
+            [|it| it.width = 1280, |it| it.d[0] = 0.06, |it| it.k[0] = 606.0, |it| it.p[0] = 1.0];
+        for change in changes {
+            let mut other = first.clone();
+            change(&mut other);
+            assert!(!is_same(&first, &other));
+        }
     }
 
     #[test]
     fn four_coefficients_of_plumb_bob_are_those_without_k3() {
         let four = [0.05, -0.1, 0.001, -0.002];
-        let bent = intrinsics(&info(PLUMB_BOB, &four), SIZE, 1000.0, "/info").unwrap();
+        let bent = raw(&info(PLUMB_BOB, &four)).unwrap();
         let coefficients = bent.distortion.map(|it| it.coefficients().to_array());
         assert_eq!(coefficients, Some([0.05, -0.1, 0.001, -0.002, 0.0]));
         for count in [1, 3, 6, 8] {

@@ -48,6 +48,8 @@ pub struct Ros2Camera {
     clock: LiveClock,
     size: ImageSize,
     intrinsics: Intrinsics,
+    /// The camera's description that the intrinsics come from; `None` where they are the file's.
+    description: Option<Box<CameraInfo>>,
     /// The first frame, until it is taken.
     first: Option<RgbdFrame>,
     last_frame: Instant,
@@ -80,12 +82,14 @@ impl Ros2Camera {
         let (lens, pictures) = first_pictures(&mut intake, settings, calibrated.into(), limit)?;
         let (size, names) = (pictures.colour.size(), &intake.reception);
         let depth_scale = if pictures.depth.is_some() { DEPTH_SCALE } else { 0.0 };
-        let intrinsics = match lens {
+        let (intrinsics, description) = match lens {
             Lens::Calibrated(intrinsics) => {
                 let intrinsics = intrinsics.of_pictures(size, names.colour_name())?;
-                Intrinsics { depth_scale, ..intrinsics }
+                (Intrinsics { depth_scale, ..intrinsics }, None)
             }
-            Lens::Published(info) => lens::intrinsics(&info, size, depth_scale, names.info_name())?,
+            Lens::Published(info) => {
+                (lens::intrinsics(&info, size, depth_scale, settings)?, Some(info))
+            }
         };
         let latency = settings.latency.map_or(LATENCY, |latency| latency.get());
         let mut camera = Self {
@@ -96,6 +100,7 @@ impl Ros2Camera {
             clock: LiveClock::since(begin),
             size,
             intrinsics,
+            description,
             first: None,
             last_frame: Instant::now(),
         };
@@ -120,6 +125,22 @@ impl Ros2Camera {
         if !self.intake.reception.is_alive() {
             self.intake = Intake::start(&self.settings, &self.network)
                 .inspect_err(|_| thread::sleep(SILENCE))?;
+        }
+        Ok(())
+    }
+
+    /// Waits for messages, for [`CHECK`] at most.
+    ///
+    /// # Errors
+    /// Where the operating system refuses, or the camera is described otherwise than at the
+    /// beginning.
+    fn receive(&mut self) -> Result<(), Ros2CameraError> {
+        let (known, mut has_changed) = (self.description.as_deref(), false);
+        let is_other = |info: &CameraInfo| known.is_some_and(|known| !lens::is_same(known, info));
+        self.intake.receive(CHECK, |info| has_changed |= is_other(&info))?;
+        if has_changed {
+            let topic = self.intake.reception.info_name().to_owned();
+            return Err(Ros2CameraError::Described { topic });
         }
         Ok(())
     }
@@ -149,22 +170,26 @@ fn first_pictures(
     calibrated: FileIntrinsics,
     limit: Duration,
 ) -> Result<(Lens, Pictures), Ros2CameraError> {
-    let mut lens = match settings.intrinsics {
-        IntrinsicsFrom::File => Some(Lens::Calibrated(calibrated)),
-        IntrinsicsFrom::Device => None,
-    };
     let (begin, mut pictures, mut first) = (Instant::now(), None, None);
+    let mut published = None;
     while begin.elapsed() < limit {
-        intake.receive(CHECK, |info| {
-            lens.get_or_insert(Lens::Published(info));
-        })?;
+        // The newest one: the camera may begin again with another mode.
+        intake.receive(CHECK, |info| published = Some(info))?;
         intake.reception.check_types()?;
-        pictures = if intake.check_senders()? { intake.take()?.or(pictures) } else { None };
+        if intake.check_senders()? {
+            pictures = intake.take()?.or(pictures);
+        } else {
+            (pictures, published) = (None, None);
+        }
         first = first.or(pictures.as_ref().map(|_| Instant::now()));
         let is_heard = first.is_some_and(|first: Instant| first.elapsed() >= HEARING);
-        match (lens.take(), pictures.take()) {
+        let lens = match settings.intrinsics {
+            IntrinsicsFrom::File => Some(Lens::Calibrated(calibrated)),
+            IntrinsicsFrom::Device => published.clone().map(Lens::Published),
+        };
+        match (lens, pictures.take()) {
             (Some(lens), Some(pictures)) if is_heard => return Ok((lens, pictures)),
-            present => (lens, pictures) = present,
+            (_, present) => pictures = present,
         }
     }
     Err(Ros2CameraError::NoPicture { waited: limit, missing: intake.missing() })
@@ -178,7 +203,7 @@ impl CameraSource for Ros2Camera {
         let begin = Instant::now();
         while begin.elapsed() < SILENCE {
             self.stay_in_ros2().map_err(SourceError::new)?;
-            self.intake.receive(CHECK, |_| {}).map_err(SourceError::over)?;
+            self.receive().map_err(SourceError::over)?;
             self.intake.check_senders().map_err(SourceError::new)?;
             if let Some(pictures) = self.intake.take().map_err(SourceError::new)? {
                 return self.frame(pictures).map(Some);
