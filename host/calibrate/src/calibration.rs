@@ -204,7 +204,8 @@ pub enum CalibrationError {
     /// A motor has no depth.
     #[error(
         "no depth at motor {motor} (column {:.0}, row {:.0}): choose a pixel on a matt surface \
-         facing the camera, 0.4 m or more away", .pixel[0], .pixel[1]
+         facing the camera, 0.4 m or more away. A camera without depth takes --board or --ball",
+        .pixel[0], .pixel[1]
     )]
     NoDepth {
         /// Letter of the motor.

@@ -117,8 +117,8 @@ fn png_size(bytes: &[u8]) -> Option<ImageSize> {
     })
 }
 
-/// Returns the size of a JPEG image (ITU-T T.81), and the bytes after it: segments of a marker and a
-/// length stand before the frame header (SOF), which has the size.
+/// Returns the size of a JPEG image (ITU-T T.81), and the bytes after it: segments of a marker and
+/// a length stand before the frame header (SOF), which has the size.
 fn jpeg_frame(bytes: &[u8]) -> Option<(ImageSize, &[u8])> {
     let mut rest = bytes.strip_prefix(b"\xff\xd8")?;
     loop {
@@ -145,9 +145,9 @@ fn jpeg_frame(bytes: &[u8]) -> Option<(ImageSize, &[u8])> {
     }
 }
 
-/// Checks whether the end of a JPEG image (EOI) is in the bytes after its frame header. Some cameras
-/// send further bytes after the end. No other two bytes are the same: 0xff among the pixels has 0
-/// behind it.
+/// Checks whether the end of a JPEG image (EOI) is in the bytes after its frame header. Some
+/// cameras send further bytes after the end. No other two bytes are the same: 0xff among the pixels
+/// has 0 behind it.
 fn has_end(rest: &[u8]) -> bool {
     rest.windows(2).rev().any(|bytes| bytes == b"\xff\xd9")
 }

@@ -133,7 +133,7 @@ pub enum LibraryState {
 /// Camera that can be opened now.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct FoundCamera {
-    /// Address of the camera: key `uri` or `serial` of the driver's table in a rig file.
+    /// Address of the camera: key `uri`, `serial` or `device` of the driver's table in a rig file.
     pub uri: String,
     /// Maker and model.
     pub name: String,

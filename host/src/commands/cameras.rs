@@ -10,7 +10,7 @@ use plumb_cameras::driver::LibraryState;
 use super::print::tell;
 use super::{FAILED, Failure, print};
 
-/// The depth cameras that are there, and what is missing to use them
+/// The cameras that are there, and what is missing to use them
 ///
 /// Exit code 1 where none can be opened.
 #[derive(Parser)]
@@ -44,7 +44,7 @@ fn tell(found: &Discovery) {
         }
     }
     for camera in &found.cameras {
-        tell!("camera: {} (uri or serial = {:?})", camera.name, camera.uri);
+        tell!("camera: {} (uri, serial or device = {:?})", camera.name, camera.uri);
     }
     for camera in &found.usb {
         let access = match camera.access {

@@ -61,7 +61,7 @@ pub(crate) struct Args {
     /// Source of the pictures
     #[arg(long, value_enum)]
     camera: Option<CameraName>,
-    /// The recording: an .oni file or a TUM folder
+    /// The recording: a TUM folder, or an .oni, .bag, .db3 or video file
     #[arg(long, value_name = "PATH")]
     recording: Option<PathBuf>,
     /// Where another program delivers the pictures: unix:PATH, tcp:127.0.0.1:PORT, or - (standard
@@ -158,8 +158,9 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
         tell!("straps of each driver for {} microsteps: {straps}", rig.microsteps);
     }
     tell!(
-        "next: read the comments in both files, find the camera's pose with \
-         `plumb calibrate {0} --board`, then `plumb check {0} --file-only`",
+        "next: read the comments in both files, find the lens of a webcam or a stream with \
+         `plumb calibrate {0} --lens`, find the camera's pose with `plumb calibrate {0} --board`, \
+         then `plumb check {0} --file-only`",
         rig_path.display()
     );
     if args.json {

@@ -28,8 +28,8 @@ pub(super) struct RunOptions {
     /// Folder for the run, new or empty [default: the next number under runs/]
     #[arg(long, value_name = "FOLDER")]
     pub(super) out: Option<PathBuf>,
-    /// Record the frames to this folder, new or empty (TUM RGB-D, for `plumb replay`; a camera's
-    /// also as .oni)
+    /// Record the frames to this folder, new or empty (TUM RGB-D, for `plumb replay`; that of a
+    /// camera through OpenNI2 also as .oni)
     #[arg(long, value_name = "FOLDER")]
     pub(super) record: Option<PathBuf>,
     /// End with a line of JSON on standard output (the demo always does)

@@ -33,9 +33,9 @@ use super::{Failure, Physics, bad_input, law, numbers, print};
 
 /// Drive the ball through the targets of a rig file
 ///
-/// The camera is the one that the rig file names: through OpenNI2, or a recording. It is simulated
-/// where the rig file has a [simulation] table and names none: the board, real or emulated, is then
-/// tried without a rig, and its motor positions move a simulated one.
+/// The camera is the one that the rig file names (`camera.source`). It is simulated where the rig
+/// file has a [simulation] table and names none: the board, real or emulated, is then tried without
+/// a rig, and its motor positions move a simulated one.
 #[derive(Parser)]
 #[command(
     after_help = examples![

@@ -105,8 +105,8 @@ pub enum Ros2CameraError {
     /// The camera's description has a distortion that Plumb has no model for.
     #[error(
         "{topic}: the lens has a distortion of the model `{model}`, but `plumb_bob` is needed. \
-         Use a topic with rectified pictures and set `rectified = true`, or calibrate and set \
-         `intrinsics = \"file\"`, in [camera.ros2] of the rig file"
+         Use a topic with rectified pictures and set `rectified = true` in [camera.ros2] of the \
+         rig file; or set `intrinsics = \"file\"` there, and then run `plumb calibrate --lens`"
     )]
     DistortionModel {
         /// Name of the topic.

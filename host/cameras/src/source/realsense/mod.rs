@@ -45,9 +45,8 @@ pub enum RealsenseSourceError {
     /// The distortion of the colour sensor's lens is of a model that is not known.
     #[error(
         "{id}: its lens bends the picture by {} by the model {model}, and Plumb knows the model \
-         Brown Conrady only. Choose another resolution, or, for a camera, estimate the \
-         intrinsics, write them into the camera file and set `intrinsics = \"file\"` in \
-         [camera.realsense]",
+         Brown Conrady only. Choose another resolution; or, for a camera, set \
+         `intrinsics = \"file\"` in [camera.realsense], and then run `plumb calibrate --lens`",
         .pixels.map_or_else(|| "an unknown amount".to_owned(), |pixels| format!("{pixels:.1} px"))
     )]
     Distortion {

@@ -152,8 +152,8 @@ fn frame(
     Ok(frame.map_err(InvalidFrame::of(&origin.to_string()))?)
 }
 
-/// Converts an error of the camera or the file. A picture that is damaged or of another size is lost
-/// alone.
+/// Converts an error of the camera or the file. A picture that is damaged or of another size is
+/// lost alone.
 fn lost(error: WebcamError) -> SourceError {
     let is_transient = matches!(error, WebcamError::Damaged { .. } | WebcamError::OtherSize { .. });
     let cause = WebcamSourceError::from(error);

@@ -171,10 +171,10 @@ fn simulation(file: &mut Writer, limits: &Limits) {
 }
 
 const CAMERA_INTRODUCTION: &str = "\
-# A camera, as `plumb init` wrote it. Replace the intrinsics by those of your camera, which `plumb
-# calibrate --lens` finds, or take the device's (`intrinsics = \"device\"` in [camera.openni] of the
-# rig file). The pose is a guess, opposite motor C, looking along -x: `plumb calibrate` finds the
-# true one.
+# A camera, as `plumb init` wrote it. The intrinsics are a guess. A RealSense camera and one in ROS
+# 2 bring their own. For a webcam or a stream, `plumb calibrate --lens` finds them. Through OpenNI2,
+# `intrinsics = \"device\"` in [camera.openni] of the rig file takes the nominal ones. The pose is a
+# guess, opposite motor C, looking along -x: `plumb calibrate` finds the true one.
 ";
 
 /// Distance of the guessed camera from the middle of the workspace, metres.
