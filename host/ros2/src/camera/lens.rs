@@ -50,9 +50,13 @@ pub(crate) fn intrinsics(
 
 /// Checks whether two descriptions have the same size, lens and projection.
 pub(crate) fn is_same(a: &CameraInfo, b: &CameraInfo) -> bool {
-    let size = stated_size(a) == stated_size(b);
-    let distortion = a.distortion_model == b.distortion_model && a.d == b.d;
-    size && distortion && a.k == b.k && a.p == b.p
+    // By their bits: a number that is none is the same as itself.
+    let numbers = |info: &CameraInfo| {
+        let numbers = info.d.iter().chain(&info.k).chain(&info.p);
+        numbers.map(|number| number.to_bits()).collect::<Vec<_>>()
+    };
+    let is_same_size = stated_size(a) == stated_size(b);
+    is_same_size && a.distortion_model == b.distortion_model && numbers(a) == numbers(b)
 }
 
 /// Returns fx, cx, fy and cy of the pictures as the lens shows them (`k`), or of `rectified` ones
@@ -199,6 +203,8 @@ mod tests {
         let mut later = first.clone();
         later.header.stamp = Time::from_nanoseconds(1);
         assert!(is_same(&first, &later));
+        later.p[0] = f64::NAN;
+        assert!(is_same(&later, &later.clone()));
         let changes: [fn(&mut CameraInfo); 4] =
             [|it| it.width = 1280, |it| it.d[0] = 0.06, |it| it.k[0] = 606.0, |it| it.p[0] = 1.0];
         for change in changes {
