@@ -146,8 +146,8 @@ fn jpeg_frame(bytes: &[u8]) -> Option<(ImageSize, &[u8])> {
 }
 
 /// Checks whether the end of a JPEG image (EOI) is in the bytes after its frame header. Some
-/// cameras send further bytes after the end. No other two bytes are the same: 0xff among the pixels
-/// has 0 behind it.
+/// cameras send further bytes after the end. These two bytes do not occur among the pixels: behind
+/// 0xff there is 0 or a restart marker there.
 fn has_end(rest: &[u8]) -> bool {
     rest.windows(2).rev().any(|bytes| bytes == b"\xff\xd9")
 }

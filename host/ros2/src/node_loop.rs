@@ -40,6 +40,8 @@ pub(crate) struct NodeLoop {
     endpoints: Endpoints,
     /// Number of times that the node has joined ROS 2.
     joined: u64,
+    /// Whether the DDS library has ended, and the node has not joined anew yet.
+    is_lost: bool,
     targets: TargetRules,
     feed: Arc<Feed>,
     last_diagnostics: Instant,
@@ -62,8 +64,17 @@ impl NodeLoop {
         let waker = Waker::new(poll.registry(), RUN).map_err(Ros2Error::Thread)?;
         let (settings, feed) = (settings.clone(), Arc::new(Feed::new(operator, waker)));
         let now = Instant::now();
-        let (last_diagnostics, next_join, joined) = (now, now, 1);
-        Ok(Self { settings, poll, endpoints, joined, targets, feed, last_diagnostics, next_join })
+        Ok(Self {
+            settings,
+            poll,
+            endpoints,
+            joined: 1,
+            is_lost: false,
+            targets,
+            feed,
+            last_diagnostics: now,
+            next_join: now,
+        })
     }
 
     /// Returns the memory between the run and the node.
@@ -100,31 +111,42 @@ impl NodeLoop {
         }
     }
 
-    /// Joins ROS 2 anew if the DDS library has ended, and stops the run: a Stop that is sent
-    /// meanwhile is lost. Where joining fails, a call a second later tries again.
+    /// Stops the rig once if the DDS library has ended, for a Stop that is sent meanwhile is lost.
+    /// Joins ROS 2 anew. Where that fails, a call a second later tries again.
     fn stay_in_ros2(&mut self) {
-        let now = Instant::now();
-        if now < self.next_join || self.endpoints.is_alive() {
+        if self.endpoints.is_alive() {
             return;
         }
-        self.next_join = now + RETRY;
-        self.stop_run();
-        match Endpoints::join(&self.settings, self.poll.registry()) {
-            Ok(endpoints) => {
-                self.endpoints = endpoints;
-                self.joined += 1;
-                let resume = self.settings.namespace.topic(Action::Resume.name());
-                tracing::warn!(
-                    "an interruption has ended ROS 2, and the run was stopped. It has joined anew: \
-                     the service `{resume}` accepts targets again"
-                );
+        if !self.is_lost {
+            self.is_lost = true;
+            self.stop_rig();
+            tracing::warn!("an interruption has ended ROS 2, and the rig was stopped");
+        }
+        let now = Instant::now();
+        if now >= self.next_join {
+            match Endpoints::join(&self.settings, self.poll.registry()) {
+                Ok(endpoints) => self.note_joined(endpoints),
+                Err(error) => {
+                    self.next_join = now + RETRY;
+                    tracing::warn!("cannot join ROS 2 anew: {error}");
+                }
             }
-            Err(error) => tracing::warn!("cannot join ROS 2 anew: {error}"),
         }
     }
 
-    /// Stops the run as a Stop of another node does.
-    fn stop_run(&mut self) {
+    /// Notes that the node has joined ROS 2 anew.
+    fn note_joined(&mut self, endpoints: Endpoints) {
+        (self.endpoints, self.is_lost) = (endpoints, false);
+        self.joined += 1;
+        let resume = self.settings.namespace.topic(Action::Resume.name());
+        tracing::warn!(
+            "the run has joined ROS 2 anew; targets are refused until the service `{resume}` is \
+             called"
+        );
+    }
+
+    /// Stops the rig as a Stop of another node does.
+    fn stop_rig(&mut self) {
         self.targets.clear();
         let mut state = self.feed.state();
         state.status.set_stopped(true);

@@ -6,6 +6,7 @@ use std::net::{IpAddr, Ipv4Addr};
 use std::time::Duration;
 
 use plumb_cameras::camera_file;
+use plumb_cameras::source::openni::IntrinsicsFrom;
 use plumb_cameras::source::ros2::Ros2CameraSettings;
 use plumb_ros2::{Network, Ros2Camera, Ros2CameraError};
 
@@ -38,4 +39,12 @@ fn a_name_that_ros_refuses_is_refused() {
     let colour = "/camera//image".to_owned();
     let error = refusal(&Ros2CameraSettings { colour, ..Ros2CameraSettings::default() });
     assert!(error.to_string().contains("/camera//image"), "{error}");
+}
+
+#[test]
+fn the_projection_of_rectified_pictures_and_the_camera_file_exclude_each_other() {
+    let (rectified, intrinsics) = (true, IntrinsicsFrom::File);
+    let settings = Ros2CameraSettings { rectified, intrinsics, ..Ros2CameraSettings::default() };
+    let error = refusal(&settings).to_string();
+    assert!(error.contains("exclude each other"), "{error}");
 }

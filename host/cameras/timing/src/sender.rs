@@ -111,6 +111,7 @@ mod tests {
         assert!(clock.taken(1000.0, 0.0, 4.6).is_err());
         assert!((clock.taken(1000.1, 0.0, 4.7).unwrap() - 4.7).abs() < 1e-9);
     }
+
     #[test]
     fn frames_after_one_that_was_held_up_keep_their_age() {
         let mut clock = SenderClock::new();

@@ -21,6 +21,8 @@ const BUFFERS: f64 = 2.0;
 const MANUAL_EXPOSURE: f64 = 1.0;
 /// Units of V4L2's exposure time in a second.
 const EXPOSURE_UNITS: f64 = 10_000.0;
+/// Number of pictures among which one must be whole when a camera is opened.
+const FIRST_PICTURES: usize = 5;
 /// Largest deviation of the rate that a driver sets from the rate that is wanted.
 const RATE_TOLERANCE: f64 = 0.02;
 
@@ -36,7 +38,7 @@ pub struct Webcam {
 }
 
 impl Webcam {
-    /// Opens a camera, sets it, and reads one picture to see what it gives.
+    /// Opens a camera, sets it, and reads a picture to see what it gives.
     ///
     /// # Errors
     /// Where the device cannot be opened, or cannot do what `settings` ask for. Another rate is a
@@ -46,14 +48,11 @@ impl Webcam {
         check_device(path)?;
         let failed = failed(path);
         let mut capture = VideoCapture::from_file(path, CAP_V4L2).map_err(&failed)?;
-        let refused = || WebcamError::Refused { path: path.clone(), is_device: true };
         if !capture.is_opened().map_err(&failed)? {
-            return Err(refused());
+            return Err(refused(path));
         }
         set_all(&mut capture, settings)?;
-        let grabbed = capture.grab().map_err(&failed)?;
-        let picture = if grabbed { retrieve(&mut capture, 0.0).map_err(&failed)? } else { None };
-        let Picture { width, height, .. } = picture.ok_or_else(refused)?;
+        let Picture { width, height, .. } = first_picture(&mut capture, path)?;
         let rate = capture.get(CAP_PROP_FPS).map_err(&failed)?.max(0.0);
         let mode = Mode { width, height, rate };
         let notes = check_mode(settings.mode, mode, path)?.into_iter().collect();
@@ -101,6 +100,28 @@ impl Webcam {
             .ok_or_else(|| damaged(None))?;
         check_size(picture, (self.mode.width, self.mode.height), &self.path)
     }
+}
+
+/// Reads the first whole picture. Some cameras begin with damaged ones.
+fn first_picture(capture: &mut VideoCapture, path: &Path) -> Result<Picture, WebcamError> {
+    let failed = failed(path);
+    let mut error = refused(path);
+    for _ in 0..FIRST_PICTURES {
+        if !capture.grab().map_err(&failed)? {
+            break;
+        }
+        match retrieve(capture, 0.0) {
+            Ok(Some(picture)) => return Ok(picture),
+            Ok(None) => {}
+            Err(cause) => error = failed(cause),
+        }
+    }
+    Err(error)
+}
+
+/// Returns the error of a device that OpenCV does not take.
+fn refused(path: &Path) -> WebcamError {
+    WebcamError::Refused { path: path.to_owned(), is_device: true }
 }
 
 /// Checks that `path` is a device that this user may read.

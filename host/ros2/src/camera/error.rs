@@ -114,16 +114,22 @@ pub enum Ros2CameraError {
         /// Model of the distortion.
         model: String,
     },
-    /// The pictures are rectified by the name of their topic, but the distortion of the lens would
-    /// be taken out of them once more.
+    /// The topic has the name of one with rectified pictures. The distortion of the lens would be
+    /// taken out of them once more.
     #[error(
-        "{topic}: the pictures are rectified by their name, and the lens has a distortion: set \
-         `rectified = true` in [camera.ros2] of the rig file"
+        "{topic}: this is the name of a topic with rectified pictures, but the camera's \
+         description has a distortion: set `rectified = true` in [camera.ros2] of the rig file"
     )]
     Rectified {
         /// Name of the topic.
         topic: String,
     },
+    /// The settings take the projection of rectified pictures, and the intrinsics of a file.
+    #[error(
+        "`rectified = true` and `intrinsics = \"file\"` in [camera.ros2] of the rig file exclude \
+         each other: the camera file has the intrinsics of the pictures as they come"
+    )]
+    RectifiedFile,
     /// The camera's description has changed.
     #[error(
         "{topic}: the description of the camera has changed: another camera publishes, or it was \

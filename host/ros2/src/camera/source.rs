@@ -70,13 +70,17 @@ impl Ros2Camera {
     ///
     /// # Errors
     /// Where ROS 2 cannot be joined, a topic has another type or several publishers, no picture
-    /// comes, the first one is refused, or the intrinsics are wrong.
+    /// comes, the first one is refused, the intrinsics are wrong, or the settings exclude each
+    /// other.
     pub fn open(
         settings: &Ros2CameraSettings,
         network: &Network,
         calibrated: impl Into<FileIntrinsics>,
         limit: Duration,
     ) -> Result<Self, Ros2CameraError> {
+        if settings.rectified && settings.intrinsics == IntrinsicsFrom::File {
+            return Err(Ros2CameraError::RectifiedFile);
+        }
         let begin = Instant::now();
         let mut intake = Intake::start(settings, network)?;
         let (lens, pictures) = first_pictures(&mut intake, settings, calibrated.into(), limit)?;
