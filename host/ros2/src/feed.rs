@@ -44,6 +44,13 @@ pub(crate) struct FeedState {
     pub(crate) is_closing: bool,
 }
 
+impl FeedState {
+    /// Returns whether targets are refused since a Stop, also one that waits for the board still.
+    pub(crate) fn is_stopped(&self) -> bool {
+        self.status.is_stopped() || self.ledger.is_stopped()
+    }
+}
+
 /// Memory between a run and the thread of its node: the run writes, and wakes the thread.
 #[derive(Debug)]
 pub(crate) struct Feed {

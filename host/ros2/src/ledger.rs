@@ -48,6 +48,8 @@ pub(crate) struct Settled {
 #[derive(Debug)]
 pub(crate) struct Ledger {
     operator: OperatorSender,
+    /// Number of the last Stop before the last Resume.
+    known_stop: u64,
     pending: Vec<Pending>,
     settled: Vec<Settled>,
 }
@@ -55,23 +57,37 @@ pub(crate) struct Ledger {
 impl Ledger {
     /// Returns a ledger without commands, which sends to `operator`.
     pub(crate) fn new(operator: OperatorSender) -> Self {
-        Self { operator, pending: Vec::new(), settled: Vec::new() }
+        Self { operator, known_stop: 0, pending: Vec::new(), settled: Vec::new() }
     }
 
-    /// Sends a command to the control loop.
+    /// Sends a command to the control loop: a target only if no Stop of anybody was queued since
+    /// the last Resume.
     ///
     /// # Errors
-    /// As [`OperatorSender::send`].
+    /// As [`OperatorSender::send_unless_stopped`].
     pub(crate) fn send(
         &mut self,
         command: OperatorCommand,
         origin: Origin,
     ) -> Result<(), SendCommandError> {
-        let number = self.operator.send(command)?;
+        let number = match origin {
+            Origin::Target => self.operator.send_unless_stopped(command, self.known_stop)?,
+            Origin::Request { .. } | Origin::Answered => self.operator.send(command)?,
+        };
         if self.pending.len() < MAX_PENDING {
             self.pending.push(Pending { number, command, origin });
         }
         Ok(())
+    }
+
+    /// Returns whether a Stop of anybody was queued since the last Resume.
+    pub(crate) fn is_stopped(&self) -> bool {
+        self.operator.last_stop() > self.known_stop
+    }
+
+    /// Notes a Resume.
+    pub(crate) fn resume(&mut self) {
+        self.known_stop = self.operator.last_stop();
     }
 
     /// Notes the outcome of the command `number`, of this or another sender. An outcome of a Stop
@@ -136,12 +152,27 @@ mod tests {
     }
 
     #[test]
+    fn no_target_follows_a_stop_of_another_sender_before_a_resume() {
+        let (page, _receiver) = operator();
+        let mut ledger = Ledger::new(page.clone());
+        let target = OperatorCommand::Target(Point3::new(0.4, 0.3, 0.2));
+        // The board has not answered the Stop yet.
+        page.send(OperatorCommand::Stop).unwrap();
+        assert!(ledger.is_stopped());
+        assert_eq!(ledger.send(target, Origin::Target), Err(SendCommandError::Stopped));
+        ledger.send(OperatorCommand::Hold, Origin::Answered).unwrap();
+        ledger.resume();
+        assert!(!ledger.is_stopped());
+        ledger.send(target, Origin::Target).unwrap();
+    }
+
+    #[test]
     fn a_stop_that_a_later_stop_replaced_has_the_outcome_of_that_one() {
         let (sender, _receiver) = operator();
         let mut ledger = Ledger::new(sender.clone());
         let stop = OperatorCommand::Stop;
         let replaced = CommandOutcome::Refused(CommandRefusal::Replaced);
-        ledger.send(stop, Origin::Target).unwrap();
+        ledger.send(stop, Origin::Answered).unwrap();
         // The board has not answered when the Stop of another sender comes, such as the page.
         let other = sender.send(stop).unwrap();
         assert!(ledger.settle(1, stop, replaced));
@@ -151,7 +182,7 @@ mod tests {
         assert_eq!(settled.len(), 1);
         assert_eq!(settled[0].outcome, CommandOutcome::Accepted);
         // An End has no outcome that would answer the Stop.
-        ledger.send(stop, Origin::Target).unwrap();
+        ledger.send(stop, Origin::Answered).unwrap();
         ledger.settle(3, stop, replaced);
         let ended = CommandOutcome::Refused(CommandRefusal::RunEnded);
         ledger.settle_all(ended);
@@ -164,9 +195,9 @@ mod tests {
         let mut ledger = Ledger::new(sender);
         let stop = OperatorCommand::Stop;
         for _ in 0..3 {
-            ledger.send(stop, Origin::Target).unwrap();
+            ledger.send(stop, Origin::Answered).unwrap();
         }
-        ledger.send(OperatorCommand::Hold, Origin::Target).unwrap();
+        ledger.send(OperatorCommand::Hold, Origin::Answered).unwrap();
         ledger.settle(3, stop, CommandOutcome::Accepted);
         let settled = ledger.take_settled();
         assert_eq!(settled.len(), 3);

@@ -182,6 +182,7 @@ impl NodeLoop {
             Action::Resume => {
                 self.targets.resume();
                 state.status.set_stopped(false);
+                state.ledger.resume();
             }
             Action::Hold => self.targets.clear(),
             Action::ClearFault => {}

@@ -179,6 +179,50 @@ fn a_fault_of_a_board_that_holds_is_an_event() {
     assert_eq!(seen.events.iter().filter(|event| **event == stopped).count(), 1);
 }
 
+/// A target comes while the board has stopped by itself. Its sender is gone when the fault is
+/// cleared.
+#[test]
+fn a_target_that_moved_during_a_fault_moves_nothing_after_it() {
+    let scenario = Scenario { hidden: 600..640, moving: &[(630, SECOND)], ..IDEAL };
+    let commands = [(700, OperatorCommand::ClearFault), (760, OperatorCommand::End)];
+    let (_, seen) = run(&scenario, &mut at_frames(&commands));
+    assert!(matches!(seen.state(630), State::Fault(_)), "{}", seen.state(630));
+    assert_eq!((seen.state(759), seen.targets()), (State::Ready, 1), "{:?}", seen.events);
+}
+
+#[test]
+fn a_target_that_moved_while_the_ball_was_hidden_moves_nothing_afterwards() {
+    let moving: &[_] = &[(70, SECOND), (160, SECOND)];
+    let scenario = Scenario { hidden: 60..120, moving, ..IDEAL };
+    let commands = [(20, OperatorCommand::Stop), (240, OperatorCommand::End)];
+    let (_, seen) = run(&scenario, &mut at_frames(&commands));
+    assert_eq!(seen.state(159), State::Ready);
+    // The second one comes while the ball is in view.
+    assert_ne!(seen.state(170), State::Ready);
+    assert_eq!(seen.targets(), 2, "{:?}", seen.events);
+}
+
+#[test]
+fn targets_that_move_are_followed_after_a_hold_that_a_stop_ended() {
+    let scenario = Scenario { moving: &[(120, SECOND)], ..IDEAL };
+    let commands =
+        [(40, OperatorCommand::Hold), (45, OperatorCommand::Stop), (180, OperatorCommand::End)];
+    let (_, seen) = run(&scenario, &mut at_frames(&commands));
+    assert_eq!((seen.state(119), seen.targets()), (State::Ready, 2), "{:?}", seen.events);
+}
+
+/// The Hold and the end of the time for the target cross on the way.
+#[test]
+fn a_hold_at_the_end_of_the_time_is_carried_out_or_refused() {
+    for at in 24..36 {
+        let scenario = Scenario { link: "latency 20 ms", timeout: 1.0, ..IDEAL };
+        let commands = [(at, OperatorCommand::Hold), (120, OperatorCommand::End)];
+        let (_, seen) = run(&scenario, &mut at_frames(&commands));
+        let is_held = seen.outcomes()[0].1 == CommandOutcome::Accepted;
+        assert_eq!(seen.state(119) == State::Holding, is_held, "{at}: {:?}", seen.events);
+    }
+}
+
 #[test]
 fn a_target_that_is_not_reached_in_time_is_left_and_the_board_rests() {
     let scenario = Scenario { timeout: 1.0, ..IDEAL };

@@ -1,6 +1,7 @@
 //! A run with an operator that acts after each frame.
 
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
 
 use nalgebra::Point3;
 use plumb_cameras::camera_file;
@@ -48,6 +49,12 @@ impl Seen {
         })
     }
 
+    /// Returns the number of targets that were set.
+    pub(crate) fn targets(&self) -> usize {
+        let is_target = |event: &&RunEvent| matches!(event, RunEvent::TargetSet { .. });
+        self.events.iter().filter(is_target).count()
+    }
+
     /// Returns the board's state at frame `number`.
     pub(crate) fn state(&self, number: u64) -> State {
         self.frames[number as usize].telemetry.expect("telemetry").state
@@ -62,6 +69,7 @@ struct Script<'a> {
     /// Frame after which the run is interrupted.
     interrupt_at: u64,
     interrupted: &'a AtomicBool,
+    moving: &'static [(u64, [f64; 3])],
 }
 
 impl Observer for Script<'_> {
@@ -69,6 +77,10 @@ impl Observer for Script<'_> {
         assert!(record.number < 5000, "the operator never ends the run: {:?}", self.seen.events);
         self.seen.frames.push(FrameRecord { frame: None, ..record.clone() });
         self.interrupted.fetch_or(record.number == self.interrupt_at, Ordering::Relaxed);
+        for (_, place) in self.moving.iter().filter(|(frame, _)| *frame == record.number) {
+            let targets = self.sender.targets();
+            targets.send(targets.begin(), Instant::now(), Point3::from(*place), None);
+        }
         for command in (self.operation)(record.number, &self.seen) {
             self.sender.send(command).expect("a run that goes on");
         }
@@ -110,10 +122,18 @@ pub(crate) struct Scenario {
     pub(crate) timeout: f64,
     /// Frame after which the run is interrupted.
     pub(crate) interrupt_at: u64,
+    /// Frames after which a target that moves comes, as that of a program, and its place, m.
+    pub(crate) moving: &'static [(u64, [f64; 3])],
 }
 
-pub(crate) const IDEAL: Scenario =
-    Scenario { link: "ideal", seed: 1, hidden: 0..0, timeout: 60.0, interrupt_at: u64::MAX };
+pub(crate) const IDEAL: Scenario = Scenario {
+    link: "ideal",
+    seed: 1,
+    hidden: 0..0,
+    timeout: 60.0,
+    interrupt_at: u64::MAX,
+    moving: &[],
+};
 
 /// Runs the law `taut` to the first target, with `operation` as operator.
 pub(crate) fn run<'a>(scenario: &Scenario, operation: &'a mut Operation<'a>) -> (Summary, Seen) {
@@ -128,7 +148,8 @@ pub(crate) fn run<'a>(scenario: &Scenario, operation: &'a mut Operation<'a>) -> 
     let (sender, receiver) = operator();
     let interrupted = AtomicBool::new(false);
     let (interrupt_at, interrupted) = (scenario.interrupt_at, &interrupted);
-    let mut script = Script { seen: Seen::default(), sender, operation, interrupt_at, interrupted };
+    let (seen, moving) = (Seen::default(), scenario.moving);
+    let mut script = Script { seen, sender, operation, interrupt_at, interrupted, moving };
     let run = Run::connect(&rig, board.transport()).expect("a configured board");
     let summary = run.drive(RunParts {
         source: &mut source,

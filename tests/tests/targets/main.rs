@@ -74,6 +74,24 @@ fn targets_that_cease_let_the_ball_rest_and_it_goes_on_when_they_come_again() {
     assert!(speed <= 0.3 && acceleration <= 1.1, "{speed} m/s, {acceleration} m/s²");
 }
 
+/// A target that rests, and is 15 mm further in its last line.
+fn last_step(time: f64) -> Point3<f64> {
+    CENTRE + Vector3::new(0.0, if time < 8.0 { 0.0 } else { 0.015 }, 0.0)
+}
+
+#[test]
+fn the_last_place_is_reached_by_the_ball_and_not_by_the_place_before_it() {
+    for name in ["ideal", "latency 20 ms", "10 % lost"] {
+        let run = TargetRun { link: link(name), ..TargetRun::default() };
+        let outcome = run.drive(Sender::of([0.5, 8.0].into_iter(), last_step, |_| 0.01));
+        outcome.check_reached(name);
+        let last = outcome.records.last().unwrap().position().unwrap();
+        // The radius within which a target is reached is 10 mm.
+        let distance = (last - last_step(8.0)).norm();
+        assert!(distance <= 0.0105, "{name}: {distance}");
+    }
+}
+
 /// A target that rests and jumps by 20 cm.
 fn jump(time: f64) -> Point3<f64> {
     CENTRE + Vector3::new(0.0, if time < 4.0 { -0.1 } else { 0.1 }, 0.0)

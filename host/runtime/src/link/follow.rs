@@ -15,6 +15,8 @@ const MESSAGES: usize = 60;
 pub(super) struct PathRequest {
     /// Ids of the last messages, the newest one last.
     ids: VecDeque<u16>,
+    /// Number of the newest messages whose motions come to rest at one place.
+    same_rest: usize,
     first_sent: Duration,
     is_accepted: bool,
     refusal: Option<Refusal>,
@@ -22,7 +24,8 @@ pub(super) struct PathRequest {
 
 impl PathRequest {
     fn new(now: Duration) -> Self {
-        Self { ids: VecDeque::new(), first_sent: now, is_accepted: false, refusal: None }
+        let (ids, same_rest) = (VecDeque::new(), 0);
+        Self { ids, same_rest, first_sent: now, is_accepted: false, refusal: None }
     }
 
     fn push(&mut self, id: u16) {
@@ -30,11 +33,18 @@ impl PathRequest {
             self.ids.pop_front();
         }
         self.ids.push_back(id);
+        self.same_rest += 1;
     }
 
     /// Returns whether a command with this id is a message of the path.
     pub(super) fn has(&self, id: u16) -> bool {
         self.ids.contains(&id)
+    }
+
+    /// Returns whether a command with this id is a message whose motion comes to rest where that of
+    /// the newest one does.
+    fn has_same_rest(&self, id: u16) -> bool {
+        self.ids.iter().rev().take(self.same_rest).any(|known| *known == id)
     }
 
     /// Takes in an answer. Returns the fault for which the board refuses the path.
@@ -78,6 +88,21 @@ impl<T: Transport> Link<T> {
     /// Returns the newest telemetry if it is about the path that was sent last.
     pub fn path_telemetry(&self) -> Option<&Telemetry> {
         self.path.as_ref().and_then(|_| self.target_telemetry())
+    }
+
+    /// Notes that the motion of the newest message comes to rest at another place than those of the
+    /// messages before.
+    pub fn note_new_rest(&mut self) {
+        if let Some(path) = &mut self.path {
+            path.same_rest = 1;
+        }
+    }
+
+    /// Returns the newest telemetry if it is about a message whose motion comes to rest where that
+    /// of the newest one does. Other telemetry says nothing about the ball at that place.
+    pub fn rest_telemetry(&self) -> Option<&Telemetry> {
+        let path = self.path.as_ref()?;
+        self.telemetry().filter(|it| it.target.is_some_and(|id| path.has_same_rest(id)))
     }
 
     /// Checks that the board has not refused the path, and has answered.

@@ -99,7 +99,11 @@ impl<T: Transport> Link<T> {
                 self.target = Some(TargetRequest::accepted(submission.id, submission.first_sent));
             }
             // Telemetry and reports of the time before have the old fault.
-            Command::ClearFault => (self.fault, self.configured) = (None, time),
+            Command::ClearFault => {
+                (self.fault, self.configured) = (None, time);
+                // The board has no target. One that was refused for the fault is no failure.
+                (self.target, self.path) = (None, None);
+            }
             _ => {}
         }
         (self.submission, self.reply) = (None, Some(Ok(())));

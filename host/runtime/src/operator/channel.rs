@@ -31,6 +31,9 @@ pub enum SendCommandError {
     /// The run has ended.
     #[error("the run has ended")]
     Ended,
+    /// A Stop was queued that the sender does not know of.
+    #[error("the rig was stopped")]
+    Stopped,
 }
 
 /// Sender of an operator's commands. Clones send to the same run.
@@ -54,6 +57,8 @@ struct Queue {
     waiting: VecDeque<Submitted>,
     /// Number of the last command.
     last: u64,
+    /// Number of the last Stop, 0 before the first.
+    last_stop: u64,
     /// Ends the control loop's wait for a frame.
     waker: Option<Waker>,
     has_ended: bool,
@@ -74,20 +79,51 @@ impl OperatorSender {
     /// # Errors
     /// Where too many commands wait, or the run has ended.
     pub fn send(&self, command: OperatorCommand) -> Result<u64, SendCommandError> {
+        lock(&self.queue).push(command)
+    }
+
+    /// Queues a command of a program, as [`send`](Self::send), unless a Stop was queued after the
+    /// one of number `known_stop`: also one that waits for the board still.
+    ///
+    /// # Errors
+    /// As [`send`](Self::send), and [`SendCommandError::Stopped`].
+    pub fn send_unless_stopped(
+        &self,
+        command: OperatorCommand,
+        known_stop: u64,
+    ) -> Result<u64, SendCommandError> {
         let mut queue = lock(&self.queue);
-        if queue.has_ended {
+        if queue.last_stop > known_stop {
+            return Err(SendCommandError::Stopped);
+        }
+        queue.push(command)
+    }
+
+    /// Returns the number of the last Stop that was queued; 0 before the first.
+    pub fn last_stop(&self) -> u64 {
+        lock(&self.queue).last_stop
+    }
+}
+
+impl Queue {
+    /// Queues a command and wakes the control loop. Returns the number of the command.
+    fn push(&mut self, command: OperatorCommand) -> Result<u64, SendCommandError> {
+        if self.has_ended {
             return Err(SendCommandError::Ended);
         }
         if command.is_urgent() {
             // One of each is enough: a key that is held down does not fill the memory.
-            queue.waiting.retain(|waiting| waiting.command != command);
-        } else if queue.waiting.len() >= MAX_WAITING {
+            self.waiting.retain(|waiting| waiting.command != command);
+        } else if self.waiting.len() >= MAX_WAITING {
             return Err(SendCommandError::Full);
         }
-        queue.last += 1;
-        let number = queue.last;
-        queue.waiting.push_back(Submitted { number, command });
-        if let Some(waker) = &queue.waker {
+        self.last += 1;
+        let number = self.last;
+        if command == OperatorCommand::Stop {
+            self.last_stop = number;
+        }
+        self.waiting.push_back(Submitted { number, command });
+        if let Some(waker) = &self.waker {
             waker.wake_by_ref();
         }
         Ok(number)
@@ -113,11 +149,15 @@ impl OperatorReceiver {
         lock(&self.queue).waker = waker;
     }
 
-    /// Removes and returns the commands before the last Stop or End.
+    /// Removes and returns the commands before the last Stop or End. An End stays.
     pub(crate) fn take_replaced(&self) -> Vec<Submitted> {
         let waiting = &mut lock(&self.queue).waiting;
         let urgent = waiting.iter().rposition(|submitted| submitted.command.is_urgent());
-        urgent.map(|index| waiting.drain(..index).collect()).unwrap_or_default()
+        let Some(index) = urgent else { return Vec::new() };
+        let is_end = |it: &Submitted| it.command == OperatorCommand::End;
+        let (ends, replaced): (Vec<_>, Vec<_>) = waiting.drain(..index).partition(is_end);
+        ends.into_iter().rev().for_each(|end| waiting.push_front(end));
+        replaced
     }
 
     /// Removes and returns the oldest command; with `only_urgent` only if it is a Stop or End.
@@ -150,6 +190,28 @@ mod tests {
 
     fn commands(submitted: &[Submitted]) -> Vec<OperatorCommand> {
         submitted.iter().map(|submitted| submitted.command).collect()
+    }
+
+    #[test]
+    fn a_program_that_does_not_know_of_a_stop_sends_nothing_after_it() {
+        use OperatorCommand::{Hold, Stop};
+        let (sender, receiver) = operator();
+        sender.send_unless_stopped(Hold, sender.last_stop()).unwrap();
+        let stop = sender.clone().send(Stop).unwrap();
+        assert_eq!(sender.send_unless_stopped(Hold, 0), Err(SendCommandError::Stopped));
+        assert_eq!(commands(&receiver.close()), [Hold, Stop]);
+        assert_eq!((sender.last_stop(), stop), (2, 2));
+    }
+
+    #[test]
+    fn an_end_stays_before_a_stop() {
+        use OperatorCommand::{End, Hold, Stop};
+        let (sender, receiver) = operator();
+        for command in [Hold, End, Hold, Stop] {
+            sender.send(command).unwrap();
+        }
+        assert_eq!(commands(&receiver.take_replaced()), [Hold, Hold]);
+        assert_eq!(receiver.take(true).map(|it| it.command), Some(End));
     }
 
     #[test]

@@ -152,6 +152,7 @@ impl<'a, 'p, T: Transport> ControlLoop<'a, 'p, T> {
 
     /// Ends the drive for `reason`. Returns the reason of the run's end; `None` where it goes on.
     fn conclude(&mut self, reason: StopReason) -> Result<Option<StopReason>, ControlLoopError> {
+        self.is_settling = false;
         self.end_leg(reason.clone());
         match reason {
             StopReason::Reached if self.begin_next_target()? || self.begin_path()? => Ok(None),
@@ -333,6 +334,10 @@ impl<'a, 'p, T: Transport> ControlLoop<'a, 'p, T> {
         if view.is_some_and(|view| self.is_reached(view)) {
             self.legs.note_reached(now);
         }
+        if self.in_flight.is_some() {
+            // What the operator has sent may end the leg, and comes before the next target.
+            return Ok(None);
+        }
         if self.legs.has_dwelt(now) {
             return Ok(Some(StopReason::Reached));
         }
@@ -346,7 +351,7 @@ impl<'a, 'p, T: Transport> ControlLoop<'a, 'p, T> {
     fn is_reached(&self, view: &View) -> bool {
         let tolerance = self.legs.tolerance().unwrap_or(self.radius);
         let is_passing = tolerance > self.radius;
-        let held = self.link.target_telemetry().is_some_and(|telemetry| {
+        let held = self.telemetry_at_rest().is_some_and(|telemetry| {
             (telemetry.state == State::Holding || is_passing && telemetry.state == State::Seeking)
                 && telemetry.filtered_error.to_si() <= tolerance
         });

@@ -53,7 +53,10 @@ impl<T: Transport> ControlLoop<'_, '_, T> {
         self.link.submit(command)?;
         self.in_flight = Some(submitted);
         match submitted.command {
-            OperatorCommand::Stop => self.leave_list(StopReason::Stopped),
+            OperatorCommand::Stop => {
+                self.is_settling = false;
+                self.leave_list(StopReason::Stopped);
+            }
             // The ball may reach its target before the answer comes. No other follows then.
             OperatorCommand::Hold => self.cancel_list(),
             // The next message of a path or of a moving target would replace the target.
@@ -104,7 +107,11 @@ impl<T: Transport> ControlLoop<'_, '_, T> {
                 self.is_settling = true;
                 self.leave_list(StopReason::Held);
             }
-            OperatorCommand::ClearFault => self.idle_fault = None,
+            OperatorCommand::ClearFault => {
+                self.idle_fault = None;
+                // Those that were begun during the fault.
+                self.cancel_targets();
+            }
             _ => {}
         }
     }
@@ -139,6 +146,8 @@ impl<T: Transport> ControlLoop<'_, '_, T> {
             && self.idle_fault.is_none()
         {
             self.emit(&RunEvent::BoardStopped { fault });
+            self.is_settling = false;
+            self.cancel_targets();
         }
         self.idle_fault = fault;
     }

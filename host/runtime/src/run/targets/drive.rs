@@ -35,7 +35,7 @@ const NEAR_M: f64 = 0.04;
 /// Speed below which a target rests, m/s.
 const REST_SPEED: f64 = 1e-4;
 /// Distance within which a place is the same, metres.
-const REST_M: f64 = 1e-4;
+pub(super) const REST_M: f64 = 1e-4;
 
 /// What targets that move are for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -204,7 +204,10 @@ impl TargetDrive {
             State::Ready | State::Seeking | State::Holding | State::Following | State::Stopping
         );
         let is_ball_known = position.is_some_and(|it| it.has_ball && now - it.time <= FRESH_S);
-        (may_follow && is_ball_known).then_some(place)
+        // A ball that comes into view is not moved by a person who has gone.
+        let is_present = self.usage == TargetUse::Goal
+            || self.last_taken.is_some_and(|last| now - last <= MAX_AGE_S);
+        (may_follow && is_ball_known && is_present).then_some(place)
     }
 
     /// Notes that the board is to follow from now on.
@@ -248,7 +251,7 @@ impl TargetDrive {
     }
 
     /// Returns the next message, where it is due at `now`. `state` is the board's, where its
-    /// telemetry is about this path.
+    /// telemetry is about a message that comes to rest where the last one does.
     pub(crate) fn next_message(&mut self, state: Option<State>, now: f64) -> Option<Reference> {
         let is_early = self.last_sent.is_some_and(|last| now - last < LEAST_PERIOD_S);
         if !self.is_following || is_early {

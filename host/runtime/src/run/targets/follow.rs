@@ -1,11 +1,13 @@
 //! Targets that move in the control loop.
 
+use plumb_protocol::message::Telemetry;
 use plumb_protocol::units::Point;
 
 use crate::link::Transport;
 use crate::observer::{PathPoint, RunEvent, TargetsEvent};
 use crate::run::control_loop::ControlLoop;
 use crate::run::error::ControlLoopError;
+use crate::run::targets::drive::REST_M;
 use crate::run::view::View;
 use crate::run::waypoint::Waypoint;
 use crate::stop_reason::StopReason;
@@ -66,11 +68,16 @@ impl<T: Transport> ControlLoop<'_, '_, T> {
         {
             self.legs.note_reached(now);
         }
-        if let Some(message) = targets.next_message(telemetry.map(|it| it.state), now) {
+        let state_at_rest = self.link.rest_telemetry().map(|telemetry| telemetry.state);
+        let message = targets.next_message(state_at_rest, now);
+        if let Some(message) = message {
             self.link.follow(message)?;
         }
         if let Some(rest) = targets.rest() {
             let rest = Point::from_metres(rest.into()).map_or(rest, |at| at.to_metres().into());
+            if message.is_some() && (rest - self.target).norm() > REST_M {
+                self.link.note_new_rest();
+            }
             self.target = rest;
             self.legs.move_target(rest.into());
         }
@@ -116,6 +123,14 @@ impl<T: Transport> ControlLoop<'_, '_, T> {
         let is_operated = self.is_operated();
         let targets = self.targets.as_mut().filter(|targets| targets.is_following())?;
         Some(if is_operated { 0.0 } else { targets.silence(now) })
+    }
+
+    /// Returns the newest telemetry about the place where the target is or comes to rest.
+    pub(in crate::run) fn telemetry_at_rest(&self) -> Option<&Telemetry> {
+        match &self.targets {
+            Some(targets) if targets.is_following() => self.link.rest_telemetry(),
+            _ => self.link.target_telemetry(),
+        }
     }
 
     /// Ends the targets that move, where there are any.
