@@ -108,10 +108,10 @@ impl Feed {
         state.has_news = true;
         if let RunEvent::Command { number, command, outcome } = event {
             let is_own = state.ledger.settle(*number, *command, *outcome);
-            // A Stop of this node counts from its request on, and until the Resume after that. The
-            // outcome can come after the Resume.
+            // A Stop counts until the Resume after it. Its outcome can come after the Resume.
             let stops = (OperatorCommand::Stop, CommandOutcome::Accepted);
-            if !is_own && (*command, *outcome) == stops {
+            let is_resumed = is_own || state.ledger.is_resumed(*number);
+            if (*command, *outcome) == stops && !is_resumed {
                 state.status.set_stopped(true);
             }
         }
@@ -162,7 +162,12 @@ mod tests {
         feed.event(&stopped(1));
         assert!(!feed.state().status.is_stopped());
         // The Stop of another sender, such as the page.
-        feed.event(&stopped(sender.send(OperatorCommand::Stop).unwrap()));
+        let page = sender.send(OperatorCommand::Stop).unwrap();
+        feed.event(&stopped(page));
         assert!(feed.state().status.is_stopped());
+        feed.state().status.set_stopped(false);
+        feed.state().ledger.resume();
+        feed.event(&stopped(page));
+        assert!(!feed.state().is_stopped());
     }
 }

@@ -85,6 +85,11 @@ impl Ledger {
         self.operator.last_stop() > self.known_stop
     }
 
+    /// Returns whether a Stop of this number was queued before the last Resume.
+    pub(crate) fn is_resumed(&self, stop: u64) -> bool {
+        stop <= self.known_stop
+    }
+
     /// Notes a Resume.
     pub(crate) fn resume(&mut self) {
         self.known_stop = self.operator.last_stop();

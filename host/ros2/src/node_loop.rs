@@ -244,6 +244,8 @@ impl NodeLoop {
         self.last_diagnostics = now;
         let mut state = self.feed.state();
         state.has_news = false;
+        let is_stopped = state.is_stopped();
+        state.status.set_stopped(is_stopped);
         let (run, commands) = (state.status.run(now), state.status.commands());
         let moving = state.moving.report(now);
         drop(state);

@@ -183,10 +183,10 @@ fn a_fault_of_a_board_that_holds_is_an_event() {
 /// cleared.
 #[test]
 fn a_target_that_moved_during_a_fault_moves_nothing_after_it() {
-    let scenario = Scenario { hidden: 600..640, moving: &[(630, SECOND)], ..IDEAL };
+    let scenario = Scenario { hidden: 600..640, moving: &[(697, SECOND)], ..IDEAL };
     let commands = [(700, OperatorCommand::ClearFault), (760, OperatorCommand::End)];
     let (_, seen) = run(&scenario, &mut at_frames(&commands));
-    assert!(matches!(seen.state(630), State::Fault(_)), "{}", seen.state(630));
+    assert!(matches!(seen.state(697), State::Fault(_)), "{}", seen.state(697));
     assert_eq!((seen.state(759), seen.targets()), (State::Ready, 1), "{:?}", seen.events);
 }
 
@@ -209,6 +209,23 @@ fn targets_that_move_are_followed_after_a_hold_that_a_stop_ended() {
         [(40, OperatorCommand::Hold), (45, OperatorCommand::Stop), (180, OperatorCommand::End)];
     let (_, seen) = run(&scenario, &mut at_frames(&commands));
     assert_eq!((seen.state(119), seen.targets()), (State::Ready, 2), "{:?}", seen.events);
+}
+
+/// The board accepts it, and changes nothing.
+#[test]
+fn a_fault_that_is_cleared_without_one_ends_nothing() {
+    let clear = OperatorCommand::ClearFault;
+    let (summary, seen) = run(&IDEAL, &mut at_frames(&[(30, clear), (600, OperatorCommand::End)]));
+    assert!(summary.reached && seen.state(600) == State::Holding, "{summary:?}");
+    let commands = [(40, OperatorCommand::Hold), (45, clear), (200, OperatorCommand::End)];
+    let (_, seen) = run(&IDEAL, &mut at_frames(&commands));
+    let place = seen.frames[200].position().expect("a ball");
+    assert!((place - seen.frames[200].target).norm() < 0.02, "{:?}", seen.events);
+    let scenario = Scenario { moving: &[(30, SECOND)], ..IDEAL };
+    let commands = [(60, clear), (400, OperatorCommand::End)];
+    let (_, seen) = run(&scenario, &mut at_frames(&commands));
+    let place = seen.frames[400].position().expect("a ball");
+    assert!((place - Point3::from(SECOND)).norm() < 0.010, "{place}");
 }
 
 /// The Hold and the end of the time for the target cross on the way.

@@ -90,6 +90,11 @@ impl<T: Transport> Link<T> {
         self.path.as_ref().and_then(|_| self.target_telemetry())
     }
 
+    /// Gives up the path that was sent: the next message begins another one.
+    pub fn leave_path(&mut self) {
+        self.path = None;
+    }
+
     /// Notes that the motion of the newest message comes to rest at another place than those of the
     /// messages before.
     pub fn note_new_rest(&mut self) {

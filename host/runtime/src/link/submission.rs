@@ -100,9 +100,11 @@ impl<T: Transport> Link<T> {
             }
             // Telemetry and reports of the time before have the old fault.
             Command::ClearFault => {
-                (self.fault, self.configured) = (None, time);
-                // The board has no target. One that was refused for the fault is no failure.
-                (self.target, self.path) = (None, None);
+                self.configured = time;
+                if self.fault.take().is_some() {
+                    // The board has no target. One that was refused for the fault is no failure.
+                    (self.target, self.path) = (None, None);
+                }
             }
             _ => {}
         }

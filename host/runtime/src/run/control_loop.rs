@@ -320,6 +320,10 @@ impl<'a, 'p, T: Transport> ControlLoop<'a, 'p, T> {
         }
         if !self.legs.is_driving() {
             self.note_idle_fault();
+            if let (false, Some(fault)) = (self.is_operated(), self.link.fault()) {
+                // Nobody can clear it.
+                return Ok(Some(StopReason::Fault(fault)));
+            }
             let now = self.parts.source.now();
             return Ok(self.targets_reason(now));
         }

@@ -107,9 +107,8 @@ impl<T: Transport> ControlLoop<'_, '_, T> {
                 self.is_settling = true;
                 self.leave_list(StopReason::Held);
             }
-            OperatorCommand::ClearFault => {
-                self.idle_fault = None;
-                // Those that were begun during the fault.
+            // A motion that was begun during the fault does not go on after it.
+            OperatorCommand::ClearFault if self.idle_fault.take().is_some() => {
                 self.cancel_targets();
             }
             _ => {}

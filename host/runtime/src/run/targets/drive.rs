@@ -138,6 +138,8 @@ impl TargetDrive {
         if has_ended && !self.has_ended {
             self.has_ended = true;
             self.tracker.rest(now);
+            // The last place is sent at once: the run ends there.
+            self.last_sent = None;
             events.push(TargetsEvent::Ended);
         }
         let silence = self.silence(now);

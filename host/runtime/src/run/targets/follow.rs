@@ -50,6 +50,7 @@ impl<T: Transport> ControlLoop<'_, '_, T> {
         let is_complete = targets.is_complete();
         self.legs.cancel_list();
         self.cancel_path();
+        self.link.leave_path();
         self.end_leg(StopReason::Replaced);
         // A target that goes on has no end: its source or a person ends it.
         let dwell_s = if is_complete { 0.0 } else { f64::INFINITY };
