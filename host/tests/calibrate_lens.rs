@@ -114,12 +114,18 @@ fn record_board(folder: &Path) -> Intrinsics {
     lens
 }
 
+/// Writes a rig file whose camera is the recording of [`record_board`]. Returns its path and the
+/// lens.
+fn recorded_rig(folder: &Path) -> (String, Intrinsics) {
+    let recording = "[camera]\nrecording = \"board\"\n";
+    let rig = rig_file(folder, |text| text.replacen("[camera]\n", recording, 1));
+    (rig, record_board(folder))
+}
+
 #[test]
 fn the_file_s_guess_may_be_for_pictures_of_another_size() {
     let folder = folder();
-    let recording = "[camera]\nrecording = \"board\"\n";
-    let rig = rig_file(folder.path(), |text| text.replacen("[camera]\n", recording, 1));
-    let lens = record_board(folder.path());
+    let (rig, lens) = recorded_rig(folder.path());
     // The paper's intrinsics are for 640x480.
     let arguments = ["calibrate", &rig, "--lens", "--views", "12", "--yes", "--json"];
     let output = plumb(&arguments, folder.path());
@@ -133,9 +139,7 @@ fn the_file_s_guess_may_be_for_pictures_of_another_size() {
 #[test]
 fn pictures_that_are_taken_when_the_camera_fails_are_kept() {
     let folder = folder();
-    let recording = "[camera]\nrecording = \"board\"\n";
-    let rig = rig_file(folder.path(), |text| text.replacen("[camera]\n", recording, 1));
-    let lens = record_board(folder.path());
+    let (rig, lens) = recorded_rig(folder.path());
     let board = folder.path().join("board");
     for number in 8..12 {
         fs::write(board.join(format!("{number:02}.png")), "no picture").unwrap();

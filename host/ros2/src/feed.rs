@@ -7,7 +7,7 @@ use std::time::Instant;
 use plumb_cameras::source::LiveClock;
 use plumb_frame::observation::Gaussian3;
 use plumb_runtime::observer::{FrameRecord, RunEvent, TargetsEvent};
-use plumb_runtime::operator::{CommandOutcome, OperatorCommand, OperatorSender};
+use plumb_runtime::operator::OperatorSender;
 use plumb_runtime::run::Summary;
 use plumb_runtime::wall_clock::{FrameTime, RunClock};
 use rustdds::mio1::Waker;
@@ -42,13 +42,6 @@ pub(crate) struct FeedState {
     pub(crate) ledger: Ledger,
     /// Whether the thread must end.
     pub(crate) is_closing: bool,
-}
-
-impl FeedState {
-    /// Returns whether targets are refused since a Stop, also one that waits for the board still.
-    pub(crate) fn is_stopped(&self) -> bool {
-        self.status.is_stopped() || self.ledger.is_stopped()
-    }
 }
 
 /// Memory between a run and the thread of its node: the run writes, and wakes the thread.
@@ -107,13 +100,7 @@ impl Feed {
         state.status.note_event(event);
         state.has_news = true;
         if let RunEvent::Command { number, command, outcome } = event {
-            let is_own = state.ledger.settle(*number, *command, *outcome);
-            // A Stop counts until the Resume after it. Its outcome can come after the Resume.
-            let stops = (OperatorCommand::Stop, CommandOutcome::Accepted);
-            let is_resumed = is_own || state.ledger.is_resumed(*number);
-            if (*command, *outcome) == stops && !is_resumed {
-                state.status.set_stopped(true);
-            }
+            state.ledger.settle(*number, *command, *outcome);
         }
         if let RunEvent::Targets(event @ TargetsEvent::Refused { .. }) = event {
             state.moving.show(event.to_string(), Instant::now());
@@ -140,7 +127,7 @@ impl Feed {
 
 #[cfg(test)]
 mod tests {
-    use plumb_runtime::operator::operator;
+    use plumb_runtime::operator::{CommandOutcome, OperatorCommand, operator};
     use rustdds::mio1::{Poll, Token};
 
     use super::*;
@@ -157,17 +144,15 @@ mod tests {
         let feed = Feed::new(sender.clone(), Waker::new(poll.registry(), Token(0)).unwrap());
         // The node answers a Stop before the run begins; the board has not.
         feed.state().ledger.send(OperatorCommand::Stop, Origin::Answered).unwrap();
-        feed.state().status.set_stopped(true);
-        feed.state().status.set_stopped(false);
+        feed.state().ledger.resume();
         feed.event(&stopped(1));
-        assert!(!feed.state().status.is_stopped());
+        assert!(!feed.state().ledger.is_stopped());
         // The Stop of another sender, such as the page.
         let page = sender.send(OperatorCommand::Stop).unwrap();
         feed.event(&stopped(page));
-        assert!(feed.state().status.is_stopped());
-        feed.state().status.set_stopped(false);
+        assert!(feed.state().ledger.is_stopped());
         feed.state().ledger.resume();
         feed.event(&stopped(page));
-        assert!(!feed.state().is_stopped());
+        assert!(!feed.state().ledger.is_stopped());
     }
 }

@@ -80,14 +80,10 @@ impl Ledger {
         Ok(())
     }
 
-    /// Returns whether a Stop of anybody was queued since the last Resume.
+    /// Returns whether a Stop of anybody was queued since the last Resume. Targets are refused
+    /// then.
     pub(crate) fn is_stopped(&self) -> bool {
         self.operator.last_stop() > self.known_stop
-    }
-
-    /// Returns whether a Stop of this number was queued before the last Resume.
-    pub(crate) fn is_resumed(&self, stop: u64) -> bool {
-        stop <= self.known_stop
     }
 
     /// Notes a Resume.

@@ -149,7 +149,6 @@ impl NodeLoop {
     fn stop_rig(&mut self) {
         self.targets.clear();
         let mut state = self.feed.state();
-        state.status.set_stopped(true);
         state.has_news = true;
         // A run that has ended takes no Stop, and needs none.
         let _ended = state.ledger.send(OperatorCommand::Stop, Origin::Answered);
@@ -175,16 +174,11 @@ impl NodeLoop {
     fn handle_request(&mut self, service: usize, action: Action, ticket: Ticket) {
         let mut state = self.feed.state();
         match action {
-            Action::Stop => {
-                self.targets.clear();
-                state.status.set_stopped(true);
-            }
+            Action::Stop | Action::Hold => self.targets.clear(),
             Action::Resume => {
                 self.targets.resume();
-                state.status.set_stopped(false);
                 state.ledger.resume();
             }
-            Action::Hold => self.targets.clear(),
             Action::ClearFault => {}
         }
         state.has_news = true;
@@ -244,9 +238,8 @@ impl NodeLoop {
         self.last_diagnostics = now;
         let mut state = self.feed.state();
         state.has_news = false;
-        let is_stopped = state.is_stopped();
-        state.status.set_stopped(is_stopped);
-        let (run, commands) = (state.status.run(now), state.status.commands());
+        let is_stopped = state.ledger.is_stopped();
+        let (run, commands) = (state.status.run(now), state.status.commands(is_stopped));
         let moving = state.moving.report(now);
         drop(state);
         let reports = [

@@ -48,8 +48,6 @@ pub(crate) struct RunStatus {
     last_command: Option<(Level, String)>,
     /// Number of commands that were refused.
     refused: u64,
-    /// Whether targets are refused since a stop.
-    is_stopped: bool,
     /// Level and message of the run's end.
     ending: Option<(Level, String)>,
 }
@@ -72,7 +70,6 @@ impl RunStatus {
             last_leg: None,
             last_command: None,
             refused: 0,
-            is_stopped: false,
             ending: None,
         }
     }
@@ -86,16 +83,6 @@ impl RunStatus {
     /// Returns whether the control loop has begun.
     pub(crate) fn has_begun(&self) -> bool {
         self.has_begun
-    }
-
-    /// Returns whether targets are refused since a stop.
-    pub(crate) fn is_stopped(&self) -> bool {
-        self.is_stopped
-    }
-
-    /// Refuses targets, or accepts them again.
-    pub(crate) fn set_stopped(&mut self, is_stopped: bool) {
-        self.is_stopped = is_stopped;
     }
 
     /// Notes the record of a frame.
@@ -211,11 +198,12 @@ impl RunStatus {
         (Level::Ok, state)
     }
 
-    /// Returns the report about the commands.
-    pub(crate) fn commands(&self) -> Report {
+    /// Returns the report about the commands. `is_stopped` says whether targets are refused since a
+    /// Stop.
+    pub(crate) fn commands(&self, is_stopped: bool) -> Report {
         let none = || (Level::Ok, "no command yet".to_owned());
         let (level, message) = self.last_command.clone().unwrap_or_else(none);
-        let targets = if self.is_stopped { "refused since a stop" } else { "accepted" };
+        let targets = if is_stopped { "refused since a stop" } else { "accepted" };
         let values =
             vec![KeyValue::new("targets", targets), KeyValue::new("refused", self.refused)];
         Report { level, message, values }

@@ -90,12 +90,12 @@ fn a_refused_command_is_reported_until_the_next() {
     let mut status = RunStatus::new(Instant::now());
     let refused = CommandOutcome::Refused(CommandRefusal::TargetOutside);
     status.note_event(&command(OperatorCommand::Target(target(7.0)), refused));
-    let report = status.commands();
+    let report = status.commands(false);
     assert_eq!(report.level, Level::Warn);
     assert!(report.message.contains("outside the workspace"), "{}", report.message);
     status.note_event(&command(OperatorCommand::Hold, CommandOutcome::Accepted));
-    assert_eq!(status.commands().level, Level::Ok);
-    assert!(status.commands().values.contains(&KeyValue::new("refused", 1)));
+    assert_eq!(status.commands(false).level, Level::Ok);
+    assert!(status.commands(false).values.contains(&KeyValue::new("refused", 1)));
 }
 
 #[test]

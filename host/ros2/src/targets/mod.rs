@@ -89,7 +89,7 @@ impl TargetRules {
         let Self { admission, gate, moving_gate } = self;
         set_points.receive(|message, origin| {
             let mut state = feed.state();
-            match admission.admit(&message, origin.sent, state.is_stopped()) {
+            match admission.admit(&message, origin.sent, state.ledger.is_stopped()) {
                 Ok(target) => gate.offer(target),
                 Err(refusal) => {
                     state.status.note_refusal(refusal.to_string());
@@ -99,7 +99,7 @@ impl TargetRules {
         });
         moving.receive(|message, origin| {
             let (now, mut state) = (Instant::now(), feed.state());
-            let place = admission.admit(&message, origin.sent, state.is_stopped());
+            let place = admission.admit(&message, origin.sent, state.ledger.is_stopped());
             let publisher = origin.publisher;
             match place.and_then(|at| moving_gate.offer(publisher, &message.header, at, now)) {
                 Ok(()) => state.moving.note_taken(now),
@@ -113,7 +113,7 @@ impl TargetRules {
 
     /// Sends the set point that waits, if it is its turn.
     pub(crate) fn send(&mut self, state: &mut FeedState) {
-        if state.is_stopped() {
+        if state.ledger.is_stopped() {
             self.gate.clear();
         }
         let Some(target) = self.gate.next(state.status.present_target(), Instant::now()) else {

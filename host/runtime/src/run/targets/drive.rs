@@ -206,7 +206,7 @@ impl TargetDrive {
             State::Ready | State::Seeking | State::Holding | State::Following | State::Stopping
         );
         let is_ball_known = position.is_some_and(|it| it.has_ball && now - it.time <= FRESH_S);
-        // A ball that comes into view is not moved by a person who has gone.
+        // The sender of an older target may have gone while the ball was hidden.
         let is_present = self.usage == TargetUse::Goal
             || self.last_taken.is_some_and(|last| now - last <= MAX_AGE_S);
         (may_follow && is_ball_known && is_present).then_some(place)
