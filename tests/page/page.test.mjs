@@ -6,6 +6,7 @@ import { after, before, test } from "node:test";
 import { shortcomings } from "./src/accessible.mjs";
 import { Browser } from "./src/browser.mjs";
 import { Demo, Folder, startRun } from "./src/plumb.mjs";
+import { Script } from "./src/script.mjs";
 
 const DESKTOP = { width: 1280, height: 800 };
 const PHONE = { width: 390, height: 844, isPhone: true };
@@ -17,6 +18,14 @@ const SUM = `(() => {
   const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
   return data.reduce((sum, value) => sum + value, 0);
 })()`;
+
+/** Resumes after the Stop that the page shows, and waits a second: a Resume moves nothing. */
+async function resume(tab) {
+  await tab.until(`!document.getElementById("stopped").hidden`);
+  await tab.click("#resume");
+  await tab.until(`document.getElementById("stopped").hidden`);
+  await new Promise((resolve) => setTimeout(resolve, 1100));
+}
 
 let browser;
 before(() => { browser = new Browser(); });
@@ -44,6 +53,7 @@ test("a run is shown, stopped with the space key, and driven to another target",
     await tab.until(`${text("events")}.includes("stop: accepted")`);
     const rates = await tab.evaluate(text("rates"));
     assert.deepEqual(rates.trim().split(/\s+/).map(Number), [0, 0, 0]);
+    await resume(tab);
 
     await tab.evaluate(`for (const [id, value] of [["x", 0.5], ["y", 0.35], ["z", 0.3]]) {
       document.getElementById(id).value = value;
@@ -60,6 +70,58 @@ test("a run is shown, stopped with the space key, and driven to another target",
   const { legs, true_error_mm: trueError } = JSON.parse(demo.output);
   assert.deepEqual(legs.map((leg) => leg.reached), [false, true]);
   assert.ok(trueError < 15, `${trueError} mm from the last target`);
+});
+
+test("a Stop on one page holds against a script and another page until a Resume", async () => {
+  const demo = await Demo.start();
+  const script = new Script(demo.address);
+  try {
+    const [desktop, phone] = [
+      await browser.open(demo.address, DESKTOP),
+      await browser.open(demo.address, PHONE),
+    ];
+    for (const tab of [desktop, phone]) await tab.until(`${text("state")} === "seeking"`);
+    await script.opened;
+    script.repeatTargets(100);
+    await desktop.until(`${text("events")}.includes("go to (0.500, 0.350, 0.300) m: accepted")`);
+
+    // A double click on STOP does not resume.
+    await phone.click("#stop");
+    await phone.click("#stop");
+    for (const tab of [desktop, phone]) {
+      await tab.until(`!document.getElementById("stopped").hidden`);
+      await tab.until(`${text("state")} === "ready"`);
+      assert.match(await tab.evaluate(text("stop-label")), /Stopped/);
+      assert.match(await tab.evaluate(text("stopped-text")), /By page \d at 127\.0\.0\.1 at /);
+      assert.equal(await tab.evaluate(`document.querySelector("#target button").disabled`), true);
+      assert.deepEqual(await shortcomings(tab), { unnamed: [], faint: [] });
+    }
+    const motors = await desktop.evaluate(text("motors"));
+    await desktop.until(`/Refused since then: \\d{2,}/.test(${text("stopped-text")})`);
+    assert.ok(script.problems.some((problem) => problem.includes("Resume first")), "no refusal");
+    // The space key stops, and does not resume; a page that is opened now shows the same.
+    await desktop.press(" ", "Space");
+    const late = await browser.open(demo.address, DESKTOP);
+    await late.until(`!document.getElementById("stopped").hidden`);
+    assert.equal(await late.evaluate(text("motors")), motors);
+
+    await late.click("#resume");
+    for (const tab of [desktop, phone, late]) {
+      await tab.until(`document.getElementById("stopped").hidden`);
+    }
+    // The script goes on, and moves nothing.
+    await script.until((problem) => problem.includes("begin anew"));
+    assert.equal(await late.evaluate(text("state")), "ready");
+    assert.equal(await late.evaluate(text("motors")), motors);
+    script.cease();
+    await new Promise((resolve) => setTimeout(resolve, 1500));
+    script.repeatTargets(100);
+    await late.until(`${text("state")} === "seeking"`);
+    assert.deepEqual([...desktop.errors, ...phone.errors, ...late.errors], []);
+  } finally {
+    script.close();
+    await demo.end();
+  }
 });
 
 test("a target outside the workspace cannot be sent, a click chooses one inside", async () => {
@@ -125,6 +187,7 @@ test("the motors jog at rest only, and the run ends from the page", async () => 
     const width = await tab.evaluate("document.documentElement.scrollWidth");
     assert.ok(width <= PHONE.width, `the page is ${width} pixels wide`);
     await tab.click("#stop");
+    await resume(tab);
     await tab.until(`!${jog}.disabled`);
     const before = await tab.evaluate(text("motors"));
     await tab.click('[data-motor="A"][data-sign="1"]');

@@ -1,7 +1,7 @@
 //! Events of a run as messages.
 
 use plumb_runtime::observer::RunEvent;
-use plumb_runtime::operator::{CommandOutcome, OperatorCommand};
+use plumb_runtime::operator::{CommandOutcome, OperatorCommand, StopEvent};
 use plumb_runtime::run::StopReason;
 use serde::Serialize;
 
@@ -21,6 +21,8 @@ pub(crate) enum Kind {
     Command,
     /// The board stopped by itself, without a target.
     BoardStopped,
+    /// A Stop of an operator holds, or holds no longer.
+    Stop,
     /// A kind that has no name here.
     Other,
 }
@@ -59,7 +61,17 @@ pub(crate) fn message(time_s: f64, event: &RunEvent) -> EventMessage {
             let text = format!("the board has stopped by itself: {fault}");
             new(Kind::BoardStopped, None, false, text)
         }
+        RunEvent::Stop(event) => new(Kind::Stop, stop_number(event), true, event.to_string()),
         other => new(Kind::Other, None, true, format!("{other:?}")),
+    }
+}
+
+/// Returns the number of the Stop that an event is about.
+fn stop_number(event: &StopEvent) -> Option<u64> {
+    match event {
+        StopEvent::Stopped(stop) | StopEvent::Resumed { stop, .. } => Some(stop.number),
+        StopEvent::Refused { number, .. } => Some(*number),
+        _ => None,
     }
 }
 

@@ -3,15 +3,19 @@
 mod gestures;
 mod jogs;
 mod ring;
+mod sources;
 mod views;
 
+use std::net::SocketAddr;
 use std::sync::Arc;
 use std::time::Instant;
 
 use nalgebra::Point3;
 use plumb_frame::frame::RgbdFrame;
 use plumb_runtime::observer::{FrameRecord, RunEvent};
-use plumb_runtime::operator::{CommandOutcome, OperatorCommand, OperatorSender};
+use plumb_runtime::operator::{
+    CommandOutcome, Continuity, OperatorCommand, OperatorSender, StopEvent,
+};
 use plumb_runtime::run::{StopReason, Summary};
 
 use crate::assets::{Asset, RUN_ASSETS};
@@ -25,7 +29,8 @@ use crate::subject::{ClientId, Cursor, Picture, Received, Subject, not_understoo
 use gestures::Gestures;
 use jogs::{JogLimits, Jogs};
 use ring::Numbered;
-use views::{board_view, frame_view, sample};
+use sources::Sources;
+use views::{board_view, frame_view, sample, stop_view};
 
 /// Number of samples in memory: 2 minutes at 30 frames/s.
 pub(crate) const SAMPLES: usize = 3600;
@@ -59,6 +64,7 @@ struct News {
     ended: Option<Ended>,
     jogs: Jogs,
     gestures: Gestures,
+    sources: Sources,
 }
 
 impl Feed {
@@ -120,6 +126,7 @@ impl Feed {
                 news.add_event(EventKind::Bad, format!("the board has stopped by itself: {fault}"));
             }
             RunEvent::Targets(event) => news.add_event(EventKind::Note, event.to_string()),
+            RunEvent::Stop(event) => news.add_event(stop_kind(event), event.to_string()),
             // A kind of event that has no text here.
             _ => return,
         }
@@ -151,6 +158,7 @@ impl Feed {
             frame: news.frame,
             board: news.board.clone(),
             goal: news.goal.clone(),
+            stop: self.operator.as_ref().and_then(OperatorSender::stop).map(stop_view),
             events,
             missed,
             ended: news.ended.clone(),
@@ -160,14 +168,19 @@ impl Feed {
     /// Hands a command of a page to the run.
     fn command(&self, command: OperatorCommand, client: ClientId) -> Result<(), String> {
         let Some(operator) = &self.operator else { return Err(SHOWS_ONLY.to_owned()) };
-        let OperatorCommand::Jog { distance, rate, .. } = command else {
-            return operator.send(command).map(drop).map_err(|error| error.to_string());
-        };
-        self.jog_limits.check(distance, rate)?;
-        // The lock is kept until the jog is noted: its outcome comes later.
+        if let OperatorCommand::Jog { distance, rate, .. } = command {
+            self.jog_limits.check(distance, rate)?;
+        }
+        // The lock is kept until a jog is noted: its outcome comes later.
         let mut news = self.shared.lock();
-        let number = operator.send(command).map_err(|error| error.to_string())?;
-        news.jogs.add(client, number);
+        let sender = news.sources.of(client, operator);
+        let number = sender.send(command).map_err(|error| error.to_string())?;
+        match command {
+            OperatorCommand::Jog { .. } => news.jogs.add(client, number),
+            // All pages show it at once.
+            OperatorCommand::Stop | OperatorCommand::Resume { .. } => self.shared.publish(news),
+            _ => {}
+        }
         Ok(())
     }
 
@@ -179,10 +192,27 @@ impl Feed {
         client: ClientId,
     ) -> Result<(), String> {
         let Some(operator) = &self.operator else { return Err(SHOWS_ONLY.to_owned()) };
+        let mut news = self.shared.lock();
+        let continuity = match gesture {
+            Gesture::Begins => Continuity::Begins,
+            Gesture::GoesOn => Continuity::MayGoOn,
+        };
+        let sender = news.sources.of(client, operator);
+        sender.admit_target(continuity).map_err(|error| error.to_string())?;
         let targets = operator.targets();
-        let motion = self.shared.lock().gestures.motion(gesture, client, || targets.begin())?;
+        let motion = news.gestures.motion(gesture, client, || targets.begin())?;
+        drop(news);
         targets.send(motion, Instant::now(), place, None);
         Ok(())
+    }
+}
+
+/// Returns the kind of an event of a Stop.
+fn stop_kind(event: &StopEvent) -> EventKind {
+    match event {
+        StopEvent::Resumed { .. } => EventKind::Good,
+        StopEvent::Refused { .. } => EventKind::Bad,
+        _ => EventKind::Note,
     }
 }
 
@@ -229,9 +259,16 @@ impl Subject for Feed {
         }
     }
 
-    /// Stops the motors if the page that began a jog is gone.
+    fn arrive(&self, client: ClientId, address: SocketAddr) {
+        if let Some(operator) = &self.operator {
+            self.shared.lock().sources.add(client, address, operator);
+        }
+    }
+
+    /// Ramps the motors down if the page that began a jog is gone.
     fn release_absent(&self, is_present: &dyn Fn(ClientId) -> bool) {
         let mut news = self.shared.lock();
+        news.sources.remove_absent(is_present);
         // Their targets cease, and the ball comes to rest by itself.
         news.gestures.remove_absent(is_present);
         if !news.jogs.remove_absent(is_present) {
@@ -241,8 +278,8 @@ impl Subject for Feed {
         news.add_event(EventKind::Note, text);
         self.shared.publish(news);
         if let Some(operator) = &self.operator {
-            // The end of the run stops the motors too.
-            let _ended = operator.send(OperatorCommand::Stop);
+            // The end of the run and a Stop that holds ramp the motors down too.
+            let _not_needed = operator.send(OperatorCommand::RampDown);
         }
     }
 }

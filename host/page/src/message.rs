@@ -6,7 +6,7 @@ use plumb_runtime::rig::{Rig, Simulation};
 use serde::{Deserialize, Serialize};
 
 /// Version of the messages. A page of another version reloads itself.
-pub const VERSION: u32 = 1;
+pub const VERSION: u32 = 2;
 
 /// Message of a page.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
@@ -18,8 +18,13 @@ pub(crate) enum FromPage {
         update: u64,
     },
     // Braces: of a variant without them, serde takes unknown keys.
-    /// Ramps the motors down.
+    /// Ramps the motors down, and holds the rig: nothing moves the ball before a Resume.
     Stop {},
+    /// Ends a Stop, which it names. The ball stays where it is.
+    Resume {
+        /// [`StopView::number`].
+        stop: u64,
+    },
     /// Holds the ball where it is.
     Hold {},
     /// Drives the ball to a target, metres in the rig frame.
@@ -78,6 +83,7 @@ impl From<FromPage> for Action {
         Self::Command(match message {
             FromPage::Seen { update } => return Self::Next(update),
             FromPage::Stop {} => OperatorCommand::Stop,
+            FromPage::Resume { stop } => OperatorCommand::Resume { stop },
             FromPage::Hold {} => OperatorCommand::Hold,
             FromPage::Target { x, y, z } => OperatorCommand::Target(Point3::new(x, y, z)),
             FromPage::Move { x, y, z, first } => {
@@ -176,6 +182,8 @@ pub(crate) struct Update {
     pub(crate) board: Option<BoardView>,
     /// The present target and what became of it.
     pub(crate) goal: Option<Goal>,
+    /// The Stop that holds.
+    pub(crate) stop: Option<StopView>,
     /// Events since the client's last update, oldest first.
     pub(crate) events: Vec<Event>,
     /// Number of records that found no room in the page's memory before this client took them.
@@ -242,6 +250,19 @@ pub(crate) struct FaultView {
     pub(crate) next: &'static str,
 }
 
+/// Stop that holds.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub(crate) struct StopView {
+    /// Number that a Resume must name.
+    pub(crate) number: u64,
+    /// Who sent it, for people.
+    pub(crate) by: String,
+    /// When it was sent, milliseconds since 1970.
+    pub(crate) since: u64,
+    /// Number of commands and targets that were refused since then.
+    pub(crate) refused: u64,
+}
+
 /// A target, and how the drive to it ended.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub(crate) struct Goal {
@@ -301,6 +322,8 @@ mod tests {
     fn messages_of_a_page_are_read_strictly() {
         let read = |text: &str| serde_json::from_str::<FromPage>(text).ok();
         assert_eq!(read(r#"{"type":"stop"}"#), Some(FromPage::Stop {}));
+        let resume = FromPage::Resume { stop: 7 };
+        assert_eq!(read(r#"{"type":"resume","stop":7}"#), Some(resume));
         let target = FromPage::Target { x: 0.4, y: -1.0, z: 0.25 };
         assert_eq!(read(r#"{"type":"target","x":0.4,"y":-1,"z":0.25}"#), Some(target));
         let jog = FromPage::Jog { motor: MotorName::B, steps: -20.0, rate: 50.0 };
@@ -313,6 +336,8 @@ mod tests {
             "{}",
             r#"{"type":"fly"}"#,
             r#"{"type":"stop","now":1}"#,
+            r#"{"type":"resume"}"#,
+            r#"{"type":"resume","stop":-7}"#,
             r#"{"type":"target","x":0.4,"y":1}"#,
             r#"{"type":"target","x":0.4,"y":1,"z":2,"w":3}"#,
             r#"{"type":"target","x":"0.4","y":1,"z":2}"#,

@@ -1,5 +1,6 @@
 //! Interface between the server and what a page shows: a run, or a calibration.
 
+use std::net::SocketAddr;
 use std::sync::Arc;
 
 use plumb_frame::frame::RgbdFrame;
@@ -73,6 +74,9 @@ pub(crate) trait Subject: Send + Sync {
 
     /// Returns the newest picture, if there is one. Another picture has another number.
     fn picture(&self) -> Option<(FrameView, Picture)>;
+
+    /// Notes a client that has come from `address`.
+    fn arrive(&self, _client: ClientId, _address: SocketAddr) {}
 
     /// Handles a message of a client.
     ///

@@ -179,6 +179,7 @@ fn commands_of_a_page_reach_the_board() {
     let (mut page, address) = page("127.0.0.1", Limits::DEFAULT, Some(sender));
     let script = vec![
         (20, Act::Send(r#"{"type":"stop"}"#)),
+        (50, Act::Send(r#"{"type":"resume","stop":1}"#)),
         (60, Act::Send(r#"{"type":"jog","motor":"B","steps":-16,"rate":40}"#)),
         (100, Act::Send(r#"{"type":"target","x":0.5,"y":0.3,"z":0.3}"#)),
         (101, Act::Send(r#"{"type":"target","x":0.5,"y":0.3,"z":7}"#)),
@@ -225,6 +226,7 @@ fn abandoned_jog(departure: Departure) -> f64 {
         address,
         vec![
             (20, Act::Send(r#"{"type":"stop"}"#)),
+            (50, Act::Send(r#"{"type":"resume","stop":1}"#)),
             (60, Act::Send(r#"{"type":"jog","motor":"B","steps":-160,"rate":40}"#)),
             (61, Act::Leave(address, departure)),
             (120, Act::Send(r#"{"type":"end"}"#)),

@@ -11,6 +11,8 @@ export class Controls {
   #send;
   #rig = null;
   #isEnabled = false;
+  /** Stop that holds; null where the ball may be moved. */
+  #stop = null;
   /** Gesture that moves the target: its timer, and the number of places that were sent. */
   #gesture = null;
 
@@ -52,7 +54,7 @@ export class Controls {
    */
   move(x, y) {
     this.choose(x, y);
-    if (this.#gesture) return;
+    if (this.#gesture || this.#stop) return;
     this.#gesture = { sent: 0, timer: setInterval(() => this.#sendMove(), MOVE_INTERVAL) };
     this.#sendMove();
   }
@@ -63,7 +65,7 @@ export class Controls {
     const isFollowed = this.#gesture?.timer !== null;
     this.#endMoves();
     this.#gesture = null;
-    if (!isFollowed || !this.#checkChoice()) return;
+    if (!isFollowed || this.#stop || !this.#checkChoice()) return;
     this.#command({ type: "target", x, y, z: this.choice()[2] });
   }
 
@@ -82,18 +84,27 @@ export class Controls {
   }
 
   /**
-   * Enables the controls that make sense in a state of the board, which is null if it is unknown;
-   * all are off if not `enabled`.
+   * Enables the controls that make sense in a state of the board, which is null if it is unknown,
+   * and with the Stop that holds, which is null if there is none; all are off if not `enabled`.
    */
-  update(enabled, board) {
+  update(enabled, board, stop) {
     this.#isEnabled = enabled;
-    const canJog = enabled && board?.state === "ready";
+    this.#stop = stop;
+    // The gesture under way does not go on after a Resume.
+    if (stop) this.#endMoves();
+    const canJog = enabled && !stop && board?.state === "ready";
     for (const button of document.querySelectorAll("[data-motor]")) button.disabled = !canJog;
     byId("jog-note").textContent =
-      enabled && !canJog
-        ? "To jog, stop first: the motors must be at rest."
-        : "+ pays cable out: the ball sinks.";
-    for (const id of ["stop", "hold", "end"]) byId(id).disabled = !enabled;
+      !enabled || canJog
+        ? "+ pays cable out: the ball sinks."
+        : stop
+          ? "To jog, Resume first."
+          : "To jog, the motors must be at rest: Stop, then Resume.";
+    for (const id of ["stop", "end"]) byId(id).disabled = !enabled;
+    byId("hold").disabled = !enabled || stop !== null;
+    byId("resume").disabled = !enabled || !stop;
+    byId("stop-label").textContent = stop ? "Stopped" : "STOP";
+    byId("stop").classList.toggle("is-stopped", stop !== null);
     // The board refuses to clear a fault before its motors stand.
     const isTurning = board?.rates.some((rate) => rate !== 0) ?? false;
     byId("clear").disabled = !enabled || isTurning;
@@ -111,6 +122,9 @@ export class Controls {
     for (const button of document.querySelectorAll("[data-motor]")) {
       button.addEventListener("click", () => this.#jog(button.dataset));
     }
+    byId("resume").addEventListener("click", () => {
+      if (this.#stop) this.#command({ type: "resume", stop: this.#stop.number });
+    });
     byId("end").addEventListener("click", () => {
       if (window.confirm("End the run? The motors ramp down and keep their current.")) {
         this.#command({ type: "end" });
@@ -119,7 +133,7 @@ export class Controls {
     byId("target").addEventListener("submit", (event) => {
       event.preventDefault();
       const [x, y, z] = this.choice();
-      if (this.#checkChoice()) this.#command({ type: "target", x, y, z });
+      if (this.#checkChoice() && !this.#stop) this.#command({ type: "target", x, y, z });
     });
     inputs.forEach((input) => input.addEventListener("input", () => {
       byId("height").value = inputs[2].value;
@@ -143,7 +157,7 @@ export class Controls {
       const isTyping = event.target instanceof HTMLInputElement && event.target.type === "number";
       if (event.code === "Space") take(event, stop);
       else if (event.code === "KeyH" && !isTyping && !event.ctrlKey && !event.metaKey) {
-        take(event, () => this.#command({ type: "hold" }));
+        take(event, () => { if (!this.#stop) this.#command({ type: "hold" }); });
       }
     };
     window.addEventListener("keydown", handle, { capture: true });
@@ -176,7 +190,9 @@ export class Controls {
         return `${name} must be ${low[axis].toFixed(3)} to ${high[axis].toFixed(3)} m`;
       })
       .join("; ");
-    document.querySelector("#target button").disabled = !this.#isEnabled || outside.length > 0;
+    if (this.#stop && outside.length === 0) note.textContent = "To move the ball, Resume first.";
+    document.querySelector("#target button").disabled =
+      !this.#isEnabled || this.#stop !== null || outside.length > 0;
     return outside.length === 0;
   }
 }

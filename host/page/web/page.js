@@ -23,7 +23,9 @@ const space = new Space(byId("space"), {
 });
 
 /** State of the run as the program last told it; null is unknown. */
-const run = { rig: null, commands: false, frame: null, board: null, goal: null, ended: null };
+const run = {
+  rig: null, commands: false, frame: null, board: null, goal: null, stop: null, ended: null,
+};
 /** Whether the connection is there, when the last frame came, and the newest event. */
 const link = { isLost: true, framed: 0, event: -1 };
 
@@ -47,7 +49,7 @@ const connection = new Connection("run", {
     if (message.frame && run.frame && message.frame.number < run.frame.number) beginAnew();
     if (message.frame?.number !== run.frame?.number) link.framed = performance.now();
     history.add(message.samples);
-    for (const key of ["frame", "board", "goal", "ended"]) run[key] = message[key];
+    for (const key of ["frame", "board", "goal", "stop", "ended"]) run[key] = message[key];
     message.events.forEach(addEvent);
     showState();
     showValues();
@@ -103,7 +105,18 @@ function showState() {
   byId("goal").textContent = !goal
     ? "no target"
     : `target (${place}) m${goal.reached ? " reached" : goal.ending ? `: ${goal.ending}` : ""}`;
-  controls.update(!link.isLost && run.commands && !ended, board);
+  const isLive = !link.isLost && !ended;
+  showStop(isLive ? run.stop : null);
+  controls.update(isLive && run.commands, board, run.stop);
+}
+
+/** Says who has stopped the rig, and when; `stop` is null where no Stop holds. */
+function showStop(stop) {
+  byId("stopped").hidden = !stop;
+  if (!stop) return;
+  const time = new Date(stop.since).toLocaleTimeString();
+  const refused = stop.refused > 0 ? ` Refused since then: ${stop.refused}.` : "";
+  byId("stopped-text").textContent = `By ${stop.by} at ${time} (stop ${stop.number}).${refused}`;
 }
 
 function showValues() {
@@ -197,5 +210,5 @@ function draw() {
 }
 
 document.documentElement.style.setProperty("--measured", COLOURS.measured);
-controls.update(false, null);
+controls.update(false, null, null);
 draw();

@@ -5,9 +5,9 @@ use plumb_runtime::operator::OperatorCommand;
 /// Action of a service.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Action {
-    /// Ramps the motors down. Targets are refused from then on.
+    /// Ramps the motors down. Nothing moves the ball from then on.
     Stop,
-    /// Accepts targets again.
+    /// Ends the Stop whose number was published.
     Resume,
     /// Holds the ball.
     Hold,
@@ -29,7 +29,7 @@ impl Action {
         }
     }
 
-    /// Returns the command for the control loop; `None` where the node itself acts.
+    /// Returns the command for the control loop; `None` for a Resume, which is carried out at once.
     pub(crate) fn command(self) -> Option<OperatorCommand> {
         match self {
             Self::Stop => Some(OperatorCommand::Stop),

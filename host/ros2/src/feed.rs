@@ -124,35 +124,3 @@ impl Feed {
         self.wake();
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use plumb_runtime::operator::{CommandOutcome, OperatorCommand, operator};
-    use rustdds::mio1::{Poll, Token};
-
-    use super::*;
-    use crate::ledger::Origin;
-
-    fn stopped(number: u64) -> RunEvent {
-        let (command, outcome) = (OperatorCommand::Stop, CommandOutcome::Accepted);
-        RunEvent::Command { number, command, outcome }
-    }
-
-    #[test]
-    fn a_late_outcome_of_a_stop_does_not_undo_the_resume_after_it() {
-        let (poll, (sender, _receiver)) = (Poll::new().unwrap(), operator());
-        let feed = Feed::new(sender.clone(), Waker::new(poll.registry(), Token(0)).unwrap());
-        // The node answers a Stop before the run begins; the board has not.
-        feed.state().ledger.send(OperatorCommand::Stop, Origin::Answered).unwrap();
-        feed.state().ledger.resume();
-        feed.event(&stopped(1));
-        assert!(!feed.state().ledger.is_stopped());
-        // The Stop of another sender, such as the page.
-        let page = sender.send(OperatorCommand::Stop).unwrap();
-        feed.event(&stopped(page));
-        assert!(feed.state().ledger.is_stopped());
-        feed.state().ledger.resume();
-        feed.event(&stopped(page));
-        assert!(!feed.state().ledger.is_stopped());
-    }
-}

@@ -1,7 +1,7 @@
 //! Commands of this node whose outcome is due.
 
 use plumb_runtime::operator::{
-    CommandOutcome, CommandRefusal, OperatorCommand, OperatorSender, SendCommandError,
+    CommandOutcome, CommandRefusal, OperatorCommand, OperatorSender, SendCommandError, Stop,
 };
 
 use crate::service::Ticket;
@@ -48,47 +48,57 @@ pub(crate) struct Settled {
 #[derive(Debug)]
 pub(crate) struct Ledger {
     operator: OperatorSender,
-    /// Number of the last Stop before the last Resume.
-    known_stop: u64,
     pending: Vec<Pending>,
     settled: Vec<Settled>,
 }
 
 impl Ledger {
-    /// Returns a ledger without commands, which sends to `operator`.
+    /// Returns a ledger without commands. Those of the services go to `operator`.
     pub(crate) fn new(operator: OperatorSender) -> Self {
-        Self { operator, known_stop: 0, pending: Vec::new(), settled: Vec::new() }
+        Self { operator, pending: Vec::new(), settled: Vec::new() }
     }
 
-    /// Sends a command to the control loop: a target only if no Stop of anybody was queued since
-    /// the last Resume.
+    /// Sends a command of a service to the control loop.
     ///
     /// # Errors
-    /// As [`OperatorSender::send_unless_stopped`].
+    /// As [`OperatorSender::send`].
     pub(crate) fn send(
         &mut self,
         command: OperatorCommand,
         origin: Origin,
     ) -> Result<(), SendCommandError> {
-        let number = match origin {
-            Origin::Target => self.operator.send_unless_stopped(command, self.known_stop)?,
-            Origin::Request { .. } | Origin::Answered => self.operator.send(command)?,
-        };
+        let operator = self.operator.clone();
+        self.send_from(&operator, command, origin)
+    }
+
+    /// Sends a command of `source` to the control loop.
+    ///
+    /// # Errors
+    /// As [`OperatorSender::send`].
+    pub(crate) fn send_from(
+        &mut self,
+        source: &OperatorSender,
+        command: OperatorCommand,
+        origin: Origin,
+    ) -> Result<(), SendCommandError> {
+        let number = source.send(command)?;
         if self.pending.len() < MAX_PENDING {
             self.pending.push(Pending { number, command, origin });
         }
         Ok(())
     }
 
-    /// Returns whether a Stop of anybody was queued since the last Resume. Targets are refused
-    /// then.
-    pub(crate) fn is_stopped(&self) -> bool {
-        self.operator.last_stop() > self.known_stop
+    /// Ends the Stop `stop`.
+    ///
+    /// # Errors
+    /// Where another one holds, or none.
+    pub(crate) fn resume(&self, stop: u64) -> Result<(), SendCommandError> {
+        self.operator.send(OperatorCommand::Resume { stop }).map(drop)
     }
 
-    /// Notes a Resume.
-    pub(crate) fn resume(&mut self) {
-        self.known_stop = self.operator.last_stop();
+    /// Returns the Stop of anybody that holds. Targets are refused then.
+    pub(crate) fn stop(&self) -> Option<Stop> {
+        self.operator.stop()
     }
 
     /// Notes the outcome of the command `number`, of this or another sender. An outcome of a Stop
@@ -131,7 +141,7 @@ impl Ledger {
 #[cfg(test)]
 mod tests {
     use nalgebra::Point3;
-    use plumb_runtime::operator::operator;
+    use plumb_runtime::operator::{Stopped, operator};
 
     use super::*;
 
@@ -153,18 +163,20 @@ mod tests {
     }
 
     #[test]
-    fn no_target_follows_a_stop_of_another_sender_before_a_resume() {
+    fn no_target_follows_a_stop_of_another_sender() {
         let (page, _receiver) = operator();
-        let mut ledger = Ledger::new(page.clone());
+        let mut ledger = Ledger::new(page.source("ROS 2"));
+        let publisher = page.source("a publisher");
         let target = OperatorCommand::Target(Point3::new(0.4, 0.3, 0.2));
+        ledger.send_from(&publisher, target, Origin::Target).unwrap();
         // The board has not answered the Stop yet.
-        page.send(OperatorCommand::Stop).unwrap();
-        assert!(ledger.is_stopped());
-        assert_eq!(ledger.send(target, Origin::Target), Err(SendCommandError::Stopped));
-        ledger.send(OperatorCommand::Hold, Origin::Answered).unwrap();
-        ledger.resume();
-        assert!(!ledger.is_stopped());
-        ledger.send(target, Origin::Target).unwrap();
+        let stop = page.send(OperatorCommand::Stop).unwrap();
+        assert_eq!(ledger.stop().unwrap().number, stop);
+        let refused = Err(Stopped(stop).into());
+        assert_eq!(ledger.send_from(&publisher, target, Origin::Target), refused);
+        assert_eq!(ledger.send(OperatorCommand::Hold, Origin::Answered), refused);
+        ledger.resume(stop).unwrap();
+        assert_eq!(ledger.stop(), None);
     }
 
     #[test]
@@ -198,7 +210,7 @@ mod tests {
         for _ in 0..3 {
             ledger.send(stop, Origin::Answered).unwrap();
         }
-        ledger.send(OperatorCommand::Hold, Origin::Answered).unwrap();
+        ledger.send(OperatorCommand::ClearFault, Origin::Answered).unwrap();
         ledger.settle(3, stop, CommandOutcome::Accepted);
         let settled = ledger.take_settled();
         assert_eq!(settled.len(), 3);

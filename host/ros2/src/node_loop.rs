@@ -3,7 +3,9 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use plumb_runtime::operator::{CommandOutcome, CommandRefusal, OperatorCommand, OperatorSender};
+use plumb_runtime::operator::{
+    CommandOutcome, CommandRefusal, OperatorCommand, OperatorSender, Stop,
+};
 use rustdds::mio1::{Events, Poll, Token, Waker};
 
 use crate::Ros2Settings;
@@ -14,7 +16,7 @@ use crate::feed::Feed;
 use crate::ledger::{Origin, Settled};
 use crate::message::diagnostic::{KeyValue, Level};
 use crate::service::Ticket;
-use crate::status::Report;
+use crate::status::{Report, stop_report};
 use crate::targets::TargetRules;
 use crate::topic::MAX_IN_TURN;
 
@@ -44,6 +46,10 @@ pub(crate) struct NodeLoop {
     is_lost: bool,
     targets: TargetRules,
     feed: Arc<Feed>,
+    /// Sender of a Stop for an interruption.
+    interruption: OperatorSender,
+    /// The Stop that was published as the one that holds, and when; `None` before the first.
+    published: Option<(Option<Stop>, Instant)>,
     last_diagnostics: Instant,
     /// Earliest time of the next attempt to join ROS 2 anew.
     next_join: Instant,
@@ -60,9 +66,11 @@ impl NodeLoop {
     ) -> Result<Self, Ros2Error> {
         let poll = Poll::new().map_err(Ros2Error::Thread)?;
         let endpoints = Endpoints::join(settings, poll.registry())?;
-        let targets = TargetRules::new(&settings.namespace, operator.targets().clone());
+        let targets = TargetRules::new(&settings.namespace, &operator);
+        let interruption = operator.source("an interruption of ROS 2");
         let waker = Waker::new(poll.registry(), RUN).map_err(Ros2Error::Thread)?;
-        let (settings, feed) = (settings.clone(), Arc::new(Feed::new(operator, waker)));
+        let feed = Arc::new(Feed::new(operator.source("ROS 2"), waker));
+        let settings = settings.clone();
         let now = Instant::now();
         Ok(Self {
             settings,
@@ -72,6 +80,8 @@ impl NodeLoop {
             is_lost: false,
             targets,
             feed,
+            interruption,
+            published: None,
             last_diagnostics: now,
             next_join: now,
         })
@@ -96,6 +106,7 @@ impl NodeLoop {
                 self.stay_in_ros2();
             }
             self.handle_requests();
+            self.publish_stop();
             self.targets.receive(&mut self.endpoints.targets, &self.feed);
             self.handle_outcomes();
             self.targets.send(&mut self.feed.state());
@@ -136,12 +147,14 @@ impl NodeLoop {
 
     /// Notes that the node has joined ROS 2 anew.
     fn note_joined(&mut self, endpoints: Endpoints) {
-        (self.endpoints, self.is_lost) = (endpoints, false);
+        (self.endpoints, self.is_lost, self.published) = (endpoints, false, None);
         self.joined += 1;
+        // Who calls after this can know the number.
+        self.publish_stop();
         let resume = self.settings.namespace.topic(Action::Resume.name());
         tracing::warn!(
-            "the run has joined ROS 2 anew; targets are refused until the service `{resume}` is \
-             called"
+            "the run has joined ROS 2 anew; nothing moves the ball until the service `{resume}` \
+             is called"
         );
     }
 
@@ -151,7 +164,8 @@ impl NodeLoop {
         let mut state = self.feed.state();
         state.has_news = true;
         // A run that has ended takes no Stop, and needs none.
-        let _ended = state.ledger.send(OperatorCommand::Stop, Origin::Answered);
+        let (stop, origin) = (OperatorCommand::Stop, Origin::Answered);
+        let _ended = state.ledger.send_from(&self.interruption, stop, origin);
     }
 
     /// Answers the requests that no run has answered, and publishes the last diagnostics.
@@ -172,30 +186,65 @@ impl NodeLoop {
     }
 
     fn handle_request(&mut self, service: usize, action: Action, ticket: Ticket) {
-        let mut state = self.feed.state();
-        match action {
-            Action::Stop | Action::Hold => self.targets.clear(),
-            Action::Resume => {
-                self.targets.resume();
-                state.ledger.resume();
-            }
-            Action::ClearFault => {}
+        if matches!(action, Action::Stop | Action::Hold) {
+            self.targets.clear();
         }
+        let Some(command) = action.command() else {
+            let (success, message) = self.resume(ticket.arrival);
+            self.publish_stop();
+            return self.endpoints.services[service].answer(ticket, success, &message);
+        };
+        let mut state = self.feed.state();
         state.has_news = true;
         // Before the run the motors stand, and the Stop waits for its beginning.
         let is_early = action == Action::Stop && !state.status.has_begun();
         let request = Origin::Request { service, ticket };
         let origin = if is_early { Origin::Answered } else { request };
-        let sent = action.command().map(|command| state.ledger.send(command, origin));
+        let sent = state.ledger.send(command, origin);
         drop(state);
+        // A client that has the answer to its Stop may resume.
+        self.publish_stop();
         let service = &self.endpoints.services[service];
         match sent {
-            Some(Ok(())) if is_early => {
+            Ok(()) if is_early => {
                 service.answer(ticket, true, "stop: the motors stand, and the run begins stopped");
             }
-            Some(Ok(())) => {}
-            Some(Err(error)) => service.answer(ticket, false, &error.to_string()),
-            None => service.answer(ticket, true, "targets are accepted"),
+            Ok(()) => {}
+            Err(error) => service.answer(ticket, false, &error.to_string()),
+        }
+    }
+
+    /// Ends the Stop that holds for a request that came at `arrival`, if its number had been
+    /// published before. Returns the answer: success, also where no Stop holds, and its text.
+    fn resume(&self, arrival: Instant) -> (bool, String) {
+        let mut state = self.feed.state();
+        state.has_news = true;
+        let Some(Stop { number, by, .. }) = state.ledger.stop() else {
+            return (true, "the rig is not stopped".to_owned());
+        };
+        match &self.published {
+            Some((Some(known), at)) if known.number == number && *at <= arrival => {
+                match state.ledger.resume(number) {
+                    Ok(()) => (true, format!("stop {number} has ended: nothing moves by itself")),
+                    Err(error) => (false, error.to_string()),
+                }
+            }
+            _ => {
+                let text = "was not published before this request: look, and call again";
+                (false, format!("stop {number} by {by} {text}"))
+            }
+        }
+    }
+
+    /// Publishes the Stop that holds, or that none does, where that has changed.
+    fn publish_stop(&mut self) {
+        let stop = self.feed.state().ledger.stop();
+        let number = |stop: &Option<Stop>| stop.as_ref().map(|stop| stop.number);
+        let is_known =
+            self.published.as_ref().is_some_and(|(known, _)| number(known) == number(&stop));
+        if !is_known {
+            self.endpoints.publishers.publish_stop(stop_report(stop.as_ref()));
+            self.published = Some((stop, Instant::now()));
         }
     }
 
@@ -238,13 +287,14 @@ impl NodeLoop {
         self.last_diagnostics = now;
         let mut state = self.feed.state();
         state.has_news = false;
-        let is_stopped = state.ledger.is_stopped();
-        let (run, commands) = (state.status.run(now), state.status.commands(is_stopped));
+        let stop = state.ledger.stop();
+        let (run, commands) = (state.status.run(now), state.status.commands(stop.is_some()));
         let moving = state.moving.report(now);
         drop(state);
         let reports = [
             ("run", run),
             ("commands", commands),
+            ("stop", stop_report(stop.as_ref())),
             ("moving target", moving),
             ("graph", self.graph()),
         ];

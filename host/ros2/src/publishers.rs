@@ -23,6 +23,7 @@ pub(crate) struct Publishers {
     pose: Publisher<PoseWithCovarianceStamped>,
     transforms: Publisher<TfMessage>,
     diagnostics: Publisher<DiagnosticArray>,
+    stop: Publisher<DiagnosticStatus>,
     namespace: Namespace,
     /// Pose of the camera in the rig frame.
     camera: Isometry3<f64>,
@@ -43,6 +44,7 @@ impl Publishers {
             pose: member.publisher(&namespace.topic("ball_pose"), &qos::NEWEST_MESSAGE)?,
             transforms: member.publisher("/tf", &qos::EVERY_MESSAGE)?,
             diagnostics: member.publisher("/diagnostics", &qos::EVERY_MESSAGE)?,
+            stop: member.publisher(&namespace.topic("stop_status"), &qos::LATCHED)?,
             namespace: namespace.clone(),
             camera,
         })
@@ -79,15 +81,25 @@ impl Publishers {
         reports: impl IntoIterator<Item = (&'a str, Report)>,
     ) {
         let stamp = Time::from_nanoseconds(wall_clock::now());
-        let status = |(name, Report { level, message, values })| DiagnosticStatus {
+        let status = reports.into_iter().map(|(name, report)| self.status(name, report)).collect();
+        let header = Header { stamp, frame_id: String::new() };
+        let _dropped = self.diagnostics.publish(DiagnosticArray { header, status });
+    }
+
+    /// Publishes the report about the Stop that holds. Readers that come later get it too.
+    pub(crate) fn publish_stop(&self, report: Report) {
+        let _dropped = self.stop.publish(self.status("stop", report));
+    }
+
+    /// Returns the status `name` of this rig.
+    fn status(&self, name: &str, report: Report) -> DiagnosticStatus {
+        let Report { level, message, values } = report;
+        DiagnosticStatus {
             level,
             name: format!("{}: {name}", self.namespace),
             message,
             hardware_id: self.namespace.as_str().trim_start_matches('/').to_owned(),
             values,
-        };
-        let status = reports.into_iter().map(status).collect();
-        let header = Header { stamp, frame_id: String::new() };
-        let _dropped = self.diagnostics.publish(DiagnosticArray { header, status });
+        }
     }
 }

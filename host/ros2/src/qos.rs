@@ -1,7 +1,7 @@
 //! Quality of service of the topics.
 
 use ros2_client::QosProfile;
-use ros2_client::qos::{History, Reliability, WhenFull};
+use ros2_client::qos::{Durability, History, Reliability, WhenFull};
 
 /// Messages of which every one counts, such as requests and diagnostics. A write never waits for a
 /// slow reader.
@@ -12,6 +12,9 @@ pub(crate) const EVERY_MESSAGE: QosProfile = QosProfile::publisher_default()
 /// Messages of which the newest one counts, such as positions and targets. Reliable, as the
 /// publishers and readers of ROS 2 are where nothing else is chosen.
 pub(crate) const NEWEST_MESSAGE: QosProfile = EVERY_MESSAGE.history(History::KeepLast { depth: 1 });
+
+/// A state of which readers that come later get the newest message too.
+pub(crate) const LATCHED: QosProfile = NEWEST_MESSAGE.durability(Durability::TransientLocal);
 
 /// Messages without repetition, such as pictures: such a subscription hears publishers that are
 /// reliable and those that are best effort.

@@ -8,6 +8,7 @@
 
 use std::fmt;
 use std::io;
+use std::time::Instant;
 
 use plumb_cameras::source::BoxedError;
 use ros2_client::{MessageInfo, RmwRequestId, Subscription};
@@ -22,6 +23,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use crate::error::Ros2Error;
 use crate::member::Member;
 use crate::qos;
+use crate::topic::arrival;
 
 /// Bytes of the identity that Cyclone DDS puts before a request and its answer.
 const CYCLONE_HEADER: usize = 16;
@@ -94,6 +96,8 @@ impl Serialize for Reply {
 pub(crate) struct Ticket {
     header: Option<[u8; CYCLONE_HEADER]>,
     identity: RmwRequestId,
+    /// When the request arrived.
+    pub(crate) arrival: Instant,
 }
 
 impl Ticket {
@@ -106,7 +110,7 @@ impl Ticket {
         if identity.sequence_number == i64::from(SequenceNumber::UNKNOWN) {
             identity.sequence_number = sent.sequence_number;
         }
-        Self { header: request.header, identity }
+        Self { header: request.header, identity, arrival: arrival(info) }
     }
 }
 

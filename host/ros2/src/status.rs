@@ -1,12 +1,12 @@
 //! Status of a run for the diagnostics.
 
-use std::time::{Duration, Instant};
+use std::time::{Duration, Instant, UNIX_EPOCH};
 
 use nalgebra::Point3;
 use plumb_protocol::message::{Fault, State};
 use plumb_runtime::advice::after_fault;
 use plumb_runtime::observer::{FrameRecord, RunEvent};
-use plumb_runtime::operator::{CommandOutcome, OperatorCommand};
+use plumb_runtime::operator::{CommandOutcome, OperatorCommand, Stop};
 use plumb_runtime::run::{StopReason, Summary};
 
 use crate::message::diagnostic::{KeyValue, Level};
@@ -208,6 +208,23 @@ impl RunStatus {
             vec![KeyValue::new("targets", targets), KeyValue::new("refused", self.refused)];
         Report { level, message, values }
     }
+}
+
+/// Returns the report about the Stop that holds: with the number that a Resume names.
+pub(crate) fn stop_report(stop: Option<&Stop>) -> Report {
+    let Some(Stop { number, by, since, refused }) = stop else {
+        let message = "no stop holds".to_owned();
+        return Report { level: Level::Ok, message, values: vec![KeyValue::new("number", 0)] };
+    };
+    // A clock before 1970 is wrong anyway.
+    let since = since.duration_since(UNIX_EPOCH).unwrap_or_default();
+    let values = vec![
+        KeyValue::new("number", number),
+        KeyValue::new("by", by),
+        KeyValue::new("since s", format!("{:.3}", since.as_secs_f64())),
+        KeyValue::new("refused", refused),
+    ];
+    Report { level: Level::Warn, message: format!("stopped by {by} (stop {number})"), values }
 }
 
 #[cfg(test)]

@@ -79,7 +79,7 @@ impl<M: TypedMessage + DeserializeOwned + 'static> Topic<M> {
 
 /// Returns the time at which the DDS library had a message as a whole. The library tells it on the
 /// wall clock.
-fn arrival(info: &MessageInfo) -> Instant {
+pub(crate) fn arrival(info: &MessageInfo) -> Instant {
     // In this order an interruption in between makes the arrival late, as one before both does. An
     // early one would count as that of the least delayed message.
     let (wall, now) = (wall_clock::now(), Instant::now());

@@ -10,7 +10,7 @@ use plumb_frame::observation::BallObservation;
 use plumb_protocol::message::{Fault, State, Telemetry};
 use thiserror::Error;
 
-use crate::operator::{CommandOutcome, OperatorCommand};
+use crate::operator::{CommandOutcome, OperatorCommand, StopEvent};
 use crate::rig::MotionError;
 use crate::stop_reason::StopReason;
 use crate::summary::Summary;
@@ -156,6 +156,8 @@ pub enum RunEvent {
     },
     /// Something happened with [targets that move](crate::targets).
     Targets(TargetsEvent),
+    /// A Stop of an operator holds, or holds no longer.
+    Stop(StopEvent),
 }
 
 /// Event of targets that move. Its text is for people.

@@ -170,11 +170,14 @@ impl Observer for Outputs {
     fn event(&mut self, event: &RunEvent) {
         self.log.event(event);
         self.viewers.event(event);
-        if let RunEvent::Targets(event) = event {
-            // In place of the progress line, which comes again with the next picture.
-            let begin = if self.progress.is_on() { "\r\x1b[2K" } else { "" };
-            message(format_args!("{begin}{event}\n"));
-        }
+        let text: &dyn std::fmt::Display = match event {
+            RunEvent::Targets(event) => event,
+            RunEvent::Stop(event) => event,
+            _ => return,
+        };
+        // In place of the progress line, which comes again with the next picture.
+        let begin = if self.progress.is_on() { "\r\x1b[2K" } else { "" };
+        message(format_args!("{begin}{text}\n"));
     }
 
     fn end(&mut self, summary: &Summary) {

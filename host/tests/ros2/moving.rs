@@ -64,7 +64,21 @@ fn the_ball_follows_a_moving_target_until_a_stop_and_again_after_a_resume() {
     }
     peer.assert_ball_at(place);
 
-    assert_eq!(other.call("resume")["success"], true);
+    // A node that comes now can see who has stopped the rig, and resume.
+    let mut late = Peer::start(&domain, "/plumb", &[]);
+    let stop = late.until("stop", |stop| stop["values"]["by"] == "ROS 2");
+    assert!(stop["values"]["number"].as_str().unwrap() != "0", "{stop}");
+    let resumed = late.call("resume");
+    assert!(resumed["success"] == true, "{resumed}");
+    late.until("stop", |stop| stop["values"]["number"] == "0");
+    // The node that goes on moves nothing.
+    for _ in 0..3 {
+        peer.until_status(STATUS, "pause for a second");
+    }
+    peer.assert_ball_at(place);
+    peer.send(&json!({"calm": true}));
+    peer.next("circled");
+    peer.send(&json!({"circle": CENTRE, "rate": 30}));
     peer.until_status("/plumb: run", "following");
     follow(&mut peer, 200);
     // A set point ends the motion, though the node goes on.
@@ -75,7 +89,7 @@ fn the_ball_follows_a_moving_target_until_a_stop_and_again_after_a_resume() {
     run.pause();
     peer.until("status", |status| status["values"]["joined"] == "2");
     for _ in 0..3 {
-        peer.until_status(STATUS, "the rig was stopped");
+        peer.until_status(STATUS, "the rig is stopped");
     }
     peer.assert_ball_at(PAPER);
     let summary = run.end();

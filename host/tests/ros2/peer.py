@@ -45,6 +45,7 @@ from messages import (  # noqa: E402
     CycloneRequest,
     CycloneResponse,
     DiagnosticArray,
+    DiagnosticStatus,
     Header,
     PlainRequest,
     PlainResponse,
@@ -66,6 +67,13 @@ SENSOR_DATA = Qos(
     Policy.Reliability.BestEffort,
     Policy.History.KeepLast(5),
     Policy.Durability.Volatile,
+    Policy.DataRepresentation(use_cdrv0_representation=True),
+)
+
+LATCHED = Qos(
+    Policy.Reliability.Reliable(duration(milliseconds=100)),
+    Policy.History.KeepLast(1),
+    Policy.Durability.TransientLocal,
     Policy.DataRepresentation(use_cdrv0_representation=True),
 )
 
@@ -110,10 +118,11 @@ class Peer:
             (self.reader(f"rt{namespace}/ball_pose", PoseStamped), self.pose),
             (self.reader("rt/tf", TFMessage), self.transforms),
             (self.reader("rt/diagnostics", DiagnosticArray), self.diagnostics),
+            (self.reader(f"rt{namespace}/stop_status", DiagnosticStatus, LATCHED), self.stop),
         ]
 
-    def reader(self, name, kind):
-        return DataReader(self.participant, Topic(self.participant, name, kind), qos=RELIABLE)
+    def reader(self, name, kind, qos=RELIABLE):
+        return DataReader(self.participant, Topic(self.participant, name, kind), qos=qos)
 
     def writer(self, name, kind, qos=RELIABLE):
         return DataWriter(self.participant, Topic(self.participant, name, kind), qos=qos)
@@ -152,6 +161,9 @@ class Peer:
     def diagnostics(self, message):
         for status in message.status:
             show("status", status_of(status))
+
+    def stop(self, message):
+        show("stop", status_of(message))
 
     def receive(self):
         while True:

@@ -18,6 +18,9 @@ pub(crate) static TURN: Mutex<()> = Mutex::new(());
 /// Target of the paper, metres.
 pub(crate) const PAPER: [f64; 3] = [0.4, 0.4, 0.15];
 
+/// Silence after which a publisher begins anew, and a margin.
+const ANEW: Duration = Duration::from_millis(1500);
+
 /// Targets that may go to the board in a second.
 const MAX_RATE: f64 = 20.0;
 
@@ -169,6 +172,7 @@ fn a_stop_works_for_both_kinds_of_clients_and_under_a_flood_of_targets() {
     assert_eq!(refused["values"]["targets"], "refused since a stop", "{refused}");
     // The other way to call a service.
     assert_eq!(flooding.call("resume")["success"], true);
+    thread::sleep(ANEW);
     flooding.send(&target(place, "hall/left/rig"));
     flooding.until_held("/hall/left", place);
     assert_eq!(flooding.call("stop")["success"], true);
@@ -199,6 +203,7 @@ fn a_drive_that_was_interrupted_is_stopped_and_calls_are_answered_after_that() {
     assert_eq!(answer["success"], true, "{answer}");
     println!("answered {:.2} s after the interruption", waited.as_secs_f64());
     peer.until_status("/plumb: run", "ready");
+    thread::sleep(ANEW);
     peer.send(&target(place, "plumb/rig"));
     peer.until_held("/plumb", place);
     let summary = run.end();

@@ -22,7 +22,7 @@ use plumb_page::{Limits, Page, PageSettings, RigView};
 use plumb_protocol::message::State;
 use plumb_runtime::link::Serial;
 use plumb_runtime::observer::Observer;
-use plumb_runtime::operator::{OperatorCommand, OperatorSender, operator};
+use plumb_runtime::operator::{BEGINS_ANEW_AFTER, OperatorCommand, OperatorSender, operator};
 use plumb_runtime::rig::{LawName, LawSettings, Rig};
 use plumb_runtime::run::{Run, RunParts};
 use plumb_sim::simulated::{ServedRig, SimulatedCamera, Timing};
@@ -105,6 +105,7 @@ impl Commands {
 fn json(command: OperatorCommand) -> String {
     match command {
         OperatorCommand::Stop => r#"{"type":"stop"}"#.to_owned(),
+        OperatorCommand::Resume { stop } => format!(r#"{{"type":"resume","stop":{stop}}}"#),
         OperatorCommand::Target(target) => {
             format!(r#"{{"type":"target","x":{},"y":{},"z":{}}}"#, target.x, target.y, target.z)
         }
@@ -161,6 +162,9 @@ fn measure(mut commands: Commands, served: &Served, count: usize) -> Vec<f64> {
         let latency = begin.elapsed().as_secs_f64() * 1e3;
         println!("{latency:.1}");
         wait_for(served, |state| state == State::Ready);
+        // A Stop, a Resume and a target in each turn.
+        commands.send(OperatorCommand::Resume { stop: 3 * number as u64 + 1 });
+        thread::sleep(BEGINS_ANEW_AFTER + Duration::from_millis(50));
         let target = Point3::from(TARGETS[(number + 1) % 2]);
         commands.send(OperatorCommand::Target(target));
         latencies.push(latency);

@@ -63,8 +63,13 @@ impl RandomOperator {
         self.target.map(|target| (ball - target).norm())
     }
 
-    /// Draws a command: mostly a target in the middle of the workspace.
+    /// Draws a command: mostly a target in the middle of the workspace. A Stop is resumed next.
     fn draw(&mut self) -> OperatorCommand {
+        if let Some(stop) = self.sender.stop() {
+            // A new source begins anew, in virtual time too.
+            self.sender = self.sender.source("the operator");
+            return OperatorCommand::Resume { stop: stop.number };
+        }
         let random = &mut self.random;
         let inside = Point3::new(
             random.random_range(0.4..0.65),

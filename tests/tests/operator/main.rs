@@ -3,6 +3,8 @@
 #![allow(clippy::expect_used, reason = "a test stops at the first surprise")]
 
 mod scenario;
+mod senders;
+mod stop_campaign;
 
 use nalgebra::Point3;
 use plumb_protocol::message::{Fault, Refusal, State};
@@ -120,21 +122,22 @@ fn a_motor_is_jogged_at_rest_only() {
     let commands = [
         (30, jog(20.0)),
         (31, OperatorCommand::Stop),
-        (60, jog(20.0)),
-        (61, jog(f64::NAN)),
-        (61, OperatorCommand::Jog { motor: 3, distance: 20.0, rate: 20.0 }),
-        (120, OperatorCommand::End),
+        (55, OperatorCommand::Resume { stop: 2 }),
+        (70, jog(20.0)),
+        (71, jog(f64::NAN)),
+        (71, OperatorCommand::Jog { motor: 3, distance: 20.0, rate: 20.0 }),
+        (130, OperatorCommand::End),
     ];
     let (_, seen) = run(&IDEAL, &mut at_frames(&commands));
     let outcomes: Vec<_> = seen.outcomes().into_iter().map(|(_, outcome)| outcome).collect();
     let refused = CommandOutcome::Refused;
     let busy = refused(CommandRefusal::Board(Refusal::Busy(State::Seeking)));
     let range = refused(CommandRefusal::OutOfRange);
-    let no_motor = outcomes[4];
-    assert_eq!(outcomes[..4], [busy, CommandOutcome::Accepted, CommandOutcome::Accepted, range]);
+    let (no_motor, accepted) = (outcomes[5], CommandOutcome::Accepted);
+    assert_eq!(outcomes[..5], [busy, accepted, accepted, accepted, range]);
     assert!(matches!(no_motor, CommandOutcome::Refused(CommandRefusal::Board(_))), "{no_motor:?}");
     let motors = |number: usize| seen.frames[number].telemetry.expect("telemetry").motors;
-    let [before, after] = [motors(60), motors(119)];
+    let [before, after] = [motors(70), motors(129)];
     assert_eq!(after, [before[0], Steps16(before[1].0 + 20 * 16), before[2]]);
 }
 
@@ -194,7 +197,8 @@ fn a_target_that_moved_during_a_fault_moves_nothing_after_it() {
 fn a_target_that_moved_while_the_ball_was_hidden_moves_nothing_afterwards() {
     let moving: &[_] = &[(70, SECOND), (160, SECOND)];
     let scenario = Scenario { hidden: 60..120, moving, ..IDEAL };
-    let commands = [(20, OperatorCommand::Stop), (240, OperatorCommand::End)];
+    let resume = OperatorCommand::Resume { stop: 1 };
+    let commands = [(20, OperatorCommand::Stop), (50, resume), (240, OperatorCommand::End)];
     let (_, seen) = run(&scenario, &mut at_frames(&commands));
     assert_eq!(seen.state(159), State::Ready);
     // The second one comes while the ball is in view.
@@ -205,8 +209,12 @@ fn a_target_that_moved_while_the_ball_was_hidden_moves_nothing_afterwards() {
 #[test]
 fn targets_that_move_are_followed_after_a_hold_that_a_stop_ended() {
     let scenario = Scenario { moving: &[(120, SECOND)], ..IDEAL };
-    let commands =
-        [(40, OperatorCommand::Hold), (45, OperatorCommand::Stop), (180, OperatorCommand::End)];
+    let commands = [
+        (40, OperatorCommand::Hold),
+        (45, OperatorCommand::Stop),
+        (90, OperatorCommand::Resume { stop: 2 }),
+        (180, OperatorCommand::End),
+    ];
     let (_, seen) = run(&scenario, &mut at_frames(&commands));
     assert_eq!((seen.state(119), seen.targets()), (State::Ready, 2), "{:?}", seen.events);
 }
@@ -268,6 +276,7 @@ fn commands_arrive_over_lossy_links() {
             let commands = [
                 (20, target(SECOND)),
                 (40, OperatorCommand::Stop),
+                (75, OperatorCommand::Resume { stop: 2 }),
                 (80, target(FIRST)),
                 (86, OperatorCommand::Hold),
                 (160, OperatorCommand::Stop),

@@ -1,15 +1,20 @@
 //! A run with an operator that acts after each frame.
 
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Instant;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::time::{Duration, Instant};
 
 use nalgebra::Point3;
 use plumb_cameras::camera_file;
+use plumb_path::shape::{Plane, Shape, ShapeKind};
+use plumb_path::trajectory::{Limits, Run as Repetition};
 use plumb_protocol::message::State;
 use plumb_runtime::observer::{FrameRecord, Observer, RunEvent};
-use plumb_runtime::operator::{CommandOutcome, OperatorCommand, OperatorSender, operator};
+use plumb_runtime::operator::{
+    CommandOutcome, OperatorClock, OperatorCommand, OperatorSender, operator_with_clock,
+};
 use plumb_runtime::rig::{LawName, LawSettings, Rig};
-use plumb_runtime::run::{Run, RunParts, StopReason, Summary};
+use plumb_runtime::run::{PathPlan, Run, RunParts, StopReason, Summary};
 use plumb_sim::simulated::{Timing, VirtualBoard};
 use plumb_tests::links::{FixedDetector, TrackingCamera, link};
 use plumb_vision::detect::{BallDetector, DetectError};
@@ -61,8 +66,26 @@ impl Seen {
     }
 }
 
+/// Time of a run, for its operator.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct RunTime(Arc<AtomicU64>);
+
+impl RunTime {
+    /// Sets the time, s.
+    pub(crate) fn set(&self, time: f64) {
+        self.0.store((time * 1e6) as u64, Ordering::Relaxed);
+    }
+
+    /// Returns a clock with this time.
+    pub(crate) fn clock(&self) -> OperatorClock {
+        let (begin, time) = (Instant::now(), Arc::clone(&self.0));
+        Box::new(move || begin + Duration::from_micros(time.load(Ordering::Relaxed)))
+    }
+}
+
 /// Operator that acts after each frame.
 struct Script<'a> {
+    time: RunTime,
     seen: Seen,
     sender: OperatorSender,
     operation: &'a mut Operation<'a>,
@@ -75,6 +98,7 @@ struct Script<'a> {
 impl Observer for Script<'_> {
     fn frame(&mut self, record: &FrameRecord) {
         assert!(record.number < 5000, "the operator never ends the run: {:?}", self.seen.events);
+        self.time.set(record.time);
         self.seen.frames.push(FrameRecord { frame: None, ..record.clone() });
         self.interrupted.fetch_or(record.number == self.interrupt_at, Ordering::Relaxed);
         for (_, place) in self.moving.iter().filter(|(frame, _)| *frame == record.number) {
@@ -92,10 +116,16 @@ impl Observer for Script<'_> {
 }
 
 /// Detector that does not find the ball in some frames.
-struct Blink {
+pub(crate) struct Blink {
     detector: FixedDetector,
     frames: u64,
     hidden: std::ops::Range<u64>,
+}
+
+impl Blink {
+    pub(crate) fn new(detector: FixedDetector, hidden: std::ops::Range<u64>) -> Self {
+        Self { detector, frames: 0, hidden }
+    }
 }
 
 impl BallDetector for Blink {
@@ -145,15 +175,16 @@ pub(crate) fn run<'a>(scenario: &Scenario, operation: &'a mut Operation<'a>) -> 
     let camera = camera_file::paper().expect("the paper's camera");
     let mut source = TrackingCamera::new(board.rig(), camera.clone(), Timing::default());
     let (detector, hidden) = (FixedDetector(camera), scenario.hidden.clone());
-    let (sender, receiver) = operator();
+    let time = RunTime::default();
+    let (sender, receiver) = operator_with_clock(time.clock());
     let interrupted = AtomicBool::new(false);
     let (interrupt_at, interrupted) = (scenario.interrupt_at, &interrupted);
     let (seen, moving) = (Seen::default(), scenario.moving);
-    let mut script = Script { seen, sender, operation, interrupt_at, interrupted, moving };
+    let mut script = Script { time, seen, sender, operation, interrupt_at, interrupted, moving };
     let run = Run::connect(&rig, board.transport()).expect("a configured board");
     let summary = run.drive(RunParts {
         source: &mut source,
-        detector: &mut Blink { detector, frames: 0, hidden },
+        detector: &mut Blink::new(detector, hidden),
         observers: &mut [&mut script],
         operator: Some(receiver),
         timeout: scenario.timeout,
@@ -162,6 +193,20 @@ pub(crate) fn run<'a>(scenario: &Scenario, operation: &'a mut Operation<'a>) -> 
     let summary = summary.expect("an unbroken run");
     assert!(script.sender.send(OperatorCommand::Stop).is_err(), "the run has ended");
     (summary, script.seen)
+}
+
+/// Returns a circle of 15 cm in the middle of the workspace, at 5 cm/s.
+pub(crate) fn circle(rig: &Rig) -> PathPlan {
+    let shape = Shape {
+        kind: ShapeKind::Circle,
+        centre: Point3::new(0.45, 0.30, 0.32),
+        size: 0.15,
+        plane: Plane::Level,
+        tolerance: 0.005,
+        seed: 1,
+    };
+    let trajectory = shape.trajectory(&Limits::with_speed(0.05), Repetition::Once);
+    PathPlan::new(trajectory.expect("a circle"), true, rig).expect("a path within the workspace")
 }
 
 pub(crate) fn target(metres: [f64; 3]) -> OperatorCommand {

@@ -231,6 +231,7 @@ fn a_stop_ends_a_motion_and_a_new_one_moves_the_ball_again() {
     let outcome = TargetRun::default().drive_with(source, TargetUse::Steering, |number, sender| {
         let command = match number {
             120 => OperatorCommand::Stop,
+            180 => OperatorCommand::Resume { stop: 1 },
             355 => OperatorCommand::End,
             _ => return,
         };

@@ -147,3 +147,45 @@ fn a_page_that_only_shows_moves_no_target() {
     let message = r#"{"type":"move","x":0.4,"y":0.3,"z":0.2,"first":true}"#;
     assert_eq!(feed.take(message, 1), Err(SHOWS_ONLY.to_owned()));
 }
+
+#[test]
+fn a_stop_holds_for_every_page_until_a_resume_names_it() {
+    let (sender, _receiver) = operator();
+    let (_poll, feed) = feed_with(Some(sender));
+    feed.arrive(1, ([127, 0, 0, 1], 4000).into());
+    feed.arrive(2, ([192, 168, 1, 7], 4000).into());
+    let stop = |feed: &Feed| feed.next_update(0, &mut Cursor::default()).stop;
+    let target = r#"{"type":"target","x":0.4,"y":0.3,"z":0.2}"#;
+    let first = r#"{"type":"move","x":0.4,"y":0.3,"z":0.2,"first":true}"#;
+    let jog = r#"{"type":"jog","motor":"B","steps":5,"rate":5}"#;
+    assert_eq!(stop(&feed), None);
+    assert_eq!(feed.take(r#"{"type":"stop"}"#, 2), Ok(Received::Command));
+    for text in [target, first, jog, r#"{"type":"hold"}"#] {
+        for client in [1, 2] {
+            let refused = feed.take(text, client).unwrap_err();
+            assert!(refused.contains("Resume first"), "{refused}");
+        }
+    }
+    let held = stop(&feed).unwrap();
+    assert_eq!((held.number, held.by.as_str(), held.refused), (1, "page 2 at 192.168.1.7", 8));
+    let refused = feed.take(r#"{"type":"resume","stop":7}"#, 1).unwrap_err();
+    assert!(refused.contains("stop 1"), "{refused}");
+    for text in [r#"{"type":"clear"}"#, r#"{"type":"end"}"#, r#"{"type":"resume","stop":1}"#] {
+        assert_eq!(feed.take(text, 1), Ok(Received::Command));
+    }
+    assert_eq!(stop(&feed), None);
+    let refused = feed.take(target, 1).unwrap_err();
+    assert!(refused.contains("begin anew"), "{refused}");
+    feed.arrive(3, ([127, 0, 0, 1], 4001).into());
+    assert_eq!(feed.take(target, 3), Ok(Received::Command));
+}
+
+#[test]
+fn a_page_that_vanishes_in_a_jog_ramps_down_without_a_stop_that_holds() {
+    let (sender, receiver) = operator();
+    let (_poll, feed) = feed_with(Some(sender.clone()));
+    feed.take(r#"{"type":"jog","motor":"B","steps":5,"rate":5}"#, 1).unwrap();
+    feed.release_absent(&|_| false);
+    assert_eq!(sender.stop(), None);
+    drop(receiver);
+}

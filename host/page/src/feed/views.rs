@@ -1,12 +1,15 @@
 //! Records of the run as the page shows them.
 
+use std::time::UNIX_EPOCH;
+
 use plumb_protocol::message::{State, Telemetry};
 use plumb_protocol::units::{Rate, RelativeTension, Steps16};
 use plumb_runtime::advice::after_fault;
 use plumb_runtime::observer::FrameRecord;
+use plumb_runtime::operator::Stop;
 use plumb_runtime::tension::near_slack;
 
-use crate::message::{BoardView, FaultView, FrameView, Sample, TensionView};
+use crate::message::{BoardView, FaultView, FrameView, Sample, StopView, TensionView};
 
 /// Rounds to the micrometre, or the microsecond.
 fn round(value: f64) -> f64 {
@@ -51,6 +54,18 @@ pub(super) fn board_view(telemetry: &Telemetry) -> BoardView {
         filtered_error: telemetry.target.map(|_| telemetry.filtered_error.to_si()),
         bad_frames: telemetry.bad_frames,
         tensions: telemetry.tensions.map(tension_view),
+    }
+}
+
+/// Returns the Stop that holds.
+pub(super) fn stop_view(stop: Stop) -> StopView {
+    // A clock before 1970 is wrong anyway.
+    let since = stop.since.duration_since(UNIX_EPOCH).unwrap_or_default();
+    StopView {
+        number: stop.number,
+        by: stop.by.to_string(),
+        since: u64::try_from(since.as_millis()).unwrap_or(u64::MAX),
+        refused: stop.refused,
     }
 }
 

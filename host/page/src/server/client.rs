@@ -1,6 +1,7 @@
 //! An open page: a WebSocket on which updates go out and commands come in.
 
 use std::io::{self, ErrorKind, Read, Write};
+use std::net::SocketAddr;
 use std::time::Instant;
 
 use mio::net::TcpStream;
@@ -94,6 +95,11 @@ impl Client {
             messages: Bucket::new(limits.messages, now),
             is_closing: false,
         }
+    }
+
+    /// Returns the address of the browser; `None` once the connection is broken.
+    pub(super) fn address(&self) -> Option<SocketAddr> {
+        self.socket.get_ref().stream.peer_addr().ok()
     }
 
     /// Returns when the connection ends if nothing is acknowledged.

@@ -15,7 +15,7 @@ use tungstenite::protocol::frame::coding::CloseCode;
 use crate::access::Access;
 use crate::limits::{Bucket, Limits};
 use crate::picture::Encoder;
-use crate::subject::Subject;
+use crate::subject::{ClientId, Subject};
 use client::Gone;
 use connection::Connection;
 
@@ -139,7 +139,7 @@ impl Server {
         let Some(mut connection) = connection.advance(number, &self.site, now) else { return };
         if let Connection::Client(client) = &mut connection
             && !was_client
-            && self.begin(client, now).is_err()
+            && self.begin(client, number, now).is_err()
         {
             return;
         }
@@ -147,10 +147,16 @@ impl Server {
     }
 
     /// Sends the first messages to a new page, or says that there are too many.
-    fn begin(&mut self, client: &mut client::Client, now: Instant) -> Result<(), Gone> {
+    fn begin(
+        &mut self,
+        client: &mut client::Client,
+        number: ClientId,
+        now: Instant,
+    ) -> Result<(), Gone> {
         if self.clients() >= self.site.limits.clients {
             return client.close(CloseCode::Again, "too many pages are open", now);
         }
+        self.site.subject.arrive(number, client.address().ok_or(Gone)?);
         client.greet(self.site.subject.hello())?;
         let subject = &*self.site.subject;
         client.push(subject, self.encoder.newest(subject), now)

@@ -46,6 +46,11 @@ pub(crate) struct DiagnosticStatus {
     pub(crate) values: Vec<KeyValue>,
 }
 
+impl TypedMessage for DiagnosticStatus {
+    const PACKAGE: &'static str = "diagnostic_msgs";
+    const NAME: &'static str = "DiagnosticStatus";
+}
+
 /// `diagnostic_msgs/DiagnosticArray`.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub(crate) struct DiagnosticArray {

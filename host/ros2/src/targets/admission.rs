@@ -3,6 +3,7 @@
 use std::time::Instant;
 
 use nalgebra::Point3;
+use plumb_runtime::operator::{Continuity, OperatorSender, SendCommandError, Stopped};
 use plumb_runtime::targets::Omission;
 use thiserror::Error;
 
@@ -22,24 +23,32 @@ pub(crate) enum TargetRefusal {
     /// A coordinate is no number.
     #[error("a coordinate of the target is no number")]
     NoNumber,
-    /// The rig was stopped.
-    #[error("the rig was stopped: call the service `{resume}` first")]
+    /// A Stop holds.
+    #[error("{stopped}, with the service `{resume}`")]
     Stopped {
-        /// Name of the service after which targets are accepted again.
+        /// The Stop.
+        stopped: Stopped,
+        /// Name of the service that ends it.
         resume: String,
     },
+    /// The publisher went on while the rig was stopped and resumed.
+    #[error(
+        "the rig was stopped and resumed while this publisher went on: pause for a second, then \
+         the next target counts"
+    )]
+    MustBeginAnew,
+    /// The run takes no targets.
+    #[error(transparent)]
+    NotSent(SendCommandError),
     /// The target was sent before the last Resume, and came late.
     #[error("the target was sent before the rig was resumed: send it again")]
     BeforeResume,
     /// A command, a fault or a newer motion has ended the motion of the target.
     #[error(
-        "a command, a fault or another motion has ended the motion of the target: call the service \
-         `{resume}` first"
+        "a command, a fault or another motion has ended the motion of the target: pause for a \
+         second, then the next target begins anew"
     )]
-    MotionEnded {
-        /// Name of the service that lets the publisher begin anew.
-        resume: String,
-    },
+    MotionEnded,
     /// The ball follows another publisher.
     #[error("another node publishes a moving target: one at a time is followed")]
     OtherPublisher,
@@ -48,33 +57,32 @@ pub(crate) enum TargetRefusal {
     LeftOut(#[from] Omission),
 }
 
-/// Checks of targets: the frame, the numbers, and no stop.
+/// Checks of targets: the frame, the numbers, and no Stop.
 #[derive(Debug)]
 pub(crate) struct Admission {
     /// Name of the rig frame.
     frame: String,
-    /// Name of the service after which targets are accepted again.
+    /// Name of the service that ends a Stop.
     resume: String,
-    /// Time of the last Resume.
-    resumed: Option<Instant>,
 }
 
 impl Admission {
-    /// Returns the checks for targets in `frame`. After a stop the service `resume` makes the node
-    /// accept them again.
+    /// Returns the checks for targets in `frame`. The service `resume` ends a Stop.
     pub(crate) fn new(frame: String, resume: String) -> Self {
-        Self { frame, resume, resumed: None }
+        Self { frame, resume }
     }
 
-    /// Returns the place of a target, metres in the rig frame. Its publisher has sent it at `sent`.
+    /// Returns the place of a target, metres in the rig frame. Its publisher, which is `source`,
+    /// has sent it at `sent`.
     ///
     /// # Errors
-    /// Where it is in another frame or no number, and where the rig was stopped.
+    /// Where it is in another frame or no number, while a Stop holds, and after its Resume until
+    /// the publisher begins anew.
     pub(crate) fn admit(
         &self,
         message: &PointStamped,
         sent: Instant,
-        is_stopped: bool,
+        source: &OperatorSender,
     ) -> Result<Point3<f64>, TargetRefusal> {
         let found = &message.header.frame_id;
         if *found != self.frame {
@@ -85,25 +93,26 @@ impl Admission {
         if !point.iter().all(|coordinate| coordinate.is_finite()) {
             return Err(TargetRefusal::NoNumber);
         }
-        if is_stopped {
-            return Err(TargetRefusal::Stopped { resume: self.resume.clone() });
-        }
         // DDS repeats lost messages, and keeps no order between a topic and a service.
-        if self.resumed.is_some_and(|resumed| sent < resumed) {
+        if source.stop().is_none() && source.resumed().is_some_and(|resumed| sent < resumed) {
             return Err(TargetRefusal::BeforeResume);
         }
-        Ok(point)
-    }
-
-    /// Notes a Resume. Targets that were sent before it stay refused.
-    pub(crate) fn resume(&mut self, now: Instant) {
-        self.resumed = Some(now);
+        match source.admit_target(Continuity::MayGoOn) {
+            Ok(()) => Ok(point),
+            Err(SendCommandError::Stopped(stopped)) => {
+                Err(TargetRefusal::Stopped { stopped, resume: self.resume.clone() })
+            }
+            Err(SendCommandError::MustBeginAnew) => Err(TargetRefusal::MustBeginAnew),
+            Err(error) => Err(TargetRefusal::NotSent(error)),
+        }
     }
 }
 
 #[cfg(test)]
 mod tests {
     use std::time::Duration;
+
+    use plumb_runtime::operator::{OperatorCommand, operator};
 
     use super::*;
     use crate::message::{Header, Time};
@@ -120,23 +129,32 @@ mod tests {
     #[test]
     fn a_target_in_another_frame_or_after_a_stop_is_refused() {
         let (admission, now) = (admission(), Instant::now());
-        let other = admission.admit(&message("map", 0.4), now, false).unwrap_err().to_string();
+        let (page, _receiver) = operator();
+        let source = page.source("a publisher");
+        let other = admission.admit(&message("map", 0.4), now, &source).unwrap_err().to_string();
         assert!(other.contains("`map`") && other.contains("`plumb/rig`"), "{other}");
-        let none = admission.admit(&message("plumb/rig", f64::NAN), now, false);
+        let none = admission.admit(&message("plumb/rig", f64::NAN), now, &source);
         assert_eq!(none, Err(TargetRefusal::NoNumber));
-        let stopped = admission.admit(&message("plumb/rig", 0.4), now, true);
+        page.send(OperatorCommand::Stop).unwrap();
+        let stopped = admission.admit(&message("plumb/rig", 0.4), now, &source);
         let stopped = stopped.unwrap_err().to_string();
-        assert!(stopped.contains("/plumb/resume"), "{stopped}");
+        assert!(stopped.contains("stop 1") && stopped.contains("/plumb/resume"), "{stopped}");
     }
 
     #[test]
-    fn a_target_that_was_sent_before_a_resume_stays_refused() {
-        let (mut admission, begin) = (admission(), Instant::now());
-        let at = |milliseconds| begin + Duration::from_millis(milliseconds);
-        admission.resume(at(100));
-        let late = admission.admit(&message("plumb/rig", 0.4), at(90), false);
+    fn a_publisher_that_goes_on_over_a_resume_and_a_late_target_stay_refused() {
+        let (admission, begin) = (admission(), Instant::now());
+        let (page, _receiver) = operator();
+        let source = page.source("a publisher");
+        admission.admit(&message("plumb/rig", 0.4), begin, &source).unwrap();
+        let stop = page.send(OperatorCommand::Stop).unwrap();
+        page.send(OperatorCommand::Resume { stop }).unwrap();
+        let new = page.source("a new publisher");
+        let late = admission.admit(&message("plumb/rig", 0.4), begin, &new);
         assert_eq!(late, Err(TargetRefusal::BeforeResume));
-        let target = admission.admit(&message("plumb/rig", 0.5), at(102), false).unwrap();
-        assert_eq!(target.x, 0.5);
+        let now = Instant::now() + Duration::from_millis(1);
+        let goes_on = admission.admit(&message("plumb/rig", 0.4), now, &source);
+        assert_eq!(goes_on, Err(TargetRefusal::MustBeginAnew));
+        assert_eq!(admission.admit(&message("plumb/rig", 0.5), now, &new).unwrap().x, 0.5);
     }
 }

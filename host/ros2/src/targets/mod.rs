@@ -3,18 +3,19 @@
 mod admission;
 mod gate;
 mod moving;
+mod sources;
 mod status;
 
 use std::io;
 use std::time::Instant;
 
-use plumb_runtime::operator::OperatorCommand;
-use plumb_runtime::targets::TargetSender;
+use plumb_runtime::operator::{OperatorCommand, OperatorSender};
 use rustdds::mio1::{Registry, Token};
 
 use self::admission::Admission;
 use self::gate::TargetGate;
 use self::moving::MovingGate;
+use self::sources::Sources;
 pub(crate) use self::status::MovingStatus;
 use crate::action::Action;
 use crate::error::Ros2Error;
@@ -64,21 +65,29 @@ fn moving_topic(namespace: &Namespace) -> String {
     namespace.topic("moving_target")
 }
 
-/// Rules for targets. They outlive the topics: a stop holds when the node joins ROS 2 anew.
+/// Rules for targets. They outlive the topics: they hold when the node joins ROS 2 anew.
 pub(crate) struct TargetRules {
     admission: Admission,
+    sources: Sources,
     gate: TargetGate,
+    /// Publisher of the newest set point.
+    publisher: Option<OperatorSender>,
     moving_gate: MovingGate,
+    /// Names of the topics of set points and of targets that move.
+    names: [String; 2],
 }
 
 impl TargetRules {
-    /// Returns the rules for the targets of a rig. Targets that move go to `targets`.
-    pub(crate) fn new(namespace: &Namespace, targets: TargetSender) -> Self {
+    /// Returns the rules for the targets of a rig, which go to `operator`.
+    pub(crate) fn new(namespace: &Namespace, operator: &OperatorSender) -> Self {
         let resume = namespace.topic(Action::Resume.name());
         Self {
-            admission: Admission::new(namespace.frame("rig"), resume.clone()),
+            admission: Admission::new(namespace.frame("rig"), resume),
+            sources: Sources::new(operator.clone()),
             gate: TargetGate::default(),
-            moving_gate: MovingGate::new(targets, moving_topic(namespace), resume),
+            publisher: None,
+            moving_gate: MovingGate::new(operator.targets().clone(), moving_topic(namespace)),
+            names: [namespace.topic("target"), moving_topic(namespace)],
         }
     }
 
@@ -86,22 +95,29 @@ impl TargetRules {
     /// picture: it is locked for one message at a time.
     pub(crate) fn receive(&mut self, topics: &mut TargetTopics, feed: &Feed) {
         let TargetTopics { set_points, moving } = topics;
-        let Self { admission, gate, moving_gate } = self;
+        let Self { admission, sources, gate, publisher, moving_gate, names } = self;
         set_points.receive(|message, origin| {
-            let mut state = feed.state();
-            match admission.admit(&message, origin.sent, state.ledger.is_stopped()) {
-                Ok(target) => gate.offer(target),
+            let source = sources.of(origin.publisher, &names[0]);
+            match admission.admit(&message, origin.sent, &source) {
+                Ok(target) => {
+                    gate.offer(target);
+                    *publisher = Some(source);
+                }
                 Err(refusal) => {
+                    let mut state = feed.state();
                     state.status.note_refusal(refusal.to_string());
                     state.has_news = true;
                 }
             }
         });
         moving.receive(|message, origin| {
-            let (now, mut state) = (Instant::now(), feed.state());
-            let place = admission.admit(&message, origin.sent, state.ledger.is_stopped());
-            let publisher = origin.publisher;
-            match place.and_then(|at| moving_gate.offer(publisher, &message.header, at, now)) {
+            let source = sources.of(origin.publisher, &names[1]);
+            let (now, was_silent) = (Instant::now(), source.is_silent());
+            let place = admission.admit(&message, origin.sent, &source);
+            let offer =
+                |at| moving_gate.offer(origin.publisher, &message.header, at, was_silent, now);
+            let mut state = feed.state();
+            match place.and_then(offer) {
                 Ok(()) => state.moving.note_taken(now),
                 Err(refusal) => {
                     let is_news = state.moving.note_refusal(refusal.to_string(), now);
@@ -113,14 +129,15 @@ impl TargetRules {
 
     /// Sends the set point that waits, if it is its turn.
     pub(crate) fn send(&mut self, state: &mut FeedState) {
-        if state.ledger.is_stopped() {
+        if state.ledger.stop().is_some() {
             self.gate.clear();
         }
+        let Some(publisher) = &self.publisher else { return };
         let Some(target) = self.gate.next(state.status.present_target(), Instant::now()) else {
             return;
         };
         let command = OperatorCommand::Target(target);
-        if let Err(error) = state.ledger.send(command, Origin::Target) {
+        if let Err(error) = state.ledger.send_from(publisher, command, Origin::Target) {
             state.status.note_refusal(format!("{command}: {error}"));
             self.gate.answered();
         }
@@ -139,11 +156,5 @@ impl TargetRules {
     /// Drops the set point that waits.
     pub(crate) fn clear(&mut self) {
         self.gate.clear();
-    }
-
-    /// Notes a Resume. Targets that were sent before it stay refused.
-    pub(crate) fn resume(&mut self) {
-        self.admission.resume(Instant::now());
-        self.moving_gate.resume();
     }
 }

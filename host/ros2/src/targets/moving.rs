@@ -16,8 +16,6 @@ pub(crate) struct MovingGate {
     targets: TargetSender,
     /// Name of the topic, for messages.
     topic: String,
-    /// Name of the service that lets a publisher begin anew.
-    resume: String,
     /// Zero of the host's clock.
     zero: Instant,
     stream: Option<Stream>,
@@ -30,7 +28,7 @@ struct Stream {
     clock: TargetClock,
     /// The motion that they belong to; `None` before the first of them.
     motion: Option<MotionId>,
-    /// Time of the last message; after the end of the motion, of any publisher's.
+    /// Time of the last message.
     last: Instant,
 }
 
@@ -43,14 +41,14 @@ impl Stream {
 }
 
 impl MovingGate {
-    /// Returns a gate between `topic` and a run that takes targets from `targets`. After the end of
-    /// a motion the service `resume` opens it again.
-    pub(crate) fn new(targets: TargetSender, topic: String, resume: String) -> Self {
-        Self { targets, topic, resume, zero: Instant::now(), stream: None }
+    /// Returns a gate between `topic` and a run that takes targets from `targets`.
+    pub(crate) fn new(targets: TargetSender, topic: String) -> Self {
+        Self { targets, topic, zero: Instant::now(), stream: None }
     }
 
     /// Sends a target of `publisher` at `position`, metres in the rig frame, to the run. It came at
-    /// `now`. A stamp of 0 is none: the time of the arrival counts.
+    /// `now`, and the publisher `was_silent` before it. A stamp of 0 is none: the time of the
+    /// arrival counts.
     ///
     /// # Errors
     /// Where the ball does not follow this publisher, or the target is out of range, out of order
@@ -60,9 +58,10 @@ impl MovingGate {
         publisher: Gid,
         header: &Header,
         position: Point3<f64>,
+        was_silent: bool,
         now: Instant,
     ) -> Result<(), TargetRefusal> {
-        self.check_publisher(publisher, now)?;
+        self.check_publisher(publisher, was_silent, now)?;
         let arrival = now.saturating_duration_since(self.zero).as_secs_f64();
         let stream = self.stream.get_or_insert_with(|| Stream::new(publisher, now));
         stream.last = now;
@@ -83,32 +82,34 @@ impl MovingGate {
     ///
     /// # Errors
     /// Where the motion has ended, or the ball follows another publisher.
-    fn check_publisher(&mut self, publisher: Gid, now: Instant) -> Result<(), TargetRefusal> {
-        let Some(stream) = &mut self.stream else { return Ok(()) };
+    fn check_publisher(
+        &mut self,
+        publisher: Gid,
+        was_silent: bool,
+        now: Instant,
+    ) -> Result<(), TargetRefusal> {
+        let Some(stream) = &self.stream else { return Ok(()) };
         let is_same = stream.publisher == publisher;
-        let is_silent = now.saturating_duration_since(stream.last) > RECENT;
-        if !is_same && is_silent {
-            self.stream = None;
-            return Ok(());
-        }
-        if stream.motion.is_some_and(|motion| self.targets.has_ended(motion)) {
-            // Another publisher that was refused until now does not move the ball either.
-            stream.last = now;
-            return Err(TargetRefusal::MotionEnded { resume: self.resume.clone() });
-        }
-        if is_same { Ok(()) } else { Err(TargetRefusal::OtherPublisher) }
-    }
-
-    /// Notes a Resume: the next target begins a motion.
-    pub(crate) fn resume(&mut self) {
-        if let Some(stream) = &mut self.stream {
-            stream.motion = None;
+        let has_ended = stream.motion.is_some_and(|motion| self.targets.has_ended(motion));
+        let is_late = now.saturating_duration_since(stream.last) > RECENT;
+        match (has_ended, is_same) {
+            // What was sending then, also in vain, begins anew first.
+            (true, _) if !was_silent => Err(TargetRefusal::MotionEnded),
+            (false, true) => Ok(()),
+            (false, false) if !is_late => Err(TargetRefusal::OtherPublisher),
+            _ => {
+                self.stream = None;
+                Ok(())
+            }
         }
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use std::collections::HashMap;
+
+    use plumb_runtime::operator::BEGINS_ANEW_AFTER;
     use plumb_runtime::targets::{
         Arrivals, OmissionKind, TargetReceiver, TargetSource, target_channel,
     };
@@ -121,18 +122,18 @@ mod tests {
         gate: MovingGate,
         run: TargetReceiver,
         now: Instant,
+        /// Times of the publishers' last targets.
+        last: HashMap<u8, Instant>,
     }
 
     impl Bench {
         fn new() -> Self {
             let (sender, run) = target_channel();
-            let names = ["/plumb/moving_target", "/plumb/resume"].map(str::to_owned);
-            let [topic, resume] = names;
-            let mut gate = MovingGate::new(sender, topic, resume);
+            let mut gate = MovingGate::new(sender, "/plumb/moving_target".to_owned());
             // The times of the test are past when the run takes the targets.
             gate.zero -= Duration::from_secs(60);
             let now = gate.zero;
-            Self { gate, run, now }
+            Self { gate, run, now, last: HashMap::new() }
         }
 
         /// Lets time pass.
@@ -144,8 +145,10 @@ mod tests {
         fn offer(&mut self, publisher: u8, stamp: u64, x: f64) -> Result<(), TargetRefusal> {
             let stamp = Time::from_nanoseconds(stamp * 1_000_000);
             let header = Header { stamp, frame_id: "plumb/rig".to_owned() };
-            let publisher = Gid::from([publisher; 16]);
-            self.gate.offer(publisher, &header, Point3::new(x, 0.3, 0.2), self.now)
+            let last = self.last.insert(publisher, self.now);
+            let was_silent = last.is_none_or(|last| self.now - last > BEGINS_ANEW_AFTER);
+            let (publisher, place) = (Gid::from([publisher; 16]), Point3::new(x, 0.3, 0.2));
+            self.gate.offer(publisher, &header, place, was_silent, self.now)
         }
 
         /// Returns what has come to the run, with the coordinate x of the targets.
@@ -218,21 +221,21 @@ mod tests {
     }
 
     #[test]
-    fn a_motion_that_was_ended_begins_anew_after_a_resume_only() {
+    fn a_motion_that_was_ended_begins_anew_after_a_second_of_silence_only() {
         let mut bench = Bench::new();
-        let ended = TargetRefusal::MotionEnded { resume: "/plumb/resume".to_owned() };
         bench.offer(1, 0, 0.40).unwrap();
         assert_eq!(bench.offer(2, 0, 0.50), Err(TargetRefusal::OtherPublisher));
         bench.run.cancel();
         // Neither the publisher nor one that was there too goes on, however long they send.
         for _ in 0..30 {
             bench.wait(100);
-            assert_eq!(bench.offer(2, 0, 0.50), Err(ended.clone()));
+            assert_eq!(bench.offer(1, 0, 0.40), Err(TargetRefusal::MotionEnded));
+            assert_eq!(bench.offer(2, 0, 0.50), Err(TargetRefusal::MotionEnded));
         }
-        bench.wait(2000);
-        assert_eq!(bench.offer(1, 0, 0.40), Err(ended));
+        bench.wait(900);
+        assert_eq!(bench.offer(2, 0, 0.50), Err(TargetRefusal::MotionEnded));
         assert_eq!(bench.take().0, [0.40]);
-        bench.gate.resume();
+        bench.wait(101);
         bench.offer(1, 0, 0.42).unwrap();
         assert_eq!(bench.take().0, [0.42]);
     }
@@ -243,6 +246,6 @@ mod tests {
         bench.offer(1, 0, 0.40).unwrap();
         let _drag = bench.gate.targets.begin();
         let refused = bench.offer(1, 0, 0.41);
-        assert!(matches!(refused, Err(TargetRefusal::MotionEnded { .. })), "{refused:?}");
+        assert_eq!(refused, Err(TargetRefusal::MotionEnded));
     }
 }

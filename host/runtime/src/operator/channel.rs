@@ -1,15 +1,19 @@
 //! Queue of commands from other threads to the control loop.
 
 use std::collections::VecDeque;
+use std::fmt;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::task::Waker;
+use std::time::Instant;
 
 use thiserror::Error;
 
 use super::command::OperatorCommand;
+use super::stop_latch::{ResumeError, Stop, StopEvent, StopLatch, Stopped};
+use super::turn::{Continuity, Turn};
 use crate::targets::{TargetReceiver, TargetSender, target_channel};
 
-/// Number of commands that may wait. A Stop or End always has room.
+/// Number of commands that may wait. A Stop or End always has room; a Resume never waits.
 pub const MAX_WAITING: usize = 64;
 
 /// A command and its number.
@@ -31,16 +35,29 @@ pub enum SendCommandError {
     /// The run has ended.
     #[error("the run has ended")]
     Ended,
-    /// A Stop was queued that the sender does not know of.
-    #[error("the rig was stopped")]
-    Stopped,
+    /// A Stop holds.
+    #[error(transparent)]
+    Stopped(#[from] Stopped),
+    /// A Resume ends nothing.
+    #[error(transparent)]
+    NotResumed(#[from] ResumeError),
+    /// The sender was sending when the rig was resumed.
+    #[error(
+        "the rig was stopped and resumed while this sender went on: begin anew, with a new gesture \
+         or after a second of silence"
+    )]
+    MustBeginAnew,
 }
 
-/// Sender of an operator's commands. Clones send to the same run.
+/// Sender of an operator's commands. Clones send to the same run, as the same source;
+/// [`source`](Self::source) returns the sender of another one.
 #[derive(Debug, Clone)]
 pub struct OperatorSender {
     queue: Arc<Mutex<Queue>>,
     targets: TargetSender,
+    /// Name of the source, for people.
+    name: Arc<str>,
+    turn: Arc<Mutex<Turn>>,
 }
 
 /// Receiver of an operator's commands, for [`RunParts::operator`](crate::run::RunParts). Commands
@@ -52,65 +69,140 @@ pub struct OperatorReceiver {
     targets: Option<TargetReceiver>,
 }
 
-#[derive(Debug, Default)]
+/// Clock of an operator: it returns the present time.
+pub type OperatorClock = Box<dyn Fn() -> Instant + Send>;
+
 struct Queue {
     waiting: VecDeque<Submitted>,
     /// Number of the last command.
     last: u64,
-    /// Number of the last Stop, 0 before the first.
-    last_stop: u64,
+    latch: StopLatch,
+    clock: OperatorClock,
     /// Ends the control loop's wait for a frame.
     waker: Option<Waker>,
     has_ended: bool,
 }
 
-/// Returns the two ends of a new queue of commands.
+impl fmt::Debug for Queue {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { waiting, last, latch, has_ended, .. } = self;
+        let mut fields = f.debug_struct("Queue");
+        fields.field("waiting", waiting).field("last", last).field("latch", latch);
+        fields.field("has_ended", has_ended).finish_non_exhaustive()
+    }
+}
+
+/// Returns the two ends of a new queue of commands. The sender is the source "the operator".
 pub fn operator() -> (OperatorSender, OperatorReceiver) {
-    let queue = Arc::new(Mutex::new(Queue::default()));
+    operator_with_clock(Box::new(Instant::now))
+}
+
+/// Returns the two ends of a new queue of commands, as [`operator`] does, whose sources are silent
+/// or not by `clock`.
+pub fn operator_with_clock(clock: OperatorClock) -> (OperatorSender, OperatorReceiver) {
+    let queue = Queue {
+        waiting: VecDeque::new(),
+        last: 0,
+        latch: StopLatch::default(),
+        clock,
+        waker: None,
+        has_ended: false,
+    };
+    let queue = Arc::new(Mutex::new(queue));
     let (targets, receiver) = target_channel();
-    let sender = OperatorSender { queue: Arc::clone(&queue), targets };
+    let (name, turn) = (Arc::from("the operator"), Arc::default());
+    let sender = OperatorSender { queue: Arc::clone(&queue), targets, name, turn };
     (sender, OperatorReceiver { queue, targets: Some(receiver) })
 }
 
 impl OperatorSender {
+    /// Returns the sender of another source of the same run: a page, a publisher, a program. `name`
+    /// names it for people, in messages about its commands.
+    #[must_use]
+    pub fn source(&self, name: &str) -> Self {
+        let (queue, targets) = (Arc::clone(&self.queue), self.targets.clone());
+        Self { queue, targets, name: Arc::from(name), turn: Arc::default() }
+    }
+
     /// Queues a command and wakes the control loop. Returns the number of the command, from 1
     /// upwards, which names it in its [`RunEvent`](crate::observer::RunEvent::Command).
     ///
-    /// # Errors
-    /// Where too many commands wait, or the run has ended.
-    pub fn send(&self, command: OperatorCommand) -> Result<u64, SendCommandError> {
-        lock(&self.queue).push(command)
-    }
-
-    /// Queues a command of a program, as [`send`](Self::send), unless a Stop was queued after the
-    /// one of number `known_stop`: also one that waits for the board still.
+    /// A Stop holds from the moment in which it is queued, and a Resume ends it at once.
     ///
     /// # Errors
-    /// As [`send`](Self::send), and [`SendCommandError::Stopped`].
-    pub fn send_unless_stopped(
-        &self,
-        command: OperatorCommand,
-        known_stop: u64,
-    ) -> Result<u64, SendCommandError> {
-        let mut queue = lock(&self.queue);
-        if queue.last_stop > known_stop {
-            return Err(SendCommandError::Stopped);
+    /// Where too many commands wait, or the run has ended. A command that moves the ball is refused
+    /// while a Stop holds, and after its Resume until the source begins anew. A Resume is refused
+    /// where it names no Stop that holds.
+    pub fn send(&self, command: OperatorCommand) -> Result<u64, SendCommandError> {
+        let queue = &mut lock(&self.queue);
+        if queue.has_ended {
+            return Err(SendCommandError::Ended);
         }
-        queue.push(command)
+        if command.moves_the_ball() {
+            self.admit(queue, Continuity::MayGoOn, &command)?;
+        }
+        if let (OperatorCommand::RampDown, Some(stop)) = (command, queue.latch.stop()) {
+            return Err(Stopped(stop.number).into());
+        }
+        if let OperatorCommand::Resume { stop } = command {
+            return queue.resume(stop, &self.name);
+        }
+        queue.push(command, &self.name)
     }
 
-    /// Returns the number of the last Stop that was queued; 0 before the first.
-    pub fn last_stop(&self) -> u64 {
-        lock(&self.queue).last_stop
+    /// Checks that this source may move the ball with a target of the [moving
+    /// targets](Self::targets) now. `continuity` says whether a gesture begins with it.
+    ///
+    /// # Errors
+    /// While a Stop holds, and after its Resume until the source begins anew.
+    pub fn admit_target(&self, continuity: Continuity) -> Result<(), SendCommandError> {
+        self.admit(&mut lock(&self.queue), continuity, &"a moving target")
+    }
+
+    /// Checks that this source may move the ball now. Counts a refusal; `what` names what would
+    /// move it.
+    fn admit(
+        &self,
+        queue: &mut Queue,
+        continuity: Continuity,
+        what: &dyn ToString,
+    ) -> Result<(), SendCommandError> {
+        let (turn, now) = (&mut lock(&self.turn), (queue.clock)());
+        if let Err(stopped) = queue.latch.admit(&self.name, what) {
+            turn.note_refused(continuity, now);
+            return Err(stopped.into());
+        }
+        let may_move = turn.takes(continuity, queue.latch.resumes(), now);
+        may_move.then_some(()).ok_or(SendCommandError::MustBeginAnew)
+    }
+
+    /// Returns the Stop that holds; `None` where the ball may be moved.
+    pub fn stop(&self) -> Option<Stop> {
+        lock(&self.queue).latch.stop().cloned()
+    }
+
+    /// Returns the time of the last Resume; `None` before the first.
+    pub fn resumed(&self) -> Option<Instant> {
+        lock(&self.queue).latch.resumed()
+    }
+
+    /// Returns whether this source has sent nothing that moves the ball for
+    /// [`BEGINS_ANEW_AFTER`](super::BEGINS_ANEW_AFTER).
+    pub fn is_silent(&self) -> bool {
+        let now = (lock(&self.queue).clock)();
+        lock(&self.turn).is_silent(now)
+    }
+
+    /// Returns the sender of targets that move. Such a target needs no answer; a Stop, a Hold, a
+    /// Target and a fault end its motion.
+    pub fn targets(&self) -> &TargetSender {
+        &self.targets
     }
 }
 
 impl Queue {
     /// Queues a command and wakes the control loop. Returns the number of the command.
-    fn push(&mut self, command: OperatorCommand) -> Result<u64, SendCommandError> {
-        if self.has_ended {
-            return Err(SendCommandError::Ended);
-        }
+    fn push(&mut self, command: OperatorCommand, by: &Arc<str>) -> Result<u64, SendCommandError> {
         if command.is_urgent() {
             // One of each is enough: a key that is held down does not fill the memory.
             self.waiting.retain(|waiting| waiting.command != command);
@@ -120,21 +212,26 @@ impl Queue {
         self.last += 1;
         let number = self.last;
         if command == OperatorCommand::Stop {
-            self.last_stop = number;
+            self.latch.latch(number, by);
         }
         self.waiting.push_back(Submitted { number, command });
+        self.wake();
+        Ok(number)
+    }
+
+    /// Ends the Stop `named`, and wakes the control loop. Returns the number of the command.
+    fn resume(&mut self, named: u64, by: &Arc<str>) -> Result<u64, SendCommandError> {
+        let (number, now) = (self.last + 1, (self.clock)());
+        self.latch.resume(named, number, by, now)?;
+        self.last = number;
+        self.wake();
+        Ok(number)
+    }
+
+    fn wake(&self) {
         if let Some(waker) = &self.waker {
             waker.wake_by_ref();
         }
-        Ok(number)
-    }
-}
-
-impl OperatorSender {
-    /// Returns the sender of targets that move. Such a target needs no answer; a Stop, a Hold, a
-    /// Target and a fault end its motion.
-    pub fn targets(&self) -> &TargetSender {
-        &self.targets
     }
 }
 
@@ -166,6 +263,18 @@ impl OperatorReceiver {
         waiting.pop_front_if(|submitted| !only_urgent || submitted.command.is_urgent())
     }
 
+    /// Returns whether a Stop holds, or waits.
+    pub(crate) fn is_stopped(&self) -> bool {
+        let queue = lock(&self.queue);
+        let waits = || queue.waiting.iter().any(|it| it.command == OperatorCommand::Stop);
+        queue.latch.stop().is_some() || waits()
+    }
+
+    /// Removes and returns the events of Stops since the last call, in their order.
+    pub(crate) fn take_stop_events(&self) -> VecDeque<StopEvent> {
+        lock(&self.queue).latch.take_events()
+    }
+
     /// Refuses further commands. Returns those that wait.
     pub(crate) fn close(&self) -> Vec<Submitted> {
         let mut queue = lock(&self.queue);
@@ -180,27 +289,79 @@ impl Drop for OperatorReceiver {
     }
 }
 
-fn lock(queue: &Mutex<Queue>) -> MutexGuard<'_, Queue> {
-    queue.lock().unwrap_or_else(PoisonError::into_inner)
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 #[cfg(test)]
 mod tests {
+    use std::sync::atomic::Ordering::Relaxed;
+    use std::time::Duration;
+
     use super::*;
 
     fn commands(submitted: &[Submitted]) -> Vec<OperatorCommand> {
         submitted.iter().map(|submitted| submitted.command).collect()
     }
 
+    fn jog() -> OperatorCommand {
+        OperatorCommand::Jog { motor: 0, distance: 5.0, rate: 5.0 }
+    }
+
     #[test]
-    fn a_program_that_does_not_know_of_a_stop_sends_nothing_after_it() {
-        use OperatorCommand::{Hold, Stop};
-        let (sender, receiver) = operator();
-        sender.send_unless_stopped(Hold, sender.last_stop()).unwrap();
-        let stop = sender.clone().send(Stop).unwrap();
-        assert_eq!(sender.send_unless_stopped(Hold, 0), Err(SendCommandError::Stopped));
-        assert_eq!(commands(&receiver.close()), [Hold, Stop]);
-        assert_eq!((sender.last_stop(), stop), (2, 2));
+    fn nothing_moves_the_ball_from_a_stop_to_the_resume_that_names_it() {
+        use OperatorCommand::{ClearFault, End, Hold, RampDown, Resume, Stop};
+        let (page, receiver) = operator();
+        let script = page.source("a script");
+        script.send(Hold).unwrap();
+        let stop = page.send(Stop).unwrap();
+        assert!(receiver.is_stopped());
+        let target = OperatorCommand::Target(nalgebra::Point3::new(0.4, 0.3, 0.2));
+        assert_eq!(page.send(RampDown), Err(Stopped(stop).into()));
+        for command in [Hold, jog(), target] {
+            for sender in [&page, &script] {
+                assert_eq!(sender.send(command), Err(Stopped(stop).into()), "{command}");
+            }
+        }
+        assert_eq!(page.admit_target(Continuity::Begins), Err(Stopped(stop).into()));
+        for command in [ClearFault, Stop, End] {
+            script.send(command).unwrap();
+        }
+        let held = page.stop().unwrap();
+        assert_eq!((held.number, &*held.by, held.refused), (stop + 2, "a script", 7));
+        let other = ResumeError::OtherStop { holds: stop + 2 };
+        assert_eq!(page.send(Resume { stop }), Err(other.into()));
+        assert_eq!(page.send(Resume { stop: stop + 2 }), Ok(stop + 3));
+        assert_eq!(page.stop(), None);
+        // The control loop has not taken the Stop.
+        assert!(receiver.is_stopped());
+        let events = receiver.take_stop_events();
+        assert!(matches!(events[2], StopEvent::Stopped(_)), "{events:?}");
+        assert!(matches!(events[3], StopEvent::Resumed { .. }), "{events:?}");
+        page.source("another page").send(Hold).unwrap();
+    }
+
+    #[test]
+    fn a_source_that_goes_on_over_a_resume_must_be_silent_before_it_moves_the_ball() {
+        let begin = Instant::now();
+        let passed = Arc::new(std::sync::atomic::AtomicU64::new(0));
+        let time = Arc::clone(&passed);
+        let now = move || begin + Duration::from_millis(time.load(Relaxed));
+        let (page, _receiver) = operator_with_clock(Box::new(now));
+        let script = page.source("a script");
+        script.send(OperatorCommand::Hold).unwrap();
+        let stop = page.send(OperatorCommand::Stop).unwrap();
+        page.send(OperatorCommand::Resume { stop }).unwrap();
+        for _ in 0..50 {
+            passed.fetch_add(100, Relaxed);
+            let refused = script.send(OperatorCommand::Hold);
+            assert_eq!(refused, Err(SendCommandError::MustBeginAnew));
+        }
+        assert!(!script.is_silent());
+        passed.fetch_add(1001, Relaxed);
+        assert!(script.is_silent());
+        script.send(OperatorCommand::Hold).unwrap();
+        script.admit_target(Continuity::MayGoOn).unwrap();
     }
 
     #[test]

@@ -16,8 +16,18 @@ pub enum OperatorCommand {
     Target(Point3<f64>),
     /// Holds the ball. A ball in motion comes to rest first, and is held where it then is.
     Hold,
-    /// Ramps the motors down. Replaces the commands that wait.
+    /// Ramps the motors down, and holds the rig: commands that move the ball are refused before a
+    /// Resume. Replaces the commands that wait.
     Stop,
+    /// Ends a Stop, at once. The ball stays where it is.
+    Resume {
+        /// Number of the Stop, from [`OperatorSender::stop`](super::OperatorSender::stop).
+        stop: u64,
+    },
+    /// Ramps the motors down as a Stop does, and does not hold the rig: for a ramp of the host
+    /// itself. Replaces the commands that wait. It is refused, and is not needed, while a Stop
+    /// holds.
+    RampDown,
     /// Clears the fault of a board whose motors stand.
     ClearFault,
     /// Turns one motor of a board whose motors stand.
@@ -73,6 +83,8 @@ impl fmt::Display for OperatorCommand {
             }
             Self::Hold => f.write_str("hold"),
             Self::Stop => f.write_str("stop"),
+            Self::Resume { stop } => write!(f, "resume after stop {stop}"),
+            Self::RampDown => f.write_str("ramp down"),
             Self::ClearFault => f.write_str("clear the fault"),
             Self::Jog { motor, distance, .. } => {
                 let letter = char::from(b'A'.saturating_add(*motor));
@@ -101,10 +113,22 @@ impl fmt::Display for Short {
 impl OperatorCommand {
     /// Returns whether the command replaces those that wait.
     pub(crate) fn is_urgent(self) -> bool {
-        matches!(self, Self::Stop | Self::End)
+        matches!(self, Self::Stop | Self::RampDown | Self::End)
     }
 
-    /// Returns the command for the board; `None` for [`Self::End`], which is of the host alone.
+    /// Returns whether the command moves the ball or has the board act on the motors. Such a
+    /// command is refused while a Stop holds.
+    pub(crate) fn moves_the_ball(self) -> bool {
+        match self {
+            Self::Target(_) | Self::Hold | Self::Jog { .. } => true,
+            Self::Stop | Self::Resume { .. } | Self::RampDown | Self::ClearFault | Self::End => {
+                false
+            }
+        }
+    }
+
+    /// Returns the command for the board; `None` for [`Self::End`], which is of the host alone, as
+    /// is [`Self::Resume`], which never waits.
     ///
     /// # Errors
     /// Where a target is outside `workspace`, or a jog is out of range.
@@ -116,14 +140,14 @@ impl OperatorCommand {
                 Command::Target(target.ok_or(CommandRefusal::TargetOutside)?)
             }
             Self::Hold => Command::Hold,
-            Self::Stop => Command::Stop,
+            Self::Stop | Self::RampDown => Command::Stop,
             Self::ClearFault => Command::ClearFault,
             Self::Jog { motor, distance, rate } => {
                 let distance = Steps16::from_si(distance).ok_or(CommandRefusal::OutOfRange)?;
                 let rate = Rate::from_si(rate).ok_or(CommandRefusal::OutOfRange)?;
                 Command::Jog(Jog { motor, distance, rate })
             }
-            Self::End => return Ok(None),
+            Self::End | Self::Resume { .. } => return Ok(None),
         }))
     }
 }

@@ -7,6 +7,11 @@
 //!
 //! [`OperatorSender::targets`] sends targets that move, which need no answers.
 //!
+//! A Stop holds: what moves the ball is refused, whoever sends it, before an
+//! [`OperatorCommand::Resume`] with the number of the Stop. A Resume moves nothing, and what was
+//! sending begins anew ([`BEGINS_ANEW_AFTER`]). Each page or program is a source of its own
+//! ([`OperatorSender::source`]).
+//!
 //! With an operator a run does not end after the last target, a timeout, a Stop or a fault: the
 //! board holds or rests, and the observers receive every frame, until [`OperatorCommand::End`], an
 //! interruption or a failure. A command that changes the motion ends the list of targets.
@@ -28,7 +33,14 @@
 
 mod channel;
 mod command;
+mod stop_latch;
+mod turn;
 
 pub(crate) use channel::Submitted;
-pub use channel::{MAX_WAITING, OperatorReceiver, OperatorSender, SendCommandError, operator};
+pub use channel::{
+    MAX_WAITING, OperatorClock, OperatorReceiver, OperatorSender, SendCommandError, operator,
+    operator_with_clock,
+};
 pub use command::{CommandOutcome, CommandRefusal, OperatorCommand};
+pub use stop_latch::{ResumeError, Stop, StopEvent, Stopped};
+pub use turn::{BEGINS_ANEW_AFTER, Continuity};

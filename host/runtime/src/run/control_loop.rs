@@ -10,6 +10,7 @@ use plumb_cameras::source::SourceError;
 use plumb_frame::observation::Gaussian3;
 use plumb_protocol::config::Workspace;
 use plumb_protocol::message::{Command, Fault, State};
+use plumb_protocol::units::Micros;
 use tracing::trace;
 
 use super::ending_after;
@@ -67,6 +68,9 @@ pub(super) struct ControlLoop<'a, 'p, T> {
     pub(super) sent: SentPositions,
     /// Command of the operator whose answer is due.
     pub(super) in_flight: Option<Submitted>,
+    /// Time of the newest telemetry when the board last answered the operator, on the board's
+    /// clock: the state that it tells is older than the answer.
+    pub(super) answered_at: Option<Micros>,
     /// Whether the board has accepted a Hold and does not hold the ball yet, as far as known.
     pub(super) is_settling: bool,
     /// Fault of a board that drives to no target, as reported.
@@ -100,6 +104,7 @@ impl<'a, 'p, T: Transport> ControlLoop<'a, 'p, T> {
             last_position: None,
             sent: SentPositions::default(),
             in_flight: None,
+            answered_at: None,
             is_settling: false,
             idle_fault: None,
             lost_in_a_row: 0,
@@ -129,6 +134,10 @@ impl<'a, 'p, T: Transport> ControlLoop<'a, 'p, T> {
     }
 
     fn drive(&mut self) -> Result<StopReason, ControlLoopError> {
+        if self.is_stopped() {
+            // A Stop that came before the run leaves nothing to begin.
+            self.cancel_list();
+        }
         self.begin_next_target()?;
         loop {
             let reason = if self.parts.interrupted.load(Ordering::Relaxed) {

@@ -21,6 +21,7 @@ pub(super) fn log_event(event: &RunEvent) {
             info!(number, ?command, %reason, "refused a command of the operator");
         }
         RunEvent::Targets(event) => info!(%event, "targets that move"),
+        RunEvent::Stop(event) => info!(%event, "stop"),
         RunEvent::BoardStopped { fault } => info!(%fault, "the board stopped outside of a drive"),
     }
 }

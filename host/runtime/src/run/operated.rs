@@ -7,7 +7,9 @@ use super::error::ControlLoopError;
 use super::waypoint::Waypoint;
 use crate::link::Transport;
 use crate::observer::RunEvent;
-use crate::operator::{CommandOutcome, CommandRefusal, OperatorCommand, Submitted};
+use crate::operator::{
+    CommandOutcome, CommandRefusal, OperatorCommand, OperatorReceiver, StopEvent, Submitted,
+};
 use crate::stop_reason::StopReason;
 
 impl<T: Transport> ControlLoop<'_, '_, T> {
@@ -39,7 +41,28 @@ impl<T: Transport> ControlLoop<'_, '_, T> {
                 }
             }
         }
+        self.handle_stop_events();
         Ok(false)
+    }
+
+    /// Reports what became of the operator's Stops. A motion that was begun before a Resume does not
+    /// go on after it.
+    fn handle_stop_events(&mut self) {
+        let Some(operator) = &self.parts.operator else { return };
+        for event in operator.take_stop_events() {
+            if let StopEvent::Resumed { number, stop, .. } = &event {
+                self.cancel_targets();
+                let command = OperatorCommand::Resume { stop: stop.number };
+                let submitted = Submitted { number: *number, command };
+                self.emit_outcome(submitted, CommandOutcome::Accepted);
+            }
+            self.emit(&RunEvent::Stop(event));
+        }
+    }
+
+    /// Returns whether a Stop of an operator holds, or waits.
+    pub(super) fn is_stopped(&self) -> bool {
+        self.parts.operator.as_ref().is_some_and(OperatorReceiver::is_stopped)
     }
 
     /// Removes and returns the operator's next command; while an answer is due, only a Stop or End.
@@ -53,7 +76,7 @@ impl<T: Transport> ControlLoop<'_, '_, T> {
         self.link.submit(command)?;
         self.in_flight = Some(submitted);
         match submitted.command {
-            OperatorCommand::Stop => {
+            OperatorCommand::Stop | OperatorCommand::RampDown => {
                 self.is_settling = false;
                 self.leave_list(StopReason::Stopped);
             }
@@ -76,6 +99,7 @@ impl<T: Transport> ControlLoop<'_, '_, T> {
         if let Some(reply) = self.link.reply()
             && let Some(submitted) = self.in_flight.take()
         {
+            self.answered_at = self.link.telemetry().map(|telemetry| telemetry.time);
             match reply {
                 Ok(()) => self.carried_out(submitted),
                 Err(refusal) => self.refuse(submitted, CommandRefusal::Board(refusal)),

@@ -26,6 +26,10 @@ impl<T: Transport> ControlLoop<'_, '_, T> {
         for event in events {
             self.emit(&RunEvent::Targets(event));
         }
+        if self.is_stopped() {
+            // A motion that is begun while the rig is stopped never moves the ball.
+            self.cancel_targets();
+        }
         if self.link.fault().is_some() {
             return Ok(());
         }
@@ -43,6 +47,8 @@ impl<T: Transport> ControlLoop<'_, '_, T> {
         let (Some(targets), Some(telemetry)) = (&mut self.targets, self.link.telemetry()) else {
             return;
         };
+        // A jog that the board has accepted is not in its telemetry yet.
+        let is_busy = is_busy || self.answered_at == Some(telemetry.time);
         let (state, position) = (telemetry.state, self.sent.named_by(telemetry));
         let place = targets.begin(state, position, now).filter(|_| !is_busy);
         let Some(place) = place else { return };

@@ -1,0 +1,203 @@
+//! The Stop that holds a rig until a Resume names it.
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+use std::time::{Instant, SystemTime};
+
+use thiserror::Error;
+
+/// Number of events that wait for the control loop. Of more the oldest are dropped.
+const MAX_EVENTS: usize = 64;
+
+/// A Stop that holds: nothing moves the ball before a [`Resume`](super::OperatorCommand::Resume)
+/// with its number.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Stop {
+    /// Number of the command.
+    pub number: u64,
+    /// Name of its sender, for people.
+    pub by: Arc<str>,
+    /// Wall clock when it was sent.
+    pub since: SystemTime,
+    /// Number of commands and targets that were refused since then.
+    pub refused: u64,
+}
+
+/// Event of the Stop that holds. Its text is for people.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[non_exhaustive]
+pub enum StopEvent {
+    /// A Stop holds from now on. The board has been asked to ramp the motors down.
+    #[error("stopped by {} (stop {}): nothing moves the ball before a Resume", .0.by, .0.number)]
+    Stopped(Stop),
+    /// Something that moves the ball was refused. There is one such event for each Stop.
+    #[error(
+        "{by}: {what} is refused, for the rig is stopped (stop {number}): Resume first; further \
+         refusals are counted only"
+    )]
+    Refused {
+        /// Number of the Stop.
+        number: u64,
+        /// Name of the sender.
+        by: Arc<str>,
+        /// The command.
+        what: String,
+    },
+    /// A Resume has ended the Stop. The ball stays where it is.
+    #[error("resumed by {by} (stop {}; refused meanwhile: {})", .stop.number, .stop.refused)]
+    Resumed {
+        /// Number of the Resume.
+        number: u64,
+        /// The Stop.
+        stop: Stop,
+        /// Name of the sender of the Resume.
+        by: Arc<str>,
+    },
+}
+
+/// Refusal for a Stop that holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
+#[error("the rig is stopped (stop {0}): Resume first")]
+pub struct Stopped(pub u64);
+
+/// Reason why a Resume ends nothing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
+pub enum ResumeError {
+    /// It names another Stop than the one that holds.
+    #[error("another stop holds: stop {holds}")]
+    OtherStop {
+        /// Number of the Stop that holds.
+        holds: u64,
+    },
+    /// No Stop holds.
+    #[error("the rig is not stopped")]
+    NotStopped,
+}
+
+/// The Stop that holds, if there is one, and the last Resume. It is apart from the state of the
+/// board: a fault and its clearing leave it.
+#[derive(Debug, Default)]
+pub(super) struct StopLatch {
+    stop: Option<Stop>,
+    /// Number of Resumes so far.
+    resumes: u64,
+    /// Time of the last Resume.
+    resumed: Option<Instant>,
+    /// Events that the control loop has not taken.
+    events: VecDeque<StopEvent>,
+}
+
+impl StopLatch {
+    /// Returns the Stop that holds.
+    pub(super) fn stop(&self) -> Option<&Stop> {
+        self.stop.as_ref()
+    }
+
+    /// Returns the number of Resumes so far.
+    pub(super) fn resumes(&self) -> u64 {
+        self.resumes
+    }
+
+    /// Returns the time of the last Resume.
+    pub(super) fn resumed(&self) -> Option<Instant> {
+        self.resumed
+    }
+
+    /// Notes a Stop, which holds from now on. A Stop before it is replaced: a Resume must name the
+    /// newest one.
+    pub(super) fn latch(&mut self, number: u64, by: &Arc<str>) {
+        let (by, since) = (Arc::clone(by), SystemTime::now());
+        let refused = self.stop.as_ref().map_or(0, |stop| stop.refused);
+        let stop = Stop { number, by, since, refused };
+        self.note(StopEvent::Stopped(stop.clone()));
+        self.stop = Some(stop);
+    }
+
+    /// Checks that no Stop holds. Counts what is refused for it.
+    ///
+    /// # Errors
+    /// [`Stopped`] with the number of the Stop that holds.
+    pub(super) fn admit(&mut self, by: &Arc<str>, what: &dyn ToString) -> Result<(), Stopped> {
+        let Some(stop) = &mut self.stop else { return Ok(()) };
+        let number = stop.number;
+        stop.refused += 1;
+        if stop.refused == 1 {
+            let (by, what) = (Arc::clone(by), what.to_string());
+            self.note(StopEvent::Refused { number, by, what });
+        }
+        Err(Stopped(number))
+    }
+
+    /// Ends the Stop `named`, at `now`, by the Resume `number` of `by`.
+    ///
+    /// # Errors
+    /// Where no Stop holds, or another one.
+    pub(super) fn resume(
+        &mut self,
+        named: u64,
+        number: u64,
+        by: &Arc<str>,
+        now: Instant,
+    ) -> Result<(), ResumeError> {
+        let holds = self.stop.as_ref().map(|stop| stop.number);
+        let Some(stop) = self.stop.take_if(|stop| stop.number == named) else {
+            let other = |holds| ResumeError::OtherStop { holds };
+            return Err(holds.map_or(ResumeError::NotStopped, other));
+        };
+        self.resumes += 1;
+        self.resumed = Some(now);
+        self.note(StopEvent::Resumed { number, stop, by: Arc::clone(by) });
+        Ok(())
+    }
+
+    /// Removes and returns the events since the last call, in their order.
+    pub(super) fn take_events(&mut self) -> VecDeque<StopEvent> {
+        std::mem::take(&mut self.events)
+    }
+
+    fn note(&mut self, event: StopEvent) {
+        if self.events.len() >= MAX_EVENTS {
+            self.events.pop_front();
+        }
+        self.events.push_back(event);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_a_resume_that_names_the_newest_stop_ends_it() {
+        let (mut latch, page, now) = (StopLatch::default(), Arc::from("the page"), Instant::now());
+        let mut resume = |latch: &mut StopLatch, named| latch.resume(named, 9, &page, now);
+        assert_eq!(resume(&mut latch, 1), Err(ResumeError::NotStopped));
+        latch.latch(1, &page);
+        latch.latch(4, &page);
+        assert_eq!(resume(&mut latch, 1), Err(ResumeError::OtherStop { holds: 4 }));
+        assert_eq!(resume(&mut latch, 4), Ok(()));
+        assert_eq!((latch.stop(), latch.resumes(), latch.resumed()), (None, 1, Some(now)));
+        assert_eq!(resume(&mut latch, 4), Err(ResumeError::NotStopped));
+    }
+
+    #[test]
+    fn refusals_are_counted_and_the_first_is_an_event() {
+        let mut latch = StopLatch::default();
+        let [page, script] = ["page 1", "a script"].map(Arc::from);
+        assert_eq!(latch.admit(&script, &"hold"), Ok(()));
+        latch.latch(7, &page);
+        for _ in 0..1000 {
+            assert_eq!(latch.admit(&script, &"hold"), Err(Stopped(7)));
+        }
+        let events: Vec<_> = latch.take_events().iter().map(ToString::to_string).collect();
+        assert_eq!(events.len(), 2, "{events:?}");
+        assert!(events[0].starts_with("stopped by page 1 (stop 7)"), "{events:?}");
+        assert!(events[1].starts_with("a script: hold is refused, for the rig is"), "{events:?}");
+        // A second Stop does not begin to count anew.
+        latch.latch(8, &page);
+        let _refused = latch.admit(&script, &"hold");
+        assert_eq!((latch.take_events().len(), latch.stop().unwrap().refused), (1, 1001));
+        (0..1000).for_each(|number| latch.latch(number, &page));
+        assert_eq!(latch.take_events().len(), MAX_EVENTS);
+    }
+}
