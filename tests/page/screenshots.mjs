@@ -43,6 +43,12 @@ async function drawRun(browser) {
     await phone.until(`document.getElementById("picture").width === 640`);
     await new Promise((resolve) => setTimeout(resolve, UNDER_WAY));
     await save(phone, "page-phone.png");
+    await phone.click("#stop");
+    for (const [tab, name] of [[desktop, "desktop"], [phone, "phone"]]) {
+      await tab.until(`!document.getElementById("stopped").hidden`);
+      await tab.until(`${state} === "ready"`);
+      await save(tab, `page-stopped-${name}.webp`);
+    }
   } finally {
     await demo.end();
   }
