@@ -44,6 +44,11 @@ impl SourceError {
         Self { is_over: true, ..Self::new(cause) }
     }
 
+    /// Returns the cause.
+    pub(crate) fn into_cause(self) -> BoxedError {
+        self.cause
+    }
+
     /// Sets the time stamp of the lost frame, seconds on the source's clock.
     #[must_use]
     pub fn with_stamp(self, stamp: f64) -> Self {

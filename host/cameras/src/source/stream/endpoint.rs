@@ -1,13 +1,18 @@
 //! Place where the senders of a stream connect.
 
+use std::cell::RefCell;
 use std::fs::{self, File};
 use std::io::{self, ErrorKind, IsTerminal, Write};
 use std::net::TcpListener;
-use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
+use std::os::fd::{AsFd, AsRawFd, BorrowedFd, OwnedFd};
 use std::os::unix::fs::FileTypeExt;
 use std::os::unix::net::{UnixListener, UnixStream};
 use std::path::{Path, PathBuf};
 
+use nix::sys::socket::{
+    AddressFamily, Backlog, SockFlag, SockType, UnixAddr, bind, listen, socket,
+};
+use nix::sys::stat::{Mode, fchmod};
 use tracing::debug;
 
 use super::address::StreamAddress;
@@ -17,7 +22,11 @@ use crate::error_chain::ErrorChain;
 
 /// Place where the senders of a stream connect. Dropping it removes a Unix socket.
 #[derive(Debug)]
-pub struct Endpoint(Kind);
+pub struct Endpoint {
+    kind: Kind,
+    /// Connection that was accepted while another one was connected, and is the next one.
+    pub(super) kept: RefCell<Option<File>>,
+}
 
 #[derive(Debug)]
 enum Kind {
@@ -30,7 +39,8 @@ enum Kind {
 }
 
 impl Endpoint {
-    /// Listens at `address`. A Unix socket that a killed program has left behind is replaced.
+    /// Listens at `address`. A Unix socket has mode 0600: only this user reaches it. One that a
+    /// killed program has left behind is replaced.
     ///
     /// # Errors
     /// Where the address is in use or the operating system refuses it; where the standard input is
@@ -40,26 +50,28 @@ impl Endpoint {
             ErrorKind::AddrInUse => StreamError::InUse { address: address.to_string() },
             _ => StreamError::Listen { address: address.to_string(), error },
         };
-        match address {
+        let kind = match address {
             StreamAddress::Unix(path) => {
                 remove_left_behind(path).map_err(failure)?;
-                let listener = UnixListener::bind(path).map_err(failure)?;
-                listener.set_nonblocking(true).map_err(failure)?;
-                Ok(Self(Kind::Unix { listener, path: path.clone() }))
+                let listener = bind_private(path).map_err(failure)?;
+                Kind::Unix { listener, path: path.clone() }
             }
             StreamAddress::Tcp(address) => {
                 let listener = TcpListener::bind(address).map_err(failure)?;
                 listener.set_nonblocking(true).map_err(failure)?;
-                Ok(Self(Kind::Tcp(listener)))
+                Kind::Tcp(listener)
             }
-            StreamAddress::StandardInput if io::stdin().is_terminal() => Err(StreamError::Terminal),
-            StreamAddress::StandardInput => Ok(Self(Kind::Input)),
-        }
+            StreamAddress::StandardInput if io::stdin().is_terminal() => {
+                return Err(StreamError::Terminal);
+            }
+            StreamAddress::StandardInput => Kind::Input,
+        };
+        Ok(Self { kind, kept: RefCell::default() })
     }
 
     /// Returns the handle that is readable when a sender waits; `None` for standard input.
     pub(super) fn listener(&self) -> Option<BorrowedFd<'_>> {
-        match &self.0 {
+        match &self.kind {
             Kind::Unix { listener, .. } => Some(listener.as_fd()),
             Kind::Tcp(listener) => Some(listener.as_fd()),
             Kind::Input => None,
@@ -77,8 +89,16 @@ impl Endpoint {
     /// # Errors
     /// Where the operating system reports one.
     pub fn next_connection(&self) -> io::Result<Option<File>> {
-        wait(&[self.listener(), None])?;
+        if let Some(kept) = self.kept.take() {
+            return Ok(Some(kept));
+        }
+        wait(&[self.listener()])?;
         self.accept()
+    }
+
+    /// Keeps a connection that was accepted as the next one.
+    pub(super) fn keep(&self, connection: File) {
+        *self.kept.borrow_mut() = Some(connection);
     }
 
     /// Returns the connection of a sender that waits, or standard input; `None` where no sender
@@ -87,7 +107,7 @@ impl Endpoint {
     /// # Errors
     /// Where the operating system reports one.
     pub(super) fn accept(&self) -> io::Result<Option<File>> {
-        let accepted = match &self.0 {
+        let accepted = match &self.kind {
             Kind::Unix { listener, .. } => listener.accept().map(|(it, _)| OwnedFd::from(it)),
             Kind::Tcp(listener) => listener.accept().map(|(it, _)| OwnedFd::from(it)),
             Kind::Input => io::stdin().as_fd().try_clone_to_owned(),
@@ -120,10 +140,21 @@ impl Endpoint {
 
 impl Drop for Endpoint {
     fn drop(&mut self) {
-        if let Kind::Unix { path, .. } = &self.0 {
+        if let Kind::Unix { path, .. } = &self.kind {
             let _removed_by_another = fs::remove_file(path);
         }
     }
+}
+
+/// Listens at a Unix socket of mode 0600. The socket has the mode before it has a path, and Linux
+/// gives it to the file at the path: there is no moment in which another user can connect.
+fn bind_private(path: &Path) -> io::Result<UnixListener> {
+    let flags = SockFlag::SOCK_CLOEXEC | SockFlag::SOCK_NONBLOCK;
+    let socket = socket(AddressFamily::Unix, SockType::Stream, flags, None)?;
+    fchmod(&socket, Mode::S_IRUSR | Mode::S_IWUSR)?;
+    bind(socket.as_raw_fd(), &UnixAddr::new(path)?)?;
+    listen(&socket, Backlog::MAXCONN)?;
+    Ok(UnixListener::from(socket))
 }
 
 /// Removes a Unix socket at which no program listens.

@@ -7,9 +7,10 @@ use plumb_frame::image::ImageSize;
 use plumb_timing::SenderClockError;
 use thiserror::Error;
 
+use super::connection::{Interruption, SILENCE};
 use super::header::{HeaderError, Part};
 use crate::decode::DecodeError;
-use crate::source::UnfitIntrinsics;
+use crate::source::{BoxedError, UnfitIntrinsics};
 
 /// Failure of a stream.
 #[derive(Debug, Error)]
@@ -48,6 +49,9 @@ pub enum StreamError {
         address: String,
         /// Time that was waited.
         waited: Duration,
+        /// Reason why the last connection has ended, where there was one.
+        #[source]
+        last: Option<BoxedError>,
     },
     /// Standard input has ended before the first frame.
     #[error("the standard input has ended before the first frame")]
@@ -58,6 +62,18 @@ pub enum StreamError {
     /// The sender has disconnected between two frames.
     #[error("the sender has disconnected; another one may connect")]
     Disconnected,
+    /// The sender was silent, and another one has begun to send.
+    #[error(
+        "the sender has sent nothing for {} s, and another one has connected",
+        SILENCE.as_secs()
+    )]
+    GaveWay,
+    /// A connection begins with something that is no stream.
+    #[error(
+        "a connection is ended: its first line is no header of a frame (is it a browser or \
+         another program?)"
+    )]
+    Stranger(#[source] Interruption),
     /// The sender has ended or disconnected within a frame.
     #[error("the sender has ended in the middle of frame {number}")]
     Truncated {

@@ -35,7 +35,7 @@ use receiver::RawFrame;
 use reception::Reception;
 
 pub use address::{AddressError, StreamAddress};
-pub use connection::Connection;
+pub use connection::{Connection, Interruption};
 pub use endpoint::Endpoint;
 pub use error::StreamError;
 pub use header::{
@@ -98,16 +98,16 @@ fn first_frame(
     limit: Duration,
 ) -> Result<RawFrame, BoxedError> {
     let begin = Instant::now();
+    let mut last = None;
     while reception.slot().wait(limit.saturating_sub(begin.elapsed())) {
         match reception.slot().take() {
             Some(Item::Frame(frame)) => return Ok(frame),
-            // A program that only looks whether something listens.
-            Some(Item::Lost(error)) if is_disconnection(&error) => {}
+            Some(Item::Lost(error)) if is_of_no_camera(&error) => last = Some(error.into_cause()),
             Some(Item::Lost(error) | Item::End(Some(error))) => return Err(error.into()),
             Some(Item::End(None)) | None => return Err(StreamError::Empty.into()),
         }
     }
-    Err(StreamError::NoSender { address: address.to_string(), waited: limit }.into())
+    Err(StreamError::NoSender { address: address.to_string(), waited: limit, last }.into())
 }
 
 /// Reads `bytes` as a sender's frames of any size, up to their end or the first error, and decodes
@@ -121,10 +121,12 @@ pub(crate) fn decode_all(mut bytes: &[u8], intrinsics: Intrinsics) -> u64 {
     decoded
 }
 
-/// Returns whether a sender has disconnected between two frames.
-fn is_disconnection(error: &SourceError) -> bool {
+/// Returns whether a connection has ended that may have been none of a camera: a program that only
+/// looks whether something listens, a browser, one that sends nothing.
+fn is_of_no_camera(error: &SourceError) -> bool {
     let cause = error.source().and_then(|cause| cause.downcast_ref());
-    matches!(cause, Some(StreamError::Disconnected))
+    use StreamError::{Disconnected, GaveWay, Stranger};
+    matches!(cause, Some(Disconnected | GaveWay | Stranger(_)))
 }
 
 impl CameraSource for StreamSource {

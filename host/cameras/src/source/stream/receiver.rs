@@ -7,7 +7,7 @@ use std::sync::Arc;
 use plumb_timing::SenderClock;
 use tracing::{debug, info};
 
-use super::connection::{Connection, STALL};
+use super::connection::{Connection, Interruption, SILENCE};
 use super::endpoint::Endpoint;
 use super::error::StreamError;
 use super::header::{Header, HeaderError, MAX_HEADER_BYTES};
@@ -63,17 +63,14 @@ impl Receiver {
             let connection = self.endpoint.next_connection().map_err(StreamError::Io)?;
             let Some(file) = connection else { continue };
             info!("a sender has connected");
-            let end = self.receive(&file);
+            let end = self.receive(file);
             let is_only = self.endpoint.is_input();
             let error = match end {
                 End::Closed => return Ok(()),
                 End::Disconnected if is_only => return Ok(()),
                 End::Disconnected => StreamError::Disconnected,
                 End::Failed(error) if is_only => return Err(error),
-                End::Failed(error) => {
-                    self.endpoint.refuse(&file, &ErrorChain(&error).to_string());
-                    error
-                }
+                End::Failed(error) => error,
             };
             debug!(error = %ErrorChain(&error), "the connection of a sender has ended");
             self.slot.offer(Item::Lost(SourceError::new(error)));
@@ -81,12 +78,9 @@ impl Receiver {
         Ok(())
     }
 
-    /// Receives the frames of one sender. Returns why they end.
-    fn receive(&self, file: &File) -> End {
-        let file = match file.try_clone() {
-            Ok(file) => file,
-            Err(error) => return End::Failed(StreamError::Io(error)),
-        };
+    /// Receives the frames of one sender. Returns why they end, and tells the sender where it has
+    /// not ended by itself.
+    fn receive(&self, file: File) -> End {
         let is_closed = || self.slot.is_closed();
         let mut input = BufReader::new(Connection::new(file, &self.endpoint, &is_closed));
         let mut clock = SenderClock::new();
@@ -94,7 +88,12 @@ impl Receiver {
             match self.next_frame(&mut input, number, &mut clock) {
                 Ok(Ok(frame)) => self.slot.offer(Item::Frame(frame)),
                 Ok(Err(lost)) => self.slot.offer(Item::Lost(SourceError::new(lost))),
-                Err(end) => return end,
+                Err(end) => {
+                    if let End::Failed(error) = &end {
+                        input.get_ref().refuse(&ErrorChain(error).to_string());
+                    }
+                    return end;
+                }
             };
         }
         End::Closed
@@ -130,12 +129,14 @@ impl Receiver {
 impl End {
     /// Returns the end of a connection by an error within frame `number`.
     fn of(error: std::io::Error, number: u64) -> Self {
-        match error.kind() {
-            ErrorKind::Other => Self::Closed,
-            ErrorKind::TimedOut => Self::Failed(StreamError::Stalled { number, waited: STALL }),
-            ErrorKind::ConnectionReset => Self::Failed(StreamError::Truncated { number }),
-            _ => Self::Failed(StreamError::Io(error)),
-        }
+        Self::Failed(match Interruption::of(&error) {
+            Some(Interruption::Closed) => return Self::Closed,
+            Some(Interruption::Stalled) => StreamError::Stalled { number, waited: SILENCE },
+            Some(Interruption::GaveWay) => StreamError::GaveWay,
+            Some(stranger @ Interruption::Stranger(_)) => StreamError::Stranger(stranger.clone()),
+            None if error.kind() == ErrorKind::ConnectionReset => StreamError::Truncated { number },
+            None => StreamError::Io(error),
+        })
     }
 }
 

@@ -1,6 +1,7 @@
 use std::fs;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::Shutdown;
+use std::os::unix::fs::PermissionsExt;
 use std::os::unix::net::{UnixListener, UnixStream};
 use std::path::{Path, PathBuf};
 use std::thread;
@@ -220,9 +221,9 @@ fn a_malformed_header_ends_the_connection_with_the_reason() {
     assert!(refusal(sender).contains("4000000000"));
     // Further senders are welcome.
     for (bytes, expected) in [
-        (vec![b'a'; 4097], "at most 4096 bytes"),
-        (b"no JSON\n".to_vec(), "not as documented"),
-        (b"\xff\xfe\n".to_vec(), "not UTF-8"),
+        (vec![b'{'; 4097], "at most 4096 bytes"),
+        (b"{no JSON\n".to_vec(), "not as documented"),
+        (b"{\xff\xfe\n".to_vec(), "not UTF-8"),
     ] {
         let mut sender = socket.connect();
         sender.write_all(&bytes).unwrap();
@@ -269,13 +270,106 @@ fn a_sender_that_ends_or_stops_within_a_frame_is_a_loss() {
 fn a_second_sender_is_refused_and_a_later_one_is_not() {
     let socket = Socket::new();
     let (mut source, mut sender) = socket.open();
-    assert!(refusal(socket.connect()).contains("another sender is connected"));
+    let second = socket.connect();
     sender.write_all(&frame(0.1)).unwrap();
+    assert!(refusal(second).contains("another sender is connected"));
     source.next_frame().unwrap().unwrap();
     drop(sender);
     assert!(loss(&mut source).contains("disconnected"));
     // Its clock may be another one.
     socket.connect().write_all(&frame(-500.0)).unwrap();
+    source.next_frame().unwrap().unwrap();
+}
+
+/// Returns bytes of strangers, each with a good frame behind them.
+fn strangers() -> [Vec<u8>; 4] {
+    let post = b"POST / HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n";
+    let handshake = b"\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03";
+    [&post[..], handshake, b"\n", b"\0"].map(|bytes| [bytes, &frame(0.5)].concat())
+}
+
+#[test]
+fn a_stranger_is_ended_by_name_and_shows_no_picture() {
+    let socket = Socket::new();
+    let (mut source, mut sender) = socket.open();
+    // The camera is connected, and may be silent for long.
+    for (bytes, t) in strangers().into_iter().zip([0.1, 0.2, 0.3, 0.4]) {
+        let mut stranger = socket.connect();
+        let _ended = stranger.write_all(&bytes);
+        let refusal = refusal(stranger);
+        assert!(
+            ["another sender is connected", "begins with"].iter().any(|it| refusal.contains(it))
+        );
+        sender.write_all(&frame(t)).unwrap();
+        source.next_frame().unwrap().unwrap();
+    }
+    drop(sender);
+    assert!(loss(&mut source).contains("disconnected"));
+    // The camera is not.
+    for bytes in strangers() {
+        let mut stranger = socket.connect();
+        let _ended = stranger.write_all(&bytes);
+        let reason = loss(&mut source);
+        assert!(reason.contains("first line is no header of a frame"), "{reason}");
+        assert!(reason.contains("a browser or another program?"), "{reason}");
+        assert!(refusal(stranger).contains("first line is no header of a frame"));
+    }
+    let mut sender = socket.connect();
+    sender.write_all(&frame(7.0)).unwrap();
+    source.next_frame().unwrap().unwrap();
+}
+
+#[test]
+fn a_stranger_before_the_camera_does_not_end_the_wait() {
+    let socket = Socket::new();
+    let (source, _sender) = thread::scope(|scope| {
+        let sender = scope.spawn(|| {
+            for bytes in strangers() {
+                let mut stranger = socket.connect();
+                let _ended = stranger.write_all(&bytes);
+                assert!(refusal(stranger).contains("first line is no header of a frame"));
+            }
+            let mut sender = socket.connect();
+            sender.write_all(&frame(0.0)).unwrap();
+            sender
+        });
+        let source = StreamSource::open(&socket.address(), INTRINSICS, LONG);
+        (source, sender.join().unwrap())
+    });
+    source.unwrap().next_frame().unwrap().unwrap();
+    // Without a camera the error names the last one.
+    let socket = Socket::new();
+    thread::scope(|scope| {
+        scope.spawn(|| {
+            let mut stranger = socket.connect();
+            let _ended = stranger.write_all(b"GET /index.html HTTP/1.1\r\n\r\n");
+            refusal(stranger)
+        });
+        let limit = Duration::from_secs(1);
+        let error = StreamSource::open(&socket.address(), INTRINSICS, limit).unwrap_err();
+        let error = ErrorChain(&*error).to_string();
+        assert!(error.contains("it begins with \"GET /index.html HTTP/1.1\""), "{error}");
+    });
+}
+
+#[test]
+fn a_camera_that_reconnects_replaces_its_dead_connection() {
+    let socket = Socket::new();
+    let (mut source, mut silent) = socket.open();
+    silent.set_read_timeout(Some(Duration::from_millis(20))).unwrap();
+    let (begin, mut answer) = (Instant::now(), String::new());
+    let mut next = None;
+    while silent.read_to_string(&mut answer).is_err() {
+        assert!(begin.elapsed() < LONG, "the silent camera does not give way");
+        // One that is refused may have gone.
+        let mut sender = socket.connect();
+        let _refused = sender.write_all(&frame(7.0));
+        next = Some(sender);
+    }
+    assert!(answer.contains("nothing for 2 s"), "{answer}");
+    assert!(loss(&mut source).contains("nothing for 2 s"));
+    source.next_frame().unwrap().unwrap();
+    next.unwrap().write_all(&frame(7.1)).unwrap();
     source.next_frame().unwrap().unwrap();
 }
 
@@ -326,6 +420,14 @@ fn a_silent_sender_is_an_error_that_does_not_end_the_stream() {
     assert!(!error.is_over() && ErrorChain(&error).to_string().contains("no frame for"), "{error}");
     sender.write_all(&frame(0.1)).unwrap();
     source.next_frame().unwrap().unwrap();
+}
+
+#[test]
+fn a_socket_is_for_its_user_only() {
+    let socket = Socket::new();
+    let (_source, _sender) = socket.open();
+    let mode = fs::symlink_metadata(socket.path()).unwrap().permissions().mode();
+    assert_eq!(mode & 0o7777, 0o600, "{mode:o}");
 }
 
 #[test]
