@@ -1,5 +1,6 @@
 //! Times of a sender's targets on the host's clock, and which of them count.
 
+use std::error::Error;
 use std::fmt;
 
 use plumb_cameras::error_chain::ErrorChain;
@@ -23,12 +24,50 @@ pub struct TargetClock {
     newest: Option<f64>,
 }
 
+/// Length up to which the rest of a line that is too long is skipped, bytes.
+pub(super) const MAX_SKIPPED_BYTES: usize = 1 << 20;
+
+/// Unreadable lines in a row that end a sender.
+const MAX_UNREADABLE: u32 = 10;
+
+/// What a sender may begin with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Beginning {
+    /// Lines that are no targets are left out, however many come before the first target:
+    /// standard input may begin with a banner.
+    #[default]
+    Banner,
+    /// The first line must be a target: a browser, which can reach a socket, cannot send one before
+    /// its request or its handshake.
+    Target,
+}
+
 /// Intake of the lines of one sender.
 #[derive(Debug, Default)]
 pub struct LineIntake {
     clock: TargetClock,
+    beginning: Beginning,
     /// Number of lines.
     lines: u64,
+    /// Whether one of the lines was a target.
+    has_target: bool,
+    /// Number of unreadable lines since the last target.
+    unreadable: u32,
+}
+
+/// Reason to end a sender.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
+#[non_exhaustive]
+pub enum SenderFault {
+    /// Its first line is no target.
+    #[error("its first line is no target (is it a browser or another program?)")]
+    FirstLine,
+    /// After a target, as many lines in a row are unreadable as end a sender.
+    #[error("ten unreadable lines in a row")]
+    Unreadable,
+    /// A line is so long that its end is not awaited.
+    #[error("a line without an end within {MAX_SKIPPED_BYTES} bytes")]
+    Endless,
 }
 
 /// Reason why a target is left out.
@@ -107,6 +146,11 @@ impl TargetClock {
 }
 
 impl LineIntake {
+    /// Returns the intake of a sender that may begin with this.
+    pub fn new(beginning: Beginning) -> Self {
+        Self { beginning, ..Self::default() }
+    }
+
     /// Takes in a line that came at `arrival` (seconds on the host's clock). Returns its target and
     /// the target's time on that clock; `None` for an empty line.
     ///
@@ -117,19 +161,34 @@ impl LineIntake {
         text: &str,
         arrival: f64,
     ) -> Result<Option<(TargetLine, f64)>, Omission> {
-        self.lines += 1;
-        if text.trim().is_empty() {
+        if text.trim().is_empty() && (self.beginning == Beginning::Banner || self.lines > 0) {
+            self.lines += 1;
             return Ok(None);
         }
-        let line = TargetLine::parse(text).map_err(|mistake| self.here(Omission::from(mistake)))?;
+        let line = TargetLine::parse(text).map_err(|mistake| self.unreadable(&mistake))?;
+        self.lines += 1;
+        (self.has_target, self.unreadable) = (true, 0);
         let time = self.clock.time(line.t, arrival).map_err(|omission| self.here(omission))?;
         Ok(Some((line, time)))
     }
 
-    /// Returns the omission of a line that cannot be read.
-    pub(super) fn unreadable(&mut self, problem: &dyn fmt::Display) -> Omission {
+    /// Returns the omission of a line that cannot be read, because of `error`.
+    pub(super) fn unreadable(&mut self, error: &dyn Error) -> Omission {
         self.lines += 1;
-        self.here(Omission::new(problem, OmissionKind::Unreadable))
+        self.unreadable = self.unreadable.saturating_add(1);
+        self.here(Omission::new(&ErrorChain(error), OmissionKind::Unreadable))
+    }
+
+    /// Returns why the sender must be ended after the lines that it has sent; `None` where it may
+    /// go on.
+    pub fn fault(&self) -> Option<SenderFault> {
+        match self.beginning {
+            Beginning::Target if self.lines > 0 && !self.has_target => Some(SenderFault::FirstLine),
+            _ if self.has_target && self.unreadable >= MAX_UNREADABLE => {
+                Some(SenderFault::Unreadable)
+            }
+            _ => None,
+        }
     }
 
     /// Returns the number of lines.
@@ -179,6 +238,37 @@ mod tests {
         assert!((times[2] - 1.3).abs() < 1e-6, "{times:?}");
         assert_eq!(left_out, LeftOut { out_of_order: 3, ..LeftOut::default() });
         assert_eq!(problems[0], "line 3: the time stamp is 0.100 s before the newest one");
+    }
+
+    /// Takes lines until the sender is ended. Returns the number of targets, and why it is ended.
+    fn take_until_fault(beginning: Beginning, lines: &[&str]) -> (usize, Option<SenderFault>) {
+        let mut intake = LineIntake::new(beginning);
+        let mut targets = 0;
+        for text in lines {
+            targets += usize::from(matches!(intake.take(text, 0.0), Ok(Some(_))));
+            if intake.fault().is_some() {
+                break;
+            }
+        }
+        (targets, intake.fault())
+    }
+
+    #[test]
+    fn a_banner_may_come_first_on_standard_input_only() {
+        let (good, bad) = ("{\"target\": [0.4, 0.3, 0.2]}", "tracker 1.7");
+        for banner in [&[bad][..], &[""], &["", bad, bad], &[bad; 50]] {
+            let lines = [banner, &[good, good]].concat();
+            assert_eq!(take_until_fault(Beginning::Banner, &lines), (2, None), "{banner:?}");
+            let fault = Some(SenderFault::FirstLine);
+            assert_eq!(take_until_fault(Beginning::Target, &lines), (0, fault), "{banner:?}");
+        }
+        // After the first target they are alike.
+        for beginning in [Beginning::Banner, Beginning::Target] {
+            let nine = [&[good][..], &[bad; 9], &["", good], &[bad; 9], &[good]].concat();
+            assert_eq!(take_until_fault(beginning, &nine), (3, None));
+            let ten = [&[good][..], &[bad; 5], &[""], &[bad; 5], &[good]].concat();
+            assert_eq!(take_until_fault(beginning, &ten), (1, Some(SenderFault::Unreadable)));
+        }
     }
 
     #[test]

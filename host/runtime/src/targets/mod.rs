@@ -29,7 +29,9 @@ use serde::Serialize;
 
 pub use address::{TargetAddress, TargetAddressError};
 pub use channel::{MAX_WAITING, MotionId, TargetReceiver, TargetSender, target_channel};
-pub use intake::{LineIntake, MAX_AGE_S, Omission, OmissionKind, TargetClock};
+pub use intake::{
+    Beginning, LineIntake, MAX_AGE_S, Omission, OmissionKind, SenderFault, TargetClock,
+};
 pub use line::{LineMistake, MAX_LINE_BYTES, TargetLine};
 pub use stream::{TargetStream, TargetStreamError};
 

@@ -10,13 +10,15 @@ use std::time::{Duration, Instant};
 
 use plumb_cameras::bounded_read::{LineError, ReadError, read_line, read_text};
 use plumb_cameras::error_chain::ErrorChain;
-use plumb_cameras::source::stream::{Connection, Endpoint, StreamError};
+use plumb_cameras::source::stream::{Connection, Endpoint, Interruption, StreamError};
 use thiserror::Error;
 use tracing::{debug, info};
 
 use super::address::TargetAddress;
 use super::channel::{MotionId, TargetSender};
-use super::intake::{LineIntake, Omission};
+use super::intake::{
+    Beginning, LineIntake, MAX_SKIPPED_BYTES, Omission, OmissionKind, SenderFault,
+};
 use super::line::{MAX_LINE_BYTES, TargetLine};
 
 /// Largest file, bytes: an hour at 200 Hz.
@@ -68,6 +70,10 @@ struct Reader {
     /// Zero of the host's clock.
     zero: Instant,
 }
+
+/// End of a sender, with the reason that it gets; `None` where it has ended by itself, or with
+/// the stream.
+struct End(Option<String>);
 
 impl TargetStream {
     /// Listens at `address`, or reads the file, and sends its targets to `sender`. A file is
@@ -173,36 +179,54 @@ impl Reader {
         self.sender.end();
     }
 
-    /// Receives the targets of one sender, until it ends.
+    /// Receives the targets of one sender, until it ends or is ended.
     fn receive_one(&self, file: File, endpoint: &Endpoint) {
         let is_closed = || self.is_closed();
         let mut input = BufReader::new(Connection::new(file, endpoint, &is_closed));
-        let mut intake = LineIntake::default();
-        loop {
-            let taken = match read_line(&mut input, MAX_LINE_BYTES) {
-                Ok(Some(text)) => intake.take(&text, self.zero.elapsed().as_secs_f64()),
-                Ok(None) => break,
-                Err(LineError::Io(error)) => {
-                    self.note_end(&error);
-                    break;
-                }
-                Err(error) => {
-                    let is_too_long = matches!(error, LineError::TooLong { .. });
-                    if is_too_long && skip_line(&mut input).is_err() {
-                        break;
-                    }
-                    Err(intake.unreadable(&error))
-                }
-            };
-            match taken {
-                Ok(Some((line, time))) => self.send(&line, time),
-                Ok(None) => {}
-                Err(Omission { problem, kind }) => {
-                    self.sender.leave_out(problem, |left_out| kind.count(left_out));
-                }
+        let beginning = if endpoint.is_input() { Beginning::Banner } else { Beginning::Target };
+        let mut intake = LineIntake::new(beginning);
+        let End(reason) = loop {
+            if let Err(end) = self.receive_line(&mut input, &mut intake) {
+                break end;
             }
+        };
+        if let Some(reason) = reason {
+            input.get_ref().refuse(&reason);
         }
         debug!(lines = intake.lines(), "a sender of targets has ended");
+    }
+
+    /// Receives a line, and sends its target to the run.
+    ///
+    /// # Errors
+    /// Where the sender has ended, or is ended.
+    fn receive_line(
+        &self,
+        input: &mut BufReader<Connection<'_>>,
+        intake: &mut LineIntake,
+    ) -> Result<(), End> {
+        let (omission, is_too_long) = match read_line(input, MAX_LINE_BYTES) {
+            Ok(None) => return Err(End(None)),
+            Ok(Some(text)) => match intake.take(&text, self.zero.elapsed().as_secs_f64()) {
+                Ok(target) => {
+                    target.iter().for_each(|(line, time)| self.send(line, *time));
+                    return Ok(());
+                }
+                Err(omission) => (omission, false),
+            },
+            Err(LineError::Io(error)) => return Err(self.interrupted(&error)),
+            Err(error) => (intake.unreadable(&error), matches!(error, LineError::TooLong { .. })),
+        };
+        let mut fault = intake.fault();
+        if fault.is_none() && is_too_long {
+            let is_skipped = skip_line(input).map_err(|error| self.interrupted(&error))?;
+            fault = (!is_skipped).then_some(SenderFault::Endless);
+        }
+        if let Some(fault) = fault {
+            return Err(self.end(fault, omission));
+        }
+        self.leave_out(omission);
+        Ok(())
     }
 
     fn send(&self, line: &TargetLine, time: f64) {
@@ -210,28 +234,51 @@ impl Reader {
         self.sender.send(self.motion, at, line.position(), line.velocity());
     }
 
-    /// Tells why a connection ended, where its sender has not ended it.
-    fn note_end(&self, error: &io::Error) {
-        if !matches!(error.kind(), ErrorKind::Other | ErrorKind::ConnectionReset) {
-            self.sender.leave_out(format!("targets cannot be received: {error}"), |_| {});
-        }
+    fn leave_out(&self, Omission { problem, kind }: Omission) {
+        self.sender.leave_out(problem, |left_out| kind.count(left_out));
+    }
+
+    /// Leaves a line out, and ends its sender because of `fault`.
+    fn end(&self, fault: SenderFault, Omission { problem, kind }: Omission) -> End {
+        let reason = format!("{fault}: {problem}");
+        self.leave_out(Omission { problem: format!("a sender is ended: {reason}"), kind });
+        End(Some(reason))
+    }
+
+    /// Returns the end of a sender whose connection cannot be read on, and tells why where the
+    /// sender has not ended it.
+    fn interrupted(&self, error: &io::Error) -> End {
+        let reason = match Interruption::of(error) {
+            Some(Interruption::Closed) => return End(None),
+            Some(stranger @ Interruption::Stranger(_)) => {
+                let omission =
+                    Omission { problem: stranger.to_string(), kind: OmissionKind::Unreadable };
+                return self.end(SenderFault::FirstLine, omission);
+            }
+            Some(interruption) => interruption.to_string(),
+            None if error.kind() == ErrorKind::ConnectionReset => return End(None),
+            None => format!("targets cannot be received: {error}"),
+        };
+        self.sender.leave_out(reason.clone(), |_| {});
+        End(Some(reason))
     }
 }
 
-/// Skips the rest of a line.
-fn skip_line(input: &mut impl BufRead) -> io::Result<()> {
-    loop {
+/// Skips the rest of a line. Returns whether it has an end within [`MAX_SKIPPED_BYTES`], or the
+/// input has.
+fn skip_line(input: &mut impl BufRead) -> io::Result<bool> {
+    let mut skipped = 0;
+    while skipped <= MAX_SKIPPED_BYTES {
         let bytes = input.fill_buf()?;
-        if bytes.is_empty() {
-            return Ok(());
-        }
         let end = bytes.iter().position(|&byte| byte == b'\n');
-        let count = end.map_or(bytes.len(), |end| end + 1);
+        let (count, has_ended) = (end.map_or(bytes.len(), |end| end + 1), bytes.is_empty());
         input.consume(count);
-        if end.is_some() {
-            return Ok(());
+        if has_ended || end.is_some() {
+            return Ok(true);
         }
+        skipped += count;
     }
+    Ok(false)
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 use nalgebra::{Point3, Vector3};
 use plumb_path::tracker::{BRAKE_S, COAST_S, Course, TargetTracker};
 use plumb_path::trajectory::Moment;
-use plumb_runtime::targets::{LineIntake, MAX_AGE_S};
+use plumb_runtime::targets::{Beginning, LineIntake, MAX_AGE_S, TargetLine};
 
 use super::Target;
 
@@ -46,6 +46,7 @@ const AHEAD_S: [f64; 7] = [0.0, 0.01, 0.13, 0.35, 0.55, 0.81, 30.0];
 /// Takes the lines in, and the places in the workspace as those of the target.
 pub fn run(input: &[u8]) {
     let text = String::from_utf8_lossy(input);
+    check_first_line(&text);
     let (mut intake, mut tracker) = (LineIntake::default(), TargetTracker::new(MAX_SPEED));
     let mut arrival = 0.0;
     for line in text.lines() {
@@ -61,6 +62,15 @@ pub fn run(input: &[u8]) {
             take(&mut tracker, time, line.position(), line.velocity());
         }
     }
+}
+
+/// Checks that a sender on a socket is ended by its first line, or begins with a target.
+fn check_first_line(text: &str) {
+    let Some(line) = text.lines().next() else { return };
+    let mut intake = LineIntake::new(Beginning::Target);
+    let taken = intake.take(line, 0.0);
+    assert_eq!(intake.fault().is_none(), TargetLine::parse(line).is_ok(), "{line:?}");
+    assert_eq!(taken.is_ok(), intake.fault().is_none(), "{line:?}: {taken:?}");
 }
 
 /// Takes in a place. Checks that the newest one counts, and where the target goes from there.
