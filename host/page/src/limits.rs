@@ -10,7 +10,7 @@ pub struct Limits {
     pub connections: usize,
     /// Highest number of open pages.
     pub clients: usize,
-    /// Longest request, bytes.
+    /// Longest head of a request, bytes.
     pub request_bytes: usize,
     /// Longest time for a request to arrive, and for its reply to be taken.
     pub request_time: Duration,

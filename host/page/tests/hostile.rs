@@ -5,6 +5,7 @@
 mod common;
 
 use std::io::{Read, Write};
+use std::net::SocketAddr;
 use std::time::Duration;
 
 use common::{Client, connect, exchange, get, page};
@@ -24,6 +25,36 @@ fn huge_and_malformed_requests_are_refused() {
     let post = format!("POST / HTTP/1.1\r\nHost: {address}\r\nContent-Length: 2\r\n\r\nhi");
     assert!(exchange(address, post.as_bytes()).starts_with("HTTP/1.1 405 "));
     assert_eq!(get(address, "/", &[&format!("Host: {address}")]).0, 200);
+}
+
+/// Sends a request whose head has `length` bytes, at once or in parts. Returns the status.
+fn status_of_head(address: SocketAddr, length: usize, part: usize) -> String {
+    let begin = format!("GET / HTTP/1.1\r\nHost: {address}\r\nX: ");
+    let head = format!("{begin}{}\r\n\r\n", "x".repeat(length - begin.len() - 4));
+    assert_eq!(head.len(), length);
+    let mut stream = connect(address);
+    stream.set_nodelay(true).unwrap();
+    for bytes in head.as_bytes().chunks(part) {
+        // The server may have refused it.
+        let _refused = stream.write_all(bytes);
+    }
+    let mut reply = Vec::new();
+    let _reset = stream.read_to_end(&mut reply);
+    String::from_utf8_lossy(&reply[..reply.len().min(12)]).into_owned()
+}
+
+#[test]
+fn a_request_has_as_many_bytes_as_the_limit_says() {
+    let (_page, address) = page("127.0.0.1", Limits::DEFAULT, None);
+    assert_eq!(Limits::DEFAULT.request_bytes, 8 << 10);
+    for part in [8192, 100_000, 1000, 2048, 2047] {
+        assert_eq!(status_of_head(address, 8192, part), "HTTP/1.1 200", "parts of {part} bytes");
+        for length in [8193, 9000, 10_239, 10_240] {
+            let status = status_of_head(address, length, part);
+            // The reply may be lost where the client is still sending.
+            assert!(["", "HTTP/1.1 431"].contains(&&*status), "{length}: {status}");
+        }
+    }
 }
 
 #[test]

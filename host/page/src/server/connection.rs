@@ -94,12 +94,13 @@ impl Pending {
                 Err(error) if error.kind() == ErrorKind::Interrupted => continue,
                 Err(_) => return None,
             }
+            let limit = site.limits.request_bytes;
             match Request::parse(&self.received) {
-                Parsed::Complete(request, length) => {
+                Parsed::Complete(request, length) if length <= limit => {
                     return self.answer(&request, length, site, now);
                 }
-                Parsed::Partial if self.received.len() <= site.limits.request_bytes => {}
-                Parsed::Partial => {
+                Parsed::Partial if self.received.len() < limit => {}
+                Parsed::Complete(..) | Parsed::Partial => {
                     let reply = Reply::text(Status::TooLarge, "The request is too long.\n");
                     return self.reply(&reply, false, site, now);
                 }
