@@ -65,16 +65,18 @@ pub struct Recorder {
 }
 
 impl RecordFolder {
-    /// Creates the folder `path`, and those above it.
+    /// Creates the folder `path`, and those above it. A symbolic link to an empty folder is that
+    /// folder.
     ///
     /// # Errors
     /// [`RecordError::Exists`] where `path` exists and is not an empty folder; where it cannot be
     /// created.
     pub fn create(path: &Path) -> Result<Self, RecordError> {
-        if path.symlink_metadata().is_ok_and(|data| !data.is_dir()) {
-            return Err(RecordError::Exists(path.to_owned()));
-        }
-        fs::create_dir_all(path).map_err(io_error("create", path))?;
+        fs::create_dir_all(path).map_err(|error| match path.symlink_metadata() {
+            // The path exists and is no folder.
+            Ok(_) => RecordError::Exists(path.to_owned()),
+            Err(_) => io_error("create", path)(error),
+        })?;
         let mut entries = fs::read_dir(path).map_err(io_error("look into", path))?;
         if entries.next().is_some() {
             return Err(RecordError::Exists(path.to_owned()));

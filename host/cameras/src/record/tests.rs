@@ -1,5 +1,7 @@
 //! Tests of recordings.
 
+use std::os::unix::fs::symlink;
+
 use plumb_frame::camera::{Camera, Distortion, DistortionCoefficients};
 use plumb_frame::image::Image;
 
@@ -80,6 +82,22 @@ fn a_recording_is_never_overwritten() {
     assert!(matches!(error, RecordError::Exists(_)), "{error}");
     let error = RecordFolder::create(&folder.path().join("rgb.txt")).unwrap_err();
     assert!(matches!(error, RecordError::Exists(_)), "{error}");
+}
+
+#[test]
+fn a_link_to_an_empty_folder_is_that_folder() {
+    let folder = tempfile::tempdir().unwrap();
+    let [empty, full, link] = ["empty", "full", "link"].map(|name| folder.path().join(name));
+    fs::create_dir(&empty).unwrap();
+    fs::create_dir_all(full.join("kept")).unwrap();
+    symlink(&empty, &link).unwrap();
+    assert_eq!(RecordFolder::create(&link).unwrap().oni(), link.join("recording.oni"));
+    for elsewhere in [full, folder.path().join("absent")] {
+        fs::remove_file(&link).unwrap();
+        symlink(elsewhere, &link).unwrap();
+        let error = RecordFolder::create(&link).unwrap_err();
+        assert!(matches!(error, RecordError::Exists(_)), "{error}");
+    }
 }
 
 #[test]

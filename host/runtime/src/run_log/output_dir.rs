@@ -12,7 +12,7 @@ const LAST_NUMBER: u32 = 9999;
 /// Choice of the folder that a run writes to.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum OutputDir {
-    /// This folder, which must be new or empty.
+    /// This folder, which must be new or empty. A symbolic link to an empty folder is that folder.
     Path(PathBuf),
     /// A new folder `PREFIX-0001`, `PREFIX-0002`, ... under `parent`, one above the highest there.
     Numbered {
@@ -37,7 +37,8 @@ impl OutputDir {
     }
 }
 
-/// Creates the folder `path` and those above it. It must be empty if it exists.
+/// Creates the folder `path` and those above it. It must be empty if it exists. A symbolic link to
+/// an empty folder is that folder.
 fn new_folder(path: PathBuf) -> Result<PathBuf, RunLogError> {
     if let Err(source) = fs::create_dir_all(&path) {
         // The path exists and is not a folder.

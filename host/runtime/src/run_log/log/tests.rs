@@ -1,4 +1,5 @@
 use std::fs;
+use std::os::unix::fs::symlink;
 
 use plumb_protocol::message::{Fault, State};
 use serde_json::json;
@@ -299,6 +300,24 @@ fn a_run_is_never_overwritten() {
     let empty = parent.path().join("empty");
     fs::create_dir(&empty).unwrap();
     assert!(create(&empty, scene()).is_ok(), "an empty folder can be used");
+}
+
+#[test]
+fn a_link_to_an_empty_folder_is_that_folder() {
+    let parent = tempfile::tempdir().unwrap();
+    let [empty, full, link] = ["empty", "full", "link"].map(|name| parent.path().join(name));
+    fs::create_dir(&empty).unwrap();
+    fs::create_dir_all(full.join("kept")).unwrap();
+    symlink(&empty, &link).unwrap();
+    create(&link, scene()).unwrap().record(&row(0)).unwrap();
+    assert!(empty.join("run.csv").exists());
+    // The run in it is not overwritten, and neither is what stands elsewhere.
+    for elsewhere in [empty, full, parent.path().join("absent")] {
+        fs::remove_file(&link).unwrap();
+        symlink(&elsewhere, &link).unwrap();
+        let error = create(&link, scene()).unwrap_err();
+        assert!(matches!(&error, RunLogError::Exists(path) if *path == link), "{error}");
+    }
 }
 
 #[test]
