@@ -5,7 +5,7 @@ use std::sync::atomic::AtomicBool;
 use nalgebra::Point3;
 use plumb_cameras::source::CameraSource;
 use plumb_frame::detect::BallDetector;
-use plumb_protocol::message::{Jog, Refusal, State};
+use plumb_protocol::message::{Jog, Refusal};
 use plumb_protocol::units::{Rate, Steps16};
 
 use super::error::ExaminationError;
@@ -67,6 +67,8 @@ pub struct Examination<'a, 'p, T> {
     max_steps: f64,
     /// Number of pictures so far.
     pub(super) frames: u64,
+    /// Number of pictures that were lost since the last good one.
+    pub(super) lost_in_a_row: u32,
     /// Place of the ball before the first jog, metres.
     pub(super) start: Point3<f64>,
     /// Scatter of the ball's positions before the first jog, metres.
@@ -99,6 +101,7 @@ impl<'a, 'p, T: Transport> Examination<'a, 'p, T> {
             rate: Rate::from_si(rate).unwrap_or(Rate(1)),
             max_steps: max_steps(rig),
             frames: 0,
+            lost_in_a_row: 0,
             start: Point3::origin(),
             start_scatter: 0.0,
             begin,
@@ -185,9 +188,12 @@ impl<'a, 'p, T: Transport> Examination<'a, 'p, T> {
             Err(LinkError::Refused { refusal: Refusal::JogTravel, .. }) => return Ok(false),
             Err(error) => return Err(error.into()),
         }
-        // With a running mean over the step plan the motor comes to rest after the jog's end.
-        while matches!(self.tend(|_| ())?.state, State::Jogging | State::Stopping) {}
-        Ok(true)
+        loop {
+            let telemetry = self.tend(|_| ())?;
+            if !self.link.is_jogging(&telemetry)? {
+                return Ok(true);
+            }
+        }
     }
 
     /// Returns the place of the ball after the motor of `output` has turned by `steps`: the middle

@@ -20,6 +20,9 @@ const SETTLE_S: f64 = 0.4;
 /// stop for a silent host.
 const MAX_WAIT: Duration = Duration::from_millis(50);
 
+/// Number of lost pictures in a row after which the camera counts as gone, as in a run.
+const MAX_LOST_IN_A_ROW: u32 = 30;
+
 /// Pictures of the ball at rest.
 pub(super) struct Pictures {
     /// Positions where the ball was located, metres in the rig frame.
@@ -77,9 +80,15 @@ impl<T: Transport> Examination<'_, '_, T> {
         let frame = match self.parts.source.next_frame() {
             Ok(Some(frame)) => frame,
             Ok(None) => return Err(ExaminationError::EndOfFrames),
-            Err(error) if error.is_over() => return Err(error.into()),
-            Err(_lost) => return Ok(None),
+            Err(error) if error.is_over() || self.lost_in_a_row >= MAX_LOST_IN_A_ROW => {
+                return Err(error.into());
+            }
+            Err(_lost) => {
+                self.lost_in_a_row += 1;
+                return Ok(None);
+            }
         };
+        self.lost_in_a_row = 0;
         let observation = self.parts.detector.detect(&frame)?;
         self.frames += 1;
         Ok(Some(FrameRecord {

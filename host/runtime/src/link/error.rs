@@ -144,10 +144,27 @@ pub enum LinkError {
         /// Time since the motors last slowed down.
         waited: Duration,
     },
+    /// The board reports that motors turn for longer than they can.
+    #[error(
+        "{port}: the board reports that motors turn {:.1} s after the beginning of {what}, which \
+         takes {:.1} s at most: press the emergency button if they turn, and report it",
+        .waited.as_secs_f64(), .longest.as_secs_f64()
+    )]
+    StillTurning {
+        /// Its path.
+        port: String,
+        /// What should have ended.
+        what: &'static str,
+        /// Time since it began.
+        waited: Duration,
+        /// Its longest time.
+        longest: Duration,
+    },
     /// The board was sent into its bootloader and still runs its program.
     #[error(
-        "{port}: the board accepted the request and still answers after {waited:?}: it has not \
-         restarted into its bootloader; an emulated board has none"
+        "{port}: the board accepted the request and still answers after {:.1} s: it has not \
+         restarted into its bootloader; an emulated board has none",
+        .waited.as_secs_f64()
     )]
     StillThere {
         /// Its path.

@@ -11,6 +11,7 @@ mod exchange;
 mod follow;
 mod incoming;
 mod monitor;
+mod rest;
 mod service;
 mod submission;
 mod target;
@@ -31,6 +32,7 @@ use board_clock::BoardClock;
 pub use error::LinkError;
 use follow::PathRequest;
 use monitor::{LinkMonitor, Problem};
+use rest::{JogUnderWay, RampDown};
 pub use submission::Reply;
 use submission::Submission;
 use target::TargetRequest;
@@ -61,6 +63,8 @@ pub struct Link<T> {
     sequence: u16,
     /// Id of the Configure command in force.
     configuration: Option<u16>,
+    /// The configuration in force, where this link has sent it.
+    config: Option<Config>,
     /// When the board carried it out, or cleared its last fault, on the board's clock. Earlier
     /// telemetry is ignored.
     configured: Micros,
@@ -69,6 +73,8 @@ pub struct Link<T> {
     path: Option<PathRequest>,
     /// Number of the last message of a path.
     references: u16,
+    /// The last jog.
+    jog: Option<JogUnderWay>,
     /// Command that was submitted and not answered.
     submission: Option<Submission>,
     /// Answer to the last submitted command.
@@ -103,10 +109,12 @@ impl<T: Transport> Link<T> {
             last_tx: Duration::ZERO,
             sequence: 0,
             configuration: None,
+            config: None,
             configured: Micros(0),
             target: None,
             path: None,
             references: 0,
+            jog: None,
             submission: None,
             reply: None,
             telemetry: None,
@@ -137,6 +145,7 @@ impl<T: Transport> Link<T> {
             error => error,
         })?;
         (self.configuration, self.configured) = (Some(id), time);
+        self.config = Some(config);
         (self.telemetry, self.fault) = (None, None);
         self.monitor.begin(self.transport.now());
         info!(id, "configured the board");
@@ -155,28 +164,20 @@ impl<T: Transport> Link<T> {
     /// Ramps down and waits until the motors stand still.
     ///
     /// # Errors
-    /// Where the link fails, or the motors do not come to rest.
+    /// Where the link fails, or the motors do not come to rest in the time that their ramp takes.
     pub fn stop(&mut self) -> Result<(), LinkError> {
         (self.target, self.path, self.submission) = (None, None, None);
         debug!("stopping the motors");
         self.request("the request to stop", Command::Stop)?;
-        let (mut fastest, mut since) = (u64::MAX, self.transport.now());
+        let mut ramp = RampDown::begin(self.transport.now());
         loop {
             let Telemetry { state, rates, .. } = self.status()?;
-            let rate = rates.iter().map(|rate| u64::from(rate.0.unsigned_abs())).sum();
             // The last rates of a ramp are rounded to 0 while the board still stops.
-            if rate == 0 && state != State::Stopping {
+            if rates.iter().all(|rate| rate.0 == 0) && state != State::Stopping {
                 debug!(%state, "the motors stand");
                 return Ok(());
             }
-            let now = self.transport.now();
-            if rate < fastest {
-                (fastest, since) = (rate, now);
-            }
-            let waited = now.saturating_sub(since);
-            if waited > ANSWER_TIMEOUT {
-                return Err(LinkError::NotAtRest { port: self.transport.name(), waited });
-            }
+            self.check_ramp(&mut ramp, rates)?;
             self.listen(POLL_INTERVAL)?;
         }
     }

@@ -7,17 +7,21 @@ use super::*;
 /// Timeout of the greeting with which [`Link::bootloader`] checks that the board has gone.
 const CHECK_TIMEOUT: Duration = Duration::from_millis(300);
 
-/// Longest wait for a board to restart into its bootloader: its motors ramp down first.
+/// Longest wait for a board whose motors stand to restart into its bootloader. Motors that turn
+/// ramp down first.
 const RESTART_TIMEOUT: Duration = Duration::from_secs(3);
 
 impl<T: Transport> Link<T> {
     /// Begins to turn one motor, and returns at once. The board stops the motor if nothing comes
-    /// from the host for its deadline: ask for [`Link::status`] until the jog has ended.
+    /// from the host for its deadline: ask for [`Link::status`] until the jog has ended
+    /// ([`Link::is_jogging`]).
     ///
     /// # Errors
     /// Where the board refuses it, or the link fails.
     pub fn jog(&mut self, jog: Jog) -> Result<(), LinkError> {
-        self.request("the jog", Command::Jog(jog)).map(drop)
+        self.request("the jog", Command::Jog(jog))?;
+        self.jog = Some(self.jog_under_way(&jog));
+        Ok(())
     }
 
     /// Ramps down, and clears the fault for which the board stopped by itself. Without a fault it
@@ -53,19 +57,28 @@ impl<T: Transport> Link<T> {
     /// gone.
     ///
     /// # Errors
-    /// [`LinkError::StillThere`] where the board accepts the request and still answers after 3 s;
-    /// others where nothing answers, or the link fails.
+    /// [`LinkError::StillThere`] where the board accepts the request and still answers 3 s after the
+    /// longest ramp of its motors; others where nothing answers, or the link fails.
     pub fn bootloader(transport: T) -> Result<(), LinkError> {
         let mut link = Self::open(transport)?;
         link.request("the request to go into its bootloader", Command::Bootloader)?;
-        let deadline = link.transport.now() + RESTART_TIMEOUT;
-        while link.transport.now() < deadline {
+        let (begin, mut ramp) = (link.transport.now(), None);
+        let waited = loop {
             match link.hello(CHECK_TIMEOUT) {
                 Err(LinkError::Silent { .. } | LinkError::Lost { .. }) => return Ok(()),
                 Ok(()) | Err(LinkError::Version { .. }) => link.listen(POLL_INTERVAL).map(drop)?,
                 Err(error) => return Err(error),
             }
-        }
-        Err(LinkError::StillThere { port: link.transport.name(), waited: RESTART_TIMEOUT })
+            if let Some(Telemetry { rates, .. }) = link.telemetry
+                && rates.iter().any(|rate| rate.0 != 0)
+            {
+                ramp.get_or_insert_with(|| link.longest_ramp(rates));
+            }
+            let waited = link.transport.now().saturating_sub(begin);
+            if waited > RESTART_TIMEOUT + ramp.unwrap_or_default() {
+                break waited;
+            }
+        };
+        Err(LinkError::StillThere { port: link.transport.name(), waited })
     }
 }

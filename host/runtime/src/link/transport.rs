@@ -36,7 +36,8 @@ pub struct Serial {
     opened: Instant,
 }
 
-/// Timeout of a write: after this time nobody reads at the other end.
+/// Timeout of a write, and of a whole message: after this time nobody reads at the other end, or
+/// far too slowly.
 const WRITE_TIMEOUT: Duration = Duration::from_millis(200);
 
 /// USB product name of the firmware (firmware/src/link/usb.rs).
@@ -101,7 +102,9 @@ impl Transport for Serial {
     }
 
     fn send(&mut self, bytes: &[u8]) -> Result<(), LinkError> {
-        self.port.write_all(bytes).map_err(|error| self.lost(error))
+        let opened = self.opened;
+        write_within(&mut self.port, bytes, WRITE_TIMEOUT, || opened.elapsed())
+            .map_err(|error| self.lost(error))
     }
 
     fn receive(&mut self, bytes: &mut Vec<u8>, wait: Duration) -> Result<(), LinkError> {
@@ -126,6 +129,29 @@ impl Transport for Serial {
     }
 }
 
+/// Writes all of `bytes` within `limit`, on the clock `now`. A single write may take its own timeout
+/// beyond it.
+fn write_within(
+    port: &mut impl Write,
+    mut bytes: &[u8],
+    limit: Duration,
+    now: impl Fn() -> Duration,
+) -> std::io::Result<()> {
+    let begin = now();
+    while !bytes.is_empty() {
+        match port.write(bytes) {
+            Ok(0) => return Err(ErrorKind::WriteZero.into()),
+            Ok(count) => bytes = &bytes[count..],
+            Err(error) if error.kind() == ErrorKind::Interrupted => {}
+            Err(error) => return Err(error),
+        }
+        if !bytes.is_empty() && now().saturating_sub(begin) > limit {
+            return Err(ErrorKind::TimedOut.into());
+        }
+    }
+    Ok(())
+}
+
 /// Returns whether a read ended without bytes and without harm: by its timeout or a signal.
 fn is_passing(error: &std::io::Error) -> bool {
     matches!(error.kind(), ErrorKind::TimedOut | ErrorKind::WouldBlock | ErrorKind::Interrupted)
@@ -139,5 +165,37 @@ impl Serial {
             Ok(_) => Ok(()),
             Err(error) => Err(self.lost(error)),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::cell::Cell;
+
+    use super::*;
+
+    /// Port whose other end takes a byte in 150 ms.
+    struct Trickle<'a>(&'a Cell<Duration>);
+
+    impl Write for Trickle<'_> {
+        fn write(&mut self, _: &[u8]) -> std::io::Result<usize> {
+            self.0.set(self.0.get() + Duration::from_millis(150));
+            Ok(1)
+        }
+
+        fn flush(&mut self) -> std::io::Result<()> {
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn a_reader_that_takes_single_bytes_does_not_hold_a_message_up() {
+        let now = Cell::default();
+        let write =
+            |bytes: &[u8]| write_within(&mut Trickle(&now), bytes, WRITE_TIMEOUT, || now.get());
+        let error = write(&[0; 256]).unwrap_err();
+        assert_eq!(error.kind(), ErrorKind::TimedOut);
+        assert!(now.get() <= 2 * WRITE_TIMEOUT, "{:?}", now.get());
+        write(&[0; 2]).unwrap();
     }
 }

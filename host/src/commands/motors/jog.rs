@@ -176,8 +176,7 @@ fn turn(
             tell!("interrupted: the motor has stopped on the way");
             return Ok(link.status()?);
         }
-        // With a running mean over the step plan the motor comes to rest after the jog's end.
-        if !matches!(telemetry.state, State::Jogging | State::Stopping) {
+        if !link.is_jogging(&telemetry)? {
             return Ok(telemetry);
         }
         thread::sleep(POLL_INTERVAL);
