@@ -41,8 +41,11 @@ pub struct Summary {
     pub error_mm: Option<f64>,
     /// Number of targets that were reached.
     pub targets_reached: usize,
-    /// The targets of the run so far, in order.
+    /// The targets of the run so far, in order; of more than 1000 the first 100 and the last 900.
     pub legs: Vec<Leg>,
+    /// Number of targets between these two parts; left out where it is 0.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub legs_left_out: u64,
     /// How the ball followed a path; left out where it followed none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub path: Option<PathSummary>,

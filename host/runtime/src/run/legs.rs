@@ -1,6 +1,10 @@
 //! The drives to one target each: the one under way, those that ended, and the waypoints that wait.
 
+mod ended;
+
 use std::collections::VecDeque;
+
+pub(super) use ended::EndedLegs;
 
 use super::waypoint::{CheckedWaypoint, Route, Waypoint};
 use crate::stop_reason::StopReason;
@@ -14,8 +18,8 @@ pub(super) struct Legs {
     is_repeated: bool,
     /// Drive under way.
     current: Option<Drive>,
-    /// Legs that ended, in order.
-    ended: Vec<Leg>,
+    /// Legs that ended.
+    ended: EndedLegs,
     /// Whether a command or a fault ended the list of targets before its end.
     is_cancelled: bool,
 }
@@ -36,7 +40,8 @@ impl Legs {
     pub(super) fn new(route: &Route) -> Self {
         let waiting = route.waypoints.iter().copied().collect();
         let is_repeated = route.is_repeated;
-        Self { waiting, is_repeated, current: None, ended: Vec::new(), is_cancelled: false }
+        let ended = EndedLegs::default();
+        Self { waiting, is_repeated, current: None, ended, is_cancelled: false }
     }
 
     /// Removes and returns the next waypoint of the list. In a repeated list it waits again.
@@ -58,7 +63,7 @@ impl Legs {
     /// the run. Returns its number, from 0.
     pub(super) fn begin(&mut self, waypoint: Waypoint, begin: f64, frames: u64) -> usize {
         self.current = Some(Drive { waypoint, begin, reached: None, frames_before: frames });
-        self.ended.len()
+        self.ended.count()
     }
 
     /// Returns whether a leg is under way.
@@ -122,20 +127,17 @@ impl Legs {
             ending,
             error_mm: stats.error.map(millimetres),
         });
-        Some(self.ended.len() - 1)
+        Some(self.ended.count() - 1)
     }
 
     /// Returns whether every target of the list and of the operator was reached.
     pub(super) fn all_reached(&self) -> bool {
-        let is_complete = !self.ended.is_empty()
-            && self.waiting.is_empty()
-            && !self.is_cancelled
-            && !self.is_driving();
-        is_complete && self.ended.iter().all(|leg| leg.reached)
+        let is_complete = self.waiting.is_empty() && !self.is_cancelled && !self.is_driving();
+        is_complete && self.ended.count() > 0 && self.ended.reached() == self.ended.count()
     }
 
     /// Returns the legs that ended.
-    pub(super) fn into_ended(self) -> Vec<Leg> {
+    pub(super) fn into_ended(self) -> EndedLegs {
         self.ended
     }
 }
@@ -155,6 +157,39 @@ mod tests {
         legs.note_reached(1.0);
         legs.end(ending, &RunStats::default());
         legs.all_reached()
+    }
+
+    /// The leg number `number` takes as many frames and is reached, but for one of ten.
+    #[test]
+    fn of_many_legs_the_first_and_the_last_are_kept_and_all_are_counted() {
+        const ALL: usize = 25_000;
+        let mut legs = Legs::new(&Route { waypoints: Vec::new(), is_repeated: false });
+        let mut stats = RunStats::default();
+        for number in 0..ALL {
+            let begun = legs.begin(Waypoint::new([0.4, 0.3, 0.2]), 0.0, stats.frames);
+            stats.frames += number as u64;
+            let ending = if number % 10 == 0 { StopReason::Stopped } else { StopReason::Reached };
+            assert_eq!((Some(begun), begun), (legs.end(ending, &stats), number));
+        }
+        assert!(!legs.all_reached());
+        let ended = legs.into_ended();
+        assert_eq!((ended.count(), ended.reached()), (ALL, ALL - ALL / 10));
+        let kept: Vec<u64> = ended.into_kept().iter().map(|leg| leg.frames).collect();
+        let expected = (0..100).chain(ALL as u64 - 900..ALL as u64);
+        assert!(kept.iter().copied().eq(expected), "{kept:?}");
+    }
+
+    #[test]
+    fn a_leg_that_is_left_out_and_was_not_reached_counts() {
+        let mut legs = Legs::new(&Route { waypoints: Vec::new(), is_repeated: false });
+        for number in 0..3000 {
+            legs.begin(Waypoint::new([0.4, 0.3, 0.2]), 0.0, 0);
+            let missed = number == 1000;
+            let ending = if missed { StopReason::Timeout } else { StopReason::Reached };
+            legs.end(ending, &RunStats::default());
+        }
+        assert!(!legs.all_reached());
+        assert!(legs.into_ended().into_kept().iter().all(|leg| leg.reached));
     }
 
     #[test]

@@ -28,6 +28,7 @@ use crate::summary::{RunStats, millimetres, round};
 use crate::targets::TargetSource;
 use control_loop::ControlLoop;
 pub use error::{ControlLoopError, RunError};
+use legs::EndedLegs;
 pub use parts::{DEFAULT_TIMEOUT, RunParts};
 use path::PathDrive;
 pub use path::{PathPlan, PathPlanError, PathSummary, Spread, Spreads};
@@ -256,10 +257,12 @@ impl<T: Transport> Run<T> {
         &self,
         parts: &RunParts<'_>,
         stats: &RunStats,
-        legs: Vec<Leg>,
+        legs: EndedLegs,
         followed: Followed,
         ending: Ending,
     ) -> Summary {
+        let (count, targets_reached) = (legs.count(), legs.reached());
+        let legs = legs.into_kept();
         Summary {
             reached: ending.reached,
             law: self.law,
@@ -267,7 +270,8 @@ impl<T: Transport> Run<T> {
             frames: stats.frames,
             time_s: round(stats.time, 1e6),
             error_mm: stats.error.map(millimetres),
-            targets_reached: legs.iter().filter(|leg| leg.reached).count(),
+            targets_reached,
+            legs_left_out: (count - legs.len()) as u64,
             legs,
             path: followed.path,
             targets: followed.targets,

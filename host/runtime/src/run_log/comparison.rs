@@ -2,30 +2,67 @@
 
 use std::path::{Path, PathBuf};
 
-use super::figures::errors_over_time;
+use super::figures::{HasError, Samples, errors_over_time};
 use super::output_dir::write_new;
 use super::{OutputDir, RunLogError};
 use crate::observer::{FrameRecord, Observer};
 
-/// Observer that collects the error of a run over time, for one curve of the figure.
+/// Observer that collects the error of a run over time, for one curve of the figure. Of a long run
+/// it keeps the largest errors.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LawCurve {
     /// Name of the curve.
-    pub law: String,
-    /// Seconds since the run's start, and |e| in metres; in the order of time.
-    pub points: Vec<(f64, f64)>,
+    law: String,
+    points: Samples<CurvePoint>,
+}
+
+/// Point of a curve.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct CurvePoint {
+    /// Time since the run's start, seconds.
+    time_s: f64,
+    /// |e|, metres.
+    error_m: f64,
+}
+
+impl HasError for CurvePoint {
+    fn error_m(&self) -> Option<f64> {
+        Some(self.error_m)
+    }
 }
 
 impl LawCurve {
     /// Returns a curve without points.
     pub fn new(law: String) -> Self {
-        Self { law, points: Vec::new() }
+        Self { law, points: Samples::new() }
+    }
+
+    /// Adds a point: seconds since the run's start, and |e| in metres.
+    pub(super) fn add(&mut self, time_s: f64, error_m: f64) {
+        self.points.push(CurvePoint { time_s, error_m });
+    }
+
+    /// Returns the curve with another name.
+    pub(super) fn named(self, law: String) -> Self {
+        Self { law, ..self }
+    }
+
+    /// Returns the name.
+    pub(super) fn law(&self) -> &str {
+        &self.law
+    }
+
+    /// Returns the points in the order of time: seconds since the run's start, and |e| in metres.
+    pub(super) fn points(&self) -> Vec<(f64, f64)> {
+        self.points.to_vec().iter().map(|point| (point.time_s, point.error_m)).collect()
     }
 }
 
 impl Observer for LawCurve {
     fn frame(&mut self, record: &FrameRecord) {
-        self.points.extend(record.error().map(|error| (record.time, error)));
+        if let Some(error) = record.error() {
+            self.add(record.time, error);
+        }
     }
 }
 

@@ -49,7 +49,7 @@ pub struct RunLog {
     lost: LostFrames,
     /// Number of the last frame in `run.csv`.
     last_frame: Option<u64>,
-    samples: Samples,
+    samples: Samples<Sample>,
     settings: FigureSettings,
     failure: Option<RunLogError>,
     unwritten: Option<RunLogError>,

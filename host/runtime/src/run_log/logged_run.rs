@@ -15,9 +15,9 @@ use super::{FigureSettings, LawCurve, LogPath, LogRow, RunLogError, figures_file
 pub struct LoggedRun {
     folder: PathBuf,
     settings: FigureSettings,
-    samples: Samples,
-    /// |e| (metres) over the time since the run's start (seconds).
-    errors: Vec<(f64, f64)>,
+    samples: Samples<Sample>,
+    /// |e| over the time, without a name.
+    errors: LawCurve,
 }
 
 /// Columns of `run.csv` that the figures show. [`LogRow`] says what they are.
@@ -75,11 +75,14 @@ impl LoggedRun {
             let path = folder.join("run.csv");
             RunLogError::NotARun { folder: folder.into(), source: RowError { path, source }.into() }
         };
-        let (mut samples, mut errors) = (Samples::new(), Vec::new());
-        for row in read_rows(&folder.join("run.csv")).map_err(failed)? {
-            errors.extend(row.error_m.map(|error| (row.t_s, error)));
+        let (mut samples, mut errors) = (Samples::new(), LawCurve::new(String::new()));
+        let take = |row: LogRow| {
+            if let Some(error) = row.error_m {
+                errors.add(row.t_s, error);
+            }
             samples.push(Sample::from(&row));
-        }
+        };
+        read_rows(&folder.join("run.csv"), take).map_err(failed)?;
         Ok(Self { folder: folder.into(), settings, samples, errors })
     }
 
@@ -111,23 +114,23 @@ impl LoggedRun {
     fn curve(&self) -> LawCurve {
         let name = self.folder.file_name().unwrap_or(self.folder.as_os_str());
         let law = format!("{}: {}", name.to_string_lossy(), self.settings.title);
-        LawCurve { law, points: self.errors.clone() }
+        self.errors.clone().named(law)
     }
 }
 
-/// Reads the rows of `run.csv`. A last row that a full disk cut off is left out.
-fn read_rows(path: &Path) -> Result<Vec<LogRow>, csv::Error> {
+/// Hands the rows of `run.csv` to `take`. A last row that a full disk cut off is left out.
+fn read_rows(path: &Path, mut take: impl FnMut(LogRow)) -> Result<(), csv::Error> {
     let mut reader = csv::Reader::from_path(path)?;
     let header = reader.headers()?.clone();
-    let (mut rows, mut record) = (Vec::new(), StringRecord::new());
+    let mut record = StringRecord::new();
     loop {
         match reader.read_record(&mut record) {
-            Ok(true) => rows.push(record.deserialize::<Row>(Some(&header))?.into()),
-            Ok(false) => return Ok(rows),
+            Ok(true) => take(record.deserialize::<Row>(Some(&header))?.into()),
+            Ok(false) => return Ok(()),
             Err(error) => {
                 let is_cut = matches!(error.kind(), ErrorKind::UnequalLengths { .. });
                 let is_last = !reader.read_record(&mut record).unwrap_or(true);
-                return if is_cut && is_last { Ok(rows) } else { Err(error) };
+                return if is_cut && is_last { Ok(()) } else { Err(error) };
             }
         }
     }
@@ -192,7 +195,7 @@ mod tests {
         let run = LoggedRun::read(&path).unwrap();
         assert_eq!((run.settings.title.as_str(), run.settings.threshold_m), ("taut", 0.005));
         assert_eq!(
-            (run.samples.to_vec().len(), run.errors.clone()),
+            (run.samples.to_vec().len(), run.errors.points()),
             (3, vec![(0.0, 0.1), (1.0, 0.1)])
         );
         for figure in [run.redraw().unwrap(), run.redraw().unwrap()].concat() {

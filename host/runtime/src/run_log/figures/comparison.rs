@@ -28,9 +28,9 @@ struct Axes {
 impl Axes {
     /// Returns the axes that show all curves, and the threshold (metres) at some height.
     fn around(curves: &[LawCurve], threshold_m: f64) -> Self {
-        let points = || curves.iter().flat_map(|curve| &curve.points);
-        let last = points().map(|(t, _)| *t).filter(|t| t.is_finite()).fold(1.0, f64::max);
-        let error = points().map(|(_, e)| *e).filter(|e| *e <= FARTHEST_M);
+        let points = || curves.iter().flat_map(LawCurve::points);
+        let last = points().map(|(t, _)| t).filter(|t| t.is_finite()).fold(1.0, f64::max);
+        let error = points().map(|(_, e)| e).filter(|e| *e <= FARTHEST_M);
         let error = error.fold(2.0 * threshold_m, f64::max);
         Self { time_s: 1.02 * last, error_mm: 1.08e3 * error.max(1e-3) }
     }
@@ -89,10 +89,10 @@ fn draw_chart(
         .y_desc("|e| (mm)")
         .draw()?;
     for (curve, colour) in curves.iter().zip(COLOURS.into_iter().cycle()) {
-        let points = curve.points.iter().map(|(t, e)| (*t, 1e3 * e));
+        let points = curve.points().into_iter().map(|(t, e)| (t, 1e3 * e));
         chart
             .draw_series(LineSeries::new(points, stroke(colour, 5)))?
-            .label(&curve.law)
+            .label(curve.law())
             .legend(move |(x, y)| PathElement::new([(x, y), (x + 48, y)], stroke(colour, 5)));
     }
     if let Some(threshold) = threshold_m.map(|metres| 1e3 * metres) {

@@ -17,7 +17,7 @@ pub(super) use comparison::errors_over_time;
 pub(super) use deviation::from_path;
 pub(super) use panels::over_frames;
 pub(super) use path::in_space;
-pub(super) use samples::Samples;
+pub(super) use samples::{HasError, Samples};
 
 /// Failure to draw a figure.
 pub(super) type DrawError = DrawingAreaErrorKind<std::io::Error>;
@@ -53,6 +53,12 @@ pub(super) struct Deviation {
     along_m: Option<f64>,
     /// Distance across the path, metres.
     cross_m: Option<f64>,
+}
+
+impl HasError for Sample {
+    fn error_m(&self) -> Option<f64> {
+        self.error_m
+    }
 }
 
 impl From<&LogRow> for Sample {

@@ -1,29 +1,33 @@
 //! Rows of a run as the figures need them, in bounded memory.
 
-use super::Sample;
-
 /// Number of samples above which they are thinned out: 2.6 MB, ten for each point of a line.
 const MOST: usize = 30_000;
+
+/// Sample of a run.
+pub(in crate::run_log) trait HasError: Copy {
+    /// Returns |e|, metres, where it is known.
+    fn error_m(&self) -> Option<f64>;
+}
 
 /// Samples of a run. A long run keeps the one with the largest error of each group of neighbours,
 /// so that a run of days takes no more memory than one of a quarter of an hour.
 #[derive(Debug, Clone, PartialEq)]
-pub(in crate::run_log) struct Samples {
-    kept: Vec<Sample>,
+pub(in crate::run_log) struct Samples<S> {
+    kept: Vec<S>,
     /// Number of rows for each sample.
     group: u64,
     /// Number of rows in the present group, and the sample to keep of it.
-    pending: (u64, Option<Sample>),
+    pending: (u64, Option<S>),
 }
 
-impl Samples {
+impl<S: HasError> Samples<S> {
     /// Creates an empty list.
     pub(in crate::run_log) fn new() -> Self {
         Self { kept: Vec::new(), group: 1, pending: (0, None) }
     }
 
     /// Adds the sample of the next row.
-    pub(in crate::run_log) fn push(&mut self, sample: Sample) {
+    pub(in crate::run_log) fn push(&mut self, sample: S) {
         let (rows, kept) = self.pending;
         let kept = kept.map_or(sample, |kept| farther(kept, sample));
         if rows + 1 < self.group {
@@ -38,7 +42,7 @@ impl Samples {
     }
 
     /// Returns the samples, in the order of their rows.
-    pub(in crate::run_log) fn to_vec(&self) -> Vec<Sample> {
+    pub(in crate::run_log) fn to_vec(&self) -> Vec<S> {
         self.kept.iter().copied().chain(self.pending.1).collect()
     }
 
@@ -50,12 +54,13 @@ impl Samples {
 }
 
 /// Returns the sample with the larger error.
-fn farther(a: Sample, b: Sample) -> Sample {
-    if b.error_m > a.error_m { b } else { a }
+fn farther<S: HasError>(a: S, b: S) -> S {
+    if b.error_m() > a.error_m() { b } else { a }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::Sample;
     use super::*;
 
     #[test]
