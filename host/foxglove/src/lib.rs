@@ -209,7 +209,7 @@ impl Observer for FoxgloveOutput {
         if let Some(telemetry) = &record.telemetry
             && self.telemetry.replace(telemetry.time) != Some(telemetry.time)
         {
-            self.channels.telemetry.log(&TelemetryMessage::new(record.number, telemetry), stamp);
+            self.channels.telemetry.log(&TelemetryMessage::new(record, telemetry), stamp);
         }
         self.check_file();
     }

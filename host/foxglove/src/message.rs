@@ -78,7 +78,8 @@ pub(crate) struct TelemetryMessage {
     pub(crate) rates_steps_s: [f64; 3],
     /// Last accepted position minus target, metres; `None` without a target.
     pub(crate) error_m: Option<[f64; 3]>,
-    /// |e| of the filtered position, metres; `None` without a target.
+    /// |e| of the filtered position, metres; `None` without a target, and before the board has
+    /// accepted a position of the ball.
     pub(crate) filtered_error_m: Option<f64>,
     /// Number of damaged frames that the board received.
     pub(crate) bad_frames: u16,
@@ -88,11 +89,11 @@ pub(crate) struct TelemetryMessage {
 }
 
 impl TelemetryMessage {
-    /// Makes the message of the telemetry that the record of frame `frame` has.
-    pub(crate) fn new(frame: u64, telemetry: &Telemetry) -> Self {
-        let has_target = telemetry.target.is_some();
+    /// Makes the message of the `telemetry` of a record.
+    pub(crate) fn new(record: &FrameRecord, telemetry: &Telemetry) -> Self {
+        let filtered_error_m = record.filtered_error;
         Self {
-            frame,
+            frame: record.number,
             board_time_s: telemetry.time.0 as f64 / 1e6,
             state: telemetry.state.to_string(),
             advice: match telemetry.state {
@@ -104,8 +105,8 @@ impl TelemetryMessage {
             sequence: telemetry.sequence,
             motors_steps: telemetry.motors.map(Steps16::to_si),
             rates_steps_s: telemetry.rates.map(Rate::to_si),
-            error_m: has_target.then(|| telemetry.error.to_metres()),
-            filtered_error_m: has_target.then(|| telemetry.filtered_error.to_si()),
+            error_m: filtered_error_m.map(|_| telemetry.error.to_metres()),
+            filtered_error_m,
             bad_frames: telemetry.bad_frames,
             tensions_weights: telemetry.tensions.map(|t| t.map(RelativeTension::to_si)),
         }

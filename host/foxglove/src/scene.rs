@@ -181,6 +181,7 @@ mod tests {
             target: Point3::new(0.4, 0.4, 0.15),
             telemetry: None,
             state: None,
+            filtered_error: None,
             ground_truth: None,
             path: None,
         }

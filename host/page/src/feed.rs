@@ -89,7 +89,7 @@ impl Feed {
         let mut news = self.shared.lock();
         news.samples.push(sample(record), SAMPLES);
         news.frame = Some(frame_view(record));
-        news.board = record.telemetry.as_ref().map(board_view);
+        news.board = board_view(record);
         // The old frame is freed after the lock.
         let old = std::mem::replace(&mut news.image, image);
         self.shared.publish(news);

@@ -225,7 +225,8 @@ pub(crate) struct BoardView {
     pub(crate) rates: [f64; 3],
     /// Motor positions, full steps from the zero of travel, + pays out.
     pub(crate) motors: [f64; 3],
-    /// |e| of the filtered position, metres; `None` without a target.
+    /// |e| of the filtered position, metres; `None` without a target, and before the board has
+    /// accepted a position of the ball.
     pub(crate) filtered_error: Option<f64>,
     /// Number of damaged frames that the board received.
     pub(crate) bad_frames: u16,

@@ -69,6 +69,7 @@ fn record(number: u64, images: &(ColourImage, DepthImage)) -> FrameRecord {
         target: Point3::origin(),
         telemetry: None,
         state: None,
+        filtered_error: None,
         ground_truth: None,
         path: None,
     }

@@ -61,6 +61,9 @@ pub struct FrameRecord {
     pub telemetry: Option<Telemetry>,
     /// State of the board, if its telemetry is about the present target.
     pub state: Option<State>,
+    /// |e| of the position that the board has filtered, metres, from the newest telemetry; `None`
+    /// without a target, and before the board has accepted a position of the ball.
+    pub filtered_error: Option<f64>,
     /// What a simulation knows of the frame; `None` for a real camera.
     pub ground_truth: Option<GroundTruth>,
     /// Point of the path that the ball follows; `None` without a path.

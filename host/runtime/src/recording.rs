@@ -62,6 +62,7 @@ mod tests {
             target,
             telemetry,
             state,
+            filtered_error: None,
             ground_truth: None,
             path: None,
         }

@@ -236,6 +236,19 @@ fn a_fault_that_is_cleared_without_one_ends_nothing() {
     assert!((place - Point3::from(SECOND)).norm() < 0.010, "{place}");
 }
 
+/// The board refuses every position, for each one is too old.
+#[test]
+fn without_an_accepted_position_there_is_no_error() {
+    let scenario = Scenario { latency: 2.0, ..IDEAL };
+    let (summary, seen) = run(&scenario, &mut at_frames(&[(60, OperatorCommand::End)]));
+    assert!(summary.located > 30 && summary.refused_positions > 30, "{summary:?}");
+    assert_eq!(summary.error_mm, None);
+    assert!(seen.frames.iter().all(|frame| frame.filtered_error.is_none()));
+    let (summary, seen) = run(&IDEAL, &mut at_frames(&[(60, OperatorCommand::End)]));
+    assert!(summary.error_mm.is_some_and(|error| error > 10.0), "{summary:?}");
+    assert!(seen.frames[60].filtered_error.is_some());
+}
+
 /// The Hold and the end of the time for the target cross on the way.
 #[test]
 fn a_hold_at_the_end_of_the_time_is_carried_out_or_refused() {

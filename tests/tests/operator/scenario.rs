@@ -148,6 +148,8 @@ pub(crate) struct Scenario {
     pub(crate) seed: u64,
     /// Frames in which the ball is hidden.
     pub(crate) hidden: std::ops::Range<u64>,
+    /// Time from a picture to its delivery, s.
+    pub(crate) latency: f64,
     /// Longest drive to a target, s.
     pub(crate) timeout: f64,
     /// Frame after which the run is interrupted.
@@ -160,6 +162,7 @@ pub(crate) const IDEAL: Scenario = Scenario {
     link: "ideal",
     seed: 1,
     hidden: 0..0,
+    latency: 0.045,
     timeout: 60.0,
     interrupt_at: u64::MAX,
     moving: &[],
@@ -173,7 +176,8 @@ pub(crate) fn run<'a>(scenario: &Scenario, operation: &'a mut Operation<'a>) -> 
     let wire = (link(scenario.link).wire)(scenario.seed);
     let board = VirtualBoard::paper().expect("the paper's rig").with_wire(wire);
     let camera = camera_file::paper().expect("the paper's camera");
-    let mut source = TrackingCamera::new(board.rig(), camera.clone(), Timing::default());
+    let timing = Timing { latency: scenario.latency, ..Timing::default() };
+    let mut source = TrackingCamera::new(board.rig(), camera.clone(), timing);
     let (detector, hidden) = (FixedDetector(camera), scenario.hidden.clone());
     let time = RunTime::default();
     let (sender, receiver) = operator_with_clock(time.clock());

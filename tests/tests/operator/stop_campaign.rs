@@ -231,7 +231,7 @@ impl Observer for Campaign<'_> {
 /// afterwards they may move the ball.
 fn senders(plan: &Plan, page: &OperatorSender, random: &mut ChaCha8Rng) -> Vec<Sender> {
     let count = random.random_range(1..=4);
-    let kinds = Kind::ALL.choose_multiple(random, count).copied().collect::<Vec<_>>();
+    let kinds = Kind::ALL.sample(random, count).copied().collect::<Vec<_>>();
     let is_fit = |kind: &Kind| !plan.is_resumed || *kind != Kind::Unasked;
     let new = |kind| Sender::new(kind, page, ChaCha8Rng::seed_from_u64(random.random()));
     kinds.into_iter().filter(is_fit).map(new).collect()

@@ -28,6 +28,7 @@ fn record(number: u64) -> FrameRecord {
         target: Point3::new(0.4, 0.4, 0.15),
         telemetry: None,
         state: None,
+        filtered_error: None,
         ground_truth: None,
         path: None,
     }
@@ -94,7 +95,8 @@ fn what_the_board_has_not_said_is_unknown() {
     let view = feed.next_update(3, &mut cursor).board.unwrap().tensions.unwrap();
     assert_eq!((view.weights, view.near_slack), ([0.5, 0.148, 0.152], [false, true, false]));
     let fault = State::Fault(Fault::PositionLost);
-    feed.frame(&FrameRecord { telemetry: Some(telemetry(fault, Some(3))), ..record(2) });
+    let faulted = Some(telemetry(fault, Some(3)));
+    feed.frame(&FrameRecord { telemetry: faulted, filtered_error: Some(0.0015), ..record(2) });
     let board = feed.next_update(3, &mut cursor).board.unwrap();
     assert_eq!((board.state, board.filtered_error), ("fault", Some(0.0015)));
     assert_eq!(board.fault.unwrap().text, Fault::PositionLost.to_string());

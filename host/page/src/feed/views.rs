@@ -2,7 +2,7 @@
 
 use std::time::UNIX_EPOCH;
 
-use plumb_protocol::message::{State, Telemetry};
+use plumb_protocol::message::State;
 use plumb_protocol::units::{Rate, RelativeTension, Steps16};
 use plumb_runtime::advice::after_fault;
 use plumb_runtime::observer::FrameRecord;
@@ -38,23 +38,24 @@ pub(super) fn frame_view(record: &FrameRecord) -> FrameView {
     }
 }
 
-/// Returns the board's state.
-pub(super) fn board_view(telemetry: &Telemetry) -> BoardView {
+/// Returns the board's state; `None` before the first telemetry.
+pub(super) fn board_view(record: &FrameRecord) -> Option<BoardView> {
+    let telemetry = record.telemetry.as_ref()?;
     let fault = match telemetry.state {
         State::Fault(fault) => {
             Some(FaultView { text: fault.to_string(), next: after_fault(fault) })
         }
         _ => None,
     };
-    BoardView {
+    Some(BoardView {
         state: state_name(telemetry.state),
         fault,
         rates: telemetry.rates.map(Rate::to_si).map(|rate| (rate * 10.0).round() / 10.0 + 0.0),
         motors: telemetry.motors.map(Steps16::to_si),
-        filtered_error: telemetry.target.map(|_| telemetry.filtered_error.to_si()),
+        filtered_error: record.filtered_error,
         bad_frames: telemetry.bad_frames,
         tensions: telemetry.tensions.map(tension_view),
-    }
+    })
 }
 
 /// Returns the Stop that holds.

@@ -23,6 +23,7 @@ fn record(state: Option<State>) -> FrameRecord {
         target: target(0.4),
         telemetry: None,
         state,
+        filtered_error: None,
         ground_truth: None,
         path: None,
     }

@@ -94,6 +94,7 @@ impl<T: Transport> Examination<'_, '_, T> {
         Ok(Some(FrameRecord {
             number: self.frames - 1,
             time: frame.time() - self.begin,
+            filtered_error: None,
             ground_truth: frame.ground_truth(),
             path: None,
             frame: Some(Arc::new(frame)),

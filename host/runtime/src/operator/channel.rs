@@ -331,7 +331,7 @@ mod tests {
         assert_eq!((held.number, &*held.by, held.refused), (stop + 2, "a script", 7));
         let other = ResumeError::OtherStop { holds: stop + 2 };
         assert_eq!(page.send(Resume { stop }), Err(other.into()));
-        assert_eq!(page.send(Resume { stop: stop + 2 }), Ok(stop + 3));
+        assert_eq!(page.send(Resume { stop: stop + 2 }), Ok(stop + 4));
         assert_eq!(page.stop(), None);
         // The control loop has not taken the Stop.
         assert!(receiver.is_stopped());

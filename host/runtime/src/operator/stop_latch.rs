@@ -170,7 +170,7 @@ mod tests {
     #[test]
     fn only_a_resume_that_names_the_newest_stop_ends_it() {
         let (mut latch, page, now) = (StopLatch::default(), Arc::from("the page"), Instant::now());
-        let mut resume = |latch: &mut StopLatch, named| latch.resume(named, 9, &page, now);
+        let resume = |latch: &mut StopLatch, named| latch.resume(named, 9, &page, now);
         assert_eq!(resume(&mut latch, 1), Err(ResumeError::NotStopped));
         latch.latch(1, &page);
         latch.latch(4, &page);

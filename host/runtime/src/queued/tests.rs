@@ -28,7 +28,18 @@ fn record(number: u64) -> FrameRecord {
     let target = Point3::origin();
     let (frame, observation, telemetry, state) = (None, None, None, None);
     let (time, ground_truth, path) = (0.0, None, None);
-    FrameRecord { number, time, frame, observation, target, telemetry, state, ground_truth, path }
+    FrameRecord {
+        number,
+        time,
+        frame,
+        observation,
+        target,
+        telemetry,
+        state,
+        filtered_error: None,
+        ground_truth,
+        path,
+    }
 }
 
 fn slow(overflow: Overflow, fails_at: u64) -> (Queued<Slow>, Sender<()>) {

@@ -66,6 +66,8 @@ pub(super) struct ControlLoop<'a, 'p, T> {
     pub(super) last_position: Option<Point3<f64>>,
     /// Positions that were sent to the board last.
     pub(super) sent: SentPositions,
+    /// Whether the board has accepted a position of the ball: its errors mean nothing before.
+    knows_ball: bool,
     /// Command of the operator whose answer is due.
     pub(super) in_flight: Option<Submitted>,
     /// Time of the newest telemetry when the board last answered the operator, on the board's
@@ -103,6 +105,7 @@ impl<'a, 'p, T: Transport> ControlLoop<'a, 'p, T> {
             target: Point3::origin(),
             last_position: None,
             sent: SentPositions::default(),
+            knows_ball: false,
             in_flight: None,
             answered_at: None,
             is_settling: false,
@@ -285,16 +288,14 @@ impl<'a, 'p, T: Transport> ControlLoop<'a, 'p, T> {
     fn record(&mut self, view: &View) {
         let stamp = view.frame.time();
         let path = self.path_point(stamp, view).or_else(|| self.target_point(stamp, view));
+        let filtered_error = self.filtered_error();
         let stats = &mut self.stats;
         stats.time = stamp - *stats.start.get_or_insert(stamp);
         stats.located += u64::from(view.point().is_some());
         self.last_position = view.position().map(|position| position.mean).or(self.last_position);
         let about_target = self.link.target_telemetry();
-        if let Some(telemetry) = about_target
-            && matches!(telemetry.state, State::Seeking | State::Holding)
-            && stats.located > 0
-        {
-            stats.error = Some(telemetry.filtered_error.to_si());
+        if about_target.is_some_and(|it| matches!(it.state, State::Seeking | State::Holding)) {
+            stats.error = filtered_error.or(stats.error);
         }
         let record = FrameRecord {
             number: stats.frames,
@@ -304,6 +305,7 @@ impl<'a, 'p, T: Transport> ControlLoop<'a, 'p, T> {
             target: path.map_or(self.target, |path| path.position),
             telemetry: self.link.telemetry().copied(),
             state: about_target.map(|telemetry| telemetry.state),
+            filtered_error,
             ground_truth: view.frame.ground_truth(),
             path,
         };
@@ -319,6 +321,16 @@ impl<'a, 'p, T: Transport> ControlLoop<'a, 'p, T> {
         for observer in self.parts.observers.iter_mut() {
             observer.frame(&record);
         }
+    }
+
+    /// Returns |e| of the position that the board has filtered, metres; `None` where it has no
+    /// target, or no position of the ball.
+    fn filtered_error(&mut self) -> Option<f64> {
+        let telemetry = self.link.telemetry()?;
+        let named = self.sent.named_by(telemetry);
+        self.knows_ball |= named.is_some_and(|position| position.has_ball);
+        let error = telemetry.target.map(|_| telemetry.filtered_error.to_si());
+        error.filter(|_| self.knows_ball)
     }
 
     /// Returns the reason to end the drive after a frame or a wait, if there is one.
