@@ -53,6 +53,9 @@ enum Command {
 }
 
 fn main() -> ExitCode {
+    if let Err(error) = commands::outlive_file_size_limit() {
+        return commands::Failure::from(error).report();
+    }
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
         Err(error) => return commands::report_usage(&error),

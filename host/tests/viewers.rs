@@ -24,9 +24,9 @@ mod with_viewers {
     use std::fs;
     use std::net::TcpListener;
     use std::path::{Path, PathBuf};
-    use std::process::{Command, Output};
+    use std::process::Command;
 
-    use super::common::json;
+    use super::common::{json, limited};
     use super::{folder, plumb, stderr};
 
     fn repository() -> PathBuf {
@@ -90,30 +90,20 @@ mod with_viewers {
         assert_eq!(fs::read_to_string(folder.path().join("run.mcap")).unwrap(), "precious");
     }
 
-    /// `plumb demo --mcap` where no file may grow beyond `blocks` of 512 bytes: a write that would
-    /// is an error, as on a full disk.
-    fn demo(folder: &Path, blocks: u32) -> Output {
-        let limited = format!(
-            r#"trap "" XFSZ; ulimit -f {blocks}
-               exec "$0" demo --virtual-time --out run --mcap run.mcap"#
-        );
-        let mut shell = Command::new("sh");
-        shell.args(["-c", &limited, env!("CARGO_BIN_EXE_plumb")]).current_dir(folder);
-        shell.output().unwrap()
-    }
-
     #[test]
     fn a_full_disk_ends_the_run_in_order_at_the_same_frame() {
         let frames = [(); 2].map(|()| {
             let folder = folder();
             // 1 MiB: some 20 pictures, and all of the run folder.
-            let output = demo(folder.path(), 2048);
+            let demo = ["demo", "--virtual-time", "--out", "run", "--mcap", "run.mcap"];
+            let output = limited(&demo, folder.path(), 2048, "");
             let text = stderr(&output);
             assert_eq!(output.status.code(), Some(1), "{text}");
             assert_eq!(text.matches("run.mcap").count(), 1, "{text}");
             let line = json(&output);
             assert!(line["reached"] == false && line["at_rest"] == true, "{line}");
-            assert!(line["ending"].as_str().unwrap().contains("run.mcap"), "{line}");
+            let ending = line["ending"].as_str().unwrap();
+            assert!(ending.contains("run.mcap") && ending.contains("ulimit -f"), "{line}");
             assert!(folder.path().join("run/summary.json").exists());
             line["frames"].as_u64().unwrap()
         });

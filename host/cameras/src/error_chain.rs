@@ -2,19 +2,34 @@
 
 use std::error::Error;
 use std::fmt;
+use std::io;
+
+/// What the system means by "File too large".
+const FILE_SIZE_LIMIT: &str = "the limit of a file's size is reached: that of this process \
+                               (`ulimit -f` in the shell), or that of the file system";
 
 /// Error with its causes: displays the messages of the error and of each
 /// [`source`](Error::source) below it, joined by ": ". No message of Plumb contains that of its
 /// source.
 #[derive(Debug, Clone, Copy)]
-pub struct ErrorChain<'a>(pub &'a dyn Error);
+pub struct ErrorChain<'a>(pub &'a (dyn Error + 'static));
 
 impl fmt::Display for ErrorChain<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}", self.0)?;
-        std::iter::successors(self.0.source(), |&cause| cause.source())
-            .try_for_each(|cause| write!(f, ": {cause}"))
+        let causes = || std::iter::successors(Some(self.0), |&cause| cause.source());
+        causes().skip(1).try_for_each(|cause| write!(f, ": {cause}"))?;
+        if causes().any(is_file_size_limit) {
+            write!(f, "; {FILE_SIZE_LIMIT}")?;
+        }
+        Ok(())
     }
+}
+
+/// Returns whether `error` is that of a write beyond the limit of a file's size.
+fn is_file_size_limit(error: &(dyn Error + 'static)) -> bool {
+    let error = error.downcast_ref::<io::Error>();
+    error.is_some_and(|error| error.kind() == io::ErrorKind::FileTooLarge)
 }
 
 #[cfg(test)]
@@ -42,5 +57,17 @@ mod tests {
             ErrorChain(&Broken(NotOpened(Busy))).to_string(),
             "the run failed: the camera cannot be opened: it is busy"
         );
+    }
+
+    #[derive(Debug, Error)]
+    #[error("run.csv")]
+    struct Unwritten(#[source] io::Error);
+
+    #[test]
+    fn the_limit_of_a_files_size_is_explained() {
+        let message = |kind: io::ErrorKind| ErrorChain(&Unwritten(kind.into())).to_string();
+        let limit = message(io::ErrorKind::FileTooLarge);
+        assert_eq!(limit, format!("run.csv: file too large; {FILE_SIZE_LIMIT}"));
+        assert_eq!(message(io::ErrorKind::StorageFull), "run.csv: no storage space");
     }
 }

@@ -78,6 +78,7 @@ pub mod record;
 pub mod settings;
 pub mod source;
 pub mod toml_file;
+pub mod whole_writes;
 
 /// The example in docs/change/add-camera.md is compiled and run with the other tests.
 #[cfg(doctest)]

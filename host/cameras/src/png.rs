@@ -1,6 +1,5 @@
 //! PNG files.
 
-use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -10,6 +9,7 @@ use plumb_frame::image::{ColourImage, DepthImage};
 use thiserror::Error;
 
 use crate::source::BoxedError;
+use crate::whole_writes::write_whole;
 
 /// zlib's fastest level: a tenth of the default level's time for a file half as large again.
 const COMPRESSION: i32 = 1;
@@ -42,7 +42,7 @@ pub enum PngError {
 pub fn save(path: &Path, image: &ColourImage) -> Result<(), PngError> {
     let bytes = encode_colour(image)
         .map_err(|source| PngError::Encode { path: path.to_owned(), source })?;
-    fs::write(path, bytes).map_err(|source| PngError::Write { path: path.to_owned(), source })
+    write_whole(path, &bytes).map_err(|source| PngError::Write { path: path.to_owned(), source })
 }
 
 /// Encodes a colour image.

@@ -38,7 +38,7 @@ pub enum ReplayError {
     Open(#[from] TumError),
     /// The rows could not be written.
     #[error("the rows cannot be written")]
-    Write(#[from] csv::Error),
+    Write(#[from] io::Error),
     /// The images of the stages could not be written.
     #[error("the images of the stages cannot be written")]
     Debug(#[from] DebugError),
@@ -47,9 +47,7 @@ pub enum ReplayError {
 impl ReplayError {
     /// Returns whether the reader of the rows has closed its pipe.
     pub fn is_closed_pipe(&self) -> bool {
-        let Self::Write(error) = self else { return false };
-        let csv::ErrorKind::Io(error) = error.kind() else { return false };
-        error.kind() == io::ErrorKind::BrokenPipe
+        matches!(self, Self::Write(error) if error.kind() == io::ErrorKind::BrokenPipe)
     }
 }
 
@@ -123,7 +121,7 @@ pub fn replay(
     mut report: impl FnMut(&Problem),
 ) -> Result<ReplayOutcome, ReplayError> {
     let mut rows = csv::Writer::from_writer(out);
-    rows.write_record(HEADER)?;
+    rows.write_record(HEADER).map_err(io::Error::from)?;
     let mut outcome = ReplayOutcome::default();
     loop {
         let (time, ball) = match source.next_frame() {
@@ -144,11 +142,11 @@ pub fn replay(
         };
         if let Some(time) = time {
             outcome.frames += 1;
-            rows.write_record(row(time, ball.as_ref(), camera))?;
-            rows.flush().map_err(csv::Error::from)?;
+            rows.write_record(row(time, ball.as_ref(), camera)).map_err(io::Error::from)?;
+            rows.flush()?;
         }
     }
-    rows.flush().map_err(csv::Error::from)?;
+    rows.flush()?;
     Ok(outcome)
 }
 

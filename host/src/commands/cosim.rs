@@ -65,7 +65,9 @@ pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
     let mut cosim = Cosim::new(config(&args)?)?;
     let mut input = std::io::stdin().lock();
     for number in 1_u64.. {
-        let wrong = |error: &dyn Error| bad_input(format!("line {number}: {}", ErrorChain(error)));
+        let wrong = |error: &(dyn Error + 'static)| {
+            bad_input(format!("line {number}: {}", ErrorChain(error)))
+        };
         let line = read_line(&mut input, LONGEST_LINE).map_err(|e| wrong(&e))?;
         let Some(line) = line else { break };
         if line.trim().is_empty() {

@@ -136,6 +136,9 @@ fn is_json_asked(arguments: impl Iterator<Item = OsString>) -> bool {
 /// Returns the exit code for an error. An error that is not listed is a mistake in the input: what
 /// is read and checked before the work begins has many types of error.
 fn exit_code(error: &(dyn Error + 'static)) -> u8 {
+    if std::iter::successors(Some(error), |&cause| cause.source()).any(is_without_room) {
+        return FAILED;
+    }
     if let Some(error) = error.downcast_ref::<LinkError>() {
         return link_exit_code(error);
     }
@@ -206,6 +209,15 @@ fn is_failure(error: &(dyn Error + 'static)) -> bool {
         || error.is::<serde_json::Error>()
 }
 
+/// Returns whether `error` is that of a write without room: a full disk, or a limit of the size.
+fn is_without_room(error: &(dyn Error + 'static)) -> bool {
+    let kind = error.downcast_ref::<io::Error>().map(io::Error::kind);
+    matches!(
+        kind,
+        Some(ErrorKind::StorageFull | ErrorKind::QuotaExceeded | ErrorKind::FileTooLarge)
+    )
+}
+
 /// Returns the exit code for a failed operation on an output file. A path that cannot be created is
 /// a mistake in the input. Any other error is a failure of the work, such as a full disk.
 fn file_exit_code(error: &io::Error) -> u8 {
@@ -240,6 +252,7 @@ fn link_exit_code(error: &LinkError) -> u8 {
 mod tests {
     use std::time::Duration;
 
+    use plumb_cameras::png::PngError;
     use plumb_protocol::message::ConfigField;
 
     use super::*;
@@ -292,6 +305,8 @@ mod tests {
         };
         for kind in [ErrorKind::StorageFull, ErrorKind::QuotaExceeded, ErrorKind::FileTooLarge] {
             assert_eq!(codes(kind), [FAILED; 2], "{kind}");
+            let png = PngError::Write { path: "1.png".into(), source: kind.into() };
+            assert_eq!(code(png), FAILED, "{kind}");
         }
         for kind in [ErrorKind::NotFound, ErrorKind::PermissionDenied, ErrorKind::NotADirectory] {
             assert_eq!(codes(kind), [BAD_INPUT; 2], "{kind}");

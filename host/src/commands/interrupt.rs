@@ -1,12 +1,14 @@
-//! Signals that end a run.
+//! Signals that end a run, and one that does not.
 
 use std::ffi::c_int;
+use std::io;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGXFSZ};
+use signal_hook::flag;
 use signal_hook::iterator::Signals;
 use signal_hook::low_level::emulate_default_handler;
 
@@ -18,6 +20,16 @@ static ENDS_AT_ONCE: AtomicBool = AtomicBool::new(false);
 /// Time in which a further signal belongs to the first one. `timeout` sends SIGTERM twice, and a
 /// terminal that closes sends SIGHUP together with its shell.
 const ONE_REQUEST: Duration = Duration::from_millis(200);
+
+/// Has a write beyond the limit of a file's size (`ulimit -f`) fail, as one on a full disk does:
+/// without a handler its signal ends the program.
+///
+/// # Errors
+/// Where the operating system takes no handler.
+pub(crate) fn outlive_file_size_limit() -> io::Result<()> {
+    // Nobody reads the flag: the error of the write says enough.
+    flag::register(SIGXFSZ, Arc::default()).map(drop)
+}
 
 /// Returns a flag that Ctrl-C, SIGTERM and SIGHUP set, so that the motors are ramped down and the
 /// run's folder is finished. A second signal, after [`ONE_REQUEST`], ends the program at once; a

@@ -6,8 +6,10 @@ use std::process::ExitCode;
 use clap::{Command, Parser};
 use clap_complete::Shell;
 
+use plumb_runtime::error_chain::ErrorChain;
+
 use super::print::tell;
-use super::{Failure, print};
+use super::{Failure, failed, print};
 
 /// Print the completions of commands and options for a shell
 #[derive(Parser)]
@@ -36,8 +38,10 @@ pub(crate) fn completions(args: &CompletionsArgs, mut cli: Command) -> Result<Ex
 }
 
 pub(crate) fn man(args: &ManArgs, cli: Command) -> Result<ExitCode, Failure> {
-    std::fs::create_dir_all(&args.folder)?;
-    clap_mangen::generate_to(cli, &args.folder)?;
+    let folder = &args.folder;
+    let written = std::fs::create_dir_all(folder)
+        .and_then(|()| clap_mangen::generate_to(cli, folder).map(drop));
+    written.map_err(|error| failed(format!("{}: {}", folder.display(), ErrorChain(&error))))?;
     tell!("manual pages: {}", args.folder.display());
     Ok(ExitCode::SUCCESS)
 }

@@ -48,6 +48,7 @@ use plumb_sim::simulated::{geometry, wired};
 
 use exit::{FAILED, bad_input, failed, failed_because};
 pub(crate) use exit::{Failure, report_usage};
+pub(crate) use interrupt::outlive_file_size_limit;
 
 /// Name of a detector.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]

@@ -1,8 +1,11 @@
 //! A file that a command changes when the user agrees. The former version stays beside it.
 
 use std::fs;
-use std::io::{BufRead, IsTerminal, stdin};
+use std::io::{self, BufRead, IsTerminal, stdin};
 use std::path::{Path, PathBuf};
+
+use plumb_cameras::whole_writes::write_whole;
+use plumb_runtime::error_chain::ErrorChain;
 
 use super::print::{message, tell};
 use super::{Failure, failed};
@@ -52,18 +55,21 @@ pub(super) fn ask(question: &str) -> Result<bool, Failure> {
 }
 
 fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
-    let message = |error| failed(format!("{}: cannot be written: {error}", path.display()));
-    fs::write(path, bytes).map_err(message)
+    write_whole(path, bytes).map_err(|error| unwritten(path, &error))
+}
+
+/// Returns the failure to write a file.
+fn unwritten(path: &Path, error: &io::Error) -> Failure {
+    failed(format!("{}: cannot be written: {}", path.display(), ErrorChain(error)))
 }
 
 /// Replaces a file in one step, so that no reader sees half of it.
 fn replace(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
     // A link is followed: the file that it names is replaced.
-    let message = |error| failed(format!("{}: cannot be written: {error}", path.display()));
-    let path = fs::canonicalize(path).map_err(message)?;
+    let path = fs::canonicalize(path).map_err(|error| unwritten(path, &error))?;
     let mut name = path.as_os_str().to_owned();
     name.push(".new");
     let new = PathBuf::from(name);
     write(&new, bytes)?;
-    fs::rename(&new, &path).map_err(message)
+    fs::rename(&new, &path).map_err(|error| unwritten(&path, &error))
 }

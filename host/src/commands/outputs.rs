@@ -16,7 +16,7 @@ use plumb_runtime::run_log::RunLog;
 use super::interrupt::DefaultSignals;
 use super::print::{message, tell};
 use super::viewers::Viewers;
-use super::{FAILED, Failure, both, failed};
+use super::{FAILED, Failure, both, failed, failed_because};
 
 /// Rows that may wait for the disk: 5 minutes at 30 Hz, some 5 MB.
 const LOG_CAPACITY: usize = 9000;
@@ -120,7 +120,8 @@ impl Outputs {
                 None,
             ),
         };
-        let recording = self.recorder.map(FrameRecorder::finish).transpose().map_err(failed);
+        let recording = self.recorder.map(FrameRecorder::finish).transpose();
+        let recording = recording.map_err(failed_because);
         let viewers = self.viewers.close();
         let folder = self.folder;
         let closed = Closed { folder, dropped_rows, unwritten, rows, recording, viewers };

@@ -6,6 +6,8 @@ use std::io::{self, ErrorKind, Write};
 use std::thread;
 use std::time::Duration;
 
+use plumb_runtime::error_chain::ErrorChain;
+
 use super::{Failure, failed};
 
 /// Writes a line for people to standard error, as `eprintln!` does.
@@ -49,7 +51,9 @@ pub(crate) fn results(line: impl fmt::Display) -> Result<Reader, Failure> {
     match Results.write_all(text.as_bytes()).and_then(|()| Results.flush()) {
         Ok(()) => Ok(Reader::Open),
         Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(Reader::Closed),
-        Err(error) => Err(failed(format!("standard output: cannot be written: {error}"))),
+        Err(error) => {
+            Err(failed(format!("standard output: cannot be written: {}", ErrorChain(&error))))
+        }
     }
 }
 

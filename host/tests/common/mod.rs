@@ -26,6 +26,18 @@ pub(crate) fn program(arguments: &[&str], folder: &Path) -> Command {
     command
 }
 
+/// Runs the program where no file may grow beyond `blocks` of 512 bytes. A write that would is an
+/// error, as on a full disk. `redirection` is of the shell: "> rows.csv".
+pub(crate) fn limited(arguments: &[&str], folder: &Path, blocks: u32, redirection: &str) -> Output {
+    let line = format!(r#"ulimit -f {blocks}; exec "$0" "$@" {redirection}"#);
+    Command::new("sh")
+        .args(["-c", &line, env!("CARGO_BIN_EXE_plumb")])
+        .args(arguments)
+        .current_dir(folder)
+        .output()
+        .unwrap()
+}
+
 /// Sends `signal` to `child`.
 pub(crate) fn send(child: &Child, signal: Signal) {
     kill(Pid::from_raw(i32::try_from(child.id()).unwrap()), signal).unwrap();

@@ -16,6 +16,7 @@ use plumb_frame::camera::Intrinsics;
 use plumb_frame::frame::RgbdFrame;
 
 use crate::camera_file::{DISTORTION_KEYS, NO_DEPTH};
+use crate::whole_writes::write_whole;
 use error::io_error;
 use writer::Writer;
 
@@ -103,7 +104,7 @@ impl RecordFolder {
         let (factor, scale) = scale(intrinsics.depth_scale);
         let described = camera_file(camera, &Intrinsics { depth_scale: scale, ..*intrinsics })?;
         let path = folder.join(CAMERA_FILE);
-        fs::write(&path, described).map_err(io_error("write", &path))?;
+        write_whole(&path, described.as_bytes()).map_err(io_error("write", &path))?;
         let mut writer = Writer::create(&folder, factor)?;
         let (frames, incoming) = sync_channel(QUEUE);
         let thread = thread::Builder::new().name("recorder".to_owned());

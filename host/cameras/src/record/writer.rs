@@ -11,6 +11,7 @@ use plumb_frame::image::DepthImage;
 use super::error::{RecordError, io_error};
 use crate::png;
 use crate::source::BoxedError;
+use crate::whole_writes::{WholeWrites, write_whole};
 
 /// Writer of the files of a recording.
 pub(super) struct Writer {
@@ -52,7 +53,7 @@ struct ImageList {
     folder: PathBuf,
     /// Name of the list, without extension, and of the folder of its images.
     name: &'static str,
-    file: File,
+    file: WholeWrites,
 }
 
 impl ImageList {
@@ -61,8 +62,9 @@ impl ImageList {
         let images = folder.join(name);
         fs::create_dir(&images).map_err(io_error("create", &images))?;
         let path = folder.join(name).with_extension("txt");
-        let mut file = File::create_new(&path).map_err(io_error("create", &path))?;
-        writeln!(file, "# timestamp path").map_err(io_error("write", &path))?;
+        let file = File::create_new(&path).map_err(io_error("create", &path))?;
+        let mut file = WholeWrites::new(file);
+        file.write_all(b"# timestamp path\n").map_err(io_error("write", &path))?;
         Ok(Self { folder: folder.to_owned(), name, file })
     }
 
@@ -76,7 +78,7 @@ impl ImageList {
         let name = format!("{}/{number:06}.png", self.name);
         let path = self.folder.join(&name);
         let bytes = encode().map_err(|error| RecordError::Encode { path: path.clone(), error })?;
-        fs::write(&path, bytes).map_err(io_error("write", &path))?;
+        write_whole(&path, &bytes).map_err(io_error("write", &path))?;
         let line = format!("{time:.6} {name}\n");
         self.file.write_all(line.as_bytes()).map_err(io_error("add a line for", &path))
     }

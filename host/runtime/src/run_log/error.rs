@@ -40,7 +40,7 @@ pub enum RunLogError {
         /// The CSV file.
         path: PathBuf,
         /// Cause.
-        source: csv::Error,
+        source: std::io::Error,
     },
     /// The summary cannot be turned into JSON.
     #[error("cannot write the summary to {}", .path.display())]

@@ -1,10 +1,10 @@
 //! Log of one run: `run.csv`, `lost.csv`, `summary.json` and the figures.
 
-use std::fs::File;
 use std::path::{Path, PathBuf};
 
 use nalgebra::Point3;
 use plumb_cameras::source::BoxedError;
+use plumb_cameras::whole_writes::WholeWrites;
 use serde::Serialize;
 
 use super::figures::{self, Sample, Samples};
@@ -45,7 +45,7 @@ impl FigureSettings {
 #[derive(Debug)]
 pub struct RunLog {
     path: PathBuf,
-    rows: csv::Writer<File>,
+    rows: csv::Writer<WholeWrites>,
     lost: LostFrames,
     /// Number of the last frame in `run.csv`.
     last_frame: Option<u64>,
@@ -62,7 +62,7 @@ impl RunLog {
     /// Those of [`OutputDir::create`]; [`RunLogError::Io`].
     pub fn create(folder: &OutputDir, settings: FigureSettings) -> Result<Self, RunLogError> {
         let path = folder.create()?;
-        let rows = csv::Writer::from_writer(create_new(&path.join("run.csv"))?);
+        let rows = csv::Writer::from_writer(WholeWrites::new(create_new(&path.join("run.csv"))?));
         let mut log = Self {
             lost: LostFrames::new(&path),
             path,
@@ -113,7 +113,7 @@ impl RunLog {
 
     /// Writes the rows so far to the disk.
     fn finish_rows(&mut self) -> Result<(), RunLogError> {
-        let flushed = self.rows.flush().and_then(|()| self.rows.get_ref().sync_all());
+        let flushed = self.rows.flush().and_then(|()| self.rows.get_ref().file().sync_all());
         flushed.map_err(RunLogError::io("finish", self.path.join("run.csv")))
     }
 
@@ -165,7 +165,7 @@ impl RunLog {
         let path = || self.path.join("run.csv");
         self.rows
             .write_record(fields)
-            .map_err(|source| RunLogError::Csv { path: path(), source })?;
+            .map_err(|error| RunLogError::Csv { path: path(), source: error.into() })?;
         self.rows.flush().map_err(RunLogError::io("write", path()))
     }
 }

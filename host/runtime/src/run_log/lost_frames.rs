@@ -1,7 +1,8 @@
 //! `lost.csv`: the frames that were lost or could not be searched.
 
-use std::fs::File;
 use std::path::{Path, PathBuf};
+
+use plumb_cameras::whole_writes::WholeWrites;
 
 use super::RunLogError;
 use super::output_dir::create_new;
@@ -17,7 +18,7 @@ const HEADER: [&str; 2] = ["after_frame", "message"];
 #[derive(Debug)]
 pub(super) struct LostFrames {
     path: PathBuf,
-    rows: Option<csv::Writer<File>>,
+    rows: Option<csv::Writer<WholeWrites>>,
 }
 
 impl LostFrames {
@@ -37,11 +38,13 @@ impl LostFrames {
     ) -> Result<(), RunLogError> {
         let first = after_frame.map(|number| number.to_string()).unwrap_or_default();
         let path = &self.path;
-        let failed = |source| RunLogError::Csv { path: path.clone(), source };
+        let failed =
+            |error: csv::Error| RunLogError::Csv { path: path.clone(), source: error.into() };
         let rows = match &mut self.rows {
             Some(rows) => rows,
             none => {
-                let rows = none.insert(csv::Writer::from_writer(create_new(path)?));
+                let rows =
+                    none.insert(csv::Writer::from_writer(WholeWrites::new(create_new(path)?)));
                 rows.write_record(HEADER).map_err(failed)?;
                 rows
             }

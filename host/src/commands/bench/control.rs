@@ -1,6 +1,6 @@
 //! `plumb bench control`: speed of the laws on simulated rigs.
 
-use std::fs::File;
+use std::fs::{self, File};
 use std::io::{IsTerminal, Write};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -13,10 +13,11 @@ use plumb_bench::control::{
     self, BenchError, Clock, ControllerKind, PAPER_GAMMAS, PathReport, PathSuite, Report, Suite,
     SuiteName,
 };
+use plumb_runtime::error_chain::ErrorChain;
 use plumb_runtime::rig::LawSettings;
 
 use crate::commands::print::{self, Reader, message, tell};
-use crate::commands::{Failure, bad_input, numbers};
+use crate::commands::{Failure, bad_input, failed, numbers};
 
 /// Gain γ of the law interval in the benchmarks, 1/s: fast without oscillation at 30 Hz.
 const DEFAULT_GAMMA: f64 = 450.0;
@@ -163,7 +164,11 @@ pub(crate) fn main(args: &ControlArgs) -> Result<ExitCode, Failure> {
         }
     }
     if let (Some(mut svg), Some(file)) = (svg, &args.svg) {
-        svg.write_all(control::draw_curves(&reports)?.as_bytes())?;
+        let written = svg.write_all(control::draw_curves(&reports)?.as_bytes());
+        written.map_err(|error| {
+            let _absent = fs::remove_file(file);
+            failed(format!("{}: {}", file.display(), ErrorChain(&error)))
+        })?;
         tell!("curves: {}", file.display());
     }
     Ok(ExitCode::SUCCESS)

@@ -12,6 +12,7 @@ use plumb_calibrate::camera_text::with_lens;
 use plumb_calibrate::lens::{LensCalibration, LensView, calibrate_lens};
 use plumb_calibrate::overlay::draw_corners;
 use plumb_cameras::{camera_file, png};
+use plumb_runtime::error_chain::ErrorChain;
 use plumb_runtime::rig::Rig;
 use plumb_vision::camera::{CalibratedFor, Camera, DistortionCoefficients};
 use serde::Serialize;
@@ -114,7 +115,7 @@ fn keep_pictures(
     camera_file: &Path,
 ) -> Result<PathBuf, Failure> {
     let folder = lens_folder(camera_file);
-    let unwritable = |error| failed(format!("{}: {error}", folder.display()));
+    let unwritable = |error| failed(format!("{}: {}", folder.display(), ErrorChain(&error)));
     fs::create_dir_all(&folder).map_err(unwritable)?;
     for (number, fit) in found.views.iter().enumerate() {
         let Some(shown) = shown.iter().find(|shown| shown.view.name == fit.name) else { continue };

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use plumb_calibrate::camera_text::with_pose;
 use plumb_cameras::camera_file;
+use plumb_runtime::error_chain::ErrorChain;
 use plumb_vision::image::ColourImage;
 
 use super::Found;
@@ -45,5 +46,9 @@ pub(super) fn beside(camera_file: &Path, name: &str) -> PathBuf {
 pub(super) fn write_new(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
     let mut file = fs::File::create_new(path)
         .map_err(|error| bad_input(format!("{}: cannot be created: {error}", path.display())))?;
-    file.write_all(bytes).map_err(|error| failed(format!("{}: {error}", path.display())))
+    file.write_all(bytes).map_err(|error| {
+        // Half a file would look like a whole one.
+        let _absent = fs::remove_file(path);
+        failed(format!("{}: {}", path.display(), ErrorChain(&error)))
+    })
 }

@@ -1,0 +1,58 @@
+//! Files whose records are whole, also where the disk is full.
+
+use std::fs::{self, File};
+use std::io::{self, Seek, SeekFrom, Write};
+use std::path::Path;
+
+/// Writes a file, new or over an old one. A file without room (a full disk, the limit of a file's
+/// size) is removed.
+///
+/// # Errors
+/// Where it cannot be written.
+pub fn write_whole(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    fs::write(path, bytes).inspect_err(|_| {
+        // Half a file would look like a whole one.
+        let _absent = fs::remove_file(path);
+    })
+}
+
+/// New file that takes each record by one write. A record without room (a full disk, the limit of a
+/// file's size) leaves nothing in the file: those before it are complete.
+#[derive(Debug)]
+pub struct WholeWrites {
+    file: File,
+    /// Length of the whole records, bytes.
+    length: u64,
+}
+
+impl WholeWrites {
+    /// Returns the writer of an empty file.
+    pub fn new(file: File) -> Self {
+        Self { file, length: 0 }
+    }
+
+    /// Returns the file.
+    pub fn file(&self) -> &File {
+        &self.file
+    }
+}
+
+impl Write for WholeWrites {
+    fn write(&mut self, record: &[u8]) -> io::Result<usize> {
+        let written = self.file.write_all(record);
+        if written.is_err() {
+            // The error of the write is the one that counts.
+            let _not_cut = self
+                .file
+                .set_len(self.length)
+                .and_then(|()| self.file.seek(SeekFrom::Start(self.length)));
+        }
+        written?;
+        self.length += record.len() as u64;
+        Ok(record.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.file.flush()
+    }
+}
