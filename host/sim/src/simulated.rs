@@ -15,13 +15,14 @@ use std::collections::VecDeque;
 use nalgebra::Point3;
 use plumb_cameras::source::{CameraSource, LiveClock, SourceError};
 use plumb_cameras::toml_file::Finite;
-use plumb_emulator::plant::{Geometry, RigError};
+use plumb_emulator::plant::{Geometry, QuasiStatic, RigError};
+use plumb_frame::camera::Camera;
 use plumb_frame::frame::{GroundTruth, RgbdFrame};
 use plumb_runtime::link::LinkError;
-use plumb_runtime::rig::Simulation;
+use plumb_runtime::rig::{Rig, Simulation};
 use thiserror::Error;
 
-use super::synthetic::{Scene, SyntheticCamera, SyntheticError};
+use super::synthetic::{Background, RenderOptions, Room, Scene, SyntheticCamera, SyntheticError};
 
 /// Reason that a simulated rig gave no frame.
 #[derive(Debug, Error)]
@@ -48,6 +49,39 @@ impl From<SimulationError> for LinkError {
     fn from(error: SimulationError) -> Self {
         Self::Other(error.into())
     }
+}
+
+/// Checks that the rig of a rig file can be simulated, with pictures of `camera`: as a run does
+/// that begins with rigid cables.
+///
+/// # Errors
+/// Where the table `[simulation]` describes no rig, or its pictures cannot be rendered.
+pub fn check_simulation(
+    rig: &Rig,
+    simulation: &Simulation,
+    camera: &Camera,
+) -> Result<(), SimulationError> {
+    let plant = QuasiStatic::new(geometry(simulation)?, simulation.start())?;
+    let plant = HilPlant::new(wired(rig, simulation, Box::new(plant)));
+    plant.follower().board_stands([0.0; 3])?;
+    Ok(SyntheticCamera::check(&rendered(simulation, camera), &RenderOptions::default())?)
+}
+
+/// Returns the camera that renders the simulated rig of a rig file in a furnished room.
+///
+/// # Errors
+/// Where the camera file describes no camera of the pictures' size.
+pub fn synthetic_camera(
+    simulation: &Simulation,
+    camera: &Camera,
+) -> Result<SyntheticCamera, SimulationError> {
+    let (camera, room) = (rendered(simulation, camera), Background::Room(Room::furnished()));
+    Ok(SyntheticCamera::new(camera, room, RenderOptions::default(), 1)?)
+}
+
+/// Returns `camera` at the pose from which the simulated rig is rendered.
+fn rendered(simulation: &Simulation, camera: &Camera) -> Camera {
+    Camera { pose: simulation.camera_pose(camera.pose), ..camera.clone() }
 }
 
 /// Returns the geometry of a rig file's simulated rig.

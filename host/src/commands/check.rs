@@ -6,8 +6,10 @@ mod words;
 use std::process::ExitCode;
 
 use clap::Parser;
+use plumb_cameras::source::BoxedError;
 use plumb_runtime::rig::check::{Finding, Severity, check};
 use plumb_sim::emulator::EmulatedBoard;
+use plumb_sim::simulated::check_simulation;
 use serde::Serialize;
 
 use super::exit::BAD_INPUT;
@@ -63,7 +65,10 @@ struct Line<'a> {
 }
 
 pub(crate) fn main(args: Args) -> Result<ExitCode, Failure> {
-    let findings = check(&args.rig.rig, &EmulatedBoard::config_errors);
+    let findings =
+        check(&args.rig.rig, &EmulatedBoard::config_errors, &|rig, simulation, camera| {
+            check_simulation(rig, simulation, camera).map_err(BoxedError::from)
+        });
     for finding in &findings {
         tell!("{finding}");
     }

@@ -9,8 +9,7 @@ use plumb_cameras::source::CameraSource;
 use plumb_cameras::source::capture::{Capture, CaptureLimits};
 use plumb_cameras::source::stream::FIRST_FRAME;
 use plumb_runtime::rig::Rig;
-use plumb_sim::simulated::{Follower, HilPlant, SimulatedCamera, Timing};
-use plumb_sim::synthetic::{Background, RenderOptions, Room, SyntheticCamera};
+use plumb_sim::simulated::{Follower, HilPlant, SimulatedCamera, Timing, synthetic_camera};
 use plumb_vision::camera::Camera;
 
 use super::interrupt::DefaultSignals;
@@ -63,9 +62,7 @@ impl RunCamera {
         let plant = HilPlant::new(physics.plant(rig, simulation)?);
         let mut follower = plant.follower();
         follower.board_stands(motors)?;
-        let background = Background::Room(Room::furnished());
-        let rendered = Camera { pose: simulation.camera_pose(camera.pose), ..camera.clone() };
-        let synthetic = SyntheticCamera::new(rendered, background, RenderOptions::default(), 1)?;
+        let synthetic = synthetic_camera(simulation, &camera)?;
         let source = SimulatedCamera::new(plant, synthetic, simulation.motors(), Timing::default());
         let source = Box::new(Capture::start(source, CaptureLimits::default())?);
         Ok(Self { source, camera, follower: Some(follower) })

@@ -173,7 +173,7 @@ impl LineIntake {
     }
 
     /// Returns the omission of a line that cannot be read, because of `error`.
-    pub(super) fn unreadable(&mut self, error: &dyn Error) -> Omission {
+    pub(super) fn unreadable(&mut self, error: &(dyn Error + 'static)) -> Omission {
         self.lines += 1;
         self.unreadable = self.unreadable.saturating_add(1);
         self.here(Omission::new(&ErrorChain(error), OmissionKind::Unreadable))

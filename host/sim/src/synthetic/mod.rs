@@ -126,6 +126,14 @@ pub struct SyntheticCamera {
 }
 
 impl SyntheticCamera {
+    /// Checks that `camera` can be rendered in a room with `options`, as [`new`](Self::new) does.
+    ///
+    /// # Errors
+    /// Where a number of the camera or the options cannot be.
+    pub fn check(camera: &Camera, options: &RenderOptions) -> Result<(), SyntheticError> {
+        check(camera, options, (usize::from(options.width), usize::from(options.height)))
+    }
+
     /// Returns a synthetic camera with the model `camera` before `background`, with noise from
     /// `seed`.
     ///

@@ -10,24 +10,30 @@ use std::path::{Path, PathBuf};
 
 use plumb_cameras::bounded_read::read_text;
 use plumb_cameras::camera_file;
-use plumb_cameras::settings::CameraSettings;
+use plumb_cameras::error_chain::ErrorChain;
+use plumb_cameras::settings::{CameraSettings, SourceName};
+use plumb_cameras::source::BoxedError;
 use plumb_cameras::toml_file::{MAX_BYTES, diagnose};
+use plumb_frame::camera::Camera;
 
 use self::finding::Document;
 use super::conversion::Conversion;
-use super::{REFERENCE, Rig};
+use super::{REFERENCE, Rig, Simulation};
 
 pub use self::board::BoardCheck;
 pub use self::finding::{Finding, Severity};
+
+/// Check of the simulated rig of a rig file, with the camera of its camera file.
+pub type SimulationCheck<'a> = &'a dyn Fn(&Rig, &Simulation, &Camera) -> Result<(), BoxedError>;
 
 /// Values with which the check goes on where the file has a mistake.
 const PLACEHOLDERS: &str = include_str!("placeholders.toml");
 
 /// Checks the rig file at `path`, and the camera file that it names.
 ///
-/// `board` checks the limits of the board. Returns all findings, errors and warnings, by file; none
-/// where the files are right.
-pub fn check(path: &Path, board: BoardCheck<'_>) -> Vec<Finding> {
+/// `board` checks the limits of the board, and `simulation` the simulated rig of files without
+/// errors. Returns all findings, errors and warnings, by file; none where the files are right.
+pub fn check(path: &Path, board: BoardCheck<'_>, simulation: SimulationCheck<'_>) -> Vec<Finding> {
     let text = match read_text(path, MAX_BYTES) {
         Ok(text) => text,
         Err(error) => return vec![unreadable(path, error.to_string())],
@@ -36,7 +42,25 @@ pub fn check(path: &Path, board: BoardCheck<'_>) -> Vec<Finding> {
     if let Some(file) = camera {
         findings.extend(camera_file(&file));
     }
+    if findings.iter().all(|finding| finding.severity == Severity::Warning) {
+        findings.extend(simulated(path, &text, simulation));
+    }
     findings
+}
+
+/// Checks the simulated rig of a file without errors, where its camera renders that rig.
+fn simulated(path: &Path, text: &str, check: SimulationCheck<'_>) -> Option<Finding> {
+    let rig = Rig::read(path).ok()?;
+    let simulation = rig.simulation.as_ref()?;
+    if rig.camera.source(true).ok()? != SourceName::Simulated {
+        return None;
+    }
+    let camera = read_text(&rig.camera.file, MAX_BYTES).ok()?;
+    let camera = camera_file::parse(&rig.camera.file, &camera).ok()?;
+    let error = check(&rig, simulation, &camera).err()?;
+    let problem = format!("cannot be simulated: {}", ErrorChain(&*error));
+    let document = Document::new(path, text, REFERENCE);
+    Some(document.finding(Severity::Error, &["simulation"], problem))
 }
 
 /// Checks the text of the rig file at `path`. Returns all findings, and the camera file that it

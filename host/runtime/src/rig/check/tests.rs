@@ -35,7 +35,7 @@ fn findings(replacements: &[(&str, &str)]) -> Vec<Finding> {
     let path = folder.path().join("rig.toml");
     fs::write(&path, text).unwrap();
     fs::write(folder.path().join("camera.toml"), camera_file::PAPER).unwrap();
-    check(&path, &board)
+    check(&path, &board, &|_, _, _| Ok(()))
 }
 
 /// Returns the first key of each error, and of each warning.
@@ -131,7 +131,7 @@ fn mistakes_of_the_camera_file_are_reported_too() {
     fs::write(&path, PAPER).unwrap();
     let errors = |camera: &str| {
         fs::write(folder.path().join("camera.toml"), camera).unwrap();
-        let found = check(&path, &board);
+        let found = check(&path, &board, &|_, _, _| Ok(()));
         found.into_iter().filter(|f| f.severity == Severity::Error).collect::<Vec<_>>()
     };
     let camera = camera_file::PAPER.replace("fx = 525.0", "fx = 0").replace("[ball]", "[bal]");
@@ -146,7 +146,7 @@ fn mistakes_of_the_camera_file_are_reported_too() {
     assert!(text.contains("`intrinsics` the lens distortion has no inverse at column"), "{text}");
     assert!(!text.contains("allowed"), "{text}");
     fs::remove_file(folder.path().join("camera.toml")).unwrap();
-    let [finding] = &check(&path, &board)
+    let [finding] = &check(&path, &board, &|_, _, _| Ok(()))
         .into_iter()
         .filter(|finding| finding.severity == Severity::Error)
         .collect::<Vec<_>>()[..]
