@@ -1,5 +1,5 @@
-//! Files that cannot be written, by the limit of a file's size (`ulimit -f`): the cause is told, what
-//! was written before is complete, and the exit code is that of a failure.
+//! Files that cannot be written, by the limit of a file's size (`ulimit -f`): the cause is told,
+//! what was written before is complete, and the exit code is that of a failure.
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops at the first surprise")]
 

@@ -57,8 +57,8 @@ impl<T: Transport> Link<T> {
     /// gone.
     ///
     /// # Errors
-    /// [`LinkError::StillThere`] where the board accepts the request and still answers 3 s after the
-    /// longest ramp of its motors; others where nothing answers, or the link fails.
+    /// [`LinkError::StillThere`] where the board accepts the request and still answers 3 s after
+    /// the longest ramp of its motors; others where nothing answers, or the link fails.
     pub fn bootloader(transport: T) -> Result<(), LinkError> {
         let mut link = Self::open(transport)?;
         link.request("the request to go into its bootloader", Command::Bootloader)?;

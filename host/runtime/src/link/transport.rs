@@ -129,8 +129,8 @@ impl Transport for Serial {
     }
 }
 
-/// Writes all of `bytes` within `limit`, on the clock `now`. A single write may take its own timeout
-/// beyond it.
+/// Writes all of `bytes` within `limit`, on the clock `now`. A single write may take its own
+/// timeout beyond it.
 fn write_within(
     port: &mut impl Write,
     mut bytes: &[u8],

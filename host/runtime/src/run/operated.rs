@@ -45,8 +45,8 @@ impl<T: Transport> ControlLoop<'_, '_, T> {
         Ok(false)
     }
 
-    /// Reports what became of the operator's Stops. A motion that was begun before a Resume does not
-    /// go on after it.
+    /// Reports what became of the operator's Stops. A motion that was begun before a Resume does
+    /// not go on after it.
     fn handle_stop_events(&mut self) {
         let Some(operator) = &self.parts.operator else { return };
         for event in operator.take_stop_events() {

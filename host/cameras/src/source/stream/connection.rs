@@ -40,7 +40,10 @@ pub enum Interruption {
     #[error("the sender has stopped for {} s", SILENCE.as_secs())]
     Stalled,
     /// The sender is silent, and another one has begun to send.
-    #[error("the sender has sent nothing for {} s, and another one has connected", SILENCE.as_secs())]
+    #[error(
+        "the sender has sent nothing for {} s, and another one has connected",
+        SILENCE.as_secs()
+    )]
     GaveWay,
     /// The first byte on a socket is none of a stream.
     #[error("it begins with {0:?}")]
